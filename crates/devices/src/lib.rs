@@ -1,0 +1,1 @@
+//! Rehabilitation robots, limbs, controllers and sensors, simulated.

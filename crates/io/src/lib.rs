@@ -1,0 +1,1 @@
+//! Recording files: one module a format, and atomic writing.

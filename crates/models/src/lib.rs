@@ -1,0 +1,1 @@
+//! Mechanical models, the effects that extend them, and their fitting.

@@ -1,0 +1,1 @@
+//! Self-contained reports: SVG plots, tables and one HTML page.

@@ -1,0 +1,22 @@
+//! Recordings, filters, spectra and excitation signals.
+//!
+//! Everything in `ndof` starts from a [`Recording`]: channels of equal length at one sample rate, in SI units.
+//! A spectral estimator turns recordings into [`CrossSpectra`]: the Hermitian matrix of all channels at each
+//! frequency, from which every response, coherence and error in `ndof-sysid` is algebra.
+//!
+//! **The convention that bites**: `S[a][b] = ⟨A B*⟩`, the conjugate is on the *second* channel, and densities are
+//! one-sided. It is the conjugate-transposed order of SciPy: `S[a][b] = scipy.signal.csd(b, a)`.
+
+mod cross_spectra;
+mod quantity;
+mod recording;
+mod segments;
+mod welch;
+mod window;
+
+pub use cross_spectra::{CrossSpectra, Kernel, SpectraError};
+pub use quantity::{Quantity, Unit, UnknownUnit};
+pub use recording::{Channel, Recording, RecordingError};
+pub use segments::{Detrend, effective_averages};
+pub use welch::{Welch, WelchError, WelchStream};
+pub use window::{ParseWindowError, Window};

@@ -1,0 +1,1 @@
+//! Experiments and studies as data: the pipeline from design to report.

@@ -1,0 +1,1 @@
+//! Spectral system identification with any number of inputs and outputs.
