@@ -1,0 +1,42 @@
+//! A force law with hidden states, and a stage of the signal chain: how simulation and diagnosis see one element.
+
+/// The motion that a force law feels at one instant, axis by axis, in SI units.
+#[derive(Clone, Copy, Debug)]
+pub struct Motion<'a> {
+    /// Time since the recording's first sample.
+    pub time_s: f64,
+    /// Displacement from the posture that is held (m, rad).
+    pub position: &'a [f64],
+    /// Its rate.
+    pub velocity: &'a [f64],
+    /// Displacement [`ForceLaw::delay_s`] ago; equal to `position` for laws without a delay.
+    pub delayed_position: &'a [f64],
+    /// Velocity [`ForceLaw::delay_s`] ago.
+    pub delayed_velocity: &'a [f64],
+}
+
+/// A force with which a mechanical element resists motion, over and above M ẍ + B ẋ + K x:
+///
+/// M ẍ + B ẋ + K x + f(t, x, ẋ, z) = F,   ż = g(t, x, ẋ, z)
+///
+/// Positive `f` opposes a positive applied force `F`. Whoever integrates brings `z`, zero at the start.
+pub trait ForceLaw: Send + Sync {
+    /// Number of hidden states z.
+    fn states(&self) -> usize {
+        0
+    }
+
+    /// How far back the law looks, for [`Motion::delayed_position`].
+    fn delay_s(&self) -> f64 {
+        0.0
+    }
+
+    /// Adds the resisting force of each axis to `force` and writes the rates ż to `rates`.
+    fn evaluate(&self, motion: &Motion<'_>, states: &[f64], force: &mut [f64], rates: &mut [f64]);
+}
+
+/// A stage of the signal chain (delay, filter, quantiser, saturation), ticked once a sample.
+pub trait Stage: Send {
+    /// Turns this sample of the stage's channel into what leaves the stage.
+    fn step(&mut self, sample: f64) -> f64;
+}
