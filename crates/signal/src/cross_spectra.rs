@@ -31,6 +31,7 @@ pub struct CrossSpectra {
     pub(crate) trials: usize,
     pub(crate) independent_spacing_hz: f64,
     pub(crate) kernel: Kernel,
+    pub(crate) mean_removed: bool,
 }
 
 /// Why spectra cannot be pooled.
@@ -73,7 +74,7 @@ impl CrossSpectra {
         kernel: Kernel,
     ) -> Self {
         assert_eq!(lower.len(), channels * (channels + 1) / 2 * frequency_hz.len(), "lower triangle of {channels} channels");
-        CrossSpectra { channels, sample_rate_hz, frequency_hz, lower, effective_averages, segments, trials: 1, independent_spacing_hz, kernel }
+        CrossSpectra { channels, sample_rate_hz, frequency_hz, lower, effective_averages, segments, trials: 1, independent_spacing_hz, kernel, mean_removed: true }
     }
 
     /// ⟨A B*⟩ at frequency index `f`.
@@ -130,6 +131,11 @@ impl CrossSpectra {
     /// The power kernel of the window.
     pub fn kernel(&self) -> &Kernel {
         &self.kernel
+    }
+
+    /// Whether each segment lost its mean, so that 0 Hz says nothing.
+    pub fn mean_removed(&self) -> bool {
+        self.mean_removed
     }
 
     /// Pools trials: densities averaged with the number of segments as weight, averages added.

@@ -209,6 +209,7 @@ impl Welch {
             trials: 1,
             independent_spacing_hz: sample_rate_hz * fourth / (power * power),
             kernel: kernel(&plan.window, sample_rate_hz),
+            mean_removed: self.detrend != Detrend::None,
         }
     }
 }

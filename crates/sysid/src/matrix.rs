@@ -1,0 +1,37 @@
+//! Small complex matrices: the few operations that responses need.
+
+use ndarray::Array2;
+use num_complex::Complex64;
+
+/// The inverse by Gauss-Jordan elimination with row pivoting; `None` if singular or not finite.
+pub(crate) fn inverse(a: &Array2<Complex64>) -> Option<Array2<Complex64>> {
+    let n = a.nrows();
+    let mut left = a.clone();
+    let mut right = Array2::from_diag_elem(n, Complex64::new(1.0, 0.0));
+    let scale = a.iter().map(|v| v.norm()).fold(0.0, f64::max);
+    for column in 0..n {
+        let pivot = (column..n).max_by(|&i, &j| left[[i, column]].norm().total_cmp(&left[[j, column]].norm()))?;
+        let size = left[[pivot, column]].norm();
+        if !size.is_finite() || size <= scale * f64::EPSILON {
+            return None;
+        }
+        for k in 0..n {
+            left.swap([column, k], [pivot, k]);
+            right.swap([column, k], [pivot, k]);
+        }
+        let factor = left[[column, column]].inv();
+        for k in 0..n {
+            left[[column, k]] *= factor;
+            right[[column, k]] *= factor;
+        }
+        for row in (0..n).filter(|&row| row != column) {
+            let factor = left[[row, column]];
+            for k in 0..n {
+                let (l, r) = (left[[column, k]] * factor, right[[column, k]] * factor);
+                left[[row, k]] -= l;
+                right[[row, k]] -= r;
+            }
+        }
+    }
+    Some(right)
+}

@@ -1,0 +1,250 @@
+//! A frequency response with its covariance.
+
+use ndarray::{Array2, Array3, Axis};
+use ndof_signal::Kernel;
+use num_complex::Complex64;
+use serde::{Deserialize, Serialize};
+use std::f64::consts::TAU;
+
+/// The physical meaning of a response between effort F and displacement d.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum ResponseKind {
+    /// C = d/F (m/N).
+    Compliance,
+    /// D = F/d = C⁻¹ (N/m).
+    DynamicStiffness,
+    /// Z = F/ḋ = D/s (N s/m).
+    Impedance,
+    /// Y = ḋ/F = s C (m/(N s)).
+    Admittance,
+    /// Outputs over inputs of any other quantities.
+    Transfer,
+}
+
+impl ResponseKind {
+    /// Whether effort stands in the numerator.
+    pub fn is_effort_over_motion(self) -> bool {
+        matches!(self, ResponseKind::DynamicStiffness | ResponseKind::Impedance)
+    }
+
+    /// The power of s that takes displacement over effort (or its inverse) to this kind.
+    fn power_of_s(self) -> i32 {
+        match self {
+            ResponseKind::Impedance => -1,
+            ResponseKind::Admittance => 1,
+            _ => 0,
+        }
+    }
+}
+
+/// Covariance of a response at each frequency, as a Kronecker product:
+///
+/// E[δH_ij δH_kl*] = `noise`[f][i][k] · `input_inverse`[f][l][j]
+///
+/// The form survives inversion and multiplication by known matrices, so that nothing larger is ever stored.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Uncertainty {
+    /// Output side, Hermitian, [f][p][p]; the number of averages is already divided out.
+    pub noise: Array3<Complex64>,
+    /// Input side, Hermitian, [f][q][q].
+    pub input_inverse: Array3<Complex64>,
+    /// Complex degrees of freedom ν of the noise estimate (n_e − q for Welch); intervals use t and F with 2ν.
+    pub degrees_of_freedom: f64,
+    /// Bins closer than this are correlated.
+    pub independent_spacing_hz: f64,
+    /// The window that the response was seen through.
+    pub kernel: Kernel,
+}
+
+/// The response of outputs to inputs at each frequency: H[f][output][input], NaN where it does not exist.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct FrequencyResponse {
+    /// The grid.
+    pub frequency_hz: Vec<f64>,
+    /// Names of the inputs (columns).
+    pub inputs: Vec<String>,
+    /// Names of the outputs (rows).
+    pub outputs: Vec<String>,
+    /// What it means physically.
+    pub kind: ResponseKind,
+    /// H[f][p][q].
+    pub value: Array3<Complex64>,
+    /// Covariance, where it was estimated and not computed from a model.
+    pub uncertainty: Option<Uncertainty>,
+}
+
+/// Why a response cannot be converted.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum ResponseError {
+    /// An inverse of something that is not square.
+    #[error("a response of {outputs} outputs to {inputs} inputs has no inverse; choose as many outputs as inputs")]
+    NotSquare {
+        /// Rows.
+        outputs: usize,
+        /// Columns.
+        inputs: usize,
+    },
+    /// A general transfer function has no mechanical meaning to convert.
+    #[error("{from:?} cannot be turned into {to:?}: the channels are not effort and motion; set their units or prefixes")]
+    NoMeaning {
+        /// What it is.
+        from: ResponseKind,
+        /// What was asked for.
+        to: ResponseKind,
+    },
+}
+
+impl FrequencyResponse {
+    /// Number of frequencies.
+    pub fn len(&self) -> usize {
+        self.frequency_hz.len()
+    }
+
+    /// Whether there is no frequency.
+    pub fn is_empty(&self) -> bool {
+        self.frequency_hz.is_empty()
+    }
+
+    /// Outputs and inputs.
+    pub fn shape(&self) -> (usize, usize) {
+        (self.outputs.len(), self.inputs.len())
+    }
+
+    /// The matrix at frequency index `f`.
+    pub fn at(&self, f: usize) -> Array2<Complex64> {
+        self.value.index_axis(Axis(0), f).to_owned()
+    }
+
+    /// E|δH_ij|² at frequency index `f`; NaN without a covariance.
+    pub fn variance(&self, f: usize, output: usize, input: usize) -> f64 {
+        self.uncertainty.as_ref().map_or(f64::NAN, |u| u.noise[[f, output, output]].re * u.input_inverse[[f, input, input]].re)
+    }
+
+    /// The same response on the frequencies `low_hz..=high_hz` only.
+    #[must_use]
+    pub fn band(&self, low_hz: f64, high_hz: f64) -> Self {
+        let keep: Vec<usize> = (0..self.len()).filter(|&f| (low_hz..=high_hz).contains(&self.frequency_hz[f])).collect();
+        FrequencyResponse {
+            frequency_hz: keep.iter().map(|&f| self.frequency_hz[f]).collect(),
+            inputs: self.inputs.clone(),
+            outputs: self.outputs.clone(),
+            kind: self.kind,
+            value: self.value.select(Axis(0), &keep),
+            uncertainty: self.uncertainty.as_ref().map(|u| Uncertainty {
+                noise: u.noise.select(Axis(0), &keep),
+                input_inverse: u.input_inverse.select(Axis(0), &keep),
+                ..u.clone()
+            }),
+        }
+    }
+
+    /// The matrix inverse at each frequency, inputs and outputs swapped, with its covariance:
+    /// δ(H⁻¹) = −H⁻¹ δH H⁻¹ keeps the Kronecker form.
+    ///
+    /// # Errors
+    /// [`ResponseError::NotSquare`].
+    pub fn inverse(&self) -> Result<Self, ResponseError> {
+        let (p, q) = self.shape();
+        if p != q {
+            return Err(ResponseError::NotSquare { outputs: p, inputs: q });
+        }
+        let mut value = Array3::from_elem((self.len(), q, p), Complex64::new(f64::NAN, f64::NAN));
+        let mut uncertainty = self.uncertainty.clone();
+        for f in 0..self.len() {
+            let Some(inverse) = crate::matrix::inverse(&self.at(f)) else { continue };
+            if let (Some(out), Some(own)) = (&mut uncertainty, &self.uncertainty) {
+                let hermitian = inverse.t().mapv(|v| v.conj());
+                let noise = inverse.dot(&own.noise.index_axis(Axis(0), f)).dot(&hermitian);
+                let input = hermitian.dot(&own.input_inverse.index_axis(Axis(0), f)).dot(&inverse);
+                out.noise.index_axis_mut(Axis(0), f).assign(&noise);
+                out.input_inverse.index_axis_mut(Axis(0), f).assign(&input);
+            }
+            value.index_axis_mut(Axis(0), f).assign(&inverse);
+        }
+        Ok(FrequencyResponse {
+            frequency_hz: self.frequency_hz.clone(),
+            inputs: self.outputs.clone(),
+            outputs: self.inputs.clone(),
+            kind: match self.kind {
+                ResponseKind::Compliance => ResponseKind::DynamicStiffness,
+                ResponseKind::DynamicStiffness => ResponseKind::Compliance,
+                ResponseKind::Impedance => ResponseKind::Admittance,
+                ResponseKind::Admittance => ResponseKind::Impedance,
+                ResponseKind::Transfer => ResponseKind::Transfer,
+            },
+            value,
+            uncertainty,
+        })
+    }
+
+    /// The same system as another of the four mechanical responses, covariance carried along.
+    ///
+    /// # Errors
+    /// [`ResponseError`] if an inverse is needed and there is none, or the channels are not effort and motion.
+    pub fn to_kind(&self, kind: ResponseKind) -> Result<Self, ResponseError> {
+        if kind == self.kind {
+            return Ok(self.clone());
+        }
+        if kind == ResponseKind::Transfer || self.kind == ResponseKind::Transfer {
+            return Err(ResponseError::NoMeaning { from: self.kind, to: kind });
+        }
+        let mut response = if kind.is_effort_over_motion() == self.kind.is_effort_over_motion() { self.clone() } else { self.inverse()? };
+        let power = kind.power_of_s() - response.kind.power_of_s();
+        for f in 0..response.len() {
+            let s = Complex64::new(0.0, TAU * response.frequency_hz[f]);
+            let factor = if power == 0 { Complex64::new(1.0, 0.0) } else { s.powi(power) };
+            response.value.index_axis_mut(Axis(0), f).mapv_inplace(|v| v * factor);
+            if let Some(u) = &mut response.uncertainty {
+                u.noise.index_axis_mut(Axis(0), f).mapv_inplace(|v| v * factor.norm_sqr());
+            }
+        }
+        response.kind = kind;
+        Ok(response)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use ndarray::arr2;
+
+    fn example() -> FrequencyResponse {
+        let c = |re: f64, im: f64| Complex64::new(re, im);
+        let at = arr2(&[[c(2.0, 0.3), c(-0.4, 0.1)], [c(-0.5, 0.0), c(1.5, -0.7)]]);
+        FrequencyResponse {
+            frequency_hz: vec![1.5],
+            inputs: vec!["force_x".into(), "force_y".into()],
+            outputs: vec!["pos_x".into(), "pos_y".into()],
+            kind: ResponseKind::Compliance,
+            value: at.insert_axis(Axis(0)),
+            uncertainty: Some(Uncertainty {
+                noise: arr2(&[[c(0.02, 0.0), c(0.005, 0.001)], [c(0.005, -0.001), c(0.01, 0.0)]]).insert_axis(Axis(0)),
+                input_inverse: arr2(&[[c(1.0, 0.0), c(0.2, 0.1)], [c(0.2, -0.1), c(0.7, 0.0)]]).insert_axis(Axis(0)),
+                degrees_of_freedom: 20.0,
+                independent_spacing_hz: 0.1,
+                kernel: Kernel::default(),
+            }),
+        }
+    }
+
+    #[test]
+    fn two_inversions_give_the_same_response_and_covariance() {
+        let once = example();
+        let twice = once.inverse().expect("square").inverse().expect("square");
+        assert!(once.value.iter().zip(&twice.value).all(|(a, b)| (a - b).norm() < 1e-14));
+        for (i, j) in [(0, 0), (0, 1), (1, 0), (1, 1)] {
+            assert!((once.variance(0, i, j) / twice.variance(0, i, j) - 1.0).abs() < 1e-12);
+        }
+    }
+
+    #[test]
+    fn impedance_is_stiffness_over_s() {
+        let stiffness = example().to_kind(ResponseKind::DynamicStiffness).expect("square");
+        let impedance = example().to_kind(ResponseKind::Impedance).expect("square");
+        let s = Complex64::new(0.0, TAU * 1.5);
+        assert!((stiffness.value[[0, 0, 1]] / s - impedance.value[[0, 0, 1]]).norm() < 1e-14);
+        assert_eq!(impedance.inputs, ["pos_x", "pos_y"]);
+        assert!((stiffness.variance(0, 0, 1) / s.norm_sqr() / impedance.variance(0, 0, 1) - 1.0).abs() < 1e-12);
+    }
+}
