@@ -74,7 +74,18 @@ impl CrossSpectra {
         kernel: Kernel,
     ) -> Self {
         assert_eq!(lower.len(), channels * (channels + 1) / 2 * frequency_hz.len(), "lower triangle of {channels} channels");
-        CrossSpectra { channels, sample_rate_hz, frequency_hz, lower, effective_averages, segments, trials: 1, independent_spacing_hz, kernel, mean_removed: true }
+        CrossSpectra {
+            channels,
+            sample_rate_hz,
+            frequency_hz,
+            lower,
+            effective_averages,
+            segments,
+            trials: 1,
+            independent_spacing_hz,
+            kernel,
+            mean_removed: true,
+        }
     }
 
     /// ⟨A B*⟩ at frequency index `f`.

@@ -8,6 +8,8 @@
 //! one-sided. It is the conjugate-transposed order of SciPy: `S[a][b] = scipy.signal.csd(b, a)`.
 
 mod cross_spectra;
+mod excitation;
+mod filter;
 mod quantity;
 mod recording;
 mod segments;
@@ -15,6 +17,8 @@ mod welch;
 mod window;
 
 pub use cross_spectra::{CrossSpectra, Kernel, SpectraError};
+pub use excitation::{ExcitationError, FilteredNoise, InputCoherence, SeedCriterion, SeedSearch, input_coherence, ramp};
+pub use filter::{FilterError, Passband, Section, SosFilter, SosStream};
 pub use quantity::{Quantity, Unit, UnknownUnit};
 pub use recording::{Channel, Recording, RecordingError};
 pub use segments::{Detrend, effective_averages};

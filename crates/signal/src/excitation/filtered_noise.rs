@@ -1,0 +1,212 @@
+//! Band-limited uniform noise, one independent stream an axis, and the search for a seed whose axes look independent.
+
+use super::input_coherence::{InputCoherence, input_coherence};
+use super::{ExcitationError, positive};
+use crate::{Passband, SosFilter, Welch};
+use rand::{RngExt, SeedableRng};
+use rand_chacha::ChaCha8Rng;
+use rayon::prelude::*;
+use serde::{Deserialize, Serialize};
+use std::sync::atomic::{AtomicUsize, Ordering};
+
+/// Uniform noise through a Butterworth low-pass: the perturbation of Palazzolo et al. (2007).
+///
+/// ```
+/// use ndof_signal::FilteredNoise;
+/// let forces = FilteredNoise { axes: 2, rms: 4.0, ..FilteredNoise::default() }.generate(1)?;
+/// assert_eq!((forces.len(), forces[0].len()), (2, 25_000));
+/// # Ok::<(), ndof_signal::ExcitationError>(())
+/// ```
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct FilteredNoise {
+    /// Number of signals.
+    pub axes: usize,
+    /// Samples in each.
+    pub samples: usize,
+    /// Sample rate.
+    pub sample_rate_hz: f64,
+    /// Root mean square of each signal, exact; in the unit of the signal.
+    pub rms: f64,
+    /// Corner of the low-pass.
+    pub cutoff_hz: f64,
+    /// Order of the low-pass.
+    pub order: usize,
+    /// Time that the filter runs before the signal begins.
+    pub warm_up_s: f64,
+}
+
+impl Default for FilteredNoise {
+    /// The paper's: 50 s at 500 Hz, eighth order, 15 Hz; one axis, unit rms.
+    fn default() -> Self {
+        FilteredNoise { axes: 1, samples: 25_000, sample_rate_hz: 500.0, rms: 1.0, cutoff_hz: 15.0, order: 8, warm_up_s: 2.0 }
+    }
+}
+
+/// How candidates of the seed search are judged.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct SeedCriterion {
+    /// The analysis with which the recording will be treated.
+    pub welch: Welch,
+    /// The band that counts, in Hz.
+    pub band_hz: (f64, f64),
+    /// Seeds to try.
+    pub candidates: usize,
+}
+
+impl Default for SeedCriterion {
+    /// The paper's second setting over 0.25 to 12 Hz, 300 seeds.
+    fn default() -> Self {
+        SeedCriterion { welch: Welch::smooth(), band_hz: (0.25, 12.0), candidates: 300 }
+    }
+}
+
+/// What a seed search found.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct SeedSearch {
+    /// The best seed.
+    pub seed: u64,
+    /// What it reaches.
+    pub coherence: InputCoherence,
+    /// Seeds tried.
+    pub tried: usize,
+    /// Median over all candidates of the largest coherence: what chance gives.
+    pub median_max: f64,
+}
+
+impl FilteredNoise {
+    fn filter(&self) -> Result<SosFilter, ExcitationError> {
+        positive("rms", self.rms)?;
+        positive("number of axes", self.axes as f64)?;
+        positive("number of samples", self.samples as f64)?;
+        if !(self.warm_up_s.is_finite() && self.warm_up_s >= 0.0) {
+            return Err(ExcitationError::NotPositive { what: "warm-up in seconds", value: self.warm_up_s });
+        }
+        Ok(SosFilter::butterworth(self.order, Passband::Low(self.cutoff_hz), self.sample_rate_hz)?)
+    }
+
+    /// The signals, one an axis; axis k is stream k of the generator with this seed.
+    ///
+    /// # Errors
+    /// [`ExcitationError`] if a setting makes no sense.
+    pub fn generate(&self, seed: u64) -> Result<Vec<Vec<f64>>, ExcitationError> {
+        let filter = self.filter()?;
+        Ok((0..self.axes).map(|axis| self.axis(&filter, seed, axis)).collect())
+    }
+
+    fn axis(&self, filter: &SosFilter, seed: u64, axis: usize) -> Vec<f64> {
+        let mut rng = ChaCha8Rng::seed_from_u64(seed);
+        rng.set_stream(axis as u64);
+        let mut stream = filter.stream();
+        let mut draw = || stream.step(rng.random_range(-1.0..1.0));
+        for _ in 0..(self.warm_up_s * self.sample_rate_hz).ceil() as usize {
+            draw();
+        }
+        let mut signal: Vec<f64> = (0..self.samples).map(|_| draw()).collect();
+        let mean_square = signal.iter().map(|s| s * s).sum::<f64>() / self.samples as f64;
+        let scale = self.rms / mean_square.sqrt();
+        signal.iter_mut().for_each(|s| *s *= scale);
+        signal
+    }
+
+    /// Of the seeds `first_seed`, `first_seed + 1`, … the one whose axes have the lowest coherence with each other:
+    /// the smallest maximum over the band and the axes (each against all others together), then the smallest mean.
+    ///
+    /// The same for any number of threads. `progress` is called with (done, total) from the working threads.
+    ///
+    /// # Errors
+    /// [`ExcitationError`] if a setting makes no sense.
+    ///
+    /// ```
+    /// use ndof_signal::{FilteredNoise, SeedCriterion, Welch};
+    /// let noise = FilteredNoise { axes: 3, samples: 4000, ..FilteredNoise::default() };
+    /// let criterion = SeedCriterion { welch: Welch::new(512), band_hz: (1.0, 12.0), candidates: 20 };
+    /// let found = noise.search(1, &criterion, &|_, _| ())?;
+    /// assert!(found.coherence.max < found.median_max);
+    /// # Ok::<(), ndof_signal::ExcitationError>(())
+    /// ```
+    pub fn search(&self, first_seed: u64, criterion: &SeedCriterion, progress: &(dyn Fn(usize, usize) + Sync)) -> Result<SeedSearch, ExcitationError> {
+        let done = AtomicUsize::new(0);
+        let scores = (0..criterion.candidates)
+            .into_par_iter()
+            .map(|k| {
+                let signals = self.generate(first_seed.wrapping_add(k as u64))?;
+                let columns: Vec<&[f64]> = signals.iter().map(Vec::as_slice).collect();
+                let coherence = input_coherence(&criterion.welch.spectra(self.sample_rate_hz, &columns)?, criterion.band_hz)?;
+                progress(done.fetch_add(1, Ordering::Relaxed) + 1, criterion.candidates);
+                Ok(coherence)
+            })
+            .collect::<Result<Vec<InputCoherence>, ExcitationError>>()?;
+        let (best, &coherence) =
+            scores.iter().enumerate().min_by(|(_, a), (_, b)| a.max.total_cmp(&b.max).then(a.mean.total_cmp(&b.mean))).ok_or(ExcitationError::NoCandidates)?;
+        let mut maxima: Vec<f64> = scores.iter().map(|s| s.max).collect();
+        maxima.sort_by(f64::total_cmp);
+        let middle = maxima.len() / 2;
+        let median_max = if maxima.len().is_multiple_of(2) { (maxima[middle - 1] + maxima[middle]) / 2.0 } else { maxima[middle] };
+        Ok(SeedSearch { seed: first_seed.wrapping_add(best as u64), coherence, tried: scores.len(), median_max })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_rms_is_exact_and_axes_and_seeds_differ() {
+        let noise = FilteredNoise { axes: 3, samples: 5000, rms: 4.0, ..FilteredNoise::default() };
+        let signals = noise.generate(5).expect("valid");
+        for s in &signals {
+            let rms = (s.iter().map(|v| v * v).sum::<f64>() / 5000.0).sqrt();
+            assert!((rms / 4.0 - 1.0).abs() < 1e-12);
+        }
+        assert_ne!(signals[0], signals[1]);
+        assert_ne!(signals, noise.generate(6).expect("valid"));
+        assert_eq!(signals, noise.generate(5).expect("valid"));
+    }
+
+    #[test]
+    fn an_axis_does_not_depend_on_how_many_there_are() {
+        let noise = FilteredNoise { samples: 1000, ..FilteredNoise::default() };
+        assert_eq!(noise.generate(2).expect("valid")[0], FilteredNoise { axes: 4, ..noise }.generate(2).expect("valid")[0]);
+    }
+
+    /// SCIENCE B.1: white noise of variance A²/3 keeps 0.0604 of it, so rms = 0.1419 A.
+    #[test]
+    fn the_filter_passes_the_share_of_variance_that_theory_says() {
+        let filter = SosFilter::butterworth(8, Passband::Low(15.0), 500.0).expect("valid");
+        let mut impulse = vec![0.0; 5000];
+        impulse[0] = 1.0;
+        let share: f64 = filter.filter(&impulse).iter().map(|h| h * h).sum();
+        assert!((share - 0.0604).abs() < 5e-5, "{share}");
+    }
+
+    /// The coherence of independent streams is on average 1/n_e: 0.0423 for the paper's second setting.
+    #[test]
+    fn the_search_finds_less_than_chance_on_every_number_of_threads() {
+        let noise = FilteredNoise { axes: 2, ..FilteredNoise::default() };
+        let criterion = SeedCriterion { candidates: 24, ..SeedCriterion::default() };
+        let calls = AtomicUsize::new(0);
+        let found = noise
+            .search(100, &criterion, &|_, _| {
+                calls.fetch_add(1, Ordering::Relaxed);
+            })
+            .expect("valid");
+        assert_eq!((found.tried, calls.into_inner()), (24, 24));
+        let columns = noise.generate(found.seed).expect("valid");
+        let again = input_coherence(&criterion.welch.spectra(500.0, &[&columns[0], &columns[1]]).expect("valid"), criterion.band_hz).expect("bins");
+        assert_eq!(again, found.coherence);
+        assert!(found.coherence.max < found.median_max);
+        let one = rayon::ThreadPoolBuilder::new().num_threads(1).build().expect("pool");
+        assert_eq!(one.install(|| noise.search(100, &criterion, &|_, _| ())).expect("valid"), found);
+    }
+
+    #[test]
+    fn settings_without_sense_are_refused() {
+        let ok = FilteredNoise::default();
+        assert!(matches!(FilteredNoise { rms: 0.0, ..ok.clone() }.generate(1), Err(ExcitationError::NotPositive { what: "rms", .. })));
+        assert!(matches!(FilteredNoise { cutoff_hz: 300.0, ..ok.clone() }.generate(1), Err(ExcitationError::Filter(_))));
+        assert!(matches!(FilteredNoise { axes: 0, ..ok.clone() }.generate(1), Err(ExcitationError::NotPositive { .. })));
+        let none = SeedCriterion { candidates: 0, ..SeedCriterion::default() };
+        assert_eq!(ok.search(1, &none, &|_, _| ()).unwrap_err(), ExcitationError::NoCandidates);
+    }
+}
