@@ -1,11 +1,22 @@
 //! Spectral system identification with any number of inputs and outputs.
 //!
 //! [`Ports`] says which channels are inputs, outputs and references; estimators turn
-//! [`CrossSpectra`](ndof_signal::CrossSpectra) into a [`FrequencyResponse`] with its covariance.
+//! [`CrossSpectra`](ndof_signal::CrossSpectra) into a [`FrequencyResponse`] with its covariance. [`estimate`] does it all
+//! from recordings.
 
+mod estimate;
+mod hermitian;
+mod labels;
 mod matrix;
 mod ports;
 mod response;
+mod warning;
 
+pub use estimate::{
+    Coherence, DerivedEstimate, Direct, DirectEstimate, EstimateError, Estimates, LARGEST_CONDITION, Significance, SpectralMethod, ToReference,
+    WEAK_INSTRUMENT, derived, direct, estimate,
+};
+pub use labels::Labels;
 pub use ports::{Ports, PortsError};
 pub use response::{FrequencyResponse, ResponseError, ResponseKind, Uncertainty};
+pub use warning::Warning;

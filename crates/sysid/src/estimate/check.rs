@@ -1,0 +1,64 @@
+//! What every estimator refuses, in the same words.
+
+use super::EstimateError;
+use crate::labels::Labels;
+use crate::ports::Ports;
+use ndof_signal::CrossSpectra;
+
+/// Channels fit the spectra, labels fit the channels.
+pub(crate) fn ports(spectra: &CrossSpectra, ports: &Ports, labels: &Labels) -> Result<(), EstimateError> {
+    ports.validate(spectra.channels())?;
+    for (role, labels, ports) in [
+        ("input", labels.inputs.len(), ports.inputs.len()),
+        ("output", labels.outputs.len(), ports.outputs.len()),
+        ("reference", labels.references.len(), ports.references.len()),
+    ] {
+        if labels != ports {
+            return Err(EstimateError::Labels { role, labels, ports });
+        }
+    }
+    Ok(())
+}
+
+/// ν = n_e − q, which must be positive.
+pub(crate) fn degrees_of_freedom(averages: f64, unknowns: usize) -> Result<f64, EstimateError> {
+    let freedom = averages - unknowns as f64;
+    // n_e of segments that do not overlap is a whole number up to round-off; below it nothing is left to judge by.
+    if freedom > 1e-9 { Ok(freedom) } else { Err(EstimateError::TooFewAverages { averages, unknowns }) }
+}
+
+/// An error that names the channels to blame if no bin has an estimate.
+pub(crate) fn not_all_singular(
+    spectra: &CrossSpectra,
+    channels: &[usize],
+    names: &[String],
+    role: &'static str,
+    singular: &[usize],
+) -> Result<(), EstimateError> {
+    let bins = spectra.frequency_hz().len() - usize::from(spectra.mean_removed());
+    if singular.len() < bins {
+        return Ok(());
+    }
+    for (name, &channel) in names.iter().zip(channels) {
+        if singular.iter().all(|&f| spectra.power(f, channel) <= 0.0) {
+            return Err(EstimateError::Silent { role, name: name.clone() });
+        }
+    }
+    let mut worst = (0.0, Vec::new());
+    for i in 0..channels.len() {
+        for j in 0..i {
+            let sum: f64 = singular
+                .iter()
+                .map(|&f| spectra.at(f, channels[i], channels[j]).norm_sqr() / (spectra.power(f, channels[i]) * spectra.power(f, channels[j])))
+                .filter(|c| c.is_finite())
+                .sum();
+            let mean = sum / singular.len().max(1) as f64;
+            if mean > worst.0 {
+                worst = (mean, vec![names[j].clone(), names[i].clone()]);
+            }
+        }
+    }
+    // No pair alone explains it: three or more channels depend on each other.
+    let names = if worst.0 > 0.999 { worst.1 } else { names.to_vec() };
+    Err(EstimateError::Dependent { role, names })
+}

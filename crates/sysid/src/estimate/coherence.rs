@@ -1,0 +1,74 @@
+//! Coherences of an estimate, and what chance alone would give.
+
+use ndarray::{Array2, Array3};
+use serde::{Deserialize, Serialize};
+use statrs::distribution::{Beta, ContinuousCDF};
+
+/// Magnitude-squared coherences, uncorrected for bias; NaN where they do not exist.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Coherence {
+    /// γ²_ij = |S_ij|² / (S_ii S_jj), [f][p][q].
+    pub ordinary: Array3<f64>,
+    /// Of input j on output i given all other inputs, [f][p][q]:
+    /// |H_ij|² / (|H_ij|² + S_nn,ii [S_uu⁻¹]_jj).
+    pub partial: Array3<f64>,
+    /// Of all inputs together on output i, [f][p]: [H S_uu Hᴴ]_ii / ([H S_uu Hᴴ]_ii + S_nn,ii).
+    pub multiple: Array2<f64>,
+}
+
+impl Coherence {
+    /// Room for `f` frequencies, `p` outputs and `q` inputs, NaN throughout.
+    pub(crate) fn nan(f: usize, p: usize, q: usize) -> Self {
+        Coherence {
+            ordinary: Array3::from_elem((f, p, q), f64::NAN),
+            partial: Array3::from_elem((f, p, q), f64::NAN),
+            multiple: Array2::from_elem((f, p), f64::NAN),
+        }
+    }
+
+    /// Multiple coherence without the bias that a fit of q inputs to n averages has:
+    /// max(0, 1 − (1 − γ²) n / (n − q)).
+    pub fn multiple_corrected(&self, effective_averages: f64, inputs: usize) -> Array2<f64> {
+        self.multiple.mapv(|g| correct(g, effective_averages, inputs as f64))
+    }
+
+    /// Partial coherence without its bias: max(0, 1 − (1 − γ²) (n − q + 1) / (n − q)).
+    pub fn partial_corrected(&self, effective_averages: f64, inputs: usize) -> Array3<f64> {
+        self.partial.mapv(|g| correct(g, effective_averages - inputs as f64 + 1.0, 1.0))
+    }
+}
+
+fn correct(coherence: f64, averages: f64, explained: f64) -> f64 {
+    if coherence.is_nan() { f64::NAN } else { (1.0 - (1.0 - coherence) * averages / (averages - explained)).max(0.0) }
+}
+
+/// Coherences that independent noise exceeds in 5 % of all cases.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Significance {
+    /// 1 − 0.05^(1/(n − 1)).
+    pub ordinary: f64,
+    /// 1 − 0.05^(1/(n − q)).
+    pub partial: f64,
+    /// The 95 % quantile of Beta(q, n − q).
+    pub multiple: f64,
+}
+
+impl Significance {
+    /// The 95 % thresholds for `inputs` inputs and so many effective averages; NaN if there are not more averages
+    /// than inputs.
+    ///
+    /// ```
+    /// use ndof_sysid::Significance;
+    /// let threshold = Significance::at_95_percent(20.0, 2);
+    /// assert!((threshold.multiple - 0.2264).abs() < 5e-5);
+    /// ```
+    pub fn at_95_percent(effective_averages: f64, inputs: usize) -> Self {
+        let q = inputs as f64;
+        let tail = |dof: f64| if dof > 0.0 { 1.0 - 0.05_f64.powf(1.0 / dof) } else { f64::NAN };
+        Significance {
+            ordinary: tail(effective_averages - 1.0),
+            partial: tail(effective_averages - q),
+            multiple: Beta::new(q, effective_averages - q).map_or(f64::NAN, |beta| beta.inverse_cdf(0.95)),
+        }
+    }
+}

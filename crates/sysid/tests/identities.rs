@@ -1,0 +1,138 @@
+//! Identities that hold for any cross-spectra, to round-off.
+
+use ndarray::Array2;
+use ndof_signal::{CrossSpectra, Kernel};
+use ndof_sysid::{Direct, Labels, Ports, ResponseKind, derived, direct};
+use num_complex::Complex64;
+use rand::{RngExt, SeedableRng};
+use rand_chacha::ChaCha8Rng;
+
+/// Identities: a few hundred operations on numbers of order one.
+const ROUND_OFF: f64 = 1e-12;
+
+/// Spectra of `channels` channels that are random mixtures of each other, over `averages` draws, at `bins` frequencies.
+fn random_spectra(channels: usize, bins: usize, averages: usize, seed: u64) -> CrossSpectra {
+    let mut rng = ChaCha8Rng::seed_from_u64(seed);
+    let mut draw = || Complex64::new(rng.random_range(-1.0..1.0), rng.random_range(-1.0..1.0));
+    let mut lower = vec![Complex64::default(); channels * (channels + 1) / 2 * bins];
+    for f in 0..bins {
+        let mix = Array2::from_shape_fn((channels, channels), |_| draw());
+        let z = mix.dot(&Array2::from_shape_fn((channels, averages), |_| draw()));
+        for a in 0..channels {
+            for b in 0..=a {
+                let sum: Complex64 = (0..averages).map(|k| z[[a, k]] * z[[b, k]].conj()).sum();
+                lower[(a * (a + 1) / 2 + b) * bins + f] = sum / averages as f64;
+            }
+        }
+    }
+    CrossSpectra::from_parts(channels, 100.0, (0..bins).map(|f| f as f64).collect(), lower, averages as f64, averages, 1.0, Kernel::default())
+}
+
+/// References, inputs, outputs in this order.
+fn ports(r: usize, q: usize, p: usize) -> Ports {
+    Ports { references: (0..r).collect(), inputs: (r..r + q).collect(), outputs: (r + q..r + q + p).collect() }
+}
+
+fn labels(ports: &Ports) -> Labels {
+    Labels::numbered(ports, ResponseKind::Transfer)
+}
+
+#[test]
+fn the_derived_estimate_is_r_over_t_and_the_instrumental_variable_estimate() {
+    for n in 1..=6 {
+        let (spectra, ports) = (random_spectra(3 * n, 8, 6 * n, 3), ports(n, n, n));
+        let estimate = derived(&spectra, &ports, &labels(&ports)).expect("enough averages");
+        let t = estimate.to_reference.t.inverse().expect("square");
+        for f in 1..8 {
+            let quotient = estimate.to_reference.r.at(f).dot(&t.at(f));
+            let s_ur = spectra.block(f, &ports.inputs, &ports.references);
+            let from_instrument = estimate.response.at(f).dot(&s_ur);
+            for (i, j) in (0..n).flat_map(|i| (0..n).map(move |j| (i, j))) {
+                let c = estimate.response.value[[f, i, j]];
+                let condition = t.at(f).iter().map(|v| v.norm_sqr()).sum::<f64>() * estimate.to_reference.t.at(f).iter().map(|v| v.norm_sqr()).sum::<f64>();
+                assert!(
+                    (quotient[[i, j]] - c).norm() < 1e-15 * condition.max(100.0) * c.norm().max(1.0),
+                    "n = {n}, f = {f}: {} {c} {condition}",
+                    quotient[[i, j]]
+                );
+                let s_yr = spectra.at(f, ports.outputs[i], ports.references[j]);
+                assert!((from_instrument[[i, j]] - s_yr).norm() < 1e-13 * condition.max(10.0), "n = {n}, f = {f}");
+            }
+        }
+    }
+}
+
+#[test]
+fn inputs_that_are_their_own_references_make_derived_and_direct_the_same() {
+    let full = random_spectra(6, 5, 30, 4);
+    // Channels 0..3 as inputs and once more as references.
+    let map = [0, 1, 2, 0, 1, 2, 3, 4, 5];
+    let mut lower = Vec::new();
+    for a in 0..9 {
+        for b in 0..=a {
+            lower.extend((0..5).map(|f| full.at(f, map[a], map[b])));
+        }
+    }
+    let spectra = CrossSpectra::from_parts(9, 100.0, full.frequency_hz().to_vec(), lower, 30.0, 30, 1.0, Kernel::default());
+    let ports = ports(3, 3, 3);
+    let direct = direct(&spectra, &ports, &labels(&ports), Direct::H1).expect("estimate");
+    let derived = derived(&spectra, &ports, &labels(&ports)).expect("estimate");
+    for f in 1..5 {
+        for (i, j) in (0..3).flat_map(|i| (0..3).map(move |j| (i, j))) {
+            assert!((direct.response.value[[f, i, j]] - derived.response.value[[f, i, j]]).norm() < 1e-11);
+            assert!((direct.response.variance(f, i, j) / derived.response.variance(f, i, j) - 1.0).abs() < 1e-9);
+            for coherence in [&derived.coherence_paper, &derived.coherence_iv] {
+                assert!((direct.coherence.partial[[f, i, j]] - coherence.partial[[f, i, j]]).abs() < 1e-10);
+                assert!((direct.coherence.ordinary[[f, i, j]] - coherence.ordinary[[f, i, j]]).abs() < 1e-10);
+                assert!((direct.coherence.multiple[[f, i]] - coherence.multiple[[f, i]]).abs() < 1e-10);
+            }
+        }
+    }
+}
+
+#[test]
+fn hv_of_one_input_is_the_geometric_mean_of_h1_and_h2() {
+    let (spectra, ports) = (random_spectra(2, 20, 9, 5), ports(0, 1, 1));
+    let [h1, h2, hv] = [Direct::H1, Direct::H2, Direct::Hv].map(|m| direct(&spectra, &ports, &labels(&ports), m).expect("estimate"));
+    for f in 1..20 {
+        let (a, b, c) = (h1.response.value[[f, 0, 0]], h2.response.value[[f, 0, 0]], hv.response.value[[f, 0, 0]]);
+        assert!((c.norm() / (a.norm() * b.norm()).sqrt() - 1.0).abs() < ROUND_OFF);
+        assert!((c.arg() - a.arg()).abs() < ROUND_OFF);
+        // |H1/H2| is the coherence (Bendat & Piersol 2010, section 6.1).
+        assert!((a.norm() / b.norm() - h1.coherence.ordinary[[f, 0, 0]]).abs() < ROUND_OFF);
+    }
+}
+
+#[test]
+fn all_three_estimators_find_a_response_without_noise() {
+    let (q, p, bins) = (3, 3, 4);
+    let inputs = random_spectra(q, bins, 12, 6);
+    let mut rng = ChaCha8Rng::seed_from_u64(7);
+    let h = Array2::from_shape_fn((p, q), |_| Complex64::new(rng.random_range(-1.0..1.0), rng.random_range(-1.0..1.0)));
+    let mut lower = Vec::new();
+    let all: Vec<usize> = (0..q).collect();
+    let full: Vec<Array2<Complex64>> = (0..bins)
+        .map(|f| {
+            let s = inputs.block(f, &all, &all);
+            let mix = Array2::from_shape_fn((q + p, q), |(i, j)| if i < q { Complex64::from(f64::from(u8::from(i == j))) } else { h[[i - q, j]] });
+            mix.dot(&s).dot(&mix.t().mapv(|v: Complex64| v.conj()))
+        })
+        .collect();
+    for a in 0..q + p {
+        for b in 0..=a {
+            lower.extend(full.iter().map(|s| s[[a, b]]));
+        }
+    }
+    let spectra = CrossSpectra::from_parts(q + p, 100.0, inputs.frequency_hz().to_vec(), lower, 12.0, 12, 1.0, Kernel::default());
+    let ports = ports(0, q, p);
+    for method in [Direct::H1, Direct::H2, Direct::Hv] {
+        let estimate = direct(&spectra, &ports, &labels(&ports), method).expect("estimate");
+        for f in 1..bins {
+            for (i, j) in (0..p).flat_map(|i| (0..q).map(move |j| (i, j))) {
+                // Hv finds a null vector: half the digits of the smallest eigenvalue's gap.
+                assert!((estimate.response.value[[f, i, j]] - h[[i, j]]).norm() < 1e-10, "{method:?}");
+                assert!((estimate.coherence.multiple[[f, i]] - 1.0).abs() < ROUND_OFF);
+            }
+        }
+    }
+}
