@@ -4,18 +4,22 @@
 //! [`CrossSpectra`](ndof_signal::CrossSpectra) into a [`FrequencyResponse`] with its covariance. [`estimate`] does it all
 //! from recordings.
 
+mod conditioned;
 mod estimate;
 mod hermitian;
+mod interval;
 mod labels;
 mod matrix;
 mod ports;
 mod response;
 mod warning;
 
+pub use conditioned::{Conditioned, conditioned};
 pub use estimate::{
     Coherence, DerivedEstimate, Direct, DirectEstimate, EstimateError, Estimates, LARGEST_CONDITION, Significance, SpectralMethod, ToReference,
     WEAK_INSTRUMENT, derived, direct, estimate,
 };
+pub use interval::{Confidence, GainPhase, paper_random_error};
 pub use labels::Labels;
 pub use ports::{Ports, PortsError};
 pub use response::{FrequencyResponse, ResponseError, ResponseKind, Uncertainty};

@@ -2,7 +2,7 @@
 
 use ndarray::Array2;
 use ndof_signal::{CrossSpectra, Kernel};
-use ndof_sysid::{Direct, Labels, Ports, ResponseKind, derived, direct};
+use ndof_sysid::{Direct, Labels, Ports, ResponseKind, conditioned, derived, direct};
 use num_complex::Complex64;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
@@ -132,6 +132,41 @@ fn all_three_estimators_find_a_response_without_noise() {
                 // Hv finds a null vector: half the digits of the smallest eigenvalue's gap.
                 assert!((estimate.response.value[[f, i, j]] - h[[i, j]]).norm() < 1e-10, "{method:?}");
                 assert!((estimate.coherence.multiple[[f, i]] - 1.0).abs() < ROUND_OFF);
+            }
+        }
+    }
+}
+
+#[test]
+fn recursion_cholesky_and_schur_complement_agree() {
+    for (q, p) in [(1, 1), (2, 2), (2, 3), (4, 3), (6, 6)] {
+        let (spectra, ports) = (random_spectra(q + p, 6, 4 * (p + q), 8), ports(0, q, p));
+        let estimate = direct(&spectra, &ports, &labels(&ports), Direct::H1).expect("estimate");
+        let freedom = 4.0 * (p + q) as f64 - q as f64;
+        let noise = &estimate.response.uncertainty.as_ref().expect("covariance").noise;
+        for f in 1..6 {
+            let ordered = conditioned(&spectra, f, &ports.inputs, &ports.outputs).expect("independent inputs");
+            let (h, multiple) = (ordered.response(), ordered.multiple_coherence());
+            let condition = estimate.input_condition_number[f];
+            let schur = &spectra.block(f, &ports.outputs, &ports.outputs) - &h.dot(&spectra.block(f, &ports.inputs, &ports.outputs));
+            for i in 0..p {
+                let power = spectra.power(f, ports.outputs[i]);
+                assert!((multiple[i] - estimate.coherence.multiple[[f, i]]).abs() < ROUND_OFF * condition);
+                for k in 0..p {
+                    assert!((ordered.residual[[i, k]] - noise[[f, i, k]] * freedom).norm() < ROUND_OFF * power.max(1.0));
+                    assert!((ordered.residual[[i, k]] - schur[[i, k]]).norm() < ROUND_OFF * power.max(1.0) * condition);
+                }
+                for j in 0..q {
+                    assert!((h[[i, j]] - estimate.response.value[[f, i, j]]).norm() < ROUND_OFF * condition);
+                    // Given all others means conditioned last.
+                    let mut order = ports.inputs.clone();
+                    order.swap(j, q - 1);
+                    let last = conditioned(&spectra, f, &order, &ports.outputs).expect("independent inputs");
+                    assert!((last.partial_coherence[[i, q - 1]] - estimate.coherence.partial[[f, i, j]]).abs() < ROUND_OFF * condition);
+                    // Multiple coherence is never below the ordinary one, nor below the share that partial coherence adds.
+                    assert!(estimate.coherence.multiple[[f, i]] + ROUND_OFF >= estimate.coherence.ordinary[[f, i, j]]);
+                    assert!(estimate.coherence.multiple[[f, i]] + ROUND_OFF >= estimate.coherence.partial[[f, i, j]]);
+                }
             }
         }
     }
