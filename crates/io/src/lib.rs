@@ -1,1 +1,40 @@
-//! Recording files: one module a format, and atomic writing.
+//! Recording files: one module a format, and writing that never leaves half a file.
+//!
+//! [`read`] turns a file into a [`ReadRecording`]: channels in SI units at one rate, with a [`Note`] for everything
+//! that was done to get there (a unit converted, a stretch resampled, a column ignored). [`write`] is its inverse.
+//! What a file does not say is never guessed in silence: it is an [`IoError`] that names the file, the place and the
+//! remedy, or a note.
+//!
+//! ```
+//! use ndof_io::{ReadOptions, read_bytes};
+//! let file = b"# sample_rate_hz: 500\nforce_x [N],pos_x [mm]\n1.5,2.0\n1.25,2.5\n";
+//! let read = read_bytes(file, "trial.csv", &ReadOptions::default())?;
+//! assert_eq!(read.recording.channel("pos_x")?.samples, [0.002, 0.0025]);
+//! assert_eq!(read.notes[0].code, "unit-converted");
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
+
+mod assemble;
+mod atomic;
+#[cfg(feature = "csv")]
+mod csv;
+mod error;
+mod formats;
+mod limits;
+mod note;
+mod options;
+mod read;
+mod resample;
+mod table;
+mod time;
+mod units;
+mod write;
+
+pub use atomic::write_atomic;
+pub use error::{IoError, Place};
+pub use formats::{Format, formats};
+pub use note::Note;
+pub use options::{ReadOptions, Resample};
+pub use read::{MissingSamples, ReadRecording, read, read_bytes};
+pub use units::infer_unit;
+pub use write::{encode, write};

@@ -1,0 +1,89 @@
+//! A recording as CSV, such that reading it gives the same recording bit for bit.
+
+use super::header::{escape, is_key};
+use crate::assemble::{RATE_KEY, RESERVED_KEYS, SAMPLES_KEY, START_KEY, is_time};
+use crate::error::IoError;
+use crate::units::{infer_unit, split_name};
+use ndof_signal::{Channel, Recording, Unit};
+use std::fmt::Write;
+
+/// The bytes of the file.
+pub(crate) fn write(recording: &Recording, file: &str) -> Result<Vec<u8>, IoError> {
+    let unwritable = |what: String, remedy| IoError::Unwritable { file: file.to_owned(), what, format: "CSV", remedy };
+    if recording.is_empty() {
+        return Err(unwritable("a recording without samples".to_owned(), "record or keep at least one"));
+    }
+    let separator = if file.to_ascii_lowercase().ends_with(".tsv") { '\t' } else { ',' };
+    let mut out = String::with_capacity(recording.len() * recording.channels().len() * 20);
+    for (key, value) in recording.metadata() {
+        if RESERVED_KEYS.contains(&key.as_str()) {
+            continue;
+        }
+        if !is_key(key) {
+            return Err(unwritable(format!("metadata key {key:?}"), "use letters, digits, blanks and _ - . / in keys"));
+        }
+        let _ = writeln!(out, "# {key}: {}", escape(value));
+    }
+    let _ = writeln!(out, "# {RATE_KEY}: {}", Shortest(recording.sample_rate_hz()));
+    if recording.start_s() != 0.0 {
+        let _ = writeln!(out, "# {START_KEY}: {}", Shortest(recording.start_s()));
+    }
+    let _ = writeln!(out, "# {SAMPLES_KEY}: {}", recording.len());
+    for (i, channel) in recording.channels().iter().enumerate() {
+        if i > 0 {
+            out.push(separator);
+        }
+        let title = title(channel).ok_or_else(|| {
+            unwritable(
+                format!("channel {:?} in {:?}", channel.name, channel.unit.symbol()),
+                "give it a name of one line without blanks at its ends other than `t` or `time`, and a unit without brackets",
+            )
+        })?;
+        out.push_str(&quoted(&title, separator));
+    }
+    out.push('\n');
+    let columns: Vec<&[f64]> = recording.channels().iter().map(|c| c.samples.as_slice()).collect();
+    for row in 0..recording.len() {
+        for (i, column) in columns.iter().enumerate() {
+            if i > 0 {
+                out.push(separator);
+            }
+            let _ = write!(out, "{}", Shortest(column[row]));
+        }
+        out.push('\n');
+    }
+    Ok(out.into_bytes())
+}
+
+/// `name [unit]`, or [`None`] if that would be read as something else.
+fn title(channel: &Channel) -> Option<String> {
+    let (name, unit) = (&channel.name, &channel.unit);
+    if name.is_empty() || name.trim() != name || is_time(name) || name.contains(char::is_control) {
+        return None;
+    }
+    let title = match unit.symbol() {
+        "" if infer_unit(name).is_none() && split_name(name).1.is_none() => name.clone(),
+        "" => format!("{name} [1]"),
+        symbol => format!("{name} [{symbol}]"),
+    };
+    let (read_name, read_unit) = split_name(&title);
+    let back = read_unit.map_or(Unit::other(""), |text| Unit::parse(text).map_or_else(|_| Unit::other(text), |(unit, _)| unit));
+    (read_name == name && back == *unit && !unit.symbol().contains(char::is_control)).then_some(title)
+}
+
+/// Quotes a title that would otherwise be taken for a number, a comment or several cells.
+fn quoted(title: &str, separator: char) -> String {
+    let name = split_name(title).0;
+    let plain = !title.contains([',', ';', '\t', '"', '#', separator]) && !name.contains(['[', ']', '(', ')']) && name.contains(char::is_alphabetic);
+    if plain && name.parse::<f64>().is_err() { title.to_owned() } else { format!("\"{}\"", title.replace('"', "\"\"")) }
+}
+
+/// The fewest digits that read back as the same number, with an exponent where that is shorter.
+struct Shortest(f64);
+
+impl std::fmt::Display for Shortest {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        let magnitude = self.0.abs();
+        if magnitude == 0.0 || (1e-5..1e16).contains(&magnitude) { write!(f, "{}", self.0) } else { write!(f, "{:e}", self.0) }
+    }
+}

@@ -1,0 +1,94 @@
+//! Reading a recording from any format.
+
+use crate::assemble::assemble;
+use crate::error::{IoError, Place};
+use crate::formats;
+use crate::limits::MAX_BYTES;
+use crate::note::Note;
+use crate::options::ReadOptions;
+use ndof_signal::Recording;
+use std::fs::File;
+use std::io::Read;
+use std::path::Path;
+
+/// Samples of a channel that the file does not have.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct MissingSamples {
+    /// The channel.
+    pub channel: String,
+    /// Where the first one is.
+    pub place: Place,
+    /// Its row, from 0.
+    pub first_sample: usize,
+    /// How many there are.
+    pub count: usize,
+    /// Out of how many.
+    pub total: usize,
+}
+
+/// A recording with what was done to get it.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ReadRecording {
+    /// The file's name, for messages.
+    pub file: String,
+    /// The samples in SI units.
+    pub recording: Recording,
+    /// Conversions and assumptions, in the order of the file.
+    pub notes: Vec<Note>,
+    /// Channels with missing samples; empty unless [`ReadOptions::allow_nan`] is set.
+    pub missing: Vec<MissingSamples>,
+}
+
+impl ReadRecording {
+    /// Checks that the channels `used` (all, if `None`) miss no sample.
+    ///
+    /// # Errors
+    /// [`IoError::Missing`] with the first place.
+    pub fn require_complete(&self, used: Option<&[&str]>) -> Result<(), IoError> {
+        match self.missing.iter().find(|m| used.is_none_or(|names| names.contains(&m.channel.as_str()))) {
+            Some(m) => Err(IoError::Missing { file: self.file.clone(), place: m.place, channel: m.channel.clone(), count: m.count, total: m.total }),
+            None => Ok(()),
+        }
+    }
+}
+
+/// Reads a recording; the format follows from the content, then from the suffix. `-` is standard input, as CSV.
+///
+/// # Errors
+/// [`IoError`] with file, place and remedy.
+pub fn read(path: &Path, options: &ReadOptions) -> Result<ReadRecording, IoError> {
+    if path.as_os_str() == "-" {
+        let file = "standard input";
+        let bytes = all_bytes(file, std::io::stdin().lock(), 0)?;
+        return read_bytes(&bytes, file, options);
+    }
+    let file = path.display().to_string();
+    let failed = |source| IoError::Read { file: file.clone(), source };
+    let handle = File::open(path).map_err(failed)?;
+    let metadata = handle.metadata().map_err(failed)?;
+    if metadata.is_dir() {
+        return Err(failed(std::io::ErrorKind::IsADirectory.into()));
+    }
+    let bytes = all_bytes(&file, handle, metadata.len())?;
+    read_bytes(&bytes, &file, options)
+}
+
+/// Reads a recording from the bytes of a file called `file`, whose suffix counts where the content does not tell.
+///
+/// # Errors
+/// [`IoError`] with file, place and remedy.
+pub fn read_bytes(bytes: &[u8], file: &str, options: &ReadOptions) -> Result<ReadRecording, IoError> {
+    let format = formats::detect(bytes, file)?;
+    let table = (formats::reader(format, file)?)(bytes, file)?;
+    assemble(file, table, options)
+}
+
+fn all_bytes(file: &str, source: impl Read, expected: u64) -> Result<Vec<u8>, IoError> {
+    let too_large = |found| IoError::TooLarge { file: file.to_owned(), what: "bytes", found, limit: MAX_BYTES, remedy: "split the recording into trials" };
+    if expected > MAX_BYTES {
+        return Err(too_large(expected));
+    }
+    let mut bytes = Vec::new();
+    source.take(MAX_BYTES + 1).read_to_end(&mut bytes).map_err(|source| IoError::Read { file: file.to_owned(), source })?;
+    if bytes.len() as u64 > MAX_BYTES { Err(too_large(bytes.len() as u64)) } else { Ok(bytes) }
+}

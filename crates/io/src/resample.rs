@@ -1,0 +1,139 @@
+//! Irregular samples onto a regular grid.
+
+use crate::error::IoError;
+use crate::limits::MAX_RESAMPLE_GROWTH;
+use crate::options::Resample;
+use crate::table::Table;
+use crate::time::Stamps;
+
+/// The longest gap that is interpolated over, in median steps: beyond it the curve between is invention.
+const MAX_GAP_STEPS: f64 = 10.0;
+
+/// A regular grid laid over irregular stamps.
+pub(crate) struct Grid {
+    pub rate_hz: f64,
+    pub start_s: f64,
+    pub len: usize,
+    /// The longest step of the stamps.
+    pub longest_gap_s: f64,
+}
+
+/// The grid for `stamps`, refused where a gap is too long or the rate asked for would alias.
+pub(crate) fn grid(file: &str, table: &Table, stamps: &Stamps<'_>, how: Resample) -> Result<Grid, IoError> {
+    let t = stamps.times_s;
+    let own_hz = 1.0 / stamps.median_step_s;
+    let rate_hz = match how {
+        Resample::Auto => own_hz,
+        Resample::Hz(rate_hz) if !(rate_hz.is_finite() && rate_hz > 0.0) => {
+            return Err(IoError::BadRate { file: file.to_owned(), what: "the rate to resample to", rate_hz });
+        }
+        // One percent: the median step of a jittering clock is not its mean.
+        Resample::Hz(rate_hz) if rate_hz < 0.99 * own_hz => return Err(IoError::ResampleDown { file: file.to_owned(), asked_hz: rate_hz, rate_hz: own_hz }),
+        Resample::Hz(rate_hz) => rate_hz,
+    };
+    let mut longest_gap_s = 0.0;
+    for k in 1..t.len() {
+        let gap_s = t[k] - t[k - 1];
+        let steps = gap_s / stamps.median_step_s;
+        if steps > MAX_GAP_STEPS {
+            return Err(IoError::Gap { file: file.to_owned(), place: table.place(k), gap_s, steps, limit: MAX_GAP_STEPS });
+        }
+        longest_gap_s = f64::max(longest_gap_s, gap_s);
+    }
+    // A last point that misses the end by rounding alone still counts.
+    let len = ((t[t.len() - 1] - t[0]) * rate_hz + 1e-6).floor() + 1.0;
+    let limit = MAX_RESAMPLE_GROWTH * t.len() as f64;
+    if len > limit {
+        return Err(IoError::TooLarge {
+            file: file.to_owned(),
+            what: "samples after resampling",
+            found: len as u64,
+            limit: limit as u64,
+            remedy: "ask for a lower rate",
+        });
+    }
+    Ok(Grid { rate_hz, start_s: t[0], len: len as usize, longest_gap_s })
+}
+
+/// Samples `values`, taken at `times_s`, on `grid` by cubic Hermite interpolation with the slopes of the parabola
+/// through three neighbours: exact for parabolas, and local, so that a missing sample (NaN) spoils only its own
+/// neighbourhood.
+pub(crate) fn interpolate(times_s: &[f64], values: &[f64], grid: &Grid) -> Vec<f64> {
+    let n = times_s.len();
+    let mut k = 0;
+    (0..grid.len)
+        .map(|i| {
+            let t = grid.start_s + i as f64 / grid.rate_hz;
+            while k + 2 < n && times_s[k + 1] <= t {
+                k += 1;
+            }
+            hermite(times_s, values, k, t)
+        })
+        .collect()
+}
+
+fn hermite(x: &[f64], y: &[f64], k: usize, t: f64) -> f64 {
+    let h = x[k + 1] - x[k];
+    let u = ((t - x[k]) / h).clamp(0.0, 1.0);
+    if u == 0.0 {
+        return y[k];
+    }
+    if u == 1.0 {
+        return y[k + 1];
+    }
+    let (m0, m1) = (slope(x, y, k), slope(x, y, k + 1));
+    let v = 1.0 - u;
+    y[k] * v * v * (1.0 + 2.0 * u) + y[k + 1] * u * u * (1.0 + 2.0 * v) + h * u * v * (m0 * v - m1 * u)
+}
+
+/// The slope at `k` of the parabola through it and its neighbours; at an end, of the parabola of its neighbour.
+fn slope(x: &[f64], y: &[f64], k: usize) -> f64 {
+    let n = x.len();
+    if n == 2 {
+        return (y[1] - y[0]) / (x[1] - x[0]);
+    }
+    let c = k.clamp(1, n - 2);
+    let (h0, h1) = (x[c] - x[c - 1], x[c + 1] - x[c]);
+    let (d0, d1) = ((y[c] - y[c - 1]) / h0, (y[c + 1] - y[c]) / h1);
+    let curvature = (d1 - d0) / (h0 + h1);
+    d0 + curvature * (2.0 * x[k] - x[c - 1] - x[c])
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::table::Rounding;
+
+    /// Round-off of a handful of operations on numbers of order one.
+    const IDENTITY: f64 = 1e-13;
+
+    #[test]
+    fn a_parabola_is_reproduced_exactly_between_uneven_samples() {
+        let times: Vec<f64> = (0..40).map(|k| k as f64 + 0.3 * (k as f64 * 1.7).sin()).collect();
+        let parabola = |t: f64| (1.0 + 0.5 * t - 0.02 * t * t) / 40.0;
+        let values: Vec<f64> = times.iter().map(|&t| parabola(t)).collect();
+        let grid = Grid { rate_hz: 1.0, start_s: times[0], len: 39, longest_gap_s: 1.3 };
+        for (i, v) in interpolate(&times, &values, &grid).iter().enumerate() {
+            let truth = parabola(times[0] + i as f64);
+            assert!((v - truth).abs() < IDENTITY, "{i}: {v} {truth}");
+        }
+    }
+
+    #[test]
+    fn a_long_gap_is_refused_with_its_place() {
+        let mut times: Vec<f64> = (0..100).map(f64::from).collect();
+        times.drain(50..65);
+        let table = Table::default();
+        let stamps = Stamps::new("f", &table, &times, Rounding::default()).unwrap();
+        assert!(matches!(grid("f", &table, &stamps, Resample::Auto), Err(IoError::Gap { place: crate::Place::Sample(50), .. })));
+    }
+
+    #[test]
+    fn a_rate_below_the_files_own_is_refused() {
+        let times: Vec<f64> = (0..100).map(f64::from).collect();
+        let table = Table::default();
+        let stamps = Stamps::new("f", &table, &times, Rounding::default()).unwrap();
+        assert!(matches!(grid("f", &table, &stamps, Resample::Hz(0.5)), Err(IoError::ResampleDown { .. })));
+        assert!(matches!(grid("f", &table, &stamps, Resample::Hz(1e9)), Err(IoError::TooLarge { .. })));
+    }
+}

@@ -1,0 +1,33 @@
+//! Writing a recording in any format.
+
+use crate::atomic::write_atomic;
+use crate::error::IoError;
+use crate::formats;
+use ndof_signal::Recording;
+use std::path::Path;
+
+/// Writes a recording in the format of the suffix, atomically; reading it gives the same recording, bit for bit.
+///
+/// # Errors
+/// [`IoError`] if no format has this suffix, the format cannot hold the recording, or the disk fails.
+///
+/// ```
+/// use ndof_signal::{Channel, Recording, Unit};
+/// let channel = Channel::new("force_x", Unit::parse("N")?.0, vec![0.1, 0.2]);
+/// let recording = Recording::new(500.0, vec![channel])?;
+/// let path = tempfile::tempdir()?.keep().join("trial.csv");
+/// ndof_io::write(&path, &recording)?;
+/// assert_eq!(ndof_io::read(&path, &Default::default())?.recording, recording);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+pub fn write(path: &Path, recording: &Recording) -> Result<(), IoError> {
+    write_atomic(path, &encode(recording, &path.display().to_string())?)
+}
+
+/// The bytes of a recording in the format of the suffix of `file`.
+///
+/// # Errors
+/// As [`write`], without the disk's.
+pub fn encode(recording: &Recording, file: &str) -> Result<Vec<u8>, IoError> {
+    (formats::writer(file)?)(recording, file)
+}

@@ -1,0 +1,232 @@
+//! CSV as people and programs write it: a right answer, or an error that says what, where and what to do.
+
+use ndof_io::{IoError, Place, ReadOptions, ReadRecording, Resample, encode, read, read_bytes};
+use ndof_signal::{Channel, Quantity, Recording, Unit};
+use std::path::Path;
+
+fn csv(text: &str) -> Result<ReadRecording, IoError> {
+    read_bytes(text.as_bytes(), "trial.csv", &ReadOptions::default())
+}
+
+fn error(text: &str) -> IoError {
+    csv(text).expect_err(text)
+}
+
+fn samples(read: &ReadRecording, name: &str) -> Vec<f64> {
+    read.recording.channel(name).expect(name).samples.clone()
+}
+
+#[test]
+fn the_plain_file_is_read_with_its_units_and_metadata() {
+    let read = csv("# sample_rate_hz: 500\n# subject: 7\nforce_x [kN],angle_e [deg],emg_1 [mV],note\n1,180,3,4\n-2.5e-1,0,5,6\n").unwrap();
+    assert_eq!(read.recording.sample_rate_hz(), 500.0);
+    assert_eq!(samples(&read, "force_x"), [1000.0, -250.0]);
+    assert_eq!(samples(&read, "angle_e"), [180.0 * (std::f64::consts::PI / 180.0), 0.0]);
+    assert_eq!(read.recording.channel("emg_1").unwrap().unit, Unit::other("mV"));
+    assert_eq!(read.recording.metadata().get("subject").map(String::as_str), Some("7"));
+    assert!(!read.recording.metadata().contains_key("sample_rate_hz"));
+    let codes: Vec<_> = read.notes.iter().map(|n| n.code).collect();
+    assert_eq!(codes, ["unit-converted", "unit-converted", "unit-unknown"]);
+}
+
+#[test]
+fn separators_line_ends_bom_quotes_and_blank_lines_change_nothing() {
+    let plain = csv("# sample_rate_hz: 10\nforce_x [N],pos_x [m]\n1.5,2\n-3,4.25\n").unwrap().recording;
+    for text in [
+        "\u{feff}# sample_rate_hz: 10\r\nforce_x [N],pos_x [m]\r\n1.5,2\r\n-3,4.25\r\n",
+        "# sample_rate_hz: 10\nforce_x [N]\tpos_x [m]\n1.5\t2\n-3\t4.25\n",
+        "# sample_rate_hz: 10;;\nforce_x [N];pos_x [m]\n1,5;2\n-3;4,25\n",
+        "# sample_rate_hz: 10\nforce_x [N]\tpos_x [m]\n1,5\t2\n-3\t4,25\n",
+        "# sample_rate_hz: 10\n  force_x [N]   pos_x [m]\n 1.5  2\n -3   4.25\n",
+        "# sample_rate_hz: 10\n\n\"force_x [N]\", \"pos_x [m]\",\n\n1.5,2,\n# in between\n\"-3\",4.25,\n\n,,\n",
+        "# sample_rate_hz: 10\rforce_x [N],pos_x [m]\r1.5,2\r-3,4.25\r",
+    ] {
+        assert_eq!(csv(text).expect(text).recording, plain, "{text:?}");
+    }
+}
+
+#[test]
+fn a_time_column_gives_rate_and_start() {
+    let read = csv("t [ms],force_x [N]\n100,1\n102,2\n104,3\n").unwrap();
+    assert_eq!((read.recording.sample_rate_hz(), read.recording.start_s()), (500.0, 0.1));
+    let read = csv("time,force_x [N]\n0,1\n0.004,2\n0.008,3\n").unwrap();
+    assert_eq!(read.recording.sample_rate_hz(), 250.0);
+    assert!(matches!(error("t [N],force_x [N]\n0,1\n1,2\n"), IoError::TimeUnit { .. }));
+}
+
+#[test]
+fn a_rate_that_is_no_number_is_not_taken_for_one() {
+    let text = "# sample_rate_hz: unknown, 1 nominal\nforce_x,pos_x\n1,2\n3,4\n";
+    let message = error(text).to_string();
+    assert!(message.contains("--sample-rate") && message.contains("unknown, 1 nominal"), "{message}");
+    let options = ReadOptions { sample_rate_hz: Some(1.0), ..Default::default() };
+    let read = read_bytes(text.as_bytes(), "a.csv", &options).unwrap();
+    assert_eq!(read.recording.sample_rate_hz(), 1.0);
+    assert_eq!(read.recording.channel("force_x").unwrap().unit, Unit::si(Quantity::Effort, false));
+    assert_eq!(read.notes[0].code, "unit-inferred");
+}
+
+#[test]
+fn a_decimal_comma_between_commas_is_refused_with_the_remedy() {
+    let message = error("# sample_rate_hz: 10\nforce_x,pos_x\n1,5,2,25\n2,5,3,25\n").to_string();
+    assert!(message.contains("line 3") && message.contains("decimal sign"), "{message}");
+    let message = error("# sample_rate_hz: 10\nforce_x\n1,5\n2,5\n").to_string();
+    assert!(message.contains("decimal point"), "{message}");
+    let message = error("# sample_rate_hz: 10\na;b\n1,5;2\n2,5;3.5\n").to_string();
+    assert!(message.contains("line 4") && message.contains("line 3"), "{message}");
+    let message = error("# sample_rate_hz: 10\na;b\n1.234,5;2\n").to_string();
+    assert!(message.contains("thousands"), "{message}");
+}
+
+#[test]
+fn what_is_wrong_is_named_with_its_place() {
+    let rate = "# sample_rate_hz: 10\n";
+    for (text, words) in [
+        (String::new(), vec!["empty"]),
+        ("\n\n# only: comments\n".to_owned(), vec!["empty"]),
+        (format!("{rate}a,b\n"), vec!["line 2", "no samples"]),
+        (format!("{rate}1,2\n3,4\n"), vec!["line 2", "channel names"]),
+        (format!("{rate}a,b\n1,2\n3,x\n"), vec!["line 4", "\"b\"", "\"x\""]),
+        (format!("{rate}a,b\n1,2\n3\n"), vec!["line 4", "1 cells", "2 columns"]),
+        (format!("{rate}a,b\n1,2\n3,\n"), vec!["line 4", "\"b\"", "missing"]),
+        (format!("{rate}a,b,c\n1,2,3\n3,4"), vec!["line 4", "middle of a line"]),
+        (format!("{rate}a,b\n1,2\n,4\n"), vec!["line 4", "\"a\"", "missing"]),
+        (format!("{rate}a,b\n1,2\n3,NaN\n5,nan\n"), vec!["line 4", "\"b\"", "2 of 3"]),
+        (format!("{rate}a,b\n1,2\n,\n5,6\n"), vec!["line 4"]),
+        (format!("{rate}a,a\n1,2\n"), vec!["two channels", "\"a\""]),
+        (format!("{rate}a,,b\n1,2,3\n"), vec!["column 2 has no name"]),
+        (format!("{rate}a,\"b\n1,2\n"), vec!["line 2", "quotation mark"]),
+        (format!("{rate}t,b\n1,2\n1,3\n"), vec!["line 4", "increase"]),
+        ("t\n1\n2\n".to_owned(), vec!["no channel"]),
+        ("a,b\n1,2\n3,4\n".to_owned(), vec!["--sample-rate"]),
+        ("t,b\n1,2\n".to_owned(), vec!["1 sample"]),
+        (format!("{rate}# samples: 3\na,b\n1,2\n3,4\n"), vec!["3 samples", "2 are there"]),
+        ("# sample_rate_hz: -5\na\n1\n".to_owned(), vec!["-5", "positive"]),
+    ] {
+        let message = error(&text).to_string();
+        assert!(message.contains("trial.csv"), "{text:?}: {message}");
+        for word in words {
+            assert!(message.contains(word), "{text:?}: {message}");
+        }
+        assert!(!error(&text).is_machine_failure());
+    }
+    let latin1 = read_bytes(b"# sample_rate_hz: 10\nangle [\xb0]\n1\n", "trial.csv", &ReadOptions::default()).unwrap_err();
+    assert!(latin1.to_string().contains("line 2"), "{latin1}");
+}
+
+#[test]
+fn irregular_time_names_line_and_step_and_can_be_repaired() {
+    let mut text = String::from("t [s],force_x [N]\n");
+    for k in (0..200).filter(|k| k % 10 != 7) {
+        let t = 0.01 * k as f64;
+        text.push_str(&format!("{t:.3},{}\n", 3.0 + 2.0 * t - t * t));
+    }
+    let found = error(&text);
+    assert!(matches!(found, IoError::IrregularTime { place: Place::Line(9), count: 20, .. }), "{found}");
+    let message = found.to_string();
+    assert!(message.contains("0.02 s") && message.contains("0.01 s") && message.contains("--resample"), "{message}");
+    let options = ReadOptions { resample: Some(Resample::Auto), ..Default::default() };
+    let read = read_bytes(text.as_bytes(), "trial.csv", &options).unwrap();
+    assert_eq!((read.recording.sample_rate_hz(), read.recording.len()), (100.0, 200));
+    assert_eq!(read.notes[0].code, "resampled");
+    for (k, f) in samples(&read, "force_x").iter().enumerate() {
+        let t = 0.01 * k as f64;
+        assert!((f - (3.0 + 2.0 * t - t * t)).abs() < 1e-12, "{k}: {f}");
+    }
+}
+
+#[test]
+fn missing_samples_are_kept_only_where_allowed() {
+    let options = ReadOptions { allow_nan: true, ..Default::default() };
+    let read = read_bytes(b"# sample_rate_hz: 10\na,b\n1,2\n,n/a\n3,4\n", "trial.csv", &options).unwrap();
+    assert!(samples(&read, "b")[1].is_nan());
+    assert_eq!(read.missing.len(), 2);
+    assert_eq!(read.missing[1].place, Place::Line(4));
+    assert!(read.require_complete(Some(&["b"])).is_err());
+    assert!(read.require_complete(Some(&[])).is_ok());
+}
+
+#[test]
+fn a_last_line_without_an_end_is_left_out_and_told() {
+    let read = csv("# sample_rate_hz: 10\na\n1\n2\n3").unwrap();
+    assert_eq!(samples(&read, "a"), [1.0, 2.0]);
+    assert_eq!(read.notes[0].code, "unterminated-line");
+}
+
+#[test]
+fn a_unit_in_round_brackets_counts_and_one_from_the_caller_wins() {
+    let read = csv("# sample_rate_hz: 10\npos_x (mm),emg (left)\n1000,1\n").unwrap();
+    assert_eq!(samples(&read, "pos_x"), [1.0]);
+    let options = ReadOptions { units: [("pos_x".to_owned(), "cm".to_owned())].into(), ..Default::default() };
+    let read = read_bytes(b"# sample_rate_hz: 10\npos_x [mm]\n100\n", "a.csv", &options).unwrap();
+    assert_eq!(samples(&read, "pos_x"), [1.0]);
+    let options = ReadOptions { units: [("pos_y".to_owned(), "cm".to_owned())].into(), ..Default::default() };
+    assert!(matches!(read_bytes(b"# sample_rate_hz: 10\npos_x [mm]\n100\n", "a.csv", &options), Err(IoError::NoChannel { .. })));
+}
+
+#[test]
+fn what_is_written_is_read_back_bit_for_bit() {
+    let values = vec![0.0, -0.0, 0.1, 1.0 / 3.0, 1e300, -5e-324, f64::MAX, f64::MIN_POSITIVE, 123456789.123, 1e-5, 9.999e-6, 1e16];
+    let channel = |name: &str, unit: Unit| Channel::new(name, unit, values.clone());
+    let newton = Unit::si(Quantity::Effort, false);
+    let channels = vec![
+        channel("force_x", newton.clone()),
+        channel("pos_y", Unit::other("")),
+        channel("emg, left", Unit::other("mV")),
+        channel("a \"b\"", Unit::other("")),
+        channel("#5", newton.clone()),
+        channel("7", Unit::other("")),
+        channel("x [mm]", Unit::other("")),
+        channel("a(b", newton.clone()),
+        channel("größe", Unit::si(Quantity::Velocity, true)),
+    ];
+    let metadata = [("arm".to_owned(), "left".to_owned()), ("remark".to_owned(), " two\nlines ".to_owned())].into();
+    let recording = Recording::new(1000.0 / 3.0, channels).unwrap().starting_at(0.1).with_metadata(metadata);
+    for file in ["a.csv", "a.tsv"] {
+        let bytes = encode(&recording, file).unwrap();
+        let back = read_bytes(&bytes, file, &ReadOptions::default()).unwrap().recording;
+        assert_eq!(back, recording);
+        for (a, b) in back.channels().iter().zip(recording.channels()) {
+            assert!(a.samples.iter().zip(&b.samples).all(|(x, y)| x.to_bits() == y.to_bits()), "{}", a.name);
+        }
+    }
+}
+
+#[test]
+fn what_would_not_come_back_is_not_written() {
+    let one = |name: &str, unit: Unit| Recording::new(1.0, vec![Channel::new(name, unit, vec![1.0])]).unwrap();
+    for recording in
+        [one("t", Unit::other("")), one(" a", Unit::other("")), one("a", Unit::other("mm")), one("a\nb", Unit::other("")), one("a", Unit::other("["))]
+    {
+        assert!(matches!(encode(&recording, "a.csv"), Err(IoError::Unwritable { .. })), "{recording}");
+    }
+    assert!(matches!(encode(&Recording::new(1.0, vec![]).unwrap(), "a.csv"), Err(IoError::Unwritable { .. })));
+    assert!(matches!(encode(&one("a", Unit::other("")), "a.xyz"), Err(IoError::UnknownSuffix { .. })));
+}
+
+#[test]
+fn files_that_are_no_recordings_are_named_for_what_they_are() {
+    for (bytes, word) in [(&b"\x1f\x8b\x08rest"[..], "gunzip"), (b"\xff\xfea\0", "UTF-8"), (b"\x93NUMPY\x01\0", "savez"), (b"ab\0\0cd", "binary")] {
+        let message = read_bytes(bytes, "a.csv", &ReadOptions::default()).unwrap_err().to_string();
+        assert!(message.contains(word), "{message}");
+    }
+    let message = read(Path::new("no-such-file.csv"), &ReadOptions::default()).unwrap_err();
+    assert!(message.to_string().contains("no-such-file.csv") && !message.is_machine_failure(), "{message}");
+}
+
+#[test]
+fn measured_recordings_of_others_are_read() {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../../shared/data");
+    if !folder.is_dir() {
+        println!("skipped: no folder {}", folder.display());
+        return;
+    }
+    for (file, given, rate, len) in
+        [("emps/DATA_EMPS.csv", None, 1000.0, 24841), ("ankle/z_pf.csv", None, 1000.0, 60000), ("cd_player_arm/cd_player_arm.csv", Some(1.0), 1.0, 2048)]
+    {
+        let options = ReadOptions { sample_rate_hz: given, ..Default::default() };
+        let recording = read(&folder.join(file), &options).expect(file).recording;
+        assert!((recording.sample_rate_hz() / rate - 1.0).abs() < 1e-7, "{file}: {}", recording.sample_rate_hz());
+        assert_eq!(recording.len(), len, "{file}");
+    }
+}
