@@ -1,0 +1,129 @@
+//! What can go wrong between files and results.
+
+use ndof_signal::RecordingError;
+use ndof_sysid::{EstimateError, ResponseError};
+
+/// Why a job could not be done: what is wrong, where, and what to do about it.
+#[derive(Debug, thiserror::Error)]
+pub enum StudyError {
+    /// A file that people write is not understood.
+    #[error("{file}:{line}: {what}")]
+    File {
+        /// The file.
+        file: String,
+        /// Line, from 1.
+        line: usize,
+        /// What is wrong and what to do.
+        what: String,
+    },
+    /// A file that people write is understood and makes no sense.
+    #[error("{file}: {what}")]
+    Meaning {
+        /// The file.
+        file: String,
+        /// What is wrong and what to do.
+        what: String,
+    },
+    /// A file cannot be read.
+    #[error("{file}: {source}; check the path")]
+    Read {
+        /// The file.
+        file: String,
+        /// Why.
+        source: std::io::Error,
+    },
+    /// No channel of that name.
+    #[error("{file}: no channel \"{name}\"{}; the recording has: {}", did_you_mean(suggestion.as_deref()), available.join(", "))]
+    NoChannel {
+        /// The recording.
+        file: String,
+        /// The name asked for.
+        name: String,
+        /// The nearest name that there is.
+        suggestion: Option<String>,
+        /// The names that there are.
+        available: Vec<String>,
+    },
+    /// No input could be told from the names.
+    #[error(
+        "{file}: no input channel among {}; name it with --input, or call it force_… or torque_… (or pos_… or angle_… as the input of a position-controlled robot, with --input)",
+        available.join(", ")
+    )]
+    NoInput {
+        /// The recording.
+        file: String,
+        /// The names that there are.
+        available: Vec<String>,
+    },
+    /// No output could be told from the names.
+    #[error("{file}: no output channel among {}; name it with --output, or call it pos_… or angle_…", available.join(", "))]
+    NoOutput {
+        /// The recording.
+        file: String,
+        /// The names that there are.
+        available: Vec<String>,
+    },
+    /// A channel has two roles.
+    #[error("channel \"{0}\" is used twice among references, inputs and outputs; give each channel one role")]
+    TwoRoles(String),
+    /// Trials differ in what must agree.
+    #[error("{file}: {what} is {found}, in {first} it is {expected}; give only trials of one experiment together")]
+    TrialMismatch {
+        /// The trial that differs.
+        file: String,
+        /// What differs.
+        what: &'static str,
+        /// In this one.
+        found: String,
+        /// The first trial.
+        first: String,
+        /// In the first.
+        expected: String,
+    },
+    /// Nothing is left after trimming.
+    #[error("{file}: nothing is left of its {from_s} to {to_s} s after --start, --stop and --exclude; widen them")]
+    NothingLeft {
+        /// The recording.
+        file: String,
+        /// Its first time.
+        from_s: f64,
+        /// Its end.
+        to_s: f64,
+    },
+    /// A recording does not hold what is asked of it.
+    #[error("{file}: {source}")]
+    Recording {
+        /// The recording.
+        file: String,
+        /// Why.
+        source: RecordingError,
+    },
+    /// The response cannot be estimated.
+    #[error("{file}: {source}")]
+    Estimate {
+        /// The recordings.
+        file: String,
+        /// Why.
+        source: EstimateError,
+    },
+    /// A band without frequencies.
+    #[error("no frequency of the grid (0 to {nyquist_hz} Hz) lies in the band {low_hz}-{high_hz} Hz; widen --band")]
+    EmptyBand {
+        /// Low end.
+        low_hz: f64,
+        /// High end.
+        high_hz: f64,
+        /// Half the sample rate.
+        nyquist_hz: f64,
+    },
+    /// No recording at all.
+    #[error("no recording; give at least one file")]
+    NoRecording,
+    /// A response cannot be converted.
+    #[error(transparent)]
+    Response(#[from] ResponseError),
+}
+
+pub(crate) fn did_you_mean(suggestion: Option<&str>) -> String {
+    suggestion.map(|s| format!(" (did you mean \"{s}\"?)")).unwrap_or_default()
+}

@@ -1,0 +1,66 @@
+//! `ndof/kinematics/1`: where the joints are.
+
+use serde::{Deserialize, Serialize};
+
+/// How joints move the endpoint.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct KinematicsFile {
+    /// `ndof/kinematics/1`.
+    #[serde(default)]
+    pub schema: Option<String>,
+    /// `planar-two-link` or `jacobian`.
+    pub kind: String,
+    /// `right` (elbow angle positive) or `left`.
+    #[serde(default)]
+    pub arm: Option<String>,
+    /// Upper arm and forearm.
+    #[serde(default)]
+    pub link_lengths_m: Option<Vec<f64>>,
+    /// Joint angles.
+    #[serde(default)]
+    pub posture_rad: Option<Vec<f64>>,
+    /// Where the shoulder is, with `hand_m` in place of joint angles.
+    #[serde(default)]
+    pub shoulder_m: Option<Vec<f64>>,
+    /// Where the hand is.
+    #[serde(default)]
+    pub hand_m: Option<Vec<f64>>,
+    /// Endpoint rows, joint columns, of kind `jacobian`.
+    #[serde(default)]
+    pub matrix: Option<Vec<Vec<f64>>>,
+    /// Names of the joints; `shoulder`, `elbow` for the planar arm.
+    #[serde(default)]
+    pub joints: Option<Vec<String>>,
+    /// Mean force on the hand, in newtons or `"measured"`.
+    #[serde(default)]
+    pub mean_force_n: Option<MeanForce>,
+    /// Standard deviations of what was measured with a tape.
+    #[serde(default)]
+    pub sd: KinematicsSd,
+}
+
+/// The mean force on the hand.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(untagged)]
+pub enum MeanForce {
+    /// Known, axis by axis.
+    Known(Vec<f64>),
+    /// `"measured"`: the mean of the inputs.
+    Word(String),
+}
+
+/// Standard deviations of the geometry.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct KinematicsSd {
+    /// Of each link's length.
+    #[serde(default)]
+    pub link_lengths_m: f64,
+    /// Of each joint angle.
+    #[serde(default)]
+    pub posture_rad: f64,
+    /// Of each component of the mean force.
+    #[serde(default)]
+    pub mean_force_n: f64,
+}

@@ -1,0 +1,278 @@
+//! Trials in, frequency response with coherences and confidence out.
+
+use super::confidence::{response_with_errors, spectrum};
+use crate::error::StudyError;
+use crate::result::estimate as schema;
+use crate::result::estimate::EstimateResult;
+use crate::result::{VERSION, Warning, number};
+use crate::trials::Trials;
+use ndof_signal::{Detrend, Welch, Window, effective_averages};
+use ndof_sysid::{Coherence, Direct, EstimateError, Estimates, FrequencyResponse, Labels, ResponseKind, SpectralMethod};
+use num_complex::Complex64;
+use serde::{Deserialize, Serialize};
+use std::f64::consts::TAU;
+
+/// The words that `--method` takes.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum MethodName {
+    /// Chosen from the records, with the reason in the result.
+    #[default]
+    Auto,
+    /// Averages over windowed, overlapping segments.
+    Welch,
+}
+
+/// How to estimate; what is `None` follows from the records.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct EstimateSettings {
+    /// The spectral method.
+    pub method: MethodName,
+    /// Samples in a segment.
+    pub nperseg: Option<usize>,
+    /// Samples that neighbours share; half of a segment.
+    pub noverlap: Option<usize>,
+    /// Length of the transform; that of a segment.
+    pub nfft: Option<usize>,
+    /// Data window.
+    pub window: Window,
+    /// Symmetric instead of periodic.
+    pub window_symmetric: bool,
+    /// What is taken off each segment.
+    pub detrend: Detrend,
+    /// Where the noise of the direct estimate is thought to be.
+    pub estimator: Direct,
+    /// The physical quantity to report.
+    pub response: Option<ResponseKind>,
+    /// Cuts the arrays, never the computation.
+    pub band_hz: Option<(f64, f64)>,
+    /// Add the cross-spectra to the result.
+    pub spectra: bool,
+}
+
+/// An estimate as values to go on with, and as the result to be written.
+#[derive(Clone, Debug)]
+pub struct Estimated {
+    /// Outputs over inputs of the channels as they stand, brought to displacement, on the whole grid.
+    pub estimates: Estimates,
+    /// The direct response of the kind that is reported, on the whole grid.
+    pub direct: FrequencyResponse,
+    /// The derived one.
+    pub derived: Option<FrequencyResponse>,
+    /// The result, cut to the band.
+    pub result: EstimateResult,
+}
+
+impl Estimated {
+    /// The response to build on: derived where there is one, else direct.
+    pub fn best(&self) -> &FrequencyResponse {
+        self.derived.as_ref().unwrap_or(&self.direct)
+    }
+}
+
+/// Estimates the response of the outputs to the inputs.
+///
+/// # Errors
+/// [`StudyError`] if a trial is too short, inputs depend on each other, or the kind of response does not exist.
+pub fn estimate(trials: &Trials, settings: &EstimateSettings, command: &str) -> Result<Estimated, StudyError> {
+    let (welch, why) = choose(trials, settings);
+    let ports = &trials.roles.ports;
+    let labels = Labels {
+        references: trials.names(&ports.references),
+        inputs: trials.names(&ports.inputs),
+        outputs: trials.names(&ports.outputs),
+        kind: trials.roles.natural_kind(),
+    };
+    let mut estimates = ndof_sysid::estimate(&trials.recordings(), ports, &labels, &SpectralMethod::Welch(welch.clone()), settings.estimator)
+        .map_err(|error| in_file(error, trials))?;
+    to_displacement(&mut estimates.direct.response, trials);
+    if let Some(derived) = &mut estimates.derived {
+        to_displacement(&mut derived.response, trials);
+    }
+    let kind = settings.response.unwrap_or_else(|| trials.roles.default_kind());
+    let direct = estimates.direct.response.to_kind(kind)?;
+    let derived = estimates.derived.as_ref().map(|d| d.response.to_kind(kind)).transpose()?;
+    let result = result(trials, settings, command, &estimates, &direct, derived.as_ref(), &welch, why)?;
+    Ok(Estimated { estimates, direct, derived, result })
+}
+
+/// Segments as long as leave enough of them to average: resolution is bought with what is left of the random error.
+fn choose(trials: &Trials, settings: &EstimateSettings) -> (Welch, String) {
+    let (inputs, references) = (trials.roles.ports.inputs.len(), trials.roles.ports.references.len());
+    let enough = (16 + 2 * inputs.max(references)) as f64;
+    let lengths: Vec<usize> = trials.trials.iter().map(|trial| trial.recording.len()).collect();
+    let averages = |nperseg: usize| -> f64 {
+        let window = settings.window.samples(nperseg, settings.window_symmetric);
+        let count = |len: usize| if len < nperseg { 0 } else { (len - nperseg) / (nperseg - nperseg / 2) + 1 };
+        lengths.iter().map(|&len| effective_averages(&window, nperseg - nperseg / 2, count(len))).filter(|n| n.is_finite()).sum()
+    };
+    let longest = lengths.iter().copied().max().unwrap_or(0);
+    let chosen = || (3..=longest.max(8).ilog2()).rev().map(|k| 1_usize << k).find(|&nperseg| averages(nperseg) >= enough).unwrap_or(8);
+    let nperseg = settings.nperseg.unwrap_or_else(chosen);
+    let why = match settings.nperseg {
+        Some(_) => "segments as asked for".to_owned(),
+        None => format!("Welch's method with the longest segments (a power of two) that leave at least {enough:.0} effective averages"),
+    };
+    let welch = Welch {
+        nperseg,
+        noverlap: settings.noverlap.unwrap_or(nperseg / 2),
+        nfft: settings.nfft.unwrap_or(nperseg),
+        window: settings.window,
+        window_symmetric: settings.window_symmetric,
+        detrend: settings.detrend,
+    };
+    (welch, why)
+}
+
+/// Names the file of the trial that an error is about.
+fn in_file(error: EstimateError, trials: &Trials) -> StudyError {
+    let file = match &error {
+        EstimateError::Welch { trial, .. } | EstimateError::Recording { trial, .. } => trials.trials.get(trial - 1).map(|t| t.file.clone()),
+        _ => None,
+    };
+    let all = || match trials.trials.as_slice() {
+        [one] => one.file.clone(),
+        several => format!("{} trials", several.len()),
+    };
+    StudyError::Estimate { file: file.unwrap_or_else(all), source: error }
+}
+
+/// Divides by s for each time that an output is the derivative of a displacement, and multiplies for an input.
+fn to_displacement(response: &mut FrequencyResponse, trials: &Trials) {
+    if response.kind == ResponseKind::Transfer {
+        return;
+    }
+    let power = |order: &Option<i32>| order.unwrap_or(0);
+    let rows: Vec<i32> = trials.roles.output_motion.iter().map(|order| -power(order)).collect();
+    let columns: Vec<i32> = trials.roles.input_motion.iter().map(power).collect();
+    if rows.iter().chain(&columns).all(|power| *power == 0) {
+        return;
+    }
+    for f in 0..response.len() {
+        let s = Complex64::new(0.0, TAU * response.frequency_hz[f]);
+        let factor = |power: i32| if power == 0 { Complex64::new(1.0, 0.0) } else { s.powi(power) };
+        for (i, &row) in rows.iter().enumerate() {
+            for (j, &column) in columns.iter().enumerate() {
+                response.value[[f, i, j]] *= factor(row) * factor(column);
+            }
+        }
+        if let Some(u) = &mut response.uncertainty {
+            for (i, &a) in rows.iter().enumerate() {
+                for (k, &b) in rows.iter().enumerate() {
+                    u.noise[[f, i, k]] *= factor(a) * factor(b).conj();
+                }
+            }
+            for (l, &b) in columns.iter().enumerate() {
+                for (j, &a) in columns.iter().enumerate() {
+                    u.input_inverse[[f, l, j]] *= factor(b).conj() * factor(a);
+                }
+            }
+        }
+    }
+}
+
+#[expect(clippy::too_many_arguments, reason = "the parts of one result, each once")]
+fn result(
+    trials: &Trials,
+    settings: &EstimateSettings,
+    command: &str,
+    estimates: &Estimates,
+    direct: &FrequencyResponse,
+    derived: Option<&FrequencyResponse>,
+    welch: &Welch,
+    why: String,
+) -> Result<EstimateResult, StudyError> {
+    let all_hz = &direct.frequency_hz;
+    let (low_hz, high_hz) = settings.band_hz.unwrap_or((0.0, f64::INFINITY));
+    let keep: Vec<usize> = (0..all_hz.len()).filter(|&f| (low_hz..=high_hz).contains(&all_hz[f])).collect();
+    if keep.is_empty() {
+        return Err(StudyError::EmptyBand { low_hz, high_hz, nyquist_hz: trials.sample_rate_hz() / 2.0 });
+    }
+    let cut = |response: &FrequencyResponse| response.band(low_hz, high_hz);
+    let (p, q) = (trials.roles.ports.outputs.len(), trials.roles.ports.inputs.len());
+    let swapped = direct.kind.is_effort_over_motion() != trials.roles.natural_kind().is_effort_over_motion();
+    let coherence = |c: &Coherence| coherence(c, &keep, p, q, swapped);
+    let d = &estimates.direct;
+    let ports = &trials.roles.ports;
+    let (inputs, outputs) = if swapped { (&ports.outputs, &ports.inputs) } else { (&ports.inputs, &ports.outputs) };
+    let mut warnings: Vec<Warning> = trials.warnings().to_vec();
+    warnings.extend(estimates.warnings.iter().cloned().map(Warning::from));
+    Ok(EstimateResult {
+        schema: schema::SCHEMA.to_owned(),
+        ndof_version: VERSION.to_owned(),
+        command: command.to_owned(),
+        warnings,
+        sample_rate_hz: trials.sample_rate_hz(),
+        trials: trials.trials.len(),
+        inputs: trials.names(inputs),
+        outputs: trials.names(outputs),
+        references: trials.names(&ports.references),
+        units: schema::Units { inputs: trials.units(inputs), outputs: trials.units(outputs), references: trials.units(&ports.references) },
+        method: schema::Method {
+            name: estimates.method.name().to_owned(),
+            why,
+            estimator: word(&settings.estimator),
+            nperseg: Some(welch.nperseg),
+            noverlap: Some(welch.noverlap),
+            nfft: Some(welch.nfft),
+            window: Some(welch.window.to_string()),
+            window_symmetric: Some(welch.window_symmetric),
+            detrend: Some(word(&welch.detrend)),
+            segments: estimates.spectra.as_ref().map_or(0, ndof_signal::CrossSpectra::segments),
+            effective_averages: estimates.effective_averages,
+            independent_spacing_hz: direct.uncertainty.as_ref().map_or(f64::NAN, |u| u.independent_spacing_hz),
+            band_hz: settings.band_hz.map(|(low, high)| [low, high]),
+        },
+        response: word(&direct.kind),
+        frequency_hz: keep.iter().map(|&f| all_hz[f]).collect(),
+        direct: schema::Direct { response: response_with_errors(&cut(direct)), coherence: coherence(&d.coherence) },
+        derived: estimates.derived.as_ref().zip(derived).map(|(e, response)| schema::Derived {
+            response: response_with_errors(&cut(response)),
+            coherence_paper: coherence(&e.coherence_paper),
+            coherence_iv: coherence(&e.coherence_iv),
+        }),
+        significance_95: schema::Significance {
+            ordinary: number(d.significance_95.ordinary),
+            partial: number(d.significance_95.partial),
+            multiple: number(d.significance_95.multiple),
+        },
+        input_coherence: spectrum(keep.len(), q, q, |f, i, j| number(d.input_coherence[[keep[f], i, j]])),
+        input_condition_number: keep.iter().map(|&f| number(d.input_condition_number[f])).collect(),
+        distortion: None,
+        spectra: settings.spectra.then(|| spectra(trials, estimates, &keep)).flatten(),
+    })
+}
+
+/// Coherences [output][input][frequency] of the data as measured; of an inverse the sides are swapped, so that each
+/// stays with its pair of channels.
+fn coherence(c: &Coherence, keep: &[usize], p: usize, q: usize, swapped: bool) -> schema::Coherence {
+    let pairs = |values: &ndarray::Array3<f64>| {
+        if swapped {
+            spectrum(keep.len(), q, p, |f, i, j| number(values[[keep[f], j, i]]))
+        } else {
+            spectrum(keep.len(), p, q, |f, i, j| number(values[[keep[f], i, j]]))
+        }
+    };
+    schema::Coherence {
+        ordinary: pairs(&c.ordinary),
+        partial: pairs(&c.partial),
+        multiple: (0..p).map(|i| keep.iter().map(|&f| number(c.multiple[[f, i]])).collect()).collect(),
+    }
+}
+
+fn spectra(trials: &Trials, estimates: &Estimates, keep: &[usize]) -> Option<schema::Spectra> {
+    let cross = estimates.spectra.as_ref()?;
+    let ports = &trials.roles.ports;
+    let used: Vec<usize> = ports.references.iter().chain(&ports.inputs).chain(&ports.outputs).copied().collect();
+    let n = used.len();
+    Some(schema::Spectra {
+        channels: trials.names(&used),
+        re: spectrum(keep.len(), n, n, |f, a, b| number(cross.at(keep[f], used[a], used[b]).re)),
+        im: spectrum(keep.len(), n, n, |f, a, b| number(cross.at(keep[f], used[a], used[b]).im)),
+    })
+}
+
+/// The word that serde writes for a value of an enum without fields.
+pub(crate) fn word(value: &impl Serialize) -> String {
+    serde_json::to_value(value).ok().and_then(|v| v.as_str().map(str::to_owned)).unwrap_or_default()
+}

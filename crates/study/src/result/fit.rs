@@ -1,0 +1,144 @@
+//! `ndof/fit/1`: a mechanical model with its covariance.
+
+use super::{Number, Warning};
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+/// The schema's name.
+pub const SCHEMA: &str = "ndof/fit/1";
+
+/// A matrix, [output][input].
+pub type Matrix = Vec<Vec<Number>>;
+
+/// A mechanical model with its covariance.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct FitResult {
+    /// `ndof/fit/1`.
+    pub schema: String,
+    /// The version that wrote it.
+    pub ndof_version: String,
+    /// The subcommand.
+    pub command: String,
+    /// What the reader should know.
+    pub warnings: Vec<Warning>,
+    /// The model's name.
+    pub model: String,
+    /// `weighted` or `paper`.
+    pub cost: String,
+    /// `direct` or `derived`: what it was fitted to.
+    pub estimate: String,
+    /// Inputs of the data.
+    pub inputs: Vec<String>,
+    /// Outputs of the data.
+    pub outputs: Vec<String>,
+    /// The band that was fitted.
+    pub band_hz: [f64; 2],
+    /// Independent frequencies in it.
+    pub frequencies: usize,
+    /// χ² over degrees of freedom: near one where the model explains all but noise.
+    pub chi2_reduced: Number,
+    /// All parameters.
+    pub parameters: Vec<Parameter>,
+    /// The parameters as matrices.
+    pub matrices: Matrices,
+    /// Variance accounted for, percent, by element of the impedance (the paper's appendix).
+    pub vaf: Matrix,
+    /// R² over all elements.
+    pub r2: Number,
+    /// The same matrices at the joints, with `--kinematics`.
+    pub joint: Option<Joint>,
+    /// The fit by the paper's own cost, beside the weighted one.
+    pub paper: Option<PaperFit>,
+}
+
+/// One parameter.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct Parameter {
+    /// `K_x_y`: matrix, row axis, column axis; `K` for one axis.
+    pub name: String,
+    /// SI unit.
+    pub unit: String,
+    /// Where it acts.
+    pub site: Site,
+    /// Value.
+    pub value: Number,
+    /// Standard error.
+    pub std_error: Number,
+    /// 95 % interval.
+    pub ci95: Option<[f64; 2]>,
+    /// Whether the data say anything about it.
+    pub identifiable: bool,
+}
+
+/// Where a parameter or an effect acts.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct Site {
+    /// `robot`, `limb`, `sensor`, `actuator` or `environment`.
+    pub side: String,
+    /// The output's axis, or the joint's; empty where it has none.
+    pub axis: String,
+}
+
+/// Inertia, damping and stiffness with their standard errors.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[expect(non_snake_case, reason = "the field's own symbols, fixed by the result's schema")]
+pub struct Matrices {
+    /// Inertia.
+    pub M: Matrix,
+    /// Damping.
+    pub B: Matrix,
+    /// Stiffness.
+    pub K: Matrix,
+    /// Their standard errors.
+    pub std_error: MatrixErrors,
+    /// Delay of the force channel, where the model has one.
+    #[serde(skip_serializing_if = "Option::is_none", default)]
+    pub delay_s: Number,
+}
+
+/// Standard errors of the matrices.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[expect(non_snake_case, reason = "the field's own symbols, fixed by the result's schema")]
+pub struct MatrixErrors {
+    /// Of inertia.
+    pub M: Matrix,
+    /// Of damping.
+    pub B: Matrix,
+    /// Of stiffness.
+    pub K: Matrix,
+}
+
+/// The matrices at the joints.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[expect(non_snake_case, reason = "the field's own symbols, fixed by the result's schema")]
+pub struct Joint {
+    /// Joints, in the order of rows and columns.
+    pub axes: Vec<String>,
+    /// Inertia (kg m²).
+    pub M: Matrix,
+    /// Damping (N m s/rad).
+    pub B: Matrix,
+    /// Stiffness (N m/rad).
+    pub K: Matrix,
+    /// Their standard errors, those of the kinematics included.
+    pub std_error: MatrixErrors,
+    /// Joint angles.
+    pub posture_rad: Vec<f64>,
+    /// Rows endpoint axes, columns joints.
+    pub jacobian: Vec<Vec<f64>>,
+    /// The stiffness that the mean force makes by the curvature of the kinematics.
+    pub geometric_stiffness: Vec<Vec<f64>>,
+    /// Mean force on the hand.
+    pub mean_force_n: Vec<f64>,
+}
+
+/// The paper's own fit.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct PaperFit {
+    /// The parameters as matrices.
+    pub matrices: Matrices,
+    /// Variance accounted for, percent.
+    pub vaf: Matrix,
+    /// R² over all elements.
+    pub r2: Number,
+}

@@ -1,0 +1,69 @@
+//! The results that other programs read, one file a schema.
+//!
+//! Every result says which schema it follows, which version wrote it and which subcommand it came from, and carries its
+//! warnings. A number that does not exist is `null`. The JSON Schemas come from these types ([`schema_of`]).
+
+pub mod estimate;
+pub mod fit;
+
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+pub use estimate::EstimateResult;
+pub use fit::FitResult;
+
+/// The version that is written into every result.
+pub const VERSION: &str = env!("CARGO_PKG_VERSION");
+
+/// A number, or nothing where it does not exist (never NaN).
+pub type Number = Option<f64>;
+
+/// `value`, or nothing if it is not finite.
+pub fn number(value: f64) -> Number {
+    value.is_finite().then_some(value)
+}
+
+/// Something that the reader of a result should know, with what to do about it.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct Warning {
+    /// A word that programs can match, e.g. `paired-by-order`.
+    pub code: String,
+    /// What was seen, with its numbers.
+    pub message: String,
+    /// What to do.
+    pub action: String,
+}
+
+impl Warning {
+    /// A warning from its three parts.
+    pub fn new(code: &str, message: impl Into<String>, action: impl Into<String>) -> Self {
+        Warning { code: code.to_owned(), message: message.into(), action: action.into() }
+    }
+}
+
+impl From<ndof_sysid::Warning> for Warning {
+    fn from(warning: ndof_sysid::Warning) -> Self {
+        Warning { code: warning.code, message: warning.message, action: warning.action }
+    }
+}
+
+/// The JSON Schemas by the short names that `ndof schema` takes.
+pub const SCHEMAS: &[&str] = &["estimate", "fit"];
+
+/// The JSON Schema of the result called `name`, or nothing if there is none of that name.
+pub fn schema_of(name: &str) -> Option<serde_json::Value> {
+    let schema = match name {
+        "estimate" => schemars::schema_for!(EstimateResult),
+        "fit" => schemars::schema_for!(FitResult),
+        _ => return None,
+    };
+    Some(schema.to_value())
+}
+
+/// A result as the bytes of its file: one line of JSON with a final newline, always the same for the same result.
+///
+/// # Errors
+/// If the result cannot be expressed in JSON.
+pub fn to_json(result: &impl Serialize) -> Result<String, serde_json::Error> {
+    serde_json::to_string(result).map(|text| text + "\n")
+}
