@@ -1,5 +1,19 @@
 //! Mechanical models, the effects that extend them, and their fitting.
+//!
+//! [`InertiaDampingStiffness`] is the baseline; [`WeightedFit`] fits it, or any [`ParametricModel`], to a
+//! [`FrequencyResponse`](ndof_sysid::FrequencyResponse) with the covariance that the estimator gave.
 
+mod axis;
+mod fit;
 mod force_law;
+mod inertia_damping_stiffness;
+mod levenberg_marquardt;
+mod parametric;
+mod small;
 
+pub use axis::Axis;
+pub use fit::{CovarianceKind, Fit, FitError, LoopModel, LoopModelError, Parameter, Smoothing, Transducer, WeightedFit, linear_start};
 pub use force_law::{ForceLaw, Motion, Stage};
+pub use inertia_damping_stiffness::{InertiaDampingStiffness, InertiaDampingStiffnessModel, Symmetry};
+pub use levenberg_marquardt::{LeastSquares, LevenbergMarquardt, MinimiseError, Minimum, StopReason};
+pub use parametric::{ParameterInfo, ParametricModel};

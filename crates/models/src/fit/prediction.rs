@@ -1,0 +1,298 @@
+//! What an estimate would be on average if the model were right: the model seen through the window.
+
+use super::LoopModel;
+use crate::{ParametricModel, small};
+use ndof_signal::Kernel;
+use ndof_sysid::ResponseKind;
+use num_complex::Complex64;
+use serde::{Deserialize, Serialize};
+use std::collections::BTreeMap;
+use std::f64::consts::TAU;
+
+/// How the finite window of a spectral estimate enters the comparison with a model.
+///
+/// A spectrum at *f* is on average the true one seen through the kernel |W(ν)|². Where that is forgotten, the window's
+/// resolution is taken for damping.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Smoothing {
+    /// Compare with the model itself.
+    None,
+    /// The input is flat within the window: smooth(H).
+    #[default]
+    Open,
+    /// C = R T⁻¹ from a reference that is flat within the window: smooth(R) smooth(T)⁻¹.
+    Derived(LoopModel),
+    /// Direct estimate within a loop that such a reference drives: smooth(R Tᴴ) smooth(T Tᴴ)⁻¹.
+    Direct(LoopModel),
+}
+
+/// A known compliance in series with every axis, 1/(k + b s): what is measured is C + (k + b s)⁻¹.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Transducer {
+    /// k (N/m, N m/rad).
+    pub stiffness: f64,
+    /// b (N s/m, N m s/rad).
+    pub damping: f64,
+}
+
+/// Weights of a kernel below this share of its largest are left out.
+const NEGLIGIBLE: f64 = 1e-7;
+
+/// A model on the grid of an estimate, with derivatives.
+pub(crate) struct Prediction<'a, M: ?Sized> {
+    model: &'a M,
+    smoothing: &'a Smoothing,
+    transducer: Option<Transducer>,
+    inverted: bool,
+    /// s of each node, and of each bin the power of s that the kind asks for.
+    nodes: Vec<Complex64>,
+    loop_stiffness: Vec<Vec<Complex64>>,
+    bins: Vec<Bin>,
+}
+
+struct Bin {
+    factor: Complex64,
+    parts: Vec<(usize, f64)>,
+}
+
+/// Numerator and denominator of an estimate at one node, each with its derivatives; no denominator is the identity.
+struct Pair {
+    numerator: Vec<Complex64>,
+    denominator: Option<Vec<Complex64>>,
+}
+
+impl<'a, M: ParametricModel + ?Sized> Prediction<'a, M> {
+    /// Prepares the nodes. `kind` is not [`ResponseKind::Transfer`].
+    pub(crate) fn new(
+        model: &'a M,
+        kind: ResponseKind,
+        frequency_hz: &[f64],
+        kernel: &Kernel,
+        smoothing: &'a Smoothing,
+        transducer: Option<Transducer>,
+    ) -> Self {
+        let largest = kernel.weight.iter().copied().fold(0.0, f64::max);
+        let mut offsets: Vec<(f64, f64)> =
+            kernel.offset_hz.iter().copied().zip(kernel.weight.iter().copied()).filter(|(_, w)| *w > NEGLIGIBLE * largest).collect();
+        if *smoothing == Smoothing::None || offsets.is_empty() {
+            offsets = vec![(0.0, 1.0)];
+        }
+        let total: f64 = offsets.iter().map(|o| o.1).sum();
+        let resolution = offsets.windows(2).map(|w| w[1].0 - w[0].0).fold(f64::INFINITY, f64::min).min(1e3) * 1e-4;
+        let mut index = BTreeMap::new();
+        let mut nodes = Vec::new();
+        let bins = frequency_hz
+            .iter()
+            .map(|&f| Bin {
+                factor: match kind {
+                    ResponseKind::Impedance => Complex64::new(0.0, TAU * f).inv(),
+                    ResponseKind::Admittance => Complex64::new(0.0, TAU * f),
+                    _ => Complex64::new(1.0, 0.0),
+                },
+                parts: offsets
+                    .iter()
+                    .map(|&(offset, weight)| {
+                        let hz = f + offset;
+                        let node = *index.entry((hz / resolution).round() as i64).or_insert_with(|| {
+                            nodes.push(Complex64::new(0.0, TAU * hz));
+                            nodes.len() - 1
+                        });
+                        (node, weight / total)
+                    })
+                    .collect(),
+            })
+            .collect();
+        let loop_stiffness = match smoothing {
+            Smoothing::Derived(own) | Smoothing::Direct(own) => nodes.iter().map(|&s| own.at(s)).collect(),
+            _ => Vec::new(),
+        };
+        Prediction { model, smoothing, transducer, inverted: kind.is_effort_over_motion(), nodes, loop_stiffness, bins }
+    }
+
+    /// The expected estimate, bin after bin (N × N each), and on request its derivatives, bin after bin and parameter
+    /// after parameter; NaN where the model does not exist.
+    pub(crate) fn evaluate(&self, theta: &[f64], derivatives: bool) -> (Vec<Complex64>, Vec<Complex64>) {
+        let n = self.model.axes().len();
+        let (size, k) = (n * n, if derivatives { theta.len() } else { 0 });
+        // Block 0 is the value, block 1 + k the k-th derivative.
+        let pairs: Vec<Pair> = (0..self.nodes.len()).map(|node| self.node(theta, node, k)).collect();
+        let (mut values, mut slopes) = (Vec::with_capacity(self.bins.len() * size), Vec::with_capacity(self.bins.len() * size * k));
+        let with_denominator = pairs.first().is_some_and(|p| p.denominator.is_some());
+        for bin in &self.bins {
+            let smooth = |part: &dyn Fn(&Pair) -> &[Complex64]| {
+                let mut sum = vec![Complex64::default(); size * (1 + k)];
+                for &(node, weight) in &bin.parts {
+                    sum.iter_mut().zip(part(&pairs[node])).for_each(|(s, v)| *s += v * weight);
+                }
+                sum
+            };
+            let numerator = smooth(&|p| &p.numerator);
+            if !with_denominator {
+                values.extend(numerator[..size].iter().map(|v| v * bin.factor));
+                slopes.extend(numerator[size..].iter().map(|v| v * bin.factor));
+                continue;
+            }
+            let denominator = smooth(&|p| p.denominator.as_deref().unwrap_or(&[]));
+            let Some(inverse) = small::inverse(&denominator[..size], n) else {
+                values.extend(std::iter::repeat_n(Complex64::new(f64::NAN, 0.0), size));
+                slopes.extend(std::iter::repeat_n(Complex64::new(f64::NAN, 0.0), size * k));
+                continue;
+            };
+            let ratio = small::product(&numerator[..size], &inverse, n);
+            for block in 1..=k {
+                // d(N U⁻¹) = (dN − N U⁻¹ dU) U⁻¹
+                let at = block * size..(block + 1) * size;
+                let change = small::product(&ratio, &denominator[at.clone()], n);
+                let rest: Vec<Complex64> = numerator[at].iter().zip(change).map(|(a, b)| a - b).collect();
+                slopes.extend(small::product(&rest, &inverse, n).iter().map(|v| v * bin.factor));
+            }
+            values.extend(ratio.iter().map(|v| v * bin.factor));
+        }
+        (values, slopes)
+    }
+
+    fn node(&self, theta: &[f64], node: usize, k: usize) -> Pair {
+        let s = self.nodes[node];
+        let n = self.model.axes().len();
+        let size = n * n;
+        let nan = || vec![Complex64::new(f64::NAN, 0.0); size * (1 + k)];
+        let mut stiffness = vec![Complex64::default(); size];
+        let mut slope = vec![Complex64::default(); size * k];
+        self.model.stiffness(theta, s, &mut stiffness, (k > 0).then_some(&mut slope));
+        let open = matches!(self.smoothing, Smoothing::None | Smoothing::Open);
+        if self.inverted && open && self.transducer.is_none() {
+            stiffness.extend(slope);
+            return Pair { numerator: stiffness, denominator: None };
+        }
+        // Compliance, block by block: C = D⁻¹ + Z_f⁻¹ and dC = −D⁻¹ dD D⁻¹.
+        let Some(mut compliance) = small::inverse(&stiffness, n) else {
+            return Pair { numerator: nan(), denominator: (!open).then(nan) };
+        };
+        let inverse = compliance.clone();
+        for d in slope.chunks_exact(size) {
+            compliance.extend(small::product(&small::product(&inverse, d, n), &inverse, n).iter().map(|v| -v));
+        }
+        if let Some(t) = self.transducer {
+            (0..n).for_each(|i| compliance[i * n + i] += (t.stiffness + t.damping * s).inv());
+        }
+        if open {
+            return Pair { numerator: if self.inverted { inverse_blocks(&compliance, n).unwrap_or_else(nan) } else { compliance }, denominator: None };
+        }
+        // T = (I + Z C)⁻¹, R = C T; dT = −T Z dC T, dR = dC T + C dT.
+        let loop_stiffness = &self.loop_stiffness[node];
+        let mut opened = small::product(loop_stiffness, &compliance[..size], n);
+        opened.iter_mut().zip(small::identity(n)).for_each(|(o, i)| *o += i);
+        let Some(effort) = small::inverse(&opened, n) else {
+            return Pair { numerator: nan(), denominator: Some(nan()) };
+        };
+        let feedback = small::product(&effort, loop_stiffness, n);
+        let (mut motion, mut effort_blocks) = (small::product(&compliance[..size], &effort, n), effort.clone());
+        for d in compliance[size..].chunks_exact(size) {
+            let moved = small::product(d, &effort, n);
+            let change: Vec<Complex64> = small::product(&feedback, &moved, n).iter().map(|v| -v).collect();
+            motion.extend(small::product(&compliance[..size], &change, n).iter().zip(moved).map(|(a, b)| a + b));
+            effort_blocks.extend(change);
+        }
+        let (numerator, denominator) = if self.inverted { (effort_blocks, motion) } else { (motion, effort_blocks) };
+        match self.smoothing {
+            Smoothing::Direct(_) => {
+                Pair { numerator: cross_blocks(&numerator, &denominator, n), denominator: Some(cross_blocks(&denominator, &denominator, n)) }
+            }
+            _ => Pair { numerator, denominator: Some(denominator) },
+        }
+    }
+}
+
+/// A⁻¹ and its derivatives −A⁻¹ dA A⁻¹, block by block.
+fn inverse_blocks(blocks: &[Complex64], n: usize) -> Option<Vec<Complex64>> {
+    let inverse = small::inverse(&blocks[..n * n], n)?;
+    let mut out = inverse.clone();
+    for d in blocks[n * n..].chunks_exact(n * n) {
+        out.extend(small::product(&small::product(&inverse, d, n), &inverse, n).iter().map(|v| -v));
+    }
+    Some(out)
+}
+
+/// A Bᴴ and its derivatives dA Bᴴ + A dBᴴ, block by block.
+fn cross_blocks(a: &[Complex64], b: &[Complex64], n: usize) -> Vec<Complex64> {
+    let size = n * n;
+    let adjoint = small::adjoint(&b[..size], n);
+    let mut out = small::product(&a[..size], &adjoint, n);
+    for (da, db) in a[size..].chunks_exact(size).zip(b[size..].chunks_exact(size)) {
+        let second = small::product(&a[..size], &small::adjoint(db, n), n);
+        out.extend(small::product(da, &adjoint, n).iter().zip(second).map(|(x, y)| x + y));
+    }
+    out
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{Axis, InertiaDampingStiffness, InertiaDampingStiffnessModel, Symmetry};
+    use ndarray::arr2;
+
+    fn matrices(scale: f64) -> InertiaDampingStiffness {
+        InertiaDampingStiffness {
+            axes: vec![Axis::linear("x"), Axis::linear("y")],
+            inertia: arr2(&[[2.1, -0.55], [-0.55, 1.9]]) * scale,
+            damping: arr2(&[[11.0, -2.0], [-2.0, 15.0]]) * scale,
+            stiffness: arr2(&[[300.0, -60.0], [-60.0, 520.0]]) * scale,
+        }
+    }
+
+    fn kernel() -> Kernel {
+        Kernel { offset_hz: vec![-0.2, -0.1, 0.0, 0.1, 0.2], weight: vec![0.1, 0.2, 0.4, 0.2, 0.1] }
+    }
+
+    #[test]
+    fn derivatives_agree_with_differences_for_every_kind_and_smoothing() {
+        let model = InertiaDampingStiffnessModel::new(matrices(1.0).axes, Symmetry::Free);
+        let theta = model.theta(&matrices(1.0));
+        let robot = LoopModel { impedance: matrices(0.4) };
+        for smoothing in [Smoothing::None, Smoothing::Open, Smoothing::Derived(robot.clone()), Smoothing::Direct(robot)] {
+            for kind in [ResponseKind::Compliance, ResponseKind::DynamicStiffness, ResponseKind::Impedance, ResponseKind::Admittance] {
+                for transducer in [None, Some(Transducer { stiffness: 2e4, damping: 30.0 })] {
+                    let prediction = Prediction::new(&model, kind, &[0.7, 2.1], &kernel(), &smoothing, transducer);
+                    let (value, slopes) = prediction.evaluate(&theta, true);
+                    for (k, t) in theta.iter().enumerate() {
+                        let step = 1e-5 * t.abs();
+                        let moved = |sign: f64| {
+                            let mut theta = theta.clone();
+                            theta[k] += sign * step;
+                            prediction.evaluate(&theta, false).0
+                        };
+                        let (up, down) = (moved(1.0), moved(-1.0));
+                        for e in 0..8 {
+                            let exact = slopes[(e / 4) * 4 * theta.len() + 4 * k + e % 4];
+                            let difference = (up[e] - down[e]) / (2.0 * step);
+                            let size = value.iter().map(|v| v.norm()).fold(0.0, f64::max) / t.abs();
+                            assert!((exact - difference).norm() < 1e-8 * size, "{smoothing:?} {kind:?} {k} {e}: {exact} {difference}");
+                        }
+                    }
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn without_smoothing_and_transducer_the_prediction_is_the_model() {
+        let model = InertiaDampingStiffnessModel::new(matrices(1.0).axes, Symmetry::Symmetric);
+        for kind in [ResponseKind::Compliance, ResponseKind::DynamicStiffness, ResponseKind::Impedance, ResponseKind::Admittance] {
+            let expected = matrices(1.0).response(&[1.3], kind);
+            let (value, _) = Prediction::new(&model, kind, &[1.3], &kernel(), &Smoothing::None, None).evaluate(&model.theta(&matrices(1.0)), false);
+            assert!(value.iter().zip(&expected.value).all(|(a, b)| (a - b).norm() < 1e-13 * b.norm()));
+        }
+    }
+
+    #[test]
+    fn a_window_without_width_leaves_derived_and_direct_estimates_alone() {
+        let model = InertiaDampingStiffnessModel::new(matrices(1.0).axes, Symmetry::Symmetric);
+        let narrow = Kernel { offset_hz: vec![0.0], weight: vec![1.0] };
+        let expected = matrices(1.0).response(&[1.3], ResponseKind::Compliance);
+        for smoothing in [Smoothing::Derived(LoopModel { impedance: matrices(0.4) }), Smoothing::Direct(LoopModel { impedance: matrices(0.4) })] {
+            let (value, _) = Prediction::new(&model, ResponseKind::Compliance, &[1.3], &narrow, &smoothing, None).evaluate(&model.theta(&matrices(1.0)), false);
+            assert!(value.iter().zip(&expected.value).all(|(a, b)| (a - b).norm() < 1e-12 * b.norm()));
+        }
+    }
+}

@@ -1,0 +1,133 @@
+//! What a fit returns.
+
+use crate::{MinimiseError, ParametricModel, StopReason};
+use ndarray::Array2;
+use serde::{Deserialize, Serialize};
+use statrs::distribution::{ContinuousCDF, StudentsT};
+
+/// A fitted parameter with its uncertainty.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Parameter {
+    /// `M_x_y` and the like.
+    pub name: String,
+    /// SI unit.
+    pub unit: String,
+    /// The axes or channel that it belongs to.
+    pub site: String,
+    /// The estimate.
+    pub value: f64,
+    /// Standard error, infinite where the data do not determine it.
+    pub std_error: f64,
+    /// 95 % confidence interval.
+    pub ci95: [f64; 2],
+    /// Whether the data determine it: the interval is narrower than the size at which the parameter would matter.
+    pub identifiable: bool,
+}
+
+/// A fitted model.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Fit {
+    /// The parameter vector, in the model's order.
+    pub theta: Vec<f64>,
+    /// The parameters with their uncertainty.
+    pub parameters: Vec<Parameter>,
+    /// Covariance of `theta`; rows of undetermined parameters are infinite on the diagonal and zero beside it.
+    pub covariance: Array2<f64>,
+    /// Lowest and highest frequency that was used.
+    pub band_hz: [f64; 2],
+    /// Number of frequencies that were used.
+    pub bins: usize,
+    /// Sum of squared whitened residuals, each independent bin counted once, corrected for the estimated covariance.
+    pub chi2: f64,
+    /// Real data less parameters.
+    pub degrees_of_freedom: f64,
+    /// `chi2 / degrees_of_freedom`: 1 for a model that is right.
+    pub chi2_reduced: f64,
+    /// Condition number of the information matrix, each parameter scaled to its own column.
+    pub condition: f64,
+    /// Why the minimiser stopped.
+    pub reason: StopReason,
+    /// Accepted steps.
+    pub iterations: u64,
+}
+
+/// Why a fit is not possible.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum FitError {
+    /// The response does not have the model's shape.
+    #[error("the response has {outputs} outputs and {inputs} inputs, the model {axes} axes; choose channels so that they agree")]
+    Shape {
+        /// Rows of the response.
+        outputs: usize,
+        /// Columns of the response.
+        inputs: usize,
+        /// Axes of the model.
+        axes: usize,
+    },
+    /// A response that is no mechanical one.
+    #[error("the response relates quantities that are not effort and motion; set the channels' units or prefixes")]
+    NotMechanical,
+    /// Nothing is left to fit.
+    #[error(
+        "{bins} usable frequencies between {low_hz} and {high_hz} Hz (0 Hz and gaps never count), {needed} are needed; widen the band or use longer windows"
+    )]
+    TooFewBins {
+        /// Usable frequencies.
+        bins: usize,
+        /// What the model needs at least.
+        needed: usize,
+        /// Lower end of the band.
+        low_hz: f64,
+        /// Upper end of the band.
+        high_hz: f64,
+    },
+    /// No covariance to weight with.
+    #[error("the response has no covariance to weight the fit with; estimate it from a recording, or fit with the paper's cost")]
+    NoCovariance,
+    /// Start values do not fit the model.
+    #[error("{found} start values, the model has {expected} parameters")]
+    StartLength {
+        /// What was given.
+        found: usize,
+        /// What the model has.
+        expected: usize,
+    },
+    /// The minimiser refused.
+    #[error(transparent)]
+    Minimise(#[from] MinimiseError),
+}
+
+impl Fit {
+    /// The parameter of that name.
+    pub fn parameter(&self, name: &str) -> Option<&Parameter> {
+        self.parameters.iter().find(|p| p.name == name)
+    }
+
+    /// Values, standard errors and intervals from a covariance; Student's t with `degrees_of_freedom`.
+    pub(crate) fn describe<M: ParametricModel + ?Sized>(model: &M, theta: &[f64], covariance: &Array2<f64>, degrees_of_freedom: f64) -> Vec<Parameter> {
+        let quantile = t_quantile(degrees_of_freedom);
+        model
+            .parameters()
+            .into_iter()
+            .enumerate()
+            .map(|(k, info)| {
+                let (value, std_error) = (theta[k], covariance[[k, k]].sqrt());
+                let half = quantile * std_error;
+                Parameter {
+                    name: info.name,
+                    unit: info.unit,
+                    site: info.site,
+                    value,
+                    std_error,
+                    ci95: [value - half, value + half],
+                    identifiable: half <= model.scale(theta, k),
+                }
+            })
+            .collect()
+    }
+}
+
+/// The 97.5 % quantile of Student's t; the normal one where there are no degrees of freedom to speak of.
+pub(crate) fn t_quantile(degrees_of_freedom: f64) -> f64 {
+    StudentsT::new(0.0, 1.0, degrees_of_freedom).map_or(1.959_963_984_540_054, |t| t.inverse_cdf(0.975))
+}

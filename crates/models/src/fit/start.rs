@@ -1,0 +1,47 @@
+//! Start values by linear least squares.
+
+use crate::{InertiaDampingStiffness, InertiaDampingStiffnessModel, ParametricModel};
+use ndarray::Array2;
+use ndof_sysid::{FrequencyResponse, ResponseError, ResponseKind};
+use std::f64::consts::TAU;
+
+/// Start values of M, B and K: D = M s² + B s + K is linear in them.
+///
+/// Each element of the dynamic stiffness is fitted by itself, weighted with its inverse variance, or with the inverse
+/// square of the matrix's norm where the response has no covariance.
+///
+/// # Errors
+/// [`ResponseError`] if the response is no mechanical one or cannot be inverted.
+pub fn linear_start(model: &InertiaDampingStiffnessModel, response: &FrequencyResponse) -> Result<Vec<f64>, ResponseError> {
+    let stiffness = response.to_kind(ResponseKind::DynamicStiffness)?;
+    let n = model.axes().len();
+    let mut matrices = InertiaDampingStiffness {
+        axes: model.axes().to_vec(),
+        inertia: Array2::zeros((n, n)),
+        damping: Array2::zeros((n, n)),
+        stiffness: Array2::zeros((n, n)),
+    };
+    for i in 0..n {
+        for j in 0..n {
+            // Re D = K − ω² M and Im D = ω B: a 2 × 2 and a 1 × 1 system.
+            let (mut a, mut b) = ([0.0; 5], [0.0; 2]);
+            for f in 0..stiffness.len() {
+                let (d, variance) = (stiffness.value[[f, i, j]], stiffness.variance(f, i, j));
+                let norm: f64 = stiffness.value.index_axis(ndarray::Axis(0), f).iter().map(|v| v.norm_sqr()).sum();
+                let weight = if variance > 0.0 { 1.0 / variance } else { 1.0 / norm };
+                if !(d.is_finite() && weight.is_finite()) || stiffness.frequency_hz[f] <= 0.0 {
+                    continue;
+                }
+                let w = TAU * stiffness.frequency_hz[f];
+                let x = -w * w;
+                [1.0, x, x * x, d.re, x * d.re].iter().zip(&mut a).for_each(|(v, a)| *a += weight * v);
+                [w * w, w * d.im].iter().zip(&mut b).for_each(|(v, b)| *b += weight * v);
+            }
+            let determinant = a[0] * a[2] - a[1] * a[1];
+            matrices.inertia[[i, j]] = (a[0] * a[4] - a[1] * a[3]) / determinant;
+            matrices.stiffness[[i, j]] = (a[2] * a[3] - a[1] * a[4]) / determinant;
+            matrices.damping[[i, j]] = b[1] / b[0];
+        }
+    }
+    Ok(model.theta(&matrices))
+}

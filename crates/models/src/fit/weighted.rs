@@ -1,0 +1,259 @@
+//! Weighted least squares on a frequency response, with the covariance that its estimator gave it.
+
+use super::{Fit, FitError, Prediction, Smoothing, Transducer, information::Information};
+use crate::{LeastSquares, LevenbergMarquardt, ParametricModel, small};
+use faer::Mat;
+use ndof_sysid::{FrequencyResponse, ResponseKind, Uncertainty};
+use num_complex::Complex64;
+use serde::{Deserialize, Serialize};
+
+/// Settings of the weighted fit.
+///
+/// Minimises Σ_f s_f ‖√2 Lᴴ (Ĥ(f) − H(f, θ)) G‖² over the band, where (L Lᴴ)⁻¹ is the covariance of the estimate on its
+/// output side and (G Gᴴ)⁻¹ on its input side, H is the model seen through the estimate's window, and
+/// s_f = bin spacing / independent spacing counts neighbouring bins once. Using all bins with that share loses nothing;
+/// thinning to independent bins would discard what lies between.
+///
+/// The estimated covariance makes χ² larger by ν/(ν − p) and the scatter of θ by ν²/((ν − p)² − 1) (moments of the
+/// inverse complex Wishart distribution); both are taken into account. With fewer than p + 4 degrees of freedom only the
+/// variances are used, and the covariance of θ allows for what that ignores.
+///
+/// ```
+/// use ndof_models::{Axis, InertiaDampingStiffnessModel, Symmetry, WeightedFit};
+/// let settings = WeightedFit { band_hz: [0.5, 8.0], ..WeightedFit::default() };
+/// let model = InertiaDampingStiffnessModel::new(vec![Axis::linear("x")], Symmetry::Symmetric);
+/// # let _ = (settings, model);
+/// ```
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct WeightedFit {
+    /// Lowest and highest frequency; 0 Hz is never used.
+    pub band_hz: [f64; 2],
+    /// How the estimate's window enters.
+    pub smoothing: Smoothing,
+    /// A known series compliance that the estimate contains and the model does not.
+    pub transducer: Option<Transducer>,
+    /// How the covariance of the parameters is found.
+    pub covariance: CovarianceKind,
+}
+
+/// How the covariance of the parameters is found.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum CovarianceKind {
+    /// From the covariance of the estimate: right if the model is.
+    #[default]
+    Model,
+    /// From the residuals (sandwich): right also where the weights are not.
+    Sandwich,
+}
+
+impl Default for WeightedFit {
+    fn default() -> Self {
+        WeightedFit { band_hz: [0.5, 8.0], smoothing: Smoothing::default(), transducer: None, covariance: CovarianceKind::default() }
+    }
+}
+
+/// Degrees of freedom beyond the outputs that a full covariance needs to be worth its noise.
+const FULL_COVARIANCE_MARGIN: f64 = 4.0;
+
+impl WeightedFit {
+    /// Fits `model` to `response` from `start`.
+    ///
+    /// The response is compared as the kind that it is; do not invert an estimate before.
+    ///
+    /// # Errors
+    /// [`FitError`] if shape, kind, covariance or band do not serve.
+    pub fn fit<M: ParametricModel + ?Sized>(&self, model: &M, response: &FrequencyResponse, start: &[f64]) -> Result<Fit, FitError> {
+        let n = model.axes().len();
+        let (outputs, inputs) = response.shape();
+        if (outputs, inputs) != (n, n) {
+            return Err(FitError::Shape { outputs, inputs, axes: n });
+        }
+        if response.kind == ResponseKind::Transfer {
+            return Err(FitError::NotMechanical);
+        }
+        let parameters = model.parameters();
+        if start.len() != parameters.len() {
+            return Err(FitError::StartLength { found: start.len(), expected: parameters.len() });
+        }
+        let uncertainty = response.uncertainty.as_ref().ok_or(FitError::NoCovariance)?;
+        let degrees = uncertainty.degrees_of_freedom;
+        let full = degrees >= n as f64 + FULL_COVARIANCE_MARGIN;
+        let bins = self.bins(response, uncertainty, full);
+        let independent: f64 = bins.iter().map(|b| b.share).sum();
+        if bins.is_empty() || 2.0 * independent * (n * n) as f64 <= parameters.len() as f64 {
+            let needed = parameters.len().div_ceil(2 * n * n).max(1);
+            return Err(FitError::TooFewBins { bins: bins.len(), needed, low_hz: self.band_hz[0], high_hz: self.band_hz[1] });
+        }
+        let frequency_hz: Vec<f64> = bins.iter().map(|b| b.hz).collect();
+        let prediction = Prediction::new(model, response.kind, &frequency_hz, &uncertainty.kernel, &self.smoothing, self.transducer);
+        let problem = Whitened { prediction, bins, n, parameters: parameters.len() };
+        let bounds = parameters.iter().map(|p| (p.lower, p.upper)).collect();
+        let minimum = LevenbergMarquardt::new(bounds).minimise(&problem, start)?;
+
+        let rows = if full { n as f64 } else { 1.0 };
+        let inflation = if degrees > rows + 1.0 { degrees * degrees / ((degrees - rows).powi(2) - 1.0) } else { f64::INFINITY };
+        let information = Information::new(&minimum.jacobian);
+        let covariance = match self.covariance {
+            CovarianceKind::Sandwich => information.sandwich(&problem.neighbour_meat(&minimum.jacobian, &minimum.residuals), 1.0),
+            CovarianceKind::Model if full => information.covariance(inflation),
+            CovarianceKind::Model => information.sandwich(&problem.known_meat(&minimum.jacobian), inflation),
+        };
+        let chi2 = 2.0 * minimum.cost * ((degrees - rows) / degrees).max(0.0);
+        let degrees_of_freedom = 2.0 * independent * (n * n) as f64 - parameters.len() as f64;
+        Ok(Fit {
+            parameters: Fit::describe(model, &minimum.x, &covariance, degrees_of_freedom),
+            theta: minimum.x,
+            covariance,
+            band_hz: [frequency_hz[0], frequency_hz[frequency_hz.len() - 1]],
+            bins: frequency_hz.len(),
+            chi2,
+            degrees_of_freedom,
+            chi2_reduced: chi2 / degrees_of_freedom,
+            condition: information.condition(),
+            reason: minimum.reason,
+            iterations: minimum.iterations,
+        })
+    }
+
+    /// The usable bins of the band with what whitens them.
+    fn bins(&self, response: &FrequencyResponse, uncertainty: &Uncertainty, full: bool) -> Vec<Bin> {
+        let n = response.shape().0;
+        let usable: Vec<usize> = (0..response.len())
+            .filter(|&f| {
+                let hz = response.frequency_hz[f];
+                hz > 0.0 && (self.band_hz[0]..=self.band_hz[1]).contains(&hz) && response.value.index_axis(ndarray::Axis(0), f).iter().all(|v| v.is_finite())
+            })
+            .collect();
+        let mut bins = Vec::with_capacity(usable.len());
+        for &f in &usable {
+            let matrix = |a: &ndarray::Array3<Complex64>| a.index_axis(ndarray::Axis(0), f).iter().copied().collect::<Vec<_>>();
+            let (noise, input) = (matrix(&uncertainty.noise), matrix(&uncertainty.input_inverse));
+            let used = |a: &[Complex64]| if full { a.to_vec() } else { (0..n * n).map(|e| if e / n == e % n { a[e] } else { Complex64::default() }).collect() };
+            let (Some(left), Some(right)) = (small::inverse_cholesky(&used(&noise), n), small::inverse_cholesky(&used(&input), n)) else { continue };
+            bins.push(Bin {
+                hz: response.frequency_hz[f],
+                share: 0.0,
+                estimate: matrix(&response.value),
+                right: small::adjoint(&right, n),
+                left,
+                noise,
+                input,
+            });
+        }
+        let hz: Vec<f64> = bins.iter().map(|b| b.hz).collect();
+        for (k, bin) in bins.iter_mut().enumerate() {
+            let below = if k > 0 { hz[k] - hz[k - 1] } else { f64::INFINITY };
+            let above = if k + 1 < hz.len() { hz[k + 1] - hz[k] } else { f64::INFINITY };
+            let gap = below.min(above);
+            bin.share = if uncertainty.independent_spacing_hz > 0.0 { (gap / uncertainty.independent_spacing_hz).min(1.0) } else { 1.0 };
+        }
+        bins
+    }
+}
+
+/// One frequency of an estimate with what whitens it: √(2 share) · left · δ · right has unit variance.
+struct Bin {
+    hz: f64,
+    share: f64,
+    estimate: Vec<Complex64>,
+    left: Vec<Complex64>,
+    right: Vec<Complex64>,
+    noise: Vec<Complex64>,
+    input: Vec<Complex64>,
+}
+
+impl Bin {
+    fn whiten(&self, delta: &[Complex64], n: usize) -> Vec<Complex64> {
+        let factor = (2.0 * self.share).sqrt();
+        small::product(&small::product(&self.left, delta, n), &self.right, n).iter().map(|v| v * factor).collect()
+    }
+}
+
+struct Whitened<'a, M: ?Sized> {
+    prediction: Prediction<'a, M>,
+    bins: Vec<Bin>,
+    n: usize,
+    parameters: usize,
+}
+
+impl<M: ParametricModel + ?Sized> LeastSquares for Whitened<'_, M> {
+    /// Real and imaginary part of each element, bin after bin.
+    fn residuals(&self, theta: &[f64]) -> Vec<f64> {
+        let size = self.n * self.n;
+        let (value, _) = self.prediction.evaluate(theta, false);
+        let mut out = Vec::with_capacity(2 * value.len());
+        for (bin, model) in self.bins.iter().zip(value.chunks_exact(size)) {
+            let delta: Vec<Complex64> = bin.estimate.iter().zip(model).map(|(e, m)| e - m).collect();
+            out.extend(bin.whiten(&delta, self.n).iter().flat_map(|v| [v.re, v.im]));
+        }
+        out
+    }
+
+    fn jacobian(&self, theta: &[f64]) -> Mat<f64> {
+        let size = self.n * self.n;
+        let (_, slopes) = self.prediction.evaluate(theta, true);
+        let mut out = Mat::zeros(2 * size * self.bins.len(), self.parameters);
+        for (f, (bin, blocks)) in self.bins.iter().zip(slopes.chunks_exact(size * self.parameters)).enumerate() {
+            for (k, block) in blocks.chunks_exact(size).enumerate() {
+                for (e, v) in bin.whiten(block, self.n).iter().enumerate() {
+                    out[(2 * (f * size + e), k)] = -v.re;
+                    out[(2 * (f * size + e) + 1, k)] = -v.im;
+                }
+            }
+        }
+        out
+    }
+}
+
+impl<M: ParametricModel + ?Sized> Whitened<'_, M> {
+    /// Jᵀ Ω J where Ω is the covariance that the residuals have by the estimate's full covariance.
+    fn known_meat(&self, jacobian: &Mat<f64>) -> Mat<f64> {
+        let (n, k) = (self.n, self.parameters);
+        let size = n * n;
+        let mut meat = Mat::zeros(k, k);
+        for (f, bin) in self.bins.iter().enumerate() {
+            let side =
+                |whitener: &[Complex64], covariance: &[Complex64]| small::product(&small::product(whitener, covariance, n), &small::adjoint(whitener, n), n);
+            // E[e_ij e_kl*] of the whitened residual, 1 on the diagonal.
+            let noise = side(&bin.left, &bin.noise);
+            let input = side(&small::adjoint(&bin.right, n), &bin.input);
+            for a in 0..size {
+                for b in 0..size {
+                    let omega = noise[(a / n) * n + b / n] * input[(b % n) * n + a % n];
+                    for r in 0..k {
+                        let row = Complex64::new(jacobian[(2 * (f * size + a), r)], -jacobian[(2 * (f * size + a) + 1, r)]) * omega;
+                        for c in 0..k {
+                            meat[(r, c)] += (row * Complex64::new(jacobian[(2 * (f * size + b), c)], jacobian[(2 * (f * size + b) + 1, c)])).re;
+                        }
+                    }
+                }
+            }
+        }
+        meat
+    }
+
+    /// Jᵀ Ω̂ J from the residuals themselves, products of neighbouring bins included with Bartlett's weights.
+    ///
+    /// The residuals carry the root of each bin's share, so the sum over neighbours is about what one bin counts twice;
+    /// dividing the share out again gives the scores of the plain sum.
+    fn neighbour_meat(&self, jacobian: &Mat<f64>, residuals: &[f64]) -> Mat<f64> {
+        let (size, k) = (2 * self.n * self.n, self.parameters);
+        let scores: Vec<Vec<f64>> =
+            (0..self.bins.len()).map(|f| (0..k).map(|c| (f * size..(f + 1) * size).map(|row| jacobian[(row, c)] * residuals[row]).sum()).collect()).collect();
+        let share = self.bins.iter().map(|b| b.share).fold(f64::INFINITY, f64::min).max(1e-3);
+        let reach = if share < 1.0 { (2.0 / share).ceil() as usize } else { 0 };
+        let mut meat = Mat::zeros(k, k);
+        for (f, score) in scores.iter().enumerate() {
+            for (lag, other) in scores[f..].iter().take(reach + 1).enumerate() {
+                let weight = (1.0 - lag as f64 / (reach + 1) as f64) * if lag == 0 { 0.5 } else { 1.0 };
+                for r in 0..k {
+                    for c in 0..k {
+                        meat[(r, c)] += weight * (score[r] * other[c] + other[r] * score[c]);
+                    }
+                }
+            }
+        }
+        meat
+    }
+}

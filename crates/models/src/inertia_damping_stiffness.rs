@@ -1,0 +1,253 @@
+//! The baseline of everything: M ẍ + B ẋ + K x = F for N axes.
+
+use crate::{Axis, ParameterInfo, ParametricModel, small};
+use ndarray::{Array2, Array3, Axis as Dimension};
+use ndof_sysid::{FrequencyResponse, ResponseKind};
+use num_complex::Complex64;
+use serde::{Deserialize, Serialize};
+use std::f64::consts::TAU;
+
+/// Inertia, damping and stiffness of N axes: D(s) = M s² + B s + K.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct InertiaDampingStiffness {
+    /// The axes, in the order of rows and columns.
+    pub axes: Vec<Axis>,
+    /// M (N s²/m, N m s²/rad).
+    pub inertia: Array2<f64>,
+    /// B (N s/m, N m s/rad).
+    pub damping: Array2<f64>,
+    /// K (N/m, N m/rad).
+    pub stiffness: Array2<f64>,
+}
+
+impl InertiaDampingStiffness {
+    /// D(s) = M s² + B s + K.
+    pub fn dynamic_stiffness(&self, s: Complex64) -> Array2<Complex64> {
+        let mut d = self.stiffness.mapv(Complex64::from);
+        d.zip_mut_with(&self.damping, |d, b| *d += s * *b);
+        d.zip_mut_with(&self.inertia, |d, m| *d += s * s * *m);
+        d
+    }
+
+    /// The response of the given kind on a grid; NaN where it does not exist (an impedance at 0 Hz).
+    /// [`ResponseKind::Transfer`] gives compliance.
+    ///
+    /// ```
+    /// use ndof_models::{Axis, InertiaDampingStiffness};
+    /// use ndof_sysid::ResponseKind;
+    /// use ndarray::arr2;
+    /// let wheel = InertiaDampingStiffness {
+    ///     axes: vec![Axis::rotational("wheel")],
+    ///     inertia: arr2(&[[0.5]]),
+    ///     damping: arr2(&[[2.0]]),
+    ///     stiffness: arr2(&[[8.0]]),
+    /// };
+    /// let d = wheel.response(&[0.0, 1.0], ResponseKind::DynamicStiffness);
+    /// assert_eq!(d.value[[0, 0, 0]].re, 8.0);
+    /// ```
+    pub fn response(&self, frequency_hz: &[f64], kind: ResponseKind) -> FrequencyResponse {
+        let n = self.axes.len();
+        let mut value = Array3::from_elem((frequency_hz.len(), n, n), Complex64::new(f64::NAN, f64::NAN));
+        for (f, &hz) in frequency_hz.iter().enumerate() {
+            let s = Complex64::new(0.0, TAU * hz);
+            let d = self.dynamic_stiffness(s);
+            let flat: Vec<Complex64> = d.iter().copied().collect();
+            let at = match kind {
+                ResponseKind::DynamicStiffness => Some(flat),
+                ResponseKind::Impedance => Some(flat.iter().map(|v| v / s).collect()),
+                ResponseKind::Compliance | ResponseKind::Transfer => small::inverse(&flat, n),
+                ResponseKind::Admittance => small::inverse(&flat, n).map(|c| c.iter().map(|v| v * s).collect()),
+            };
+            if let Some(at) = at {
+                value.index_axis_mut(Dimension(0), f).iter_mut().zip(at).for_each(|(v, a)| *v = if a.is_finite() { a } else { *v });
+            }
+        }
+        let names: Vec<String> = self.axes.iter().map(|a| a.name.clone()).collect();
+        FrequencyResponse { frequency_hz: frequency_hz.to_vec(), inputs: names.clone(), outputs: names, kind, value, uncertainty: None }
+    }
+}
+
+/// What is known of the matrices before a fit.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Symmetry {
+    /// M, B and K equal their transposes: a passive mechanical system.
+    #[default]
+    Symmetric,
+    /// Every entry is free; the antisymmetric part tells of active forces or a turned sensor.
+    Free,
+    /// Symmetric without negative eigenvalues.
+    PositiveSemidefinite,
+}
+
+/// [`InertiaDampingStiffness`] as a model with free parameters, matrix after matrix M, B, K; row by row, upper
+/// triangle only unless [`Symmetry::Free`].
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct InertiaDampingStiffnessModel {
+    axes: Vec<Axis>,
+    symmetry: Symmetry,
+    entries: Vec<(usize, usize)>,
+}
+
+impl InertiaDampingStiffnessModel {
+    /// A model of the given axes.
+    pub fn new(axes: Vec<Axis>, symmetry: Symmetry) -> Self {
+        let n = axes.len();
+        let entries = (0..n).flat_map(|i| (if symmetry == Symmetry::Free { 0 } else { i }..n).map(move |j| (i, j))).collect();
+        InertiaDampingStiffnessModel { axes, symmetry, entries }
+    }
+
+    /// What is assumed of the matrices.
+    pub fn symmetry(&self) -> Symmetry {
+        self.symmetry
+    }
+
+    /// Row and column of each parameter of one matrix.
+    pub fn entries(&self) -> &[(usize, usize)] {
+        &self.entries
+    }
+
+    /// The matrices of a parameter vector.
+    pub fn matrices(&self, theta: &[f64]) -> InertiaDampingStiffness {
+        let [inertia, damping, stiffness] = [0, 1, 2].map(|k| self.matrix(&theta[k * self.entries.len()..]));
+        InertiaDampingStiffness { axes: self.axes.clone(), inertia, damping, stiffness }
+    }
+
+    /// One matrix from its entries; the same arrangement serves standard errors.
+    pub fn matrix(&self, entries: &[f64]) -> Array2<f64> {
+        let n = self.axes.len();
+        let mut out = Array2::zeros((n, n));
+        for (&(i, j), &v) in self.entries.iter().zip(entries) {
+            out[[i, j]] = v;
+            if self.symmetry != Symmetry::Free {
+                out[[j, i]] = v;
+            }
+        }
+        out
+    }
+
+    /// The parameter vector of matrices; symmetric parts where the model is symmetric.
+    pub fn theta(&self, matrices: &InertiaDampingStiffness) -> Vec<f64> {
+        let free = self.symmetry == Symmetry::Free;
+        [&matrices.inertia, &matrices.damping, &matrices.stiffness]
+            .into_iter()
+            .flat_map(|m| self.entries.iter().map(move |&(i, j)| if free { m[[i, j]] } else { 0.5 * (m[[i, j]] + m[[j, i]]) }))
+            .collect()
+    }
+}
+
+impl ParametricModel for InertiaDampingStiffnessModel {
+    fn axes(&self) -> &[Axis] {
+        &self.axes
+    }
+
+    fn parameters(&self) -> Vec<ParameterInfo> {
+        let single = self.axes.len() == 1;
+        let mut out = Vec::with_capacity(3 * self.entries.len());
+        for (matrix, rate) in [("M", 2), ("B", 1), ("K", 0)] {
+            for &(i, j) in &self.entries {
+                let (row, column) = (&self.axes[i], &self.axes[j]);
+                out.push(ParameterInfo {
+                    name: if single { matrix.to_owned() } else { format!("{matrix}_{}_{}", row.name, column.name) },
+                    unit: row.unit_per(column, rate),
+                    site: if i == j { row.name.clone() } else { format!("{},{}", row.name, column.name) },
+                    lower: f64::NEG_INFINITY,
+                    upper: f64::INFINITY,
+                });
+            }
+        }
+        out
+    }
+
+    fn scale(&self, theta: &[f64], parameter: usize) -> f64 {
+        let per = self.entries.len();
+        let (i, j) = self.entries[parameter % per];
+        let matrix = self.matrix(&theta[parameter / per * per..]);
+        (matrix[[i, i]] * matrix[[j, j]]).abs().sqrt()
+    }
+
+    fn stiffness(&self, theta: &[f64], s: Complex64, value: &mut [Complex64], derivative: Option<&mut [Complex64]>) {
+        let (n, per) = (self.axes.len(), self.entries.len());
+        let powers = [s * s, s, Complex64::new(1.0, 0.0)];
+        let mirror = self.symmetry != Symmetry::Free;
+        value.fill(Complex64::default());
+        for (k, power) in powers.iter().enumerate() {
+            for (&(i, j), &v) in self.entries.iter().zip(&theta[k * per..]) {
+                value[i * n + j] += power * v;
+                if mirror && i != j {
+                    value[j * n + i] += power * v;
+                }
+            }
+        }
+        if let Some(out) = derivative {
+            out.fill(Complex64::default());
+            for (k, block) in out.chunks_exact_mut(n * n).enumerate() {
+                let (i, j) = self.entries[k % per];
+                block[i * n + j] = powers[k / per];
+                if mirror {
+                    block[j * n + i] = powers[k / per];
+                }
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use ndarray::arr2;
+
+    fn arm() -> InertiaDampingStiffness {
+        InertiaDampingStiffness {
+            axes: vec![Axis::linear("x"), Axis::linear("y")],
+            inertia: arr2(&[[2.1, -0.55], [-0.55, 1.9]]),
+            damping: arr2(&[[11.0, -2.0], [-2.0, 15.0]]),
+            stiffness: arr2(&[[300.0, -60.0], [-60.0, 520.0]]),
+        }
+    }
+
+    #[test]
+    fn parameters_carry_their_entry_and_unit() {
+        let names: Vec<(String, String)> =
+            InertiaDampingStiffnessModel::new(arm().axes, Symmetry::Symmetric).parameters().into_iter().map(|p| (p.name, p.unit)).collect();
+        assert_eq!(names.len(), 9);
+        assert_eq!(names[1], ("M_x_y".to_owned(), "N s^2/m".to_owned()));
+        assert_eq!(names[8], ("K_y_y".to_owned(), "N/m".to_owned()));
+        let single = InertiaDampingStiffnessModel::new(vec![Axis::rotational("ankle")], Symmetry::Free).parameters();
+        assert_eq!((single[2].name.as_str(), single[2].unit.as_str()), ("K", "N m/rad"));
+    }
+
+    #[test]
+    fn vector_and_matrices_are_two_forms_of_one_thing() {
+        for symmetry in [Symmetry::Symmetric, Symmetry::Free] {
+            let model = InertiaDampingStiffnessModel::new(arm().axes, symmetry);
+            assert_eq!(model.matrices(&model.theta(&arm())), arm());
+        }
+    }
+
+    #[test]
+    fn derivatives_are_those_of_a_function_linear_in_its_parameters() {
+        let mut turned = arm();
+        turned.stiffness[[0, 1]] = 35.0;
+        for symmetry in [Symmetry::Symmetric, Symmetry::Free] {
+            let model = InertiaDampingStiffnessModel::new(arm().axes, symmetry);
+            let (theta, s) = (model.theta(&turned), Complex64::new(0.3, 9.0));
+            let (mut value, mut derivative) = (vec![Complex64::default(); 4], vec![Complex64::default(); 4 * theta.len()]);
+            model.stiffness(&theta, s, &mut value, Some(&mut derivative));
+            let direct = model.matrices(&theta).dynamic_stiffness(s);
+            for (e, d) in direct.iter().enumerate() {
+                assert!((value[e] - d).norm() < 1e-12 * d.norm());
+                let sum: Complex64 = theta.iter().enumerate().map(|(k, t)| derivative[4 * k + e] * t).sum();
+                assert!((sum - d).norm() < 1e-12 * d.norm());
+            }
+        }
+    }
+
+    #[test]
+    fn compliance_is_the_inverse_and_impedance_has_no_value_at_rest() {
+        let f = [0.0, 2.0];
+        let product = arm().response(&f, ResponseKind::Compliance).at(1).dot(&arm().response(&f, ResponseKind::DynamicStiffness).at(1));
+        assert!((product[[0, 0]] - 1.0).norm() < 1e-14 && product[[0, 1]].norm() < 1e-14);
+        assert!(arm().response(&f, ResponseKind::Impedance).value[[0, 0, 0]].is_nan());
+    }
+}

@@ -1,0 +1,300 @@
+//! Bounded nonlinear least squares by the method of Levenberg and Marquardt.
+
+use argmin::core::{Error as ArgminError, Executor, IterState, Jacobian, KV, Operator, Problem, Solver, State, TerminationReason, TerminationStatus};
+use faer::{Mat, MatRef, prelude::SolveLstsq};
+use serde::{Deserialize, Serialize};
+
+/// A sum of squares to minimise: ½ ‖r(x)‖².
+pub trait LeastSquares {
+    /// r(x), always of the same length; entries that are not finite mark an `x` that is not allowed.
+    fn residuals(&self, x: &[f64]) -> Vec<f64>;
+
+    /// ∂r/∂x at `x`, residuals × parameters.
+    fn jacobian(&self, x: &[f64]) -> Mat<f64>;
+}
+
+/// Why the iteration stopped.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum StopReason {
+    /// The cost no longer falls, relative to itself.
+    CostConverged,
+    /// The parameters no longer move, relative to themselves.
+    StepConverged,
+    /// The residual is orthogonal to every column of the Jacobian that a bound leaves free.
+    GradientConverged,
+    /// The iteration limit was reached first; the result is not a minimum.
+    IterationLimit,
+}
+
+impl StopReason {
+    /// Whether a minimum was found.
+    pub fn converged(self) -> bool {
+        self != StopReason::IterationLimit
+    }
+}
+
+/// Why a minimisation cannot run.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum MinimiseError {
+    /// Start and bounds disagree in length.
+    #[error("{parameters} start values but {bounds} bounds; give one pair of bounds for each parameter")]
+    BoundsLength {
+        /// Length of the start.
+        parameters: usize,
+        /// Number of bounds.
+        bounds: usize,
+    },
+    /// A lower bound that is not below its upper bound.
+    #[error("parameter {parameter}: bounds {lower} to {upper} leave nothing between them; drop the parameter or widen its bounds")]
+    EmptyBounds {
+        /// Index of the parameter.
+        parameter: usize,
+        /// Its lower bound.
+        lower: f64,
+        /// Its upper bound.
+        upper: f64,
+    },
+    /// The model cannot be evaluated where the search begins.
+    #[error("residual {residual} is not finite at the start values; start where the model exists")]
+    StartNotFinite {
+        /// Index of the residual.
+        residual: usize,
+    },
+    /// More parameters than equations.
+    #[error("{parameters} parameters but only {residuals} equations; fit fewer parameters or a wider band")]
+    Underdetermined {
+        /// Number of parameters.
+        parameters: usize,
+        /// Number of residuals.
+        residuals: usize,
+    },
+}
+
+/// A minimum of ½ ‖r(x)‖².
+#[derive(Clone, Debug)]
+pub struct Minimum {
+    /// The parameters.
+    pub x: Vec<f64>,
+    /// The residuals there.
+    pub residuals: Vec<f64>,
+    /// Their Jacobian there.
+    pub jacobian: Mat<f64>,
+    /// ½ ‖r‖².
+    pub cost: f64,
+    /// Which parameters lie on a bound.
+    pub at_bound: Vec<bool>,
+    /// Why the iteration stopped.
+    pub reason: StopReason,
+    /// Accepted steps.
+    pub iterations: u64,
+}
+
+/// Levenberg-Marquardt with bounds, as an `argmin` [`Solver`].
+///
+/// Each step solves min ‖J p + r‖² + λ ‖D p‖² by QR, with D the largest norms that the columns of J have had (Moré
+/// 1978), so that the result does not depend on the units of the parameters. Parameters that a bound holds back are
+/// left out of the step, the others are clipped to their bounds. λ follows the ratio of achieved to predicted decrease
+/// (Nielsen 1999). All tests of convergence are relative.
+///
+/// # References
+/// J. J. Moré (1978), The Levenberg-Marquardt algorithm: implementation and theory. H. B. Nielsen (1999), Damping
+/// parameter in Marquardt's method.
+#[derive(Clone, Debug)]
+pub struct LevenbergMarquardt {
+    /// Lower and upper bound of each parameter, infinite where there is none.
+    pub bounds: Vec<(f64, f64)>,
+    /// Relative decrease of the cost, predicted and achieved, at which to stop.
+    pub cost_tolerance: f64,
+    /// Relative length of a step at which to stop.
+    pub step_tolerance: f64,
+    /// Largest cosine between residual and Jacobian columns at which to stop.
+    pub gradient_tolerance: f64,
+    /// Largest number of accepted steps.
+    pub max_iterations: u64,
+    damping: f64,
+    scale: Vec<f64>,
+    reason: Option<StopReason>,
+}
+
+/// The decrease that must be achieved for a step to count, relative to the prediction.
+const ACCEPT: f64 = 1e-4;
+/// Rejections in a row after which the damping exceeds every finite model (2^(k(k+1)/2) of the start).
+const MAX_REJECTIONS: u32 = 30;
+
+impl LevenbergMarquardt {
+    /// No bounds but those given; tolerances near what rounding allows.
+    pub fn new(bounds: Vec<(f64, f64)>) -> Self {
+        LevenbergMarquardt {
+            bounds,
+            cost_tolerance: 1e-12,
+            step_tolerance: 1e-10,
+            gradient_tolerance: 1e-12,
+            max_iterations: 200,
+            damping: 1e-3,
+            scale: Vec::new(),
+            reason: None,
+        }
+    }
+
+    /// Minimises ½ ‖r(x)‖² from `start`, clipped to the bounds.
+    ///
+    /// # Errors
+    /// [`MinimiseError`] if bounds and start do not fit together or the residuals are not finite at the start.
+    pub fn minimise<P: LeastSquares>(mut self, problem: &P, start: &[f64]) -> Result<Minimum, MinimiseError> {
+        if self.bounds.len() != start.len() {
+            return Err(MinimiseError::BoundsLength { parameters: start.len(), bounds: self.bounds.len() });
+        }
+        if let Some((parameter, &(lower, upper))) = self.bounds.iter().enumerate().find(|(_, b)| !(b.0 < b.1)) {
+            return Err(MinimiseError::EmptyBounds { parameter, lower, upper });
+        }
+        let x = self.clip(start);
+        let residuals = problem.residuals(&x);
+        if let Some(residual) = residuals.iter().position(|r| !r.is_finite()) {
+            return Err(MinimiseError::StartNotFinite { residual });
+        }
+        if residuals.len() < start.len() {
+            return Err(MinimiseError::Underdetermined { parameters: start.len(), residuals: residuals.len() });
+        }
+        let limit = std::mem::replace(&mut self.max_iterations, u64::MAX);
+        let cost = half_square(&residuals);
+        let run = Executor::new(Adapter(problem), self.clone())
+            .configure(|state| state.param(x.clone()).residuals(residuals.clone()).cost(cost).max_iters(limit))
+            .timer(false)
+            .run();
+        // The adapter never returns an error; if argmin itself did, the start is what is left.
+        let (solver, x, residuals, iterations) = match run {
+            Ok(mut run) => {
+                let iterations = run.state.get_iter();
+                (run.solver, run.state.take_param().unwrap_or(x), run.state.take_residuals().unwrap_or(residuals), iterations)
+            }
+            Err(_) => (self, x, residuals, 0),
+        };
+        let jacobian = problem.jacobian(&x);
+        let at_bound = x.iter().zip(&solver.bounds).map(|(&v, b)| v <= b.0 || v >= b.1).collect();
+        let reason = solver.reason.unwrap_or(StopReason::IterationLimit);
+        Ok(Minimum { cost: half_square(&residuals), x, residuals, jacobian, at_bound, reason, iterations })
+    }
+
+    fn clip(&self, x: &[f64]) -> Vec<f64> {
+        x.iter().zip(&self.bounds).map(|(v, b)| v.clamp(b.0, b.1)).collect()
+    }
+
+    /// One accepted step from `x`, or a reason to stop.
+    fn step<P: LeastSquares>(&mut self, problem: &P, x: &[f64], residuals: &[f64]) -> Option<(Vec<f64>, Vec<f64>)> {
+        let jacobian = problem.jacobian(x);
+        let (m, n) = (residuals.len(), x.len());
+        let r = MatRef::from_column_major_slice(residuals, m, 1);
+        let norms: Vec<f64> = (0..n).map(|j| jacobian.col(j).norm_l2()).collect();
+        self.scale.resize(n, 0.0);
+        self.scale.iter_mut().zip(&norms).for_each(|(s, v)| *s = s.max(*v));
+        let scale: Vec<f64> = self.scale.iter().map(|&s| if s > 0.0 { s } else { 1.0 }).collect();
+        let gradient = jacobian.transpose() * r;
+        let cost = half_square(residuals);
+        let held = |j: usize| (x[j] <= self.bounds[j].0 && gradient[(j, 0)] > 0.0) || (x[j] >= self.bounds[j].1 && gradient[(j, 0)] < 0.0);
+        let free: Vec<usize> = (0..n).filter(|&j| !held(j) && norms[j] > 0.0).collect();
+        let length = (2.0 * cost).sqrt();
+        if cost == 0.0 || free.iter().all(|&j| gradient[(j, 0)].abs() <= self.gradient_tolerance * norms[j] * length) {
+            self.reason = Some(StopReason::GradientConverged);
+            return None;
+        }
+        let columns = Mat::from_fn(m, free.len(), |i, k| jacobian[(i, free[k])]);
+        let qr = columns.qr();
+        let triangle = qr.thin_R();
+        // Qᵀr from Rᵀ(Qᵀr) = Jᵀr would square the condition; apply the reflections instead.
+        let rotated = qr.compute_thin_Q().transpose() * r;
+        let k = free.len();
+        let size = x.iter().zip(&scale).map(|(v, s)| (v * s).powi(2)).sum::<f64>().sqrt();
+        let mut growth = 2.0;
+        for _ in 0..MAX_REJECTIONS {
+            let root = self.damping.sqrt();
+            let system = Mat::from_fn(2 * k, k, |i, j| {
+                if i < k {
+                    triangle[(i, j)]
+                } else if i - k == j {
+                    root * scale[free[j]]
+                } else {
+                    0.0
+                }
+            });
+            let right = Mat::from_fn(2 * k, 1, |i, _| if i < k { -rotated[(i, 0)] } else { 0.0 });
+            let p = system.qr().solve_lstsq(right);
+            let mut trial = x.to_vec();
+            free.iter().enumerate().for_each(|(i, &j)| trial[j] += p[(i, 0)]);
+            let trial = self.clip(&trial);
+            let h = Mat::from_fn(k, 1, |i, _| trial[free[i]] - x[free[i]]);
+            let bent = &triangle * &h;
+            let predicted = -(0..k).map(|i| h[(i, 0)] * gradient[(free[i], 0)] + 0.5 * bent[(i, 0)].powi(2)).sum::<f64>();
+            let moved = (0..k).map(|i| (h[(i, 0)] * scale[free[i]]).powi(2)).sum::<f64>().sqrt();
+            let new = problem.residuals(&trial);
+            let new_cost = half_square(&new);
+            let achieved = cost - new_cost;
+            let gain = achieved / predicted;
+            let accepted = predicted > 0.0 && gain > ACCEPT;
+            if achieved.abs() <= self.cost_tolerance * cost && predicted.abs() <= self.cost_tolerance * cost {
+                self.reason = Some(StopReason::CostConverged);
+            } else if moved <= self.step_tolerance * size {
+                self.reason = Some(StopReason::StepConverged);
+            }
+            if accepted {
+                self.damping = (self.damping * (1.0 - (2.0 * gain - 1.0).powi(3)).max(1.0 / 3.0)).max(1e-15);
+                return Some((trial, new));
+            }
+            if self.reason.is_some() {
+                return None;
+            }
+            self.damping *= growth;
+            growth *= 2.0;
+        }
+        self.reason = Some(StopReason::StepConverged);
+        None
+    }
+}
+
+type LmState = IterState<Vec<f64>, (), Mat<f64>, (), Vec<f64>, f64>;
+
+impl<P: LeastSquares> Solver<Adapter<'_, P>, LmState> for LevenbergMarquardt {
+    fn name(&self) -> &str {
+        "bounded Levenberg-Marquardt"
+    }
+
+    fn next_iter(&mut self, problem: &mut Problem<Adapter<'_, P>>, mut state: LmState) -> Result<(LmState, Option<KV>), ArgminError> {
+        let (Some(x), Some(residuals), Some(adapter)) = (state.take_param(), state.take_residuals(), problem.problem.as_ref()) else {
+            return Err(argmin::core::ArgminError::NotInitialized { text: "start values".to_owned() }.into());
+        };
+        Ok(match self.step(adapter.0, &x, &residuals) {
+            Some((x, residuals)) => {
+                let cost = half_square(&residuals);
+                (state.param(x).residuals(residuals).cost(cost), None)
+            }
+            None => (state.param(x).residuals(residuals), None),
+        })
+    }
+
+    fn terminate(&mut self, _state: &LmState) -> TerminationStatus {
+        if self.reason.is_some() { TerminationStatus::Terminated(TerminationReason::SolverConverged) } else { TerminationStatus::NotTerminated }
+    }
+}
+
+/// A least-squares problem as `argmin` sees it.
+struct Adapter<'a, P>(&'a P);
+
+impl<P: LeastSquares> Operator for Adapter<'_, P> {
+    type Param = Vec<f64>;
+    type Output = Vec<f64>;
+    fn apply(&self, x: &Vec<f64>) -> Result<Vec<f64>, ArgminError> {
+        Ok(self.0.residuals(x))
+    }
+}
+
+impl<P: LeastSquares> Jacobian for Adapter<'_, P> {
+    type Param = Vec<f64>;
+    type Jacobian = Mat<f64>;
+    fn jacobian(&self, x: &Vec<f64>) -> Result<Mat<f64>, ArgminError> {
+        Ok(self.0.jacobian(x))
+    }
+}
+
+fn half_square(r: &[f64]) -> f64 {
+    0.5 * r.iter().map(|v| v * v).sum::<f64>()
+}
