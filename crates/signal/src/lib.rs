@@ -7,20 +7,25 @@
 //! **The convention that bites**: `S[a][b] = ⟨A B*⟩`, the conjugate is on the *second* channel, and densities are
 //! one-sided. It is the conjugate-transposed order of SciPy: `S[a][b] = scipy.signal.csd(b, a)`.
 
+mod cache;
 mod cross_spectra;
 mod excitation;
 mod filter;
+mod multitaper;
 mod quantity;
 mod recording;
 mod segments;
+mod slepian;
 mod welch;
 mod window;
 
 pub use cross_spectra::{CrossSpectra, Kernel, SpectraError};
 pub use excitation::{ExcitationError, FilteredNoise, InputCoherence, SeedCriterion, SeedSearch, input_coherence, ramp};
 pub use filter::{FilterError, Passband, Section, SosFilter, SosStream};
+pub use multitaper::{Multitaper, MultitaperError};
 pub use quantity::{Quantity, Unit, UnknownUnit};
 pub use recording::{Channel, Recording, RecordingError};
 pub use segments::{Detrend, effective_averages};
+pub use slepian::{SlepianError, SlepianTapers, slepian_tapers};
 pub use welch::{Welch, WelchError, WelchStream};
 pub use window::{ParseWindowError, Window};

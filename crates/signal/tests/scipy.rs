@@ -1,6 +1,6 @@
 //! Agreement with SciPy on the files of `tests/reference`, which `make_reference.py` there wrote (versions inside).
 
-use ndof_signal::{CrossSpectra, Detrend, Passband, SosFilter, Welch, Window};
+use ndof_signal::{CrossSpectra, Detrend, Passband, SosFilter, Welch, Window, slepian_tapers};
 use num_complex::Complex64;
 use serde_json::Value;
 use std::fs;
@@ -153,6 +153,18 @@ fn filters_are_those_of_butter_sosfilt_and_sosfiltfilt() {
         }
         assert_close_real(&what, &filter.filter(x), &numbers(&case["sosfilt"]));
         assert_close_real(&what, &filter.filter_zero_phase(x).expect("long enough"), &numbers(&case["sosfiltfilt"]));
+    }
+}
+
+#[test]
+fn tapers_are_those_of_dpss() {
+    for case in reference("dpss.json")["dpss"].as_array().expect("list") {
+        let expected = case["tapers"].as_array().expect("tapers");
+        let slepian = slepian_tapers(size(&case["n"]), case["nw"].as_f64().expect("NW"), expected.len()).expect("valid");
+        for (k, (taper, expected)) in slepian.tapers.iter().zip(expected).enumerate() {
+            assert_close_real(&format!("taper {k} of {}", case["n"]), taper, &numbers(expected));
+        }
+        assert_close_real("concentration", &slepian.concentration, &numbers(&case["concentration"]));
     }
 }
 

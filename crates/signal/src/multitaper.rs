@@ -1,0 +1,340 @@
+//! Thomson's multitaper method: the whole record under several orthogonal tapers.
+
+use crate::cache::Cache;
+use crate::cross_spectra::{CrossSpectra, Kernel};
+use crate::segments::Detrend;
+use crate::slepian::{SlepianError, SlepianTapers, slepian_tapers};
+use num_complex::Complex64;
+use rayon::prelude::*;
+use realfft::{RealFftPlanner, RealToComplex};
+use serde::{Deserialize, Serialize};
+use std::sync::Arc;
+
+/// Settings of the multitaper method.
+///
+/// ```
+/// use ndof_signal::Multitaper;
+/// let x: Vec<f64> = (0..1000).map(|k| ((k * k) as f64 * 0.1).sin()).collect();
+/// let spectra = Multitaper::default().spectra(100.0, &[&x])?;
+/// assert_eq!((spectra.segments(), spectra.effective_averages()), (7, 7.0));
+/// assert!((spectra.independent_spacing_hz() - 0.8).abs() < 1e-12);
+/// # Ok::<(), ndof_signal::MultitaperError>(())
+/// ```
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct Multitaper {
+    /// NW: the half-width of the spectral window in units of 1/T.
+    pub time_bandwidth: f64,
+    /// Number of tapers; 2 NW − 1 where none is given.
+    pub tapers: Option<usize>,
+    /// Length of the transform; the record's where none is given. More pads with zeros.
+    pub nfft: Option<usize>,
+    /// Thomson's adaptive weights, which take leaking tapers out where the spectrum is low.
+    pub adaptive: bool,
+    /// What is taken off the whole record.
+    pub detrend: Detrend,
+}
+
+impl Default for Multitaper {
+    /// NW = 4, seven tapers of equal weight, mean removed.
+    fn default() -> Self {
+        Multitaper { time_bandwidth: 4.0, tapers: None, nfft: None, adaptive: false, detrend: Detrend::Constant }
+    }
+}
+
+/// Why the multitaper method cannot be applied.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum MultitaperError {
+    /// There are no such tapers.
+    #[error("making the tapers: {0}")]
+    Tapers(#[from] SlepianError),
+    /// The transform is shorter than the record.
+    #[error("nfft {nfft} is below the {len} samples of the recording; a shorter transform would throw samples away")]
+    ShortTransform {
+        /// Samples in the recording.
+        len: usize,
+        /// Length of the transform.
+        nfft: usize,
+    },
+    /// A channel differs in length.
+    #[error("channel {channel} has {found} samples, the first has {expected}")]
+    Length {
+        /// Index of the channel.
+        channel: usize,
+        /// Samples in the first.
+        expected: usize,
+        /// Samples in this one.
+        found: usize,
+    },
+    /// A sample is not a number.
+    #[error("channel {channel} is not a finite number at sample {sample}; cut that stretch out or repair it")]
+    NotFinite {
+        /// Index of the channel.
+        channel: usize,
+        /// Index of the sample.
+        sample: usize,
+    },
+}
+
+impl Multitaper {
+    /// Cross-spectra of all `channels` of one trial:
+    ///
+    /// S_ab(f) = c/(K fs) Σ_k A_k(f) B_k(f)*,  A_k(f) = Σ_n v_k(n) a(n) e^{−j2πfn/fs},  c = 2 except at 0 Hz and Nyquist.
+    ///
+    /// n_e = K, bins are independent 2NW/T apart, the kernel is the mean of the tapers' |V_k|².
+    ///
+    /// With `adaptive`, taper k weighs b_k² λ_k, b_k = S/(λ_k S + (1−λ_k) σ²/fs) (Thomson 1982, *Proc. IEEE* 70:1055;
+    /// Percival & Walden 1993, sec. 7.4). The weights are the least over the channels and common to all of them, so
+    /// that a linear relation between channels stays one; n_e is then the mean over the bins of (Σ w)²/Σ w².
+    ///
+    /// # Errors
+    /// [`MultitaperError`] if the settings do not fit the record, or it is ragged, empty or holds a NaN.
+    pub fn spectra(&self, sample_rate_hz: f64, channels: &[&[f64]]) -> Result<CrossSpectra, MultitaperError> {
+        let len = channels.first().map_or(0, |c| c.len());
+        for (channel, samples) in channels.iter().enumerate() {
+            if samples.len() != len {
+                return Err(MultitaperError::Length { channel, expected: len, found: samples.len() });
+            }
+            if let Some(sample) = samples.iter().position(|s| !s.is_finite()) {
+                return Err(MultitaperError::NotFinite { channel, sample });
+            }
+        }
+        let nfft = self.nfft.unwrap_or(len);
+        if nfft < len {
+            return Err(MultitaperError::ShortTransform { len, nfft });
+        }
+        let count = self.tapers.unwrap_or_else(|| ((2.0 * self.time_bandwidth - 1.0).round().max(1.0)) as usize);
+        let plan = PLANS.get_or_try_make(Key { len, nfft, time_bandwidth: self.time_bandwidth, count }, || Plan::new(len, nfft, self.time_bandwidth, count))?;
+
+        let level: Vec<Vec<f64>> = channels
+            .iter()
+            .map(|samples| {
+                let mut level = samples.to_vec();
+                self.detrend.apply(&mut level);
+                level
+            })
+            .collect();
+        let mut tapered = plan.transform(&level);
+        let mut effective_averages = count as f64;
+        let mut scale = 1.0 / (count as f64 * sample_rate_hz);
+        if self.adaptive {
+            effective_averages = plan.weigh(&mut tapered, &level);
+            scale = 1.0 / sample_rate_hz;
+        }
+        let bins = nfft / 2 + 1;
+        let pairs: Vec<(usize, usize)> = (0..channels.len()).flat_map(|a| (0..=a).map(move |b| (a, b))).collect();
+        let lower: Vec<Complex64> = pairs
+            .par_iter()
+            .flat_map_iter(|&(a, b)| {
+                let mut sum = vec![Complex64::default(); bins];
+                for (x, y) in tapered[a].iter().zip(&tapered[b]) {
+                    sum.iter_mut().zip(x.iter().zip(y)).for_each(|(s, (x, y))| *s += x * y.conj());
+                }
+                sum.iter_mut().enumerate().for_each(|(f, s)| *s *= if f == 0 || 2 * f == nfft { scale } else { 2.0 * scale });
+                sum
+            })
+            .collect();
+        Ok(CrossSpectra {
+            channels: channels.len(),
+            sample_rate_hz,
+            frequency_hz: (0..bins).map(|f| f as f64 * sample_rate_hz / nfft as f64).collect(),
+            lower,
+            effective_averages,
+            segments: count,
+            trials: 1,
+            independent_spacing_hz: 2.0 * self.time_bandwidth * sample_rate_hz / len as f64,
+            kernel: plan.kernel(sample_rate_hz),
+            mean_removed: self.detrend != Detrend::None,
+        })
+    }
+}
+
+#[derive(PartialEq)]
+struct Key {
+    len: usize,
+    nfft: usize,
+    time_bandwidth: f64,
+    count: usize,
+}
+
+static PLANS: Cache<Key, Plan> = Cache::new();
+
+struct Plan {
+    slepian: SlepianTapers,
+    fft: Arc<dyn RealToComplex<f64>>,
+    nfft: usize,
+    /// Mean |V_k|² at multiples of a quarter of 1/T, from 0.
+    half_kernel: Vec<f64>,
+}
+
+/// Kernel nodes in 1/T: twice as dense as the Nyquist rate of |V|², so that their sum is an integral.
+const KERNEL_FINENESS: usize = 4;
+
+impl Plan {
+    fn new(len: usize, nfft: usize, time_bandwidth: f64, count: usize) -> Result<Self, SlepianError> {
+        let slepian = slepian_tapers(len, time_bandwidth, count)?;
+        let mut planner = RealFftPlanner::new();
+        let fft = planner.plan_fft_forward(nfft);
+        let fine = planner.plan_fft_forward(KERNEL_FINENESS * len);
+        // Out to four half-widths; beyond lie parts in a thousand of the last taper's energy.
+        let reach = ((4.0 * time_bandwidth).ceil() as usize * KERNEL_FINENESS).min(KERNEL_FINENESS * len / 2);
+        let mut half_kernel = vec![0.0; reach + 1];
+        for taper in &slepian.tapers {
+            let spectrum = spectrum(&fine, taper.iter().copied());
+            half_kernel.iter_mut().zip(&spectrum).for_each(|(h, s)| *h += s.norm_sqr());
+        }
+        Ok(Plan { slepian, fft, nfft, half_kernel })
+    }
+
+    /// Transforms, `[channel][taper][bin]`.
+    fn transform(&self, channels: &[Vec<f64>]) -> Vec<Vec<Vec<Complex64>>> {
+        channels
+            .par_iter()
+            .map(|samples| self.slepian.tapers.par_iter().map(|taper| spectrum(&self.fft, samples.iter().zip(taper).map(|(x, v)| x * v))).collect())
+            .collect()
+    }
+
+    /// Multiplies the transforms by the roots of the adaptive weights (which sum to one) and returns n_e.
+    fn weigh(&self, tapered: &mut [Vec<Vec<Complex64>>], channels: &[Vec<f64>]) -> f64 {
+        let concentration = &self.slepian.concentration;
+        let mean_square: Vec<f64> = channels.iter().map(|c| c.iter().map(|x| x * x).sum::<f64>() / c.len() as f64).collect();
+        let bins = self.nfft / 2 + 1;
+        let weights: Vec<Vec<f64>> = (0..bins)
+            .into_par_iter()
+            .map(|f| {
+                let mut least = vec![f64::INFINITY; concentration.len()];
+                for (tapers, &white) in tapered.iter().zip(&mean_square) {
+                    let power: Vec<f64> = tapers.iter().map(|t| t[f].norm_sqr()).collect();
+                    least.iter_mut().zip(adaptive_weights(&power, concentration, white)).for_each(|(l, w)| *l = l.min(w));
+                }
+                let total: f64 = least.iter().sum();
+                least.iter().map(|w| w / total).collect()
+            })
+            .collect();
+        for tapers in tapered.iter_mut() {
+            for (k, taper) in tapers.iter_mut().enumerate() {
+                taper.iter_mut().zip(&weights).for_each(|(t, w)| *t *= w[k].sqrt());
+            }
+        }
+        weights.iter().map(|w| 1.0 / w.iter().map(|w| w * w).sum::<f64>()).sum::<f64>() / bins as f64
+    }
+
+    fn kernel(&self, sample_rate_hz: f64) -> Kernel {
+        let step_hz = sample_rate_hz / (KERNEL_FINENESS * self.slepian.tapers[0].len()) as f64;
+        let reach = self.half_kernel.len() as isize - 1;
+        let total = self.half_kernel[0] + 2.0 * self.half_kernel[1..].iter().sum::<f64>();
+        let (offset_hz, weight) = (-reach..=reach).map(|m| (m as f64 * step_hz, self.half_kernel[m.unsigned_abs()] / total)).unzip();
+        Kernel { offset_hz, weight }
+    }
+}
+
+fn spectrum(fft: &Arc<dyn RealToComplex<f64>>, samples: impl Iterator<Item = f64>) -> Vec<Complex64> {
+    let mut input = fft.make_input_vec();
+    input.iter_mut().zip(samples).for_each(|(i, x)| *i = x);
+    let mut output = fft.make_output_vec();
+    // Lengths are those of the plan, so the transform cannot refuse.
+    let done = fft.process(&mut input, &mut output);
+    debug_assert!(done.is_ok());
+    output
+}
+
+/// Weights b_k² λ_k of one channel at one frequency, summing to one, by fixed-point iteration from the mean of the
+/// first two tapers.
+fn adaptive_weights(power: &[f64], concentration: &[f64], white: f64) -> Vec<f64> {
+    /// The iteration contracts by about 1 − λ a step; this many settle it to round-off for every usable taper.
+    const STEPS: usize = 20;
+    let mut estimate = power.iter().take(2).sum::<f64>() / power.len().min(2) as f64;
+    let mut weights = vec![1.0 / power.len() as f64; power.len()];
+    for _ in 0..STEPS {
+        let raw: Vec<f64> = concentration
+            .iter()
+            .map(|l| {
+                let share = estimate / (l * estimate + (1.0 - l) * white);
+                if share.is_finite() { share * share * l } else { 1.0 }
+            })
+            .collect();
+        let total: f64 = raw.iter().sum();
+        if total <= 0.0 {
+            break;
+        }
+        weights = raw.iter().map(|w| w / total).collect();
+        estimate = weights.iter().zip(power).map(|(w, p)| w * p).sum();
+    }
+    weights
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use rand::{RngExt, SeedableRng};
+
+    fn noise(stream: u64, n: usize) -> Vec<f64> {
+        let mut rng = rand_chacha::ChaCha8Rng::seed_from_u64(11);
+        rng.set_stream(stream);
+        (0..n).map(|_| rng.random_range(-1.0..1.0)).collect()
+    }
+
+    #[test]
+    fn the_power_of_white_noise_is_its_variance() {
+        let x = noise(0, 20_000);
+        for adaptive in [false, true] {
+            let s = Multitaper { adaptive, ..Multitaper::default() }.spectra(50.0, &[&x]).expect("valid");
+            let total: f64 = (0..s.frequency_hz().len()).map(|f| s.power(f, 0)).sum::<f64>() * 50.0 / 20_000.0;
+            let variance = x.iter().map(|v| v * v).sum::<f64>() / x.len() as f64;
+            // Relative variance of the integral of a chi-square spectrum: 1/(independent cells × n_e) = 1/N within a
+            // factor of two; four sigma of 2/20 000.
+            assert!((total / variance - 1.0).abs() < 0.04, "{adaptive}: {}", total / variance);
+        }
+    }
+
+    #[test]
+    fn a_linear_relation_between_channels_survives() {
+        let x = noise(1, 5000);
+        let y: Vec<f64> = x.iter().map(|v| -3.0 * v).collect();
+        for adaptive in [false, true] {
+            let s = Multitaper { adaptive, ..Multitaper::default() }.spectra(50.0, &[&x, &y]).expect("valid");
+            for f in 1..s.frequency_hz().len() {
+                assert!((s.at(f, 1, 0) / s.at(f, 0, 0) + 3.0).norm() < 1e-9, "{f}");
+            }
+        }
+    }
+
+    #[test]
+    fn adaptive_weights_keep_leakage_out_of_the_low_parts() {
+        // A strong tone off the bins in weak noise: far from it the last of eight tapers leaks.
+        let n = 2000;
+        let x: Vec<f64> = noise(2, n).iter().enumerate().map(|(k, e)| (0.5 * k as f64).sin() + 1e-4 * e).collect();
+        let of = |adaptive| Multitaper { tapers: Some(8), adaptive, ..Multitaper::default() }.spectra(1.0, &[&x]).expect("valid");
+        let (plain, adaptive) = (of(false), of(true));
+        let truth = 2.0 * 1e-8 / 3.0;
+        let mean = |s: &CrossSpectra| (500..1000).map(|f| s.power(f, 0)).sum::<f64>() / 500.0 / truth;
+        assert!(mean(&plain) > 2.0, "{}", mean(&plain));
+        // 500 bins are about 500/8 cells of n_e ≥ 5: one sigma is 6 %.
+        assert!((mean(&adaptive) - 1.0).abs() < 0.24, "{}", mean(&adaptive));
+        assert!(adaptive.effective_averages() < plain.effective_averages());
+    }
+
+    #[test]
+    fn the_kernel_holds_the_energy_within_the_half_width() {
+        let x = noise(3, 1000);
+        let k = Multitaper::default().spectra(100.0, &[&x]).expect("valid").kernel().clone();
+        assert!((k.weight.iter().sum::<f64>() - 1.0).abs() < 1e-12);
+        let width_hz = 4.0 * 100.0 / 1000.0;
+        let within: f64 = k.offset_hz.iter().zip(&k.weight).filter(|(f, _)| f.abs() <= width_hz).map(|(_, w)| w).sum();
+        let expected = slepian_tapers(1000, 4.0, 7).expect("valid").concentration.iter().sum::<f64>() / 7.0;
+        // The trapezoid's end nodes: half a node of the last taper on either side.
+        assert!((within - expected).abs() < 0.01, "{within} against {expected}");
+    }
+
+    #[test]
+    fn settings_that_do_not_fit_are_refused() {
+        let x = [0.0; 100];
+        let of = |m: Multitaper| m.spectra(1.0, &[&x]).unwrap_err();
+        assert!(matches!(of(Multitaper { nfft: Some(64), ..Multitaper::default() }), MultitaperError::ShortTransform { len: 100, nfft: 64 }));
+        assert!(matches!(of(Multitaper { time_bandwidth: 80.0, ..Multitaper::default() }), MultitaperError::Tapers(_)));
+        assert!(matches!(Multitaper::default().spectra(1.0, &[]), Err(MultitaperError::Tapers(_))));
+        let y = [f64::NAN; 100];
+        assert!(matches!(Multitaper::default().spectra(1.0, &[&x, &y]), Err(MultitaperError::NotFinite { channel: 1, sample: 0 })));
+        assert!(matches!(Multitaper::default().spectra(1.0, &[&x, &y[1..]]), Err(MultitaperError::Length { channel: 1, .. })));
+    }
+}
