@@ -5,7 +5,7 @@ six trials of 50 s at 500 Hz, estimates the compliance by Welch (both settings o
 (S_yr S_ur^-1), and fits symmetric M, B, K to it by weighted least squares over 0.5 to 8 Hz.  `rms.json` is what it prints; the
 acceptance test of the arm study compares ndof with it.
 
-    python make_rms.py --seeds 100 > rms.json        # about 20 minutes on one core
+    python make_rms.py --seeds 100 > rms.json        # 12 minutes on one core
 """
 import argparse
 import json
