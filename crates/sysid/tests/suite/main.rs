@@ -1,0 +1,7 @@
+//! Estimators against analytic truth, against each other and against other implementations.
+
+mod draws;
+mod identities;
+mod refusals;
+mod scipy;
+mod truth;
