@@ -1,0 +1,32 @@
+//! What can be wrong with the data of a figure.
+
+/// Data that do not fit together.
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+pub enum FigureError {
+    /// A table has another shape than its axes.
+    #[error("{what} has the shape {found:?}, but {expected:?} is needed ({meaning}); pass one value for each")]
+    Shape {
+        /// The table, with the curve's label.
+        what: String,
+        /// What the sizes stand for.
+        meaning: &'static str,
+        /// Wanted.
+        expected: Vec<usize>,
+        /// Given.
+        found: Vec<usize>,
+    },
+    /// There is nothing to draw.
+    #[error("{what} is empty; leave the figure out or pass data")]
+    Empty {
+        /// The table.
+        what: &'static str,
+    },
+}
+
+/// Compares sizes.
+pub(crate) fn expect_shape(what: impl Into<String>, meaning: &'static str, expected: &[usize], found: &[usize]) -> Result<(), FigureError> {
+    if expected == found {
+        return Ok(());
+    }
+    Err(FigureError::Shape { what: what.into(), meaning, expected: expected.to_vec(), found: found.to_vec() })
+}

@@ -1,0 +1,152 @@
+//! The report: sections of figures, tables and notes, on one page that needs nothing else.
+
+mod data_table;
+mod figure;
+mod html;
+
+use serde_json::Value;
+
+use crate::plot::Figure;
+use crate::table::Table;
+
+/// How urgent a note is.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Note {
+    /// Good to know.
+    Information,
+    /// To be looked at before numbers are used.
+    Caution,
+}
+
+/// A part of a section.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Block {
+    /// A paragraph.
+    Text(String),
+    /// A paragraph set apart.
+    Note(Note, String),
+    /// A list of sentences, e.g. the evidence for a cause.
+    List(Vec<String>),
+    /// A picture.
+    Figure(Figure),
+    /// A table.
+    Table(Table),
+}
+
+/// A section: a title, a sentence that says the result, and what shows it.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Section {
+    /// As in the table of contents.
+    pub title: String,
+    /// The result in one sentence.
+    pub lead: String,
+    /// In order.
+    pub blocks: Vec<Block>,
+}
+
+impl Section {
+    /// An empty section.
+    pub fn new(title: impl Into<String>, lead: impl Into<String>) -> Self {
+        Self { title: title.into(), lead: lead.into(), blocks: Vec::new() }
+    }
+
+    /// With a paragraph more.
+    pub fn text(mut self, text: impl Into<String>) -> Self {
+        self.blocks.push(Block::Text(text.into()));
+        self
+    }
+
+    /// With a note more.
+    pub fn note(mut self, kind: Note, text: impl Into<String>) -> Self {
+        self.blocks.push(Block::Note(kind, text.into()));
+        self
+    }
+
+    /// With a list of sentences more.
+    pub fn list(mut self, sentences: Vec<String>) -> Self {
+        self.blocks.push(Block::List(sentences));
+        self
+    }
+
+    /// With a picture more.
+    pub fn figure(mut self, figure: Figure) -> Self {
+        self.blocks.push(Block::Figure(figure));
+        self
+    }
+
+    /// With a table more.
+    pub fn table(mut self, table: Table) -> Self {
+        self.blocks.push(Block::Table(table));
+        self
+    }
+}
+
+/// Something that the reader should know, and what to do about it.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Warning {
+    /// E.g. "force-sign".
+    pub code: String,
+    /// What is the matter.
+    pub message: String,
+    /// What to do.
+    pub action: String,
+}
+
+/// A picture or its numbers, ready to be written.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct PlotFile {
+    /// File name, e.g. "bode-compliance.svg": letters, digits, hyphens, one dot; no two are alike.
+    pub name: String,
+    /// UTF-8.
+    pub contents: String,
+}
+
+/// A report. [`Report::to_html`] gives the page, [`Report::plot_files`] the pictures as files.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Report {
+    /// Title of the page.
+    pub title: String,
+    /// The result in one sentence that a clinician understands.
+    pub lead: String,
+    /// Facts of the measurement, name and value, e.g. ("Recording", "2 in, 2 out, 50.0 s at 500 Hz").
+    pub facts: Vec<(String, String)>,
+    /// The command line that made it.
+    pub command: String,
+    /// Version of the program.
+    pub version: String,
+    /// Warnings, each with its action.
+    pub warnings: Vec<Warning>,
+    /// In order.
+    pub sections: Vec<Section>,
+    /// All settings, name and value.
+    pub settings: Vec<(String, String)>,
+    /// Results that the page carries for download, file name and value; null, not NaN, where there is no number.
+    pub attachments: Vec<(String, Value)>,
+}
+
+impl Report {
+    /// Every figure, in the order of the page.
+    pub fn figures(&self) -> impl Iterator<Item = &Figure> {
+        self.sections.iter().flat_map(|section| &section.blocks).filter_map(|block| match block {
+            Block::Figure(figure) => Some(figure),
+            _ => None,
+        })
+    }
+
+    /// Each figure as SVG and as CSV, named after it; figures of one name are numbered.
+    pub fn plot_files(&self) -> Vec<PlotFile> {
+        let mut taken = std::collections::BTreeSet::new();
+        let mut files = Vec::new();
+        for figure in self.figures() {
+            let mut name = figure.name.clone();
+            let mut count = 1;
+            while !taken.insert(name.clone()) {
+                count += 1;
+                name = format!("{}-{count}", figure.name);
+            }
+            files.push(PlotFile { name: format!("{name}.svg"), contents: figure.to_svg() });
+            files.push(PlotFile { name: format!("{name}.csv"), contents: figure.to_csv() });
+        }
+        files
+    }
+}

@@ -1,0 +1,108 @@
+//! Long traces, drawn with no more points than pixels can show.
+
+/// Of each run of points in one pixel column of width `bucket`: the lowest and the highest, in their order.
+///
+/// Points must ascend in x; the first and the last point are kept, so that the curve spans what it spanned.
+pub(crate) fn min_max(points: &[(f64, f64)], bucket: f64) -> Vec<(f64, f64)> {
+    let mut kept = Vec::new();
+    let mut start = 0;
+    while start < points.len() {
+        let column = (points[start].0 / bucket).floor();
+        let end = start + points[start..].iter().take_while(|point| (point.0 / bucket).floor() == column).count().max(1);
+        let (mut low, mut high) = (start, start);
+        for k in start..end {
+            if points[k].1 < points[low].1 {
+                low = k;
+            }
+            if points[k].1 > points[high].1 {
+                high = k;
+            }
+        }
+        let mut indices = [low.min(high), low.max(high), low.max(high), low.max(high)];
+        if start == 0 {
+            indices = [0, low.min(high), low.max(high), low.max(high)];
+        }
+        if end == points.len() {
+            indices[3] = end - 1;
+        }
+        let mut last = None;
+        for index in indices {
+            if last != Some(index) {
+                kept.push(points[index]);
+                last = Some(index);
+            }
+        }
+        start = end;
+    }
+    kept
+}
+
+/// Of each pixel column: its middle, the lowest of the lower ends and the highest of the upper ends.
+pub(crate) fn envelope(points: &[(f64, f64, f64)], bucket: f64) -> Vec<(f64, f64, f64)> {
+    let mut kept = Vec::new();
+    let mut start = 0;
+    while start < points.len() {
+        let column = (points[start].0 / bucket).floor();
+        let end = start + points[start..].iter().take_while(|point| (point.0 / bucket).floor() == column).count().max(1);
+        let run = &points[start..end];
+        let x = if start == 0 {
+            run[0].0
+        } else if end == points.len() {
+            run[run.len() - 1].0
+        } else {
+            0.5 * (run[0].0 + run[run.len() - 1].0)
+        };
+        let low = run.iter().fold(f64::INFINITY, |low, point| low.min(point.1));
+        let high = run.iter().fold(f64::NEG_INFINITY, |high, point| high.max(point.2));
+        kept.push((x, low, high));
+        start = end;
+    }
+    kept
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn noise(count: usize) -> Vec<(f64, f64)> {
+        let mut state = 1u64;
+        (0..count)
+            .map(|k| {
+                state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+                (k as f64 * 400.0 / count as f64, (state >> 40) as f64)
+            })
+            .collect()
+    }
+
+    #[test]
+    fn every_column_keeps_its_extremes_and_the_trace_its_ends() {
+        let points = noise(25_000);
+        let kept = min_max(&points, 1.0);
+        assert!(kept.len() <= 2 * 400 + 2, "{}", kept.len());
+        assert_eq!((kept[0], kept[kept.len() - 1]), (points[0], points[points.len() - 1]));
+        for column in 0..400 {
+            let inside = |set: &[(f64, f64)], pick: fn(f64, f64) -> f64, from: f64| {
+                set.iter().filter(|point| point.0.floor() as i32 == column).fold(from, |best, point| pick(best, point.1))
+            };
+            assert_eq!(inside(&points, f64::min, f64::INFINITY), inside(&kept, f64::min, f64::INFINITY));
+            assert_eq!(inside(&points, f64::max, f64::NEG_INFINITY), inside(&kept, f64::max, f64::NEG_INFINITY));
+        }
+        assert!(kept.windows(2).all(|pair| pair[0].0 <= pair[1].0), "order is kept");
+    }
+
+    #[test]
+    fn a_short_trace_is_kept_as_it_is() {
+        let points = noise(100);
+        assert_eq!(min_max(&points, 1.0), points);
+        assert!(min_max(&[], 1.0).is_empty());
+    }
+
+    #[test]
+    fn a_band_keeps_its_widest_extent() {
+        let band: Vec<_> = noise(10_000).into_iter().map(|(x, y)| (x, -y, y + 1.0)).collect();
+        let kept = envelope(&band, 1.0);
+        assert!(kept.len() <= 401);
+        let widest = |set: &[(f64, f64, f64)]| set.iter().fold((0.0f64, 0.0f64), |best, point| (best.0.min(point.1), best.1.max(point.2)));
+        assert_eq!(widest(&band), widest(&kept));
+    }
+}

@@ -1,0 +1,23 @@
+//! Axes, series, panels and figures, and how they become SVG and CSV.
+
+mod axis;
+mod csv;
+mod decimate;
+mod draw;
+mod figure;
+mod legend;
+mod palette;
+mod series;
+mod svg;
+mod ticks;
+
+pub use axis::{Axis, Scale};
+pub use figure::{Cell, Figure, Panel, Pin, Rule, Span};
+pub use palette::{Color, Dash};
+pub use series::{Mark, Series};
+pub use ticks::{Tick, ticks};
+
+pub(crate) use draw::draw_panel;
+pub(crate) use legend::{legend_entries, swatch};
+pub(crate) use palette::page_variables;
+pub(crate) use svg::escape;

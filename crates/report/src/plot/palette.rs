@@ -1,0 +1,130 @@
+//! Colours that a colour-blind reader can tell apart (Okabe and Ito 2008, "Color Universal Design"), and dashes, so
+//! that no line is known by its colour alone.
+
+/// A colour of the palette, by name; its value depends on light or dark background.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Color {
+    /// Black on light, near-white on dark: truth and models.
+    Ink,
+    /// Blue: the first measured curve.
+    Blue,
+    /// Vermillion: fitted curves.
+    Vermillion,
+    /// Bluish green.
+    Green,
+    /// Orange.
+    Orange,
+    /// Reddish purple.
+    Purple,
+    /// Sky blue.
+    Sky,
+    /// Grey: what stands in the background.
+    Grey,
+}
+
+impl Color {
+    /// All colours, in the order in which a figure takes them.
+    pub const ALL: [Color; 8] = [Color::Blue, Color::Vermillion, Color::Green, Color::Orange, Color::Purple, Color::Sky, Color::Ink, Color::Grey];
+
+    /// The k-th colour of a sequence, starting again after the six bright ones.
+    pub fn nth(k: usize) -> Color {
+        Self::ALL[k % 6]
+    }
+
+    pub(crate) fn name(self) -> &'static str {
+        match self {
+            Color::Ink => "ink",
+            Color::Blue => "blue",
+            Color::Vermillion => "vermillion",
+            Color::Green => "green",
+            Color::Orange => "orange",
+            Color::Purple => "purple",
+            Color::Sky => "sky",
+            Color::Grey => "grey",
+        }
+    }
+
+    /// On a light background. Yellow is left out: it cannot be read on white. Orange is a shade darker for contrast.
+    pub(crate) fn light(self) -> &'static str {
+        match self {
+            Color::Ink => "#1c2430",
+            Color::Blue => "#0072b2",
+            Color::Vermillion => "#d55e00",
+            Color::Green => "#009e73",
+            Color::Orange => "#d68f00",
+            Color::Purple => "#c2649a",
+            Color::Sky => "#3ba3de",
+            Color::Grey => "#8a94a3",
+        }
+    }
+
+    /// On a dark background.
+    pub(crate) fn dark(self) -> &'static str {
+        match self {
+            Color::Ink => "#eef2f7",
+            Color::Blue => "#4aa8e8",
+            Color::Vermillion => "#f5843c",
+            Color::Green => "#2cc79a",
+            Color::Orange => "#f0b429",
+            Color::Purple => "#e39ac3",
+            Color::Sky => "#8fd0f5",
+            Color::Grey => "#7d8896",
+        }
+    }
+}
+
+/// How a line is broken.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Dash {
+    /// Unbroken.
+    #[default]
+    Solid,
+    /// Long strokes.
+    Dashed,
+    /// Dots.
+    Dotted,
+}
+
+impl Dash {
+    pub(crate) fn class(self) -> &'static str {
+        match self {
+            Dash::Solid => "",
+            Dash::Dashed => " dashed",
+            Dash::Dotted => " dotted",
+        }
+    }
+}
+
+/// Classes `.c-name` with the light values, for an SVG that stands alone.
+pub(crate) fn standalone_classes() -> String {
+    Color::ALL.iter().map(|color| format!(".c-{}{{color:{}}}", color.name(), color.light())).collect()
+}
+
+/// `--name: value;` of each colour for the page, light or dark.
+pub(crate) fn page_variables(dark: bool) -> String {
+    Color::ALL.iter().map(|color| format!("--{}:{};", color.name(), if dark { color.dark() } else { color.light() })).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn relative_luminance(hex: &str) -> f64 {
+        let channel = |at: usize| {
+            let value = f64::from(u8::from_str_radix(&hex[at..at + 2], 16).unwrap()) / 255.0;
+            if value <= 0.04045 { value / 12.92 } else { ((value + 0.055) / 1.055).powf(2.4) }
+        };
+        0.2126 * channel(1) + 0.7152 * channel(3) + 0.0722 * channel(5)
+    }
+
+    #[test]
+    fn every_colour_stands_out_from_its_background() {
+        // WCAG 2.1, 1.4.11: graphics need a contrast of 3 : 1; the two lightest lines carry dashes or labels as well.
+        for color in Color::ALL {
+            let light = 1.05 / (relative_luminance(color.light()) + 0.05);
+            let dark = (relative_luminance(color.dark()) + 0.05) / (relative_luminance("#12161c") + 0.05);
+            let needed = if matches!(color, Color::Orange | Color::Sky) { 2.5 } else { 3.0 };
+            assert!(light >= needed && dark >= 3.0, "{}: {light:.2} on light, {dark:.2} on dark", color.name());
+        }
+    }
+}

@@ -1,0 +1,113 @@
+//! What is drawn in a panel.
+
+use std::sync::Arc;
+
+use super::palette::{Color, Dash};
+
+/// The shape of a series. Abscissae are shared (`Arc`), so that a matrix of panels holds one copy of its frequencies.
+///
+/// NaN in any place is a gap. Where lengths differ, the shorter decides.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Mark {
+    /// Points joined by straight lines.
+    Line {
+        /// Abscissae.
+        x: Arc<[f64]>,
+        /// Ordinates.
+        y: Vec<f64>,
+    },
+    /// Dots.
+    Points {
+        /// Abscissae.
+        x: Arc<[f64]>,
+        /// Ordinates.
+        y: Vec<f64>,
+    },
+    /// `y[k]` from `edges[k]` to `edges[k + 1]`: one edge more than ordinates.
+    Steps {
+        /// Edges.
+        edges: Arc<[f64]>,
+        /// Heights.
+        y: Vec<f64>,
+    },
+    /// The area between two curves, e.g. a confidence interval.
+    Band {
+        /// Abscissae.
+        x: Arc<[f64]>,
+        /// Lower ends.
+        low: Vec<f64>,
+        /// Upper ends.
+        high: Vec<f64>,
+    },
+}
+
+impl Mark {
+    pub(crate) fn word(&self) -> &'static str {
+        match self {
+            Mark::Line { .. } => "line",
+            Mark::Points { .. } => "points",
+            Mark::Steps { .. } => "steps",
+            Mark::Band { .. } => "band",
+        }
+    }
+
+    pub(crate) fn x(&self) -> &Arc<[f64]> {
+        match self {
+            Mark::Line { x, .. } | Mark::Points { x, .. } | Mark::Band { x, .. } => x,
+            Mark::Steps { edges, .. } => edges,
+        }
+    }
+
+    /// The columns of ordinates: one, or lower and upper end.
+    pub(crate) fn columns(&self) -> Vec<(&'static str, &[f64])> {
+        match self {
+            Mark::Line { y, .. } | Mark::Points { y, .. } | Mark::Steps { y, .. } => vec![("", y)],
+            Mark::Band { low, high, .. } => vec![("low", low), ("high", high)],
+        }
+    }
+}
+
+/// A labelled, coloured series. Series of the same label share one legend entry, e.g. a line and its band.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Series {
+    /// As in the legend.
+    pub label: String,
+    /// Its shape.
+    pub mark: Mark,
+    /// Its colour.
+    pub color: Color,
+    /// How its line is broken.
+    pub dash: Dash,
+}
+
+impl Series {
+    fn new(label: impl Into<String>, mark: Mark, color: Color) -> Self {
+        Self { label: label.into(), mark, color, dash: Dash::Solid }
+    }
+
+    /// A line.
+    pub fn line(label: impl Into<String>, x: impl Into<Arc<[f64]>>, y: Vec<f64>, color: Color) -> Self {
+        Self::new(label, Mark::Line { x: x.into(), y }, color)
+    }
+
+    /// Dots.
+    pub fn points(label: impl Into<String>, x: impl Into<Arc<[f64]>>, y: Vec<f64>, color: Color) -> Self {
+        Self::new(label, Mark::Points { x: x.into(), y }, color)
+    }
+
+    /// Steps between edges.
+    pub fn steps(label: impl Into<String>, edges: impl Into<Arc<[f64]>>, y: Vec<f64>, color: Color) -> Self {
+        Self::new(label, Mark::Steps { edges: edges.into(), y }, color)
+    }
+
+    /// A band.
+    pub fn band(label: impl Into<String>, x: impl Into<Arc<[f64]>>, low: Vec<f64>, high: Vec<f64>, color: Color) -> Self {
+        Self::new(label, Mark::Band { x: x.into(), low, high }, color)
+    }
+
+    /// With another dash.
+    pub fn dash(mut self, dash: Dash) -> Self {
+        self.dash = dash;
+        self
+    }
+}

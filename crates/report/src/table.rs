@@ -1,0 +1,143 @@
+//! Tables, and the table of parameters with their intervals.
+
+use crate::number::{to_interval, with_half_width};
+use crate::plot::escape;
+
+/// How a column stands.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Align {
+    /// Words.
+    Left,
+    /// Numbers.
+    Right,
+}
+
+/// A table of finished words.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Table {
+    /// What it shows; read out before it.
+    pub caption: String,
+    /// Head and alignment of each column; the first names the row.
+    pub columns: Vec<(String, Align)>,
+    /// Rows; missing cells are empty.
+    pub rows: Vec<Vec<String>>,
+}
+
+impl Table {
+    /// An empty table.
+    pub fn new(caption: impl Into<String>, columns: &[(&str, Align)]) -> Self {
+        Self { caption: caption.into(), columns: columns.iter().map(|(head, align)| (head.to_string(), *align)).collect(), rows: Vec::new() }
+    }
+
+    /// With a row more.
+    pub fn row<T: Into<String>>(mut self, cells: impl IntoIterator<Item = T>) -> Self {
+        self.rows.push(cells.into_iter().map(Into::into).collect());
+        self
+    }
+
+    pub(crate) fn to_html(&self) -> String {
+        let class = |k: usize| if self.columns.get(k).is_some_and(|column| column.1 == Align::Right) { " class=\"number\"" } else { "" };
+        let heads: String = self.columns.iter().enumerate().map(|(k, (head, _))| format!("<th scope=\"col\"{}>{}</th>", class(k), escape(head))).collect();
+        let mut rows = String::new();
+        for row in &self.rows {
+            rows += "<tr>";
+            for k in 0..self.columns.len() {
+                let text = escape(row.get(k).map(String::as_str).unwrap_or_default());
+                rows += &if k == 0 { format!("<th scope=\"row\">{text}</th>") } else { format!("<td{}>{text}</td>", class(k)) };
+            }
+            rows += "</tr>\n";
+        }
+        format!(
+            "<div class=\"table\" tabindex=\"0\" role=\"group\" aria-label=\"{c}\"><table><caption>{c}</caption><thead><tr>{heads}</tr></thead>\n<tbody>{rows}</tbody></table></div>\n",
+            c = escape(&self.caption)
+        )
+    }
+}
+
+/// A parameter as a fit reports it.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Parameter {
+    /// E.g. "K_x_y".
+    pub name: String,
+    /// E.g. "N/m".
+    pub unit: String,
+    /// What was simulated, where that is known.
+    pub truth: Option<f64>,
+    /// The estimate; NaN where there is none.
+    pub value: f64,
+    /// 95 % interval; NaN where there is none.
+    pub ci95: (f64, f64),
+    /// Whether the data say anything about it.
+    pub identifiable: bool,
+}
+
+/// Parameters with unit, truth (if any is known), estimate ± half of the 95 % interval, the interval and what to
+/// make of it. The interval decides the digits of every number in its row.
+pub fn parameter_table(caption: impl Into<String>, parameters: &[Parameter]) -> Table {
+    let with_truth = parameters.iter().any(|parameter| parameter.truth.is_some());
+    let mut columns = vec![("Parameter", Align::Left), ("Unit", Align::Left)];
+    if with_truth {
+        columns.push(("Simulated", Align::Right));
+    }
+    columns.extend([("Estimate", Align::Right), ("95 % interval", Align::Right), ("", Align::Left)]);
+    let mut table = Table::new(caption, &columns);
+    for parameter in parameters {
+        let half = 0.5 * (parameter.ci95.1 - parameter.ci95.0);
+        let mut row = vec![parameter.name.clone(), parameter.unit.clone()];
+        if with_truth {
+            row.push(parameter.truth.map(|truth| to_interval(truth, half)).unwrap_or_default());
+        }
+        row.push(with_half_width(parameter.value, half));
+        row.push(format!("{} … {}", to_interval(parameter.ci95.0, half), to_interval(parameter.ci95.1, half)));
+        row.push(judgement(parameter).to_string());
+        table.rows.push(row);
+    }
+    table
+}
+
+fn judgement(parameter: &Parameter) -> &'static str {
+    let (low, high) = parameter.ci95;
+    match parameter.truth {
+        _ if !parameter.identifiable => "not identifiable from these data",
+        Some(truth) if low <= truth && truth <= high => "interval holds it",
+        Some(_) if low.is_finite() && high.is_finite() => "outside the interval",
+        None if low <= 0.0 && 0.0 <= high => "not different from 0",
+        _ => "",
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn parameter(truth: Option<f64>) -> Parameter {
+        Parameter { name: "K_x_x".into(), unit: "N/m".into(), truth, value: 302.44, ci95: (297.3, 307.5), identifiable: true }
+    }
+
+    #[test]
+    fn a_row_shows_the_truth_to_the_digits_of_the_interval() {
+        let table = parameter_table("Fit", &[parameter(Some(300.0))]);
+        assert_eq!(table.rows[0], ["K_x_x", "N/m", "300.0", "302.4 ± 5.1", "297.3 … 307.5", "interval holds it"]);
+    }
+
+    #[test]
+    fn without_truth_there_is_no_column_for_it() {
+        let table = parameter_table("Fit", &[parameter(None)]);
+        assert_eq!((table.columns.len(), table.rows[0].len()), (5, 5));
+    }
+
+    #[test]
+    fn what_the_data_do_not_say_is_said() {
+        let mut blind = parameter(Some(300.0));
+        blind.identifiable = false;
+        assert_eq!(judgement(&blind), "not identifiable from these data");
+        assert_eq!(judgement(&Parameter { ci95: (310.0, 320.0), ..parameter(Some(300.0)) }), "outside the interval");
+        assert_eq!(judgement(&Parameter { ci95: (-1.0, 1.0), ..parameter(None) }), "not different from 0");
+    }
+
+    #[test]
+    fn names_from_recordings_are_escaped() {
+        let html = Table::new("a & b", &[("<h>", Align::Left), ("v", Align::Right)]).row(["<script>", "1"]).to_html();
+        assert!(html.contains("&lt;script&gt;") && html.contains("a &amp; b") && html.contains("&lt;h&gt;") && !html.contains("<script"));
+    }
+}
