@@ -31,6 +31,11 @@ pub trait ForceLaw: Send + Sync {
         0.0
     }
 
+    /// An upper bound of |∂g/∂z| at this motion (1/s), from which an integrator takes its step; 0 without fast hidden states.
+    fn fastest_rate(&self, _motion: &Motion<'_>) -> f64 {
+        0.0
+    }
+
     /// Adds the resisting force of each axis to `force` and writes the rates ż to `rates`.
     fn evaluate(&self, motion: &Motion<'_>, states: &[f64], force: &mut [f64], rates: &mut [f64]);
 }

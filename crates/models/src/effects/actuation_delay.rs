@@ -1,0 +1,53 @@
+//! Latency from command to force.
+
+use super::card::plain;
+use super::measurement_delay::DelayLine;
+use super::form::grid;
+use super::{Action, Card, Effect, EffectError, Form, Injection, Knob, ParameterCard, Parameters, Scale, Setting, Side, Trace, Value, require_known};
+use std::sync::Arc;
+
+const DELAY: ParameterCard = plain("delay_s", "s", 0.0, 10.0, None);
+const CARD: Card = Card {
+    name: "actuation-delay",
+    what: "latency from command to applied force",
+    sides: &[Side::Actuator],
+    parameters: &[DELAY],
+    signature: "the force follows the command late; what lies between force and motion is untouched",
+    look_alikes: &["actuator-saturation", "channel-filter"],
+    next_experiment: "a step of the command against a fixed handle: the force begins after the delay",
+    equation: "applied(t) = command(t - delay)",
+    source: "Åström & Wittenmark 1997, Computer-controlled systems",
+    trace: Trace::Forms,
+};
+
+/// Latency of the actuator.
+pub struct ActuationDelay;
+
+impl Effect for ActuationDelay {
+    fn card(&self) -> &'static Card {
+        &CARD
+    }
+
+    fn inject(&self, parameters: &Parameters, setting: &Setting) -> Result<Injection, EffectError> {
+        require_known(&CARD, parameters)?;
+        Ok(Injection::Stage(Box::new(DelayLine::new(parameters.number(CARD.name, &DELAY)? * setting.sample_rate_hz))))
+    }
+
+    fn forms(&self, scale: &Scale) -> Vec<Form> {
+        if !scale.effort_is_command {
+            return Vec::new();
+        }
+        let unit = scale.time_s;
+        vec![Form {
+            label: "delay",
+            side: Side::Actuator,
+            axis: None,
+            knobs: vec![Knob { lo: 0.0, hi: 0.05 * unit, log: false }],
+            grid: grid(&[&[0.3, 1.0, 3.0, 8.0, 20.0].map(|ms| ms * 1e-3 * unit)]),
+            signs: vec![],
+            action: Action::Effort(Arc::new(|s, k| (-s * k[0]).exp())),
+            naming: Arc::new(|k, _| vec![("delay_s", Value::Number(k[0]))]),
+            floor: (0.0, 1.5e-4),
+        }]
+    }
+}

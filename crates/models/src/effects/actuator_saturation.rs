@@ -1,0 +1,62 @@
+//! A clipped command.
+
+use super::card::mechanical;
+use super::form::grid;
+use super::{Action, Card, Effect, EffectError, Form, Injection, Knob, ParameterCard, Parameters, Scale, Setting, Side, Trace, Value, require_known};
+use std::sync::Arc;
+use crate::force_law::Stage;
+
+const LEVEL: ParameterCard = mechanical("level_n", ("N", "N m"), 1e-12, 1e9, None);
+const CARD: Card = Card {
+    name: "actuator-saturation",
+    what: "the actuator gives no more than a certain force",
+    sides: &[Side::Actuator],
+    parameters: &[LEVEL],
+    signature: "force piles up at one level while the command goes on",
+    look_alikes: &["cubic-stiffness", "coulomb-friction"],
+    next_experiment: "the same perturbation at half the amplitude: below the level the difference vanishes",
+    equation: "applied = clip(command, ± level)",
+    source: "Åström & Wittenmark 1997, Computer-controlled systems",
+    trace: Trace::Forms,
+};
+
+/// Saturation of the actuator.
+pub struct ActuatorSaturation;
+
+/// A symmetric clip.
+struct Clip(f64);
+
+impl Stage for Clip {
+    fn step(&mut self, sample: f64) -> f64 {
+        sample.clamp(-self.0, self.0)
+    }
+}
+
+impl Effect for ActuatorSaturation {
+    fn card(&self) -> &'static Card {
+        &CARD
+    }
+
+    fn inject(&self, parameters: &Parameters, _setting: &Setting) -> Result<Injection, EffectError> {
+        require_known(&CARD, parameters)?;
+        Ok(Injection::Stage(Box::new(Clip(parameters.number(CARD.name, &LEVEL)?))))
+    }
+
+    fn forms(&self, scale: &Scale) -> Vec<Form> {
+        if !scale.effort_is_command {
+            return Vec::new();
+        }
+        let unit = scale.effort.iter().sum::<f64>() / scale.axes() as f64;
+        vec![Form {
+            label: "clip",
+            side: Side::Actuator,
+            axis: None,
+            knobs: vec![Knob { lo: 0.3 * unit, hi: 3.2 * unit, log: true }],
+            grid: grid(&[&[0.7, 1.0, 1.4, 1.9, 2.5].map(|q| q * unit)]),
+            signs: vec![],
+            action: Action::Clip,
+            naming: Arc::new(|k, _| vec![("level_n", Value::Number(k[0]))]),
+            floor: (0.01, 0.0),
+        }]
+    }
+}

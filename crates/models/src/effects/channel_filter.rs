@@ -1,0 +1,130 @@
+//! A low-pass filter on some channels and not on others.
+
+use super::card::plain;
+use super::form::grid;
+use super::{Action, Card, Effect, EffectError, Form, Injection, Knob, ParameterCard, Parameters, Scale, Setting, Side, Trace, Value, require_known};
+use std::sync::Arc;
+use crate::force_law::Stage;
+use num_complex::Complex64;
+use std::f64::consts::{PI, SQRT_2, TAU};
+
+const CUTOFF: ParameterCard = plain("cutoff_hz", "Hz", 1e-9, 1e7, None);
+const ORDER: ParameterCard = plain("order", "", 1.0, 8.0, Some(1.0));
+const CHANNEL: ParameterCard = plain("channel", "", 0.0, 0.0, None);
+const CARD: Card = Card {
+    name: "channel-filter",
+    what: "an anti-alias or smoothing filter on some channels and not on others",
+    sides: &[Side::Sensor],
+    parameters: &[CUTOFF, ORDER, CHANNEL],
+    signature: "a phase roll-off at high coherence, with a little gain lost",
+    look_alikes: &["measurement-delay", "extra-resonance", "viscoelastic"],
+    next_experiment: "a perturbation with more power from 15 to 30 Hz, or the same one on a known spring: a filter loses gain, a delay does not",
+    equation: "measured = true / (1 + s / ω)^order (Butterworth from order 2)",
+    source: "Oppenheim & Schafer 1989, Discrete-time signal processing",
+    trace: Trace::Forms,
+};
+
+/// A low-pass of channels.
+pub struct ChannelFilter;
+
+/// A section of second (or first) order, by the bilinear transform with the cut-off kept.
+struct Section {
+    b: [f64; 3],
+    a: [f64; 2],
+    x: [f64; 2],
+    y: [f64; 2],
+}
+
+impl Section {
+    fn step(&mut self, x: f64) -> f64 {
+        let y = self.b[0] * x + self.b[1] * self.x[0] + self.b[2] * self.x[1] - self.a[0] * self.y[0] - self.a[1] * self.y[1];
+        self.x = [x, self.x[0]];
+        self.y = [y, self.y[0]];
+        y
+    }
+}
+
+/// A Butterworth low-pass.
+pub(super) struct LowPass(Vec<Section>);
+
+impl LowPass {
+    pub(super) fn butterworth(cutoff_hz: f64, order: usize, sample_rate_hz: f64) -> Self {
+        let w = (PI * (cutoff_hz / sample_rate_hz).min(0.49)).tan();
+        let rest = [0.0; 2];
+        let mut sections: Vec<Section> = (0..order / 2)
+            .map(|k| {
+                let damping = 2.0 * (PI * (2 * k + 1) as f64 / (2 * order) as f64).sin();
+                let norm = 1.0 + damping * w + w * w;
+                let gain = w * w / norm;
+                Section { b: [gain, 2.0 * gain, gain], a: [2.0 * (w * w - 1.0) / norm, (1.0 - damping * w + w * w) / norm], x: rest, y: rest }
+            })
+            .collect();
+        if order % 2 == 1 {
+            let gain = w / (1.0 + w);
+            sections.push(Section { b: [gain, gain, 0.0], a: [(w - 1.0) / (1.0 + w), 0.0], x: rest, y: rest });
+        }
+        LowPass(sections)
+    }
+}
+
+impl Stage for LowPass {
+    fn step(&mut self, sample: f64) -> f64 {
+        self.0.iter_mut().fold(sample, |x, section| section.step(x))
+    }
+}
+
+/// What undoes the filter of that order at s: its denominator.
+fn undo(s: Complex64, time: f64, order: usize) -> Complex64 {
+    let p = s * time;
+    match order {
+        1 => 1.0 + p,
+        2 => 1.0 + SQRT_2 * p + p * p,
+        _ => {
+            let (d1, d2) = (2.0 * (PI / 8.0).sin(), 2.0 * (3.0 * PI / 8.0).sin());
+            (1.0 + d1 * p + p * p) * (1.0 + d2 * p + p * p)
+        }
+    }
+}
+
+impl Effect for ChannelFilter {
+    fn card(&self) -> &'static Card {
+        &CARD
+    }
+
+    fn inject(&self, parameters: &Parameters, setting: &Setting) -> Result<Injection, EffectError> {
+        require_known(&CARD, parameters)?;
+        let order = parameters.number(CARD.name, &ORDER)?.round() as usize;
+        Ok(Injection::Stage(Box::new(LowPass::butterworth(parameters.number(CARD.name, &CUTOFF)?, order, setting.sample_rate_hz))))
+    }
+
+    fn forms(&self, scale: &Scale) -> Vec<Form> {
+        let unit = scale.time_s;
+        let mut forms = Vec::new();
+        for on_effort in [true, false] {
+            for order in [1usize, 2, 4] {
+                // A pole's delay grows with the order: the same range of delay for each.
+                let spread = [1.0, 1.0, SQRT_2, 0.0, 2.6][order];
+                let channel = Scale::joined(if on_effort { &scale.effort_names } else { &scale.motion_names });
+                let operator: super::Operator = Arc::new(move |s, k| undo(s, k[0], order));
+                forms.push(Form {
+                    label: ["", "first order", "second order", "", "fourth order"][order],
+                    side: Side::Sensor,
+                    axis: None,
+                    knobs: vec![Knob { lo: 5e-5 * unit, hi: 0.05 / spread * unit, log: true }],
+                    grid: grid(&[&[0.3e-3, 1e-3, 3e-3, 1e-2].map(|t| t / spread * unit)]),
+                    signs: vec![],
+                    action: if on_effort { Action::Effort(operator) } else { Action::Motion(operator) },
+                    naming: Arc::new(move |k, _| {
+                        vec![
+                            ("cutoff_hz", Value::Number(1.0 / (TAU * k[0]))),
+                            ("order", Value::Number(order as f64)),
+                            ("channel", Value::Text(channel.clone())),
+                        ]
+                    }),
+                    floor: (0.01, 0.0),
+                });
+            }
+        }
+        forms
+    }
+}

@@ -1,0 +1,108 @@
+//! Dry friction.
+
+use super::card::{mechanical, plain};
+use super::form::grid;
+use super::{Action, Card, Effect, EffectError, Form, Injection, Knob, ParameterCard, Parameters, Scale, Setting, Side, Sign, Trace, Value, require_known};
+use crate::force_law::{ForceLaw, Motion};
+use std::sync::Arc;
+
+const LEVEL: ParameterCard = mechanical("level_n", ("N", "N m"), 0.0, 1e6, None);
+const STATIC_LEVEL: ParameterCard = mechanical("stribeck_level_n", ("N", "N m"), 0.0, 1e6, Some(0.0));
+const STRIBECK_VELOCITY: ParameterCard = mechanical("stribeck_velocity_m_per_s", ("m/s", "rad/s"), 1e-9, 1e6, Some(0.01));
+const CARD: Card = Card {
+    name: "coulomb-friction",
+    what: "dry friction, with Stribeck's higher level at rest where the data show it",
+    sides: &[Side::Limb, Side::Robot],
+    parameters: &[LEVEL, STATIC_LEVEL, STRIBECK_VELOCITY, plain("smoothing_m_per_s", "m/s", 1e-12, 1e3, Some(1e-3))],
+    signature: "a residual force of one size whose sign is the velocity's; apparent damping rises as the amplitude falls",
+    look_alikes: &["hysteresis", "quantisation", "dead-zone"],
+    next_experiment: "the same perturbation at half the amplitude: friction doubles the apparent extra damping, hysteresis changes the stiffness",
+    equation: "f = [F_c + (F_s - F_c) exp(-(v/v_s)²)] sign(v)",
+    source: "Armstrong-Hélouvry, Dupont & Canudas de Wit 1994, A survey of models for the control of machines with friction",
+    trace: Trace::Forms,
+};
+
+/// Dry friction of one axis.
+pub struct CoulombFriction;
+
+/// Friction that changes sign over a small velocity.
+struct Friction {
+    axis: usize,
+    level: f64,
+    excess: f64,
+    stribeck_velocity: f64,
+    smoothing: f64,
+}
+
+impl ForceLaw for Friction {
+    fn evaluate(&self, motion: &Motion<'_>, _states: &[f64], force: &mut [f64], _rates: &mut [f64]) {
+        let v = motion.velocity[self.axis];
+        let stribeck = (v / self.stribeck_velocity).powi(2);
+        force[self.axis] += (self.level + self.excess * (-stribeck).exp()) * (v / self.smoothing).tanh();
+    }
+}
+
+impl Effect for CoulombFriction {
+    fn card(&self) -> &'static Card {
+        &CARD
+    }
+
+    fn inject(&self, parameters: &Parameters, setting: &Setting) -> Result<Injection, EffectError> {
+        require_known(&CARD, parameters)?;
+        let level = parameters.number(CARD.name, &LEVEL)?;
+        let at_rest = parameters.number(CARD.name, &STATIC_LEVEL)?;
+        let axis = setting.axis.ok_or(EffectError::Setting { effect: CARD.name, what: "an axis" })?;
+        Ok(Injection::Force(Box::new(Friction {
+            axis,
+            level,
+            excess: if at_rest > 0.0 { at_rest - level } else { 0.0 },
+            stribeck_velocity: parameters.number(CARD.name, &STRIBECK_VELOCITY)?,
+            smoothing: parameters.number(CARD.name, &CARD.parameters[3])?,
+        })))
+    }
+
+    fn forms(&self, scale: &Scale) -> Vec<Form> {
+        (0..scale.axes())
+            .flat_map(|axis| {
+                let v = scale.velocity[axis];
+                let smoothing = 0.02 * v;
+                let plain = Form {
+                    label: "Coulomb",
+                    side: Side::Limb,
+                    axis: Some(axis),
+                    knobs: vec![],
+                    grid: vec![vec![]],
+                    signs: vec![Sign::Positive],
+                    action: Action::Force {
+                        law: Arc::new(move |_, c| Box::new(Friction { axis, level: c[0], excess: 0.0, stribeck_velocity: 1.0, smoothing })),
+                        exact: vec![],
+                        tangent: None,
+                    },
+                    naming: Arc::new(|_, c| vec![("level_n", Value::Number(c[0]))]),
+                    floor: (0.015, 0.0),
+                };
+                let stribeck = Form {
+                    label: "Stribeck",
+                    knobs: vec![Knob { lo: 0.05 * v, hi: 0.8 * v, log: true }],
+                    grid: grid(&[&[0.1 * v, 0.3 * v]]),
+                    signs: vec![Sign::Positive, Sign::Positive],
+                    action: Action::Force {
+                        law: Arc::new(move |k, c| Box::new(Friction { axis, level: c[0], excess: c[1], stribeck_velocity: k[0], smoothing })),
+                        exact: vec![],
+                        tangent: None,
+                    },
+                    naming: Arc::new(|k, c| {
+                        vec![
+                            ("level_n", Value::Number(c[0])),
+                            ("stribeck_level_n", Value::Number(c[0] + c[1])),
+                            ("stribeck_velocity_m_per_s", Value::Number(k[0])),
+                        ]
+                    }),
+                    floor: (0.03, 0.0),
+                    ..plain.clone()
+                };
+                [plain, stribeck]
+            })
+            .collect()
+    }
+}

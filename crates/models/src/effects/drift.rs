@@ -1,0 +1,25 @@
+//! Forces that change with the time since a recording began.
+
+use crate::force_law::{ForceLaw, Motion};
+
+/// f = (t - middle) (stiffness x + force), axis by axis.
+pub(super) struct Drift {
+    pub middle_s: f64,
+    pub stiffness: Vec<Vec<f64>>,
+    pub force: Vec<f64>,
+}
+
+impl ForceLaw for Drift {
+    fn evaluate(&self, motion: &Motion<'_>, _states: &[f64], force: &mut [f64], _rates: &mut [f64]) {
+        let time = motion.time_s - self.middle_s;
+        for (i, f) in force.iter_mut().enumerate() {
+            let spring: f64 = self.stiffness.get(i).map_or(0.0, |row| row.iter().zip(motion.position).map(|(k, x)| k * x).sum());
+            *f += time * (spring + self.force.get(i).copied().unwrap_or(0.0));
+        }
+    }
+}
+
+/// A matrix with one entry.
+pub(super) fn single(n: usize, i: usize, value: f64) -> Vec<Vec<f64>> {
+    (0..n).map(|r| (0..n).map(|c| if r == i && c == i { value } else { 0.0 }).collect()).collect()
+}

@@ -1,0 +1,128 @@
+//! A flexible mode, or compliance in series.
+
+use super::card::plain;
+use super::form::grid;
+use super::{Action, Card, Effect, EffectError, Form, Injection, Knob, ParameterCard, Parameters, Scale, Setting, Side, Sign, Trace, Value, require_known};
+use std::sync::Arc;
+use crate::force_law::{ForceLaw, Motion};
+use num_complex::Complex64;
+use std::f64::consts::TAU;
+
+const FREQUENCY: ParameterCard = plain("frequency_hz", "Hz", 1e-9, 1e6, None);
+const DAMPING_RATIO: ParameterCard = plain("damping_ratio", "", 0.0, 2.0, Some(0.05));
+const MASS_SHARE: ParameterCard = plain("mass_share", "", 0.0, 1e3, None);
+const CARD: Card = Card {
+    name: "extra-resonance",
+    what: "an unmodelled flexible mode, or compliance of a transducer, a handle or tissue in series",
+    sides: &[Side::Limb, Side::Robot],
+    parameters: &[FREQUENCY, DAMPING_RATIO, MASS_SHARE],
+    signature: "a peak and a notch in the response, inertia that changes across it; in series: phase that rolls off with the inertia's gain",
+    look_alikes: &["measurement-delay", "channel-filter", "periodic-disturbance"],
+    next_experiment: "the same perturbation with a known mass added to the handle: a mode moves, a delay does not",
+    equation: "f = m2 s² (2 ζ ω s + ω²) / (s² + 2 ζ ω s + ω²) x; in series: x measured = x + F / k",
+    source: "Den Hartog 1934, Mechanical vibrations, ch. 3",
+    trace: Trace::Forms,
+};
+
+/// A mass on a spring and damper, carried by one axis.
+pub struct ExtraResonance;
+
+/// The force with which the carried mass pulls.
+struct Carried {
+    axis: usize,
+    mass: f64,
+    omega: f64,
+    damping_ratio: f64,
+}
+
+impl ForceLaw for Carried {
+    fn states(&self) -> usize {
+        2
+    }
+
+    fn evaluate(&self, motion: &Motion<'_>, states: &[f64], force: &mut [f64], rates: &mut [f64]) {
+        let (stretch, speed) = (motion.position[self.axis] - states[0], motion.velocity[self.axis] - states[1]);
+        let acceleration = self.omega * self.omega * stretch + 2.0 * self.damping_ratio * self.omega * speed;
+        force[self.axis] += self.mass * acceleration;
+        rates[0] = states[1];
+        rates[1] = acceleration;
+    }
+
+    fn fastest_rate(&self, _motion: &Motion<'_>) -> f64 {
+        self.omega * (1.0 + 2.0 * self.damping_ratio)
+    }
+}
+
+fn carried(s: Complex64, omega: f64, damping_ratio: f64) -> Complex64 {
+    let spring = 2.0 * damping_ratio * omega * s + omega * omega;
+    s * s * spring / (s * s + spring)
+}
+
+impl Effect for ExtraResonance {
+    fn card(&self) -> &'static Card {
+        &CARD
+    }
+
+    fn inject(&self, parameters: &Parameters, setting: &Setting) -> Result<Injection, EffectError> {
+        require_known(&CARD, parameters)?;
+        let axis = setting.axis.ok_or(EffectError::Setting { effect: CARD.name, what: "an axis" })?;
+        let inertia = Setting::diagonal(&setting.mass, axis);
+        if inertia <= 0.0 {
+            return Err(EffectError::Setting { effect: CARD.name, what: "a plant with inertia on its axis" });
+        }
+        Ok(Injection::Force(Box::new(Carried {
+            axis,
+            mass: inertia * parameters.number(CARD.name, &MASS_SHARE)?,
+            omega: TAU * parameters.number(CARD.name, &FREQUENCY)?,
+            damping_ratio: parameters.number(CARD.name, &DAMPING_RATIO)?,
+        })))
+    }
+
+    fn forms(&self, scale: &Scale) -> Vec<Form> {
+        let unit = scale.time_s;
+        let mut forms: Vec<Form> = (0..scale.axes())
+            .map(|axis| {
+                let inertia = Setting::diagonal(&scale.mass, axis).abs().max(f64::MIN_POSITIVE);
+                Form {
+                    label: "carried mass",
+                    side: Side::Limb,
+                    axis: Some(axis),
+                    knobs: vec![Knob { lo: 0.8 / unit, hi: 12.5 / unit, log: true }, Knob { lo: 0.003, hi: 0.4, log: true }],
+                    grid: grid(&[&[1.5, 2.2, 3.0, 4.2, 5.5, 7.0, 9.0, 11.0].map(|f| f / unit), &[0.07]]),
+                    signs: vec![Sign::Positive],
+                    action: Action::Force {
+                        law: Arc::new(move |k, c| Box::new(Carried { axis, mass: c[0], omega: TAU * k[0], damping_ratio: k[1] })),
+                        exact: vec![Arc::new(|s, k| carried(s, TAU * k[0], k[1]))],
+                        tangent: None,
+                    },
+                    naming: Arc::new(move |k, c| {
+                        vec![
+                            ("frequency_hz", Value::Number(k[0])),
+                            ("damping_ratio", Value::Number(k[1])),
+                            ("mass_share", Value::Number(c[0] / inertia)),
+                        ]
+                    }),
+                    floor: (0.01, 0.0),
+                }
+            })
+            .collect();
+        let axes = scale.axes();
+        let gain = (0..axes).map(|i| scale.effort[i] / scale.position[i].max(f64::MIN_POSITIVE)).sum::<f64>() / axes as f64;
+        let inertia = (0..axes).map(|i| Setting::diagonal(&scale.mass, i).abs()).sum::<f64>() / axes as f64;
+        forms.push(Form {
+            label: "series compliance",
+            side: Side::Limb,
+            axis: None,
+            knobs: vec![Knob { lo: 1e-3 / gain, hi: 0.5 / gain, log: true }],
+            grid: grid(&[&[160.0, 40.0, 10.0].map(|q| 1.0 / (q * gain))]),
+            signs: vec![],
+            action: Action::Series(Arc::new(|_, k| Complex64::new(k[0], 0.0))),
+            naming: Arc::new(move |k, _| {
+                let frequency = (1.0 / (k[0] * inertia.max(f64::MIN_POSITIVE))).sqrt() / TAU;
+                vec![("frequency_hz", Value::Number(frequency)), ("damping_ratio", Value::Number(0.0)), ("mass_share", Value::Number(1.0))]
+            }),
+            floor: (0.02, 0.0),
+        });
+        forms
+    }
+}

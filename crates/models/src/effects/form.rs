@@ -1,0 +1,178 @@
+//! How an effect shows itself in a measured motion: what a search tries.
+
+use crate::force_law::ForceLaw;
+use crate::effects::parameters::Value;
+use num_complex::Complex64;
+use std::sync::Arc;
+
+/// A transfer function of s = j 2 π f and the knobs.
+pub type Operator = Arc<dyn Fn(Complex64, &[f64]) -> Complex64 + Send + Sync>;
+/// A force law from knobs and coefficients; it is linear in the coefficients.
+pub type LawMaker = Arc<dyn Fn(&[f64], &[f64]) -> Box<dyn ForceLaw> + Send + Sync>;
+/// A matrix from knobs.
+pub type MatrixMaker = Arc<dyn Fn(&[f64]) -> Vec<Vec<f64>> + Send + Sync>;
+/// Named parameters from knobs and coefficients.
+pub type Naming = Arc<dyn Fn(&[f64], &[f64]) -> Vec<(&'static str, Value)> + Send + Sync>;
+
+/// A nonlinear parameter of a form.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Knob {
+    /// Smallest value.
+    pub lo: f64,
+    /// Largest value.
+    pub hi: f64,
+    /// Whether steps are taken on a logarithmic scale.
+    pub log: bool,
+}
+
+/// What a linear coefficient may be.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Sign {
+    /// Zero or more.
+    Positive,
+    /// Zero or less.
+    Negative,
+    /// Anything.
+    Free,
+}
+
+/// Which matrix of M ẍ + B ẋ + K x an entry belongs to: the order of its derivative.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Matrix {
+    /// K.
+    Stiffness,
+    /// B.
+    Damping,
+    /// M.
+    Mass,
+}
+
+/// What an effect does to the balance of forces or to the channels.
+#[derive(Clone)]
+pub enum Action {
+    /// Resisting forces computed from the motion, each with a coefficient that is found by least squares.
+    Force {
+        /// The law; the regressor of coefficient j is the law with the j-th unit vector.
+        law: LawMaker,
+        /// The exact operators from the axis' displacement to the force of each coefficient, where the law is linear.
+        exact: Vec<Operator>,
+        /// The best linear approximation of a nonlinear law, where it is known in closed form.
+        tangent: Option<Operator>,
+    },
+    /// Entries of the linear model that the baseline holds fixed; one coefficient for all entries.
+    Entries {
+        /// Which matrix.
+        matrix: Matrix,
+        /// Row, column and weight of each.
+        entries: Vec<(usize, usize, f64)>,
+    },
+    /// The effort channels pass a filter: corrected effort = operator × measured effort.
+    Effort(Operator),
+    /// The motion channels pass a filter: corrected motion = operator × measured motion.
+    Motion(Operator),
+    /// Compliance in series: corrected motion = measured motion - operator × effort.
+    Series(Operator),
+    /// Effort channels are mixed: corrected effort = matrix × measured effort.
+    Mix(MatrixMaker),
+    /// The applied effort is the measured one, clipped at ± the knob.
+    Clip,
+}
+
+/// One functional form of an effect at one site, ready to be tried.
+#[derive(Clone)]
+pub struct Form {
+    /// Its short name among the forms of the effect, e.g. `Bouc-Wen`.
+    pub label: &'static str,
+    /// The side of its site.
+    pub side: super::Side,
+    /// The axis; `None` for all axes together.
+    pub axis: Option<usize>,
+    /// Nonlinear parameters.
+    pub knobs: Vec<Knob>,
+    /// Starting points for the knobs.
+    pub grid: Vec<Vec<f64>>,
+    /// Signs of the linear coefficients.
+    pub signs: Vec<Sign>,
+    /// What it does.
+    pub action: Action,
+    /// The contract's parameters from knobs and coefficients.
+    pub naming: Naming,
+    /// How far a parameter's systematic error goes, beyond its statistical one: relative, absolute (SI).
+    pub floor: (f64, f64),
+}
+
+impl Form {
+    /// The number of parameters that a search pays for.
+    pub fn cost(&self) -> usize {
+        self.knobs.len() + self.signs.len()
+    }
+
+    /// Whether knobs and coefficients lie where the form makes sense.
+    pub fn admits(&self, knobs: &[f64], coefficients: &[f64]) -> bool {
+        self.knobs.iter().zip(knobs).all(|(k, &v)| (k.lo..=k.hi).contains(&v))
+            && self.signs.iter().zip(coefficients).all(|(sign, &c)| match sign {
+                Sign::Positive => c >= 0.0,
+                Sign::Negative => c <= 0.0,
+                Sign::Free => true,
+            })
+    }
+}
+
+/// All combinations of the values of each knob.
+pub(crate) fn grid(axes: &[&[f64]]) -> Vec<Vec<f64>> {
+    axes.iter().fold(vec![Vec::new()], |points, values| {
+        points.iter().flat_map(|p| values.iter().map(move |&v| p.iter().copied().chain([v]).collect())).collect()
+    })
+}
+
+/// The sizes of things in a recording, from which grids and bounds follow.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Scale {
+    /// Standard deviation of each axis' displacement.
+    pub position: Vec<f64>,
+    /// Mean of each axis' displacement, which laws are centred on.
+    pub centre: Vec<f64>,
+    /// Standard deviation of each velocity.
+    pub velocity: Vec<f64>,
+    /// Standard deviation of each effort.
+    pub effort: Vec<f64>,
+    /// The unit of time: 1 where the analysed band ends at 12 Hz, longer for slower recordings.
+    pub time_s: f64,
+    /// Length of a trial.
+    pub duration_s: f64,
+    /// Fitted (or given) inertia.
+    pub mass: Vec<Vec<f64>>,
+    /// Fitted (or given) stiffness.
+    pub stiffness: Vec<Vec<f64>>,
+    /// Whether the plant has a restoring force.
+    pub spring: bool,
+    /// Whether the axes are rotations.
+    pub rotational: bool,
+    /// Whether the effort is a command and not a measurement.
+    pub effort_is_command: bool,
+    /// Names of the effort channels.
+    pub effort_names: Vec<String>,
+    /// Names of the motion channels.
+    pub motion_names: Vec<String>,
+    /// Entries of the baseline that are given and may be wrong, with their values.
+    pub nominal: Vec<(Matrix, usize, usize, f64)>,
+    /// Entries of the baseline that are held at a given value, right or wrong.
+    pub held: Vec<(Matrix, usize, usize, f64)>,
+}
+
+impl Scale {
+    /// The number of axes.
+    pub fn axes(&self) -> usize {
+        self.position.len()
+    }
+
+    /// The unit of time for what nerves and muscles do: seconds, unless the recording is far from human time.
+    pub fn human_time_s(&self) -> f64 {
+        if (0.2..=5.0).contains(&self.time_s) { 1.0 } else { self.time_s }
+    }
+
+    /// Names of all effort or motion channels in one line.
+    pub fn joined(names: &[String]) -> String {
+        names.join(", ")
+    }
+}

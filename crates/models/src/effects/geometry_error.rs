@@ -1,0 +1,34 @@
+//! A wrong length or angle in the kinematics.
+
+use super::card::plain;
+use super::{Card, Effect, EffectError, Injection, ParameterCard, Parameters, Setting, Side, Trace, require_known};
+
+const NAME: ParameterCard = plain("name", "", 0.0, 0.0, None);
+const VALUE: ParameterCard = plain("value", "", f64::MIN, f64::MAX, None);
+const CARD: Card = Card {
+    name: "geometry-error",
+    what: "a wrong link length or posture in the kinematics",
+    sides: &[Side::Robot, Side::Limb],
+    parameters: &[NAME, VALUE],
+    signature: "endpoint responses are right, joint matrices do not have the structure of two links",
+    look_alikes: &["parameter-error", "sensor-misalignment"],
+    next_experiment: "the same limb in a second posture: the joint inertia changes with the wrong geometry and stays with the right one",
+    equation: "M_q = Jᵀ M J must keep the structure α + 2 β cos φ2, δ + β cos φ2, δ",
+    source: "Hogan 1985, The mechanics of multi-joint posture and movement control",
+    trace: Trace::Plant,
+};
+
+/// A wrong parameter of the geometry. It can be named only against a plant that has the parameter.
+pub struct GeometryError;
+
+impl Effect for GeometryError {
+    fn card(&self) -> &'static Card {
+        &CARD
+    }
+
+    fn inject(&self, parameters: &Parameters, _setting: &Setting) -> Result<Injection, EffectError> {
+        require_known(&CARD, parameters)?;
+        let name = parameters.text("name").ok_or(EffectError::Missing { effect: CARD.name, parameter: NAME.name })?;
+        Ok(Injection::Parameter { name: name.to_owned(), value: parameters.number(CARD.name, &VALUE)? })
+    }
+}

@@ -1,0 +1,68 @@
+//! Gravity that the baseline lacks.
+
+use super::card::plain;
+use super::{Action, Card, Effect, EffectError, Form, Injection, ParameterCard, Parameters, Scale, Setting, Side, Sign, Trace, Value, require_known};
+use super::static_force::Static;
+use std::sync::Arc;
+
+const TORQUE: ParameterCard = plain("torque_nm", "N m", 0.0, 1e6, None);
+const DIRECTION: ParameterCard = plain("direction_rad", "rad", -7.0, 7.0, Some(0.0));
+const CARD: Card = Card {
+    name: "gravity",
+    what: "tilt or a gravity torque that the baseline lacks",
+    sides: &[Side::Limb, Side::Robot],
+    parameters: &[TORQUE, DIRECTION],
+    signature: "an offset and a stiffness that change with the angle of the posture",
+    look_alikes: &["asymmetric-stiffness", "cubic-stiffness", "parameter-error"],
+    next_experiment: "the same perturbation about a second posture: gravity's torque follows the sine of the angle",
+    equation: "f = torque sin(angle - direction)",
+    source: "Krebs et al. 2007, Robot-aided neurorehabilitation: a robot for wrist rehabilitation",
+    trace: Trace::Forms,
+};
+
+/// Gravity torque of one angular axis.
+pub struct Gravity;
+
+impl Effect for Gravity {
+    fn card(&self) -> &'static Card {
+        &CARD
+    }
+
+    fn inject(&self, parameters: &Parameters, setting: &Setting) -> Result<Injection, EffectError> {
+        require_known(&CARD, parameters)?;
+        let (torque, direction) = (parameters.number(CARD.name, &TORQUE)?, parameters.number(CARD.name, &DIRECTION)?);
+        let axis = setting.axis.ok_or(EffectError::Setting { effect: CARD.name, what: "an axis" })?;
+        Ok(Injection::Force(Box::new(Static { axis, force: move |angle: f64| torque * (angle - direction).sin() })))
+    }
+
+    /// Only for angles that move enough for the sine to bend; its straight part belongs to the baseline's stiffness.
+    fn forms(&self, scale: &Scale) -> Vec<Form> {
+        if !scale.rotational {
+            return Vec::new();
+        }
+        (0..scale.axes())
+            .filter(|&axis| scale.position[axis] > 0.1)
+            .map(|axis| {
+                let centre = scale.centre[axis];
+                Form {
+                    label: "sine of the angle",
+                    side: Side::Limb,
+                    axis: Some(axis),
+                    knobs: vec![],
+                    grid: vec![vec![]],
+                    signs: vec![Sign::Free, Sign::Free],
+                    action: Action::Force {
+                        law: Arc::new(move |_, c| {
+                            let (s, k) = (c[0], c[1]);
+                            Box::new(Static { axis, force: move |x: f64| s * (x + centre).sin() - k * (x + centre).cos() })
+                        }),
+                        exact: vec![],
+                        tangent: None,
+                    },
+                    naming: Arc::new(|_, c| vec![("torque_nm", Value::Number(c[0].hypot(c[1]))), ("direction_rad", Value::Number(c[1].atan2(c[0])))]),
+                    floor: (0.02, 0.0),
+                }
+            })
+            .collect()
+    }
+}

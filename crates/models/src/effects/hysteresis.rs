@@ -1,0 +1,143 @@
+//! Rate-independent hysteresis.
+
+use super::card::{mechanical, plain};
+use super::form::grid;
+use super::{Action, Card, Effect, EffectError, Form, Injection, Knob, ParameterCard, Parameters, Scale, Setting, Side, Sign, Trace, Value, require_known};
+use crate::force_law::{ForceLaw, Motion};
+use std::sync::Arc;
+
+const STIFFNESS: ParameterCard = mechanical("stiffness_n_per_m", ("N/m", "N m/rad"), 0.0, 1e9, None);
+const YIELD: ParameterCard = mechanical("yield_m", ("m", "rad"), 1e-12, 1e6, None);
+const SHAPE: ParameterCard = plain("shape", "", -2.0, 2.0, Some(1.0));
+const CARD: Card = Card {
+    name: "hysteresis",
+    what: "a loop between force and displacement that does not depend on the rate (Bouc-Wen, Maxwell-slip)",
+    sides: &[Side::Limb, Side::Robot],
+    parameters: &[STIFFNESS, YIELD, SHAPE],
+    signature: "apparent stiffness rises as the amplitude falls, damping is over-estimated, coherence is low below 1 Hz",
+    look_alikes: &["coulomb-friction", "dead-zone", "reflex-delay", "viscoelastic", "limb-noise"],
+    next_experiment: "the same perturbation at a third of the amplitude: hysteresis makes the arm stiffer, noise and friction do not",
+    equation: "f = k z, dz = dx - (|dx| z + shape dx |z|) / (2 yield)",
+    source: "Wen 1976, Method for random vibration of hysteretic systems; Iwan 1966 for the parallel elements",
+    trace: Trace::Forms,
+};
+
+/// Hysteresis of one axis.
+pub struct Hysteresis;
+
+/// Bouc-Wen with exponent 1.
+struct BoucWen {
+    axis: usize,
+    stiffness: f64,
+    width: f64,
+    shape: f64,
+}
+
+impl ForceLaw for BoucWen {
+    fn states(&self) -> usize {
+        1
+    }
+
+    fn evaluate(&self, motion: &Motion<'_>, states: &[f64], force: &mut [f64], rates: &mut [f64]) {
+        let (v, z) = (motion.velocity[self.axis], states[0]);
+        force[self.axis] += self.stiffness * z;
+        rates[0] = v - (v.abs() * z + self.shape * v * z.abs()) / self.width;
+        if z.abs() > 1e3 * self.width {
+            rates[0] = -z * v.abs() / self.width;
+        }
+    }
+
+    fn fastest_rate(&self, motion: &Motion<'_>) -> f64 {
+        motion.velocity[self.axis].abs() * (1.0 + self.shape.abs()) / self.width
+    }
+}
+
+/// Parallel springs that slip, with yields spread around one.
+struct Slip {
+    axis: usize,
+    stiffness: f64,
+    yields: [f64; 3],
+}
+
+impl ForceLaw for Slip {
+    fn states(&self) -> usize {
+        3
+    }
+
+    fn evaluate(&self, motion: &Motion<'_>, states: &[f64], force: &mut [f64], rates: &mut [f64]) {
+        let v = motion.velocity[self.axis];
+        for (k, (&z, &y)) in states.iter().zip(&self.yields).enumerate() {
+            force[self.axis] += self.stiffness * z.clamp(-y, y) / 3.0;
+            rates[k] = if (z >= y && v > 0.0) || (z <= -y && v < 0.0) { 0.0 } else { v };
+        }
+    }
+
+    fn fastest_rate(&self, motion: &Motion<'_>) -> f64 {
+        motion.velocity[self.axis].abs() / self.yields[0]
+    }
+}
+
+impl Effect for Hysteresis {
+    fn card(&self) -> &'static Card {
+        &CARD
+    }
+
+    fn inject(&self, parameters: &Parameters, setting: &Setting) -> Result<Injection, EffectError> {
+        require_known(&CARD, parameters)?;
+        let axis = setting.axis.ok_or(EffectError::Setting { effect: CARD.name, what: "an axis" })?;
+        Ok(Injection::Force(Box::new(BoucWen {
+            axis,
+            stiffness: parameters.number(CARD.name, &STIFFNESS)?,
+            width: 2.0 * parameters.number(CARD.name, &YIELD)?,
+            shape: parameters.number(CARD.name, &SHAPE)?,
+        })))
+    }
+
+    fn forms(&self, scale: &Scale) -> Vec<Form> {
+        (0..scale.axes())
+            .flat_map(|axis| {
+                let x = scale.position[axis];
+                let symmetric = Form {
+                    label: "Bouc-Wen",
+                    side: Side::Limb,
+                    axis: Some(axis),
+                    knobs: vec![Knob { lo: 0.02 * x, hi: 0.9 * x, log: true }],
+                    grid: grid(&[&[0.04, 0.08, 0.15, 0.28, 0.45, 0.7].map(|q| q * x)]),
+                    signs: vec![Sign::Positive],
+                    action: Action::Force {
+                        law: Arc::new(move |k, c| Box::new(BoucWen { axis, stiffness: c[0], width: 2.0 * k[0], shape: 1.0 })),
+                        exact: vec![],
+                        tangent: None,
+                    },
+                    naming: Arc::new(|k, c| vec![("stiffness_n_per_m", Value::Number(c[0])), ("yield_m", Value::Number(k[0])), ("shape", Value::Number(1.0))]),
+                    floor: (0.01, 0.0),
+                };
+                let shaped = Form {
+                    label: "Bouc-Wen, any shape",
+                    knobs: vec![Knob { lo: 0.025 * x, hi: 3.0 * x, log: true }, Knob { lo: -1.5, hi: 0.9, log: false }],
+                    grid: grid(&[&[0.15 * x, 0.4 * x, x], &[-1.1, -0.3]]),
+                    action: Action::Force {
+                        law: Arc::new(move |k, c| Box::new(BoucWen { axis, stiffness: c[0], width: 2.0 * k[0], shape: k[1] })),
+                        exact: vec![],
+                        tangent: None,
+                    },
+                    naming: Arc::new(|k, c| vec![("stiffness_n_per_m", Value::Number(c[0])), ("yield_m", Value::Number(k[0])), ("shape", Value::Number(k[1]))]),
+                    ..symmetric.clone()
+                };
+                let slip = Form {
+                    label: "Maxwell-slip",
+                    knobs: vec![Knob { lo: 0.03 * x, hi: 0.9 * x, log: true }],
+                    grid: grid(&[&[0.06, 0.15, 0.3, 0.6].map(|q| q * x)]),
+                    action: Action::Force {
+                        law: Arc::new(move |k, c| Box::new(Slip { axis, stiffness: c[0], yields: [0.4 * k[0], k[0], 1.6 * k[0]] })),
+                        exact: vec![],
+                        tangent: None,
+                    },
+                    naming: Arc::new(|k, c| vec![("stiffness_n_per_m", Value::Number(c[0])), ("yield_m", Value::Number(k[0]))]),
+                    ..symmetric.clone()
+                };
+                [symmetric, shaped, slip]
+            })
+            .collect()
+    }
+}

@@ -1,0 +1,65 @@
+//! Force that the limb makes by itself.
+
+use super::card::{mechanical, plain};
+use super::channel_filter::LowPass;
+use super::outside_force::Played;
+use super::{Card, Effect, EffectError, Injection, ParameterCard, Parameters, Setting, Side, Trace, require_known};
+use crate::force_law::Stage;
+
+const RMS: ParameterCard = mechanical("rms_n", ("N", "N m"), 0.0, 1e6, None);
+const CUTOFF: ParameterCard = plain("cutoff_hz", "Hz", 1e-6, 1e6, Some(2.0));
+const CARD: Card = Card {
+    name: "limb-noise",
+    what: "force that the limb makes by itself, broad-band, not caused by the perturbation",
+    sides: &[Side::Limb],
+    parameters: &[RMS, CUTOFF],
+    signature: "coherence low below the cut-off and lower with a weaker perturbation, while the stiffness stays",
+    look_alikes: &["hysteresis", "coulomb-friction", "dead-zone"],
+    next_experiment: "one perturbation twice, exactly alike: what repeats is a nonlinearity, what does not is noise",
+    equation: "f = -w(t), w low-pass noise of second order",
+    source: "Palazzolo et al. 2007, Stochastic estimation of arm mechanical impedance during robotic stroke rehabilitation",
+    trace: Trace::Noise,
+};
+
+/// Low-pass noise force.
+pub struct LimbNoise;
+
+/// Numbers between 0 and 1 from a seed (SplitMix64, Steele, Lea & Flood 2014).
+struct SplitMix(u64);
+
+impl SplitMix {
+    fn uniform(&mut self) -> f64 {
+        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
+        let mut z = self.0;
+        z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+        z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
+        ((z ^ (z >> 31)) >> 11) as f64 / (1u64 << 53) as f64
+    }
+}
+
+impl Effect for LimbNoise {
+    fn card(&self) -> &'static Card {
+        &CARD
+    }
+
+    fn inject(&self, parameters: &Parameters, setting: &Setting) -> Result<Injection, EffectError> {
+        require_known(&CARD, parameters)?;
+        let (rms, cutoff) = (parameters.number(CARD.name, &RMS)?, parameters.number(CARD.name, &CUTOFF)?);
+        let rate_hz = (50.0 * cutoff).min(setting.sample_rate_hz);
+        let run_in = (20.0 * rate_hz / cutoff) as usize;
+        let length = (setting.duration_s * rate_hz) as usize + 2;
+        let tracks = setting
+            .sites()
+            .into_iter()
+            .map(|axis| {
+                let mut random = SplitMix(setting.seed ^ (axis as u64).wrapping_mul(0xa076_1d64_78bd_642f));
+                let mut filter = LowPass::butterworth(cutoff, 2, rate_hz);
+                let mut track: Vec<f64> = (0..run_in + length).map(|_| filter.step(2.0 * random.uniform() - 1.0)).skip(run_in).collect();
+                let size = (track.iter().map(|x| x * x).sum::<f64>() / track.len() as f64).sqrt().max(f64::MIN_POSITIVE);
+                track.iter_mut().for_each(|x| *x *= rms / size);
+                (axis, track)
+            })
+            .collect();
+        Ok(Injection::Force(Box::new(Played { rate_hz, tracks })))
+    }
+}

@@ -1,0 +1,116 @@
+//! Effects: what a recording may hide and a simulation may lack.
+//!
+//! An [`Effect`] is described once. A simulation hides it through its [`Injection`]; a diagnosis looks for it through its
+//! [`Form`]s. Each integrates in a way of its own. [`EFFECTS`] is the registry; a new effect is one file and one line here.
+
+mod card;
+mod drift;
+mod outside_force;
+mod static_force;
+mod form;
+mod injection;
+mod parameters;
+
+mod actuation_delay;
+mod actuator_saturation;
+mod added_mass;
+mod asymmetric_stiffness;
+mod channel_filter;
+mod coulomb_friction;
+mod cross_coupling;
+mod cubic_stiffness;
+mod dead_zone;
+mod end_stop;
+mod extra_resonance;
+mod geometry_error;
+mod gravity;
+mod hysteresis;
+mod limb_noise;
+mod measurement_delay;
+mod parameter_error;
+mod periodic_disturbance;
+mod posture_drift;
+mod quantisation;
+mod reflex_delay;
+mod sensor_misalignment;
+mod sensor_offset_drift;
+mod sensor_scale;
+mod stiffness_drift;
+mod transient_disturbance;
+mod viscoelastic;
+
+pub use card::{Card, ParameterCard, Side, Trace, rotational_name};
+pub use form::{Action, Form, Knob, LawMaker, Matrix, MatrixMaker, Naming, Operator, Scale, Sign};
+pub use injection::{Injection, Setting};
+pub use parameters::{EffectError, Parameters, Value};
+
+/// A cause that data may hide.
+pub trait Effect: Send + Sync {
+    /// What it is, in words.
+    fn card(&self) -> &'static Card;
+
+    /// How a simulation hides it.
+    ///
+    /// # Errors
+    /// [`EffectError`] if a parameter is missing or out of bounds, or the setting lacks what the effect needs.
+    fn inject(&self, parameters: &Parameters, setting: &Setting) -> Result<Injection, EffectError>;
+
+    /// The forms that a search tries on a recording of this scale; none for effects that are detected in another way.
+    fn forms(&self, _scale: &Scale) -> Vec<Form> {
+        Vec::new()
+    }
+
+    /// Its name.
+    fn name(&self) -> &'static str {
+        self.card().name
+    }
+}
+
+/// All effects, in the order of the contract's table.
+pub static EFFECTS: &[&dyn Effect] = &[
+    &parameter_error::ParameterError,
+    &added_mass::AddedMass,
+    &coulomb_friction::CoulombFriction,
+    &hysteresis::Hysteresis,
+    &cubic_stiffness::CubicStiffness,
+    &asymmetric_stiffness::AsymmetricStiffness,
+    &dead_zone::DeadZone,
+    &end_stop::EndStop,
+    &viscoelastic::Viscoelastic,
+    &extra_resonance::ExtraResonance,
+    &reflex_delay::ReflexDelay,
+    &measurement_delay::MeasurementDelay,
+    &channel_filter::ChannelFilter,
+    &actuation_delay::ActuationDelay,
+    &actuator_saturation::ActuatorSaturation,
+    &sensor_misalignment::SensorMisalignment,
+    &sensor_scale::SensorScale,
+    &sensor_offset_drift::SensorOffsetDrift,
+    &quantisation::Quantisation,
+    &periodic_disturbance::PeriodicDisturbance,
+    &limb_noise::LimbNoise,
+    &transient_disturbance::TransientDisturbance,
+    &stiffness_drift::StiffnessDrift,
+    &posture_drift::PostureDrift,
+    &gravity::Gravity,
+    &geometry_error::GeometryError,
+    &cross_coupling::CrossCoupling,
+];
+
+/// The effect of that name.
+///
+/// ```
+/// assert!(ndof_models::effects::find("hysteresis").is_some());
+/// ```
+pub fn find(name: &str) -> Option<&'static dyn Effect> {
+    EFFECTS.iter().copied().find(|effect| effect.name() == name)
+}
+
+/// Refuses parameters that the effect does not have.
+fn require_known(card: &'static Card, parameters: &Parameters) -> Result<(), EffectError> {
+    let known: Vec<String> = card.parameters.iter().map(|p| p.name.to_owned()).collect();
+    match parameters.0.keys().find(|given| !known.iter().any(|k| *given == k || **given == rotational_name(k))) {
+        Some(given) => Err(EffectError::Unknown { effect: card.name, given: given.clone(), known }),
+        None => Ok(()),
+    }
+}

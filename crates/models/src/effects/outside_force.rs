@@ -1,0 +1,22 @@
+//! Forces from outside, given sample by sample.
+
+use crate::force_law::{ForceLaw, Motion};
+
+/// Samples of a force on some axes at a fixed rate, interpolated in between; as a resisting force it counts negative.
+pub(super) struct Played {
+    pub rate_hz: f64,
+    /// Axis and its samples.
+    pub tracks: Vec<(usize, Vec<f64>)>,
+}
+
+impl ForceLaw for Played {
+    fn evaluate(&self, motion: &Motion<'_>, _states: &[f64], force: &mut [f64], _rates: &mut [f64]) {
+        let place = (motion.time_s * self.rate_hz).max(0.0);
+        let (k, fraction) = (place.floor() as usize, place.fract());
+        for (axis, samples) in &self.tracks {
+            if let (Some(a), Some(b)) = (samples.get(k % samples.len()), samples.get((k + 1) % samples.len())) {
+                force[*axis] -= a + fraction * (b - a);
+            }
+        }
+    }
+}

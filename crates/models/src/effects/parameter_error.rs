@@ -1,0 +1,64 @@
+//! A wrong nominal parameter.
+
+use super::card::plain;
+use super::{Action, Card, Effect, EffectError, Form, Injection, Matrix, ParameterCard, Parameters, Scale, Setting, Side, Sign, Trace, Value, require_known};
+use std::sync::Arc;
+
+const NAME: ParameterCard = plain("name", "", 0.0, 0.0, None);
+const VALUE: ParameterCard = plain("value", "", f64::MIN, f64::MAX, None);
+const CARD: Card = Card {
+    name: "parameter-error",
+    what: "a nominal parameter of the baseline is wrong",
+    sides: &[Side::Limb, Side::Robot],
+    parameters: &[NAME, VALUE],
+    signature: "the residual force is proportional to the acceleration, velocity or displacement that the parameter multiplies",
+    look_alikes: &["added-mass", "sensor-scale", "cross-coupling"],
+    next_experiment: "a perturbation with its power where the parameter matters: low for stiffness, high for inertia",
+    equation: "f = (value - nominal) x, ẋ or ẍ",
+    source: "the baseline's own equation M ẍ + B ẋ + K x = F",
+    trace: Trace::Forms,
+};
+
+/// A parameter whose nominal value is wrong.
+pub struct ParameterError;
+
+impl Effect for ParameterError {
+    fn card(&self) -> &'static Card {
+        &CARD
+    }
+
+    fn inject(&self, parameters: &Parameters, _setting: &Setting) -> Result<Injection, EffectError> {
+        require_known(&CARD, parameters)?;
+        let name = parameters.text("name").ok_or(EffectError::Missing { effect: CARD.name, parameter: NAME.name })?;
+        Ok(Injection::Parameter { name: name.to_owned(), value: parameters.number(CARD.name, &VALUE)? })
+    }
+
+    fn forms(&self, scale: &Scale) -> Vec<Form> {
+        scale
+            .nominal
+            .iter()
+            .filter(|entry| entry.1 <= entry.2 || entry.0 != Matrix::Mass)
+            .map(|&(matrix, i, j, value)| {
+                let letter = match matrix {
+                    Matrix::Mass => "M",
+                    Matrix::Damping => "B",
+                    Matrix::Stiffness => "K",
+                };
+                let axis = |k: usize| scale.motion_names.get(k).map_or("", |n| n.split_once('_').map_or(n.as_str(), |(_, axis)| axis)).to_owned();
+                let name = if scale.axes() == 1 { letter.to_owned() } else { format!("{letter}_{}_{}", axis(i), axis(j)) };
+                let entries = if matrix == Matrix::Mass && i != j { vec![(i, j, 1.0), (j, i, 1.0)] } else { vec![(i, j, 1.0)] };
+                Form {
+                    label: "entry of a matrix",
+                    side: Side::Limb,
+                    axis: Some(i),
+                    knobs: vec![],
+                    grid: vec![vec![]],
+                    signs: vec![Sign::Free],
+                    action: Action::Entries { matrix, entries },
+                    naming: Arc::new(move |_, c| vec![("name", Value::Text(name.clone())), ("value", Value::Number(value + c[0]))]),
+                    floor: (0.01, 0.0),
+                }
+            })
+            .collect()
+    }
+}

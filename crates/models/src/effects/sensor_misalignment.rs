@@ -1,0 +1,73 @@
+//! A force sensor that is turned.
+
+use super::card::plain;
+use super::form::grid;
+use super::{Action, Card, Effect, EffectError, Form, Injection, Knob, ParameterCard, Parameters, Scale, Setting, Side, Trace, Value, require_known};
+use std::sync::Arc;
+
+const ANGLE: ParameterCard = plain("angle_rad", "rad", -3.2, 3.2, Some(0.0));
+const MATRIX: ParameterCard = plain("matrix", "", 0.0, 0.0, None);
+const CARD: Card = Card {
+    name: "sensor-misalignment",
+    what: "a rotated or cross-talking force sensor",
+    sides: &[Side::Sensor],
+    parameters: &[ANGLE, MATRIX],
+    signature: "inertia, damping and stiffness asymmetric by the same angle",
+    look_alikes: &["cross-coupling", "parameter-error"],
+    next_experiment: "pull the handle along one axis with a cord: the other axis' force shows the angle",
+    equation: "measured force = R(angle) force",
+    source: "rotation of axes; tan φ = (M_yx - M_xy) / (M_xx + M_yy)",
+    trace: Trace::Forms,
+};
+
+/// Rotation of the effort channels.
+pub struct SensorMisalignment;
+
+fn rotation(n: usize, (i, j): (usize, usize), angle: f64) -> Vec<Vec<f64>> {
+    let mut matrix: Vec<Vec<f64>> = (0..n).map(|r| (0..n).map(|c| if r == c { 1.0 } else { 0.0 }).collect()).collect();
+    let (sin, cos) = angle.sin_cos();
+    (matrix[i][i], matrix[i][j], matrix[j][i], matrix[j][j]) = (cos, -sin, sin, cos);
+    matrix
+}
+
+impl Effect for SensorMisalignment {
+    fn card(&self) -> &'static Card {
+        &CARD
+    }
+
+    fn inject(&self, parameters: &Parameters, setting: &Setting) -> Result<Injection, EffectError> {
+        require_known(&CARD, parameters)?;
+        if let Some(matrix) = parameters.matrix("matrix") {
+            return Ok(Injection::Mixing(matrix.to_vec()));
+        }
+        if setting.axes < 2 {
+            return Err(EffectError::Setting { effect: CARD.name, what: "at least two axes" });
+        }
+        Ok(Injection::Mixing(rotation(setting.axes, (0, 1), parameters.number(CARD.name, &ANGLE)?)))
+    }
+
+    fn forms(&self, scale: &Scale) -> Vec<Form> {
+        let n = scale.axes();
+        // Rotations are of space: two or three axes of one kind.
+        if !(2..=3).contains(&n) {
+            return Vec::new();
+        }
+        let pairs: &[(usize, usize)] = if n == 2 { &[(0, 1)] } else { &[(0, 1), (0, 2), (1, 2)] };
+        pairs
+            .iter()
+            .map(|&pair| Form {
+                label: "rotation",
+                side: Side::Sensor,
+                axis: None,
+                knobs: vec![Knob { lo: -0.6, hi: 0.6, log: false }],
+                grid: grid(&[&[-0.15, -0.03, 0.03, 0.15]]),
+                signs: vec![],
+                action: Action::Mix(Arc::new(move |k| rotation(n, pair, -k[0]))),
+                naming: Arc::new(move |k, _| {
+                    if n == 2 { vec![("angle_rad", Value::Number(k[0]))] } else { vec![("matrix", Value::Matrix(rotation(n, pair, k[0])))] }
+                }),
+                floor: (0.005, 1e-3),
+            })
+            .collect()
+    }
+}
