@@ -1,0 +1,333 @@
+//! Averaging over the periods of a periodic excitation.
+
+use crate::cross_spectra::{CrossSpectra, Kernel};
+use num_complex::Complex64;
+use realfft::{RealFftPlanner, RealToComplex};
+use serde::{Deserialize, Serialize};
+use std::sync::Arc;
+
+/// How a periodic recording is cut.
+///
+/// ```
+/// use ndof_signal::Periodic;
+/// let x: Vec<f64> = (0..500).map(|k| (std::f64::consts::TAU * 3.0 * k as f64 / 100.0).cos()).collect();
+/// let periods = Periodic { period: 100, discard: 1 }.spectra(50.0, &[&x])?;
+/// assert_eq!(periods.periods(), 4);
+/// assert!((periods.mean(3, 0).re - 1.0).abs() < 1e-12);
+/// # Ok::<(), ndof_signal::PeriodicError>(())
+/// ```
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Periodic {
+    /// Samples in a period; [`detect_period`] finds it from the commanded signal.
+    pub period: usize,
+    /// Periods at the beginning that are left out, until transients have died.
+    pub discard: usize,
+}
+
+/// Why a recording cannot be averaged over periods.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum PeriodicError {
+    /// A period has no samples.
+    #[error("a period of 0 samples; give the period of the excitation")]
+    EmptyPeriod,
+    /// No whole period is left.
+    #[error("{len} samples hold {whole} periods of {period}, {discard} of them discarded; two must remain to tell noise from response")]
+    TooShort {
+        /// Samples in the recording.
+        len: usize,
+        /// Whole periods in it.
+        whole: usize,
+        /// Samples in a period.
+        period: usize,
+        /// Periods left out.
+        discard: usize,
+    },
+    /// A channel differs in length.
+    #[error("channel {channel} has {found} samples, the first has {expected}")]
+    Length {
+        /// Index of the channel.
+        channel: usize,
+        /// Samples in the first.
+        expected: usize,
+        /// Samples in this one.
+        found: usize,
+    },
+    /// A sample is not a number.
+    #[error("channel {channel} is not a finite number at sample {sample}; cut that stretch out or repair it")]
+    NotFinite {
+        /// Index of the channel.
+        channel: usize,
+        /// Index of the sample.
+        sample: usize,
+    },
+}
+
+impl Periodic {
+    /// The spectrum of every channel in every period.
+    ///
+    /// # Errors
+    /// [`PeriodicError`] if fewer than two periods remain, or the record is ragged or holds a NaN.
+    pub fn spectra(&self, sample_rate_hz: f64, channels: &[&[f64]]) -> Result<PeriodSpectra, PeriodicError> {
+        if self.period == 0 {
+            return Err(PeriodicError::EmptyPeriod);
+        }
+        let len = channels.first().map_or(0, |c| c.len());
+        for (channel, samples) in channels.iter().enumerate() {
+            if samples.len() != len {
+                return Err(PeriodicError::Length { channel, expected: len, found: samples.len() });
+            }
+            if let Some(sample) = samples.iter().position(|s| !s.is_finite()) {
+                return Err(PeriodicError::NotFinite { channel, sample });
+            }
+        }
+        let whole = len / self.period;
+        if whole < self.discard + 2 {
+            return Err(PeriodicError::TooShort { len, whole, period: self.period, discard: self.discard });
+        }
+        let fft = RealFftPlanner::new().plan_fft_forward(self.period);
+        let lines = (self.discard..whole)
+            .map(|p| {
+                let at = p * self.period..(p + 1) * self.period;
+                channels.iter().flat_map(|c| amplitudes(&fft, &c[at.clone()])).collect()
+            })
+            .collect();
+        let bins = self.period / 2 + 1;
+        let frequency_hz = (0..bins).map(|f| f as f64 * sample_rate_hz / self.period as f64).collect();
+        Ok(PeriodSpectra { channels: channels.len(), period: self.period, sample_rate_hz, frequency_hz, lines })
+    }
+}
+
+/// Complex amplitudes: x(t) = Re Σ_f X_f e^{j2πft}.
+fn amplitudes(fft: &Arc<dyn RealToComplex<f64>>, samples: &[f64]) -> Vec<Complex64> {
+    let n = samples.len();
+    let mut input = samples.to_vec();
+    let mut output = fft.make_output_vec();
+    // Lengths are those of the plan, so the transform cannot refuse.
+    let done = fft.process(&mut input, &mut output);
+    debug_assert!(done.is_ok());
+    output.iter_mut().enumerate().for_each(|(f, x)| *x *= if f == 0 || 2 * f == n { 1.0 } else { 2.0 } / n as f64);
+    output
+}
+
+/// The lines of every channel in every period: their mean is the response to the excitation, their scatter the noise.
+///
+/// Amplitudes are those of the cosines, x(t) = Re Σ_f X_f e^{j2πft}, in the unit of the channel.
+#[derive(Clone, Debug, PartialEq)]
+pub struct PeriodSpectra {
+    channels: usize,
+    period: usize,
+    sample_rate_hz: f64,
+    frequency_hz: Vec<f64>,
+    /// `[period][channel * bins + f]`.
+    lines: Vec<Vec<Complex64>>,
+}
+
+impl PeriodSpectra {
+    /// The lines' frequencies, multiples of fs/period from 0 to Nyquist.
+    pub fn frequency_hz(&self) -> &[f64] {
+        &self.frequency_hz
+    }
+
+    /// Number of channels.
+    pub fn channels(&self) -> usize {
+        self.channels
+    }
+
+    /// Number of periods P.
+    pub fn periods(&self) -> usize {
+        self.lines.len()
+    }
+
+    /// The amplitude of line `f` of `channel` in period `p`.
+    pub fn at(&self, p: usize, f: usize, channel: usize) -> Complex64 {
+        self.lines[p][channel * self.frequency_hz.len() + f]
+    }
+
+    /// The mean amplitude over the periods.
+    pub fn mean(&self, f: usize, channel: usize) -> Complex64 {
+        (0..self.periods()).map(|p| self.at(p, f, channel)).sum::<Complex64>() / self.periods() as f64
+    }
+
+    /// The noise covariance of the *mean* amplitudes of channels `a` and `b`:
+    ///
+    /// C_ab = Σ_p (A_p − Ā)(B_p − B̄)* / (P (P−1))
+    ///
+    /// What does not repeat from period to period is noise; what nonlinearity adds repeats, and is not in it.
+    pub fn noise_covariance(&self, f: usize, a: usize, b: usize) -> Complex64 {
+        let (mean_a, mean_b) = (self.mean(f, a), self.mean(f, b));
+        let n = self.periods() as f64;
+        (0..self.periods()).map(|p| (self.at(p, f, a) - mean_a) * (self.at(p, f, b) - mean_b).conj()).sum::<Complex64>() / (n * (n - 1.0))
+    }
+
+    /// Lines of `channel` whose mean stands out: power above `ratio` times the noise power of the mean, and above
+    /// 1e-12 of the largest line (the round-off of a noise-free command).
+    ///
+    /// Under noise alone the ratio is distributed as F(2, 2P − 2); 0 Hz is left out.
+    pub fn excited(&self, channel: usize, ratio: f64) -> Vec<usize> {
+        let bins = 1..self.frequency_hz.len();
+        let floor = 1e-12 * bins.clone().map(|f| self.mean(f, channel).norm_sqr()).fold(0.0, f64::max);
+        bins.filter(|&f| {
+            let power = self.mean(f, channel).norm_sqr();
+            power > floor && power > ratio * self.noise_covariance(f, channel, channel).re
+        })
+        .collect()
+    }
+
+    /// The periods as averages of one cross-spectral matrix, S_ab = ⟨A B*⟩ T/2 (twice that at 0 Hz and Nyquist), so
+    /// that every estimator of spectra serves: n_e = P, no leakage (the kernel is one line), bins independent.
+    ///
+    /// With several inputs, pool at least as many different experiments.
+    pub fn cross_spectra(&self) -> CrossSpectra {
+        let (bins, count) = (self.frequency_hz.len(), self.periods());
+        let duration_s = self.period as f64 / self.sample_rate_hz;
+        let mut lower = Vec::with_capacity(self.channels * (self.channels + 1) / 2 * bins);
+        for a in 0..self.channels {
+            for b in 0..=a {
+                lower.extend((0..bins).map(|f| {
+                    let density = if f == 0 || 2 * f == self.period { duration_s } else { duration_s / 2.0 };
+                    (0..count).map(|p| self.at(p, f, a) * self.at(p, f, b).conj()).sum::<Complex64>() * (density / count as f64)
+                }));
+            }
+        }
+        CrossSpectra {
+            channels: self.channels,
+            sample_rate_hz: self.sample_rate_hz,
+            frequency_hz: self.frequency_hz.clone(),
+            lower,
+            effective_averages: count as f64,
+            segments: count,
+            trials: 1,
+            independent_spacing_hz: 1.0 / duration_s,
+            kernel: Kernel { offset_hz: vec![0.0], weight: vec![1.0] },
+            mean_removed: false,
+        }
+    }
+}
+
+/// A period found in a signal.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct DetectedPeriod {
+    /// Samples in a period.
+    pub period: usize,
+    /// Share of the power that does not repeat: ½ ⟨(x(n) − x(n+L))²⟩ / ⟨x²⟩, 0 for an exact repetition.
+    pub mismatch: f64,
+}
+
+/// The shortest period of `signal` that repeats at least once and leaves at most a tenth of the power unexplained.
+///
+/// The signal is compared with itself at every lag L up to half its length, from where it has first lost its likeness
+/// to itself; of the lags that repeat about as well as the best one the shortest is taken.
+///
+/// ```
+/// use ndof_signal::detect_period;
+/// let x: Vec<f64> = (0..1000).map(|k| ((k % 250) as f64 * 0.3).sin() + ((k % 250) as f64).cos()).collect();
+/// assert_eq!(detect_period(&x).map(|d| d.period), Some(250));
+/// let growing: Vec<f64> = (0..1000).map(|k| k as f64).collect();
+/// assert!(detect_period(&growing).is_none());
+/// ```
+pub fn detect_period(signal: &[f64]) -> Option<DetectedPeriod> {
+    /// A response to a periodic command in noise of a tenth of its power still passes.
+    const MOST_MISMATCH: f64 = 0.1;
+    let n = signal.len();
+    let mean = signal.iter().sum::<f64>() / n.max(1) as f64;
+    let level: Vec<f64> = signal.iter().map(|x| x - mean).collect();
+    let mut energy = vec![0.0; n + 1];
+    for (k, x) in level.iter().enumerate() {
+        energy[k + 1] = energy[k] + x * x;
+    }
+    if n < 4 || !(energy[n] > 0.0 && energy[n].is_finite()) {
+        return None;
+    }
+    let product = autocorrelation(&level);
+    let mismatch: Vec<f64> = (0..=n / 2)
+        .map(|lag| {
+            let both = energy[n - lag] + energy[n] - energy[lag];
+            if both > 0.0 { (1.0 - 2.0 * product[lag] / both).max(0.0) } else { f64::INFINITY }
+        })
+        .collect();
+    let unlike = mismatch.iter().position(|&d| d > 0.5)?;
+    let best = mismatch[unlike..].iter().copied().fold(f64::INFINITY, f64::min);
+    // The round-off of the transforms, and half as much again for the scatter between multiples of the period.
+    let limit = (1.5 * best + 1e-9).min(MOST_MISMATCH);
+    let first = unlike + mismatch[unlike..].iter().position(|&d| d <= limit)?;
+    let period = (first..mismatch.len()).take_while(|&lag| mismatch[lag] <= limit).reduce(|a, b| if mismatch[b] < mismatch[a] { b } else { a })?;
+    Some(DetectedPeriod { period, mismatch: mismatch[period] })
+}
+
+/// Σ_n x(n) x(n + lag) for every lag, by zero-padded transforms.
+fn autocorrelation(x: &[f64]) -> Vec<f64> {
+    let length = (2 * x.len()).next_power_of_two();
+    let mut planner = RealFftPlanner::new();
+    let (forward, inverse) = (planner.plan_fft_forward(length), planner.plan_fft_inverse(length));
+    let mut series = x.to_vec();
+    series.resize(length, 0.0);
+    let mut spectrum = forward.make_output_vec();
+    // Lengths are those of the plans, and the squared spectrum is real, so the transforms cannot refuse.
+    let mut done = forward.process(&mut series, &mut spectrum).is_ok();
+    spectrum.iter_mut().for_each(|s| *s = (s.norm_sqr() / length as f64).into());
+    done &= inverse.process(&mut spectrum, &mut series).is_ok();
+    debug_assert!(done);
+    series.truncate(x.len());
+    series
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use rand::{RngExt, SeedableRng};
+
+    fn noise(stream: u64, n: usize) -> Vec<f64> {
+        let mut rng = rand_chacha::ChaCha8Rng::seed_from_u64(3);
+        rng.set_stream(stream);
+        (0..n).map(|_| rng.random_range(-1.0..1.0)).collect()
+    }
+
+    /// Lines 2 and 5 of a 200-sample period, repeated.
+    fn multisine(n: usize) -> Vec<f64> {
+        (0..n).map(|k| std::f64::consts::TAU * k as f64 / 200.0).map(|x| (2.0 * x).cos() + 0.5 * (5.0 * x + 1.0).cos()).collect()
+    }
+
+    #[test]
+    fn lines_and_noise_are_told_apart() {
+        let sigma = 0.1;
+        let x: Vec<f64> = multisine(200 * 51).iter().zip(noise(0, 200 * 51)).map(|(x, e)| x + sigma * e).collect();
+        let s = Periodic { period: 200, discard: 1 }.spectra(100.0, &[&x]).expect("valid");
+        // Var of an amplitude 2X/N under white noise of variance v: 4v/N; of the mean over P: / P.
+        let expected = 4.0 * sigma * sigma / 3.0 / 200.0 / 50.0;
+        let mean: f64 = (1..100).map(|f| s.noise_covariance(f, 0, 0).re).sum::<f64>() / 99.0;
+        // 99 lines of 49 degrees each: one sigma is 1/√(99·49) = 1.4 %.
+        assert!((mean / expected - 1.0).abs() < 4.0 * 0.0144, "{}", mean / expected);
+        assert!((s.mean(5, 0) - Complex64::from_polar(0.5, 1.0)).norm() < 4.0 * expected.sqrt());
+        // F(2, 98) exceeds 20 with a probability of 4e-8.
+        assert_eq!(s.excited(0, 20.0), [2, 5]);
+    }
+
+    #[test]
+    fn densities_integrate_to_the_power() {
+        let x = multisine(1000);
+        let s = Periodic { period: 200, discard: 0 }.spectra(100.0, &[&x]).expect("valid").cross_spectra();
+        let total: f64 = (0..101).map(|f| s.power(f, 0)).sum::<f64>() * 100.0 / 200.0;
+        assert!((total - (0.5 + 0.125)).abs() < 1e-12, "{total}");
+        assert_eq!((s.segments(), s.effective_averages(), s.independent_spacing_hz()), (5, 5.0, 0.5));
+    }
+
+    #[test]
+    fn a_period_is_found_under_noise_and_not_in_noise() {
+        let found = detect_period(&multisine(1100)).expect("periodic");
+        assert!(found.period == 200 && found.mismatch < 1e-9, "{found:?}");
+        let noisy: Vec<f64> = multisine(1100).iter().zip(noise(1, 1100)).map(|(x, e)| x + 0.2 * e).collect();
+        let found = detect_period(&noisy).expect("periodic");
+        assert!(found.period.abs_diff(200) <= 1, "{found:?}");
+        assert_eq!(detect_period(&noise(2, 1100)), None);
+        assert_eq!(detect_period(&[]), None);
+        assert_eq!(detect_period(&[1.0; 50]), None);
+    }
+
+    #[test]
+    fn too_few_periods_are_refused() {
+        let x = multisine(500);
+        assert!(matches!(Periodic { period: 200, discard: 1 }.spectra(1.0, &[&x]), Err(PeriodicError::TooShort { whole: 2, .. })));
+        assert_eq!(Periodic { period: 0, discard: 1 }.spectra(1.0, &[&x]).unwrap_err(), PeriodicError::EmptyPeriod);
+    }
+}
