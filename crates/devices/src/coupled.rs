@@ -1,0 +1,253 @@
+//! Robot, transducer and limb as one system of differential equations.
+
+use crate::history::History;
+use crate::limb::Limb;
+use crate::linearise::coupled_matrix;
+use crate::matrix::add_transposed;
+use crate::robot::{Kinematics, Robot};
+use crate::transducer::Transducer;
+use ndarray::Array2;
+use ndof_models::{ForceLaw, Motion};
+
+/// The coupled system with the inputs that hold over a sample: motor torque and force from within the limb.
+///
+/// States y = [q − q₀, q̇, e, ė, z] with the transducer's deflection e = d(q) − x. With e as a state the stiff force
+/// F = k e + b ė is linear, and no small difference of large numbers is ever taken. ẏ follows from
+/// H q̈ + h + τ_f = τ − Jᵀ(F + f_r), ë = J q̈ + J̇ q̇ − ẍ, and ẍ of the limb under F + w − f_l, where f_r and f_l are force laws.
+pub(crate) struct Coupled<'a> {
+    pub(crate) robot: &'a dyn Robot,
+    pub(crate) limb: &'a dyn Limb,
+    pub(crate) transducer: Transducer,
+    robot_laws: &'a [Box<dyn ForceLaw>],
+    limb_laws: &'a [Box<dyn ForceLaw>],
+    pub(crate) rest: Vec<f64>,
+    pub(crate) rest_endpoint: Vec<f64>,
+    /// Motor torque, held over the sample.
+    pub(crate) torque: Vec<f64>,
+    /// Force that the limb makes by itself, held over the sample.
+    pub(crate) limb_force: Vec<f64>,
+    history: Vec<History>,
+    work: Work,
+}
+
+/// Buffers of one evaluation; what it left there can be read until the next.
+struct Work {
+    q: Vec<f64>,
+    kinematics: Kinematics,
+    force: Vec<f64>,
+    net: Vec<f64>,
+    x: Vec<f64>,
+    v: Vec<f64>,
+    xdd: Vec<f64>,
+    robot_v: Vec<f64>,
+    torque: Vec<f64>,
+    solve: Vec<f64>,
+    delayed_x: Vec<f64>,
+    delayed_v: Vec<f64>,
+}
+
+impl<'a> Coupled<'a> {
+    /// The system at rest at joint coordinates `rest`; `step_s` is the longest time step that will be taken.
+    pub(crate) fn new(
+        robot: &'a dyn Robot,
+        limb: &'a dyn Limb,
+        transducer: Transducer,
+        laws: [&'a [Box<dyn ForceLaw>]; 2],
+        rest: Vec<f64>,
+        shortest_step_s: f64,
+    ) -> Self {
+        let (m, n) = (robot.axes().len(), rest.len());
+        let mut kinematics = Kinematics::new(m, n);
+        robot.kinematics(&rest, &vec![0.0; n], &mut kinematics);
+        let rest_endpoint = kinematics.endpoint.clone();
+        let history = (laws.iter().flat_map(|l| l.iter()))
+            .map(|law| History::new(m, if law.delay_s() > 0.0 { (law.delay_s() / shortest_step_s).ceil() as usize + 4 } else { 0 }))
+            .collect();
+        let axis = || vec![0.0; m];
+        let work = Work {
+            q: rest.clone(),
+            kinematics,
+            force: axis(),
+            net: axis(),
+            x: axis(),
+            v: axis(),
+            xdd: axis(),
+            robot_v: axis(),
+            torque: vec![0.0; n],
+            solve: vec![0.0; n * n],
+            delayed_x: axis(),
+            delayed_v: axis(),
+        };
+        let [robot_laws, limb_laws] = laws;
+        Coupled { robot, limb, transducer, robot_laws, limb_laws, rest, rest_endpoint, torque: vec![0.0; n], limb_force: axis(), history, work }
+    }
+
+    pub(crate) fn joints(&self) -> usize {
+        self.rest.len()
+    }
+
+    pub(crate) fn axes(&self) -> usize {
+        self.rest_endpoint.len()
+    }
+
+    fn laws(&self) -> impl Iterator<Item = &Box<dyn ForceLaw>> {
+        self.robot_laws.iter().chain(self.limb_laws)
+    }
+
+    /// Number of states y.
+    pub(crate) fn dimension(&self) -> usize {
+        2 * (self.joints() + self.axes()) + self.laws().map(|l| l.states()).sum::<usize>()
+    }
+
+    /// The shortest delay of any law, infinite if there is none.
+    pub(crate) fn shortest_delay_s(&self) -> f64 {
+        self.laws().map(|l| l.delay_s()).filter(|d| *d > 0.0).fold(f64::INFINITY, f64::min)
+    }
+
+    /// The state of rest at the posture, the transducer bent by the limb's mean force.
+    pub(crate) fn equilibrium(&self) -> Vec<f64> {
+        let mut y = vec![0.0; self.dimension()];
+        let start = 2 * self.joints();
+        for (e, f) in y[start..].iter_mut().zip(self.limb.mean_force()) {
+            *e = f / self.transducer.stiffness;
+        }
+        y
+    }
+
+    /// The matrix of ẏ = L y + … at the posture, without dry friction and force laws.
+    pub(crate) fn linear_part(&self) -> Array2<f64> {
+        let small = coupled_matrix(self.robot, self.limb, self.transducer, &self.rest);
+        let n = small.nrows();
+        Array2::from_shape_fn((self.dimension(), self.dimension()), |(i, j)| if i < n && j < n { small[[i, j]] } else { 0.0 })
+    }
+
+    /// Writes ẏ at time `time_s` since the recording's first sample.
+    pub(crate) fn derivative(&mut self, time_s: f64, y: &[f64], out: &mut [f64]) {
+        let (n, m) = (self.joints(), self.axes());
+        let (position, rest) = y.split_at(n);
+        let (rates, rest) = rest.split_at(n);
+        let (e, rest) = rest.split_at(m);
+        let (e_rate, mut states) = rest.split_at(m);
+        let (mechanical, mut state_rates) = out.split_at_mut(2 * (n + m));
+        let w = &mut self.work;
+        for j in 0..n {
+            w.q[j] = self.rest[j] + position[j];
+        }
+        self.robot.kinematics(&w.q, rates, &mut w.kinematics);
+        for i in 0..m {
+            let row = &w.kinematics.jacobian[i * n..(i + 1) * n];
+            w.robot_v[i] = row.iter().zip(rates).map(|(j, r)| j * r).sum();
+            let preload = self.limb.mean_force()[i] / self.transducer.stiffness;
+            w.x[i] = w.kinematics.endpoint[i] - self.rest_endpoint[i] - (e[i] - preload);
+            w.v[i] = w.robot_v[i] - e_rate[i];
+            w.force[i] = self.transducer.stiffness * e[i] + self.transducer.damping * e_rate[i];
+        }
+        let joints = self.robot.joints();
+        for j in 0..n {
+            w.torque[j] = self.torque[j] - joints.friction(j, rates[j]);
+        }
+        add_transposed(&w.kinematics.jacobian, &w.force, -1.0, &mut w.torque);
+
+        let mut history = self.history.iter();
+        if !self.robot_laws.is_empty() {
+            w.net.fill(0.0);
+            // x of the robot itself: its endpoint's displacement.
+            for i in 0..m {
+                w.xdd[i] = w.kinematics.endpoint[i] - self.rest_endpoint[i];
+            }
+            for law in self.robot_laws {
+                apply(
+                    law.as_ref(),
+                    time_s,
+                    [&w.xdd, &w.robot_v],
+                    history.next(),
+                    [&mut w.delayed_x, &mut w.delayed_v],
+                    &mut states,
+                    &mut w.net,
+                    &mut state_rates,
+                );
+            }
+            add_transposed(&w.kinematics.jacobian, &w.net, -1.0, &mut w.torque);
+        }
+        w.net.fill(0.0);
+        for law in self.limb_laws {
+            apply(law.as_ref(), time_s, [&w.x, &w.v], history.next(), [&mut w.delayed_x, &mut w.delayed_v], &mut states, &mut w.net, &mut state_rates);
+        }
+        for i in 0..m {
+            w.net[i] = w.force[i] + self.limb_force[i] - w.net[i];
+        }
+        self.limb.acceleration(&w.x, &w.v, &w.net, &mut w.xdd);
+
+        let (position_rate, rest) = mechanical.split_at_mut(n);
+        let (acceleration, rest) = rest.split_at_mut(n);
+        let (deflection_rate, deflection_acceleration) = rest.split_at_mut(m);
+        position_rate.copy_from_slice(rates);
+        deflection_rate.copy_from_slice(e_rate);
+        self.robot.acceleration(&w.q, rates, &w.kinematics, &w.torque, &mut w.solve, acceleration);
+        for i in 0..m {
+            let row = &w.kinematics.jacobian[i * n..(i + 1) * n];
+            let tip: f64 = row.iter().zip(acceleration.iter()).map(|(j, a)| j * a).sum();
+            deflection_acceleration[i] = tip + w.kinematics.jacobian_rate[i] - w.xdd[i];
+        }
+    }
+
+    /// Endpoint coordinates of the last evaluation.
+    pub(crate) fn endpoint(&self) -> &[f64] {
+        &self.work.kinematics.endpoint
+    }
+
+    /// Jacobian of the last evaluation.
+    pub(crate) fn jacobian(&self) -> &[f64] {
+        &self.work.kinematics.jacobian
+    }
+
+    /// Remembers the last evaluation as having happened at `time_s`; `after` says that the inputs have just changed.
+    pub(crate) fn remember(&mut self, time_s: f64, rates: &[f64], after: bool) {
+        let (n, m) = (self.joints(), self.axes());
+        let w = &mut self.work;
+        let count = self.robot_laws.len();
+        for (k, (law, history)) in self.robot_laws.iter().chain(self.limb_laws).zip(&mut self.history).enumerate() {
+            if law.delay_s() == 0.0 {
+                continue;
+            }
+            let tip = &rates[2 * n + m..2 * n + 2 * m];
+            let on_robot = k < count;
+            // The robot's own tip accelerates by the limb's acceleration and the deflection's.
+            for i in 0..m {
+                w.net[i] = w.xdd[i] + if on_robot { tip[i] } else { 0.0 };
+                w.delayed_x[i] = if on_robot { w.kinematics.endpoint[i] - self.rest_endpoint[i] } else { w.x[i] };
+            }
+            if after {
+                history.restart(&w.net);
+            } else {
+                history.push(time_s, &w.delayed_x, if on_robot { &w.robot_v } else { &w.v }, &w.net);
+            }
+        }
+    }
+}
+
+/// Evaluates one law and moves on to the states of the next.
+#[expect(clippy::too_many_arguments, reason = "one law's share of every buffer")]
+fn apply<'s>(
+    law: &dyn ForceLaw,
+    time_s: f64,
+    [position, velocity]: [&[f64]; 2],
+    history: Option<&History>,
+    [delayed_x, delayed_v]: [&mut [f64]; 2],
+    states: &mut &'s [f64],
+    force: &mut [f64],
+    rates: &mut &mut [f64],
+) {
+    let (own, rest) = states.split_at(law.states());
+    *states = rest;
+    let (own_rates, rest) = std::mem::take(rates).split_at_mut(law.states());
+    *rates = rest;
+    let motion = match history.filter(|_| law.delay_s() > 0.0) {
+        Some(history) => {
+            history.at(time_s - law.delay_s(), delayed_x, delayed_v);
+            Motion { time_s, position, velocity, delayed_position: delayed_x, delayed_velocity: delayed_v }
+        }
+        None => Motion { time_s, position, velocity, delayed_position: position, delayed_velocity: velocity },
+    };
+    law.evaluate(&motion, own, force, own_rates);
+}

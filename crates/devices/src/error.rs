@@ -1,0 +1,114 @@
+//! Why a device cannot be built or an experiment not be run.
+
+/// What is wrong with a device, a limb or an experiment, where, and what to do.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum DeviceError {
+    /// No device of that name.
+    #[error("no device \"{name}\"; there are: {available}; or give `file = \"robot.toml\"`")]
+    UnknownDevice {
+        /// The name asked for.
+        name: String,
+        /// The names that there are.
+        available: String,
+    },
+    /// A parameter that the device does not have.
+    #[error("device \"{device}\" has no parameter \"{name}\"; it has: {available}")]
+    UnknownParameter {
+        /// The device.
+        device: String,
+        /// The parameter asked for.
+        name: String,
+        /// The parameters that there are.
+        available: String,
+    },
+    /// A number outside of what physics or the simulation allows.
+    #[error("{what} is {value}; it must be {must}")]
+    Value {
+        /// The quantity, as the file calls it.
+        what: String,
+        /// What was found.
+        value: f64,
+        /// What is asked of it.
+        must: &'static str,
+    },
+    /// A list or matrix of the wrong size.
+    #[error("{what} has {found}, expected {expected}")]
+    Size {
+        /// The quantity, as the file calls it.
+        what: String,
+        /// What was found.
+        found: String,
+        /// What fits the device.
+        expected: String,
+    },
+    /// An inertia that is not symmetric and positive definite.
+    #[error("{0} is not symmetric positive definite; an inertia has to be")]
+    Inertia(String),
+    /// The posture lies outside of the robot's or the limb's reach.
+    #[error("{who} cannot reach {target:?}: {why}; choose another posture")]
+    Reach {
+        /// Which mechanism.
+        who: String,
+        /// The point asked for.
+        target: Vec<f64>,
+        /// What stands against it.
+        why: String,
+    },
+    /// Something the experiment leaves open and the device needs.
+    #[error("{0}")]
+    Missing(String),
+    /// The commanded excitation does not fit the experiment.
+    #[error("the commanded excitation has {found_axes} axes of {found_samples} samples, the experiment needs {axes} of {samples} (discard included)")]
+    Excitation {
+        /// Axes given.
+        found_axes: usize,
+        /// Samples given.
+        found_samples: usize,
+        /// Axes of the device.
+        axes: usize,
+        /// Samples of the trial with the discarded stretch.
+        samples: usize,
+    },
+    /// The motion is no number any more.
+    #[error("trial {trial} diverged at {time_s:.3} s; the limb or a hidden effect is unstable under this excitation: lower its amplitude or the effect's size")]
+    Diverged {
+        /// The trial, from 0.
+        trial: usize,
+        /// Time since the recording's first sample.
+        time_s: f64,
+    },
+    /// A file of a robot that cannot be read.
+    #[error("{file}: {what}")]
+    File {
+        /// The file.
+        file: String,
+        /// What is wrong and where.
+        what: String,
+    },
+    /// A channel named by an effect that the device does not have.
+    #[error("no channel \"{name}\"; the device has: {available}")]
+    NoChannel {
+        /// The name asked for.
+        name: String,
+        /// The channels that there are.
+        available: String,
+    },
+    /// A force law names an axis that the experiment does not have.
+    #[error("a force law acts on {found} axes, the device has {axes}")]
+    LawAxes {
+        /// Axes of the law.
+        found: usize,
+        /// Axes of the device.
+        axes: usize,
+    },
+}
+
+impl DeviceError {
+    pub(crate) fn value(what: impl Into<String>, value: f64, must: &'static str) -> Self {
+        DeviceError::Value { what: what.into(), value, must }
+    }
+
+    pub(crate) fn size(what: impl Into<String>, found: impl ToString, expected: impl ToString) -> Self {
+        DeviceError::Size { what: what.into(), found: found.to_string(), expected: expected.to_string() }
+    }
+}

@@ -1,0 +1,315 @@
+//! The linear human-machine model: what the simulation does for small motions.
+
+use crate::error::DeviceError;
+use crate::exponential::phi_functions;
+use crate::limb::{Impedance, Limb};
+use crate::matrix::inverse;
+use crate::robot::{Kinematics, Robot};
+use crate::transducer::Transducer;
+use ndarray::Array2;
+use num_complex::Complex64;
+use std::ops::Range;
+
+/// Gains and clock of the hold, as the linear model needs them.
+#[derive(Clone, Debug, PartialEq)]
+pub struct HoldGains {
+    /// Stiffness of each axis (N/m, N m/rad).
+    pub kp: Vec<f64>,
+    /// Damping of each axis (N s/m, N m s/rad).
+    pub kd: Vec<f64>,
+    /// Cut-off of the first-order Butterworth filter behind the velocity's backward difference (Hz).
+    pub velocity_cutoff_hz: f64,
+    /// Rate of the controller (Hz).
+    pub sample_rate_hz: f64,
+}
+
+/// The linear model of robot, hold, transducer and limb about the posture (Palazzolo et al. 2007, eq. 3).
+///
+/// States x = [δq, δq̇, x_h, ẋ_h], input the commanded force F_Δ, output the force F on the limb. A mean force adds nothing to
+/// the robot's rows: at rest F_c = F₀; it acts in the limb's stiffness.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Linearised {
+    /// State matrix A.
+    pub a: Array2<f64>,
+    /// Input matrix B.
+    pub b: Array2<f64>,
+    /// Output matrix C.
+    pub c: Array2<f64>,
+    /// Feed-through D, zero.
+    pub d: Array2<f64>,
+    /// The limb's matrices at the endpoint, the geometric stiffness of its mean force included.
+    pub limb: Impedance,
+    /// The limb's matrices in its joints and the Jacobian between, where it has joints.
+    pub limb_joints: Option<(Impedance, Array2<f64>)>,
+    /// Endpoint inertia of the robot Λ = (J H⁻¹ Jᵀ)⁻¹ (kg, kg m²).
+    pub robot_inertia: Array2<f64>,
+    /// The transducer between robot and limb.
+    pub transducer: Transducer,
+    /// The hold.
+    pub hold: HoldGains,
+    mass_matrix: Array2<f64>,
+    viscous: Vec<f64>,
+    jacobian: Array2<f64>,
+    sampled: Sampled,
+}
+
+/// Exact discrete-time model of the same: controller at its ticks, held commands, interval means.
+#[derive(Clone, Debug, PartialEq)]
+struct Sampled {
+    a: Array2<f64>,
+    b: Array2<f64>,
+    c: Array2<f64>,
+    d: Array2<f64>,
+}
+
+/// H, J and viscous friction at joint coordinates `q`.
+fn rigid_body(robot: &dyn Robot, q: &[f64]) -> (Array2<f64>, Array2<f64>) {
+    let (m, n) = (robot.axes().len(), q.len());
+    let mut kinematics = Kinematics::new(m, n);
+    robot.kinematics(q, &vec![0.0; n], &mut kinematics);
+    let mut mass = vec![0.0; n * n];
+    robot.mass_matrix(q, &mut mass);
+    let square = |data: &[f64], rows: usize| Array2::from_shape_fn((rows, n), |(i, j)| data[i * n + j]);
+    (square(&mass, n), square(&kinematics.jacobian, m))
+}
+
+/// Writes `block` into `out` with its corner at (`top`, `left`).
+fn put(out: &mut Array2<f64>, top: usize, left: usize, block: &Array2<f64>) {
+    for ((i, j), v) in block.indexed_iter() {
+        out[[top + i, left + j]] = *v;
+    }
+}
+
+/// Some rows of a matrix.
+fn rows(a: &Array2<Complex64>, range: Range<usize>) -> Array2<Complex64> {
+    Array2::from_shape_fn((range.len(), a.ncols()), |(i, j)| a[[range.start + i, j]])
+}
+
+/// A matrix of blocks; all blocks of a row share their height, all of a column their width.
+fn blocks(rows: &[&[Array2<f64>]]) -> Array2<f64> {
+    let height = rows.iter().map(|r| r[0].nrows()).sum();
+    let width = rows[0].iter().map(Array2::ncols).sum();
+    let mut out = Array2::zeros((height, width));
+    let mut top = 0;
+    for row in rows {
+        let (mut left, h) = (0, row[0].nrows());
+        for block in *row {
+            put(&mut out, top, left, block);
+            left += block.ncols();
+        }
+        top += h;
+    }
+    out
+}
+
+/// The linear part of the coupled system in its states [δq, q̇, e, ė], without hold.
+pub(crate) fn coupled_matrix(robot: &dyn Robot, limb: &dyn Limb, transducer: Transducer, q: &[f64]) -> Array2<f64> {
+    let (h, j) = rigid_body(robot, q);
+    let (n, m) = (j.ncols(), j.nrows());
+    let impedance = limb.linearised();
+    let eye = |n: usize| Array2::<f64>::eye(n);
+    let zero = |r: usize, c: usize| Array2::<f64>::zeros((r, c));
+    // A singular inertia gives no useful linear part; zero keeps the integrator right, only slower.
+    let h_inverse = inverse(&h).unwrap_or_else(|| zero(n, n));
+    let mobility = inverse(&impedance.inertia).unwrap_or_else(|| zero(m, m));
+    let viscous = Array2::from_diag(&ndarray::Array1::from(robot.joints().viscous.clone()));
+    let (k, b) = (transducer.stiffness, transducer.damping);
+    let reach = h_inverse.dot(&j.t());
+    let robot_rows = [zero(n, n), -h_inverse.dot(&viscous), reach.clone() * -k, reach.clone() * -b];
+    let (mk, mb) = (mobility.dot(&impedance.stiffness), mobility.dot(&impedance.damping));
+    let limb_rows = [-mk.dot(&j), -mb.dot(&j), &mobility * k + &mk, &mobility * b + &mb];
+    let deflection_rows: Vec<Array2<f64>> = robot_rows.iter().zip(&limb_rows).map(|(r, l)| j.dot(r) - l).collect();
+    blocks(&[&[zero(n, n), eye(n), zero(n, m), zero(n, m)], &robot_rows, &[zero(m, n), zero(m, n), zero(m, m), eye(m)], &deflection_rows])
+}
+
+fn complex(a: &Array2<f64>) -> Array2<Complex64> {
+    a.mapv(|v| Complex64::new(v, 0.0))
+}
+
+impl Linearised {
+    /// The model at joint coordinates `q` of the robot.
+    ///
+    /// # Errors
+    /// [`DeviceError`] if the robot is singular there or an inertia is not positive definite.
+    pub fn new(robot: &dyn Robot, limb: &dyn Limb, transducer: Transducer, hold: HoldGains, q: &[f64]) -> Result<Self, DeviceError> {
+        let (h, j) = rigid_body(robot, q);
+        let (n, m) = (j.ncols(), j.nrows());
+        let singular = |what: &str| DeviceError::Inertia(format!("{what} at the posture"));
+        let h_inverse = inverse(&h).ok_or_else(|| singular("the robot's mass matrix"))?;
+        let reach = h_inverse.dot(&j.t());
+        let robot_inertia = inverse(&j.dot(&reach)).ok_or_else(|| DeviceError::Reach {
+            who: "the robot".to_owned(),
+            target: q.to_vec(),
+            why: "its Jacobian is singular in this posture".to_owned(),
+        })?;
+        let impedance = limb.linearised();
+        let mobility = inverse(&impedance.inertia).ok_or_else(|| singular("the limb's inertia"))?;
+        let zero = |r: usize, c: usize| Array2::<f64>::zeros((r, c));
+        let diagonal = |v: &[f64]| Array2::from_diag(&ndarray::Array1::from(v.to_vec()));
+        let (kf, bf) = (transducer.stiffness, transducer.damping);
+        let eye = Array2::<f64>::eye(m);
+        let viscous = robot.joints().viscous.clone();
+        let stiffness = &eye * kf + diagonal(&hold.kp);
+        let damping = &eye * bf + diagonal(&hold.kd);
+        let a = blocks(&[
+            &[zero(n, n), Array2::eye(n), zero(n, m), zero(n, m)],
+            &[-reach.dot(&stiffness).dot(&j), -(reach.dot(&damping).dot(&j) + h_inverse.dot(&diagonal(&viscous))), reach.clone() * kf, reach.clone() * bf],
+            &[zero(m, n), zero(m, n), zero(m, m), eye.clone()],
+            &[
+                mobility.dot(&j) * kf,
+                mobility.dot(&j) * bf,
+                -mobility.dot(&(&eye * kf + &impedance.stiffness)),
+                -mobility.dot(&(&eye * bf + &impedance.damping)),
+            ],
+        ]);
+        let b = blocks(&[&[zero(n, m)], &[reach.clone()], &[zero(m, m)], &[zero(m, m)]]);
+        let c = blocks(&[&[j.clone() * kf, j.clone() * bf, &eye * -kf, &eye * -bf]]);
+        let open = coupled_matrix(robot, limb, transducer, q);
+        let sampled = Sampled::new(&open, &reach, &j, transducer, &hold);
+        Ok(Linearised {
+            a,
+            b,
+            c,
+            d: zero(m, m),
+            limb: impedance,
+            limb_joints: limb.joint_impedance(),
+            robot_inertia,
+            transducer,
+            hold,
+            mass_matrix: h,
+            viscous,
+            jacobian: j,
+            sampled,
+        })
+    }
+
+    /// The limb's dynamic compliance C = (M s² + B s + K)⁻¹ at `frequency_hz` (m/N), `None` where it is singular.
+    pub fn limb_compliance(&self, frequency_hz: f64) -> Option<Array2<Complex64>> {
+        let s = Complex64::new(0.0, std::f64::consts::TAU * frequency_hz);
+        let Impedance { inertia, damping, stiffness } = &self.limb;
+        inverse(&(complex(inertia) * (s * s) + complex(damping) * s + complex(stiffness)))
+    }
+
+    /// C + Z_f⁻¹: what force and the robot's motion show, the transducer's own compliance included.
+    pub fn compliance_with_transducer(&self, frequency_hz: f64) -> Option<Array2<Complex64>> {
+        let s = Complex64::new(0.0, std::f64::consts::TAU * frequency_hz);
+        let transducer = (self.transducer.damping * s + self.transducer.stiffness).inv();
+        let mut c = self.limb_compliance(frequency_hz)?;
+        c.diag_mut().mapv_inplace(|v| v + transducer);
+        Some(c)
+    }
+
+    /// Dynamic stiffness of robot and hold, Z_r = [J (H s² + B_v s)⁻¹ Jᵀ]⁻¹ + k_p + k_d s (N/m); with a continuous hold, as in eq. (3).
+    pub fn robot_stiffness(&self, frequency_hz: f64) -> Option<Array2<Complex64>> {
+        let s = Complex64::new(0.0, std::f64::consts::TAU * frequency_hz);
+        self.robot_stiffness_with(s, |i| self.hold.kd[i] * s + self.hold.kp[i])
+    }
+
+    /// Z_r with the hold as it is: backward difference, first-order Butterworth filter and zero-order hold of one sample.
+    pub fn sampled_robot_stiffness(&self, frequency_hz: f64) -> Option<Array2<Complex64>> {
+        let (fs, s) = (self.hold.sample_rate_hz, Complex64::new(0.0, std::f64::consts::TAU * frequency_hz));
+        let delay = (-s / fs).exp();
+        let (gain, pole) = velocity_filter(self.hold.velocity_cutoff_hz, fs);
+        let velocity = (Complex64::ONE - delay) * fs * gain * (Complex64::ONE + delay) / (Complex64::ONE - delay * pole);
+        let held = if frequency_hz == 0.0 { Complex64::ONE } else { (Complex64::ONE - delay) * fs / s };
+        self.robot_stiffness_with(s, |i| held * (self.hold.kd[i] * velocity + self.hold.kp[i]))
+    }
+
+    fn robot_stiffness_with(&self, s: Complex64, hold: impl Fn(usize) -> Complex64) -> Option<Array2<Complex64>> {
+        let mut free = complex(&self.mass_matrix) * (s * s);
+        for (j, b) in self.viscous.iter().enumerate() {
+            free[[j, j]] += s * b;
+        }
+        let j = complex(&self.jacobian);
+        let mut z =
+            if s == Complex64::ZERO { Array2::from_elem((j.nrows(), j.nrows()), Complex64::ZERO) } else { inverse(&j.dot(&inverse(&free)?).dot(&j.t()))? };
+        for i in 0..z.nrows() {
+            z[[i, i]] += hold(i);
+        }
+        Some(z)
+    }
+
+    /// T_model(f) = F/F_Δ of eq. (3): C (s − A)⁻¹ B + D.
+    pub fn force_response(&self, frequency_hz: f64) -> Option<Array2<Complex64>> {
+        let resolvent = self.resolvent(frequency_hz)?;
+        Some(complex(&self.c).dot(&resolvent) + complex(&self.d))
+    }
+
+    /// R_model(f): motion of the robot's endpoint over F_Δ (m/N).
+    pub fn motion_response(&self, frequency_hz: f64) -> Option<Array2<Complex64>> {
+        let n = self.jacobian.ncols();
+        Some(complex(&self.jacobian).dot(&rows(&self.resolvent(frequency_hz)?, 0..n)))
+    }
+
+    fn resolvent(&self, frequency_hz: f64) -> Option<Array2<Complex64>> {
+        let mut matrix = complex(&self.a) * -Complex64::ONE;
+        matrix.diag_mut().mapv_inplace(|v| v + Complex64::new(0.0, std::f64::consts::TAU * frequency_hz));
+        Some(inverse(&matrix)?.dot(&complex(&self.b)))
+    }
+
+    /// T and R between recorded samples, exact for small motions: sampled hold, held commands, interval means.
+    pub fn sampled_responses(&self, frequency_hz: f64) -> Option<(Array2<Complex64>, Array2<Complex64>)> {
+        let Sampled { a, b, c, d } = &self.sampled;
+        let z = Complex64::new(0.0, std::f64::consts::TAU * frequency_hz / self.hold.sample_rate_hz).exp();
+        let mut matrix = complex(a) * -Complex64::ONE;
+        matrix.diag_mut().mapv_inplace(|v| v + z);
+        let all = complex(c).dot(&inverse(&matrix)?).dot(&complex(b)) + complex(d);
+        let m = self.robot_inertia.nrows();
+        Some((rows(&all, 0..m), rows(&all, m..2 * m)))
+    }
+}
+
+/// Gain g and pole p of the first-order Butterworth low-pass g (1 + z⁻¹)/(1 − p z⁻¹).
+pub(crate) fn velocity_filter(cutoff_hz: f64, sample_rate_hz: f64) -> (f64, f64) {
+    let t = (std::f64::consts::PI * cutoff_hz / sample_rate_hz).tan();
+    (t / (1.0 + t), (1.0 - t) / (1.0 + t))
+}
+
+impl Sampled {
+    /// States [δq, q̇, e, ė, d₋, v₋, v_f₋] at the ticks; outputs mean force and mean endpoint displacement of the interval that follows.
+    fn new(open: &Array2<f64>, reach: &Array2<f64>, j: &Array2<f64>, transducer: Transducer, hold: &HoldGains) -> Self {
+        let (n, m, total) = (j.ncols(), j.nrows(), open.nrows());
+        let step = 1.0 / hold.sample_rate_hz;
+        let [exponential, first, second, ..] = phi_functions(&(open * step));
+        let mut input = Array2::zeros((total, m));
+        put(&mut input, n, 0, reach);
+        // The endpoint felt by the force feels J q̈ in the deflection too.
+        put(&mut input, 2 * n + m, 0, &j.dot(reach));
+        let (gamma, mean_gamma) = (first.dot(&input) * step, second.dot(&input) * step);
+
+        let (fs, (g, p)) = (hold.sample_rate_hz, velocity_filter(hold.velocity_cutoff_hz, hold.sample_rate_hz));
+        let size = total + 3 * m;
+        // Rows that read, from the augmented state, this tick's d, v and v_f, and the hold's force.
+        let mut position = Array2::<f64>::zeros((m, size));
+        put(&mut position, 0, 0, j);
+        let mut velocity = &position * fs;
+        let mut filtered = Array2::<f64>::zeros((m, size));
+        let mut force = Array2::<f64>::zeros((m, size));
+        for i in 0..m {
+            velocity[[i, total + i]] -= fs;
+            for k in 0..size {
+                filtered[[i, k]] = g * velocity[[i, k]];
+            }
+            filtered[[i, total + m + i]] += g;
+            filtered[[i, total + 2 * m + i]] += p;
+            for k in 0..size {
+                force[[i, k]] = -hold.kp[i] * position[[i, k]] - hold.kd[i] * filtered[[i, k]];
+            }
+        }
+        let mut plant = Array2::<f64>::zeros((total, size));
+        put(&mut plant, 0, 0, &exponential);
+        let next = plant + gamma.dot(&force);
+        let a = blocks(&[&[next], &[position.clone()], &[velocity], &[filtered]]);
+        let b = blocks(&[&[gamma], &[Array2::zeros((3 * m, m))]]);
+        let mut mean = Array2::<f64>::zeros((total, size));
+        put(&mut mean, 0, 0, &first);
+        let mean = mean + mean_gamma.dot(&force);
+        let mut read = Array2::<f64>::zeros((2 * m, total));
+        for i in 0..m {
+            read[[i, 2 * n + i]] = transducer.stiffness;
+            read[[i, 2 * n + m + i]] = transducer.damping;
+        }
+        put(&mut read, m, 0, j);
+        Sampled { a, b, c: read.dot(&mean), d: read.dot(&mean_gamma) }
+    }
+}

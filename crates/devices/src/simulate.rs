@@ -1,0 +1,232 @@
+//! One trial: controller at its ticks, mechanics in between, sensors at the end.
+
+use crate::controller::Hold;
+use crate::coupled::Coupled;
+use crate::error::DeviceError;
+use crate::experiment::Experiment;
+use crate::integrate::{Accuracy, Means, Stepper};
+use crate::matrix::{add_transposed, multiply};
+use crate::noise::low_pass_noise;
+use crate::robot::Kinematics;
+use crate::sensors::{Averaging, encoder_step, quantise};
+use ndof_models::{ForceLaw, Stage};
+use ndof_signal::{Channel, Quantity, Recording, Unit};
+use rand::{RngExt, SeedableRng};
+use rand_chacha::ChaCha8Rng;
+use rand_distr::StandardNormal;
+
+/// Makes a stage in its initial state, once a trial.
+pub type StageMaker = Box<dyn Fn() -> Box<dyn Stage> + Send + Sync>;
+
+/// What acts in a simulation over and above the experiment: hidden effects, given as mechanics and stages.
+pub struct Extras {
+    /// Force laws on the limb, felt on the endpoint's axes.
+    pub limb: Vec<Box<dyn ForceLaw>>,
+    /// Force laws on the robot's endpoint, between command and transducer.
+    pub robot: Vec<Box<dyn ForceLaw>>,
+    /// Stages by recorded channel (`force_x`, `pos_y`, …), in order, after noise and quantisation.
+    pub sensors: Vec<(String, StageMaker)>,
+    /// Stages by axis between commanded and applied force.
+    pub actuators: Vec<(String, StageMaker)>,
+    /// Force noise of the limb in place of the experiment's, for some axes: axis, rms, cut-off (Hz).
+    pub limb_noise: Vec<(String, f64, f64)>,
+    /// Accuracy of the integration.
+    pub accuracy: Accuracy,
+}
+
+impl Default for Extras {
+    fn default() -> Self {
+        Extras { limb: Vec::new(), robot: Vec::new(), sensors: Vec::new(), actuators: Vec::new(), limb_noise: Vec::new(), accuracy: Accuracy::Relative(1e-6) }
+    }
+}
+
+/// Random streams of a trial; each draws from its own so that switching one off leaves the others.
+const STREAMS_PER_TRIAL: u64 = 64;
+
+fn stream(seed: u64, trial: usize, which: usize) -> ChaCha8Rng {
+    let mut rng = ChaCha8Rng::seed_from_u64(seed);
+    rng.set_stream(trial as u64 * STREAMS_PER_TRIAL + which as u64);
+    rng
+}
+
+/// Simulates trial `trial` under `commanded` forces (axis × sample, the discarded stretch first) and returns the recording.
+///
+/// Channels, for each axis in order: `cmd_*`, then `force_*` (or `torque_*`), then `pos_*` (or `angle_*`). Row k is the mean
+/// over the interval in which command k was held; with instant sampling the value just before that command.
+///
+/// # Errors
+/// [`DeviceError`] if parts do not fit, or the motion diverges.
+pub fn simulate_trial(experiment: &Experiment, commanded: &[Vec<f64>], extras: &Extras, trial: usize) -> Result<Recording, DeviceError> {
+    let bench = experiment.build()?;
+    let (robot, limb) = (bench.device.robot.as_ref(), bench.limb.as_ref());
+    let (n, m) = (bench.rest.len(), robot.axes().len());
+    let (discarded, recorded) = experiment.samples();
+    let total = discarded + recorded;
+    if commanded.len() != m || commanded.iter().any(|c| c.len() != total) {
+        let found_samples = commanded.iter().map(Vec::len).find(|l| *l != total).unwrap_or(total);
+        return Err(DeviceError::Excitation { found_axes: commanded.len(), found_samples, axes: m, samples: total });
+    }
+    let (fs, defaults) = (experiment.sample_rate_hz, bench.device.defaults);
+    let noise = limb_noise(experiment, extras, trial, total, robot.axes().iter().map(|a| a.name.as_str()))?;
+    let mut actuators = stages(&extras.actuators, robot.axes().iter().map(|a| a.name.clone()).collect())?;
+
+    let laws = [extras.robot.as_slice(), extras.limb.as_slice()];
+    let shortest = Stepper::shortest_step_s(1.0 / fs, extras.accuracy);
+    let mut system = Coupled::new(robot, limb, bench.device.transducer, laws, bench.rest.clone(), shortest);
+    let mut stepper = Stepper::new(&system, 1.0 / fs, extras.accuracy);
+    let mut y = stepper.state(&system.equilibrium());
+    let mut means = Means::new(m, n);
+
+    let steps: Vec<f64> = robot.joints().encoder_range.iter().map(|r| encoder_step(experiment.sensors.encoder_bits, *r)).collect();
+    let limits = robot.joints().torque_limit.clone();
+    let mut measured = Kinematics::new(m, n);
+    let mut angles = vec![0.0; n];
+    let still = vec![0.0; n];
+    let read = |y: &[f64], angles: &mut [f64]| {
+        for j in 0..n {
+            angles[j] = quantise(bench.rest[j] + y[j], steps[j]);
+        }
+    };
+    read(&y, &mut angles);
+    robot.kinematics(&angles, &still, &mut measured);
+    let bias = if experiment.controller.hold && experiment.controller.compensate_mean_force { limb.mean_force().to_vec() } else { vec![0.0; m] };
+    let force_limit = experiment.controller.force_limit.unwrap_or(defaults.force_limit);
+    let mut hold = Hold::new(bench.hold.clone(), &system.rest_endpoint, &measured.endpoint, bias, force_limit);
+
+    let mut force = vec![Vec::with_capacity(recorded); m];
+    let mut position = vec![Vec::with_capacity(recorded); m];
+    let mut correction = vec![0.0; n];
+    let mut shift = vec![0.0; m];
+    for k in 0..total {
+        let time_s = (k as f64 - discarded as f64) / fs;
+        read(&y, &mut angles);
+        robot.kinematics(&angles, &still, &mut measured);
+        let command = hold.step(&measured.endpoint, |i| commanded[i][k]);
+        for (axis, stage) in &mut actuators {
+            command[*axis] = stage.step(command[*axis]);
+        }
+        system.torque.fill(0.0);
+        add_transposed(&measured.jacobian, command, 1.0, &mut system.torque);
+        for (torque, limit) in system.torque.iter_mut().zip(&limits) {
+            *torque = torque.clamp(-limit, *limit);
+        }
+        for (w, noise) in system.limb_force.iter_mut().zip(&noise) {
+            *w = noise.as_ref().map_or(0.0, |n| n[k]);
+        }
+        let instant = experiment.sensors.averaging == Averaging::Instant;
+        if instant && k >= discarded {
+            for i in 0..m {
+                let (e, rate) = (y[2 * n + i], y[2 * n + m + i]);
+                force[i].push(system.transducer.stiffness * e + system.transducer.damping * rate);
+                position[i].push(measured.endpoint[i]);
+            }
+        }
+        stepper.interval(&mut system, time_s, &mut y, &mut means);
+        if !y.iter().all(|v| v.is_finite()) {
+            return Err(DeviceError::Diverged { trial, time_s });
+        }
+        if !instant && k >= discarded {
+            // The encoders' steps, carried from the mean angles to the mean position.
+            for j in 0..n {
+                correction[j] = quantise(means.joints[j], steps[j]) - means.joints[j];
+            }
+            multiply(&measured.jacobian, &correction, &mut shift);
+            for i in 0..m {
+                force[i].push(means.force[i]);
+                position[i].push(means.endpoint[i] + shift[i]);
+            }
+        }
+    }
+    record(experiment, commanded, extras, trial, &bench, [force, position])
+}
+
+/// Adds the sensors' noise, steps and stages, and names the channels.
+fn record(
+    experiment: &Experiment,
+    commanded: &[Vec<f64>],
+    extras: &Extras,
+    trial: usize,
+    bench: &crate::experiment::Bench,
+    [mut force, position]: [Vec<Vec<f64>>; 2],
+) -> Result<Recording, DeviceError> {
+    let axes = bench.device.robot.axes();
+    let rms = experiment.sensors.force_noise_rms.unwrap_or(bench.device.defaults.force_noise_rms);
+    let quantum = experiment.sensors.force_quantum.unwrap_or(bench.device.defaults.force_quantum);
+    for (what, value) in [("sensors.force_noise_rms", rms), ("sensors.force_quantum", quantum)] {
+        if !(value.is_finite() && value >= 0.0) {
+            return Err(DeviceError::value(what, value, "zero or positive"));
+        }
+    }
+    for (i, samples) in force.iter_mut().enumerate() {
+        let mut rng = stream(experiment.seed, trial, axes.len() + i);
+        for sample in samples {
+            let noise: f64 = rng.sample(StandardNormal);
+            *sample = quantise(*sample + rms * noise, quantum);
+        }
+    }
+    let (discarded, _) = experiment.samples();
+    let (mut commands, mut forces, mut positions) = (Vec::new(), Vec::new(), Vec::new());
+    for (((axis, command), force), position) in axes.iter().zip(commanded).zip(force).zip(position) {
+        let turning = axis.rotational;
+        let (effort, motion) = (Unit::si(Quantity::Effort, turning), Unit::si(Quantity::Displacement, turning));
+        let [f, p] = if turning { ["torque", "angle"] } else { ["force", "pos"] };
+        commands.push(Channel::new(format!("cmd_{}", axis.name), effort.clone(), command[discarded..].to_vec()));
+        forces.push(Channel::new(format!("{f}_{}", axis.name), effort, force));
+        positions.push(Channel::new(format!("{p}_{}", axis.name), motion, position));
+    }
+    let mut channels: Vec<Channel> = commands.into_iter().chain(forces).chain(positions).collect();
+    for (index, mut stage) in stages(&extras.sensors, channels.iter().map(|c| c.name.clone()).collect())? {
+        channels[index].samples.iter_mut().for_each(|s| *s = stage.step(*s));
+    }
+    Recording::new(experiment.sample_rate_hz, channels).map_err(|e| DeviceError::Missing(e.to_string()))
+}
+
+/// Fresh stages with the index of their channel among `names`.
+fn stages(makers: &[(String, StageMaker)], names: Vec<String>) -> Result<Vec<(usize, Box<dyn Stage>)>, DeviceError> {
+    makers
+        .iter()
+        .map(|(name, make)| {
+            let index = names.iter().position(|n| n == name);
+            let index = index.ok_or_else(|| DeviceError::NoChannel { name: name.clone(), available: names.join(", ") })?;
+            Ok((index, make()))
+        })
+        .collect()
+}
+
+/// The limb's own force, one signal an axis, `None` where it makes none.
+fn limb_noise<'a>(
+    experiment: &Experiment,
+    extras: &Extras,
+    trial: usize,
+    count: usize,
+    axes: impl Iterator<Item = &'a str>,
+) -> Result<Vec<Option<Vec<f64>>>, DeviceError> {
+    let axes: Vec<&str> = axes.collect();
+    let mut levels = vec![None; axes.len()];
+    if let Some(noise) = experiment.limb.noise() {
+        let rms = noise.rms_n.values(axes.len()).ok_or_else(|| DeviceError::size("limb.noise.rms_n", "another number of axes", axes.len()))?;
+        levels = rms.into_iter().map(|rms| Some((rms, noise.cutoff_hz))).collect();
+    }
+    for (name, rms, cutoff) in &extras.limb_noise {
+        let index = axes.iter().position(|a| a == name);
+        let index = index.ok_or_else(|| DeviceError::NoChannel { name: name.clone(), available: axes.join(", ") })?;
+        levels[index] = Some((*rms, *cutoff));
+    }
+    levels
+        .into_iter()
+        .enumerate()
+        .map(|(i, level)| match level {
+            Some((rms, cutoff)) => {
+                if !(rms.is_finite() && rms >= 0.0) {
+                    return Err(DeviceError::value("limb.noise.rms_n", rms, "zero or positive"));
+                }
+                if !(cutoff > 0.0 && cutoff < experiment.sample_rate_hz / 2.0) {
+                    return Err(DeviceError::value("limb.noise.cutoff_hz", cutoff, "between 0 and half of the sample rate"));
+                }
+                let mut rng = stream(experiment.seed, trial, i);
+                Ok((rms > 0.0).then(|| low_pass_noise(&mut rng, rms, cutoff, experiment.sample_rate_hz, count)))
+            }
+            None => Ok(None),
+        })
+        .collect()
+}
