@@ -154,6 +154,7 @@ class Panel {
     for (const path of this.paths) {
       if (path.style.display === 'none') continue;
       const [label, kind, color] = meta.series[path.dataset.s];
+      if (kind === 'area') continue;
       let best = null, distance = reach;
       for (const p of this.points(path)) {
         const away = meta.equal ? Math.hypot(p[0] - px, p[1] - py) : Math.abs(p[0] - px);

@@ -84,6 +84,13 @@ pub struct ResponseCurves {
     pub curves: Vec<Curve>,
 }
 
+impl ResponseCurves {
+    /// Unit of one element.
+    pub(super) fn unit_of(&self, row: usize, column: usize) -> &str {
+        self.element_units.as_ref().and_then(|units| units.get(row)?.get(column)).unwrap_or(&self.unit)
+    }
+}
+
 /// The Bode matrix: in row p and column q the gain (log-log) and the phase of H_pq(f), bands at 95 %.
 ///
 /// Phase is wrapped to that turn in which its curve is cut least often, so that a response around −180° does not
@@ -110,7 +117,7 @@ pub fn bode(name: &str, data: &ResponseCurves) -> Result<Figure, FigureError> {
     ));
     for (row, output) in data.outputs.iter().enumerate() {
         for (column, input) in data.inputs.iter().enumerate() {
-            let unit = data.element_units.as_ref().and_then(|units| units.get(row)?.get(column)).unwrap_or(&data.unit);
+            let unit = data.unit_of(row, column);
             let mut gain = Panel::new(frequency_axis(band), Axis::log("Gain", unit)).height(gain_height);
             if let Some((low, high)) = gains {
                 gain.y = gain.y.range(low, high);
@@ -143,7 +150,7 @@ pub(super) fn element(table: &Array3<f64>, row: usize, column: usize) -> ArrayVi
     table.index_axis(Dimension(0), row).index_axis_move(Dimension(0), column)
 }
 
-fn check(curve: &Curve, shape: &[usize]) -> Result<(), FigureError> {
+pub(super) fn check(curve: &Curve, shape: &[usize]) -> Result<(), FigureError> {
     let tables = [("gain", Some(&curve.gain)), ("phase", Some(&curve.phase_rad))]
         .into_iter()
         .chain(curve.gain_ci95.iter().flat_map(|(low, high)| [("lower gain", Some(low)), ("upper gain", Some(high))]))

@@ -1,8 +1,20 @@
 //! The pictures of this field, each from plain data to a [`Figure`](crate::Figure).
 
 mod bode;
+mod coherence;
+mod ellipse;
 mod error;
 mod frequency;
+mod nyquist;
+mod residual;
+mod spectra;
+mod traces;
 
 pub use bode::{Curve, CurveStyle, ResponseCurves, bode};
+pub use coherence::{Coherences, coherence, input_coherence};
+pub use ellipse::{Ellipse, axes as ellipse_axes, ellipse};
 pub use error::FigureError;
+pub use nyquist::nyquist;
+pub use residual::{Residual, residual};
+pub use spectra::{Spectrum, spectra};
+pub use traces::{Trace, Traces, traces};

@@ -35,7 +35,7 @@ fn table_over(figure: &Figure, cell: &Cell, x: &Arc<[f64]>, rows: usize) -> Tabl
     table.rows = picked.iter().map(|&k| vec![significant(x[k], 3)]).collect();
     for panel in &cell.panels {
         let mut labels: Vec<&str> = Vec::new();
-        for series in panel.series.iter().filter(|series| series.mark.x() == x) {
+        for series in panel.series.iter().filter(|series| series.mark.x() == x && !matches!(series.mark, Mark::Area { .. })) {
             if !labels.contains(&series.label.as_str()) {
                 labels.push(&series.label);
             }
@@ -61,6 +61,7 @@ fn value_and_interval(panel: &Panel, label: &str, x: &Arc<[f64]>, k: usize) -> S
                     words.insert(0, significant(*value, 3));
                 }
             }
+            Mark::Area { .. } => {}
             Mark::Band { low, high, .. } => {
                 if let (Some(low), Some(high)) = (low.get(k), high.get(k)) {
                     words.push(format!("[{}, {}]", significant(*low, 3), significant(*high, 3)));

@@ -83,7 +83,7 @@ pub(crate) fn draw_panel(panel: &Panel, width: f64, labelled: bool) -> PanelFram
     let mut body = frame(&at, &x_ticks, &y_ticks, labelled);
     body += &format!("<svg class=\"data\" x=\"{}\" y=\"{}\" width=\"{}\" height=\"{}\"><g class=\"view\">", px(LEFT), px(TOP), px(plot_width), px(plot_height));
     body += &annotations(&at);
-    let bands_first = |is_band: bool| panel.series.iter().enumerate().filter(move |(_, series)| matches!(series.mark, Mark::Band { .. }) == is_band);
+    let bands_first = |is_band: bool| panel.series.iter().enumerate().filter(move |(_, series)| series.mark.is_filled() == is_band);
     for (index, series) in bands_first(true).chain(bands_first(false)) {
         body += &draw_series(&at, series, index);
     }
@@ -108,7 +108,7 @@ fn ranges(panel: &Panel) -> ((f64, f64), (f64, f64)) {
     let x = panel.x.resolve(panel.series.iter().flat_map(|series| series.mark.x().iter().copied()).chain(spans));
     let x = if panel.equal_aspect { panel.x.widened(x, 0.06) } else { x };
     let inside = |band: bool| {
-        panel.series.iter().filter(move |series| matches!(series.mark, Mark::Band { .. }) == band).flat_map(move |series| {
+        panel.series.iter().filter(move |series| series.mark.is_filled() == band).flat_map(move |series| {
             series
                 .mark
                 .columns()
@@ -235,6 +235,13 @@ fn draw_series(at: &Placement, series: &Series, index: usize) -> String {
         Mark::Points { x, y } => {
             let dots = x.iter().zip(y).map(|(&x_k, &y_k)| (at.x(x_k), at.y(y_k))).filter(|point| point.0.is_finite() && point.1.is_finite());
             ("points", dots.map(|(x, y)| format!("M{} {}h0", px(x), px(y))).collect())
+        }
+        Mark::Area { x, y } => {
+            let rings = runs(x.iter().zip(y).map(|(&x_k, &y_k)| {
+                let point = (at.x(x_k), at.y(y_k));
+                (point.0.is_finite() && point.1.is_finite()).then_some(point)
+            }));
+            ("band", rings.iter().map(|ring| polyline(ring) + "Z").collect::<String>())
         }
         Mark::Band { x, low, high } => {
             let runs = runs(x.iter().zip(low).zip(high).enumerate().map(|(k, ((&x_k, &low_k), &high_k))| {

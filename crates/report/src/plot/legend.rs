@@ -34,7 +34,7 @@ pub(crate) fn legend_entries(figure: &Figure) -> Vec<LegendEntry> {
                 entry.dash = series.dash;
             }
             Mark::Points { .. } => entry.points = true,
-            Mark::Band { .. } => entry.band = true,
+            Mark::Band { .. } | Mark::Area { .. } => entry.band = true,
         }
     }
     entries

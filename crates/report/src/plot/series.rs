@@ -39,6 +39,13 @@ pub enum Mark {
         /// Upper ends.
         high: Vec<f64>,
     },
+    /// What closed outlines enclose (even-odd); outlines are separated by NaN, e.g. the ring between two ellipses.
+    Area {
+        /// Abscissae.
+        x: Arc<[f64]>,
+        /// Ordinates.
+        y: Vec<f64>,
+    },
 }
 
 impl Mark {
@@ -48,20 +55,26 @@ impl Mark {
             Mark::Points { .. } => "points",
             Mark::Steps { .. } => "steps",
             Mark::Band { .. } => "band",
+            Mark::Area { .. } => "area",
         }
     }
 
     pub(crate) fn x(&self) -> &Arc<[f64]> {
         match self {
-            Mark::Line { x, .. } | Mark::Points { x, .. } | Mark::Band { x, .. } => x,
+            Mark::Line { x, .. } | Mark::Points { x, .. } | Mark::Band { x, .. } | Mark::Area { x, .. } => x,
             Mark::Steps { edges, .. } => edges,
         }
+    }
+
+    /// Filled rather than drawn: it stands behind all lines.
+    pub(crate) fn is_filled(&self) -> bool {
+        matches!(self, Mark::Band { .. } | Mark::Area { .. })
     }
 
     /// The columns of ordinates: one, or lower and upper end.
     pub(crate) fn columns(&self) -> Vec<(&'static str, &[f64])> {
         match self {
-            Mark::Line { y, .. } | Mark::Points { y, .. } | Mark::Steps { y, .. } => vec![("", y)],
+            Mark::Line { y, .. } | Mark::Points { y, .. } | Mark::Steps { y, .. } | Mark::Area { y, .. } => vec![("", y)],
             Mark::Band { low, high, .. } => vec![("low", low), ("high", high)],
         }
     }
@@ -103,6 +116,11 @@ impl Series {
     /// A band.
     pub fn band(label: impl Into<String>, x: impl Into<Arc<[f64]>>, low: Vec<f64>, high: Vec<f64>, color: Color) -> Self {
         Self::new(label, Mark::Band { x: x.into(), low, high }, color)
+    }
+
+    /// The inside of closed outlines.
+    pub fn area(label: impl Into<String>, x: impl Into<Arc<[f64]>>, y: Vec<f64>, color: Color) -> Self {
+        Self::new(label, Mark::Area { x: x.into(), y }, color)
     }
 
     /// With another dash.

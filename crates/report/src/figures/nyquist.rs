@@ -1,0 +1,86 @@
+//! Responses in the complex plane.
+
+use super::bode::{ResponseCurves, check, element};
+use super::error::FigureError;
+use crate::plot::{Axis, Figure, Panel, Pin, Series};
+
+/// Frequencies that are named along the first curve.
+const MARKED_HZ: [f64; 7] = [0.5, 1.0, 2.0, 5.0, 10.0, 20.0, 50.0];
+
+/// The Nyquist matrix: imaginary over real part, with equal units on both axes; some frequencies are named along
+/// the last curve (the model, where there is one).
+///
+/// # Errors
+/// As [`bode`](super::bode).
+pub fn nyquist(name: &str, data: &ResponseCurves) -> Result<Figure, FigureError> {
+    let shape = [data.outputs.len(), data.inputs.len(), data.frequency_hz.len()];
+    if shape.contains(&0) {
+        return Err(FigureError::Empty { what: "the list of outputs, of inputs or of frequencies" });
+    }
+    for curve in &data.curves {
+        check(curve, &shape)?;
+    }
+    let mut figure = Figure::new(name, format!("{} in the complex plane", data.quantity))
+        .columns(data.inputs.len())
+        .caption("Imaginary over real part; small numbers are frequencies in hertz.");
+    for (row, output) in data.outputs.iter().enumerate() {
+        for (column, input) in data.inputs.iter().enumerate() {
+            let unit = data.unit_of(row, column);
+            let mut panel = Panel::new(Axis::linear("Real part", unit), Axis::linear("Imaginary part", unit));
+            panel.equal_aspect = true;
+            for (index, curve) in data.curves.iter().enumerate() {
+                let polar = || element(&curve.gain, row, column).into_iter().zip(element(&curve.phase_rad, row, column)).zip(&data.frequency_hz);
+                let usable = |frequency: f64| frequency > 0.0;
+                let real: Vec<f64> = polar().map(|((gain, phase), &f)| if usable(f) { gain * phase.cos() } else { f64::NAN }).collect();
+                let imaginary: Vec<f64> = polar().map(|((gain, phase), &f)| if usable(f) { gain * phase.sin() } else { f64::NAN }).collect();
+                if index + 1 == data.curves.len() {
+                    panel.pins = pins(&data.frequency_hz, &real, &imaginary);
+                }
+                panel.series.push(Series::line(curve.label.as_str(), real, imaginary, curve.style.color).dash(curve.style.dash));
+            }
+            figure = figure.panel(format!("{output} ← {input}"), panel);
+        }
+    }
+    Ok(figure)
+}
+
+/// Names of round frequencies, at the nearest bin no further off than 5 %.
+fn pins(frequency_hz: &[f64], real: &[f64], imaginary: &[f64]) -> Vec<Pin> {
+    let nearest = |wanted: f64| {
+        let k = (0..frequency_hz.len()).min_by(|&a, &b| (frequency_hz[a] - wanted).abs().total_cmp(&(frequency_hz[b] - wanted).abs()))?;
+        ((frequency_hz[k] - wanted).abs() <= 0.05 * wanted).then_some(Pin { x: real[k], y: imaginary[k], label: wanted.to_string() })
+    };
+    MARKED_HZ.into_iter().filter_map(nearest).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use ndarray::Array3;
+    use num_complex::Complex64;
+
+    use super::*;
+    use crate::figures::{Curve, CurveStyle};
+    use crate::plot::Mark;
+
+    #[test]
+    fn a_first_order_lag_is_half_a_circle() {
+        let frequency_hz: Vec<f64> = (0..400).map(|k| 0.1 * f64::from(k)).collect();
+        let response = Array3::from_shape_fn((1, 1, 400), |(_, _, k)| 1.0 / Complex64::new(1.0, frequency_hz[k]));
+        let data = ResponseCurves {
+            quantity: "Gain".into(),
+            unit: String::new(),
+            element_units: None,
+            frequency_hz,
+            inputs: vec!["u".into()],
+            outputs: vec!["y".into()],
+            curves: vec![Curve::from_response("lag", &response, CurveStyle::FITTED)],
+        };
+        let figure = nyquist("nyquist", &data).unwrap();
+        let panel = &figure.cells[0].panels[0];
+        let Mark::Line { x, y } = &panel.series[0].mark else { panic!("a line") };
+        assert!(x[0].is_nan(), "0 Hz is left out");
+        // |H - 1/2| = 1/2 for 1 / (1 + jf), to round-off.
+        assert!(x.iter().zip(y).skip(1).all(|(re, im)| ((re - 0.5).hypot(*im) - 0.5).abs() < 1e-14));
+        assert!(panel.equal_aspect && panel.pins.iter().any(|pin| pin.label == "5"));
+    }
+}

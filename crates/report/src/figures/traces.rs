@@ -1,0 +1,93 @@
+//! Signals over time, measured and simulated.
+
+use std::sync::Arc;
+
+use super::error::{FigureError, expect_shape};
+use crate::plot::{Axis, Color, Dash, Figure, Panel, Series, Span};
+
+/// One channel; NaN where there is no value.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Trace {
+    /// Its name.
+    pub label: String,
+    /// Its unit.
+    pub unit: String,
+    /// As recorded.
+    pub measured: Vec<f64>,
+    /// As the model says.
+    pub simulated: Option<Vec<f64>>,
+}
+
+/// Channels of one recording.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Traces {
+    /// Samples per second.
+    pub sample_rate_hz: f64,
+    /// Time of the first sample.
+    pub start_s: f64,
+    /// From top to bottom.
+    pub traces: Vec<Trace>,
+    /// A stretch that is shown enlarged beside the whole.
+    pub detail_s: Option<(f64, f64)>,
+    /// The stretch that was held out from estimation.
+    pub held_out_s: Option<(f64, f64)>,
+}
+
+/// Channels below each other over one time axis, each with its detail beside it where one is asked for.
+///
+/// # Errors
+/// [`FigureError::Shape`] where a simulated trace is not as long as the measured one.
+pub fn traces(name: &str, title: &str, data: &Traces) -> Result<Figure, FigureError> {
+    let columns = if data.detail_s.is_some() { 2 } else { 1 };
+    let mut figure = Figure::new(name, title).columns(columns);
+    let longest = data.traces.iter().map(|trace| trace.measured.len()).max().unwrap_or(0);
+    let time: Arc<[f64]> = (0..longest).map(|k| data.start_s + k as f64 / data.sample_rate_hz).collect();
+    let whole = (data.start_s, data.start_s + longest as f64 / data.sample_rate_hz);
+    for trace in &data.traces {
+        if let Some(simulated) = &trace.simulated {
+            expect_shape(format!("the simulated \"{}\"", trace.label), "samples", &[trace.measured.len()], &[simulated.len()])?;
+        }
+        for (link, range) in std::iter::once(whole).chain(data.detail_s).enumerate() {
+            let mut panel = Panel::new(Axis::linear("Time", "s").range(range.0, range.1), Axis::linear("", trace.unit.as_str())).height(95.0);
+            panel.link = link;
+            panel.y.label = trace.label.clone();
+            panel.series.push(Series::line("measured", time.clone(), trace.measured.clone(), Color::Blue));
+            if let Some(simulated) = &trace.simulated {
+                panel.series.push(Series::line("simulated", time.clone(), simulated.clone(), Color::Vermillion).dash(Dash::Dashed));
+            }
+            if let Some((from, to)) = data.held_out_s.filter(|_| link == 0) {
+                panel.spans.push(Span { from, to, label: "held out".into() });
+            }
+            figure = figure.panel("", panel);
+        }
+    }
+    Ok(figure)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn data() -> Traces {
+        let measured: Vec<f64> = (0..1000).map(|k| (0.05 * f64::from(k)).sin()).collect();
+        let force = Trace { label: "force_x".into(), unit: "N".into(), measured: measured.clone(), simulated: None };
+        let position = Trace { label: "pos_x".into(), unit: "m".into(), simulated: Some(measured.clone()), measured };
+        Traces { sample_rate_hz: 100.0, start_s: 2.0, traces: vec![force, position], detail_s: Some((3.0, 4.0)), held_out_s: Some((9.0, 12.0)) }
+    }
+
+    #[test]
+    fn whole_and_detail_stand_beside_each_other_and_zoom_apart() {
+        let figure = traces("traces", "Signals", &data()).unwrap();
+        assert_eq!((figure.cells.len(), figure.columns), (4, 2));
+        let ranges: Vec<_> = figure.cells.iter().map(|cell| (cell.panels[0].x.range, cell.panels[0].link)).collect();
+        assert_eq!(ranges, [(Some((2.0, 12.0)), 0), (Some((3.0, 4.0)), 1), (Some((2.0, 12.0)), 0), (Some((3.0, 4.0)), 1)]);
+        assert!(figure.to_svg().contains("held out"));
+    }
+
+    #[test]
+    fn a_simulation_of_another_length_is_refused_by_name() {
+        let mut wrong = data();
+        wrong.traces[1].simulated = Some(vec![0.0; 7]);
+        assert!(traces("t", "", &wrong).unwrap_err().to_string().contains("pos_x"));
+    }
+}
