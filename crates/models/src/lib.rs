@@ -4,6 +4,7 @@
 //! [`FrequencyResponse`](ndof_sysid::FrequencyResponse) with the covariance that the estimator gave.
 
 mod axis;
+pub mod effects;
 mod fit;
 mod force_law;
 mod inertia_damping_stiffness;
