@@ -54,19 +54,28 @@ static FORMATS: &[Format] = &[
         name: "NPZ",
         suffixes: &["npz"],
         feature: "npz",
-        built_in: false,
+        built_in: cfg!(feature = "npz"),
         writes: true,
         is: |bytes| bytes.starts_with(b"PK\x03\x04") || bytes.starts_with(b"PK\x05\x06"),
+        #[cfg(feature = "npz")]
+        reader: Some(crate::npz::read),
+        #[cfg(feature = "npz")]
+        writer: Some(crate::npz::write),
+        #[cfg(not(feature = "npz"))]
         reader: None,
+        #[cfg(not(feature = "npz"))]
         writer: None,
     },
     Format {
         name: "MAT v5",
         suffixes: &["mat"],
         feature: "mat",
-        built_in: false,
+        built_in: cfg!(feature = "mat"),
         writes: false,
         is: |bytes| bytes.starts_with(b"MATLAB 5.0 MAT-file"),
+        #[cfg(feature = "mat")]
+        reader: Some(crate::mat::read),
+        #[cfg(not(feature = "mat"))]
         reader: None,
         writer: None,
     },

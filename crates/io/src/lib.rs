@@ -14,14 +14,22 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
+#[cfg(any(feature = "npz", feature = "mat"))]
+mod arrays;
 mod assemble;
 mod atomic;
+#[cfg(any(feature = "npz", feature = "mat"))]
+mod budget;
 #[cfg(feature = "csv")]
 mod csv;
 mod error;
 mod formats;
 mod limits;
+#[cfg(feature = "mat")]
+mod mat;
 mod note;
+#[cfg(feature = "npz")]
+mod npz;
 mod options;
 mod read;
 mod resample;

@@ -42,6 +42,11 @@ pub(crate) fn split_name(text: &str) -> (&str, Option<&str>) {
     (text, None)
 }
 
+/// The unit that a written symbol is read as.
+pub(crate) fn read_back(symbol: &str) -> Unit {
+    Unit::parse(symbol).map_or_else(|_| Unit::other(symbol), |(unit, _)| unit)
+}
+
 /// The unit of a channel and the factor to it, with a note where something was converted, inferred or not understood.
 pub(crate) fn resolve(file: &str, name: &str, given: Option<&str>, options: &ReadOptions, notes: &mut Vec<Note>) -> Result<(Unit, f64), IoError> {
     if let Some(text) = options.units.get(name) {

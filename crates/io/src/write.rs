@@ -15,7 +15,8 @@ use std::path::Path;
 /// use ndof_signal::{Channel, Recording, Unit};
 /// let channel = Channel::new("force_x", Unit::parse("N")?.0, vec![0.1, 0.2]);
 /// let recording = Recording::new(500.0, vec![channel])?;
-/// let path = tempfile::tempdir()?.keep().join("trial.csv");
+/// let dir = tempfile::tempdir()?;
+/// let path = dir.path().join("trial.csv");
 /// ndof_io::write(&path, &recording)?;
 /// assert_eq!(ndof_io::read(&path, &Default::default())?.recording, recording);
 /// # Ok::<(), Box<dyn std::error::Error>>(())

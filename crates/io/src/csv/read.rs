@@ -6,6 +6,7 @@ use crate::assemble::is_time;
 use crate::error::{IoError, Place};
 use crate::note::Note;
 use crate::table::{Column, Rounding, Table};
+use std::borrow::Cow;
 use std::collections::BTreeMap;
 
 /// What people and programs write where a sample is missing.
@@ -155,9 +156,9 @@ impl<'a> Rows<'a> {
         } else if text.contains('.') {
             self.first_point.get_or_insert(line);
         }
-        let written = if comma { text.replacen(',', ".", 1) } else { text.to_owned() };
+        let written: Cow<'_, str> = if comma { text.replacen(',', ".", 1).into() } else { text.into() };
         let allowed = !comma || matches!(self.separator, Separator::Sign(';' | '\t') | Separator::Spaces);
-        let value = if allowed && !written.contains("_") { written.parse::<f64>().ok() } else { None };
+        let value = if allowed && !written.contains('_') { written.parse::<f64>().ok() } else { None };
         let hint = match value {
             Some(value) => match (self.first_comma, self.first_point) {
                 (Some(comma), Some(point)) => {
@@ -192,7 +193,7 @@ impl<'a> Rows<'a> {
             notes.push(Note::new("empty-rows", format!("empty cells from line {line} to the end were left out"), "delete these lines"));
         }
         if let Some(i) = self.time {
-            self.columns[i].rounding = Rounding { place: 10f64.powi(-(self.decimals as i32)), significant: self.significant, relative: 0.0 };
+            self.columns[i].rounding = Rounding { place: 10f64.powi(-(self.decimals as i32)), significant: self.significant, ..Default::default() };
         }
         Ok(Table { columns: self.columns, lines: self.lines, notes, ..Default::default() })
     }

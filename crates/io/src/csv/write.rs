@@ -3,8 +3,8 @@
 use super::header::{escape, is_key};
 use crate::assemble::{RATE_KEY, RESERVED_KEYS, SAMPLES_KEY, START_KEY, is_time};
 use crate::error::IoError;
-use crate::units::{infer_unit, split_name};
-use ndof_signal::{Channel, Recording, Unit};
+use crate::units::{infer_unit, read_back, split_name};
+use ndof_signal::{Channel, Recording};
 use std::fmt::Write;
 
 /// The bytes of the file.
@@ -67,8 +67,7 @@ fn title(channel: &Channel) -> Option<String> {
         symbol => format!("{name} [{symbol}]"),
     };
     let (read_name, read_unit) = split_name(&title);
-    let back = read_unit.map_or(Unit::other(""), |text| Unit::parse(text).map_or_else(|_| Unit::other(text), |(unit, _)| unit));
-    (read_name == name && back == *unit && !unit.symbol().contains(char::is_control)).then_some(title)
+    (read_name == name && read_back(read_unit.unwrap_or_default()) == *unit && !unit.symbol().contains(char::is_control)).then_some(title)
 }
 
 /// Quotes a title that would otherwise be taken for a number, a comment or several cells.

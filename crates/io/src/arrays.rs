@@ -1,0 +1,187 @@
+//! From the named arrays of a binary file to columns and metadata: one rule for NPZ, MAT and HDF5.
+
+use crate::assemble::{RATE_KEY, is_time};
+use crate::error::IoError;
+use crate::note::Note;
+use crate::table::{Column, Rounding, Table};
+use crate::units::split_name;
+use std::collections::BTreeMap;
+
+/// What stands under one name in a file.
+#[derive(Clone, Debug)]
+pub(crate) struct Entry {
+    /// Group and name, e.g. `["data", "force_x"]`; the last is the channel's.
+    pub path: Vec<String>,
+    pub value: Value,
+}
+
+/// The value of an [`Entry`].
+#[derive(Clone, Debug)]
+pub(crate) enum Value {
+    /// Real numbers with the sizes of their dimensions (none: a single number).
+    Numbers { shape: Vec<usize>, values: Vec<f64>, rounding: Rounding },
+    /// Text.
+    Text(String),
+    /// What is neither, in words.
+    Other(&'static str),
+}
+
+/// Other names under which a lone number is the sample rate; `sample_rate_hz` wins over them.
+const RATE_NAMES: [&str; 3] = ["fs", "Fs", "sample_rate"];
+
+/// Groups whose texts are the units of the channels of the same names.
+const UNIT_GROUPS: [&str; 2] = ["unit", "units"];
+
+/// The group of free-form facts.
+const METADATA_GROUP: &str = "metadata";
+
+/// Vectors shorter than this share of the longest are settings, not channels; longer ones that differ are an error.
+const SHORT: f64 = 0.5;
+
+/// Sorts the entries of a file into channels, units and metadata.
+///
+/// Vectors are channels, single numbers and texts are metadata. A channel in a group goes by its last name where that
+/// is unique, else by its whole path joined by dots.
+pub(crate) fn table(file: &str, entries: Vec<Entry>) -> Result<Table, IoError> {
+    let mut table = Table::default();
+    let mut units = BTreeMap::new();
+    let mut vectors = Vec::new();
+    let mut ignored = Vec::new();
+    let longest = entries.iter().filter_map(|e| vector_len(&e.value)).max().unwrap_or(0);
+    for Entry { path, value } in entries {
+        let Some(name) = path.last() else { continue };
+        let group = path.len().checked_sub(2).and_then(|i| path.get(i)).map(String::as_str);
+        match value {
+            Value::Text(text) if group.is_some_and(|g| UNIT_GROUPS.contains(&g)) => {
+                units.insert(name.clone(), text);
+            }
+            Value::Text(text) => {
+                table.metadata.insert(metadata_key(&path), text);
+            }
+            Value::Numbers { shape, values, rounding } => match values[..] {
+                [number] if shape.is_empty() || longest > 1 => {
+                    let text = format!("{number}");
+                    if name == RATE_KEY {
+                        table.metadata.insert(RATE_KEY.to_owned(), text);
+                    } else if RATE_NAMES.contains(&name.as_str()) {
+                        table.metadata.entry(RATE_KEY.to_owned()).or_insert(text);
+                    } else {
+                        table.metadata.insert(metadata_key(&path), text);
+                    }
+                }
+                _ if !is_vector(&shape) => ignored.push(format!("{} ({})", path.join("."), sizes(&shape))),
+                _ if (values.len() as f64) < SHORT * longest as f64 => ignored.push(format!("{} ({} numbers)", path.join("."), values.len())),
+                _ => vectors.push((path, values, rounding)),
+            },
+            Value::Other(what) => ignored.push(format!("{} ({what})", path.join("."))),
+        }
+    }
+    if !ignored.is_empty() {
+        ignored.sort();
+        table.notes.push(Note::new(
+            "ignored-arrays",
+            format!("not read, since a channel is one vector of real numbers as long as the recording: {}", listed(&ignored)),
+            "save each channel as a vector of its own",
+        ));
+    }
+    if vectors.is_empty() {
+        return Err(IoError::Unsuitable {
+            file: file.to_owned(),
+            what: "there is no vector of numbers in it".to_owned(),
+            remedy: "save each channel as one vector under its name, such as force_x".to_owned(),
+        });
+    }
+    let mut count: BTreeMap<String, usize> = BTreeMap::new();
+    vectors.iter().filter_map(|(path, ..)| path.last()).for_each(|name| *count.entry(name.clone()).or_default() += 1);
+    for (path, samples, rounding) in vectors {
+        let last = path.last().cloned().unwrap_or_default();
+        let full = if count.get(&last).is_some_and(|&n| n > 1) { path.join(".") } else { last.clone() };
+        let (name, unit) = match units.remove(&last) {
+            Some(unit) => (full, Some(unit)),
+            None => {
+                let (name, unit) = split_name(&full);
+                (name.to_owned(), unit.map(str::to_owned))
+            }
+        };
+        table.columns.push(Column { name, unit, samples, rounding });
+    }
+    table.columns.sort_by_key(|c| !is_time(&c.name));
+    Ok(table)
+}
+
+fn metadata_key(path: &[String]) -> String {
+    match path {
+        [group, rest @ ..] if group == METADATA_GROUP && !rest.is_empty() => rest.join("."),
+        path => path.join("."),
+    }
+}
+
+fn is_vector(shape: &[usize]) -> bool {
+    shape.iter().filter(|&&n| n != 1).count() <= 1 && !shape.is_empty()
+}
+
+fn vector_len(value: &Value) -> Option<usize> {
+    match value {
+        Value::Numbers { shape, values, .. } if is_vector(shape) => Some(values.len()),
+        _ => None,
+    }
+}
+
+fn sizes(shape: &[usize]) -> String {
+    shape.iter().map(usize::to_string).collect::<Vec<_>>().join(" × ")
+}
+
+/// The first few of a list that may be long.
+fn listed(items: &[String]) -> String {
+    const SHOWN: usize = 8;
+    let mut text = items.iter().take(SHOWN).cloned().collect::<Vec<_>>().join(", ");
+    if items.len() > SHOWN {
+        text.push_str(&format!(" and {} more", items.len() - SHOWN));
+    }
+    text
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn numbers(path: &[&str], shape: &[usize]) -> Entry {
+        let len = shape.iter().product();
+        let values = (0..len).map(|k| k as f64).collect();
+        Entry { path: path.iter().map(|&p| p.to_owned()).collect(), value: Value::Numbers { shape: shape.to_vec(), values, rounding: Rounding::default() } }
+    }
+
+    fn text(path: &[&str], text: &str) -> Entry {
+        Entry { path: path.iter().map(|&p| p.to_owned()).collect(), value: Value::Text(text.to_owned()) }
+    }
+
+    #[test]
+    fn vectors_are_channels_and_the_rest_is_said() {
+        let table = table(
+            "f",
+            vec![
+                numbers(&["left", "force_x"], &[100, 1]),
+                numbers(&["right", "force_x"], &[1, 100]),
+                numbers(&["pos_y"], &[100]),
+                numbers(&["t"], &[100]),
+                numbers(&["K"], &[2, 2]),
+                numbers(&["gains"], &[3]),
+                numbers(&["fs"], &[1, 1]),
+                text(&["units", "pos_y"], "mm"),
+                text(&["metadata", "arm"], "left"),
+            ],
+        )
+        .unwrap();
+        let names: Vec<_> = table.columns.iter().map(|c| c.name.as_str()).collect();
+        assert_eq!(names, ["t", "left.force_x", "right.force_x", "pos_y"]);
+        assert_eq!(table.columns[3].unit.as_deref(), Some("mm"));
+        assert_eq!(table.metadata.get("sample_rate_hz").map(String::as_str), Some("0"));
+        assert_eq!(table.metadata.get("arm").map(String::as_str), Some("left"));
+        assert!(table.notes[0].message.contains("K (2 × 2)") && table.notes[0].message.contains("gains (3 numbers)"), "{}", table.notes[0].message);
+    }
+
+    #[test]
+    fn a_file_without_vectors_is_no_recording() {
+        assert!(matches!(table("f", vec![numbers(&["fs"], &[])]), Err(IoError::Unsuitable { .. })));
+    }
+}

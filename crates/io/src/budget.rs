@@ -1,0 +1,51 @@
+//! What a compressed file may unpack to.
+
+use crate::error::IoError;
+use crate::limits::{MAX_BYTES, MAX_CHANNELS};
+
+/// Arrays of one file, channels, units and facts together.
+pub(crate) const MAX_ENTRIES: usize = 4 * MAX_CHANNELS;
+
+/// What a compressed file may unpack to, whatever its size: six 50 s trials are 10 MB.
+const UNPACKED_FLOOR: u64 = 1 << 28;
+
+/// How many times its own size a file may unpack to beyond that. Measured signals shrink two- to tenfold, a bomb
+/// thousandfold.
+const MAX_RATIO: u64 = 100;
+
+/// The bytes that a file may still unpack to.
+#[derive(Debug)]
+pub(crate) struct Budget {
+    left: u64,
+    limit: u64,
+}
+
+impl Budget {
+    /// The budget of a file of `bytes` bytes.
+    pub fn of(bytes: usize) -> Self {
+        let limit = (bytes as u64).saturating_mul(MAX_RATIO).clamp(UNPACKED_FLOOR, MAX_BYTES);
+        Budget { left: limit, limit }
+    }
+
+    /// Takes `bytes` from it.
+    pub fn claim(&mut self, file: &str, bytes: u64) -> Result<(), IoError> {
+        match self.left.checked_sub(bytes) {
+            Some(left) => {
+                self.left = left;
+                Ok(())
+            }
+            None => Err(IoError::TooLarge {
+                file: file.to_owned(),
+                what: "bytes after unpacking",
+                found: (self.limit - self.left).saturating_add(bytes),
+                limit: self.limit,
+                remedy: "if the file is no decompression bomb, save it without compression",
+            }),
+        }
+    }
+
+    /// The bytes left.
+    pub fn left(&self) -> u64 {
+        self.left
+    }
+}

@@ -1,0 +1,75 @@
+//! MAT version 5 (MATLAB's `-v6` and `-v7`, SciPy's `savemat`): one numeric vector a channel, also inside a struct.
+//!
+//! `fs` or `sample_rate_hz` is a single number, or there is a vector `t`. A struct `units` holds the units of the
+//! channels of the same names as texts. After "MAT-File Format", The MathWorks, version 5.
+
+mod element;
+mod matrix;
+
+use crate::arrays::{self, Entry};
+use crate::budget::{Budget, MAX_ENTRIES};
+use crate::error::IoError;
+use crate::table::Table;
+use element::{COMPRESSED, Elements, MATRIX};
+use flate2::read::ZlibDecoder;
+use matrix::Matrices;
+use std::io::Read;
+
+/// The format's name in messages.
+const MAT: &str = "MAT v5";
+
+/// Bytes before the first variable.
+const HEADER: usize = 128;
+
+/// Reads a MAT file.
+pub(crate) fn read(bytes: &[u8], file: &str) -> Result<Table, IoError> {
+    let damaged = |what: String| IoError::Damaged { file: file.to_owned(), format: MAT, what };
+    let big = match bytes.get(126..HEADER) {
+        Some(b"IM") => false,
+        Some(b"MI") => true,
+        _ => return Err(damaged("its header of 128 bytes is incomplete".to_owned())),
+    };
+    let mut budget = Budget::of(bytes.len());
+    let mut entries: Vec<Entry> = Vec::new();
+    let mut elements = Elements::new(&bytes[HEADER..], big);
+    let mut variable = 0;
+    while let Some(element) = elements.next().map_err(|what| damaged(format!("variable {variable}: {what}")))? {
+        let unpacked;
+        let data = match element.kind {
+            COMPRESSED => {
+                unpacked = unpack(element.data, file, &mut budget)?.map_err(|what| damaged(format!("variable {variable}: {what}")))?;
+                match Elements::new(&unpacked, big).next() {
+                    Ok(Some(inner)) if inner.kind == MATRIX => inner.data,
+                    Ok(_) => return Err(damaged(format!("variable {variable}: no matrix in its packed data"))),
+                    Err(what) => return Err(damaged(format!("variable {variable}: {what}"))),
+                }
+            }
+            MATRIX => element.data,
+            _ => continue,
+        };
+        let mut matrices = Matrices { file, big, budget: &mut budget, entries: &mut entries };
+        matrices.read(data).map_err(|problem| match problem {
+            matrix::Problem::Damaged(what) => damaged(format!("variable {variable}: {what}")),
+            matrix::Problem::Limit(error) => error,
+        })?;
+        if entries.len() > MAX_ENTRIES {
+            return Err(IoError::TooLarge {
+                file: file.to_owned(),
+                what: "arrays",
+                found: entries.len() as u64,
+                limit: MAX_ENTRIES as u64,
+                remedy: "save one array a channel",
+            });
+        }
+        variable += 1;
+    }
+    arrays::table(file, entries)
+}
+
+/// Inflates one variable, never beyond the budget.
+fn unpack(packed: &[u8], file: &str, budget: &mut Budget) -> Result<Result<Vec<u8>, String>, IoError> {
+    let mut unpacked = Vec::new();
+    let result = ZlibDecoder::new(packed).take(budget.left().saturating_add(1)).read_to_end(&mut unpacked);
+    budget.claim(file, unpacked.len() as u64)?;
+    Ok(result.map(|_| unpacked).map_err(|e| format!("its packed data are broken ({e})")))
+}

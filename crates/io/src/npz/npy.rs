@@ -1,0 +1,196 @@
+//! One array as NumPy writes it: a header in Python's syntax, then the numbers.
+
+use crate::arrays::Value;
+use crate::table::Rounding;
+
+const MAGIC: &[u8] = b"\x93NUMPY";
+
+/// Bytes of a header; NumPy itself refuses more than 10 000.
+const MAX_HEADER: usize = 10_000;
+
+/// The kind, width and byte order of the elements.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+struct Dtype {
+    kind: char,
+    bytes: usize,
+    big: bool,
+}
+
+/// The array in `bytes`, or what is wrong with it.
+pub(crate) fn parse(bytes: &[u8]) -> Result<Value, String> {
+    let (header, data) = split_header(bytes)?;
+    let descr = field(header, "descr").ok_or("its header has no descr")?;
+    let shape = shape(field(header, "shape").ok_or("its header has no shape")?).ok_or("its shape is no tuple of sizes")?;
+    let Some(dtype) = descr.strip_prefix(['\'', '"']).and_then(|d| d.split(['\'', '"']).next()).and_then(dtype) else {
+        return Ok(Value::Other("a structured or Python type"));
+    };
+    let count = shape.iter().try_fold(1usize, |n, &size| n.checked_mul(size));
+    let expected = count.and_then(|n| n.checked_mul(dtype.bytes)).ok_or("its shape is larger than any memory")?;
+    if dtype.kind == 'O' {
+        return Ok(Value::Other("Python objects, which are never unpacked"));
+    }
+    if data.len() != expected {
+        return Err(format!("its header promises {expected} bytes of numbers, {} are there", data.len()));
+    }
+    match dtype.kind {
+        'U' | 'S' if shape.is_empty() => Ok(text(data, dtype).map_or(Value::Other("text that is not Unicode"), Value::Text)),
+        'U' | 'S' => Ok(Value::Other("several texts")),
+        'c' => Ok(Value::Other("complex numbers")),
+        _ => Ok(match numbers(data, dtype) {
+            Some((values, rounding)) => Value::Numbers { shape, values, rounding },
+            None => Value::Other("a type of numbers that is not known here"),
+        }),
+    }
+}
+
+fn split_header(bytes: &[u8]) -> Result<(&str, &[u8]), String> {
+    let rest = bytes.strip_prefix(MAGIC).ok_or("it does not begin as an array")?;
+    let (len, start) = match *rest {
+        [1, _, a, b, ..] => (usize::from(u16::from_le_bytes([a, b])), 4),
+        [2 | 3, _, a, b, c, d, ..] => (u32::from_le_bytes([a, b, c, d]) as usize, 6),
+        _ => return Err("its version is not known, or it ends in the header".to_owned()),
+    };
+    if len > MAX_HEADER {
+        return Err(format!("its header claims {len} bytes, the limit is {MAX_HEADER}"));
+    }
+    let header = rest.get(start..start + len).ok_or("it ends in the header")?;
+    Ok((std::str::from_utf8(header).map_err(|_| "its header is no text")?, &rest[start + len..]))
+}
+
+/// What stands behind `'key':`.
+fn field<'a>(header: &'a str, key: &str) -> Option<&'a str> {
+    let at = header.find(&format!("'{key}'"))? + key.len() + 2;
+    header[at..].trim_start().strip_prefix(':').map(str::trim_start)
+}
+
+fn shape(text: &str) -> Option<Vec<usize>> {
+    let inside = text.strip_prefix('(')?.split_once(')')?.0;
+    inside.split(',').map(str::trim).filter(|s| !s.is_empty()).map(|s| s.trim_end_matches('L').parse().ok()).collect()
+}
+
+fn dtype(descr: &str) -> Option<Dtype> {
+    let (order, rest) = match descr.chars().next()? {
+        c @ ('<' | '>' | '|' | '=') => (c, &descr[1..]),
+        _ => ('<', descr),
+    };
+    let kind = rest.chars().next().filter(char::is_ascii)?;
+    let width: usize = match &rest[1..] {
+        "" if kind == 'O' => 0,
+        width => width.parse().ok()?,
+    };
+    let bytes = if kind == 'U' { width.checked_mul(4)? } else { width };
+    Some(Dtype { kind, bytes, big: order == '>' })
+}
+
+fn text(data: &[u8], dtype: Dtype) -> Option<String> {
+    let text = match dtype.kind {
+        'U' => data
+            .as_chunks::<4>()
+            .0
+            .iter()
+            .map(|&b| char::from_u32(if dtype.big { u32::from_be_bytes(b) } else { u32::from_le_bytes(b) }))
+            .collect::<Option<String>>()?,
+        _ => std::str::from_utf8(data).ok()?.to_owned(),
+    };
+    Some(text.trim_end_matches('\0').to_owned())
+}
+
+fn numbers(data: &[u8], dtype: Dtype) -> Option<(Vec<f64>, Rounding)> {
+    macro_rules! convert {
+        ($type:ty) => {
+            data.as_chunks::<{ size_of::<$type>() }>()
+                .0
+                .iter()
+                .map(|&b| (if dtype.big { <$type>::from_be_bytes(b) } else { <$type>::from_le_bytes(b) }) as f64)
+                .collect()
+        };
+    }
+    let values = match (dtype.kind, dtype.bytes) {
+        ('f', 8) => convert!(f64),
+        ('f', 4) => convert!(f32),
+        ('i', 1) => convert!(i8),
+        ('i', 2) => convert!(i16),
+        ('i', 4) => convert!(i32),
+        ('i', 8) => convert!(i64),
+        ('u' | 'b', 1) => convert!(u8),
+        ('u', 2) => convert!(u16),
+        ('u', 4) => convert!(u32),
+        ('u', 8) => convert!(u64),
+        _ => return None,
+    };
+    let rounding = match (dtype.kind, dtype.bytes) {
+        ('f', 8) => Rounding::default(),
+        ('f', _) => Rounding::SINGLE,
+        _ => Rounding::INTEGER,
+    };
+    Some((values, rounding))
+}
+
+/// An array of numbers, 1-D, or 0-D where `shape` is empty.
+pub(crate) fn encode_numbers(shape: &[usize], values: &[f64]) -> Vec<u8> {
+    let mut out = header("<f8", shape);
+    values.iter().for_each(|v| out.extend_from_slice(&v.to_le_bytes()));
+    out
+}
+
+/// A single text.
+pub(crate) fn encode_text(text: &str) -> Vec<u8> {
+    // NumPy knows no text of width 0 in a file; it pads with NUL.
+    let mut out = header(&format!("<U{}", text.chars().count().max(1)), &[]);
+    text.chars().for_each(|c| out.extend_from_slice(&u32::from(c).to_le_bytes()));
+    if text.is_empty() {
+        out.extend_from_slice(&[0; 4]);
+    }
+    out
+}
+
+fn header(descr: &str, shape: &[usize]) -> Vec<u8> {
+    let sizes = shape.iter().map(|n| format!("{n},")).collect::<String>();
+    let mut text = format!("{{'descr': '{descr}', 'fortran_order': False, 'shape': ({sizes}), }}");
+    // The numbers begin at a multiple of 64 bytes.
+    while !(MAGIC.len() + 4 + text.len() + 1).is_multiple_of(64) {
+        text.push(' ');
+    }
+    text.push('\n');
+    let mut out = MAGIC.to_vec();
+    out.extend_from_slice(&[1, 0]);
+    out.extend_from_slice(&(text.len() as u16).to_le_bytes());
+    out.extend_from_slice(text.as_bytes());
+    out
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn numbers_and_texts_come_back() {
+        let Value::Numbers { shape, values, .. } = parse(&encode_numbers(&[3], &[1.0, -0.5, 1e300])).unwrap() else { panic!("numbers") };
+        assert_eq!((shape, values), (vec![3], vec![1.0, -0.5, 1e300]));
+        for text in ["", "N m", "größe °", "two\nlines"] {
+            let Value::Text(back) = parse(&encode_text(text)).unwrap() else { panic!("text") };
+            assert_eq!(back, text);
+        }
+    }
+
+    #[test]
+    fn a_shape_that_promises_too_much_is_refused_before_memory_is_taken() {
+        let mut bytes = header("<f8", &[usize::MAX, 2]);
+        assert!(parse(&bytes).unwrap_err().contains("larger"));
+        bytes = header("<f8", &[1_000_000_000_000]);
+        assert!(parse(&bytes).unwrap_err().contains("promises"));
+        bytes = MAGIC.to_vec();
+        bytes.extend_from_slice(&[2, 0, 0xff, 0xff, 0xff, 0xff]);
+        assert!(parse(&bytes).unwrap_err().contains("limit"));
+    }
+
+    #[test]
+    fn types_of_numpy_are_understood() {
+        assert_eq!(dtype(">i2"), Some(Dtype { kind: 'i', bytes: 2, big: true }));
+        assert_eq!(dtype("|O"), Some(Dtype { kind: 'O', bytes: 0, big: false }));
+        assert_eq!(shape("(5,)"), Some(vec![5]));
+        assert_eq!(shape("()"), Some(vec![]));
+        assert_eq!(shape("(2, 3)"), Some(vec![2, 3]));
+        assert_eq!(shape("(-1,)"), None);
+    }
+}

@@ -1,0 +1,78 @@
+//! Files made by NumPy and SciPy (`fixtures/make_fixtures.py`, versions in `fixtures/versions.txt`).
+#![cfg(all(feature = "csv", feature = "npz", feature = "mat"))]
+
+use ndof_io::{ReadOptions, ReadRecording, encode, read, read_bytes};
+use ndof_signal::{Channel, Quantity, Recording, Unit};
+use std::path::PathBuf;
+
+fn folder() -> PathBuf {
+    PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("tests/fixtures")
+}
+
+fn fixture(name: &str) -> ReadRecording {
+    read(&folder().join(name), &ReadOptions::default()).unwrap_or_else(|e| panic!("{e}"))
+}
+
+fn expected(name: &str) -> Vec<f64> {
+    fixture("expected.csv").recording.channel(name).expect(name).samples.clone()
+}
+
+#[test]
+fn each_file_of_numpy_and_scipy_holds_the_same_recording() {
+    for (file, force, pos, ignored) in [
+        ("plain.npz", "force_x", "pos_x", false),
+        ("time_deflated.npz", "force_x", "pos_x", false),
+        ("types.npz", "force_int", "pos_single", true),
+        ("plain.mat", "force_x", "pos_x", false),
+        ("types.mat", "force_int", "pos_single", true),
+    ] {
+        let read = fixture(file);
+        assert_eq!(read.recording.sample_rate_hz(), 200.0, "{file}");
+        assert_eq!(read.recording.channel("force_x").expect(file).samples, expected(force), "{file}");
+        assert_eq!(read.recording.channel("pos_x").expect(file).samples, expected(pos), "{file}");
+        assert_eq!(read.recording.channel("pos_x").expect(file).unit, Unit::si(Quantity::Displacement, false), "{file}");
+        assert_eq!(read.recording.channels().len(), 2, "{file}: {:?}", read.recording.names());
+        assert_eq!(read.notes.iter().any(|n| n.code == "ignored-arrays"), ignored, "{file}: {:?}", read.notes);
+    }
+    assert_eq!(fixture("types.npz").recording.metadata().get("subject").map(String::as_str), Some("S 07"));
+}
+
+#[test]
+fn a_struct_with_units_is_read_as_its_fields() {
+    let read = fixture("struct_compressed.mat");
+    assert_eq!(read.recording.sample_rate_hz(), 200.0);
+    assert_eq!(read.recording.metadata().get("trial.subject").map(String::as_str), Some("S 07"));
+    for (mm, m) in read.recording.channel("pos_x").expect("pos_x").samples.iter().zip(expected("pos_x")) {
+        assert!((mm - m).abs() <= 2.0 * f64::EPSILON * m.abs(), "{mm} {m}");
+    }
+    let codes: Vec<_> = read.notes.iter().map(|n| n.code).collect();
+    assert!(codes.contains(&"unit-converted") && codes.contains(&"ignored-arrays"), "{codes:?}");
+}
+
+#[test]
+fn every_fixture_is_used_here() {
+    let text = include_str!("fixtures.rs");
+    for entry in std::fs::read_dir(folder()).expect("folder") {
+        let name = entry.expect("entry").file_name().to_string_lossy().into_owned();
+        assert!(text.contains(&format!("\"{name}\"")) || name == "make_fixtures.py" || name == "versions.txt", "{name}");
+    }
+}
+
+#[test]
+fn npz_comes_back_bit_for_bit() {
+    let values = vec![0.0, -0.0, 1.0 / 3.0, 5e-324, f64::MAX, 1e-300];
+    let channel = |name: &str, unit: Unit| Channel::new(name, unit, values.clone());
+    let channels = vec![
+        channel("force_x", Unit::si(Quantity::Effort, false)),
+        channel("pos_x", Unit::other("")),
+        channel("emg, left/right [mV]", Unit::other("mV")),
+        channel("größe", Unit::si(Quantity::Velocity, true)),
+    ];
+    let metadata = [("arm".to_owned(), "left".to_owned()), ("remark".to_owned(), " two\nlines ".to_owned())].into();
+    let recording = Recording::new(1000.0 / 3.0, channels).expect("valid").starting_at(0.1).with_metadata(metadata);
+    let bytes = encode(&recording, "a.npz").expect("npz");
+    let back = read_bytes(&bytes, "a.npz", &ReadOptions::default()).expect("npz").recording;
+    assert_eq!(back, recording);
+    assert!(back.channels().iter().all(|c| c.samples.iter().zip(&values).all(|(a, b)| a.to_bits() == b.to_bits())));
+    assert_eq!(encode(&recording, "a.npz").expect("npz"), bytes);
+}
