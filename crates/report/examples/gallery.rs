@@ -1,0 +1,217 @@
+//! Every picture of this crate on one page, drawn from a made-up arm: `cargo run -p ndof-report --example gallery OUT.html`.
+//!
+//! The browser test opens this page. The arm is two coupled springs with masses; the "measurement" is its response
+//! times a seeded error whose size grows where the coherence falls, so that bands and lines look as they do in a study.
+
+use std::f64::consts::{PI, TAU};
+
+use ndarray::{Array2, Array3, Axis};
+use ndof_report::figures::*;
+use ndof_report::plot::{Color, Dash};
+use ndof_report::{Note, Parameter, Report, Section, Warning, parameter_table};
+use num_complex::Complex64;
+
+const INERTIA: [[f64; 2]; 2] = [[2.1, -0.55], [-0.55, 1.9]];
+const DAMPING: [[f64; 2]; 2] = [[11.0, -2.0], [-2.0, 15.0]];
+const STIFFNESS: [[f64; 2]; 2] = [[300.0, -60.0], [-60.0, 520.0]];
+const RATE_HZ: f64 = 500.0;
+
+fn main() -> std::io::Result<()> {
+    let target = std::env::args().nth(1).unwrap_or_else(|| "gallery.html".to_string());
+    match gallery() {
+        Ok(report) => {
+            std::fs::write(&target, report.to_html())?;
+            match std::env::args().nth(2) {
+                Some(folder) => report.plot_files().iter().try_for_each(|file| std::fs::write(format!("{folder}/{}", file.name), &file.contents)),
+                None => Ok(()),
+            }
+        }
+        Err(error) => Err(std::io::Error::other(error)),
+    }
+}
+
+/// Numbers that look random and are the same everywhere.
+struct Noise(u64);
+
+impl Noise {
+    fn uniform(&mut self) -> f64 {
+        self.0 = self.0.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+        (self.0 >> 11) as f64 / (1u64 << 53) as f64
+    }
+
+    fn normal(&mut self) -> f64 {
+        (-2.0 * (1.0 - self.uniform()).ln()).sqrt() * (TAU * self.uniform()).cos()
+    }
+}
+
+/// C(f) = (M s² + B s + K)⁻¹ with every matrix times `factor`.
+fn compliance(frequency_hz: &[f64], factor: f64) -> Array3<Complex64> {
+    let mut response = Array3::zeros((2, 2, frequency_hz.len()));
+    for (k, f) in frequency_hz.iter().enumerate() {
+        let s = Complex64::new(0.0, TAU * f);
+        let z = |p: usize, q: usize| factor * (INERTIA[p][q] * s * s + DAMPING[p][q] * s + STIFFNESS[p][q]);
+        let determinant = z(0, 0) * z(1, 1) - z(0, 1) * z(1, 0);
+        response[[0, 0, k]] = z(1, 1) / determinant;
+        response[[1, 1, k]] = z(0, 0) / determinant;
+        response[[0, 1, k]] = -z(0, 1) / determinant;
+        response[[1, 0, k]] = -z(1, 0) / determinant;
+    }
+    response
+}
+
+/// The response as if measured: each bin off by a relative error, 95 % intervals of 1.96 times its size.
+fn measured(label: &str, response: &Array3<Complex64>, relative: &Array3<f64>, noise: &mut Noise, style: CurveStyle) -> Curve {
+    let seen = Array3::from_shape_fn(response.dim(), |at| response[at] * (1.0 + relative[at] * Complex64::new(noise.normal(), noise.normal())));
+    let mut curve = Curve::from_response(label, &seen, style);
+    let reach = relative.mapv(|error| 1.96 * error);
+    curve.gain_ci95 = Some((&curve.gain * &reach.mapv(|r| (1.0 - r).max(0.0)), &curve.gain * &reach.mapv(|r| 1.0 + r)));
+    let angle = reach.mapv(|r| if r < 1.0 { r.asin() } else { f64::NAN });
+    curve.phase_ci95_rad = Some((&curve.phase_rad - &angle, &curve.phase_rad + &angle));
+    curve
+}
+
+fn gallery() -> Result<Report, FigureError> {
+    let mut noise = Noise(7);
+    let frequency_hz: Vec<f64> = (4..320).map(|k| RATE_HZ / 8192.0 * f64::from(k)).collect();
+    let axes: Vec<String> = ["x", "y"].map(String::from).to_vec();
+    let truth = compliance(&frequency_hz, 1.0);
+    let fitted = compliance(&frequency_hz, 1.01);
+    let coherence_of = |p: usize, q: usize, f: f64| {
+        let base = 1.0 - 0.55 * (-f / 0.6).exp() - 0.35 * (f / 20.0).powi(3);
+        if p == q { base } else { 0.82 * base }
+    };
+    let partial = Array3::from_shape_fn(truth.dim(), |(p, q, k)| (coherence_of(p, q, frequency_hz[k]) * (1.0 - 0.06 * noise.uniform())).clamp(0.0, 1.0));
+    let relative = partial.mapv(|c| ((1.0 - c) / (2.0 * c * 28.7)).sqrt());
+    let curves = ResponseCurves {
+        quantity: "Compliance".into(),
+        unit: "m/N".into(),
+        element_units: None,
+        frequency_hz: frequency_hz.clone(),
+        inputs: axes.clone(),
+        outputs: axes.clone(),
+        curves: vec![
+            measured("direct", &(&truth * Complex64::new(0.93, 0.06)), &relative, &mut noise, CurveStyle::SECOND),
+            measured("derived", &truth, &relative, &mut noise, CurveStyle::MEASURED),
+            Curve::from_response("fitted", &fitted, CurveStyle::FITTED),
+            Curve::from_response("simulated", &truth, CurveStyle::TRUE),
+        ],
+    };
+    let coherences = Coherences {
+        ordinary: partial.mapv(|c| 0.8 * c),
+        multiple: partial.map_axis(Axis(1), |row| row.iter().fold(0.0f64, |best, value| best.max(*value)) * 0.99 + 0.01),
+        frequency_hz: frequency_hz.clone(),
+        inputs: axes.clone(),
+        outputs: axes.clone(),
+        partial,
+        significance_95: Some(0.19),
+    };
+    let between = Array3::from_shape_fn((2, 2, frequency_hz.len()), |_| 0.12 * noise.uniform().powi(2));
+    let mut fit = Ellipse::new("fitted", STIFFNESS.map(|row| row.map(|value| 1.01 * value)), Color::Vermillion, Dash::Dashed);
+    fit.samples = (0..200).map(|_| STIFFNESS.map(|row| row.map(|value| value * 1.01 + 9.0 * noise.normal()))).collect();
+    let simulated = Ellipse::new("simulated", STIFFNESS, Color::Ink, Dash::Dotted);
+    let density = |level: f64, corner: f64| frequency_hz.iter().map(|f| level / (1.0 + (f / corner).powi(8))).collect::<Vec<_>>();
+    let powers = [("force_x", "N²/Hz", 4.0), ("force_y", "N²/Hz", 3.0), ("pos_x", "m²/Hz", 2e-5), ("pos_y", "m²/Hz", 1e-5)];
+    let powers =
+        powers.map(|(label, unit, level)| Spectrum { label: label.into(), unit: unit.into(), density: density(level, if level > 1.0 { 15.0 } else { 2.5 }) });
+
+    Ok(Report {
+        title: "Arm study: MIT-MANUS with a patient-like arm".into(),
+        lead: "The hand is held by a spring of 303 ± 5 N/m along x and 525 ± 8 N/m along y; six trials of 50 s explain 97 % of its motion.".into(),
+        facts: [("Recording", "2 in, 2 out, 6 × 50.0 s at 500 Hz"), ("Method", "Welch, 4.79 effective averages a trial"), ("Band", "0.25 – 19.5 Hz"), ("R²", "0.9993")]
+            .map(|(name, value)| (name.into(), value.into()))
+            .to_vec(),
+        command: "ndof study arm --seed 1 --out ndof-out/arm".into(),
+        version: env!("CARGO_PKG_VERSION").into(),
+        warnings: vec![Warning {
+            code: "low-coherence".into(),
+            message: "Below 0.5 Hz the partial coherence of y ← x is under the 95 % significance of 0.19; the limb moves there by itself.".into(),
+            action: "Longer trials, or a stronger perturbation below 0.5 Hz, would narrow the intervals.".into(),
+        }],
+        sections: vec![
+            Section::new("Impedance", "Inertia, damping and stiffness at the hand, fitted from 0.25 to 10 Hz; all intervals hold what was simulated.")
+                .table(parameter_table("Parameters of the fit", &parameters()))
+                .figure(ellipse("stiffness-ellipse", "Stiffness at the hand", ["x", "y"], "N/m", &[fit, simulated])?),
+            Section::new("Frequency response", "Compliance measured two ways and the fitted model over it: the derived estimate follows the model, the direct one is biased by the closed loop.")
+                .figure(bode("bode-compliance", &curves)?)
+                .figure(nyquist("nyquist-compliance", &curves)?),
+            Section::new("Coherence", "Above 1 Hz the inputs explain more than 90 % of the motion.")
+                .figure(coherence("coherence", "Coherence of the direct estimate", &coherences)?)
+                .figure(input_coherence("input-coherence", &frequency_hz, &axes, &between, Some(0.19))?.unwrap_or_else(|| ndof_report::Figure::new("none", ""))),
+            Section::new("Signals", "The first of six trials; the simulation starts from the fitted model.")
+                .note(Note::Information, "The last 15 s were held out: the model had not seen them.")
+                .figure(traces("traces", "First trial", &signals(&mut noise))?)
+                .figure(spectra("spectra", "Power by frequency", &frequency_hz, &powers, Some((0.5, 10.0)))?),
+            Section::new("What remains", "The residual is white above 2 Hz.").figure(residual("residual", "Residual", RATE_HZ, &frequency_hz, &leftovers(&mut noise, &frequency_hz))?),
+        ],
+        settings: [("method", "welch"), ("nperseg", "8192"), ("noverlap", "4096"), ("nfft", "8192"), ("window", "hann"), ("detrend", "constant"), ("band_hz", "0.25 – 10")]
+            .map(|(name, value)| (name.into(), value.into()))
+            .to_vec(),
+        attachments: vec![("fit.json".into(), serde_json::json!({ "schema": "ndof/fit/1", "matrices": { "K": STIFFNESS } }))],
+    })
+}
+
+fn parameters() -> Vec<Parameter> {
+    let mut list = Vec::new();
+    for (symbol, unit, matrix, half) in [("M", "kg", INERTIA, 0.031), ("B", "N s/m", DAMPING, 0.42), ("K", "N/m", STIFFNESS, 5.2)] {
+        for (p, q) in [(0, 0), (0, 1), (1, 0), (1, 1)] {
+            let value = matrix[p][q] + half * 0.6 * (1.0 + p as f64 * 1.7 + q as f64 * 2.3).sin();
+            let axis = ["x", "y"];
+            list.push(Parameter {
+                name: format!("{symbol}_{}_{}", axis[p], axis[q]),
+                unit: unit.into(),
+                truth: Some(matrix[p][q]),
+                value,
+                ci95: (value - half, value + half),
+                identifiable: true,
+            });
+        }
+    }
+    list
+}
+
+/// A smooth random signal: first-order lag of white noise.
+fn coloured(noise: &mut Noise, count: usize, corner_hz: f64, scale: f64) -> Vec<f64> {
+    let keep = (-TAU * corner_hz / RATE_HZ).exp();
+    let mut state = 0.0;
+    (0..count)
+        .map(|_| {
+            state = keep * state + (1.0 - keep * keep).sqrt() * noise.normal();
+            scale * state
+        })
+        .collect()
+}
+
+fn signals(noise: &mut Noise) -> Traces {
+    let count = 25_000;
+    let mut list = Vec::new();
+    for (axis, stiffness) in [("x", 300.0), ("y", 520.0)] {
+        let force = coloured(noise, count, 10.0, 4.0);
+        let (mut position, mut velocity) = (0.0, 0.0);
+        let simulated: Vec<f64> = force
+            .iter()
+            .map(|force| {
+                velocity += (force - 12.0 * velocity - stiffness * position) / 2.0 / RATE_HZ;
+                position += velocity / RATE_HZ;
+                position
+            })
+            .collect();
+        let wander = coloured(noise, count, 0.3, 1.2e-3);
+        let measured = simulated.iter().zip(&wander).enumerate().map(|(k, (a, b))| if (9000..9600).contains(&k) { f64::NAN } else { a + b }).collect();
+        list.push(Trace { label: format!("force_{axis}"), unit: "N".into(), measured: force, simulated: None });
+        list.push(Trace { label: format!("pos_{axis}"), unit: "m".into(), measured, simulated: Some(simulated) });
+    }
+    Traces { sample_rate_hz: RATE_HZ, start_s: 0.0, traces: list, detail_s: Some((20.0, 22.0)), held_out_s: Some((35.0, 50.0)) }
+}
+
+fn leftovers(noise: &mut Noise, frequency_hz: &[f64]) -> Vec<Residual> {
+    let one = |axis: &str, noise: &mut Noise| Residual {
+        output: format!("pos_{axis}"),
+        unit: "m".into(),
+        samples: coloured(noise, 25_000, 0.4, 8e-4),
+        density: frequency_hz.iter().map(|f| 1e-7 / (1.0 + (f / 0.4).powi(2)) * (1.0 + 0.5 * noise.uniform())).collect(),
+        output_density: frequency_hz.iter().map(|f| 2e-5 / (1.0 + (f / 2.5).powi(4)) * (1.0 + 0.5 * noise.uniform())).collect(),
+        autocorrelation: Array2::from_shape_fn((1, 500), |(_, k)| (-(k as f64) / 200.0).exp() * (PI * k as f64 / 400.0).cos()).into_raw_vec_and_offset().0,
+        white_95: 0.06,
+    };
+    vec![one("x", noise), one("y", noise)]
+}
