@@ -30,7 +30,7 @@ const labelled = (values, low, high) => {
 };
 const linearTicks = (low, high, target) => {
   const wanted = (high - low) / Math.max(target, 1), power = 10 ** Math.floor(Math.log10(wanted));
-  const factor = [1, 2, 2.5, 5, 10].find(f => f * power >= wanted * 0.999) || 10;
+  const factor = [1, 2, 2.5, 5, 10].find(f => f * power >= wanted * 0.75) || 10;
   return labelled(steps(low, high, factor * power), low, high);
 };
 const logTicks = (low, high, target) => {
@@ -46,11 +46,12 @@ const logTicks = (low, high, target) => {
     return found.map(([m, d]) => [m * 10 ** d, plain ? (m * 10 ** d).toFixed(Math.max(-d, 0)) : (m === 1 ? '' : m + '×') + '10' + raised(d)]);
   };
   const most = Math.max(Math.ceil(target * 8 / 5), 3);
-  for (const mantissas of [[1, 2, 5], [1, 3], [1]]) {
+  const decades = within([1], 1).length;
+  for (const mantissas of decades >= 3 && 3 * decades >= 2 * target ? [[1]] : [[1, 2, 5], [1, 3], [1]]) {
     const found = within(mantissas, 1);
     if (found.length >= 3 && found.length <= most) return name(found);
   }
-  if (last - first < 2) return linearTicks(low, high, target);
+  if (decades < 2) return linearTicks(low, high, target);
   let stride = 2;
   while (within([1], stride).length > most) stride++;
   return name(within([1], stride));

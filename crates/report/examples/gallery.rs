@@ -106,7 +106,7 @@ fn gallery() -> Result<Report, FigureError> {
         significance_95: Some(0.19),
     };
     let between = Array3::from_shape_fn((2, 2, frequency_hz.len()), |_| 0.12 * noise.uniform().powi(2));
-    let mut fit = Ellipse::new("fitted", STIFFNESS.map(|row| row.map(|value| 1.01 * value)), Color::Vermillion, Dash::Dashed);
+    let mut fit = Ellipse::new("fitted", STIFFNESS.map(|row| row.map(|value| 1.01 * value)), Color::Vermillion, Dash::Solid);
     fit.samples = (0..200).map(|_| STIFFNESS.map(|row| row.map(|value| value * 1.01 + 9.0 * noise.normal()))).collect();
     let simulated = Ellipse::new("simulated", STIFFNESS, Color::Ink, Dash::Dotted);
     let density = |level: f64, corner: f64| frequency_hz.iter().map(|f| level / (1.0 + (f / corner).powi(8))).collect::<Vec<_>>();

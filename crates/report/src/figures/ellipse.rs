@@ -116,27 +116,33 @@ pub fn ellipse(name: &str, title: &str, axis_names: [&str; 2], unit: &str, ellip
     Ok(figure)
 }
 
+/// One column an ellipse, one row a property.
 fn table(title: &str, unit: &str, ellipses: &[Ellipse]) -> Table {
-    let long = format!("Long half-axis [{unit}]");
-    let short = format!("Short half-axis [{unit}]");
-    let columns =
-        [("Ellipse", Align::Left), (long.as_str(), Align::Right), (short.as_str(), Align::Right), ("Direction [°]", Align::Right), ("Ratio", Align::Right)];
+    let mut columns = vec![("", Align::Left)];
+    columns.extend(ellipses.iter().map(|ellipse| (ellipse.label.as_str(), Align::Right)));
     let mut table = Table::new(title, &columns);
-    for ellipse in ellipses {
-        let (long, short, direction) = axes(ellipse.matrix);
-        let sampled = |value: f64, of: &dyn Fn([[f64; 2]; 2]) -> f64| match quantiles(ellipse.samples.iter().map(|&sample| of(sample))) {
-            (low, high) if low.is_finite() => format!("{} [{}, {}]", significant(value, 3), significant(low, 3), significant(high, 3)),
-            _ => significant(value, 3),
-        };
-        // A direction is known up to half a turn: compare with the nearest of the two.
-        let turned = |matrix| direction + (axes(matrix).2 - direction + 90.0).rem_euclid(180.0) - 90.0;
-        table.rows.push(vec![
-            ellipse.label.clone(),
-            sampled(long, &|matrix| axes(matrix).0),
-            sampled(short, &|matrix| axes(matrix).1),
-            sampled(direction, &turned),
-            sampled(long / short, &|matrix| axes(matrix).0 / axes(matrix).1),
-        ]);
+    let properties: [(String, fn((f64, f64, f64)) -> f64); 4] = [
+        (format!("Long half-axis [{unit}]"), |(long, _, _)| long),
+        (format!("Short half-axis [{unit}]"), |(_, short, _)| short),
+        ("Direction of the long one [°]".to_string(), |(_, _, direction)| direction),
+        ("Ratio long to short".to_string(), |(long, short, _)| long / short),
+    ];
+    for (name, property) in properties {
+        let mut row = vec![name];
+        for ellipse in ellipses {
+            let of_estimate = axes(ellipse.matrix);
+            // A direction is known up to half a turn: take the one nearest to the estimate's.
+            let of_sample = |&matrix: &[[f64; 2]; 2]| {
+                let (long, short, direction) = axes(matrix);
+                property((long, short, of_estimate.2 + (direction - of_estimate.2 + 90.0).rem_euclid(180.0) - 90.0))
+            };
+            let value = significant(property(of_estimate), 3);
+            row.push(match quantiles(ellipse.samples.iter().map(of_sample)) {
+                (low, high) if low.is_finite() => format!("{value} [{}, {}]", significant(low, 3), significant(high, 3)),
+                _ => value,
+            });
+        }
+        table.rows.push(row);
     }
     table
 }

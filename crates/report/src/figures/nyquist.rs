@@ -7,6 +7,9 @@ use crate::plot::{Axis, Figure, Panel, Pin, Series};
 /// Frequencies that are named along the first curve.
 const MARKED_HZ: [f64; 7] = [0.5, 1.0, 2.0, 5.0, 10.0, 20.0, 50.0];
 
+/// Names closer than this share of the picture would overlap.
+const APART: f64 = 0.07;
+
 /// The Nyquist matrix: imaginary over real part, with equal units on both axes; some frequencies are named along
 /// the last curve (the model, where there is one).
 ///
@@ -36,7 +39,11 @@ pub fn nyquist(name: &str, data: &ResponseCurves) -> Result<Figure, FigureError>
                 if index + 1 == data.curves.len() {
                     panel.pins = pins(&data.frequency_hz, &real, &imaginary);
                 }
-                panel.series.push(Series::line(curve.label.as_str(), real, imaginary, curve.style.color).dash(curve.style.dash));
+                // What was measured scatters: dots. What was computed is a line.
+                panel.series.push(match curve.gain_ci95 {
+                    Some(_) => Series::points(curve.label.as_str(), real, imaginary, curve.style.color),
+                    None => Series::line(curve.label.as_str(), real, imaginary, curve.style.color).dash(curve.style.dash),
+                });
             }
             figure = figure.panel(format!("{output} ← {input}"), panel);
         }
@@ -44,13 +51,23 @@ pub fn nyquist(name: &str, data: &ResponseCurves) -> Result<Figure, FigureError>
     Ok(figure)
 }
 
-/// Names of round frequencies, at the nearest bin no further off than 5 %.
+/// Names of round frequencies, at the nearest bin no further off than 5 %, where they do not lie on each other.
 fn pins(frequency_hz: &[f64], real: &[f64], imaginary: &[f64]) -> Vec<Pin> {
-    let nearest = |wanted: f64| {
-        let k = (0..frequency_hz.len()).min_by(|&a, &b| (frequency_hz[a] - wanted).abs().total_cmp(&(frequency_hz[b] - wanted).abs()))?;
-        ((frequency_hz[k] - wanted).abs() <= 0.05 * wanted).then_some(Pin { x: real[k], y: imaginary[k], label: wanted.to_string() })
+    let extent = |values: &[f64]| {
+        let finite = || values.iter().copied().filter(|value| value.is_finite());
+        finite().fold(f64::NEG_INFINITY, f64::max) - finite().fold(f64::INFINITY, f64::min)
     };
-    MARKED_HZ.into_iter().filter_map(nearest).collect()
+    let apart = APART * extent(real).max(extent(imaginary));
+    let mut pins: Vec<Pin> = Vec::new();
+    for wanted in MARKED_HZ {
+        let away = |k: &usize| (frequency_hz[*k] - wanted).abs();
+        let Some(k) = (0..frequency_hz.len()).min_by(|a, b| away(a).total_cmp(&away(b))) else { continue };
+        let free = pins.iter().all(|pin| (pin.x - real[k]).hypot(pin.y - imaginary[k]) > apart);
+        if away(&k) <= 0.05 * wanted && free {
+            pins.push(Pin { x: real[k], y: imaginary[k], label: wanted.to_string() });
+        }
+    }
+    pins
 }
 
 #[cfg(test)]

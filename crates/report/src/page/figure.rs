@@ -6,10 +6,8 @@ use crate::plot::{Cell, Figure, draw_panel, escape, legend_entries, swatch};
 pub(super) fn figure_html(figure: &Figure, id: &str) -> String {
     let cell_width = figure.cell_width();
     let cells: String = figure.cells.iter().map(|cell| cell_html(figure, cell, cell_width)).collect();
-    let numbers: String = match &figure.table {
-        Some(table) => table.to_html(),
-        None => data_tables(figure).iter().map(crate::Table::to_html).collect(),
-    };
+    let beside = figure.table.as_ref().map(|table| format!("<div class=\"beside\">{}</div>\n", table.to_html())).unwrap_or_default();
+    let numbers: String = if figure.table.is_some() { String::new() } else { data_tables(figure).iter().map(crate::Table::to_html).collect() };
     let numbers =
         if numbers.is_empty() { numbers } else { format!("<details><summary>Numbers behind “{}”</summary>\n{numbers}</details>\n", escape(&figure.title)) };
     let caption = if figure.caption.is_empty() { String::new() } else { format!("<p>{}</p>", escape(&figure.caption)) };
@@ -18,9 +16,13 @@ pub(super) fn figure_html(figure: &Figure, id: &str) -> String {
          <div class=\"bar\"><div class=\"legend\">{legend}</div>\
          <div class=\"tools js-only\" role=\"group\" aria-label=\"Zoom\"><button type=\"button\" data-zoom=\"in\" aria-label=\"Zoom in\">+</button>\
          <button type=\"button\" data-zoom=\"out\" aria-label=\"Zoom out\">−</button><button type=\"button\" data-zoom=\"reset\" disabled>Reset</button></div></div>\n\
-         <div class=\"cells\">\n{cells}</div>\n<p class=\"live\" aria-live=\"polite\"></p>\n{numbers}</figure>\n",
+         <div class=\"cells\">\n{cells}{beside}</div>\n<p class=\"live\" aria-live=\"polite\"></p>\n{numbers}</figure>\n",
         columns = figure.columns.max(1),
-        class = if figure.columns > 3 { "many" } else { "few" },
+        class = match (&figure.table, figure.columns) {
+            (Some(_), 1) => "few two",
+            (_, columns) if columns > 3 => "many",
+            _ => "few",
+        },
         title = escape(&figure.title),
         legend = legend_html(figure),
     )

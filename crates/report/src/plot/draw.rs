@@ -257,7 +257,8 @@ fn draw_series(at: &Placement, series: &Series, index: usize) -> String {
         return String::new();
     }
     let dash = if class == "line" { dash } else { "" };
-    format!("<path class=\"{class} c-{color}{dash}\" data-s=\"{index}\" d=\"{path}\"/>")
+    let dense = if class == "line" && series.mark.x().len() as f64 > 2.0 * at.width { " dense" } else { "" };
+    format!("<path class=\"{class}{dense} c-{color}{dash}\" data-s=\"{index}\" d=\"{path}\"/>")
 }
 
 /// An angle that leaves its turn comes back on the other side: no line joins the two.

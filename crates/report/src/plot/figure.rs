@@ -116,7 +116,7 @@ pub struct Figure {
     pub columns: usize,
     /// Row by row.
     pub cells: Vec<Cell>,
-    /// What stands behind the picture for those who cannot see it; `None` takes the series' numbers.
+    /// What stands beside the picture and says it in numbers; `None` folds the series' numbers away below it.
     pub table: Option<Table>,
 }
 

@@ -38,7 +38,7 @@ pub fn ticks(scale: Scale, min: f64, max: f64, target: usize) -> Vec<Tick> {
 
 fn nice_step(wanted: f64) -> f64 {
     let power = 10f64.powf(wanted.log10().floor());
-    let factor = [1.0, 2.0, 2.5, 5.0, 10.0].into_iter().find(|factor| factor * power >= wanted * 0.999).unwrap_or(10.0);
+    let factor = [1.0, 2.0, 2.5, 5.0, 10.0].into_iter().find(|factor| factor * power >= wanted * 0.75).unwrap_or(10.0);
     factor * power
 }
 
@@ -74,13 +74,16 @@ fn log_ticks(min: f64, max: f64, target: usize) -> Vec<Tick> {
             .collect()
     };
     let most = (target * 8).div_ceil(5).max(3);
-    for mantissas in [&[1.0, 2.0, 5.0][..], &[1.0, 3.0], &[1.0]] {
+    // Bare decades are calmest, if they are not too few for the room.
+    let decades = within(&[1.0], 1).len();
+    let order: &[&[f64]] = if decades >= 3 && 3 * decades >= 2 * target { &[&[1.0]] } else { &[&[1.0, 2.0, 5.0], &[1.0, 3.0], &[1.0]] };
+    for mantissas in order {
         let found = within(mantissas, 1);
         if (3..=most).contains(&found.len()) {
             return log_labelled(&found);
         }
     }
-    if last - first < 2 {
+    if decades < 2 {
         return ticks(Scale::Linear, min, max, target);
     }
     let stride = (2..).find(|&stride| within(&[1.0], stride).len() <= most).unwrap_or(1);
