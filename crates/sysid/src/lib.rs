@@ -16,8 +16,8 @@ mod warning;
 
 pub use conditioned::{Conditioned, conditioned};
 pub use estimate::{
-    Coherence, DerivedEstimate, Direct, DirectEstimate, EstimateError, Estimates, LARGEST_CONDITION, Significance, SpectralMethod, ToReference,
-    WEAK_INSTRUMENT, derived, direct, estimate,
+    Choice, Coherence, DerivedEstimate, Detection, Direct, DirectEstimate, Distortion, EstimateError, Estimates, LARGEST_CONDITION, LocalPolynomial,
+    Significance, SpectralMethod, ToReference, WEAK_INSTRUMENT, choose_method, derived, direct, estimate,
 };
 pub use interval::{Confidence, GainPhase, paper_random_error};
 pub use labels::Labels;

@@ -1,6 +1,7 @@
 //! Coherences of an estimate, and what chance alone would give.
 
 use ndarray::{Array2, Array3};
+use num_complex::Complex64;
 use serde::{Deserialize, Serialize};
 use statrs::distribution::{Beta, ContinuousCDF};
 
@@ -71,4 +72,28 @@ impl Significance {
             multiple: Beta::new(q, effective_averages - q).map_or(f64::NAN, |beta| beta.inverse_cdf(0.95)),
         }
     }
+}
+
+/// Coherences of output `i` at `f` as the response, the input spectrum and the noise imply them.
+pub(crate) fn imply(
+    coherence: &mut Coherence,
+    (f, i): (usize, usize),
+    response: &[Complex64],
+    input: impl Fn(usize, usize) -> Complex64,
+    inverse: &[Complex64],
+    noise: f64,
+) {
+    let q = response.len();
+    let mut explained = 0.0;
+    for j in 0..q {
+        let cross: Complex64 = (0..q).map(|k| response[k] * input(k, j)).sum();
+        explained += (cross * response[j].conj()).re;
+        coherence.ordinary[[f, i, j]] = cross.norm_sqr() / input(j, j).re;
+        let alone = response[j].norm_sqr() / inverse[j * q + j].re;
+        coherence.partial[[f, i, j]] = alone / (alone + noise);
+    }
+    for j in 0..q {
+        coherence.ordinary[[f, i, j]] /= explained + noise;
+    }
+    coherence.multiple[[f, i]] = explained / (explained + noise);
 }

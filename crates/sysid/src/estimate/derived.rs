@@ -1,5 +1,6 @@
 //! The derived (joint input-output, instrumental-variable) estimate, unbiased under feedback.
 
+use super::coherence::imply;
 use super::direct::LARGEST_CONDITION;
 use super::{Coherence, EstimateError, check};
 use crate::hermitian::{Cholesky, eigen, scaled_condition};
@@ -160,22 +161,10 @@ pub fn derived(spectra: &CrossSpectra, ports: &Ports, labels: &Labels) -> Result
             measured.whiten(&mut row[..q]);
             let direct_noise = (spectra.power(f, ports.outputs[i]) - row[..q].iter().map(|w| w.norm_sqr()).sum::<f64>()).max(0.0);
             let own = &c[i * q..(i + 1) * q];
-            fill(&mut paper, (f, i), own, uu, &inverse_u, direct_noise);
-            fill(&mut iv, (f, i), own, cc, &inverse_c, equation_noise);
+            imply(&mut paper, (f, i), own, uu, &inverse_u, direct_noise);
+            imply(&mut iv, (f, i), own, cc, &inverse_c, equation_noise);
         }
-        // 1 / (smallest eigenvalue of N⁻¹ S^c) is the largest of L⁻¹ N L⁻ᴴ with S^c = L Lᴴ; N itself may be singular.
-        for i in 0..q {
-            (0..q).for_each(|j| row[j] = sigma[(p + i) * m + p + j]);
-            coherent.whiten(&mut row[..q]);
-            (0..q).for_each(|j| inverse_c[i * q + j] = row[j]);
-        }
-        for j in 0..q {
-            (0..q).for_each(|i| row[i] = inverse_c[i * q + j].conj());
-            coherent.whiten(&mut row[..q]);
-            (0..q).for_each(|i| inverse_u[j * q + i] = row[i]);
-        }
-        eigen(&mut inverse_u, &mut values[..q], None);
-        let largest = values[..q].iter().fold(0.0_f64, |a, &b| a.max(b));
+        let largest = largest_ratio(&coherent, |i, j| sigma[(p + i) * m + p + j], &mut inverse_c, &mut inverse_u, &mut row, &mut values[..q]);
         instrument_strength[f] = freedom / qr as f64 / largest;
         let weakest = (0..q).map(|j| input_coherence[[f, j]]).map(|g| averages * g / (1.0 - g)).fold(f64::INFINITY, f64::min);
         weak_instrument[f] = instrument_strength[f].min(weakest) < WEAK_INSTRUMENT;
@@ -212,28 +201,29 @@ pub fn derived(spectra: &CrossSpectra, ports: &Ports, labels: &Labels) -> Result
     })
 }
 
-/// Coherences of output `i` at `f` as the response, the input spectrum and the noise imply them.
-fn fill(
-    coherence: &mut Coherence,
-    (f, i): (usize, usize),
-    response: &[Complex64],
-    input: impl Fn(usize, usize) -> Complex64,
-    inverse: &[Complex64],
-    noise: f64,
-) {
-    let q = response.len();
-    let mut explained = 0.0;
-    for j in 0..q {
-        let cross: Complex64 = (0..q).map(|k| response[k] * input(k, j)).sum();
-        explained += (cross * response[j].conj()).re;
-        coherence.ordinary[[f, i, j]] = cross.norm_sqr() / input(j, j).re;
-        let alone = response[j].norm_sqr() / inverse[j * q + j].re;
-        coherence.partial[[f, i, j]] = alone / (alone + noise);
+/// The largest eigenvalue of S⁻¹N for S = L Lᴴ already factored, that is of L⁻¹ N L⁻ᴴ. N may be singular. `a`, `b`,
+/// `row` and `values` are workspace of q², q², q and q.
+pub(crate) fn largest_ratio(
+    factor: &Cholesky,
+    n: impl Fn(usize, usize) -> Complex64,
+    a: &mut [Complex64],
+    b: &mut [Complex64],
+    row: &mut [Complex64],
+    values: &mut [f64],
+) -> f64 {
+    let q = values.len();
+    for i in 0..q {
+        (0..q).for_each(|j| row[j] = n(i, j));
+        factor.whiten(&mut row[..q]);
+        a[i * q..(i + 1) * q].copy_from_slice(&row[..q]);
     }
     for j in 0..q {
-        coherence.ordinary[[f, i, j]] /= explained + noise;
+        (0..q).for_each(|i| row[i] = a[i * q + j].conj());
+        factor.whiten(&mut row[..q]);
+        b[j * q..(j + 1) * q].copy_from_slice(&row[..q]);
     }
-    coherence.multiple[[f, i]] = explained / (explained + noise);
+    eigen(b, values, None);
+    values.iter().fold(0.0_f64, |a, &b| a.max(b))
 }
 
 fn assign(array: &mut Array3<Complex64>, f: usize, from: &[Complex64]) {

@@ -1,7 +1,7 @@
 //! Why there is no estimate.
 
 use crate::ports::PortsError;
-use ndof_signal::{RecordingError, SpectraError, WelchError};
+use ndof_signal::{MultitaperError, PeriodicError, SpectraError, WelchError};
 
 /// Why a response cannot be estimated.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
@@ -67,21 +67,53 @@ pub enum EstimateError {
     /// No recording was given.
     #[error("no recording to estimate from; give at least one trial")]
     NoTrial,
-    /// A trial lacks a channel, or holds a NaN.
-    #[error("trial {trial}: {source}")]
-    Recording {
-        /// Number of the trial, from 1.
-        trial: usize,
-        /// What is wrong.
-        source: RecordingError,
-    },
-    /// A trial cannot be transformed.
+    /// A trial cannot be transformed by Welch's method.
     #[error("trial {trial}: {source}")]
     Welch {
         /// Number of the trial, from 1.
         trial: usize,
         /// What is wrong.
         source: WelchError,
+    },
+    /// A trial cannot be transformed by the multitaper method.
+    #[error("trial {trial}: {source}")]
+    Multitaper {
+        /// Number of the trial, from 1.
+        trial: usize,
+        /// What is wrong.
+        source: MultitaperError,
+    },
+    /// A trial cannot be averaged over periods.
+    #[error("trial {trial}: {source}")]
+    Periodic {
+        /// Number of the trial, from 1.
+        trial: usize,
+        /// What is wrong.
+        source: PeriodicError,
+    },
+    /// A record has fewer spectral lines than a local fit needs.
+    #[error("{lines} spectral lines are too few for a local fit over {needed}; record longer, or lower the half width or the order")]
+    TooFewLines {
+        /// Lines between 0 Hz and Nyquist.
+        lines: usize,
+        /// Lines of the window.
+        needed: usize,
+    },
+    /// A sample is not a number.
+    #[error("trial {trial}: channel {channel} is not a finite number at sample {sample}; cut that stretch out or repair it")]
+    NotFinite {
+        /// Number of the trial, from 1.
+        trial: usize,
+        /// Index of the channel.
+        channel: usize,
+        /// Index of the sample.
+        sample: usize,
+    },
+    /// No line of the references (or inputs) stands out of the noise.
+    #[error("no line of \"{name}\" stands out of the noise; give the period of the excitation, or use another method")]
+    NoLines {
+        /// The channel.
+        name: String,
     },
     /// Trials cannot be pooled.
     #[error(transparent)]

@@ -1,10 +1,12 @@
 //! One call for every spectral method: trials in, estimates out.
 
+use super::local_polynomial::{self, Lines, LocalPolynomial};
+use super::multisine::{Distortion, Multisine, multisine};
 use super::{DerivedEstimate, Direct, DirectEstimate, EstimateError, derived, direct};
 use crate::labels::Labels;
 use crate::ports::Ports;
 use crate::warning::Warning;
-use ndof_signal::{CrossSpectra, Recording, Welch};
+use ndof_signal::{CrossSpectra, Multitaper, PeriodSpectra, Periodic, Recording, SpectraError, Welch};
 use serde::{Deserialize, Serialize};
 
 /// How spectra are made from recordings.
@@ -14,6 +16,12 @@ use serde::{Deserialize, Serialize};
 pub enum SpectralMethod {
     /// Averages over windowed, overlapping segments.
     Welch(Welch),
+    /// Averages over orthogonal tapers of the whole record.
+    Multitaper(Multitaper),
+    /// Response and leakage as polynomials around each line of the whole record.
+    LocalPolynomial(LocalPolynomial),
+    /// Averages over the periods of a periodic excitation; the grid is that of the excited lines.
+    Periodic(Periodic),
 }
 
 impl SpectralMethod {
@@ -21,6 +29,9 @@ impl SpectralMethod {
     pub fn name(&self) -> &'static str {
         match self {
             SpectralMethod::Welch(_) => "welch",
+            SpectralMethod::Multitaper(_) => "multitaper",
+            SpectralMethod::LocalPolynomial(_) => "local-polynomial",
+            SpectralMethod::Periodic(_) => "periodic",
         }
     }
 }
@@ -34,6 +45,8 @@ pub struct Estimates {
     pub derived: Option<DerivedEstimate>,
     /// Cross-spectra of all channels of the recordings, pooled over trials, for methods that have them.
     pub spectra: Option<CrossSpectra>,
+    /// Noise against nonlinearity, for periodic excitation.
+    pub distortion: Option<Distortion>,
     /// How it was done.
     pub method: SpectralMethod,
     /// Effective averages over all trials.
@@ -62,16 +75,82 @@ pub struct Estimates {
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 pub fn estimate(trials: &[&Recording], ports: &Ports, labels: &Labels, method: &SpectralMethod, estimator: Direct) -> Result<Estimates, EstimateError> {
-    let spectra = match method {
-        SpectralMethod::Welch(welch) => pooled(trials, |recording, trial| {
-            let all: Vec<usize> = (0..recording.channels().len()).collect();
-            welch.spectra(recording.sample_rate_hz(), &recording.columns(&all)).map_err(|source| EstimateError::Welch { trial, source })
-        })?,
-    };
+    let first = trials.first().ok_or(EstimateError::NoTrial)?;
+    ports.validate(first.channels().len())?;
+    let all: Vec<usize> = (0..first.channels().len()).collect();
+    match method {
+        SpectralMethod::Welch(settings) => {
+            let spectra = pooled(trials, |recording, trial| {
+                settings.spectra(recording.sample_rate_hz(), &recording.columns(&all)).map_err(|source| EstimateError::Welch { trial, source })
+            })?;
+            from_spectra(spectra, ports, labels, method, estimator)
+        }
+        SpectralMethod::Multitaper(settings) => {
+            let spectra = pooled(trials, |recording, trial| {
+                settings.spectra(recording.sample_rate_hz(), &recording.columns(&all)).map_err(|source| EstimateError::Multitaper { trial, source })
+            })?;
+            from_spectra(spectra, ports, labels, method, estimator)
+        }
+        SpectralMethod::LocalPolynomial(settings) => {
+            let (direct, derived) = local(trials, ports, labels, *settings)?;
+            let warnings = warnings(&direct, derived.as_ref(), ports);
+            let effective_averages = direct.effective_averages;
+            Ok(Estimates { effective_averages, direct, derived, spectra: None, distortion: None, method: method.clone(), warnings })
+        }
+        SpectralMethod::Periodic(settings) => {
+            let periods: Result<Vec<PeriodSpectra>, EstimateError> = trials
+                .iter()
+                .enumerate()
+                .map(|(k, recording)| {
+                    settings.spectra(recording.sample_rate_hz(), &recording.columns(&all)).map_err(|source| EstimateError::Periodic { trial: k + 1, source })
+                })
+                .collect();
+            let Multisine { direct, derived, distortion, warnings: mut own } = multisine(&periods?, ports, labels)?;
+            own.extend(warnings(&direct, derived.as_ref(), ports));
+            let effective_averages = direct.effective_averages;
+            Ok(Estimates { effective_averages, direct, derived, spectra: None, distortion: Some(distortion), method: method.clone(), warnings: own })
+        }
+    }
+}
+
+fn from_spectra(spectra: CrossSpectra, ports: &Ports, labels: &Labels, method: &SpectralMethod, estimator: Direct) -> Result<Estimates, EstimateError> {
     let direct = direct(&spectra, ports, labels, estimator)?;
     let derived = if ports.references.len() >= ports.inputs.len() { Some(derived(&spectra, ports, labels)?) } else { None };
     let warnings = warnings(&direct, derived.as_ref(), ports);
-    Ok(Estimates { effective_averages: spectra.effective_averages(), direct, derived, spectra: Some(spectra), method: method.clone(), warnings })
+    let effective_averages = spectra.effective_averages();
+    Ok(Estimates { effective_averages, direct, derived, spectra: Some(spectra), distortion: None, method: method.clone(), warnings })
+}
+
+fn local(trials: &[&Recording], ports: &Ports, labels: &Labels, settings: LocalPolynomial) -> Result<(DirectEstimate, Option<DerivedEstimate>), EstimateError> {
+    let first = trials.first().ok_or(EstimateError::NoTrial)?;
+    ports.validate(first.channels().len())?;
+    let rate = first.sample_rate_hz();
+    for (k, recording) in trials.iter().enumerate() {
+        for (what, expected, found) in
+            [("channels", first.channels().len() as f64, recording.channels().len() as f64), ("Hz sample rate", rate, recording.sample_rate_hz())]
+        {
+            if expected != found {
+                return Err(SpectraError::Mismatch { trial: k + 1, what, expected, found }.into());
+            }
+        }
+        for (channel, samples) in recording.channels().iter().enumerate() {
+            if let Some(sample) = samples.samples.iter().position(|v| !v.is_finite()) {
+                return Err(EstimateError::NotFinite { trial: k + 1, channel, sample });
+            }
+        }
+    }
+    let len = trials.iter().map(|r| r.len()).min().unwrap_or(0);
+    let all: Vec<usize> = (0..first.channels().len()).collect();
+    let lines: Vec<Lines> = trials.iter().map(|r| Lines::new(rate, &r.columns(&all), len)).collect();
+    let fit = |drivers: &[usize], responders: &[usize]| local_polynomial::fit_as_set(&lines, (rate, len), drivers, responders, settings).map(|f| f.fitted);
+    let direct = fit(&ports.inputs, &ports.outputs)?;
+    let derived = if ports.references.len() >= ports.inputs.len() {
+        let responders: Vec<usize> = ports.outputs.iter().chain(&ports.inputs).copied().collect();
+        Some(fit(&ports.references, &responders)?.derived(&direct, labels)?)
+    } else {
+        None
+    };
+    Ok((direct.direct(labels)?, derived))
 }
 
 fn pooled(trials: &[&Recording], transform: impl Fn(&Recording, usize) -> Result<CrossSpectra, EstimateError>) -> Result<CrossSpectra, EstimateError> {

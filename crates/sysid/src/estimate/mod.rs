@@ -1,14 +1,21 @@
 //! From spectra, or straight from recordings, to a response with its coherences and covariance.
 
 pub(crate) mod check;
+mod choose;
 mod coherence;
 mod derived;
 mod direct;
 mod error;
+mod fitted;
+mod local_polynomial;
 mod method;
+mod multisine;
 
+pub use choose::{Choice, choose_method};
 pub use coherence::{Coherence, Significance};
 pub use derived::{DerivedEstimate, ToReference, WEAK_INSTRUMENT, derived};
 pub use direct::{Direct, DirectEstimate, LARGEST_CONDITION, direct};
 pub use error::EstimateError;
+pub use local_polynomial::LocalPolynomial;
 pub use method::{Estimates, SpectralMethod, estimate};
+pub use multisine::{Detection, Distortion};

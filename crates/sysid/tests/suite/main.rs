@@ -4,4 +4,5 @@ mod draws;
 mod identities;
 mod refusals;
 mod scipy;
+mod time_domain;
 mod truth;

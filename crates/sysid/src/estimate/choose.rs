@@ -1,0 +1,67 @@
+//! The method that fits the recordings, and why.
+
+use super::SpectralMethod;
+use crate::ports::Ports;
+use ndof_signal::{Multitaper, Periodic, Recording, Welch, detect_period};
+
+/// A method and the sentence that says why it was taken.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Choice {
+    /// The method with its settings.
+    pub method: SpectralMethod,
+    /// Why, with numbers.
+    pub reason: String,
+}
+
+/// Effective averages beyond the number of inputs that an estimate should have.
+const ENOUGH: f64 = 10.0;
+
+/// Chooses a spectral method from the length, number and periodicity of the recordings.
+///
+/// Periodic commands: periodic averaging (no leakage, noise and distortion told apart). Otherwise multitaper with
+/// NW = 4 where the trials together give enough averages or cannot be cut into enough segments, since it resolves the
+/// most for its averages; Welch on long records, where memory and time matter.
+pub fn choose_method(trials: &[&Recording], ports: &Ports) -> Choice {
+    let (Some(first), drivers) = (trials.first(), if ports.references.is_empty() { &ports.inputs } else { &ports.references }) else {
+        return Choice { method: SpectralMethod::Multitaper(Multitaper::default()), reason: "there is no recording".to_owned() };
+    };
+    let periodic = drivers.first().and_then(|&c| first.channels().get(c)).and_then(|c| detect_period(&c.samples));
+    if let Some(found) = periodic
+        && found.mismatch < 1e-3
+    {
+        let whole = first.len() / found.period;
+        if whole >= 3 && trials.len() >= drivers.len() {
+            let seconds = found.period as f64 / first.sample_rate_hz();
+            return Choice {
+                method: SpectralMethod::Periodic(Periodic { period: found.period, discard: 1 }),
+                reason: format!("the excitation repeats every {seconds:.3} s ({whole} periods): averaged over periods, the first one left out"),
+            };
+        }
+    }
+    let shortest = trials.iter().map(|r| r.len()).min().unwrap_or(0);
+    let duration_s = shortest as f64 / first.sample_rate_hz();
+    let count = trials.len();
+    let needed = drivers.len() as f64 + ENOUGH;
+    // Thomson's tapers at NW = 4 give 7 averages a trial.
+    let time_bandwidth = if 7.0 * count as f64 >= needed { 4.0 } else { ((needed / count as f64 + 1.0) / 2.0).ceil() };
+    let resolution_hz = 2.0 * time_bandwidth / duration_s;
+    // Beyond this the tapers of a trial cost more time and memory than they resolve.
+    if shortest <= 1 << 19 && (time_bandwidth * 4.0) < shortest as f64 {
+        let averages = (2.0 * time_bandwidth - 1.0) * count as f64;
+        return Choice {
+            method: SpectralMethod::Multitaper(Multitaper { time_bandwidth, ..Multitaper::default() }),
+            reason: format!(
+                "{count} trial(s) of {duration_s:.1} s, not periodic: {averages:.0} averages at a resolution of {resolution_hz:.2} Hz with NW = {time_bandwidth}"
+            ),
+        };
+    }
+    let nperseg = (shortest as f64 * count as f64 / (2.0 * needed)).log2().floor().clamp(3.0, 16.0);
+    let nperseg = (1_usize << nperseg as u32).min(shortest.max(1));
+    Choice {
+        method: SpectralMethod::Welch(Welch::new(nperseg)),
+        reason: format!(
+            "{count} trial(s) of {duration_s:.1} s, long enough for segments of {nperseg} samples ({:.1} s)",
+            nperseg as f64 / first.sample_rate_hz()
+        ),
+    }
+}

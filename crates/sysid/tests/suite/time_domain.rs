@@ -1,0 +1,251 @@
+//! Whole estimations from samples: leakage, resonance, periodic excitation, closed loop.
+
+use crate::draws::seeded;
+use ndof_signal::{Channel, Multitaper, Periodic, Quantity, Recording, Unit, Welch};
+use ndof_sysid::{Direct, Estimates, FrequencyResponse, Labels, LocalPolynomial, Ports, SpectralMethod, choose_method, estimate};
+use num_complex::Complex64;
+use rand::RngExt;
+use rand_distr::StandardNormal;
+use std::f64::consts::TAU;
+
+/// A mass, a damper and a spring as an exact discrete filter x_{k+1} = 2 e^{−a} cos(b) x_k − e^{−2a} x_{k−1} + g u_k,
+/// whose response is known in closed form.
+#[derive(Clone, Copy)]
+struct Resonance {
+    a1: f64,
+    a2: f64,
+    gain: f64,
+    rate: f64,
+}
+
+impl Resonance {
+    fn new(frequency_hz: f64, damping: f64, rate: f64) -> Self {
+        let w = TAU * frequency_hz / rate;
+        let (decay, turn) = ((-damping * w).exp(), w * (1.0 - damping * damping).sqrt());
+        let (a1, a2) = (2.0 * decay * turn.cos(), -decay * decay);
+        Resonance { a1, a2, gain: 1.0 - a1 - a2, rate }
+    }
+
+    fn respond(&self, input: &[f64]) -> Vec<f64> {
+        let (mut y1, mut y2) = (0.0, 0.0);
+        let step = |u: &f64| {
+            let y = self.a1 * y1 + self.a2 * y2 + self.gain * u;
+            (y2, y1) = (y1, y);
+            y
+        };
+        input.iter().map(step).collect()
+    }
+
+    fn at(&self, frequency_hz: f64) -> Complex64 {
+        let z = Complex64::from_polar(1.0, -TAU * frequency_hz / self.rate);
+        self.gain / (1.0 - self.a1 * z - self.a2 * z * z)
+    }
+}
+
+fn noise(seed: u64, n: usize) -> Vec<f64> {
+    let mut rng = seeded(seed);
+    (0..n).map(|_| rng.sample(StandardNormal)).collect()
+}
+
+fn recording(rate: f64, channels: Vec<(&str, Vec<f64>)>) -> Recording {
+    let channels = channels.into_iter().map(|(name, samples)| {
+        let quantity = if name.starts_with("pos") { Quantity::Displacement } else { Quantity::Effort };
+        Channel::new(name, Unit::si(quantity, false), samples)
+    });
+    Recording::new(rate, channels.collect()).expect("equal lengths")
+}
+
+fn run(trials: &[Recording], ports: &Ports, method: SpectralMethod) -> Estimates {
+    let trials: Vec<&Recording> = trials.iter().collect();
+    estimate(&trials, ports, &Labels::of(trials[0], ports), &method, Direct::H1).expect("estimate")
+}
+
+/// Largest |H − truth| around the peak over the peak's height.
+fn peak_error(response: &FrequencyResponse, truth: Resonance, peak_hz: f64) -> f64 {
+    let height = truth.at(peak_hz).norm();
+    let near = (0..response.len()).filter(|&f| (response.frequency_hz[f] - peak_hz).abs() < 0.3);
+    near.map(|f| (response.value[[f, 0, 0]] - truth.at(response.frequency_hz[f])).norm() / height).fold(0.0, f64::max)
+}
+
+fn one_input() -> Ports {
+    Ports { references: vec![], inputs: vec![0], outputs: vec![1] }
+}
+
+#[test]
+fn local_polynomials_resolve_a_resonance_that_welch_flattens() {
+    let (rate, peak_hz) = (500.0, 5.0);
+    // At a damping of 0.01 a 50 s record has five lines in the half-power width, too few for any local fit.
+    for (damping, duration_s, order, half_width) in [(0.05, 50, 2, None), (0.02, 50, 4, Some(6)), (0.01, 200, 4, None)] {
+        let (system, n, factor) = (Resonance::new(peak_hz, damping, rate), 500 * duration_s, 5.0);
+        let (mut welch_worst, mut local_worst) = (0.0, 0.0);
+        for seed in 0..4 {
+            let force = noise(seed, n);
+            let output = system.respond(&force);
+            let trial = [recording(rate, vec![("force", force), ("pos", output)])];
+            let welch = run(&trial, &one_input(), SpectralMethod::Welch(Welch::new(8192)));
+            let local = LocalPolynomial { order, half_width, ..LocalPolynomial::default() };
+            let local = run(&trial, &one_input(), SpectralMethod::LocalPolynomial(local));
+            welch_worst += peak_error(&welch.direct.response, system, peak_hz);
+            local_worst += peak_error(&local.direct.response, system, peak_hz);
+        }
+        println!("damping {damping}: Welch {:.4}, local polynomial {:.4}, ratio {:.1}", welch_worst / 4.0, local_worst / 4.0, welch_worst / local_worst);
+        assert!(factor * local_worst < welch_worst, "damping {damping}: {local_worst} against {welch_worst}");
+    }
+}
+
+#[test]
+fn a_delayed_output_has_a_falling_phase() {
+    let force = noise(9, 4000);
+    let mut late = vec![0.0; 3];
+    late.extend_from_slice(&force[..3997]);
+    let trial = [recording(100.0, vec![("force", force), ("pos", late)])];
+    let methods = [
+        SpectralMethod::Welch(Welch::new(512)),
+        SpectralMethod::Multitaper(Multitaper::default()),
+        SpectralMethod::LocalPolynomial(LocalPolynomial::default()),
+    ];
+    for method in methods {
+        let found = run(&trial, &one_input(), method.clone());
+        let response = &found.direct.response;
+        for f in (0..response.len()).filter(|&f| (2.0..10.0).contains(&response.frequency_hz[f])) {
+            let expected = -TAU * response.frequency_hz[f] * 0.03;
+            assert!((response.value[[f, 0, 0]].arg() - expected).abs() < 0.1, "{} at {} Hz", method.name(), response.frequency_hz[f]);
+        }
+    }
+}
+
+/// Two limbs' worth of resonances held by a diagonal robot of stiffness `hold`, forces and positions measured.
+fn held_arm(seed: u64, n: usize, limb_noise: f64) -> Recording {
+    let (rate, hold) = (100.0, 0.6);
+    let systems = [Resonance::new(3.0, 0.3, rate), Resonance::new(4.0, 0.4, rate)];
+    let (commands, disturbances) = ([noise(seed, n), noise(seed + 1000, n)], [noise(seed + 2000, n), noise(seed + 3000, n)]);
+    let mut state = [[0.0; 2]; 2];
+    let mut out = [Vec::new(), Vec::new(), Vec::new(), Vec::new()];
+    for k in 0..n {
+        let last: [f64; 2] = [0, 1].map(|i| state[i][0]);
+        for i in 0..2 {
+            // The other axis pulls a little: a coupled limb and a coupled robot.
+            let force = commands[i][k] - hold * (last[i] + 0.2 * last[1 - i]);
+            let s = &systems[i];
+            let y = s.a1 * state[i][0] + s.a2 * state[i][1] + s.gain * (force + limb_noise * disturbances[i][k]);
+            state[i] = [y, state[i][0]];
+            out[i].push(force);
+            out[2 + i].push(y);
+        }
+    }
+    let [fx, fy, x, y] = out;
+    let [cx, cy] = commands;
+    recording(rate, vec![("cmd_x", cx), ("cmd_y", cy), ("force_x", fx), ("force_y", fy), ("pos_x", x), ("pos_y", y)])
+}
+
+#[test]
+fn every_method_finds_the_limb_under_feedback_by_way_of_the_references() {
+    let ports = Ports { references: vec![0, 1], inputs: vec![2, 3], outputs: vec![4, 5] };
+    let trials: Vec<Recording> = (0..6).map(|k| held_arm(10 + k, 5000, 0.5)).collect();
+    let truth = [Resonance::new(3.0, 0.3, 100.0), Resonance::new(4.0, 0.4, 100.0)];
+    let methods = [
+        SpectralMethod::Welch(Welch::new(512)),
+        SpectralMethod::Multitaper(Multitaper::default()),
+        SpectralMethod::LocalPolynomial(LocalPolynomial::default()),
+    ];
+    for method in methods {
+        let found = run(&trials, &ports, method.clone());
+        let derived = found.derived.expect("references");
+        let (mut chi2, mut direct_chi2, mut count) = (0.0, 0.0, 0.0);
+        let response = &derived.response;
+        let spacing = response.uncertainty.as_ref().expect("covariance").independent_spacing_hz;
+        let mut next_hz = 0.5;
+        for f in 0..response.len() {
+            if response.frequency_hz[f] < next_hz || response.frequency_hz[f] > 8.0 {
+                continue;
+            }
+            next_hz = response.frequency_hz[f] + spacing;
+            for (i, system) in truth.iter().enumerate() {
+                let exact = system.at(response.frequency_hz[f]);
+                chi2 += (response.value[[f, i, i]] - exact).norm_sqr() / response.variance(f, i, i);
+                direct_chi2 += (found.direct.response.value[[f, i, i]] - exact).norm_sqr() / found.direct.response.variance(f, i, i);
+                count += 1.0;
+            }
+        }
+        // |δ|²/E|δ|² has mean ν/(ν−1) and a standard deviation near 1; the window's bias adds a little.
+        let (chi2, direct_chi2) = (chi2 / count, direct_chi2 / count);
+        println!("{}: chi2 derived {chi2:.2}, direct {direct_chi2:.2}, {count} cells", method.name());
+        assert!((chi2 - 1.03).abs() < 4.0 * 1.1 / f64::sqrt(count), "{}: {chi2} over {count}", method.name());
+        assert!(direct_chi2 > 1.5 * chi2, "{}: the direct estimate is biased: {direct_chi2}", method.name());
+    }
+}
+
+/// One period of a random-phase multisine at `lines`, unit amplitude each.
+fn multisine(period: usize, lines: &[usize], seed: u64) -> Vec<f64> {
+    let mut rng = seeded(seed);
+    let phases: Vec<f64> = lines.iter().map(|_| rng.random_range(0.0..TAU)).collect();
+    let value = |k: usize| lines.iter().zip(&phases).map(|(&l, p)| (TAU * (l * k % period) as f64 / period as f64 + p).cos()).sum();
+    (0..period).map(value).collect()
+}
+
+#[test]
+fn a_multisine_separates_cubic_from_quadratic_distortion_and_both_from_noise() {
+    let (rate, period, periods, trials) = (100.0, 1000, 4, 8);
+    // Odd lines, every fourth of them left out.
+    let lines: Vec<usize> = (1..101).step_by(2).filter(|l| l % 8 != 5).collect();
+    let system = Resonance::new(3.0, 0.5, rate);
+    for (cubic, quadratic, sigma) in [(0.0, 0.0, 0.3), (2e-3, 0.0, 0.02), (0.0, 2e-2, 0.02)] {
+        let records: Vec<Recording> = (0..trials)
+            .map(|t| {
+                let one = multisine(period, &lines, 50 + t);
+                let force: Vec<f64> = (0..period * (periods + 1)).map(|k| one[k % period]).collect();
+                let clean = system.respond(&force);
+                let output = clean.iter().zip(noise(70 + t, clean.len())).map(|(x, e)| x + cubic * x.powi(3) + quadratic * x * x + sigma * e).collect();
+                recording(rate, vec![("force", force), ("pos", output)])
+            })
+            .collect();
+        let found = run(&records, &one_input(), SpectralMethod::Periodic(Periodic { period, discard: 1 }));
+        let response = &found.direct.response;
+        assert_eq!(response.len(), lines.len());
+        let distortion = found.distortion.expect("periodic");
+        let rms = |a: &ndarray::Array3<f64>| (a.iter().map(|v| v * v).sum::<f64>() / a.len() as f64).sqrt();
+        let (noise_std, nonlinear, even, odd) =
+            (rms(&distortion.noise_std), rms(&distortion.nonlinear_std), rms(&distortion.even_std), rms(&distortion.odd_std));
+        println!("cubic {cubic}, quadratic {quadratic}: noise {noise_std:.2e}, nonlinear {nonlinear:.2e}, even {even:.2e}, odd {odd:.2e}");
+        // White noise σ on a line of unit amplitude: 4σ²/N over periods and trials.
+        let known = (4.0 * sigma * sigma / (period * periods) as f64 / trials as f64).sqrt();
+        assert!((noise_std / known - 1.0).abs() < 0.2, "noise {noise_std}, known {known}");
+        let detection = |is_even: bool| distortion.detection.iter().find(|d| d.even == is_even).expect("lines were left out");
+        if cubic > 0.0 {
+            assert!(odd > 10.0 * even && (odd / nonlinear - 1.0).abs() < 0.2, "odd {odd}, even {even}, nonlinear {nonlinear}");
+            assert!(detection(false).probability < 1e-6 && detection(true).probability > 1e-3);
+        } else if quadratic > 0.0 {
+            assert!(even > 10.0 * odd, "odd {odd}, even {even}");
+            // An even distortion never falls on the odd lines that were driven.
+            assert!(nonlinear < 0.2 * even, "nonlinear {nonlinear}");
+            assert!(detection(true).probability < 1e-6 && detection(false).probability > 1e-3);
+        } else {
+            assert!(detection(true).probability > 1e-3 && detection(false).probability > 1e-3);
+            let covered = (0..response.len())
+                .filter(|&f| {
+                    let entry = response.gain_phase(0, 0, 0.95)[f];
+                    (entry.gain_interval[0]..=entry.gain_interval[1]).contains(&system.at(response.frequency_hz[f]).norm())
+                })
+                .count() as f64
+                / response.len() as f64;
+            assert!((covered - 0.95).abs() < 4.0 * (0.05 * 0.95 / response.len() as f64).sqrt(), "{covered}");
+        }
+    }
+}
+
+#[test]
+fn the_choice_of_method_follows_the_recordings_and_says_why() {
+    let ports = one_input();
+    let choice = |records: &[Recording]| choose_method(&records.iter().collect::<Vec<_>>(), &ports);
+    let random = |seed: u64, n: usize| recording(100.0, vec![("force", noise(seed, n)), ("pos", noise(seed + 1, n))]);
+    let six: Vec<Recording> = (0..6).map(|k| random(2 * k, 5000)).collect();
+    let found = choice(&six);
+    assert!(matches!(&found.method, SpectralMethod::Multitaper(m) if m.time_bandwidth == 4.0), "{found:?}");
+    assert!(found.reason.contains("42 averages"), "{}", found.reason);
+    assert!(matches!(&choice(&six[..1]).method, SpectralMethod::Multitaper(m) if m.time_bandwidth == 6.0));
+    assert!(matches!(choice(&[random(1, 600_000)]).method, SpectralMethod::Welch(_)));
+    let period = multisine(1000, &[3, 5, 7, 20], 1);
+    let force: Vec<f64> = (0..5000).map(|k| period[k % 1000]).collect();
+    let found = choice(&[recording(100.0, vec![("force", force.clone()), ("pos", force)])]);
+    assert_eq!(found.method, SpectralMethod::Periodic(Periodic { period: 1000, discard: 1 }));
+}
