@@ -3,6 +3,7 @@
 use argmin::core::{Error as ArgminError, Executor, IterState, Jacobian, KV, Operator, Problem, Solver, State, TerminationReason, TerminationStatus};
 use faer::{Mat, MatRef, prelude::SolveLstsq};
 use serde::{Deserialize, Serialize};
+use std::cmp::Ordering;
 
 /// A sum of squares to minimise: ½ ‖r(x)‖².
 pub trait LeastSquares {
@@ -145,7 +146,7 @@ impl LevenbergMarquardt {
         if self.bounds.len() != start.len() {
             return Err(MinimiseError::BoundsLength { parameters: start.len(), bounds: self.bounds.len() });
         }
-        if let Some((parameter, &(lower, upper))) = self.bounds.iter().enumerate().find(|(_, b)| !(b.0 < b.1)) {
+        if let Some((parameter, &(lower, upper))) = self.bounds.iter().enumerate().find(|(_, b)| b.0.partial_cmp(&b.1) != Some(Ordering::Less)) {
             return Err(MinimiseError::EmptyBounds { parameter, lower, upper });
         }
         let x = self.clip(start);
@@ -223,7 +224,7 @@ impl LevenbergMarquardt {
             free.iter().enumerate().for_each(|(i, &j)| trial[j] += p[(i, 0)]);
             let trial = self.clip(&trial);
             let h = Mat::from_fn(k, 1, |i, _| trial[free[i]] - x[free[i]]);
-            let bent = &triangle * &h;
+            let bent = triangle * &h;
             let predicted = -(0..k).map(|i| h[(i, 0)] * gradient[(free[i], 0)] + 0.5 * bent[(i, 0)].powi(2)).sum::<f64>();
             let moved = (0..k).map(|i| (h[(i, 0)] * scale[free[i]]).powi(2)).sum::<f64>().sqrt();
             let new = problem.residuals(&trial);

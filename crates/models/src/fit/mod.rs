@@ -1,6 +1,7 @@
 //! Fitting parametric models to frequency responses.
 
 mod information;
+mod jackknife;
 mod loop_model;
 mod prediction;
 mod result;

@@ -33,6 +33,8 @@ pub struct Fit {
     pub parameters: Vec<Parameter>,
     /// Covariance of `theta`; rows of undetermined parameters are infinite on the diagonal and zero beside it.
     pub covariance: Array2<f64>,
+    /// What the disagreement of the trials multiplied that covariance with; 1 where it was not asked.
+    pub covariance_scale: f64,
     /// Lowest and highest frequency that was used.
     pub band_hz: [f64; 2],
     /// Number of frequencies that were used.
@@ -103,9 +105,8 @@ impl Fit {
         self.parameters.iter().find(|p| p.name == name)
     }
 
-    /// Values, standard errors and intervals from a covariance; Student's t with `degrees_of_freedom`.
-    pub(crate) fn describe<M: ParametricModel + ?Sized>(model: &M, theta: &[f64], covariance: &Array2<f64>, degrees_of_freedom: f64) -> Vec<Parameter> {
-        let quantile = t_quantile(degrees_of_freedom);
+    /// Values, standard errors and intervals of `quantile` standard errors to each side, from a covariance.
+    pub(crate) fn describe<M: ParametricModel + ?Sized>(model: &M, theta: &[f64], covariance: &Array2<f64>, quantile: f64) -> Vec<Parameter> {
         model
             .parameters()
             .into_iter()

@@ -1,6 +1,6 @@
 //! Weighted least squares on a frequency response, with the covariance that its estimator gave it.
 
-use super::{Fit, FitError, Prediction, Smoothing, Transducer, information::Information};
+use super::{Fit, FitError, Prediction, Smoothing, Transducer, information::Information, result::t_quantile};
 use crate::{LeastSquares, LevenbergMarquardt, ParametricModel, small};
 use faer::Mat;
 use ndof_sysid::{FrequencyResponse, ResponseKind, Uncertainty};
@@ -102,9 +102,10 @@ impl WeightedFit {
         let chi2 = 2.0 * minimum.cost * ((degrees - rows) / degrees).max(0.0);
         let degrees_of_freedom = 2.0 * independent * (n * n) as f64 - parameters.len() as f64;
         Ok(Fit {
-            parameters: Fit::describe(model, &minimum.x, &covariance, degrees_of_freedom),
+            parameters: Fit::describe(model, &minimum.x, &covariance, t_quantile(degrees_of_freedom)),
             theta: minimum.x,
             covariance,
+            covariance_scale: 1.0,
             band_hz: [frequency_hz[0], frequency_hz[frequency_hz.len() - 1]],
             bins: frequency_hz.len(),
             chi2,
