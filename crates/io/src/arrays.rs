@@ -2,9 +2,9 @@
 
 use crate::assemble::{RATE_KEY, is_time};
 use crate::error::IoError;
+use crate::names::split_name;
 use crate::note::Note;
 use crate::table::{Column, Rounding, Table};
-use crate::units::split_name;
 use std::collections::BTreeMap;
 
 /// What stands under one name in a file.
@@ -24,6 +24,13 @@ pub(crate) enum Value {
     Text(String),
     /// What is neither, in words.
     Other(&'static str),
+}
+
+impl Rounding {
+    /// Numbers of 32-bit floating point.
+    pub const SINGLE: Rounding = Rounding { place: 0.0, significant: 0, relative: f32::EPSILON as f64 };
+    /// Whole numbers.
+    pub const INTEGER: Rounding = Rounding { place: 1.0, significant: 0, relative: 0.0 };
 }
 
 /// Other names under which a lone number is the sample rate; `sample_rate_hz` wins over them.

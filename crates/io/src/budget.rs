@@ -2,6 +2,7 @@
 
 use crate::error::IoError;
 use crate::limits::{MAX_BYTES, MAX_CHANNELS};
+use std::io::{self, Read};
 
 /// Arrays of one file, channels, units and facts together.
 pub(crate) const MAX_ENTRIES: usize = 4 * MAX_CHANNELS;
@@ -44,8 +45,11 @@ impl Budget {
         }
     }
 
-    /// The bytes left.
-    pub fn left(&self) -> u64 {
-        self.left
+    /// Unpacks a stream to its end, and stops where the budget does. The inner error is the stream's own.
+    pub fn unpack(&mut self, file: &str, stream: impl Read) -> Result<io::Result<Vec<u8>>, IoError> {
+        let mut unpacked = Vec::new();
+        let result = stream.take(self.left.saturating_add(1)).read_to_end(&mut unpacked);
+        self.claim(file, unpacked.len() as u64)?;
+        Ok(result.map(|_| unpacked))
     }
 }

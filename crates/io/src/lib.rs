@@ -27,6 +27,8 @@ mod formats;
 mod limits;
 #[cfg(feature = "mat")]
 mod mat;
+#[cfg(any(feature = "csv", feature = "npz", feature = "mat"))]
+mod names;
 mod note;
 #[cfg(feature = "npz")]
 mod npz;

@@ -6,8 +6,5 @@ pub(crate) const MAX_BYTES: u64 = 1 << 34;
 /// Channels of one file. A recording of a limb has tens; EMG arrays and motion capture have hundreds.
 pub(crate) const MAX_CHANNELS: usize = 4096;
 
-/// Characters of a channel's name or of a unit.
-pub(crate) const MAX_NAME: usize = 1000;
-
 /// Samples in a resampled recording per sample in the file, so that two stamps far apart do not fill the memory.
 pub(crate) const MAX_RESAMPLE_GROWTH: f64 = 16.0;

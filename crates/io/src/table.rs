@@ -25,11 +25,6 @@ pub(crate) struct Rounding {
 }
 
 impl Rounding {
-    /// Numbers of 32-bit floating point.
-    pub const SINGLE: Rounding = Rounding { place: 0.0, significant: 0, relative: f32::EPSILON as f64 };
-    /// Whole numbers.
-    pub const INTEGER: Rounding = Rounding { place: 1.0, significant: 0, relative: 0.0 };
-
     /// The spacing of the written numbers about `value`.
     pub fn about(&self, value: f64) -> f64 {
         let digits = if self.significant > 0 && value != 0.0 { 10f64.powi(value.abs().log10().floor() as i32 + 1 - self.significant as i32) } else { 0.0 };

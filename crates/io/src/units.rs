@@ -27,26 +27,6 @@ pub fn infer_unit(name: &str) -> Option<Unit> {
     })
 }
 
-/// Splits `name [unit]`, or `name (unit)` where the text in brackets is a unit, into its parts.
-pub(crate) fn split_name(text: &str) -> (&str, Option<&str>) {
-    let text = text.trim();
-    if let Some((name, unit)) = text.strip_suffix(']').and_then(|t| t.rsplit_once('[')) {
-        return (name.trim(), Some(unit.trim()));
-    }
-    if let Some((name, unit)) = text.strip_suffix(')').and_then(|t| t.split_once('('))
-        && !unit.trim().is_empty()
-        && Unit::parse(unit).is_ok()
-    {
-        return (name.trim(), Some(unit.trim()));
-    }
-    (text, None)
-}
-
-/// The unit that a written symbol is read as.
-pub(crate) fn read_back(symbol: &str) -> Unit {
-    Unit::parse(symbol).map_or_else(|_| Unit::other(symbol), |(unit, _)| unit)
-}
-
 /// The unit of a channel and the factor to it, with a note where something was converted, inferred or not understood.
 pub(crate) fn resolve(file: &str, name: &str, given: Option<&str>, options: &ReadOptions, notes: &mut Vec<Note>) -> Result<(Unit, f64), IoError> {
     if let Some(text) = options.units.get(name) {
@@ -96,16 +76,6 @@ pub(crate) fn resolve(file: &str, name: &str, given: Option<&str>, options: &Rea
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn names_and_units_are_told_apart() {
-        assert_eq!(split_name(" pos_x [mm] "), ("pos_x", Some("mm")));
-        assert_eq!(split_name("pos_x(mm)"), ("pos_x", Some("mm")));
-        assert_eq!(split_name("acc_x (m/(s^2))"), ("acc_x", Some("m/(s^2)")));
-        assert_eq!(split_name("emg (left)"), ("emg (left)", None));
-        assert_eq!(split_name("pos_x []"), ("pos_x", Some("")));
-        assert_eq!(split_name("pos_x"), ("pos_x", None));
-    }
 
     #[test]
     fn a_unit_that_is_not_of_mechanics_is_kept_and_told() {

@@ -2,8 +2,8 @@
 
 use super::cells::{Cell, Separator, split};
 use crate::error::IoError;
-use crate::limits::{MAX_CHANNELS, MAX_NAME};
-use crate::units::split_name;
+use crate::limits::MAX_CHANNELS;
+use crate::names::{MAX_NAME, split_name};
 
 /// A name with its unit, as the header gives them.
 pub(crate) struct Named {

@@ -3,7 +3,8 @@
 use super::header::{escape, is_key};
 use crate::assemble::{RATE_KEY, RESERVED_KEYS, SAMPLES_KEY, START_KEY, is_time};
 use crate::error::IoError;
-use crate::units::{infer_unit, read_back, split_name};
+use crate::names::{read_back, split_name};
+use crate::units::infer_unit;
 use ndof_signal::{Channel, Recording};
 use std::fmt::Write;
 
@@ -72,8 +73,10 @@ fn title(channel: &Channel) -> Option<String> {
 
 /// Quotes a title that would otherwise be taken for a number, a comment or several cells.
 fn quoted(title: &str, separator: char) -> String {
-    let name = split_name(title).0;
-    let plain = !title.contains([',', ';', '\t', '"', '#', separator]) && !name.contains(['[', ']', '(', ')']) && name.contains(char::is_alphabetic);
+    let (name, unit) = split_name(title);
+    let bracket = |text: &str| text.contains(['[', ']', '(', ')']);
+    let nested = bracket(name) || unit.is_some_and(bracket);
+    let plain = !title.contains([',', ';', '\t', '"', '#', separator]) && !nested && name.contains(char::is_alphabetic);
     if plain && name.parse::<f64>().is_err() { title.to_owned() } else { format!("\"{}\"", title.replace('"', "\"\"")) }
 }
 

@@ -4,7 +4,7 @@ use super::element::{Element, Elements, MATRIX, numbers, text};
 use crate::arrays::{Entry, Value};
 use crate::budget::Budget;
 use crate::error::IoError;
-use crate::limits::MAX_NAME;
+use crate::names::MAX_NAME;
 use crate::table::Rounding;
 
 /// Structs within structs; files nest two or three deep.

@@ -13,7 +13,6 @@ use crate::table::Table;
 use element::{COMPRESSED, Elements, MATRIX};
 use flate2::read::ZlibDecoder;
 use matrix::Matrices;
-use std::io::Read;
 
 /// The format's name in messages.
 const MAT: &str = "MAT v5";
@@ -37,7 +36,8 @@ pub(crate) fn read(bytes: &[u8], file: &str) -> Result<Table, IoError> {
         let unpacked;
         let data = match element.kind {
             COMPRESSED => {
-                unpacked = unpack(element.data, file, &mut budget)?.map_err(|what| damaged(format!("variable {variable}: {what}")))?;
+                let stream = ZlibDecoder::new(element.data);
+                unpacked = budget.unpack(file, stream)?.map_err(|e| damaged(format!("variable {variable}: its packed data are broken ({e})")))?;
                 match Elements::new(&unpacked, big).next() {
                     Ok(Some(inner)) if inner.kind == MATRIX => inner.data,
                     Ok(_) => return Err(damaged(format!("variable {variable}: no matrix in its packed data"))),
@@ -64,12 +64,4 @@ pub(crate) fn read(bytes: &[u8], file: &str) -> Result<Table, IoError> {
         variable += 1;
     }
     arrays::table(file, entries)
-}
-
-/// Inflates one variable, never beyond the budget.
-fn unpack(packed: &[u8], file: &str, budget: &mut Budget) -> Result<Result<Vec<u8>, String>, IoError> {
-    let mut unpacked = Vec::new();
-    let result = ZlibDecoder::new(packed).take(budget.left().saturating_add(1)).read_to_end(&mut unpacked);
-    budget.claim(file, unpacked.len() as u64)?;
-    Ok(result.map(|_| unpacked).map_err(|e| format!("its packed data are broken ({e})")))
 }

@@ -4,9 +4,9 @@ use super::{NPZ, npy};
 use crate::arrays::{self, Entry};
 use crate::budget::{Budget, MAX_ENTRIES};
 use crate::error::IoError;
-use crate::limits::MAX_NAME;
+use crate::names::MAX_NAME;
 use crate::table::Table;
-use std::io::{Cursor, Read};
+use std::io::Cursor;
 use zip::ZipArchive;
 
 /// Reads an NPZ file.
@@ -32,13 +32,10 @@ pub(crate) fn read(bytes: &[u8], file: &str) -> Result<Table, IoError> {
             return Err(damaged(format!("entry {i} has a name of {} bytes", name.len())));
         }
         let claimed = entry.size();
-        budget.claim(file, claimed)?;
-        let mut data = Vec::new();
-        entry.by_ref().take(claimed).read_to_end(&mut data).map_err(|e| damaged(format!("array \"{name}\" cannot be unpacked ({e})")))?;
-        // Only at the true end is the checksum compared, and only there is a size that lies found out.
-        let beyond = entry.read(&mut [0]).map_err(|e| damaged(format!("array \"{name}\": {e}")))?;
-        if beyond != 0 || data.len() as u64 != claimed {
-            return Err(damaged(format!("array \"{name}\" is not as long as the archive says")));
+        // To the true end: only there is the checksum compared.
+        let data = budget.unpack(file, &mut entry)?.map_err(|e| damaged(format!("array \"{name}\" cannot be unpacked ({e})")))?;
+        if data.len() as u64 != claimed {
+            return Err(damaged(format!("array \"{name}\" has {} bytes, the archive says {claimed}", data.len())));
         }
         let value = npy::parse(&data).map_err(|what| damaged(format!("array \"{name}\": {what}")))?;
         entries.push(Entry { path: path(name), value });

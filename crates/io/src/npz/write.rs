@@ -3,7 +3,7 @@
 use super::{NPZ, npy};
 use crate::assemble::{RATE_KEY, RESERVED_KEYS, START_KEY, is_time};
 use crate::error::IoError;
-use crate::units::read_back;
+use crate::names::read_back;
 use ndof_signal::Recording;
 use std::io::{Cursor, Write};
 use zip::write::SimpleFileOptions;
