@@ -33,6 +33,7 @@ mod note;
 #[cfg(feature = "npz")]
 mod npz;
 mod options;
+mod prepare;
 mod read;
 mod resample;
 mod table;
@@ -45,6 +46,7 @@ pub use error::{IoError, Place};
 pub use formats::{Format, formats};
 pub use note::Note;
 pub use options::{ReadOptions, Resample};
+pub use prepare::{PrepareError, calibrate, exclude, negate, tare, trim, without_handle};
 pub use read::{MissingSamples, ReadRecording, read, read_bytes};
 pub use units::infer_unit;
 pub use write::{encode, write};

@@ -1,0 +1,84 @@
+//! From a recording as it was taken to the stretches and forces that an analysis needs.
+
+mod calibrate;
+mod handle;
+mod stretches;
+mod tare;
+
+pub use calibrate::calibrate;
+pub use handle::without_handle;
+pub use stretches::{exclude, trim};
+pub use tare::{negate, tare};
+
+use ndof_signal::RecordingError;
+
+/// Why a recording cannot be prepared so.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum PrepareError {
+    /// A stretch of time that ends before it begins, or is no time.
+    #[error("from {from_s} s to {to_s} s is no stretch of time; give the earlier time first")]
+    Backwards {
+        /// Its beginning.
+        from_s: f64,
+        /// Its end.
+        to_s: f64,
+    },
+    /// Nothing is left.
+    #[error("no sample is left between {from_s} s and {to_s} s; the recording lasts from {start_s} s to {stop_s} s")]
+    NothingLeft {
+        /// Beginning of what was asked for.
+        from_s: f64,
+        /// Its end.
+        to_s: f64,
+        /// Beginning of the recording.
+        start_s: f64,
+        /// Its end.
+        stop_s: f64,
+    },
+    /// A matrix that does not fit the channels.
+    #[error("the matrix has {rows} rows, the shortest of {columns} columns; {outputs} channels from {inputs} need {outputs} rows of {inputs}")]
+    MatrixShape {
+        /// Rows found.
+        rows: usize,
+        /// Columns of the shortest row.
+        columns: usize,
+        /// Channels to make.
+        outputs: usize,
+        /// Channels to make them of.
+        inputs: usize,
+    },
+    /// An entry of a matrix, or a mass, is not a number.
+    #[error("{what} is {value}; it must be a finite number")]
+    NotFinite {
+        /// What.
+        what: String,
+        /// Its value.
+        value: f64,
+    },
+    /// Units that do not go together.
+    #[error("channel \"{channel}\" is in \"{found}\", \"{other}\" in \"{expected}\"; {remedy}")]
+    Units {
+        /// The channel.
+        channel: String,
+        /// Its unit.
+        found: String,
+        /// What it is used with.
+        other: String,
+        /// The unit of that.
+        expected: String,
+        /// What to do.
+        remedy: &'static str,
+    },
+    /// Too short to differentiate.
+    #[error("{len} samples are too few to differentiate twice; {needed} are needed")]
+    TooShort {
+        /// Samples there are.
+        len: usize,
+        /// Samples needed.
+        needed: usize,
+    },
+    /// The recording refuses.
+    #[error(transparent)]
+    Recording(#[from] RecordingError),
+}
