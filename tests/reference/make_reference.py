@@ -151,6 +151,13 @@ def main():
         tapers.append(dict(n=n, nw=nw, tapers=samples, concentration=concentration))
     write("dpss.json", dpss=tapers)
 
+    t = np.arange(300) / SAMPLE_RATE_HZ
+    sweeps = [
+        dict(method=method, from_hz=f0, to_hz=f1, samples=signal.chirp(t, f0, 3.0, f1, method, phi=-90))
+        for method, f0, f1 in [("linear", 0.5, 12.0), ("logarithmic", 0.5, 12.0), ("logarithmic", 20.0, 2.0)]
+    ]
+    write("chirp.json", sample_rate_hz=SAMPLE_RATE_HZ, sweeps=sweeps)
+
 
 if __name__ == "__main__":
     main()

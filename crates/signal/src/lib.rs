@@ -21,7 +21,10 @@ mod welch;
 mod window;
 
 pub use cross_spectra::{CrossSpectra, Kernel, SpectraError};
-pub use excitation::{ExcitationError, FilteredNoise, InputCoherence, SeedCriterion, SeedSearch, input_coherence, ramp};
+pub use excitation::{
+    AxisPlan, Chirp, ExcitationError, ExpectedMotion, FilteredNoise, InputCoherence, Limits, Lines, Multisine, MultisineSet, Prbs, SeedCriterion, SeedSearch,
+    SignalSize, Sweep, apply_response, expected_motion, input_coherence, power_share, ramp,
+};
 pub use filter::{FilterError, Passband, Section, SosFilter, SosStream};
 pub use multitaper::{Multitaper, MultitaperError};
 pub use periodic::{DetectedPeriod, PeriodSpectra, Periodic, PeriodicError, detect_period};

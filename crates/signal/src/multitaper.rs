@@ -243,6 +243,8 @@ fn spectrum(fft: &Arc<dyn RealToComplex<f64>>, samples: impl Iterator<Item = f64
 fn adaptive_weights(power: &[f64], concentration: &[f64], white: f64) -> Vec<f64> {
     /// The iteration contracts by about 1 − λ a step; this many settle it to round-off for every usable taper.
     const STEPS: usize = 20;
+    /// A step that changes the estimate by less than this share is the last.
+    const SETTLED: f64 = 1e-10;
     let mut estimate = power.iter().take(2).sum::<f64>() / power.len().min(2) as f64;
     let mut weights = vec![1.0 / power.len() as f64; power.len()];
     for _ in 0..STEPS {
@@ -258,7 +260,12 @@ fn adaptive_weights(power: &[f64], concentration: &[f64], white: f64) -> Vec<f64
             break;
         }
         weights = raw.iter().map(|w| w / total).collect();
-        estimate = weights.iter().zip(power).map(|(w, p)| w * p).sum();
+        let next: f64 = weights.iter().zip(power).map(|(w, p)| w * p).sum();
+        let change = (next - estimate).abs();
+        estimate = next;
+        if change <= SETTLED * estimate {
+            break;
+        }
     }
     weights
 }

@@ -99,7 +99,7 @@ impl Periodic {
 }
 
 /// Complex amplitudes: x(t) = Re Σ_f X_f e^{j2πft}.
-fn amplitudes(fft: &Arc<dyn RealToComplex<f64>>, samples: &[f64]) -> Vec<Complex64> {
+pub(crate) fn amplitudes(fft: &Arc<dyn RealToComplex<f64>>, samples: &[f64]) -> Vec<Complex64> {
     let n = samples.len();
     let mut input = samples.to_vec();
     let mut output = fft.make_output_vec();

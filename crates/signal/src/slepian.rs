@@ -166,22 +166,26 @@ impl WeightedPath {
             }
             alone = self.count_below(low) == k && self.count_below(high) == k + 1;
         }
+        /// A shift right to this share is right to round-off one Rayleigh step later, for their error is cubed.
+        const CLOSE: f64 = 1e-6;
         let mut shift = 0.5 * (low + high);
         let mut steps = 0;
+        let mut close = false;
         loop {
             let (v, correction) = self.improve(shift);
-            // A correction of a few units of the last place is round-off; a bracket as narrow cannot be halved.
-            if correction.abs() <= 8.0 * f64::EPSILON * shift.abs() || high - low <= 4.0 * f64::EPSILON * high {
+            let middle = 0.5 * (low + high);
+            // The last condition: a bracket without a number inside cannot be halved.
+            if close || middle <= low || middle >= high {
                 return v;
             }
             let next = shift + correction;
             steps += 1;
             // Rayleigh steps converge in three or four; where they leave the bracket or linger, it is halved.
-            if next > low && next < high && steps % 8 != 0 {
+            if next >= low && next <= high && steps % 8 != 0 {
+                close = correction.abs() <= CLOSE * shift;
                 shift = next;
                 continue;
             }
-            let middle = 0.5 * (low + high);
             if self.count_below(middle) <= k {
                 low = middle;
             } else {

@@ -1,6 +1,6 @@
 //! Agreement with SciPy on the files of `tests/reference`, which `make_reference.py` there wrote (versions inside).
 
-use ndof_signal::{CrossSpectra, Detrend, Passband, SosFilter, Welch, Window, slepian_tapers};
+use ndof_signal::{Chirp, CrossSpectra, Detrend, Passband, SosFilter, Sweep, Welch, Window, slepian_tapers};
 use num_complex::Complex64;
 use serde_json::Value;
 use std::fs;
@@ -165,6 +165,19 @@ fn tapers_are_those_of_dpss() {
             assert_close_real(&format!("taper {k} of {}", case["n"]), taper, &numbers(expected));
         }
         assert_close_real("concentration", &slepian.concentration, &numbers(&case["concentration"]));
+    }
+}
+
+#[test]
+fn sweeps_are_those_of_chirp() {
+    let file = reference("chirp.json");
+    for case in file["sweeps"].as_array().expect("list") {
+        let expected = numbers(&case["samples"]);
+        let number = |value: &Value| value.as_f64().expect("number");
+        let sweep = if case["method"] == "linear" { Sweep::Linear } else { Sweep::Logarithmic };
+        let (from_hz, to_hz) = (number(&case["from_hz"]), number(&case["to_hz"]));
+        let chirp = Chirp { samples: expected.len(), sample_rate_hz: number(&file["sample_rate_hz"]), from_hz, to_hz, sweep, amplitude: 1.0 };
+        assert_close_real(&format!("{chirp:?}"), &chirp.generate().expect("valid"), &expected);
     }
 }
 

@@ -1,11 +1,20 @@
 //! Signals that one commands on a robot to find out what it holds.
 
+mod chirp;
+mod crest;
 mod filtered_noise;
 mod input_coherence;
+mod limits;
+mod multisine;
+mod prbs;
 mod ramp;
 
+pub use chirp::{Chirp, Sweep};
 pub use filtered_noise::{FilteredNoise, SeedCriterion, SeedSearch};
 pub use input_coherence::{InputCoherence, input_coherence};
+pub use limits::{ExpectedMotion, Limits, SignalSize, apply_response, expected_motion, power_share};
+pub use multisine::{AxisPlan, Lines, Multisine, MultisineSet};
+pub use prbs::Prbs;
 pub use ramp::ramp;
 
 use crate::{FilterError, WelchError};
@@ -31,6 +40,47 @@ pub enum ExcitationError {
         low_hz: f64,
         /// Upper edge.
         high_hz: f64,
+    },
+    /// A multisine has no line to carry an axis.
+    #[error("lines {step_hz} Hz apart leave none for each of {axes} axes within {low_hz} to {high_hz} Hz; lengthen the period or widen the band")]
+    NoLines {
+        /// Lower edge.
+        low_hz: f64,
+        /// Upper edge.
+        high_hz: f64,
+        /// Distance of the lines.
+        step_hz: f64,
+        /// Axes among which the lines are shared.
+        axes: usize,
+    },
+    /// There is no shift register of that length here.
+    #[error("binary sequence of order {0}; take 2 to 20 (3 to 1 048 575 bits)")]
+    PrbsOrder(usize),
+    /// A frequency that the sample rate cannot hold.
+    #[error("{frequency_hz} Hz with {sample_rate_hz} Hz samples; stay below {} Hz", sample_rate_hz / 2.0)]
+    AboveNyquist {
+        /// The frequency asked for.
+        frequency_hz: f64,
+        /// Sample rate.
+        sample_rate_hz: f64,
+    },
+    /// Signals differ in length.
+    #[error("signal {axis} has {found} samples, the first has {expected}")]
+    Length {
+        /// Index of the signal.
+        axis: usize,
+        /// Samples in the first.
+        expected: usize,
+        /// Samples in this one.
+        found: usize,
+    },
+    /// A response does not fit the signals.
+    #[error("the response is {} × {}, expected {} × {} (outputs × inputs)", found.0, found.1, expected.0, expected.1)]
+    Shape {
+        /// Outputs × inputs that fit.
+        expected: (usize, usize),
+        /// Outputs × inputs given.
+        found: (usize, usize),
     },
     /// The filter of the noise cannot be made.
     #[error("filtering the noise: {0}")]

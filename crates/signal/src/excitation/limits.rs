@@ -1,0 +1,237 @@
+//! What an excitation asks of the robot, and of the person: peak, slew, band, motion to be expected.
+
+use super::ExcitationError;
+use crate::periodic::amplitudes;
+use ndarray::Array2;
+use num_complex::Complex64;
+use realfft::RealFftPlanner;
+use serde::{Deserialize, Serialize};
+use std::f64::consts::TAU;
+
+/// Size of one signal, in its unit.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct SignalSize {
+    /// Root mean square.
+    pub rms: f64,
+    /// Largest magnitude.
+    pub peak: f64,
+    /// Largest change from sample to sample, per second.
+    pub slew_per_s: f64,
+}
+
+impl SignalSize {
+    /// Measures a signal.
+    ///
+    /// ```
+    /// let size = ndof_signal::SignalSize::of(&[0.0, 1.0, -1.0, 0.0], 100.0);
+    /// assert_eq!((size.peak, size.slew_per_s), (1.0, 200.0));
+    /// ```
+    pub fn of(signal: &[f64], sample_rate_hz: f64) -> Self {
+        let largest = |values: &mut dyn Iterator<Item = f64>| values.fold(0.0, |m: f64, v| m.max(v.abs()));
+        SignalSize {
+            rms: (signal.iter().map(|s| s * s).sum::<f64>() / signal.len().max(1) as f64).sqrt(),
+            peak: largest(&mut signal.iter().copied()),
+            slew_per_s: largest(&mut signal.windows(2).map(|pair| pair[1] - pair[0])) * sample_rate_hz,
+        }
+    }
+}
+
+/// What a signal may ask of the robot; infinite where there is no limit.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Limits {
+    /// Largest magnitude, in the unit of the signal.
+    pub peak: f64,
+    /// Largest change per second.
+    pub slew_per_s: f64,
+}
+
+impl Limits {
+    /// The factor, at most 1, by which `signal` must be scaled to keep the limits.
+    ///
+    /// ```
+    /// use ndof_signal::Limits;
+    /// let robot = Limits { peak: 45.0, slew_per_s: f64::INFINITY };
+    /// assert_eq!(robot.scale(&[10.0, -90.0], 500.0), 0.5);
+    /// assert_eq!(robot.scale(&[10.0, -9.0], 500.0), 1.0);
+    /// ```
+    pub fn scale(&self, signal: &[f64], sample_rate_hz: f64) -> f64 {
+        let size = SignalSize::of(signal, sample_rate_hz);
+        let share = |limit: f64, found: f64| if found > limit { limit / found } else { 1.0 };
+        share(self.peak, size.peak).min(share(self.slew_per_s, size.slew_per_s))
+    }
+}
+
+/// The share of a signal's power (its mean left out) within `band_hz`.
+///
+/// ```
+/// let tone: Vec<f64> = (0..1000).map(|k| (std::f64::consts::TAU * 0.05 * k as f64).sin()).collect();
+/// assert!(ndof_signal::power_share(&tone, 100.0, (4.0, 6.0)) > 1.0 - 1e-12);
+/// ```
+pub fn power_share(signal: &[f64], sample_rate_hz: f64, band_hz: (f64, f64)) -> f64 {
+    let n = signal.len();
+    if n < 2 {
+        return 0.0;
+    }
+    let lines = amplitudes(&RealFftPlanner::new().plan_fft_forward(n), signal);
+    let (mut within, mut total) = (0.0, 0.0);
+    for (k, line) in lines.iter().enumerate().skip(1) {
+        let power = line.norm_sqr() * if 2 * k == n { 2.0 } else { 1.0 };
+        total += power;
+        if (band_hz.0..=band_hz.1).contains(&(k as f64 * sample_rate_hz / n as f64)) {
+            within += power;
+        }
+    }
+    if total > 0.0 { within / total } else { 0.0 }
+}
+
+/// Signals through a linear response, Y(f) = G(f) U(f), in the Fourier domain of the record lengthened by
+/// `padding_s` of silence, which receives what rings on; without padding the record is taken as periodic.
+///
+/// `response` gives G at a frequency in Hz, as outputs × inputs; where an entry is not finite (a free mass at 0 Hz)
+/// it counts as 0.
+///
+/// # Errors
+/// [`ExcitationError`] if the signals differ in length or the response in shape.
+///
+/// ```
+/// use ndarray::array;
+/// use ndof_signal::apply_response;
+/// let twice = apply_response(&[vec![1.0, 2.0, 3.0]], 10.0, 0.0, |_| array![[2.0.into()]])?;
+/// assert!((twice[0][2] - 6.0).abs() < 1e-12);
+/// # Ok::<(), ndof_signal::ExcitationError>(())
+/// ```
+pub fn apply_response(
+    signals: &[Vec<f64>],
+    sample_rate_hz: f64,
+    padding_s: f64,
+    response: impl Fn(f64) -> Array2<Complex64>,
+) -> Result<Vec<Vec<f64>>, ExcitationError> {
+    let len = signals.first().map_or(0, Vec::len);
+    if let Some((axis, signal)) = signals.iter().enumerate().find(|(_, s)| s.len() != len) {
+        return Err(ExcitationError::Length { axis, expected: len, found: signal.len() });
+    }
+    if len == 0 {
+        return Ok(signals.to_vec());
+    }
+    let padded = len + (padding_s.max(0.0) * sample_rate_hz).ceil() as usize;
+    let mut planner = RealFftPlanner::new();
+    let (forward, inverse) = (planner.plan_fft_forward(padded), planner.plan_fft_inverse(padded));
+    let inputs: Vec<Vec<Complex64>> = signals
+        .iter()
+        .map(|signal| {
+            let mut lengthened = signal.clone();
+            lengthened.resize(padded, 0.0);
+            let mut spectrum = forward.make_output_vec();
+            // Lengths are those of the plan, so the transform cannot refuse.
+            let done = forward.process(&mut lengthened, &mut spectrum);
+            debug_assert!(done.is_ok());
+            spectrum
+        })
+        .collect();
+    let mut outputs: Vec<Vec<Complex64>> = Vec::new();
+    for f in 0..padded / 2 + 1 {
+        let g = response(f as f64 * sample_rate_hz / padded as f64);
+        if outputs.is_empty() {
+            outputs = vec![vec![Complex64::default(); padded / 2 + 1]; g.nrows()];
+        }
+        if g.dim() != (outputs.len(), inputs.len()) {
+            return Err(ExcitationError::Shape { expected: (outputs.len(), inputs.len()), found: g.dim() });
+        }
+        for ((i, j), gain) in g.indexed_iter().filter(|(_, gain)| gain.is_finite()) {
+            outputs[i][f] += gain * inputs[j][f];
+        }
+    }
+    Ok(outputs
+        .into_iter()
+        .map(|mut spectrum| {
+            // A real signal has real values there; a response sampled at these two points need not.
+            spectrum[0].im = 0.0;
+            if padded.is_multiple_of(2) {
+                spectrum[padded / 2].im = 0.0;
+            }
+            let mut signal = inverse.make_output_vec();
+            let done = inverse.process(&mut spectrum, &mut signal);
+            debug_assert!(done.is_ok());
+            signal.truncate(len);
+            signal.iter_mut().for_each(|s| *s /= padded as f64);
+            signal
+        })
+        .collect())
+}
+
+/// Motion to be expected of one axis.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct ExpectedMotion {
+    /// Root mean square of the displacement.
+    pub displacement_rms: f64,
+    /// Its largest magnitude.
+    pub displacement_peak: f64,
+    /// The largest magnitude of the velocity, per second.
+    pub velocity_peak: f64,
+}
+
+/// The motion that `forces` would cause through a compliance (displacement per force), before anyone is shaken.
+///
+/// # Errors
+/// As [`apply_response`].
+///
+/// ```
+/// use ndarray::array;
+/// use ndof_signal::{FilteredNoise, expected_motion};
+/// let force = FilteredNoise { rms: 4.0, samples: 5000, ..FilteredNoise::default() }.generate(1)?;
+/// let soft = expected_motion(&force, 500.0, |_| array![[(1.0 / 300.0).into()]])?;
+/// assert!((soft[0].displacement_rms - 4.0 / 300.0).abs() < 1e-9);
+/// # Ok::<(), ndof_signal::ExcitationError>(())
+/// ```
+pub fn expected_motion(
+    forces: &[Vec<f64>],
+    sample_rate_hz: f64,
+    compliance: impl Fn(f64) -> Array2<Complex64>,
+) -> Result<Vec<ExpectedMotion>, ExcitationError> {
+    let padding_s = forces.first().map_or(0.0, |f| f.len() as f64 / sample_rate_hz);
+    let displacement = apply_response(forces, sample_rate_hz, padding_s, &compliance)?;
+    let velocity = apply_response(forces, sample_rate_hz, padding_s, |f| compliance(f).mapv(|c| c * Complex64::new(0.0, TAU * f)))?;
+    let of = |(d, v): (&Vec<f64>, &Vec<f64>)| {
+        let size = SignalSize::of(d, sample_rate_hz);
+        ExpectedMotion { displacement_rms: size.rms, displacement_peak: size.peak, velocity_peak: SignalSize::of(v, sample_rate_hz).peak }
+    };
+    Ok(displacement.iter().zip(&velocity).map(of).collect())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use ndarray::array;
+
+    #[test]
+    fn a_resonance_moves_as_the_steady_state_says() {
+        // 2 kg, 10 N s/m, 300 N/m; 3 N at 1.5 Hz for 40 s: the transient decays with exp(−2.5 t) and adds to the first
+        // swings, so the rms is compared within the 0.4 s/40 s that it takes.
+        let compliance = |f: f64| {
+            let s = Complex64::new(0.0, TAU * f);
+            array![[(2.0 * s * s + 10.0 * s + 300.0).inv()]]
+        };
+        let force: Vec<f64> = (0..20_000).map(|k| 3.0 * (TAU * 1.5 * f64::from(k) / 500.0).sin()).collect();
+        let motion = expected_motion(&[force], 500.0, compliance).expect("shapes fit")[0];
+        let expected = 3.0 * compliance(1.5)[(0, 0)].norm();
+        assert!((motion.displacement_rms * 2.0_f64.sqrt() / expected - 1.0).abs() < 0.01, "{motion:?}");
+        assert!(motion.displacement_peak >= 0.999 * expected && motion.velocity_peak >= 0.999 * expected * TAU * 1.5);
+    }
+
+    #[test]
+    fn a_delay_shifts_and_shapes_are_checked() {
+        let delay = |f: f64| array![[Complex64::cis(-TAU * f * 0.2)]];
+        let out = apply_response(&[vec![0.0, 1.0, 0.0, 0.0, 0.0]], 10.0, 0.0, delay).expect("fits");
+        assert!((out[0][3] - 1.0).abs() < 1e-12, "{out:?}");
+        let wide = |_: f64| Array2::zeros((1, 2));
+        assert!(matches!(apply_response(&[vec![0.0; 4]], 1.0, 0.0, wide), Err(ExcitationError::Shape { .. })));
+        assert!(matches!(apply_response(&[vec![0.0; 4], vec![0.0; 3]], 1.0, 0.0, wide), Err(ExcitationError::Length { .. })));
+    }
+
+    #[test]
+    fn a_free_mass_may_be_pushed() {
+        let mass = |f: f64| array![[Complex64::from(-1.0 / (TAU * f).powi(2))]];
+        let motion = expected_motion(&[vec![1.0, -1.0, 1.0, -1.0]], 10.0, mass).expect("fits");
+        assert!(motion[0].displacement_peak.is_finite() && motion[0].displacement_peak > 0.0);
+    }
+}
