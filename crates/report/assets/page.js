@@ -63,6 +63,12 @@ const ticks = (scale, low, high, target) => {
   const step = scale === 'degrees' && wanted > 5 && [15, 30, 45, 90, 180].find(s => s >= wanted * 0.75);
   return step ? labelled(steps(low, high, step), low, high) : linearTicks(low, high, target);
 };
+const sidewaysTicks = (scale, low, high, width) => {
+  for (let target = Math.round(width / 70); ; target--) {
+    const found = ticks(scale, low, high, target), longest = Math.max(0, ...found.map(([, label]) => [...label].length));
+    if (target <= 2 || scale === 'log' || 6.2 * longest + 12 <= width / Math.max(found.length, 1)) return found;
+  }
+};
 const number = (v, scale, range) => {
   if (v === 0) return '0';
   const exponent = Math.floor(Math.log10(Math.abs(v)));
@@ -106,12 +112,13 @@ class Panel {
     svg.style.height = height + 'px';
     this.data.setAttribute('width', w); this.data.setAttribute('height', h);
     const d = this.drawn, kx = (d.x[1] - d.x[0]) / meta.plot[0] * w / (x[1] - x[0]), ox = (d.x[0] - x[0]) / (x[1] - x[0]) * w;
-    const drawnHeight = meta.equal ? meta.plot[0] : meta.plot[1];
-    const ky = (d.y[1] - d.y[0]) / drawnHeight * h / (y[1] - y[0]), oy = (y[1] - d.y[1]) / (y[1] - y[0]) * h;
+    const ky = (d.y[1] - d.y[0]) / meta.plot[1] * h / (y[1] - y[0]), oy = (y[1] - d.y[1]) / (y[1] - y[0]) * h;
     this.map = { kx, ox, ky, oy };
     this.view.setAttribute('transform', `matrix(${kx} 0 0 ${ky} ${ox} ${oy})`);
     for (const pin of svg.querySelectorAll('.pin')) {
-      pin.setAttribute('x', clamp(pin.dataset.x * kx + ox, 0, w)); pin.setAttribute('y', pin.dataset.y * ky + oy);
+      const kind = pin.dataset.kind, px = kind === 'rule' ? w : pin.dataset.x * kx + ox, py = kind === 'span' ? 0 : pin.dataset.y * ky + oy;
+      pin.setAttribute('x', px); pin.setAttribute('y', py);
+      pin.style.display = px < -1 || px > w + 1 || py < -1 || py > h + 1 ? 'none' : '';
     }
     this.drawFrame(left, top, w, h);
     if (this.xLabel) { this.xLabel.setAttribute('x', left + w); this.xLabel.setAttribute('y', top + h + 31); }
@@ -126,7 +133,7 @@ class Panel {
       element('path', { class: 'grid', d: `M${left} ${at}H${left + w}` }, frame);
       text(label, { x: left - 6, y: at + 4, 'text-anchor': 'end' });
     }
-    for (const [v, label] of ticks(meta.x[0], backward(meta.x[0], x[0]), backward(meta.x[0], x[1]), Math.round(w / 70))) {
+    for (const [v, label] of sidewaysTicks(meta.x[0], backward(meta.x[0], x[0]), backward(meta.x[0], x[1]), w)) {
       const at = left + (forward(meta.x[0], v) - x[0]) / (x[1] - x[0]) * w;
       element('path', { class: 'grid', d: `M${at} ${top}V${top + h}` }, frame);
       if (meta.labelled) text(label, { x: at, y: top + h + 15, 'text-anchor': 'middle' });
@@ -146,8 +153,8 @@ class Panel {
   }
   valueX(px) { const { meta, drawn } = this; return backward(meta.x[0], drawn.x[0] + px / meta.plot[0] * (drawn.x[1] - drawn.x[0])); }
   valueY(py) {
-    const { meta, drawn } = this, height = meta.equal ? meta.plot[0] : meta.plot[1];
-    return backward(meta.y[0], drawn.y[1] - py / height * (drawn.y[1] - drawn.y[0]));
+    const { meta, drawn } = this;
+    return backward(meta.y[0], drawn.y[1] - py / meta.plot[1] * (drawn.y[1] - drawn.y[0]));
   }
   // What lies nearest to a place (in drawn coordinates): one entry a label.
   read(px, py) {
@@ -241,11 +248,12 @@ class Figure {
       return this.refresh(this.panels);
     }
     const factor = how === 'in' ? 0.5 : 2, around = (range, at) => range.map(v => at + (v - at) * factor);
-    const middle = range => (range[0] + range[1]) / 2, { x, y } = panel.shown;
-    const at = panel.at ? panel.drawn.x[0] + panel.at.x / panel.meta.plot[0] * (panel.drawn.x[1] - panel.drawn.x[0]) : NaN;
-    const centre = at >= x[0] && at <= x[1] ? at : middle(x);
-    const whole = range => how === 'out' && range;
-    this.setRange(panel, around(x, centre), panel.meta.equal ? around(y, middle(y)) : whole(around(panel.now.y, middle(panel.now.y))));
+    const { x, y } = panel.shown, { drawn, meta, at } = panel;
+    const centre = (range, place) => place >= range[0] && place <= range[1] ? place : (range[0] + range[1]) / 2;
+    const atX = at ? drawn.x[0] + at.x / meta.plot[0] * (drawn.x[1] - drawn.x[0]) : NaN;
+    const atY = at ? drawn.y[1] - at.y / meta.plot[1] * (drawn.y[1] - drawn.y[0]) : NaN;
+    if (meta.equal) return this.setRange(panel, around(x, centre(x, atX)), around(y, centre(y, atY)));
+    this.setRange(panel, around(x, centre(x, atX)), how === 'out' && around(panel.now.y, centre(panel.now.y, NaN)));
   }
   place(panel, at, pointer) {
     this.last = panel;

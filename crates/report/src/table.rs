@@ -3,6 +3,9 @@
 use crate::number::{to_interval, with_half_width};
 use crate::plot::escape;
 
+/// Tables whose cells are no longer than this are not wrapped: on a narrow screen they scroll.
+const ONE_LINE: usize = 34;
+
 /// How a column stands.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Align {
@@ -47,8 +50,10 @@ impl Table {
             }
             rows += "</tr>\n";
         }
+        let compact = self.rows.iter().flatten().all(|cell| cell.chars().count() <= ONE_LINE);
         format!(
-            "<div class=\"table\" tabindex=\"0\" role=\"group\" aria-label=\"{c}\"><table><caption>{c}</caption><thead><tr>{heads}</tr></thead>\n<tbody>{rows}</tbody></table></div>\n",
+            "<div class=\"{}\" tabindex=\"0\" role=\"group\" aria-label=\"{c}\"><table><caption>{c}</caption><thead><tr>{heads}</tr></thead>\n<tbody>{rows}</tbody></table></div>\n",
+            if compact { "table compact" } else { "table" },
             c = escape(&self.caption)
         )
     }

@@ -116,12 +116,15 @@ pub fn ellipse(name: &str, title: &str, axis_names: [&str; 2], unit: &str, ellip
     Ok(figure)
 }
 
+/// A number made of long half-axis, short half-axis and direction.
+type Property = fn((f64, f64, f64)) -> f64;
+
 /// One column an ellipse, one row a property.
 fn table(title: &str, unit: &str, ellipses: &[Ellipse]) -> Table {
     let mut columns = vec![("", Align::Left)];
     columns.extend(ellipses.iter().map(|ellipse| (ellipse.label.as_str(), Align::Right)));
     let mut table = Table::new(title, &columns);
-    let properties: [(String, fn((f64, f64, f64)) -> f64); 4] = [
+    let properties: [(String, Property); 4] = [
         (format!("Long half-axis [{unit}]"), |(long, _, _)| long),
         (format!("Short half-axis [{unit}]"), |(_, short, _)| short),
         ("Direction of the long one [°]".to_string(), |(_, _, direction)| direction),

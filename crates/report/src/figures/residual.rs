@@ -47,7 +47,7 @@ pub fn residual(name: &str, title: &str, sample_rate_hz: f64, frequency_hz: &[f6
             Color::Vermillion,
         ));
         trace.link = 3 * row + 1;
-        let unit = format!("({})²/Hz", one.unit);
+        let unit = if one.unit.contains([' ', '/', '·']) { format!("({})²/Hz", one.unit) } else { format!("{}²/Hz", one.unit) };
         let mut density = Panel::new(frequency_axis(extent), Axis::log("Density", unit))
             .with(Series::line("output", frequency.clone(), one.output_density.clone(), Color::Grey))
             .with(Series::line("residual", frequency.clone(), one.density.clone(), Color::Vermillion));

@@ -21,6 +21,8 @@ const BOTTOM_LABELLED: f64 = 38.0;
 const BOTTOM_BARE: f64 = 8.0;
 /// Ticks about this many pixels apart, sideways and upwards.
 const TICK_SPACING: (f64, f64) = (70.0, 38.0);
+/// Width of a letter of a tick's label, about.
+const LETTER: f64 = 6.2;
 /// Coordinates further out than this are cut, which no eye can tell.
 const FAR: f64 = 4000.0;
 
@@ -78,7 +80,7 @@ pub(crate) fn draw_panel(panel: &Panel, width: f64, labelled: bool) -> PanelFram
     let (x, y) = ranges(panel);
     let (x_shown, y_shown) = if panel.equal_aspect { equal(x, y, plot_width, plot_height) } else { (x, y) };
     let at = Placement { panel, x: x_shown, y: y_shown, width: plot_width, height: plot_height };
-    let x_ticks = ticks(panel.x.scale, x_shown.0, x_shown.1, (plot_width / TICK_SPACING.0).round() as usize);
+    let x_ticks = sideways_ticks(panel.x.scale, x_shown, plot_width);
     let y_ticks = ticks(panel.y.scale, y_shown.0, y_shown.1, (plot_height / TICK_SPACING.1).round() as usize);
     let mut body = frame(&at, &x_ticks, &y_ticks, labelled);
     body += &format!("<svg class=\"data\" x=\"{}\" y=\"{}\" width=\"{}\" height=\"{}\"><g class=\"view\">", px(LEFT), px(TOP), px(plot_width), px(plot_height));
@@ -87,9 +89,7 @@ pub(crate) fn draw_panel(panel: &Panel, width: f64, labelled: bool) -> PanelFram
     for (index, series) in bands_first(true).chain(bands_first(false)) {
         body += &draw_series(&at, series, index);
     }
-    body += "</g>";
-    body += &words(&at);
-    body += "</svg>";
+    body += &format!("</g></svg><g class=\"words\" transform=\"translate({} {})\">{}</g>", px(LEFT), px(TOP), words(&at));
     let series: Vec<_> = panel.series.iter().map(|series| json!([series.label, series.mark.word(), series.color.name()])).collect();
     let meta = json!({
         "x": [panel.x.scale.word(), x.0, x.1, panel.x.label, panel.x.unit],
@@ -181,13 +181,28 @@ fn annotations(at: &Placement) -> String {
     svg
 }
 
-/// Words beside rules, spans and pins; `data-x` and `data-y` are places as shares of the panel before any zoom.
+/// Ticks whose labels do not touch: fewer where the labels are long.
+fn sideways_ticks(scale: Scale, (from, to): (f64, f64), width: f64) -> Vec<Tick> {
+    let mut target = (width / TICK_SPACING.0).round() as usize;
+    loop {
+        let found = ticks(scale, from, to, target);
+        let longest = found.iter().map(|tick| tick.label.chars().count()).max().unwrap_or(0);
+        let room = width / found.len().max(1) as f64;
+        if target <= 2 || scale == Scale::Log || LETTER * longest as f64 + 12.0 <= room {
+            return found;
+        }
+        target -= 1;
+    }
+}
+
+/// Words beside rules, spans and pins; `data-x` and `data-y` are their places in pixels before any zoom.
 fn words(at: &Placement) -> String {
     let mut svg = String::new();
-    let mut word = |x: f64, y: f64, (dx, dy): (f64, f64), anchor: &str, label: &str| {
-        if !label.is_empty() && x.is_finite() && y.is_finite() {
+    let mut word = |kind: &str, (x, y): (f64, f64), (dx, dy): (f64, f64), label: &str| {
+        let anchor = if kind == "rule" { "end" } else { "start" };
+        if !label.is_empty() && (-0.5..=at.width + 0.5).contains(&x) && (-0.5..=at.height + 0.5).contains(&y) {
             svg += &format!(
-                "<text class=\"pin\" data-x=\"{x}\" data-y=\"{y}\" x=\"{x}\" y=\"{y}\" dx=\"{dx}\" dy=\"{dy}\" text-anchor=\"{anchor}\">{}</text>",
+                "<text class=\"pin\" data-kind=\"{kind}\" data-x=\"{x}\" data-y=\"{y}\" x=\"{x}\" y=\"{y}\" dx=\"{dx}\" dy=\"{dy}\" text-anchor=\"{anchor}\">{}</text>",
                 escape(label),
                 x = px(x),
                 y = px(y),
@@ -195,13 +210,13 @@ fn words(at: &Placement) -> String {
         }
     };
     for rule in &at.panel.rules {
-        word(at.width, at.y(rule.y), (-3.0, -4.0), "end", &rule.label);
+        word("rule", (at.width, at.y(rule.y)), (-3.0, -4.0), &rule.label);
     }
     for span in &at.panel.spans {
-        word(at.x(span.from).max(0.0), 0.0, (5.0, 13.0), "start", &span.label);
+        word("span", (at.x(span.from).max(0.0), 0.0), (0.0, -6.0), &span.label);
     }
     for pin in &at.panel.pins {
-        word(at.x(pin.x), at.y(pin.y), (6.0, -6.0), "start", &pin.label);
+        word("pin", (at.x(pin.x), at.y(pin.y)), (6.0, -6.0), &pin.label);
     }
     svg
 }

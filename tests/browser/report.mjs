@@ -1,0 +1,135 @@
+// Opens reports in headless Chromium without network and checks what a reader needs:
+//   node report.mjs PAGE.html… [--screenshots DIR]
+// No console error, no request beyond the page itself, every panel drawn, zoom and read-out by pointer and by
+// keyboard, legend, no sideways scrolling at 1280 and 390 pixels in light and dark, plots without script as well.
+import assert from 'node:assert/strict';
+import { existsSync, mkdirSync } from 'node:fs';
+import { basename, join, resolve } from 'node:path';
+import { pathToFileURL } from 'node:url';
+import { chromium } from 'playwright-core';
+
+const words = process.argv.slice(2);
+const at = words.indexOf('--screenshots');
+const screenshots = at >= 0 ? words.splice(at, 2)[1] : null;
+if (!words.length) {
+  console.error('usage: node report.mjs PAGE.html… [--screenshots DIR]');
+  process.exit(2);
+}
+if (screenshots) mkdirSync(screenshots, { recursive: true });
+const found = [process.env.CHROMIUM, '/usr/bin/chromium', '/usr/bin/chromium-browser', '/usr/bin/google-chrome'].find(path => path && existsSync(path));
+
+const browser = await chromium.launch({
+  executablePath: found, // undefined: the one that playwright has installed
+  args: ['--no-sandbox', '--disable-gpu', '--disable-background-networking', '--disable-component-update', '--disable-sync'],
+});
+
+// A page that may ask for nothing but itself; returns it and what it complained about.
+async function open(file, options) {
+  const context = await browser.newContext({ offline: true, ...options });
+  const page = await context.newPage();
+  const own = pathToFileURL(resolve(file)).href, complaints = [];
+  page.on('console', message => { if (['error', 'warning'].includes(message.type())) complaints.push(`console ${message.type()}: ${message.text()}`); });
+  page.on('pageerror', error => complaints.push(`uncaught: ${error.message}`));
+  page.on('request', request => { if (request.url() !== own && !/^(data|blob):/.test(request.url())) complaints.push(`request: ${request.url()}`); });
+  await page.goto(own);
+  await page.waitForTimeout(200);
+  return { context, page, complaints };
+}
+
+// Every panel has ticks on both axes and a series with an extent.
+async function everyPanelIsDrawn(page) {
+  const panels = await page.$$eval('svg.panel', all => all.map(svg => {
+    const boxes = [...svg.querySelectorAll('.view [data-s]')].map(path => path.getBoundingClientRect());
+    return {
+      name: svg.getAttribute('aria-label'),
+      size: svg.getBoundingClientRect().width * svg.getBoundingClientRect().height,
+      drawn: boxes.some(box => box.width > 20 || box.height > 20),
+      grid: svg.querySelectorAll('.frame .grid').length,
+      labels: [...svg.querySelectorAll('.frame .tick')].map(text => text.textContent),
+    };
+  }));
+  assert.ok(panels.length > 0, 'the report has plots');
+  for (const panel of panels) {
+    assert.ok(panel.size > 5000, `${panel.name}: has a size`);
+    assert.ok(panel.drawn, `${panel.name}: shows a curve`);
+    assert.ok(panel.grid >= 3 && panel.labels.length >= 2, `${panel.name}: has a grid and ticks`);
+    assert.ok(!panel.labels.some(label => /NaN|Infinity|undefined/.test(label)), `${panel.name}: ticks are numbers`);
+  }
+  return panels.length;
+}
+
+const transform = panel => panel.locator('.view').getAttribute('transform');
+
+async function zoomAndReadOut(page) {
+  const figures = await page.locator('figure').count();
+  for (let k = 0; k < figures; k++) {
+    const figure = page.locator('figure').nth(k), panel = figure.locator('svg.panel').first();
+    const title = await figure.locator('h3').textContent();
+    await panel.scrollIntoViewIfNeeded();
+    const reset = figure.locator('[data-zoom=reset]'), before = await transform(panel), box = await panel.boundingBox();
+    assert.ok(await reset.isDisabled(), `${title}: nothing is zoomed at first`);
+
+    await page.mouse.move(box.x + 0.4 * box.width, box.y + 60);
+    assert.ok(await page.locator('.tip').isVisible(), `${title}: the pointer reads out a value`);
+    assert.match(await page.locator('.tip').textContent(), /\d/, `${title}: the read-out has numbers`);
+    await page.mouse.down();
+    await page.mouse.move(box.x + 0.7 * box.width, box.y + 70, { steps: 4 });
+    await page.mouse.up();
+    assert.notEqual(await transform(panel), before, `${title}: dragging zooms`);
+    await reset.click();
+    assert.equal(await transform(panel), before, `${title}: reset goes back`);
+
+    await panel.focus();
+    await page.keyboard.press('ArrowRight');
+    await page.keyboard.press('Shift+ArrowRight');
+    assert.match(await figure.locator('.live').textContent(), /\d/, `${title}: the arrow keys read out a value`);
+    await page.keyboard.press('+');
+    assert.notEqual(await transform(panel), before, `${title}: + zooms`);
+    await page.keyboard.press('0');
+    assert.equal(await transform(panel), before, `${title}: 0 goes back`);
+
+    const entry = figure.locator('.legend button').first();
+    if (await entry.count()) {
+      const visible = () => figure.locator('.view [data-s]:visible').count();
+      const shown = await visible();
+      await entry.click();
+      assert.ok(await visible() < shown, `${title}: the legend hides a series`);
+      await entry.click();
+      assert.equal(await visible(), shown, `${title}: and shows it again`);
+    }
+  }
+  return figures;
+}
+
+async function accessible(page) {
+  assert.equal(await page.locator('h1').count(), 1, 'one main heading');
+  const unnamed = await page.$$eval('svg.panel', all => all.filter(svg => svg.getAttribute('role') !== 'img' || !svg.getAttribute('aria-label')).length);
+  assert.equal(unnamed, 0, 'each plot has a name for screen readers');
+  const bare = await page.$$eval('figure', all => all.filter(figure => !figure.querySelector('table')).length);
+  assert.equal(bare, 0, 'each plot has a table of its numbers');
+  const broken = await page.$$eval('nav a', all => all.filter(link => !document.querySelector(link.getAttribute('href'))).length);
+  assert.equal(broken, 0, 'the table of contents leads somewhere');
+}
+
+for (const file of words) {
+  const name = basename(file, '.html');
+  for (const width of [1280, 390]) for (const colorScheme of ['light', 'dark']) {
+    const { context, page, complaints } = await open(file, { viewport: { width, height: 900 }, colorScheme });
+    const panels = await everyPanelIsDrawn(page);
+    const sideways = await page.evaluate(() => document.documentElement.scrollWidth - document.documentElement.clientWidth);
+    assert.ok(sideways <= 0, `${width} px: no sideways scrolling, but ${sideways} px`);
+    if (screenshots) await page.screenshot({ path: join(screenshots, `${name}-${width}-${colorScheme}.png`), fullPage: true });
+    await accessible(page);
+    if (colorScheme === 'light') await zoomAndReadOut(page);
+    assert.deepEqual(complaints, [], `${width} px, ${colorScheme}: the page complains`);
+    console.log(`${name}: ${panels} panels at ${width} px, ${colorScheme}: ok`);
+    await context.close();
+  }
+  const { context, page, complaints } = await open(file, { viewport: { width: 1280, height: 900 }, javaScriptEnabled: false });
+  assert.ok(await page.locator('svg.panel').first().isVisible() && await page.locator('h1').isVisible(), 'plots show without script');
+  assert.equal(await page.locator('.tools').first().isVisible(), false, 'no dead buttons without script');
+  assert.deepEqual(complaints, []);
+  await context.close();
+  console.log(`${name}: without script: ok`);
+}
+await browser.close();
