@@ -1,4 +1,5 @@
 //! The `ndof` program.
+
 fn main() -> std::process::ExitCode {
-    std::process::ExitCode::SUCCESS
+    ndof_cli::run(std::env::args_os(), ndof::studies::STUDIES)
 }

@@ -119,6 +119,29 @@ pub enum StudyError {
     /// No recording at all.
     #[error("no recording; give at least one file")]
     NoRecording,
+    /// A recording cannot be read or written.
+    #[error(transparent)]
+    Io(#[from] ndof_io::IoError),
+    /// No model of that name.
+    #[error("no model \"{name}\"; there is {available}")]
+    UnknownModel {
+        /// The name asked for.
+        name: String,
+        /// What there is.
+        available: &'static str,
+    },
+    /// The fit is not possible.
+    #[error("fitting: {0}")]
+    Fit(#[from] ndof_models::FitError),
+    /// The simulation is not possible.
+    #[error("simulating: {0}")]
+    Device(#[from] ndof_devices::DeviceError),
+    /// The excitation is not possible.
+    #[error("designing the perturbation: {0}")]
+    Excitation(#[from] ndof_signal::ExcitationError),
+    /// A picture cannot be drawn.
+    #[error("drawing: {0}")]
+    Figure(#[from] ndof_report::FigureError),
     /// A response cannot be converted.
     #[error(transparent)]
     Response(#[from] ResponseError),

@@ -1,7 +1,11 @@
 //! Experiments and studies as data: the pipeline from design to report, and the results that other programs read.
+//!
+//! [`Trials`] are recordings with roles; [`estimate`], [`fit`] and [`run_study`] go from there to the results of
+//! [`result`]; [`file`](mod@file) holds what people write.
 
 mod error;
 pub mod file;
+mod page;
 mod pipeline;
 pub mod result;
 mod roles;
@@ -10,7 +14,11 @@ mod trials;
 mod trim;
 
 pub use error::StudyError;
-pub use pipeline::{EstimateSettings, Estimated, MethodName, estimate};
+pub use page::{estimate_report, fit_report, study_report};
+pub use pipeline::{
+    ComparedParameter, EstimateSettings, Estimated, FitCost, FitSettings, Fitted, JointTruth, MODEL, Matrices, MethodName, Progress, Simulated, StudyOutcome,
+    Truth, compare, estimate, fit, model_response, run_study, simulate,
+};
 pub use roles::{RoleNames, Roles, axis_of};
 pub use suggest::nearest;
 pub use trials::{Trial, Trials};

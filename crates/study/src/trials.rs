@@ -4,7 +4,8 @@ use crate::error::StudyError;
 use crate::result::Warning;
 use crate::roles::{RoleNames, Roles};
 use crate::trim::Trim;
-use ndof_signal::Recording;
+use ndof_signal::{Channel, Recording};
+use ndof_sysid::Ports;
 
 /// One file's recording.
 #[derive(Clone, Debug, PartialEq)]
@@ -13,6 +14,8 @@ pub struct Trial {
     pub file: String,
     /// Its samples.
     pub recording: Recording,
+    /// What was done to read it.
+    pub warnings: Vec<Warning>,
 }
 
 /// Repeated trials of one experiment: same channels, same rate, one set of roles.
@@ -22,39 +25,55 @@ pub struct Trials {
     pub trials: Vec<Trial>,
     /// Roles, the same in all.
     pub roles: Roles,
+    /// What the reader of a result should know, each once.
+    pub warnings: Vec<Warning>,
 }
 
 impl Trials {
-    /// Trials from recordings: roles found, stretches cut out, channels checked.
+    /// Trials from recordings: roles found, stretches cut out, channels without a role left out, the others checked.
     ///
     /// # Errors
     /// [`StudyError`] if there is none, a role cannot be filled, trials differ, or a channel that is used holds no numbers.
     pub fn new(trials: Vec<Trial>, names: &RoleNames, trim: &Trim) -> Result<Self, StudyError> {
         let first = trials.first().ok_or(StudyError::NoRecording)?;
-        let roles = Roles::find(&first.recording, &first.file, names)?;
+        let mut roles = Roles::find(&first.recording, &first.file, names)?;
         let used: Vec<usize> = roles.ports.references.iter().chain(&roles.ports.inputs).chain(&roles.ports.outputs).copied().collect();
-        let (first_file, rate, all_names) = (first.file.clone(), first.recording.sample_rate_hz(), first.recording.names());
-        let mut stretches = Vec::new();
+        let all_names = first.recording.names();
+        let used_names: Vec<String> = used.iter().map(|&i| all_names[i].clone()).collect();
+        let (first_file, rate) = (first.file.clone(), first.recording.sample_rate_hz());
+        let (mut stretches, mut warnings) = (Vec::new(), roles.warnings.clone());
         for trial in trials {
-            let Trial { file, recording } = trial;
+            let Trial { file, recording, warnings: notes } = trial;
+            for note in notes {
+                if !warnings.contains(&note) {
+                    warnings.push(note);
+                }
+            }
             let mismatch =
                 |what, found: String, expected: String| StudyError::TrialMismatch { file: file.clone(), what, found, first: first_file.clone(), expected };
             if recording.sample_rate_hz() != rate {
                 return Err(mismatch("the sample rate", format!("{} Hz", recording.sample_rate_hz()), format!("{rate} Hz")));
             }
-            let order = all_names.iter().map(|name| recording.names().iter().position(|n| n == name)).collect::<Option<Vec<_>>>();
-            let Some(order) = order.filter(|_| recording.channels().len() == all_names.len()) else {
-                return Err(mismatch("the list of channels", recording.names().join(", "), all_names.join(", ")));
+            let own = recording.names();
+            let order: Vec<Option<usize>> = used_names.iter().map(|name| own.iter().position(|n| n == name)).collect();
+            let Some(order) = order.into_iter().collect::<Option<Vec<usize>>>() else {
+                return Err(mismatch("the list of channels", own.join(", "), all_names.join(", ")));
             };
             for stretch in trim.apply(&recording, &file)? {
                 let wrap = |source| StudyError::Recording { file: file.clone(), source };
                 let channels = order.iter().map(|&i| stretch.channels()[i].clone()).collect();
                 let stretch = Recording::new(rate, channels).map_err(wrap)?.starting_at(stretch.start_s()).with_metadata(stretch.metadata().clone());
-                stretch.require_finite(used.iter().map(|&i| all_names[i].as_str())).map_err(wrap)?;
-                stretches.push(Trial { file: file.clone(), recording: stretch });
+                stretch.require_finite(used_names.iter().map(String::as_str)).map_err(wrap)?;
+                stretches.push(Trial { file: file.clone(), recording: stretch, warnings: Vec::new() });
             }
         }
-        Ok(Trials { trials: stretches, roles })
+        let (references, inputs) = (roles.ports.references.len(), roles.ports.inputs.len());
+        roles.ports = Ports {
+            references: (0..references).collect(),
+            inputs: (references..references + inputs).collect(),
+            outputs: (references + inputs..used.len()).collect(),
+        };
+        Ok(Trials { trials: stretches, roles, warnings })
     }
 
     /// The recordings.
@@ -69,14 +88,18 @@ impl Trials {
 
     /// Names of the channels with these indices.
     pub fn names(&self, indices: &[usize]) -> Vec<String> {
+        self.channels(indices).iter().map(|channel| channel.name.clone()).collect()
+    }
+
+    /// The channels with these indices, of the first trial.
+    pub fn channels(&self, indices: &[usize]) -> Vec<&Channel> {
         let Some(first) = self.trials.first() else { return Vec::new() };
-        indices.iter().map(|&i| first.recording.channels()[i].name.clone()).collect()
+        indices.iter().map(|&i| &first.recording.channels()[i]).collect()
     }
 
     /// SI units of the channels with these indices.
     pub fn units(&self, indices: &[usize]) -> Vec<String> {
-        let Some(first) = self.trials.first() else { return Vec::new() };
-        indices.iter().map(|&i| first.recording.channels()[i].unit.symbol().to_owned()).collect()
+        self.channels(indices).iter().map(|channel| channel.unit.symbol().to_owned()).collect()
     }
 
     /// The mean of a channel over all trials.
@@ -86,10 +109,5 @@ impl Trials {
             (sum + samples.iter().sum::<f64>(), count + samples.len())
         });
         sum / count as f64
-    }
-
-    /// What was noticed while the roles were found.
-    pub fn warnings(&self) -> &[Warning] {
-        &self.roles.warnings
     }
 }

@@ -1,10 +1,14 @@
 //! The TOML files that people write: unknown keys are errors, and an error names file, line and remedy.
 
 mod baseline;
+mod experiment;
 mod kinematics;
+mod study;
 
 pub use baseline::{BaselineFile, BaselineParameter, Status, Value};
+pub use experiment::{Excitation, ExperimentFile, HiddenEffect};
 pub use kinematics::{KinematicsFile, KinematicsSd, MeanForce};
+pub use study::{EstimateSection, ExperimentPath, ExperimentSource, FitSection, StudyFile};
 
 use crate::error::{StudyError, did_you_mean};
 use crate::suggest::nearest;

@@ -127,7 +127,10 @@ fn choose(trials: &Trials, settings: &EstimateSettings) -> (Welch, String) {
 /// Names the file of the trial that an error is about.
 fn in_file(error: EstimateError, trials: &Trials) -> StudyError {
     let file = match &error {
-        EstimateError::Welch { trial, .. } | EstimateError::Recording { trial, .. } => trials.trials.get(trial - 1).map(|t| t.file.clone()),
+        EstimateError::Welch { trial, .. }
+        | EstimateError::Multitaper { trial, .. }
+        | EstimateError::Periodic { trial, .. }
+        | EstimateError::NotFinite { trial, .. } => trials.trials.get(trial - 1).map(|t| t.file.clone()),
         _ => None,
     };
     let all = || match trials.trials.as_slice() {
@@ -195,7 +198,7 @@ fn result(
     let d = &estimates.direct;
     let ports = &trials.roles.ports;
     let (inputs, outputs) = if swapped { (&ports.outputs, &ports.inputs) } else { (&ports.inputs, &ports.outputs) };
-    let mut warnings: Vec<Warning> = trials.warnings().to_vec();
+    let mut warnings: Vec<Warning> = trials.warnings.clone();
     warnings.extend(estimates.warnings.iter().cloned().map(Warning::from));
     Ok(EstimateResult {
         schema: schema::SCHEMA.to_owned(),

@@ -2,5 +2,14 @@
 
 mod confidence;
 mod estimate;
+mod fit;
+mod simulate;
+mod study;
 
 pub use estimate::{EstimateSettings, Estimated, MethodName, estimate};
+pub use fit::{FitCost, FitSettings, Fitted, MODEL, fit, model_response};
+pub use simulate::{JointTruth, Matrices, Simulated, Truth, simulate};
+pub use study::{ComparedParameter, StudyOutcome, compare, run_study};
+
+/// Called with what is done, how much of it and of how much; from any thread.
+pub type Progress<'a> = dyn Fn(&'static str, usize, usize) + Sync + 'a;

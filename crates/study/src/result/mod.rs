@@ -47,6 +47,12 @@ impl From<ndof_sysid::Warning> for Warning {
     }
 }
 
+impl From<ndof_io::Note> for Warning {
+    fn from(note: ndof_io::Note) -> Self {
+        Warning { code: note.code.to_owned(), message: note.message, action: note.action }
+    }
+}
+
 /// The JSON Schemas by the short names that `ndof schema` takes.
 pub const SCHEMAS: &[&str] = &["estimate", "fit"];
 

@@ -1,0 +1,29 @@
+//! `ndof convert`.
+
+use crate::error::CliError;
+use crate::options::Reading;
+use clap::Args;
+use std::path::PathBuf;
+use std::process::ExitCode;
+
+/// Convert a recording from one format to another; the suffix of OUT says which.
+#[derive(Debug, Args)]
+#[command(after_help = "Example:\n  ndof convert trial.mat trial.csv")]
+pub struct Arguments {
+    /// The recording to read, `-` for CSV on standard input.
+    input: PathBuf,
+    /// The file to write.
+    output: PathBuf,
+    #[command(flatten)]
+    reading: Reading,
+}
+
+pub fn run(arguments: &Arguments) -> Result<ExitCode, CliError> {
+    let read = arguments.reading.read(&arguments.input)?;
+    let same = |a: &PathBuf, b: &PathBuf| matches!((a.canonicalize(), b.canonicalize()), (Ok(a), Ok(b)) if a == b);
+    if same(&arguments.input, &arguments.output) {
+        return Err(CliError::Usage(format!("{} is the input itself, which is never changed; give another name for the output", arguments.output.display())));
+    }
+    ndof_io::write(&arguments.output, &read.recording)?;
+    Ok(ExitCode::SUCCESS)
+}

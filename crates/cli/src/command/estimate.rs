@@ -1,0 +1,113 @@
+//! `ndof estimate`.
+
+use crate::error::CliError;
+use crate::options::{Analysis, Reading, Shared};
+use crate::output::{self, columns, short};
+use clap::Args;
+use ndof_study::result::EstimateResult;
+use ndof_study::result::estimate::Coherence;
+use std::path::PathBuf;
+use std::process::ExitCode;
+
+/// Estimate the frequency response of outputs to inputs, with coherences and confidence.
+///
+/// Several files are repeated trials of one experiment and are averaged. With a commanded perturbation (channels
+/// cmd_…) the derived estimate, free of the bias that feedback makes, stands beside the direct one.
+#[derive(Debug, Args)]
+#[command(
+    after_help = "Example:\n  ndof estimate trial-1.csv trial-2.csv --nperseg 2048 --nfft 8192 --band 0.25-10 --json estimate.json --report estimate.html"
+)]
+pub struct Arguments {
+    /// Recordings; `-` is CSV on standard input
+    #[arg(required = true, value_name = "FILE")]
+    files: Vec<PathBuf>,
+    #[command(flatten)]
+    reading: Reading,
+    #[command(flatten)]
+    analysis: Analysis,
+    #[command(flatten)]
+    shared: Shared,
+}
+
+pub fn run(arguments: &Arguments) -> Result<ExitCode, CliError> {
+    let shared = &arguments.shared;
+    shared.apply_threads()?;
+    let trials = arguments.reading.trials(&arguments.files)?;
+    let estimated = ndof_study::estimate(&trials, &arguments.analysis.settings(shared), "estimate")?;
+    if shared.report.is_some() || shared.plots.is_some() {
+        output::report(shared, &ndof_study::estimate_report(&trials, &estimated, "Frequency response", &output::command_line())?)?;
+    }
+    output::json(shared, &estimated.result)?;
+    output::warnings(shared, &estimated.result.warnings);
+    output::table(shared, &summary(&estimated.result))?;
+    Ok(ExitCode::SUCCESS)
+}
+
+/// The response at some frequencies, evenly spaced on a logarithmic axis.
+fn summary(result: &EstimateResult) -> String {
+    const ROWS: usize = 8;
+    let m = &result.method;
+    let (name, response, coherence) = match &result.derived {
+        Some(derived) => ("derived", &derived.response, &derived.coherence_iv),
+        None => ("direct", &result.direct.response, &result.direct.coherence),
+    };
+    let mut text = format!(
+        "{} ({name}) of {} output(s) to {} input(s), {} trial(s) at {} Hz\n{}: nperseg {}, noverlap {}, nfft {}, {}; {:.2} effective averages\n\n",
+        result.response,
+        result.outputs.len(),
+        result.inputs.len(),
+        result.trials,
+        result.sample_rate_hz,
+        m.name,
+        m.nperseg.unwrap_or(0),
+        m.noverlap.unwrap_or(0),
+        m.nfft.unwrap_or(0),
+        m.window.as_deref().unwrap_or("no window"),
+        m.effective_averages,
+    );
+    let usable: Vec<usize> = (0..result.frequency_hz.len()).filter(|&f| result.frequency_hz[f] > 0.0 && response.re[0][0][f].is_some()).collect();
+    for (i, output) in result.outputs.iter().enumerate() {
+        for (j, input) in result.inputs.iter().enumerate() {
+            let mut rows = vec![["Hz", "gain", "±95 %", "phase °", "partial γ²", "multiple γ²"].map(str::to_owned).to_vec()];
+            for f in spread(&usable, &result.frequency_hz, ROWS) {
+                let (re, im) = (response.re[i][j][f], response.im[i][j][f]);
+                let gain = re.zip(im).map(|(re, im)| re.hypot(im));
+                let phase = re.zip(im).map(|(re, im)| im.atan2(re).to_degrees());
+                let half = response.gain_ci95[i][j][f].map(|[low, high]| (high - low) / 2.0);
+                rows.push(vec![
+                    short(Some(result.frequency_hz[f])),
+                    short(gain),
+                    short(half),
+                    phase.map_or_else(|| "–".to_owned(), |degrees| format!("{degrees:.1}")),
+                    fraction(coherence.partial[i][j][f]),
+                    fraction(multiple(coherence, i, f)),
+                ]);
+            }
+            text += &format!("{output} ← {input}\n{}\n", columns(&rows));
+        }
+    }
+    text
+}
+
+/// Multiple coherence of row `i`; none where the response was inverted and rows are no longer the measured outputs.
+fn multiple(coherence: &Coherence, i: usize, f: usize) -> Option<f64> {
+    coherence.multiple.get(i).and_then(|row| row[f])
+}
+
+fn fraction(value: Option<f64>) -> String {
+    value.map_or_else(|| "–".to_owned(), |value| format!("{value:.3}"))
+}
+
+/// At most `count` of the `usable` indices, nearest to logarithmically spaced frequencies.
+fn spread(usable: &[usize], hz: &[f64], count: usize) -> Vec<usize> {
+    let (Some(&first), Some(&last)) = (usable.first(), usable.last()) else { return Vec::new() };
+    let (low, high) = (hz[first].ln(), hz[last].ln());
+    let mut chosen: Vec<usize> = (0..count)
+        .filter_map(|k| {
+            let wanted = low + (high - low) * k as f64 / (count - 1) as f64;
+            usable.iter().copied().min_by(|&a, &b| (hz[a].ln() - wanted).abs().total_cmp(&(hz[b].ln() - wanted).abs()))
+        })
+        .collect();
+    chosen.dedup();
+    chosen
+}

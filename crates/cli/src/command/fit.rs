@@ -1,0 +1,104 @@
+//! `ndof fit`.
+
+use crate::error::CliError;
+use crate::options::{Analysis, Reading, Shared, words};
+use crate::output::{self, columns, short};
+use clap::Args;
+use ndof_study::file::{self, KinematicsFile};
+use ndof_study::result::FitResult;
+use ndof_study::{ComparedParameter, FitCost, FitSettings, compare};
+use std::path::PathBuf;
+use std::process::ExitCode;
+
+/// Fit inertia, damping and stiffness to the frequency response, with intervals.
+///
+/// Several files are repeated trials of one experiment and are pooled. The derived estimate is fitted where there is a
+/// commanded perturbation, else the direct one. --band sets the frequencies that are fitted.
+#[derive(Debug, Args)]
+#[command(after_help = "Example:\n  ndof fit trial-1.csv trial-2.csv --band 0.5-8 --kinematics arm.toml --json fit.json")]
+pub struct Arguments {
+    /// Recordings; `-` is CSV on standard input
+    #[arg(required = true, value_name = "FILE")]
+    files: Vec<PathBuf>,
+    /// Parametric model
+    #[arg(long, default_value = ndof_study::MODEL)]
+    model: String,
+    /// What is minimised: squared errors weighted by their covariance, or the paper's dB and degrees
+    #[arg(long, default_value = "weighted", value_parser = words::<FitCost>(&["weighted", "paper"]))]
+    cost: FitCost,
+    /// Project endpoint to joint impedance with this arm
+    #[arg(long, value_name = "FILE.toml")]
+    kinematics: Option<PathBuf>,
+    #[command(flatten)]
+    reading: Reading,
+    #[command(flatten)]
+    analysis: Analysis,
+    #[command(flatten)]
+    shared: Shared,
+}
+
+pub fn run(arguments: &Arguments) -> Result<ExitCode, CliError> {
+    let shared = &arguments.shared;
+    shared.apply_threads()?;
+    let kinematics = arguments.kinematics.as_deref().map(file::read::<KinematicsFile>).transpose()?;
+    let trials = arguments.reading.trials(&arguments.files)?;
+    let settings = arguments.analysis.settings(shared);
+    let estimated = ndof_study::estimate(&trials, &settings, "fit")?;
+    let fit_settings = FitSettings {
+        model: Some(arguments.model.clone()),
+        band_hz: shared.band.map(|(low, high)| [low, high]),
+        cost: arguments.cost,
+        kinematics,
+        ..FitSettings::default()
+    };
+    let fitted = ndof_study::fit(&trials, &estimated, &fit_settings, "fit")?;
+    if shared.report.is_some() || shared.plots.is_some() {
+        output::report(shared, &ndof_study::fit_report(&trials, &estimated, &fitted, "Mechanical impedance", &output::command_line())?)?;
+    }
+    output::json(shared, &fitted.result)?;
+    output::warnings(shared, &fitted.result.warnings);
+    output::table(shared, &summary(&fitted.result, &compare(&fitted, None)))?;
+    Ok(ExitCode::SUCCESS)
+}
+
+fn summary(result: &FitResult, parameters: &[ComparedParameter]) -> String {
+    format!(
+        "{} fitted to the {} estimate, {:.3} to {:.3} Hz; reduced chi² {}, R² {}\n\n{}",
+        result.model,
+        result.estimate,
+        result.band_hz[0],
+        result.band_hz[1],
+        short(result.chi2_reduced),
+        short(result.r2),
+        parameter_table(parameters),
+    )
+}
+
+/// Parameters with intervals, and with the truth where it is known.
+pub fn parameter_table(parameters: &[ComparedParameter]) -> String {
+    let truth = parameters.iter().any(|p| p.truth.is_some());
+    let mut rows = vec![vec!["".to_owned(), "unit".to_owned()]];
+    if truth {
+        rows[0].push("simulated".to_owned());
+    }
+    rows[0].extend(["estimate", "95 % interval", ""].map(str::to_owned));
+    for p in parameters {
+        let mut row = vec![p.name.clone(), p.unit.clone()];
+        if truth {
+            row.push(short(p.truth));
+        }
+        row.push(short(p.value));
+        row.push(p.ci95.map_or_else(|| "–".to_owned(), |[low, high]| format!("{} … {}", short(Some(low)), short(Some(high)))));
+        row.push(remark(p).to_owned());
+        rows.push(row);
+    }
+    columns(&rows)
+}
+
+fn remark(p: &ComparedParameter) -> &'static str {
+    match (p.identifiable, p.truth, p.ci95) {
+        (false, _, _) => "not identifiable",
+        (true, Some(truth), Some([low, high])) if !(low..=high).contains(&truth) => "outside",
+        _ => "",
+    }
+}

@@ -1,0 +1,9 @@
+//! One file a subcommand.
+
+pub mod convert;
+pub mod estimate;
+pub mod fit;
+pub mod list;
+pub mod schema;
+pub mod simulate;
+pub mod study;

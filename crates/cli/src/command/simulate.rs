@@ -1,0 +1,70 @@
+//! `ndof simulate`.
+
+use crate::error::CliError;
+use crate::options::Shared;
+use crate::{output, progress};
+use clap::Args;
+use ndof_signal::Recording;
+use ndof_study::file::{self, ExperimentFile, StudyFile};
+use ndof_study::result::to_json;
+use ndof_study::{StudyError, Truth};
+use std::path::{Path, PathBuf};
+use std::process::ExitCode;
+
+/// Simulate an experiment: device, limb, controller, sensors and hidden effects to a recording.
+///
+/// Several trials are written as NAME-1.EXT, NAME-2.EXT …; what was simulated goes into NAME.truth.json.
+#[derive(Debug, Args)]
+#[command(after_help = "Example:\n  ndof simulate arm --out trial.csv --seed 7")]
+pub struct Arguments {
+    /// EXPERIMENT.toml, or the name of a built-in study
+    experiment: String,
+    /// The recording to write; its suffix says the format
+    #[arg(long, value_name = "FILE")]
+    out: PathBuf,
+    #[command(flatten)]
+    shared: Shared,
+}
+
+pub fn run(arguments: &Arguments, studies: &[(&str, &str)]) -> Result<ExitCode, CliError> {
+    let shared = &arguments.shared;
+    shared.apply_threads()?;
+    let mut experiment = experiment(&arguments.experiment, studies)?;
+    experiment.seed = shared.seed.unwrap_or(experiment.seed);
+    let bars = progress::Steps::new(shared.quiet);
+    let simulated = ndof_study::simulate(&experiment, &|what, done, total| bars.show(what, done, total))?;
+    let files = write_trials(&arguments.out, &simulated.recordings, &simulated.truth)?;
+    output::table(shared, &format!("{}\n", files.iter().map(|f| f.display().to_string()).collect::<Vec<_>>().join("\n")))?;
+    Ok(ExitCode::SUCCESS)
+}
+
+fn experiment(name: &str, studies: &[(&str, &str)]) -> Result<ExperimentFile, CliError> {
+    if let Some((name, text)) = studies.iter().find(|(known, _)| *known == name) {
+        let study = StudyFile::parse(text, name)?;
+        return study.experiment().cloned().ok_or(CliError::Study(StudyError::NoRecording));
+    }
+    let path = Path::new(name);
+    if !path.exists() && path.extension().is_none() {
+        return Err(super::study::unknown(name, studies));
+    }
+    let experiment: ExperimentFile = file::read(path)?;
+    experiment.check(name)?;
+    Ok(experiment)
+}
+
+/// Writes NAME.EXT, or NAME-1.EXT …, and NAME.truth.json beside; returns the recordings' paths.
+pub fn write_trials(out: &Path, recordings: &[Recording], truth: &Truth) -> Result<Vec<PathBuf>, CliError> {
+    let stem = out.file_stem().map_or_else(|| "recording".to_owned(), |stem| stem.to_string_lossy().into_owned());
+    let extension = out.extension().map_or_else(|| "csv".to_owned(), |extension| extension.to_string_lossy().into_owned());
+    let folder = out.parent().unwrap_or_else(|| Path::new(""));
+    let mut files = Vec::with_capacity(recordings.len());
+    for (k, recording) in recordings.iter().enumerate() {
+        let name = if recordings.len() == 1 { format!("{stem}.{extension}") } else { format!("{stem}-{}.{extension}", k + 1) };
+        let path = folder.join(name);
+        ndof_io::write(&path, recording)?;
+        files.push(path);
+    }
+    let text = to_json(truth).map_err(|error| CliError::Usage(format!("the truth cannot be written as JSON: {error}")))?;
+    ndof_io::write_atomic(&folder.join(format!("{stem}.truth.json")), text.as_bytes())?;
+    Ok(files)
+}

@@ -1,0 +1,99 @@
+//! `ndof study`.
+
+use super::fit::parameter_table;
+use super::simulate::write_trials;
+use crate::error::CliError;
+use crate::options::{Reading, Shared};
+use crate::output::{self, write_json};
+use crate::progress;
+use clap::Args;
+use ndof_study::file::StudyFile;
+use ndof_study::{StudyOutcome, nearest, run_study, study_report};
+use std::path::{Path, PathBuf};
+use std::process::ExitCode;
+
+/// Run a whole study: design, simulate, estimate, fit, project to the joints, report.
+///
+/// Writes recordings/, estimate.json, fit.json, plots/ and report.html into --out and prints the table of parameters.
+/// --recording takes measured files in place of the simulation.
+#[derive(Debug, Args)]
+#[command(after_help = "Example:\n  ndof study arm --out results")]
+pub struct Arguments {
+    /// A built-in study (arm), or STUDY.toml
+    study: String,
+    /// Folder for all results [default: ndof-out/NAME]
+    #[arg(long, value_name = "DIR")]
+    out: Option<PathBuf>,
+    /// Measured trials in place of the simulation
+    #[arg(long, value_name = "FILE", num_args = 1..)]
+    recording: Vec<PathBuf>,
+    #[command(flatten)]
+    reading: Reading,
+    #[command(flatten)]
+    shared: Shared,
+}
+
+/// The error for a study that does not exist.
+pub fn unknown(name: &str, studies: &[(&str, &str)]) -> CliError {
+    let suggestion = nearest(name, studies.iter().map(|(known, _)| *known)).map(|s| format!(" (did you mean \"{s}\"?)")).unwrap_or_default();
+    let known: Vec<&str> = studies.iter().map(|(known, _)| *known).collect();
+    CliError::Usage(format!("no study \"{name}\"{suggestion}; built in: {}; or give a file, STUDY.toml", known.join(", ")))
+}
+
+pub fn run(arguments: &Arguments, studies: &[(&str, &str)]) -> Result<ExitCode, CliError> {
+    let shared = &arguments.shared;
+    shared.apply_threads()?;
+    let (name, study) = load(&arguments.study, studies)?;
+    let out = arguments.out.clone().unwrap_or_else(|| Path::new("ndof-out").join(&name));
+    let recordings = if arguments.recording.is_empty() { None } else { Some(arguments.reading.read_all(&arguments.recording)?) };
+    let bars = progress::Steps::new(shared.quiet);
+    let outcome = run_study(&study, recordings, shared.seed, &|what, done, total| bars.show(what, done, total))?;
+    let report = study_report(&outcome, study.title.as_deref().unwrap_or(&name), &format!("ndof study {}", arguments.study))?;
+
+    output::create_folder(&out)?;
+    if let Some(simulated) = &outcome.simulated {
+        let folder = out.join("recordings");
+        output::create_folder(&folder)?;
+        write_trials(&folder.join(format!("{name}.csv")), &simulated.recordings, &simulated.truth)?;
+    }
+    write_json(&out.join("estimate.json"), &outcome.estimated.result)?;
+    write_json(&out.join("fit.json"), &outcome.fitted.result)?;
+    output::write_plots(&out.join("plots"), &report)?;
+    ndof_io::write_atomic(&out.join("report.html"), report.to_html().as_bytes())?;
+    output::report(shared, &report)?;
+    output::json(shared, &outcome.fitted.result)?;
+    output::warnings(shared, &outcome.fitted.result.warnings);
+    output::table(shared, &summary(&outcome, &out))?;
+    Ok(ExitCode::SUCCESS)
+}
+
+fn load(name: &str, studies: &[(&str, &str)]) -> Result<(String, StudyFile), CliError> {
+    if let Some((known, text)) = studies.iter().find(|(known, _)| *known == name) {
+        return Ok(((*known).to_owned(), StudyFile::parse(text, known)?));
+    }
+    let path = Path::new(name);
+    if !path.exists() && path.extension().is_none() {
+        return Err(unknown(name, studies));
+    }
+    let stem = path.file_stem().map_or_else(|| "study".to_owned(), |stem| stem.to_string_lossy().into_owned());
+    Ok((stem, StudyFile::read(path)?))
+}
+
+fn summary(outcome: &StudyOutcome, out: &Path) -> String {
+    let m = &outcome.estimated.result.method;
+    let mut text = format!(
+        "{} trial(s), {} estimate, {:.2} effective averages, fitted from {:.2} to {:.2} Hz\n\n{}",
+        outcome.trials.trials.len(),
+        outcome.fitted.result.estimate,
+        m.effective_averages,
+        outcome.fitted.result.band_hz[0],
+        outcome.fitted.result.band_hz[1],
+        parameter_table(&outcome.table())
+    );
+    text += &format!(
+        "\nresults in {}: report.html, estimate.json, fit.json, plots/{}\n",
+        out.display(),
+        if outcome.simulated.is_some() { ", recordings/" } else { "" }
+    );
+    text
+}

@@ -1,0 +1,51 @@
+//! One message for the user, and the exit code that goes with it.
+
+use ndof_io::IoError;
+use ndof_study::StudyError;
+use std::process::ExitCode;
+
+/// Why a command ended without its result.
+#[derive(Debug, thiserror::Error)]
+pub enum CliError {
+    /// Bad usage.
+    #[error("{0}")]
+    Usage(String),
+    /// A recording cannot be read or written.
+    #[error(transparent)]
+    Io(#[from] IoError),
+    /// The job cannot be done with this input.
+    #[error(transparent)]
+    Study(#[from] StudyError),
+    /// The machine failed.
+    #[error("{what}: {source}; check disk and permissions")]
+    Machine {
+        /// What was tried.
+        what: String,
+        /// What the system says.
+        source: std::io::Error,
+    },
+    /// Whoever reads our output has had enough.
+    #[error("standard output was closed")]
+    BrokenPipe,
+}
+
+impl CliError {
+    /// 0 for a pipe that was closed early, 3 if the machine failed, else 2.
+    pub fn exit_code(&self) -> ExitCode {
+        ExitCode::from(match self {
+            CliError::BrokenPipe => 0,
+            CliError::Machine { .. } => 3,
+            CliError::Io(error) | CliError::Study(StudyError::Io(error)) if error.is_machine_failure() => 3,
+            _ => 2,
+        })
+    }
+}
+
+impl From<std::io::Error> for CliError {
+    fn from(source: std::io::Error) -> Self {
+        match source.kind() {
+            std::io::ErrorKind::BrokenPipe => CliError::BrokenPipe,
+            _ => CliError::Machine { what: "writing to standard output".to_owned(), source },
+        }
+    }
+}

@@ -1,0 +1,61 @@
+//! Options of the spectral estimate, in SciPy's names.
+
+use super::{Shared, words};
+use clap::Args;
+use ndof_signal::{Detrend, Window};
+use ndof_study::{EstimateSettings, MethodName};
+use ndof_sysid::{Direct, ResponseKind};
+
+/// Options of the spectral estimate.
+#[derive(Clone, Debug, Args)]
+pub struct Analysis {
+    /// Spectral estimator; auto says in the result what it chose and why
+    #[arg(long, default_value = "auto", value_parser = words::<MethodName>(&["auto", "welch"]), help_heading = "Estimate")]
+    pub method: MethodName,
+    /// Samples in a segment [default: chosen from the length of the record]
+    #[arg(long, value_name = "N", help_heading = "Estimate")]
+    pub nperseg: Option<usize>,
+    /// Samples that neighbouring segments share [default: nperseg/2]
+    #[arg(long, value_name = "N", help_heading = "Estimate")]
+    pub noverlap: Option<usize>,
+    /// Length of the transform; more than nperseg pads with zeros [default: nperseg]
+    #[arg(long, value_name = "N", help_heading = "Estimate")]
+    pub nfft: Option<usize>,
+    /// Data window: hann, hamming, blackman, blackmanharris, flattop, bartlett, boxcar, tukey[:SHARE]
+    #[arg(long, default_value = "hann", help_heading = "Estimate")]
+    pub window: Window,
+    /// Symmetric instead of periodic window
+    #[arg(long, help_heading = "Estimate")]
+    pub window_symmetric: bool,
+    /// What is taken off each segment
+    #[arg(long, default_value = "constant", value_parser = words::<Detrend>(&["none", "constant", "linear"]), help_heading = "Estimate")]
+    pub detrend: Detrend,
+    /// Where the noise of the direct estimate is thought to be: outputs, inputs, both
+    #[arg(long, default_value = "h1", value_parser = words::<Direct>(&["h1", "h2", "hv"]), help_heading = "Estimate")]
+    pub estimator: Direct,
+    /// Physical quantity to report [default: compliance; dynamic-stiffness with a displacement as input]
+    #[arg(long, value_parser = words::<ResponseKind>(&["compliance", "dynamic-stiffness", "impedance", "admittance"]), help_heading = "Estimate")]
+    pub response: Option<ResponseKind>,
+    /// Add the cross-spectra of all channels to the result
+    #[arg(long, help_heading = "Estimate")]
+    pub spectra: bool,
+}
+
+impl Analysis {
+    /// What the options mean.
+    pub fn settings(&self, shared: &Shared) -> EstimateSettings {
+        EstimateSettings {
+            method: self.method,
+            nperseg: self.nperseg,
+            noverlap: self.noverlap,
+            nfft: self.nfft,
+            window: self.window,
+            window_symmetric: self.window_symmetric,
+            detrend: self.detrend,
+            estimator: self.estimator,
+            response: self.response,
+            band_hz: shared.band,
+            spectra: self.spectra,
+        }
+    }
+}

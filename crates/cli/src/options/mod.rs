@@ -1,0 +1,11 @@
+//! Options that several subcommands share, and what they mean.
+
+mod analysis;
+mod parse;
+mod reading;
+mod shared;
+
+pub use analysis::Analysis;
+pub use parse::{pair, words};
+pub use reading::Reading;
+pub use shared::Shared;

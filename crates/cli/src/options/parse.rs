@@ -1,0 +1,33 @@
+//! Text to values, with errors that say what would be right.
+
+use clap::builder::{PossibleValuesParser, TypedValueParser};
+use serde::de::DeserializeOwned;
+
+/// `LO-HI` as two increasing numbers; either may be negative.
+pub fn pair(text: &str) -> Result<(f64, f64), String> {
+    let number = |part: &str| part.trim().parse::<f64>().ok().filter(|value| value.is_finite());
+    let ends = text.match_indices('-').skip_while(|(at, _)| *at == 0).find_map(|(at, _)| Some((number(&text[..at])?, number(&text[at + 1..])?)));
+    match ends {
+        Some((low, high)) if low < high => Ok((low, high)),
+        Some((low, high)) => Err(format!("{low} is not below {high}; write the smaller number first")),
+        None => Err("write two numbers with a minus between them, such as 0.25-10".to_owned()),
+    }
+}
+
+/// A parser for the words of an enum, as serde writes them.
+pub fn words<T: DeserializeOwned + Clone + Send + Sync + 'static>(known: &'static [&'static str]) -> impl TypedValueParser<Value = T> {
+    PossibleValuesParser::new(known).try_map(|word| serde_json::from_value::<T>(serde_json::Value::String(word)))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn bands_and_stretches() {
+        assert_eq!(pair("0.25-10"), Ok((0.25, 10.0)));
+        assert_eq!(pair("-1--0.5"), Ok((-1.0, -0.5)));
+        assert_eq!(pair("1e-3-2"), Ok((1e-3, 2.0)));
+        assert!(pair("10-1").is_err() && pair("10").is_err() && pair("a-b").is_err());
+    }
+}

@@ -1,0 +1,54 @@
+//! Options of every analysis: where results go, how loud, how many threads.
+
+use super::pair;
+use crate::error::CliError;
+use clap::Args;
+use std::path::PathBuf;
+
+/// Options of every analysis.
+#[derive(Clone, Debug, Args)]
+pub struct Shared {
+    /// Write the result as JSON to OUT; `-` is standard output
+    #[arg(long, value_name = "OUT", help_heading = "Output")]
+    pub json: Option<PathBuf>,
+    /// Write one self-contained HTML page to OUT
+    #[arg(long, value_name = "OUT", help_heading = "Output")]
+    pub report: Option<PathBuf>,
+    /// Write each picture as SVG, with its numbers as CSV, into DIR
+    #[arg(long, value_name = "DIR", help_heading = "Output")]
+    pub plots: Option<PathBuf>,
+    /// Say nothing but errors
+    #[arg(long, short, conflicts_with = "verbose", help_heading = "Output")]
+    pub quiet: bool,
+    /// Say more about what is done
+    #[arg(long, short, help_heading = "Output")]
+    pub verbose: bool,
+    /// Start of all randomness; the same seed gives the same bytes [default: 1, or the experiment's own]
+    #[arg(long, value_name = "N")]
+    pub seed: Option<u64>,
+    /// Number of threads; results do not depend on it [default: all processors]
+    #[arg(long, value_name = "N")]
+    pub threads: Option<usize>,
+    /// Frequencies to report, in Hz
+    #[arg(long, value_name = "LO-HI", value_parser = pair, allow_hyphen_values = true)]
+    pub band: Option<(f64, f64)>,
+}
+
+impl Shared {
+    /// Whether JSON takes the place of the table on standard output.
+    pub fn json_on_stdout(&self) -> bool {
+        self.json.as_ref().is_some_and(|path| path.as_os_str() == "-")
+    }
+
+    /// Sets the number of threads.
+    pub fn apply_threads(&self) -> Result<(), CliError> {
+        match self.threads {
+            None => Ok(()),
+            Some(0) => Err(CliError::Usage("--threads 0: at least one thread is needed; leave the option out to use all processors".to_owned())),
+            Some(threads) => rayon::ThreadPoolBuilder::new()
+                .num_threads(threads)
+                .build_global()
+                .map_err(|error| CliError::Usage(format!("--threads {threads}: {error}; ask for fewer"))),
+        }
+    }
+}

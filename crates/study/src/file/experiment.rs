@@ -1,0 +1,145 @@
+//! `ndof/experiment/1`: what is simulated.
+
+use super::check_schema;
+use crate::error::StudyError;
+use ndof_devices::{Controller, DeviceConfig, Experiment, LimbConfig, Posture, Sensors};
+use serde::{Deserialize, Serialize};
+use std::collections::BTreeMap;
+
+/// Device, limb, excitation, controller, sensors and hidden effects.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct ExperimentFile {
+    /// `ndof/experiment/1`.
+    #[serde(default)]
+    pub schema: Option<String>,
+    /// Of all random signals.
+    #[serde(default = "one_seed")]
+    pub seed: u64,
+    /// Repeated trials.
+    #[serde(default = "one")]
+    pub trials: usize,
+    /// Length of a trial's recording.
+    #[serde(default = "fifty")]
+    pub duration_s: f64,
+    /// Rate of controller and recording.
+    #[serde(default = "five_hundred")]
+    pub sample_rate_hz: f64,
+    /// Simulated before the recording begins.
+    #[serde(default = "two")]
+    pub discard_s: f64,
+    /// The robot.
+    pub device: DeviceConfig,
+    /// The limb.
+    pub limb: LimbConfig,
+    /// Where both are held.
+    #[serde(default)]
+    pub posture: Posture,
+    /// What is commanded.
+    #[serde(default)]
+    pub excitation: Excitation,
+    /// The hold.
+    #[serde(default)]
+    pub controller: Controller,
+    /// The sensors.
+    #[serde(default)]
+    pub sensors: Sensors,
+    /// Hidden in the data.
+    #[serde(default)]
+    pub effects: Vec<HiddenEffect>,
+}
+
+/// The commanded perturbation.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct Excitation {
+    /// `filtered-noise`.
+    pub kind: String,
+    /// Root mean square of each axis (N, N m).
+    pub rms: f64,
+    /// Corner of the low-pass.
+    pub cutoff_hz: f64,
+    /// Order of the low-pass.
+    pub order: usize,
+    /// Seeds tried for each trial; the one whose axes are least coherent is taken.
+    pub candidates: usize,
+}
+
+impl Default for Excitation {
+    fn default() -> Self {
+        Excitation { kind: "filtered-noise".to_owned(), rms: 4.0, cutoff_hz: 15.0, order: 8, candidates: 1 }
+    }
+}
+
+/// An effect that the simulation hides.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct HiddenEffect {
+    /// A name that `ndof list effects` prints.
+    pub name: String,
+    /// `robot`, `limb`, `sensor`, `actuator` or `environment`.
+    pub side: String,
+    /// The axis, all where absent.
+    #[serde(default)]
+    pub axis: Option<String>,
+    /// By the names that `ndof list effects` prints.
+    #[serde(default)]
+    pub parameters: BTreeMap<String, toml::Value>,
+}
+
+impl ExperimentFile {
+    /// The schema's name.
+    pub const SCHEMA: &str = "ndof/experiment/1";
+
+    /// Checks what the types do not.
+    ///
+    /// # Errors
+    /// [`StudyError::Meaning`] in the name of `file`.
+    pub fn check(&self, file: &str) -> Result<(), StudyError> {
+        check_schema(self.schema.as_deref(), Self::SCHEMA, file)?;
+        let wrong = |what: String| Err(StudyError::Meaning { file: file.to_owned(), what });
+        if self.trials == 0 {
+            return wrong("trials = 0; at least one trial is needed".to_owned());
+        }
+        if self.excitation.kind != "filtered-noise" {
+            return wrong(format!("excitation.kind = \"{}\"; there is \"filtered-noise\"", self.excitation.kind));
+        }
+        Ok(())
+    }
+
+    /// The part that devices simulate.
+    pub fn experiment(&self) -> Experiment {
+        Experiment {
+            seed: self.seed,
+            trials: self.trials,
+            duration_s: self.duration_s,
+            sample_rate_hz: self.sample_rate_hz,
+            discard_s: self.discard_s,
+            device: self.device.clone(),
+            limb: self.limb.clone(),
+            posture: self.posture.clone(),
+            controller: self.controller.clone(),
+            sensors: self.sensors.clone(),
+        }
+    }
+}
+
+fn one_seed() -> u64 {
+    1
+}
+
+fn one() -> usize {
+    1
+}
+
+fn two() -> f64 {
+    2.0
+}
+
+fn fifty() -> f64 {
+    50.0
+}
+
+fn five_hundred() -> f64 {
+    500.0
+}

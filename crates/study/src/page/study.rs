@@ -1,0 +1,34 @@
+//! The report of a whole study.
+
+use super::estimate::{coherence_section, frame, response_section, traces_section};
+use super::fit::{ellipse_section, parameters_section};
+use crate::error::StudyError;
+use crate::pipeline::{StudyOutcome, compare, model_response};
+use ndof_report::Report;
+
+/// The page of `ndof study`.
+///
+/// # Errors
+/// [`StudyError::Figure`] if a picture cannot be drawn.
+pub fn study_report(outcome: &StudyOutcome, title: &str, command: &str) -> Result<Report, StudyError> {
+    let StudyOutcome { trials, simulated, estimated, fitted, also } = outcome;
+    let mut report = frame(trials, estimated, title, command);
+    report.warnings = super::convert::warnings(&fitted.result.warnings);
+    let truth = simulated.as_ref().map(|s| &s.truth);
+    let table = outcome.table();
+    let inside = table.iter().filter(|p| matches!((p.truth, p.ci95), (Some(t), Some([low, high])) if (low..=high).contains(&t))).count();
+    report.lead = match truth {
+        Some(_) => format!("{inside} of {} simulated parameters lie inside their 95 % intervals.", table.len()),
+        None => format!("{} parameters with 95 % intervals.", table.len()),
+    };
+    report.sections.push(parameters_section(&table, "Parameters"));
+    let model = model_response(&fitted.matrices, estimated.best());
+    report.sections.push(response_section(estimated, Some(&model))?);
+    report.sections.extend(ellipse_section(fitted, truth.map(|t| t.endpoint.K.as_slice()))?);
+    for (name, _, fitted) in also {
+        report.sections.push(parameters_section(&compare(fitted, truth), &format!("Parameters, setting \u{201c}{name}\u{201d}")));
+    }
+    report.sections.push(coherence_section(&estimated.result)?);
+    report.sections.push(traces_section(trials)?);
+    Ok(report)
+}

@@ -1,0 +1,125 @@
+//! An experiment's file to recordings and the truth behind them.
+
+use super::Progress;
+use crate::error::StudyError;
+use crate::file::ExperimentFile;
+use crate::result::VERSION;
+use ndarray::Array2;
+use ndof_devices::{Extras, Impedance, LimbConfig, Linearised, PlanarTwoLinkConfig, linearise, simulate_trial};
+use ndof_signal::{FilteredNoise, Recording, SeedCriterion};
+use rayon::prelude::*;
+use serde::{Deserialize, Serialize};
+
+/// What was simulated: no command reads it, so that an analysis cannot look.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Truth {
+    /// `ndof/truth/1`.
+    pub schema: String,
+    /// The version that wrote it.
+    pub ndof_version: String,
+    /// The experiment as it was understood.
+    pub experiment: ExperimentFile,
+    /// Names of the endpoint's axes.
+    pub axes: Vec<String>,
+    /// Limb at the endpoint, about its posture.
+    pub endpoint: Matrices,
+    /// Names of the joints and the limb in them, where it has joints.
+    pub joint: Option<JointTruth>,
+    /// Seeds of the commanded perturbations, trial by trial.
+    pub excitation_seeds: Vec<u64>,
+}
+
+/// Inertia, damping and stiffness, rows by columns.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[expect(non_snake_case, reason = "the field's own symbols")]
+pub struct Matrices {
+    /// Inertia.
+    pub M: Vec<Vec<f64>>,
+    /// Damping.
+    pub B: Vec<Vec<f64>>,
+    /// Stiffness.
+    pub K: Vec<Vec<f64>>,
+}
+
+/// The limb in its joints.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct JointTruth {
+    /// Names of the joints.
+    pub axes: Vec<String>,
+    /// Its matrices.
+    #[serde(flatten)]
+    pub matrices: Matrices,
+}
+
+/// Recordings with the truth behind them.
+#[derive(Clone, Debug)]
+pub struct Simulated {
+    /// One a trial.
+    pub recordings: Vec<Recording>,
+    /// What was simulated.
+    pub truth: Truth,
+    /// Robot, hold, transducer and limb as a linear model.
+    pub linear: Linearised,
+}
+
+impl From<&Impedance> for Matrices {
+    fn from(limb: &Impedance) -> Self {
+        let rows = |matrix: &Array2<f64>| matrix.rows().into_iter().map(|row| row.to_vec()).collect();
+        Matrices { M: rows(&limb.inertia), B: rows(&limb.damping), K: rows(&limb.stiffness) }
+    }
+}
+
+/// Simulates every trial of an experiment; the same seed gives the same bytes on any number of threads.
+///
+/// # Errors
+/// [`StudyError`] if parts do not fit or the motion diverges.
+pub fn simulate(file: &ExperimentFile, progress: &Progress<'_>) -> Result<Simulated, StudyError> {
+    let experiment = file.experiment();
+    let linear = linearise(&experiment)?;
+    let axes = experiment.axes()?;
+    let (discarded, recorded) = experiment.samples();
+    let excitation = &file.excitation;
+    let noise = FilteredNoise {
+        axes: axes.len(),
+        samples: discarded + recorded,
+        sample_rate_hz: file.sample_rate_hz,
+        rms: excitation.rms,
+        cutoff_hz: excitation.cutoff_hz,
+        order: excitation.order,
+        ..FilteredNoise::default()
+    };
+    let candidates = excitation.candidates.max(1);
+    let mut seeds = Vec::with_capacity(file.trials);
+    for trial in 0..file.trials {
+        let first = file.seed.wrapping_mul(1_000_003).wrapping_add((trial * candidates) as u64);
+        seeds.push(match candidates {
+            1 => first,
+            _ => noise.search(first, &SeedCriterion { candidates, ..SeedCriterion::default() }, &|_, _| ())?.seed,
+        });
+        progress("design", trial + 1, file.trials);
+    }
+    let done = std::sync::atomic::AtomicUsize::new(0);
+    let recordings = seeds
+        .par_iter()
+        .enumerate()
+        .map(|(trial, &seed)| {
+            let recording = simulate_trial(&experiment, &noise.generate(seed)?, &Extras::default(), trial)?;
+            progress("simulate", done.fetch_add(1, std::sync::atomic::Ordering::Relaxed) + 1, file.trials);
+            Ok(recording)
+        })
+        .collect::<Result<Vec<_>, StudyError>>()?;
+    let joints = match &file.limb {
+        LimbConfig::PlanarTwoLink(PlanarTwoLinkConfig { .. }) => vec!["shoulder".to_owned(), "elbow".to_owned()],
+        LimbConfig::EndpointLinear(_) => Vec::new(),
+    };
+    let truth = Truth {
+        schema: "ndof/truth/1".to_owned(),
+        ndof_version: VERSION.to_owned(),
+        experiment: file.clone(),
+        axes,
+        endpoint: Matrices::from(&linear.limb),
+        joint: linear.limb_joints.as_ref().map(|(limb, _)| JointTruth { axes: joints, matrices: Matrices::from(limb) }),
+        excitation_seeds: seeds,
+    };
+    Ok(Simulated { recordings, truth, linear })
+}

@@ -1,0 +1,123 @@
+//! A whole study: simulate (or take recordings), estimate, fit, compare with the truth.
+
+use super::{Estimated, Fitted, Progress, Simulated, Truth, estimate, fit, simulate};
+use crate::error::StudyError;
+use crate::file::StudyFile;
+use crate::roles::RoleNames;
+use crate::trials::{Trial, Trials};
+use crate::trim::Trim;
+use ndof_models::Transducer;
+use ndof_signal::Recording;
+
+/// What a study gave.
+#[derive(Clone, Debug)]
+pub struct StudyOutcome {
+    /// The trials that were analysed.
+    pub trials: Trials,
+    /// What was simulated, unless recordings were given.
+    pub simulated: Option<Simulated>,
+    /// The estimate.
+    pub estimated: Estimated,
+    /// The fit to it.
+    pub fitted: Fitted,
+    /// Other settings of the estimate, by name, each with its fit.
+    pub also: Vec<(String, Estimated, Fitted)>,
+}
+
+/// One line of the table: a parameter, what was simulated and what was found.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ComparedParameter {
+    /// Its name.
+    pub name: String,
+    /// SI unit.
+    pub unit: String,
+    /// What was simulated, if that is known.
+    pub truth: Option<f64>,
+    /// What was found.
+    pub value: Option<f64>,
+    /// 95 % interval.
+    pub ci95: Option<[f64; 2]>,
+    /// Whether the data say anything about it.
+    pub identifiable: bool,
+}
+
+/// Runs a study; `recordings` (with the names of their files) take the place of the simulation.
+///
+/// # Errors
+/// [`StudyError`] from the step that failed.
+pub fn run_study(study: &StudyFile, recordings: Option<Vec<Trial>>, seed: Option<u64>, progress: &Progress<'_>) -> Result<StudyOutcome, StudyError> {
+    let (simulated, trials) = match recordings {
+        Some(trials) => (None, trials),
+        None => {
+            let mut experiment = study.experiment().ok_or(StudyError::NoRecording)?.clone();
+            experiment.seed = seed.unwrap_or(experiment.seed);
+            let simulated = simulate(&experiment, progress)?;
+            let trials = simulated.recordings.iter().enumerate().map(|(k, recording)| as_trial(k, recording)).collect();
+            (Some(simulated), trials)
+        }
+    };
+    let trials = Trials::new(trials, &RoleNames::default(), &Trim::default())?;
+    let mut fit_settings = study.fit_settings();
+    fit_settings.transducer = simulated.as_ref().map(|s| Transducer { stiffness: s.linear.transducer.stiffness, damping: s.linear.transducer.damping });
+    let steps = 1 + study.also.len();
+    let analyse = |k: usize, section: &crate::file::EstimateSection| -> Result<(Estimated, Fitted), StudyError> {
+        let estimated = estimate(&trials, &section.settings("the study")?, "study")?;
+        let fitted = fit(&trials, &estimated, &fit_settings, "study")?;
+        progress("estimate", k + 1, steps);
+        Ok((estimated, fitted))
+    };
+    let (estimated, fitted) = analyse(0, &study.estimate)?;
+    let mut also = Vec::with_capacity(study.also.len());
+    for (k, section) in study.also.iter().enumerate() {
+        let (estimated, fitted) = analyse(k + 1, section)?;
+        also.push((section.name.clone().unwrap_or_else(|| format!("setting {}", k + 2)), estimated, fitted));
+    }
+    Ok(StudyOutcome { trials, simulated, estimated, fitted, also })
+}
+
+fn as_trial(k: usize, recording: &Recording) -> Trial {
+    Trial { file: format!("trial {}", k + 1), recording: recording.clone(), warnings: Vec::new() }
+}
+
+impl StudyOutcome {
+    /// The table of the study: endpoint parameters, then those of the joints.
+    pub fn table(&self) -> Vec<ComparedParameter> {
+        compare(&self.fitted, self.simulated.as_ref().map(|s| &s.truth))
+    }
+}
+
+/// The parameters of a fit beside the truth.
+pub fn compare(fitted: &Fitted, truth: Option<&Truth>) -> Vec<ComparedParameter> {
+    fitted
+        .result
+        .parameters
+        .iter()
+        .map(|p| ComparedParameter {
+            name: p.name.clone(),
+            unit: p.unit.clone(),
+            truth: truth.and_then(|truth| truth.parameter(&p.name)),
+            value: p.value,
+            ci95: p.ci95,
+            identifiable: p.identifiable,
+        })
+        .collect()
+}
+
+impl Truth {
+    /// The simulated value of the parameter called `K_x_y` (`K` for one axis), at the endpoint or at the joints.
+    pub fn parameter(&self, name: &str) -> Option<f64> {
+        let joint = self.joint.as_ref().map(|joint| (&joint.axes, &joint.matrices));
+        std::iter::once((&self.axes, &self.endpoint)).chain(joint).find_map(|(axes, matrices)| {
+            let (matrix, entry) = name.split_at_checked(1)?;
+            let matrix = match matrix {
+                "M" => &matrices.M,
+                "B" => &matrices.B,
+                "K" => &matrices.K,
+                _ => return None,
+            };
+            let n = axes.len();
+            let index = (0..n * n).find(|k| entry == format!("_{}_{}", axes[k / n], axes[k % n]) || (n == 1 && entry.is_empty()))?;
+            Some(matrix[index / n][index % n])
+        })
+    }
+}
