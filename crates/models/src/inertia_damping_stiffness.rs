@@ -137,6 +137,10 @@ impl InertiaDampingStiffnessModel {
 }
 
 impl ParametricModel for InertiaDampingStiffnessModel {
+    fn name(&self) -> &str {
+        "inertia-damping-stiffness"
+    }
+
     fn axes(&self) -> &[Axis] {
         &self.axes
     }

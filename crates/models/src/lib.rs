@@ -13,7 +13,9 @@ mod parametric;
 mod small;
 
 pub use axis::Axis;
-pub use fit::{CovarianceKind, Fit, FitError, LoopModel, LoopModelError, Parameter, Smoothing, Transducer, WeightedFit, linear_start};
+pub use fit::{
+    Agreement, CovarianceKind, Fit, FitError, LoopModel, LoopModelError, PaperFit, Parameter, Smoothing, Transducer, WeightedFit, agreement, linear_start,
+};
 pub use force_law::{ForceLaw, Motion, Stage};
 pub use inertia_damping_stiffness::{InertiaDampingStiffness, InertiaDampingStiffnessModel, Symmetry};
 pub use levenberg_marquardt::{LeastSquares, LevenbergMarquardt, MinimiseError, Minimum, StopReason};

@@ -23,6 +23,9 @@ pub struct ParameterInfo {
 ///
 /// Compliance, impedance and admittance follow from it, as do their derivatives.
 pub trait ParametricModel: Send + Sync {
+    /// What `ndof list models` calls it.
+    fn name(&self) -> &str;
+
     /// The axes, in the order of rows and columns.
     fn axes(&self) -> &[Axis];
 

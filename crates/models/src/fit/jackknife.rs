@@ -33,30 +33,30 @@ impl WeightedFit {
         without: &[FrequencyResponse],
         start: &[f64],
     ) -> Result<Fit, FitError> {
-        let mut fit = self.fit(model, response, start)?;
-        if without.len() < FEWEST_TRIALS {
-            return Ok(fit);
-        }
-        let left: Vec<Vec<f64>> = without.iter().map(|r| self.fit(model, r, &fit.theta).map(|f| f.theta)).collect::<Result<_, _>>()?;
-        let trials = left.len() as f64;
-        let variance = |k: usize| {
-            let mean = left.iter().map(|l| l[k]).sum::<f64>() / trials;
-            left.iter().map(|l| (l[k] - mean).powi(2)).sum::<f64>() * (trials - 1.0) / trials
-        };
-        let sound: Vec<usize> = (0..fit.theta.len()).filter(|&k| fit.covariance[[k, k]].is_finite() && fit.covariance[[k, k]] > 0.0).collect();
-        if sound.is_empty() {
-            return Ok(fit);
-        }
-        let ratio = sound.iter().map(|&k| variance(k) / fit.covariance[[k, k]]).sum::<f64>() / sound.len() as f64;
-        let squared_correlations: f64 = sound
-            .iter()
-            .flat_map(|&i| sound.iter().map(move |&j| (i, j)))
-            .map(|(i, j)| fit.covariance[[i, j]].powi(2) / (fit.covariance[[i, i]] * fit.covariance[[j, j]]))
-            .sum();
-        let freedom = (trials - 1.0) * (sound.len() * sound.len()) as f64 / squared_correlations;
-        fit.covariance.mapv_inplace(|v| v * ratio);
-        fit.covariance_scale = ratio;
-        fit.parameters = Fit::describe(model, &fit.theta, &fit.covariance, t_quantile(freedom));
-        Ok(fit)
+        let fit = self.fit(model, response, start)?;
+        let left = without.iter().map(|r| self.fit(model, r, &fit.theta).map(|f| f.theta)).collect::<Result<Vec<_>, _>>()?;
+        Ok(rescale_by_trials(model, fit, &left))
     }
+}
+
+/// `fit` with its covariance scaled to the scatter of `left`, the parameters without each trial.
+pub(crate) fn rescale_by_trials<M: ParametricModel + ?Sized>(model: &M, mut fit: Fit, left: &[Vec<f64>]) -> Fit {
+    let sound: Vec<usize> = (0..fit.theta.len()).filter(|&k| fit.covariance[[k, k]].is_finite() && fit.covariance[[k, k]] > 0.0).collect();
+    if left.len() < FEWEST_TRIALS || sound.is_empty() {
+        return fit;
+    }
+    let trials = left.len() as f64;
+    let variance = |k: usize| {
+        let mean = left.iter().map(|l| l[k]).sum::<f64>() / trials;
+        left.iter().map(|l| (l[k] - mean).powi(2)).sum::<f64>() * (trials - 1.0) / trials
+    };
+    let ratio = sound.iter().map(|&k| variance(k) / fit.covariance[[k, k]]).sum::<f64>() / sound.len() as f64;
+    let covariance = &fit.covariance;
+    let squared_correlations: f64 =
+        sound.iter().flat_map(|&i| sound.iter().map(move |&j| covariance[[i, j]].powi(2) / (covariance[[i, i]] * covariance[[j, j]]))).sum();
+    let freedom = (trials - 1.0) * (sound.len() * sound.len()) as f64 / squared_correlations;
+    fit.covariance.mapv_inplace(|v| v * ratio);
+    fit.covariance_scale = ratio;
+    fit.parameters = Fit::describe(model, &fit.theta, &fit.covariance, t_quantile(freedom));
+    fit
 }

@@ -110,6 +110,11 @@ impl<'a, M: ParametricModel + ?Sized> Prediction<'a, M> {
         Prediction { model, smoothing, transducer, inverted: kind.is_effort_over_motion(), nodes, loop_stiffness, bins }
     }
 
+    /// Elements of one matrix, N².
+    pub(crate) fn elements(&self) -> usize {
+        self.model.axes().len().pow(2)
+    }
+
     /// The expected estimate, bin after bin (N × N each), and on request its derivatives, bin after bin and parameter
     /// after parameter; NaN where the model does not exist.
     pub(crate) fn evaluate(&self, theta: &[f64], derivatives: bool) -> (Vec<Complex64>, Vec<Complex64>) {

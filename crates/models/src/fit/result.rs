@@ -27,6 +27,8 @@ pub struct Parameter {
 /// A fitted model.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Fit {
+    /// Name of the model.
+    pub model: String,
     /// The parameter vector, in the model's order.
     pub theta: Vec<f64>,
     /// The parameters with their uncertainty.
@@ -94,6 +96,9 @@ pub enum FitError {
         /// What the model has.
         expected: usize,
     },
+    /// The response cannot be turned into an impedance.
+    #[error(transparent)]
+    Response(#[from] ndof_sysid::ResponseError),
     /// The minimiser refused.
     #[error(transparent)]
     Minimise(#[from] MinimiseError),

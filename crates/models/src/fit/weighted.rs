@@ -1,9 +1,9 @@
 //! Weighted least squares on a frequency response, with the covariance that its estimator gave it.
 
-use super::{Fit, FitError, Prediction, Smoothing, Transducer, information::Information, result::t_quantile};
+use super::{Fit, FitError, Prediction, Smoothing, Transducer, check_shape, information::Information, result::t_quantile, shares};
 use crate::{LeastSquares, LevenbergMarquardt, ParametricModel, small};
 use faer::Mat;
-use ndof_sysid::{FrequencyResponse, ResponseKind, Uncertainty};
+use ndof_sysid::{FrequencyResponse, Uncertainty};
 use num_complex::Complex64;
 use serde::{Deserialize, Serialize};
 
@@ -64,18 +64,8 @@ impl WeightedFit {
     /// # Errors
     /// [`FitError`] if shape, kind, covariance or band do not serve.
     pub fn fit<M: ParametricModel + ?Sized>(&self, model: &M, response: &FrequencyResponse, start: &[f64]) -> Result<Fit, FitError> {
-        let n = model.axes().len();
-        let (outputs, inputs) = response.shape();
-        if (outputs, inputs) != (n, n) {
-            return Err(FitError::Shape { outputs, inputs, axes: n });
-        }
-        if response.kind == ResponseKind::Transfer {
-            return Err(FitError::NotMechanical);
-        }
+        let n = check_shape(model, response, start)?;
         let parameters = model.parameters();
-        if start.len() != parameters.len() {
-            return Err(FitError::StartLength { found: start.len(), expected: parameters.len() });
-        }
         let uncertainty = response.uncertainty.as_ref().ok_or(FitError::NoCovariance)?;
         let degrees = uncertainty.degrees_of_freedom;
         let full = degrees >= n as f64 + FULL_COVARIANCE_MARGIN;
@@ -102,6 +92,7 @@ impl WeightedFit {
         let chi2 = 2.0 * minimum.cost * ((degrees - rows) / degrees).max(0.0);
         let degrees_of_freedom = 2.0 * independent * (n * n) as f64 - parameters.len() as f64;
         Ok(Fit {
+            model: model.name().to_owned(),
             parameters: Fit::describe(model, &minimum.x, &covariance, t_quantile(degrees_of_freedom)),
             theta: minimum.x,
             covariance,
@@ -143,12 +134,7 @@ impl WeightedFit {
             });
         }
         let hz: Vec<f64> = bins.iter().map(|b| b.hz).collect();
-        for (k, bin) in bins.iter_mut().enumerate() {
-            let below = if k > 0 { hz[k] - hz[k - 1] } else { f64::INFINITY };
-            let above = if k + 1 < hz.len() { hz[k + 1] - hz[k] } else { f64::INFINITY };
-            let gap = below.min(above);
-            bin.share = if uncertainty.independent_spacing_hz > 0.0 { (gap / uncertainty.independent_spacing_hz).min(1.0) } else { 1.0 };
-        }
+        bins.iter_mut().zip(shares(&hz, uncertainty.independent_spacing_hz)).for_each(|(b, share)| b.share = share);
         bins
     }
 }

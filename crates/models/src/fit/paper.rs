@@ -1,0 +1,183 @@
+//! The paper's fit: gain in decibels and phase in degrees, weighted with partial coherence.
+
+use super::vaf::{GAIN_WEIGHT, difference};
+use super::{Fit, FitError, Prediction, Smoothing, check_shape, information::Information, jackknife::rescale_by_trials, result::t_quantile, shares};
+use crate::{LeastSquares, LevenbergMarquardt, ParametricModel};
+use faer::Mat;
+use ndarray::Array3;
+use ndof_signal::Kernel;
+use ndof_sysid::{FrequencyResponse, ResponseKind};
+use num_complex::Complex64;
+use serde::{Deserialize, Serialize};
+
+/// Settings of the paper's fit: minimises ψ_z of [`agreement`](crate::agreement), summed over all elements.
+///
+/// The cost is no likelihood, so the covariance is a sandwich (JᵀJ)⁻¹ Jᵀ Ω J (JᵀJ)⁻¹, Ω being what the covariance of the
+/// estimate makes of gains and phases. Where the estimate has none, the squares of the residuals take its place.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct PaperFit {
+    /// Lowest and highest frequency; 0 Hz is never used.
+    pub band_hz: [f64; 2],
+}
+
+impl Default for PaperFit {
+    /// The band of the paper's tables, 0.25 to 10 Hz.
+    fn default() -> Self {
+        PaperFit { band_hz: [0.25, 10.0] }
+    }
+}
+
+impl PaperFit {
+    /// Fits `model` to `response` with `weight`[f][i][j] = γ.
+    ///
+    /// # Errors
+    /// [`FitError`] if shape, kind or band do not serve.
+    pub fn fit<M: ParametricModel + ?Sized>(&self, model: &M, response: &FrequencyResponse, weight: &Array3<f64>, start: &[f64]) -> Result<Fit, FitError> {
+        let n = check_shape(model, response, start)?;
+        let impedance = response.to_kind(ResponseKind::Impedance)?;
+        let parameters = model.parameters();
+        let bins: Vec<usize> = (0..impedance.len())
+            .filter(|&f| {
+                let hz = impedance.frequency_hz[f];
+                let finite = (0..n * n).all(|e| impedance.value[[f, e / n, e % n]].is_finite() && weight[[f, e / n, e % n]].is_finite());
+                hz > 0.0 && (self.band_hz[0]..=self.band_hz[1]).contains(&hz) && finite
+            })
+            .collect();
+        if 2 * bins.len() * n * n <= parameters.len() {
+            let needed = parameters.len() / (2 * n * n) + 1;
+            return Err(FitError::TooFewBins { bins: bins.len(), needed, low_hz: self.band_hz[0], high_hz: self.band_hz[1] });
+        }
+        let frequency_hz: Vec<f64> = bins.iter().map(|&f| impedance.frequency_hz[f]).collect();
+        let none = Smoothing::None;
+        let problem = Logarithmic {
+            prediction: Prediction::new(model, ResponseKind::Impedance, &frequency_hz, &Kernel::default(), &none, None),
+            estimate: bins.iter().flat_map(|&f| (0..n * n).map(move |e| (f, e))).map(|(f, e)| impedance.value[[f, e / n, e % n]]).collect(),
+            weight: bins.iter().flat_map(|&f| (0..n * n).map(move |e| (f, e))).map(|(f, e)| weight[[f, e / n, e % n]]).collect(),
+            parameters: parameters.len(),
+        };
+        let bounds = parameters.iter().map(|p| (p.lower, p.upper)).collect();
+        let minimum = LevenbergMarquardt::new(bounds).minimise(&problem, start)?;
+        let information = Information::new(&minimum.jacobian);
+        let share = shares(&frequency_hz, impedance.uncertainty.as_ref().map_or(0.0, |u| u.independent_spacing_hz));
+        let meat = problem.meat(&minimum.jacobian, &minimum.residuals, &impedance, &bins, &share);
+        let covariance = information.sandwich(&meat, 1.0);
+        let degrees_of_freedom = 2.0 * share.iter().sum::<f64>() * (n * n) as f64 - parameters.len() as f64;
+        let chi2 = 2.0 * minimum.cost;
+        Ok(Fit {
+            model: model.name().to_owned(),
+            parameters: Fit::describe(model, &minimum.x, &covariance, t_quantile(degrees_of_freedom)),
+            theta: minimum.x,
+            covariance,
+            covariance_scale: 1.0,
+            band_hz: [frequency_hz[0], frequency_hz[frequency_hz.len() - 1]],
+            bins: bins.len(),
+            chi2,
+            degrees_of_freedom,
+            chi2_reduced: chi2 / degrees_of_freedom,
+            condition: information.condition(),
+            reason: minimum.reason,
+            iterations: minimum.iterations,
+        })
+    }
+
+    /// The same with the width of the intervals from the disagreement of trials, as
+    /// [`WeightedFit::fit_trials`](super::WeightedFit::fit_trials) finds it; weights are those of the pooled estimate.
+    ///
+    /// # Errors
+    /// As [`PaperFit::fit`].
+    pub fn fit_trials<M: ParametricModel + ?Sized>(
+        &self,
+        model: &M,
+        response: &FrequencyResponse,
+        without: &[FrequencyResponse],
+        weight: &Array3<f64>,
+        start: &[f64],
+    ) -> Result<Fit, FitError> {
+        let fit = self.fit(model, response, weight, start)?;
+        let left = without.iter().map(|r| self.fit(model, r, weight, &fit.theta).map(|f| f.theta)).collect::<Result<Vec<_>, _>>()?;
+        Ok(rescale_by_trials(model, fit, &left))
+    }
+}
+
+/// Residuals 10 γ (g_e − g_m) and γ (φ_e − φ_m), element after element, bin after bin.
+struct Logarithmic<'a, M: ?Sized> {
+    prediction: Prediction<'a, M>,
+    estimate: Vec<Complex64>,
+    weight: Vec<f64>,
+    parameters: usize,
+}
+
+/// dB and degrees of a relative change.
+fn units() -> (f64, f64) {
+    (GAIN_WEIGHT * 20.0 / std::f64::consts::LN_10, 1f64.to_degrees())
+}
+
+impl<M: ParametricModel + ?Sized> LeastSquares for Logarithmic<'_, M> {
+    fn residuals(&self, theta: &[f64]) -> Vec<f64> {
+        let (value, _) = self.prediction.evaluate(theta, false);
+        let elements = self.estimate.iter().zip(&value).zip(&self.weight);
+        elements
+            .flat_map(|((e, m), w)| {
+                let (gain, phase) = difference(*e, *m);
+                [GAIN_WEIGHT * w * gain, w * phase]
+            })
+            .collect()
+    }
+
+    fn jacobian(&self, theta: &[f64]) -> Mat<f64> {
+        let (value, slopes) = self.prediction.evaluate(theta, true);
+        let (k, (gain, phase)) = (self.parameters, units());
+        let size = self.prediction.elements();
+        let mut out = Mat::zeros(2 * value.len(), k);
+        for (e, (m, w)) in value.iter().zip(&self.weight).enumerate() {
+            for c in 0..k {
+                let relative = slopes[(e / size) * size * k + c * size + e % size] / m;
+                out[(2 * e, c)] = -gain * w * relative.re;
+                out[(2 * e + 1, c)] = -phase * w * relative.im;
+            }
+        }
+        out
+    }
+}
+
+impl<M: ParametricModel + ?Sized> Logarithmic<'_, M> {
+    /// Jᵀ Ω J, neighbouring bins counted by their share.
+    fn meat(&self, jacobian: &Mat<f64>, residuals: &[f64], impedance: &FrequencyResponse, bins: &[usize], share: &[f64]) -> Mat<f64> {
+        let (k, size) = (self.parameters, self.prediction.elements());
+        let n = impedance.shape().0;
+        let (gain, phase) = units();
+        let mut meat = Mat::zeros(k, k);
+        for (b, &f) in bins.iter().enumerate() {
+            let rows = 2 * size * b;
+            // The scores of this bin as complex factors of the relative errors: Re(Σ_e s_e δZ_e/Z_e).
+            let score: Vec<Vec<Complex64>> = (0..k)
+                .map(|c| {
+                    (0..size)
+                        .map(|e| {
+                            let w = self.weight[b * size + e];
+                            Complex64::new(jacobian[(rows + 2 * e, c)] * gain * w, -jacobian[(rows + 2 * e + 1, c)] * phase * w) / self.estimate[b * size + e]
+                        })
+                        .collect()
+                })
+                .collect();
+            for r in 0..k {
+                for c in 0..k {
+                    meat[(r, c)] += match &impedance.uncertainty {
+                        // E[Re(a δ) Re(b δ)] = ½ Re(a Cov bᴴ) for circular δ.
+                        Some(u) => {
+                            let sum: Complex64 = (0..size * size)
+                                .map(|pair| {
+                                    let (x, y) = (pair / size, pair % size);
+                                    score[r][x] * score[c][y].conj() * u.noise[[f, x / n, y / n]] * u.input_inverse[[f, y % n, x % n]]
+                                })
+                                .sum();
+                            0.5 * sum.re / share[b]
+                        }
+                        None => (rows..rows + 2 * size).map(|row| jacobian[(row, r)] * jacobian[(row, c)] * residuals[row].powi(2)).sum(),
+                    };
+                }
+            }
+        }
+        meat
+    }
+}
