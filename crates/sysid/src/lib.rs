@@ -17,7 +17,8 @@ mod warning;
 pub use conditioned::{Conditioned, conditioned};
 pub use estimate::{
     Choice, Coherence, DerivedEstimate, Detection, Direct, DirectEstimate, Distortion, EstimateError, Estimates, LARGEST_CONDITION, LocalPolynomial,
-    Significance, SpectralMethod, ToReference, WEAK_INSTRUMENT, choose_method, derived, direct, estimate,
+    RejectedSegment, Significance, SpectralMethod, ToReference, WEAK_INSTRUMENT, choose_method, derived, direct, estimate, estimate_from_spectra,
+    robust_spectra,
 };
 pub use interval::{Confidence, GainPhase, paper_random_error};
 pub use labels::Labels;

@@ -83,13 +83,13 @@ pub fn estimate(trials: &[&Recording], ports: &Ports, labels: &Labels, method: &
             let spectra = pooled(trials, |recording, trial| {
                 settings.spectra(recording.sample_rate_hz(), &recording.columns(&all)).map_err(|source| EstimateError::Welch { trial, source })
             })?;
-            from_spectra(spectra, ports, labels, method, estimator)
+            estimate_from_spectra(spectra, ports, labels, method, estimator)
         }
         SpectralMethod::Multitaper(settings) => {
             let spectra = pooled(trials, |recording, trial| {
                 settings.spectra(recording.sample_rate_hz(), &recording.columns(&all)).map_err(|source| EstimateError::Multitaper { trial, source })
             })?;
-            from_spectra(spectra, ports, labels, method, estimator)
+            estimate_from_spectra(spectra, ports, labels, method, estimator)
         }
         SpectralMethod::LocalPolynomial(settings) => {
             let (direct, derived) = local(trials, ports, labels, *settings)?;
@@ -113,7 +113,18 @@ pub fn estimate(trials: &[&Recording], ports: &Ports, labels: &Labels, method: &
     }
 }
 
-fn from_spectra(spectra: CrossSpectra, ports: &Ports, labels: &Labels, method: &SpectralMethod, estimator: Direct) -> Result<Estimates, EstimateError> {
+/// The same from spectra that are there already: a stream's, or those without the wrecked segments
+/// ([`robust_spectra`](super::robust_spectra)). `method` is only noted.
+///
+/// # Errors
+/// [`EstimateError`] if the estimate does not exist.
+pub fn estimate_from_spectra(
+    spectra: CrossSpectra,
+    ports: &Ports,
+    labels: &Labels,
+    method: &SpectralMethod,
+    estimator: Direct,
+) -> Result<Estimates, EstimateError> {
     let direct = direct(&spectra, ports, labels, estimator)?;
     let derived = if ports.references.len() >= ports.inputs.len() { Some(derived(&spectra, ports, labels)?) } else { None };
     let warnings = warnings(&direct, derived.as_ref(), ports);

@@ -10,6 +10,7 @@ mod fitted;
 mod local_polynomial;
 mod method;
 mod multisine;
+mod robust;
 
 pub use choose::{Choice, choose_method};
 pub use coherence::{Coherence, Significance};
@@ -17,5 +18,6 @@ pub use derived::{DerivedEstimate, ToReference, WEAK_INSTRUMENT, derived};
 pub use direct::{Direct, DirectEstimate, LARGEST_CONDITION, direct};
 pub use error::EstimateError;
 pub use local_polynomial::LocalPolynomial;
-pub use method::{Estimates, SpectralMethod, estimate};
+pub use method::{Estimates, SpectralMethod, estimate, estimate_from_spectra};
 pub use multisine::{Detection, Distortion};
+pub use robust::{RejectedSegment, robust_spectra};
