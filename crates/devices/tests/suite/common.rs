@@ -1,6 +1,6 @@
 //! Experiments that several tests share.
 
-use ndof_devices::{Controller, DeviceConfig, EndpointLinearConfig, Experiment, LimbConfig, Posture, Sensors};
+use ndof_devices::{Controller, DeviceConfig, EndpointLinearConfig, Experiment, LimbConfig, PlanarTwoLinkConfig, Posture, Sensors};
 use ndof_signal::Recording;
 
 /// The patient-like test arm P1 on MIT-MANUS, sensors ideal.
@@ -23,6 +23,17 @@ pub fn patient_arm() -> Experiment {
         controller: Controller::default(),
         sensors: Sensors { force_noise_rms: Some(0.0), force_quantum: Some(0.0), encoder_bits: 0, ..Sensors::default() },
     }
+}
+
+/// A two-link arm with a mean force of tone, a trough and a two-joint stiffness, sensors ideal.
+pub fn two_link_arm() -> Experiment {
+    let limb = PlanarTwoLinkConfig {
+        K: vec![vec![29.5, 14.3], vec![14.3, 39.3]],
+        mean_force_n: Some(vec![-3.0, -5.0]),
+        handle_mass_kg: 0.6,
+        ..PlanarTwoLinkConfig::default()
+    };
+    Experiment { limb: LimbConfig::PlanarTwoLink(limb), ..patient_arm() }
 }
 
 /// Commands of two axes: sums of sines from 0.3 to 12 Hz with the root mean square `rms`.

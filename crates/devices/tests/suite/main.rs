@@ -1,5 +1,6 @@
-//! Devices as a whole: accuracy of the simulation, its linear model, its sensors.
+//! Devices as a whole: accuracy of the simulation, its linear model, its sensors and files.
 
 mod accuracy;
 mod common;
 mod linear;
+mod recording;
