@@ -1,13 +1,18 @@
 //! Welch's method: one pass, each channel transformed once per segment.
 
-use crate::cross_spectra::{CrossSpectra, Kernel};
+mod plan;
+mod stream;
+mod sum;
+
+use crate::cross_spectra::CrossSpectra;
 use crate::segments::{self, Detrend, effective_averages};
 use crate::window::Window;
 use num_complex::Complex64;
+use plan::Plan;
 use rayon::prelude::*;
-use realfft::{RealFftPlanner, RealToComplex};
 use serde::{Deserialize, Serialize};
-use std::sync::Arc;
+pub use stream::WelchStream;
+use sum::{Sum, pairs};
 
 /// Segments summed together before they are added to the total. The order of summation is fixed by it, so that a
 /// stream, one thread and many threads give the same bytes.
@@ -145,60 +150,34 @@ impl Welch {
         if segments == 0 {
             return Err(WelchError::TooShort { len, nperseg: self.nperseg });
         }
-        let plan = Plan::new(self);
+        let plan = Plan::of(self);
         let blocks = segments.div_ceil(BLOCK);
-        let wave = rayon::current_num_threads().max(1);
         let mut total = vec![Complex64::default(); pairs(channels.len()) * plan.bins];
-        let mut first = 0;
-        while first < blocks {
-            let sums: Vec<Vec<Complex64>> = (first..blocks.min(first + wave))
-                .into_par_iter()
-                .map(|block| {
-                    let mut sum = Sum::new(&plan, channels.len());
-                    for k in block * BLOCK..segments.min((block + 1) * BLOCK) {
-                        let at = k * self.hop();
-                        sum.add(&plan, channels.iter().map(|c| &c[at..at + self.nperseg]));
-                    }
-                    sum.lower
-                })
-                .collect();
-            for sum in &sums {
-                total.iter_mut().zip(sum).for_each(|(t, s)| *t += s);
+        let add_block = |sum: &mut Sum, block: usize| {
+            for k in block * BLOCK..segments.min((block + 1) * BLOCK) {
+                let at = k * self.hop();
+                sum.add(&plan, channels.iter().map(|c| &c[at..at + self.nperseg]));
             }
-            first += wave;
+        };
+        let mut sums = vec![Sum::new(&plan, channels.len()); blocks.min(rayon::current_num_threads().max(1))];
+        for first in (0..blocks).step_by(sums.len()) {
+            let wave = &mut sums[..(blocks - first).min(rayon::current_num_threads().max(1))];
+            wave.par_iter_mut().enumerate().for_each(|(i, sum)| add_block(sum, first + i));
+            wave.iter_mut().for_each(|sum| sum.drain_into(&mut total));
         }
         Ok(self.finish(&plan, sample_rate_hz, channels.len(), segments, total))
     }
 
-    /// An estimator that takes samples as they come, with memory for one segment only.
-    ///
-    /// # Errors
-    /// [`WelchError`] if the settings contradict each other.
-    pub fn stream(&self, sample_rate_hz: f64, channels: usize) -> Result<WelchStream, WelchError> {
-        self.validate()?;
-        let plan = Plan::new(self);
-        Ok(WelchStream {
-            sum: Sum::new(&plan, channels),
-            total: vec![Complex64::default(); pairs(channels) * plan.bins],
-            waiting: vec![Vec::with_capacity(2 * self.nperseg); channels],
-            settings: self.clone(),
-            plan,
-            sample_rate_hz,
-            segments: 0,
-            seen: 0,
-        })
-    }
-
     fn finish(&self, plan: &Plan, sample_rate_hz: f64, channels: usize, segments: usize, mut lower: Vec<Complex64>) -> CrossSpectra {
-        let power: f64 = plan.window.iter().map(|w| w * w).sum();
-        let scale = 1.0 / (segments as f64 * sample_rate_hz * power);
+        let scale = 2.0 / (segments as f64 * sample_rate_hz * plan.power);
         let bins = plan.bins;
-        for (i, s) in lower.iter_mut().enumerate() {
-            let f = i % bins;
-            let one_sided = if f == 0 || (f == bins - 1 && self.nfft.is_multiple_of(2)) { 1.0 } else { 2.0 };
-            *s *= scale * one_sided;
+        for pair in lower.chunks_exact_mut(bins) {
+            pair.iter_mut().for_each(|s| *s *= scale);
+            pair[0] *= 0.5;
+            if self.nfft.is_multiple_of(2) && bins > 1 {
+                pair[bins - 1] *= 0.5;
+            }
         }
-        let fourth: f64 = plan.window.iter().map(|w| w.powi(4)).sum();
         CrossSpectra {
             channels,
             sample_rate_hz,
@@ -207,175 +186,11 @@ impl Welch {
             effective_averages: effective_averages(&plan.window, self.hop(), segments),
             segments,
             trials: 1,
-            independent_spacing_hz: sample_rate_hz * fourth / (power * power),
-            kernel: kernel(&plan.window, sample_rate_hz),
+            independent_spacing_hz: sample_rate_hz * plan.spacing,
+            kernel: plan.kernel(sample_rate_hz),
             mean_removed: self.detrend != Detrend::None,
         }
     }
-}
-
-/// Welch's method on samples that arrive piece by piece.
-///
-/// ```
-/// use ndof_signal::Welch;
-/// let x: Vec<f64> = (0..5000).map(|k| (k as f64).sin()).collect();
-/// let welch = Welch::new(256);
-/// let mut stream = welch.stream(100.0, 1)?;
-/// for piece in x.chunks(77) {
-///     stream.push(&[piece])?;
-/// }
-/// assert_eq!(stream.spectra()?, welch.spectra(100.0, &[&x])?);
-/// # Ok::<(), ndof_signal::WelchError>(())
-/// ```
-#[derive(Clone)]
-pub struct WelchStream {
-    settings: Welch,
-    plan: Plan,
-    sum: Sum,
-    total: Vec<Complex64>,
-    waiting: Vec<Vec<f64>>,
-    sample_rate_hz: f64,
-    segments: usize,
-    seen: usize,
-}
-
-impl WelchStream {
-    /// Takes the next samples of every channel.
-    ///
-    /// # Errors
-    /// [`WelchError`] if the pieces differ in length or hold a NaN; nothing is taken then.
-    pub fn push(&mut self, channels: &[&[f64]]) -> Result<(), WelchError> {
-        let expected = channels.first().map_or(0, |c| c.len());
-        for (channel, samples) in channels.iter().enumerate() {
-            if samples.len() != expected || channels.len() != self.waiting.len() {
-                return Err(WelchError::Length { channel, expected, found: samples.len() });
-            }
-            if let Some(sample) = samples.iter().position(|s| !s.is_finite()) {
-                return Err(WelchError::NotFinite { channel, sample: self.seen + sample });
-            }
-        }
-        self.seen += expected;
-        for (waiting, samples) in self.waiting.iter_mut().zip(channels) {
-            waiting.extend_from_slice(samples);
-        }
-        let (nperseg, hop) = (self.settings.nperseg, self.settings.hop());
-        let mut at = 0;
-        while self.waiting.first().is_some_and(|w| w.len() >= at + nperseg) {
-            self.sum.add(&self.plan, self.waiting.iter().map(|c| &c[at..at + nperseg]));
-            self.segments += 1;
-            at += hop;
-            if self.segments.is_multiple_of(BLOCK) {
-                self.total.iter_mut().zip(&mut self.sum.lower).for_each(|(t, s)| *t += std::mem::take(s));
-            }
-        }
-        self.waiting.iter_mut().for_each(|w| drop(w.drain(..at)));
-        Ok(())
-    }
-
-    /// Segments complete so far.
-    pub fn segments(&self) -> usize {
-        self.segments
-    }
-
-    /// The spectra of all samples so far; the stream goes on.
-    ///
-    /// # Errors
-    /// [`WelchError::TooShort`] while there is no whole segment.
-    pub fn spectra(&self) -> Result<CrossSpectra, WelchError> {
-        if self.segments == 0 {
-            return Err(WelchError::TooShort { len: self.seen, nperseg: self.settings.nperseg });
-        }
-        let mut lower = self.total.clone();
-        if !self.segments.is_multiple_of(BLOCK) {
-            lower.iter_mut().zip(&self.sum.lower).for_each(|(t, s)| *t += s);
-        }
-        Ok(self.settings.finish(&self.plan, self.sample_rate_hz, self.waiting.len(), self.segments, lower))
-    }
-}
-
-fn pairs(channels: usize) -> usize {
-    channels * (channels + 1) / 2
-}
-
-#[derive(Clone)]
-struct Plan {
-    window: Vec<f64>,
-    detrend: Detrend,
-    bins: usize,
-    fft: Arc<dyn RealToComplex<f64>>,
-}
-
-impl Plan {
-    fn new(settings: &Welch) -> Self {
-        Plan {
-            window: settings.window.samples(settings.nperseg, settings.window_symmetric),
-            detrend: settings.detrend,
-            bins: settings.nfft / 2 + 1,
-            fft: RealFftPlanner::new().plan_fft_forward(settings.nfft),
-        }
-    }
-}
-
-/// A running sum of the lower triangle, with the buffers of one segment.
-#[derive(Clone)]
-struct Sum {
-    lower: Vec<Complex64>,
-    input: Vec<f64>,
-    scratch: Vec<Complex64>,
-    spectra: Vec<Vec<Complex64>>,
-}
-
-impl Sum {
-    fn new(plan: &Plan, channels: usize) -> Self {
-        Sum {
-            lower: vec![Complex64::default(); pairs(channels) * plan.bins],
-            input: plan.fft.make_input_vec(),
-            scratch: plan.fft.make_scratch_vec(),
-            spectra: vec![plan.fft.make_output_vec(); channels],
-        }
-    }
-
-    fn add<'a>(&mut self, plan: &Plan, segment: impl Iterator<Item = &'a [f64]>) {
-        let n = plan.window.len();
-        for (spectrum, samples) in self.spectra.iter_mut().zip(segment) {
-            self.input[..n].copy_from_slice(samples);
-            plan.detrend.apply(&mut self.input[..n]);
-            self.input[..n].iter_mut().zip(&plan.window).for_each(|(x, w)| *x *= w);
-            self.input[n..].fill(0.0);
-            // Lengths are those of the plan, so the transform cannot refuse.
-            let done = plan.fft.process_with_scratch(&mut self.input, spectrum, &mut self.scratch);
-            debug_assert!(done.is_ok());
-        }
-        let bins = plan.bins;
-        for a in 0..self.spectra.len() {
-            for b in 0..=a {
-                let pair = a * (a + 1) / 2 + b;
-                let sum = &mut self.lower[pair * bins..(pair + 1) * bins];
-                for ((s, x), y) in sum.iter_mut().zip(&self.spectra[a]).zip(&self.spectra[b]) {
-                    s.re += x.re * y.re + x.im * y.im;
-                    s.im += x.im * y.re - x.re * y.im;
-                }
-            }
-        }
-    }
-}
-
-/// |W(ν)|² on a grid of a sixteenth of a bin, out to eight bins (for Hann, all but 1e-7 of the power).
-fn kernel(window: &[f64], sample_rate_hz: f64) -> Kernel {
-    const FINENESS: usize = 16;
-    const REACH_BINS: usize = 8;
-    let n = window.len();
-    let step_hz = sample_rate_hz / (n * FINENESS) as f64;
-    let half: Vec<f64> = (0..=(REACH_BINS * FINENESS).min(n * FINENESS / 2))
-        .map(|m| {
-            let turn = std::f64::consts::TAU * m as f64 / (n * FINENESS) as f64;
-            window.iter().enumerate().map(|(k, w)| Complex64::cis(-turn * k as f64) * w).sum::<Complex64>().norm_sqr()
-        })
-        .collect();
-    let total = half[0] + 2.0 * half[1..].iter().sum::<f64>();
-    let reach = half.len() as isize - 1;
-    let (offset_hz, weight) = (-reach..=reach).map(|m| (m as f64 * step_hz, half[m.unsigned_abs()] / total)).unzip();
-    Kernel { offset_hz, weight }
 }
 
 #[cfg(test)]

@@ -1,0 +1,100 @@
+//! What Welch's method prepares once for its settings.
+
+use super::Welch;
+use crate::cache::Cache;
+use crate::cross_spectra::Kernel;
+use crate::segments::Detrend;
+use crate::window::Window;
+use num_complex::Complex64;
+use realfft::{RealFftPlanner, RealToComplex};
+use std::convert::Infallible;
+use std::f64::consts::TAU;
+use std::sync::Arc;
+
+/// Window, transform and what follows from them.
+pub(super) struct Plan {
+    pub(super) window: Vec<f64>,
+    pub(super) detrend: Detrend,
+    pub(super) bins: usize,
+    pub(super) fft: Arc<dyn RealToComplex<f64>>,
+    /// Σ w².
+    pub(super) power: f64,
+    /// Σ w⁴ / (Σ w²)².
+    pub(super) spacing: f64,
+    /// |W|² at multiples of a sixteenth of a bin, from 0.
+    half_kernel: Vec<f64>,
+}
+
+#[derive(PartialEq)]
+struct Key {
+    nperseg: usize,
+    nfft: usize,
+    window: Window,
+    symmetric: bool,
+    detrend: Detrend,
+}
+
+static PLANS: Cache<Key, Plan> = Cache::new();
+
+impl Plan {
+    pub(super) fn of(settings: &Welch) -> Arc<Self> {
+        let &Welch { nperseg, nfft, window, window_symmetric: symmetric, detrend, .. } = settings;
+        let made = PLANS.get_or_try_make(Key { nperseg, nfft, window, symmetric, detrend }, || Ok::<_, Infallible>(Plan::new(settings)));
+        match made {
+            Ok(plan) => plan,
+            Err(never) => match never {},
+        }
+    }
+
+    fn new(settings: &Welch) -> Self {
+        let window = settings.window.samples(settings.nperseg, settings.window_symmetric);
+        let power: f64 = window.iter().map(|w| w * w).sum();
+        Plan {
+            detrend: settings.detrend,
+            bins: settings.nfft / 2 + 1,
+            fft: RealFftPlanner::new().plan_fft_forward(settings.nfft),
+            power,
+            spacing: window.iter().map(|w| w.powi(4)).sum::<f64>() / (power * power),
+            half_kernel: half_kernel(&window),
+            window,
+        }
+    }
+
+    pub(super) fn kernel(&self, sample_rate_hz: f64) -> Kernel {
+        let step_hz = sample_rate_hz / (self.window.len() * FINENESS) as f64;
+        let total = self.half_kernel[0] + 2.0 * self.half_kernel[1..].iter().sum::<f64>();
+        let reach = self.half_kernel.len() as isize - 1;
+        let (offset_hz, weight) = (-reach..=reach).map(|m| (m as f64 * step_hz, self.half_kernel[m.unsigned_abs()] / total)).unzip();
+        Kernel { offset_hz, weight }
+    }
+}
+
+/// Kernel nodes in a bin.
+const FINENESS: usize = 16;
+
+/// |W(ν)|² on a grid of a sixteenth of a bin, out to eight bins (for Hann, all but 1e-7 of the power).
+fn half_kernel(window: &[f64]) -> Vec<f64> {
+    const REACH_BINS: usize = 8;
+    /// Samples over which the turning factor is multiplied up, before it is taken afresh.
+    const STRETCH: usize = 256;
+    let n = window.len();
+    (0..=(REACH_BINS * FINENESS).min(n * FINENESS / 2))
+        .map(|m| {
+            let turn = TAU * m as f64 / (n * FINENESS) as f64;
+            let step = Complex64::cis(-turn);
+            let sum: Complex64 = window
+                .chunks(STRETCH)
+                .enumerate()
+                .map(|(i, stretch)| {
+                    let mut factor = Complex64::cis(-turn * (i * STRETCH) as f64);
+                    stretch.iter().fold(Complex64::default(), |sum, w| {
+                        let sum = sum + factor * w;
+                        factor *= step;
+                        sum
+                    })
+                })
+                .sum();
+            sum.norm_sqr()
+        })
+        .collect()
+}

@@ -1,0 +1,108 @@
+//! Welch's method on samples that arrive piece by piece.
+
+use super::plan::Plan;
+use super::sum::{Sum, pairs};
+use super::{BLOCK, Welch, WelchError};
+use crate::cross_spectra::CrossSpectra;
+use num_complex::Complex64;
+use std::sync::Arc;
+
+impl Welch {
+    /// An estimator that takes samples as they come, with memory for one segment only.
+    ///
+    /// # Errors
+    /// [`WelchError`] if the settings contradict each other.
+    pub fn stream(&self, sample_rate_hz: f64, channels: usize) -> Result<WelchStream, WelchError> {
+        self.validate()?;
+        let plan = Plan::of(self);
+        Ok(WelchStream {
+            sum: Sum::new(&plan, channels),
+            total: vec![Complex64::default(); pairs(channels) * plan.bins],
+            waiting: vec![Vec::with_capacity(2 * self.nperseg); channels],
+            settings: self.clone(),
+            plan,
+            sample_rate_hz,
+            segments: 0,
+            seen: 0,
+        })
+    }
+}
+
+/// Welch's method on samples that arrive piece by piece.
+///
+/// ```
+/// use ndof_signal::Welch;
+/// let x: Vec<f64> = (0..5000).map(|k| (k as f64).sin()).collect();
+/// let welch = Welch::new(256);
+/// let mut stream = welch.stream(100.0, 1)?;
+/// for piece in x.chunks(77) {
+///     stream.push(&[piece])?;
+/// }
+/// assert_eq!(stream.spectra()?, welch.spectra(100.0, &[&x])?);
+/// # Ok::<(), ndof_signal::WelchError>(())
+/// ```
+#[derive(Clone)]
+pub struct WelchStream {
+    settings: Welch,
+    plan: Arc<Plan>,
+    sum: Sum,
+    total: Vec<Complex64>,
+    waiting: Vec<Vec<f64>>,
+    sample_rate_hz: f64,
+    segments: usize,
+    seen: usize,
+}
+
+impl WelchStream {
+    /// Takes the next samples of every channel.
+    ///
+    /// # Errors
+    /// [`WelchError`] if the pieces differ in length or hold a NaN; nothing is taken then.
+    pub fn push(&mut self, channels: &[&[f64]]) -> Result<(), WelchError> {
+        let expected = channels.first().map_or(0, |c| c.len());
+        for (channel, samples) in channels.iter().enumerate() {
+            if samples.len() != expected || channels.len() != self.waiting.len() {
+                return Err(WelchError::Length { channel, expected, found: samples.len() });
+            }
+            if let Some(sample) = samples.iter().position(|s| !s.is_finite()) {
+                return Err(WelchError::NotFinite { channel, sample: self.seen + sample });
+            }
+        }
+        self.seen += expected;
+        for (waiting, samples) in self.waiting.iter_mut().zip(channels) {
+            waiting.extend_from_slice(samples);
+        }
+        let (nperseg, hop) = (self.settings.nperseg, self.settings.hop());
+        let mut at = 0;
+        while self.waiting.first().is_some_and(|w| w.len() >= at + nperseg) {
+            self.sum.add(&self.plan, self.waiting.iter().map(|c| &c[at..at + nperseg]));
+            self.segments += 1;
+            at += hop;
+            if self.segments.is_multiple_of(BLOCK) {
+                self.sum.drain_into(&mut self.total);
+            }
+        }
+        self.waiting.iter_mut().for_each(|w| drop(w.drain(..at)));
+        Ok(())
+    }
+
+    /// Segments complete so far.
+    pub fn segments(&self) -> usize {
+        self.segments
+    }
+
+    /// The spectra of all samples so far; the stream goes on.
+    ///
+    /// # Errors
+    /// [`WelchError::TooShort`] while there is no whole segment.
+    pub fn spectra(&self) -> Result<CrossSpectra, WelchError> {
+        if self.segments == 0 {
+            return Err(WelchError::TooShort { len: self.seen, nperseg: self.settings.nperseg });
+        }
+        let mut lower = self.total.clone();
+        if !self.segments.is_multiple_of(BLOCK) {
+            self.sum.clone().drain_into(&mut lower);
+        }
+        Ok(self.settings.finish(&self.plan, self.sample_rate_hz, self.waiting.len(), self.segments, lower))
+    }
+}
