@@ -2,7 +2,7 @@
 
 use crate::controller::Controller;
 use crate::error::DeviceError;
-use crate::limb::{EndpointLinear, EndpointLinearConfig, Limb, PlanarTwoLink, PlanarTwoLinkConfig};
+use crate::limb::{EndpointLinear, EndpointLinearConfig, Limb, PlanarTwoLink, PlanarTwoLinkConfig, SpringArray, SpringArrayConfig};
 use crate::linearise::{HoldGains, Linearised};
 use crate::noise::LimbNoise;
 use crate::parameters::Parameters;
@@ -30,6 +30,8 @@ pub enum LimbConfig {
     EndpointLinear(EndpointLinearConfig),
     /// Upper arm and forearm in the plane.
     PlanarTwoLink(PlanarTwoLinkConfig),
+    /// The paper's validation rig.
+    SpringArray(SpringArrayConfig),
 }
 
 /// Where robot and limb are held.
@@ -79,12 +81,14 @@ impl LimbConfig {
         match self {
             LimbConfig::EndpointLinear(c) => c.noise.as_ref(),
             LimbConfig::PlanarTwoLink(c) => c.noise.as_ref(),
+            LimbConfig::SpringArray(c) => c.noise.as_ref(),
         }
     }
 
     fn build(&self, axes: usize, hand: &[f64], posture: &Posture) -> Result<Box<dyn Limb>, DeviceError> {
         Ok(match self {
             LimbConfig::EndpointLinear(config) => Box::new(EndpointLinear::new(config, axes)?),
+            LimbConfig::SpringArray(config) => Box::new(SpringArray::new(config)?),
             LimbConfig::PlanarTwoLink(config) => {
                 let &[x, y] = hand else { return Err(DeviceError::size("the device of a planar-two-link limb", format!("{axes} axes"), "2 axes")) };
                 let angles = match posture.joint_rad.as_deref() {
@@ -133,6 +137,9 @@ impl Experiment {
         }
         let rest = device.robot.inverse_kinematics(&hand)?;
         let limb = self.limb.build(axes, &hand, &self.posture)?;
+        if limb.axes() != axes {
+            return Err(DeviceError::size(format!("device \"{}\"", entry.name), format!("{axes} axes"), format!("{} for this limb", limb.axes())));
+        }
         let gains = |what: &str, given: &Option<crate::controller::PerAxis>, default: f64| {
             let values = match given {
                 None => vec![default; axes],

@@ -27,7 +27,10 @@ pub use error::DeviceError;
 pub use experiment::{Bench, DeviceConfig, Experiment, LimbConfig, Posture, linearise};
 pub use five_bar::FiveBar;
 pub use integrate::Accuracy;
-pub use limb::{EndpointLinear, EndpointLinearConfig, Impedance, Limb, PlanarTwoLink, PlanarTwoLinkConfig, Side};
+pub use limb::{
+    EndpointLinear, EndpointLinearConfig, Impedance, Limb, PlanarTwoLink, PlanarTwoLinkConfig, SPRING_CONFIGURATIONS, Side, SpringArray, SpringArrayConfig,
+    SpringConfiguration,
+};
 pub use linearise::{HoldGains, Linearised};
 pub use noise::LimbNoise;
 pub use parameters::{Parameter, Parameters};

@@ -150,6 +150,22 @@ pub static LIMBS: &[LimbEntry] = &[
         ],
         source: "Shadmehr and Mussa-Ivaldi, J. Neurosci. 14 (1994) 3208; Winter, Biomechanics and Motor Control of Human Movement (2009), table 4.1",
     },
+    LimbEntry {
+        name: "spring-array",
+        description: "handle on up to eight springs between two squares, configurations sa1 to sa9, for planar devices",
+        parameters: &[
+            parameter("configuration", "", f64::NAN, "sa1 to sa9"),
+            parameter("springs_n_per_m", "N/m", f64::NAN, "stiffness at E, NE, N, NW, W, SW, S, SE in place of a configuration"),
+            parameter("outer_half_m", "m", 0.23, "half of the outer square's side"),
+            parameter("inner_half_m", "m", 0.05, "half of the inner square's side"),
+            parameter("rest_length_m", "m", 0.1, "length of a spring at its initial tension"),
+            parameter("initial_tension_n", "N", 0.0, "tension at the rest length"),
+            parameter("mass_kg", "kg", 0.429, "mass of handle and inner square"),
+            parameter("damping_ratio", "1", 0.01, "damping ratio of each axis"),
+            parameter("noise", "", f64::NAN, "force made by the array itself: rms_n, cutoff_hz"),
+        ],
+        source: "Palazzolo et al., IEEE Trans. Neural Syst. Rehabil. Eng. 15 (2007) 92, fig. 5; stiffnesses are ours",
+    },
 ];
 
 /// The entry called `name`.

@@ -50,6 +50,11 @@ pub(super) fn square(name: &str, rows: &[Vec<f64>], n: usize) -> Result<Array2<f
     }
 }
 
+/// A diagonal matrix.
+pub(super) fn diagonal(values: &[f64]) -> Array2<f64> {
+    Array2::from_diag(&ndarray::Array1::from(values.to_vec()))
+}
+
 /// Reads a vector of `n` numbers, zero where absent.
 pub(super) fn vector(name: &str, values: Option<&[f64]>, n: usize) -> Result<Vec<f64>, DeviceError> {
     let Some(values) = values else { return Ok(vec![0.0; n]) };

@@ -2,9 +2,11 @@
 
 mod endpoint_linear;
 mod planar_two_link;
+mod spring_array;
 
 pub use endpoint_linear::{EndpointLinear, EndpointLinearConfig};
 pub use planar_two_link::{PlanarTwoLink, PlanarTwoLinkConfig, Side};
+pub use spring_array::{SPRING_CONFIGURATIONS, SpringArray, SpringArrayConfig, SpringConfiguration};
 
 use ndarray::Array2;
 
