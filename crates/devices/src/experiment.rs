@@ -85,6 +85,15 @@ impl LimbConfig {
         }
     }
 
+    /// The names of the limb's joints in order; none where it has no joints.
+    pub fn joint_names(&self) -> Vec<String> {
+        let names: &[&str] = match self {
+            LimbConfig::PlanarTwoLink(_) => &["shoulder", "elbow"],
+            LimbConfig::EndpointLinear(_) | LimbConfig::SpringArray(_) => &[],
+        };
+        names.iter().map(|n| (*n).to_owned()).collect()
+    }
+
     fn build(&self, axes: usize, hand: &[f64], posture: &Posture) -> Result<Box<dyn Limb>, DeviceError> {
         Ok(match self {
             LimbConfig::EndpointLinear(config) => Box::new(EndpointLinear::new(config, axes)?),

@@ -5,7 +5,7 @@ use crate::error::StudyError;
 use crate::file::ExperimentFile;
 use crate::result::VERSION;
 use ndarray::Array2;
-use ndof_devices::{Extras, Impedance, LimbConfig, Linearised, PlanarTwoLinkConfig, linearise, simulate_trial};
+use ndof_devices::{Extras, Impedance, Linearised, linearise, simulate_trial};
 use ndof_signal::{FilteredNoise, Recording, SeedCriterion};
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
@@ -108,10 +108,7 @@ pub fn simulate(file: &ExperimentFile, progress: &Progress<'_>) -> Result<Simula
             Ok(recording)
         })
         .collect::<Result<Vec<_>, StudyError>>()?;
-    let joints = match &file.limb {
-        LimbConfig::PlanarTwoLink(PlanarTwoLinkConfig { .. }) => vec!["shoulder".to_owned(), "elbow".to_owned()],
-        LimbConfig::EndpointLinear(_) => Vec::new(),
-    };
+    let joints = file.limb.joint_names();
     let truth = Truth {
         schema: "ndof/truth/1".to_owned(),
         ndof_version: VERSION.to_owned(),
