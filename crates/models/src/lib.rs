@@ -8,8 +8,10 @@ pub mod effects;
 mod fit;
 mod force_law;
 mod inertia_damping_stiffness;
+mod kinematics;
 mod levenberg_marquardt;
 mod parametric;
+mod projection;
 mod small;
 
 pub use axis::Axis;
@@ -18,5 +20,7 @@ pub use fit::{
 };
 pub use force_law::{ForceLaw, Motion, Stage};
 pub use inertia_damping_stiffness::{InertiaDampingStiffness, InertiaDampingStiffnessModel, Symmetry};
+pub use kinematics::{Arm, Kinematics, KinematicsError};
 pub use levenberg_marquardt::{LeastSquares, LevenbergMarquardt, MinimiseError, Minimum, StopReason};
 pub use parametric::{ParameterInfo, ParametricModel};
+pub use projection::{KinematicsSd, LARGEST_JACOBIAN_CONDITION, Projected, Projection, ProjectionError};

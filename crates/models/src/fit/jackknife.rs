@@ -57,6 +57,7 @@ pub(crate) fn rescale_by_trials<M: ParametricModel + ?Sized>(model: &M, mut fit:
     let freedom = (trials - 1.0) * (sound.len() * sound.len()) as f64 / squared_correlations;
     fit.covariance.mapv_inplace(|v| v * ratio);
     fit.covariance_scale = ratio;
-    fit.parameters = Fit::describe(model, &fit.theta, &fit.covariance, t_quantile(freedom));
+    fit.interval_quantile = t_quantile(freedom);
+    fit.parameters = Fit::describe(model, &fit.theta, &fit.covariance, fit.interval_quantile);
     fit
 }

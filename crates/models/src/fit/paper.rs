@@ -63,12 +63,14 @@ impl PaperFit {
         let covariance = information.sandwich(&meat, 1.0);
         let degrees_of_freedom = 2.0 * share.iter().sum::<f64>() * (n * n) as f64 - parameters.len() as f64;
         let chi2 = 2.0 * minimum.cost;
+        let interval_quantile = t_quantile(degrees_of_freedom);
         Ok(Fit {
             model: model.name().to_owned(),
-            parameters: Fit::describe(model, &minimum.x, &covariance, t_quantile(degrees_of_freedom)),
+            parameters: Fit::describe(model, &minimum.x, &covariance, interval_quantile),
             theta: minimum.x,
             covariance,
             covariance_scale: 1.0,
+            interval_quantile,
             band_hz: [frequency_hz[0], frequency_hz[frequency_hz.len() - 1]],
             bins: bins.len(),
             chi2,

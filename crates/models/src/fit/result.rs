@@ -37,6 +37,8 @@ pub struct Fit {
     pub covariance: Array2<f64>,
     /// What the disagreement of the trials multiplied that covariance with; 1 where it was not asked.
     pub covariance_scale: f64,
+    /// Half width of a 95 % interval in standard errors.
+    pub interval_quantile: f64,
     /// Lowest and highest frequency that was used.
     pub band_hz: [f64; 2],
     /// Number of frequencies that were used.

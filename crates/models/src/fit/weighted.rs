@@ -91,12 +91,14 @@ impl WeightedFit {
         };
         let chi2 = 2.0 * minimum.cost * ((degrees - rows) / degrees).max(0.0);
         let degrees_of_freedom = 2.0 * independent * (n * n) as f64 - parameters.len() as f64;
+        let interval_quantile = t_quantile(degrees_of_freedom);
         Ok(Fit {
             model: model.name().to_owned(),
-            parameters: Fit::describe(model, &minimum.x, &covariance, t_quantile(degrees_of_freedom)),
+            parameters: Fit::describe(model, &minimum.x, &covariance, interval_quantile),
             theta: minimum.x,
             covariance,
             covariance_scale: 1.0,
+            interval_quantile,
             band_hz: [frequency_hz[0], frequency_hz[frequency_hz.len() - 1]],
             bins: frequency_hz.len(),
             chi2,

@@ -1,0 +1,419 @@
+//! Impedance at the hand and at the joints.
+
+use crate::{Axis, Fit, InertiaDampingStiffness, InertiaDampingStiffnessModel, Kinematics};
+use faer::Mat;
+use ndarray::{Array2, Axis as Dimension};
+use ndof_sysid::{FrequencyResponse, ResponseError, ResponseKind};
+use num_complex::Complex64;
+use serde::{Deserialize, Serialize};
+
+/// Standard deviations of what the projection takes as known.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct KinematicsSd {
+    /// Of each link's length.
+    pub link_lengths_m: f64,
+    /// Of each joint angle.
+    pub posture_rad: f64,
+    /// Of each component of the mean force.
+    pub mean_force_n: f64,
+}
+
+/// A posture with the mean force on the hand.
+///
+/// D_q(s) = Jᵀ D_x(s) J + Γ, the geometric term Γ from the mean force: without it a push of 10 N is taken for joint
+/// stiffness.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Projection {
+    /// The mechanism at its posture.
+    pub kinematics: Kinematics,
+    /// Mean force on the hand, one an endpoint axis.
+    pub mean_force_n: Vec<f64>,
+    /// How well all that is known.
+    pub sd: KinematicsSd,
+}
+
+/// Matrices in other coordinates.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Projected {
+    /// M, B and K there.
+    pub matrices: InertiaDampingStiffness,
+    /// Standard errors of their entries.
+    pub std_error: InertiaDampingStiffness,
+    /// The model whose parameters they are.
+    pub model: InertiaDampingStiffnessModel,
+    /// Parameters in the model's order, with their intervals.
+    pub parameters: Vec<crate::Parameter>,
+    /// Covariance of the parameters.
+    pub covariance: Array2<f64>,
+    /// J at the posture.
+    pub jacobian: Array2<f64>,
+    /// Joint angles, where the kinematics know them.
+    pub posture_rad: Vec<f64>,
+}
+
+/// Why impedance cannot be projected.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum ProjectionError {
+    /// Jacobian and impedance differ in size.
+    #[error(
+        "the Jacobian has {rows} endpoint axes and {columns} joints, the impedance {axes} axes; give one row for each endpoint axis and one column for each joint"
+    )]
+    Shape {
+        /// Endpoint axes of the Jacobian.
+        rows: usize,
+        /// Joints of the Jacobian.
+        columns: usize,
+        /// Axes of the impedance.
+        axes: usize,
+    },
+    /// More joints than the endpoint can tell apart.
+    #[error("{joints} joints move {axes} endpoint axes: many joint impedances give the same impedance at the endpoint; fix joints or measure more axes")]
+    Redundant {
+        /// Number of joints.
+        joints: usize,
+        /// Number of endpoint axes.
+        axes: usize,
+    },
+    /// Joints move the endpoint in fewer directions than there are axes.
+    #[error("the Jacobian's condition number is {condition:.3e} (limit {limit:.0e}): the posture is singular, as a stretched arm is; bend the elbow")]
+    Singular {
+        /// Largest over smallest singular value.
+        condition: f64,
+        /// The largest that is accepted.
+        limit: f64,
+    },
+    /// The mean force has another number of components than the endpoint has axes.
+    #[error("{found} components of mean force, the endpoint has {axes} axes")]
+    MeanForce {
+        /// What was given.
+        found: usize,
+        /// What is needed.
+        axes: usize,
+    },
+    /// The response cannot be inverted.
+    #[error(transparent)]
+    Response(#[from] ResponseError),
+}
+
+/// Above this condition an error of a percent in geometry or data is an error as large as the result.
+pub const LARGEST_JACOBIAN_CONDITION: f64 = 100.0;
+
+/// Which way a projection goes.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Direction {
+    ToJoints,
+    ToEndpoint,
+}
+
+impl Projection {
+    /// M, B, K of a fit at the hand, taken to the joints: X_q = Jᵀ X_x J, K_q with Γ added. The covariance holds that of
+    /// the fit and that of lengths, posture and mean force.
+    ///
+    /// # Errors
+    /// [`ProjectionError`] if sizes differ, joints are redundant or the posture is singular.
+    pub fn fit_to_joints(&self, model: &InertiaDampingStiffnessModel, fit: &Fit) -> Result<Projected, ProjectionError> {
+        self.project(model, &fit.theta, &fit.covariance, fit.interval_quantile, self.kinematics.joints(), Direction::ToJoints)
+    }
+
+    /// M, B, K at the joints taken to the hand: X_x = J⁻ᵀ X_q J⁻¹, K_x from K_q − Γ.
+    ///
+    /// # Errors
+    /// [`ProjectionError`] if sizes differ, joints are redundant (the compliance of
+    /// [`response_to_endpoint`](Self::response_to_endpoint) exists, but is no M, B, K) or the posture is singular.
+    pub fn matrices_to_endpoint(&self, joint: &InertiaDampingStiffness, endpoint: Vec<Axis>) -> Result<InertiaDampingStiffness, ProjectionError> {
+        self.transform(joint, endpoint, Direction::ToEndpoint)
+    }
+
+    /// M, B, K at the hand taken to the joints, without covariance.
+    ///
+    /// # Errors
+    /// As [`fit_to_joints`](Self::fit_to_joints).
+    pub fn matrices_to_joints(&self, endpoint: &InertiaDampingStiffness) -> Result<InertiaDampingStiffness, ProjectionError> {
+        self.transform(endpoint, self.kinematics.joints(), Direction::ToJoints)
+    }
+
+    /// A whole response at the hand, taken to the joints; it keeps its kind and its covariance. Uncertain geometry is
+    /// not in that covariance.
+    ///
+    /// # Errors
+    /// [`ProjectionError`] as for matrices, or if the response is no mechanical one.
+    pub fn response_to_joints(&self, response: &FrequencyResponse) -> Result<FrequencyResponse, ProjectionError> {
+        let stiffness = response.to_kind(ResponseKind::DynamicStiffness)?;
+        let jacobian = self.checked_jacobian(stiffness.shape().0, Direction::ToJoints)?;
+        let names: Vec<String> = self.kinematics.joints().into_iter().map(|a| a.name).collect();
+        let projected = congruence(&stiffness, &jacobian, &self.kinematics.geometric_stiffness(&self.mean_force_n), names);
+        Ok(projected.to_kind(response.kind)?)
+    }
+
+    /// A whole response at the joints, taken to the hand: C_x = J (D_q − Γ)⁻¹ Jᵀ, which redundant joints allow too.
+    ///
+    /// # Errors
+    /// [`ProjectionError`] if sizes differ, the posture is singular, or the response is no mechanical one.
+    pub fn response_to_endpoint(&self, response: &FrequencyResponse, endpoint: &[Axis]) -> Result<FrequencyResponse, ProjectionError> {
+        let stiffness = response.to_kind(ResponseKind::DynamicStiffness)?;
+        let joints = stiffness.shape().0;
+        let jacobian = self.kinematics.jacobian();
+        self.check_sizes(&jacobian, joints, Direction::ToEndpoint)?;
+        check_condition(&jacobian)?;
+        let names: Vec<String> = stiffness.outputs.clone();
+        let geometric = self.kinematics.geometric_stiffness(&self.mean_force_n);
+        let bare = congruence(&stiffness, &Array2::eye(joints), &-geometric, names).to_kind(ResponseKind::Compliance)?;
+        let names = endpoint.iter().map(|a| a.name.clone()).collect();
+        let moved = congruence(&bare, &jacobian.t().to_owned(), &Array2::zeros((jacobian.nrows(), jacobian.nrows())), names);
+        Ok(moved.to_kind(response.kind)?)
+    }
+
+    fn project(
+        &self,
+        model: &InertiaDampingStiffnessModel,
+        theta: &[f64],
+        covariance: &Array2<f64>,
+        quantile: f64,
+        axes: Vec<Axis>,
+        direction: Direction,
+    ) -> Result<Projected, ProjectionError> {
+        let target = InertiaDampingStiffnessModel::new(axes.clone(), model.symmetry());
+        let at = |theta: &[f64], own: &Projection| own.transform(&model.matrices(theta), axes.clone(), direction).map(|m| target.theta(&m));
+        let projected = at(theta, self)?;
+        let (k, n) = (theta.len(), projected.len());
+        // The map is affine in θ, so unit steps are exact.
+        let mut slopes = Array2::zeros((n, k));
+        for c in 0..k {
+            let mut moved = theta.to_vec();
+            moved[c] += 1.0;
+            at(&moved, self)?.iter().zip(&projected).enumerate().for_each(|(r, (a, b))| slopes[[r, c]] = a - b);
+        }
+        let undetermined: Vec<bool> = (0..k).map(|c| !covariance[[c, c]].is_finite()).collect();
+        let finite = Array2::from_shape_fn((k, k), |(r, c)| if undetermined[r] || undetermined[c] { 0.0 } else { covariance[[r, c]] });
+        let mut total = slopes.dot(&finite).dot(&slopes.t());
+        for [above, below] in self.uncertain() {
+            let change: Vec<f64> = at(theta, &above)?.iter().zip(at(theta, &below)?).map(|(a, b)| 0.5 * (a - b)).collect();
+            (0..n).for_each(|r| (0..n).for_each(|c| total[[r, c]] += change[r] * change[c]));
+        }
+        for r in 0..n {
+            if (0..k).any(|c| undetermined[c] && slopes[[r, c]] != 0.0) {
+                total.row_mut(r).fill(0.0);
+                total.column_mut(r).fill(0.0);
+                total[[r, r]] = f64::INFINITY;
+            }
+        }
+        let errors: Vec<f64> = (0..n).map(|r| total[[r, r]].sqrt()).collect();
+        Ok(Projected {
+            matrices: target.matrices(&projected),
+            std_error: target.matrices(&errors),
+            parameters: Fit::describe(&target, &projected, &total, quantile),
+            model: target,
+            covariance: total,
+            jacobian: self.kinematics.jacobian(),
+            posture_rad: self.kinematics.posture_rad(),
+        })
+    }
+
+    fn transform(&self, matrices: &InertiaDampingStiffness, axes: Vec<Axis>, direction: Direction) -> Result<InertiaDampingStiffness, ProjectionError> {
+        let jacobian = self.checked_jacobian(matrices.axes.len(), direction)?;
+        let geometric = self.kinematics.geometric_stiffness(&self.mean_force_n);
+        let turn = |x: &Array2<f64>| jacobian.t().dot(x).dot(&jacobian);
+        let stiffness = match direction {
+            Direction::ToJoints => turn(&matrices.stiffness) + geometric,
+            Direction::ToEndpoint => turn(&(&matrices.stiffness - &geometric)),
+        };
+        Ok(InertiaDampingStiffness { axes, inertia: turn(&matrices.inertia), damping: turn(&matrices.damping), stiffness })
+    }
+
+    /// J where impedance goes to the joints, J⁻¹ where it goes to the endpoint.
+    fn checked_jacobian(&self, axes: usize, direction: Direction) -> Result<Array2<f64>, ProjectionError> {
+        let jacobian = self.kinematics.jacobian();
+        self.check_sizes(&jacobian, axes, direction)?;
+        let (rows, columns) = jacobian.dim();
+        if columns > rows {
+            return Err(ProjectionError::Redundant { joints: columns, axes: rows });
+        }
+        check_condition(&jacobian)?;
+        if direction == Direction::ToJoints {
+            return Ok(jacobian);
+        }
+        if rows != columns {
+            return Err(ProjectionError::Shape { rows, columns, axes });
+        }
+        let inverse = faer_of(&jacobian).partial_piv_lu();
+        let inverse = faer::linalg::solvers::DenseSolveCore::inverse(&inverse);
+        Ok(Array2::from_shape_fn((rows, rows), |(i, j)| inverse[(i, j)]))
+    }
+
+    fn check_sizes(&self, jacobian: &Array2<f64>, axes: usize, direction: Direction) -> Result<(), ProjectionError> {
+        let (rows, columns) = jacobian.dim();
+        let own = if direction == Direction::ToJoints { rows } else { columns };
+        if own != axes || rows == 0 || columns == 0 {
+            return Err(ProjectionError::Shape { rows, columns, axes });
+        }
+        if self.mean_force_n.len() == rows { Ok(()) } else { Err(ProjectionError::MeanForce { found: self.mean_force_n.len(), axes: rows }) }
+    }
+
+    /// For each uncertain quantity, the projection one standard deviation above and below.
+    fn uncertain(&self) -> Vec<[Projection; 2]> {
+        let mut out = Vec::new();
+        if matches!(self.kinematics, Kinematics::PlanarTwoLink { .. }) {
+            for link in 0..2 {
+                out.push([1.0, -1.0].map(|times| self.shifted(link, times * self.sd.link_lengths_m, 0.0)));
+                out.push([1.0, -1.0].map(|times| self.shifted(link, 0.0, times * self.sd.posture_rad)));
+            }
+        }
+        for k in 0..self.mean_force_n.len() {
+            out.push([1.0, -1.0].map(|times| {
+                let mut moved = self.clone();
+                moved.mean_force_n[k] += times * self.sd.mean_force_n;
+                moved
+            }));
+        }
+        out
+    }
+
+    fn shifted(&self, link: usize, length_m: f64, angle_rad: f64) -> Projection {
+        let mut moved = self.clone();
+        if let Kinematics::PlanarTwoLink { link_lengths_m, posture_rad } = &mut moved.kinematics {
+            link_lengths_m[link] += length_m;
+            posture_rad[link] += angle_rad;
+        }
+        moved
+    }
+}
+
+fn faer_of(a: &Array2<f64>) -> Mat<f64> {
+    Mat::from_fn(a.nrows(), a.ncols(), |i, j| a[[i, j]])
+}
+
+fn check_condition(jacobian: &Array2<f64>) -> Result<(), ProjectionError> {
+    let values = faer_of(jacobian).singular_values().unwrap_or_default();
+    let (largest, smallest) = values.iter().fold((0.0f64, f64::INFINITY), |(l, s), v| (l.max(*v), s.min(*v)));
+    let condition = largest / smallest;
+    if condition <= LARGEST_JACOBIAN_CONDITION { Ok(()) } else { Err(ProjectionError::Singular { condition, limit: LARGEST_JACOBIAN_CONDITION }) }
+}
+
+/// Aᵀ H A + G at each frequency, with the covariance of Aᵀ H A.
+fn congruence(response: &FrequencyResponse, a: &Array2<f64>, added: &Array2<f64>, names: Vec<String>) -> FrequencyResponse {
+    let a = a.mapv(Complex64::from);
+    let n = a.ncols();
+    let turn = |x: &ndarray::Array3<Complex64>| {
+        let mut out = ndarray::Array3::zeros((x.dim().0, n, n));
+        for (mut to, from) in out.axis_iter_mut(Dimension(0)).zip(x.axis_iter(Dimension(0))) {
+            to.assign(&a.t().dot(&from).dot(&a));
+        }
+        out
+    };
+    let mut value = turn(&response.value);
+    value.axis_iter_mut(Dimension(0)).for_each(|mut at| at.zip_mut_with(added, |v, g| *v += *g));
+    let uncertainty = response.uncertainty.clone().map(|u| ndof_sysid::Uncertainty { noise: turn(&u.noise), input_inverse: turn(&u.input_inverse), ..u });
+    FrequencyResponse { frequency_hz: response.frequency_hz.clone(), inputs: names.clone(), outputs: names, kind: response.kind, value, uncertainty }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{Arm, Symmetry};
+    use ndarray::arr2;
+
+    fn endpoint() -> Vec<Axis> {
+        vec![Axis::linear("x"), Axis::linear("y")]
+    }
+
+    fn arm(mean_force_n: [f64; 2]) -> Projection {
+        let kinematics = Kinematics::planar_two_link(Arm::Right, [0.33, 0.34], [45f64.to_radians(), 90f64.to_radians()]).expect("valid");
+        Projection { kinematics, mean_force_n: mean_force_n.to_vec(), sd: KinematicsSd::default() }
+    }
+
+    /// The static arm of reference c11: joint torques balance a mean force, and the hand's stiffness is differentiated.
+    #[test]
+    fn joint_stiffness_is_recovered_from_the_hand_of_an_arm_under_load() {
+        let joint = arr2(&[[29.5, 14.3], [14.3, 39.3]]);
+        let rest = [45f64.to_radians(), 90f64.to_radians()];
+        let load = [8.0, -5.0];
+        let at = |q: [f64; 2]| Kinematics::planar_two_link(Arm::Right, [0.33, 0.34], q).expect("valid").jacobian();
+        let resting = at(rest).t().dot(&ndarray::arr1(&load));
+        let force = |q: [f64; 2]| -> [f64; 2] {
+            let torque = &resting + &joint.dot(&ndarray::arr1(&[q[0] - rest[0], q[1] - rest[1]]));
+            let j = at(q);
+            let determinant = j[[0, 0]] * j[[1, 1]] - j[[0, 1]] * j[[1, 0]];
+            [(j[[1, 1]] * torque[0] - j[[1, 0]] * torque[1]) / determinant, (-j[[0, 1]] * torque[0] + j[[0, 0]] * torque[1]) / determinant]
+        };
+        let h = 1e-5;
+        let slope = Array2::from_shape_fn((2, 2), |(i, j)| {
+            let moved = |by: f64| force([rest[0] + if j == 0 { by } else { 0.0 }, rest[1] + if j == 1 { by } else { 0.0 }])[i];
+            (moved(h) - moved(-h)) / (2.0 * h)
+        });
+        let j = at(rest);
+        let determinant = j[[0, 0]] * j[[1, 1]] - j[[0, 1]] * j[[1, 0]];
+        let inverse = arr2(&[[j[[1, 1]], -j[[0, 1]]], [-j[[1, 0]], j[[0, 0]]]]) / determinant;
+        let hand = InertiaDampingStiffness { axes: endpoint(), inertia: Array2::eye(2), damping: Array2::eye(2), stiffness: slope.dot(&inverse) };
+        let with = arm(load).matrices_to_joints(&hand).expect("regular").stiffness;
+        assert!((&with - &joint).iter().all(|d| d.abs() < 1e-5), "{with}");
+        let without = arm([0.0; 2]).matrices_to_joints(&hand).expect("regular").stiffness;
+        assert!((without[[0, 0]] - 27.1).abs() < 0.05 && (without[[0, 1]] - 11.2).abs() < 0.05 && (without[[1, 1]] - 36.2).abs() < 0.05, "{without}");
+    }
+
+    fn hand() -> InertiaDampingStiffness {
+        InertiaDampingStiffness {
+            axes: endpoint(),
+            inertia: arr2(&[[2.1, -0.55], [-0.55, 1.9]]),
+            damping: arr2(&[[11.0, -2.0], [-2.0, 15.0]]),
+            stiffness: arr2(&[[300.0, -60.0], [-60.0, 520.0]]),
+        }
+    }
+
+    #[test]
+    fn hand_and_joints_are_two_views_of_one_arm_in_matrices_and_responses() {
+        let own = arm([8.0, -5.0]);
+        let joints = own.matrices_to_joints(&hand()).expect("regular");
+        let back = own.matrices_to_endpoint(&joints, endpoint()).expect("regular");
+        assert!((&back.stiffness - &hand().stiffness).iter().chain((&back.inertia - &hand().inertia).iter()).all(|d| d.abs() < 1e-11));
+        for kind in [ResponseKind::Compliance, ResponseKind::Impedance] {
+            let (at_hand, at_joints) = (hand().response(&[1.5], kind), joints.response(&[1.5], kind));
+            let projected = own.response_to_joints(&at_hand).expect("regular");
+            assert!(projected.value.iter().zip(&at_joints.value).all(|(a, b)| (a - b).norm() < 1e-11 * b.norm()));
+            let returned = own.response_to_endpoint(&projected, &endpoint()).expect("regular");
+            assert!(returned.value.iter().zip(&at_hand.value).all(|(a, b)| (a - b).norm() < 1e-10 * b.norm()));
+        }
+    }
+
+    #[test]
+    fn a_third_joint_softens_the_hand_but_cannot_be_read_from_it() {
+        let jacobian = arr2(&[[0.3, 0.1, 0.05], [0.2, 0.4, 0.1]]);
+        let own = Projection { kinematics: Kinematics::Jacobian { matrix: jacobian }, mean_force_n: vec![0.0; 2], sd: KinematicsSd::default() };
+        let joints =
+            InertiaDampingStiffness { axes: own.kinematics.joints(), inertia: Array2::eye(3), damping: Array2::eye(3), stiffness: Array2::eye(3) * 20.0 };
+        let soft = own.response_to_endpoint(&joints.response(&[0.0], ResponseKind::Compliance), &endpoint()).expect("full rank");
+        assert!((soft.value[[0, 0, 0]].re - (0.09 + 0.01 + 0.0025) / 20.0).abs() < 1e-12);
+        assert_eq!(own.matrices_to_joints(&hand()), Err(ProjectionError::Redundant { joints: 3, axes: 2 }));
+    }
+
+    #[test]
+    fn singular_postures_and_wrong_sizes_are_refused() {
+        let mut own = arm([0.0; 2]);
+        own.kinematics = Kinematics::planar_two_link(Arm::Right, [0.33, 0.34], [0.5, 0.01]).expect("valid");
+        assert!(matches!(own.matrices_to_joints(&hand()), Err(ProjectionError::Singular { .. })));
+        let mut forgetful = arm([0.0; 2]);
+        forgetful.mean_force_n.pop();
+        assert!(matches!(forgetful.matrices_to_joints(&hand()), Err(ProjectionError::MeanForce { found: 1, axes: 2 })));
+    }
+
+    #[test]
+    fn covariance_follows_the_kronecker_form_and_counts_the_geometry() {
+        let model = InertiaDampingStiffnessModel::new(endpoint(), Symmetry::Free);
+        let theta = model.theta(&hand());
+        let covariance = Array2::from_shape_fn((12, 12), |(r, c)| if r == c { 1.0 + r as f64 } else { 0.1 });
+        let mut own = arm([8.0, -5.0]);
+        let plain = own.project(&model, &theta, &covariance, 1.96, own.kinematics.joints(), Direction::ToJoints).expect("regular");
+        // vec(Jᵀ X J) = (Jᵀ ⊗ Jᵀ) vec X, row by row.
+        let j = own.kinematics.jacobian();
+        let map = Array2::from_shape_fn((4, 4), |(a, b)| j[[b / 2, a / 2]] * j[[b % 2, a % 2]]);
+        let last = |a: &Array2<f64>| Array2::from_shape_fn((4, 4), |(r, c)| a[[8 + r, 8 + c]]);
+        let expected = map.dot(&last(&covariance)).dot(&map.t());
+        let found = last(&plain.covariance);
+        assert!((&found - &expected).iter().all(|d| d.abs() < 1e-9), "{found} {expected}");
+        own.sd = KinematicsSd { link_lengths_m: 0.01, posture_rad: 0.05, mean_force_n: 0.5 };
+        let uncertain = own.project(&model, &theta, &covariance, 1.96, own.kinematics.joints(), Direction::ToJoints).expect("regular");
+        // Γ_22 = −(F · second link): its part of the variance of K_22 is known.
+        let second = [0.34 * 135f64.to_radians().cos(), 0.34 * 135f64.to_radians().sin()];
+        let from_force = 0.25 * (second[0] * second[0] + second[1] * second[1]);
+        assert!(uncertain.covariance[[11, 11]] > plain.covariance[[11, 11]] + from_force);
+    }
+}
