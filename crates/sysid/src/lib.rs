@@ -4,24 +4,36 @@
 //! [`CrossSpectra`](ndof_signal::CrossSpectra) into a [`FrequencyResponse`] with its covariance. [`estimate`] does it all
 //! from recordings.
 
+mod anderson_rubin;
+mod bootstrap;
 mod conditioned;
 mod estimate;
+mod hausman;
 mod hermitian;
 mod interval;
 mod labels;
 mod matrix;
+mod planning;
 mod ports;
+mod resolution;
 mod response;
+mod spread;
 mod warning;
 
+pub use anderson_rubin::anderson_rubin;
+pub use bootstrap::bootstrap_std;
 pub use conditioned::{Conditioned, conditioned};
 pub use estimate::{
     Choice, Coherence, DerivedEstimate, Detection, Direct, DirectEstimate, Distortion, EstimateError, Estimates, LARGEST_CONDITION, LocalPolynomial,
     RejectedSegment, Significance, SpectralMethod, ToReference, WEAK_INSTRUMENT, choose_method, derived, direct, estimate, estimate_from_spectra,
     robust_spectra,
 };
+pub use hausman::{Hausman, hausman};
 pub use interval::{Confidence, GainPhase, paper_random_error};
 pub use labels::Labels;
+pub use planning::{Progress, StoppingRule, averages_for_interval};
 pub use ports::{Ports, PortsError};
+pub use resolution::{Unresolved, unresolved};
 pub use response::{FrequencyResponse, ResponseError, ResponseKind, Uncertainty};
+pub use spread::{Spread, spread};
 pub use warning::Warning;

@@ -206,6 +206,23 @@ fn warnings(direct: &DirectEstimate, derived: Option<&DerivedEstimate>, ports: &
             "name as many commanded channels as inputs with --reference",
         ));
     }
+    let response = derived.map_or(&direct.response, |d| &d.response);
+    let strongest = crate::resolution::unresolved(response, 0.1, 0.0, f64::INFINITY)
+        .into_iter()
+        .reduce(|a, b| if b.relative_bias.abs() > a.relative_bias.abs() { b } else { a });
+    if let Some(worst) = strongest {
+        warnings.push(Warning::new(
+            "resolution",
+            format!(
+                "the window is too wide for {} over {} at {:.2} Hz: its gain is off by about {:.0} %",
+                response.outputs[worst.output],
+                response.inputs[worst.input],
+                worst.frequency_hz,
+                100.0 * worst.relative_bias
+            ),
+            "take longer segments (--nperseg), --method multitaper or local-polynomial, or a longer recording",
+        ));
+    }
     if let Some(derived) = derived {
         let weak: Vec<usize> = (0..derived.weak_instrument.len()).filter(|&f| derived.weak_instrument[f]).collect();
         if !weak.is_empty() {

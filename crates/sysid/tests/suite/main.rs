@@ -2,6 +2,7 @@
 
 mod draws;
 mod identities;
+mod judgement;
 mod refusals;
 mod scipy;
 mod time_domain;

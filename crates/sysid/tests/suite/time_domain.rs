@@ -4,6 +4,7 @@ use crate::draws::seeded;
 use ndof_signal::{Channel, Multitaper, Periodic, Quantity, Recording, Unit, Welch};
 use ndof_sysid::{
     Direct, Estimates, FrequencyResponse, Labels, LocalPolynomial, Ports, SpectralMethod, choose_method, estimate, estimate_from_spectra, robust_spectra,
+    unresolved,
 };
 use num_complex::Complex64;
 use rand::RngExt;
@@ -294,4 +295,25 @@ fn a_few_wrecked_segments_do_not_ruin_the_estimate_and_are_reported() {
     println!("squared error: clean {clean_error:.3e}, wrecked {naive_error:.3e}, robust {robust_error:.3e}");
     assert!(robust_error < 1.3_f64.powi(2) * clean_error, "{robust_error} against {clean_error}");
     assert!(naive_error > 3.0 * clean_error, "the knocks do harm: {naive_error}");
+}
+
+#[test]
+fn a_resonance_narrower_than_the_window_is_reported_with_its_bias() {
+    let (rate, peak_hz) = (500.0, 5.0);
+    let force = noise(21, 300_000);
+    for (damping, seen) in [(0.02, true), (0.5, false)] {
+        let system = Resonance::new(peak_hz, damping, rate);
+        let output = system.respond(&force);
+        let found = run(&[recording(rate, vec![("force", force.clone()), ("pos", output)])], &one_input(), SpectralMethod::Welch(Welch::new(4096)));
+        let reported = unresolved(&found.direct.response, 0.1, 1.0, 20.0);
+        assert_eq!(!reported.is_empty(), seen, "{reported:?}");
+        assert_eq!(found.warnings.iter().any(|w| w.code == "resolution"), seen);
+        if let Some(worst) = reported.first() {
+            // A first-order measure of a large bias: the sign, the place and the size within a factor of two.
+            let f = (worst.frequency_hz * 4096.0 / rate).round() as usize;
+            let exact = found.direct.response.value[[f, 0, 0]].norm() / system.at(worst.frequency_hz).norm() - 1.0;
+            assert!((worst.frequency_hz - peak_hz).abs() < 0.2 && worst.relative_bias < 0.0);
+            assert!((0.5..2.0).contains(&(worst.relative_bias / exact)), "{} for {exact}", worst.relative_bias);
+        }
+    }
 }
