@@ -90,7 +90,7 @@ async function zoomAndReadOut(page) {
 
     const entry = figure.locator('.legend button').first();
     if (await entry.count()) {
-      const visible = () => figure.locator('.view [data-s]:visible').count();
+      const visible = () => figure.locator('.view [data-s]').evaluateAll(all => all.filter(path => path.style.display !== 'none').length);
       const shown = await visible();
       await entry.click();
       assert.ok(await visible() < shown, `${title}: the legend hides a series`);

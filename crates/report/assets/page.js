@@ -93,6 +93,7 @@ class Panel {
     this.paths = [...svg.querySelectorAll('.view [data-s]')];
     this.overlay = element('g', { 'aria-hidden': 'true' }, svg);
     this.at = null;
+    this.free = meta.free; // places in a plane: read by distance, zoomed alone
   }
   get zoomed() { return this.now.x !== this.home.x || this.now.y !== this.home.y; }
   layout() {
@@ -128,7 +129,9 @@ class Panel {
     const { meta, frame } = this, { x, y } = this.shown;
     frame.replaceChildren();
     const text = (content, attributes) => { element('text', { class: 'tick', ...attributes }, frame).textContent = content; };
-    for (const [v, label] of ticks(meta.y[0], backward(meta.y[0], y[0]), backward(meta.y[0], y[1]), Math.round(h / 38))) {
+    const most = Math.max(1, Math.floor((left - 12) / 6.2)), short = name => [...name].length > most ? [...name].slice(0, most - 1).join('') + '…' : name;
+    const rows = meta.names.map((name, k) => [meta.names.length - k - 0.5, short(name)]).filter(([at]) => at >= y[0] && at <= y[1]);
+    for (const [v, label] of meta.names.length ? rows : ticks(meta.y[0], backward(meta.y[0], y[0]), backward(meta.y[0], y[1]), Math.round(h / 38))) {
       const at = top + (y[1] - forward(meta.y[0], v)) / (y[1] - y[0]) * h;
       element('path', { class: 'grid', d: `M${left} ${at}H${left + w}` }, frame);
       text(label, { x: left - 6, y: at + 4, 'text-anchor': 'end' });
@@ -158,14 +161,18 @@ class Panel {
   }
   // What lies nearest to a place (in drawn coordinates): one entry a label.
   read(px, py) {
-    const entries = new Map(), { meta } = this, reach = meta.equal ? Infinity : 0.04 * (this.w / this.map.kx) + 1;
+    const entries = new Map(), { meta } = this, reach = this.free ? Infinity : 0.04 * (this.w / this.map.kx) + 1;
     for (const path of this.paths) {
       if (path.style.display === 'none') continue;
       const [label, kind, color] = meta.series[path.dataset.s];
-      if (kind === 'area') continue;
+      if (kind === 'area') { // a part of a bar: the one under the pointer, by its length
+        const xs = this.points(path).map(p => p[0]), low = Math.min(...xs), high = Math.max(...xs);
+        if (meta.names.length && px >= low && px <= high) entries.set(label, { label, color, part: [low, high], point: [(low + high) / 2, py], distance: 0 });
+        continue;
+      }
       let best = null, distance = reach;
       for (const p of this.points(path)) {
-        const away = meta.equal ? Math.hypot(p[0] - px, p[1] - py) : Math.abs(p[0] - px);
+        const away = this.free ? Math.hypot((p[0] - px) * this.map.kx, (p[1] - py) * this.map.ky) : Math.abs(p[0] - px);
         if (away < distance) { distance = away; best = p; }
       }
       if (!best) continue;
@@ -177,10 +184,17 @@ class Panel {
   }
   words(entry) {
     const { meta } = this, size = Math.abs(backward(meta.y[0], this.home.y[1]) - backward(meta.y[0], this.home.y[0]));
+    if (entry.part) return number(this.valueX(entry.part[1]) - this.valueX(entry.part[0]), 'linear', 100) + ' ' + meta.x[4];
+    if (meta.names.length) return this.title(entry.point[0]);
     const y = py => number(this.valueY(py), meta.y[0], size);
     const value = entry.point ? y(entry.point[1]) : '';
     const unit = meta.y[4] === '°' ? '°' : '';
     return value + (value ? unit : '') + (entry.band ? ` [${y(entry.band[2])}, ${y(entry.band[1])}]` : '');
+  }
+  heading(px, shown) {
+    const { meta } = this;
+    if (!meta.names.length) return `${meta.x[3] ? meta.x[3] + ' ' : ''}${this.title(px)}`;
+    return shown.length && shown[0].part ? meta.x[3] : shown.length ? meta.names[clamp(Math.floor(meta.names.length - this.valueY(shown[0].point[1])), 0, meta.names.length - 1)] : '';
   }
   title(px) {
     const { meta } = this, size = Math.abs(backward(meta.x[0], this.home.x[1]) - backward(meta.x[0], this.home.x[0]));
@@ -192,9 +206,9 @@ class Panel {
     const { kx, ox, ky, oy } = this.map, [left, top] = this.meta.margin, entries = this.read(this.at.x, this.at.y);
     const x = this.at.x * kx + ox;
     if (x < -1 || x > this.w + 1) return [];
-    if (!this.meta.equal) element('path', { class: 'cursor', d: `M${left + x} ${top}V${top + this.h}` }, this.overlay);
-    const nearest = this.meta.equal ? entries.filter(e => e.point).sort((a, b) => a.distance - b.distance).slice(0, 1) : entries;
-    for (const entry of nearest) if (entry.point) {
+    if (!this.free) element('path', { class: 'cursor', d: `M${left + x} ${top}V${top + this.h}` }, this.overlay);
+    const nearest = this.free ? entries.filter(e => e.point).sort((a, b) => a.distance - b.distance).slice(0, 1) : entries;
+    for (const entry of nearest) if (entry.point && !entry.part) {
       const cy = entry.point[1] * ky + oy;
       if (cy >= -1 && cy <= this.h + 1) element('circle', { class: 'dot c-' + entry.color, cx: left + entry.point[0] * kx + ox, cy: top + cy, r: 3.5 }, this.overlay);
     }
@@ -217,8 +231,8 @@ class Figure {
     for (const button of root.querySelectorAll('[data-zoom]')) button.addEventListener('click', () => this.zoom(button.dataset.zoom));
   }
   linked(panel) {
-    if (panel.meta.equal) return [panel];
-    return this.panels.filter(p => !p.meta.equal && p.meta.link === panel.meta.link && p.meta.x[0] === panel.meta.x[0]);
+    if (panel.free) return [panel];
+    return this.panels.filter(p => !p.free && p.meta.link === panel.meta.link && p.meta.x[0] === panel.meta.x[0]);
   }
   toggle(button) {
     const on = button.getAttribute('aria-pressed') !== 'true';
@@ -263,8 +277,8 @@ class Figure {
       const entries = p.drawCursor();
       if (p === panel) shown = entries;
     }
-    const x = panel.meta.equal && shown[0] ? shown[0].point[0] : at.x;
-    const heading = `${panel.meta.x[3] ? panel.meta.x[3] + ' ' : ''}${panel.title(x)}`;
+    const x = panel.free && shown[0] ? shown[0].point[0] : at.x;
+    const heading = panel.heading(x, shown);
     if (!pointer) this.live.textContent = [heading, ...shown.map(e => `${e.label}: ${panel.words(e)} ${panel.meta.y[4]}`)].join('; ');
     if (!shown.length) { tip.hidden = true; return; }
     tip.replaceChildren();
@@ -298,7 +312,7 @@ class Figure {
       return { px: clamp(event.clientX - r.left - left, 0, panel.w), py: clamp(event.clientY - r.top - top, 0, panel.h) };
     };
     const drawn = ({ px, py }) => ({ x: (px - panel.map.ox) / panel.map.kx, y: (py - panel.map.oy) / panel.map.ky });
-    const tall = (a, b) => panel.meta.equal || Math.abs(a.py - b.py) > 28;
+    const tall = (a, b) => panel.free || Math.abs(a.py - b.py) > 28;
     svg.addEventListener('pointerdown', event => {
       if (event.pointerType === 'touch') return this.place(panel, drawn(where(event)), event);
       if (event.button) return;
@@ -353,7 +367,7 @@ class Figure {
     if (!points.length) return;
     let k = 0;
     if (panel.at) {
-      const away = p => panel.meta.equal ? Math.hypot(p[0] - panel.at.x, p[1] - panel.at.y) : Math.abs(p[0] - panel.at.x);
+      const away = p => panel.free ? Math.hypot(p[0] - panel.at.x, p[1] - panel.at.y) : Math.abs(p[0] - panel.at.x);
       for (let j = 1; j < points.length; j++) if (away(points[j]) < away(points[k])) k = j;
       k = clamp(k + by, 0, points.length - 1);
     } else if (by < 0) k = points.length - 1;

@@ -2,8 +2,10 @@
 
 mod bode;
 mod coherence;
+mod diagnosis;
 mod ellipse;
 mod error;
+mod forest;
 mod frequency;
 mod nyquist;
 mod residual;
@@ -12,8 +14,10 @@ mod traces;
 
 pub use bode::{Curve, CurveStyle, ResponseCurves, bode};
 pub use coherence::{Coherences, coherence, input_coherence};
+pub use diagnosis::{Considered, HeldOut, MOST_DOTS, StatePicture, Stretches, against_state, before_after, considered, discrepancy, shares};
 pub use ellipse::{Ellipse, axes as ellipse_axes, ellipse};
 pub use error::FigureError;
+pub use forest::{Estimate, Forest, ForestGroup, forest};
 pub use nyquist::nyquist;
 pub use residual::{Residual, residual};
 pub use spectra::{Spectrum, spectra};

@@ -6,8 +6,13 @@ use crate::plot::{Cell, Figure, draw_panel, escape, legend_entries, swatch};
 pub(super) fn figure_html(figure: &Figure, id: &str) -> String {
     let cell_width = figure.cell_width();
     let cells: String = figure.cells.iter().map(|cell| cell_html(figure, cell, cell_width)).collect();
-    let beside = figure.table.as_ref().map(|table| format!("<div class=\"beside\">{}</div>\n", table.to_html())).unwrap_or_default();
-    let numbers: String = if figure.table.is_some() { String::new() } else { data_tables(figure).iter().map(crate::Table::to_html).collect() };
+    let square = figure.cells.iter().flat_map(|cell| &cell.panels).any(|panel| panel.equal_aspect);
+    let own = figure.table.as_ref().map(crate::Table::to_html);
+    let (beside, numbers) = match own {
+        Some(table) if square && figure.columns == 1 => (format!("<div class=\"beside\">{table}</div>\n"), String::new()),
+        Some(table) => (String::new(), table),
+        None => (String::new(), data_tables(figure).iter().map(crate::Table::to_html).collect()),
+    };
     let numbers =
         if numbers.is_empty() { numbers } else { format!("<details><summary>Numbers behind “{}”</summary>\n{numbers}</details>\n", escape(&figure.title)) };
     let caption = if figure.caption.is_empty() { String::new() } else { format!("<p>{}</p>", escape(&figure.caption)) };
@@ -18,9 +23,9 @@ pub(super) fn figure_html(figure: &Figure, id: &str) -> String {
          <button type=\"button\" data-zoom=\"out\" aria-label=\"Zoom out\">−</button><button type=\"button\" data-zoom=\"reset\" disabled>Reset</button></div></div>\n\
          <div class=\"cells\">\n{cells}{beside}</div>\n<p class=\"live\" aria-live=\"polite\"></p>\n{numbers}</figure>\n",
         columns = figure.columns.max(1),
-        class = match (&figure.table, figure.columns) {
-            (Some(_), 1) => "few two",
-            (_, columns) if columns > 3 => "many",
+        class = match (beside.is_empty(), figure.columns) {
+            (false, _) => "few two",
+            (true, columns) if columns > 3 => "many",
             _ => "few",
         },
         title = escape(&figure.title),

@@ -45,12 +45,14 @@ pub struct Axis {
     pub scale: Scale,
     /// From and to; `None` takes what the series need.
     pub range: Option<(f64, f64)>,
+    /// Names in place of numbers, from top to bottom; see [`Axis::names`].
+    pub names: Vec<String>,
 }
 
 impl Axis {
     /// An even axis.
     pub fn linear(label: impl Into<String>, unit: impl Into<String>) -> Self {
-        Self { label: label.into(), unit: unit.into(), scale: Scale::Linear, range: None }
+        Self { label: label.into(), unit: unit.into(), scale: Scale::Linear, range: None, names: Vec::new() }
     }
 
     /// A logarithmic axis.
@@ -61,6 +63,16 @@ impl Axis {
     /// An axis of degrees.
     pub fn degrees(label: impl Into<String>) -> Self {
         Self { scale: Scale::Degrees, ..Self::linear(label, "°") }
+    }
+
+    /// An ordinate of names, one a row; row k of n (from the top) lies around [`Axis::row`]`(k)`.
+    pub fn names(names: Vec<String>) -> Self {
+        Self { range: Some((0.0, names.len().max(1) as f64)), names, ..Self::linear("", "") }
+    }
+
+    /// The ordinate of the k-th name.
+    pub fn row(&self, k: usize) -> f64 {
+        self.names.len() as f64 - k as f64 - 0.5
     }
 
     /// With a fixed range. A range that is empty, or not positive on a logarithmic axis, is ignored when drawing.

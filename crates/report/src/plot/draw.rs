@@ -7,25 +7,26 @@
 use serde_json::json;
 
 use super::axis::Scale;
-use super::decimate::{envelope, min_max};
 use super::figure::{Panel, RULE_COLOR};
 use super::palette::standalone_classes;
-use super::series::{Mark, Series};
+use super::placement::{Placement, equal, ranges};
+use super::shapes::draw_series;
 use super::svg::{escape, px};
 use super::ticks::{Tick, ticks};
 
 const LEFT: f64 = 50.0;
+/// Names beside a panel take no more than this.
+const WIDEST_LEFT: f64 = 190.0;
 const RIGHT: f64 = 12.0;
 const TOP: f64 = 20.0;
+/// Without a name of the ordinate.
+const TOP_BARE: f64 = 6.0;
 const BOTTOM_LABELLED: f64 = 38.0;
 const BOTTOM_BARE: f64 = 8.0;
 /// Ticks about this many pixels apart, sideways and upwards.
 const TICK_SPACING: (f64, f64) = (70.0, 38.0);
 /// Width of a letter of a tick's label, about.
 const LETTER: f64 = 6.2;
-/// Coordinates further out than this are cut, which no eye can tell.
-const FAR: f64 = 4000.0;
-
 /// The styles that both a file and the page need.
 pub(crate) const PLOT_CSS: &str = include_str!("../../assets/plot.css");
 
@@ -49,116 +50,58 @@ pub(crate) struct PanelFrame {
     pub meta: String,
 }
 
-/// Where numbers go in a panel, relative to its plot area.
-struct Placement<'a> {
-    panel: &'a Panel,
-    x: (f64, f64),
-    y: (f64, f64),
-    width: f64,
-    height: f64,
-}
-
-impl Placement<'_> {
-    fn x(&self, value: f64) -> f64 {
-        let scale = self.panel.x.scale;
-        let (low, high) = (scale.forward(self.x.0), scale.forward(self.x.1));
-        ((scale.forward(value) - low) / (high - low) * self.width).clamp(-FAR, self.width + FAR)
-    }
-
-    fn y(&self, value: f64) -> f64 {
-        let scale = self.panel.y.scale;
-        let (low, high) = (scale.forward(self.y.0), scale.forward(self.y.1));
-        ((high - scale.forward(value)) / (high - low) * self.height).clamp(-FAR, self.height + FAR)
-    }
-}
-
 /// Draws a panel `width` pixels wide; `labelled` gives the abscissa its ticks' labels and its name.
 pub(crate) fn draw_panel(panel: &Panel, width: f64, labelled: bool) -> PanelFrame {
     let bottom = if labelled { BOTTOM_LABELLED } else { BOTTOM_BARE };
-    let plot_width = width - LEFT - RIGHT;
+    let left = left_margin(panel, width);
+    let worded = !panel.y.caption().is_empty() || panel.spans.iter().any(|span| !span.label.is_empty());
+    let top = if worded { TOP } else { TOP_BARE };
+    let plot_width = width - left - RIGHT;
     let plot_height = if panel.equal_aspect { plot_width } else { panel.height };
     let (x, y) = ranges(panel);
     let (x_shown, y_shown) = if panel.equal_aspect { equal(x, y, plot_width, plot_height) } else { (x, y) };
-    let at = Placement { panel, x: x_shown, y: y_shown, width: plot_width, height: plot_height };
+    let at = Placement { panel, x: x_shown, y: y_shown, width: plot_width, height: plot_height, left, top };
     let x_ticks = sideways_ticks(panel.x.scale, x_shown, plot_width);
-    let y_ticks = ticks(panel.y.scale, y_shown.0, y_shown.1, (plot_height / TICK_SPACING.1).round() as usize);
+    let y_ticks = if panel.y.names.is_empty() {
+        ticks(panel.y.scale, y_shown.0, y_shown.1, (plot_height / TICK_SPACING.1).round() as usize)
+    } else {
+        panel.y.names.iter().enumerate().map(|(k, name)| Tick { value: panel.y.row(k), label: shortened(name, left) }).collect()
+    };
     let mut body = frame(&at, &x_ticks, &y_ticks, labelled);
-    body += &format!("<svg class=\"data\" x=\"{}\" y=\"{}\" width=\"{}\" height=\"{}\"><g class=\"view\">", px(LEFT), px(TOP), px(plot_width), px(plot_height));
+    body += &format!("<svg class=\"data\" x=\"{}\" y=\"{}\" width=\"{}\" height=\"{}\"><g class=\"view\">", px(left), px(top), px(plot_width), px(plot_height));
     body += &annotations(&at);
     let bands_first = |is_band: bool| panel.series.iter().enumerate().filter(move |(_, series)| series.mark.is_filled() == is_band);
     for (index, series) in bands_first(true).chain(bands_first(false)) {
         body += &draw_series(&at, series, index);
     }
-    body += &format!("</g></svg><g class=\"words\" transform=\"translate({} {})\">{}</g>", px(LEFT), px(TOP), words(&at));
+    body += &format!("</g></svg><g class=\"words\" transform=\"translate({} {})\">{}</g>", px(left), px(top), words(&at));
     let series: Vec<_> = panel.series.iter().map(|series| json!([series.label, series.mark.word(), series.color.name()])).collect();
     let meta = json!({
         "x": [panel.x.scale.word(), x.0, x.1, panel.x.label, panel.x.unit],
         "y": [panel.y.scale.word(), y.0, y.1, panel.y.label, panel.y.unit],
         "shown": [x_shown.0, x_shown.1, y_shown.0, y_shown.1],
-        "margin": [LEFT, TOP, RIGHT, bottom], "plot": [plot_width, plot_height],
-        "equal": panel.equal_aspect, "labelled": labelled, "link": panel.link, "series": series,
+        "names": panel.y.names, "margin": [left, top, RIGHT, bottom], "plot": [plot_width, plot_height],
+        "equal": panel.equal_aspect, "free": panel.is_free(), "labelled": labelled, "link": panel.link, "series": series,
     });
-    PanelFrame { body, width, height: TOP + plot_height + bottom, meta: meta.to_string() }
-}
-
-/// The ranges of both axes. Bands widen the ordinate by at most 40 % beyond the lines: an interval without bounds
-/// should not hide what is known.
-fn ranges(panel: &Panel) -> ((f64, f64), (f64, f64)) {
-    let spans = panel.spans.iter().flat_map(|span| [span.from, span.to]);
-    let x = panel.x.resolve(panel.series.iter().flat_map(|series| series.mark.x().iter().copied()).chain(spans));
-    let x = if panel.equal_aspect { panel.x.widened(x, 0.06) } else { x };
-    let inside = |band: bool| {
-        panel.series.iter().filter(move |series| series.mark.is_filled() == band).flat_map(move |series| {
-            series
-                .mark
-                .columns()
-                .into_iter()
-                .flat_map(move |(_, values)| series.mark.x().iter().zip(values).filter(move |(at, _)| (x.0..=x.1).contains(*at)).map(|(_, value)| *value))
-        })
-    };
-    let scale = panel.y.scale;
-    let lines = panel.rules.iter().map(|rule| rule.y).chain(inside(false));
-    if inside(false).all(|value| !scale.forward(value).is_finite()) {
-        let y = panel.y.resolve(inside(true).chain(lines));
-        return (x, panel.y.widened(y, 0.05));
-    }
-    let core = panel.y.resolve(lines);
-    if panel.y.range.is_some() {
-        return (x, core);
-    }
-    let (low, high) = (scale.forward(core.0), scale.forward(core.1));
-    let room = 0.4 * (high - low);
-    let within = inside(true).filter(|value| (low - room..=high + room).contains(&scale.forward(*value)));
-    let y = panel.y.resolve([core.0, core.1].into_iter().chain(within));
-    (x, panel.y.widened(y, 0.05))
-}
-
-/// Widens one of two ranges so that a unit has the same length on both axes.
-fn equal(x: (f64, f64), y: (f64, f64), width: f64, height: f64) -> ((f64, f64), (f64, f64)) {
-    let per_pixel = ((x.1 - x.0) / width).max((y.1 - y.0) / height);
-    let around = |(from, to): (f64, f64), pixels: f64| {
-        let middle = 0.5 * (from + to);
-        (middle - 0.5 * pixels * per_pixel, middle + 0.5 * pixels * per_pixel)
-    };
-    (around(x, width), around(y, height))
+    PanelFrame { body, width, height: top + plot_height + bottom, meta: meta.to_string() }
 }
 
 fn frame(at: &Placement, x_ticks: &[Tick], y_ticks: &[Tick], labelled: bool) -> String {
-    let (right, foot) = (LEFT + at.width, TOP + at.height);
+    let (left, right, foot) = (at.left, at.left + at.width, at.top + at.height);
     let mut svg = format!("<text class=\"axis-label\" x=\"0\" y=\"11\">{}</text><g class=\"frame\">", escape(&at.panel.y.caption()));
     for tick in y_ticks {
-        let y = TOP + at.y(tick.value);
-        svg += &format!("<path class=\"grid\" d=\"M{} {}H{}\"/>", px(LEFT), px(y), px(right));
-        svg += &format!("<text class=\"tick\" x=\"{}\" y=\"{}\" text-anchor=\"end\">{}</text>", px(LEFT - 6.0), px(y + 4.0), escape(&tick.label));
+        let y = at.top + at.y(tick.value);
+        svg += &format!("<path class=\"grid\" d=\"M{} {}H{}\"/>", px(left), px(y), px(right));
+        svg += &format!("<text class=\"tick\" x=\"{}\" y=\"{}\" text-anchor=\"end\">{}</text>", px(left - 6.0), px(y + 4.0), escape(&tick.label));
     }
     for tick in x_ticks {
-        let x = LEFT + at.x(tick.value);
-        svg += &format!("<path class=\"grid\" d=\"M{} {}V{}\"/>", px(x), px(TOP), px(foot));
+        let x = left + at.x(tick.value);
+        svg += &format!("<path class=\"grid\" d=\"M{} {}V{}\"/>", px(x), px(at.top), px(foot));
         if labelled {
             svg += &format!("<text class=\"tick\" x=\"{}\" y=\"{}\" text-anchor=\"middle\">{}</text>", px(x), px(foot + 15.0), escape(&tick.label));
         }
     }
-    svg += &format!("<path class=\"base\" d=\"M{} {}H{}\"/></g>", px(LEFT), px(foot), px(right));
+    svg += &format!("<path class=\"base\" d=\"M{} {}H{}\"/></g>", px(left), px(foot), px(right));
     if labelled {
         svg += &format!(
             "<text class=\"axis-label x-label\" x=\"{}\" y=\"{}\" text-anchor=\"end\">{}</text>",
@@ -179,6 +122,18 @@ fn annotations(at: &Placement) -> String {
         svg += &format!("<path class=\"line rule c-{} dashed\" d=\"M0 {y}H{}\"/>", RULE_COLOR.name(), px(at.width), y = px(at.y(rule.y)));
     }
     svg
+}
+
+/// Room for the names of a panel's rows, at most half of it.
+fn left_margin(panel: &Panel, width: f64) -> f64 {
+    let longest = panel.y.names.iter().map(|name| name.chars().count()).max().unwrap_or(0);
+    (LETTER * longest as f64 + 14.0).clamp(LEFT, WIDEST_LEFT.min(0.5 * width).max(LEFT))
+}
+
+/// A name that fits into the left margin.
+fn shortened(name: &str, left: f64) -> String {
+    let most = ((left - 12.0) / LETTER).floor().max(1.0) as usize;
+    if name.chars().count() <= most { name.to_string() } else { name.chars().take(most.saturating_sub(1)).chain(['…']).collect() }
 }
 
 /// Ticks whose labels do not touch: fewer where the labels are long.
@@ -221,106 +176,10 @@ fn words(at: &Placement) -> String {
     svg
 }
 
-fn draw_series(at: &Placement, series: &Series, index: usize) -> String {
-    let x_range = at.x;
-    let near = |x: &[f64], k: usize| {
-        let inside = |k: usize| x.get(k).is_some_and(|value| (x_range.0..=x_range.1).contains(value));
-        inside(k) || inside(k + 1) || (k > 0 && inside(k - 1))
-    };
-    let color = series.color.name();
-    let dash = series.dash.class();
-    let (class, path) = match &series.mark {
-        Mark::Line { x, y } => {
-            let ascending = x.windows(2).all(|pair| pair[0] <= pair[1]);
-            let runs = runs(x.iter().zip(y).enumerate().map(|(k, (&x_k, &y_k))| {
-                let point = (at.x(x_k), at.y(y_k));
-                ((!ascending || near(x, k)) && point.0.is_finite() && point.1.is_finite()).then_some(point)
-            }));
-            let runs = if at.panel.y.scale == Scale::Degrees { split_at_turns(runs, at) } else { runs };
-            ("line", runs.iter().map(|run| polyline(&if ascending { min_max(run, 1.0) } else { run.clone() })).collect())
-        }
-        Mark::Steps { edges, y } => {
-            let corners = edges.windows(2).zip(y).flat_map(|(pair, &y_k)| [(pair[0], y_k), (pair[1], y_k)]);
-            let runs = runs(corners.map(|(x_k, y_k)| {
-                let point = (at.x(x_k), at.y(y_k));
-                (point.0.is_finite() && point.1.is_finite()).then_some(point)
-            }));
-            ("line", runs.iter().map(|run| polyline(&min_max(run, 1.0))).collect())
-        }
-        Mark::Points { x, y } => {
-            let dots = x.iter().zip(y).map(|(&x_k, &y_k)| (at.x(x_k), at.y(y_k))).filter(|point| point.0.is_finite() && point.1.is_finite());
-            ("points", dots.map(|(x, y)| format!("M{} {}h0", px(x), px(y))).collect())
-        }
-        Mark::Area { x, y } => {
-            let rings = runs(x.iter().zip(y).map(|(&x_k, &y_k)| {
-                let point = (at.x(x_k), at.y(y_k));
-                (point.0.is_finite() && point.1.is_finite()).then_some(point)
-            }));
-            ("band", rings.iter().map(|ring| polyline(ring) + "Z").collect::<String>())
-        }
-        Mark::Band { x, low, high } => {
-            let runs = runs(x.iter().zip(low).zip(high).enumerate().map(|(k, ((&x_k, &low_k), &high_k))| {
-                // A lower end that is not positive lies below any logarithmic axis.
-                let foot = if at.panel.y.scale == Scale::Log && low_k <= 0.0 { at.height + FAR } else { at.y(low_k) };
-                let point = (at.x(x_k), at.y(high_k), foot);
-                (near(x, k) && point.0.is_finite() && point.1.is_finite() && point.2.is_finite()).then_some(point)
-            }));
-            ("band", runs.iter().map(|run| area(&envelope(run, 1.0))).collect::<String>())
-        }
-    };
-    if path.is_empty() {
-        return String::new();
-    }
-    let dash = if class == "line" { dash } else { "" };
-    let dense = if class == "line" && series.mark.x().len() as f64 > 2.0 * at.width { " dense" } else { "" };
-    format!("<path class=\"{class}{dense} c-{color}{dash}\" data-s=\"{index}\" d=\"{path}\"/>")
-}
-
-/// An angle that leaves its turn comes back on the other side: no line joins the two.
-fn split_at_turns(runs: Vec<Vec<(f64, f64)>>, at: &Placement) -> Vec<Vec<(f64, f64)>> {
-    let half_turn = 180.0 / (at.y.1 - at.y.0) * at.height;
-    runs.iter().flat_map(|run| run.chunk_by(|a, b| (a.1 - b.1).abs() <= half_turn)).map(<[_]>::to_vec).collect()
-}
-
-/// Stretches without gaps.
-fn runs<T: Copy>(points: impl Iterator<Item = Option<T>>) -> Vec<Vec<T>> {
-    let mut all = Vec::new();
-    let mut run = Vec::new();
-    for point in points {
-        match point {
-            Some(point) => run.push(point),
-            None if run.is_empty() => {}
-            None => all.push(std::mem::take(&mut run)),
-        }
-    }
-    if !run.is_empty() {
-        all.push(run);
-    }
-    all
-}
-
-fn polyline(points: &[(f64, f64)]) -> String {
-    match points {
-        [] => String::new(),
-        [(x, y)] => format!("M{} {}h0", px(*x), px(*y)),
-        [(x, y), rest @ ..] => {
-            let rest: Vec<_> = rest.iter().map(|(x, y)| format!("{} {}", px(*x), px(*y))).collect();
-            format!("M{} {}L{}", px(*x), px(*y), rest.join(" "))
-        }
-    }
-}
-
-fn area(points: &[(f64, f64, f64)]) -> String {
-    let upper = points.iter().map(|&(x, high, _)| (x, high));
-    let lower = points.iter().rev().map(|&(x, _, low)| (x, low));
-    let outline: Vec<_> = upper.chain(lower).collect();
-    if points.len() < 2 { String::new() } else { polyline(&outline) + "Z" }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::plot::{Axis, Color};
+    use crate::plot::{Axis, Color, Series};
 
     fn panel(y: Vec<f64>) -> Panel {
         let x: Vec<f64> = (0..y.len()).map(|k| k as f64).collect();
@@ -348,21 +207,5 @@ mod tests {
     fn a_long_trace_is_cut_to_what_pixels_show() {
         let frame = draw_panel(&panel((0..100_000).map(|k| (k as f64 * 0.37).sin().abs()).collect()), 462.0, true);
         assert!(frame.body.len() < 20_000, "{}", frame.body.len());
-    }
-
-    #[test]
-    fn an_unbounded_interval_does_not_hide_the_curve() {
-        let x = vec![1.0, 2.0, 3.0];
-        let panel = Panel::new(Axis::linear("", ""), Axis::linear("", ""))
-            .with(Series::line("a", x.clone(), vec![1.0, 2.0, 1.5], Color::Blue))
-            .with(Series::band("a", x, vec![0.9, -1e9, 1.4], vec![1.1, 1e9, 1.6], Color::Blue));
-        let (_, y) = ranges(&panel);
-        assert!(y.0 > 0.8 && y.1 < 2.1, "{y:?}");
-    }
-
-    #[test]
-    fn equal_axes_have_equal_units() {
-        let (x, y) = equal((0.0, 1.0), (0.0, 4.0), 200.0, 100.0);
-        assert_eq!((x, y), ((-3.5, 4.5), (0.0, 4.0)));
     }
 }

@@ -75,6 +75,11 @@ impl Panel {
         Self { x, y, series: Vec::new(), rules: Vec::new(), spans: Vec::new(), pins: Vec::new(), height: 200.0, equal_aspect: false, link: 0 }
     }
 
+    /// Not curves over a shared abscissa, but places in a plane: read by distance, zoomed alone.
+    pub(crate) fn is_free(&self) -> bool {
+        self.equal_aspect || !self.y.names.is_empty() || self.series.iter().any(|series| !series.mark.is_filled() && !series.mark.ascends())
+    }
+
     /// With a series more.
     pub fn with(mut self, series: Series) -> Self {
         self.series.push(series);
@@ -116,7 +121,7 @@ pub struct Figure {
     pub columns: usize,
     /// Row by row.
     pub cells: Vec<Cell>,
-    /// What stands beside the picture and says it in numbers; `None` folds the series' numbers away below it.
+    /// What says the picture in numbers, folded below it (an ellipse has it beside); `None` takes the series' numbers.
     pub table: Option<Table>,
 }
 

@@ -7,7 +7,9 @@ mod draw;
 mod figure;
 mod legend;
 mod palette;
+mod placement;
 mod series;
+mod shapes;
 mod svg;
 mod ticks;
 

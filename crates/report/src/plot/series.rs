@@ -71,6 +71,11 @@ impl Mark {
         matches!(self, Mark::Band { .. } | Mark::Area { .. })
     }
 
+    /// Whether its abscissae never fall back, as those of a function.
+    pub(crate) fn ascends(&self) -> bool {
+        self.x().windows(2).all(|pair| pair[0] <= pair[1])
+    }
+
     /// The columns of ordinates: one, or lower and upper end.
     pub(crate) fn columns(&self) -> Vec<(&'static str, &[f64])> {
         match self {

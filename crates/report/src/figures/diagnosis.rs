@@ -1,0 +1,271 @@
+//! What a simulation gets wrong, and what a named cause changes.
+
+use std::sync::Arc;
+
+use super::error::{FigureError, expect_shape};
+use super::forest::{Estimate, Forest, ForestGroup, forest};
+use crate::number::significant;
+use crate::plot::{Axis, Color, Dash, Figure, Panel, Pin, Scale, Series};
+use crate::table::{Align, Table};
+
+/// Shares that sum to one, as one bar: linear, nonlinear, time-varying, noise.
+///
+/// # Errors
+/// [`FigureError::Empty`] without a share.
+pub fn shares(name: &str, title: &str, parts: &[(String, f64)]) -> Result<Figure, FigureError> {
+    if parts.is_empty() {
+        return Err(FigureError::Empty { what: "the list of shares" });
+    }
+    let mut panel = Panel::new(Axis::linear("Share of the error's power", "%").range(0.0, 100.0), Axis::names(vec![String::new()])).height(34.0);
+    let mut table = Table::new(title, &[("Part", Align::Left), ("Share [%]", Align::Right)]);
+    let mut from = 0.0;
+    for (k, (label, share)) in parts.iter().enumerate() {
+        let width = if share.is_finite() { 100.0 * share.max(0.0) } else { 0.0 };
+        let to = from + width;
+        panel.series.push(Series::area(label.as_str(), vec![from, to, to, from], vec![0.12, 0.12, 0.88, 0.88], Color::nth(k)));
+        if width >= 6.0 {
+            panel.pins.push(Pin { x: from, y: 0.2, label: format!("{} %", significant(width.round(), 2)) });
+        }
+        table = table.row([label.clone(), significant(100.0 * share, 2)]);
+        from = to;
+    }
+    let mut figure = Figure::new(name, title).panel("", panel);
+    figure.table = Some(table);
+    Ok(figure)
+}
+
+/// A quantity in stretches of frequency or time: one line an output.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Stretches {
+    /// Name and unit of what is cut into stretches, e.g. ("Frequency", "Hz").
+    pub over: (String, String),
+    /// Even or logarithmic.
+    pub scale: Scale,
+    /// Borders; one more than there are stretches.
+    pub edges: Vec<f64>,
+    /// Name and unit of what is shown, e.g. ("Error", "% of the output").
+    pub quantity: (String, String),
+    /// Label and one value a stretch.
+    pub lines: Vec<(String, Vec<f64>)>,
+    /// What noise alone would give, one value a stretch.
+    pub floor: Option<Vec<f64>>,
+}
+
+/// The discrepancy by frequency band or by time, over the noise floor.
+///
+/// # Errors
+/// [`FigureError::Shape`] where a line does not have one value a stretch.
+pub fn discrepancy(name: &str, title: &str, data: &Stretches) -> Result<Figure, FigureError> {
+    let count = data.edges.len().saturating_sub(1);
+    let edges: Arc<[f64]> = data.edges.clone().into();
+    let x = Axis { scale: data.scale, ..Axis::linear(data.over.0.as_str(), data.over.1.as_str()) };
+    let mut panel = Panel::new(x, Axis::linear(data.quantity.0.as_str(), data.quantity.1.as_str())).height(150.0);
+    let highest = data.lines.iter().map(|(_, values)| values).chain(&data.floor).flatten().copied().filter(|value| value.is_finite()).fold(0.0, f64::max);
+    if highest > 0.0 {
+        panel.y = panel.y.range(0.0, 1.06 * highest);
+    }
+    if let Some(floor) = &data.floor {
+        expect_shape("the noise floor", "stretches", &[count], &[floor.len()])?;
+        panel.series.push(Series::steps("noise floor", edges.clone(), floor.clone(), Color::Grey).dash(Dash::Dashed));
+    }
+    for (k, (label, values)) in data.lines.iter().enumerate() {
+        expect_shape(format!("the line \"{label}\""), "stretches", &[count], &[values.len()])?;
+        panel.series.push(Series::steps(label.as_str(), edges.clone(), values.clone(), Color::nth(k)));
+    }
+    Ok(Figure::new(name, title).panel("", panel))
+}
+
+/// The held-out error of one output.
+#[derive(Debug, Clone, PartialEq)]
+pub struct HeldOut {
+    /// Its name.
+    pub output: String,
+    /// Of the baseline.
+    pub before: f64,
+    /// Of the extended model.
+    pub after: f64,
+    /// What noise alone leaves.
+    pub floor: f64,
+}
+
+/// Held-out error of each output before and after the extension, with the noise floor.
+///
+/// # Errors
+/// [`FigureError::Empty`] without an output.
+pub fn before_after(name: &str, title: &str, outputs: &[HeldOut]) -> Result<Figure, FigureError> {
+    let bare = |value: fn(&HeldOut) -> f64| outputs.iter().map(|output| Estimate { value: 100.0 * value(output), ci95: (f64::NAN, f64::NAN) }).collect();
+    let data = Forest {
+        quantity: "Error on held-out data (NRMSE)".into(),
+        unit: "%".into(),
+        scale: Scale::Linear,
+        rows: outputs.iter().map(|output| output.output.clone()).collect(),
+        groups: vec![
+            ForestGroup { label: "before".into(), color: Color::Vermillion, estimates: bare(|output| output.before) },
+            ForestGroup { label: "after".into(), color: Color::Blue, estimates: bare(|output| output.after) },
+            ForestGroup { label: "noise floor".into(), color: Color::Grey, estimates: bare(|output| output.floor) },
+        ],
+        reference: None,
+    };
+    let mut figure = forest(name, title, &data)?;
+    let highest = outputs.iter().flat_map(|output| [output.before, output.after]).filter(|value| value.is_finite()).fold(0.0, f64::max);
+    for panel in figure.cells.iter_mut().flat_map(|cell| &mut cell.panels).filter(|_| highest > 0.0) {
+        panel.x = panel.x.clone().range(0.0, 106.0 * highest);
+        let (mut across, mut along) = (Vec::new(), Vec::new());
+        for (row, output) in outputs.iter().enumerate() {
+            across.extend([100.0 * output.before, 100.0 * output.after, f64::NAN]);
+            along.extend([panel.y.row(row), panel.y.row(row), f64::NAN]);
+        }
+        panel.series.insert(0, Series::line("", across, along, Color::Grey));
+    }
+    Ok(figure)
+}
+
+/// A cause that was tried.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Considered {
+    /// Effect and site, e.g. "hysteresis, limb, x".
+    pub cause: String,
+    /// Share of the explainable error that it removes, with its interval.
+    pub explained: Estimate,
+    /// Adjusted p-value.
+    pub p_value: f64,
+    /// Whether it was named.
+    pub named: bool,
+    /// Why it was not.
+    pub why_not: String,
+}
+
+/// The named causes beside their look-alikes: how much each explains.
+///
+/// # Errors
+/// [`FigureError::Empty`] without a cause.
+pub fn considered(name: &str, title: &str, causes: &[Considered]) -> Result<Figure, FigureError> {
+    const NONE: Estimate = Estimate { value: f64::NAN, ci95: (f64::NAN, f64::NAN) };
+    let percent = |estimate: Estimate| Estimate { value: 100.0 * estimate.value, ci95: (100.0 * estimate.ci95.0, 100.0 * estimate.ci95.1) };
+    let pick = |named: bool| causes.iter().map(|cause| if cause.named == named { percent(cause.explained) } else { NONE }).collect();
+    let data = Forest {
+        quantity: "Share of the explainable error".into(),
+        unit: "%".into(),
+        scale: Scale::Linear,
+        rows: causes.iter().map(|cause| cause.cause.clone()).collect(),
+        groups: vec![
+            ForestGroup { label: "named".into(), color: Color::Blue, estimates: pick(true) },
+            ForestGroup { label: "considered".into(), color: Color::Grey, estimates: pick(false) },
+        ],
+        reference: Some((0.0, "nothing explained".into())),
+    };
+    let mut figure = forest(name, title, &data)?;
+    let columns = [("Cause", Align::Left), ("Explained [%]", Align::Right), ("p", Align::Right), ("", Align::Left)];
+    let mut table = Table::new(title, &columns);
+    for cause in causes {
+        let judgement = if cause.named { "named" } else { cause.why_not.as_str() };
+        table = table.row([cause.cause.as_str(), &significant(100.0 * cause.explained.value, 3), &significant(cause.p_value, 2), judgement]);
+    }
+    figure.table = Some(table);
+    Ok(figure)
+}
+
+/// Something over a state of the limb, as measured and as the extended model says.
+#[derive(Debug, Clone, PartialEq)]
+pub struct StatePicture {
+    /// Name and unit of the state, e.g. ("Position x", "m").
+    pub state: (String, String),
+    /// Name and unit of what is shown, e.g. ("Missing force", "N").
+    pub quantity: (String, String),
+    /// Samples: state and what the baseline misses there.
+    pub missed: (Vec<f64>, Vec<f64>),
+    /// The same from the extension.
+    pub explained: Option<(Vec<f64>, Vec<f64>)>,
+}
+
+/// What the baseline misses against a state: friction is a step over velocity, hysteresis a loop over position,
+/// a cubic spring an S. At most `MOST_DOTS` dots are drawn, evenly taken; the explanation is a line in the samples' order.
+///
+/// # Errors
+/// [`FigureError::Shape`] where states and values differ in number.
+pub fn against_state(name: &str, title: &str, pictures: &[StatePicture]) -> Result<Figure, FigureError> {
+    let mut figure = Figure::new(name, title).columns(pictures.len().clamp(1, 3));
+    for (link, picture) in pictures.iter().enumerate() {
+        let axis = |(label, unit): &(String, String)| Axis::linear(label.as_str(), unit.as_str());
+        let mut panel = Panel::new(axis(&picture.state), axis(&picture.quantity));
+        panel.link = link;
+        let (x, y) = &picture.missed;
+        expect_shape("the missed values", "samples", &[x.len()], &[y.len()])?;
+        let stride = x.len().div_ceil(MOST_DOTS).max(1);
+        let thin = |values: &[f64]| values.iter().copied().step_by(stride).collect::<Vec<_>>();
+        panel.series.push(Series::points("missed by the baseline", thin(x), thin(y), Color::Sky));
+        if let Some((x, y)) = &picture.explained {
+            expect_shape("the explained values", "samples", &[x.len()], &[y.len()])?;
+            panel.series.push(Series::line("explained by the cause", x.clone(), y.clone(), Color::Vermillion));
+        }
+        figure = figure.panel("", panel);
+    }
+    Ok(figure)
+}
+
+/// Dots of a cloud: more hide each other and weigh on the page.
+pub const MOST_DOTS: usize = 1500;
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::plot::Mark;
+
+    #[test]
+    fn shares_fill_the_bar() {
+        let figure = shares("s", "Where the error lives", &[("linear".into(), 0.62), ("noise".into(), 0.38)]).unwrap();
+        let ends: Vec<f64> = figure.cells[0].panels[0].series.iter().map(|series| series.mark.x()[1]).collect();
+        assert_eq!(ends, [62.0, 100.0]);
+        assert_eq!(figure.table.unwrap().rows[0], ["linear", "62"]);
+    }
+
+    #[test]
+    fn a_stretch_more_than_there_are_is_refused() {
+        let mut data = Stretches {
+            over: ("Frequency".into(), "Hz".into()),
+            scale: Scale::Log,
+            edges: vec![0.5, 1.0, 2.0],
+            quantity: ("Error".into(), "%".into()),
+            lines: vec![("x".into(), vec![10.0, 5.0])],
+            floor: Some(vec![1.0, 1.0]),
+        };
+        assert_eq!(discrepancy("d", "", &data).unwrap().cells[0].panels[0].series.len(), 2);
+        data.lines[0].1.push(1.0);
+        assert!(discrepancy("d", "", &data).is_err());
+    }
+
+    #[test]
+    fn named_and_considered_causes_are_told_apart() {
+        let cause = |name: &str, share: f64, named: bool| Considered {
+            cause: name.into(),
+            explained: Estimate { value: share, ci95: (share - 0.05, share + 0.05) },
+            p_value: 1e-6,
+            named,
+            why_not: "explains less than hysteresis".into(),
+        };
+        let figure = considered("c", "Causes", &[cause("hysteresis", 0.83, true), cause("friction", 0.61, false)]).unwrap();
+        assert_eq!(figure.table.as_ref().unwrap().rows[1][3], "explains less than hysteresis");
+        assert_eq!(figure.table.as_ref().unwrap().rows[0][1], "83.0");
+    }
+
+    #[test]
+    fn a_cloud_is_thinned_and_a_loop_is_not() {
+        let many: Vec<f64> = (0..50_000).map(f64::from).collect();
+        let picture = StatePicture {
+            state: ("Velocity".into(), "m/s".into()),
+            quantity: ("Missing force".into(), "N".into()),
+            missed: (many.clone(), many.clone()),
+            explained: Some((vec![0.0, 1.0, 0.0], vec![0.0, 1.0, 2.0])),
+        };
+        let figure = against_state("a", "", &[picture]).unwrap();
+        let panel = &figure.cells[0].panels[0];
+        assert!(matches!(&panel.series[0].mark, Mark::Points { y, .. } if y.len() <= MOST_DOTS && y.len() > MOST_DOTS / 2));
+    }
+
+    #[test]
+    fn before_and_after_start_at_zero() {
+        let output = HeldOut { output: "pos_x".into(), before: 0.31, after: 0.12, floor: 0.1 };
+        let figure = before_after("b", "Gain", &[output]).unwrap();
+        assert_eq!(figure.cells[0].panels[0].x.range, Some((0.0, 106.0 * 0.31)));
+    }
+}

@@ -1,0 +1,104 @@
+//! A series as a path.
+
+use super::axis::Scale;
+use super::decimate::{envelope, min_max};
+use super::placement::{FAR, Placement};
+use super::series::{Mark, Series};
+use super::svg::px;
+
+/// A series as SVG, in the coordinates of the plot area. `index` is its number in the panel.
+pub(super) fn draw_series(at: &Placement, series: &Series, index: usize) -> String {
+    let x_range = at.x;
+    let near = |x: &[f64], k: usize| {
+        let inside = |k: usize| x.get(k).is_some_and(|value| (x_range.0..=x_range.1).contains(value));
+        inside(k) || inside(k + 1) || (k > 0 && inside(k - 1))
+    };
+    let color = series.color.name();
+    let dash = series.dash.class();
+    let (class, path) = match &series.mark {
+        Mark::Line { x, y } => {
+            let ascending = series.mark.ascends();
+            let runs = runs(x.iter().zip(y).enumerate().map(|(k, (&x_k, &y_k))| {
+                let point = (at.x(x_k), at.y(y_k));
+                ((!ascending || near(x, k)) && point.0.is_finite() && point.1.is_finite()).then_some(point)
+            }));
+            let runs = if at.panel.y.scale == Scale::Degrees { split_at_turns(runs, at) } else { runs };
+            ("line", runs.iter().map(|run| polyline(&if ascending { min_max(run, 1.0) } else { run.clone() })).collect())
+        }
+        Mark::Steps { edges, y } => {
+            let corners = edges.windows(2).zip(y).flat_map(|(pair, &y_k)| [(pair[0], y_k), (pair[1], y_k)]);
+            let runs = runs(corners.map(|(x_k, y_k)| {
+                let point = (at.x(x_k), at.y(y_k));
+                (point.0.is_finite() && point.1.is_finite()).then_some(point)
+            }));
+            ("line", runs.iter().map(|run| polyline(&min_max(run, 1.0))).collect())
+        }
+        Mark::Points { x, y } => {
+            let dots = x.iter().zip(y).map(|(&x_k, &y_k)| (at.x(x_k), at.y(y_k))).filter(|point| point.0.is_finite() && point.1.is_finite());
+            ("points", dots.map(|(x, y)| format!("M{} {}h0", px(x), px(y))).collect())
+        }
+        Mark::Area { x, y } => {
+            let rings = runs(x.iter().zip(y).map(|(&x_k, &y_k)| {
+                let point = (at.x(x_k), at.y(y_k));
+                (point.0.is_finite() && point.1.is_finite()).then_some(point)
+            }));
+            ("band part", rings.iter().map(|ring| polyline(ring) + "Z").collect::<String>())
+        }
+        Mark::Band { x, low, high } => {
+            let runs = runs(x.iter().zip(low).zip(high).enumerate().map(|(k, ((&x_k, &low_k), &high_k))| {
+                // A lower end that is not positive lies below any logarithmic axis.
+                let foot = if at.panel.y.scale == Scale::Log && low_k <= 0.0 { at.height + FAR } else { at.y(low_k) };
+                let point = (at.x(x_k), at.y(high_k), foot);
+                (near(x, k) && point.0.is_finite() && point.1.is_finite() && point.2.is_finite()).then_some(point)
+            }));
+            ("band", runs.iter().map(|run| area(&envelope(run, 1.0))).collect::<String>())
+        }
+    };
+    if path.is_empty() {
+        return String::new();
+    }
+    let dash = if class == "line" { dash } else { "" };
+    let dense = if class == "line" && series.mark.x().len() as f64 > 2.0 * at.width { " dense" } else { "" };
+    format!("<path class=\"{class}{dense} c-{color}{dash}\" data-s=\"{index}\" d=\"{path}\"/>")
+}
+
+/// An angle that leaves its turn comes back on the other side: no line joins the two.
+fn split_at_turns(runs: Vec<Vec<(f64, f64)>>, at: &Placement) -> Vec<Vec<(f64, f64)>> {
+    let half_turn = 180.0 / (at.y.1 - at.y.0) * at.height;
+    runs.iter().flat_map(|run| run.chunk_by(|a, b| (a.1 - b.1).abs() <= half_turn)).map(<[_]>::to_vec).collect()
+}
+
+/// Stretches without gaps.
+fn runs<T: Copy>(points: impl Iterator<Item = Option<T>>) -> Vec<Vec<T>> {
+    let mut all = Vec::new();
+    let mut run = Vec::new();
+    for point in points {
+        match point {
+            Some(point) => run.push(point),
+            None if run.is_empty() => {}
+            None => all.push(std::mem::take(&mut run)),
+        }
+    }
+    if !run.is_empty() {
+        all.push(run);
+    }
+    all
+}
+
+fn polyline(points: &[(f64, f64)]) -> String {
+    match points {
+        [] => String::new(),
+        [(x, y)] => format!("M{} {}h0", px(*x), px(*y)),
+        [(x, y), rest @ ..] => {
+            let rest: Vec<_> = rest.iter().map(|(x, y)| format!("{} {}", px(*x), px(*y))).collect();
+            format!("M{} {}L{}", px(*x), px(*y), rest.join(" "))
+        }
+    }
+}
+
+fn area(points: &[(f64, f64, f64)]) -> String {
+    let upper = points.iter().map(|&(x, high, _)| (x, high));
+    let lower = points.iter().rev().map(|&(x, _, low)| (x, low));
+    let outline: Vec<_> = upper.chain(lower).collect();
+    if points.len() < 2 { String::new() } else { polyline(&outline) + "Z" }
+}
