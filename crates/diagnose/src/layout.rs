@@ -1,0 +1,292 @@
+//! The grid of samples, blocks and frequencies that a whole diagnosis works on.
+
+use num_complex::Complex64;
+use realfft::{ComplexToReal, RealFftPlanner, RealToComplex};
+use std::f64::consts::{PI, TAU};
+use std::ops::Range;
+use std::sync::Arc;
+
+/// The frequency to which the analysed band is thought to end when times are compared.
+pub(crate) const REFERENCE_BAND_HZ: f64 = 12.0;
+/// Samples a second for each hertz of the analysed band.
+const RATE_OVER_BAND: f64 = 20.0;
+/// Length of a block, for a band to 12 Hz.
+const BLOCK_S: f64 = 12.0;
+/// What is dropped at both ends, for a band to 12 Hz.
+const TRIM_S: f64 = 1.25;
+/// Share of a block that is tapered.
+const TAPER: f64 = 0.2;
+
+/// Transforms and places shared by all trials.
+#[derive(Clone)]
+pub(crate) struct Layout {
+    pub trials: usize,
+    pub axes: usize,
+    /// Working rate.
+    pub rate_hz: f64,
+    /// Samples of a trial at the working rate.
+    pub samples: usize,
+    /// How many samples at the original rate make one.
+    pub factor: usize,
+    pub time_s: f64,
+    /// Samples before a trial at the working rate, mirrored.
+    pub pad: usize,
+    /// Length of the mirrored trial at the working rate.
+    pub padded: usize,
+    /// s = j 2 π f of the mirrored trial.
+    pub s: Vec<Complex64>,
+    low_pass: Vec<f64>,
+    /// Extra low-pass for velocities that enter nonlinear laws.
+    pub smooth: Vec<f64>,
+    pub block: usize,
+    pub starts: Vec<usize>,
+    window: Vec<f64>,
+    pub bins: Range<usize>,
+    pub frequency_hz: Vec<f64>,
+    /// s of the analysed bins.
+    pub sj: Vec<Complex64>,
+    back: Arc<dyn ComplexToReal<f64>>,
+    block_forward: Arc<dyn RealToComplex<f64>>,
+}
+
+/// One channel of one trial: the spectrum of its mirrored, ramp-free samples and the ramp.
+#[derive(Clone, Debug)]
+pub(crate) struct Track {
+    pub spectrum: Vec<Complex64>,
+    pub start: f64,
+    pub slope_per_s: f64,
+}
+
+/// The smallest number from `n` upward whose only prime factors are 2, 3 and 5, and a multiple of 2.
+pub(crate) fn smooth_length(n: usize) -> usize {
+    (n.max(2)..)
+        .find(|&m| {
+            let mut rest = m;
+            for prime in [2, 3, 5] {
+                while rest % prime == 0 {
+                    rest /= prime;
+                }
+            }
+            rest == 1 && m % 2 == 0
+        })
+        .unwrap_or(n)
+}
+
+impl Layout {
+    /// A layout for `trials` × `axes` channels of `samples` at `sample_rate_hz`, analysed in `band_hz`.
+    pub fn new(trials: usize, axes: usize, samples: usize, sample_rate_hz: f64, band_hz: (f64, f64)) -> Self {
+        let time_s = REFERENCE_BAND_HZ / band_hz.1;
+        let factor = ((sample_rate_hz / (RATE_OVER_BAND * band_hz.1)).floor() as usize).max(1);
+        let rate_hz = sample_rate_hz / factor as f64;
+        let kept = samples / factor;
+        let pad = ((2.0 * time_s * rate_hz) as usize).clamp(1, (kept / 3).max(1));
+        let padded = smooth_length(kept + 2 * pad);
+        let s: Vec<Complex64> = (0..=padded / 2).map(|k| Complex64::new(0.0, TAU * k as f64 * rate_hz / padded as f64)).collect();
+        let top = (0.42 * rate_hz).min(0.49 * rate_hz);
+        let low_pass = s
+            .iter()
+            .map(|s| {
+                let f = s.im / TAU;
+                let low = 0.8 * top;
+                if f <= low {
+                    1.0
+                } else if f >= top {
+                    0.0
+                } else {
+                    0.5 + 0.5 * (PI * (f - low) / (top - low)).cos()
+                }
+            })
+            .collect();
+        let smooth = s.iter().map(|s| (-0.5 * (s.im / TAU / (4.0 * band_hz.1)).powi(4)).exp()).collect();
+        let trim = ((TRIM_S * time_s * rate_hz) as usize).min(kept / 12);
+        let inner = kept - 2 * trim;
+        let wanted = ((BLOCK_S * time_s * rate_hz) as usize).max(16);
+        let mut blocks = (inner / wanted).max(1);
+        // A trial alone still wants blocks to compare, if they keep 40 bins or more each.
+        while trials * blocks < 4 && band_hz.1 * (inner / (blocks + 1)) as f64 / rate_hz >= 60.0 {
+            blocks += 1;
+        }
+        let block = inner / blocks - (inner / blocks) % 2;
+        let starts = (0..blocks).map(|b| trim + b * block).collect();
+        let window: Vec<f64> = (0..block)
+            .map(|k| {
+                let u = (k as f64 + 0.5) / block as f64;
+                let edge = TAPER / 2.0;
+                let near = u.min(1.0 - u);
+                if near >= edge { 1.0 } else { 0.5 - 0.5 * (PI * near / edge).cos() }
+            })
+            .collect();
+        let power = window.iter().map(|w| w * w).sum::<f64>();
+        let window = window.iter().map(|w| w / power.sqrt()).collect();
+        let df = rate_hz / block as f64;
+        let first = (band_hz.0 / df).ceil() as usize;
+        let last = ((band_hz.1 / df).floor() as usize).clamp(first + 4, block / 2);
+        let bins = first.min(last)..last + 1;
+        let frequency_hz: Vec<f64> = bins.clone().map(|k| k as f64 * df).collect();
+        let sj = frequency_hz.iter().map(|f| Complex64::new(0.0, TAU * f)).collect();
+        let mut planner = RealFftPlanner::new();
+        let (back, block_forward) = (planner.plan_fft_inverse(padded), planner.plan_fft_forward(block));
+        Layout { trials, axes, rate_hz, samples: kept, factor, time_s, pad, padded, s, low_pass, smooth, block, starts, window, bins, frequency_hz, sj, back, block_forward }
+    }
+
+    /// Blocks of all trials.
+    pub fn blocks(&self) -> usize {
+        self.trials * self.starts.len()
+    }
+
+    /// The trial that a block belongs to.
+    pub fn trial_of(&self, block: usize) -> usize {
+        block / self.starts.len()
+    }
+
+    /// Frequencies in the band.
+    pub fn lines(&self) -> usize {
+        self.sj.len()
+    }
+
+    /// Complex numbers in the spectra of one axis.
+    pub fn size(&self) -> usize {
+        self.blocks() * self.lines()
+    }
+
+    /// The mirrored spectrum of samples at the original rate.
+    pub fn track(&self, samples: &[f64]) -> Track {
+        let n = self.samples * self.factor;
+        let (x, pad) = (&samples[..n], self.pad * self.factor);
+        let padded = self.padded * self.factor;
+        let after = padded - n - pad;
+        let mirror = |edge: f64, value: f64| 2.0 * edge - value;
+        let mut y = Vec::with_capacity(padded);
+        y.extend((1..=pad).rev().map(|k| mirror(x[0], x[k.min(n - 1)])));
+        y.extend_from_slice(x);
+        y.extend((1..=after).map(|k| mirror(x[n - 1], x[(n - 1).saturating_sub(k)])));
+        let start = y[0];
+        let slope = (y[padded - 1] - start) / (padded - 1) as f64;
+        y.iter_mut().enumerate().for_each(|(k, v)| *v -= start + slope * k as f64);
+        let forward = RealFftPlanner::new().plan_fft_forward(padded);
+        let mut spectrum = forward.make_output_vec();
+        if forward.process(&mut y, &mut spectrum).is_err() {
+            spectrum.iter_mut().for_each(|v| *v = Complex64::new(f64::NAN, 0.0));
+        }
+        spectrum.truncate(self.padded / 2 + 1);
+        spectrum.iter_mut().for_each(|v| *v /= padded as f64);
+        Track { spectrum, start, slope_per_s: slope * self.rate_hz * self.factor as f64 }
+    }
+
+    /// The samples at the working rate of `operator` applied to a track, low-passed well above the band.
+    pub fn filtered(&self, track: &Track, operator: impl Fn(Complex64) -> Complex64, extra: Option<&[f64]>) -> Vec<f64> {
+        let mut spectrum: Vec<Complex64> = self.s.iter().zip(&track.spectrum).zip(&self.low_pass).map(|((&s, x), h)| if *h > 0.0 { x * operator(s) * *h } else { Complex64::ZERO }).collect();
+        if let Some(extra) = extra {
+            spectrum.iter_mut().zip(extra).for_each(|(x, h)| *x *= *h);
+        }
+        spectrum[0].im = 0.0;
+        if let Some(last) = spectrum.last_mut() {
+            last.im = 0.0;
+        }
+        let mut time = self.back.make_output_vec();
+        if self.back.process(&mut spectrum, &mut time).is_err() {
+            time.iter_mut().for_each(|v| *v = f64::NAN);
+        }
+        let (level, rate) = straight(&operator);
+        time.drain(..self.pad);
+        time.truncate(self.samples);
+        let offset = level * track.start + rate * track.slope_per_s;
+        let slope = level * track.slope_per_s / self.rate_hz;
+        time.iter_mut().enumerate().for_each(|(k, v)| *v += offset + slope * (k + self.pad) as f64);
+        time
+    }
+
+    /// The track that an operator makes of a track.
+    pub fn transformed(&self, track: &Track, operator: impl Fn(Complex64) -> Complex64) -> Track {
+        let (level, rate) = straight(&operator);
+        Track {
+            spectrum: self.s.iter().zip(&track.spectrum).map(|(&s, x)| x * operator(s)).collect(),
+            start: level * track.start + rate * track.slope_per_s,
+            slope_per_s: level * track.slope_per_s,
+        }
+    }
+
+    /// The mirrored samples of a track at the working rate, not low-passed.
+    pub fn whole(&self, track: &Track) -> Vec<f64> {
+        let mut spectrum = track.spectrum.clone();
+        spectrum[0].im = 0.0;
+        if let Some(last) = spectrum.last_mut() {
+            last.im = 0.0;
+        }
+        let mut time = self.back.make_output_vec();
+        if self.back.process(&mut spectrum, &mut time).is_err() {
+            time.iter_mut().for_each(|v| *v = f64::NAN);
+        }
+        time.iter_mut().enumerate().for_each(|(k, v)| *v += track.start + track.slope_per_s * k as f64 / self.rate_hz);
+        time
+    }
+
+    /// The track of mirrored samples at the working rate.
+    pub fn track_of_padded(&self, mut samples: Vec<f64>) -> Track {
+        let n = samples.len();
+        let start = samples[0];
+        let slope = (samples[n - 1] - start) / (n - 1) as f64;
+        samples.iter_mut().enumerate().for_each(|(k, v)| *v -= start + slope * k as f64);
+        let forward = RealFftPlanner::new().plan_fft_forward(n);
+        let mut spectrum = forward.make_output_vec();
+        if forward.process(&mut samples, &mut spectrum).is_err() {
+            spectrum.iter_mut().for_each(|v| *v = Complex64::new(f64::NAN, 0.0));
+        }
+        spectrum.iter_mut().for_each(|v| *v /= n as f64);
+        Track { spectrum, start, slope_per_s: slope * self.rate_hz }
+    }
+
+    /// Tapered spectra of one trial's samples, block after block, appended to `out`.
+    pub fn blocks_of(&self, samples: &[f64], out: &mut Vec<Complex64>) {
+        let mut buffer = vec![0.0; self.block];
+        let mut spectrum = self.block_forward.make_output_vec();
+        let mut scratch = self.block_forward.make_scratch_vec();
+        for &start in &self.starts {
+            for ((b, x), w) in buffer.iter_mut().zip(&samples[start..start + self.block]).zip(&self.window) {
+                *b = x * w;
+            }
+            if self.block_forward.process_with_scratch(&mut buffer, &mut spectrum, &mut scratch).is_err() {
+                spectrum.iter_mut().for_each(|v| *v = Complex64::new(f64::NAN, 0.0));
+            }
+            out.extend_from_slice(&spectrum[self.bins.clone()]);
+        }
+    }
+
+    /// Spectra of all trials of one axis.
+    pub fn spectra<'a>(&self, trials: impl Iterator<Item = &'a [f64]>) -> Vec<Complex64> {
+        let mut out = Vec::with_capacity(self.size());
+        trials.for_each(|samples| self.blocks_of(samples, &mut out));
+        out
+    }
+}
+
+/// H(0) and dH/ds at 0, which is what an operator does to a ramp; a derivative without bound counts as none.
+fn straight(operator: &impl Fn(Complex64) -> Complex64) -> (f64, f64) {
+    let level = operator(Complex64::ZERO).re;
+    let small = Complex64::new(0.0, 1e-6);
+    let rate = ((operator(small) - level) / small).re;
+    (if level.is_finite() { level } else { 0.0 }, if rate.abs() < 1e2 { rate } else { 0.0 })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_derivative_in_the_frequency_domain_is_the_derivative() {
+        let fs = 500.0;
+        let x: Vec<f64> = (0..25_000).map(|k| (TAU * 1.3 * k as f64 / fs).sin() + 0.2 * k as f64 / fs).collect();
+        let layout = Layout::new(1, 1, x.len(), fs, (0.0, 12.0));
+        let v = layout.filtered(&layout.track(&x), |s| s, None);
+        for k in [2000, 6000, 10_000] {
+            let t = k as f64 / layout.rate_hz;
+            let want = TAU * 1.3 * (TAU * 1.3 * t).cos() + 0.2;
+            assert!((v[k] - want).abs() < 2e-4 * TAU, "{} {want}", v[k]);
+        }
+    }
+
+    #[test]
+    fn lengths_have_small_factors_only() {
+        assert_eq!([smooth_length(7), smooth_length(121), smooth_length(1024)], [8, 144, 1024]);
+    }
+}

@@ -1,0 +1,187 @@
+//! The linear baseline: inertia, damping, stiffness, offsets, and what instruments may do within their tolerance.
+
+use crate::baseline::{Baseline, Status};
+use crate::layout::Layout;
+use crate::state::{Cause, Column, State, Through};
+use ndof_models::effects::Matrix;
+use num_complex::Complex64;
+use std::sync::Arc;
+
+/// Standard deviation of a delay or filter that instruments have, for a band to 12 Hz.
+const INSTRUMENT_DELAY_S: f64 = 2.8e-4;
+/// Standard deviation of a force sensor's angle.
+const INSTRUMENT_ANGLE_RAD: f64 = 0.5 * std::f64::consts::PI / 180.0;
+
+/// What a base column's coefficient is.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) enum Role {
+    /// An entry of M, B or K.
+    Entry(Matrix, usize, usize),
+    /// The offset of an equation in a trial.
+    Offset(usize, usize),
+    /// A tolerance of the instruments.
+    Tolerance,
+}
+
+/// Which entries the baseline has, and which of them are given.
+#[derive(Clone, Debug)]
+pub(crate) struct Structure {
+    pub spring: bool,
+    /// Entries that are given: matrix, row, column, value.
+    pub given: Vec<(Matrix, usize, usize, f64)>,
+    /// Which of the given ones may be wrong.
+    pub nominal: Vec<(Matrix, usize, usize, f64)>,
+    /// Matrices whose free part is symmetric.
+    pub symmetric: Vec<Matrix>,
+    pub tolerances: bool,
+}
+
+impl Structure {
+    /// The structure of a fitted baseline, or of the given one.
+    pub fn new(axes: usize, baseline: Option<&Baseline>, spring: bool) -> Self {
+        let mut structure = Structure { spring, given: vec![], nominal: vec![], symmetric: vec![Matrix::Mass], tolerances: true };
+        let Some(baseline) = baseline else { return structure };
+        for (matrix, part) in [(Matrix::Mass, &baseline.mass), (Matrix::Damping, &baseline.damping), (Matrix::Stiffness, &baseline.stiffness)] {
+            let Some(part) = part else { continue };
+            if part.status == Status::Free {
+                if part.symmetric && matrix != Matrix::Mass {
+                    structure.symmetric.push(matrix);
+                }
+                continue;
+            }
+            for i in 0..axes {
+                for j in 0..axes {
+                    let entry = (matrix, i, j, part.value[i][j]);
+                    structure.given.push(entry);
+                    if part.status == Status::Nominal {
+                        structure.nominal.push(entry);
+                    }
+                }
+            }
+        }
+        structure
+    }
+
+    fn is_given(&self, matrix: Matrix, i: usize, j: usize) -> bool {
+        self.given.iter().any(|e| (e.0, e.1, e.2) == (matrix, i, j))
+    }
+}
+
+/// The columns that every model has.
+pub(crate) struct Base {
+    pub columns: Vec<Column>,
+    pub roles: Vec<Role>,
+    pub held: Vec<(Column, f64)>,
+}
+
+impl Base {
+    pub fn new(state: &State, cause: &Cause, structure: &Structure) -> Self {
+        let layout = &state.layout;
+        let n = layout.axes;
+        let mut base = Base { columns: vec![], roles: vec![], held: vec![] };
+        for matrix in [Matrix::Mass, Matrix::Damping, Matrix::Stiffness] {
+            if matrix == Matrix::Stiffness && !structure.spring && structure.given.iter().all(|e| e.0 != matrix) {
+                continue;
+            }
+            let symmetric = structure.symmetric.contains(&matrix);
+            for i in 0..n {
+                for j in 0..n {
+                    if structure.is_given(matrix, i, j) || (symmetric && j < i) {
+                        continue;
+                    }
+                    let entries: &[(usize, usize, f64)] = if symmetric && i != j { &[(i, j, 1.0), (j, i, 1.0)] } else { &[(i, j, 1.0)] };
+                    base.columns.push(state.entries_column(matrix, entries));
+                    base.roles.push(Role::Entry(matrix, i, j));
+                }
+            }
+        }
+        base.held = structure.given.iter().map(|&(matrix, i, j, value)| (state.entries_column(matrix, &[(i, j, 1.0)]), value)).collect();
+        base.offsets(layout);
+        if structure.tolerances {
+            base.tolerances(state, cause);
+        }
+        base
+    }
+
+    fn offsets(&mut self, layout: &Layout) {
+        let blocks_of_one = layout.spectra(std::iter::once(vec![1.0; layout.samples].as_slice()));
+        for axis in 0..layout.axes {
+            for trial in 0..layout.trials {
+                let mut spectrum = vec![Complex64::ZERO; layout.size()];
+                let from = trial * blocks_of_one.len();
+                spectrum[from..from + blocks_of_one.len()].copy_from_slice(&blocks_of_one);
+                self.columns.push(Column { parts: vec![(axis, Arc::new(spectrum))], action: vec![], through: Through::Motion, precision: 0.0 });
+                self.roles.push(Role::Offset(axis, trial));
+            }
+        }
+    }
+
+    /// A delay (or filter) of all effort channels and a rotation of each pair, with priors as wide as instruments are good.
+    fn tolerances(&mut self, state: &State, cause: &Cause) {
+        let layout = &state.layout;
+        let (n, lines) = (layout.axes, layout.lines());
+        let impedance = |entry: &dyn Fn(usize, &[Complex64]) -> Complex64| match cause {
+            Cause::Loop(z) => z.iter().enumerate().map(|(k, z)| entry(k, z)).collect(),
+            _ => vec![Complex64::ZERO; lines],
+        };
+        let looped = matches!(cause, Cause::Loop(_));
+        let times_s = |spectrum: &[Complex64]| -> Arc<Vec<Complex64>> {
+            Arc::new(spectrum.iter().enumerate().map(|(k, f)| -f * layout.sj[k % lines]).collect())
+        };
+        let sigma = INSTRUMENT_DELAY_S * layout.time_s;
+        self.columns.push(Column {
+            parts: (0..n).map(|i| (i, times_s(&state.effort_spectra[i]))).collect(),
+            action: if looped {
+                (0..n * n).map(|q| (q / n, q % n, Arc::new(impedance(&|k, z| layout.sj[k] * z[q])))).collect()
+            } else {
+                vec![]
+            },
+            through: Through::Effort,
+            precision: 1.0 / (sigma * sigma),
+        });
+        self.roles.push(Role::Tolerance);
+        if !(2..=3).contains(&n) {
+            return;
+        }
+        for i in 0..n {
+            for j in i + 1..n {
+                let negative = Arc::new(state.effort_spectra[j].iter().map(|f| -f).collect());
+                let mut action = vec![];
+                if looped {
+                    for c in 0..n {
+                        action.push((i, c, Arc::new(impedance(&|_, z| z[j * n + c]))));
+                        action.push((j, c, Arc::new(impedance(&|_, z| -z[i * n + c]))));
+                    }
+                }
+                self.columns.push(Column {
+                    parts: vec![(i, negative), (j, state.effort_spectra[i].clone())],
+                    action,
+                    through: Through::Effort,
+                    precision: 1.0 / (INSTRUMENT_ANGLE_RAD * INSTRUMENT_ANGLE_RAD),
+                });
+                self.roles.push(Role::Tolerance);
+            }
+        }
+    }
+
+    /// Full matrices of the baseline: given entries and fitted ones.
+    pub fn matrix(&self, structure: &Structure, theta: &[f64], matrix: Matrix, axes: usize) -> Vec<Vec<f64>> {
+        let mut out = vec![vec![0.0; axes]; axes];
+        for &(m, i, j, value) in &structure.given {
+            if m == matrix {
+                out[i][j] = value;
+            }
+        }
+        for (role, &value) in self.roles.iter().zip(theta) {
+            if let Role::Entry(m, i, j) = *role
+                && m == matrix
+            {
+                out[i][j] = value;
+                if structure.symmetric.contains(&matrix) {
+                    out[j][i] = value;
+                }
+            }
+        }
+        out
+    }
+}

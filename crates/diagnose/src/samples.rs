@@ -1,0 +1,196 @@
+//! Recordings as samples of effort, displacement and reference.
+
+use crate::DiagnoseError;
+use ndof_signal::{Quantity, Recording};
+use ndof_sysid::Ports;
+
+/// Channels of some stretches of recordings: `[trial][axis][time]`.
+#[derive(Clone, Debug)]
+pub(crate) struct Samples {
+    pub rate_hz: f64,
+    pub effort: Vec<Vec<Vec<f64>>>,
+    /// Displacement; integrated where velocity or acceleration was measured.
+    pub motion: Vec<Vec<Vec<f64>>>,
+    /// The motion channels as they are.
+    pub measured: Vec<Vec<Vec<f64>>>,
+    pub reference: Vec<Vec<Vec<f64>>>,
+    /// Time of each trial's first sample since the recording began.
+    pub start_s: Vec<f64>,
+    /// Length of the whole recordings.
+    pub duration_s: f64,
+}
+
+/// What the channels are.
+#[derive(Clone, Debug)]
+pub(crate) struct Meaning {
+    /// Whether the motion is the input and the effort the output.
+    pub motion_imposed: bool,
+    /// How many times the displacement was differentiated before it was measured.
+    pub order: usize,
+    pub rotational: bool,
+    pub effort_names: Vec<String>,
+    pub motion_names: Vec<String>,
+    /// Names of the axes, from the outputs.
+    pub axes: Vec<String>,
+    /// Whether references are efforts that the robot was told to apply.
+    pub reference_is_effort: bool,
+    pub effort_is_command: bool,
+}
+
+/// The axis in a channel's name: what follows the first underscore.
+pub(crate) fn axis_of(name: &str) -> &str {
+    name.split_once('_').map_or(name, |(_, axis)| axis)
+}
+
+fn is_effort(name: &str, quantity: Quantity, otherwise: bool) -> bool {
+    match quantity {
+        Quantity::Effort => true,
+        Quantity::Displacement | Quantity::Velocity | Quantity::Acceleration => false,
+        _ if name.starts_with("force_") || name.starts_with("torque_") => true,
+        _ if ["pos_", "angle_", "vel_", "acc_"].iter().any(|p| name.starts_with(p)) => false,
+        _ => otherwise,
+    }
+}
+
+impl Meaning {
+    /// Reads the roles of the channels, and refuses what cannot be balanced.
+    pub fn new(recording: &Recording, ports: &Ports) -> Result<Self, DiagnoseError> {
+        let channel = |i: &usize| &recording.channels()[*i];
+        let kinds = |indices: &[usize], otherwise| -> Vec<bool> { indices.iter().map(channel).map(|c| is_effort(&c.name, c.unit.quantity(), otherwise)).collect() };
+        let (inputs, outputs) = (kinds(&ports.inputs, true), kinds(&ports.outputs, false));
+        if ports.inputs.len() != ports.outputs.len() {
+            return Err(DiagnoseError::Unequal { inputs: ports.inputs.len(), outputs: ports.outputs.len() });
+        }
+        let motion_imposed = match (inputs.iter().all(|e| *e), outputs.iter().all(|e| *e)) {
+            (true, false) if outputs.iter().all(|e| !*e) => false,
+            (false, true) if inputs.iter().all(|e| !*e) => true,
+            _ => return Err(DiagnoseError::NotEffortAndMotion),
+        };
+        let (effort, motion) = if motion_imposed { (&ports.outputs, &ports.inputs) } else { (&ports.inputs, &ports.outputs) };
+        let order = |i: &usize| {
+            let c = channel(i);
+            match c.unit.quantity() {
+                Quantity::Velocity => 1,
+                Quantity::Acceleration => 2,
+                Quantity::Displacement => 0,
+                _ if c.name.starts_with("vel_") => 1,
+                _ if c.name.starts_with("acc_") => 2,
+                _ => 0,
+            }
+        };
+        let orders: Vec<usize> = motion.iter().map(order).collect();
+        if orders.iter().any(|o| *o != orders[0]) {
+            return Err(DiagnoseError::MixedMotion);
+        }
+        let names = |indices: &[usize]| -> Vec<String> { indices.iter().map(|i| channel(i).name.clone()).collect() };
+        Ok(Meaning {
+            motion_imposed,
+            order: orders[0],
+            rotational: motion.iter().map(channel).any(|c| c.unit.is_rotational()) || effort.iter().map(channel).any(|c| c.unit.is_rotational()),
+            effort_names: names(effort),
+            motion_names: names(motion),
+            axes: ports.outputs.iter().map(|i| axis_of(&channel(i).name).to_owned()).collect(),
+            reference_is_effort: ports.references.len() == effort.len() && ports.references.iter().map(channel).all(|c| c.unit.quantity() == Quantity::Effort),
+            effort_is_command: !motion_imposed && effort.iter().map(channel).all(|c| c.name.starts_with("cmd_") || c.name.contains("motor") || c.name.contains("command")),
+        })
+    }
+}
+
+/// The running integral of samples less their mean, itself less its straight line.
+fn integral(samples: &[f64], rate_hz: f64) -> Vec<f64> {
+    let n = samples.len() as f64;
+    let mean = samples.iter().sum::<f64>() / n;
+    let mut sum = 0.0;
+    let mut last = 0.0;
+    let mut out: Vec<f64> = samples
+        .iter()
+        .map(|x| {
+            sum += 0.5 * (x - mean + last) / rate_hz;
+            last = x - mean;
+            sum
+        })
+        .collect();
+    let middle = (n - 1.0) / 2.0;
+    let level = out.iter().sum::<f64>() / n;
+    let (sxy, sxx) = out.iter().enumerate().fold((0.0, 0.0), |(xy, xx), (k, y)| {
+        let u = k as f64 - middle;
+        (xy + u * (y - level), xx + u * u)
+    });
+    let slope = sxy / sxx.max(1.0);
+    out.iter_mut().enumerate().for_each(|(k, y)| *y -= level + slope * (k as f64 - middle));
+    out
+}
+
+impl Samples {
+    /// The samples of whole recordings.
+    pub fn new(trials: &[Recording], ports: &Ports, meaning: &Meaning) -> Result<Self, DiagnoseError> {
+        let first = trials.first().ok_or(DiagnoseError::NoTrial)?;
+        let rate_hz = first.sample_rate_hz();
+        let (effort, motion) = if meaning.motion_imposed { (&ports.outputs, &ports.inputs) } else { (&ports.inputs, &ports.outputs) };
+        let mut out = Samples { rate_hz, effort: vec![], motion: vec![], measured: vec![], reference: vec![], start_s: vec![], duration_s: 0.0 };
+        for (number, trial) in trials.iter().enumerate() {
+            ports.validate(trial.channels().len())?;
+            if (trial.sample_rate_hz() - rate_hz).abs() > 1e-9 * rate_hz {
+                return Err(DiagnoseError::Rates { trial: number, expected: rate_hz, found: trial.sample_rate_hz() });
+            }
+            if trial.len() < 200 {
+                return Err(DiagnoseError::TooShort { trial: number, samples: trial.len() });
+            }
+            let used: Vec<usize> = effort.iter().chain(motion).chain(&ports.references).copied().collect();
+            trial.require_finite(used.iter().map(|i| trial.channels()[*i].name.as_str()))?;
+            let own = |indices: &[usize]| -> Vec<Vec<f64>> { trial.columns(indices).into_iter().map(<[f64]>::to_vec).collect() };
+            let measured = own(motion);
+            let displacement = measured
+                .iter()
+                .map(|m| (0..meaning.order).fold(m.clone(), |x, _| integral(&x, rate_hz)))
+                .collect();
+            for (channels, indices) in [(&measured, motion), (&own(effort), effort)] {
+                for (samples, index) in channels.iter().zip(indices) {
+                    if samples.iter().all(|s| *s == samples[0]) {
+                        return Err(DiagnoseError::Constant { trial: number, channel: trial.channels()[*index].name.clone() });
+                    }
+                }
+            }
+            out.effort.push(own(effort));
+            out.motion.push(displacement);
+            out.measured.push(measured);
+            out.reference.push(own(&ports.references));
+            out.start_s.push(0.0);
+            out.duration_s = out.duration_s.max(trial.duration_s());
+        }
+        Ok(out)
+    }
+
+    /// Some of the trials.
+    pub fn pick(&self, trials: &[usize]) -> Self {
+        let some = |all: &Vec<Vec<Vec<f64>>>| trials.iter().map(|t| all[*t].clone()).collect();
+        Samples {
+            rate_hz: self.rate_hz,
+            effort: some(&self.effort),
+            motion: some(&self.motion),
+            measured: some(&self.measured),
+            reference: some(&self.reference),
+            start_s: trials.iter().map(|t| self.start_s[*t]).collect(),
+            duration_s: self.duration_s,
+        }
+    }
+
+    /// The samples from `from` to before `to` of every trial.
+    pub fn cut(&self, from: usize, to: usize) -> Self {
+        let some = |all: &Vec<Vec<Vec<f64>>>| all.iter().map(|trial| trial.iter().map(|x| x[from..to.min(x.len())].to_vec()).collect()).collect();
+        Samples {
+            rate_hz: self.rate_hz,
+            effort: some(&self.effort),
+            motion: some(&self.motion),
+            measured: some(&self.measured),
+            reference: some(&self.reference),
+            start_s: self.start_s.iter().map(|s| s + from as f64 / self.rate_hz).collect(),
+            duration_s: self.duration_s,
+        }
+    }
+
+    /// The number of samples of the shortest trial.
+    pub fn len(&self) -> usize {
+        self.effort.iter().map(|t| t[0].len()).min().unwrap_or(0)
+    }
+}

@@ -1,0 +1,208 @@
+//! Forward steps, each followed by a joint refinement, and a backward check.
+
+use crate::hypotheses::{Ground, Hypothesis, Tried};
+use crate::plant::Base;
+use crate::state::{Column, State};
+use crate::subject::Subject;
+use crate::whittle::{Fit, Power};
+use rayon::prelude::*;
+
+/// Penalised gain of log-likelihood from which a hypothesis is more than chance.
+pub(crate) const ENOUGH: f64 = 6.0;
+/// Smallest share of the whitened residual that a cause removes.
+const SMALLEST_SHARE: f64 = 0.002;
+/// Rounds of joint refinement after a step.
+const SWEEPS: usize = 2;
+
+/// A hypothesis of the model, with its knobs.
+#[derive(Clone)]
+pub(crate) struct Chosen {
+    pub hypothesis: usize,
+    pub knobs: Vec<f64>,
+}
+
+/// A model fitted.
+pub(crate) struct Stand {
+    pub state: State,
+    pub base: Base,
+    pub terms: Vec<Column>,
+    /// For each chosen hypothesis the first of its terms and their number.
+    pub spans: Vec<(usize, usize)>,
+    pub fit: Fit,
+}
+
+/// A hypothesis as judged in a step.
+#[derive(Clone)]
+pub(crate) struct Judged {
+    pub hypothesis: usize,
+    pub tried: Tried,
+    /// Log-likelihood above the model of the step.
+    pub gain: f64,
+    /// The gain less the price of its parameters.
+    pub net: f64,
+    /// Share of the whitened residual that it removes.
+    pub share: f64,
+}
+
+/// One step of the search: everything that was tried, best first.
+pub(crate) struct Step {
+    pub judged: Vec<Judged>,
+}
+
+/// The outcome of a search.
+pub(crate) struct Found {
+    pub chosen: Vec<Chosen>,
+    pub stand: Stand,
+    pub steps: Vec<Step>,
+    /// For each chosen hypothesis the step that found it.
+    pub step_of: Vec<usize>,
+    /// Log-likelihood lost, net of the price, where the hypothesis is dropped.
+    pub worth: Vec<f64>,
+}
+
+impl Subject {
+    /// The model of these hypotheses, fitted.
+    pub fn stand(&self, chosen: &[Chosen], power: &Power, rounds: usize) -> Option<Stand> {
+        let transforms: Vec<_> =
+            chosen.iter().filter(|c| self.hypotheses[c.hypothesis].corrects()).map(|c| self.hypotheses[c.hypothesis].transform(&c.knobs)).collect();
+        let state = State::new(&self.layout, &self.effort, &self.motion, &self.centre, &transforms);
+        let base = Base::new(&state, &self.cause, &self.structure);
+        let mut terms = Vec::new();
+        let mut spans = Vec::new();
+        for c in chosen {
+            let columns = if self.hypotheses[c.hypothesis].corrects() { vec![] } else { self.hypotheses[c.hypothesis].columns(&state, &c.knobs) };
+            spans.push((terms.len(), columns.len()));
+            terms.extend(columns);
+        }
+        let ground = Ground { state: &state, cause: &self.cause, structure: &self.structure, base: &base, terms: &terms, power };
+        let fit = ground.fit(rounds)?;
+        Some(Stand { state, base, terms, spans, fit })
+    }
+
+    fn ground<'a>(&'a self, stand: &'a Stand) -> Ground<'a> {
+        Ground { state: &stand.state, cause: &self.cause, structure: &self.structure, base: &stand.base, terms: &stand.terms, power: &stand.fit.power }
+    }
+
+    /// Tries every hypothesis on a model, in parallel; the order of the result does not depend on the threads.
+    pub fn step(&self, stand: &Stand, taken: &[Chosen]) -> Step {
+        let ground = self.ground(stand);
+        let level = stand.fit.log_likelihood;
+        let whitened = |fit: &Fit| -> f64 { whitened_power(&fit.residual, &stand.fit.power) };
+        let before = whitened(&stand.fit);
+        let net = |h: &Hypothesis, t: &Tried| t.fit.log_likelihood - level - self.price(h.form.cost());
+        let open: Vec<usize> = (0..self.hypotheses.len()).filter(|i| taken.iter().all(|c| c.hypothesis != *i)).collect();
+        let screened: Vec<(usize, Tried)> = open.par_iter().filter_map(|&i| ground.screen(&self.hypotheses[i]).map(|t| (i, t))).collect();
+        let best = screened.iter().map(|(i, t)| net(&self.hypotheses[*i], t)).fold(f64::NEG_INFINITY, f64::max);
+        let bar = best - (0.3 * best).max(200.0);
+        let mut judged: Vec<Judged> = screened
+            .par_iter()
+            .map(|(i, start)| {
+                let h = &self.hypotheses[*i];
+                let tried = if net(h, start) >= bar || h.corrects() { ground.refine(h, start, 28).unwrap_or_else(|| start.clone()) } else { start.clone() };
+                Judged { hypothesis: *i, gain: tried.fit.log_likelihood - level, net: net(h, &tried), share: 1.0 - whitened(&tried.fit) / before, tried }
+            })
+            .collect();
+        judged.sort_by(|a, b| b.net.total_cmp(&a.net).then(a.hypothesis.cmp(&b.hypothesis)));
+        // Spectra of all but the leaders are no longer needed.
+        judged.iter_mut().skip(1).for_each(|j| j.tried.fit.residual = Vec::new());
+        Step { judged }
+    }
+
+    /// Refines the knobs of each chosen hypothesis beside all others, in turns.
+    fn sweep(&self, chosen: &mut [Chosen], mut stand: Stand) -> Option<Stand> {
+        for _ in 0..SWEEPS {
+            for q in 0..chosen.len() {
+                let h = &self.hypotheses[chosen[q].hypothesis];
+                if h.form.knobs.is_empty() {
+                    continue;
+                }
+                let others: Vec<Chosen> = chosen.iter().enumerate().filter(|(k, _)| *k != q).map(|(_, c)| c.clone()).collect();
+                let ground_stand = self.stand(&others, &stand.fit.power, 1)?;
+                let ground = Ground { power: &stand.fit.power, ..self.ground(&ground_stand) };
+                let Some(start) = ground.evaluate(h, &chosen[q].knobs, 1) else { continue };
+                let near = Hypothesis { effect: h.effect, form: around(h, &chosen[q].knobs) };
+                if let Some(better) = ground.refine(&near, &start, 28) {
+                    chosen[q].knobs = better.knobs;
+                }
+            }
+            stand = self.stand(chosen, &stand.fit.power, 3)?;
+            if chosen.len() == 1 {
+                break;
+            }
+        }
+        Some(stand)
+    }
+
+    /// The whole search.
+    pub fn search(&self, most: usize, progress: &mut dyn FnMut(&str)) -> Option<Found> {
+        let mut chosen: Vec<Chosen> = Vec::new();
+        let mut step_of = Vec::new();
+        let mut steps = Vec::new();
+        let mut stand = self.stand(&chosen, &self.start, 4)?;
+        loop {
+            progress(&format!("step {}: {} hypotheses", steps.len() + 1, self.hypotheses.len()));
+            let step = self.step(&stand, &chosen);
+            let lead = step.judged.first().cloned();
+            steps.push(step);
+            let Some(lead) = lead.filter(|l| l.net > ENOUGH && l.share > SMALLEST_SHARE) else { break };
+            if chosen.len() >= most {
+                break;
+            }
+            chosen.push(Chosen { hypothesis: lead.hypothesis, knobs: lead.tried.knobs });
+            step_of.push(steps.len() - 1);
+            let Some(next) = self.stand(&chosen, &stand.fit.power, 4) else {
+                chosen.pop();
+                step_of.pop();
+                break;
+            };
+            let Some(refined) = self.sweep(&mut chosen, next) else { break };
+            stand = refined;
+        }
+        let mut worth = self.worths(&chosen, &stand);
+        while let Some(weak) = worth.iter().enumerate().min_by(|a, b| a.1.total_cmp(b.1)).filter(|w| *w.1 <= ENOUGH).map(|w| w.0) {
+            chosen.remove(weak);
+            step_of.remove(weak);
+            stand = self.stand(&chosen, &stand.fit.power, 4)?;
+            worth = self.worths(&chosen, &stand);
+        }
+        Some(Found { chosen, stand, steps, step_of, worth })
+    }
+
+    fn worths(&self, chosen: &[Chosen], stand: &Stand) -> Vec<f64> {
+        (0..chosen.len())
+            .into_par_iter()
+            .map(|q| {
+                let others: Vec<Chosen> = chosen.iter().enumerate().filter(|(k, _)| *k != q).map(|(_, c)| c.clone()).collect();
+                let price = self.price(self.hypotheses[chosen[q].hypothesis].form.cost());
+                self.stand(&others, &stand.fit.power, 4).map_or(f64::INFINITY, |s| stand.fit.log_likelihood - s.fit.log_likelihood - price)
+            })
+            .collect()
+    }
+}
+
+/// The form with its knobs bound to a neighbourhood of where they are.
+fn around(h: &Hypothesis, knobs: &[f64]) -> ndof_models::effects::Form {
+    let mut form = h.form.clone();
+    for (knob, &value) in form.knobs.iter_mut().zip(knobs) {
+        let (lo, hi) = (knob.lo, knob.hi);
+        if knob.log {
+            knob.lo = lo.max(value / 2.0);
+            knob.hi = hi.min(value * 2.0);
+        } else {
+            let reach = 0.25 * (hi - lo);
+            knob.lo = lo.max(value - reach);
+            knob.hi = hi.min(value + reach);
+        }
+    }
+    form.grid = vec![knobs.to_vec()];
+    form
+}
+
+/// Mean of |e|² / S.
+pub(crate) fn whitened_power(residual: &[Vec<num_complex::Complex64>], power: &Power) -> f64 {
+    let mut sum = 0.0;
+    for (e, s) in residual.iter().zip(power) {
+        sum += e.chunks(s.len()).map(|block| block.iter().zip(s).map(|(e, s)| e.norm_sqr() / s).sum::<f64>()).sum::<f64>() / e.len().max(1) as f64;
+    }
+    sum / residual.len().max(1) as f64
+}

@@ -1,0 +1,355 @@
+//! The recording as a search sees it: corrected channels, derivatives, and their spectra block by block.
+
+use crate::layout::{Layout, Track};
+use crate::linear;
+use ndof_models::effects::{Action, Matrix};
+use ndof_models::{ForceLaw, Motion};
+use num_complex::Complex64;
+use std::sync::Arc;
+
+/// One channel quantity: `[trial][axis]`.
+pub(crate) type Tracks = Vec<Vec<Track>>;
+/// Samples at the working rate: `[trial][axis][time]`.
+pub(crate) type Series = Vec<Vec<Vec<f64>>>;
+
+/// What is known about where the motion comes from.
+#[derive(Clone, Debug)]
+pub(crate) enum Cause {
+    /// The motion is imposed, the effort answers.
+    Motion,
+    /// The effort is imposed, the motion answers.
+    Effort,
+    /// A robot of this impedance (`[bin]`, rows of an n × n matrix) closes the loop around the plant.
+    Loop(Arc<Vec<Vec<Complex64>>>),
+}
+
+/// How a column's coefficient enters the dynamics that lie between noise and motion.
+#[derive(Clone, Debug)]
+pub(crate) enum Through {
+    /// Part of the dynamics that act on the corrected motion.
+    Motion,
+    /// Multiplied with the robot's impedance: part of what is done to the effort.
+    Effort,
+}
+
+/// An entry of a column's linear action: row, column, transfer function over the bins.
+pub(crate) type Entry = (usize, usize, Arc<Vec<Complex64>>);
+
+/// A regressor: spectra on some equations, and the linear action that it stands for.
+#[derive(Clone, Debug)]
+pub(crate) struct Column {
+    pub parts: Vec<(usize, Arc<Vec<Complex64>>)>,
+    pub action: Vec<Entry>,
+    pub through: Through,
+    /// 1 / σ² of a Gaussian prior around zero.
+    pub precision: f64,
+}
+
+/// What stands between measured and true channels, per bin.
+#[derive(Clone, Debug)]
+pub(crate) struct Chain {
+    /// Effort correction, rows of n × n.
+    pub effort: Vec<Vec<Complex64>>,
+    /// Motion correction, one factor for all axes.
+    pub motion: Vec<Complex64>,
+    /// Series compliance.
+    pub series: Vec<Complex64>,
+}
+
+/// A transform with the values of its knobs.
+#[derive(Clone)]
+pub(crate) struct Transform {
+    pub action: Action,
+    pub axis: Option<usize>,
+    pub knobs: Vec<f64>,
+}
+
+/// The corrected recording.
+#[derive(Clone)]
+pub(crate) struct State {
+    pub layout: Arc<Layout>,
+    pub effort: Tracks,
+    pub motion: Tracks,
+    pub centre: Vec<f64>,
+    /// Displacement, centred.
+    pub x: Arc<Series>,
+    /// Velocity and displacement for nonlinear laws, axis beside axis: `[trial][time · axes + axis]`.
+    pub law_v: Arc<Vec<Vec<f64>>>,
+    pub law_x: Arc<Vec<Vec<f64>>>,
+    /// Spectra of displacement, velocity and acceleration: `[order][axis]`.
+    pub kinematics: [Vec<Arc<Vec<Complex64>>>; 3],
+    pub effort_spectra: Vec<Arc<Vec<Complex64>>>,
+    pub chain: Chain,
+}
+
+fn interleave(series: &[Vec<f64>]) -> Vec<f64> {
+    let n = series.first().map_or(0, Vec::len);
+    (0..n).flat_map(|k| series.iter().map(move |axis| axis[k])).collect()
+}
+
+impl State {
+    /// The state of measured channels under transforms, the first applied first.
+    pub fn new(layout: &Arc<Layout>, effort: &Tracks, motion: &Tracks, centre: &[f64], transforms: &[Transform]) -> Self {
+        let n = layout.axes;
+        let one = vec![Complex64::ONE; layout.lines()];
+        let identity: Vec<Complex64> = (0..n * n).map(|k| if k / n == k % n { Complex64::ONE } else { Complex64::ZERO }).collect();
+        let mut chain = Chain { effort: vec![identity; layout.lines()], motion: one, series: vec![Complex64::ZERO; layout.lines()] };
+        let (mut effort, mut motion) = (effort.clone(), motion.clone());
+        for transform in transforms {
+            apply(layout, transform, &mut effort, &mut motion, &mut chain);
+        }
+        Self::build(layout, effort, motion, centre, chain)
+    }
+
+    fn build(layout: &Arc<Layout>, effort: Tracks, motion: Tracks, centre: &[f64], chain: Chain) -> Self {
+        let smooth = Some(layout.smooth.as_slice());
+        let series = |tracks: &Tracks, power: i32, extra: Option<&[f64]>| -> Series {
+            tracks.iter().map(|trial| trial.iter().map(|t| layout.filtered(t, |s| s.powi(power), extra)).collect()).collect()
+        };
+        let mut x = series(&motion, 0, None);
+        for trial in &mut x {
+            for (axis, samples) in trial.iter_mut().enumerate() {
+                samples.iter_mut().for_each(|v| *v -= centre[axis]);
+            }
+        }
+        let (v, a, f) = (series(&motion, 1, None), series(&motion, 2, None), series(&effort, 0, None));
+        let law_v = series(&motion, 1, smooth).iter().map(|trial| interleave(trial)).collect();
+        let law_x = x.iter().map(|trial| interleave(trial)).collect();
+        let spectra = |s: &Series| -> Vec<Arc<Vec<Complex64>>> {
+            (0..layout.axes).map(|axis| Arc::new(layout.spectra(s.iter().map(|trial| trial[axis].as_slice())))).collect()
+        };
+        let kinematics = [spectra(&x), spectra(&v), spectra(&a)];
+        let effort_spectra = spectra(&f);
+        State { layout: layout.clone(), effort, motion, centre: centre.to_vec(), x: Arc::new(x), law_v: Arc::new(law_v), law_x: Arc::new(law_x), kinematics, effort_spectra, chain }
+    }
+
+    /// The same recording under one more transform.
+    pub fn with(&self, transform: &Transform) -> Self {
+        let (mut effort, mut motion, mut chain) = (self.effort.clone(), self.motion.clone(), self.chain.clone());
+        apply(&self.layout, transform, &mut effort, &mut motion, &mut chain);
+        if matches!(transform.action, Action::Effort(_) | Action::Mix(_) | Action::Clip) {
+            // The motion stays as it is: only the effort's spectra are new.
+            let layout = &self.layout;
+            let effort_spectra = (0..layout.axes)
+                .map(|axis| {
+                    let trials: Vec<Vec<f64>> = effort.iter().map(|trial| layout.filtered(&trial[axis], |_| Complex64::ONE, None)).collect();
+                    Arc::new(layout.spectra(trials.iter().map(Vec::as_slice)))
+                })
+                .collect();
+            return State { effort, chain, effort_spectra, ..self.clone() };
+        }
+        Self::build(&self.layout, effort, motion, &self.centre, chain)
+    }
+
+    /// The forces of a law along the measured motion: `[trial][axis][time]`.
+    pub fn forces(&self, law: &dyn ForceLaw) -> Series {
+        let delay = law.delay_s();
+        (0..self.layout.trials)
+            .map(|trial| {
+                let delayed = (delay > 0.0).then(|| self.delayed(trial, delay));
+                let (dx, dv) = delayed.as_ref().map_or((&self.law_x[trial], &self.law_v[trial]), |d| (&d.0, &d.1));
+                along(law, self.layout.rate_hz, self.layout.axes, (&self.law_x[trial], &self.law_v[trial]), (dx, dv))
+            })
+            .collect()
+    }
+
+    fn delayed(&self, trial: usize, delay: f64) -> (Vec<f64>, Vec<f64>) {
+        let layout = &self.layout;
+        let late = |s: Complex64| (-s * delay).exp();
+        let x: Vec<Vec<f64>> = self.motion[trial]
+            .iter()
+            .zip(&self.centre)
+            .map(|(t, centre)| layout.filtered(t, late, None).into_iter().map(|v| v - centre).collect())
+            .collect();
+        let v: Vec<Vec<f64>> = self.motion[trial].iter().map(|t| layout.filtered(t, |s| s * late(s), Some(&layout.smooth))).collect();
+        (interleave(&x), interleave(&v))
+    }
+
+    /// The column of a series of forces, with its best linear approximation where `linear` is not given.
+    pub fn force_column(&self, forces: &Series, linear: Option<Vec<Entry>>, axis: Option<usize>) -> Column {
+        let layout = &self.layout;
+        let mut parts = Vec::new();
+        for i in 0..layout.axes {
+            if forces.iter().any(|trial| trial[i].iter().any(|f| *f != 0.0)) {
+                parts.push((i, Arc::new(layout.spectra(forces.iter().map(|trial| trial[i].as_slice())))));
+            }
+        }
+        let action = linear.unwrap_or_else(|| {
+            parts.iter().flat_map(|(i, spectrum)| self.approximation(*i, spectrum, axis)).collect()
+        });
+        Column { parts, action, through: Through::Motion, precision: 0.0 }
+    }
+
+    /// The combination of displacement, velocity and acceleration nearest to a force (Bussgang).
+    fn approximation(&self, equation: usize, spectrum: &[Complex64], axis: Option<usize>) -> Vec<Entry> {
+        let from: Vec<usize> = if axis.is_some() { vec![equation] } else { (0..self.layout.axes).collect() };
+        let regressors: Vec<(usize, usize)> = from.iter().flat_map(|&j| (0..3).map(move |order| (order, j))).collect();
+        let columns: Vec<&[Complex64]> = regressors.iter().map(|&(order, j)| self.kinematics[order][j].as_slice()).collect();
+        let n = columns.len();
+        let mut gram = linear::Symmetric::zeros(n);
+        let inner = |a: &[Complex64], b: &[Complex64]| a.iter().zip(b).map(|(x, y)| x.re * y.re + x.im * y.im).sum::<f64>();
+        for i in 0..n {
+            for j in 0..=i {
+                gram.add(i, j, inner(columns[i], columns[j]));
+            }
+        }
+        let rhs: Vec<f64> = columns.iter().map(|c| inner(c, spectrum)).collect();
+        let Some(factor) = gram.factor() else { return Vec::new() };
+        let theta = factor.solve(&rhs);
+        from.iter()
+            .map(|&j| {
+                let h = self.layout.sj.iter().map(|&s| regressors.iter().zip(&theta).filter(|(r, _)| r.1 == j).map(|(r, t)| s.powi(r.0 as i32) * t).sum()).collect();
+                (equation, j, Arc::new(h))
+            })
+            .collect()
+    }
+
+    /// The column of an exact linear operator on one axis' displacement.
+    pub fn operator_column(&self, axis: usize, operator: impl Fn(Complex64) -> Complex64) -> Column {
+        let layout = &self.layout;
+        let trials: Vec<Vec<f64>> = self.motion.iter().map(|trial| layout.filtered(&trial[axis], &operator, None)).collect();
+        let spectrum = layout.spectra(trials.iter().map(Vec::as_slice));
+        let h = layout.sj.iter().map(|&s| operator(s)).collect();
+        Column { parts: vec![(axis, Arc::new(spectrum))], action: vec![(axis, axis, Arc::new(h))], through: Through::Motion, precision: 0.0 }
+    }
+
+    /// The column of entries of M, B or K.
+    pub fn entries_column(&self, matrix: Matrix, entries: &[(usize, usize, f64)]) -> Column {
+        let order = order_of(matrix);
+        let h: Arc<Vec<Complex64>> = Arc::new(self.layout.sj.iter().map(|s| s.powi(order as i32)).collect());
+        let scaled = |v: &Arc<Vec<Complex64>>, w: f64| if w == 1.0 { v.clone() } else { Arc::new(v.iter().map(|x| x * w).collect()) };
+        Column {
+            parts: entries.iter().map(|&(i, j, w)| (i, scaled(&self.kinematics[order][j], w))).collect(),
+            action: entries.iter().map(|&(i, j, w)| (i, j, scaled(&h, w))).collect(),
+            through: Through::Motion,
+            precision: 0.0,
+        }
+    }
+}
+
+/// The derivative that a matrix multiplies.
+pub(crate) fn order_of(matrix: Matrix) -> usize {
+    match matrix {
+        Matrix::Stiffness => 0,
+        Matrix::Damping => 1,
+        Matrix::Mass => 2,
+    }
+}
+
+fn apply(layout: &Layout, transform: &Transform, effort: &mut Tracks, motion: &mut Tracks, chain: &mut Chain) {
+    let (n, knobs) = (layout.axes, transform.knobs.as_slice());
+    match &transform.action {
+        Action::Effort(operator) => {
+            for trial in effort.iter_mut() {
+                for (axis, track) in trial.iter_mut().enumerate() {
+                    if transform.axis.is_none_or(|a| a == axis) {
+                        *track = layout.transformed(track, |s| operator(s, knobs));
+                    }
+                }
+            }
+            for (matrix, &s) in chain.effort.iter_mut().zip(&layout.sj) {
+                for (k, entry) in matrix.iter_mut().enumerate() {
+                    if transform.axis.is_none_or(|a| a == k / n) {
+                        *entry *= operator(s, knobs);
+                    }
+                }
+            }
+        }
+        Action::Motion(operator) => {
+            for track in motion.iter_mut().flatten() {
+                *track = layout.transformed(track, |s| operator(s, knobs));
+            }
+            for ((m, c), &s) in chain.motion.iter_mut().zip(&mut chain.series).zip(&layout.sj) {
+                *m *= operator(s, knobs);
+                *c *= operator(s, knobs);
+            }
+        }
+        Action::Series(operator) => {
+            for (trial, forces) in motion.iter_mut().zip(effort.iter()) {
+                for (track, force) in trial.iter_mut().zip(forces) {
+                    let stretch = layout.transformed(force, |s| operator(s, knobs));
+                    track.spectrum.iter_mut().zip(&stretch.spectrum).for_each(|(x, y)| *x -= y);
+                    track.start -= stretch.start;
+                    track.slope_per_s -= stretch.slope_per_s;
+                }
+            }
+            for (c, &s) in chain.series.iter_mut().zip(&layout.sj) {
+                *c += operator(s, knobs);
+            }
+        }
+        Action::Mix(matrix) => {
+            let mix = matrix(knobs);
+            for trial in effort.iter_mut() {
+                let old = trial.clone();
+                for (i, track) in trial.iter_mut().enumerate() {
+                    let sum = |value: &dyn Fn(&Track) -> Complex64| old.iter().zip(&mix[i]).map(|(t, w)| value(t) * w).sum::<Complex64>();
+                    track.spectrum = (0..track.spectrum.len()).map(|k| sum(&|t| t.spectrum[k])).collect();
+                    track.start = sum(&|t| t.start.into()).re;
+                    track.slope_per_s = sum(&|t| t.slope_per_s.into()).re;
+                }
+            }
+            let dense: Vec<Complex64> = mix.iter().flatten().map(|&w| w.into()).collect();
+            for matrix in &mut chain.effort {
+                *matrix = linear::product(&dense, matrix, n);
+            }
+        }
+        Action::Clip => {
+            for track in effort.iter_mut().flatten() {
+                let level = knobs[0];
+                let full = layout.whole(track);
+                *track = layout.track_of_padded(full.into_iter().map(|f| f.clamp(-level, level)).collect());
+            }
+        }
+        Action::Force { .. } | Action::Entries { .. } => {}
+    }
+}
+
+/// The forces of a law along one motion, its hidden states integrated by Heun's rule with as many steps a sample as they need.
+pub(crate) fn along(law: &dyn ForceLaw, rate_hz: f64, axes: usize, (x, v): (&[f64], &[f64]), (dx, dv): (&[f64], &[f64])) -> Vec<Vec<f64>> {
+    let samples = x.len() / axes;
+    let states = law.states();
+    let mut out = vec![vec![0.0; samples]; axes];
+    let mut z = vec![0.0; states];
+    let (mut k1, mut k2, mut force, mut middle) = (vec![0.0; states], vec![0.0; states], vec![0.0; axes], vec![0.0; states]);
+    let dt = 1.0 / rate_hz;
+    let mut place = vec![0.0; 4 * axes];
+    for k in 0..samples {
+        let here = k * axes..(k + 1) * axes;
+        let motion = Motion { time_s: k as f64 * dt, position: &x[here.clone()], velocity: &v[here.clone()], delayed_position: &dx[here.clone()], delayed_velocity: &dv[here.clone()] };
+        force.fill(0.0);
+        law.evaluate(&motion, &z, &mut force, &mut k1);
+        for (series, f) in out.iter_mut().zip(&force) {
+            series[k] = *f;
+        }
+        if states == 0 || k + 1 == samples {
+            continue;
+        }
+        let steps = ((law.fastest_rate(&motion) * dt / 0.4).ceil() as usize).clamp(1, 48);
+        let h = dt / steps as f64;
+        let next = (k + 1) * axes..(k + 2) * axes;
+        for step in 0..steps {
+            if step > 0 {
+                interpolate(&mut place, step as f64 / steps as f64, axes, [x, v, dx, dv], &here, &next);
+                law.evaluate(&view(&place, axes, (k as f64 + step as f64 / steps as f64) * dt), &z, &mut force, &mut k1);
+            }
+            middle.iter_mut().zip(&z).zip(&k1).for_each(|((m, z), k)| *m = z + h * k);
+            interpolate(&mut place, (step + 1) as f64 / steps as f64, axes, [x, v, dx, dv], &here, &next);
+            law.evaluate(&view(&place, axes, (k as f64 + (step + 1) as f64 / steps as f64) * dt), &middle, &mut force, &mut k2);
+            z.iter_mut().zip(&k1).zip(&k2).for_each(|((z, a), b)| *z += 0.5 * h * (a + b));
+        }
+    }
+    out
+}
+
+fn interpolate(place: &mut [f64], fraction: f64, axes: usize, series: [&[f64]; 4], here: &std::ops::Range<usize>, next: &std::ops::Range<usize>) {
+    for (q, s) in series.iter().enumerate() {
+        for i in 0..axes {
+            let (a, b) = (s[here.start + i], s[next.start + i]);
+            place[q * axes + i] = a + fraction * (b - a);
+        }
+    }
+}
+
+fn view(place: &[f64], axes: usize, time_s: f64) -> Motion<'_> {
+    Motion { time_s, position: &place[..axes], velocity: &place[axes..2 * axes], delayed_position: &place[2 * axes..3 * axes], delayed_velocity: &place[3 * axes..] }
+}

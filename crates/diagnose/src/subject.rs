@@ -1,0 +1,158 @@
+//! A set of trials made ready for a search.
+
+use crate::band;
+use crate::baseline::Baseline;
+use crate::hypotheses::Hypothesis;
+use crate::layout::Layout;
+use crate::plant::{Base, Role, Structure};
+use crate::robot;
+use crate::samples::{Meaning, Samples};
+use crate::state::{Cause, Column, State, Tracks};
+use crate::whittle::{Fit, Likelihood, Power};
+use crate::{DiagnoseError, Options};
+use ndof_models::effects::{Matrix, Scale};
+use std::sync::Arc;
+
+/// Share of the effort's power that a linear robot may leave unexplained and still be believed.
+const ROBOT_REST: f64 = 0.5;
+
+/// Trials, the grid that they are seen on, and what may be tried on them.
+pub(crate) struct Subject {
+    pub layout: Arc<Layout>,
+    pub effort: Tracks,
+    pub motion: Tracks,
+    pub centre: Vec<f64>,
+    pub cause: Cause,
+    pub structure: Structure,
+    pub scale: Scale,
+    pub hypotheses: Vec<Hypothesis>,
+    /// Power of the residual of the baseline.
+    pub start: Power,
+}
+
+fn std(series: &[Vec<Vec<f64>>], axis: usize) -> (f64, f64) {
+    let n: usize = series.iter().map(|t| t[axis].len()).sum();
+    let mean = series.iter().flat_map(|t| &t[axis]).sum::<f64>() / n as f64;
+    let spread = series.iter().map(|t| {
+        let own = t[axis].iter().sum::<f64>() / t[axis].len() as f64;
+        t[axis].iter().map(|x| (x - own).powi(2)).sum::<f64>()
+    });
+    (mean, (spread.sum::<f64>() / n as f64).sqrt())
+}
+
+impl Subject {
+    pub fn new(samples: &Samples, meaning: &Meaning, options: &Options, baseline: Option<&Baseline>) -> Result<Self, DiagnoseError> {
+        let axes = meaning.effort_names.len();
+        let trials = samples.effort.len();
+        let band_hz = options.band_hz.unwrap_or_else(|| find_band(samples, meaning));
+        let length = samples.len();
+        let layout = Arc::new(Layout::new(trials, axes, length, samples.rate_hz, band_hz));
+        if layout.lines() < 12 {
+            return Err(DiagnoseError::NoBand { lo: band_hz.0, hi: band_hz.1 });
+        }
+        let tracks = |all: &[Vec<Vec<f64>>]| -> Tracks { all.iter().map(|trial| trial.iter().map(|x| layout.track(x)).collect()).collect() };
+        let (effort, motion) = (tracks(&samples.effort), tracks(&samples.motion));
+        let centre: Vec<f64> = (0..axes).map(|i| std(&samples.motion, i).0).collect();
+        let state = State::new(&layout, &effort, &motion, &centre, &[]);
+        let cause = if meaning.motion_imposed {
+            Cause::Motion
+        } else if samples.reference[0].is_empty() {
+            Cause::Effort
+        } else {
+            robot::fit(&state, &samples.reference, meaning.reference_is_effort)
+                .filter(|r| r.rest < ROBOT_REST)
+                .map_or(Cause::Effort, |r| Cause::Loop(Arc::new(r.impedance)))
+        };
+        let mut structure = Structure::new(axes, baseline, true);
+        let (base, mut fit) = settle(&state, &cause, &structure)?;
+        if baseline.is_none() && !needs_spring(&state, &cause, &structure, &base, &fit) {
+            structure.spring = false;
+        }
+        let base = if structure.spring {
+            base
+        } else {
+            let (free, without) = settle(&state, &cause, &structure)?;
+            fit = without;
+            free
+        };
+        let matrix = |m| base.matrix(&structure, &fit.theta, m, axes);
+        let scale = Scale {
+            position: (0..axes).map(|i| std(&samples.motion, i).1).collect(),
+            centre: centre.clone(),
+            velocity: (0..axes).map(|i| spread(&state.law_v, axes, i)).collect(),
+            effort: (0..axes).map(|i| std(&samples.effort, i).1).collect(),
+            time_s: layout.time_s,
+            duration_s: samples.duration_s,
+            mass: matrix(Matrix::Mass),
+            stiffness: matrix(Matrix::Stiffness),
+            spring: structure.spring,
+            rotational: meaning.rotational,
+            effort_is_command: meaning.effort_is_command,
+            effort_names: meaning.effort_names.clone(),
+            motion_names: meaning.motion_names.clone(),
+            nominal: structure.nominal.clone(),
+            held: structure.given.clone(),
+        };
+        let hypotheses = Hypothesis::all(&scale, &options.without);
+        Ok(Subject { layout, effort, motion, centre, cause, structure, scale, hypotheses, start: fit.power })
+    }
+
+    /// Complex numbers that a likelihood counts, per equation.
+    pub fn information(&self) -> f64 {
+        self.layout.size() as f64
+    }
+
+    /// What a number of parameters has to gain.
+    pub fn price(&self, parameters: usize) -> f64 {
+        0.5 * parameters as f64 * self.information().ln()
+    }
+}
+
+fn spread(interleaved: &[Vec<f64>], axes: usize, axis: usize) -> f64 {
+    let values = || interleaved.iter().flat_map(|t| t.iter().skip(axis).step_by(axes));
+    let n = values().count() as f64;
+    let mean = values().sum::<f64>() / n;
+    (values().map(|v| (v - mean).powi(2)).sum::<f64>() / n).sqrt()
+}
+
+/// The baseline fitted: first by ordinary least squares with the effort's own power as noise, which has no unit, then without bias.
+fn settle(state: &State, cause: &Cause, structure: &Structure) -> Result<(Base, Fit), DiagnoseError> {
+    let base = Base::new(state, cause, structure);
+    let columns: Vec<&Column> = base.columns.iter().collect();
+    let likelihood = Likelihood::new(state, cause, &base.held);
+    let target = likelihood.target();
+    let power = likelihood.power(&target);
+    let fit = likelihood
+        .fit(&columns, &power, 3, false)
+        .and_then(|start| likelihood.fit(&columns, &start.power, 4, true))
+        .ok_or(DiagnoseError::BaselineFailed)?;
+    drop(columns);
+    Ok((base, fit))
+}
+
+/// Whether the diagonal of the stiffness is more than chance and matters within the band.
+fn needs_spring(state: &State, cause: &Cause, structure: &Structure, base: &Base, fit: &Fit) -> bool {
+    let without = Structure { spring: false, ..structure.clone() };
+    let Ok((_, free)) = settle(state, cause, &without) else { return true };
+    let layout = &state.layout;
+    let entries = base.roles.iter().filter(|r| matches!(r, Role::Entry(Matrix::Stiffness, _, _))).count();
+    let price = 0.5 * entries as f64 * (layout.size() as f64).ln();
+    fit.log_likelihood - free.log_likelihood > price + 6.0
+        && base.roles.iter().zip(&fit.theta).any(|(role, value)| matches!(role, Role::Entry(Matrix::Stiffness, i, j) if i == j && *value > 0.0))
+}
+
+/// The excited band of samples.
+pub(crate) fn find_band(samples: &Samples, meaning: &Meaning) -> (f64, f64) {
+    fn view(all: &[Vec<Vec<f64>>]) -> Vec<Vec<&[f64]>> {
+        all.iter().map(|t| t.iter().map(Vec::as_slice).collect()).collect()
+    }
+    let (effort, motion) = (view(&samples.effort), view(&samples.measured));
+    let reference = view(&samples.reference);
+    if meaning.motion_imposed {
+        band::excited(&effort, &motion, &motion, samples.rate_hz)
+    } else if reference[0].is_empty() {
+        band::excited(&effort, &motion, &effort, samples.rate_hz)
+    } else {
+        band::excited(&effort, &reference, &motion, samples.rate_hz)
+    }
+}

@@ -1,0 +1,258 @@
+//! The likelihood of a balance of forces in the frequency domain, and its maximum.
+//!
+//! e = A F - D(θ) (T d) - Σ c G per equation and bin; with S the smoothed power of e over the blocks,
+//!
+//! LL = 0.9 Σ [ -ln S - |e|²/S + 2 ln |det(D (T + C Z) + A Z)| ] - Σ θ² p / 2
+//!
+//! (Whittle 1953). The determinant takes away the bias that a loop around the plant causes. S is the one that the residual
+//! itself gives (a profile likelihood): it is estimated and used in turns.
+
+use crate::linear::{self, Symmetric, dot};
+use crate::state::{Cause, Column, State, Through};
+use num_complex::Complex64;
+
+/// What the taper leaves of the independence of neighbouring bins.
+pub(crate) const INDEPENDENCE: f64 = 0.9;
+
+/// Power of the residual, `[equation][bin]`.
+pub(crate) type Power = Vec<Vec<f64>>;
+
+/// A maximum of the likelihood.
+#[derive(Clone, Debug)]
+pub(crate) struct Fit {
+    pub theta: Vec<f64>,
+    /// `[equation]`, blocks one after the other.
+    pub residual: Vec<Vec<Complex64>>,
+    pub power: Power,
+    pub log_likelihood: f64,
+    /// Covariance of θ at a fixed S.
+    pub covariance: Symmetric,
+}
+
+/// The part of a problem that all hypotheses of a step share.
+pub(crate) struct Likelihood<'a> {
+    pub state: &'a State,
+    pub cause: &'a Cause,
+    /// Forces taken off the effort before anything is fitted, with their linear action.
+    pub held: &'a [(Column, f64)],
+    /// Blocks that count; all where it is `None`.
+    pub blocks: Option<&'a [usize]>,
+}
+
+struct Weighted {
+    /// Weighted real and imaginary parts, one after the other.
+    values: Vec<f64>,
+}
+
+impl<'a> Likelihood<'a> {
+    pub fn new(state: &'a State, cause: &'a Cause, held: &'a [(Column, f64)]) -> Self {
+        Likelihood { state, cause, held, blocks: None }
+    }
+
+    fn block_list(&self) -> Vec<usize> {
+        self.blocks.map_or_else(|| (0..self.state.layout.blocks()).collect(), <[usize]>::to_vec)
+    }
+
+    /// The effort less what is held.
+    pub fn target(&self) -> Vec<Vec<Complex64>> {
+        let mut y: Vec<Vec<Complex64>> = self.state.effort_spectra.iter().map(|v| v.to_vec()).collect();
+        for (column, value) in self.held {
+            for (i, part) in &column.parts {
+                y[*i].iter_mut().zip(part.iter()).for_each(|(y, p)| *y -= p * value);
+            }
+        }
+        y
+    }
+
+    /// Smoothed mean power over the blocks in use.
+    pub fn power(&self, residual: &[Vec<Complex64>]) -> Power {
+        let lines = self.state.layout.lines();
+        let blocks = self.block_list();
+        // Enough neighbours for 40 averages.
+        let half = (40usize.div_ceil(blocks.len().max(1)) / 2).clamp(5, 20);
+        residual
+            .iter()
+            .map(|e| {
+                let mean: Vec<f64> = (0..lines).map(|k| blocks.iter().map(|b| e[b * lines + k].norm_sqr()).sum::<f64>() / blocks.len() as f64).collect();
+                (0..lines)
+                    .map(|k| {
+                        let reach = if k < 8 { 2.min(half) } else { half };
+                        let range = k.saturating_sub(reach)..(k + reach + 1).min(lines);
+                        let n = range.len() as f64;
+                        mean[range].iter().sum::<f64>() / n
+                    })
+                    .map(|p| p.max(1e-300))
+                    .collect()
+            })
+            .collect()
+    }
+
+    fn weighted(&self, spectrum: &[Complex64], root: &[f64], blocks: &[usize]) -> Weighted {
+        let lines = root.len();
+        let mut values = Vec::with_capacity(2 * lines * blocks.len());
+        for b in blocks {
+            for (x, w) in spectrum[b * lines..(b + 1) * lines].iter().zip(root) {
+                values.push(x.re * w);
+                values.push(x.im * w);
+            }
+        }
+        Weighted { values }
+    }
+
+    /// ln |det G| summed over the bins, and its derivative by each coefficient.
+    fn determinant(&self, columns: &[&Column], theta: &[f64], with_slope: bool) -> Option<(f64, Vec<f64>)> {
+        let layout = &self.state.layout;
+        let n = layout.axes;
+        let mut slope = vec![0.0; columns.len()];
+        let mut total = 0.0;
+        let loop_impedance = match self.cause {
+            Cause::Motion => None,
+            Cause::Effort => Some(None),
+            Cause::Loop(z) => Some(Some(z)),
+        };
+        let chain = &self.state.chain;
+        for k in 0..layout.lines() {
+            let Some(z) = loop_impedance else {
+                total += linear::inverse(&chain.effort[k], n)?.0;
+                continue;
+            };
+            let z = z.map(|z| z[k].as_slice());
+            let mut g = z.map_or_else(|| vec![Complex64::ZERO; n * n], |z| linear::product(&chain.effort[k], z, n));
+            let mut through: Vec<Complex64> = (0..n * n).map(|q| if q / n == q % n { chain.motion[k] } else { Complex64::ZERO }).collect();
+            if let Some(z) = z {
+                through.iter_mut().zip(z).for_each(|(t, z)| *t += chain.series[k] * z);
+            }
+            let mut dynamics = vec![Complex64::ZERO; n * n];
+            let held = self.held.iter().map(|(column, value)| (column, *value));
+            for (column, value) in columns.iter().copied().zip(theta.iter().copied()).chain(held) {
+                for (i, j, h) in &column.action {
+                    match column.through {
+                        Through::Motion => dynamics[i * n + j] += h[k] * value,
+                        Through::Effort => g[i * n + j] += h[k] * value,
+                    }
+                }
+            }
+            g.iter_mut().zip(linear::product(&dynamics, &through, n)).for_each(|(g, d)| *g += d);
+            let (log_det, inv) = linear::inverse(&g, n)?;
+            total += log_det;
+            if with_slope {
+                let back = linear::product(&through, &inv, n);
+                for (column, slope) in columns.iter().zip(&mut slope) {
+                    for (i, j, h) in &column.action {
+                        let m = match column.through {
+                            Through::Motion => &back,
+                            Through::Effort => &inv,
+                        };
+                        *slope += (h[k] * m[j * n + i]).re;
+                    }
+                }
+            }
+        }
+        total.is_finite().then_some((total, slope))
+    }
+
+    /// The maximum over the coefficients of `columns`, S updated `rounds` times from `start`.
+    ///
+    /// Without `bias_free` the determinant is left out (ordinary least squares).
+    pub fn fit(&self, columns: &[&Column], start: &Power, rounds: usize, bias_free: bool) -> Option<Fit> {
+        let layout = &self.state.layout;
+        let lines = layout.lines();
+        let blocks = self.block_list();
+        let n = columns.len();
+        let y = self.target();
+        let mut power = start.clone();
+        let mut theta: Option<Vec<f64>> = None;
+        let mut residual = y.clone();
+        let mut last = None;
+        for _ in 0..rounds.max(1) {
+            let mut gram = Symmetric::zeros(n);
+            let mut rhs = vec![0.0; n];
+            for (i, (y, s)) in y.iter().zip(&power).enumerate() {
+                let root: Vec<f64> = s.iter().map(|s| 1.0 / s.sqrt()).collect();
+                let here: Vec<(usize, Weighted)> = columns
+                    .iter()
+                    .enumerate()
+                    .flat_map(|(c, column)| column.parts.iter().filter(|p| p.0 == i).map(move |p| (c, p)))
+                    .map(|(c, part)| (c, self.weighted(&part.1, &root, &blocks)))
+                    .collect();
+                let target = self.weighted(y, &root, &blocks);
+                for (p, (c, u)) in here.iter().enumerate() {
+                    rhs[*c] += dot(&u.values, &target.values);
+                    for (d, w) in &here[..=p] {
+                        let value = dot(&u.values, &w.values);
+                        gram.add(*c, *d, if c == d && !std::ptr::eq(u, w) { 2.0 * value } else { value });
+                    }
+                }
+            }
+            for (c, column) in columns.iter().enumerate() {
+                gram.a[c * n + c] += column.precision / 2.0;
+            }
+            let factor = gram.factor()?;
+            let mut now = theta.clone().unwrap_or_else(|| factor.solve(&rhs));
+            if bias_free && !matches!(self.cause, Cause::Motion) {
+                for _ in 0..3 {
+                    let (_, slope) = self.determinant(columns, &now, true)?;
+                    let shifted: Vec<f64> = rhs.iter().zip(&slope).map(|(r, b)| r + b * blocks.len() as f64).collect();
+                    now = factor.solve(&shifted);
+                }
+            } else {
+                now = factor.solve(&rhs);
+            }
+            residual.clone_from(&y);
+            for (column, value) in columns.iter().zip(&now) {
+                for (i, part) in &column.parts {
+                    residual[*i].iter_mut().zip(part.iter()).for_each(|(e, p)| *e -= p * value);
+                }
+            }
+            power = self.power(&residual);
+            theta = Some(now);
+            last = Some(factor);
+        }
+        let theta = theta?;
+        let log_det = if bias_free { self.determinant(columns, &theta, false)?.0 } else { 0.0 };
+        let mut sum = 0.0;
+        for (e, s) in residual.iter().zip(&power) {
+            for b in &blocks {
+                sum -= e[b * lines..(b + 1) * lines].iter().zip(s).map(|(e, s)| e.norm_sqr() / s).sum::<f64>();
+            }
+            sum -= blocks.len() as f64 * s.iter().map(|s| s.ln()).sum::<f64>();
+        }
+        sum += 2.0 * log_det * blocks.len() as f64;
+        sum -= columns.iter().zip(&theta).map(|(c, t)| 0.5 * c.precision * t * t).sum::<f64>();
+        let mut covariance = last?.inverse();
+        covariance.a.iter_mut().for_each(|v| *v *= 0.5 / INDEPENDENCE);
+        let log_likelihood = INDEPENDENCE * sum;
+        (log_likelihood.is_finite() && theta.iter().all(|t| t.is_finite())).then_some(Fit { theta, residual, power, log_likelihood, covariance })
+    }
+
+    /// Minus log-likelihood of other blocks under a fit, with the offsets of `free` columns re-estimated there.
+    pub fn score(&self, columns: &[&Column], fit: &Fit, free: &[usize], blocks: &[usize]) -> Option<f64> {
+        let mut total = 0.0;
+        for (i, e) in fit.residual.iter().enumerate() {
+            let root: Vec<f64> = fit.power[i].iter().map(|s| 1.0 / s.sqrt()).collect();
+            let parts: Vec<Weighted> = free
+                .iter()
+                .flat_map(|&c| columns[c].parts.iter().filter(|p| p.0 == i))
+                .map(|p| self.weighted(&p.1, &root, blocks))
+                .filter(|w| w.values.iter().any(|v| *v != 0.0))
+                .collect();
+            let mut rest = self.weighted(e, &root, blocks).values;
+            if !parts.is_empty() {
+                let mut gram = Symmetric::zeros(parts.len());
+                let rhs: Vec<f64> = parts.iter().map(|p| dot(&p.values, &rest)).collect();
+                for a in 0..parts.len() {
+                    for b in 0..=a {
+                        gram.add(a, b, dot(&parts[a].values, &parts[b].values));
+                    }
+                }
+                for (part, value) in parts.iter().zip(gram.factor()?.solve(&rhs)) {
+                    rest.iter_mut().zip(&part.values).for_each(|(r, p)| *r -= value * p);
+                }
+            }
+            total += dot(&rest, &rest) + blocks.len() as f64 * fit.power[i].iter().map(|s| s.ln()).sum::<f64>();
+        }
+        let log_det = self.determinant(columns, &fit.theta, false)?.0;
+        let score = INDEPENDENCE * (total - 2.0 * log_det * blocks.len() as f64);
+        score.is_finite().then_some(score)
+    }
+}
