@@ -11,6 +11,7 @@ mod inertia_damping_stiffness;
 mod kinematics;
 mod levenberg_marquardt;
 mod parametric;
+pub mod physical;
 mod projection;
 mod small;
 
