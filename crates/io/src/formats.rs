@@ -83,10 +83,16 @@ static FORMATS: &[Format] = &[
         name: "Parquet",
         suffixes: &["parquet"],
         feature: "parquet",
-        built_in: false,
+        built_in: cfg!(feature = "parquet"),
         writes: true,
         is: |bytes| bytes.starts_with(b"PAR1"),
+        #[cfg(feature = "parquet")]
+        reader: Some(crate::parquet::read),
+        #[cfg(feature = "parquet")]
+        writer: Some(crate::parquet::write),
+        #[cfg(not(feature = "parquet"))]
         reader: None,
+        #[cfg(not(feature = "parquet"))]
         writer: None,
     },
     Format {

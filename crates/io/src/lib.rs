@@ -14,11 +14,11 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
-#[cfg(any(feature = "npz", feature = "mat"))]
+#[cfg(any(feature = "npz", feature = "mat", feature = "parquet"))]
 mod arrays;
 mod assemble;
 mod atomic;
-#[cfg(any(feature = "npz", feature = "mat"))]
+#[cfg(any(feature = "npz", feature = "mat", feature = "parquet"))]
 mod budget;
 #[cfg(feature = "csv")]
 mod csv;
@@ -27,12 +27,14 @@ mod formats;
 mod limits;
 #[cfg(feature = "mat")]
 mod mat;
-#[cfg(any(feature = "csv", feature = "npz", feature = "mat"))]
+#[cfg(any(feature = "csv", feature = "npz", feature = "mat", feature = "parquet"))]
 mod names;
 mod note;
 #[cfg(feature = "npz")]
 mod npz;
 mod options;
+#[cfg(feature = "parquet")]
+mod parquet;
 mod prepare;
 mod read;
 mod resample;
@@ -46,7 +48,7 @@ pub use error::{IoError, Place};
 pub use formats::{Format, formats};
 pub use note::Note;
 pub use options::{ReadOptions, Resample};
-pub use prepare::{PrepareError, calibrate, exclude, negate, tare, trim, without_handle};
+pub use prepare::{Aligned, PrepareError, align, calibrate, exclude, negate, tare, trim, without_handle};
 pub use read::{MissingSamples, ReadRecording, read, read_bytes};
 pub use units::infer_unit;
 pub use write::{encode, write};

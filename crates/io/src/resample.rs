@@ -72,6 +72,38 @@ pub(crate) fn interpolate(times_s: &[f64], values: &[f64], grid: &Grid) -> Vec<f
         .collect()
 }
 
+/// Samples at a regular rate as a curve in time from the first sample on.
+pub(crate) struct Curve<'a> {
+    rate_hz: f64,
+    samples: &'a [f64],
+}
+
+impl<'a> Curve<'a> {
+    pub fn new(rate_hz: f64, samples: &'a [f64]) -> Self {
+        Curve { rate_hz, samples }
+    }
+
+    /// The time of the last sample.
+    pub fn end_s(&self) -> f64 {
+        self.samples.len().saturating_sub(1) as f64 / self.rate_hz
+    }
+
+    /// The value at `t_s`, by Lagrange's cubic through the four nearest samples; at the ends the value there, NaN
+    /// without samples.
+    pub fn at(&self, t_s: f64) -> f64 {
+        let y = self.samples;
+        let n = y.len();
+        let place = (t_s * self.rate_hz).clamp(0.0, n.saturating_sub(1) as f64);
+        if n < 4 {
+            return y.get(place.round() as usize).copied().unwrap_or(f64::NAN);
+        }
+        let k = (place as usize).clamp(1, n - 3);
+        let u = place - k as f64;
+        let (a, b, c) = (u + 1.0, u - 1.0, u - 2.0);
+        y[k - 1] * (-u * b * c / 6.0) + y[k] * (a * b * c / 2.0) + y[k + 1] * (-a * u * c / 2.0) + y[k + 2] * (a * u * b / 6.0)
+    }
+}
+
 fn hermite(x: &[f64], y: &[f64], k: usize, t: f64) -> f64 {
     let h = x[k + 1] - x[k];
     let u = ((t - x[k]) / h).clamp(0.0, 1.0);
@@ -117,6 +149,18 @@ mod tests {
             let truth = parabola(times[0] + i as f64);
             assert!((v - truth).abs() < IDENTITY, "{i}: {v} {truth}");
         }
+    }
+
+    #[test]
+    fn a_regular_curve_is_exact_for_cubics_up_to_its_ends() {
+        let cubic = |t: f64| 1.0 - t + 0.5 * t * t - 0.25 * t * t * t;
+        let samples: Vec<f64> = (0..9).map(|k| cubic(f64::from(k) / 8.0)).collect();
+        let curve = Curve::new(8.0, &samples);
+        for i in 0..=100 {
+            let t = f64::from(i) / 100.0;
+            assert!((curve.at(t) - cubic(t)).abs() < IDENTITY, "{t}");
+        }
+        assert_eq!(curve.end_s(), 1.0);
     }
 
     #[test]

@@ -1,4 +1,4 @@
-//! Files made by NumPy and SciPy (`fixtures/make_fixtures.py`, versions in `fixtures/versions.txt`).
+//! Files made by NumPy, SciPy, pandas and pyarrow (`fixtures/make_fixtures.py`, versions in `fixtures/versions.txt`).
 #![cfg(all(feature = "csv", feature = "npz", feature = "mat"))]
 
 use ndof_io::{ReadOptions, ReadRecording, encode, read, read_bytes};
@@ -47,6 +47,40 @@ fn a_struct_with_units_is_read_as_its_fields() {
     }
     let codes: Vec<_> = read.notes.iter().map(|n| n.code).collect();
     assert!(codes.contains(&"unit-converted") && codes.contains(&"ignored-arrays"), "{codes:?}");
+}
+
+#[cfg(feature = "parquet")]
+#[test]
+fn parquet_of_pandas_and_of_pyarrow_is_read() {
+    let read = fixture("pandas.parquet");
+    assert_eq!(read.recording.sample_rate_hz(), 200.0);
+    assert_eq!(read.recording.names(), ["force_x", "pos_x"]);
+    assert_eq!(read.recording.channel("force_x").expect("force_x").samples, expected("force_x"));
+    assert_eq!(read.recording.channel("pos_x").expect("pos_x").samples, expected("pos_x"));
+    assert!(read.recording.metadata().is_empty(), "{:?}", read.recording.metadata());
+
+    let path = folder().join("types.parquet");
+    let error = ndof_io::read(&path, &ReadOptions::default()).expect_err("a value is missing");
+    assert!(error.to_string().contains("sample 7, channel \"force_x\""), "{error}");
+    let read = ndof_io::read(&path, &ReadOptions { allow_nan: true, ..Default::default() }).expect("types.parquet");
+    assert_eq!(read.recording.sample_rate_hz(), 200.0);
+    assert_eq!(read.recording.metadata().get("subject").map(String::as_str), Some("S 07"));
+    assert_eq!(read.recording.names(), ["force_x", "pos_x"]);
+    let whole = expected("pos_single").iter().map(|p| p * 1024.0).map(|p| if p < 0.0 { p + 65536.0 } else { p }).collect::<Vec<_>>();
+    assert_eq!(read.recording.channel("pos_x").expect("pos_x").samples, whole);
+    for (k, (kilo, newton)) in expected("force_int").iter().zip(&read.recording.channel("force_x").expect("force_x").samples).enumerate() {
+        assert!(if k == 7 { newton.is_nan() } else { *newton == kilo * 1000.0 }, "{k}: {newton}");
+    }
+    assert!(read.notes.iter().any(|n| n.code == "ignored-arrays" && n.message.contains("stamp")), "{:?}", read.notes);
+}
+
+#[cfg(not(feature = "parquet"))]
+#[test]
+fn a_format_that_is_not_built_in_names_its_feature() {
+    for name in ["pandas.parquet", "types.parquet"] {
+        let error = read(&folder().join(name), &ReadOptions::default()).expect_err("not built in");
+        assert!(error.to_string().contains("--features parquet"), "{error}");
+    }
 }
 
 #[test]

@@ -82,6 +82,11 @@ fn a_cut_mat_file_has_fewer_channels_or_is_an_error() {
     }
 }
 
+/// Damaged copies of each file; `NDOF_FUZZ_ROUNDS=1200000` makes ten million of all.
+fn rounds() -> usize {
+    std::env::var("NDOF_FUZZ_ROUNDS").ok().and_then(|text| text.parse().ok()).unwrap_or(5000)
+}
+
 #[test]
 fn damaged_files_never_panic_and_stay_small() {
     let mut rng = ChaCha8Rng::seed_from_u64(3);
@@ -96,7 +101,7 @@ fn damaged_files_never_panic_and_stay_small() {
     let options =
         [ReadOptions::default(), ReadOptions { sample_rate_hz: Some(200.0), allow_nan: true, resample: Some(ndof_io::Resample::Auto), ..Default::default() }];
     for (file, bytes) in files {
-        for round in 0..1500 {
+        for round in 0..rounds() {
             let mut damaged = bytes.clone();
             for _ in 0..rng.random_range(1..6) {
                 let at = rng.random_range(0..damaged.len());

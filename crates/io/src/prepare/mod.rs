@@ -1,10 +1,13 @@
 //! From a recording as it was taken to the stretches and forces that an analysis needs.
 
+mod align;
 mod calibrate;
 mod handle;
+mod lag;
 mod stretches;
 mod tare;
 
+pub use align::{Aligned, align};
 pub use calibrate::calibrate;
 pub use handle::without_handle;
 pub use stretches::{exclude, trim};
@@ -69,6 +72,14 @@ pub enum PrepareError {
         expected: String,
         /// What to do.
         remedy: &'static str,
+    },
+    /// Two recordings that do not seem to be of one trial.
+    #[error("the shared channels correlate by {correlation:.3} at best, {needed} is needed; choose a channel that both files have of the same trial")]
+    NoOverlap {
+        /// The best correlation found.
+        correlation: f64,
+        /// The least that is accepted.
+        needed: f64,
     },
     /// Too short to differentiate.
     #[error("{len} samples are too few to differentiate twice; {needed} are needed")]
