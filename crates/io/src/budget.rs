@@ -2,6 +2,7 @@
 
 use crate::error::IoError;
 use crate::limits::{MAX_BYTES, MAX_CHANNELS};
+#[cfg(any(feature = "npz", feature = "mat"))]
 use std::io::{self, Read};
 
 /// Arrays of one file, channels, units and facts together.
@@ -46,6 +47,7 @@ impl Budget {
     }
 
     /// Unpacks a stream to its end, and stops where the budget does. The inner error is the stream's own.
+    #[cfg(any(feature = "npz", feature = "mat"))]
     pub fn unpack(&mut self, file: &str, stream: impl Read) -> Result<io::Result<Vec<u8>>, IoError> {
         let mut unpacked = Vec::new();
         let result = stream.take(self.left.saturating_add(1)).read_to_end(&mut unpacked);

@@ -3,6 +3,7 @@
 use ndof_signal::Unit;
 
 /// Bytes of a channel's name with its unit.
+#[cfg(any(feature = "csv", feature = "npz", feature = "mat"))]
 pub(crate) const MAX_NAME: usize = 1000;
 
 /// Splits `name [unit]`, or `name (unit)` where the text in brackets is a unit, into its parts.
