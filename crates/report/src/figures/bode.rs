@@ -7,7 +7,8 @@ use ndarray::{Array3, ArrayView1, Axis as Dimension};
 use num_complex::Complex64;
 
 use super::error::{FigureError, expect_shape};
-use super::frequency::{frequency_axis, positive_extent};
+use super::frequency::{frequency_axis, known_extent, positive_extent};
+use crate::number::significant;
 use crate::plot::{Axis, Color, Dash, Figure, Mark, Panel, Series};
 
 const PHASE: &str = "Phase";
@@ -94,7 +95,8 @@ impl ResponseCurves {
 /// The Bode matrix: in row p and column q the gain (log-log) and the phase of H_pq(f), bands at 95 %.
 ///
 /// Phase is wrapped to that turn in which its curve is cut least often, so that a response around −180° does not
-/// jump between −180° and 180°. All gains share one range where they have one unit and lie within six decades.
+/// jump between −180° and 180°. All gains share one range where they have one unit and lie within six decades. Where
+/// intervals are given, frequencies beyond those at which any of them excludes zero are left out of the picture.
 ///
 /// # Errors
 /// [`FigureError`] where a table does not have the shape `[outputs][inputs][frequencies]` or one of them is empty.
@@ -107,11 +109,18 @@ pub fn bode(name: &str, data: &ResponseCurves) -> Result<Figure, FigureError> {
         check(curve, &[p, q, f])?;
     }
     let frequency: Arc<[f64]> = data.frequency_hz.clone().into();
-    let band = positive_extent(&frequency);
-    let gains = common_gain_range(data);
+    let known = known_extent(&frequency, &data.curves);
+    let band = known.or_else(|| positive_extent(&frequency));
+    let gains = common_gain_range(data, band);
     let (gain_height, phase_height) = if q > 3 { (100.0, 70.0) } else { (170.0, 105.0) };
+    let cut = match known {
+        Some((low, high)) => {
+            format!(" Shown: {} to {} Hz, where the response differs from zero; the CSV file has the rest.", significant(low, 2), significant(high, 2))
+        }
+        None => String::new(),
+    };
     let mut figure = Figure::new(name, data.quantity.clone()).columns(q).caption(format!(
-        "Gain and phase by frequency; rows are outputs ({}), columns inputs ({}). Shaded: 95 % confidence interval.",
+        "Gain and phase by frequency; rows are outputs ({}), columns inputs ({}). Shaded: 95 % confidence interval.{cut}",
         data.outputs.join(", "),
         data.inputs.join(", ")
     ));
@@ -164,11 +173,11 @@ pub(super) fn check(curve: &Curve, shape: &[usize]) -> Result<(), FigureError> {
 }
 
 /// One range for all gains, if it makes sense: one unit, and no more than six decades.
-fn common_gain_range(data: &ResponseCurves) -> Option<(f64, f64)> {
+fn common_gain_range(data: &ResponseCurves, band: Option<(f64, f64)>) -> Option<(f64, f64)> {
     if data.element_units.is_some() {
         return None;
     }
-    let inside = |k: usize| data.frequency_hz.get(k).is_some_and(|&frequency| frequency > 0.0);
+    let inside = |k: usize| data.frequency_hz.get(k).is_some_and(|frequency| band.is_none_or(|(low, high)| (low..=high).contains(frequency)));
     let gains = data.curves.iter().flat_map(|curve| curve.gain.indexed_iter());
     let (low, high) = gains
         .filter(|&((_, _, k), &gain)| inside(k) && gain.is_finite() && gain > 0.0)

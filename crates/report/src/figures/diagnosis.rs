@@ -184,7 +184,7 @@ pub struct StatePicture {
 /// # Errors
 /// [`FigureError::Shape`] where states and values differ in number.
 pub fn against_state(name: &str, title: &str, pictures: &[StatePicture]) -> Result<Figure, FigureError> {
-    let mut figure = Figure::new(name, title).columns(pictures.len().clamp(1, 3));
+    let mut figure = Figure::new(name, title).columns(pictures.len().clamp(2, 3));
     for (link, picture) in pictures.iter().enumerate() {
         let axis = |(label, unit): &(String, String)| Axis::linear(label.as_str(), unit.as_str());
         let mut panel = Panel::new(axis(&picture.state), axis(&picture.quantity));

@@ -6,7 +6,7 @@ use crate::plot::{Cell, Figure, draw_panel, escape, legend_entries, swatch};
 pub(super) fn figure_html(figure: &Figure, id: &str) -> String {
     let cell_width = figure.cell_width();
     let cells: String = figure.cells.iter().map(|cell| cell_html(figure, cell, cell_width)).collect();
-    let square = figure.cells.iter().flat_map(|cell| &cell.panels).any(|panel| panel.equal_aspect);
+    let square = figure.cells.iter().flat_map(|cell| &cell.panels).any(|panel| panel.is_square());
     let own = figure.table.as_ref().map(crate::Table::to_html);
     let (beside, numbers) = match own {
         Some(table) if square && figure.columns == 1 => (format!("<div class=\"beside\">{table}</div>\n"), String::new()),

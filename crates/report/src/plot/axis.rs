@@ -1,5 +1,8 @@
 //! An axis: what it shows, its unit, and how numbers become lengths.
 
+/// Numbers beyond this have no place on an even axis: the length of a range must not overflow.
+const LARGEST: f64 = 1e150;
+
 /// How numbers are laid along an axis.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Scale {
@@ -17,7 +20,8 @@ impl Scale {
         match self {
             Scale::Log if value > 0.0 => value.log10(),
             Scale::Log => f64::NAN,
-            Scale::Linear | Scale::Degrees => value,
+            Scale::Linear | Scale::Degrees if value.abs() <= LARGEST => value,
+            Scale::Linear | Scale::Degrees => f64::NAN,
         }
     }
 

@@ -57,9 +57,9 @@ pub(crate) fn draw_panel(panel: &Panel, width: f64, labelled: bool) -> PanelFram
     let worded = !panel.y.caption().is_empty() || panel.spans.iter().any(|span| !span.label.is_empty());
     let top = if worded { TOP } else { TOP_BARE };
     let plot_width = width - left - RIGHT;
-    let plot_height = if panel.equal_aspect { plot_width } else { panel.height };
+    let plot_height = if panel.is_square() { plot_width } else { panel.height };
     let (x, y) = ranges(panel);
-    let (x_shown, y_shown) = if panel.equal_aspect { equal(x, y, plot_width, plot_height) } else { (x, y) };
+    let (x_shown, y_shown) = if panel.is_square() { equal(x, y, plot_width, plot_height) } else { (x, y) };
     let at = Placement { panel, x: x_shown, y: y_shown, width: plot_width, height: plot_height, left, top };
     let x_ticks = sideways_ticks(panel.x.scale, x_shown, plot_width);
     let y_ticks = if panel.y.names.is_empty() {
@@ -81,7 +81,7 @@ pub(crate) fn draw_panel(panel: &Panel, width: f64, labelled: bool) -> PanelFram
         "y": [panel.y.scale.word(), y.0, y.1, panel.y.label, panel.y.unit],
         "shown": [x_shown.0, x_shown.1, y_shown.0, y_shown.1],
         "names": panel.y.names, "margin": [left, top, RIGHT, bottom], "plot": [plot_width, plot_height],
-        "equal": panel.equal_aspect, "free": panel.is_free(), "labelled": labelled, "link": panel.link, "series": series,
+        "equal": panel.is_square(), "free": panel.is_free(), "labelled": labelled, "link": panel.link, "series": series,
     });
     PanelFrame { body, width, height: top + plot_height + bottom, meta: meta.to_string() }
 }
@@ -115,10 +115,10 @@ fn frame(at: &Placement, x_ticks: &[Tick], y_ticks: &[Tick], labelled: bool) -> 
 
 fn annotations(at: &Placement) -> String {
     let mut svg = String::new();
-    for span in &at.panel.spans {
+    for span in at.panel.spans.iter().filter(|span| at.x(span.from).is_finite() && at.x(span.to).is_finite()) {
         svg += &format!("<path class=\"span\" d=\"M{} 0H{}V{}H{}Z\"/>", px(at.x(span.from)), px(at.x(span.to)), px(at.height), px(at.x(span.from)));
     }
-    for rule in &at.panel.rules {
+    for rule in at.panel.rules.iter().filter(|rule| at.y(rule.y).is_finite()) {
         svg += &format!("<path class=\"line rule c-{} dashed\" d=\"M0 {y}H{}\"/>", RULE_COLOR.name(), px(at.width), y = px(at.y(rule.y)));
     }
     svg

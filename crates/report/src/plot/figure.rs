@@ -1,6 +1,6 @@
 //! A figure: a grid of cells, each a stack of panels over one abscissa.
 
-use super::axis::Axis;
+use super::axis::{Axis, Scale};
 use super::draw::{draw_panel, standalone_style};
 use super::legend::{draw_legend, legend_entries};
 use super::palette::Color;
@@ -77,7 +77,12 @@ impl Panel {
 
     /// Not curves over a shared abscissa, but places in a plane: read by distance, zoomed alone.
     pub(crate) fn is_free(&self) -> bool {
-        self.equal_aspect || !self.y.names.is_empty() || self.series.iter().any(|series| !series.mark.is_filled() && !series.mark.ascends())
+        self.is_square() || !self.y.names.is_empty() || self.series.iter().any(|series| !series.mark.is_filled() && !series.mark.ascends())
+    }
+
+    /// Equal units on both axes: asked for, and possible, as neither is logarithmic.
+    pub(crate) fn is_square(&self) -> bool {
+        self.equal_aspect && self.x.scale != Scale::Log && self.y.scale != Scale::Log
     }
 
     /// With a series more.
@@ -158,7 +163,7 @@ impl Figure {
     pub(crate) fn cell_width(&self) -> f64 {
         let columns = self.columns.max(1) as f64;
         let width = (STANDALONE_WIDTH - 2.0 * MARGIN - (columns - 1.0) * GAP) / columns;
-        let square = self.cells.iter().flat_map(|cell| &cell.panels).any(|panel| panel.equal_aspect);
+        let square = self.cells.iter().flat_map(|cell| &cell.panels).any(Panel::is_square);
         let widest = if square { 430.0 } else { STANDALONE_WIDTH };
         width.clamp(NARROWEST_CELL, widest)
     }
