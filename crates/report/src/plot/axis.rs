@@ -1,6 +1,6 @@
 //! An axis: what it shows, its unit, and how numbers become lengths.
 
-/// Numbers beyond this have no place on an even axis: the length of a range must not overflow.
+/// Numbers beyond this (and, on a logarithmic axis, below its inverse) have no place: the length of a range must not overflow.
 const LARGEST: f64 = 1e150;
 
 /// How numbers are laid along an axis.
@@ -18,7 +18,7 @@ impl Scale {
     /// Into the coordinate in which the axis is even; NaN where the number has no place on it.
     pub(crate) fn forward(self, value: f64) -> f64 {
         match self {
-            Scale::Log if value > 0.0 => value.log10(),
+            Scale::Log if (1.0 / LARGEST..=LARGEST).contains(&value) => value.log10(),
             Scale::Log => f64::NAN,
             Scale::Linear | Scale::Degrees if value.abs() <= LARGEST => value,
             Scale::Linear | Scale::Degrees => f64::NAN,
