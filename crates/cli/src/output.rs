@@ -49,6 +49,9 @@ pub fn write_plots(folder: &Path, report: &Report) -> Result<(), CliError> {
 
 /// Creates a folder and those above it.
 pub fn create_folder(folder: &Path) -> Result<(), CliError> {
+    if folder.as_os_str().is_empty() {
+        return Ok(());
+    }
     std::fs::create_dir_all(folder).map_err(|source| CliError::Machine { what: format!("creating the folder {}", folder.display()), source })
 }
 

@@ -133,6 +133,12 @@ pub enum StudyError {
     /// The fit is not possible.
     #[error("fitting: {0}")]
     Fit(#[from] ndof_models::FitError),
+    /// The kinematics make no sense.
+    #[error("kinematics: {0}")]
+    Kinematics(#[from] ndof_models::KinematicsError),
+    /// The impedance cannot be projected.
+    #[error("projecting to the joints: {0}")]
+    Projection(#[from] ndof_models::ProjectionError),
     /// The simulation is not possible.
     #[error("simulating: {0}")]
     Device(#[from] ndof_devices::DeviceError),

@@ -48,6 +48,7 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode, CliError> {
         model: Some(arguments.model.clone()),
         band_hz: shared.band.map(|(low, high)| [low, high]),
         cost: arguments.cost,
+        estimator: settings.estimator,
         kinematics,
         ..FitSettings::default()
     };

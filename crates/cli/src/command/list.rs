@@ -53,7 +53,11 @@ fn effects() -> String {
     for effect in EFFECTS {
         let card = effect.card();
         text += &format!("{}\n    {}\n    {}\n", card.name, card.what, card.equation);
-        let rows: Vec<Vec<String>> = card.parameters.iter().map(|p| vec![format!("    {}", p.name), p.unit.to_owned(), p.default.map_or_else(String::new, |d| format!("default {d}"))]).collect();
+        let rows: Vec<Vec<String>> = card
+            .parameters
+            .iter()
+            .map(|p| vec![format!("    {}", p.name), p.unit.to_owned(), p.default.map_or_else(String::new, |d| format!("default {d}"))])
+            .collect();
         text += &columns(&rows);
         text += &format!("    {}\n\n", card.source);
     }

@@ -5,9 +5,9 @@ use crate::options::Shared;
 use crate::{output, progress};
 use clap::Args;
 use ndof_signal::Recording;
+use ndof_study::Truth;
 use ndof_study::file::{self, ExperimentFile, StudyFile};
 use ndof_study::result::to_json;
-use ndof_study::{StudyError, Truth};
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
@@ -40,8 +40,7 @@ pub fn run(arguments: &Arguments, studies: &[(&str, &str)]) -> Result<ExitCode, 
 
 fn experiment(name: &str, studies: &[(&str, &str)]) -> Result<ExperimentFile, CliError> {
     if let Some((name, text)) = studies.iter().find(|(known, _)| *known == name) {
-        let study = StudyFile::parse(text, name)?;
-        return study.experiment().cloned().ok_or(CliError::Study(StudyError::NoRecording));
+        return Ok(StudyFile::parse(text, name)?.experiment);
     }
     let path = Path::new(name);
     if !path.exists() && path.extension().is_none() {
@@ -57,6 +56,7 @@ pub fn write_trials(out: &Path, recordings: &[Recording], truth: &Truth) -> Resu
     let stem = out.file_stem().map_or_else(|| "recording".to_owned(), |stem| stem.to_string_lossy().into_owned());
     let extension = out.extension().map_or_else(|| "csv".to_owned(), |extension| extension.to_string_lossy().into_owned());
     let folder = out.parent().unwrap_or_else(|| Path::new(""));
+    output::create_folder(folder)?;
     let mut files = Vec::with_capacity(recordings.len());
     for (k, recording) in recordings.iter().enumerate() {
         let name = if recordings.len() == 1 { format!("{stem}.{extension}") } else { format!("{stem}-{}.{extension}", k + 1) };

@@ -1,5 +1,7 @@
 //! `ndof/kinematics/1`: where the joints are.
 
+use super::check_schema;
+use crate::error::StudyError;
 use serde::{Deserialize, Serialize};
 
 /// How joints move the endpoint.
@@ -38,6 +40,19 @@ pub struct KinematicsFile {
     /// Standard deviations of what was measured with a tape.
     #[serde(default)]
     pub sd: KinematicsSd,
+}
+
+impl KinematicsFile {
+    /// The schema's name.
+    pub const SCHEMA: &str = "ndof/kinematics/1";
+
+    /// Checks what the types do not.
+    ///
+    /// # Errors
+    /// [`StudyError::Meaning`] in the name of `file`.
+    pub fn check(&self, file: &str) -> Result<(), StudyError> {
+        check_schema(self.schema.as_deref(), Self::SCHEMA, file)
+    }
 }
 
 /// The mean force on the hand.

@@ -8,7 +8,7 @@ mod study;
 pub use baseline::{BaselineFile, BaselineParameter, Status, Value};
 pub use experiment::{Excitation, ExperimentFile, HiddenEffect};
 pub use kinematics::{KinematicsFile, KinematicsSd, MeanForce};
-pub use study::{EstimateSection, ExperimentPath, ExperimentSource, FitSection, StudyFile};
+pub use study::{EstimateSection, FitSection, StudyDocument, StudyFile};
 
 use crate::error::{StudyError, did_you_mean};
 use crate::suggest::nearest;

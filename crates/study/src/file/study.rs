@@ -9,9 +9,12 @@ use serde::{Deserialize, Serialize};
 use std::path::Path;
 
 /// A whole study.
+pub type StudyFile = StudyDocument<ExperimentFile>;
+
+/// A study as it is written: `E` is the experiment itself, or the path of its file.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub struct StudyFile {
+pub struct StudyDocument<E> {
     /// `ndof/study/1`.
     #[serde(default)]
     pub schema: Option<String>,
@@ -19,7 +22,7 @@ pub struct StudyFile {
     #[serde(default)]
     pub title: Option<String>,
     /// What is simulated.
-    pub experiment: ExperimentSource,
+    pub experiment: E,
     /// How the response is estimated.
     #[serde(default)]
     pub estimate: EstimateSection,
@@ -34,22 +37,19 @@ pub struct StudyFile {
     pub kinematics: Option<KinematicsFile>,
 }
 
-/// An experiment inline, or in a file of its own.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(untagged)]
-pub enum ExperimentSource {
-    /// `file = "…"`, from the folder of the study's file.
-    File(ExperimentPath),
-    /// Inline.
-    Inline(Box<ExperimentFile>),
+/// The path of an experiment's file.
+#[derive(Clone, Debug, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct ExperimentPath {
+    /// Relative to the study's file.
+    file: String,
 }
 
-/// The path of an experiment's file.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct ExperimentPath {
-    /// Relative to the study's file.
-    pub file: String,
+/// Just enough of a study to tell which of the two forms it has.
+#[derive(Deserialize)]
+struct Glance {
+    #[serde(default)]
+    experiment: toml::Table,
 }
 
 /// Keys are the long options of `ndof estimate`.
@@ -103,40 +103,33 @@ impl StudyFile {
     /// # Errors
     /// [`StudyError`] with file and line.
     pub fn read(path: &Path) -> Result<Self, StudyError> {
-        let study: StudyFile = super::read(path)?;
-        study.resolve(&path.display().to_string(), path.parent())
+        let file = path.display().to_string();
+        let text = std::fs::read_to_string(path).map_err(|source| StudyError::Read { file: file.clone(), source })?;
+        Self::parse(&text, &file)
     }
 
-    /// A study from text that `file` names in errors.
+    /// A study from text; `file` is its name in errors, and an experiment's file is looked for beside it.
     ///
     /// # Errors
     /// [`StudyError`] with line.
     pub fn parse(text: &str, file: &str) -> Result<Self, StudyError> {
-        super::parse::<StudyFile>(text, file)?.resolve(file, None)
-    }
-
-    fn resolve(mut self, file: &str, folder: Option<&Path>) -> Result<Self, StudyError> {
-        check_schema(self.schema.as_deref(), Self::SCHEMA, file)?;
-        if let ExperimentSource::File(ExperimentPath { file: path }) = &self.experiment {
-            let path = folder.unwrap_or_else(|| Path::new("")).join(path);
+        let apart = toml::from_str::<Glance>(text).is_ok_and(|glance| glance.experiment.contains_key("file"));
+        let study = if apart {
+            let study: StudyDocument<ExperimentPath> = super::parse(text, file)?;
+            let path = Path::new(file).parent().unwrap_or_else(|| Path::new("")).join(&study.experiment.file);
             let experiment: ExperimentFile = super::read(&path)?;
             experiment.check(&path.display().to_string())?;
-            self.experiment = ExperimentSource::Inline(Box::new(experiment));
-        } else if let ExperimentSource::Inline(experiment) = &self.experiment {
-            experiment.check(file)?;
-        }
-        for section in std::iter::once(&self.estimate).chain(&self.also) {
+            study.with_experiment(experiment)
+        } else {
+            let study: StudyFile = super::parse(text, file)?;
+            study.experiment.check(file)?;
+            study
+        };
+        check_schema(study.schema.as_deref(), Self::SCHEMA, file)?;
+        for section in std::iter::once(&study.estimate).chain(&study.also) {
             section.settings(file)?;
         }
-        Ok(self)
-    }
-
-    /// The experiment, which reading has put in place.
-    pub fn experiment(&self) -> Option<&ExperimentFile> {
-        match &self.experiment {
-            ExperimentSource::Inline(experiment) => Some(experiment),
-            ExperimentSource::File(_) => None,
-        }
+        Ok(study)
     }
 
     /// What the fit is asked for.
@@ -145,9 +138,17 @@ impl StudyFile {
             model: self.fit.model.clone(),
             band_hz: self.fit.band_hz,
             cost: self.fit.cost,
+            estimator: self.estimate.estimator,
             kinematics: self.kinematics.clone(),
             ..FitSettings::default()
         }
+    }
+}
+
+impl<E> StudyDocument<E> {
+    fn with_experiment<F>(self, experiment: F) -> StudyDocument<F> {
+        let StudyDocument { schema, title, experiment: _, estimate, also, fit, kinematics } = self;
+        StudyDocument { schema, title, experiment, estimate, also, fit, kinematics }
     }
 }
 

@@ -6,9 +6,10 @@ use crate::result::estimate as schema;
 use crate::result::estimate::EstimateResult;
 use crate::result::{VERSION, Warning, number};
 use crate::trials::Trials;
-use ndof_signal::{Detrend, Welch, Window, effective_averages};
+use ndof_signal::{CrossSpectra, Detrend, Welch, Window, effective_averages};
 use ndof_sysid::{Coherence, Direct, EstimateError, Estimates, FrequencyResponse, Labels, ResponseKind, SpectralMethod};
 use num_complex::Complex64;
+use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 use std::f64::consts::TAU;
 
@@ -77,12 +78,7 @@ impl Estimated {
 pub fn estimate(trials: &Trials, settings: &EstimateSettings, command: &str) -> Result<Estimated, StudyError> {
     let (welch, why) = choose(trials, settings);
     let ports = &trials.roles.ports;
-    let labels = Labels {
-        references: trials.names(&ports.references),
-        inputs: trials.names(&ports.inputs),
-        outputs: trials.names(&ports.outputs),
-        kind: trials.roles.natural_kind(),
-    };
+    let labels = labels(trials);
     let mut estimates = ndof_sysid::estimate(&trials.recordings(), ports, &labels, &SpectralMethod::Welch(welch.clone()), settings.estimator)
         .map_err(|error| in_file(error, trials))?;
     to_displacement(&mut estimates.direct.response, trials);
@@ -94,6 +90,50 @@ pub fn estimate(trials: &Trials, settings: &EstimateSettings, command: &str) -> 
     let derived = estimates.derived.as_ref().map(|d| d.response.to_kind(kind)).transpose()?;
     let result = result(trials, settings, command, &estimates, &direct, derived.as_ref(), &welch, why)?;
     Ok(Estimated { estimates, direct, derived, result })
+}
+
+/// The response that a fit uses, once for each trial with that trial left out: how much they differ is how much the
+/// trials disagree. Empty where that cannot be known.
+pub(super) fn without_each(trials: &Trials, estimated: &Estimated, estimator: Direct) -> Result<Vec<FrequencyResponse>, StudyError> {
+    let SpectralMethod::Welch(welch) = &estimated.estimates.method else { return Ok(Vec::new()) };
+    if trials.trials.len() < 3 {
+        return Ok(Vec::new());
+    }
+    let failed = |error: EstimateError| in_file(error, trials);
+    let ports = &trials.roles.ports;
+    let labels = labels(trials);
+    let spectra = trials
+        .recordings()
+        .par_iter()
+        .enumerate()
+        .map(|(k, recording)| {
+            let columns: Vec<usize> = (0..recording.channels().len()).collect();
+            welch.spectra(recording.sample_rate_hz(), &recording.columns(&columns)).map_err(|source| failed(EstimateError::Welch { trial: k + 1, source }))
+        })
+        .collect::<Result<Vec<CrossSpectra>, _>>()?;
+    (0..spectra.len())
+        .into_par_iter()
+        .map(|left_out| {
+            let kept: Vec<CrossSpectra> = spectra.iter().enumerate().filter(|(k, _)| *k != left_out).map(|(_, s)| s.clone()).collect();
+            let pooled = CrossSpectra::pool(&kept).map_err(|error| failed(error.into()))?;
+            let mut response = match &estimated.estimates.derived {
+                Some(_) => ndof_sysid::derived(&pooled, ports, &labels).map_err(failed)?.response,
+                None => ndof_sysid::direct(&pooled, ports, &labels, estimator).map_err(failed)?.response,
+            };
+            to_displacement(&mut response, trials);
+            Ok(response)
+        })
+        .collect()
+}
+
+fn labels(trials: &Trials) -> Labels {
+    let ports = &trials.roles.ports;
+    Labels {
+        references: trials.names(&ports.references),
+        inputs: trials.names(&ports.inputs),
+        outputs: trials.names(&ports.outputs),
+        kind: trials.roles.natural_kind(),
+    }
 }
 
 /// Segments as long as leave enough of them to average: resolution is bought with what is left of the random error.
@@ -199,7 +239,13 @@ fn result(
     let ports = &trials.roles.ports;
     let (inputs, outputs) = if swapped { (&ports.outputs, &ports.inputs) } else { (&ports.inputs, &ports.outputs) };
     let mut warnings: Vec<Warning> = trials.warnings.clone();
-    warnings.extend(estimates.warnings.iter().cloned().map(Warning::from));
+    let in_band = |bins: &dyn Fn(usize) -> bool| keep.iter().any(|&f| bins(f));
+    let concerns = |code: &str| match code {
+        "weak-instrument" => estimates.derived.as_ref().is_some_and(|derived| in_band(&|f| derived.weak_instrument.get(f) == Some(&true))),
+        "singular-inputs" => in_band(&|f| d.singular_bins.contains(&f)),
+        _ => true,
+    };
+    warnings.extend(estimates.warnings.iter().filter(|w| concerns(&w.code)).cloned().map(Warning::from));
     Ok(EstimateResult {
         schema: schema::SCHEMA.to_owned(),
         ndof_version: VERSION.to_owned(),

@@ -2,6 +2,8 @@
 
 use super::Estimated;
 use super::confidence::finite;
+use super::estimate::word;
+use super::project::project;
 use crate::error::StudyError;
 use crate::file::KinematicsFile;
 use crate::result::fit as schema;
@@ -10,9 +12,12 @@ use crate::result::{VERSION, Warning, number};
 use crate::roles::axis_of;
 use crate::trials::Trials;
 use ndarray::Array2;
-use ndof_models::{Axis, Fit, InertiaDampingStiffness, InertiaDampingStiffnessModel, LoopModel, Smoothing, Symmetry, Transducer, WeightedFit, linear_start};
+use ndof_models::{
+    Agreement, Axis, Fit, InertiaDampingStiffness, InertiaDampingStiffnessModel, LoopModel, PaperFit, Parameter, Smoothing, Symmetry, Transducer, WeightedFit,
+    agreement, linear_start,
+};
 use ndof_signal::Unit;
-use ndof_sysid::FrequencyResponse;
+use ndof_sysid::{Direct, FrequencyResponse, Ports};
 use serde::{Deserialize, Serialize};
 
 /// What a fit minimises.
@@ -35,6 +40,8 @@ pub struct FitSettings {
     pub band_hz: Option<[f64; 2]>,
     /// What is minimised.
     pub cost: FitCost,
+    /// Estimator of the direct estimate, where that is what is fitted.
+    pub estimator: Direct,
     /// What is assumed of the matrices.
     pub symmetry: Symmetry,
     /// A known compliance of the transducer.
@@ -54,6 +61,9 @@ pub struct Fitted {
     pub result: FitResult,
 }
 
+/// Above this reduced χ² the model is wrong by more than the covariance's own uncertainty.
+const MISFIT: f64 = 2.0;
+
 /// The name of the model that there is.
 pub const MODEL: &str = "inertia-damping-stiffness";
 
@@ -71,13 +81,66 @@ pub fn fit(trials: &Trials, estimated: &Estimated, settings: &FitSettings, comma
     let motion = if response.kind.is_effort_over_motion() { &ports.inputs } else { &ports.outputs };
     let axes: Vec<Axis> = trials.channels(motion).iter().map(|channel| axis(&channel.name, &channel.unit)).collect();
     let model = InertiaDampingStiffnessModel::new(axes, settings.symmetry);
-    let band_hz = settings.band_hz.unwrap_or_else(|| excited_band(estimated));
+    let band_hz = settings.band_hz.unwrap_or_else(|| excited_band(estimated, ports));
     let start = linear_start(&model, &response.band(band_hz[0], band_hz[1]))?;
-    let smoothing = smoothing(estimated, band_hz);
-    let fit = WeightedFit { band_hz, smoothing, transducer: settings.transducer, ..WeightedFit::default() }.fit(&model, response, &start)?;
+    let without = super::estimate::without_each(trials, estimated, settings.estimator)?;
+    let weighted = WeightedFit { band_hz, smoothing: smoothing(estimated, band_hz), transducer: settings.transducer, ..WeightedFit::default() };
+    let weighted = weighted.fit_trials(&model, response, &without, &start)?;
+    let weight = derived.map_or(&estimated.estimates.direct.coherence.partial, |d| &d.coherence_paper.partial);
+    let paper = PaperFit { band_hz }.fit_trials(&model, response, &without, weight, &weighted.theta)?;
+    let (fit, other) = match settings.cost {
+        FitCost::Weighted => (weighted, paper),
+        FitCost::Paper => (paper, weighted),
+    };
     let matrices = model.matrices(&fit.theta);
-    let result = result(trials, estimated, settings, command, &model, &fit, &matrices);
+    let joint = settings.kinematics.as_ref().map(|file| project(trials, file, &model, &fit)).transpose()?;
+    let agree = |fit: &Fit| agreement(response, &model_response(&model.matrices(&fit.theta), response), weight, band_hz);
+    let other = schema::OtherFit {
+        cost: word(&if settings.cost == FitCost::Weighted { FitCost::Paper } else { FitCost::Weighted }),
+        parameters: other.parameters.iter().map(parameter).collect(),
+        matrices: with_errors(&model, &other),
+        vaf: vaf(&agree(&other)?),
+        r2: agree(&other)?.r2,
+    };
+    let agreement = agree(&fit)?;
+    let result = FitResult {
+        schema: schema::SCHEMA.to_owned(),
+        ndof_version: VERSION.to_owned(),
+        command: command.to_owned(),
+        warnings: warnings(estimated, &fit, &matrices),
+        model: MODEL.to_owned(),
+        cost: word(&settings.cost),
+        estimate: if derived.is_some() { "derived" } else { "direct" }.to_owned(),
+        inputs: trials.names(&ports.inputs),
+        outputs: trials.names(&ports.outputs),
+        band_hz: fit.band_hz,
+        frequencies: fit.bins,
+        chi2_reduced: number(fit.chi2_reduced),
+        parameters: fit.parameters.iter().map(parameter).collect(),
+        matrices: with_errors(&model, &fit),
+        vaf: vaf(&agreement),
+        r2: agreement.r2,
+        joint: joint.as_ref().map(|(_, joint)| joint.clone()),
+        other_cost: Some(other),
+    };
     Ok(Fitted { fit, matrices, result })
+}
+
+fn vaf(agreement: &Agreement) -> Matrix {
+    agreement.vaf_percent.iter().map(|row| row.iter().map(|v| v.and_then(number)).collect()).collect()
+}
+
+/// A parameter as results hold it.
+pub(super) fn parameter(p: &Parameter) -> schema::Parameter {
+    schema::Parameter {
+        name: p.name.clone(),
+        unit: p.unit.clone(),
+        site: Site { side: "limb".to_owned(), axis: p.site.clone() },
+        value: number(p.value),
+        std_error: number(p.std_error),
+        ci95: finite(p.ci95),
+        identifiable: p.identifiable,
+    }
 }
 
 fn axis(channel: &str, unit: &Unit) -> Axis {
@@ -90,25 +153,30 @@ fn smoothing(estimated: &Estimated, band_hz: [f64; 2]) -> Smoothing {
     LoopModel::estimate(&derived.to_reference.t, &derived.to_reference.r, band_hz).map_or(Smoothing::Open, Smoothing::Derived)
 }
 
-/// From the first frequency that the window resolves to the last at which half of every output is explained.
-fn excited_band(estimated: &Estimated) -> [f64; 2] {
+/// From the first frequency that the window resolves to that below which all but a fiftieth of each input's power lies,
+/// and where half of every output is explained.
+fn excited_band(estimated: &Estimated, ports: &Ports) -> [f64; 2] {
+    const BEYOND: f64 = 0.02;
     let direct = &estimated.estimates.direct;
     let hz = &direct.response.frequency_hz;
     let spacing = direct.response.uncertainty.as_ref().map_or(0.0, |u| u.independent_spacing_hz);
     let explained = |f: usize| direct.coherence.multiple.row(f).iter().all(|coherence| *coherence >= 0.5);
     let last = (0..hz.len()).rev().find(|&f| explained(f)).map_or(f64::INFINITY, |f| hz[f]);
-    [spacing.max(hz.get(1).copied().unwrap_or(0.0)), last]
+    let driven = estimated.estimates.spectra.as_ref().map_or(f64::INFINITY, |spectra| {
+        let highest = |input: usize| {
+            let total: f64 = (1..hz.len()).map(|f| spectra.power(f, input)).sum();
+            let mut beyond = 0.0;
+            (1..hz.len()).rev().find(|&f| {
+                beyond += spectra.power(f, input);
+                beyond > BEYOND * total
+            })
+        };
+        ports.inputs.iter().filter_map(|&input| highest(input)).map(|f| hz[f]).fold(0.0, f64::max)
+    });
+    [spacing.max(hz.get(1).copied().unwrap_or(0.0)), last.min(driven)]
 }
 
-fn result(
-    trials: &Trials,
-    estimated: &Estimated,
-    settings: &FitSettings,
-    command: &str,
-    model: &InertiaDampingStiffnessModel,
-    fit: &Fit,
-    matrices: &InertiaDampingStiffness,
-) -> FitResult {
+fn warnings(estimated: &Estimated, fit: &Fit, matrices: &InertiaDampingStiffness) -> Vec<Warning> {
     let mut warnings = estimated.result.warnings.clone();
     warnings.extend(force_sign(matrices));
     let unknown: Vec<&str> = fit.parameters.iter().filter(|p| !p.identifiable).map(|p| p.name.as_str()).collect();
@@ -119,52 +187,31 @@ fn result(
             "excite the axis more strongly or over a wider band, or fix the parameter",
         ));
     }
-    let names = |indices: &[usize]| trials.names(indices);
-    FitResult {
-        schema: schema::SCHEMA.to_owned(),
-        ndof_version: VERSION.to_owned(),
-        command: command.to_owned(),
-        warnings,
-        model: MODEL.to_owned(),
-        cost: super::estimate::word(&settings.cost),
-        estimate: if estimated.derived.is_some() { "derived" } else { "direct" }.to_owned(),
-        inputs: names(&trials.roles.ports.inputs),
-        outputs: names(&trials.roles.ports.outputs),
-        band_hz: fit.band_hz,
-        frequencies: fit.bins,
-        chi2_reduced: number(fit.chi2_reduced),
-        parameters: fit
-            .parameters
-            .iter()
-            .map(|p| schema::Parameter {
-                name: p.name.clone(),
-                unit: p.unit.clone(),
-                site: Site { side: "limb".to_owned(), axis: p.site.clone() },
-                value: number(p.value),
-                std_error: number(p.std_error),
-                ci95: finite(p.ci95),
-                identifiable: p.identifiable,
-            })
-            .collect(),
-        matrices: with_errors(model, fit, matrices),
-        vaf: Vec::new(),
-        r2: None,
-        joint: None,
-        paper: None,
+    if fit.chi2_reduced > MISFIT {
+        warnings.push(Warning::new(
+            "model-misfit",
+            format!("reduced chi² is {:.1}: the model leaves more than noise, and its intervals are too narrow", fit.chi2_reduced),
+            "fit a narrower band with --band, or ask `ndof diagnose` what the model lacks",
+        ));
     }
+    warnings
 }
 
 /// Matrices with the standard error of each entry.
-fn with_errors(model: &InertiaDampingStiffnessModel, fit: &Fit, matrices: &InertiaDampingStiffness) -> schema::Matrices {
+fn with_errors(model: &InertiaDampingStiffnessModel, fit: &Fit) -> schema::Matrices {
+    let matrices = model.matrices(&fit.theta);
     let errors: Vec<f64> = fit.parameters.iter().map(|p| p.std_error).collect();
-    let errors = model.matrices(&errors);
     schema::Matrices {
         M: rows(&matrices.inertia),
         B: rows(&matrices.damping),
         K: rows(&matrices.stiffness),
-        std_error: schema::MatrixErrors { M: rows(&errors.inertia), B: rows(&errors.damping), K: rows(&errors.stiffness) },
+        std_error: std_errors(&model.matrices(&errors)),
         delay_s: None,
     }
+}
+
+pub(super) fn std_errors(errors: &InertiaDampingStiffness) -> schema::MatrixErrors {
+    schema::MatrixErrors { M: rows(&errors.inertia), B: rows(&errors.damping), K: rows(&errors.stiffness) }
 }
 
 pub(super) fn rows(matrix: &Array2<f64>) -> Matrix {

@@ -3,6 +3,7 @@
 mod confidence;
 mod estimate;
 mod fit;
+mod project;
 mod simulate;
 mod study;
 

@@ -49,7 +49,7 @@ pub fn run_study(study: &StudyFile, recordings: Option<Vec<Trial>>, seed: Option
     let (simulated, trials) = match recordings {
         Some(trials) => (None, trials),
         None => {
-            let mut experiment = study.experiment().ok_or(StudyError::NoRecording)?.clone();
+            let mut experiment = study.experiment.clone();
             experiment.seed = seed.unwrap_or(experiment.seed);
             let simulated = simulate(&experiment, progress)?;
             let trials = simulated.recordings.iter().enumerate().map(|(k, recording)| as_trial(k, recording)).collect();
@@ -86,21 +86,18 @@ impl StudyOutcome {
     }
 }
 
-/// The parameters of a fit beside the truth.
+/// The parameters of a fit, those at the joints last, beside the truth.
 pub fn compare(fitted: &Fitted, truth: Option<&Truth>) -> Vec<ComparedParameter> {
-    fitted
-        .result
-        .parameters
-        .iter()
-        .map(|p| ComparedParameter {
-            name: p.name.clone(),
-            unit: p.unit.clone(),
-            truth: truth.and_then(|truth| truth.parameter(&p.name)),
-            value: p.value,
-            ci95: p.ci95,
-            identifiable: p.identifiable,
-        })
-        .collect()
+    let joint = fitted.result.joint.iter().flat_map(|joint| &joint.parameters);
+    let compared = |p: &crate::result::fit::Parameter| ComparedParameter {
+        name: p.name.clone(),
+        unit: p.unit.clone(),
+        truth: truth.and_then(|truth| truth.parameter(&p.name)),
+        value: p.value,
+        ci95: p.ci95,
+        identifiable: p.identifiable,
+    };
+    fitted.result.parameters.iter().chain(joint).map(compared).collect()
 }
 
 impl Truth {

@@ -41,14 +41,15 @@ pub struct FitResult {
     pub parameters: Vec<Parameter>,
     /// The parameters as matrices.
     pub matrices: Matrices,
-    /// Variance accounted for, percent, by element of the impedance (the paper's appendix).
+    /// Variance accounted for, percent, by element of the impedance (the paper's appendix); `null` where the model's
+    /// element is identically zero.
     pub vaf: Matrix,
     /// R² over all elements.
     pub r2: Number,
     /// The same matrices at the joints, with `--kinematics`.
     pub joint: Option<Joint>,
-    /// The fit by the paper's own cost, beside the weighted one.
-    pub paper: Option<PaperFit>,
+    /// The fit by the paper's own cost beside the weighted one, or the other way round.
+    pub other_cost: Option<OtherFit>,
 }
 
 /// One parameter.
@@ -122,7 +123,9 @@ pub struct Joint {
     pub K: Matrix,
     /// Their standard errors, those of the kinematics included.
     pub std_error: MatrixErrors,
-    /// Joint angles.
+    /// All entries with their intervals.
+    pub parameters: Vec<Parameter>,
+    /// Joint angles; empty where the kinematics are a Jacobian only.
     pub posture_rad: Vec<f64>,
     /// Rows endpoint axes, columns joints.
     pub jacobian: Vec<Vec<f64>>,
@@ -132,9 +135,13 @@ pub struct Joint {
     pub mean_force_n: Vec<f64>,
 }
 
-/// The paper's own fit.
+/// The same model fitted by another cost.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
-pub struct PaperFit {
+pub struct OtherFit {
+    /// `weighted` or `paper`.
+    pub cost: String,
+    /// All parameters.
+    pub parameters: Vec<Parameter>,
     /// The parameters as matrices.
     pub matrices: Matrices,
     /// Variance accounted for, percent.

@@ -1,0 +1,195 @@
+//! Each command does what its help says; results follow their schema and do not depend on threads.
+
+mod support;
+
+use serde_json::Value;
+use support::{json, ndof, shared, succeed, trial, violation};
+
+#[test]
+fn every_command_has_help_with_an_example() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let help = succeed(folder.path(), &["--help"]);
+    let commands: Vec<&str> = help
+        .lines()
+        .skip_while(|line| !line.starts_with("Commands:"))
+        .skip(1)
+        .take_while(|line| !line.is_empty())
+        .filter_map(|line| line.strip_prefix("  ").filter(|rest| !rest.starts_with(' '))?.split_whitespace().next())
+        .filter(|name| *name != "help")
+        .collect();
+    assert!(commands.len() >= 7, "{help}");
+    for command in commands {
+        let text = succeed(folder.path(), &[command, "--help"]);
+        assert!(text.contains(&format!("Example:\n  ndof {command}")), "{command}:\n{text}");
+    }
+}
+
+#[test]
+fn an_estimate_finds_the_oscillator_and_follows_its_schema() {
+    let folder = tempfile::tempdir().expect("a folder");
+    trial(folder.path());
+    let result = json(folder.path(), &["estimate", "trial.csv", "--nperseg", "1024", "--band", "0.4-20", "--spectra"]);
+    let schema: Value = serde_json::from_str(&succeed(folder.path(), &["schema", "estimate"])).expect("JSON");
+    assert_eq!(violation(&result, &schema, &schema, ""), None);
+    assert_eq!(
+        (result["schema"].as_str(), result["command"].as_str(), result["response"].as_str()),
+        (Some("ndof/estimate/1"), Some("estimate"), Some("compliance"))
+    );
+    let hz = result["frequency_hz"].as_array().expect("a grid");
+    assert!(hz.iter().all(|f| (0.4..=20.0).contains(&f.as_f64().expect("a number"))));
+    let f = hz.iter().position(|f| f.as_f64().expect("a number") > 5.0).expect("5 Hz");
+    let w = std::f64::consts::TAU * hz[f].as_f64().expect("a number");
+    let truth = 1.0 / (300.0 - 2.0 * w * w).hypot(12.0 * w);
+    let gain = result["direct"]["re"][0][0][f].as_f64().expect("re").hypot(result["direct"]["im"][0][0][f].as_f64().expect("im"));
+    let sd = result["direct"]["gain_std_error"][0][0][f].as_f64().expect("an error");
+    // Four standard errors, and a half per mille for the window's bias at 5 Hz (b = σ_W² H''/2, T = 2 s).
+    assert!((gain - truth).abs() < 4.0 * sd + 2e-2 * truth, "{gain} against {truth} ± {sd}");
+}
+
+#[test]
+fn a_fit_finds_the_oscillator_and_follows_its_schema() {
+    let folder = tempfile::tempdir().expect("a folder");
+    trial(folder.path());
+    let result = json(folder.path(), &["fit", "trial.csv", "--nperseg", "1024", "--band", "0.6-15"]);
+    let schema: Value = serde_json::from_str(&succeed(folder.path(), &["schema", "fit"])).expect("JSON");
+    assert_eq!(violation(&result, &schema, &schema, ""), None);
+    for (k, (name, truth)) in [("M", 2.0), ("B", 12.0), ("K", 300.0)].into_iter().enumerate() {
+        let p = &result["parameters"][k];
+        assert_eq!(p["name"].as_str(), Some(name));
+        let value = p["value"].as_f64().expect("a value");
+        // The window's leakage is all the noise there is: four standard errors.
+        assert!((value - truth).abs() < 4.0 * p["std_error"].as_f64().expect("an error"), "{name} = {value}");
+        assert_eq!(result["matrices"][name][0][0].as_f64(), Some(value));
+    }
+}
+
+#[test]
+fn the_response_can_be_asked_for_by_its_name() {
+    let folder = tempfile::tempdir().expect("a folder");
+    trial(folder.path());
+    let compliance = json(folder.path(), &["estimate", "trial.csv", "--nperseg", "512"]);
+    let stiffness = json(folder.path(), &["estimate", "trial.csv", "--nperseg", "512", "--response", "dynamic-stiffness"]);
+    assert_eq!((compliance["inputs"][0].as_str(), stiffness["inputs"][0].as_str()), (Some("force_x"), Some("pos_x")));
+    let at = |result: &Value, f: usize| {
+        let part = |name: &str| result["direct"][name][0][0][f].as_f64().expect("a number");
+        (part("re"), part("im"))
+    };
+    let ((a, b), (c, d)) = (at(&compliance, 9), at(&stiffness, 9));
+    assert!((a * c - b * d - 1.0).abs() < 1e-12 && (a * d + b * c).abs() < 1e-12, "the product is one");
+}
+
+#[test]
+fn nothing_exists_at_zero_frequency_after_mean_removal() {
+    let folder = tempfile::tempdir().expect("a folder");
+    trial(folder.path());
+    let result = json(folder.path(), &["estimate", "trial.csv"]);
+    assert_eq!(result["frequency_hz"][0].as_f64(), Some(0.0));
+    assert!(result["direct"]["re"][0][0][0].is_null());
+}
+
+#[test]
+fn one_thread_and_two_give_the_same_bytes() {
+    let folder = tempfile::tempdir().expect("a folder");
+    for threads in ["1", "2"] {
+        succeed(folder.path(), &["simulate", "arm", "--out", &format!("s{threads}/arm.csv"), "--threads", threads]);
+        let files: Vec<String> = (1..=6).map(|k| format!("s{threads}/arm-{k}.csv")).collect();
+        let mut arguments = vec!["fit", "--threads", threads, "--quiet"];
+        arguments.extend(files.iter().map(String::as_str));
+        let json = format!("fit{threads}.json");
+        arguments.extend(["--json", &json]);
+        succeed(folder.path(), &arguments);
+    }
+    let bytes = |name: &str| std::fs::read(folder.path().join(name)).expect("written");
+    for file in ["arm-1.csv", "arm-6.csv", "arm.truth.json"] {
+        assert!(bytes(&format!("s1/{file}")) == bytes(&format!("s2/{file}")), "{file}");
+    }
+    assert!(bytes("fit1.json") == bytes("fit2.json"), "the fit");
+}
+
+#[test]
+fn a_pipe_that_closes_early_is_no_error() {
+    let folder = tempfile::tempdir().expect("a folder");
+    trial(folder.path());
+    let program = env!("CARGO_BIN_EXE_ndof");
+    let script = format!("set -o pipefail; '{program}' estimate trial.csv --spectra --nfft 65536 --quiet --json - | head -c 10 > /dev/null");
+    let status = std::process::Command::new("bash").args(["-c", &script]).current_dir(folder.path()).status().expect("a shell");
+    assert!(status.success(), "{status}");
+}
+
+#[test]
+fn a_recording_comes_back_from_conversion_as_it_was() {
+    let folder = tempfile::tempdir().expect("a folder");
+    trial(folder.path());
+    succeed(folder.path(), &["convert", "trial.csv", "trial.npz"]);
+    let (csv, npz) = (json(folder.path(), &["estimate", "trial.csv"]), json(folder.path(), &["estimate", "trial.npz"]));
+    assert_eq!(csv, npz);
+}
+
+#[test]
+fn standard_input_is_csv() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let path = trial(folder.path());
+    let output = std::process::Command::new(env!("CARGO_BIN_EXE_ndof"))
+        .args(["estimate", "-", "--quiet", "--json", "-"])
+        .stdin(std::fs::File::open(path).expect("there"))
+        .output()
+        .expect("the program starts");
+    let piped: Value = serde_json::from_slice(&output.stdout).expect("JSON");
+    assert_eq!(piped, json(folder.path(), &["estimate", "trial.csv"]));
+}
+
+#[test]
+fn report_and_plots_are_written_where_asked() {
+    let folder = tempfile::tempdir().expect("a folder");
+    trial(folder.path());
+    succeed(folder.path(), &["fit", "trial.csv", "--report", "out.html", "--plots", "plots"]);
+    let page = std::fs::read_to_string(folder.path().join("out.html")).expect("written");
+    assert!(page.contains("<svg") && !page.contains("src=\"http"), "a page that needs no network");
+    assert!(folder.path().join("plots/bode.svg").exists() && folder.path().join("plots/bode.csv").exists());
+}
+
+#[test]
+fn the_registries_are_listed() {
+    let folder = tempfile::tempdir().expect("a folder");
+    for (what, word) in [("effects", "hysteresis"), ("devices", "mit-manus"), ("models", "inertia-damping-stiffness"), ("methods", "welch")] {
+        assert!(succeed(folder.path(), &["list", what]).contains(word), "{what}");
+    }
+}
+
+#[test]
+fn a_measured_closed_loop_of_two_by_two_is_estimated() {
+    let Some(file) = shared("cd_player_arm/cd_player_arm.csv") else { return };
+    let folder = tempfile::tempdir().expect("a folder");
+    let file = file.display().to_string();
+    let result = json(folder.path(), &["estimate", &file, "--sample-rate", "1"]);
+    assert_eq!(result["inputs"].as_array().map(Vec::len), Some(2));
+    let low = result["direct"]["coherence"]["multiple"][1][2].as_f64().expect("a number");
+    assert!(low > 0.95, "the second output is explained at low frequency: {low}");
+    assert!(result["warnings"].as_array().expect("a list").iter().any(|w| w["code"] == "no-reference"));
+}
+
+#[test]
+fn a_measured_ankle_has_inertia_damping_and_stiffness_once_its_torque_is_turned() {
+    let Some(file) = shared("ankle/z_pf.csv") else { return };
+    let folder = tempfile::tempdir().expect("a folder");
+    let file = file.display().to_string();
+    let base = ["fit", &file, "--input", "angle_ankle", "--output", "torque_ankle"];
+    let has_sign_warning = |result: &Value| result["warnings"].as_array().expect("a list").iter().any(|w| w["code"] == "force-sign");
+    let reaction = json(folder.path(), &base);
+    assert!(has_sign_warning(&reaction), "the transducer reads the reaction");
+    let turned = json(folder.path(), &[&base[..], &["--negate", "torque_ankle"]].concat());
+    assert!(!has_sign_warning(&turned));
+    // An ankle with its fixture: hundredths of kg m², about 1 N m s/rad, tens of N m/rad.
+    for (k, range) in [0.005..0.05, 0.2..3.0, 20.0..200.0].into_iter().enumerate() {
+        let value = turned["parameters"][k]["value"].as_f64().expect("a value");
+        assert!(range.contains(&value), "{} = {value}", turned["parameters"][k]["name"]);
+    }
+}
+
+#[test]
+fn a_usage_error_has_exit_code_2_and_help_has_0() {
+    let folder = tempfile::tempdir().expect("a folder");
+    assert_eq!(ndof(folder.path(), &["estimate"]).status.code(), Some(2));
+    assert_eq!(ndof(folder.path(), &["nonsense"]).status.code(), Some(2));
+    assert_eq!(ndof(folder.path(), &["--version"]).status.code(), Some(0));
+}

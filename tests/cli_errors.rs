@@ -1,0 +1,148 @@
+//! Bad input: exit code 2, one message that names file, place and remedy, nothing overwritten.
+
+mod support;
+
+use std::path::Path;
+use support::{csv, ndof, noise, oscillator, refuse, succeed, trial};
+
+/// Runs `estimate` on `bad.csv` with a result file that exists already; the file must be untouched. Returns the message.
+fn refused(folder: &Path, text: &str, extra: &[&str]) -> String {
+    std::fs::write(folder.join("bad.csv"), text).expect("written");
+    std::fs::write(folder.join("kept.json"), "as it was").expect("written");
+    let arguments: Vec<&str> = ["estimate", "bad.csv", "--json", "kept.json"].iter().copied().chain(extra.iter().copied()).collect();
+    let message = refuse(folder, &arguments);
+    assert_eq!(std::fs::read_to_string(folder.join("kept.json")).expect("there"), "as it was");
+    let entries = std::fs::read_dir(folder).expect("a folder").count();
+    assert!(entries <= 3, "no half-written file is left: {entries} entries");
+    message
+}
+
+fn says(message: &str, parts: &[&str]) {
+    for part in parts {
+        assert!(message.contains(part), "\"{part}\" is missing in: {message}");
+    }
+}
+
+fn good_rows(rows: usize) -> Vec<String> {
+    let force = noise(3, rows);
+    let motion = oscillator(&force);
+    (0..rows).map(|k| format!("{},{},{}", k as f64 * 0.002, force[k], motion[k])).collect()
+}
+
+fn with_rows(rows: &[String]) -> String {
+    format!("t [s],force_x [N],pos_x [m]\n{}\n", rows.join("\n"))
+}
+
+#[test]
+fn a_missing_file_is_named() {
+    let folder = tempfile::tempdir().expect("a folder");
+    says(&refuse(folder.path(), &["estimate", "nowhere.csv"]), &["nowhere.csv"]);
+}
+
+#[test]
+fn an_empty_file_is_refused() {
+    let folder = tempfile::tempdir().expect("a folder");
+    says(&refused(folder.path(), "", &[]), &["bad.csv", "empty"]);
+    says(&refused(folder.path(), "t [s],force_x [N],pos_x [m]\n", &[]), &["bad.csv", "line 1"]);
+}
+
+#[test]
+fn a_missing_column_is_named_with_the_nearest_one() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let text = with_rows(&good_rows(3000));
+    says(&refused(folder.path(), &text, &["--input", "force_z"]), &["bad.csv", "force_z", "did you mean \"force_x\"?"]);
+    let headless = text.replace("force_x", "emg");
+    says(&refused(folder.path(), &headless, &[]), &["bad.csv", "no input channel", "--input"]);
+}
+
+#[test]
+fn a_missing_number_is_placed() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let mut rows = good_rows(3000);
+    rows[1234] = "2.468,NaN,0.001".to_owned();
+    says(&refused(folder.path(), &with_rows(&rows), &[]), &["bad.csv", "force_x", "1234", "cut"]);
+}
+
+#[test]
+fn a_missing_number_that_is_not_used_does_no_harm() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let mut rows = good_rows(3000);
+    rows[10] = "0.02,NaN,0.001".to_owned();
+    std::fs::write(folder.path().join("bad.csv"), with_rows(&rows)).expect("written");
+    succeed(folder.path(), &["estimate", "bad.csv", "--start", "0.03"]);
+}
+
+#[test]
+fn text_in_a_number_is_placed() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let mut rows = good_rows(3000);
+    rows[41] = "0.082,oops,0.001".to_owned();
+    says(&refused(folder.path(), &with_rows(&rows), &[]), &["bad.csv", "line 43", "force_x", "oops"]);
+}
+
+#[test]
+fn irregular_time_is_placed_and_can_be_repaired() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let mut rows = good_rows(3000);
+    rows.remove(700);
+    let text = with_rows(&rows);
+    says(&refused(folder.path(), &text, &[]), &["bad.csv", "line 702", "--resample"]);
+    let output = ndof(folder.path(), &["estimate", "bad.csv", "--resample"]);
+    assert!(output.status.success());
+    assert!(String::from_utf8_lossy(&output.stderr).contains("warning[resampled]"), "{}", String::from_utf8_lossy(&output.stderr));
+}
+
+#[test]
+fn one_segment_is_not_enough() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let text = with_rows(&good_rows(3000));
+    says(&refused(folder.path(), &text, &["--nperseg", "3000"]), &["bad.csv", "averages", "--nperseg"]);
+    says(&refused(folder.path(), &text, &["--nperseg", "4000"]), &["bad.csv", "3000 samples", "nperseg"]);
+}
+
+#[test]
+fn copied_inputs_are_named() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let force = noise(5, 6000);
+    let motion = oscillator(&force);
+    let path = folder.path().join("two.csv");
+    csv(&path, "# sample_rate_hz: 500\n", &[("force_x [N]", &force), ("force_y [N]", &force), ("pos_x [m]", &motion), ("pos_y [m]", &motion)]);
+    says(&refuse(folder.path(), &["estimate", "two.csv"]), &["force_x", "force_y", "--input"]);
+}
+
+#[test]
+fn unknown_words_get_a_suggestion() {
+    let folder = tempfile::tempdir().expect("a folder");
+    trial(folder.path());
+    says(&refuse(folder.path(), &["estimate", "trial.csv", "--nperseq", "256"]), &["--nperseq", "--nperseg"]);
+    says(&refuse(folder.path(), &["study", "arn"]), &["arn", "did you mean \"arm\"?"]);
+    says(&refuse(folder.path(), &["schema", "estimat"]), &["estimat", "did you mean \"estimate\"?"]);
+    says(&refuse(folder.path(), &["estimate", "trial.csv", "--response", "complianc"]), &["complianc", "compliance"]);
+}
+
+#[test]
+fn a_wrong_study_file_is_placed() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let text = include_str!("../examples/studies/arm.toml").replace("band_hz", "band_hertz");
+    let line = text.lines().position(|line| line.starts_with("band_hertz")).expect("it is there") + 1;
+    std::fs::write(folder.path().join("s.toml"), text).expect("written");
+    says(&refuse(folder.path(), &["study", "s.toml"]), &[&format!("s.toml:{line}:"), "band_hertz", "did you mean \"band_hz\"?"]);
+    assert!(!folder.path().join("ndof-out").exists(), "nothing is written on an error");
+}
+
+#[test]
+fn an_input_is_never_overwritten() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let path = trial(folder.path());
+    let before = std::fs::read(&path).expect("there");
+    says(&refuse(folder.path(), &["convert", "trial.csv", "trial.csv"]), &["trial.csv", "never changed"]);
+    assert_eq!(std::fs::read(&path).expect("there"), before);
+}
+
+#[test]
+fn a_folder_that_cannot_be_written_is_the_machines_fault() {
+    let folder = tempfile::tempdir().expect("a folder");
+    std::fs::write(folder.path().join("file"), "").expect("written");
+    let output = ndof(folder.path(), &["study", "arm", "--out", "file/inside"]);
+    assert_eq!(output.status.code(), Some(3), "{}", String::from_utf8_lossy(&output.stderr));
+}
