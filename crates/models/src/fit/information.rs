@@ -52,6 +52,12 @@ impl Information {
         self.condition
     }
 
+    /// (JᵀJ)⁻¹ over the determined directions.
+    pub(crate) fn inverse(&self) -> Mat<f64> {
+        let inverse_scale = |k: usize| if self.scale[k] > 0.0 { 1.0 / self.scale[k] } else { 0.0 };
+        Mat::from_fn(self.scale.len(), self.scale.len(), |r, c| self.inverse[(r, c)] * inverse_scale(r) * inverse_scale(c))
+    }
+
     /// factor · (JᵀJ)⁻¹.
     pub(crate) fn covariance(&self, factor: f64) -> Array2<f64> {
         self.unscale(&self.inverse, factor)

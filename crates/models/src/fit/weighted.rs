@@ -85,7 +85,7 @@ impl WeightedFit {
         let inflation = if degrees > rows + 1.0 { degrees * degrees / ((degrees - rows).powi(2) - 1.0) } else { f64::INFINITY };
         let information = Information::new(&minimum.jacobian);
         let covariance = match self.covariance {
-            CovarianceKind::Sandwich => information.sandwich(&problem.neighbour_meat(&minimum.jacobian, &minimum.residuals), 1.0),
+            CovarianceKind::Sandwich => information.sandwich(&problem.neighbour_meat(&minimum.jacobian, &minimum.residuals, &information), 1.0),
             CovarianceKind::Model if full => information.covariance(inflation),
             CovarianceKind::Model => information.sandwich(&problem.known_meat(&minimum.jacobian), inflation),
         };
@@ -222,14 +222,19 @@ impl<M: ParametricModel + ?Sized> Whitened<'_, M> {
         meat
     }
 
-    /// Jᵀ Ω̂ J from the residuals themselves, products of neighbouring bins included with Bartlett's weights.
-    ///
-    /// The residuals carry the root of each bin's share, so the sum over neighbours is about what one bin counts twice;
-    /// dividing the share out again gives the scores of the plain sum.
-    fn neighbour_meat(&self, jacobian: &Mat<f64>, residuals: &[f64]) -> Mat<f64> {
+    /// Jᵀ Ω̂ J from the residuals themselves, products of neighbouring bins included with Bartlett's weights (Newey & West
+    /// 1987). Each bin's residual is first divided by the root of I − H, H its leverage, because a fit makes the
+    /// residuals of influential bins small (Bell & McCaffrey 2002).
+    fn neighbour_meat(&self, jacobian: &Mat<f64>, residuals: &[f64], information: &Information) -> Mat<f64> {
         let (size, k) = (2 * self.n * self.n, self.parameters);
-        let scores: Vec<Vec<f64>> =
-            (0..self.bins.len()).map(|f| (0..k).map(|c| (f * size..(f + 1) * size).map(|row| jacobian[(row, c)] * residuals[row]).sum()).collect()).collect();
+        let inverse = information.inverse();
+        let scores: Vec<Vec<f64>> = (0..self.bins.len())
+            .map(|f| {
+                let block = jacobian.subrows(f * size, size);
+                let opened = open_leverage(&(block * &inverse * block.transpose()), &residuals[f * size..(f + 1) * size]);
+                (0..k).map(|c| (0..size).map(|row| block[(row, c)] * opened[row]).sum()).collect()
+            })
+            .collect();
         let share = self.bins.iter().map(|b| b.share).fold(f64::INFINITY, f64::min).max(1e-3);
         let reach = if share < 1.0 { (2.0 / share).ceil() as usize } else { 0 };
         let mut meat = Mat::zeros(k, k);
@@ -245,4 +250,17 @@ impl<M: ParametricModel + ?Sized> Whitened<'_, M> {
         }
         meat
     }
+}
+
+/// (I − H)^(−½) r for the leverage H of one bin; r itself where that does not exist.
+fn open_leverage(leverage: &Mat<f64>, residual: &[f64]) -> Vec<f64> {
+    let n = residual.len();
+    let Ok(eigen) = leverage.self_adjoint_eigen(faer::Side::Lower) else { return residual.to_vec() };
+    let mut out = vec![0.0; n];
+    for e in 0..n {
+        // A bin that alone determines a parameter has h = 1 and no residual left to enlarge.
+        let part = (0..n).map(|i| eigen.U()[(i, e)] * residual[i]).sum::<f64>() / (1.0 - eigen.S()[e]).max(1e-6).sqrt();
+        out.iter_mut().enumerate().for_each(|(i, o)| *o += eigen.U()[(i, e)] * part);
+    }
+    out
 }

@@ -1,0 +1,156 @@
+//! Reported standard errors against the scatter over many draws of a response whose covariance is known.
+
+use ndarray::{Array2, Array3, arr2};
+use ndof_models::{
+    Axis, CovarianceKind, Fit, InertiaDampingStiffness, InertiaDampingStiffnessModel, PaperFit, ParametricModel, Smoothing, Symmetry, WeightedFit, linear_start,
+};
+use ndof_signal::Kernel;
+use ndof_sysid::{FrequencyResponse, ResponseKind, Uncertainty};
+use num_complex::Complex64;
+use rand::SeedableRng;
+use rand_chacha::ChaCha8Rng;
+use rand_distr::{Distribution, StandardNormal};
+use rayon::prelude::*;
+
+const DRAWS: u64 = 300;
+/// A standard deviation from 300 draws is known to 1/√600: four of that.
+const SCATTER: f64 = 4.0 * 0.041;
+/// Bins 0.1 Hz apart and independent.
+const BINS: usize = 76;
+
+fn complex(rng: &mut ChaCha8Rng) -> Complex64 {
+    let mut normal = || -> f64 { StandardNormal.sample(&mut *rng) };
+    Complex64::new(normal(), normal()) * 0.5f64.sqrt()
+}
+
+/// The true response with circular noise whose covariance is `noise` ⊗ `input`, the noise part estimated with
+/// `degrees` complex degrees of freedom.
+fn draw(truth: &FrequencyResponse, relative: f64, degrees: usize, seed: u64) -> FrequencyResponse {
+    let mut rng = ChaCha8Rng::seed_from_u64(seed);
+    let n = truth.shape().0;
+    let mut out = truth.clone();
+    let mut noise = Array3::zeros((truth.len(), n, n));
+    let mut input = Array3::zeros((truth.len(), n, n));
+    for f in 0..truth.len() {
+        let size = truth.at(f).iter().map(|v| v.norm()).fold(0.0, f64::max) * relative;
+        // Correlated outputs, inputs of different power.
+        let left = Array2::from_shape_fn((n, n), |(i, j)| {
+            Complex64::new(
+                if i == j {
+                    size
+                } else if i > j {
+                    0.4 * size
+                } else {
+                    0.0
+                },
+                if i > j { 0.3 * size } else { 0.0 },
+            )
+        });
+        let right = Array2::from_shape_fn((n, n), |(i, j)| Complex64::new(if i == j { 1.0 + i as f64 } else { 0.0 }, 0.0));
+        let mut sample = |rows: usize, columns: usize| Array2::from_shape_fn((rows, columns), |_| complex(&mut rng));
+        let error = left.dot(&sample(n, n)).dot(&right.t());
+        let residual = left.dot(&sample(n, degrees));
+        let adjoint = |a: &Array2<Complex64>| a.t().mapv(|v| v.conj());
+        noise.index_axis_mut(ndarray::Axis(0), f).assign(&(residual.dot(&adjoint(&residual)) / degrees as f64));
+        input.index_axis_mut(ndarray::Axis(0), f).assign(&right.dot(&adjoint(&right)));
+        out.value.index_axis_mut(ndarray::Axis(0), f).zip_mut_with(&error, |v, e| *v += e);
+    }
+    let kernel = Kernel { offset_hz: vec![0.0], weight: vec![1.0] };
+    out.uncertainty = Some(Uncertainty { noise, input_inverse: input, degrees_of_freedom: degrees as f64, independent_spacing_hz: 0.1, kernel });
+    out
+}
+
+fn limb(axes: usize) -> InertiaDampingStiffness {
+    if axes == 2 {
+        return InertiaDampingStiffness {
+            axes: vec![Axis::linear("x"), Axis::linear("y")],
+            inertia: arr2(&[[2.1, -0.55], [-0.55, 1.9]]),
+            damping: arr2(&[[11.0, -2.0], [-2.0, 15.0]]),
+            stiffness: arr2(&[[300.0, -60.0], [-60.0, 520.0]]),
+        };
+    }
+    let one = |v: f64| Array2::from_elem((1, 1), v);
+    InertiaDampingStiffness { axes: vec![Axis::rotational("ankle")], inertia: one(0.02), damping: one(1.0), stiffness: one(80.0) }
+}
+
+/// Scatter over draws against the rms reported standard error, the worst parameter; and the mean reduced χ².
+fn compare(
+    axes: usize,
+    kind: ResponseKind,
+    degrees: usize,
+    fit: impl Fn(&InertiaDampingStiffnessModel, &FrequencyResponse, &[f64]) -> Fit + Sync,
+) -> (f64, f64) {
+    let model = InertiaDampingStiffnessModel::new(limb(axes).axes, Symmetry::Symmetric);
+    let grid: Vec<f64> = (0..BINS).map(|k| 0.5 + 0.1 * k as f64).collect();
+    let truth = limb(axes).response(&grid, kind);
+    let theta = model.theta(&limb(axes));
+    let fits: Vec<Fit> = (0..DRAWS)
+        .into_par_iter()
+        .map(|seed| {
+            let response = draw(&truth, 0.02, degrees, seed);
+            let start = linear_start(&model, &response).expect("start");
+            fit(&model, &response, &start)
+        })
+        .collect();
+    let mut worst: f64 = 0.0;
+    for (k, t) in theta.iter().enumerate() {
+        let scatter = (fits.iter().map(|f| (f.theta[k] - t).powi(2)).sum::<f64>() / DRAWS as f64).sqrt();
+        let reported = (fits.iter().map(|f| f.parameters[k].std_error.powf(power)).sum::<f64>() / DRAWS as f64).powf(1.0 / power);
+        let ratio = scatter / reported;
+        if (ratio - 1.0).abs() > (worst - 1.0).abs() || worst == 0.0 {
+            worst = ratio;
+        }
+    }
+    (worst, fits.iter().map(|f| f.chi2_reduced).sum::<f64>() / DRAWS as f64)
+}
+
+fn weighted(covariance: CovarianceKind) -> impl Fn(&InertiaDampingStiffnessModel, &FrequencyResponse, &[f64]) -> Fit + Sync {
+    move |model, response, start| WeightedFit { smoothing: Smoothing::None, covariance, ..WeightedFit::default() }.fit(model, response, start).expect("fit")
+}
+
+#[test]
+fn weighted_standard_errors_are_the_scatter_with_full_and_with_diagonal_covariance() {
+    // 27 degrees of freedom are six trials of the fine setting; 4 are one trial, and call for the diagonal.
+    for (axes, kind, degrees) in [
+        (2, ResponseKind::Compliance, 27),
+        (2, ResponseKind::Compliance, 4),
+        (2, ResponseKind::DynamicStiffness, 12),
+        (1, ResponseKind::DynamicStiffness, 10),
+        (1, ResponseKind::Admittance, 60),
+    ] {
+        let (ratio, chi2) = compare(2.0, axes, kind, degrees, weighted(CovarianceKind::Model));
+        assert!((ratio - 1.0).abs() < SCATTER, "{axes} {kind:?} {degrees}: {ratio}");
+        // χ² of 600 real data, 300 draws; a diagonal of few degrees of freedom has heavy tails (Var F is large at ν = 4).
+        assert!((chi2 - 1.0).abs() < if degrees == 4 { 0.05 } else { 0.02 }, "{axes} {kind:?} {degrees}: χ² {chi2}");
+    }
+}
+
+#[test]
+fn a_sandwich_needs_no_right_weights() {
+    let (ratio, _) = compare(2.0, 2, ResponseKind::Compliance, 27, |model, response, start| {
+        let mut wrong = response.clone();
+        if let Some(u) = &mut wrong.uncertainty {
+            u.noise.mapv_inplace(|v| v * 9.0);
+        }
+        weighted(CovarianceKind::Sandwich)(model, &wrong, start)
+    });
+    assert!((ratio - 1.0).abs() < SCATTER, "{ratio}");
+}
+
+#[test]
+fn the_papers_cost_reports_its_own_scatter_and_that_is_larger() {
+    let paper = |model: &InertiaDampingStiffnessModel, response: &FrequencyResponse, start: &[f64]| {
+        let weight = Array3::ones(response.value.dim());
+        PaperFit { band_hz: [0.5, 8.0] }.fit(model, response, &weight, start).expect("fit")
+    };
+    // The off-diagonal impedance passes near zero, where decibels have heavy tails: the rms of their errors has no limit.
+    let (ratio, _) = compare(1.0, 2, ResponseKind::Compliance, 27, paper);
+    assert!((ratio - 1.0).abs() < SCATTER, "{ratio}");
+    let model = InertiaDampingStiffnessModel::new(limb(2).axes, Symmetry::Symmetric);
+    let grid: Vec<f64> = (0..BINS).map(|k| 0.5 + 0.1 * k as f64).collect();
+    let response = draw(&limb(2).response(&grid, ResponseKind::Compliance), 0.02, 27, 1);
+    let start = linear_start(&model, &response).expect("start");
+    let (own, best) = (paper(&model, &response, &start), weighted(CovarianceKind::Model)(&model, &response, &start));
+    assert!(own.parameters.iter().zip(&best.parameters).all(|(a, b)| a.std_error > b.std_error));
+    assert_eq!(model.parameters().len(), own.parameters.len());
+}
