@@ -73,8 +73,10 @@ fn limb(axes: usize) -> InertiaDampingStiffness {
     InertiaDampingStiffness { axes: vec![Axis::rotational("ankle")], inertia: one(0.02), damping: one(1.0), stiffness: one(80.0) }
 }
 
-/// Scatter over draws against the rms reported standard error, the worst parameter; and the mean reduced χ².
+/// Scatter over draws against the reported standard errors in their mean of power `power`, the worst parameter; and the
+/// mean reduced χ².
 fn compare(
+    power: f64,
     axes: usize,
     kind: ResponseKind,
     degrees: usize,
