@@ -7,7 +7,6 @@ use ndof::models::{Arm, Axis, InertiaDampingStiffnessModel, Kinematics, Kinemati
 use ndof::models::{WeightedFit, linear_start};
 use ndof::signal::{FilteredNoise, Recording, SeedCriterion, Welch};
 use ndof::sysid::{Direct, Labels, Ports, SpectralMethod, estimate};
-use std::collections::BTreeMap;
 use std::error::Error;
 
 fn main() -> Result<(), Box<dyn Error>> {
@@ -61,7 +60,7 @@ fn experiment() -> Experiment {
         duration_s: 50.0,
         sample_rate_hz: 500.0,
         discard_s: 2.0,
-        device: DeviceConfig { name: "mit-manus".to_owned(), parameters: BTreeMap::new() },
+        device: DeviceConfig::named("mit-manus"),
         limb: LimbConfig::PlanarTwoLink(PlanarTwoLinkConfig {
             K: vec![vec![67.0, 28.0], vec![28.0, 40.5]],
             B: vec![vec![2.46, 1.05], vec![1.05, 1.27]],

@@ -39,11 +39,25 @@ pub struct Controller {
     pub compensate_mean_force: bool,
     /// Largest commanded force, as the length of its vector (N, N m).
     pub force_limit: Option<f64>,
+    /// Limits that end a trial.
+    pub safety: Safety,
+}
+
+/// Limits as in a clinic: a trial that passes one of them ends with an error.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct Safety {
+    /// Largest force on the limb, as the length of its vector (N, N m).
+    pub force: Option<f64>,
+    /// Largest speed of the endpoint (m/s, rad/s).
+    pub speed: Option<f64>,
+    /// Farthest that the endpoint may come from the posture (m, rad).
+    pub distance: Option<f64>,
 }
 
 impl Default for Controller {
     fn default() -> Self {
-        Controller { kp: None, kd: None, hold: true, velocity_cutoff_hz: 20.0, compensate_mean_force: true, force_limit: None }
+        Controller { kp: None, kd: None, hold: true, velocity_cutoff_hz: 20.0, compensate_mean_force: true, force_limit: None, safety: Safety::default() }
     }
 }
 

@@ -201,6 +201,11 @@ impl<'a> Coupled<'a> {
         &self.work.kinematics.jacobian
     }
 
+    /// Endpoint velocity of the last evaluation.
+    pub(crate) fn endpoint_velocity(&self) -> &[f64] {
+        &self.work.robot_v
+    }
+
     /// Remembers the last evaluation as having happened at `time_s`; `after` says that the inputs have just changed.
     pub(crate) fn remember(&mut self, time_s: f64, rates: &[f64], after: bool) {
         let (n, m) = (self.joints(), self.axes());
@@ -228,13 +233,13 @@ impl<'a> Coupled<'a> {
 
 /// Evaluates one law and moves on to the states of the next.
 #[expect(clippy::too_many_arguments, reason = "one law's share of every buffer")]
-fn apply<'s>(
+fn apply(
     law: &dyn ForceLaw,
     time_s: f64,
     [position, velocity]: [&[f64]; 2],
     history: Option<&History>,
     [delayed_x, delayed_v]: [&mut [f64]; 2],
-    states: &mut &'s [f64],
+    states: &mut &[f64],
     force: &mut [f64],
     rates: &mut &mut [f64],
 ) {

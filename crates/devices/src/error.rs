@@ -77,6 +77,40 @@ pub enum DeviceError {
         /// Time since the recording's first sample.
         time_s: f64,
     },
+    /// A safety limit was passed.
+    #[error(
+        "trial {trial} was stopped at {time_s:.3} s: {what} was {value:.4}, the limit is {limit}; lower the perturbation, hold more firmly, or move the limit under [controller.safety]"
+    )]
+    Stopped {
+        /// The trial, from 0.
+        trial: usize,
+        /// Time since the recording's first sample.
+        time_s: f64,
+        /// What passed its limit, with unit.
+        what: String,
+        /// How large it was.
+        value: f64,
+        /// The limit.
+        limit: f64,
+    },
+    /// A joint came to the end of its range.
+    #[error(
+        "trial {trial} was stopped at {time_s:.3} s: joint {joint} was at {value:.4}, its range is {lower} to {upper}; lower the perturbation or choose another posture"
+    )]
+    Range {
+        /// The trial, from 0.
+        trial: usize,
+        /// Time since the recording's first sample.
+        time_s: f64,
+        /// The joint, from 1.
+        joint: usize,
+        /// Where it was (rad, m).
+        value: f64,
+        /// Lower end.
+        lower: f64,
+        /// Upper end.
+        upper: f64,
+    },
     /// A file of a robot that cannot be read.
     #[error("{file}: {what}")]
     File {

@@ -1,25 +1,40 @@
 //! An experiment as data: device, limb, posture, controller and sensors.
 
+use crate::chain::{FileChoices, read_robot};
 use crate::controller::Controller;
 use crate::error::DeviceError;
-use crate::limb::{EndpointLinear, EndpointLinearConfig, Limb, PlanarTwoLink, PlanarTwoLinkConfig, SpringArray, SpringArrayConfig};
+use crate::limb::{EndpointLinear, EndpointLinearConfig, Limb, PlanarTwoLink, PlanarTwoLinkConfig, SpringArray, SpringArrayConfig, Wrist, WristConfig};
 use crate::linearise::{HoldGains, Linearised};
 use crate::noise::LimbNoise;
 use crate::parameters::Parameters;
 use crate::registry::{Device, device};
+use crate::robot::{Kinematics, Robot};
 use crate::sensors::Sensors;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 
 /// Which device, with what overridden.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct DeviceConfig {
-    /// A name of the registry.
+    /// A name of the registry; empty where a file is given.
+    #[serde(default, skip_serializing_if = "String::is_empty")]
     pub name: String,
+    /// A robot's description in place of a name: TOML or URDF.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub file: Option<String>,
     /// Overrides by the names that `ndof list devices` prints.
     #[serde(default)]
     pub parameters: BTreeMap<String, f64>,
+    /// For a file: the end effector's coordinates that are commanded (some of x, y, z), in place of the file's.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub axes: Option<Vec<String>>,
+    /// For a URDF: the link that carries the limb.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub tip: Option<String>,
+    /// For a file: the joints' home, in place of the file's.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub home_rad: Option<Vec<f64>>,
 }
 
 /// Which limb, with its figures.
@@ -32,6 +47,8 @@ pub enum LimbConfig {
     PlanarTwoLink(PlanarTwoLinkConfig),
     /// The paper's validation rig.
     SpringArray(SpringArrayConfig),
+    /// Hand and handle in the wrist robot.
+    Wrist(WristConfig),
 }
 
 /// Where robot and limb are held.
@@ -41,7 +58,7 @@ pub struct Posture {
     /// The hand, in the device's coordinates (m); the workspace's centre where absent.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub hand_m: Option<Vec<f64>>,
-    /// The limb's joint angles (rad), for limbs with joints.
+    /// Joint angles (rad): of a planar-two-link limb, else of the robot.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub joint_rad: Option<Vec<f64>>,
 }
@@ -75,6 +92,43 @@ pub struct Experiment {
     pub sensors: Sensors,
 }
 
+impl DeviceConfig {
+    /// A device of the registry with its defaults.
+    pub fn named(name: &str) -> Self {
+        DeviceConfig { name: name.to_owned(), ..DeviceConfig::default() }
+    }
+
+    /// A robot described in a file.
+    pub fn from_file(file: &str) -> Self {
+        DeviceConfig { file: Some(file.to_owned()), ..DeviceConfig::default() }
+    }
+
+    /// The robot with its transducer.
+    ///
+    /// # Errors
+    /// [`DeviceError`] that names what is unknown, wrong in the file or out of range.
+    pub fn build(&self) -> Result<Device, DeviceError> {
+        match (&self.file, self.name.as_str()) {
+            (Some(file), "") => {
+                if let Some(name) = self.parameters.keys().next() {
+                    return Err(DeviceError::UnknownParameter { device: file.clone(), name: name.clone(), available: "none; edit the file".to_owned() });
+                }
+                let text = std::fs::read_to_string(file).map_err(|e| DeviceError::File { file: file.clone(), what: e.to_string() })?;
+                let choices = FileChoices { axes: self.axes.as_deref(), tip: self.tip.as_deref(), home: self.home_rad.as_deref() };
+                read_robot(file, &text, &choices)
+            }
+            (None, name) if !name.is_empty() => {
+                if self.axes.is_some() || self.tip.is_some() || self.home_rad.is_some() {
+                    return Err(DeviceError::Missing(format!("device.axes, device.tip and device.home_rad belong to a device.file; \"{name}\" has its own")));
+                }
+                let entry = device(name)?;
+                (entry.build)(&Parameters::new(entry.name, entry.parameters, &self.parameters)?)
+            }
+            _ => Err(DeviceError::Missing("a device needs either device.name (see `ndof list devices`) or device.file".to_owned())),
+        }
+    }
+}
+
 impl LimbConfig {
     /// The limb's own force noise.
     pub fn noise(&self) -> Option<&LimbNoise> {
@@ -82,6 +136,7 @@ impl LimbConfig {
             LimbConfig::EndpointLinear(c) => c.noise.as_ref(),
             LimbConfig::PlanarTwoLink(c) => c.noise.as_ref(),
             LimbConfig::SpringArray(c) => c.noise.as_ref(),
+            LimbConfig::Wrist(c) => c.noise.as_ref(),
         }
     }
 
@@ -89,6 +144,7 @@ impl LimbConfig {
     pub fn joint_names(&self) -> Vec<String> {
         let names: &[&str] = match self {
             LimbConfig::PlanarTwoLink(_) => &["shoulder", "elbow"],
+            LimbConfig::Wrist(_) => &["ps", "fe", "aa"],
             LimbConfig::EndpointLinear(_) | LimbConfig::SpringArray(_) => &[],
         };
         names.iter().map(|n| (*n).to_owned()).collect()
@@ -98,6 +154,10 @@ impl LimbConfig {
         Ok(match self {
             LimbConfig::EndpointLinear(config) => Box::new(EndpointLinear::new(config, axes)?),
             LimbConfig::SpringArray(config) => Box::new(SpringArray::new(config)?),
+            LimbConfig::Wrist(config) => {
+                let &[ps, fe, aa] = hand else { return Err(DeviceError::size("the device of a wrist limb", format!("{axes} axes"), "3 axes")) };
+                Box::new(Wrist::new(config, [ps, fe, aa])?)
+            }
             LimbConfig::PlanarTwoLink(config) => {
                 let &[x, y] = hand else { return Err(DeviceError::size("the device of a planar-two-link limb", format!("{axes} axes"), "2 axes")) };
                 let angles = match posture.joint_rad.as_deref() {
@@ -137,17 +197,14 @@ impl Experiment {
         if !(self.discard_s.is_finite() && self.discard_s >= 0.0) {
             return Err(DeviceError::value("discard_s", self.discard_s, "zero or positive"));
         }
-        let entry = device(&self.device.name)?;
-        let device = (entry.build)(&Parameters::new(entry.name, entry.parameters, &self.device.parameters)?)?;
+        let device = self.device.build()?;
         let axes = device.robot.axes().len();
-        let hand = self.posture.hand_m.clone().unwrap_or_else(|| vec![0.0; axes]);
-        if hand.len() != axes {
-            return Err(DeviceError::size("posture.hand_m", hand.len(), axes));
-        }
-        let rest = device.robot.inverse_kinematics(&hand)?;
-        let limb = self.limb.build(axes, &hand, &self.posture)?;
+        let rest = self.rest(device.robot.as_ref())?;
+        let mut place = Kinematics::new(axes, rest.len());
+        device.robot.kinematics(&rest, &vec![0.0; rest.len()], &mut place);
+        let limb = self.limb.build(axes, &place.endpoint, &self.posture)?;
         if limb.axes() != axes {
-            return Err(DeviceError::size(format!("device \"{}\"", entry.name), format!("{axes} axes"), format!("{} for this limb", limb.axes())));
+            return Err(DeviceError::size("the device", format!("{axes} axes"), format!("{} for this limb", limb.axes())));
         }
         let gains = |what: &str, given: &Option<crate::controller::PerAxis>, default: f64| {
             let values = match given {
@@ -170,6 +227,21 @@ impl Experiment {
             sample_rate_hz: self.sample_rate_hz,
         };
         Ok(Bench { device, limb, rest, hold })
+    }
+
+    /// The robot's joint coordinates at the posture.
+    fn rest(&self, robot: &dyn Robot) -> Result<Vec<f64>, DeviceError> {
+        let joints = robot.joints().coulomb.len();
+        match (&self.posture.hand_m, &self.posture.joint_rad, &self.limb) {
+            (Some(hand), _, _) if hand.len() != robot.axes().len() => Err(DeviceError::size("posture.hand_m", hand.len(), robot.axes().len())),
+            (Some(hand), None, _) | (Some(hand), _, LimbConfig::PlanarTwoLink(_)) => robot.inverse_kinematics(hand),
+            (Some(_), Some(_), _) => {
+                Err(DeviceError::Missing("posture.hand_m and posture.joint_rad both set the robot's posture; give one of them".to_owned()))
+            }
+            (None, Some(_), LimbConfig::PlanarTwoLink(_)) | (None, None, _) => robot.home(),
+            (None, Some(angles), _) if angles.len() == joints => Ok(angles.clone()),
+            (None, Some(angles), _) => Err(DeviceError::size("posture.joint_rad", angles.len(), joints)),
+        }
     }
 
     /// The samples of one trial: discarded, recorded.

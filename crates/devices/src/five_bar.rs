@@ -83,6 +83,11 @@ impl Robot for FiveBar {
         Ok(vec![first, first + elbow])
     }
 
+    /// The workspace's centre.
+    fn home(&self) -> Result<Vec<f64>, DeviceError> {
+        self.inverse_kinematics(&[0.0, 0.0])
+    }
+
     fn acceleration(&self, _q: &[f64], rates: &[f64], kinematics: &Kinematics, torque: &[f64], _work: &mut [f64], out: &mut [f64]) {
         // The Jacobian's columns are the links as vectors, turned by 90°: their products hold cos and sin of q₁ − q₂.
         let j = &kinematics.jacobian;

@@ -3,6 +3,9 @@
 //! An [`Experiment`] is data: device, limb, posture, controller, sensors. [`simulate_trial`] turns it and a commanded
 //! excitation into a recording; [`linearise`] gives the linear model that the simulation follows for small motions.
 
+#![allow(clippy::needless_range_loop, reason = "kernels over several arrays at one index read better with the index")]
+
+mod chain;
 mod controller;
 mod coupled;
 mod error;
@@ -16,20 +19,25 @@ mod linearise;
 mod matrix;
 mod noise;
 mod parameters;
+mod posture_hold;
 mod registry;
 mod robot;
+mod safety;
 mod sensors;
 mod simulate;
 mod transducer;
+mod vector3;
+mod wrist;
 
-pub use controller::{Controller, PerAxis};
+pub use chain::{EndEffectorConfig, HoldConfig, JointConfig, JointKind, MAX_JOINTS, RobotConfig, SerialChain, TransducerConfig};
+pub use controller::{Controller, PerAxis, Safety};
 pub use error::DeviceError;
 pub use experiment::{Bench, DeviceConfig, Experiment, LimbConfig, Posture, linearise};
 pub use five_bar::FiveBar;
 pub use integrate::Accuracy;
 pub use limb::{
     EndpointLinear, EndpointLinearConfig, Impedance, Limb, PlanarTwoLink, PlanarTwoLinkConfig, SPRING_CONFIGURATIONS, Side, SpringArray, SpringArrayConfig,
-    SpringConfiguration,
+    SpringConfiguration, Wrist, WristConfig,
 };
 pub use linearise::{HoldGains, Linearised};
 pub use noise::LimbNoise;
@@ -39,3 +47,4 @@ pub use robot::{Axis, Joints, Kinematics, Robot};
 pub use sensors::{Averaging, Sensors};
 pub use simulate::{Extras, StageMaker, simulate_trial};
 pub use transducer::Transducer;
+pub use wrist::WristRobot;

@@ -162,7 +162,7 @@ impl Linearised {
                 -mobility.dot(&(&eye * bf + &impedance.damping)),
             ],
         ]);
-        let b = blocks(&[&[zero(n, m)], &[reach.clone()], &[zero(m, m)], &[zero(m, m)]]);
+        let b = blocks(&[&[zero(n, m)], std::slice::from_ref(&reach), &[zero(m, m)], &[zero(m, m)]]);
         let c = blocks(&[&[j.clone() * kf, j.clone() * bf, &eye * -kf, &eye * -bf]]);
         let open = coupled_matrix(robot, limb, transducer, q);
         let sampled = Sampled::new(&open, &reach, &j, transducer, &hold);
@@ -299,7 +299,7 @@ impl Sampled {
         let mut plant = Array2::<f64>::zeros((total, size));
         put(&mut plant, 0, 0, &exponential);
         let next = plant + gamma.dot(&force);
-        let a = blocks(&[&[next], &[position.clone()], &[velocity], &[filtered]]);
+        let a = blocks(&[&[next], std::slice::from_ref(&position), &[velocity], &[filtered]]);
         let b = blocks(&[&[gamma], &[Array2::zeros((3 * m, m))]]);
         let mut mean = Array2::<f64>::zeros((total, size));
         put(&mut mean, 0, 0, &first);

@@ -5,6 +5,7 @@ use crate::five_bar::FiveBar;
 use crate::parameters::{Parameter, Parameters, parameter};
 use crate::robot::{Joints, Robot};
 use crate::transducer::Transducer;
+use crate::wrist::{WRIST, build_wrist};
 
 /// What an experiment takes from its device where it says nothing itself.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -88,7 +89,7 @@ fn build_planar(p: &Parameters) -> Result<Device, DeviceError> {
         viscous: vec![v("viscous_1_nm_s_per_rad"), v("viscous_2_nm_s_per_rad")],
         smoothing: vec![v("friction_velocity_rad_per_s"); 2],
         torque_limit: vec![v("torque_limit_nm"); 2],
-        encoder_range: vec![std::f64::consts::TAU; 2],
+        ..Joints::ideal(2)
     };
     joints.check()?;
     let inertia = [v("inertia_11_kg_m2"), v("inertia_22_kg_m2"), v("inertia_12_kg_m2")];
@@ -114,6 +115,13 @@ pub static DEVICES: &[DeviceEntry] = &[
         source: "inertias, links and limits from the robot's public control software",
         build: build_planar,
     },
+    DeviceEntry {
+        name: "wrist",
+        description: "wrist robot of InMotion3's kind: pronation/supination, flexion/extension, abduction/adduction, in joint angles",
+        parameters: &WRIST,
+        source: "differential, ratios and encoders from the robot's public control software; inertias, friction and gravity are ours",
+        build: build_wrist,
+    },
 ];
 
 /// The limbs that there are.
@@ -126,6 +134,7 @@ pub static LIMBS: &[LimbEntry] = &[
             parameter("B", "N s/m", f64::NAN, "damping matrix"),
             parameter("K", "N/m", f64::NAN, "stiffness matrix"),
             parameter("mean_force_n", "N", 0.0, "force on the limb that holds it at the posture, one number an axis"),
+            parameter("handle_mass_kg", "kg", 0.0, "mass fastened to the hand beyond the transducer"),
             parameter("noise", "", f64::NAN, "force made by the limb itself: rms_n, cutoff_hz"),
         ],
         source: "",
@@ -165,6 +174,20 @@ pub static LIMBS: &[LimbEntry] = &[
             parameter("noise", "", f64::NAN, "force made by the array itself: rms_n, cutoff_hz"),
         ],
         source: "Palazzolo et al., IEEE Trans. Neural Syst. Rehabil. Eng. 15 (2007) 92, fig. 5; stiffnesses are ours",
+    },
+    LimbEntry {
+        name: "wrist",
+        description: "hand with handle in a gimbal: coupled passive impedance in pronation, flexion and abduction, and the hand's weight",
+        parameters: &[
+            parameter("M", "kg m^2", f64::NAN, "inertia matrix of hand and handle in ps, fe, aa"),
+            parameter("B", "N m s/rad", f64::NAN, "damping matrix"),
+            parameter("K", "N m/rad", f64::NAN, "passive stiffness matrix, gravity not included"),
+            parameter("hand_mass_kg", "kg", 0.45, "mass of hand and handle"),
+            parameter("hand_centre_m", "m", f64::NAN, "its centre from the wrist along the forearm and across, [0.06, 0, 0]"),
+            parameter("gravity_m_per_s2", "m/s^2", f64::NAN, "gravity in the forearm's frame, [0, 0, -9.81]"),
+            parameter("noise", "", f64::NAN, "torque made by the limb itself: rms_n, cutoff_hz"),
+        ],
+        source: "Drake and Charles, Ann. Biomed. Eng. 42 (2014), for the order of the passive stiffness; figures to be confirmed",
     },
 ];
 

@@ -2,6 +2,7 @@
 
 use crate::error::DeviceError;
 use crate::matrix::{cholesky, cholesky_solve};
+use crate::sensors::quantise;
 
 /// One coordinate of the end effector that is commanded, held and measured.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -43,6 +44,8 @@ pub struct Joints {
     pub torque_limit: Vec<f64>,
     /// Range of a full encoder turn in the joint's coordinate (rad, m), which the encoder's bits divide.
     pub encoder_range: Vec<f64>,
+    /// Steps of an encoder over that range.
+    pub encoder_counts: f64,
 }
 
 impl Joints {
@@ -54,6 +57,7 @@ impl Joints {
             smoothing: vec![0.005; n],
             torque_limit: vec![f64::INFINITY; n],
             encoder_range: vec![std::f64::consts::TAU; n],
+            encoder_counts: 65_536.0,
         }
     }
 
@@ -111,6 +115,36 @@ pub trait Robot: Send + Sync {
     /// # Errors
     /// [`DeviceError::Reach`] if there are none, [`DeviceError::Missing`] if the robot has no closed form.
     fn inverse_kinematics(&self, target: &[f64]) -> Result<Vec<f64>, DeviceError>;
+
+    /// Writes the joint coordinates that the encoders show; `counts` divide a turn (infinite for ideal encoders).
+    fn encode(&self, q: &[f64], counts: f64, out: &mut [f64]) {
+        for ((out, q), range) in out.iter_mut().zip(q).zip(&self.joints().encoder_range) {
+            *out = quantise(*q, range / counts);
+        }
+    }
+
+    /// Cuts the torques off at what the motors can give.
+    fn limit_torque(&self, torque: &mut [f64]) {
+        for (torque, limit) in torque.iter_mut().zip(&self.joints().torque_limit) {
+            *torque = torque.clamp(-limit, *limit);
+        }
+    }
+
+    /// Lower and upper end of each joint's range; empty where there is none.
+    fn range(&self) -> &[[f64; 2]] {
+        &[]
+    }
+
+    /// Share of the robot's own gravity torque that the controller takes off.
+    fn gravity_compensation(&self) -> f64 {
+        1.0
+    }
+
+    /// The joint coordinates of the posture where an experiment gives none.
+    ///
+    /// # Errors
+    /// [`DeviceError::Reach`] if the robot cannot be there.
+    fn home(&self) -> Result<Vec<f64>, DeviceError>;
 
     /// Writes q̈ = H⁻¹ (torque − h) to `out`; `kinematics` is that of the same `q` and `rates`, `work` has room for joints².
     fn acceleration(&self, q: &[f64], rates: &[f64], kinematics: &Kinematics, torque: &[f64], work: &mut [f64], out: &mut [f64]) {

@@ -21,15 +21,15 @@ pub struct Sensors {
     pub force_noise_rms: Option<f64>,
     /// Resolution of the force channels (N, N m); 0 for none.
     pub force_quantum: Option<f64>,
-    /// Bits of the joint encoders over their range; 0 for ideal ones.
-    pub encoder_bits: u32,
+    /// Bits of the encoders over a turn; 0 for ideal ones.
+    pub encoder_bits: Option<u32>,
     /// What a sample stands for.
     pub averaging: Averaging,
 }
 
 impl Default for Sensors {
     fn default() -> Self {
-        Sensors { force_noise_rms: None, force_quantum: None, encoder_bits: 16, averaging: Averaging::Interval }
+        Sensors { force_noise_rms: None, force_quantum: None, encoder_bits: None, averaging: Averaging::Interval }
     }
 }
 
@@ -38,7 +38,13 @@ pub(crate) fn quantise(value: f64, quantum: f64) -> f64 {
     if quantum > 0.0 { (value / quantum).round() * quantum } else { value }
 }
 
-/// The step of an encoder of `bits` bits over `range`; 0 for an ideal one.
-pub(crate) fn encoder_step(bits: u32, range: f64) -> f64 {
-    if bits == 0 { 0.0 } else { range / 2f64.powi(bits.min(64) as i32) }
+impl Sensors {
+    /// Encoder steps a turn: the device's own count unless bits are given, infinite for ideal encoders.
+    pub(crate) fn encoder_counts(&self, own: f64) -> f64 {
+        match self.encoder_bits {
+            None => own,
+            Some(0) => f64::INFINITY,
+            Some(bits) => 2f64.powi(bits.min(64) as i32),
+        }
+    }
 }

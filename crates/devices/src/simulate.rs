@@ -7,8 +7,10 @@ use crate::experiment::Experiment;
 use crate::integrate::{Accuracy, Means, Stepper};
 use crate::matrix::{add_transposed, multiply};
 use crate::noise::low_pass_noise;
+use crate::posture_hold::PostureHold;
 use crate::robot::Kinematics;
-use crate::sensors::{Averaging, encoder_step, quantise};
+use crate::safety::Watch;
+use crate::sensors::{Averaging, quantise};
 use ndof_models::{ForceLaw, Stage};
 use ndof_signal::{Channel, Quantity, Recording, Unit};
 use rand::{RngExt, SeedableRng};
@@ -77,15 +79,13 @@ pub fn simulate_trial(experiment: &Experiment, commanded: &[Vec<f64>], extras: &
     let mut y = stepper.state(&system.equilibrium());
     let mut means = Means::new(m, n);
 
-    let steps: Vec<f64> = robot.joints().encoder_range.iter().map(|r| encoder_step(experiment.sensors.encoder_bits, *r)).collect();
-    let limits = robot.joints().torque_limit.clone();
+    let counts = experiment.sensors.encoder_counts(robot.joints().encoder_counts);
     let mut measured = Kinematics::new(m, n);
-    let mut angles = vec![0.0; n];
+    let (mut angles, mut place) = (vec![0.0; n], vec![0.0; n]);
     let still = vec![0.0; n];
-    let read = |y: &[f64], angles: &mut [f64]| {
-        for j in 0..n {
-            angles[j] = quantise(bench.rest[j] + y[j], steps[j]);
-        }
+    let mut read = |y: &[f64], angles: &mut [f64]| {
+        place.iter_mut().zip(&bench.rest).zip(y).for_each(|((p, r), y)| *p = r + y);
+        robot.encode(&place, counts, angles);
     };
     read(&y, &mut angles);
     robot.kinematics(&angles, &still, &mut measured);
@@ -93,10 +93,13 @@ pub fn simulate_trial(experiment: &Experiment, commanded: &[Vec<f64>], extras: &
     let force_limit = experiment.controller.force_limit.unwrap_or(defaults.force_limit);
     let mut hold = Hold::new(bench.hold.clone(), &system.rest_endpoint, &measured.endpoint, bias, force_limit);
 
+    let mut idle = PostureHold::new(robot, &bench.rest, bench.hold.velocity_cutoff_hz, fs);
+    let watch = Watch { limits: experiment.controller.safety, range: robot.range(), trial };
+
     let mut force = vec![Vec::with_capacity(recorded); m];
     let mut position = vec![Vec::with_capacity(recorded); m];
-    let mut correction = vec![0.0; n];
-    let mut shift = vec![0.0; m];
+    let (mut correction, mut gravity) = (vec![0.0; n], vec![0.0; n]);
+    let (mut shift, mut moved) = (vec![0.0; m], vec![0.0; m]);
     for k in 0..total {
         let time_s = (k as f64 - discarded as f64) / fs;
         read(&y, &mut angles);
@@ -107,9 +110,14 @@ pub fn simulate_trial(experiment: &Experiment, commanded: &[Vec<f64>], extras: &
         }
         system.torque.fill(0.0);
         add_transposed(&measured.jacobian, command, 1.0, &mut system.torque);
-        for (torque, limit) in system.torque.iter_mut().zip(&limits) {
-            *torque = torque.clamp(-limit, *limit);
+        if let Some(idle) = &mut idle {
+            idle.add(robot, &angles, &measured.jacobian, &mut system.torque);
         }
+        robot.bias(&angles, &still, &mut gravity);
+        for (torque, gravity) in system.torque.iter_mut().zip(&gravity) {
+            *torque += robot.gravity_compensation() * gravity;
+        }
+        robot.limit_torque(&mut system.torque);
         for (w, noise) in system.limb_force.iter_mut().zip(&noise) {
             *w = noise.as_ref().map_or(0.0, |n| n[k]);
         }
@@ -125,11 +133,14 @@ pub fn simulate_trial(experiment: &Experiment, commanded: &[Vec<f64>], extras: &
         if !y.iter().all(|v| v.is_finite()) {
             return Err(DeviceError::Diverged { trial, time_s });
         }
+        for i in 0..m {
+            moved[i] = means.endpoint[i] - system.rest_endpoint[i];
+        }
+        watch.check(time_s, &means.force, system.endpoint_velocity(), &moved, &means.joints)?;
         if !instant && k >= discarded {
             // The encoders' steps, carried from the mean angles to the mean position.
-            for j in 0..n {
-                correction[j] = quantise(means.joints[j], steps[j]) - means.joints[j];
-            }
+            robot.encode(&means.joints, counts, &mut correction);
+            correction.iter_mut().zip(&means.joints).for_each(|(c, q)| *c -= q);
             multiply(&measured.jacobian, &correction, &mut shift);
             for i in 0..m {
                 force[i].push(means.force[i]);
@@ -181,8 +192,11 @@ fn record(
     Recording::new(experiment.sample_rate_hz, channels).map_err(|e| DeviceError::Missing(e.to_string()))
 }
 
+/// A stage with the index of what it acts on.
+type Placed = (usize, Box<dyn Stage>);
+
 /// Fresh stages with the index of their channel among `names`.
-fn stages(makers: &[(String, StageMaker)], names: Vec<String>) -> Result<Vec<(usize, Box<dyn Stage>)>, DeviceError> {
+fn stages(makers: &[(String, StageMaker)], names: Vec<String>) -> Result<Vec<Placed>, DeviceError> {
     makers
         .iter()
         .map(|(name, make)| {

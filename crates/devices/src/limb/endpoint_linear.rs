@@ -8,7 +8,7 @@ use ndarray::Array2;
 use serde::{Deserialize, Serialize};
 
 /// Matrices of a linear limb, rows in the order of the device's axes.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 #[allow(non_snake_case, reason = "the field's own letters, as the files write them")]
 pub struct EndpointLinearConfig {
@@ -21,6 +21,9 @@ pub struct EndpointLinearConfig {
     /// Force on the limb that holds it at the posture; zero where absent.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub mean_force_n: Option<Vec<f64>>,
+    /// Mass fastened to the hand beyond the transducer, added to every diagonal entry of M (kg).
+    #[serde(default)]
+    pub handle_mass_kg: f64,
     /// Force that the limb makes by itself.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub noise: Option<LimbNoise>,
@@ -131,7 +134,7 @@ mod tests {
             B: vec![vec![11.0, -2.0], vec![-2.0, 15.0]],
             K: vec![vec![300.0, -60.0], vec![-60.0, 520.0]],
             mean_force_n: Some(vec![3.0, -1.0]),
-            noise: None,
+            ..Default::default()
         };
         let limb = EndpointLinear::new(&config, 2).expect("valid");
         let mut a = [1.0; 2];
@@ -147,9 +150,9 @@ mod tests {
     #[test]
     fn what_is_no_inertia_is_refused() {
         let eye = vec![vec![1.0, 0.0], vec![0.0, 1.0]];
-        let config = EndpointLinearConfig { M: vec![vec![1.0, 2.0], vec![2.0, 1.0]], B: eye.clone(), K: eye.clone(), mean_force_n: None, noise: None };
+        let config = EndpointLinearConfig { M: vec![vec![1.0, 2.0], vec![2.0, 1.0]], B: eye.clone(), K: eye.clone(), ..Default::default() };
         assert!(matches!(EndpointLinear::new(&config, 2), Err(DeviceError::Inertia(_))));
-        let config = EndpointLinearConfig { M: eye.clone(), B: eye.clone(), K: vec![vec![1.0]], mean_force_n: None, noise: None };
+        let config = EndpointLinearConfig { M: eye.clone(), B: eye.clone(), K: vec![vec![1.0]], ..Default::default() };
         assert!(EndpointLinear::new(&config, 2).unwrap_err().to_string().contains("limb.K"));
     }
 }

@@ -3,10 +3,12 @@
 mod endpoint_linear;
 mod planar_two_link;
 mod spring_array;
+mod wrist;
 
 pub use endpoint_linear::{EndpointLinear, EndpointLinearConfig};
 pub use planar_two_link::{PlanarTwoLink, PlanarTwoLinkConfig, Side};
 pub use spring_array::{SPRING_CONFIGURATIONS, SpringArray, SpringArrayConfig, SpringConfiguration};
+pub use wrist::{Wrist, WristConfig};
 
 use ndarray::Array2;
 

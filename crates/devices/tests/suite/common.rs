@@ -11,17 +11,16 @@ pub fn patient_arm() -> Experiment {
         duration_s: 4.0,
         sample_rate_hz: 500.0,
         discard_s: 0.0,
-        device: DeviceConfig { name: "mit-manus".to_owned(), parameters: Default::default() },
+        device: DeviceConfig::named("mit-manus"),
         limb: LimbConfig::EndpointLinear(EndpointLinearConfig {
             M: vec![vec![2.1, -0.55], vec![-0.55, 1.9]],
             B: vec![vec![11.0, -2.0], vec![-2.0, 15.0]],
             K: vec![vec![300.0, -60.0], vec![-60.0, 520.0]],
-            mean_force_n: None,
-            noise: None,
+            ..EndpointLinearConfig::default()
         }),
         posture: Posture::default(),
         controller: Controller::default(),
-        sensors: Sensors { force_noise_rms: Some(0.0), force_quantum: Some(0.0), encoder_bits: 0, ..Sensors::default() },
+        sensors: Sensors { force_noise_rms: Some(0.0), force_quantum: Some(0.0), encoder_bits: Some(0), ..Sensors::default() },
     }
 }
 

@@ -68,7 +68,7 @@ fn force_comes_in_the_transducer_s_steps_and_motion_in_the_encoders() {
     assert!(force.iter().all(|f| (f / 0.025 - (f / 0.025).round()).abs() < 1e-9));
     // One encoder step moves the hand by 39 µm (shoulder) and 49 µm (elbow) at most: means differ by no less than the geometry allows.
     let mut ideal = noisy();
-    ideal.sensors.encoder_bits = 0;
+    ideal.sensors.encoder_bits = Some(0);
     let smooth = simulate_trial(&ideal, &sines(&ideal, 4.0), &Extras::default(), 0).expect("runs");
     let (a, b) = (&recording.channel("pos_x").expect("exists").samples, &smooth.channel("pos_x").expect("exists").samples);
     let difference: Vec<f64> = a.iter().zip(b).map(|(a, b)| a - b).collect();
@@ -213,7 +213,7 @@ fn damping_from_lines(averaging: Averaging) -> f64 {
     let mut experiment = patient_arm();
     let diagonal = |v: f64| vec![vec![v, 0.0], vec![0.0, v]];
     experiment.limb =
-        LimbConfig::EndpointLinear(EndpointLinearConfig { M: diagonal(mass), B: diagonal(damping), K: diagonal(stiffness), mean_force_n: None, noise: None });
+        LimbConfig::EndpointLinear(EndpointLinearConfig { M: diagonal(mass), B: diagonal(damping), K: diagonal(stiffness), ..EndpointLinearConfig::default() });
     experiment.sensors.averaging = averaging;
     experiment.device.parameters.extend(["coulomb_1_nm", "coulomb_2_nm"].map(|n| (n.to_owned(), 0.0)));
     experiment.discard_s = 30.0;

@@ -1,0 +1,185 @@
+//! The human wrist: hand and handle in a gimbal, with coupled passive impedance and weight.
+
+use super::endpoint_linear::{diagonal, square};
+use super::{EndpointLinear, Impedance, Limb};
+use crate::error::DeviceError;
+use crate::noise::LimbNoise;
+use crate::vector3::{Matrix, Vector, about, cross, dot, product, turn};
+use ndarray::Array2;
+use serde::{Deserialize, Serialize};
+
+/// Figures of a wrist, rows and columns in the order pronation (ps), flexion (fe), abduction (aa).
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+#[allow(non_snake_case, reason = "the field's own letters, as the files write them")]
+pub struct WristConfig {
+    /// Inertia of hand and handle (kg m²).
+    pub M: Vec<Vec<f64>>,
+    /// Damping (N m s/rad).
+    pub B: Vec<Vec<f64>>,
+    /// Passive stiffness (N m/rad); gravity comes on top.
+    pub K: Vec<Vec<f64>>,
+    /// Mass of hand and handle (kg).
+    pub hand_mass_kg: f64,
+    /// Its centre from the wrist, in the hand's frame (m).
+    pub hand_centre_m: [f64; 3],
+    /// Gravity in the forearm's frame: x along the forearm, z the flexion axis and y the abduction axis at rest (m/s²).
+    pub gravity_m_per_s2: [f64; 3],
+    /// Torque that the limb makes by itself.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub noise: Option<LimbNoise>,
+}
+
+impl Default for WristConfig {
+    fn default() -> Self {
+        WristConfig {
+            M: vec![vec![0.0042, 0.0, 0.0], vec![0.0, 0.0049, 0.0002], vec![0.0, 0.0002, 0.0052]],
+            B: vec![vec![0.03, 0.002, -0.004], vec![0.002, 0.03, -0.002], vec![-0.004, -0.002, 0.05]],
+            K: vec![vec![0.756, 0.018, -0.291], vec![0.018, 0.992, -0.099], vec![-0.291, -0.099, 2.92]],
+            hand_mass_kg: 0.45,
+            hand_centre_m: [0.06, 0.0, 0.0],
+            gravity_m_per_s2: [0.0, 0.0, -9.81],
+            noise: None,
+        }
+    }
+}
+
+/// The wrist built from [`WristConfig`]: M q̈ + B q̇ + K (q − q₀) + ∂U/∂q = τ with U = −m gᵀ R(q) c.
+#[derive(Clone, Debug)]
+pub struct Wrist {
+    passive: EndpointLinear,
+    posture: [f64; 3],
+    weight: Vector,
+    centre: Vector,
+    gravity_stiffness: Array2<f64>,
+    mean_torque: Vec<f64>,
+}
+
+impl Wrist {
+    /// The wrist at rest at the angles `posture`.
+    ///
+    /// # Errors
+    /// [`DeviceError`] if a size does not fit or M is no inertia.
+    pub fn new(config: &WristConfig, posture: [f64; 3]) -> Result<Self, DeviceError> {
+        if !(config.hand_mass_kg.is_finite() && config.hand_mass_kg >= 0.0) {
+            return Err(DeviceError::value("limb.hand_mass_kg", config.hand_mass_kg, "zero or positive"));
+        }
+        if let Some(v) = config.hand_centre_m.iter().chain(&config.gravity_m_per_s2).find(|v| !v.is_finite()) {
+            return Err(DeviceError::value("limb.hand_centre_m or limb.gravity_m_per_s2", *v, "finite"));
+        }
+        let passive = Impedance { inertia: square("M", &config.M, 3)?, damping: square("B", &config.B, 3)?, stiffness: square("K", &config.K, 3)? };
+        let mut wrist = Wrist {
+            passive: EndpointLinear::from_matrices(passive, vec![0.0; 3])?,
+            posture,
+            weight: config.gravity_m_per_s2.map(|g| config.hand_mass_kg * g),
+            centre: config.hand_centre_m,
+            gravity_stiffness: diagonal(&[0.0; 3]),
+            mean_torque: vec![0.0; 3],
+        };
+        wrist.mean_torque = wrist.gravity_torque(posture).iter().map(|t| -t).collect();
+        wrist.gravity_stiffness = wrist.gravity_stiffness_at(posture);
+        Ok(wrist)
+    }
+
+    /// Torque of the hand's weight, −∂U/∂q (N m): each gimbal axis times the moment of the weight.
+    pub fn gravity_torque(&self, q: [f64; 3]) -> [f64; 3] {
+        let (axes, hand) = gimbal(q);
+        let moment = cross(turn(&hand, self.centre), self.weight);
+        axes.map(|a| dot(a, moment))
+    }
+
+    /// ∂²U/∂q², what the weight adds to the stiffness (N m/rad).
+    pub fn gravity_stiffness(&self) -> &Array2<f64> {
+        &self.gravity_stiffness
+    }
+
+    /// A turn about axis i carries the axes after it and the hand: ∂²U/∂q_i∂q_j = −w · (a_i × (a_j × R c)) for i ≤ j.
+    fn gravity_stiffness_at(&self, q: [f64; 3]) -> Array2<f64> {
+        let (axes, hand) = gimbal(q);
+        let lever = turn(&hand, self.centre);
+        Array2::from_shape_fn((3, 3), |(i, j)| -dot(self.weight, cross(axes[i.min(j)], cross(axes[i.max(j)], lever))))
+    }
+}
+
+/// The gimbal's axes in the forearm's frame and the hand's orientation R = R_x R_z R_y.
+fn gimbal([ps, fe, aa]: [f64; 3]) -> ([Vector; 3], Matrix) {
+    let (x, y, z) = ([1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]);
+    let first = about(x, ps);
+    let second = product(&first, &about(z, fe));
+    ([x, turn(&first, z), turn(&second, y)], product(&second, &about(y, aa)))
+}
+
+impl Limb for Wrist {
+    fn axes(&self) -> usize {
+        3
+    }
+
+    fn mean_force(&self) -> &[f64] {
+        &self.mean_torque
+    }
+
+    fn acceleration(&self, x: &[f64], v: &[f64], force: &[f64], out: &mut [f64]) {
+        let q = [self.posture[0] + x[0], self.posture[1] + x[1], self.posture[2] + x[2]];
+        let weight = self.gravity_torque(q);
+        let net = [force[0] + weight[0], force[1] + weight[1], force[2] + weight[2]];
+        self.passive.acceleration(x, v, &net, out);
+    }
+
+    fn linearised(&self) -> Impedance {
+        let mut all = self.passive.linearised();
+        all.stiffness += &self.gravity_stiffness;
+        all
+    }
+
+    /// The anatomical joint alone, without the weight's stiffness; its angles are the endpoint's coordinates.
+    fn joint_impedance(&self) -> Option<(Impedance, Array2<f64>)> {
+        Some((self.passive.linearised(), Array2::eye(3)))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn wrist(posture: [f64; 3]) -> Wrist {
+        let config = WristConfig { hand_centre_m: [0.06, 0.01, -0.02], gravity_m_per_s2: [1.0, -6.0, -7.7], ..WristConfig::default() };
+        Wrist::new(&config, posture).expect("valid")
+    }
+
+    fn potential(wrist: &Wrist, q: [f64; 3]) -> f64 {
+        -dot(wrist.weight, turn(&gimbal(q).1, wrist.centre))
+    }
+
+    #[test]
+    fn gravity_torque_and_stiffness_are_slopes_of_the_potential() {
+        let q = [0.4, -0.5, 0.3];
+        let (wrist, h) = (wrist(q), 1e-4);
+        let moved = |i: usize, s: f64, q: [f64; 3]| std::array::from_fn(|k| if k == i { q[k] + s } else { q[k] });
+        for i in 0..3 {
+            let slope = (potential(&wrist, moved(i, h, q)) - potential(&wrist, moved(i, -h, q))) / (2.0 * h);
+            // h² U‴/6 with |U‴| ≤ m g |c| = 0.3.
+            assert!((wrist.gravity_torque(q)[i] + slope).abs() < 1e-8);
+            for j in 0..3 {
+                let slope = (wrist.gravity_torque(moved(j, h, q))[i] - wrist.gravity_torque(moved(j, -h, q))[i]) / (2.0 * h);
+                assert!((wrist.gravity_stiffness()[[i, j]] + slope).abs() < 1e-8, "({i}, {j})");
+            }
+        }
+    }
+
+    #[test]
+    fn the_hand_of_the_literature_hangs_with_a_quarter_newton_metre() {
+        let wrist = Wrist::new(&WristConfig::default(), [0.0; 3]).expect("valid");
+        // m g |c| = 0.45 · 9.81 · 0.06 about the abduction axis.
+        let torque = wrist.gravity_torque([0.0; 3]);
+        assert!((torque[2] - 0.45 * 9.81 * 0.06).abs() < 1e-12 && torque[0].abs() < 1e-15 && torque[1].abs() < 1e-15, "{torque:?}");
+    }
+
+    #[test]
+    fn at_rest_under_its_weight_the_hand_stays() {
+        let wrist = wrist([0.2, 0.1, -0.3]);
+        let mut a = [1.0; 3];
+        let mean: Vec<f64> = wrist.mean_force().to_vec();
+        wrist.acceleration(&[0.0; 3], &[0.0; 3], &mean, &mut a);
+        assert!(a.iter().all(|a| a.abs() < 1e-12), "{a:?}");
+    }
+}
