@@ -13,6 +13,14 @@ pub(crate) struct Entry {
     /// Group and name, e.g. `["data", "force_x"]`; the last is the channel's.
     pub path: Vec<String>,
     pub value: Value,
+    /// The unit, where the format keeps it with the array.
+    pub unit: Option<String>,
+}
+
+impl Entry {
+    pub fn new(path: Vec<String>, value: Value) -> Self {
+        Entry { path, value, unit: None }
+    }
 }
 
 /// The value of an [`Entry`].
@@ -55,7 +63,7 @@ pub(crate) fn table(file: &str, entries: Vec<Entry>) -> Result<Table, IoError> {
     let mut vectors = Vec::new();
     let mut ignored = Vec::new();
     let longest = entries.iter().filter_map(|e| vector_len(&e.value)).max().unwrap_or(0);
-    for Entry { path, value } in entries {
+    for Entry { path, value, unit } in entries {
         let Some(name) = path.last() else { continue };
         let group = path.len().checked_sub(2).and_then(|i| path.get(i)).map(String::as_str);
         match value {
@@ -78,7 +86,7 @@ pub(crate) fn table(file: &str, entries: Vec<Entry>) -> Result<Table, IoError> {
                 }
                 _ if !is_vector(&shape) => ignored.push(format!("{} ({})", path.join("."), sizes(&shape))),
                 _ if (values.len() as f64) < SHORT * longest as f64 => ignored.push(format!("{} ({} numbers)", path.join("."), values.len())),
-                _ => vectors.push((path, values, rounding)),
+                _ => vectors.push((path, values, rounding, unit)),
             },
             Value::Other(what) => ignored.push(format!("{} ({what})", path.join("."))),
         }
@@ -100,10 +108,10 @@ pub(crate) fn table(file: &str, entries: Vec<Entry>) -> Result<Table, IoError> {
     }
     let mut count: BTreeMap<String, usize> = BTreeMap::new();
     vectors.iter().filter_map(|(path, ..)| path.last()).for_each(|name| *count.entry(name.clone()).or_default() += 1);
-    for (path, samples, rounding) in vectors {
+    for (path, samples, rounding, own) in vectors {
         let last = path.last().cloned().unwrap_or_default();
         let full = if count.get(&last).is_some_and(|&n| n > 1) { path.join(".") } else { last.clone() };
-        let (name, unit) = match units.remove(&last) {
+        let (name, unit) = match units.get(&last).cloned().or(own) {
             Some(unit) => (full, Some(unit)),
             None => {
                 let (name, unit) = split_name(&full);
@@ -155,11 +163,11 @@ mod tests {
     fn numbers(path: &[&str], shape: &[usize]) -> Entry {
         let len = shape.iter().product();
         let values = (0..len).map(|k| k as f64).collect();
-        Entry { path: path.iter().map(|&p| p.to_owned()).collect(), value: Value::Numbers { shape: shape.to_vec(), values, rounding: Rounding::default() } }
+        Entry::new(path.iter().map(|&p| p.to_owned()).collect(), Value::Numbers { shape: shape.to_vec(), values, rounding: Rounding::default() })
     }
 
     fn text(path: &[&str], text: &str) -> Entry {
-        Entry { path: path.iter().map(|&p| p.to_owned()).collect(), value: Value::Text(text.to_owned()) }
+        Entry::new(path.iter().map(|&p| p.to_owned()).collect(), Value::Text(text.to_owned()))
     }
 
     #[test]

@@ -99,9 +99,12 @@ static FORMATS: &[Format] = &[
         name: "HDF5 / MAT v7.3",
         suffixes: &["h5", "hdf5"],
         feature: "hdf5",
-        built_in: false,
+        built_in: cfg!(feature = "hdf5"),
         writes: false,
         is: |bytes| bytes.starts_with(HDF5) || bytes.get(512..).is_some_and(|b| b.starts_with(HDF5)),
+        #[cfg(feature = "hdf5")]
+        reader: Some(crate::hdf5::read),
+        #[cfg(not(feature = "hdf5"))]
         reader: None,
         writer: None,
     },

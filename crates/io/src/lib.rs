@@ -14,20 +14,22 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
-#[cfg(any(feature = "npz", feature = "mat", feature = "parquet"))]
+#[cfg(any(feature = "npz", feature = "mat", feature = "parquet", feature = "hdf5"))]
 mod arrays;
 mod assemble;
 mod atomic;
-#[cfg(any(feature = "npz", feature = "mat", feature = "parquet"))]
+#[cfg(any(feature = "npz", feature = "mat", feature = "parquet", feature = "hdf5"))]
 mod budget;
 #[cfg(feature = "csv")]
 mod csv;
 mod error;
 mod formats;
+#[cfg(feature = "hdf5")]
+mod hdf5;
 mod limits;
 #[cfg(feature = "mat")]
 mod mat;
-#[cfg(any(feature = "csv", feature = "npz", feature = "mat", feature = "parquet"))]
+#[cfg(any(feature = "csv", feature = "npz", feature = "mat", feature = "parquet", feature = "hdf5"))]
 mod names;
 mod note;
 #[cfg(feature = "npz")]

@@ -1,4 +1,4 @@
-//! Files made by NumPy, SciPy, pandas and pyarrow (`fixtures/make_fixtures.py`, versions in `fixtures/versions.txt`).
+//! Files made by NumPy, SciPy, pandas, pyarrow and h5py (`fixtures/make_fixtures.py`, versions in `fixtures/versions.txt`).
 #![cfg(all(feature = "csv", feature = "npz", feature = "mat"))]
 
 use ndof_io::{ReadOptions, ReadRecording, encode, read, read_bytes};
@@ -80,6 +80,42 @@ fn a_format_that_is_not_built_in_names_its_feature() {
     for name in ["pandas.parquet", "types.parquet"] {
         let error = read(&folder().join(name), &ReadOptions::default()).expect_err("not built in");
         assert!(error.to_string().contains("--features parquet"), "{error}");
+    }
+}
+
+#[cfg(feature = "hdf5")]
+#[test]
+fn a_struct_of_matlab_7_3_is_read_as_its_fields() {
+    let read = fixture("v73.mat");
+    assert_eq!(read.recording.sample_rate_hz(), 200.0);
+    assert_eq!(read.recording.names(), ["force_x", "pos_x"]);
+    assert_eq!(read.recording.channel("force_x").expect("force_x").samples, expected("force_x"));
+    for (mm, m) in read.recording.channel("pos_x").expect("pos_x").samples.iter().zip(expected("pos_x")) {
+        assert!((mm - m).abs() <= 2.0 * f64::EPSILON * m.abs(), "{mm} {m}");
+    }
+    assert_eq!(read.recording.metadata().get("trial.subject").map(String::as_str), Some("S 07"));
+}
+
+#[cfg(feature = "hdf5")]
+#[test]
+fn a_group_of_hdf5_with_attributes_is_read() {
+    let read = fixture("group.h5");
+    assert_eq!(read.recording.sample_rate_hz(), 200.0);
+    assert_eq!(read.recording.channel("force_x").expect("force_x").samples, expected("force_x"));
+    for (mm, m) in read.recording.channel("pos_x").expect("pos_x").samples.iter().zip(expected("pos_single")) {
+        assert!((mm - m).abs() <= 2.0 * f64::from(f32::EPSILON) * m.abs(), "{mm} {m}");
+    }
+    assert_eq!(read.recording.metadata().get("subject").map(String::as_str), Some("S 07"));
+    let error = ndof_io::read(&folder().join("loop.h5"), &ReadOptions::default()).expect_err("endless");
+    assert!(matches!(error, ndof_io::IoError::TooLarge { .. }), "{error}");
+}
+
+#[cfg(not(feature = "hdf5"))]
+#[test]
+fn hdf5_and_matlab_7_3_that_are_not_built_in_name_their_feature() {
+    for name in ["v73.mat", "group.h5", "loop.h5"] {
+        let error = read(&folder().join(name), &ReadOptions::default()).expect_err("not built in");
+        assert!(error.to_string().contains("--features hdf5"), "{error}");
     }
 }
 

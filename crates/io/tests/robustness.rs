@@ -94,6 +94,12 @@ fn damaged_files_never_panic_and_stay_small() {
     let mut files: Vec<(String, Vec<u8>)> = ["plain.npz", "time_deflated.npz", "types.npz", "plain.mat", "struct_compressed.mat", "types.mat", "expected.csv"]
         .map(|n| (n.to_owned(), fixture(n)))
         .into();
+    if cfg!(feature = "hdf5") {
+        files.extend(["group.h5", "v73.mat"].map(|n| (n.to_owned(), fixture(n))));
+    }
+    if cfg!(feature = "parquet") {
+        files.extend(["pandas.parquet", "types.parquet"].map(|n| (n.to_owned(), fixture(n))));
+    }
     for format in formats().iter().filter(|f| f.writes && f.built_in) {
         let file = format!("own.{}", format.suffixes[0]);
         files.push((file.clone(), encode(&small, &file).expect("written")));

@@ -140,6 +140,6 @@ impl Matrices<'_> {
     fn add(&mut self, path: &[String], name: &str, value: Value) {
         let mut path = path.to_vec();
         path.push(name.to_owned());
-        self.entries.push(Entry { path, value });
+        self.entries.push(Entry::new(path, value));
     }
 }

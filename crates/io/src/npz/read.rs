@@ -38,7 +38,7 @@ pub(crate) fn read(bytes: &[u8], file: &str) -> Result<Table, IoError> {
             return Err(damaged(format!("array \"{name}\" has {} bytes, the archive says {claimed}", data.len())));
         }
         let value = npy::parse(&data).map_err(|what| damaged(format!("array \"{name}\": {what}")))?;
-        entries.push(Entry { path: path(name), value });
+        entries.push(Entry::new(path(name), value));
     }
     if entries.is_empty() {
         return Err(IoError::Unsuitable {

@@ -38,7 +38,7 @@ fn decode(bytes: &[u8], file: &str) -> Result<Table, IoError> {
     for (i, column) in metadata.file_metadata().schema_descr().columns().iter().enumerate() {
         let name = column.path().parts().join(".");
         let Some(kind) = Kind::of(column) else {
-            entries.push(Entry { path: vec![name], value: Value::Other("no column of plain numbers") });
+            entries.push(Entry::new(vec![name], Value::Other("no column of plain numbers")));
             continue;
         };
         let mut values = Vec::new();
@@ -50,10 +50,8 @@ fn decode(bytes: &[u8], file: &str) -> Result<Table, IoError> {
                 return Err(damaged(format!("column \"{name}\" has {read} values in row group {group}, which says {rows}")));
             }
         }
-        if let Some(unit) = kind.unit {
-            entries.push(Entry { path: vec!["unit".to_owned(), name.clone()], value: Value::Text(unit.to_owned()) });
-        }
-        entries.push(Entry { path: vec![name], value: Value::Numbers { shape: vec![values.len()], values, rounding: kind.rounding } });
+        let value = Value::Numbers { shape: vec![values.len()], values, rounding: kind.rounding };
+        entries.push(Entry { unit: kind.unit.map(str::to_owned), ..Entry::new(vec![name], value) });
     }
     for KeyValue { key, value } in metadata.file_metadata().key_value_metadata().into_iter().flatten() {
         facts(key, value.as_deref().unwrap_or_default(), &mut entries);
@@ -180,7 +178,7 @@ fn batches<T: DataType>(mut reader: ColumnReaderImpl<T>, values: &mut Vec<f64>, 
 }
 
 fn facts(key: &str, value: &str, entries: &mut Vec<Entry>) {
-    let text = |group: &str, name: &str, value: &str| Entry { path: vec![group.to_owned(), name.to_owned()], value: Value::Text(value.to_owned()) };
+    let text = |group: &str, name: &str, value: &str| Entry::new(vec![group.to_owned(), name.to_owned()], Value::Text(value.to_owned()));
     if let Some(name) = key.strip_prefix(UNIT_KEY) {
         entries.push(text("unit", name, value));
     } else if key == UNITS_KEY

@@ -1,0 +1,139 @@
+//! HDF5 and MAT v7.3: one vector of numbers a channel, in any group.
+//!
+//! A channel's unit is its attribute `unit` or `units`; `sample_rate_hz` or `fs` is a single number or an attribute of
+//! a group, or there is a vector `t`. Other texts and numbers that stand alone are facts.
+
+use crate::arrays::{self, Entry, Value};
+use crate::budget::{Budget, MAX_ENTRIES};
+use crate::error::IoError;
+use crate::table::{Rounding, Table};
+use hdf5_pure::{AttrValue, DType, Dataset, Error, File, Group};
+use std::collections::{BTreeMap, HashMap};
+
+/// The format's name in messages.
+const HDF5: &str = "HDF5";
+
+/// Groups within groups; a link may lead back to where it came from.
+const MAX_DEPTH: usize = 16;
+
+/// What MATLAB writes beside each variable.
+const MATLAB_CLASS: &str = "MATLAB_class";
+
+/// Reads an HDF5 file.
+pub(crate) fn read(bytes: &[u8], file: &str) -> Result<Table, IoError> {
+    let damaged = |e: Error| IoError::Damaged { file: file.to_owned(), format: HDF5, what: e.to_string() };
+    let opened = File::from_bytes(bytes.to_vec()).map_err(damaged)?;
+    let mut walk = Walk { file, budget: Budget::of(bytes.len()), groups: 0, entries: Vec::new() };
+    walk.group(&opened.root(), &mut Vec::new())?;
+    arrays::table(file, walk.entries)
+}
+
+struct Walk<'a> {
+    file: &'a str,
+    budget: Budget,
+    /// Groups visited; links that lead back would make them endless.
+    groups: usize,
+    entries: Vec<Entry>,
+}
+
+impl Walk<'_> {
+    fn damaged(&self, path: &[String], error: &Error) -> IoError {
+        IoError::Damaged { file: self.file.to_owned(), format: HDF5, what: format!("/{}: {error}", path.join("/")) }
+    }
+
+    fn group(&mut self, group: &Group, path: &mut Vec<String>) -> Result<(), IoError> {
+        self.groups += 1;
+        for (what, found, limit) in
+            [("groups within groups", path.len(), MAX_DEPTH), ("groups", self.groups, MAX_ENTRIES), ("arrays and attributes", self.entries.len(), MAX_ENTRIES)]
+        {
+            if found > limit {
+                let remedy = "save the channels in one group";
+                return Err(IoError::TooLarge { file: self.file.to_owned(), what, found: found as u64, limit: limit as u64, remedy });
+            }
+        }
+        let attributes = group.attrs().map_err(|e| self.damaged(path, &e))?;
+        for (name, value) in sorted(&attributes).into_iter().filter(|(name, _)| !name.starts_with("MATLAB_")) {
+            if let Some(value) = fact(value) {
+                self.entries.push(Entry::new([path.as_slice(), std::slice::from_ref(name)].concat(), value));
+            }
+        }
+        let datasets = group.iter_datasets().map_err(|e| self.damaged(path, &e))?;
+        for (name, dataset) in datasets {
+            path.push(name);
+            let entry = self.dataset(&dataset, path)?;
+            self.entries.extend(entry);
+            path.pop();
+        }
+        for name in group.groups().map_err(|e| self.damaged(path, &e))? {
+            // MATLAB keeps what its cells refer to here.
+            if name.starts_with('#') {
+                continue;
+            }
+            let inner = group.group(&name).map_err(|e| self.damaged(path, &e))?;
+            path.push(name);
+            self.group(&inner, path)?;
+            path.pop();
+        }
+        Ok(())
+    }
+
+    fn dataset(&mut self, dataset: &Dataset, path: &[String]) -> Result<Option<Entry>, IoError> {
+        let damaged = |walk: &Self, e: Error| walk.damaged(path, &e);
+        let attributes = dataset.attrs().map_err(|e| damaged(self, e))?;
+        if attributes.contains_key("MATLAB_empty") {
+            return Ok(None);
+        }
+        let entry = |value| Some(Entry::new(path.to_vec(), value));
+        let (Ok(kind), Ok(shape)) = (dataset.dtype(), dataset.shape()) else {
+            return Ok(entry(Value::Other("a type that is not known here")));
+        };
+        let claimed =
+            [shape, dataset.chunk_shape().ok().flatten().unwrap_or_default()].map(|sizes| sizes.iter().try_fold(8u64, |n, &size| n.checked_mul(size)));
+        for bytes in claimed {
+            self.budget.claim(self.file, bytes.unwrap_or(u64::MAX))?;
+        }
+        let shape: Vec<usize> = dataset.shape().map_err(|e| damaged(self, e))?.into_iter().map(|n| n as usize).collect();
+        let is_char = attributes.get(MATLAB_CLASS).and_then(AttrValue::as_str) == Some("char");
+        let rounding = match kind {
+            DType::F64 => Rounding::default(),
+            DType::F32 => Rounding::SINGLE,
+            DType::U16 if is_char => {
+                let text = String::from_utf16(&dataset.read_u16().map_err(|e| damaged(self, e))?);
+                return Ok(entry(text.map_or(Value::Other("text that is not Unicode"), Value::Text)));
+            }
+            DType::I8 | DType::I16 | DType::I32 | DType::I64 | DType::U8 | DType::U16 | DType::U32 | DType::U64 => Rounding::INTEGER,
+            DType::String | DType::VariableLengthString => {
+                let texts = dataset.read_string().map_err(|e| damaged(self, e))?;
+                return Ok(entry(<[String; 1]>::try_from(texts).map_or(Value::Other("several texts"), |[text]| Value::Text(text))));
+            }
+            DType::Compound(_) => return Ok(entry(Value::Other("compound or complex values"))),
+            _ => return Ok(entry(Value::Other("no plain numbers"))),
+        };
+        let values = dataset.read_f64().map_err(|e| damaged(self, e))?;
+        let unit = ["unit", "units", "Unit", "Units"].iter().find_map(|key| attributes.get(*key)?.as_str()).map(str::to_owned);
+        Ok(Some(Entry { unit, ..Entry::new(path.to_vec(), Value::Numbers { shape, values, rounding }) }))
+    }
+}
+
+/// Attributes in the order of their names, so that the same file gives the same result.
+fn sorted(attributes: &HashMap<String, AttrValue>) -> BTreeMap<&String, &AttrValue> {
+    attributes.iter().collect()
+}
+
+/// An attribute that is a single text or number.
+fn fact(value: &AttrValue) -> Option<Value> {
+    let number = match value {
+        AttrValue::F64(x) => *x,
+        AttrValue::F32(x) => f64::from(*x),
+        AttrValue::I8(x) => f64::from(*x),
+        AttrValue::I16(x) => f64::from(*x),
+        AttrValue::I32(x) => f64::from(*x),
+        AttrValue::I64(x) => *x as f64,
+        AttrValue::U8(x) => f64::from(*x),
+        AttrValue::U16(x) => f64::from(*x),
+        AttrValue::U32(x) => f64::from(*x),
+        AttrValue::U64(x) => *x as f64,
+        other => return other.as_str().map(|text| Value::Text(text.to_owned())),
+    };
+    Some(Value::Numbers { shape: Vec::new(), values: vec![number], rounding: Rounding::default() })
+}
