@@ -9,7 +9,7 @@ use std::sync::Arc;
 /// The frequency to which the analysed band is thought to end when times are compared.
 pub(crate) const REFERENCE_BAND_HZ: f64 = 12.0;
 /// Samples a second for each hertz of the analysed band.
-const RATE_OVER_BAND: f64 = 20.0;
+const RATE_OVER_BAND: f64 = 14.0;
 /// Length of a block, for a band to 12 Hz.
 const BLOCK_S: f64 = 12.0;
 /// What is dropped at both ends, for a band to 12 Hz.
@@ -29,6 +29,12 @@ pub(crate) struct Layout {
     /// How many samples at the original rate make one.
     pub factor: usize,
     pub time_s: f64,
+    /// Time of the first sample since the recording began.
+    pub start_s: f64,
+    /// Lines that count (a tone may be masked out).
+    pub keep: Vec<bool>,
+    /// Weights of a trial's samples (a burst may be masked out); empty where all count.
+    pub weights: Vec<Vec<f64>>,
     /// Samples before a trial at the working rate, mirrored.
     pub pad: usize,
     /// Length of the mirrored trial at the working rate.
@@ -124,9 +130,10 @@ impl Layout {
         let bins = first.min(last)..last + 1;
         let frequency_hz: Vec<f64> = bins.clone().map(|k| k as f64 * df).collect();
         let sj = frequency_hz.iter().map(|f| Complex64::new(0.0, TAU * f)).collect();
+        let keep = vec![true; bins.len()];
         let mut planner = RealFftPlanner::new();
         let (back, block_forward) = (planner.plan_fft_inverse(padded), planner.plan_fft_forward(block));
-        Layout { trials, axes, rate_hz, samples: kept, factor, time_s, pad, padded, s, low_pass, smooth, block, starts, window, bins, frequency_hz, sj, back, block_forward }
+        Layout { trials, axes, rate_hz, samples: kept, factor, time_s, start_s: 0.0, keep, weights: vec![], pad, padded, s, low_pass, smooth, block, starts, window, bins, frequency_hz, sj, back, block_forward }
     }
 
     /// Blocks of all trials.
@@ -237,7 +244,8 @@ impl Layout {
     }
 
     /// Tapered spectra of one trial's samples, block after block, appended to `out`.
-    pub fn blocks_of(&self, samples: &[f64], out: &mut Vec<Complex64>) {
+    pub fn blocks_of(&self, trial: usize, samples: &[f64], out: &mut Vec<Complex64>) {
+        let weights = self.weights.get(trial);
         let mut buffer = vec![0.0; self.block];
         let mut spectrum = self.block_forward.make_output_vec();
         let mut scratch = self.block_forward.make_scratch_vec();
@@ -245,19 +253,56 @@ impl Layout {
             for ((b, x), w) in buffer.iter_mut().zip(&samples[start..start + self.block]).zip(&self.window) {
                 *b = x * w;
             }
+            if let Some(weights) = weights {
+                buffer.iter_mut().zip(&weights[start..]).for_each(|(b, w)| *b *= w);
+            }
             if self.block_forward.process_with_scratch(&mut buffer, &mut spectrum, &mut scratch).is_err() {
                 spectrum.iter_mut().for_each(|v| *v = Complex64::new(f64::NAN, 0.0));
             }
-            out.extend_from_slice(&spectrum[self.bins.clone()]);
+            out.extend(spectrum[self.bins.clone()].iter().zip(&self.keep).map(|(x, keep)| if *keep { *x } else { Complex64::ZERO }));
         }
     }
 
     /// Spectra of all trials of one axis.
     pub fn spectra<'a>(&self, trials: impl Iterator<Item = &'a [f64]>) -> Vec<Complex64> {
         let mut out = Vec::with_capacity(self.size());
-        trials.for_each(|samples| self.blocks_of(samples, &mut out));
+        trials.enumerate().for_each(|(trial, samples)| self.blocks_of(trial, samples, &mut out));
         out
     }
+}
+
+/// Samples passed through an operator, mirrored at both ends.
+pub(crate) fn filter(samples: &[f64], rate_hz: f64, operator: impl Fn(Complex64) -> Complex64) -> Vec<f64> {
+    let n = samples.len();
+    let layout = smooth_length(n + n / 2 + 2);
+    let pad = (layout - n) / 2;
+    let mut y: Vec<f64> = Vec::with_capacity(layout);
+    y.extend((1..=pad).rev().map(|k| 2.0 * samples[0] - samples[k.min(n - 1)]));
+    y.extend_from_slice(samples);
+    y.extend((1..=layout - n - pad).map(|k| 2.0 * samples[n - 1] - samples[(n - 1).saturating_sub(k)]));
+    let start = y[0];
+    let slope = (y[layout - 1] - start) / (layout - 1) as f64;
+    y.iter_mut().enumerate().for_each(|(k, v)| *v -= start + slope * k as f64);
+    let mut planner = RealFftPlanner::new();
+    let (forward, back) = (planner.plan_fft_forward(layout), planner.plan_fft_inverse(layout));
+    let mut spectrum = forward.make_output_vec();
+    if forward.process(&mut y, &mut spectrum).is_err() {
+        return samples.to_vec();
+    }
+    for (k, x) in spectrum.iter_mut().enumerate() {
+        *x *= operator(Complex64::new(0.0, TAU * k as f64 * rate_hz / layout as f64)) / layout as f64;
+    }
+    spectrum[0].im = 0.0;
+    if let Some(last) = spectrum.last_mut() {
+        last.im = 0.0;
+    }
+    if back.process(&mut spectrum, &mut y).is_err() {
+        return samples.to_vec();
+    }
+    let (level, rate) = straight(&operator);
+    let per_sample = slope * level;
+    let offset = level * start + rate * slope * rate_hz;
+    y.iter().enumerate().skip(pad).take(n).map(|(k, v)| v + offset + per_sample * k as f64).collect()
 }
 
 /// H(0) and dH/ds at 0, which is what an operator does to a ramp; a derivative without bound counts as none.

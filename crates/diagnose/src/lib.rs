@@ -1,14 +1,31 @@
 //! What a simulation gets wrong, and why.
+//!
+//! [`diagnose`] takes the recordings of one experiment and says what a linear simulation of it misses, names the cause from the
+//! registry of [effects](ndof_models::effects), extends the model with it, and measures the gain on data that no fit saw.
+//!
+//! How: the balance of forces M ẍ + B ẋ + K x + f = F is written in the frequency domain over blocks of time, every effect is a
+//! further regressor computed from the measured motion (nothing is integrated that could diverge), and a Whittle likelihood with a
+//! noise spectrum of its own for each hypothesis decides. A free run of the extended model over held-out data confirms.
 
+mod answer;
 mod band;
 mod baseline;
+mod detectors;
+mod diagnose;
 mod error;
+mod extended;
+mod floor;
+mod free_run;
+mod generic;
 mod hypotheses;
+mod judge;
 mod layout;
 mod linear;
 mod optimise;
 mod options;
 mod plant;
+mod probability;
+mod result;
 mod robot;
 mod samples;
 mod search;
@@ -17,8 +34,14 @@ mod subject;
 mod whittle;
 
 pub use baseline::{Baseline, Part, Status};
+pub use diagnose::diagnose;
 pub use error::DiagnoseError;
 pub use options::{HeldOut, Options};
+pub use probability::Features;
+pub use result::{
+    BandShare, Cause, CauseParameter, Confusable, Considered, Diagnosis, Discrepancy, Extended, Gain, Minor, Model, ModelParameter, NoiseFloor, Score, Shift, Site,
+    Split, TimeShare, Verdict,
+};
 
 #[doc(hidden)]
 pub fn trace(trials: &[ndof_signal::Recording], ports: &ndof_sysid::Ports, options: &Options) -> Result<String, DiagnoseError> {

@@ -72,13 +72,15 @@ pub(crate) struct Base {
     pub columns: Vec<Column>,
     pub roles: Vec<Role>,
     pub held: Vec<(Column, f64)>,
+    /// Entries that are not fitted.
+    pub given: Vec<(Matrix, usize, usize, f64)>,
 }
 
 impl Base {
     pub fn new(state: &State, cause: &Cause, structure: &Structure) -> Self {
         let layout = &state.layout;
         let n = layout.axes;
-        let mut base = Base { columns: vec![], roles: vec![], held: vec![] };
+        let mut base = Base { columns: vec![], roles: vec![], held: vec![], given: structure.given.clone() };
         for matrix in [Matrix::Mass, Matrix::Damping, Matrix::Stiffness] {
             if matrix == Matrix::Stiffness && !structure.spring && structure.given.iter().all(|e| e.0 != matrix) {
                 continue;
@@ -104,12 +106,13 @@ impl Base {
     }
 
     fn offsets(&mut self, layout: &Layout) {
-        let blocks_of_one = layout.spectra(std::iter::once(vec![1.0; layout.samples].as_slice()));
+        let one = vec![1.0; layout.samples];
         for axis in 0..layout.axes {
             for trial in 0..layout.trials {
                 let mut spectrum = vec![Complex64::ZERO; layout.size()];
-                let from = trial * blocks_of_one.len();
-                spectrum[from..from + blocks_of_one.len()].copy_from_slice(&blocks_of_one);
+                let mut own = Vec::new();
+                layout.blocks_of(trial, &one, &mut own);
+                spectrum[trial * own.len()..(trial + 1) * own.len()].copy_from_slice(&own);
                 self.columns.push(Column { parts: vec![(axis, Arc::new(spectrum))], action: vec![], through: Through::Motion, precision: 0.0 });
                 self.roles.push(Role::Offset(axis, trial));
             }

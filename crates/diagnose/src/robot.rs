@@ -30,7 +30,7 @@ pub(crate) fn fit(state: &State, references: &[Vec<Vec<f64>>], unit: bool) -> Op
     };
     let r = spectra(0);
     let rates = if unit { vec![] } else { spectra(1) };
-    let ones = offset(layout);
+    let ones = vec![1.0; layout.samples];
     let mut impedance = vec![vec![Complex64::ZERO; n * n]; layout.lines()];
     let mut rest = 0.0;
     for i in 0..n {
@@ -51,7 +51,9 @@ pub(crate) fn fit(state: &State, references: &[Vec<Vec<f64>>], unit: bool) -> Op
         }
         for trial in 0..layout.trials {
             let mut column = vec![Complex64::ZERO; layout.size()];
-            column[trial * ones.len()..(trial + 1) * ones.len()].copy_from_slice(&ones);
+            let mut own = Vec::new();
+            layout.blocks_of(trial, &ones, &mut own);
+            column[trial * own.len()..(trial + 1) * own.len()].copy_from_slice(&own);
             columns.push(column);
         }
         let inner = |a: &[Complex64], b: &[Complex64]| a.iter().zip(b).map(|(x, y)| x.re * y.re + x.im * y.im).sum::<f64>();
@@ -75,8 +77,4 @@ pub(crate) fn fit(state: &State, references: &[Vec<Vec<f64>>], unit: bool) -> Op
         }
     }
     Some(Robot { impedance, rest })
-}
-
-fn offset(layout: &Layout) -> Vec<Complex64> {
-    layout.spectra(std::iter::once(vec![1.0; layout.samples].as_slice()))
 }

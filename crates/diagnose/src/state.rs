@@ -80,6 +80,8 @@ pub(crate) struct State {
     pub kinematics: [Vec<Arc<Vec<Complex64>>>; 3],
     pub effort_spectra: Vec<Arc<Vec<Complex64>>>,
     pub chain: Chain,
+    /// What has been corrected, the first first.
+    pub transforms: Vec<Transform>,
 }
 
 fn interleave(series: &[Vec<f64>]) -> Vec<f64> {
@@ -98,10 +100,10 @@ impl State {
         for transform in transforms {
             apply(layout, transform, &mut effort, &mut motion, &mut chain);
         }
-        Self::build(layout, effort, motion, centre, chain)
+        Self::build(layout, effort, motion, centre, chain, transforms.to_vec())
     }
 
-    fn build(layout: &Arc<Layout>, effort: Tracks, motion: Tracks, centre: &[f64], chain: Chain) -> Self {
+    fn build(layout: &Arc<Layout>, effort: Tracks, motion: Tracks, centre: &[f64], chain: Chain, transforms: Vec<Transform>) -> Self {
         let smooth = Some(layout.smooth.as_slice());
         let series = |tracks: &Tracks, power: i32, extra: Option<&[f64]>| -> Series {
             tracks.iter().map(|trial| trial.iter().map(|t| layout.filtered(t, |s| s.powi(power), extra)).collect()).collect()
@@ -120,13 +122,14 @@ impl State {
         };
         let kinematics = [spectra(&x), spectra(&v), spectra(&a)];
         let effort_spectra = spectra(&f);
-        State { layout: layout.clone(), effort, motion, centre: centre.to_vec(), x: Arc::new(x), law_v: Arc::new(law_v), law_x: Arc::new(law_x), kinematics, effort_spectra, chain }
+        State { layout: layout.clone(), effort, motion, centre: centre.to_vec(), x: Arc::new(x), law_v: Arc::new(law_v), law_x: Arc::new(law_x), kinematics, effort_spectra, chain, transforms }
     }
 
     /// The same recording under one more transform.
     pub fn with(&self, transform: &Transform) -> Self {
         let (mut effort, mut motion, mut chain) = (self.effort.clone(), self.motion.clone(), self.chain.clone());
         apply(&self.layout, transform, &mut effort, &mut motion, &mut chain);
+        let transforms: Vec<Transform> = self.transforms.iter().chain([transform]).cloned().collect();
         if matches!(transform.action, Action::Effort(_) | Action::Mix(_) | Action::Clip) {
             // The motion stays as it is: only the effort's spectra are new.
             let layout = &self.layout;
@@ -136,21 +139,69 @@ impl State {
                     Arc::new(layout.spectra(trials.iter().map(Vec::as_slice)))
                 })
                 .collect();
-            return State { effort, chain, effort_spectra, ..self.clone() };
+            return State { effort, chain, effort_spectra, transforms, ..self.clone() };
         }
-        Self::build(&self.layout, effort, motion, &self.centre, chain)
+        Self::build(&self.layout, effort, motion, &self.centre, chain, transforms)
     }
 
     /// The forces of a law along the measured motion: `[trial][axis][time]`.
     pub fn forces(&self, law: &dyn ForceLaw) -> Series {
+        (0..self.layout.trials).map(|trial| self.forces_of(law, trial)).collect()
+    }
+
+    /// The forces of a law along one trial: `[axis][time]`.
+    pub fn forces_of(&self, law: &dyn ForceLaw, trial: usize) -> Vec<Vec<f64>> {
         let delay = law.delay_s();
-        (0..self.layout.trials)
-            .map(|trial| {
-                let delayed = (delay > 0.0).then(|| self.delayed(trial, delay));
-                let (dx, dv) = delayed.as_ref().map_or((&self.law_x[trial], &self.law_v[trial]), |d| (&d.0, &d.1));
-                along(law, self.layout.rate_hz, self.layout.axes, (&self.law_x[trial], &self.law_v[trial]), (dx, dv))
-            })
-            .collect()
+        let delayed = (delay > 0.0).then(|| self.delayed(trial, delay));
+        let (dx, dv) = delayed.as_ref().map_or((&self.law_x[trial], &self.law_v[trial]), |d| (&d.0, &d.1));
+        let clock = (self.layout.rate_hz, self.layout.start_s);
+        along(law, clock, self.layout.axes, (&self.law_x[trial], &self.law_v[trial]), (dx, dv))
+    }
+
+    /// What the effort channels would show of these true efforts.
+    pub fn uncorrect_effort(&self, mut effort: Vec<Vec<f64>>) -> Vec<Vec<f64>> {
+        for transform in self.transforms.iter().rev() {
+            match &transform.action {
+                Action::Effort(operator) => {
+                    for (axis, series) in effort.iter_mut().enumerate() {
+                        if transform.axis.is_none_or(|a| a == axis) {
+                            *series = crate::layout::filter(series, self.layout.rate_hz, |s| 1.0 / operator(s, &transform.knobs));
+                        }
+                    }
+                }
+                Action::Mix(matrix) => {
+                    let n = effort.len();
+                    let dense: Vec<Complex64> = matrix(&transform.knobs).into_iter().flatten().map(Into::into).collect();
+                    if let Some((_, back)) = linear::inverse(&dense, n) {
+                        let old = effort.clone();
+                        for (i, series) in effort.iter_mut().enumerate() {
+                            for (k, value) in series.iter_mut().enumerate() {
+                                *value = (0..n).map(|j| back[i * n + j].re * old[j][k]).sum();
+                            }
+                        }
+                    }
+                }
+                _ => {}
+            }
+        }
+        effort
+    }
+
+    /// What the motion channels would show of this true motion under the (corrected) effort.
+    pub fn uncorrect_motion(&self, mut motion: Vec<Vec<f64>>, order: usize, effort: &[Vec<f64>]) -> Vec<Vec<f64>> {
+        for transform in self.transforms.iter().rev() {
+            for (series, force) in motion.iter_mut().zip(effort) {
+                match &transform.action {
+                    Action::Motion(operator) => *series = crate::layout::filter(series, self.layout.rate_hz, |s| 1.0 / operator(s, &transform.knobs)),
+                    Action::Series(operator) => {
+                        let stretch = crate::layout::filter(&force[..series.len()], self.layout.rate_hz, |s| s.powi(order as i32) * operator(s, &transform.knobs));
+                        series.iter_mut().zip(&stretch).for_each(|(x, y)| *x += y);
+                    }
+                    _ => {}
+                }
+            }
+        }
+        motion
     }
 
     fn delayed(&self, trial: usize, delay: f64) -> (Vec<f64>, Vec<f64>) {
@@ -305,7 +356,7 @@ fn apply(layout: &Layout, transform: &Transform, effort: &mut Tracks, motion: &m
 }
 
 /// The forces of a law along one motion, its hidden states integrated by Heun's rule with as many steps a sample as they need.
-pub(crate) fn along(law: &dyn ForceLaw, rate_hz: f64, axes: usize, (x, v): (&[f64], &[f64]), (dx, dv): (&[f64], &[f64])) -> Vec<Vec<f64>> {
+pub(crate) fn along(law: &dyn ForceLaw, (rate_hz, start_s): (f64, f64), axes: usize, (x, v): (&[f64], &[f64]), (dx, dv): (&[f64], &[f64])) -> Vec<Vec<f64>> {
     let samples = x.len() / axes;
     let states = law.states();
     let mut out = vec![vec![0.0; samples]; axes];
@@ -315,7 +366,7 @@ pub(crate) fn along(law: &dyn ForceLaw, rate_hz: f64, axes: usize, (x, v): (&[f6
     let mut place = vec![0.0; 4 * axes];
     for k in 0..samples {
         let here = k * axes..(k + 1) * axes;
-        let motion = Motion { time_s: k as f64 * dt, position: &x[here.clone()], velocity: &v[here.clone()], delayed_position: &dx[here.clone()], delayed_velocity: &dv[here.clone()] };
+        let motion = Motion { time_s: start_s + k as f64 * dt, position: &x[here.clone()], velocity: &v[here.clone()], delayed_position: &dx[here.clone()], delayed_velocity: &dv[here.clone()] };
         force.fill(0.0);
         law.evaluate(&motion, &z, &mut force, &mut k1);
         for (series, f) in out.iter_mut().zip(&force) {
@@ -330,11 +381,11 @@ pub(crate) fn along(law: &dyn ForceLaw, rate_hz: f64, axes: usize, (x, v): (&[f6
         for step in 0..steps {
             if step > 0 {
                 interpolate(&mut place, step as f64 / steps as f64, axes, [x, v, dx, dv], &here, &next);
-                law.evaluate(&view(&place, axes, (k as f64 + step as f64 / steps as f64) * dt), &z, &mut force, &mut k1);
+                law.evaluate(&view(&place, axes, start_s + (k as f64 + step as f64 / steps as f64) * dt), &z, &mut force, &mut k1);
             }
             middle.iter_mut().zip(&z).zip(&k1).for_each(|((m, z), k)| *m = z + h * k);
             interpolate(&mut place, (step + 1) as f64 / steps as f64, axes, [x, v, dx, dv], &here, &next);
-            law.evaluate(&view(&place, axes, (k as f64 + (step + 1) as f64 / steps as f64) * dt), &middle, &mut force, &mut k2);
+            law.evaluate(&view(&place, axes, start_s + (k as f64 + (step + 1) as f64 / steps as f64) * dt), &middle, &mut force, &mut k2);
             z.iter_mut().zip(&k1).zip(&k2).for_each(|((z, a), b)| *z += 0.5 * h * (a + b));
         }
     }

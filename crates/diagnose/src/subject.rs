@@ -97,6 +97,13 @@ impl Subject {
         Ok(Subject { layout, effort, motion, centre, cause, structure, scale, hypotheses, start: fit.power })
     }
 
+    /// Fits the baseline anew after the layout has been masked.
+    pub fn restart(&mut self) -> Result<(), DiagnoseError> {
+        let state = State::new(&self.layout, &self.effort, &self.motion, &self.centre, &[]);
+        self.start = settle(&state, &self.cause, &self.structure)?.1.power;
+        Ok(())
+    }
+
     /// Complex numbers that a likelihood counts, per equation.
     pub fn information(&self) -> f64 {
         self.layout.size() as f64

@@ -68,6 +68,7 @@ impl<'a> Likelihood<'a> {
     pub fn power(&self, residual: &[Vec<Complex64>]) -> Power {
         let lines = self.state.layout.lines();
         let blocks = self.block_list();
+        let keep = &self.state.layout.keep;
         // Enough neighbours for 40 averages.
         let half = (40usize.div_ceil(blocks.len().max(1)) / 2).clamp(5, 20);
         residual
@@ -78,8 +79,8 @@ impl<'a> Likelihood<'a> {
                     .map(|k| {
                         let reach = if k < 8 { 2.min(half) } else { half };
                         let range = k.saturating_sub(reach)..(k + reach + 1).min(lines);
-                        let n = range.len() as f64;
-                        mean[range].iter().sum::<f64>() / n
+                        let kept = range.clone().filter(|q| keep[*q]).count().max(1) as f64;
+                        mean[range].iter().sum::<f64>() / kept
                     })
                     .map(|p| p.max(1e-300))
                     .collect()
@@ -111,7 +112,7 @@ impl<'a> Likelihood<'a> {
             Cause::Loop(z) => Some(Some(z)),
         };
         let chain = &self.state.chain;
-        for k in 0..layout.lines() {
+        for k in (0..layout.lines()).filter(|k| layout.keep[*k]) {
             let Some(z) = loop_impedance else {
                 total += linear::inverse(&chain.effort[k], n)?.0;
                 continue;
@@ -215,7 +216,7 @@ impl<'a> Likelihood<'a> {
             for b in &blocks {
                 sum -= e[b * lines..(b + 1) * lines].iter().zip(s).map(|(e, s)| e.norm_sqr() / s).sum::<f64>();
             }
-            sum -= blocks.len() as f64 * s.iter().map(|s| s.ln()).sum::<f64>();
+            sum -= blocks.len() as f64 * log_sum(s, &layout.keep);
         }
         sum += 2.0 * log_det * blocks.len() as f64;
         sum -= columns.iter().zip(&theta).map(|(c, t)| 0.5 * c.precision * t * t).sum::<f64>();
@@ -249,10 +250,14 @@ impl<'a> Likelihood<'a> {
                     rest.iter_mut().zip(&part.values).for_each(|(r, p)| *r -= value * p);
                 }
             }
-            total += dot(&rest, &rest) + blocks.len() as f64 * fit.power[i].iter().map(|s| s.ln()).sum::<f64>();
+            total += dot(&rest, &rest) + blocks.len() as f64 * log_sum(&fit.power[i], &self.state.layout.keep);
         }
         let log_det = self.determinant(columns, &fit.theta, false)?.0;
         let score = INDEPENDENCE * (total - 2.0 * log_det * blocks.len() as f64);
         score.is_finite().then_some(score)
     }
+}
+
+fn log_sum(power: &[f64], keep: &[bool]) -> f64 {
+    power.iter().zip(keep).filter(|(_, keep)| **keep).map(|(s, _)| s.ln()).sum()
 }

@@ -1,0 +1,269 @@
+//! What is looked for before the registry: levels in a channel, tones and bursts in what the baseline leaves.
+
+use crate::layout::smooth_length;
+use crate::plant::Role;
+use crate::samples::Samples;
+use crate::search::Stand;
+use ndof_models::ForceLaw;
+use ndof_models::effects::Matrix;
+use num_complex::Complex64;
+use realfft::RealFftPlanner;
+
+/// A channel that moves in steps.
+#[derive(Clone, Debug)]
+pub(crate) struct Levels {
+    pub effort: bool,
+    pub axis: usize,
+    pub step: f64,
+    /// step / √12 over the channel's rms.
+    pub share: f64,
+}
+
+/// A line in the residual.
+#[derive(Clone, Debug)]
+pub(crate) struct Tone {
+    pub axis: usize,
+    pub frequency_hz: f64,
+    pub amplitude: f64,
+    /// Peak over the local median.
+    pub height: f64,
+    /// Share of the residual's power.
+    pub share: f64,
+}
+
+/// A burst in the residual.
+#[derive(Clone, Debug)]
+pub(crate) struct Burst {
+    pub trial: usize,
+    pub axis: usize,
+    pub from_s: f64,
+    pub to_s: f64,
+    pub impulse: f64,
+    /// Share of the whitened residual's power within it.
+    pub share: f64,
+}
+
+/// The step of a channel all of whose values are multiples of it.
+fn step_of(values: impl Iterator<Item = f64> + Clone) -> Option<(f64, f64)> {
+    let n = values.clone().count() as f64;
+    let mean = values.clone().sum::<f64>() / n;
+    let rms = (values.clone().map(|v| (v - mean).powi(2)).sum::<f64>() / n).sqrt();
+    let mut sorted: Vec<f64> = values.collect();
+    sorted.sort_by(f64::total_cmp);
+    let mut gaps: Vec<f64> = sorted.windows(2).map(|w| w[1] - w[0]).filter(|g| *g > 1e-6 * rms).collect();
+    if gaps.is_empty() || gaps.len() > (0.5 * n) as usize {
+        return None;
+    }
+    let mut by_size = gaps.clone();
+    by_size.sort_by(f64::total_cmp);
+    let step = by_size[by_size.len() / 8];
+    gaps.retain(|g| (g / step - (g / step).round()).abs() > 0.02);
+    (gaps.is_empty() && step > 0.0).then_some((step, step / 12f64.sqrt() / rms.max(f64::MIN_POSITIVE)))
+}
+
+/// Channels whose steps are coarse: step / √12 above `share` of the rms.
+pub(crate) fn levels(samples: &Samples, share: f64) -> Vec<Levels> {
+    let mut out = Vec::new();
+    for (effort, all) in [(true, &samples.effort), (false, &samples.measured)] {
+        for axis in 0..all[0].len() {
+            if let Some((step, found)) = step_of(all.iter().flat_map(|t| t[axis].iter().copied()))
+                && found > share
+            {
+                out.push(Levels { effort, axis, step, share: found });
+            }
+        }
+    }
+    out
+}
+
+/// A model's residual force in time: `[trial][axis][time]`; `laws` are the force laws that it holds beside its matrices.
+pub(crate) fn residual(stand: &Stand, laws: &[Box<dyn ForceLaw>]) -> Vec<Vec<Vec<f64>>> {
+    let state = &stand.state;
+    let layout = &state.layout;
+    let n = layout.axes;
+    (0..layout.trials)
+        .map(|trial| {
+            let kinematics: Vec<Vec<Vec<f64>>> =
+                (0..3).map(|p| state.motion[trial].iter().map(|t| layout.filtered(t, |s| s.powi(p), None)).collect()).collect();
+            let mut e: Vec<Vec<f64>> = state.effort[trial].iter().map(|t| layout.filtered(t, |_| Complex64::ONE, None)).collect();
+            let order = |m: Matrix| crate::state::order_of(m);
+            let take = |e: &mut Vec<Vec<f64>>, m: Matrix, i: usize, j: usize, value: f64| {
+                e[i].iter_mut().zip(&kinematics[order(m)][j]).for_each(|(e, x)| *e -= value * x);
+            };
+            for &(m, i, j, value) in &stand.base.given {
+                take(&mut e, m, i, j, value);
+            }
+            for ((role, column), &value) in stand.base.roles.iter().zip(&stand.base.columns).zip(&stand.fit.theta) {
+                if let Role::Entry(m, ..) = role {
+                    for (i, j, _) in &column.action {
+                        take(&mut e, *m, *i, *j, value);
+                    }
+                }
+            }
+            for law in laws {
+                for (series, force) in e.iter_mut().zip(state.forces_of(law.as_ref(), trial)) {
+                    series.iter_mut().zip(force).for_each(|(e, f)| *e -= f);
+                }
+            }
+            for series in e.iter_mut().take(n) {
+                let mean = series.iter().sum::<f64>() / series.len() as f64;
+                series.iter_mut().for_each(|v| *v -= mean);
+            }
+            e
+        })
+        .collect()
+}
+
+/// The highest line in the residual, if it is a tone and not a resonance.
+pub(crate) fn tone(stand: &Stand, e: &[Vec<Vec<f64>>]) -> Option<Tone> {
+    let layout = &stand.state.layout;
+    let n = layout.samples;
+    let padded = smooth_length(n);
+    let forward = RealFftPlanner::new().plan_fft_forward(padded);
+    let window: Vec<f64> = (0..n).map(|k| (std::f64::consts::PI * (k as f64 + 0.5) / n as f64).sin().powi(2)).collect();
+    let df = layout.rate_hz / padded as f64;
+    let unit = 1.0 / layout.time_s;
+    let top = (0.36 * layout.rate_hz / df) as usize;
+    let first = (1.5 * unit / df) as usize;
+    let (near, far) = (((0.3 * unit / df) as usize).max(3), ((0.9 * unit / df) as usize).max(12));
+    let smooth = ((0.12 * unit / df).round() as usize).max(2);
+    let mut best: Option<Tone> = None;
+    for axis in 0..layout.axes {
+        let mut power = vec![0.0; padded / 2 + 1];
+        let mut total = 0.0;
+        for trial in e {
+            let mut buffer: Vec<f64> = trial[axis].iter().zip(&window).map(|(x, w)| x * w).collect();
+            total += trial[axis].iter().map(|x| x * x).sum::<f64>();
+            buffer.resize(padded, 0.0);
+            let mut spectrum = forward.make_output_vec();
+            if forward.process(&mut buffer, &mut spectrum).is_err() {
+                return None;
+            }
+            power.iter_mut().zip(&spectrum).for_each(|(p, x)| *p += x.norm_sqr() / e.len() as f64);
+        }
+        for k in first.max(far)..top.min(power.len() - far - 1) {
+            if power[k] < power[k - 1] || power[k] < power[k + 1] {
+                continue;
+            }
+            let mut around: Vec<f64> = power[k - far..k - near].iter().chain(&power[k + near..k + far]).copied().collect();
+            around.sort_by(f64::total_cmp);
+            let median = around[around.len() / 2] / std::f64::consts::LN_2;
+            let height = power[k] / median.max(f64::MIN_POSITIVE);
+            // A resonance is smooth over a quarter of a hertz, a tone is not.
+            let mean = power[k - smooth..=k + smooth].iter().sum::<f64>() / (2 * smooth + 1) as f64;
+            let broad = around.iter().sum::<f64>() / around.len() as f64;
+            if height > 30.0 && (power[k] / mean > 6.0 || mean / broad > 8.0) && best.as_ref().is_none_or(|b| height > b.height) {
+                let line: f64 = power[k - near.min(k)..=k + near].iter().sum::<f64>();
+                let gain = window.iter().map(|w| w * w).sum::<f64>();
+                // Power of a sine of amplitude A in the windowed transform: A² N Σ w² / 4.
+                let amplitude = (4.0 * line / (padded as f64 * gain)).sqrt();
+                let share = (2.0 * line / padded as f64 / gain * n as f64 * e.len() as f64 / total.max(f64::MIN_POSITIVE)).min(1.0);
+                best = Some(Tone { axis, frequency_hz: k as f64 * df, amplitude, height, share });
+            }
+        }
+    }
+    best
+}
+
+/// One axis' residual divided by the root of its own power, within the band.
+fn whiten(stand: &Stand, e: &[Vec<Vec<f64>>], axis: usize) -> Vec<Vec<f64>> {
+    let layout = &stand.state.layout;
+    let power = &stand.fit.power[axis];
+    let last = layout.lines() - 1;
+    let (lo, hi) = (layout.frequency_hz[0], layout.frequency_hz[last]);
+    e.iter()
+        .map(|trial| {
+            crate::layout::filter(&trial[axis], layout.rate_hz, |s| {
+                let f = s.im / std::f64::consts::TAU;
+                if f > hi || f <= 0.1 / layout.time_s {
+                    return Complex64::ZERO;
+                }
+                let place = ((f - lo) / (hi - lo) * last as f64).clamp(0.0, last as f64);
+                (1.0 / power[place.round() as usize].sqrt()).into()
+            })
+        })
+        .collect()
+}
+
+/// The strongest burst in the whitened residual, if it is short and stands out by far.
+pub(crate) fn burst(stand: &Stand, e: &[Vec<Vec<f64>>]) -> Option<Burst> {
+    let layout = &stand.state.layout;
+    let n = layout.samples;
+    let length = ((0.4 * layout.time_s * layout.rate_hz) as usize).max(4);
+    let edge = ((0.5 * layout.time_s * layout.rate_hz) as usize).max(1);
+    let mut best: Option<(f64, Burst)> = None;
+    for axis in 0..layout.axes {
+        let white = whiten(stand, e, axis);
+        let windows: Vec<(usize, usize, f64)> = white
+            .iter()
+            .enumerate()
+            .flat_map(|(trial, w)| (edge..n.saturating_sub(edge + length)).step_by(length / 2).map(move |k| (trial, k, w[k..k + length].iter().map(|x| x * x).sum::<f64>())))
+            .collect();
+        if windows.len() < 40 {
+            continue;
+        }
+        let mut sorted: Vec<f64> = windows.iter().map(|w| w.2).collect();
+        sorted.sort_by(f64::total_cmp);
+        let bar = 15.0 * sorted[sorted.len() * 3 / 4];
+        let total: f64 = sorted.iter().sum();
+        let hot: Vec<&(usize, usize, f64)> = windows.iter().filter(|w| w.2 > bar).collect();
+        let share = hot.iter().map(|w| w.2).sum::<f64>() / total;
+        if hot.is_empty() || hot.len() as f64 > 0.06 * windows.len() as f64 || share < 0.5 {
+            continue;
+        }
+        let peak = hot.iter().max_by(|a, b| a.2.total_cmp(&b.2))?;
+        let mut range = (peak.1, peak.1 + length);
+        for w in hot.iter().filter(|w| w.0 == peak.0) {
+            if w.1 <= range.1 + length && w.1 + 2 * length >= range.0 {
+                range = (range.0.min(w.1), range.1.max(w.1 + length));
+            }
+        }
+        let series = &e[peak.0][axis];
+        let impulse = series[range.0..range.1].iter().sum::<f64>() / layout.rate_hz;
+        let found = Burst { trial: peak.0, axis, from_s: range.0 as f64 / layout.rate_hz, to_s: range.1 as f64 / layout.rate_hz, impulse: -impulse, share };
+        if best.as_ref().is_none_or(|b| peak.2 > b.0) {
+            best = Some((peak.2, found));
+        }
+    }
+    best.map(|b| b.1)
+}
+
+/// Slow change of stiffness or damping: power of (whitened residual × motion) below 0.7 Hz against 1 to 2.5 Hz, as a z-score.
+pub(crate) fn variation(stand: &Stand, e: &[Vec<Vec<f64>>]) -> f64 {
+    let layout = &stand.state.layout;
+    let n = layout.axes;
+    let unit = 1.0 / layout.time_s;
+    let edge = ((1.5 * layout.time_s * layout.rate_hz) as usize).min(layout.samples / 8);
+    let inner = layout.samples - 2 * edge;
+    let padded = smooth_length(inner);
+    let forward = RealFftPlanner::new().plan_fft_forward(padded);
+    let df = layout.rate_hz / padded as f64;
+    let band = |lo: f64, hi: f64| (lo * unit / df).ceil() as usize..((hi * unit / df) as usize).max((lo * unit / df).ceil() as usize + 1).min(padded / 2);
+    let (low, high) = (band(0.08, 0.7), band(1.0, 2.5));
+    let mut worst = 0.0f64;
+    for i in 0..n {
+        let white = whiten(stand, e, i);
+        for j in 0..n {
+            for velocity in [false, true] {
+                let mut power = vec![0.0; padded / 2 + 1];
+                for (trial, white) in white.iter().enumerate() {
+                    let motion = if velocity { &stand.state.law_v[trial] } else { &stand.state.law_x[trial] };
+                    let product: Vec<f64> = (edge..edge + inner).map(|k| white[k] * motion[k * n + j]).collect();
+                    let mean = product.iter().sum::<f64>() / inner as f64;
+                    let mut buffer: Vec<f64> =
+                        product.iter().enumerate().map(|(k, p)| (p - mean) * (std::f64::consts::PI * (k as f64 + 0.5) / inner as f64).sin().powi(2)).collect();
+                    buffer.resize(padded, 0.0);
+                    let mut spectrum = forward.make_output_vec();
+                    if forward.process(&mut buffer, &mut spectrum).is_err() {
+                        return 0.0;
+                    }
+                    power.iter_mut().zip(&spectrum).for_each(|(p, x)| *p += x.norm_sqr());
+                }
+                let mean = |r: &std::ops::Range<usize>| power[r.clone()].iter().sum::<f64>() / r.len().max(1) as f64;
+                let count = (low.len() * e.len()) as f64;
+                worst = worst.max((mean(&low) / mean(&high).max(f64::MIN_POSITIVE) - 1.0) * (count / 2.0).sqrt());
+            }
+        }
+    }
+    worst
+}

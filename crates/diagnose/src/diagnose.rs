@@ -1,0 +1,134 @@
+//! The diagnosis from recordings to verdict.
+
+use crate::answer::Answer;
+use crate::baseline::Baseline;
+use crate::detectors::{self, Burst, Levels, Tone};
+use crate::judge::Court;
+use crate::options::{HeldOut, Options};
+use crate::result::{Diagnosis, Split};
+use crate::samples::{Meaning, Samples};
+use crate::search::Stand;
+use crate::subject::Subject;
+use crate::{DiagnoseError, generic};
+use ndof_signal::Recording;
+use ndof_sysid::Ports;
+use std::sync::Arc;
+
+/// Finds what a linear simulation (or `baseline`) gets wrong in these trials of one experiment, and why.
+///
+/// `progress` is told in words what is being done.
+///
+/// # Errors
+/// [`DiagnoseError`] if the channels do not make a balance of forces, or the recording is too short or empty.
+pub fn diagnose(
+    trials: &[Recording],
+    ports: &Ports,
+    options: &Options,
+    baseline: Option<&Baseline>,
+    progress: &mut dyn FnMut(&str),
+) -> Result<Diagnosis, DiagnoseError> {
+    let first = trials.first().ok_or(DiagnoseError::NoTrial)?;
+    ports.validate(first.channels().len())?;
+    let meaning = Meaning::new(first, ports)?;
+    if let Some(baseline) = baseline
+        && let Some(matrix) = baseline.misshapen(meaning.axes.len())
+    {
+        return Err(DiagnoseError::Baseline { matrix, axes: meaning.axes.len() });
+    }
+    let samples = Samples::new(trials, ports, &meaning)?;
+    let (estimation, held, split) = divide(&samples, &options.held_out)?;
+    progress("preparing");
+    let mut subject = Subject::new(&estimation, &meaning, options, baseline)?;
+    let findings = before_registry(&mut subject, &samples, options)?;
+    let found = subject.search(options.most_causes, progress).ok_or(DiagnoseError::BaselineFailed)?;
+    progress("judging what remains");
+    let baseline_stand = subject.stand(&[], &subject.start, 4).ok_or(DiagnoseError::BaselineFailed)?;
+    let features = generic::features(&subject, &found.stand.state);
+    let gate = generic::gate(&subject, &baseline_stand, &found, &features);
+    let shares = generic::shares(&subject, &baseline_stand, &features);
+    let court = Court::new(&held, &meaning, &subject);
+    progress("free runs of the held-out part");
+    let answer = Answer { subject: &subject, meaning: &meaning, options, court: &court, baseline: &baseline_stand, found: &found, gate: &gate, shares, findings: &findings };
+    Ok(answer.write(split))
+}
+
+/// What was seen before any hypothesis was tried.
+#[derive(Default)]
+pub(crate) struct Findings {
+    pub levels: Vec<Levels>,
+    pub tones: Vec<Tone>,
+    pub bursts: Vec<Burst>,
+}
+
+/// Estimation and held-out samples, and the words for them.
+fn divide(samples: &Samples, held_out: &HeldOut) -> Result<(Samples, Samples, Split), DiagnoseError> {
+    let (trials, length) = (samples.effort.len(), samples.len());
+    let numbers = |t: &[usize]| t.iter().map(|t| (t + 1).to_string()).collect::<Vec<_>>().join(", ");
+    let refuse = |estimation, samples, held_out| DiagnoseError::HeldOut { estimation, samples, held_out };
+    let by_trial = |held: Vec<usize>| {
+        let rest: Vec<usize> = (0..trials).filter(|t| !held.contains(t)).collect();
+        if rest.is_empty() || held.is_empty() || held.iter().any(|t| *t >= trials) {
+            return Err(refuse(rest.len(), length, held.len()));
+        }
+        let split = Split { estimation: format!("trials {}", numbers(&rest)), held_out: format!("trials {}", numbers(&held)), windows_s: None };
+        Ok((samples.pick(&rest), samples.pick(&held), split))
+    };
+    let by_time = |from: usize, to: usize| {
+        // The longer stretch beside the held-out one is fitted.
+        let (a, b) = if from >= length - to.min(length) { (0, from) } else { (to, length) };
+        if b < a + 200 || to < from + 200 || to > length {
+            return Err(refuse(trials, b.saturating_sub(a), trials));
+        }
+        let seconds = |a: usize, b: usize| format!("{:.2} to {:.2} s", a as f64 / samples.rate_hz, b as f64 / samples.rate_hz);
+        Ok((samples.cut(a, b), samples.cut(from, to), Split { estimation: seconds(a, b), held_out: seconds(from, to), windows_s: None }))
+    };
+    match held_out {
+        HeldOut::Auto if trials > 1 => by_trial((trials - trials.div_ceil(3)..trials).collect()),
+        HeldOut::Auto => by_time((0.7 * length as f64).round() as usize, length),
+        HeldOut::Trials(held) => by_trial(held.clone()),
+        HeldOut::Time(from, to) => by_time((from * samples.rate_hz).round() as usize, ((to * samples.rate_hz).round() as usize).min(length)),
+    }
+}
+
+/// Levels, tones and bursts, in this order; tones and bursts are masked before anything else is tried.
+fn before_registry(subject: &mut Subject, samples: &Samples, options: &Options) -> Result<Findings, DiagnoseError> {
+    let mut findings = Findings { levels: detectors::levels(samples, options.tolerance), ..Findings::default() };
+    for _ in 0..3 {
+        let stand = stand(subject)?;
+        let Some(tone) = detectors::tone(&stand, &detectors::residual(&stand, &[])) else { break };
+        let reach = 0.3 / subject.layout.time_s;
+        let layout = Arc::make_mut(&mut subject.layout);
+        let mut masked = 0;
+        for (keep, f) in layout.keep.iter_mut().zip(&layout.frequency_hz) {
+            if (f - tone.frequency_hz).abs() < reach {
+                masked += usize::from(*keep);
+                *keep = false;
+            }
+        }
+        let inside = masked > 0;
+        findings.tones.push(tone);
+        if !inside {
+            break;
+        }
+    }
+    let stand = stand(subject)?;
+    if let Some(burst) = detectors::burst(&stand, &detectors::residual(&stand, &[])) {
+        let layout = Arc::make_mut(&mut subject.layout);
+        layout.weights = vec![vec![1.0; layout.samples]; layout.trials];
+        let margin = 0.5 * layout.time_s;
+        for (k, w) in layout.weights[burst.trial].iter_mut().enumerate() {
+            let t = k as f64 / layout.rate_hz;
+            let outside = (burst.from_s - t).max(t - burst.to_s).max(0.0);
+            *w = if outside >= margin { 1.0 } else { 0.5 - 0.5 * (std::f64::consts::PI * outside / margin).cos() };
+        }
+        findings.bursts.push(burst);
+    }
+    if !findings.tones.is_empty() || !findings.bursts.is_empty() {
+        subject.restart()?;
+    }
+    Ok(findings)
+}
+
+fn stand(subject: &Subject) -> Result<Stand, DiagnoseError> {
+    subject.stand(&[], &subject.start, 3).ok_or(DiagnoseError::BaselineFailed)
+}

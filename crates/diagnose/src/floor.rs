@@ -1,0 +1,82 @@
+//! The part of the outputs that no model predicts: the residual force's power, carried to the output.
+
+use crate::linear;
+use crate::result::NoiseFloor;
+use crate::search::Stand;
+use crate::state::{Cause, Through};
+use crate::subject::Subject;
+use crate::whittle::Power;
+use num_complex::Complex64;
+
+/// rms of the unpredictable part over the output's, per output.
+///
+/// Effort as output: √(Σ S / Σ S_FF). Motion as output: √(Σ [D⁻¹ S D⁻ᴴ] / Σ S_xx) over the band, from `from_hz` upward.
+pub(crate) fn floor(subject: &Subject, stand: &Stand, power: &Power, order: usize, from_hz: f64) -> NoiseFloor {
+    let layout = &subject.layout;
+    let (n, lines) = (layout.axes, layout.lines());
+    let mean = |spectrum: &[Complex64], k: usize| (0..layout.blocks()).map(|b| spectrum[b * lines + k].norm_sqr()).sum::<f64>() / layout.blocks() as f64;
+    let mut noise = vec![0.0; n];
+    let mut signal = vec![0.0; n];
+    for k in (0..lines).filter(|&k| layout.frequency_hz[k] >= from_hz.max(layout.frequency_hz[0] + 1e-9)) {
+        if matches!(subject.cause, Cause::Motion) {
+            for i in 0..n {
+                noise[i] += power[i][k];
+                signal[i] += mean(&stand.state.effort_spectra[i], k);
+            }
+            continue;
+        }
+        let mut dynamics = vec![Complex64::ZERO; n * n];
+        let columns = stand.base.columns.iter().chain(&stand.terms).zip(stand.fit.theta.iter().copied());
+        for (column, value) in columns.chain(stand.base.held.iter().map(|(c, v)| (c, *v))) {
+            if matches!(column.through, Through::Motion) {
+                for (i, j, h) in &column.action {
+                    dynamics[i * n + j] += h[k] * value;
+                }
+            }
+        }
+        let Some((_, compliance)) = linear::inverse(&dynamics, n) else { continue };
+        for i in 0..n {
+            let rate = layout.sj[k].norm_sqr().powi(order as i32);
+            noise[i] += rate * (0..n).map(|j| compliance[i * n + j].norm_sqr() * power[j][k]).sum::<f64>();
+            signal[i] += mean(&stand.state.kinematics[order][i], k);
+        }
+    }
+    NoiseFloor {
+        nrmse: noise.iter().zip(&signal).map(|(n, s)| (*s > 0.0 && n.is_finite()).then(|| (n / s).sqrt().min(1.0))).collect(),
+        how: "power of the force that the best model found (named causes and a model without physics) leaves, carried to the output".to_owned(),
+    }
+}
+
+/// Share of the motion's power below 1.5 Hz that the residual force makes by itself, and its low over high power.
+pub(crate) fn own_motion(subject: &Subject, stand: &Stand, power: &Power, axis: usize) -> (f64, f64, f64) {
+    let layout = &subject.layout;
+    let (n, lines) = (layout.axes, layout.lines());
+    let unit = 1.0 / layout.time_s;
+    let impedance = match &subject.cause {
+        Cause::Loop(z) => Some(z),
+        _ => None,
+    };
+    let mean = |spectrum: &[Complex64], k: usize| (0..layout.blocks()).map(|b| spectrum[b * lines + k].norm_sqr()).sum::<f64>() / layout.blocks() as f64;
+    let (mut made, mut all) = (0.0, 0.0);
+    for k in (0..lines).filter(|&k| (0.25 * unit..1.5 * unit).contains(&layout.frequency_hz[k])) {
+        let mut dynamics = impedance.map_or_else(|| vec![Complex64::ZERO; n * n], |z| z[k].clone());
+        for (column, value) in stand.base.columns.iter().chain(&stand.terms).zip(&stand.fit.theta) {
+            if matches!(column.through, Through::Motion) {
+                for (i, j, h) in &column.action {
+                    dynamics[i * n + j] += h[k] * *value;
+                }
+            }
+        }
+        let Some((_, response)) = linear::inverse(&dynamics, n) else { continue };
+        made += (0..n).map(|j| response[axis * n + j].norm_sqr() * power[j][k]).sum::<f64>();
+        all += mean(&stand.state.kinematics[0][axis], k);
+    }
+    let level = |lo: f64, hi: f64| {
+        let values: Vec<f64> = (0..lines).filter(|&k| (lo * unit..hi * unit).contains(&layout.frequency_hz[k])).map(|k| power[axis][k]).collect();
+        values.iter().sum::<f64>() / values.len().max(1) as f64
+    };
+    let df = layout.rate_hz / layout.block as f64;
+    // One-sided: twice the sum of the two-sided density of unit-power windows times the bin's width.
+    let rms = (2.0 * power[axis].iter().sum::<f64>() * df / layout.rate_hz).sqrt();
+    (made / all.max(f64::MIN_POSITIVE), level(0.25, 1.5) / level(6.0, 12.0).max(f64::MIN_POSITIVE), rms)
+}

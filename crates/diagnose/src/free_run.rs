@@ -1,0 +1,268 @@
+//! Free run of a model over held-out data: from the input alone, with fitted initial states.
+
+use crate::layout::Layout;
+use crate::linear::Symmetric;
+use crate::state::State;
+use ndof_models::{ForceLaw, Motion};
+use std::sync::Arc;
+
+/// Length of a window for plants without a restoring force, for a band to 12 Hz.
+pub(crate) const WINDOW_S: f64 = 2.0;
+
+/// A model that can run by itself.
+pub(crate) struct Runner {
+    pub mass: Vec<Vec<f64>>,
+    pub damping: Vec<Vec<f64>>,
+    pub stiffness: Vec<Vec<f64>>,
+    /// Mean of the fitted offsets of each equation.
+    pub offset: Vec<f64>,
+    pub laws: Vec<Box<dyn ForceLaw>>,
+}
+
+/// A held-out prediction: measured and predicted outputs `[output][time]` and which samples count.
+pub(crate) struct Prediction {
+    pub measured: Vec<Vec<f64>>,
+    pub predicted: Vec<Vec<f64>>,
+    pub scored: Vec<bool>,
+}
+
+fn inverse(matrix: &[Vec<f64>]) -> Option<Vec<Vec<f64>>> {
+    let n = matrix.len();
+    let dense: Vec<num_complex::Complex64> = matrix.iter().flatten().map(|&v| v.into()).collect();
+    let (_, inv) = crate::linear::inverse(&dense, n)?;
+    Some(inv.chunks(n).map(|row| row.iter().map(|v| v.re).collect()).collect())
+}
+
+/// One run: displacement, velocity and acceleration, axis beside axis.
+struct Run {
+    x: Vec<f64>,
+    v: Vec<f64>,
+    a: Vec<f64>,
+}
+
+impl Runner {
+    /// Force imposed: integrates over `effort[axis][time]` from the given initial displacement and velocity by Runge and Kutta's rule.
+    fn run(&self, inverse_mass: &[Vec<f64>], effort: &[Vec<f64>], range: std::ops::Range<usize>, rate_hz: f64, start_s: f64, initial: (&[f64], &[f64])) -> Run {
+        let n = self.mass.len();
+        let dt = 1.0 / rate_hz;
+        let states: usize = self.laws.iter().map(|l| l.states()).sum();
+        let mut y: Vec<f64> = initial.0.iter().chain(initial.1).copied().chain(std::iter::repeat_n(0.0, states)).collect();
+        let mut out = Run { x: Vec::new(), v: Vec::new(), a: Vec::new() };
+        let stiffest = (0..n).map(|i| self.slope(i) * inverse_mass[i][i].abs() + self.damping[i][i].abs() * inverse_mass[i][i].abs()).fold(0.0, f64::max);
+        let natural = (0..n).map(|i| (self.stiffness[i][i].abs() * inverse_mass[i][i].abs()).sqrt()).fold(0.0, f64::max);
+        let steady = self.laws.iter().map(|l| l.fastest_rate(&Motion { time_s: 0.0, position: &vec![0.0; n], velocity: &vec![0.0; n], delayed_position: &vec![0.0; n], delayed_velocity: &vec![0.0; n] })).fold(stiffest.max(natural), f64::max);
+        let samples = range.len();
+        for k in 0..samples {
+            let at = range.start + k;
+            let next = (at + 1).min(range.end - 1);
+            let here: Vec<f64> = effort.iter().map(|f| f[at]).collect();
+            let there: Vec<f64> = effort.iter().map(|f| f[next]).collect();
+            let time = start_s + at as f64 * dt;
+            let first = self.rates(inverse_mass, &y, &here, time, &out, k as f64, rate_hz);
+            out.x.extend_from_slice(&y[..n]);
+            out.v.extend_from_slice(&y[n..2 * n]);
+            out.a.extend_from_slice(&first[n..2 * n]);
+            if k + 1 == samples {
+                break;
+            }
+            let moving = self.laws.iter().map(|l| l.fastest_rate(&Motion { time_s: time, position: &y[..n], velocity: &y[n..2 * n], delayed_position: &y[..n], delayed_velocity: &y[n..2 * n] })).fold(steady, f64::max);
+            let steps = ((moving * dt / 1.2).ceil() as usize).clamp(1, 24);
+            let h = dt / steps as f64;
+            for step in 0..steps {
+                let force = |u: f64| -> Vec<f64> {
+                    let w = (step as f64 + u) / steps as f64;
+                    here.iter().zip(&there).map(|(a, b)| a + w * (b - a)).collect()
+                };
+                let place = |u: f64| (time + (step as f64 + u) * h, k as f64 + (step as f64 + u) / steps as f64);
+                let f = |y: &[f64], u: f64| {
+                    let (t, p) = place(u);
+                    self.rates(inverse_mass, y, &force(u), t, &out, p, rate_hz)
+                };
+                let ahead = |k: &[f64], h: f64| -> Vec<f64> { y.iter().zip(k).map(|(y, k)| y + h * k).collect() };
+                let k1 = f(&y, 0.0);
+                let k2 = f(&ahead(&k1, 0.5 * h), 0.5);
+                let k3 = f(&ahead(&k2, 0.5 * h), 0.5);
+                let k4 = f(&ahead(&k3, h), 1.0);
+                for (q, y) in y.iter_mut().enumerate() {
+                    *y += h / 6.0 * (k1[q] + 2.0 * k2[q] + 2.0 * k3[q] + k4[q]);
+                }
+            }
+            if y.iter().any(|v| !v.is_finite() || v.abs() > 1e12) {
+                y.fill(f64::NAN);
+            }
+        }
+        out
+    }
+
+    /// The steepest rise of an axis' resisting force with velocity, at rest.
+    fn slope(&self, axis: usize) -> f64 {
+        let n = self.mass.len();
+        self.laws
+            .iter()
+            .map(|law| {
+                let z = vec![0.0; law.states()];
+                let mut rates = z.clone();
+                let mut force = |v: f64| {
+                    let mut velocity = vec![0.0; n];
+                    velocity[axis] = v;
+                    let rest = vec![0.0; n];
+                    let mut f = vec![0.0; n];
+                    law.evaluate(&Motion { time_s: 0.0, position: &rest, velocity: &velocity, delayed_position: &rest, delayed_velocity: &rest }, &z, &mut f, &mut rates);
+                    f[axis]
+                };
+                let small = 1e-7;
+                (force(small) - force(-small)).abs() / (2.0 * small)
+            })
+            .sum()
+    }
+
+    #[allow(clippy::too_many_arguments)]
+    fn rates(&self, inverse_mass: &[Vec<f64>], y: &[f64], effort: &[f64], time_s: f64, past: &Run, place: f64, rate_hz: f64) -> Vec<f64> {
+        let n = self.mass.len();
+        let (x, v) = (&y[..n], &y[n..2 * n]);
+        let mut resist = self.offset.clone();
+        let mut out = vec![0.0; y.len()];
+        out[..n].copy_from_slice(v);
+        let mut from = 2 * n;
+        for law in &self.laws {
+            let to = from + law.states();
+            let delay = law.delay_s();
+            let (mut dx, mut dv) = (x.to_vec(), v.to_vec());
+            if delay > 0.0 {
+                let back = place - delay * rate_hz;
+                for i in 0..n {
+                    dx[i] = sample(&past.x, n, i, back).unwrap_or(x[i]);
+                    dv[i] = sample(&past.v, n, i, back).unwrap_or(0.0);
+                }
+            }
+            let motion = Motion { time_s, position: x, velocity: v, delayed_position: &dx, delayed_velocity: &dv };
+            law.evaluate(&motion, &y[from..to], &mut resist, &mut out[from..to]);
+            from = to;
+        }
+        for i in 0..n {
+            for j in 0..n {
+                resist[i] += self.damping[i][j] * v[j] + self.stiffness[i][j] * x[j];
+            }
+        }
+        for i in 0..n {
+            out[n + i] = (0..n).map(|j| inverse_mass[i][j] * (effort[j] - resist[j])).sum();
+        }
+        out
+    }
+
+    /// Effort that an imposed motion needs, `[axis][time]`.
+    fn needed(&self, state: &State, trial: usize) -> Vec<Vec<f64>> {
+        let layout = &state.layout;
+        let n = layout.axes;
+        let kinematics = |power: i32| -> Vec<Vec<f64>> { state.motion[trial].iter().map(|t| layout.filtered(t, |s| s.powi(power), None)).collect() };
+        let (v, a, x) = (kinematics(1), kinematics(2), &state.x[trial]);
+        let mut out: Vec<Vec<f64>> = (0..n)
+            .map(|i| {
+                (0..layout.samples)
+                    .map(|k| self.offset[i] + (0..n).map(|j| self.mass[i][j] * a[j][k] + self.damping[i][j] * v[j][k] + self.stiffness[i][j] * x[j][k]).sum::<f64>())
+                    .collect()
+            })
+            .collect();
+        for law in &self.laws {
+            for (series, force) in out.iter_mut().zip(&state.forces_of(law.as_ref(), trial)) {
+                series.iter_mut().zip(force).for_each(|(s, f)| *s += f);
+            }
+        }
+        out
+    }
+
+    /// Predicts one held-out trial whose measured channels are `raw` and corrected ones `state`.
+    pub fn predict(&self, raw: &State, state: &State, trial: usize, order: usize, motion_imposed: bool, windowed: bool) -> Option<Prediction> {
+        let layout = &state.layout;
+        let n = layout.axes;
+        let skip = ((2.0 * layout.time_s.max(1.0)).min(0.05 * layout.samples as f64 / layout.rate_hz) * layout.rate_hz) as usize;
+        if motion_imposed {
+            let needed = self.needed(state, trial);
+            let predicted: Vec<Vec<f64>> = state.uncorrect_effort(needed);
+            let measured: Vec<Vec<f64>> = raw.effort[trial].iter().map(|t| layout.filtered(t, |_| 1.0.into(), None)).collect();
+            let predicted = predicted.into_iter().zip(&measured).map(|(p, m)| shifted(p, m, 0..skip.max(1))).collect();
+            return Some(Prediction { measured, predicted, scored: (0..layout.samples).map(|k| k >= skip).collect() });
+        }
+        let inverse_mass = inverse(&self.mass)?;
+        let effort: Vec<Vec<f64>> = state.effort[trial].iter().map(|t| layout.filtered(t, |_| 1.0.into(), None)).collect();
+        let x = &state.x[trial];
+        let v: Vec<Vec<f64>> = state.motion[trial].iter().map(|t| layout.filtered(t, |s| s, None)).collect();
+        let measured: Vec<Vec<f64>> = raw.motion[trial].iter().map(|t| layout.filtered(t, |s| s.powi(order as i32), None)).collect();
+        let length = if windowed { ((WINDOW_S * layout.time_s.max(1.0) * layout.rate_hz) as usize).clamp(8, layout.samples) } else { layout.samples };
+        let mut predicted = vec![Vec::with_capacity(layout.samples); n];
+        let mut start = 0;
+        while start + length <= layout.samples {
+            let range = start..start + length;
+            let fitted = if windowed { length } else { skip.max(8).min(length) };
+            let (x0, v0) = self.initial(&inverse_mass, &effort, range.start..range.start + fitted, layout, x, &v);
+            let run = self.run(&inverse_mass, &effort, range, layout.rate_hz, layout.start_s, (&x0, &v0));
+            let series = [&run.x, &run.v, &run.a][order];
+            for (i, p) in predicted.iter_mut().enumerate() {
+                p.extend(series.iter().skip(i).step_by(n));
+            }
+            start += length;
+        }
+        let covered = predicted[0].len();
+        let measured: Vec<Vec<f64>> = measured.into_iter().map(|m| m[..covered].to_vec()).collect();
+        if order == 0 {
+            for (p, centre) in predicted.iter_mut().zip(&state.centre) {
+                p.iter_mut().for_each(|v| *v += centre);
+            }
+        }
+        let predicted = state.uncorrect_motion(predicted, order, &effort);
+        let predicted = if windowed {
+            predicted
+        } else {
+            predicted.into_iter().zip(&measured).map(|(p, m)| shifted(p, m, 0..skip.max(1))).collect()
+        };
+        // The centre is the estimation's; what is left of the mean belongs to the offset.
+        Some(Prediction { measured, predicted, scored: (0..covered).map(|k| windowed || k >= skip).collect() })
+    }
+
+    /// Initial displacement and velocity that fit the first samples best, by one Gauss-Newton step each way.
+    fn initial(&self, inverse_mass: &[Vec<f64>], effort: &[Vec<f64>], range: std::ops::Range<usize>, layout: &Arc<Layout>, x: &[Vec<f64>], v: &[Vec<f64>]) -> (Vec<f64>, Vec<f64>) {
+        let n = x.len();
+        let mut guess: Vec<f64> = x.iter().chain(v).map(|s| s[range.start]).collect();
+        for _ in 0..2 {
+            let run = |g: &[f64]| self.run(inverse_mass, effort, range.clone(), layout.rate_hz, layout.start_s, (&g[..n], &g[n..])).x;
+            let base = run(&guess);
+            let target: Vec<f64> = range.clone().flat_map(|k| x.iter().map(move |s| s[k])).collect();
+            let rest: Vec<f64> = target.iter().zip(&base).map(|(t, b)| t - b).collect();
+            let size: Vec<f64> = x.iter().chain(v).map(|s| 1e-3 * (s[range.clone()].iter().map(|v| v * v).sum::<f64>() / range.len() as f64).sqrt().max(1e-12)).collect();
+            let slopes: Vec<Vec<f64>> = (0..2 * n)
+                .map(|q| {
+                    let mut g = guess.clone();
+                    g[q] += size[q];
+                    run(&g).iter().zip(&base).map(|(a, b)| (a - b) / size[q]).collect()
+                })
+                .collect();
+            let mut gram = Symmetric::zeros(2 * n);
+            for a in 0..2 * n {
+                for b in 0..=a {
+                    gram.add(a, b, crate::linear::dot(&slopes[a], &slopes[b]));
+                }
+            }
+            let rhs: Vec<f64> = slopes.iter().map(|s| crate::linear::dot(s, &rest)).collect();
+            let Some(step) = gram.factor().map(|f| f.solve(&rhs)).filter(|s| s.iter().all(|v| v.is_finite())) else { break };
+            guess.iter_mut().zip(&step).for_each(|(g, s)| *g += s);
+        }
+        (guess[..n].to_vec(), guess[n..].to_vec())
+    }
+}
+
+fn sample(series: &[f64], n: usize, axis: usize, place: f64) -> Option<f64> {
+    if place < 0.0 {
+        return None;
+    }
+    let k = place.floor() as usize;
+    let a = *series.get(k * n + axis)?;
+    let b = series.get((k + 1) * n + axis).copied().unwrap_or(a);
+    Some(a + place.fract() * (b - a))
+}
+
+/// Adds the constant that fits best over a range.
+fn shifted(predicted: Vec<f64>, measured: &[f64], range: std::ops::Range<usize>) -> Vec<f64> {
+    let count = range.len().max(1) as f64;
+    let offset = range.map(|k| measured[k] - predicted[k]).sum::<f64>() / count;
+    predicted.into_iter().map(|p| p + offset).collect()
+}

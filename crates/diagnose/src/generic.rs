@@ -1,0 +1,232 @@
+//! A model without physics: is there more to explain than the named causes do?
+//!
+//! Powers, products, lags, loops and slow changes of the measured motion, all at once, on top of what was named. What they
+//! gain on blocks that they were not fitted to is structure that nobody has named.
+
+use crate::search::{Found, Stand, whitened_power};
+use crate::state::{Column, State};
+use crate::subject::Subject;
+use crate::whittle::{Likelihood, Power};
+use num_complex::Complex64;
+use std::sync::Arc;
+
+/// Regressors by what they stand for.
+pub(crate) struct Features {
+    pub linear: Vec<Column>,
+    pub nonlinear: Vec<Column>,
+    pub varying: Vec<Column>,
+}
+
+impl Features {
+    pub fn all(&self) -> Vec<&Column> {
+        self.linear.iter().chain(&self.nonlinear).chain(&self.varying).collect()
+    }
+}
+
+/// What the generic model gains.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Gate {
+    /// Held-out log-likelihood that it adds to the named causes, and its standard error over folds.
+    pub beyond: f64,
+    pub beyond_error: f64,
+    /// Held-out log-likelihood that the named causes add to the baseline.
+    pub named: f64,
+    /// Share of the final residual's whitened power that it removes.
+    pub removed: f64,
+    /// The same as a share of the effort's rms.
+    pub size: f64,
+    /// Power that it leaves.
+    pub power: Power,
+}
+
+/// Shares of the baseline's residual.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct Shares {
+    pub linear: f64,
+    pub nonlinear: f64,
+    pub varying: f64,
+    pub noise: f64,
+}
+
+fn loops(x: impl Iterator<Item = f64>, width: f64) -> Vec<f64> {
+    // A play operator: rate-independent and exact for any step.
+    let mut z: f64 = 0.0;
+    let mut last = None;
+    x.map(|x| {
+        let dx = x - last.unwrap_or(x);
+        last = Some(x);
+        z = (z + dx).clamp(-width, width);
+        z
+    })
+    .collect()
+}
+
+/// The generic regressors of a state.
+pub(crate) fn features(subject: &Subject, state: &State) -> Features {
+    let layout = &state.layout;
+    let n = layout.axes;
+    let scale = &subject.scale;
+    let mut out = Features { linear: vec![], nonlinear: vec![], varying: vec![] };
+    let series = |i: usize, f: &dyn Fn(&[f64], &[f64], f64) -> f64| -> Column {
+        let forces = (0..layout.trials)
+            .map(|trial| {
+                (0..n)
+                    .map(|q| {
+                        if q != i {
+                            return vec![0.0; layout.samples];
+                        }
+                        let (x, v) = (&state.law_x[trial], &state.law_v[trial]);
+                        (0..layout.samples).map(|k| f(&x[k * n..(k + 1) * n], &v[k * n..(k + 1) * n], k as f64 / layout.samples as f64 - 0.5)).collect()
+                    })
+                    .collect()
+            })
+            .collect();
+        state.force_column(&forces, None, Some(i))
+    };
+    for i in 0..n {
+        let (sx, sv) = (scale.position[i].max(f64::MIN_POSITIVE), scale.velocity[i].max(f64::MIN_POSITIVE));
+        let unit = layout.time_s;
+        for lag in [-0.02, 0.02, 0.05, 0.1, 0.2] {
+            let mut column = state.operator_column(i, |s| s * (-s * lag * unit).exp());
+            let h: Vec<Complex64> = layout.sj.iter().map(|&s| s * (-s * lag * unit).exp()).collect();
+            column.action = vec![(i, i, Arc::new(h))];
+            out.linear.push(column);
+        }
+        type Shape = Box<dyn Fn(f64, f64) -> f64>;
+        let mut shapes: Vec<Shape> = vec![
+            Box::new(|x, _| x * x),
+            Box::new(|x, _| x * x * x),
+            Box::new(|x, _| x.abs()),
+            Box::new(|x, _| x * x.abs()),
+            Box::new(|_, v| v * v),
+            Box::new(|_, v| v * v.abs()),
+            Box::new(|_, v| v * v * v),
+            Box::new(|x, v| x * v),
+            Box::new(|x, v| x * x * v),
+            Box::new(|x, v| x * v * v),
+            Box::new(|_, v| (v / 0.05).tanh()),
+            Box::new(|_, v| (v / 0.4).tanh()),
+        ];
+        for width in [1.0, 0.6] {
+            let w = std::f64::consts::PI / width;
+            shapes.push(Box::new(move |x, _| (w * x).sin()));
+            shapes.push(Box::new(move |x, _| (w * x).cos()));
+        }
+        for shape in &shapes {
+            out.nonlinear.push(series(i, &|x, v, _| shape(x[i] / sx, v[i] / sv)));
+        }
+        for width in [0.1, 0.3, 0.8] {
+            let forces = (0..layout.trials)
+                .map(|trial| {
+                    (0..n)
+                        .map(|q| if q == i { loops(state.x[trial][i].iter().copied(), width * sx) } else { vec![0.0; layout.samples] })
+                        .collect()
+                })
+                .collect();
+            out.nonlinear.push(state.force_column(&forces, None, Some(i)));
+        }
+        if n <= 3 {
+            for j in (0..n).filter(|j| *j != i) {
+                let (sy, su) = (scale.position[j].max(f64::MIN_POSITIVE), scale.velocity[j].max(f64::MIN_POSITIVE));
+                let cross: [&dyn Fn(f64, f64, f64, f64) -> f64; 8] = [
+                    &|x, _, y, _| x * y,
+                    &|_, _, y, _| y * y,
+                    &|_, _, y, _| y * y * y,
+                    &|x, _, y, _| x * x * y,
+                    &|x, _, y, _| x * y * y,
+                    &|x, _, _, u| u * x,
+                    &|_, v, y, _| v * y,
+                    &|_, _, _, u| (u / 0.05).tanh(),
+                ];
+                for f in cross {
+                    out.nonlinear.push(series(i, &|x, v, _| f(x[i] / sx, v[i] / sv, x[j] / sy, v[j] / su)));
+                }
+            }
+        }
+        out.varying.push(series(i, &|x, _, t| t * x[i] / sx));
+        out.varying.push(series(i, &|_, v, t| t * v[i] / sv));
+        out.varying.push(series(i, &|x, _, t| t * t * x[i] / sx));
+        out.varying.push(series(i, &|_, _, t| t));
+    }
+    out
+}
+
+/// Groups of blocks that are left out in turn: trials, or stretches of the only one.
+fn folds(subject: &Subject) -> Vec<Vec<usize>> {
+    let blocks = subject.layout.blocks();
+    if subject.layout.trials > 1 {
+        return (0..subject.layout.trials).map(|t| (0..blocks).filter(|b| subject.layout.trial_of(*b) == t).collect()).collect();
+    }
+    let parts = blocks.min(5);
+    (0..parts).map(|p| (p * blocks / parts..(p + 1) * blocks / parts).collect()).collect()
+}
+
+/// Minus log-likelihood of each fold under a model fitted to the others.
+fn held_out(subject: &Subject, stand: &Stand, extra: &[&Column]) -> Option<Vec<f64>> {
+    use crate::plant::Role;
+    let columns: Vec<&Column> = stand.base.columns.iter().chain(&stand.terms).chain(extra.iter().copied()).collect();
+    let free: Vec<usize> = stand.base.roles.iter().enumerate().filter(|(_, r)| matches!(r, Role::Offset(..))).map(|(k, _)| k).collect();
+    let blocks = subject.layout.blocks();
+    folds(subject)
+        .iter()
+        .map(|fold| {
+            let rest: Vec<usize> = (0..blocks).filter(|b| !fold.contains(b)).collect();
+            let likelihood = Likelihood { state: &stand.state, cause: &subject.cause, held: &stand.base.held, blocks: Some(&rest) };
+            let fit = likelihood.fit(&columns, &stand.fit.power, 2, true)?;
+            likelihood.score(&columns, &fit, &free, fold)
+        })
+        .collect()
+}
+
+/// Gains of the named causes over the baseline, and of the generic model over them.
+pub(crate) fn gate(subject: &Subject, baseline: &Stand, found: &Found, features: &Features) -> Gate {
+    let all = features.all();
+    let stand = &found.stand;
+    let columns: Vec<&Column> = stand.base.columns.iter().chain(&stand.terms).chain(all.iter().copied()).collect();
+    let Some(full) = Likelihood::new(&stand.state, &subject.cause, &stand.base.held).fit(&columns, &stand.fit.power, 2, true) else {
+        return Gate { power: stand.fit.power.clone(), ..Gate::default() };
+    };
+    let (before, after) = (whitened_power(&stand.fit.residual, &stand.fit.power), whitened_power(&full.residual, &stand.fit.power));
+    let mut gate = Gate { removed: (1.0 - after / before).max(0.0), size: size(stand, &stand.fit.residual, &full.residual), power: full.power.clone(), ..Gate::default() };
+    if subject.layout.blocks() >= 3
+        && let (Some(base), Some(named), Some(generic)) = (held_out(subject, baseline, &[]), held_out(subject, stand, &[]), held_out(subject, stand, &all))
+    {
+        let gains: Vec<f64> = named.iter().zip(&generic).map(|(n, g)| n - g).collect();
+        let mean = gains.iter().sum::<f64>() / gains.len() as f64;
+        gate.beyond = gains.iter().sum();
+        gate.beyond_error = (gains.iter().map(|g| (g - mean).powi(2)).sum::<f64>() / (gains.len() as f64 - 1.0).max(1.0) * gains.len() as f64).sqrt();
+        gate.named = base.iter().zip(&named).map(|(b, n)| b - n).sum();
+    } else {
+        // Too few blocks to hold any back: the gain less its price.
+        gate.beyond = full.log_likelihood - stand.fit.log_likelihood - subject.price(all.len());
+        gate.named = stand.fit.log_likelihood - baseline.fit.log_likelihood;
+    }
+    gate
+}
+
+/// Root of the power that one residual has and another lacks, as a share of the effort's, on the equation where it is largest.
+pub(crate) fn size(stand: &Stand, before: &[Vec<Complex64>], after: &[Vec<Complex64>]) -> f64 {
+    let power = |v: &[Complex64]| v.iter().map(Complex64::norm_sqr).sum::<f64>();
+    before
+        .iter()
+        .zip(after)
+        .zip(&stand.state.effort_spectra)
+        .map(|((b, a), f)| ((power(b) - power(a)).max(0.0) / power(f).max(f64::MIN_POSITIVE)).sqrt())
+        .fold(0.0, f64::max)
+}
+
+/// How the baseline's residual splits, whitened by its own power.
+pub(crate) fn shares(subject: &Subject, baseline: &Stand, features: &Features) -> Shares {
+    let level = whitened_power(&baseline.fit.residual, &baseline.fit.power);
+    let left = |extra: &[&Column]| -> Option<f64> {
+        let columns: Vec<&Column> = baseline.base.columns.iter().chain(extra.iter().copied()).collect();
+        let fit = Likelihood::new(&baseline.state, &subject.cause, &baseline.base.held).fit(&columns, &baseline.fit.power, 1, true)?;
+        Some((whitened_power(&fit.residual, &baseline.fit.power) / level).min(1.0))
+    };
+    let linear: Vec<&Column> = features.linear.iter().collect();
+    let nonlinear: Vec<&Column> = features.linear.iter().chain(&features.nonlinear).collect();
+    let a = left(&linear).unwrap_or(1.0);
+    let b = left(&nonlinear).unwrap_or(a).min(a);
+    let c = left(&features.all()).unwrap_or(b).min(b);
+    Shares { linear: 1.0 - a, nonlinear: a - b, varying: b - c, noise: c }
+}

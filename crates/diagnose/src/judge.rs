@@ -1,0 +1,122 @@
+//! Held-out judgement: errors of free runs, their gain and its interval.
+
+use crate::free_run::Prediction;
+use crate::layout::Layout;
+use crate::result::Score;
+use crate::samples::{Meaning, Samples};
+use crate::search::{Chosen, Stand};
+use crate::state::{State, Tracks};
+use crate::subject::Subject;
+use rand::{RngExt, SeedableRng};
+use rand_chacha::ChaCha8Rng;
+use std::sync::Arc;
+
+/// The held-out part on the grid of the search.
+pub(crate) struct Court {
+    layout: Arc<Layout>,
+    effort: Tracks,
+    motion: Tracks,
+    order: usize,
+    motion_imposed: bool,
+    pub windowed: bool,
+}
+
+/// What a model leaves of the held-out outputs.
+#[derive(Clone, Debug)]
+pub(crate) struct Errors {
+    pub score: Score,
+    /// Squared error over the output's variance, `[output][time]` of all trials, scored samples only.
+    pub relative: Vec<Vec<f64>>,
+}
+
+impl Court {
+    pub fn new(samples: &Samples, meaning: &Meaning, subject: &Subject) -> Self {
+        let band = &subject.layout.frequency_hz;
+        let axes = subject.layout.axes;
+        let mut layout = Layout::new(samples.effort.len(), axes, samples.len(), samples.rate_hz, (0.0, band[band.len() - 1]));
+        layout.start_s = samples.start_s.first().copied().unwrap_or(0.0);
+        layout.time_s = subject.layout.time_s;
+        let layout = Arc::new(layout);
+        let tracks = |all: &[Vec<Vec<f64>>]| -> Tracks { all.iter().map(|trial| trial.iter().map(|x| layout.track(x)).collect()).collect() };
+        let windowed = !meaning.motion_imposed && !subject.scale.spring;
+        Court { effort: tracks(&samples.effort), motion: tracks(&samples.motion), layout: layout.clone(), order: meaning.order, motion_imposed: meaning.motion_imposed, windowed }
+    }
+
+    /// Length of the scored part in seconds.
+    pub fn duration_s(&self) -> f64 {
+        self.layout.samples as f64 / self.layout.rate_hz * self.layout.trials as f64
+    }
+
+    /// Free-run errors of a model.
+    pub fn errors(&self, subject: &Subject, chosen: &[Chosen], stand: &Stand) -> Errors {
+        let runner = subject.runner(chosen, stand);
+        let raw = State::new(&self.layout, &self.effort, &self.motion, &subject.centre, &[]);
+        let state = if stand.state.transforms.is_empty() {
+            raw.clone()
+        } else {
+            State::new(&self.layout, &self.effort, &self.motion, &subject.centre, &stand.state.transforms)
+        };
+        let n = self.layout.axes;
+        let predictions: Vec<Option<Prediction>> =
+            (0..self.layout.trials).map(|t| runner.predict(&raw, &state, t, self.order, self.motion_imposed, self.windowed)).collect();
+        let mut score = Score::default();
+        let mut relative = Vec::new();
+        for i in 0..n {
+            let pairs = || {
+                predictions.iter().flatten().flat_map(move |p| {
+                    p.measured[i].iter().zip(&p.predicted[i]).zip(&p.scored).filter(|(_, s)| **s).map(|((m, p), _)| (*m, *p))
+                })
+            };
+            let count = pairs().count() as f64;
+            let mean = pairs().map(|p| p.0).sum::<f64>() / count;
+            let variance = pairs().map(|p| (p.0 - mean).powi(2)).sum::<f64>() / count;
+            let errors: Vec<f64> = pairs().map(|(m, p)| m - p).collect();
+            let bias = errors.iter().sum::<f64>() / count;
+            let power = errors.iter().map(|e| e * e).sum::<f64>() / count;
+            let good = power.is_finite() && count > 0.0 && variance > 0.0;
+            score.nrmse.push(good.then(|| (power / variance).sqrt()));
+            score.vaf_percent.push(good.then(|| 100.0 * (1.0 - (power - bias * bias) / variance)));
+            relative.push(errors.iter().map(|e| e * e / variance).collect());
+        }
+        Errors { score, relative }
+    }
+}
+
+impl Errors {
+    /// Mean of the squared relative error over all outputs.
+    pub fn mean(&self) -> Option<f64> {
+        let squares: Option<Vec<f64>> = self.score.nrmse.iter().map(|e| e.map(|e| e * e)).collect();
+        squares.map(|s| s.iter().sum::<f64>() / s.len() as f64)
+    }
+}
+
+/// Share of the error above the floor that a model removes, with its 95 % interval from blocks of time drawn anew.
+pub(crate) fn explained(before: &Errors, after: &Errors, floor: f64, block_s: f64, duration_s: f64, resamples: usize, seed: u64) -> (Option<f64>, Option<[f64; 2]>) {
+    let (Some(b), Some(a)) = (before.mean(), after.mean()) else { return (None, None) };
+    let share = |b: f64, a: f64| if b > floor { ((b - a) / (b - floor)).clamp(-1.0, 1.0) } else { 0.0 };
+    let length = before.relative.first().map_or(0, Vec::len);
+    let blocks = ((duration_s / block_s).floor() as usize).clamp(2, length.max(2));
+    let per = length / blocks;
+    if per == 0 {
+        return (Some(share(b, a)), None);
+    }
+    let sums = |e: &Errors| -> Vec<f64> {
+        (0..blocks).map(|k| e.relative.iter().map(|r| r[k * per..(k + 1) * per].iter().sum::<f64>() / per as f64).sum::<f64>() / e.relative.len() as f64).collect()
+    };
+    let (sb, sa) = (sums(before), sums(after));
+    let mut random = ChaCha8Rng::seed_from_u64(seed);
+    let mut draws: Vec<f64> = (0..resamples)
+        .map(|_| {
+            let (mut tb, mut ta) = (0.0, 0.0);
+            for _ in 0..blocks {
+                let k = random.random_range(0..blocks);
+                tb += sb[k];
+                ta += sa[k];
+            }
+            share(tb / blocks as f64, ta / blocks as f64)
+        })
+        .collect();
+    draws.sort_by(f64::total_cmp);
+    let at = |q: f64| draws[((q * (draws.len() - 1) as f64).round() as usize).min(draws.len() - 1)];
+    (Some(share(b, a)), (!draws.is_empty()).then(|| [at(0.025), at(0.975)]))
+}

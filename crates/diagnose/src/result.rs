@@ -1,0 +1,261 @@
+//! What a diagnosis says. Field names are those of the result file.
+
+use ndof_models::effects::Value;
+use serde::{Deserialize, Serialize};
+
+/// The answer: what the baseline gets wrong, why, and what naming it gains.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Diagnosis {
+    /// What was fitted and what was held out.
+    pub split: Split,
+    /// The model that was judged.
+    pub baseline: Model,
+    /// What no model can predict.
+    pub noise_floor: NoiseFloor,
+    /// Where the baseline is wrong.
+    pub discrepancy: Discrepancy,
+    /// The verdict.
+    pub verdict: Verdict,
+    /// Named causes, strongest first.
+    pub causes: Vec<Cause>,
+    /// The baseline with its causes.
+    pub extended: Extended,
+    /// What else was tried in the first step.
+    pub considered: Vec<Considered>,
+    /// What is significant but immaterial.
+    pub minor: Vec<Minor>,
+    /// Causes that this recording cannot tell apart.
+    pub confusable: Vec<Confusable>,
+}
+
+/// What was fitted and what was held out, in words.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Split {
+    /// What was fitted.
+    pub estimation: String,
+    /// What was held out.
+    pub held_out: String,
+    /// Length of the windows that the held-out part is cut into, where the plant has no restoring force.
+    #[serde(skip_serializing_if = "Option::is_none", default)]
+    pub windows_s: Option<f64>,
+}
+
+/// How well the held-out outputs are predicted by free run.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Score {
+    /// rms(y - ŷ) / std(y) of each output; `None` where the prediction diverges.
+    pub nrmse: Vec<Option<f64>>,
+    /// 100 (1 - var(y - ŷ) / var(y)) of each output.
+    pub vaf_percent: Vec<Option<f64>>,
+}
+
+/// A parameter of a model.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct ModelParameter {
+    /// Its name: `K_x_y`, or `K` for one axis.
+    pub name: String,
+    /// Its SI unit.
+    pub unit: String,
+    /// Its value.
+    pub value: f64,
+    /// Its standard error, where it was fitted.
+    pub std_error: Option<f64>,
+}
+
+/// A model with its held-out score.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Model {
+    /// Its name.
+    pub model: String,
+    /// Its parameters.
+    pub parameters: Vec<ModelParameter>,
+    /// How it predicts what it has not seen.
+    pub held_out: Score,
+}
+
+/// The part of the outputs that no model predicts from the input.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct NoiseFloor {
+    /// Per output.
+    pub nrmse: Vec<Option<f64>>,
+    /// How it was found.
+    pub how: String,
+}
+
+/// A share of the discrepancy in one band.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct BandShare {
+    /// Edges.
+    pub band_hz: [f64; 2],
+    /// The output.
+    pub output: String,
+    /// Share of this output's residual.
+    pub share: f64,
+}
+
+/// A share of the held-out error in one stretch of time.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct TimeShare {
+    /// From and to, in seconds since the held-out part began.
+    pub time_s: [f64; 2],
+    /// The output.
+    pub output: String,
+    /// Share of this output's error.
+    pub share: f64,
+}
+
+/// Where and of what kind the baseline's residual is.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Discrepancy {
+    /// By frequency band and output.
+    pub by_band: Vec<BandShare>,
+    /// By time and output.
+    pub by_time: Vec<TimeShare>,
+    /// What some linear model of the same signals explains.
+    pub linear_share: f64,
+    /// What no linear model explains but a nonlinear one does.
+    pub nonlinear_share: f64,
+    /// What changes with time.
+    pub time_varying_share: f64,
+    /// The rest.
+    pub noise_share: f64,
+    /// Remarks with their numbers.
+    pub notes: Vec<String>,
+}
+
+/// The verdict.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Verdict {
+    /// Nothing beyond the tolerance is missing.
+    Adequate,
+    /// The named causes explain what is missing.
+    Explained,
+    /// The named causes explain part of it.
+    PartlyExplained,
+    /// Something is missing that no known cause explains.
+    Unexplained,
+}
+
+/// Where a cause sits.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Site {
+    /// `robot`, `limb`, `sensor`, `actuator` or `environment`.
+    pub side: String,
+    /// The axis, empty where the effect has none.
+    pub axis: String,
+}
+
+/// A parameter of a cause.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct CauseParameter {
+    /// Its name.
+    pub name: String,
+    /// Its SI unit.
+    pub unit: String,
+    /// Its value.
+    pub value: Value,
+    /// Its 95 % interval, for numbers that the data determine.
+    pub ci95: Option<[f64; 2]>,
+}
+
+/// What naming a cause gains on held-out data.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Gain {
+    /// Without it.
+    pub nrmse_before: Vec<Option<f64>>,
+    /// With it.
+    pub nrmse_after: Vec<Option<f64>>,
+    /// Without it, percent.
+    pub vaf_before: Vec<Option<f64>>,
+    /// With it, percent.
+    pub vaf_after: Vec<Option<f64>>,
+    /// Share of the explainable error (above the noise floor) that it removes.
+    pub explained_fraction: Option<f64>,
+    /// Its 95 % interval, from blocks of time drawn anew.
+    pub explained_fraction_ci95: Option<[f64; 2]>,
+    /// BIC without the cause less BIC with it; positive speaks for the cause.
+    pub delta_bic: f64,
+}
+
+/// A named cause.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Cause {
+    /// Its name in the registry.
+    pub effect: String,
+    /// Where it sits.
+    pub site: Site,
+    /// Its parameters.
+    pub parameters: Vec<CauseParameter>,
+    /// Probability of this effect at this side, calibrated on simulated records.
+    pub probability: f64,
+    /// Of the likelihood ratio, adjusted (Holm) for everything that was tried in the step.
+    pub p_value: f64,
+    /// What naming it gains.
+    pub gain: Gain,
+    /// Sentences with their numbers.
+    pub evidence: Vec<String>,
+}
+
+/// A parameter of the baseline that the missing effect had biased.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Shift {
+    /// Its name.
+    pub name: String,
+    /// Its unit.
+    pub unit: String,
+    /// Without the causes.
+    pub before: f64,
+    /// With them.
+    pub after: f64,
+}
+
+/// The baseline with its causes.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Extended {
+    /// Its name.
+    pub model: String,
+    /// Its linear parameters.
+    pub parameters: Vec<ModelParameter>,
+    /// How it predicts what it has not seen.
+    pub held_out: Score,
+    /// Whether what is left has no structure that the tests see.
+    pub residual_white: bool,
+    /// What had been biased.
+    pub parameter_shift: Vec<Shift>,
+}
+
+/// A hypothesis that was tried and not named.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Considered {
+    /// Its name.
+    pub effect: String,
+    /// Where it would sit.
+    pub site: Site,
+    /// Share of the whitened residual that it removes alone.
+    pub explained_fraction: f64,
+    /// Adjusted (Holm).
+    pub p_value: f64,
+    /// Why it was not named.
+    pub why_not: String,
+}
+
+/// Something significant and immaterial.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Minor {
+    /// Its name.
+    pub effect: String,
+    /// Where it sits.
+    pub site: Site,
+    /// What it removes, as a share of the effort's rms.
+    pub removed: f64,
+}
+
+/// Causes that this recording cannot tell apart.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Confusable {
+    /// Their names.
+    pub effects: Vec<String>,
+    /// The experiment that would.
+    pub next_experiment: String,
+}
