@@ -94,6 +94,16 @@ impl CrossSpectra {
         if a >= b { self.lower[(a * (a + 1) / 2 + b) * bins + f] } else { self.lower[(b * (b + 1) / 2 + a) * bins + f].conj() }
     }
 
+    /// ⟨A B*⟩ at every frequency, for a ≥ b (the other half is its conjugate).
+    ///
+    /// # Panics
+    /// If a < b or a is beyond the channels.
+    pub fn pair(&self, a: usize, b: usize) -> &[Complex64] {
+        assert!(b <= a && a < self.channels, "pair ({a}, {b}) of {} channels", self.channels);
+        let bins = self.frequency_hz.len();
+        &self.lower[(a * (a + 1) / 2 + b) * bins..][..bins]
+    }
+
     /// The power density of channel `a` at frequency index `f`.
     pub fn power(&self, f: usize, a: usize) -> f64 {
         self.at(f, a, a).re

@@ -18,18 +18,7 @@ pub enum Detrend {
 impl Detrend {
     /// `samples` without their trend, times `window`, into `out`; all three of equal length.
     pub(crate) fn apply_windowed(self, samples: &[f64], window: &[f64], out: &mut [f64]) {
-        pulp::Arch::new().dispatch(|| match self {
-            Detrend::None => out.iter_mut().zip(samples.iter().zip(window)).for_each(|(o, (x, w))| *o = x * w),
-            Detrend::Constant => {
-                let mean = sum(samples) / samples.len() as f64;
-                out.iter_mut().zip(samples.iter().zip(window)).for_each(|(o, (x, w))| *o = (x - mean) * w);
-            }
-            Detrend::Linear => {
-                out.copy_from_slice(samples);
-                self.apply(out);
-                out.iter_mut().zip(window).for_each(|(o, w)| *o *= w);
-            }
-        });
+        pulp::Arch::new().dispatch(Windowed { detrend: self, samples, window, out });
     }
 
     /// Takes the trend off `segment`.
@@ -45,6 +34,29 @@ impl Detrend {
             let slope = segment.iter().enumerate().map(|(k, s)| (k as f64 - centre) * s).sum::<f64>() / (n * (n * n - 1.0) / 12.0);
             segment.iter_mut().enumerate().for_each(|(k, s)| *s -= slope * (k as f64 - centre));
         }
+    }
+}
+
+/// [`Detrend::apply_windowed`] as a type, so that it is compiled for the vector unit at hand.
+struct Windowed<'a> {
+    detrend: Detrend,
+    samples: &'a [f64],
+    window: &'a [f64],
+    out: &'a mut [f64],
+}
+
+impl pulp::WithSimd for Windowed<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: pulp::Simd>(self, _: S) {
+        let Windowed { detrend, samples, window, out } = self;
+        let mean = if detrend == Detrend::Constant { sum(samples) / samples.len() as f64 } else { 0.0 };
+        out.iter_mut().zip(samples).for_each(|(o, x)| *o = x - mean);
+        if detrend == Detrend::Linear {
+            detrend.apply(out);
+        }
+        out.iter_mut().zip(window).for_each(|(o, w)| *o *= w);
     }
 }
 

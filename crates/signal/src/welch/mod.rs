@@ -159,12 +159,18 @@ impl Welch {
                 sum.add(&plan, channels.iter().map(|c| &c[at..at + self.nperseg]));
             }
         };
-        let mut sums = vec![Sum::new(&plan, channels.len()); blocks.min(rayon::current_num_threads().max(1))];
-        for first in (0..blocks).step_by(sums.len()) {
-            let wave = &mut sums[..(blocks - first).min(rayon::current_num_threads().max(1))];
-            wave.par_iter_mut().enumerate().for_each(|(i, sum)| add_block(sum, first + i));
+        let workers = blocks.min(rayon::current_num_threads().max(1));
+        let mut sums = plan.take_sums(channels.len(), workers);
+        for first in (0..blocks).step_by(workers) {
+            let wave = &mut sums[..workers.min(blocks - first)];
+            if let [sum] = wave {
+                add_block(sum, first);
+            } else {
+                wave.par_iter_mut().enumerate().for_each(|(i, sum)| add_block(sum, first + i));
+            }
             wave.iter_mut().for_each(|sum| sum.drain_into(&mut total));
         }
+        plan.give_back(sums);
         Ok(self.finish(&plan, sample_rate_hz, channels.len(), segments, total))
     }
 

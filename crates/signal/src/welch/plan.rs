@@ -1,6 +1,7 @@
 //! What Welch's method prepares once for its settings.
 
 use super::Welch;
+use super::sum::Sum;
 use crate::cache::Cache;
 use crate::cross_spectra::Kernel;
 use crate::segments::Detrend;
@@ -9,7 +10,7 @@ use num_complex::Complex64;
 use realfft::{RealFftPlanner, RealToComplex};
 use std::convert::Infallible;
 use std::f64::consts::TAU;
-use std::sync::Arc;
+use std::sync::{Arc, Mutex, PoisonError};
 
 /// Window, transform and what follows from them.
 pub(super) struct Plan {
@@ -23,6 +24,8 @@ pub(super) struct Plan {
     pub(super) spacing: f64,
     /// |W|² at multiples of a sixteenth of a bin, from 0.
     half_kernel: Vec<f64>,
+    /// Buffers of earlier calls, cleared: fresh memory costs as much as a short analysis.
+    spare: Mutex<Vec<Sum>>,
 }
 
 #[derive(PartialEq)]
@@ -57,7 +60,21 @@ impl Plan {
             spacing: window.iter().map(|w| w.powi(4)).sum::<f64>() / (power * power),
             half_kernel: half_kernel(&window),
             window,
+            spare: Mutex::new(Vec::new()),
         }
+    }
+
+    /// Cleared sums for `count` workers.
+    pub(super) fn take_sums(&self, channels: usize, count: usize) -> Vec<Sum> {
+        let mut sums = std::mem::take(&mut *self.spare.lock().unwrap_or_else(PoisonError::into_inner));
+        sums.retain(|sum| sum.channels() == channels);
+        sums.resize_with(count, || Sum::new(self, channels));
+        sums
+    }
+
+    /// Takes cleared sums back for the next call.
+    pub(super) fn give_back(&self, sums: Vec<Sum>) {
+        *self.spare.lock().unwrap_or_else(PoisonError::into_inner) = sums;
     }
 
     pub(super) fn kernel(&self, sample_rate_hz: f64) -> Kernel {

@@ -2,30 +2,27 @@
 
 use super::plan::Plan;
 use num_complex::Complex64;
-use pulp::bytemuck::cast_slice;
+use pulp::bytemuck::cast;
+use pulp::{Arch, Simd, WithSimd};
 
 /// Segments that are transformed before their products are formed: the sum, larger than the caches when channels are
-/// many, is read and written once for all of them.
+/// many, is read and written once for all of them. A divisor of the block, so that no batch crosses its border.
 const BATCH: usize = 8;
 
 /// Bins whose products are formed for all pairs before the next: with [`BATCH`] segments they stay in a cache.
 const TILE: usize = 64;
 
-/// Bins in the innermost loop; their products are added up in registers.
-const LANE: usize = 4;
+/// Rows are filled up to a multiple of this number of bins, so that they are whole vectors of any unit.
+const LANES: usize = 4;
 
 /// Σ over segments of the lower triangle, in index order.
-///
-/// For x = Xᵣ + jXᵢ and y likewise, x y* = (XᵣYᵣ + XᵢYᵢ) + j(XᵢYᵣ − XᵣYᵢ). The four products are summed apart, two by
-/// two as they stand in memory (`straight`: XᵣYᵣ, XᵢYᵢ; `crossed`: XᵣYᵢ, XᵢYᵣ), and brought together at the end, so
-/// that nothing is shuffled segment by segment.
 #[derive(Clone)]
 pub(super) struct Sum {
     channels: usize,
     bins: usize,
     padded: usize,
-    straight: Vec<f64>,
-    crossed: Vec<f64>,
+    /// `[pair][padded bin]`.
+    lower: Vec<Complex64>,
     /// Spectra of the segments not yet in the sum, `[segment][channel][padded bin]`.
     waiting: Vec<Complex64>,
     filled: usize,
@@ -39,18 +36,22 @@ pub(super) fn pairs(channels: usize) -> usize {
 
 impl Sum {
     pub(super) fn new(plan: &Plan, channels: usize) -> Self {
-        let padded = plan.bins.next_multiple_of(LANE);
+        let padded = plan.bins.next_multiple_of(LANES);
         Sum {
             channels,
             bins: plan.bins,
             padded,
-            straight: vec![0.0; pairs(channels) * 2 * padded],
-            crossed: vec![0.0; pairs(channels) * 2 * padded],
+            lower: vec![Complex64::default(); pairs(channels) * padded],
             waiting: vec![Complex64::default(); BATCH * channels * padded],
             filled: 0,
             input: plan.fft.make_input_vec(),
             scratch: plan.fft.make_scratch_vec(),
         }
+    }
+
+    /// Number of channels.
+    pub(super) fn channels(&self) -> usize {
+        self.channels
     }
 
     /// Takes the next segment of every channel.
@@ -72,89 +73,86 @@ impl Sum {
 
     /// Adds the products of the waiting segments to the sum.
     fn flush(&mut self) {
-        let Sum { channels, padded, straight, crossed, waiting, filled, .. } = self;
-        let (channels, padded) = (*channels, *padded);
-        let spectra: &[f64] = cast_slice(&waiting[..*filled * channels * padded]);
-        pulp::Arch::new().dispatch(|| {
-            let mut tile = 0;
-            while tile < padded {
-                let end = padded.min(tile + TILE);
-                let mut pair = 0;
-                for a in 0..channels {
-                    for b in 0..=a {
-                        let at = 2 * (pair * padded + tile)..2 * (pair * padded + end);
-                        let rows = (2 * (a * padded + tile), 2 * (b * padded + tile), 2 * channels * padded);
-                        if a == b {
-                            add_power(&mut straight[at], spectra, rows);
-                        } else {
-                            add_products(&mut straight[at.clone()], &mut crossed[at], spectra, rows);
-                        }
-                        pair += 1;
-                    }
-                }
-                tile = end;
-            }
-        });
+        let Sum { channels, padded, lower, waiting, filled, .. } = self;
+        let spectra = &waiting[..*filled * *channels * *padded];
+        Arch::new().dispatch(AddProducts { channels: *channels, padded: *padded, spectra, lower });
         *filled = 0;
     }
 
     /// Adds the lower triangle so far to `total`, pair by pair, and starts again from zero.
     pub(super) fn drain_into(&mut self, total: &mut [Complex64]) {
         self.flush();
-        let rows = self.straight.chunks_exact_mut(2 * self.padded).zip(self.crossed.chunks_exact_mut(2 * self.padded));
-        for (total, (straight, crossed)) in total.chunks_exact_mut(self.bins).zip(rows) {
-            for ((t, s), c) in total.iter_mut().zip(straight.chunks_exact(2)).zip(crossed.chunks_exact(2)) {
-                *t += Complex64::new(s[0] + s[1], c[1] - c[0]);
-            }
-            straight.fill(0.0);
-            crossed.fill(0.0);
+        for (total, row) in total.chunks_exact_mut(self.bins).zip(self.lower.chunks_exact_mut(self.padded)) {
+            total.iter_mut().zip(row.iter()).for_each(|(t, s)| *t += s);
+            row.fill(Complex64::default());
         }
     }
 }
 
-/// The products of one pair over one tile. `rows`: where x and y begin in the first segment, and the step to the next.
-#[inline(always)]
-fn add_products(straight: &mut [f64], crossed: &mut [f64], spectra: &[f64], rows: (usize, usize, usize)) {
-    const WIDE: usize = 2 * LANE;
-    let (x, y, step) = rows;
-    for (i, (straight, crossed)) in straight.chunks_exact_mut(WIDE).zip(crossed.chunks_exact_mut(WIDE)).enumerate() {
-        let (mut p, mut q) = ([0.0; WIDE], [0.0; WIDE]);
-        p.copy_from_slice(straight);
-        q.copy_from_slice(crossed);
-        let (mut x, mut y) = (x + i * WIDE, y + i * WIDE);
-        while x < spectra.len() {
-            let (xs, ys) = (&spectra[x..x + WIDE], &spectra[y..y + WIDE]);
-            for k in 0..WIDE {
-                p[k] += xs[k] * ys[k];
+/// The products of all pairs; a type and not a closure, so that it is compiled for the vector unit at hand.
+struct AddProducts<'a> {
+    channels: usize,
+    padded: usize,
+    spectra: &'a [Complex64],
+    lower: &'a mut [Complex64],
+}
+
+impl WithSimd for AddProducts<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, simd: S) {
+        // Rows are whole vectors, so nothing is left over.
+        let (spectra, _) = S::as_simd_c64s(self.spectra);
+        let (lower, _) = S::as_mut_simd_c64s(self.lower);
+        let row = self.padded * spectra.len() / self.spectra.len().max(1);
+        let tile = TILE * row / self.padded;
+        let step = self.channels * row;
+        for start in (0..row).step_by(tile.max(1)) {
+            let mut pair = 0;
+            for a in 0..self.channels {
+                for b in (0..a + 1).step_by(4) {
+                    for at in start..row.min(start + tile) {
+                        let (lower, x, y) = (&mut lower[pair * row + at..], a * row + at, b * row + at);
+                        match a - b {
+                            0 => add_products::<S, 1>(simd, lower, spectra, x, y, row, step),
+                            1 => add_products::<S, 2>(simd, lower, spectra, x, y, row, step),
+                            2 => add_products::<S, 3>(simd, lower, spectra, x, y, row, step),
+                            _ => add_products::<S, 4>(simd, lower, spectra, x, y, row, step),
+                        }
+                    }
+                    pair += (a + 1 - b).min(4);
+                }
             }
-            for k in 0..LANE {
-                q[2 * k] += xs[2 * k] * ys[2 * k + 1];
-                q[2 * k + 1] += xs[2 * k + 1] * ys[2 * k];
-            }
-            x += step;
-            y += step;
         }
-        straight.copy_from_slice(&p);
-        crossed.copy_from_slice(&q);
     }
 }
 
-/// The power of one channel over one tile.
+/// The products of the vector at `x` with `N` vectors `row` apart from `y` on, over all segments, `step` apart; added
+/// to `lower` at 0, `row`, 2 `row`, …
+///
+/// x y* = (XᵣYᵣ + XᵢYᵢ) + j(XᵢYᵣ − XᵣYᵢ): the four products are summed apart, two by two as they stand in memory
+/// (`straight`: XᵣYᵣ, XᵢYᵢ; `crossed`: XᵣYᵢ, XᵢYᵣ), and brought together at the end.
 #[inline(always)]
-fn add_power(straight: &mut [f64], spectra: &[f64], rows: (usize, usize, usize)) {
-    const WIDE: usize = 2 * LANE;
-    let (x, _, step) = rows;
-    for (i, straight) in straight.chunks_exact_mut(WIDE).enumerate() {
-        let mut p = [0.0; WIDE];
-        p.copy_from_slice(straight);
-        let mut x = x + i * WIDE;
-        while x < spectra.len() {
-            let xs = &spectra[x..x + WIDE];
-            for k in 0..WIDE {
-                p[k] += xs[k] * xs[k];
-            }
-            x += step;
+fn add_products<S: Simd, const N: usize>(simd: S, lower: &mut [S::c64s], spectra: &[S::c64s], x: usize, y: usize, row: usize, step: usize) {
+    let zero = simd.splat_f64s(0.0);
+    let (mut straight, mut crossed) = ([zero; N], [zero; N]);
+    for segment in spectra.chunks_exact(step) {
+        let xs: S::f64s = cast(segment[x]);
+        for n in 0..N {
+            let y = segment[y + n * row];
+            straight[n] = simd.mul_add_e_f64s(xs, cast(y), straight[n]);
+            crossed[n] = simd.mul_add_e_f64s(xs, cast(simd.swap_re_im_c64s(y)), crossed[n]);
         }
-        straight.copy_from_slice(&p);
+    }
+    let j = simd.splat_c64s(Complex64::new(0.0, 1.0));
+    let one = simd.splat_c64s(Complex64::new(1.0, 0.0));
+    for n in 0..N {
+        let (s, c): (S::c64s, S::c64s) = (cast(straight[n]), cast(crossed[n]));
+        // Real parts: s + swapped s. Imaginary parts: swapped c − c. The selection is a product with 1 or 0.
+        let real: S::f64s = simd.add_f64s(cast(s), cast(simd.swap_re_im_c64s(s)));
+        let imaginary: S::f64s = simd.sub_f64s(cast(c), cast(simd.swap_re_im_c64s(c)));
+        let sum: S::f64s = simd.mul_add_e_f64s(real, cast(one), cast(lower[n * row]));
+        lower[n * row] = cast(simd.mul_add_e_f64s(imaginary, cast(j), sum));
     }
 }
