@@ -170,8 +170,9 @@ class Panel {
         if (meta.names.length && px >= low && px <= high) entries.set(label, { label, color, part: [low, high], point: [(low + high) / 2, py], distance: 0 });
         continue;
       }
-      let best = null, distance = reach;
-      for (const p of this.points(path)) {
+      const points = this.points(path);
+      let best = null, distance = points.length < 40 ? Infinity : reach; // few points: the nearest, however far
+      for (const p of points) {
         const away = this.free ? Math.hypot((p[0] - px) * this.map.kx, (p[1] - py) * this.map.ky) : Math.abs(p[0] - px);
         if (away < distance) { distance = away; best = p; }
       }

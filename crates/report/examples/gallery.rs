@@ -7,7 +7,7 @@ use std::f64::consts::{PI, TAU};
 
 use ndarray::{Array2, Array3, Axis};
 use ndof_report::figures::*;
-use ndof_report::plot::{Color, Dash, Scale};
+use ndof_report::plot::{Color, Dash, Scale, Span};
 use ndof_report::{Note, Parameter, Report, Section, Warning, parameter_table};
 use num_complex::Complex64;
 
@@ -142,6 +142,7 @@ fn gallery() -> Result<Report, FigureError> {
                 .figure(traces("traces", "First trial", &signals(&mut noise))?)
                 .figure(spectra("spectra", "Power by frequency", &frequency_hz, &powers, Some((0.5, 10.0)))?),
             diagnosis(&mut noise)?,
+            sessions(&mut noise)?,
             Section::new("What remains", "The residual is white above 2 Hz.").figure(residual("residual", "Residual", RATE_HZ, &frequency_hz, &leftovers(&mut noise, &frequency_hz))?),
         ],
         settings: [("method", "welch"), ("nperseg", "8192"), ("noverlap", "4096"), ("nfft", "8192"), ("window", "hann"), ("detrend", "constant"), ("band_hz", "0.25 – 10")]
@@ -201,6 +202,7 @@ fn diagnosis(noise: &mut Noise) -> Result<Section, FigureError> {
             ForestGroup { label: "extended".into(), color: Color::Blue, estimates: vec![estimate(100.0, 1.8), estimate(100.0, 4.0), estimate(100.0, 1.9)] },
         ],
         reference: Some((100.0, "extended model".into())),
+        shaded: None,
     };
     Ok(Section::new("Diagnosis", "Below 1 Hz the arm holds back along x: a hysteresis of 0.9 ± 0.1 N explains 83 % of what the linear model missed.")
         .list(vec!["The missing force runs in a loop over position, not in a step over velocity: friction explains 61 %.".into()])
@@ -210,6 +212,36 @@ fn diagnosis(noise: &mut Noise) -> Result<Section, FigureError> {
         .figure(against_state("against-state", "The missing force", &[state])?)
         .figure(before_after("gain", "What is gained", &outputs)?)
         .figure(forest("shift", "What the missing cause had biased", &shift)?))
+}
+
+/// Twenty subjects measured twice, one of them over eight weeks, and how far stated probabilities are kept.
+fn sessions(noise: &mut Noise) -> Result<Section, FigureError> {
+    let first: Vec<f64> = (0..20).map(|k| 220.0 + 12.0 * f64::from(k) + 20.0 * noise.normal()).collect();
+    let second: Vec<f64> = first.iter().map(|value| value + 3.0 + 9.0 * noise.normal()).collect();
+    let estimate = |value: f64, half: f64| Estimate { value, ci95: (value - half, value + half) };
+    let cohort = Forest {
+        quantity: "Stiffness along y".into(),
+        unit: "N/m".into(),
+        scale: Scale::Linear,
+        rows: (1..=20).map(|k| format!("subject {k:02}")).collect(),
+        groups: vec![ForestGroup { label: "first session".into(), color: Color::Blue, estimates: first.iter().map(|value| estimate(*value, 11.0)).collect() }],
+        reference: None,
+        shaded: Some(Span { from: 260.0, to: 380.0, label: "healthy".into() }),
+    };
+    let weeks = Course {
+        quantity: "Stiffness along y".into(),
+        unit: "N/m".into(),
+        day: (0..9).map(|week| 7.0 * f64::from(week)).collect(),
+        estimates: (0..9).map(|week| estimate(410.0 - 11.0 * f64::from(week) + 5.0 * noise.normal(), 12.0)).collect(),
+        detectable_change: Some(25.0),
+    };
+    let bins = [(0.35, 40, 15), (0.55, 55, 29), (0.75, 120, 95), (0.9, 300, 268), (0.98, 800, 788)];
+    let bins = bins.map(|(stated, count, right)| ConfidenceBin { stated, count, right });
+    Ok(Section::new("Subjects and sessions", "Stiffness repeats within 18 N/m; this subject's has fallen by more than that since the fifth week.")
+        .figure(forest("cohort", "Twenty subjects", &cohort)?)
+        .figure(course("course", "Eight weeks", &weeks)?)
+        .figure(agreement("agreement", "First and second session", "stiffness", "N/m", &first, &second)?)
+        .figure(reliability("reliability", "Probabilities of named causes", &bins)?))
 }
 
 fn parameters() -> Vec<Parameter> {

@@ -20,6 +20,22 @@ pub(crate) fn superscript(exponent: i32) -> String {
     sign.chars().chain(digits.bytes().map(|digit| SUPERSCRIPTS[usize::from(digit - b'0')])).collect()
 }
 
+/// A unit as it is printed: "N s^2/m" → "N s²/m".
+pub(crate) fn printed_unit(unit: &str) -> String {
+    let mut printed = String::with_capacity(unit.len());
+    let mut parts = unit.split('^');
+    printed.push_str(parts.next().unwrap_or_default());
+    for part in parts {
+        let digits = part.char_indices().take_while(|&(k, c)| c.is_ascii_digit() || (k == 0 && c == '-')).count();
+        match part[..digits].parse::<i32>() {
+            Ok(exponent) => printed.push_str(&superscript(exponent)),
+            Err(_) => printed.extend(["^", &part[..digits]]),
+        }
+        printed.push_str(&part[digits..]);
+    }
+    printed
+}
+
 /// A number with `decimals` places and a typographic minus; never "−0".
 pub(crate) fn fixed(value: f64, decimals: usize) -> String {
     let text = format!("{value:.decimals$}");
@@ -115,6 +131,12 @@ mod tests {
         assert_eq!(with_half_width(4.0e-6, 1.2e-7), "(4.00 ± 0.12) × 10⁻⁶");
         assert_eq!(with_half_width(12_345.0, 678.0), "(1.234 ± 0.068) × 10⁴");
         assert_eq!(significant(123_456.0, 3), "1.23 × 10⁵");
+    }
+
+    #[test]
+    fn units_are_printed_with_their_exponents_raised() {
+        let printed = ["N s^2/m", "N m", "m s^-12", "a^b", "", "^", "x^-"].map(printed_unit);
+        assert_eq!(printed, ["N s²/m", "N m", "m s⁻¹²", "a^b", "", "^", "x^-"]);
     }
 
     #[test]

@@ -1,6 +1,6 @@
 //! Tables, and the table of parameters with their intervals.
 
-use crate::number::{to_interval, with_half_width};
+use crate::number::{printed_unit, to_interval, with_half_width};
 use crate::plot::escape;
 
 /// Tables whose cells are no longer than this are not wrapped: on a narrow screen they scroll.
@@ -84,11 +84,11 @@ pub fn parameter_table(caption: impl Into<String>, parameters: &[Parameter]) -> 
     if with_truth {
         columns.push(("Simulated", Align::Right));
     }
-    columns.extend([("Estimate", Align::Right), ("95 % interval", Align::Right), ("", Align::Left)]);
+    columns.extend([("Estimate", Align::Right), ("95 % interval", Align::Right), (if with_truth { "Simulated is" } else { "" }, Align::Left)]);
     let mut table = Table::new(caption, &columns);
     for parameter in parameters {
         let half = 0.5 * (parameter.ci95.1 - parameter.ci95.0);
-        let mut row = vec![parameter.name.clone(), parameter.unit.clone()];
+        let mut row = vec![parameter.name.clone(), printed_unit(&parameter.unit)];
         if with_truth {
             row.push(parameter.truth.map(|truth| to_interval(truth, half)).unwrap_or_default());
         }
@@ -104,8 +104,8 @@ fn judgement(parameter: &Parameter) -> &'static str {
     let (low, high) = parameter.ci95;
     match parameter.truth {
         _ if !parameter.identifiable => "not identifiable from these data",
-        Some(truth) if low <= truth && truth <= high => "interval holds it",
-        Some(_) if low.is_finite() && high.is_finite() => "outside the interval",
+        Some(truth) if low <= truth && truth <= high => "inside",
+        Some(_) if low.is_finite() && high.is_finite() => "outside",
         None if low <= 0.0 && 0.0 <= high => "not different from 0",
         _ => "",
     }
@@ -122,7 +122,7 @@ mod tests {
     #[test]
     fn a_row_shows_the_truth_to_the_digits_of_the_interval() {
         let table = parameter_table("Fit", &[parameter(Some(300.0))]);
-        assert_eq!(table.rows[0], ["K_x_x", "N/m", "300.0", "302.4 ± 5.1", "297.3 … 307.5", "interval holds it"]);
+        assert_eq!(table.rows[0], ["K_x_x", "N/m", "300.0", "302.4 ± 5.1", "297.3 … 307.5", "inside"]);
     }
 
     #[test]
@@ -136,7 +136,7 @@ mod tests {
         let mut blind = parameter(Some(300.0));
         blind.identifiable = false;
         assert_eq!(judgement(&blind), "not identifiable from these data");
-        assert_eq!(judgement(&Parameter { ci95: (310.0, 320.0), ..parameter(Some(300.0)) }), "outside the interval");
+        assert_eq!(judgement(&Parameter { ci95: (310.0, 320.0), ..parameter(Some(300.0)) }), "outside");
         assert_eq!(judgement(&Parameter { ci95: (-1.0, 1.0), ..parameter(None) }), "not different from 0");
     }
 

@@ -119,7 +119,7 @@ pub fn bode(name: &str, data: &ResponseCurves) -> Result<Figure, FigureError> {
         }
         None => String::new(),
     };
-    let mut figure = Figure::new(name, data.quantity.clone()).columns(q).caption(format!(
+    let mut figure = Figure::new(name, capitalised(&data.quantity)).columns(q).caption(format!(
         "Gain and phase by frequency; rows are outputs ({}), columns inputs ({}). Shaded: 95 % confidence interval.{cut}",
         data.outputs.join(", "),
         data.inputs.join(", ")
@@ -152,6 +152,12 @@ pub fn bode(name: &str, data: &ResponseCurves) -> Result<Figure, FigureError> {
         }
     }
     Ok(figure)
+}
+
+/// With a capital first letter, as titles have it.
+pub(super) fn capitalised(words: &str) -> String {
+    let mut letters = words.chars();
+    letters.next().map(|first| first.to_uppercase().chain(letters).collect()).unwrap_or_default()
 }
 
 /// One element of the matrix over frequency.

@@ -105,6 +105,7 @@ pub fn before_after(name: &str, title: &str, outputs: &[HeldOut]) -> Result<Figu
             ForestGroup { label: "noise floor".into(), color: Color::Grey, estimates: bare(|output| output.floor) },
         ],
         reference: None,
+        shaded: None,
     };
     let mut figure = forest(name, title, &data)?;
     let highest = outputs.iter().flat_map(|output| [output.before, output.after]).filter(|value| value.is_finite()).fold(0.0, f64::max);
@@ -153,6 +154,7 @@ pub fn considered(name: &str, title: &str, causes: &[Considered]) -> Result<Figu
             ForestGroup { label: "considered".into(), color: Color::Grey, estimates: pick(false) },
         ],
         reference: Some((0.0, "nothing explained".into())),
+        shaded: None,
     };
     let mut figure = forest(name, title, &data)?;
     let columns = [("Cause", Align::Left), ("Explained [%]", Align::Right), ("p", Align::Right), ("", Align::Left)];

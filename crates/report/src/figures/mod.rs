@@ -1,6 +1,7 @@
 //! The pictures of this field, each from plain data to a [`Figure`](crate::Figure).
 
 mod bode;
+mod calibration;
 mod coherence;
 mod diagnosis;
 mod ellipse;
@@ -9,10 +10,12 @@ mod forest;
 mod frequency;
 mod nyquist;
 mod residual;
+mod sessions;
 mod spectra;
 mod traces;
 
 pub use bode::{Curve, CurveStyle, ResponseCurves, bode};
+pub use calibration::{ConfidenceBin, reliability};
 pub use coherence::{Coherences, coherence, input_coherence};
 pub use diagnosis::{Considered, HeldOut, MOST_DOTS, StatePicture, Stretches, against_state, before_after, considered, discrepancy, shares};
 pub use ellipse::{Ellipse, axes as ellipse_axes, ellipse};
@@ -20,5 +23,6 @@ pub use error::FigureError;
 pub use forest::{Estimate, Forest, ForestGroup, forest};
 pub use nyquist::nyquist;
 pub use residual::{Residual, residual};
+pub use sessions::{Course, agreement, course};
 pub use spectra::{Spectrum, spectra};
 pub use traces::{Trace, Traces, traces};

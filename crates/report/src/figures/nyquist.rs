@@ -1,6 +1,6 @@
 //! Responses in the complex plane.
 
-use super::bode::{ResponseCurves, check, element};
+use super::bode::{ResponseCurves, capitalised, check, element};
 use super::error::FigureError;
 use crate::plot::{Axis, Figure, Panel, Pin, Series};
 
@@ -23,7 +23,7 @@ pub fn nyquist(name: &str, data: &ResponseCurves) -> Result<Figure, FigureError>
     for curve in &data.curves {
         check(curve, &shape)?;
     }
-    let mut figure = Figure::new(name, format!("{} in the complex plane", data.quantity))
+    let mut figure = Figure::new(name, format!("{} in the complex plane", capitalised(&data.quantity)))
         .columns(data.inputs.len())
         .caption("Imaginary over real part; small numbers are frequencies in hertz.");
     for (row, output) in data.outputs.iter().enumerate() {

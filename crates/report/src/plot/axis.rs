@@ -1,5 +1,7 @@
 //! An axis: what it shows, its unit, and how numbers become lengths.
 
+use crate::number::printed_unit;
+
 /// Numbers beyond this (and, on a logarithmic axis, below its inverse) have no place: the length of a range must not overflow.
 const LARGEST: f64 = 1e150;
 
@@ -87,7 +89,7 @@ impl Axis {
 
     /// "Gain [m/N]", or the label alone where there is no unit.
     pub fn caption(&self) -> String {
-        if self.unit.is_empty() { self.label.clone() } else { format!("{} [{}]", self.label, self.unit) }
+        if self.unit.is_empty() { self.label.clone() } else { format!("{} [{}]", self.label, printed_unit(&self.unit)) }
     }
 
     /// The range to draw: the one that was fixed, else the extent of `values` with a little air; always usable.

@@ -13,6 +13,7 @@ use super::placement::{Placement, equal, ranges};
 use super::shapes::draw_series;
 use super::svg::{escape, px};
 use super::ticks::{Tick, ticks};
+use crate::number::printed_unit;
 
 const LEFT: f64 = 50.0;
 /// Names beside a panel take no more than this.
@@ -77,8 +78,8 @@ pub(crate) fn draw_panel(panel: &Panel, width: f64, labelled: bool) -> PanelFram
     body += &format!("</g></svg><g class=\"words\" transform=\"translate({} {})\">{}</g>", px(left), px(top), words(&at));
     let series: Vec<_> = panel.series.iter().map(|series| json!([series.label, series.mark.word(), series.color.name()])).collect();
     let meta = json!({
-        "x": [panel.x.scale.word(), x.0, x.1, panel.x.label, panel.x.unit],
-        "y": [panel.y.scale.word(), y.0, y.1, panel.y.label, panel.y.unit],
+        "x": [panel.x.scale.word(), x.0, x.1, panel.x.label, printed_unit(&panel.x.unit)],
+        "y": [panel.y.scale.word(), y.0, y.1, panel.y.label, printed_unit(&panel.y.unit)],
         "shown": [x_shown.0, x_shown.1, y_shown.0, y_shown.1],
         "names": panel.y.names, "margin": [left, top, RIGHT, bottom], "plot": [plot_width, plot_height],
         "equal": panel.is_square(), "free": panel.is_free(), "labelled": labelled, "link": panel.link, "series": series,

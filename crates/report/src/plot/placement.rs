@@ -1,6 +1,7 @@
 //! Where the numbers of a panel go.
 
 use super::figure::Panel;
+use super::series::Mark;
 
 /// Coordinates further out than this are cut, which no eye can tell.
 pub(super) const FAR: f64 = 4000.0;
@@ -37,7 +38,8 @@ impl Placement<'_> {
 pub(super) fn ranges(panel: &Panel) -> ((f64, f64), (f64, f64)) {
     let spans = panel.spans.iter().flat_map(|span| [span.from, span.to]);
     let x = panel.x.resolve(panel.series.iter().flat_map(|series| series.mark.x().iter().copied()).chain(spans));
-    let x = match (panel.is_square(), panel.is_free()) {
+    let dotted = panel.series.iter().any(|series| matches!(series.mark, Mark::Points { .. }));
+    let x = match (panel.is_square(), panel.is_free() || dotted) {
         (true, _) => panel.x.widened(x, 0.06),
         (false, true) => panel.x.widened(x, 0.03),
         (false, false) => x,
