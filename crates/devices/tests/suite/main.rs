@@ -2,5 +2,8 @@
 
 mod accuracy;
 mod common;
+mod dynamics;
+mod files;
 mod linear;
 mod recording;
+mod safety;

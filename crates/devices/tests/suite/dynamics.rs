@@ -1,0 +1,142 @@
+//! Rigid-body dynamics against Pinocchio and MuJoCo: the files and their script are in tests/reference_devices.
+
+use ndof_devices::{DeviceConfig, Kinematics, Robot};
+use std::path::PathBuf;
+
+/// Another implementation's double precision, through matrices of condition up to 1e3.
+const AGAINST_ANOTHER_ENGINE: f64 = 1e-10;
+
+pub fn reference_file(name: &str) -> String {
+    let path: PathBuf = [env!("CARGO_MANIFEST_DIR"), "..", "..", "tests", "reference_devices", name].iter().collect();
+    path.to_string_lossy().into_owned()
+}
+
+/// Column names and rows of a reference file.
+fn table(name: &str) -> (Vec<String>, Vec<Vec<f64>>) {
+    let text = std::fs::read_to_string(reference_file(name)).expect(name);
+    let mut lines = text.lines().filter(|l| !l.starts_with('#'));
+    let header = lines.next().expect("a header").split(',').map(str::to_owned).collect();
+    let rows = lines.map(|l| l.split(',').map(|v| v.parse().expect("a number")).collect()).collect();
+    (header, rows)
+}
+
+/// Largest difference over the largest entry of the reference.
+fn relative(found: &[f64], reference: &[f64]) -> f64 {
+    assert_eq!(found.len(), reference.len());
+    let scale = reference.iter().fold(0.0_f64, |s, v| s.max(v.abs()));
+    found.iter().zip(reference).fold(0.0_f64, |worst, (f, r)| worst.max((f - r).abs())) / scale.max(1e-300)
+}
+
+fn urdf(name: &str, axes: &[&str], home: &[f64]) -> Box<dyn Robot> {
+    let mut config = DeviceConfig::from_file(&reference_file(name));
+    config.axes = Some(axes.iter().map(|a| (*a).to_owned()).collect());
+    config.home_rad = Some(home.to_vec());
+    config.build().expect("builds").robot
+}
+
+/// Compares a robot with every state of a reference file; `shift` is the base's place, `components` the tip's rows that are axes.
+fn compare(robot: &dyn Robot, file: &str, shift: [f64; 3], components: &[usize], drift_tolerance: f64) {
+    let n = robot.joints().coulomb.len();
+    let (header, rows) = table(file);
+    assert_eq!(rows.len(), 100);
+    let (mut mass, mut bias, mut kinematics) = (vec![0.0; n * n], vec![0.0; n], Kinematics::new(robot.axes().len(), n));
+    let (mut acceleration, mut work) = (vec![0.0; n], vec![0.0; n * n]);
+    for row in &rows {
+        let (q, rest) = row.split_at(n);
+        let (rates, rest) = rest.split_at(n);
+        let (reference_mass, rest) = rest.split_at(n * n);
+        let (reference_bias, tip) = rest.split_at(n);
+        robot.mass_matrix(q, &mut mass);
+        assert!(relative(&mass, reference_mass) < AGAINST_ANOTHER_ENGINE, "{file}: mass matrix {mass:?} for {reference_mass:?}");
+        robot.bias(q, rates, &mut bias);
+        assert!(relative(&bias, reference_bias) < AGAINST_ANOTHER_ENGINE, "{file}: bias {bias:?} for {reference_bias:?}");
+        robot.kinematics(q, rates, &mut kinematics);
+        // Forward dynamics of a unit torque: H q̈ + h = τ.
+        let torque = vec![1.0; n];
+        robot.acceleration(q, rates, &kinematics, &torque, &mut work, &mut acceleration);
+        let back: Vec<f64> = (0..n).map(|i| bias[i] + (0..n).map(|j| mass[i * n + j] * acceleration[j]).sum::<f64>()).collect();
+        let size = bias.iter().fold(1.0_f64, |s, b| s.max(b.abs()));
+        assert!(back.iter().all(|t| (t - 1.0).abs() < 1e-10 * size), "{file}: {back:?}");
+        if header.len() == 2 * n + n * n + n {
+            continue;
+        }
+        for (axis, &c) in components.iter().enumerate() {
+            let place = kinematics.endpoint[axis] - shift[c];
+            assert!((place - tip[c]).abs() < AGAINST_ANOTHER_ENGINE, "{file}: {place} for {}", tip[c]);
+            let reference = &tip[3 + c * n..3 + (c + 1) * n];
+            let found = &kinematics.jacobian[axis * n..(axis + 1) * n];
+            assert!(found.iter().zip(reference).all(|(f, r)| (f - r).abs() < AGAINST_ANOTHER_ENGINE), "{file}: {found:?} for {reference:?}");
+            let drift = tip[3 + 3 * n + c];
+            assert!(
+                (kinematics.jacobian_rate[axis] - drift).abs() < drift_tolerance * (1.0 + drift.abs()),
+                "{file}: {} for {drift}",
+                kinematics.jacobian_rate[axis]
+            );
+        }
+    }
+}
+
+#[test]
+fn chains_from_urdf_agree_with_pinocchio() {
+    compare(urdf("two_link.urdf", &["x", "y"], &[0.5, 1.0]).as_ref(), "chain_two_link.csv", [0.0; 3], &[0, 1], AGAINST_ANOTHER_ENGINE);
+    compare(urdf("three_link.urdf", &["x", "y", "z"], &[0.3, 0.1, 0.8]).as_ref(), "chain_three_link.csv", [0.0; 3], &[0, 1, 2], AGAINST_ANOTHER_ENGINE);
+    let home = [0.1, 0.4, 0.9, 0.2, 0.5, -0.3];
+    compare(urdf("six_joint.urdf", &["x", "y", "z"], &home).as_ref(), "chain_six_joint.csv", [0.0; 3], &[0, 1, 2], AGAINST_ANOTHER_ENGINE);
+}
+
+#[test]
+fn the_wrist_agrees_with_pinocchio() {
+    compare(DeviceConfig::named("wrist").build().expect("builds").robot.as_ref(), "wrist.csv", [0.0; 3], &[], AGAINST_ANOTHER_ENGINE);
+}
+
+#[test]
+fn the_five_bar_agrees_with_mujoco() {
+    let robot = DeviceConfig::named("mit-manus").build().expect("builds").robot;
+    // MuJoCo gives no J̇ q̇; the script differentiates J with a step of 1e-4: h⁴ and ε/h bound it to 1e-9.
+    compare(robot.as_ref(), "five_bar.csv", [0.0, -0.65, 0.0], &[0, 1], 1e-9);
+}
+
+#[test]
+fn a_free_motion_of_the_five_bar_agrees_with_mujoco_over_one_second() {
+    let robot = DeviceConfig::named("mit-manus").build().expect("builds").robot;
+    let (_, rows) = table("five_bar_motion.csv");
+    let slope = |y: &[f64; 4]| {
+        let (mut kinematics, mut a) = (Kinematics::new(2, 2), [0.0; 2]);
+        robot.kinematics(&y[..2], &y[2..], &mut kinematics);
+        robot.acceleration(&y[..2], &y[2..], &kinematics, &[0.0; 2], &mut [0.0; 4], &mut a);
+        [y[2], y[3], a[0], a[1]]
+    };
+    let run = |steps_per_row: usize| {
+        let mut y = [rows[0][1], rows[0][2], rows[0][3], rows[0][4]];
+        let mut worst: f64 = 0.0;
+        for pair in rows.windows(2) {
+            let h = (pair[1][0] - pair[0][0]) / steps_per_row as f64;
+            for _ in 0..steps_per_row {
+                let step = |k: &[f64; 4], s: f64| std::array::from_fn(|i| y[i] + s * k[i]);
+                let k1 = slope(&y);
+                let k2 = slope(&step(&k1, h / 2.0));
+                let k3 = slope(&step(&k2, h / 2.0));
+                let k4 = slope(&step(&k3, h));
+                y = std::array::from_fn(|i| y[i] + h / 6.0 * (k1[i] + 2.0 * k2[i] + 2.0 * k3[i] + k4[i]));
+            }
+            worst = (0..4).fold(worst, |w, i| w.max((y[i] - pair[1][i + 1]).abs()));
+        }
+        worst
+    };
+    // The same method at five times the reference's step differs by its own error; ten times the step shows order 4.
+    let (fine, coarse) = (run(100), run(10));
+    assert!(fine < 1e-9 && coarse / fine.max(1e-14) > 1e2, "{fine:.1e}, {coarse:.1e}");
+}
+
+/// Every reference file belongs to a test above.
+#[test]
+fn no_reference_file_is_left_over() {
+    let used = ["chain_two_link.csv", "chain_three_link.csv", "chain_six_joint.csv", "wrist.csv", "five_bar.csv", "five_bar_motion.csv"];
+    let mut found: Vec<String> =
+        std::fs::read_dir(reference_file("")).expect("the folder").map(|e| e.expect("an entry").file_name().to_string_lossy().into_owned()).collect();
+    found.retain(|name| name.ends_with(".csv"));
+    found.sort();
+    let mut used: Vec<String> = used.iter().map(|n| (*n).to_owned()).collect();
+    used.sort();
+    assert_eq!(found, used);
+}
