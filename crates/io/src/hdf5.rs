@@ -7,7 +7,7 @@ use crate::arrays::{self, Entry, Value};
 use crate::budget::{Budget, MAX_ENTRIES};
 use crate::error::IoError;
 use crate::table::{Rounding, Table};
-use hdf5_pure::{AttrValue, DType, Dataset, Error, File, Group};
+use hdf5_pure::{AttrValue, DType, Dataset, Error, File, Group, Layout};
 use std::collections::{BTreeMap, HashMap};
 
 /// The format's name in messages.
@@ -109,9 +109,25 @@ impl Walk<'_> {
             DType::Compound(_) => return Ok(entry(Value::Other("compound or complex values"))),
             _ => return Ok(entry(Value::Other("no plain numbers"))),
         };
+        if let Some(what) = unwritten(dataset, &shape) {
+            return Err(IoError::Damaged { file: self.file.to_owned(), format: HDF5, what: format!("/{}: {what}", path.join("/")) });
+        }
         let values = dataset.read_f64().map_err(|e| damaged(self, e))?;
         let unit = ["unit", "units", "Unit", "Units"].iter().find_map(|key| attributes.get(*key)?.as_str()).map(str::to_owned);
         Ok(Some(Entry { unit, ..Entry::new(path.to_vec(), Value::Numbers { shape, values, rounding }) }))
+    }
+}
+
+/// What of an array was reserved and never written, as when a recording was broken off: HDF5 gives zeros for it.
+fn unwritten(dataset: &Dataset, shape: &[usize]) -> Option<String> {
+    match dataset.layout().ok()? {
+        Layout::Contiguous { address: None, size } if size > 0 => Some(format!("its {size} bytes were never written")),
+        Layout::Chunked { chunk_shape, .. } => {
+            let found = dataset.chunks().ok()?.len();
+            let expected = shape.iter().zip(&chunk_shape).map(|(&n, &c)| n.div_ceil((c as usize).max(1))).fold(1, usize::saturating_mul);
+            (found < expected).then(|| format!("{} of its {expected} chunks were never written", expected - found))
+        }
+        _ => None,
     }
 }
 
