@@ -3,7 +3,7 @@
 use num_complex::Complex64;
 
 /// A pivot below this share of its own diagonal entry is round-off: the rows before it explain everything.
-const SMALLEST_PIVOT: f64 = 1e-14;
+pub(crate) const SMALLEST_PIVOT: f64 = 1e-14;
 
 /// S = L Lᴴ, with L lower triangular. Reused from one frequency to the next.
 #[derive(Clone, Debug)]

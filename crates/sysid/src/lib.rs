@@ -12,6 +12,7 @@ mod hausman;
 mod hermitian;
 mod interval;
 mod labels;
+mod lanes;
 mod matrix;
 mod planning;
 mod ports;

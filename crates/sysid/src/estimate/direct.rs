@@ -1,8 +1,9 @@
 //! The direct estimate: outputs over measured inputs.
 
 use super::{Coherence, EstimateError, Significance, check};
-use crate::hermitian::{Cholesky, eigen, scaled_condition};
+use crate::hermitian::eigen;
 use crate::labels::Labels;
+use crate::lanes::{Batches, Growing, LANES, LaneCholesky, Lanes, condition, dot_conj, lower, map, power, scatter, scatter_hermitian, scatter_real};
 use crate::ports::Ports;
 use crate::response::{FrequencyResponse, Uncertainty};
 use ndarray::{Array2, Array3};
@@ -38,7 +39,8 @@ pub struct DirectEstimate {
     pub coherence: Coherence,
     /// Ordinary coherence between inputs, [f][q][q].
     pub input_coherence: Array3<f64>,
-    /// 2-norm condition number of S_uu scaled to unit diagonal, [f]; infinite where singular.
+    /// 1-norm condition number of S_uu scaled to unit diagonal, [f]; infinite where singular. For one and two inputs it is
+    /// the 2-norm one, for q inputs at most q times that.
     pub input_condition_number: Vec<f64>,
     /// What chance alone gives.
     pub significance_95: Significance,
@@ -76,56 +78,85 @@ fn h1(spectra: &CrossSpectra, ports: &Ports, labels: &Labels) -> Result<DirectEs
     let (p, q, bins) = (ports.outputs.len(), ports.inputs.len(), spectra.frequency_hz().len());
     let averages = spectra.effective_averages();
     let freedom = check::degrees_of_freedom(averages, q)?;
-    let mut value = Array3::from_elem((bins, p, q), NAN);
-    let mut noise = Array3::from_elem((bins, p, p), NAN);
-    let mut input_inverse = Array3::from_elem((bins, q, q), NAN);
-    let mut coherence = Coherence::nan(bins, p, q);
-    let mut input_coherence = Array3::from_elem((bins, q, q), f64::NAN);
-    let mut condition = vec![f64::NAN; bins];
+    let mut batches = Batches::new(spectra, ports.inputs.iter().chain(&ports.outputs).copied().collect());
+    let mut out = Results::new(bins, p, q);
+    let mut cholesky = LaneCholesky::new(q);
+    let triangle = vec![Lanes::ZERO; q * (q + 1) / 2];
+    let (mut inverse, mut scratch) = (triangle.clone(), triangle);
+    let mut rows = vec![Lanes::ZERO; p * q];
+    let (mut inverse_power, mut residual) = (vec![[0.0; LANES]; q], vec![[0.0; LANES]; p]);
     let mut singular_bins = Vec::new();
-    let mut cholesky = Cholesky::new(q);
-    let (mut scratch, mut values, mut inverse) = (vec![Complex64::default(); q * q], vec![0.0; q], vec![Complex64::default(); q * q]);
-    let mut rows = vec![Complex64::default(); p * q];
-    for f in usize::from(spectra.mean_removed())..bins {
-        let input = |i: usize, j: usize| spectra.at(f, ports.inputs[i], ports.inputs[j]);
-        condition[f] = scaled_condition(input, &mut scratch, &mut values);
+    let first = usize::from(spectra.mean_removed());
+    out.skip(first);
+    for f in (first..bins).step_by(LANES) {
+        let count = LANES.min(bins - f);
+        let s = batches.load(f, count);
+        let input = |i: usize, j: usize| s[lower(i, j)];
+        let cross = |i: usize, j: usize| s[lower(q + i, j)];
+        cholesky.factor(input);
+        cholesky.inverse(&mut inverse, &mut scratch);
+        let condition = condition(q, input, &inverse);
+        out.condition.extend(condition.iter().take(count).map(|c| if c.is_nan() { f64::INFINITY } else { *c }));
+        scatter_hermitian(out.input_inverse.grow(count), q, |i, j| inverse[lower(i, j)]);
+
+        (0..q).for_each(|j| inverse_power[j] = input(j, j).re.map(f64::recip));
+        let between = out.input_coherence.grow(count);
         for i in 0..q {
-            for j in 0..q {
-                input_coherence[[f, i, j]] = input(i, j).norm_sqr() / (input(i, i).re * input(j, j).re);
+            for j in 0..=i {
+                let product = map(&inverse_power[i], &inverse_power[j], |a, b| a * b);
+                let coherence = map(&input(i, j).norm_sqr(), &product, |n, p| n * p);
+                scatter_real(between, q * q, i * q + j, &coherence);
+                scatter_real(between, q * q, j * q + i, &coherence);
             }
         }
-        if !(condition[f] <= LARGEST_CONDITION && cholesky.factor(input)) {
-            singular_bins.push(f);
-            continue;
-        }
-        cholesky.inverse(&mut inverse);
-        for (entry, &value) in input_inverse.index_axis_mut(ndarray::Axis(0), f).iter_mut().zip(&inverse) {
-            *entry = value;
-        }
-        for (i, row) in rows.chunks_exact_mut(q).enumerate() {
-            row.iter_mut().zip(&ports.inputs).for_each(|(r, &u)| *r = spectra.at(f, ports.outputs[i], u));
-            cholesky.whiten(row);
-        }
+        let ordinary = out.ordinary.grow(count);
         for i in 0..p {
-            for k in 0..=i {
-                let explained: Complex64 = (0..q).map(|j| rows[i * q + j] * rows[k * q + j].conj()).sum();
-                let rest = spectra.at(f, ports.outputs[i], ports.outputs[k]) - explained;
-                let rest = if i == k { Complex64::new(rest.re.max(0.0), 0.0) } else { rest } / freedom;
-                noise[[f, i, k]] = rest;
-                noise[[f, k, i]] = rest.conj();
+            let power = s[lower(q + i, q + i)].re.map(f64::recip);
+            for j in 0..q {
+                let coherence = map(&map(&cross(i, j).norm_sqr(), &inverse_power[j], |n, p| n * p), &power, |n, p| n * p);
+                scatter_real(ordinary, p * q, i * q + j, &coherence);
+                rows[i * q + j] = cross(i, j);
+            }
+            cholesky.whiten(&mut rows[i * q..(i + 1) * q]);
+        }
+        let row = |i: usize| &rows[i * q..(i + 1) * q];
+        let noise = out.noise.grow(count);
+        let share = [1.0 / freedom; LANES];
+        for i in 0..p {
+            for k in 0..i {
+                let explained = dot_conj(row(i), row(k));
+                let full = s[lower(q + i, q + k)];
+                let rest = Lanes { re: map(&full.re, &explained.re, |a, b| a - b), im: map(&full.im, &explained.im, |a, b| a - b) }.scaled(&share);
+                scatter(noise, p * p, i * p + k, &rest);
+                scatter(noise, p * p, k * p + i, &rest.conj());
             }
         }
-        for (i, row) in rows.chunks_exact_mut(q).enumerate() {
-            let power = spectra.power(f, ports.outputs[i]);
-            let explained: f64 = row.iter().map(|w| w.norm_sqr()).sum();
-            coherence.multiple[[f, i]] = (explained / power).min(1.0);
+        let multiple = out.multiple.grow(count);
+        for i in 0..p {
+            let (full, explained) = (s[lower(q + i, q + i)].re, power(row(i)));
+            let rest = map(&full, &explained, |a, b| (a - b).max(0.0));
+            // f64::max hides a NaN; the share below does not.
+            let rest: [f64; LANES] = std::array::from_fn(|l| if explained[l].is_nan() { f64::NAN } else { rest[l] });
+            scatter(noise, p * p, i * p + i, &Lanes { re: rest.map(|v| v / freedom), im: [0.0; LANES] });
+            scatter_real(multiple, p, i, &map(&explained, &full, |a, b| if a > b { 1.0 } else { a / b }));
+            residual[i] = rest;
+        }
+        let (value, partial) = (out.value.grow(count), out.partial.grow(count));
+        for i in 0..p {
+            let row = &mut rows[i * q..(i + 1) * q];
             cholesky.unwhiten(row);
-            let noise = noise[[f, i, i]].re * freedom;
-            for j in 0..q {
-                let alone = row[j].norm_sqr() / inverse[j * q + j].re;
-                coherence.partial[[f, i, j]] = alone / (alone + noise);
-                coherence.ordinary[[f, i, j]] = spectra.at(f, ports.outputs[i], ports.inputs[j]).norm_sqr() / (power * input(j, j).re);
-                value[[f, i, j]] = row[j];
+            for (j, h) in row.iter().enumerate() {
+                scatter(value, p * q, i * q + j, h);
+                let size = h.norm_sqr();
+                let spread = map(&residual[i], &inverse[lower(j, j)].re, |n, v| n * v);
+                scatter_real(partial, p * q, i * q + j, &map(&size, &spread, |a, b| a / (a + b)));
+            }
+        }
+        for (l, c) in condition.iter().enumerate().take(count) {
+            let usable = *c <= LARGEST_CONDITION;
+            if !usable {
+                singular_bins.push(f + l);
+                out.erase(f + l);
             }
         }
     }
@@ -136,22 +167,72 @@ fn h1(spectra: &CrossSpectra, ports: &Ports, labels: &Labels) -> Result<DirectEs
             inputs: labels.inputs.clone(),
             outputs: labels.outputs.clone(),
             kind: labels.kind,
-            value,
+            value: out.value.finish(),
             uncertainty: Some(Uncertainty {
-                noise,
-                input_inverse,
+                noise: out.noise.finish(),
+                input_inverse: out.input_inverse.finish(),
                 degrees_of_freedom: freedom,
                 independent_spacing_hz: spectra.independent_spacing_hz(),
                 kernel: spectra.kernel().clone(),
             }),
         },
-        coherence,
-        input_coherence,
-        input_condition_number: condition,
+        coherence: Coherence { ordinary: out.ordinary.finish(), partial: out.partial.finish(), multiple: out.multiple.finish().remove_axis(ndarray::Axis(1)) },
+        input_coherence: out.input_coherence.finish(),
+        input_condition_number: out.condition,
         significance_95: Significance::at_95_percent(averages, q),
         effective_averages: averages,
         singular_bins,
     })
+}
+
+/// The arrays of a direct estimate while they are made.
+struct Results {
+    value: Growing<Complex64>,
+    noise: Growing<Complex64>,
+    input_inverse: Growing<Complex64>,
+    ordinary: Growing<f64>,
+    partial: Growing<f64>,
+    multiple: Growing<f64>,
+    input_coherence: Growing<f64>,
+    condition: Vec<f64>,
+}
+
+impl Results {
+    fn new(bins: usize, p: usize, q: usize) -> Self {
+        let complex = |rows: usize, columns: usize| Growing::new(bins, rows, columns, NAN);
+        let real = |rows: usize, columns: usize| Growing::new(bins, rows, columns, f64::NAN);
+        Results {
+            value: complex(p, q),
+            noise: complex(p, p),
+            input_inverse: complex(q, q),
+            ordinary: real(p, q),
+            partial: real(p, q),
+            multiple: real(1, p),
+            input_coherence: real(q, q),
+            condition: Vec::with_capacity(bins),
+        }
+    }
+
+    /// Frequencies that have no estimate by nature.
+    fn skip(&mut self, count: usize) {
+        for complex in [&mut self.value, &mut self.noise, &mut self.input_inverse] {
+            complex.grow(count);
+        }
+        for real in [&mut self.ordinary, &mut self.partial, &mut self.multiple, &mut self.input_coherence] {
+            real.grow(count);
+        }
+        self.condition.resize(count, f64::NAN);
+    }
+
+    /// A frequency whose inputs cannot be told apart keeps what says so: coherence between inputs and condition number.
+    fn erase(&mut self, f: usize) {
+        for complex in [&mut self.value, &mut self.noise, &mut self.input_inverse] {
+            complex.erase(f);
+        }
+        for real in [&mut self.ordinary, &mut self.partial, &mut self.multiple] {
+            real.erase(f);
+        }
+    }
 }
 
 /// Inputs as a response to the outputs by H1, inverted; the coherences are those of H1, whose definition does not

@@ -1,0 +1,357 @@
+//! Small Hermitian systems at several frequencies side by side, so that the compiler can use vector instructions.
+//!
+//! The algebra is that of [`hermitian`](crate::hermitian), number by number. A frequency at which a matrix is not positive
+//! definite becomes NaN in its own lane and disturbs no other.
+
+use crate::hermitian::SMALLEST_PIVOT;
+use ndarray::Array3;
+use ndof_signal::CrossSpectra;
+use num_complex::Complex64;
+
+/// Frequencies treated at once.
+pub(crate) const LANES: usize = 8;
+
+/// One real number a lane.
+pub(crate) type Reals = [f64; LANES];
+
+/// One complex number a lane.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Lanes {
+    pub(crate) re: Reals,
+    pub(crate) im: Reals,
+}
+
+impl Lanes {
+    pub(crate) const ZERO: Lanes = Lanes { re: [0.0; LANES], im: [0.0; LANES] };
+
+    /// The numbers of a slice, ones beyond its end (a harmless matrix entry).
+    #[inline]
+    pub(crate) fn load(from: &[Complex64]) -> Self {
+        let mut lanes = Lanes { re: [1.0; LANES], im: [0.0; LANES] };
+        for (l, v) in from.iter().take(LANES).enumerate() {
+            lanes.re[l] = v.re;
+            lanes.im[l] = v.im;
+        }
+        lanes
+    }
+
+    #[inline]
+    pub(crate) fn conj(mut self) -> Self {
+        self.im.iter_mut().for_each(|v| *v = -*v);
+        self
+    }
+
+    #[inline]
+    pub(crate) fn norm_sqr(&self) -> Reals {
+        std::array::from_fn(|l| self.re[l] * self.re[l] + self.im[l] * self.im[l])
+    }
+
+    #[inline]
+    pub(crate) fn scaled(&self, by: &Reals) -> Self {
+        Lanes { re: std::array::from_fn(|l| self.re[l] * by[l]), im: std::array::from_fn(|l| self.im[l] * by[l]) }
+    }
+
+    /// self + a b*.
+    #[inline]
+    pub(crate) fn plus_conj(&self, a: &Lanes, b: &Lanes) -> Self {
+        Lanes {
+            re: std::array::from_fn(|l| self.re[l] + (a.re[l] * b.re[l] + a.im[l] * b.im[l])),
+            im: std::array::from_fn(|l| self.im[l] + (a.im[l] * b.re[l] - a.re[l] * b.im[l])),
+        }
+    }
+
+    /// self − a b*.
+    #[inline]
+    pub(crate) fn minus_conj(&self, a: &Lanes, b: &Lanes) -> Self {
+        Lanes {
+            re: std::array::from_fn(|l| self.re[l] - (a.re[l] * b.re[l] + a.im[l] * b.im[l])),
+            im: std::array::from_fn(|l| self.im[l] - (a.im[l] * b.re[l] - a.re[l] * b.im[l])),
+        }
+    }
+
+    /// self + a b.
+    #[inline]
+    pub(crate) fn plus(&self, a: &Lanes, b: &Lanes) -> Self {
+        Lanes {
+            re: std::array::from_fn(|l| self.re[l] + (a.re[l] * b.re[l] - a.im[l] * b.im[l])),
+            im: std::array::from_fn(|l| self.im[l] + (a.im[l] * b.re[l] + a.re[l] * b.im[l])),
+        }
+    }
+
+    /// self − a b.
+    #[inline]
+    pub(crate) fn minus(&self, a: &Lanes, b: &Lanes) -> Self {
+        Lanes {
+            re: std::array::from_fn(|l| self.re[l] - (a.re[l] * b.re[l] - a.im[l] * b.im[l])),
+            im: std::array::from_fn(|l| self.im[l] - (a.im[l] * b.re[l] + a.re[l] * b.im[l])),
+        }
+    }
+}
+
+#[inline]
+pub(crate) fn map(a: &Reals, b: &Reals, f: impl Fn(f64, f64) -> f64) -> Reals {
+    std::array::from_fn(|l| f(a[l], b[l]))
+}
+
+/// Index of entry (i, j ≤ i) of a lower triangle stored row by row.
+#[inline]
+pub(crate) fn lower(i: usize, j: usize) -> usize {
+    i * (i + 1) / 2 + j
+}
+
+/// Σ_k a_k b_k*.
+#[inline]
+pub(crate) fn dot_conj(a: &[Lanes], b: &[Lanes]) -> Lanes {
+    a.iter().zip(b).fold(Lanes::ZERO, |sum, (a, b)| sum.plus_conj(a, b))
+}
+
+/// Σ_k |a_k|².
+#[inline]
+pub(crate) fn power(a: &[Lanes]) -> Reals {
+    a.iter().fold([0.0; LANES], |sum, a| map(&sum, &a.norm_sqr(), |s, n| s + n))
+}
+
+/// S = L Lᴴ in every lane.
+pub(crate) struct LaneCholesky {
+    n: usize,
+    factor: Vec<Lanes>,
+    inverse_pivot: Vec<Reals>,
+}
+
+impl LaneCholesky {
+    pub(crate) fn new(n: usize) -> Self {
+        LaneCholesky { n, factor: vec![Lanes::ZERO; n * (n + 1) / 2], inverse_pivot: vec![[0.0; LANES]; n] }
+    }
+
+    /// Factors the matrix whose lower triangle is `entry(i, j ≤ i)`.
+    #[inline]
+    pub(crate) fn factor(&mut self, entry: impl Fn(usize, usize) -> Lanes) {
+        for i in 0..self.n {
+            let (done, row) = self.factor.split_at_mut(lower(i, 0));
+            for j in 0..i {
+                let known = &done[lower(j, 0)..lower(j, j)];
+                let sum = row[..j].iter().zip(known).fold(entry(i, j), |sum, (a, b)| sum.minus_conj(a, b));
+                row[j] = sum.scaled(&self.inverse_pivot[j]);
+            }
+            let diagonal = entry(i, i).re;
+            let explained = power(&row[..i]);
+            self.inverse_pivot[i] = std::array::from_fn(|l| {
+                let pivot = diagonal[l] - explained[l];
+                if pivot > SMALLEST_PIVOT * diagonal[l] { 1.0 / pivot.sqrt() } else { f64::NAN }
+            });
+        }
+    }
+
+    /// Turns the row b into b L⁻ᴴ.
+    #[inline]
+    pub(crate) fn whiten(&self, row: &mut [Lanes]) {
+        for j in 0..self.n {
+            let (known, rest) = row.split_at_mut(j);
+            let sum = known.iter().zip(&self.factor[lower(j, 0)..]).fold(rest[0], |sum, (r, l)| sum.minus_conj(r, l));
+            rest[0] = sum.scaled(&self.inverse_pivot[j]);
+        }
+    }
+
+    /// Turns the row w into w L⁻¹.
+    #[inline]
+    pub(crate) fn unwhiten(&self, row: &mut [Lanes]) {
+        for j in (0..self.n).rev() {
+            let sum = (j + 1..self.n).fold(row[j], |sum, k| sum.minus(&row[k], &self.factor[lower(k, j)]));
+            row[j] = sum.scaled(&self.inverse_pivot[j]);
+        }
+    }
+
+    /// Writes the lower triangle of S⁻¹ = L⁻ᴴ L⁻¹; `scratch` holds a triangle too.
+    pub(crate) fn inverse(&self, inverse: &mut [Lanes], scratch: &mut [Lanes]) {
+        let n = self.n;
+        // L⁻¹, row by row.
+        for i in 0..n {
+            for j in 0..i {
+                let sum = (j..i).fold(Lanes::ZERO, |sum, k| sum.minus(&self.factor[lower(i, k)], &scratch[lower(k, j)]));
+                scratch[lower(i, j)] = sum.scaled(&self.inverse_pivot[i]);
+            }
+            scratch[lower(i, i)] = Lanes { re: self.inverse_pivot[i], im: [0.0; LANES] };
+        }
+        for i in 0..n {
+            for j in 0..=i {
+                // Σ_k (L⁻¹)_ki* (L⁻¹)_kj.
+                inverse[lower(i, j)] = (i..n).fold(Lanes::ZERO, |sum, k| sum.plus_conj(&scratch[lower(k, j)], &scratch[lower(k, i)]));
+            }
+        }
+    }
+}
+
+/// 1-norm condition number of S scaled to a unit diagonal, from S and S⁻¹ (lower triangles); NaN where S is singular.
+///
+/// For one and two rows it equals the 2-norm condition number; for n it is at most n times as large and never smaller.
+pub(crate) fn condition(n: usize, s: impl Fn(usize, usize) -> Lanes, inverse: &[Lanes]) -> Reals {
+    if n == 1 {
+        return std::array::from_fn(|l| if inverse[0].re[l].is_finite() { 1.0 } else { f64::NAN });
+    }
+    let (mut norm, mut inverse_norm) = ([0.0_f64; LANES], [0.0_f64; LANES]);
+    for j in 0..n {
+        let (mut column, mut inverse_column) = ([0.0; LANES], [0.0; LANES]);
+        let own = s(j, j).re;
+        for i in 0..n {
+            let (a, b) = (i.max(j), i.min(j));
+            let other = s(i, i).re;
+            let (entry, inverse_entry) = (s(a, b).norm_sqr(), inverse[lower(a, b)].norm_sqr());
+            for l in 0..LANES {
+                let scale = own[l] * other[l];
+                column[l] += (entry[l] / scale).sqrt();
+                inverse_column[l] += (inverse_entry[l] * scale).sqrt();
+            }
+        }
+        for l in 0..LANES {
+            // f64::max would hide a NaN.
+            norm[l] = if column[l] > norm[l] || column[l].is_nan() { column[l] } else { norm[l] };
+            inverse_norm[l] = if inverse_column[l] > inverse_norm[l] || inverse_column[l].is_nan() { inverse_column[l] } else { inverse_norm[l] };
+        }
+    }
+    map(&norm, &inverse_norm, |a, b| a * b)
+}
+
+/// The lower triangle of chosen channels of a set of spectra, batch by batch.
+pub(crate) struct Batches<'a> {
+    spectra: &'a CrossSpectra,
+    channels: Vec<usize>,
+    triangle: Vec<Lanes>,
+}
+
+impl<'a> Batches<'a> {
+    pub(crate) fn new(spectra: &'a CrossSpectra, channels: Vec<usize>) -> Self {
+        let n = channels.len();
+        Batches { spectra, channels, triangle: vec![Lanes::ZERO; n * (n + 1) / 2] }
+    }
+
+    /// ⟨A B*⟩ for all pairs at `count` frequencies from `first` on, in the order of the channels.
+    pub(crate) fn load(&mut self, first: usize, count: usize) -> &[Lanes] {
+        let mut at = 0;
+        for (i, &a) in self.channels.iter().enumerate() {
+            for &b in &self.channels[..=i] {
+                let pair = Lanes::load(&self.spectra.pair(a.max(b), a.min(b))[first..first + count]);
+                self.triangle[at] = if a >= b { pair } else { pair.conj() };
+                at += 1;
+            }
+        }
+        &self.triangle
+    }
+}
+
+/// A result that grows by a batch of frequencies at a time, [f][rows][columns].
+pub(crate) struct Growing<T> {
+    flat: Vec<T>,
+    rows: usize,
+    columns: usize,
+    blank: T,
+}
+
+impl<T: Clone> Growing<T> {
+    /// Room for `bins` matrices; what is not written is `blank`.
+    pub(crate) fn new(bins: usize, rows: usize, columns: usize, blank: T) -> Self {
+        Growing { flat: Vec::with_capacity(bins * rows * columns), rows, columns, blank }
+    }
+
+    /// Appends `count` frequencies and returns them.
+    #[inline]
+    pub(crate) fn grow(&mut self, count: usize) -> &mut [T] {
+        let start = self.flat.len();
+        self.flat.resize(start + count * self.rows * self.columns, self.blank.clone());
+        &mut self.flat[start..]
+    }
+
+    /// Blanks the matrix at frequency `f`.
+    pub(crate) fn erase(&mut self, f: usize) {
+        let size = self.rows * self.columns;
+        self.flat[f * size..(f + 1) * size].fill(self.blank.clone());
+    }
+
+    pub(crate) fn finish(self) -> Array3<T> {
+        let shape = (self.flat.len() / (self.rows * self.columns).max(1), self.rows, self.columns);
+        // The length is a multiple of rows × columns by construction, so the shape always fits.
+        Array3::from_shape_vec(shape, self.flat).unwrap_or_else(|_| Array3::from_elem(shape, self.blank))
+    }
+}
+
+/// Writes entry `at` of `size` of each of `count` frequencies.
+#[inline]
+pub(crate) fn scatter(to: &mut [Complex64], size: usize, at: usize, from: &Lanes) {
+    for (l, matrix) in to.chunks_exact_mut(size).enumerate() {
+        matrix[at] = Complex64::new(from.re[l], from.im[l]);
+    }
+}
+
+/// Writes a Hermitian matrix from its lower triangle.
+#[inline]
+pub(crate) fn scatter_hermitian(to: &mut [Complex64], n: usize, triangle: impl Fn(usize, usize) -> Lanes) {
+    for i in 0..n {
+        for j in 0..i {
+            let entry = triangle(i, j);
+            scatter(to, n * n, i * n + j, &entry);
+            scatter(to, n * n, j * n + i, &entry.conj());
+        }
+        scatter(to, n * n, i * n + i, &triangle(i, i));
+    }
+}
+
+/// The same for real numbers.
+#[inline]
+pub(crate) fn scatter_real(to: &mut [f64], size: usize, at: usize, from: &Reals) {
+    for (l, matrix) in to.chunks_exact_mut(size).enumerate() {
+        matrix[at] = from[l];
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::hermitian::{Cholesky, scaled_condition};
+    use rand::{RngExt, SeedableRng};
+    use rand_chacha::ChaCha8Rng;
+
+    /// Every lane against the scalar kernel, one lane singular.
+    #[test]
+    fn lanes_do_what_one_frequency_at_a_time_does() {
+        let mut rng = ChaCha8Rng::seed_from_u64(3);
+        for n in 1..=6 {
+            let x: Vec<Lanes> = (0..2 * n * n)
+                .map(|_| Lanes { re: std::array::from_fn(|_| rng.random_range(-1.0..1.0)), im: std::array::from_fn(|_| rng.random_range(-1.0..1.0)) })
+                .collect();
+            let mut s: Vec<Lanes> = Vec::new();
+            for i in 0..n {
+                (0..=i).for_each(|j| s.push(dot_conj(&x[i * 2 * n..(i + 1) * 2 * n], &x[j * 2 * n..(j + 1) * 2 * n])));
+            }
+            s[lower(n - 1, n - 1)].re[5] = 0.0;
+            let entry = |i: usize, j: usize| s[lower(i, j)];
+            let (mut lanes, mut inverse, mut scratch) = (LaneCholesky::new(n), s.clone(), s.clone());
+            lanes.factor(entry);
+            lanes.inverse(&mut inverse, &mut scratch);
+            let mut row: Vec<Lanes> = x[..n].to_vec();
+            lanes.whiten(&mut row);
+            lanes.unwhiten(&mut row);
+            let conditions = condition(n, entry, &inverse);
+            for (l, &found) in conditions.iter().enumerate() {
+                let at = |v: &Lanes| Complex64::new(v.re[l], v.im[l]);
+                let mut one = Cholesky::new(n);
+                if l == 5 {
+                    assert!(!one.factor(|i, j| at(&entry(i, j))));
+                    assert!(found.is_nan() && row.iter().all(|r| r.re[l].is_nan()));
+                    continue;
+                }
+                assert!(one.factor(|i, j| at(&entry(i, j))));
+                let mut full = vec![Complex64::default(); n * n];
+                one.inverse(&mut full);
+                let mut expected: Vec<Complex64> = x[..n].iter().map(at).collect();
+                one.whiten(&mut expected);
+                one.unwhiten(&mut expected);
+                for i in 0..n {
+                    assert!((at(&row[i]) - expected[i]).norm() < 1e-10 * (1.0 + expected[i].norm()), "n = {n}, lane {l}");
+                    (0..=i).for_each(|j| assert!((at(&inverse[lower(i, j)]) - full[i * n + j]).norm() < 1e-10 * (1.0 + full[i * n + i].norm())));
+                }
+                let two = scaled_condition(|i, j| at(&entry(i, j)), &mut vec![Complex64::default(); n * n], &mut vec![0.0; n]);
+                assert!(found >= two * (1.0 - 1e-9) && found <= n as f64 * two, "{} and {two}", found);
+                assert!(n > 2 || (found / two - 1.0).abs() < 1e-9);
+            }
+        }
+    }
+}
