@@ -3,7 +3,7 @@
 // No console error, no request beyond the page itself, every panel drawn, zoom and read-out by pointer and by
 // keyboard, legend, no sideways scrolling at 1280 and 390 pixels in light and dark, plots without script as well.
 import assert from 'node:assert/strict';
-import { existsSync, mkdirSync } from 'node:fs';
+import { existsSync, mkdirSync, readFileSync } from 'node:fs';
 import { basename, join, resolve } from 'node:path';
 import { pathToFileURL } from 'node:url';
 import { chromium } from 'playwright-core';
@@ -111,6 +111,20 @@ async function accessible(page) {
   assert.equal(broken, 0, 'the table of contents leads somewhere');
 }
 
+// Zooming must not change how an axis looks: the script's ticks are those that the page was drawn with.
+async function scriptDrawsTheSameTicks(page, file) {
+  const script = readFileSync(file, 'utf8').match(/<script>\n([^]*)<\/script>/)[1];
+  const head = script.slice(script.indexOf('const SVG'), script.indexOf('class Panel'));
+  const { ticks, sidewaysTicks } = new Function(`${head}; return { ticks, sidewaysTicks };`)();
+  const panels = await page.$$eval('svg.panel', all => all.map(svg => [svg.dataset.panel, [...svg.querySelectorAll('.frame .tick')].map(text => text.textContent)]));
+  for (const [json, labels] of panels) {
+    const { x, y, shown, plot, names, labelled } = JSON.parse(json);
+    const upwards = names.length ? labels.slice(0, names.length) : ticks(y[0], shown[2], shown[3], Math.round(plot[1] / 38)).map(([, label]) => label);
+    const sideways = labelled ? sidewaysTicks(x[0], shown[0], shown[1], plot[0]).map(([, label]) => label) : [];
+    assert.deepEqual([...upwards, ...sideways], labels, `ticks of ${x[3]} and ${y[3]}`);
+  }
+}
+
 for (const file of words) {
   const name = basename(file, '.html');
   for (const width of [1280, 390]) for (const colorScheme of ['light', 'dark']) {
@@ -127,6 +141,7 @@ for (const file of words) {
   }
   const { context, page, complaints } = await open(file, { viewport: { width: 1280, height: 900 }, javaScriptEnabled: false });
   assert.ok(await page.locator('svg.panel').first().isVisible() && await page.locator('h1').isVisible(), 'plots show without script');
+  await scriptDrawsTheSameTicks(page, file);
   assert.equal(await page.locator('.tools').first().isVisible(), false, 'no dead buttons without script');
   assert.deepEqual(complaints, []);
   await context.close();
