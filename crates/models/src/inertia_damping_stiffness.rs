@@ -136,6 +136,38 @@ impl InertiaDampingStiffnessModel {
     }
 }
 
+/// Eigenvalues below this share of the largest are raised to it before a Cholesky factor is taken: at zero the factor
+/// has no slope and a search would not leave.
+const LEAST_EIGENVALUE: f64 = 1e-3;
+
+impl InertiaDampingStiffnessModel {
+    /// Where entry (i ≤ j) stands in the upper triangle, row by row. Factors are kept as their transposes, so that
+    /// column `i` of L is row `i` of the triangle.
+    fn at(&self, i: usize, j: usize) -> usize {
+        i * self.axes.len() - i * (i + 1) / 2 + j
+    }
+
+    /// Cholesky factor of one matrix, made positive definite first.
+    fn factor(&self, entries: &[f64]) -> Vec<f64> {
+        let n = self.axes.len();
+        let own = self.matrix(entries);
+        let mut a = faer::Mat::from_fn(n, n, |i, j| own[[i, j]]);
+        if let Ok(eigen) = a.self_adjoint_eigen(faer::Side::Lower) {
+            let largest = (0..n).map(|k| eigen.S()[k].abs()).fold(f64::MIN_POSITIVE, f64::max);
+            let value = |k: usize| eigen.S()[k].max(LEAST_EIGENVALUE * largest);
+            a = faer::Mat::from_fn(n, n, |i, j| (0..n).map(|k| eigen.U()[(i, k)] * value(k) * eigen.U()[(j, k)]).sum());
+        }
+        let mut out = vec![0.0; entries.len()];
+        for j in 0..n {
+            for i in 0..=j {
+                let rest = a[(i, j)] - (0..i).map(|k| out[self.at(k, i)] * out[self.at(k, j)]).sum::<f64>();
+                out[self.at(i, j)] = if i == j { rest.max(0.0).sqrt() } else { rest / out[self.at(i, i)] };
+            }
+        }
+        out
+    }
+}
+
 impl ParametricModel for InertiaDampingStiffnessModel {
     fn name(&self) -> &str {
         "inertia-damping-stiffness"
@@ -168,6 +200,39 @@ impl ParametricModel for InertiaDampingStiffnessModel {
         let (i, j) = self.entries[parameter % per];
         let matrix = self.matrix(&theta[parameter / per * per..]);
         (matrix[[i, i]] * matrix[[j, j]]).abs().sqrt()
+    }
+
+    /// Entries of the Cholesky factors L of M = L Lᵀ, B and K for [`Symmetry::PositiveSemidefinite`].
+    fn internal(&self, theta: &[f64]) -> Vec<f64> {
+        if self.symmetry != Symmetry::PositiveSemidefinite {
+            return theta.to_vec();
+        }
+        theta.chunks_exact(self.entries.len()).flat_map(|entries| self.factor(entries)).collect()
+    }
+
+    fn natural(&self, internal: &[f64]) -> Vec<f64> {
+        if self.symmetry != Symmetry::PositiveSemidefinite {
+            return internal.to_vec();
+        }
+        let dot = |l: &[f64], i: usize, j: usize| -> f64 { (0..=i.min(j)).map(|k| l[self.at(k, i)] * l[self.at(k, j)]).sum() };
+        internal.chunks_exact(self.entries.len()).flat_map(|l| self.entries.iter().map(move |&(i, j)| dot(l, i, j))).collect()
+    }
+
+    fn natural_jacobian(&self, internal: &[f64]) -> Option<Array2<f64>> {
+        if self.symmetry != Symmetry::PositiveSemidefinite {
+            return None;
+        }
+        let per = self.entries.len();
+        let mut out = Array2::zeros((internal.len(), internal.len()));
+        for (block, l) in internal.chunks_exact(per).enumerate() {
+            for (r, &(i, j)) in self.entries.iter().enumerate() {
+                for k in 0..=i.min(j) {
+                    out[[block * per + r, block * per + self.at(k, i)]] += l[self.at(k, j)];
+                    out[[block * per + r, block * per + self.at(k, j)]] += l[self.at(k, i)];
+                }
+            }
+        }
+        Some(out)
     }
 
     fn stiffness(&self, theta: &[f64], s: Complex64, value: &mut [Complex64], derivative: Option<&mut [Complex64]>) {
@@ -245,6 +310,28 @@ mod tests {
                 assert!((sum - d).norm() < 1e-12 * d.norm());
             }
         }
+    }
+
+    #[test]
+    fn cholesky_factors_give_the_matrices_back_and_their_slopes() {
+        let model = InertiaDampingStiffnessModel::new(arm().axes, Symmetry::PositiveSemidefinite);
+        let theta = model.theta(&arm());
+        let x = model.internal(&theta);
+        assert!(model.natural(&x).iter().zip(&theta).all(|(a, b)| (a - b).abs() < 1e-12 * 520.0));
+        let slopes = model.natural_jacobian(&x).expect("factors");
+        for c in 0..9 {
+            let moved = |by: f64| {
+                let mut x = x.clone();
+                x[c] += by;
+                model.natural(&x)
+            };
+            let (up, down) = (moved(1e-4), moved(-1e-4));
+            assert!((0..9).all(|r| (slopes[[r, c]] - (up[r] - down[r]) / 2e-4).abs() < 1e-8));
+        }
+        let mut impossible = arm();
+        impossible.stiffness[[0, 0]] = -50.0;
+        let nearest = model.matrices(&model.natural(&model.internal(&model.theta(&impossible))));
+        assert!(nearest.stiffness[[0, 0]] > 0.0 && nearest.stiffness[[0, 0]] * nearest.stiffness[[1, 1]] > nearest.stiffness[[0, 1]].powi(2));
     }
 
     #[test]

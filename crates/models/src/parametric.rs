@@ -1,6 +1,7 @@
 //! What a linear parametric model is to a fit.
 
 use crate::Axis;
+use ndarray::Array2;
 use num_complex::Complex64;
 use serde::{Deserialize, Serialize};
 
@@ -40,4 +41,21 @@ pub trait ParametricModel: Send + Sync {
 
     /// Writes D(s) to `value` (N × N, row-major) and, where asked, ∂D/∂θₖ to the k-th block of `derivative`.
     fn stiffness(&self, theta: &[f64], s: Complex64, value: &mut [Complex64], derivative: Option<&mut [Complex64]>);
+
+    /// Coordinates in which a minimiser moves freely where `theta` obeys constraints that are no bounds; `theta` itself
+    /// unless the model knows better.
+    fn internal(&self, theta: &[f64]) -> Vec<f64> {
+        theta.to_vec()
+    }
+
+    /// `theta` of such coordinates.
+    fn natural(&self, internal: &[f64]) -> Vec<f64> {
+        internal.to_vec()
+    }
+
+    /// ∂θ/∂x of such coordinates; `None` for the identity.
+    fn natural_jacobian(&self, internal: &[f64]) -> Option<Array2<f64>> {
+        let _ = internal;
+        None
+    }
 }

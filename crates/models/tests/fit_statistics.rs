@@ -156,3 +156,26 @@ fn the_papers_cost_reports_its_own_scatter_and_that_is_larger() {
     assert!(own.parameters.iter().zip(&best.parameters).all(|(a, b)| a.std_error > b.std_error));
     assert_eq!(model.parameters().len(), own.parameters.len());
 }
+
+#[test]
+fn a_positive_semidefinite_fit_is_the_symmetric_one_inside_and_stops_at_the_edge() {
+    let grid: Vec<f64> = (0..BINS).map(|k| 0.5 + 0.1 * k as f64).collect();
+    let [symmetric, semidefinite] = [Symmetry::Symmetric, Symmetry::PositiveSemidefinite].map(|s| InertiaDampingStiffnessModel::new(limb(2).axes, s));
+    let run = |model: &InertiaDampingStiffnessModel, response: &FrequencyResponse| {
+        let start = linear_start(model, response).expect("start");
+        weighted(CovarianceKind::Model)(model, response, &start)
+    };
+    let inside = draw(&limb(2).response(&grid, ResponseKind::Compliance), 0.02, 27, 5);
+    let (plain, bound) = (run(&symmetric, &inside), run(&semidefinite, &inside));
+    for (a, b) in plain.parameters.iter().zip(&bound.parameters) {
+        assert!((a.value - b.value).abs() < 1e-4 * a.std_error && (a.std_error / b.std_error - 1.0).abs() < 1e-6, "{a:?} {b:?}");
+    }
+    let mut edge = limb(2);
+    edge.damping = arr2(&[[9.0, 6.0], [6.0, 4.0]]);
+    edge.damping[[1, 1]] -= 0.3;
+    let beyond = draw(&edge.response(&grid, ResponseKind::Compliance), 0.01, 27, 6);
+    let (plain, bound) = (run(&symmetric, &beyond), run(&semidefinite, &beyond));
+    let least = |fit: &Fit| (fit.theta[3] * fit.theta[5] - fit.theta[4].powi(2)) / (fit.theta[3] + fit.theta[5]);
+    assert!(least(&plain) < -0.02 && least(&bound) >= -1e-12 && least(&bound) < 1e-3, "{} {}", least(&plain), least(&bound));
+    assert!(bound.reason.converged() && bound.chi2 > plain.chi2);
+}

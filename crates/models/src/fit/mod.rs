@@ -19,7 +19,10 @@ pub use start::linear_start;
 pub use vaf::{Agreement, agreement};
 pub use weighted::{CovarianceKind, WeightedFit};
 
-use crate::ParametricModel;
+use crate::{LeastSquares, LevenbergMarquardt, Minimum, ParametricModel};
+use faer::Mat;
+use information::Information;
+use ndarray::Array2;
 use ndof_sysid::{FrequencyResponse, ResponseKind};
 
 /// Number of axes, if response, model and start values belong together.
@@ -45,4 +48,74 @@ fn shares(frequency_hz: &[f64], independent_spacing_hz: f64) -> Vec<f64> {
             if independent_spacing_hz > 0.0 { (gap / independent_spacing_hz).min(1.0) } else { 1.0 }
         })
         .collect()
+}
+
+/// A problem in the coordinates in which its model lets a minimiser move freely.
+struct Internal<'a, P, M: ?Sized> {
+    problem: &'a P,
+    model: &'a M,
+}
+
+impl<P: LeastSquares, M: ParametricModel + ?Sized> LeastSquares for Internal<'_, P, M> {
+    fn residuals(&self, x: &[f64]) -> Vec<f64> {
+        self.problem.residuals(&self.model.natural(x))
+    }
+
+    fn jacobian(&self, x: &[f64]) -> Mat<f64> {
+        let natural = self.problem.jacobian(&self.model.natural(x));
+        match self.model.natural_jacobian(x) {
+            Some(turn) => natural * to_faer(&turn),
+            None => natural,
+        }
+    }
+}
+
+fn to_faer(a: &Array2<f64>) -> Mat<f64> {
+    Mat::from_fn(a.nrows(), a.ncols(), |i, j| a[[i, j]])
+}
+
+/// A minimum with what its covariance is made of.
+struct Solved {
+    theta: Vec<f64>,
+    minimum: Minimum,
+    /// ∂r/∂θ.
+    jacobian: Mat<f64>,
+    information: Information,
+    /// ∂θ/∂x, where the model has internal coordinates.
+    turn: Option<Mat<f64>>,
+}
+
+impl Solved {
+    fn new<P: LeastSquares, M: ParametricModel + ?Sized>(problem: &P, model: &M, start: &[f64]) -> Result<Self, FitError> {
+        let bounds = model.parameters().iter().map(|p| (p.lower, p.upper)).collect();
+        let minimum = LevenbergMarquardt::new(bounds).minimise(&Internal { problem, model }, &model.internal(start))?;
+        let theta = model.natural(&minimum.x);
+        let turn = model.natural_jacobian(&minimum.x).map(|t| to_faer(&t));
+        let jacobian = if turn.is_some() { problem.jacobian(&theta) } else { minimum.jacobian.clone() };
+        let information = Information::new(&minimum.jacobian);
+        Ok(Solved { theta, minimum, jacobian, information, turn })
+    }
+
+    /// factor · (JᵀJ)⁻¹, or with `meat` in the middle; constraints that hold take their directions out.
+    fn covariance(&self, meat: Option<&Mat<f64>>, factor: f64) -> Array2<f64> {
+        let Some(turn) = &self.turn else {
+            return meat.map_or_else(|| self.information.covariance(factor), |meat| self.information.sandwich(meat, factor));
+        };
+        let inverse = self.information.inverse();
+        let inner = match meat {
+            Some(meat) => &inverse * (turn.transpose() * meat * turn) * &inverse,
+            None => inverse,
+        };
+        let outer = turn * inner * turn.transpose();
+        Array2::from_shape_fn((self.theta.len(), self.theta.len()), |(r, c)| factor * outer[(r, c)])
+    }
+
+    /// (JᵀJ)⁻¹ in θ, zero in directions that the data or a constraint leave out.
+    fn inverse(&self) -> Mat<f64> {
+        let inverse = self.information.inverse();
+        match &self.turn {
+            Some(turn) => turn * inverse * turn.transpose(),
+            None => inverse,
+        }
+    }
 }

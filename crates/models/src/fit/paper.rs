@@ -1,8 +1,8 @@
 //! The paper's fit: gain in decibels and phase in degrees, weighted with partial coherence.
 
 use super::vaf::{GAIN_WEIGHT, difference};
-use super::{Fit, FitError, Prediction, Smoothing, check_shape, information::Information, jackknife::rescale_by_trials, result::t_quantile, shares};
-use crate::{LeastSquares, LevenbergMarquardt, ParametricModel};
+use super::{Fit, FitError, Prediction, Smoothing, Solved, check_shape, jackknife::rescale_by_trials, result::t_quantile, shares};
+use crate::{LeastSquares, ParametricModel};
 use faer::Mat;
 use ndarray::Array3;
 use ndof_signal::Kernel;
@@ -55,19 +55,17 @@ impl PaperFit {
             weight: bins.iter().flat_map(|&f| (0..n * n).map(move |e| (f, e))).map(|(f, e)| weight[[f, e / n, e % n]]).collect(),
             parameters: parameters.len(),
         };
-        let bounds = parameters.iter().map(|p| (p.lower, p.upper)).collect();
-        let minimum = LevenbergMarquardt::new(bounds).minimise(&problem, start)?;
-        let information = Information::new(&minimum.jacobian);
+        let solved = Solved::new(&problem, model, start)?;
         let share = shares(&frequency_hz, impedance.uncertainty.as_ref().map_or(0.0, |u| u.independent_spacing_hz));
-        let meat = problem.meat(&minimum.jacobian, &minimum.residuals, &impedance, &bins, &share);
-        let covariance = information.sandwich(&meat, 1.0);
+        let meat = problem.meat(&solved.jacobian, &solved.minimum.residuals, &impedance, &bins, &share);
+        let covariance = solved.covariance(Some(&meat), 1.0);
         let degrees_of_freedom = 2.0 * share.iter().sum::<f64>() * (n * n) as f64 - parameters.len() as f64;
-        let chi2 = 2.0 * minimum.cost;
+        let chi2 = 2.0 * solved.minimum.cost;
         let interval_quantile = t_quantile(degrees_of_freedom);
         Ok(Fit {
             model: model.name().to_owned(),
-            parameters: Fit::describe(model, &minimum.x, &covariance, interval_quantile),
-            theta: minimum.x,
+            parameters: Fit::describe(model, &solved.theta, &covariance, interval_quantile),
+            theta: solved.theta,
             covariance,
             covariance_scale: 1.0,
             interval_quantile,
@@ -76,9 +74,9 @@ impl PaperFit {
             chi2,
             degrees_of_freedom,
             chi2_reduced: chi2 / degrees_of_freedom,
-            condition: information.condition(),
-            reason: minimum.reason,
-            iterations: minimum.iterations,
+            condition: solved.information.condition(),
+            reason: solved.minimum.reason,
+            iterations: solved.minimum.iterations,
         })
     }
 

@@ -1,7 +1,7 @@
 //! Weighted least squares on a frequency response, with the covariance that its estimator gave it.
 
-use super::{Fit, FitError, Prediction, Smoothing, Transducer, check_shape, information::Information, result::t_quantile, shares};
-use crate::{LeastSquares, LevenbergMarquardt, ParametricModel, small};
+use super::{Fit, FitError, Prediction, Smoothing, Solved, Transducer, check_shape, result::t_quantile, shares};
+use crate::{LeastSquares, ParametricModel, small};
 use faer::Mat;
 use ndof_sysid::{FrequencyResponse, Uncertainty};
 use num_complex::Complex64;
@@ -78,24 +78,22 @@ impl WeightedFit {
         let frequency_hz: Vec<f64> = bins.iter().map(|b| b.hz).collect();
         let prediction = Prediction::new(model, response.kind, &frequency_hz, &uncertainty.kernel, &self.smoothing, self.transducer);
         let problem = Whitened { prediction, bins, n, parameters: parameters.len() };
-        let bounds = parameters.iter().map(|p| (p.lower, p.upper)).collect();
-        let minimum = LevenbergMarquardt::new(bounds).minimise(&problem, start)?;
+        let solved = Solved::new(&problem, model, start)?;
 
         let rows = if full { n as f64 } else { 1.0 };
         let inflation = if degrees > rows + 1.0 { degrees * degrees / ((degrees - rows).powi(2) - 1.0) } else { f64::INFINITY };
-        let information = Information::new(&minimum.jacobian);
         let covariance = match self.covariance {
-            CovarianceKind::Sandwich => information.sandwich(&problem.neighbour_meat(&minimum.jacobian, &minimum.residuals, &information), 1.0),
-            CovarianceKind::Model if full => information.covariance(inflation),
-            CovarianceKind::Model => information.sandwich(&problem.known_meat(&minimum.jacobian), inflation),
+            CovarianceKind::Sandwich => solved.covariance(Some(&problem.neighbour_meat(&solved)), 1.0),
+            CovarianceKind::Model if full => solved.covariance(None, inflation),
+            CovarianceKind::Model => solved.covariance(Some(&problem.known_meat(&solved.jacobian)), inflation),
         };
-        let chi2 = 2.0 * minimum.cost * ((degrees - rows) / degrees).max(0.0);
+        let chi2 = 2.0 * solved.minimum.cost * ((degrees - rows) / degrees).max(0.0);
         let degrees_of_freedom = 2.0 * independent * (n * n) as f64 - parameters.len() as f64;
         let interval_quantile = t_quantile(degrees_of_freedom);
         Ok(Fit {
             model: model.name().to_owned(),
-            parameters: Fit::describe(model, &minimum.x, &covariance, interval_quantile),
-            theta: minimum.x,
+            parameters: Fit::describe(model, &solved.theta, &covariance, interval_quantile),
+            theta: solved.theta,
             covariance,
             covariance_scale: 1.0,
             interval_quantile,
@@ -104,9 +102,9 @@ impl WeightedFit {
             chi2,
             degrees_of_freedom,
             chi2_reduced: chi2 / degrees_of_freedom,
-            condition: information.condition(),
-            reason: minimum.reason,
-            iterations: minimum.iterations,
+            condition: solved.information.condition(),
+            reason: solved.minimum.reason,
+            iterations: solved.minimum.iterations,
         })
     }
 
@@ -225,9 +223,10 @@ impl<M: ParametricModel + ?Sized> Whitened<'_, M> {
     /// Jᵀ Ω̂ J from the residuals themselves, products of neighbouring bins included with Bartlett's weights (Newey & West
     /// 1987). Each bin's residual is first divided by the root of I − H, H its leverage, because a fit makes the
     /// residuals of influential bins small (Bell & McCaffrey 2002).
-    fn neighbour_meat(&self, jacobian: &Mat<f64>, residuals: &[f64], information: &Information) -> Mat<f64> {
+    fn neighbour_meat(&self, solved: &Solved) -> Mat<f64> {
+        let (jacobian, residuals) = (&solved.jacobian, &solved.minimum.residuals);
         let (size, k) = (2 * self.n * self.n, self.parameters);
-        let inverse = information.inverse();
+        let inverse = solved.inverse();
         let scores: Vec<Vec<f64>> = (0..self.bins.len())
             .map(|f| {
                 let block = jacobian.subrows(f * size, size);
