@@ -289,7 +289,7 @@ fn endpoint_inertia(chain: &SerialChain) -> Result<f64, DeviceError> {
     let smallest = mobility.as_ref().map_or(0.0, |a| a.diag().iter().fold(f64::INFINITY, |s, v| s.min(*v)));
     let inertia = mobility.as_ref().and_then(inverse).map(|a| a.diag().iter().fold(0.0_f64, |s, v| s.max(*v)));
     match inertia {
-        Some(inertia) if inertia.is_finite() && inertia * smallest < 1e6 => Ok(inertia),
+        Some(inertia) if inertia > 0.0 && inertia * smallest < 1e6 && smallest > 0.0 => Ok(inertia),
         _ => Err(DeviceError::Reach {
             who: "the robot".to_owned(),
             target: q,

@@ -51,6 +51,15 @@ pub(super) fn read(text: &str, tip: Option<&str>) -> Result<RobotConfig, String>
         (Some(a), Some(b)) => return Err(format!("links \"{a}\" and \"{b}\" both have no parent; a robot has one root")),
         _ => return Err("no link is the root: the joints go round in a circle".to_owned()),
     };
+    for name in &names {
+        let mut at = *name;
+        for _ in 0..=joints.len() {
+            at = joints.iter().find(|j| j.child == at).map_or(at, |j| j.parent);
+        }
+        if at != base {
+            return Err(format!("link \"{name}\" does not hang on the root \"{base}\": the joints go round in a circle"));
+        }
+    }
     let tip = match tip {
         Some(tip) if names.contains(&tip) => tip,
         Some(tip) => return Err(format!("no link \"{tip}\"; there are: {}", names.join(", "))),

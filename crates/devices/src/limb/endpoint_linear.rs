@@ -76,7 +76,14 @@ impl EndpointLinear {
     /// # Errors
     /// [`DeviceError`] if a size does not fit or M is no inertia.
     pub fn new(config: &EndpointLinearConfig, axes: usize) -> Result<Self, DeviceError> {
-        let impedance = Impedance { inertia: square("M", &config.M, axes)?, damping: square("B", &config.B, axes)?, stiffness: square("K", &config.K, axes)? };
+        if !(config.handle_mass_kg.is_finite() && config.handle_mass_kg >= 0.0) {
+            return Err(DeviceError::value("limb.handle_mass_kg", config.handle_mass_kg, "zero or positive"));
+        }
+        let impedance = Impedance {
+            inertia: square("M", &config.M, axes)? + diagonal(&vec![config.handle_mass_kg; axes]),
+            damping: square("B", &config.B, axes)?,
+            stiffness: square("K", &config.K, axes)?,
+        };
         EndpointLinear::from_matrices(impedance, vector("mean_force_n", config.mean_force_n.as_deref(), axes)?)
     }
 

@@ -23,8 +23,8 @@ impl ForceLaw for Spring {
     }
 
     fn evaluate(&self, motion: &Motion<'_>, states: &[f64], force: &mut [f64], rates: &mut [f64]) {
-        for i in 0..force.len() {
-            force[i] += self.stiffness * motion.position[i] + self.delayed * motion.delayed_position[i];
+        for ((force, now), then) in force.iter_mut().zip(motion.position).zip(motion.delayed_position) {
+            *force += self.stiffness * now + self.delayed * then;
         }
         rates[0] = -10.0 * states[0];
     }
