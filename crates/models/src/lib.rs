@@ -4,6 +4,7 @@
 //! [`FrequencyResponse`](ndof_sysid::FrequencyResponse) with the covariance that the estimator gave.
 
 mod axis;
+pub mod blocks;
 pub mod effects;
 mod fit;
 mod force_law;
@@ -17,7 +18,8 @@ mod small;
 
 pub use axis::Axis;
 pub use fit::{
-    Agreement, CovarianceKind, Fit, FitError, LoopModel, LoopModelError, PaperFit, Parameter, Smoothing, Transducer, WeightedFit, agreement, linear_start,
+    Agreement, CovarianceKind, Fit, FitError, LikelihoodRatio, LoopModel, LoopModelError, PaperFit, Parameter, Smoothing, Transducer, WeightedFit, agreement,
+    likelihood_ratio, linear_start,
 };
 pub use force_law::{ForceLaw, Motion, Stage};
 pub use inertia_damping_stiffness::{InertiaDampingStiffness, InertiaDampingStiffnessModel, Symmetry};

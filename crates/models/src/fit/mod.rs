@@ -1,5 +1,6 @@
 //! Fitting parametric models to frequency responses.
 
+mod compare;
 mod information;
 mod jackknife;
 mod loop_model;
@@ -10,6 +11,7 @@ mod start;
 mod vaf;
 mod weighted;
 
+pub use compare::{LikelihoodRatio, likelihood_ratio};
 pub use loop_model::{LoopModel, LoopModelError};
 pub use paper::PaperFit;
 pub(crate) use prediction::Prediction;
