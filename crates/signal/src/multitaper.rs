@@ -2,7 +2,7 @@
 
 use crate::cache::Cache;
 use crate::cross_spectra::{CrossSpectra, Kernel};
-use crate::segments::Detrend;
+use crate::segments::{Detrend, first_not_finite};
 use crate::slepian::{SlepianError, SlepianTapers, slepian_tapers};
 use num_complex::Complex64;
 use rayon::prelude::*;
@@ -95,7 +95,7 @@ impl Multitaper {
             if samples.len() != len {
                 return Err(MultitaperError::Length { channel, expected: len, found: samples.len() });
             }
-            if let Some(sample) = samples.iter().position(|s| !s.is_finite()) {
+            if let Some(sample) = first_not_finite(samples) {
                 return Err(MultitaperError::NotFinite { channel, sample });
             }
         }

@@ -1,6 +1,7 @@
 //! Averaging over the periods of a periodic excitation.
 
 use crate::cross_spectra::{CrossSpectra, Kernel};
+use crate::segments::first_not_finite;
 use num_complex::Complex64;
 use realfft::{RealFftPlanner, RealToComplex};
 use serde::{Deserialize, Serialize};
@@ -77,7 +78,7 @@ impl Periodic {
             if samples.len() != len {
                 return Err(PeriodicError::Length { channel, expected: len, found: samples.len() });
             }
-            if let Some(sample) = samples.iter().position(|s| !s.is_finite()) {
+            if let Some(sample) = first_not_finite(samples) {
                 return Err(PeriodicError::NotFinite { channel, sample });
             }
         }

@@ -51,12 +51,14 @@ impl pulp::WithSimd for Windowed<'_> {
     #[inline(always)]
     fn with_simd<S: pulp::Simd>(self, _: S) {
         let Windowed { detrend, samples, window, out } = self;
-        let mean = if detrend == Detrend::Constant { sum(samples) / samples.len() as f64 } else { 0.0 };
-        out.iter_mut().zip(samples).for_each(|(o, x)| *o = x - mean);
         if detrend == Detrend::Linear {
+            out.copy_from_slice(samples);
             detrend.apply(out);
+            out.iter_mut().zip(window).for_each(|(o, w)| *o *= w);
+        } else {
+            let mean = if detrend == Detrend::Constant { sum(samples) / samples.len() as f64 } else { 0.0 };
+            out.iter_mut().zip(samples).zip(window).for_each(|((o, x), w)| *o = (x - mean) * w);
         }
-        out.iter_mut().zip(window).for_each(|(o, w)| *o *= w);
     }
 }
 
@@ -70,6 +72,13 @@ fn sum(samples: &[f64]) -> f64 {
         lanes.iter_mut().zip(chunk).for_each(|(lane, x)| *lane += x);
     }
     lanes.iter().sum::<f64>() + rest
+}
+
+/// Where the first value stands that is not a number, searched stretch by stretch without a branch a sample.
+pub(crate) fn first_not_finite(samples: &[f64]) -> Option<usize> {
+    const STRETCH: usize = 256;
+    let stretch = samples.chunks(STRETCH).position(|s| !s.iter().fold(true, |all, x| all & x.is_finite()))?;
+    samples[stretch * STRETCH..].iter().position(|x| !x.is_finite()).map(|i| stretch * STRETCH + i)
 }
 
 /// The number of whole segments of `nperseg` samples, `hop` apart, in `len` samples.

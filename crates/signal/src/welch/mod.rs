@@ -5,14 +5,14 @@ mod stream;
 mod sum;
 
 use crate::cross_spectra::CrossSpectra;
-use crate::segments::{self, Detrend, effective_averages};
+use crate::segments::{self, Detrend, effective_averages, first_not_finite};
 use crate::window::Window;
 use num_complex::Complex64;
 use plan::Plan;
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 pub use stream::WelchStream;
-use sum::{Sum, pairs};
+use sum::Sum;
 
 /// Segments summed together before they are added to the total. The order of summation is fixed by it, so that a
 /// stream, one thread and many threads give the same bytes.
@@ -142,7 +142,7 @@ impl Welch {
             if samples.len() != len {
                 return Err(WelchError::Length { channel, expected: len, found: samples.len() });
             }
-            if let Some(sample) = samples.iter().position(|s| !s.is_finite()) {
+            if let Some(sample) = first_not_finite(samples) {
                 return Err(WelchError::NotFinite { channel, sample });
             }
         }
@@ -152,7 +152,7 @@ impl Welch {
         }
         let plan = Plan::of(self);
         let blocks = segments.div_ceil(BLOCK);
-        let mut total = vec![Complex64::default(); pairs(channels.len()) * plan.bins];
+        let mut total = Vec::new();
         let add_block = |sum: &mut Sum, block: usize| {
             for k in block * BLOCK..segments.min((block + 1) * BLOCK) {
                 let at = k * self.hop();

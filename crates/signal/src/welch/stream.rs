@@ -1,9 +1,10 @@
 //! Welch's method on samples that arrive piece by piece.
 
 use super::plan::Plan;
-use super::sum::{Sum, pairs};
+use super::sum::Sum;
 use super::{BLOCK, Welch, WelchError};
 use crate::cross_spectra::CrossSpectra;
+use crate::segments::first_not_finite;
 use num_complex::Complex64;
 use std::sync::Arc;
 
@@ -17,7 +18,7 @@ impl Welch {
         let plan = Plan::of(self);
         Ok(WelchStream {
             sum: Sum::new(&plan, channels),
-            total: vec![Complex64::default(); pairs(channels) * plan.bins],
+            total: Vec::new(),
             waiting: vec![Vec::with_capacity(2 * self.nperseg); channels],
             settings: self.clone(),
             plan,
@@ -64,7 +65,7 @@ impl WelchStream {
             if samples.len() != expected || channels.len() != self.waiting.len() {
                 return Err(WelchError::Length { channel, expected, found: samples.len() });
             }
-            if let Some(sample) = samples.iter().position(|s| !s.is_finite()) {
+            if let Some(sample) = first_not_finite(samples) {
                 return Err(WelchError::NotFinite { channel, sample: self.seen + sample });
             }
         }

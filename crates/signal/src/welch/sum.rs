@@ -30,7 +30,7 @@ pub(super) struct Sum {
     scratch: Vec<Complex64>,
 }
 
-pub(super) fn pairs(channels: usize) -> usize {
+fn pairs(channels: usize) -> usize {
     channels * (channels + 1) / 2
 }
 
@@ -79,13 +79,17 @@ impl Sum {
         *filled = 0;
     }
 
-    /// Adds the lower triangle so far to `total`, pair by pair, and starts again from zero.
-    pub(super) fn drain_into(&mut self, total: &mut [Complex64]) {
+    /// Adds the lower triangle so far, pair by pair, to `total` (empty at first), and starts again from zero.
+    pub(super) fn drain_into(&mut self, total: &mut Vec<Complex64>) {
         self.flush();
-        for (total, row) in total.chunks_exact_mut(self.bins).zip(self.lower.chunks_exact_mut(self.padded)) {
-            total.iter_mut().zip(row.iter()).for_each(|(t, s)| *t += s);
-            row.fill(Complex64::default());
+        let rows = self.lower.chunks_exact(self.padded).map(|row| &row[..self.bins]);
+        if total.is_empty() {
+            total.reserve_exact(pairs(self.channels) * self.bins);
+            rows.for_each(|row| total.extend_from_slice(row));
+        } else {
+            total.chunks_exact_mut(self.bins).zip(rows).for_each(|(total, row)| total.iter_mut().zip(row).for_each(|(t, s)| *t += s));
         }
+        self.lower.fill(Complex64::default());
     }
 }
 
