@@ -2,14 +2,13 @@
 
 use crate::error::IoError;
 use crate::limits::MAX_CHANNELS;
-use crate::note::Note;
-use crate::options::{ReadOptions, Resample};
+use crate::options::ReadOptions;
 use crate::read::{MissingSamples, ReadRecording};
 use crate::resample;
-use crate::table::{Column, Table};
-use crate::time::{Clock, Stamps, simplest};
+use crate::table::Table;
+use crate::timing::{Timing, number, timing};
 use crate::units::resolve;
-use ndof_signal::{Channel, Quantity, Recording, Unit};
+use ndof_signal::{Channel, Recording};
 use std::collections::HashMap;
 
 /// Metadata that say what the recording keeps in fields of its own.
@@ -17,12 +16,6 @@ pub(crate) const RATE_KEY: &str = "sample_rate_hz";
 pub(crate) const START_KEY: &str = "start_s";
 pub(crate) const SAMPLES_KEY: &str = "samples";
 pub(crate) const RESERVED_KEYS: [&str; 3] = [RATE_KEY, START_KEY, SAMPLES_KEY];
-
-/// A metadata rate further than this from the time column's is not the same rate.
-const RATE_AGREEMENT: f64 = 1e-3;
-
-/// An interpolation grid may be this far from the median step: it is ours to choose, so it gets a round rate.
-const GRID_ROUNDING: f64 = 1e-3;
 
 /// Whether a column of this name is the time.
 pub(crate) fn is_time(name: &str) -> bool {
@@ -33,13 +26,10 @@ pub(crate) fn is_time(name: &str) -> bool {
 pub(crate) fn assemble(file: &str, mut table: Table, options: &ReadOptions) -> Result<ReadRecording, IoError> {
     check_names(file, &table)?;
     check_sample_count(file, &table)?;
-    let time = table.columns.iter().position(|c| is_time(&c.name)).map(|i| table.columns.remove(i));
     check_overrides(file, &table, options)?;
+    let time = table.columns.iter().position(|c| is_time(&c.name)).map(|i| table.columns.remove(i));
     let mut notes = std::mem::take(&mut table.notes);
-    let (clock, grid) = match time {
-        Some(column) => from_stamps(file, &table, column, options, &mut notes)?,
-        None => (from_rate(file, &table, options)?, None),
-    };
+    let Timing { clock, regridded } = timing(file, &table, time, options, &mut notes)?;
     let mut channels = Vec::with_capacity(table.columns.len());
     let mut missing = Vec::new();
     for column in std::mem::take(&mut table.columns) {
@@ -52,7 +42,7 @@ pub(crate) fn assemble(file: &str, mut table: Table, options: &ReadOptions) -> R
             let count = samples.iter().filter(|s| !s.is_finite()).count();
             missing.push(MissingSamples { channel: column.name.clone(), place: table.place(first), first_sample: first, count, total: samples.len() });
         }
-        if let Some((times, grid)) = &grid {
+        if let Some((times, grid)) = &regridded {
             samples = resample::interpolate(times, &samples, grid);
         }
         channels.push(Channel::new(column.name, unit, samples));
@@ -113,100 +103,4 @@ fn check_overrides(file: &str, table: &Table, options: &ReadOptions) -> Result<(
         }
         None => Ok(()),
     }
-}
-
-/// The number that a metadata value is, with the separators behind it that spreadsheets leave on comment lines.
-fn number(text: &str) -> Option<f64> {
-    text.trim_end_matches([',', ';', '\t', ' ']).parse().ok().filter(|x: &f64| x.is_finite())
-}
-
-fn from_rate(file: &str, table: &Table, options: &ReadOptions) -> Result<Clock, IoError> {
-    let start_s = table.metadata.get(START_KEY).and_then(|t| number(t)).unwrap_or(0.0);
-    let written = table.metadata.get(RATE_KEY);
-    let clock = |rate_hz| Clock { rate_hz, start_s, relative_error: 0.0 };
-    if let Some(rate_hz) = written.and_then(|text| number(text)) {
-        return if rate_hz > 0.0 { Ok(clock(rate_hz)) } else { Err(IoError::BadRate { file: file.to_owned(), what: "sample_rate_hz", rate_hz }) };
-    }
-    match options.sample_rate_hz {
-        Some(rate_hz) if rate_hz.is_finite() && rate_hz > 0.0 => Ok(clock(rate_hz)),
-        Some(rate_hz) => Err(IoError::BadRate { file: file.to_owned(), what: "the sample rate given", rate_hz }),
-        None => Err(IoError::NoSampleRate {
-            file: file.to_owned(),
-            found: match written {
-                Some(text) => format!("the sample rate is \"{text}\", which is no number"),
-                None => "neither a time column nor a sample rate says how fast the samples were taken".to_owned(),
-            },
-        }),
-    }
-}
-
-type Regridded = Option<(Vec<f64>, resample::Grid)>;
-
-fn from_stamps(file: &str, table: &Table, mut column: Column, options: &ReadOptions, notes: &mut Vec<Note>) -> Result<(Clock, Regridded), IoError> {
-    let unit = column.unit.as_deref().unwrap_or("s");
-    let factor = match Unit::parse(unit) {
-        Ok((parsed, factor)) if parsed.quantity() == Quantity::Time => factor,
-        _ => return Err(IoError::TimeUnit { file: file.to_owned(), column: column.name.clone(), unit: unit.to_owned() }),
-    };
-    let total = column.samples.len();
-    if let Some(row) = column.samples.iter().position(|t| !t.is_finite()) {
-        let count = column.samples.iter().filter(|t| !t.is_finite()).count();
-        return Err(IoError::Missing { file: file.to_owned(), place: table.place(row), channel: column.name, count, total });
-    }
-    column.samples.iter_mut().for_each(|t| *t *= factor);
-    column.rounding.place *= factor;
-    let stamps = Stamps::new(file, table, &column.samples, column.rounding)?;
-    let (clock, grid) = match (stamps.regular(file, table), options.resample) {
-        (Ok(clock), how) => {
-            let wanted = match how {
-                Some(Resample::Hz(rate_hz)) if (rate_hz / clock.rate_hz - 1.0).abs() > RATE_AGREEMENT => how,
-                _ => None,
-            };
-            match wanted {
-                Some(how) => (clock, Some(resample::grid(file, table, &stamps, how)?)),
-                None => (agree(table, options, clock, notes), None),
-            }
-        }
-        (Err(error), None) => return Err(error),
-        (Err(_), Some(how)) => {
-            let how = match how {
-                Resample::Auto => Resample::Hz(simplest(1.0 / stamps.median_step_s, GRID_ROUNDING)),
-                given => given,
-            };
-            let grid = resample::grid(file, table, &stamps, how)?;
-            (Clock { rate_hz: grid.rate_hz, start_s: grid.start_s, relative_error: 0.0 }, Some(grid))
-        }
-    };
-    let Some(grid) = grid else { return Ok((clock, None)) };
-    notes.push(Note::new(
-        "resampled",
-        format!(
-            "{total} samples were interpolated onto {} at {} Hz; the longest gap is {:.3} steps long",
-            grid.len,
-            grid.rate_hz,
-            grid.longest_gap_s / stamps.median_step_s
-        ),
-        format!("trust nothing above {:.3} Hz, half a sample a gap", 0.5 / grid.longest_gap_s),
-    ));
-    Ok((Clock { rate_hz: grid.rate_hz, start_s: grid.start_s, relative_error: 0.0 }, Some((column.samples, grid))))
-}
-
-/// Compares the time column's rate with what else is said: the exact one is taken where they agree, else it is told.
-fn agree(table: &Table, options: &ReadOptions, clock: Clock, notes: &mut Vec<Note>) -> Clock {
-    let written = table.metadata.get(RATE_KEY).and_then(|t| number(t)).map(|rate| (rate, "the line sample_rate_hz"));
-    let given = options.sample_rate_hz.map(|rate| (rate, "the sample rate given"));
-    let mut result = clock;
-    for (rate_hz, what) in written.into_iter().chain(given) {
-        let apart = (rate_hz / clock.rate_hz - 1.0).abs();
-        if apart > RATE_AGREEMENT {
-            notes.push(Note::new(
-                "sample-rate-conflict",
-                format!("the time column runs at {} Hz, {what} is {rate_hz} Hz; the time column is used", clock.rate_hz),
-                "correct the one that is wrong, or delete the time column",
-            ));
-        } else if apart <= clock.relative_error + f64::EPSILON {
-            result.rate_hz = rate_hz;
-        }
-    }
-    result
 }

@@ -107,6 +107,25 @@ mod tests {
         assert!(!error.is_machine_failure(), "{error}");
     }
 
+    #[cfg(target_os = "linux")]
+    #[test]
+    fn a_full_disk_is_the_machines_failure() {
+        let error = write_atomic(Path::new("/dev/full"), b"x").unwrap_err();
+        assert!(error.is_machine_failure() && error.to_string().contains("/dev/full"), "{error}");
+    }
+
+    #[cfg(unix)]
+    #[test]
+    fn a_link_is_followed_and_stays_a_link() {
+        let folder = tempfile::tempdir().unwrap();
+        let (target, link) = (folder.path().join("target"), folder.path().join("link"));
+        std::fs::write(&target, b"old").unwrap();
+        std::os::unix::fs::symlink(&target, &link).unwrap();
+        write_atomic(&link, b"new").unwrap();
+        assert!(std::fs::symlink_metadata(&link).unwrap().is_symlink());
+        assert_eq!(std::fs::read(&target).unwrap(), b"new");
+    }
+
     #[cfg(unix)]
     #[test]
     fn permissions_of_an_existing_file_are_kept() {

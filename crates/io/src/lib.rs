@@ -42,6 +42,7 @@ mod read;
 mod resample;
 mod table;
 mod time;
+mod timing;
 mod units;
 mod write;
 

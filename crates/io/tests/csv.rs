@@ -137,6 +137,54 @@ fn irregular_time_names_line_and_step_and_can_be_repaired() {
 }
 
 #[test]
+fn a_blank_line_between_single_numbers_may_be_a_lost_sample() {
+    assert!(error("# sample_rate_hz: 10\na\n1\n\n2\n").to_string().contains("line 4"));
+    assert_eq!(samples(&csv("# sample_rate_hz: 10\n\na\n\n1\n2\n\n").unwrap(), "a"), [1.0, 2.0]);
+}
+
+#[test]
+fn facts_are_read_as_people_write_them() {
+    let read = csv("sep=;\n#sample_rate_hz:500 Hz;\n# see http://example.org\na;b\n1;2\n").unwrap();
+    assert_eq!(read.recording.sample_rate_hz(), 500.0);
+    assert!(read.recording.metadata().is_empty(), "{:?}", read.recording.metadata());
+}
+
+#[test]
+fn rates_that_contradict_each_other_are_told() {
+    let given = ReadOptions { sample_rate_hz: Some(1000.0), ..Default::default() };
+    for text in ["# sample_rate_hz: 500\na [N]\n1\n2\n", "t,a [N]\n0,1\n0.002,2\n"] {
+        let read = read_bytes(text.as_bytes(), "trial.csv", &given).unwrap();
+        assert_eq!(read.recording.sample_rate_hz(), 500.0);
+        assert_eq!(read.notes.iter().map(|n| n.code).collect::<Vec<_>>(), ["sample-rate-conflict"], "{text:?}");
+    }
+    let read = csv("# sample_rate_hz: 400\nt,a [N]\n0,1\n0.002,2\n").unwrap();
+    assert_eq!((read.recording.sample_rate_hz(), read.notes[0].code), (500.0, "sample-rate-conflict"));
+    // The stamps are rounded; the line has all digits.
+    let read = csv("# sample_rate_hz: 333.3333\nt,a [N]\n0,1\n0.003000,2\n0.006000,3\n").unwrap();
+    assert_eq!((read.recording.sample_rate_hz(), read.notes.len()), (333.3333, 0));
+}
+
+#[test]
+fn a_regular_file_is_brought_to_the_rate_asked_for() {
+    let options = ReadOptions { resample: Some(Resample::Hz(1000.0)), ..Default::default() };
+    for text in ["# sample_rate_hz: 500\na\n0\n2\n4\n6\n", "t [ms],a\n0,0\n2,2\n4,4\n6,6\n"] {
+        let read = read_bytes(text.as_bytes(), "trial.csv", &options).unwrap();
+        assert_eq!(read.recording.sample_rate_hz(), 1000.0);
+        assert_eq!(samples(&read, "a"), [0.0, 1.0, 2.0, 3.0, 4.0, 5.0, 6.0], "{text:?}");
+        assert_eq!(read.notes[0].code, "resampled");
+    }
+}
+
+#[test]
+fn what_may_be_the_time_is_pointed_at() {
+    assert!(error("timestamp,a\n0,1\n1,2\n").to_string().contains("if \"timestamp\" is the time, call it `t`"));
+    assert!(error("t,a\n12:00:01,1\n12:00:02,2\n").to_string().contains("seconds since the beginning"));
+    let options = ReadOptions { units: [("t".to_owned(), "ms".to_owned())].into(), ..Default::default() };
+    let read = read_bytes(b"t,a\n0,1\n2,2\n", "trial.csv", &options).unwrap();
+    assert_eq!(read.recording.sample_rate_hz(), 500.0);
+}
+
+#[test]
 fn missing_samples_are_kept_only_where_allowed() {
     let options = ReadOptions { allow_nan: true, ..Default::default() };
     let read = read_bytes(b"# sample_rate_hz: 10\na,b\n1,2\n,n/a\n3,4\n", "trial.csv", &options).unwrap();

@@ -116,7 +116,8 @@ pub(crate) fn is_key(key: &str) -> bool {
 pub(crate) fn metadata(comment: &str) -> Option<(String, String)> {
     let (key, value) = comment.trim_start_matches('#').split_once(':')?;
     let key = key.trim();
-    if !is_key(key) || !(value.is_empty() || value.starts_with(char::is_whitespace)) {
+    // An address, `http://…`, is no fact called http.
+    if !is_key(key) || value.starts_with("//") {
         return None;
     }
     let value = value.trim();

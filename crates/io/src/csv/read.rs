@@ -36,12 +36,15 @@ pub(crate) fn read(bytes: &[u8], file: &str) -> Result<Table, IoError> {
                 }
                 return None;
             }
-            (!text.trim().is_empty()).then_some(Line { number: i + 1, text, terminated })
+            // Spreadsheets name their separator in a line of its own; it shows in the header too.
+            let is_directive = i == 0 && text.trim().len() <= 5 && text.starts_with("sep=");
+            (!is_directive).then_some(Line { number: i + 1, text, terminated })
         })
         .peekable();
-    let Some(header) = lines.next() else {
+    let Some(header) = lines.find(|l| !l.text.trim().is_empty()) else {
         return Err(IoError::Empty { file: file.to_owned() });
     };
+    while lines.next_if(|l| l.text.trim().is_empty()).is_some() {}
     let separator = separator(header.text, lines.peek().map(|l| l.text));
     let named = names(file, header.number, header.text, separator)?;
     let mut rows = Rows::new(file, named, separator);
@@ -109,7 +112,11 @@ impl<'a> Rows<'a> {
         let mut cells: Vec<Cell<'l>> = Vec::with_capacity(self.columns.len() + 1);
         split(line.text, self.separator, &mut cells).map_err(|_| IoError::OpenQuote { file: self.file.to_owned(), line: line.number })?;
         let expected = self.columns.len();
-        if expected > 1 && cells.iter().all(|c| c.text.is_empty()) {
+        if line.text.trim().is_empty() && expected > 1 {
+            return Ok(());
+        }
+        // With one column a blank line may be a lost sample.
+        if cells.iter().all(|c| c.text.is_empty()) {
             self.empty_row.get_or_insert(line.number);
             return Ok(());
         }
@@ -158,7 +165,7 @@ impl<'a> Rows<'a> {
         }
         let written: Cow<'_, str> = if comma { text.replacen(',', ".", 1).into() } else { text.into() };
         let allowed = !comma || matches!(self.separator, Separator::Sign(';' | '\t') | Separator::Spaces);
-        let value = if allowed && !written.contains('_') { written.parse::<f64>().ok() } else { None };
+        let value = if allowed { written.parse::<f64>().ok() } else { None };
         let hint = match value {
             Some(value) => match (self.first_comma, self.first_point) {
                 (Some(comma), Some(point)) => {
@@ -175,6 +182,7 @@ impl<'a> Rows<'a> {
             },
             None if comma && self.separator != Separator::None && text.contains('.') => "write it without signs between thousands".to_owned(),
             None if comma => "write a decimal point, or separate the columns by semicolons".to_owned(),
+            None if self.time == Some(column) => "write the seconds since the beginning, such as 0.002".to_owned(),
             None => "write a number, or NaN for a lost sample; a line of text has to begin with #".to_owned(),
         };
         let shown: String = text.chars().take(40).collect();
@@ -190,7 +198,7 @@ impl<'a> Rows<'a> {
             notes.push(Note::new("decimal-comma", "commas were read as decimal signs", "write decimal points if they separate thousands"));
         }
         if let Some(line) = self.empty_row {
-            notes.push(Note::new("empty-rows", format!("empty cells from line {line} to the end were left out"), "delete these lines"));
+            notes.push(Note::new("empty-rows", format!("empty lines from line {line} to the end were left out"), "delete these lines"));
         }
         if let Some(i) = self.time {
             self.columns[i].rounding = Rounding { place: 10f64.powi(-(self.decimals as i32)), significant: self.significant, ..Default::default() };

@@ -1,0 +1,144 @@
+//! When the samples of a file were taken: by its time column, its facts or its reader's word.
+
+use crate::assemble::{RATE_KEY, START_KEY};
+use crate::error::IoError;
+use crate::note::Note;
+use crate::options::{ReadOptions, Resample};
+use crate::resample::{self, Grid};
+use crate::table::{Column, Rounding, Table};
+use crate::time::{Clock, Stamps, simplest};
+use ndof_signal::{Quantity, Unit};
+
+/// A rate further than this from another is not the same rate.
+const RATE_AGREEMENT: f64 = 1e-3;
+
+/// An interpolation grid may be this far from the median step: it is ours to choose, so it gets a round rate.
+const GRID_ROUNDING: f64 = 1e-3;
+
+/// The clock of a recording, and the times of the file's samples with the grid to interpolate onto, if any.
+pub(crate) struct Timing {
+    pub clock: Clock,
+    pub regridded: Option<(Vec<f64>, Grid)>,
+}
+
+/// The timing of `table`, whose time column has been taken out as `time`.
+pub(crate) fn timing(file: &str, table: &Table, time: Option<Column>, options: &ReadOptions, notes: &mut Vec<Note>) -> Result<Timing, IoError> {
+    let (clock, times_s, rounding) = match time {
+        Some(mut column) => {
+            seconds(file, table, &mut column, options)?;
+            let clock = Stamps::new(file, table, &column.samples, column.rounding)?.regular(file, table).map(|clock| agree(table, options, clock, notes));
+            (clock, column.samples, column.rounding)
+        }
+        None => {
+            let clock = from_rate(file, table, options, notes)?;
+            let len = table.columns.first().map_or(0, |c| c.samples.len());
+            (Ok(clock), (0..len).map(|k| clock.start_s + k as f64 / clock.rate_hz).collect(), Rounding::default())
+        }
+    };
+    let how = match (clock, options.resample) {
+        (Err(error), None) => return Err(error),
+        (Err(_), Some(how)) => how,
+        (Ok(clock), Some(Resample::Hz(rate_hz))) if (rate_hz / clock.rate_hz - 1.0).abs() > RATE_AGREEMENT => Resample::Hz(rate_hz),
+        (Ok(clock), _) => return Ok(Timing { clock, regridded: None }),
+    };
+    let stamps = Stamps::new(file, table, &times_s, rounding)?;
+    let how = match how {
+        Resample::Auto => Resample::Hz(simplest(1.0 / stamps.median_step_s, GRID_ROUNDING)),
+        given => given,
+    };
+    let grid = resample::grid(file, table, &stamps, how)?;
+    notes.push(Note::new(
+        "resampled",
+        format!(
+            "{} samples were interpolated onto {} at {} Hz; the longest gap is {:.3} steps long",
+            times_s.len(),
+            grid.len,
+            grid.rate_hz,
+            grid.longest_gap_s / stamps.median_step_s
+        ),
+        format!("trust nothing above {:.3} Hz, half a sample a gap", 0.5 / grid.longest_gap_s),
+    ));
+    let clock = Clock { rate_hz: grid.rate_hz, start_s: grid.start_s, relative_error: 0.0 };
+    Ok(Timing { clock, regridded: Some((times_s, grid)) })
+}
+
+/// The number that a metadata value is, with the unit or the separators behind it that people and spreadsheets leave.
+pub(crate) fn number(text: &str) -> Option<f64> {
+    let plain = text.trim_end_matches([',', ';', '\t', ' ']);
+    plain.strip_suffix("Hz").unwrap_or(plain).trim_end().parse().ok().filter(|x: &f64| x.is_finite())
+}
+
+/// Turns a time column into seconds.
+fn seconds(file: &str, table: &Table, column: &mut Column, options: &ReadOptions) -> Result<(), IoError> {
+    let unit = options.units.get(&column.name).or(column.unit.as_ref()).map_or("s", String::as_str);
+    let factor = match Unit::parse(unit) {
+        Ok((parsed, factor)) if parsed.quantity() == Quantity::Time => factor,
+        _ => return Err(IoError::TimeUnit { file: file.to_owned(), column: column.name.clone(), unit: unit.to_owned() }),
+    };
+    if let Some(row) = column.samples.iter().position(|t| !t.is_finite()) {
+        let count = column.samples.iter().filter(|t| !t.is_finite()).count();
+        let total = column.samples.len();
+        return Err(IoError::Missing { file: file.to_owned(), place: table.place(row), channel: column.name.clone(), count, total });
+    }
+    column.samples.iter_mut().for_each(|t| *t *= factor);
+    column.rounding.place *= factor;
+    Ok(())
+}
+
+fn from_rate(file: &str, table: &Table, options: &ReadOptions, notes: &mut Vec<Note>) -> Result<Clock, IoError> {
+    let start_s = table.metadata.get(START_KEY).and_then(|t| number(t)).unwrap_or(0.0);
+    let written = table.metadata.get(RATE_KEY);
+    let clock = |rate_hz: f64, what| {
+        if rate_hz.is_finite() && rate_hz > 0.0 {
+            Ok(Clock { rate_hz, start_s, relative_error: 0.0 })
+        } else {
+            Err(IoError::BadRate { file: file.to_owned(), what, rate_hz })
+        }
+    };
+    match (written.and_then(|text| number(text)), options.sample_rate_hz) {
+        (Some(rate_hz), given) => {
+            if let Some(given) = given.filter(|given| (given / rate_hz - 1.0).abs() > f64::EPSILON) {
+                notes.push(Note::new(
+                    "sample-rate-conflict",
+                    format!("the file says {rate_hz} Hz, {given} Hz was given; the file's rate is used"),
+                    "correct or delete the line sample_rate_hz if the file is wrong",
+                ));
+            }
+            clock(rate_hz, "sample_rate_hz")
+        }
+        (None, Some(rate_hz)) => clock(rate_hz, "the sample rate given"),
+        (None, None) => Err(IoError::NoSampleRate {
+            file: file.to_owned(),
+            found: match (written, table.columns.iter().find(|c| looks_like_time(&c.name))) {
+                (Some(text), _) => format!("the sample rate is \"{text}\", which is no number"),
+                (None, Some(column)) => format!("there is no time column (if \"{}\" is the time, call it `t`)", column.name),
+                (None, None) => "neither a time column nor a sample rate says how fast the samples were taken".to_owned(),
+            },
+        }),
+    }
+}
+
+fn looks_like_time(name: &str) -> bool {
+    let name = name.to_ascii_lowercase();
+    name.contains("time") || name.contains("stamp") || name.starts_with("t_")
+}
+
+/// Compares the time column's rate with what else is said: the exact one is taken where they agree, else it is told.
+fn agree(table: &Table, options: &ReadOptions, clock: Clock, notes: &mut Vec<Note>) -> Clock {
+    let written = table.metadata.get(RATE_KEY).and_then(|t| number(t)).map(|rate| (rate, "the line sample_rate_hz"));
+    let given = options.sample_rate_hz.map(|rate| (rate, "the sample rate given"));
+    let mut result = clock;
+    for (rate_hz, what) in given.into_iter().chain(written) {
+        let apart = (rate_hz / clock.rate_hz - 1.0).abs();
+        if apart > RATE_AGREEMENT {
+            notes.push(Note::new(
+                "sample-rate-conflict",
+                format!("the time column runs at {} Hz, {what} is {rate_hz} Hz; the time column is used", clock.rate_hz),
+                "correct the one that is wrong, or delete the time column",
+            ));
+        } else if apart <= clock.relative_error + f64::EPSILON {
+            result.rate_hz = rate_hz;
+        }
+    }
+    result
+}
