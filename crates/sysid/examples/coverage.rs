@@ -120,14 +120,17 @@ fn main() {
     ];
     println!("{count} experiments; % of 95 % intervals that hold the truth: gain, phase, disc");
     println!("{:<18}{:<8}{:>7}   {:<19} {:<19} coherence", "method", "loop", "noise", "direct", "derived");
+    // Every row has experiments of its own.
+    let mut row = 0;
     for (name, method) in &methods {
         for (hold, label) in [(0.0, "open"), (0.6, "held")] {
             for noise in [0.1, 0.3, 0.7, 1.0] {
+                row += 1;
                 let periodic = matches!(method, SpectralMethod::Periodic(_));
                 let results: Vec<(Hits, Hits, f64)> = (0..count)
                     .into_par_iter()
                     .filter_map(|seed| {
-                        let trials: Vec<Recording> = (0..2).map(|t| experiment(2 * seed + t, periodic, hold, noise)).collect();
+                        let trials: Vec<Recording> = (0..2).map(|t| experiment((row * count + seed) * 2 + t, periodic, hold, noise)).collect();
                         let references: Vec<&Recording> = trials.iter().collect();
                         let found = estimate(&references, &ports, &Labels::of(&trials[0], &ports), method, Direct::H1).ok()?;
                         let (mut direct, mut derived) = (Hits::default(), Hits::default());

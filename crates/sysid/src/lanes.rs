@@ -348,9 +348,13 @@ mod tests {
                     assert!((at(&row[i]) - expected[i]).norm() < 1e-10 * (1.0 + expected[i].norm()), "n = {n}, lane {l}");
                     (0..=i).for_each(|j| assert!((at(&inverse[lower(i, j)]) - full[i * n + j]).norm() < 1e-10 * (1.0 + full[i * n + i].norm())));
                 }
-                let two = scaled_condition(|i, j| at(&entry(i, j)), &mut vec![Complex64::default(); n * n], &mut vec![0.0; n]);
-                assert!(found >= two * (1.0 - 1e-9) && found <= n as f64 * two, "{} and {two}", found);
-                assert!(n > 2 || (found / two - 1.0).abs() < 1e-9);
+                let expected = scaled_condition(n, |i, j| if i >= j { at(&entry(i, j)) } else { at(&entry(j, i)).conj() }, &full);
+                assert!((found / expected - 1.0).abs() < 1e-9, "{found} and {expected}");
+                if n == 2 {
+                    // The 2-norm condition number of two inputs, by their coherence.
+                    let coherence = at(&s[1]).norm_sqr() / (s[0].re[l] * s[2].re[l]);
+                    assert!((found / ((1.0 + coherence.sqrt()) / (1.0 - coherence.sqrt())) - 1.0).abs() < 1e-9);
+                }
             }
         }
     }

@@ -85,6 +85,16 @@ pub enum ResponseError {
         /// Columns.
         inputs: usize,
     },
+    /// Two responses that do not fit behind each other.
+    #[error("a product of responses with {left} and {right} {what}; they must be the same")]
+    Mismatch {
+        /// frequencies or channels.
+        what: &'static str,
+        /// Of the one.
+        left: usize,
+        /// Of the other.
+        right: usize,
+    },
     /// A general transfer function has no mechanical meaning to convert.
     #[error("{from:?} cannot be turned into {to:?}: the channels are not effort and motion; set their units or prefixes")]
     NoMeaning {
@@ -137,6 +147,83 @@ impl FrequencyResponse {
                 ..u.clone()
             }),
         }
+    }
+
+    /// This response after another without an error of its own (a filter, a change of axes): self · `first`.
+    ///
+    /// δ(H G) = δH G keeps the Kronecker form. The result is a transfer function; set `kind` where it means more.
+    ///
+    /// # Errors
+    /// [`ResponseError::Mismatch`] if grids differ or `first` does not give what this takes.
+    pub fn after(&self, first: &FrequencyResponse) -> Result<Self, ResponseError> {
+        self.check_product(first, self.inputs.len(), first.outputs.len())?;
+        let mut result = FrequencyResponse { inputs: first.inputs.clone(), kind: ResponseKind::Transfer, ..self.clone() };
+        result.value = Array3::from_elem((self.len(), self.outputs.len(), first.inputs.len()), Complex64::new(f64::NAN, f64::NAN));
+        if let Some(u) = &mut result.uncertainty {
+            u.input_inverse = Array3::from_elem((self.len(), first.inputs.len(), first.inputs.len()), Complex64::new(f64::NAN, f64::NAN));
+        }
+        for f in 0..self.len() {
+            let known = first.at(f);
+            result.value.index_axis_mut(Axis(0), f).assign(&self.at(f).dot(&known));
+            if let (Some(out), Some(own)) = (&mut result.uncertainty, &self.uncertainty) {
+                let hermitian = known.t().mapv(|v| v.conj());
+                out.input_inverse.index_axis_mut(Axis(0), f).assign(&hermitian.dot(&own.input_inverse.index_axis(Axis(0), f)).dot(&known));
+            }
+        }
+        Ok(result)
+    }
+
+    /// This response before another without an error of its own: `last` · self.
+    ///
+    /// # Errors
+    /// [`ResponseError::Mismatch`] if grids differ or `last` does not take what this gives.
+    pub fn before(&self, last: &FrequencyResponse) -> Result<Self, ResponseError> {
+        self.check_product(last, self.outputs.len(), last.inputs.len())?;
+        let mut result = FrequencyResponse { outputs: last.outputs.clone(), kind: ResponseKind::Transfer, ..self.clone() };
+        result.value = Array3::from_elem((self.len(), last.outputs.len(), self.inputs.len()), Complex64::new(f64::NAN, f64::NAN));
+        if let Some(u) = &mut result.uncertainty {
+            u.noise = Array3::from_elem((self.len(), last.outputs.len(), last.outputs.len()), Complex64::new(f64::NAN, f64::NAN));
+        }
+        for f in 0..self.len() {
+            let known = last.at(f);
+            result.value.index_axis_mut(Axis(0), f).assign(&known.dot(&self.at(f)));
+            if let (Some(out), Some(own)) = (&mut result.uncertainty, &self.uncertainty) {
+                let hermitian = known.t().mapv(|v| v.conj());
+                out.noise.index_axis_mut(Axis(0), f).assign(&known.dot(&own.noise.index_axis(Axis(0), f)).dot(&hermitian));
+            }
+        }
+        Ok(result)
+    }
+
+    fn check_product(&self, other: &FrequencyResponse, ours: usize, theirs: usize) -> Result<(), ResponseError> {
+        if self.frequency_hz != other.frequency_hz {
+            return Err(ResponseError::Mismatch { what: "frequencies", left: self.len(), right: other.len() });
+        }
+        if ours != theirs {
+            return Err(ResponseError::Mismatch { what: "channels", left: ours, right: theirs });
+        }
+        Ok(())
+    }
+
+    /// Smallest singular value of H over its error √(E‖δH‖²), [f]; infinite without a covariance.
+    ///
+    /// Below about 3 the inverse cannot be trusted: its error is no longer small, and the covariance that
+    /// [`inverse`](Self::inverse) carries along is too.
+    pub fn invertibility(&self) -> Vec<f64> {
+        let (p, q) = self.shape();
+        let trace = |a: &Array3<Complex64>, f: usize| a.index_axis(Axis(0), f).diag().iter().map(|v| v.re).sum::<f64>();
+        let (mut gram, mut values) = (vec![Complex64::default(); q * q], vec![0.0; q]);
+        (0..self.len())
+            .map(|f| {
+                for (i, j) in (0..q).flat_map(|i| (0..q).map(move |j| (i, j))) {
+                    gram[i * q + j] = (0..p).map(|k| self.value[[f, k, i]].conj() * self.value[[f, k, j]]).sum();
+                }
+                crate::hermitian::eigen(&mut gram, &mut values, None);
+                let smallest = values.iter().copied().fold(f64::INFINITY, f64::min).max(0.0).sqrt();
+                let error = self.uncertainty.as_ref().map_or(0.0, |u| (trace(&u.noise, f) * trace(&u.input_inverse, f)).sqrt());
+                if smallest.is_finite() { smallest / error } else { f64::NAN }
+            })
+            .collect()
     }
 
     /// The matrix inverse at each frequency, inputs and outputs swapped, with its covariance:
@@ -236,6 +323,28 @@ mod tests {
         for (i, j) in [(0, 0), (0, 1), (1, 0), (1, 1)] {
             assert!((once.variance(0, i, j) / twice.variance(0, i, j) - 1.0).abs() < 1e-12);
         }
+    }
+
+    #[test]
+    fn a_known_factor_carries_the_covariance_along() {
+        let known = FrequencyResponse { uncertainty: None, value: example().value.mapv(|v| v * Complex64::new(0.3, 1.1)), ..example() };
+        let undo = known.inverse().expect("square");
+        for back in [example().after(&known).expect("fits").after(&undo).expect("fits"), example().before(&known).expect("fits").before(&undo).expect("fits")] {
+            for (i, j) in [(0, 0), (0, 1), (1, 0), (1, 1)] {
+                assert!((back.value[[0, i, j]] - example().value[[0, i, j]]).norm() < 1e-13);
+                assert!((back.variance(0, i, j) / example().variance(0, i, j) - 1.0).abs() < 1e-12);
+            }
+        }
+        assert!(example().after(&known.band(10.0, 20.0)).is_err());
+    }
+
+    #[test]
+    fn a_nearly_singular_response_is_not_to_be_inverted() {
+        let mut response = example();
+        assert!(response.invertibility()[0] > 3.0);
+        let row = [response.value[[0, 0, 0]], response.value[[0, 0, 1]]];
+        (0..2).for_each(|j| response.value[[0, 1, j]] = row[j] * 1.001);
+        assert!(response.invertibility()[0] < 0.1);
     }
 
     #[test]

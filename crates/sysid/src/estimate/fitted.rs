@@ -54,22 +54,23 @@ impl Fitted {
         let mut condition = vec![f64::NAN; bins];
         let mut singular_bins = Vec::new();
         let mut cholesky = Cholesky::new(q);
-        let (mut scratch, mut values, mut inverse, mut row) =
-            (vec![Complex64::default(); q * q], vec![0.0; q], vec![Complex64::default(); q * q], vec![NAN; q]);
+        let (mut inverse, mut row) = (vec![Complex64::default(); q * q], vec![NAN; q]);
         let mut value = self.g.clone();
         for f in usize::from(self.frequency_hz.first() == Some(&0.0))..bins {
             let input = |i: usize, j: usize| self.driver[[f, i, j]];
-            condition[f] = scaled_condition(input, &mut scratch, &mut values);
             for (i, j) in (0..q).flat_map(|i| (0..q).map(move |j| (i, j))) {
                 input_coherence[[f, i, j]] = input(i, j).norm_sqr() / (input(i, i).re * input(j, j).re);
             }
-            let usable = condition[f] <= LARGEST_CONDITION && self.g[[f, 0, 0]].is_finite() && cholesky.factor(input);
-            if !usable {
+            condition[f] = f64::INFINITY;
+            if cholesky.factor(input) {
+                cholesky.inverse(&mut inverse);
+                condition[f] = scaled_condition(q, input, &inverse);
+            }
+            if condition[f] > LARGEST_CONDITION || !self.g[[f, 0, 0]].is_finite() {
                 singular_bins.push(f);
                 value.index_axis_mut(ndarray::Axis(0), f).fill(NAN);
                 continue;
             }
-            cholesky.inverse(&mut inverse);
             for i in 0..p {
                 (0..q).for_each(|j| row[j] = self.g[[f, i, j]]);
                 imply(&mut coherence, (f, i), &row, input, &inverse, self.noise[[f, i, i]].re);
