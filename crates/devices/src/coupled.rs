@@ -22,6 +22,8 @@ pub(crate) struct Coupled<'a> {
     limb_laws: &'a [Box<dyn ForceLaw>],
     pub(crate) rest: Vec<f64>,
     pub(crate) rest_endpoint: Vec<f64>,
+    // The transducer's deflection under the limb's mean force.
+    preload: Vec<f64>,
     /// Motor torque, held over the sample.
     pub(crate) torque: Vec<f64>,
     /// Force that the limb makes by itself, held over the sample.
@@ -63,6 +65,7 @@ impl<'a> Coupled<'a> {
         let history = (laws.iter().flat_map(|l| l.iter()))
             .map(|law| History::new(m, if law.delay_s() > 0.0 { (law.delay_s() / shortest_step_s).ceil() as usize + 4 } else { 0 }))
             .collect();
+        let preload = limb.mean_force().iter().map(|f| f / transducer.stiffness).collect();
         let axis = || vec![0.0; m];
         let work = Work {
             q: rest.clone(),
@@ -79,7 +82,7 @@ impl<'a> Coupled<'a> {
             delayed_v: axis(),
         };
         let [robot_laws, limb_laws] = laws;
-        Coupled { robot, limb, transducer, robot_laws, limb_laws, rest, rest_endpoint, torque: vec![0.0; n], limb_force: axis(), history, work }
+        Coupled { robot, limb, transducer, robot_laws, limb_laws, rest, rest_endpoint, preload, torque: vec![0.0; n], limb_force: axis(), history, work }
     }
 
     pub(crate) fn joints(&self) -> usize {
@@ -108,9 +111,7 @@ impl<'a> Coupled<'a> {
     pub(crate) fn equilibrium(&self) -> Vec<f64> {
         let mut y = vec![0.0; self.dimension()];
         let start = 2 * self.joints();
-        for (e, f) in y[start..].iter_mut().zip(self.limb.mean_force()) {
-            *e = f / self.transducer.stiffness;
-        }
+        y[start..start + self.preload.len()].copy_from_slice(&self.preload);
         y
     }
 
@@ -137,8 +138,7 @@ impl<'a> Coupled<'a> {
         for i in 0..m {
             let row = &w.kinematics.jacobian[i * n..(i + 1) * n];
             w.robot_v[i] = row.iter().zip(rates).map(|(j, r)| j * r).sum();
-            let preload = self.limb.mean_force()[i] / self.transducer.stiffness;
-            w.x[i] = w.kinematics.endpoint[i] - self.rest_endpoint[i] - (e[i] - preload);
+            w.x[i] = w.kinematics.endpoint[i] - self.rest_endpoint[i] - (e[i] - self.preload[i]);
             w.v[i] = w.robot_v[i] - e_rate[i];
             w.force[i] = self.transducer.stiffness * e[i] + self.transducer.damping * e_rate[i];
         }

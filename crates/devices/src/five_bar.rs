@@ -83,6 +83,10 @@ impl Robot for FiveBar {
         Ok(vec![first, first + elbow])
     }
 
+    fn gravity_compensation(&self) -> f64 {
+        0.0
+    }
+
     /// The workspace's centre.
     fn home(&self) -> Result<Vec<f64>, DeviceError> {
         self.inverse_kinematics(&[0.0, 0.0])
@@ -95,8 +99,8 @@ impl Robot for FiveBar {
         let scale = h12 / (self.links_m[0] * self.links_m[1]);
         let (c, s) = (scale * (j[0] * j[1] + j[2] * j[3]), scale * (j[1] * j[2] - j[0] * j[3]));
         let (t1, t2) = (torque[0] - s * rates[1] * rates[1], torque[1] + s * rates[0] * rates[0]);
-        let determinant = h11 * h22 - c * c;
-        out[0] = (h22 * t1 - c * t2) / determinant;
-        out[1] = (h11 * t2 - c * t1) / determinant;
+        let scale = 1.0 / (h11 * h22 - c * c);
+        out[0] = (h22 * t1 - c * t2) * scale;
+        out[1] = (h11 * t2 - c * t1) * scale;
     }
 }

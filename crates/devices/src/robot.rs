@@ -135,7 +135,7 @@ pub trait Robot: Send + Sync {
         &[]
     }
 
-    /// Share of the robot's own gravity torque that the controller takes off.
+    /// Share of the robot's own gravity torque that the controller takes off; 0 where there is none.
     fn gravity_compensation(&self) -> f64 {
         1.0
     }

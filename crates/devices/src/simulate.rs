@@ -94,6 +94,7 @@ pub fn simulate_trial(experiment: &Experiment, commanded: &[Vec<f64>], extras: &
     let mut hold = Hold::new(bench.hold.clone(), &system.rest_endpoint, &measured.endpoint, bias, force_limit);
 
     let mut idle = PostureHold::new(robot, &bench.rest, bench.hold.velocity_cutoff_hz, fs);
+    let compensation = robot.gravity_compensation();
     let watch = Watch { limits: experiment.controller.safety, range: robot.range(), trial };
 
     let mut force = vec![Vec::with_capacity(recorded); m];
@@ -113,9 +114,9 @@ pub fn simulate_trial(experiment: &Experiment, commanded: &[Vec<f64>], extras: &
         if let Some(idle) = &mut idle {
             idle.add(robot, &angles, &measured.jacobian, &mut system.torque);
         }
-        robot.bias(&angles, &still, &mut gravity);
-        for (torque, gravity) in system.torque.iter_mut().zip(&gravity) {
-            *torque += robot.gravity_compensation() * gravity;
+        if compensation > 0.0 {
+            robot.bias(&angles, &still, &mut gravity);
+            system.torque.iter_mut().zip(&gravity).for_each(|(torque, gravity)| *torque += compensation * gravity);
         }
         robot.limit_torque(&mut system.torque);
         for (w, noise) in system.limb_force.iter_mut().zip(&noise) {
