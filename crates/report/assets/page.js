@@ -136,7 +136,8 @@ class Panel {
       element('path', { class: 'grid', d: `M${left} ${at}H${left + w}` }, frame);
       text(label, { x: left - 6, y: at + 4, 'text-anchor': 'end' });
     }
-    for (const [v, label] of sidewaysTicks(meta.x[0], backward(meta.x[0], x[0]), backward(meta.x[0], x[1]), w)) {
+    const columns = meta.columns.map((name, k) => [k + 0.5, name]).filter(([at]) => at >= x[0] && at <= x[1]);
+    for (const [v, label] of meta.columns.length ? columns : sidewaysTicks(meta.x[0], backward(meta.x[0], x[0]), backward(meta.x[0], x[1]), w)) {
       const at = left + (forward(meta.x[0], v) - x[0]) / (x[1] - x[0]) * w;
       element('path', { class: 'grid', d: `M${at} ${top}V${top + h}` }, frame);
       if (meta.labelled) text(label, { x: at, y: top + h + 15, 'text-anchor': 'middle' });
@@ -166,8 +167,11 @@ class Panel {
       if (path.style.display === 'none') continue;
       const [label, kind, color] = meta.series[path.dataset.s];
       if (kind === 'area') { // a part of a bar: the one under the pointer, by its length
-        const xs = this.points(path).map(p => p[0]), low = Math.min(...xs), high = Math.max(...xs);
-        if (meta.names.length && px >= low && px <= high) entries.set(label, { label, color, part: [low, high], point: [(low + high) / 2, py], distance: 0 });
+        for (const run of meta.names.length ? path.getAttribute('d').split('M').slice(1) : []) {
+          const n = run.match(/-?[\d.]+/g).map(Number), xs = n.filter((_, k) => k % 2 === 0), ys = n.filter((_, k) => k % 2);
+          const part = [Math.min(...xs), Math.max(...xs)], middle = (Math.min(...ys) + Math.max(...ys)) / 2;
+          if (px >= part[0] && px <= part[1] && (meta.names.length === 1 || py >= Math.min(...ys) && py <= Math.max(...ys))) entries.set(label, { label, color, part, point: [px, middle], distance: 0 });
+        }
         continue;
       }
       const points = this.points(path);
@@ -185,7 +189,7 @@ class Panel {
   }
   words(entry) {
     const { meta } = this, size = Math.abs(backward(meta.y[0], this.home.y[1]) - backward(meta.y[0], this.home.y[0]));
-    if (entry.part) return number(this.valueX(entry.part[1]) - this.valueX(entry.part[0]), 'linear', 100) + ' ' + meta.x[4];
+    if (entry.part) return meta.x[4] ? number(this.valueX(entry.part[1]) - this.valueX(entry.part[0]), 'linear', 100) + ' ' + meta.x[4] : meta.columns[Math.floor(this.valueX((entry.part[0] + entry.part[1]) / 2))] || '';
     if (meta.names.length) return this.title(entry.point[0]);
     const y = py => number(this.valueY(py), meta.y[0], size);
     const value = entry.point ? y(entry.point[1]) : '';
@@ -195,7 +199,7 @@ class Panel {
   heading(px, shown) {
     const { meta } = this;
     if (!meta.names.length) return `${meta.x[3] ? meta.x[3] + ' ' : ''}${this.title(px)}`;
-    return shown.length && shown[0].part ? meta.x[3] : shown.length ? meta.names[clamp(Math.floor(meta.names.length - this.valueY(shown[0].point[1])), 0, meta.names.length - 1)] : '';
+    return shown.length && shown[0].part && meta.names.length === 1 ? meta.x[3] : shown.length ? meta.names[clamp(Math.floor(meta.names.length - this.valueY(shown[0].point[1])), 0, meta.names.length - 1)] : '';
   }
   title(px) {
     const { meta } = this, size = Math.abs(backward(meta.x[0], this.home.x[1]) - backward(meta.x[0], this.home.x[0]));

@@ -235,12 +235,16 @@ fn sessions(noise: &mut Noise) -> Result<Section, FigureError> {
         estimates: (0..9).map(|week| estimate(410.0 - 11.0 * f64::from(week) + 5.0 * noise.normal(), 12.0)).collect(),
         detectable_change: Some(25.0),
     };
+    let truths: Vec<String> = ["coulomb-friction", "hysteresis", "cubic-stiffness", "measurement-delay", "limb-noise"].map(String::from).to_vec();
+    let answers: Vec<String> = truths.iter().cloned().chain(["nothing".to_string(), "unexplained".to_string()]).collect();
+    let counts = [[96, 3, 0, 0, 0, 1, 0], [4, 93, 0, 0, 1, 1, 1], [0, 0, 99, 0, 0, 1, 0], [0, 0, 0, 100, 0, 0, 0], [0, 2, 0, 0, 90, 6, 2]].map(Vec::from);
     let bins = [(0.35, 40, 15), (0.55, 55, 29), (0.75, 120, 95), (0.9, 300, 268), (0.98, 800, 788)];
     let bins = bins.map(|(stated, count, right)| ConfidenceBin { stated, count, right });
     Ok(Section::new("Subjects and sessions", "Stiffness repeats within 18 N/m; this subject's has fallen by more than that since the fifth week.")
         .figure(forest("cohort", "Twenty subjects", &cohort)?)
         .figure(course("course", "Eight weeks", &weeks)?)
         .figure(agreement("agreement", "First and second session", "stiffness", "N/m", &first, &second)?)
+        .figure(confusion("confusion", "Hidden and named causes", &truths, &answers, &counts)?)
         .figure(reliability("reliability", "Probabilities of named causes", &bins)?))
 }
 

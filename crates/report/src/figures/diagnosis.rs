@@ -24,7 +24,7 @@ pub fn shares(name: &str, title: &str, parts: &[(String, f64)]) -> Result<Figure
         let to = from + width;
         panel.series.push(Series::area(label.as_str(), vec![from, to, to, from], vec![0.12, 0.12, 0.88, 0.88], Color::nth(k)));
         if width >= 6.0 {
-            panel.pins.push(Pin { x: from, y: 0.2, label: format!("{} %", significant(width.round(), 2)) });
+            panel.pins.push(Pin { x: 0.5 * (from + to), y: 0.5, label: format!("{} %", significant(width.round(), 2)), centred: true });
         }
         table = table.row([label.clone(), significant(100.0 * share, 2)]);
         from = to;

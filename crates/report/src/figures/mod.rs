@@ -3,6 +3,7 @@
 mod bode;
 mod calibration;
 mod coherence;
+mod confusion;
 mod diagnosis;
 mod ellipse;
 mod error;
@@ -17,6 +18,7 @@ mod traces;
 pub use bode::{Curve, CurveStyle, ResponseCurves, bode};
 pub use calibration::{ConfidenceBin, reliability};
 pub use coherence::{Coherences, coherence, input_coherence};
+pub use confusion::confusion;
 pub use diagnosis::{Considered, HeldOut, MOST_DOTS, StatePicture, Stretches, against_state, before_after, considered, discrepancy, shares};
 pub use ellipse::{Ellipse, axes as ellipse_axes, ellipse};
 pub use error::FigureError;

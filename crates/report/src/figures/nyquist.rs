@@ -64,7 +64,7 @@ fn pins(frequency_hz: &[f64], real: &[f64], imaginary: &[f64]) -> Vec<Pin> {
         let Some(k) = (0..frequency_hz.len()).min_by(|a, b| away(a).total_cmp(&away(b))) else { continue };
         let free = pins.iter().all(|pin| (pin.x - real[k]).hypot(pin.y - imaginary[k]) > apart);
         if away(&k) <= 0.05 * wanted && free {
-            pins.push(Pin { x: real[k], y: imaginary[k], label: wanted.to_string() });
+            pins.push(Pin { x: real[k], y: imaginary[k], label: wanted.to_string(), centred: false });
         }
     }
     pins

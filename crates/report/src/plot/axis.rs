@@ -51,7 +51,7 @@ pub struct Axis {
     pub scale: Scale,
     /// From and to; `None` takes what the series need.
     pub range: Option<(f64, f64)>,
-    /// Names in place of numbers, from top to bottom; see [`Axis::names`].
+    /// Names in place of numbers, from top to bottom or from left to right; see [`Axis::names`].
     pub names: Vec<String>,
 }
 
@@ -71,7 +71,8 @@ impl Axis {
         Self { scale: Scale::Degrees, ..Self::linear(label, "°") }
     }
 
-    /// An ordinate of names, one a row; row k of n (from the top) lies around [`Axis::row`]`(k)`.
+    /// An axis of names: as ordinate one a row, row k (from the top) around [`Axis::row`]`(k)`; as abscissa one a
+    /// column, column k (from the left) around k + 0.5.
     pub fn names(names: Vec<String>) -> Self {
         Self { range: Some((0.0, names.len().max(1) as f64)), names, ..Self::linear("", "") }
     }

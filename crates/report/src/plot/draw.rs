@@ -62,7 +62,11 @@ pub(crate) fn draw_panel(panel: &Panel, width: f64, labelled: bool) -> PanelFram
     let (x, y) = ranges(panel);
     let (x_shown, y_shown) = if panel.is_square() { equal(x, y, plot_width, plot_height) } else { (x, y) };
     let at = Placement { panel, x: x_shown, y: y_shown, width: plot_width, height: plot_height, left, top };
-    let x_ticks = sideways_ticks(panel.x.scale, x_shown, plot_width);
+    let x_ticks = if panel.x.names.is_empty() {
+        sideways_ticks(panel.x.scale, x_shown, plot_width)
+    } else {
+        panel.x.names.iter().enumerate().map(|(k, name)| Tick { value: k as f64 + 0.5, label: name.clone() }).collect()
+    };
     let y_ticks = if panel.y.names.is_empty() {
         ticks(panel.y.scale, y_shown.0, y_shown.1, (plot_height / TICK_SPACING.1).round() as usize)
     } else {
@@ -81,7 +85,7 @@ pub(crate) fn draw_panel(panel: &Panel, width: f64, labelled: bool) -> PanelFram
         "x": [panel.x.scale.word(), x.0, x.1, panel.x.label, printed_unit(&panel.x.unit)],
         "y": [panel.y.scale.word(), y.0, y.1, panel.y.label, printed_unit(&panel.y.unit)],
         "shown": [x_shown.0, x_shown.1, y_shown.0, y_shown.1],
-        "names": panel.y.names, "margin": [left, top, RIGHT, bottom], "plot": [plot_width, plot_height],
+        "names": panel.y.names, "columns": panel.x.names, "margin": [left, top, RIGHT, bottom], "plot": [plot_width, plot_height],
         "equal": panel.is_square(), "free": panel.is_free(), "labelled": labelled, "link": panel.link, "series": series,
     });
     PanelFrame { body, width, height: top + plot_height + bottom, meta: meta.to_string() }
@@ -155,7 +159,11 @@ fn sideways_ticks(scale: Scale, (from, to): (f64, f64), width: f64) -> Vec<Tick>
 fn words(at: &Placement) -> String {
     let mut svg = String::new();
     let mut word = |kind: &str, (x, y): (f64, f64), (dx, dy): (f64, f64), label: &str| {
-        let anchor = if kind == "rule" { "end" } else { "start" };
+        let anchor = match kind {
+            "rule" => "end",
+            "centre" => "middle",
+            _ => "start",
+        };
         if !label.is_empty() && (-0.5..=at.width + 0.5).contains(&x) && (-0.5..=at.height + 0.5).contains(&y) {
             svg += &format!(
                 "<text class=\"pin\" data-kind=\"{kind}\" data-x=\"{x}\" data-y=\"{y}\" x=\"{x}\" y=\"{y}\" dx=\"{dx}\" dy=\"{dy}\" text-anchor=\"{anchor}\">{}</text>",
@@ -172,7 +180,8 @@ fn words(at: &Placement) -> String {
         word("span", (at.x(span.from).max(0.0), 0.0), (0.0, -6.0), &span.label);
     }
     for pin in &at.panel.pins {
-        word("pin", (at.x(pin.x), at.y(pin.y)), (6.0, -6.0), &pin.label);
+        let (kind, offset) = if pin.centred { ("centre", (0.0, 4.0)) } else { ("pin", (6.0, -6.0)) };
+        word(kind, (at.x(pin.x), at.y(pin.y)), offset, &pin.label);
     }
     svg
 }

@@ -44,6 +44,8 @@ pub struct Pin {
     pub y: f64,
     /// The words.
     pub label: String,
+    /// In the middle of the point, not beside it.
+    pub centred: bool,
 }
 
 /// Two axes and what is drawn between them.
