@@ -3,7 +3,7 @@
 use ndarray::{Array1, Array2, arr2};
 use ndof_models::{Axis, InertiaDampingStiffness};
 use ndof_signal::{CrossSpectra, FilteredNoise, Passband, SosFilter, Welch};
-use ndof_sysid::{DerivedEstimate, DirectEstimate, Labels, Ports, ResponseKind};
+use ndof_sysid::{DerivedEstimate, Labels, Ports, ResponseKind};
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, StandardNormal};
@@ -104,20 +104,21 @@ pub fn trial(limb: &InertiaDampingStiffness, limb_noise_n: f64, seed: u64) -> Ve
     out
 }
 
-/// Spectra of six trials.
-pub fn trial_spectra(limb: &InertiaDampingStiffness, limb_noise_n: f64, seed: u64, welch: &Welch) -> Vec<CrossSpectra> {
+/// Spectra of six trials whose channels went through `alter`.
+pub fn trial_spectra(limb: &InertiaDampingStiffness, limb_noise_n: f64, seed: u64, welch: &Welch, alter: &dyn Fn(&mut [Vec<f64>])) -> Vec<CrossSpectra> {
     (0..6)
         .map(|t| {
-            let trial = trial(limb, limb_noise_n, 100 * seed + t);
+            let mut trial = trial(limb, limb_noise_n, 100 * seed + t);
+            alter(&mut trial);
             welch.spectra(RATE_HZ, &trial.iter().map(Vec::as_slice).collect::<Vec<_>>()).expect("valid")
         })
         .collect()
 }
 
-/// Derived and direct compliance.
-pub fn compliance(spectra: &CrossSpectra) -> (DerivedEstimate, DirectEstimate) {
+/// Derived compliance.
+pub fn compliance(spectra: &CrossSpectra) -> DerivedEstimate {
     let ports = Ports { references: vec![0, 1], inputs: vec![2, 3], outputs: vec![4, 5] };
     let names = |role: &str| vec![format!("{role}_x"), format!("{role}_y")];
     let labels = Labels { references: names("cmd"), inputs: names("force"), outputs: names("pos"), kind: ResponseKind::Compliance };
-    (ndof_sysid::derived(spectra, &ports, &labels).expect("estimate"), ndof_sysid::direct(spectra, &ports, &labels, ndof_sysid::Direct::H1).expect("estimate"))
+    ndof_sysid::derived(spectra, &ports, &labels).expect("estimate")
 }
