@@ -30,10 +30,11 @@ pub(crate) fn assemble(file: &str, mut table: Table, options: &ReadOptions) -> R
     let time = table.columns.iter().position(|c| is_time(&c.name)).map(|i| table.columns.remove(i));
     let mut notes = std::mem::take(&mut table.notes);
     let Timing { clock, regridded } = timing(file, &table, time, options, &mut notes)?;
-    let mut channels = Vec::with_capacity(table.columns.len());
+    let names: Vec<String> = table.columns.iter().map(|c| c.name.clone()).collect();
+    let mut channels = Vec::with_capacity(names.len());
     let mut missing = Vec::new();
     for column in std::mem::take(&mut table.columns) {
-        let (unit, factor) = resolve(file, &column.name, column.unit.as_deref(), options, &mut notes)?;
+        let (unit, factor) = resolve(file, &column.name, column.unit.as_deref(), &names, options, &mut notes)?;
         let mut samples = column.samples;
         if factor != 1.0 {
             samples.iter_mut().for_each(|s| *s *= factor);

@@ -49,11 +49,12 @@ pub(crate) fn read(bytes: &[u8], file: &str) -> Result<Table, IoError> {
     let named = names(file, header.number, header.text, separator)?;
     let mut rows = Rows::new(file, named, separator);
     let mut unterminated = None;
+    let mut cells = Vec::with_capacity(rows.columns.len() + 1);
     for line in lines {
         if !line.terminated {
             unterminated = Some(line.number);
         }
-        rows.push(&line)?;
+        rows.push(&line, &mut cells)?;
     }
     let mut table = Table { metadata: facts, ..rows.finish(header.number)? };
     if let Some(line) = unterminated.filter(|line| table.lines.last() == Some(line)) {
@@ -108,9 +109,8 @@ impl<'a> Rows<'a> {
         Rows { file, separator, columns, lines: Vec::new(), time, decimals: 0, significant: 0, first_comma: None, first_point: None, empty_row: None }
     }
 
-    fn push<'l>(&mut self, line: &Line<'l>) -> Result<(), IoError> {
-        let mut cells: Vec<Cell<'l>> = Vec::with_capacity(self.columns.len() + 1);
-        split(line.text, self.separator, &mut cells).map_err(|_| IoError::OpenQuote { file: self.file.to_owned(), line: line.number })?;
+    fn push<'l>(&mut self, line: &Line<'l>, cells: &mut Vec<Cell<'l>>) -> Result<(), IoError> {
+        split(line.text, self.separator, cells).map_err(|_| IoError::OpenQuote { file: self.file.to_owned(), line: line.number })?;
         let expected = self.columns.len();
         if line.text.trim().is_empty() && expected > 1 {
             return Ok(());
@@ -185,7 +185,7 @@ impl<'a> Rows<'a> {
             None if self.time == Some(column) => "write the seconds since the beginning, such as 0.002".to_owned(),
             None => "write a number, or NaN for a lost sample; a line of text has to begin with #".to_owned(),
         };
-        let shown: String = text.chars().take(40).collect();
+        let shown: String = text.chars().take(40).map(|c| if c.is_control() { '\u{fffd}' } else { c }).collect();
         Err(IoError::NotANumber { file: self.file.to_owned(), place: Place::Line(line), channel: self.columns[column].name.clone(), text: shown, hint })
     }
 
