@@ -98,6 +98,29 @@ impl ResponseCurves {
 /// jump between −180° and 180°. All gains share one range where they have one unit and lie within six decades. Where
 /// intervals are given, frequencies beyond those at which any of them excludes zero are left out of the picture.
 ///
+/// ```
+/// use ndarray::Array3;
+/// use ndof_report::figures::{Curve, CurveStyle, ResponseCurves, bode};
+/// use num_complex::Complex64;
+///
+/// // A spring of 300 N/m with 2 kg on it.
+/// let frequency_hz = vec![0.5, 1.0, 2.0, 4.0];
+/// let omega = frequency_hz.iter().map(|f| std::f64::consts::TAU * f).collect::<Vec<_>>();
+/// let compliance = Array3::from_shape_fn((1, 1, 4), |(_, _, k)| 1.0 / Complex64::new(300.0 - 2.0 * omega[k] * omega[k], 5.0 * omega[k]));
+/// let data = ResponseCurves {
+///     quantity: "compliance".into(),
+///     unit: "m/N".into(),
+///     element_units: None,
+///     frequency_hz,
+///     inputs: vec!["force_x".into()],
+///     outputs: vec!["pos_x".into()],
+///     curves: vec![Curve::from_response("spring", &compliance, CurveStyle::FITTED)],
+/// };
+/// let figure = bode("bode", &data)?;
+/// assert_eq!(figure.cells[0].title, "pos_x ← force_x");
+/// # Ok::<(), ndof_report::FigureError>(())
+/// ```
+///
 /// # Errors
 /// [`FigureError`] where a table does not have the shape `[outputs][inputs][frequencies]` or one of them is empty.
 pub fn bode(name: &str, data: &ResponseCurves) -> Result<Figure, FigureError> {

@@ -2,13 +2,16 @@
 
 use super::bode::{ResponseCurves, capitalised, check, element};
 use super::error::FigureError;
+use crate::number::{printed_unit, significant};
 use crate::plot::{Axis, Figure, Panel, Pin, Series};
+use crate::table::{Align, Table};
 
 /// Frequencies that are named along the first curve.
 const MARKED_HZ: [f64; 7] = [0.5, 1.0, 2.0, 5.0, 10.0, 20.0, 50.0];
 
 /// Names closer than this share of the picture would overlap.
 const APART: f64 = 0.07;
+const TABLE_ROWS: usize = 12;
 
 /// The Nyquist matrix: imaginary over real part, with equal units on both axes; some frequencies are named along
 /// the last curve (the model, where there is one).
@@ -48,7 +51,37 @@ pub fn nyquist(name: &str, data: &ResponseCurves) -> Result<Figure, FigureError>
             figure = figure.panel(format!("{output} ← {input}"), panel);
         }
     }
+    figure.table = Some(table(data));
     Ok(figure)
+}
+
+/// Real and imaginary parts at a few frequencies, evenly spread by their logarithm.
+fn table(data: &ResponseCurves) -> Table {
+    let positive: Vec<usize> = (0..data.frequency_hz.len()).filter(|&k| data.frequency_hz[k] > 0.0).collect();
+    let mut picked: Vec<usize> = Vec::new();
+    if let (Some(&first), Some(&last)) = (positive.first(), positive.last()) {
+        let (low, high) = (data.frequency_hz[first].ln(), data.frequency_hz[last].ln());
+        for row in 0..TABLE_ROWS {
+            let wanted = low + (high - low) * row as f64 / (TABLE_ROWS - 1) as f64;
+            let away = |k: usize| (data.frequency_hz[k].ln() - wanted).abs();
+            picked.extend(positive.iter().copied().min_by(|&a, &b| away(a).total_cmp(&away(b))));
+        }
+        picked.dedup();
+    }
+    let mut table = Table::new(format!("{}: real and imaginary part", capitalised(&data.quantity)), &[("Frequency [Hz]", Align::Left)]);
+    table.rows = picked.iter().map(|&k| vec![significant(data.frequency_hz[k], 3)]).collect();
+    for (row, output) in data.outputs.iter().enumerate() {
+        for (column, input) in data.inputs.iter().enumerate() {
+            for curve in &data.curves {
+                table.columns.push((format!("{output} ← {input} [{}]: {}", printed_unit(data.unit_of(row, column)), curve.label), Align::Right));
+                for (cells, &k) in table.rows.iter_mut().zip(&picked) {
+                    let (gain, phase) = (curve.gain[[row, column, k]], curve.phase_rad[[row, column, k]]);
+                    cells.push(format!("{}; {}", significant(gain * phase.cos(), 3), significant(gain * phase.sin(), 3)));
+                }
+            }
+        }
+    }
+    table
 }
 
 /// Names of round frequencies, at the nearest bin no further off than 5 %, where they do not lie on each other.
@@ -98,6 +131,8 @@ mod tests {
         assert!(x[0].is_nan(), "0 Hz is left out");
         // |H - 1/2| = 1/2 for 1 / (1 + jf), to round-off.
         assert!(x.iter().zip(y).skip(1).all(|(re, im)| ((re - 0.5).hypot(*im) - 0.5).abs() < 1e-14));
+        let table = figure.table.as_ref().unwrap();
+        assert_eq!((table.rows[0][0].as_str(), table.rows[0][1].as_str(), table.rows.last().unwrap()[0].as_str()), ("0.100", "0.990; −0.0990", "39.9"));
         assert!(panel.equal_aspect && panel.pins.iter().any(|pin| pin.label == "5"));
     }
 }

@@ -19,11 +19,16 @@ pub(super) fn data_tables(figure: &Figure) -> Vec<Table> {
 fn cell_tables(figure: &Figure, cell: &Cell, rows: usize) -> Vec<Table> {
     let mut abscissae: Vec<&Arc<[f64]>> = Vec::new();
     for series in cell.panels.iter().flat_map(|panel| &panel.series) {
-        if !abscissae.contains(&series.mark.x()) {
+        if !abscissae.iter().any(|x| same(x, series.mark.x())) {
             abscissae.push(series.mark.x());
         }
     }
     abscissae.into_iter().map(|x| table_over(figure, cell, x, rows)).collect()
+}
+
+/// One abscissa, also where it holds NaN, which equals nothing.
+fn same(a: &Arc<[f64]>, b: &Arc<[f64]>) -> bool {
+    Arc::ptr_eq(a, b) || a == b
 }
 
 fn table_over(figure: &Figure, cell: &Cell, x: &Arc<[f64]>, rows: usize) -> Table {
@@ -35,7 +40,7 @@ fn table_over(figure: &Figure, cell: &Cell, x: &Arc<[f64]>, rows: usize) -> Tabl
     table.rows = picked.iter().map(|&k| vec![significant(x[k], 3)]).collect();
     for panel in &cell.panels {
         let mut labels: Vec<&str> = Vec::new();
-        for series in panel.series.iter().filter(|series| series.mark.x() == x && !matches!(series.mark, Mark::Area { .. })) {
+        for series in panel.series.iter().filter(|series| same(series.mark.x(), x) && !matches!(series.mark, Mark::Area { .. })) {
             if !labels.contains(&series.label.as_str()) {
                 labels.push(&series.label);
             }
@@ -52,7 +57,7 @@ fn table_over(figure: &Figure, cell: &Cell, x: &Arc<[f64]>, rows: usize) -> Tabl
 
 /// "3.1 [2.9, 3.4]" from the line and the band of one label.
 fn value_and_interval(panel: &Panel, label: &str, x: &Arc<[f64]>, k: usize) -> String {
-    let of_label = |series: &&Series| series.label == label && series.mark.x() == x;
+    let of_label = |series: &&Series| series.label == label && same(series.mark.x(), x);
     let mut words = Vec::new();
     for series in panel.series.iter().filter(of_label) {
         match &series.mark {

@@ -7,9 +7,10 @@ pub(super) fn figure_html(figure: &Figure, id: &str) -> String {
     let cell_width = figure.cell_width();
     let cells: String = figure.cells.iter().map(|cell| cell_html(figure, cell, cell_width)).collect();
     let square = figure.cells.iter().flat_map(|cell| &cell.panels).any(|panel| panel.is_square());
+    let narrow = figure.table.as_ref().is_some_and(|table| table.columns.len() <= 4 && table.rows.len() <= 6);
     let own = figure.table.as_ref().map(crate::Table::to_html);
     let (beside, numbers) = match own {
-        Some(table) if square && figure.columns == 1 => (format!("<div class=\"beside\">{table}</div>\n"), String::new()),
+        Some(table) if square && figure.cells.len() == 1 && figure.columns == 1 && narrow => (format!("<div class=\"beside\">{table}</div>\n"), String::new()),
         Some(table) => (String::new(), table),
         None => (String::new(), data_tables(figure).iter().map(crate::Table::to_html).collect()),
     };

@@ -102,6 +102,18 @@ pub struct PlotFile {
 }
 
 /// A report. [`Report::to_html`] gives the page, [`Report::plot_files`] the pictures as files.
+///
+/// ```
+/// use ndof_report::{Report, Section};
+///
+/// let report = Report {
+///     title: "Arm study".into(),
+///     lead: "The hand is held by a spring of 303 ± 5 N/m.".into(),
+///     sections: vec![Section::new("Impedance", "Fitted from 0.5 to 10 Hz.").text("All intervals hold the truth.")],
+///     ..Report::default()
+/// };
+/// assert!(report.to_html().contains("<h2>Impedance</h2>"));
+/// ```
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Report {
     /// Title of the page.

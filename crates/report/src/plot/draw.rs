@@ -7,8 +7,8 @@
 use serde_json::json;
 
 use super::axis::Scale;
-use super::figure::{Panel, RULE_COLOR};
-use super::palette::standalone_classes;
+use super::figure::Panel;
+use super::palette::{Color, standalone_classes};
 use super::placement::{Placement, equal, ranges};
 use super::shapes::draw_series;
 use super::svg::{escape, px};
@@ -28,6 +28,7 @@ const BOTTOM_BARE: f64 = 8.0;
 const TICK_SPACING: (f64, f64) = (70.0, 38.0);
 /// Width of a letter of a tick's label, about.
 const LETTER: f64 = 6.2;
+
 /// The styles that both a file and the page need.
 pub(crate) const PLOT_CSS: &str = include_str!("../../assets/plot.css");
 
@@ -124,7 +125,7 @@ fn annotations(at: &Placement) -> String {
         svg += &format!("<path class=\"span\" d=\"M{} 0H{}V{}H{}Z\"/>", px(at.x(span.from)), px(at.x(span.to)), px(at.height), px(at.x(span.from)));
     }
     for rule in at.panel.rules.iter().filter(|rule| at.y(rule.y).is_finite()) {
-        svg += &format!("<path class=\"line rule c-{} dashed\" d=\"M0 {y}H{}\"/>", RULE_COLOR.name(), px(at.width), y = px(at.y(rule.y)));
+        svg += &format!("<path class=\"line rule c-{} dashed\" d=\"M0 {y}H{}\"/>", Color::Grey.name(), px(at.width), y = px(at.y(rule.y)));
     }
     svg
 }
@@ -189,7 +190,7 @@ fn words(at: &Placement) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::plot::{Axis, Color, Series};
+    use crate::plot::{Axis, Series};
 
     fn panel(y: Vec<f64>) -> Panel {
         let x: Vec<f64> = (0..y.len()).map(|k| k as f64).collect();

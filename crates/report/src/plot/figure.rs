@@ -3,7 +3,6 @@
 use super::axis::{Axis, Scale};
 use super::draw::{draw_panel, standalone_style};
 use super::legend::{draw_legend, legend_entries};
-use super::palette::Color;
 use super::series::Series;
 use super::svg::{escape, px};
 use crate::table::Table;
@@ -234,18 +233,10 @@ fn stem(name: &str) -> String {
     if stem.is_empty() { "figure".to_string() } else { stem.to_string() }
 }
 
-impl Default for Panel {
-    fn default() -> Self {
-        Self::new(Axis::linear("", ""), Axis::linear("", ""))
-    }
-}
-
-/// The colour of thresholds and of what is not data.
-pub(crate) const RULE_COLOR: Color = Color::Grey;
-
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::plot::Color;
 
     fn figure() -> Figure {
         let panel = || {

@@ -14,17 +14,27 @@ pub(crate) struct LegendEntry {
     pub line: bool,
     pub points: bool,
     pub band: bool,
+    pub part: bool,
 }
 
 /// Entries in the order of first appearance; marks of one label are merged. Series without a label have no entry.
 pub(crate) fn legend_entries(figure: &Figure) -> Vec<LegendEntry> {
     let mut entries: Vec<LegendEntry> = Vec::new();
-    for series in figure.cells.iter().flat_map(|cell| &cell.panels).flat_map(|panel| &panel.series) {
+    let panels = figure.cells.iter().flat_map(|cell| &cell.panels);
+    for (panel, series) in panels.flat_map(|panel| panel.series.iter().map(move |series| (panel, series))) {
         if series.label.is_empty() {
             continue;
         }
         let at = entries.iter().position(|entry| entry.label == series.label).unwrap_or_else(|| {
-            entries.push(LegendEntry { label: series.label.clone(), color: series.color, dash: Dash::Solid, line: false, points: false, band: false });
+            entries.push(LegendEntry {
+                label: series.label.clone(),
+                color: series.color,
+                dash: Dash::Solid,
+                line: false,
+                points: false,
+                band: false,
+                part: false,
+            });
             entries.len() - 1
         });
         let entry = &mut entries[at];
@@ -34,6 +44,7 @@ pub(crate) fn legend_entries(figure: &Figure) -> Vec<LegendEntry> {
                 entry.dash = series.dash;
             }
             Mark::Points { .. } => entry.points = true,
+            Mark::Area { .. } if !panel.y.names.is_empty() => entry.part = true,
             Mark::Band { .. } | Mark::Area { .. } => entry.band = true,
         }
     }
@@ -44,8 +55,9 @@ pub(crate) fn legend_entries(figure: &Figure) -> Vec<LegendEntry> {
 pub(crate) fn swatch(entry: &LegendEntry, x: f64, y: f64) -> String {
     let color = entry.color.name();
     let mut svg = String::new();
-    if entry.band {
-        svg += &format!("<path class=\"band c-{color}\" d=\"M{} {}h24v10h-24Z\"/>", px(x), px(y - 5.0));
+    if entry.band || entry.part {
+        let class = if entry.part { "band part" } else { "band" };
+        svg += &format!("<path class=\"{class} c-{color}\" d=\"M{} {}h24v10h-24Z\"/>", px(x), px(y - 5.0));
     }
     if entry.line {
         svg += &format!("<path class=\"line c-{color}{}\" d=\"M{} {}h24\"/>", entry.dash.class(), px(x), px(y));

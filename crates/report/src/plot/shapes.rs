@@ -42,7 +42,7 @@ pub(super) fn draw_series(at: &Placement, series: &Series, index: usize) -> Stri
                 let point = (at.x(x_k), at.y(y_k));
                 (point.0.is_finite() && point.1.is_finite()).then_some(point)
             }));
-            ("band part", rings.iter().map(|ring| polyline(ring) + "Z").collect::<String>())
+            (if at.panel.y.names.is_empty() { "band" } else { "band part" }, rings.iter().map(|ring| polyline(ring) + "Z").collect::<String>())
         }
         Mark::Band { x, low, high } => {
             let runs = runs(x.iter().zip(low).zip(high).enumerate().map(|(k, ((&x_k, &low_k), &high_k))| {
