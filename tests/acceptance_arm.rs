@@ -11,7 +11,6 @@ use ndof::sysid::{FrequencyResponse, ResponseKind};
 use num_complex::Complex64;
 use rayon::prelude::*;
 use serde_json::Value;
-use std::collections::BTreeMap;
 
 const SEEDS: u64 = 20;
 const BAND_HZ: [f64; 2] = [0.5, 8.0];
@@ -33,8 +32,8 @@ fn experiment(seed: u64, limb_noise_rms_n: f64) -> Experiment {
         duration_s: 50.0,
         sample_rate_hz: 500.0,
         discard_s: 2.0,
-        device: DeviceConfig { name: "mit-manus".to_owned(), parameters: BTreeMap::new() },
-        limb: LimbConfig::EndpointLinear(EndpointLinearConfig { M: m, B: b, K: k, mean_force_n: None, noise: Some(noise) }),
+        device: DeviceConfig::named("mit-manus"),
+        limb: LimbConfig::EndpointLinear(EndpointLinearConfig { M: m, B: b, K: k, noise: Some(noise), ..EndpointLinearConfig::default() }),
         posture: Posture::default(),
         controller: Controller::default(),
         sensors: Sensors::default(),
