@@ -1,7 +1,7 @@
 //! Recording files: one module a format, and writing that never leaves half a file.
 //!
 //! [`read`] turns a file into a [`ReadRecording`]: channels in SI units at one rate, with a [`Note`] for everything
-//! that was done to get there (a unit converted, a stretch resampled, a column ignored). [`write`] is its inverse.
+//! that was done to get there (a unit converted, a stretch resampled, a column ignored). [`write()`] is its inverse.
 //! What a file does not say is never guessed in silence: it is an [`IoError`] that names the file, the place and the
 //! remedy, or a note.
 //!

@@ -28,7 +28,7 @@ pub fn write(path: &Path, recording: &Recording) -> Result<(), IoError> {
 /// The bytes of a recording in the format of the suffix of `file`.
 ///
 /// # Errors
-/// As [`write`], without the disk's.
+/// As [`write()`], without the disk's.
 pub fn encode(recording: &Recording, file: &str) -> Result<Vec<u8>, IoError> {
     (formats::writer(file)?)(recording, file)
 }

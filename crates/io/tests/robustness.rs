@@ -236,6 +236,29 @@ fn sizes_that_lie_and_bottomless_structs_are_refused() {
     assert!(error.to_string().contains("nested"), "{error}");
 }
 
+/// A hundred million missing values take 260 kB in Parquet and would take 800 MB in memory.
+#[cfg(feature = "parquet")]
+#[test]
+fn rows_that_take_no_room_in_parquet_are_refused() {
+    use parquet::data_type::DoubleType;
+    use parquet::file::writer::SerializedFileWriter;
+    use parquet::schema::parser::parse_message_type;
+    let schema = parse_message_type("message recording { OPTIONAL DOUBLE force_x; }").expect("schema");
+    let mut writer = SerializedFileWriter::new(Vec::new(), schema.into(), Default::default()).expect("writer");
+    let missing = vec![0i16; 1_000_000];
+    for _ in 0..100 {
+        let mut group = writer.next_row_group().expect("group");
+        let mut column = group.next_column().expect("column").expect("one");
+        column.typed::<DoubleType>().write_batch(&[], Some(&missing), None).expect("written");
+        column.close().expect("closed");
+        group.close().expect("closed");
+    }
+    let bytes = writer.into_inner().expect("finished");
+    assert!(bytes.len() < 1_000_000, "{}", bytes.len());
+    let error = read_bytes(&bytes, "bomb.parquet", &ReadOptions::default()).unwrap_err();
+    assert!(matches!(error, IoError::TooLarge { .. }), "{error}");
+}
+
 #[test]
 fn the_bomb_of_this_test_is_one() {
     let mut out = Vec::new();
