@@ -32,5 +32,5 @@ pub use quantity::{Quantity, Unit, UnknownUnit};
 pub use recording::{Channel, Recording, RecordingError};
 pub use segments::{Detrend, effective_averages};
 pub use slepian::{SlepianError, SlepianTapers, slepian_tapers};
-pub use welch::{Welch, WelchError, WelchStream};
+pub use welch::{Welch, WelchError, WelchPartial, WelchStream};
 pub use window::{ParseWindowError, Window};

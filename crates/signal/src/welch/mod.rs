@@ -1,5 +1,6 @@
 //! Welch's method: one pass, each channel transformed once per segment.
 
+mod partial;
 mod plan;
 mod stream;
 mod sum;
@@ -8,6 +9,7 @@ use crate::cross_spectra::CrossSpectra;
 use crate::segments::{self, Detrend, effective_averages, first_not_finite};
 use crate::window::Window;
 use num_complex::Complex64;
+pub use partial::WelchPartial;
 use plan::Plan;
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
@@ -82,6 +84,12 @@ pub enum WelchError {
         channel: usize,
         /// Index of the sample.
         sample: usize,
+    },
+    /// Partial sums do not make a whole.
+    #[error("partial sums do not fit together: {why}; merge each block of one record's one analysis once")]
+    Merge {
+        /// What is wrong.
+        why: &'static str,
     },
 }
 
