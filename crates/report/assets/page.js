@@ -300,7 +300,7 @@ class Figure {
     tip.hidden = false;
     const box = panel.svg.getBoundingClientRect(), scale = box.width / (panel.w + panel.meta.margin[0] + panel.meta.margin[2]);
     const px = pointer ? pointer.clientX : box.left + (panel.meta.margin[0] + x * panel.map.kx + panel.map.ox) * scale;
-    const py = pointer ? pointer.clientY : box.top + 40;
+    const py = pointer && pointer.pointerType !== 'touch' ? pointer.clientY : box.top + 14; // a finger hides what is below it
     const left = px + 16 + tip.offsetWidth > document.documentElement.clientWidth ? px - 16 - tip.offsetWidth : px + 16;
     tip.style.left = Math.max(4, left) + scrollX + 'px';
     tip.style.top = Math.max(4, py - tip.offsetHeight - 12) + scrollY + 'px';
@@ -349,7 +349,9 @@ class Figure {
     };
     svg.addEventListener('pointerup', finish);
     svg.addEventListener('pointercancel', finish);
-    svg.addEventListener('pointerleave', () => { if (!start) this.leave(panel); });
+    // A finger leaves as soon as it lifts; what it touched stays to be read until it touches elsewhere.
+    svg.addEventListener('pointerleave', event => { if (!start && event.pointerType !== 'touch') this.leave(panel); });
+    document.addEventListener('pointerdown', event => { if (event.pointerType === 'touch' && panel.at && !this.root.contains(event.target)) this.leave(panel); });
     svg.addEventListener('dblclick', () => this.zoom('reset', panel));
     svg.addEventListener('blur', () => this.leave(panel));
     svg.addEventListener('keydown', event => {

@@ -1,4 +1,7 @@
 //! The pictures of this field, each from plain data to a [`Figure`](crate::Figure).
+//!
+//! A new picture is one file here: a struct of plain data, if it needs one, and a function that checks its shapes
+//! and returns a figure. Drawing, zoom, read-out, tables, files and dark mode come with the figure.
 
 mod bode;
 mod calibration;

@@ -2,6 +2,7 @@
 
 use super::bode::{ResponseCurves, capitalised, check, element};
 use super::error::FigureError;
+use super::frequency::known_extent;
 use crate::number::{printed_unit, significant};
 use crate::plot::{Axis, Figure, Panel, Pin, Series};
 use crate::table::{Align, Table};
@@ -14,7 +15,7 @@ const APART: f64 = 0.07;
 const TABLE_ROWS: usize = 12;
 
 /// The Nyquist matrix: imaginary over real part, with equal units on both axes; some frequencies are named along
-/// the last curve (the model, where there is one).
+/// the last curve (the model, where there is one). The band is that of the Bode matrix.
 ///
 /// # Errors
 /// As [`bode`](super::bode).
@@ -26,6 +27,7 @@ pub fn nyquist(name: &str, data: &ResponseCurves) -> Result<Figure, FigureError>
     for curve in &data.curves {
         check(curve, &shape)?;
     }
+    let (low, high) = known_extent(&data.frequency_hz, &data.curves).unwrap_or((0.0, f64::INFINITY));
     let mut figure = Figure::new(name, format!("{} in the complex plane", capitalised(&data.quantity)))
         .columns(data.inputs.len())
         .caption("Imaginary over real part; small numbers are frequencies in hertz.");
@@ -36,7 +38,7 @@ pub fn nyquist(name: &str, data: &ResponseCurves) -> Result<Figure, FigureError>
             panel.equal_aspect = true;
             for (index, curve) in data.curves.iter().enumerate() {
                 let polar = || element(&curve.gain, row, column).into_iter().zip(element(&curve.phase_rad, row, column)).zip(&data.frequency_hz);
-                let usable = |frequency: f64| frequency > 0.0;
+                let usable = |frequency: f64| frequency > 0.0 && (low..=high).contains(&frequency);
                 let real: Vec<f64> = polar().map(|((gain, phase), &f)| if usable(f) { gain * phase.cos() } else { f64::NAN }).collect();
                 let imaginary: Vec<f64> = polar().map(|((gain, phase), &f)| if usable(f) { gain * phase.sin() } else { f64::NAN }).collect();
                 if index + 1 == data.curves.len() {

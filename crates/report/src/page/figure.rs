@@ -5,7 +5,8 @@ use crate::plot::{Cell, Figure, draw_panel, escape, legend_entries, swatch};
 
 pub(super) fn figure_html(figure: &Figure, id: &str) -> String {
     let cell_width = figure.cell_width();
-    let cells: String = figure.cells.iter().map(|cell| cell_html(figure, cell, cell_width)).collect();
+    let left = figure.panel_left();
+    let cells: String = figure.cells.iter().map(|cell| cell_html(figure, cell, (cell_width, left))).collect();
     let square = figure.cells.iter().flat_map(|cell| &cell.panels).any(|panel| panel.is_square());
     let narrow = figure.table.as_ref().is_some_and(|table| table.columns.len() <= 4 && table.rows.len() <= 6);
     let own = figure.table.as_ref().map(crate::Table::to_html);
@@ -47,11 +48,11 @@ fn legend_html(figure: &Figure) -> String {
         .collect()
 }
 
-fn cell_html(figure: &Figure, cell: &Cell, width: f64) -> String {
+fn cell_html(figure: &Figure, cell: &Cell, (width, left): (f64, f64)) -> String {
     let title = if cell.title.is_empty() { String::new() } else { format!("<h4>{}</h4>", escape(&cell.title)) };
     let mut panels = String::new();
     for (k, panel) in cell.panels.iter().enumerate() {
-        let frame = draw_panel(panel, width, k + 1 == cell.panels.len());
+        let frame = draw_panel(panel, width, left, k + 1 == cell.panels.len());
         let words = [figure.title.as_str(), &cell.title, &panel.y.caption()].into_iter().filter(|word| !word.is_empty()).collect::<Vec<_>>().join(", ");
         let name = format!("{words} over {}", panel.x.caption());
         panels += &format!(

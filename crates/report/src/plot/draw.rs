@@ -52,10 +52,10 @@ pub(crate) struct PanelFrame {
     pub meta: String,
 }
 
-/// Draws a panel `width` pixels wide; `labelled` gives the abscissa its ticks' labels and its name.
-pub(crate) fn draw_panel(panel: &Panel, width: f64, labelled: bool) -> PanelFrame {
+/// Draws a panel `width` pixels wide whose plot area begins at `left`; `labelled` gives the abscissa its ticks' labels
+/// and its name.
+pub(crate) fn draw_panel(panel: &Panel, width: f64, left: f64, labelled: bool) -> PanelFrame {
     let bottom = if labelled { BOTTOM_LABELLED } else { BOTTOM_BARE };
-    let left = left_margin(panel, width);
     let worded = !panel.y.caption().is_empty() || panel.spans.iter().any(|span| !span.label.is_empty());
     let top = if worded { TOP } else { TOP_BARE };
     let plot_width = width - left - RIGHT;
@@ -68,11 +68,8 @@ pub(crate) fn draw_panel(panel: &Panel, width: f64, labelled: bool) -> PanelFram
     } else {
         panel.x.names.iter().enumerate().map(|(k, name)| Tick { value: k as f64 + 0.5, label: name.clone() }).collect()
     };
-    let y_ticks = if panel.y.names.is_empty() {
-        ticks(panel.y.scale, y_shown.0, y_shown.1, (plot_height / TICK_SPACING.1).round() as usize)
-    } else {
-        panel.y.names.iter().enumerate().map(|(k, name)| Tick { value: panel.y.row(k), label: shortened(name, left) }).collect()
-    };
+    let y_ticks = upwards_ticks(panel, y_shown, plot_height);
+    let y_ticks: Vec<Tick> = y_ticks.into_iter().map(|tick| Tick { label: shortened(&tick.label, left), ..tick }).collect();
     let mut body = frame(&at, &x_ticks, &y_ticks, labelled);
     body += &format!("<svg class=\"data\" x=\"{}\" y=\"{}\" width=\"{}\" height=\"{}\"><g class=\"view\">", px(left), px(top), px(plot_width), px(plot_height));
     body += &annotations(&at);
@@ -130,9 +127,21 @@ fn annotations(at: &Placement) -> String {
     svg
 }
 
-/// Room for the names of a panel's rows, at most half of it.
-fn left_margin(panel: &Panel, width: f64) -> f64 {
-    let longest = panel.y.names.iter().map(|name| name.chars().count()).max().unwrap_or(0);
+fn upwards_ticks(panel: &Panel, (from, to): (f64, f64), height: f64) -> Vec<Tick> {
+    if panel.y.names.is_empty() {
+        return ticks(panel.y.scale, from, to, (height / TICK_SPACING.1).round() as usize);
+    }
+    panel.y.names.iter().enumerate().map(|(k, name)| Tick { value: panel.y.row(k), label: name.clone() }).collect()
+}
+
+/// Room for the labels of the ordinate: as much as the longest of all panels needs, so that their plot areas stand
+/// below each other, but at most half of the width.
+pub(crate) fn left_margin<'a>(panels: impl Iterator<Item = &'a Panel>, width: f64) -> f64 {
+    let longest = |panel: &Panel| {
+        let height = if panel.is_square() { width - LEFT - RIGHT } else { panel.height };
+        upwards_ticks(panel, ranges(panel).1, height).iter().map(|tick| tick.label.chars().count()).max().unwrap_or(0)
+    };
+    let longest = panels.map(longest).max().unwrap_or(0);
     (LETTER * longest as f64 + 14.0).clamp(LEFT, WIDEST_LEFT.min(0.5 * width).max(LEFT))
 }
 
@@ -204,19 +213,19 @@ mod tests {
 
     #[test]
     fn a_line_lies_where_its_numbers_say() {
-        let frame = draw_panel(&panel(vec![0.0, 1.0, 0.5]), LEFT + RIGHT + 100.0, true);
+        let frame = draw_panel(&panel(vec![0.0, 1.0, 0.5]), LEFT + RIGHT + 100.0, LEFT, true);
         assert_eq!(path_of(&frame.body), "data-s=\"0\" d=\"M0 200L50 0 100 100\"");
     }
 
     #[test]
     fn a_missing_value_breaks_the_line() {
-        let frame = draw_panel(&panel(vec![0.0, 1.0, f64::NAN, 0.5, 1.0]), LEFT + RIGHT + 100.0, true);
+        let frame = draw_panel(&panel(vec![0.0, 1.0, f64::NAN, 0.5, 1.0]), LEFT + RIGHT + 100.0, LEFT, true);
         assert_eq!(path_of(&frame.body), "data-s=\"0\" d=\"M0 200L25 0M75 100L100 0\"");
     }
 
     #[test]
     fn a_long_trace_is_cut_to_what_pixels_show() {
-        let frame = draw_panel(&panel((0..100_000).map(|k| (k as f64 * 0.37).sin().abs()).collect()), 462.0, true);
+        let frame = draw_panel(&panel((0..100_000).map(|k| (k as f64 * 0.37).sin().abs()).collect()), 462.0, LEFT, true);
         assert!(frame.body.len() < 20_000, "{}", frame.body.len());
     }
 }

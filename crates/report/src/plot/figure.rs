@@ -1,7 +1,7 @@
 //! A figure: a grid of cells, each a stack of panels over one abscissa.
 
 use super::axis::{Axis, Scale};
-use super::draw::{draw_panel, standalone_style};
+use super::draw::{draw_panel, left_margin, standalone_style};
 use super::legend::{draw_legend, legend_entries};
 use super::series::Series;
 use super::svg::{escape, px};
@@ -169,6 +169,11 @@ impl Figure {
         width.clamp(NARROWEST_CELL, widest)
     }
 
+    /// Where the plot areas begin in their cells.
+    pub(crate) fn panel_left(&self) -> f64 {
+        left_margin(self.cells.iter().flat_map(|cell| &cell.panels), self.cell_width())
+    }
+
     /// A sentence for those who cannot see it.
     pub(crate) fn description(&self) -> String {
         let panels: usize = self.cells.iter().map(|cell| cell.panels.len()).sum();
@@ -181,6 +186,7 @@ impl Figure {
     /// The figure as a file of its own: light colours on white, all styles inside.
     pub fn to_svg(&self) -> String {
         let cell_width = self.cell_width();
+        let panel_left = self.panel_left();
         let columns = self.columns.max(1);
         let width = (2.0 * MARGIN + columns as f64 * cell_width + (columns as f64 - 1.0) * GAP).max(320.0);
         let (legend, legend_height) = draw_legend(&legend_entries(self), MARGIN, 44.0, width - 2.0 * MARGIN);
@@ -196,7 +202,7 @@ impl Figure {
                     y += CELL_TITLE;
                 }
                 for (k, panel) in cell.panels.iter().enumerate() {
-                    let frame = draw_panel(panel, cell_width, k + 1 == cell.panels.len());
+                    let frame = draw_panel(panel, cell_width, panel_left, k + 1 == cell.panels.len());
                     body += &format!("<g transform=\"translate({} {})\">{}</g>", px(left), px(y), frame.body);
                     y += frame.height;
                 }

@@ -6,6 +6,9 @@ use super::placement::{FAR, Placement};
 use super::series::{Mark, Series};
 use super::svg::px;
 
+/// Of dots in one square of this many pixels, the first is drawn.
+const NEAR: f64 = 0.25;
+
 /// A series as SVG, in the coordinates of the plot area. `index` is its number in the panel.
 pub(super) fn draw_series(at: &Placement, series: &Series, index: usize) -> String {
     let x_range = at.x;
@@ -35,7 +38,9 @@ pub(super) fn draw_series(at: &Placement, series: &Series, index: usize) -> Stri
         }
         Mark::Points { x, y } => {
             let dots = x.iter().zip(y).map(|(&x_k, &y_k)| (at.x(x_k), at.y(y_k))).filter(|point| point.0.is_finite() && point.1.is_finite());
-            ("points", dots.map(|(x, y)| format!("M{} {}h0", px(x), px(y))).collect())
+            let mut taken = std::collections::BTreeSet::new();
+            let apart = dots.filter(|(x, y)| taken.insert(((x / NEAR).round() as i64, (y / NEAR).round() as i64)));
+            ("points", apart.map(|(x, y)| format!("M{} {}h0", px(x), px(y))).collect())
         }
         Mark::Area { x, y } => {
             let rings = runs(x.iter().zip(y).map(|(&x_k, &y_k)| {
