@@ -31,6 +31,7 @@ enum Command {
     Study(command::study::Arguments),
     Estimate(command::estimate::Arguments),
     Fit(command::fit::Arguments),
+    Diagnose(command::diagnose::Arguments),
     Simulate(command::simulate::Arguments),
     Convert(command::convert::Arguments),
     List(command::list::Arguments),
@@ -53,6 +54,7 @@ pub fn run(arguments: impl IntoIterator<Item = impl Into<OsString> + Clone>, stu
     };
     let done = match cli.command {
         Command::Study(arguments) => command::study::run(&arguments, studies),
+        Command::Diagnose(arguments) => command::diagnose::run(&arguments),
         Command::Fit(arguments) => command::fit::run(&arguments),
         Command::Simulate(arguments) => command::simulate::run(&arguments, studies),
         Command::List(arguments) => command::list::run(&arguments),

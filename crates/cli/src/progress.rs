@@ -32,3 +32,29 @@ impl Drop for Steps {
         self.bar.finish_and_clear();
     }
 }
+
+/// A line that says what is under way, for work whose length is not known.
+pub struct Spinner {
+    bar: ProgressBar,
+}
+
+impl Spinner {
+    /// A line, hidden if `quiet` or standard error is no terminal.
+    pub fn new(quiet: bool) -> Self {
+        let shown = !quiet && std::io::stderr().is_terminal();
+        let bar = ProgressBar::with_draw_target(None, if shown { ProgressDrawTarget::stderr() } else { ProgressDrawTarget::hidden() });
+        Spinner { bar }
+    }
+
+    /// Says what is being done.
+    pub fn show(&self, what: &str) {
+        self.bar.set_message(what.to_owned());
+        self.bar.tick();
+    }
+}
+
+impl Drop for Spinner {
+    fn drop(&mut self) {
+        self.bar.finish_and_clear();
+    }
+}

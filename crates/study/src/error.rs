@@ -139,6 +139,15 @@ pub enum StudyError {
     /// The impedance cannot be projected.
     #[error("projecting to the joints: {0}")]
     Projection(#[from] ndof_models::ProjectionError),
+    /// The diagnosis is not possible.
+    #[error("diagnosing: {0}")]
+    Diagnose(#[from] ndof_diagnose::DiagnoseError),
+    /// An effect cannot be hidden.
+    #[error("hiding an effect: {0}")]
+    Effect(#[from] ndof_models::effects::EffectError),
+    /// A result cannot be expressed.
+    #[error("a result cannot be written as JSON: {0}; this is a fault of the program, please report it")]
+    Json(#[from] serde_json::Error),
     /// The simulation is not possible.
     #[error("simulating: {0}")]
     Device(#[from] ndof_devices::DeviceError),

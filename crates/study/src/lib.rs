@@ -14,10 +14,10 @@ mod trials;
 mod trim;
 
 pub use error::StudyError;
-pub use page::{estimate_report, fit_report, study_report};
+pub use page::{diagnosis_report, estimate_report, fit_report, study_report};
 pub use pipeline::{
-    ComparedParameter, EstimateSettings, Estimated, FitCost, FitSettings, Fitted, JointTruth, MODEL, Matrices, MethodName, Progress, Simulated, StudyOutcome,
-    Truth, compare, estimate, fit, model_response, run_study, simulate,
+    ComparedParameter, DiagnoseSettings, EstimateSettings, Estimated, FitCost, FitSettings, Fitted, HoldOut, JointTruth, MODEL, Matrices, MethodName, Progress,
+    Simulated, StudyOutcome, Truth, compare, diagnose, estimate, fit, model_response, run_study, simulate,
 };
 pub use roles::{RoleNames, Roles, axis_of};
 pub use suggest::nearest;

@@ -4,7 +4,7 @@ use crate::error::StudyError;
 use crate::result::Warning;
 use crate::roles::{RoleNames, Roles};
 use crate::trim::Trim;
-use ndof_signal::{Channel, Recording};
+use ndof_signal::{Channel, Quantity, Recording, Unit};
 use ndof_sysid::Ports;
 
 /// One file's recording.
@@ -27,6 +27,25 @@ pub struct Trials {
     pub roles: Roles,
     /// What the reader of a result should know, each once.
     pub warnings: Vec<Warning>,
+}
+
+/// A channel that says nothing of its unit takes the one of its role: an effort as input, a displacement as output.
+fn with_unit(channel: &Channel, role: usize, roles: &Roles) -> Channel {
+    let mut channel = channel.clone();
+    let motion = roles.input_motion.iter().chain(&roles.output_motion).nth(role.wrapping_sub(roles.ports.references.len()));
+    if channel.unit.symbol().is_empty()
+        && let Some(order) = motion
+    {
+        let rotational = channel.name.starts_with("angle_") || channel.name.starts_with("torque_");
+        let quantity = match order {
+            None => Quantity::Effort,
+            Some(0) => Quantity::Displacement,
+            Some(1) => Quantity::Velocity,
+            Some(_) => Quantity::Acceleration,
+        };
+        channel.unit = Unit::si(quantity, rotational);
+    }
+    channel
 }
 
 impl Trials {
@@ -61,7 +80,7 @@ impl Trials {
             };
             for stretch in trim.apply(&recording, &file)? {
                 let wrap = |source| StudyError::Recording { file: file.clone(), source };
-                let channels = order.iter().map(|&i| stretch.channels()[i].clone()).collect();
+                let channels = order.iter().enumerate().map(|(role, &i)| with_unit(&stretch.channels()[i], role, &roles)).collect();
                 let stretch = Recording::new(rate, channels).map_err(wrap)?.starting_at(stretch.start_s()).with_metadata(stretch.metadata().clone());
                 stretch.require_finite(used_names.iter().map(String::as_str)).map_err(wrap)?;
                 stretches.push(Trial { file: file.clone(), recording: stretch, warnings: Vec::new() });

@@ -1,6 +1,7 @@
 //! One file a subcommand.
 
 pub mod convert;
+pub mod diagnose;
 pub mod estimate;
 pub mod fit;
 pub mod list;

@@ -1,5 +1,7 @@
 //! The simulation that a diagnosis judges, in its simplest form.
 
+use crate::error::StudyError;
+use crate::pipeline::MODEL;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 
@@ -26,6 +28,40 @@ pub struct BaselineParameter {
     /// Whether the matrix stays symmetric.
     #[serde(default = "yes")]
     pub symmetric: bool,
+}
+
+impl BaselineFile {
+    /// Checks what the types do not.
+    ///
+    /// # Errors
+    /// [`StudyError::Meaning`] in the name of `file`.
+    pub fn check(&self, file: &str) -> Result<(), StudyError> {
+        const KNOWN: [&str; 3] = ["M", "B", "K"];
+        let wrong = |what: String| Err(StudyError::Meaning { file: file.to_owned(), what });
+        if self.model != MODEL {
+            return wrong(format!("model = \"{}\"; there is \"{MODEL}\"", self.model));
+        }
+        if let Some(name) = self.parameters.keys().find(|name| !KNOWN.contains(&name.as_str())) {
+            return wrong(format!("[parameters.{name}]; the model has M, B and K"));
+        }
+        for (name, parameter) in &self.parameters {
+            let rows = parameter.value.rows();
+            if rows.iter().any(|row| row.len() != rows.len()) || rows.iter().flatten().any(|v| !v.is_finite()) {
+                return wrong(format!("parameters.{name}.value is not a square matrix of numbers; write one row for each output"));
+            }
+        }
+        Ok(())
+    }
+}
+
+impl Value {
+    /// The entries, row by row.
+    pub fn rows(&self) -> Vec<Vec<f64>> {
+        match self {
+            Value::Scalar(value) => vec![vec![*value]],
+            Value::Matrix(rows) => rows.clone(),
+        }
+    }
 }
 
 /// A number or a matrix.

@@ -1,12 +1,15 @@
 //! From trials to results, without flags and without files.
 
 mod confidence;
+mod diagnose;
 mod estimate;
 mod fit;
+mod hide;
 mod project;
 mod simulate;
 mod study;
 
+pub use diagnose::{DiagnoseSettings, HoldOut, diagnose};
 pub use estimate::{EstimateSettings, Estimated, MethodName, estimate};
 pub use fit::{FitCost, FitSettings, Fitted, MODEL, fit, model_response};
 pub use simulate::{JointTruth, Matrices, Simulated, Truth, simulate};

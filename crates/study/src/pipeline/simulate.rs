@@ -1,11 +1,12 @@
 //! An experiment's file to recordings and the truth behind them.
 
 use super::Progress;
+use super::hide::{hide, mix};
 use crate::error::StudyError;
 use crate::file::ExperimentFile;
 use crate::result::VERSION;
 use ndarray::Array2;
-use ndof_devices::{Extras, Impedance, Linearised, linearise, simulate_trial};
+use ndof_devices::{Axis, Impedance, Linearised, linearise, simulate_trial};
 use ndof_signal::{FilteredNoise, Recording, SeedCriterion};
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
@@ -76,7 +77,7 @@ impl From<&Impedance> for Matrices {
 pub fn simulate(file: &ExperimentFile, progress: &Progress<'_>) -> Result<Simulated, StudyError> {
     let experiment = file.experiment();
     let linear = linearise(&experiment)?;
-    let axes = experiment.axes()?;
+    let axes: Vec<Axis> = experiment.build()?.device.robot.axes().to_vec();
     let (discarded, recorded) = experiment.samples();
     let excitation = &file.excitation;
     let noise = FilteredNoise {
@@ -103,7 +104,11 @@ pub fn simulate(file: &ExperimentFile, progress: &Progress<'_>) -> Result<Simula
         .par_iter()
         .enumerate()
         .map(|(trial, &seed)| {
-            let recording = simulate_trial(&experiment, &noise.generate(seed)?, &Extras::default(), trial)?;
+            let hidden = hide(file, &axes, &linear.limb, trial)?;
+            let mut recording = simulate_trial(&hidden.experiment, &noise.generate(seed)?, &hidden.extras, trial)?;
+            for matrix in &hidden.mixing {
+                recording = mix(recording, matrix)?;
+            }
             progress("simulate", done.fetch_add(1, std::sync::atomic::Ordering::Relaxed) + 1, file.trials);
             Ok(recording)
         })
@@ -113,7 +118,7 @@ pub fn simulate(file: &ExperimentFile, progress: &Progress<'_>) -> Result<Simula
         schema: "ndof/truth/1".to_owned(),
         ndof_version: VERSION.to_owned(),
         experiment: file.clone(),
-        axes,
+        axes: axes.iter().map(|axis| axis.name.clone()).collect(),
         endpoint: Matrices::from(&linear.limb),
         joint: linear.limb_joints.as_ref().map(|(limb, _)| JointTruth { axes: joints, matrices: Matrices::from(limb) }),
         excitation_seeds: seeds,

@@ -3,12 +3,14 @@
 //! Every result says which schema it follows, which version wrote it and which subcommand it came from, and carries its
 //! warnings. A number that does not exist is `null`. The JSON Schemas come from these types ([`schema_of`]).
 
+pub mod diagnosis;
 pub mod estimate;
 pub mod fit;
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
+pub use diagnosis::DiagnosisResult;
 pub use estimate::EstimateResult;
 pub use fit::FitResult;
 
@@ -54,13 +56,14 @@ impl From<ndof_io::Note> for Warning {
 }
 
 /// The JSON Schemas by the short names that `ndof schema` takes.
-pub const SCHEMAS: &[&str] = &["estimate", "fit"];
+pub const SCHEMAS: &[&str] = &["estimate", "fit", "diagnosis"];
 
 /// The JSON Schema of the result called `name`, or nothing if there is none of that name.
 pub fn schema_of(name: &str) -> Option<serde_json::Value> {
     let schema = match name {
         "estimate" => schemars::schema_for!(EstimateResult),
         "fit" => schemars::schema_for!(FitResult),
+        "diagnosis" => schemars::schema_for!(DiagnosisResult),
         _ => return None,
     };
     Some(schema.to_value())

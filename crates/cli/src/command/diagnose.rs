@@ -1,0 +1,156 @@
+//! `ndof diagnose`.
+
+use crate::error::CliError;
+use crate::options::{Reading, Shared, pair};
+use crate::output::{self, columns, short};
+use crate::progress;
+use clap::Args;
+use ndof_models::effects::EFFECTS;
+use ndof_study::file::{self, BaselineFile};
+use ndof_study::result::diagnosis::{Cause, CauseValue, DiagnosisResult};
+use ndof_study::result::fit::Site;
+use ndof_study::{DiagnoseSettings, HoldOut, nearest};
+use std::path::{Path, PathBuf};
+use std::process::ExitCode;
+
+/// Say what the simulation gets wrong, name the cause, extend the model and measure the gain on held-out data.
+///
+/// Without --baseline the simulation is the linear inertia-damping-stiffness model, fitted. Of several files the last third
+/// is held out, of one the last 30 % of its time.
+#[derive(Debug, Args)]
+#[command(after_help = "Example:\n  ndof diagnose trial-1.csv trial-2.csv trial-3.csv --json diagnosis.json --report diagnosis.html")]
+pub struct Arguments {
+    /// Recordings; `-` is CSV on standard input
+    #[arg(required = true, value_name = "FILE")]
+    files: Vec<PathBuf>,
+    /// The simulation to be judged: its model and parameters, each fixed, nominal or free
+    #[arg(long, value_name = "FILE.toml")]
+    baseline: Option<PathBuf>,
+    /// What no fit may see: files, or a stretch of time in seconds
+    #[arg(long, value_name = "FILE|FROM-TO", num_args = 1..)]
+    held_out: Vec<String>,
+    /// Size of a discrepancy that does not matter, as a share of each signal's standard deviation
+    #[arg(long, value_name = "SHARE", default_value_t = 0.01)]
+    tolerance: f64,
+    /// Effects that are not tried
+    #[arg(long, value_name = "EFFECTS", value_delimiter = ',')]
+    without: Vec<String>,
+    /// End with code 1 if a cause is found, or something that cannot be explained
+    #[arg(long)]
+    exit_code: bool,
+    #[command(flatten)]
+    reading: Reading,
+    #[command(flatten)]
+    shared: Shared,
+}
+
+pub fn run(arguments: &Arguments) -> Result<ExitCode, CliError> {
+    let shared = &arguments.shared;
+    shared.apply_threads()?;
+    let settings = settings(arguments)?;
+    let mut files = arguments.files.clone();
+    if let HoldOut::Files(held_out) = &settings.held_out {
+        files.extend(held_out.iter().map(PathBuf::from).filter(|file| !arguments.files.contains(file)));
+    }
+    let trials = arguments.reading.trials(&files)?;
+    let bar = progress::Spinner::new(shared.quiet);
+    let result = ndof_study::diagnose(&trials, &settings, "diagnose", &mut |what| bar.show(what))?;
+    drop(bar);
+    if shared.report.is_some() || shared.plots.is_some() {
+        output::report(shared, &ndof_study::diagnosis_report(&trials, &result, "What the simulation gets wrong", &output::command_line())?)?;
+    }
+    output::json(shared, &result)?;
+    output::warnings(shared, &result.warnings);
+    output::table(shared, &summary(&result))?;
+    let found = result.diagnosis.verdict != "adequate";
+    Ok(if arguments.exit_code && found { ExitCode::from(1) } else { ExitCode::SUCCESS })
+}
+
+fn settings(arguments: &Arguments) -> Result<DiagnoseSettings, CliError> {
+    if !(arguments.tolerance.is_finite() && arguments.tolerance >= 0.0) {
+        return Err(CliError::Usage(format!("--tolerance {}; give a share such as 0.01", arguments.tolerance)));
+    }
+    for name in &arguments.without {
+        if ndof_models::effects::find(name).is_none() {
+            let suggestion = nearest(name, EFFECTS.iter().map(|effect| effect.name())).map(|s| format!(" (did you mean \"{s}\"?)")).unwrap_or_default();
+            return Err(CliError::Usage(format!("--without {name}: no such effect{suggestion}; `ndof list effects` prints them")));
+        }
+    }
+    let held_out = match arguments.held_out.as_slice() {
+        [] => HoldOut::Auto,
+        [one] if !PathBuf::from(one).exists() => {
+            let (from, to) = pair(one).map_err(|why| CliError::Usage(format!("--held-out {one}: no such file, and no stretch of time: {why}")))?;
+            HoldOut::Time(from, to)
+        }
+        files => HoldOut::Files(files.to_vec()),
+    };
+    Ok(DiagnoseSettings {
+        band_hz: arguments.shared.band,
+        held_out,
+        tolerance: arguments.tolerance,
+        seed: arguments.shared.seed.unwrap_or(DiagnoseSettings::default().seed),
+        without: arguments.without.clone(),
+        baseline: arguments.baseline.as_deref().map(read_baseline).transpose()?,
+    })
+}
+
+fn read_baseline(path: &Path) -> Result<BaselineFile, CliError> {
+    let baseline: BaselineFile = file::read(path)?;
+    baseline.check(&path.display().to_string())?;
+    Ok(baseline)
+}
+
+/// Verdict, causes with evidence, gain, and what else to know.
+pub fn summary(result: &DiagnosisResult) -> String {
+    let d = &result.diagnosis;
+    let mut text = format!("verdict: {}\nfitted: {}; held out: {}\n", d.verdict, d.split.estimation, d.split.held_out);
+    for cause in &d.causes {
+        text += &cause_lines(cause);
+    }
+    let mut rows = vec![vec!["held-out NRMSE".to_owned()]];
+    rows[0].extend(result.outputs.iter().cloned());
+    for (name, values) in [("baseline", &d.baseline.held_out.nrmse), ("extended", &d.extended.held_out.nrmse), ("noise floor", &d.noise_floor.nrmse)] {
+        rows.push(std::iter::once(name.to_owned()).chain(values.iter().map(|v| short(*v))).collect());
+    }
+    text += &format!("\n{}", columns(&rows));
+    for shift in &d.extended.parameter_shift {
+        text += &format!("{}: {} → {} {}\n", shift.name, short(shift.before), short(shift.after), shift.unit);
+    }
+    for confusable in &d.confusable {
+        text += &format!("cannot be told apart here: {}; next experiment: {}\n", confusable.effects.join(", "), confusable.next_experiment);
+    }
+    for minor in &d.minor {
+        text += &format!("minor: {} ({}), removes {}\n", minor.effect, place(&minor.site), short(minor.removed));
+    }
+    for note in &d.discrepancy.notes {
+        text += &format!("note: {note}\n");
+    }
+    text
+}
+
+fn place(site: &Site) -> String {
+    if site.axis.is_empty() { site.side.clone() } else { format!("{} {}", site.side, site.axis) }
+}
+
+fn cause_lines(cause: &Cause) -> String {
+    let mut text = format!("\n{} ({}), probability {}, p {}\n", cause.effect, place(&cause.site), short(cause.probability), short(cause.p_value));
+    for p in &cause.parameters {
+        let value = match &p.value {
+            Some(CauseValue::Number(value)) => short(Some(*value)),
+            Some(CauseValue::Text(text)) => text.clone(),
+            Some(CauseValue::Flag(flag)) => flag.to_string(),
+            Some(CauseValue::Matrix(rows)) => rows.iter().map(|row| row.iter().map(|v| short(*v)).collect::<Vec<_>>().join(" ")).collect::<Vec<_>>().join("; "),
+            None => "–".to_owned(),
+        };
+        let interval = p.ci95.map(|[low, high]| format!(" ({} … {})", short(Some(low)), short(Some(high)))).unwrap_or_default();
+        text += &format!("  {} = {value}{interval} {}\n", p.name, p.unit);
+    }
+    if let Some(share) = cause.gain.explained_fraction {
+        let interval = cause.gain.explained_fraction_ci95.map(|[low, high]| format!(" ({:.0} … {:.0} %)", 100.0 * low, 100.0 * high)).unwrap_or_default();
+        text += &format!("  explains {:.0} %{interval} of the explainable held-out error\n", 100.0 * share);
+    }
+    for sentence in &cause.evidence {
+        text += &format!("  - {sentence}\n");
+    }
+    text
+}
