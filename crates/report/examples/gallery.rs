@@ -8,7 +8,7 @@ use std::f64::consts::{PI, TAU};
 use ndarray::{Array2, Array3, Axis};
 use ndof_report::figures::*;
 use ndof_report::plot::{Color, Dash, Scale, Span};
-use ndof_report::{Note, Parameter, Report, Section, Warning, parameter_table};
+use ndof_report::{Comparison, Note, Parameter, Report, Section, Warning, comparison_table, parameter_table};
 use num_complex::Complex64;
 
 const INERTIA: [[f64; 2]; 2] = [[2.1, -0.55], [-0.55, 1.9]];
@@ -240,8 +240,17 @@ fn sessions(noise: &mut Noise) -> Result<Section, FigureError> {
     let counts = [[96, 3, 0, 0, 0, 1, 0], [4, 93, 0, 0, 1, 1, 1], [0, 0, 99, 0, 0, 1, 0], [0, 0, 0, 100, 0, 0, 0], [0, 2, 0, 0, 90, 6, 2]].map(Vec::from);
     let bins = [(0.35, 40, 15), (0.55, 55, 29), (0.75, 120, 95), (0.9, 300, 268), (0.98, 800, 788)];
     let bins = bins.map(|(stated, count, right)| ConfidenceBin { stated, count, right });
+    let changes = [("K_x_x", 303.0, 281.0, 1e-4), ("K_y_y", 525.0, 519.0, 0.31)].map(|(name, before, after, p_value)| Comparison {
+        name: name.into(),
+        unit: "N/m".into(),
+        first: estimate(before, 5.2),
+        second: estimate(after, 6.0),
+        difference: estimate(after - before, 7.9),
+        p_value,
+    });
     Ok(Section::new("Subjects and sessions", "Stiffness repeats within 18 N/m; this subject's has fallen by more than that since the fifth week.")
         .figure(forest("cohort", "Twenty subjects", &cohort)?)
+        .table(comparison_table("Before and after therapy", ["before", "after"], &changes, 0.05))
         .figure(course("course", "Eight weeks", &weeks)?)
         .figure(agreement("agreement", "First and second session", "stiffness", "N/m", &first, &second)?)
         .figure(confusion("confusion", "Hidden and named causes", &truths, &answers, &counts)?)

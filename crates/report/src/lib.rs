@@ -21,12 +21,14 @@
 //! assert_eq!(figure.to_csv().lines().count(), 4);
 //! ```
 
+mod comparison;
 pub mod figures;
 pub mod number;
 mod page;
 pub mod plot;
 mod table;
 
+pub use comparison::{Comparison, comparison_table};
 pub use figures::FigureError;
 pub use page::{Block, Note, PlotFile, Report, Section, Warning};
 pub use plot::Figure;

@@ -216,6 +216,5 @@ fn a_six_trial_study_stays_below_three_megabytes() {
         .figure(coherence("coherence-derived", "Coherence", &coherences).unwrap())
         .figure(traces("traces", "Traces", &signals).unwrap());
     let html = Report { sections: vec![section], ..Report::default() }.to_html();
-    println!("{} bytes", html.len());
     assert!(html.len() < 3_000_000, "{} bytes of pure noise, which no decimation can make smooth", html.len());
 }
