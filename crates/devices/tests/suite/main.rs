@@ -2,6 +2,7 @@
 
 mod accuracy;
 mod common;
+mod conformance;
 mod dynamics;
 mod files;
 mod linear;
