@@ -37,6 +37,8 @@ pub(crate) struct Answer<'a> {
     pub gate: &'a Gate,
     pub shares: Shares,
     pub findings: &'a Findings,
+    /// Whether the effort was counted the other way than it was recorded.
+    pub turned: bool,
 }
 
 /// Chosen hypotheses of one effect at one site.
@@ -61,12 +63,21 @@ impl Answer<'_> {
         let groups = self.groups();
         let top = groups.first().map_or(0.0, |g| g.worth);
         let (mut named, mut small) = (Vec::new(), Vec::new());
+        let final_errors = self.court.errors(subject, &found.chosen, &found.stand);
         for group in groups {
-            if group.size < self.options.tolerance || group.worth < MINOR * top { small.push(group) } else { named.push(group) }
+            let tolerance = self.options.tolerance;
+            let material = group.size > tolerance || (group.size > 0.4 * tolerance && self.removed(&group, &final_errors) > tolerance);
+            if material && group.worth >= MINOR * top { named.push(group) } else { small.push(group) }
+        }
+        // What does not help on data that no fit saw is not named.
+        while let Some(idle) = self.idle(&named) {
+            small.push(named.remove(idle));
         }
         let laws = subject.laws(&found.chosen, &found.stand);
         let variation = detectors::variation(&found.stand, &detectors::residual(&found.stand, &laws));
-        let unknown = self.gate.beyond > 20.0 && self.gate.beyond > 2.0 * self.gate.beyond_error && self.gate.size > self.options.tolerance;
+        let excess = final_errors.score.nrmse.iter().zip(&noise_floor.nrmse).map(|(e, f)| e.map_or(1.0, |e| (e * e - f.unwrap_or(0.0).powi(2)).max(0.0).sqrt())).fold(0.0, f64::max);
+        let structured = self.gate.beyond > 20.0 && self.gate.beyond > 2.0 * self.gate.beyond_error;
+        let unknown = structured && self.gate.size > self.options.tolerance && excess > self.options.tolerance;
         let varying = variation > VARIATION && !unknown;
         let ratio = if unknown { self.gate.beyond / (self.gate.beyond + self.gate.named.max(0.0)).max(1.0) } else { 0.0 };
         let limit = if ratio > 0.45 { 0.5 } else { 1.0 };
@@ -85,9 +96,11 @@ impl Answer<'_> {
             causes.push(self.cause(group, &last, &after, level, limit, &mut confusable));
             last = after;
         }
+        let all: Vec<Chosen> = kept.iter().map(|q| found.chosen[*q].clone()).collect();
+        let refitted = if all.len() < found.chosen.len() { subject.stand(&all, &found.stand.fit.power, 3) } else { None };
+        let extended = refitted.as_ref().unwrap_or(&found.stand);
+        let extended_score = self.court.errors(subject, &all, extended).score;
         self.detected(&mut causes, &before, named.is_empty());
-        let all: Vec<Chosen> = found.chosen.clone();
-        let final_errors = self.court.errors(subject, &all, &found.stand);
         if !unknown {
             self.own_force(&mut causes, &before);
         }
@@ -100,6 +113,9 @@ impl Answer<'_> {
             (false, ..) => Verdict::Explained,
         };
         let mut notes = Vec::new();
+        if self.turned {
+            notes.push("inertia, damping and stiffness came out negative, so the effort was counted the other way round (force-sign)".to_owned());
+        }
         if unknown {
             notes.push(format!(
                 "a model without physics gains {:.0} of held-out log-likelihood beyond the named causes (they gain {:.0}); it removes {:.1} % of the effort's rms: something is missing that no known cause explains",
@@ -118,10 +134,10 @@ impl Answer<'_> {
             verdict,
             extended: Extended {
                 model: extended_name(&causes),
-                parameters: self.parameters(&all, &found.stand),
-                held_out: final_errors.score,
+                parameters: self.parameters(&all, extended),
+                held_out: extended_score,
                 residual_white: white,
-                parameter_shift: self.shift(),
+                parameter_shift: self.shift(&all, extended),
             },
             causes,
             considered: self.considered(),
@@ -153,11 +169,35 @@ impl Answer<'_> {
             if let Some(without) = subject.stand(&rest, &found.stand.fit.power, 4) {
                 let price: f64 = group.members.iter().map(|q| subject.price(subject.hypotheses[found.chosen[*q].hypothesis].form.cost())).sum();
                 group.worth = found.stand.fit.log_likelihood - without.fit.log_likelihood - price;
-                group.size = generic::size(&without, &without.fit.residual, &found.stand.fit.residual);
+            }
+            if let (Some(without), Some(with)) = (subject.strict(&rest, &found.stand.fit.power, 2), subject.strict(&found.chosen, &found.stand.fit.power, 2)) {
+                group.size = generic::size(&without, &without.fit.residual, &with.fit.residual);
             }
         }
         groups.sort_by(|a, b| b.worth.total_cmp(&a.worth));
         groups
+    }
+
+    /// The weakest of the groups without which the others predict the held-out part better.
+    fn idle(&self, named: &[Group]) -> Option<usize> {
+        let power = &self.found.stand.fit.power;
+        let error = |without: Option<usize>| -> Option<f64> {
+            let mut kept: Vec<usize> = named.iter().enumerate().filter(|(k, _)| Some(*k) != without).flat_map(|(_, g)| g.members.iter().copied()).collect();
+            kept.sort_unstable();
+            let chosen: Vec<Chosen> = kept.iter().map(|q| self.found.chosen[*q].clone()).collect();
+            let stand = self.subject.stand(&chosen, power, 3)?;
+            self.court.errors(self.subject, &chosen, &stand).mean()
+        };
+        let with = error(None).unwrap_or(f64::INFINITY);
+        (0..named.len()).rev().find(|k| error(Some(*k)).is_some_and(|without| without < 0.97 * with))
+    }
+
+    /// Root of the held-out error's power that goes with a group, on the output where it is largest.
+    fn removed(&self, group: &Group, with: &Errors) -> f64 {
+        let rest: Vec<Chosen> = (0..self.found.chosen.len()).filter(|q| !group.members.contains(q)).map(|q| self.found.chosen[q].clone()).collect();
+        let Some(without) = self.subject.strict(&rest, &self.found.stand.fit.power, 2) else { return 0.0 };
+        let errors = self.court.errors(self.subject, &rest, &without);
+        errors.score.nrmse.iter().zip(&with.score.nrmse).map(|(b, a)| b.zip(*a).map_or(0.0, |(b, a)| (b * b - a * a).max(0.0).sqrt())).fold(0.0, f64::max)
     }
 
     fn site(&self, side: Side, axis: Option<usize>) -> Site {
@@ -339,12 +379,12 @@ impl Answer<'_> {
         out
     }
 
-    fn shift(&self) -> Vec<Shift> {
-        if self.found.chosen.is_empty() {
+    fn shift(&self, chosen: &[Chosen], stand: &Stand) -> Vec<Shift> {
+        if chosen.is_empty() {
             return Vec::new();
         }
         let before = self.parameters(&[], self.baseline);
-        let after = self.parameters(&self.found.chosen, &self.found.stand);
+        let after = self.parameters(chosen, stand);
         before
             .into_iter()
             .zip(after)

@@ -6,12 +6,18 @@ use realfft::RealFftPlanner;
 
 /// Share of the effort's explained power that lies within the band.
 const POWER_SHARE: f64 = 0.995;
+/// The band ends at the latest at this multiple of the frequency below which the displacement has its power.
+const PLACE_MULTIPLE: usize = 6;
+/// The share of the displacement's power that counts there.
+const PLACE_SHARE: f64 = 0.95;
+/// The share of the velocity's power.
+const SPEED_SHARE: f64 = 0.99;
 
 /// The band in which `effort` and `motion` move together, from segments of a length that resolves a hundredth of the rate.
 ///
 /// Per effort channel the squared multiple coherence with `cause` (the references, or whichever of the two is imposed) is smoothed;
-/// the band ends where it is no longer significant or where the share of the explained power of the effort is reached.
-pub(crate) fn excited(effort: &[Vec<&[f64]>], cause: &[Vec<&[f64]>], motion: &[Vec<&[f64]>], rate_hz: f64) -> (f64, f64) {
+/// the band ends where it is no longer significant or where the share of the explained power of the effort or of the velocity is reached (`order` derivatives are in the motion already).
+pub(crate) fn excited(effort: &[Vec<&[f64]>], cause: &[Vec<&[f64]>], motion: &[Vec<&[f64]>], order: usize, rate_hz: f64) -> (f64, f64) {
     let samples = effort.iter().map(|t| t[0].len()).min().unwrap_or(0);
     let trials = effort.len();
     let segments_wanted = (24 / trials.max(1)).max(8);
@@ -80,27 +86,35 @@ pub(crate) fn excited(effort: &[Vec<&[f64]>], cause: &[Vec<&[f64]>], motion: &[V
     let chance = nc as f64 / independent + 3.0 / independent.sqrt() / 2.0;
     let mut coherent = vec![false; lines];
     let mut power = vec![0.0; lines];
+    let mut speed = vec![0.0; lines];
+    let mut place = vec![0.0; lines];
     for channel in 0..nf {
         let pairs: Vec<[(f64, f64); 2]> = (0..lines).map(|k| [explained(&f, channel, k), explained(&d, channel.min(motion[0].len() - 1), k)]).collect();
         let total: f64 = pairs.iter().map(|p| p[0].1).sum::<f64>().max(f64::MIN_POSITIVE);
+        // Only what goes with the effort counts as speed; the rest is the noise of a differentiated sensor.
+        let shared = |k: usize, p: &[(f64, f64); 2]| p[1].0 * p[0].0 / p[0].1.max(f64::MIN_POSITIVE) * (k as f64).powi(2 - 2 * order as i32);
+        let moved: f64 = pairs.iter().enumerate().skip(1).map(|(k, p)| shared(k, p)).sum::<f64>().max(f64::MIN_POSITIVE);
         for k in 0..lines {
             let near = &pairs[k.saturating_sub(2)..(k + 3).min(lines)];
             let mean = |q: usize| near.iter().map(|p| p[q].0 / p[q].1.max(f64::MIN_POSITIVE)).sum::<f64>() / near.len() as f64;
             coherent[k] |= mean(0).min(mean(1)) > chance.min(0.9);
             power[k] += if k == 0 { 0.0 } else { pairs[k][0].0 / total };
+            place[k] += if k == 0 { 0.0 } else { shared(k, &pairs[k]) / (k * k) as f64 };
+            speed[k] += if k == 0 { 0.0 } else { shared(k, &pairs[k]) / moved };
         }
     }
     let df = rate_hz / segment as f64;
-    let all: f64 = power.iter().sum();
-    let mut sum = 0.0;
-    let mut top = lines - 1;
-    for (k, p) in power.iter().enumerate() {
-        sum += p;
-        if sum >= POWER_SHARE * all {
-            top = k;
-            break;
-        }
-    }
+    let reach = |power: &[f64], share: f64| {
+        let all: f64 = power.iter().sum();
+        let mut sum = 0.0;
+        power.iter().position(|p| {
+            sum += p;
+            sum >= share * all
+        })
+    };
+    let top = reach(&power, POWER_SHARE).unwrap_or(lines - 1).min(reach(&speed, SPEED_SHARE).unwrap_or(lines - 1));
+    // Beyond a multiple of where the displacement lives, inertia alone is seen, and blocks would be too short for the rest.
+    let top = top.min(PLACE_MULTIPLE * reach(&place, PLACE_SHARE).unwrap_or(lines - 1).max(2));
     // The last line up to which three quarters of the lines are coherent.
     let mut count = 0usize;
     let mut edge = 0;
@@ -112,5 +126,6 @@ pub(crate) fn excited(effort: &[Vec<&[f64]>], cause: &[Vec<&[f64]>], motion: &[V
     }
     let last = if edge >= 4 { edge.min(top + top / 10 + 1) } else { top };
     let hi = (last as f64 * df).clamp(4.0 * df, rate_hz / 2.5);
-    (0.0, hi)
+    // Integration lets the lowest frequencies drift.
+    (0.02 * order.saturating_sub(1) as f64 * hi, hi)
 }

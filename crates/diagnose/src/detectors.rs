@@ -188,16 +188,16 @@ fn whiten(stand: &Stand, e: &[Vec<Vec<f64>>], axis: usize) -> Vec<Vec<f64>> {
 /// The strongest burst in the whitened residual, if it is short and stands out by far.
 pub(crate) fn burst(stand: &Stand, e: &[Vec<Vec<f64>>]) -> Option<Burst> {
     let layout = &stand.state.layout;
-    let n = layout.samples;
     let length = ((0.4 * layout.time_s * layout.rate_hz) as usize).max(4);
-    let edge = ((0.5 * layout.time_s * layout.rate_hz) as usize).max(1);
+    // Derivatives are less sure at the ends of a trial.
+    let inside = layout.starts[0]..layout.starts[layout.starts.len() - 1] + layout.block - length;
     let mut best: Option<(f64, Burst)> = None;
     for axis in 0..layout.axes {
         let white = whiten(stand, e, axis);
         let windows: Vec<(usize, usize, f64)> = white
             .iter()
             .enumerate()
-            .flat_map(|(trial, w)| (edge..n.saturating_sub(edge + length)).step_by(length / 2).map(move |k| (trial, k, w[k..k + length].iter().map(|x| x * x).sum::<f64>())))
+            .flat_map(|(trial, w)| inside.clone().step_by(length / 2).map(move |k| (trial, k, w[k..k + length].iter().map(|x| x * x).sum::<f64>())))
             .collect();
         if windows.len() < 40 {
             continue;
@@ -233,8 +233,8 @@ pub(crate) fn variation(stand: &Stand, e: &[Vec<Vec<f64>>]) -> f64 {
     let layout = &stand.state.layout;
     let n = layout.axes;
     let unit = 1.0 / layout.time_s;
-    let edge = ((1.5 * layout.time_s * layout.rate_hz) as usize).min(layout.samples / 8);
-    let inner = layout.samples - 2 * edge;
+    let edge = layout.starts[0];
+    let inner = layout.starts.len() * layout.block;
     let padded = smooth_length(inner);
     let forward = RealFftPlanner::new().plan_fft_forward(padded);
     let df = layout.rate_hz / padded as f64;

@@ -36,9 +36,16 @@ pub fn diagnose(
         return Err(DiagnoseError::Baseline { matrix, axes: meaning.axes.len() });
     }
     let samples = Samples::new(trials, ports, &meaning)?;
-    let (estimation, held, split) = divide(&samples, &options.held_out)?;
+    let (mut estimation, mut held, split) = divide(&samples, &options.held_out)?;
     progress("preparing");
     let mut subject = Subject::new(&estimation, &meaning, options, baseline)?;
+    // Some records count the effort the other way; with the wrong sign every bound of the registry points the wrong way.
+    let turned = baseline.is_none() && subject.polarity < 0.0;
+    if turned {
+        estimation.turn(meaning.reference_is_effort);
+        held.turn(meaning.reference_is_effort);
+        subject = Subject::new(&estimation, &meaning, options, baseline)?;
+    }
     let findings = before_registry(&mut subject, &samples, options)?;
     let found = subject.search(options.most_causes, progress).ok_or(DiagnoseError::BaselineFailed)?;
     progress("judging what remains");
@@ -48,9 +55,12 @@ pub fn diagnose(
     let shares = generic::shares(&subject, &baseline_stand, &features);
     let court = Court::new(&held, &meaning, &subject);
     progress("free runs of the held-out part");
-    let answer = Answer { subject: &subject, meaning: &meaning, options, court: &court, baseline: &baseline_stand, found: &found, gate: &gate, shares, findings: &findings };
+    let answer = Answer { subject: &subject, meaning: &meaning, options, court: &court, baseline: &baseline_stand, found: &found, gate: &gate, shares, findings: &findings, turned };
     Ok(answer.write(split))
 }
+
+/// Share of the residual force's power from which a tone matters.
+const TONE_SHARE: f64 = 0.03;
 
 /// What was seen before any hypothesis was tried.
 #[derive(Default)]
@@ -96,6 +106,10 @@ fn before_registry(subject: &mut Subject, samples: &Samples, options: &Options) 
     for _ in 0..3 {
         let stand = stand(subject)?;
         let Some(tone) = detectors::tone(&stand, &detectors::residual(&stand, &[])) else { break };
+        let effort = subject.scale.effort[tone.axis];
+        if tone.share < TONE_SHARE || tone.amplitude < options.tolerance * effort {
+            break;
+        }
         let reach = 0.3 / subject.layout.time_s;
         let layout = Arc::make_mut(&mut subject.layout);
         let mut masked = 0;

@@ -8,7 +8,7 @@ use crate::search::{Chosen, Stand};
 use crate::subject::Subject;
 use crate::whittle::INDEPENDENCE;
 use ndof_models::ForceLaw;
-use ndof_models::effects::{Action, Matrix, Value, rotational_name};
+use ndof_models::effects::{Action, Matrix, Sign, Value, rotational_name};
 
 impl Subject {
     /// The coefficients of a chosen hypothesis in a stand.
@@ -135,5 +135,6 @@ impl Subject {
 fn relaxed(h: &Hypothesis) -> Hypothesis {
     let mut form = h.form.clone();
     form.knobs.iter_mut().for_each(|k| (k.lo, k.hi) = (f64::NEG_INFINITY, f64::INFINITY));
+    form.signs.iter_mut().for_each(|s| *s = Sign::Free);
     Hypothesis { effect: h.effect, form }
 }

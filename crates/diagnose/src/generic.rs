@@ -107,7 +107,7 @@ pub(crate) fn features(subject: &Subject, state: &State) -> Features {
             Box::new(|_, v| (v / 0.05).tanh()),
             Box::new(|_, v| (v / 0.4).tanh()),
         ];
-        for width in [1.0, 0.6] {
+        for width in [1.0, 0.75, 0.6, 0.5, 0.4] {
             let w = std::f64::consts::PI / width;
             shapes.push(Box::new(move |x, _| (w * x).sin()));
             shapes.push(Box::new(move |x, _| (w * x).cos()));

@@ -1,6 +1,5 @@
 //! The robot's impedance as the motion feels it, from commanded and measured effort.
 
-use crate::layout::Layout;
 use crate::linear::Symmetric;
 use crate::state::State;
 use num_complex::Complex64;

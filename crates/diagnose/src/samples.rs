@@ -189,6 +189,14 @@ impl Samples {
         }
     }
 
+    /// Counts effort the other way round.
+    pub fn turn(&mut self, references_too: bool) {
+        self.effort.iter_mut().flatten().flatten().for_each(|f| *f = -*f);
+        if references_too {
+            self.reference.iter_mut().flatten().flatten().for_each(|f| *f = -*f);
+        }
+    }
+
     /// The number of samples of the shortest trial.
     pub fn len(&self) -> usize {
         self.effort.iter().map(|t| t[0].len()).min().unwrap_or(0)

@@ -1,7 +1,7 @@
 //! Forward steps, each followed by a joint refinement, and a backward check.
 
 use crate::hypotheses::{Ground, Hypothesis, Tried};
-use crate::plant::Base;
+use crate::plant::{Base, Structure};
 use crate::state::{Column, State};
 use crate::subject::Subject;
 use crate::whittle::{Fit, Power};
@@ -9,7 +9,7 @@ use rayon::prelude::*;
 
 /// Penalised gain of log-likelihood from which a hypothesis is more than chance.
 pub(crate) const ENOUGH: f64 = 6.0;
-/// Smallest share of the whitened residual that a cause removes.
+/// Smallest share of the whitened residual that a force removes; what corrects a channel competes with the tolerances, which hide its share.
 const SMALLEST_SHARE: f64 = 0.002;
 /// Rounds of joint refinement after a step.
 const SWEEPS: usize = 2;
@@ -63,10 +63,19 @@ pub(crate) struct Found {
 impl Subject {
     /// The model of these hypotheses, fitted.
     pub fn stand(&self, chosen: &[Chosen], power: &Power, rounds: usize) -> Option<Stand> {
+        self.stand_of(&self.structure, chosen, power, rounds)
+    }
+
+    /// The model of these hypotheses without anything that instruments may do within their tolerance.
+    pub fn strict(&self, chosen: &[Chosen], power: &Power, rounds: usize) -> Option<Stand> {
+        self.stand_of(&Structure { tolerances: false, ..self.structure.clone() }, chosen, power, rounds)
+    }
+
+    fn stand_of(&self, structure: &Structure, chosen: &[Chosen], power: &Power, rounds: usize) -> Option<Stand> {
         let transforms: Vec<_> =
             chosen.iter().filter(|c| self.hypotheses[c.hypothesis].corrects()).map(|c| self.hypotheses[c.hypothesis].transform(&c.knobs)).collect();
         let state = State::new(&self.layout, &self.effort, &self.motion, &self.centre, &transforms);
-        let base = Base::new(&state, &self.cause, &self.structure);
+        let base = Base::new(&state, &self.cause, structure);
         let mut terms = Vec::new();
         let mut spans = Vec::new();
         for c in chosen {
@@ -74,7 +83,7 @@ impl Subject {
             spans.push((terms.len(), columns.len()));
             terms.extend(columns);
         }
-        let ground = Ground { state: &state, cause: &self.cause, structure: &self.structure, base: &base, terms: &terms, power };
+        let ground = Ground { state: &state, cause: &self.cause, structure, base: &base, terms: &terms, power };
         let fit = ground.fit(rounds)?;
         Some(Stand { state, base, terms, spans, fit })
     }
@@ -144,7 +153,7 @@ impl Subject {
             let step = self.step(&stand, &chosen);
             let lead = step.judged.first().cloned();
             steps.push(step);
-            let Some(lead) = lead.filter(|l| l.net > ENOUGH && l.share > SMALLEST_SHARE) else { break };
+            let Some(lead) = lead.filter(|l| l.net > ENOUGH && (l.share > SMALLEST_SHARE || self.hypotheses[l.hypothesis].corrects())) else { break };
             if chosen.len() >= most {
                 break;
             }

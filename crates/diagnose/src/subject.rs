@@ -28,6 +28,8 @@ pub(crate) struct Subject {
     pub hypotheses: Vec<Hypothesis>,
     /// Power of the residual of the baseline.
     pub start: Power,
+    /// Share of the effort's rms that inertia, damping and stiffness make with the sign that they should have, less the rest.
+    pub polarity: f64,
 }
 
 fn std(series: &[Vec<Vec<f64>>], axis: usize) -> (f64, f64) {
@@ -76,6 +78,15 @@ impl Subject {
             free
         };
         let matrix = |m| base.matrix(&structure, &fit.theta, m, axes);
+        let size = |v: &[num_complex::Complex64], i: usize| crate::search::whitened_power(&[v.to_vec()], &vec![fit.power[i].clone()]).sqrt();
+        let polarity = [Matrix::Stiffness, Matrix::Damping, Matrix::Mass]
+            .into_iter()
+            .enumerate()
+            .map(|(order, m)| {
+                let values = matrix(m);
+                (0..axes).map(|i| values[i][i] * size(&state.kinematics[order][i], i) / size(&state.effort_spectra[i], i).max(f64::MIN_POSITIVE)).sum::<f64>()
+            })
+            .sum();
         let scale = Scale {
             position: (0..axes).map(|i| std(&samples.motion, i).1).collect(),
             centre: centre.clone(),
@@ -94,7 +105,7 @@ impl Subject {
             held: structure.given.clone(),
         };
         let hypotheses = Hypothesis::all(&scale, &options.without);
-        Ok(Subject { layout, effort, motion, centre, cause, structure, scale, hypotheses, start: fit.power })
+        Ok(Subject { layout, effort, motion, centre, cause, structure, scale, hypotheses, start: fit.power, polarity })
     }
 
     /// Fits the baseline anew after the layout has been masked.
@@ -145,7 +156,6 @@ fn needs_spring(state: &State, cause: &Cause, structure: &Structure, base: &Base
     let entries = base.roles.iter().filter(|r| matches!(r, Role::Entry(Matrix::Stiffness, _, _))).count();
     let price = 0.5 * entries as f64 * (layout.size() as f64).ln();
     fit.log_likelihood - free.log_likelihood > price + 6.0
-        && base.roles.iter().zip(&fit.theta).any(|(role, value)| matches!(role, Role::Entry(Matrix::Stiffness, i, j) if i == j && *value > 0.0))
 }
 
 /// The excited band of samples.
@@ -156,10 +166,10 @@ pub(crate) fn find_band(samples: &Samples, meaning: &Meaning) -> (f64, f64) {
     let (effort, motion) = (view(&samples.effort), view(&samples.measured));
     let reference = view(&samples.reference);
     if meaning.motion_imposed {
-        band::excited(&effort, &motion, &motion, samples.rate_hz)
+        band::excited(&effort, &motion, &motion, meaning.order, samples.rate_hz)
     } else if reference[0].is_empty() {
-        band::excited(&effort, &motion, &effort, samples.rate_hz)
+        band::excited(&effort, &effort, &motion, meaning.order, samples.rate_hz)
     } else {
-        band::excited(&effort, &reference, &motion, samples.rate_hz)
+        band::excited(&effort, &reference, &motion, meaning.order, samples.rate_hz)
     }
 }

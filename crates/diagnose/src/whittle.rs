@@ -106,20 +106,22 @@ impl<'a> Likelihood<'a> {
         let n = layout.axes;
         let mut slope = vec![0.0; columns.len()];
         let mut total = 0.0;
-        let loop_impedance = match self.cause {
-            Cause::Motion => None,
-            Cause::Effort => Some(None),
-            Cause::Loop(z) => Some(Some(z)),
+        let imposed = matches!(self.cause, Cause::Motion);
+        let impedance = match self.cause {
+            Cause::Loop(z) => Some(z),
+            _ => None,
         };
         let chain = &self.state.chain;
         for k in (0..layout.lines()).filter(|k| layout.keep[*k]) {
-            let Some(z) = loop_impedance else {
-                total += linear::inverse(&chain.effort[k], n)?.0;
-                continue;
+            // Motion imposed: the effort's density, A + D C. Effort imposed or in a loop: the motion's, A Z + D (T + C Z).
+            let z = impedance.map(|z| z[k].as_slice());
+            let mut g = match (imposed, z) {
+                (true, _) => chain.effort[k].clone(),
+                (false, Some(z)) => linear::product(&chain.effort[k], z, n),
+                (false, None) => vec![Complex64::ZERO; n * n],
             };
-            let z = z.map(|z| z[k].as_slice());
-            let mut g = z.map_or_else(|| vec![Complex64::ZERO; n * n], |z| linear::product(&chain.effort[k], z, n));
-            let mut through: Vec<Complex64> = (0..n * n).map(|q| if q / n == q % n { chain.motion[k] } else { Complex64::ZERO }).collect();
+            let direct = if imposed { chain.series[k] } else { chain.motion[k] };
+            let mut through: Vec<Complex64> = (0..n * n).map(|q| if q / n == q % n { direct } else { Complex64::ZERO }).collect();
             if let Some(z) = z {
                 through.iter_mut().zip(z).for_each(|(t, z)| *t += chain.series[k] * z);
             }
@@ -190,7 +192,7 @@ impl<'a> Likelihood<'a> {
             }
             let factor = gram.factor()?;
             let mut now = theta.clone().unwrap_or_else(|| factor.solve(&rhs));
-            if bias_free && !matches!(self.cause, Cause::Motion) {
+            if bias_free && !(matches!(self.cause, Cause::Motion) && self.state.chain.series.iter().all(|c| *c == Complex64::ZERO)) {
                 for _ in 0..3 {
                     let (_, slope) = self.determinant(columns, &now, true)?;
                     let shifted: Vec<f64> = rhs.iter().zip(&slope).map(|(r, b)| r + b * blocks.len() as f64).collect();
