@@ -43,6 +43,10 @@ struct Work {
     xdd: Vec<f64>,
     robot_v: Vec<f64>,
     torque: Vec<f64>,
+    // Torque of friction, transducer and laws.
+    passive: Vec<f64>,
+    // Force on the limb less that of the laws.
+    felt: Vec<f64>,
     solve: Vec<f64>,
     delayed_x: Vec<f64>,
     delayed_v: Vec<f64>,
@@ -77,6 +81,8 @@ impl<'a> Coupled<'a> {
             xdd: axis(),
             robot_v: axis(),
             torque: vec![0.0; n],
+            passive: vec![0.0; n],
+            felt: axis(),
             solve: vec![0.0; n * n],
             delayed_x: axis(),
             delayed_v: axis(),
@@ -129,7 +135,7 @@ impl<'a> Coupled<'a> {
         let (rates, rest) = rest.split_at(n);
         let (e, rest) = rest.split_at(m);
         let (e_rate, mut states) = rest.split_at(m);
-        let (mechanical, mut state_rates) = out.split_at_mut(2 * (n + m));
+        let (_, mut state_rates) = out.split_at_mut(2 * (n + m));
         let w = &mut self.work;
         for j in 0..n {
             w.q[j] = self.rest[j] + position[j];
@@ -144,9 +150,9 @@ impl<'a> Coupled<'a> {
         }
         let joints = self.robot.joints();
         for j in 0..n {
-            w.torque[j] = self.torque[j] - joints.friction(j, rates[j]);
+            w.passive[j] = -joints.friction(j, rates[j]);
         }
-        add_transposed(&w.kinematics.jacobian, &w.force, -1.0, &mut w.torque);
+        add_transposed(&w.kinematics.jacobian, &w.force, -1.0, &mut w.passive);
 
         let mut history = self.history.iter();
         if !self.robot_laws.is_empty() {
@@ -167,20 +173,44 @@ impl<'a> Coupled<'a> {
                     &mut state_rates,
                 );
             }
-            add_transposed(&w.kinematics.jacobian, &w.net, -1.0, &mut w.torque);
+            add_transposed(&w.kinematics.jacobian, &w.net, -1.0, &mut w.passive);
         }
         w.net.fill(0.0);
         for law in self.limb_laws {
             apply(law.as_ref(), time_s, [&w.x, &w.v], history.next(), [&mut w.delayed_x, &mut w.delayed_v], &mut states, &mut w.net, &mut state_rates);
         }
         for i in 0..m {
-            w.net[i] = w.force[i] + self.limb_force[i] - w.net[i];
+            w.felt[i] = w.force[i] - w.net[i];
+        }
+        self.accelerate(y, out);
+    }
+
+    /// Writes ẏ again after torque or limb force have changed, the state being that of the last evaluation at `time_s`.
+    pub(crate) fn inputs_changed(&mut self, time_s: f64, y: &[f64], out: &mut [f64]) {
+        if self.robot_laws.is_empty() && self.limb_laws.is_empty() {
+            self.accelerate(y, out);
+        } else {
+            // A law may jump in time just where the inputs do.
+            self.derivative(time_s, y, out);
+        }
+    }
+
+    /// Accelerations from the forces that the last evaluation left, and the inputs.
+    fn accelerate(&mut self, y: &[f64], out: &mut [f64]) {
+        let (n, m) = (self.joints(), self.axes());
+        let (rates, e_rate) = (&y[n..2 * n], &y[2 * n + m..2 * (n + m)]);
+        let w = &mut self.work;
+        for j in 0..n {
+            w.torque[j] = self.torque[j] + w.passive[j];
+        }
+        for i in 0..m {
+            w.net[i] = w.felt[i] + self.limb_force[i];
         }
         self.limb.acceleration(&w.x, &w.v, &w.net, &mut w.xdd);
-
-        let (position_rate, rest) = mechanical.split_at_mut(n);
+        let (position_rate, rest) = out.split_at_mut(n);
         let (acceleration, rest) = rest.split_at_mut(n);
-        let (deflection_rate, deflection_acceleration) = rest.split_at_mut(m);
+        let (deflection_rate, rest) = rest.split_at_mut(m);
+        let deflection_acceleration = &mut rest[..m];
         position_rate.copy_from_slice(rates);
         deflection_rate.copy_from_slice(e_rate);
         self.robot.acceleration(&w.q, rates, &w.kinematics, &w.torque, &mut w.solve, acceleration);

@@ -82,6 +82,8 @@ pub(crate) struct Stepper {
     tolerance: Option<Tolerance>,
     jacobian: Vec<f64>,
     interval: f64,
+    // Whether the system's last evaluation was of the state that the next interval begins with.
+    started: bool,
     buffers: Buffers,
 }
 
@@ -174,7 +176,17 @@ impl Stepper {
             deflection: vec![0.0; m],
             remainder: std::array::from_fn(|_| vec![0.0; m]),
         };
-        Stepper { levels, linear: Columns::new(&linear), level, coarsest, tolerance, jacobian: system.jacobian().to_vec(), interval: interval_s, buffers }
+        Stepper {
+            levels,
+            linear: Columns::new(&linear),
+            level,
+            coarsest,
+            tolerance,
+            jacobian: system.jacobian().to_vec(),
+            interval: interval_s,
+            started: false,
+            buffers,
+        }
     }
 
     /// The shortest step that will ever be taken over intervals of this length.
@@ -194,9 +206,14 @@ impl Stepper {
     pub(crate) fn interval(&mut self, system: &mut Coupled<'_>, time_s: f64, y: &mut [f64], means: &mut Means) {
         let (n, m, dimension) = (system.joints(), system.axes(), system.dimension());
         means.clear();
-        system.derivative(time_s, &y[..dimension], &mut self.buffers.f[..dimension]);
+        if self.started {
+            system.inputs_changed(time_s, &y[..dimension], &mut self.buffers.f[..dimension]);
+        } else {
+            system.derivative(time_s, &y[..dimension], &mut self.buffers.f[..dimension]);
+            remainder(system, &self.jacobian, y, &mut self.buffers.remainder[0]);
+            self.started = true;
+        }
         system.remember(time_s, &self.buffers.f[..dimension], true);
-        remainder(system, &self.jacobian, y, &mut self.buffers.remainder[0]);
         self.buffers.deflection.copy_from_slice(&y[2 * n..2 * n + m]);
         // Position in the interval, in units of its finest subdivision.
         let (mut done, finest) = (0usize, 1usize << (self.levels.len() - 1));
