@@ -17,6 +17,7 @@ mod quantity;
 mod recording;
 mod segments;
 mod slepian;
+mod stationarity;
 mod welch;
 mod window;
 
@@ -32,5 +33,6 @@ pub use quantity::{Quantity, Unit, UnknownUnit};
 pub use recording::{Channel, Recording, RecordingError};
 pub use segments::{Detrend, effective_averages};
 pub use slepian::{SlepianError, SlepianTapers, slepian_tapers};
+pub use stationarity::{Normality, ReverseArrangements, StationarityError, mean_squares, normality, reverse_arrangements};
 pub use welch::{Welch, WelchError, WelchPartial, WelchStream};
 pub use window::{ParseWindowError, Window};

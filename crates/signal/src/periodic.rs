@@ -257,7 +257,7 @@ pub fn detect_period(signal: &[f64]) -> Option<DetectedPeriod> {
 }
 
 /// Σ_n x(n) x(n + lag) for every lag, by zero-padded transforms.
-fn autocorrelation(x: &[f64]) -> Vec<f64> {
+pub(crate) fn autocorrelation(x: &[f64]) -> Vec<f64> {
     let length = (2 * x.len()).next_power_of_two();
     let mut planner = RealFftPlanner::new();
     let (forward, inverse) = (planner.plan_fft_forward(length), planner.plan_fft_inverse(length));
