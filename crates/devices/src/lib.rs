@@ -37,7 +37,7 @@ pub use five_bar::FiveBar;
 pub use integrate::Accuracy;
 pub use limb::{
     EndpointLinear, EndpointLinearConfig, Impedance, Limb, PlanarTwoLink, PlanarTwoLinkConfig, SPRING_CONFIGURATIONS, Side, SpringArray, SpringArrayConfig,
-    SpringConfiguration, Wrist, WristConfig,
+    SpringConfiguration, Tone, Wrist, WristConfig,
 };
 pub use linearise::{HoldGains, Linearised};
 pub use noise::LimbNoise;

@@ -1,12 +1,14 @@
 //! Limbs: what the robot's end effector is fastened to.
 
+mod arm_figures;
 mod endpoint_linear;
 mod planar_two_link;
 mod spring_array;
 mod wrist;
 
+pub use arm_figures::{PlanarTwoLinkConfig, Side, Tone};
 pub use endpoint_linear::{EndpointLinear, EndpointLinearConfig};
-pub use planar_two_link::{PlanarTwoLink, PlanarTwoLinkConfig, Side};
+pub use planar_two_link::PlanarTwoLink;
 pub use spring_array::{SPRING_CONFIGURATIONS, SpringArray, SpringArrayConfig, SpringConfiguration};
 pub use wrist::{Wrist, WristConfig};
 

@@ -1,98 +1,11 @@
 //! The human arm in the plane: upper arm and forearm with joint inertia, damping and stiffness.
 
+use super::arm_figures::{PlanarTwoLinkConfig, Segments, Side};
 use super::endpoint_linear::{square, vector};
 use super::{Impedance, Limb};
 use crate::error::DeviceError;
 use crate::matrix::is_inertia;
-use crate::noise::LimbNoise;
 use ndarray::{Array2, array};
-use serde::{Deserialize, Serialize};
-
-/// Which arm: it decides to which side the elbow bends.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "kebab-case")]
-pub enum Side {
-    /// Elbow angle positive.
-    #[default]
-    Right,
-    /// Elbow angle negative.
-    Left,
-}
-
-/// A planar arm of two segments. Segment figures left out follow from height and mass (Winter's tables), the
-/// defaults being Shadmehr and Mussa-Ivaldi's (1994) arm.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-#[allow(non_snake_case, reason = "the field's own letters, as the files write them")]
-pub struct PlanarTwoLinkConfig {
-    /// Which arm.
-    #[serde(default)]
-    pub arm: Side,
-    /// Body height (m); with `body_mass_kg` it sets the segments.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub height_m: Option<f64>,
-    /// Body mass (kg).
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub body_mass_kg: Option<f64>,
-    /// Lengths of upper arm and forearm to the hand (m).
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub link_lengths_m: Option<[f64; 2]>,
-    /// Segment masses (kg).
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub link_masses_kg: Option<[f64; 2]>,
-    /// Distances from joint to centre of mass (m).
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub link_centres_m: Option<[f64; 2]>,
-    /// Moments of inertia about the centres of mass (kg m²).
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub link_inertias_kg_m2: Option<[f64; 2]>,
-    /// Joint stiffness (N m/rad), two-joint terms off the diagonal.
-    #[serde(default = "default_stiffness")]
-    pub K: Vec<Vec<f64>>,
-    /// Joint damping (N m s/rad).
-    #[serde(default = "default_damping")]
-    pub B: Vec<Vec<f64>>,
-    /// Force on the hand that holds the arm at the posture; what tone pulls against.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub mean_force_n: Option<Vec<f64>>,
-    /// Mass of handle and trough, moving with the hand (kg).
-    #[serde(default)]
-    pub handle_mass_kg: f64,
-    /// Where the shoulder is; with the hand's place it sets the posture. Otherwise `posture.joint_rad` does.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub shoulder_m: Option<[f64; 2]>,
-    /// Force that the limb makes by itself.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub noise: Option<LimbNoise>,
-}
-
-fn default_stiffness() -> Vec<Vec<f64>> {
-    vec![vec![15.0, 6.0], vec![6.0, 16.0]]
-}
-
-fn default_damping() -> Vec<Vec<f64>> {
-    vec![vec![2.3, 0.9], vec![0.9, 2.4]]
-}
-
-impl Default for PlanarTwoLinkConfig {
-    fn default() -> Self {
-        PlanarTwoLinkConfig {
-            arm: Side::Right,
-            height_m: None,
-            body_mass_kg: None,
-            link_lengths_m: None,
-            link_masses_kg: None,
-            link_centres_m: None,
-            link_inertias_kg_m2: None,
-            K: default_stiffness(),
-            B: default_damping(),
-            mean_force_n: None,
-            handle_mass_kg: 0.0,
-            shoulder_m: None,
-            noise: None,
-        }
-    }
-}
 
 /// The arm built from [`PlanarTwoLinkConfig`] at a posture.
 ///
@@ -113,24 +26,6 @@ pub struct PlanarTwoLink {
     mean_torque: [f64; 2],
 }
 
-struct Segments {
-    lengths: [f64; 2],
-    masses: [f64; 2],
-    centres: [f64; 2],
-    inertias: [f64; 2],
-}
-
-/// Segment figures from body height and mass: D. A. Winter, Biomechanics and Motor Control of Human Movement, 4th ed. (2009), table 4.1.
-fn segments_of_body(height_m: f64, mass_kg: f64) -> Segments {
-    let masses = [0.028 * mass_kg, 0.022 * mass_kg];
-    let (upper, to_styloid) = (0.186 * height_m, 0.146 * height_m);
-    // To the middle of the hand: half of the hand's 0.108 h beyond the wrist.
-    let lengths = [upper, to_styloid + 0.054 * height_m];
-    let centres = [0.436 * upper, 0.682 * to_styloid];
-    let inertias = [masses[0] * (0.322 * upper).powi(2), masses[1] * (0.468 * to_styloid).powi(2)];
-    Segments { lengths, masses, centres, inertias }
-}
-
 impl PlanarTwoLink {
     /// The arm with its hand at the origin of displacements, in posture `joint_rad` or, where the shoulder's place is
     /// given, in that which puts the hand at `hand_m`.
@@ -138,23 +33,7 @@ impl PlanarTwoLink {
     /// # Errors
     /// [`DeviceError`] if figures are missing or impossible, or the hand is out of reach.
     pub fn new(config: &PlanarTwoLinkConfig, hand_m: [f64; 2], joint_rad: Option<[f64; 2]>) -> Result<Self, DeviceError> {
-        let body = match (config.height_m, config.body_mass_kg) {
-            (Some(height), Some(mass)) if height > 0.0 && mass > 0.0 => segments_of_body(height, mass),
-            (None, None) => Segments { lengths: [0.33, 0.34], masses: [1.93, 1.52], centres: [0.165, 0.19], inertias: [0.0141, 0.0188] },
-            (Some(height), Some(mass)) => {
-                return Err(DeviceError::value("limb.height_m × limb.body_mass_kg", height * mass, "the product of two positive numbers"));
-            }
-            _ => return Err(DeviceError::Missing("limb.height_m and limb.body_mass_kg set the segments together; give both or none".to_owned())),
-        };
-        let lengths = config.link_lengths_m.unwrap_or(body.lengths);
-        let masses = config.link_masses_kg.unwrap_or(body.masses);
-        let centres = config.link_centres_m.unwrap_or(body.centres);
-        let inertias = config.link_inertias_kg_m2.unwrap_or(body.inertias);
-        for (name, values) in [("link_lengths_m", lengths), ("link_masses_kg", masses), ("link_inertias_kg_m2", inertias)] {
-            if let Some(v) = values.iter().find(|v| !(v.is_finite() && **v > 0.0)) {
-                return Err(DeviceError::value(format!("limb.{name}"), *v, "positive"));
-            }
-        }
+        let Segments { lengths, masses, centres, inertias } = config.segments()?;
         if !(config.handle_mass_kg.is_finite() && config.handle_mass_kg >= 0.0) {
             return Err(DeviceError::value("limb.handle_mass_kg", config.handle_mass_kg, "zero or positive"));
         }
@@ -176,7 +55,7 @@ impl PlanarTwoLink {
         let [m1, m2] = masses;
         let handle = config.handle_mass_kg;
         let (l1, l2) = (lengths[0], lengths[1]);
-        let mean_force = vector("mean_force_n", config.mean_force_n.as_deref(), 2)?;
+        let (stiffer, slower, pull) = config.tone.figures();
         let beta = m2 * l1 * centres[1] + handle * l1 * l2;
         let delta = inertias[1] + m2 * centres[1].powi(2) + handle * l2 * l2;
         let alpha = inertias[0] + m1 * centres[0].powi(2) + m2 * l1 * l1 + handle * l1 * l1 + delta;
@@ -188,16 +67,22 @@ impl PlanarTwoLink {
             alpha,
             beta,
             delta,
-            stiffness: square("K", &config.K, 2)?,
-            damping: square("B", &config.B, 2)?,
+            stiffness: square("K", &config.K, 2)? * stiffer,
+            damping: square("B", &config.B, 2)? * slower,
             mean_torque: [0.0; 2],
-            mean_force,
+            mean_force: vec![0.0; 2],
         };
         if !is_inertia(&arm.mass_matrix(posture[1])) {
             return Err(DeviceError::Inertia("the arm's joint inertia".to_owned()));
         }
         let hand = arm.hand(posture);
         arm.shoulder = [-hand[0], -hand[1]];
+        // Tone pulls the hand towards the shoulder; the force that holds it points away.
+        let reach = hand[0].hypot(hand[1]);
+        arm.mean_force = match &config.mean_force_n {
+            Some(given) => vector("mean_force_n", Some(given), 2)?,
+            None => hand.iter().map(|h| pull * h / reach).collect(),
+        };
         let [[j00, j01], [j10, j11]] = arm.jacobian(posture);
         let f = &arm.mean_force;
         arm.mean_torque = [j00 * f[0] + j10 * f[1], j01 * f[0] + j11 * f[1]];
@@ -312,6 +197,7 @@ impl PlanarTwoLink {
 
 #[cfg(test)]
 mod tests {
+    use super::super::arm_figures::Tone;
     use super::*;
     use crate::matrix::inverse;
 
@@ -372,6 +258,30 @@ mod tests {
         for (found, expected) in back.iter().zip(&joint.stiffness) {
             assert!((found - expected).abs() < 1e-12);
         }
+    }
+
+    #[test]
+    fn hypertonia_stiffens_the_arm_and_pulls_it_towards_the_shoulder() {
+        let of = |tone| PlanarTwoLink::new(&PlanarTwoLinkConfig { tone, ..Default::default() }, [0.0; 2], None).expect("valid");
+        let (normal, severe) = (of(Tone::Normal), of(Tone::SevereHypertonia));
+        assert_eq!(normal.mean_force(), [0.0, 0.0]);
+        let f = severe.mean_force();
+        let hand = severe.hand(severe.posture);
+        assert!((f[0].hypot(f[1]) - 10.0).abs() < 1e-12 && (f[0] * hand[1] - f[1] * hand[0]).abs() < 1e-12 && f[1] > 0.0);
+        let ratio = severe.joint_impedance().expect("joints").0.stiffness / normal.joint_impedance().expect("joints").0.stiffness;
+        assert!(ratio.iter().all(|r| (r - 4.0).abs() < 1e-15));
+    }
+
+    #[test]
+    fn height_and_mass_set_the_segments() {
+        let config = PlanarTwoLinkConfig { height_m: Some(1.75), body_mass_kg: Some(75.0), ..Default::default() };
+        let arm = PlanarTwoLink::new(&config, [0.0; 2], None).expect("valid");
+        // 0.186 h, and 0.146 h to the ulnar styloid with half a hand of 0.108 h.
+        assert!((arm.link_lengths_m()[0] - 0.3255).abs() < 1e-12 && (arm.link_lengths_m()[1] - 0.35).abs() < 1e-12);
+        // δ = I₂ + m₂ c₂² with m₂ = 1.65 kg, c₂ = 0.682, ρ = 0.468 of 0.2555 m.
+        assert!((arm.delta - 1.65 * 0.2555_f64.powi(2) * (0.682_f64.powi(2) + 0.468_f64.powi(2))).abs() < 1e-12);
+        let half = PlanarTwoLinkConfig { height_m: Some(1.75), ..Default::default() };
+        assert!(PlanarTwoLink::new(&half, [0.0; 2], None).is_err());
     }
 
     #[test]
