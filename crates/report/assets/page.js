@@ -60,7 +60,7 @@ const ticks = (scale, low, high, target) => {
   if (!(low < high)) return [];
   if (scale === 'log') return logTicks(low, high, target);
   const wanted = (high - low) / Math.max(target, 1);
-  const step = scale === 'degrees' && wanted > 5 && [15, 30, 45, 90, 180].find(s => s >= wanted * 0.75);
+  const step = scale === 'degrees' && wanted > 5 && [15, 30, 45, 90, 180].find(s => s >= wanted * 0.7);
   return step ? labelled(steps(low, high, step), low, high) : linearTicks(low, high, target);
 };
 const sidewaysTicks = (scale, low, high, width) => {

@@ -63,6 +63,9 @@ pub fn forest(name: &str, title: &str, data: &Forest) -> Result<Figure, FigureEr
     }
     for (index, group) in data.groups.iter().enumerate() {
         expect_shape(format!("the group \"{}\"", group.label), "rows", &[data.rows.len()], &[group.estimates.len()])?;
+        if group.estimates.iter().all(|estimate| estimate.value.is_nan()) {
+            continue;
+        }
         let offset = if groups > 1.0 { 0.7 * ((groups - 1.0) / 2.0 - index as f64) / groups } else { 0.0 };
         let height = |row: usize| panel.y.row(row) + offset;
         let (mut across, mut along) = (Vec::new(), Vec::new());
@@ -133,6 +136,14 @@ mod tests {
         assert!(heights[0][0] > heights[0][1] && heights[0][0] > heights[1][0] && heights[1][0] > heights[0][1]);
         assert!(figure.to_svg().contains(">K_x_x</text>"));
         assert_eq!(figure.table.as_ref().unwrap().rows[1], ["K_y_y", "520.0 ± 5.0", "– ± –"]);
+    }
+
+    #[test]
+    fn a_group_without_a_value_is_not_in_the_legend() {
+        let mut none = data();
+        none.groups[0].estimates = vec![Estimate { value: f64::NAN, ci95: (f64::NAN, f64::NAN) }; 2];
+        let labels: Vec<_> = forest("f", "", &none).unwrap().cells[0].panels[0].series.iter().map(|series| series.label.clone()).collect();
+        assert_eq!(labels, ["after", "after"]);
     }
 
     #[test]

@@ -25,7 +25,7 @@ pub(super) fn draw_series(at: &Placement, series: &Series, index: usize) -> Stri
                 let point = (at.x(x_k), at.y(y_k));
                 ((!ascending || near(x, k)) && point.0.is_finite() && point.1.is_finite()).then_some(point)
             }));
-            let runs = if at.panel.y.scale == Scale::Degrees { split_at_turns(runs, at) } else { runs };
+            let runs = split_at_turns(runs, at, |point| point.1);
             ("line", runs.iter().map(|run| polyline(&if ascending { min_max(run, 1.0) } else { run.clone() })).collect())
         }
         Mark::Steps { edges, y } => {
@@ -56,6 +56,7 @@ pub(super) fn draw_series(at: &Placement, series: &Series, index: usize) -> Stri
                 let point = (at.x(x_k), at.y(high_k), foot);
                 (near(x, k) && point.0.is_finite() && point.1.is_finite() && point.2.is_finite()).then_some(point)
             }));
+            let runs = split_at_turns(runs, at, |point| 0.5 * (point.1 + point.2));
             ("band", runs.iter().map(|run| area(&envelope(run, 1.0))).collect::<String>())
         }
     };
@@ -67,10 +68,13 @@ pub(super) fn draw_series(at: &Placement, series: &Series, index: usize) -> Stri
     format!("<path class=\"{class}{dense} c-{color}{dash}\" data-s=\"{index}\" d=\"{path}\"/>")
 }
 
-/// An angle that leaves its turn comes back on the other side: no line joins the two.
-fn split_at_turns(runs: Vec<Vec<(f64, f64)>>, at: &Placement) -> Vec<Vec<(f64, f64)>> {
+/// An angle that leaves its turn comes back on the other side: nothing joins the two. Other ordinates stay as they are.
+fn split_at_turns<T: Copy>(runs: Vec<Vec<T>>, at: &Placement, height: fn(&T) -> f64) -> Vec<Vec<T>> {
+    if at.panel.y.scale != Scale::Degrees {
+        return runs;
+    }
     let half_turn = 180.0 / (at.y.1 - at.y.0) * at.height;
-    runs.iter().flat_map(|run| run.chunk_by(|a, b| (a.1 - b.1).abs() <= half_turn)).map(<[_]>::to_vec).collect()
+    runs.iter().flat_map(|run| run.chunk_by(|a, b| (height(a) - height(b)).abs() <= half_turn)).map(<[_]>::to_vec).collect()
 }
 
 /// Stretches without gaps.
@@ -106,4 +110,23 @@ fn area(points: &[(f64, f64, f64)]) -> String {
     let lower = points.iter().rev().map(|&(x, _, low)| (x, low));
     let outline: Vec<_> = upper.chain(lower).collect();
     if points.len() < 2 { String::new() } else { polyline(&outline) + "Z" }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::plot::{Axis, Color, Panel};
+
+    #[test]
+    fn neither_line_nor_band_joins_the_two_ends_of_a_turn() {
+        let x = vec![0.0, 1.0, 2.0, 3.0];
+        let angle = vec![160.0, 175.0, -175.0, -160.0];
+        let panel = Panel::new(Axis::linear("", ""), Axis::degrees("Phase").range(-180.0, 180.0))
+            .with(Series::line("a", x.clone(), angle.clone(), Color::Blue))
+            .with(Series::band("a", x, angle.iter().map(|angle| angle - 5.0).collect(), angle.iter().map(|angle| angle + 5.0).collect(), Color::Blue));
+        let at = Placement { panel: &panel, x: (0.0, 3.0), y: (-180.0, 180.0), width: 300.0, height: 360.0, left: 0.0, top: 0.0 };
+        let drawn: Vec<String> = panel.series.iter().map(|series| draw_series(&at, series, 0)).collect();
+        assert!(drawn[0].contains("d=\"M0 20L100 5M200 355L300 340\""), "{}", drawn[0]);
+        assert_eq!(drawn[1].matches('M').count(), 2, "{}", drawn[1]);
+    }
 }

@@ -26,7 +26,7 @@ pub fn ticks(scale: Scale, min: f64, max: f64, target: usize) -> Vec<Tick> {
         Scale::Linear => labelled(&steps(min, max, nice_step((max - min) / target.max(1) as f64)), min, max),
         Scale::Degrees => {
             let wanted = (max - min) / target.max(1) as f64;
-            let step = [15.0, 30.0, 45.0, 90.0, 180.0].into_iter().find(|&step| step >= wanted * 0.75);
+            let step = [15.0, 30.0, 45.0, 90.0, 180.0].into_iter().find(|&step| step >= wanted * 0.7);
             match step {
                 Some(step) if wanted > 5.0 => labelled(&steps(min, max, step), min, max),
                 _ => ticks(Scale::Linear, min, max, target),
