@@ -1,4 +1,8 @@
 //! The studies that are built into the program: the files of `examples/studies`.
 
 /// Name and text of each.
-pub const STUDIES: &[(&str, &str)] = &[("arm", include_str!("../examples/studies/arm.toml"))];
+pub const STUDIES: &[(&str, &str)] = &[
+    ("arm", include_str!("../examples/studies/arm.toml")),
+    ("spring-array", include_str!("../examples/studies/spring_array.toml")),
+    ("wrist", include_str!("../examples/studies/wrist.toml")),
+];

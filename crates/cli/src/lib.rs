@@ -6,7 +6,7 @@ mod options;
 mod output;
 mod progress;
 
-use clap::{Parser, Subcommand};
+use clap::{CommandFactory, Parser, Subcommand};
 use error::CliError;
 use std::ffi::OsString;
 use std::process::ExitCode;
@@ -28,6 +28,8 @@ struct Cli {
 /// The subcommands, in the order of a day's work.
 #[derive(Debug, Subcommand)]
 enum Command {
+    Check(command::check::Arguments),
+    Design(command::design::Arguments),
     Study(command::study::Arguments),
     Estimate(command::estimate::Arguments),
     Fit(command::fit::Arguments),
@@ -36,6 +38,7 @@ enum Command {
     Convert(command::convert::Arguments),
     List(command::list::Arguments),
     Schema(command::schema::Arguments),
+    Completions(command::completions::Arguments),
 }
 
 /// Runs the program with these arguments (the first is its name) and returns its exit code; `studies` are the built-in
@@ -53,6 +56,9 @@ pub fn run(arguments: impl IntoIterator<Item = impl Into<OsString> + Clone>, stu
         }
     };
     let done = match cli.command {
+        Command::Check(arguments) => command::check::run(&arguments),
+        Command::Design(arguments) => command::design::run(&arguments),
+        Command::Completions(arguments) => command::completions::run(&arguments, Cli::command()),
         Command::Study(arguments) => command::study::run(&arguments, studies),
         Command::Diagnose(arguments) => command::diagnose::run(&arguments),
         Command::Fit(arguments) => command::fit::run(&arguments),

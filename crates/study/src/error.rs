@@ -106,6 +106,12 @@ pub enum StudyError {
         /// Why.
         source: EstimateError,
     },
+    /// Nothing repeats.
+    #[error("channel \"{channel}\" does not repeat itself, so there is no period to average over; give it with --period, or choose another --method")]
+    NoPeriod {
+        /// What drives.
+        channel: String,
+    },
     /// A band without frequencies.
     #[error("no frequency of the grid (0 to {nyquist_hz} Hz) lies in the band {low_hz}-{high_hz} Hz; widen --band")]
     EmptyBand {

@@ -16,8 +16,8 @@ mod trim;
 pub use error::StudyError;
 pub use page::{diagnosis_report, estimate_report, fit_report, study_report};
 pub use pipeline::{
-    ComparedParameter, DiagnoseSettings, EstimateSettings, Estimated, FitCost, FitSettings, Fitted, HoldOut, JointTruth, MODEL, Matrices, MethodName, Progress,
-    Simulated, StudyOutcome, Truth, compare, diagnose, estimate, fit, model_response, run_study, simulate,
+    Command, ComparedParameter, DiagnoseSettings, EstimateSettings, Estimated, FitCost, FitSettings, Fitted, HoldOut, JointTruth, MODEL, Matrices, MethodName,
+    Progress, Simulated, StudyOutcome, Truth, check, command, compare, diagnose, estimate, fit, model_response, run_study, simulate,
 };
 pub use roles::{RoleNames, Roles, axis_of};
 pub use suggest::nearest;

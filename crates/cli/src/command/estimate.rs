@@ -51,19 +51,22 @@ fn summary(result: &EstimateResult) -> String {
         Some(derived) => ("derived", &derived.response, &derived.coherence_iv),
         None => ("direct", &result.direct.response, &result.direct.coherence),
     };
+    let mut settings = vec![m.name.clone()];
+    for (name, value) in [("nperseg", m.nperseg), ("noverlap", m.noverlap), ("nfft", m.nfft), ("order", m.order), ("period", m.period)] {
+        settings.extend(value.map(|value| format!("{name} {value}")));
+    }
+    settings.extend(m.time_bandwidth.map(|nw| format!("NW {nw}")));
+    settings.extend(m.window.clone());
     let mut text = format!(
-        "{} ({name}) of {} output(s) to {} input(s), {} trial(s) at {} Hz\n{}: nperseg {}, noverlap {}, nfft {}, {}; {:.2} effective averages\n\n",
+        "{} ({name}) of {} output(s) to {} input(s), {} trial(s) at {} Hz\n{}; {:.2} effective averages\n{}\n\n",
         result.response,
         result.outputs.len(),
         result.inputs.len(),
         result.trials,
         result.sample_rate_hz,
-        m.name,
-        m.nperseg.unwrap_or(0),
-        m.noverlap.unwrap_or(0),
-        m.nfft.unwrap_or(0),
-        m.window.as_deref().unwrap_or("no window"),
+        settings.join(", "),
         m.effective_averages,
+        m.why,
     );
     let usable: Vec<usize> = (0..result.frequency_hz.len()).filter(|&f| result.frequency_hz[f] > 0.0 && response.re[0][0][f].is_some()).collect();
     for (i, output) in result.outputs.iter().enumerate() {

@@ -44,8 +44,41 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode, CliError> {
     Ok(ExitCode::SUCCESS)
 }
 
+const METHODS: &[(&str, &str, &str, &str)] = &[
+    ("auto", "periodic where the excitation repeats, multitaper for usual records, welch for long ones", "", ""),
+    (
+        "welch",
+        "averages over windowed, overlapping segments; nperseg, noverlap, nfft, window, detrend as in scipy.signal.csd",
+        "S_ab = c / (K fs sum w^2) sum_k A_k B_k*",
+        "P. D. Welch, IEEE Trans. Audio Electroacoust. 15 (1967) 70",
+    ),
+    (
+        "multitaper",
+        "averages over orthogonal tapers of the whole record; time-bandwidth",
+        "S_ab = 1/K sum_k A_k B_k*, A_k = sum_n v_k(n) a(n) exp(-j w n)",
+        "D. J. Thomson, Proc. IEEE 70 (1982) 1055",
+    ),
+    (
+        "local-polynomial",
+        "response and leakage as polynomials around each line of the whole record; order",
+        "Y(k+r) = [G + sum_s g_s r^s] U(k+r) + sum_s t_s r^s + V(k+r)",
+        "R. Pintelon and J. Schoukens, System Identification, 2nd ed. 2012, ch. 7",
+    ),
+    (
+        "periodic",
+        "averages over the periods of a periodic excitation, noise and nonlinear distortion told apart; period",
+        "Z = 1/P sum_p Z_p",
+        "R. Pintelon and J. Schoukens, System Identification, 2nd ed. 2012, ch. 4",
+    ),
+];
+
 fn methods() -> String {
-    "welch\n    averages over windowed, overlapping segments; nperseg, noverlap, nfft, window, detrend as in scipy.signal.csd\n    P. D. Welch, IEEE Trans. Audio Electroacoust. 15 (1967) 70\n".to_owned()
+    METHODS
+        .iter()
+        .map(|(name, what, equation, source)| {
+            [*name, what, equation, source].into_iter().filter(|line| !line.is_empty()).collect::<Vec<_>>().join("\n    ") + "\n\n"
+        })
+        .collect()
 }
 
 fn effects() -> String {

@@ -1,6 +1,9 @@
 //! One file a subcommand.
 
+pub mod check;
+pub mod completions;
 pub mod convert;
+pub mod design;
 pub mod diagnose;
 pub mod estimate;
 pub mod fit;

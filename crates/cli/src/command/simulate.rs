@@ -7,7 +7,6 @@ use clap::Args;
 use ndof_signal::Recording;
 use ndof_study::Truth;
 use ndof_study::file::{self, ExperimentFile, StudyFile};
-use ndof_study::result::to_json;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
@@ -53,6 +52,13 @@ fn experiment(name: &str, studies: &[(&str, &str)]) -> Result<ExperimentFile, Cl
 
 /// Writes NAME.EXT, or NAME-1.EXT …, and NAME.truth.json beside; returns the recordings' paths.
 pub fn write_trials(out: &Path, recordings: &[Recording], truth: &Truth) -> Result<Vec<PathBuf>, CliError> {
+    let files = write_recordings(out, recordings)?;
+    output::write_json(&out.with_extension("truth.json"), truth)?;
+    Ok(files)
+}
+
+/// Writes NAME.EXT, or NAME-1.EXT … where there are several; returns their paths.
+pub fn write_recordings(out: &Path, recordings: &[Recording]) -> Result<Vec<PathBuf>, CliError> {
     let stem = out.file_stem().map_or_else(|| "recording".to_owned(), |stem| stem.to_string_lossy().into_owned());
     let extension = out.extension().map_or_else(|| "csv".to_owned(), |extension| extension.to_string_lossy().into_owned());
     let folder = out.parent().unwrap_or_else(|| Path::new(""));
@@ -64,7 +70,5 @@ pub fn write_trials(out: &Path, recordings: &[Recording], truth: &Truth) -> Resu
         ndof_io::write(&path, recording)?;
         files.push(path);
     }
-    let text = to_json(truth).map_err(|error| CliError::Usage(format!("the truth cannot be written as JSON: {error}")))?;
-    ndof_io::write_atomic(&folder.join(format!("{stem}.truth.json")), text.as_bytes())?;
     Ok(files)
 }

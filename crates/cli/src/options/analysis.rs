@@ -10,7 +10,7 @@ use ndof_sysid::{Direct, ResponseKind};
 #[derive(Clone, Debug, Args)]
 pub struct Analysis {
     /// Spectral estimator; auto says in the result what it chose and why
-    #[arg(long, default_value = "auto", value_parser = words::<MethodName>(&["auto", "welch"]), help_heading = "Estimate")]
+    #[arg(long, default_value = "auto", value_parser = words::<MethodName>(&MethodName::WORDS), help_heading = "Estimate")]
     pub method: MethodName,
     /// Samples in a segment [default: chosen from the length of the record]
     #[arg(long, value_name = "N", help_heading = "Estimate")]
@@ -30,6 +30,15 @@ pub struct Analysis {
     /// What is taken off each segment
     #[arg(long, default_value = "constant", value_parser = words::<Detrend>(&["none", "constant", "linear"]), help_heading = "Estimate")]
     pub detrend: Detrend,
+    /// Multitaper: half-width NW of the spectral window, in units of one over the record's length [default: 4]
+    #[arg(long, value_name = "NW", help_heading = "Estimate")]
+    pub time_bandwidth: Option<f64>,
+    /// Local polynomial: degree [default: 2]
+    #[arg(long, value_name = "R", help_heading = "Estimate")]
+    pub order: Option<usize>,
+    /// Periodic: period of the excitation in seconds [default: found from the commanded signal]
+    #[arg(long, value_name = "S", help_heading = "Estimate")]
+    pub period: Option<f64>,
     /// Where the noise of the direct estimate is thought to be: outputs, inputs, both
     #[arg(long, default_value = "h1", value_parser = words::<Direct>(&["h1", "h2", "hv"]), help_heading = "Estimate")]
     pub estimator: Direct,
@@ -52,6 +61,9 @@ impl Analysis {
             window: self.window,
             window_symmetric: self.window_symmetric,
             detrend: self.detrend,
+            time_bandwidth: self.time_bandwidth,
+            order: self.order,
+            period_s: self.period,
             estimator: self.estimator,
             response: self.response,
             band_hz: shared.band,

@@ -3,8 +3,9 @@
 use super::pair;
 use crate::error::CliError;
 use clap::Args;
-use ndof_io::{ReadOptions, ReadRecording, Resample};
-use ndof_study::{RoleNames, StudyError, Trial, Trials, Trim, nearest};
+use ndof_io::{PrepareError, ReadOptions, ReadRecording, Resample};
+use ndof_signal::Quantity;
+use ndof_study::{RoleNames, StudyError, Trial, Trials, Trim, axis_of, nearest};
 use std::path::{Path, PathBuf};
 
 /// How recordings are read.
@@ -28,6 +29,12 @@ pub struct Reading {
     /// Turn the sign of these channels, such as a transducer that reads the reaction
     #[arg(long, value_name = "CHANNELS", value_delimiter = ',', help_heading = "Recordings")]
     pub negate: Vec<String>,
+    /// A recording without load, whose mean forces are taken off
+    #[arg(long, value_name = "FILE", help_heading = "Recordings")]
+    pub tare: Option<PathBuf>,
+    /// Mass of the handle beyond the transducer (kg; kg m² for rotations), whose inertial force is taken off
+    #[arg(long, value_name = "KG", help_heading = "Recordings")]
+    pub handle_mass: Option<f64>,
     /// Use the recording from this time on, in seconds
     #[arg(long, value_name = "S", allow_hyphen_values = true, help_heading = "Recordings")]
     pub start: Option<f64>,
@@ -63,22 +70,50 @@ impl Reading {
         Ok(read)
     }
 
-    /// Reads several recordings.
+    /// The roles that are asked for.
+    pub fn roles(&self) -> RoleNames {
+        RoleNames { references: self.reference.clone(), inputs: self.input.clone(), outputs: self.output.clone() }
+    }
+
+    /// Reads several recordings, offsets and handle taken off.
     pub fn read_all(&self, files: &[PathBuf]) -> Result<Vec<Trial>, CliError> {
         files
             .iter()
             .map(|path| {
-                let read = self.read(path)?;
+                let mut read = self.read(path)?;
+                self.correct(&mut read)?;
                 Ok(Trial { file: read.file, recording: read.recording, warnings: read.notes.into_iter().map(Into::into).collect() })
             })
             .collect()
     }
 
+    /// Takes off what lies beyond the transducer.
+    fn correct(&self, read: &mut ReadRecording) -> Result<(), CliError> {
+        let of = |quantity: Quantity| -> Vec<String> {
+            read.recording.channels().iter().filter(|c| c.unit.quantity() == quantity && !c.name.starts_with("cmd_")).map(|c| c.name.clone()).collect()
+        };
+        let (efforts, motions) = (of(Quantity::Effort), of(Quantity::Displacement));
+        let wrong = |why: PrepareError| CliError::Usage(format!("{}: {why}", read.file));
+        let mut recording = read.recording.clone();
+        if let Some(path) = &self.tare {
+            let names: Vec<&str> = efforts.iter().map(String::as_str).collect();
+            recording = ndof_io::tare(&recording, &self.read(path)?.recording, &names).map_err(wrong)?;
+        }
+        if let Some(mass) = self.handle_mass {
+            for effort in &efforts {
+                if let Some(motion) = motions.iter().find(|motion| axis_of(motion) == axis_of(effort)) {
+                    recording = ndof_io::without_handle(&recording, effort, motion, mass).map_err(wrong)?;
+                }
+            }
+        }
+        read.recording = recording;
+        Ok(())
+    }
+
     /// Reads trials of one experiment, with roles and stretches.
     pub fn trials(&self, files: &[PathBuf]) -> Result<Trials, CliError> {
-        let names = RoleNames { references: self.reference.clone(), inputs: self.input.clone(), outputs: self.output.clone() };
         let trim = Trim { start_s: self.start, stop_s: self.stop, exclude_s: self.exclude.clone() };
         let trials = self.read_all(files)?;
-        Ok(Trials::new(trials, &names, &trim)?)
+        Ok(Trials::new(trials, &self.roles(), &trim)?)
     }
 }

@@ -1,7 +1,8 @@
 //! `ndof/experiment/1`: what is simulated.
 
 use super::check_schema;
-use crate::error::StudyError;
+use crate::error::{StudyError, did_you_mean};
+use crate::suggest::nearest;
 use ndof_devices::{Controller, DeviceConfig, Experiment, LimbConfig, Posture, Sensors};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
@@ -53,7 +54,7 @@ pub struct ExperimentFile {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct Excitation {
-    /// `filtered-noise`.
+    /// `filtered-noise`, `multisine`, `prbs` or `chirp`.
     pub kind: String,
     /// Root mean square of each axis (N, N m).
     pub rms: f64,
@@ -63,11 +64,22 @@ pub struct Excitation {
     pub order: usize,
     /// Seeds tried for each trial; the one whose axes are least coherent is taken.
     pub candidates: usize,
+    /// Length of a period, of multisine and binary sequence.
+    pub period_s: f64,
+    /// Lines of a multisine, ends of a sweep.
+    pub band_hz: [f64; 2],
+    /// Largest magnitude; what is larger is scaled down as a whole.
+    pub peak: Option<f64>,
+}
+
+impl Excitation {
+    /// The kinds that there are.
+    pub const KINDS: [&str; 4] = ["filtered-noise", "multisine", "prbs", "chirp"];
 }
 
 impl Default for Excitation {
     fn default() -> Self {
-        Excitation { kind: "filtered-noise".to_owned(), rms: 4.0, cutoff_hz: 15.0, order: 8, candidates: 1 }
+        Excitation { kind: "filtered-noise".to_owned(), rms: 4.0, cutoff_hz: 15.0, order: 8, candidates: 1, period_s: 10.0, band_hz: [0.3, 12.0], peak: None }
     }
 }
 
@@ -101,8 +113,10 @@ impl ExperimentFile {
         if self.trials == 0 {
             return wrong("trials = 0; at least one trial is needed".to_owned());
         }
-        if self.excitation.kind != "filtered-noise" {
-            return wrong(format!("excitation.kind = \"{}\"; there is \"filtered-noise\"", self.excitation.kind));
+        let kind = self.excitation.kind.as_str();
+        if !Excitation::KINDS.contains(&kind) {
+            let suggestion = did_you_mean(nearest(kind, Excitation::KINDS).as_deref());
+            return wrong(format!("excitation.kind = \"{kind}\"{suggestion}; there are {}", Excitation::KINDS.join(", ")));
         }
         Ok(())
     }

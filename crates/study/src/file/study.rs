@@ -72,6 +72,12 @@ pub struct EstimateSection {
     pub window_symmetric: bool,
     /// What is taken off each segment.
     pub detrend: Detrend,
+    /// Half-width of the multitaper's spectral window.
+    pub time_bandwidth: Option<f64>,
+    /// Degree of the local polynomials.
+    pub order: Option<usize>,
+    /// Period of the excitation.
+    pub period: Option<f64>,
     /// Where the noise of the direct estimate is thought to be.
     pub estimator: Direct,
     /// The physical quantity to report.
@@ -170,6 +176,9 @@ impl EstimateSection {
             window,
             window_symmetric: self.window_symmetric,
             detrend: self.detrend,
+            time_bandwidth: self.time_bandwidth,
+            order: self.order,
+            period_s: self.period,
             estimator: self.estimator,
             response: self.response,
             band_hz: self.band.map(|[low, high]| (low, high)),

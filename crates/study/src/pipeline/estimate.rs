@@ -6,8 +6,10 @@ use crate::result::estimate as schema;
 use crate::result::estimate::EstimateResult;
 use crate::result::{VERSION, Warning, number};
 use crate::trials::Trials;
-use ndof_signal::{CrossSpectra, Detrend, Welch, Window, effective_averages};
-use ndof_sysid::{Coherence, Direct, EstimateError, Estimates, FrequencyResponse, Labels, ResponseKind, SpectralMethod};
+use ndof_signal::{CrossSpectra, Detrend, Multitaper, Periodic, Recording, Welch, Window, detect_period, effective_averages};
+use ndof_sysid::{
+    Coherence, Direct, Distortion, EstimateError, Estimates, FrequencyResponse, Labels, LocalPolynomial, ResponseKind, SpectralMethod, choose_method,
+};
 use num_complex::Complex64;
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
@@ -22,6 +24,17 @@ pub enum MethodName {
     Auto,
     /// Averages over windowed, overlapping segments.
     Welch,
+    /// Averages over orthogonal tapers of the whole record.
+    Multitaper,
+    /// Response and leakage as polynomials around each line of the whole record.
+    LocalPolynomial,
+    /// Averages over the periods of a periodic excitation.
+    Periodic,
+}
+
+impl MethodName {
+    /// The words, in the order of the variants.
+    pub const WORDS: [&'static str; 5] = ["auto", "welch", "multitaper", "local-polynomial", "periodic"];
 }
 
 /// How to estimate; what is `None` follows from the records.
@@ -41,6 +54,12 @@ pub struct EstimateSettings {
     pub window_symmetric: bool,
     /// What is taken off each segment.
     pub detrend: Detrend,
+    /// Half-width of the multitaper's spectral window, in units of 1/T.
+    pub time_bandwidth: Option<f64>,
+    /// Degree of the local polynomials.
+    pub order: Option<usize>,
+    /// Period of the excitation; found from the commanded signal where it is not given.
+    pub period_s: Option<f64>,
     /// Where the noise of the direct estimate is thought to be.
     pub estimator: Direct,
     /// The physical quantity to report.
@@ -76,11 +95,10 @@ impl Estimated {
 /// # Errors
 /// [`StudyError`] if a trial is too short, inputs depend on each other, or the kind of response does not exist.
 pub fn estimate(trials: &Trials, settings: &EstimateSettings, command: &str) -> Result<Estimated, StudyError> {
-    let (welch, why) = choose(trials, settings);
+    let (method, why) = choose(trials, settings)?;
     let ports = &trials.roles.ports;
     let labels = labels(trials);
-    let mut estimates = ndof_sysid::estimate(&trials.recordings(), ports, &labels, &SpectralMethod::Welch(welch.clone()), settings.estimator)
-        .map_err(|error| in_file(error, trials))?;
+    let mut estimates = ndof_sysid::estimate(&trials.recordings(), ports, &labels, &method, settings.estimator).map_err(|error| in_file(error, trials))?;
     to_displacement(&mut estimates.direct.response, trials);
     if let Some(derived) = &mut estimates.derived {
         to_displacement(&mut derived.response, trials);
@@ -88,29 +106,31 @@ pub fn estimate(trials: &Trials, settings: &EstimateSettings, command: &str) -> 
     let kind = settings.response.unwrap_or_else(|| trials.roles.default_kind());
     let direct = estimates.direct.response.to_kind(kind)?;
     let derived = estimates.derived.as_ref().map(|d| d.response.to_kind(kind)).transpose()?;
-    let result = result(trials, settings, command, &estimates, &direct, derived.as_ref(), &welch, why)?;
+    let result = result(trials, settings, command, &estimates, &direct, derived.as_ref(), why)?;
     Ok(Estimated { estimates, direct, derived, result })
 }
 
 /// The response that a fit uses, once for each trial with that trial left out: how much they differ is how much the
 /// trials disagree. Empty where that cannot be known.
 pub(super) fn without_each(trials: &Trials, estimated: &Estimated, estimator: Direct) -> Result<Vec<FrequencyResponse>, StudyError> {
-    let SpectralMethod::Welch(welch) = &estimated.estimates.method else { return Ok(Vec::new()) };
     if trials.trials.len() < 3 {
         return Ok(Vec::new());
     }
     let failed = |error: EstimateError| in_file(error, trials);
     let ports = &trials.roles.ports;
     let labels = labels(trials);
-    let spectra = trials
-        .recordings()
-        .par_iter()
-        .enumerate()
-        .map(|(k, recording)| {
-            let columns: Vec<usize> = (0..recording.channels().len()).collect();
-            welch.spectra(recording.sample_rate_hz(), &recording.columns(&columns)).map_err(|source| failed(EstimateError::Welch { trial: k + 1, source }))
-        })
-        .collect::<Result<Vec<CrossSpectra>, _>>()?;
+    let transform = |k: usize, recording: &Recording| {
+        let columns: Vec<usize> = (0..recording.channels().len()).collect();
+        let (rate, columns, trial) = (recording.sample_rate_hz(), recording.columns(&columns), k + 1);
+        match &estimated.estimates.method {
+            SpectralMethod::Welch(welch) => Some(welch.spectra(rate, &columns).map_err(|source| failed(EstimateError::Welch { trial, source }))),
+            SpectralMethod::Multitaper(multitaper) => {
+                Some(multitaper.spectra(rate, &columns).map_err(|source| failed(EstimateError::Multitaper { trial, source })))
+            }
+            _ => None,
+        }
+    };
+    let spectra = trials.recordings().par_iter().enumerate().filter_map(|(k, recording)| transform(k, recording)).collect::<Result<Vec<CrossSpectra>, _>>()?;
     (0..spectra.len())
         .into_par_iter()
         .map(|left_out| {
@@ -136,22 +156,59 @@ fn labels(trials: &Trials) -> Labels {
     }
 }
 
+/// The method with its settings, and why it was taken. Where a setting of Welch's method is given, Welch's method is meant.
+fn choose(trials: &Trials, settings: &EstimateSettings) -> Result<(SpectralMethod, String), StudyError> {
+    let asked = "as asked for".to_owned();
+    let recordings = trials.recordings();
+    let about_welch = settings.nperseg.is_some() || settings.noverlap.is_some() || settings.nfft.is_some() || settings.window != Window::default();
+    let one_length = recordings.windows(2).all(|pair| pair[0].len() == pair[1].len());
+    Ok(match settings.method {
+        MethodName::Auto if about_welch || !one_length => welch(trials, settings),
+        MethodName::Auto => {
+            let choice = choose_method(&recordings, &trials.roles.ports);
+            match choice.method {
+                SpectralMethod::Welch(_) => welch(trials, settings),
+                SpectralMethod::Multitaper(multitaper) => (SpectralMethod::Multitaper(Multitaper { detrend: settings.detrend, ..multitaper }), choice.reason),
+                other => (other, choice.reason),
+            }
+        }
+        MethodName::Welch => welch(trials, settings),
+        MethodName::Multitaper => {
+            let time_bandwidth = settings.time_bandwidth.unwrap_or_else(|| Multitaper::default().time_bandwidth);
+            (SpectralMethod::Multitaper(Multitaper { time_bandwidth, nfft: settings.nfft, detrend: settings.detrend, ..Multitaper::default() }), asked)
+        }
+        MethodName::LocalPolynomial => {
+            let order = settings.order.unwrap_or_else(|| LocalPolynomial::default().order);
+            (SpectralMethod::LocalPolynomial(LocalPolynomial { order, ..LocalPolynomial::default() }), asked)
+        }
+        MethodName::Periodic => {
+            let ports = &trials.roles.ports;
+            let driver = ports.references.first().or(ports.inputs.first()).copied().unwrap_or(0);
+            let found = || trials.channels(&[driver]).first().and_then(|channel| detect_period(&channel.samples)).map(|found| found.period);
+            let given = settings.period_s.map(|period_s| (period_s * trials.sample_rate_hz()).round() as usize);
+            let period = given.or_else(found).ok_or_else(|| StudyError::NoPeriod { channel: trials.names(&[driver]).concat() })?;
+            (SpectralMethod::Periodic(Periodic { period, discard: 1 }), asked)
+        }
+    })
+}
+
 /// Segments as long as leave enough of them to average: resolution is bought with what is left of the random error.
-fn choose(trials: &Trials, settings: &EstimateSettings) -> (Welch, String) {
+fn welch(trials: &Trials, settings: &EstimateSettings) -> (SpectralMethod, String) {
     let (inputs, references) = (trials.roles.ports.inputs.len(), trials.roles.ports.references.len());
     let enough = (16 + 2 * inputs.max(references)) as f64;
     let lengths: Vec<usize> = trials.trials.iter().map(|trial| trial.recording.len()).collect();
     let averages = |nperseg: usize| -> f64 {
         let window = settings.window.samples(nperseg, settings.window_symmetric);
-        let count = |len: usize| if len < nperseg { 0 } else { (len - nperseg) / (nperseg - nperseg / 2) + 1 };
-        lengths.iter().map(|&len| effective_averages(&window, nperseg - nperseg / 2, count(len))).filter(|n| n.is_finite()).sum()
+        let hop = nperseg - nperseg / 2;
+        let count = |len: usize| if len < nperseg { 0 } else { (len - nperseg) / hop + 1 };
+        lengths.iter().map(|&len| effective_averages(&window, hop, count(len))).filter(|n| n.is_finite()).sum()
     };
     let longest = lengths.iter().copied().max().unwrap_or(0);
     let chosen = || (3..=longest.max(8).ilog2()).rev().map(|k| 1_usize << k).find(|&nperseg| averages(nperseg) >= enough).unwrap_or(8);
     let nperseg = settings.nperseg.unwrap_or_else(chosen);
     let why = match settings.nperseg {
         Some(_) => "segments as asked for".to_owned(),
-        None => format!("Welch's method with the longest segments (a power of two) that leave at least {enough:.0} effective averages"),
+        None => format!("the longest segments (a power of two) that leave at least {enough:.0} effective averages"),
     };
     let welch = Welch {
         nperseg,
@@ -161,7 +218,7 @@ fn choose(trials: &Trials, settings: &EstimateSettings) -> (Welch, String) {
         window_symmetric: settings.window_symmetric,
         detrend: settings.detrend,
     };
-    (welch, why)
+    (SpectralMethod::Welch(welch), why)
 }
 
 /// Names the file of the trial that an error is about.
@@ -222,7 +279,6 @@ fn result(
     estimates: &Estimates,
     direct: &FrequencyResponse,
     derived: Option<&FrequencyResponse>,
-    welch: &Welch,
     why: String,
 ) -> Result<EstimateResult, StudyError> {
     let all_hz = &direct.frequency_hz;
@@ -257,21 +313,7 @@ fn result(
         outputs: trials.names(outputs),
         references: trials.names(&ports.references),
         units: schema::Units { inputs: trials.units(inputs), outputs: trials.units(outputs), references: trials.units(&ports.references) },
-        method: schema::Method {
-            name: estimates.method.name().to_owned(),
-            why,
-            estimator: word(&settings.estimator),
-            nperseg: Some(welch.nperseg),
-            noverlap: Some(welch.noverlap),
-            nfft: Some(welch.nfft),
-            window: Some(welch.window.to_string()),
-            window_symmetric: Some(welch.window_symmetric),
-            detrend: Some(word(&welch.detrend)),
-            segments: estimates.spectra.as_ref().map_or(0, ndof_signal::CrossSpectra::segments),
-            effective_averages: estimates.effective_averages,
-            independent_spacing_hz: direct.uncertainty.as_ref().map_or(f64::NAN, |u| u.independent_spacing_hz),
-            band_hz: settings.band_hz.map(|(low, high)| [low, high]),
-        },
+        method: method(estimates, settings, direct, why),
         response: word(&direct.kind),
         frequency_hz: keep.iter().map(|&f| all_hz[f]).collect(),
         direct: schema::Direct { response: response_with_errors(&cut(direct)), coherence: coherence(&d.coherence) },
@@ -287,9 +329,50 @@ fn result(
         },
         input_coherence: spectrum(keep.len(), q, q, |f, i, j| number(d.input_coherence[[keep[f], i, j]])),
         input_condition_number: keep.iter().map(|&f| number(d.input_condition_number[f])).collect(),
-        distortion: None,
+        distortion: estimates.distortion.as_ref().map(|d| distortion(d, &keep, p, q)),
         spectra: settings.spectra.then(|| spectra(trials, estimates, &keep)).flatten(),
     })
+}
+
+/// The method and its settings as the result holds them.
+fn method(estimates: &Estimates, settings: &EstimateSettings, response: &FrequencyResponse, why: String) -> schema::Method {
+    let mut method = schema::Method {
+        name: estimates.method.name().to_owned(),
+        why,
+        estimator: word(&settings.estimator),
+        nperseg: None,
+        noverlap: None,
+        nfft: None,
+        window: None,
+        window_symmetric: None,
+        detrend: None,
+        time_bandwidth: None,
+        order: None,
+        period: None,
+        segments: estimates.spectra.as_ref().map_or(0, CrossSpectra::segments),
+        effective_averages: estimates.effective_averages,
+        independent_spacing_hz: response.uncertainty.as_ref().map_or(f64::NAN, |u| u.independent_spacing_hz),
+        band_hz: settings.band_hz.map(|(low, high)| [low, high]),
+    };
+    match &estimates.method {
+        SpectralMethod::Welch(welch) => {
+            (method.nperseg, method.noverlap, method.nfft) = (Some(welch.nperseg), Some(welch.noverlap), Some(welch.nfft));
+            (method.window, method.window_symmetric) = (Some(welch.window.to_string()), Some(welch.window_symmetric));
+            method.detrend = Some(word(&welch.detrend));
+        }
+        SpectralMethod::Multitaper(multitaper) => {
+            (method.time_bandwidth, method.nfft, method.detrend) = (Some(multitaper.time_bandwidth), multitaper.nfft, Some(word(&multitaper.detrend)));
+        }
+        SpectralMethod::LocalPolynomial(local) => method.order = Some(local.order),
+        SpectralMethod::Periodic(periodic) => method.period = Some(periodic.period),
+        _ => {}
+    }
+    method
+}
+
+fn distortion(d: &Distortion, keep: &[usize], p: usize, q: usize) -> schema::Distortion {
+    let kept = |values: &ndarray::Array3<f64>| spectrum(keep.len(), p, q, |f, i, j| number(values[[keep[f], i, j]]));
+    schema::Distortion { noise_std: kept(&d.noise_std), nonlinear_std: kept(&d.nonlinear_std), even_std: kept(&d.even_std), odd_std: kept(&d.odd_std) }
 }
 
 /// Coherences [output][input][frequency] of the data as measured; of an inverse the sides are swapped, so that each

@@ -1,5 +1,7 @@
 //! From trials to results, without flags and without files.
 
+mod check;
+mod command;
 mod confidence;
 mod diagnose;
 mod estimate;
@@ -9,6 +11,8 @@ mod project;
 mod simulate;
 mod study;
 
+pub use check::check;
+pub use command::{Command, command};
 pub use diagnose::{DiagnoseSettings, HoldOut, diagnose};
 pub use estimate::{EstimateSettings, Estimated, MethodName, estimate};
 pub use fit::{FitCost, FitSettings, Fitted, MODEL, fit, model_response};

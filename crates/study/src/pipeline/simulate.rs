@@ -1,13 +1,14 @@
 //! An experiment's file to recordings and the truth behind them.
 
 use super::Progress;
+use super::command::command;
 use super::hide::{hide, mix};
 use crate::error::StudyError;
 use crate::file::ExperimentFile;
 use crate::result::VERSION;
 use ndarray::Array2;
 use ndof_devices::{Axis, Impedance, Linearised, linearise, simulate_trial};
-use ndof_signal::{FilteredNoise, Recording, SeedCriterion};
+use ndof_signal::Recording;
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
@@ -79,33 +80,18 @@ pub fn simulate(file: &ExperimentFile, progress: &Progress<'_>) -> Result<Simula
     let linear = linearise(&experiment)?;
     let axes: Vec<Axis> = experiment.build()?.device.robot.axes().to_vec();
     let (discarded, recorded) = experiment.samples();
-    let excitation = &file.excitation;
-    let noise = FilteredNoise {
-        axes: axes.len(),
-        samples: discarded + recorded,
-        sample_rate_hz: file.sample_rate_hz,
-        rms: excitation.rms,
-        cutoff_hz: excitation.cutoff_hz,
-        order: excitation.order,
-        ..FilteredNoise::default()
-    };
-    let candidates = excitation.candidates.max(1);
-    let mut seeds = Vec::with_capacity(file.trials);
+    let mut commands = Vec::with_capacity(file.trials);
     for trial in 0..file.trials {
-        let first = file.seed.wrapping_mul(1_000_003).wrapping_add((trial * candidates) as u64);
-        seeds.push(match candidates {
-            1 => first,
-            _ => noise.search(first, &SeedCriterion { candidates, ..SeedCriterion::default() }, &|_, _| ())?.seed,
-        });
+        commands.push(command(&file.excitation, axes.len(), discarded + recorded, file.sample_rate_hz, file.seed, trial)?);
         progress("design", trial + 1, file.trials);
     }
     let done = std::sync::atomic::AtomicUsize::new(0);
-    let recordings = seeds
+    let recordings = commands
         .par_iter()
         .enumerate()
-        .map(|(trial, &seed)| {
+        .map(|(trial, command)| {
             let hidden = hide(file, &axes, &linear.limb, trial)?;
-            let mut recording = simulate_trial(&hidden.experiment, &noise.generate(seed)?, &hidden.extras, trial)?;
+            let mut recording = simulate_trial(&hidden.experiment, &command.signals, &hidden.extras, trial)?;
             for matrix in &hidden.mixing {
                 recording = mix(recording, matrix)?;
             }
@@ -121,7 +107,7 @@ pub fn simulate(file: &ExperimentFile, progress: &Progress<'_>) -> Result<Simula
         axes: axes.iter().map(|axis| axis.name.clone()).collect(),
         endpoint: Matrices::from(&linear.limb),
         joint: linear.limb_joints.as_ref().map(|(limb, _)| JointTruth { axes: joints, matrices: Matrices::from(limb) }),
-        excitation_seeds: seeds,
+        excitation_seeds: commands.iter().map(|command| command.seed).collect(),
     };
     Ok(Simulated { recordings, truth, linear })
 }

@@ -90,6 +90,12 @@ pub struct Method {
     pub window_symmetric: Option<bool>,
     /// What is taken off each segment.
     pub detrend: Option<String>,
+    /// Half-width of the multitaper's spectral window, in units of 1/T.
+    pub time_bandwidth: Option<f64>,
+    /// Degree of the local polynomials.
+    pub order: Option<usize>,
+    /// Samples in a period of the excitation.
+    pub period: Option<usize>,
     /// Segments (tapers, periods) averaged over all trials.
     pub segments: usize,
     /// Independent averages that they are worth, over all trials.

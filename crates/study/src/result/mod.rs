@@ -3,6 +3,7 @@
 //! Every result says which schema it follows, which version wrote it and which subcommand it came from, and carries its
 //! warnings. A number that does not exist is `null`. The JSON Schemas come from these types ([`schema_of`]).
 
+pub mod check;
 pub mod diagnosis;
 pub mod estimate;
 pub mod fit;
@@ -10,6 +11,7 @@ pub mod fit;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
+pub use check::CheckResult;
 pub use diagnosis::DiagnosisResult;
 pub use estimate::EstimateResult;
 pub use fit::FitResult;
@@ -56,7 +58,7 @@ impl From<ndof_io::Note> for Warning {
 }
 
 /// The JSON Schemas by the short names that `ndof schema` takes.
-pub const SCHEMAS: &[&str] = &["estimate", "fit", "diagnosis"];
+pub const SCHEMAS: &[&str] = &["estimate", "fit", "diagnosis", "check"];
 
 /// The JSON Schema of the result called `name`, or nothing if there is none of that name.
 pub fn schema_of(name: &str) -> Option<serde_json::Value> {
@@ -64,6 +66,7 @@ pub fn schema_of(name: &str) -> Option<serde_json::Value> {
         "estimate" => schemars::schema_for!(EstimateResult),
         "fit" => schemars::schema_for!(FitResult),
         "diagnosis" => schemars::schema_for!(DiagnosisResult),
+        "check" => schemars::schema_for!(CheckResult),
         _ => return None,
     };
     Some(schema.to_value())

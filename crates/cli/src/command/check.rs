@@ -1,0 +1,53 @@
+//! `ndof check`.
+
+use crate::error::CliError;
+use crate::options::{Reading, Shared};
+use crate::output::{self, columns, short};
+use clap::Args;
+use ndof_study::result::CheckResult;
+use std::path::PathBuf;
+use std::process::ExitCode;
+
+/// Look at the data before the numbers: rate, missing, constant or clipped channels, resolution, outliers, trends, band.
+#[derive(Debug, Args)]
+#[command(after_help = "Example:\n  ndof check trial-1.csv trial-2.csv")]
+pub struct Arguments {
+    /// Recordings; `-` is CSV on standard input
+    #[arg(required = true, value_name = "FILE")]
+    files: Vec<PathBuf>,
+    /// End with code 1 if there is a fault
+    #[arg(long)]
+    exit_code: bool,
+    #[command(flatten)]
+    reading: Reading,
+    #[command(flatten)]
+    shared: Shared,
+}
+
+pub fn run(arguments: &Arguments) -> Result<ExitCode, CliError> {
+    let shared = &arguments.shared;
+    let result = ndof_study::check(&arguments.reading.read_all(&arguments.files)?, &arguments.reading.roles(), "check");
+    output::json(shared, &result)?;
+    output::warnings(shared, &result.warnings);
+    output::table(shared, &summary(&result, &arguments.files))?;
+    Ok(if arguments.exit_code && result.verdict == "faulty" { ExitCode::from(1) } else { ExitCode::SUCCESS })
+}
+
+fn summary(result: &CheckResult, files: &[PathBuf]) -> String {
+    let mut text = String::new();
+    for (trial, file) in result.trials.iter().zip(files) {
+        text += &format!("{}: {:.3} s at {} Hz\n", file.display(), trial.duration_s, trial.sample_rate_hz);
+        let mut rows = vec![["", "unit", "role", "mean", "std", "resolution", "98 % of power, Hz"].map(str::to_owned).to_vec()];
+        for c in &trial.channels {
+            let band = c.band_hz.map_or_else(|| "–".to_owned(), |[low, high]| format!("{} … {}", short(Some(low)), short(Some(high))));
+            rows.push(vec![c.name.clone(), c.unit.clone(), c.role.clone(), short(c.mean), short(c.std), short(c.step), band]);
+        }
+        text += &format!("{}\n", columns(&rows));
+    }
+    for f in &result.findings {
+        let file = files.get(f.trial - 1).map(|file| file.display().to_string()).unwrap_or_default();
+        text +=
+            &format!("{}[{}] {file}{}: {}; {}\n", f.severity, f.code, f.channel.as_ref().map(|c| format!(", {c}")).unwrap_or_default(), f.message, f.action);
+    }
+    text + &format!("verdict: {}\n", result.verdict)
+}

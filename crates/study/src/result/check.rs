@@ -1,0 +1,78 @@
+//! `ndof/check/1`: whether the data are fit to judge by.
+
+use super::{Number, Warning};
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+/// The schema's name.
+pub const SCHEMA: &str = "ndof/check/1";
+
+/// Data quality before numbers.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct CheckResult {
+    /// `ndof/check/1`.
+    pub schema: String,
+    /// The version that wrote it.
+    pub ndof_version: String,
+    /// The subcommand.
+    pub command: String,
+    /// What reading the files had to assume or convert.
+    pub warnings: Vec<Warning>,
+    /// `good`, `usable` (remarks only) or `faulty`.
+    pub verdict: String,
+    /// One a file, in their order.
+    pub trials: Vec<TrialCheck>,
+    /// Everything found.
+    pub findings: Vec<Finding>,
+}
+
+/// What one file holds.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct TrialCheck {
+    /// Samples a second.
+    pub sample_rate_hz: f64,
+    /// Length.
+    pub duration_s: f64,
+    /// Its channels.
+    pub channels: Vec<ChannelCheck>,
+}
+
+/// What one channel holds.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct ChannelCheck {
+    /// Its name.
+    pub name: String,
+    /// SI unit.
+    pub unit: String,
+    /// `reference`, `input`, `output` or `none`.
+    pub role: String,
+    /// Samples that are no number.
+    pub missing: usize,
+    /// Mean.
+    pub mean: Number,
+    /// Standard deviation.
+    pub std: Number,
+    /// Smallest and largest.
+    pub range: Option<[f64; 2]>,
+    /// Smallest difference between two values: the resolution.
+    pub step: Number,
+    /// The band that holds 98 % of its power.
+    pub band_hz: Option<[f64; 2]>,
+}
+
+/// Something that is wrong, or worth knowing.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct Finding {
+    /// A word that programs can match, e.g. `clipped`.
+    pub code: String,
+    /// `fault` or `remark`.
+    pub severity: String,
+    /// Number of the file, from 1.
+    pub trial: usize,
+    /// The channel, if it is about one.
+    pub channel: Option<String>,
+    /// What was seen, with its numbers.
+    pub message: String,
+    /// What to do.
+    pub action: String,
+}
