@@ -111,6 +111,9 @@ pub enum DeviceError {
         /// Upper end.
         upper: f64,
     },
+    /// The samples do not make a recording.
+    #[error(transparent)]
+    Recording(#[from] ndof_signal::RecordingError),
     /// A file of a robot that cannot be read.
     #[error("{file}: {what}")]
     File {

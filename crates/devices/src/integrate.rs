@@ -93,7 +93,6 @@ struct Tolerance {
     deflection: f64,
 }
 
-#[derive(Default)]
 struct Buffers {
     f: Vec<f64>,
     stage: Vec<f64>,
@@ -135,7 +134,8 @@ impl Means {
 /// Accuracy of the integration.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Accuracy {
-    /// Steps are halved and doubled so that force and motion keep this error relative to their size.
+    /// Steps are halved and doubled so that force and motion keep about this error relative to their size (rms over the record,
+    /// about the mean): 8e-7 at 1e-6 for a planar arm with dry friction. Laws that jump are met to the order of a finest step, 16 µs.
     Relative(f64),
     /// 2ᵏ equal steps a sample.
     Fixed(u32),

@@ -2,6 +2,39 @@
 //!
 //! An [`Experiment`] is data: device, limb, posture, controller, sensors. [`simulate_trial`] turns it and a commanded
 //! excitation into a recording; [`linearise`] gives the linear model that the simulation follows for small motions.
+//!
+//! A robot is a constant model behind the trait [`Robot`], a limb one behind [`Limb`]; between them sits a stiff [`Transducer`], and
+//! time is stepped by an exponential Runge-Kutta method of order 4 whose linear part, that coupling included, is exact.
+//! Hidden effects come as force laws and stages in [`Extras`]: no effect is known here by name.
+//!
+//! ```
+//! use ndof_devices::{Controller, DeviceConfig, EndpointLinearConfig, Experiment, Extras, LimbConfig, Posture, Sensors};
+//! use ndof_devices::{linearise, simulate_trial};
+//!
+//! let experiment = Experiment {
+//!     seed: 1,
+//!     trials: 1,
+//!     duration_s: 0.2,
+//!     sample_rate_hz: 500.0,
+//!     discard_s: 0.0,
+//!     device: DeviceConfig::named("mit-manus"),
+//!     limb: LimbConfig::EndpointLinear(EndpointLinearConfig {
+//!         M: vec![vec![2.1, -0.55], vec![-0.55, 1.9]],
+//!         B: vec![vec![11.0, -2.0], vec![-2.0, 15.0]],
+//!         K: vec![vec![300.0, -60.0], vec![-60.0, 520.0]],
+//!         ..EndpointLinearConfig::default()
+//!     }),
+//!     posture: Posture::default(),
+//!     controller: Controller::default(),
+//!     sensors: Sensors::default(),
+//! };
+//! let push = vec![vec![4.0; 100], vec![0.0; 100]]; // 4 N along x
+//! let recording = simulate_trial(&experiment, &push, &Extras::default(), 0)?;
+//! assert_eq!(recording.names(), ["cmd_x", "cmd_y", "force_x", "force_y", "pos_x", "pos_y"]);
+//! assert!(recording.channel("pos_x").is_ok_and(|x| x.samples[99] > 0.0));
+//! assert_eq!(linearise(&experiment)?.a.nrows(), 8);
+//! # Ok::<(), ndof_devices::DeviceError>(())
+//! ```
 
 #![allow(clippy::needless_range_loop, reason = "kernels over several arrays at one index read better with the index")]
 

@@ -190,7 +190,7 @@ fn record(
     for (index, mut stage) in stages(&extras.sensors, channels.iter().map(|c| c.name.clone()).collect())? {
         channels[index].samples.iter_mut().for_each(|s| *s = stage.step(*s));
     }
-    Recording::new(experiment.sample_rate_hz, channels).map_err(|e| DeviceError::Missing(e.to_string()))
+    Ok(Recording::new(experiment.sample_rate_hz, channels)?)
 }
 
 /// A stage with the index of what it acts on.
