@@ -27,8 +27,11 @@ impl Lanes {
     /// The numbers of a slice, ones beyond its end (a harmless matrix entry).
     #[inline]
     pub(crate) fn load(from: &[Complex64]) -> Self {
+        if let Some(from) = from.first_chunk::<LANES>() {
+            return Lanes { re: std::array::from_fn(|l| from[l].re), im: std::array::from_fn(|l| from[l].im) };
+        }
         let mut lanes = Lanes { re: [1.0; LANES], im: [0.0; LANES] };
-        for (l, v) in from.iter().take(LANES).enumerate() {
+        for (l, v) in from.iter().enumerate() {
             lanes.re[l] = v.re;
             lanes.im[l] = v.im;
         }
@@ -36,9 +39,8 @@ impl Lanes {
     }
 
     #[inline]
-    pub(crate) fn conj(mut self) -> Self {
-        self.im.iter_mut().for_each(|v| *v = -*v);
-        self
+    pub(crate) fn conj(self) -> Self {
+        Lanes { re: self.re, im: each(&self.im, |v| -v) }
     }
 
     #[inline]
@@ -86,6 +88,11 @@ impl Lanes {
             im: std::array::from_fn(|l| self.im[l] - (a.im[l] * b.re[l] + a.re[l] * b.im[l])),
         }
     }
+}
+
+#[inline]
+pub(crate) fn each(a: &Reals, f: impl Fn(f64) -> f64) -> Reals {
+    std::array::from_fn(|l| f(a[l]))
 }
 
 #[inline]
@@ -276,8 +283,12 @@ impl<T: Clone> Growing<T> {
 /// Writes entry `at` of `size` of each of `count` frequencies.
 #[inline]
 pub(crate) fn scatter(to: &mut [Complex64], size: usize, at: usize, from: &Lanes) {
-    for (l, matrix) in to.chunks_exact_mut(size).enumerate() {
-        matrix[at] = Complex64::new(from.re[l], from.im[l]);
+    // Plain steps: the division in `chunks_exact` would cost as much as the algebra.
+    let mut k = at;
+    for l in 0..LANES {
+        let Some(entry) = to.get_mut(k) else { return };
+        *entry = Complex64::new(from.re[l], from.im[l]);
+        k += size;
     }
 }
 
@@ -297,8 +308,11 @@ pub(crate) fn scatter_hermitian(to: &mut [Complex64], n: usize, triangle: impl F
 /// The same for real numbers.
 #[inline]
 pub(crate) fn scatter_real(to: &mut [f64], size: usize, at: usize, from: &Reals) {
-    for (l, matrix) in to.chunks_exact_mut(size).enumerate() {
-        matrix[at] = from[l];
+    let mut k = at;
+    for value in from {
+        let Some(entry) = to.get_mut(k) else { return };
+        *entry = *value;
+        k += size;
     }
 }
 

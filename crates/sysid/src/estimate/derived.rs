@@ -4,7 +4,9 @@ use super::direct::LARGEST_CONDITION;
 use super::{Coherence, EstimateError, check};
 use crate::hermitian::{Cholesky, eigen};
 use crate::labels::Labels;
-use crate::lanes::{Batches, Growing, LANES, LaneCholesky, Lanes, Reals, condition, dot_conj, lower, map, power, scatter, scatter_hermitian, scatter_real};
+use crate::lanes::{
+    Batches, Growing, LANES, LaneCholesky, Lanes, Reals, condition, dot_conj, each, lower, map, power, scatter, scatter_hermitian, scatter_real,
+};
 use crate::ports::Ports;
 use crate::response::{FrequencyResponse, ResponseKind, Uncertainty};
 use ndarray::Array2;
@@ -302,7 +304,7 @@ impl Batch {
             row.iter().enumerate().for_each(|(j, c)| scatter(value, p * q, i * q + j, c));
             for j in 0..q {
                 let minus = self.sigma[lower(q + i, j)];
-                let start = Lanes { re: minus.re.map(|v| -v), im: minus.im.map(|v| -v) };
+                let start = Lanes { re: each(&minus.re, |v| -v), im: each(&minus.im, |v| -v) };
                 self.left[i * q + j] = (0..q).fold(start, |sum, l| times(&sum, &row[l], &self.sigma, l, j));
             }
         }
@@ -318,7 +320,7 @@ impl Batch {
                 let without = (0..q).fold(self.sigma[lower(q + i, q + k)], |sum, j| sum.minus_conj(&own[j], &self.sigma[lower(q + k, j)]));
                 let entry = (0..q).fold(without, |sum, j| sum.plus_conj(&self.left[i * q + j], &other[j]));
                 if i == k {
-                    equation_noise = entry.re.map(|v| if v < 0.0 { 0.0 } else { v });
+                    equation_noise = each(&entry.re, |v| if v < 0.0 { 0.0 } else { v });
                     scatter(noise, p * p, i * p + i, &Lanes { re: equation_noise, im: [0.0; LANES] }.scaled(&share));
                 } else {
                     let entry = entry.scaled(&share);
@@ -330,25 +332,13 @@ impl Batch {
             row.iter_mut().enumerate().for_each(|(j, w)| *w = s[lower(qr + q + i, qr + j)]);
             self.measured.whiten(row);
             let direct_noise = map(&responder(q + i, q + i).re, &power(row), |a, b| if a < b { 0.0 } else { a - b });
-            let implied = |cross: &[Lanes], spectrum: &dyn Fn(usize) -> Reals, inverse: &[Lanes], noise: &Reals, to: [&mut [f64]; 3]| {
-                let [ordinary, partial, multiple] = to;
-                let explained = dot_conj(cross, own).re;
-                let total = map(&explained, noise, |a, b| a + b);
-                scatter_real(multiple, p, i, &map(&explained, &total, |a, b| a / b));
-                for j in 0..q {
-                    let scale = map(&spectrum(j), &total, |a, b| a * b);
-                    scatter_real(ordinary, p * q, i * q + j, &map(&cross[j].norm_sqr(), &scale, |a, b| a / b));
-                    let spread = map(noise, &inverse[lower(j, j)].re, |a, b| a * b);
-                    scatter_real(partial, p * q, i * q + j, &map(&own[j].norm_sqr(), &spread, |a, b| a / (a + b)));
-                }
-            };
             for (j, entry) in row.iter_mut().enumerate() {
                 *entry = (0..q).fold(Lanes::ZERO, |sum, l| if l >= j { sum.plus(&own[l], &input(l, j)) } else { sum.plus_conj(&own[l], &input(j, l)) });
             }
-            implied(row, &|j| input(j, j).re, &self.measured_inverse, &direct_noise, [paper_ordinary, paper_partial, paper_multiple]);
+            implied((i, p), (own, row), |j| input(j, j).re, &self.measured_inverse, &direct_noise, [paper_ordinary, paper_partial, paper_multiple]);
             // C S^c is what the references explain of S_yu.
             row.iter_mut().enumerate().for_each(|(j, w)| *w = self.explained[lower(q + i, j)]);
-            implied(row, &|j| self.explained[lower(j, j)].re, &self.caused_inverse, &equation_noise, [iv_ordinary, iv_partial, iv_multiple]);
+            implied((i, p), (own, row), |j| self.explained[lower(j, j)].re, &self.caused_inverse, &equation_noise, [iv_ordinary, iv_partial, iv_multiple]);
         }
         let strength = self.strength();
         for l in 0..count {
@@ -396,11 +386,34 @@ impl Batch {
             for (row, n) in full.chunks_exact(q).zip(next.iter_mut()) {
                 *n = row.iter().zip(v.iter()).fold(Lanes::ZERO, |sum, (b, v)| sum.plus(b, v));
             }
-            growth = power(&next[..q]).map(f64::sqrt);
-            let shrink = growth.map(f64::recip);
+            growth = each(&power(&next[..q]), f64::sqrt);
+            let shrink = each(&growth, f64::recip);
             v.iter_mut().zip(next.iter()).for_each(|(v, n)| *v = n.scaled(&shrink));
         }
-        growth.map(|largest| scale / largest)
+        each(&growth, |largest| scale / largest)
+    }
+}
+
+/// Ordinary, partial and multiple coherence of output `i` of `p` as a response, response · input spectrum, the diagonals
+/// of that spectrum and of its inverse, and the noise imply them.
+#[inline]
+fn implied(
+    (i, p): (usize, usize),
+    (response, cross): (&[Lanes], &[Lanes]),
+    spectrum: impl Fn(usize) -> Reals,
+    inverse: &[Lanes],
+    noise: &Reals,
+    [ordinary, partial, multiple]: [&mut [f64]; 3],
+) {
+    let q = response.len();
+    let explained = dot_conj(cross, response).re;
+    let total = map(&explained, noise, |a, b| a + b);
+    scatter_real(multiple, p, i, &map(&explained, &total, |a, b| a / b));
+    for j in 0..q {
+        let scale = map(&spectrum(j), &total, |a, b| a * b);
+        scatter_real(ordinary, p * q, i * q + j, &map(&cross[j].norm_sqr(), &scale, |a, b| a / b));
+        let spread = map(noise, &inverse[lower(j, j)].re, |a, b| a * b);
+        scatter_real(partial, p * q, i * q + j, &map(&response[j].norm_sqr(), &spread, |a, b| a / (a + b)));
     }
 }
 

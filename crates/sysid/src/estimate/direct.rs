@@ -3,7 +3,7 @@
 use super::{Coherence, EstimateError, Significance, check};
 use crate::hermitian::eigen;
 use crate::labels::Labels;
-use crate::lanes::{Batches, Growing, LANES, LaneCholesky, Lanes, condition, dot_conj, lower, map, power, scatter, scatter_hermitian, scatter_real};
+use crate::lanes::{Batches, Growing, LANES, LaneCholesky, Lanes, condition, dot_conj, each, lower, map, power, scatter, scatter_hermitian, scatter_real};
 use crate::ports::Ports;
 use crate::response::{FrequencyResponse, Uncertainty};
 use ndarray::{Array2, Array3};
@@ -99,7 +99,7 @@ fn h1(spectra: &CrossSpectra, ports: &Ports, labels: &Labels) -> Result<DirectEs
         out.condition.extend(condition.iter().take(count).map(|c| if c.is_nan() { f64::INFINITY } else { *c }));
         scatter_hermitian(out.input_inverse.grow(count), q, |i, j| inverse[lower(i, j)]);
 
-        (0..q).for_each(|j| inverse_power[j] = input(j, j).re.map(f64::recip));
+        (0..q).for_each(|j| inverse_power[j] = each(&input(j, j).re, f64::recip));
         let between = out.input_coherence.grow(count);
         for i in 0..q {
             for j in 0..=i {
@@ -111,7 +111,7 @@ fn h1(spectra: &CrossSpectra, ports: &Ports, labels: &Labels) -> Result<DirectEs
         }
         let ordinary = out.ordinary.grow(count);
         for i in 0..p {
-            let power = s[lower(q + i, q + i)].re.map(f64::recip);
+            let power = each(&s[lower(q + i, q + i)].re, f64::recip);
             for j in 0..q {
                 let coherence = map(&map(&cross(i, j).norm_sqr(), &inverse_power[j], |n, p| n * p), &power, |n, p| n * p);
                 scatter_real(ordinary, p * q, i * q + j, &coherence);
@@ -137,7 +137,7 @@ fn h1(spectra: &CrossSpectra, ports: &Ports, labels: &Labels) -> Result<DirectEs
             let rest = map(&full, &explained, |a, b| (a - b).max(0.0));
             // f64::max hides a NaN; the share below does not.
             let rest: [f64; LANES] = std::array::from_fn(|l| if explained[l].is_nan() { f64::NAN } else { rest[l] });
-            scatter(noise, p * p, i * p + i, &Lanes { re: rest.map(|v| v / freedom), im: [0.0; LANES] });
+            scatter(noise, p * p, i * p + i, &Lanes { re: each(&rest, |v| v / freedom), im: [0.0; LANES] });
             scatter_real(multiple, p, i, &map(&explained, &full, |a, b| if a > b { 1.0 } else { a / b }));
             residual[i] = rest;
         }
