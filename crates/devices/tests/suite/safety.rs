@@ -91,3 +91,26 @@ fn steps_of_mass_at_the_handle_are_steps_of_the_limb_s_inertia() {
         assert!((step[[0, 0]] - added).abs() < 1e-12 && (step[[1, 1]] - added).abs() < 1e-12 && step[[0, 1]].abs() < 1e-15, "{step}");
     }
 }
+
+#[test]
+fn force_and_torque_stay_within_what_the_robot_can_give() {
+    let mut experiment = patient_arm();
+    experiment.controller.hold = false;
+    experiment.device.parameters.extend(["coulomb_1_nm", "coulomb_2_nm"].map(|n| (n.to_owned(), 0.0)));
+    let final_force = |experiment: &Experiment| {
+        let commands = vec![vec![36.0; 2000], vec![48.0; 2000]];
+        let recording = simulate_trial(experiment, &commands, &Extras::default(), 0).expect("runs");
+        ["force_x", "force_y"].map(|name| recording.channel(name).expect("exists").samples[1999])
+    };
+    // 60 N asked for, 45 N given, in the same direction; after 4 s the slowest mode of the arm has died away to e⁻¹⁰.
+    let [x, y] = final_force(&experiment);
+    assert!((x - 27.0).abs() < 0.01 && (y - 36.0).abs() < 0.01, "{x} {y}");
+    experiment.controller.force_limit = Some(20.0);
+    let [x, y] = final_force(&experiment);
+    assert!((x - 12.0).abs() < 0.01 && (y - 16.0).abs() < 0.01, "{x} {y}");
+    // 2 N m at either motor, through lever arms of at least 0.2 m: no direction gets more than 2·2/0.2 N.
+    experiment.controller.force_limit = None;
+    experiment.device.parameters.insert("torque_limit_nm".to_owned(), 2.0);
+    let [x, y] = final_force(&experiment);
+    assert!(x.hypot(y) < 20.0 && x.hypot(y) > 2.0, "{x} {y}");
+}
