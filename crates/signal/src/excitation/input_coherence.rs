@@ -38,8 +38,9 @@ pub fn input_coherence(spectra: &CrossSpectra, band_hz: (f64, f64)) -> Result<In
     let (mut max, mut sum, mut count) = (0.0_f64, 0.0, 0_usize);
     let mut work = vec![Complex64::default(); n * n];
     let mut coherence = vec![0.0; n];
+    let mut column = vec![Complex64::default(); n];
     for (f, _) in spectra.frequency_hz().iter().enumerate().filter(|(_, hz)| (low_hz..=high_hz).contains(*hz)) {
-        coupling(spectra, f, &mut work, &mut coherence);
+        coupling(spectra, f, &mut work, &mut column, &mut coherence);
         for &c in &coherence {
             max = max.max(c);
             sum += c;
@@ -54,7 +55,7 @@ pub fn input_coherence(spectra: &CrossSpectra, band_hz: (f64, f64)) -> Result<In
 
 /// 1 − 1 / (S_jj [S⁻¹]_jj) for every j, through the Cholesky factor L of the matrix scaled to unit diagonal:
 /// [S⁻¹]_jj = Σ_i |[L⁻¹]_ij|².
-fn coupling(spectra: &CrossSpectra, f: usize, l: &mut [Complex64], coherence: &mut [f64]) {
+fn coupling(spectra: &CrossSpectra, f: usize, l: &mut [Complex64], column: &mut [Complex64], coherence: &mut [f64]) {
     let n = coherence.len();
     let unit = |a: usize, b: usize| spectra.at(f, a, b) / (spectra.power(f, a) * spectra.power(f, b)).sqrt();
     for a in 0..n {
@@ -70,7 +71,6 @@ fn coupling(spectra: &CrossSpectra, f: usize, l: &mut [Complex64], coherence: &m
             l[a * n + b] = if a == b { Complex64::new(s.re.sqrt(), 0.0) } else { s / l[b * n + b].re };
         }
     }
-    let mut column = vec![Complex64::default(); n];
     for (j, c) in coherence.iter_mut().enumerate() {
         let mut inverse = 0.0;
         for i in j..n {

@@ -62,8 +62,8 @@ impl Default for Prbs {
 }
 
 impl Prbs {
-    /// Bits in a period.
-    pub fn bits(&self) -> usize {
+    /// Bits in a period; for orders that have a polynomial.
+    fn bits(&self) -> usize {
         (1 << self.order) - 1
     }
 

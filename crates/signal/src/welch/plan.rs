@@ -66,15 +66,21 @@ impl Plan {
 
     /// Cleared sums for `count` workers.
     pub(super) fn take_sums(&self, channels: usize, count: usize) -> Vec<Sum> {
-        let mut sums = std::mem::take(&mut *self.spare.lock().unwrap_or_else(PoisonError::into_inner));
-        sums.retain(|sum| sum.channels() == channels);
+        let mut spare = self.spare.lock().unwrap_or_else(PoisonError::into_inner);
+        spare.retain(|sum| sum.channels() == channels);
+        let left = spare.len().saturating_sub(count);
+        let mut sums = spare.split_off(left);
+        drop(spare);
         sums.resize_with(count, || Sum::new(self, channels));
         sums
     }
 
-    /// Takes cleared sums back for the next call.
+    /// Takes cleared sums back for the next call, as many as there are threads and none of unusual size.
     pub(super) fn give_back(&self, sums: Vec<Sum>) {
-        *self.spare.lock().unwrap_or_else(PoisonError::into_inner) = sums;
+        const MOST_BYTES: usize = 32 << 20;
+        let mut spare = self.spare.lock().unwrap_or_else(PoisonError::into_inner);
+        spare.extend(sums.into_iter().filter(|sum| sum.bytes() <= MOST_BYTES));
+        spare.truncate(rayon::current_num_threads());
     }
 
     pub(super) fn kernel(&self, sample_rate_hz: f64) -> Kernel {

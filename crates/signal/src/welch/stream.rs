@@ -9,7 +9,7 @@ use num_complex::Complex64;
 use std::sync::Arc;
 
 impl Welch {
-    /// An estimator that takes samples as they come, with memory for one segment only.
+    /// An estimator that takes samples as they come, with memory for a few segments only.
     ///
     /// # Errors
     /// [`WelchError`] if the settings contradict each other.

@@ -54,6 +54,11 @@ impl Sum {
         self.channels
     }
 
+    /// Memory of the largest buffers.
+    pub(super) fn bytes(&self) -> usize {
+        (self.lower.len() + self.waiting.len()) * size_of::<Complex64>()
+    }
+
     /// Takes the next segment of every channel.
     pub(super) fn add<'a>(&mut self, plan: &Plan, segment: impl Iterator<Item = &'a [f64]>) {
         let n = plan.window.len();
