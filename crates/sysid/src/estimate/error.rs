@@ -1,5 +1,6 @@
 //! Why there is no estimate.
 
+use super::direct::Direct;
 use crate::ports::PortsError;
 use ndof_signal::{MultitaperError, PeriodicError, SpectraError, WelchError};
 
@@ -63,6 +64,14 @@ pub enum EstimateError {
         outputs: usize,
         /// Inputs.
         inputs: usize,
+    },
+    /// Only spectra can be judged by where the noise is.
+    #[error("{estimator:?} is defined on cross-spectra, {method} has none; use h1, or --method welch or multitaper")]
+    NoSpectra {
+        /// What was asked for.
+        estimator: Direct,
+        /// The spectral method.
+        method: &'static str,
     },
     /// No recording was given.
     #[error("no recording to estimate from; give at least one trial")]

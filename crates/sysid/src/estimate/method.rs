@@ -78,6 +78,9 @@ pub fn estimate(trials: &[&Recording], ports: &Ports, labels: &Labels, method: &
     let first = trials.first().ok_or(EstimateError::NoTrial)?;
     ports.validate(first.channels().len())?;
     let all: Vec<usize> = (0..first.channels().len()).collect();
+    if estimator != Direct::H1 && matches!(method, SpectralMethod::LocalPolynomial(_) | SpectralMethod::Periodic(_)) {
+        return Err(EstimateError::NoSpectra { estimator, method: method.name() });
+    }
     match method {
         SpectralMethod::Welch(settings) => {
             let spectra = pooled(trials, |recording, trial| {

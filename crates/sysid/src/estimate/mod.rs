@@ -4,6 +4,7 @@ pub(crate) mod check;
 mod choose;
 mod coherence;
 mod derived;
+mod derived_batch;
 mod direct;
 mod error;
 mod fitted;

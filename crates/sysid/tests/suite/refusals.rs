@@ -1,7 +1,8 @@
 //! What cannot be estimated is refused, with the place and the remedy.
 
 use crate::draws::{normal, seeded, spectra, stack};
-use ndof_sysid::{Direct, EstimateError, Labels, Ports, ResponseKind, derived, direct};
+use ndof_signal::{Channel, Recording, Unit};
+use ndof_sysid::{Direct, EstimateError, Labels, LocalPolynomial, Ports, ResponseKind, SpectralMethod, derived, direct, estimate};
 use num_complex::Complex64;
 
 fn two_by_one() -> (Ports, Labels) {
@@ -72,4 +73,14 @@ fn h2_of_a_system_that_is_not_square_is_refused() {
     let (ports, labels) = two_by_one();
     assert!(matches!(direct(&s, &ports, &labels, Direct::H2), Err(EstimateError::NotSquare { .. })));
     assert!(direct(&s, &ports, &labels, Direct::Hv).is_ok());
+}
+
+#[test]
+fn h2_by_a_method_without_spectra_is_refused_and_not_silently_h1() {
+    let channel = |name: &str| Channel::new(name, Unit::other(""), (0..500).map(|k| f64::from(k * k % 17)).collect());
+    let trial = Recording::new(10.0, vec![channel("u"), channel("y")]).expect("equal lengths");
+    let ports = Ports { references: vec![], inputs: vec![0], outputs: vec![1] };
+    let method = SpectralMethod::LocalPolynomial(LocalPolynomial::default());
+    let error = estimate(&[&trial], &ports, &Labels::of(&trial, &ports), &method, Direct::H2).expect_err("no spectra");
+    assert_eq!(error, EstimateError::NoSpectra { estimator: Direct::H2, method: "local-polynomial" });
 }

@@ -1,0 +1,310 @@
+//! The algebra of the derived estimate, for several frequencies side by side.
+
+use super::derived::WEAK_INSTRUMENT;
+use super::direct::LARGEST_CONDITION;
+use crate::lanes::{Growing, LANES, LaneCholesky, Lanes, Reals, condition, dot_conj, each, lower, map, power, scatter, scatter_hermitian, scatter_real};
+use num_complex::Complex64;
+
+const NAN: Complex64 = Complex64::new(f64::NAN, f64::NAN);
+
+/// The arrays of a derived estimate while they are made.
+pub(super) struct Results {
+    pub(super) value: Growing<Complex64>,
+    pub(super) noise: Growing<Complex64>,
+    pub(super) input_inverse: Growing<Complex64>,
+    pub(super) r: Growing<Complex64>,
+    pub(super) t: Growing<Complex64>,
+    pub(super) noise_r: Growing<Complex64>,
+    pub(super) noise_t: Growing<Complex64>,
+    pub(super) reference_inverse: Growing<Complex64>,
+    /// Ordinary, partial, multiple.
+    pub(super) paper: [Growing<f64>; 3],
+    pub(super) iv: [Growing<f64>; 3],
+    pub(super) output_coherence: Growing<f64>,
+    pub(super) input_coherence: Growing<f64>,
+    pub(super) instrument_strength: Vec<f64>,
+    pub(super) weak_instrument: Vec<bool>,
+    pub(super) singular_bins: Vec<usize>,
+}
+
+impl Results {
+    pub(super) fn new(bins: usize, (p, q, qr): (usize, usize, usize)) -> Self {
+        let complex = |rows: usize, columns: usize| Growing::new(bins, rows, columns, NAN);
+        let real = |rows: usize, columns: usize| Growing::new(bins, rows, columns, f64::NAN);
+        Results {
+            value: complex(p, q),
+            noise: complex(p, p),
+            input_inverse: complex(q, q),
+            r: complex(p, qr),
+            t: complex(q, qr),
+            noise_r: complex(p, p),
+            noise_t: complex(q, q),
+            reference_inverse: complex(qr, qr),
+            paper: [real(p, q), real(p, q), real(1, p)],
+            iv: [real(p, q), real(p, q), real(1, p)],
+            output_coherence: real(1, p),
+            input_coherence: real(1, q),
+            instrument_strength: Vec::with_capacity(bins),
+            weak_instrument: Vec::with_capacity(bins),
+            singular_bins: Vec::new(),
+        }
+    }
+
+    fn complex(&mut self) -> [&mut Growing<Complex64>; 8] {
+        let Results { value, noise, input_inverse, r, t, noise_r, noise_t, reference_inverse, .. } = self;
+        [value, noise, input_inverse, r, t, noise_r, noise_t, reference_inverse]
+    }
+
+    fn real(&mut self) -> impl Iterator<Item = &mut Growing<f64>> {
+        self.paper.iter_mut().chain(&mut self.iv).chain([&mut self.output_coherence, &mut self.input_coherence])
+    }
+
+    /// Frequencies that have no estimate by nature.
+    pub(super) fn skip(&mut self, count: usize) {
+        for array in self.complex() {
+            array.grow(count);
+        }
+        for array in self.real() {
+            array.grow(count);
+        }
+        self.instrument_strength.resize(count, f64::NAN);
+        self.weak_instrument.resize(count, false);
+    }
+
+    /// A frequency without an estimate.
+    fn erase(&mut self, f: usize) {
+        self.complex().into_iter().for_each(|a| a.erase(f));
+        self.real().for_each(|a| a.erase(f));
+        self.instrument_strength[f] = f64::NAN;
+        self.weak_instrument[f] = false;
+        self.singular_bins.push(f);
+    }
+}
+
+/// Workspace for some frequencies side by side. Channels stand in the order references, inputs, outputs; responders are
+/// inputs, then outputs.
+pub(super) struct Batch {
+    p: usize,
+    q: usize,
+    qr: usize,
+    freedom: f64,
+    averages: f64,
+    reference: LaneCholesky,
+    caused: LaneCholesky,
+    measured: LaneCholesky,
+    reference_inverse: Vec<Lanes>,
+    caused_inverse: Vec<Lanes>,
+    measured_inverse: Vec<Lanes>,
+    scratch: Vec<Lanes>,
+    /// Responders by whitened references, (q + p) × q_r: S_zr L⁻ᴴ.
+    white: Vec<Lanes>,
+    /// What references explain of the responders, and what they do not; lower triangles.
+    explained: Vec<Lanes>,
+    sigma: Vec<Lanes>,
+    /// C, p × q.
+    c: Vec<Lanes>,
+    /// C Σ_uu − Σ_yu, p × q.
+    left: Vec<Lanes>,
+    row: Vec<Lanes>,
+    square: [Vec<Lanes>; 2],
+}
+
+impl Batch {
+    pub(super) fn new(p: usize, q: usize, qr: usize, freedom: f64, averages: f64) -> Self {
+        let zeros = |n: usize| vec![Lanes::ZERO; n];
+        let triangle = |n: usize| zeros(n * (n + 1) / 2);
+        Batch {
+            p,
+            q,
+            qr,
+            freedom,
+            averages,
+            reference: LaneCholesky::new(qr),
+            caused: LaneCholesky::new(q),
+            measured: LaneCholesky::new(q),
+            reference_inverse: triangle(qr),
+            caused_inverse: triangle(q),
+            measured_inverse: triangle(q),
+            scratch: triangle(qr),
+            white: zeros((p + q) * qr),
+            explained: triangle(p + q),
+            sigma: triangle(p + q),
+            c: zeros(p * q),
+            left: zeros(p * q),
+            row: zeros(qr.max(q)),
+            square: [zeros(q * q), zeros(q * q)],
+        }
+    }
+
+    /// Appends the results of `count` frequencies whose spectra are `s`.
+    pub(super) fn solve(&mut self, s: &[Lanes], count: usize, out: &mut Results) {
+        let (p, q, qr, m) = (self.p, self.q, self.qr, self.p + self.q);
+        let start = out.weak_instrument.len();
+        let share = [1.0 / self.freedom; LANES];
+        let responder = |a: usize, b: usize| s[lower(qr + a, qr + b)];
+        let input = |i: usize, j: usize| s[lower(qr + i, qr + j)];
+
+        self.reference.factor(|i, j| s[lower(i, j)]);
+        self.reference.inverse(&mut self.reference_inverse, &mut self.scratch);
+        let condition = condition(qr, |i, j| s[lower(i, j)], &self.reference_inverse);
+        scatter_hermitian(out.reference_inverse.grow(count), qr, |i, j| self.reference_inverse[lower(i, j)]);
+        let (r, t) = (out.r.grow(count), out.t.grow(count));
+        let (output_coherence, input_coherence) = (out.output_coherence.grow(count), out.input_coherence.grow(count));
+        for a in 0..m {
+            let row = &mut self.white[a * qr..(a + 1) * qr];
+            row.iter_mut().enumerate().for_each(|(k, w)| *w = s[lower(qr + a, k)]);
+            self.reference.whiten(row);
+            self.row[..qr].copy_from_slice(row);
+            self.reference.unwhiten(&mut self.row[..qr]);
+            for (k, entry) in self.row[..qr].iter().enumerate() {
+                if a < q { scatter(t, q * qr, a * qr + k, entry) } else { scatter(r, p * qr, (a - q) * qr + k, entry) }
+            }
+            for b in 0..=a {
+                let (w, v) = (&self.white[a * qr..(a + 1) * qr], &self.white[b * qr..(b + 1) * qr]);
+                let (explained, full) = (dot_conj(w, v), responder(a, b));
+                let rest = if a == b {
+                    Lanes { re: map(&full.re, &explained.re, |x, y| if x < y { 0.0 } else { x - y }), im: [0.0; LANES] }
+                } else {
+                    Lanes { re: map(&full.re, &explained.re, |x, y| x - y), im: map(&full.im, &explained.im, |x, y| x - y) }
+                };
+                self.explained[lower(a, b)] = explained;
+                self.sigma[lower(a, b)] = rest;
+            }
+            let coherence = map(&self.explained[lower(a, a)].re, &responder(a, a).re, |x, y| if x > y { 1.0 } else { x / y });
+            if a < q { scatter_real(input_coherence, q, a, &coherence) } else { scatter_real(output_coherence, p, a - q, &coherence) }
+        }
+        scatter_hermitian(out.noise_t.grow(count), q, |i, j| self.sigma[lower(i, j)].scaled(&share));
+        scatter_hermitian(out.noise_r.grow(count), p, |i, j| self.sigma[lower(q + i, q + j)].scaled(&share));
+
+        self.caused.factor(|i, j| self.explained[lower(i, j)]);
+        self.caused.inverse(&mut self.caused_inverse, &mut self.scratch);
+        self.measured.factor(input);
+        self.measured.inverse(&mut self.measured_inverse, &mut self.scratch);
+        scatter_hermitian(out.input_inverse.grow(count), q, |i, j| self.caused_inverse[lower(i, j)]);
+        let value = out.value.grow(count);
+        for i in 0..p {
+            let row = &mut self.c[i * q..(i + 1) * q];
+            row.iter_mut().enumerate().for_each(|(j, c)| *c = self.explained[lower(q + i, j)]);
+            self.caused.whiten(row);
+            self.caused.unwhiten(row);
+            row.iter().enumerate().for_each(|(j, c)| scatter(value, p * q, i * q + j, c));
+            for j in 0..q {
+                let minus = self.sigma[lower(q + i, j)];
+                let start = Lanes { re: each(&minus.re, |v| -v), im: each(&minus.im, |v| -v) };
+                self.left[i * q + j] = (0..q).fold(start, |sum, l| times(&sum, &row[l], &self.sigma, l, j));
+            }
+        }
+        let noise = out.noise.grow(count);
+        let [paper_ordinary, paper_partial, paper_multiple] = out.paper.each_mut().map(|a| a.grow(count));
+        let [iv_ordinary, iv_partial, iv_multiple] = out.iv.each_mut().map(|a| a.grow(count));
+        for i in 0..p {
+            let own = &self.c[i * q..(i + 1) * q];
+            let mut equation_noise = [0.0; LANES];
+            for k in 0..=i {
+                // Σ_yy − C Σ_uy + (C Σ_uu − Σ_yu) Cᴴ.
+                let other = &self.c[k * q..(k + 1) * q];
+                let without = (0..q).fold(self.sigma[lower(q + i, q + k)], |sum, j| sum.minus_conj(&own[j], &self.sigma[lower(q + k, j)]));
+                let entry = (0..q).fold(without, |sum, j| sum.plus_conj(&self.left[i * q + j], &other[j]));
+                if i == k {
+                    equation_noise = each(&entry.re, |v| if v < 0.0 { 0.0 } else { v });
+                    scatter(noise, p * p, i * p + i, &Lanes { re: equation_noise, im: [0.0; LANES] }.scaled(&share));
+                } else {
+                    let entry = entry.scaled(&share);
+                    scatter(noise, p * p, i * p + k, &entry);
+                    scatter(noise, p * p, k * p + i, &entry.conj());
+                }
+            }
+            let row = &mut self.row[..q];
+            row.iter_mut().enumerate().for_each(|(j, w)| *w = s[lower(qr + q + i, qr + j)]);
+            self.measured.whiten(row);
+            let direct_noise = map(&responder(q + i, q + i).re, &power(row), |a, b| if a < b { 0.0 } else { a - b });
+            for (j, entry) in row.iter_mut().enumerate() {
+                *entry = (0..q).fold(Lanes::ZERO, |sum, l| if l >= j { sum.plus(&own[l], &input(l, j)) } else { sum.plus_conj(&own[l], &input(j, l)) });
+            }
+            implied((i, p), (own, row), |j| input(j, j).re, &self.measured_inverse, &direct_noise, [paper_ordinary, paper_partial, paper_multiple]);
+            // C S^c is what the references explain of S_yu.
+            row.iter_mut().enumerate().for_each(|(j, w)| *w = self.explained[lower(q + i, j)]);
+            implied((i, p), (own, row), |j| self.explained[lower(j, j)].re, &self.caused_inverse, &equation_noise, [iv_ordinary, iv_partial, iv_multiple]);
+        }
+        let strength = self.strength();
+        for l in 0..count {
+            let weakest = (0..q).map(|j| self.averages * self.explained[lower(j, j)].re[l] / self.sigma[lower(j, j)].re[l]).fold(f64::INFINITY, f64::min);
+            out.instrument_strength.push(strength[l]);
+            out.weak_instrument.push(strength[l].min(weakest) < WEAK_INSTRUMENT);
+            let usable = condition[l] <= LARGEST_CONDITION && self.caused_inverse[0].re[l].is_finite() && self.measured_inverse[0].re[l].is_finite();
+            if !usable {
+                out.erase(start + l);
+            }
+        }
+    }
+
+    /// (n_e − q_r)/q_r times the smallest eigenvalue of N⁻¹ S^c, which is 1 over the largest of L⁻¹ N L⁻ᴴ with
+    /// S^c = L Lᴴ; N itself may be singular.
+    fn strength(&mut self) -> Reals {
+        let (q, scale) = (self.q, self.freedom / self.qr as f64);
+        if q == 1 {
+            return map(&self.explained[0].re, &self.sigma[0].re, |caused, rest| scale * caused / rest);
+        }
+        // N L⁻ᴴ row by row, then the rows of its conjugate transpose.
+        let [half, full] = &mut self.square;
+        for (i, row) in half.chunks_exact_mut(q).enumerate() {
+            row.iter_mut().enumerate().for_each(|(j, n)| *n = if i >= j { self.sigma[lower(i, j)] } else { self.sigma[lower(j, i)].conj() });
+            self.caused.whiten(row);
+        }
+        for (j, row) in full.chunks_exact_mut(q).enumerate() {
+            row.iter_mut().enumerate().for_each(|(i, n)| *n = half[i * q + j].conj());
+            self.caused.whiten(row);
+        }
+        if q == 2 {
+            let off = full[2].norm_sqr();
+            return std::array::from_fn(|l| {
+                let (a, b) = (full[0].re[l], full[3].re[l]);
+                2.0 * scale / (a + b + ((a - b) * (a - b) + 4.0 * off[l]).sqrt())
+            });
+        }
+        // ‖B v‖/‖v‖ after a dozen multiplications, in all lanes at once. Never above the eigenvalue, and within a few per
+        // cent of it: enough for a number that is held against a rule of thumb.
+        let (v, next) = half.split_at_mut(q);
+        // A start that no symmetry of the channels makes orthogonal to the eigenvector.
+        v.iter_mut().enumerate().for_each(|(j, v)| *v = Lanes { re: [1.0 / (1.0 + j as f64); LANES], im: [0.3 * j as f64; LANES] });
+        let mut growth = [f64::NAN; LANES];
+        for _ in 0..12 {
+            for (row, n) in full.chunks_exact(q).zip(next.iter_mut()) {
+                *n = row.iter().zip(v.iter()).fold(Lanes::ZERO, |sum, (b, v)| sum.plus(b, v));
+            }
+            growth = each(&power(&next[..q]), f64::sqrt);
+            let shrink = each(&growth, f64::recip);
+            v.iter_mut().zip(next.iter()).for_each(|(v, n)| *v = n.scaled(&shrink));
+        }
+        each(&growth, |largest| scale / largest)
+    }
+}
+
+/// Ordinary, partial and multiple coherence of output `i` of `p` as a response, response · input spectrum, the diagonals
+/// of that spectrum and of its inverse, and the noise imply them.
+#[inline]
+fn implied(
+    (i, p): (usize, usize),
+    (response, cross): (&[Lanes], &[Lanes]),
+    spectrum: impl Fn(usize) -> Reals,
+    inverse: &[Lanes],
+    noise: &Reals,
+    [ordinary, partial, multiple]: [&mut [f64]; 3],
+) {
+    let q = response.len();
+    let explained = dot_conj(cross, response).re;
+    let total = map(&explained, noise, |a, b| a + b);
+    scatter_real(multiple, p, i, &map(&explained, &total, |a, b| a / b));
+    for j in 0..q {
+        let scale = map(&spectrum(j), &total, |a, b| a * b);
+        scatter_real(ordinary, p * q, i * q + j, &map(&cross[j].norm_sqr(), &scale, |a, b| a / b));
+        let spread = map(noise, &inverse[lower(j, j)].re, |a, b| a * b);
+        scatter_real(partial, p * q, i * q + j, &map(&response[j].norm_sqr(), &spread, |a, b| a / (a + b)));
+    }
+}
+
+/// sum + a Σ_lj for a Hermitian Σ given by its lower triangle.
+#[inline]
+fn times(sum: &Lanes, a: &Lanes, triangle: &[Lanes], l: usize, j: usize) -> Lanes {
+    if l >= j { sum.plus(a, &triangle[lower(l, j)]) } else { sum.plus_conj(a, &triangle[lower(j, l)]) }
+}
