@@ -15,6 +15,14 @@ pub(crate) struct Frames {
     pub(super) tip: Vector,
 }
 
+/// Mass properties of the bodies in the base's axes.
+pub(super) struct Bodies {
+    /// Centre of mass, from the body's origin.
+    centre: [Vector; MAX_JOINTS],
+    /// Inertia about the centre of mass.
+    inertia: [Matrix; MAX_JOINTS],
+}
+
 /// Rates of a body's frame.
 #[derive(Clone, Copy)]
 struct Spin {
@@ -63,6 +71,16 @@ impl SerialChain {
         frames
     }
 
+    /// Centres and inertias, turned with the bodies.
+    pub(super) fn bodies(&self, frames: &Frames) -> Bodies {
+        let mut bodies = Bodies { centre: [[0.0; 3]; MAX_JOINTS], inertia: [[[0.0; 3]; 3]; MAX_JOINTS] };
+        for (i, link) in self.links.iter().enumerate() {
+            bodies.centre[i] = turn(&frames.rotation[i], link.centre);
+            bodies.inertia[i] = carried(&frames.rotation[i], &link.inertia);
+        }
+        bodies
+    }
+
     /// How joint `j` moves the tip.
     pub(super) fn tip_column(&self, frames: &Frames, j: usize) -> Vector {
         if self.links[j].slides { frames.axis[j] } else { cross(frames.axis[j], sub(frames.tip, frames.origin[j])) }
@@ -80,7 +98,7 @@ impl SerialChain {
     }
 
     /// Torques that keep the joint rates constant against Coriolis forces and gravity: recursive Newton-Euler.
-    pub(super) fn inverse_dynamics(&self, frames: &Frames, rates: &[f64], out: &mut [f64]) {
+    pub(super) fn inverse_dynamics(&self, frames: &Frames, bodies: &Bodies, rates: &[f64], out: &mut [f64]) {
         let n = self.links.len();
         let (mut force, mut moment) = ([[0.0; 3]; MAX_JOINTS], [[0.0; 3]; MAX_JOINTS]);
         // Gravity is the base accelerating upwards.
@@ -89,10 +107,9 @@ impl SerialChain {
         for (i, link) in self.links.iter().enumerate() {
             spin = spin.carried_on(link, sub(frames.origin[i], last), frames.axis[i], rates[i]);
             last = frames.origin[i];
-            let centre = turn(&frames.rotation[i], link.centre);
-            let inertia = carried(&frames.rotation[i], &link.inertia);
+            let (centre, inertia) = (bodies.centre[i], &bodies.inertia[i]);
             force[i] = scale(spin.at(centre), link.mass);
-            let own = add(turn(&inertia, spin.acceleration), cross(spin.velocity, turn(&inertia, spin.velocity)));
+            let own = add(turn(inertia, spin.acceleration), cross(spin.velocity, turn(inertia, spin.velocity)));
             moment[i] = add(own, cross(centre, force[i]));
         }
         for i in (0..n).rev() {
@@ -106,7 +123,7 @@ impl SerialChain {
     }
 
     /// The mass matrix by composite rigid bodies, moments about the base's origin.
-    pub(super) fn composite_inertia(&self, frames: &Frames, out: &mut [f64]) {
+    pub(super) fn composite_inertia(&self, frames: &Frames, bodies: &Bodies, out: &mut [f64]) {
         let n = self.links.len();
         let (mut mass, mut first, mut second) = (0.0, [0.0; 3], [[0.0; 3]; 3]);
         // A joint's motion as the velocity of the point at the origin, with the angular velocity.
@@ -115,10 +132,10 @@ impl SerialChain {
         };
         for i in (0..n).rev() {
             let link = &self.links[i];
-            let centre = add(frames.origin[i], turn(&frames.rotation[i], link.centre));
+            let centre = add(frames.origin[i], bodies.centre[i]);
             mass += link.mass;
             first = add(first, scale(centre, link.mass));
-            second = plus(&second, &plus(&carried(&frames.rotation[i], &link.inertia), &steiner(link.mass, centre)));
+            second = plus(&second, &plus(&bodies.inertia[i], &steiner(link.mass, centre)));
             let (angular, linear) = motion(i);
             let momentum = add(scale(linear, mass), cross(angular, first));
             let spin = add(turn(&second, angular), cross(first, linear));

@@ -152,11 +152,13 @@ impl Robot for SerialChain {
     }
 
     fn mass_matrix(&self, q: &[f64], out: &mut [f64]) {
-        self.composite_inertia(&self.frames(q), out);
+        let frames = self.frames(q);
+        self.composite_inertia(&frames, &self.bodies(&frames), out);
     }
 
     fn bias(&self, q: &[f64], rates: &[f64], out: &mut [f64]) {
-        self.inverse_dynamics(&self.frames(q), rates, out);
+        let frames = self.frames(q);
+        self.inverse_dynamics(&frames, &self.bodies(&frames), rates, out);
     }
 
     fn inverse_kinematics(&self, target: &[f64]) -> Result<Vec<f64>, DeviceError> {
@@ -179,9 +181,10 @@ impl Robot for SerialChain {
 
     fn acceleration(&self, q: &[f64], rates: &[f64], _kinematics: &Kinematics, torque: &[f64], work: &mut [f64], out: &mut [f64]) {
         let (n, frames) = (torque.len(), self.frames(q));
-        self.inverse_dynamics(&frames, rates, out);
+        let bodies = self.bodies(&frames);
+        self.inverse_dynamics(&frames, &bodies, rates, out);
         out.iter_mut().zip(torque).for_each(|(o, t)| *o = t - *o);
-        self.composite_inertia(&frames, work);
+        self.composite_inertia(&frames, &bodies, work);
         if cholesky(work, n) {
             cholesky_solve(work, n, out);
         } else {
