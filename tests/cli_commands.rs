@@ -105,7 +105,8 @@ fn a_periodic_excitation_is_averaged_over_its_periods() {
     let folder = tempfile::tempdir().expect("a folder");
     succeed(folder.path(), &["design", "--kind", "multisine", "--axes", "x", "--duration", "40", "--period", "5", "--out", "cmd.csv"]);
     let text = std::fs::read_to_string(folder.path().join("cmd.csv")).expect("written");
-    let force: Vec<f64> = text.lines().filter(|line| !line.starts_with('#')).skip(1).map(|line| line.rsplit(',').next().expect("a cell").parse().expect("a number")).collect();
+    let force: Vec<f64> =
+        text.lines().filter(|line| !line.starts_with('#')).skip(1).map(|line| line.rsplit(',').next().expect("a cell").parse().expect("a number")).collect();
     assert_eq!(force.len(), 20_000);
     support::csv(&folder.path().join("p.csv"), "# sample_rate_hz: 500\n", &[("force_x [N]", &force), ("pos_x [m]", &support::oscillator(&force))]);
     let result = json(folder.path(), &["estimate", "p.csv"]);
@@ -167,6 +168,48 @@ fn check_finds_a_clipped_channel() {
     let bad = json(folder.path(), &["check", "c.csv"]);
     assert_eq!((&bad["verdict"], &bad["findings"][0]["code"], &bad["findings"][0]["channel"]), (&"faulty".into(), &"clipped".into(), &"pos_x".into()));
     assert_eq!(ndof(folder.path(), &["check", "c.csv", "--exit-code"]).status.code(), Some(1));
+}
+
+#[test]
+fn two_halves_of_one_record_do_not_differ() {
+    let folder = tempfile::tempdir().expect("a folder");
+    trial(folder.path());
+    succeed(folder.path(), &["fit", "trial.csv", "--stop", "10", "--band", "0.6-15", "--json", "a.json"]);
+    succeed(folder.path(), &["fit", "trial.csv", "--start", "10", "--band", "0.6-15", "--json", "b.json"]);
+    let result = json(folder.path(), &["compare", "a.json", "b.json"]);
+    let schema: Value = serde_json::from_str(&succeed(folder.path(), &["schema", "compare"])).expect("JSON");
+    assert_eq!(violation(&result, &schema, &schema, ""), None);
+    for parameter in result["parameters"].as_array().expect("a list") {
+        let p = parameter["differences"][0]["p_value"].as_f64().expect("a number");
+        assert!(p > 0.01, "{parameter}");
+    }
+    support::refuse(folder.path(), &["compare", "a.json", "trial.csv"]);
+}
+
+#[test]
+fn a_cohort_goes_on_where_it_was_and_lists_what_failed() {
+    let folder = tempfile::tempdir().expect("a folder");
+    for subject in ["anna", "ben"] {
+        let own = folder.path().join("subjects").join(subject);
+        std::fs::create_dir_all(&own).expect("a folder");
+        trial(&own);
+    }
+    std::fs::write(folder.path().join("subjects/carl.csv"), "not,a\nrecording,at all\n").expect("written");
+    let all = ["cohort", "subjects", "--out", "out", "--band", "0.6-15", "--quiet"];
+    succeed(folder.path(), &all);
+    let table = std::fs::read_to_string(folder.path().join("out/cohort.csv")).expect("written");
+    let rows: Vec<&str> = table.lines().collect();
+    assert!(rows[0].starts_with("subject,M,M_std_error,B,") && rows.len() == 4, "{table}");
+    assert!(rows[3].starts_with("carl,,") && rows[3].contains("carl.csv"), "{table}");
+    // Only what is missing is done again: a result that another hand changed stays as it is.
+    let (anna, ben) = (folder.path().join("out/subjects/anna.json"), folder.path().join("out/subjects/ben.json"));
+    let marked = std::fs::read_to_string(&anna).expect("written").replace("\"cohort\"", "\"marked\"");
+    std::fs::write(&anna, &marked).expect("written");
+    std::fs::remove_file(&ben).expect("there");
+    succeed(folder.path(), &all);
+    assert_eq!(std::fs::read_to_string(&anna).expect("there"), marked);
+    assert_eq!(std::fs::read_to_string(folder.path().join("out/cohort.csv")).expect("written"), table);
+    assert!(support::refuse(folder.path(), &["cohort", "subjects", "--out", "out", "--band", "1-15"]).contains("other options"));
 }
 
 #[test]

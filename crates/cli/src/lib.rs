@@ -34,6 +34,8 @@ enum Command {
     Estimate(command::estimate::Arguments),
     Fit(command::fit::Arguments),
     Diagnose(command::diagnose::Arguments),
+    Compare(command::compare::Arguments),
+    Cohort(command::cohort::Arguments),
     Simulate(command::simulate::Arguments),
     Convert(command::convert::Arguments),
     List(command::list::Arguments),
@@ -58,6 +60,8 @@ pub fn run(arguments: impl IntoIterator<Item = impl Into<OsString> + Clone>, stu
     let done = match cli.command {
         Command::Check(arguments) => command::check::run(&arguments),
         Command::Design(arguments) => command::design::run(&arguments),
+        Command::Compare(arguments) => command::compare::run(&arguments),
+        Command::Cohort(arguments) => command::cohort::run(&arguments),
         Command::Completions(arguments) => command::completions::run(&arguments, Cli::command()),
         Command::Study(arguments) => command::study::run(&arguments, studies),
         Command::Diagnose(arguments) => command::diagnose::run(&arguments),

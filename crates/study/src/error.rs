@@ -112,6 +112,9 @@ pub enum StudyError {
         /// What drives.
         channel: String,
     },
+    /// Fewer than two fits, or nothing in common.
+    #[error("nothing to compare: give at least two fits of the same model and channels")]
+    NothingToCompare,
     /// A band without frequencies.
     #[error("no frequency of the grid (0 to {nyquist_hz} Hz) lies in the band {low_hz}-{high_hz} Hz; widen --band")]
     EmptyBand {

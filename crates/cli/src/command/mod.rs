@@ -1,6 +1,8 @@
 //! One file a subcommand.
 
 pub mod check;
+pub mod cohort;
+pub mod compare;
 pub mod completions;
 pub mod convert;
 pub mod design;

@@ -58,6 +58,9 @@ pub fn run(arguments: &Arguments, studies: &[(&str, &str)]) -> Result<ExitCode, 
     }
     write_json(&out.join("estimate.json"), &outcome.estimated.result)?;
     write_json(&out.join("fit.json"), &outcome.fitted.result)?;
+    if let Some(diagnosis) = &outcome.diagnosis {
+        write_json(&out.join("diagnosis.json"), diagnosis)?;
+    }
     output::write_plots(&out.join("plots"), &report)?;
     ndof_io::write_atomic(&out.join("report.html"), report.to_html().as_bytes())?;
     output::report(shared, &report)?;

@@ -2,6 +2,7 @@
 
 use crate::error::StudyError;
 use crate::pipeline::MODEL;
+use ndof_devices::{DeviceConfig, LimbConfig, Posture};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 
@@ -10,7 +11,17 @@ use std::collections::BTreeMap;
 #[serde(deny_unknown_fields)]
 pub struct BaselineFile {
     /// The model's name, `inertia-damping-stiffness`.
-    pub model: String,
+    #[serde(default)]
+    pub model: Option<String>,
+    /// A device, as in an experiment; its limb's matrices about the posture are the nominal values.
+    #[serde(default)]
+    pub device: Option<DeviceConfig>,
+    /// The limb, as in an experiment.
+    #[serde(default)]
+    pub limb: Option<LimbConfig>,
+    /// The posture, as in an experiment.
+    #[serde(default)]
+    pub posture: Posture,
     /// By the name of the matrix or scalar.
     #[serde(default)]
     pub parameters: BTreeMap<String, BaselineParameter>,
@@ -38,8 +49,11 @@ impl BaselineFile {
     pub fn check(&self, file: &str) -> Result<(), StudyError> {
         const KNOWN: [&str; 3] = ["M", "B", "K"];
         let wrong = |what: String| Err(StudyError::Meaning { file: file.to_owned(), what });
-        if self.model != MODEL {
-            return wrong(format!("model = \"{}\"; there is \"{MODEL}\"", self.model));
+        if let Some(model) = self.model.as_deref().filter(|model| *model != MODEL) {
+            return wrong(format!("model = \"{model}\"; there is \"{MODEL}\""));
+        }
+        if self.device.is_some() != self.limb.is_some() {
+            return wrong("[device] and [limb] go together; give both, or [parameters] alone".to_owned());
         }
         if let Some(name) = self.parameters.keys().find(|name| !KNOWN.contains(&name.as_str())) {
             return wrong(format!("[parameters.{name}]; the model has M, B and K"));

@@ -8,7 +8,7 @@ mod study;
 pub use baseline::{BaselineFile, BaselineParameter, Status, Value};
 pub use experiment::{Excitation, ExperimentFile, HiddenEffect};
 pub use kinematics::{KinematicsFile, KinematicsSd, MeanForce};
-pub use study::{EstimateSection, FitSection, StudyDocument, StudyFile};
+pub use study::{DiagnoseSection, EstimateSection, FitSection, StudyDocument, StudyFile};
 
 use crate::error::{StudyError, did_you_mean};
 use crate::suggest::nearest;
@@ -75,5 +75,76 @@ mod tests {
     fn a_wrong_type_is_named_with_its_line() {
         let error = parse::<KinematicsFile>("kind = \"planar-two-link\"\nlink_lengths_m = \"long\"\n", "arm.toml").unwrap_err().to_string();
         assert!(error.starts_with("arm.toml:2: "), "{error}");
+    }
+
+    const EXPERIMENT: &str = r#"
+        schema = "ndof/experiment/1"
+        seed = 1
+        trials = 6
+        duration_s = 50.0
+        sample_rate_hz = 500.0
+        discard_s = 2.0
+        [device]
+        name = "mit-manus"
+        parameters = { link_1_m = 0.4064 }
+        [limb]
+        name = "endpoint-linear"
+        M = [[2.1, -0.55], [-0.55, 1.9]]
+        B = [[11.0, -2.0], [-2.0, 15.0]]
+        K = [[300.0, -60.0], [-60.0, 520.0]]
+        mean_force_n = [0.0, 0.0]
+        noise = { rms_n = 0.5, cutoff_hz = 2.0 }
+        [posture]
+        hand_m = [0.0, 0.0]
+        [excitation]
+        kind = "filtered-noise"
+        rms = 4.0
+        cutoff_hz = 15.0
+        order = 8
+        [controller]
+        kp = 100.0
+        kd = 5.0
+        [sensors]
+        force_noise_rms = 0.03
+        force_quantum = 0.025
+        encoder_bits = 16
+        averaging = "interval"
+        [[effects]]
+        name = "hysteresis"
+        side = "limb"
+        axis = "x"
+        parameters = { stiffness_n_per_m = 300.0, yield_m = 0.003 }
+    "#;
+
+    #[test]
+    fn an_experiment_as_the_contract_writes_it_is_understood() {
+        let experiment: ExperimentFile = parse(EXPERIMENT, "e.toml").expect("understood");
+        experiment.check("e.toml").expect("makes sense");
+        assert_eq!((experiment.trials, experiment.effects.len(), experiment.excitation.order), (6, 1, 8));
+        let wrong = EXPERIMENT.replace("filtered-noise", "filtered-nose");
+        let error = parse::<ExperimentFile>(&wrong, "e.toml").expect("understood").check("e.toml").unwrap_err().to_string();
+        assert!(error.contains("did you mean \"filtered-noise\"?"), "{error}");
+    }
+
+    #[test]
+    fn a_baseline_as_the_contract_writes_it_is_understood() {
+        let text =
+            "model = \"inertia-damping-stiffness\"\n[parameters.M]\nvalue = [[2.1, -0.55], [-0.55, 1.9]]\nstatus = \"fixed\"\n[parameters.K]\nvalue = 300.0\n";
+        let baseline: BaselineFile = parse(text, "b.toml").expect("understood");
+        baseline.check("b.toml").expect("makes sense");
+        assert_eq!((baseline.parameters["M"].status, baseline.parameters["K"].status), (Status::Fixed, Status::Free));
+        assert_eq!(baseline.parameters["K"].value.rows(), [[300.0]]);
+        let error = |text: &str| parse::<BaselineFile>(text, "b.toml").and_then(|baseline| baseline.check("b.toml")).unwrap_err().to_string();
+        assert!(error("[parameters.Q]\nvalue = 1.0\n").contains("M, B and K"));
+        assert!(error("[parameters.K]\nvalue = [[1.0, 2.0]]\n").contains("not a square matrix"));
+    }
+
+    #[test]
+    fn an_experiment_may_stand_in_a_file_of_its_own() {
+        let folder = tempfile::tempdir().expect("a folder");
+        std::fs::write(folder.path().join("e.toml"), EXPERIMENT).expect("written");
+        std::fs::write(folder.path().join("s.toml"), "[experiment]\nfile = \"e.toml\"\n[fit]\nband_hz = [0.5, 8.0]\n").expect("written");
+        let study = StudyFile::read(&folder.path().join("s.toml")).expect("understood");
+        assert_eq!((study.experiment.trials, study.fit.band_hz), (6, Some([0.5, 8.0])));
     }
 }

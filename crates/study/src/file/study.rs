@@ -1,8 +1,8 @@
 //! `ndof/study/1`: an experiment with its analysis.
 
-use super::{ExperimentFile, KinematicsFile, check_schema};
+use super::{BaselineFile, ExperimentFile, KinematicsFile, check_schema};
 use crate::error::StudyError;
-use crate::pipeline::{EstimateSettings, FitCost, FitSettings, MethodName};
+use crate::pipeline::{DiagnoseSettings, EstimateSettings, FitCost, FitSettings, HoldOut, MethodName};
 use ndof_signal::{Detrend, Window};
 use ndof_sysid::{Direct, ResponseKind};
 use serde::{Deserialize, Serialize};
@@ -35,6 +35,9 @@ pub struct StudyDocument<E> {
     /// Where the joints are.
     #[serde(default)]
     pub kinematics: Option<KinematicsFile>,
+    /// What the diagnosis is asked; without this table there is none.
+    #[serde(default)]
+    pub diagnose: Option<DiagnoseSection>,
 }
 
 /// The path of an experiment's file.
@@ -100,6 +103,37 @@ pub struct FitSection {
     pub cost: FitCost,
 }
 
+/// Keys are the long options of `ndof diagnose`.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default, rename_all = "kebab-case")]
+pub struct DiagnoseSection {
+    /// The band that is analysed.
+    pub band: Option<[f64; 2]>,
+    /// Size of a discrepancy that does not matter.
+    pub tolerance: Option<f64>,
+    /// A stretch that no fit may see.
+    pub held_out: Option<[f64; 2]>,
+    /// Effects that are not tried.
+    pub without: Vec<String>,
+    /// The simulation that is judged.
+    pub baseline: Option<BaselineFile>,
+}
+
+impl DiagnoseSection {
+    /// What the keys mean.
+    pub fn settings(&self) -> DiagnoseSettings {
+        let default = DiagnoseSettings::default();
+        DiagnoseSettings {
+            band_hz: self.band.map(|[low, high]| (low, high)),
+            held_out: self.held_out.map_or(HoldOut::Auto, |[from, to]| HoldOut::Time(from, to)),
+            tolerance: self.tolerance.unwrap_or(default.tolerance),
+            seed: default.seed,
+            without: self.without.clone(),
+            baseline: self.baseline.clone(),
+        }
+    }
+}
+
 impl StudyFile {
     /// The schema's name.
     pub const SCHEMA: &str = "ndof/study/1";
@@ -153,8 +187,8 @@ impl StudyFile {
 
 impl<E> StudyDocument<E> {
     fn with_experiment<F>(self, experiment: F) -> StudyDocument<F> {
-        let StudyDocument { schema, title, experiment: _, estimate, also, fit, kinematics } = self;
-        StudyDocument { schema, title, experiment, estimate, also, fit, kinematics }
+        let StudyDocument { schema, title, experiment: _, estimate, also, fit, kinematics, diagnose } = self;
+        StudyDocument { schema, title, experiment, estimate, also, fit, kinematics, diagnose }
     }
 }
 

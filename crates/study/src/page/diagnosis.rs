@@ -47,11 +47,12 @@ pub(super) fn sections(result: &DiagnosisResult) -> Result<Vec<Section>, StudyEr
 }
 
 fn verdict(d: &Diagnosis) -> String {
-    let names: Vec<String> = d.causes.iter().map(|cause| name(&cause.effect, &cause.site)).collect();
+    let site = |site: &Site| [site.side.as_str(), site.axis.as_str()].join(" ").trim_end().to_owned();
+    let names: Vec<String> = d.causes.iter().map(|cause| format!("{} ({})", cause.effect, site(&cause.site))).collect();
     match d.verdict.as_str() {
         "adequate" => "The simulation is adequate: nothing beyond the tolerance is missing.".to_owned(),
-        "explained" => format!("What the simulation misses is explained by {}.", names.join(", ")),
-        "partly-explained" => format!("What the simulation misses is explained in part by {}.", names.join(", ")),
+        "explained" => format!("What the simulation misses is explained by {}.", names.join(" and ")),
+        "partly-explained" => format!("What the simulation misses is explained in part by {}.", names.join(" and ")),
         _ => "The simulation misses something that none of the known causes explains.".to_owned(),
     }
 }

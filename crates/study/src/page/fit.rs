@@ -4,10 +4,12 @@ use super::convert::nan;
 use super::estimate::{coherence_section, frame, response_section, traces_section};
 use crate::error::StudyError;
 use crate::pipeline::{ComparedParameter, Estimated, Fitted, compare, model_response};
+use crate::result::FitResult;
 use crate::trials::Trials;
 use ndof_report::figures::{self, Ellipse};
+use ndof_report::number::significant;
 use ndof_report::plot::{Color, Dash};
-use ndof_report::{Parameter, Report, Section, parameter_table};
+use ndof_report::{Align, Parameter, Report, Section, Table, parameter_table};
 
 /// The page of `ndof fit`.
 ///
@@ -20,6 +22,7 @@ pub fn fit_report(trials: &Trials, estimated: &Estimated, fitted: &Fitted, title
     report.lead = format!("Inertia, damping and stiffness fitted to the {} estimate from {low:.2} to {high:.2} Hz.", fitted.result.estimate);
     let model = model_response(&fitted.matrices, estimated.best());
     report.sections = vec![parameters_section(&compare(fitted, None), "Parameters"), response_section(estimated, Some(&model))?];
+    report.sections.push(agreement_section(&fitted.result));
     report.sections.extend(ellipse_section(fitted, None)?);
     report.sections.push(coherence_section(&estimated.result)?);
     report.sections.push(traces_section(trials)?);
@@ -40,6 +43,22 @@ pub(super) fn parameters_section(parameters: &[ComparedParameter], title: &str) 
         })
         .collect();
     Section::new(title, "Estimates with 95 % intervals.").table(parameter_table(title, &rows))
+}
+
+/// How well the model agrees with the estimate, as the paper measures it, for both costs.
+pub(super) fn agreement_section(result: &FitResult) -> Section {
+    let mut table = Table::new("Variance accounted for", &[("Cost", Align::Left), ("Element", Align::Left), ("VAF, %", Align::Right), ("R²", Align::Right)]);
+    let both = std::iter::once((&result.cost, &result.vaf, result.r2)).chain(result.other_cost.iter().map(|other| (&other.cost, &other.vaf, other.r2)));
+    for (cost, vaf, r2) in both {
+        for (i, row) in vaf.iter().enumerate() {
+            for (j, value) in row.iter().enumerate() {
+                let element = format!("{}, {}", result.outputs.get(i).map_or("", String::as_str), result.inputs.get(j).map_or("", String::as_str));
+                table = table.row([cost.clone(), element, significant(nan(*value), 5), significant(nan(r2), 6)]);
+            }
+        }
+    }
+    let lead = format!("Reduced χ² {}; gain in dB and phase of the impedance, weighted with partial coherence.", significant(nan(result.chi2_reduced), 3));
+    Section::new("Agreement", lead).table(table)
 }
 
 /// The stiffness ellipse of a planar limb, and that of the truth.

@@ -1,7 +1,7 @@
 //! The report of a whole study.
 
 use super::estimate::{coherence_section, frame, response_section, traces_section};
-use super::fit::{ellipse_section, parameters_section};
+use super::fit::{agreement_section, ellipse_section, parameters_section};
 use crate::error::StudyError;
 use crate::pipeline::{StudyOutcome, compare, model_response};
 use ndof_report::Report;
@@ -11,7 +11,7 @@ use ndof_report::Report;
 /// # Errors
 /// [`StudyError::Figure`] if a picture cannot be drawn.
 pub fn study_report(outcome: &StudyOutcome, title: &str, command: &str) -> Result<Report, StudyError> {
-    let StudyOutcome { trials, simulated, estimated, fitted, also } = outcome;
+    let StudyOutcome { trials, simulated, estimated, fitted, also, .. } = outcome;
     let mut report = frame(trials, estimated, title, command);
     report.warnings = super::convert::warnings(&fitted.result.warnings);
     let truth = simulated.as_ref().map(|s| &s.truth);
@@ -24,9 +24,13 @@ pub fn study_report(outcome: &StudyOutcome, title: &str, command: &str) -> Resul
     report.sections.push(parameters_section(&table, "Parameters"));
     let model = model_response(&fitted.matrices, estimated.best());
     report.sections.push(response_section(estimated, Some(&model))?);
+    report.sections.push(agreement_section(&fitted.result));
     report.sections.extend(ellipse_section(fitted, truth.map(|t| t.endpoint.K.as_slice()))?);
     for (name, _, fitted) in also {
         report.sections.push(parameters_section(&compare(fitted, truth), &format!("Parameters, setting \u{201c}{name}\u{201d}")));
+    }
+    if let Some(diagnosis) = &outcome.diagnosis {
+        report.sections.extend(super::diagnosis::sections(diagnosis)?);
     }
     report.sections.push(coherence_section(&estimated.result)?);
     report.sections.push(traces_section(trials)?);

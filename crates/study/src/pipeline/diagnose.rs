@@ -5,6 +5,8 @@ use crate::file::{BaselineFile, Status};
 use crate::result::VERSION;
 use crate::result::diagnosis::{DiagnosisResult, SCHEMA};
 use crate::trials::Trials;
+use ndarray::Array2;
+use ndof_devices::{Controller, DeviceConfig, Experiment, LimbConfig, Posture, Sensors, linearise};
 use ndof_diagnose::{Baseline, HeldOut, Options, Part};
 use ndof_signal::Recording;
 
@@ -79,11 +81,15 @@ pub fn diagnose(trials: &Trials, settings: &DiagnoseSettings, command: &str, pro
     })
 }
 
-/// The matrices of a baseline file; what it does not give is fitted.
+/// The matrices of a baseline file, those of its limb as nominal values; what it does not give is fitted.
 fn baseline(file: &BaselineFile) -> Result<Baseline, StudyError> {
     file.check("the baseline")?;
-    let part = |name: &str| {
-        file.parameters.get(name).map(|parameter| Part {
+    let limb = match (&file.device, &file.limb) {
+        (Some(device), Some(limb)) => Some(linearise(&held(device, limb, &file.posture))?.limb),
+        _ => None,
+    };
+    let part = |name: &str, simulated: Option<&Array2<f64>>| {
+        let written = file.parameters.get(name).map(|parameter| Part {
             value: parameter.value.rows(),
             status: match parameter.status {
                 Status::Fixed => ndof_diagnose::Status::Fixed,
@@ -91,7 +97,34 @@ fn baseline(file: &BaselineFile) -> Result<Baseline, StudyError> {
                 Status::Free => ndof_diagnose::Status::Free,
             },
             symmetric: parameter.symmetric,
-        })
+        });
+        let nominal = |matrix: &Array2<f64>| Part {
+            value: matrix.rows().into_iter().map(|row| row.to_vec()).collect(),
+            status: ndof_diagnose::Status::Nominal,
+            symmetric: true,
+        };
+        written.or_else(|| simulated.map(nominal))
     };
-    Ok(Baseline { mass: part("M"), damping: part("B"), stiffness: part("K") })
+    let limb = limb.as_ref();
+    Ok(Baseline {
+        mass: part("M", limb.map(|limb| &limb.inertia)),
+        damping: part("B", limb.map(|limb| &limb.damping)),
+        stiffness: part("K", limb.map(|limb| &limb.stiffness)),
+    })
+}
+
+/// An experiment that only holds the limb at its posture: enough to linearise it.
+fn held(device: &DeviceConfig, limb: &LimbConfig, posture: &Posture) -> Experiment {
+    Experiment {
+        seed: 1,
+        trials: 1,
+        duration_s: 1.0,
+        sample_rate_hz: 500.0,
+        discard_s: 0.0,
+        device: device.clone(),
+        limb: limb.clone(),
+        posture: posture.clone(),
+        controller: Controller::default(),
+        sensors: Sensors::default(),
+    }
 }

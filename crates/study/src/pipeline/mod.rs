@@ -2,6 +2,7 @@
 
 mod check;
 mod command;
+mod compare;
 mod confidence;
 mod diagnose;
 mod estimate;
@@ -13,6 +14,7 @@ mod study;
 
 pub use check::check;
 pub use command::{Command, command};
+pub use compare::compare_fits;
 pub use diagnose::{DiagnoseSettings, HoldOut, diagnose};
 pub use estimate::{EstimateSettings, Estimated, MethodName, estimate};
 pub use fit::{FitCost, FitSettings, Fitted, MODEL, fit, model_response};

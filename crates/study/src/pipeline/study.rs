@@ -1,8 +1,9 @@
 //! A whole study: simulate (or take recordings), estimate, fit, compare with the truth.
 
-use super::{Estimated, Fitted, Progress, Simulated, Truth, estimate, fit, simulate};
+use super::{Estimated, Fitted, Progress, Simulated, Truth, diagnose, estimate, fit, simulate};
 use crate::error::StudyError;
 use crate::file::StudyFile;
+use crate::result::DiagnosisResult;
 use crate::roles::RoleNames;
 use crate::trials::{Trial, Trials};
 use crate::trim::Trim;
@@ -22,6 +23,8 @@ pub struct StudyOutcome {
     pub fitted: Fitted,
     /// Other settings of the estimate, by name, each with its fit.
     pub also: Vec<(String, Estimated, Fitted)>,
+    /// What a linear model misses, where the study asks for it.
+    pub diagnosis: Option<DiagnosisResult>,
 }
 
 /// One line of the table: a parameter, what was simulated and what was found.
@@ -72,7 +75,11 @@ pub fn run_study(study: &StudyFile, recordings: Option<Vec<Trial>>, seed: Option
         let (estimated, fitted) = analyse(k + 1, section)?;
         also.push((section.name.clone().unwrap_or_else(|| format!("setting {}", k + 2)), estimated, fitted));
     }
-    Ok(StudyOutcome { trials, simulated, estimated, fitted, also })
+    let diagnosis = study.diagnose.as_ref().map(|section| {
+        progress("diagnose", 0, 1);
+        diagnose(&trials, &section.settings(), "study", &mut |_| ())
+    });
+    Ok(StudyOutcome { diagnosis: diagnosis.transpose()?, trials, simulated, estimated, fitted, also })
 }
 
 fn as_trial(k: usize, recording: &Recording) -> Trial {

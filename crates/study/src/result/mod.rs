@@ -4,6 +4,7 @@
 //! warnings. A number that does not exist is `null`. The JSON Schemas come from these types ([`schema_of`]).
 
 pub mod check;
+pub mod compare;
 pub mod diagnosis;
 pub mod estimate;
 pub mod fit;
@@ -12,6 +13,7 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 pub use check::CheckResult;
+pub use compare::CompareResult;
 pub use diagnosis::DiagnosisResult;
 pub use estimate::EstimateResult;
 pub use fit::FitResult;
@@ -58,7 +60,7 @@ impl From<ndof_io::Note> for Warning {
 }
 
 /// The JSON Schemas by the short names that `ndof schema` takes.
-pub const SCHEMAS: &[&str] = &["estimate", "fit", "diagnosis", "check"];
+pub const SCHEMAS: &[&str] = &["estimate", "fit", "diagnosis", "check", "compare"];
 
 /// The JSON Schema of the result called `name`, or nothing if there is none of that name.
 pub fn schema_of(name: &str) -> Option<serde_json::Value> {
@@ -66,6 +68,7 @@ pub fn schema_of(name: &str) -> Option<serde_json::Value> {
         "estimate" => schemars::schema_for!(EstimateResult),
         "fit" => schemars::schema_for!(FitResult),
         "diagnosis" => schemars::schema_for!(DiagnosisResult),
+        "compare" => schemars::schema_for!(CompareResult),
         "check" => schemars::schema_for!(CheckResult),
         _ => return None,
     };

@@ -1,0 +1,57 @@
+//! `ndof/compare/1`: fits beside each other.
+
+use super::{Number, Warning};
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+/// The schema's name.
+pub const SCHEMA: &str = "ndof/compare/1";
+
+/// Several fits of one model beside each other: before and after, left and right, session by session.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct CompareResult {
+    /// `ndof/compare/1`.
+    pub schema: String,
+    /// The version that wrote it.
+    pub ndof_version: String,
+    /// The subcommand.
+    pub command: String,
+    /// What the reader should know.
+    pub warnings: Vec<Warning>,
+    /// How many fits there are.
+    pub fits: usize,
+    /// Parameters that all of them have.
+    pub parameters: Vec<ParameterComparison>,
+}
+
+/// One parameter in every fit.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct ParameterComparison {
+    /// Its name.
+    pub name: String,
+    /// SI unit.
+    pub unit: String,
+    /// Its value in each fit.
+    pub values: Vec<Number>,
+    /// Its 95 % interval in each fit.
+    pub ci95: Vec<Option<[f64; 2]>>,
+    /// Each later fit less the first.
+    pub differences: Vec<Difference>,
+    /// Standard error of measurement: the standard deviation between fits, of three or more.
+    pub standard_error_of_measurement: Number,
+    /// Smallest change between two fits that is more than their scatter, 1.96 √2 SEM.
+    pub minimal_detectable_change: Number,
+}
+
+/// A fit less the first one.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct Difference {
+    /// Value.
+    pub value: Number,
+    /// Standard error, the fits being independent.
+    pub std_error: Number,
+    /// 95 % interval.
+    pub ci95: Option<[f64; 2]>,
+    /// That chance alone makes such a difference, adjusted (Holm) for all parameters and fits.
+    pub p_value: Number,
+}
