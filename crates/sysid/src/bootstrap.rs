@@ -8,7 +8,7 @@ use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use rayon::prelude::*;
 
-/// Standard deviation √(E|δH|²) of each entry of a response, [f][p][q], over `resamples` draws with replacement of as many
+/// Standard deviation √(E|δH|²) of each entry of a response, `[f][p][q]`, over `resamples` draws with replacement of as many
 /// blocks as there are.
 ///
 /// A block is the spectra of a trial, or of a stretch long enough for its neighbours to be independent. Each resample has

@@ -13,11 +13,11 @@ use num_complex::Complex64;
 /// Bendat & Piersol, Random Data, 4th ed. 2010, section 7.3.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Conditioned {
-    /// γ²_{r y_i·(r−1)!} of the r-th input in order with output i given the inputs before it, [p][q].
+    /// γ²_{r y_i·(r−1)!} of the r-th input in order with output i given the inputs before it, `[p][q]`.
     pub partial_coherence: Array2<f64>,
-    /// L_ri = S_{ir·(r−1)!} / S_{rr·(r−1)!} from the r-th conditioned input to each input (0..q) and output (q..q+p), [q][q+p].
+    /// L_ri = S_{ir·(r−1)!} / S_{rr·(r−1)!} from the r-th conditioned input to each input (0..q) and output (q..q+p), `[q][q+p]`.
     pub l_systems: Array2<Complex64>,
-    /// What all inputs leave unexplained of the outputs, S_yy·q!, [p][p].
+    /// What all inputs leave unexplained of the outputs, S_yy·q!, `[p][p]`.
     pub residual: Array2<Complex64>,
 }
 
@@ -56,7 +56,7 @@ pub fn conditioned(spectra: &CrossSpectra, f: usize, inputs: &[usize], outputs: 
 }
 
 impl Conditioned {
-    /// The response by back substitution, H_j = L_jy − Σ_{i>j} L_ji H_i, [p][q] in the order of conditioning.
+    /// The response by back substitution, H_j = L_jy − Σ_{i>j} L_ji H_i, `[p][q]` in the order of conditioning.
     pub fn response(&self) -> Array2<Complex64> {
         let (q, p) = (self.l_systems.nrows(), self.l_systems.ncols() - self.l_systems.nrows());
         let mut h = Array2::zeros((p, q));

@@ -245,7 +245,7 @@ impl<'a> Batches<'a> {
     }
 }
 
-/// A result that grows by a batch of frequencies at a time, [f][rows][columns].
+/// A result that grows by a batch of frequencies at a time, `[f][rows][columns]`.
 pub(crate) struct Growing<T> {
     flat: Vec<T>,
     rows: usize,

@@ -1,7 +1,7 @@
 //! Spectral system identification with any number of inputs and outputs.
 //!
 //! [`Ports`] says which channels are inputs, outputs and references; estimators turn
-//! [`CrossSpectra`](ndof_signal::CrossSpectra) into a [`FrequencyResponse`] with its covariance. [`estimate`] does it all
+//! [`CrossSpectra`](ndof_signal::CrossSpectra) into a [`FrequencyResponse`] with its covariance. [`estimate()`] does it all
 //! from recordings.
 
 mod anderson_rubin;
@@ -27,7 +27,7 @@ pub use conditioned::{Conditioned, conditioned};
 pub use estimate::{
     Choice, Coherence, DerivedEstimate, Detection, Direct, DirectEstimate, Distortion, EstimateError, Estimates, LARGEST_CONDITION, LocalPolynomial,
     RejectedSegment, Significance, SpectralMethod, ToReference, WEAK_INSTRUMENT, choose_method, derived, direct, estimate, estimate_from_spectra,
-    robust_spectra,
+    robust_spectra, sliding,
 };
 pub use hausman::{Hausman, hausman};
 pub use interval::{Confidence, GainPhase, paper_random_error};

@@ -40,14 +40,14 @@ impl ResponseKind {
 
 /// Covariance of a response at each frequency, as a Kronecker product:
 ///
-/// E[δH_ij δH_kl*] = `noise`[f][i][k] · `input_inverse`[f][l][j]
+/// E\[δH_ij δH_kl*\] = `noise[f][i][k] · input_inverse[f][l][j]`
 ///
 /// The form survives inversion and multiplication by known matrices, so that nothing larger is ever stored.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Uncertainty {
-    /// Output side, Hermitian, [f][p][p]; the number of averages is already divided out.
+    /// Output side, Hermitian, `[f][p][p]`; the number of averages is already divided out.
     pub noise: Array3<Complex64>,
-    /// Input side, Hermitian, [f][q][q].
+    /// Input side, Hermitian, `[f][q][q]`.
     pub input_inverse: Array3<Complex64>,
     /// Complex degrees of freedom ν of the noise estimate (n_e − q for Welch); intervals use t and F with 2ν.
     pub degrees_of_freedom: f64,
@@ -57,7 +57,7 @@ pub struct Uncertainty {
     pub kernel: Kernel,
 }
 
-/// The response of outputs to inputs at each frequency: H[f][output][input], NaN where it does not exist.
+/// The response of outputs to inputs at each frequency: `H[f][output][input]`, NaN where it does not exist.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct FrequencyResponse {
     /// The grid.
@@ -68,7 +68,7 @@ pub struct FrequencyResponse {
     pub outputs: Vec<String>,
     /// What it means physically.
     pub kind: ResponseKind,
-    /// H[f][p][q].
+    /// `H[f][p][q]`.
     pub value: Array3<Complex64>,
     /// Covariance, where it was estimated and not computed from a model.
     pub uncertainty: Option<Uncertainty>,
@@ -205,7 +205,7 @@ impl FrequencyResponse {
         Ok(())
     }
 
-    /// Smallest singular value of H over its error √(E‖δH‖²), [f]; infinite without a covariance.
+    /// Smallest singular value of H over its error √(E‖δH‖²), `[f]`; infinite without a covariance.
     ///
     /// Below about 3 the inverse cannot be trusted: its error is no longer small, and the covariance that
     /// [`inverse`](Self::inverse) carries along is too.

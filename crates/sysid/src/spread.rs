@@ -8,9 +8,9 @@ use serde::{Deserialize, Serialize};
 /// What repeated trials say about an error that each of them predicts for itself.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Spread {
-    /// Standard deviation of the mean over trials, from their scatter, √(E|δ|²), [f][p][q].
+    /// Standard deviation of the mean over trials, from their scatter, √(E|δ|²), `[f][p][q]`.
     pub between: Array3<f64>,
-    /// The same as the trials' own covariances predict it, [f][p][q].
+    /// The same as the trials' own covariances predict it, `[f][p][q]`.
     pub within: Array3<f64>,
     /// √(Σ between² / within²) over the band and all entries: 1 where a trial is like the next; above it the subject or
     /// the robot has changed from trial to trial, and the pooled intervals are too narrow by about this factor.

@@ -8,12 +8,12 @@ use statrs::distribution::{Beta, ContinuousCDF};
 /// Magnitude-squared coherences, uncorrected for bias; NaN where they do not exist.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Coherence {
-    /// γ²_ij = |S_ij|² / (S_ii S_jj), [f][p][q].
+    /// γ²_ij = |S_ij|² / (S_ii S_jj), `[f][p][q]`.
     pub ordinary: Array3<f64>,
-    /// Of input j on output i given all other inputs, [f][p][q]:
+    /// Of input j on output i given all other inputs, `[f][p][q]`:
     /// |H_ij|² / (|H_ij|² + S_nn,ii [S_uu⁻¹]_jj).
     pub partial: Array3<f64>,
-    /// Of all inputs together on output i, [f][p]: [H S_uu Hᴴ]_ii / ([H S_uu Hᴴ]_ii + S_nn,ii).
+    /// Of all inputs together on output i, `[f][p]`: [H S_uu Hᴴ]_ii / ([H S_uu Hᴴ]_ii + S_nn,ii).
     pub multiple: Array2<f64>,
 }
 

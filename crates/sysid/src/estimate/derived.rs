@@ -19,13 +19,13 @@ pub const WEAK_INSTRUMENT: f64 = 10.0;
 /// Both halves of a derived estimate: what the reference does to outputs and inputs.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct ToReference {
-    /// R = S_yr S_rr⁻¹, [f][p][q_r].
+    /// R = S_yr S_rr⁻¹, `[f][p][q_r]`.
     pub r: FrequencyResponse,
-    /// T = S_ur S_rr⁻¹, [f][q][q_r].
+    /// T = S_ur S_rr⁻¹, `[f][q][q_r]`.
     pub t: FrequencyResponse,
-    /// Multiple coherence of the references with each output, [f][p]: the quality of R.
+    /// Multiple coherence of the references with each output, `[f][p]`: the quality of R.
     pub output_coherence: Array2<f64>,
-    /// Multiple coherence of the references with each input, [f][q]: the quality of T.
+    /// Multiple coherence of the references with each input, `[f][q]`: the quality of T.
     pub input_coherence: Array2<f64>,
 }
 
@@ -40,11 +40,11 @@ pub struct DerivedEstimate {
     pub coherence_paper: Coherence,
     /// With the noise of the equation that was solved, and the part of the inputs that the references caused.
     pub coherence_iv: Coherence,
-    /// Smallest eigenvalue of N^(−½) S^c_uu N^(−½) (n_e − q_r)/q_r, N = S_uu − S^c_uu (Cragg & Donald 1993), [f]; for more
+    /// Smallest eigenvalue of N^(−½) S^c_uu N^(−½) (n_e − q_r)/q_r, N = S_uu − S^c_uu (Cragg & Donald 1993), `[f]`; for more
     /// than two inputs to a few per cent.
     pub instrument_strength: Vec<f64>,
     /// Whether at this frequency that strength, or n_e γ²/(1 − γ²) of any one input with the references, is below
-    /// [`WEAK_INSTRUMENT`], [f].
+    /// [`WEAK_INSTRUMENT`], `[f]`.
     pub weak_instrument: Vec<bool>,
     /// Indices of bins without an estimate (0 Hz after mean removal is not listed).
     pub singular_bins: Vec<usize>,

@@ -33,13 +33,13 @@ pub enum Direct {
 /// Outputs over measured inputs, with everything that says how far to trust it.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct DirectEstimate {
-    /// H[f][p][q] with covariance.
+    /// `H[f][p][q]` with covariance.
     pub response: FrequencyResponse,
     /// Of the outputs with the inputs.
     pub coherence: Coherence,
-    /// Ordinary coherence between inputs, [f][q][q].
+    /// Ordinary coherence between inputs, `[f][q][q]`.
     pub input_coherence: Array3<f64>,
-    /// 1-norm condition number of S_uu scaled to unit diagonal, [f]; infinite where singular. For one and two inputs it is
+    /// 1-norm condition number of S_uu scaled to unit diagonal, `[f]`; infinite where singular. For one and two inputs it is
     /// the 2-norm one, for q inputs at most q times that.
     pub input_condition_number: Vec<f64>,
     /// What chance alone gives.
@@ -56,7 +56,7 @@ pub struct DirectEstimate {
 /// H1 = S_yu S_uu⁻¹, S_nn = S_yy − H S_uu Hᴴ, Cov(vec H) = (S_uu⁻¹)ᵀ ⊗ S_nn / (n_e − q).
 ///
 /// Under feedback from the outputs to the inputs it is biased towards the negative inverse of the feedback path; see
-/// [`derived`](super::derived). The covariance of Hv is first order in the noise-to-signal ratio.
+/// [`derived`](super::derived()). The covariance of Hv is first order in the noise-to-signal ratio.
 ///
 /// # Errors
 /// [`EstimateError`] if ports and labels do not fit, there are not more effective averages than inputs, or the inputs

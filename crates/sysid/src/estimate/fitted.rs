@@ -18,13 +18,13 @@ const NAN: Complex64 = Complex64::new(f64::NAN, f64::NAN);
 #[derive(Clone, Debug)]
 pub(crate) struct Fitted {
     pub(crate) frequency_hz: Vec<f64>,
-    /// [f][m][q].
+    /// `[f][m][q]`.
     pub(crate) g: Array3<Complex64>,
-    /// Unexplained density of the responders, unbiased, [f][m][m].
+    /// Unexplained density of the responders, unbiased, `[f][m][m]`.
     pub(crate) noise: Array3<Complex64>,
-    /// [f][q][q].
+    /// `[f][q][q]`.
     pub(crate) gram_inverse: Array3<Complex64>,
-    /// Density of the drivers, [f][q][q].
+    /// Density of the drivers, `[f][q][q]`.
     pub(crate) driver: Array3<Complex64>,
     pub(crate) degrees_of_freedom: f64,
     pub(crate) independent_spacing_hz: f64,

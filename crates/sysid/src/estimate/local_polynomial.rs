@@ -104,7 +104,7 @@ pub(crate) fn fit_as_set(
 /// A fit, and how well each line is predicted from its neighbours alone.
 pub(crate) struct LocalFit {
     pub(crate) fitted: Fitted,
-    /// Σ_i |e_i|²/(1 − h)² / S_ii over responders and trials, e the residual at the line and h its leverage, [f].
+    /// Σ_i |e_i|²/(1 − h)² / S_ii over responders and trials, e the residual at the line and h its leverage, `[f]`.
     pub(crate) left_out: Vec<f64>,
 }
 

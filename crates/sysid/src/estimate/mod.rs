@@ -12,6 +12,7 @@ mod local_polynomial;
 mod method;
 mod multisine;
 mod robust;
+mod sliding;
 
 pub use choose::{Choice, choose_method};
 pub use coherence::{Coherence, Significance};
@@ -22,3 +23,4 @@ pub use local_polynomial::LocalPolynomial;
 pub use method::{Estimates, SpectralMethod, estimate, estimate_from_spectra};
 pub use multisine::{Detection, Distortion};
 pub use robust::{RejectedSegment, robust_spectra};
+pub use sliding::sliding;

@@ -28,13 +28,13 @@ const DRIVEN: f64 = 1e-2;
 /// The residual is that of y − H u, so that a distortion between reference and input does not count.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Distortion {
-    /// Of the best linear approximation by noise, [f][p][q].
+    /// Of the best linear approximation by noise, `[f][p][q]`.
     pub noise_std: Array3<f64>,
-    /// Of the response to one realisation by nonlinearity, [f][p][q]; needs at least two trials more than inputs.
+    /// Of the response to one realisation by nonlinearity, `[f][p][q]`; needs at least two trials more than inputs.
     pub nonlinear_std: Array3<f64>,
-    /// The part of it that even nonlinearities make at even lines that were left out, [f][p][q].
+    /// The part of it that even nonlinearities make at even lines that were left out, `[f][p][q]`.
     pub even_std: Array3<f64>,
-    /// The part of it that odd nonlinearities make at odd lines that were left out, [f][p][q].
+    /// The part of it that odd nonlinearities make at odd lines that were left out, `[f][p][q]`.
     pub odd_std: Array3<f64>,
     /// At the lines left out; empty where there are none.
     pub detection: Vec<Detection>,

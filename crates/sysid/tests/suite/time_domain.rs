@@ -4,7 +4,7 @@ use crate::draws::seeded;
 use ndof_signal::{Channel, Multitaper, Periodic, Quantity, Recording, Unit, Welch};
 use ndof_sysid::{
     Direct, Estimates, FrequencyResponse, Labels, LocalPolynomial, Ports, SpectralMethod, choose_method, estimate, estimate_from_spectra, robust_spectra,
-    unresolved,
+    sliding, unresolved,
 };
 use num_complex::Complex64;
 use rand::RngExt;
@@ -314,6 +314,22 @@ fn a_resonance_narrower_than_the_window_is_reported_with_its_bias() {
             let exact = found.direct.response.value[[f, 0, 0]].norm() / system.at(worst.frequency_hz).norm() - 1.0;
             assert!((worst.frequency_hz - peak_hz).abs() < 0.2 && worst.relative_bias < 0.0);
             assert!((0.5..2.0).contains(&(worst.relative_bias / exact)), "{} for {exact}", worst.relative_bias);
+        }
+    }
+}
+
+#[test]
+fn a_sliding_window_follows_a_gain_that_changes() {
+    let force = noise(33, 6000);
+    let output = force.iter().enumerate().map(|(k, f)| if k < 3000 { 0.5 * f } else { 2.0 * f }).collect();
+    let trial = recording(100.0, vec![("force", force), ("pos", output)]);
+    let (ports, method) = (one_input(), SpectralMethod::Welch(Welch::new(128)));
+    let course = sliding(&[&trial], &ports, &Labels::of(&trial, &ports), (&method, Direct::H1), 10.0, 5.0).expect("eleven stretches fit");
+    assert_eq!(course.iter().map(|(t, _)| *t).collect::<Vec<_>>(), [5.0, 10.0, 15.0, 20.0, 25.0, 30.0, 35.0, 40.0, 45.0, 50.0, 55.0]);
+    for (time_s, found) in &course {
+        let gain = found.direct.response.value[[20, 0, 0]].re;
+        if (time_s - 30.0).abs() >= 5.0 {
+            assert!((gain - if *time_s < 30.0 { 0.5 } else { 2.0 }).abs() < 1e-12, "{gain} at {time_s} s");
         }
     }
 }
