@@ -15,7 +15,7 @@ fn main() {
             continue;
         };
         let clock = std::time::Instant::now();
-        match diagnose(&trials, &ports, &Options::default(), None, &mut |_| {}) {
+        match diagnose(&trials, &ports, &Options { most_causes: std::env::args().nth(2).and_then(|v| v.parse().ok()).unwrap_or(4), ..Options::default() }, None, &mut |_| {}) {
             Err(error) => println!("{name}: {error}"),
             Ok(d) => {
                 println!("{name}: {:?} baseline {:.4?} extended {:.4?} floor {:.4?} {:?} {:.2} s", d.verdict, d.baseline.held_out.vaf_percent, d.extended.held_out.vaf_percent, d.noise_floor.nrmse, d.split, clock.elapsed().as_secs_f64());

@@ -8,7 +8,7 @@ use realfft::RealFftPlanner;
 const POWER_SHARE: f64 = 0.995;
 /// The band ends at the latest at this multiple of the frequency below which the displacement has its power.
 const PLACE_MULTIPLE: usize = 6;
-/// The share of the displacement's power that counts there.
+/// The share of the displacement's power that counts there where the motion is imposed, and no plant rounds it off.
 const PLACE_SHARE: f64 = 0.95;
 /// The share of the velocity's power.
 const SPEED_SHARE: f64 = 0.99;
@@ -16,8 +16,8 @@ const SPEED_SHARE: f64 = 0.99;
 /// The band in which `effort` and `motion` move together, from segments of a length that resolves a hundredth of the rate.
 ///
 /// Per effort channel the squared multiple coherence with `cause` (the references, or whichever of the two is imposed) is smoothed;
-/// the band ends where it is no longer significant or where the share of the explained power of the effort or of the velocity is reached (`order` derivatives are in the motion already).
-pub(crate) fn excited(effort: &[Vec<&[f64]>], cause: &[Vec<&[f64]>], motion: &[Vec<&[f64]>], order: usize, rate_hz: f64) -> (f64, f64) {
+/// the band ends where it is no longer significant or where the share of the explained power of the effort or of the velocity is reached (`order` derivatives are in the motion already; it may be `imposed`).
+pub(crate) fn excited(effort: &[Vec<&[f64]>], cause: &[Vec<&[f64]>], motion: &[Vec<&[f64]>], (order, imposed): (usize, bool), rate_hz: f64) -> (f64, f64) {
     let samples = effort.iter().map(|t| t[0].len()).min().unwrap_or(0);
     let trials = effort.len();
     let segments_wanted = (24 / trials.max(1)).max(8);
@@ -114,7 +114,8 @@ pub(crate) fn excited(effort: &[Vec<&[f64]>], cause: &[Vec<&[f64]>], motion: &[V
     };
     let top = reach(&power, POWER_SHARE).unwrap_or(lines - 1).min(reach(&speed, SPEED_SHARE).unwrap_or(lines - 1));
     // Beyond a multiple of where the displacement lives, inertia alone is seen, and blocks would be too short for the rest.
-    let top = top.min(PLACE_MULTIPLE * reach(&place, PLACE_SHARE).unwrap_or(lines - 1).max(2));
+    let share = if imposed { PLACE_SHARE } else { SPEED_SHARE };
+    let top = if order == 0 { top.min(PLACE_MULTIPLE * reach(&place, share).unwrap_or(lines - 1).max(2)) } else { top };
     // The last line up to which three quarters of the lines are coherent.
     let mut count = 0usize;
     let mut edge = 0;

@@ -180,7 +180,7 @@ impl Runner {
             let needed = self.needed(state, trial);
             let predicted: Vec<Vec<f64>> = state.uncorrect_effort(needed);
             let measured: Vec<Vec<f64>> = raw.effort[trial].iter().map(|t| layout.filtered(t, |_| 1.0.into(), None)).collect();
-            let predicted = predicted.into_iter().zip(&measured).map(|(p, m)| shifted(p, m, 0..skip.max(1))).collect();
+            let predicted = predicted.into_iter().zip(&measured).map(|(p, m)| shifted(p, m, skip / 2..skip.max(1))).collect();
             return Some(Prediction { measured, predicted, scored: (0..layout.samples).map(|k| k >= skip).collect() });
         }
         let inverse_mass = inverse(&self.mass)?;
@@ -213,7 +213,7 @@ impl Runner {
         let predicted = if windowed {
             predicted
         } else {
-            predicted.into_iter().zip(&measured).map(|(p, m)| shifted(p, m, 0..skip.max(1))).collect()
+            predicted.into_iter().zip(&measured).map(|(p, m)| shifted(p, m, skip / 2..skip.max(1))).collect()
         };
         // The centre is the estimation's; what is left of the mean belongs to the offset.
         Some(Prediction { measured, predicted, scored: (0..covered).map(|k| windowed || k >= skip).collect() })

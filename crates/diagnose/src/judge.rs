@@ -83,6 +83,12 @@ impl Court {
 }
 
 impl Errors {
+    /// Mean over all outputs of the error's variance, as a share of the output's.
+    pub fn variance(&self) -> Option<f64> {
+        let shares: Option<Vec<f64>> = self.score.vaf_percent.iter().map(|v| v.map(|v| 1.0 - v / 100.0)).collect();
+        shares.map(|s| s.iter().sum::<f64>() / s.len() as f64)
+    }
+
     /// Mean of the squared relative error over all outputs.
     pub fn mean(&self) -> Option<f64> {
         let squares: Option<Vec<f64>> = self.score.nrmse.iter().map(|e| e.map(|e| e * e)).collect();

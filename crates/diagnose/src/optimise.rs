@@ -6,6 +6,11 @@ fn to_unit(knob: &Knob, value: f64) -> f64 {
     if knob.log { (value / knob.lo).ln() / (knob.hi / knob.lo).ln() } else { (value - knob.lo) / (knob.hi - knob.lo) }
 }
 
+/// Whether a knob rests at a lower end that tells of something else.
+pub(crate) fn tells(knobs: &[Knob], values: &[f64]) -> bool {
+    knobs.iter().zip(values).any(|(knob, &value)| knob.telling && to_unit(knob, value) < 0.01)
+}
+
 fn from_unit(knob: &Knob, unit: f64) -> f64 {
     let u = unit.clamp(0.0, 1.0);
     if knob.log { knob.lo * (knob.hi / knob.lo).powf(u) } else { knob.lo + u * (knob.hi - knob.lo) }
@@ -113,11 +118,11 @@ mod tests {
 
     #[test]
     fn a_parabola_in_one_log_knob_and_a_bowl_in_two() {
-        let log = Knob { lo: 1e-3, hi: 1.0, log: true };
+        let log = Knob { lo: 1e-3, hi: 1.0, log: true, telling: false };
         let cost = |k: &[f64]| (k[0] / 0.02).ln().powi(2);
         let best = minimise(&[log], &[vec![0.01], vec![0.05]], &[0.01], cost(&[0.01]), 14, cost);
         assert!((best[0] / 0.02 - 1.0).abs() < 0.02, "{best:?}");
-        let flat = Knob { lo: -1.0, hi: 1.0, log: false };
+        let flat = Knob { lo: -1.0, hi: 1.0, log: false, telling: false };
         let bowl = |k: &[f64]| 1e3 * ((k[0] - 0.3).powi(2) + 2.0 * (k[1] + 0.2).powi(2));
         let best = minimise(&[flat, flat], &[], &[0.0, 0.0], bowl(&[0.0, 0.0]), 60, bowl);
         assert!((best[0] - 0.3).abs() < 0.02 && (best[1] + 0.2).abs() < 0.02, "{best:?}");

@@ -10,6 +10,8 @@ pub(crate) struct Robot {
     pub impedance: Vec<Vec<Complex64>>,
     /// Share of the effort's power that the linear robot does not explain.
     pub rest: f64,
+    /// Power of what lies between reference and effort, as a share of the effort's; 1 where the reference is no effort.
+    pub part: f64,
 }
 
 /// Fits the robot by least squares; the noise of the limb does not bias it, because effort and motion are both measured.
@@ -31,7 +33,7 @@ pub(crate) fn fit(state: &State, references: &[Vec<Vec<f64>>], unit: bool) -> Op
     let rates = if unit { vec![] } else { spectra(1) };
     let ones = vec![1.0; layout.samples];
     let mut impedance = vec![vec![Complex64::ZERO; n * n]; layout.lines()];
-    let mut rest = 0.0;
+    let (mut rest, mut part) = (0.0, 0.0);
     for i in 0..n {
         let y: Vec<Complex64> = if unit {
             r[i].iter().zip(state.effort_spectra[i].iter()).map(|(r, f)| f - r).collect()
@@ -64,6 +66,7 @@ pub(crate) fn fit(state: &State, references: &[Vec<Vec<f64>>], unit: bool) -> Op
         }
         let rhs: Vec<f64> = columns.iter().map(|c| inner(c, &y)).collect();
         let theta = gram.factor()?.solve(&rhs);
+        part += if unit { inner(&y, &y) / inner(&state.effort_spectra[i], &state.effort_spectra[i]).max(f64::MIN_POSITIVE) / n as f64 } else { 1.0 / n as f64 };
         let mut e = y;
         for (column, value) in columns.iter().zip(&theta) {
             e.iter_mut().zip(column).for_each(|(e, c)| *e -= c * value);
@@ -75,5 +78,5 @@ pub(crate) fn fit(state: &State, references: &[Vec<Vec<f64>>], unit: bool) -> Op
             }
         }
     }
-    Some(Robot { impedance, rest })
+    Some(Robot { impedance, rest, part })
 }

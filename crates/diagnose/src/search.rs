@@ -1,6 +1,7 @@
 //! Forward steps, each followed by a joint refinement, and a backward check.
 
 use crate::hypotheses::{Ground, Hypothesis, Tried};
+use crate::optimise;
 use crate::plant::{Base, Structure};
 use crate::state::{Column, State};
 use crate::subject::Subject;
@@ -105,10 +106,10 @@ impl Subject {
         let bar = best - (0.3 * best).max(200.0);
         let mut judged: Vec<Judged> = screened
             .par_iter()
-            .map(|(i, start)| {
+            .filter_map(|(i, start)| {
                 let h = &self.hypotheses[*i];
-                let tried = if net(h, start) >= bar || h.corrects() { ground.refine(h, start, 28).unwrap_or_else(|| start.clone()) } else { start.clone() };
-                Judged { hypothesis: *i, gain: tried.fit.log_likelihood - level, net: net(h, &tried), share: 1.0 - whitened(&tried.fit) / before, tried }
+                let tried = if net(h, start) >= bar || h.corrects() { ground.refine(h, start, 28)? } else { start.clone() };
+                (!optimise::tells(&h.form.knobs, &tried.knobs)).then(|| Judged { hypothesis: *i, gain: tried.fit.log_likelihood - level, net: net(h, &tried), share: 1.0 - whitened(&tried.fit) / before, tried })
             })
             .collect();
         judged.sort_by(|a, b| b.net.total_cmp(&a.net).then(a.hypothesis.cmp(&b.hypothesis)));
@@ -193,6 +194,7 @@ impl Subject {
 fn around(h: &Hypothesis, knobs: &[f64]) -> ndof_models::effects::Form {
     let mut form = h.form.clone();
     for (knob, &value) in form.knobs.iter_mut().zip(knobs) {
+        knob.telling = false;
         let (lo, hi) = (knob.lo, knob.hi);
         if knob.log {
             knob.lo = lo.max(value / 2.0);

@@ -16,6 +16,9 @@ use std::sync::Arc;
 /// Share of the effort's power that a linear robot may leave unexplained and still be believed.
 const ROBOT_REST: f64 = 0.5;
 
+/// Below this share of the effort's power between reference and effort there is no robot, only a late or filtered channel.
+const ROBOT_PART: f64 = 0.05;
+
 /// Trials, the grid that they are seen on, and what may be tried on them.
 pub(crate) struct Subject {
     pub layout: Arc<Layout>,
@@ -62,7 +65,7 @@ impl Subject {
             Cause::Effort
         } else {
             robot::fit(&state, &samples.reference, meaning.reference_is_effort)
-                .filter(|r| r.rest < ROBOT_REST)
+                .filter(|r| r.rest < ROBOT_REST && r.part > ROBOT_PART)
                 .map_or(Cause::Effort, |r| Cause::Loop(Arc::new(r.impedance)))
         };
         let mut structure = Structure::new(axes, baseline, true);
@@ -98,6 +101,7 @@ impl Subject {
             stiffness: matrix(Matrix::Stiffness),
             spring: structure.spring,
             rotational: meaning.rotational,
+            motion_imposed: meaning.motion_imposed,
             effort_is_command: meaning.effort_is_command,
             effort_names: meaning.effort_names.clone(),
             motion_names: meaning.motion_names.clone(),
@@ -166,10 +170,10 @@ pub(crate) fn find_band(samples: &Samples, meaning: &Meaning) -> (f64, f64) {
     let (effort, motion) = (view(&samples.effort), view(&samples.measured));
     let reference = view(&samples.reference);
     if meaning.motion_imposed {
-        band::excited(&effort, &motion, &motion, meaning.order, samples.rate_hz)
+        band::excited(&effort, &motion, &motion, (meaning.order, true), samples.rate_hz)
     } else if reference[0].is_empty() {
-        band::excited(&effort, &effort, &motion, meaning.order, samples.rate_hz)
+        band::excited(&effort, &effort, &motion, (meaning.order, false), samples.rate_hz)
     } else {
-        band::excited(&effort, &reference, &motion, meaning.order, samples.rate_hz)
+        band::excited(&effort, &reference, &motion, (meaning.order, false), samples.rate_hz)
     }
 }

@@ -46,7 +46,7 @@ fn each_strong_effect_is_named_first_on_one_axis() {
     .enumerate()
     {
         let d = answer(&make(&case(Plant::Force, &[(hidden, 0.4)], 40 + k as u64)));
-        assert_eq!(names(&d).first(), Some(&name), "{hidden}: {:?} {:?}", d.verdict, d.causes);
+        assert_eq!(names(&d).first(), Some(&name), "{hidden}: {:?} {:?} {:?} {:?} {:?}", d.verdict, d.causes, d.minor, d.confusable, d.considered.first());
         assert!(d.causes[0].p_value < 1e-6);
     }
 }

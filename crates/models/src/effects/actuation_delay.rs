@@ -1,8 +1,8 @@
 //! Latency from command to force.
 
 use super::card::plain;
-use super::measurement_delay::DelayLine;
 use super::form::grid;
+use super::measurement_delay::DelayLine;
 use super::{Action, Card, Effect, EffectError, Form, Injection, Knob, ParameterCard, Parameters, Scale, Setting, Side, Trace, Value, require_known};
 use std::sync::Arc;
 
@@ -42,7 +42,7 @@ impl Effect for ActuationDelay {
             label: "delay",
             side: Side::Actuator,
             axis: None,
-            knobs: vec![Knob { lo: 0.0, hi: 0.05 * unit, log: false }],
+            knobs: vec![Knob { lo: 0.0, hi: 0.05 * unit, log: false, telling: false }],
             grid: grid(&[&[0.3, 1.0, 3.0, 8.0, 20.0].map(|ms| ms * 1e-3 * unit)]),
             signs: vec![],
             action: Action::Effort(Arc::new(|s, k| (-s * k[0]).exp())),

@@ -3,8 +3,8 @@
 use super::card::mechanical;
 use super::form::grid;
 use super::{Action, Card, Effect, EffectError, Form, Injection, Knob, ParameterCard, Parameters, Scale, Setting, Side, Trace, Value, require_known};
-use std::sync::Arc;
 use crate::force_law::Stage;
+use std::sync::Arc;
 
 const LEVEL: ParameterCard = mechanical("level_n", ("N", "N m"), 1e-12, 1e9, None);
 const CARD: Card = Card {
@@ -51,7 +51,7 @@ impl Effect for ActuatorSaturation {
             label: "clip",
             side: Side::Actuator,
             axis: None,
-            knobs: vec![Knob { lo: 0.3 * unit, hi: 3.2 * unit, log: true }],
+            knobs: vec![Knob { lo: 0.3 * unit, hi: 3.2 * unit, log: true, telling: false }],
             grid: grid(&[&[0.7, 1.0, 1.4, 1.9, 2.5].map(|q| q * unit)]),
             signs: vec![],
             action: Action::Clip,

@@ -61,7 +61,7 @@ impl Effect for AsymmetricStiffness {
                 let to_square = 1.0 / ((2.0 * std::f64::consts::PI).sqrt() * spread);
                 let kink = Form {
                     label: "kink",
-                    knobs: vec![Knob { lo: -0.6 * spread, hi: 0.6 * spread, log: false }],
+                    knobs: vec![Knob { lo: -0.6 * spread, hi: 0.6 * spread, log: false, telling: false }],
                     grid: grid(&[&[-0.3 * spread, 0.0, 0.3 * spread]]),
                     action: Action::Force {
                         law: Arc::new(move |k, c| {

@@ -3,10 +3,10 @@
 use super::card::plain;
 use super::form::grid;
 use super::{Action, Card, Effect, EffectError, Form, Injection, Knob, ParameterCard, Parameters, Scale, Setting, Side, Trace, Value, require_known};
-use std::sync::Arc;
 use crate::force_law::Stage;
 use num_complex::Complex64;
 use std::f64::consts::{PI, SQRT_2, TAU};
+use std::sync::Arc;
 
 const CUTOFF: ParameterCard = plain("cutoff_hz", "Hz", 1e-9, 1e7, None);
 const ORDER: ParameterCard = plain("order", "", 1.0, 8.0, Some(1.0));
@@ -76,14 +76,7 @@ impl Stage for LowPass {
 /// What undoes the filter of that order at s: its denominator.
 fn undo(s: Complex64, time: f64, order: usize) -> Complex64 {
     let p = s * time;
-    match order {
-        1 => 1.0 + p,
-        2 => 1.0 + SQRT_2 * p + p * p,
-        _ => {
-            let (d1, d2) = (2.0 * (PI / 8.0).sin(), 2.0 * (3.0 * PI / 8.0).sin());
-            (1.0 + d1 * p + p * p) * (1.0 + d2 * p + p * p)
-        }
-    }
+    if order == 1 { 1.0 + p } else { 1.0 + SQRT_2 * p + p * p }
 }
 
 impl Effect for ChannelFilter {
@@ -101,16 +94,16 @@ impl Effect for ChannelFilter {
         let unit = scale.time_s;
         let mut forms = Vec::new();
         for on_effort in [true, false] {
-            for order in [1usize, 2, 4] {
-                // A pole's delay grows with the order: the same range of delay for each.
-                let spread = [1.0, 1.0, SQRT_2, 0.0, 2.6][order];
+            for order in [1usize, 2] {
+                // A pole's delay grows with the order: the same range of delay for each. From the fourth order a filter is a delay.
+                let spread = if order == 1 { 1.0 } else { SQRT_2 };
                 let channel = Scale::joined(if on_effort { &scale.effort_names } else { &scale.motion_names });
                 let operator: super::Operator = Arc::new(move |s, k| undo(s, k[0], order));
                 forms.push(Form {
-                    label: ["", "first order", "second order", "", "fourth order"][order],
+                    label: if order == 1 { "first order" } else { "second order" },
                     side: Side::Sensor,
                     axis: None,
-                    knobs: vec![Knob { lo: 5e-5 * unit, hi: 0.05 / spread * unit, log: true }],
+                    knobs: vec![Knob { lo: 5e-5 * unit, hi: 0.05 / spread * unit, log: true, telling: false }],
                     grid: grid(&[&[0.3e-3, 1e-3, 3e-3, 1e-2].map(|t| t / spread * unit)]),
                     signs: vec![],
                     action: if on_effort { Action::Effort(operator) } else { Action::Motion(operator) },

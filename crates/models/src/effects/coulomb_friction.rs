@@ -83,7 +83,7 @@ impl Effect for CoulombFriction {
                 };
                 let stribeck = Form {
                     label: "Stribeck",
-                    knobs: vec![Knob { lo: 0.05 * v, hi: 0.8 * v, log: true }],
+                    knobs: vec![Knob { lo: 0.05 * v, hi: 0.8 * v, log: true, telling: false }],
                     grid: grid(&[&[0.1 * v, 0.3 * v]]),
                     signs: vec![Sign::Positive, Sign::Positive],
                     action: Action::Force {

@@ -46,7 +46,10 @@ impl Effect for DeadZone {
         (0..scale.axes())
             .flat_map(|axis| {
                 let spread = scale.position[axis];
-                let knobs = vec![Knob { lo: 0.05 * spread, hi: 1.8 * spread, log: true }, Knob { lo: -0.8 * spread, hi: 0.8 * spread, log: false }];
+                let knobs = vec![
+                    Knob { lo: 0.05 * spread, hi: 1.8 * spread, log: true, telling: false },
+                    Knob { lo: -0.8 * spread, hi: 0.8 * spread, log: false, telling: false },
+                ];
                 let hard = Form {
                     label: "gap",
                     side: Side::Limb,
@@ -70,7 +73,13 @@ impl Effect for DeadZone {
                     action: Action::Force {
                         law: Arc::new(move |k, c| {
                             let (gap, centre, k) = (k[0], k[1], c[0]);
-                            Box::new(Static { axis, force: move |x: f64| { let u = (x - centre) / gap; k * gap * u / (1.0 + u * u).sqrt() } })
+                            Box::new(Static {
+                                axis,
+                                force: move |x: f64| {
+                                    let u = (x - centre) / gap;
+                                    k * gap * u / (1.0 + u * u).sqrt()
+                                },
+                            })
                         }),
                         exact: vec![],
                         tangent: None,

@@ -52,7 +52,7 @@ impl Effect for EndStop {
                         label,
                         side: Side::Limb,
                         axis: Some(axis),
-                        knobs: vec![Knob { lo: 0.5 * spread, hi: 2.6 * spread, log: false }],
+                        knobs: vec![Knob { lo: 0.5 * spread, hi: 2.6 * spread, log: false, telling: false }],
                         grid: grid(&[&[0.6, 1.0, 1.4, 1.8].map(|q| q * spread)]),
                         signs: vec![Sign::Positive],
                         action: Action::Force {

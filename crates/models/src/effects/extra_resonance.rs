@@ -3,10 +3,10 @@
 use super::card::plain;
 use super::form::grid;
 use super::{Action, Card, Effect, EffectError, Form, Injection, Knob, ParameterCard, Parameters, Scale, Setting, Side, Sign, Trace, Value, require_known};
-use std::sync::Arc;
 use crate::force_law::{ForceLaw, Motion};
 use num_complex::Complex64;
 use std::f64::consts::TAU;
+use std::sync::Arc;
 
 const FREQUENCY: ParameterCard = plain("frequency_hz", "Hz", 1e-9, 1e6, None);
 const DAMPING_RATIO: ParameterCard = plain("damping_ratio", "", 0.0, 2.0, Some(0.05));
@@ -87,7 +87,7 @@ impl Effect for ExtraResonance {
                     label: "carried mass",
                     side: Side::Limb,
                     axis: Some(axis),
-                    knobs: vec![Knob { lo: 0.8 / unit, hi: 12.5 / unit, log: true }, Knob { lo: 0.003, hi: 0.4, log: true }],
+                    knobs: vec![Knob { lo: 0.8 / unit, hi: 12.5 / unit, log: true, telling: false }, Knob { lo: 0.003, hi: 0.4, log: true, telling: false }],
                     grid: grid(&[&[1.5, 2.2, 3.0, 4.2, 5.5, 7.0, 9.0, 11.0].map(|f| f / unit), &[0.07]]),
                     signs: vec![Sign::Positive],
                     action: Action::Force {
@@ -96,16 +96,16 @@ impl Effect for ExtraResonance {
                         tangent: None,
                     },
                     naming: Arc::new(move |k, c| {
-                        vec![
-                            ("frequency_hz", Value::Number(k[0])),
-                            ("damping_ratio", Value::Number(k[1])),
-                            ("mass_share", Value::Number(c[0] / inertia)),
-                        ]
+                        vec![("frequency_hz", Value::Number(k[0])), ("damping_ratio", Value::Number(k[1])), ("mass_share", Value::Number(c[0] / inertia))]
                     }),
                     floor: (0.01, 0.0),
                 }
             })
             .collect();
+        if scale.motion_imposed {
+            // The measured effort would stand on both sides of the balance.
+            return forms;
+        }
         let axes = scale.axes();
         let gain = (0..axes).map(|i| scale.effort[i] / scale.position[i].max(f64::MIN_POSITIVE)).sum::<f64>() / axes as f64;
         let inertia = (0..axes).map(|i| Setting::diagonal(&scale.mass, i).abs()).sum::<f64>() / axes as f64;
@@ -113,7 +113,7 @@ impl Effect for ExtraResonance {
             label: "series compliance",
             side: Side::Limb,
             axis: None,
-            knobs: vec![Knob { lo: 1e-3 / gain, hi: 0.5 / gain, log: true }],
+            knobs: vec![Knob { lo: 1e-3 / gain, hi: 0.5 / gain, log: true, telling: false }],
             grid: grid(&[&[160.0, 40.0, 10.0].map(|q| 1.0 / (q * gain))]),
             signs: vec![],
             action: Action::Series(Arc::new(|_, k| Complex64::new(k[0], 0.0))),

@@ -1,7 +1,7 @@
 //! How an effect shows itself in a measured motion: what a search tries.
 
-use crate::force_law::ForceLaw;
 use crate::effects::parameters::Value;
+use crate::force_law::ForceLaw;
 use num_complex::Complex64;
 use std::sync::Arc;
 
@@ -23,6 +23,8 @@ pub struct Knob {
     pub hi: f64,
     /// Whether steps are taken on a logarithmic scale.
     pub log: bool,
+    /// Whether a best value at the lower end means that something else is at work.
+    pub telling: bool,
 }
 
 /// What a linear coefficient may be.
@@ -120,9 +122,8 @@ impl Form {
 
 /// All combinations of the values of each knob.
 pub(crate) fn grid(axes: &[&[f64]]) -> Vec<Vec<f64>> {
-    axes.iter().fold(vec![Vec::new()], |points, values| {
-        points.iter().flat_map(|p| values.iter().map(move |&v| p.iter().copied().chain([v]).collect())).collect()
-    })
+    axes.iter()
+        .fold(vec![Vec::new()], |points, values| points.iter().flat_map(|p| values.iter().map(move |&v| p.iter().copied().chain([v]).collect())).collect())
 }
 
 /// The sizes of things in a recording, from which grids and bounds follow.
@@ -148,6 +149,8 @@ pub struct Scale {
     pub spring: bool,
     /// Whether the axes are rotations.
     pub rotational: bool,
+    /// Whether the motion is imposed and the effort answers.
+    pub motion_imposed: bool,
     /// Whether the effort is a command and not a measurement.
     pub effort_is_command: bool,
     /// Names of the effort channels.

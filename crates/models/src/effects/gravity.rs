@@ -1,8 +1,8 @@
 //! Gravity that the baseline lacks.
 
 use super::card::plain;
-use super::{Action, Card, Effect, EffectError, Form, Injection, ParameterCard, Parameters, Scale, Setting, Side, Sign, Trace, Value, require_known};
 use super::static_force::Static;
+use super::{Action, Card, Effect, EffectError, Form, Injection, ParameterCard, Parameters, Scale, Setting, Side, Sign, Trace, Value, require_known};
 use std::sync::Arc;
 
 const TORQUE: ParameterCard = plain("torque_nm", "N m", 0.0, 1e6, None);

@@ -101,7 +101,7 @@ impl Effect for Hysteresis {
                     label: "Bouc-Wen",
                     side: Side::Limb,
                     axis: Some(axis),
-                    knobs: vec![Knob { lo: 0.02 * x, hi: 0.9 * x, log: true }],
+                    knobs: vec![Knob { lo: 0.02 * x, hi: 0.9 * x, log: true, telling: false }],
                     grid: grid(&[&[0.04, 0.08, 0.15, 0.28, 0.45, 0.7].map(|q| q * x)]),
                     signs: vec![Sign::Positive],
                     action: Action::Force {
@@ -114,7 +114,7 @@ impl Effect for Hysteresis {
                 };
                 let shaped = Form {
                     label: "Bouc-Wen, any shape",
-                    knobs: vec![Knob { lo: 0.025 * x, hi: 3.0 * x, log: true }, Knob { lo: -1.5, hi: 0.9, log: false }],
+                    knobs: vec![Knob { lo: 0.025 * x, hi: 3.0 * x, log: true, telling: false }, Knob { lo: -1.5, hi: 0.9, log: false, telling: false }],
                     grid: grid(&[&[0.15 * x, 0.4 * x, x], &[-1.1, -0.3]]),
                     action: Action::Force {
                         law: Arc::new(move |k, c| Box::new(BoucWen { axis, stiffness: c[0], width: 2.0 * k[0], shape: k[1] })),
@@ -126,7 +126,7 @@ impl Effect for Hysteresis {
                 };
                 let slip = Form {
                     label: "Maxwell-slip",
-                    knobs: vec![Knob { lo: 0.03 * x, hi: 0.9 * x, log: true }],
+                    knobs: vec![Knob { lo: 0.03 * x, hi: 0.9 * x, log: true, telling: false }],
                     grid: grid(&[&[0.06, 0.15, 0.3, 0.6].map(|q| q * x)]),
                     action: Action::Force {
                         law: Arc::new(move |k, c| Box::new(Slip { axis, stiffness: c[0], yields: [0.4 * k[0], k[0], 1.6 * k[0]] })),

@@ -3,9 +3,9 @@
 use super::card::plain;
 use super::form::grid;
 use super::{Action, Card, Effect, EffectError, Form, Injection, Knob, ParameterCard, Parameters, Scale, Setting, Side, Trace, Value, require_known};
-use std::sync::Arc;
 use crate::force_law::Stage;
 use std::collections::VecDeque;
+use std::sync::Arc;
 
 const DELAY: ParameterCard = plain("delay_s", "s", -10.0, 10.0, None);
 const CHANNEL: ParameterCard = plain("channel", "", 0.0, 0.0, None);
@@ -68,7 +68,7 @@ impl Effect for MeasurementDelay {
             label: "delay",
             side: Side::Sensor,
             axis: None,
-            knobs: vec![Knob { lo: -0.03 * unit, hi: 0.03 * unit, log: false }],
+            knobs: vec![Knob { lo: -0.03 * unit, hi: 0.03 * unit, log: false, telling: false }],
             grid: grid(&[&[-8.0, -3.0, -1.0, -0.3, 0.3, 1.0, 3.0, 8.0].map(|ms| ms * 1e-3 * unit)]),
             signs: vec![],
             action: Action::Effort(Arc::new(|s, k| (s * k[0]).exp())),

@@ -5,11 +5,11 @@
 
 mod card;
 mod drift;
-mod outside_force;
-mod static_force;
 mod form;
 mod injection;
+mod outside_force;
 mod parameters;
+mod static_force;
 
 mod actuation_delay;
 mod actuator_saturation;

@@ -3,10 +3,10 @@
 use super::card::{mechanical, plain};
 use super::form::grid;
 use super::{Action, Card, Effect, EffectError, Form, Injection, Knob, ParameterCard, Parameters, Scale, Setting, Side, Sign, Trace, Value, require_known};
-use std::sync::Arc;
 use crate::force_law::{ForceLaw, Motion};
 use num_complex::Complex64;
 use std::f64::consts::TAU;
+use std::sync::Arc;
 
 const DELAY: ParameterCard = plain("delay_s", "s", 0.0, 10.0, None);
 const STIFFNESS: ParameterCard = mechanical("stiffness_n_per_m", ("N/m", "N m/rad"), -1e9, 1e9, Some(0.0));
@@ -51,11 +51,7 @@ impl ForceLaw for Reflex {
 
     fn evaluate(&self, motion: &Motion<'_>, states: &[f64], force: &mut [f64], rates: &mut [f64]) {
         let (x, v) = (motion.delayed_position[self.axis], motion.delayed_velocity[self.axis]);
-        let drive = if self.direction == 0.0 {
-            self.stiffness * x + self.damping * v
-        } else {
-            self.damping * self.direction * (self.direction * v).max(0.0)
-        };
+        let drive = if self.direction == 0.0 { self.stiffness * x + self.damping * v } else { self.damping * self.direction * (self.direction * v).max(0.0) };
         force[self.axis] += states[0];
         rates[0] = states[1];
         rates[1] = self.omega * (self.omega * (drive - states[0]) - 2.0 * states[1]);
@@ -90,7 +86,8 @@ impl Effect for ReflexDelay {
 
     fn forms(&self, scale: &Scale) -> Vec<Form> {
         let unit = scale.human_time_s();
-        let knobs = vec![Knob { lo: 0.012 * unit, hi: 0.13 * unit, log: true }, Knob { lo: 1.0 / unit, hi: 20.0 / unit, log: true }];
+        let knobs =
+            vec![Knob { lo: 0.012 * unit, hi: 0.13 * unit, log: true, telling: true }, Knob { lo: 1.0 / unit, hi: 20.0 / unit, log: true, telling: false }];
         let points = grid(&[&[0.03 * unit, 0.06 * unit], &[1.5 / unit, 3.0 / unit, 6.0 / unit]]);
         let mut forms = Vec::new();
         for axis in 0..scale.axes() {
@@ -102,9 +99,7 @@ impl Effect for ReflexDelay {
                 grid: points.clone(),
                 signs: vec![Sign::Positive, Sign::Positive],
                 action: Action::Force {
-                    law: Arc::new(move |k, c| {
-                        Box::new(Reflex { axis, delay_s: k[0], stiffness: c[0], damping: c[1], omega: TAU * k[1], direction: 0.0 })
-                    }),
+                    law: Arc::new(move |k, c| Box::new(Reflex { axis, delay_s: k[0], stiffness: c[0], damping: c[1], omega: TAU * k[1], direction: 0.0 })),
                     exact: vec![Arc::new(activation), Arc::new(|s, k| s * activation(s, k))],
                     tangent: None,
                 },
@@ -128,9 +123,7 @@ impl Effect for ReflexDelay {
                     grid: points.clone(),
                     signs: vec![Sign::Positive],
                     action: Action::Force {
-                        law: Arc::new(move |k, c| {
-                            Box::new(Reflex { axis, delay_s: k[0], stiffness: 0.0, damping: c[0], omega: TAU * k[1], direction })
-                        }),
+                        law: Arc::new(move |k, c| Box::new(Reflex { axis, delay_s: k[0], stiffness: 0.0, damping: c[0], omega: TAU * k[1], direction })),
                         exact: vec![],
                         // Half of a Gaussian velocity passes the rectifier (Bussgang).
                         tangent: Some(Arc::new(|s, k| 0.5 * s * activation(s, k))),

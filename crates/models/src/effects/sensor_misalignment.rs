@@ -59,13 +59,15 @@ impl Effect for SensorMisalignment {
                 label: "rotation",
                 side: Side::Sensor,
                 axis: None,
-                knobs: vec![Knob { lo: -0.6, hi: 0.6, log: false }],
+                knobs: vec![Knob { lo: -0.6, hi: 0.6, log: false, telling: false }],
                 grid: grid(&[&[-0.15, -0.03, 0.03, 0.15]]),
                 signs: vec![],
                 action: Action::Mix(Arc::new(move |k| rotation(n, pair, -k[0]))),
-                naming: Arc::new(move |k, _| {
-                    if n == 2 { vec![("angle_rad", Value::Number(k[0]))] } else { vec![("matrix", Value::Matrix(rotation(n, pair, k[0])))] }
-                }),
+                naming: Arc::new(
+                    move |k, _| {
+                        if n == 2 { vec![("angle_rad", Value::Number(k[0]))] } else { vec![("matrix", Value::Matrix(rotation(n, pair, k[0])))] }
+                    },
+                ),
                 floor: (0.005, 1e-3),
             })
             .collect()

@@ -1,11 +1,11 @@
 //! A wrong gain or unit of a channel.
 
+use super::Matrix;
 use super::card::plain;
 use super::form::grid;
 use super::{Action, Card, Effect, EffectError, Form, Injection, Knob, ParameterCard, Parameters, Scale, Setting, Side, Trace, Value, require_known};
-use std::sync::Arc;
 use crate::force_law::Stage;
-use super::Matrix;
+use std::sync::Arc;
 
 const FACTOR: ParameterCard = plain("factor", "", -1e6, 1e6, None);
 const CHANNEL: ParameterCard = plain("channel", "", 0.0, 0.0, None);
@@ -55,11 +55,25 @@ impl Effect for SensorScale {
                     label: "gain of an effort channel",
                     side: Side::Sensor,
                     axis: Some(axis),
-                    knobs: vec![Knob { lo: 0.1, hi: 10.0, log: true }],
+                    knobs: vec![Knob { lo: 0.1, hi: 10.0, log: true, telling: false }],
                     grid: grid(&[&[0.2, 0.6, 0.9, 1.1, 1.6, 4.45]]),
                     signs: vec![],
                     action: Action::Mix(Arc::new(move |k| {
-                        (0..n).map(|r| (0..n).map(|c| if r != c { 0.0 } else if r == axis { 1.0 / k[0] } else { 1.0 }).collect()).collect()
+                        (0..n)
+                            .map(|r| {
+                                (0..n)
+                                    .map(|c| {
+                                        if r != c {
+                                            0.0
+                                        } else if r == axis {
+                                            1.0 / k[0]
+                                        } else {
+                                            1.0
+                                        }
+                                    })
+                                    .collect()
+                            })
+                            .collect()
                     })),
                     naming: Arc::new(move |k, _| vec![("factor", Value::Number(k[0])), ("channel", Value::Text(channel.clone()))]),
                     floor: (0.005, 0.0),

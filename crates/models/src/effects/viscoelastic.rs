@@ -2,7 +2,9 @@
 
 use super::card::{mechanical, plain};
 use super::form::grid;
-use super::{Action, Card, Effect, EffectError, Form, Injection, Knob, Operator, ParameterCard, Parameters, Scale, Setting, Side, Sign, Trace, Value, require_known};
+use super::{
+    Action, Card, Effect, EffectError, Form, Injection, Knob, Operator, ParameterCard, Parameters, Scale, Setting, Side, Sign, Trace, Value, require_known,
+};
 use crate::force_law::{ForceLaw, Motion};
 use num_complex::Complex64;
 use std::f64::consts::PI;
@@ -90,7 +92,7 @@ impl Effect for Viscoelastic {
     fn forms(&self, scale: &Scale) -> Vec<Form> {
         let unit = scale.time_s;
         let times = [0.03, 0.08, 0.2, 0.5].map(|t| t * unit);
-        let knob = Knob { lo: 0.02 * unit, hi: 1.5 * unit, log: true };
+        let knob = Knob { lo: 0.02 * unit, hi: 1.5 * unit, log: true, telling: true };
         (0..scale.axes())
             .flat_map(|axis| {
                 let solid = Form {
@@ -127,7 +129,7 @@ impl Effect for Viscoelastic {
                 };
                 let fraction = Form {
                     label: "fractional",
-                    knobs: vec![Knob { lo: 0.05, hi: 0.85, log: false }],
+                    knobs: vec![Knob { lo: 0.05, hi: 0.85, log: false, telling: false }],
                     grid: grid(&[&[0.15, 0.35, 0.6]]),
                     action: Action::Force {
                         law: Arc::new(move |k, c| Box::new(fractional(axis, c[0], k[0], unit))),
