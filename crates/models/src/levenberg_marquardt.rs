@@ -2,6 +2,7 @@
 
 use argmin::core::{Error as ArgminError, Executor, IterState, Jacobian, KV, Operator, Problem, Solver, State, TerminationReason, TerminationStatus};
 use faer::{Mat, MatRef, prelude::SolveLstsq};
+use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 use std::cmp::Ordering;
 
@@ -199,11 +200,12 @@ impl LevenbergMarquardt {
             self.reason = Some(StopReason::GradientConverged);
             return None;
         }
-        let columns = Mat::from_fn(m, free.len(), |i, k| jacobian[(i, free[k])]);
-        let qr = columns.qr();
-        let triangle = qr.thin_R();
-        // Qᵀr from Rᵀ(Qᵀr) = Jᵀr would square the condition; apply the reflections instead.
-        let rotated = qr.compute_thin_Q().transpose() * r;
+        let reduced = triangle(&jacobian, residuals);
+        // The free columns and the residual of what QR left of all rows: their own triangle is small work.
+        let chosen = Mat::from_fn(reduced.nrows(), free.len() + 1, |i, k| reduced[(i, if k < free.len() { free[k] } else { n })]);
+        let small = chosen.qr();
+        let triangle = small.thin_R();
+        let rotated = |i: usize| triangle[(i, free.len())];
         let k = free.len();
         let size = x.iter().zip(&scale).map(|(v, s)| (v * s).powi(2)).sum::<f64>().sqrt();
         let mut growth = 2.0;
@@ -218,13 +220,13 @@ impl LevenbergMarquardt {
                     0.0
                 }
             });
-            let right = Mat::from_fn(2 * k, 1, |i, _| if i < k { -rotated[(i, 0)] } else { 0.0 });
+            let right = Mat::from_fn(2 * k, 1, |i, _| if i < k { -rotated(i) } else { 0.0 });
             let p = system.qr().solve_lstsq(right);
             let mut trial = x.to_vec();
             free.iter().enumerate().for_each(|(i, &j)| trial[j] += p[(i, 0)]);
             let trial = self.clip(&trial);
             let h = Mat::from_fn(k, 1, |i, _| trial[free[i]] - x[free[i]]);
-            let bent = triangle * &h;
+            let bent = triangle.submatrix(0, 0, k, k) * &h;
             let predicted = -(0..k).map(|i| h[(i, 0)] * gradient[(free[i], 0)] + 0.5 * bent[(i, 0)].powi(2)).sum::<f64>();
             let moved = (0..k).map(|i| (h[(i, 0)] * scale[free[i]]).powi(2)).sum::<f64>().sqrt();
             let new = problem.residuals(&trial);
@@ -294,6 +296,24 @@ impl<P: LeastSquares> Jacobian for Adapter<'_, P> {
     fn jacobian(&self, x: &Vec<f64>) -> Result<Mat<f64>, ArgminError> {
         Ok(self.0.jacobian(x))
     }
+}
+
+/// Rows whose triangle is taken at once: J of a long record never leaves the cache.
+const ROWS: usize = 1024;
+
+/// R of the QR decomposition of [J r], rows reduced in blocks and the blocks' triangles once more, in a fixed order.
+fn triangle(jacobian: &Mat<f64>, residuals: &[f64]) -> Mat<f64> {
+    let (m, n) = (residuals.len(), jacobian.ncols());
+    let reduce = |rows: usize, at: &dyn Fn(usize, usize) -> f64| -> Mat<f64> {
+        let block = Mat::from_fn(rows, n + 1, at);
+        if rows > n + 1 { block.qr().thin_R().to_owned() } else { block }
+    };
+    let parts: Vec<Mat<f64>> = (0..m.div_ceil(ROWS))
+        .into_par_iter()
+        .map(|b| reduce((m - b * ROWS).min(ROWS), &|i, j| if j < n { jacobian[(b * ROWS + i, j)] } else { residuals[b * ROWS + i] }))
+        .collect();
+    let index: Vec<(usize, usize)> = parts.iter().enumerate().flat_map(|(b, p)| (0..p.nrows()).map(move |i| (b, i))).collect();
+    reduce(index.len(), &|i, j| parts[index[i].0][(index[i].1, j)])
 }
 
 fn half_square(r: &[f64]) -> f64 {

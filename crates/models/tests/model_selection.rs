@@ -1,5 +1,6 @@
 //! A phase that rolls off above 5 Hz: which extension of the arm explains it, and does the likelihood ratio know.
 
+mod estimates;
 mod support;
 
 use ndof_models::blocks::{Block, Composite, Delay, FirstOrderFilter, Place, Placed, Reflex, SeriesCompliance};
@@ -13,8 +14,8 @@ const NAMES: [&str; 5] = ["none", "delay", "filter", "series", "reflex"];
 /// `alter`.
 fn fits(seed: u64, alter: &dyn Fn(&mut [Vec<f64>])) -> Vec<Fit> {
     let limb = support::patient();
-    let each = support::trial_spectra(&limb, 0.3, seed, &Welch::new(4096), alter);
-    let derived = support::compliance(&CrossSpectra::pool(&each).expect("trials"));
+    let each = estimates::trial_spectra(&limb, 0.3, seed, &Welch::new(4096), alter);
+    let derived = estimates::compliance(&CrossSpectra::pool(&each).expect("trials"));
     let band_hz = [0.4, 12.0];
     let robot = LoopModel::estimate(&derived.to_reference.t, &derived.to_reference.r, band_hz).expect("loop");
     let transducer = Transducer { stiffness: support::TRANSDUCER.0, damping: support::TRANSDUCER.1 };

@@ -1,5 +1,6 @@
 //! The weighted fit on the patient-like arm in a robot's loop: errors, and intervals that hold the truth.
 
+mod estimates;
 mod support;
 
 use ndof_models::{InertiaDampingStiffnessModel, LoopModel, Smoothing, Symmetry, Transducer, WeightedFit, linear_start};
@@ -27,12 +28,12 @@ fn intervals_hold_the_truth_at_every_noise_and_errors_are_no_larger_than_the_ref
             let fits: Vec<_> = (0..SEEDS)
                 .into_par_iter()
                 .map(|seed| {
-                    let each = support::trial_spectra(&limb, noise, seed, welch, &|_| ());
-                    let derived = support::compliance(&CrossSpectra::pool(&each).expect("trials"));
+                    let each = estimates::trial_spectra(&limb, noise, seed, welch, &|_| ());
+                    let derived = estimates::compliance(&CrossSpectra::pool(&each).expect("trials"));
                     let without: Vec<FrequencyResponse> = (0..each.len())
                         .map(|t| {
                             let rest: Vec<CrossSpectra> = each.iter().enumerate().filter(|(k, _)| *k != t).map(|(_, s)| s.clone()).collect();
-                            support::compliance(&CrossSpectra::pool(&rest).expect("trials")).response
+                            estimates::compliance(&CrossSpectra::pool(&rest).expect("trials")).response
                         })
                         .collect();
                     let robot = LoopModel::estimate(&derived.to_reference.t, &derived.to_reference.r, [0.5, 8.0]).expect("loop");

@@ -12,10 +12,12 @@ mod vaf;
 mod weighted;
 
 pub use compare::{LikelihoodRatio, likelihood_ratio};
+pub(crate) use information::Information;
 pub use loop_model::{LoopModel, LoopModelError};
 pub use paper::PaperFit;
 pub(crate) use prediction::Prediction;
 pub use prediction::{Smoothing, Transducer};
+pub(crate) use result::t_quantile;
 pub use result::{Fit, FitError, Parameter};
 pub use start::linear_start;
 pub use vaf::{Agreement, agreement};
@@ -23,7 +25,6 @@ pub use weighted::{CovarianceKind, WeightedFit};
 
 use crate::{LeastSquares, LevenbergMarquardt, Minimum, ParametricModel};
 use faer::Mat;
-use information::Information;
 use ndarray::Array2;
 use ndof_sysid::{FrequencyResponse, ResponseKind};
 

@@ -2,8 +2,7 @@
 
 use ndarray::{Array1, Array2, arr2};
 use ndof_models::{Axis, InertiaDampingStiffness};
-use ndof_signal::{CrossSpectra, FilteredNoise, Passband, SosFilter, Welch};
-use ndof_sysid::{DerivedEstimate, Labels, Ports, ResponseKind};
+use ndof_signal::{FilteredNoise, Passband, SosFilter};
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, StandardNormal};
@@ -102,23 +101,4 @@ pub fn trial(limb: &InertiaDampingStiffness, limb_noise_n: f64, seed: u64) -> Ve
         }
     }
     out
-}
-
-/// Spectra of six trials whose channels went through `alter`.
-pub fn trial_spectra(limb: &InertiaDampingStiffness, limb_noise_n: f64, seed: u64, welch: &Welch, alter: &dyn Fn(&mut [Vec<f64>])) -> Vec<CrossSpectra> {
-    (0..6)
-        .map(|t| {
-            let mut trial = trial(limb, limb_noise_n, 100 * seed + t);
-            alter(&mut trial);
-            welch.spectra(RATE_HZ, &trial.iter().map(Vec::as_slice).collect::<Vec<_>>()).expect("valid")
-        })
-        .collect()
-}
-
-/// Derived compliance.
-pub fn compliance(spectra: &CrossSpectra) -> DerivedEstimate {
-    let ports = Ports { references: vec![0, 1], inputs: vec![2, 3], outputs: vec![4, 5] };
-    let names = |role: &str| vec![format!("{role}_x"), format!("{role}_y")];
-    let labels = Labels { references: names("cmd"), inputs: names("force"), outputs: names("pos"), kind: ResponseKind::Compliance };
-    ndof_sysid::derived(spectra, &ports, &labels).expect("estimate")
 }
