@@ -195,6 +195,11 @@ pub(crate) fn condition(n: usize, s: impl Fn(usize, usize) -> Lanes, inverse: &[
     if n == 1 {
         return std::array::from_fn(|l| if inverse[0].re[l].is_finite() { 1.0 } else { f64::NAN });
     }
+    if n == 2 {
+        let power = map(&s(0, 0).re, &s(1, 1).re, |a, b| a * b);
+        let coherence = map(&s(1, 0).norm_sqr(), &power, |a, b| a / b);
+        return each(&coherence, |c| if c < 1.0 { (1.0 + c.sqrt()) * (1.0 + c.sqrt()) / (1.0 - c) } else { f64::NAN });
+    }
     let (mut norm, mut inverse_norm) = ([0.0_f64; LANES], [0.0_f64; LANES]);
     for j in 0..n {
         let (mut column, mut inverse_column) = ([0.0; LANES], [0.0; LANES]);
