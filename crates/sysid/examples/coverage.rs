@@ -3,7 +3,7 @@
 //! `cargo run --release -p ndof-sysid --example coverage [TRIALS]` prints a table: the share of simulated experiments in
 //! which the interval of gain, of phase, and the disc of both hold the true response, at several coherences.
 
-use ndof_signal::{Channel, Multitaper, Periodic, Quantity, Recording, Unit, Welch};
+use ndof_signal::{Channel, Multitaper, Periodic, Quantity, Recording, RecordingError, Unit, Welch};
 use ndof_sysid::{Confidence, Direct, FrequencyResponse, Labels, LocalPolynomial, Ports, SpectralMethod, estimate};
 use num_complex::Complex64;
 use rand::{RngExt, SeedableRng};
@@ -43,7 +43,7 @@ impl Limb {
 }
 
 /// Two limbs in a loop of stiffness `hold` (0: open loop); `noise` acts on the limb, like a force of its own.
-fn experiment(seed: u64, periodic: bool, hold: f64, noise: f64) -> Recording {
+fn experiment(seed: u64, periodic: bool, hold: f64, noise: f64) -> Result<Recording, RecordingError> {
     let mut rng = ChaCha8Rng::seed_from_u64(seed);
     let limbs = LIMBS.map(Limb::new);
     let repeat = if periodic { PERIOD } else { SAMPLES };
@@ -66,7 +66,7 @@ fn experiment(seed: u64, periodic: bool, hold: f64, noise: f64) -> Recording {
     let names = ["cmd_x", "cmd_y", "force_x", "force_y", "pos_x", "pos_y"];
     let quantity = |name: &str| if name.starts_with("pos") { Quantity::Displacement } else { Quantity::Effort };
     let channels = names.iter().zip(columns).map(|(name, samples)| Channel::new(*name, Unit::si(quantity(name), false), samples)).collect();
-    Recording::new(RATE_HZ, channels).unwrap_or_else(|error| panic!("{error}"))
+    Recording::new(RATE_HZ, channels)
 }
 
 /// Hits of gain, phase, disc over the diagonal entries at the judged frequencies.
@@ -130,7 +130,9 @@ fn main() {
                 let results: Vec<(Hits, Hits, f64)> = (0..count)
                     .into_par_iter()
                     .filter_map(|seed| {
-                        let trials: Vec<Recording> = (0..2).map(|t| experiment((row * count + seed) * 2 + t, periodic, hold, noise)).collect();
+                        let trials: Result<Vec<Recording>, RecordingError> =
+                            (0..2).map(|t| experiment((row * count + seed) * 2 + t, periodic, hold, noise)).collect();
+                        let trials = trials.ok()?;
                         let references: Vec<&Recording> = trials.iter().collect();
                         let found = estimate(&references, &ports, &Labels::of(&trials[0], &ports), method, Direct::H1).ok()?;
                         let (mut direct, mut derived) = (Hits::default(), Hits::default());
