@@ -145,7 +145,10 @@ fn main() {
         let right = match truth.as_slice() {
             [] => causes.is_empty(),
             _ if kind == "outside" => causes.is_empty() || causes.iter().all(|c| c.probability <= 0.9),
-            [one] => lead == *one || (causes.first().is_some() && confusable_with(&found, one) && found.confusable.iter().any(|c| c.effects.iter().any(|e| e == lead))),
+            [one] => {
+                lead == *one
+                    || (causes.first().is_some() && confusable_with(&found, one) && found.confusable.iter().any(|c| c.effects.iter().any(|e| e == lead)))
+            }
             several => several.iter().all(|t| causes.iter().any(|c| c.effect == *t) || confusable_with(&found, t)),
         };
         let axes = ["x", "y"];
@@ -154,7 +157,10 @@ fn main() {
         tally.right += usize::from(right);
         tally.nothing += usize::from(causes.is_empty());
         tally.exact += usize::from(causes.len() == truth.len() && right);
-        tally.axis += usize::from(right && causes.first().is_some_and(|c| c.site.axis.is_empty() || made.axis >= 2 || c.site.axis == axes[made.axis] || made.ports.outputs.len() == 1));
+        tally.axis += usize::from(
+            right
+                && causes.first().is_some_and(|c| c.site.axis.is_empty() || made.axis >= 2 || c.site.axis == axes[made.axis] || made.ports.outputs.len() == 1),
+        );
         tally.seconds += seconds;
         for cause in &causes {
             let good = truth.iter().any(|t| *t == cause.effect);
@@ -169,7 +175,19 @@ fn main() {
             let named: Vec<String> = found
                 .causes
                 .iter()
-                .map(|c| format!("{}[{}] p {:.2} bic {:.0} expl {:.2?} {:.2?}->{:.2?} {:?}", c.effect, c.site.axis, c.probability, c.gain.delta_bic, c.gain.explained_fraction, c.gain.nrmse_before, c.gain.nrmse_after, c.parameters.iter().map(|p| format!("{} {:?} {:?}", p.name, p.value, p.ci95)).collect::<Vec<_>>()))
+                .map(|c| {
+                    format!(
+                        "{}[{}] p {:.2} bic {:.0} expl {:.2?} {:.2?}->{:.2?} {:?}",
+                        c.effect,
+                        c.site.axis,
+                        c.probability,
+                        c.gain.delta_bic,
+                        c.gain.explained_fraction,
+                        c.gain.nrmse_before,
+                        c.gain.nrmse_after,
+                        c.parameters.iter().map(|p| format!("{} {:?} {:?}", p.name, p.value, p.ci95)).collect::<Vec<_>>()
+                    )
+                })
                 .collect();
             println!(
                 "{number} {kind} {:?} x{} axis {} [{}] {:?} -> {:?} {} | floor {:.3?} minor {:?} confusable {:?} notes {:?} {:.2} s",

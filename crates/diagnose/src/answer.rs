@@ -75,7 +75,13 @@ impl Answer<'_> {
         }
         let laws = subject.laws(&found.chosen, &found.stand);
         let variation = detectors::variation(&found.stand, &detectors::residual(&found.stand, &laws));
-        let excess = final_errors.score.nrmse.iter().zip(&noise_floor.nrmse).map(|(e, f)| e.map_or(1.0, |e| (e * e - f.unwrap_or(0.0).powi(2)).max(0.0).sqrt())).fold(0.0, f64::max);
+        let excess = final_errors
+            .score
+            .nrmse
+            .iter()
+            .zip(&noise_floor.nrmse)
+            .map(|(e, f)| e.map_or(1.0, |e| (e * e - f.unwrap_or(0.0).powi(2)).max(0.0).sqrt()))
+            .fold(0.0, f64::max);
         let structured = self.gate.beyond > 20.0 && self.gate.beyond > 2.0 * self.gate.beyond_error;
         let unknown = structured && self.gate.size > self.options.tolerance && excess > self.options.tolerance;
         let varying = variation > VARIATION && !unknown;
@@ -217,7 +223,13 @@ impl Answer<'_> {
         let lead = group.members[0];
         let h = &subject.hypotheses[found.chosen[lead].hypothesis];
         let step = &found.steps[found.step_of[lead]];
-        let best_of = |same: bool| step.judged.iter().filter(|j| (subject.hypotheses[j.hypothesis].effect.name() == h.effect.name()) == same).map(|j| j.net).fold(f64::NEG_INFINITY, f64::max);
+        let best_of = |same: bool| {
+            step.judged
+                .iter()
+                .filter(|j| (subject.hypotheses[j.hypothesis].effect.name() == h.effect.name()) == same)
+                .map(|j| j.net)
+                .fold(f64::NEG_INFINITY, f64::max)
+        };
         let (own, rival) = (best_of(true), best_of(false));
         let judged = step.judged.iter().find(|j| j.hypothesis == found.chosen[lead].hypothesis);
         let (gain, share) = judged.map_or((group.worth, 0.0), |j| (j.gain, j.share));
@@ -239,13 +251,23 @@ impl Answer<'_> {
         let (explained_fraction, explained_fraction_ci95) =
             judge::explained(before, after, floor, block_s, self.court.duration_s(), self.options.resamples, self.options.seed);
         let mut evidence = vec![
-            format!("{} ({}): it raises the log-likelihood by {gain:.0} with {} parameters, {:.0} after paying for them", card.what, h.form.label, h.form.cost(), group.worth),
+            format!(
+                "{} ({}): it raises the log-likelihood by {gain:.0} with {} parameters, {:.0} after paying for them",
+                card.what,
+                h.form.label,
+                h.form.cost(),
+                group.worth
+            ),
             format!("it removes {:.1} % of the whitened residual, {:.2} % of the effort's rms", 100.0 * share, 100.0 * group.size),
         ];
         if rival > f64::NEG_INFINITY
             && let Some(j) = step.judged.iter().find(|j| subject.hypotheses[j.hypothesis].effect.name() != h.effect.name())
         {
-            evidence.push(format!("the next other effect, {}, gains {:.0} after paying for its parameters", subject.hypotheses[j.hypothesis].effect.name(), j.net));
+            evidence.push(format!(
+                "the next other effect, {}, gains {:.0} after paying for its parameters",
+                subject.hypotheses[j.hypothesis].effect.name(),
+                j.net
+            ));
         }
         Cause {
             effect: card.name.to_owned(),
@@ -315,7 +337,13 @@ impl Answer<'_> {
                     Some(burst.axis),
                     vec![("time_s", Value::Number(burst.from_s)), ("impulse_n_s", Value::Number(burst.impulse))],
                     0.95,
-                    format!("{:.0} % of the whitened residual lies between {:.2} and {:.2} s of trial {}; that stretch was left out of everything else", 100.0 * burst.share, burst.from_s, burst.to_s, burst.trial + 1),
+                    format!(
+                        "{:.0} % of the whitened residual lies between {:.2} and {:.2} s of trial {}; that stretch was left out of everything else",
+                        100.0 * burst.share,
+                        burst.from_s,
+                        burst.to_s,
+                        burst.trial + 1
+                    ),
                 ));
             }
         }
@@ -323,7 +351,8 @@ impl Answer<'_> {
             if let Some(effect) = traced(Trace::Levels) {
                 let names = if levels.effort { &self.meaning.effort_names } else { &self.meaning.motion_names };
                 let channel = names[levels.axis].clone();
-                let evidence = format!("every value of {channel} is a multiple of {:.3e}: rounding makes {:.1} % of its rms", levels.step, 100.0 * levels.share);
+                let evidence =
+                    format!("every value of {channel} is a multiple of {:.3e}: rounding makes {:.1} % of its rms", levels.step, 100.0 * levels.share);
                 causes.push(quiet(effect, None, vec![("step", Value::Number(levels.step)), ("channel", Value::Text(channel))], 0.98, evidence));
             }
         }
@@ -376,7 +405,8 @@ impl Answer<'_> {
             let values = subject.matrix(chosen, stand, matrix);
             for (i, row) in values.iter().enumerate() {
                 for (j, &value) in row.iter().enumerate() {
-                    let column = stand.base.roles.iter().position(|r| *r == Role::Entry(matrix, i, j) || (matrix == Matrix::Mass && *r == Role::Entry(matrix, j, i)));
+                    let column =
+                        stand.base.roles.iter().position(|r| *r == Role::Entry(matrix, i, j) || (matrix == Matrix::Mass && *r == Role::Entry(matrix, j, i)));
                     let std_error = column.map(|c| stand.fit.covariance.at(c, c).sqrt().hypot(0.005 * value));
                     let axes = &self.meaning.axes;
                     let name = if n == 1 { letter.to_owned() } else { format!("{letter}_{}_{}", axes[i], axes[j]) };
@@ -490,4 +520,3 @@ fn tail(statistic: f64, k: usize, tried: usize) -> f64 {
 fn extended_name(causes: &[Cause]) -> String {
     std::iter::once("inertia-damping-stiffness".to_owned()).chain(causes.iter().map(|c| c.effect.clone())).collect::<Vec<_>>().join(" + ")
 }
-

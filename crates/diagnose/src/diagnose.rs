@@ -55,7 +55,18 @@ pub fn diagnose(
     let shares = generic::shares(&subject, &baseline_stand, &features);
     let court = Court::new(&held, &meaning, &subject);
     progress("free runs of the held-out part");
-    let answer = Answer { subject: &subject, meaning: &meaning, options, court: &court, baseline: &baseline_stand, found: &found, gate: &gate, shares, findings: &findings, turned };
+    let answer = Answer {
+        subject: &subject,
+        meaning: &meaning,
+        options,
+        court: &court,
+        baseline: &baseline_stand,
+        found: &found,
+        gate: &gate,
+        shares,
+        findings: &findings,
+        turned,
+    };
     Ok(answer.write(split))
 }
 

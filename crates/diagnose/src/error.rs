@@ -24,7 +24,9 @@ pub enum DiagnoseError {
         outputs: usize,
     },
     /// One side must be effort and the other motion.
-    #[error("inputs and outputs must be forces (or torques) on one side and displacements, velocities or accelerations on the other; check the units of the channels")]
+    #[error(
+        "inputs and outputs must be forces (or torques) on one side and displacements, velocities or accelerations on the other; check the units of the channels"
+    )]
     NotEffortAndMotion,
     /// Displacement, velocity and acceleration side by side.
     #[error("the motion channels measure different things; give displacements only, velocities only or accelerations only")]

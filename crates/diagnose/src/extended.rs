@@ -92,7 +92,8 @@ impl Subject {
         }
         let others: Vec<Chosen> = chosen.iter().enumerate().filter(|(k, _)| *k != position).map(|(_, c)| c.clone()).collect();
         if let Some(rest) = self.stand(&others, &stand.fit.power, 1) {
-            let ground = Ground { state: &rest.state, cause: &self.cause, structure: &self.structure, base: &rest.base, terms: &rest.terms, power: &stand.fit.power };
+            let ground =
+                Ground { state: &rest.state, cause: &self.cause, structure: &self.structure, base: &rest.base, terms: &rest.terms, power: &stand.fit.power };
             for (k, knob) in h.form.knobs.iter().enumerate() {
                 let step = if knob.log { 0.03 * c.knobs[k] } else { 0.01 * (knob.hi - knob.lo) };
                 let moved = |sign: f64| -> Option<(Vec<f64>, Tried)> {

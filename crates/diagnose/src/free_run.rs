@@ -50,7 +50,19 @@ impl Runner {
         let mut out = Run { x: Vec::new(), v: Vec::new(), a: Vec::new() };
         let stiffest = (0..n).map(|i| self.slope(i) * inverse_mass[i][i].abs() + self.damping[i][i].abs() * inverse_mass[i][i].abs()).fold(0.0, f64::max);
         let natural = (0..n).map(|i| (self.stiffness[i][i].abs() * inverse_mass[i][i].abs()).sqrt()).fold(0.0, f64::max);
-        let steady = self.laws.iter().map(|l| l.fastest_rate(&Motion { time_s: 0.0, position: &vec![0.0; n], velocity: &vec![0.0; n], delayed_position: &vec![0.0; n], delayed_velocity: &vec![0.0; n] })).fold(stiffest.max(natural), f64::max);
+        let steady = self
+            .laws
+            .iter()
+            .map(|l| {
+                l.fastest_rate(&Motion {
+                    time_s: 0.0,
+                    position: &vec![0.0; n],
+                    velocity: &vec![0.0; n],
+                    delayed_position: &vec![0.0; n],
+                    delayed_velocity: &vec![0.0; n],
+                })
+            })
+            .fold(stiffest.max(natural), f64::max);
         let samples = range.len();
         for k in 0..samples {
             let at = range.start + k;
@@ -65,7 +77,19 @@ impl Runner {
             if k + 1 == samples {
                 break;
             }
-            let moving = self.laws.iter().map(|l| l.fastest_rate(&Motion { time_s: time, position: &y[..n], velocity: &y[n..2 * n], delayed_position: &y[..n], delayed_velocity: &y[n..2 * n] })).fold(steady, f64::max);
+            let moving = self
+                .laws
+                .iter()
+                .map(|l| {
+                    l.fastest_rate(&Motion {
+                        time_s: time,
+                        position: &y[..n],
+                        velocity: &y[n..2 * n],
+                        delayed_position: &y[..n],
+                        delayed_velocity: &y[n..2 * n],
+                    })
+                })
+                .fold(steady, f64::max);
             let steps = ((moving * dt / 1.2).ceil() as usize).clamp(1, 24);
             let h = dt / steps as f64;
             for step in 0..steps {
@@ -107,7 +131,12 @@ impl Runner {
                     velocity[axis] = v;
                     let rest = vec![0.0; n];
                     let mut f = vec![0.0; n];
-                    law.evaluate(&Motion { time_s: 0.0, position: &rest, velocity: &velocity, delayed_position: &rest, delayed_velocity: &rest }, &z, &mut f, &mut rates);
+                    law.evaluate(
+                        &Motion { time_s: 0.0, position: &rest, velocity: &velocity, delayed_position: &rest, delayed_velocity: &rest },
+                        &z,
+                        &mut f,
+                        &mut rates,
+                    );
                     f[axis]
                 };
                 let small = 1e-7;
@@ -159,7 +188,9 @@ impl Runner {
         let mut out: Vec<Vec<f64>> = (0..n)
             .map(|i| {
                 (0..layout.samples)
-                    .map(|k| self.offset[i] + (0..n).map(|j| self.mass[i][j] * a[j][k] + self.damping[i][j] * v[j][k] + self.stiffness[i][j] * x[j][k]).sum::<f64>())
+                    .map(|k| {
+                        self.offset[i] + (0..n).map(|j| self.mass[i][j] * a[j][k] + self.damping[i][j] * v[j][k] + self.stiffness[i][j] * x[j][k]).sum::<f64>()
+                    })
                     .collect()
             })
             .collect();
@@ -210,17 +241,21 @@ impl Runner {
             }
         }
         let predicted = state.uncorrect_motion(predicted, order, &effort);
-        let predicted = if windowed {
-            predicted
-        } else {
-            predicted.into_iter().zip(&measured).map(|(p, m)| shifted(p, m, skip / 2..skip.max(1))).collect()
-        };
+        let predicted = if windowed { predicted } else { predicted.into_iter().zip(&measured).map(|(p, m)| shifted(p, m, skip / 2..skip.max(1))).collect() };
         // The centre is the estimation's; what is left of the mean belongs to the offset.
         Some(Prediction { measured, predicted, scored: (0..covered).map(|k| windowed || k >= skip).collect() })
     }
 
     /// Initial displacement and velocity that fit the first samples best, by one Gauss-Newton step each way.
-    fn initial(&self, inverse_mass: &[Vec<f64>], effort: &[Vec<f64>], range: std::ops::Range<usize>, layout: &Arc<Layout>, x: &[Vec<f64>], v: &[Vec<f64>]) -> (Vec<f64>, Vec<f64>) {
+    fn initial(
+        &self,
+        inverse_mass: &[Vec<f64>],
+        effort: &[Vec<f64>],
+        range: std::ops::Range<usize>,
+        layout: &Arc<Layout>,
+        x: &[Vec<f64>],
+        v: &[Vec<f64>],
+    ) -> (Vec<f64>, Vec<f64>) {
         let n = x.len();
         let mut guess: Vec<f64> = x.iter().chain(v).map(|s| s[range.start]).collect();
         for _ in 0..2 {
@@ -228,7 +263,8 @@ impl Runner {
             let base = run(&guess);
             let target: Vec<f64> = range.clone().flat_map(|k| x.iter().map(move |s| s[k])).collect();
             let rest: Vec<f64> = target.iter().zip(&base).map(|(t, b)| t - b).collect();
-            let size: Vec<f64> = x.iter().chain(v).map(|s| 1e-3 * (s[range.clone()].iter().map(|v| v * v).sum::<f64>() / range.len() as f64).sqrt().max(1e-12)).collect();
+            let size: Vec<f64> =
+                x.iter().chain(v).map(|s| 1e-3 * (s[range.clone()].iter().map(|v| v * v).sum::<f64>() / range.len() as f64).sqrt().max(1e-12)).collect();
             let slopes: Vec<Vec<f64>> = (0..2 * n)
                 .map(|q| {
                     let mut g = guess.clone();

@@ -117,11 +117,7 @@ pub(crate) fn features(subject: &Subject, state: &State) -> Features {
         }
         for width in [0.1, 0.3, 0.8] {
             let forces = (0..layout.trials)
-                .map(|trial| {
-                    (0..n)
-                        .map(|q| if q == i { loops(state.x[trial][i].iter().copied(), width * sx) } else { vec![0.0; layout.samples] })
-                        .collect()
-                })
+                .map(|trial| (0..n).map(|q| if q == i { loops(state.x[trial][i].iter().copied(), width * sx) } else { vec![0.0; layout.samples] }).collect())
                 .collect();
             out.nonlinear.push(state.force_column(&forces, None, Some(i)));
         }
@@ -187,7 +183,8 @@ pub(crate) fn gate(subject: &Subject, baseline: &Stand, found: &Found, features:
         return Gate { power: stand.fit.power.clone(), ..Gate::default() };
     };
     let (before, after) = (whitened_power(&stand.fit.residual, &stand.fit.power), whitened_power(&full.residual, &stand.fit.power));
-    let mut gate = Gate { removed: (1.0 - after / before).max(0.0), size: size(stand, &stand.fit.residual, &full.residual), power: full.power.clone(), ..Gate::default() };
+    let mut gate =
+        Gate { removed: (1.0 - after / before).max(0.0), size: size(stand, &stand.fit.residual, &full.residual), power: full.power.clone(), ..Gate::default() };
     if subject.layout.blocks() >= 3
         && let (Some(base), Some(named), Some(generic)) = (held_out(subject, baseline, &[]), held_out(subject, stand, &[]), held_out(subject, stand, &all))
     {

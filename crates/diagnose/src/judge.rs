@@ -39,7 +39,14 @@ impl Court {
         let layout = Arc::new(layout);
         let tracks = |all: &[Vec<Vec<f64>>]| -> Tracks { all.iter().map(|trial| trial.iter().map(|x| layout.track(x)).collect()).collect() };
         let windowed = !meaning.motion_imposed && !subject.scale.spring;
-        Court { effort: tracks(&samples.effort), motion: tracks(&samples.motion), layout: layout.clone(), order: meaning.order, motion_imposed: meaning.motion_imposed, windowed }
+        Court {
+            effort: tracks(&samples.effort),
+            motion: tracks(&samples.motion),
+            layout: layout.clone(),
+            order: meaning.order,
+            motion_imposed: meaning.motion_imposed,
+            windowed,
+        }
     }
 
     /// Length of the scored part in seconds.
@@ -63,9 +70,10 @@ impl Court {
         let mut relative = Vec::new();
         for i in 0..n {
             let pairs = || {
-                predictions.iter().flatten().flat_map(move |p| {
-                    p.measured[i].iter().zip(&p.predicted[i]).zip(&p.scored).filter(|(_, s)| **s).map(|((m, p), _)| (*m, *p))
-                })
+                predictions
+                    .iter()
+                    .flatten()
+                    .flat_map(move |p| p.measured[i].iter().zip(&p.predicted[i]).zip(&p.scored).filter(|(_, s)| **s).map(|((m, p), _)| (*m, *p)))
             };
             let count = pairs().count() as f64;
             let mean = pairs().map(|p| p.0).sum::<f64>() / count;
@@ -97,7 +105,15 @@ impl Errors {
 }
 
 /// Share of the error above the floor that a model removes, with its 95 % interval from blocks of time drawn anew.
-pub(crate) fn explained(before: &Errors, after: &Errors, floor: f64, block_s: f64, duration_s: f64, resamples: usize, seed: u64) -> (Option<f64>, Option<[f64; 2]>) {
+pub(crate) fn explained(
+    before: &Errors,
+    after: &Errors,
+    floor: f64,
+    block_s: f64,
+    duration_s: f64,
+    resamples: usize,
+    seed: u64,
+) -> (Option<f64>, Option<[f64; 2]>) {
     let (Some(b), Some(a)) = (before.mean(), after.mean()) else { return (None, None) };
     let share = |b: f64, a: f64| if b > floor { ((b - a) / (b - floor)).clamp(-1.0, 1.0) } else { 0.0 };
     let length = before.relative.first().map_or(0, Vec::len);
@@ -107,7 +123,9 @@ pub(crate) fn explained(before: &Errors, after: &Errors, floor: f64, block_s: f6
         return (Some(share(b, a)), None);
     }
     let sums = |e: &Errors| -> Vec<f64> {
-        (0..blocks).map(|k| e.relative.iter().map(|r| r[k * per..(k + 1) * per].iter().sum::<f64>() / per as f64).sum::<f64>() / e.relative.len() as f64).collect()
+        (0..blocks)
+            .map(|k| e.relative.iter().map(|r| r[k * per..(k + 1) * per].iter().sum::<f64>() / per as f64).sum::<f64>() / e.relative.len() as f64)
+            .collect()
     };
     let (sb, sa) = (sums(before), sums(after));
     let mut random = ChaCha8Rng::seed_from_u64(seed);

@@ -133,7 +133,30 @@ impl Layout {
         let keep = vec![true; bins.len()];
         let mut planner = RealFftPlanner::new();
         let (back, block_forward) = (planner.plan_fft_inverse(padded), planner.plan_fft_forward(block));
-        Layout { trials, axes, rate_hz, samples: kept, factor, time_s, start_s: 0.0, keep, weights: vec![], pad, padded, s, low_pass, smooth, block, starts, window, bins, frequency_hz, sj, back, block_forward }
+        Layout {
+            trials,
+            axes,
+            rate_hz,
+            samples: kept,
+            factor,
+            time_s,
+            start_s: 0.0,
+            keep,
+            weights: vec![],
+            pad,
+            padded,
+            s,
+            low_pass,
+            smooth,
+            block,
+            starts,
+            window,
+            bins,
+            frequency_hz,
+            sj,
+            back,
+            block_forward,
+        }
     }
 
     /// Blocks of all trials.
@@ -182,7 +205,8 @@ impl Layout {
 
     /// The samples at the working rate of `operator` applied to a track, low-passed well above the band.
     pub fn filtered(&self, track: &Track, operator: impl Fn(Complex64) -> Complex64, extra: Option<&[f64]>) -> Vec<f64> {
-        let mut spectrum: Vec<Complex64> = self.s.iter().zip(&track.spectrum).zip(&self.low_pass).map(|((&s, x), h)| if *h > 0.0 { x * operator(s) * *h } else { Complex64::ZERO }).collect();
+        let mut spectrum: Vec<Complex64> =
+            self.s.iter().zip(&track.spectrum).zip(&self.low_pass).map(|((&s, x), h)| if *h > 0.0 { x * operator(s) * *h } else { Complex64::ZERO }).collect();
         if let Some(extra) = extra {
             spectrum.iter_mut().zip(extra).for_each(|(x, h)| *x *= *h);
         }

@@ -39,6 +39,6 @@ pub use error::DiagnoseError;
 pub use options::{HeldOut, Options};
 pub use probability::Features;
 pub use result::{
-    BandShare, Cause, CauseParameter, Confusable, Considered, Diagnosis, Discrepancy, Extended, Gain, Minor, Model, ModelParameter, NoiseFloor, Score, Shift, Site,
-    Split, TimeShare, Verdict,
+    BandShare, Cause, CauseParameter, Confusable, Considered, Diagnosis, Discrepancy, Extended, Gain, Minor, Model, ModelParameter, NoiseFloor, Score, Shift,
+    Site, Split, TimeShare, Verdict,
 };

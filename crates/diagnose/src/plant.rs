@@ -128,17 +128,12 @@ impl Base {
             _ => vec![Complex64::ZERO; lines],
         };
         let looped = matches!(cause, Cause::Loop(_));
-        let times_s = |spectrum: &[Complex64]| -> Arc<Vec<Complex64>> {
-            Arc::new(spectrum.iter().enumerate().map(|(k, f)| -f * layout.sj[k % lines]).collect())
-        };
+        let times_s =
+            |spectrum: &[Complex64]| -> Arc<Vec<Complex64>> { Arc::new(spectrum.iter().enumerate().map(|(k, f)| -f * layout.sj[k % lines]).collect()) };
         let sigma = INSTRUMENT_DELAY_S * layout.time_s;
         self.columns.push(Column {
             parts: (0..n).map(|i| (i, times_s(&state.effort_spectra[i]))).collect(),
-            action: if looped {
-                (0..n * n).map(|q| (q / n, q % n, Arc::new(impedance(&|k, z| layout.sj[k] * z[q])))).collect()
-            } else {
-                vec![]
-            },
+            action: if looped { (0..n * n).map(|q| (q / n, q % n, Arc::new(impedance(&|k, z| layout.sj[k] * z[q])))).collect() } else { vec![] },
             through: Through::Effort,
             precision: 1.0 / (sigma * sigma),
         });

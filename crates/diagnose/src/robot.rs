@@ -35,11 +35,8 @@ pub(crate) fn fit(state: &State, references: &[Vec<Vec<f64>>], unit: bool) -> Op
     let mut impedance = vec![vec![Complex64::ZERO; n * n]; layout.lines()];
     let (mut rest, mut part) = (0.0, 0.0);
     for i in 0..n {
-        let y: Vec<Complex64> = if unit {
-            r[i].iter().zip(state.effort_spectra[i].iter()).map(|(r, f)| f - r).collect()
-        } else {
-            state.effort_spectra[i].to_vec()
-        };
+        let y: Vec<Complex64> =
+            if unit { r[i].iter().zip(state.effort_spectra[i].iter()).map(|(r, f)| f - r).collect() } else { state.effort_spectra[i].to_vec() };
         let mut columns: Vec<Vec<Complex64>> = Vec::new();
         for j in 0..n {
             for order in 0..3 {

@@ -56,7 +56,8 @@ impl Meaning {
     /// Reads the roles of the channels, and refuses what cannot be balanced.
     pub fn new(recording: &Recording, ports: &Ports) -> Result<Self, DiagnoseError> {
         let channel = |i: &usize| &recording.channels()[*i];
-        let kinds = |indices: &[usize], otherwise| -> Vec<bool> { indices.iter().map(channel).map(|c| is_effort(&c.name, c.unit.quantity(), otherwise)).collect() };
+        let kinds =
+            |indices: &[usize], otherwise| -> Vec<bool> { indices.iter().map(channel).map(|c| is_effort(&c.name, c.unit.quantity(), otherwise)).collect() };
         let (inputs, outputs) = (kinds(&ports.inputs, true), kinds(&ports.outputs, false));
         if ports.inputs.len() != ports.outputs.len() {
             return Err(DiagnoseError::Unequal { inputs: ports.inputs.len(), outputs: ports.outputs.len() });
@@ -91,7 +92,8 @@ impl Meaning {
             motion_names: names(motion),
             axes: ports.outputs.iter().map(|i| axis_of(&channel(i).name).to_owned()).collect(),
             reference_is_effort: ports.references.len() == effort.len() && ports.references.iter().map(channel).all(|c| c.unit.quantity() == Quantity::Effort),
-            effort_is_command: !motion_imposed && effort.iter().map(channel).all(|c| c.name.starts_with("cmd_") || c.name.contains("motor") || c.name.contains("command")),
+            effort_is_command: !motion_imposed
+                && effort.iter().map(channel).all(|c| c.name.starts_with("cmd_") || c.name.contains("motor") || c.name.contains("command")),
         })
     }
 }
@@ -140,10 +142,7 @@ impl Samples {
             trial.require_finite(used.iter().map(|i| trial.channels()[*i].name.as_str()))?;
             let own = |indices: &[usize]| -> Vec<Vec<f64>> { trial.columns(indices).into_iter().map(<[f64]>::to_vec).collect() };
             let measured = own(motion);
-            let displacement = measured
-                .iter()
-                .map(|m| (0..meaning.order).fold(m.clone(), |x, _| integral(&x, rate_hz)))
-                .collect();
+            let displacement = measured.iter().map(|m| (0..meaning.order).fold(m.clone(), |x, _| integral(&x, rate_hz))).collect();
             for (channels, indices) in [(&measured, motion), (&own(effort), effort)] {
                 for (samples, index) in channels.iter().zip(indices) {
                     if samples.iter().all(|s| *s == samples[0]) {

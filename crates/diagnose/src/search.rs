@@ -109,7 +109,13 @@ impl Subject {
             .filter_map(|(i, start)| {
                 let h = &self.hypotheses[*i];
                 let tried = if net(h, start) >= bar || h.corrects() { ground.refine(h, start, 28)? } else { start.clone() };
-                (!optimise::tells(&h.form.knobs, &tried.knobs)).then(|| Judged { hypothesis: *i, gain: tried.fit.log_likelihood - level, net: net(h, &tried), share: 1.0 - whitened(&tried.fit) / before, tried })
+                (!optimise::tells(&h.form.knobs, &tried.knobs)).then(|| Judged {
+                    hypothesis: *i,
+                    gain: tried.fit.log_likelihood - level,
+                    net: net(h, &tried),
+                    share: 1.0 - whitened(&tried.fit) / before,
+                    tried,
+                })
             })
             .collect();
         judged.sort_by(|a, b| b.net.total_cmp(&a.net).then(a.hypothesis.cmp(&b.hypothesis)));

@@ -122,7 +122,19 @@ impl State {
         };
         let kinematics = [spectra(&x), spectra(&v), spectra(&a)];
         let effort_spectra = spectra(&f);
-        State { layout: layout.clone(), effort, motion, centre: centre.to_vec(), x: Arc::new(x), law_v: Arc::new(law_v), law_x: Arc::new(law_x), kinematics, effort_spectra, chain, transforms }
+        State {
+            layout: layout.clone(),
+            effort,
+            motion,
+            centre: centre.to_vec(),
+            x: Arc::new(x),
+            law_v: Arc::new(law_v),
+            law_x: Arc::new(law_x),
+            kinematics,
+            effort_spectra,
+            chain,
+            transforms,
+        }
     }
 
     /// The same recording under one more transform.
@@ -194,7 +206,8 @@ impl State {
                 match &transform.action {
                     Action::Motion(operator) => *series = crate::layout::filter(series, self.layout.rate_hz, |s| 1.0 / operator(s, &transform.knobs)),
                     Action::Series(operator) => {
-                        let stretch = crate::layout::filter(&force[..series.len()], self.layout.rate_hz, |s| s.powi(order as i32) * operator(s, &transform.knobs));
+                        let stretch =
+                            crate::layout::filter(&force[..series.len()], self.layout.rate_hz, |s| s.powi(order as i32) * operator(s, &transform.knobs));
                         series.iter_mut().zip(&stretch).for_each(|(x, y)| *x += y);
                     }
                     _ => {}
@@ -207,11 +220,8 @@ impl State {
     fn delayed(&self, trial: usize, delay: f64) -> (Vec<f64>, Vec<f64>) {
         let layout = &self.layout;
         let late = |s: Complex64| (-s * delay).exp();
-        let x: Vec<Vec<f64>> = self.motion[trial]
-            .iter()
-            .zip(&self.centre)
-            .map(|(t, centre)| layout.filtered(t, late, None).into_iter().map(|v| v - centre).collect())
-            .collect();
+        let x: Vec<Vec<f64>> =
+            self.motion[trial].iter().zip(&self.centre).map(|(t, centre)| layout.filtered(t, late, None).into_iter().map(|v| v - centre).collect()).collect();
         let v: Vec<Vec<f64>> = self.motion[trial].iter().map(|t| layout.filtered(t, |s| s * late(s), Some(&layout.smooth))).collect();
         (interleave(&x), interleave(&v))
     }
@@ -225,9 +235,7 @@ impl State {
                 parts.push((i, Arc::new(layout.spectra(forces.iter().map(|trial| trial[i].as_slice())))));
             }
         }
-        let action = linear.unwrap_or_else(|| {
-            parts.iter().flat_map(|(i, spectrum)| self.approximation(*i, spectrum, axis)).collect()
-        });
+        let action = linear.unwrap_or_else(|| parts.iter().flat_map(|(i, spectrum)| self.approximation(*i, spectrum, axis)).collect());
         Column { parts, action, through: Through::Motion, precision: 0.0 }
     }
 
@@ -249,7 +257,12 @@ impl State {
         let theta = factor.solve(&rhs);
         from.iter()
             .map(|&j| {
-                let h = self.layout.sj.iter().map(|&s| regressors.iter().zip(&theta).filter(|(r, _)| r.1 == j).map(|(r, t)| s.powi(r.0 as i32) * t).sum()).collect();
+                let h = self
+                    .layout
+                    .sj
+                    .iter()
+                    .map(|&s| regressors.iter().zip(&theta).filter(|(r, _)| r.1 == j).map(|(r, t)| s.powi(r.0 as i32) * t).sum())
+                    .collect();
                 (equation, j, Arc::new(h))
             })
             .collect()
@@ -366,7 +379,13 @@ pub(crate) fn along(law: &dyn ForceLaw, (rate_hz, start_s): (f64, f64), axes: us
     let mut place = vec![0.0; 4 * axes];
     for k in 0..samples {
         let here = k * axes..(k + 1) * axes;
-        let motion = Motion { time_s: start_s + k as f64 * dt, position: &x[here.clone()], velocity: &v[here.clone()], delayed_position: &dx[here.clone()], delayed_velocity: &dv[here.clone()] };
+        let motion = Motion {
+            time_s: start_s + k as f64 * dt,
+            position: &x[here.clone()],
+            velocity: &v[here.clone()],
+            delayed_position: &dx[here.clone()],
+            delayed_velocity: &dv[here.clone()],
+        };
         force.fill(0.0);
         law.evaluate(&motion, &z, &mut force, &mut k1);
         for (series, f) in out.iter_mut().zip(&force) {
@@ -402,5 +421,11 @@ fn interpolate(place: &mut [f64], fraction: f64, axes: usize, series: [&[f64]; 4
 }
 
 fn view(place: &[f64], axes: usize, time_s: f64) -> Motion<'_> {
-    Motion { time_s, position: &place[..axes], velocity: &place[axes..2 * axes], delayed_position: &place[2 * axes..3 * axes], delayed_velocity: &place[3 * axes..] }
+    Motion {
+        time_s,
+        position: &place[..axes],
+        velocity: &place[axes..2 * axes],
+        delayed_position: &place[2 * axes..3 * axes],
+        delayed_velocity: &place[3 * axes..],
+    }
 }

@@ -144,10 +144,8 @@ fn settle(state: &State, cause: &Cause, structure: &Structure) -> Result<(Base, 
     let likelihood = Likelihood::new(state, cause, &base.held);
     let target = likelihood.target();
     let power = likelihood.power(&target);
-    let fit = likelihood
-        .fit(&columns, &power, 3, false)
-        .and_then(|start| likelihood.fit(&columns, &start.power, 4, true))
-        .ok_or(DiagnoseError::BaselineFailed)?;
+    let fit =
+        likelihood.fit(&columns, &power, 3, false).and_then(|start| likelihood.fit(&columns, &start.power, 4, true)).ok_or(DiagnoseError::BaselineFailed)?;
     drop(columns);
     Ok((base, fit))
 }

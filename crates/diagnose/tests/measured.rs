@@ -48,3 +48,15 @@ fn the_disc_player_gets_no_cause_that_is_over_claimed() {
     let Some(d) = answer("cd-player", record("cd-player")) else { return };
     assert!(d.causes.iter().all(|c| c.probability <= 0.9), "{:?}", d.causes);
 }
+
+#[test]
+fn the_ankle_has_a_reflex_in_one_direction() {
+    let Some(d) = answer("ankle-pf", record("ankle-pf")) else { return };
+    let reflex = d.causes.first().filter(|c| c.effect == "reflex-delay").expect("a reflex first");
+    let value = |name: &str| reflex.parameters.iter().find(|p| p.name == name).map(|p| p.value.clone()).expect("a parameter");
+    assert_eq!(value("one_directional"), ndof_models::effects::Value::Flag(true));
+    let ndof_models::effects::Value::Number(delay) = value("delay_s") else { panic!("a number") };
+    assert!((0.038..0.06).contains(&delay), "{delay}");
+    let (before, after) = (d.baseline.held_out.vaf_percent[0].expect("finite"), d.extended.held_out.vaf_percent[0].expect("finite"));
+    assert!(after > before + 20.0, "{before} -> {after}");
+}

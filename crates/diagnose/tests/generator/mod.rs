@@ -507,7 +507,13 @@ pub fn make(case: &Case) -> Made {
                 Plant::Mass => (0.025, 2e-5),
                 _ => (0.025, 5e-5),
             };
-            let fnoise = if n == 3 { 8e-4 } else if case.plant == Plant::Motion { 0.015 } else { 0.03 };
+            let fnoise = if n == 3 {
+                8e-4
+            } else if case.plant == Plant::Motion {
+                0.015
+            } else {
+                0.03
+            };
             let mut channels = Vec::new();
             let unit = |q| Unit::si(q, rotational);
             let effort_word = if rotational { "torque" } else { "force" };
@@ -605,8 +611,12 @@ fn imposed(rng: &mut ChaCha8Rng, world: &World, own: &[f64], samples: usize, rms
     // A sum of sines is differentiated exactly.
     let duration = samples as f64 / FS;
     let lines = (12.0 * duration) as usize;
-    let tones: Vec<(f64, f64, f64)> =
-        (1..lines).map(|k| { let f = k as f64 / duration; (f, 1.0 / (1.0 + (f / 3.0).powi(2)), rng.random_range(0.0..TAU)) }).collect();
+    let tones: Vec<(f64, f64, f64)> = (1..lines)
+        .map(|k| {
+            let f = k as f64 / duration;
+            (f, 1.0 / (1.0 + (f / 3.0).powi(2)), rng.random_range(0.0..TAU))
+        })
+        .collect();
     let size = (tones.iter().map(|t| t.1 * t.1 / 2.0).sum::<f64>()).sqrt();
     let (mut x, mut v, mut a) = (vec![0.0; fine], vec![0.0; fine], vec![0.0; fine]);
     for (f, amplitude, phase) in tones {

@@ -52,7 +52,10 @@ fn emps() -> Record {
 
 fn ankle(file: &str) -> Record {
     let t = table(file)?;
-    let r = recording(1000.0, vec![("angle_ankle", Quantity::Displacement, true, t.1.first()?.clone()), ("torque_ankle", Quantity::Effort, true, t.1.get(1)?.clone())]);
+    let r = recording(
+        1000.0,
+        vec![("angle_ankle", Quantity::Displacement, true, t.1.first()?.clone()), ("torque_ankle", Quantity::Effort, true, t.1.get(1)?.clone())],
+    );
     Some((vec![r], Ports { references: vec![], inputs: vec![0], outputs: vec![1] }))
 }
 
@@ -68,7 +71,10 @@ fn mr_damper() -> Record {
     let mut trials = Vec::new();
     for file in ["mr_damper/magneto_est.csv", "mr_damper/magneto_val.csv"] {
         let t = table(file)?;
-        trials.push(recording(200.0, vec![("vel_piston", Quantity::Velocity, false, column(&t, "vel")?), ("force_damper", Quantity::Effort, false, column(&t, "force")?)]));
+        trials.push(recording(
+            200.0,
+            vec![("vel_piston", Quantity::Velocity, false, column(&t, "vel")?), ("force_damper", Quantity::Effort, false, column(&t, "force")?)],
+        ));
     }
     Some((trials, Ports { references: vec![], inputs: vec![0], outputs: vec![1] }))
 }

@@ -104,7 +104,7 @@ impl Effect for ChannelFilter {
                     side: Side::Sensor,
                     axis: None,
                     knobs: vec![Knob { lo: 5e-5 * unit, hi: 0.05 / spread * unit, log: true, telling: false }],
-                    grid: grid(&[&[0.3e-3, 1e-3, 3e-3, 1e-2].map(|t| t / spread * unit)]),
+                    grid: grid(&[&[0.3, 0.8, 1.4, 2.0, 2.8, 4.0, 5.6, 8.0, 11.0, 16.0].map(|ms| 1e-3 * ms / spread * unit)]),
                     signs: vec![],
                     action: if on_effort { Action::Effort(operator) } else { Action::Motion(operator) },
                     naming: Arc::new(move |k, _| {

@@ -69,7 +69,9 @@ impl Effect for MeasurementDelay {
             side: Side::Sensor,
             axis: None,
             knobs: vec![Knob { lo: -0.03 * unit, hi: 0.03 * unit, log: false, telling: false }],
-            grid: grid(&[&[-8.0, -3.0, -1.0, -0.3, 0.3, 1.0, 3.0, 8.0].map(|ms| ms * 1e-3 * unit)]),
+            grid: grid(&[
+                &[-17.0, -12.0, -8.5, -6.0, -4.2, -3.0, -2.0, -1.0, -0.3, 0.3, 1.0, 2.0, 3.0, 4.2, 6.0, 8.5, 12.0, 17.0, 24.0].map(|ms| ms * 1e-3 * unit)
+            ]),
             signs: vec![],
             action: Action::Effort(Arc::new(|s, k| (s * k[0]).exp())),
             naming: Arc::new(move |k, _| {

@@ -60,12 +60,10 @@ impl ForceLaw for Maxwell {
 /// s^a = (sin a π / π) ∫ s τ / (1 + s τ) τ^(-a-1) dτ; the sum over a logarithmic grid is within 0.4 % for a step of 2.
 pub(super) fn fractional(axis: usize, coefficient: f64, order: f64, time_s: f64) -> Maxwell {
     let step = std::f64::consts::LN_2;
-    let elements = (-11..=10)
-        .map(|k| {
-            let time = time_s * 2f64.powi(k);
-            (coefficient * (order * PI).sin() / PI * step * time.powf(-order), time)
-        })
-        .collect();
+    let weight = |time: f64| coefficient * (order * PI).sin() / PI * step * time.powf(-order);
+    let mut elements: Vec<(f64, f64)> = (-11..=10).map(|k| time_s * 2f64.powi(k)).map(|time| (weight(time), time)).collect();
+    // All longer times together: a geometric series of springs that do not relax any more.
+    elements.push((weight(time_s * 2f64.powi(11)) / (1.0 - 2f64.powf(-order)), f64::INFINITY));
     Maxwell { axis, elements }
 }
 
