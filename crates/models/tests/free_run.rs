@@ -30,7 +30,11 @@ fn the_carriage_of_emps_has_its_published_mass_and_friction() {
     let longer = FreeRunFit { window_s: Some(2.0), ..settings };
     let (nrmse, vaf) = longer.validate(&mechanism, &estimated.theta, &part(cut..force.len())).expect("runs");
     println!("held out: nrmse {nrmse:?}, VAF {vaf:?} %");
-    assert!(nrmse[0] < 0.02 && vaf[0] > 99.9);
+    // Without dry friction the force residual is four times as large; half of that has to show in free runs.
+    let smooth = Mechanism { coulomb: false, ..mechanism };
+    let without = settings.fit(&smooth, &part(0..cut), &[80.0, 100.0, 0.0]).expect("fit");
+    let (rest, _) = longer.validate(&smooth, &without.theta, &part(cut..force.len())).expect("runs");
+    assert!(2.0 * nrmse[0] < rest[0] && vaf[0] > 99.9, "{nrmse:?} against {rest:?}");
 }
 
 #[test]
