@@ -28,7 +28,7 @@ impl Default for PaperFit {
 }
 
 impl PaperFit {
-    /// Fits `model` to `response` with `weight`[f][i][j] = γ.
+    /// Fits `model` to `response` with `weight[f, i, j]` = γ.
     ///
     /// # Errors
     /// [`FitError`] if shape, kind or band do not serve.

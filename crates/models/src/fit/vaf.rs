@@ -8,7 +8,7 @@ use serde::{Deserialize, Serialize};
 /// Variance accounted for of each element, and R² of all.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Agreement {
-    /// VAF in percent, [output][input] of the impedance; `None` where the model's element is identically zero.
+    /// VAF in percent, outputs × inputs of the impedance; `None` where the model's element is identically zero.
     pub vaf_percent: Vec<Vec<Option<f64>>>,
     /// R² over the elements that have a VAF; `None` without one.
     pub r2: Option<f64>,
@@ -25,7 +25,7 @@ pub(crate) const GAIN_WEIGHT: f64 = 10.0;
 ///
 /// VAF = 100 (1 − ψ_z/ψ_n) %,  R² = 1 − Σ ψ_z / Σ ψ_n
 ///
-/// with gains g in dB re 1 SI unit and phases φ in degrees within ±180°, differences wrapped likewise. `weight`[f][i][j]
+/// with gains g in dB re 1 SI unit and phases φ in degrees within ±180°, differences wrapped likewise. `weight[f, i, j]`
 /// is γ: the partial γ² of the same element (the paper), or its root. Bins that are not finite do not count.
 ///
 /// # Errors
