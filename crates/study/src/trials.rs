@@ -1,6 +1,7 @@
 //! Repeated trials of one experiment, with the roles of their channels.
 
 use crate::error::StudyError;
+use crate::pipeline::quality;
 use crate::result::Warning;
 use crate::roles::{RoleNames, Roles};
 use crate::trim::Trim;
@@ -92,6 +93,8 @@ impl Trials {
             inputs: (references..references + inputs).collect(),
             outputs: (references + inputs..used.len()).collect(),
         };
+        let looked_at: Vec<&Recording> = stretches.iter().map(|trial| &trial.recording).collect();
+        warnings.extend(quality(&looked_at, &roles));
         Ok(Trials { trials: stretches, roles, warnings })
     }
 

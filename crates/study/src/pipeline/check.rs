@@ -64,6 +64,24 @@ pub fn check(trials: &[Trial], names: &RoleNames, command: &str) -> CheckResult 
     }
 }
 
+/// What an analysis of these trials should warn of: each code once a channel.
+pub(crate) fn quality(recordings: &[&Recording], roles: &Roles) -> Vec<Warning> {
+    let mut seen: Vec<(String, Option<String>)> = Vec::new();
+    let mut warnings = Vec::new();
+    for (trial, recording) in recordings.iter().enumerate() {
+        let of_channels = recording.channels().iter().enumerate().flat_map(|(index, channel)| channel_findings(channel, role(Some(roles), index), trial));
+        for found in of_channels.chain(together(recording, roles, trial)) {
+            let key = (found.code.clone(), found.channel.clone());
+            if !seen.contains(&key) {
+                let message = format!("trial {}{}: {}", trial + 1, found.channel.map(|channel| format!(", {channel}")).unwrap_or_default(), found.message);
+                warnings.push(Warning::new(&found.code, message, found.action));
+                seen.push(key);
+            }
+        }
+    }
+    warnings
+}
+
 fn role(roles: Option<&Roles>, index: usize) -> &'static str {
     let Some(ports) = roles.map(|roles| &roles.ports) else { return "none" };
     match index {

@@ -1,41 +1,19 @@
 //! Trials in, frequency response with coherences and confidence out.
 
+use super::MethodName;
 use super::confidence::{response_with_errors, spectrum};
+use super::method::word;
+use super::method::{choose, record};
 use crate::error::StudyError;
 use crate::result::estimate as schema;
 use crate::result::estimate::EstimateResult;
 use crate::result::{VERSION, Warning, number};
 use crate::trials::Trials;
-use ndof_signal::{CrossSpectra, Detrend, Multitaper, Periodic, Recording, Welch, Window, detect_period, effective_averages};
-use ndof_sysid::{
-    Coherence, Direct, Distortion, EstimateError, Estimates, FrequencyResponse, Labels, LocalPolynomial, ResponseKind, SpectralMethod, choose_method,
-};
+use ndof_signal::{CrossSpectra, Detrend, Recording, Window};
+use ndof_sysid::{Coherence, Direct, Distortion, EstimateError, Estimates, FrequencyResponse, Labels, ResponseKind, SpectralMethod};
 use num_complex::Complex64;
 use rayon::prelude::*;
-use serde::{Deserialize, Serialize};
 use std::f64::consts::TAU;
-
-/// The words that `--method` takes.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "kebab-case")]
-pub enum MethodName {
-    /// Chosen from the records, with the reason in the result.
-    #[default]
-    Auto,
-    /// Averages over windowed, overlapping segments.
-    Welch,
-    /// Averages over orthogonal tapers of the whole record.
-    Multitaper,
-    /// Response and leakage as polynomials around each line of the whole record.
-    LocalPolynomial,
-    /// Averages over the periods of a periodic excitation.
-    Periodic,
-}
-
-impl MethodName {
-    /// The words, in the order of the variants.
-    pub const WORDS: [&'static str; 5] = ["auto", "welch", "multitaper", "local-polynomial", "periodic"];
-}
 
 /// How to estimate; what is `None` follows from the records.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -156,71 +134,6 @@ fn labels(trials: &Trials) -> Labels {
     }
 }
 
-/// The method with its settings, and why it was taken. Where a setting of Welch's method is given, Welch's method is meant.
-fn choose(trials: &Trials, settings: &EstimateSettings) -> Result<(SpectralMethod, String), StudyError> {
-    let asked = "as asked for".to_owned();
-    let recordings = trials.recordings();
-    let about_welch = settings.nperseg.is_some() || settings.noverlap.is_some() || settings.nfft.is_some() || settings.window != Window::default();
-    let one_length = recordings.windows(2).all(|pair| pair[0].len() == pair[1].len());
-    Ok(match settings.method {
-        MethodName::Auto if about_welch || !one_length => welch(trials, settings),
-        MethodName::Auto => {
-            let choice = choose_method(&recordings, &trials.roles.ports);
-            match choice.method {
-                SpectralMethod::Welch(_) => welch(trials, settings),
-                SpectralMethod::Multitaper(multitaper) => (SpectralMethod::Multitaper(Multitaper { detrend: settings.detrend, ..multitaper }), choice.reason),
-                other => (other, choice.reason),
-            }
-        }
-        MethodName::Welch => welch(trials, settings),
-        MethodName::Multitaper => {
-            let time_bandwidth = settings.time_bandwidth.unwrap_or_else(|| Multitaper::default().time_bandwidth);
-            (SpectralMethod::Multitaper(Multitaper { time_bandwidth, nfft: settings.nfft, detrend: settings.detrend, ..Multitaper::default() }), asked)
-        }
-        MethodName::LocalPolynomial => {
-            let order = settings.order.unwrap_or_else(|| LocalPolynomial::default().order);
-            (SpectralMethod::LocalPolynomial(LocalPolynomial { order, ..LocalPolynomial::default() }), asked)
-        }
-        MethodName::Periodic => {
-            let ports = &trials.roles.ports;
-            let driver = ports.references.first().or(ports.inputs.first()).copied().unwrap_or(0);
-            let found = || trials.channels(&[driver]).first().and_then(|channel| detect_period(&channel.samples)).map(|found| found.period);
-            let given = settings.period_s.map(|period_s| (period_s * trials.sample_rate_hz()).round() as usize);
-            let period = given.or_else(found).ok_or_else(|| StudyError::NoPeriod { channel: trials.names(&[driver]).concat() })?;
-            (SpectralMethod::Periodic(Periodic { period, discard: 1 }), asked)
-        }
-    })
-}
-
-/// Segments as long as leave enough of them to average: resolution is bought with what is left of the random error.
-fn welch(trials: &Trials, settings: &EstimateSettings) -> (SpectralMethod, String) {
-    let (inputs, references) = (trials.roles.ports.inputs.len(), trials.roles.ports.references.len());
-    let enough = (16 + 2 * inputs.max(references)) as f64;
-    let lengths: Vec<usize> = trials.trials.iter().map(|trial| trial.recording.len()).collect();
-    let averages = |nperseg: usize| -> f64 {
-        let window = settings.window.samples(nperseg, settings.window_symmetric);
-        let hop = nperseg - nperseg / 2;
-        let count = |len: usize| if len < nperseg { 0 } else { (len - nperseg) / hop + 1 };
-        lengths.iter().map(|&len| effective_averages(&window, hop, count(len))).filter(|n| n.is_finite()).sum()
-    };
-    let longest = lengths.iter().copied().max().unwrap_or(0);
-    let chosen = || (3..=longest.max(8).ilog2()).rev().map(|k| 1_usize << k).find(|&nperseg| averages(nperseg) >= enough).unwrap_or(8);
-    let nperseg = settings.nperseg.unwrap_or_else(chosen);
-    let why = match settings.nperseg {
-        Some(_) => "segments as asked for".to_owned(),
-        None => format!("the longest segments (a power of two) that leave at least {enough:.0} effective averages"),
-    };
-    let welch = Welch {
-        nperseg,
-        noverlap: settings.noverlap.unwrap_or(nperseg / 2),
-        nfft: settings.nfft.unwrap_or(nperseg),
-        window: settings.window,
-        window_symmetric: settings.window_symmetric,
-        detrend: settings.detrend,
-    };
-    (SpectralMethod::Welch(welch), why)
-}
-
 /// Names the file of the trial that an error is about.
 fn in_file(error: EstimateError, trials: &Trials) -> StudyError {
     let file = match &error {
@@ -271,7 +184,6 @@ fn to_displacement(response: &mut FrequencyResponse, trials: &Trials) {
     }
 }
 
-#[expect(clippy::too_many_arguments, reason = "the parts of one result, each once")]
 fn result(
     trials: &Trials,
     settings: &EstimateSettings,
@@ -313,7 +225,7 @@ fn result(
         outputs: trials.names(outputs),
         references: trials.names(&ports.references),
         units: schema::Units { inputs: trials.units(inputs), outputs: trials.units(outputs), references: trials.units(&ports.references) },
-        method: method(estimates, settings, direct, why),
+        method: record(estimates, settings, direct, why),
         response: word(&direct.kind),
         frequency_hz: keep.iter().map(|&f| all_hz[f]).collect(),
         direct: schema::Direct { response: response_with_errors(&cut(direct)), coherence: coherence(&d.coherence) },
@@ -332,42 +244,6 @@ fn result(
         distortion: estimates.distortion.as_ref().map(|d| distortion(d, &keep, p, q)),
         spectra: settings.spectra.then(|| spectra(trials, estimates, &keep)).flatten(),
     })
-}
-
-/// The method and its settings as the result holds them.
-fn method(estimates: &Estimates, settings: &EstimateSettings, response: &FrequencyResponse, why: String) -> schema::Method {
-    let mut method = schema::Method {
-        name: estimates.method.name().to_owned(),
-        why,
-        estimator: word(&settings.estimator),
-        nperseg: None,
-        noverlap: None,
-        nfft: None,
-        window: None,
-        window_symmetric: None,
-        detrend: None,
-        time_bandwidth: None,
-        order: None,
-        period: None,
-        segments: estimates.spectra.as_ref().map_or(0, CrossSpectra::segments),
-        effective_averages: estimates.effective_averages,
-        independent_spacing_hz: response.uncertainty.as_ref().map_or(f64::NAN, |u| u.independent_spacing_hz),
-        band_hz: settings.band_hz.map(|(low, high)| [low, high]),
-    };
-    match &estimates.method {
-        SpectralMethod::Welch(welch) => {
-            (method.nperseg, method.noverlap, method.nfft) = (Some(welch.nperseg), Some(welch.noverlap), Some(welch.nfft));
-            (method.window, method.window_symmetric) = (Some(welch.window.to_string()), Some(welch.window_symmetric));
-            method.detrend = Some(word(&welch.detrend));
-        }
-        SpectralMethod::Multitaper(multitaper) => {
-            (method.time_bandwidth, method.nfft, method.detrend) = (Some(multitaper.time_bandwidth), multitaper.nfft, Some(word(&multitaper.detrend)));
-        }
-        SpectralMethod::LocalPolynomial(local) => method.order = Some(local.order),
-        SpectralMethod::Periodic(periodic) => method.period = Some(periodic.period),
-        _ => {}
-    }
-    method
 }
 
 fn distortion(d: &Distortion, keep: &[usize], p: usize, q: usize) -> schema::Distortion {
@@ -402,9 +278,4 @@ fn spectra(trials: &Trials, estimates: &Estimates, keep: &[usize]) -> Option<sch
         re: spectrum(keep.len(), n, n, |f, a, b| number(cross.at(keep[f], used[a], used[b]).re)),
         im: spectrum(keep.len(), n, n, |f, a, b| number(cross.at(keep[f], used[a], used[b]).im)),
     })
-}
-
-/// The word that serde writes for a value of an enum without fields.
-pub(crate) fn word(value: &impl Serialize) -> String {
-    serde_json::to_value(value).ok().and_then(|v| v.as_str().map(str::to_owned)).unwrap_or_default()
 }

@@ -2,7 +2,7 @@
 
 use super::Estimated;
 use super::confidence::finite;
-use super::estimate::word;
+use super::method::word;
 use super::project::project;
 use crate::error::StudyError;
 use crate::file::KinematicsFile;

@@ -8,16 +8,19 @@ mod diagnose;
 mod estimate;
 mod fit;
 mod hide;
+mod method;
 mod project;
 mod simulate;
 mod study;
 
 pub use check::check;
+pub(crate) use check::quality;
 pub use command::{Command, command};
 pub use compare::compare_fits;
 pub use diagnose::{DiagnoseSettings, HoldOut, diagnose};
-pub use estimate::{EstimateSettings, Estimated, MethodName, estimate};
+pub use estimate::{EstimateSettings, Estimated, estimate};
 pub use fit::{FitCost, FitSettings, Fitted, MODEL, fit, model_response};
+pub use method::MethodName;
 pub use simulate::{JointTruth, Matrices, Simulated, Truth, simulate};
 pub use study::{ComparedParameter, StudyOutcome, compare, run_study};
 

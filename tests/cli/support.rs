@@ -1,5 +1,4 @@
 //! What the black-box tests share: running the program, making recordings, checking JSON against a schema.
-#![allow(dead_code, reason = "each test file uses its own part")]
 
 use serde_json::Value;
 use std::fmt::Write;

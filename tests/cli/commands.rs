@@ -1,9 +1,7 @@
 //! Each command does what its help says; results follow their schema and do not depend on threads.
 
-mod support;
-
+use crate::support::{json, ndof, shared, succeed, trial, violation};
 use serde_json::Value;
-use support::{json, ndof, shared, succeed, trial, violation};
 
 #[test]
 fn every_command_has_help_with_an_example() {
@@ -108,7 +106,11 @@ fn a_periodic_excitation_is_averaged_over_its_periods() {
     let force: Vec<f64> =
         text.lines().filter(|line| !line.starts_with('#')).skip(1).map(|line| line.rsplit(',').next().expect("a cell").parse().expect("a number")).collect();
     assert_eq!(force.len(), 20_000);
-    support::csv(&folder.path().join("p.csv"), "# sample_rate_hz: 500\n", &[("force_x [N]", &force), ("pos_x [m]", &support::oscillator(&force))]);
+    crate::support::csv(
+        &folder.path().join("p.csv"),
+        "# sample_rate_hz: 500\n",
+        &[("force_x [N]", &force), ("pos_x [m]", &crate::support::oscillator(&force))],
+    );
     let result = json(folder.path(), &["estimate", "p.csv"]);
     assert_eq!((&result["method"]["name"], &result["method"]["period"]), (&"periodic".into(), &2500.into()));
     let hz = result["frequency_hz"].as_array().expect("a grid");
@@ -162,9 +164,9 @@ fn check_finds_a_clipped_channel() {
     let schema: Value = serde_json::from_str(&succeed(folder.path(), &["schema", "check"])).expect("JSON");
     assert_eq!(violation(&good, &schema, &schema, ""), None);
     assert_ne!(good["verdict"], "faulty");
-    let force = support::noise(9, 5000);
-    let clipped: Vec<f64> = support::oscillator(&force).iter().map(|x| x.clamp(-2e-4, 2e-4)).collect();
-    support::csv(&folder.path().join("c.csv"), "# sample_rate_hz: 500\n", &[("force_x [N]", &force), ("pos_x [m]", &clipped)]);
+    let force = crate::support::noise(9, 5000);
+    let clipped: Vec<f64> = crate::support::oscillator(&force).iter().map(|x| x.clamp(-2e-4, 2e-4)).collect();
+    crate::support::csv(&folder.path().join("c.csv"), "# sample_rate_hz: 500\n", &[("force_x [N]", &force), ("pos_x [m]", &clipped)]);
     let bad = json(folder.path(), &["check", "c.csv"]);
     assert_eq!((&bad["verdict"], &bad["findings"][0]["code"], &bad["findings"][0]["channel"]), (&"faulty".into(), &"clipped".into(), &"pos_x".into()));
     assert_eq!(ndof(folder.path(), &["check", "c.csv", "--exit-code"]).status.code(), Some(1));
@@ -183,7 +185,7 @@ fn two_halves_of_one_record_do_not_differ() {
         let p = parameter["differences"][0]["p_value"].as_f64().expect("a number");
         assert!(p > 0.01, "{parameter}");
     }
-    support::refuse(folder.path(), &["compare", "a.json", "trial.csv"]);
+    crate::support::refuse(folder.path(), &["compare", "a.json", "trial.csv"]);
 }
 
 #[test]
@@ -209,7 +211,7 @@ fn a_cohort_goes_on_where_it_was_and_lists_what_failed() {
     succeed(folder.path(), &all);
     assert_eq!(std::fs::read_to_string(&anna).expect("there"), marked);
     assert_eq!(std::fs::read_to_string(folder.path().join("out/cohort.csv")).expect("written"), table);
-    assert!(support::refuse(folder.path(), &["cohort", "subjects", "--out", "out", "--band", "1-15"]).contains("other options"));
+    assert!(crate::support::refuse(folder.path(), &["cohort", "subjects", "--out", "out", "--band", "1-15"]).contains("other options"));
 }
 
 #[test]

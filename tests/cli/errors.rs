@@ -1,9 +1,7 @@
 //! Bad input: exit code 2, one message that names file, place and remedy, nothing overwritten.
 
-mod support;
-
+use crate::support::{csv, ndof, noise, oscillator, refuse, succeed, trial};
 use std::path::Path;
-use support::{csv, ndof, noise, oscillator, refuse, succeed, trial};
 
 /// Runs `estimate` on `bad.csv` with a result file that exists already; the file must be untouched. Returns the message.
 fn refused(folder: &Path, text: &str, extra: &[&str]) -> String {
@@ -123,7 +121,7 @@ fn unknown_words_get_a_suggestion() {
 #[test]
 fn a_wrong_study_file_is_placed() {
     let folder = tempfile::tempdir().expect("a folder");
-    let text = include_str!("../examples/studies/arm.toml").replace("band_hz", "band_hertz");
+    let text = include_str!("../../examples/studies/arm.toml").replace("band_hz", "band_hertz");
     let line = text.lines().position(|line| line.starts_with("band_hertz")).expect("it is there") + 1;
     std::fs::write(folder.path().join("s.toml"), text).expect("written");
     says(&refuse(folder.path(), &["study", "s.toml"]), &[&format!("s.toml:{line}:"), "band_hertz", "did you mean \"band_hz\"?"]);

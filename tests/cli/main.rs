@@ -1,0 +1,5 @@
+//! The program from outside: each command, exit code and message.
+
+mod commands;
+mod errors;
+mod support;
