@@ -94,7 +94,8 @@ fn analyse(trials: &Trials, linear: &Linearised, welch: &Welch) -> Outcome {
     let [m, b, k] = truth();
     let true_theta = [m, b, k].map(|x| [x[[0, 0]], x[[0, 1]], x[[1, 1]]]).concat();
     let inside = fitted.parameters.iter().zip(&true_theta).filter(|(p, truth)| (p.ci95[0]..=p.ci95[1]).contains(truth)).count();
-    let agreement = agreement(&derived.response, &with_transducer(linear, &derived.response), &derived.coherence_paper.partial, [0.25, 10.0]).expect("mechanical");
+    let agreement =
+        agreement(&derived.response, &with_transducer(linear, &derived.response), &derived.coherence_paper.partial, [0.25, 10.0]).expect("mechanical");
     Outcome { derived: errors(&fitted, &model), direct: errors(&direct_fit, &model), inside, parameters: true_theta.len(), r2: agreement.r2.expect("a number") }
 }
 
