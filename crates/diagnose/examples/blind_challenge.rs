@@ -1,11 +1,10 @@
 //! The blind challenge: recordings with something hidden, drawn from a seed, and how often the diagnosis names it.
 //!
 //! ```text
-//! cargo run --release -p ndof-diagnose --example blind_challenge -- --cases 200 --seed 1 [--kind clear|other|null|background|pair|outside|all] [--plant …] [--verbose] [--features FILE]
+//! cargo run --release -p ndof-diagnose --example blind_challenge -- --cases 200 --seed 1 [--kind clear|other|null|background|pair|outside|all] [--plant …] [--verbose]
 //! ```
 //!
-//! Prints a confusion matrix, the shares that DIAGNOSIS asks for, and a reliability table. `--features` stores what the probability is
-//! trained on: one line a case, `right` and then the features.
+//! Prints a confusion matrix, the shares that DIAGNOSIS asks for, and a reliability table.
 
 #[path = "../tests/generator/mod.rs"]
 mod generator;
@@ -147,7 +146,7 @@ fn main() {
             _ if kind == "outside" => causes.is_empty() || causes.iter().all(|c| c.probability <= 0.9),
             [one] => {
                 lead == *one
-                    || (causes.first().is_some() && confusable_with(&found, one) && found.confusable.iter().any(|c| c.effects.iter().any(|e| e == lead)))
+                    || (!causes.is_empty() && confusable_with(&found, one) && found.confusable.iter().any(|c| c.effects.iter().any(|e| e == lead)))
             }
             several => several.iter().all(|t| causes.iter().any(|c| c.effect == *t) || confusable_with(&found, t)),
         };

@@ -119,9 +119,9 @@ pub(crate) fn excited(effort: &[Vec<&[f64]>], cause: &[Vec<&[f64]>], motion: &[V
     // The last line up to which three quarters of the lines are coherent.
     let mut count = 0usize;
     let mut edge = 0;
-    for k in 1..lines {
-        count += usize::from(coherent[k]);
-        if coherent[k] && 4 * count >= 3 * k {
+    for (k, &together) in coherent.iter().enumerate().skip(1) {
+        count += usize::from(together);
+        if together && 4 * count >= 3 * k {
             edge = k;
         }
     }

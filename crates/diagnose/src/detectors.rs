@@ -190,7 +190,7 @@ pub(crate) fn burst(stand: &Stand, e: &[Vec<Vec<f64>>]) -> Option<Burst> {
     let layout = &stand.state.layout;
     let length = ((0.4 * layout.time_s * layout.rate_hz) as usize).max(4);
     // Derivatives are less sure at the ends of a trial.
-    let inside = layout.starts[0]..layout.starts[layout.starts.len() - 1] + layout.block - length;
+    let inside = layout.starts[0] + 2 * length..(layout.starts[layout.starts.len() - 1] + layout.block).saturating_sub(4 * length);
     let mut best: Option<(f64, Burst)> = None;
     for axis in 0..layout.axes {
         let white = whiten(stand, e, axis);

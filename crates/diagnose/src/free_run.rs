@@ -168,10 +168,8 @@ impl Runner {
             law.evaluate(&motion, &y[from..to], &mut resist, &mut out[from..to]);
             from = to;
         }
-        for i in 0..n {
-            for j in 0..n {
-                resist[i] += self.damping[i][j] * v[j] + self.stiffness[i][j] * x[j];
-            }
+        for (i, force) in resist.iter_mut().enumerate() {
+            *force += (0..n).map(|j| self.damping[i][j] * v[j] + self.stiffness[i][j] * x[j]).sum::<f64>();
         }
         for i in 0..n {
             out[n + i] = (0..n).map(|j| inverse_mass[i][j] * (effort[j] - resist[j])).sum();

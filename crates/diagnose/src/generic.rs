@@ -61,13 +61,16 @@ fn loops(x: impl Iterator<Item = f64>, width: f64) -> Vec<f64> {
     .collect()
 }
 
+/// A force from all displacements, all velocities and the place in the trial.
+type Moving<'a> = &'a dyn Fn(&[f64], &[f64], f64) -> f64;
+
 /// The generic regressors of a state.
 pub(crate) fn features(subject: &Subject, state: &State) -> Features {
     let layout = &state.layout;
     let n = layout.axes;
     let scale = &subject.scale;
     let mut out = Features { linear: vec![], nonlinear: vec![], varying: vec![] };
-    let series = |i: usize, f: &dyn Fn(&[f64], &[f64], f64) -> f64| -> Column {
+    let series = |i: usize, f: Moving| -> Column {
         let forces = (0..layout.trials)
             .map(|trial| {
                 (0..n)
@@ -124,7 +127,8 @@ pub(crate) fn features(subject: &Subject, state: &State) -> Features {
         if n <= 3 {
             for j in (0..n).filter(|j| *j != i) {
                 let (sy, su) = (scale.position[j].max(f64::MIN_POSITIVE), scale.velocity[j].max(f64::MIN_POSITIVE));
-                let cross: [&dyn Fn(f64, f64, f64, f64) -> f64; 8] = [
+                type Cross<'a> = &'a dyn Fn(f64, f64, f64, f64) -> f64;
+                let cross: [Cross; 8] = [
                     &|x, _, y, _| x * y,
                     &|_, _, y, _| y * y,
                     &|_, _, y, _| y * y * y,

@@ -1,7 +1,7 @@
-//! How sure a name is: a logistic function of what the search saw, trained on simulated records.
+//! How sure a name is: a logistic function of what the search saw.
 //!
-//! The example `train_probability` makes the records, diagnoses them and prints these coefficients; features whose sign is known
-//! physically keep it (a rival or a gain of the generic model lowers, a margin or a share raises).
+//! The coefficients have the signs that physics demands (a rival or a gain of the generic model lowers, a margin or a share raises)
+//! and sizes set by hand; they are not fitted to a challenge. The example `blind_challenge` prints how well they are calibrated.
 
 use serde::{Deserialize, Serialize};
 

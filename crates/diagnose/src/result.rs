@@ -187,7 +187,7 @@ pub struct Cause {
     pub site: Site,
     /// Its parameters.
     pub parameters: Vec<CauseParameter>,
-    /// Probability of this effect at this side, calibrated on simulated records.
+    /// Probability of this effect at this side.
     pub probability: f64,
     /// Of the likelihood ratio, adjusted (Holm) for everything that was tried in the step.
     pub p_value: f64,

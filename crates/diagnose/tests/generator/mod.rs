@@ -4,7 +4,7 @@
 //! filtered velocity, interval-averaging sensors, noise and quantisation are written again. With `other` the effects take functional forms
 //! that the registry does not have.
 
-#![allow(dead_code)]
+#![allow(dead_code, clippy::needless_range_loop, clippy::type_complexity)]
 
 use ndof_signal::{Channel, Quantity, Recording, Unit};
 use ndof_sysid::Ports;

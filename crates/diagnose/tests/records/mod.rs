@@ -1,6 +1,6 @@
 //! Measured recordings of others, read where they are at hand: `../shared/data` beside the repository.
 
-#![allow(dead_code)]
+#![allow(dead_code, clippy::type_complexity)]
 
 use ndof_signal::{Channel, Quantity, Recording, Unit};
 use ndof_sysid::Ports;
