@@ -1,4 +1,4 @@
-//! System identification of mechanical systems with any number of degrees of freedom.
+#![doc = include_str!("../README.md")]
 
 pub mod studies;
 

@@ -145,8 +145,7 @@ fn main() {
             [] => causes.is_empty(),
             _ if kind == "outside" => causes.is_empty() || causes.iter().all(|c| c.probability <= 0.9),
             [one] => {
-                lead == *one
-                    || (!causes.is_empty() && confusable_with(&found, one) && found.confusable.iter().any(|c| c.effects.iter().any(|e| e == lead)))
+                lead == *one || (!causes.is_empty() && confusable_with(&found, one) && found.confusable.iter().any(|c| c.effects.iter().any(|e| e == lead)))
             }
             several => several.iter().all(|t| causes.iter().any(|c| c.effect == *t) || confusable_with(&found, t)),
         };

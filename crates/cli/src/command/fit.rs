@@ -1,12 +1,13 @@
 //! `ndof fit`.
 
 use crate::error::CliError;
-use crate::options::{Analysis, Reading, Shared, words};
+use crate::options::{Analysis, Reading, Shared, not_negative, positive, words};
 use crate::output::{self, columns, short};
 use clap::Args;
+use ndof_models::Transducer;
 use ndof_study::file::{self, KinematicsFile};
 use ndof_study::result::FitResult;
-use ndof_study::{ComparedParameter, FitCost, FitSettings, compare};
+use ndof_study::{ComparedParameter, FitCost, FitSettings, VafWeight, compare};
 use std::path::PathBuf;
 use std::process::ExitCode;
 
@@ -26,6 +27,15 @@ pub struct Arguments {
     /// What is minimised: squared errors weighted by their covariance, or the paper's dB and degrees
     #[arg(long, default_value = "weighted", value_parser = words::<FitCost>(&["weighted", "paper"]))]
     cost: FitCost,
+    /// How coherence weighs VAF, R² and the paper's cost: γ² as it is computed, or its root γ
+    #[arg(long, default_value = "gamma-squared", value_parser = words::<VafWeight>(&["gamma-squared", "gamma"]))]
+    vaf_weight: VafWeight,
+    /// Stiffness of the force transducer's mount (N/m; N m/rad), whose give is then not taken for inertia
+    #[arg(long, value_name = "K", value_parser = positive)]
+    transducer_stiffness: Option<f64>,
+    /// Damping of the same mount (N s/m; N m s/rad)
+    #[arg(long, value_name = "B", default_value_t = 0.0, requires = "transducer_stiffness", value_parser = not_negative)]
+    transducer_damping: f64,
     /// Project endpoint to joint impedance with this arm
     #[arg(long, value_name = "FILE.toml")]
     kinematics: Option<PathBuf>,
@@ -50,6 +60,8 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode, CliError> {
         cost: arguments.cost,
         estimator: settings.estimator,
         kinematics,
+        transducer: arguments.transducer_stiffness.map(|stiffness| Transducer { stiffness, damping: arguments.transducer_damping }),
+        vaf_weight: arguments.vaf_weight,
         ..FitSettings::default()
     };
     let fitted = ndof_study::fit(&trials, &estimated, &fit_settings, "fit")?;

@@ -6,6 +6,6 @@ mod reading;
 mod shared;
 
 pub use analysis::Analysis;
-pub use parse::{pair, words};
+pub use parse::{not_negative, pair, positive, words};
 pub use reading::Reading;
 pub use shared::Shared;

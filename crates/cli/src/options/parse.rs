@@ -14,6 +14,16 @@ pub fn pair(text: &str) -> Result<(f64, f64), String> {
     }
 }
 
+/// A number above zero.
+pub fn positive(text: &str) -> Result<f64, String> {
+    not_negative(text).ok().filter(|value| *value > 0.0).ok_or_else(|| "write a number above zero".to_owned())
+}
+
+/// A number that is zero or more.
+pub fn not_negative(text: &str) -> Result<f64, String> {
+    text.trim().parse().ok().filter(|value: &f64| value.is_finite() && *value >= 0.0).ok_or_else(|| "write a number that is not negative".to_owned())
+}
+
 /// A parser for the words of an enum, as serde writes them.
 pub fn words<T: DeserializeOwned + Clone + Send + Sync + 'static>(known: &'static [&'static str]) -> impl TypedValueParser<Value = T> {
     PossibleValuesParser::new(known).try_map(|word| serde_json::from_value::<T>(serde_json::Value::String(word)))

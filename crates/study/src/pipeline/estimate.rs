@@ -251,7 +251,7 @@ fn distortion(d: &Distortion, keep: &[usize], p: usize, q: usize) -> schema::Dis
     schema::Distortion { noise_std: kept(&d.noise_std), nonlinear_std: kept(&d.nonlinear_std), even_std: kept(&d.even_std), odd_std: kept(&d.odd_std) }
 }
 
-/// Coherences [output][input][frequency] of the data as measured; of an inverse the sides are swapped, so that each
+/// Coherences `[output][input][frequency]` of the data as measured; of an inverse the sides are swapped, so that each
 /// stays with its pair of channels.
 fn coherence(c: &Coherence, keep: &[usize], p: usize, q: usize, swapped: bool) -> schema::Coherence {
     let pairs = |values: &ndarray::Array3<f64>| {

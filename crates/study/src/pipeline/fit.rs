@@ -31,6 +31,17 @@ pub enum FitCost {
     Paper,
 }
 
+/// How coherence weighs the paper's measures of agreement and its cost.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum VafWeight {
+    /// By the partial coherence as it is computed, γ².
+    #[default]
+    GammaSquared,
+    /// By its root γ.
+    Gamma,
+}
+
 /// How to fit; what is `None` follows from the data.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct FitSettings {
@@ -46,6 +57,8 @@ pub struct FitSettings {
     pub symmetry: Symmetry,
     /// A known compliance of the transducer.
     pub transducer: Option<Transducer>,
+    /// How coherence weighs VAF, R² and the paper's cost.
+    pub vaf_weight: VafWeight,
     /// Where the joints are.
     pub kinematics: Option<KinematicsFile>,
 }
@@ -86,7 +99,11 @@ pub fn fit(trials: &Trials, estimated: &Estimated, settings: &FitSettings, comma
     let without = super::estimate::without_each(trials, estimated, settings.estimator)?;
     let weighted = WeightedFit { band_hz, smoothing: smoothing(estimated, band_hz), transducer: settings.transducer, ..WeightedFit::default() };
     let weighted = weighted.fit_trials(&model, response, &without, &start)?;
-    let weight = derived.map_or(&estimated.estimates.direct.coherence.partial, |d| &d.coherence_paper.partial);
+    let partial = derived.map_or(&estimated.estimates.direct.coherence.partial, |d| &d.coherence_paper.partial);
+    let weight = &match settings.vaf_weight {
+        VafWeight::GammaSquared => partial.clone(),
+        VafWeight::Gamma => partial.mapv(f64::sqrt),
+    };
     let paper = PaperFit { band_hz }.fit_trials(&model, response, &without, weight, &weighted.theta)?;
     let (fit, other) = match settings.cost {
         FitCost::Weighted => (weighted, paper),
@@ -178,6 +195,9 @@ fn excited_band(estimated: &Estimated, ports: &Ports) -> [f64; 2] {
 
 fn warnings(estimated: &Estimated, fit: &Fit, matrices: &InertiaDampingStiffness) -> Vec<Warning> {
     let mut warnings = estimated.result.warnings.clone();
+    if !weak_in_band(estimated, fit.band_hz) {
+        warnings.retain(|warning| warning.code != "weak-instrument");
+    }
     warnings.extend(force_sign(matrices));
     let unknown: Vec<&str> = fit.parameters.iter().filter(|p| !p.identifiable).map(|p| p.name.as_str()).collect();
     if !unknown.is_empty() {
@@ -195,6 +215,14 @@ fn warnings(estimated: &Estimated, fit: &Fit, matrices: &InertiaDampingStiffness
         ));
     }
     warnings
+}
+
+/// Whether the references hardly reach the inputs at a frequency that was fitted.
+fn weak_in_band(estimated: &Estimated, [low_hz, high_hz]: [f64; 2]) -> bool {
+    estimated.estimates.derived.as_ref().is_some_and(|derived| {
+        let weak = derived.response.frequency_hz.iter().zip(&derived.weak_instrument);
+        weak.into_iter().any(|(hz, weak)| *weak && (low_hz..=high_hz).contains(hz))
+    })
 }
 
 /// Matrices with the standard error of each entry.

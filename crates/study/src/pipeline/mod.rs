@@ -19,7 +19,7 @@ pub use command::{Command, command};
 pub use compare::compare_fits;
 pub use diagnose::{DiagnoseSettings, HoldOut, diagnose};
 pub use estimate::{EstimateSettings, Estimated, estimate};
-pub use fit::{FitCost, FitSettings, Fitted, MODEL, fit, model_response};
+pub use fit::{FitCost, FitSettings, Fitted, MODEL, VafWeight, fit, model_response};
 pub use method::MethodName;
 pub use simulate::{JointTruth, Matrices, Simulated, Truth, simulate};
 pub use study::{ComparedParameter, StudyOutcome, compare, run_study};

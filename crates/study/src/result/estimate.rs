@@ -48,7 +48,7 @@ pub struct EstimateResult {
     pub derived: Option<Derived>,
     /// Coherence that chance alone exceeds once in twenty.
     pub significance_95: Significance,
-    /// Magnitude-squared coherence between inputs, [input][input][frequency].
+    /// Magnitude-squared coherence between inputs, `[input][input][frequency]`.
     pub input_coherence: Spectrum,
     /// Condition number of the inputs' matrix, each scaled to unit power.
     pub input_condition_number: Vec<Number>,
@@ -130,7 +130,7 @@ pub struct Coherence {
     pub ordinary: Spectrum,
     /// Of one input with one output, all other inputs given.
     pub partial: Spectrum,
-    /// Of all inputs with one output, [output][frequency].
+    /// Of all inputs with one output, `[output][frequency]`.
     pub multiple: Vec<Vec<Number>>,
 }
 
@@ -167,7 +167,7 @@ pub struct Significance {
     pub multiple: Number,
 }
 
-/// Standard deviations that periodic excitation tells apart, [output][input][frequency].
+/// Standard deviations that periodic excitation tells apart, `[output][input][frequency]`.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Distortion {
     /// What does not repeat.
@@ -180,7 +180,7 @@ pub struct Distortion {
     pub odd_std: Spectrum,
 }
 
-/// Densities, S[a][b] = ⟨A B*⟩, one-sided, unit_a · unit_b / Hz.
+/// Densities, `S[a][b]` = ⟨A B*⟩, one-sided, unit_a · unit_b / Hz.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Spectra {
     /// Rows and columns: references, inputs, outputs.

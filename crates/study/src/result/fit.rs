@@ -7,7 +7,7 @@ use serde::{Deserialize, Serialize};
 /// The schema's name.
 pub const SCHEMA: &str = "ndof/fit/1";
 
-/// A matrix, [output][input].
+/// A matrix, `[output][input]`.
 pub type Matrix = Vec<Vec<Number>>;
 
 /// A mechanical model with its covariance.
