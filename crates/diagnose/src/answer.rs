@@ -92,7 +92,7 @@ impl Answer<'_> {
         let mut kept: Vec<usize> = Vec::new();
         let mut last: Errors = before.clone();
         let mut weak = false;
-        for group in &named {
+        for group in named {
             kept.extend(&group.members);
             kept.sort_unstable();
             let chosen: Vec<Chosen> = kept.iter().map(|q| found.chosen[*q].clone()).collect();
@@ -100,9 +100,16 @@ impl Answer<'_> {
                 Some(stand) => self.court.errors(subject, &chosen, &stand),
                 None => last.clone(),
             };
-            let mut cause = self.cause(group, &last, &after, level, limit, &mut confusable);
+            let mut cause = self.cause(&group, &last, &after, level, limit, &mut confusable);
+            // Seen in the balance of forces but not on held-out data: significant, and no cause to name.
+            let little = cause.gain.explained_fraction.is_some_and(|share| share < 0.1);
+            if little && cause.gain.explained_fraction_ci95.is_some_and(|[low, _]| low <= 0.0) {
+                kept.retain(|q| !group.members.contains(q));
+                small.push(group);
+                continue;
+            }
             // What helps little on held-out data while a large error stays cannot be sure.
-            if cause.gain.explained_fraction.is_some_and(|share| share < 0.1) && excess > 5.0 * self.options.tolerance {
+            if little && excess > 5.0 * self.options.tolerance {
                 cause.probability = cause.probability.min(0.6);
                 weak = true;
             }
@@ -113,7 +120,8 @@ impl Answer<'_> {
         let refitted = if all.len() < found.chosen.len() { subject.stand(&all, &found.stand.fit.power, 3) } else { None };
         let extended = refitted.as_ref().unwrap_or(&found.stand);
         let extended_score = self.court.errors(subject, &all, extended).score;
-        self.detected(&mut causes, &before, named.is_empty());
+        let unnamed = causes.is_empty();
+        self.detected(&mut causes, &before, unnamed);
         if !unknown {
             self.own_force(&mut causes, &before);
         }
