@@ -144,3 +144,26 @@ fn a_folder_that_cannot_be_written_is_the_machines_fault() {
     let output = ndof(folder.path(), &["study", "arm", "--out", "file/inside"]);
     assert_eq!(output.status.code(), Some(3), "{}", String::from_utf8_lossy(&output.stderr));
 }
+
+#[test]
+fn a_design_of_nothing_is_refused() {
+    let folder = tempfile::tempdir().expect("a folder");
+    for (options, part) in [
+        (&["--trials", "0"][..], "--trials"),
+        (&["--candidates", "0"], "--candidates"),
+        (&["--axes", " "], "--axes"),
+        (&["--peak", "0"], "--peak"),
+        (&["--duration", "10", "--fade", "6"], "--fade"),
+    ] {
+        let arguments: Vec<&str> = ["design", "--out", "cmd.csv"].iter().chain(options).copied().collect();
+        says(&refuse(folder.path(), &arguments), &[part]);
+        assert!(!folder.path().join("cmd.csv").exists(), "{options:?}");
+    }
+}
+
+#[test]
+fn a_local_polynomial_of_absurd_degree_is_refused() {
+    let folder = tempfile::tempdir().expect("a folder");
+    std::fs::write(folder.path().join("trial.csv"), with_rows(&good_rows(4000))).expect("written");
+    says(&refuse(folder.path(), &["estimate", "trial.csv", "--method", "local-polynomial", "--order", "99"]), &["99", "8"]);
+}

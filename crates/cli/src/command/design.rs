@@ -67,6 +67,22 @@ pub struct Arguments {
     shared: Shared,
 }
 
+/// Refuses what would write a file of nothing.
+fn possible(arguments: &Arguments) -> Result<(), CliError> {
+    let nameless = arguments.axes.iter().any(|axis| axis.trim().is_empty());
+    let wrong = [
+        (arguments.trials == 0, "--trials 0: no file would be written; ask for at least 1".to_owned()),
+        (arguments.candidates == 0, "--candidates 0: no seed would be tried; ask for at least 1".to_owned()),
+        (nameless, "--axes: an axis has no name; write for example --axes x,y".to_owned()),
+        (arguments.peak.is_some_and(|peak| peak <= 0.0), "--peak: the largest magnitude must be above zero".to_owned()),
+        (
+            !(0.0..=arguments.duration / 2.0).contains(&arguments.fade),
+            format!("--fade {}: it must lie between 0 and half of the duration, {} s", arguments.fade, arguments.duration / 2.0),
+        ),
+    ];
+    wrong.into_iter().find(|(wrong, _)| *wrong).map_or(Ok(()), |(_, message)| Err(CliError::Usage(message)))
+}
+
 pub fn run(arguments: &Arguments) -> Result<ExitCode, CliError> {
     let shared = &arguments.shared;
     shared.apply_threads()?;
@@ -77,6 +93,7 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode, CliError> {
             arguments.duration, arguments.sample_rate
         )));
     }
+    possible(arguments)?;
     let excitation = Excitation {
         kind: arguments.kind.clone(),
         rms: arguments.rms,

@@ -76,13 +76,14 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode, CliError> {
 
 fn summary(result: &FitResult, parameters: &[ComparedParameter]) -> String {
     format!(
-        "{} fitted to the {} estimate, {:.3} to {:.3} Hz; reduced chi² {}, R² {}\n\n{}",
+        "{} fitted to the {} estimate, {:.3} to {:.3} Hz; reduced chi² {}, R² {}, VAF {} %\n\n{}",
         result.model,
         result.estimate,
         result.band_hz[0],
         result.band_hz[1],
         short(result.chi2_reduced),
         short(result.r2),
+        result.vaf.iter().map(|row| row.iter().map(|v| short(*v)).collect::<Vec<_>>().join(" ")).collect::<Vec<_>>().join("; "),
         parameter_table(parameters),
     )
 }

@@ -34,7 +34,7 @@ pub struct Analysis {
     #[arg(long, value_name = "NW", help_heading = "Estimate")]
     pub time_bandwidth: Option<f64>,
     /// Local polynomial: degree [default: 2]
-    #[arg(long, value_name = "R", help_heading = "Estimate")]
+    #[arg(long, value_name = "R", help_heading = "Estimate", value_parser = clap::builder::RangedU64ValueParser::<usize>::new().range(0..=8))]
     pub order: Option<usize>,
     /// Periodic: period of the excitation in seconds [default: found from the commanded signal]
     #[arg(long, value_name = "S", help_heading = "Estimate")]

@@ -75,7 +75,7 @@ pub enum FitError {
     NotMechanical,
     /// Nothing is left to fit.
     #[error(
-        "{bins} usable frequencies between {low_hz} and {high_hz} Hz (0 Hz and gaps never count), {needed} are needed; widen the band or use longer windows"
+        "{bins} usable frequencies between {low_hz:.4} and {high_hz:.4} Hz (0 Hz and gaps never count), {needed} are needed; widen the band, use longer windows or record longer"
     )]
     TooFewBins {
         /// Usable frequencies.
