@@ -56,7 +56,8 @@ fn draw(truth: &FrequencyResponse, relative: f64, degrees: usize, seed: u64) -> 
         out.value.index_axis_mut(ndarray::Axis(0), f).zip_mut_with(&error, |v, e| *v += e);
     }
     let kernel = Kernel { offset_hz: vec![0.0], weight: vec![1.0] };
-    out.uncertainty = Some(Uncertainty { noise, input_inverse: input, degrees_of_freedom: degrees as f64, independent_spacing_hz: 0.1, kernel });
+    out.uncertainty =
+        Some(Uncertainty { noise, input_inverse: input, degrees_of_freedom: degrees as f64, independent_spacing_hz: 0.1, kernel, inverted: false });
     out
 }
 

@@ -17,7 +17,8 @@ pub struct GainPhase {
     pub gain_std_error: f64,
     /// σ/|H|.
     pub phase_std_error_rad: f64,
-    /// max(0, |H| − tσ) and |H| + tσ.
+    /// max(0, |H| − tσ) and |H| + tσ; of an inverted response [`Confidence::gain_phase_of_inverse`], the upper end infinite
+    /// where what was inverted may be singular.
     pub gain_interval: [f64; 2],
     /// arg H ± asin(tσ/|H|); `None` is the full circle.
     pub phase_interval_rad: Option<[f64; 2]>,
@@ -70,6 +71,33 @@ impl Confidence {
         }
     }
 
+    /// The same for an entry X_ij of an inverse X = B⁻¹, whose gain errors are lopsided.
+    ///
+    /// Along the direction in which B moves X_ij most for its covariance, a step of ± tσ gives, with ρ = tσ/|X_ij|,
+    ///
+    /// X_ij (1 − ρ/(1 + ρκ)) … X_ij (1 + ρ/(1 − ρκ)), κ = X_ij \[P B N\]_ji / (N_ii P_jj),
+    ///
+    /// N and P the output and input side of the covariance of X. For one input and one output κ = 1, and these are the ends of
+    /// the interval of |B|, inverted (Fieller 1954). Where ρ|κ| ≥ 1, B may be singular and the gain has no upper end.
+    /// `bend` is κ; 0 gives [`gain_phase`](Self::gain_phase).
+    pub fn gain_phase_of_inverse(&self, value: Complex64, variance: f64, bend: Complex64) -> GainPhase {
+        let straight = self.gain_phase(value, variance);
+        let share = self.t * straight.phase_std_error_rad;
+        let low = 1.0 - share / (1.0 + bend * share);
+        let high = 1.0 + share / (1.0 - bend * share);
+        let gain_interval = [
+            if low.is_nan() {
+                f64::NAN
+            } else if low.re > 0.0 {
+                straight.gain * low.norm()
+            } else {
+                0.0
+            },
+            if share * bend.norm() >= 1.0 { f64::INFINITY } else { straight.gain * high.norm() },
+        ];
+        GainPhase { gain_interval, ..straight }
+    }
+
     /// Radius of the disc in the complex plane that holds the true entry: √(F(2, 2ν) E|δH|²).
     pub fn radius(&self, variance: f64) -> f64 {
         (self.f * variance).sqrt()
@@ -87,7 +115,21 @@ impl FrequencyResponse {
     /// Gain, phase and intervals of one entry at every frequency; intervals are NaN without a covariance.
     pub fn gain_phase(&self, output: usize, input: usize, level: f64) -> Vec<GainPhase> {
         let confidence = Confidence::new(level, self.uncertainty.as_ref().map_or(f64::NAN, |u| u.degrees_of_freedom));
-        (0..self.len()).map(|f| confidence.gain_phase(self.value[[f, output, input]], self.variance(f, output, input))).collect()
+        (0..self.len())
+            .map(|f| confidence.gain_phase_of_inverse(self.value[[f, output, input]], self.variance(f, output, input), self.bend(f, output, input)))
+            .collect()
+    }
+
+    /// κ of [`Confidence::gain_phase_of_inverse`]; 0 for a response that was estimated as it stands.
+    fn bend(&self, f: usize, i: usize, j: usize) -> Complex64 {
+        let straight = Complex64::default();
+        let (n, columns) = self.shape();
+        let Some(u) = self.uncertainty.as_ref().filter(|u| u.inverted && n == columns) else { return straight };
+        let Some(estimated) = crate::matrix::inverse(&self.at(f)) else { return straight };
+        let inner: Complex64 =
+            (0..n).flat_map(|a| (0..n).map(move |b| (a, b))).map(|(a, b)| u.input_inverse[[f, j, a]] * estimated[[a, b]] * u.noise[[f, b, i]]).sum();
+        let bend = self.value[[f, i, j]] * inner / (u.noise[[f, i, i]].re * u.input_inverse[[f, j, j]].re);
+        if bend.is_finite() { bend } else { straight }
     }
 
     /// Whether `candidate` row of `output` at frequency index `f` lies in the region that holds the whole true row with
@@ -127,6 +169,31 @@ mod tests {
         assert!((entry.gain_interval[1] - 1.0 - 0.1 * 2.015_367_574_443_76).abs() < 1e-10);
         assert!((c.radius(1.0) - 3.209_278_020_049_201_f64.sqrt()).abs() < 1e-10);
         assert!((c.simultaneous(2) - 2.0 * 2.583_667_426_803_002).abs() < 1e-10);
+    }
+
+    #[test]
+    fn the_interval_of_an_inverse_is_the_inverse_of_the_interval() {
+        let estimated = FrequencyResponse {
+            frequency_hz: vec![1.0, 2.0],
+            inputs: vec!["u".into()],
+            outputs: vec!["y".into()],
+            kind: crate::ResponseKind::Transfer,
+            value: ndarray::arr3(&[[[Complex64::new(0.3, 0.4)]], [[Complex64::new(0.01, 0.0)]]]),
+            uncertainty: Some(crate::Uncertainty {
+                noise: ndarray::Array3::from_elem((2, 1, 1), Complex64::from(0.02)),
+                input_inverse: ndarray::Array3::from_elem((2, 1, 1), Complex64::from(0.5)),
+                degrees_of_freedom: 9.0,
+                independent_spacing_hz: 0.1,
+                kernel: ndof_signal::Kernel::default(),
+                inverted: false,
+            }),
+        };
+        let inverse = estimated.inverse().expect("square");
+        let ([low, high], [inverse_low, inverse_high]) = (estimated.gain_phase(0, 0, 0.95)[0].gain_interval, inverse.gain_phase(0, 0, 0.95)[0].gain_interval);
+        assert!(low > 0.0 && (inverse_low * high - 1.0).abs() < 1e-13 && (inverse_high * low - 1.0).abs() < 1e-13);
+        assert_eq!(inverse.gain_phase(0, 0, 0.95)[1].gain_interval[1], f64::INFINITY, "what was estimated may be zero");
+        let back = inverse.inverse().expect("square");
+        assert!((back.gain_phase(0, 0, 0.95)[0].gain_interval[1] / high - 1.0).abs() < 1e-13);
     }
 
     #[test]

@@ -26,8 +26,8 @@ pub use bootstrap::bootstrap_std;
 pub use conditioned::{Conditioned, conditioned};
 pub use estimate::{
     Choice, Coherence, DerivedEstimate, Detection, Direct, DirectEstimate, Distortion, EstimateError, Estimates, LARGEST_CONDITION, LocalPolynomial,
-    RejectedSegment, Significance, SpectralMethod, ToReference, WEAK_INSTRUMENT, choose_method, derived, direct, estimate, estimate_from_spectra,
-    robust_spectra, sliding,
+    LocalRational, RejectedSegment, Significance, SpectralMethod, ToReference, WEAK_INSTRUMENT, choose_method, derived, direct, estimate,
+    estimate_from_spectra, robust_spectra, sliding,
 };
 pub use hausman::{Hausman, hausman};
 pub use interval::{Confidence, GainPhase, paper_random_error};

@@ -79,7 +79,7 @@ impl StoppingRule {
                     let entry = confidence.gain_phase(response.value[[f, i, j]], response.variance(f, i, j));
                     (entry.gain_interval[1] - entry.gain) / entry.gain
                 })
-                .filter(|w| w.is_finite())
+                .filter(|w| !w.is_nan())
                 .collect();
             if widths.is_empty() {
                 return None;

@@ -55,6 +55,10 @@ pub struct Uncertainty {
     pub independent_spacing_hz: f64,
     /// The window that the response was seen through.
     pub kernel: Kernel,
+    /// Whether the value is the matrix inverse of what was estimated, so that its errors are lopsided: intervals are those
+    /// of the estimate, inverted.
+    #[serde(default)]
+    pub inverted: bool,
 }
 
 /// The response of outputs to inputs at each frequency: `H[f][output][input]`, NaN where it does not exist.
@@ -237,7 +241,7 @@ impl FrequencyResponse {
             return Err(ResponseError::NotSquare { outputs: p, inputs: q });
         }
         let mut value = Array3::from_elem((self.len(), q, p), Complex64::new(f64::NAN, f64::NAN));
-        let mut uncertainty = self.uncertainty.clone();
+        let mut uncertainty = self.uncertainty.clone().map(|u| Uncertainty { inverted: !u.inverted, ..u });
         for f in 0..self.len() {
             let Some(inverse) = crate::matrix::inverse(&self.at(f)) else { continue };
             if let (Some(out), Some(own)) = (&mut uncertainty, &self.uncertainty) {
@@ -311,6 +315,7 @@ mod tests {
                 degrees_of_freedom: 20.0,
                 independent_spacing_hz: 0.1,
                 kernel: Kernel::default(),
+                inverted: false,
             }),
         }
     }

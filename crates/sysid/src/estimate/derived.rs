@@ -93,6 +93,7 @@ pub fn derived(spectra: &CrossSpectra, ports: &Ports, labels: &Labels) -> Result
             degrees_of_freedom: freedom,
             independent_spacing_hz: spectra.independent_spacing_hz(),
             kernel: spectra.kernel().clone(),
+            inverted: false,
         }),
     };
     let reference_inverse = out.reference_inverse.finish();

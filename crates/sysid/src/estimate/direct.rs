@@ -174,6 +174,7 @@ fn h1(spectra: &CrossSpectra, ports: &Ports, labels: &Labels) -> Result<DirectEs
                 degrees_of_freedom: freedom,
                 independent_spacing_hz: spectra.independent_spacing_hz(),
                 kernel: spectra.kernel().clone(),
+                inverted: false,
             }),
         },
         coherence: Coherence { ordinary: out.ordinary.finish(), partial: out.partial.finish(), multiple: out.multiple.finish().remove_axis(ndarray::Axis(1)) },

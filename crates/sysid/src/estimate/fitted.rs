@@ -38,6 +38,7 @@ impl Fitted {
             degrees_of_freedom: self.degrees_of_freedom,
             independent_spacing_hz: self.independent_spacing_hz,
             kernel: Kernel { offset_hz: vec![0.0], weight: vec![1.0] },
+            inverted: false,
         })
     }
 

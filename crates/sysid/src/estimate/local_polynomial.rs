@@ -2,6 +2,7 @@
 
 use super::EstimateError;
 use super::fitted::{Fitted, freedom};
+use super::local_rational::{LocalRational, Rational};
 use crate::hermitian::Cholesky;
 use ndarray::Array3;
 use num_complex::Complex64;
@@ -44,14 +45,17 @@ impl Default for LocalPolynomial {
 }
 
 impl LocalPolynomial {
-    /// n = ⌈((R+1)(q+1) + m + 4)/2⌉ for q drivers and m responders, the smallest that leaves a usable noise covariance.
+    /// n = ⌈((R+1)(q+1) + m + 4)/2⌉ for q drivers and m responders, which leaves ν ≥ m + 3 for the noise covariance.
+    ///
+    /// A degree above 2 is asked for where a resonance is only a few lines wide, so that every line of the window counts
+    /// against it: n = ⌈((R+1)(q+1) + m + 1)/2⌉, ν ≥ m, wider intervals for less bias.
     ///
     /// ```
     /// use ndof_sysid::LocalPolynomial;
     /// assert_eq!([(1, 2), (2, 4), (3, 6), (6, 12)].map(|(q, m)| LocalPolynomial::default().default_half_width(q, m)), [6, 9, 11, 19]);
     /// ```
     pub fn default_half_width(&self, drivers: usize, responders: usize) -> usize {
-        ((self.order + 1) * (drivers + 1) + responders + 4).div_ceil(2)
+        ((self.order + 1) * (drivers + 1) + responders + if self.order > 2 { 1 } else { 4 }).div_ceil(2)
     }
 }
 
@@ -74,6 +78,11 @@ impl Lines {
         };
         Lines(channels.par_iter().map(transform).collect())
     }
+
+    /// `width` lines of a channel from line `low` on.
+    pub(super) fn window(&self, channel: usize, low: usize, width: usize) -> &[Complex64] {
+        &self.0[channel][low..low + width]
+    }
 }
 
 /// The fit with the settings' half width, or the best of four by prediction of left-out lines.
@@ -85,7 +94,7 @@ pub(crate) fn fit_as_set(
     settings: LocalPolynomial,
 ) -> Result<LocalFit, EstimateError> {
     let default = settings.default_half_width(drivers.len(), responders.len());
-    let fit = |half_width: usize| fit(trials, rate_and_len, drivers, responders, (settings.order, half_width));
+    let fit = |half_width: usize| fit(trials, rate_and_len, drivers, responders, (settings.order, 0, half_width));
     if !settings.leave_one_out || settings.half_width.is_some() {
         return fit(settings.half_width.unwrap_or(default));
     }
@@ -99,6 +108,18 @@ pub(crate) fn fit_as_set(
         }
     }
     Ok(best)
+}
+
+/// The fit of the local rational method.
+pub(crate) fn fit_rational(
+    trials: &[Lines],
+    rate_and_len: (f64, usize),
+    drivers: &[usize],
+    responders: &[usize],
+    settings: LocalRational,
+) -> Result<Fitted, EstimateError> {
+    let half_width = settings.half_width.unwrap_or_else(|| settings.default_half_width(drivers.len(), responders.len()));
+    fit(trials, rate_and_len, drivers, responders, (settings.order, settings.denominator, half_width)).map(|f| f.fitted)
 }
 
 /// A fit, and how well each line is predicted from its neighbours alone.
@@ -120,16 +141,16 @@ impl LocalFit {
     }
 }
 
-/// Fits `responders` on `drivers` at every line of trials of `len` samples.
-pub(crate) fn fit(
+/// Fits `responders` on `drivers` at every line of trials of `len` samples, with a denominator if its degree is not zero.
+fn fit(
     trials: &[Lines],
     (sample_rate_hz, len): (f64, usize),
     drivers: &[usize],
     responders: &[usize],
-    (order, half_width): (usize, usize),
+    (order, denominator, half_width): (usize, usize, usize),
 ) -> Result<LocalFit, EstimateError> {
     let (q, m, s, width) = (drivers.len(), responders.len(), order + 1, 2 * half_width + 1);
-    let degrees_of_freedom = freedom(trials.len() * (width - width.min(s)), s * q)?;
+    let degrees_of_freedom = freedom(trials.len() * (width - width.min(s)), s * q + denominator.div_ceil(m))?;
     let (bins, last) = (len / 2 + 1, (len - 1) / 2);
     if last < width {
         return Err(EstimateError::TooFewLines { lines: last, needed: width });
@@ -137,6 +158,8 @@ pub(crate) fn fit(
     let basis = Basis::new(half_width, s);
     let solve = |first: usize| {
         let mut local = Local::new(trials, drivers, responders, &basis);
+        let polynomial = (trials.len() * (width - s) - s * q) as f64;
+        let mut rational = (denominator > 0).then(|| Rational::new(trials, drivers, responders, &basis, denominator, polynomial));
         let mut out = Chunk::default();
         for k in first..bins.min(first + CHUNK) {
             if k == 0 || k > last {
@@ -144,7 +167,10 @@ pub(crate) fn fit(
                 continue;
             }
             let low = k.saturating_sub(half_width).clamp(1, last + 1 - width);
-            local.solve(k, low, degrees_of_freedom, &mut out);
+            match &mut rational {
+                Some(rational) => rational.solve(k, low, &mut out),
+                None => local.solve(k, low, degrees_of_freedom, &mut out),
+            }
         }
         out
     };
@@ -168,9 +194,9 @@ pub(crate) fn fit(
 }
 
 /// Orthonormal polynomials on 2n+1 equidistant points (Gram), row by row: `value[s * width + r]`.
-struct Basis {
-    terms: usize,
-    width: usize,
+pub(super) struct Basis {
+    pub(super) terms: usize,
+    pub(super) width: usize,
     value: Vec<f64>,
 }
 
@@ -193,7 +219,7 @@ impl Basis {
         Basis { terms, width, value }
     }
 
-    fn at(&self, s: usize, r: usize) -> f64 {
+    pub(super) fn at(&self, s: usize, r: usize) -> f64 {
         self.value[s * self.width + r]
     }
 
@@ -208,16 +234,16 @@ impl Basis {
 
 /// Results of some lines, one after the other.
 #[derive(Default)]
-struct Chunk {
-    g: Vec<Complex64>,
-    noise: Vec<Complex64>,
-    gram_inverse: Vec<Complex64>,
-    driver: Vec<Complex64>,
-    left_out: Vec<f64>,
+pub(super) struct Chunk {
+    pub(super) g: Vec<Complex64>,
+    pub(super) noise: Vec<Complex64>,
+    pub(super) gram_inverse: Vec<Complex64>,
+    pub(super) driver: Vec<Complex64>,
+    pub(super) left_out: Vec<f64>,
 }
 
 impl Chunk {
-    fn missing(&mut self, m: usize, q: usize) {
+    pub(super) fn missing(&mut self, m: usize, q: usize) {
         self.g.resize(self.g.len() + m * q, NAN);
         self.noise.resize(self.noise.len() + m * m, NAN);
         self.gram_inverse.resize(self.gram_inverse.len() + q * q, NAN);

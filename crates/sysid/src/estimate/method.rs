@@ -1,6 +1,8 @@
 //! One call for every spectral method: trials in, estimates out.
 
+use super::fitted::Fitted;
 use super::local_polynomial::{self, Lines, LocalPolynomial};
+use super::local_rational::LocalRational;
 use super::multisine::{Distortion, Multisine, multisine};
 use super::{DerivedEstimate, Direct, DirectEstimate, EstimateError, derived, direct};
 use crate::labels::Labels;
@@ -20,6 +22,8 @@ pub enum SpectralMethod {
     Multitaper(Multitaper),
     /// Response and leakage as polynomials around each line of the whole record.
     LocalPolynomial(LocalPolynomial),
+    /// The same with a common denominator, for resonances a few lines wide.
+    LocalRational(LocalRational),
     /// Averages over the periods of a periodic excitation; the grid is that of the excited lines.
     Periodic(Periodic),
 }
@@ -31,6 +35,7 @@ impl SpectralMethod {
             SpectralMethod::Welch(_) => "welch",
             SpectralMethod::Multitaper(_) => "multitaper",
             SpectralMethod::LocalPolynomial(_) => "local-polynomial",
+            SpectralMethod::LocalRational(_) => "local-rational",
             SpectralMethod::Periodic(_) => "periodic",
         }
     }
@@ -78,7 +83,7 @@ pub fn estimate(trials: &[&Recording], ports: &Ports, labels: &Labels, method: &
     let first = trials.first().ok_or(EstimateError::NoTrial)?;
     ports.validate(first.channels().len())?;
     let all: Vec<usize> = (0..first.channels().len()).collect();
-    if estimator != Direct::H1 && matches!(method, SpectralMethod::LocalPolynomial(_) | SpectralMethod::Periodic(_)) {
+    if estimator != Direct::H1 && !matches!(method, SpectralMethod::Welch(_) | SpectralMethod::Multitaper(_)) {
         return Err(EstimateError::NoSpectra { estimator, method: method.name() });
     }
     match method {
@@ -95,10 +100,16 @@ pub fn estimate(trials: &[&Recording], ports: &Ports, labels: &Labels, method: &
             estimate_from_spectra(spectra, ports, labels, method, estimator)
         }
         SpectralMethod::LocalPolynomial(settings) => {
-            let (direct, derived) = local(trials, ports, labels, *settings)?;
-            let warnings = warnings(&direct, derived.as_ref(), ports);
-            let effective_averages = direct.effective_averages;
-            Ok(Estimates { effective_averages, direct, derived, spectra: None, distortion: None, method: method.clone(), warnings })
+            let fit = |lines: &[Lines], of: (f64, usize), drivers: &[usize], responders: &[usize]| {
+                local_polynomial::fit_as_set(lines, of, drivers, responders, *settings).map(|f| f.fitted)
+            };
+            local(trials, ports, labels, method, fit)
+        }
+        SpectralMethod::LocalRational(settings) => {
+            let fit = |lines: &[Lines], of: (f64, usize), drivers: &[usize], responders: &[usize]| {
+                local_polynomial::fit_rational(lines, of, drivers, responders, *settings)
+            };
+            local(trials, ports, labels, method, fit)
         }
         SpectralMethod::Periodic(settings) => {
             let periods: Result<Vec<PeriodSpectra>, EstimateError> = trials
@@ -135,7 +146,13 @@ pub fn estimate_from_spectra(
     Ok(Estimates { effective_averages, direct, derived, spectra: Some(spectra), distortion: None, method: method.clone(), warnings })
 }
 
-fn local(trials: &[&Recording], ports: &Ports, labels: &Labels, settings: LocalPolynomial) -> Result<(DirectEstimate, Option<DerivedEstimate>), EstimateError> {
+fn local(
+    trials: &[&Recording],
+    ports: &Ports,
+    labels: &Labels,
+    method: &SpectralMethod,
+    fit: impl Fn(&[Lines], (f64, usize), &[usize], &[usize]) -> Result<Fitted, EstimateError>,
+) -> Result<Estimates, EstimateError> {
     let first = trials.first().ok_or(EstimateError::NoTrial)?;
     ports.validate(first.channels().len())?;
     let rate = first.sample_rate_hz();
@@ -156,15 +173,16 @@ fn local(trials: &[&Recording], ports: &Ports, labels: &Labels, settings: LocalP
     let len = trials.iter().map(|r| r.len()).min().unwrap_or(0);
     let all: Vec<usize> = (0..first.channels().len()).collect();
     let lines: Vec<Lines> = trials.iter().map(|r| Lines::new(rate, &r.columns(&all), len)).collect();
-    let fit = |drivers: &[usize], responders: &[usize]| local_polynomial::fit_as_set(&lines, (rate, len), drivers, responders, settings).map(|f| f.fitted);
-    let direct = fit(&ports.inputs, &ports.outputs)?;
+    let fitted = fit(&lines, (rate, len), &ports.inputs, &ports.outputs)?;
     let derived = if ports.references.len() >= ports.inputs.len() {
         let responders: Vec<usize> = ports.outputs.iter().chain(&ports.inputs).copied().collect();
-        Some(fit(&ports.references, &responders)?.derived(&direct, labels)?)
+        Some(fit(&lines, (rate, len), &ports.references, &responders)?.derived(&fitted, labels)?)
     } else {
         None
     };
-    Ok((direct.direct(labels)?, derived))
+    let direct = fitted.direct(labels)?;
+    let warnings = warnings(&direct, derived.as_ref(), ports);
+    Ok(Estimates { effective_averages: direct.effective_averages, direct, derived, spectra: None, distortion: None, method: method.clone(), warnings })
 }
 
 fn pooled(trials: &[&Recording], transform: impl Fn(&Recording, usize) -> Result<CrossSpectra, EstimateError>) -> Result<CrossSpectra, EstimateError> {

@@ -1,5 +1,6 @@
 //! Estimators against analytic truth, against each other and against other implementations.
 
+mod coverage;
 mod draws;
 mod identities;
 mod judgement;
