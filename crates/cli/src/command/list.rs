@@ -5,6 +5,7 @@ use crate::output::columns;
 use clap::{Args, ValueEnum};
 use ndof_devices::{DEVICES, LIMBS};
 use ndof_models::effects::EFFECTS;
+use std::fmt::Write as _;
 use std::io::Write;
 use std::process::ExitCode;
 
@@ -15,6 +16,9 @@ pub struct Arguments {
     /// Of what
     #[arg(value_enum)]
     what: Registry,
+    /// For a terminal, or as a page of a book
+    #[arg(long, value_enum, default_value = "text")]
+    format: Format,
 }
 
 #[derive(Clone, Copy, Debug, ValueEnum)]
@@ -29,19 +33,86 @@ enum Registry {
     Methods,
 }
 
+#[derive(Clone, Copy, Debug, ValueEnum)]
+enum Format {
+    Text,
+    Markdown,
+}
+
+/// One member of a registry, ready to be printed.
+#[derive(Default)]
+struct Entry {
+    name: &'static str,
+    what: String,
+    equation: &'static str,
+    /// Of the parameters' table.
+    header: &'static [&'static str],
+    rows: Vec<Vec<String>>,
+    /// What else is known: a word and its text.
+    remarks: Vec<(&'static str, String)>,
+    source: &'static str,
+}
+
 pub fn run(arguments: &Arguments) -> Result<ExitCode, CliError> {
-    let text = match arguments.what {
+    let entries = match arguments.what {
         Registry::Effects => effects(),
         Registry::Devices => devices(),
-        Registry::Models => {
-            format!("{}\n    M s^2 + B s + K = F/d, one matrix entry a parameter; weighted least squares or the paper's cost\n", ndof_study::MODEL)
-        }
+        Registry::Models => vec![Entry {
+            name: ndof_study::MODEL,
+            what: "one matrix entry a parameter; weighted least squares or the paper's cost".to_owned(),
+            equation: "M s^2 + B s + K = F/d",
+            ..Entry::default()
+        }],
         Registry::Methods => methods(),
+    };
+    let text = match arguments.format {
+        Format::Text => entries.iter().map(as_text).collect(),
+        Format::Markdown => entries.iter().map(as_markdown).collect::<Vec<_>>().join("\n"),
     };
     let mut stdout = std::io::stdout().lock();
     stdout.write_all(text.as_bytes())?;
     stdout.flush()?;
     Ok(ExitCode::SUCCESS)
+}
+
+fn as_text(entry: &Entry) -> String {
+    let mut text = format!("{}\n    {}\n", entry.name, entry.what);
+    if !entry.equation.is_empty() {
+        let _ = writeln!(text, "    {}", entry.equation);
+    }
+    let rows: Vec<Vec<String>> =
+        entry.rows.iter().map(|row| row.iter().enumerate().map(|(k, cell)| if k == 0 { format!("    {cell}") } else { cell.clone() }).collect()).collect();
+    text += &columns(&rows);
+    if !entry.source.is_empty() {
+        let _ = writeln!(text, "    {}", entry.source);
+    }
+    text + "\n"
+}
+
+fn as_markdown(entry: &Entry) -> String {
+    let mut text = format!("## {}\n\n{}.\n", entry.name, sentence(&entry.what));
+    if !entry.equation.is_empty() {
+        let _ = write!(text, "\n```text\n{}\n```\n", entry.equation);
+    }
+    if !entry.rows.is_empty() {
+        let line = |cells: &[String]| format!("| {} |\n", cells.iter().map(|cell| cell.replace('|', "\\|")).collect::<Vec<_>>().join(" | "));
+        let header: Vec<String> = entry.header.iter().map(|&word| word.to_owned()).collect();
+        let _ = write!(text, "\n{}|{}\n", line(&header), "---|".repeat(header.len()));
+        text.extend(entry.rows.iter().map(|row| line(row)));
+    }
+    for (word, remark) in &entry.remarks {
+        let _ = write!(text, "\n**{word}:** {remark}.\n");
+    }
+    if !entry.source.is_empty() {
+        let _ = write!(text, "\n*Source:* {}.\n", entry.source.trim_end_matches('.'));
+    }
+    text
+}
+
+/// With a capital first letter and no full stop.
+fn sentence(words: &str) -> String {
+    let mut letters = words.trim_end_matches('.').chars();
+    letters.next().map(|first| first.to_uppercase().chain(letters).collect()).unwrap_or_default()
 }
 
 const METHODS: &[(&str, &str, &str, &str)] = &[
@@ -72,42 +143,55 @@ const METHODS: &[(&str, &str, &str, &str)] = &[
     ),
 ];
 
-fn methods() -> String {
-    METHODS
+fn methods() -> Vec<Entry> {
+    METHODS.iter().map(|&(name, what, equation, source)| Entry { name, what: what.to_owned(), equation, source, ..Entry::default() }).collect()
+}
+
+fn effects() -> Vec<Entry> {
+    EFFECTS
         .iter()
-        .map(|(name, what, equation, source)| {
-            [*name, what, equation, source].into_iter().filter(|line| !line.is_empty()).collect::<Vec<_>>().join("\n    ") + "\n\n"
+        .map(|effect| {
+            let card = effect.card();
+            let unit = |p: &ndof_models::effects::ParameterCard| match p.unit == p.rotational_unit {
+                true => p.unit.to_owned(),
+                false => format!("{} or {}", p.unit, p.rotational_unit),
+            };
+            let sides: Vec<&str> = card.sides.iter().map(|side| side.word()).collect();
+            let mut remarks = vec![("Sits in", sides.join(", ")), ("Signature", card.signature.to_owned())];
+            if !card.look_alikes.is_empty() {
+                remarks.push(("Look-alikes", card.look_alikes.join(", ")));
+            }
+            remarks.push(("What tells them apart", card.next_experiment.trim_end_matches('.').to_owned()));
+            Entry {
+                name: card.name,
+                what: card.what.to_owned(),
+                equation: card.equation,
+                header: &["parameter", "unit", "where none is given"],
+                rows: card
+                    .parameters
+                    .iter()
+                    .map(|p| vec![p.name.to_owned(), unit(p), p.default.map_or_else(String::new, |d| format!("default {d}"))])
+                    .collect(),
+                remarks,
+                source: card.source,
+            }
         })
         .collect()
 }
 
-fn effects() -> String {
-    let mut text = String::new();
-    for effect in EFFECTS {
-        let card = effect.card();
-        text += &format!("{}\n    {}\n    {}\n", card.name, card.what, card.equation);
-        let rows: Vec<Vec<String>> = card
-            .parameters
-            .iter()
-            .map(|p| vec![format!("    {}", p.name), p.unit.to_owned(), p.default.map_or_else(String::new, |d| format!("default {d}"))])
-            .collect();
-        text += &columns(&rows);
-        text += &format!("    {}\n\n", card.source);
-    }
-    text
-}
-
-fn devices() -> String {
+fn devices() -> Vec<Entry> {
     let number = |value: f64| if value.is_nan() { "–".to_owned() } else { value.to_string() };
-    let mut text = String::new();
-    for (name, description, parameters, source) in
-        DEVICES.iter().map(|d| (d.name, d.description, d.parameters, d.source)).chain(LIMBS.iter().map(|l| (l.name, l.description, l.parameters, l.source)))
-    {
-        text += &format!("{name}\n    {description}\n");
-        text += &columns(
-            &parameters.iter().map(|p| vec![format!("    {}", p.name), number(p.default), p.unit.to_owned(), p.description.to_owned()]).collect::<Vec<_>>(),
-        );
-        text += &if source.is_empty() { "\n".to_owned() } else { format!("    {source}\n\n") };
-    }
-    text
+    DEVICES
+        .iter()
+        .map(|d| (d.name, d.description, d.parameters, d.source))
+        .chain(LIMBS.iter().map(|l| (l.name, l.description, l.parameters, l.source)))
+        .map(|(name, what, parameters, source)| Entry {
+            name,
+            what: what.to_owned(),
+            header: &["parameter", "default", "unit", "what it is"],
+            rows: parameters.iter().map(|p| vec![p.name.to_owned(), number(p.default), p.unit.to_owned(), p.description.to_owned()]).collect(),
+            source,
+            ..Entry::default()
+        })
+        .collect()
 }

@@ -1,8 +1,10 @@
 //! `ndof schema`.
 
 use crate::error::CliError;
-use clap::Args;
+use clap::{Args, ValueEnum};
 use ndof_study::result::{SCHEMAS, schema_of};
+use serde_json::Value;
+use std::fmt::Write as _;
 use std::io::Write;
 use std::process::ExitCode;
 
@@ -12,6 +14,15 @@ use std::process::ExitCode;
 pub struct Arguments {
     /// Which result.
     name: String,
+    /// For a validator, or as a page of a book
+    #[arg(long, value_enum, default_value = "json")]
+    format: Format,
+}
+
+#[derive(Clone, Copy, Debug, ValueEnum)]
+enum Format {
+    Json,
+    Markdown,
 }
 
 pub fn run(arguments: &Arguments) -> Result<ExitCode, CliError> {
@@ -20,7 +31,64 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode, CliError> {
         let suggestion = ndof_study::nearest(short, SCHEMAS.iter().copied()).map(|s| format!(" (did you mean \"{s}\"?)")).unwrap_or_default();
         CliError::Usage(format!("no schema \"{}\"{suggestion}; there are: {}", arguments.name, SCHEMAS.join(", ")))
     })?;
-    let text = serde_json::to_string_pretty(&schema).map_err(|error| CliError::Usage(error.to_string()))?;
-    writeln!(std::io::stdout(), "{text}")?;
+    let text = match arguments.format {
+        Format::Json => serde_json::to_string_pretty(&schema).map_err(|error| CliError::Usage(error.to_string()))?,
+        Format::Markdown => markdown(short, &schema),
+    };
+    writeln!(std::io::stdout(), "{}", text.trim_end())?;
     Ok(ExitCode::SUCCESS)
+}
+
+/// A table for the result and one for each type inside it.
+fn markdown(name: &str, schema: &Value) -> String {
+    let mut text = format!("## {name}\n{}", fields(schema));
+    for (inner, definition) in schema["$defs"].as_object().into_iter().flatten() {
+        let table = fields(definition);
+        if !table.is_empty() {
+            let _ = write!(text, "\n### {inner} in {name}\n{table}");
+        }
+    }
+    text
+}
+
+fn fields(object: &Value) -> String {
+    let Some(properties) = object["properties"].as_object().filter(|p| !p.is_empty()) else { return String::new() };
+    let mut text = object["description"].as_str().map(|words| format!("\n{}\n", plain(words))).unwrap_or_default();
+    text += "\n| field | holds | |\n|---|---|---|\n";
+    for (name, property) in properties {
+        let words = property["description"].as_str().map(plain).unwrap_or_default();
+        let _ = writeln!(text, "| `{name}` | {} | {} |", kind(property), words.replace('|', "\\|"));
+    }
+    text
+}
+
+/// On one line, and without the brackets of a link.
+fn plain(words: &str) -> String {
+    words.split_whitespace().collect::<Vec<_>>().join(" ")
+}
+
+/// What a property holds, in words: `number`, `list of list of number or null`, the name of another table.
+fn kind(property: &Value) -> String {
+    if let Some(reference) = property["$ref"].as_str() {
+        return reference.rsplit('/').next().unwrap_or(reference).to_owned();
+    }
+    if let Some(choices) = property["anyOf"].as_array().or_else(|| property["oneOf"].as_array()) {
+        return choices.iter().map(kind).collect::<Vec<_>>().join(" or ");
+    }
+    let word = |word: &str| match word {
+        "array" => match property.get("items").map(kind) {
+            Some(inner) if !inner.is_empty() => format!("list of {inner}"),
+            _ => "list".to_owned(),
+        },
+        "object" => match property.get("additionalProperties").filter(|inner| inner.is_object()).map(kind) {
+            Some(inner) if !inner.is_empty() => format!("table of {inner}"),
+            _ => "table".to_owned(),
+        },
+        other => other.to_owned(),
+    };
+    match &property["type"] {
+        Value::String(one) => word(one),
+        Value::Array(several) => several.iter().filter_map(Value::as_str).map(word).collect::<Vec<_>>().join(" or "),
+        _ => String::new(),
+    }
 }
