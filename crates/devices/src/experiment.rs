@@ -183,6 +183,16 @@ pub struct Bench {
     pub hold: HoldGains,
 }
 
+impl Bench {
+    /// The endpoint's coordinates at the posture (m, rad).
+    pub fn rest_endpoint(&self) -> Vec<f64> {
+        let robot = self.device.robot.as_ref();
+        let mut place = Kinematics::new(robot.axes().len(), self.rest.len());
+        robot.kinematics(&self.rest, &vec![0.0; self.rest.len()], &mut place);
+        place.endpoint
+    }
+}
+
 impl Experiment {
     /// Builds robot and limb at their posture.
     ///

@@ -8,14 +8,15 @@ use crate::output::{self, write_json};
 use crate::progress;
 use clap::Args;
 use ndof_study::file::StudyFile;
-use ndof_study::{StudyOutcome, nearest, run_study, study_report};
+use ndof_study::{StudyOutcome, cases_report, nearest, run_cases, study_report, study_result, summary_tables};
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 /// Run a whole study: design, simulate, estimate, fit, project to the joints, report.
 ///
-/// Writes recordings/, estimate.json, fit.json, plots/ and report.html into --out and prints the table of parameters.
-/// --recording takes measured files in place of the simulation.
+/// Writes recordings/, estimate.json, fit.json, study.json, plots/ and report.html into --out and prints the table of parameters.
+/// A study with several cases writes those of the first there and those of each further case into cases/NAME/. --recording takes
+/// measured files in place of the simulation.
 #[derive(Debug, Args)]
 #[command(after_help = "Example:\n  ndof study arm --out results")]
 pub struct Arguments {
@@ -47,27 +48,58 @@ pub fn run(arguments: &Arguments, studies: &[(&str, &str)]) -> Result<ExitCode, 
     let out = arguments.out.clone().unwrap_or_else(|| Path::new("ndof-out").join(&name));
     let recordings = if arguments.recording.is_empty() { None } else { Some(arguments.reading.read_all(&arguments.recording)?) };
     let bars = progress::Steps::new(shared.quiet);
-    let outcome = run_study(&study, recordings, shared.seed, &|what, done, total| bars.show(what, done, total))?;
-    let report = study_report(&outcome, study.title.as_deref().unwrap_or(&name), &format!("ndof study {}", arguments.study))?;
+    let outcomes = run_cases(&study, recordings, shared.seed, &|what, done, total| bars.show(what, done, total))?;
+    let result = study_result(&study, &outcomes)?;
+    let Some((_, outcome)) = outcomes.first() else { return Ok(ExitCode::SUCCESS) };
+    let (title, command) = (study.title.as_deref().unwrap_or(&name), format!("ndof study {}", arguments.study));
+    let several = if outcomes.len() > 1 { cases_report(&outcomes, &result, &study.report, title, &command)? } else { None };
+    let report = several.map_or_else(|| study_report(outcome, title, &command), Ok)?;
 
     output::create_folder(&out)?;
-    if let Some(simulated) = &outcome.simulated {
-        let folder = out.join("recordings");
-        output::create_folder(&folder)?;
-        write_trials(&folder.join(format!("{name}.csv")), &simulated.recordings, &simulated.truth)?;
+    for (k, (case, outcome)) in outcomes.iter().enumerate() {
+        write_case(&if k == 0 { out.clone() } else { out.join("cases").join(case) }, &name, outcome)?;
     }
-    write_json(&out.join("estimate.json"), &outcome.estimated.result)?;
-    write_json(&out.join("fit.json"), &outcome.fitted.result)?;
-    if let Some(diagnosis) = &outcome.diagnosis {
-        write_json(&out.join("diagnosis.json"), diagnosis)?;
-    }
+    write_json(&out.join("study.json"), &result)?;
     output::write_plots(&out.join("plots"), &report)?;
     ndof_io::write_atomic(&out.join("report.html"), report.to_html().as_bytes())?;
     output::report(shared, &report)?;
-    output::json(shared, &outcome.fitted.result)?;
-    output::warnings(shared, &outcome.fitted.result.warnings);
-    output::table(shared, &summary(&outcome, &out))?;
+    if outcomes.len() > 1 {
+        output::json(shared, &result)?;
+        output::warnings(shared, &result.warnings);
+        let tables: Vec<String> = summary_tables(&result, &study.report).iter().map(as_text).collect();
+        output::table(
+            shared,
+            &format!("{}\nresults in {}: report.html, study.json, plots/, and one folder a case under cases/\n", tables.join("\n"), out.display()),
+        )?;
+    } else {
+        output::json(shared, &outcome.fitted.result)?;
+        output::warnings(shared, &outcome.fitted.result.warnings);
+        output::table(shared, &summary(outcome, &out))?;
+    }
     Ok(ExitCode::SUCCESS)
+}
+
+/// Recordings, estimate, fit and diagnosis of one case.
+fn write_case(folder: &Path, name: &str, outcome: &StudyOutcome) -> Result<(), CliError> {
+    output::create_folder(folder)?;
+    if let Some(simulated) = &outcome.simulated {
+        let recordings = folder.join("recordings");
+        output::create_folder(&recordings)?;
+        write_trials(&recordings.join(format!("{name}.csv")), &simulated.recordings, &simulated.truth)?;
+    }
+    write_json(&folder.join("estimate.json"), &outcome.estimated.result)?;
+    write_json(&folder.join("fit.json"), &outcome.fitted.result)?;
+    match &outcome.diagnosis {
+        Some(diagnosis) => write_json(&folder.join("diagnosis.json"), diagnosis),
+        None => Ok(()),
+    }
+}
+
+/// A table in columns, its caption above.
+fn as_text(table: &ndof_report::Table) -> String {
+    let head: Vec<String> = table.columns.iter().map(|(head, _)| head.clone()).collect();
+    let rows: Vec<Vec<String>> = std::iter::once(head).chain(table.rows.iter().cloned()).collect();
+    format!("{}\n{}", table.caption, output::columns(&rows))
 }
 
 fn load(name: &str, studies: &[(&str, &str)]) -> Result<(String, StudyFile), CliError> {

@@ -8,7 +8,7 @@ mod study;
 pub use baseline::{BaselineFile, BaselineParameter, Status, Value};
 pub use experiment::{Excitation, ExperimentFile, HiddenEffect};
 pub use kinematics::{KinematicsFile, KinematicsSd, MeanForce};
-pub use study::{DiagnoseSection, EstimateSection, FitSection, StudyDocument, StudyFile};
+pub use study::{CaseSection, DiagnoseSection, EstimateSection, FitSection, ReportSection, StudyDocument, StudyFile};
 
 use crate::error::{StudyError, did_you_mean};
 use crate::suggest::nearest;

@@ -38,6 +38,54 @@ pub struct StudyDocument<E> {
     /// What the diagnosis is asked; without this table there is none.
     #[serde(default)]
     pub diagnose: Option<DiagnoseSection>,
+    /// Variants of the experiment, each simulated and analysed as a whole; without any there is the experiment itself.
+    #[serde(default)]
+    pub cases: Vec<CaseSection>,
+    /// What is drawn where cases are compared.
+    #[serde(default)]
+    pub report: ReportSection,
+}
+
+/// One variant of a study's experiment.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct CaseSection {
+    /// What tables and folders call it.
+    pub name: String,
+    /// The keys of the experiment that differ; a table that names another device, limb or kind of excitation takes the whole place.
+    #[serde(default)]
+    pub experiment: toml::Table,
+}
+
+/// Which cases the pictures of a comparison show, by name, and in which bands agreement is measured.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct ReportSection {
+    /// Bands of VAF and R².
+    pub bands_hz: Vec<[f64; 2]>,
+    /// Where coherence between inputs and the error at low frequencies are measured.
+    pub low_band_hz: [f64; 2],
+    /// Cases whose way from the posture is drawn over time.
+    pub displacement: Vec<String>,
+    /// Cases whose coherence between the inputs is drawn.
+    pub input_coherence: Vec<String>,
+    /// Cases whose errors at low frequencies are drawn.
+    pub errors: Vec<String>,
+    /// A parameter whose steps from case to case are tabled.
+    pub steps: Vec<String>,
+}
+
+impl Default for ReportSection {
+    fn default() -> Self {
+        ReportSection {
+            bands_hz: vec![[0.25, 5.0], [0.25, 10.0]],
+            low_band_hz: [0.25, 2.0],
+            displacement: Vec::new(),
+            input_coherence: Vec::new(),
+            errors: Vec::new(),
+            steps: Vec::new(),
+        }
+    }
 }
 
 /// The path of an experiment's file.
@@ -169,7 +217,49 @@ impl StudyFile {
         for section in std::iter::once(&study.estimate).chain(&study.also) {
             section.settings(file)?;
         }
+        study.check_cases(file)?;
         Ok(study)
+    }
+
+    /// The study of each case on its own, with its name; one without a name where there are no cases.
+    ///
+    /// # Errors
+    /// [`StudyError::Meaning`] if a case changes what an experiment does not have.
+    pub fn each_case(&self) -> Result<Vec<(String, StudyFile)>, StudyError> {
+        if self.cases.is_empty() {
+            return Ok(vec![(String::new(), self.clone())]);
+        }
+        let wrong = |what: String| StudyError::Meaning { file: "the study".to_owned(), what };
+        let base = toml::Table::try_from(&self.experiment).map_err(|error| wrong(error.to_string()))?;
+        let of = |case: &CaseSection| {
+            let mut table = base.clone();
+            overlay(&mut table, &case.experiment);
+            let experiment: ExperimentFile =
+                table.try_into().map_err(|error: toml::de::Error| wrong(format!("case \"{}\": {}", case.name, error.message())))?;
+            experiment.check(&format!("case \"{}\"", case.name))?;
+            Ok((case.name.clone(), StudyFile { experiment, cases: Vec::new(), ..self.clone() }))
+        };
+        self.cases.iter().map(of).collect()
+    }
+
+    fn check_cases(&self, file: &str) -> Result<(), StudyError> {
+        let wrong = |what: String| Err(StudyError::Meaning { file: file.to_owned(), what });
+        for (k, case) in self.cases.iter().enumerate() {
+            if case.name.is_empty() || case.name.contains(['/', '\\']) || case.name.starts_with('.') {
+                return wrong(format!("case \"{}\" cannot name a folder; use letters, digits, spaces and hyphens", case.name));
+            }
+            if self.cases[..k].iter().any(|before| before.name == case.name) {
+                return wrong(format!("two cases are called \"{}\"", case.name));
+            }
+        }
+        let named = [&self.report.displacement, &self.report.input_coherence, &self.report.errors].into_iter().flatten();
+        for name in named {
+            if !self.cases.iter().any(|case| case.name == *name) {
+                let known: Vec<&str> = self.cases.iter().map(|case| case.name.as_str()).collect();
+                return wrong(format!("[report] asks for a case \"{name}\"; there are: {}", known.join(", ")));
+            }
+        }
+        self.each_case().map(|_| ())
     }
 
     /// What the fit is asked for.
@@ -187,8 +277,20 @@ impl StudyFile {
 
 impl<E> StudyDocument<E> {
     fn with_experiment<F>(self, experiment: F) -> StudyDocument<F> {
-        let StudyDocument { schema, title, experiment: _, estimate, also, fit, kinematics, diagnose } = self;
-        StudyDocument { schema, title, experiment, estimate, also, fit, kinematics, diagnose }
+        let StudyDocument { schema, title, experiment: _, estimate, also, fit, kinematics, diagnose, cases, report } = self;
+        StudyDocument { schema, title, experiment, estimate, also, fit, kinematics, diagnose, cases, report }
+    }
+}
+
+/// Puts the keys of `over` into `table`, tables into tables, except where another thing is named.
+fn overlay(table: &mut toml::Table, over: &toml::Table) {
+    for (key, value) in over {
+        match (table.get_mut(key), value) {
+            (Some(toml::Value::Table(inner)), toml::Value::Table(over)) if !over.contains_key("name") && !over.contains_key("kind") => overlay(inner, over),
+            _ => {
+                table.insert(key.clone(), value.clone());
+            }
+        }
     }
 }
 

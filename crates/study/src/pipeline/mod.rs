@@ -1,5 +1,6 @@
 //! From trials to results, without flags and without files.
 
+mod cases;
 mod check;
 mod command;
 mod compare;
@@ -13,6 +14,7 @@ mod project;
 mod simulate;
 mod study;
 
+pub use cases::{run_cases, study_result};
 pub use check::check;
 pub(crate) use check::quality;
 pub use command::{Command, command};

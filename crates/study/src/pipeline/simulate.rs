@@ -62,6 +62,8 @@ pub struct Simulated {
     pub truth: Truth,
     /// Robot, hold, transducer and limb as a linear model.
     pub linear: Linearised,
+    /// The endpoint at the posture, axis by axis.
+    pub rest: Vec<f64>,
 }
 
 impl From<&Impedance> for Matrices {
@@ -78,7 +80,9 @@ impl From<&Impedance> for Matrices {
 pub fn simulate(file: &ExperimentFile, progress: &Progress<'_>) -> Result<Simulated, StudyError> {
     let experiment = file.experiment();
     let linear = linearise(&experiment)?;
-    let axes: Vec<Axis> = experiment.build()?.device.robot.axes().to_vec();
+    let bench = experiment.build()?;
+    let axes: Vec<Axis> = bench.device.robot.axes().to_vec();
+    let rest = bench.rest_endpoint();
     let (discarded, recorded) = experiment.samples();
     let mut commands = Vec::with_capacity(file.trials);
     for trial in 0..file.trials {
@@ -103,11 +107,11 @@ pub fn simulate(file: &ExperimentFile, progress: &Progress<'_>) -> Result<Simula
     let truth = Truth {
         schema: "ndof/truth/1".to_owned(),
         ndof_version: VERSION.to_owned(),
-        experiment: file.clone(),
+        experiment: ExperimentFile { schema: Some(ExperimentFile::SCHEMA.to_owned()), ..file.clone() },
         axes: axes.iter().map(|axis| axis.name.clone()).collect(),
         endpoint: Matrices::from(&linear.limb),
         joint: linear.limb_joints.as_ref().map(|(limb, _)| JointTruth { axes: joints, matrices: Matrices::from(limb) }),
         excitation_seeds: commands.iter().map(|command| command.seed).collect(),
     };
-    Ok(Simulated { recordings, truth, linear })
+    Ok(Simulated { recordings, truth, linear, rest })
 }

@@ -8,6 +8,7 @@ pub mod compare;
 pub mod diagnosis;
 pub mod estimate;
 pub mod fit;
+pub mod study;
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -17,6 +18,7 @@ pub use compare::CompareResult;
 pub use diagnosis::DiagnosisResult;
 pub use estimate::EstimateResult;
 pub use fit::FitResult;
+pub use study::StudyResult;
 
 /// The version that is written into every result.
 pub const VERSION: &str = env!("CARGO_PKG_VERSION");
@@ -60,7 +62,7 @@ impl From<ndof_io::Note> for Warning {
 }
 
 /// The JSON Schemas by the short names that `ndof schema` takes.
-pub const SCHEMAS: &[&str] = &["estimate", "fit", "diagnosis", "check", "compare"];
+pub const SCHEMAS: &[&str] = &["estimate", "fit", "diagnosis", "check", "compare", "study-result"];
 
 /// The JSON Schema of the result called `name`, or nothing if there is none of that name.
 pub fn schema_of(name: &str) -> Option<serde_json::Value> {
@@ -69,6 +71,7 @@ pub fn schema_of(name: &str) -> Option<serde_json::Value> {
         "fit" => schemars::schema_for!(FitResult),
         "diagnosis" => schemars::schema_for!(DiagnosisResult),
         "compare" => schemars::schema_for!(CompareResult),
+        "study-result" => schemars::schema_for!(StudyResult),
         "check" => schemars::schema_for!(CheckResult),
         _ => return None,
     };
