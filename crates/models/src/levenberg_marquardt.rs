@@ -13,6 +13,12 @@ pub trait LeastSquares {
 
     /// ∂r/∂x at `x`, residuals × parameters.
     fn jacobian(&self, x: &[f64]) -> Mat<f64>;
+
+    /// A matrix A of as many columns as [∂r/∂x r] with AᵀA = [∂r/∂x r]ᵀ[∂r/∂x r]: all that a step needs. Problems that
+    /// know their structure can have it without the whole Jacobian.
+    fn triangle(&self, x: &[f64], residuals: &[f64]) -> Mat<f64> {
+        triangle(&self.jacobian(x), residuals)
+    }
 }
 
 /// Why the iteration stopped.
@@ -139,6 +145,11 @@ impl LevenbergMarquardt {
         }
     }
 
+    /// The same that stops at another relative decrease of the cost.
+    pub fn stopping_at(self, cost_tolerance: f64) -> Self {
+        LevenbergMarquardt { cost_tolerance, ..self }
+    }
+
     /// Minimises ½ ‖r(x)‖² from `start`, clipped to the bounds.
     ///
     /// # Errors
@@ -184,14 +195,13 @@ impl LevenbergMarquardt {
 
     /// One accepted step from `x`, or a reason to stop.
     fn step<P: LeastSquares>(&mut self, problem: &P, x: &[f64], residuals: &[f64]) -> Option<(Vec<f64>, Vec<f64>)> {
-        let jacobian = problem.jacobian(x);
-        let (m, n) = (residuals.len(), x.len());
-        let r = MatRef::from_column_major_slice(residuals, m, 1);
-        let norms: Vec<f64> = (0..n).map(|j| jacobian.col(j).norm_l2()).collect();
+        let n = x.len();
+        let reduced = problem.triangle(x, residuals);
+        let norms: Vec<f64> = (0..n).map(|j| reduced.col(j).norm_l2()).collect();
         self.scale.resize(n, 0.0);
         self.scale.iter_mut().zip(&norms).for_each(|(s, v)| *s = s.max(*v));
         let scale: Vec<f64> = self.scale.iter().map(|&s| if s > 0.0 { s } else { 1.0 }).collect();
-        let gradient = jacobian.transpose() * r;
+        let gradient = reduced.subcols(0, n).transpose() * reduced.subcols(n, 1);
         let cost = half_square(residuals);
         let held = |j: usize| (x[j] <= self.bounds[j].0 && gradient[(j, 0)] > 0.0) || (x[j] >= self.bounds[j].1 && gradient[(j, 0)] < 0.0);
         let free: Vec<usize> = (0..n).filter(|&j| !held(j) && norms[j] > 0.0).collect();
@@ -200,7 +210,6 @@ impl LevenbergMarquardt {
             self.reason = Some(StopReason::GradientConverged);
             return None;
         }
-        let reduced = triangle(&jacobian, residuals);
         // The free columns and the residual of what QR left of all rows: their own triangle is small work.
         let chosen = Mat::from_fn(reduced.nrows(), free.len() + 1, |i, k| reduced[(i, if k < free.len() { free[k] } else { n })]);
         let small = chosen.qr();
@@ -314,6 +323,33 @@ fn triangle(jacobian: &Mat<f64>, residuals: &[f64]) -> Mat<f64> {
         .collect();
     let index: Vec<(usize, usize)> = parts.iter().enumerate().flat_map(|(b, p)| (0..p.nrows()).map(move |i| (b, i))).collect();
     reduce(index.len(), &|i, j| parts[index[i].0][(index[i].1, j)])
+}
+
+/// R of the QR decomposition of rows of `width`, one behind the other, reduced in blocks that stay in the cache.
+pub(crate) fn triangle_of_rows(rows: &[f64], width: usize) -> Mat<f64> {
+    const BLOCK: usize = 256;
+    let parts: Vec<Mat<f64>> = rows
+        .chunks(BLOCK * width)
+        .map(|block| {
+            let block = MatRef::from_row_major_slice(block, block.len() / width, width);
+            if block.nrows() > width { block.qr().thin_R().to_owned() } else { block.to_owned() }
+        })
+        .collect();
+    let total: usize = parts.iter().map(Mat::nrows).sum();
+    if parts.len() == 1 || total <= width {
+        return stacked(&parts, width, total);
+    }
+    stacked(&parts, width, total).qr().thin_R().to_owned()
+}
+
+fn stacked(parts: &[Mat<f64>], width: usize, total: usize) -> Mat<f64> {
+    let mut out = Mat::zeros(total, width);
+    let mut at = 0;
+    for part in parts {
+        out.submatrix_mut(at, 0, part.nrows(), width).copy_from(part);
+        at += part.nrows();
+    }
+    out
 }
 
 fn half_square(r: &[f64]) -> f64 {

@@ -1,6 +1,6 @@
 //! Impedance at the hand and at the joints.
 
-use crate::{Axis, Fit, InertiaDampingStiffness, InertiaDampingStiffnessModel, Kinematics};
+use crate::{Axis, Fit, InertiaDampingStiffness, InertiaDampingStiffnessModel, Kinematics, Parameter, ParametricModel};
 use faer::Mat;
 use ndarray::{Array2, Axis as Dimension};
 use ndof_sysid::{FrequencyResponse, ResponseError, ResponseKind};
@@ -201,7 +201,7 @@ impl Projection {
         Ok(Projected {
             matrices: target.matrices(&projected),
             std_error: target.matrices(&errors),
-            parameters: Fit::describe(&target, &projected, &total, quantile),
+            parameters: Parameter::describe(&target.parameters(), &projected, &total, quantile, |k| target.scale(&projected, k)),
             model: target,
             covariance: total,
             jacobian: self.kinematics.jacobian(),

@@ -5,7 +5,7 @@ use num_complex::Complex64;
 use std::f64::consts::{SQRT_2, TAU};
 
 /// Largest stiffness (N/m, N m/rad) and damping that a limb or fixture can have.
-const STIFF: f64 = 1e7;
+pub(crate) const STIFF: f64 = 1e7;
 
 fn per(rotational: bool, stem: &str, rate: bool) -> (String, String) {
     let (effort, motion) = if rotational { ("nm", "rad") } else { ("n", "m") };
@@ -14,12 +14,12 @@ fn per(rotational: bool, stem: &str, rate: bool) -> (String, String) {
     (format!("{stem}_{effort}{name}_per_{motion}"), format!("{effort_unit}{unit}/{motion_unit}"))
 }
 
-fn stiffness(rotational: bool, stem: &str, bounds: (f64, f64), starts: &[f64]) -> BlockParameter {
+pub(crate) fn stiffness(rotational: bool, stem: &str, bounds: (f64, f64), starts: &[f64]) -> BlockParameter {
     let (name, unit) = per(rotational, stem, false);
     BlockParameter::new(name, unit, bounds, starts)
 }
 
-fn damping(rotational: bool, stem: &str, bounds: (f64, f64), starts: &[f64]) -> BlockParameter {
+pub(crate) fn damping(rotational: bool, stem: &str, bounds: (f64, f64), starts: &[f64]) -> BlockParameter {
     let (name, unit) = per(rotational, stem, true);
     BlockParameter::new(name, unit, bounds, starts)
 }

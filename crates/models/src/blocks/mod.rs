@@ -4,7 +4,7 @@
 //! like any other.
 
 mod composite;
-mod elements;
+pub(crate) mod elements;
 
 pub use composite::{Composite, Place, Placed};
 pub use elements::{Delay, FirstOrderFilter, Fractional, Reflex, SecondOrderFilter, SeriesCompliance, StandardLinearSolid};
@@ -27,7 +27,7 @@ pub struct BlockParameter {
 }
 
 impl BlockParameter {
-    fn new(name: impl Into<String>, unit: impl Into<String>, bounds: (f64, f64), starts: &[f64]) -> Self {
+    pub(crate) fn new(name: impl Into<String>, unit: impl Into<String>, bounds: (f64, f64), starts: &[f64]) -> Self {
         BlockParameter { name: name.into(), unit: unit.into(), lower: bounds.0, upper: bounds.1, starts: starts.to_vec() }
     }
 }

@@ -1,6 +1,6 @@
 //! Intervals whose width comes from how much the trials disagree.
 
-use super::{Fit, FitError, WeightedFit, result::t_quantile};
+use super::{Fit, FitError, Parameter, WeightedFit, result::t_quantile};
 use crate::ParametricModel;
 use ndof_sysid::FrequencyResponse;
 
@@ -58,6 +58,6 @@ pub(crate) fn rescale_by_trials<M: ParametricModel + ?Sized>(model: &M, mut fit:
     fit.covariance.mapv_inplace(|v| v * ratio);
     fit.covariance_scale = ratio;
     fit.interval_quantile = t_quantile(freedom);
-    fit.parameters = Fit::describe(model, &fit.theta, &fit.covariance, fit.interval_quantile);
+    fit.parameters = Parameter::describe(&model.parameters(), &fit.theta, &fit.covariance, fit.interval_quantile, |k| model.scale(&fit.theta, k));
     fit
 }

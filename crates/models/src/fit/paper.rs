@@ -1,7 +1,7 @@
 //! The paper's fit: gain in decibels and phase in degrees, weighted with partial coherence.
 
 use super::vaf::{GAIN_WEIGHT, difference};
-use super::{Fit, FitError, Prediction, Smoothing, Solved, check_shape, jackknife::rescale_by_trials, result::t_quantile, shares};
+use super::{Fit, FitError, Parameter, Prediction, Smoothing, Solved, check_shape, jackknife::rescale_by_trials, result::t_quantile, shares};
 use crate::{LeastSquares, ParametricModel};
 use faer::Mat;
 use ndarray::Array3;
@@ -64,7 +64,7 @@ impl PaperFit {
         let interval_quantile = t_quantile(degrees_of_freedom);
         Ok(Fit {
             model: model.name().to_owned(),
-            parameters: Fit::describe(model, &solved.theta, &covariance, interval_quantile),
+            parameters: Parameter::describe(&model.parameters(), &solved.theta, &covariance, interval_quantile, |k| model.scale(&solved.theta, k)),
             theta: solved.theta,
             covariance,
             covariance_scale: 1.0,

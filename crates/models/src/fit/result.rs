@@ -1,6 +1,6 @@
 //! What a fit returns.
 
-use crate::{MinimiseError, ParametricModel, StopReason};
+use crate::{MinimiseError, ParameterInfo, StopReason};
 use ndarray::Array2;
 use serde::{Deserialize, Serialize};
 use statrs::distribution::{ContinuousCDF, StudentsT};
@@ -111,24 +111,26 @@ impl Fit {
     pub fn parameter(&self, name: &str) -> Option<&Parameter> {
         self.parameters.iter().find(|p| p.name == name)
     }
+}
 
-    /// Values, standard errors and intervals of `quantile` standard errors to each side, from a covariance.
-    pub(crate) fn describe<M: ParametricModel + ?Sized>(model: &M, theta: &[f64], covariance: &Array2<f64>, quantile: f64) -> Vec<Parameter> {
-        model
-            .parameters()
-            .into_iter()
+impl Parameter {
+    /// Values, standard errors and intervals of `quantile` standard errors to each side, from a covariance; `scale` is how
+    /// large a parameter would have to be to matter.
+    pub(crate) fn describe(infos: &[ParameterInfo], theta: &[f64], covariance: &Array2<f64>, quantile: f64, scale: impl Fn(usize) -> f64) -> Vec<Parameter> {
+        infos
+            .iter()
             .enumerate()
             .map(|(k, info)| {
                 let (value, std_error) = (theta[k], covariance[[k, k]].sqrt());
                 let half = quantile * std_error;
                 Parameter {
-                    name: info.name,
-                    unit: info.unit,
-                    site: info.site,
+                    name: info.name.clone(),
+                    unit: info.unit.clone(),
+                    site: info.site.clone(),
                     value,
                     std_error,
                     ci95: [value - half, value + half],
-                    identifiable: half <= model.scale(theta, k),
+                    identifiable: half <= scale(k),
                 }
             })
             .collect()

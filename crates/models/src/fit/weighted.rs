@@ -1,6 +1,6 @@
 //! Weighted least squares on a frequency response, with the covariance that its estimator gave it.
 
-use super::{Fit, FitError, Prediction, Smoothing, Solved, Transducer, check_shape, result::t_quantile, shares};
+use super::{Fit, FitError, Parameter, Prediction, Smoothing, Solved, Transducer, check_shape, result::t_quantile, shares};
 use crate::{LeastSquares, ParametricModel, small};
 use faer::Mat;
 use ndof_sysid::{FrequencyResponse, Uncertainty};
@@ -92,7 +92,7 @@ impl WeightedFit {
         let interval_quantile = t_quantile(degrees_of_freedom);
         Ok(Fit {
             model: model.name().to_owned(),
-            parameters: Fit::describe(model, &solved.theta, &covariance, interval_quantile),
+            parameters: Parameter::describe(&model.parameters(), &solved.theta, &covariance, interval_quantile, |k| model.scale(&solved.theta, k)),
             theta: solved.theta,
             covariance,
             covariance_scale: 1.0,

@@ -1,34 +1,43 @@
-//! Output-error fits by multiple shooting.
+//! Output-error fits over whole trials or windows of them.
 
-use super::Mechanism;
-use super::simulate::Runner;
+use super::noise::autoregression;
+use super::shooting::{OutputFilter, Shooting, Window};
+use super::trial::Prepared;
+use super::{Causality, Mechanism, Noise, TimeTrial};
 use crate::fit::{Information, t_quantile};
-use crate::{LeastSquares, LevenbergMarquardt, MinimiseError, Minimum, Parameter, StopReason};
-use faer::Mat;
+use crate::{LevenbergMarquardt, MinimiseError, Minimum, Parameter, StopReason};
 use ndarray::Array2;
-use rayon::prelude::*;
+use ndof_signal::{FilterError, Passband, SosFilter};
 use serde::{Deserialize, Serialize};
 
-/// Measured force and motion of one trial, one slice an axis.
-#[derive(Clone, Debug)]
-pub struct TimeTrial<'a> {
-    /// Force on the mechanism (N, N m).
-    pub force: Vec<&'a [f64]>,
-    /// Its displacement (m, rad).
-    pub motion: Vec<&'a [f64]>,
-}
-
-/// Settings of a free-run fit: minimises Σ (x − x̂(θ, x₀))² / σ² where x̂ runs free from the measured force over windows
-/// with fitted initial states (multiple shooting without continuity), σ the rms residual of each axis (two passes).
+/// Settings of a free-run fit: minimises Σ (y − ŷ(θ, x₀))² / σ² where ŷ runs free from what was imposed over windows with
+/// fitted initial states, σ the rms residual of each axis.
 ///
-/// A mechanism without a spring drifts away in long runs; windows of some seconds keep it in reach. Intervals come from
-/// the scatter of the windows' scores (at least one every [`FreeRunFit::BLOCK_S`]), so coloured noise is allowed for.
+/// A mechanism without a spring drifts away in long runs; windows of some seconds keep it in reach (multiple shooting).
+///
+/// ```
+/// use ndof_models::time::{FreeRunFit, Noise};
+/// let settings = FreeRunFit { window_s: Some(2.0), noise: Noise::Autoregressive(4), ..FreeRunFit::new(500.0) };
+/// assert_eq!(settings.substeps, 1);
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct FreeRunFit {
     /// Sample rate.
     pub sample_rate_hz: f64,
     /// Length of a window; a whole trial if `None`.
     pub window_s: Option<f64>,
+    /// What is imposed and what answers.
+    pub causality: Causality,
+    /// What the residuals are taken for.
+    pub noise: Noise,
+    /// Beginning of each window that is not compared (s).
+    pub settle_s: f64,
+    /// Runge-Kutta steps a sample, where a law asks for them.
+    pub substeps: usize,
+    /// Cut-off of a zero-phase low-pass on what is compared, which then is thinned out to five samples a cycle of it.
+    pub output_low_pass_hz: Option<f64>,
+    /// Cut-off of a zero-phase low-pass on an imposed motion before it is differentiated.
+    pub motion_low_pass_hz: Option<f64>,
 }
 
 /// A mechanism fitted in time.
@@ -40,14 +49,29 @@ pub struct FreeRun {
     pub parameters: Vec<Parameter>,
     /// Their covariance.
     pub covariance: Array2<f64>,
-    /// rms(x − x̂)/std(x) of each axis.
-    pub nrmse: Vec<f64>,
-    /// 100 (1 − var(x − x̂)/var(x)) of each axis.
-    pub vaf_percent: Vec<f64>,
+    /// How well it runs on the data that were fitted.
+    pub score: Score,
+    /// −2 log likelihood + k ln N, up to a constant of the data; the smaller, the better.
+    pub bic: f64,
+    /// −2 log likelihood of the same.
+    pub deviance: f64,
     /// Condition number of the information matrix.
     pub condition: f64,
     /// Why the minimiser stopped.
     pub reason: StopReason,
+    /// Initial positions and velocities of each window.
+    pub initial: Vec<f64>,
+    pub(super) sigma: Vec<f64>,
+    pub(super) coloured: Vec<Vec<f64>>,
+}
+
+/// How near a run stays to what was measured.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Score {
+    /// rms(y − ŷ)/std(y) of each axis.
+    pub nrmse: Vec<f64>,
+    /// 100 (1 − var(y − ŷ)/var(y)) of each axis.
+    pub vaf_percent: Vec<f64>,
 }
 
 /// Why a free-run fit is not possible.
@@ -76,14 +100,38 @@ pub enum FreeRunError {
         /// What the mechanism has.
         expected: usize,
     },
+    /// A low-pass that cannot be.
+    #[error(transparent)]
+    Filter(#[from] FilterError),
     /// The minimiser refused.
     #[error(transparent)]
     Minimise(#[from] MinimiseError),
 }
 
+/// Relative decrease of the cost at which passes before the last one stop.
+const ROUGH: f64 = 1e-5;
+/// Samples that a low-passed comparison keeps of each cycle of its cut-off.
+const KEPT_PER_CYCLE: f64 = 5.0;
+/// Order of that low-pass, forwards and backwards.
+const OUTPUT_ORDER: usize = 4;
+
 impl FreeRunFit {
-    /// Longest stretch whose residuals count as one in the intervals (s).
+    /// Longest stretch whose residuals count as one in intervals by [`Noise::Blocks`] (s).
     pub const BLOCK_S: f64 = 2.0;
+
+    /// Whole trials, force in and motion out, nothing known about the noise.
+    pub fn new(sample_rate_hz: f64) -> Self {
+        FreeRunFit {
+            sample_rate_hz,
+            window_s: None,
+            causality: Causality::ForceIn,
+            noise: Noise::Blocks,
+            settle_s: 0.0,
+            substeps: 1,
+            output_low_pass_hz: None,
+            motion_low_pass_hz: None,
+        }
+    }
 
     /// Fits the mechanism's parameters and every window's initial state.
     ///
@@ -95,72 +143,146 @@ impl FreeRunFit {
             return Err(FreeRunError::StartLength { found: start.len(), expected });
         }
         let mut problem = self.problem(mechanism, trials, None)?;
-        let first = problem.solve(start)?;
-        problem.reweight(&first.residuals);
-        let minimum = problem.solve_from(&first.x)?;
-        let theta = minimum.x[..expected].to_vec();
-        let information = Information::new(&minimum.jacobian);
-        let (meat, blocks) = problem.meat(&minimum, (Self::BLOCK_S * self.sample_rate_hz).max(1.0) as usize);
-        // Few blocks scatter less than many would.
-        let factor = blocks as f64 / (blocks.max(2) - 1) as f64;
-        let all = information.sandwich(&meat, factor);
-        let covariance = Array2::from_shape_fn((expected, expected), |(r, c)| all[[r, c]]);
-        let quantile = t_quantile((blocks.max(2) - 1) as f64);
-        let (nrmse, vaf_percent) = problem.scores(&minimum.residuals);
-        let parameters = mechanism
-            .parameters()
-            .into_iter()
-            .enumerate()
-            .map(|(k, info)| {
-                let (value, std_error) = (theta[k], covariance[[k, k]].sqrt());
-                let half = quantile * std_error;
-                Parameter {
-                    name: info.name,
-                    unit: info.unit,
-                    site: info.site,
-                    value,
-                    std_error,
-                    ci95: [value - half, value + half],
-                    identifiable: half <= value.abs(),
-                }
-            })
-            .collect();
-        Ok(FreeRun { theta, parameters, covariance, nrmse, vaf_percent, condition: information.condition(), reason: minimum.reason })
+        let mut rough = solve(&problem, &problem.beginning(start), ROUGH)?;
+        problem.reweight(&rough.x);
+        if let Noise::Autoregressive(order) = self.noise {
+            problem.colour(&rough.x, order);
+            rough = solve(&problem, &rough.x, ROUGH)?;
+            problem.colour(&rough.x, order);
+        }
+        let minimum = solve(&problem, &rough.x, FINE)?;
+        Ok(self.describe(mechanism, &problem, minimum))
     }
 
-    /// NRMSE and VAF (percent) of each axis on trials that were not fitted: only initial states are.
+    /// The best of fits from several starts, compared after a rough minimisation; ties go to the earlier one.
+    ///
+    /// # Errors
+    /// That of the last start if every one fails.
+    pub fn fit_from(&self, mechanism: &Mechanism, trials: &[TimeTrial<'_>], starts: &[Vec<f64>]) -> Result<FreeRun, FreeRunError> {
+        if let [start] = starts {
+            return self.fit(mechanism, trials, start);
+        }
+        let problem = self.problem(mechanism, trials, None)?;
+        let expected = problem.parameters();
+        let mut best: Result<Minimum, FreeRunError> = Err(FreeRunError::StartLength { found: 0, expected });
+        for start in starts {
+            if start.len() != expected {
+                return Err(FreeRunError::StartLength { found: start.len(), expected });
+            }
+            match (solve(&problem, &problem.beginning(start), ROUGH), &best) {
+                (Ok(found), Ok(kept)) if found.cost >= kept.cost => {}
+                (Err(_), Ok(_)) => {}
+                (other, _) => best = other,
+            }
+        }
+        self.fit(mechanism, trials, &best?.x[..expected])
+    }
+
+    /// How well fitted parameters run on trials that were not fitted: only initial states are.
     ///
     /// # Errors
     /// As [`FreeRunFit::fit`].
-    pub fn validate(&self, mechanism: &Mechanism, theta: &[f64], trials: &[TimeTrial<'_>]) -> Result<(Vec<f64>, Vec<f64>), FreeRunError> {
+    pub fn validate(&self, mechanism: &Mechanism, theta: &[f64], trials: &[TimeTrial<'_>]) -> Result<Score, FreeRunError> {
         let problem = self.problem(mechanism, trials, Some(theta.to_vec()))?;
-        let minimum = problem.solve(&[])?;
-        Ok(problem.scores(&minimum.residuals))
+        let start = problem.beginning(&[]);
+        let x = if start.is_empty() { start } else { solve(&problem, &start, FINE)?.x };
+        Ok(problem.score(&x))
     }
 
-    fn problem<'a>(&self, mechanism: &'a Mechanism, trials: &[TimeTrial<'a>], fixed: Option<Vec<f64>>) -> Result<Shooting<'a>, FreeRunError> {
-        let n = mechanism.axes.len();
+    pub(super) fn problem<'a>(&self, mechanism: &'a Mechanism, trials: &[TimeTrial<'_>], fixed: Option<Vec<f64>>) -> Result<Shooting<'a>, FreeRunError> {
+        let (n, rate) = (mechanism.axes.len(), self.sample_rate_hz);
         let mut windows = Vec::new();
+        let mut prepared = Vec::new();
         for (index, trial) in trials.iter().enumerate() {
-            let samples = trial.force.first().map_or(0, |f| f.len());
-            if trial.force.len() != n || trial.motion.len() != n || trial.force.iter().chain(&trial.motion).any(|c| c.len() != samples) {
-                return Err(FreeRunError::Shape { trial: index + 1, force: trial.force.len(), motion: trial.motion.len(), axes: n });
-            }
-            let length = self.window_s.map_or(samples, |s| ((s * self.sample_rate_hz) as usize).clamp(2, samples.max(2)));
+            let own = Prepared::new(trial, index + 1, n, self.causality, rate, self.motion_low_pass_hz)?;
+            let samples = own.samples();
+            let length = self.window_s.map_or(samples, |s| ((s * rate) as usize).clamp(2, samples.max(2)));
             let mut at = 0;
             while at + length <= samples && length >= 2 {
                 // What is left behind the last whole window belongs to it.
                 let end = if at + 2 * length > samples { samples } else { at + length };
-                windows.push(Window { force: trial.force.iter().map(|c| &c[at..end]).collect(), motion: trial.motion.iter().map(|c| &c[at..end]).collect() });
+                windows.push(Window { trial: index, range: at..end });
                 at = end;
             }
+            prepared.push(own);
         }
         if windows.is_empty() {
             return Err(FreeRunError::Empty);
         }
-        let sigma = (0..n).map(|i| deviation(windows.iter().flat_map(|w| w.motion[i].iter().copied())).max(f64::MIN_POSITIVE)).collect();
-        Ok(Shooting { mechanism, windows, sigma, fixed, step_s: 1.0 / self.sample_rate_hz })
+        let filter = match self.output_low_pass_hz {
+            Some(hz) => Some(OutputFilter {
+                filter: SosFilter::butterworth(OUTPUT_ORDER, Passband::Low(hz), rate)?,
+                keep_every: ((rate / (KEPT_PER_CYCLE * hz)) as usize).max(1),
+            }),
+            None => None,
+        };
+        let mut problem = Shooting {
+            mechanism,
+            causality: self.causality,
+            trials: prepared,
+            windows,
+            sigma: vec![1.0; n],
+            fixed,
+            step_s: 1.0 / rate,
+            substeps: self.substeps.max(1),
+            settle: (self.settle_s * rate) as usize,
+            filter,
+            coloured: vec![Vec::new(); n],
+        };
+        problem.sigma = (0..n).map(|i| problem.spread(i).max(f64::MIN_POSITIVE)).collect();
+        Ok(problem)
     }
+
+    fn describe(&self, mechanism: &Mechanism, problem: &Shooting<'_>, minimum: Minimum) -> FreeRun {
+        let expected = problem.parameters();
+        let (rows, columns, n) = (minimum.residuals.len() as f64, minimum.x.len() as f64, problem.axes() as f64);
+        let theta = minimum.x[..expected].to_vec();
+        let information = Information::new(&minimum.jacobian);
+        let (all, quantile) = match self.noise {
+            Noise::Blocks => {
+                let (meat, blocks) = problem.meat(&minimum, Self::BLOCK_S);
+                // Few blocks scatter less than many would.
+                let factor = blocks as f64 / (blocks.max(2) - 1) as f64;
+                (information.sandwich(&meat, factor), t_quantile((blocks.max(2) - 1) as f64))
+            }
+            Noise::Autoregressive(_) => {
+                let degrees = (rows - columns).max(1.0);
+                (information.covariance(2.0 * minimum.cost / degrees), t_quantile(degrees))
+            }
+        };
+        let covariance = Array2::from_shape_fn((expected, expected), |(r, c)| all[[r, c]]);
+        let parameters = Parameter::describe(&mechanism.parameters(), &theta, &covariance, quantile, |k| mechanism.scale(&theta, k));
+        // σ² of each axis at its most likely: N/n ln(σ²) each.
+        let deviance: f64 = (0..problem.axes())
+            .map(|i| {
+                let own = minimum.residuals.iter().skip(i).step_by(problem.axes());
+                let variance = own.map(|r| r * r).sum::<f64>() * n / rows * problem.sigma[i].powi(2);
+                rows / n * variance.ln()
+            })
+            .sum();
+        FreeRun {
+            parameters,
+            covariance,
+            score: problem.score(&minimum.x),
+            bic: deviance + columns * rows.ln(),
+            deviance,
+            condition: information.condition(),
+            reason: minimum.reason,
+            initial: minimum.x[expected..].to_vec(),
+            sigma: problem.sigma.clone(),
+            coloured: problem.coloured.clone(),
+            theta,
+        }
+    }
+}
+
+/// Relative decrease of the cost at which the last pass stops: parameters to 1e-6 of their errors.
+pub(super) const FINE: f64 = 1e-12;
+
+pub(super) fn solve(problem: &Shooting<'_>, start: &[f64], cost_tolerance: f64) -> Result<Minimum, FreeRunError> {
+    let mut bounds = if problem.fixed.is_some() { Vec::new() } else { problem.bounds() };
+    bounds.resize(start.len(), (f64::NEG_INFINITY, f64::INFINITY));
+    Ok(LevenbergMarquardt::new(bounds).stopping_at(cost_tolerance).minimise(problem, start)?)
 }
 
 fn deviation(values: impl Iterator<Item = f64> + Clone) -> f64 {
@@ -169,159 +291,75 @@ fn deviation(values: impl Iterator<Item = f64> + Clone) -> f64 {
     (values.map(|v| (v - mean).powi(2)).sum::<f64>() / count).sqrt()
 }
 
-struct Window<'a> {
-    force: Vec<&'a [f64]>,
-    motion: Vec<&'a [f64]>,
-}
-
-/// Parameters (unless fixed) and then each window's initial state.
-struct Shooting<'a> {
-    mechanism: &'a Mechanism,
-    windows: Vec<Window<'a>>,
-    sigma: Vec<f64>,
-    fixed: Option<Vec<f64>>,
-    step_s: f64,
-}
-
 impl Shooting<'_> {
-    fn axes(&self) -> usize {
-        self.mechanism.axes.len()
+    fn bounds(&self) -> Vec<(f64, f64)> {
+        self.mechanism.parameters().iter().map(|p| (p.lower, p.upper)).collect()
     }
 
-    fn parameters(&self) -> usize {
-        if self.fixed.is_some() { 0 } else { self.mechanism.parameters().len() }
-    }
-
-    fn runner<'b>(&'b self, x: &[f64]) -> Runner<'b> {
-        Runner::new(self.mechanism, self.fixed.as_deref().unwrap_or(&x[..self.parameters()]))
-    }
-
-    /// Minimises from parameters, with initial states read from the motion.
-    fn solve(&self, theta: &[f64]) -> Result<Minimum, FreeRunError> {
+    /// Parameters, with initial states read from the motion.
+    fn beginning(&self, theta: &[f64]) -> Vec<f64> {
         let mut start = theta.to_vec();
+        if self.causality == Causality::MotionIn {
+            return start;
+        }
         for w in &self.windows {
-            start.extend(w.motion.iter().map(|c| c[0]));
-            start.extend(w.motion.iter().map(|c| {
+            let motion = |i: usize| &self.trials[w.trial].output(i)[w.range.clone()];
+            start.extend((0..self.axes()).map(|i| motion(i)[0]));
+            start.extend((0..self.axes()).map(|i| {
+                let c = motion(i);
                 let reach = (c.len() - 1).min(5);
                 (c[reach] - c[0]) / (reach as f64 * self.step_s)
             }));
         }
-        self.solve_from(&start)
-    }
-
-    fn solve_from(&self, start: &[f64]) -> Result<Minimum, FreeRunError> {
-        let own = if self.fixed.is_some() { Vec::new() } else { self.mechanism.parameters() };
-        let mut bounds: Vec<(f64, f64)> = own.iter().map(|p| (p.lower, p.upper)).collect();
-        bounds.resize(start.len(), (f64::NEG_INFINITY, f64::INFINITY));
-        Ok(LevenbergMarquardt::new(bounds).minimise(self, start)?)
+        start
     }
 
     /// Divides each axis by its rms residual.
-    fn reweight(&mut self, residuals: &[f64]) {
-        let n = self.axes();
-        for i in 0..n {
-            let own = residuals.iter().skip(i).step_by(n);
-            let rms = (own.clone().map(|r| r * r).sum::<f64>() / own.count() as f64).sqrt();
+    fn reweight(&mut self, x: &[f64]) {
+        let errors = self.errors(x, true);
+        for i in 0..self.axes() {
+            let own = self.series(&errors, i).concat();
+            let rms = (own.iter().map(|r| r * r).sum::<f64>() / own.len().max(1) as f64).sqrt();
             self.sigma[i] *= rms.max(1e-12);
         }
     }
 
-    /// Where each window's residuals begin.
-    fn offsets(&self) -> Vec<usize> {
-        let mut at = 0;
-        self.windows
-            .iter()
-            .map(|w| {
-                let own = at;
-                at += self.axes() * w.motion[0].len();
-                own
-            })
-            .collect()
+    /// Takes what the residuals of `x` have in common with their past for the colour of the noise.
+    fn colour(&mut self, x: &[f64], order: usize) {
+        self.coloured.iter_mut().for_each(Vec::clear);
+        let errors = self.errors(x, true);
+        self.coloured = (0..self.axes()).map(|i| autoregression(&self.series(&errors, i), order)).collect();
+        self.reweight(x);
     }
 
-    /// Σ over blocks of score scoreᵀ, and the number of blocks.
-    fn meat(&self, minimum: &Minimum, block: usize) -> (Mat<f64>, usize) {
-        let columns = minimum.x.len();
-        let (mut meat, mut blocks) = (Mat::zeros(columns, columns), 0);
-        let offsets = self.offsets();
-        for (w, offset) in self.windows.iter().zip(offsets) {
-            let rows = self.axes() * w.motion[0].len();
-            for first in (0..rows).step_by(block * self.axes()) {
-                let last = (first + block * self.axes()).min(rows);
-                let score: Vec<f64> =
-                    (0..columns).map(|c| (offset + first..offset + last).map(|r| minimum.jacobian[(r, c)] * minimum.residuals[r]).sum()).collect();
-                (0..columns).for_each(|r| (0..columns).for_each(|c| meat[(r, c)] += score[r] * score[c]));
-                blocks += 1;
-            }
-        }
-        (meat, blocks)
-    }
-
-    fn scores(&self, residuals: &[f64]) -> (Vec<f64>, Vec<f64>) {
-        let n = self.axes();
-        (0..n)
-            .map(|i| {
-                let own = residuals.iter().skip(i).step_by(n).map(|r| r * self.sigma[i]);
-                let spread = deviation(self.windows.iter().flat_map(|w| w.motion[i].iter().copied()));
-                let rms = (own.clone().map(|r| r * r).sum::<f64>() / own.clone().count() as f64).sqrt();
-                (rms / spread, 100.0 * (1.0 - (deviation(own) / spread).powi(2)))
-            })
-            .unzip()
-    }
-
-    /// (x − x̂)/σ of each window, sample after sample.
-    fn motion_errors(&self, x: &[f64]) -> Vec<Vec<f64>> {
-        let (n, p) = (self.axes(), self.parameters());
-        let runner = self.runner(x);
-        self.windows
-            .par_iter()
-            .zip(x[p..].par_chunks_exact(2 * n))
-            .map(|(w, initial)| {
-                let mut out = Vec::with_capacity(n * w.motion[0].len());
-                let mut sample = 0;
-                runner.run(initial, &w.force, self.step_s, false, |block| {
-                    out.extend((0..n).map(|i| (w.motion[i][sample] - block[i]) / self.sigma[i]));
-                    sample += 1;
-                });
-                out
-            })
-            .collect()
-    }
-}
-
-impl LeastSquares for Shooting<'_> {
-    fn residuals(&self, x: &[f64]) -> Vec<f64> {
-        self.motion_errors(x).concat()
-    }
-
-    fn jacobian(&self, x: &[f64]) -> Mat<f64> {
-        let (n, p) = (self.axes(), self.parameters());
-        let runner = self.runner(x);
-        let all = self.mechanism.parameters().len();
-        let parts: Vec<Vec<f64>> = self
+    /// Standard deviation of a measured output as it is compared.
+    fn spread(&self, axis: usize) -> f64 {
+        let compared: Vec<f64> = self
             .windows
-            .par_iter()
-            .zip(x[p..].par_chunks_exact(2 * n))
-            .map(|(w, initial)| {
-                let mut out = Vec::with_capacity(n * w.motion[0].len() * (p + 2 * n));
-                runner.run(initial, &w.force, self.step_s, true, |block| {
-                    for (i, row) in block.chunks_exact(1 + all + 2 * n).enumerate() {
-                        out.extend(row[1 + all - p..].iter().map(|v| -v / self.sigma[i]));
-                    }
-                });
-                out
+            .iter()
+            .flat_map(|w| {
+                let own = &self.trials[w.trial].output(axis)[w.range.clone()];
+                let from = self.settle.min(own.len());
+                match &self.filter {
+                    Some(f) => f.filter.filter_zero_phase(own).unwrap_or_else(|_| own.to_vec())[from..].to_vec(),
+                    None => own[from..].to_vec(),
+                }
             })
             .collect();
-        let rows = parts.iter().map(|v| v.len() / (p + 2 * n)).sum();
-        let mut jacobian = Mat::zeros(rows, x.len());
-        let mut at = 0;
-        for (w, part) in parts.iter().enumerate() {
-            for row in part.chunks_exact(p + 2 * n) {
-                (0..p).for_each(|c| jacobian[(at, c)] = row[c]);
-                (0..2 * n).for_each(|c| jacobian[(at, p + 2 * n * w + c)] = row[p + c]);
-                at += 1;
-            }
-        }
-        jacobian
+        deviation(compared.iter().copied())
+    }
+
+    /// What runs leave of the outputs, whatever the noise is taken for.
+    fn score(&self, x: &[f64]) -> Score {
+        let errors = self.errors(x, false);
+        let (nrmse, vaf_percent) = (0..self.axes())
+            .map(|i| {
+                let own: Vec<f64> = self.series(&errors, i).concat().iter().map(|r| r * self.sigma[i]).collect();
+                let spread = self.spread(i);
+                let rms = (own.iter().map(|r| r * r).sum::<f64>() / own.len().max(1) as f64).sqrt();
+                (rms / spread, 100.0 * (1.0 - (deviation(own.iter().copied()) / spread).powi(2)))
+            })
+            .unzip();
+        Score { nrmse, vaf_percent }
     }
 }

@@ -1,27 +1,77 @@
-//! The mechanism that a free-run fit simulates.
+//! The mechanism that a fit in time simulates.
 
+use super::Law;
 use crate::{Axis, ParameterInfo};
-use serde::{Deserialize, Serialize};
+use std::sync::Arc;
 
-/// M ẍ + B ẋ + K x + F_c tanh(ẋ/v_s) + F_0 = F for N axes, with or without spring, dry friction and offset.
+/// A force law on one axis of a mechanism.
+#[derive(Clone)]
+pub struct PlacedLaw {
+    /// What.
+    pub law: Arc<dyn Law>,
+    /// Where: an index into the mechanism's axes.
+    pub axis: usize,
+}
+
+/// M ẍ + B ẋ + K x + F₀ + F₁ t + Σ f(t, x, ẋ, z) = F for N axes.
 ///
-/// Parameters in this order, matrices symmetric and by their upper triangle row by row: M, B, K where `spring`,
-/// `coulomb_n` of each axis where `coulomb`, `offset_n` of each axis where `offset`.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+/// Parameters in this order, matrices symmetric and by their upper triangle row by row: M, B, K where `spring`, the
+/// offset F₀ of each axis where `offset`, the trend F₁ of each axis where `trend`, then each law's own.
+///
+/// ```
+/// use ndof_models::{Axis, time::{Mechanism, laws::BoucWen}};
+/// let arm = Mechanism::new(vec![Axis::linear("x")]).with(BoucWen, 0);
+/// let names: Vec<String> = arm.parameters().into_iter().map(|p| p.name).collect();
+/// assert_eq!(names, ["M", "B", "K", "loop_n_per_m", "yield_m", "shape"]);
+/// ```
+#[derive(Clone)]
 pub struct Mechanism {
     /// The axes.
     pub axes: Vec<Axis>,
     /// Whether a spring holds it; a free mass has none.
     pub spring: bool,
-    /// Whether dry friction acts on each axis.
-    pub coulomb: bool,
     /// Whether a constant force acts on each axis.
     pub offset: bool,
-    /// v_s: dry friction turns around within this velocity (m/s, rad/s).
-    pub stick_velocity: f64,
+    /// Whether a force that grows with time acts on each axis.
+    pub trend: bool,
+    /// What else acts.
+    pub laws: Vec<PlacedLaw>,
 }
 
 impl Mechanism {
+    /// Inertia, damping and stiffness alone.
+    pub fn new(axes: Vec<Axis>) -> Self {
+        Mechanism { axes, spring: true, offset: false, trend: false, laws: Vec::new() }
+    }
+
+    /// The same without a spring.
+    pub fn without_spring(self) -> Self {
+        Mechanism { spring: false, ..self }
+    }
+
+    /// The same with a constant force.
+    pub fn with_offset(self) -> Self {
+        Mechanism { offset: true, ..self }
+    }
+
+    /// The same with one more law on `axis`.
+    ///
+    /// # Panics
+    /// If there is no such axis.
+    pub fn with(self, law: impl Law + 'static, axis: usize) -> Self {
+        self.with_law(Arc::new(law), axis)
+    }
+
+    /// The same with one more law from the registry on `axis`.
+    ///
+    /// # Panics
+    /// If there is no such axis.
+    pub fn with_law(mut self, law: Arc<dyn Law>, axis: usize) -> Self {
+        assert!(axis < self.axes.len(), "axis {axis} of {}", self.axes.len());
+        self.laws.push(PlacedLaw { law, axis });
+        self
+    }
+
     /// Entries of one matrix.
     pub(crate) fn entries(&self) -> Vec<(usize, usize)> {
         let n = self.axes.len();
@@ -31,6 +81,12 @@ impl Mechanism {
     /// Number of matrices: M, B and perhaps K.
     pub(crate) fn matrices(&self) -> usize {
         if self.spring { 3 } else { 2 }
+    }
+
+    /// How many parameters stand before those of the laws.
+    pub fn baseline_parameters(&self) -> usize {
+        let n = self.axes.len();
+        self.matrices() * n * (n + 1) / 2 + n * (usize::from(self.offset) + usize::from(self.trend))
     }
 
     /// What the parameters are.
@@ -48,13 +104,42 @@ impl Mechanism {
                 out.push(free(name, row.unit_per(column, rate), site, lower));
             }
         }
-        for (stem, used) in [("coulomb", self.coulomb), ("offset", self.offset)] {
+        for (stem, rate, used) in [("offset", "", self.offset), ("trend", "/s", self.trend)] {
             for axis in self.axes.iter().filter(|_| used) {
                 let (suffix, unit) = if axis.rotational { ("nm", "N m") } else { ("n", "N") };
-                let name = if single { format!("{stem}_{suffix}") } else { format!("{stem}_{suffix}_{}", axis.name) };
-                out.push(free(name, unit.to_owned(), axis.name.clone(), f64::NEG_INFINITY));
+                let stem = if rate.is_empty() { format!("{stem}_{suffix}") } else { format!("{stem}_{suffix}_per_s") };
+                let name = if single { stem } else { format!("{stem}_{}", axis.name) };
+                out.push(free(name, format!("{unit}{rate}"), axis.name.clone(), f64::NEG_INFINITY));
+            }
+        }
+        for PlacedLaw { law, axis } in &self.laws {
+            let axis = &self.axes[*axis];
+            for p in law.parameters(axis.rotational) {
+                let taken = !single || out.iter().any(|o: &ParameterInfo| o.name == p.name);
+                let name = if taken { format!("{}_{}", p.name, axis.name) } else { p.name };
+                out.push(ParameterInfo { name, unit: p.unit, site: axis.name.clone(), lower: p.lower, upper: p.upper });
             }
         }
         out
+    }
+
+    /// Start vectors: those of the baseline with every combination of the laws' own.
+    pub fn starts(&self, baseline: &[f64]) -> Vec<Vec<f64>> {
+        let own = self.laws.iter().flat_map(|l| l.law.parameters(self.axes[l.axis].rotational));
+        own.fold(vec![baseline.to_vec()], |starts, p| {
+            starts.iter().flat_map(|s| p.starts.iter().map(move |v| s.iter().copied().chain([*v]).collect())).collect()
+        })
+    }
+
+    /// How large a parameter would have to be to matter: for entries of a matrix, the size of its diagonal.
+    pub(crate) fn scale(&self, theta: &[f64], parameter: usize) -> f64 {
+        let entries = self.entries();
+        let (per, own) = (entries.len(), theta[parameter].abs());
+        if parameter >= self.matrices() * per {
+            return own;
+        }
+        let (i, j) = entries[parameter % per];
+        let diagonal = |k: usize| entries.iter().position(|e| *e == (k, k)).map_or(own, |at| theta[parameter / per * per + at].abs());
+        (diagonal(i) * diagonal(j)).sqrt()
     }
 }

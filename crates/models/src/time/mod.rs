@@ -1,8 +1,24 @@
-//! Fits in the time domain: the model runs free from the measured force and has to stay with the measured motion.
+//! Fits in the time domain: the model runs free from what was imposed and has to stay with what was measured.
+//!
+//! A [`Mechanism`] is inertia, damping and stiffness with any number of [`laws`]; [`FreeRunFit`] fits it. Either the force
+//! is given and the motion comes out, or the other way round ([`Causality`]).
 
+mod exact;
 mod fit;
+mod jet;
+mod law;
+pub mod laws;
 mod mechanism;
+mod noise;
+mod profile;
+mod shooting;
 mod simulate;
+mod trial;
 
-pub use fit::{FreeRun, FreeRunError, FreeRunFit, TimeTrial};
-pub use mechanism::Mechanism;
+pub use fit::{FreeRun, FreeRunError, FreeRunFit, Score};
+pub use jet::Real;
+pub use law::{Equation, LAW_VARIABLES, LOCAL_VARIABLES, Law, Local};
+pub use mechanism::{Mechanism, PlacedLaw};
+pub use noise::Noise;
+pub use simulate::simulate;
+pub use trial::{Causality, TimeTrial};

@@ -1,0 +1,25 @@
+//! A spring that is stiffer to one side.
+
+use super::mechanical;
+use crate::blocks::BlockParameter;
+use crate::time::jet::Real;
+use crate::time::{Equation, Local};
+
+/// k₂ x².
+#[derive(Clone, Copy, Debug)]
+pub struct AsymmetricStiffness;
+
+impl Equation for AsymmetricStiffness {
+    const NAME: &'static str = "asymmetric-stiffness";
+    const EQUATION: &'static str = "f = k2 x²";
+    const SOURCE: &'static str = "Nayfeh & Mook 1979, Nonlinear oscillations, ch. 2";
+
+    fn parameters(&self, rotational: bool) -> Vec<BlockParameter> {
+        let (name, unit) = mechanical(rotational, "k2", 2);
+        vec![BlockParameter::new(name, unit, (-1e12, 1e12), &[0.0, 1e3])]
+    }
+
+    fn force<R: Real>(&self, theta: &[R], at: &Local<R>, _states: &[R], _rates: &mut [R]) -> R {
+        theta[0] * at.position * at.position
+    }
+}

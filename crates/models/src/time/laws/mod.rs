@@ -1,0 +1,160 @@
+//! Force laws that extend a mechanism, one file each.
+
+mod asymmetric_stiffness;
+mod backlash;
+mod bouc_wen;
+mod coulomb;
+mod cubic_stiffness;
+mod dead_zone;
+mod end_stop;
+mod flexible_mode;
+mod fractional;
+mod latency;
+mod lugre;
+mod maxwell_slip;
+mod reflex;
+mod saturation;
+mod short_range_stiffness;
+mod standard_linear_solid;
+mod stiffness_drift;
+mod stribeck;
+
+pub use asymmetric_stiffness::AsymmetricStiffness;
+pub use backlash::Backlash;
+pub use bouc_wen::BoucWen;
+pub use coulomb::Coulomb;
+pub use cubic_stiffness::CubicStiffness;
+pub use dead_zone::DeadZone;
+pub use end_stop::EndStop;
+pub use flexible_mode::FlexibleMode;
+pub use fractional::FractionalDamping;
+pub use latency::Latency;
+pub use lugre::LuGre;
+pub use maxwell_slip::MaxwellSlip;
+pub use reflex::{LinearReflex, OneDirectionalReflex};
+pub use saturation::Saturation;
+pub use short_range_stiffness::ShortRangeStiffness;
+pub use standard_linear_solid::Relaxation;
+pub use stiffness_drift::StiffnessDrift;
+pub use stribeck::Stribeck;
+
+use super::Law;
+use std::sync::Arc;
+
+/// All force laws, each as it is by default.
+pub fn all() -> Vec<Arc<dyn Law>> {
+    vec![
+        Arc::new(Relaxation),
+        Arc::new(FractionalDamping),
+        Arc::new(FlexibleMode),
+        Arc::new(LinearReflex),
+        Arc::new(OneDirectionalReflex { positive: true }),
+        Arc::new(Latency),
+        Arc::new(Coulomb { turn_velocity: 1e-3 }),
+        Arc::new(Stribeck { turn_velocity: 1e-3 }),
+        Arc::new(LuGre),
+        Arc::new(BoucWen),
+        Arc::new(MaxwellSlip),
+        Arc::new(ShortRangeStiffness),
+        Arc::new(CubicStiffness),
+        Arc::new(AsymmetricStiffness),
+        Arc::new(DeadZone),
+        Arc::new(Backlash),
+        Arc::new(EndStop { positive: true }),
+        Arc::new(Saturation),
+        Arc::new(StiffnessDrift),
+    ]
+}
+
+/// The law of that name.
+///
+/// ```
+/// assert!(ndof_models::time::laws::find("bouc-wen").is_some());
+/// ```
+pub fn find(name: &str) -> Option<Arc<dyn Law>> {
+    all().into_iter().find(|law| law.name() == name)
+}
+
+/// `stem_n`, `stem_n_per_m3` and the like with their units; `per` is the power of the motion.
+fn mechanical(rotational: bool, stem: &str, per: u8) -> (String, String) {
+    let (effort, motion) = if rotational { ("nm", "rad") } else { ("n", "m") };
+    let (effort_unit, motion_unit) = if rotational { ("N m", "rad") } else { ("N", "m") };
+    match per {
+        0 => (format!("{stem}_{effort}"), effort_unit.to_owned()),
+        1 => (format!("{stem}_{effort}_per_{motion}"), format!("{effort_unit}/{motion_unit}")),
+        _ => (format!("{stem}_{effort}_per_{motion}{per}"), format!("{effort_unit}/{motion_unit}^{per}")),
+    }
+}
+
+/// `stem_m` or `stem_rad`.
+fn length(rotational: bool, stem: &str) -> (String, String) {
+    let unit = if rotational { "rad" } else { "m" };
+    (format!("{stem}_{unit}"), unit.to_owned())
+}
+
+/// `stem_m_per_s` or `stem_rad_per_s`.
+fn speed(rotational: bool, stem: &str) -> (String, String) {
+    let unit = if rotational { "rad" } else { "m" };
+    (format!("{stem}_{unit}_per_s"), format!("{unit}/s"))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::time::{LAW_VARIABLES, LOCAL_VARIABLES, Local};
+
+    fn at(x: [f64; 6]) -> Local<f64> {
+        Local { time_s: 0.7, position: x[0], velocity: x[1], delayed_position: x[2], delayed_velocity: x[3], force: x[4], delayed_force: x[5] }
+    }
+
+    #[test]
+    fn every_law_has_a_name_of_its_own_and_says_what_it_is() {
+        let all = all();
+        for (k, law) in all.iter().enumerate() {
+            assert!(all[..k].iter().all(|other| other.name() != law.name()));
+            assert!(law.equation().len() > 5 && law.source().len() > 10 && !law.parameters(true).is_empty());
+            assert!(law.delay().is_none_or(|d| law.parameters(false)[d].unit == "s"));
+            assert!(law.name() == "fractional" || LOCAL_VARIABLES + law.states() + law.parameters(false).len() <= LAW_VARIABLES, "{}", law.name());
+        }
+    }
+
+    #[test]
+    fn slopes_are_differences_away_from_kinks() {
+        for law in all() {
+            let theta: Vec<f64> = law.parameters(false).iter().map(|p| p.starts[p.starts.len() - 1]).collect();
+            let (nz, np) = (law.states(), theta.len());
+            let columns = LOCAL_VARIABLES + nz + np;
+            let mut point = vec![0.0123, -0.21, 0.004, 0.13, 5.3, 4.0];
+            point.extend((0..nz).map(|k| 2e-3 + 1e-4 * k as f64));
+            point.extend(&theta);
+            let value = |point: &[f64]| {
+                let mut rates = vec![0.0; nz];
+                let local = at(std::array::from_fn(|k| point[k]));
+                let f = law.evaluate(&point[LOCAL_VARIABLES + nz..], &local, &point[LOCAL_VARIABLES..LOCAL_VARIABLES + nz], &mut rates);
+                std::iter::once(f).chain(rates).collect::<Vec<f64>>()
+            };
+            let (mut rates, mut slopes) = (vec![0.0; nz], vec![0.0; (1 + nz) * columns]);
+            let f = law.linearise(&theta, &at(std::array::from_fn(|k| point[k])), &point[LOCAL_VARIABLES..LOCAL_VARIABLES + nz], &mut rates, &mut slopes);
+            let own = value(&point);
+            assert!((f - own[0]).abs() <= 1e-14 * f.abs() && rates.iter().zip(&own[1..]).all(|(a, b)| (a - b).abs() <= 1e-13 * b.abs()), "{}", law.name());
+            for c in 0..columns {
+                let step = 1e-6 * point[c].abs();
+                let moved = |sign: f64| {
+                    let mut p = point.clone();
+                    p[c] += sign * step;
+                    value(&p)
+                };
+                let (up, down) = (moved(1.0), moved(-1.0));
+                for r in 0..=nz {
+                    let difference = (up[r] - down[r]) / (2.0 * step);
+                    let exact = slopes[r * columns + c];
+                    assert!(
+                        (difference - exact).abs() <= 1e-6 * exact.abs() + 1e-9 * own[r].abs() / point[c].abs(),
+                        "{} {r} {c}: {difference} {exact}",
+                        law.name()
+                    );
+                }
+            }
+        }
+    }
+}

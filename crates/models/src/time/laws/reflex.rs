@@ -1,0 +1,65 @@
+//! The stretch reflex.
+
+use crate::blocks::BlockParameter;
+use crate::blocks::{Block, Reflex};
+use crate::time::jet::Real;
+use crate::time::{Equation, Local};
+use num_complex::Complex64;
+use std::f64::consts::TAU;
+
+/// Delayed feedback of position and velocity through critically damped muscle of second order.
+#[derive(Clone, Copy, Debug)]
+pub struct LinearReflex;
+
+impl Equation for LinearReflex {
+    const NAME: &'static str = "reflex";
+    const EQUATION: &'static str = "f = exp(-s τ) ω² / (s + ω)² (k + b s) x";
+    const SOURCE: &'static str = "Kearney, Stein & Parameswaran 1997, Identification of intrinsic and reflex contributions to human ankle stiffness dynamics";
+    const STATES: usize = 2;
+    const DELAY: Option<usize> = Some(2);
+
+    fn parameters(&self, rotational: bool) -> Vec<BlockParameter> {
+        Reflex.parameters(rotational)
+    }
+
+    fn force<R: Real>(&self, theta: &[R], at: &Local<R>, states: &[R], rates: &mut [R]) -> R {
+        muscle(theta[0] * at.delayed_position + theta[1] * at.delayed_velocity, theta[3], states, rates)
+    }
+
+    fn response(&self, theta: &[f64], s: Complex64) -> Option<Complex64> {
+        Some(Reflex.evaluate(theta, s, &mut [Complex64::default(); 4]))
+    }
+}
+
+/// Delayed feedback of velocity in one direction only, through the same muscle.
+#[derive(Clone, Copy, Debug)]
+pub struct OneDirectionalReflex {
+    /// Whether positive velocity sets it off.
+    pub positive: bool,
+}
+
+impl Equation for OneDirectionalReflex {
+    const NAME: &'static str = "one-directional-reflex";
+    const EQUATION: &'static str = "f = exp(-s τ) ω² / (s + ω)² [± b max(± v, 0)]";
+    const SOURCE: &'static str = "Kearney, Stein & Parameswaran 1997, Identification of intrinsic and reflex contributions to human ankle stiffness dynamics";
+    const STATES: usize = 2;
+    const DELAY: Option<usize> = Some(1);
+
+    fn parameters(&self, rotational: bool) -> Vec<BlockParameter> {
+        Reflex.parameters(rotational).split_off(1)
+    }
+
+    fn force<R: Real>(&self, theta: &[R], at: &Local<R>, states: &[R], rates: &mut [R]) -> R {
+        let side = if self.positive { 1.0 } else { -1.0 };
+        let drive = at.delayed_velocity.times(side).max(R::of(0.0)).times(side);
+        muscle(theta[0] * drive, theta[2], states, rates)
+    }
+}
+
+/// z₁ follows the drive through (ω/(s + ω))².
+fn muscle<R: Real>(drive: R, cutoff_hz: R, states: &[R], rates: &mut [R]) -> R {
+    let omega = cutoff_hz.times(TAU);
+    rates[0] = states[1];
+    rates[1] = omega * (omega * (drive - states[0]) - states[1].times(2.0));
+    states[0]
+}

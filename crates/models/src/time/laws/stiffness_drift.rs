@@ -1,0 +1,25 @@
+//! Tone that changes with time.
+
+use super::mechanical;
+use crate::blocks::BlockParameter;
+use crate::time::jet::Real;
+use crate::time::{Equation, Local};
+
+/// Time-varying stiffness K(t) = K + r t: f = r t x.
+#[derive(Clone, Copy, Debug)]
+pub struct StiffnessDrift;
+
+impl Equation for StiffnessDrift {
+    const NAME: &'static str = "stiffness-drift";
+    const EQUATION: &'static str = "f = rate t x";
+    const SOURCE: &'static str = "Lacquaniti, Carrozzo & Borghese 1993, Time-varying mechanical behavior of multijointed arm in man";
+
+    fn parameters(&self, rotational: bool) -> Vec<BlockParameter> {
+        let (name, unit) = mechanical(rotational, "stiffness_rate", 1);
+        vec![BlockParameter::new(format!("{name}_s"), format!("{unit} 1/s"), (-1e9, 1e9), &[0.0, 0.1])]
+    }
+
+    fn force<R: Real>(&self, theta: &[R], at: &Local<R>, _states: &[R], _rates: &mut [R]) -> R {
+        theta[0] * at.position.times(at.time_s)
+    }
+}

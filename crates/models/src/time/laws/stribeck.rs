@@ -1,0 +1,34 @@
+//! Dry friction that falls with velocity.
+
+use super::{mechanical, speed};
+use crate::blocks::BlockParameter;
+use crate::time::jet::Real;
+use crate::time::{Equation, Local};
+
+/// [F_c + F_e e^(−(v/v_s)²)] tanh(v/v_t): a level F_c and an excess F_e near rest.
+#[derive(Clone, Copy, Debug)]
+pub struct Stribeck {
+    /// v_t (m/s, rad/s).
+    pub turn_velocity: f64,
+}
+
+impl Equation for Stribeck {
+    const NAME: &'static str = "stribeck-friction";
+    const EQUATION: &'static str = "f = [F_c + F_e exp(-(v / v_s)²)] tanh(v / v_t)";
+    const SOURCE: &'static str = "Armstrong-Hélouvry, Dupont & Canudas de Wit 1994, A survey of models for the control of machines with friction";
+
+    fn parameters(&self, rotational: bool) -> Vec<BlockParameter> {
+        let ((level, unit), (excess, _), (speed, per_s)) =
+            (mechanical(rotational, "coulomb", 0), mechanical(rotational, "excess", 0), speed(rotational, "stribeck"));
+        vec![
+            BlockParameter::new(level, unit.clone(), (0.0, 1e6), &[0.5]),
+            BlockParameter::new(excess, unit, (0.0, 1e6), &[0.3]),
+            BlockParameter::new(speed, per_s, (1e-6, 1e3), &[0.03]),
+        ]
+    }
+
+    fn force<R: Real>(&self, theta: &[R], at: &Local<R>, _states: &[R], _rates: &mut [R]) -> R {
+        let ratio = at.velocity / theta[2];
+        (theta[0] + theta[1] * (-(ratio * ratio)).exp()) * at.velocity.times(1.0 / self.turn_velocity).tanh()
+    }
+}
