@@ -2,5 +2,7 @@
 
 mod commands;
 mod errors;
+mod faults;
+mod privacy;
 mod reference;
 mod support;
