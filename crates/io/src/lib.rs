@@ -29,7 +29,6 @@ mod hdf5;
 mod limits;
 #[cfg(feature = "mat")]
 mod mat;
-#[cfg(any(feature = "csv", feature = "npz", feature = "mat", feature = "parquet", feature = "hdf5"))]
 mod names;
 mod note;
 #[cfg(feature = "npz")]
@@ -52,6 +51,6 @@ pub use formats::{Format, formats};
 pub use note::Note;
 pub use options::{ReadOptions, Resample};
 pub use prepare::{Aligned, PrepareError, align, calibrate, exclude, negate, tare, trim, without_handle};
-pub use read::{MissingSamples, ReadRecording, read, read_bytes};
+pub use read::{MissingSamples, ReadRecording, from_columns, read, read_bytes};
 pub use units::infer_unit;
 pub use write::{encode, write};

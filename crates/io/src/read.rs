@@ -4,9 +4,12 @@ use crate::assemble::assemble;
 use crate::error::{IoError, Place};
 use crate::formats;
 use crate::limits::MAX_BYTES;
+use crate::names::split_name;
 use crate::note::Note;
 use crate::options::ReadOptions;
-use ndof_signal::Recording;
+use crate::table::{Column, Rounding, Table};
+use ndof_signal::{Recording, RecordingError};
+use std::collections::BTreeMap;
 use std::fs::File;
 use std::io::Read;
 use std::path::Path;
@@ -81,6 +84,33 @@ pub fn read_bytes(bytes: &[u8], file: &str, options: &ReadOptions) -> Result<Rea
     let format = formats::detect(bytes, file)?;
     let table = (formats::reader(format, file)?)(bytes, file)?;
     assemble(file, table, options)
+}
+
+/// Makes a recording of columns in memory, a data frame's for example, under the rules of files: `name [unit]` or a name
+/// that says it, time as a column `t` or `time` or a rate in `metadata` or `options`. `file` is what messages call it.
+///
+/// # Errors
+/// [`IoError`] with place and remedy.
+///
+/// ```
+/// use ndof_io::{ReadOptions, from_columns};
+/// let columns = vec![("time [ms]".to_owned(), vec![0.0, 2.0, 4.0]), ("pos_x [mm]".to_owned(), vec![1.0, 2.0, 3.0])];
+/// let read = from_columns(columns, Default::default(), "the table", &ReadOptions::default())?;
+/// assert_eq!((read.recording.sample_rate_hz(), read.recording.channel("pos_x")?.samples[2]), (500.0, 0.003));
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+pub fn from_columns(columns: Vec<(String, Vec<f64>)>, metadata: BTreeMap<String, String>, file: &str, options: &ReadOptions) -> Result<ReadRecording, IoError> {
+    let column = |(text, samples): (String, Vec<f64>)| {
+        let (name, unit) = split_name(&text);
+        Column { name: name.to_owned(), unit: unit.map(str::to_owned), samples, rounding: Rounding::default() }
+    };
+    let columns: Vec<Column> = columns.into_iter().map(column).collect();
+    if let Some(pair) = columns.windows(2).find(|pair| pair[0].samples.len() != pair[1].samples.len()) {
+        let source =
+            RecordingError::Length { first: pair[0].name.clone(), expected: pair[0].samples.len(), name: pair[1].name.clone(), found: pair[1].samples.len() };
+        return Err(IoError::Recording { file: file.to_owned(), source });
+    }
+    assemble(file, Table { columns, metadata, ..Table::default() }, options)
 }
 
 fn all_bytes(file: &str, source: impl Read, expected: u64) -> Result<Vec<u8>, IoError> {

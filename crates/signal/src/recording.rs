@@ -153,6 +153,11 @@ impl Recording {
         &self.channels
     }
 
+    /// The channels themselves, for whoever keeps the samples without a copy.
+    pub fn into_channels(self) -> Vec<Channel> {
+        self.channels
+    }
+
     /// Free-form facts from the file.
     pub fn metadata(&self) -> &BTreeMap<String, String> {
         &self.metadata

@@ -17,8 +17,8 @@ pub use error::StudyError;
 pub use page::{cases_report, diagnosis_report, estimate_report, fit_report, study_report, summary_tables};
 pub use pipeline::{
     Command, ComparedParameter, DiagnoseSettings, EstimateSettings, Estimated, FitCost, FitSettings, Fitted, HoldOut, JointTruth, MODEL, Matrices, MethodName,
-    Progress, Simulated, StudyOutcome, Truth, VafWeight, check, command, compare, compare_fits, diagnose, estimate, fit, model_response, run_cases, run_study,
-    simulate, study_result,
+    Progress, Simulated, StudyOutcome, Truth, VafWeight, check, command, compare, compare_fits, diagnose, estimate, fit, model_response, project, run_cases,
+    run_study, simulate, study_result,
 };
 pub use roles::{RoleNames, Roles, axis_of};
 pub use suggest::nearest;

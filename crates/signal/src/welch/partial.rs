@@ -6,6 +6,7 @@ use super::{BLOCK, Welch, WelchError};
 use crate::cross_spectra::CrossSpectra;
 use crate::segments::{count, first_not_finite};
 use num_complex::Complex64;
+use serde::{Deserialize, Serialize};
 use std::ops::Range;
 
 /// The sums of some blocks of 64 segments, to be merged with those of the other workers.
@@ -24,7 +25,7 @@ use std::ops::Range;
 /// assert_eq!(merged, welch.spectra(100.0, &[&x])?);
 /// # Ok::<(), ndof_signal::WelchError>(())
 /// ```
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct WelchPartial {
     settings: Welch,
     channels: usize,
@@ -101,6 +102,11 @@ impl WelchPartial {
         Ok(self)
     }
 
+    /// Whether every block of the record is there.
+    pub fn is_complete(&self) -> bool {
+        !self.sums.is_empty() && self.sums.len() == self.settings.blocks(self.len)
+    }
+
     /// The spectra, with the same bytes as [`Welch::spectra`] of the whole record.
     ///
     /// # Errors
@@ -141,7 +147,9 @@ mod tests {
                 let mine = welch.block_samples(blocks.clone(), x.len());
                 welch.partial(blocks, x.len(), &[&x[mine.clone()], &y[mine]]).expect("valid")
             };
-            let merged = part(split..blocks).merge(part(0..split)).expect("disjoint").spectra(10.0).expect("complete");
+            let merged = part(split..blocks).merge(part(0..split)).expect("disjoint");
+            assert!(merged.is_complete() && part(0..split).is_complete() == (split == blocks));
+            let merged = merged.spectra(10.0).expect("complete");
             assert_eq!(merged, whole, "split at {split}");
         }
     }

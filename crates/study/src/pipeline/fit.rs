@@ -68,8 +68,12 @@ pub struct FitSettings {
 pub struct Fitted {
     /// Parameters with their covariance.
     pub fit: Fit,
+    /// The model whose parameters they are.
+    pub model: InertiaDampingStiffnessModel,
     /// The matrices.
     pub matrices: InertiaDampingStiffness,
+    /// The mean of each effort, which a projection may take off.
+    pub mean_effort: Vec<f64>,
     /// The result.
     pub result: FitResult,
 }
@@ -110,7 +114,9 @@ pub fn fit(trials: &Trials, estimated: &Estimated, settings: &FitSettings, comma
         FitCost::Paper => (paper, weighted),
     };
     let matrices = model.matrices(&fit.theta);
-    let joint = settings.kinematics.as_ref().map(|file| project(trials, file, &model, &fit)).transpose()?;
+    let efforts = if trials.roles.natural_kind().is_effort_over_motion() { &ports.outputs } else { &ports.inputs };
+    let mean_effort: Vec<f64> = efforts.iter().map(|&index| trials.mean(index)).collect();
+    let joint = settings.kinematics.as_ref().map(|file| project(file, &model, &fit, &mean_effort)).transpose()?;
     let agree = |fit: &Fit| agreement(response, &model_response(&model.matrices(&fit.theta), response), weight, band_hz);
     let other = schema::OtherFit {
         cost: word(&if settings.cost == FitCost::Weighted { FitCost::Paper } else { FitCost::Weighted }),
@@ -140,7 +146,7 @@ pub fn fit(trials: &Trials, estimated: &Estimated, settings: &FitSettings, comma
         joint: joint.as_ref().map(|(_, joint)| joint.clone()),
         other_cost: Some(other),
     };
-    Ok(Fitted { fit, matrices, result })
+    Ok(Fitted { fit, model, matrices, mean_effort, result })
 }
 
 fn vaf(agreement: &Agreement) -> Matrix {

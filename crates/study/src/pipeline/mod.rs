@@ -23,6 +23,7 @@ pub use diagnose::{DiagnoseSettings, HoldOut, diagnose};
 pub use estimate::{EstimateSettings, Estimated, estimate};
 pub use fit::{FitCost, FitSettings, Fitted, MODEL, VafWeight, fit, model_response};
 pub use method::MethodName;
+pub use project::project;
 pub use simulate::{JointTruth, Matrices, Simulated, Truth, simulate};
 pub use study::{ComparedParameter, StudyOutcome, compare, run_study};
 

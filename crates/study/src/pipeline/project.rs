@@ -4,21 +4,19 @@ use super::fit::{parameter, rows, std_errors};
 use crate::error::StudyError;
 use crate::file::{KinematicsFile, MeanForce};
 use crate::result::fit as schema;
-use crate::trials::Trials;
 use ndarray::Array2;
 use ndof_models::{Arm, Fit, InertiaDampingStiffness, InertiaDampingStiffnessModel, Kinematics, KinematicsSd, Projected, Projection};
 
 /// The name that errors give to the kinematics.
 const WHERE: &str = "kinematics";
 
-/// The matrices of `fit` at the joints.
-pub(super) fn project(
-    trials: &Trials,
-    file: &KinematicsFile,
-    model: &InertiaDampingStiffnessModel,
-    fit: &Fit,
-) -> Result<(Projected, schema::Joint), StudyError> {
-    let projection = projection(trials, file)?;
+/// The matrices of `fit` at the joints, as values and as results hold them; `mean_effort` is what the file may call
+/// `"measured"`.
+///
+/// # Errors
+/// [`StudyError`] if the file makes no sense, or its mechanism does not fit the axes.
+pub fn project(file: &KinematicsFile, model: &InertiaDampingStiffnessModel, fit: &Fit, mean_effort: &[f64]) -> Result<(Projected, schema::Joint), StudyError> {
+    let projection = projection(mean_effort, file)?;
     let projected = projection.fit_to_joints(model, fit)?;
     let joints = file.joints.clone().unwrap_or_else(|| projected.matrices.axes.iter().map(|axis| axis.name.clone()).collect());
     if joints.len() != projected.matrices.axes.len() {
@@ -50,16 +48,12 @@ fn wrong(what: String) -> StudyError {
 }
 
 /// What the file says, with the mean force measured where it asks for that.
-fn projection(trials: &Trials, file: &KinematicsFile) -> Result<Projection, StudyError> {
+fn projection(mean_effort: &[f64], file: &KinematicsFile) -> Result<Projection, StudyError> {
     file.check(WHERE)?;
     let kinematics = kinematics(file)?;
     let mean_force_n = match &file.mean_force_n {
         Some(MeanForce::Known(force)) => force.clone(),
-        Some(MeanForce::Word(word)) if word == "measured" => {
-            let natural = trials.roles.natural_kind();
-            let efforts = if natural.is_effort_over_motion() { &trials.roles.ports.outputs } else { &trials.roles.ports.inputs };
-            efforts.iter().map(|&index| trials.mean(index)).collect()
-        }
+        Some(MeanForce::Word(word)) if word == "measured" => mean_effort.to_vec(),
         Some(MeanForce::Word(word)) => return Err(wrong(format!("mean_force_n = \"{word}\"; write newtons, such as [0.0, 0.0], or \"measured\""))),
         None => vec![0.0; kinematics.jacobian().nrows()],
     };

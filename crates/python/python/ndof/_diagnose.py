@@ -1,0 +1,158 @@
+"""What a simulation gets wrong, and why."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable, Sequence
+from typing import TYPE_CHECKING, Any, Union
+
+from . import _ndof
+from ._fit import Document
+from ._options import Stretch, stretches
+from ._recording import PathLike, Recordings, recordings_of, roles_of
+from ._result import Result, document
+
+if TYPE_CHECKING:
+    import pandas
+
+Progress = Callable[[str, int, int], object]
+"""Called with what is being done, how much of it is done, and of how much (0 where that is not known)."""
+
+
+class Diagnosis(Result):
+    """What a simulation gets wrong, the cause by name, the extended model and the gain: the result ``ndof/diagnosis/1``.
+
+    >>> diagnosis  # of ndof.diagnose(ndof.simulate("spring-array", trials=3).recordings)
+    Diagnosis(adequate)
+    """
+
+    __slots__ = ("_page",)
+
+    def __init__(self, text: str, page: str = "") -> None:
+        super().__init__(text)
+        self._page = page
+
+    @property
+    def verdict(self) -> str:
+        """``adequate``, ``explained``, ``partly-explained`` or ``unexplained``.
+
+        >>> diagnosis.verdict
+        'adequate'
+        """
+        verdict: str = self.to_dict()["verdict"]
+        return verdict
+
+    @property
+    def causes(self) -> list[dict[str, Any]]:
+        """Named causes, strongest first, with parameters, probability, gain and evidence.
+
+        >>> diagnosis.causes
+        []
+        """
+        causes: list[dict[str, Any]] = self.to_dict()["causes"]
+        return causes
+
+    @property
+    def report(self) -> str:
+        """The page of the diagnosis as HTML.
+
+        >>> diagnosis.report.lower().startswith("<!doctype html>")
+        True
+        """
+        return self._page
+
+    def to_pandas(self) -> pandas.DataFrame:
+        """The causes and everything else that was considered, one row each.
+
+        >>> list(diagnosis.to_pandas().columns)
+        ['effect', 'side', 'axis', 'named', 'explained_fraction', 'p_value', 'why_not']
+        """
+        import pandas
+
+        result = self.to_dict()
+        columns = ["effect", "side", "axis", "named", "explained_fraction", "p_value", "why_not"]
+
+        def row(found: dict[str, Any], named: bool, share: Any) -> dict[str, Any]:
+            own = {"effect": found["effect"], **found["site"], "named": named}
+            return {**own, "explained_fraction": share, "p_value": found["p_value"], "why_not": found.get("why_not", "")}
+
+        rows = [row(cause, True, cause["gain"]["explained_fraction"]) for cause in result["causes"]]
+        rows += [row(other, False, other["explained_fraction"]) for other in result["considered"]]
+        return pandas.DataFrame(rows, columns=columns)
+
+    def plot_gain(self, ax: Any = None) -> Any:
+        """The held-out error of each output, with the baseline and with its causes, with matplotlib; returns the axes.
+
+        >>> import matplotlib; matplotlib.use("Agg")
+        >>> diagnosis.plot_gain().get_ylabel()
+        'held-out NRMSE'
+        """
+        from ._plot import plot_gain
+
+        return plot_gain(self, ax)
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return Diagnosis, (self.to_json(), self._page)
+
+    def __repr__(self) -> str:
+        causes = ", ".join(f"{c['effect']} ({c['site']['side']} {c['site']['axis']})".replace(" )", ")") for c in self.causes)
+        return f"Diagnosis({self.verdict}{': ' + causes if causes else ''})"
+
+
+def diagnose(
+    recordings: Recordings,
+    *,
+    baseline: Document | None = None,
+    held_out: Union[Stretch, PathLike, Sequence[PathLike], None] = None,
+    tolerance: float = 0.01,
+    without: str | Sequence[str] = (),
+    seed: int | None = None,
+    band: Stretch | None = None,
+    reference: str | Sequence[str] | None = None,
+    input: str | Sequence[str] | None = None,
+    output: str | Sequence[str] | None = None,
+    start: float | None = None,
+    stop: float | None = None,
+    exclude: Sequence[Stretch] = (),
+    progress: Progress | None = None,
+) -> Diagnosis:
+    """Says what the simulation gets wrong, names the cause, extends the model and measures the gain, as ``ndof diagnose``.
+
+    Without ``baseline`` (a file or a dictionary) the simulation is the linear inertia-damping-stiffness model, fitted.
+    ``held_out`` is a stretch of time (two numbers, in seconds) or the files or names of the recordings that no fit may
+    see; without it the last third of the recordings, or the last 30 % of a single one. ``progress`` is called with what
+    is being done; Ctrl-C ends the work at its next step.
+
+    >>> import ndof
+    >>> steps = []
+    >>> trials = ndof.simulate("spring-array", trials=3).recordings
+    >>> ndof.diagnose(trials, progress=lambda what, done, total: steps.append(what))
+    Diagnosis(adequate)
+    >>> len(steps) > 0
+    True
+    """
+    trials = recordings_of(recordings)
+    files: list[str] = []
+    time: Stretch | None = None
+    if isinstance(held_out, (str, os.PathLike)):
+        files = [os.fspath(held_out)]
+    elif held_out is not None:
+        numbers = [one for one in held_out if isinstance(one, (int, float))]
+        if len(numbers) == 2:
+            time = (float(numbers[0]), float(numbers[1]))
+        else:
+            files = [os.fspath(one) for one in held_out if isinstance(one, (str, os.PathLike))]
+    known = {trial.name for trial in trials}
+    trials += recordings_of([file for file in files if file not in known])
+    question = {
+        "band": band,
+        "held_out_files": files,
+        "held_out_s": time,
+        "tolerance": float(tolerance),
+        "seed": seed,
+        "without": [without] if isinstance(without, str) else list(without),
+        "baseline_json": document(baseline)["json"],
+        "baseline_file": document(baseline)["path"],
+    }
+    text, page = _ndof.diagnose(trials, roles_of(reference, input, output), stretches(start, stop, exclude), question, progress)
+    return Diagnosis(text, page)

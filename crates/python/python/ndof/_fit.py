@@ -1,0 +1,284 @@
+"""Mechanical models fitted to recordings."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING, Any, Union
+
+import numpy as np
+from numpy.typing import NDArray
+
+from . import _ndof
+from ._options import Stretch, settings, stretches
+from ._recording import PathLike, Recordings, recordings_of, roles_of
+from ._result import Result, document
+
+if TYPE_CHECKING:
+    import pandas
+
+Document = Union[PathLike, Mapping[str, Any]]
+"""A file that people write (TOML), or the same as a dictionary."""
+
+
+class Fit(Result):
+    """Inertia, damping and stiffness with their covariance: the result ``ndof/fit/1``.
+
+    >>> import ndof
+    >>> fit = ndof.fit(ndof.simulate("arm").recordings, nperseg=2048, band=(0.5, 8))
+    >>> fit
+    Fit(inertia-damping-stiffness, 2 axes, 0.7324 … 7.812 Hz, derived)
+    >>> fit.K.shape
+    (2, 2)
+    """
+
+    __slots__ = ("_native", "_page")
+
+    def __init__(self, native: _ndof.Fit, page: str | None = None) -> None:
+        super().__init__(native.to_json())
+        self._native = native
+        self._page = page
+
+    def _matrix(self, name: str) -> NDArray[np.float64]:
+        return np.array(self.to_dict()["matrices"][name], dtype=np.float64)
+
+    @property
+    def M(self) -> NDArray[np.float64]:
+        """Inertia at the endpoint (kg, or kg m² for rotations).
+
+        >>> import ndof
+        >>> fit = ndof.fit(ndof.simulate("spring-array", trials=2).recordings, nperseg=500)
+        >>> fit.M.shape == fit.K.shape
+        True
+        """
+        return self._matrix("M")
+
+    @property
+    def B(self) -> NDArray[np.float64]:
+        """Damping (N s/m, or N m s/rad).
+
+        >>> import ndof
+        >>> fit = ndof.fit(ndof.simulate("spring-array", trials=2).recordings, nperseg=500)
+        >>> fit.B.shape == fit.K.shape
+        True
+        """
+        return self._matrix("B")
+
+    @property
+    def K(self) -> NDArray[np.float64]:
+        """Stiffness (N/m, or N m/rad).
+
+        >>> import ndof
+        >>> fit = ndof.fit(ndof.simulate("spring-array", trials=2).recordings, nperseg=500)
+        >>> bool((fit.K.diagonal() > 0).all())
+        True
+        """
+        return self._matrix("K")
+
+    @property
+    def std_error(self) -> dict[str, NDArray[np.float64]]:
+        """Standard errors of the entries of M, B and K.
+
+        >>> import ndof
+        >>> fit = ndof.fit(ndof.simulate("spring-array", trials=2).recordings, nperseg=500)
+        >>> sorted(fit.std_error)
+        ['B', 'K', 'M']
+        """
+        errors = self.to_dict()["matrices"]["std_error"]
+        return {name: np.array(errors[name], dtype=np.float64) for name in "MBK"}
+
+    @property
+    def parameters(self) -> list[dict[str, Any]]:
+        """Name, unit, site, value, standard error, interval of each parameter, and whether the data determine it.
+
+        >>> import ndof
+        >>> fit = ndof.fit(ndof.simulate("spring-array", trials=2).recordings, nperseg=500)
+        >>> sorted(fit.parameters[0])
+        ['ci95', 'identifiable', 'name', 'site', 'std_error', 'unit', 'value']
+        """
+        parameters: list[dict[str, Any]] = self.to_dict()["parameters"]
+        return parameters
+
+    @property
+    def joint(self) -> dict[str, NDArray[np.float64]] | None:
+        """M, B and K at the joints, where the fit was projected.
+
+        >>> import ndof
+        >>> ndof.fit(ndof.simulate("spring-array", trials=2).recordings, nperseg=500).joint is None
+        True
+        """
+        joint = self.to_dict()["joint"]
+        return None if joint is None else {name: np.array(joint[name], dtype=np.float64) for name in "MBK"}
+
+    @property
+    def report(self) -> str:
+        """The page of the fit as HTML, if it was asked for with ``report=True``.
+
+        >>> import ndof
+        >>> fit = ndof.fit(ndof.simulate("spring-array", trials=2).recordings, nperseg=500, report=True)
+        >>> fit.report.lower().startswith("<!doctype html>")
+        True
+        """
+        return self._page or ""
+
+    def response(self, frequency_hz: Sequence[float] | NDArray[np.float64], kind: str = "compliance") -> NDArray[np.complex128]:
+        """The response of the fitted model, shape (axes, axes, frequencies).
+
+        >>> import numpy as np, ndof
+        >>> fit = ndof.fit(ndof.simulate("spring-array", trials=2).recordings, nperseg=500)
+        >>> bool(np.allclose(fit.response([1e-9], "dynamic-stiffness")[..., 0], fit.K))
+        True
+        """
+        s = 2j * np.pi * np.asarray(frequency_hz, dtype=np.float64)
+        parts = self.M[..., None] * s**2 + self.B[..., None] * s + self.K[..., None]
+        stiffness: NDArray[np.complex128] = parts.astype(np.complex128)
+        if kind == "dynamic-stiffness":
+            return stiffness
+        if kind == "impedance":
+            impedance: NDArray[np.complex128] = stiffness / s
+            return impedance
+        compliance: NDArray[np.complex128] = np.moveaxis(np.linalg.inv(np.moveaxis(stiffness, -1, 0)), 0, -1)
+        if kind == "admittance":
+            compliance = compliance * s
+        return compliance
+
+    def to_pandas(self) -> pandas.DataFrame:
+        """The parameters, those at the joints last, one row each.
+
+        >>> import ndof
+        >>> fit = ndof.fit(ndof.simulate("spring-array", trials=2).recordings, nperseg=500)
+        >>> list(fit.to_pandas().columns)
+        ['name', 'unit', 'axis', 'value', 'std_error', 'low', 'high', 'identifiable']
+        """
+        import pandas
+
+        result = self.to_dict()
+        rows = [
+            {
+                "name": p["name"],
+                "unit": p["unit"],
+                "axis": p["site"]["axis"],
+                "value": p["value"],
+                "std_error": p["std_error"],
+                "low": (p["ci95"] or (None, None))[0],
+                "high": (p["ci95"] or (None, None))[1],
+                "identifiable": p["identifiable"],
+            }
+            for p in result["parameters"] + (result["joint"] or {"parameters": []})["parameters"]
+        ]
+        return pandas.DataFrame(rows)
+
+    def plot_parameters(self, ax: Any = None) -> Any:
+        """The parameters with their 95 % intervals, each over its own size, with matplotlib; returns the axes.
+
+        >>> import matplotlib; matplotlib.use("Agg")
+        >>> import ndof
+        >>> fit = ndof.fit(ndof.simulate("spring-array", trials=2).recordings, nperseg=500)
+        >>> len(fit.plot_parameters().get_yticks()) == len(fit.parameters)
+        True
+        """
+        from ._plot import plot_parameters
+
+        return plot_parameters(self, ax)
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return _unpickle, (self._native.to_bytes(), self._page)
+
+    def __repr__(self) -> str:
+        result = self.to_dict()
+        axes = len(result["matrices"]["M"])
+        low, high = result["band_hz"]
+        where = ", at the joints too" if result["joint"] else ""
+        return f"Fit({result['model']}, {axes} ax{'i' if axes == 1 else 'e'}s, {low:.4g} … {high:.4g} Hz, {result['estimate']}{where})"
+
+
+def _unpickle(data: bytes, page: str | None) -> Fit:
+    return Fit(_ndof.Fit.from_bytes(data), page)
+
+
+def fit(
+    recordings: Recordings,
+    *,
+    model: str | None = None,
+    cost: str = "weighted",
+    vaf_weight: str = "gamma-squared",
+    kinematics: Document | None = None,
+    transducer_stiffness: float | None = None,
+    transducer_damping: float = 0.0,
+    report: bool = False,
+    reference: str | Sequence[str] | None = None,
+    input: str | Sequence[str] | None = None,
+    output: str | Sequence[str] | None = None,
+    start: float | None = None,
+    stop: float | None = None,
+    exclude: Sequence[Stretch] = (),
+    method: str | None = None,
+    nperseg: int | None = None,
+    noverlap: int | None = None,
+    nfft: int | None = None,
+    window: str | None = None,
+    window_symmetric: bool = False,
+    detrend: str | None = None,
+    time_bandwidth: float | None = None,
+    order: int | None = None,
+    period: float | None = None,
+    estimator: str | None = None,
+    response: str | None = None,
+    band: Stretch | None = None,
+) -> Fit:
+    """Fits inertia, damping and stiffness to the frequency response of recordings, as ``ndof fit`` does.
+
+    Several recordings are repeated trials of one experiment. ``band`` (Hz) is what is fitted; ``kinematics`` (a file or a
+    dictionary) adds the matrices at the joints; ``cost`` is ``weighted`` or ``paper``. The other options are those of
+    :func:`frequency_response`.
+
+    >>> import ndof
+    >>> fit = ndof.fit(ndof.simulate("arm").recordings, nperseg=2048, band=(0.5, 8))
+    >>> [float(k) for k in fit.K.diagonal().round(-1)]
+    [290.0, 510.0]
+    """
+    native, page = _ndof.fit(
+        recordings_of(recordings),
+        roles_of(reference, input, output),
+        stretches(start, stop, exclude),
+        settings(
+            method=method,
+            nperseg=nperseg,
+            noverlap=noverlap,
+            nfft=nfft,
+            window=window,
+            window_symmetric=window_symmetric,
+            detrend=detrend,
+            time_bandwidth=time_bandwidth,
+            order=order,
+            period=period,
+            estimator=estimator,
+            response=response,
+            band=band,
+        ),
+        {
+            "model": model,
+            "band": band,
+            "cost": cost,
+            "vaf_weight": vaf_weight,
+            "transducer_stiffness": transducer_stiffness,
+            "transducer_damping": transducer_damping,
+            "kinematics": document(kinematics),
+        },
+        report,
+    )
+    return Fit(native, page)
+
+
+def project(fit: Fit, kinematics: Document) -> Fit:
+    """The fit with its matrices at the joints too: K_q = Jᵀ K J + Γ, with the uncertainty of the kinematics.
+
+    ``kinematics`` is a file or a dictionary (``ndof/kinematics/1``).
+
+    >>> import ndof
+    >>> fit = ndof.fit(ndof.simulate("arm").recordings, nperseg=2048, band=(0.5, 8))
+    >>> arm = {"kind": "planar-two-link", "link_lengths_m": [0.33, 0.34], "posture_rad": [0.785, 1.571]}
+    >>> projected = ndof.project(fit, arm | {"mean_force_n": "measured"})
+    >>> [float(k) for k in projected.joint["K"].diagonal().round(-1)]
+    [70.0, 40.0]
+    """
+    return Fit(_ndof.project(fit._native, document(kinematics)), None)

@@ -1,0 +1,192 @@
+//! Experiments, perturbations and whole studies.
+
+use crate::error::{raise, raise_study};
+use crate::estimate::{Estimate, from_json};
+use crate::fit::Document;
+use crate::recording::{Parts, PyRecording, parts, trials_of};
+use crate::work;
+use ndof::devices::{DEVICES, LIMBS};
+use ndof::models::effects::EFFECTS;
+use ndof::signal::{Channel, Quantity, Recording, Unit, ramp};
+use ndof::studies::STUDIES;
+use ndof::study::file::{Excitation, ExperimentFile, StudyFile};
+use ndof::study::result::{FitResult, to_json};
+use ndof::study::{ComparedParameter, StudyOutcome, Trial, command, nearest, run_study, study_report};
+use pyo3::prelude::*;
+use std::path::Path;
+use std::sync::Arc;
+
+/// The text of the built-in study called `name`.
+fn built_in(name: &Path) -> Option<(&'static str, &'static str)> {
+    STUDIES.iter().find(|(known, _)| name.as_os_str() == *known).copied()
+}
+
+/// The error for a study that is neither built in nor a file.
+fn unknown(name: &Path) -> Option<PyErr> {
+    if name.exists() || name.extension().is_some() {
+        return None;
+    }
+    let name = name.display().to_string();
+    let suggestion = nearest(&name, STUDIES.iter().map(|(known, _)| *known)).map(|s| format!(" (did you mean \"{s}\"?)")).unwrap_or_default();
+    let known: Vec<&str> = STUDIES.iter().map(|(known, _)| *known).collect();
+    Some(raise(format!("no study \"{name}\"{suggestion}; built in: {}; or give a file, STUDY.toml", known.join(", "))))
+}
+
+impl Document {
+    fn experiment(&self) -> PyResult<ExperimentFile> {
+        if let Some((name, text)) = self.path().and_then(built_in) {
+            return StudyFile::parse(text, name).map(|study| study.experiment).map_err(raise_study);
+        }
+        if let Some(error) = self.path().and_then(unknown) {
+            return Err(error);
+        }
+        let file: ExperimentFile = self.parse("experiment")?.ok_or_else(|| raise("no experiment; give a name, a file or a dictionary"))?;
+        file.check("experiment").map_err(raise_study)?;
+        Ok(file)
+    }
+
+    fn study(&self) -> PyResult<StudyFile> {
+        match self.path() {
+            Some(path) => match built_in(path) {
+                Some((name, text)) => StudyFile::parse(text, name).map_err(raise_study),
+                None => unknown(path).map_or_else(|| StudyFile::read(path).map_err(raise_study), Err),
+            },
+            None => {
+                let study: StudyFile = self.parse("study")?.ok_or_else(|| raise("no study; give a name, a file or a dictionary"))?;
+                study.experiment.check("study").map_err(raise_study)?;
+                Ok(study)
+            }
+        }
+    }
+}
+
+/// A study whose work is done: results as JSON, recordings handed over once.
+#[pyclass(frozen, module = "ndof._ndof", get_all)]
+pub struct Study {
+    estimate: Py<Estimate>,
+    fit_json: String,
+    diagnosis_json: Option<String>,
+    truth_json: Option<String>,
+    page: String,
+    title: String,
+    table: Vec<Row>,
+}
+
+/// Name, unit, truth, value, interval, whether the data say anything about it.
+type Row = (String, String, Option<f64>, Option<f64>, Option<[f64; 2]>, bool);
+
+fn row(p: ComparedParameter) -> Row {
+    (p.name, p.unit, p.truth, p.value, p.ci95, p.identifiable)
+}
+
+/// Runs a study; `recordings` take the place of the simulation.
+#[pyfunction]
+pub fn study<'py>(
+    py: Python<'py>,
+    document: Document,
+    recordings: Option<Vec<PyRecording<'py>>>,
+    seed: Option<u64>,
+    progress: Option<Bound<'py, PyAny>>,
+) -> PyResult<(Study, Vec<Parts<'py>>)> {
+    let file = document.study()?;
+    let given = recordings.map(|recordings| trials_of(&recordings)).transpose()?.map(|(trials, _)| trials);
+    let title = file.title.clone().unwrap_or_else(|| "A study".to_owned());
+    let page_title = title.clone();
+    let (outcome, page): (StudyOutcome, String) = work::run(py, usize::MAX, progress.as_ref(), move |reporter| {
+        let outcome = run_study(&file, given, seed, &|what, done, total| reporter.report(what, done, total)).map_err(raise_study)?;
+        let page = study_report(&outcome, &page_title, "ndof.study").map_err(raise_study)?.to_html();
+        Ok::<_, PyErr>((outcome, page))
+    })??;
+    let table = outcome.table().into_iter().map(row).collect();
+    let fit: FitResult = outcome.fitted.result;
+    let done = Study {
+        estimate: Py::new(py, Estimate(Arc::new(outcome.estimated.result)))?,
+        fit_json: to_json(&fit).map_err(raise)?,
+        diagnosis_json: outcome.diagnosis.as_ref().map(to_json).transpose().map_err(raise)?,
+        truth_json: outcome.simulated.as_ref().map(|simulated| to_json(&simulated.truth)).transpose().map_err(raise)?,
+        page,
+        title,
+        table,
+    };
+    let trials = match outcome.simulated {
+        Some(simulated) => named("trial", simulated.recordings),
+        None => outcome.trials.trials,
+    };
+    Ok((done, trials.into_iter().map(|Trial { file, recording, .. }| parts(py, &file, recording, Vec::new())).collect()))
+}
+
+fn named(what: &str, recordings: Vec<Recording>) -> Vec<Trial> {
+    recordings.into_iter().enumerate().map(|(k, recording)| Trial { file: format!("{what} {}", k + 1), recording, warnings: Vec::new() }).collect()
+}
+
+/// Simulates every trial of an experiment: recordings and the truth as JSON.
+#[pyfunction]
+pub fn simulate<'py>(
+    py: Python<'py>,
+    document: Document,
+    seed: Option<u64>,
+    trials: Option<usize>,
+    progress: Option<Bound<'py, PyAny>>,
+) -> PyResult<(Vec<Parts<'py>>, String)> {
+    let mut file = document.experiment()?;
+    file.seed = seed.unwrap_or(file.seed);
+    file.trials = trials.unwrap_or(file.trials);
+    file.check("experiment").map_err(raise_study)?;
+    let simulated = work::run(py, usize::MAX, progress.as_ref(), move |reporter| {
+        ndof::study::simulate(&file, &|what, done, total| reporter.report(what, done, total)).map_err(raise_study)
+    })??;
+    let truth = to_json(&simulated.truth).map_err(raise)?;
+    let recordings = named("trial", simulated.recordings);
+    Ok((recordings.into_iter().map(|Trial { file, recording, .. }| parts(py, &file, recording, Vec::new())).collect(), truth))
+}
+
+/// Designs the perturbation of each trial, one channel `cmd_…` an axis; with it, the seeds and the coherences found.
+#[pyfunction]
+#[pyo3(signature = (excitation, axes, rotational, trials, duration_s, sample_rate_hz, fade_s, seed, progress))]
+#[expect(clippy::too_many_arguments, reason = "every setting once, as Python writes them")]
+pub fn design<'py>(
+    py: Python<'py>,
+    excitation: &str,
+    axes: Vec<String>,
+    rotational: bool,
+    trials: usize,
+    duration_s: f64,
+    sample_rate_hz: f64,
+    fade_s: f64,
+    seed: u64,
+    progress: Option<Bound<'py, PyAny>>,
+) -> PyResult<(Vec<Parts<'py>>, Vec<(u64, Option<f64>)>)> {
+    let excitation: Excitation = from_json(excitation, "design")?;
+    let samples = (duration_s * sample_rate_hz).round();
+    if !(samples.is_finite() && samples >= 1.0) {
+        return Err(raise(format!("duration_s={duration_s} at sample_rate_hz={sample_rate_hz}: nothing to design; give positive numbers")));
+    }
+    let unit = Unit::si(Quantity::Effort, rotational);
+    let (recordings, found) = work::run(py, usize::MAX, progress.as_ref(), move |reporter| {
+        let (mut recordings, mut found) = (Vec::with_capacity(trials), Vec::with_capacity(trials));
+        for trial in 0..trials {
+            let mut designed = command(&excitation, axes.len(), samples as usize, sample_rate_hz, seed, trial).map_err(raise_study)?;
+            designed.signals.iter_mut().for_each(|signal| ramp(signal, sample_rate_hz, fade_s, fade_s));
+            found.push((designed.seed, designed.coherence));
+            let channels = axes.iter().zip(designed.signals).map(|(axis, signal)| Channel::new(format!("cmd_{axis}"), unit.clone(), signal)).collect();
+            recordings.push(Recording::new(sample_rate_hz, channels).map_err(raise)?);
+            reporter.report("design", trial + 1, trials);
+        }
+        Ok::<_, PyErr>((recordings, found))
+    })??;
+    let recordings = named("perturbation", recordings);
+    Ok((recordings.into_iter().map(|Trial { file, recording, .. }| parts(py, &file, recording, Vec::new())).collect(), found))
+}
+
+/// Names with a line on each, of `effects`, `devices`, `limbs` or `studies`.
+#[pyfunction]
+pub fn registry(what: &str) -> PyResult<Vec<(String, String)>> {
+    let pair = |name: &str, what: &str| (name.to_owned(), what.to_owned());
+    Ok(match what {
+        "effects" => EFFECTS.iter().map(|effect| pair(effect.card().name, effect.card().what)).collect(),
+        "devices" => DEVICES.iter().map(|device| pair(device.name, device.description)).collect(),
+        "limbs" => LIMBS.iter().map(|limb| pair(limb.name, limb.description)).collect(),
+        "studies" => STUDIES.iter().map(|(name, text)| pair(name, text.lines().next().unwrap_or_default().trim_start_matches("# "))).collect(),
+        _ => return Err(raise(format!("no list \"{what}\"; there are effects, devices, limbs and studies"))),
+    })
+}

@@ -1,0 +1,39 @@
+import os
+import pathlib
+import subprocess
+
+import pytest
+
+import ndof
+
+
+@pytest.fixture(scope="session")
+def program():
+    """Runs the command line; the program is in $NDOF."""
+    path = os.environ.get("NDOF")
+    if path is None:
+        pytest.fail("set NDOF to the program ndof; crates/python/test does")
+
+    def run(*arguments, **more):
+        return subprocess.run([path, *map(str, arguments)], check=True, capture_output=True, text=True, **more).stdout
+
+    return run
+
+
+@pytest.fixture(scope="session")
+def arm(program, tmp_path_factory):
+    """Six trials on the simulated arm as files."""
+    folder = tmp_path_factory.mktemp("arm")
+    program("simulate", "arm", "--seed", 1, "--out", folder / "trial.csv", "--quiet")
+    return [folder / f"trial-{k}.csv" for k in range(1, 7)]
+
+
+@pytest.fixture(scope="session")
+def spring(tmp_path_factory):
+    """Three recordings of a spring array."""
+    return ndof.simulate("spring-array", trials=3).recordings
+
+
+@pytest.fixture(scope="session")
+def root():
+    return pathlib.Path(__file__).parents[3]
