@@ -15,6 +15,7 @@ mod parametric;
 pub mod physical;
 mod projection;
 mod small;
+pub mod state_space;
 pub mod time;
 
 pub use axis::Axis;

@@ -1,0 +1,224 @@
+//! Every model from data that another integrator made: how often its intervals hold the truth.
+//!
+//! The oracle integrates each law from its equation, written here once more and apart from the models, by Heun's rule with
+//! sixteen steps a sample.
+
+use ndof_models::Axis;
+use ndof_models::time::{FreeRunFit, Law, Mechanism, Noise, TimeTrial, laws};
+use ndof_signal::{FilteredNoise, Passband, SosFilter};
+use rand::SeedableRng;
+use rand_chacha::ChaCha8Rng;
+use rand_distr::{Distribution, StandardNormal};
+use std::f64::consts::TAU;
+use std::sync::Arc;
+
+/// Sample rate and length of a record.
+pub const RATE_HZ: f64 = 200.0;
+const SAMPLES: usize = 3000;
+const FINER: usize = 16;
+/// Mass (kg), damping (N s/m) and stiffness (N/m) of the limb.
+const BASE: [f64; 3] = [2.0, 14.0, 300.0];
+/// White noise of the position channel (m) and of the force that the limb makes by itself (N), the latter below 2 Hz.
+const NOISE_M: f64 = 1e-4;
+const LIMB_NOISE_N: f64 = 0.05;
+/// Order of the autoregression that the fit takes the noise for.
+const NOISE_ORDER: usize = 6;
+
+/// What the oracle's law sees at one instant: time, x, v, x and v one delay ago, force, force one delay ago.
+pub struct Now {
+    t: f64,
+    x: f64,
+    v: f64,
+    late_x: f64,
+    late_v: f64,
+    force: f64,
+    late_force: f64,
+}
+
+/// The oracle's law: its resisting force, and its states moved on by one small step.
+type Oracle = fn(&[f64], &Now, &mut [f64], f64) -> f64;
+
+/// A model to recover.
+pub struct Case {
+    /// The fitted law.
+    pub law: Arc<dyn Law>,
+    /// True parameters of the law.
+    pub truth: Vec<f64>,
+    /// Names of thresholds, whose intervals are profiled.
+    pub thresholds: &'static [&'static str],
+    oracle: Oracle,
+    states: usize,
+    delay: Option<usize>,
+}
+
+fn case(law: impl Law + 'static, truth: &[f64], thresholds: &'static [&'static str], states: usize, oracle: Oracle) -> Case {
+    let delay = law.delay();
+    Case { law: Arc::new(law), truth: truth.to_vec(), thresholds, oracle, states, delay }
+}
+
+fn reflex(omega: f64, drive: f64, z: &mut [f64], h: f64) -> f64 {
+    // Two first-order lags in a row, each stepped exactly for a drive that is held.
+    let keep = (-omega * h).exp();
+    z[1] = drive + (z[1] - drive) * keep;
+    z[0] = z[1] + (z[0] - z[1]) * keep;
+    z[0]
+}
+
+/// All models with a force law.
+pub fn cases() -> Vec<Case> {
+    vec![
+        case(laws::Relaxation, &[150.0, 0.08], &[], 1, |p, n, z, h| {
+            let f = p[0] * (n.x - z[0]);
+            z[0] = n.x + (z[0] - n.x) * (-h / p[1]).exp();
+            f
+        }),
+        case(laws::FractionalDamping, &[40.0, 0.4], &[], 34, |p, n, z, h| {
+            // Times 1.6 apart from 10⁻⁴·⁵ s on: twice as dense and wider than the model's.
+            let (order, ratio) = (p[1], 1.6f64);
+            let weight = |time: f64| p[0] * (order * std::f64::consts::PI).sin() / std::f64::consts::PI * ratio.ln() * time.powf(-order);
+            let mut f = 0.0;
+            for (k, z) in z.iter_mut().enumerate() {
+                let time = 3e-5 * ratio.powi(k as i32);
+                f += weight(time) * (n.x - *z);
+                *z = n.x + (*z - n.x) * (-h / time).exp();
+            }
+            f + weight(3e-5 * ratio.powi(34)) / (1.0 - ratio.powf(-order)) * n.x
+        }),
+        case(laws::FlexibleMode, &[0.5, 6.0, 0.08], &[], 2, |p, n, z, h| {
+            let w = TAU * p[1];
+            let a = w * w * (n.x - z[0]) + 2.0 * p[2] * w * (n.v - z[1]);
+            z[1] += h * a;
+            z[0] += h * z[1];
+            p[0] * a
+        }),
+        case(laws::LinearReflex, &[80.0, 6.0, 0.045, 3.0], &[], 2, |p, n, z, h| reflex(TAU * p[3], p[0] * n.late_x + p[1] * n.late_v, z, h)),
+        case(laws::OneDirectionalReflex { positive: true }, &[20.0, 0.045, 3.0], &[], 2, |p, n, z, h| reflex(TAU * p[2], p[0] * n.late_v.max(0.0), z, h)),
+        case(laws::Latency, &[0.0063], &[], 0, |_, n, _, _| n.force - n.late_force),
+        case(laws::Coulomb { turn_velocity: 5e-3 }, &[0.8], &[], 0, |p, n, _, _| p[0] * (n.v / 5e-3).tanh()),
+        case(laws::Stribeck { turn_velocity: 5e-3 }, &[0.6, 0.8, 0.04], &[], 0, |p, n, _, _| {
+            (p[0] + p[1] * (-(n.v / p[2]).powi(2)).exp()) * (n.v / 5e-3).tanh()
+        }),
+        case(laws::LuGre, &[1500.0, 0.6, 0.5, 0.04], &[], 1, |p, n, z, h| {
+            let level = p[1] + p[2] * (-(n.v / p[3]).powi(2)).exp();
+            let f = p[0] * z[0];
+            // ż is linear in z while v is held.
+            let rate = p[0] * n.v.abs() / level;
+            z[0] = if rate * h > 1e-9 { n.v / rate + (z[0] - n.v / rate) * (-rate * h).exp() } else { z[0] + h * n.v };
+            f
+        }),
+        case(laws::BoucWen, &[300.0, 2e-3, 0.6], &[], 1, |p, n, z, h| {
+            let f = p[0] * z[0];
+            z[0] += h * (n.v - (n.v.abs() * z[0] + p[2] * n.v * z[0].abs()) / (2.0 * p[1]));
+            f
+        }),
+        case(laws::MaxwellSlip, &[300.0, 3e-3], &["yield_m"], 3, |p, n, z, _| {
+            let mut f = 0.0;
+            for (z, share) in z.iter_mut().zip([0.4, 1.0, 1.6]) {
+                let yields = share * p[1];
+                f += p[0] / 3.0 * (n.x - *z).clamp(-yields, yields);
+                *z = z.clamp(n.x - yields, n.x + yields);
+            }
+            f
+        }),
+        case(laws::ShortRangeStiffness, &[300.0, 2e-3], &["range_m"], 1, |p, n, z, _| {
+            z[0] = z[0].clamp(n.x - p[1], n.x + p[1]);
+            p[0] * (n.x - z[0])
+        }),
+        case(laws::CubicStiffness, &[4e5], &[], 0, |p, n, _, _| p[0] * n.x.powi(3)),
+        case(laws::AsymmetricStiffness, &[4e3], &[], 0, |p, n, _, _| p[0] * n.x * n.x),
+        case(laws::DeadZone, &[300.0, 4e-3], &["half_gap_m"], 0, |p, n, _, _| p[0] * ((n.x - p[1]).max(0.0) + (n.x + p[1]).min(0.0))),
+        case(laws::Backlash, &[300.0, 2e-3], &["half_gap_m"], 1, |p, n, z, _| {
+            z[0] = z[0].clamp(n.x - p[1], n.x + p[1]);
+            p[0] * z[0]
+        }),
+        case(laws::EndStop { positive: true }, &[800.0, 8e-3], &["position_m"], 0, |p, n, _, _| p[0] * (n.x - p[1]).max(0.0)),
+        case(laws::Saturation, &[5.0], &["level_n"], 0, |p, n, _, _| n.force - n.force.clamp(-p[0], p[0])),
+        case(laws::StiffnessDrift, &[8.0], &[], 0, |p, n, _, _| p[0] * n.t * n.x),
+    ]
+}
+
+/// Force and measured position of one record.
+pub fn record(case: &Case, seed: u64) -> (Vec<f64>, Vec<f64>) {
+    let mut rng = ChaCha8Rng::seed_from_u64(1000 + seed);
+    let mut normal = || -> f64 { StandardNormal.sample(&mut rng) };
+    let noise = FilteredNoise { rms: 4.0, samples: SAMPLES, sample_rate_hz: RATE_HZ, cutoff_hz: 8.0, ..FilteredNoise::default() };
+    let force = noise.generate(seed).expect("valid").remove(0);
+    let low = SosFilter::butterworth(2, Passband::Low(2.0), RATE_HZ).expect("valid");
+    let raw: Vec<f64> = (0..SAMPLES + 400).map(|_| normal()).collect();
+    let own = low.filter(&raw)[400..].to_vec();
+    let rms = (own.iter().map(|v| v * v).sum::<f64>() / SAMPLES as f64).sqrt();
+    let h = 1.0 / (RATE_HZ * FINER as f64);
+    let between = |c: &[f64], t: f64| {
+        let at = (t * RATE_HZ).max(0.0);
+        let k = (at as usize).min(SAMPLES - 2);
+        c[k] + (c[k + 1] - c[k]) * (at - k as f64)
+    };
+    let steps = SAMPLES * FINER;
+    let (mut past_x, mut past_v) = (Vec::with_capacity(steps), Vec::with_capacity(steps));
+    let mut z = vec![0.0; case.states];
+    let (mut x, mut v) = (0.0f64, 0.0f64);
+    let delay = case.delay.map_or(0.0, |d| case.truth[d]);
+    let mut motion = Vec::with_capacity(SAMPLES);
+    for step in 0..steps {
+        if step % FINER == 0 {
+            motion.push(x + NOISE_M * normal());
+        }
+        let t = step as f64 * h;
+        past_x.push(x);
+        past_v.push(v);
+        let ago = |c: &[f64]| {
+            let at = (t - delay) / h;
+            if at < 0.0 { 0.0 } else { c[at as usize] + (c[(at as usize + 1).min(step)] - c[at as usize]) * at.fract() }
+        };
+        let now = Now { t, x, v, late_x: ago(&past_x), late_v: ago(&past_v), force: between(&force, t), late_force: between(&force, t - delay) };
+        // Heun for the limb, the law's own rule for the law.
+        let mut law_at = z.clone();
+        let f = (case.oracle)(&case.truth, &now, &mut law_at, h);
+        let push = |t: f64| between(&force, t) + LIMB_NOISE_N / rms * between(&own, t);
+        let a = (push(t) - BASE[1] * v - BASE[2] * x - f) / BASE[0];
+        let (ahead_x, ahead_v) = (x + h * v, v + h * a);
+        let next = Now { t: t + h, x: ahead_x, v: ahead_v, force: between(&force, t + h), late_force: between(&force, t + h - delay), ..now };
+        let f = (case.oracle)(&case.truth, &next, &mut law_at.clone(), h);
+        let b = (push(t + h) - BASE[1] * ahead_v - BASE[2] * ahead_x - f) / BASE[0];
+        x += 0.5 * h * (v + ahead_v);
+        v += 0.5 * h * (a + b);
+        z = law_at;
+    }
+    (force, motion)
+}
+
+/// What one fit says of each parameter: in its interval, relative error, and whether it is called identifiable.
+pub struct Answer {
+    /// Whether the truth lies in the 95 % interval.
+    pub covered: Vec<bool>,
+    /// (estimate − truth)/|truth|.
+    pub error: Vec<f64>,
+    /// Whether the fit calls it determined.
+    pub identifiable: Vec<bool>,
+}
+
+/// True parameters with the baseline's.
+pub fn truth(case: &Case) -> Vec<f64> {
+    BASE.iter().chain(&case.truth).copied().collect()
+}
+
+/// Fits one record from a start that knows only orders of magnitude.
+pub fn fit(case: &Case, seed: u64) -> Result<Answer, Box<dyn std::error::Error>> {
+    let (force, motion) = record(case, seed);
+    let trial = [TimeTrial { force: vec![&force], motion: vec![&motion], ..TimeTrial::default() }];
+    let mechanism = Mechanism::new(vec![Axis::linear("x")]).with_law(case.law.clone(), 0);
+    let settings = FreeRunFit { noise: Noise::Autoregressive(NOISE_ORDER), substeps: 2, ..FreeRunFit::new(RATE_HZ) };
+    let truth = truth(case);
+    let start: Vec<f64> = truth.iter().enumerate().map(|(k, t)| t * if k % 2 == 0 { 1.25 } else { 0.8 }).collect();
+    let found = settings.fit(&mechanism, &trial, &start)?;
+    let mut covered = Vec::new();
+    for (k, p) in found.parameters.iter().enumerate() {
+        let [low, high] = if case.thresholds.contains(&p.name.as_str()) { settings.profile(&mechanism, &trial, &found, k)? } else { p.ci95 };
+        covered.push((low..=high).contains(&truth[k]));
+    }
+    Ok(Answer {
+        covered,
+        error: found.theta.iter().zip(&truth).map(|(a, b)| (a - b) / b.abs()).collect(),
+        identifiable: found.parameters.iter().map(|p| p.identifiable).collect(),
+    })
+}

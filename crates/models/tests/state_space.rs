@@ -1,0 +1,68 @@
+//! Subspace fits of systems that are known.
+
+use faer::{Mat, mat};
+use ndof_models::state_space::{LinearTrial, StateSpace, Subspace, select};
+use rand::SeedableRng;
+use rand_chacha::ChaCha8Rng;
+use rand_distr::{Distribution, StandardNormal};
+
+/// Two outputs, two inputs, two lightly damped modes.
+fn system() -> StateSpace {
+    let pole = |radius: f64, angle: f64| [radius * angle.cos(), radius * angle.sin()];
+    let ([a, b], [c, d]) = (pole(0.98, 0.2), pole(0.95, 0.7));
+    StateSpace {
+        a: mat![[a, b, 0.0, 0.0], [-b, a, 0.0, 0.0], [0.0, 0.0, c, d], [0.0, 0.0, -d, c]],
+        b: mat![[1.0, 0.3], [0.0, -0.5], [0.4, 1.0], [0.2, 0.0]],
+        c: mat![[1.0, 0.0, 0.5, 0.0], [0.0, 0.6, 1.0, 0.3]],
+        d: Mat::zeros(2, 2),
+        offset: vec![0.4, -1.0],
+    }
+}
+
+/// Inputs and outputs, white input, with white noise of `noise` of each output's size.
+fn record(samples: usize, noise: f64, seed: u64) -> [Vec<f64>; 4] {
+    let mut rng = ChaCha8Rng::seed_from_u64(seed);
+    let mut white = || -> Vec<f64> { (0..samples).map(|_| StandardNormal.sample(&mut rng)).collect() };
+    let u = [white(), white()];
+    let e = [white(), white()];
+    let mut y = system().simulate(&[&u[0], &u[1]], &[0.0; 4]).into_iter();
+    let mut noisy = |k: usize| -> Vec<f64> {
+        let clean = y.next().expect("two outputs");
+        let size = (clean.iter().map(|v| v * v).sum::<f64>() / samples as f64).sqrt();
+        clean.iter().zip(&e[k]).map(|(y, e)| y + noise * size * e).collect()
+    };
+    let (y0, y1) = (noisy(0), noisy(1));
+    let [u0, u1] = u;
+    [u0, u1, y0, y1]
+}
+
+fn trial(r: &[Vec<f64>; 4]) -> LinearTrial<'_> {
+    LinearTrial { inputs: vec![&r[0], &r[1]], outputs: vec![&r[2], &r[3]] }
+}
+
+#[test]
+fn a_system_without_noise_comes_back_exactly() {
+    let data = record(1500, 0.0, 1);
+    let model = Subspace { past: 8 }.fit(&[trial(&data)], 4).expect("fit");
+    for hz in [0.0, 0.03, 0.1, 0.3] {
+        let (found, truth) = (model.response(hz, 1.0).expect("no pole"), system().response(hz, 1.0).expect("no pole"));
+        for (f, t) in found.iter().flatten().zip(truth.iter().flatten()) {
+            // Squared condition of the Gram matrices, with the ridge of 1e-12.
+            assert!((f - t).norm() < 1e-5 * truth.iter().flatten().map(|t| t.norm()).fold(0.0, f64::max), "{hz}: {f} {t}");
+        }
+    }
+}
+
+#[test]
+fn noise_leaves_the_modes_where_they_are_and_the_held_out_error_near_its_own() {
+    let (data, held_out) = (record(8000, 0.1, 2), record(4000, 0.1, 3));
+    let found = select(&Subspace { past: 15 }, &[trial(&data)], &[trial(&held_out)], 8, 50).expect("models");
+    let best = found.chosen();
+    assert!(best.model.order() >= 4, "{:?}", found.candidates.iter().map(|c| c.held_out_nrmse.clone()).collect::<Vec<_>>());
+    // The noise is 0.1/√1.01 of the output; what the model adds is smaller.
+    assert!(best.held_out_nrmse.iter().all(|e| e * e - 0.01 / 1.01 < 0.01 / 1.01), "{:?}", best.held_out_nrmse);
+    // Singular values: four that stand out by more than the noise, a tenth.
+    assert!(found.singular_values[3] > 3.0 * found.singular_values[4], "{:?}", found.singular_values);
+    let modes = Subspace { past: 15 }.fit(&[trial(&data)], 4).expect("fit").modes(1.0);
+    assert!((modes[0][0] - 0.2 / std::f64::consts::TAU).abs() < 1e-3 && (modes[1][0] - 0.7 / std::f64::consts::TAU).abs() < 2e-3, "{modes:?}");
+}
