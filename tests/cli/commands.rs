@@ -77,6 +77,129 @@ fn the_response_can_be_asked_for_by_its_name() {
 }
 
 #[test]
+fn an_inverse_has_the_coherences_of_its_own_direction_and_keeps_the_measured_ones_apart() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let force = [crate::support::noise(3, 8000), crate::support::noise(4, 8000)];
+    let own = force.clone().map(|f| crate::support::oscillator(&f));
+    let mixed = |a: usize, b: usize| -> Vec<f64> {
+        own[a].iter().zip(&own[b]).zip(crate::support::noise(5 + a as u64, 8000)).map(|((x, y), e)| x + 0.3 * y + 3e-4 * e).collect()
+    };
+    crate::support::csv(
+        &folder.path().join("two.csv"),
+        "# sample_rate_hz: 500\n",
+        &[("force_x [N]", &force[0]), ("force_y [N]", &force[1]), ("pos_x [m]", &mixed(0, 1)), ("pos_y [m]", &mixed(1, 0))],
+    );
+    let estimate = |extra: &[&str]| json(folder.path(), &[&["estimate", "two.csv", "--nperseg", "512"], extra].concat());
+    let (compliance, stiffness) = (estimate(&[]), estimate(&["--response", "dynamic-stiffness"]));
+    assert!(compliance["measured_direction"].is_null());
+    assert_eq!(stiffness["measured_direction"]["direct"], compliance["direct"]["coherence"]);
+    assert_eq!(stiffness["measured_direction"]["inputs"], compliance["inputs"]);
+    let number = |value: &Value| value.as_f64().expect("a number");
+    let (forward, backward) = (&compliance["direct"]["coherence"], &stiffness["direct"]["coherence"]);
+    assert!((number(&forward["ordinary"][0][1][9]) - number(&backward["ordinary"][1][0][9])).abs() < 1e-12, "a pair has one ordinary coherence");
+    assert!((number(&forward["multiple"][0][9]) - number(&backward["multiple"][0][9])).abs() > 1e-3, "the multiple ones differ");
+    let local = estimate(&["--method", "local-polynomial", "--response", "dynamic-stiffness"]);
+    assert!(local["direct"]["coherence"]["partial"][0][0][9].is_null() && local["measured_direction"]["direct"]["partial"][0][0][9].is_f64());
+    let schema: Value = serde_json::from_str(&succeed(folder.path(), &["schema", "estimate"])).expect("JSON");
+    assert_eq!(violation(&stiffness, &schema, &schema, ""), None);
+}
+
+#[test]
+fn a_robust_estimate_names_the_segments_that_a_knock_has_wrecked() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let force = crate::support::noise(7, 20_000);
+    let mut motion: Vec<f64> = crate::support::oscillator(&force).iter().zip(crate::support::noise(8, 20_000)).map(|(x, e)| x + 1e-4 * e).collect();
+    let write = |name: &str, motion: &[f64]| {
+        crate::support::csv(&folder.path().join(name), "# sample_rate_hz: 500\n", &[("force_x [N]", &force), ("pos_x [m]", motion)])
+    };
+    write("clean.csv", &motion);
+    motion[12_000..12_030].iter_mut().for_each(|x| *x += 0.5);
+    write("knocked.csv", &motion);
+    let estimate = |file: &str, extra: &[&str]| json(folder.path(), &[&["estimate", file, "--nperseg", "512", "--band", "1-15"], extra].concat());
+    let (clean, knocked, robust) = (estimate("clean.csv", &[]), estimate("knocked.csv", &[]), estimate("knocked.csv", &["--robust"]));
+    assert!(clean["robust"].is_null());
+    let rejected = robust["robust"]["rejected"].as_array().expect("a list");
+    assert!(!rejected.is_empty() && rejected.len() <= 4, "{rejected:?}");
+    for r in rejected {
+        let at = |name: &str| r[name].as_f64().expect("seconds");
+        assert!(at("start_s") < 24.06 && at("end_s") > 24.0, "{r}");
+    }
+    let distance = |other: &Value| {
+        let part =
+            |r: &Value, name: &str| r["direct"][name][0][0].as_array().expect("a spectrum").iter().map(|v| v.as_f64().expect("a number")).collect::<Vec<f64>>();
+        ["re", "im"].iter().flat_map(|n| part(other, n).into_iter().zip(part(&clean, n)).map(|(a, b)| (a - b).powi(2))).sum::<f64>().sqrt()
+    };
+    assert!(distance(&robust) < 0.1 * distance(&knocked), "{} against {}", distance(&robust), distance(&knocked));
+    let message = crate::support::refuse(folder.path(), &["estimate", "clean.csv", "--robust", "--method", "multitaper"]);
+    assert!(message.contains("welch"), "{message}");
+}
+
+#[test]
+fn what_changes_with_time_shows_in_windows_and_between_trials() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let write = |name: &str, seed: u64, gain: &dyn Fn(usize) -> f64| {
+        let force = crate::support::noise(seed, 8000);
+        let motion: Vec<f64> = crate::support::oscillator(&force)
+            .iter()
+            .zip(crate::support::noise(seed + 50, 8000))
+            .enumerate()
+            .map(|(k, (x, e))| gain(k) * x + 2e-4 * e)
+            .collect();
+        crate::support::csv(&folder.path().join(name), "# sample_rate_hz: 500\n", &[("force_x [N]", &force), ("pos_x [m]", &motion)]);
+    };
+    write("a.csv", 11, &|_| 1.0);
+    write("b.csv", 12, &|_| 1.0);
+    write("c.csv", 13, &|_| 1.5);
+    write("change.csv", 14, &|k| if k < 4000 { 1.0 } else { 2.0 });
+    let spread = |files: &[&str]| json(folder.path(), &[&["estimate"], files, &["--nperseg", "256", "--band", "1-10"]].concat());
+    let (same, other) = (spread(&["a.csv", "b.csv"]), spread(&["a.csv", "b.csv", "c.csv"]));
+    let ratio = |r: &Value| r["trial_spread"]["ratio"].as_f64().expect("a ratio");
+    assert!(ratio(&other) > 1.5 && ratio(&same) < 1.4, "{} and {}", ratio(&other), ratio(&same));
+    let warned = |r: &Value| r["warnings"].as_array().expect("a list").iter().any(|w| w["code"] == "trials-differ");
+    assert!(warned(&other) && !warned(&same));
+    let course = json(folder.path(), &["estimate", "change.csv", "--nperseg", "256", "--band", "2-3", "--sliding", "4"])["course"].clone();
+    let times: Vec<f64> = course["time_s"].as_array().expect("a list").iter().map(|t| t.as_f64().expect("a time")).collect();
+    assert_eq!(times, [2.0, 4.0, 6.0, 8.0, 10.0, 12.0, 14.0]);
+    let gain = |k: usize| {
+        let part = |name: &str| course["response"][k][name][0][0][0].as_f64().expect("a number");
+        part("re").hypot(part("im"))
+    };
+    assert!((gain(5) / gain(1) - 2.0).abs() < 0.3, "{}", gain(5) / gain(1));
+}
+
+#[test]
+fn both_window_conventions_and_the_rational_method_are_there_to_choose() {
+    let folder = tempfile::tempdir().expect("a folder");
+    trial(folder.path());
+    let estimate = |extra: &[&str]| json(folder.path(), &[&["estimate", "trial.csv"], extra].concat());
+    let (periodic, symmetric) = (estimate(&["--nperseg", "512", "--spectra"]), estimate(&["--nperseg", "512", "--spectra", "--window-symmetric"]));
+    assert_eq!((&periodic["method"]["window_symmetric"], &symmetric["method"]["window_symmetric"]), (&false.into(), &true.into()));
+    assert_ne!(periodic["spectra"]["re"][0][0][20], symmetric["spectra"]["re"][0][0][20]);
+    let rational = estimate(&["--method", "local-rational", "--denominator", "2", "--half-width", "9", "--band", "0.5-10"]);
+    let method = &rational["method"];
+    assert_eq!((&method["name"], &method["order"], &method["denominator"], &method["half_width"]), (&"local-rational".into(), &2.into(), &2.into(), &9.into()));
+    let hz = rational["frequency_hz"][60].as_f64().expect("a frequency");
+    let w = std::f64::consts::TAU * hz;
+    let part = |name: &str| rational["direct"][name][0][0][60].as_f64().expect("a number");
+    // The oscillator's interval means lag by half a sample; its gain is 1e-4 below.
+    assert!((part("re").hypot(part("im")) * (300.0 - 2.0 * w * w).hypot(12.0 * w) - 1.0).abs() < 5e-3, "{hz} Hz");
+    assert!(estimate(&["--method", "local-polynomial", "--leave-one-out"])["method"]["name"] == "local-polynomial");
+}
+
+#[test]
+fn check_says_what_estimates_take_for_granted() {
+    let folder = tempfile::tempdir().expect("a folder");
+    trial(folder.path());
+    let result = json(folder.path(), &["check", "trial.csv", "trial.csv"]);
+    let force = &result["assumptions"][0];
+    assert_eq!((force["name"].as_str(), force["mean_squares"][0].as_array().map(Vec::len)), (Some("force_x"), Some(20)));
+    assert!((force["squared_correlation"][0][1].as_f64().expect("R²") - 1.0).abs() < 1e-12, "the same trial twice");
+    // Uniform noise has an excess kurtosis of −1.2.
+    assert!((force["excess_kurtosis"][0].as_f64().expect("a number") + 1.2).abs() < 0.1);
+    assert!(force["trend_p_value"][0].as_f64().expect("p") > 0.001 && force["normal_p_value"][0].as_f64().expect("p") < 0.001);
+}
+
+#[test]
 fn nothing_exists_at_zero_frequency_after_mean_removal() {
     let folder = tempfile::tempdir().expect("a folder");
     trial(folder.path());

@@ -112,6 +112,20 @@ pub enum StudyError {
         /// What drives.
         channel: String,
     },
+    /// Rejection of segments by a method that has none.
+    #[error("--robust leaves out wrecked segments, and --method {method} has none; take --method welch")]
+    NoSegments {
+        /// The method.
+        method: String,
+    },
+    /// A sliding window without length.
+    #[error("a window of {window_s} s that slides by {step_s} s; give --sliding and --sliding-step as seconds above zero")]
+    Sliding {
+        /// Length.
+        window_s: f64,
+        /// Step.
+        step_s: f64,
+    },
     /// Fewer than two fits, or nothing in common.
     #[error("nothing to compare: give at least two fits of the same model and channels")]
     NothingToCompare,

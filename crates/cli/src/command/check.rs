@@ -44,6 +44,28 @@ fn summary(result: &CheckResult, files: &[PathBuf]) -> String {
         }
         text += &format!("{}\n", columns(&rows));
     }
+    if !result.assumptions.is_empty() {
+        let mut rows =
+            vec![["", "trend, p", "skewness", "excess kurtosis", "Gaussian, p", "R² between trials", "of their mean squares"].map(str::to_owned).to_vec()];
+        for a in &result.assumptions {
+            let least = |values: &[Option<f64>]| short(values.iter().flatten().copied().reduce(f64::min));
+            let furthest = |values: &[Option<f64>]| short(values.iter().flatten().copied().reduce(|x, y| if y.abs() > x.abs() { y } else { x }));
+            let between = |table: &[Vec<Option<f64>>]| {
+                let pairs: Vec<f64> = (0..table.len()).flat_map(|i| (0..i).filter_map(move |j| table[i][j])).collect();
+                short((!pairs.is_empty()).then(|| pairs.iter().sum::<f64>() / pairs.len() as f64))
+            };
+            rows.push(vec![
+                a.name.clone(),
+                least(&a.trend_p_value),
+                furthest(&a.skewness),
+                furthest(&a.excess_kurtosis),
+                least(&a.normal_p_value),
+                between(&a.squared_correlation),
+                between(&a.squared_correlation_of_mean_squares),
+            ]);
+        }
+        text += &format!("{}\n", columns(&rows));
+    }
     for f in &result.findings {
         let file = files.get(f.trial - 1).map(|file| file.display().to_string()).unwrap_or_default();
         text +=

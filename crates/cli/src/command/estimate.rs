@@ -25,6 +25,12 @@ pub struct Arguments {
     reading: Reading,
     #[command(flatten)]
     analysis: Analysis,
+    /// Estimate over a window of so many seconds that slides along the trials, too: what changes with time
+    #[arg(long, value_name = "S", help_heading = "Estimate")]
+    sliding: Option<f64>,
+    /// Seconds from one such window to the next [default: half of its length]
+    #[arg(long, value_name = "S", requires = "sliding", help_heading = "Estimate")]
+    sliding_step: Option<f64>,
     #[command(flatten)]
     shared: Shared,
 }
@@ -33,7 +39,9 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode, CliError> {
     let shared = &arguments.shared;
     shared.apply_threads()?;
     let trials = arguments.reading.trials(&arguments.files)?;
-    let estimated = ndof_study::estimate(&trials, &arguments.analysis.settings(shared), "estimate")?;
+    let mut settings = arguments.analysis.settings(shared);
+    settings.sliding_s = arguments.sliding.map(|window_s| (window_s, arguments.sliding_step.unwrap_or(window_s / 2.0)));
+    let estimated = ndof_study::estimate(&trials, &settings, "estimate")?;
     if shared.report.is_some() || shared.plots.is_some() {
         output::report(shared, &ndof_study::estimate_report(&trials, &estimated, "Frequency response", &output::command_line())?)?;
     }
@@ -52,7 +60,15 @@ fn summary(result: &EstimateResult) -> String {
         None => ("direct", &result.direct.response, &result.direct.coherence),
     };
     let mut settings = vec![m.name.clone()];
-    for (name, value) in [("nperseg", m.nperseg), ("noverlap", m.noverlap), ("nfft", m.nfft), ("order", m.order), ("period", m.period)] {
+    for (name, value) in [
+        ("nperseg", m.nperseg),
+        ("noverlap", m.noverlap),
+        ("nfft", m.nfft),
+        ("order", m.order),
+        ("denominator", m.denominator),
+        ("half width", m.half_width),
+        ("period", m.period),
+    ] {
         settings.extend(value.map(|value| format!("{name} {value}")));
     }
     settings.extend(m.time_bandwidth.map(|nw| format!("NW {nw}")));
@@ -88,6 +104,54 @@ fn summary(result: &EstimateResult) -> String {
             }
             text += &format!("{output} ← {input}\n{}\n", columns(&rows));
         }
+    }
+    text + &repetition(result)
+}
+
+/// Segments left out, trials beside each other, the course in time, lines that were not driven.
+fn repetition(result: &EstimateResult) -> String {
+    let mut text = String::new();
+    if let Some(robust) = &result.robust {
+        text += &format!("{} of {} segments left out\n", robust.rejected.len(), robust.segments);
+        for r in &robust.rejected {
+            text += &format!(
+                "  trial {}, {:.2} to {:.2} s: residual {} robust σ, leverage {}\n",
+                r.trial,
+                r.start_s,
+                r.end_s,
+                short(r.residual),
+                short(r.leverage)
+            );
+        }
+    }
+    if let Some(spread) = &result.trial_spread {
+        text += &format!("spread between trials over spread within: {} (1 ± {} by chance)\n", fraction(spread.ratio), fraction(spread.ratio_std_error));
+    }
+    for d in result.distortion.iter().flat_map(|d| &d.detection) {
+        let which = if d.even { "even" } else { "odd" };
+        let levels: Vec<String> = d.level_db.iter().map(|level| level.map_or_else(|| "noise only".to_owned(), |db| format!("{db:.1} dB"))).collect();
+        text += &format!("{} {which} lines not driven: {} of the driven ones, p = {}", d.lines, levels.join(", "), short(d.probability));
+        if d.lambda_limb.is_some() || d.lambda_robot.is_some() {
+            text += &format!("; λ_h = {}, λ_r = {}", fraction(d.lambda_limb), fraction(d.lambda_robot));
+        }
+        text.push('\n');
+    }
+    if let Some(course) = &result.course {
+        let usable: Vec<usize> = (0..course.frequency_hz.len()).filter(|&f| course.frequency_hz[f] > 0.0).collect();
+        let at = spread(&usable, &course.frequency_hz, 4);
+        let header: Vec<String> = std::iter::once("s".to_owned()).chain(at.iter().map(|&f| format!("{} Hz", short(Some(course.frequency_hz[f]))))).collect();
+        text +=
+            &format!("\n{} gain of {} ← {} in windows of {} s ({})\n", course.estimate, result.outputs[0], result.inputs[0], course.window_s, course.method);
+        let mut rows = vec![header];
+        for (time_s, response) in course.time_s.iter().zip(&course.response) {
+            let gain = |f: usize| {
+                let value = response.re[0][0][f].zip(response.im[0][0][f]).map(|(re, im)| re.hypot(im));
+                let half = response.gain_ci95[0][0][f].map(|[low, high]| (high - low) / 2.0);
+                format!("{} ± {}", short(value), short(half))
+            };
+            rows.push(std::iter::once(short(Some(*time_s))).chain(at.iter().map(|&f| gain(f))).collect());
+        }
+        text += &columns(&rows);
     }
     text
 }

@@ -33,9 +33,21 @@ pub struct Analysis {
     /// Multitaper: half-width NW of the spectral window, in units of one over the record's length [default: 4]
     #[arg(long, value_name = "NW", help_heading = "Estimate")]
     pub time_bandwidth: Option<f64>,
-    /// Local polynomial: degree [default: 2]
+    /// Local polynomial and rational: degree [default: 2]
     #[arg(long, value_name = "R", help_heading = "Estimate", value_parser = clap::builder::RangedU64ValueParser::<usize>::new().range(0..=8))]
     pub order: Option<usize>,
+    /// Local rational: degree of the common denominator, one a resonance within the window [default: 1]
+    #[arg(long, value_name = "D", help_heading = "Estimate", value_parser = clap::builder::RangedU64ValueParser::<usize>::new().range(1..=2))]
+    pub denominator: Option<usize>,
+    /// Local polynomial and rational: lines on each side of each line [default: the fewest that leave a usable noise estimate]
+    #[arg(long, value_name = "N", help_heading = "Estimate", value_parser = clap::builder::RangedU64ValueParser::<usize>::new().range(1..))]
+    pub half_width: Option<usize>,
+    /// Local polynomial: choose that number by how well left-out lines are predicted
+    #[arg(long, conflicts_with = "half_width", help_heading = "Estimate")]
+    pub leave_one_out: bool,
+    /// Welch: leave out segments that a knock or a cough has wrecked, and say which
+    #[arg(long, help_heading = "Estimate")]
+    pub robust: bool,
     /// Periodic: period of the excitation in seconds [default: found from the commanded signal]
     #[arg(long, value_name = "S", help_heading = "Estimate")]
     pub period: Option<f64>,
@@ -63,6 +75,11 @@ impl Analysis {
             detrend: self.detrend,
             time_bandwidth: self.time_bandwidth,
             order: self.order,
+            denominator: self.denominator,
+            half_width: self.half_width,
+            leave_one_out: self.leave_one_out,
+            robust: self.robust,
+            sliding_s: None,
             period_s: self.period,
             estimator: self.estimator,
             response: self.response,

@@ -127,6 +127,18 @@ pub struct EstimateSection {
     pub time_bandwidth: Option<f64>,
     /// Degree of the local polynomials.
     pub order: Option<usize>,
+    /// Degree of the local rational method's denominators.
+    pub denominator: Option<usize>,
+    /// Lines on each side that the local methods look at.
+    pub half_width: Option<usize>,
+    /// Choose that number by prediction of left-out lines.
+    pub leave_one_out: bool,
+    /// Leave out wrecked segments.
+    pub robust: bool,
+    /// Length of a window that slides along the trials, in seconds.
+    pub sliding: Option<f64>,
+    /// Its step; half of its length.
+    pub sliding_step: Option<f64>,
     /// Period of the excitation.
     pub period: Option<f64>,
     /// Where the noise of the direct estimate is thought to be.
@@ -314,6 +326,11 @@ impl EstimateSection {
             detrend: self.detrend,
             time_bandwidth: self.time_bandwidth,
             order: self.order,
+            denominator: self.denominator,
+            half_width: self.half_width,
+            leave_one_out: self.leave_one_out,
+            robust: self.robust,
+            sliding_s: self.sliding.map(|window_s| (window_s, self.sliding_step.unwrap_or(window_s / 2.0))),
             period_s: self.period,
             estimator: self.estimator,
             response: self.response,

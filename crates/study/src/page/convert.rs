@@ -28,7 +28,9 @@ pub(super) fn curve(label: &str, response: &FrequencyResponse, style: CurveStyle
     let mut curve = Curve::from_response(label, &value, style);
     if response.uncertainty.is_some() {
         let entries: Vec<Vec<_>> = (0..p).map(|i| (0..q).map(|j| response.gain_phase(i, j, 0.95)).collect()).collect();
-        let ends = |end: usize| Array3::from_shape_fn(value.dim(), |(i, j, f)| entries[i][j][f].gain_interval[end]);
+        let ends = |end: usize| {
+            Array3::from_shape_fn(value.dim(), |(i, j, f)| Some(entries[i][j][f].gain_interval[end]).filter(|end| end.is_finite()).unwrap_or(f64::NAN))
+        };
         let phases = |end: usize| Array3::from_shape_fn(value.dim(), |(i, j, f)| entries[i][j][f].phase_interval_rad.map_or(f64::NAN, |ends| ends[end]));
         curve.gain_ci95 = Some((ends(0), ends(1)));
         curve.phase_ci95_rad = Some((phases(0), phases(1)));

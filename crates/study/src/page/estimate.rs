@@ -58,7 +58,10 @@ pub(super) fn frame(trials: &Trials, estimated: &Estimated, title: &str, command
 }
 
 fn lead(result: &EstimateResult) -> String {
-    let coherence = result.derived.as_ref().map_or(&result.direct.coherence, |d| &d.coherence_iv);
+    let coherence = match &result.measured_direction {
+        Some(measured) => measured.derived_iv.as_ref().unwrap_or(&measured.direct),
+        None => result.derived.as_ref().map_or(&result.direct.coherence, |d| &d.coherence_iv),
+    };
     let all: Vec<f64> = coherence.multiple.iter().flatten().flatten().copied().collect();
     let good = all.iter().filter(|c| **c >= 0.8).count();
     format!(
@@ -114,14 +117,20 @@ pub(super) fn response_section(estimated: &Estimated, model: Option<&FrequencyRe
 
 /// Coherences of the estimate that is shown.
 pub(super) fn coherence_section(result: &EstimateResult) -> Result<Section, StudyError> {
+    let (inputs, outputs) = result.measured_direction.as_ref().map_or((&result.inputs, &result.outputs), |m| (&m.inputs, &m.outputs));
+    let direct = result.measured_direction.as_ref().map_or(&result.direct.coherence, |m| &m.direct);
+    let paper = match &result.measured_direction {
+        Some(measured) => measured.derived_paper.as_ref(),
+        None => result.derived.as_ref().map(|d| &d.coherence_paper),
+    };
     let draw = |name: &str, title: &str, coherence: &Coherence| {
         figures::coherence(
             name,
             title,
             &Coherences {
                 frequency_hz: result.frequency_hz.clone(),
-                inputs: result.inputs.clone(),
-                outputs: result.outputs.clone(),
+                inputs: inputs.clone(),
+                outputs: outputs.clone(),
                 ordinary: cube(&coherence.ordinary),
                 partial: cube(&coherence.partial),
                 multiple: plane(&coherence.multiple),
@@ -130,11 +139,10 @@ pub(super) fn coherence_section(result: &EstimateResult) -> Result<Section, Stud
         )
     };
     let mut section = Section::new("Coherence", "How much of each output the inputs explain; above the line it is not chance.");
-    section = section.figure(draw("coherence-direct", "Coherence, direct estimate", &result.direct.coherence)?);
-    if let Some(derived) = &result.derived {
-        section = section.figure(draw("coherence-derived", "Coherence, derived estimate (paper's assumption)", &derived.coherence_paper)?);
+    section = section.figure(draw("coherence-direct", "Coherence, direct estimate", direct)?);
+    if let Some(paper) = paper {
+        section = section.figure(draw("coherence-derived", "Coherence, derived estimate (paper's assumption)", paper)?);
     }
-    let inputs = if result.input_coherence.len() == result.inputs.len() { &result.inputs } else { &result.outputs };
     if let Some(figure) =
         figures::input_coherence("input-coherence", &result.frequency_hz, inputs, &cube(&result.input_coherence), result.significance_95.ordinary)?
     {

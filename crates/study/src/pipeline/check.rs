@@ -61,6 +61,7 @@ pub fn check(trials: &[Trial], names: &RoleNames, command: &str) -> CheckResult 
         verdict: verdict.to_owned(),
         trials: checked,
         findings,
+        assumptions: super::assumptions::assumptions(trials, names),
     }
 }
 

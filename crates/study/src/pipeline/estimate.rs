@@ -4,13 +4,17 @@ use super::MethodName;
 use super::confidence::{response_with_errors, spectrum};
 use super::method::word;
 use super::method::{choose, record};
+use super::repeat::{between_trials, course, robust};
 use crate::error::StudyError;
 use crate::result::estimate as schema;
 use crate::result::estimate::EstimateResult;
 use crate::result::{VERSION, Warning, number};
 use crate::trials::Trials;
 use ndof_signal::{CrossSpectra, Detrend, Recording, Window};
-use ndof_sysid::{Coherence, Direct, Distortion, EstimateError, Estimates, FrequencyResponse, Labels, ResponseKind, SpectralMethod};
+use ndof_sysid::{
+    Coherence, Direct, Distortion, EstimateError, Estimates, FrequencyResponse, Labels, Ports, ResponseKind, SpectralMethod, estimate_from_spectra,
+    robust_spectra,
+};
 use num_complex::Complex64;
 use rayon::prelude::*;
 use std::f64::consts::TAU;
@@ -36,6 +40,16 @@ pub struct EstimateSettings {
     pub time_bandwidth: Option<f64>,
     /// Degree of the local polynomials.
     pub order: Option<usize>,
+    /// Degree of the local rational method's denominators.
+    pub denominator: Option<usize>,
+    /// Lines on each side that the local methods look at.
+    pub half_width: Option<usize>,
+    /// Choose that number by how well left-out lines are predicted.
+    pub leave_one_out: bool,
+    /// Leave out segments that a knock or a cough has wrecked (Welch's method).
+    pub robust: bool,
+    /// Length and step of a window that slides along the trials.
+    pub sliding_s: Option<(f64, f64)>,
     /// Period of the excitation; found from the commanded signal where it is not given.
     pub period_s: Option<f64>,
     /// Where the noise of the direct estimate is thought to be.
@@ -76,7 +90,15 @@ pub fn estimate(trials: &Trials, settings: &EstimateSettings, command: &str) -> 
     let (method, why) = choose(trials, settings)?;
     let ports = &trials.roles.ports;
     let labels = labels(trials);
-    let mut estimates = ndof_sysid::estimate(&trials.recordings(), ports, &labels, &method, settings.estimator).map_err(|error| in_file(error, trials))?;
+    let failed = |error| in_file(error, trials);
+    let (mut estimates, rejected) = match &method {
+        SpectralMethod::Welch(welch) if settings.robust => {
+            let (spectra, rejected) = robust_spectra(&trials.recordings(), ports, welch).map_err(failed)?;
+            let estimates = estimate_from_spectra(spectra, ports, &labels, &method, settings.estimator).map_err(failed)?;
+            (estimates, Some(rejected))
+        }
+        _ => (ndof_sysid::estimate(&trials.recordings(), ports, &labels, &method, settings.estimator).map_err(failed)?, None),
+    };
     to_displacement(&mut estimates.direct.response, trials);
     if let Some(derived) = &mut estimates.derived {
         to_displacement(&mut derived.response, trials);
@@ -84,7 +106,11 @@ pub fn estimate(trials: &Trials, settings: &EstimateSettings, command: &str) -> 
     let kind = settings.response.unwrap_or_else(|| trials.roles.default_kind());
     let direct = estimates.direct.response.to_kind(kind)?;
     let derived = estimates.derived.as_ref().map(|d| d.response.to_kind(kind)).transpose()?;
-    let result = result(trials, settings, command, &estimates, &direct, derived.as_ref(), why)?;
+    let mut result = result(trials, settings, command, &estimates, &direct, derived.as_ref(), why)?;
+    result.robust = rejected.map(|rejected| robust(&estimates, &rejected));
+    result.trial_spread = between_trials(trials, settings, &method, kind);
+    result.course = settings.sliding_s.map(|window| course(trials, settings, window, kind)).transpose()?;
+    result.warnings.extend(super::repeat::warnings(&result, &estimates));
     Ok(Estimated { estimates, direct, derived, result })
 }
 
@@ -96,7 +122,14 @@ pub(super) fn without_each(trials: &Trials, estimated: &Estimated, estimator: Di
     }
     let failed = |error: EstimateError| in_file(error, trials);
     let ports = &trials.roles.ports;
-    let labels = labels(trials);
+    if let (SpectralMethod::Welch(welch), Some(_)) = (&estimated.estimates.method, &estimated.result.robust) {
+        let recordings = trials.recordings();
+        let without = |left_out: usize| -> Vec<&Recording> { recordings.iter().enumerate().filter(|(k, _)| *k != left_out).map(|(_, r)| *r).collect() };
+        return (0..recordings.len())
+            .into_par_iter()
+            .map(|left_out| response_of(&robust_spectra(&without(left_out), ports, welch).map_err(failed)?.0, trials, estimated, estimator))
+            .collect();
+    }
     let transform = |k: usize, recording: &Recording| {
         let columns: Vec<usize> = (0..recording.channels().len()).collect();
         let (rate, columns, trial) = (recording.sample_rate_hz(), recording.columns(&columns), k + 1);
@@ -114,17 +147,24 @@ pub(super) fn without_each(trials: &Trials, estimated: &Estimated, estimator: Di
         .map(|left_out| {
             let kept: Vec<CrossSpectra> = spectra.iter().enumerate().filter(|(k, _)| *k != left_out).map(|(_, s)| s.clone()).collect();
             let pooled = CrossSpectra::pool(&kept).map_err(|error| failed(error.into()))?;
-            let mut response = match &estimated.estimates.derived {
-                Some(_) => ndof_sysid::derived(&pooled, ports, &labels).map_err(failed)?.response,
-                None => ndof_sysid::direct(&pooled, ports, &labels, estimator).map_err(failed)?.response,
-            };
-            to_displacement(&mut response, trials);
-            Ok(response)
+            response_of(&pooled, trials, estimated, estimator)
         })
         .collect()
 }
 
-fn labels(trials: &Trials) -> Labels {
+/// The response of the kind that a fit uses, from spectra.
+fn response_of(spectra: &CrossSpectra, trials: &Trials, estimated: &Estimated, estimator: Direct) -> Result<FrequencyResponse, StudyError> {
+    let (ports, labels) = (&trials.roles.ports, labels(trials));
+    let failed = |error: EstimateError| in_file(error, trials);
+    let mut response = match &estimated.estimates.derived {
+        Some(_) => ndof_sysid::derived(spectra, ports, &labels).map_err(failed)?.response,
+        None => ndof_sysid::direct(spectra, ports, &labels, estimator).map_err(failed)?.response,
+    };
+    to_displacement(&mut response, trials);
+    Ok(response)
+}
+
+pub(super) fn labels(trials: &Trials) -> Labels {
     let ports = &trials.roles.ports;
     Labels {
         references: trials.names(&ports.references),
@@ -135,7 +175,7 @@ fn labels(trials: &Trials) -> Labels {
 }
 
 /// Names the file of the trial that an error is about.
-fn in_file(error: EstimateError, trials: &Trials) -> StudyError {
+pub(super) fn in_file(error: EstimateError, trials: &Trials) -> StudyError {
     let file = match &error {
         EstimateError::Welch { trial, .. }
         | EstimateError::Multitaper { trial, .. }
@@ -151,7 +191,7 @@ fn in_file(error: EstimateError, trials: &Trials) -> StudyError {
 }
 
 /// Divides by s for each time that an output is the derivative of a displacement, and multiplies for an input.
-fn to_displacement(response: &mut FrequencyResponse, trials: &Trials) {
+pub(super) fn to_displacement(response: &mut FrequencyResponse, trials: &Trials) {
     if response.kind == ResponseKind::Transfer {
         return;
     }
@@ -202,7 +242,15 @@ fn result(
     let cut = |response: &FrequencyResponse| response.band(low_hz, high_hz);
     let (p, q) = (trials.roles.ports.outputs.len(), trials.roles.ports.inputs.len());
     let swapped = direct.kind.is_effort_over_motion() != trials.roles.natural_kind().is_effort_over_motion();
-    let coherence = |c: &Coherence| coherence(c, &keep, p, q, swapped);
+    let as_measured = |c: &Coherence| coherence(c, &keep, p, q);
+    // Of an inverse only what the data say in that direction: nothing of a derived estimate.
+    let backward = if swapped { backward(estimates, trials) } else { None };
+    let direct_coherence = match (&backward, swapped) {
+        (Some(backward), _) => coherence(backward, &keep, q, p),
+        (None, true) => unknown(keep.len(), q, p),
+        (None, false) => as_measured(&estimates.direct.coherence),
+    };
+    let derived_coherence = |c: &Coherence| if swapped { unknown(keep.len(), q, p) } else { as_measured(c) };
     let d = &estimates.direct;
     let ports = &trials.roles.ports;
     let (inputs, outputs) = if swapped { (&ports.outputs, &ports.inputs) } else { (&ports.inputs, &ports.outputs) };
@@ -228,11 +276,18 @@ fn result(
         method: record(estimates, settings, direct, why),
         response: word(&direct.kind),
         frequency_hz: keep.iter().map(|&f| all_hz[f]).collect(),
-        direct: schema::Direct { response: response_with_errors(&cut(direct)), coherence: coherence(&d.coherence) },
+        direct: schema::Direct { response: response_with_errors(&cut(direct)), coherence: direct_coherence },
         derived: estimates.derived.as_ref().zip(derived).map(|(e, response)| schema::Derived {
             response: response_with_errors(&cut(response)),
-            coherence_paper: coherence(&e.coherence_paper),
-            coherence_iv: coherence(&e.coherence_iv),
+            coherence_paper: derived_coherence(&e.coherence_paper),
+            coherence_iv: derived_coherence(&e.coherence_iv),
+        }),
+        measured_direction: swapped.then(|| schema::MeasuredDirection {
+            inputs: trials.names(&ports.inputs),
+            outputs: trials.names(&ports.outputs),
+            direct: as_measured(&d.coherence),
+            derived_paper: estimates.derived.as_ref().map(|e| as_measured(&e.coherence_paper)),
+            derived_iv: estimates.derived.as_ref().map(|e| as_measured(&e.coherence_iv)),
         }),
         significance_95: schema::Significance {
             ordinary: number(d.significance_95.ordinary),
@@ -242,25 +297,56 @@ fn result(
         input_coherence: spectrum(keep.len(), q, q, |f, i, j| number(d.input_coherence[[keep[f], i, j]])),
         input_condition_number: keep.iter().map(|&f| number(d.input_condition_number[f])).collect(),
         distortion: estimates.distortion.as_ref().map(|d| distortion(d, &keep, p, q)),
+        robust: None,
+        trial_spread: None,
+        course: None,
         spectra: settings.spectra.then(|| spectra(trials, estimates, &keep)).flatten(),
     })
 }
 
 fn distortion(d: &Distortion, keep: &[usize], p: usize, q: usize) -> schema::Distortion {
     let kept = |values: &ndarray::Array3<f64>| spectrum(keep.len(), p, q, |f, i, j| number(values[[keep[f], i, j]]));
-    schema::Distortion { noise_std: kept(&d.noise_std), nonlinear_std: kept(&d.nonlinear_std), even_std: kept(&d.even_std), odd_std: kept(&d.odd_std) }
+    schema::Distortion {
+        noise_std: kept(&d.noise_std),
+        nonlinear_std: kept(&d.nonlinear_std),
+        even_std: kept(&d.even_std),
+        odd_std: kept(&d.odd_std),
+        detection: d.detection.iter().map(detection).collect(),
+    }
 }
 
-/// Coherences `[output][input][frequency]` of the data as measured; of an inverse the sides are swapped, so that each
-/// stays with its pair of channels.
-fn coherence(c: &Coherence, keep: &[usize], p: usize, q: usize, swapped: bool) -> schema::Coherence {
-    let pairs = |values: &ndarray::Array3<f64>| {
-        if swapped {
-            spectrum(keep.len(), q, p, |f, i, j| number(values[[keep[f], j, i]]))
-        } else {
-            spectrum(keep.len(), p, q, |f, i, j| number(values[[keep[f], i, j]]))
-        }
-    };
+fn detection(d: &ndof_sysid::Detection) -> schema::Detection {
+    schema::Detection {
+        even: d.even,
+        lines: d.lines,
+        level_db: d.level_db.iter().map(|v| number(*v)).collect(),
+        noise_db: d.noise_db.iter().map(|v| number(*v)).collect(),
+        probability: number(d.probability),
+        lambda_limb: number(d.lambda_limb),
+        lambda_robot: number(d.lambda_robot),
+    }
+}
+
+/// Coherences of the direct estimate from the outputs to the inputs, for methods that keep the spectra.
+fn backward(estimates: &Estimates, trials: &Trials) -> Option<Coherence> {
+    let ports = &trials.roles.ports;
+    let turned = Ports { references: Vec::new(), inputs: ports.outputs.clone(), outputs: ports.inputs.clone() };
+    let labels = Labels { references: Vec::new(), inputs: trials.names(&ports.outputs), outputs: trials.names(&ports.inputs), kind: ResponseKind::Transfer };
+    ndof_sysid::direct(estimates.spectra.as_ref()?, &turned, &labels, Direct::H1).ok().map(|d| d.coherence)
+}
+
+/// Coherences that do not exist.
+fn unknown(frequencies: usize, p: usize, q: usize) -> schema::Coherence {
+    schema::Coherence {
+        ordinary: spectrum(frequencies, p, q, |_, _, _| None),
+        partial: spectrum(frequencies, p, q, |_, _, _| None),
+        multiple: vec![vec![None; frequencies]; p],
+    }
+}
+
+/// Coherences `[output][input][frequency]`.
+fn coherence(c: &Coherence, keep: &[usize], p: usize, q: usize) -> schema::Coherence {
+    let pairs = |values: &ndarray::Array3<f64>| spectrum(keep.len(), p, q, |f, i, j| number(values[[keep[f], i, j]]));
     schema::Coherence {
         ordinary: pairs(&c.ordinary),
         partial: pairs(&c.partial),

@@ -5,7 +5,7 @@ use crate::error::StudyError;
 use crate::result::estimate as schema;
 use crate::trials::Trials;
 use ndof_signal::{CrossSpectra, Multitaper, Periodic, Welch, Window, detect_period, effective_averages};
-use ndof_sysid::{Estimates, FrequencyResponse, LocalPolynomial, SpectralMethod, choose_method};
+use ndof_sysid::{Estimates, FrequencyResponse, LocalPolynomial, LocalRational, SpectralMethod, choose_method};
 use serde::{Deserialize, Serialize};
 
 /// The words that `--method` takes.
@@ -21,13 +21,15 @@ pub enum MethodName {
     Multitaper,
     /// Response and leakage as polynomials around each line of the whole record.
     LocalPolynomial,
+    /// The same with a common denominator around each line.
+    LocalRational,
     /// Averages over the periods of a periodic excitation.
     Periodic,
 }
 
 impl MethodName {
     /// The words, in the order of the variants.
-    pub const WORDS: [&'static str; 5] = ["auto", "welch", "multitaper", "local-polynomial", "periodic"];
+    pub const WORDS: [&'static str; 6] = ["auto", "welch", "multitaper", "local-polynomial", "local-rational", "periodic"];
 }
 
 /// The method with its settings, and why it was taken. Where a setting of Welch's method is given, Welch's method is meant.
@@ -35,9 +37,12 @@ pub(super) fn choose(trials: &Trials, settings: &EstimateSettings) -> Result<(Sp
     let asked = "as asked for".to_owned();
     let recordings = trials.recordings();
     let about_welch = settings.nperseg.is_some() || settings.noverlap.is_some() || settings.nfft.is_some() || settings.window != Window::default();
+    if settings.robust && !matches!(settings.method, MethodName::Auto | MethodName::Welch) {
+        return Err(StudyError::NoSegments { method: word(&settings.method) });
+    }
     let one_length = recordings.windows(2).all(|pair| pair[0].len() == pair[1].len());
     Ok(match settings.method {
-        MethodName::Auto if about_welch || !one_length => welch(trials, settings),
+        MethodName::Auto if about_welch || settings.robust || !one_length => welch(trials, settings),
         MethodName::Auto => {
             let choice = choose_method(&recordings, &trials.roles.ports);
             match choice.method {
@@ -53,7 +58,13 @@ pub(super) fn choose(trials: &Trials, settings: &EstimateSettings) -> Result<(Sp
         }
         MethodName::LocalPolynomial => {
             let order = settings.order.unwrap_or_else(|| LocalPolynomial::default().order);
-            (SpectralMethod::LocalPolynomial(LocalPolynomial { order, ..LocalPolynomial::default() }), asked)
+            let local = LocalPolynomial { order, half_width: settings.half_width, leave_one_out: settings.leave_one_out };
+            (SpectralMethod::LocalPolynomial(local), asked)
+        }
+        MethodName::LocalRational => {
+            let default = LocalRational::default();
+            let (order, denominator) = (settings.order.unwrap_or(default.order), settings.denominator.unwrap_or(default.denominator));
+            (SpectralMethod::LocalRational(LocalRational { order, denominator, half_width: settings.half_width }), asked)
         }
         MethodName::Periodic => {
             let ports = &trials.roles.ports;
@@ -109,6 +120,8 @@ pub(super) fn record(estimates: &Estimates, settings: &EstimateSettings, respons
         detrend: None,
         time_bandwidth: None,
         order: None,
+        denominator: None,
+        half_width: None,
         period: None,
         segments: estimates.spectra.as_ref().map_or(0, CrossSpectra::segments),
         effective_averages: estimates.effective_averages,
@@ -124,7 +137,10 @@ pub(super) fn record(estimates: &Estimates, settings: &EstimateSettings, respons
         SpectralMethod::Multitaper(multitaper) => {
             (method.time_bandwidth, method.nfft, method.detrend) = (Some(multitaper.time_bandwidth), multitaper.nfft, Some(word(&multitaper.detrend)));
         }
-        SpectralMethod::LocalPolynomial(local) => method.order = Some(local.order),
+        SpectralMethod::LocalPolynomial(local) => (method.order, method.half_width) = (Some(local.order), local.half_width),
+        SpectralMethod::LocalRational(local) => {
+            (method.order, method.denominator, method.half_width) = (Some(local.order), Some(local.denominator), local.half_width);
+        }
         SpectralMethod::Periodic(periodic) => method.period = Some(periodic.period),
         _ => {}
     }

@@ -1,5 +1,6 @@
 //! From trials to results, without flags and without files.
 
+mod assumptions;
 mod cases;
 mod check;
 mod command;
@@ -11,6 +12,7 @@ mod fit;
 mod hide;
 mod method;
 mod project;
+mod repeat;
 mod simulate;
 mod study;
 

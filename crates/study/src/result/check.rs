@@ -24,6 +24,33 @@ pub struct CheckResult {
     pub trials: Vec<TrialCheck>,
     /// Everything found.
     pub findings: Vec<Finding>,
+    /// Stationarity, normality and likeness of trials, one a channel with a role.
+    pub assumptions: Vec<ChannelAssumptions>,
+}
+
+/// What spectral estimates take for granted of one channel; by trial first.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct ChannelAssumptions {
+    /// Its name.
+    pub name: String,
+    /// Mean squares over 20 equal intervals, the mean taken off.
+    pub mean_squares: Vec<Vec<f64>>,
+    /// Probability of as many or as few reverse arrangements among them by chance.
+    pub trend_p_value: Vec<Number>,
+    /// Third standardised moment.
+    pub skewness: Vec<Number>,
+    /// Fourth standardised moment less 3.
+    pub excess_kurtosis: Vec<Number>,
+    /// Probability of both for a Gaussian process of the same autocovariance.
+    pub normal_p_value: Vec<Number>,
+    /// Normal probability: quantiles of a standard Gaussian at 1, 5, 10, 25, 50, 75, 90, 95 and 99 %.
+    pub gaussian_quantiles: Vec<f64>,
+    /// Those of the channel, over its standard deviation.
+    pub quantiles: Vec<Vec<Number>>,
+    /// R² of the samples of each pair of trials: 1 where a trial repeats another.
+    pub squared_correlation: Vec<Vec<Number>>,
+    /// R² of the mean squares of each pair of trials.
+    pub squared_correlation_of_mean_squares: Vec<Vec<Number>>,
 }
 
 /// What one file holds.

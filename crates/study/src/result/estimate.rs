@@ -52,8 +52,17 @@ pub struct EstimateResult {
     pub input_coherence: Spectrum,
     /// Condition number of the inputs' matrix, each scaled to unit power.
     pub input_condition_number: Vec<Number>,
+    /// Coherences of the channels as they were measured, where the response was inverted: those above are then of the inverse
+    /// direction, and `null` where that has none.
+    pub measured_direction: Option<MeasuredDirection>,
     /// Noise against nonlinear distortion, of periodic excitation.
     pub distortion: Option<Distortion>,
+    /// Segments that were left out, with `--robust`.
+    pub robust: Option<Robust>,
+    /// The spread between trials beside that within them, of two trials or more.
+    pub trial_spread: Option<TrialSpread>,
+    /// Estimates over a window that slides along the trials, with `--sliding`.
+    pub course: Option<Course>,
     /// Densities of all channels, with `--spectra`.
     pub spectra: Option<Spectra>,
 }
@@ -94,6 +103,10 @@ pub struct Method {
     pub time_bandwidth: Option<f64>,
     /// Degree of the local polynomials.
     pub order: Option<usize>,
+    /// Degree of the local rational method's denominators.
+    pub denominator: Option<usize>,
+    /// Lines on each side of each line that the local methods look at, where it was given.
+    pub half_width: Option<usize>,
     /// Samples in a period of the excitation.
     pub period: Option<usize>,
     /// Segments (tapers, periods) averaged over all trials.
@@ -178,6 +191,98 @@ pub struct Distortion {
     pub even_std: Spectrum,
     /// Its odd part.
     pub odd_std: Spectrum,
+    /// What appears at lines that were not driven; empty where all were.
+    pub detection: Vec<Detection>,
+}
+
+/// What appears at the lines that a multisine leaves out.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct Detection {
+    /// Even multiples of the fundamental (x², offset), or odd ones (friction, x³).
+    pub even: bool,
+    /// How many lines.
+    pub lines: usize,
+    /// Power of each output there over that at the driven lines, noise subtracted; `null` where noise explains all of it.
+    pub level_db: Vec<Number>,
+    /// The noise's share of the same.
+    pub noise_db: Vec<Number>,
+    /// Probability that noise alone gives as much.
+    pub probability: Number,
+    /// λ_h: near 0 where the distortion is the robot's. `null` where nothing stands out.
+    pub lambda_limb: Number,
+    /// λ_r: near 0 where the distortion is the limb's. `null` without references.
+    pub lambda_robot: Number,
+}
+
+/// Coherences of the data as measured.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct MeasuredDirection {
+    /// Columns.
+    pub inputs: Vec<String>,
+    /// Rows.
+    pub outputs: Vec<String>,
+    /// Of the direct estimate.
+    pub direct: Coherence,
+    /// Of the derived estimate under the paper's assumption.
+    pub derived_paper: Option<Coherence>,
+    /// Of the derived estimate, consistent with the instrumental-variable noise.
+    pub derived_iv: Option<Coherence>,
+}
+
+/// What a robust estimate left out.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct Robust {
+    /// Segments of all trials.
+    pub segments: usize,
+    /// Those that were left out.
+    pub rejected: Vec<RejectedSegment>,
+}
+
+/// A segment that was left out.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct RejectedSegment {
+    /// Number of the trial, from 1.
+    pub trial: usize,
+    /// Its first second.
+    pub start_s: f64,
+    /// Its end.
+    pub end_s: f64,
+    /// Its residual above the usual one, in robust standard deviations of its logarithm.
+    pub residual: Number,
+    /// The power of what drives above the usual one, in the same measure.
+    pub leverage: Number,
+}
+
+/// Standard deviations of the mean over trials, `[output][input][frequency]`.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct TrialSpread {
+    /// From the scatter between trials.
+    pub between: Spectrum,
+    /// As each trial's own noise predicts it.
+    pub within: Spectrum,
+    /// Between over within, over the band and all entries: 1 where a trial is like the next.
+    pub ratio: Number,
+    /// The standard error of that ratio by chance.
+    pub ratio_std_error: Number,
+}
+
+/// A response that changes with time; arrays by window first.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct Course {
+    /// Length of the window.
+    pub window_s: f64,
+    /// From one window to the next.
+    pub step_s: f64,
+    /// `direct` or `derived`.
+    pub estimate: String,
+    /// The spectral method within each window.
+    pub method: String,
+    /// Middle of each window.
+    pub time_s: Vec<f64>,
+    /// The grid within each window.
+    pub frequency_hz: Vec<f64>,
+    /// One response a window.
+    pub response: Vec<Response>,
 }
 
 /// Densities, `S[a][b]` = ⟨A B*⟩, one-sided, unit_a · unit_b / Hz.

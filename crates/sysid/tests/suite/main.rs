@@ -4,6 +4,7 @@ mod coverage;
 mod draws;
 mod identities;
 mod judgement;
+mod periodic;
 mod refusals;
 mod scipy;
 mod time_domain;

@@ -1,6 +1,7 @@
 //! Whole estimations from samples: leakage, resonance, periodic excitation, closed loop.
 
 use crate::draws::seeded;
+use crate::periodic::multisine;
 use ndof_signal::{Channel, Multitaper, Periodic, Quantity, Recording, Unit, Welch};
 use ndof_sysid::{
     Direct, Estimates, FrequencyResponse, Labels, LocalPolynomial, LocalRational, Ports, SpectralMethod, choose_method, estimate, estimate_from_spectra,
@@ -14,7 +15,7 @@ use std::f64::consts::TAU;
 /// A mass, a damper and a spring as an exact discrete filter x_{k+1} = 2 e^{−a} cos(b) x_k − e^{−2a} x_{k−1} + g u_k,
 /// whose response is known in closed form.
 #[derive(Clone, Copy)]
-struct Resonance {
+pub struct Resonance {
     a1: f64,
     a2: f64,
     gain: f64,
@@ -22,35 +23,40 @@ struct Resonance {
 }
 
 impl Resonance {
-    fn new(frequency_hz: f64, damping: f64, rate: f64) -> Self {
+    /// The next value after `y1` and, before it, `y2`.
+    pub fn next(&self, y1: f64, y2: f64, input: f64) -> f64 {
+        self.a1 * y1 + self.a2 * y2 + self.gain * input
+    }
+
+    pub fn new(frequency_hz: f64, damping: f64, rate: f64) -> Self {
         let w = TAU * frequency_hz / rate;
         let (decay, turn) = ((-damping * w).exp(), w * (1.0 - damping * damping).sqrt());
         let (a1, a2) = (2.0 * decay * turn.cos(), -decay * decay);
         Resonance { a1, a2, gain: 1.0 - a1 - a2, rate }
     }
 
-    fn respond(&self, input: &[f64]) -> Vec<f64> {
+    pub fn respond(&self, input: &[f64]) -> Vec<f64> {
         let (mut y1, mut y2) = (0.0, 0.0);
         let step = |u: &f64| {
-            let y = self.a1 * y1 + self.a2 * y2 + self.gain * u;
+            let y = self.next(y1, y2, *u);
             (y2, y1) = (y1, y);
             y
         };
         input.iter().map(step).collect()
     }
 
-    fn at(&self, frequency_hz: f64) -> Complex64 {
+    pub fn at(&self, frequency_hz: f64) -> Complex64 {
         let z = Complex64::from_polar(1.0, -TAU * frequency_hz / self.rate);
         self.gain / (1.0 - self.a1 * z - self.a2 * z * z)
     }
 }
 
-fn noise(seed: u64, n: usize) -> Vec<f64> {
+pub fn noise(seed: u64, n: usize) -> Vec<f64> {
     let mut rng = seeded(seed);
     (0..n).map(|_| rng.sample(StandardNormal)).collect()
 }
 
-fn recording(rate: f64, channels: Vec<(&str, Vec<f64>)>) -> Recording {
+pub fn recording(rate: f64, channels: Vec<(&str, Vec<f64>)>) -> Recording {
     let channels = channels.into_iter().map(|(name, samples)| {
         let quantity = if name.starts_with("pos") { Quantity::Displacement } else { Quantity::Effort };
         Channel::new(name, Unit::si(quantity, false), samples)
@@ -58,7 +64,7 @@ fn recording(rate: f64, channels: Vec<(&str, Vec<f64>)>) -> Recording {
     Recording::new(rate, channels.collect()).expect("equal lengths")
 }
 
-fn run(trials: &[Recording], ports: &Ports, method: SpectralMethod) -> Estimates {
+pub fn run(trials: &[Recording], ports: &Ports, method: SpectralMethod) -> Estimates {
     let trials: Vec<&Recording> = trials.iter().collect();
     estimate(&trials, ports, &Labels::of(trials[0], ports), &method, Direct::H1).expect("estimate")
 }
@@ -70,7 +76,7 @@ fn peak_error(response: &FrequencyResponse, truth: Resonance, peak_hz: f64) -> f
     near.map(|f| (response.value[[f, 0, 0]] - truth.at(response.frequency_hz[f])).norm() / height).fold(0.0, f64::max)
 }
 
-fn one_input() -> Ports {
+pub fn one_input() -> Ports {
     Ports { references: vec![], inputs: vec![0], outputs: vec![1] }
 }
 
@@ -226,64 +232,6 @@ fn every_method_finds_the_limb_under_feedback_by_way_of_the_references() {
         println!("{}: chi2 derived {chi2:.2}, direct {direct_chi2:.2}, {count} cells", method.name());
         assert!((chi2 - 1.03).abs() < 4.0 * 1.1 / f64::sqrt(count), "{}: {chi2} over {count}", method.name());
         assert!(direct_chi2 > 1.5 * chi2, "{}: the direct estimate is biased: {direct_chi2}", method.name());
-    }
-}
-
-/// One period of a random-phase multisine at `lines`, unit amplitude each.
-fn multisine(period: usize, lines: &[usize], seed: u64) -> Vec<f64> {
-    let mut rng = seeded(seed);
-    let phases: Vec<f64> = lines.iter().map(|_| rng.random_range(0.0..TAU)).collect();
-    let value = |k: usize| lines.iter().zip(&phases).map(|(&l, p)| (TAU * (l * k % period) as f64 / period as f64 + p).cos()).sum();
-    (0..period).map(value).collect()
-}
-
-#[test]
-fn a_multisine_separates_cubic_from_quadratic_distortion_and_both_from_noise() {
-    let (rate, period, periods, trials) = (100.0, 1000, 4, 8);
-    // Odd lines, every fourth of them left out.
-    let lines: Vec<usize> = (1..101).step_by(2).filter(|l| l % 8 != 5).collect();
-    let system = Resonance::new(3.0, 0.5, rate);
-    for (cubic, quadratic, sigma) in [(0.0, 0.0, 0.3), (2e-3, 0.0, 0.02), (0.0, 2e-2, 0.02)] {
-        let records: Vec<Recording> = (0..trials)
-            .map(|t| {
-                let one = multisine(period, &lines, 50 + t);
-                let force: Vec<f64> = (0..period * (periods + 1)).map(|k| one[k % period]).collect();
-                let clean = system.respond(&force);
-                let output = clean.iter().zip(noise(70 + t, clean.len())).map(|(x, e)| x + cubic * x.powi(3) + quadratic * x * x + sigma * e).collect();
-                recording(rate, vec![("force", force), ("pos", output)])
-            })
-            .collect();
-        let found = run(&records, &one_input(), SpectralMethod::Periodic(Periodic { period, discard: 1 }));
-        let response = &found.direct.response;
-        assert_eq!(response.len(), lines.len());
-        let distortion = found.distortion.expect("periodic");
-        let rms = |a: &ndarray::Array3<f64>| (a.iter().map(|v| v * v).sum::<f64>() / a.len() as f64).sqrt();
-        let (noise_std, nonlinear, even, odd) =
-            (rms(&distortion.noise_std), rms(&distortion.nonlinear_std), rms(&distortion.even_std), rms(&distortion.odd_std));
-        println!("cubic {cubic}, quadratic {quadratic}: noise {noise_std:.2e}, nonlinear {nonlinear:.2e}, even {even:.2e}, odd {odd:.2e}");
-        // White noise σ on a line of unit amplitude: 4σ²/N over periods and trials.
-        let known = (4.0 * sigma * sigma / (period * periods) as f64 / trials as f64).sqrt();
-        assert!((noise_std / known - 1.0).abs() < 0.2, "noise {noise_std}, known {known}");
-        let detection = |is_even: bool| distortion.detection.iter().find(|d| d.even == is_even).expect("lines were left out");
-        if cubic > 0.0 {
-            assert!(odd > 10.0 * even && (odd / nonlinear - 1.0).abs() < 0.2, "odd {odd}, even {even}, nonlinear {nonlinear}");
-            assert!(detection(false).probability < 1e-6 && detection(true).probability > 1e-3);
-        } else if quadratic > 0.0 {
-            assert!(even > 10.0 * odd, "odd {odd}, even {even}");
-            // An even distortion never falls on the odd lines that were driven.
-            assert!(nonlinear < 0.2 * even, "nonlinear {nonlinear}");
-            assert!(detection(true).probability < 1e-6 && detection(false).probability > 1e-3);
-        } else {
-            assert!(detection(true).probability > 1e-3 && detection(false).probability > 1e-3);
-            let covered = (0..response.len())
-                .filter(|&f| {
-                    let entry = response.gain_phase(0, 0, 0.95)[f];
-                    (entry.gain_interval[0]..=entry.gain_interval[1]).contains(&system.at(response.frequency_hz[f]).norm())
-                })
-                .count() as f64
-                / response.len() as f64;
-            assert!((covered - 0.95).abs() < 4.0 * (0.05 * 0.95 / response.len() as f64).sqrt(), "{covered}");
-        }
     }
 }
 

@@ -1,0 +1,138 @@
+//! What repetition tells: segments that stand out, trials beside each other, a response that changes with time.
+
+use super::EstimateSettings;
+use super::confidence::{response_with_errors, spectrum};
+use super::estimate::{in_file, labels, to_displacement};
+use super::method::choose;
+use crate::error::StudyError;
+use crate::result::estimate as schema;
+use crate::result::estimate::EstimateResult;
+use crate::result::{Warning, number};
+use crate::trials::{Trial, Trials};
+use ndof_signal::Recording;
+use ndof_sysid::{Estimates, FrequencyResponse, RejectedSegment, ResponseKind, SpectralMethod};
+use rayon::prelude::*;
+
+/// Standard errors by which the spread between trials exceeds that within before it is worth a warning, and the excess.
+const BEYOND_CHANCE: f64 = 4.0;
+const NOTABLE: f64 = 1.2;
+
+/// Errors by which a response must exceed its smallest singular value for its inverse to be trusted.
+const INVERTIBLE: f64 = 3.0;
+
+/// What was left out, and of how much.
+pub(super) fn robust(estimates: &Estimates, rejected: &[RejectedSegment]) -> schema::Robust {
+    let kept = estimates.spectra.as_ref().map_or(0, |s| s.segments());
+    schema::Robust {
+        segments: kept + rejected.len(),
+        rejected: rejected
+            .iter()
+            .map(|r| schema::RejectedSegment { trial: r.trial, start_s: r.start_s, end_s: r.end_s, residual: number(r.residual), leverage: number(r.leverage) })
+            .collect(),
+    }
+}
+
+/// The response to build on, of the kind that is reported.
+fn reported(estimates: Estimates, trials: &Trials, kind: ResponseKind) -> Option<FrequencyResponse> {
+    let mut response = estimates.derived.map_or(estimates.direct.response, |d| d.response);
+    to_displacement(&mut response, trials);
+    response.to_kind(kind).ok()
+}
+
+/// Each trial estimated alone; nothing for one trial, or where a trial alone has no estimate.
+pub(super) fn between_trials(trials: &Trials, settings: &EstimateSettings, method: &SpectralMethod, kind: ResponseKind) -> Option<schema::TrialSpread> {
+    // One trial of a multisine is one column of the experiment, not a repetition.
+    if trials.trials.len() < 2 || matches!(method, SpectralMethod::Periodic(_)) {
+        return None;
+    }
+    let (ports, labels) = (&trials.roles.ports, labels(trials));
+    let alone = |recording: &Recording| {
+        let estimates = ndof_sysid::estimate(&[recording], ports, &labels, method, settings.estimator).ok()?;
+        reported(estimates, trials, kind)
+    };
+    let responses: Option<Vec<FrequencyResponse>> = trials.recordings().into_par_iter().map(alone).collect();
+    let (low_hz, high_hz) = settings.band_hz.unwrap_or((0.0, f64::INFINITY));
+    let responses: Vec<FrequencyResponse> = responses?.iter().map(|r| r.band(low_hz, high_hz)).collect();
+    let spread = ndof_sysid::spread(&responses, low_hz, high_hz)?;
+    let (frequencies, p, q) = spread.between.dim();
+    Some(schema::TrialSpread {
+        between: spectrum(frequencies, p, q, |f, i, j| number(spread.between[[f, i, j]])),
+        within: spectrum(frequencies, p, q, |f, i, j| number(spread.within[[f, i, j]])),
+        ratio: number(spread.ratio),
+        ratio_std_error: number(spread.ratio_std_error),
+    })
+}
+
+/// Estimates over a window that slides along all trials at once, by the method that suits its length.
+pub(super) fn course(trials: &Trials, settings: &EstimateSettings, (window_s, step_s): (f64, f64), kind: ResponseKind) -> Result<schema::Course, StudyError> {
+    if !(window_s > 0.0 && step_s > 0.0 && window_s.is_finite() && step_s.is_finite()) {
+        return Err(StudyError::Sliding { window_s, step_s });
+    }
+    let samples = (window_s * trials.sample_rate_hz()).round().max(1.0) as usize;
+    let cut = |trial: &Trial| {
+        let recording = trial.recording.slice(0..samples.min(trial.recording.len()));
+        recording.map(|recording| Trial { recording, ..trial.clone() }).map_err(|source| StudyError::Recording { file: trial.file.clone(), source })
+    };
+    let first = Trials { trials: trials.trials.iter().map(cut).collect::<Result<_, _>>()?, ..trials.clone() };
+    let (method, _) = choose(&first, settings)?;
+    let windows = ndof_sysid::sliding(&trials.recordings(), &trials.roles.ports, &labels(trials), (&method, settings.estimator), window_s, step_s)
+        .map_err(|error| in_file(error, trials))?;
+    let derived = windows.iter().all(|(_, estimates)| estimates.derived.is_some());
+    let (low_hz, high_hz) = settings.band_hz.unwrap_or((0.0, f64::INFINITY));
+    let mut course = schema::Course {
+        window_s,
+        step_s,
+        estimate: if derived { "derived" } else { "direct" }.to_owned(),
+        method: method.name().to_owned(),
+        time_s: Vec::new(),
+        frequency_hz: Vec::new(),
+        response: Vec::new(),
+    };
+    for (time_s, estimates) in windows {
+        let Some(response) = reported(estimates, trials, kind) else { continue };
+        let response = response.band(low_hz, high_hz);
+        course.time_s.push(time_s);
+        course.response.push(response_with_errors(&response));
+        course.frequency_hz = response.frequency_hz;
+    }
+    Ok(course)
+}
+
+/// What repetition and inversion say against the estimate.
+pub(super) fn warnings(result: &EstimateResult, estimates: &Estimates) -> Vec<Warning> {
+    let mut warnings = Vec::new();
+    if let Some(spread) = &result.trial_spread
+        && let (Some(ratio), Some(error)) = (spread.ratio, spread.ratio_std_error)
+        && ratio > NOTABLE
+        && ratio > 1.0 + BEYOND_CHANCE * error
+    {
+        warnings.push(Warning::new(
+            "trials-differ",
+            format!("the trials spread {ratio:.2} times as far as their own noise explains (1 ± {error:.2} by chance)"),
+            "look at the trials one by one; until then take the intervals as too narrow by that factor",
+        ));
+    }
+    if result.measured_direction.is_some() {
+        let response = estimates.derived.as_ref().map_or(&estimates.direct.response, |d| &d.response);
+        let (low, high) = (result.frequency_hz.first().copied().unwrap_or(0.0), result.frequency_hz.last().copied().unwrap_or(0.0));
+        let weak: Vec<f64> = response
+            .invertibility()
+            .into_iter()
+            .zip(&response.frequency_hz)
+            .filter(|(share, hz)| *share < INVERTIBLE && (low..=high).contains(*hz))
+            .map(|(_, hz)| *hz)
+            .collect();
+        if let (Some(first), Some(last)) = (weak.first(), weak.last()) {
+            warnings.push(Warning::new(
+                "inverse-not-trusted",
+                format!(
+                    "at {} of {} frequencies, {first:.2} to {last:.2} Hz, the measured response may be singular within its error, and its inverse is not known",
+                    weak.len(),
+                    result.frequency_hz.len()
+                ),
+                "report the measured direction there (--response), or measure longer",
+            ));
+        }
+    }
+    warnings
+}
