@@ -33,6 +33,12 @@ pub struct Analysis {
     /// Multitaper: half-width NW of the spectral window, in units of one over the record's length [default: 4]
     #[arg(long, value_name = "NW", help_heading = "Estimate")]
     pub time_bandwidth: Option<f64>,
+    /// Multitaper: number of tapers [default: 2 NW − 1]
+    #[arg(long, value_name = "K", help_heading = "Estimate", value_parser = clap::builder::RangedU64ValueParser::<usize>::new().range(1..))]
+    pub tapers: Option<usize>,
+    /// Multitaper: Thomson's adaptive weights, against leakage from strong bands into weak ones
+    #[arg(long, help_heading = "Estimate")]
+    pub adaptive: bool,
     /// Local polynomial and rational: degree [default: 2]
     #[arg(long, value_name = "R", help_heading = "Estimate", value_parser = clap::builder::RangedU64ValueParser::<usize>::new().range(0..=8))]
     pub order: Option<usize>,
@@ -74,6 +80,8 @@ impl Analysis {
             window_symmetric: self.window_symmetric,
             detrend: self.detrend,
             time_bandwidth: self.time_bandwidth,
+            tapers: self.tapers,
+            adaptive: self.adaptive,
             order: self.order,
             denominator: self.denominator,
             half_width: self.half_width,

@@ -125,6 +125,10 @@ pub struct EstimateSection {
     pub detrend: Detrend,
     /// Half-width of the multitaper's spectral window.
     pub time_bandwidth: Option<f64>,
+    /// Number of tapers.
+    pub tapers: Option<usize>,
+    /// Thomson's adaptive weights.
+    pub adaptive: bool,
     /// Degree of the local polynomials.
     pub order: Option<usize>,
     /// Degree of the local rational method's denominators.
@@ -325,6 +329,8 @@ impl EstimateSection {
             window_symmetric: self.window_symmetric,
             detrend: self.detrend,
             time_bandwidth: self.time_bandwidth,
+            tapers: self.tapers,
+            adaptive: self.adaptive,
             order: self.order,
             denominator: self.denominator,
             half_width: self.half_width,

@@ -38,6 +38,10 @@ pub struct EstimateSettings {
     pub detrend: Detrend,
     /// Half-width of the multitaper's spectral window, in units of 1/T.
     pub time_bandwidth: Option<f64>,
+    /// Number of tapers.
+    pub tapers: Option<usize>,
+    /// Thomson's adaptive weights.
+    pub adaptive: bool,
     /// Degree of the local polynomials.
     pub order: Option<usize>,
     /// Degree of the local rational method's denominators.

@@ -54,7 +54,8 @@ pub(super) fn choose(trials: &Trials, settings: &EstimateSettings) -> Result<(Sp
         MethodName::Welch => welch(trials, settings),
         MethodName::Multitaper => {
             let time_bandwidth = settings.time_bandwidth.unwrap_or_else(|| Multitaper::default().time_bandwidth);
-            (SpectralMethod::Multitaper(Multitaper { time_bandwidth, nfft: settings.nfft, detrend: settings.detrend, ..Multitaper::default() }), asked)
+            let EstimateSettings { tapers, adaptive, nfft, detrend, .. } = settings.clone();
+            (SpectralMethod::Multitaper(Multitaper { time_bandwidth, tapers, nfft, adaptive, detrend }), asked)
         }
         MethodName::LocalPolynomial => {
             let order = settings.order.unwrap_or_else(|| LocalPolynomial::default().order);
@@ -119,6 +120,8 @@ pub(super) fn record(estimates: &Estimates, settings: &EstimateSettings, respons
         window_symmetric: None,
         detrend: None,
         time_bandwidth: None,
+        tapers: None,
+        adaptive: None,
         order: None,
         denominator: None,
         half_width: None,
@@ -135,6 +138,7 @@ pub(super) fn record(estimates: &Estimates, settings: &EstimateSettings, respons
             method.detrend = Some(word(&welch.detrend));
         }
         SpectralMethod::Multitaper(multitaper) => {
+            (method.tapers, method.adaptive) = (multitaper.tapers, Some(multitaper.adaptive));
             (method.time_bandwidth, method.nfft, method.detrend) = (Some(multitaper.time_bandwidth), multitaper.nfft, Some(word(&multitaper.detrend)));
         }
         SpectralMethod::LocalPolynomial(local) => (method.order, method.half_width) = (Some(local.order), local.half_width),

@@ -101,6 +101,10 @@ pub struct Method {
     pub detrend: Option<String>,
     /// Half-width of the multitaper's spectral window, in units of 1/T.
     pub time_bandwidth: Option<f64>,
+    /// Number of tapers, where it was given.
+    pub tapers: Option<usize>,
+    /// Whether the tapers are weighted adaptively.
+    pub adaptive: Option<bool>,
     /// Degree of the local polynomials.
     pub order: Option<usize>,
     /// Degree of the local rational method's denominators.

@@ -199,7 +199,7 @@ impl Case {
         let uncommanded = if self.estimator == Estimator::Derived && self.held == Loop::Open { UNCOMMANDED } else { 0.0 };
         let sensor = self.estimator == Estimator::H2;
         let mut state = vec![[0.0; 2]; n];
-        let mut columns = vec![Vec::with_capacity(self.samples); 3 * n];
+        let mut columns = vec![Vec::new(); 3 * n];
         for k in 0..SETTLING + self.samples {
             let command: Vec<f64> = (0..n).map(|i| if periodic { repeated[i][k % PERIOD] } else { draw() }).collect();
             let force: Vec<f64> = (0..n)

@@ -114,6 +114,72 @@ fn coherences_converge_to_their_exact_values() {
 }
 
 #[test]
+fn errors_of_coherence_fall_with_the_root_of_the_averages() {
+    let bins = 1001;
+    for (q, p) in SIZES {
+        let system = System::random(q, p);
+        let s_uu = system.input();
+        let power = (0..p).map(|i| system.h.dot(&s_uu).dot(&hermitian(&system.h))[[i, i]].re + system.noise.powi(2));
+        let exact: Vec<f64> = power.map(|power| 1.0 - system.noise.powi(2) / power).collect();
+        let error = |averages: usize| {
+            let found = system.estimate(bins, averages, 400 + averages as u64).coherence.multiple_corrected(averages as f64, q);
+            let square = |f: usize, i: usize| (found[[f, i]] - exact[i]).powi(2) / (2.0 * exact[i] * (1.0 - exact[i]).powi(2) / averages as f64);
+            (1..bins).flat_map(|f| (0..p).map(move |i| (f, i))).map(|(f, i)| square(f, i)).sum::<f64>() / ((bins - 1) * p) as f64
+        };
+        // 2γ²(1−γ²)²/n is the first term in 1/n: what is left at 160 and 640 averages is below a tenth; 1000 independent bins.
+        for averages in [160, 640] {
+            let ratio = error(averages);
+            assert!((ratio - 1.0).abs() < 0.1 + SIGMAS * (2.0 / (bins - 1) as f64).sqrt(), "{q}x{p} at {averages}: {ratio}");
+        }
+    }
+}
+
+#[test]
+fn the_derived_estimate_converges_to_the_limb_under_feedback_for_every_size_as_its_covariance_says() {
+    for (q, p) in SIZES {
+        let system = System::random(q, p);
+        // Every output pulls back on every input; small enough for a loop that could exist.
+        let back = uniform(&mut seeded(77), q, p) * Complex64::from(0.3 / p as f64);
+        let loop_matrix = Array2::from_diag_elem(q, Complex64::from(1.0)) + back.dot(&system.h);
+        let closed = FrequencyResponse {
+            frequency_hz: vec![1.0],
+            inputs: vec![String::new(); q],
+            outputs: vec![String::new(); q],
+            kind: ResponseKind::Transfer,
+            value: loop_matrix.insert_axis(ndarray::Axis(0)),
+            uncertainty: None,
+        };
+        let closed = closed.inverse().expect("square").at(0);
+        let ports = Ports { references: (0..q).collect(), inputs: (q..2 * q).collect(), outputs: (2 * q..2 * q + p).collect() };
+        let labels = Labels::numbered(&ports, ResponseKind::Transfer);
+        let (bins, mut last) = (801, f64::INFINITY);
+        for averages in [60, 240, 960] {
+            let mut rng = seeded(500 + averages as u64);
+            let s = spectra(bins, |_| {
+                let r = system.mix.dot(&normal(&mut rng, q, averages));
+                let w = normal(&mut rng, p, averages) * Complex64::from(system.noise);
+                let u = closed.dot(&(&r - &back.dot(&w)));
+                stack(&[&r, &u, &(system.h.dot(&u) + w)])
+            });
+            let found = derived(&s, &ports, &labels).expect("estimate").response;
+            let (mut square, mut told) = (0.0, 0.0);
+            for (f, i, j) in (1..bins).flat_map(|f| (0..p).flat_map(move |i| (0..q).map(move |j| (f, i, j)))) {
+                let error = (found.value[[f, i, j]] - system.h[[i, j]]).norm_sqr();
+                square += error;
+                told += error / found.variance(f, i, j) / ((bins - 1) * p * q) as f64;
+            }
+            // |δ|²/Var has mean ν/(ν−1) and about unit standard deviation; 800 bins, whose entries depend on each other.
+            let freedom = (averages - q) as f64;
+            assert!((told - freedom / (freedom - 1.0)).abs() < SIGMAS * 1.1 / ((bins - 1) as f64).sqrt(), "{q}x{p} at {averages}: {told}");
+            if last.is_finite() {
+                assert!((last / square / 4.0 - 1.0).abs() < 0.3, "{q}x{p}: four times the averages, {} of the squared error", square / last);
+            }
+            last = square;
+        }
+    }
+}
+
+#[test]
 fn noise_alone_gives_the_coherence_that_theory_says_and_the_correction_takes_it_away() {
     let (q, averages, bins) = (2, 20, 6000);
     let mut system = System::random(q, 1);
