@@ -136,7 +136,7 @@ fn figure(rows: &[Row]) -> Figure {
     let grid: Vec<f64> = (0..400).map(|k| 2.0 + 0.01 * f64::from(k)).collect();
     let truth = grid.iter().map(|hz| limb.at(*hz, 1, 1).norm()).collect();
     gain = gain.with(Series::line("truth", grid, truth, Color::Ink));
-    for (row, color) in rows.iter().filter(|r| r.segments == 5 || r.segments == 45).zip([Color::Blue, Color::Vermillion]) {
+    for (row, color) in rows.iter().filter(|r| r.segments == 5 || r.segments == 45).zip([Color::Purple, Color::Sky]) {
         let Some(response) = &row.example else { continue };
         let shown = response.band(2.0, 6.0);
         let gains = (0..shown.len()).map(|f| shown.value[[f, 1, 1]].norm()).collect();

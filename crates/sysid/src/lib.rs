@@ -23,7 +23,7 @@ mod warning;
 
 pub use anderson_rubin::anderson_rubin;
 pub use bootstrap::bootstrap_std;
-pub use conditioned::{Conditioned, conditioned};
+pub use conditioned::{Conditioned, conditioned, ordered_coherence};
 pub use estimate::{
     Choice, Coherence, DerivedEstimate, Detection, Direct, DirectEstimate, Distortion, EstimateError, Estimates, LARGEST_CONDITION, LocalPolynomial,
     LocalRational, RejectedSegment, Significance, SpectralMethod, ToReference, WEAK_INSTRUMENT, choose_method, derived, direct, estimate,

@@ -125,15 +125,21 @@ const METHODS: &[(&str, &str, &str, &str)] = &[
     ),
     (
         "multitaper",
-        "averages over orthogonal tapers of the whole record; time-bandwidth",
+        "averages over orthogonal tapers of the whole record; time-bandwidth, tapers, adaptive",
         "S_ab = 1/K sum_k A_k B_k*, A_k = sum_n v_k(n) a(n) exp(-j w n)",
         "D. J. Thomson, Proc. IEEE 70 (1982) 1055",
     ),
     (
         "local-polynomial",
-        "response and leakage as polynomials around each line of the whole record; order",
+        "response and leakage as polynomials around each line of the whole record; order, half-width, leave-one-out",
         "Y(k+r) = [G + sum_s g_s r^s] U(k+r) + sum_s t_s r^s + V(k+r)",
         "R. Pintelon and J. Schoukens, System Identification, 2nd ed. 2012, ch. 7",
+    ),
+    (
+        "local-rational",
+        "the same with a denominator common to all outputs and inputs, for resonances a few lines wide; order, denominator, half-width",
+        "Y(k+r) = [N(r) U(k+r) + T(r)] / D(r) + V(k+r), D(r) = 1 + sum_s d_s r^s",
+        "T. McKelvey and G. Guerin, IFAC SYSID 2012",
     ),
     (
         "periodic",

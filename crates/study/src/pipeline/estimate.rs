@@ -13,7 +13,7 @@ use crate::trials::Trials;
 use ndof_signal::{CrossSpectra, Detrend, Recording, Window};
 use ndof_sysid::{
     Coherence, Direct, Distortion, EstimateError, Estimates, FrequencyResponse, Labels, Ports, ResponseKind, SpectralMethod, estimate_from_spectra,
-    robust_spectra,
+    ordered_coherence, robust_spectra,
 };
 use num_complex::Complex64;
 use rayon::prelude::*;
@@ -246,15 +246,20 @@ fn result(
     let cut = |response: &FrequencyResponse| response.band(low_hz, high_hz);
     let (p, q) = (trials.roles.ports.outputs.len(), trials.roles.ports.inputs.len());
     let swapped = direct.kind.is_effort_over_motion() != trials.roles.natural_kind().is_effort_over_motion();
-    let as_measured = |c: &Coherence| coherence(c, &keep, p, q);
+    let as_measured = |c: &Coherence, of: &FrequencyResponse, inputs: &FrequencyResponse| coherence(c, of, inputs, &keep);
+    let (forward, through) = (&estimates.direct.response, estimates.derived.as_ref().map(|d| &d.response));
+    let measured = || as_measured(&estimates.direct.coherence, forward, forward);
+    // The paper's assumption keeps the measured inputs, the other takes the part of them that the references cause.
+    let paper = || estimates.derived.as_ref().zip(through).map(|(d, c)| as_measured(&d.coherence_paper, c, forward));
+    let iv = || estimates.derived.as_ref().zip(through).map(|(d, c)| as_measured(&d.coherence_iv, c, c));
     // Of an inverse only what the data say in that direction: nothing of a derived estimate.
     let backward = if swapped { backward(estimates, trials) } else { None };
     let direct_coherence = match (&backward, swapped) {
-        (Some(backward), _) => coherence(backward, &keep, q, p),
+        (Some(backward), _) => coherence(&backward.coherence, &backward.response, &backward.response, &keep),
         (None, true) => unknown(keep.len(), q, p),
-        (None, false) => as_measured(&estimates.direct.coherence),
+        (None, false) => measured(),
     };
-    let derived_coherence = |c: &Coherence| if swapped { unknown(keep.len(), q, p) } else { as_measured(c) };
+    let own = |known: Option<schema::Coherence>| known.filter(|_| !swapped).unwrap_or_else(|| unknown(keep.len(), p, q));
     let d = &estimates.direct;
     let ports = &trials.roles.ports;
     let (inputs, outputs) = if swapped { (&ports.outputs, &ports.inputs) } else { (&ports.inputs, &ports.outputs) };
@@ -281,17 +286,17 @@ fn result(
         response: word(&direct.kind),
         frequency_hz: keep.iter().map(|&f| all_hz[f]).collect(),
         direct: schema::Direct { response: response_with_errors(&cut(direct)), coherence: direct_coherence },
-        derived: estimates.derived.as_ref().zip(derived).map(|(e, response)| schema::Derived {
+        derived: derived.map(|response| schema::Derived {
             response: response_with_errors(&cut(response)),
-            coherence_paper: derived_coherence(&e.coherence_paper),
-            coherence_iv: derived_coherence(&e.coherence_iv),
+            coherence_paper: own(paper()),
+            coherence_iv: own(iv()),
         }),
         measured_direction: swapped.then(|| schema::MeasuredDirection {
             inputs: trials.names(&ports.inputs),
             outputs: trials.names(&ports.outputs),
-            direct: as_measured(&d.coherence),
-            derived_paper: estimates.derived.as_ref().map(|e| as_measured(&e.coherence_paper)),
-            derived_iv: estimates.derived.as_ref().map(|e| as_measured(&e.coherence_iv)),
+            direct: measured(),
+            derived_paper: paper(),
+            derived_iv: iv(),
         }),
         significance_95: schema::Significance {
             ordinary: number(d.significance_95.ordinary),
@@ -331,12 +336,12 @@ fn detection(d: &ndof_sysid::Detection) -> schema::Detection {
     }
 }
 
-/// Coherences of the direct estimate from the outputs to the inputs, for methods that keep the spectra.
-fn backward(estimates: &Estimates, trials: &Trials) -> Option<Coherence> {
+/// The direct estimate from the outputs to the inputs, for methods that keep the spectra.
+fn backward(estimates: &Estimates, trials: &Trials) -> Option<ndof_sysid::DirectEstimate> {
     let ports = &trials.roles.ports;
     let turned = Ports { references: Vec::new(), inputs: ports.outputs.clone(), outputs: ports.inputs.clone() };
     let labels = Labels { references: Vec::new(), inputs: trials.names(&ports.outputs), outputs: trials.names(&ports.inputs), kind: ResponseKind::Transfer };
-    ndof_sysid::direct(estimates.spectra.as_ref()?, &turned, &labels, Direct::H1).ok().map(|d| d.coherence)
+    ndof_sysid::direct(estimates.spectra.as_ref()?, &turned, &labels, Direct::H1).ok()
 }
 
 /// Coherences that do not exist.
@@ -344,16 +349,20 @@ fn unknown(frequencies: usize, p: usize, q: usize) -> schema::Coherence {
     schema::Coherence {
         ordinary: spectrum(frequencies, p, q, |_, _, _| None),
         partial: spectrum(frequencies, p, q, |_, _, _| None),
+        ordered: spectrum(frequencies, p, q, |_, _, _| None),
         multiple: vec![vec![None; frequencies]; p],
     }
 }
 
-/// Coherences `[output][input][frequency]`.
-fn coherence(c: &Coherence, keep: &[usize], p: usize, q: usize) -> schema::Coherence {
+/// Coherences `[output][input][frequency]` of the response `of`, with the inputs that the covariance of `inputs` knows.
+fn coherence(c: &Coherence, of: &FrequencyResponse, inputs: &FrequencyResponse, keep: &[usize]) -> schema::Coherence {
+    let (p, q) = of.shape();
     let pairs = |values: &ndarray::Array3<f64>| spectrum(keep.len(), p, q, |f, i, j| number(values[[keep[f], i, j]]));
+    let ordered = inputs.uncertainty.as_ref().map(|u| ordered_coherence(of, &u.input_inverse, &c.multiple));
     schema::Coherence {
         ordinary: pairs(&c.ordinary),
         partial: pairs(&c.partial),
+        ordered: ordered.map_or_else(|| unknown(keep.len(), p, q).ordered, |ordered| pairs(&ordered)),
         multiple: (0..p).map(|i| keep.iter().map(|&f| number(c.multiple[[f, i]])).collect()).collect(),
     }
 }

@@ -81,7 +81,7 @@ pub struct Units {
 /// How the spectra were estimated; a setting that the method does not have is `null`.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Method {
-    /// `welch`, `multitaper`, `local-polynomial` or `periodic`.
+    /// `welch`, `multitaper`, `local-polynomial`, `local-rational` or `periodic`.
     pub name: String,
     /// Why this method and these settings.
     pub why: String,
@@ -147,6 +147,9 @@ pub struct Coherence {
     pub ordinary: Spectrum,
     /// Of one input with one output, all other inputs given.
     pub partial: Spectrum,
+    /// Of one input with one output, the inputs before it given (ordered conditioning of Bendat & Piersol, in the order of
+    /// `inputs`).
+    pub ordered: Spectrum,
     /// Of all inputs with one output, `[output][frequency]`.
     pub multiple: Vec<Vec<Number>>,
 }

@@ -45,10 +45,10 @@ impl Default for LocalPolynomial {
 }
 
 impl LocalPolynomial {
-    /// n = ⌈((R+1)(q+1) + m + 4)/2⌉ for q drivers and m responders, which leaves ν ≥ m + 3 for the noise covariance.
+    /// n = ⌈((R+1)(q+1) + m + 4)/2⌉ for q drivers and m responders, which leaves ν ≥ m + 5 for the noise covariance.
     ///
     /// A degree above 2 is asked for where a resonance is only a few lines wide, so that every line of the window counts
-    /// against it: n = ⌈((R+1)(q+1) + m + 1)/2⌉, ν ≥ m, wider intervals for less bias.
+    /// against it: n = ⌈((R+1)(q+1) + m + 1)/2⌉, ν ≥ m + 2, wider intervals for less bias.
     ///
     /// ```
     /// use ndof_sysid::LocalPolynomial;

@@ -2,7 +2,7 @@
 
 use ndarray::Array2;
 use ndof_signal::{CrossSpectra, Kernel};
-use ndof_sysid::{Direct, Labels, Ports, ResponseKind, conditioned, derived, direct};
+use ndof_sysid::{Direct, Labels, Ports, ResponseKind, conditioned, derived, direct, ordered_coherence};
 use num_complex::Complex64;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
@@ -143,7 +143,9 @@ fn recursion_cholesky_and_schur_complement_agree() {
         let (spectra, ports) = (random_spectra(q + p, 6, 4 * (p + q), 8), ports(0, q, p));
         let estimate = direct(&spectra, &ports, &labels(&ports), Direct::H1).expect("estimate");
         let freedom = 4.0 * (p + q) as f64 - q as f64;
-        let noise = &estimate.response.uncertainty.as_ref().expect("covariance").noise;
+        let covariance = estimate.response.uncertainty.as_ref().expect("covariance");
+        let noise = &covariance.noise;
+        let in_order = ordered_coherence(&estimate.response, &covariance.input_inverse, &estimate.coherence.multiple);
         for f in 1..6 {
             let ordered = conditioned(&spectra, f, &ports.inputs, &ports.outputs).expect("independent inputs");
             let (h, multiple) = (ordered.response(), ordered.multiple_coherence());
@@ -157,6 +159,7 @@ fn recursion_cholesky_and_schur_complement_agree() {
                     assert!((ordered.residual[[i, k]] - schur[[i, k]]).norm() < ROUND_OFF * power.max(1.0) * condition);
                 }
                 for j in 0..q {
+                    assert!((in_order[[f, i, j]] - ordered.partial_coherence[[i, j]]).abs() < ROUND_OFF * condition);
                     assert!((h[[i, j]] - estimate.response.value[[f, i, j]]).norm() < ROUND_OFF * condition);
                     // Given all others means conditioned last.
                     let mut order = ports.inputs.clone();

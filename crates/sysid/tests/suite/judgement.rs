@@ -8,6 +8,7 @@ use ndof_sysid::{
     spread,
 };
 use num_complex::Complex64;
+use rand::RngExt;
 
 fn ports() -> Ports {
     Ports { references: vec![0, 1], inputs: vec![2, 3], outputs: vec![4, 5] }
@@ -137,4 +138,38 @@ fn the_predicted_length_gives_the_wanted_interval() {
     assert!(rule.judge(&record(2 * averages)).expect("covariance").reached);
     let early = rule.judge(&record(averages / 3)).expect("covariance");
     assert!(!early.reached && (2.0..5.0).contains(&early.times_present_length), "{early:?}");
+}
+
+#[test]
+fn a_stream_stops_when_the_wanted_interval_is_reached_and_not_before() {
+    let mut rng = seeded(9);
+    let mut draw = || -> f64 { rng.sample(rand_distr::StandardNormal) };
+    let (welch, wanted) = (ndof_signal::Welch::new(256), 0.1);
+    let ports = Ports { references: vec![], inputs: vec![0], outputs: vec![1] };
+    let rule = StoppingRule { relative_half_width: wanted, level: 0.95, low_hz: 1.0, high_hz: 40.0, share: 0.9, diagonal_only: true };
+    let mut stream = welch.stream(100.0, 2).expect("valid settings");
+    let (mut whole, mut progress, mut first) = ([Vec::new(), Vec::new()], None, None);
+    for _ in 0..400 {
+        let force: Vec<f64> = (0..500).map(|_| draw()).collect();
+        let motion: Vec<f64> = force.iter().map(|f| f + 0.5 * draw()).collect();
+        stream.push(&[&force, &motion]).expect("equal lengths");
+        whole[0].extend(force);
+        whole[1].extend(motion);
+        let spectra = stream.spectra().expect("a segment");
+        let Ok(found) = direct(&spectra, &ports, &Labels::numbered(&ports, ResponseKind::Transfer), Direct::H1) else { continue };
+        let now = rule.judge(&found.response).expect("covariance");
+        first.get_or_insert((whole[0].len(), now.times_present_length));
+        assert!(!progress.is_some_and(|p: ndof_sysid::Progress| p.reached), "it went on although it was done");
+        progress = Some(now);
+        if now.reached {
+            // Nine of ten frequencies have the interval, and the stream holds what the whole record does.
+            assert!(now.share >= 0.9);
+            assert_eq!(spectra, welch.spectra(100.0, &[&whole[0], &whole[1]]).expect("spectra"));
+            break;
+        }
+    }
+    assert!(progress.expect("judged").reached, "{progress:?}");
+    // γ² = 0.8: so many averages for a typical frequency; the ninth of ten needs somewhat more.
+    let typical = averages_for_interval(0.8, 1, wanted, 0.95) * 128.0;
+    assert!((0.9..1.6).contains(&(whole[0].len() as f64 / typical)), "{} samples, typically {typical}", whole[0].len());
 }
