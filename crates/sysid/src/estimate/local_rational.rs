@@ -294,14 +294,11 @@ impl<'a> Rational<'a> {
             (0..terms).for_each(|s| row[j * terms + s] = (self.weight[offset] * self.basis.at(s, offset)).conj());
             self.factor.whiten(row);
         }
-        let across = |b: &[Complex64], e: &[Complex64]| -> Complex64 { b.iter().zip(e).map(|(b, e)| b * e.conj()).sum() };
-        let at = |e: &[Complex64], j: usize| e[j * unknowns..(j + 1) * unknowns].to_vec();
-        let g: Vec<Complex64> = (0..m)
-            .flat_map(|i| (0..q).map(move |j| (i, j)))
-            .map(|(i, j)| across(&self.projection[i * unknowns..(i + 1) * unknowns], &at(&evaluation, j)))
-            .collect();
+        let across = |b: &[Complex64], j: usize| -> Complex64 { b.iter().zip(&evaluation[j * unknowns..]).map(|(b, e)| b * e.conj()).sum() };
+        let g: Vec<Complex64> =
+            (0..m).flat_map(|i| (0..q).map(move |j| (i, j))).map(|(i, j)| across(&self.projection[i * unknowns..(i + 1) * unknowns], j)).collect();
         let mut gram: Vec<Complex64> =
-            (0..q).flat_map(|l| (0..q).map(move |j| (l, j))).map(|(l, j)| across(&at(&evaluation, l), &at(&evaluation, j))).collect();
+            (0..q).flat_map(|l| (0..q).map(move |j| (l, j))).map(|(l, j)| across(&evaluation[l * unknowns..(l + 1) * unknowns], j)).collect();
         let (mut rows, mut columns) = (vec![1.0; m], vec![1.0; q]);
         if rational {
             self.differentiate(low, false);
