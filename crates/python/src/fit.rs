@@ -7,7 +7,7 @@ use crate::work;
 use ndof::models::{self, InertiaDampingStiffnessModel, Transducer};
 use ndof::study::file::{EstimateSection, KinematicsFile};
 use ndof::study::result::{FitResult, to_json};
-use ndof::study::{FitSettings, fit_report};
+use ndof::study::{FitSettings, Fitted, fit_report};
 use pyo3::prelude::*;
 use pyo3::types::PyBytes;
 use serde::de::DeserializeOwned;
@@ -20,6 +20,12 @@ pub struct Fit {
     model: InertiaDampingStiffnessModel,
     fit: models::Fit,
     mean_effort: Vec<f64>,
+}
+
+impl From<Fitted> for Fit {
+    fn from(fitted: Fitted) -> Self {
+        Fit { result: fitted.result, model: fitted.model, fit: fitted.fit, mean_effort: fitted.mean_effort }
+    }
 }
 
 #[pymethods]
@@ -123,7 +129,7 @@ pub fn fit(
         let page = page.then(report).transpose().map_err(raise_study)?;
         Ok::<_, PyErr>((fitted, page))
     })??;
-    Ok((Fit { result: fitted.result, model: fitted.model, fit: fitted.fit, mean_effort: fitted.mean_effort }, page))
+    Ok((Fit::from(fitted), page))
 }
 
 /// The fit with its matrices at the joints too.

@@ -29,7 +29,7 @@ mod _ndof {
     #[pymodule_export]
     use super::share::{block_samples, blocks};
     #[pymodule_export]
-    use super::simulation::{Study, design, registry, simulate, study};
+    use super::simulation::{Case, design, registry, simulate, study};
     #[pymodule_export]
     use super::spectra::{Spectra, cross_spectra};
     #[pymodule_export]

@@ -2,7 +2,7 @@
 
 use crate::error::{raise, raise_study};
 use crate::estimate::{Estimate, from_json};
-use crate::fit::Document;
+use crate::fit::{Document, Fit};
 use crate::recording::{Parts, PyRecording, parts, trials_of};
 use crate::work;
 use ndof::devices::{DEVICES, LIMBS};
@@ -10,8 +10,8 @@ use ndof::models::effects::EFFECTS;
 use ndof::signal::{Channel, Quantity, Recording, Unit, ramp};
 use ndof::studies::STUDIES;
 use ndof::study::file::{Excitation, ExperimentFile, StudyFile};
-use ndof::study::result::{FitResult, to_json};
-use ndof::study::{ComparedParameter, StudyOutcome, Trial, command, nearest, run_study, study_report};
+use ndof::study::result::to_json;
+use ndof::study::{ComparedParameter, StudyOutcome, Trial, cases_report, command, nearest, run_cases, study_report, study_result};
 use pyo3::prelude::*;
 use std::path::Path;
 use std::sync::Arc;
@@ -60,15 +60,14 @@ impl Document {
     }
 }
 
-/// A study whose work is done: results as JSON, recordings handed over once.
+/// One case of a study: its results, and its table.
 #[pyclass(frozen, module = "ndof._ndof", get_all)]
-pub struct Study {
+pub struct Case {
+    name: String,
     estimate: Py<Estimate>,
-    fit_json: String,
+    fit: Py<Fit>,
     diagnosis_json: Option<String>,
     truth_json: Option<String>,
-    page: String,
-    title: String,
     table: Vec<Row>,
 }
 
@@ -79,7 +78,27 @@ fn row(p: ComparedParameter) -> Row {
     (p.name, p.unit, p.truth, p.value, p.ci95, p.identifiable)
 }
 
-/// Runs a study; `recordings` take the place of the simulation.
+/// A case with its recordings.
+type CaseParts<'py> = (Case, Vec<Parts<'py>>);
+
+fn case<'py>(py: Python<'py>, name: String, outcome: StudyOutcome) -> PyResult<CaseParts<'py>> {
+    let done = Case {
+        name,
+        table: outcome.table().into_iter().map(row).collect(),
+        estimate: Py::new(py, Estimate(Arc::new(outcome.estimated.result)))?,
+        fit: Py::new(py, Fit::from(outcome.fitted))?,
+        diagnosis_json: outcome.diagnosis.as_ref().map(to_json).transpose().map_err(raise)?,
+        truth_json: outcome.simulated.as_ref().map(|simulated| to_json(&simulated.truth)).transpose().map_err(raise)?,
+    };
+    let trials = match outcome.simulated {
+        Some(simulated) => named("trial", simulated.recordings),
+        None => outcome.trials.trials,
+    };
+    Ok((done, recordings_of(py, trials)))
+}
+
+/// Runs a study: its title, its result `ndof/study/1` as JSON, its page, and its cases. `recordings` take the place of
+/// the simulation.
 #[pyfunction]
 pub fn study<'py>(
     py: Python<'py>,
@@ -87,32 +106,31 @@ pub fn study<'py>(
     recordings: Option<Vec<PyRecording<'py>>>,
     seed: Option<u64>,
     progress: Option<Bound<'py, PyAny>>,
-) -> PyResult<(Study, Vec<Parts<'py>>)> {
+) -> PyResult<(String, String, String, Vec<CaseParts<'py>>)> {
     let file = document.study()?;
     let given = recordings.map(|recordings| trials_of(&recordings)).transpose()?.map(|(trials, _)| trials);
     let title = file.title.clone().unwrap_or_else(|| "A study".to_owned());
-    let page_title = title.clone();
-    let (outcome, page): (StudyOutcome, String) = work::run(py, usize::MAX, progress.as_ref(), move |reporter| {
-        let outcome = run_study(&file, given, seed, &|what, done, total| reporter.report(what, done, total)).map_err(raise_study)?;
-        let page = study_report(&outcome, &page_title, "ndof.study").map_err(raise_study)?.to_html();
-        Ok::<_, PyErr>((outcome, page))
+    let heading = title.clone();
+    let (outcomes, result, page) = work::run(py, usize::MAX, progress.as_ref(), move |reporter| {
+        let outcomes = run_cases(&file, given, seed, &|what, done, total| reporter.report(what, done, total)).map_err(raise_study)?;
+        let result = study_result(&file, &outcomes).map_err(raise_study)?;
+        let several = if outcomes.len() > 1 { cases_report(&outcomes, &result, &file.report, &heading, COMMAND).map_err(raise_study)? } else { None };
+        let page = match (several, outcomes.first()) {
+            (Some(report), _) => report.to_html(),
+            (None, Some((_, outcome))) => study_report(outcome, &heading, COMMAND).map_err(raise_study)?.to_html(),
+            (None, None) => String::new(),
+        };
+        Ok::<_, PyErr>((outcomes, to_json(&result).map_err(raise)?, page))
     })??;
-    let table = outcome.table().into_iter().map(row).collect();
-    let fit: FitResult = outcome.fitted.result;
-    let done = Study {
-        estimate: Py::new(py, Estimate(Arc::new(outcome.estimated.result)))?,
-        fit_json: to_json(&fit).map_err(raise)?,
-        diagnosis_json: outcome.diagnosis.as_ref().map(to_json).transpose().map_err(raise)?,
-        truth_json: outcome.simulated.as_ref().map(|simulated| to_json(&simulated.truth)).transpose().map_err(raise)?,
-        page,
-        title,
-        table,
-    };
-    let trials = match outcome.simulated {
-        Some(simulated) => named("trial", simulated.recordings),
-        None => outcome.trials.trials,
-    };
-    Ok((done, trials.into_iter().map(|Trial { file, recording, .. }| parts(py, &file, recording, Vec::new())).collect()))
+    let cases = outcomes.into_iter().map(|(name, outcome)| case(py, name, outcome)).collect::<PyResult<_>>()?;
+    Ok((title, result, page, cases))
+}
+
+/// What pages name as their command.
+const COMMAND: &str = "ndof.study";
+
+fn recordings_of(py: Python<'_>, trials: Vec<Trial>) -> Vec<Parts<'_>> {
+    trials.into_iter().map(|Trial { file, recording, .. }| parts(py, &file, recording, Vec::new())).collect()
 }
 
 fn named(what: &str, recordings: Vec<Recording>) -> Vec<Trial> {
@@ -136,9 +154,11 @@ pub fn simulate<'py>(
         ndof::study::simulate(&file, &|what, done, total| reporter.report(what, done, total)).map_err(raise_study)
     })??;
     let truth = to_json(&simulated.truth).map_err(raise)?;
-    let recordings = named("trial", simulated.recordings);
-    Ok((recordings.into_iter().map(|Trial { file, recording, .. }| parts(py, &file, recording, Vec::new())).collect(), truth))
+    Ok((recordings_of(py, named("trial", simulated.recordings)), truth))
 }
+
+/// Seed of a perturbation, and the largest coherence between its axes where there was a search.
+type Drawn = (u64, Option<f64>);
 
 /// Designs the perturbation of each trial, one channel `cmd_…` an axis; with it, the seeds and the coherences found.
 #[pyfunction]
@@ -155,7 +175,7 @@ pub fn design<'py>(
     fade_s: f64,
     seed: u64,
     progress: Option<Bound<'py, PyAny>>,
-) -> PyResult<(Vec<Parts<'py>>, Vec<(u64, Option<f64>)>)> {
+) -> PyResult<(Vec<Parts<'py>>, Vec<Drawn>)> {
     let excitation: Excitation = from_json(excitation, "design")?;
     let samples = (duration_s * sample_rate_hz).round();
     if !(samples.is_finite() && samples >= 1.0) {
@@ -174,8 +194,7 @@ pub fn design<'py>(
         }
         Ok::<_, PyErr>((recordings, found))
     })??;
-    let recordings = named("perturbation", recordings);
-    Ok((recordings.into_iter().map(|Trial { file, recording, .. }| parts(py, &file, recording, Vec::new())).collect(), found))
+    Ok((recordings_of(py, named("perturbation", recordings)), found))
 }
 
 /// Names with a line on each, of `effects`, `devices`, `limbs` or `studies`.

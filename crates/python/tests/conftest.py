@@ -37,3 +37,15 @@ def spring(tmp_path_factory):
 @pytest.fixture(scope="session")
 def root():
     return pathlib.Path(__file__).parents[3]
+
+
+@pytest.fixture(scope="session")
+def many(program, tmp_path_factory):
+    """500 subjects and a broken file, with the table that `ndof cohort` makes of them."""
+    import cohort
+
+    folder = tmp_path_factory.mktemp("many")
+    cohort.make(folder, 20, 25)
+    out = tmp_path_factory.mktemp("cohort")
+    program("cohort", folder, "--out", out, *cohort.FLAGS, "--quiet")
+    return folder, cohort.read_csv(out / "cohort.csv")

@@ -13,5 +13,5 @@ def shared_results():
 @pytest.fixture(autouse=True)
 def names_of_examples(request, doctest_namespace):
     example = getattr(request.node, "dtest", None)
-    if example is not None and any(word in example.name for word in ("Diagnosis", "StudyResult")):
+    if example is not None and any(word in example.name for word in ("Diagnosis", "StudyResult", "StudyCase")):
         doctest_namespace.update(request.getfixturevalue("shared_results"))

@@ -11,8 +11,11 @@ import subprocess
 import sys
 import tempfile
 
-text = (pathlib.Path(__file__).parent.parent / "README.md").read_text(encoding="utf-8")
-example = re.search(r"```python\n(.*?)```", text, re.S).group(1)
+package = pathlib.Path(__file__).resolve().parents[1]
+example = re.search(r"```python\n(.*?)```", (package / "README.md").read_text(encoding="utf-8"), re.S).group(1)
+for page in (package.parents[1] / "README.md", package.parents[1] / "book/src/tutorials/python.md"):
+    if example not in page.read_text(encoding="utf-8"):
+        sys.exit(f"{page}: its Python example is another one")
 found = {}
 exec(compile(example, "README.md", "exec"), found)
 

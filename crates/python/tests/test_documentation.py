@@ -19,7 +19,7 @@ def documented():
                     yield f"{name}.{member}", value
 
 
-@pytest.mark.parametrize("name, thing", documented())
+@pytest.mark.parametrize("name, thing", list(documented()))
 def test_every_public_name_has_a_docstring_with_an_example(name, thing):
     text = inspect.getdoc(thing)
     assert text and (text.split("\n\n")[0].rstrip(".:") != "")

@@ -52,7 +52,7 @@ def test_irregular_time_is_an_error_or_repaired():
     with pytest.raises(ndof.NdofError, match="sample 400"):
         ndof.Recording.from_pandas(frame)
     repaired = ndof.Recording.from_pandas(frame, resample=True)
-    assert repaired.sample_rate_hz == 500 and [code for code, _, _ in repaired.warnings][-1] == "resampled"
+    assert repaired.sample_rate_hz == 500 and "resampled" in [code for code, _, _ in repaired.warnings]
 
 
 def test_what_makes_no_recording_is_refused():

@@ -27,6 +27,7 @@ def files(paths):
         (["--nperseg", "1024", "--window", "blackman", "--detrend", "linear"], {"nperseg": 1024, "window": "blackman", "detrend": "linear"}),
         (["--method", "multitaper", "--time-bandwidth", "6", "--band", "0.5-20"], {"method": "multitaper", "time_bandwidth": 6, "band": (0.5, 20)}),
         (["--method", "local-polynomial", "--response", "impedance"], {"method": "local-polynomial", "response": "impedance"}),
+        (["--nperseg", "512", "--robust", "--sliding", "20"], {"nperseg": 512, "robust": True, "sliding": 20}),
         (["--start", "5", "--exclude", "20-25", "--spectra", "--nperseg", "512"], {"start": 5, "exclude": [(20, 25)], "spectra": True, "nperseg": 512}),
     ],
 )
@@ -79,8 +80,9 @@ def test_a_simulation_is_that_of_the_command_line(arm):
 def test_a_study_is_that_of_the_command_line(program, tmp_path):
     program("study", "arm", "--out", tmp_path, "--quiet")
     study = ndof.study("arm")
-    assert study.estimate.to_json() == (tmp_path / "estimate.json").read_text()
-    assert study.fit.to_json() == (tmp_path / "fit.json").read_text()
+    assert study.to_json() == (tmp_path / "study.json").read_text()
+    assert study.cases[0].estimate.to_json() == (tmp_path / "estimate.json").read_text()
+    assert study.cases[0].fit.to_json() == (tmp_path / "fit.json").read_text()
 
 
 def test_a_design_is_that_of_the_command_line(program, tmp_path):

@@ -18,7 +18,7 @@ from ._ndof import __version__
 from ._recording import Recording, read
 from ._response import FrequencyResponse, frequency_response
 from ._result import Result
-from ._simulate import Design, Simulation, StudyResult, design, registry, simulate, study
+from ._simulate import Design, Simulation, StudyCase, StudyResult, design, registry, simulate, study
 from ._spectra import CrossSpectra, Share, coherence, cross_spectra, merge, shares, welch
 from ._threads import set_threads, threads
 
@@ -35,6 +35,7 @@ __all__ = [
     "Result",
     "Share",
     "Simulation",
+    "StudyCase",
     "StudyResult",
     "__version__",
     "check",

@@ -10,7 +10,7 @@ from ._recording import Recordings, recordings_of, roles_of
 from ._result import Result
 
 if TYPE_CHECKING:
-    import pandas
+    from pandas import DataFrame as _DataFrame
 
 
 class Check(Result):
@@ -46,7 +46,7 @@ class Check(Result):
         findings: list[dict[str, Any]] = self.to_dict()["findings"]
         return findings
 
-    def to_pandas(self) -> pandas.DataFrame:
+    def to_pandas(self) -> _DataFrame:
         """Every channel of every trial, one row each.
 
         >>> import ndof

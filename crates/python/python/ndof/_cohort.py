@@ -12,7 +12,7 @@ from ._fit import fit
 from ._recording import PathLike, Recordings
 
 if TYPE_CHECKING:
-    import pandas
+    from pandas import DataFrame as _DataFrame
 
 SUFFIXES = {".csv", ".tsv", ".txt", ".npz", ".mat", ".parquet", ".h5", ".hdf5", ".nxs"}
 
@@ -66,7 +66,7 @@ def fit_row(subject: str, recordings: Recordings, **options: Any) -> dict[str, A
     return {**row, "chi2_reduced": result["chi2_reduced"], "r2": result["r2"], "error": ""}
 
 
-def cohort_table(rows: Iterable[Mapping[str, Any]]) -> pandas.DataFrame:
+def cohort_table(rows: Iterable[Mapping[str, Any]]) -> _DataFrame:
     """Rows of :func:`fit_row` as the table of ``ndof cohort``: sorted by subject, its columns in its order.
 
     >>> import ndof

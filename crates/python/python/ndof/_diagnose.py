@@ -13,7 +13,7 @@ from ._recording import PathLike, Recordings, recordings_of, roles_of
 from ._result import Result, document
 
 if TYPE_CHECKING:
-    import pandas
+    from pandas import DataFrame as _DataFrame
 
 Progress = Callable[[str, int, int], object]
 """Called with what is being done, how much of it is done, and of how much (0 where that is not known)."""
@@ -61,7 +61,7 @@ class Diagnosis(Result):
         """
         return self._page
 
-    def to_pandas(self) -> pandas.DataFrame:
+    def to_pandas(self) -> _DataFrame:
         """The causes and everything else that was considered, one row each.
 
         >>> list(diagnosis.to_pandas().columns)

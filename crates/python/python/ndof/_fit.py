@@ -14,7 +14,7 @@ from ._recording import PathLike, Recordings, recordings_of, roles_of
 from ._result import Result, document
 
 if TYPE_CHECKING:
-    import pandas
+    from pandas import DataFrame as _DataFrame
 
 Document = Union[PathLike, Mapping[str, Any]]
 """A file that people write (TOML), or the same as a dictionary."""
@@ -136,12 +136,13 @@ class Fit(Result):
         if kind == "impedance":
             impedance: NDArray[np.complex128] = stiffness / s
             return impedance
-        compliance: NDArray[np.complex128] = np.moveaxis(np.linalg.inv(np.moveaxis(stiffness, -1, 0)), 0, -1)
+        inverse: NDArray[np.complex128] = np.linalg.inv(np.moveaxis(stiffness, -1, 0)).astype(np.complex128)
+        compliance = np.moveaxis(inverse, 0, -1)
         if kind == "admittance":
             compliance = compliance * s
         return compliance
 
-    def to_pandas(self) -> pandas.DataFrame:
+    def to_pandas(self) -> _DataFrame:
         """The parameters, those at the joints last, one row each.
 
         >>> import ndof
@@ -219,7 +220,13 @@ def fit(
     window_symmetric: bool = False,
     detrend: str | None = None,
     time_bandwidth: float | None = None,
+    tapers: int | None = None,
+    adaptive: bool = False,
     order: int | None = None,
+    denominator: int | None = None,
+    half_width: int | None = None,
+    leave_one_out: bool = False,
+    robust: bool = False,
     period: float | None = None,
     estimator: str | None = None,
     response: str | None = None,
@@ -249,7 +256,13 @@ def fit(
             window_symmetric=window_symmetric,
             detrend=detrend,
             time_bandwidth=time_bandwidth,
+            tapers=tapers,
+            adaptive=adaptive,
             order=order,
+            denominator=denominator,
+            half_width=half_width,
+            leave_one_out=leave_one_out,
+            robust=robust,
             period=period,
             estimator=estimator,
             response=response,

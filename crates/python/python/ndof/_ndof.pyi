@@ -20,6 +20,35 @@ class _Recording(Protocol):
     def sample_rate_hz(self) -> float: ...
 
 __version__: str
+__all__ = [
+    "Case",
+    "Estimate",
+    "Fit",
+    "Spectra",
+    "__version__",
+    "block_samples",
+    "blocks",
+    "check",
+    "cross_spectra",
+    "design",
+    "diagnose",
+    "fit",
+    "frequency_response",
+    "from_columns",
+    "negate",
+    "project",
+    "read",
+    "registry",
+    "set_threads",
+    "simulate",
+    "study",
+    "tare",
+    "threads",
+    "unit",
+    "validate",
+    "without_handle",
+    "write",
+]
 
 def set_threads(count: int) -> None: ...
 def threads() -> int: ...
@@ -76,7 +105,7 @@ def design(
 ) -> tuple[list[_Parts], list[tuple[int, float | None]]]: ...
 def study(
     document: Mapping[str, Any], recordings: Sequence[_Recording] | None, seed: int | None, progress: _Progress
-) -> tuple[Study, list[_Parts]]: ...
+) -> tuple[str, str, str, list[tuple[Case, list[_Parts]]]]: ...
 def registry(what: str) -> list[tuple[str, str]]: ...
 def cross_spectra(
     channels: Sequence[NDArray[np.float64]],
@@ -158,18 +187,16 @@ class Fit:
     def from_bytes(bytes: bytes) -> Fit: ...
 
 @final
-class Study:
+class Case:
+    @property
+    def name(self) -> str: ...
     @property
     def estimate(self) -> Estimate: ...
     @property
-    def fit_json(self) -> str: ...
+    def fit(self) -> Fit: ...
     @property
     def diagnosis_json(self) -> str | None: ...
     @property
     def truth_json(self) -> str | None: ...
-    @property
-    def page(self) -> str: ...
-    @property
-    def title(self) -> str: ...
     @property
     def table(self) -> list[_Row]: ...

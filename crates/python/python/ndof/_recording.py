@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 from . import _errors, _ndof
 
 if TYPE_CHECKING:
-    import pandas
+    from pandas import DataFrame as _DataFrame
     import xarray
 
 PathLike = Union[str, "os.PathLike[str]"]
@@ -112,7 +112,7 @@ class Recording:
     @classmethod
     def from_pandas(
         cls,
-        frame: pandas.DataFrame,
+        frame: _DataFrame,
         *,
         sample_rate_hz: float | None = None,
         resample: bool | float = False,
@@ -283,7 +283,7 @@ class Recording:
         """
         _ndof.write(os.fspath(path), self)
 
-    def to_pandas(self) -> pandas.DataFrame:
+    def to_pandas(self) -> _DataFrame:
         """The samples as a data frame with the time as index.
 
         >>> import ndof

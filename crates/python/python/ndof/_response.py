@@ -14,7 +14,7 @@ from ._recording import Recordings, recordings_of, roles_of
 from ._result import Result
 
 if TYPE_CHECKING:
-    import pandas
+    from pandas import DataFrame as _DataFrame
 
 
 class FrequencyResponse(Result):
@@ -36,7 +36,7 @@ class FrequencyResponse(Result):
     __slots__ = ("_native", "_which")
 
     def __init__(self, native: _ndof.Estimate, which: str | None = None) -> None:
-        self._json = None
+        super().__init__("")  # written when it is asked for: a large result is mostly used as arrays
         self._native = native
         self._which = which or ("derived" if native.has_derived else "direct")
 
@@ -48,7 +48,7 @@ class FrequencyResponse(Result):
         >>> response.to_json().startswith('{"schema":"ndof/estimate/1"')
         True
         """
-        if self._json is None:
+        if not self._json:
             self._json = self._native.to_json()
         return self._json
 
@@ -231,7 +231,7 @@ class FrequencyResponse(Result):
         self._native.array("derived", "re")
         return FrequencyResponse(self._native, "derived")
 
-    def to_pandas(self) -> pandas.DataFrame:
+    def to_pandas(self) -> _DataFrame:
         """Every element at every frequency, one row each.
 
         >>> import ndof
@@ -341,11 +341,19 @@ def frequency_response(
     window_symmetric: bool = False,
     detrend: str | None = None,
     time_bandwidth: float | None = None,
+    tapers: int | None = None,
+    adaptive: bool = False,
     order: int | None = None,
+    denominator: int | None = None,
+    half_width: int | None = None,
+    leave_one_out: bool = False,
+    robust: bool = False,
     period: float | None = None,
     estimator: str | None = None,
     response: str | None = None,
     band: Stretch | None = None,
+    sliding: float | None = None,
+    sliding_step: float | None = None,
     spectra: bool = False,
 ) -> FrequencyResponse:
     """Estimates the frequency response of the outputs to the inputs, as ``ndof estimate`` does.
@@ -353,7 +361,7 @@ def frequency_response(
     ``recordings`` is a recording or a file, or several trials of one experiment, which are pooled. Roles follow from the
     prefixes (``cmd_`` reference, ``force_``/``torque_`` input, ``pos_``/``angle_`` output) or are named. Every option is
     that of the command line, with its default: ``method`` (``auto``, ``welch``, ``multitaper``, ``local-polynomial``,
-    ``periodic``), ``estimator`` (``h1``, ``h2``, ``hv``), ``response`` (``compliance``, ``dynamic-stiffness``,
+    ``local-rational``, ``periodic``), ``estimator`` (``h1``, ``h2``, ``hv``), ``response`` (``compliance``, ``dynamic-stiffness``,
     ``impedance``, ``admittance``), ``band`` in Hz, ``start``, ``stop`` and ``exclude`` in seconds.
 
     Raises :class:`NdofError` with the text of the command line.
@@ -379,11 +387,19 @@ def frequency_response(
                 window_symmetric=window_symmetric,
                 detrend=detrend,
                 time_bandwidth=time_bandwidth,
+                tapers=tapers,
+                adaptive=adaptive,
                 order=order,
+                denominator=denominator,
+                half_width=half_width,
+                leave_one_out=leave_one_out,
+                robust=robust,
                 period=period,
                 estimator=estimator,
                 response=response,
                 band=band,
+                sliding=sliding,
+                sliding_step=sliding_step,
                 spectra=spectra,
             ),
         )

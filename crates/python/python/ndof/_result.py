@@ -34,7 +34,7 @@ class Result:
     __slots__ = ("_json",)
 
     def __init__(self, text: str) -> None:
-        self._json: str | None = text
+        self._json = text
 
     def to_json(self) -> str:
         """The result as the bytes that the command line writes with ``--json``.
@@ -44,8 +44,6 @@ class Result:
         >>> result.to_json().startswith('{"schema":"ndof/check/1"')
         True
         """
-        if self._json is None:
-            raise NotImplementedError
         return self._json
 
     def to_dict(self) -> dict[str, Any]:

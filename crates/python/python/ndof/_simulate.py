@@ -8,13 +8,13 @@ from typing import TYPE_CHECKING, Any
 
 from . import _ndof
 from ._diagnose import Diagnosis, Progress
-from ._fit import Document
+from ._fit import Document, Fit
 from ._recording import PathLike, Recording, Recordings, recordings_of
 from ._response import FrequencyResponse
 from ._result import Result, document
 
 if TYPE_CHECKING:
-    import pandas
+    from pandas import DataFrame as _DataFrame
 
 
 class Simulation:
@@ -133,44 +133,39 @@ def design(
     return Design([Recording._from_parts(one) for one in parts], [s for s, _ in found], [c for _, c in found])
 
 
-class StudyResult:
-    """A whole study: recordings, response, fit, and the table of what was found beside what was simulated.
+class StudyCase:
+    """One case of a study: recordings, response, fit, and the table of what was found beside what was simulated.
 
-    >>> study  # of ndof.study("arm")
-    StudyResult('Impedance of a patient-like arm on MIT-MANUS', 6 trials)
-    >>> study.estimate.kind, study.fit.to_dict()["estimate"]
+    >>> case = study.cases[0]  # of ndof.study("arm")
+    >>> case.estimate.kind, case.fit.to_dict()["estimate"]
     ('compliance', 'derived')
     """
 
-    __slots__ = ("title", "recordings", "estimate", "fit", "diagnosis", "truth", "report", "_table")
+    __slots__ = ("name", "recordings", "estimate", "fit", "diagnosis", "truth", "_table")
 
-    title: str
+    name: str
     recordings: list[Recording]
     """The trials, simulated or given."""
     estimate: FrequencyResponse
-    fit: Result
-    """The result ``ndof/fit/1``."""
+    fit: Fit
     diagnosis: Diagnosis | None
     """What a linear model misses, where the study asks for it."""
     truth: dict[str, Any] | None
     """What was simulated."""
-    report: str
-    """The page as HTML."""
 
-    def __init__(self, native: _ndof.Study, recordings: list[Recording]) -> None:
-        self.title = native.title
+    def __init__(self, native: _ndof.Case, recordings: list[Recording]) -> None:
+        self.name = native.name
         self.recordings = recordings
         self.estimate = FrequencyResponse(native.estimate)
-        self.fit = Result(native.fit_json)
+        self.fit = Fit(native.fit)
         self.diagnosis = None if native.diagnosis_json is None else Diagnosis(native.diagnosis_json)
         self.truth = None if native.truth_json is None else json.loads(native.truth_json)
-        self.report = native.page
         self._table = native.table
 
-    def to_pandas(self) -> pandas.DataFrame:
+    def to_pandas(self) -> _DataFrame:
         """The parameters, those at the joints last: what was simulated beside what was found.
 
-        >>> table = study.to_pandas().set_index("name")
+        >>> table = study.cases[0].to_pandas().set_index("name")
         >>> bool(table.loc["K_x_x", "low"] < table.loc["K_x_x", "simulated"] < table.loc["K_x_x", "high"])
         True
         """
@@ -190,6 +185,32 @@ class StudyResult:
         ]
         return pandas.DataFrame(rows)
 
+    def __repr__(self) -> str:
+        return f"StudyCase({self.name!r}, {len(self.recordings)} trials)"
+
+
+class StudyResult(Result):
+    """A whole study with its cases: the result ``ndof/study/1``, the page, and what each case gave.
+
+    >>> study  # of ndof.study("arm")
+    StudyResult('Impedance of a patient-like arm on MIT-MANUS', 1 case)
+    >>> study.cases[0].fit.K.shape
+    (2, 2)
+    """
+
+    __slots__ = ("title", "cases", "report")
+
+    title: str
+    cases: list[StudyCase]
+    report: str
+    """The page as HTML."""
+
+    def __init__(self, text: str, title: str, report: str, cases: list[StudyCase]) -> None:
+        super().__init__(text)
+        self.title = title
+        self.report = report
+        self.cases = cases
+
     def write_report(self, path: PathLike) -> None:
         """Writes the page, which needs no other file.
 
@@ -203,8 +224,12 @@ class StudyResult:
         with open(path, "w", encoding="utf-8", newline="\n") as file:
             file.write(self.report)
 
+    def __reduce__(self) -> tuple[Any, ...]:
+        return StudyResult, (self.to_json(), self.title, self.report, self.cases)
+
     def __repr__(self) -> str:
-        return f"StudyResult({self.title!r}, {len(self.recordings)} trials)"
+        count = len(self.cases)
+        return f"StudyResult({self.title!r}, {count} case{'' if count == 1 else 's'})"
 
 
 def study(
@@ -216,11 +241,12 @@ def study(
 
     >>> import ndof
     >>> ndof.study("arm")
-    StudyResult('Impedance of a patient-like arm on MIT-MANUS', 6 trials)
+    StudyResult('Impedance of a patient-like arm on MIT-MANUS', 1 case)
     """
     given = None if recordings is None else recordings_of(recordings)
-    native, parts = _ndof.study(document(study), given, seed, progress)
-    return StudyResult(native, [Recording._from_parts(one) for one in parts])
+    title, text, page, cases = _ndof.study(document(study), given, seed, progress)
+    made = [StudyCase(native, [Recording._from_parts(one) for one in parts]) for native, parts in cases]
+    return StudyResult(text, title, page, made)
 
 
 def registry(what: str) -> dict[str, str]:

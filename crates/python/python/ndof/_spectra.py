@@ -13,7 +13,7 @@ from . import _errors, _ndof
 from ._recording import Recording
 
 if TYPE_CHECKING:
-    import pandas
+    from pandas import DataFrame as _DataFrame
 
 Channels = Union[Recording, Mapping[str, ArrayLike], ArrayLike]
 
@@ -201,7 +201,7 @@ class CrossSpectra:
         """
         return cls(_ndof.Spectra.from_bytes(data))
 
-    def to_pandas(self) -> pandas.DataFrame:
+    def to_pandas(self) -> _DataFrame:
         """Every pair at every frequency, one row each.
 
         >>> import numpy as np, ndof
