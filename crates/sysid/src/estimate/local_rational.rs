@@ -12,8 +12,14 @@ const STEPS: usize = 12;
 /// The first steps weight the equation error (Sanathanan & Koerner), the later ones reduce the output error itself.
 const EQUATION_ERROR_STEPS: usize = 2;
 
-/// A step that lowers the cost by a smaller share is the last.
-const SETTLED: f64 = 1e-6;
+/// A step that lowers the cost by a smaller share is the last: a few hundredths of the denominator's standard error.
+const SETTLED: f64 = 1e-3;
+
+/// Halvings of a step that does not lower the cost.
+const HALVINGS: usize = 4;
+
+/// Where the equation error finds less than this share of what the F test wants, the output error is not asked.
+const HOPELESS: f64 = 0.3;
 
 /// A denominator this small within the window has a pole on the frequency axis.
 const POLE: f64 = 1e-3;
@@ -227,6 +233,9 @@ impl<'a> Rational<'a> {
         for count in 0..STEPS {
             let equation_error = count < EQUATION_ERROR_STEPS;
             if count == EQUATION_ERROR_STEPS {
+                if self.ratio(polynomial, best_cost) < HOPELESS * self.threshold {
+                    break;
+                }
                 at.clone_from(&best);
                 if self.regress(low, &at).is_none() {
                     break;
@@ -237,7 +246,7 @@ impl<'a> Rational<'a> {
             let before = best_cost;
             let mut share = 1.0;
             let mut moved = false;
-            for _ in 0..6 {
+            for _ in 0..=HALVINGS {
                 let next: Vec<Complex64> = at.iter().zip(&step).map(|(d, s)| d + s * share).collect();
                 if let Some(cost) = self.regress(low, &next) {
                     let better = cost < best_cost;
@@ -255,9 +264,13 @@ impl<'a> Rational<'a> {
                 break;
             }
         }
-        let m = self.responders.len() as f64;
-        let ratio = (polynomial - best_cost) / self.degree as f64 / (best_cost / (self.freedom[0] * m));
-        if ratio > self.threshold { best } else { none }
+        if self.ratio(polynomial, best_cost) > self.threshold { best } else { none }
+    }
+
+    /// Mean squares that the denominator explains over those that it leaves.
+    fn ratio(&self, polynomial: f64, rational: f64) -> f64 {
+        let left = self.freedom[0] * self.responders.len() as f64;
+        (polynomial - rational) / self.degree as f64 / (rational / left)
     }
 
     /// Solves line `k` from the window that begins at line `low`.
