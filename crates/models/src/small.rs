@@ -18,6 +18,22 @@ pub(crate) fn product(a: &[Complex64], b: &[Complex64], n: usize) -> Vec<Complex
     out
 }
 
+/// left · d · right of n × n matrices, for a d that is mostly nought: what derivatives of models are.
+pub(crate) fn sandwich(left: &[Complex64], d: &[Complex64], right: &[Complex64], n: usize) -> Vec<Complex64> {
+    let mut out = vec![Complex64::default(); n * n];
+    if d.iter().filter(|v| **v != Complex64::default()).count() > 2 * n {
+        return product(&product(left, d, n), right, n);
+    }
+    for (e, v) in d.iter().enumerate().filter(|(_, v)| **v != Complex64::default()) {
+        let row = &right[(e % n) * n..(e % n + 1) * n];
+        for i in 0..n {
+            let factor = left[i * n + e / n] * v;
+            out[i * n..(i + 1) * n].iter_mut().zip(row).for_each(|(o, r)| *o += factor * r);
+        }
+    }
+    out
+}
+
 /// The inverse of an n × n matrix by Gauss-Jordan elimination with row pivoting; `None` if singular or not finite.
 pub(crate) fn inverse(a: &[Complex64], n: usize) -> Option<Vec<Complex64>> {
     let mut left = a.to_vec();
@@ -83,6 +99,17 @@ pub(crate) fn inverse_cholesky(a: &[Complex64], n: usize) -> Option<Vec<Complex6
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_sandwich_of_few_entries_is_that_of_all() {
+        let entry = |k: usize| Complex64::new((k as f64).sin(), (2.0 * k as f64).cos());
+        let (left, right): (Vec<_>, Vec<_>) = (0..9).map(|k| (entry(k), entry(k + 20))).unzip();
+        for few in [1, 2, 9] {
+            let d: Vec<Complex64> = (0..9).map(|k| if k % 4 < few { entry(k + 50) } else { Complex64::default() }).collect();
+            let dense = product(&product(&left, &d, 3), &right, 3);
+            assert!(sandwich(&left, &d, &right, 3).iter().zip(&dense).all(|(a, b)| (a - b).norm() < 1e-14));
+        }
+    }
 
     #[test]
     fn the_cholesky_factor_whitens() {

@@ -5,6 +5,7 @@ use crate::{ParametricModel, small};
 use ndof_signal::Kernel;
 use ndof_sysid::ResponseKind;
 use num_complex::Complex64;
+use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 use std::f64::consts::TAU;
@@ -119,10 +120,9 @@ impl<'a, M: ParametricModel + ?Sized> Prediction<'a, M> {
         let n = self.model.axes().len();
         let (size, k) = (n * n, if derivatives { theta.len() } else { 0 });
         // Block 0 is the value, block 1 + k the k-th derivative.
-        let pairs: Vec<Pair> = (0..self.nodes.len()).map(|node| self.node(theta, node, k)).collect();
-        let (mut values, mut slopes) = (Vec::with_capacity(self.bins.len() * size), Vec::with_capacity(self.bins.len() * size * k));
+        let pairs: Vec<Pair> = (0..self.nodes.len()).into_par_iter().map(|node| self.node(theta, node, k)).collect();
         let with_denominator = pairs.first().is_some_and(|p| p.denominator.is_some());
-        for bin in &self.bins {
+        let of_bin = |bin: &Bin| -> (Vec<Complex64>, Vec<Complex64>) {
             let smooth = |part: &dyn Fn(&Pair) -> &[Complex64]| {
                 let mut sum = vec![Complex64::default(); size * (1 + k)];
                 for &(node, weight) in &bin.parts {
@@ -131,28 +131,29 @@ impl<'a, M: ParametricModel + ?Sized> Prediction<'a, M> {
                 sum
             };
             let numerator = smooth(&|p| &p.numerator);
+            let scaled = |part: &[Complex64]| part.iter().map(|v| v * bin.factor).collect::<Vec<_>>();
             if !with_denominator {
-                values.extend(numerator[..size].iter().map(|v| v * bin.factor));
-                slopes.extend(numerator[size..].iter().map(|v| v * bin.factor));
-                continue;
+                return (scaled(&numerator[..size]), scaled(&numerator[size..]));
             }
             let denominator = smooth(&|p| p.denominator.as_deref().unwrap_or(&[]));
             let Some(inverse) = small::inverse(&denominator[..size], n) else {
-                values.extend(std::iter::repeat_n(Complex64::new(f64::NAN, 0.0), size));
-                slopes.extend(std::iter::repeat_n(Complex64::new(f64::NAN, 0.0), size * k));
-                continue;
+                let nan = Complex64::new(f64::NAN, 0.0);
+                return (vec![nan; size], vec![nan; size * k]);
             };
             let ratio = small::product(&numerator[..size], &inverse, n);
+            let mut slopes = Vec::with_capacity(size * k);
             for block in 1..=k {
                 // d(N U⁻¹) = (dN − N U⁻¹ dU) U⁻¹
                 let at = block * size..(block + 1) * size;
                 let change = small::product(&ratio, &denominator[at.clone()], n);
                 let rest: Vec<Complex64> = numerator[at].iter().zip(change).map(|(a, b)| a - b).collect();
-                slopes.extend(small::product(&rest, &inverse, n).iter().map(|v| v * bin.factor));
+                slopes.extend(scaled(&small::product(&rest, &inverse, n)));
             }
-            values.extend(ratio.iter().map(|v| v * bin.factor));
-        }
-        (values, slopes)
+            (scaled(&ratio), slopes)
+        };
+        let parts: Vec<(Vec<Complex64>, Vec<Complex64>)> = self.bins.par_iter().map(of_bin).collect();
+        let (values, slopes): (Vec<_>, Vec<_>) = parts.into_iter().unzip();
+        (values.concat(), slopes.concat())
     }
 
     fn node(&self, theta: &[f64], node: usize, k: usize) -> Pair {
@@ -173,29 +174,29 @@ impl<'a, M: ParametricModel + ?Sized> Prediction<'a, M> {
             return Pair { numerator: nan(), denominator: (!open).then(nan) };
         };
         let inverse = compliance.clone();
-        for d in slope.chunks_exact(size) {
-            compliance.extend(small::product(&small::product(&inverse, d, n), &inverse, n).iter().map(|v| -v));
-        }
         if let Some(t) = self.transducer {
             (0..n).for_each(|i| compliance[i * n + i] += (t.stiffness + t.damping * s).inv());
         }
         if open {
+            for d in slope.chunks_exact(size) {
+                compliance.extend(small::sandwich(&inverse, d, &inverse, n).iter().map(|v| -v));
+            }
             return Pair { numerator: if self.inverted { inverse_blocks(&compliance, n).unwrap_or_else(nan) } else { compliance }, denominator: None };
         }
-        // T = (I + Z C)⁻¹, R = C T; dT = −T Z dC T, dR = dC T + C dT.
+        // T = (I + Z C)⁻¹, R = C T. With dC = −D⁻¹ dD D⁻¹: dT = T Z D⁻¹ dD D⁻¹ T and dR = −(I − C T Z) D⁻¹ dD D⁻¹ T.
         let loop_stiffness = &self.loop_stiffness[node];
-        let mut opened = small::product(loop_stiffness, &compliance[..size], n);
+        let mut opened = small::product(loop_stiffness, &compliance, n);
         opened.iter_mut().zip(small::identity(n)).for_each(|(o, i)| *o += i);
         let Some(effort) = small::inverse(&opened, n) else {
             return Pair { numerator: nan(), denominator: Some(nan()) };
         };
-        let feedback = small::product(&effort, loop_stiffness, n);
-        let (mut motion, mut effort_blocks) = (small::product(&compliance[..size], &effort, n), effort.clone());
-        for d in compliance[size..].chunks_exact(size) {
-            let moved = small::product(d, &effort, n);
-            let change: Vec<Complex64> = small::product(&feedback, &moved, n).iter().map(|v| -v).collect();
-            motion.extend(small::product(&compliance[..size], &change, n).iter().zip(moved).map(|(a, b)| a + b));
-            effort_blocks.extend(change);
+        let fed_back = small::product(&small::product(&effort, loop_stiffness, n), &inverse, n);
+        let right = small::product(&inverse, &effort, n);
+        let left: Vec<Complex64> = small::product(&compliance, &fed_back, n).iter().zip(&inverse).map(|(a, b)| a - b).collect();
+        let (mut motion, mut effort_blocks) = (small::product(&compliance, &effort, n), effort);
+        for d in slope.chunks_exact(size) {
+            motion.extend(small::sandwich(&left, d, &right, n));
+            effort_blocks.extend(small::sandwich(&fed_back, d, &right, n));
         }
         let (numerator, denominator) = if self.inverted { (effort_blocks, motion) } else { (motion, effort_blocks) };
         match self.smoothing {
