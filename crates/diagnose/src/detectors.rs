@@ -41,6 +41,10 @@ pub(crate) struct Burst {
     pub impulse: f64,
     /// Share of the whitened residual's power within it.
     pub share: f64,
+    /// Power of its strongest window over the upper quartile's.
+    pub peak: f64,
+    /// Root of its energy over the energy of the effort of all trials.
+    pub size: f64,
 }
 
 /// The step of a channel all of whose values are multiples of it.
@@ -130,10 +134,8 @@ pub(crate) fn tone(stand: &Stand, e: &[Vec<Vec<f64>>]) -> Option<Tone> {
     let mut best: Option<Tone> = None;
     for axis in 0..layout.axes {
         let mut power = vec![0.0; padded / 2 + 1];
-        let mut total = 0.0;
         for trial in e {
             let mut buffer: Vec<f64> = trial[axis].iter().zip(&window).map(|(x, w)| x * w).collect();
-            total += trial[axis].iter().map(|x| x * x).sum::<f64>();
             buffer.resize(padded, 0.0);
             let mut spectrum = forward.make_output_vec();
             if forward.process(&mut buffer, &mut spectrum).is_err() {
@@ -157,7 +159,9 @@ pub(crate) fn tone(stand: &Stand, e: &[Vec<Vec<f64>>]) -> Option<Tone> {
                 let gain = window.iter().map(|w| w * w).sum::<f64>();
                 // Power of a sine of amplitude A in the windowed transform: A² N Σ w² / 4.
                 let amplitude = (4.0 * line / (padded as f64 * gain)).sqrt();
-                let share = (2.0 * line / padded as f64 / gain * n as f64 * e.len() as f64 / total.max(f64::MIN_POSITIVE)).min(1.0);
+                // Of what lies in the band, or below the line.
+                let last = ((layout.frequency_hz[layout.lines() - 1] / df) as usize).max(k + near).min(power.len() - 1);
+                let share = (line / power[..=last].iter().sum::<f64>().max(f64::MIN_POSITIVE)).min(1.0);
                 best = Some(Tone { axis, frequency_hz: k as f64 * df, amplitude, height, share });
             }
         }
@@ -171,9 +175,17 @@ fn whiten(stand: &Stand, e: &[Vec<Vec<f64>>], axis: usize) -> Vec<Vec<f64>> {
     let power = &stand.fit.power[axis];
     let last = layout.lines() - 1;
     let (lo, hi) = (layout.frequency_hz[0], layout.frequency_hz[last]);
+    // What derivatives leave at the ends of a trial would ring.
+    let inside = layout.starts[0] as f64..(layout.starts[layout.starts.len() - 1] + layout.block) as f64;
+    let reach = (0.5 * layout.time_s * layout.rate_hz).max(1.0);
+    let fade = |k: usize| {
+        let outside = (inside.start - k as f64).max(k as f64 - inside.end).max(0.0);
+        if outside < reach { 0.5 + 0.5 * (std::f64::consts::PI * outside / reach).cos() } else { 0.0 }
+    };
     e.iter()
         .map(|trial| {
-            crate::layout::filter(&trial[axis], layout.rate_hz, |s| {
+            let faded: Vec<f64> = trial[axis].iter().enumerate().map(|(k, v)| v * fade(k)).collect();
+            crate::layout::filter(&faded, layout.rate_hz, |s| {
                 let f = s.im / std::f64::consts::TAU;
                 if f > hi || f <= 0.1 / layout.time_s {
                     return Complex64::ZERO;
@@ -184,6 +196,13 @@ fn whiten(stand: &Stand, e: &[Vec<Vec<f64>>], axis: usize) -> Vec<Vec<f64>> {
         })
         .collect()
 }
+
+/// Power of a window over the upper quartile's that a burst has.
+const HOT: f64 = 8.0;
+/// The same for its strongest window.
+const PEAK: f64 = 20.0;
+/// A burst is no longer than this many half windows.
+const MOST_HOT: usize = 10;
 
 /// The strongest burst in the whitened residual, if it is short and stands out by far.
 pub(crate) fn burst(stand: &Stand, e: &[Vec<Vec<f64>>]) -> Option<Burst> {
@@ -204,23 +223,23 @@ pub(crate) fn burst(stand: &Stand, e: &[Vec<Vec<f64>>]) -> Option<Burst> {
         }
         let mut sorted: Vec<f64> = windows.iter().map(|w| w.2).collect();
         sorted.sort_by(f64::total_cmp);
-        let bar = 15.0 * sorted[sorted.len() * 3 / 4];
+        let typical = sorted[sorted.len() * 3 / 4];
         let total: f64 = sorted.iter().sum();
-        let hot: Vec<&(usize, usize, f64)> = windows.iter().filter(|w| w.2 > bar).collect();
+        let hot: Vec<&(usize, usize, f64)> = windows.iter().filter(|w| w.2 > HOT * typical).collect();
         let share = hot.iter().map(|w| w.2).sum::<f64>() / total;
-        if hot.is_empty() || hot.len() as f64 > 0.06 * windows.len() as f64 || share < 0.5 {
+        // One stretch of one trial: an effect of the motion comes back with the motion.
+        let alone = hot.windows(2).all(|w| w[0].0 == w[1].0 && w[1].1 - w[0].1 <= length);
+        if hot.is_empty() || !alone || hot.len() > MOST_HOT || sorted[sorted.len() - 1] < PEAK * typical {
             continue;
         }
         let peak = hot.iter().max_by(|a, b| a.2.total_cmp(&b.2))?;
-        let mut range = (peak.1, peak.1 + length);
-        for w in hot.iter().filter(|w| w.0 == peak.0) {
-            if w.1 <= range.1 + length && w.1 + 2 * length >= range.0 {
-                range = (range.0.min(w.1), range.1.max(w.1 + length));
-            }
-        }
+        let range: (usize, usize) = (hot[0].1, hot[hot.len() - 1].1 + length);
         let series = &e[peak.0][axis];
+        let energy = |x: &[f64]| x.iter().map(|v| v * v).sum::<f64>();
+        let effort: f64 = stand.state.effort.iter().map(|trial| energy(&layout.filtered(&trial[axis], |_| Complex64::ONE, None))).sum();
+        let size = (energy(&series[range.0..range.1]) / effort.max(f64::MIN_POSITIVE)).sqrt();
         let impulse = series[range.0..range.1].iter().sum::<f64>() / layout.rate_hz;
-        let found = Burst { trial: peak.0, axis, from_s: range.0 as f64 / layout.rate_hz, to_s: range.1 as f64 / layout.rate_hz, impulse: -impulse, share };
+        let found = Burst { trial: peak.0, axis, from_s: range.0 as f64 / layout.rate_hz, to_s: range.1 as f64 / layout.rate_hz, impulse: -impulse, share, peak: peak.2 / typical, size };
         if best.as_ref().is_none_or(|b| peak.2 > b.0) {
             best = Some((peak.2, found));
         }

@@ -53,7 +53,8 @@ pub fn diagnose(
     let features = generic::features(&subject, &found.stand.state);
     let gate = generic::gate(&subject, &baseline_stand, &found, &features);
     let shares = generic::shares(&subject, &baseline_stand, &features);
-    let court = Court::new(&held, &meaning, &subject);
+    let restoring = subject.restores(&[], &baseline_stand) && subject.restores(&found.chosen, &found.stand);
+    let court = Court::new(&held, &meaning, &subject, restoring);
     progress("free runs of the held-out part");
     let answer = Answer {
         subject: &subject,
@@ -118,7 +119,9 @@ fn before_registry(subject: &mut Subject, samples: &Samples, options: &Options) 
         let stand = stand(subject)?;
         let Some(tone) = detectors::tone(&stand, &detectors::residual(&stand, &[])) else { break };
         let effort = subject.scale.effort[tone.axis];
-        if tone.share < TONE_SHARE || tone.amplitude < options.tolerance * effort {
+        // The same line once more is not another one.
+        let again = findings.tones.iter().any(|t| t.axis == tone.axis && (t.frequency_hz - tone.frequency_hz).abs() < 0.3 / subject.layout.time_s);
+        if again || tone.share < TONE_SHARE || tone.amplitude < options.tolerance * effort {
             break;
         }
         let reach = 0.3 / subject.layout.time_s;
@@ -137,7 +140,7 @@ fn before_registry(subject: &mut Subject, samples: &Samples, options: &Options) 
         }
     }
     let stand = stand(subject)?;
-    if let Some(burst) = detectors::burst(&stand, &detectors::residual(&stand, &[])) {
+    if let Some(burst) = detectors::burst(&stand, &detectors::residual(&stand, &[])).filter(|b| b.size > options.tolerance) {
         let layout = Arc::make_mut(&mut subject.layout);
         layout.weights = vec![vec![1.0; layout.samples]; layout.trials];
         let margin = 0.5 * layout.time_s;

@@ -10,6 +10,9 @@ use crate::whittle::INDEPENDENCE;
 use ndof_models::ForceLaw;
 use ndof_models::effects::{Action, Matrix, Sign, Value, rotational_name};
 
+/// A natural frequency below this, for a band to 12 Hz, is no restoring force.
+const SLOWEST: f64 = 0.1;
+
 impl Subject {
     /// The coefficients of a chosen hypothesis in a stand.
     pub fn coefficients<'a>(&self, stand: &'a Stand, position: usize) -> &'a [f64] {
@@ -42,6 +45,13 @@ impl Subject {
             }
         }
         out
+    }
+
+    /// Whether every axis has a stiffness that brings it back, so that a free run does not drift away.
+    pub fn restores(&self, chosen: &[Chosen], stand: &Stand) -> bool {
+        let (k, m) = (self.matrix(chosen, stand, Matrix::Stiffness), self.matrix(chosen, stand, Matrix::Mass));
+        let slowest = (std::f64::consts::TAU * SLOWEST / self.layout.time_s).powi(2);
+        (0..self.layout.axes).all(|i| k[i][i] > slowest * m[i][i].abs())
     }
 
     /// A stand that runs by itself.

@@ -42,11 +42,10 @@ struct Run {
 
 impl Runner {
     /// Force imposed: integrates over `effort[axis][time]` from the given initial displacement and velocity by Runge and Kutta's rule.
-    fn run(&self, inverse_mass: &[Vec<f64>], effort: &[Vec<f64>], range: std::ops::Range<usize>, rate_hz: f64, start_s: f64, initial: (&[f64], &[f64])) -> Run {
+    fn run(&self, inverse_mass: &[Vec<f64>], effort: &[Vec<f64>], range: std::ops::Range<usize>, rate_hz: f64, start_s: f64, initial: (&[f64], &[f64], &[f64])) -> Run {
         let n = self.mass.len();
         let dt = 1.0 / rate_hz;
-        let states: usize = self.laws.iter().map(|l| l.states()).sum();
-        let mut y: Vec<f64> = initial.0.iter().chain(initial.1).copied().chain(std::iter::repeat_n(0.0, states)).collect();
+        let mut y: Vec<f64> = initial.0.iter().chain(initial.1).chain(initial.2).copied().collect();
         let mut out = Run { x: Vec::new(), v: Vec::new(), a: Vec::new() };
         let stiffest = (0..n).map(|i| self.slope(i) * inverse_mass[i][i].abs() + self.damping[i][i].abs() * inverse_mass[i][i].abs()).fold(0.0, f64::max);
         let natural = (0..n).map(|i| (self.stiffness[i][i].abs() * inverse_mass[i][i].abs()).sqrt()).fold(0.0, f64::max);
@@ -223,8 +222,9 @@ impl Runner {
         while start + length <= layout.samples {
             let range = start..start + length;
             let fitted = if windowed { length } else { skip.max(8).min(length) };
-            let (x0, v0) = self.initial(&inverse_mass, &effort, range.start..range.start + fitted, layout, x, &v);
-            let run = self.run(&inverse_mass, &effort, range, layout.rate_hz, layout.start_s, (&x0, &v0));
+            let hidden: Vec<f64> = self.laws.iter().flat_map(|law| state.hidden(law.as_ref(), trial, start)).collect();
+            let (x0, v0) = self.initial(&inverse_mass, &effort, range.start..range.start + fitted, layout, (x, &v), &hidden);
+            let run = self.run(&inverse_mass, &effort, range, layout.rate_hz, layout.start_s, (&x0, &v0, &hidden));
             let series = [&run.x, &run.v, &run.a][order];
             for (i, p) in predicted.iter_mut().enumerate() {
                 p.extend(series.iter().skip(i).step_by(n));
@@ -244,23 +244,24 @@ impl Runner {
         Some(Prediction { measured, predicted, scored: (0..covered).map(|k| windowed || k >= skip).collect() })
     }
 
-    /// Initial displacement and velocity that fit the first samples best, by one Gauss-Newton step each way.
+    /// Initial displacement and velocity that fit the first samples best, by two Gauss-Newton steps.
     fn initial(
         &self,
         inverse_mass: &[Vec<f64>],
         effort: &[Vec<f64>],
         range: std::ops::Range<usize>,
         layout: &Arc<Layout>,
-        x: &[Vec<f64>],
-        v: &[Vec<f64>],
+        (x, v): (&[Vec<f64>], &[Vec<f64>]),
+        hidden: &[f64],
     ) -> (Vec<f64>, Vec<f64>) {
         let n = x.len();
         let mut guess: Vec<f64> = x.iter().chain(v).map(|s| s[range.start]).collect();
+        let run = |g: &[f64]| self.run(inverse_mass, effort, range.clone(), layout.rate_hz, layout.start_s, (&g[..n], &g[n..], hidden)).x;
+        let target: Vec<f64> = range.clone().flat_map(|k| x.iter().map(move |s| s[k])).collect();
+        let rest_of = |base: &[f64]| -> Vec<f64> { target.iter().zip(base).map(|(t, b)| t - b).collect() };
+        let mut base = run(&guess);
+        let mut rest = rest_of(&base);
         for _ in 0..2 {
-            let run = |g: &[f64]| self.run(inverse_mass, effort, range.clone(), layout.rate_hz, layout.start_s, (&g[..n], &g[n..])).x;
-            let base = run(&guess);
-            let target: Vec<f64> = range.clone().flat_map(|k| x.iter().map(move |s| s[k])).collect();
-            let rest: Vec<f64> = target.iter().zip(&base).map(|(t, b)| t - b).collect();
             let size: Vec<f64> =
                 x.iter().chain(v).map(|s| 1e-3 * (s[range.clone()].iter().map(|v| v * v).sum::<f64>() / range.len() as f64).sqrt().max(1e-12)).collect();
             let slopes: Vec<Vec<f64>> = (0..2 * n)
@@ -278,7 +279,14 @@ impl Runner {
             }
             let rhs: Vec<f64> = slopes.iter().map(|s| crate::linear::dot(s, &rest)).collect();
             let Some(step) = gram.factor().map(|f| f.solve(&rhs)).filter(|s| s.iter().all(|v| v.is_finite())) else { break };
-            guess.iter_mut().zip(&step).for_each(|(g, s)| *g += s);
+            let next: Vec<f64> = guess.iter().zip(&step).map(|(g, s)| g + s).collect();
+            let moved = run(&next);
+            let left = rest_of(&moved);
+            // Friction that sticks has no slope to follow: a step that does not help is not taken.
+            if crate::linear::dot(&left, &left).total_cmp(&crate::linear::dot(&rest, &rest)).is_ge() {
+                break;
+            }
+            (guess, base, rest) = (next, moved, left);
         }
         (guess[..n].to_vec(), guess[n..].to_vec())
     }

@@ -23,6 +23,9 @@ impl Features {
     }
 }
 
+/// Fewer blocks than this cannot be split into fitted and held-out ones.
+const FEWEST_BLOCKS: usize = 3;
+
 /// What the generic model gains.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Gate {
@@ -162,11 +165,14 @@ fn folds(subject: &Subject) -> Vec<Vec<usize>> {
 }
 
 /// Minus log-likelihood of each fold under a model fitted to the others.
-fn held_out(subject: &Subject, stand: &Stand, extra: &[&Column]) -> Option<Vec<f64>> {
+pub(crate) fn held_out(subject: &Subject, stand: &Stand, extra: &[&Column]) -> Option<Vec<f64>> {
     use crate::plant::Role;
     let columns: Vec<&Column> = stand.base.columns.iter().chain(&stand.terms).chain(extra.iter().copied()).collect();
     let free: Vec<usize> = stand.base.roles.iter().enumerate().filter(|(_, r)| matches!(r, Role::Offset(..))).map(|(k, _)| k).collect();
     let blocks = subject.layout.blocks();
+    if blocks < FEWEST_BLOCKS {
+        return None;
+    }
     folds(subject)
         .iter()
         .map(|fold| {
@@ -189,8 +195,7 @@ pub(crate) fn gate(subject: &Subject, baseline: &Stand, found: &Found, features:
     let (before, after) = (whitened_power(&stand.fit.residual, &stand.fit.power), whitened_power(&full.residual, &stand.fit.power));
     let mut gate =
         Gate { removed: (1.0 - after / before).max(0.0), size: size(stand, &stand.fit.residual, &full.residual), power: full.power.clone(), ..Gate::default() };
-    if subject.layout.blocks() >= 3
-        && let (Some(base), Some(named), Some(generic)) = (held_out(subject, baseline, &[]), held_out(subject, stand, &[]), held_out(subject, stand, &all))
+    if let (Some(base), Some(named), Some(generic)) = (held_out(subject, baseline, &[]), held_out(subject, stand, &[]), held_out(subject, stand, &all))
     {
         let gains: Vec<f64> = named.iter().zip(&generic).map(|(n, g)| n - g).collect();
         let mean = gains.iter().sum::<f64>() / gains.len() as f64;

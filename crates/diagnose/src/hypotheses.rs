@@ -6,7 +6,7 @@ use crate::state::{Cause, Column, Entry, State, Transform};
 use crate::whittle::{Fit, Likelihood, Power};
 use ndof_models::effects::{Action, EFFECTS, Effect, Form, Scale};
 use num_complex::Complex64;
-use std::sync::Arc;
+use std::sync::{Arc, OnceLock};
 
 /// A form of an effect at a site.
 pub(crate) struct Hypothesis {
@@ -59,6 +59,15 @@ impl Hypothesis {
     }
 }
 
+/// Columns on the points of every hypothesis' grid, for channels that nothing has corrected; filled where first needed.
+pub(crate) struct Cache(Vec<Vec<OnceLock<Vec<Column>>>>);
+
+impl Cache {
+    pub fn new(hypotheses: &[Hypothesis]) -> Self {
+        Cache(hypotheses.iter().map(|h| h.form.grid.iter().map(|_| OnceLock::new()).collect()).collect())
+    }
+}
+
 /// What all hypotheses of a step are added to.
 pub(crate) struct Ground<'a> {
     pub state: &'a State,
@@ -95,20 +104,28 @@ impl Ground<'_> {
             let fit = Likelihood::new(&state, self.cause, &base.held).fit(&columns, self.power, rounds, true)?;
             return hypothesis.form.admits(knobs, &[]).then(|| Tried { knobs: knobs.to_vec(), coefficients: vec![], fit });
         }
-        let extra = hypothesis.columns(self.state, knobs);
-        let columns: Vec<&Column> = self.base.columns.iter().chain(self.terms).chain(&extra).collect();
+        self.add(hypothesis, knobs, &hypothesis.columns(self.state, knobs), rounds)
+    }
+
+    /// The fit with the columns of a hypothesis beside all others.
+    fn add(&self, hypothesis: &Hypothesis, knobs: &[f64], extra: &[Column], rounds: usize) -> Option<Tried> {
+        let columns: Vec<&Column> = self.base.columns.iter().chain(self.terms).chain(extra).collect();
         let fit = Likelihood::new(self.state, self.cause, &self.base.held).fit(&columns, self.power, rounds, true)?;
         let coefficients = fit.theta[columns.len() - extra.len()..].to_vec();
         hypothesis.form.admits(knobs, &coefficients).then(|| Tried { knobs: knobs.to_vec(), coefficients, fit })
     }
 
-    /// The best point of the hypothesis' grid.
-    pub fn screen(&self, hypothesis: &Hypothesis) -> Option<Tried> {
-        hypothesis
-            .form
-            .grid
-            .iter()
-            .filter_map(|knobs| self.evaluate(hypothesis, knobs, 1))
+    /// The best point of the grid of hypothesis `number`.
+    pub fn screen(&self, hypothesis: &Hypothesis, number: usize, cache: &Cache) -> Option<Tried> {
+        let stored = self.state.transforms.is_empty() && !hypothesis.corrects();
+        let points = hypothesis.form.grid.iter().zip(&cache.0[number]);
+        points
+            .filter_map(|(knobs, place)| {
+                if stored {
+                    return self.add(hypothesis, knobs, place.get_or_init(|| hypothesis.columns(self.state, knobs)), 1);
+                }
+                self.evaluate(hypothesis, knobs, 1)
+            })
             .reduce(|best, next| if next.fit.log_likelihood > best.fit.log_likelihood { next } else { best })
     }
 

@@ -19,6 +19,8 @@ pub(crate) struct Court {
     order: usize,
     motion_imposed: bool,
     pub windowed: bool,
+    /// The channels as they were measured.
+    raw: State,
 }
 
 /// What a model leaves of the held-out outputs.
@@ -27,10 +29,12 @@ pub(crate) struct Errors {
     pub score: Score,
     /// Squared error over the output's variance, `[output][time]` of all trials, scored samples only.
     pub relative: Vec<Vec<f64>>,
+    /// Prediction over the output's standard deviation, likewise.
+    pub predicted: Vec<Vec<f64>>,
 }
 
 impl Court {
-    pub fn new(samples: &Samples, meaning: &Meaning, subject: &Subject) -> Self {
+    pub fn new(samples: &Samples, meaning: &Meaning, subject: &Subject, restoring: bool) -> Self {
         let band = &subject.layout.frequency_hz;
         let axes = subject.layout.axes;
         let mut layout = Layout::new(samples.effort.len(), axes, samples.len(), samples.rate_hz, (0.0, band[band.len() - 1]));
@@ -38,11 +42,13 @@ impl Court {
         layout.time_s = subject.layout.time_s;
         let layout = Arc::new(layout);
         let tracks = |all: &[Vec<Vec<f64>>]| -> Tracks { all.iter().map(|trial| trial.iter().map(|x| layout.track(x)).collect()).collect() };
-        let windowed = !meaning.motion_imposed && !subject.scale.spring;
+        let windowed = !meaning.motion_imposed && !restoring;
+        let (effort, motion) = (tracks(&samples.effort), tracks(&samples.motion));
         Court {
-            effort: tracks(&samples.effort),
-            motion: tracks(&samples.motion),
-            layout: layout.clone(),
+            raw: State::new(&layout, &effort, &motion, &subject.centre, &[]),
+            effort,
+            motion,
+            layout,
             order: meaning.order,
             motion_imposed: meaning.motion_imposed,
             windowed,
@@ -57,7 +63,7 @@ impl Court {
     /// Free-run errors of a model.
     pub fn errors(&self, subject: &Subject, chosen: &[Chosen], stand: &Stand) -> Errors {
         let runner = subject.runner(chosen, stand);
-        let raw = State::new(&self.layout, &self.effort, &self.motion, &subject.centre, &[]);
+        let raw = &self.raw;
         let state = if stand.state.transforms.is_empty() {
             raw.clone()
         } else {
@@ -65,9 +71,9 @@ impl Court {
         };
         let n = self.layout.axes;
         let predictions: Vec<Option<Prediction>> =
-            (0..self.layout.trials).map(|t| runner.predict(&raw, &state, t, self.order, self.motion_imposed, self.windowed)).collect();
+            (0..self.layout.trials).map(|t| runner.predict(raw, &state, t, self.order, self.motion_imposed, self.windowed)).collect();
         let mut score = Score::default();
-        let mut relative = Vec::new();
+        let (mut relative, mut predicted) = (Vec::new(), Vec::new());
         for i in 0..n {
             let pairs = || {
                 predictions
@@ -85,12 +91,22 @@ impl Court {
             score.nrmse.push(good.then(|| (power / variance).sqrt()));
             score.vaf_percent.push(good.then(|| 100.0 * (1.0 - (power - bias * bias) / variance)));
             relative.push(errors.iter().map(|e| e * e / variance).collect());
+            predicted.push(pairs().map(|p| p.1 / variance.sqrt()).collect());
         }
-        Errors { score, relative }
+        Errors { score, relative, predicted }
     }
 }
 
 impl Errors {
+    /// rms difference of two predictions on the output where it is largest, as a share of the output's standard deviation.
+    pub fn distance(&self, other: &Errors) -> f64 {
+        let one = |(a, b): (&Vec<f64>, &Vec<f64>)| {
+            let power = a.iter().zip(b).map(|(a, b)| (a - b).powi(2)).sum::<f64>() / a.len().max(1) as f64;
+            if power.is_finite() { power.sqrt() } else { 0.0 }
+        };
+        self.predicted.iter().zip(&other.predicted).map(one).fold(0.0, f64::max)
+    }
+
     /// Mean over all outputs of the error's variance, as a share of the output's.
     pub fn variance(&self) -> Option<f64> {
         let shares: Option<Vec<f64>> = self.score.vaf_percent.iter().map(|v| v.map(|v| 1.0 - v / 100.0)).collect();

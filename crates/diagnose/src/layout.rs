@@ -112,7 +112,9 @@ impl Layout {
         while trials * blocks < 4 && band_hz.1 * (inner / (blocks + 1)) as f64 / rate_hz >= 60.0 {
             blocks += 1;
         }
-        let block = inner / blocks - (inner / blocks) % 2;
+        // At most 4 % shorter, for a fast transform.
+        let longest = inner / blocks - (inner / blocks) % 2;
+        let block = (longest - longest / 25..=longest).rev().find(|n| smooth_length(*n) == *n).unwrap_or(longest);
         let starts = (0..blocks).map(|b| trim + b * block).collect();
         let window: Vec<f64> = (0..block)
             .map(|k| {
@@ -283,6 +285,8 @@ impl Layout {
             if self.block_forward.process_with_scratch(&mut buffer, &mut spectrum, &mut scratch).is_err() {
                 spectrum.iter_mut().for_each(|v| *v = Complex64::new(f64::NAN, 0.0));
             }
+            // The line at 0 Hz is real: it carries half of what a complex one does.
+            spectrum[0] *= std::f64::consts::FRAC_1_SQRT_2;
             out.extend(spectrum[self.bins.clone()].iter().zip(&self.keep).map(|(x, keep)| if *keep { *x } else { Complex64::ZERO }));
         }
     }

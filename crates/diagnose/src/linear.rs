@@ -93,27 +93,41 @@ impl Factor {
 
 /// ln |det| and the inverse of a complex n × n matrix by rows; `None` where it is singular.
 pub(crate) fn inverse(matrix: &[Complex64], n: usize) -> Option<(f64, Vec<Complex64>)> {
-    if n == 1 {
-        let size = matrix[0].norm();
-        return (size > 0.0 && size.is_finite()).then(|| (size.ln(), vec![1.0 / matrix[0]]));
-    }
     let mut a = matrix.to_vec();
-    let mut inv: Vec<Complex64> = (0..n * n).map(|k| if k / n == k % n { Complex64::ONE } else { Complex64::ZERO }).collect();
+    let mut inv = vec![Complex64::ZERO; n * n];
+    invert_into(&mut a, &mut inv, n).map(|log_det| (log_det, inv))
+}
+
+/// ln |det| of `a`, which is used up, and its inverse written to `inv`; `None` where it is singular.
+pub(crate) fn invert_into(a: &mut [Complex64], inv: &mut [Complex64], n: usize) -> Option<f64> {
+    if n == 1 {
+        let power = a[0].norm_sqr();
+        inv[0] = a[0].conj() / power;
+        return (power > 0.0 && power.is_finite()).then(|| 0.5 * power.ln());
+    }
+    if n == 2 {
+        let det = a[0] * a[3] - a[1] * a[2];
+        let power = det.norm_sqr();
+        let back = det.conj() / power;
+        (inv[0], inv[1], inv[2], inv[3]) = (a[3] * back, -a[1] * back, -a[2] * back, a[0] * back);
+        return (power > 0.0 && power.is_finite()).then(|| 0.5 * power.ln());
+    }
+    inv.iter_mut().enumerate().for_each(|(k, v)| *v = if k / n == k % n { Complex64::ONE } else { Complex64::ZERO });
     let mut log_det = 0.0;
     for col in 0..n {
         let pivot = (col..n).max_by(|&i, &j| a[i * n + col].norm_sqr().total_cmp(&a[j * n + col].norm_sqr()))?;
-        let size = a[pivot * n + col].norm();
-        if size.is_nan() || size <= 0.0 {
+        let power = a[pivot * n + col].norm_sqr();
+        if power.is_nan() || power <= 0.0 {
             return None;
         }
-        log_det += size.ln();
+        log_det += 0.5 * power.ln();
         if pivot != col {
             for k in 0..n {
                 a.swap(pivot * n + k, col * n + k);
                 inv.swap(pivot * n + k, col * n + k);
             }
         }
-        let scale = 1.0 / a[col * n + col];
+        let scale = a[col * n + col].conj() / power;
         for k in 0..n {
             a[col * n + k] *= scale;
             inv[col * n + k] *= scale;
@@ -129,12 +143,18 @@ pub(crate) fn inverse(matrix: &[Complex64], n: usize) -> Option<(f64, Vec<Comple
             }
         }
     }
-    Some((log_det, inv))
+    Some(log_det)
 }
 
 /// Product of two complex n × n matrices by rows.
 pub(crate) fn product(a: &[Complex64], b: &[Complex64], n: usize) -> Vec<Complex64> {
     let mut out = vec![Complex64::ZERO; n * n];
+    add_product(a, b, n, &mut out);
+    out
+}
+
+/// Adds the product of two complex n × n matrices by rows.
+pub(crate) fn add_product(a: &[Complex64], b: &[Complex64], n: usize, out: &mut [Complex64]) {
     for i in 0..n {
         for k in 0..n {
             let f = a[i * n + k];
@@ -145,7 +165,6 @@ pub(crate) fn product(a: &[Complex64], b: &[Complex64], n: usize) -> Vec<Complex
             }
         }
     }
-    out
 }
 
 /// Σ a b, in eight lanes.

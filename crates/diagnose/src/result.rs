@@ -1,5 +1,6 @@
 //! What a diagnosis says. Field names are those of the result file.
 
+use crate::probability::Features;
 use ndof_models::effects::Value;
 use serde::{Deserialize, Serialize};
 
@@ -195,6 +196,9 @@ pub struct Cause {
     pub gain: Gain,
     /// Sentences with their numbers.
     pub evidence: Vec<String>,
+    /// What the probability was computed from, where a search found the cause.
+    #[serde(skip)]
+    pub features: Option<Features>,
 }
 
 /// A parameter of the baseline that the missing effect had biased.
@@ -247,8 +251,10 @@ pub struct Minor {
     pub effect: String,
     /// Where it sits.
     pub site: Site,
-    /// What it removes, as a share of the effort's rms.
+    /// What it removes of the effort's rms or changes of the prediction, whichever is more, as a share.
     pub removed: f64,
+    /// Why it is not named.
+    pub why: String,
 }
 
 /// Causes that this recording cannot tell apart.

@@ -1,6 +1,6 @@
 //! Forward steps, each followed by a joint refinement, and a backward check.
 
-use crate::hypotheses::{Ground, Hypothesis, Tried};
+use crate::hypotheses::{Cache, Ground, Hypothesis, Tried};
 use crate::optimise;
 use crate::plant::{Base, Structure};
 use crate::state::{Column, State};
@@ -12,6 +12,10 @@ use rayon::prelude::*;
 pub(crate) const ENOUGH: f64 = 6.0;
 /// Smallest share of the whitened residual that a force removes; what corrects a channel competes with the tolerances, which hide its share.
 const SMALLEST_SHARE: f64 = 0.002;
+/// What lies further behind the best on the grid is not refined.
+const BEHIND: f64 = 60.0;
+/// What gains less on its grid than this share of what it needs is not refined.
+const PROMISING: f64 = 0.25;
 /// Rounds of joint refinement after a step.
 const SWEEPS: usize = 2;
 
@@ -94,21 +98,23 @@ impl Subject {
     }
 
     /// Tries every hypothesis on a model, in parallel; the order of the result does not depend on the threads.
-    pub fn step(&self, stand: &Stand, taken: &[Chosen]) -> Step {
+    pub fn step(&self, stand: &Stand, taken: &[Chosen], cache: &Cache) -> Step {
         let ground = self.ground(stand);
         let level = stand.fit.log_likelihood;
         let whitened = |fit: &Fit| -> f64 { whitened_power(&fit.residual, &stand.fit.power) };
         let before = whitened(&stand.fit);
         let net = |h: &Hypothesis, t: &Tried| t.fit.log_likelihood - level - self.price(h.form.cost());
         let open: Vec<usize> = (0..self.hypotheses.len()).filter(|i| taken.iter().all(|c| c.hypothesis != *i)).collect();
-        let screened: Vec<(usize, Tried)> = open.par_iter().filter_map(|&i| ground.screen(&self.hypotheses[i]).map(|t| (i, t))).collect();
+        let screened: Vec<(usize, Tried)> = open.par_iter().filter_map(|&i| ground.screen(&self.hypotheses[i], i, cache).map(|t| (i, t))).collect();
         let best = screened.iter().map(|(i, t)| net(&self.hypotheses[*i], t)).fold(f64::NEG_INFINITY, f64::max);
-        let bar = best - (0.3 * best).max(200.0);
+        let bar = best - (0.3 * best).max(BEHIND);
         let mut judged: Vec<Judged> = screened
             .par_iter()
             .filter_map(|(i, start)| {
                 let h = &self.hypotheses[*i];
-                let tried = if net(h, start) >= bar || h.corrects() { ground.refine(h, start, 28)? } else { start.clone() };
+                let gain = start.fit.log_likelihood - level;
+                let promising = gain >= PROMISING * (ENOUGH + self.price(h.form.cost())) && (net(h, start) >= bar || h.corrects());
+                let tried = if promising { ground.refine(h, start, 28)? } else { start.clone() };
                 (!optimise::tells(&h.form.knobs, &tried.knobs)).then(|| Judged {
                     hypothesis: *i,
                     gain: tried.fit.log_likelihood - level,
@@ -154,10 +160,11 @@ impl Subject {
         let mut chosen: Vec<Chosen> = Vec::new();
         let mut step_of = Vec::new();
         let mut steps = Vec::new();
+        let cache = Cache::new(&self.hypotheses);
         let mut stand = self.stand(&chosen, &self.start, 4)?;
         loop {
             progress(&format!("step {}: {} hypotheses", steps.len() + 1, self.hypotheses.len()));
-            let step = self.step(&stand, &chosen);
+            let step = self.step(&stand, &chosen, &cache);
             let lead = step.judged.first().cloned();
             steps.push(step);
             let Some(lead) = lead.filter(|l| l.net > ENOUGH && (l.share > SMALLEST_SHARE || self.hypotheses[l.hypothesis].corrects())) else { break };

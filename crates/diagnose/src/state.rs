@@ -19,6 +19,8 @@ pub(crate) enum Cause {
     Motion,
     /// The effort is imposed, the motion answers.
     Effort,
+    /// The effort is imposed, and the motion is mostly not what the baseline makes of it: the bias of a noisy motion cannot be told from the rest.
+    Unclear,
     /// A robot of this impedance (`[bin]`, rows of an n × n matrix) closes the loop around the plant.
     Loop(Arc<Vec<Vec<Complex64>>>),
 }
@@ -167,7 +169,20 @@ impl State {
         let delayed = (delay > 0.0).then(|| self.delayed(trial, delay));
         let (dx, dv) = delayed.as_ref().map_or((&self.law_x[trial], &self.law_v[trial]), |d| (&d.0, &d.1));
         let clock = (self.layout.rate_hz, self.layout.start_s);
-        along(law, clock, self.layout.axes, (&self.law_x[trial], &self.law_v[trial]), (dx, dv))
+        along(law, clock, self.layout.axes, (&self.law_x[trial], &self.law_v[trial]), (dx, dv)).0
+    }
+
+    /// The hidden states of a law at a sample of one trial, from the measured motion before it.
+    pub fn hidden(&self, law: &dyn ForceLaw, trial: usize, sample: usize) -> Vec<f64> {
+        if law.states() == 0 || sample == 0 {
+            return vec![0.0; law.states()];
+        }
+        let delay = law.delay_s();
+        let delayed = (delay > 0.0).then(|| self.delayed(trial, delay));
+        let (dx, dv) = delayed.as_ref().map_or((&self.law_x[trial], &self.law_v[trial]), |d| (&d.0, &d.1));
+        let until = (sample + 1) * self.layout.axes;
+        let clock = (self.layout.rate_hz, self.layout.start_s);
+        along(law, clock, self.layout.axes, (&self.law_x[trial][..until], &self.law_v[trial][..until]), (&dx[..until], &dv[..until])).1
     }
 
     /// What the effort channels would show of these true efforts.
@@ -368,8 +383,8 @@ fn apply(layout: &Layout, transform: &Transform, effort: &mut Tracks, motion: &m
     }
 }
 
-/// The forces of a law along one motion, its hidden states integrated by Heun's rule with as many steps a sample as they need.
-pub(crate) fn along(law: &dyn ForceLaw, (rate_hz, start_s): (f64, f64), axes: usize, (x, v): (&[f64], &[f64]), (dx, dv): (&[f64], &[f64])) -> Vec<Vec<f64>> {
+/// The forces of a law along one motion and its last hidden states, which are integrated by Heun's rule with as many steps a sample as they need.
+pub(crate) fn along(law: &dyn ForceLaw, (rate_hz, start_s): (f64, f64), axes: usize, (x, v): (&[f64], &[f64]), (dx, dv): (&[f64], &[f64])) -> (Vec<Vec<f64>>, Vec<f64>) {
     let samples = x.len() / axes;
     let states = law.states();
     let mut out = vec![vec![0.0; samples]; axes];
@@ -408,7 +423,7 @@ pub(crate) fn along(law: &dyn ForceLaw, (rate_hz, start_s): (f64, f64), axes: us
             z.iter_mut().zip(&k1).zip(&k2).for_each(|((z, a), b)| *z += 0.5 * h * (a + b));
         }
     }
-    out
+    (out, z)
 }
 
 fn interpolate(place: &mut [f64], fraction: f64, axes: usize, series: [&[f64]; 4], here: &std::ops::Range<usize>, next: &std::ops::Range<usize>) {

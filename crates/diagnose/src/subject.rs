@@ -59,7 +59,7 @@ impl Subject {
         let (effort, motion) = (tracks(&samples.effort), tracks(&samples.motion));
         let centre: Vec<f64> = (0..axes).map(|i| std(&samples.motion, i).0).collect();
         let state = State::new(&layout, &effort, &motion, &centre, &[]);
-        let cause = if meaning.motion_imposed {
+        let mut cause = if meaning.motion_imposed {
             Cause::Motion
         } else if samples.reference[0].is_empty() {
             Cause::Effort
@@ -69,7 +69,11 @@ impl Subject {
                 .map_or(Cause::Effort, |r| Cause::Loop(Arc::new(r.impedance)))
         };
         let mut structure = Structure::new(axes, baseline, true);
-        let (base, mut fit) = settle(&state, &cause, &structure)?;
+        let (mut base, mut fit) = settle(&state, &cause, &structure)?;
+        if runs_away(&state, &fit) {
+            cause = Cause::Unclear;
+            (base, fit) = settle(&state, &cause, &structure)?;
+        }
         if baseline.is_none() && !needs_spring(&state, &cause, &structure, &base, &fit) {
             structure.spring = false;
         }
@@ -148,6 +152,12 @@ fn settle(state: &State, cause: &Cause, structure: &Structure) -> Result<(Base, 
         likelihood.fit(&columns, &power, 3, false).and_then(|start| likelihood.fit(&columns, &start.power, 4, true)).ok_or(DiagnoseError::BaselineFailed)?;
     drop(columns);
     Ok((base, fit))
+}
+
+/// Whether a fit leaves more than there was.
+fn runs_away(state: &State, fit: &Fit) -> bool {
+    let power = |v: &[num_complex::Complex64]| v.iter().map(|v| v.norm_sqr()).sum::<f64>();
+    fit.residual.iter().zip(&state.effort_spectra).any(|(e, f)| power(e) > power(f))
 }
 
 /// Whether the diagonal of the stiffness is more than chance and matters within the band.

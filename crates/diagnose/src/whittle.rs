@@ -106,26 +106,29 @@ impl<'a> Likelihood<'a> {
         let n = layout.axes;
         let mut slope = vec![0.0; columns.len()];
         let mut total = 0.0;
-        let imposed = matches!(self.cause, Cause::Motion);
+        let imposed = matches!(self.cause, Cause::Motion | Cause::Unclear);
         let impedance = match self.cause {
             Cause::Loop(z) => Some(z),
             _ => None,
         };
         let chain = &self.state.chain;
+        let mut g = vec![Complex64::ZERO; n * n];
+        let (mut through, mut dynamics, mut inv, mut back) = (g.clone(), g.clone(), g.clone(), g.clone());
         for k in (0..layout.lines()).filter(|k| layout.keep[*k]) {
             // Motion imposed: the effort's density, A + D C. Effort imposed or in a loop: the motion's, A Z + D (T + C Z).
             let z = impedance.map(|z| z[k].as_slice());
-            let mut g = match (imposed, z) {
-                (true, _) => chain.effort[k].clone(),
-                (false, Some(z)) => linear::product(&chain.effort[k], z, n),
-                (false, None) => vec![Complex64::ZERO; n * n],
-            };
+            g.fill(Complex64::ZERO);
+            match (imposed, z) {
+                (true, _) => g.copy_from_slice(&chain.effort[k]),
+                (false, Some(z)) => linear::add_product(&chain.effort[k], z, n, &mut g),
+                (false, None) => {}
+            }
             let direct = if imposed { chain.series[k] } else { chain.motion[k] };
-            let mut through: Vec<Complex64> = (0..n * n).map(|q| if q / n == q % n { direct } else { Complex64::ZERO }).collect();
+            through.iter_mut().enumerate().for_each(|(q, t)| *t = if q / n == q % n { direct } else { Complex64::ZERO });
             if let Some(z) = z {
                 through.iter_mut().zip(z).for_each(|(t, z)| *t += chain.series[k] * z);
             }
-            let mut dynamics = vec![Complex64::ZERO; n * n];
+            dynamics.fill(Complex64::ZERO);
             let held = self.held.iter().map(|(column, value)| (column, *value));
             for (column, value) in columns.iter().copied().zip(theta.iter().copied()).chain(held) {
                 for (i, j, h) in &column.action {
@@ -135,18 +138,19 @@ impl<'a> Likelihood<'a> {
                     }
                 }
             }
-            g.iter_mut().zip(linear::product(&dynamics, &through, n)).for_each(|(g, d)| *g += d);
-            let (log_det, inv) = linear::inverse(&g, n)?;
-            total += log_det;
+            linear::add_product(&dynamics, &through, n, &mut g);
+            total += linear::invert_into(&mut g, &mut inv, n)?;
             if with_slope {
-                let back = linear::product(&through, &inv, n);
+                back.fill(Complex64::ZERO);
+                linear::add_product(&through, &inv, n, &mut back);
                 for (column, slope) in columns.iter().zip(&mut slope) {
+                    let m = match column.through {
+                        Through::Motion => &back,
+                        Through::Effort => &inv,
+                    };
                     for (i, j, h) in &column.action {
-                        let m = match column.through {
-                            Through::Motion => &back,
-                            Through::Effort => &inv,
-                        };
-                        *slope += (h[k] * m[j * n + i]).re;
+                        let (h, m) = (h[k], m[j * n + i]);
+                        *slope += h.re * m.re - h.im * m.im;
                     }
                 }
             }
@@ -192,7 +196,7 @@ impl<'a> Likelihood<'a> {
             }
             let factor = gram.factor()?;
             let mut now = theta.clone().unwrap_or_else(|| factor.solve(&rhs));
-            if bias_free && !(matches!(self.cause, Cause::Motion) && self.state.chain.series.iter().all(|c| *c == Complex64::ZERO)) {
+            if bias_free && !(matches!(self.cause, Cause::Motion | Cause::Unclear) && self.state.chain.series.iter().all(|c| *c == Complex64::ZERO)) {
                 for _ in 0..3 {
                     let (_, slope) = self.determinant(columns, &now, true)?;
                     let shifted: Vec<f64> = rhs.iter().zip(&slope).map(|(r, b)| r + b * blocks.len() as f64).collect();

@@ -12,6 +12,7 @@ mod roles;
 mod suggest;
 mod trials;
 mod trim;
+mod words;
 
 pub use error::StudyError;
 pub use page::{cases_report, diagnosis_report, estimate_report, fit_report, study_report, summary_tables};
@@ -24,3 +25,4 @@ pub use roles::{RoleNames, Roles, axis_of};
 pub use suggest::nearest;
 pub use trials::{Trial, Trials};
 pub use trim::Trim;
+pub use words::{p_value, sentence};

@@ -9,7 +9,7 @@ use ndof_models::effects::EFFECTS;
 use ndof_study::file::{self, BaselineFile};
 use ndof_study::result::diagnosis::{Cause, CauseValue, DiagnosisResult};
 use ndof_study::result::fit::Site;
-use ndof_study::{DiagnoseSettings, HoldOut, nearest};
+use ndof_study::{DiagnoseSettings, HoldOut, nearest, p_value, sentence};
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
@@ -103,7 +103,7 @@ fn read_baseline(path: &Path) -> Result<BaselineFile, CliError> {
 /// Verdict, causes with evidence, gain, and what else to know.
 pub fn summary(result: &DiagnosisResult) -> String {
     let d = &result.diagnosis;
-    let mut text = format!("verdict: {}\nfitted: {}; held out: {}\n", d.verdict, d.split.estimation, d.split.held_out);
+    let mut text = format!("{}\n\nverdict: {}\nfitted: {}; held out: {}\n", sentence(d), d.verdict, d.split.estimation, d.split.held_out);
     for cause in &d.causes {
         text += &cause_lines(cause);
     }
@@ -120,7 +120,7 @@ pub fn summary(result: &DiagnosisResult) -> String {
         text += &format!("cannot be told apart here: {}; next experiment: {}\n", confusable.effects.join(", "), confusable.next_experiment);
     }
     for minor in &d.minor {
-        text += &format!("minor: {} ({}), removes {}\n", minor.effect, place(&minor.site), short(minor.removed));
+        text += &format!("minor: {} ({}), {}\n", minor.effect, place(&minor.site), minor.why);
     }
     for note in &d.discrepancy.notes {
         text += &format!("note: {note}\n");
@@ -133,7 +133,7 @@ fn place(site: &Site) -> String {
 }
 
 fn cause_lines(cause: &Cause) -> String {
-    let mut text = format!("\n{} ({}), probability {}, p {}\n", cause.effect, place(&cause.site), short(cause.probability), short(cause.p_value));
+    let mut text = format!("\n{} ({}), probability {}, p {}\n", cause.effect, place(&cause.site), short(cause.probability), p_value(cause.p_value));
     for p in &cause.parameters {
         let value = match &p.value {
             Some(CauseValue::Number(value)) => short(Some(*value)),

@@ -7,6 +7,7 @@ use crate::result::VERSION;
 use crate::result::diagnosis::{Cause, CauseValue, Diagnosis, DiagnosisResult};
 use crate::result::fit::Site;
 use crate::trials::Trials;
+use crate::words::{p_value, sentence};
 use ndof_report::figures::{self, Considered, Estimate, HeldOut};
 use ndof_report::number::significant;
 use ndof_report::{Align, Note, Report, Section, Table};
@@ -19,7 +20,7 @@ pub fn diagnosis_report(trials: &Trials, result: &DiagnosisResult, title: &str, 
     let d = &result.diagnosis;
     let mut report = Report {
         title: title.to_owned(),
-        lead: verdict(d),
+        lead: sentence(d),
         facts: vec![
             ("Inputs".to_owned(), result.inputs.join(", ")),
             ("Outputs".to_owned(), result.outputs.join(", ")),
@@ -43,18 +44,8 @@ pub(super) fn sections(result: &DiagnosisResult) -> Result<Vec<Section>, StudyEr
     sections.push(gain_section(result)?);
     sections.push(discrepancy_section(d)?);
     sections.extend(considered_section(d)?);
+    sections.extend(next_section(d));
     Ok(sections)
-}
-
-fn verdict(d: &Diagnosis) -> String {
-    let site = |site: &Site| [site.side.as_str(), site.axis.as_str()].join(" ").trim_end().to_owned();
-    let names: Vec<String> = d.causes.iter().map(|cause| format!("{} ({})", cause.effect, site(&cause.site))).collect();
-    match d.verdict.as_str() {
-        "adequate" => "The simulation is adequate: nothing beyond the tolerance is missing.".to_owned(),
-        "explained" => format!("What the simulation misses is explained by {}.", names.join(" and ")),
-        "partly-explained" => format!("What the simulation misses is explained in part by {}.", names.join(" and ")),
-        _ => "The simulation misses something that none of the known causes explains.".to_owned(),
-    }
 }
 
 /// "hysteresis, limb, x".
@@ -81,7 +72,7 @@ fn cause_section(cause: &Cause) -> Section {
         let interval = p.ci95.map_or_else(|| "–".to_owned(), |[low, high]| format!("{} … {}", number(low), number(high)));
         table = table.row([p.name.clone(), p.unit.clone(), value, interval]);
     }
-    let lead = format!("With probability {:.2}, p = {}.", nan(cause.probability), number(nan(cause.p_value)));
+    let lead = format!("With probability {:.2}, p {}.", nan(cause.probability), p_value(cause.p_value));
     Section::new(format!("Cause: {}", name(&cause.effect, &cause.site)), lead).table(table).list(cause.evidence.clone())
 }
 
@@ -145,4 +136,12 @@ fn considered_section(d: &Diagnosis) -> Result<Option<Section>, StudyError> {
     });
     let rows: Vec<Considered> = named.chain(others).collect();
     Ok(Some(Section::new("What else was tried", "And why it was not named.").figure(figures::considered("considered", "Considered", &rows)?)))
+}
+
+/// What cannot be told apart and what is too small to matter, each with what to do about it.
+fn next_section(d: &Diagnosis) -> Option<Section> {
+    let apart = d.confusable.iter().map(|c| format!("{} cannot be told apart by this recording. Next experiment: {}.", c.effects.join(" and "), c.next_experiment));
+    let minor = d.minor.iter().map(|m| format!("{} is significant but minor: {}.", name(&m.effect, &m.site), m.why));
+    let lines: Vec<String> = apart.chain(minor).collect();
+    (!lines.is_empty()).then(|| Section::new("What remains", "What to measure next, and what is too small to matter.").list(lines))
 }

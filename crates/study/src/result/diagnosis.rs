@@ -263,8 +263,10 @@ pub struct Minor {
     pub effect: String,
     /// Where it sits.
     pub site: Site,
-    /// What it removes.
+    /// What it removes of the effort's rms or changes of the prediction, whichever is more, as a share.
     pub removed: Number,
+    /// Why it is not named.
+    pub why: String,
 }
 
 /// Causes that this recording cannot tell apart.

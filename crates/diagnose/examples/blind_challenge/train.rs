@@ -1,0 +1,73 @@
+//! The coefficients of the probability, from stored rows.
+//!
+//! Logistic regression of "the name is right" on what the search saw, each coefficient bound to the sign that physics demands,
+//! with a ridge of one case; found by Newton steps along one coordinate after the other.
+
+use crate::row::Row;
+use ndof_diagnose::SIGNS;
+
+/// Case: features with a leading one, and whether the name was right.
+type Case = (Vec<f64>, bool);
+
+fn logistic(w: &[f64], f: &[f64]) -> f64 {
+    1.0 / (1.0 + (-w.iter().zip(f).map(|(w, f)| w * f).sum::<f64>()).exp())
+}
+
+fn fit(cases: &[Case]) -> Vec<f64> {
+    let mut w = vec![0.0; SIGNS.len() + 1];
+    for _ in 0..400 {
+        for j in 0..w.len() {
+            let ridge = if j == 0 { 0.0 } else { 1.0 };
+            let (mut slope, mut curve) = (-ridge * w[j], ridge + 1e-9);
+            for (f, right) in cases {
+                let p = logistic(&w, f);
+                slope += f[j] * (f64::from(u8::from(*right)) - p);
+                curve += f[j] * f[j] * p * (1.0 - p);
+            }
+            let step = (slope / curve).clamp(-1.0, 1.0);
+            w[j] += step;
+            if j > 0 && SIGNS[j - 1] * w[j] < 0.0 {
+                w[j] = 0.0;
+            }
+        }
+    }
+    w
+}
+
+/// Expected calibration error in five bins of equal count.
+fn calibration_error(mut said: Vec<(f64, bool)>) -> f64 {
+    said.sort_by(|a, b| a.0.total_cmp(&b.0));
+    (0..5)
+        .map(|b| {
+            let part = &said[b * said.len() / 5..(b + 1) * said.len() / 5];
+            let stated: f64 = part.iter().map(|p| p.0).sum();
+            let right = part.iter().filter(|p| p.1).count() as f64;
+            (stated - right).abs() / said.len().max(1) as f64
+        })
+        .sum()
+}
+
+/// Prints coefficients, and the calibration error where a fifth of the cases or a whole kind is left out of the fit.
+pub fn print(rows: &[Row]) {
+    let all: Vec<(&str, Case)> = rows
+        .iter()
+        .flat_map(|r| r.named.iter().filter(|n| !n.features.is_empty()).map(move |n| (r, n)))
+        .map(|(r, n)| (r.kind.as_str(), (std::iter::once(1.0).chain(n.features.iter().copied()).collect(), r.is_right(n))))
+        .collect();
+    let cases: Vec<Case> = all.iter().map(|c| c.1.clone()).collect();
+    println!("{} names, {} of them right", cases.len(), cases.iter().filter(|c| c.1).count());
+    println!("const COEFFICIENTS: [f64; FEATURES + 1] = {:.3?};", fit(&cases));
+    let mut said = Vec::new();
+    for fold in 0..5 {
+        let rest: Vec<Case> = cases.iter().enumerate().filter(|(k, _)| k % 5 != fold).map(|(_, c)| c.clone()).collect();
+        let w = fit(&rest);
+        said.extend(cases.iter().enumerate().filter(|(k, _)| k % 5 == fold).map(|(_, c)| (logistic(&w, &c.0), c.1)));
+    }
+    println!("calibration error on folds left out: {:.3}", calibration_error(said));
+    for kind in ["single", "other", "pair", "outside"] {
+        let rest: Vec<Case> = all.iter().filter(|c| c.0 != kind).map(|c| c.1.clone()).collect();
+        let left: Vec<&Case> = all.iter().filter(|c| c.0 == kind).map(|c| &c.1).collect();
+        let w = fit(&rest);
+        println!("  {kind} left out: {:.3} on {} names", calibration_error(left.iter().map(|c| (logistic(&w, &c.0), c.1)).collect()), left.len());
+    }
+}

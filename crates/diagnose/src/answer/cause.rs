@@ -1,0 +1,98 @@
+//! A group as a named cause: probability, rivals, parameters, gain, evidence.
+
+use super::Answer;
+use super::groups::Group;
+use crate::judge::{self, Errors};
+use crate::probability::Features;
+use crate::result::{Cause, Confusable, Gain};
+use crate::search::ENOUGH;
+use statrs::distribution::{ChiSquared, ContinuousCDF};
+
+/// Penalised gains closer than this do not tell two effects apart.
+const CONFUSABLE: f64 = 3.0;
+
+impl Answer<'_> {
+    pub(super) fn cause(&self, group: &Group, before: &Errors, after: &Errors, floor: f64, limit: f64, confusable: &mut Vec<Confusable>) -> Cause {
+        let (subject, found) = (self.subject, self.found);
+        let lead = group.members[0];
+        let h = &subject.hypotheses[found.chosen[lead].hypothesis];
+        let step = &found.steps[found.step_of[lead]];
+        let best_of = |same: bool| {
+            step.judged
+                .iter()
+                .filter(|j| (subject.hypotheses[j.hypothesis].effect.name() == h.effect.name()) == same)
+                .map(|j| j.net)
+                .fold(f64::NEG_INFINITY, f64::max)
+        };
+        let (own, rival) = (best_of(true), best_of(false));
+        let judged = step.judged.iter().find(|j| j.hypothesis == found.chosen[lead].hypothesis);
+        let (gain, share) = judged.map_or((group.worth, 0.0), |j| (j.gain, j.share));
+        let p_value = tail(2.0 * gain, h.form.cost(), step.judged.len());
+        let mut near: Vec<&'static str> = Vec::new();
+        for j in step.judged.iter().filter(|j| own - j.net < CONFUSABLE.max(0.01 * own.min(300.0)) && j.net > ENOUGH) {
+            let other = subject.hypotheses[j.hypothesis].effect.name();
+            if other != h.effect.name() && !near.contains(&other) {
+                near.push(other);
+            }
+        }
+        let card = h.effect.card();
+        if !near.is_empty() {
+            let effects = std::iter::once(card.name).chain(near.iter().copied()).map(str::to_owned).collect();
+            confusable.push(Confusable { effects, next_experiment: card.next_experiment.to_owned() });
+        }
+        let features = Features::new(own, rival, self.gate.beyond, self.gate.named, self.gate.removed, share, group.size);
+        let block_s = (2.0 * subject.layout.time_s).max(0.2);
+        let (explained_fraction, explained_fraction_ci95) =
+            judge::explained(before, after, floor, block_s, self.court.duration_s(), self.options.resamples, self.options.seed);
+        let mut evidence = vec![
+            format!(
+                "{} ({}): it raises the log-likelihood by {gain:.0} with {} parameters, {:.0} after paying for them",
+                card.what,
+                h.form.label,
+                h.form.cost(),
+                group.worth
+            ),
+            format!(
+                "it removes {:.1} % of the whitened residual, {:.2} % of the effort's rms; it changes the held-out prediction by {:.2} % of the output",
+                100.0 * share,
+                100.0 * group.size,
+                100.0 * group.change
+            ),
+        ];
+        if rival > f64::NEG_INFINITY
+            && let Some(j) = step.judged.iter().find(|j| subject.hypotheses[j.hypothesis].effect.name() != h.effect.name())
+        {
+            evidence.push(format!(
+                "the next other effect, {}, gains {:.0} after paying for its parameters",
+                subject.hypotheses[j.hypothesis].effect.name(),
+                j.net
+            ));
+        }
+        if let Some(gain) = group.held_out {
+            evidence.push(format!("on stretches that the fit did not see it gains {gain:.0} of log-likelihood"));
+        }
+        Cause {
+            effect: card.name.to_owned(),
+            site: self.site(h.form.side, h.form.axis),
+            parameters: subject.named(&found.chosen, &found.stand, lead),
+            probability: features.probability().min(limit),
+            p_value,
+            gain: Gain {
+                nrmse_before: before.score.nrmse.clone(),
+                nrmse_after: after.score.nrmse.clone(),
+                vaf_before: before.score.vaf_percent.clone(),
+                vaf_after: after.score.vaf_percent.clone(),
+                explained_fraction,
+                explained_fraction_ci95,
+                delta_bic: 2.0 * group.worth,
+            },
+            evidence,
+            features: Some(features),
+        }
+    }
+}
+
+/// Upper tail of χ² with `k` degrees of freedom, times the number of hypotheses (Holm's factor of the smallest).
+pub(super) fn tail(statistic: f64, k: usize, tried: usize) -> f64 {
+    ChiSquared::new(k.max(1) as f64).map_or(1.0, |law| (law.sf(statistic.max(0.0)) * tried as f64).min(1.0))
+}

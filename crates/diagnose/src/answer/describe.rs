@@ -1,0 +1,127 @@
+//! The parts of an answer that describe: models, shifts, what was considered, where the discrepancy is.
+
+use super::Answer;
+use super::cause::tail;
+use super::groups::Group;
+use crate::judge::Errors;
+use crate::plant::Role;
+use crate::result::{BandShare, Considered, Discrepancy, Minor, ModelParameter, Shift, TimeShare};
+use crate::search::{Chosen, ENOUGH, Stand};
+use ndof_models::effects::{Matrix, Side};
+
+impl Answer<'_> {
+    pub(super) fn parameters(&self, chosen: &[Chosen], stand: &Stand) -> Vec<ModelParameter> {
+        let subject = self.subject;
+        let n = subject.layout.axes;
+        let units = if subject.scale.rotational { ["N m s^2/rad", "N m s/rad", "N m/rad"] } else { ["N s^2/m", "N s/m", "N/m"] };
+        let mut out = Vec::new();
+        for ((letter, matrix), unit) in [("M", Matrix::Mass), ("B", Matrix::Damping), ("K", Matrix::Stiffness)].into_iter().zip(units) {
+            if matrix == Matrix::Stiffness && !subject.structure.spring && subject.structure.given.iter().all(|e| e.0 != matrix) {
+                continue;
+            }
+            let values = subject.matrix(chosen, stand, matrix);
+            for (i, row) in values.iter().enumerate() {
+                for (j, &value) in row.iter().enumerate() {
+                    let column =
+                        stand.base.roles.iter().position(|r| *r == Role::Entry(matrix, i, j) || (matrix == Matrix::Mass && *r == Role::Entry(matrix, j, i)));
+                    let std_error = column.map(|c| stand.fit.covariance.at(c, c).sqrt().hypot(0.005 * value));
+                    let axes = &self.meaning.axes;
+                    let name = if n == 1 { letter.to_owned() } else { format!("{letter}_{}_{}", axes[i], axes[j]) };
+                    out.push(ModelParameter { name, unit: unit.to_owned(), value, std_error });
+                }
+            }
+        }
+        out
+    }
+
+    pub(super) fn shift(&self, chosen: &[Chosen], stand: &Stand) -> Vec<Shift> {
+        if chosen.is_empty() {
+            return Vec::new();
+        }
+        let before = self.parameters(&[], self.baseline);
+        let after = self.parameters(chosen, stand);
+        before
+            .into_iter()
+            .zip(after)
+            .filter(|(b, a)| (b.value - a.value).abs() > 2.0 * b.std_error.unwrap_or(0.0).hypot(a.std_error.unwrap_or(0.0)) && b.value != a.value)
+            .map(|(b, a)| Shift { name: b.name, unit: b.unit, before: b.value, after: a.value })
+            .collect()
+    }
+
+    pub(super) fn considered(&self) -> Vec<Considered> {
+        let subject = self.subject;
+        let Some(step) = self.found.steps.first() else { return Vec::new() };
+        let mut seen: Vec<(&str, Side, Option<usize>)> = Vec::new();
+        let mut out = Vec::new();
+        let lead = step.judged.first().map_or(0.0, |j| j.net);
+        for j in &step.judged {
+            let h = &subject.hypotheses[j.hypothesis];
+            let key = (h.effect.name(), h.form.side, h.form.axis);
+            if seen.contains(&key) {
+                continue;
+            }
+            seen.push(key);
+            let named = self.found.chosen.iter().any(|c| {
+                let k = &subject.hypotheses[c.hypothesis];
+                (k.effect.name(), k.form.side, k.form.axis) == key
+            });
+            if named {
+                continue;
+            }
+            let why_not = if j.net <= 0.0 {
+                format!("it gains {:.1}, less than its {} parameters cost", j.gain, h.form.cost())
+            } else if j.net <= ENOUGH {
+                format!("it gains {:.1} after paying for its parameters; {ENOUGH} are needed", j.net)
+            } else {
+                format!("it gains {:.0}, the first cause {lead:.0}; with that one named it is no longer needed", j.net)
+            };
+            out.push(Considered {
+                effect: h.effect.name().to_owned(),
+                site: self.site(h.form.side, h.form.axis),
+                explained_fraction: j.share.max(0.0),
+                p_value: tail(2.0 * j.gain, h.form.cost(), step.judged.len()),
+                why_not,
+            });
+        }
+        out
+    }
+
+    pub(super) fn minor(&self, group: &Group, why: &str) -> Minor {
+        let h = &self.subject.hypotheses[self.found.chosen[group.members[0]].hypothesis];
+        let removed = group.size.max(group.change);
+        Minor { effect: h.effect.name().to_owned(), site: self.site(h.form.side, h.form.axis), removed, why: why.to_owned() }
+    }
+
+    pub(super) fn discrepancy(&self, before: &Errors, notes: Vec<String>) -> Discrepancy {
+        let layout = &self.subject.layout;
+        let lines = layout.lines();
+        let unit = 1.0 / layout.time_s;
+        let last = layout.frequency_hz[lines - 1];
+        let edges = [0.0, unit, 3.5 * unit, 7.0 * unit, last + 1e-9];
+        let mut by_band = Vec::new();
+        for (i, e) in self.baseline.fit.residual.iter().enumerate() {
+            let total: f64 = e.iter().map(|v| v.norm_sqr()).sum();
+            for w in edges.windows(2) {
+                let part: f64 = e.iter().enumerate().filter(|(k, _)| (w[0]..w[1]).contains(&layout.frequency_hz[k % lines])).map(|(_, v)| v.norm_sqr()).sum();
+                by_band.push(BandShare { band_hz: [w[0], w[1].min(last)], output: self.output(i), share: part / total.max(f64::MIN_POSITIVE) });
+            }
+        }
+        let mut by_time = Vec::new();
+        for (i, errors) in before.relative.iter().enumerate() {
+            let total: f64 = errors.iter().sum();
+            let parts = 10usize.min(errors.len());
+            for p in 0..parts {
+                let (a, b) = (p * errors.len() / parts, (p + 1) * errors.len() / parts);
+                let share = errors[a..b].iter().sum::<f64>() / total.max(f64::MIN_POSITIVE);
+                let time_s = [a as f64 / layout.rate_hz, b as f64 / layout.rate_hz];
+                by_time.push(TimeShare { time_s, output: self.output(i), share: if share.is_finite() { share } else { 0.0 } });
+            }
+        }
+        let s = self.shares;
+        Discrepancy { by_band, by_time, linear_share: s.linear, nonlinear_share: s.nonlinear, time_varying_share: s.varying, noise_share: s.noise, notes }
+    }
+
+    fn output(&self, i: usize) -> String {
+        if self.meaning.motion_imposed { self.meaning.effort_names[i].clone() } else { self.meaning.motion_names[i].clone() }
+    }
+}

@@ -1,0 +1,168 @@
+//! From a search to an answer: causes with their gains, what is minor, what is confusable, the verdict.
+
+mod cause;
+mod describe;
+mod detected;
+mod groups;
+
+use crate::detectors;
+use crate::diagnose::Findings;
+use crate::floor;
+use crate::free_run::WINDOW_S;
+use crate::generic::{Gate, Shares};
+use crate::judge::{Court, Errors};
+use crate::options::Options;
+use crate::result::{Cause, Diagnosis, Extended, Model, Score, Site, Split, Verdict};
+use crate::samples::Meaning;
+use crate::search::{Chosen, Found, Stand};
+use crate::subject::Subject;
+use ndof_models::effects::Side;
+
+/// Slow change of the residual that counts, in standard errors.
+const VARIATION: f64 = 8.0;
+
+/// Everything that an answer is made from.
+pub(crate) struct Answer<'a> {
+    pub subject: &'a Subject,
+    pub meaning: &'a Meaning,
+    pub options: &'a Options,
+    pub court: &'a Court,
+    pub baseline: &'a Stand,
+    pub found: &'a Found,
+    pub gate: &'a Gate,
+    pub shares: Shares,
+    pub findings: &'a Findings,
+    /// Whether the effort was counted the other way than it was recorded.
+    pub turned: bool,
+}
+
+impl Answer<'_> {
+    pub fn write(&self, mut split: Split) -> Diagnosis {
+        let (subject, found) = (self.subject, self.found);
+        if self.court.windowed {
+            split.windows_s = Some(WINDOW_S * subject.layout.time_s.max(1.0));
+        }
+        let windows_hz = split.windows_s.map_or(0.0, |w| 1.0 / w);
+        let noise_floor = floor::floor(subject, &found.stand, &self.gate.power, self.order(), windows_hz);
+        let level = noise_floor.nrmse.iter().map(|f| f.map_or(0.0, |f| f * f)).sum::<f64>() / noise_floor.nrmse.len() as f64;
+        let before = self.court.errors(subject, &[], self.baseline);
+        let groups = self.groups();
+        let top = (groups.first().map_or(0.0, |g| g.worth), groups.iter().map(|g| g.size).fold(0.0, f64::max));
+        let (mut named, mut small) = (Vec::new(), Vec::new());
+        let final_errors = self.court.errors(subject, &found.chosen, &found.stand);
+        for group in groups {
+            match self.immaterial(&group, top) {
+                Some(why) => small.push((group, why)),
+                None => named.push(group),
+            }
+        }
+        // What makes the prediction of data that no fit saw worse is not named.
+        while let Some(idle) = self.idle(&named) {
+            small.push((named.remove(idle), "without it the free run over the held-out part is better".to_owned()));
+        }
+        let laws = subject.laws(&found.chosen, &found.stand);
+        let variation = detectors::variation(&found.stand, &detectors::residual(&found.stand, &laws));
+        let excess = final_errors
+            .score
+            .nrmse
+            .iter()
+            .zip(&noise_floor.nrmse)
+            .map(|(e, f)| e.map_or(1.0, |e| (e * e - f.unwrap_or(0.0).powi(2)).max(0.0).sqrt()))
+            .fold(0.0, f64::max);
+        let structured = self.gate.beyond > 20.0 && self.gate.beyond > 2.0 * self.gate.beyond_error;
+        let unknown = structured && self.gate.size > self.options.tolerance && excess > self.options.tolerance;
+        let varying = variation > VARIATION && !unknown;
+        let ratio = if unknown { self.gate.beyond / (self.gate.beyond + self.gate.named.max(0.0)).max(1.0) } else { 0.0 };
+        // A simulation that predicts worse than none at all is wrong, whatever the balance of forces says.
+        let lost = |score: &Score| score.nrmse.iter().any(|e| e.is_none_or(|e| e > 1.0));
+        let adrift = lost(&before.score);
+        let limit = if ratio > 0.45 || adrift && lost(&final_errors.score) { 0.5 } else { 1.0 };
+        let mut causes = Vec::new();
+        let mut confusable = Vec::new();
+        let mut kept: Vec<usize> = Vec::new();
+        let mut last: Errors = before.clone();
+        let mut weak = false;
+        for group in named {
+            kept.extend(&group.members);
+            kept.sort_unstable();
+            let chosen: Vec<Chosen> = kept.iter().map(|q| found.chosen[*q].clone()).collect();
+            let after = match subject.stand(&chosen, &found.stand.fit.power, 3) {
+                Some(stand) => self.court.errors(subject, &chosen, &stand),
+                None => last.clone(),
+            };
+            let mut cause = self.cause(&group, &last, &after, level, limit, &mut confusable);
+            let little = cause.gain.explained_fraction.is_some_and(|share| share < 0.1);
+            // What helps little on held-out data while a large error stays cannot be sure.
+            if little && excess > 5.0 * self.options.tolerance {
+                cause.probability = cause.probability.min(0.6);
+                weak = true;
+            }
+            causes.push(cause);
+            last = after;
+        }
+        let all: Vec<Chosen> = kept.iter().map(|q| found.chosen[*q].clone()).collect();
+        let refitted = if all.len() < found.chosen.len() { subject.stand(&all, &found.stand.fit.power, 3) } else { None };
+        let extended = refitted.as_ref().unwrap_or(&found.stand);
+        let extended_score = self.court.errors(subject, &all, extended).score;
+        self.detected(&mut causes, &before, limit);
+        if !unknown {
+            self.own_force(&mut causes, &before);
+        }
+        let verdict = match (causes.is_empty(), unknown, varying) {
+            (true, false, false) if !adrift => Verdict::Adequate,
+            (true, ..) => Verdict::Unexplained,
+            (false, true, _) if ratio > 0.45 => Verdict::Unexplained,
+            (false, true, _) if ratio > 0.23 => Verdict::PartlyExplained,
+            (false, _, true) => Verdict::PartlyExplained,
+            (false, ..) if weak || lost(&extended_score) => Verdict::PartlyExplained,
+            (false, ..) => Verdict::Explained,
+        };
+        let mut notes = Vec::new();
+        if self.turned {
+            notes.push("inertia, damping and stiffness came out negative, so the effort was counted the other way round (force-sign)".to_owned());
+        }
+        if unknown {
+            notes.push(format!(
+                "a model without physics gains {:.0} of held-out log-likelihood beyond the named causes (they gain {:.0}); it removes {:.1} % of the effort's rms: something is missing that no known cause explains",
+                self.gate.beyond, self.gate.named, 100.0 * self.gate.size
+            ));
+        }
+        if adrift {
+            notes.push("by itself the baseline does not predict the held-out part: its free run is worse than no prediction, or does not stay finite".to_owned());
+        }
+        if varying {
+            notes.push(format!("what remains changes slowly with time together with the motion (z = {variation:.1}): a stiffness or damping that varies in a way no known cause describes"));
+        }
+        let white = !unknown && !varying;
+        Diagnosis {
+            split,
+            baseline: Model { model: "inertia-damping-stiffness".to_owned(), parameters: self.parameters(&[], self.baseline), held_out: before.score.clone() },
+            discrepancy: self.discrepancy(&before, notes),
+            noise_floor,
+            verdict,
+            extended: Extended {
+                model: extended_name(&causes),
+                parameters: self.parameters(&all, extended),
+                held_out: extended_score,
+                residual_white: white,
+                parameter_shift: self.shift(&all, extended),
+            },
+            causes,
+            considered: self.considered(),
+            minor: small.iter().map(|(group, why)| self.minor(group, why)).collect(),
+            confusable,
+        }
+    }
+
+    fn order(&self) -> usize {
+        if self.meaning.motion_imposed { 0 } else { self.meaning.order }
+    }
+
+    fn site(&self, side: Side, axis: Option<usize>) -> Site {
+        Site { side: side.word().to_owned(), axis: axis.and_then(|a| self.meaning.axes.get(a)).cloned().unwrap_or_default() }
+    }
+}
+
+fn extended_name(causes: &[Cause]) -> String {
+    std::iter::once("inertia-damping-stiffness".to_owned()).chain(causes.iter().map(|c| c.effect.clone())).collect::<Vec<_>>().join(" + ")
+}

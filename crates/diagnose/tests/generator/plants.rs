@@ -1,0 +1,204 @@
+//! The experiments: limbs, the robots that hold them, and their instruments.
+
+use super::laws::invert;
+use rand::RngExt;
+use rand_chacha::ChaCha8Rng;
+use rand_distr::StandardNormal;
+
+/// The experiment.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Plant {
+    /// Two axes held by a robot.
+    Planar,
+    /// One axis, force imposed, nothing in the way.
+    Force,
+    /// A free mass under position control.
+    Mass,
+    /// One angle imposed, torque measured.
+    Motion,
+    /// Three angles held by a robot.
+    Wrist,
+    /// Six joints held by an exoskeleton.
+    Six,
+}
+
+impl Plant {
+    /// All of them.
+    pub const ALL: [Plant; 6] = [Plant::Force, Plant::Planar, Plant::Motion, Plant::Mass, Plant::Wrist, Plant::Six];
+
+    pub fn axes(self) -> usize {
+        match self {
+            Plant::Planar => 2,
+            Plant::Wrist => 3,
+            Plant::Six => 6,
+            _ => 1,
+        }
+    }
+
+    pub fn word(self) -> &'static str {
+        match self {
+            Plant::Planar => "planar",
+            Plant::Force => "force",
+            Plant::Mass => "mass",
+            Plant::Motion => "motion",
+            Plant::Wrist => "wrist",
+            Plant::Six => "six",
+        }
+    }
+
+    pub fn rotational(self) -> bool {
+        matches!(self, Plant::Motion | Plant::Wrist | Plant::Six)
+    }
+
+    pub fn names(self) -> &'static [&'static str] {
+        match self {
+            Plant::Wrist => &["flexion", "deviation", "pronation"],
+            Plant::Six => &["j1", "j2", "j3", "j4", "j5", "j6"],
+            _ => &["x", "y"],
+        }
+    }
+
+    /// The last frequency that is excited.
+    pub fn band_hz(self) -> f64 {
+        if self == Plant::Mass { 3.0 } else { 12.0 }
+    }
+}
+
+/// Numbers of one experiment, SI.
+pub struct Spec {
+    pub m: Vec<Vec<f64>>,
+    pub b: Vec<Vec<f64>>,
+    pub k: Vec<Vec<f64>>,
+    /// Inertia of the robot, and its controller.
+    pub robot: Vec<Vec<f64>>,
+    pub kp: Vec<f64>,
+    pub kd: Vec<f64>,
+    /// rms of displacement, of effort and of the command, by axis.
+    pub x: Vec<f64>,
+    pub f: Vec<f64>,
+    pub command: Vec<f64>,
+    /// Noise and step of the effort channels, step of the motion channels.
+    pub f_noise: Vec<f64>,
+    pub f_step: Vec<f64>,
+    pub x_step: Vec<f64>,
+    /// rms of the limb's own force.
+    pub own: Vec<f64>,
+}
+
+fn times(m: &[Vec<f64>], f: f64) -> Vec<Vec<f64>> {
+    m.iter().map(|r| r.iter().map(|v| v * f).collect()).collect()
+}
+
+fn dense(m: &[&[f64]]) -> Vec<Vec<f64>> {
+    m.iter().map(|r| r.to_vec()).collect()
+}
+
+/// R(φ) m R(φ)ᵀ of a 2 × 2 matrix.
+fn turned(m: &[Vec<f64>], phi: f64) -> Vec<Vec<f64>> {
+    let (s, c) = phi.sin_cos();
+    let r = [[c, -s], [s, c]];
+    let at = |i: usize, j: usize| (0..2).flat_map(|p| (0..2).map(move |q| (p, q))).map(|(p, q)| r[i][p] * m[p][q] * r[j][q]).sum::<f64>();
+    (0..2).map(|i| (0..2).map(|j| at(i, j)).collect()).collect()
+}
+
+impl Spec {
+    /// An experiment with inertia, damping and stiffness, posture and noise drawn at random.
+    pub fn draw(plant: Plant, rng: &mut ChaCha8Rng) -> Spec {
+        let mut around = || {
+            let e: f64 = rng.sample(StandardNormal);
+            (0.1 * e).exp()
+        };
+        let (jm, jb, jk) = (around(), around(), around());
+        let n = plant.axes();
+        let zero = vec![vec![0.0; n]; n];
+        let (m, b, k, robot) = match plant {
+            Plant::Planar => {
+                let phi = rng.random_range(-0.6..0.6);
+                (
+                    turned(&dense(&[&[2.1, -0.55], &[-0.55, 1.9]]), phi),
+                    turned(&dense(&[&[11.0, -2.0], &[-2.0, 15.0]]), phi),
+                    turned(&dense(&[&[300.0, -60.0], &[-60.0, 520.0]]), phi),
+                    dense(&[&[0.932, -0.305], &[-0.305, 1.05]]),
+                )
+            }
+            Plant::Wrist => (
+                dense(&[&[0.004, 0.0003, 0.0], &[0.0003, 0.0035, 0.0002], &[0.0, 0.0002, 0.003]]),
+                dense(&[&[0.03, 0.002, 0.0], &[0.002, 0.03, 0.001], &[0.0, 0.001, 0.02]]),
+                dense(&[&[1.5, 0.1, 0.05], &[0.1, 1.2, 0.0], &[0.05, 0.0, 0.9]]),
+                dense(&[&[0.004, 0.0, 0.0], &[0.0, 0.004, 0.0], &[0.0, 0.0, 0.003]]),
+            ),
+            Plant::Six => {
+                let inertia = [0.25, 0.22, 0.12, 0.06, 0.02, 0.01];
+                let coupled = |scale: f64, share: f64| -> Vec<Vec<f64>> {
+                    (0..6)
+                        .map(|i: usize| {
+                            let near = |j: usize| if i.abs_diff(j) == 1 { share } else { 0.0 };
+                            (0..6).map(|j| scale * f64::sqrt(inertia[i] * inertia[j]) * if i == j { 1.0 } else { near(j) }).collect()
+                        })
+                        .collect()
+                };
+                (coupled(1.0, 0.15), coupled(10.0, 0.05), coupled(158.0, 0.1), coupled(0.5, 0.0))
+            }
+            Plant::Force => (dense(&[&[2.0]]), dense(&[&[12.0]]), dense(&[&[400.0]]), zero.clone()),
+            Plant::Mass => (dense(&[&[2.0]]), dense(&[&[4.0]]), zero.clone(), zero.clone()),
+            Plant::Motion => (dense(&[&[0.015]]), dense(&[&[1.0]]), dense(&[&[60.0]]), zero.clone()),
+        };
+        let (m, b, k) = (times(&m, jm), times(&b, jb), times(&k, jk));
+        let same = |v: f64| vec![v; n];
+        let loud = rng.random_range(0.0..1.0);
+        let own = match plant {
+            Plant::Planar if loud < 0.5 => rng.random_range(0.01..0.15),
+            Plant::Planar => rng.random_range(0.15..0.5),
+            _ => rng.random_range(0.02..0.06) / 4.0,
+        };
+        let part = |kp: f64, kd: f64, x: f64, f: f64, command: f64, instruments: [f64; 3], own: f64| (kp, kd, x, f, command, instruments, own);
+        let (kp, kd, x, f, command, [f_noise, f_step, x_step], own) = match plant {
+            Plant::Planar => part(100.0, 5.0, 4.5e-3, 2.7, 4.0, [0.03, 0.025, 5e-5], own),
+            Plant::Wrist => part(1.0, 0.01, 0.04, 0.09, 0.13, [8e-4, 6e-4, 1e-4], 0.09 * own),
+            Plant::Force => part(0.0, 0.0, 8e-3, 4.0, 4.0, [0.03, 0.025, 5e-5], 4.0 * own),
+            Plant::Mass => part(300.0, 20.0, 2e-2, 5.0, 2e-2, [0.03, 0.025, 2e-5], 5.0 * own),
+            Plant::Motion => part(0.0, 0.0, 0.02, 1.5, 0.0, [0.015, 0.005, 2e-5], 1.5 * own),
+            Plant::Six => {
+                let size: Vec<f64> = (0..6).map(|i| 0.04 * k[i][i]).collect();
+                let of = |share: f64| size.iter().map(|f| share * f).collect::<Vec<f64>>();
+                return Spec {
+                    kp: (0..6).map(|i| 0.3 * k[i][i]).collect(),
+                    kd: (0..6).map(|i| 0.3 * b[i][i]).collect(),
+                    x: same(0.03),
+                    f: of(1.0),
+                    command: of(1.6),
+                    f_noise: of(0.01),
+                    f_step: of(0.008),
+                    x_step: same(1e-4),
+                    own: of(own),
+                    m,
+                    b,
+                    k,
+                    robot,
+                };
+            }
+        };
+        Spec {
+            m,
+            b,
+            k,
+            robot,
+            kp: same(kp),
+            kd: same(kd),
+            x: same(x),
+            f: same(f),
+            command: same(command),
+            f_noise: same(f_noise),
+            f_step: same(f_step),
+            x_step: same(x_step),
+            own: same(own),
+        }
+    }
+
+    /// Inverse of limb and robot together, with mass added to one axis.
+    pub fn total_inverse(&self, axis: usize, added: f64) -> Vec<Vec<f64>> {
+        let mut total: Vec<Vec<f64>> = self.m.iter().zip(&self.robot).map(|(a, b)| a.iter().zip(b).map(|(a, b)| a + b).collect()).collect();
+        total[axis][axis] += added;
+        invert(&total)
+    }
+}

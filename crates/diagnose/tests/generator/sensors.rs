@@ -1,0 +1,67 @@
+//! Noise, sensors and their faults.
+
+use super::{FS, SUB};
+use rand::RngExt;
+use rand_chacha::ChaCha8Rng;
+use rand_distr::StandardNormal;
+use std::f64::consts::{PI, TAU};
+
+/// Uniform noise through a cascade of second-order Butterworth sections, scaled to `rms`.
+pub fn band_noise(rng: &mut ChaCha8Rng, n: usize, cutoff: f64, rms: f64, fs: f64, order: usize) -> Vec<f64> {
+    let run_in = 2000;
+    let mut x: Vec<f64> = (0..n + run_in).map(|_| rng.random_range(-1.0..1.0)).collect();
+    let w = (PI * cutoff / fs).tan();
+    for q in 0..order / 2 {
+        let d = 2.0 * (PI * (2 * q + 1) as f64 / (2 * order) as f64).sin();
+        let norm = 1.0 + d * w + w * w;
+        let (g, a1, a2) = (w * w / norm, 2.0 * (w * w - 1.0) / norm, (1.0 - d * w + w * w) / norm);
+        let (mut x1, mut x2, mut y1, mut y2) = (0.0, 0.0, 0.0, 0.0);
+        for v in &mut x {
+            let y = g * (*v + 2.0 * x1 + x2) - a1 * y1 - a2 * y2;
+            (x2, x1, y2, y1) = (x1, *v, y1, y);
+            *v = y;
+        }
+    }
+    let x = &x[run_in..];
+    let size = (x.iter().map(|v| v * v).sum::<f64>() / n as f64).sqrt();
+    x.iter().map(|v| v / size * rms).collect()
+}
+
+/// Means over the samples' intervals.
+pub fn average(fine: &[f64]) -> Vec<f64> {
+    fine.chunks_exact(SUB).map(|c| c.iter().sum::<f64>() / SUB as f64).collect()
+}
+
+/// A series that comes late.
+pub fn late(fine: &[f64], delay_s: f64) -> Vec<f64> {
+    let steps = delay_s * FS * SUB as f64;
+    let (whole, rest) = (steps.floor() as usize, steps.fract());
+    (0..fine.len())
+        .map(|k| {
+            let at = |d: usize| fine[k.saturating_sub(d)];
+            (1.0 - rest) * at(whole) + rest * at(whole + 1)
+        })
+        .collect()
+}
+
+/// A series through a first-order low-pass.
+pub fn smoothed(fine: &[f64], cutoff: f64) -> Vec<f64> {
+    let a = 1.0 - (-TAU * cutoff / (FS * SUB as f64)).exp();
+    let mut y = fine[0];
+    fine.iter()
+        .map(|x| {
+            y += a * (x - y);
+            y
+        })
+        .collect()
+}
+
+/// What a noisy channel with steps shows.
+pub fn measured(rng: &mut ChaCha8Rng, x: &[f64], noise: f64, quantum: f64) -> Vec<f64> {
+    x.iter()
+        .map(|v| {
+            let e: f64 = rng.sample(StandardNormal);
+            ((v + noise * e) / quantum).round() * quantum
+        })
+        .collect()
+}
