@@ -3,6 +3,7 @@
 //! cargo run --release --example planar_arm
 
 use ndof::devices::{Controller, DeviceConfig, Experiment, Extras, LimbConfig, PlanarTwoLinkConfig, Posture, Sensors, linearise, simulate_trial};
+use ndof::diagnose::{Options, diagnose};
 use ndof::models::{Arm, Axis, InertiaDampingStiffnessModel, Kinematics, KinematicsSd, LoopModel, Projection, Smoothing, Symmetry, Transducer};
 use ndof::models::{WeightedFit, linear_start};
 use ndof::signal::{FilteredNoise, Recording, SeedCriterion, Welch};
@@ -49,6 +50,11 @@ fn main() -> Result<(), Box<dyn Error>> {
         let [low, high] = parameter.ci95;
         println!("{:20} {:>12} {simulated:10.4} {:9.4}   {low:.4} … {high:.4}", parameter.name, parameter.unit, parameter.value);
     }
+
+    // What the linear simulation misses in what was recorded.
+    let diagnosis = diagnose(&trials, &ports, &Options::default(), None, &mut |_| ())?;
+    let names: Vec<&str> = diagnosis.causes.iter().map(|cause| cause.effect.as_str()).collect();
+    println!("\nthe linear simulation is {:?}, held-out NRMSE {:.3?} {}", diagnosis.verdict, diagnosis.baseline.held_out.nrmse, names.join(", "));
     Ok(())
 }
 

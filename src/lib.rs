@@ -3,6 +3,7 @@
 pub mod studies;
 
 pub use ndof_devices as devices;
+pub use ndof_diagnose as diagnose;
 pub use ndof_io as io;
 pub use ndof_models as models;
 pub use ndof_report as report;

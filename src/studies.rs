@@ -3,6 +3,7 @@
 /// Name and text of each.
 pub const STUDIES: &[(&str, &str)] = &[
     ("arm", include_str!("../examples/studies/arm.toml")),
+    ("arm-hidden", include_str!("../examples/studies/arm_hidden.toml")),
     ("spring-array", include_str!("../examples/studies/spring_array.toml")),
     ("wrist", include_str!("../examples/studies/wrist.toml")),
 ];

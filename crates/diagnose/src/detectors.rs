@@ -201,6 +201,8 @@ fn whiten(stand: &Stand, e: &[Vec<Vec<f64>>], axis: usize) -> Vec<Vec<f64>> {
 const HOT: f64 = 8.0;
 /// The same for its strongest window.
 const PEAK: f64 = 20.0;
+/// With fewer windows none stands out.
+const FEWEST_WINDOWS: usize = 24;
 /// A burst is no longer than this many half windows.
 const MOST_HOT: usize = 10;
 
@@ -218,7 +220,7 @@ pub(crate) fn burst(stand: &Stand, e: &[Vec<Vec<f64>>]) -> Option<Burst> {
             .enumerate()
             .flat_map(|(trial, w)| inside.clone().step_by(length / 2).map(move |k| (trial, k, w[k..k + length].iter().map(|x| x * x).sum::<f64>())))
             .collect();
-        if windows.len() < 40 {
+        if windows.len() < FEWEST_WINDOWS {
             continue;
         }
         let mut sorted: Vec<f64> = windows.iter().map(|w| w.2).collect();
@@ -239,7 +241,16 @@ pub(crate) fn burst(stand: &Stand, e: &[Vec<Vec<f64>>]) -> Option<Burst> {
         let effort: f64 = stand.state.effort.iter().map(|trial| energy(&layout.filtered(&trial[axis], |_| Complex64::ONE, None))).sum();
         let size = (energy(&series[range.0..range.1]) / effort.max(f64::MIN_POSITIVE)).sqrt();
         let impulse = series[range.0..range.1].iter().sum::<f64>() / layout.rate_hz;
-        let found = Burst { trial: peak.0, axis, from_s: range.0 as f64 / layout.rate_hz, to_s: range.1 as f64 / layout.rate_hz, impulse: -impulse, share, peak: peak.2 / typical, size };
+        let found = Burst {
+            trial: peak.0,
+            axis,
+            from_s: range.0 as f64 / layout.rate_hz,
+            to_s: range.1 as f64 / layout.rate_hz,
+            impulse: -impulse,
+            share,
+            peak: peak.2 / typical,
+            size,
+        };
         if best.as_ref().is_none_or(|b| peak.2 > b.0) {
             best = Some((peak.2, found));
         }

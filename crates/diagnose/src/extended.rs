@@ -87,11 +87,12 @@ impl Subject {
         let at = numbers(&c.knobs, &coefficients);
         let (first, count) = stand.spans[position];
         let from = stand.base.columns.len() + first;
+        let covariances = stand.fit.covariance();
         for a in 0..count {
             for b in 0..count {
-                let covariance = stand.fit.covariance.at(from + a, from + b);
+                let covariance = covariances.at(from + a, from + b);
                 let slope = |q: usize| -> Vec<f64> {
-                    let step = 1e-4 * coefficients[q].abs().max(stand.fit.covariance.at(from + q, from + q).sqrt());
+                    let step = 1e-4 * coefficients[q].abs().max(covariances.at(from + q, from + q).sqrt());
                     let mut moved = coefficients.clone();
                     moved[q] += step;
                     numbers(&c.knobs, &moved).iter().zip(&at).map(|(m, a)| (m - a) / step).collect()

@@ -42,7 +42,15 @@ struct Run {
 
 impl Runner {
     /// Force imposed: integrates over `effort[axis][time]` from the given initial displacement and velocity by Runge and Kutta's rule.
-    fn run(&self, inverse_mass: &[Vec<f64>], effort: &[Vec<f64>], range: std::ops::Range<usize>, rate_hz: f64, start_s: f64, initial: (&[f64], &[f64], &[f64])) -> Run {
+    fn run(
+        &self,
+        inverse_mass: &[Vec<f64>],
+        effort: &[Vec<f64>],
+        range: std::ops::Range<usize>,
+        rate_hz: f64,
+        start_s: f64,
+        initial: (&[f64], &[f64], &[f64]),
+    ) -> Run {
         let n = self.mass.len();
         let dt = 1.0 / rate_hz;
         let mut y: Vec<f64> = initial.0.iter().chain(initial.1).chain(initial.2).copied().collect();

@@ -195,8 +195,7 @@ pub(crate) fn gate(subject: &Subject, baseline: &Stand, found: &Found, features:
     let (before, after) = (whitened_power(&stand.fit.residual, &stand.fit.power), whitened_power(&full.residual, &stand.fit.power));
     let mut gate =
         Gate { removed: (1.0 - after / before).max(0.0), size: size(stand, &stand.fit.residual, &full.residual), power: full.power.clone(), ..Gate::default() };
-    if let (Some(base), Some(named), Some(generic)) = (held_out(subject, baseline, &[]), held_out(subject, stand, &[]), held_out(subject, stand, &all))
-    {
+    if let (Some(base), Some(named), Some(generic)) = (held_out(subject, baseline, &[]), held_out(subject, stand, &[]), held_out(subject, stand, &all)) {
         let gains: Vec<f64> = named.iter().zip(&generic).map(|(n, g)| n - g).collect();
         let mean = gains.iter().sum::<f64>() / gains.len() as f64;
         gate.beyond = gains.iter().sum();

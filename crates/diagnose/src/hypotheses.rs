@@ -15,10 +15,11 @@ pub(crate) struct Hypothesis {
 }
 
 impl Hypothesis {
-    /// Every form that the registry offers at this scale, except of the effects in `without`.
-    pub fn all(scale: &Scale, without: &[String]) -> Vec<Hypothesis> {
+    /// Every form that the registry and the `own` effects offer at this scale, except of the effects in `without`.
+    pub fn all(scale: &Scale, own: &[&'static dyn Effect], without: &[String]) -> Vec<Hypothesis> {
         EFFECTS
             .iter()
+            .chain(own)
             .copied()
             .filter(|effect| !without.iter().any(|w| w == effect.name()))
             .flat_map(|effect| effect.forms(scale).into_iter().map(move |form| Hypothesis { effect, form }))

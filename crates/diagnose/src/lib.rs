@@ -36,7 +36,7 @@ mod whittle;
 pub use baseline::{Baseline, Part, Status};
 pub use diagnose::diagnose;
 pub use error::DiagnoseError;
-pub use options::{HeldOut, Options};
+pub use options::{HeldOut, Options, OwnEffects};
 pub use probability::{Features, SIGNS};
 pub use result::{
     BandShare, Cause, CauseParameter, Confusable, Considered, Diagnosis, Discrepancy, Extended, Gain, Minor, Model, ModelParameter, NoiseFloor, Score, Shift,

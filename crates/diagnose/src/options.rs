@@ -1,5 +1,7 @@
 //! What a user may ask of a diagnosis.
 
+use ndof_models::effects::Effect;
+
 /// Which part of the recordings the fit does not see.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub enum HeldOut {
@@ -10,6 +12,22 @@ pub enum HeldOut {
     Trials(Vec<usize>),
     /// From the first to the second time of every trial, in seconds since its first sample.
     Time(f64, f64),
+}
+
+/// Effects of one's own, tried beside the registry's.
+#[derive(Clone, Default)]
+pub struct OwnEffects(pub Vec<&'static dyn Effect>);
+
+impl std::fmt::Debug for OwnEffects {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.debug_list().entries(self.0.iter().map(|effect| effect.name())).finish()
+    }
+}
+
+impl PartialEq for OwnEffects {
+    fn eq(&self, other: &Self) -> bool {
+        self.0.iter().map(|effect| effect.name()).eq(other.0.iter().map(|effect| effect.name()))
+    }
 }
 
 /// Settings of a diagnosis.
@@ -29,10 +47,21 @@ pub struct Options {
     pub resamples: usize,
     /// Effects that are not tried.
     pub without: Vec<String>,
+    /// Effects that are tried beside those of the registry.
+    pub own: OwnEffects,
 }
 
 impl Default for Options {
     fn default() -> Self {
-        Options { band_hz: None, held_out: HeldOut::Auto, tolerance: 0.01, seed: 0, most_causes: 4, resamples: 400, without: Vec::new() }
+        Options {
+            band_hz: None,
+            held_out: HeldOut::Auto,
+            tolerance: 0.01,
+            seed: 0,
+            most_causes: 4,
+            resamples: 400,
+            without: Vec::new(),
+            own: OwnEffects::default(),
+        }
     }
 }

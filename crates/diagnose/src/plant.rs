@@ -8,7 +8,7 @@ use num_complex::Complex64;
 use std::sync::Arc;
 
 /// Standard deviation of a delay or filter that instruments have, for a band to 12 Hz.
-const INSTRUMENT_DELAY_S: f64 = 2.8e-4;
+const INSTRUMENT_DELAY_S: f64 = 2e-4;
 /// Standard deviation of a force sensor's angle.
 const INSTRUMENT_ANGLE_RAD: f64 = 0.5 * std::f64::consts::PI / 180.0;
 

@@ -199,6 +199,9 @@ pub struct Cause {
     /// What the probability was computed from, where a search found the cause.
     #[serde(skip)]
     pub features: Option<Features>,
+    /// What the gate of the generic model, or little gain on held-out data, lets the probability be at most.
+    #[serde(skip)]
+    pub at_most: f64,
 }
 
 /// A parameter of the baseline that the missing effect had biased.

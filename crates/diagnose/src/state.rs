@@ -384,7 +384,13 @@ fn apply(layout: &Layout, transform: &Transform, effort: &mut Tracks, motion: &m
 }
 
 /// The forces of a law along one motion and its last hidden states, which are integrated by Heun's rule with as many steps a sample as they need.
-pub(crate) fn along(law: &dyn ForceLaw, (rate_hz, start_s): (f64, f64), axes: usize, (x, v): (&[f64], &[f64]), (dx, dv): (&[f64], &[f64])) -> (Vec<Vec<f64>>, Vec<f64>) {
+pub(crate) fn along(
+    law: &dyn ForceLaw,
+    (rate_hz, start_s): (f64, f64),
+    axes: usize,
+    (x, v): (&[f64], &[f64]),
+    (dx, dv): (&[f64], &[f64]),
+) -> (Vec<Vec<f64>>, Vec<f64>) {
     let samples = x.len() / axes;
     let states = law.states();
     let mut out = vec![vec![0.0; samples]; axes];

@@ -112,7 +112,7 @@ impl Subject {
             nominal: structure.nominal.clone(),
             held: structure.given.clone(),
         };
-        let hypotheses = Hypothesis::all(&scale, &options.without);
+        let hypotheses = Hypothesis::all(&scale, &options.own.0, &options.without);
         Ok(Subject { layout, effort, motion, centre, cause, structure, scale, hypotheses, start: fit.power, polarity })
     }
 

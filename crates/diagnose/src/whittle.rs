@@ -7,7 +7,7 @@
 //! (Whittle 1953). The determinant takes away the bias that a loop around the plant causes. S is the one that the residual
 //! itself gives (a profile likelihood): it is estimated and used in turns.
 
-use crate::linear::{self, Symmetric, dot};
+use crate::linear::{self, Factor, Symmetric, dot};
 use crate::state::{Cause, Column, State, Through};
 use num_complex::Complex64;
 
@@ -25,8 +25,16 @@ pub(crate) struct Fit {
     pub residual: Vec<Vec<Complex64>>,
     pub power: Power,
     pub log_likelihood: f64,
+    factor: Factor,
+}
+
+impl Fit {
     /// Covariance of θ at a fixed S.
-    pub covariance: Symmetric,
+    pub fn covariance(&self) -> Symmetric {
+        let mut covariance = self.factor.inverse();
+        covariance.a.iter_mut().for_each(|v| *v *= 0.5 / INDEPENDENCE);
+        covariance
+    }
 }
 
 /// The part of a problem that all hypotheses of a step share.
@@ -226,10 +234,9 @@ impl<'a> Likelihood<'a> {
         }
         sum += 2.0 * log_det * blocks.len() as f64;
         sum -= columns.iter().zip(&theta).map(|(c, t)| 0.5 * c.precision * t * t).sum::<f64>();
-        let mut covariance = last?.inverse();
-        covariance.a.iter_mut().for_each(|v| *v *= 0.5 / INDEPENDENCE);
+        let factor = last?;
         let log_likelihood = INDEPENDENCE * sum;
-        (log_likelihood.is_finite() && theta.iter().all(|t| t.is_finite())).then_some(Fit { theta, residual, power, log_likelihood, covariance })
+        (log_likelihood.is_finite() && theta.iter().all(|t| t.is_finite())).then_some(Fit { theta, residual, power, log_likelihood, factor })
     }
 
     /// Minus log-likelihood of other blocks under a fit, with the offsets of `free` columns re-estimated there.

@@ -20,10 +20,7 @@ fn answer(made: &Made) -> Diagnosis {
 
 /// Names, with those that cannot be told apart in one.
 fn names(d: &Diagnosis) -> Vec<String> {
-    d.causes
-        .iter()
-        .map(|c| d.confusable.iter().find(|k| k.effects.contains(&c.effect)).map_or_else(|| c.effect.clone(), |k| k.effects.join(" or ")))
-        .collect()
+    d.causes.iter().map(|c| d.confusable.iter().find(|k| k.effects.contains(&c.effect)).map_or_else(|| c.effect.clone(), |k| k.effects.join(" or "))).collect()
 }
 
 fn asked(hidden: &[(&'static str, f64)], wanted: &[&str], seed: u64) {
@@ -117,6 +114,10 @@ fn an_effect_that_is_switched_off_is_not_named_and_a_hypothesis_that_is_taken_aw
         let options = Options { without: vec![hidden.to_owned()], ..Options::default() };
         let d = diagnose(&made.recordings, &made.ports, &options, None, &mut |_| {}).expect("a diagnosis");
         assert!(matches!(d.verdict, Verdict::Unexplained | Verdict::PartlyExplained), "without {hidden}: {:?} {:?}", d.verdict, names(&d));
-        assert!(d.causes.iter().all(|c| c.probability <= 0.9), "without {hidden}: {:?}", d.causes.iter().map(|c| (&c.effect, c.probability)).collect::<Vec<_>>());
+        assert!(
+            d.causes.iter().all(|c| c.probability <= 0.9),
+            "without {hidden}: {:?}",
+            d.causes.iter().map(|c| (&c.effect, c.probability)).collect::<Vec<_>>()
+        );
     }
 }

@@ -7,7 +7,7 @@ use crate::options::{Reading, Shared};
 use crate::output::{self, write_json};
 use crate::progress;
 use clap::Args;
-use ndof_study::file::StudyFile;
+use ndof_study::file::{HiddenEffect, StudyFile};
 use ndof_study::{StudyOutcome, cases_report, nearest, run_cases, study_report, study_result, summary_tables};
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
@@ -20,7 +20,7 @@ use std::process::ExitCode;
 #[derive(Debug, Args)]
 #[command(after_help = "Example:\n  ndof study arm --out results")]
 pub struct Arguments {
-    /// A built-in study (arm, spring-array, wrist), or STUDY.toml
+    /// A built-in study (arm, arm-hidden, spring-array, wrist), or STUDY.toml
     study: String,
     /// Folder for all results [default: ndof-out/NAME]
     #[arg(long, value_name = "DIR")]
@@ -95,6 +95,17 @@ fn write_case(folder: &Path, name: &str, outcome: &StudyOutcome) -> Result<(), C
     }
 }
 
+/// "hysteresis at x (stiffness_n_per_m = 211)".
+fn told(hidden: &HiddenEffect) -> String {
+    let values: Vec<String> = hidden
+        .parameters
+        .iter()
+        .map(|(name, value)| format!("{name} = {}", value.as_float().map_or_else(|| value.to_string(), |v| output::short(Some(v)))))
+        .collect();
+    let at = hidden.axis.as_ref().map(|axis| format!(" at {axis}")).unwrap_or_default();
+    format!("{}{at} ({})", hidden.name, values.join(", "))
+}
+
 /// A table in columns, its caption above.
 fn as_text(table: &ndof_report::Table) -> String {
     let head: Vec<String> = table.columns.iter().map(|(head, _)| head.clone()).collect();
@@ -125,6 +136,16 @@ fn summary(outcome: &StudyOutcome, out: &Path) -> String {
         outcome.fitted.result.band_hz[1],
         parameter_table(&outcome.table())
     );
+    if let Some(diagnosis) = &outcome.diagnosis {
+        if !outcome.riddle.is_empty() {
+            text += "\nSomething was hidden in these recordings. Look at plots/ and guess before you read on.\n";
+        }
+        text += &format!("\n{}", super::diagnose::summary(diagnosis));
+    }
+    if !outcome.riddle.is_empty() {
+        let told: Vec<String> = outcome.riddle.iter().map(told).collect();
+        text += &format!("\nhidden was: {}\n", told.join("; "));
+    }
     text += &format!(
         "\nresults in {}: report.html, estimate.json, fit.json, plots/{}\n",
         out.display(),

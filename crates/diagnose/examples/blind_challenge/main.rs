@@ -7,7 +7,8 @@
 //! prints the rates that are asked of a diagnosis, the confusion matrix and the reliability table, and stores them
 //! (`blind.json`, `confusion.svg`, `reliability.svg`). Case k of a seed is always the same, so a long challenge may be run in
 //! parts: `--first K --cases N --rows FILE` appends to FILE, and `--from FILE …` prints what the files say together.
-//! `--train` prints the coefficients of the probability that the rows give. `--kind null|background|single|other|pair|outside` and `--plant force|planar|motion|mass|wrist|six` narrow it down,
+//! `--train` prints the coefficients of the probability that the rows
+//! give; probabilities of stored rows are those of the coefficients in this program. `--kind null|background|single|other|pair|outside` and `--plant force|planar|motion|mass|wrist|six` narrow it down,
 //! `--verbose` prints every case that is not answered as asked.
 
 #[path = "../../tests/generator/mod.rs"]
@@ -33,7 +34,7 @@ fn stored() -> Result<Vec<Row>, Box<dyn std::error::Error>> {
     let mut rows = Vec::new();
     for file in std::env::args().skip_while(|a| a != "--from").skip(1).take_while(|a| !a.starts_with("--")) {
         for line in std::fs::read_to_string(&file)?.lines() {
-            rows.push(serde_json::from_str(line)?);
+            rows.push(serde_json::from_str::<Row>(line)?.weighed());
         }
     }
     Ok(rows)
@@ -63,7 +64,9 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         }
         if verbose && (!row.right() || row.error.is_some()) {
             if let Ok(d) = &found {
-                d.causes.iter().for_each(|c| println!("    {} {:?} {:.4?} -> {:.4?} {:?}", c.effect, c.gain.explained_fraction, c.gain.nrmse_before, c.gain.nrmse_after, c.evidence));
+                d.causes.iter().for_each(|c| {
+                    println!("    {} {:?} {:.4?} -> {:.4?} {:?}", c.effect, c.gain.explained_fraction, c.gain.nrmse_before, c.gain.nrmse_after, c.evidence)
+                });
             }
             println!(
                 "{k} {kind} {} x{} {:?} share {:.3} size {:.4} axis {} -> {:?} {:?} minor {:?} {}",

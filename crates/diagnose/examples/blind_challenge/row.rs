@@ -3,7 +3,7 @@
 use crate::generator::draw::registry_name;
 use crate::generator::strength::Strength;
 use crate::generator::{Case, Made};
-use ndof_diagnose::{Cause, Diagnosis, Verdict};
+use ndof_diagnose::{Cause, Diagnosis, Features, Verdict};
 use ndof_models::effects::Value;
 use serde::{Deserialize, Serialize};
 
@@ -14,6 +14,8 @@ pub struct Named {
     pub axis: String,
     pub probability: f64,
     pub features: Vec<f64>,
+    /// What the probability may be at most.
+    pub at_most: f64,
     pub confusable: Vec<String>,
 }
 
@@ -57,7 +59,22 @@ pub enum Class {
     Faint,
 }
 
+impl Named {
+    /// The probability that the coefficients of this program give.
+    fn weigh(&mut self) {
+        if let Ok(features) = self.features.as_slice().try_into() {
+            self.probability = Features(features).probability().min(self.at_most);
+        }
+    }
+}
+
 impl Row {
+    /// The row with probabilities by the coefficients of this program, whichever one wrote it.
+    pub fn weighed(mut self) -> Self {
+        self.named.iter_mut().for_each(Named::weigh);
+        self
+    }
+
     pub fn new(seed: u64, number: u64, kind: &str, case: &Case, made: &Made, size: Strength, seconds: f64) -> Self {
         Row {
             seed,
@@ -89,6 +106,7 @@ impl Row {
                 axis: c.site.axis.clone(),
                 probability: c.probability,
                 features: c.features.map(|f| f.0.to_vec()).unwrap_or_default(),
+                at_most: c.at_most,
                 confusable: d.confusable.iter().filter(|k| k.effects.contains(&c.effect)).flat_map(|k| k.effects.clone()).filter(|e| *e != c.effect).collect(),
             })
             .collect();

@@ -51,10 +51,14 @@ pub fn rates(rows: &[Row]) -> Vec<Rate> {
             out.push(rate(&format!("{words}, {name}: right first"), asked, class(kind, c), Row::right));
         }
     }
-    let placed = |r: &&Row| matches!(r.kind.as_str(), "single" | "other") && r.right() && r.named.first().is_some_and(|n| !n.axis.is_empty()) && r.plant != "force";
-    out.push(rate("axis right, of those right with an axis", ">= 98 %", rows.iter().filter(placed).filter(|r| ["planar", "wrist", "six"].contains(&r.plant.as_str())), |r| {
-        r.named.first().is_some_and(|n| n.axis == r.axis)
-    }));
+    let placed =
+        |r: &&Row| matches!(r.kind.as_str(), "single" | "other") && r.right() && r.named.first().is_some_and(|n| !n.axis.is_empty()) && r.plant != "force";
+    out.push(rate(
+        "axis right, of those right with an axis",
+        ">= 98 %",
+        rows.iter().filter(placed).filter(|r| ["planar", "wrist", "six"].contains(&r.plant.as_str())),
+        |r| r.named.first().is_some_and(|n| n.axis == r.axis),
+    ));
     out.push(rate("pairs: both named", ">= 90 %", of("pair"), Row::right));
     out.push(rate("pairs: exactly the two", ">= 75 %", of("pair"), Row::exact));
     out.push(rate("outside the registry: a confident wrong name", "<= 5 %", of("outside"), Row::confident_wrong));

@@ -88,6 +88,7 @@ impl Answer<'_> {
             },
             evidence,
             features: Some(features),
+            at_most: limit,
         }
     }
 }

@@ -14,6 +14,7 @@ impl Answer<'_> {
         let subject = self.subject;
         let n = subject.layout.axes;
         let units = if subject.scale.rotational { ["N m s^2/rad", "N m s/rad", "N m/rad"] } else { ["N s^2/m", "N s/m", "N/m"] };
+        let covariance = stand.fit.covariance();
         let mut out = Vec::new();
         for ((letter, matrix), unit) in [("M", Matrix::Mass), ("B", Matrix::Damping), ("K", Matrix::Stiffness)].into_iter().zip(units) {
             if matrix == Matrix::Stiffness && !subject.structure.spring && subject.structure.given.iter().all(|e| e.0 != matrix) {
@@ -24,7 +25,7 @@ impl Answer<'_> {
                 for (j, &value) in row.iter().enumerate() {
                     let column =
                         stand.base.roles.iter().position(|r| *r == Role::Entry(matrix, i, j) || (matrix == Matrix::Mass && *r == Role::Entry(matrix, j, i)));
-                    let std_error = column.map(|c| stand.fit.covariance.at(c, c).sqrt().hypot(0.005 * value));
+                    let std_error = column.map(|c| covariance.at(c, c).sqrt().hypot(0.005 * value));
                     let axes = &self.meaning.axes;
                     let name = if n == 1 { letter.to_owned() } else { format!("{letter}_{}_{}", axes[i], axes[j]) };
                     out.push(ModelParameter { name, unit: unit.to_owned(), value, std_error });

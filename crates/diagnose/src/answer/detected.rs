@@ -41,6 +41,7 @@ impl Answer<'_> {
             },
             evidence: vec![evidence],
             features: None,
+            at_most: limit,
         };
         for tone in &self.findings.tones {
             if let Some(effect) = traced(Trace::Tone) {
@@ -111,6 +112,7 @@ impl Answer<'_> {
                         delta_bic: 0.0,
                     },
                     features: None,
+                    at_most: 1.0,
                     evidence: vec![format!("{:.0} % of the motion's power from 0.25 to 1.5 Hz (of a band to 12 Hz) comes from a force that the perturbation did not cause; below the band's middle it is {tilt:.0} times stronger than above", 100.0 * share)],
                 });
             }

@@ -18,6 +18,8 @@ use crate::search::{Chosen, Found, Stand};
 use crate::subject::Subject;
 use ndof_models::effects::Side;
 
+/// Probability of a name that helps little on held-out data while a large error stays.
+const UNSURE: f64 = 0.6;
 /// Slow change of the residual that counts, in standard errors.
 const VARIATION: f64 = 8.0;
 
@@ -94,7 +96,8 @@ impl Answer<'_> {
             let little = cause.gain.explained_fraction.is_some_and(|share| share < 0.1);
             // What helps little on held-out data while a large error stays cannot be sure.
             if little && excess > 5.0 * self.options.tolerance {
-                cause.probability = cause.probability.min(0.6);
+                cause.at_most = cause.at_most.min(UNSURE);
+                cause.probability = cause.probability.min(UNSURE);
                 weak = true;
             }
             causes.push(cause);
@@ -128,7 +131,9 @@ impl Answer<'_> {
             ));
         }
         if adrift {
-            notes.push("by itself the baseline does not predict the held-out part: its free run is worse than no prediction, or does not stay finite".to_owned());
+            notes.push(
+                "by itself the baseline does not predict the held-out part: its free run is worse than no prediction, or does not stay finite".to_owned(),
+            );
         }
         if varying {
             notes.push(format!("what remains changes slowly with time together with the motion (z = {variation:.1}): a stiffness or damping that varies in a way no known cause describes"));

@@ -20,7 +20,27 @@ pub fn strength(case: &Case, made: &Made) -> Strength {
     let (with, effort) = residual(case, made);
     let (without, _) = residual(case, &twin);
     let more = (with - without).max(0.0);
-    Strength { share: more / with.max(f64::MIN_POSITIVE), size: (more / effort.max(f64::MIN_POSITIVE)).sqrt() }
+    let size = (more / effort.max(f64::MIN_POSITIVE)).sqrt();
+    Strength { share: more / with.max(f64::MIN_POSITIVE), size: if tolerated(case, made) { 0.0 } else { size } }
+}
+
+/// Whether all that is hidden lies within what instruments are allowed: a delay or filter below 0.8 ms and an angle below 2° (four
+/// standard deviations of the priors; times are longer for slower experiments), steps whose rounding is below 1 % of the rms.
+fn tolerated(case: &Case, made: &Made) -> bool {
+    let late = 0.8e-3 * 12.0 / case.plant.band_hz();
+    !case.hidden.is_empty()
+        && case.hidden.iter().zip(&made.truth).all(|(hidden, truth)| match (hidden.name, truth.first()) {
+            ("measurement-delay", Some((_, delay))) => *delay < late,
+            ("channel-filter", Some((_, cutoff))) => 1.0 / (TAU * cutoff) < late,
+            ("sensor-misalignment", Some((_, angle))) => angle.abs() < 2f64.to_radians(),
+            ("quantisation", Some((_, step))) => {
+                let x = &made.recordings[0].channels()[made.ports.outputs[made.axis]].samples;
+                let mean = x.iter().sum::<f64>() / x.len() as f64;
+                let rms = (x.iter().map(|v| (v - mean).powi(2)).sum::<f64>() / x.len() as f64).sqrt();
+                step / 12f64.sqrt() < 0.01 * rms
+            }
+            _ => false,
+        })
 }
 
 /// Residual power of effort = M a + B v + K x with a symmetric M, by least squares in the frequency domain, and the effort's power:

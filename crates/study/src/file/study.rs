@@ -181,6 +181,8 @@ pub struct DiagnoseSection {
     pub without: Vec<String>,
     /// The simulation that is judged.
     pub baseline: Option<BaselineFile>,
+    /// That many effects are drawn from the seed and hidden in what is simulated; the answer comes last.
+    pub hide: usize,
 }
 
 impl DiagnoseSection {

@@ -140,7 +140,8 @@ fn considered_section(d: &Diagnosis) -> Result<Option<Section>, StudyError> {
 
 /// What cannot be told apart and what is too small to matter, each with what to do about it.
 fn next_section(d: &Diagnosis) -> Option<Section> {
-    let apart = d.confusable.iter().map(|c| format!("{} cannot be told apart by this recording. Next experiment: {}.", c.effects.join(" and "), c.next_experiment));
+    let apart =
+        d.confusable.iter().map(|c| format!("{} cannot be told apart by this recording. Next experiment: {}.", c.effects.join(" and "), c.next_experiment));
     let minor = d.minor.iter().map(|m| format!("{} is significant but minor: {}.", name(&m.effect, &m.site), m.why));
     let lines: Vec<String> = apart.chain(minor).collect();
     (!lines.is_empty()).then(|| Section::new("What remains", "What to measure next, and what is too small to matter.").list(lines))

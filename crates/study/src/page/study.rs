@@ -3,8 +3,9 @@
 use super::estimate::{coherence_section, frame, response_section, traces_section};
 use super::fit::{agreement_section, ellipse_section, parameters_section};
 use crate::error::StudyError;
+use crate::file::HiddenEffect;
 use crate::pipeline::{StudyOutcome, compare, model_response};
-use ndof_report::Report;
+use ndof_report::{Report, Section};
 
 /// The page of `ndof study`.
 ///
@@ -31,8 +32,22 @@ pub fn study_report(outcome: &StudyOutcome, title: &str, command: &str) -> Resul
     }
     if let Some(diagnosis) = &outcome.diagnosis {
         report.sections.extend(super::diagnosis::sections(diagnosis)?);
+        report.sections.extend(riddle_section(&outcome.riddle));
     }
     report.sections.push(coherence_section(&estimated.result)?);
     report.sections.push(traces_section(trials)?);
     Ok(report)
+}
+
+/// What the study had hidden, after everything else was said about it.
+fn riddle_section(riddle: &[HiddenEffect]) -> Option<Section> {
+    let lines: Vec<String> = riddle
+        .iter()
+        .map(|hidden| {
+            let values: Vec<String> = hidden.parameters.iter().map(|(name, value)| format!("{name} = {value}")).collect();
+            let axis = hidden.axis.as_ref().map(|axis| format!(", {axis}")).unwrap_or_default();
+            format!("{} ({}{axis}): {}", hidden.name, hidden.side, values.join(", "))
+        })
+        .collect();
+    (!lines.is_empty()).then(|| Section::new("What was hidden", "Drawn from the seed; the diagnosis did not see it.").list(lines))
 }

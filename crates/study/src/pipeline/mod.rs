@@ -13,6 +13,7 @@ mod hide;
 mod method;
 mod project;
 mod repeat;
+mod riddle;
 mod simulate;
 mod study;
 

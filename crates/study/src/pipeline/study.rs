@@ -1,8 +1,10 @@
 //! A whole study: simulate (or take recordings), estimate, fit, compare with the truth.
 
+use super::riddle::draw_hidden;
+use super::simulate::axis_names;
 use super::{Estimated, Fitted, Progress, Simulated, Truth, diagnose, estimate, fit, simulate};
 use crate::error::StudyError;
-use crate::file::StudyFile;
+use crate::file::{HiddenEffect, StudyFile};
 use crate::result::DiagnosisResult;
 use crate::roles::RoleNames;
 use crate::trials::{Trial, Trials};
@@ -25,6 +27,8 @@ pub struct StudyOutcome {
     pub also: Vec<(String, Estimated, Fitted)>,
     /// What a linear model misses, where the study asks for it.
     pub diagnosis: Option<DiagnosisResult>,
+    /// What the study drew and hid for its reader to guess.
+    pub riddle: Vec<HiddenEffect>,
 }
 
 /// One line of the table: a parameter, what was simulated and what was found.
@@ -49,11 +53,16 @@ pub struct ComparedParameter {
 /// # Errors
 /// [`StudyError`] from the step that failed.
 pub fn run_study(study: &StudyFile, recordings: Option<Vec<Trial>>, seed: Option<u64>, progress: &Progress<'_>) -> Result<StudyOutcome, StudyError> {
+    let mut riddle = Vec::new();
     let (simulated, trials) = match recordings {
         Some(trials) => (None, trials),
         None => {
             let mut experiment = study.experiment.clone();
             experiment.seed = seed.unwrap_or(experiment.seed);
+            if let Some(count) = study.diagnose.as_ref().map(|section| section.hide).filter(|count| *count > 0) {
+                riddle = draw_hidden(count, experiment.seed, &axis_names(&experiment)?);
+                experiment.effects.extend(riddle.iter().cloned());
+            }
             let simulated = simulate(&experiment, progress)?;
             let trials = simulated.recordings.iter().enumerate().map(|(k, recording)| as_trial(k, recording)).collect();
             (Some(simulated), trials)
@@ -79,7 +88,7 @@ pub fn run_study(study: &StudyFile, recordings: Option<Vec<Trial>>, seed: Option
         progress("diagnose", 0, 1);
         diagnose(&trials, &section.settings(), "study", &mut |_| ())
     });
-    Ok(StudyOutcome { diagnosis: diagnosis.transpose()?, trials, simulated, estimated, fitted, also })
+    Ok(StudyOutcome { diagnosis: diagnosis.transpose()?, trials, simulated, estimated, fitted, also, riddle })
 }
 
 fn as_trial(k: usize, recording: &Recording) -> Trial {
