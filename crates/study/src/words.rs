@@ -1,6 +1,7 @@
 //! A diagnosis in one sentence, for people who do not read likelihoods.
 
-use crate::result::diagnosis::{BandShare, Cause, CauseValue, Diagnosis};
+use crate::result::diagnosis::{BandShare, CauseParameter, CauseValue, Diagnosis};
+use ndof_report::number::significant;
 
 /// What the plant does and what the effect is called, in plain words.
 fn plain(effect: &str) -> (&'static str, &'static str) {
@@ -45,23 +46,28 @@ fn place(bands: &[BandShare]) -> String {
         shares[k % count].1 += band.share.unwrap_or(0.0) * count as f64 / bands.len() as f64;
     }
     match shares.iter().enumerate().max_by(|a, b| a.1.1.total_cmp(&b.1.1)) {
-        Some((0, (band, share))) if *share > 0.5 => format!("Mostly below {:.3} Hz", band[1]),
-        Some((k, (band, share))) if *share > 0.5 && k + 1 == count => format!("Mostly above {:.3} Hz", band[0]),
-        Some((_, (band, share))) if *share > 0.5 => format!("Mostly between {:.3} and {:.3} Hz", band[0], band[1]),
+        Some((0, (band, share))) if *share > 0.5 => format!("Mostly below {} Hz", significant(band[1], 2)),
+        Some((k, (band, share))) if *share > 0.5 && k + 1 == count => format!("Mostly above {} Hz", significant(band[0], 2)),
+        Some((_, (band, share))) if *share > 0.5 => format!("Mostly between {} and {} Hz", significant(band[0], 2), significant(band[1], 2)),
         _ => "Over the whole band".to_owned(),
     }
 }
 
 /// "0.60 ± 0.10 N m", to the digits that the interval allows.
-fn amount(cause: &Cause) -> Option<String> {
-    cause.parameters.iter().find_map(|p| {
+fn amount(parameters: &[CauseParameter]) -> Option<String> {
+    parameters.iter().find_map(|p| {
         let Some(CauseValue::Number(value)) = p.value else { return None };
         let unit = if p.unit.is_empty() { String::new() } else { format!(" {}", p.unit) };
         let half = p.ci95.map(|[low, high]| 0.5 * (high - low)).filter(|half| *half > 0.0);
-        let digits = |size: f64| (1.0 - size.abs().max(1e-12).log10().floor()).clamp(0.0, 12.0) as usize;
+        // Beyond what people read as a plain number, powers of ten stand behind.
+        let power = if value != 0.0 && !(1e-3..1e5).contains(&value.abs()) { value.abs().log10().floor() as i32 } else { 0 };
+        let scaled = |x: f64| x / 10f64.powi(power);
+        let digits = |size: f64| (1.0 - scaled(size).abs().max(1e-12).log10().floor()).clamp(0.0, 12.0) as usize;
+        let times = if power == 0 { String::new() } else { format!("e{power}") };
         (value != 0.0).then(|| match half {
-            Some(half) => format!("{value:.0$} ± {half:.0$}{unit}", digits(half)),
-            None => format!("{value:.0$}{unit}", digits(value)),
+            Some(half) if power == 0 => format!("{value:.0$} ± {half:.0$}{unit}", digits(half)),
+            Some(half) => format!("({1:.0$} ± {2:.0$}){times}{unit}", digits(half), scaled(value), scaled(half)),
+            None => format!("{0:.1$}{times}{unit}", scaled(value), digits(value)),
         })
     })
 }
@@ -75,7 +81,7 @@ pub fn sentence(d: &Diagnosis) -> String {
         };
     };
     let (what, name) = plain(&first.effect);
-    let of = amount(first).map(|amount| format!(" of {amount}")).unwrap_or_default();
+    let of = amount(&first.parameters).map(|amount| format!(" of {amount}")).unwrap_or_default();
     let at = if first.site.axis.is_empty() { format!(" ({})", first.site.side) } else { format!(" at {} ({})", first.site.axis, first.site.side) };
     let share = match first.gain.explained_fraction {
         Some(share) if share >= 0.01 => format!("explains {:.0} % of what the simulation missed", 100.0 * share),
@@ -98,6 +104,27 @@ pub fn p_value(p: Option<f64>) -> String {
     match p {
         None => "–".to_owned(),
         Some(p) if p < 1e-300 => "< 1e-300".to_owned(),
-        Some(p) => format!("= {}", ndof_report::number::significant(p, 2)),
+        Some(p) => format!("= {}", significant(p, 2)),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_p_value_that_is_too_small_for_a_number_is_said_to_be_small() {
+        assert_eq!([p_value(Some(0.0)), p_value(Some(0.0123)), p_value(None)], ["< 1e-300", "= 0.012", "–"]);
+    }
+
+    #[test]
+    fn an_amount_has_the_digits_that_its_interval_allows() {
+        let of = |value: f64, half: f64| {
+            let parameter =
+                CauseParameter { name: "k".into(), unit: "N/m".into(), value: Some(CauseValue::Number(value)), ci95: Some([value - half, value + half]) };
+            amount(&[parameter]).expect("a number")
+        };
+        assert_eq!(of(297.123, 8.31), "297.1 ± 8.3 N/m");
+        assert_eq!(of(2_315_261.0, 57_584.0), "(2.315 ± 0.058)e6 N/m");
     }
 }

@@ -1,10 +1,14 @@
 //! The coefficients of the probability, from stored rows.
 //!
 //! Logistic regression of "the name is right" on what the search saw, each coefficient bound to the sign that physics demands,
-//! with a ridge of one case; found by Newton steps along one coordinate after the other.
+//! with a ridge towards values that were set by hand (an outside effect hardly ever gets a name to learn from); found by Newton steps
+//! along one coordinate after the other.
 
 use crate::row::Row;
 use ndof_diagnose::SIGNS;
+
+/// Where the ridge pulls to, the constant first.
+const PRIOR: [f64; SIGNS.len() + 1] = [1.0, 0.25, -0.8, 0.35, -3.0, -1.0, 1.0, 0.2];
 
 /// Case: features with a leading one, and whether the name was right.
 type Case = (Vec<f64>, bool);
@@ -14,11 +18,10 @@ fn logistic(w: &[f64], f: &[f64]) -> f64 {
 }
 
 fn fit(cases: &[Case]) -> Vec<f64> {
-    let mut w = vec![0.0; SIGNS.len() + 1];
+    let mut w = PRIOR.to_vec();
     for _ in 0..400 {
         for j in 0..w.len() {
-            let ridge = if j == 0 { 0.0 } else { 1.0 };
-            let (mut slope, mut curve) = (-ridge * w[j], ridge + 1e-9);
+            let (mut slope, mut curve) = (PRIOR[j] - w[j], 1.0);
             for (f, right) in cases {
                 let p = logistic(&w, f);
                 slope += f[j] * (f64::from(u8::from(*right)) - p);

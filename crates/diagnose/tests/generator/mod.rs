@@ -179,10 +179,9 @@ fn record(case: &Case, spec: &Spec, world: &World, hiding: &Hiding, trial: usize
     }
     if hiding.angle != 0.0 && n >= 2 {
         let (s, c) = hiding.angle.sin_cos();
-        for k in 0..samples {
-            let (a, b) = (f[0][k], f[1][k]);
-            f[0][k] = c * a - s * b;
-            f[1][k] = s * a + c * b;
+        let (first, rest) = f.split_at_mut(1);
+        for (a, b) in first[0].iter_mut().zip(&mut rest[0]) {
+            (*a, *b) = (c * *a - s * *b, s * *a + c * *b);
         }
     }
     let rotational = case.plant.rotational();
