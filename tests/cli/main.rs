@@ -1,6 +1,7 @@
 //! The program from outside: each command, exit code and message.
 
 mod commands;
+mod design;
 mod errors;
 mod faults;
 mod privacy;

@@ -59,7 +59,7 @@ pub fn run(arguments: impl IntoIterator<Item = impl Into<OsString> + Clone>, stu
     };
     let done = match cli.command {
         Command::Check(arguments) => command::check::run(&arguments),
-        Command::Design(arguments) => command::design::run(&arguments),
+        Command::Design(arguments) => command::design::run(&arguments, studies),
         Command::Compare(arguments) => command::compare::run(&arguments),
         Command::Cohort(arguments) => command::cohort::run(&arguments),
         Command::Completions(arguments) => command::completions::run(&arguments, Cli::command()),

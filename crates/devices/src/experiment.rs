@@ -140,6 +140,17 @@ impl LimbConfig {
         }
     }
 
+    /// The same limb without force of its own.
+    pub fn silent(mut self) -> Self {
+        *match &mut self {
+            LimbConfig::EndpointLinear(c) => &mut c.noise,
+            LimbConfig::PlanarTwoLink(c) => &mut c.noise,
+            LimbConfig::SpringArray(c) => &mut c.noise,
+            LimbConfig::Wrist(c) => &mut c.noise,
+        } = None;
+        self
+    }
+
     /// The names of the limb's joints in order; none where it has no joints.
     pub fn joint_names(&self) -> Vec<String> {
         let names: &[&str] = match self {

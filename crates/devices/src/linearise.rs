@@ -257,6 +257,12 @@ impl Linearised {
         let m = self.robot_inertia.nrows();
         Some((rows(&all, 0..m), rows(&all, m..2 * m)))
     }
+
+    /// T⁻¹ between recorded samples: commands F_Δ = T⁻¹ F that deliver the forces F for small motions. Without stiffness of the
+    /// limb it does not exist at 0 Hz.
+    pub fn precompensation(&self, frequency_hz: f64) -> Option<Array2<Complex64>> {
+        inverse(&self.sampled_responses(frequency_hz)?.0)
+    }
 }
 
 /// Gain g and pole p of the first-order Butterworth low-pass g (1 + z⁻¹)/(1 − p z⁻¹).

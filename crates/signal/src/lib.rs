@@ -23,8 +23,8 @@ mod window;
 
 pub use cross_spectra::{CrossSpectra, Kernel, SpectraError};
 pub use excitation::{
-    AxisPlan, Chirp, ExcitationError, ExpectedMotion, FilteredNoise, InputCoherence, Limits, Lines, Multisine, MultisineSet, Prbs, SeedCriterion, SeedSearch,
-    SignalSize, Sweep, apply_response, expected_motion, input_coherence, power_share, ramp,
+    AxisPlan, Chirp, Decorrelated, Decorrelation, ExcitationError, ExpectedMotion, FilteredNoise, InputCoherence, Limits, Lines, Multisine, MultisineSet, Prbs,
+    SeedCriterion, SeedSearch, SignalSize, Sweep, apply_response, expected_motion, input_coherence, input_coherence_at, power_share, ramp,
 };
 pub use filter::{FilterError, Passband, Section, SosFilter, SosStream};
 pub use multitaper::{Multitaper, MultitaperError};

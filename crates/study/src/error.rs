@@ -177,6 +177,20 @@ pub enum StudyError {
     /// The excitation is not possible.
     #[error("designing the perturbation: {0}")]
     Excitation(#[from] ndof_signal::ExcitationError),
+    /// The predicted motion passes a limit.
+    #[error("the {limb} limb's {what} on axis {axis} would reach {value:.4}, the limit is {limit:.4}; lower --rms to {:.3} of what it is, or raise the limit", limit / value)]
+    Motion {
+        /// Which limb.
+        limb: String,
+        /// The axis.
+        axis: String,
+        /// Displacement or velocity.
+        what: &'static str,
+        /// What is predicted.
+        value: f64,
+        /// What is allowed.
+        limit: f64,
+    },
     /// A picture cannot be drawn.
     #[error("drawing: {0}")]
     Figure(#[from] ndof_report::FigureError),

@@ -15,11 +15,11 @@ mod trim;
 mod words;
 
 pub use error::StudyError;
-pub use page::{cases_report, diagnosis_report, estimate_report, fit_report, study_report, summary_tables};
+pub use page::{cases_report, design_report, diagnosis_report, estimate_report, fit_report, study_report, summary_tables};
 pub use pipeline::{
-    Command, ComparedParameter, DiagnoseSettings, EstimateSettings, Estimated, FitCost, FitSettings, Fitted, HoldOut, JointTruth, MODEL, Matrices, MethodName,
-    Progress, Simulated, StudyOutcome, Truth, VafWeight, check, command, compare, compare_fits, diagnose, estimate, fit, model_response, project, run_cases,
-    run_study, simulate, study_result,
+    ComparedParameter, DesignSettings, Designed, DiagnoseSettings, EstimateSettings, Estimated, FitCost, FitSettings, Fitted, HoldOut, JointTruth, Limits,
+    LooseLimb, MODEL, Matrices, MethodName, Progress, Simulated, StudyOutcome, Target, Truth, VafWeight, check, compare, compare_fits, design, diagnose,
+    estimate, fit, model_response, project, run_cases, run_study, simulate, study_result,
 };
 pub use roles::{RoleNames, Roles, axis_of};
 pub use suggest::nearest;

@@ -6,7 +6,7 @@ use crate::{output, progress};
 use clap::Args;
 use ndof_signal::Recording;
 use ndof_study::Truth;
-use ndof_study::file::{self, ExperimentFile, StudyFile};
+use ndof_study::file::{ExperimentFile, StudyFile};
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
@@ -37,7 +37,8 @@ pub fn run(arguments: &Arguments, studies: &[(&str, &str)]) -> Result<ExitCode, 
     Ok(ExitCode::SUCCESS)
 }
 
-fn experiment(name: &str, studies: &[(&str, &str)]) -> Result<ExperimentFile, CliError> {
+/// The experiment of a file or of a built-in study.
+pub fn experiment(name: &str, studies: &[(&str, &str)]) -> Result<ExperimentFile, CliError> {
     if let Some((name, text)) = studies.iter().find(|(known, _)| *known == name) {
         return Ok(StudyFile::parse(text, name)?.experiment);
     }
@@ -45,9 +46,7 @@ fn experiment(name: &str, studies: &[(&str, &str)]) -> Result<ExperimentFile, Cl
     if !path.exists() && path.extension().is_none() {
         return Err(super::study::unknown(name, studies));
     }
-    let experiment: ExperimentFile = file::read(path)?;
-    experiment.check(name)?;
-    Ok(experiment)
+    Ok(StudyFile::experiment_of(path)?)
 }
 
 /// Writes NAME.EXT, or NAME-1.EXT …, and NAME.truth.json beside; returns the recordings' paths.

@@ -4,10 +4,11 @@ use super::fit::parameter_table;
 use super::simulate::write_trials;
 use crate::error::CliError;
 use crate::options::{Reading, Shared};
-use crate::output::{self, write_json};
+use crate::output::{self, columns, short, write_json};
 use crate::progress;
 use clap::Args;
 use ndof_study::file::{HiddenEffect, StudyFile};
+use ndof_study::result::SensitivityResult;
 use ndof_study::{StudyOutcome, cases_report, nearest, run_cases, study_report, study_result, summary_tables};
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
@@ -20,7 +21,7 @@ use std::process::ExitCode;
 #[derive(Debug, Args)]
 #[command(after_help = "Example:\n  ndof study arm --out results")]
 pub struct Arguments {
-    /// A built-in study (arm, arm-hidden, spring-array, wrist), or STUDY.toml
+    /// A built-in study (arm, arm-hidden, sensitivity, spring-array, wrist), or STUDY.toml
     study: String,
     /// Folder for all results [default: ndof-out/NAME]
     #[arg(long, value_name = "DIR")]
@@ -89,6 +90,9 @@ fn write_case(folder: &Path, name: &str, outcome: &StudyOutcome) -> Result<(), C
     }
     write_json(&folder.join("estimate.json"), &outcome.estimated.result)?;
     write_json(&folder.join("fit.json"), &outcome.fitted.result)?;
+    if let Some(sensitivity) = &outcome.sensitivity {
+        write_json(&folder.join("sensitivity.json"), sensitivity)?;
+    }
     match &outcome.diagnosis {
         Some(diagnosis) => write_json(&folder.join("diagnosis.json"), diagnosis),
         None => Ok(()),
@@ -136,6 +140,7 @@ fn summary(outcome: &StudyOutcome, out: &Path) -> String {
         outcome.fitted.result.band_hz[1],
         parameter_table(&outcome.table())
     );
+    text += &outcome.sensitivity.as_ref().map(sensitivity_table).unwrap_or_default();
     if let Some(diagnosis) = &outcome.diagnosis {
         if !outcome.riddle.is_empty() {
             text += "\nSomething was hidden in these recordings. Look at plots/ and guess before you read on.\n";
@@ -152,4 +157,22 @@ fn summary(outcome: &StudyOutcome, out: &Path) -> String {
         if outcome.simulated.is_some() { ", recordings/" } else { "" }
     );
     text
+}
+
+/// What pre-compensation by wrong models does.
+fn sensitivity_table(result: &SensitivityResult) -> String {
+    let low = format!("max < {} Hz", result.low_band_hz[1]);
+    let head = ["pre-compensation by", "coherence max", "mean", &low, "simulated max", "force rms", "K direct %", "K derived %", "B direct %", "B derived %"];
+    let mut rows = vec![head.map(str::to_owned).to_vec()];
+    for row in &result.rows {
+        let mut cells = vec![row.model.clone()];
+        cells.extend([row.coherence.max, row.coherence.mean, row.coherence_low_max].map(|v| format!("{v:.4}")));
+        if let Some(s) = &row.simulated {
+            cells.push(format!("{:.4}", s.coherence.max));
+            cells.push(short(Some(s.force_rms)));
+            cells.extend([s.direct.K, s.derived.K, s.direct.B, s.derived.B].map(|share| share.map_or_else(|| "–".to_owned(), |v| format!("{:.2}", 100.0 * v))));
+        }
+        rows.push(cells);
+    }
+    format!("\n{}", columns(&rows))
 }

@@ -53,6 +53,14 @@ pub fn input_coherence(spectra: &CrossSpectra, band_hz: (f64, f64)) -> Result<In
     Ok(InputCoherence { max, mean: sum / count as f64 })
 }
 
+/// Coherence of each channel with all others together at frequency index `f`, as [`input_coherence`] has it.
+pub fn input_coherence_at(spectra: &CrossSpectra, f: usize) -> Vec<f64> {
+    let n = spectra.channels();
+    let mut coherence = vec![0.0; n];
+    coupling(spectra, f, &mut vec![Complex64::default(); n * n], &mut vec![Complex64::default(); n], &mut coherence);
+    coherence
+}
+
 /// 1 − 1 / (S_jj [S⁻¹]_jj) for every j, through the Cholesky factor L of the matrix scaled to unit diagonal:
 /// [S⁻¹]_jj = Σ_i |[L⁻¹]_ij|².
 fn coupling(spectra: &CrossSpectra, f: usize, l: &mut [Complex64], column: &mut [Complex64], coherence: &mut [f64]) {
@@ -106,6 +114,7 @@ mod tests {
         let f = 20;
         let expected = s.at(f, 0, 1).norm_sqr() / (s.power(f, 0) * s.power(f, 1));
         assert!((found.max - expected).abs() < 1e-12 && (found.mean - expected).abs() < 1e-12);
+        assert!(input_coherence_at(&s, f).iter().all(|c| (c - expected).abs() < 1e-12));
     }
 
     #[test]

@@ -2,6 +2,7 @@
 
 mod chirp;
 mod crest;
+mod decorrelate;
 mod filtered_noise;
 mod input_coherence;
 mod limits;
@@ -10,8 +11,9 @@ mod prbs;
 mod ramp;
 
 pub use chirp::{Chirp, Sweep};
+pub use decorrelate::{Decorrelated, Decorrelation};
 pub use filtered_noise::{FilteredNoise, SeedCriterion, SeedSearch};
-pub use input_coherence::{InputCoherence, input_coherence};
+pub use input_coherence::{InputCoherence, input_coherence, input_coherence_at};
 pub use limits::{ExpectedMotion, Limits, SignalSize, apply_response, expected_motion, power_share};
 pub use multisine::{AxisPlan, Lines, Multisine, MultisineSet};
 pub use prbs::Prbs;

@@ -1,11 +1,11 @@
 //! `ndof/experiment/1`: what is simulated.
 
-use super::check_schema;
-use crate::error::{StudyError, did_you_mean};
-use crate::suggest::nearest;
+use super::{Excitation, check_schema};
+use crate::error::StudyError;
 use ndof_devices::{Controller, DeviceConfig, Experiment, LimbConfig, Posture, Sensors};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
+use std::path::Path;
 
 /// Device, limb, excitation, controller, sensors and hidden effects.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -50,39 +50,6 @@ pub struct ExperimentFile {
     pub effects: Vec<HiddenEffect>,
 }
 
-/// The commanded perturbation.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields, default)]
-pub struct Excitation {
-    /// `filtered-noise`, `multisine`, `prbs` or `chirp`.
-    pub kind: String,
-    /// Root mean square of each axis (N, N m).
-    pub rms: f64,
-    /// Corner of the low-pass.
-    pub cutoff_hz: f64,
-    /// Order of the low-pass.
-    pub order: usize,
-    /// Seeds tried for each trial; the one whose axes are least coherent is taken.
-    pub candidates: usize,
-    /// Length of a period, of multisine and binary sequence.
-    pub period_s: f64,
-    /// Lines of a multisine, ends of a sweep.
-    pub band_hz: [f64; 2],
-    /// Largest magnitude; what is larger is scaled down as a whole.
-    pub peak: Option<f64>,
-}
-
-impl Excitation {
-    /// The kinds that there are.
-    pub const KINDS: [&str; 4] = ["filtered-noise", "multisine", "prbs", "chirp"];
-}
-
-impl Default for Excitation {
-    fn default() -> Self {
-        Excitation { kind: "filtered-noise".to_owned(), rms: 4.0, cutoff_hz: 15.0, order: 8, candidates: 1, period_s: 10.0, band_hz: [0.3, 12.0], peak: None }
-    }
-}
-
 /// An effect that the simulation hides.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -113,12 +80,18 @@ impl ExperimentFile {
         if self.trials == 0 {
             return wrong("trials = 0; at least one trial is needed".to_owned());
         }
-        let kind = self.excitation.kind.as_str();
-        if !Excitation::KINDS.contains(&kind) {
-            let suggestion = did_you_mean(nearest(kind, Excitation::KINDS).as_deref());
-            return wrong(format!("excitation.kind = \"{kind}\"{suggestion}; there are {}", Excitation::KINDS.join(", ")));
-        }
-        Ok(())
+        self.excitation.check().or_else(wrong)
+    }
+
+    /// Reads and checks an experiment; a perturbation that it replays is looked for beside it.
+    ///
+    /// # Errors
+    /// [`StudyError`] with file and line.
+    pub fn read(path: &Path) -> Result<Self, StudyError> {
+        let mut experiment: ExperimentFile = super::read(path)?;
+        experiment.check(&path.display().to_string())?;
+        experiment.excitation.folder = path.parent().unwrap_or_else(|| Path::new("")).to_owned();
+        Ok(experiment)
     }
 
     /// The part that devices simulate.

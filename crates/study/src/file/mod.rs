@@ -1,14 +1,16 @@
 //! The TOML files that people write: unknown keys are errors, and an error names file, line and remedy.
 
 mod baseline;
+mod excitation;
 mod experiment;
 mod kinematics;
 mod study;
 
 pub use baseline::{BaselineFile, BaselineParameter, Status, Value};
-pub use experiment::{Excitation, ExperimentFile, HiddenEffect};
+pub use excitation::Excitation;
+pub use experiment::{ExperimentFile, HiddenEffect};
 pub use kinematics::{KinematicsFile, KinematicsSd, MeanForce};
-pub use study::{CaseSection, DiagnoseSection, EstimateSection, FitSection, ReportSection, StudyDocument, StudyFile};
+pub use study::{CaseSection, DiagnoseSection, EstimateSection, FitSection, ReportSection, SensitivitySection, StudyDocument, StudyFile};
 
 use crate::error::{StudyError, did_you_mean};
 use crate::suggest::nearest;

@@ -44,6 +44,9 @@ pub struct StudyDocument<E> {
     /// What is drawn where cases are compared.
     #[serde(default)]
     pub report: ReportSection,
+    /// How far the limb may be from what a pre-compensation believes; without this table that is not asked.
+    #[serde(default)]
+    pub sensitivity: Option<SensitivitySection>,
 }
 
 /// One variant of a study's experiment.
@@ -167,6 +170,25 @@ pub struct FitSection {
     pub cost: FitCost,
 }
 
+/// The sensitivity of pre-compensation to the model of the limb.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct SensitivitySection {
+    /// By how much parameters are wrong, as a share.
+    pub spread: f64,
+    /// The band in which coherence counts.
+    pub band_hz: [f64; 2],
+    /// Whether the study's trials are simulated behind each wrong compensation, too.
+    pub simulate: bool,
+}
+
+impl Default for SensitivitySection {
+    /// ± 30 % (Palazzolo et al. 2007 ask for the analysis), 0.25 to 15 Hz, with simulations.
+    fn default() -> Self {
+        SensitivitySection { spread: 0.3, band_hz: [0.25, 15.0], simulate: true }
+    }
+}
+
 /// Keys are the long options of `ndof diagnose`.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default, rename_all = "kebab-case")]
@@ -223,12 +245,11 @@ impl StudyFile {
         let study = if apart {
             let study: StudyDocument<ExperimentPath> = super::parse(text, file)?;
             let path = Path::new(file).parent().unwrap_or_else(|| Path::new("")).join(&study.experiment.file);
-            let experiment: ExperimentFile = super::read(&path)?;
-            experiment.check(&path.display().to_string())?;
-            study.with_experiment(experiment)
+            study.with_experiment(ExperimentFile::read(&path)?)
         } else {
-            let study: StudyFile = super::parse(text, file)?;
+            let mut study: StudyFile = super::parse(text, file)?;
             study.experiment.check(file)?;
+            study.experiment.excitation.folder = Path::new(file).parent().unwrap_or_else(|| Path::new("")).to_owned();
             study
         };
         check_schema(study.schema.as_deref(), Self::SCHEMA, file)?;
@@ -252,9 +273,10 @@ impl StudyFile {
         let of = |case: &CaseSection| {
             let mut table = base.clone();
             overlay(&mut table, &case.experiment);
-            let experiment: ExperimentFile =
+            let mut experiment: ExperimentFile =
                 table.try_into().map_err(|error: toml::de::Error| wrong(format!("case \"{}\": {}", case.name, error.message())))?;
             experiment.check(&format!("case \"{}\"", case.name))?;
+            experiment.excitation.folder.clone_from(&self.experiment.excitation.folder);
             Ok((case.name.clone(), StudyFile { experiment, cases: Vec::new(), ..self.clone() }))
         };
         self.cases.iter().map(of).collect()
@@ -280,6 +302,16 @@ impl StudyFile {
         self.each_case().map(|_| ())
     }
 
+    /// The experiment of a file that holds one, or a study.
+    ///
+    /// # Errors
+    /// [`StudyError`] with file and line.
+    pub fn experiment_of(path: &Path) -> Result<ExperimentFile, StudyError> {
+        let text = std::fs::read_to_string(path).map_err(|source| StudyError::Read { file: path.display().to_string(), source })?;
+        let study = toml::from_str::<toml::Table>(&text).is_ok_and(|table| table.contains_key("experiment"));
+        if study { Ok(Self::read(path)?.experiment) } else { ExperimentFile::read(path) }
+    }
+
     /// What the fit is asked for.
     pub fn fit_settings(&self) -> FitSettings {
         FitSettings {
@@ -295,8 +327,8 @@ impl StudyFile {
 
 impl<E> StudyDocument<E> {
     fn with_experiment<F>(self, experiment: F) -> StudyDocument<F> {
-        let StudyDocument { schema, title, experiment: _, estimate, also, fit, kinematics, diagnose, cases, report } = self;
-        StudyDocument { schema, title, experiment, estimate, also, fit, kinematics, diagnose, cases, report }
+        let StudyDocument { schema, title, experiment: _, estimate, also, fit, kinematics, diagnose, cases, report, sensitivity } = self;
+        StudyDocument { schema, title, experiment, estimate, also, fit, kinematics, diagnose, cases, report, sensitivity }
     }
 }
 

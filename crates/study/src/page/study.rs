@@ -30,6 +30,7 @@ pub fn study_report(outcome: &StudyOutcome, title: &str, command: &str) -> Resul
     for (name, _, fitted) in also {
         report.sections.push(parameters_section(&compare(fitted, truth), &format!("Parameters, setting \u{201c}{name}\u{201d}")));
     }
+    report.sections.extend(outcome.sensitivity.as_ref().map(super::sensitivity::section));
     if let Some(diagnosis) = &outcome.diagnosis {
         report.sections.extend(super::diagnosis::sections(diagnosis)?);
         report.sections.extend(riddle_section(&outcome.riddle));

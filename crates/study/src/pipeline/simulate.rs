@@ -1,7 +1,8 @@
 //! An experiment's file to recordings and the truth behind them.
 
 use super::Progress;
-use super::command::command;
+use super::command::{Command, Commands};
+use super::design::{Through, delivery};
 use super::hide::{hide, mix};
 use crate::error::StudyError;
 use crate::file::ExperimentFile;
@@ -27,7 +28,7 @@ pub struct Truth {
     pub endpoint: Matrices,
     /// Names of the joints and the limb in them, where it has joints.
     pub joint: Option<JointTruth>,
-    /// Seeds of the commanded perturbations, trial by trial.
+    /// Seeds of the commanded perturbations, trial by trial; none where they were replayed.
     pub excitation_seeds: Vec<u64>,
 }
 
@@ -86,15 +87,38 @@ pub(super) fn axis_names(file: &ExperimentFile) -> Result<Vec<String>, StudyErro
 /// # Errors
 /// [`StudyError`] if parts do not fit or the motion diverges.
 pub fn simulate(file: &ExperimentFile, progress: &Progress<'_>) -> Result<Simulated, StudyError> {
+    simulate_behind(file, None, progress)
+}
+
+/// The same with the inverse of `model` before the commands, in place of the experiment's own.
+pub(super) fn simulate_behind(file: &ExperimentFile, model: Option<&Linearised>, progress: &Progress<'_>) -> Result<Simulated, StudyError> {
     let experiment = file.experiment();
     let linear = linearise(&experiment)?;
     let bench = experiment.build()?;
     let axes: Vec<Axis> = bench.device.robot.axes().to_vec();
     let rest = bench.rest_endpoint();
     let (discarded, recorded) = experiment.samples();
-    let mut commands = Vec::with_capacity(file.trials);
+    let samples = discarded + recorded;
+    let names: Vec<String> = axes.iter().map(|axis| axis.name.clone()).collect();
+    let model = model.or(file.excitation.precompensate.then_some(&linear));
+    let compensation = model.map(|model| Through::compensation(model, samples));
+    let device = delivery(&experiment)?;
+    let maker = Commands {
+        excitation: &file.excitation,
+        axes: &names,
+        samples,
+        lead: discarded,
+        // Seeds of experiments were always chosen over the whole length; the same file keeps giving the same bytes.
+        unseen: 0,
+        sample_rate_hz: file.sample_rate_hz,
+        seed: file.seed,
+        compensation: compensation.as_ref(),
+        device: Some(&*device),
+        judge: None,
+    };
+    let mut commands: Vec<Command> = Vec::with_capacity(file.trials);
     for trial in 0..file.trials {
-        commands.push(command(&file.excitation, axes.len(), discarded + recorded, file.sample_rate_hz, file.seed, trial)?);
+        commands.push(maker.trial(trial)?);
         progress("design", trial + 1, file.trials);
     }
     let done = std::sync::atomic::AtomicUsize::new(0);
@@ -116,10 +140,10 @@ pub fn simulate(file: &ExperimentFile, progress: &Progress<'_>) -> Result<Simula
         schema: "ndof/truth/1".to_owned(),
         ndof_version: VERSION.to_owned(),
         experiment: ExperimentFile { schema: Some(ExperimentFile::SCHEMA.to_owned()), ..file.clone() },
-        axes: axes.iter().map(|axis| axis.name.clone()).collect(),
+        axes: names,
         endpoint: Matrices::from(&linear.limb),
         joint: linear.limb_joints.as_ref().map(|(limb, _)| JointTruth { axes: joints, matrices: Matrices::from(limb) }),
-        excitation_seeds: commands.iter().map(|command| command.seed).collect(),
+        excitation_seeds: commands.iter().filter_map(|command| command.seed).collect(),
     };
     Ok(Simulated { recordings, truth, linear, rest })
 }

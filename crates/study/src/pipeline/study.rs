@@ -1,11 +1,12 @@
 //! A whole study: simulate (or take recordings), estimate, fit, compare with the truth.
 
 use super::riddle::draw_hidden;
+use super::sensitivity::sensitivity;
 use super::simulate::axis_names;
-use super::{Estimated, Fitted, Progress, Simulated, Truth, diagnose, estimate, fit, simulate};
+use super::{Estimated, FitSettings, Fitted, Progress, Simulated, Truth, diagnose, estimate, fit, simulate};
 use crate::error::StudyError;
-use crate::file::{HiddenEffect, StudyFile};
-use crate::result::DiagnosisResult;
+use crate::file::{EstimateSection, HiddenEffect, StudyFile};
+use crate::result::{DiagnosisResult, SensitivityResult};
 use crate::roles::RoleNames;
 use crate::trials::{Trial, Trials};
 use crate::trim::Trim;
@@ -25,6 +26,8 @@ pub struct StudyOutcome {
     pub fitted: Fitted,
     /// Other settings of the estimate, by name, each with its fit.
     pub also: Vec<(String, Estimated, Fitted)>,
+    /// What pre-compensation by a wrong model does, where the study asks for it and is simulated.
+    pub sensitivity: Option<SensitivityResult>,
     /// What a linear model misses, where the study asks for it.
     pub diagnosis: Option<DiagnosisResult>,
     /// What the study drew and hid for its reader to guess.
@@ -72,11 +75,10 @@ pub fn run_study(study: &StudyFile, recordings: Option<Vec<Trial>>, seed: Option
     let mut fit_settings = study.fit_settings();
     fit_settings.transducer = simulated.as_ref().map(|s| Transducer { stiffness: s.linear.transducer.stiffness, damping: s.linear.transducer.damping });
     let steps = 1 + study.also.len();
-    let analyse = |k: usize, section: &crate::file::EstimateSection| -> Result<(Estimated, Fitted), StudyError> {
-        let estimated = estimate(&trials, &section.settings("the study")?, "study")?;
-        let fitted = fit(&trials, &estimated, &fit_settings, "study")?;
+    let analyse = |k: usize, section: &EstimateSection| -> Result<(Estimated, Fitted), StudyError> {
+        let done = analysed(&trials, section, &fit_settings)?;
         progress("estimate", k + 1, steps);
-        Ok((estimated, fitted))
+        Ok(done)
     };
     let (estimated, fitted) = analyse(0, &study.estimate)?;
     let mut also = Vec::with_capacity(study.also.len());
@@ -88,10 +90,18 @@ pub fn run_study(study: &StudyFile, recordings: Option<Vec<Trial>>, seed: Option
         progress("diagnose", 0, 1);
         diagnose(&trials, &section.settings(), "study", &mut |_| ())
     });
-    Ok(StudyOutcome { diagnosis: diagnosis.transpose()?, trials, simulated, estimated, fitted, also, riddle })
+    let table = study.sensitivity.as_ref().filter(|_| simulated.is_some()).map(|section| sensitivity(study, section, seed, &fit_settings, progress));
+    Ok(StudyOutcome { diagnosis: diagnosis.transpose()?, sensitivity: table.transpose()?, trials, simulated, estimated, fitted, also, riddle })
 }
 
-fn as_trial(k: usize, recording: &Recording) -> Trial {
+/// The estimate of trials with a section's settings, and the fit to it.
+pub(super) fn analysed(trials: &Trials, section: &EstimateSection, fit_settings: &FitSettings) -> Result<(Estimated, Fitted), StudyError> {
+    let estimated = estimate(trials, &section.settings("the study")?, "study")?;
+    let fitted = fit(trials, &estimated, fit_settings, "study")?;
+    Ok((estimated, fitted))
+}
+
+pub(super) fn as_trial(k: usize, recording: &Recording) -> Trial {
     Trial { file: format!("trial {}", k + 1), recording: recording.clone(), warnings: Vec::new() }
 }
 

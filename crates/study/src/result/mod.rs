@@ -5,9 +5,11 @@
 
 pub mod check;
 pub mod compare;
+pub mod design;
 pub mod diagnosis;
 pub mod estimate;
 pub mod fit;
+pub mod sensitivity;
 pub mod study;
 
 use schemars::JsonSchema;
@@ -15,9 +17,11 @@ use serde::{Deserialize, Serialize};
 
 pub use check::CheckResult;
 pub use compare::CompareResult;
+pub use design::DesignResult;
 pub use diagnosis::DiagnosisResult;
 pub use estimate::EstimateResult;
 pub use fit::FitResult;
+pub use sensitivity::SensitivityResult;
 pub use study::StudyResult;
 
 /// The version that is written into every result.
@@ -62,7 +66,7 @@ impl From<ndof_io::Note> for Warning {
 }
 
 /// The JSON Schemas by the short names that `ndof schema` takes.
-pub const SCHEMAS: &[&str] = &["estimate", "fit", "diagnosis", "check", "compare", "study-result"];
+pub const SCHEMAS: &[&str] = &["estimate", "fit", "diagnosis", "check", "compare", "study-result", "design", "sensitivity"];
 
 /// The JSON Schema of the result called `name`, or nothing if there is none of that name.
 pub fn schema_of(name: &str) -> Option<serde_json::Value> {
@@ -72,6 +76,8 @@ pub fn schema_of(name: &str) -> Option<serde_json::Value> {
         "diagnosis" => schemars::schema_for!(DiagnosisResult),
         "compare" => schemars::schema_for!(CompareResult),
         "study-result" => schemars::schema_for!(StudyResult),
+        "design" => schemars::schema_for!(DesignResult),
+        "sensitivity" => schemars::schema_for!(SensitivityResult),
         "check" => schemars::schema_for!(CheckResult),
         _ => return None,
     };
