@@ -69,7 +69,7 @@ impl Commands<'_> {
         }
         let mut drawn = self.draw(trial)?;
         let Some(judge) = self.judge.filter(|_| drawn.shortlist.len() > 1) else {
-            self.finish(&mut drawn.experiments)?;
+            self.finish(&mut drawn.experiments, drawn.taken)?;
             return Ok(Command { signals: drawn.experiments.swap_remove(drawn.taken), seed: Some(drawn.seed), chance: drawn.chance });
         };
         let noise = self.noise();
@@ -78,7 +78,7 @@ impl Commands<'_> {
             .par_iter()
             .map(|&seed| {
                 let mut one = vec![noise.generate(seed)?];
-                self.finish(&mut one)?;
+                self.finish(&mut one, 0)?;
                 let signals = one.swap_remove(0);
                 Ok((judge(&signals)?, seed, signals))
             })
@@ -87,11 +87,11 @@ impl Commands<'_> {
         Ok(Command { signals: best.2, seed: Some(best.1), chance: drawn.chance })
     }
 
-    /// Fades, takes out coherence, compensates and limits experiments that belong together.
-    fn finish(&self, experiments: &mut [Vec<Vec<f64>>]) -> Result<(), StudyError> {
+    /// Fades, takes out coherence, compensates and limits experiments that belong together; only the one that is taken is corrected.
+    fn finish(&self, experiments: &mut [Vec<Vec<f64>>], taken: usize) -> Result<(), StudyError> {
         let excitation = self.excitation;
         experiments.iter_mut().flatten().for_each(|signal| ramp(signal, self.sample_rate_hz, excitation.fade_s, excitation.fade_s));
-        for signals in experiments.iter_mut() {
+        for (k, signals) in experiments.iter_mut().enumerate() {
             if excitation.decorrelate && self.axes.len() > 1 {
                 let [low, high] = excitation.search_band_hz;
                 let remove = Decorrelation { band_hz: (low, high), skip: self.lead, ..Decorrelation::default() };
@@ -102,7 +102,9 @@ impl Commands<'_> {
                 let scale = expected_gain(compensation, signals)?.recip();
                 let wanted = scaled(signals, scale);
                 *signals = scaled(&commanded, scale);
-                self.correct(compensation, &wanted, signals)?;
+                if k == taken {
+                    self.correct(compensation, &wanted, signals)?;
+                }
             }
         }
         let limits = Limits { peak: excitation.peak.unwrap_or(f64::INFINITY), slew_per_s: excitation.slew_per_s.unwrap_or(f64::INFINITY) };

@@ -156,7 +156,11 @@ pub fn design(settings: &DesignSettings, command: &str, progress: &Progress<'_>)
     let multisine = excitation.kind == "multisine" && !excitation.replays();
     let lens = if multisine {
         let period = period_samples(excitation, fs);
-        Lens::Lines { period, lines: excited_lines(&commanded_part, period, fs)? }
+        // The lines of the design itself: fading, compensation and corrections put power beside them.
+        let plain = Excitation { fade_s: 0.0, precompensate: false, corrections: 0, ..excitation.clone() };
+        let plain = Commands { excitation: &plain, compensation: None, device: None, judge: None, ..commands };
+        let round = (0..settings.trials.min(settings.axes.len())).map(|trial| Ok(plain.trial(trial)?.signals)).collect::<Result<Vec<_>, StudyError>>()?;
+        Lens::Lines { period, lines: excited_lines(&analysed(&round), period, fs)? }
     } else {
         Lens::welch(samples - lead)
     };

@@ -88,14 +88,13 @@ fn of(
     Ok(axes.iter().enumerate().map(motion).collect())
 }
 
-/// Refuses what would move a limb further or faster than the limits allow.
+/// Refuses what would move a limb further or faster than the limits allow, naming the worst.
 pub(super) fn refuse(motion: &[Motion], limits: &Limits) -> Result<(), StudyError> {
-    for m in motion {
-        for (what, value, limit) in [("displacement", m.displacement_peak, limits.displacement), ("velocity", m.velocity_peak, limits.velocity)] {
-            if let Some(limit) = limit.filter(|limit| value > *limit) {
-                return Err(StudyError::Motion { limb: m.limb.clone(), axis: m.axis.clone(), what, value, limit });
-            }
-        }
+    let both = |m: &Motion| [("displacement", m.displacement_peak, limits.displacement), ("velocity", m.velocity_peak, limits.velocity)];
+    let asked = motion.iter().flat_map(|m| both(m).map(|(what, value, limit)| (m, what, value, limit)));
+    let passed = asked.filter_map(|(m, what, value, limit)| Some((m, what, value, limit?))).filter(|(.., value, limit)| value > limit);
+    match passed.max_by(|a, b| (a.2 / a.3).total_cmp(&(b.2 / b.3))) {
+        None => Ok(()),
+        Some((m, what, value, limit)) => Err(StudyError::Motion { limb: m.limb.clone(), axis: m.axis.clone(), what, value, limit }),
     }
-    Ok(())
 }
