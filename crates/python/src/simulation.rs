@@ -7,11 +7,14 @@ use crate::recording::{Parts, PyRecording, parts, trials_of};
 use crate::work;
 use ndof::devices::{DEVICES, LIMBS};
 use ndof::models::effects::EFFECTS;
-use ndof::signal::{Channel, Quantity, Recording, Unit, ramp};
+use ndof::signal::Recording;
 use ndof::studies::STUDIES;
 use ndof::study::file::{Excitation, ExperimentFile, StudyFile};
+use ndof::study::result::design::DesignedTrial;
 use ndof::study::result::to_json;
-use ndof::study::{ComparedParameter, StudyOutcome, Trial, cases_report, command, nearest, run_cases, study_report, study_result};
+use ndof::study::{
+    ComparedParameter, DesignSettings, Limits, LooseLimb, StudyOutcome, Trial, cases_report, nearest, run_cases, study_report, study_result,
+};
 use pyo3::prelude::*;
 use std::path::Path;
 use std::sync::Arc;
@@ -181,20 +184,30 @@ pub fn design<'py>(
     if !(samples.is_finite() && samples >= 1.0) {
         return Err(raise(format!("duration_s={duration_s} at sample_rate_hz={sample_rate_hz}: nothing to design; give positive numbers")));
     }
-    let unit = Unit::si(Quantity::Effort, rotational);
-    let (recordings, found) = work::run(py, usize::MAX, progress.as_ref(), move |reporter| {
-        let (mut recordings, mut found) = (Vec::with_capacity(trials), Vec::with_capacity(trials));
-        for trial in 0..trials {
-            let mut designed = command(&excitation, axes.len(), samples as usize, sample_rate_hz, seed, trial).map_err(raise_study)?;
-            designed.signals.iter_mut().for_each(|signal| ramp(signal, sample_rate_hz, fade_s, fade_s));
-            found.push((designed.seed, designed.coherence));
-            let channels = axes.iter().zip(designed.signals).map(|(axis, signal)| Channel::new(format!("cmd_{axis}"), unit.clone(), signal)).collect();
-            recordings.push(Recording::new(sample_rate_hz, channels).map_err(raise)?);
-            reporter.report("design", trial + 1, trials);
-        }
-        Ok::<_, PyErr>((recordings, found))
+    let [low, high] = excitation.search_band_hz;
+    let searched = excitation.candidates > 1;
+    let settings = DesignSettings {
+        excitation: Excitation { fade_s, ..excitation },
+        axes,
+        rotational,
+        trials,
+        duration_s,
+        lead_in_s: 0.0,
+        sample_rate_hz,
+        seed,
+        band_hz: (low, high),
+        experiment: None,
+        limbs: LooseLimb::soft_and_stiff(rotational),
+        limits: Limits::default(),
+        targets: Vec::new(),
+        fit_band_hz: [0.5, 8.0],
+    };
+    let designed = work::run(py, usize::MAX, progress.as_ref(), move |reporter| {
+        ndof::study::design(&settings, "design", &|what, done, total| reporter.report(what, done, total)).map_err(raise_study)
     })??;
-    Ok((recordings_of(py, named("perturbation", recordings)), found))
+    let coherence = |trial: &DesignedTrial| trial.coherence.as_ref().filter(|_| searched).map(|c| c.commanded.max);
+    let found = designed.result.trials.iter().map(|trial| (trial.seed.unwrap_or(seed), coherence(trial))).collect();
+    Ok((recordings_of(py, named("perturbation", designed.recordings)), found))
 }
 
 /// Names with a line on each, of `effects`, `devices`, `limbs` or `studies`.

@@ -178,7 +178,7 @@ pub enum StudyError {
     #[error("designing the perturbation: {0}")]
     Excitation(#[from] ndof_signal::ExcitationError),
     /// The predicted motion passes a limit.
-    #[error("the {limb} limb's {what} on axis {axis} would reach {value:.4}, the limit is {limit:.4}; lower --rms to {:.3} of what it is, or raise the limit", limit / value)]
+    #[error("the {limb} limb's {what} on axis {axis} would reach {value:.4}, the limit is {limit:.4}; lower --rms to {:.3} of what it is, or raise the limit", (1000.0 * limit / value).floor() / 1000.0)]
     Motion {
         /// Which limb.
         limb: String,

@@ -124,6 +124,7 @@ def design(
         "order": order,
         "candidates": candidates,
         "period_s": period_s,
+        "search_band_hz": (0.25, 15.0),
         "band_hz": lines_hz,
         "peak": peak,
     }

@@ -223,8 +223,11 @@ fn simulated(
     let samples = forces.first().and_then(|trial: &Vec<Vec<f64>>| trial.first()).map_or(0, Vec::len);
     let [low, high] = section.band_hz;
     let pooled = Lens::welch(samples).look(&forces, file.sample_rate_hz, (low, high))?.pooled;
-    let power: f64 = forces.iter().flatten().flatten().map(|f| f * f).sum();
-    let count = forces.iter().flatten().map(Vec::len).sum::<usize>().max(1);
+    let variance = |force: &Vec<f64>| {
+        let mean = force.iter().sum::<f64>() / force.len().max(1) as f64;
+        force.iter().map(|f| (f - mean).powi(2)).sum::<f64>() / force.len().max(1) as f64
+    };
+    let variances: Vec<f64> = forces.iter().flatten().map(variance).collect();
     let trials = recordings.iter().enumerate().map(|(k, recording)| as_trial(k, recording)).collect();
     let trials = Trials::new(trials, &RoleNames::default(), &Trim::default())?;
     let (estimated, derived) = analysed(&trials, &study.estimate, fit_settings)?;
@@ -234,7 +237,7 @@ fn simulated(
     let direct = fit(&trials, &direct_only, fit_settings, "study")?;
     Ok(SimulatedSensitivity {
         coherence: CoherenceSize { max: pooled.max, mean: pooled.mean },
-        force_rms: (power / count as f64).sqrt(),
+        force_rms: (variances.iter().sum::<f64>() / variances.len().max(1) as f64).sqrt(),
         direct: errors(&direct, &truth.limb),
         derived: errors(&derived, &truth.limb),
     })

@@ -53,7 +53,7 @@ pub struct SensitivityRow {
 pub struct SimulatedSensitivity {
     /// Coherence between the delivered forces, all trials pooled; of independent ones it is one over the effective averages.
     pub coherence: CoherenceSize,
-    /// Root mean square of the delivered forces.
+    /// Root mean square of the delivered forces about their means.
     pub force_rms: f64,
     /// Errors of the fit to the direct estimate.
     pub direct: ParameterErrors,

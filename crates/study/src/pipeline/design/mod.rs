@@ -164,7 +164,12 @@ pub fn design(settings: &DesignSettings, command: &str, progress: &Progress<'_>)
     } else {
         Lens::welch(samples - lead)
     };
-    let several = settings.axes.len() > 1 && (!multisine || settings.trials >= settings.axes.len());
+    // A record too short for a frequency within the band has no coherence to show.
+    let resolved = match &lens {
+        Lens::Welch(welch) => fs / welch.nperseg as f64 <= settings.band_hz.1,
+        Lens::Lines { .. } => settings.trials >= settings.axes.len(),
+    };
+    let several = settings.axes.len() > 1 && resolved;
     let look = |trials: &[Vec<Vec<f64>>]| lens.look(trials, fs, settings.band_hz);
     let linear_part = delivered_linear.as_deref().map(analysed);
     let stages = if several {
