@@ -12,9 +12,7 @@ use ndof::studies::STUDIES;
 use ndof::study::file::{Excitation, ExperimentFile, StudyFile};
 use ndof::study::result::design::DesignedTrial;
 use ndof::study::result::to_json;
-use ndof::study::{
-    ComparedParameter, DesignSettings, Limits, LooseLimb, StudyOutcome, Trial, cases_report, nearest, run_cases, study_report, study_result,
-};
+use ndof::study::{ComparedParameter, DesignSettings, Limits, LooseLimb, StudyOutcome, Trial, cases_report, nearest, run_cases, study_report, study_result};
 use pyo3::prelude::*;
 use std::path::Path;
 use std::sync::Arc;
