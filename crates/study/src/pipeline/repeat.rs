@@ -10,7 +10,7 @@ use crate::result::estimate::EstimateResult;
 use crate::result::{Warning, number};
 use crate::trials::{Trial, Trials};
 use ndof_signal::Recording;
-use ndof_sysid::{Estimates, FrequencyResponse, RejectedSegment, ResponseKind, SpectralMethod};
+use ndof_sysid::{Estimates, FrequencyResponse, RejectedSegment, ResponseKind, SpectralMethod, estimate_from_spectra, robust_spectra};
 use rayon::prelude::*;
 
 /// Standard errors by which the spread between trials exceeds that within before it is worth a warning, and the excess.
@@ -47,8 +47,14 @@ pub(super) fn between_trials(trials: &Trials, settings: &EstimateSettings, metho
     }
     let (ports, labels) = (&trials.roles.ports, labels(trials));
     let alone = |recording: &Recording| {
-        let estimates = ndof_sysid::estimate(&[recording], ports, &labels, method, settings.estimator).ok()?;
-        reported(estimates, trials, kind)
+        let estimates = match method {
+            SpectralMethod::Welch(welch) if settings.robust => {
+                let (spectra, _) = robust_spectra(&[recording], ports, welch).ok()?;
+                estimate_from_spectra(spectra, ports, &labels, method, settings.estimator)
+            }
+            _ => ndof_sysid::estimate(&[recording], ports, &labels, method, settings.estimator),
+        };
+        reported(estimates.ok()?, trials, kind)
     };
     let responses: Option<Vec<FrequencyResponse>> = trials.recordings().into_par_iter().map(alone).collect();
     let (low_hz, high_hz) = settings.band_hz.unwrap_or((0.0, f64::INFINITY));
