@@ -1,8 +1,7 @@
 """What calling through Python costs: python measure.py (from anywhere, with ndof installed; on a calm machine)
 
-Small calls: microseconds of a whole call on 64 samples, against what the work itself takes (the same call natively, whose time is
-that of the largest share). Twelve channels over an hour: seconds here and of the same call in Rust
-(crates/signal/examples/twelve_channels.rs), one after the other, several times.
+Small calls: microseconds of a whole call on 64 samples, work and calling together. Twelve channels over an hour: seconds here and of
+the same call in Rust (crates/signal/examples/twelve_channels.rs), by turns, the best of each.
 """
 
 import pathlib
