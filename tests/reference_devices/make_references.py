@@ -1,11 +1,15 @@
 """Reference dynamics of the simulated robots by independent engines.
 
 Writes, into this folder, chain_two_link.csv, chain_three_link.csv, chain_six_joint.csv and wrist.csv (Pinocchio) and
-five_bar.csv, five_bar_motion.csv (MuJoCo: a tree of four bodies whose parallelogram is closed by projection). Each row of the first
+five_bar.csv (MuJoCo: a tree of four bodies whose parallelogram is closed by projection). Each row of the first
 five is a random state: q, rates, mass matrix (rows), bias torques, Jacobian of the tip (rows x, y, z; left out where the
-joints are the axes), its rate times the joint rates. five_bar_motion.csv is a free motion of 1 s by RK4 at 1e-4 s.
+joints are the axes), its rate times the joint rates.
 
-    pip install numpy mujoco pin
+motion_five_bar.csv, motion_wrist.csv and motion_three_link.csv are what the recordings of a robot with a linear limb behind a
+transducer hold: struck for 0.04 s, then free to 1 s, without a hold; means of position and force over each 2 ms, from the engine's
+dynamics by DOP853 at a relative tolerance of 1e-12.
+
+    pip install numpy scipy mujoco pin
     python make_references.py
 """
 import csv
@@ -14,6 +18,8 @@ import pathlib
 import mujoco
 import numpy as np
 import pinocchio as pin
+import scipy
+from scipy.integrate import solve_ivp
 
 HERE = pathlib.Path(__file__).parent
 STATES = 100
@@ -21,7 +27,7 @@ STATES = 100
 
 def write(name, header, rows):
     with open(HERE / name, "w", newline="") as file:
-        file.write(f"# numpy {np.__version__}, mujoco {mujoco.__version__}, pinocchio {pin.__version__}\n")
+        file.write(f"# numpy {np.__version__}, scipy {scipy.__version__}, mujoco {mujoco.__version__}, pinocchio {pin.__version__}\n")
         out = csv.writer(file, lineterminator="\n")
         out.writerow(header)
         out.writerows([[repr(float(v)) for v in row] for row in rows])
@@ -60,8 +66,8 @@ def urdf(name, seed, span):
     write(f"chain_{name}.csv", header(model.nv, True), states(model, model.createData(), model.getFrameId("tip"), seed, span))
 
 
-def wrist():
-    """Gimbal PS (x), FE (z), AA (y) with the defaults of the device `wrist`."""
+def wrist_model():
+    """Gimbal PS (x), FE (z), AA (y) with the defaults of the device `wrist`, and what its rotors add to the inertia."""
     model = pin.Model()
     model.gravity.linear = np.array([0, 0, -9.81])
     here = pin.SE3.Identity()
@@ -74,7 +80,11 @@ def wrist():
     for k, (joint, mass, inertia) in enumerate(bodies):
         parent = model.addJoint(parent, joint, here, f"joint{k}")
         model.appendBodyToJoint(parent, pin.Inertia(mass, np.array([0.03 if mass else 0.0, 0, 0]), np.diag(inertia)), here)
-    rotor = 7e-6 * np.array([10.5**2, 2 * 49, 2 * 49])
+    return model, 7e-6 * np.array([10.5**2, 2 * 49, 2 * 49])
+
+
+def wrist():
+    model, rotor = wrist_model()
     rows = []
     for row in states(model, model.createData(), None, 4, 0.9):
         mass = np.array(row[6:15]).reshape(3, 3)
@@ -134,21 +144,87 @@ def five_bar():
         rows.append([*q, *v, *mass.ravel(), *bias, *place, *jacobian.ravel(), *drift(q, v)])
     write("five_bar.csv", header(2, True), rows)
 
-    q, v, h, motion = np.array([0.6, 2.2]), np.array([1.5, -2.0]), 1e-4, []
+    def dynamics(q, v):
+        mass, bias, place, jacobian = projected(q, v)
+        return mass, bias, place[:2], jacobian[:2]
 
-    def acceleration(q, v):
-        mass, bias, _, _ = projected(q, v)
-        return np.linalg.solve(mass, -bias)
+    rest = inverse(l1, l2, 0.0, 0.65)
+    limb = [np.array(x) for x in ([[2.1, -0.55], [-0.55, 1.9]], [[11.0, -2.0], [-2.0, 15.0]], [[300.0, -60.0], [-60.0, 520.0]])]
+    motion("five_bar", dynamics, rest, limb, (1e6, 800.0), np.array([20.0, -15.0]))
 
-    for k in range(10001):
-        if k % 500 == 0:
-            motion.append([k * h, *q, *v])
-        k1v, k1 = v, acceleration(q, v)
-        k2v, k2 = v + h / 2 * k1, acceleration(q + h / 2 * k1v, v + h / 2 * k1)
-        k3v, k3 = v + h / 2 * k2, acceleration(q + h / 2 * k2v, v + h / 2 * k2)
-        k4v, k4 = v + h * k3, acceleration(q + h * k3v, v + h * k3)
-        q, v = q + h / 6 * (k1v + 2 * k2v + 2 * k3v + k4v), v + h / 6 * (k1 + 2 * k2 + 2 * k3 + k4)
-    write("five_bar_motion.csv", ["t", "q0", "q1", "v0", "v1"], motion)
+
+def inverse(l1, l2, x, y):
+    """Absolute angles of a two-link arm, its forearm counter-clockwise of the upper arm."""
+    between = np.arccos((x * x + y * y - l1 * l1 - l2 * l2) / (2 * l1 * l2))
+    q1 = np.arctan2(y, x) - np.arctan2(l2 * np.sin(between), l1 + l2 * np.cos(between))
+    return np.array([q1, q1 + between])
+
+
+def motion(name, dynamics, rest, limb, transducer, push, friction=None, compensated=None, fs=500.0):
+    """Robot, transducer and linear limb after a push of 20 samples; `compensated(q)` is a torque held like the command's."""
+    inertia, damping, stiffness = limb
+    n, m, (k, b) = len(rest), len(push), transducer
+    _, _, start, _ = dynamics(rest, np.zeros(n))
+    mobility = np.linalg.inv(inertia)
+    y, rows = np.concatenate([rest, np.zeros(n + 4 * m)]), []
+    for sample in range(int(fs)):
+        _, _, _, jacobian = dynamics(y[:n], np.zeros(n))
+        held = jacobian.T @ (push if sample < 20 else 0 * push)
+        if compensated is not None:
+            held = held + compensated(y[:n])
+
+        def slope(_, y):
+            q, v, x, u = np.split(y[: 2 * (n + m)], [n, 2 * n, 2 * n + m])
+            mass, bias, place, jacobian = dynamics(q, v)
+            force = k * (place - start - x) + b * (jacobian @ v - u)
+            torque = held - jacobian.T @ force - bias
+            if friction is not None:
+                torque = torque - friction(v)
+            pull = force - damping @ u - stiffness @ x
+            return np.concatenate([v, np.linalg.solve(mass, torque), u, mobility @ pull, place, force])
+
+        y[2 * (n + m) :] = 0
+        y = solve_ivp(slope, (0, 1 / fs), y, method="DOP853", rtol=1e-12, atol=1e-13).y[:, -1]
+        rows.append(y[2 * (n + m) :] * fs)
+    write(f"motion_{name}.csv", [f"p{i}" for i in range(m)] + [f"f{i}" for i in range(m)], rows)
+
+
+def wrist_motion():
+    """The wrist robot under its own weight, which nothing compensates, with a linear limb."""
+    model, rotor = wrist_model()
+    data = model.createData()
+
+    def dynamics(q, v):
+        upper = pin.crba(model, data, q)
+        mass = np.triu(upper) + np.triu(upper, 1).T + np.diag(rotor)
+        return mass, pin.rnea(model, data, q, v, np.zeros(3)), q, np.eye(3)
+
+    limb = [np.diag([0.0042, 0.0049, 0.0052]), np.diag([0.03, 0.03, 0.05]), np.diag([0.756, 0.992, 2.92])]
+    viscous = lambda v: 0.001 * v
+    motion("wrist", dynamics, np.array([0.3, -0.2, 0.1]), limb, (3000.0, 2.4), np.array([0.6, -0.5, 0.7]), viscous)
+
+
+def chain_motion():
+    """The three-link chain, its weight carried at the ticks of the controller."""
+    model = pin.buildModelFromUrdf(str(HERE / "three_link.urdf"))
+    model.gravity.linear = np.array([0, 0, -9.81])
+    data, tip = model.createData(), model.getFrameId("tip")
+
+    def dynamics(q, v):
+        upper = pin.crba(model, data, q)
+        jacobian = pin.computeFrameJacobian(model, data, q, tip, pin.ReferenceFrame.LOCAL_WORLD_ALIGNED)[:3]
+        place = data.oMf[tip].translation.copy()
+        return np.triu(upper) + np.triu(upper, 1).T, pin.rnea(model, data, q, v, np.zeros(3)), place, jacobian
+
+    weight = lambda q: pin.rnea(model, data, q, np.zeros(3), np.zeros(3))
+    limb = [np.diag([1.5, 1.2, 1.0]), np.diag([12.0, 10.0, 9.0]), np.diag([300.0, 250.0, 200.0])]
+    rest = np.array([0.3, 0.1, 0.8])
+    mass, _, _, jacobian = dynamics(rest, np.zeros(3))
+    # The transducer that a robot from a URDF has: a mode near 200 Hz, damped by a third.
+    inertia = np.linalg.inv(jacobian @ np.linalg.inv(mass) @ jacobian.T).diagonal().max()
+    stiffness = max(1e6, (2 * np.pi * 200) ** 2 * inertia)
+    transducer = (stiffness, 0.6 * np.sqrt(stiffness * inertia))
+    motion("three_link", dynamics, rest, limb, transducer, np.array([15.0, -10.0, 8.0]), compensated=weight)
 
 
 urdf("two_link", 1, 3.0)
@@ -156,3 +232,5 @@ urdf("three_link", 2, 3.0)
 urdf("six_joint", 3, 3.0)
 wrist()
 five_bar()
+wrist_motion()
+chain_motion()

@@ -155,7 +155,7 @@ impl LimbConfig {
     pub fn joint_names(&self) -> Vec<String> {
         let names: &[&str] = match self {
             LimbConfig::PlanarTwoLink(_) => &["shoulder", "elbow"],
-            LimbConfig::Wrist(_) => &["ps", "fe", "aa"],
+            LimbConfig::Wrist(_) => &["pronation", "flexion", "abduction"],
             LimbConfig::EndpointLinear(_) | LimbConfig::SpringArray(_) => &[],
         };
         names.iter().map(|n| (*n).to_owned()).collect()

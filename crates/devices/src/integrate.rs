@@ -135,7 +135,7 @@ impl Means {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Accuracy {
     /// Steps are halved and doubled so that force and motion keep about this error relative to their size (rms over the record,
-    /// about the mean): 8e-7 at 1e-6 for a planar arm with dry friction. Laws that jump are met to the order of a finest step, 16 µs.
+    /// about the mean), for arms, lightly damped springs and free motions alike. Laws that jump are met to the order of a finest step, 16 µs.
     Relative(f64),
     /// 2ᵏ equal steps a sample.
     Fixed(u32),
@@ -330,8 +330,8 @@ impl Stepper {
 
 /// Error of one step in a rate that, step after step, keeps force and motion of a planar arm within the relative error
 /// asked for: found by comparing with fine steps (tests/suite/accuracy.rs).
-const JOINT_RATE_SCALE: f64 = 5e-3;
-const DEFLECTION_RATE_SCALE: f64 = 5e-2;
+const JOINT_RATE_SCALE: f64 = 3e-3;
+const DEFLECTION_RATE_SCALE: f64 = 3e-2;
 
 /// The nonlinear part's change since the step began: D = f(stage) − f(y) − L (stage − y). `moved` is room for y − stage.
 fn change(linear: &Columns, [rates, start_rates]: [&[f64]; 2], [stage, start]: [&[f64]; 2], moved: &mut [f64], out: &mut [f64]) {

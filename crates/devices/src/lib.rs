@@ -70,7 +70,7 @@ pub use five_bar::FiveBar;
 pub use integrate::Accuracy;
 pub use limb::{
     EndpointLinear, EndpointLinearConfig, Impedance, Limb, PlanarTwoLink, PlanarTwoLinkConfig, SPRING_CONFIGURATIONS, Side, SpringArray, SpringArrayConfig,
-    SpringConfiguration, Tone, Wrist, WristConfig,
+    SpringConfiguration, Tone, Wrist, WristConfig, anatomical_axes, hand_gravity_stiffness,
 };
 pub use linearise::{HoldGains, Linearised};
 pub use noise::LimbNoise;

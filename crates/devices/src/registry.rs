@@ -186,6 +186,7 @@ pub static LIMBS: &[LimbEntry] = &[
             parameter("hand_mass_kg", "kg", 0.45, "mass of hand and handle"),
             parameter("hand_centre_m", "m", f64::NAN, "its centre from the wrist along the forearm and across, [0.06, 0, 0]"),
             parameter("gravity_m_per_s2", "m/s^2", f64::NAN, "gravity in the forearm's frame, [0, 0, -9.81]"),
+            parameter("misalignment_rpy_rad", "rad", f64::NAN, "turn of the forearm, and so of the axes of M, B, K, in the robot: roll, pitch, yaw"),
             parameter("noise", "", f64::NAN, "torque made by the limb itself: rms_n, cutoff_hz"),
         ],
         source: "Drake and Charles, Ann. Biomed. Eng. 42 (2014), for the order of the passive stiffness; figures to be confirmed",

@@ -21,7 +21,7 @@ use std::process::ExitCode;
 #[derive(Debug, Args)]
 #[command(after_help = "Example:\n  ndof study arm --out results")]
 pub struct Arguments {
-    /// A built-in study (arm, arm-hidden, sensitivity, spring-array, wrist), or STUDY.toml
+    /// A built-in study (arm, drift, masses, arm-hidden, sensitivity, spring-array, wrist), or STUDY.toml
     study: String,
     /// Folder for all results [default: ndof-out/NAME]
     #[arg(long, value_name = "DIR")]

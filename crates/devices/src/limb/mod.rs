@@ -10,7 +10,7 @@ pub use arm_figures::{PlanarTwoLinkConfig, Side, Tone};
 pub use endpoint_linear::{EndpointLinear, EndpointLinearConfig};
 pub use planar_two_link::PlanarTwoLink;
 pub use spring_array::{SPRING_CONFIGURATIONS, SpringArray, SpringArrayConfig, SpringConfiguration};
-pub use wrist::{Wrist, WristConfig};
+pub use wrist::{Wrist, WristConfig, anatomical_axes, hand_gravity_stiffness};
 
 use ndarray::Array2;
 

@@ -3,8 +3,9 @@
 use super::endpoint_linear::{diagonal, square};
 use super::{EndpointLinear, Impedance, Limb};
 use crate::error::DeviceError;
+use crate::matrix::inverse;
 use crate::noise::LimbNoise;
-use crate::vector3::{Matrix, Vector, about, cross, dot, product, turn};
+use crate::vector3::{Matrix, Vector, about, cross, dot, product, roll_pitch_yaw, transpose, turn};
 use ndarray::Array2;
 use serde::{Deserialize, Serialize};
 
@@ -25,6 +26,8 @@ pub struct WristConfig {
     pub hand_centre_m: [f64; 3],
     /// Gravity in the forearm's frame: x along the forearm, z the flexion axis and y the abduction axis at rest (m/s²).
     pub gravity_m_per_s2: [f64; 3],
+    /// How the anatomical axes of M, B and K are turned against the robot's: roll, pitch, yaw of the forearm in the robot (rad).
+    pub misalignment_rpy_rad: [f64; 3],
     /// Torque that the limb makes by itself.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub noise: Option<LimbNoise>,
@@ -39,15 +42,19 @@ impl Default for WristConfig {
             hand_mass_kg: 0.45,
             hand_centre_m: [0.06, 0.0, 0.0],
             gravity_m_per_s2: [0.0, 0.0, -9.81],
+            misalignment_rpy_rad: [0.0; 3],
             noise: None,
         }
     }
 }
 
-/// The wrist built from [`WristConfig`]: M q̈ + B q̇ + K (q − q₀) + ∂U/∂q = τ with U = −m gᵀ R(q) c.
+/// The wrist built from [`WristConfig`]: M q̈ + B q̇ + K (q − q₀) + ∂U/∂q = τ with U = −m gᵀ R(q) c; M, B and K are brought from
+/// the anatomical axes to the robot's, X_q = J⁻ᵀ X J⁻¹ with the Jacobian J of [`anatomical_axes`].
 #[derive(Clone, Debug)]
 pub struct Wrist {
     passive: EndpointLinear,
+    anatomical: Impedance,
+    jacobian: Array2<f64>,
     posture: [f64; 3],
     weight: Vector,
     centre: Vector,
@@ -68,8 +75,14 @@ impl Wrist {
             return Err(DeviceError::value("limb.hand_centre_m or limb.gravity_m_per_s2", *v, "finite"));
         }
         let passive = Impedance { inertia: square("M", &config.M, 3)?, damping: square("B", &config.B, 3)?, stiffness: square("K", &config.K, 3)? };
+        let (_, jacobian) = anatomical_axes(posture, config.misalignment_rpy_rad)?;
+        let back = inverse(&jacobian).ok_or_else(|| singular(posture))?;
+        let carried = |x: &Array2<f64>| back.t().dot(x).dot(&back);
+        let turned = Impedance { inertia: carried(&passive.inertia), damping: carried(&passive.damping), stiffness: carried(&passive.stiffness) };
         let mut wrist = Wrist {
-            passive: EndpointLinear::from_matrices(passive, vec![0.0; 3])?,
+            passive: EndpointLinear::from_matrices(turned, vec![0.0; 3])?,
+            anatomical: passive,
+            jacobian,
             posture,
             weight: config.gravity_m_per_s2.map(|g| config.hand_mass_kg * g),
             centre: config.hand_centre_m,
@@ -77,7 +90,7 @@ impl Wrist {
             mean_torque: vec![0.0; 3],
         };
         wrist.mean_torque = wrist.gravity_torque(posture).iter().map(|t| -t).collect();
-        wrist.gravity_stiffness = wrist.gravity_stiffness_at(posture);
+        wrist.gravity_stiffness = hand_gravity_stiffness(config.hand_mass_kg, config.hand_centre_m, config.gravity_m_per_s2, posture);
         Ok(wrist)
     }
 
@@ -92,13 +105,45 @@ impl Wrist {
     pub fn gravity_stiffness(&self) -> &Array2<f64> {
         &self.gravity_stiffness
     }
+}
 
-    /// A turn about axis i carries the axes after it and the hand: ∂²U/∂q_i∂q_j = −w · (a_i × (a_j × R c)) for i ≤ j.
-    fn gravity_stiffness_at(&self, q: [f64; 3]) -> Array2<f64> {
-        let (axes, hand) = gimbal(q);
-        let lever = turn(&hand, self.centre);
-        Array2::from_shape_fn((3, 3), |(i, j)| -dot(self.weight, cross(axes[i.min(j)], cross(axes[i.max(j)], lever))))
+/// Anatomical angles a of a hand that the robot holds at the angles `device_rad`, and the Jacobian ∂q/∂a from them to the robot's axes:
+///
+/// R(a) = Aᵀ R(q) A,  J_w(q) q̇ = A J_w(a) ȧ,
+///
+/// with A the turn of the forearm in the robot (roll, pitch, yaw) and J_w the axes of the gimbal. Without a turn it is the identity.
+/// Impedance at the anatomical axes is Jᵀ D J.
+///
+/// # Errors
+/// [`DeviceError::Reach`] where the gimbal or the joint is singular (flexion of ±90°), [`DeviceError::Value`] for an angle that is none.
+pub fn anatomical_axes(device_rad: [f64; 3], misalignment_rpy_rad: [f64; 3]) -> Result<([f64; 3], Array2<f64>), DeviceError> {
+    if let Some(v) = device_rad.iter().chain(&misalignment_rpy_rad).find(|v| !v.is_finite()) {
+        return Err(DeviceError::value("an angle of the wrist", *v, "finite"));
     }
+    if misalignment_rpy_rad == [0.0; 3] {
+        return Ok((device_rad, Array2::eye(3)));
+    }
+    let turned = roll_pitch_yaw(misalignment_rpy_rad);
+    let (axes, hand) = gimbal(device_rad);
+    let seen = product(&transpose(&turned), &product(&hand, &turned));
+    let angles = [seen[2][1].atan2(seen[1][1]), (-seen[0][1]).clamp(-1.0, 1.0).asin(), seen[0][2].atan2(seen[0][0])];
+    let own = gimbal(angles).0.map(|axis| turn(&turned, axis));
+    let columns = |axes: [Vector; 3]| Array2::from_shape_fn((3, 3), |(i, j)| axes[j][i]);
+    let back = inverse(&columns(axes)).ok_or_else(|| singular(device_rad))?;
+    Ok((angles, back.dot(&columns(own))))
+}
+
+/// ∂²U/∂q² of a hand of `mass_kg` with its centre at `centre_m` in the hand, at the robot's angles `device_rad` (N m/rad): what has to be
+/// taken from a measured stiffness.
+pub fn hand_gravity_stiffness(mass_kg: f64, centre_m: [f64; 3], gravity_m_per_s2: [f64; 3], device_rad: [f64; 3]) -> Array2<f64> {
+    let (axes, hand) = gimbal(device_rad);
+    let (lever, weight) = (turn(&hand, centre_m), gravity_m_per_s2.map(|g| mass_kg * g));
+    // A turn about axis i carries the axes after it and the hand: ∂²U/∂q_i∂q_j = −w · (a_i × (a_j × R c)) for i ≤ j.
+    Array2::from_shape_fn((3, 3), |(i, j)| -dot(weight, cross(axes[i.min(j)], cross(axes[i.max(j)], lever))))
+}
+
+fn singular(posture: [f64; 3]) -> DeviceError {
+    DeviceError::Reach { who: "the wrist's gimbal".to_owned(), target: posture.to_vec(), why: "flexion of ±90° lines up two of its axes".to_owned() }
 }
 
 /// The gimbal's axes in the forearm's frame and the hand's orientation R = R_x R_z R_y.
@@ -131,9 +176,9 @@ impl Limb for Wrist {
         all
     }
 
-    /// The anatomical joint alone, without the weight's stiffness; its angles are the endpoint's coordinates.
+    /// The anatomical joint alone, without the weight's stiffness.
     fn joint_impedance(&self) -> Option<(Impedance, Array2<f64>)> {
-        Some((self.passive.linearised(), Array2::eye(3)))
+        Some((self.anatomical.clone(), self.jacobian.clone()))
     }
 }
 
@@ -172,6 +217,31 @@ mod tests {
         // m g |c| = 0.45 · 9.81 · 0.06 about the abduction axis.
         let torque = wrist.gravity_torque([0.0; 3]);
         assert!((torque[2] - 0.45 * 9.81 * 0.06).abs() < 1e-12 && torque[0].abs() < 1e-15 && torque[1].abs() < 1e-15, "{torque:?}");
+    }
+
+    #[test]
+    fn the_jacobian_is_the_slope_of_the_robot_s_angles_in_the_anatomical_ones() {
+        let (q, turn_rad, h) = ([0.3, -0.4, 0.2], [0.1, -0.15, 0.2], 1e-6);
+        let (_, jacobian) = anatomical_axes(q, turn_rad).expect("regular");
+        let mut slopes = Array2::zeros((3, 3));
+        for j in 0..3 {
+            let at = |s: f64| anatomical_axes(std::array::from_fn(|k| if k == j { q[k] + s } else { q[k] }), turn_rad).expect("regular").0;
+            let (plus, minus) = (at(h), at(-h));
+            (0..3).for_each(|i| slopes[[i, j]] = (plus[i] - minus[i]) / (2.0 * h));
+        }
+        // ∂a/∂q by central differences: h² and ε/h.
+        assert!((jacobian.dot(&slopes) - Array2::<f64>::eye(3)).iter().all(|v| v.abs() < 1e-9), "{jacobian} {slopes}");
+        assert!((jacobian - Array2::<f64>::eye(3)).iter().any(|v| v.abs() > 0.05));
+        assert!(anatomical_axes([0.0, std::f64::consts::FRAC_PI_2, 0.0], turn_rad).is_err());
+    }
+
+    #[test]
+    fn a_turned_forearm_is_seen_at_the_robot_s_axes_and_carried_back_by_the_jacobian() {
+        let config = WristConfig { misalignment_rpy_rad: [0.1, -0.15, 0.2], hand_mass_kg: 0.0, ..WristConfig::default() };
+        let wrist = Wrist::new(&config, [0.2, 0.1, -0.1]).expect("valid");
+        let (own, jacobian) = wrist.joint_impedance().expect("a joint");
+        let back = jacobian.t().dot(&wrist.linearised().stiffness).dot(&jacobian);
+        assert!((&back - &own.stiffness).iter().all(|v| v.abs() < 1e-12) && (&own.stiffness - &wrist.linearised().stiffness).iter().any(|v| v.abs() > 0.05));
     }
 
     #[test]

@@ -11,7 +11,7 @@ pub struct KinematicsFile {
     /// `ndof/kinematics/1`.
     #[serde(default)]
     pub schema: Option<String>,
-    /// `planar-two-link` or `jacobian`.
+    /// `planar-two-link`, `wrist` or `jacobian`.
     pub kind: String,
     /// `right` (elbow angle positive) or `left`.
     #[serde(default)]
@@ -19,7 +19,7 @@ pub struct KinematicsFile {
     /// Upper arm and forearm.
     #[serde(default)]
     pub link_lengths_m: Option<Vec<f64>>,
-    /// Joint angles.
+    /// Joint angles; of a wrist those of the robot.
     #[serde(default)]
     pub posture_rad: Option<Vec<f64>>,
     /// Where the shoulder is, with `hand_m` in place of joint angles.
@@ -31,7 +31,19 @@ pub struct KinematicsFile {
     /// Endpoint rows, joint columns, of kind `jacobian`.
     #[serde(default)]
     pub matrix: Option<Vec<Vec<f64>>>,
-    /// Names of the joints; `shoulder`, `elbow` for the planar arm.
+    /// Mass of hand and handle beyond the torque sensor, whose weight adds to the stiffness of a wrist.
+    #[serde(default)]
+    pub hand_mass_kg: f64,
+    /// Its centre from the wrist, in the hand's frame.
+    #[serde(default)]
+    pub hand_centre_m: [f64; 3],
+    /// Gravity in the robot's frame; [0, 0, -9.81] where absent.
+    #[serde(default)]
+    pub gravity_m_per_s2: Option<[f64; 3]>,
+    /// Turn of the forearm, and with it of the anatomical axes, in the robot: roll, pitch, yaw.
+    #[serde(default)]
+    pub misalignment_rpy_rad: [f64; 3],
+    /// Names of the joints; `shoulder`, `elbow` for the planar arm, `pronation`, `flexion`, `abduction` for the wrist.
     #[serde(default)]
     pub joints: Option<Vec<String>>,
     /// Mean force on the hand, in newtons or `"measured"`.
@@ -78,4 +90,10 @@ pub struct KinematicsSd {
     /// Of each component of the mean force.
     #[serde(default)]
     pub mean_force_n: f64,
+    /// Of the hand's mass.
+    #[serde(default)]
+    pub hand_mass_kg: f64,
+    /// Of each coordinate of the hand's centre.
+    #[serde(default)]
+    pub hand_centre_m: f64,
 }

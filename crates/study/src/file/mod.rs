@@ -10,7 +10,7 @@ pub use baseline::{BaselineFile, BaselineParameter, Status, Value};
 pub use excitation::Excitation;
 pub use experiment::{ExperimentFile, HiddenEffect};
 pub use kinematics::{KinematicsFile, KinematicsSd, MeanForce};
-pub use study::{CaseSection, DiagnoseSection, EstimateSection, FitSection, ReportSection, SensitivitySection, StudyDocument, StudyFile};
+pub use study::{CaseSection, DiagnoseSection, EstimateSection, FitSection, ReportSection, SensitivitySection, StepsSection, StudyDocument, StudyFile};
 
 use crate::error::{StudyError, did_you_mean};
 use crate::suggest::nearest;

@@ -74,8 +74,18 @@ pub struct ReportSection {
     pub input_coherence: Vec<String>,
     /// Cases whose errors at low frequencies are drawn.
     pub errors: Vec<String>,
-    /// A parameter whose steps from case to case are tabled.
-    pub steps: Vec<String>,
+    /// Parameters whose steps along a row of cases are tabled.
+    pub steps: Vec<StepsSection>,
+}
+
+/// A parameter followed from case to case.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct StepsSection {
+    /// `M_x_x`.
+    pub parameter: String,
+    /// In order.
+    pub cases: Vec<String>,
 }
 
 impl Default for ReportSection {
@@ -292,7 +302,10 @@ impl StudyFile {
                 return wrong(format!("two cases are called \"{}\"", case.name));
             }
         }
-        let named = [&self.report.displacement, &self.report.input_coherence, &self.report.errors].into_iter().flatten();
+        let named = [&self.report.displacement, &self.report.input_coherence, &self.report.errors]
+            .into_iter()
+            .chain(self.report.steps.iter().map(|steps| &steps.cases))
+            .flatten();
         for name in named {
             if !self.cases.iter().any(|case| case.name == *name) {
                 let known: Vec<&str> = self.cases.iter().map(|case| case.name.as_str()).collect();

@@ -2,7 +2,7 @@
 
 use super::{Estimated, Fitted, Progress, StudyOutcome, run_study};
 use crate::error::StudyError;
-use crate::file::{ReportSection, StudyFile};
+use crate::file::{ReportSection, StepsSection, StudyFile};
 use crate::result::study::{BandAgreement, Case, Compared, Ellipse, LowBand, MatrixNumbers, Parameter, SCHEMA, Setting, Step, StudyResult};
 use crate::result::{Number, VERSION, Warning, number};
 use crate::trials::Trial;
@@ -49,7 +49,7 @@ pub fn study_result(study: &StudyFile, outcomes: &[(String, StudyOutcome)]) -> R
             warnings.push(warning.clone());
         }
     }
-    let steps = study.report.steps.iter().flat_map(|parameter| steps(parameter, &cases)).collect();
+    let steps = study.report.steps.iter().flat_map(|section| steps(section, &cases)).collect();
     Ok(StudyResult { schema: SCHEMA.to_owned(), ndof_version: VERSION.to_owned(), command: "study".to_owned(), warnings, cases, steps })
 }
 
@@ -264,9 +264,11 @@ fn low_band(band_hz: [f64; 2], estimated: &Estimated, linear: Option<&Linearised
 }
 
 /// The change of a parameter from each case to the next, setting by setting; estimates of different cases are independent.
-fn steps(parameter: &str, cases: &[Case]) -> Vec<Step> {
+fn steps(section: &StepsSection, cases: &[Case]) -> Vec<Step> {
+    let parameter = section.parameter.as_str();
+    let row: Vec<&Case> = section.cases.iter().filter_map(|name| cases.iter().find(|case| case.name == *name)).collect();
     let mut out = Vec::new();
-    for pair in cases.windows(2) {
+    for pair in row.windows(2) {
         for (before, after) in pair[0].settings.iter().zip(&pair[1].settings) {
             let find = |setting: &Setting| setting.parameters.iter().find(|p| p.name == parameter).cloned();
             let (Some(a), Some(b)) = (find(before), find(after)) else { continue };

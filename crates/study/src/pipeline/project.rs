@@ -5,6 +5,7 @@ use crate::error::StudyError;
 use crate::file::{KinematicsFile, MeanForce};
 use crate::result::fit as schema;
 use ndarray::Array2;
+use ndof_devices::{anatomical_axes, hand_gravity_stiffness};
 use ndof_models::{Arm, Fit, InertiaDampingStiffness, InertiaDampingStiffnessModel, Kinematics, KinematicsSd, Projected, Projection};
 
 /// The name that errors give to the kinematics.
@@ -16,27 +17,87 @@ const WHERE: &str = "kinematics";
 /// # Errors
 /// [`StudyError`] if the file makes no sense, or its mechanism does not fit the axes.
 pub fn project(file: &KinematicsFile, model: &InertiaDampingStiffnessModel, fit: &Fit, mean_effort: &[f64]) -> Result<(Projected, schema::Joint), StudyError> {
-    let projection = projection(mean_effort, file)?;
-    let projected = projection.fit_to_joints(model, fit)?;
-    let joints = file.joints.clone().unwrap_or_else(|| projected.matrices.axes.iter().map(|axis| axis.name.clone()).collect());
-    if joints.len() != projected.matrices.axes.len() {
-        return Err(wrong(format!("{} names of joints for {} joints; give one each", joints.len(), projected.matrices.axes.len())));
+    file.check(WHERE)?;
+    let (projection, posture_rad, weight) = if file.kind == "wrist" { wrist(file)? } else { (projection(mean_effort, file)?, None, None) };
+    let projected = match &weight {
+        Some(weight) => projection.fit_to_joints(model, &weight.taken_off(model, fit))?,
+        None => projection.fit_to_joints(model, fit)?,
+    };
+    let own: Vec<String> = projected.matrices.axes.iter().map(|axis| axis.name.clone()).collect();
+    let usual = || if weight.is_some() { WRIST.map(str::to_owned).to_vec() } else { own.clone() };
+    let joints = file.joints.clone().unwrap_or_else(usual);
+    if joints.len() != own.len() {
+        return Err(wrong(format!("{} names of joints for {} joints; give one each", joints.len(), own.len())));
     }
-    let geometric = projection.kinematics.geometric_stiffness(&projection.mean_force_n);
+    let geometric = match &weight {
+        Some(weight) => -projection.kinematics.jacobian().t().dot(&weight.stiffness).dot(&projection.kinematics.jacobian()),
+        None => projection.kinematics.geometric_stiffness(&projection.mean_force_n),
+    };
     let InertiaDampingStiffness { inertia, damping, stiffness, .. } = &projected.matrices;
     let joint = schema::Joint {
+        parameters: projected.parameters.iter().map(|p| renamed(parameter(p), &own, &joints)).collect(),
         axes: joints,
         M: rows(inertia),
         B: rows(damping),
         K: rows(stiffness),
         std_error: std_errors(&projected.std_error),
-        parameters: projected.parameters.iter().map(parameter).collect(),
-        posture_rad: projected.posture_rad.clone(),
+        posture_rad: posture_rad.unwrap_or_else(|| projected.posture_rad.clone()),
         jacobian: plain(&projected.jacobian),
         geometric_stiffness: plain(&geometric),
         mean_force_n: projection.mean_force_n.clone(),
     };
     Ok((projected, joint))
+}
+
+/// The joints of a wrist, in the order of the robot's axes.
+const WRIST: [&str; 3] = ["pronation", "flexion", "abduction"];
+
+/// A parameter `K_q1_q2` with the joints' own names.
+fn renamed(mut parameter: schema::Parameter, old: &[String], new: &[String]) -> schema::Parameter {
+    let word = |word: &str| old.iter().position(|o| o == word).map_or_else(|| word.to_owned(), |k| new[k].clone());
+    parameter.name = parameter.name.split('_').map(word).collect::<Vec<_>>().join("_");
+    parameter.site.axis = parameter.site.axis.split(',').map(word).collect::<Vec<_>>().join(",");
+    parameter
+}
+
+/// What the weight of a hand adds to the measured stiffness, and how well that is known.
+struct Weight {
+    stiffness: Array2<f64>,
+    /// Changes by one standard deviation of each uncertain quantity.
+    changes: Vec<Array2<f64>>,
+}
+
+impl Weight {
+    /// The fit without it: its share taken from K, its uncertainty added to the covariance.
+    fn taken_off(&self, model: &InertiaDampingStiffnessModel, fit: &Fit) -> Fit {
+        let mut bare = fit.clone();
+        let entries = model.entries();
+        let first = 2 * entries.len();
+        for (k, &(i, j)) in entries.iter().enumerate() {
+            bare.theta[first + k] -= self.stiffness[[i, j]];
+            for (l, &(r, s)) in entries.iter().enumerate() {
+                bare.covariance[[first + k, first + l]] += self.changes.iter().map(|change| change[[i, j]] * change[[r, s]]).sum::<f64>();
+            }
+        }
+        bare
+    }
+}
+
+/// A wrist in its robot: the Jacobian to the anatomical axes, and the hand's weight.
+fn wrist(file: &KinematicsFile) -> Result<(Projection, Option<Vec<f64>>, Option<Weight>), StudyError> {
+    let device: [f64; 3] = match file.posture_rad.as_deref() {
+        None => [0.0; 3],
+        Some(list) => list.try_into().map_err(|_| wrong(format!("posture_rad has {} numbers; a wrist has 3", list.len())))?,
+    };
+    let gravity = file.gravity_m_per_s2.unwrap_or([0.0, 0.0, -9.81]);
+    let (angles, jacobian) = anatomical_axes(device, file.misalignment_rpy_rad)?;
+    let stiffness = |mass: f64, centre: [f64; 3]| hand_gravity_stiffness(mass, centre, gravity, device);
+    let (mass, centre) = (file.hand_mass_kg, file.hand_centre_m);
+    // Linear in the mass and in each coordinate of the centre.
+    let mut changes = vec![stiffness(file.sd.hand_mass_kg, centre)];
+    changes.extend((0..3).map(|k| stiffness(mass, std::array::from_fn(|j| if j == k { file.sd.hand_centre_m } else { 0.0 }))));
+    let projection = Projection { kinematics: Kinematics::Jacobian { matrix: jacobian }, mean_force_n: vec![0.0; 3], sd: KinematicsSd::default() };
+    Ok((projection, Some(angles.to_vec()), Some(Weight { stiffness: stiffness(mass, centre), changes })))
 }
 
 fn plain(matrix: &Array2<f64>) -> Vec<Vec<f64>> {
@@ -48,8 +109,12 @@ fn wrong(what: String) -> StudyError {
 }
 
 /// What the file says, with the mean force measured where it asks for that.
+<<<<<<< HEAD
 fn projection(mean_effort: &[f64], file: &KinematicsFile) -> Result<Projection, StudyError> {
     file.check(WHERE)?;
+=======
+fn projection(trials: &Trials, file: &KinematicsFile) -> Result<Projection, StudyError> {
+>>>>>>> b23dd42 (Free motions against MuJoCo and Pinocchio through the product's integrator; studies of drift and of mass steps; the wrist without its hand's weight, in anatomical axes)
     let kinematics = kinematics(file)?;
     let mean_force_n = match &file.mean_force_n {
         Some(MeanForce::Known(force)) => force.clone(),
@@ -90,6 +155,6 @@ fn kinematics(file: &KinematicsFile) -> Result<Kinematics, StudyError> {
             let matrix = Array2::from_shape_vec((matrix.len(), columns), flat).map_err(|_| wrong("matrix has rows of different lengths".to_owned()))?;
             Ok(Kinematics::Jacobian { matrix })
         }
-        other => Err(wrong(format!("kind = \"{other}\"; write \"planar-two-link\" or \"jacobian\""))),
+        other => Err(wrong(format!("kind = \"{other}\"; write \"planar-two-link\", \"wrist\" or \"jacobian\""))),
     }
 }
