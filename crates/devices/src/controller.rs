@@ -39,6 +39,8 @@ pub struct Controller {
     pub compensate_mean_force: bool,
     /// Largest commanded force, as the length of its vector (N, N m).
     pub force_limit: Option<f64>,
+    /// Step of the digital-to-analogue converters, as torque at the joints (N m): 0.029 for 12 bits on an InMotion2; 0 for none.
+    pub torque_quantum: f64,
     /// Limits that end a trial.
     pub safety: Safety,
 }
@@ -57,7 +59,16 @@ pub struct Safety {
 
 impl Default for Controller {
     fn default() -> Self {
-        Controller { kp: None, kd: None, hold: true, velocity_cutoff_hz: 20.0, compensate_mean_force: true, force_limit: None, safety: Safety::default() }
+        Controller {
+            kp: None,
+            kd: None,
+            hold: true,
+            velocity_cutoff_hz: 20.0,
+            compensate_mean_force: true,
+            force_limit: None,
+            torque_quantum: 0.0,
+            safety: Safety::default(),
+        }
     }
 }
 

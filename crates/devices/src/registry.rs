@@ -20,6 +20,10 @@ pub struct LoopDefaults {
     pub force_noise_rms: f64,
     /// Resolution of the force channels (N, N m).
     pub force_quantum: f64,
+    /// Largest force that the transducer shows on an axis (N, N m).
+    pub force_range: f64,
+    /// Largest stiffness of the hold that the robot is made for (N/m, N m/rad).
+    pub stiffness_limit: f64,
 }
 
 /// A robot with its transducer and its habits.
@@ -58,7 +62,7 @@ pub struct LimbEntry {
     pub source: &'static str,
 }
 
-const fn planar(h11: f64, h22: f64, h12: f64) -> [Parameter; 16] {
+const fn planar(h11: f64, h22: f64, h12: f64, stiffness_limit: f64) -> [Parameter; 18] {
     [
         parameter("link_1_m", "m", 0.4064, "length of the upper link"),
         parameter("link_2_m", "m", 0.51435, "length of the forearm link"),
@@ -74,13 +78,15 @@ const fn planar(h11: f64, h22: f64, h12: f64) -> [Parameter; 16] {
         parameter("viscous_2_nm_s_per_rad", "N m s/rad", 0.01, "viscous friction of the forearm's motor"),
         parameter("torque_limit_nm", "N m", 29.0, "largest motor torque"),
         parameter("force_limit_n", "N", 45.0, "largest commanded force"),
+        parameter("stiffness_limit_n_per_m", "N/m", stiffness_limit, "largest stiffness of the hold"),
+        parameter("force_range_n", "N", 130.0, "range of the force transducer on each axis (ATI Gamma US-30-100)"),
         parameter("transducer_stiffness_n_per_m", "N/m", 1e6, "stiffness of the force transducer"),
         parameter("transducer_damping_n_s_per_m", "N s/m", 800.0, "damping of the force transducer"),
     ]
 }
 
-static MIT_MANUS: [Parameter; 16] = planar(0.215, 0.180, 0.030);
-static IN_MOTION_2: [Parameter; 16] = planar(0.391, 0.228, 0.227);
+static MIT_MANUS: [Parameter; 18] = planar(0.215, 0.180, 0.030, 2000.0);
+static IN_MOTION_2: [Parameter; 18] = planar(0.391, 0.228, 0.227, 5000.0);
 
 fn build_planar(p: &Parameters) -> Result<Device, DeviceError> {
     let v = |name| p.value(name);
@@ -95,7 +101,20 @@ fn build_planar(p: &Parameters) -> Result<Device, DeviceError> {
     let inertia = [v("inertia_11_kg_m2"), v("inertia_22_kg_m2"), v("inertia_12_kg_m2")];
     let robot = FiveBar::new([v("link_1_m"), v("link_2_m")], [v("base_x_m"), v("base_y_m")], inertia, joints)?;
     let transducer = Transducer::new(v("transducer_stiffness_n_per_m"), v("transducer_damping_n_s_per_m"))?;
-    let defaults = LoopDefaults { kp: 100.0, kd: 5.0, force_limit: v("force_limit_n"), force_noise_rms: 0.03, force_quantum: 0.025 };
+    for name in ["stiffness_limit_n_per_m", "force_range_n", "force_limit_n"] {
+        if v(name) <= 0.0 {
+            return Err(DeviceError::value(name, v(name), "positive"));
+        }
+    }
+    let defaults = LoopDefaults {
+        kp: 100.0,
+        kd: 5.0,
+        force_limit: v("force_limit_n"),
+        force_noise_rms: 0.03,
+        force_quantum: 0.025,
+        force_range: v("force_range_n"),
+        stiffness_limit: v("stiffness_limit_n_per_m"),
+    };
     Ok(Device { robot: Box::new(robot), transducer, defaults })
 }
 
@@ -110,7 +129,7 @@ pub static DEVICES: &[DeviceEntry] = &[
     },
     DeviceEntry {
         name: "inmotion2",
-        description: "planar five-bar robot, commercial successor of MIT-MANUS, with its sensor and handle",
+        description: "planar five-bar robot, commercial successor of MIT-MANUS, with its sensor and handle; holds up to 5000 N/m in place of 2000",
         parameters: &IN_MOTION_2,
         source: "inertias, links and limits from the robot's public control software",
         build: build_planar,

@@ -1,5 +1,8 @@
 //! What the sensors do to force and joint angles.
 
+use crate::error::DeviceError;
+use crate::robot::Axis;
+use ndarray::Array2;
 use serde::{Deserialize, Serialize};
 
 /// What a sample stands for.
@@ -21,6 +24,15 @@ pub struct Sensors {
     pub force_noise_rms: Option<f64>,
     /// Resolution of the force channels (N, N m); 0 for none.
     pub force_quantum: Option<f64>,
+    /// Largest force that the transducer shows on an axis (N, N m); beyond, its channels stand still at the limit.
+    pub force_range: Option<f64>,
+    /// What the force channels show of the true forces, S F: cross-talk or a wrong calibration. One row and one column an axis, or 6 × 6 over
+    /// F_x, F_y, F_z, M_x, M_y, M_z of a transducer of which the device's axes (x, y, z, or in their order) are some.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub force_matrix: Option<Vec<Vec<f64>>>,
+    /// A constant load on the transducer that moves nothing (N, N m), F_x … M_z: the weight of an arm. It shows through a 6 × 6 matrix.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub load: Option<[f64; 6]>,
     /// Bits of the encoders over a turn; 0 for ideal ones.
     pub encoder_bits: Option<u32>,
     /// What a sample stands for.
@@ -29,7 +41,15 @@ pub struct Sensors {
 
 impl Default for Sensors {
     fn default() -> Self {
-        Sensors { force_noise_rms: None, force_quantum: None, encoder_bits: None, averaging: Averaging::Interval }
+        Sensors {
+            force_noise_rms: None,
+            force_quantum: None,
+            force_range: None,
+            force_matrix: None,
+            load: None,
+            encoder_bits: None,
+            averaging: Averaging::Interval,
+        }
     }
 }
 
@@ -46,5 +66,58 @@ impl Sensors {
             Some(0) => f64::INFINITY,
             Some(bits) => 2f64.powi(bits.min(64) as i32),
         }
+    }
+
+    /// What the force channels make of the true forces: S_a F + S_a· load, as the matrix and the constant; `None` where they show them as they are.
+    ///
+    /// # Errors
+    /// [`DeviceError`] if the matrix is neither axes × axes nor 6 × 6, or holds what is no number.
+    pub(crate) fn force_map(&self, axes: &[Axis]) -> Result<Option<(Array2<f64>, Vec<f64>)>, DeviceError> {
+        let Some(rows) = &self.force_matrix else {
+            return match self.load {
+                Some(_) => Err(DeviceError::Missing("sensors.load shows only through a 6 × 6 sensors.force_matrix; give one".to_owned())),
+                None => Ok(None),
+            };
+        };
+        let (n, m) = (rows.len(), axes.len());
+        if rows.iter().any(|row| row.len() != n) || (n != m && n != 6) {
+            return Err(DeviceError::size("sensors.force_matrix", format!("{n} rows"), format!("{m} × {m} or 6 × 6 numbers")));
+        }
+        if let Some(v) = rows.iter().flatten().chain(self.load.iter().flatten()).find(|v| !v.is_finite()) {
+            return Err(DeviceError::value("sensors.force_matrix or sensors.load", *v, "finite"));
+        }
+        // Where each axis stands among the transducer's six.
+        let place = |k: usize| match axes[k].name.as_str() {
+            _ if n == m => k,
+            "x" => 0,
+            "y" => 1,
+            "z" => 2,
+            _ if axes[k].rotational => 3 + k.min(2),
+            _ => k.min(5),
+        };
+        let map = Array2::from_shape_fn((m, m), |(i, j)| rows[place(i)][place(j)]);
+        let constant = (0..m).map(|i| self.load.map_or(0.0, |load| if n == 6 { load.iter().zip(&rows[place(i)]).map(|(l, s)| l * s).sum() } else { 0.0 }));
+        Ok(Some((map, constant.collect())))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn axis(name: &str) -> Axis {
+        Axis { name: name.to_owned(), rotational: false }
+    }
+
+    #[test]
+    fn a_six_axis_matrix_shows_cross_talk_between_the_axes_and_the_weight_of_the_arm() {
+        let mut matrix: Vec<Vec<f64>> = (0..6).map(|i| (0..6).map(|j| f64::from(u8::from(i == j))).collect()).collect();
+        (matrix[1][0], matrix[0][2]) = (0.02, 0.01);
+        let sensors = Sensors { force_matrix: Some(matrix), load: Some([0.0, 0.0, -20.0, 0.0, 0.0, 0.0]), ..Sensors::default() };
+        let (map, constant) = sensors.force_map(&[axis("x"), axis("y")]).expect("valid").expect("a matrix");
+        assert_eq!(map, ndarray::arr2(&[[1.0, 0.0], [0.02, 1.0]]));
+        assert_eq!(constant, [-0.2, 0.0]);
+        let wrong = Sensors { force_matrix: Some(vec![vec![1.0; 3]; 3]), ..Sensors::default() };
+        assert!(wrong.force_map(&[axis("x"), axis("y")]).unwrap_err().to_string().contains("6 × 6"));
     }
 }

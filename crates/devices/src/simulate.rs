@@ -69,6 +69,10 @@ pub fn simulate_trial(experiment: &Experiment, commanded: &[Vec<f64>], extras: &
         return Err(DeviceError::Excitation { found_axes: commanded.len(), found_samples, axes: m, samples: total });
     }
     let (fs, defaults) = (experiment.sample_rate_hz, bench.device.defaults);
+    let step = experiment.controller.torque_quantum;
+    if !(step.is_finite() && step >= 0.0) {
+        return Err(DeviceError::value("controller.torque_quantum", step, "zero or positive"));
+    }
     let noise = limb_noise(experiment, extras, trial, total, robot.axes().iter().map(|a| a.name.as_str()))?;
     let mut actuators = stages(&extras.actuators, robot.axes().iter().map(|a| a.name.clone()).collect())?;
 
@@ -118,6 +122,7 @@ pub fn simulate_trial(experiment: &Experiment, commanded: &[Vec<f64>], extras: &
             robot.bias(&angles, &still, &mut gravity);
             system.torque.iter_mut().zip(&gravity).for_each(|(torque, gravity)| *torque += compensation * gravity);
         }
+        system.torque.iter_mut().for_each(|torque| *torque = quantise(*torque, experiment.controller.torque_quantum));
         robot.limit_torque(&mut system.torque);
         for (w, noise) in system.limb_force.iter_mut().zip(&noise) {
             *w = noise.as_ref().map_or(0.0, |n| n[k]);
@@ -164,16 +169,28 @@ fn record(
     let axes = bench.device.robot.axes();
     let rms = experiment.sensors.force_noise_rms.unwrap_or(bench.device.defaults.force_noise_rms);
     let quantum = experiment.sensors.force_quantum.unwrap_or(bench.device.defaults.force_quantum);
+    let range = experiment.sensors.force_range.unwrap_or(bench.device.defaults.force_range);
+    if range.is_nan() || range <= 0.0 {
+        return Err(DeviceError::value("sensors.force_range", range, "positive"));
+    }
     for (what, value) in [("sensors.force_noise_rms", rms), ("sensors.force_quantum", quantum)] {
         if !(value.is_finite() && value >= 0.0) {
             return Err(DeviceError::value(what, value, "zero or positive"));
+        }
+    }
+    if let Some((map, constant)) = experiment.sensors.force_map(axes)? {
+        let samples = force.first().map_or(0, Vec::len);
+        for k in 0..samples {
+            let shown: Vec<f64> =
+                map.rows().into_iter().zip(&constant).map(|(row, c)| c + row.iter().zip(&force).map(|(s, f)| s * f[k]).sum::<f64>()).collect();
+            force.iter_mut().zip(shown).for_each(|(f, shown)| f[k] = shown);
         }
     }
     for (i, samples) in force.iter_mut().enumerate() {
         let mut rng = stream(experiment.seed, trial, axes.len() + i);
         for sample in samples {
             let noise: f64 = rng.sample(StandardNormal);
-            *sample = quantise(*sample + rms * noise, quantum);
+            *sample = quantise((*sample + rms * noise).clamp(-range, range), quantum);
         }
     }
     let (discarded, _) = experiment.samples();

@@ -87,7 +87,15 @@ pub(crate) fn build_wrist(p: &Parameters) -> Result<Device, DeviceError> {
     if !(transducer.stiffness >= 1000.0 && transducer.damping > 0.0) {
         return Err(DeviceError::value("transducer_stiffness_nm_per_rad", transducer.stiffness, "at least 1000 N m/rad, with positive damping"));
     }
-    let defaults = LoopDefaults { kp: 0.5, kd: 0.02, force_limit: v("torque_limit_nm"), force_noise_rms: 0.003, force_quantum: 0.0 };
+    let defaults = LoopDefaults {
+        kp: 0.5,
+        kd: 0.02,
+        force_limit: v("torque_limit_nm"),
+        force_noise_rms: 0.003,
+        force_quantum: 0.0,
+        force_range: 10.0,
+        stiffness_limit: f64::INFINITY,
+    };
     let robot = WristRobot { chain, differential, pronation, motor_limit: v("motor_torque_limit_nm"), compensation: v("gravity_compensation") };
     Ok(Device { robot: Box::new(robot), transducer, defaults })
 }

@@ -99,6 +99,8 @@ pub struct TransducerConfig {
     pub noise_rms: Option<f64>,
     /// Resolution (N, N m).
     pub quantum: Option<f64>,
+    /// Largest force that it shows on an axis (N, N m).
+    pub range: Option<f64>,
 }
 
 /// The hold's default gains.
@@ -220,6 +222,8 @@ impl RobotConfig {
             force_limit: self.hold.force_limit.unwrap_or(f64::INFINITY),
             force_noise_rms: self.transducer.noise_rms.unwrap_or(if translational { 0.03 } else { 0.003 }),
             force_quantum: self.transducer.quantum.unwrap_or(0.0),
+            force_range: self.transducer.range.unwrap_or(f64::INFINITY),
+            stiffness_limit: f64::INFINITY,
         };
         Ok(Device { robot: Box::new(chain), transducer, defaults })
     }

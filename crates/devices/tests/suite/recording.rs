@@ -247,3 +247,40 @@ fn instant_sampling_is_the_trap_that_interval_means_avoid() {
     assert!((interval - 1.0).abs() < 0.01, "{interval}");
     assert!((instant - 1.32).abs() < 0.1, "{instant}");
 }
+
+#[test]
+fn a_transducer_shows_no_more_than_its_range_and_mixes_its_axes_as_told() {
+    let mut experiment = patient_arm();
+    let commands = sines(&experiment, 4.0);
+    let mut run = |change: &dyn Fn(&mut ndof_devices::Sensors)| {
+        experiment.sensors = patient_arm().sensors;
+        change(&mut experiment.sensors);
+        let recording = simulate_trial(&experiment, &commands, &Extras::default(), 0).expect("runs");
+        ["force_x", "force_y"].map(|name| recording.channel(name).expect("exists").samples.clone())
+    };
+    let [x, y] = run(&|_| ());
+    let [short, _] = run(&|sensors| sensors.force_range = Some(2.0));
+    assert!(x.iter().any(|f| f.abs() > 2.5) && short.iter().zip(&x).all(|(s, f)| *s == f.clamp(-2.0, 2.0)));
+    let [_, mixed] = run(&|sensors| sensors.force_matrix = Some(vec![vec![1.0, 0.0], vec![0.02, 1.0]]));
+    assert!(mixed.iter().zip(x.iter().zip(&y)).all(|(m, (x, y))| (m - (0.02 * x + y)).abs() < 1e-12));
+}
+
+#[test]
+fn coarse_converters_add_a_force_of_their_step_and_stiff_holds_are_refused() {
+    let mut experiment = patient_arm();
+    let commands = sines(&experiment, 4.0);
+    let force = |experiment: &ndof_devices::Experiment| {
+        let recording = simulate_trial(experiment, &commands, &Extras::default(), 0).expect("runs");
+        recording.channel("force_x").expect("exists").samples.clone()
+    };
+    let smooth = force(&experiment);
+    experiment.controller.torque_quantum = 0.029;
+    let coarse = force(&experiment);
+    let rms = (smooth.iter().zip(&coarse).map(|(a, b)| (a - b).powi(2)).sum::<f64>() / smooth.len() as f64).sqrt();
+    // 0.029 N m over lever arms of half a metre is 0.06 N a step, its error 0.06/√12 before the arm filters it.
+    assert!(rms > 1e-3 && rms < 0.06, "{rms}");
+    experiment.controller.kp = Some(ndof_devices::PerAxis::All(3000.0));
+    assert!(experiment.build().err().expect("refused").to_string().contains("2000 N/m"));
+    experiment.device = ndof_devices::DeviceConfig::named("inmotion2");
+    assert!(experiment.build().is_ok());
+}

@@ -88,10 +88,18 @@ impl ExperimentFile {
     /// # Errors
     /// [`StudyError`] with file and line.
     pub fn read(path: &Path) -> Result<Self, StudyError> {
-        let mut experiment: ExperimentFile = super::read(path)?;
+        let experiment: ExperimentFile = super::read(path)?;
         experiment.check(&path.display().to_string())?;
-        experiment.excitation.folder = path.parent().unwrap_or_else(|| Path::new("")).to_owned();
-        Ok(experiment)
+        Ok(experiment.beside(path.parent().unwrap_or_else(|| Path::new(""))))
+    }
+
+    /// The same with the robot's file and a perturbation that is replayed looked for beside `folder`, where the experiment's own file is.
+    pub fn beside(mut self, folder: &Path) -> Self {
+        self.excitation.folder = folder.to_owned();
+        if let Some(file) = &mut self.device.file {
+            *file = folder.join(file.as_str()).display().to_string();
+        }
+        self
     }
 
     /// The part that devices simulate.

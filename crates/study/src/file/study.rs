@@ -259,7 +259,7 @@ impl StudyFile {
         } else {
             let mut study: StudyFile = super::parse(text, file)?;
             study.experiment.check(file)?;
-            study.experiment.excitation.folder = Path::new(file).parent().unwrap_or_else(|| Path::new("")).to_owned();
+            study.experiment = study.experiment.beside(Path::new(file).parent().unwrap_or_else(|| Path::new("")));
             study
         };
         check_schema(study.schema.as_deref(), Self::SCHEMA, file)?;

@@ -109,12 +109,7 @@ fn wrong(what: String) -> StudyError {
 }
 
 /// What the file says, with the mean force measured where it asks for that.
-<<<<<<< HEAD
 fn projection(mean_effort: &[f64], file: &KinematicsFile) -> Result<Projection, StudyError> {
-    file.check(WHERE)?;
-=======
-fn projection(trials: &Trials, file: &KinematicsFile) -> Result<Projection, StudyError> {
->>>>>>> b23dd42 (Free motions against MuJoCo and Pinocchio through the product's integrator; studies of drift and of mass steps; the wrist without its hand's weight, in anatomical axes)
     let kinematics = kinematics(file)?;
     let mean_force_n = match &file.mean_force_n {
         Some(MeanForce::Known(force)) => force.clone(),

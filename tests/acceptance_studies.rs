@@ -68,3 +68,48 @@ fn the_spring_array_is_found_as_the_paper_found_it() {
         case.settings.iter().for_each(|setting| check(case, setting));
     }
 }
+
+#[test]
+fn masses_of_a_fifth_of_a_kilogram_are_told_apart_from_recordings() {
+    let (name, text) = STUDIES.iter().find(|(name, _)| *name == "masses").expect("built in");
+    let study = StudyFile::parse(text, name).expect("understood");
+    let outcomes = run_cases(&study, None, None, &|_, _, _| ()).expect("runs");
+    let result = study_result(&study, &outcomes).expect("a result");
+    assert_eq!(result.steps.len(), 12);
+    let mut inside = 0;
+    for step in &result.steps {
+        let (truth, [low, high]) = (step.change.truth.expect("simulated"), step.change.ci95.expect("an interval"));
+        assert!((truth - 0.2).abs() < 1e-12);
+        // Told apart: no step could be none, nor two of them.
+        assert!(low > 0.1 && high < 0.3, "{step:?}");
+        inside += usize::from((low..=high).contains(&truth));
+    }
+    // Twelve intervals of 95 %: two misses or fewer in 98 % of all seeds, four in 99.98 %.
+    assert!(inside >= 8, "{inside} of 12");
+}
+
+#[test]
+fn tone_drifts_without_the_hold_stays_with_it_and_gain_couples_the_forces() {
+    let (name, text) = STUDIES.iter().find(|(name, _)| *name == "drift").expect("built in");
+    let mut study = StudyFile::parse(text, name).expect("understood");
+    study.experiment.trials = 3;
+    let outcomes = run_cases(&study, None, None, &|_, _, _| ()).expect("runs");
+    let result = study_result(&study, &outcomes).expect("a result");
+    let case = |name: &str| result.cases.iter().find(|case| case.name == name).expect("a case");
+    let cm = |name: &str| 100.0 * case(name).distance.expect("known");
+    // The paper's least, mean and largest drift; what dry friction and three trials of 50 s leave open is 0.5 cm.
+    for (name, drift) in [("free, 2.6 N", 4.4), ("free, 4.7 N", 7.8), ("free, 7.4 N", 12.3)] {
+        assert!((cm(name) - drift).abs() < 0.5, "{name}: {} cm", cm(name));
+    }
+    for name in ["held, 2.6 N", "kp 100", "held, 7.4 N"] {
+        assert!(cm(name) < 0.3, "{name}: {} cm", cm(name));
+    }
+    let low = |name: &str| case(name).settings[0].low_band;
+    let gains = ["kp 50", "kp 100", "kp 200", "kp 400"].map(low);
+    for pair in gains.windows(2) {
+        assert!(pair[1].input_coherence_mean > pair[0].input_coherence_mean, "{gains:?}");
+        assert!(pair[1].direct_error > pair[0].direct_error, "{gains:?}");
+    }
+    // The derived estimate cures what feedback does to the direct one.
+    assert!(gains.iter().all(|low| low.derived_error.expect("known") < 0.7 * low.direct_error.expect("known")), "{gains:?}");
+}
