@@ -87,5 +87,6 @@ fn dry_friction_of_the_robot_bends_t_and_r_and_leaves_the_limb_s_c() {
     let ([t, r, c], bins) = shares(&experiment(3, 4.0, true, arm()));
     println!("with friction: T, R, C inside at {t:.3}, {r:.3}, {c:.3} of {bins} frequencies");
     assert!(as_often_as_it_says(c, bins), "C {c:.3}");
-    assert!(t < 0.5 && r < 0.5, "{t:.3} {r:.3}");
+    // The linear model has no friction: its T and R are outside far more often than one time in twenty.
+    assert!(!as_often_as_it_says(t, bins) && !as_often_as_it_says(r, bins) && t.max(r) < 0.95, "{t:.3} {r:.3}");
 }
