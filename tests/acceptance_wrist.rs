@@ -5,7 +5,7 @@ use ndof::studies::STUDIES;
 use ndof::study::file::StudyFile;
 use ndof::study::run_study;
 
-const SEEDS: u64 = 6;
+const SEEDS: u64 = 5;
 
 #[test]
 fn the_intervals_of_the_wrist_hold_over_seeds_and_its_weight_is_no_stiffness_of_the_joint() {

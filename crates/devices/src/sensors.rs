@@ -53,6 +53,9 @@ impl Default for Sensors {
     }
 }
 
+/// Shares of the true forces in the channels, axes × axes, and what a load adds to each.
+pub(crate) type ForceMap = (Array2<f64>, Vec<f64>);
+
 /// Rounds to a multiple of `quantum`; 0 leaves the value as it is.
 pub(crate) fn quantise(value: f64, quantum: f64) -> f64 {
     if quantum > 0.0 { (value / quantum).round() * quantum } else { value }
@@ -72,7 +75,7 @@ impl Sensors {
     ///
     /// # Errors
     /// [`DeviceError`] if the matrix is neither axes × axes nor 6 × 6, or holds what is no number.
-    pub(crate) fn force_map(&self, axes: &[Axis]) -> Result<Option<(Array2<f64>, Vec<f64>)>, DeviceError> {
+    pub(crate) fn force_map(&self, axes: &[Axis]) -> Result<Option<ForceMap>, DeviceError> {
         let Some(rows) = &self.force_matrix else {
             return match self.load {
                 Some(_) => Err(DeviceError::Missing("sensors.load shows only through a 6 × 6 sensors.force_matrix; give one".to_owned())),

@@ -103,25 +103,33 @@ fn hold_figure(outcomes: &[(String, StudyOutcome)], result: &StudyResult, sectio
         return None;
     }
     let mut figure = Figure::new("hold", "What the hold does").columns(1);
-    let dash = |k: usize| if k.is_multiple_of(2) { Dash::Solid } else { Dash::Dashed };
+    // A case keeps its colour from panel to panel; the seventh begins again with a broken line.
+    let mut order: Vec<usize> = Vec::new();
+    for (case, _, _) in moved.iter().chain(&coherent) {
+        if !order.contains(case) {
+            order.push(*case);
+        }
+    }
+    let place = |case: usize| order.iter().position(|k| *k == case).unwrap_or(0);
+    let dash = |k: usize| if (k / 6).is_multiple_of(2) { Dash::Solid } else { Dash::Dashed };
     if !moved.is_empty() {
         let mut panel = Panel::new(Axis::linear("Time", "s"), Axis::linear("Distance from the posture", "m"));
-        for (k, (_, outcome, name)) in moved.iter().enumerate() {
+        for (case, outcome, name) in &moved {
             let (time, distance) = distance_over_time(outcome);
-            panel = panel.with(Series::line(*name, time, distance, Color::nth(k)).dash(dash(k / 6)));
+            panel = panel.with(Series::line(*name, time, distance, Color::nth(place(*case))).dash(dash(place(*case))));
         }
         figure = figure.panel("a. Where the hand is", panel);
     }
     if !coherent.is_empty() {
         let mut panel = Panel::new(Axis::log("Frequency", "Hz"), Axis::linear("Coherence between the forces", "").range(0.0, 1.0));
-        for (k, (_, outcome, name)) in coherent.iter().enumerate() {
+        for (case, outcome, name) in &coherent {
             let direct = &outcome.estimated.estimates.direct;
             let hz = &direct.response.frequency_hz;
             let used: Vec<usize> = (0..hz.len()).filter(|&f| (section.low_band_hz[0]..=12.0).contains(&hz[f])).collect();
             let inputs = direct.input_coherence.dim().1;
             let largest = |f: usize| (0..inputs).flat_map(|i| (0..i).map(move |j| direct.input_coherence[[f, i, j]])).fold(f64::NAN, f64::max);
             let x: Vec<f64> = used.iter().map(|&f| hz[f]).collect();
-            panel = panel.with(Series::line(*name, x, used.iter().map(|&f| largest(f)).collect(), Color::nth(k)).dash(dash(k / 6)));
+            panel = panel.with(Series::line(*name, x, used.iter().map(|&f| largest(f)).collect(), Color::nth(place(*case))).dash(dash(place(*case))));
         }
         if let Some(level) = coherent.first().map(|(_, outcome, _)| outcome.estimated.estimates.direct.significance_95.ordinary) {
             panel = panel.rule(level, "by chance, 95 %");
