@@ -83,8 +83,11 @@ impl Weight {
     }
 }
 
+/// A projection with joint angles and weight, where it has them.
+type Placed = (Projection, Option<Vec<f64>>, Option<Weight>);
+
 /// A wrist in its robot: the Jacobian to the anatomical axes, and the hand's weight.
-fn wrist(file: &KinematicsFile) -> Result<(Projection, Option<Vec<f64>>, Option<Weight>), StudyError> {
+fn wrist(file: &KinematicsFile) -> Result<Placed, StudyError> {
     let device: [f64; 3] = match file.posture_rad.as_deref() {
         None => [0.0; 3],
         Some(list) => list.try_into().map_err(|_| wrong(format!("posture_rad has {} numbers; a wrist has 3", list.len())))?,
