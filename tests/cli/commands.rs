@@ -4,25 +4,6 @@ use crate::support::{json, ndof, shared, succeed, trial, violation};
 use serde_json::Value;
 
 #[test]
-fn every_command_has_help_with_an_example() {
-    let folder = tempfile::tempdir().expect("a folder");
-    let help = succeed(folder.path(), &["--help"]);
-    let commands: Vec<&str> = help
-        .lines()
-        .skip_while(|line| !line.starts_with("Commands:"))
-        .skip(1)
-        .take_while(|line| !line.is_empty())
-        .filter_map(|line| line.strip_prefix("  ").filter(|rest| !rest.starts_with(' '))?.split_whitespace().next())
-        .filter(|name| *name != "help")
-        .collect();
-    assert!(commands.len() >= 7, "{help}");
-    for command in commands {
-        let text = succeed(folder.path(), &[command, "--help"]);
-        assert!(text.contains(&format!("Example:\n  ndof {command}")), "{command}:\n{text}");
-    }
-}
-
-#[test]
 fn an_estimate_finds_the_oscillator_and_follows_its_schema() {
     let folder = tempfile::tempdir().expect("a folder");
     trial(folder.path());

@@ -167,3 +167,58 @@ fn a_local_polynomial_of_absurd_degree_is_refused() {
     std::fs::write(folder.path().join("trial.csv"), with_rows(&good_rows(4000))).expect("written");
     says(&refuse(folder.path(), &["estimate", "trial.csv", "--method", "local-polynomial", "--order", "99"]), &["99", "8"]);
 }
+
+#[test]
+fn a_value_that_cannot_be_is_refused_with_its_option() {
+    let folder = tempfile::tempdir().expect("a folder");
+    trial(folder.path());
+    for (option, value, part) in [
+        ("--sample-rate", "-1", "above zero"),
+        ("--nperseg", "0", "1 or more"),
+        ("--nperseg", "-5", "1 or more"),
+        ("--threads", "abc", "1 or more"),
+        ("--threads", "0", "1 or more"),
+        ("--seed", "-3", "0 or more"),
+        ("--period", "0", "above zero"),
+        ("--start", "abc", "write a number"),
+        ("--handle-mass", "-1", "not negative"),
+        ("--band", "10", "two numbers"),
+        ("--band", "5--1", "smaller number first"),
+        ("--window", "hamn", "hamming"),
+    ] {
+        says(&refuse(folder.path(), &["estimate", "trial.csv", option, value]), &[option, value, part]);
+    }
+    succeed(folder.path(), &["estimate", "trial.csv", "--band", "-1-5"]);
+}
+
+#[test]
+fn what_cannot_be_read_or_written_is_said_with_a_remedy() {
+    let folder = tempfile::tempdir().expect("a folder");
+    trial(folder.path());
+    says(&refuse(folder.path(), &["estimate", "nowhere.csv"]), &["nowhere.csv", "no such file", "check the path"]);
+    says(&refuse(folder.path(), &["estimate", "."]), &[".", "it is a folder", "*.csv"]);
+    // A folder that is not there is a wrong path, and no failure of the machine.
+    says(&refuse(folder.path(), &["estimate", "trial.csv", "--json", "none/out.json"]), &["none/out.json", "its folder does not exist"]);
+    std::fs::write(folder.path().join("tare.csv"), "# sample_rate_hz: 500\nforce_z [N]\n1\n2\n").expect("written");
+    says(&refuse(folder.path(), &["fit", "trial.csv", "--tare", "tare.csv"]), &["tare.csv", "force_x", "did you mean \"force_z\"?"]);
+    says(&refuse(folder.path(), &["fit", "trial.csv", "--kinematics", "none.toml"]), &["none.toml", "no such file"]);
+    std::fs::write(folder.path().join("k.toml"), "link_lengths_m = [0.3, 0.3]\n").expect("written");
+    says(&refuse(folder.path(), &["fit", "trial.csv", "--kinematics", "k.toml"]), &["k.toml:1", "kind", "add this key"]);
+    says(&refuse(folder.path(), &["estimate", "trial.csv", "--input", "force_x", "--output", "force_x"]), &["trial.csv", "force_x", "one role", "--output"]);
+    std::fs::write(folder.path().join("s.toml"), include_str!("../../examples/studies/arm.toml").replace("duration_s = 50.0", "duration_s = 0.01"))
+        .expect("written");
+    says(&refuse(folder.path(), &["study", "s.toml"]), &["s.toml", "duration_s = 0.01"]);
+}
+
+#[test]
+fn a_force_or_a_motion_in_an_unknown_unit_is_refused_and_can_be_told() {
+    let folder = tempfile::tempdir().expect("a folder");
+    trial(folder.path());
+    let text = std::fs::read_to_string(folder.path().join("trial.csv")).expect("there");
+    std::fs::write(folder.path().join("u.csv"), text.replace("pos_x [m]", "pos_x [furlong]")).expect("written");
+    says(&refuse(folder.path(), &["estimate", "u.csv"]), &["u.csv", "pos_x", "furlong", "output", "--channels"]);
+    succeed(folder.path(), &["estimate", "u.csv", "--channels", "pos_x=pos_x [m]"]);
+    // A channel that is called nothing may be in volts.
+    std::fs::write(folder.path().join("v.csv"), text.replace("force_x [N],pos_x [m]", "u [V],y [V]")).expect("written");
+    succeed(folder.path(), &["estimate", "v.csv", "--input", "u", "--output", "y"]);
+}

@@ -1,9 +1,14 @@
 //! The program from outside: each command, exit code and message.
 
+mod cohort;
 mod commands;
+mod damage;
 mod design;
 mod errors;
+mod examples;
 mod faults;
+mod input;
+mod live;
 mod privacy;
 mod reference;
 mod support;

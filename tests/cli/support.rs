@@ -58,7 +58,11 @@ pub fn noise(seed: u64, samples: usize) -> Vec<f64> {
 /// Motion of a 2 kg mass on 12 N s/m and 300 N/m under a force held over each of `samples` intervals of 2 ms, as the mean over
 /// each interval.
 pub fn oscillator(force: &[f64]) -> Vec<f64> {
-    let (m, b, k) = (2.0, 12.0, 300.0);
+    oscillator_of([2.0, 12.0, 300.0], force)
+}
+
+/// The same with another mass, damping and stiffness.
+pub fn oscillator_of([m, b, k]: [f64; 3], force: &[f64]) -> Vec<f64> {
     const STEPS: usize = 50;
     let h = 0.002 / STEPS as f64;
     let (mut x, mut v) = (0.0, 0.0);

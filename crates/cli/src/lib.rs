@@ -2,11 +2,13 @@
 
 mod command;
 mod error;
+mod interrupt;
 mod options;
 mod output;
 mod progress;
+mod source;
 
-use clap::{CommandFactory, Parser, Subcommand};
+use clap::{CommandFactory, FromArgMatches, Parser, Subcommand};
 use error::CliError;
 use std::ffi::OsString;
 use std::process::ExitCode;
@@ -34,6 +36,7 @@ enum Command {
     Estimate(command::estimate::Arguments),
     Fit(command::fit::Arguments),
     Diagnose(command::diagnose::Arguments),
+    Live(command::live::Arguments),
     Compare(command::compare::Arguments),
     Cohort(command::cohort::Arguments),
     Simulate(command::simulate::Arguments),
@@ -43,10 +46,19 @@ enum Command {
     Completions(command::completions::Arguments),
 }
 
+/// The definition of the command line; a negative number is a value, so that what is wrong with it can be said.
+fn definition() -> clap::Command {
+    Cli::command().mut_subcommands(|command| {
+        command.mut_args(
+            |argument| if argument.is_positional() || !argument.get_action().takes_values() { argument } else { argument.allow_negative_numbers(true) },
+        )
+    })
+}
+
 /// Runs the program with these arguments (the first is its name) and returns its exit code; `studies` are the built-in
 /// ones, name and text of the file.
 pub fn run(arguments: impl IntoIterator<Item = impl Into<OsString> + Clone>, studies: &[(&str, &str)]) -> ExitCode {
-    let cli = match Cli::try_parse_from(arguments) {
+    let cli = match definition().try_get_matches_from(arguments).and_then(|matches| Cli::from_arg_matches(&matches)) {
         Ok(cli) => cli,
         Err(error) => {
             // Help and version go to standard output with code 0, everything else to standard error with code 2.
@@ -57,12 +69,13 @@ pub fn run(arguments: impl IntoIterator<Item = impl Into<OsString> + Clone>, stu
             };
         }
     };
-    let done = match cli.command {
+    let done = interrupt::listen().and_then(|()| match cli.command {
         Command::Check(arguments) => command::check::run(&arguments),
         Command::Design(arguments) => command::design::run(&arguments, studies),
+        Command::Live(arguments) => command::live::run(&arguments),
         Command::Compare(arguments) => command::compare::run(&arguments),
         Command::Cohort(arguments) => command::cohort::run(&arguments),
-        Command::Completions(arguments) => command::completions::run(&arguments, Cli::command()),
+        Command::Completions(arguments) => command::completions::run(&arguments, definition()),
         Command::Study(arguments) => command::study::run(&arguments, studies),
         Command::Diagnose(arguments) => command::diagnose::run(&arguments),
         Command::Fit(arguments) => command::fit::run(&arguments),
@@ -71,7 +84,7 @@ pub fn run(arguments: impl IntoIterator<Item = impl Into<OsString> + Clone>, stu
         Command::Estimate(arguments) => command::estimate::run(&arguments),
         Command::Convert(arguments) => command::convert::run(&arguments),
         Command::Schema(arguments) => command::schema::run(&arguments),
-    };
+    });
     match done {
         Ok(code) => code,
         Err(error) => {
@@ -80,5 +93,14 @@ pub fn run(arguments: impl IntoIterator<Item = impl Into<OsString> + Clone>, stu
             }
             error.exit_code()
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    /// Names that two options share, defaults that do not parse and the like, which a release build does not look for.
+    #[test]
+    fn the_definition_of_the_command_line_is_consistent() {
+        super::definition().debug_assert();
     }
 }

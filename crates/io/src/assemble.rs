@@ -2,13 +2,14 @@
 
 use crate::error::IoError;
 use crate::limits::MAX_CHANNELS;
+use crate::note::Note;
 use crate::options::ReadOptions;
 use crate::read::{MissingSamples, ReadRecording};
 use crate::resample;
 use crate::table::Table;
 use crate::timing::{Timing, number, timing};
 use crate::units::resolve;
-use ndof_signal::{Channel, Recording};
+use ndof_signal::{Channel, Recording, Unit};
 use std::collections::HashMap;
 
 /// Metadata that say what the recording keeps in fields of its own.
@@ -25,8 +26,16 @@ pub(crate) fn is_time(name: &str) -> bool {
 /// Understands units and time of `table` and checks what a recording promises.
 pub(crate) fn assemble(file: &str, mut table: Table, options: &ReadOptions) -> Result<ReadRecording, IoError> {
     check_names(file, &table)?;
-    check_sample_count(file, &table)?;
+    let incomplete = check_sample_count(file, &table);
+    if !options.any_timing {
+        incomplete?;
+    } else if let Err(error) = incomplete {
+        table.notes.push(Note::new("sample-timing", error.to_string(), "copy the file again, or use what is there"));
+    }
     check_overrides(file, &table, options)?;
+    if let Some(window_s) = options.window_s {
+        cut(&mut table, window_s, options);
+    }
     let time = table.columns.iter().position(|c| is_time(&c.name)).map(|i| table.columns.remove(i));
     let mut notes = std::mem::take(&mut table.notes);
     let Timing { clock, regridded } = timing(file, &table, time, options, &mut notes)?;
@@ -60,6 +69,20 @@ pub(crate) fn assemble(file: &str, mut table: Table, options: &ReadOptions) -> R
         read.require_complete(None)?;
     }
     Ok(read)
+}
+
+/// Drops the rows outside of a window of time; a unit that is none of time is told later.
+fn cut(table: &mut Table, (from_s, to_s): (f64, f64), options: &ReadOptions) {
+    let Some(time) = table.columns.iter().find(|c| is_time(&c.name)) else { return };
+    let unit = options.units.get(&time.name).or(time.unit.as_ref()).map_or("s", String::as_str);
+    let factor = Unit::parse(unit).map_or(1.0, |(_, factor)| factor);
+    let kept: Vec<bool> = time.samples.iter().map(|t| !(t * factor < from_s || t * factor >= to_s)).collect();
+    fn keep<T>(values: &mut Vec<T>, kept: &[bool]) {
+        let mut flags = kept.iter();
+        values.retain(|_| flags.next().is_none_or(|keep| *keep));
+    }
+    table.columns.iter_mut().for_each(|column| keep(&mut column.samples, &kept));
+    keep(&mut table.lines, &kept);
 }
 
 fn check_names(file: &str, table: &Table) -> Result<(), IoError> {

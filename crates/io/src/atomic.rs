@@ -1,9 +1,30 @@
 //! Writing that leaves the old file or the new one, never half.
 
 use crate::error::IoError;
+use std::convert::Infallible;
 use std::fs::File;
 use std::io::{self, Write};
-use std::path::Path;
+use std::path::{Path, PathBuf};
+use std::sync::{Mutex, MutexGuard, PoisonError};
+
+/// Temporary files that are being written; held while one is made or renamed, so that an end in between leaves none.
+static UNDER_WAY: Mutex<Vec<PathBuf>> = Mutex::new(Vec::new());
+
+fn under_way() -> MutexGuard<'static, Vec<PathBuf>> {
+    UNDER_WAY.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+/// Removes the temporary files that are being written and calls `end`, which must not return: for the handler of an
+/// interrupt. Writers in other threads wait meanwhile, so that a file is there as a whole or not at all.
+pub fn abandon_writes(end: impl FnOnce() -> Infallible) -> Infallible {
+    // Held until the process has ended.
+    let paths = under_way();
+    for path in paths.iter() {
+        // What cannot be removed cannot be helped: the process is about to end.
+        let _ = std::fs::remove_file(path);
+    }
+    end()
+}
 
 /// Writes `bytes` to `path`: into a temporary file beside it, to the disk, then renamed over it.
 ///
@@ -43,10 +64,19 @@ fn replace(path: &Path, bytes: &[u8]) -> io::Result<()> {
     if let Some(permissions) = &permissions {
         builder.permissions(permissions.clone());
     }
-    let mut temporary = builder.tempfile_in(folder)?;
-    temporary.write_all(bytes)?;
-    temporary.as_file().sync_all()?;
+    let mut temporary = {
+        let mut paths = under_way();
+        let temporary = builder.tempfile_in(folder)?;
+        paths.push(temporary.path().to_owned());
+        temporary
+    };
+    let own = temporary.path().to_owned();
+    let written = temporary.write_all(bytes).and_then(|()| temporary.as_file().sync_all());
+    let mut paths = under_way();
+    paths.retain(|path| *path != own);
+    written?;
     temporary.persist(&target).map_err(|e| e.error)?;
+    drop(paths);
     sync_folder(folder);
     Ok(())
 }

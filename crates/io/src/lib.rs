@@ -39,18 +39,22 @@ mod parquet;
 mod prepare;
 mod read;
 mod resample;
+mod results;
 mod table;
 mod time;
 mod timing;
 mod units;
 mod write;
 
-pub use atomic::write_atomic;
+pub use atomic::{abandon_writes, write_atomic};
+#[cfg(feature = "csv")]
+pub use csv::{CsvStream, Piece};
 pub use error::{IoError, Place};
 pub use formats::{Format, formats};
 pub use note::Note;
 pub use options::{ReadOptions, Resample};
 pub use prepare::{Aligned, PrepareError, align, calibrate, exclude, negate, tare, trim, without_handle};
 pub use read::{MissingSamples, ReadRecording, from_columns, read, read_bytes};
+pub use results::{ResultColumn, write_results_csv, write_results_parquet};
 pub use units::infer_unit;
 pub use write::{encode, write};

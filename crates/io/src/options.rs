@@ -25,6 +25,12 @@ pub struct ReadOptions {
     pub resample: Option<Resample>,
     /// The unit of a channel where the file gives none or a wrong one, by channel name.
     pub units: BTreeMap<String, String>,
+    /// Keep only the rows from this time to before that, on the clock of the file: what lies outside may be irregular. It has
+    /// no effect on a file without a time column.
+    pub window_s: Option<(f64, f64)>,
+    /// Take the rows as they come, at the median rate, where time is irregular or the file is shorter than it says, with a
+    /// note `sample-timing` that says what is wrong: to look at a file that cannot be used as it is.
+    pub any_timing: bool,
     /// Keep missing samples as NaN instead of refusing the file.
     pub allow_nan: bool,
 }

@@ -12,6 +12,12 @@ use ndof_signal::{Quantity, Unit};
 /// A rate further than this from another is not the same rate.
 const RATE_AGREEMENT: f64 = 1e-3;
 
+/// A step of more than so many median steps has lost a sample.
+const GAP: f64 = 1.5;
+
+/// Jitter worth a word, as a share of the median step.
+const JITTER: f64 = 1e-3;
+
 /// An interpolation grid may be this far from the median step: it is ours to choose, so it gets a round rate.
 const GRID_ROUNDING: f64 = 1e-3;
 
@@ -26,7 +32,8 @@ pub(crate) fn timing(file: &str, table: &Table, time: Option<Column>, options: &
     let (clock, times_s, rounding) = match time {
         Some(mut column) => {
             seconds(file, table, &mut column, options)?;
-            let clock = Stamps::new(file, table, &column.samples, column.rounding)?.regular(file, table).map(|clock| agree(table, options, clock, notes));
+            let stamps = Stamps::new(file, table, &column.samples, column.rounding);
+            let clock = stamps.and_then(|stamps| stamps.regular(file, table)).map(|clock| agree(table, options, clock, notes));
             (clock, column.samples, column.rounding)
         }
         None => {
@@ -36,6 +43,10 @@ pub(crate) fn timing(file: &str, table: &Table, time: Option<Column>, options: &
         }
     };
     let how = match (clock, options.resample) {
+        (Err(error), None) if options.any_timing => {
+            let clock = by_median(table, &times_s, rounding, &error.to_string(), notes).ok_or(error)?;
+            return Ok(Timing { clock, regridded: None });
+        }
         (Err(error), None) => return Err(error),
         (Err(_), Some(how)) => how,
         (Ok(clock), Some(Resample::Hz(rate_hz))) if (rate_hz / clock.rate_hz - 1.0).abs() > RATE_AGREEMENT => Resample::Hz(rate_hz),
@@ -60,6 +71,49 @@ pub(crate) fn timing(file: &str, table: &Table, time: Option<Column>, options: &
     ));
     let clock = Clock { rate_hz: grid.rate_hz, start_s: grid.start_s, relative_error: 0.0 };
     Ok(Timing { clock, regridded: Some((times_s, grid)) })
+}
+
+/// The clock of the median step, with what is wrong with the others; nothing where there is no step forwards.
+fn by_median(table: &Table, times_s: &[f64], rounding: Rounding, error: &str, notes: &mut Vec<Note>) -> Option<Clock> {
+    let steps: Vec<f64> = times_s.windows(2).map(|pair| pair[1] - pair[0]).collect();
+    let mut forwards: Vec<f64> = steps.iter().copied().filter(|step| *step > 0.0).collect();
+    forwards.sort_by(f64::total_cmp);
+    let median_s = *forwards.get(forwards.len() / 2)?;
+    let note = |message: String, action: &str| Note::new("sample-timing", message, action);
+    let backwards = steps.len() - forwards.len();
+    if backwards > 0 {
+        notes.push(note(
+            format!("time stands still or runs backwards {backwards} times ({error})"),
+            "look for repeated or swapped lines, or two recordings in one file",
+        ));
+    }
+    let gaps: Vec<usize> = (0..steps.len()).filter(|&k| steps[k] > GAP * median_s).collect();
+    if let Some(&longest) = gaps.iter().max_by(|a, b| steps[**a].total_cmp(&steps[**b])) {
+        let lost: f64 = gaps.iter().map(|&k| (steps[k] / median_s).round() - 1.0).sum();
+        notes.push(note(
+            format!(
+                "{} gaps, about {lost:.0} samples lost of {:.0}; the longest is {:.4} s at {}",
+                gaps.len(),
+                lost + times_s.len() as f64,
+                steps[longest],
+                table.place(longest + 1)
+            ),
+            "cut them out with --start, --stop or --exclude; --resample interpolates over short ones",
+        ));
+    }
+    let within: Vec<f64> = forwards.iter().map(|step| step - median_s).filter(|error| error.abs() < (GAP - 1.0) * median_s).collect();
+    let jitter_s = (within.iter().map(|error| error * error).sum::<f64>() / within.len().max(1) as f64).sqrt();
+    let coarseness = rounding.about(times_s.iter().fold(0.0, |most: f64, t| most.max(t.abs())));
+    if jitter_s > JITTER * median_s + coarseness {
+        notes.push(note(
+            format!("the steps of time jitter by {:.3e} s rms, {:.1} % of the median step of {median_s:.6} s", jitter_s, 100.0 * jitter_s / median_s),
+            "--resample interpolates onto a regular grid; better, write the time of the sample and not that of its arrival",
+        ));
+    }
+    if notes.iter().all(|note| note.code != "sample-timing") {
+        notes.push(note(error.to_owned(), "--resample interpolates onto a regular grid; check the sample rate"));
+    }
+    Some(Clock { rate_hz: simplest(1.0 / median_s, GRID_ROUNDING), start_s: *times_s.first()?, relative_error: 0.0 })
 }
 
 /// The number that a metadata value is, with the unit or the separators behind it that people and spreadsheets leave.
@@ -100,8 +154,8 @@ fn from_rate(file: &str, table: &Table, options: &ReadOptions, notes: &mut Vec<N
             if let Some(given) = given.filter(|given| (given / rate_hz - 1.0).abs() > f64::EPSILON) {
                 notes.push(Note::new(
                     "sample-rate-conflict",
-                    format!("the file says {rate_hz} Hz, {given} Hz was given; the file's rate is used"),
-                    "correct or delete the line sample_rate_hz if the file is wrong",
+                    format!("the line sample_rate_hz of the file says {rate_hz} Hz and is used; {given} Hz, given with --sample-rate, is not"),
+                    "leave --sample-rate out, or correct the line in the file if that is wrong",
                 ));
             }
             clock(rate_hz, "sample_rate_hz")
@@ -126,14 +180,14 @@ fn looks_like_time(name: &str) -> bool {
 /// Compares the time column's rate with what else is said: the exact one is taken where they agree, else it is told.
 fn agree(table: &Table, options: &ReadOptions, clock: Clock, notes: &mut Vec<Note>) -> Clock {
     let written = table.metadata.get(RATE_KEY).and_then(|t| number(t)).map(|rate| (rate, "the line sample_rate_hz"));
-    let given = options.sample_rate_hz.map(|rate| (rate, "the sample rate given"));
+    let given = options.sample_rate_hz.map(|rate| (rate, "--sample-rate"));
     let mut result = clock;
     for (rate_hz, what) in given.into_iter().chain(written) {
         let apart = (rate_hz / clock.rate_hz - 1.0).abs();
         if apart > RATE_AGREEMENT {
             notes.push(Note::new(
                 "sample-rate-conflict",
-                format!("the time column runs at {} Hz, {what} is {rate_hz} Hz; the time column is used", clock.rate_hz),
+                format!("the time column runs at {} Hz and is used; {what} says {rate_hz} Hz", clock.rate_hz),
                 "correct the one that is wrong, or delete the time column",
             ));
         } else if apart <= clock.relative_error + f64::EPSILON {

@@ -98,7 +98,7 @@ fn read_parts(py: Python<'_>, read: ReadRecording) -> Parts<'_> {
 
 fn options(sample_rate_hz: Option<f64>, resample: Option<f64>, units: BTreeMap<String, String>) -> ReadOptions {
     let resample = resample.map(|hz| if hz > 0.0 { Resample::Hz(hz) } else { Resample::Auto });
-    ReadOptions { sample_rate_hz, resample, units, allow_nan: true }
+    ReadOptions { sample_rate_hz, resample, units, allow_nan: true, ..ReadOptions::default() }
 }
 
 /// Reads a recording file; `resample` of 0 takes the file's median rate.

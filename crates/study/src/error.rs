@@ -25,7 +25,7 @@ pub enum StudyError {
         what: String,
     },
     /// A file cannot be read.
-    #[error("{file}: {source}; check the path")]
+    #[error("{file}: cannot be read: {}", no_file(source))]
     Read {
         /// The file.
         file: String,
@@ -64,8 +64,27 @@ pub enum StudyError {
         available: Vec<String>,
     },
     /// A channel has two roles.
-    #[error("channel \"{0}\" is used twice among references, inputs and outputs; give each channel one role")]
-    TwoRoles(String),
+    #[error("{file}: channel \"{name}\" is used twice among references, inputs and outputs; give each channel one role with --reference, --input and --output")]
+    TwoRoles {
+        /// The recording.
+        file: String,
+        /// The channel.
+        name: String,
+    },
+    /// A channel that is called a force or a motion, in a unit of neither.
+    #[error(
+        "{file}: channel \"{name}\" is used as {role}, but its unit \"{unit}\" is not known; correct it in the header, or give it with --channels {name}=\"{name} [N]\" (with the right unit)"
+    )]
+    UnknownUnit {
+        /// The recording.
+        file: String,
+        /// The channel.
+        name: String,
+        /// input or output.
+        role: &'static str,
+        /// Its unit.
+        unit: String,
+    },
     /// Trials differ in what must agree.
     #[error("{file}: {what} is {found}, in {first} it is {expected}; give only trials of one experiment together")]
     TrialMismatch {
@@ -129,6 +148,14 @@ pub enum StudyError {
     /// Fewer than two fits, or nothing in common.
     #[error("nothing to compare: give at least two fits of the same model and channels")]
     NothingToCompare,
+    /// Fits that are not whole subjects.
+    #[error("{fits} fits are not subjects of {sessions} sessions each; give at least two subjects, all sessions of one after the other")]
+    Sessions {
+        /// Fits given.
+        fits: usize,
+        /// Sessions a subject.
+        sessions: usize,
+    },
     /// A band without frequencies.
     #[error("no frequency of the grid (0 to {nyquist_hz} Hz) lies in the band {low_hz}-{high_hz} Hz; widen --band")]
     EmptyBand {
@@ -197,6 +224,14 @@ pub enum StudyError {
     /// A response cannot be converted.
     #[error(transparent)]
     Response(#[from] ResponseError),
+}
+
+fn no_file(source: &std::io::Error) -> String {
+    match source.kind() {
+        std::io::ErrorKind::NotFound => "there is no such file; check the path".to_owned(),
+        std::io::ErrorKind::IsADirectory => "it is a folder; name a file".to_owned(),
+        _ => format!("{source}; check the path"),
+    }
 }
 
 pub(crate) fn did_you_mean(suggestion: Option<&str>) -> String {

@@ -83,13 +83,13 @@ impl Roles {
         let (references, inputs, outputs) = (chosen(&names.references)?, chosen(&names.inputs)?, chosen(&names.outputs)?);
         let taken: Vec<usize> = [&references, &inputs, &outputs].into_iter().flatten().flatten().copied().collect();
         if let Some((_, &twice)) = taken.iter().enumerate().find(|(i, c)| taken[..*i].contains(c)) {
-            return Err(StudyError::TwoRoles(available[twice].clone()));
+            return Err(StudyError::TwoRoles { file: file.to_owned(), name: available[twice].clone() });
         }
         let free = |wanted: Prefix| -> Vec<usize> { (0..available.len()).filter(|i| prefix(&available[*i]) == Some(wanted) && !taken.contains(i)).collect() };
         let motion =
             || [Prefix::Displacement, Prefix::Velocity, Prefix::Acceleration].into_iter().map(free).find(|found| !found.is_empty()).unwrap_or_default();
-        let is_motion = |indices: &[usize]| indices.iter().all(|&i| motion_order(recording, i, Prefix::Effort).is_some());
-        let is_effort = |indices: &[usize]| indices.iter().all(|&i| motion_order(recording, i, Prefix::Displacement).is_none());
+        let is_motion = |indices: &[usize]| indices.iter().all(|&i| motion_of(recording, i, Prefix::Effort).is_some());
+        let is_effort = |indices: &[usize]| indices.iter().all(|&i| motion_of(recording, i, Prefix::Displacement).is_none());
 
         let references = references.unwrap_or_else(|| free(Prefix::Command));
         let (inputs, outputs) = match (inputs, outputs) {
@@ -109,6 +109,16 @@ impl Roles {
         }
         if outputs.is_empty() {
             return Err(StudyError::NoOutput { file: file.to_owned(), available });
+        }
+        for (role, indices) in [("input", &inputs), ("output", &outputs)] {
+            let unknown = |&&i: &&usize| {
+                let unit = &recording.channels()[i].unit;
+                matches!(unit.quantity(), Quantity::Other | Quantity::Time) && !unit.symbol().is_empty() && prefix(&available[i]).is_some()
+            };
+            if let Some(&i) = indices.iter().find(unknown) {
+                let (name, unit) = (available[i].clone(), recording.channels()[i].unit.symbol().to_owned());
+                return Err(StudyError::UnknownUnit { file: file.to_owned(), name, role, unit });
+            }
         }
         let mut warnings = Vec::new();
         let axes = |indices: &[usize]| indices.iter().map(|&i| axis_of(&available[i])).collect::<Vec<_>>();
@@ -141,7 +151,7 @@ impl Roles {
                 "nothing, unless one of them should be used: then name it with --input, --output or --reference",
             ));
         }
-        let orders = |indices: &[usize], role: Prefix| indices.iter().map(|&i| motion_order(recording, i, role)).collect();
+        let orders = |indices: &[usize], role: Prefix| indices.iter().map(|&i| motion_of(recording, i, role)).collect();
         Ok(Roles {
             input_motion: orders(&inputs, Prefix::Effort),
             output_motion: orders(&outputs, Prefix::Displacement),
@@ -173,8 +183,13 @@ impl Roles {
     }
 }
 
+/// How many times a channel is the derivative of a displacement, by its unit, then its prefix; `None` for all else.
+pub(crate) fn motion_order(recording: &Recording, index: usize) -> Option<i32> {
+    motion_of(recording, index, Prefix::Effort)
+}
+
 /// How many times a channel is the derivative of a displacement; `None` for an effort. Unit first, then prefix, then role.
-fn motion_order(recording: &Recording, index: usize, role: Prefix) -> Option<i32> {
+fn motion_of(recording: &Recording, index: usize, role: Prefix) -> Option<i32> {
     let channel = &recording.channels()[index];
     let by_prefix = |prefix: Prefix| match prefix {
         Prefix::Displacement => Some(0),

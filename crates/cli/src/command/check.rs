@@ -9,6 +9,9 @@ use std::path::PathBuf;
 use std::process::ExitCode;
 
 /// Look at the data before the numbers: rate, missing, constant or clipped channels, resolution, outliers, trends, band.
+///
+/// Prints what was understood of each file, then what is wrong with it and what to do: a fault makes numbers wrong, a remark
+/// is to be minded. `estimate`, `fit` and `diagnose` look at the same and carry it as warnings.
 #[derive(Debug, Args)]
 #[command(after_help = "Example:\n  ndof check trial-1.csv trial-2.csv")]
 pub struct Arguments {
@@ -26,23 +29,28 @@ pub struct Arguments {
 
 pub fn run(arguments: &Arguments) -> Result<ExitCode, CliError> {
     let shared = &arguments.shared;
-    let result = ndof_study::check(&arguments.reading.read_all(&arguments.files)?, &arguments.reading.roles(), "check");
+    let result = ndof_study::check(&arguments.reading.look_at(&arguments.files)?, &arguments.reading.roles(), "check");
     output::json(shared, &result)?;
     output::warnings(shared, &result.warnings);
-    output::table(shared, &summary(&result, &arguments.files))?;
+    output::table(shared, &summary(&result))?;
     Ok(if arguments.exit_code && result.verdict == "faulty" { ExitCode::from(1) } else { ExitCode::SUCCESS })
 }
 
-fn summary(result: &CheckResult, files: &[PathBuf]) -> String {
+/// What was understood, what was found, and the verdict.
+fn summary(result: &CheckResult) -> String {
     let mut text = String::new();
-    for (trial, file) in result.trials.iter().zip(files) {
-        text += &format!("{}: {:.3} s at {} Hz\n", file.display(), trial.duration_s, trial.sample_rate_hz);
-        let mut rows = vec![["", "unit", "role", "mean", "std", "resolution", "98 % of power, Hz"].map(str::to_owned).to_vec()];
+    for trial in &result.trials {
+        text += &format!("{}: {:.3} s at {} Hz, {} channels\n", trial.file, trial.duration_s, trial.sample_rate_hz, trial.channels.len());
+        let mut rows = vec![["", "unit", "role", "mean", "std", "resolution", "98 % of power, Hz", "missing"].map(str::to_owned).to_vec()];
         for c in &trial.channels {
             let band = c.band_hz.map_or_else(|| "–".to_owned(), |[low, high]| format!("{} … {}", short(Some(low)), short(Some(high))));
-            rows.push(vec![c.name.clone(), c.unit.clone(), c.role.clone(), short(c.mean), short(c.std), short(c.step), band]);
+            rows.push(vec![c.name.clone(), c.unit.clone(), c.role.clone(), short(c.mean), short(c.std), short(c.step), band, c.missing.to_string()]);
         }
-        text += &format!("{}\n", columns(&rows));
+        text += &columns(&rows);
+        for lag in &trial.lags {
+            text += &format!("{} → {}: {} ms late (coherence {:.2})\n", lag.from, lag.to, short(lag.lag_s.map(|s| 1e3 * s)), lag.coherence);
+        }
+        text.push('\n');
     }
     if !result.assumptions.is_empty() {
         let mut rows =
@@ -67,9 +75,14 @@ fn summary(result: &CheckResult, files: &[PathBuf]) -> String {
         text += &format!("{}\n", columns(&rows));
     }
     for f in &result.findings {
-        let file = files.get(f.trial - 1).map(|file| file.display().to_string()).unwrap_or_default();
-        text +=
-            &format!("{}[{}] {file}{}: {}; {}\n", f.severity, f.code, f.channel.as_ref().map(|c| format!(", {c}")).unwrap_or_default(), f.message, f.action);
+        let file = result.trials.get(f.trial - 1).map(|trial| trial.file.as_str()).unwrap_or_default();
+        let channel = f.channel.as_ref().map(|c| format!(", {c}")).unwrap_or_default();
+        text += &format!("{}[{}] {file}{channel}: {}\n  do: {}\n", f.severity, f.code, f.message, f.action);
     }
-    text + &format!("verdict: {}\n", result.verdict)
+    let meaning = match result.verdict.as_str() {
+        "faulty" => "faulty: numbers from these data would be wrong; do what the faults ask for first",
+        "usable" => "usable: numbers can be had; mind the remarks",
+        other => other,
+    };
+    text + &format!("verdict: {meaning}\n")
 }

@@ -1,12 +1,13 @@
 //! `ndof cohort`.
 
 use crate::error::CliError;
-use crate::options::{Analysis, Reading, Shared};
-use crate::output::{self, columns};
+use crate::options::{Analysis, Limb, Reading, Shared};
+use crate::output::{self, columns, short};
 use crate::progress;
 use clap::Args;
+use ndof_io::ResultColumn;
 use ndof_study::FitSettings;
-use ndof_study::file::{self, KinematicsFile};
+use ndof_study::file::KinematicsFile;
 use ndof_study::result::FitResult;
 use rayon::prelude::*;
 use std::path::{Path, PathBuf};
@@ -16,7 +17,8 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 /// Fit every subject of a folder: one row each.
 ///
 /// A subject is a folder with its trials, or a single file. Each subject's fit is written as soon as it is done, so a run that
-/// was stopped goes on where it was; a subject that fails is a row that says why.
+/// was stopped goes on where it was, and a subject whose files are newer is fitted again; a subject that fails is a row that says why.
+/// The table is cohort.csv, and cohort.parquet in a build with that feature.
 #[derive(Debug, Args)]
 #[command(after_help = "Example:\n  ndof cohort subjects --out cohort --band 0.5-8")]
 pub struct Arguments {
@@ -26,9 +28,8 @@ pub struct Arguments {
     /// Folder for the table, cohort.csv, and one result a subject
     #[arg(long, value_name = "DIR", default_value = "ndof-out/cohort")]
     out: PathBuf,
-    /// Project endpoint to joint impedance with this arm
-    #[arg(long, value_name = "FILE.toml")]
-    kinematics: Option<PathBuf>,
+    #[command(flatten)]
+    limb: Limb,
     #[command(flatten)]
     reading: Reading,
     #[command(flatten)]
@@ -56,29 +57,72 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode, CliError> {
             arguments.folder.display()
         )));
     }
-    let kinematics = arguments.kinematics.as_deref().map(file::read::<KinematicsFile>).transpose()?;
+    let kinematics = arguments.limb.read()?;
     let results = arguments.out.join("subjects");
     output::create_folder(&results)?;
+    remove_leftovers(&results)?;
     same_settings(&arguments.out.join("settings.txt"), &format!("{:?}\n{:?}\n{:?}\n{kinematics:?}\n", arguments.reading, arguments.analysis, shared.band))?;
     let bars = progress::Steps::new(shared.quiet);
     let done = AtomicUsize::new(0);
     subjects.par_iter().try_for_each(|subject| {
         let (good, bad) = (results.join(format!("{}.json", subject.name)), results.join(format!("{}.error", subject.name)));
-        if !good.exists() && !bad.exists() {
-            match fit(arguments, kinematics.as_ref(), subject) {
-                Ok(result) => output::write_json(&good, &result)?,
-                Err(error) => ndof_io::write_atomic(&bad, error.to_string().as_bytes())?,
+        if !is_newer(&good, &subject.files) && !is_newer(&bad, &subject.files) {
+            // Of two results of one subject, the older is taken away only when the newer is there.
+            let old = match fit(arguments, kinematics.as_ref(), subject) {
+                Ok(result) => {
+                    output::write_json(&good, &result)?;
+                    bad
+                }
+                Err(error) => {
+                    ndof_io::write_atomic(&bad, error.to_string().as_bytes())?;
+                    good
+                }
+            };
+            match std::fs::remove_file(&old) {
+                Err(error) if error.kind() != std::io::ErrorKind::NotFound => {
+                    return Err(CliError::Machine { what: format!("removing {}", old.display()), source: error });
+                }
+                _ => {}
             }
         }
         bars.show("fit", done.fetch_add(1, Ordering::Relaxed) + 1, subjects.len());
         Ok::<(), CliError>(())
     })?;
     drop(bars);
-    let rows = table(&subjects, &results)?;
-    let csv: String = rows.iter().map(|row| row.iter().map(|cell| quoted(cell)).collect::<Vec<_>>().join(",") + "\n").collect();
-    ndof_io::write_atomic(&arguments.out.join("cohort.csv"), csv.as_bytes())?;
-    output::table(shared, &columns(&rows))?;
+    let table = table(&subjects, &results)?;
+    ndof_io::write_results_csv(&arguments.out.join("cohort.csv"), &table)?;
+    ndof_io::write_results_parquet(&arguments.out.join("cohort.parquet"), &table)?;
+    output::table(shared, &printed(&table))?;
     Ok(ExitCode::SUCCESS)
+}
+
+/// The table for people.
+fn printed(table: &[(String, ResultColumn)]) -> String {
+    let mut rows = vec![table.iter().map(|(name, _)| name.clone()).collect::<Vec<_>>()];
+    let count = table.iter().map(|(_, column)| if let ResultColumn::Texts(texts) = column { texts.len() } else { 0 }).max().unwrap_or(0);
+    for row in 0..count {
+        let cell = |column: &ResultColumn| match column {
+            ResultColumn::Numbers(values) => short(values.get(row).copied().flatten()),
+            ResultColumn::Texts(values) => values.get(row).cloned().flatten().unwrap_or_default(),
+        };
+        rows.push(table.iter().map(|(_, column)| cell(column)).collect());
+    }
+    columns(&rows)
+}
+
+/// Takes away what a run that was killed in the middle of writing has left.
+fn remove_leftovers(folder: &Path) -> Result<(), CliError> {
+    let leftover = |path: &Path| path.file_name().is_some_and(|name| name.to_string_lossy().starts_with(".ndof-") && name.to_string_lossy().ends_with(".tmp"));
+    for path in entries(folder)?.into_iter().filter(|path| leftover(path)) {
+        std::fs::remove_file(&path).map_err(|source| CliError::Machine { what: format!("removing {}", path.display()), source })?;
+    }
+    Ok(())
+}
+
+/// Whether what was written at `result` is newer than all that it was made of.
+fn is_newer(result: &Path, files: &[PathBuf]) -> bool {
+    let time = |path: &Path| std::fs::metadata(path).and_then(|metadata| metadata.modified()).ok();
+    time(result).is_some_and(|made| files.iter().all(|file| time(file).is_none_or(|changed| changed <= made)))
 }
 
 fn subjects(folder: &Path) -> Result<Vec<Subject>, CliError> {
@@ -137,51 +181,33 @@ fn fit(arguments: &Arguments, kinematics: Option<&KinematicsFile>, subject: &Sub
 }
 
 /// One row a subject: value and standard error of every parameter, quality, and what went wrong.
-fn table(subjects: &[Subject], results: &Path) -> Result<Vec<Vec<String>>, CliError> {
-    let mut fits: Vec<(String, Result<FitResult, String>)> = Vec::with_capacity(subjects.len());
+fn table(subjects: &[Subject], results: &Path) -> Result<Vec<(String, ResultColumn)>, CliError> {
+    let mut fits: Vec<Result<FitResult, String>> = Vec::with_capacity(subjects.len());
     for subject in subjects {
         let path = results.join(format!("{}.json", subject.name));
-        let fit = match std::fs::read_to_string(&path) {
+        fits.push(match std::fs::read_to_string(&path) {
             Ok(text) => {
                 Ok(serde_json::from_str(&text).map_err(|error| CliError::Usage(format!("{}: {error}; remove it to fit the subject again", path.display())))?)
             }
             Err(_) => Err(std::fs::read_to_string(results.join(format!("{}.error", subject.name))).unwrap_or_else(|error| error.to_string())),
-        };
-        fits.push((subject.name.clone(), fit));
+        });
     }
     let parameters = |fit: &FitResult| fit.parameters.iter().chain(fit.joint.iter().flat_map(|joint| &joint.parameters)).cloned().collect::<Vec<_>>();
     let mut names: Vec<String> = Vec::new();
-    for p in fits.iter().filter_map(|(_, fit)| fit.as_ref().ok()).flat_map(&parameters) {
+    for p in fits.iter().flatten().flat_map(&parameters) {
         if !names.contains(&p.name) {
             names.push(p.name.clone());
         }
     }
-    let mut rows = vec![vec!["subject".to_owned()]];
-    rows[0].extend(names.iter().flat_map(|name| [name.clone(), format!("{name}_std_error")]));
-    rows[0].extend(["chi2_reduced", "r2", "error"].map(str::to_owned));
-    let cell = |value: Option<f64>| value.map(|v| v.to_string()).unwrap_or_default();
-    for (subject, fit) in &fits {
-        let mut row = vec![subject.clone()];
-        match fit {
-            Ok(fit) => {
-                let own = parameters(fit);
-                for name in &names {
-                    let p = own.iter().find(|p| p.name == *name);
-                    row.extend([cell(p.and_then(|p| p.value)), cell(p.and_then(|p| p.std_error))]);
-                }
-                row.extend([cell(fit.chi2_reduced), cell(fit.r2), String::new()]);
-            }
-            Err(error) => {
-                row.extend(std::iter::repeat_n(String::new(), 2 * names.len() + 2));
-                row.push(error.replace('\n', " "));
-            }
-        }
-        rows.push(row);
+    let numbers = |value: &dyn Fn(&FitResult) -> Option<f64>| ResultColumn::Numbers(fits.iter().map(|fit| fit.as_ref().ok().and_then(value)).collect());
+    let mut columns = vec![("subject".to_owned(), ResultColumn::Texts(subjects.iter().map(|subject| Some(subject.name.clone())).collect()))];
+    for name in &names {
+        let of = |fit: &FitResult| parameters(fit).into_iter().find(|p| p.name == *name);
+        columns.push((name.clone(), numbers(&|fit| of(fit)?.value)));
+        columns.push((format!("{name}_std_error"), numbers(&|fit| of(fit)?.std_error)));
     }
-    Ok(rows)
-}
-
-/// A cell as CSV writes it.
-fn quoted(cell: &str) -> String {
-    if cell.contains([',', '"']) { format!("\"{}\"", cell.replace('"', "\"\"")) } else { cell.to_owned() }
+    columns.push(("chi2_reduced".to_owned(), numbers(&|fit| fit.chi2_reduced)));
+    columns.push(("r2".to_owned(), numbers(&|fit| fit.r2)));
+    columns.push(("error".to_owned(), ResultColumn::Texts(fits.into_iter().map(|fit| fit.err().map(|error| error.replace('\n', " "))).collect())));
+    Ok(columns)
 }

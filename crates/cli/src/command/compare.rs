@@ -1,24 +1,28 @@
 //! `ndof compare`.
 
 use crate::error::CliError;
-use crate::options::Shared;
+use crate::options::{Shared, count};
 use crate::output::{self, columns, short};
 use clap::Args;
-use ndof_study::compare_fits;
 use ndof_study::result::{CompareResult, FitResult};
+use ndof_study::{compare_fits, compare_sessions};
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 /// Compare fits with each other: before and after, left and right, session by session.
 ///
 /// Every fit is compared with the first; p-values are adjusted for all parameters. Of three fits or more the scatter between them
-/// gives the standard error of measurement and the minimal detectable change.
+/// gives the standard error of measurement and the minimal detectable change. With --sessions the fits are those of several
+/// subjects, all sessions of one after the other: then also the intraclass correlation and the mean change over all subjects.
 #[derive(Debug, Args)]
 #[command(after_help = "Example:\n  ndof compare before/fit.json after/fit.json")]
 pub struct Arguments {
     /// Results of `ndof fit`
     #[arg(required = true, num_args = 2.., value_name = "FIT.json")]
     files: Vec<PathBuf>,
+    /// Sessions of each subject
+    #[arg(long, value_name = "N", value_parser = count)]
+    sessions: Option<usize>,
     #[command(flatten)]
     shared: Shared,
 }
@@ -26,10 +30,13 @@ pub struct Arguments {
 pub fn run(arguments: &Arguments) -> Result<ExitCode, CliError> {
     let shared = &arguments.shared;
     let fits = arguments.files.iter().map(|file| read(file)).collect::<Result<Vec<_>, _>>()?;
-    let result = compare_fits(&fits, "compare")?;
+    let result = match arguments.sessions {
+        Some(sessions) => compare_sessions(&fits, sessions, "compare")?,
+        None => compare_fits(&fits, "compare")?,
+    };
     output::json(shared, &result)?;
     output::warnings(shared, &result.warnings);
-    output::table(shared, &summary(&result, &arguments.files))?;
+    output::table(shared, &if result.reliability.is_empty() { summary(&result, &arguments.files) } else { sessions(&result) })?;
     Ok(ExitCode::SUCCESS)
 }
 
@@ -61,4 +68,23 @@ fn summary(result: &CompareResult, files: &[PathBuf]) -> String {
         rows.push(row);
     }
     columns(&rows)
+}
+
+/// One row a parameter: agreement of the sessions, then each later session against the first.
+fn sessions(result: &CompareResult) -> String {
+    let interval = |ends: Option<[f64; 2]>| ends.map_or_else(|| "–".to_owned(), |[low, high]| format!("{} … {}", short(Some(low)), short(Some(high))));
+    let mut rows = vec![["", "unit", "mean", "ICC(2,1)", "95 % interval", "SEM", "detectable"].map(str::to_owned).to_vec()];
+    for change in result.reliability.first().map(|r| r.changes.as_slice()).unwrap_or_default() {
+        rows[0].extend([format!("session {} − 1", change.session), "95 % interval".to_owned(), "p".to_owned()]);
+    }
+    for r in &result.reliability {
+        let mut row = vec![r.name.clone(), r.unit.clone(), short(r.mean), short(r.icc), interval(r.icc_ci95)];
+        row.extend([short(r.standard_error_of_measurement), short(r.minimal_detectable_change)]);
+        for change in &r.changes {
+            row.extend([short(change.mean), interval(change.ci95), short(change.p_value)]);
+        }
+        rows.push(row);
+    }
+    let subjects = result.reliability.first().map_or(0, |r| r.subjects);
+    format!("{subjects} subjects\n{}", columns(&rows))
 }

@@ -3,30 +3,122 @@
 use crate::error::CliError;
 use clap::Args;
 use clap_complete::Shell;
+use std::fmt::Write as _;
 use std::io::Write;
+use std::path::PathBuf;
 use std::process::ExitCode;
 
-/// Print completions for a shell, or the man page.
+/// Print completions for a shell, the man pages, or the reference of the command line.
 #[derive(Debug, Args)]
-#[command(after_help = "Example:\n  ndof completions bash > ~/.local/share/bash-completion/completions/ndof")]
+#[command(after_help = "Example:\n  ndof completions bash > ndof.bash")]
 pub struct Arguments {
-    /// bash, elvish, fish, powershell or zsh; `man` for the man page
+    /// bash, elvish, fish, powershell or zsh; `man` for man pages, `markdown` for a page of a book
     shell: String,
+    /// With `man`: write one page a command into DIR
+    #[arg(long, value_name = "DIR")]
+    out: Option<PathBuf>,
 }
 
 pub fn run(arguments: &Arguments, mut program: clap::Command) -> Result<ExitCode, CliError> {
     let mut text = Vec::new();
-    if arguments.shell == "man" {
-        clap_mangen::Man::new(program).render(&mut text)?;
-    } else {
-        let shell: Shell = arguments
-            .shell
-            .parse()
-            .map_err(|_| CliError::Usage(format!("no shell \"{}\"; there are bash, elvish, fish, powershell, zsh, and man", arguments.shell)))?;
-        clap_complete::generate(shell, &mut program, "ndof", &mut text);
+    match (arguments.shell.as_str(), &arguments.out) {
+        ("man", Some(folder)) => {
+            crate::output::create_folder(folder)?;
+            program.build();
+            for command in std::iter::once(&program).chain(program.get_subcommands().filter(|command| command.get_name() != "help")) {
+                let name = command.get_display_name().unwrap_or(command.get_name()).to_owned();
+                let mut page = Vec::new();
+                clap_mangen::Man::new(command.clone()).render(&mut page)?;
+                ndof_io::write_atomic(&folder.join(format!("{name}.1")), &page)?;
+            }
+        }
+        ("man", None) => clap_mangen::Man::new(program).render(&mut text)?,
+        (other, Some(_)) => return Err(CliError::Usage(format!("--out goes with `man` only; write `ndof completions {other} > FILE`"))),
+        ("markdown", None) => text = markdown(program).into_bytes(),
+        (name, None) => {
+            let shell: Shell = name.parse().map_err(|_| {
+                let known = ["bash", "elvish", "fish", "powershell", "zsh", "man", "markdown"];
+                let suggestion = ndof_study::nearest(name, known).map(|s| format!(" (did you mean \"{s}\"?)")).unwrap_or_default();
+                CliError::Usage(format!("no shell \"{name}\"{suggestion}; there are {}", known.join(", ")))
+            })?;
+            clap_complete::generate(shell, &mut program, "ndof", &mut text);
+        }
     }
     let mut stdout = std::io::stdout().lock();
     stdout.write_all(&text)?;
     stdout.flush()?;
     Ok(ExitCode::SUCCESS)
+}
+
+/// One section a command: what it does, its example, its arguments and options; options that many share stand once.
+fn markdown(mut program: clap::Command) -> String {
+    program.build();
+    let commands: Vec<&clap::Command> = program.get_subcommands().filter(|command| command.get_name() != "help").collect();
+    let shared = ["Recordings", "Estimate", "Limb", "Output"];
+    let mut text = String::new();
+    for command in &commands {
+        let _ = write!(text, "## {}\n\n{}\n", command.get_name(), words(command.get_long_about().or(command.get_about())));
+        if let Some(example) = command.get_after_help() {
+            let example = example.to_string();
+            let lines: Vec<&str> = example.lines().skip(1).map(str::trim).collect();
+            let _ = write!(text, "\n```sh\n{}\n```\n", lines.join("\n"));
+        }
+        let own: Vec<&clap::Arg> = visible(command).filter(|argument| argument.get_help_heading().is_none_or(|heading| !shared.contains(&heading))).collect();
+        text += &table(&own);
+        let groups: Vec<String> = shared
+            .iter()
+            .filter(|heading| visible(command).any(|argument| argument.get_help_heading() == Some(heading)))
+            .map(|heading| format!("[{heading}](#options-{})", heading.to_lowercase()))
+            .collect();
+        if !groups.is_empty() {
+            let _ = write!(text, "\nAnd the options of {}.\n", groups.join(", "));
+        }
+        text.push('\n');
+    }
+    for heading in shared {
+        let mut options: Vec<&clap::Arg> = Vec::new();
+        for argument in commands.iter().flat_map(|command| visible(command)).filter(|argument| argument.get_help_heading() == Some(heading)) {
+            if !options.iter().any(|known| known.get_id() == argument.get_id()) {
+                options.push(argument);
+            }
+        }
+        let _ = writeln!(text, "## Options: {heading}\n{}", table(&options));
+    }
+    text.trim_end().to_owned() + "\n"
+}
+
+fn visible(command: &clap::Command) -> impl Iterator<Item = &clap::Arg> {
+    command.get_arguments().filter(|argument| !argument.is_hide_set() && argument.get_id() != "help")
+}
+
+/// Paragraphs without the line breaks of a terminal.
+fn words(text: Option<&clap::builder::StyledStr>) -> String {
+    text.map(ToString::to_string).unwrap_or_default()
+}
+
+fn table(arguments: &[&clap::Arg]) -> String {
+    if arguments.is_empty() {
+        return String::new();
+    }
+    let mut text = "\n| option | what it does |\n|---|---|\n".to_owned();
+    for argument in arguments {
+        let values = argument.get_value_names().map(|names| names.iter().map(|name| name.to_string()).collect::<Vec<_>>().join(" ")).unwrap_or_default();
+        let takes = argument.get_num_args().is_some_and(|range| range.takes_values());
+        let name = match argument.get_long() {
+            Some(long) if takes => format!("--{long} {values}"),
+            Some(long) => format!("--{long}"),
+            None => values,
+        };
+        let mut help = words(argument.get_help()).replace('\n', " ");
+        let possible: Vec<String> = argument.get_possible_values().iter().map(|value| format!("`{}`", value.get_name())).collect();
+        if takes && !possible.is_empty() {
+            let _ = write!(help, ": {}", possible.join(", "));
+        }
+        let defaults: Vec<String> = argument.get_default_values().iter().map(|value| format!("`{}`", value.to_string_lossy())).collect();
+        if takes && !defaults.is_empty() {
+            let _ = write!(help, " (default {})", defaults.join(", "));
+        }
+        let _ = writeln!(text, "| `{}` | {} |", name.replace('|', "\\|"), help.replace('|', "\\|"));
+    }
+    text
 }

@@ -10,20 +10,22 @@ use std::process::ExitCode;
 #[derive(Debug, Args)]
 #[command(after_help = "Example:\n  ndof convert trial.mat trial.csv")]
 pub struct Arguments {
-    /// The recording to read, `-` for CSV on standard input.
-    input: PathBuf,
-    /// The file to write.
-    output: PathBuf,
+    /// The recording to read, `-` for CSV on standard input
+    #[arg(value_name = "IN")]
+    from: PathBuf,
+    /// The file to write
+    #[arg(value_name = "OUT")]
+    to: PathBuf,
     #[command(flatten)]
     reading: Reading,
 }
 
 pub fn run(arguments: &Arguments) -> Result<ExitCode, CliError> {
-    let read = arguments.reading.read(&arguments.input)?;
+    let read = arguments.reading.read(&arguments.from)?;
     let same = |a: &PathBuf, b: &PathBuf| matches!((a.canonicalize(), b.canonicalize()), (Ok(a), Ok(b)) if a == b);
-    if same(&arguments.input, &arguments.output) {
-        return Err(CliError::Usage(format!("{} is the input itself, which is never changed; give another name for the output", arguments.output.display())));
+    if same(&arguments.from, &arguments.to) {
+        return Err(CliError::Usage(format!("{} is the input itself, which is never changed; give another name for the output", arguments.to.display())));
     }
-    ndof_io::write(&arguments.output, &read.recording)?;
+    ndof_io::write(&arguments.to, &read.recording)?;
     Ok(ExitCode::SUCCESS)
 }

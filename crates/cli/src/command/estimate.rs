@@ -166,7 +166,7 @@ fn fraction(value: Option<f64>) -> String {
 }
 
 /// At most `count` of the `usable` indices, nearest to logarithmically spaced frequencies.
-fn spread(usable: &[usize], hz: &[f64], count: usize) -> Vec<usize> {
+pub fn spread(usable: &[usize], hz: &[f64], count: usize) -> Vec<usize> {
     let (Some(&first), Some(&last)) = (usable.first(), usable.last()) else { return Vec::new() };
     let (low, high) = (hz[first].ln(), hz[last].ln());
     let mut chosen: Vec<usize> = (0..count)

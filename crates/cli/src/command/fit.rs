@@ -1,11 +1,10 @@
 //! `ndof fit`.
 
 use crate::error::CliError;
-use crate::options::{Analysis, Reading, Shared, not_negative, positive, words};
+use crate::options::{Analysis, Limb, Reading, Shared, not_negative, positive, words};
 use crate::output::{self, columns, short};
 use clap::Args;
 use ndof_models::Transducer;
-use ndof_study::file::{self, KinematicsFile};
 use ndof_study::result::FitResult;
 use ndof_study::{ComparedParameter, FitCost, FitSettings, VafWeight, compare};
 use std::path::PathBuf;
@@ -36,9 +35,8 @@ pub struct Arguments {
     /// Damping of the same mount (N s/m; N m s/rad)
     #[arg(long, value_name = "B", default_value_t = 0.0, requires = "transducer_stiffness", value_parser = not_negative)]
     transducer_damping: f64,
-    /// Project endpoint to joint impedance with this arm
-    #[arg(long, value_name = "FILE.toml")]
-    kinematics: Option<PathBuf>,
+    #[command(flatten)]
+    limb: Limb,
     #[command(flatten)]
     reading: Reading,
     #[command(flatten)]
@@ -50,7 +48,7 @@ pub struct Arguments {
 pub fn run(arguments: &Arguments) -> Result<ExitCode, CliError> {
     let shared = &arguments.shared;
     shared.apply_threads()?;
-    let kinematics = arguments.kinematics.as_deref().map(file::read::<KinematicsFile>).transpose()?;
+    let kinematics = arguments.limb.read()?;
     let trials = arguments.reading.trials(&arguments.files)?;
     let settings = arguments.analysis.settings(shared);
     let estimated = ndof_study::estimate(&trials, &settings, "fit")?;

@@ -10,6 +10,7 @@ pub mod diagnose;
 pub mod estimate;
 pub mod fit;
 pub mod list;
+pub mod live;
 pub mod schema;
 pub mod simulate;
 pub mod study;

@@ -1,6 +1,6 @@
 //! Options of the spectral estimate, in SciPy's names.
 
-use super::{Shared, words};
+use super::{Shared, count, positive, whole, words};
 use clap::Args;
 use ndof_signal::{Detrend, Window};
 use ndof_study::{EstimateSettings, MethodName};
@@ -13,13 +13,13 @@ pub struct Analysis {
     #[arg(long, default_value = "auto", value_parser = words::<MethodName>(&MethodName::WORDS), help_heading = "Estimate")]
     pub method: MethodName,
     /// Samples in a segment [default: chosen from the length of the record]
-    #[arg(long, value_name = "N", help_heading = "Estimate")]
+    #[arg(long, value_name = "N", value_parser = count, help_heading = "Estimate")]
     pub nperseg: Option<usize>,
     /// Samples that neighbouring segments share [default: nperseg/2]
-    #[arg(long, value_name = "N", help_heading = "Estimate")]
+    #[arg(long, value_name = "N", value_parser = whole::<usize>, help_heading = "Estimate")]
     pub noverlap: Option<usize>,
     /// Length of the transform; more than nperseg pads with zeros [default: nperseg]
-    #[arg(long, value_name = "N", help_heading = "Estimate")]
+    #[arg(long, value_name = "N", value_parser = count, help_heading = "Estimate")]
     pub nfft: Option<usize>,
     /// Data window: hann, hamming, blackman, blackmanharris, flattop, bartlett, boxcar, tukey[:SHARE]
     #[arg(long, default_value = "hann", help_heading = "Estimate")]
@@ -31,7 +31,7 @@ pub struct Analysis {
     #[arg(long, default_value = "constant", value_parser = words::<Detrend>(&["none", "constant", "linear"]), help_heading = "Estimate")]
     pub detrend: Detrend,
     /// Multitaper: half-width NW of the spectral window, in units of one over the record's length [default: 4]
-    #[arg(long, value_name = "NW", help_heading = "Estimate")]
+    #[arg(long, value_name = "NW", value_parser = positive, help_heading = "Estimate")]
     pub time_bandwidth: Option<f64>,
     /// Multitaper: number of tapers [default: 2 NW − 1]
     #[arg(long, value_name = "K", help_heading = "Estimate", value_parser = clap::builder::RangedU64ValueParser::<usize>::new().range(1..))]
@@ -55,7 +55,7 @@ pub struct Analysis {
     #[arg(long, help_heading = "Estimate")]
     pub robust: bool,
     /// Periodic: period of the excitation in seconds [default: found from the commanded signal]
-    #[arg(long, value_name = "S", help_heading = "Estimate")]
+    #[arg(long, value_name = "S", value_parser = positive, help_heading = "Estimate")]
     pub period: Option<f64>,
     /// Where the noise of the direct estimate is thought to be: outputs, inputs, both
     #[arg(long, default_value = "h1", value_parser = words::<Direct>(&["h1", "h2", "hv"]), help_heading = "Estimate")]

@@ -2,6 +2,7 @@
 
 use clap::builder::{PossibleValuesParser, TypedValueParser};
 use serde::de::DeserializeOwned;
+use std::str::FromStr;
 
 /// `LO-HI` as two increasing numbers; either may be negative.
 pub fn pair(text: &str) -> Result<(f64, f64), String> {
@@ -17,6 +18,21 @@ pub fn pair(text: &str) -> Result<(f64, f64), String> {
 /// A number above zero.
 pub fn positive(text: &str) -> Result<f64, String> {
     not_negative(text).ok().filter(|value| *value > 0.0).ok_or_else(|| "write a number above zero".to_owned())
+}
+
+/// A number of seconds or the like, of either sign.
+pub fn number(text: &str) -> Result<f64, String> {
+    text.trim().parse().ok().filter(|value: &f64| value.is_finite()).ok_or_else(|| "write a number".to_owned())
+}
+
+/// A whole number of 1 or more.
+pub fn count(text: &str) -> Result<usize, String> {
+    text.trim().parse().ok().filter(|value| *value > 0).ok_or_else(|| "write a whole number of 1 or more".to_owned())
+}
+
+/// A whole number of 0 or more.
+pub fn whole<T: FromStr>(text: &str) -> Result<T, String> {
+    text.trim().parse().map_err(|_| "write a whole number of 0 or more".to_owned())
 }
 
 /// A number that is zero or more.
@@ -38,6 +54,8 @@ mod tests {
         assert_eq!(pair("0.25-10"), Ok((0.25, 10.0)));
         assert_eq!(pair("-1--0.5"), Ok((-1.0, -0.5)));
         assert_eq!(pair("1e-3-2"), Ok((1e-3, 2.0)));
+        assert_eq!((count("3"), whole::<u64>("0"), number("-2.5")), (Ok(3), Ok(0), Ok(-2.5)));
+        assert!(count("0").is_err() && whole::<usize>("-1").is_err() && number("inf").is_err());
         assert!(pair("10-1").is_err() && pair("10").is_err() && pair("a-b").is_err());
     }
 }

@@ -1,45 +1,39 @@
 //! How recordings are read, which channels are what, and which stretches are used.
 
-use super::pair;
+use super::channels::no_channel;
+use super::{Channels, not_negative, number, pair};
 use crate::error::CliError;
 use clap::Args;
-use ndof_io::{PrepareError, ReadOptions, ReadRecording, Resample};
+use ndof_io::{IoError, Note, PrepareError, ReadOptions, ReadRecording, Resample};
 use ndof_signal::Quantity;
-use ndof_study::{RoleNames, StudyError, Trial, Trials, Trim, axis_of, nearest};
+use ndof_study::{RoleNames, Trial, Trials, Trim, axis_of};
 use std::path::{Path, PathBuf};
 
 /// How recordings are read.
 #[derive(Clone, Debug, Args)]
 pub struct Reading {
-    /// Sample rate of files that say nothing about time
-    #[arg(long, value_name = "HZ", help_heading = "Recordings")]
-    pub sample_rate: Option<f64>,
+    #[command(flatten)]
+    pub channels: Channels,
     /// Interpolate irregular time onto a regular grid, of the file's median rate or of HZ
     #[arg(long, value_name = "HZ", num_args = 0..=1, require_equals = true, default_missing_value = "auto", value_parser = resample, help_heading = "Recordings")]
     pub resample: Option<Resample>,
-    /// Commanded perturbations [default: channels cmd_…]
-    #[arg(long, value_name = "CHANNELS", value_delimiter = ',', help_heading = "Recordings")]
-    pub reference: Option<Vec<String>>,
-    /// Inputs [default: channels force_… and torque_…]
-    #[arg(long, value_name = "CHANNELS", value_delimiter = ',', help_heading = "Recordings")]
-    pub input: Option<Vec<String>>,
-    /// Outputs [default: channels pos_… and angle_…, else vel_…, else acc_…]
-    #[arg(long, value_name = "CHANNELS", value_delimiter = ',', help_heading = "Recordings")]
-    pub output: Option<Vec<String>>,
-    /// Turn the sign of these channels, such as a transducer that reads the reaction
-    #[arg(long, value_name = "CHANNELS", value_delimiter = ',', help_heading = "Recordings")]
-    pub negate: Vec<String>,
+    /// A recording of the same trial by another acquisition clock, joined to it; one for each recording, in their order
+    #[arg(long, value_name = "FILE", requires = "align_by", help_heading = "Recordings")]
+    pub align: Vec<PathBuf>,
+    /// The channel that both have, or its two names
+    #[arg(long, value_name = "CHANNEL[=OTHER]", requires = "align", help_heading = "Recordings")]
+    pub align_by: Option<String>,
     /// A recording without load, whose mean forces are taken off
     #[arg(long, value_name = "FILE", help_heading = "Recordings")]
     pub tare: Option<PathBuf>,
     /// Mass of the handle beyond the transducer (kg; kg m² for rotations), whose inertial force is taken off
-    #[arg(long, value_name = "KG", help_heading = "Recordings")]
+    #[arg(long, value_name = "KG", value_parser = not_negative, help_heading = "Recordings")]
     pub handle_mass: Option<f64>,
     /// Use the recording from this time on, in seconds
-    #[arg(long, value_name = "S", allow_hyphen_values = true, help_heading = "Recordings")]
+    #[arg(long, value_name = "S", value_parser = number, allow_hyphen_values = true, help_heading = "Recordings")]
     pub start: Option<f64>,
     /// Use the recording up to this time, in seconds
-    #[arg(long, value_name = "S", allow_hyphen_values = true, help_heading = "Recordings")]
+    #[arg(long, value_name = "S", value_parser = number, allow_hyphen_values = true, help_heading = "Recordings")]
     pub stop: Option<f64>,
     /// Leave this stretch out, in seconds; may be given several times
     #[arg(long, value_name = "FROM-TO", value_parser = pair, allow_hyphen_values = true, help_heading = "Recordings")]
@@ -54,37 +48,109 @@ fn resample(text: &str) -> Result<Resample, String> {
 }
 
 impl Reading {
-    /// Reads one recording, signs turned.
+    /// Reads one recording, its channels named and turned.
     pub fn read(&self, path: &Path) -> Result<ReadRecording, CliError> {
-        let options = ReadOptions { sample_rate_hz: self.sample_rate, resample: self.resample, allow_nan: true, ..ReadOptions::default() };
-        let mut read = ndof_io::read(path, &options)?;
-        for name in &self.negate {
-            let available = read.recording.names();
-            read.recording.map_channel(name, |sample| -sample).map_err(|_| StudyError::NoChannel {
-                file: read.file.clone(),
-                name: name.clone(),
-                suggestion: nearest(name, available.iter().map(String::as_str)),
-                available,
-            })?;
+        self.read_with(path, &self.options())
+    }
+
+    fn options(&self) -> ReadOptions {
+        ReadOptions { resample: self.resample, ..self.channels.reading() }
+    }
+
+    fn read_with(&self, path: &Path, options: &ReadOptions) -> Result<ReadRecording, CliError> {
+        let mut read = ndof_io::read(path, options)?;
+        self.channels.apply(&mut read.recording, &read.file)?;
+        Ok(read)
+    }
+
+    /// Reads a recording and joins `other`, which another clock took, to it.
+    fn read_aligned(&self, path: &Path, other: &Path, by: &str) -> Result<ReadRecording, CliError> {
+        let mut read = ndof_io::read(path, &self.options())?;
+        let options = ReadOptions { sample_rate_hz: self.channels.sample_rate, resample: self.resample, allow_nan: true, ..ReadOptions::default() };
+        let second = ndof_io::read(other, &options)?;
+        let shared = by.split_once('=').unwrap_or((by, by));
+        let wrong = |why: PrepareError| CliError::Usage(format!("--align {}: {why} (with {})", other.display(), read.file));
+        for (file, recording, name) in [(&read.file, &read.recording, shared.0), (&second.file, &second.recording, shared.1)] {
+            if recording.channel(name).is_err() {
+                return Err(no_channel(file, name, recording.names()).into());
+            }
         }
+        let aligned = ndof_io::align(&read.recording, &second.recording, shared).map_err(wrong)?;
+        read.notes.push(Note::new(
+            "clocks-aligned",
+            format!(
+                "{} joined to {} by \"{}\": it began {:.6} s apart and its clock runs {:.1} ppm fast; correlation {:.4}",
+                second.file,
+                read.file,
+                shared.0,
+                aligned.offset_s,
+                1e6 * aligned.drift,
+                aligned.correlation
+            ),
+            "choose another channel with --align-by if that cannot be",
+        ));
+        read.notes.extend(second.notes);
+        read.recording = aligned.recording;
+        self.channels.apply(&mut read.recording, &read.file)?;
         Ok(read)
     }
 
     /// The roles that are asked for.
     pub fn roles(&self) -> RoleNames {
-        RoleNames { references: self.reference.clone(), inputs: self.input.clone(), outputs: self.output.clone() }
+        self.channels.roles()
     }
 
     /// Reads several recordings, offsets and handle taken off.
     pub fn read_all(&self, files: &[PathBuf]) -> Result<Vec<Trial>, CliError> {
-        files
-            .iter()
-            .map(|path| {
-                let mut read = self.read(path)?;
+        if !self.align.is_empty() && self.align.len() != files.len() {
+            return Err(CliError::Usage(format!(
+                "{} recordings and {} files with --align; give --align once for each recording, in their order",
+                files.len(),
+                self.align.len()
+            )));
+        }
+        let mut trials = Vec::with_capacity(files.len());
+        for (k, path) in files.iter().enumerate() {
+            let read = match (self.align.get(k), &self.align_by) {
+                (Some(other), Some(by)) => vec![self.read_aligned(path, other, by)?],
+                _ => match self.read(path) {
+                    Err(CliError::Io(error @ (IoError::IrregularTime { .. } | IoError::Gap { .. }))) => self.read_stretches(path, error)?,
+                    read => vec![read?],
+                },
+            };
+            for mut read in read {
                 self.correct(&mut read)?;
-                Ok(Trial { file: read.file, recording: read.recording, warnings: read.notes.into_iter().map(Into::into).collect() })
-            })
-            .collect()
+                trials.push(Trial { file: read.file, recording: read.recording, warnings: read.notes.into_iter().map(Into::into).collect() });
+            }
+        }
+        Ok(trials)
+    }
+
+    /// What --start, --stop and --exclude leave of a recording whose clock is irregular elsewhere.
+    fn read_stretches(&self, path: &Path, error: IoError) -> Result<Vec<ReadRecording>, CliError> {
+        let mut kept = vec![(self.start.unwrap_or(f64::NEG_INFINITY), self.stop.unwrap_or(f64::INFINITY))];
+        for &(from, to) in &self.exclude {
+            kept = kept.into_iter().flat_map(|(a, b)| [(a, b.min(from)), (a.max(to), b)]).filter(|(a, b)| a < b).collect();
+        }
+        if path.as_os_str() == "-" || (self.start.is_none() && self.stop.is_none() && self.exclude.is_empty()) {
+            return Err(error.into());
+        }
+        kept.into_iter().map(|window| self.read_with(path, &ReadOptions { window_s: Some(window), ..self.options() })).collect()
+    }
+
+    /// Reads recordings to look at them: what is wrong with their clock becomes a warning.
+    pub fn look_at(&self, files: &[PathBuf]) -> Result<Vec<Trial>, CliError> {
+        let read = |path: &PathBuf| {
+            let mut read = self.read_with(path, &ReadOptions { any_timing: true, ..self.options() })?;
+            self.correct(&mut read)?;
+            let recording = if self.start.is_some() || self.stop.is_some() {
+                ndof_io::trim(&read.recording, self.start, self.stop).map_err(|why| CliError::Usage(format!("{}: {why}", read.file)))?
+            } else {
+                read.recording
+            };
+            Ok(Trial { file: read.file, recording, warnings: read.notes.into_iter().map(Into::into).collect() })
+        };
+        if self.align.is_empty() { files.iter().map(read).collect() } else { self.read_all(files) }
     }
 
     /// Takes off what lies beyond the transducer.
@@ -97,7 +163,13 @@ impl Reading {
         let mut recording = read.recording.clone();
         if let Some(path) = &self.tare {
             let names: Vec<&str> = efforts.iter().map(String::as_str).collect();
-            recording = ndof_io::tare(&recording, &self.read(path)?.recording, &names).map_err(wrong)?;
+            let unloaded = self.read(path)?;
+            let available = unloaded.recording.names();
+            if let Some(name) = names.iter().find(|name| !available.iter().any(|own| own == *name)) {
+                return Err(no_channel(&unloaded.file, name, available).into());
+            }
+            let wrong = |why: PrepareError| CliError::Usage(format!("--tare {}: {why}", unloaded.file));
+            recording = ndof_io::tare(&recording, &unloaded.recording, &names).map_err(wrong)?;
         }
         if let Some(mass) = self.handle_mass {
             for effort in &efforts {

@@ -1,6 +1,6 @@
 //! Options of every analysis: where results go, how loud, how many threads.
 
-use super::pair;
+use super::{count, pair, whole};
 use crate::error::CliError;
 use clap::Args;
 use std::path::PathBuf;
@@ -24,10 +24,10 @@ pub struct Shared {
     #[arg(long, short, help_heading = "Output")]
     pub verbose: bool,
     /// Start of all randomness; the same seed gives the same bytes [default: 1, or the experiment's own]
-    #[arg(long, value_name = "N")]
+    #[arg(long, value_name = "N", value_parser = whole::<u64>)]
     pub seed: Option<u64>,
     /// Number of threads; results do not depend on it [default: all processors]
-    #[arg(long, value_name = "N")]
+    #[arg(long, value_name = "N", value_parser = count)]
     pub threads: Option<usize>,
     /// Frequencies to report, in Hz
     #[arg(long, value_name = "LO-HI", value_parser = pair, allow_hyphen_values = true)]
@@ -44,7 +44,6 @@ impl Shared {
     pub fn apply_threads(&self) -> Result<(), CliError> {
         match self.threads {
             None => Ok(()),
-            Some(0) => Err(CliError::Usage("--threads 0: at least one thread is needed; leave the option out to use all processors".to_owned())),
             Some(threads) => rayon::ThreadPoolBuilder::new()
                 .num_threads(threads)
                 .build_global()

@@ -5,7 +5,9 @@
 mod cells;
 mod header;
 mod read;
+mod stream;
 mod write;
 
 pub(crate) use read::read;
+pub use stream::{CsvStream, Piece};
 pub(crate) use write::write;

@@ -21,7 +21,11 @@ struct Line<'a> {
 
 /// Reads a CSV file.
 pub(crate) fn read(bytes: &[u8], file: &str) -> Result<Table, IoError> {
-    let text = text(bytes, file)?;
+    read_piece(text(bytes, file)?, file, (0, 0))
+}
+
+/// Reads a piece of a CSV file: its head, then lines of which `skipped` come behind the first `head` lines in the file.
+pub(super) fn read_piece(text: &str, file: &str, (head, skipped): (usize, usize)) -> Result<Table, IoError> {
     let end = if text.contains('\n') { '\n' } else { '\r' };
     let mut facts = BTreeMap::new();
     let mut lines = text
@@ -38,7 +42,8 @@ pub(crate) fn read(bytes: &[u8], file: &str) -> Result<Table, IoError> {
             }
             // Spreadsheets name their separator in a line of its own; it shows in the header too.
             let is_directive = i == 0 && text.trim().len() <= 5 && text.starts_with("sep=");
-            (!is_directive).then_some(Line { number: i + 1, text, terminated })
+            let number = if i < head { i + 1 } else { i + 1 + skipped };
+            (!is_directive).then_some(Line { number, text, terminated })
         })
         .peekable();
     let Some(header) = lines.find(|l| !l.text.trim().is_empty()) else {
@@ -80,7 +85,7 @@ fn drop_last(file: &str, table: &mut Table, line: usize) -> Result<(), IoError> 
     Ok(())
 }
 
-fn text<'a>(bytes: &'a [u8], file: &str) -> Result<&'a str, IoError> {
+pub(super) fn text<'a>(bytes: &'a [u8], file: &str) -> Result<&'a str, IoError> {
     let bytes = bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes);
     std::str::from_utf8(bytes).map_err(|e| {
         let at = e.valid_up_to();

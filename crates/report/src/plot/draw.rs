@@ -138,8 +138,11 @@ fn upwards_ticks(panel: &Panel, (from, to): (f64, f64), height: f64) -> Vec<Tick
 /// below each other, but at most half of the width.
 pub(crate) fn left_margin<'a>(panels: impl Iterator<Item = &'a Panel>, width: f64) -> f64 {
     let longest = |panel: &Panel| {
-        let height = if panel.is_square() { width - LEFT - RIGHT } else { panel.height };
-        upwards_ticks(panel, ranges(panel).1, height).iter().map(|tick| tick.label.chars().count()).max().unwrap_or(0)
+        let (x, y) = ranges(panel);
+        let side = width - LEFT - RIGHT;
+        // A square panel shows more than its data where the other axis needs it, and its labels may be longer.
+        let (height, y) = if panel.is_square() { (side, equal(x, y, side, side).1) } else { (panel.height, y) };
+        upwards_ticks(panel, y, height).iter().map(|tick| tick.label.chars().count()).max().unwrap_or(0)
     };
     let longest = panels.map(longest).max().unwrap_or(0);
     (LETTER * longest as f64 + 14.0).clamp(LEFT, WIDEST_LEFT.min(0.5 * width).max(LEFT))

@@ -66,6 +66,9 @@ pub struct HiddenEffect {
     pub parameters: BTreeMap<String, toml::Value>,
 }
 
+/// Samples below which there is nothing to analyse, whatever the method.
+const FEWEST_SAMPLES: f64 = 64.0;
+
 impl ExperimentFile {
     /// The schema's name.
     pub const SCHEMA: &str = "ndof/experiment/1";
@@ -79,6 +82,13 @@ impl ExperimentFile {
         let wrong = |what: String| Err(StudyError::Meaning { file: file.to_owned(), what });
         if self.trials == 0 {
             return wrong("trials = 0; at least one trial is needed".to_owned());
+        }
+        let samples = self.duration_s * self.sample_rate_hz;
+        if !(samples.is_finite() && self.duration_s > 0.0 && samples >= FEWEST_SAMPLES) {
+            return wrong(format!(
+                "duration_s = {} at sample_rate_hz = {} makes {samples:.0} samples; at least {FEWEST_SAMPLES} are needed, tens of seconds are usual",
+                self.duration_s, self.sample_rate_hz
+            ));
         }
         self.excitation.check().or_else(wrong)
     }

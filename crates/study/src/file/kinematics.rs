@@ -5,9 +5,12 @@ use crate::error::StudyError;
 use serde::{Deserialize, Serialize};
 
 /// How joints move the endpoint.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct KinematicsFile {
+    /// What errors call it; empty for the table `[kinematics]` of a study.
+    #[serde(skip)]
+    pub origin: String,
     /// `ndof/kinematics/1`.
     #[serde(default)]
     pub schema: Option<String>,

@@ -1,12 +1,14 @@
 //! The TOML files that people write: unknown keys are errors, and an error names file, line and remedy.
 
 mod baseline;
+mod channels;
 mod excitation;
 mod experiment;
 mod kinematics;
 mod study;
 
 pub use baseline::{BaselineFile, BaselineParameter, Status, Value};
+pub use channels::{ChannelSource, ChannelTable, ChannelsFile, Transform, Transforms};
 pub use excitation::Excitation;
 pub use experiment::{ExperimentFile, HiddenEffect};
 pub use kinematics::{KinematicsFile, KinematicsSd, MeanForce};
@@ -39,7 +41,8 @@ pub fn parse<T: DeserializeOwned>(text: &str, file: &str) -> Result<T, StudyErro
             Some((key, known)) => {
                 format!("unknown key \"{key}\"{}; known here: {}", did_you_mean(nearest(key, known.iter().copied()).as_deref()), known.join(", "))
             }
-            None => message,
+            None if message.starts_with("missing field") => format!("{message}; add this key"),
+            None => format!("{message}; correct this line"),
         };
         StudyError::File { file: file.to_owned(), line, what }
     })

@@ -6,7 +6,7 @@ use crate::pipeline::Estimated;
 use crate::result::EstimateResult;
 use crate::result::estimate::Coherence;
 use crate::trials::Trials;
-use ndof_report::figures::{self, Coherences, CurveStyle, ResponseCurves, Trace, Traces};
+use ndof_report::figures::{self, Coherences, CurveStyle, ResponseCurves, Spectrum, Trace, Traces};
 use ndof_report::{Report, Section};
 use ndof_sysid::FrequencyResponse;
 
@@ -17,7 +17,9 @@ use ndof_sysid::FrequencyResponse;
 pub fn estimate_report(trials: &Trials, estimated: &Estimated, title: &str, command: &str) -> Result<Report, StudyError> {
     let mut report = frame(trials, estimated, title, command);
     report.lead = lead(&estimated.result);
-    report.sections = vec![response_section(estimated, None)?, coherence_section(&estimated.result)?, traces_section(trials)?];
+    report.sections = vec![response_section(estimated, None)?, coherence_section(&estimated.result)?];
+    report.sections.extend(power_section(trials, estimated)?);
+    report.sections.push(traces_section(trials)?);
     Ok(report)
 }
 
@@ -112,7 +114,42 @@ pub(super) fn response_section(estimated: &Estimated, model: Option<&FrequencyRe
         outputs: result.outputs.clone(),
         curves,
     };
-    Ok(Section::new("Frequency response", "Gain and phase with 95 % intervals.").figure(figures::bode("bode", &data)?))
+    let lead = match model {
+        Some(_) => {
+            "Gain and phase with 95 % intervals. The model is drawn as it is; the estimate is seen through its spectral window, which rounds sharp bends, and the fit allows for that."
+        }
+        None => "Gain and phase with 95 % intervals.",
+    };
+    Ok(Section::new("Frequency response", lead).figure(figures::bode("bode", &data)?).figure(figures::nyquist("nyquist", &data)?))
+}
+
+/// Where the power of each channel lies; methods without densities have no such picture.
+pub(super) fn power_section(trials: &Trials, estimated: &Estimated) -> Result<Option<Section>, StudyError> {
+    let (Some(cross), Some(first)) = (&estimated.estimates.spectra, trials.trials.first()) else { return Ok(None) };
+    let hz = cross.frequency_hz();
+    let spectra: Vec<Spectrum> = first
+        .recording
+        .channels()
+        .iter()
+        .enumerate()
+        .map(|(k, channel)| Spectrum {
+            label: channel.name.clone(),
+            unit: density_unit(channel.unit.symbol()),
+            density: (0..hz.len()).map(|f| if hz[f] > 0.0 { cross.power(f, k) } else { f64::NAN }).collect(),
+        })
+        .collect();
+    let band_hz = estimated.result.method.band_hz.map(|[low, high]| (low, high));
+    let figure = figures::spectra("power", "Power of the channels", hz, &spectra, band_hz)?;
+    Ok(Some(Section::new("Power", "Where the perturbation put its energy, and where the motion answered.").figure(figure)))
+}
+
+/// `N²/Hz`, `(N m)²/Hz`.
+fn density_unit(symbol: &str) -> String {
+    match symbol {
+        "" => "1/Hz".to_owned(),
+        plain if plain.chars().all(char::is_alphanumeric) => format!("{plain}²/Hz"),
+        product => format!("({product})²/Hz"),
+    }
 }
 
 /// Coherences of the estimate that is shown.

@@ -1,15 +1,17 @@
 //! The report of a fit: the model over the response, its parameters, the stiffness ellipse.
 
 use super::convert::nan;
-use super::estimate::{coherence_section, frame, response_section, traces_section};
+use super::estimate::{coherence_section, frame, power_section, response_section, traces_section};
 use crate::error::StudyError;
 use crate::pipeline::{ComparedParameter, Estimated, Fitted, compare, model_response};
 use crate::result::FitResult;
 use crate::trials::Trials;
+use ndarray::Array2;
 use ndof_report::figures::{self, Ellipse};
 use ndof_report::number::significant;
 use ndof_report::plot::{Color, Dash};
 use ndof_report::{Align, Parameter, Report, Section, Table, parameter_table};
+use statrs::distribution::{ContinuousCDF, Normal};
 
 /// The page of `ndof fit`.
 ///
@@ -18,15 +20,49 @@ use ndof_report::{Align, Parameter, Report, Section, Table, parameter_table};
 pub fn fit_report(trials: &Trials, estimated: &Estimated, fitted: &Fitted, title: &str, command: &str) -> Result<Report, StudyError> {
     let mut report = frame(trials, estimated, title, command);
     report.warnings = super::convert::warnings(&fitted.result.warnings);
-    let [low, high] = fitted.result.band_hz;
-    report.lead = format!("Inertia, damping and stiffness fitted to the {} estimate from {low:.2} to {high:.2} Hz.", fitted.result.estimate);
+    report.lead = lead(&fitted.result);
     let model = model_response(&fitted.matrices, estimated.best());
     report.sections = vec![parameters_section(&compare(fitted, None), "Parameters"), response_section(estimated, Some(&model))?];
     report.sections.push(agreement_section(&fitted.result));
     report.sections.extend(ellipse_section(fitted, None)?);
     report.sections.push(coherence_section(&estimated.result)?);
+    report.sections.extend(power_section(trials, estimated)?);
     report.sections.push(traces_section(trials)?);
     Ok(report)
+}
+
+/// The stiffness as a force that one can imagine, and whether the model is enough.
+pub(super) fn lead(result: &FitResult) -> String {
+    const CENTIMETRE: f64 = 0.01;
+    const TEN_DEGREES: f64 = std::f64::consts::PI / 18.0;
+    let mut felt = Vec::new();
+    for p in result.parameters.iter().filter(|p| p.identifiable) {
+        let own = p.name == "K" || p.name.strip_prefix("K_").and_then(|axes| axes.split_once('_')).is_some_and(|(row, column)| row == column);
+        let (factor, unit) = match p.unit.as_str() {
+            "N/m" => (CENTIMETRE, "N"),
+            "N m/rad" => (TEN_DEGREES, "N m"),
+            _ => continue,
+        };
+        if let (true, Some(value), Some([low, high])) = (own, p.value, p.ci95) {
+            let [value, low, high] = [value, low, high].map(|k| significant(factor * k, 3));
+            let axis = if p.site.axis.is_empty() { String::new() } else { format!(" along {}", p.site.axis) };
+            felt.push((unit, format!("{value} {unit}{axis} ({low} to {high})")));
+        }
+    }
+    let model = match result.chi2_reduced {
+        Some(chi2) if chi2 <= 2.0 => "inertia, damping and stiffness leave nothing but noise",
+        Some(_) => "inertia, damping and stiffness do not explain all of it",
+        None => "inertia, damping and stiffness were fitted",
+    };
+    let [low, high] = result.band_hz;
+    match felt.first() {
+        None => format!("From {low:.2} to {high:.2} Hz {model} (reduced χ² {}).", significant(nan(result.chi2_reduced), 3)),
+        Some((unit, _)) => {
+            let by = if *unit == "N" { "1 cm" } else { "10°" };
+            let all: Vec<&str> = felt.iter().map(|(_, words)| words.as_str()).collect();
+            format!("Moved by {by} and held there, it pushes back with {}.", all.join(" and "))
+        }
+    }
 }
 
 /// Parameters with intervals, beside the truth where it is known.
@@ -57,7 +93,10 @@ pub(super) fn agreement_section(result: &FitResult) -> Section {
             }
         }
     }
-    let lead = format!("Reduced χ² {}; gain in dB and phase of the impedance, weighted with partial coherence.", significant(nan(result.chi2_reduced), 3));
+    let lead = format!(
+        "Reduced χ² {} (about 1: inertia, damping and stiffness leave nothing but noise); gain in dB and phase of the impedance, weighted with partial coherence.",
+        significant(nan(result.chi2_reduced), 3)
+    );
     Section::new("Agreement", lead).table(table)
 }
 
@@ -68,7 +107,8 @@ pub(super) fn ellipse_section(fitted: &Fitted, truth: Option<&[Vec<f64>]>) -> Re
     if k.dim() != (2, 2) || x.rotational || y.rotational {
         return Ok(None);
     }
-    let mut ellipses = vec![Ellipse::new("fitted", [[k[[0, 0]], k[[0, 1]]], [k[[1, 0]], k[[1, 1]]]], Color::Blue, Dash::Solid)];
+    let fitted_ellipse = Ellipse::new("fitted", [[k[[0, 0]], k[[0, 1]]], [k[[1, 0]], k[[1, 1]]]], Color::Blue, Dash::Solid);
+    let mut ellipses = vec![Ellipse { samples: draws(fitted), ..fitted_ellipse }];
     if let Some([first, second]) = truth
         && let ([a, b], [c, d]) = (first.as_slice(), second.as_slice())
     {
@@ -76,4 +116,66 @@ pub(super) fn ellipse_section(fitted: &Fitted, truth: Option<&[Vec<f64>]>) -> Re
     }
     let figure = figures::ellipse("stiffness-ellipse", "Stiffness ellipse", [&x.name, &y.name], "N/m", &ellipses)?;
     Ok(Some(Section::new("Stiffness ellipse", "The restoring force to a displacement of unit length in every direction.").figure(figure)))
+}
+
+/// Stiffness matrices that the data allow: Gaussian with the covariance of the fit, at points that fill the cube evenly, so that
+/// the same fit gives the same picture (Roberts' sequence, the generalised golden ratio).
+fn draws(fitted: &Fitted) -> Vec<[[f64; 2]; 2]> {
+    const DRAWS: usize = 200;
+    let [x, y] = fitted.matrices.axes.as_slice() else { return Vec::new() };
+    let names = [[(&x.name, &x.name), (&x.name, &y.name)], [(&y.name, &x.name), (&y.name, &y.name)]];
+    let index = |(row, column): (&String, &String)| {
+        let named = |a: &str, b: &str| fitted.fit.parameters.iter().position(|p| p.name == format!("K_{a}_{b}"));
+        named(row, column).or_else(|| named(column, row))
+    };
+    let [[Some(xx), Some(xy)], [Some(yx), Some(yy)]] = names.map(|row| row.map(index)) else { return Vec::new() };
+    let mut used = vec![xx, xy, yx, yy];
+    used.sort_unstable();
+    used.dedup();
+    let n = used.len();
+    let covariance = Array2::from_shape_fn((n, n), |(i, j)| fitted.fit.covariance[[used[i], used[j]]]);
+    let Some(root) = cholesky(&covariance) else { return Vec::new() };
+    let Ok(normal) = Normal::new(0.0, 1.0) else { return Vec::new() };
+    let golden = (0..64).fold(2.0_f64, |g, _| (1.0 + g).powf(1.0 / (n as f64 + 1.0)));
+    (1..=DRAWS)
+        .map(|k| {
+            let even: Vec<f64> = (1..=n).map(|d| normal.inverse_cdf((0.5 + k as f64 * golden.powi(-(d as i32))).fract().clamp(1e-9, 1.0 - 1e-9))).collect();
+            let value = |index: usize| {
+                let i = used.iter().position(|u| *u == index).unwrap_or(0);
+                fitted.fit.theta[index] + (0..=i).map(|j| root[[i, j]] * even[j]).sum::<f64>()
+            };
+            [[value(xx), value(xy)], [value(yx), value(yy)]]
+        })
+        .collect()
+}
+
+/// The lower triangular root of a covariance, if it has one.
+fn cholesky(matrix: &Array2<f64>) -> Option<Array2<f64>> {
+    let n = matrix.nrows();
+    let mut root = Array2::zeros((n, n));
+    for i in 0..n {
+        for j in 0..=i {
+            let rest: f64 = matrix[[i, j]] - (0..j).map(|k| root[[i, k]] * root[[j, k]]).sum::<f64>();
+            root[[i, j]] = if i == j { rest.sqrt() } else { rest / root[[j, j]] };
+            if !root[[i, j]].is_finite() || (i == j && rest <= 0.0) {
+                return None;
+            }
+        }
+    }
+    Some(root)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use ndarray::array;
+
+    #[test]
+    fn the_root_of_a_covariance_squares_to_it() {
+        let covariance = array![[4.0, 2.0, 0.4], [2.0, 5.0, 1.0], [0.4, 1.0, 3.0]];
+        let root = cholesky(&covariance).expect("positive definite");
+        assert!((root.dot(&root.t()) - &covariance).iter().all(|e: &f64| e.abs() < 1e-14));
+        assert_eq!(cholesky(&array![[1.0, 2.0], [2.0, 1.0]]), None);
+        assert_eq!(cholesky(&array![[f64::INFINITY]]), None);
+    }
 }

@@ -1,6 +1,6 @@
 //! The report of a whole study.
 
-use super::estimate::{coherence_section, frame, response_section, traces_section};
+use super::estimate::{coherence_section, frame, power_section, response_section, traces_section};
 use super::fit::{agreement_section, ellipse_section, parameters_section};
 use crate::error::StudyError;
 use crate::file::HiddenEffect;
@@ -36,6 +36,7 @@ pub fn study_report(outcome: &StudyOutcome, title: &str, command: &str) -> Resul
         report.sections.extend(riddle_section(&outcome.riddle));
     }
     report.sections.push(coherence_section(&estimated.result)?);
+    report.sections.extend(power_section(trials, estimated)?);
     report.sections.push(traces_section(trials)?);
     Ok(report)
 }

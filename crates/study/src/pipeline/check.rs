@@ -1,11 +1,14 @@
 //! Data quality before numbers.
 
+use super::pairs::pairs;
 use crate::result::check::{ChannelCheck, CheckResult, Finding, SCHEMA, TrialCheck};
 use crate::result::{VERSION, Warning, number};
 use crate::roles::{RoleNames, Roles};
 use crate::trials::Trial;
 use ndof_signal::{Channel, Recording, Welch};
 
+/// The code of what is wrong with the clock of a file.
+const TIMING: &str = "sample-timing";
 /// A run of at least so many equal samples at the end of a channel's range is a limit that was reached.
 const CLIPPED_RUN: usize = 4;
 /// Share of the samples in such runs above which a channel is clipped.
@@ -30,7 +33,10 @@ pub fn check(trials: &[Trial], names: &RoleNames, command: &str) -> CheckResult 
             findings.push(finding("roles", "fault", k, None, error.to_string(), "name channels with --input, --output and --reference"));
         }
         let roles = roles.ok();
-        for warning in trial.warnings.iter().chain(roles.iter().flat_map(|roles| &roles.warnings)) {
+        for note in trial.warnings.iter().filter(|note| note.code == TIMING) {
+            findings.push(finding(TIMING, "fault", k, None, note.message.clone(), &note.action));
+        }
+        for warning in trial.warnings.iter().filter(|note| note.code != TIMING).chain(roles.iter().flat_map(|roles| &roles.warnings)) {
             if !warnings.contains(warning) {
                 warnings.push(Warning::clone(warning));
             }
@@ -43,7 +49,15 @@ pub fn check(trials: &[Trial], names: &RoleNames, command: &str) -> CheckResult 
             findings.extend(channel_findings(channel, role, k));
         }
         findings.extend(roles.iter().flat_map(|roles| together(&trial.recording, roles, k)));
-        checked.push(TrialCheck { sample_rate_hz: trial.recording.sample_rate_hz(), duration_s: trial.recording.duration_s(), channels: looks });
+        let (lags, of_pairs) = roles.as_ref().map(|roles| pairs(&trial.recording, roles, k)).unwrap_or_default();
+        findings.extend(of_pairs);
+        checked.push(TrialCheck {
+            file: trial.file.clone(),
+            lags,
+            sample_rate_hz: trial.recording.sample_rate_hz(),
+            duration_s: trial.recording.duration_s(),
+            channels: looks,
+        });
     }
     let faulty = findings.iter().any(|finding| finding.severity == "fault");
     let verdict = if faulty {
@@ -71,7 +85,7 @@ pub(crate) fn quality(recordings: &[&Recording], roles: &Roles) -> Vec<Warning> 
     let mut warnings = Vec::new();
     for (trial, recording) in recordings.iter().enumerate() {
         let of_channels = recording.channels().iter().enumerate().flat_map(|(index, channel)| channel_findings(channel, role(Some(roles), index), trial));
-        for found in of_channels.chain(together(recording, roles, trial)) {
+        for found in of_channels.chain(together(recording, roles, trial)).chain(pairs(recording, roles, trial).1) {
             let key = (found.code.clone(), found.channel.clone());
             if !seen.contains(&key) {
                 let message = format!("trial {}{}: {}", trial + 1, found.channel.map(|channel| format!(", {channel}")).unwrap_or_default(), found.message);
@@ -93,7 +107,7 @@ fn role(roles: Option<&Roles>, index: usize) -> &'static str {
     }
 }
 
-fn finding(code: &str, severity: &str, trial: usize, channel: Option<&str>, message: String, action: &str) -> Finding {
+pub(super) fn finding(code: &str, severity: &str, trial: usize, channel: Option<&str>, message: String, action: &str) -> Finding {
     Finding { code: code.to_owned(), severity: severity.to_owned(), trial: trial + 1, channel: channel.map(str::to_owned), message, action: action.to_owned() }
 }
 
@@ -121,12 +135,12 @@ fn look(channel: &Channel, role: &str, sample_rate_hz: f64) -> ChannelCheck {
         std: number(std),
         range: sorted.first().zip(sorted.last()).map(|(low, high)| [*low, *high]),
         step: number(step),
-        band_hz: band(&samples, sample_rate_hz),
+        band_hz: power_band(&samples, sample_rate_hz),
     }
 }
 
 /// The band that holds 98 % of a channel's power, one hundredth beyond each end.
-fn band(samples: &[f64], sample_rate_hz: f64) -> Option<[f64; 2]> {
+pub(super) fn power_band(samples: &[f64], sample_rate_hz: f64) -> Option<[f64; 2]> {
     let nperseg = (samples.len() / 8).checked_ilog2().filter(|bits| *bits >= 4).map(|bits| 1_usize << bits)?;
     let spectra = Welch::new(nperseg).spectra(sample_rate_hz, &[samples]).ok()?;
     let total: f64 = (1..spectra.frequency_hz().len()).map(|f| spectra.power(f, 0)).sum();

@@ -1,6 +1,7 @@
 //! Fits beside each other, with the significance of what differs.
 
 use super::confidence::finite;
+use super::reliability::reliability;
 use crate::error::StudyError;
 use crate::result::compare::{CompareResult, Difference, ParameterComparison, SCHEMA};
 use crate::result::fit::{FitResult, Parameter};
@@ -33,13 +34,21 @@ pub fn compare_fits(fits: &[FitResult], command: &str) -> Result<CompareResult, 
     if rest.is_empty() || parameters.is_empty() {
         return Err(StudyError::NothingToCompare);
     }
-    holm(&mut parameters);
+    holm(parameters.iter_mut().flat_map(|p| &mut p.differences).filter_map(|d| d.p_value.as_mut()).collect());
     let warnings = if lone.is_empty() {
         Vec::new()
     } else {
         vec![Warning::new("not-in-all", format!("not in every fit: {}", lone.join(", ")), "fit all recordings with the same model, channels and kinematics")]
     };
-    Ok(CompareResult { schema: SCHEMA.to_owned(), ndof_version: VERSION.to_owned(), command: command.to_owned(), warnings, fits: fits.len(), parameters })
+    Ok(CompareResult {
+        schema: SCHEMA.to_owned(),
+        ndof_version: VERSION.to_owned(),
+        command: command.to_owned(),
+        warnings,
+        fits: fits.len(),
+        parameters,
+        reliability: Vec::new(),
+    })
 }
 
 fn compared(own: &Parameter, later: &[&Parameter]) -> ParameterComparison {
@@ -70,9 +79,27 @@ fn compared(own: &Parameter, later: &[&Parameter]) -> ParameterComparison {
     }
 }
 
-/// Holm's adjustment over all differences.
-fn holm(parameters: &mut [ParameterComparison]) {
-    let mut all: Vec<&mut f64> = parameters.iter_mut().flat_map(|p| &mut p.differences).filter_map(|d| d.p_value.as_mut()).collect();
+/// Compares `sessions` fits of each subject, given subject by subject: agreement of the sessions, and what changed.
+///
+/// # Errors
+/// [`StudyError::Sessions`] unless the fits are whole subjects, at least two with at least two sessions each;
+/// [`StudyError::NothingToCompare`] if they have no parameter in common.
+pub fn compare_sessions(fits: &[FitResult], sessions: usize, command: &str) -> Result<CompareResult, StudyError> {
+    if sessions < 2 || !fits.len().is_multiple_of(sessions) || fits.len() < 2 * sessions {
+        return Err(StudyError::Sessions { fits: fits.len(), sessions });
+    }
+    let mut result = compare_fits(fits, command)?;
+    for p in &result.parameters {
+        // A subject with a session that lacks the value is left out as a whole.
+        let values: Vec<Vec<f64>> = p.values.chunks(sessions).filter_map(|subject| subject.iter().copied().collect()).collect();
+        result.reliability.extend(reliability(&p.name, &p.unit, &values));
+    }
+    holm(result.reliability.iter_mut().flat_map(|r| &mut r.changes).filter_map(|change| change.p_value.as_mut()).collect());
+    Ok(result)
+}
+
+/// Holm's adjustment.
+fn holm(mut all: Vec<&mut f64>) {
     all.sort_by(|a, b| a.total_cmp(b));
     let count = all.len();
     let mut largest = 0.0_f64;

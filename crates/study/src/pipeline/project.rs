@@ -8,8 +8,8 @@ use ndarray::Array2;
 use ndof_devices::{anatomical_axes, hand_gravity_stiffness};
 use ndof_models::{Arm, Fit, InertiaDampingStiffness, InertiaDampingStiffnessModel, Kinematics, KinematicsSd, Projected, Projection};
 
-/// The name that errors give to the kinematics.
-const WHERE: &str = "kinematics";
+/// The name that errors give to kinematics without a file of their own.
+const WHERE: &str = "[kinematics]";
 
 /// The matrices of `fit` at the joints, as values and as results hold them; `mean_effort` is what the file may call
 /// `"measured"`.
@@ -17,7 +17,7 @@ const WHERE: &str = "kinematics";
 /// # Errors
 /// [`StudyError`] if the file makes no sense, or its mechanism does not fit the axes.
 pub fn project(file: &KinematicsFile, model: &InertiaDampingStiffnessModel, fit: &Fit, mean_effort: &[f64]) -> Result<(Projected, schema::Joint), StudyError> {
-    file.check(WHERE)?;
+    file.check(if file.origin.is_empty() { WHERE } else { &file.origin })?;
     let (projection, posture_rad, weight) = if file.kind == "wrist" { wrist(file)? } else { (projection(mean_effort, file)?, None, None) };
     let projected = match &weight {
         Some(weight) => projection.fit_to_joints(model, &weight.taken_off(model, fit))?,
@@ -27,7 +27,7 @@ pub fn project(file: &KinematicsFile, model: &InertiaDampingStiffnessModel, fit:
     let usual = || if weight.is_some() { WRIST.map(str::to_owned).to_vec() } else { own.clone() };
     let joints = file.joints.clone().unwrap_or_else(usual);
     if joints.len() != own.len() {
-        return Err(wrong(format!("{} names of joints for {} joints; give one each", joints.len(), own.len())));
+        return Err(wrong(file)(format!("{} names of joints for {} joints; give one each", joints.len(), own.len())));
     }
     let geometric = match &weight {
         Some(weight) => -projection.kinematics.jacobian().t().dot(&weight.stiffness).dot(&projection.kinematics.jacobian()),
@@ -90,7 +90,7 @@ type Placed = (Projection, Option<Vec<f64>>, Option<Weight>);
 fn wrist(file: &KinematicsFile) -> Result<Placed, StudyError> {
     let device: [f64; 3] = match file.posture_rad.as_deref() {
         None => [0.0; 3],
-        Some(list) => list.try_into().map_err(|_| wrong(format!("posture_rad has {} numbers; a wrist has 3", list.len())))?,
+        Some(list) => list.try_into().map_err(|_| wrong(file)(format!("posture_rad has {} numbers; a wrist has 3", list.len())))?,
     };
     let gravity = file.gravity_m_per_s2.unwrap_or([0.0, 0.0, -9.81]);
     let (angles, jacobian) = anatomical_axes(device, file.misalignment_rpy_rad)?;
@@ -107,12 +107,15 @@ fn plain(matrix: &Array2<f64>) -> Vec<Vec<f64>> {
     matrix.rows().into_iter().map(|row| row.to_vec()).collect()
 }
 
-fn wrong(what: String) -> StudyError {
-    StudyError::Meaning { file: WHERE.to_owned(), what }
+/// What is wrong with the kinematics, in the name of their file.
+fn wrong(file: &KinematicsFile) -> impl Fn(String) -> StudyError {
+    let name = if file.origin.is_empty() { WHERE } else { &file.origin };
+    move |what| StudyError::Meaning { file: name.to_owned(), what }
 }
 
 /// What the file says, with the mean force measured where it asks for that.
 fn projection(mean_effort: &[f64], file: &KinematicsFile) -> Result<Projection, StudyError> {
+    let wrong = wrong(file);
     let kinematics = kinematics(file)?;
     let mean_force_n = match &file.mean_force_n {
         Some(MeanForce::Known(force)) => force.clone(),
@@ -125,6 +128,8 @@ fn projection(mean_effort: &[f64], file: &KinematicsFile) -> Result<Projection, 
 }
 
 fn kinematics(file: &KinematicsFile) -> Result<Kinematics, StudyError> {
+    let wrong = wrong(file);
+    let possible = |kinematics: Result<Kinematics, ndof_models::KinematicsError>| kinematics.map_err(|error| wrong(error.to_string()));
     let two = |what: &str, list: &Option<Vec<f64>>| -> Result<[f64; 2], StudyError> {
         match list.as_deref() {
             Some(&[a, b]) => Ok([a, b]),
@@ -140,11 +145,11 @@ fn kinematics(file: &KinematicsFile) -> Result<Kinematics, StudyError> {
                 Some(other) => return Err(wrong(format!("arm = \"{other}\"; write \"right\" or \"left\""))),
             };
             let lengths = two("link_lengths_m", &file.link_lengths_m)?;
-            Ok(match (&file.posture_rad, &file.shoulder_m) {
-                (Some(_), _) => Kinematics::planar_two_link(arm, lengths, two("posture_rad", &file.posture_rad)?)?,
-                (None, Some(_)) => Kinematics::planar_two_link_at(arm, lengths, two("shoulder_m", &file.shoulder_m)?, two("hand_m", &file.hand_m)?)?,
-                (None, None) => return Err(wrong("the posture is missing; give posture_rad = [...], or shoulder_m = [...] with hand_m = [...]".to_owned())),
-            })
+            match (&file.posture_rad, &file.shoulder_m) {
+                (Some(_), _) => possible(Kinematics::planar_two_link(arm, lengths, two("posture_rad", &file.posture_rad)?)),
+                (None, Some(_)) => possible(Kinematics::planar_two_link_at(arm, lengths, two("shoulder_m", &file.shoulder_m)?, two("hand_m", &file.hand_m)?)),
+                (None, None) => Err(wrong("the posture is missing; give posture_rad = [...], or shoulder_m = [...] with hand_m = [...]".to_owned())),
+            }
         }
         "jacobian" => {
             let matrix = file.matrix.as_ref().ok_or_else(|| wrong("matrix is missing; give the Jacobian, one row an endpoint axis".to_owned()))?;

@@ -56,12 +56,29 @@ pub struct ChannelAssumptions {
 /// What one file holds.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct TrialCheck {
+    /// The file, as it was named.
+    pub file: String,
     /// Samples a second.
     pub sample_rate_hz: f64,
     /// Length.
     pub duration_s: f64,
     /// Its channels.
     pub channels: Vec<ChannelCheck>,
+    /// How late channels come that should come together: an input after its reference, a velocity after its position.
+    pub lags: Vec<Lag>,
+}
+
+/// By how much one channel comes after another.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct Lag {
+    /// The earlier channel, differentiated as often as it takes.
+    pub from: String,
+    /// The other.
+    pub to: String,
+    /// The lag, from the slope of the phase; positive where `to` is late.
+    pub lag_s: Number,
+    /// Mean coherence of the frequencies that were used.
+    pub coherence: f64,
 }
 
 /// What one channel holds.

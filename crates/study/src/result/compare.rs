@@ -22,6 +22,48 @@ pub struct CompareResult {
     pub fits: usize,
     /// Parameters that all of them have.
     pub parameters: Vec<ParameterComparison>,
+    /// The same over the sessions of several subjects, where the fits are such; empty otherwise.
+    pub reliability: Vec<Reliability>,
+}
+
+/// One parameter over repeated sessions of several subjects.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct Reliability {
+    /// Its name.
+    pub name: String,
+    /// SI unit.
+    pub unit: String,
+    /// Subjects whose every session has it.
+    pub subjects: usize,
+    /// Sessions of each.
+    pub sessions: usize,
+    /// Mean over all.
+    pub mean: Number,
+    /// Intraclass correlation ICC(2,1): two-way random effects, absolute agreement, one session.
+    pub icc: Number,
+    /// Its 95 % interval.
+    pub icc_ci95: Option<[f64; 2]>,
+    /// Standard error of measurement: between sessions of one subject.
+    pub standard_error_of_measurement: Number,
+    /// Smallest change of one subject that is more than the scatter between sessions, 1.96 √2 SEM.
+    pub minimal_detectable_change: Number,
+    /// From the first session to each later one, over all subjects.
+    pub changes: Vec<Change>,
+}
+
+/// What changed from the first session to another, over all subjects.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct Change {
+    /// Number of the later session.
+    pub session: usize,
+    /// Mean of the subjects' differences.
+    pub mean: Number,
+    /// Its standard error.
+    pub std_error: Number,
+    /// 95 % interval (Student's t).
+    pub ci95: Option<[f64; 2]>,
+    /// That chance alone makes such a change (paired t-test), adjusted (Holm) for all parameters and sessions.
+    pub p_value: Number,
 }
 
 /// One parameter in every fit.

@@ -9,6 +9,7 @@ pub mod design;
 pub mod diagnosis;
 pub mod estimate;
 pub mod fit;
+pub mod live;
 pub mod sensitivity;
 pub mod study;
 
@@ -21,6 +22,7 @@ pub use design::DesignResult;
 pub use diagnosis::DiagnosisResult;
 pub use estimate::EstimateResult;
 pub use fit::FitResult;
+pub use live::LiveResult;
 pub use sensitivity::SensitivityResult;
 pub use study::StudyResult;
 
@@ -66,7 +68,7 @@ impl From<ndof_io::Note> for Warning {
 }
 
 /// The JSON Schemas by the short names that `ndof schema` takes.
-pub const SCHEMAS: &[&str] = &["estimate", "fit", "diagnosis", "check", "compare", "study-result", "design", "sensitivity"];
+pub const SCHEMAS: &[&str] = &["estimate", "fit", "diagnosis", "check", "compare", "live", "study-result", "design", "sensitivity"];
 
 /// The JSON Schema of the result called `name`, or nothing if there is none of that name.
 pub fn schema_of(name: &str) -> Option<serde_json::Value> {
@@ -78,6 +80,7 @@ pub fn schema_of(name: &str) -> Option<serde_json::Value> {
         "study-result" => schemars::schema_for!(StudyResult),
         "design" => schemars::schema_for!(DesignResult),
         "sensitivity" => schemars::schema_for!(SensitivityResult),
+        "live" => schemars::schema_for!(LiveResult),
         "check" => schemars::schema_for!(CheckResult),
         _ => return None,
     };

@@ -1,0 +1,224 @@
+//! `ndof live`.
+
+use super::estimate::spread;
+use crate::error::CliError;
+use crate::interrupt;
+use crate::options::{Analysis, Channels, Shared, positive};
+use crate::output::{self, columns, short};
+use crate::source::{Arrival, Source};
+use clap::Args;
+use ndof_io::{CsvStream, Piece};
+use ndof_study::result::{LiveResult, Warning};
+use ndof_study::{Live, LiveSettings};
+use std::io::{IsTerminal, Write};
+use std::path::PathBuf;
+use std::process::ExitCode;
+use std::time::Duration;
+
+/// Watch a trial while it is measured: coherence, impedance and its interval, and whether it is enough.
+///
+/// Reads CSV from standard input, or a file that grows. Enough has been measured when the 95 % interval of the response's
+/// magnitude is within ± --within of it, at --share of the frequencies of each diagonal entry in --band. Ctrl-C ends the
+/// watch with what is known so far (exit code 130). --json - writes one line of JSON at each look, for other programs.
+#[derive(Debug, Args)]
+#[command(after_help = "Example:\n  ndof live trial-1.csv --band 0.5-8 --within 0.1 --until-enough --wait 2")]
+pub struct Arguments {
+    /// A CSV file that grows; `-` is standard input
+    #[arg(default_value = "-", value_name = "FILE")]
+    file: PathBuf,
+    /// Wanted half width of the 95 % interval, as a share of the magnitude
+    #[arg(long, value_name = "SHARE", default_value_t = 0.1, value_parser = positive)]
+    within: f64,
+    /// Share of the frequencies that must have it
+    #[arg(long, value_name = "SHARE", default_value_t = 0.9, value_parser = positive)]
+    share: f64,
+    /// Cross terms count too
+    #[arg(long)]
+    all_entries: bool,
+    /// End as soon as it is enough
+    #[arg(long)]
+    until_enough: bool,
+    /// Seconds of new data between two looks
+    #[arg(long, value_name = "S", default_value_t = 1.0, value_parser = positive)]
+    every: f64,
+    /// End when a file has not grown for so many seconds
+    #[arg(long, value_name = "S", default_value_t = 10.0, value_parser = positive)]
+    wait: f64,
+    #[command(flatten)]
+    channels: Channels,
+    #[command(flatten)]
+    analysis: Analysis,
+    #[command(flatten)]
+    shared: Shared,
+}
+
+/// How often Ctrl-C and the file are looked at.
+const TICK: Duration = Duration::from_millis(50);
+/// When nothing has come for so long, what came last is looked at without waiting for more.
+const PAUSE: Duration = Duration::from_millis(300);
+
+pub fn run(arguments: &Arguments) -> Result<ExitCode, CliError> {
+    let shared = &arguments.shared;
+    shared.apply_threads()?;
+    if arguments.share > 1.0 {
+        return Err(CliError::Usage(format!("--share {}: a share is at most 1; write 0.9 for 90 % of the frequencies", arguments.share)));
+    }
+    interrupt::handle();
+    let mut source = Source::open(&arguments.file)?;
+    let name = source.name();
+    let mut stream = CsvStream::new(&name, arguments.channels.reading());
+    let settings = LiveSettings {
+        estimate: arguments.analysis.settings(shared),
+        half_width: arguments.within,
+        share: arguments.share,
+        all_entries: arguments.all_entries,
+    };
+    let mut live = Live::new(&name, arguments.channels.roles(), settings);
+    let mut screen = Screen::new(shared);
+    let mut last: Option<LiveResult> = None;
+    let mut looked_s = 0.0;
+    let mut quiet_for = Duration::ZERO;
+    loop {
+        let arrival = source.next(TICK)?;
+        let pieces = match &arrival {
+            Arrival::Bytes(bytes) => {
+                quiet_for = Duration::ZERO;
+                stream.push(bytes)?
+            }
+            Arrival::Nothing => {
+                quiet_for += TICK;
+                Vec::new()
+            }
+            Arrival::End => stream.finish()?,
+        };
+        take(&mut live, arguments, pieces, &name)?;
+        let idle = source.grows() && quiet_for.as_secs_f64() >= arguments.wait;
+        let over = matches!(arrival, Arrival::End) || idle || interrupt::requested();
+        if over && !matches!(arrival, Arrival::End) && live.duration_s() > 0.0 {
+            take(&mut live, arguments, stream.finish()?, &name)?;
+        }
+        let paused = quiet_for >= PAUSE && live.duration_s() > looked_s;
+        let due = live.duration_s() >= looked_s + arguments.every || paused;
+        if over || due {
+            looked_s = live.duration_s();
+            if let Some(state) = live.state("live")? {
+                screen.show(&state)?;
+                last = Some(state);
+            } else {
+                screen.waiting(live.duration_s())?;
+            }
+        }
+        if over || (arguments.until_enough && last.as_ref().is_some_and(|state| state.enough)) {
+            break;
+        }
+    }
+    let interrupted = interrupt::requested();
+    match &last {
+        Some(state) => {
+            if !shared.json_on_stdout() {
+                output::json(shared, state)?;
+            }
+            output::warnings(shared, &state.warnings);
+            screen.close(state)?;
+        }
+        None if interrupted => {}
+        None => {
+            return Err(CliError::Usage(format!(
+                "{name}: {:.3} s are too short for an estimate; measure longer, or shorten the segments with --nperseg",
+                live.duration_s()
+            )));
+        }
+    }
+    Ok(if interrupted { ExitCode::from(interrupt::EXIT_CODE) } else { ExitCode::SUCCESS })
+}
+
+fn take(live: &mut Live, arguments: &Arguments, pieces: Vec<Piece>, name: &str) -> Result<(), CliError> {
+    for mut piece in pieces {
+        arguments.channels.apply(&mut piece.recording, name)?;
+        live.push(&piece.recording, piece.follows, piece.notes.into_iter().map(Warning::from))?;
+    }
+    Ok(())
+}
+
+/// Where the looks go: drawn over each other on a terminal, one line each elsewhere, one line of JSON each with `--json -`.
+struct Screen<'a> {
+    shared: &'a Shared,
+    terminal: bool,
+    drawn: usize,
+}
+
+impl<'a> Screen<'a> {
+    fn new(shared: &'a Shared) -> Self {
+        Screen { shared, terminal: std::io::stdout().is_terminal() && !shared.quiet, drawn: 0 }
+    }
+
+    fn show(&mut self, state: &LiveResult) -> Result<(), CliError> {
+        if self.shared.json_on_stdout() {
+            return output::json(self.shared, state);
+        }
+        if self.terminal {
+            return self.draw(&format!("{}\n{}", line(state), table(state)));
+        }
+        output::table(self.shared, &format!("{}\n", line(state)))
+    }
+
+    fn waiting(&mut self, duration_s: f64) -> Result<(), CliError> {
+        if self.terminal { self.draw(&format!("{duration_s:.1} s; too short for a look yet\n")) } else { Ok(()) }
+    }
+
+    /// The last look in full.
+    fn close(&mut self, state: &LiveResult) -> Result<(), CliError> {
+        if self.terminal { Ok(()) } else { output::table(self.shared, &format!("\n{}", table(state))) }
+    }
+
+    fn draw(&mut self, text: &str) -> Result<(), CliError> {
+        let mut stdout = std::io::stdout().lock();
+        if self.drawn > 0 {
+            // Up to the first line that was drawn, and everything below it away.
+            write!(stdout, "\x1b[{}A\x1b[J", self.drawn)?;
+        }
+        stdout.write_all(text.as_bytes())?;
+        stdout.flush()?;
+        self.drawn = text.lines().count();
+        Ok(())
+    }
+}
+
+fn line(state: &LiveResult) -> String {
+    let wanted = 100.0 * state.wanted_half_width;
+    let verdict = match state.needed_s {
+        _ if state.enough => "enough".to_owned(),
+        Some(needed_s) => format!("about {:.0} s more", (needed_s - state.duration_s).max(1.0)),
+        None => "not enough".to_owned(),
+    };
+    format!("{:.1} s, {:.1} averages: {:.0} % within ±{wanted:.0} %; {verdict}", state.duration_s, state.effective_averages, 100.0 * state.share)
+}
+
+fn table(state: &LiveResult) -> String {
+    const ROWS: usize = 6;
+    let mut text = String::new();
+    for (i, output) in state.outputs.iter().enumerate() {
+        for (j, input) in state.inputs.iter().enumerate() {
+            let usable: Vec<usize> = (0..state.frequency_hz.len()).filter(|&f| state.frequency_hz[f] > 0.0 && state.gain[i][j][f].is_some()).collect();
+            let mut rows = vec![["Hz", state.response.as_str(), "95 % interval", "±", "coherence"].map(str::to_owned).to_vec()];
+            for f in spread(&usable, &state.frequency_hz, ROWS) {
+                let interval = state.gain_ci95[i][j][f];
+                let half = interval.zip(state.gain[i][j][f]).map(|([_, high], gain)| 100.0 * (high - gain) / gain);
+                rows.push(vec![
+                    short(Some(state.frequency_hz[f])),
+                    short(state.gain[i][j][f]),
+                    interval.map_or_else(|| "–".to_owned(), |[low, high]| format!("{} … {}", short(Some(low)), short(Some(high)))),
+                    half.map_or_else(|| "–".to_owned(), |half| format!("{half:.0} %")),
+                    state.partial_coherence[i][j][f].map_or_else(|| "–".to_owned(), |value| format!("{value:.3}")),
+                ]);
+            }
+            text += &format!("{output} ← {input}\n{}\n", columns(&rows));
+        }
+    }
+    let mut rows = Vec::new();
+    for p in &state.parameters {
+        let interval = p.ci95.map_or_else(|| "–".to_owned(), |[low, high]| format!("{} … {}", short(Some(low)), short(Some(high))));
+        rows.push(vec![p.name.clone(), p.unit.clone(), short(p.value), interval]);
+    }
+    text + &columns(&rows)
+}

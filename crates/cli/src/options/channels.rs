@@ -1,0 +1,75 @@
+//! What the channels of a recording are.
+
+use crate::error::CliError;
+use clap::Args;
+use ndof_io::ReadOptions;
+use ndof_signal::Recording;
+use ndof_study::file::{self, ChannelsFile};
+use ndof_study::{RoleNames, StudyError, nearest};
+use std::path::Path;
+
+/// What the channels of a recording are.
+#[derive(Clone, Debug, Args)]
+pub struct Channels {
+    /// Sample rate of files that say nothing about time
+    #[arg(long, value_name = "HZ", value_parser = super::positive, help_heading = "Recordings")]
+    pub sample_rate: Option<f64>,
+    /// What the columns are: NEW=OLD pairs, such as force_x=Fx,pos_x="x [mm]", or a file with [channels] and [transform]
+    #[arg(long, value_name = "NEW=OLD,…|FILE.toml", value_parser = channels_file, help_heading = "Recordings")]
+    pub channels: Option<ChannelsFile>,
+    /// Commanded perturbations [default: channels cmd_…]
+    #[arg(long, value_name = "CHANNELS", value_delimiter = ',', help_heading = "Recordings")]
+    pub reference: Option<Vec<String>>,
+    /// Inputs [default: channels force_… and torque_…]
+    #[arg(long, value_name = "CHANNELS", value_delimiter = ',', help_heading = "Recordings")]
+    pub input: Option<Vec<String>>,
+    /// Outputs [default: channels pos_… and angle_…, else vel_…, else acc_…]
+    #[arg(long, value_name = "CHANNELS", value_delimiter = ',', help_heading = "Recordings")]
+    pub output: Option<Vec<String>>,
+    /// Turn the sign of these channels, such as a transducer that reads the reaction
+    #[arg(long, value_name = "CHANNELS", value_delimiter = ',', help_heading = "Recordings")]
+    pub negate: Vec<String>,
+}
+
+/// Pairs, or the file of that name.
+fn channels_file(text: &str) -> Result<ChannelsFile, String> {
+    let read = || {
+        if text.contains('=') && !Path::new(text).exists() {
+            return ChannelsFile::from_pairs(text);
+        }
+        let file: ChannelsFile = file::read(Path::new(text))?;
+        file.check(text)?;
+        Ok(file)
+    };
+    read().map_err(|error: StudyError| error.to_string())
+}
+
+/// The error for a channel that `file` does not have.
+pub fn no_channel(file: &str, name: &str, available: Vec<String>) -> StudyError {
+    StudyError::NoChannel { file: file.to_owned(), name: name.to_owned(), suggestion: nearest(name, available.iter().map(String::as_str)), available }
+}
+
+impl Channels {
+    /// How a file with these channels is read.
+    pub fn reading(&self) -> ReadOptions {
+        let units = self.channels.as_ref().map(ChannelsFile::units).unwrap_or_default();
+        ReadOptions { sample_rate_hz: self.sample_rate, allow_nan: true, units, ..ReadOptions::default() }
+    }
+
+    /// Turns what was recorded into what the analysis needs; `file` names it in errors.
+    pub fn apply(&self, recording: &mut Recording, file: &str) -> Result<(), CliError> {
+        if let Some(channels) = &self.channels {
+            *recording = channels.apply(recording, file)?;
+        }
+        for name in &self.negate {
+            let available = recording.names();
+            recording.map_channel(name, |sample| -sample).map_err(|_| no_channel(file, name, available))?;
+        }
+        Ok(())
+    }
+
+    /// The roles that are asked for.
+    pub fn roles(&self) -> RoleNames {
+        RoleNames { references: self.reference.clone(), inputs: self.input.clone(), outputs: self.output.clone() }
+    }
+}

@@ -1,0 +1,263 @@
+//! CSV that is still being written: samples as they come.
+
+use super::read::{read_piece, text};
+use crate::assemble::{SAMPLES_KEY, assemble, is_time};
+use crate::csv::header::metadata;
+use crate::error::{IoError, Place};
+use crate::note::Note;
+use crate::options::ReadOptions;
+use crate::table::Table;
+use ndof_signal::{Recording, RecordingError};
+
+/// Rows from which the rate is read where there is a time column: stamps in whole milliseconds then give it to a thousandth.
+const FIRST_ROWS: usize = 1000;
+/// Rows that are read again with the next ones, so that the step between two pieces is seen among others.
+const OVERLAP: usize = 64;
+/// Irregular steps among the first rows that are gaps; more of them are a clock that is no clock.
+const FEW_GAPS: usize = 3;
+/// A stretch whose stamps leave its rate by this share has another rate.
+const RATE_AGREEMENT: f64 = 1e-3;
+
+/// Samples that arrived together.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Piece {
+    /// The samples in SI units, on the clock of the file; a missing one is NaN.
+    pub recording: Recording,
+    /// Whether it goes on where the piece before ended, without a gap.
+    pub follows: bool,
+    /// What was done to read it.
+    pub notes: Vec<Note>,
+}
+
+/// Reads a CSV recording while it is being written.
+///
+/// ```
+/// use ndof_io::{CsvStream, ReadOptions};
+/// let mut stream = CsvStream::new("the robot", ReadOptions::default());
+/// assert!(stream.push(b"# sample_rate_hz: 500\nforce_x [N],pos_x [mm]\n1.5,2")?.is_empty(), "no whole row yet");
+/// let pieces = stream.push(b".0\n1.25,2.5\n3")?;
+/// assert_eq!(pieces[0].recording.channel("pos_x")?.samples, [0.002, 0.0025]);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+#[derive(Clone, Debug)]
+pub struct CsvStream {
+    file: String,
+    options: ReadOptions,
+    /// Bytes behind the last line end.
+    pending: Vec<u8>,
+    /// Comments and the line of names.
+    head: String,
+    head_lines: usize,
+    /// Nothing before the line of names is known.
+    named: bool,
+    timed: bool,
+    /// Lines behind the head that are kept: those of the overlap, then those that wait.
+    lines: Vec<String>,
+    /// Lines behind the head that came before them.
+    dropped: usize,
+    /// The number of the last line that was handed out.
+    last_line: usize,
+    /// Rate, once it is known.
+    rate_hz: Option<f64>,
+    /// Beginning of the stretch and its samples so far.
+    stretch: Option<(f64, usize)>,
+    /// Samples handed out.
+    seen: usize,
+}
+
+impl CsvStream {
+    /// A stream that `file` names in errors; missing samples are kept, and nothing is resampled.
+    pub fn new(file: &str, options: ReadOptions) -> Self {
+        CsvStream {
+            file: file.to_owned(),
+            options: ReadOptions { allow_nan: true, resample: None, ..options },
+            pending: Vec::new(),
+            head: String::new(),
+            head_lines: 0,
+            named: false,
+            timed: false,
+            lines: Vec::new(),
+            dropped: 0,
+            last_line: 0,
+            rate_hz: None,
+            stretch: None,
+            seen: 0,
+        }
+    }
+
+    /// Takes the next bytes and gives the samples of the lines that are whole.
+    ///
+    /// # Errors
+    /// [`IoError`] as for a whole file.
+    pub fn push(&mut self, bytes: &[u8]) -> Result<Vec<Piece>, IoError> {
+        self.pending.extend_from_slice(bytes);
+        let Some(end) = self.pending.iter().rposition(|&b| b == b'\n') else { return Ok(Vec::new()) };
+        let rest = self.pending.split_off(end + 1);
+        let whole = std::mem::replace(&mut self.pending, rest);
+        self.take_lines(text(&whole, &self.file)?);
+        if self.rate_hz.is_none() && self.lines.len() < FIRST_ROWS {
+            // One look tells whether there is a time column, which gives the rate only over many rows.
+            let rows = self.rows()?;
+            if self.timed || rows.is_none() {
+                return Ok(Vec::new());
+            }
+        }
+        self.pieces()
+    }
+
+    /// What is left at the end; a line without an end may be cut off and is left out.
+    ///
+    /// # Errors
+    /// [`IoError`] as for a whole file.
+    pub fn finish(&mut self) -> Result<Vec<Piece>, IoError> {
+        match (self.named, self.seen) {
+            (false, _) => Err(IoError::Empty { file: self.file.clone() }),
+            (true, 0) if self.lines.is_empty() => Err(IoError::HeaderOnly { file: self.file.clone(), line: self.head_lines }),
+            (true, _) => self.pieces(),
+        }
+    }
+
+    fn take_lines(&mut self, text: &str) {
+        for line in text.split_inclusive('\n') {
+            if self.named {
+                self.lines.push(line.to_owned());
+                continue;
+            }
+            let comment = line.trim_start().strip_prefix('#');
+            // Blank in place of what may be wrong while the file grows, so that lines keep their numbers.
+            let count = comment.and_then(metadata).is_some_and(|(key, _)| key == SAMPLES_KEY);
+            self.head += if count { "#\n" } else { line };
+            self.head_lines += 1;
+            if comment.is_none() && !line.trim().is_empty() && !line.starts_with("sep=") {
+                self.named = true;
+            }
+        }
+    }
+
+    /// Hands out what waits: more than one piece where there is a gap within.
+    fn pieces(&mut self) -> Result<Vec<Piece>, IoError> {
+        let mut pieces = Vec::new();
+        while let Some(rows) = self.rows()? {
+            let until = match self.piece(rows) {
+                Ok(piece) => {
+                    pieces.extend(piece);
+                    break;
+                }
+                Err(IoError::IrregularTime { place: Place::Line(line), count, .. }) if self.rate_hz.is_some() || count <= FEW_GAPS => line,
+                Err(error) => return Err(error),
+            };
+            let behind = self.lines.split_off((until - 1).saturating_sub(self.head_lines + self.dropped));
+            if let Some(rows) = self.rows()?
+                && let Ok(Some(piece)) = self.piece(rows)
+            {
+                pieces.push(piece);
+            }
+            self.dropped = until - 1 - self.head_lines;
+            self.last_line = until - 1;
+            self.lines = behind;
+            self.stretch = None;
+        }
+        Ok(pieces)
+    }
+
+    /// The lines that are kept as a table, if it has rows that were not handed out and enough to tell the time.
+    fn rows(&mut self) -> Result<Option<Table>, IoError> {
+        if self.lines.is_empty() {
+            return Ok(None);
+        }
+        let text = self.head.clone() + &self.lines.concat();
+        let table = match read_piece(&text, &self.file, (self.head_lines, self.dropped)) {
+            Err(IoError::HeaderOnly { .. }) => return Ok(None),
+            table => table?,
+        };
+        self.timed = table.columns.iter().any(|c| is_time(&c.name));
+        let new = table.lines.iter().any(|line| *line > self.last_line);
+        Ok((new && (table.lines.len() > 1 || !self.timed)).then_some(table))
+    }
+
+    fn piece(&mut self, table: Table) -> Result<Option<Piece>, IoError> {
+        let lines = table.lines.clone();
+        let first = lines.iter().position(|line| *line > self.last_line).unwrap_or(lines.len());
+        let read = assemble(&self.file, table, &self.options)?;
+        let rate_hz = *self.rate_hz.get_or_insert(read.recording.sample_rate_hz());
+        let wrap = |source: RecordingError| IoError::Recording { file: self.file.clone(), source };
+        let own = read.recording.slice(first..lines.len()).map_err(wrap)?;
+        let start_s = if self.timed { own.start_s() } else { read.recording.start_s() + self.seen as f64 / rate_hz };
+        let follows = self.stretch.is_some_and(|(begin_s, count)| {
+            let elapsed_s = count as f64 / rate_hz;
+            (start_s - begin_s - elapsed_s).abs() <= 0.5 / rate_hz + RATE_AGREEMENT * elapsed_s
+        });
+        self.stretch = match self.stretch.filter(|_| follows) {
+            Some((begin_s, count)) => Some((begin_s, count + own.len())),
+            None => Some((start_s, own.len())),
+        };
+        self.seen += own.len();
+        self.last_line = lines.last().copied().unwrap_or(self.last_line);
+        let surplus = self.lines.len().saturating_sub(OVERLAP);
+        self.dropped += surplus;
+        self.lines.drain(..surplus);
+        let recording = Recording::new(rate_hz, own.channels().to_vec()).map_err(wrap)?.starting_at(start_s).with_metadata(own.metadata().clone());
+        Ok(Some(Piece { recording, follows, notes: read.notes }))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::fmt::Write;
+
+    fn text(rows: std::ops::Range<usize>) -> String {
+        rows.fold(String::new(), |mut text, k| {
+            writeln!(text, "{:.3},{},{}", k as f64 * 0.002, k % 7, k).unwrap();
+            text
+        })
+    }
+
+    fn all(text: &str, size: usize) -> Result<Vec<Piece>, IoError> {
+        let mut stream = CsvStream::new("live", ReadOptions::default());
+        let mut pieces = Vec::new();
+        for bytes in text.as_bytes().chunks(size) {
+            pieces.extend(stream.push(bytes)?);
+        }
+        pieces.extend(stream.finish()?);
+        Ok(pieces)
+    }
+
+    #[test]
+    fn pieces_of_any_size_are_the_file() {
+        let file = format!("t [s],force_x [N],pos_x [mm]\n{}", text(0..3000));
+        let whole = crate::read_bytes(file.as_bytes(), "live.csv", &ReadOptions::default()).unwrap().recording;
+        for size in [1, 17, 4096, 1 << 20] {
+            let pieces = all(&file, size).unwrap();
+            let samples: Vec<f64> = pieces.iter().flat_map(|p| p.recording.channel("pos_x").unwrap().samples.clone()).collect();
+            assert_eq!(samples, whole.channel("pos_x").unwrap().samples, "{size}");
+            assert!(pieces.iter().skip(1).all(|p| p.follows) && !pieces[0].follows, "{size}");
+            assert!(pieces.iter().all(|p| p.recording.sample_rate_hz() == 500.0), "{size}");
+        }
+    }
+
+    #[test]
+    fn a_gap_begins_a_new_stretch_and_no_sample_is_lost() {
+        for (size, gap) in [(64, 2000), (1 << 20, 2000), (1 << 20, 1500), (999, 1001)] {
+            let file = format!("t [s],force_x [N],pos_x [m]\n{}{}", text(0..gap), text(gap + 5..3000));
+            let pieces = all(&file, size).unwrap();
+            let starts: Vec<f64> = pieces.iter().filter(|p| !p.follows).map(|p| p.recording.start_s()).collect();
+            assert_eq!(starts.len(), 2, "{size} {gap}: {starts:?}");
+            assert!((starts[1] - (gap + 5) as f64 * 0.002).abs() < 1e-9, "{size} {gap}: {starts:?}");
+            assert_eq!(pieces.iter().map(|p| p.recording.len()).sum::<usize>(), 2995, "{size} {gap}");
+        }
+    }
+
+    #[test]
+    fn a_clock_that_is_none_and_text_are_refused_with_their_line() {
+        let jittered = (0..2000).fold("t [s],force_x [N]\n".to_owned(), |mut text, k| {
+            writeln!(text, "{},1", k as f64 * 0.002 + if k % 2 == 0 { 0.0 } else { 0.0007 }).unwrap();
+            text
+        });
+        assert!(matches!(all(&jittered, 100), Err(IoError::IrregularTime { .. })));
+        let wrong = format!("t [s],force_x [N],pos_x [m]\n{}3,oops,1\n", text(0..2000));
+        assert!(all(&wrong, 100).unwrap_err().to_string().contains("line 2002"), "{}", all(&wrong, 100).unwrap_err());
+        assert!(matches!(all("t,a\n", 100), Err(IoError::HeaderOnly { .. })));
+        assert!(matches!(all("", 100), Err(IoError::Empty { .. })));
+    }
+}
