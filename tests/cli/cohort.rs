@@ -26,8 +26,9 @@ const OPTIONS: [&str; 8] = ["--nperseg", "512", "--band", "1-15", "--quiet", "--
 
 fn written(folder: &Path) -> BTreeMap<String, SystemTime> {
     let entries = std::fs::read_dir(folder).into_iter().flatten().map(|entry| entry.expect("an entry"));
+    // A file that is being written may be gone, under its own name, before it is looked at.
     entries
-        .map(|entry| (entry.file_name().to_string_lossy().into_owned(), entry.metadata().and_then(|m| m.modified()).expect("a time")))
+        .filter_map(|entry| Some((entry.file_name().to_string_lossy().into_owned(), entry.metadata().and_then(|m| m.modified()).ok()?)))
         .filter(|(name, _)| !name.starts_with(".ndof-"))
         .collect()
 }

@@ -117,7 +117,7 @@ fn a_group_of_hdf5_with_attributes_is_read() {
 #[cfg(not(feature = "hdf5"))]
 #[test]
 fn hdf5_and_matlab_7_3_that_are_not_built_in_name_their_feature() {
-    for name in ["v73.mat", "group.h5", "loop.h5", "billion.h5", "broken_off.h5"] {
+    for name in ["v73.mat", "group.h5", "plain.h5", "loop.h5", "billion.h5", "broken_off.h5"] {
         let error = read(&folder().join(name), &ReadOptions::default()).expect_err("not built in");
         assert!(error.to_string().contains("--features hdf5"), "{error}");
     }

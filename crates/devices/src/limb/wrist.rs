@@ -9,6 +9,9 @@ use crate::vector3::{Matrix, Vector, about, cross, dot, product, roll_pitch_yaw,
 use ndarray::Array2;
 use serde::{Deserialize, Serialize};
 
+/// Least cosine of flexion at which the three axes count as three.
+const REGULAR: f64 = 1e-6;
+
 /// Figures of a wrist, rows and columns in the order pronation (ps), flexion (fe), abduction (aa).
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
@@ -129,6 +132,10 @@ pub fn anatomical_axes(device_rad: [f64; 3], misalignment_rpy_rad: [f64; 3]) -> 
     let angles = [seen[2][1].atan2(seen[1][1]), (-seen[0][1]).clamp(-1.0, 1.0).asin(), seen[0][2].atan2(seen[0][0])];
     let own = gimbal(angles).0.map(|axis| turn(&turned, axis));
     let columns = |axes: [Vector; 3]| Array2::from_shape_fn((3, 3), |(i, j)| axes[j][i]);
+    // The axes' determinant is the cosine of flexion, here of the gimbal and of the joint.
+    if device_rad[1].cos().abs() < REGULAR || angles[1].cos().abs() < REGULAR {
+        return Err(singular(device_rad));
+    }
     let back = inverse(&columns(axes)).ok_or_else(|| singular(device_rad))?;
     Ok((angles, back.dot(&columns(own))))
 }

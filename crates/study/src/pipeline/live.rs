@@ -243,10 +243,11 @@ mod tests {
         Recording::new(100.0, vec![channel("force_x", "N", force), channel("pos_x", "m", motion)]).expect("valid")
     }
 
+    /// The motion's noise is 15 % of it (γ² = 0.98), so the gain's half width is 6 % after 10 s (13 averages) and 1.4 % after 200 s.
     fn live() -> Live {
         let estimate =
             EstimateSettings { nperseg: Some(128), band_hz: Some((2.0, 20.0)), response: Some(ResponseKind::DynamicStiffness), ..Default::default() };
-        Live::new("live", RoleNames::default(), LiveSettings { estimate, half_width: 0.2, ..Default::default() })
+        Live::new("live", RoleNames::default(), LiveSettings { estimate, half_width: 0.03, ..Default::default() })
     }
 
     #[test]

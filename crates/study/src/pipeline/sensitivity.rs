@@ -291,10 +291,11 @@ mod tests {
             curve(&hz, &delivery, model.as_ref())
         };
         let (none, exact) = (of(None), of(Some(truth.limb.clone())));
-        let soft = of(Some(Impedance { stiffness: &truth.limb.stiffness * 0.7, damping: &truth.limb.damping * 0.7, ..truth.limb.clone() }));
+        let softer = |by: f64| of(Some(Impedance { stiffness: &truth.limb.stiffness * by, damping: &truth.limb.damping * by, ..truth.limb.clone() }));
         // T T⁻¹ = I to the round-off of two inversions of a matrix with the transducer's stiffness in it.
         assert!(exact.max < 1e-9, "{}", exact.max);
-        assert!(soft.max > 1e-3 && soft.max_low < none.max_low, "{} {} {}", soft.max, soft.max_low, none.max_low);
+        // What a wrong belief leaves grows with its error; it may exceed what no compensation at all leaves.
+        assert!(1e-3 < softer(0.9).max && softer(0.9).max < softer(0.7).max && none.max > 1e-3, "{} {} {}", softer(0.9).max, softer(0.7).max, none.max);
     }
 
     #[test]
