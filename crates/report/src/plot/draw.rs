@@ -69,7 +69,9 @@ pub(crate) fn draw_panel(panel: &Panel, width: f64, left: f64, labelled: bool) -
         panel.x.names.iter().enumerate().map(|(k, name)| Tick { value: k as f64 + 0.5, label: name.clone() }).collect()
     };
     let y_ticks = upwards_ticks(panel, y_shown, plot_height);
-    let y_ticks: Vec<Tick> = y_ticks.into_iter().map(|tick| Tick { label: shortened(&tick.label, left), ..tick }).collect();
+    // Names may be long; a number is never cut, as it would be another number.
+    let fit = |label: &str| if panel.y.names.is_empty() { label.to_owned() } else { shortened(label, left) };
+    let y_ticks: Vec<Tick> = y_ticks.into_iter().map(|tick| Tick { label: fit(&tick.label), ..tick }).collect();
     let mut body = frame(&at, &x_ticks, &y_ticks, labelled);
     body += &format!("<svg class=\"data\" x=\"{}\" y=\"{}\" width=\"{}\" height=\"{}\"><g class=\"view\">", px(left), px(top), px(plot_width), px(plot_height));
     body += &annotations(&at);
@@ -137,15 +139,21 @@ fn upwards_ticks(panel: &Panel, (from, to): (f64, f64), height: f64) -> Vec<Tick
 /// Room for the labels of the ordinate: as much as the longest of all panels needs, so that their plot areas stand
 /// below each other, but at most half of the width.
 pub(crate) fn left_margin<'a>(panels: impl Iterator<Item = &'a Panel>, width: f64) -> f64 {
-    let longest = |panel: &Panel| {
+    let panels: Vec<&Panel> = panels.collect();
+    let longest = |panel: &Panel, left: f64| {
         let (x, y) = ranges(panel);
-        let side = width - LEFT - RIGHT;
+        let side = width - left - RIGHT;
         // A square panel shows more than its data where the other axis needs it, and its labels may be longer.
         let (height, y) = if panel.is_square() { (side, equal(x, y, side, side).1) } else { (panel.height, y) };
         upwards_ticks(panel, y, height).iter().map(|tick| tick.label.chars().count()).max().unwrap_or(0)
     };
-    let longest = panels.map(longest).max().unwrap_or(0);
-    (LETTER * longest as f64 + 14.0).clamp(LEFT, WIDEST_LEFT.min(0.5 * width).max(LEFT))
+    // A wider margin leaves a smaller square, which may have other labels: the margin only grows until they fit.
+    let mut left = LEFT;
+    for _ in 0..3 {
+        let longest = panels.iter().map(|panel| longest(panel, left)).max().unwrap_or(0);
+        left = left.max((LETTER * longest as f64 + 14.0).clamp(LEFT, WIDEST_LEFT.min(0.5 * width).max(LEFT)));
+    }
+    left
 }
 
 /// A name that fits into the left margin.
