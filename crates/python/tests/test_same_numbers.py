@@ -86,8 +86,8 @@ def test_a_study_is_that_of_the_command_line(program, tmp_path):
 
 
 def test_a_design_is_that_of_the_command_line(program, tmp_path):
-    program("design", "--kind", "multisine", "--trials", 2, "--duration", 10, "--seed", 4, "--out", tmp_path / "cmd.npz", "--quiet")
-    ours = ndof.design("multisine", trials=2, duration_s=10, seed=4).recordings
+    program("design", "--kind", "multisine", "--trials", 2, "--duration", 20, "--seed", 4, "--out", tmp_path / "cmd.npz", "--quiet")
+    ours = ndof.design("multisine", trials=2, duration_s=20, seed=4).recordings
     theirs = [ndof.read(tmp_path / f"cmd-{k}.npz") for k in (1, 2)]
     assert [trial["cmd_y"].tolist() for trial in ours] == [trial["cmd_y"].tolist() for trial in theirs]
 

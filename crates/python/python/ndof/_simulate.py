@@ -63,8 +63,8 @@ class Design:
     """Perturbations to command on a robot, one recording a trial.
 
     >>> import ndof
-    >>> ndof.design("multisine", axes=["x", "y"], trials=2, duration_s=10)
-    Design(2 trials: 2 channels (cmd_x [N], cmd_y [N]), 10.0 s at 500.0 Hz)
+    >>> ndof.design("multisine", axes=["x", "y"], trials=2, duration_s=20)
+    Design(2 trials: 2 channels (cmd_x [N], cmd_y [N]), 20.0 s at 500.0 Hz)
     """
 
     __slots__ = ("recordings", "seeds", "coherence")
@@ -255,6 +255,6 @@ def registry(what: str) -> dict[str, str]:
 
     >>> import ndof
     >>> list(ndof.registry("studies"))
-    ['arm', 'spring-array', 'wrist']
+    ['arm', 'arm-hidden', 'sensitivity', 'drift', 'masses', 'spring-array', 'wrist']
     """
     return dict(_ndof.registry(what))
