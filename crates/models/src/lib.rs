@@ -20,12 +20,12 @@ pub mod time;
 
 pub use axis::Axis;
 pub use fit::{
-    Agreement, CovarianceKind, Fit, FitError, LikelihoodRatio, LoopModel, LoopModelError, PaperFit, Parameter, Smoothing, Transducer, WeightedFit, agreement,
-    likelihood_ratio, linear_start,
+    Agreement, CovarianceKind, ErrorsInVariables, Fit, FitError, LikelihoodRatio, LoopModel, LoopModelError, PaperFit, Parameter, PeriodSpectra, Smoothing,
+    Transducer, WeightedFit, agreement, likelihood_ratio, linear_start,
 };
 pub use force_law::{ForceLaw, Motion, Stage};
 pub use inertia_damping_stiffness::{InertiaDampingStiffness, InertiaDampingStiffnessModel, Symmetry};
 pub use kinematics::{Arm, Kinematics, KinematicsError};
 pub use levenberg_marquardt::{LeastSquares, LevenbergMarquardt, MinimiseError, Minimum, StopReason};
-pub use parametric::{ParameterInfo, ParametricModel};
+pub use parametric::{ParameterInfo, ParametricModel, parametric_response};
 pub use projection::{KinematicsSd, LARGEST_JACOBIAN_CONDITION, Projected, Projection, ProjectionError};

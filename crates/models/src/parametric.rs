@@ -1,9 +1,31 @@
 //! What a linear parametric model is to a fit.
 
-use crate::Axis;
-use ndarray::Array2;
+use crate::{Axis, small};
+use ndarray::{Array2, Array3};
+use ndof_sysid::{FrequencyResponse, ResponseKind};
 use num_complex::Complex64;
 use serde::{Deserialize, Serialize};
+
+/// The response of a model on a grid, of the kind asked for; not a number where that does not exist (0 Hz of an impedance).
+pub fn parametric_response<M: ParametricModel + ?Sized>(model: &M, theta: &[f64], frequency_hz: &[f64], kind: ResponseKind) -> FrequencyResponse {
+    let n = model.axes().len();
+    let mut value = Array3::from_elem((frequency_hz.len(), n, n), Complex64::new(f64::NAN, f64::NAN));
+    let mut flat = vec![Complex64::default(); n * n];
+    for (f, &hz) in frequency_hz.iter().enumerate() {
+        let s = Complex64::new(0.0, std::f64::consts::TAU * hz);
+        model.stiffness(theta, s, &mut flat, None);
+        let at = match kind {
+            ResponseKind::DynamicStiffness => Some(flat.clone()),
+            ResponseKind::Impedance => Some(flat.iter().map(|v| v / s).collect()),
+            ResponseKind::Compliance | ResponseKind::Transfer => small::inverse(&flat, n),
+            ResponseKind::Admittance => small::inverse(&flat, n).map(|c| c.iter().map(|v| v * s).collect()),
+        };
+        let slot = value.index_axis_mut(ndarray::Axis(0), f);
+        slot.into_iter().zip(at.into_iter().flatten()).filter(|(_, a)| a.is_finite()).for_each(|(v, a)| *v = a);
+    }
+    let names: Vec<String> = model.axes().iter().map(|a| a.name.clone()).collect();
+    FrequencyResponse { frequency_hz: frequency_hz.to_vec(), inputs: names.clone(), outputs: names, kind, value, uncertainty: None }
+}
 
 /// One parameter of a model: what it is called, where it acts, and between which bounds it makes sense.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]

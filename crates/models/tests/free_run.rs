@@ -7,7 +7,7 @@ use ndof_models::time::{FreeRunFit, Mechanism, TimeTrial};
 #[test]
 fn the_arm_is_recovered_from_three_trials_within_its_intervals() {
     let limb = support::patient();
-    let trials: Vec<Vec<Vec<f64>>> = (0..3).map(|t| support::trial(&limb, 0.0, 40 + t)).collect();
+    let trials: Vec<Vec<Vec<f64>>> = (0..3).map(|t| support::trial(&limb, support::TRANSDUCER, 0.0, 40 + t)).collect();
     let trials: Vec<TimeTrial<'_>> =
         trials.iter().map(|t| TimeTrial { force: vec![&t[2], &t[3]], motion: vec![&t[4], &t[5]], ..TimeTrial::default() }).collect();
     let mechanism = Mechanism::new(limb.axes.clone()).with_offset();

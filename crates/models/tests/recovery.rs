@@ -2,7 +2,12 @@
 
 #[path = "../examples/support/recovery.rs"]
 mod recovery;
+#[path = "../examples/support/recovery_frequency.rs"]
+mod recovery_frequency;
 
+use ndof_models::blocks::{BLOCKS, Composite};
+use ndof_models::time::{FreeRunFit, Mechanism, TimeTrial, laws};
+use ndof_models::{Axis, InertiaDampingStiffnessModel, Smoothing, Symmetry, WeightedFit, linear_start};
 use rayon::prelude::*;
 
 #[test]
@@ -11,7 +16,7 @@ fn intervals_hold_the_truth_on_data_that_another_integrator_made() {
     let chosen = ["bouc-wen", "one-directional-reflex", "latency", "flexible-mode"];
     let runs: Vec<(&recovery::Case, u64)> =
         cases.iter().filter(|c| chosen.contains(&c.law.name())).flat_map(|c| (0..3).map(move |seed| (c, 500 + seed))).collect();
-    let answers: Vec<recovery::Answer> = runs.par_iter().map(|(case, seed)| recovery::fit(case, *seed).expect("a fit")).collect();
+    let answers: Vec<recovery::Answer> = runs.par_iter().map(|(case, seed)| recovery::fit(case, *seed, recovery::Slow::Position).expect("a fit")).collect();
     for ((case, _), answer) in runs.iter().zip(&answers) {
         // All starts lie 20 or 25 % off; half of that is no recovery. The shape of a loop is the least certain of all.
         let worst = answer.error.iter().map(|e| e.abs()).fold(0.0, f64::max);
@@ -24,4 +29,92 @@ fn intervals_hold_the_truth_on_data_that_another_integrator_made() {
     let least = 0.95 * count as f64 - 4.0 * (count as f64 * 0.95 * 0.05).sqrt();
     println!("{held} of {count}");
     assert!(held as f64 >= least, "{held} of {count}");
+}
+
+#[test]
+fn a_wall_that_was_never_touched_is_called_not_identifiable_and_the_limb_is_found_all_the_same() {
+    let cases = recovery::cases();
+    let case = cases.iter().find(|c| c.law.name() == "cubic-stiffness").expect("in the list");
+    let (force, motion) = recovery::record(case, 3, recovery::Slow::Position);
+    let trial = [TimeTrial { force: vec![&force], motion: vec![&motion], ..TimeTrial::default() }];
+    let mechanism = Mechanism::new(vec![Axis::linear("x")]).with_law(case.law.clone(), 0).with(laws::EndStop { positive: true }, 0);
+    let settings = FreeRunFit { noise: recovery::NOISE, substeps: 2, ..FreeRunFit::new(recovery::RATE_HZ) };
+    let mut start = recovery::truth(case);
+    // Ten times as far as the limb ever went.
+    start.extend([800.0, 10.0 * motion.iter().copied().fold(0.0, f64::max)]);
+    let found = settings.fit(&mechanism, &trial, &start).expect("a fit");
+    let identifiable: Vec<bool> = found.parameters.iter().map(|p| p.identifiable).collect();
+    assert_eq!(identifiable, [true, true, true, true, false, false]);
+    assert!(found.parameters[4].std_error.is_infinite() && found.condition.is_infinite());
+    for (p, truth) in found.parameters.iter().zip(recovery::truth(case)) {
+        assert!((p.value - truth).abs() < 4.0 * p.std_error, "{p:?}");
+    }
+}
+
+const SEEDS: u64 = 60;
+/// Of 60 decisions that are right in 99 of 100 cases, as many as this are wrong with a probability of 1e-3.
+const MOST_WRONG: usize = 4;
+
+#[test]
+fn a_delay_a_flexible_mode_and_a_series_compliance_are_told_apart_in_frequency() {
+    let candidates = ["delay", "flexible-mode", "series-compliance"];
+    for truth in candidates {
+        let cases = recovery_frequency::cases();
+        let case = cases.iter().find(|c| c.name == format!("{}, in frequency", truth.replace('-', " "))).expect("in the list");
+        let chosen: Vec<&str> = (0..SEEDS)
+            .into_par_iter()
+            .map(|seed| {
+                let (response, _) = recovery_frequency::responses(case, 1000 + seed).expect("a response");
+                let settings = WeightedFit { band_hz: recovery_frequency::BAND_HZ, smoothing: Smoothing::Open, ..WeightedFit::default() };
+                let arm = InertiaDampingStiffnessModel::new(vec![Axis::linear("x")], Symmetry::Symmetric);
+                let start = linear_start(&arm, &response.band(0.3, 6.0)).expect("start");
+                let plain = ("none", settings.fit(&arm, &response, &start).expect("fit").bic());
+                let with = candidates.iter().map(|name| {
+                    let card = BLOCKS.iter().find(|c| c.name() == *name).expect("in the registry");
+                    let model = Composite::of_cards(&arm, &[card]);
+                    (*name, settings.fit_from(&model, &response, &model.starts(&start)).expect("fit").bic())
+                });
+                std::iter::once(plain).chain(with).min_by(|a, b| a.1.total_cmp(&b.1)).expect("four").0
+            })
+            .collect();
+        let wrong = chosen.iter().filter(|name| **name != truth).count();
+        println!("{truth}: {} of {SEEDS} named", chosen.len() - wrong);
+        assert!(wrong <= MOST_WRONG, "{truth}: {chosen:?}");
+    }
+}
+
+#[test]
+fn a_delay_and_a_flexible_mode_are_told_apart_in_time() {
+    let cases = recovery::cases();
+    for truth in ["latency", "flexible-mode"] {
+        let case = cases.iter().find(|c| c.law.name() == truth).expect("in the list");
+        let right = (0..4u64)
+            .into_par_iter()
+            .filter(|seed| {
+                let (force, motion) = recovery::record(case, 2000 + seed, recovery::Slow::Position);
+                let trial = [TimeTrial { force: vec![&force], motion: vec![&motion], ..TimeTrial::default() }];
+                let settings = FreeRunFit { noise: recovery::NOISE, substeps: 2, ..FreeRunFit::new(recovery::RATE_HZ) };
+                let limb = recovery::truth(case)[..3].to_vec();
+                let bic = |name: &str| {
+                    let mechanism = Mechanism::new(vec![Axis::linear("x")]).with_law(laws::find(name).expect("in the registry"), 0);
+                    settings.fit_from(&mechanism, &trial, &mechanism.starts(&limb)).expect("a fit").bic
+                };
+                let (delay, mode) = (bic("latency"), bic("flexible-mode"));
+                (delay < mode) == (truth == "latency")
+            })
+            .count();
+        assert_eq!(right, 4, "{truth}");
+    }
+}
+
+#[test]
+fn intervals_of_linear_models_in_frequency_hold_the_truth() {
+    for case in recovery_frequency::cases() {
+        let answers: Vec<recovery::Answer> = (0..20u64).into_par_iter().map(|seed| recovery_frequency::fit(&case, 3000 + seed).expect("a fit")).collect();
+        for (k, name) in case.names().iter().enumerate() {
+            let held = answers.iter().filter(|a| a.covered[k]).count();
+            // 15 or fewer of 20 at 95 %: 3e-4.
+            assert!(held > 15, "{} {name}: {held} of 20", case.name);
+        }
+    }
 }

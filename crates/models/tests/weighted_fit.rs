@@ -28,7 +28,7 @@ fn intervals_hold_the_truth_at_every_noise_and_errors_are_no_larger_than_the_ref
             let fits: Vec<_> = (0..SEEDS)
                 .into_par_iter()
                 .map(|seed| {
-                    let each = estimates::trial_spectra(&limb, noise, seed, welch, &|_| ());
+                    let each = estimates::trial_spectra(&limb, support::TRANSDUCER, noise, seed, welch, &|_| ());
                     let derived = estimates::compliance(&CrossSpectra::pool(&each).expect("trials"));
                     let without: Vec<FrequencyResponse> = (0..each.len())
                         .map(|t| {

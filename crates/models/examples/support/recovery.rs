@@ -18,11 +18,22 @@ const SAMPLES: usize = 3000;
 const FINER: usize = 16;
 /// Mass (kg), damping (N s/m) and stiffness (N/m) of the limb.
 const BASE: [f64; 3] = [2.0, 14.0, 300.0];
-/// White noise of the position channel (m) and of the force that the limb makes by itself (N), the latter below 2 Hz.
+/// White noise of the position channel (m).
 const NOISE_M: f64 = 1e-4;
+/// Slow noise below 2 Hz: wander of the position channel (m), or force that the limb makes by itself (N).
+const WANDER_M: f64 = 1.5e-4;
 const LIMB_NOISE_N: f64 = 0.05;
-/// Order of the autoregression that the fit takes the noise for: long enough for a hum of 2 Hz on a white floor at 200 Hz.
-const NOISE_ORDER: usize = 40;
+
+/// Where the slow noise enters.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Slow {
+    /// The measured position: what a fit of the simulation's error takes noise for.
+    Position,
+    /// The force; through a nonlinear limb it is no longer stationary where it is measured.
+    Force,
+}
+/// What the fit takes the noise for: functions that reach far enough for a hum below 2 Hz on a white floor at 200 Hz.
+pub const NOISE: Noise = Noise::Laguerre { order: 16, memory: 5 };
 
 /// What the oracle's law sees at one instant: time, x, v, x and v one delay ago, force, force one delay ago.
 pub struct Now {
@@ -138,7 +149,7 @@ pub fn cases() -> Vec<Case> {
 }
 
 /// Force and measured position of one record.
-pub fn record(case: &Case, seed: u64) -> (Vec<f64>, Vec<f64>) {
+pub fn record(case: &Case, seed: u64, slow: Slow) -> (Vec<f64>, Vec<f64>) {
     let mut rng = ChaCha8Rng::seed_from_u64(1000 + seed);
     let mut normal = || -> f64 { StandardNormal.sample(&mut rng) };
     let noise = FilteredNoise { rms: 4.0, samples: SAMPLES, sample_rate_hz: RATE_HZ, cutoff_hz: 8.0, ..FilteredNoise::default() };
@@ -161,7 +172,8 @@ pub fn record(case: &Case, seed: u64) -> (Vec<f64>, Vec<f64>) {
     let mut motion = Vec::with_capacity(SAMPLES);
     for step in 0..steps {
         if step % FINER == 0 {
-            motion.push(x + NOISE_M * normal());
+            let wander = if slow == Slow::Position { WANDER_M / rms * own[step / FINER] } else { 0.0 };
+            motion.push(x + wander + NOISE_M * normal());
         }
         let t = step as f64 * h;
         past_x.push(x);
@@ -174,7 +186,8 @@ pub fn record(case: &Case, seed: u64) -> (Vec<f64>, Vec<f64>) {
         // Heun for the limb, the law's own rule for the law.
         let mut law_at = z.clone();
         let f = (case.oracle)(&case.truth, &now, &mut law_at, h);
-        let push = |t: f64| between(&force, t) + LIMB_NOISE_N / rms * between(&own, t);
+        let limb = if slow == Slow::Force { LIMB_NOISE_N / rms } else { 0.0 };
+        let push = |t: f64| between(&force, t) + limb * between(&own, t);
         let a = (push(t) - BASE[1] * v - BASE[2] * x - f) / BASE[0];
         let (ahead_x, ahead_v) = (x + h * v, v + h * a);
         let next = Now { t: t + h, x: ahead_x, v: ahead_v, force: between(&force, t + h), late_force: between(&force, t + h - delay), ..now };
@@ -203,11 +216,11 @@ pub fn truth(case: &Case) -> Vec<f64> {
 }
 
 /// Fits one record from a start that knows only orders of magnitude.
-pub fn fit(case: &Case, seed: u64) -> Result<Answer, Box<dyn std::error::Error>> {
-    let (force, motion) = record(case, seed);
+pub fn fit(case: &Case, seed: u64, slow: Slow) -> Result<Answer, Box<dyn std::error::Error>> {
+    let (force, motion) = record(case, seed, slow);
     let trial = [TimeTrial { force: vec![&force], motion: vec![&motion], ..TimeTrial::default() }];
     let mechanism = Mechanism::new(vec![Axis::linear("x")]).with_law(case.law.clone(), 0);
-    let settings = FreeRunFit { noise: Noise::Autoregressive(NOISE_ORDER), substeps: 2, ..FreeRunFit::new(RATE_HZ) };
+    let settings = FreeRunFit { noise: NOISE, substeps: 2, ..FreeRunFit::new(RATE_HZ) };
     let truth = truth(case);
     let start: Vec<f64> = truth.iter().enumerate().map(|(k, t)| t * if k % 2 == 0 { 1.25 } else { 0.8 }).collect();
     let found = settings.fit(&mechanism, &trial, &start)?;

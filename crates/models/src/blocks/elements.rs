@@ -129,6 +129,34 @@ impl Block for SeriesCompliance {
     }
 }
 
+/// A mass m on a spring and damper, carried by the axis: a flexible mode, m s² P/(s² + P) with P = 2 ζ ω s + ω².
+#[derive(Clone, Copy, Debug)]
+pub struct FlexibleMode;
+
+impl Block for FlexibleMode {
+    fn name(&self) -> &'static str {
+        "flexible-mode"
+    }
+    fn parameters(&self, rotational: bool) -> Vec<BlockParameter> {
+        let unit = if rotational { "N m s^2/rad" } else { "N s^2/m" };
+        vec![
+            BlockParameter::new("carried_mass", unit, (0.0, 1e6), &[0.3]),
+            BlockParameter::new("frequency_hz", "Hz", (0.05, 1e3), &[4.0, 8.0, 16.0]),
+            BlockParameter::new("damping_ratio", "1", (0.0, 2.0), &[0.05]),
+        ]
+    }
+    fn evaluate(&self, theta: &[f64], s: Complex64, slopes: &mut [Complex64]) -> Complex64 {
+        let omega = TAU * theta[1];
+        let spring = 2.0 * theta[2] * omega * s + omega * omega;
+        let open = (s * s + spring).inv();
+        slopes[0] = s * s * spring * open;
+        let by_spring = theta[0] * (s * s * open) * (s * s * open);
+        slopes[1] = by_spring * TAU * (2.0 * theta[2] * s + 2.0 * omega);
+        slopes[2] = by_spring * 2.0 * omega * s;
+        theta[0] * slopes[0]
+    }
+}
+
 /// Relaxation: the Maxwell arm of a standard linear solid, k τ s/(1 + τ s), beside the baseline's spring.
 #[derive(Clone, Copy, Debug)]
 pub struct StandardLinearSolid;
@@ -176,7 +204,7 @@ impl Block for Fractional {
 mod tests {
     use super::*;
 
-    const ALL: [&dyn Block; 7] = [&Delay, &FirstOrderFilter, &SecondOrderFilter, &Reflex, &SeriesCompliance, &StandardLinearSolid, &Fractional];
+    const ALL: [&dyn Block; 8] = [&Delay, &FirstOrderFilter, &SecondOrderFilter, &Reflex, &SeriesCompliance, &FlexibleMode, &StandardLinearSolid, &Fractional];
 
     #[test]
     fn slopes_are_differences_and_negative_frequencies_conjugates() {

@@ -5,9 +5,11 @@
 
 mod composite;
 pub(crate) mod elements;
+mod registry;
 
 pub use composite::{Composite, Place, Placed};
-pub use elements::{Delay, FirstOrderFilter, Fractional, Reflex, SecondOrderFilter, SeriesCompliance, StandardLinearSolid};
+pub use elements::{Delay, FirstOrderFilter, FlexibleMode, Fractional, Reflex, SecondOrderFilter, SeriesCompliance, StandardLinearSolid};
+pub use registry::{BLOCKS, BlockCard, find};
 
 use num_complex::Complex64;
 

@@ -58,6 +58,6 @@ pub(crate) fn rescale_by_trials<M: ParametricModel + ?Sized>(model: &M, mut fit:
     fit.covariance.mapv_inplace(|v| v * ratio);
     fit.covariance_scale = ratio;
     fit.interval_quantile = t_quantile(freedom);
-    fit.parameters = Parameter::describe(&model.parameters(), &fit.theta, &fit.covariance, fit.interval_quantile, |k| model.scale(&fit.theta, k));
+    fit.parameters = Parameter::describe(&model.parameters(), &fit.theta, &fit.covariance, |_| fit.interval_quantile, |k| model.scale(&fit.theta, k));
     fit
 }

@@ -1,6 +1,7 @@
 //! Fitting parametric models to frequency responses.
 
 mod compare;
+mod errors_in_variables;
 mod information;
 mod jackknife;
 mod loop_model;
@@ -12,6 +13,7 @@ mod vaf;
 mod weighted;
 
 pub use compare::{LikelihoodRatio, likelihood_ratio};
+pub use errors_in_variables::{ErrorsInVariables, PeriodSpectra};
 pub(crate) use information::Information;
 pub use loop_model::{LoopModel, LoopModelError};
 pub use paper::PaperFit;

@@ -64,7 +64,7 @@ impl PaperFit {
         let interval_quantile = t_quantile(degrees_of_freedom);
         Ok(Fit {
             model: model.name().to_owned(),
-            parameters: Parameter::describe(&model.parameters(), &solved.theta, &covariance, interval_quantile, |k| model.scale(&solved.theta, k)),
+            parameters: Parameter::describe(&model.parameters(), &solved.theta, &covariance, |_| interval_quantile, |k| model.scale(&solved.theta, k)),
             theta: solved.theta,
             covariance,
             covariance_scale: 1.0,

@@ -111,18 +111,35 @@ impl Fit {
     pub fn parameter(&self, name: &str) -> Option<&Parameter> {
         self.parameters.iter().find(|p| p.name == name)
     }
+
+    /// The fit seen as one of its first `count` parameters alone, whatever the others are: their marginal covariance.
+    pub fn marginal(&self, count: usize) -> Fit {
+        let count = count.min(self.theta.len());
+        Fit {
+            theta: self.theta[..count].to_vec(),
+            parameters: self.parameters[..count].to_vec(),
+            covariance: Array2::from_shape_fn((count, count), |(r, c)| self.covariance[[r, c]]),
+            ..self.clone()
+        }
+    }
 }
 
 impl Parameter {
     /// Values, standard errors and intervals of `quantile` standard errors to each side, from a covariance; `scale` is how
-    /// large a parameter would have to be to matter.
-    pub(crate) fn describe(infos: &[ParameterInfo], theta: &[f64], covariance: &Array2<f64>, quantile: f64, scale: impl Fn(usize) -> f64) -> Vec<Parameter> {
+    /// large a parameter would have to be to matter. Both are asked for each parameter by its index.
+    pub(crate) fn describe(
+        infos: &[ParameterInfo],
+        theta: &[f64],
+        covariance: &Array2<f64>,
+        quantile: impl Fn(usize) -> f64,
+        scale: impl Fn(usize) -> f64,
+    ) -> Vec<Parameter> {
         infos
             .iter()
             .enumerate()
             .map(|(k, info)| {
                 let (value, std_error) = (theta[k], covariance[[k, k]].sqrt());
-                let half = quantile * std_error;
+                let half = quantile(k) * std_error;
                 Parameter {
                     name: info.name.clone(),
                     unit: info.unit.clone(),

@@ -1,11 +1,13 @@
 //! Output-error fits over whole trials or windows of them.
 
-use super::noise::autoregression;
+use super::noise::{Colour, coefficients};
 use super::shooting::{OutputFilter, Shooting, Window};
+use super::small_sample::small_sample;
 use super::trial::Prepared;
 use super::{Causality, Mechanism, Noise, TimeTrial};
 use crate::fit::{Information, t_quantile};
 use crate::{LevenbergMarquardt, MinimiseError, Minimum, Parameter, StopReason};
+use faer::Mat;
 use ndarray::Array2;
 use ndof_signal::{FilterError, Passband, SosFilter};
 use serde::{Deserialize, Serialize};
@@ -62,7 +64,9 @@ pub struct FreeRun {
     /// Initial positions and velocities of each window.
     pub initial: Vec<f64>,
     pub(super) sigma: Vec<f64>,
-    pub(super) coloured: Vec<Vec<f64>>,
+    pub(super) coloured: Vec<Colour>,
+    /// Half width of each parameter's 95 % interval in the standard errors that the noise model would give if it were known.
+    pub(super) profile_quantiles: Vec<f64>,
 }
 
 /// How near a run stays to what was measured.
@@ -110,6 +114,8 @@ pub enum FreeRunError {
 
 /// Relative decrease of the cost at which passes before the last one stop.
 const ROUGH: f64 = 1e-5;
+/// Passes of noise model and mechanism by turns; each takes in nine tenths and more of what the last one left.
+const COLOUR_PASSES: usize = 2;
 /// Samples that a low-passed comparison keeps of each cycle of its cut-off.
 const KEPT_PER_CYCLE: f64 = 5.0;
 /// Order of that low-pass, forwards and backwards.
@@ -145,10 +151,13 @@ impl FreeRunFit {
         let mut problem = self.problem(mechanism, trials, None)?;
         let mut rough = solve(&problem, &problem.beginning(start), ROUGH)?;
         problem.reweight(&rough.x);
-        if let Noise::Autoregressive(order) = self.noise {
-            problem.colour(&rough.x, order);
-            rough = solve(&problem, &rough.x, ROUGH)?;
-            problem.colour(&rough.x, order);
+        if let Some((order, pole)) = self.noise.whitener() {
+            problem.colour(&rough.x, order, pole, None);
+            for _ in 0..COLOUR_PASSES {
+                rough = solve(&problem, &rough.x, ROUGH)?;
+                let spread = Information::new(&rough.jacobian).inverse() * faer::Scale(problem.variance(&rough));
+                problem.colour(&rough.x, order, pole, Some(&spread));
+            }
         }
         let minimum = solve(&problem, &rough.x, FINE)?;
         Ok(self.describe(mechanism, &problem, minimum))
@@ -227,7 +236,7 @@ impl FreeRunFit {
             substeps: self.substeps.max(1),
             settle: (self.settle_s * rate) as usize,
             filter,
-            coloured: vec![Vec::new(); n],
+            coloured: vec![Colour::default(); n],
         };
         problem.sigma = (0..n).map(|i| problem.spread(i).max(f64::MIN_POSITIVE)).collect();
         Ok(problem)
@@ -238,20 +247,34 @@ impl FreeRunFit {
         let (rows, columns, n) = (minimum.residuals.len() as f64, minimum.x.len() as f64, problem.axes() as f64);
         let theta = minimum.x[..expected].to_vec();
         let information = Information::new(&minimum.jacobian);
-        let (all, quantile) = match self.noise {
-            Noise::Blocks => {
-                let (meat, blocks) = problem.meat(&minimum, Self::BLOCK_S);
-                // Few blocks scatter less than many would.
-                let factor = blocks as f64 / (blocks.max(2) - 1) as f64;
-                (information.sandwich(&meat, factor), t_quantile((blocks.max(2) - 1) as f64))
+        let mut profile_quantiles = Vec::new();
+        let mut quantiles = Vec::new();
+        let mut all;
+        if self.noise.whitener().is_some() {
+            let variance = problem.variance(&minimum);
+            all = information.covariance(variance);
+            let small = small_sample(problem, &minimum.x, &(information.inverse() * faer::Scale(variance)), variance);
+            let determined: Vec<bool> = (0..expected).map(|k| all[[k, k]].is_finite()).collect();
+            for k in 0..expected {
+                let known = all[[k, k]];
+                if known.is_finite() && small.excess[(k, k)] > 0.0 {
+                    for j in (0..expected).filter(|&j| determined[j]) {
+                        all[[k, j]] += small.excess[(k, j)];
+                    }
+                }
+                quantiles.push(t_quantile(small.degrees[k].min((rows - columns).max(1.0))));
+                profile_quantiles.push(quantiles[k] * if known.is_finite() && known > 0.0 { (all[[k, k]] / known).sqrt() } else { 1.0 });
             }
-            Noise::Autoregressive(_) => {
-                let degrees = (rows - columns).max(1.0);
-                (information.covariance(2.0 * minimum.cost / degrees), t_quantile(degrees))
-            }
-        };
+        } else {
+            let (meat, blocks) = problem.meat(&minimum, Self::BLOCK_S);
+            // Few blocks scatter less than many would.
+            let blocks = blocks.max(2) as f64;
+            all = information.sandwich(&meat, blocks / (blocks - 1.0));
+            quantiles.resize(expected, t_quantile(blocks - 1.0));
+            profile_quantiles.clone_from(&quantiles);
+        }
         let covariance = Array2::from_shape_fn((expected, expected), |(r, c)| all[[r, c]]);
-        let parameters = Parameter::describe(&mechanism.parameters(), &theta, &covariance, quantile, |k| mechanism.scale(&theta, k));
+        let parameters = Parameter::describe(&mechanism.parameters(), &theta, &covariance, |k| quantiles[k], |k| mechanism.scale(&theta, k));
         // σ² of each axis at its most likely: N/n ln(σ²) each.
         let deviance: f64 = (0..problem.axes())
             .map(|i| {
@@ -271,6 +294,7 @@ impl FreeRunFit {
             initial: minimum.x[expected..].to_vec(),
             sigma: problem.sigma.clone(),
             coloured: problem.coloured.clone(),
+            profile_quantiles,
             theta,
         }
     }
@@ -324,12 +348,17 @@ impl Shooting<'_> {
         }
     }
 
-    /// Takes what the residuals of `x` have in common with their past for the colour of the noise.
-    fn colour(&mut self, x: &[f64], order: usize) {
-        self.coloured.iter_mut().for_each(Vec::clear);
-        let errors = self.errors(x, true);
-        self.coloured = (0..self.axes()).map(|i| autoregression(&self.series(&errors, i), order)).collect();
+    /// Takes what the residuals of `x` have in common with their past for the colour of the noise, `spread` being the covariance
+    /// of the unknowns.
+    fn colour(&mut self, x: &[f64], order: usize, pole: f64, spread: Option<&Mat<f64>>) {
+        self.coloured = (0..self.axes()).map(|i| Colour { pole, coefficients: coefficients(&self.moments(x, i, order, pole, spread)) }).collect();
         self.reweight(x);
+    }
+
+    /// Variance of whitened residuals: that of a minimum by its degrees of freedom, the noise model's taken off.
+    pub(super) fn variance(&self, minimum: &Minimum) -> f64 {
+        let noise: usize = self.coloured.iter().map(|c| c.coefficients.len()).sum();
+        2.0 * minimum.cost / (minimum.residuals.len() as f64 - (minimum.x.len() + noise) as f64).max(1.0)
     }
 
     /// Standard deviation of a measured output as it is compared.

@@ -13,6 +13,7 @@ mod noise;
 mod profile;
 mod shooting;
 mod simulate;
+mod small_sample;
 mod trial;
 
 pub use fit::{FreeRun, FreeRunError, FreeRunFit, Score};

@@ -3,7 +3,6 @@
 use super::fit::{FINE, FreeRunError};
 use super::shooting::Shooting;
 use super::{FreeRun, FreeRunFit, Mechanism, TimeTrial};
-use crate::fit::t_quantile;
 use crate::{LeastSquares, LevenbergMarquardt};
 use faer::Mat;
 
@@ -44,8 +43,8 @@ impl LeastSquares for Held<'_, '_> {
 }
 
 impl FreeRunFit {
-    /// 95 % interval of one parameter of a fit with [`Noise::Autoregressive`](super::Noise::Autoregressive) by its profile:
-    /// the values at which the best sum of squares of all other parameters has risen by s² t².
+    /// 95 % interval of one parameter of a fit with a noise model ([`Noise::Laguerre`](super::Noise::Laguerre)) by its profile:
+    /// the values at which the best sum of squares of all other parameters has risen by s² t², t that of Wald's interval, the noise model's own uncertainty included.
     ///
     /// Where an end lies beyond a bound or cannot be found, it is that bound or infinite.
     ///
@@ -62,7 +61,7 @@ impl FreeRunFit {
         let residuals = problem.residuals(&best);
         let square: f64 = residuals.iter().map(|r| r * r).sum();
         let degrees = (residuals.len() - best.len()) as f64;
-        let quantile = t_quantile(degrees);
+        let quantile = fit.profile_quantiles[parameter];
         let info = &mechanism.parameters()[parameter];
         let mut bounds: Vec<(f64, f64)> = mechanism.parameters().iter().map(|p| (p.lower, p.upper)).collect();
         bounds.resize(best.len(), (f64::NEG_INFINITY, f64::INFINITY));

@@ -1,8 +1,9 @@
 //! The least-squares problem of a fit in time: parameters, and every window's initial state.
 
 use super::Mechanism;
-use super::noise::whiten;
+use super::noise::{Colour, add_moments, whiten};
 use super::simulate::Runner;
+use super::small_sample::factor;
 use super::trial::{Causality, Prepared};
 use crate::levenberg_marquardt::triangle_of_rows;
 use crate::{LeastSquares, Minimum};
@@ -35,8 +36,8 @@ pub(super) struct Shooting<'a> {
     pub substeps: usize,
     pub settle: usize,
     pub filter: Option<OutputFilter>,
-    /// Autoregression of each axis' residuals.
-    pub coloured: Vec<Vec<f64>>,
+    /// What whitens each axis' residuals.
+    pub coloured: Vec<Colour>,
 }
 
 impl Shooting<'_> {
@@ -62,14 +63,13 @@ impl Shooting<'_> {
     }
 
     /// Residuals of one window behind their derivatives in parameters and initial state (if asked for), row after row,
-    /// axes interleaved.
-    fn rows(&self, runner: &Runner<'_>, window: usize, initial: &[f64], derivatives: bool, white: bool) -> Vec<f64> {
+    /// axes interleaved; not whitened, and the settling with them.
+    fn coloured_rows(&self, runner: &Runner<'_>, window: usize, initial: &[f64], derivatives: bool) -> Vec<f64> {
         let (n, p, q) = (self.axes(), self.parameters(), self.initial());
         let all = self.mechanism.parameters().len();
         let Window { trial, range } = &self.windows[window];
         let trial = &self.trials[*trial];
-        let columns = if derivatives { p + q } else { 0 };
-        let width = columns + 1;
+        let width = if derivatives { p + q } else { 0 } + 1;
         let mut out = Vec::with_capacity(n * range.len() * width);
         let mut sample = range.start;
         let run_width = 1 + if derivatives { all + q } else { 0 };
@@ -82,15 +82,62 @@ impl Shooting<'_> {
             }
             sample += 1;
         });
-        if let Some(filter) = &self.filter {
-            out = self.low_pass(&out, width, filter);
+        match &self.filter {
+            Some(filter) => self.low_pass(&out, width, filter),
+            None => out,
         }
-        if white && self.coloured.iter().any(|c| !c.is_empty()) {
+    }
+
+    /// The same, whitened where asked, without the settling.
+    fn rows(&self, runner: &Runner<'_>, window: usize, initial: &[f64], derivatives: bool, white: bool) -> Vec<f64> {
+        let mut out = self.coloured_rows(runner, window, initial, derivatives);
+        let width = self.width(derivatives);
+        if white && self.coloured.iter().any(|c| !c.coefficients.is_empty()) {
             whiten(&mut out, width, &self.coloured);
         }
-        let settle = self.filter.as_ref().map_or(self.settle, |f| self.settle / f.keep_every);
-        out.drain(..(settle * n * width).min(out.len()));
+        out.drain(..(self.settling() * self.axes() * width).min(out.len()));
         out
+    }
+
+    fn width(&self, derivatives: bool) -> usize {
+        1 + if derivatives { self.parameters() + self.initial() } else { 0 }
+    }
+
+    /// Compared samples at the beginning of a window that do not count.
+    fn settling(&self) -> usize {
+        self.filter.as_ref().map_or(self.settle, |f| self.settle / f.keep_every)
+    }
+
+    /// Width of a row, samples that do not count, and the rows of a window that nothing has whitened.
+    pub fn raw(&self, x: &[f64], window: usize, derivatives: bool) -> (usize, usize, Vec<f64>) {
+        let rows = self.coloured_rows(&self.runner(x), window, self.initial_of(x, window), derivatives);
+        (self.width(derivatives), self.settling(), rows)
+    }
+
+    /// Which unknowns the rows of a window know.
+    pub fn columns_of(&self, window: usize) -> impl Iterator<Item = usize> {
+        let (p, q) = (self.parameters(), self.initial());
+        (0..p).chain(p + q * window..p + q * (window + 1))
+    }
+
+    /// Moments of an axis' residuals with their past, as [`add_moments`] has them. What the unknowns' covariance `spread` says they
+    /// took out of the residuals is added: without it noise is underestimated where the model is flexible (restricted
+    /// maximum likelihood, as an expectation).
+    pub fn moments(&self, x: &[f64], axis: usize, order: usize, pole: f64, spread: Option<&Mat<f64>>) -> Mat<f64> {
+        let mut moments = Mat::zeros(order + 1, order + 1);
+        for window in 0..self.windows.len() {
+            let (width, settle, rows) = self.raw(x, window, spread.is_some());
+            let root = spread.map(|spread| {
+                let columns: Vec<usize> = self.columns_of(window).collect();
+                factor(&Mat::from_fn(columns.len(), columns.len(), |r, c| spread[(columns[r], columns[c])]))
+            });
+            let own = rows.chunks_exact(width).skip(axis).step_by(self.axes()).skip(settle).map(|row| {
+                let taken = root.iter().flat_map(|root| (0..root.ncols()).map(|c| (0..root.nrows()).map(|r| row[r] * root[(r, c)]).sum::<f64>()));
+                taken.chain([row[width - 1]]).collect()
+            });
+            add_moments(&mut moments, pole, own, width);
+        }
+        moments
     }
 
     fn low_pass(&self, rows: &[f64], width: usize, filter: &OutputFilter) -> Vec<f64> {

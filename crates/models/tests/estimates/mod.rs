@@ -5,11 +5,18 @@ use ndof_models::InertiaDampingStiffness;
 use ndof_signal::{CrossSpectra, Welch};
 use ndof_sysid::{DerivedEstimate, Labels, Ports, ResponseKind};
 
-/// Spectra of six trials whose channels went through `alter`.
-pub fn trial_spectra(limb: &InertiaDampingStiffness, limb_noise_n: f64, seed: u64, welch: &Welch, alter: &dyn Fn(&mut [Vec<f64>])) -> Vec<CrossSpectra> {
+/// Spectra of six trials through a transducer whose channels went through `alter`.
+pub fn trial_spectra(
+    limb: &InertiaDampingStiffness,
+    transducer: (f64, f64),
+    limb_noise_n: f64,
+    seed: u64,
+    welch: &Welch,
+    alter: &dyn Fn(&mut [Vec<f64>]),
+) -> Vec<CrossSpectra> {
     (0..6)
         .map(|t| {
-            let mut trial = trial(limb, limb_noise_n, 100 * seed + t);
+            let mut trial = trial(limb, transducer, limb_noise_n, 100 * seed + t);
             alter(&mut trial);
             welch.spectra(RATE_HZ, &trial.iter().map(Vec::as_slice).collect::<Vec<_>>()).expect("valid")
         })

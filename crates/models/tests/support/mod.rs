@@ -34,9 +34,9 @@ fn exponential(a: &Array2<f64>) -> Array2<f64> {
     (0..halvings).fold(sum, |m, _| m.dot(&m))
 }
 
-/// One 50 s trial: commanded force, force on the limb, displacement of the robot; two channels each, both measured as
-/// means over the sample interval.
-pub fn trial(limb: &InertiaDampingStiffness, limb_noise_n: f64, seed: u64) -> Vec<Vec<f64>> {
+/// One 50 s trial: commanded force, force on the limb through a transducer of that stiffness and damping, displacement of the
+/// robot; two channels each, both measured as means over the sample interval.
+pub fn trial(limb: &InertiaDampingStiffness, transducer: (f64, f64), limb_noise_n: f64, seed: u64) -> Vec<Vec<f64>> {
     let mut rng = ChaCha8Rng::seed_from_u64(seed);
     let mut white = || -> f64 { StandardNormal.sample(&mut rng) };
     let command = FilteredNoise { axes: 2, rms: 4.0, ..FilteredNoise::default() }.generate(seed).expect("valid");
@@ -54,7 +54,7 @@ pub fn trial(limb: &InertiaDampingStiffness, limb_noise_n: f64, seed: u64) -> Ve
     let robot = arr2(&[[0.932, -0.305], [-0.305, 1.050]]);
     let inverse = |m: &Array2<f64>| arr2(&[[m[[1, 1]], -m[[0, 1]]], [-m[[1, 0]], m[[0, 0]]]]) / (m[[0, 0]] * m[[1, 1]] - m[[0, 1]] * m[[1, 0]]);
     let (robot, mass) = (inverse(&robot), inverse(&limb.inertia));
-    let (k, b) = TRANSDUCER;
+    let (k, b) = transducer;
     let mut a = Array2::<f64>::zeros((16, 16));
     for i in 0..2 {
         a[[i, 2 + i]] = 1.0;

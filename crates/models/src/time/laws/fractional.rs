@@ -9,7 +9,8 @@ use std::f64::consts::{LN_2, PI};
 ///
 /// s^α = (sin απ/π) ∫ s τ/(1 + s τ) τ^(−α−1) dτ;
 ///
-/// shorter times together are a damper, longer ones a spring. Within [`FractionalDamping::ERROR`] of c s^α from 0.1 to 10 Hz.
+/// shorter times together are a damper, longer ones a spring. Within [`FractionalDamping::ERROR`] of c s^α from 0.1 to 20 Hz; the
+/// error grows towards the upper end (1 % at 12 Hz), where the shortest time, which a Runge-Kutta step must resolve, ends the sum.
 #[derive(Clone, Copy, Debug)]
 pub struct FractionalDamping;
 
@@ -17,8 +18,8 @@ const FIRST: i32 = -9;
 const ELEMENTS: usize = 16;
 
 impl FractionalDamping {
-    /// Largest relative error of the sum, for α from 0.1 to 0.7.
-    pub const ERROR: f64 = 0.01;
+    /// Largest relative error of the sum over that band, for α from 0.1 to 0.9.
+    pub const ERROR: f64 = 0.02;
 
     /// Weight of an element of time τ and its slope in α, for c = 1.
     fn weight(order: f64, time: f64) -> (f64, f64) {
@@ -117,8 +118,9 @@ mod tests {
 
     #[test]
     fn the_sum_of_elements_is_the_power_within_its_stated_error() {
-        for order in [0.1, 0.3, 0.5, 0.7] {
-            for hz in [0.1, 0.5, 2.0, 6.0, 10.0] {
+        let mut worst = 0.0f64;
+        for order in (1..=18).map(|k| 0.05 * f64::from(k)).filter(|o| *o > 0.09) {
+            for hz in (0..=100).map(|k| 0.1 * 200f64.powf(f64::from(k) / 100.0)) {
                 let s = Complex64::new(0.0, TAU * hz);
                 let [damper, spring] = FractionalDamping::ends(order);
                 let mut sum = damper.0 * s + spring.0;
@@ -126,9 +128,13 @@ mod tests {
                     let time = 2f64.powi(FIRST + k as i32);
                     sum += FractionalDamping::weight(order, time).0 * s * time / (1.0 + s * time);
                 }
-                let exact = s.powf(order);
-                assert!((sum - exact).norm() < FractionalDamping::ERROR * exact.norm(), "{order} {hz}: {}", (sum / exact - 1.0).norm());
+                let error = (sum / s.powf(order) - 1.0).norm();
+                // Half of it below 10 Hz.
+                assert!(error < FractionalDamping::ERROR * if hz < 10.0 { 0.5 } else { 1.0 }, "{order} {hz}: {error}");
+                worst = worst.max(error);
             }
         }
+        // What is stated is what it is, not a wide margin.
+        assert!(worst > 0.9 * FractionalDamping::ERROR, "{worst}");
     }
 }
