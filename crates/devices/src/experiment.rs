@@ -1,6 +1,6 @@
 //! An experiment as data: device, limb, posture, controller and sensors.
 
-use crate::chain::{FileChoices, read_robot};
+use crate::chain::{FileChoices, RobotConfig, read_robot};
 use crate::controller::Controller;
 use crate::error::DeviceError;
 use crate::limb::{EndpointLinear, EndpointLinearConfig, Limb, PlanarTwoLink, PlanarTwoLinkConfig, SpringArray, SpringArrayConfig, Wrist, WristConfig};
@@ -23,6 +23,9 @@ pub struct DeviceConfig {
     /// A robot's description in place of a name: TOML or URDF.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub file: Option<String>,
+    /// A serial robot described on the spot in place of either: the keys of a robot's file.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub robot: Option<Box<RobotConfig>>,
     /// Overrides by the names that `ndof list devices` prints.
     #[serde(default)]
     pub parameters: BTreeMap<String, f64>,
@@ -108,23 +111,38 @@ impl DeviceConfig {
     /// # Errors
     /// [`DeviceError`] that names what is unknown, wrong in the file or out of range.
     pub fn build(&self) -> Result<Device, DeviceError> {
-        match (&self.file, self.name.as_str()) {
-            (Some(file), "") => {
-                if let Some(name) = self.parameters.keys().next() {
-                    return Err(DeviceError::UnknownParameter { device: file.clone(), name: name.clone(), available: "none; edit the file".to_owned() });
-                }
+        let own_choices = self.axes.is_some() || self.tip.is_some() || self.home_rad.is_some();
+        match (&self.file, self.name.as_str(), &self.robot) {
+            (Some(file), "", None) => {
+                self.no_overrides(file, "none; edit the file")?;
                 let text = std::fs::read_to_string(file).map_err(|e| DeviceError::File { file: file.clone(), what: e.to_string() })?;
                 let choices = FileChoices { axes: self.axes.as_deref(), tip: self.tip.as_deref(), home: self.home_rad.as_deref() };
                 read_robot(file, &text, &choices)
             }
-            (None, name) if !name.is_empty() => {
-                if self.axes.is_some() || self.tip.is_some() || self.home_rad.is_some() {
+            (None, name, None) if !name.is_empty() => {
+                if own_choices {
                     return Err(DeviceError::Missing(format!("device.axes, device.tip and device.home_rad belong to a device.file; \"{name}\" has its own")));
                 }
                 let entry = device(name)?;
                 (entry.build)(&Parameters::new(entry.name, entry.parameters, &self.parameters)?)
             }
-            _ => Err(DeviceError::Missing("a device needs either device.name (see `ndof list devices`) or device.file".to_owned())),
+            (None, "", Some(robot)) => {
+                self.no_overrides(&robot.name, "none; edit device.robot")?;
+                if own_choices {
+                    return Err(DeviceError::Missing("device.axes, device.tip and device.home_rad belong to a device.file; edit device.robot".to_owned()));
+                }
+                robot.check_schema("device.robot")?;
+                robot.build()
+            }
+            _ => Err(DeviceError::Missing("a device needs one of device.name (see `ndof list devices`), device.file and device.robot".to_owned())),
+        }
+    }
+
+    /// Refuses overrides, which only devices of the registry have.
+    fn no_overrides(&self, device: &str, available: &str) -> Result<(), DeviceError> {
+        match self.parameters.keys().next() {
+            Some(name) => Err(DeviceError::UnknownParameter { device: device.to_owned(), name: name.clone(), available: available.to_owned() }),
+            None => Ok(()),
         }
     }
 }

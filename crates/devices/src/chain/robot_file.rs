@@ -163,9 +163,7 @@ pub(crate) fn read_robot(file: &str, text: &str, choices: &FileChoices<'_>) -> R
         urdf::read(text, choices.tip).map_err(wrong)?
     } else {
         let config: RobotConfig = toml::from_str(text).map_err(|e| wrong(e.to_string()))?;
-        if config.schema != "ndof/robot/1" {
-            return Err(wrong(format!("schema is \"{}\", expected \"ndof/robot/1\"", config.schema)));
-        }
+        config.check_schema(file)?;
         config
     };
     if let Some(axes) = choices.axes {
@@ -184,6 +182,14 @@ pub(crate) fn read_robot(file: &str, text: &str, choices: &FileChoices<'_>) -> R
 }
 
 impl RobotConfig {
+    /// Refuses another schema, in the name of `file`.
+    pub(crate) fn check_schema(&self, file: &str) -> Result<(), DeviceError> {
+        match self.schema.as_str() {
+            "ndof/robot/1" => Ok(()),
+            other => Err(DeviceError::File { file: file.to_owned(), what: format!("schema is \"{other}\", expected \"ndof/robot/1\"") }),
+        }
+    }
+
     /// The chain, its transducer and its hold.
     ///
     /// # Errors

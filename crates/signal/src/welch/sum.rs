@@ -111,6 +111,10 @@ impl WithSimd for AddProducts<'_> {
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) {
+        // Without a vector unit a complex number is two of the real ones, and nothing is gained by reading it as such.
+        if size_of::<S::c64s>() != size_of::<S::f64s>() {
+            return self.one_by_one();
+        }
         // Rows are whole vectors, so nothing is left over.
         let (spectra, _) = S::as_simd_c64s(self.spectra);
         let (lower, _) = S::as_mut_simd_c64s(self.lower);
@@ -131,6 +135,22 @@ impl WithSimd for AddProducts<'_> {
                         }
                     }
                     pair += (a + 1 - b).min(4);
+                }
+            }
+        }
+    }
+}
+
+impl AddProducts<'_> {
+    /// The same sums on a machine without vectors.
+    fn one_by_one(self) {
+        for segment in self.spectra.chunks_exact(self.channels * self.padded) {
+            let mut lower = self.lower.chunks_exact_mut(self.padded);
+            for a in 0..self.channels {
+                let xs = &segment[a * self.padded..][..self.padded];
+                for (b, sum) in (0..a + 1).zip(&mut lower) {
+                    let ys = &segment[b * self.padded..][..self.padded];
+                    sum.iter_mut().zip(xs).zip(ys).for_each(|((sum, x), y)| *sum += x * y.conj());
                 }
             }
         }
@@ -163,5 +183,27 @@ fn add_products<S: Simd, const N: usize>(simd: S, lower: &mut [S::c64s], spectra
         let imaginary: S::f64s = simd.sub_f64s(cast(c), cast(simd.swap_re_im_c64s(c)));
         let sum: S::f64s = simd.mul_add_e_f64s(real, cast(one), cast(lower[n * row]));
         lower[n * row] = cast(simd.mul_add_e_f64s(imaginary, cast(j), sum));
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use rand::{RngExt, SeedableRng};
+
+    #[test]
+    fn a_machine_without_vectors_sums_the_same_products() {
+        let (channels, padded, segments) = (5, 12, 7);
+        let mut rng = rand_chacha::ChaCha8Rng::seed_from_u64(1);
+        let spectra: Vec<Complex64> =
+            (0..segments * channels * padded).map(|_| Complex64::new(rng.random_range(-1.0..1.0), rng.random_range(-1.0..1.0))).collect();
+        let mut sums = [vec![Complex64::default(); pairs(channels) * padded], vec![Complex64::default(); pairs(channels) * padded]];
+        let [vectors, scalars] = &mut sums;
+        Arch::new().dispatch(AddProducts { channels, padded, spectra: &spectra, lower: vectors });
+        pulp::Scalar.vectorize(AddProducts { channels, padded, spectra: &spectra, lower: scalars });
+        // Identity: round-off of `segments` sums of products below 2.
+        let bound = 2.0 * segments as f64 * 4.0 * f64::EPSILON;
+        assert!(vectors.iter().zip(scalars.iter()).all(|(v, s)| (v - s).norm() < bound));
+        assert!(vectors.iter().any(|v| v.norm() > 0.1));
     }
 }

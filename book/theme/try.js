@@ -1,0 +1,305 @@
+// The page "In the browser": sliders write the file of a study, crates/web (WebAssembly, in a worker) runs it, this file draws the answer.
+// Nothing is fetched: the module comes as a script that lies beside the page, so that the page also works from a folder (file://).
+(() => {
+  // crates/web/study.toml with the sliders' numbers in the place of its own.
+  const written = ({ seed, stiffness, delay, friction, noise, hide, diagnose }) => [
+    globalThis.ndofStudy
+      .replace(/^seed = .*/m, `seed = ${seed}`)
+      .replace(/^K = .*/m, `K = [[${stiffness.toFixed(1)}]]`)
+      .replace(/rms_n = [0-9.]+/, `rms_n = ${noise.toFixed(2)}`),
+    friction ? effect('coulomb-friction', 'limb', `level_n = ${friction.toFixed(2)}`) : '',
+    delay ? effect('measurement-delay', 'sensor', `delay_s = ${(delay / 1000).toFixed(4)}, channel = "pos_x"`) : '',
+    hide ? '\n[diagnose]\nhide = 1\n' : diagnose ? '\n[diagnose]\n' : '',
+  ].join('');
+
+  const effect = (name, side, parameters) => `
+[[experiment.effects]]
+name = "${name}"
+side = "${side}"${side === 'limb' ? '\naxis = "x"' : ''}
+parameters = { ${parameters} }
+`;
+
+  const SLIDERS = [
+    { name: 'stiffness', label: 'Stiffness of the limb', unit: 'N/m', min: 100, max: 1000, step: 20, value: 300, digits: 0 },
+    { name: 'delay', label: 'Delay of the position', unit: 'ms', min: 0, max: 30, step: 1, value: 0, digits: 0 },
+    { name: 'friction', label: 'Dry friction in the limb', unit: 'N', min: 0, max: 2, step: 0.1, value: 0, digits: 1 },
+    { name: 'noise', label: 'Force noise of the limb, rms', unit: 'N', min: 0, max: 3, step: 0.1, value: 0.3, digits: 1 },
+  ];
+  const EFFECTS = {
+    'coulomb-friction': 'dry friction',
+    hysteresis: 'hysteresis: a loop that does not depend on speed',
+    'cubic-stiffness': 'a spring that hardens',
+    'reflex-delay': 'a reflex that answers late',
+    'measurement-delay': 'a channel that comes late',
+    'stiffness-drift': 'stiffness that changes while one measures',
+  };
+
+  // What the worker does: a system interface with standard input and output and nothing else, so that the module cannot ask for more.
+  function work() {
+    let compiled;
+    const run = async study => {
+      const module = await compiled, input = new TextEncoder().encode(study), output = [[], [], []];
+      let at = 0, memory;
+      const bytes = () => new Uint8Array(memory.buffer), view = () => new DataView(memory.buffer);
+      const pieces = (list, count) => Array.from({ length: count }, (_, k) => [view().getUint32(list + 8 * k, true), view().getUint32(list + 8 * k + 4, true)]);
+      const zeros = (...places) => { for (const place of places) view().setUint32(place, 0, true); return 0; };
+      const system = {
+        fd_read(file, list, count, read) {
+          let total = 0;
+          for (const [place, length] of pieces(list, count)) {
+            const part = input.subarray(at, at + length);
+            bytes().set(part, place);
+            at += part.length;
+            total += part.length;
+          }
+          view().setUint32(read, total, true);
+          return 0;
+        },
+        fd_write(file, list, count, written) {
+          let total = 0;
+          for (const [place, length] of pieces(list, count)) {
+            output[file]?.push(bytes().slice(place, place + length));
+            total += length;
+          }
+          view().setUint32(written, total, true);
+          return 0;
+        },
+        environ_sizes_get: zeros,
+        environ_get: () => 0,
+        args_sizes_get: zeros,
+        args_get: () => 0,
+        clock_time_get(id, precision, place) { view().setBigUint64(place, BigInt(Math.round(performance.now() * 1e6)), true); return 0; },
+        random_get(place, length) { bytes().fill(7, place, place + length); return 0; }, // of hash maps only: studies have seeds of their own
+        sched_yield: () => 0,
+        proc_exit(code) { if (code) throw new Error(`exit code ${code}`); },
+      };
+      const refused = 8; // "bad file descriptor": there are no files
+      const imports = {};
+      for (const { module: from, name } of WebAssembly.Module.imports(module)) (imports[from] ??= {})[name] = system[name] ?? (() => refused);
+      const { exports } = await WebAssembly.instantiate(module, imports);
+      memory = exports.memory;
+      const text = async parts => new Blob(parts).text();
+      try {
+        exports._start();
+      } catch (error) {
+        throw new Error((await text(output[2])) || error.message);
+      }
+      return JSON.parse(await text(output[1]));
+    };
+    onmessage = async ({ data }) => {
+      try {
+        if (data.module) {
+          compiled = WebAssembly.compile(data.module);
+          await compiled;
+          postMessage({ ready: true });
+        } else {
+          const from = performance.now(), answer = await run(data.study);
+          postMessage({ id: data.id, answer, seconds: (performance.now() - from) / 1000 });
+        }
+      } catch (error) {
+        postMessage({ id: data.id, answer: { error: error.message }, seconds: 0 });
+      }
+    };
+  }
+
+  const element = (name, attributes = {}, ...children) => {
+    const made = document.createElement(name);
+    for (const [key, value] of Object.entries(attributes)) key in made ? (made[key] = value) : made.setAttribute(key, value);
+    made.append(...children);
+    return made;
+  };
+
+  // ---- plots -------------------------------------------------------------------------------------------------------------------------
+
+  const WIDTH = 380, HEIGHT = 250, LEFT = 62, RIGHT = 12, TOP = 26, BOTTOM = 40;
+  const decades = (low, high) => {
+    const ticks = [];
+    for (let power = Math.floor(Math.log10(low)); power <= Math.ceil(Math.log10(high)); power++)
+      for (const digit of [1, 2, 5]) if (digit * 10 ** power >= low && digit * 10 ** power <= high) ticks.push(digit * 10 ** power);
+    return ticks;
+  };
+  const plain = value => (value !== 0 && (Math.abs(value) < 1e-3 || Math.abs(value) >= 1e4) ? value.toExponential(0).replace('e', '·10^').replace('+', '').replace(/10\^(-?\d+)/, (_, p) => '10' + [...p].map(c => '⁰¹²³⁴⁵⁶⁷⁸⁹'[c] ?? '⁻').join('')) : String(+value.toPrecision(3)));
+
+  function plot({ title, unit, x, y, ticks, log, series }) {
+    const scale = log ? Math.log10 : v => v;
+    const across = f => LEFT + ((Math.log10(f) - Math.log10(x[0])) / (Math.log10(x[1]) - Math.log10(x[0]))) * (WIDTH - LEFT - RIGHT);
+    const up = v => HEIGHT - BOTTOM - ((scale(v) - scale(y[0])) / (scale(y[1]) - scale(y[0]))) * (HEIGHT - TOP - BOTTOM);
+    const clamped = v => Math.min(Math.max(v, TOP - 30), HEIGHT - BOTTOM + 30);
+    const id = `try-${title.toLowerCase().replace(/\W+/g, '-')}`, parts = [];
+    for (const tick of ticks) parts.push(`<path class="grid" d="M${LEFT} ${up(tick)}H${WIDTH - RIGHT}"/><text x="${LEFT - 6}" y="${up(tick) + 4}" text-anchor="end">${plain(tick)}</text>`);
+    for (const tick of decades(...x)) parts.push(`<path class="grid" d="M${across(tick)} ${TOP}V${HEIGHT - BOTTOM}"/><text x="${across(tick)}" y="${HEIGHT - BOTTOM + 16}" text-anchor="middle">${plain(tick)}</text>`);
+    parts.push(`<text x="${LEFT}" y="15">${title}${unit ? ` (${unit})` : ''}</text><text x="${(LEFT + WIDTH - RIGHT) / 2}" y="${HEIGHT - 6}" text-anchor="middle">Hz</text>`);
+    const path = points => points.map(([f, v], k) => `${k ? 'L' : 'M'}${across(f).toFixed(1)} ${clamped(up(v)).toFixed(1)}`).join('');
+    for (const { frequency, value, low, high, color, dash, jumps } of series) {
+      const seen = frequency.map((f, k) => [f, value[k], low?.[k], high?.[k]]).filter(([, v]) => Number.isFinite(v) && (!log || v > 0));
+      if (low) {
+        const band = seen.filter(([, , l, h]) => Number.isFinite(l) && Number.isFinite(h)).map(([f, v, l, h]) => [f, log ? Math.max(l, y[0] / 10) : l, h]);
+        if (band.length) parts.push(`<path class="band" fill="${color}" d="${path([...band.map(([f, , h]) => [f, h]), ...band.map(([f, l]) => [f, l]).reverse()])}Z"/>`);
+      }
+      const runs = [[]];
+      seen.forEach((point, k) => { if (jumps && k && Math.abs(point[1] - seen[k - 1][1]) > 180) runs.push([]); runs.at(-1).push(point); });
+      for (const run of runs) parts.push(`<path class="line" stroke="${color}"${dash ? ` stroke-dasharray="${dash}"` : ''} d="${path(run)}"/>`);
+    }
+    return `<svg viewBox="0 0 ${WIDTH} ${HEIGHT}" role="img" aria-label="${title} over frequency"><clipPath id="${id}"><rect x="${LEFT}" y="${TOP}" width="${WIDTH - LEFT - RIGHT}" height="${HEIGHT - TOP - BOTTOM}"/></clipPath>${parts.map(part => part.replace(/<path class="(line|band)"/, `<path clip-path="url(#${id})" class="$1"`)).join('')}</svg>`;
+  }
+
+  const gain = r => r.re.map((re, k) => (re === null ? NaN : Math.hypot(re, r.im[k])));
+  const degrees = r => r.re.map((re, k) => { // from +90 to −270, where a compliance with a delay lies
+    if (re === null) return NaN;
+    const d = (Math.atan2(r.im[k], re) * 180) / Math.PI;
+    return d > 90 ? d - 360 : d;
+  });
+  const LINES = [
+    { name: 'derived estimate, 95 % interval', color: 'var(--blue)' },
+    { name: 'direct estimate', color: 'var(--orange)', dash: '7 3' },
+    { name: 'fitted model', color: 'var(--vermillion)', dash: '3 3' },
+    { name: 'linear part of the limb', color: 'currentColor', dash: '1 4' },
+  ];
+
+  function draw(answer) {
+    const { estimate } = answer, frequency = estimate.frequency_hz, x = [frequency[0], frequency.at(-1)];
+    const entry = r => ({ re: r.re[0][0], im: r.im[0][0] }), ends = (list, k) => list[0][0].map(pair => (pair ? pair[k] : NaN));
+    const curves = [estimate.derived, estimate.direct, answer.fitted, answer.simulated].map(entry), gains = curves.map(gain), phases = curves.map(degrees);
+    const shown = gains.flat().filter(v => v > 0), y = [Math.min(...shown) / 1.5, Math.max(...shown) * 1.5];
+    const phaseEnd = k => ends(estimate.derived.phase_ci95_rad, k).map((v, i) => {
+      const d = (v * 180) / Math.PI, middle = phases[0][i];
+      return d + 360 * Math.round((middle - d) / 360);
+    });
+    const of = (values, low, high, jumps) => values.map((value, k) => ({ ...LINES[k], frequency, value, jumps, ...(k ? {} : { low, high }) }));
+    const coherence = [estimate.derived.coherence_paper, estimate.direct.coherence].map(c => c.ordinary[0][0].map(v => v ?? NaN));
+    return [
+      plot({ title: 'Gain of the compliance', unit: 'm/N', x, y, ticks: decades(...y).filter(v => /^[15]/.test(v.toExponential())), log: true, series: of(gains, ends(estimate.derived.gain_ci95, 0), ends(estimate.derived.gain_ci95, 1)).reverse() }),
+      plot({ title: 'Phase', unit: 'degrees', x, y: [-280, 40], ticks: [0, -90, -180, -270], series: of(phases, phaseEnd(0), phaseEnd(1), true).reverse() }),
+      plot({ title: 'Coherence of force and motion', x, y: [0, 1.02], ticks: [0, 0.25, 0.5, 0.75, 1], series: [{ ...LINES[1], dash: '', frequency, value: coherence[1] }] }),
+    ].join('');
+  }
+
+  const number = (value, digits = 4) => (value === null || value === undefined ? '–' : plain(+(+value).toPrecision(digits)));
+
+  function table(rows) {
+    const cell = (name, text) => element(name, {}, text);
+    const line = r => element('tr', {}, cell('th', `${r.name} (${r.unit})`), cell('td', number(r.truth)), cell('td', number(r.value)), cell('td', r.ci95 ? `${number(r.ci95[0])} … ${number(r.ci95[1])}` : '–'));
+    return element('table', {}, element('thead', {}, element('tr', {}, ...['', 'simulated', 'estimate', '95 % interval'].map(t => cell('th', t)))), element('tbody', {}, ...rows.map(line)));
+  }
+
+  const words = effect => EFFECTS[effect] ?? effect.replaceAll('-', ' ');
+
+  function verdict({ verdict, causes }) {
+    const lead = {
+      adequate: 'The diagnosis finds nothing that the linear model misses.',
+      explained: 'The diagnosis finds that the linear model misses something, and names it:',
+      'partly-explained': 'The diagnosis finds that the linear model misses something, and can name part of it:',
+      unexplained: 'The diagnosis finds that the linear model misses something that no effect it knows explains.',
+    }[verdict];
+    const parameter = p => `${p.name} = ${typeof p.value === 'number' ? number(p.value) : p.value}${p.unit && p.unit !== '1' ? ` ${p.unit}` : ''}${p.ci95 ? ` (${number(p.ci95[0])} … ${number(p.ci95[1])})` : ''}`;
+    const cause = c => element('li', {}, element('strong', {}, c.effect), ` – ${words(c.effect)}, at the ${c.site.side}; probability ${number(c.probability, 2)}. `, c.parameters.map(parameter).join(', '), '.');
+    return [element('p', {}, lead), ...(causes.length ? [element('ul', {}, ...causes.map(cause))] : [])];
+  }
+
+  // ---- the page ----------------------------------------------------------------------------------------------------------------------
+
+  function start(root, module) {
+    const state = element('p', { className: 'try-state', role: 'status' }, 'loading …'), answer = element('div', { className: 'try-answer' });
+    const plots = element('div', { className: 'try-plots' }), results = element('div'), text = element('code'), riddle = element('div');
+    const inputs = SLIDERS.map(s => {
+      const input = element('input', { type: 'range', id: `try-${s.name}`, min: s.min, max: s.max, step: s.step });
+      input.value = s.value;
+      const shown = element('output', { htmlFor: input.id }), show = () => { shown.textContent = `${(+input.value).toFixed(s.digits)} ${s.unit}`; input.setAttribute('aria-valuetext', shown.textContent); };
+      input.addEventListener('input', () => { show(); ask({}); });
+      show();
+      return { ...s, input, show, label: element('label', { htmlFor: input.id }, s.label, shown, input) };
+    });
+    const buttons = { diagnose: 'Diagnose', hide: 'Hide one', again: 'Start again' };
+    for (const [name, label] of Object.entries(buttons)) buttons[name] = element('button', { type: 'button' }, label);
+    const swatch = l => element('li', { innerHTML: `<svg viewBox="0 0 30 8" aria-hidden="true"><path d="M0 4H30" stroke="${l.color}" stroke-width="2.5" fill="none"${l.dash ? ` stroke-dasharray="${l.dash}"` : ''}/></svg>${l.name}` });
+    root.replaceChildren(
+      element('div', { className: 'try-controls' }, ...inputs.map(i => i.label)),
+      element('div', { className: 'try-buttons' }, ...Object.values(buttons)), state, riddle, answer,
+      element('ul', { className: 'try-legend' }, ...LINES.map(swatch)), plots, results,
+      element('details', {}, element('summary', {}, "The study's file"), element('pre', {}, text)),
+    );
+
+    const url = URL.createObjectURL(new Blob([`(${work})()`], { type: 'text/javascript' })), worker = new Worker(url);
+    let running = null, waiting = null, count = 0, hiding = null;
+    const settings = () => ({ seed: 1, ...Object.fromEntries(inputs.map(i => [i.name, +i.input.value])) });
+    // One study at a time; of what is asked meanwhile the last wish counts.
+    function ask(wish) {
+      answer.replaceChildren();
+      waiting = { ...settings(), ...hiding, ...wish };
+      next();
+    }
+    function next() {
+      if (running || !waiting || !count) return;
+      running = { ...waiting, id: count++, study: written(waiting) };
+      waiting = null;
+      text.textContent = running.study;
+      state.textContent = running.hide || running.diagnose ? 'simulating, estimating, diagnosing …' : 'simulating and estimating …';
+      worker.postMessage({ id: running.id, study: running.study });
+    }
+    worker.onmessage = ({ data }) => {
+      if (data.ready) { count = 1; URL.revokeObjectURL(url); ask({}); return; }
+      const done = running;
+      running = null;
+      if (data.answer.error) state.textContent = `That did not work: ${data.answer.error}`;
+      else {
+        state.textContent = `90 s of recording made and analysed in ${data.seconds.toFixed(1)} s`;
+        root.dataset.seconds = data.seconds;
+        plots.innerHTML = draw(data.answer);
+        results.replaceChildren(table(data.answer.table));
+        if (!waiting && done.hide) guess(data.answer);
+        else if (!waiting && done.diagnose) answer.replaceChildren(...verdict(data.answer.diagnosis));
+      }
+      root.dataset.runs = done.id;
+      next();
+    };
+
+    function guess({ hidden: [hidden], diagnosis }) {
+      root.dataset.hidden = hidden.name;
+      const choice = ([name, label]) => element('label', {}, element('input', { type: 'radio', name: 'try-guess', value: name }), ` ${label}`);
+      const tell = element('button', { type: 'button' }, 'Tell me');
+      const options = element('fieldset', {}, element('legend', {}, 'One of these is hidden. Which?'), ...Object.entries(EFFECTS).map(choice), tell);
+      riddle.replaceChildren(options);
+      tell.addEventListener('click', () => {
+        const said = options.querySelector('input:checked')?.value, named = diagnosis.causes.map(c => c.effect), own = said === undefined ? 'You did not guess.' : said === hidden.name ? 'You are right.' : `You said ${words(said)}.`;
+        const right = named[0] === hidden.name ? 'The diagnosis is right, too.' : 'The diagnosis did not find it.';
+        const strength = Object.entries(hidden.parameters).map(([name, value]) => `${name} = ${number(value)}`).join(', ');
+        answer.replaceChildren(element('p', {}, 'It was ', element('strong', {}, hidden.name), `: ${words(hidden.name)} (${strength}). ${own} ${said === hidden.name ? right : right.replace(', too', '')}`), ...verdict(diagnosis));
+        tell.disabled = true;
+      });
+    }
+    const lock = locked => { for (const i of inputs) if (['delay', 'friction'].includes(i.name)) { i.input.disabled = locked; if (locked) { i.input.value = 0; i.show(); } } };
+    buttons.diagnose.addEventListener('click', () => ask({ diagnose: true }));
+    buttons.hide.addEventListener('click', () => {
+      hiding = { hide: true, seed: 1 + Math.floor(Math.random() * 1e6) };
+      buttons.diagnose.disabled = true;
+      riddle.replaceChildren();
+      lock(true);
+      ask({});
+    });
+    buttons.again.addEventListener('click', () => {
+      hiding = null;
+      buttons.diagnose.disabled = false;
+      riddle.replaceChildren();
+      lock(false);
+      for (const i of inputs) { i.input.value = i.value; i.show(); }
+      ask({});
+    });
+    worker.postMessage({ module });
+  }
+
+  async function unpacked(base64) {
+    const packed = Uint8Array.from(atob(base64), c => c.charCodeAt(0));
+    return new Response(new Blob([packed]).stream().pipeThrough(new DecompressionStream('gzip'))).arrayBuffer();
+  }
+
+  document.addEventListener('DOMContentLoaded', () => {
+    const root = document.getElementById('try');
+    if (!root) return;
+    root.querySelector('.try-wait').textContent = 'loading …';
+    const script = document.createElement('script');
+    script.src = `${typeof path_to_root === 'string' ? path_to_root : ''}browser/module.js`;
+    script.addEventListener('load', () => unpacked(globalThis.ndofModule).then(module => start(root, module)));
+    script.addEventListener('error', () => { root.textContent = 'browser/module.js does not lie beside this page.'; });
+    document.head.append(script);
+  });
+})();
