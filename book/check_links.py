@@ -1,7 +1,9 @@
-"""Checks that every local link and picture of the built book leads somewhere, and that no page loads anything from a network.
+"""Checks that every local link and picture of the built book leads somewhere, that no page loads anything from a network, and that every listing
+in Rust or TOML is a part of a file of the repository, which is compiled and run or read there.
 
     python3 book/check_links.py book/book
 """
+import re
 import sys
 from html.parser import HTMLParser
 from pathlib import Path
@@ -25,6 +27,21 @@ class Page(HTMLParser):
             self.loads.append(attrs["href"])
 
 
+def free_listings(source):
+    """Listings in Rust or TOML that stand in a page by themselves or name a part that there is not."""
+    faults = []
+    for page in sorted(source.rglob("*.md")):
+        for language, body in re.findall(r"^```(rust|toml)\b[^\n]*\n(.*?)^```", page.read_text(encoding="utf-8"), re.S | re.M):
+            place = re.fullmatch(r"\{\{#include ([^}:]+)(?::([\w-]+))?\}\}\n", body)
+            file = place and (page.parent / place[1]).resolve()
+            where = f"{page.relative_to(source)}: a listing in {language}"
+            if not place:
+                faults.append(f"{where} is not an include of a file that is compiled or read: {body.splitlines()[0] if body else ''}")
+            elif not file.is_file() or (place[2] and f"ANCHOR: {place[2]}\n" not in file.read_text(encoding="utf-8")):
+                faults.append(f"{where} names {place[1]}{':' + place[2] if place[2] else ''}, which there is not")
+    return faults
+
+
 def main():
     root = Path(sys.argv[1]).resolve()
     pages = {}
@@ -32,7 +49,7 @@ def main():
         page = Page()
         page.feed(path.read_text(encoding="utf-8"))
         pages[path] = page
-    faults = []
+    faults = free_listings(root.parent / "src")
     for path, page in pages.items():
         if path.name in ("print.html", "toc.html", "404.html"):
             continue
@@ -49,7 +66,7 @@ def main():
                 faults.append(f"{path.relative_to(root)}: {target} leads nowhere")
             elif url.fragment and file in pages and unquote(url.fragment) not in pages[file].ids:
                 faults.append(f"{path.relative_to(root)}: {target} names no place on that page")
-    print("\n".join(faults) or f"{len(pages)} pages, every link leads somewhere")
+    print("\n".join(faults) or f"{len(pages)} pages, every link leads somewhere, every listing is of a file")
     sys.exit(bool(faults) or not pages)
 
 

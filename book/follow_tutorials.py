@@ -4,8 +4,7 @@
 
 Each page has a folder of its own that looks like a fresh clone, and one shell in which its `sh` listings run from top to bottom; a command that
 fails ends the page. What a `text` listing shows must be printed by the `sh` listing before it, in that order, with `…` for what is left out: words
-alike, numbers alike up to two units of the last digit that the page prints (processors round differently). A `toml` listing whose first line
-is `# NAME.toml` is written to that file.
+alike, numbers alike up to two units of the last digit that the page prints (processors round differently).
 
 `ndof` and `cargo run --release` are the program in --bin, `cargo run --release --example NAME` is its example, `git clone` gives the folder,
 and `cargo test …` is not run a second time here: it must name a test that there is.
@@ -71,8 +70,7 @@ def alike(said, printed):
 
 def missing(said, printed):
     """The first line of a `text` listing that the output does not have, if any."""
-    lines = [line for line in printed.splitlines()]
-    at = 0
+    lines, at = printed.splitlines(), 0
     for line in said.splitlines():
         if not line.strip() or line.strip() == "…":
             continue
@@ -92,8 +90,6 @@ def follow(page, tools):
             parts.append(f"printf '{MARK}'\n{body}")
         elif language == "text" and len(parts) > 1:
             expected.setdefault(len(parts) - 1, []).append(body)
-        elif language == "toml" and (name := re.match(r"# ([\w.-]+\.toml)\n", body)):
-            parts[-1] += f"\ncat > {name[1]} <<'END_OF_LISTING'\n{body}END_OF_LISTING\n"
     if len(parts) == 1:
         return [f"{page.name} prints no command"]
     with tempfile.TemporaryDirectory() as folder:
@@ -137,9 +133,8 @@ def main():
             print(f"{name}: {'wrong' if found else 'as it says'}, {time.monotonic() - start:.1f} s", flush=True)
             return found
 
-        with ThreadPoolExecutor(max_workers=1) as pool:
-            for found in pool.map(timed, names):
-                faults += found
+        for name in names:
+            faults += timed(name)
     print("\n\n".join(faults) or f"{len(names)} tutorials give what they say")
     sys.exit(bool(faults))
 

@@ -118,7 +118,12 @@ parameters = { ${parameters} }
       for (const digit of [1, 2, 5]) if (digit * 10 ** power >= low && digit * 10 ** power <= high) ticks.push(digit * 10 ** power);
     return ticks;
   };
-  const plain = value => (value !== 0 && (Math.abs(value) < 1e-3 || Math.abs(value) >= 1e4) ? value.toExponential(0).replace('e', '·10^').replace('+', '').replace(/10\^(-?\d+)/, (_, p) => '10' + [...p].map(c => '⁰¹²³⁴⁵⁶⁷⁸⁹'[c] ?? '⁻').join('')) : String(+value.toPrecision(3)));
+  const raised = power => '10' + [...String(power)].map(c => '⁰¹²³⁴⁵⁶⁷⁸⁹'[c] ?? '⁻').join('');
+  const plain = (value, digits = 3) => {
+    if (value === 0 || (Math.abs(value) >= 1e-3 && Math.abs(value) < 1e4)) return String(+value.toPrecision(digits));
+    const [mantissa, power] = value.toExponential(digits - 1).split('e');
+    return `${+mantissa === 1 ? '' : `${+mantissa}·`}${raised(+power)}`;
+  };
 
   function plot({ title, unit, x, y, ticks, log, series }) {
     const scale = log ? Math.log10 : v => v;
@@ -174,7 +179,7 @@ parameters = { ${parameters} }
     ].join('');
   }
 
-  const number = (value, digits = 4) => (value === null || value === undefined ? '–' : plain(+(+value).toPrecision(digits)));
+  const number = (value, digits = 4) => (value === null || value === undefined ? '–' : plain(+value, digits));
 
   function table(rows) {
     const cell = (name, text) => element(name, {}, text);

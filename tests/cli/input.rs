@@ -142,3 +142,16 @@ fn check_knows_swapped_and_crossed_columns_and_late_ones() {
         assert!(codes(&json(folder.path(), &[command, "swapped.csv", "--band", "1-20"]), "warnings").contains(&"channels-swapped".to_owned()), "{command}");
     }
 }
+
+#[test]
+fn without_a_reference_the_direct_estimate_is_what_is_fitted() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let (command, other) = (noise(7, 8000), noise(8, 8000));
+    let force: Vec<f64> = command.iter().zip(&other).map(|(c, o)| c + 0.3 * o).collect();
+    let motion = oscillator(&force);
+    csv(&folder.path().join("trial.csv"), "# sample_rate_hz: 500\n", &[("cmd_x [N]", &command), ("force_x [N]", &force), ("pos_x [m]", &motion)]);
+    let estimate = |more: &[&str]| json(folder.path(), &[&["estimate", "trial.csv", "--nperseg", "1024"], more].concat());
+    let (derived, direct) = (estimate(&[]), estimate(&["--reference", "none"]));
+    assert!(derived["derived"].is_object() && direct["derived"].is_null() && direct["references"].as_array().is_some_and(Vec::is_empty));
+    assert_eq!(derived["direct"]["re"], direct["direct"]["re"], "the direct estimate is the same");
+}

@@ -216,6 +216,13 @@ pub static LIMBS: &[LimbEntry] = &[
 ///
 /// # Errors
 /// [`DeviceError::UnknownDevice`] with the names that there are.
+///
+/// ```
+/// use ndof_devices::device;
+/// assert!(device("mit-manus")?.parameters.iter().any(|p| p.name == "coulomb_1_nm" && p.unit == "N m"));
+/// assert!(device("mit-manos").is_err_and(|error| error.to_string().contains("mit-manus")));
+/// # Ok::<(), ndof_devices::DeviceError>(())
+/// ```
 pub fn device(name: &str) -> Result<&'static DeviceEntry, DeviceError> {
     DEVICES
         .iter()

@@ -20,6 +20,29 @@ use std::sync::Arc;
 ///
 /// # Errors
 /// [`DiagnoseError`] if the channels do not make a balance of forces, or the recording is too short or empty.
+///
+/// ```
+/// use ndof_diagnose::{Options, diagnose};
+/// use ndof_signal::{Channel, FilteredNoise, Quantity, Recording, Unit};
+/// use ndof_sysid::Ports;
+///
+/// // A mass of 2 kg on spring and damper with 1 N of dry friction, pushed by noise of 4 N rms; 40 s.
+/// let force = FilteredNoise { axes: 1, samples: 20_000, rms: 4.0, ..FilteredNoise::default() }.generate(1)?.remove(0);
+/// let (mut x, mut v) = (0.0_f64, 0.0_f64);
+/// let mut step = |f: f64| {
+///     v += (f - 12.0 * v - 300.0 * x - (v / 0.005).tanh()) / 2.0 * 1e-4;
+///     x += v * 1e-4;
+///     x
+/// };
+/// let motion: Vec<f64> = force.iter().map(|f| (0..20).map(|_| step(*f)).sum::<f64>() / 20.0).collect(); // the mean over the interval
+///
+/// let channel = |name: &str, quantity, samples| Channel::new(name, Unit::si(quantity, false), samples);
+/// let trial = Recording::new(500.0, vec![channel("force_x", Quantity::Effort, force), channel("pos_x", Quantity::Displacement, motion)])?;
+/// let ports = Ports { references: vec![], inputs: vec![0], outputs: vec![1] };
+/// let found = diagnose(&[trial], &ports, &Options::default(), None, &mut |_| {})?;
+/// assert_eq!(found.causes[0].effect, "coulomb-friction");
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 pub fn diagnose(
     trials: &[Recording],
     ports: &Ports,

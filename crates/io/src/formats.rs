@@ -29,6 +29,10 @@ pub struct Format {
 }
 
 /// Every format, built in or not, in the order in which content is compared.
+///
+/// ```
+/// assert!(ndof_io::formats().iter().any(|format| format.name == "CSV" && format.suffixes.contains(&"tsv") && format.writes));
+/// ```
 pub fn formats() -> &'static [Format] {
     FORMATS
 }

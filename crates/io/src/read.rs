@@ -80,6 +80,14 @@ pub fn read(path: &Path, options: &ReadOptions) -> Result<ReadRecording, IoError
 ///
 /// # Errors
 /// [`IoError`] with file, place and remedy.
+///
+/// ```
+/// let csv = b"# sample_rate_hz: 500\nforce_x [N],pos_x [mm]\n1.0,2.0\n1.5,2.5\n";
+/// let read = ndof_io::read_bytes(csv, "trial.csv", &ndof_io::ReadOptions::default())?;
+/// assert_eq!(read.recording.sample_rate_hz(), 500.0);
+/// assert_eq!(read.recording.channel("pos_x")?.samples, [0.002, 0.0025]); // SI
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 pub fn read_bytes(bytes: &[u8], file: &str, options: &ReadOptions) -> Result<ReadRecording, IoError> {
     let format = formats::detect(bytes, file)?;
     let table = (formats::reader(format, file)?)(bytes, file)?;

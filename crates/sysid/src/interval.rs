@@ -153,6 +153,10 @@ impl FrequencyResponse {
 /// setting); for comparison with the paper only.
 ///
 /// Palazzolo et al., IEEE TNSRE 15(1), 2007.
+///
+/// ```
+/// assert!((ndof_sysid::paper_random_error(0.5, 45) - (1.0_f64 / 88.0).sqrt()).abs() < 1e-15);
+/// ```
 pub fn paper_random_error(partial_coherence: f64, segments: usize) -> f64 {
     ((1.0 - partial_coherence) / (2.0 * (segments as f64 - 1.0) * partial_coherence)).sqrt()
 }

@@ -17,7 +17,7 @@ pub struct Channels {
     /// What the columns are: NEW=OLD pairs, such as force_x=Fx,pos_x="x [mm]", or a file with [channels] and [transform]
     #[arg(long, value_name = "NEW=OLD,…|FILE.toml", value_parser = channels_file, help_heading = "Recordings")]
     pub channels: Option<ChannelsFile>,
-    /// Commanded perturbations [default: channels cmd_…]
+    /// Commanded perturbations, or none, which leaves the direct estimate alone [default: channels cmd_…]
     #[arg(long, value_name = "CHANNELS", value_delimiter = ',', help_heading = "Recordings")]
     pub reference: Option<Vec<String>>,
     /// Inputs [default: channels force_… and torque_…]
@@ -70,6 +70,8 @@ impl Channels {
 
     /// The roles that are asked for.
     pub fn roles(&self) -> RoleNames {
-        RoleNames { references: self.reference.clone(), inputs: self.input.clone(), outputs: self.output.clone() }
+        let none = |names: &[String]| matches!(names, [name] if name == "none");
+        let references = self.reference.as_ref().map(|names| if none(names) { Vec::new() } else { names.clone() });
+        RoleNames { references, inputs: self.input.clone(), outputs: self.output.clone() }
     }
 }

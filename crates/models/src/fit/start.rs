@@ -12,6 +12,19 @@ use std::f64::consts::TAU;
 ///
 /// # Errors
 /// [`ResponseError`] if the response is no mechanical one or cannot be inverted.
+///
+/// ```
+/// use ndarray::arr2;
+/// use ndof_models::{Axis, InertiaDampingStiffness, InertiaDampingStiffnessModel, Symmetry, linear_start};
+/// use ndof_sysid::ResponseKind;
+///
+/// let limb = InertiaDampingStiffness { axes: vec![Axis::linear("x")], inertia: arr2(&[[2.0]]), damping: arr2(&[[12.0]]), stiffness: arr2(&[[300.0]]) };
+/// let compliance = limb.response(&[0.5, 1.0, 2.0, 4.0], ResponseKind::Compliance);
+/// let model = InertiaDampingStiffnessModel::new(limb.axes.clone(), Symmetry::Symmetric);
+/// let start = linear_start(&model, &compliance)?; // M, B, K
+/// assert!(start.iter().zip([2.0, 12.0, 300.0]).all(|(found, true_value)| (found / true_value - 1.0).abs() < 1e-9));
+/// # Ok::<(), ndof_sysid::ResponseError>(())
+/// ```
 pub fn linear_start(model: &InertiaDampingStiffnessModel, response: &FrequencyResponse) -> Result<Vec<f64>, ResponseError> {
     let stiffness = response.to_kind(ResponseKind::DynamicStiffness)?;
     let n = model.axes().len();

@@ -88,6 +88,32 @@ pub const MODEL: &str = "inertia-damping-stiffness";
 ///
 /// # Errors
 /// [`StudyError`] if the response is not square or not mechanical, or the band holds too little.
+///
+/// ```
+/// use ndof_study::file::{ExperimentFile, parse};
+/// use ndof_study::{EstimateSettings, FitSettings, RoleNames, Trial, Trials, Trim, estimate, fit, simulate};
+///
+/// let experiment: ExperimentFile = parse(r#"
+///     duration_s = 20.0
+///     [device.robot]
+///     schema = "ndof/robot/1"
+///     name = "slide"
+///     axes = ["x"]
+///     joints = [{ name = "carriage", kind = "prismatic", axis = [1.0, 0.0, 0.0], mass_kg = 1.0, gear_ratio = 10.0 }]
+///     [limb]
+///     name = "endpoint-linear"
+///     M = [[2.0]]
+///     B = [[12.0]]
+///     K = [[300.0]]
+/// "#, "slide.toml")?;
+/// let recording = simulate(&experiment, &|_, _, _| ())?.recordings.remove(0);
+/// let trial = Trial { file: "slide".to_owned(), recording, warnings: Vec::new() };
+/// let trials = Trials::new(vec![trial], &RoleNames::default(), &Trim::default())?;
+/// let estimated = estimate(&trials, &EstimateSettings { nperseg: Some(1024), ..EstimateSettings::default() }, "example")?;
+/// let fitted = fit(&trials, &estimated, &FitSettings { band_hz: Some([0.5, 10.0]), ..FitSettings::default() }, "example")?;
+/// assert!((fitted.matrices.stiffness[[0, 0]] - 300.0).abs() < 15.0); // N/m
+/// # Ok::<(), ndof_study::StudyError>(())
+/// ```
 pub fn fit(trials: &Trials, estimated: &Estimated, settings: &FitSettings, command: &str) -> Result<Fitted, StudyError> {
     if let Some(name) = settings.model.as_deref().filter(|name| *name != MODEL) {
         return Err(StudyError::UnknownModel { name: name.to_owned(), available: MODEL });

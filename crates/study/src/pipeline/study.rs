@@ -55,6 +55,34 @@ pub struct ComparedParameter {
 ///
 /// # Errors
 /// [`StudyError`] from the step that failed.
+///
+/// ```
+/// use ndof_study::{file::StudyFile, run_study};
+///
+/// let study = StudyFile::parse(r#"
+///     [experiment]
+///     duration_s = 20.0
+///     [experiment.device.robot]
+///     schema = "ndof/robot/1"
+///     name = "slide"
+///     axes = ["x"]
+///     joints = [{ name = "carriage", kind = "prismatic", axis = [1.0, 0.0, 0.0], mass_kg = 1.0, gear_ratio = 10.0 }]
+///     [experiment.limb]
+///     name = "endpoint-linear"
+///     M = [[2.0]]
+///     B = [[12.0]]
+///     K = [[300.0]]
+///     [estimate]
+///     method = "welch"
+///     nperseg = 1024
+///     [fit]
+///     band_hz = [0.5, 10.0]
+/// "#, "slide.toml")?;
+/// let outcome = run_study(&study, None, None, &|_, _, _| ())?;
+/// let stiffness = outcome.table().into_iter().find(|p| p.name == "K").and_then(|p| p.value);
+/// assert!(stiffness.is_some_and(|k| (k - 300.0).abs() < 15.0)); // N/m
+/// # Ok::<(), ndof_study::StudyError>(())
+/// ```
 pub fn run_study(study: &StudyFile, recordings: Option<Vec<Trial>>, seed: Option<u64>, progress: &Progress<'_>) -> Result<StudyOutcome, StudyError> {
     let mut riddle = Vec::new();
     let (simulated, trials) = match recordings {

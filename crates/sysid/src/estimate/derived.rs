@@ -62,6 +62,26 @@ pub struct DerivedEstimate {
 ///
 /// References: Palazzolo et al., IEEE TNSRE 15(1), 2007; Pintelon & Schoukens, System Identification, 2nd ed. 2012,
 /// ch. 2.
+///
+/// ```
+/// use ndof_signal::Welch;
+/// use ndof_sysid::{Direct, Labels, Ports, ResponseKind, derived, direct};
+/// use rand::{RngExt, SeedableRng};
+///
+/// // y = C (u + w), u = r - Z y with C = Z = 0.5: a hold that answers a limb which moves by itself, twice as strongly as the command.
+/// let mut rng = rand_chacha::ChaCha8Rng::seed_from_u64(1);
+/// let r: Vec<f64> = (0..20_000).map(|_| rng.random_range(-1.0..1.0)).collect();
+/// let y: Vec<f64> = r.iter().map(|r| 0.4 * (r + rng.random_range(-2.0..2.0))).collect();
+/// let u: Vec<f64> = r.iter().zip(&y).map(|(r, y)| r - 0.5 * y).collect();
+///
+/// let spectra = Welch::new(256).spectra(100.0, &[&r, &u, &y])?;
+/// let ports = Ports { references: vec![0], inputs: vec![1], outputs: vec![2] };
+/// let labels = Labels::numbered(&ports, ResponseKind::Compliance);
+/// let mean = |value: &ndarray::Array3<num_complex::Complex64>| value.iter().filter(|v| v.is_finite()).map(|v| v.re).sum::<f64>() / 128.0;
+/// assert!((mean(&derived(&spectra, &ports, &labels)?.response.value) - 0.5).abs() < 0.05);
+/// assert!(mean(&direct(&spectra, &ports, &labels, Direct::H1)?.response.value) < 0.1, "the direct estimate is biased");
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 pub fn derived(spectra: &CrossSpectra, ports: &Ports, labels: &Labels) -> Result<DerivedEstimate, EstimateError> {
     check::ports(spectra, ports, labels)?;
     let (p, q, qr, bins) = (ports.outputs.len(), ports.inputs.len(), ports.references.len(), spectra.frequency_hz().len());
