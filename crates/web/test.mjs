@@ -9,8 +9,9 @@ import { dirname, join, resolve } from 'node:path';
 import { WASI } from 'node:wasi';
 import { gunzipSync } from 'node:zlib';
 
-// WebAssembly has no fused multiply-add, so last bits differ; where one lies on the edge of a sensor's step the reading differs by a step, 1e-4 of the
-// signal's size for one sample in thousands.
+// WebAssembly has no fused multiply-add, so last bits differ: 1e-13 where this was written. Where such a bit lies on the edge of an encoder's step
+// (1e-5 m of a motion of 5e-3 m rms) one sample of 45 000 reads a step more, which moves a spectrum by 1e-5/5e-3/√45000 = 1e-5 of its root, and so an
+// estimate by no more than that.
 const ROUNDING = 1e-5;
 
 const program = resolve(process.argv[2] ?? 'target/release/ndof'), here = dirname(new URL(import.meta.url).pathname);
