@@ -1,13 +1,13 @@
 """The same free-run fit by SciPy: three 50 s trials of a planar limb, thirteen parameters and each trial's initial state.
 
-Usage: python benches/peers/fit_scipy.py
+Usage: python benches/peers/fit_scipy.py [--numba-only]
 Builds and runs the example `free_run_speed` of ndof-models, which writes the trials and times our fit, and fits the same
 model to the same trials with scipy.optimize.least_squares. The model is stepped exactly for a force that is linear between
 samples by both: here once with scipy.signal.lsim, as a SciPy user would, and once with the same recursion compiled by
 numba, as a SciPy user in a hurry would. Derivatives are least_squares' own differences. Prints versions, times, the ratio
 and how far the optima are apart in standard errors.
 """
-import json, os, platform, resource, subprocess, tempfile, time
+import json, os, platform, resource, subprocess, sys, tempfile, time
 import numpy as np, scipy
 from scipy.optimize import least_squares
 from scipy.signal import cont2discrete, lsim
@@ -85,7 +85,7 @@ def main():
     print(f"Python {platform.python_version()}, NumPy {np.__version__}, SciPy {scipy.__version__}, {os.cpu_count()} CPUs")
     print(f"ndof: {ours['seconds']:.3f} s, {cpu:.3f} s of processor time (making the data included)")
     for name, run in [("lsim", by_lsim), ("numba " + (numba.__version__ if by_numba else ""), by_numba)]:
-        if run is None:
+        if run is None or ("--numba-only" in sys.argv and run is by_lsim):
             continue
         run(START, trials[0][:10, :2], np.zeros(4))
         begun = time.process_time()

@@ -193,6 +193,16 @@ fn without_compensation_a_stiff_hold_couples_the_forces_and_a_warning_says_so() 
 }
 
 #[test]
+fn a_multisine_shorter_than_two_periods_is_refused_with_what_to_do() {
+    let folder = tempfile::tempdir().expect("folder");
+    let message = refuse(folder.path(), &["design", "--kind", "multisine", "--duration", "15", "--period", "10", "--out", "cmd.csv"]);
+    for part in ["1.50 periods of 10 s", "--duration 20", "--period 7.5"] {
+        assert!(message.contains(part), "{message}");
+    }
+    succeed(folder.path(), &["design", "--kind", "multisine", "--axes", "x", "--duration", "15", "--period", "7.5", "--out", "cmd.csv"]);
+}
+
+#[test]
 fn what_was_designed_is_replayed_and_estimated() {
     let folder = tempfile::tempdir().expect("a folder");
     let experiment = r#"

@@ -11,4 +11,5 @@ mod input;
 mod live;
 mod privacy;
 mod reference;
+mod stream;
 mod support;

@@ -36,6 +36,10 @@ mod npz;
 mod options;
 #[cfg(feature = "parquet")]
 mod parquet;
+#[cfg(any(feature = "csv", feature = "parquet"))]
+mod piece;
+#[cfg(any(feature = "csv", feature = "parquet"))]
+mod pieces;
 mod prepare;
 mod read;
 mod resample;
@@ -48,11 +52,15 @@ mod write;
 
 pub use atomic::{abandon_writes, write_atomic};
 #[cfg(feature = "csv")]
-pub use csv::{CsvStream, Piece};
+pub use csv::CsvStream;
 pub use error::{IoError, Place};
 pub use formats::{Format, formats};
 pub use note::Note;
 pub use options::{ReadOptions, Resample};
+#[cfg(any(feature = "csv", feature = "parquet"))]
+pub use piece::Piece;
+#[cfg(any(feature = "csv", feature = "parquet"))]
+pub use pieces::Pieces;
 pub use prepare::{Aligned, PrepareError, align, calibrate, exclude, negate, tare, trim, without_handle};
 pub use read::{MissingSamples, ReadRecording, from_columns, read, read_bytes};
 pub use results::{ResultColumn, write_results_csv, write_results_parquet};

@@ -137,6 +137,12 @@ pub enum StudyError {
         /// The method.
         method: String,
     },
+    /// A stream by a method that needs the whole record.
+    #[error("--method {method} needs whole recordings, and --stream reads them piece by piece; take --method welch")]
+    NoStream {
+        /// The method.
+        method: String,
+    },
     /// A sliding window without length.
     #[error("a window of {window_s} s that slides by {step_s} s; give --sliding and --sliding-step as seconds above zero")]
     Sliding {

@@ -18,8 +18,8 @@ pub use error::StudyError;
 pub use page::{cases_report, design_report, diagnosis_report, estimate_report, fit_report, study_report, summary_tables};
 pub use pipeline::{
     ComparedParameter, DesignSettings, Designed, DiagnoseSettings, EstimateSettings, Estimated, FitCost, FitSettings, Fitted, HoldOut, JointTruth, Limits,
-    Live, LiveSettings, LooseLimb, MODEL, Matrices, MethodName, Progress, Simulated, StudyOutcome, Target, Truth, VafWeight, check, compare, compare_fits,
-    compare_sessions, design, diagnose, estimate, fit, model_response, project, run_cases, run_study, simulate, study_result,
+    Live, LiveSettings, LooseLimb, MODEL, Matrices, MethodName, Progress, Simulated, Streamed, StudyOutcome, Target, Truth, VafWeight, check, compare,
+    compare_fits, compare_sessions, design, diagnose, estimate, fit, model_response, project, run_cases, run_study, simulate, study_result,
 };
 pub use roles::{RoleNames, Roles, axis_of};
 pub use suggest::nearest;

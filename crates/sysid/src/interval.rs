@@ -20,7 +20,8 @@ pub struct GainPhase {
     /// max(0, |H| − tσ) and |H| + tσ; of an inverted response [`Confidence::gain_phase_of_inverse`], the upper end infinite
     /// where what was inverted may be singular.
     pub gain_interval: [f64; 2],
-    /// arg H ± asin(tσ/|H|); `None` is the full circle.
+    /// arg H ± asin(tσ/|H|), or of an inverted response [`Confidence::gain_phase_of_inverse`]; `None` is the full circle. May
+    /// reach beyond ± π.
     pub phase_interval_rad: Option<[f64; 2]>,
 }
 
@@ -71,20 +72,23 @@ impl Confidence {
         }
     }
 
-    /// The same for an entry X_ij of an inverse X = B⁻¹, whose gain errors are lopsided.
+    /// The same for an entry X_ij of an inverse X = B⁻¹, whose errors are lopsided.
     ///
-    /// Along the direction in which B moves X_ij most for its covariance, a step of ± tσ gives, with ρ = tσ/|X_ij|,
+    /// Along the direction in which B moves X_ij most for its covariance, a step of tσ times any s with |s| ≤ 1 takes X_ij to
     ///
-    /// X_ij (1 − ρ/(1 + ρκ)) … X_ij (1 + ρ/(1 − ρκ)), κ = X_ij \[P B N\]_ji / (N_ii P_jj),
+    /// X_ij (1 + ρs/(1 − ρκs)), ρ = tσ/|X_ij|, κ = X_ij \[P B N\]_ji / (N_ii P_jj),
     ///
-    /// N and P the output and input side of the covariance of X. For one input and one output κ = 1, and these are the ends of
-    /// the interval of |B|, inverted (Fieller 1954). Where ρ|κ| ≥ 1, B may be singular and the gain has no upper end.
-    /// `bend` is κ; 0 gives [`gain_phase`](Self::gain_phase).
+    /// N and P the output and input side of the covariance of X. The gain lies between the values at s = −1 and s = 1. The image
+    /// of all s is the disc around X_ij (1 + ρ²κ*/(1 − ρ²|κ|²)) with the radius |X_ij| ρ/(1 − ρ²|κ|²), and the phase lies in the
+    /// angle that this disc subtends. For one input and one output κ = 1, and both are those of B, inverted (Fieller 1954).
+    /// Where ρ|κ| ≥ 1, B may be singular: the gain has no upper end, the phase is any. `bend` is κ; 0 gives
+    /// [`gain_phase`](Self::gain_phase).
     pub fn gain_phase_of_inverse(&self, value: Complex64, variance: f64, bend: Complex64) -> GainPhase {
         let straight = self.gain_phase(value, variance);
         let share = self.t * straight.phase_std_error_rad;
         let low = 1.0 - share / (1.0 + bend * share);
         let high = 1.0 + share / (1.0 - bend * share);
+        let regular = 1.0 - (share * bend.norm()).powi(2);
         let gain_interval = [
             if low.is_nan() {
                 f64::NAN
@@ -93,9 +97,13 @@ impl Confidence {
             } else {
                 0.0
             },
-            if share * bend.norm() >= 1.0 { f64::INFINITY } else { straight.gain * high.norm() },
+            if regular <= 0.0 { f64::INFINITY } else { straight.gain * high.norm() },
         ];
-        GainPhase { gain_interval, ..straight }
+        let centre = 1.0 + bend.conj() * share * share / regular;
+        let sine = share / regular / centre.norm();
+        let (middle, half) = (straight.phase_rad + centre.arg(), sine.asin());
+        let phase_interval_rad = (regular > 0.0 && sine < 1.0).then(|| [middle - half, middle + half]);
+        GainPhase { gain_interval, phase_interval_rad, ..straight }
     }
 
     /// Radius of the disc in the complex plane that holds the true entry: √(F(2, 2ν) E|δH|²).
@@ -196,8 +204,41 @@ mod tests {
         let ([low, high], [inverse_low, inverse_high]) = (estimated.gain_phase(0, 0, 0.95)[0].gain_interval, inverse.gain_phase(0, 0, 0.95)[0].gain_interval);
         assert!(low > 0.0 && (inverse_low * high - 1.0).abs() < 1e-13 && (inverse_high * low - 1.0).abs() < 1e-13);
         assert_eq!(inverse.gain_phase(0, 0, 0.95)[1].gain_interval[1], f64::INFINITY, "what was estimated may be zero");
+        let ([early, late], turned) =
+            (estimated.gain_phase(0, 0, 0.95)[0].phase_interval_rad.expect("known"), inverse.gain_phase(0, 0, 0.95)[0].phase_interval_rad.expect("known"));
+        assert!((turned[0] + late).abs() < 1e-13 && (turned[1] + early).abs() < 1e-13, "the phase of an inverse is that of what it inverts, turned back");
+        assert_eq!(inverse.gain_phase(0, 0, 0.95)[1].phase_interval_rad, None);
         let back = inverse.inverse().expect("square");
         assert!((back.gain_phase(0, 0, 0.95)[0].gain_interval[1] / high - 1.0).abs() < 1e-13);
+    }
+
+    /// X = B⁻¹ of two by two: every X_ij that a step along the steepest direction of B reaches has its phase in the interval, and
+    /// some reach its ends.
+    #[test]
+    fn the_phase_of_an_inverse_is_the_angle_of_what_b_can_be() {
+        let c = |re: f64, im: f64| Complex64::new(re, im);
+        let b = ndarray::arr2(&[[c(2.0, 0.3), c(-0.4, 0.9)], [c(-0.5, 0.6), c(1.5, -0.7)]]);
+        let noise = ndarray::arr2(&[[c(0.09, 0.0), c(0.02, 0.03)], [c(0.02, -0.03), c(0.05, 0.0)]]);
+        let input = ndarray::arr2(&[[c(1.0, 0.0), c(0.2, 0.4)], [c(0.2, -0.4), c(0.7, 0.0)]]);
+        let hermitian = |a: &Array2<Complex64>| a.t().mapv(|v| v.conj());
+        let x = crate::matrix::inverse(&b).expect("regular");
+        let (of_noise, of_input) = (x.dot(&noise).dot(&hermitian(&x)), hermitian(&x).dot(&input).dot(&x));
+        let (i, j) = (0, 1);
+        let variance = of_noise[[i, i]].re * of_input[[j, j]].re;
+        let bend = x[[i, j]] * of_input.dot(&b).dot(&of_noise)[[j, i]] / variance;
+        let confidence = Confidence::new(0.95, 12.0);
+        let interval = confidence.gain_phase_of_inverse(x[[i, j]], variance, bend).phase_interval_rad.expect("known");
+        // The step of B is N x_i^H x_j^H P over the root of the variance.
+        let column = noise.dot(&x.row(i).mapv(|v| v.conj()));
+        let row = x.column(j).mapv(|v| v.conj()).dot(&input);
+        let step = Array2::from_shape_fn((2, 2), |(k, l)| column[k] * row[l] * (-confidence.t / (2.0 * variance).sqrt()));
+        let turned: Vec<f64> = (0..3600)
+            .map(|k| crate::matrix::inverse(&(&b + &step.mapv(|v| v * Complex64::from_polar(1.0, f64::from(k) * 1.745_329_251_994_33e-3)))))
+            .map(|moved| (moved.expect("regular")[[i, j]] / x[[i, j]]).arg() + x[[i, j]].arg())
+            .collect();
+        let (low, high) = turned.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), &v| (low.min(v), high.max(v)));
+        // 3600 steps miss the ends of a circle by less than (π/3600)²/2 of its radius.
+        assert!((low - interval[0]).abs() < 1e-6 && (high - interval[1]).abs() < 1e-6, "{low} {high} {interval:?}");
     }
 
     #[test]

@@ -4,8 +4,10 @@ use crate::error::CliError;
 use crate::options::{Analysis, Reading, Shared};
 use crate::output::{self, columns, short};
 use clap::Args;
-use ndof_study::result::EstimateResult;
+use ndof_io::{Piece, Pieces};
 use ndof_study::result::estimate::Coherence;
+use ndof_study::result::{EstimateResult, Warning};
+use ndof_study::{EstimateSettings, Estimated, Streamed};
 use std::path::PathBuf;
 use std::process::ExitCode;
 
@@ -31,6 +33,9 @@ pub struct Arguments {
     /// Seconds from one such window to the next [default: half of its length]
     #[arg(long, value_name = "S", requires = "sliding", help_heading = "Estimate")]
     sliding_step: Option<f64>,
+    /// Read piece by piece, with memory for a few segments only: CSV or Parquet of any length, Welch's method
+    #[arg(long, help_heading = "Estimate")]
+    stream: bool,
     #[command(flatten)]
     shared: Shared,
 }
@@ -38,17 +43,54 @@ pub struct Arguments {
 pub fn run(arguments: &Arguments) -> Result<ExitCode, CliError> {
     let shared = &arguments.shared;
     shared.apply_threads()?;
-    let trials = arguments.reading.trials(&arguments.files)?;
     let mut settings = arguments.analysis.settings(shared);
+    if arguments.stream {
+        let estimated = streamed(arguments, settings)?;
+        return finish(shared, &estimated);
+    }
+    let trials = arguments.reading.trials(&arguments.files)?;
     settings.sliding_s = arguments.sliding.map(|window_s| (window_s, arguments.sliding_step.unwrap_or(window_s / 2.0)));
     let estimated = ndof_study::estimate(&trials, &settings, "estimate")?;
     if shared.report.is_some() || shared.plots.is_some() {
         output::report(shared, &ndof_study::estimate_report(&trials, &estimated, "Frequency response", &output::command_line())?)?;
     }
+    finish(shared, &estimated)
+}
+
+fn finish(shared: &Shared, estimated: &Estimated) -> Result<ExitCode, CliError> {
     output::json(shared, &estimated.result)?;
     output::warnings(shared, &estimated.result.warnings);
     output::table(shared, &summary(&estimated.result))?;
     Ok(ExitCode::SUCCESS)
+}
+
+/// The estimate of files that are read piece by piece.
+fn streamed(arguments: &Arguments, settings: EstimateSettings) -> Result<Estimated, CliError> {
+    let (reading, shared) = (&arguments.reading, &arguments.shared);
+    let whole = [
+        ("--robust", settings.robust),
+        ("--sliding", arguments.sliding.is_some()),
+        ("--report", shared.report.is_some()),
+        ("--plots", shared.plots.is_some()),
+        ("--resample", reading.resample.is_some()),
+        ("--align", !reading.align.is_empty()),
+        ("--tare", reading.tare.is_some()),
+        ("--handle-mass", reading.handle_mass.is_some()),
+        ("--start, --stop and --exclude", reading.start.is_some() || reading.stop.is_some() || !reading.exclude.is_empty()),
+    ];
+    if let Some((option, _)) = whole.iter().find(|(_, asked)| *asked) {
+        return Err(CliError::Usage(format!("{option} needs whole recordings, and --stream reads them piece by piece; leave one of the two out")));
+    }
+    let mut streamed = Streamed::new(reading.roles(), settings)?;
+    for path in &arguments.files {
+        let name = path.display().to_string();
+        for piece in Pieces::open(path, reading.channels.reading())? {
+            let Piece { mut recording, follows, notes } = piece?;
+            reading.channels.apply(&mut recording, &name)?;
+            streamed.push(&name, recording, follows, notes.into_iter().map(Warning::from))?;
+        }
+    }
+    Ok(streamed.finish("estimate")?)
 }
 
 /// The response at some frequencies, evenly spaced on a logarithmic axis.

@@ -9,5 +9,5 @@ mod stream;
 mod write;
 
 pub(crate) use read::read;
-pub use stream::{CsvStream, Piece};
+pub use stream::CsvStream;
 pub(crate) use write::write;

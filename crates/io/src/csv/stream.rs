@@ -4,8 +4,8 @@ use super::read::{read_piece, text};
 use crate::assemble::{SAMPLES_KEY, assemble, is_time};
 use crate::csv::header::metadata;
 use crate::error::{IoError, Place};
-use crate::note::Note;
 use crate::options::ReadOptions;
+use crate::piece::Piece;
 use crate::table::Table;
 use ndof_signal::{Recording, RecordingError};
 
@@ -17,17 +17,6 @@ const OVERLAP: usize = 64;
 const FEW_GAPS: usize = 3;
 /// A stretch whose stamps leave its rate by this share has another rate.
 const RATE_AGREEMENT: f64 = 1e-3;
-
-/// Samples that arrived together.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Piece {
-    /// The samples in SI units, on the clock of the file; a missing one is NaN.
-    pub recording: Recording,
-    /// Whether it goes on where the piece before ended, without a gap.
-    pub follows: bool,
-    /// What was done to read it.
-    pub notes: Vec<Note>,
-}
 
 /// Reads a CSV recording while it is being written.
 ///

@@ -4,10 +4,12 @@
 //! object under `units` is understood too, and so is a name with its unit in brackets. A missing value is NaN.
 
 mod read;
+mod stream;
 mod table;
 mod write;
 
 pub(crate) use read::read;
+pub(crate) use stream::ParquetStream;
 pub(crate) use table::write as write_table;
 pub(crate) use write::write;
 

@@ -22,7 +22,12 @@ const BATCH: usize = 1 << 14;
 ///
 /// The decoder (parquet 60.1) panics on some damaged pages, which is caught here and told as the damage that it is.
 pub(crate) fn read(bytes: &[u8], file: &str) -> Result<Table, IoError> {
-    std::panic::catch_unwind(|| decode(bytes, file))
+    caught(file, || decode(bytes, file))
+}
+
+/// Turns a panic of the decoder into the error that it is.
+pub(super) fn caught<T>(file: &str, work: impl FnOnce() -> Result<T, IoError>) -> Result<T, IoError> {
+    std::panic::catch_unwind(std::panic::AssertUnwindSafe(work))
         .unwrap_or_else(|_| Err(IoError::Damaged { file: file.to_owned(), format: PARQUET, what: "a page does not fit the directory".to_owned() }))
 }
 
@@ -45,7 +50,8 @@ fn decode(bytes: &[u8], file: &str) -> Result<Table, IoError> {
         for group in 0..reader.num_row_groups() {
             let rows = metadata.row_group(group).num_rows();
             let column = reader.get_row_group(group).and_then(|g| g.get_column_reader(i));
-            let read = column.and_then(|column| append(column, kind, &mut values)).map_err(|e| damaged(format!("column \"{name}\": {e}")))?;
+            let read =
+                column.and_then(|mut column| append(&mut column, kind, usize::MAX, &mut values)).map_err(|e| damaged(format!("column \"{name}\": {e}")))?;
             if read as i64 != rows {
                 return Err(damaged(format!("column \"{name}\" has {read} values in row group {group}, which says {rows}")));
             }
@@ -83,7 +89,7 @@ fn check_size(file: &str, len: usize, metadata: &ParquetMetaData) -> Result<(), 
 }
 
 /// Where columns lie has to be inside the file; the decoder relies on it.
-fn check_places(len: usize, metadata: &ParquetMetaData) -> Result<(), String> {
+pub(super) fn check_places(len: usize, metadata: &ParquetMetaData) -> Result<(), String> {
     for (g, group) in metadata.row_groups().iter().enumerate() {
         for column in group.columns() {
             let start = column.dictionary_page_offset().unwrap_or(column.data_page_offset());
@@ -96,7 +102,7 @@ fn check_places(len: usize, metadata: &ParquetMetaData) -> Result<(), String> {
     Ok(())
 }
 
-fn check_compression(file: &str, metadata: &ParquetMetaData) -> Result<(), IoError> {
+pub(super) fn check_compression(file: &str, metadata: &ParquetMetaData) -> Result<(), IoError> {
     let codecs = metadata.row_groups().iter().flat_map(|g| g.columns()).map(|c| c.compression());
     match codecs.into_iter().find(|c| !matches!(c, Compression::UNCOMPRESSED | Compression::SNAPPY)) {
         Some(codec) => Err(IoError::Unsuitable {
@@ -110,14 +116,14 @@ fn check_compression(file: &str, metadata: &ParquetMetaData) -> Result<(), IoErr
 
 /// How the numbers of a column are to be taken.
 #[derive(Clone, Copy)]
-struct Kind {
+pub(super) struct Kind {
     unsigned: bool,
-    unit: Option<&'static str>,
-    rounding: Rounding,
+    pub(super) unit: Option<&'static str>,
+    pub(super) rounding: Rounding,
 }
 
 impl Kind {
-    fn of(column: &ColumnDescriptor) -> Option<Self> {
+    pub(super) fn of(column: &ColumnDescriptor) -> Option<Self> {
         if column.path().parts().len() != 1 || column.max_rep_level() > 0 || column.max_def_level() > 1 {
             return None;
         }
@@ -143,29 +149,29 @@ impl Kind {
     }
 }
 
-/// Decodes a column of a row group behind `values` and returns the number of its rows.
-fn append(column: ColumnReader, kind: Kind, values: &mut Vec<f64>) -> Result<usize, ParquetError> {
+/// Decodes up to `limit` rows of a column of a row group behind `values` and returns their number.
+pub(super) fn append(column: &mut ColumnReader, kind: Kind, limit: usize, values: &mut Vec<f64>) -> Result<usize, ParquetError> {
     match column {
-        ColumnReader::DoubleColumnReader(r) => batches(r, values, |x| x),
-        ColumnReader::FloatColumnReader(r) => batches(r, values, f64::from),
-        ColumnReader::BoolColumnReader(r) => batches(r, values, f64::from),
-        ColumnReader::Int32ColumnReader(r) if kind.unsigned => batches(r, values, |x| f64::from(x.cast_unsigned())),
-        ColumnReader::Int32ColumnReader(r) => batches(r, values, f64::from),
-        ColumnReader::Int64ColumnReader(r) if kind.unsigned => batches(r, values, |x| x.cast_unsigned() as f64),
-        ColumnReader::Int64ColumnReader(r) => batches(r, values, |x| x as f64),
+        ColumnReader::DoubleColumnReader(r) => batches(r, limit, values, |x| x),
+        ColumnReader::FloatColumnReader(r) => batches(r, limit, values, f64::from),
+        ColumnReader::BoolColumnReader(r) => batches(r, limit, values, f64::from),
+        ColumnReader::Int32ColumnReader(r) if kind.unsigned => batches(r, limit, values, |x| f64::from(x.cast_unsigned())),
+        ColumnReader::Int32ColumnReader(r) => batches(r, limit, values, f64::from),
+        ColumnReader::Int64ColumnReader(r) if kind.unsigned => batches(r, limit, values, |x| x.cast_unsigned() as f64),
+        ColumnReader::Int64ColumnReader(r) => batches(r, limit, values, |x| x as f64),
         _ => Err(ParquetError::General("its type is not the one of its schema".to_owned())),
     }
 }
 
-fn batches<T: DataType>(mut reader: ColumnReaderImpl<T>, values: &mut Vec<f64>, number: impl Fn(T::T) -> f64) -> Result<usize, ParquetError> {
+fn batches<T: DataType>(reader: &mut ColumnReaderImpl<T>, limit: usize, values: &mut Vec<f64>, number: impl Fn(T::T) -> f64) -> Result<usize, ParquetError> {
     let before = values.len();
-    let (mut present, mut levels) = (Vec::with_capacity(BATCH), Vec::with_capacity(BATCH));
-    loop {
+    let (mut present, mut levels) = (Vec::with_capacity(BATCH.min(limit)), Vec::with_capacity(BATCH.min(limit)));
+    while values.len() - before < limit {
         present.clear();
         levels.clear();
-        let (records, ..) = reader.read_records(BATCH, Some(&mut levels), None, &mut present)?;
+        let (records, ..) = reader.read_records(BATCH.min(limit - (values.len() - before)), Some(&mut levels), None, &mut present)?;
         if records == 0 {
-            return Ok(values.len() - before);
+            break;
         }
         let mut numbers = present.drain(..).map(&number);
         if levels.is_empty() {
@@ -175,9 +181,10 @@ fn batches<T: DataType>(mut reader: ColumnReaderImpl<T>, values: &mut Vec<f64>, 
             values.extend(levels.iter().map(|&level| if level == 0 { f64::NAN } else { numbers.next().unwrap_or(f64::NAN) }));
         }
     }
+    Ok(values.len() - before)
 }
 
-fn facts(key: &str, value: &str, entries: &mut Vec<Entry>) {
+pub(super) fn facts(key: &str, value: &str, entries: &mut Vec<Entry>) {
     let text = |group: &str, name: &str, value: &str| Entry::new(vec![group.to_owned(), name.to_owned()], Value::Text(value.to_owned()));
     if let Some(name) = key.strip_prefix(UNIT_KEY) {
         entries.push(text("unit", name, value));

@@ -95,7 +95,7 @@ pub fn estimate(trials: &Trials, settings: &EstimateSettings, command: &str) -> 
     let ports = &trials.roles.ports;
     let labels = labels(trials);
     let failed = |error| in_file(error, trials);
-    let (mut estimates, rejected) = match &method {
+    let (estimates, rejected) = match &method {
         SpectralMethod::Welch(welch) if settings.robust => {
             let (spectra, rejected) = robust_spectra(&trials.recordings(), ports, welch).map_err(failed)?;
             let estimates = estimate_from_spectra(spectra, ports, &labels, &method, settings.estimator).map_err(failed)?;
@@ -103,6 +103,18 @@ pub fn estimate(trials: &Trials, settings: &EstimateSettings, command: &str) -> 
         }
         _ => (ndof_sysid::estimate(&trials.recordings(), ports, &labels, &method, settings.estimator).map_err(failed)?, None),
     };
+    let mut estimated = conclude(trials, settings, command, estimates, why)?;
+    let Estimated { estimates, result, .. } = &mut estimated;
+    result.robust = rejected.map(|rejected| robust(estimates, &rejected));
+    let kind = settings.response.unwrap_or_else(|| trials.roles.default_kind());
+    result.trial_spread = between_trials(trials, settings, &method, kind);
+    result.course = settings.sliding_s.map(|window| course(trials, settings, window, kind)).transpose()?;
+    result.warnings.extend(super::repeat::warnings(result, estimates));
+    Ok(estimated)
+}
+
+/// From the estimates of the channels as they stand to the response that is asked for.
+pub(super) fn conclude(trials: &Trials, settings: &EstimateSettings, command: &str, mut estimates: Estimates, why: String) -> Result<Estimated, StudyError> {
     to_displacement(&mut estimates.direct.response, trials);
     if let Some(derived) = &mut estimates.derived {
         to_displacement(&mut derived.response, trials);
@@ -110,11 +122,7 @@ pub fn estimate(trials: &Trials, settings: &EstimateSettings, command: &str) -> 
     let kind = settings.response.unwrap_or_else(|| trials.roles.default_kind());
     let direct = estimates.direct.response.to_kind(kind)?;
     let derived = estimates.derived.as_ref().map(|d| d.response.to_kind(kind)).transpose()?;
-    let mut result = result(trials, settings, command, &estimates, &direct, derived.as_ref(), why)?;
-    result.robust = rejected.map(|rejected| robust(&estimates, &rejected));
-    result.trial_spread = between_trials(trials, settings, &method, kind);
-    result.course = settings.sliding_s.map(|window| course(trials, settings, window, kind)).transpose()?;
-    result.warnings.extend(super::repeat::warnings(&result, &estimates));
+    let result = result(trials, settings, command, &estimates, &direct, derived.as_ref(), why)?;
     Ok(Estimated { estimates, direct, derived, result })
 }
 

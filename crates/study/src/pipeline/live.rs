@@ -103,17 +103,13 @@ impl Live {
         self.stretches.iter().map(Recording::duration_s).sum()
     }
 
-    fn segment(&self, rate_hz: f64) -> usize {
-        self.settings.estimate.nperseg.unwrap_or_else(|| (SEGMENT_S * rate_hz).log2().round().exp2().max(8.0) as usize)
-    }
-
     /// What is known so far; nothing while there are too few samples for an estimate.
     ///
     /// # Errors
     /// [`StudyError`] if the estimate does not exist, or nothing lies in the band.
     pub fn state(&self, command: &str) -> Result<Option<LiveResult>, StudyError> {
         let Some(first) = self.stretches.first() else { return Ok(None) };
-        let nperseg = self.segment(first.sample_rate_hz());
+        let nperseg = segment(&self.settings.estimate, first.sample_rate_hz());
         let long: Vec<Trial> = self
             .stretches
             .iter()
@@ -208,6 +204,11 @@ impl Live {
         }
         warnings
     }
+}
+
+/// Samples in a segment where nobody knows yet how long the measurement will be.
+pub(super) fn segment(settings: &EstimateSettings, rate_hz: f64) -> usize {
+    settings.nperseg.unwrap_or_else(|| (SEGMENT_S * rate_hz).log2().round().exp2().max(8.0) as usize)
 }
 
 /// What a person wants to see: impedance, where the response has an inverse.

@@ -42,16 +42,16 @@ pub(super) fn choose(trials: &Trials, settings: &EstimateSettings) -> Result<(Sp
     }
     let one_length = recordings.windows(2).all(|pair| pair[0].len() == pair[1].len());
     Ok(match settings.method {
-        MethodName::Auto if about_welch || settings.robust || !one_length => welch(trials, settings),
+        MethodName::Auto if about_welch || settings.robust || !one_length => welch_of_length(trials, settings),
         MethodName::Auto => {
             let choice = choose_method(&recordings, &trials.roles.ports);
             match choice.method {
-                SpectralMethod::Welch(_) => welch(trials, settings),
+                SpectralMethod::Welch(_) => welch_of_length(trials, settings),
                 SpectralMethod::Multitaper(multitaper) => (SpectralMethod::Multitaper(Multitaper { detrend: settings.detrend, ..multitaper }), choice.reason),
                 other => (other, choice.reason),
             }
         }
-        MethodName::Welch => welch(trials, settings),
+        MethodName::Welch => welch_of_length(trials, settings),
         MethodName::Multitaper => {
             let time_bandwidth = settings.time_bandwidth.unwrap_or_else(|| Multitaper::default().time_bandwidth);
             let EstimateSettings { tapers, adaptive, nfft, detrend, .. } = settings.clone();
@@ -79,7 +79,7 @@ pub(super) fn choose(trials: &Trials, settings: &EstimateSettings) -> Result<(Sp
 }
 
 /// Segments as long as leave enough of them to average: resolution is bought with what is left of the random error.
-fn welch(trials: &Trials, settings: &EstimateSettings) -> (SpectralMethod, String) {
+fn welch_of_length(trials: &Trials, settings: &EstimateSettings) -> (SpectralMethod, String) {
     let (inputs, references) = (trials.roles.ports.inputs.len(), trials.roles.ports.references.len());
     let enough = (16 + 2 * inputs.max(references)) as f64;
     let lengths: Vec<usize> = trials.trials.iter().map(|trial| trial.recording.len()).collect();
@@ -96,15 +96,19 @@ fn welch(trials: &Trials, settings: &EstimateSettings) -> (SpectralMethod, Strin
         Some(_) => "segments as asked for".to_owned(),
         None => format!("the longest segments (a power of two) that leave at least {enough:.0} effective averages"),
     };
-    let welch = Welch {
+    (SpectralMethod::Welch(welch(settings, nperseg)), why)
+}
+
+/// Welch's method with segments of `nperseg` samples.
+pub(super) fn welch(settings: &EstimateSettings, nperseg: usize) -> Welch {
+    Welch {
         nperseg,
         noverlap: settings.noverlap.unwrap_or(nperseg / 2),
         nfft: settings.nfft.unwrap_or(nperseg),
         window: settings.window,
         window_symmetric: settings.window_symmetric,
         detrend: settings.detrend,
-    };
-    (SpectralMethod::Welch(welch), why)
+    }
 }
 
 /// The method and its settings as the result holds them.

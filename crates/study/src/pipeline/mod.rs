@@ -20,6 +20,7 @@ mod repeat;
 mod riddle;
 mod sensitivity;
 mod simulate;
+mod streamed;
 mod study;
 
 pub use cases::{run_cases, study_result};
@@ -34,6 +35,7 @@ pub use live::{Live, LiveSettings};
 pub use method::MethodName;
 pub use project::project;
 pub use simulate::{JointTruth, Matrices, Simulated, Truth, simulate};
+pub use streamed::Streamed;
 pub use study::{ComparedParameter, StudyOutcome, compare, run_study};
 
 /// Called with what is done, how much of it and of how much; from any thread.

@@ -8,7 +8,7 @@ use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use rand_distr::StandardNormal;
 use rayon::prelude::*;
-use std::f64::consts::TAU;
+use std::f64::consts::{PI, TAU};
 
 const RATE_HZ: f64 = 100.0;
 /// On the grid of every method.
@@ -288,11 +288,10 @@ fn judge(response: &FrequencyResponse, truth: Complex64) -> Option<Judged> {
     let f = response.frequency_hz.iter().position(|f| (f - JUDGED_HZ).abs() < 1e-9)?;
     let entry = response.gain_phase(0, 0, 0.95)[f];
     let value = response.value[[f, 0, 0]];
-    let turned = (truth / value).arg().abs();
     Some(Judged {
         value,
         gain: (entry.gain_interval[0]..=entry.gain_interval[1]).contains(&truth.norm()),
-        phase: entry.phase_interval_rad.is_none_or(|[low, high]| turned <= (high - low) / 2.0),
+        phase: entry.phase_interval_rad.is_none_or(|[low, high]| ((truth.arg() - (low + high) / 2.0 + PI).rem_euclid(TAU) - PI).abs() <= (high - low) / 2.0),
         interval: entry.gain_interval,
         freedom: response.uncertainty.as_ref()?.degrees_of_freedom,
     })

@@ -54,7 +54,9 @@ pub struct DerivedEstimate {
 ///
 /// C = R T⁻¹ = S_yr S_ur⁻¹; with more references than inputs two-stage least squares,
 /// C = S_yr S_rr⁻¹ S_ru (S^c_uu)⁻¹, S^c_uu = S_ur S_rr⁻¹ S_ru. With A = [I, −C] and Σ the spectrum of [y; u] that the
-/// references do not explain, S_εε = A Σ Aᴴ and Cov(vec C) = (S^c_uu)⁻ᵀ ⊗ S_εε / (n_e − q_r).
+/// references do not explain, S_εε = A Σ Aᴴ / (1 + tr((S^c_uu)⁻¹ Σ_uu)/(n_e − q_r)) and
+/// Cov(vec C) = (S^c_uu)⁻ᵀ ⊗ S_εε / (n_e − q_r). The divisor takes out what the error of C itself adds to the residual: to second order
+/// E[A Σ Aᴴ] = S_εε + E[δC Σ_uu δCᴴ], with and without feedback.
 ///
 /// # Errors
 /// [`EstimateError`] if ports and labels do not fit, there are fewer references than inputs, not more effective

@@ -194,6 +194,15 @@ impl Batch {
                 self.left[i * q + j] = (0..q).fold(start, |sum, l| times(&sum, &row[l], &self.sigma, l, j));
             }
         }
+        // The residual holds what the error of C makes of the inputs that the references do not cause: tr((S^c)⁻¹ Σ_uu)/ν.
+        let taken_in = (0..q).fold([0.0; LANES], |sum, j| {
+            (0..=j).fold(sum, |sum, l| {
+                let (a, b) = (&self.caused_inverse[lower(j, l)], &self.sigma[lower(j, l)]);
+                let times = if j == l { 1.0 } else { 2.0 };
+                std::array::from_fn(|k| sum[k] + times * (a.re[k] * b.re[k] + a.im[k] * b.im[k]))
+            })
+        });
+        let share = map(&share, &taken_in, |share, taken| share / (1.0 + share * taken));
         let noise = out.noise.grow(count);
         let [paper_ordinary, paper_partial, paper_multiple] = out.paper.each_mut().map(|a| a.grow(count));
         let [iv_ordinary, iv_partial, iv_multiple] = out.iv.each_mut().map(|a| a.grow(count));

@@ -102,7 +102,8 @@ impl Fitted {
     /// Outputs over inputs by way of the references, from the fit of [outputs; inputs] on references, and the direct
     /// fit for the paper's coherence.
     ///
-    /// C = R W Tᴴ (T W Tᴴ)⁻¹ with W the inverse of the Gram inverse; R T⁻¹ where T is square.
+    /// C = R W Tᴴ (T W Tᴴ)⁻¹ with W the inverse of the Gram inverse; R T⁻¹ where T is square. Noise as in
+    /// [`derived`](super::derived()).
     pub(crate) fn derived(&self, direct: &Fitted, labels: &Labels) -> Result<DerivedEstimate, EstimateError> {
         let (bins, m, qr) = self.g.dim();
         let (p, q) = (labels.outputs.len(), labels.inputs.len());
@@ -174,6 +175,9 @@ impl Fitted {
                 imply(&mut paper, (f, i), own, input, &inverse_u, direct.noise[[f, i, i]].re);
                 imply(&mut iv, (f, i), own, caused, &inverse_c, noise[[f, i, i]].re);
             }
+            // The residual holds what the error of C makes of the inputs that the references do not cause.
+            let taken_in: Complex64 = (0..q).flat_map(|l| (0..q).map(move |j| (l, j))).map(|(l, j)| inverse_information[l * q + j] * sigma(p + j, p + l)).sum();
+            noise.index_axis_mut(ndarray::Axis(0), f).mapv_inplace(|v| v / (1.0 + taken_in.re));
             let largest = largest_ratio(&coherent, |i, j| sigma(p + i, p + j), &mut scratch, &mut inverse_u, &mut row, &mut values);
             instrument_strength[f] = 1.0 / (qr as f64 * largest);
             let weakest = (0..q).map(|j| information(p + j, p + j).re / sigma(p + j, p + j).re).fold(f64::INFINITY, f64::min);

@@ -34,7 +34,7 @@ pub struct LocalPolynomial {
     /// n, lines on each side; by [`default_half_width`](Self::default_half_width) where none is given.
     pub half_width: Option<usize>,
     /// Where no half width is given, take the one of 1, 1½, 2 and 3 times the default that best predicts each line from
-    /// its neighbours (leave one out).
+    /// its neighbours (leave one out): one width for the whole band, so that ν is one number.
     pub leave_one_out: bool,
 }
 

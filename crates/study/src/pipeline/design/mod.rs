@@ -93,6 +93,9 @@ pub fn design(settings: &DesignSettings, command: &str, progress: &Progress<'_>)
     let fs = settings.sample_rate_hz;
     let lead = (settings.lead_in_s * fs).round() as usize;
     let samples = lead + (settings.duration_s * fs).round() as usize;
+    if settings.excitation.kind == "multisine" && !settings.excitation.replays() {
+        two_periods(settings).map_err(meaning)?;
+    }
     let experiment = settings.experiment.as_ref().map(|file| Experiment {
         duration_s: settings.duration_s,
         discard_s: settings.lead_in_s,
@@ -325,6 +328,23 @@ fn described(
         chance: command.chance,
         coherence: stages.and_then(|stages| stages.trial(trial)),
     }
+}
+
+/// Noise is what differs from period to period, so a multisine needs two of them.
+fn two_periods(settings: &DesignSettings) -> Result<(), String> {
+    let fs = settings.sample_rate_hz;
+    let (period, samples) = (period_samples(&settings.excitation, fs), (settings.duration_s * fs).round() as usize);
+    if samples >= 2 * period {
+        return Ok(());
+    }
+    Err(format!(
+        "{} s hold {:.2} periods of {} s, and without two there is no telling noise from response; take --duration {} or more, or --period {} or less",
+        settings.duration_s,
+        samples as f64 / period as f64,
+        settings.excitation.period_s,
+        2.0 * settings.excitation.period_s,
+        settings.duration_s / 2.0
+    ))
 }
 
 fn warnings(settings: &DesignSettings, stages: Option<&Stages>) -> Vec<Warning> {

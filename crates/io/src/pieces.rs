@@ -1,0 +1,126 @@
+//! Recordings larger than memory: CSV and Parquet piece by piece.
+
+#[cfg(feature = "csv")]
+use crate::csv::CsvStream;
+use crate::error::IoError;
+use crate::formats;
+use crate::options::ReadOptions;
+#[cfg(feature = "parquet")]
+use crate::parquet::ParquetStream;
+use crate::piece::Piece;
+use std::collections::VecDeque;
+use std::fs::File;
+use std::io::{Read, Seek};
+use std::path::Path;
+
+/// Bytes of text that are read at a time.
+#[cfg(feature = "csv")]
+const CHUNK: usize = 1 << 20;
+
+/// Bytes that tell a format.
+const HEAD: u64 = 4096;
+
+/// A recording in a file, piece by piece: memory does not grow with its length.
+///
+/// ```no_run
+/// # fn main() -> Result<(), ndof_io::IoError> {
+/// let mut samples = 0;
+/// for piece in ndof_io::Pieces::open("hour.csv".as_ref(), ndof_io::ReadOptions::default())? {
+///     samples += piece?.recording.len();
+/// }
+/// # Ok(()) }
+/// ```
+pub struct Pieces {
+    waiting: VecDeque<Piece>,
+    source: Source,
+}
+
+enum Source {
+    #[cfg(feature = "csv")]
+    Csv {
+        name: String,
+        file: File,
+        stream: Box<CsvStream>,
+    },
+    #[cfg(feature = "parquet")]
+    Parquet(Box<ParquetStream>),
+    End,
+}
+
+impl Pieces {
+    /// Opens a file; missing samples are kept, and nothing is resampled.
+    ///
+    /// # Errors
+    /// [`IoError`] if it cannot be read, or its format has no order in time (NPZ, MAT, HDF5).
+    pub fn open(path: &Path, options: ReadOptions) -> Result<Self, IoError> {
+        let name = path.display().to_string();
+        let failed = |source| IoError::Read { file: name.clone(), source };
+        let mut file = File::open(path).map_err(failed)?;
+        if file.metadata().map_err(failed)?.is_dir() {
+            return Err(failed(std::io::ErrorKind::IsADirectory.into()));
+        }
+        let mut head = Vec::new();
+        (&mut file).take(HEAD).read_to_end(&mut head).map_err(failed)?;
+        file.rewind().map_err(failed)?;
+        let format = formats::detect(&head, &name)?;
+        formats::reader(format, &name)?;
+        let source = match format.name {
+            #[cfg(feature = "csv")]
+            "CSV" => Source::Csv { stream: Box::new(CsvStream::new(&name, options)), name, file },
+            #[cfg(feature = "parquet")]
+            "Parquet" => Source::Parquet(Box::new(ParquetStream::open(file, &name, options)?)),
+            other => {
+                return Err(IoError::Unsuitable {
+                    file: name,
+                    what: format!("a {other} file has channel after channel and cannot be read piece by piece"),
+                    remedy: "make CSV or Parquet of it with `ndof convert`, or read it whole".to_owned(),
+                });
+            }
+        };
+        Ok(Pieces { waiting: VecDeque::new(), source })
+    }
+
+    fn advance(&mut self) -> Result<(), IoError> {
+        match &mut self.source {
+            #[cfg(feature = "csv")]
+            Source::Csv { name, file, stream } => {
+                let mut bytes = Vec::with_capacity(CHUNK);
+                let count = file.take(CHUNK as u64).read_to_end(&mut bytes).map_err(|source| IoError::Read { file: name.clone(), source })?;
+                if count > 0 {
+                    self.waiting.extend(stream.push(&bytes)?);
+                } else {
+                    // The last line of a file that is complete may lack its end.
+                    self.waiting.extend(stream.push(b"\n")?);
+                    self.waiting.extend(stream.finish()?);
+                    self.source = Source::End;
+                }
+            }
+            #[cfg(feature = "parquet")]
+            Source::Parquet(stream) => match stream.next_piece()? {
+                Some(piece) => self.waiting.push_back(piece),
+                None => self.source = Source::End,
+            },
+            Source::End => {}
+        }
+        Ok(())
+    }
+}
+
+impl Iterator for Pieces {
+    type Item = Result<Piece, IoError>;
+
+    fn next(&mut self) -> Option<Self::Item> {
+        loop {
+            if let Some(piece) = self.waiting.pop_front() {
+                return Some(Ok(piece));
+            }
+            if matches!(self.source, Source::End) {
+                return None;
+            }
+            if let Err(error) = self.advance() {
+                self.source = Source::End;
+                return Some(Err(error));
+            }
+        }
+    }
+}
