@@ -72,10 +72,7 @@ fn hour() {
         }
     };
     let eighteen = || black_box(direct(&welch.spectra(1000.0, black_box(&all)).expect("long"), &held, &held_labels, Direct::H1).expect("an estimate"));
-    let found = race(
-        3,
-        &mut [&mut || bare_transforms(&welch, twelve), &mut || drop(black_box(plain(twelve))), &mut || drop(eighteen()), &mut || everything()],
-    );
+    let found = race(3, &mut [&mut || bare_transforms(&welch, twelve), &mut || drop(black_box(plain(twelve))), &mut || drop(eighteen()), &mut || everything()]);
     for (what, seconds) in ["bare", "plain", "plain_eighteen", "everything"].iter().zip(found) {
         tell(&format!("hour.{what}"), seconds);
     }

@@ -102,7 +102,7 @@ impl Confidence {
         let centre = 1.0 + bend.conj() * share * share / regular;
         let sine = share / regular / centre.norm();
         let (middle, half) = (straight.phase_rad + centre.arg(), sine.asin());
-        let phase_interval_rad = (regular > 0.0 && sine < 1.0).then(|| [middle - half, middle + half]);
+        let phase_interval_rad = (regular > 0.0 && sine < 1.0).then_some([middle - half, middle + half]);
         GainPhase { gain_interval, phase_interval_rad, ..straight }
     }
 

@@ -92,7 +92,11 @@ impl Streamed {
         } else {
             close(stream, &mut self.done);
         }
-        let spectra = CrossSpectra::pool(&self.done).map_err(|error| own(error.into()))?;
+        // Pooling one would round it.
+        let spectra = match self.done.pop() {
+            Some(one) if self.done.is_empty() => one,
+            last => CrossSpectra::pool(&self.done.into_iter().chain(last).collect::<Vec<_>>()).map_err(|error| own(error.into()))?,
+        };
         let method = SpectralMethod::Welch(welch);
         let estimates = estimate_from_spectra(spectra, &first.roles.ports, &labels(&first), &method, self.settings.estimator).map_err(own)?;
         let mut estimated = conclude(&first, &self.settings, command, estimates, why)?;
