@@ -1,7 +1,7 @@
 //! Seconds of everything that the book's page on performance tells, one line `name seconds` each.
 //!
 //! `benches/peers/run` builds and calls it beside the peers and prints the tables. By hand:
-//! `cargo bench --bench performance -- [spectra|hour|simulation|fit|diagnosis|growth|file FOLDER]`.
+//! `cargo bench --bench performance -- [spectra|hour|simulation|fit|diagnosis|growth|file FOLDER|six FOLDER]`.
 
 #[path = "../crates/diagnose/tests/generator/mod.rs"]
 mod generator;
@@ -162,14 +162,19 @@ fn file(folder: &Path) {
     }
 }
 
+/// Writes three trials of six joints held by an exoskeleton, `six-1.csv` and so on.
+fn six(folder: &Path) {
+    for (k, trial) in make(&case(Plant::Six, 3, 50.0, &[])).recordings.iter().enumerate() {
+        ndof::io::write(&folder.join(format!("six-{}.csv", k + 1)), trial).expect("written");
+    }
+}
+
 fn main() {
     let arguments: Vec<String> = std::env::args().skip(1).filter(|a| a != "--bench").collect();
     let one_thread = rayon::ThreadPoolBuilder::new().num_threads(1).build().expect("a pool of one thread");
     let wanted = |name: &str| arguments.is_empty() || arguments.iter().any(|a| a == name);
-    if let [what, folder] = arguments.as_slice()
-        && what == "file"
-    {
-        return file(Path::new(folder));
+    if let [what, folder] = arguments.as_slice() {
+        return if what == "six" { six(Path::new(folder)) } else { file(Path::new(folder)) };
     }
     if arguments == ["threads"] {
         return threads();

@@ -113,13 +113,13 @@ subprocess.run([sys.executable, os.path.join(HERE, "fit_scipy.py"), "--numba-onl
 print("```")
 
 with tempfile.TemporaryDirectory() as folder:
-    subprocess.run([NDOF, "simulate", "examples/studies/six_joint.toml", "--out", folder], cwd=ROOT, check=True, stdout=subprocess.DEVNULL)
-    trials = sorted(os.path.join(folder, f) for f in os.listdir(folder) if f.startswith("trial") and f.endswith(".csv"))
+    subprocess.run([PROGRAM, "six", folder], cwd=ROOT, check=True)
+    trials = sorted(os.path.join(folder, file) for file in os.listdir(folder))
     rows = []
     for name, options in (("0.3 to 8 Hz", ["--band", "0.3-8"]), ("whole band", [])):
         wall, cpu_s, memory = child([NDOF, "fit", *trials, *options, "--quiet"])
         rows.append([name, f"{wall:.2f} s", f"{cpu_s:.2f} s", f"{memory:.0f} MB"])
-    table("`ndof fit` of six axes (63 parameters), reading included", ["band", "wall", "processor", "peak memory"], rows)
+    table("`ndof fit` of three trials of 50 s of six axes, reading included", ["band", "wall", "processor", "peak memory"], rows)
 
 own = ours("diagnosis")
 table("Diagnosis over the whole registry, one core", ["what", "processor", "asked"], [
