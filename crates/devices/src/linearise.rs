@@ -23,6 +23,17 @@ pub struct HoldGains {
     pub sample_rate_hz: f64,
 }
 
+impl HoldGains {
+    /// The commanded force per displacement at the ticks of an axis, k_p + k_d V, with V the backward difference behind its
+    /// filter (N/m, N m/rad).
+    pub fn at_ticks(&self, axis: usize, s: Complex64) -> Complex64 {
+        let delay = (-s / self.sample_rate_hz).exp();
+        let (gain, pole) = velocity_filter(self.velocity_cutoff_hz, self.sample_rate_hz);
+        let velocity = (Complex64::ONE - delay) * self.sample_rate_hz * gain * (Complex64::ONE + delay) / (Complex64::ONE - delay * pole);
+        velocity * self.kd[axis] + self.kp[axis]
+    }
+}
+
 /// The linear model of robot, hold, transducer and limb about the posture (Palazzolo et al. 2007, eq. 3).
 ///
 /// States x = [δq, δq̇, x_h, ẋ_h], input the commanded force F_Δ, output the force F on the limb. A mean force adds nothing to
@@ -209,10 +220,8 @@ impl Linearised {
     pub fn sampled_robot_stiffness(&self, frequency_hz: f64) -> Option<Array2<Complex64>> {
         let (fs, s) = (self.hold.sample_rate_hz, Complex64::new(0.0, std::f64::consts::TAU * frequency_hz));
         let delay = (-s / fs).exp();
-        let (gain, pole) = velocity_filter(self.hold.velocity_cutoff_hz, fs);
-        let velocity = (Complex64::ONE - delay) * fs * gain * (Complex64::ONE + delay) / (Complex64::ONE - delay * pole);
         let held = if frequency_hz == 0.0 { Complex64::ONE } else { (Complex64::ONE - delay) * fs / s };
-        self.robot_stiffness_with(s, |i| held * (self.hold.kd[i] * velocity + self.hold.kp[i]))
+        self.robot_stiffness_with(s, |i| held * self.hold.at_ticks(i, s))
     }
 
     fn robot_stiffness_with(&self, s: Complex64, hold: impl Fn(usize) -> Complex64) -> Option<Array2<Complex64>> {

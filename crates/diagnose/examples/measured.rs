@@ -50,6 +50,7 @@ fn main() {
                     );
                     println!("    {:?}", c.evidence);
                 }
+                println!("  band to {:.3} Hz", d.discrepancy.by_band.last().map_or(0.0, |b| b.band_hz[1]));
                 println!("  minor {:?} confusable {:?}", d.minor, d.confusable);
                 println!("  base {:?}", d.baseline.parameters.iter().map(|p| format!("{} {:.4}", p.name, p.value)).collect::<Vec<_>>());
                 println!("  ext  {:?}", d.extended.parameters.iter().map(|p| format!("{} {:.4}", p.name, p.value)).collect::<Vec<_>>());

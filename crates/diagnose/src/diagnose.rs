@@ -10,6 +10,7 @@ use crate::samples::{Meaning, Samples};
 use crate::search::Stand;
 use crate::subject::Subject;
 use crate::{DiagnoseError, generic};
+use ndof_models::effects::{EFFECTS, Trace};
 use ndof_signal::Recording;
 use ndof_sysid::Ports;
 use std::sync::Arc;
@@ -106,7 +107,7 @@ pub(crate) struct Findings {
 }
 
 /// Estimation and held-out samples, and the words for them.
-fn divide(samples: &Samples, held_out: &HeldOut) -> Result<(Samples, Samples, Split), DiagnoseError> {
+pub(crate) fn divide(samples: &Samples, held_out: &HeldOut) -> Result<(Samples, Samples, Split), DiagnoseError> {
     let (trials, length) = (samples.effort.len(), samples.len());
     let numbers = |t: &[usize]| t.iter().map(|t| (t + 1).to_string()).collect::<Vec<_>>().join(", ");
     let refuse = |estimation, samples, held_out| DiagnoseError::HeldOut { estimation, samples, held_out };
@@ -137,8 +138,10 @@ fn divide(samples: &Samples, held_out: &HeldOut) -> Result<(Samples, Samples, Sp
 
 /// Levels, tones and bursts, in this order; tones and bursts are masked before anything else is tried.
 fn before_registry(subject: &mut Subject, samples: &Samples, options: &Options) -> Result<Findings, DiagnoseError> {
-    let mut findings = Findings { levels: detectors::levels(samples, options.tolerance), ..Findings::default() };
-    for _ in 0..3 {
+    let tried = |trace: Trace| EFFECTS.iter().any(|e| e.card().trace == trace && !options.without.iter().any(|w| w == e.name()));
+    let levels = if tried(Trace::Levels) { detectors::levels(samples, options.tolerance) } else { vec![] };
+    let mut findings = Findings { levels, ..Findings::default() };
+    for _ in 0..if tried(Trace::Tone) { 3 } else { 0 } {
         let stand = stand(subject)?;
         let Some(tone) = detectors::tone(&stand, &detectors::residual(&stand, &[])) else { break };
         let effort = subject.scale.effort[tone.axis];
@@ -163,7 +166,8 @@ fn before_registry(subject: &mut Subject, samples: &Samples, options: &Options) 
         }
     }
     let stand = stand(subject)?;
-    if let Some(burst) = detectors::burst(&stand, &detectors::residual(&stand, &[])).filter(|b| b.size > options.tolerance) {
+    let burst = if tried(Trace::Burst) { detectors::burst(&stand, &detectors::residual(&stand, &[])) } else { None };
+    if let Some(burst) = burst.filter(|b| b.size > options.tolerance) {
         let layout = Arc::make_mut(&mut subject.layout);
         layout.weights = vec![vec![1.0; layout.samples]; layout.trials];
         let margin = 0.5 * layout.time_s;

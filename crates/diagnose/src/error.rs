@@ -68,6 +68,14 @@ pub enum DiagnoseError {
     /// The linear model could not be fitted at all.
     #[error("the linear baseline cannot be fitted; are two channels copies of each other?")]
     BaselineFailed,
+    /// The robot's side cannot be seen.
+    #[error(
+        "a device in the baseline needs commanded forces, measured forces and displacements on every axis; choose them with --reference, --input and --output"
+    )]
+    NoRobotSide,
+    /// The simulated robot could not be balanced at all.
+    #[error("the simulated robot cannot be where the recording says that it was; check [posture], lengths and the position channels' origin")]
+    RobotFailed,
     /// The held-out part makes no sense.
     #[error("the held-out part leaves {estimation} trials of {samples} samples to fit and {held_out} to judge by; both need 200 samples or more")]
     HeldOut {

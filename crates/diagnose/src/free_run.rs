@@ -125,6 +125,15 @@ impl Runner {
         out
     }
 
+    /// Displacement `[axis][time]` from rest under a force; `None` where the mass is singular.
+    pub fn drive(&self, effort: &[Vec<f64>], rate_hz: f64) -> Option<Vec<Vec<f64>>> {
+        let n = self.mass.len();
+        let still = vec![0.0; n];
+        let hidden = vec![0.0; self.laws.iter().map(|law| law.states()).sum()];
+        let run = self.run(&inverse(&self.mass)?, effort, 0..effort[0].len(), rate_hz, 0.0, (&still, &still, &hidden));
+        Some((0..n).map(|i| run.x.iter().skip(i).step_by(n).copied().collect()).collect())
+    }
+
     /// The steepest rise of an axis' resisting force with velocity, at rest.
     fn slope(&self, axis: usize) -> f64 {
         let n = self.mass.len();
@@ -185,7 +194,7 @@ impl Runner {
     }
 
     /// Effort that an imposed motion needs, `[axis][time]`.
-    fn needed(&self, state: &State, trial: usize) -> Vec<Vec<f64>> {
+    pub fn needed(&self, state: &State, trial: usize) -> Vec<Vec<f64>> {
         let layout = &state.layout;
         let n = layout.axes;
         let kinematics = |power: i32| -> Vec<Vec<f64>> { state.motion[trial].iter().map(|t| layout.filtered(t, |s| s.powi(power), None)).collect() };
@@ -214,8 +223,12 @@ impl Runner {
         let skip = ((2.0 * layout.time_s.max(1.0)).min(0.05 * layout.samples as f64 / layout.rate_hz) * layout.rate_hz) as usize;
         if motion_imposed {
             let needed = self.needed(state, trial);
-            let predicted: Vec<Vec<f64>> = state.uncorrect_effort(needed);
-            let measured: Vec<Vec<f64>> = raw.effort[trial].iter().map(|t| layout.filtered(t, |_| 1.0.into(), None)).collect();
+            // Beyond the band an imposed motion is the differentiated noise of its sensor.
+            let top = layout.frequency_hz[layout.lines() - 1];
+            let inside = |s: num_complex::Complex64| num_complex::Complex64::from((-(s.im / std::f64::consts::TAU / (1.1 * top)).powi(16)).exp());
+            let cut = |series: Vec<Vec<f64>>| -> Vec<Vec<f64>> { series.iter().map(|x| crate::layout::filter(x, layout.rate_hz, inside)).collect() };
+            let predicted: Vec<Vec<f64>> = cut(state.uncorrect_effort(needed));
+            let measured: Vec<Vec<f64>> = raw.effort[trial].iter().map(|t| layout.filtered(t, inside, None)).collect();
             let predicted = predicted.into_iter().zip(&measured).map(|(p, m)| shifted(p, m, skip / 2..skip.max(1))).collect();
             return Some(Prediction { measured, predicted, scored: (0..layout.samples).map(|k| k >= skip).collect() });
         }

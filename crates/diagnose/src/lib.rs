@@ -21,8 +21,10 @@ mod hypotheses;
 mod judge;
 mod layout;
 mod linear;
+mod mechanism;
 mod optimise;
 mod options;
+mod plan;
 mod plant;
 mod probability;
 mod result;
@@ -36,9 +38,10 @@ mod whittle;
 pub use baseline::{Baseline, Part, Status};
 pub use diagnose::diagnose;
 pub use error::DiagnoseError;
+pub use mechanism::{Endpoint, Mechanism, MechanismParameter, RobotSide, diagnose_robot};
 pub use options::{HeldOut, Options, OwnEffects};
 pub use probability::{Features, SIGNS};
 pub use result::{
-    BandShare, Cause, CauseParameter, Confusable, Considered, Diagnosis, Discrepancy, Extended, Gain, Minor, Model, ModelParameter, NoiseFloor, Score, Shift,
-    Site, Split, TimeShare, Verdict,
+    BandShare, Cause, CauseParameter, Confusable, Considered, Diagnosis, Discrepancy, Extended, Gain, Minor, Model, ModelParameter, NoiseFloor, Prospect,
+    Score, Shift, Site, Split, TimeShare, Verdict,
 };

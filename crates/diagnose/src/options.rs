@@ -47,6 +47,8 @@ pub struct Options {
     pub resamples: usize,
     /// Effects that are not tried.
     pub without: Vec<String>,
+    /// Whether the experiment that would tell confusable causes apart is looked for by simulating it.
+    pub plan: bool,
     /// Effects that are tried beside those of the registry.
     pub own: OwnEffects,
 }
@@ -61,6 +63,7 @@ impl Default for Options {
             most_causes: 4,
             resamples: 400,
             without: Vec::new(),
+            plan: false,
             own: OwnEffects::default(),
         }
     }

@@ -68,6 +68,7 @@ impl Structure {
 }
 
 /// The columns that every model has.
+#[derive(Clone)]
 pub(crate) struct Base {
     pub columns: Vec<Column>,
     pub roles: Vec<Role>,

@@ -267,4 +267,18 @@ pub struct Confusable {
     pub effects: Vec<String>,
     /// The experiment that would.
     pub next_experiment: String,
+    /// How well experiments would tell the first two apart, simulated; the best first. Empty unless it was asked for.
+    #[serde(skip_serializing_if = "Vec::is_empty", default)]
+    pub predicted: Vec<Prospect>,
+}
+
+/// An experiment that was simulated with either of two causes as the true one.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Prospect {
+    /// What would be done.
+    pub experiment: String,
+    /// Penalised log-likelihood by which the true cause leads the other, in the worse of the two cases.
+    pub separation: f64,
+    /// Whether that decides between them.
+    pub decides: bool,
 }

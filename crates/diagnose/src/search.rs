@@ -27,6 +27,7 @@ pub(crate) struct Chosen {
 }
 
 /// A model fitted.
+#[derive(Clone)]
 pub(crate) struct Stand {
     pub state: State,
     pub base: Base,

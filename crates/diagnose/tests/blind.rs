@@ -7,7 +7,7 @@ use ndof_diagnose::{Baseline, Diagnosis, Options, Part, Status, Verdict, diagnos
 
 fn case(plant: Plant, hidden: &[(&'static str, f64)], seed: u64) -> Case {
     let hidden = hidden.iter().map(|&(name, severity)| Hidden { name, severity }).collect();
-    Case { plant, hidden, other: false, background: false, trials: 2, duration_s: 40.0, seed }
+    Case { plant, hidden, other: false, background: false, trials: 2, duration_s: 40.0, seed, command: (1.0, 1.0) }
 }
 
 fn answer(made: &Made) -> Diagnosis {

@@ -11,7 +11,7 @@ use ndof_models::effects::Value;
 
 fn made(plant: Plant, hidden: &[(&'static str, f64)], seed: u64) -> Made {
     let hidden = hidden.iter().map(|&(name, severity)| Hidden { name, severity }).collect();
-    make(&Case { plant, hidden, other: false, background: false, trials: 2, duration_s: 40.0, seed })
+    make(&Case { plant, hidden, other: false, background: false, trials: 2, duration_s: 40.0, seed, command: (1.0, 1.0) })
 }
 
 fn answer(made: &Made) -> Diagnosis {
@@ -101,6 +101,49 @@ fn a_reflex_in_one_direction_is_told_from_a_linear_one() {
         let cause = d.causes.first().filter(|c| c.effect == "reflex-delay").expect("a reflex");
         let flag = cause.parameters.iter().find(|p| p.name == "one_directional").map(|p| p.value.clone());
         assert_eq!(flag, Some(Value::Flag(one)), "{hidden}");
+    }
+}
+
+/// A short recording of one axis, with the perturbation's band at a multiple of its own.
+fn short(hidden: (&'static str, f64), reach: f64, seed: u64) -> Made {
+    let hidden = vec![Hidden { name: hidden.0, severity: hidden.1 }];
+    make(&Case { plant: Plant::Force, hidden, other: false, background: false, trials: 1, duration_s: 30.0, seed, command: (1.0, reach) })
+}
+
+#[test]
+fn what_cannot_be_told_apart_comes_with_the_experiment_that_decides_and_it_does() {
+    for seed in [1, 2] {
+        let hidden = ("measurement-delay", 0.3);
+        let planned = Options { plan: true, ..Options::default() };
+        let first = short(hidden, 1.0, seed);
+        let d = diagnose(&first.recordings, &first.ports, &planned, None, &mut |_| {}).expect("a diagnosis");
+        let pair = d.confusable.first().expect("a delay of 3.6 ms and a filter are alike up to 12 Hz");
+        assert!(pair.effects.iter().any(|e| e == "measurement-delay") && pair.effects.iter().any(|e| e == "channel-filter"), "{pair:?}");
+        let best = pair.predicted.first().expect("experiments were simulated");
+        assert!(best.decides && best.separation > 6.0, "{pair:?}");
+        assert!(best.experiment.contains("with its power from 0 to 4") && pair.next_experiment.starts_with(&best.experiment), "{pair:?}");
+        // The same perturbation again decides nothing, and the plan says so.
+        assert!(pair.predicted.iter().filter(|p| p.experiment.starts_with("the same")).all(|p| !p.decides), "{pair:?}");
+        // The experiment itself, by the generator: power up to four times the frequency.
+        let second = answer(&short(hidden, 4.0, seed));
+        assert_eq!(second.causes.first().map(|c| c.effect.as_str()), Some("measurement-delay"), "{:?}", second.causes);
+        assert!(second.confusable.iter().all(|k| !k.effects.iter().any(|e| e == "channel-filter")), "{:?}", second.confusable);
+    }
+}
+
+#[test]
+fn a_cubic_spring_or_a_reflex_that_is_taken_away_leaves_no_other_name_for_sure() {
+    for (plant, hidden, seed) in [(Plant::Force, "cubic-stiffness", 20), (Plant::Motion, "cubic-stiffness", 21), (Plant::Force, "reflex-delay", 20)] {
+        let made = made(plant, &[(hidden, 0.5)], seed);
+        assert_eq!(answer(&made).causes.first().map(|c| c.effect.clone()).as_deref(), Some(hidden));
+        let options = Options { without: vec![hidden.to_owned()], ..Options::default() };
+        let d = diagnose(&made.recordings, &made.ports, &options, None, &mut |_| {}).expect("a diagnosis");
+        assert!(matches!(d.verdict, Verdict::Unexplained | Verdict::PartlyExplained), "without {hidden}: {:?} {:?}", d.verdict, d.causes);
+        assert!(
+            d.causes.iter().all(|c| c.probability <= 0.9),
+            "without {hidden}: {:?}",
+            d.causes.iter().map(|c| (&c.effect, c.probability)).collect::<Vec<_>>()
+        );
     }
 }
 

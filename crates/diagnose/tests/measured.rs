@@ -1,8 +1,15 @@
 //! Measured recordings of others whose cause is known; skipped where they are not at hand.
 
+mod generator;
 mod records;
 
+use generator::{Case, Plant, make};
 use ndof_diagnose::{Diagnosis, Options, diagnose};
+use ndof_signal::{Channel, Quantity, Recording, Unit};
+use ndof_sysid::Ports;
+use rand::{RngExt, SeedableRng};
+use rand_chacha::ChaCha8Rng;
+use rand_distr::StandardNormal;
 use records::Record;
 
 fn answer(name: &str, record: Record) -> Option<Diagnosis> {
@@ -36,11 +43,76 @@ fn the_damper_has_hysteresis() {
 }
 
 #[test]
-fn the_quiet_ankle_gets_no_confident_friction_or_hysteresis() {
+fn the_quiet_ankle_lacks_little_and_gets_no_confident_friction_or_hysteresis() {
     let Some(d) = answer("ankle-df2", record("ankle-df2")) else { return };
     for c in &d.causes {
         assert!(!["coulomb-friction", "hysteresis"].contains(&c.effect.as_str()) || c.probability <= 0.9, "{c:?}");
     }
+    // 94.4 to 96.1 % are reached by models of the intrinsic path without a fixed order.
+    let (before, after) = (d.baseline.held_out.vaf_percent[0].expect("finite"), d.extended.held_out.vaf_percent[0].expect("finite"));
+    assert!(before > 85.0 && after > 94.0, "{before} -> {after}");
+    assert!(d.discrepancy.notes.iter().any(|n| n.starts_with("little is missing")), "{:?}", d.discrepancy.notes);
+}
+
+#[test]
+fn the_flexible_arm_has_another_resonance() {
+    let Some(d) = answer("robot-arm", record("robot-arm")) else { return };
+    assert_eq!(d.causes.first().map(|c| c.effect.as_str()), Some("extra-resonance"), "{:?}", d.causes);
+}
+
+/// Torque to acceleration of a mass that carries another one on a light spring, 1000 samples at 1 Hz.
+fn flexible_arm() -> (Vec<Recording>, Ports) {
+    let (own, carried, omega, damping) = (0.2, 0.12, std::f64::consts::TAU * 0.07, 0.02);
+    let (steps, dt) = (200, 1.0 / 200.0);
+    let mut random = ChaCha8Rng::seed_from_u64(5);
+    let (mut x, mut v, mut y, mut u) = (0.0, 0.0, 0.0, 0.0);
+    let (mut torque, mut acceleration) = (vec![], vec![]);
+    let mut smooth = 0.0;
+    for _ in 0..1000 {
+        let white: f64 = random.sample(StandardNormal);
+        smooth += 0.7 * (white - smooth);
+        let before: f64 = v;
+        for _ in 0..steps {
+            let pull = carried * (omega * omega * (x - y) + 2.0 * damping * omega * (v - u));
+            v += dt * (smooth - pull - 0.01 * v) / own;
+            u += dt * pull / carried;
+            x += dt * v;
+            y += dt * u;
+        }
+        let noise: f64 = random.sample(StandardNormal);
+        torque.push(smooth);
+        acceleration.push(v - before + 0.02 * noise);
+    }
+    let channel = |name: &str, quantity, samples| Channel::new(name, Unit::si(quantity, true), samples);
+    let channels = vec![channel("torque_arm", Quantity::Effort, torque), channel("acc_arm", Quantity::Acceleration, acceleration)];
+    (vec![Recording::new(1.0, channels).expect("one length")], Ports { references: vec![], inputs: vec![0], outputs: vec![1] })
+}
+
+#[test]
+fn a_synthetic_flexible_arm_has_another_resonance_too() {
+    let (trials, ports) = flexible_arm();
+    let d = diagnose(&trials, &ports, &Options::default(), None, &mut |_| {}).expect("a diagnosis");
+    assert_eq!(d.causes.first().map(|c| c.effect.as_str()), Some("extra-resonance"), "{:?} {:?}", d.causes, d.considered.first());
+}
+
+#[test]
+fn noise_of_an_imposed_motion_beyond_the_band_is_no_torque() {
+    let made = make(&Case { plant: Plant::Motion, hidden: vec![], other: false, background: false, trials: 2, duration_s: 40.0, seed: 3, command: (1.0, 1.0) });
+    let mut random = ChaCha8Rng::seed_from_u64(6);
+    let mut recordings = made.recordings;
+    for recording in &mut recordings {
+        // A tenth of a milliradian makes torques many times as large as the true ones where it is differentiated up to half of the rate.
+        let name = recording.names().into_iter().find(|n| n.starts_with("angle")).expect("an angle");
+        recording
+            .map_channel(&name, |x| {
+                let noise: f64 = random.sample(StandardNormal);
+                x + 1e-4 * noise
+            })
+            .expect("a channel");
+    }
+    let d = diagnose(&recordings, &made.ports, &Options::default(), None, &mut |_| {}).expect("a diagnosis");
+    assert!(d.baseline.held_out.vaf_percent[0].expect("finite") > 90.0, "{:?}", d.baseline.held_out);
+    assert!(d.causes.iter().all(|c| c.effect == "limb-noise"), "{:?}", d.causes);
 }
 
 #[test]

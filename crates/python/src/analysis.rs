@@ -49,6 +49,7 @@ impl Question {
             tolerance: self.tolerance.unwrap_or(default.tolerance),
             seed: self.seed.unwrap_or(default.seed),
             without: self.without,
+            plan: default.plan,
             baseline,
         })
     }

@@ -35,6 +35,9 @@ pub struct Arguments {
     /// Effects that are not tried
     #[arg(long, value_name = "EFFECTS", value_delimiter = ',')]
     without: Vec<String>,
+    /// Simulate the next experiments that would tell confusable causes apart, and say how well each would
+    #[arg(long)]
+    plan: bool,
     /// End with code 1 if a cause is found, or something that cannot be explained
     #[arg(long)]
     exit_code: bool,
@@ -90,6 +93,7 @@ fn settings(arguments: &Arguments) -> Result<DiagnoseSettings, CliError> {
         tolerance: arguments.tolerance,
         seed: arguments.shared.seed.unwrap_or(DiagnoseSettings::default().seed),
         without: arguments.without.clone(),
+        plan: arguments.plan,
         baseline: arguments.baseline.as_deref().map(read_baseline).transpose()?,
     })
 }
@@ -118,6 +122,10 @@ pub fn summary(result: &DiagnosisResult) -> String {
     }
     for confusable in &d.confusable {
         text += &format!("cannot be told apart here: {}; next experiment: {}\n", confusable.effects.join(", "), confusable.next_experiment);
+        for prospect in &confusable.predicted {
+            let verdict = if prospect.decides { "decides" } else { "does not decide" };
+            text += &format!("  {}: separates by {}, {verdict}\n", prospect.experiment, short(prospect.separation));
+        }
     }
     for minor in &d.minor {
         text += &format!("minor: {} ({}), {}\n", minor.effect, place(&minor.site), minor.why);

@@ -3,6 +3,7 @@
 use super::Answer;
 use super::groups::Group;
 use crate::judge::{self, Errors};
+use crate::plan;
 use crate::probability::Features;
 use crate::result::{Cause, Confusable, Gain};
 use crate::search::ENOUGH;
@@ -38,7 +39,13 @@ impl Answer<'_> {
         let card = h.effect.card();
         if !near.is_empty() {
             let effects = std::iter::once(card.name).chain(near.iter().copied()).map(str::to_owned).collect();
-            confusable.push(Confusable { effects, next_experiment: card.next_experiment.to_owned() });
+            let rival = step.judged.iter().find(|j| subject.hypotheses[j.hypothesis].effect.name() == near[0]).filter(|_| self.options.plan);
+            let predicted = rival.map_or_else(Vec::new, |j| plan::prospects(subject, self.meaning, self.options, found, lead, j));
+            let next_experiment = match predicted.first().filter(|p| p.decides) {
+                Some(best) => format!("{}; simulated, the right one then leads by {:.0} of log-likelihood", best.experiment, best.separation),
+                None => card.next_experiment.to_owned(),
+            };
+            confusable.push(Confusable { effects, next_experiment, predicted });
         }
         let features = Features::new(own, rival, self.gate.beyond, self.gate.named, self.gate.removed, share, group.size);
         let block_s = (2.0 * subject.layout.time_s).max(0.2);
@@ -94,6 +101,6 @@ impl Answer<'_> {
 }
 
 /// Upper tail of χ² with `k` degrees of freedom, times the number of hypotheses (Holm's factor of the smallest).
-pub(super) fn tail(statistic: f64, k: usize, tried: usize) -> f64 {
+pub(crate) fn tail(statistic: f64, k: usize, tried: usize) -> f64 {
     ChiSquared::new(k.max(1) as f64).map_or(1.0, |law| (law.sf(statistic.max(0.0)) * tried as f64).min(1.0))
 }

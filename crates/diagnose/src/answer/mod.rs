@@ -4,6 +4,9 @@ mod cause;
 mod describe;
 mod detected;
 mod groups;
+mod stand_in;
+
+pub(crate) use cause::tail;
 
 use crate::detectors;
 use crate::diagnose::Findings;
@@ -20,6 +23,18 @@ use ndof_models::effects::Side;
 
 /// Probability of a name that helps little on held-out data while a large error stays.
 const UNSURE: f64 = 0.6;
+/// Probability of a name beyond which as much is left unexplained: one in nine of them was right (`blind_challenge --train`).
+const GATED: f64 = 0.2;
+/// Held-out log-likelihood of the generic model beyond the named causes from which their form is not the true one for sure.
+const REMAINDER: f64 = 5.0;
+/// Probability of a name whose form leaves such structure.
+const IMPERFECT: f64 = 0.9;
+/// Probability of a name where neither the baseline nor the extended model predicts the held-out part.
+const LOST: f64 = 0.5;
+/// Share of the explainable error below which a cause cannot be sure while a large error stays.
+const LITTLE: f64 = 0.25;
+/// Share of the outputs' variance below which what a baseline misses is called little.
+const LITTLE_MISSING: f64 = 0.1;
 /// Slow change of the residual that counts, in standard errors.
 const VARIATION: f64 = 8.0;
 
@@ -73,12 +88,19 @@ impl Answer<'_> {
             .fold(0.0, f64::max);
         let structured = self.gate.beyond > 20.0 && self.gate.beyond > 2.0 * self.gate.beyond_error;
         let unknown = structured && self.gate.size > self.options.tolerance && excess > self.options.tolerance;
+        // Structure that is too small to matter still says that the form may not be the true one.
+        let remainder = self.gate.beyond > REMAINDER && self.gate.beyond > 2.0 * self.gate.beyond_error;
         let varying = variation > VARIATION && !unknown;
         let ratio = if unknown { self.gate.beyond / (self.gate.beyond + self.gate.named.max(0.0)).max(1.0) } else { 0.0 };
         // A simulation that predicts worse than none at all is wrong, whatever the balance of forces says.
         let lost = |score: &Score| score.nrmse.iter().any(|e| e.is_none_or(|e| e > 1.0));
         let adrift = lost(&before.score);
-        let limit = if ratio > 0.45 || adrift && lost(&final_errors.score) { 0.5 } else { 1.0 };
+        let limit = match (ratio > 0.45, adrift && lost(&final_errors.score)) {
+            (true, _) => GATED,
+            (false, true) => LOST,
+            (false, false) if remainder => IMPERFECT,
+            (false, false) => 1.0,
+        };
         let mut causes = Vec::new();
         let mut confusable = Vec::new();
         let mut kept: Vec<usize> = Vec::new();
@@ -93,7 +115,7 @@ impl Answer<'_> {
                 None => last.clone(),
             };
             let mut cause = self.cause(&group, &last, &after, level, limit, &mut confusable);
-            let little = cause.gain.explained_fraction.is_some_and(|share| share < 0.1);
+            let little = cause.gain.explained_fraction.is_some_and(|share| share < LITTLE);
             // What helps little on held-out data while a large error stays cannot be sure.
             if little && excess > 5.0 * self.options.tolerance {
                 cause.at_most = cause.at_most.min(UNSURE);
@@ -103,6 +125,7 @@ impl Answer<'_> {
             causes.push(cause);
             last = after;
         }
+        weak |= self.stand_ins(&mut causes, &mut confusable);
         let all: Vec<Chosen> = kept.iter().map(|q| found.chosen[*q].clone()).collect();
         let refitted = if all.len() < found.chosen.len() { subject.stand(&all, &found.stand.fit.power, 3) } else { None };
         let extended = refitted.as_ref().unwrap_or(&found.stand);
@@ -128,6 +151,17 @@ impl Answer<'_> {
             notes.push(format!(
                 "a model without physics gains {:.0} of held-out log-likelihood beyond the named causes (they gain {:.0}); it removes {:.1} % of the effort's rms: something is missing that no known cause explains",
                 self.gate.beyond, self.gate.named, 100.0 * self.gate.size
+            ));
+        }
+        // What the baseline could gain at most, of the outputs' variance.
+        let missing = before.mean().map_or(1.0, |b| (b - level).max(0.0));
+        if !causes.is_empty() && missing < LITTLE_MISSING {
+            notes.push(format!("little is missing: at most {:.1} % of the outputs' held-out variance", 100.0 * missing));
+        }
+        if remainder && !unknown && !causes.is_empty() {
+            notes.push(format!(
+                "a model without physics gains {:.0} of held-out log-likelihood beyond the named causes, by a force that is too small to matter: their form may stand in for another",
+                self.gate.beyond
             ));
         }
         if adrift {

@@ -115,5 +115,5 @@ pub fn draw(seed: u64, number: u64, kind: &str, plant: Option<Plant>) -> Case {
         _ => vec![Hidden { name: pick(&SINGLE), severity: single }],
     };
     let trials = if rng.random_range(0.0..1.0) < 0.6 { 3 } else { 1 };
-    Case { plant, hidden, other: kind == "other", background: kind == "background", trials, duration_s: 50.0, seed: rng.random() }
+    Case { plant, hidden, other: kind == "other", background: kind == "background", trials, duration_s: 50.0, seed: rng.random(), command: (1.0, 1.0) }
 }

@@ -53,6 +53,8 @@ pub struct Case {
     pub trials: usize,
     pub duration_s: f64,
     pub seed: u64,
+    /// The commanded perturbation as a multiple of the plant's own: its size, and the end of its band.
+    pub command: (f64, f64),
 }
 
 /// What was made.
@@ -150,7 +152,7 @@ fn record(case: &Case, spec: &Spec, world: &World, hiding: &Hiding, trial: usize
             Plant::Force => (12.0, 8),
             _ => (15.0, 8),
         };
-        let command: Vec<Vec<f64>> = (0..n).map(|i| band_noise(rng, samples, cutoff, spec.command[i], FS, order)).collect();
+        let command: Vec<Vec<f64>> = (0..n).map(|i| band_noise(rng, samples, case.command.1 * cutoff, case.command.0 * spec.command[i], FS, order)).collect();
         let robot = Robot {
             inertia: &spec.robot,
             kp: &spec.kp,

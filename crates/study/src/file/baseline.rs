@@ -2,7 +2,7 @@
 
 use crate::error::StudyError;
 use crate::pipeline::MODEL;
-use ndof_devices::{DeviceConfig, LimbConfig, Posture};
+use ndof_devices::{Controller, DeviceConfig, LimbConfig, Posture, device};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 
@@ -13,16 +13,19 @@ pub struct BaselineFile {
     /// The model's name, `inertia-damping-stiffness`.
     #[serde(default)]
     pub model: Option<String>,
-    /// A device, as in an experiment; its limb's matrices about the posture are the nominal values.
+    /// A device, as in an experiment: the robot's side is judged by it. Its lengths, inertias and frictions are nominal, its settings fixed.
     #[serde(default)]
     pub device: Option<DeviceConfig>,
-    /// The limb, as in an experiment.
+    /// The limb, as in an experiment; its matrices about the posture are nominal. Without it the limb is fitted.
     #[serde(default)]
     pub limb: Option<LimbConfig>,
     /// The posture, as in an experiment.
     #[serde(default)]
     pub posture: Posture,
-    /// By the name of the matrix or scalar.
+    /// The hold, as in an experiment.
+    #[serde(default)]
+    pub controller: Controller,
+    /// By the name of the matrix or scalar, or of the device's parameter.
     #[serde(default)]
     pub parameters: BTreeMap<String, BaselineParameter>,
 }
@@ -52,14 +55,22 @@ impl BaselineFile {
         if let Some(model) = self.model.as_deref().filter(|model| *model != MODEL) {
             return wrong(format!("model = \"{model}\"; there is \"{MODEL}\""));
         }
-        if self.device.is_some() != self.limb.is_some() {
-            return wrong("[device] and [limb] go together; give both, or [parameters] alone".to_owned());
+        if self.limb.is_some() && self.device.is_none() {
+            return wrong("[limb] needs a [device] that holds it; give both, or [parameters] alone".to_owned());
         }
-        if let Some(name) = self.parameters.keys().find(|name| !KNOWN.contains(&name.as_str())) {
-            return wrong(format!("[parameters.{name}]; the model has M, B and K"));
+        let table = match &self.device {
+            Some(config) if !config.name.is_empty() => device(&config.name)?.parameters,
+            _ => &[],
+        };
+        if let Some(name) = self.parameters.keys().find(|name| !KNOWN.contains(&name.as_str()) && table.iter().all(|p| p.name != name.as_str())) {
+            let device = if table.is_empty() { "" } else { ", and the device what `ndof list devices` prints" };
+            return wrong(format!("[parameters.{name}]; the model has M, B and K{device}"));
         }
         for (name, parameter) in &self.parameters {
             let rows = parameter.value.rows();
+            if !KNOWN.contains(&name.as_str()) && !matches!(parameter.value, Value::Scalar(_)) {
+                return wrong(format!("parameters.{name}.value is a matrix; a device's parameter is one number"));
+            }
             if rows.iter().any(|row| row.len() != rows.len()) || rows.iter().flatten().any(|v| !v.is_finite()) {
                 return wrong(format!("parameters.{name}.value is not a square matrix of numbers; write one row for each output"));
             }

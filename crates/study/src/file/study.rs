@@ -211,6 +211,8 @@ pub struct DiagnoseSection {
     pub held_out: Option<[f64; 2]>,
     /// Effects that are not tried.
     pub without: Vec<String>,
+    /// Simulate the experiments that would tell confusable causes apart.
+    pub plan: bool,
     /// The simulation that is judged.
     pub baseline: Option<BaselineFile>,
     /// That many effects are drawn from the seed and hidden in what is simulated; the answer comes last.
@@ -227,6 +229,7 @@ impl DiagnoseSection {
             tolerance: self.tolerance.unwrap_or(default.tolerance),
             seed: default.seed,
             without: self.without.clone(),
+            plan: self.plan,
             baseline: self.baseline.clone(),
         }
     }

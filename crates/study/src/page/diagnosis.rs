@@ -4,7 +4,7 @@ use super::convert::{nan, warnings};
 use super::estimate::traces_section;
 use crate::error::StudyError;
 use crate::result::VERSION;
-use crate::result::diagnosis::{Cause, CauseValue, Diagnosis, DiagnosisResult};
+use crate::result::diagnosis::{Cause, CauseValue, Confusable, Diagnosis, DiagnosisResult};
 use crate::result::fit::Site;
 use crate::trials::Trials;
 use crate::words::{p_value, sentence};
@@ -140,8 +140,15 @@ fn considered_section(d: &Diagnosis) -> Result<Option<Section>, StudyError> {
 
 /// What cannot be told apart and what is too small to matter, each with what to do about it.
 fn next_section(d: &Diagnosis) -> Option<Section> {
-    let apart =
-        d.confusable.iter().map(|c| format!("{} cannot be told apart by this recording. Next experiment: {}.", c.effects.join(" and "), c.next_experiment));
+    let power = |c: &Confusable| -> String {
+        let decide: Vec<String> =
+            c.predicted.iter().map(|p| format!("{} ({}{})", p.experiment, number(nan(p.separation)), if p.decides { ", decides" } else { "" })).collect();
+        if decide.is_empty() { String::new() } else { format!(" Simulated separation: {}.", decide.join("; ")) }
+    };
+    let apart = d
+        .confusable
+        .iter()
+        .map(|c| format!("{} cannot be told apart by this recording. Next experiment: {}.{}", c.effects.join(" and "), c.next_experiment, power(c)));
     let minor = d.minor.iter().map(|m| format!("{} is significant but minor: {}.", name(&m.effect, &m.site), m.why));
     let lines: Vec<String> = apart.chain(minor).collect();
     (!lines.is_empty()).then(|| Section::new("What remains", "What to measure next, and what is too small to matter.").list(lines))

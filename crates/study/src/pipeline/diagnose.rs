@@ -1,14 +1,16 @@
 //! Trials in, diagnosis out.
 
+use super::robot_side::SimulatedRobot;
 use crate::error::StudyError;
 use crate::file::{BaselineFile, Status};
 use crate::result::VERSION;
 use crate::result::diagnosis::{DiagnosisResult, SCHEMA};
 use crate::trials::Trials;
 use ndarray::Array2;
-use ndof_devices::{Controller, DeviceConfig, Experiment, LimbConfig, Posture, Sensors, linearise};
-use ndof_diagnose::{Baseline, HeldOut, Options, Part};
-use ndof_signal::Recording;
+use ndof_devices::{DeviceConfig, Experiment, LimbConfig, Sensors, linearise};
+use ndof_diagnose::{Baseline, DiagnoseError, HeldOut, Options, Part};
+use ndof_signal::{Quantity, Recording};
+use ndof_sysid::Ports;
 
 /// What is held out, as a user says it.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -35,6 +37,8 @@ pub struct DiagnoseSettings {
     pub seed: u64,
     /// Effects that are not tried.
     pub without: Vec<String>,
+    /// Whether the experiment that tells confusable causes apart is looked for by simulating it.
+    pub plan: bool,
     /// The simulation that is judged.
     pub baseline: Option<BaselineFile>,
 }
@@ -42,7 +46,15 @@ pub struct DiagnoseSettings {
 impl Default for DiagnoseSettings {
     fn default() -> Self {
         let options = Options::default();
-        DiagnoseSettings { band_hz: None, held_out: HoldOut::Auto, tolerance: options.tolerance, seed: options.seed, without: Vec::new(), baseline: None }
+        DiagnoseSettings {
+            band_hz: None,
+            held_out: HoldOut::Auto,
+            tolerance: options.tolerance,
+            seed: options.seed,
+            without: Vec::new(),
+            plan: false,
+            baseline: None,
+        }
     }
 }
 
@@ -62,12 +74,20 @@ pub fn diagnose(trials: &Trials, settings: &DiagnoseSettings, command: &str, pro
         tolerance: settings.tolerance,
         seed: settings.seed,
         without: settings.without.clone(),
+        plan: settings.plan,
         ..Options::default()
     };
-    let baseline = settings.baseline.as_ref().map(baseline).transpose()?;
+    let linear = settings.baseline.as_ref().map(baseline).transpose()?;
     let recordings: Vec<Recording> = trials.trials.iter().map(|trial| trial.recording.clone()).collect();
     let ports = &trials.roles.ports;
-    let found = ndof_diagnose::diagnose(&recordings, ports, &options, baseline.as_ref(), progress)?;
+    let beyond = match &settings.baseline {
+        Some(file) => behind_transducer(&recordings, ports, file)?,
+        None => None,
+    };
+    let mut found = ndof_diagnose::diagnose(beyond.as_ref().unwrap_or(&recordings), ports, &options, linear.as_ref(), progress)?;
+    if let (Some(file), Some(first)) = (&settings.baseline, recordings.first()) {
+        found = robot_side(found, file, &recordings, first.sample_rate_hz(), ports, &options, progress)?;
+    }
     // Through JSON, where a number that does not exist becomes null.
     let diagnosis = serde_json::to_value(&found).and_then(serde_json::from_value)?;
     Ok(DiagnosisResult {
@@ -81,11 +101,68 @@ pub fn diagnose(trials: &Trials, settings: &DiagnoseSettings, command: &str, pro
     })
 }
 
+/// The recordings with the give of the device's transducer taken off the displacements: what the limb did and not the robot.
+///
+/// A transducer of stiffness k and damping b gives by F / (k + b s), a first-order low-pass of F / k.
+fn behind_transducer(recordings: &[Recording], ports: &Ports, file: &BaselineFile) -> Result<Option<Vec<Recording>>, StudyError> {
+    let Some(config) = &file.device else { return Ok(None) };
+    let transducer = config.build()?.transducer;
+    let displaced = |r: &Recording| ports.outputs.iter().all(|&o| r.channels()[o].unit.quantity() == Quantity::Displacement);
+    if ports.inputs.len() != ports.outputs.len() || !recordings.iter().all(displaced) {
+        return Ok(None);
+    }
+    let corrected = recordings.iter().map(|recording| {
+        let share = 1.0 - (-transducer.stiffness / (transducer.damping.max(f64::MIN_POSITIVE) * recording.sample_rate_hz())).exp();
+        let mut channels = recording.channels().to_vec();
+        for (&input, &output) in ports.inputs.iter().zip(&ports.outputs) {
+            let force = &recording.channels()[input].samples;
+            let mut give = force.first().copied().unwrap_or(0.0) / transducer.stiffness;
+            for (place, f) in channels[output].samples.iter_mut().zip(force) {
+                give += share * (f / transducer.stiffness - give);
+                *place -= give;
+            }
+        }
+        Recording::new(recording.sample_rate_hz(), channels).map_err(|source| StudyError::Recording { file: "the recording".to_owned(), source })
+    });
+    corrected.collect::<Result<Vec<_>, _>>().map(Some)
+}
+
+/// The diagnosis with the robot's side beside it, where the baseline has a device and the recordings show both of its ends.
+fn robot_side(
+    mut found: ndof_diagnose::Diagnosis,
+    file: &BaselineFile,
+    recordings: &[Recording],
+    sample_rate_hz: f64,
+    ports: &Ports,
+    options: &Options,
+    progress: &mut dyn FnMut(&str),
+) -> Result<ndof_diagnose::Diagnosis, StudyError> {
+    if file.device.is_none() {
+        return Ok(found);
+    }
+    progress("the robot's side");
+    let judged = match SimulatedRobot::new(file, sample_rate_hz)? {
+        Some(robot) => ndof_diagnose::diagnose_robot(recordings, ports, options, &robot),
+        None => Err(DiagnoseError::NoRobotSide),
+    };
+    match judged {
+        Ok(robot) => Ok(found.with_robot(robot)),
+        Err(DiagnoseError::NoRobotSide) => {
+            found.discrepancy.notes.push(
+                "the robot's side is not judged: that takes commanded force, measured force and displacement on every axis, and joints that follow from them"
+                    .to_owned(),
+            );
+            Ok(found)
+        }
+        Err(error) => Err(error.into()),
+    }
+}
+
 /// The matrices of a baseline file, those of its limb as nominal values; what it does not give is fitted.
 fn baseline(file: &BaselineFile) -> Result<Baseline, StudyError> {
     file.check("the baseline")?;
     let limb = match (&file.device, &file.limb) {
-        (Some(device), Some(limb)) => Some(linearise(&held(device, limb, &file.posture))?.limb),
+        (Some(device), Some(limb)) => Some(linearise(&held(device, limb, file))?.limb),
         _ => None,
     };
     let part = |name: &str, simulated: Option<&Array2<f64>>| {
@@ -114,7 +191,7 @@ fn baseline(file: &BaselineFile) -> Result<Baseline, StudyError> {
 }
 
 /// An experiment that only holds the limb at its posture: enough to linearise it.
-fn held(device: &DeviceConfig, limb: &LimbConfig, posture: &Posture) -> Experiment {
+fn held(device: &DeviceConfig, limb: &LimbConfig, file: &BaselineFile) -> Experiment {
     Experiment {
         seed: 1,
         trials: 1,
@@ -123,8 +200,8 @@ fn held(device: &DeviceConfig, limb: &LimbConfig, posture: &Posture) -> Experime
         discard_s: 0.0,
         device: device.clone(),
         limb: limb.clone(),
-        posture: posture.clone(),
-        controller: Controller::default(),
+        posture: file.posture.clone(),
+        controller: file.controller.clone(),
         sensors: Sensors::default(),
     }
 }

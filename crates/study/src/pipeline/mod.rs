@@ -18,6 +18,7 @@ mod project;
 mod reliability;
 mod repeat;
 mod riddle;
+mod robot_side;
 mod sensitivity;
 mod simulate;
 mod streamed;

@@ -276,4 +276,18 @@ pub struct Confusable {
     pub effects: Vec<String>,
     /// The experiment that would.
     pub next_experiment: String,
+    /// How well experiments would tell the first two apart, simulated, the best first; with `--plan`.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub predicted: Vec<Prospect>,
+}
+
+/// An experiment that was simulated with either of two causes as the true one.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct Prospect {
+    /// What would be done.
+    pub experiment: String,
+    /// Penalised log-likelihood by which the true cause leads the other, in the worse of the two cases.
+    pub separation: Number,
+    /// Whether that decides between them.
+    pub decides: bool,
 }
