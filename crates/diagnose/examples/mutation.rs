@@ -51,7 +51,7 @@ fn main() {
             }
             let case = |severity: f64| Case {
                 plant,
-                hidden: vec![Hidden { name, severity }],
+                hidden: if severity > 0.0 { vec![Hidden { name, severity }] } else { vec![] },
                 other: false,
                 background: false,
                 trials: 2,

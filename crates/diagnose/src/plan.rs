@@ -40,7 +40,9 @@ impl Change {
         match self {
             Change::Strength(factor) => format!("the same perturbation with {factor} times the {what}"),
             Change::Longer => "the same perturbation three times as long".to_owned(),
-            Change::Band(factor) => format!("a perturbation of the same {what} (rms) with its power from 0 to {:.2} Hz", factor * hi_hz),
+            Change::Band(factor) => {
+                format!("a perturbation of the same {what} (rms) with its power from 0 to {0:.2} Hz, analysed with --band 0-{0:.2}", factor * hi_hz)
+            }
         }
     }
 }
@@ -71,7 +73,11 @@ pub(crate) fn prospects(subject: &Subject, meaning: &Meaning, options: &Options,
         .filter_map(|change| {
             let lead = |truth: usize| -> Option<f64> {
                 let samples = simulated(subject, meaning, &rivals[truth], change, options.seed)?;
-                leads(subject, meaning, &narrow, &samples, &rivals, truth, position)
+                let band_hz = match change {
+                    Change::Band(factor) => Some((0.0, factor * hi_hz)),
+                    Change::Strength(_) | Change::Longer => None,
+                };
+                leads(subject, meaning, &Options { band_hz, ..narrow.clone() }, &samples, &rivals, truth, position)
             };
             let separation = lead(0)?.min(lead(1)?);
             Some(Prospect { experiment: change.words(hi_hz, meaning.motion_imposed), separation, decides: separation > DECIDED })
@@ -122,7 +128,9 @@ fn simulated(subject: &Subject, meaning: &Meaning, rival: &Rival<'_>, change: Ch
     let noise_shape = |axis: usize| {
         move |f: f64| {
             let place = (f - layout.frequency_hz[0]) / (hi_hz - layout.frequency_hz[0]) * (layout.lines() - 1) as f64;
-            power[axis][(place.max(0.0) as usize).min(layout.lines() - 1)].sqrt()
+            // Beyond the band it is the noise of a displacement, which inertia turns into a force.
+            let beyond = (f / hi_hz).max(1.0).powi(2);
+            beyond * power[axis][(place.max(0.0) as usize).min(layout.lines() - 1)].sqrt()
         }
     };
     let trials = layout.trials * if matches!(change, Change::Longer) { 3 } else { 1 };

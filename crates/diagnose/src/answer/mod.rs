@@ -154,7 +154,7 @@ impl Answer<'_> {
             ));
         }
         // What the baseline could gain at most, of the outputs' variance.
-        let missing = before.mean().map_or(1.0, |b| (b - level).max(0.0));
+        let missing = before.variance().map_or(1.0, |b| (b - level).max(0.0));
         if !causes.is_empty() && missing < LITTLE_MISSING {
             notes.push(format!("little is missing: at most {:.1} % of the outputs' held-out variance", 100.0 * missing));
         }

@@ -6,6 +6,8 @@ use ndof_models::effects::{Value, find};
 
 /// A loop that yields within this share of the displacement's standard deviation is as good as dry friction.
 const NARROW: f64 = 0.12;
+/// Shapes of a spring's force: any two of them on one axis make what a third is.
+const SPRINGS: [&str; 4] = ["cubic-stiffness", "asymmetric-stiffness", "dead-zone", "end-stop"];
 /// A gap of this many standard deviations of the displacement to either side is a spring that hardens.
 const WIDE: f64 = 0.9;
 /// A mode damped more than this does not swing: a reflex or a relaxation answers alike.
@@ -32,14 +34,15 @@ impl Answer<'_> {
                 if narrow { vec!["coulomb-friction"] } else { vec![] }
             }
             "extra-resonance" if number(cause, "damping_ratio").is_some_and(|z| z > DEAD) => vec!["reflex-delay", "viscoelastic"],
+            spring if SPRINGS.contains(&spring) && SPRINGS.iter().any(|s| *s != spring && beside(s)) => {
+                SPRINGS.iter().copied().filter(|s| *s != spring).collect()
+            }
             "cubic-stiffness" if self.mostly_even(&cause.site.axis) => vec!["asymmetric-stiffness"],
-            "dead-zone" if !beside("end-stop") => {
+            "dead-zone" => {
                 let axis = self.meaning.axes.iter().position(|a| *a == cause.site.axis).unwrap_or(0);
                 let wide = number(cause, "half_gap").is_some_and(|gap| gap > WIDE * self.subject.scale.position[axis]);
                 if wide { vec!["cubic-stiffness"] } else { vec![] }
             }
-            "dead-zone" => vec!["end-stop", "cubic-stiffness"],
-            "end-stop" if beside("dead-zone") => vec!["dead-zone", "cubic-stiffness"],
             _ => vec![],
         }
     }
