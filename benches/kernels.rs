@@ -69,7 +69,7 @@ fn kernels(wanted: Option<&str>) {
     });
     say("diagnosis, one axis, 12 s", &|| {
         let hidden = vec![Hidden { name: "coulomb-friction", severity: 1.0 }];
-        let made = make(&Case { plant: Plant::Force, hidden, other: false, background: true, trials: 1, duration_s: 12.0, seed: 11 });
+        let made = make(&Case { plant: Plant::Force, hidden, other: false, background: true, trials: 1, duration_s: 12.0, seed: 11, command: (1.0, 1.0) });
         measured(&mut || drop(black_box(diagnose(&made.recordings, &made.ports, &Options::default(), None, &mut |_| {}))));
     });
 }
