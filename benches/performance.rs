@@ -113,7 +113,7 @@ fn fit() {
 
 fn case(plant: Plant, trials: usize, duration_s: f64, hidden: &[&'static str]) -> Case {
     let hidden = hidden.iter().map(|name| Hidden { name, severity: 1.0 }).collect();
-    Case { plant, hidden, other: false, background: true, trials, duration_s, seed: 11 }
+    Case { plant, hidden, other: false, background: true, trials, duration_s, seed: 11, command: (1.0, 1.0) }
 }
 
 fn diagnosed(case: &Case, runs: usize) -> f64 {
