@@ -1,9 +1,9 @@
 // Opens reports in headless Chromium without network and checks what a reader needs:
 //   node report.mjs PAGE.html… [--screenshots DIR]
 // No console error, no request beyond the page itself, every panel drawn, zoom and read-out by pointer and by
-// keyboard, legend, no sideways scrolling at 1280 and 390 pixels in light and dark, plots without script as well.
+// keyboard, legend, no sideways scrolling at 1280 and 390 pixels in light and dark, plots without script as well, A4, size.
 import assert from 'node:assert/strict';
-import { existsSync, mkdirSync, readFileSync } from 'node:fs';
+import { existsSync, mkdirSync, readFileSync, statSync, writeFileSync } from 'node:fs';
 import { basename, join, resolve } from 'node:path';
 import { pathToFileURL } from 'node:url';
 import { chromium } from 'playwright-core';
@@ -130,8 +130,36 @@ async function scriptDrawsTheSameTicks(page, file) {
   }
 }
 
+// A reader who prints gets the whole page on A4, without buttons, no figure cut in two, every panel still drawn.
+async function printed(file, name) {
+  const { context, page, complaints } = await open(file, { viewport: { width: 688, height: 1002 }, colorScheme: 'dark' }); // A4 within the margins of the page's own style
+  await page.emulateMedia({ media: 'print' });
+  await everyPanelIsDrawn(page);
+  const sideways = await page.evaluate(() => document.documentElement.scrollWidth - document.documentElement.clientWidth);
+  assert.ok(sideways <= 0, `A4: ${sideways} px are cut off at the right`);
+  assert.equal(await page.locator('.tools:visible').count(), 0, 'A4: no buttons on paper');
+  const paper = await page.evaluate(() => getComputedStyle(document.body).backgroundColor.match(/[\d.]+/g).map(Number));
+  assert.ok(paper.length === 4 && paper[3] === 0 || Math.min(...paper.slice(0, 3)) > 240, `A4: the paper is white, also for a dark screen, not ${paper}`);
+  const cut = await page.$$eval('svg.panel', all => all.filter(svg => {
+    for (let box = svg; box; box = box.parentElement) if (['avoid', 'avoid-page'].includes(getComputedStyle(box).breakInside)) return false;
+    return true;
+  }).length);
+  assert.equal(cut, 0, 'A4: no panel may be cut by the end of a page');
+  const pdf = await page.pdf({ preferCSSPageSize: true });
+  const pages = (pdf.toString('latin1').match(/\/Type\s*\/Page\b/g) ?? []).length;
+  assert.ok(pages > 0, 'A4: there are pages');
+  if (screenshots) writeFileSync(join(screenshots, `${name}.pdf`), pdf);
+  assert.deepEqual(complaints, []);
+  await context.close();
+  return pages;
+}
+
+const LARGEST_MB = 3;
+
 for (const file of words) {
   const name = basename(file, '.html');
+  const size = statSync(file).size / 1e6;
+  assert.ok(size < LARGEST_MB, `${name}: ${size.toFixed(2)} MB, more than ${LARGEST_MB}`);
   for (const width of [1280, 390]) for (const colorScheme of ['light', 'dark']) {
     const { context, page, complaints } = await open(file, { viewport: { width, height: 900 }, colorScheme });
     const panels = await everyPanelIsDrawn(page);
@@ -151,5 +179,6 @@ for (const file of words) {
   assert.deepEqual(complaints, []);
   await context.close();
   console.log(`${name}: without script: ok`);
+  console.log(`${name}: ${size.toFixed(2)} MB, printed on ${await printed(file, name)} pages of A4: ok`);
 }
 await browser.close();

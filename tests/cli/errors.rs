@@ -115,7 +115,29 @@ fn unknown_words_get_a_suggestion() {
     says(&refuse(folder.path(), &["estimate", "trial.csv", "--nperseq", "256"]), &["--nperseq", "--nperseg"]);
     says(&refuse(folder.path(), &["study", "arn"]), &["arn", "did you mean \"arm\"?"]);
     says(&refuse(folder.path(), &["schema", "estimat"]), &["estimat", "did you mean \"estimate\"?"]);
-    says(&refuse(folder.path(), &["estimate", "trial.csv", "--response", "complianc"]), &["complianc", "compliance"]);
+    for (option, slip, meant) in [
+        ("--response", "complianc", "'compliance'"),
+        ("--method", "welsh", "'welch'"),
+        ("--detrend", "linar", "'linear'"),
+        ("--window", "haming", "did you mean \"hamming\"?"),
+    ] {
+        says(&refuse(folder.path(), &["estimate", "trial.csv", option, slip]), &[option, slip, meant]);
+    }
+    for (option, slip, meant) in [
+        ("--model", "inertia-damping-stifness", "'inertia-damping-stiffness'"),
+        ("--cost", "wieghted", "'weighted'"),
+        ("--vaf-weight", "gama", "'gamma'"),
+        ("--arm", "rigth", "'right'"),
+        ("--negate", "force_X", "did you mean \"force_x\"?"),
+    ] {
+        says(&refuse(folder.path(), &["fit", "trial.csv", option, slip]), &[option.trim_start_matches("--negate"), slip, meant]);
+    }
+    says(&refuse(folder.path(), &["diagnose", "trial.csv", "--without", "histeresis"]), &["--without", "did you mean \"hysteresis\"?"]);
+    says(&refuse(folder.path(), &["list", "efects"]), &["efects", "'effects'"]);
+    let model = include_str!("../../examples/studies/arm.toml").replace("[fit]", "[fit]\nmodel = \"inertia-damping-stifness\"");
+    std::fs::write(folder.path().join("model.toml"), model).expect("written");
+    let message = refuse(folder.path(), &["study", "model.toml", "--recording", "trial.csv"]);
+    says(&message, &["inertia-damping-stifness", "did you mean \"inertia-damping-stiffness\"?"]);
 }
 
 #[test]
@@ -134,7 +156,29 @@ fn an_input_is_never_overwritten() {
     let path = trial(folder.path());
     let before = std::fs::read(&path).expect("there");
     says(&refuse(folder.path(), &["convert", "trial.csv", "trial.csv"]), &["trial.csv", "never changed"]);
+    for option in ["--json", "--report"] {
+        for command in ["check", "estimate", "fit"] {
+            if (command, option) != ("check", "--report") {
+                says(&refuse(folder.path(), &[command, "trial.csv", option, "./trial.csv"]), &["trial.csv", "never overwritten"]);
+            }
+        }
+    }
     assert_eq!(std::fs::read(&path).expect("there"), before);
+}
+
+#[test]
+fn an_option_that_would_do_nothing_is_refused() {
+    let folder = tempfile::tempdir().expect("a folder");
+    trial(folder.path());
+    for (command, option) in [("check", "--report"), ("check", "--plots"), ("live", "--report"), ("cohort", "--plots"), ("compare", "--report")] {
+        let arguments = [&[command, "trial.csv"][..], if command == "compare" { &["trial.csv"] } else { &[] }, &[option, "out"]].concat();
+        says(&refuse(folder.path(), &arguments), &[command, option, "no use"]);
+    }
+    says(&refuse(folder.path(), &["check", "trial.csv", "--band", "1-2"]), &["check", "--band"]);
+    let output = ndof(folder.path(), &["estimate", "trial.csv", "--verbose"]);
+    let said = String::from_utf8_lossy(&output.stderr).into_owned();
+    assert!(output.status.success());
+    says(&said, &["read trial.csv", "20 s at 500 Hz", "inputs: force_x", "outputs: pos_x", "references: none"]);
 }
 
 #[test]

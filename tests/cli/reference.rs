@@ -18,8 +18,10 @@ fn the_reference_pages_are_what_the_program_prints() {
     for what in ["effects", "devices", "methods"] {
         assert_eq!(generated_part(&format!("{what}.md")), print(&["list", what, "--format", "markdown"]), "run book/reference to write {what}.md anew");
     }
-    let results: Vec<String> =
-        ["estimate", "fit", "diagnosis", "check", "compare", "live"].iter().map(|name| print(&["schema", name, "--format", "markdown"])).collect();
+    let results: Vec<String> = ["estimate", "fit", "diagnosis", "check", "compare", "live", "design", "study-result", "sensitivity", "truth"]
+        .iter()
+        .map(|name| print(&["schema", name, "--format", "markdown"]))
+        .collect();
     assert_eq!(generated_part("results.md"), results.join("\n"), "run book/reference to write results.md anew");
     assert_eq!(generated_part("command_line.md"), print(&["completions", "markdown"]), "run book/reference to write command_line.md anew");
 }

@@ -3,6 +3,7 @@
 use crate::error::CliError;
 use crate::options::Shared;
 use ndof_report::Report;
+use ndof_study::Trials;
 use ndof_study::result::{Warning, to_json};
 use serde::Serialize;
 use std::io::Write;
@@ -69,6 +70,20 @@ pub fn table(shared: &Shared, text: &str) -> Result<(), CliError> {
         stdout.flush()?;
     }
     Ok(())
+}
+
+/// Says on standard error what was read and how it was understood, for those who asked for more.
+pub fn understood(shared: &Shared, trials: &Trials) {
+    if !shared.verbose {
+        return;
+    }
+    for trial in &trials.trials {
+        eprintln!("read {}: {}", trial.file, trial.recording);
+    }
+    let ports = &trials.roles.ports;
+    for (role, channels) in [("references", &ports.references), ("inputs", &ports.inputs), ("outputs", &ports.outputs)] {
+        eprintln!("{role}: {}", if channels.is_empty() { "none".to_owned() } else { trials.names(channels).join(", ") });
+    }
 }
 
 /// Prints warnings on standard error.

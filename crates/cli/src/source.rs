@@ -40,6 +40,7 @@ impl Source {
         if path.as_os_str() == "-" {
             return Ok(Source { name: "standard input".to_owned(), kind: Kind::Pipe(pipe()) });
         }
+        ndof_io::keep(path);
         let name = path.display().to_string();
         let failed = |source| CliError::Io(ndof_io::IoError::Read { file: name.clone(), source });
         let file = File::open(path).map_err(failed)?;

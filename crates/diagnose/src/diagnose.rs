@@ -5,6 +5,7 @@ use crate::baseline::Baseline;
 use crate::detectors::{self, Burst, Levels, Tone};
 use crate::judge::Court;
 use crate::options::{HeldOut, Options};
+use crate::pictures::Pictures;
 use crate::result::{Diagnosis, Split};
 use crate::samples::{Meaning, Samples};
 use crate::search::Stand;
@@ -51,6 +52,20 @@ pub fn diagnose(
     baseline: Option<&Baseline>,
     progress: &mut dyn FnMut(&str),
 ) -> Result<Diagnosis, DiagnoseError> {
+    diagnose_with_pictures(trials, ports, options, baseline, progress).map(|(diagnosis, _)| diagnosis)
+}
+
+/// The same with the samples that its pictures are drawn from.
+///
+/// # Errors
+/// As [`diagnose`].
+pub fn diagnose_with_pictures(
+    trials: &[Recording],
+    ports: &Ports,
+    options: &Options,
+    baseline: Option<&Baseline>,
+    progress: &mut dyn FnMut(&str),
+) -> Result<(Diagnosis, Pictures), DiagnoseError> {
     let first = trials.first().ok_or(DiagnoseError::NoTrial)?;
     ports.validate(first.channels().len())?;
     let meaning = Meaning::new(first, ports)?;

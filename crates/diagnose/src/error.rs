@@ -42,7 +42,7 @@ pub enum DiagnoseError {
         found: f64,
     },
     /// Too few samples.
-    #[error("trial {trial} has {samples} samples; at least 200 are needed")]
+    #[error("trial {trial} has {samples} samples; at least 200 are needed: record longer, or leave it out")]
     TooShort {
         /// Index of the trial.
         trial: usize,

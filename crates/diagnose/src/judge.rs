@@ -60,8 +60,13 @@ impl Court {
         self.layout.samples as f64 / self.layout.rate_hz * self.layout.trials as f64
     }
 
-    /// Free-run errors of a model.
-    pub fn errors(&self, subject: &Subject, chosen: &[Chosen], stand: &Stand) -> Errors {
+    /// Rate of the held-out samples, and the time of the first of them since its recording began.
+    pub fn clock(&self) -> (f64, f64) {
+        (self.layout.rate_hz, self.layout.start_s)
+    }
+
+    /// Free runs of a model over the first `trials` held-out trials.
+    pub fn predictions(&self, subject: &Subject, chosen: &[Chosen], stand: &Stand, trials: usize) -> Vec<Option<Prediction>> {
         let runner = subject.runner(chosen, stand);
         let raw = &self.raw;
         let state = if stand.state.transforms.is_empty() {
@@ -69,9 +74,13 @@ impl Court {
         } else {
             State::new(&self.layout, &self.effort, &self.motion, &subject.centre, &stand.state.transforms)
         };
+        (0..trials.min(self.layout.trials)).map(|t| runner.predict(raw, &state, t, self.order, self.motion_imposed, self.windowed)).collect()
+    }
+
+    /// Free-run errors of a model.
+    pub fn errors(&self, subject: &Subject, chosen: &[Chosen], stand: &Stand) -> Errors {
         let n = self.layout.axes;
-        let predictions: Vec<Option<Prediction>> =
-            (0..self.layout.trials).map(|t| runner.predict(raw, &state, t, self.order, self.motion_imposed, self.windowed)).collect();
+        let predictions = self.predictions(subject, chosen, stand, self.layout.trials);
         let mut score = Score::default();
         let (mut relative, mut predicted) = (Vec::new(), Vec::new());
         for i in 0..n {

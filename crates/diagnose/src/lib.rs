@@ -24,6 +24,7 @@ mod linear;
 mod mechanism;
 mod optimise;
 mod options;
+mod pictures;
 mod plan;
 mod plant;
 mod probability;
@@ -36,10 +37,11 @@ mod subject;
 mod whittle;
 
 pub use baseline::{Baseline, Part, Status};
-pub use diagnose::diagnose;
+pub use diagnose::{diagnose, diagnose_with_pictures};
 pub use error::DiagnoseError;
 pub use mechanism::{Endpoint, Mechanism, MechanismParameter, RobotSide, diagnose_robot};
 pub use options::{HeldOut, Options, OwnEffects};
+pub use pictures::Pictures;
 pub use probability::{Features, SIGNS};
 pub use result::{
     BandShare, Cause, CauseParameter, Confusable, Considered, Diagnosis, Discrepancy, Extended, Gain, Minor, Model, ModelParameter, NoiseFloor, Prospect,

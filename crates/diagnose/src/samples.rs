@@ -133,10 +133,10 @@ impl Samples {
         for (number, trial) in trials.iter().enumerate() {
             ports.validate(trial.channels().len())?;
             if (trial.sample_rate_hz() - rate_hz).abs() > 1e-9 * rate_hz {
-                return Err(DiagnoseError::Rates { trial: number, expected: rate_hz, found: trial.sample_rate_hz() });
+                return Err(DiagnoseError::Rates { trial: number + 1, expected: rate_hz, found: trial.sample_rate_hz() });
             }
             if trial.len() < 200 {
-                return Err(DiagnoseError::TooShort { trial: number, samples: trial.len() });
+                return Err(DiagnoseError::TooShort { trial: number + 1, samples: trial.len() });
             }
             let used: Vec<usize> = effort.iter().chain(motion).chain(&ports.references).copied().collect();
             trial.require_finite(used.iter().map(|i| trial.channels()[*i].name.as_str()))?;

@@ -10,6 +10,27 @@ use std::sync::{Mutex, MutexGuard, PoisonError};
 /// Temporary files that are being written; held while one is made or renamed, so that an end in between leaves none.
 static UNDER_WAY: Mutex<Vec<PathBuf>> = Mutex::new(Vec::new());
 
+/// Files that [`write_atomic`] leaves alone.
+static INPUTS: Mutex<Vec<PathBuf>> = Mutex::new(Vec::new());
+
+/// Takes a file for an input of this process: from now on [`write_atomic`] refuses to replace it, under whatever name.
+///
+/// ```
+/// let folder = tempfile::tempdir()?;
+/// let path = folder.path().join("trial.csv");
+/// std::fs::write(&path, "measured")?;
+/// ndof_io::keep(&path);
+/// assert!(ndof_io::write_atomic(&folder.path().join("./trial.csv"), b"computed").is_err());
+/// assert_eq!(std::fs::read(&path)?, b"measured");
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+pub fn keep(path: &Path) {
+    // What does not exist cannot be overwritten.
+    if let Ok(own) = std::fs::canonicalize(path).and_then(|own| if own.is_file() { Ok(own) } else { Err(io::ErrorKind::IsADirectory.into()) }) {
+        INPUTS.lock().unwrap_or_else(PoisonError::into_inner).push(own);
+    }
+}
+
 fn under_way() -> MutexGuard<'static, Vec<PathBuf>> {
     UNDER_WAY.lock().unwrap_or_else(PoisonError::into_inner)
 }
@@ -32,7 +53,7 @@ pub fn abandon_writes(end: impl FnOnce() -> Infallible) -> Infallible {
 /// A file that exists keeps its permissions, a new one gets the usual ones. A link is followed.
 ///
 /// # Errors
-/// [`IoError::Write`] with what the system says.
+/// [`IoError::Write`] with what the system says, [`IoError::Input`] for a file that is [kept](keep).
 ///
 /// ```
 /// let dir = tempfile::tempdir()?;
@@ -42,6 +63,9 @@ pub fn abandon_writes(end: impl FnOnce() -> Infallible) -> Infallible {
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 pub fn write_atomic(path: &Path, bytes: &[u8]) -> Result<(), IoError> {
+    if std::fs::canonicalize(path).is_ok_and(|own| INPUTS.lock().unwrap_or_else(PoisonError::into_inner).contains(&own)) {
+        return Err(IoError::Input { file: path.display().to_string() });
+    }
     replace(path, bytes).map_err(|source| IoError::Write { file: path.display().to_string(), source })
 }
 

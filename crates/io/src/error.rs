@@ -41,6 +41,12 @@ pub enum IoError {
         /// What the system says.
         source: io::Error,
     },
+    /// The file is what the result would be made of.
+    #[error("{file}: is an input of this command, and inputs are never overwritten; write the result to another file")]
+    Input {
+        /// The file.
+        file: String,
+    },
     /// The file has no data.
     #[error("{file}: the file is empty; a recording needs a line of channel names and at least two lines of numbers")]
     Empty {

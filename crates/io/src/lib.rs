@@ -50,7 +50,7 @@ mod timing;
 mod units;
 mod write;
 
-pub use atomic::{abandon_writes, write_atomic};
+pub use atomic::{abandon_writes, keep, write_atomic};
 #[cfg(feature = "csv")]
 pub use csv::CsvStream;
 pub use error::{IoError, Place};

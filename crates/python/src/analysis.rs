@@ -6,7 +6,7 @@ use crate::recording::{PyRecording, Roles, Stretches, experiment, role_names, tr
 use crate::work;
 use ndof::study::file::BaselineFile;
 use ndof::study::result::to_json;
-use ndof::study::{DiagnoseSettings, HoldOut, diagnosis_report};
+use ndof::study::{DiagnoseSettings, HoldOut, diagnose_with_pictures, diagnosis_report};
 use pyo3::prelude::*;
 use std::path::PathBuf;
 
@@ -70,8 +70,9 @@ pub fn diagnose(
     // Even a short record takes seconds.
     work::run(py, samples + work::SMALL, progress.as_ref(), move |reporter| {
         let trials = experiment(trials, roles, stretches)?;
-        let result = ndof::study::diagnose(&trials, &settings, "diagnose", &mut |what| reporter.report(what, 0, 0)).map_err(raise_study)?;
-        let page = diagnosis_report(&trials, &result, "What the simulation gets wrong", "ndof.diagnose").map_err(raise_study)?;
+        let (result, pictures) =
+            diagnose_with_pictures(&trials, &settings, "diagnose", &mut |what| reporter.report(what, 0, 0)).map_err(raise_study)?;
+        let page = diagnosis_report(&trials, &result, &pictures, "What the simulation gets wrong", "ndof.diagnose").map_err(raise_study)?;
         Ok((to_json(&result).map_err(raise)?, page.to_html()))
     })?
 }

@@ -304,8 +304,8 @@ fn signals(noise: &mut Noise) -> Traces {
             .collect();
         let wander = coloured(noise, count, 0.3, 1.2e-3);
         let measured = simulated.iter().zip(&wander).enumerate().map(|(k, (a, b))| if (9000..9600).contains(&k) { f64::NAN } else { a + b }).collect();
-        list.push(Trace { label: format!("force_{axis}"), unit: "N".into(), measured: force, simulated: None });
-        list.push(Trace { label: format!("pos_{axis}"), unit: "m".into(), measured, simulated: Some(simulated) });
+        list.push(Trace { label: format!("force_{axis}"), unit: "N".into(), measured: force, simulated: Vec::new() });
+        list.push(Trace { label: format!("pos_{axis}"), unit: "m".into(), measured, simulated: vec![("simulated".into(), simulated)] });
     }
     Traces { sample_rate_hz: RATE_HZ, start_s: 0.0, traces: list, detail_s: Some((20.0, 22.0)), held_out_s: Some((35.0, 50.0)) }
 }
@@ -318,6 +318,7 @@ fn leftovers(noise: &mut Noise, frequency_hz: &[f64]) -> Vec<Residual> {
         density: frequency_hz.iter().map(|f| 1e-7 / (1.0 + (f / 0.4).powi(2)) * (1.0 + 0.5 * noise.uniform())).collect(),
         output_density: frequency_hz.iter().map(|f| 2e-5 / (1.0 + (f / 2.5).powi(4)) * (1.0 + 0.5 * noise.uniform())).collect(),
         autocorrelation: Array2::from_shape_fn((1, 500), |(_, k)| (-(k as f64) / 200.0).exp() * (PI * k as f64 / 400.0).cos()).into_raw_vec_and_offset().0,
+        lag_rate_hz: RATE_HZ,
         white_95: 0.06,
     };
     vec![one("x", noise), one("y", noise)]

@@ -205,7 +205,7 @@ fn a_six_trial_study_stays_below_three_megabytes() {
         label: name.into(),
         unit: "N".into(),
         measured: (0..25_000).map(|_| noise()).collect(),
-        simulated: Some((0..25_000).map(|_| noise()).collect()),
+        simulated: vec![("simulated".into(), (0..25_000).map(|_| noise()).collect())],
     };
     let list = ["cmd_x", "cmd_y", "force_x", "force_y", "pos_x", "pos_y"].map(|name| trace(name, &mut noise)).to_vec();
     let signals = Traces { sample_rate_hz: 500.0, start_s: 0.0, traces: list, detail_s: Some((20.0, 23.0)), held_out_s: None };

@@ -172,6 +172,12 @@ pub enum StudyError {
         /// Half the sample rate.
         nyquist_hz: f64,
     },
+    /// More than a machine holds.
+    #[error("{what}")]
+    TooLarge {
+        /// What would be made, how much is the most, and what to do.
+        what: String,
+    },
     /// No recording at all.
     #[error("no recording; give at least one file")]
     NoRecording,
@@ -179,10 +185,12 @@ pub enum StudyError {
     #[error(transparent)]
     Io(#[from] ndof_io::IoError),
     /// No model of that name.
-    #[error("no model \"{name}\"; there is {available}")]
+    #[error("no model \"{name}\"{}; there is {available}", did_you_mean(suggestion.as_deref()))]
     UnknownModel {
         /// The name asked for.
         name: String,
+        /// The nearest name that there is.
+        suggestion: Option<String>,
         /// What there is.
         available: &'static str,
     },

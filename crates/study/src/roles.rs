@@ -151,6 +151,24 @@ impl Roles {
                 "nothing, unless one of them should be used: then name it with --input, --output or --reference",
             ));
         }
+        for &i in inputs.iter().chain(&outputs) {
+            let unit = recording.channels()[i].unit.quantity();
+            let called = match prefix(&available[i]) {
+                Some(Prefix::Effort) => Quantity::Effort,
+                Some(Prefix::Displacement) => Quantity::Displacement,
+                Some(Prefix::Velocity) => Quantity::Velocity,
+                Some(Prefix::Acceleration) => Quantity::Acceleration,
+                _ => continue,
+            };
+            if !matches!(unit, Quantity::Other | Quantity::Time) && unit != called {
+                let (name, symbol) = (&available[i], recording.channels()[i].unit.symbol());
+                warnings.push(Warning::new(
+                    "name-and-unit",
+                    format!("channel \"{name}\" is in {symbol}, which its name does not say; it is taken for what its unit is"),
+                    format!("correct the header, or give it with --channels {name}=\"{name} [UNIT]\""),
+                ));
+            }
+        }
         let orders = |indices: &[usize], role: Prefix| indices.iter().map(|&i| motion_of(recording, i, role)).collect();
         Ok(Roles {
             input_motion: orders(&inputs, Prefix::Effort),

@@ -1,5 +1,8 @@
 //! "Did you mean …?"
 
+use crate::error::did_you_mean;
+use ndof_signal::Window;
+
 /// The name among `known` that is nearest to `name`, if it is near enough to be a slip of the hand.
 ///
 /// ```
@@ -15,4 +18,21 @@ pub fn nearest<'a>(name: &str, known: impl IntoIterator<Item = &'a str>) -> Opti
         .filter(|(similarity, _)| *similarity >= NEAR)
         .max_by(|a, b| a.0.total_cmp(&b.0))
         .map(|(_, candidate)| candidate.to_owned())
+}
+
+/// The data window of a name; the error knows the nearest one that there is.
+///
+/// # Errors
+/// What is wrong, in words.
+///
+/// ```
+/// assert!(ndof_study::window_named("haming").unwrap_err().starts_with("unknown window \"haming\" (did you mean \"hamming\"?)"));
+/// ```
+pub fn window_named(name: &str) -> Result<Window, String> {
+    const NAMES: [&str; 8] = ["hann", "hamming", "blackman", "blackmanharris", "flattop", "bartlett", "boxcar", "tukey"];
+    let unknown = format!("unknown window \"{name}\"");
+    name.parse::<Window>().map_err(|error| {
+        let suggestion = did_you_mean(nearest(name.split(':').next().unwrap_or(name), NAMES).filter(|known| known.as_str() != name).as_deref());
+        error.to_string().replacen(&unknown, &format!("{unknown}{suggestion}"), 1)
+    })
 }

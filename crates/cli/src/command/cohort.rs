@@ -10,6 +10,7 @@ use ndof_study::FitSettings;
 use ndof_study::file::KinematicsFile;
 use ndof_study::result::FitResult;
 use rayon::prelude::*;
+use std::hash::{DefaultHasher, Hasher};
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::sync::atomic::{AtomicUsize, Ordering};
@@ -17,7 +18,7 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 /// Fit every subject of a folder: one row each.
 ///
 /// A subject is a folder with its trials, or a single file. Each subject's fit is written as soon as it is done, so a run that
-/// was stopped goes on where it was, and a subject whose files are newer is fitted again; a subject that fails is a row that says why.
+/// was stopped goes on where it was, and a subject whose files have changed is fitted again, whatever the clock says; a subject that fails is a row that says why.
 /// The table is cohort.csv, and cohort.parquet in a build with that feature.
 #[derive(Debug, Args)]
 #[command(after_help = "Example:\n  ndof cohort subjects --out cohort --band 0.5-8")]
@@ -49,6 +50,7 @@ struct Subject {
 
 pub fn run(arguments: &Arguments) -> Result<ExitCode, CliError> {
     let shared = &arguments.shared;
+    shared.refuse_all_but("cohort", &["--json", "--band"])?;
     shared.apply_threads()?;
     let subjects = subjects(&arguments.folder)?;
     if subjects.is_empty() {
@@ -59,30 +61,26 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode, CliError> {
     }
     let kinematics = arguments.limb.read()?;
     let results = arguments.out.join("subjects");
-    output::create_folder(&results)?;
-    remove_leftovers(&results)?;
+    let sources = arguments.out.join("sources");
+    for folder in [&results, &sources] {
+        output::create_folder(folder)?;
+        remove_leftovers(folder)?;
+    }
     same_settings(&arguments.out.join("settings.txt"), &format!("{:?}\n{:?}\n{:?}\n{kinematics:?}\n", arguments.reading, arguments.analysis, shared.band))?;
     let bars = progress::Steps::new(shared.quiet);
     let done = AtomicUsize::new(0);
     subjects.par_iter().try_for_each(|subject| {
         let (good, bad) = (results.join(format!("{}.json", subject.name)), results.join(format!("{}.error", subject.name)));
-        if !is_newer(&good, &subject.files) && !is_newer(&bad, &subject.files) {
-            // Of two results of one subject, the older is taken away only when the newer is there.
-            let old = match fit(arguments, kinematics.as_ref(), subject) {
-                Ok(result) => {
-                    output::write_json(&good, &result)?;
-                    bad
-                }
-                Err(error) => {
-                    ndof_io::write_atomic(&bad, error.to_string().as_bytes())?;
-                    good
-                }
-            };
-            match std::fs::remove_file(&old) {
-                Err(error) if error.kind() != std::io::ErrorKind::NotFound => {
-                    return Err(CliError::Machine { what: format!("removing {}", old.display()), source: error });
-                }
-                _ => {}
+        let (source, now) = (sources.join(&subject.name), contents(&subject.files));
+        if !(good.exists() || bad.exists()) || std::fs::read_to_string(&source).ok() != now {
+            let done = fit(arguments, kinematics.as_ref(), subject);
+            // What was made of other files goes before the new files are named, so that a run that is killed here leaves nothing stale.
+            remove(&good)?;
+            remove(&bad)?;
+            ndof_io::write_atomic(&source, now.unwrap_or_default().as_bytes())?;
+            match done {
+                Ok(result) => output::write_json(&good, &result)?,
+                Err(error) => ndof_io::write_atomic(&bad, error.to_string().as_bytes())?,
             }
         }
         bars.show("fit", done.fetch_add(1, Ordering::Relaxed) + 1, subjects.len());
@@ -119,10 +117,23 @@ fn remove_leftovers(folder: &Path) -> Result<(), CliError> {
     Ok(())
 }
 
-/// Whether what was written at `result` is newer than all that it was made of.
-fn is_newer(result: &Path, files: &[PathBuf]) -> bool {
-    let time = |path: &Path| std::fs::metadata(path).and_then(|metadata| metadata.modified()).ok();
-    time(result).is_some_and(|made| files.iter().all(|file| time(file).is_none_or(|changed| changed <= made)))
+/// Names and contents of files, the latter as a number that changes with them; times are not asked, because clocks jump.
+fn contents(files: &[PathBuf]) -> Option<String> {
+    let mut text = String::new();
+    for file in files {
+        let mut hasher = DefaultHasher::new();
+        hasher.write(&std::fs::read(file).ok()?);
+        text += &format!("{} {:016x}\n", file.display(), hasher.finish());
+    }
+    Some(text)
+}
+
+/// Removes a file that may not be there.
+fn remove(path: &Path) -> Result<(), CliError> {
+    match std::fs::remove_file(path) {
+        Err(source) if source.kind() != std::io::ErrorKind::NotFound => Err(CliError::Machine { what: format!("removing {}", path.display()), source }),
+        _ => Ok(()),
+    }
 }
 
 fn subjects(folder: &Path) -> Result<Vec<Subject>, CliError> {

@@ -4,7 +4,7 @@ use crate::error::CliError;
 use crate::options::{Shared, count};
 use crate::output::{self, columns, short};
 use clap::Args;
-use ndof_study::result::{CompareResult, FitResult};
+use ndof_study::result::{CompareResult, FitResult, fit};
 use ndof_study::{compare_fits, compare_sessions};
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
@@ -29,6 +29,8 @@ pub struct Arguments {
 
 pub fn run(arguments: &Arguments) -> Result<ExitCode, CliError> {
     let shared = &arguments.shared;
+    shared.refuse_all_but("compare", &["--json"])?;
+    shared.apply_threads()?;
     let fits = arguments.files.iter().map(|file| read(file)).collect::<Result<Vec<_>, _>>()?;
     let result = match arguments.sessions {
         Some(sessions) => compare_sessions(&fits, sessions, "compare")?,
@@ -42,8 +44,16 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode, CliError> {
 
 fn read(file: &Path) -> Result<FitResult, CliError> {
     let name = file.display();
+    ndof_io::keep(file);
     let text = std::fs::read_to_string(file).map_err(|error| CliError::Usage(format!("{name}: {error}; check the path")))?;
-    serde_json::from_str(&text).map_err(|error| CliError::Usage(format!("{name}, line {}: {error}; give results that `ndof fit --json` wrote", error.line())))
+    let remedy = "give results that `ndof fit --json` wrote";
+    serde_json::from_str(&text).map_err(|error| {
+        let schema = serde_json::from_str::<serde_json::Value>(&text).ok().and_then(|value| value["schema"].as_str().map(str::to_owned));
+        CliError::Usage(match schema {
+            Some(schema) if schema != fit::SCHEMA => format!("{name}: holds {schema}, not {}; {remedy}", fit::SCHEMA),
+            _ => format!("{name}, line {}: {error}; {remedy}", error.line()),
+        })
+    })
 }
 
 fn summary(result: &CompareResult, files: &[PathBuf]) -> String {

@@ -56,11 +56,13 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode, CliError> {
         files.extend(held_out.iter().map(PathBuf::from).filter(|file| !arguments.files.contains(file)));
     }
     let trials = arguments.reading.trials(&files)?;
+    output::understood(shared, &trials);
     let bar = progress::Spinner::new(shared.quiet);
-    let result = ndof_study::diagnose(&trials, &settings, "diagnose", &mut |what| bar.show(what))?;
+    let (result, pictures) = ndof_study::diagnose_with_pictures(&trials, &settings, "diagnose", &mut |what| bar.show(what))?;
     drop(bar);
     if shared.report.is_some() || shared.plots.is_some() {
-        output::report(shared, &ndof_study::diagnosis_report(&trials, &result, "What the simulation gets wrong", &output::command_line())?)?;
+        let page = ndof_study::diagnosis_report(&trials, &result, &pictures, "What the simulation gets wrong", &output::command_line())?;
+        output::report(shared, &page)?;
     }
     output::json(shared, &result)?;
     output::warnings(shared, &result.warnings);
@@ -99,6 +101,7 @@ fn settings(arguments: &Arguments) -> Result<DiagnoseSettings, CliError> {
 }
 
 fn read_baseline(path: &Path) -> Result<BaselineFile, CliError> {
+    ndof_io::keep(path);
     let baseline: BaselineFile = file::read(path)?;
     baseline.check(&path.display().to_string())?;
     Ok(baseline)

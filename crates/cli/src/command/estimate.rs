@@ -45,10 +45,12 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode, CliError> {
     shared.apply_threads()?;
     let mut settings = arguments.analysis.settings(shared);
     if arguments.stream {
+        arguments.files.iter().for_each(|file| ndof_io::keep(file));
         let estimated = streamed(arguments, settings)?;
         return finish(shared, &estimated);
     }
     let trials = arguments.reading.trials(&arguments.files)?;
+    output::understood(shared, &trials);
     settings.sliding_s = arguments.sliding.map(|window_s| (window_s, arguments.sliding_step.unwrap_or(window_s / 2.0)));
     let estimated = ndof_study::estimate(&trials, &settings, "estimate")?;
     if shared.report.is_some() || shared.plots.is_some() {

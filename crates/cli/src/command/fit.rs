@@ -21,7 +21,7 @@ pub struct Arguments {
     #[arg(required = true, value_name = "FILE")]
     files: Vec<PathBuf>,
     /// Parametric model
-    #[arg(long, default_value = ndof_study::MODEL)]
+    #[arg(long, default_value = ndof_study::MODEL, value_parser = [ndof_study::MODEL])]
     model: String,
     /// What is minimised: squared errors weighted by their covariance, or the paper's dB and degrees
     #[arg(long, default_value = "weighted", value_parser = words::<FitCost>(&["weighted", "paper"]))]
@@ -50,6 +50,7 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode, CliError> {
     shared.apply_threads()?;
     let kinematics = arguments.limb.read()?;
     let trials = arguments.reading.trials(&arguments.files)?;
+    output::understood(shared, &trials);
     let settings = arguments.analysis.settings(shared);
     let estimated = ndof_study::estimate(&trials, &settings, "fit")?;
     let fit_settings = FitSettings {

@@ -59,6 +59,7 @@ const PAUSE: Duration = Duration::from_millis(300);
 
 pub fn run(arguments: &Arguments) -> Result<ExitCode, CliError> {
     let shared = &arguments.shared;
+    shared.refuse_all_but("live", &["--json", "--band"])?;
     shared.apply_threads()?;
     if arguments.share > 1.0 {
         return Err(CliError::Usage(format!("--share {}: a share is at most 1; write 0.9 for 90 % of the frequencies", arguments.share)));
@@ -125,7 +126,7 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode, CliError> {
         None => {
             return Err(CliError::Usage(format!(
                 "{name}: {:.3} s are too short for an estimate; measure longer, or shorten the segments with --nperseg",
-                live.duration_s()
+                live.duration_s().max(0.0)
             )));
         }
     }

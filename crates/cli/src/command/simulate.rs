@@ -27,6 +27,7 @@ pub struct Arguments {
 
 pub fn run(arguments: &Arguments, studies: &[(&str, &str)]) -> Result<ExitCode, CliError> {
     let shared = &arguments.shared;
+    shared.refuse_all_but("simulate", &["--json"])?;
     shared.apply_threads()?;
     let mut experiment = experiment(&arguments.experiment, studies)?;
     experiment.seed = shared.seed.unwrap_or(experiment.seed);
@@ -46,6 +47,7 @@ pub fn experiment(name: &str, studies: &[(&str, &str)]) -> Result<ExperimentFile
     if !path.exists() && path.extension().is_none() {
         return Err(super::study::unknown(name, studies));
     }
+    ndof_io::keep(path);
     Ok(StudyFile::experiment_of(path)?)
 }
 

@@ -44,12 +44,14 @@ pub fn unknown(name: &str, studies: &[(&str, &str)]) -> CliError {
 
 pub fn run(arguments: &Arguments, studies: &[(&str, &str)]) -> Result<ExitCode, CliError> {
     let shared = &arguments.shared;
+    shared.refuse_all_but("study", &["--json", "--report", "--plots"])?;
     shared.apply_threads()?;
     let (name, study) = load(&arguments.study, studies)?;
     let out = arguments.out.clone().unwrap_or_else(|| Path::new("ndof-out").join(&name));
     let recordings = if arguments.recording.is_empty() { None } else { Some(arguments.reading.read_all(&arguments.recording)?) };
     let bars = progress::Steps::new(shared.quiet);
     let outcomes = run_cases(&study, recordings, shared.seed, &|what, done, total| bars.show(what, done, total))?;
+    outcomes.iter().for_each(|(_, outcome)| output::understood(shared, &outcome.trials));
     let result = study_result(&study, &outcomes)?;
     let Some((_, outcome)) = outcomes.first() else { return Ok(ExitCode::SUCCESS) };
     let (title, command) = (study.title.as_deref().unwrap_or(&name), format!("ndof study {}", arguments.study));
@@ -125,6 +127,7 @@ fn load(name: &str, studies: &[(&str, &str)]) -> Result<(String, StudyFile), Cli
     if !path.exists() && path.extension().is_none() {
         return Err(unknown(name, studies));
     }
+    ndof_io::keep(path);
     let stem = path.file_stem().map_or_else(|| "study".to_owned(), |stem| stem.to_string_lossy().into_owned());
     Ok((stem, StudyFile::read(path)?))
 }

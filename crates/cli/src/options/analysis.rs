@@ -3,7 +3,7 @@
 use super::{Shared, count, positive, whole, words};
 use clap::Args;
 use ndof_signal::{Detrend, Window};
-use ndof_study::{EstimateSettings, MethodName};
+use ndof_study::{EstimateSettings, MethodName, window_named};
 use ndof_sysid::{Direct, ResponseKind};
 
 /// Options of the spectral estimate.
@@ -22,7 +22,7 @@ pub struct Analysis {
     #[arg(long, value_name = "N", value_parser = count, help_heading = "Estimate")]
     pub nfft: Option<usize>,
     /// Data window: hann, hamming, blackman, blackmanharris, flattop, bartlett, boxcar, tukey[:SHARE]
-    #[arg(long, default_value = "hann", help_heading = "Estimate")]
+    #[arg(long, default_value = "hann", value_parser = window_named, help_heading = "Estimate")]
     pub window: Window,
     /// Symmetric instead of periodic window
     #[arg(long, help_heading = "Estimate")]

@@ -37,6 +37,7 @@ fn channels_file(text: &str) -> Result<ChannelsFile, String> {
         if text.contains('=') && !Path::new(text).exists() {
             return ChannelsFile::from_pairs(text);
         }
+        ndof_io::keep(Path::new(text));
         let file: ChannelsFile = file::read(Path::new(text))?;
         file.check(text)?;
         Ok(file)

@@ -49,6 +49,7 @@ impl Limb {
         let given = self.arm.is_some() || self.link_lengths.is_some() || self.shoulder.is_some() || self.posture.is_some();
         let mut arm = match &self.kinematics {
             Some(path) => {
+                ndof_io::keep(path);
                 let file = file::read::<KinematicsFile>(path)?;
                 KinematicsFile { origin: path.display().to_string(), ..file }
             }

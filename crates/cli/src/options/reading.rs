@@ -58,6 +58,7 @@ impl Reading {
     }
 
     fn read_with(&self, path: &Path, options: &ReadOptions) -> Result<ReadRecording, CliError> {
+        ndof_io::keep(path);
         let mut read = ndof_io::read(path, options)?;
         self.channels.apply(&mut read.recording, &read.file)?;
         Ok(read)
@@ -65,6 +66,7 @@ impl Reading {
 
     /// Reads a recording and joins `other`, which another clock took, to it.
     fn read_aligned(&self, path: &Path, other: &Path, by: &str) -> Result<ReadRecording, CliError> {
+        [path, other].into_iter().for_each(ndof_io::keep);
         let mut read = ndof_io::read(path, &self.options())?;
         let options = ReadOptions { sample_rate_hz: self.channels.sample_rate, resample: self.resample, allow_nan: true, ..ReadOptions::default() };
         let second = ndof_io::read(other, &options)?;

@@ -20,21 +20,38 @@ pub struct Shared {
     /// Say nothing but errors
     #[arg(long, short, conflicts_with = "verbose", help_heading = "Output")]
     pub quiet: bool,
-    /// Say more about what is done
+    /// Say what was read and what its channels were taken for
     #[arg(long, short, help_heading = "Output")]
     pub verbose: bool,
     /// Start of all randomness; the same seed gives the same bytes [default: 1, or the experiment's own]
     #[arg(long, value_name = "N", value_parser = whole::<u64>)]
     pub seed: Option<u64>,
     /// Number of threads; results do not depend on it [default: all processors]
-    #[arg(long, value_name = "N", value_parser = count)]
+    #[arg(long, value_name = "N", value_parser = threads)]
     pub threads: Option<usize>,
     /// Frequencies to report, in Hz
     #[arg(long, value_name = "LO-HI", value_parser = pair, allow_hyphen_values = true)]
     pub band: Option<(f64, f64)>,
 }
 
+/// A number of threads that a machine can start.
+fn threads(text: &str) -> Result<usize, String> {
+    const MOST: usize = 1024;
+    count(text).and_then(|threads| if threads <= MOST { Ok(threads) } else { Err(format!("write a whole number of at most {MOST}")) })
+}
+
 impl Shared {
+    /// Refuses what `command` has no use for: an option that is given and does nothing would mislead.
+    pub fn refuse_all_but(&self, command: &str, used: &[&str]) -> Result<(), CliError> {
+        let given = [("--json", self.json.is_some()), ("--report", self.report.is_some()), ("--plots", self.plots.is_some()), ("--band", self.band.is_some())];
+        match given.into_iter().find(|(name, given)| *given && !used.contains(name)) {
+            Some((name, _)) => {
+                Err(CliError::Usage(format!("`ndof {command}` has no use for {name}; leave it out (`ndof {command} --help` lists what there is)")))
+            }
+            None => Ok(()),
+        }
+    }
+
     /// Whether JSON takes the place of the table on standard output.
     pub fn json_on_stdout(&self) -> bool {
         self.json.as_ref().is_some_and(|path| path.as_os_str() == "-")

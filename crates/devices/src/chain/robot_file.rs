@@ -159,13 +159,7 @@ pub(crate) struct FileChoices<'a> {
 /// Reads a robot from the text of a TOML or URDF file called `file`.
 pub(crate) fn read_robot(file: &str, text: &str, choices: &FileChoices<'_>) -> Result<Device, DeviceError> {
     let wrong = |what: String| DeviceError::File { file: file.to_owned(), what };
-    let mut config = if text.trim_start().starts_with('<') {
-        urdf::read(text, choices.tip).map_err(wrong)?
-    } else {
-        let config: RobotConfig = toml::from_str(text).map_err(|e| wrong(e.to_string()))?;
-        config.check_schema(file)?;
-        config
-    };
+    let mut config = RobotConfig::parse(file, text, choices.tip)?;
     if let Some(axes) = choices.axes {
         config.axes = axes.to_vec();
     }
@@ -188,6 +182,20 @@ impl RobotConfig {
             "ndof/robot/1" => Ok(()),
             other => Err(DeviceError::File { file: file.to_owned(), what: format!("schema is \"{other}\", expected \"ndof/robot/1\"") }),
         }
+    }
+
+    /// A robot from the text of a TOML or URDF file called `file`; `tip` is the link of a URDF that carries the limb.
+    ///
+    /// # Errors
+    /// [`DeviceError::File`] that says what is wrong and where.
+    pub fn parse(file: &str, text: &str, tip: Option<&str>) -> Result<Self, DeviceError> {
+        let wrong = |what: String| DeviceError::File { file: file.to_owned(), what };
+        if text.trim_start().starts_with('<') {
+            return urdf::read(text, tip).map_err(wrong);
+        }
+        let config: RobotConfig = toml::from_str(text).map_err(|e| wrong(e.to_string()))?;
+        config.check_schema(file)?;
+        Ok(config)
     }
 
     /// The chain, its transducer and its hold.

@@ -15,6 +15,7 @@ use crate::free_run::WINDOW_S;
 use crate::generic::{Gate, Shares};
 use crate::judge::{Court, Errors};
 use crate::options::Options;
+use crate::pictures::Pictures;
 use crate::result::{Cause, Diagnosis, Extended, Model, Score, Site, Split, Verdict};
 use crate::samples::Meaning;
 use crate::search::{Chosen, Found, Stand};
@@ -54,7 +55,7 @@ pub(crate) struct Answer<'a> {
 }
 
 impl Answer<'_> {
-    pub fn write(&self, mut split: Split) -> Diagnosis {
+    pub fn write(&self, mut split: Split) -> (Diagnosis, Pictures) {
         let (subject, found) = (self.subject, self.found);
         if self.court.windowed {
             split.windows_s = Some(WINDOW_S * subject.layout.time_s.max(1.0));
@@ -173,7 +174,8 @@ impl Answer<'_> {
             notes.push(format!("what remains changes slowly with time together with the motion (z = {variation:.1}): a stiffness or damping that varies in a way no known cause describes"));
         }
         let white = !unknown && !varying;
-        Diagnosis {
+        let pictures = Pictures::new(self, &all, extended);
+        let diagnosis = Diagnosis {
             split,
             baseline: Model { model: "inertia-damping-stiffness".to_owned(), parameters: self.parameters(&[], self.baseline), held_out: before.score.clone() },
             discrepancy: self.discrepancy(&before, notes),
@@ -190,7 +192,8 @@ impl Answer<'_> {
             considered: self.considered(),
             minor: small.iter().map(|(group, why)| self.minor(group, why)).collect(),
             confusable,
-        }
+        };
+        (diagnosis, pictures)
     }
 
     fn order(&self) -> usize {

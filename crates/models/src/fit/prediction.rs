@@ -78,7 +78,10 @@ impl<'a, M: ParametricModel + ?Sized> Prediction<'a, M> {
             offsets = vec![(0.0, 1.0)];
         }
         let total: f64 = offsets.iter().map(|o| o.1).sum();
-        let resolution = offsets.windows(2).map(|w| w[1].0 - w[0].0).fold(f64::INFINITY, f64::min).min(1e3) * 1e-4;
+        // Nodes closer than this are one; without a kernel only the bins themselves say what is close.
+        let between_nodes = offsets.windows(2).map(|w| w[1].0 - w[0].0).fold(f64::INFINITY, f64::min);
+        let between_bins = frequency_hz.windows(2).map(|w| w[1] - w[0]).filter(|step| *step > 0.0).fold(f64::INFINITY, f64::min);
+        let resolution = between_nodes.min(between_bins).min(1.0) * 1e-4;
         let mut index = BTreeMap::new();
         let mut nodes = Vec::new();
         let bins = frequency_hz

@@ -3,7 +3,9 @@
 use super::{Fit, FitError, Parameter, Prediction, Smoothing, Solved, Transducer, check_shape, result::t_quantile, shares};
 use crate::{LeastSquares, ParametricModel, small};
 use faer::Mat;
-use ndof_sysid::{FrequencyResponse, Uncertainty};
+use ndarray::Array3;
+use ndof_signal::Kernel;
+use ndof_sysid::{FrequencyResponse, ResponseKind, Uncertainty};
 use num_complex::Complex64;
 use serde::{Deserialize, Serialize};
 
@@ -106,6 +108,25 @@ impl WeightedFit {
             reason: solved.minimum.reason,
             iterations: solved.minimum.iterations,
         })
+    }
+
+    /// The model as an estimate of this kind would show it on average: through the window's `kernel`, in the loop that
+    /// `smoothing` describes, with the transducer's give; `H[f][row][column]`, NaN where the model does not exist.
+    ///
+    /// ```
+    /// use ndof_models::{Axis, InertiaDampingStiffnessModel, Smoothing, Symmetry, WeightedFit};
+    /// use ndof_signal::Kernel;
+    /// use ndof_sysid::ResponseKind;
+    ///
+    /// let model = InertiaDampingStiffnessModel::new(vec![Axis::linear("x")], Symmetry::Symmetric);
+    /// let settings = WeightedFit { smoothing: Smoothing::None, ..WeightedFit::default() };
+    /// let seen = settings.seen(&model, &[2.0, 11.0, 300.0], ResponseKind::Compliance, &[0.0], &Kernel::default());
+    /// assert!((seen[[0, 0, 0]].re - 1.0 / 300.0).abs() < 1e-15);
+    /// ```
+    pub fn seen<M: ParametricModel + ?Sized>(&self, model: &M, theta: &[f64], kind: ResponseKind, frequency_hz: &[f64], kernel: &Kernel) -> Array3<Complex64> {
+        let n = model.axes().len();
+        let (values, _) = Prediction::new(model, kind, frequency_hz, kernel, &self.smoothing, self.transducer).evaluate(theta, false);
+        Array3::from_shape_fn((frequency_hz.len(), n, n), |(f, i, j)| values[(f * n + i) * n + j])
     }
 
     /// The usable bins of the band with what whitens them.

@@ -19,8 +19,10 @@ pub struct Residual {
     pub density: Vec<f64>,
     /// Density of the output itself, for comparison.
     pub output_density: Vec<f64>,
-    /// Autocorrelation from lag 0 on, in samples; 1 at lag 0.
+    /// Autocorrelation from lag 0 on; 1 at lag 0.
     pub autocorrelation: Vec<f64>,
+    /// Lags per second.
+    pub lag_rate_hz: f64,
     /// Bound within which 95 % of the lags of white noise lie.
     pub white_95: f64,
 }
@@ -52,7 +54,7 @@ pub fn residual(name: &str, title: &str, sample_rate_hz: f64, frequency_hz: &[f6
             .with(Series::line("output", frequency.clone(), one.output_density.clone(), Color::Grey))
             .with(Series::line("residual", frequency.clone(), one.density.clone(), Color::Vermillion));
         density.link = 0;
-        let lag: Arc<[f64]> = (0..one.autocorrelation.len()).map(|k| k as f64 / sample_rate_hz).collect();
+        let lag: Arc<[f64]> = (0..one.autocorrelation.len()).map(|k| k as f64 / one.lag_rate_hz).collect();
         let bound = vec![one.white_95; lag.len()];
         let mut correlation = Panel::new(Axis::linear("Lag", "s"), Axis::linear("Autocorrelation", "").range(-1.02, 1.02))
             .with(Series::band("white noise, 95 %", lag.clone(), bound.iter().map(|bound| -bound).collect(), bound, Color::Grey))
@@ -78,6 +80,7 @@ mod tests {
             density: vec![1.0, 2.0],
             output_density: vec![10.0, 20.0],
             autocorrelation: vec![1.0, 0.1, -0.1],
+            lag_rate_hz: 100.0,
             white_95: 0.2,
         };
         let figure = residual("r", "Residual", 100.0, &[1.0, 2.0], &[one.clone(), one.clone()]).unwrap();

@@ -14,8 +14,8 @@ pub struct Trace {
     pub unit: String,
     /// As recorded.
     pub measured: Vec<f64>,
-    /// As the model says.
-    pub simulated: Option<Vec<f64>>,
+    /// As models say, each with its name.
+    pub simulated: Vec<(String, Vec<f64>)>,
 }
 
 /// Channels of one recording.
@@ -33,6 +33,9 @@ pub struct Traces {
     pub held_out_s: Option<(f64, f64)>,
 }
 
+/// How models are drawn, the first first.
+const MODELS: [(Color, Dash); 2] = [(Color::Vermillion, Dash::Dashed), (Color::Green, Dash::Dashed)];
+
 /// Channels below each other over one time axis, each with its detail beside it where one is asked for.
 ///
 /// # Errors
@@ -44,7 +47,7 @@ pub fn traces(name: &str, title: &str, data: &Traces) -> Result<Figure, FigureEr
     let time: Arc<[f64]> = (0..longest).map(|k| data.start_s + k as f64 / data.sample_rate_hz).collect();
     let whole = (data.start_s, data.start_s + longest as f64 / data.sample_rate_hz);
     for trace in &data.traces {
-        if let Some(simulated) = &trace.simulated {
+        for (_, simulated) in &trace.simulated {
             expect_shape(format!("the simulated \"{}\"", trace.label), "samples", &[trace.measured.len()], &[simulated.len()])?;
         }
         for (link, range) in std::iter::once(whole).chain(data.detail_s).enumerate() {
@@ -52,8 +55,8 @@ pub fn traces(name: &str, title: &str, data: &Traces) -> Result<Figure, FigureEr
             panel.link = link;
             panel.y.label = trace.label.clone();
             panel.series.push(Series::line("measured", time.clone(), trace.measured.clone(), Color::Blue));
-            if let Some(simulated) = &trace.simulated {
-                panel.series.push(Series::line("simulated", time.clone(), simulated.clone(), Color::Vermillion).dash(Dash::Dashed));
+            for ((model, simulated), (color, dash)) in trace.simulated.iter().zip(MODELS.iter().cycle()) {
+                panel.series.push(Series::line(model.as_str(), time.clone(), simulated.clone(), *color).dash(*dash));
             }
             if let Some((from, to)) = data.held_out_s.filter(|_| link == 0) {
                 panel.spans.push(Span { from, to, label: "held out".into() });
@@ -70,8 +73,8 @@ mod tests {
 
     fn data() -> Traces {
         let measured: Vec<f64> = (0..1000).map(|k| (0.05 * f64::from(k)).sin()).collect();
-        let force = Trace { label: "force_x".into(), unit: "N".into(), measured: measured.clone(), simulated: None };
-        let position = Trace { label: "pos_x".into(), unit: "m".into(), simulated: Some(measured.clone()), measured };
+        let force = Trace { label: "force_x".into(), unit: "N".into(), measured: measured.clone(), simulated: Vec::new() };
+        let position = Trace { label: "pos_x".into(), unit: "m".into(), simulated: vec![("simulated".into(), measured.clone())], measured };
         Traces { sample_rate_hz: 100.0, start_s: 2.0, traces: vec![force, position], detail_s: Some((3.0, 4.0)), held_out_s: Some((9.0, 12.0)) }
     }
 
@@ -87,7 +90,7 @@ mod tests {
     #[test]
     fn a_simulation_of_another_length_is_refused_by_name() {
         let mut wrong = data();
-        wrong.traces[1].simulated = Some(vec![0.0; 7]);
+        wrong.traces[1].simulated[0].1 = vec![0.0; 7];
         assert!(traces("t", "", &wrong).unwrap_err().to_string().contains("pos_x"));
     }
 }

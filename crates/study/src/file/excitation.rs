@@ -63,6 +63,14 @@ pub struct Excitation {
 impl Excitation {
     /// The kinds that are made.
     pub const KINDS: [&str; 4] = ["filtered-noise", "multisine", "prbs", "chirp"];
+    /// Steepest low-pass: beyond it nothing falls faster that a robot could show.
+    const MOST_ORDER: usize = 32;
+    /// Most seeds that a search tries for each trial.
+    const MOST_CANDIDATES: usize = 100_000;
+    /// Most corrections by what a device fails to deliver; some steps settle it.
+    const MOST_CORRECTIONS: usize = 100;
+    /// Most steps that lower the peak of a multisine.
+    const MOST_CREST_STEPS: usize = 100_000;
     /// The kind of one that is replayed.
     pub const FILE: &str = "file";
 
@@ -84,6 +92,17 @@ impl Excitation {
         if !Self::KINDS.contains(&kind) {
             let suggestion = did_you_mean(nearest(kind, Self::KINDS).as_deref());
             return Err(format!("excitation.kind = \"{kind}\"{suggestion}; there are {}, and file = \"cmd.csv\"", Self::KINDS.join(", ")));
+        }
+        for (key, value, most) in [
+            ("order", self.order, Self::MOST_ORDER),
+            ("candidates", self.candidates, Self::MOST_CANDIDATES),
+            ("shortlist", self.shortlist, Self::MOST_CANDIDATES),
+            ("corrections", self.corrections, Self::MOST_CORRECTIONS),
+            ("crest_steps", self.crest_steps, Self::MOST_CREST_STEPS),
+        ] {
+            if value > most {
+                return Err(format!("{key} = {value}; at most {most} make sense"));
+            }
         }
         if self.corrections > 0 && !self.precompensate {
             return Err("corrections improve a pre-compensated command; set precompensate, too".to_owned());

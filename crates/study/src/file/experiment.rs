@@ -90,6 +90,7 @@ impl ExperimentFile {
                 self.duration_s, self.sample_rate_hz
             ));
         }
+        crate::limits::simulation(self.trials, self.duration_s + self.discard_s.max(0.0), self.sample_rate_hz, 1).or_else(wrong)?;
         self.excitation.check().or_else(wrong)
     }
 

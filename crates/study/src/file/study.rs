@@ -3,10 +3,11 @@
 use super::{BaselineFile, ExperimentFile, KinematicsFile, check_schema};
 use crate::error::StudyError;
 use crate::pipeline::{DiagnoseSettings, EstimateSettings, FitCost, FitSettings, HoldOut, MethodName};
+use crate::suggest::window_named;
 use ndof_signal::{Detrend, Window};
 use ndof_sysid::{Direct, ResponseKind};
 use serde::{Deserialize, Serialize};
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 /// A whole study.
 pub type StudyFile = StudyDocument<ExperimentFile>;
@@ -58,6 +59,9 @@ pub struct CaseSection {
     /// The keys of the experiment that differ; a table that names another device, limb or kind of excitation takes the whole place.
     #[serde(default)]
     pub experiment: toml::Table,
+    /// Where files that it names are looked for: beside the study.
+    #[serde(skip)]
+    pub folder: PathBuf,
 }
 
 /// Which cases the pictures of a comparison show, by name, and in which bands agreement is measured.
@@ -235,6 +239,13 @@ impl DiagnoseSection {
     }
 }
 
+impl CaseSection {
+    /// Whether the robot or the perturbation is in a file of the case's own.
+    fn names_a_file(&self, table: &str) -> bool {
+        self.experiment.get(table).and_then(toml::Value::as_table).is_some_and(|table| table.contains_key("file"))
+    }
+}
+
 impl StudyFile {
     /// The schema's name.
     pub const SCHEMA: &str = "ndof/study/1";
@@ -255,16 +266,18 @@ impl StudyFile {
     /// [`StudyError`] with line.
     pub fn parse(text: &str, file: &str) -> Result<Self, StudyError> {
         let apart = toml::from_str::<Glance>(text).is_ok_and(|glance| glance.experiment.contains_key("file"));
-        let study = if apart {
+        let folder = Path::new(file).parent().unwrap_or_else(|| Path::new(""));
+        let mut study = if apart {
             let study: StudyDocument<ExperimentPath> = super::parse(text, file)?;
-            let path = Path::new(file).parent().unwrap_or_else(|| Path::new("")).join(&study.experiment.file);
+            let path = folder.join(&study.experiment.file);
             study.with_experiment(ExperimentFile::read(&path)?)
         } else {
             let mut study: StudyFile = super::parse(text, file)?;
             study.experiment.check(file)?;
-            study.experiment = study.experiment.beside(Path::new(file).parent().unwrap_or_else(|| Path::new("")));
+            study.experiment = study.experiment.beside(folder);
             study
         };
+        study.cases.iter_mut().for_each(|case| folder.clone_into(&mut case.folder));
         check_schema(study.schema.as_deref(), Self::SCHEMA, file)?;
         for section in std::iter::once(&study.estimate).chain(&study.also) {
             section.settings(file)?;
@@ -289,7 +302,10 @@ impl StudyFile {
             let mut experiment: ExperimentFile =
                 table.try_into().map_err(|error: toml::de::Error| wrong(format!("case \"{}\": {}", case.name, error.message())))?;
             experiment.check(&format!("case \"{}\"", case.name))?;
-            experiment.excitation.folder.clone_from(&self.experiment.excitation.folder);
+            experiment.excitation.folder.clone_from(if case.names_a_file("excitation") { &case.folder } else { &self.experiment.excitation.folder });
+            if let Some(file) = experiment.device.file.as_mut().filter(|_| case.names_a_file("device")) {
+                *file = case.folder.join(file.as_str()).display().to_string();
+            }
             Ok((case.name.clone(), StudyFile { experiment, cases: Vec::new(), ..self.clone() }))
         };
         self.cases.iter().map(of).collect()
@@ -367,7 +383,7 @@ impl EstimateSection {
     /// [`StudyError::Meaning`] if there is no such window.
     pub fn settings(&self, file: &str) -> Result<EstimateSettings, StudyError> {
         let window = match &self.window {
-            Some(name) => name.parse::<Window>().map_err(|error| StudyError::Meaning { file: file.to_owned(), what: error.to_string() })?,
+            Some(name) => window_named(name).map_err(|what| StudyError::Meaning { file: file.to_owned(), what })?,
             None => Window::default(),
         };
         Ok(EstimateSettings {
@@ -393,5 +409,30 @@ impl EstimateSection {
             band_hz: self.band.map(|[low, high]| (low, high)),
             spectra: self.spectra,
         })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn files_that_a_case_names_lie_beside_the_study_and_those_of_the_experiment_beside_it() {
+        let folder = tempfile::tempdir().expect("a folder");
+        let inner = folder.path().join("inner");
+        std::fs::create_dir(&inner).expect("a folder");
+        let limb = "[limb]\nname = \"endpoint-linear\"\nM = [[2.0]]\nB = [[10.0]]\nK = [[300.0]]\n";
+        std::fs::write(inner.join("e.toml"), format!("[device]\nfile = \"robot.toml\"\n{limb}[excitation]\nfile = \"cmd.csv\"\n")).expect("written");
+        let cases = "[[cases]]\nname = \"as it is\"\n[[cases]]\nname = \"other\"\n[cases.experiment.device]\nfile = \"other.toml\"\n\
+                     [cases.experiment.excitation]\nfile = \"other.csv\"\n";
+        let path = folder.path().join("s.toml");
+        std::fs::write(&path, format!("[experiment]\nfile = \"inner/e.toml\"\n{cases}")).expect("written");
+        let cases = StudyFile::read(&path).expect("a study").each_case().expect("cases");
+        let places = |k: usize| {
+            let experiment = &cases[k].1.experiment;
+            (experiment.device.file.clone().map(PathBuf::from), experiment.excitation.folder.join(experiment.excitation.file.as_deref().unwrap_or_default()))
+        };
+        assert_eq!(places(0), (Some(inner.join("robot.toml")), inner.join("cmd.csv")));
+        assert_eq!(places(1), (Some(folder.path().join("other.toml")), folder.path().join("other.csv")));
     }
 }

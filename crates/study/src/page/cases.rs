@@ -5,7 +5,7 @@ use super::fit::parameters_section;
 use super::tables::study_tables;
 use crate::error::StudyError;
 use crate::file::ReportSection;
-use crate::pipeline::{StudyOutcome, compare, model_response};
+use crate::pipeline::{StudyOutcome, compare};
 use crate::result::StudyResult;
 use crate::result::study::Setting;
 use ndof_report::figures::{self, Ellipse};
@@ -42,7 +42,7 @@ pub fn cases_report(
     if let Some(figure) = ellipses_figure(outcomes)? {
         report.sections.push(Section::new("Stiffness ellipses", "Found over simulated, case by case.").figure(figure));
     }
-    let model = model_response(&first.fitted.matrices, first.estimated.best());
+    let model = first.fitted.seen(&first.estimated)?;
     let mut response = response_section(&first.estimated, Some(&model))?;
     response.title = format!("Frequency response of {first_name}");
     report.sections.push(response);

@@ -60,7 +60,7 @@ pub fn design_report(designed: &Designed, command: &str) -> Result<Report, Study
         report.sections.push(Section::new("Length", lead).table(table));
     }
     if let Some(first) = designed.recordings.first() {
-        let trace = |c: &Channel| Trace { label: c.name.clone(), unit: c.unit.symbol().to_owned(), measured: c.samples.clone(), simulated: None };
+        let trace = |c: &Channel| Trace { label: c.name.clone(), unit: c.unit.symbol().to_owned(), measured: c.samples.clone(), simulated: Vec::new() };
         let traces = Traces {
             sample_rate_hz: first.sample_rate_hz(),
             start_s: -result.lead_in_s,

@@ -116,7 +116,7 @@ pub(super) fn response_section(estimated: &Estimated, model: Option<&FrequencyRe
     };
     let lead = match model {
         Some(_) => {
-            "Gain and phase with 95 % intervals. The model is drawn as it is; the estimate is seen through its spectral window, which rounds sharp bends, and the fit allows for that."
+            "Gain and phase with 95 % intervals. The model is drawn as the estimate sees it: through the same spectral window, which rounds sharp bends, and with the give of the transducer where that is known. It ends at twice the fitted band."
         }
         None => "Gain and phase with 95 % intervals.",
     };
@@ -197,7 +197,7 @@ pub(super) fn traces_section(trials: &Trials) -> Result<Section, StudyError> {
         let traces = recording
             .channels()
             .iter()
-            .map(|c| Trace { label: c.name.clone(), unit: c.unit.symbol().to_owned(), measured: c.samples.clone(), simulated: None })
+            .map(|c| Trace { label: c.name.clone(), unit: c.unit.symbol().to_owned(), measured: c.samples.clone(), simulated: Vec::new() })
             .collect();
         let middle = recording.start_s() + recording.duration_s() / 2.0;
         let half = (DETAIL_SAMPLES / recording.sample_rate_hz()).min(recording.duration_s() / 4.0) / 2.0;

@@ -2,8 +2,9 @@
 
 use super::convert::nan;
 use super::estimate::{coherence_section, frame, power_section, response_section, traces_section};
+use super::overlay::overlay_section;
 use crate::error::StudyError;
-use crate::pipeline::{ComparedParameter, Estimated, Fitted, compare, model_response};
+use crate::pipeline::{ComparedParameter, Estimated, Fitted, compare};
 use crate::result::FitResult;
 use crate::trials::Trials;
 use ndarray::Array2;
@@ -21,9 +22,10 @@ pub fn fit_report(trials: &Trials, estimated: &Estimated, fitted: &Fitted, title
     let mut report = frame(trials, estimated, title, command);
     report.warnings = super::convert::warnings(&fitted.result.warnings);
     report.lead = lead(&fitted.result);
-    let model = model_response(&fitted.matrices, estimated.best());
+    let model = fitted.seen(estimated)?;
     report.sections = vec![parameters_section(&compare(fitted, None), "Parameters"), response_section(estimated, Some(&model))?];
     report.sections.push(agreement_section(&fitted.result));
+    report.sections.extend(overlay_section(trials, fitted)?);
     report.sections.extend(ellipse_section(fitted, None)?);
     report.sections.push(coherence_section(&estimated.result)?);
     report.sections.extend(power_section(trials, estimated)?);

@@ -6,6 +6,7 @@ mod design;
 mod diagnosis;
 mod estimate;
 mod fit;
+mod overlay;
 mod sensitivity;
 mod study;
 mod tables;

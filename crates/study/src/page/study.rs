@@ -2,9 +2,10 @@
 
 use super::estimate::{coherence_section, frame, power_section, response_section, traces_section};
 use super::fit::{agreement_section, ellipse_section, parameters_section};
+use super::overlay::overlay_section;
 use crate::error::StudyError;
 use crate::file::HiddenEffect;
-use crate::pipeline::{StudyOutcome, compare, model_response};
+use crate::pipeline::{StudyOutcome, compare};
 use ndof_report::{Report, Section};
 
 /// The page of `ndof study`.
@@ -23,16 +24,17 @@ pub fn study_report(outcome: &StudyOutcome, title: &str, command: &str) -> Resul
         None => format!("{} parameters with 95 % intervals.", table.len()),
     };
     report.sections.push(parameters_section(&table, "Parameters"));
-    let model = model_response(&fitted.matrices, estimated.best());
+    let model = fitted.seen(estimated)?;
     report.sections.push(response_section(estimated, Some(&model))?);
     report.sections.push(agreement_section(&fitted.result));
+    report.sections.extend(overlay_section(trials, fitted)?);
     report.sections.extend(ellipse_section(fitted, truth.map(|t| t.endpoint.K.as_slice()))?);
     for (name, _, fitted) in also {
         report.sections.push(parameters_section(&compare(fitted, truth), &format!("Parameters, setting \u{201c}{name}\u{201d}")));
     }
     report.sections.extend(outcome.sensitivity.as_ref().map(super::sensitivity::section));
     if let Some(diagnosis) = &outcome.diagnosis {
-        report.sections.extend(super::diagnosis::sections(diagnosis)?);
+        report.sections.extend(super::diagnosis::sections(diagnosis, outcome.pictures.as_ref())?);
         report.sections.extend(riddle_section(&outcome.riddle));
     }
     report.sections.push(coherence_section(&estimated.result)?);

@@ -8,7 +8,7 @@ use crate::result::diagnosis::{DiagnosisResult, SCHEMA};
 use crate::trials::Trials;
 use ndarray::Array2;
 use ndof_devices::{DeviceConfig, Experiment, LimbConfig, Sensors, linearise};
-use ndof_diagnose::{Baseline, DiagnoseError, HeldOut, Options, Part};
+use ndof_diagnose::{Baseline, DiagnoseError, HeldOut, Options, Part, Pictures};
 use ndof_signal::{Quantity, Recording};
 use ndof_sysid::Ports;
 
@@ -63,6 +63,19 @@ impl Default for DiagnoseSettings {
 /// # Errors
 /// [`StudyError`] if the channels do not make a balance of forces, the recording is too short, or the baseline does not fit.
 pub fn diagnose(trials: &Trials, settings: &DiagnoseSettings, command: &str, progress: &mut dyn FnMut(&str)) -> Result<DiagnosisResult, StudyError> {
+    diagnose_with_pictures(trials, settings, command, progress).map(|(result, _)| result)
+}
+
+/// The same with the samples that its pictures are drawn from.
+///
+/// # Errors
+/// As [`diagnose`].
+pub fn diagnose_with_pictures(
+    trials: &Trials,
+    settings: &DiagnoseSettings,
+    command: &str,
+    progress: &mut dyn FnMut(&str),
+) -> Result<(DiagnosisResult, Pictures), StudyError> {
     let held_out = match &settings.held_out {
         HoldOut::Auto => HeldOut::Auto,
         HoldOut::Time(from, to) => HeldOut::Time(*from, *to),
@@ -84,13 +97,13 @@ pub fn diagnose(trials: &Trials, settings: &DiagnoseSettings, command: &str, pro
         Some(file) => behind_transducer(&recordings, ports, file)?,
         None => None,
     };
-    let mut found = ndof_diagnose::diagnose(beyond.as_ref().unwrap_or(&recordings), ports, &options, linear.as_ref(), progress)?;
+    let (mut found, pictures) = ndof_diagnose::diagnose_with_pictures(beyond.as_ref().unwrap_or(&recordings), ports, &options, linear.as_ref(), progress)?;
     if let (Some(file), Some(first)) = (&settings.baseline, recordings.first()) {
         found = robot_side(found, file, &recordings, first.sample_rate_hz(), ports, &options, progress)?;
     }
     // Through JSON, where a number that does not exist becomes null.
     let diagnosis = serde_json::to_value(&found).and_then(serde_json::from_value)?;
-    Ok(DiagnosisResult {
+    let result = DiagnosisResult {
         schema: SCHEMA.to_owned(),
         ndof_version: VERSION.to_owned(),
         command: command.to_owned(),
@@ -98,7 +111,8 @@ pub fn diagnose(trials: &Trials, settings: &DiagnoseSettings, command: &str, pro
         inputs: trials.names(&ports.inputs),
         outputs: trials.names(&ports.outputs),
         diagnosis,
-    })
+    };
+    Ok((result, pictures))
 }
 
 /// The recordings with the give of the device's transducer taken off the displacements: what the limb did and not the robot.

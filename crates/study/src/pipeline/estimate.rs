@@ -6,6 +6,7 @@ use super::method::word;
 use super::method::{choose, record};
 use super::repeat::{between_trials, course, robust};
 use crate::error::StudyError;
+use crate::limits;
 use crate::result::estimate as schema;
 use crate::result::estimate::EstimateResult;
 use crate::result::{VERSION, Warning, number};
@@ -93,6 +94,9 @@ impl Estimated {
 pub fn estimate(trials: &Trials, settings: &EstimateSettings, command: &str) -> Result<Estimated, StudyError> {
     let (method, why) = choose(trials, settings)?;
     let ports = &trials.roles.ports;
+    let longest = trials.trials.iter().map(|trial| trial.recording.len()).max().unwrap_or(0);
+    let used = ports.references.len() + ports.inputs.len() + ports.outputs.len();
+    limits::estimate(&method, longest, used).map_err(|what| StudyError::TooLarge { what })?;
     let labels = labels(trials);
     let failed = |error| in_file(error, trials);
     let (estimates, rejected) = match &method {

@@ -10,14 +10,16 @@ use crate::result::fit as schema;
 use crate::result::fit::{FitResult, Matrix, Site};
 use crate::result::{VERSION, Warning, number};
 use crate::roles::axis_of;
+use crate::suggest::nearest;
 use crate::trials::Trials;
-use ndarray::Array2;
+use ndarray::{Array2, Array3};
 use ndof_models::{
     Agreement, Axis, Fit, InertiaDampingStiffness, InertiaDampingStiffnessModel, LoopModel, PaperFit, Parameter, Smoothing, Symmetry, Transducer, WeightedFit,
     agreement, linear_start,
 };
 use ndof_signal::Unit;
 use ndof_sysid::{Direct, FrequencyResponse, Ports};
+use num_complex::Complex64;
 use serde::{Deserialize, Serialize};
 
 /// What a fit minimises.
@@ -72,10 +74,34 @@ pub struct Fitted {
     pub model: InertiaDampingStiffnessModel,
     /// The matrices.
     pub matrices: InertiaDampingStiffness,
+    /// How the estimate's window and the transducer entered the comparison.
+    pub comparison: WeightedFit,
     /// The mean of each effort, which a projection may take off.
     pub mean_effort: Vec<f64>,
     /// The result.
     pub result: FitResult,
+}
+
+/// How far beyond the fitted band the model is drawn.
+const DRAWN_BEYOND: f64 = 2.0;
+
+impl Fitted {
+    /// The model as the estimate that it was fitted to would show it, to twice the fitted band's upper end; NaN beyond. It is of
+    /// the kind that is reported.
+    ///
+    /// # Errors
+    /// [`StudyError`] if a response of that kind does not exist.
+    pub fn seen(&self, estimated: &Estimated) -> Result<FrequencyResponse, StudyError> {
+        let estimates = &estimated.estimates;
+        let like = estimates.derived.as_ref().map_or(&estimates.direct.response, |d| &d.response);
+        let kernel = like.uncertainty.as_ref().map(|u| u.kernel.clone()).unwrap_or_default();
+        let drawn = like.frequency_hz.partition_point(|hz| *hz <= DRAWN_BEYOND * self.fit.band_hz[1]);
+        let near = self.comparison.seen(&self.model, &self.fit.theta, like.kind, &like.frequency_hz[..drawn], &kernel);
+        let nowhere = Complex64::new(f64::NAN, f64::NAN);
+        let value = Array3::from_shape_fn(like.value.dim(), |(f, i, j)| if f < drawn { near[[f, i, j]] } else { nowhere });
+        let seen = FrequencyResponse { value, uncertainty: None, ..like.clone() };
+        Ok(seen.to_kind(estimated.best().kind)?)
+    }
 }
 
 /// Above this reduced χ² the model is wrong by more than the covariance's own uncertainty.
@@ -116,7 +142,7 @@ pub const MODEL: &str = "inertia-damping-stiffness";
 /// ```
 pub fn fit(trials: &Trials, estimated: &Estimated, settings: &FitSettings, command: &str) -> Result<Fitted, StudyError> {
     if let Some(name) = settings.model.as_deref().filter(|name| *name != MODEL) {
-        return Err(StudyError::UnknownModel { name: name.to_owned(), available: MODEL });
+        return Err(StudyError::UnknownModel { name: name.to_owned(), suggestion: nearest(name, [MODEL]), available: MODEL });
     }
     let derived = estimated.estimates.derived.as_ref();
     let response = derived.map_or(&estimated.estimates.direct.response, |d| &d.response);
@@ -127,8 +153,8 @@ pub fn fit(trials: &Trials, estimated: &Estimated, settings: &FitSettings, comma
     let band_hz = settings.band_hz.unwrap_or_else(|| excited_band(estimated, ports));
     let start = linear_start(&model, &response.band(band_hz[0], band_hz[1]))?;
     let without = super::estimate::without_each(trials, estimated, settings.estimator)?;
-    let weighted = WeightedFit { band_hz, smoothing: smoothing(estimated, band_hz), transducer: settings.transducer, ..WeightedFit::default() };
-    let weighted = weighted.fit_trials(&model, response, &without, &start)?;
+    let comparison = WeightedFit { band_hz, smoothing: smoothing(estimated, band_hz), transducer: settings.transducer, ..WeightedFit::default() };
+    let weighted = comparison.fit_trials(&model, response, &without, &start)?;
     let partial = derived.map_or(&estimated.estimates.direct.coherence.partial, |d| &d.coherence_paper.partial);
     let weight = &match settings.vaf_weight {
         VafWeight::GammaSquared => partial.clone(),
@@ -172,7 +198,7 @@ pub fn fit(trials: &Trials, estimated: &Estimated, settings: &FitSettings, comma
         joint: joint.as_ref().map(|(_, joint)| joint.clone()),
         other_cost: Some(other),
     };
-    Ok(Fitted { fit, model, matrices, mean_effort, result })
+    Ok(Fitted { fit, model, matrices, comparison, mean_effort, result })
 }
 
 fn vaf(agreement: &Agreement) -> Matrix {

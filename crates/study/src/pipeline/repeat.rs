@@ -69,10 +69,18 @@ pub(super) fn between_trials(trials: &Trials, settings: &EstimateSettings, metho
     })
 }
 
+/// Windows that a course over time has at most.
+const MOST_WINDOWS: f64 = 10_000.0;
+
 /// Estimates over a window that slides along all trials at once, by the method that suits its length.
 pub(super) fn course(trials: &Trials, settings: &EstimateSettings, (window_s, step_s): (f64, f64), kind: ResponseKind) -> Result<schema::Course, StudyError> {
     if !(window_s > 0.0 && step_s > 0.0 && window_s.is_finite() && step_s.is_finite()) {
         return Err(StudyError::Sliding { window_s, step_s });
+    }
+    let longest_s = trials.trials.iter().map(|trial| trial.recording.duration_s()).fold(0.0, f64::max);
+    if (longest_s - window_s) / step_s > MOST_WINDOWS {
+        let what = format!("windows that slide by {step_s} s over {longest_s} s are more than {MOST_WINDOWS}; give a longer --sliding-step");
+        return Err(StudyError::TooLarge { what });
     }
     let samples = (window_s * trials.sample_rate_hz()).round().max(1.0) as usize;
     let cut = |trial: &Trial| {

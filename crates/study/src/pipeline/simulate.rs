@@ -11,16 +11,18 @@ use ndarray::Array2;
 use ndof_devices::{Axis, Impedance, Linearised, linearise, simulate_trial};
 use ndof_signal::Recording;
 use rayon::prelude::*;
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 /// What was simulated: no command reads it, so that an analysis cannot look.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Truth {
     /// `ndof/truth/1`.
     pub schema: String,
     /// The version that wrote it.
     pub ndof_version: String,
-    /// The experiment as it was understood.
+    /// The experiment as it was understood, with the keys of its file.
+    #[schemars(with = "serde_json::Map<String, serde_json::Value>")]
     pub experiment: ExperimentFile,
     /// Names of the endpoint's axes.
     pub axes: Vec<String>,
@@ -33,7 +35,7 @@ pub struct Truth {
 }
 
 /// Inertia, damping and stiffness, rows by columns.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[expect(non_snake_case, reason = "the field's own symbols")]
 pub struct Matrices {
     /// Inertia.
@@ -45,7 +47,7 @@ pub struct Matrices {
 }
 
 /// The limb in its joints.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct JointTruth {
     /// Names of the joints.
     pub axes: Vec<String>,

@@ -3,13 +3,14 @@
 use super::riddle::draw_hidden;
 use super::sensitivity::sensitivity;
 use super::simulate::axis_names;
-use super::{Estimated, FitSettings, Fitted, Progress, Simulated, Truth, diagnose, estimate, fit, simulate};
+use super::{Estimated, FitSettings, Fitted, Progress, Simulated, Truth, diagnose_with_pictures, estimate, fit, simulate};
 use crate::error::StudyError;
 use crate::file::{EstimateSection, HiddenEffect, StudyFile};
 use crate::result::{DiagnosisResult, SensitivityResult};
 use crate::roles::RoleNames;
 use crate::trials::{Trial, Trials};
 use crate::trim::Trim;
+use ndof_diagnose::Pictures;
 use ndof_models::Transducer;
 use ndof_signal::Recording;
 
@@ -30,6 +31,8 @@ pub struct StudyOutcome {
     pub sensitivity: Option<SensitivityResult>,
     /// What a linear model misses, where the study asks for it.
     pub diagnosis: Option<DiagnosisResult>,
+    /// The samples that show it.
+    pub pictures: Option<Pictures>,
     /// What the study drew and hid for its reader to guess.
     pub riddle: Vec<HiddenEffect>,
 }
@@ -116,10 +119,11 @@ pub fn run_study(study: &StudyFile, recordings: Option<Vec<Trial>>, seed: Option
     }
     let diagnosis = study.diagnose.as_ref().map(|section| {
         progress("diagnose", 0, 1);
-        diagnose(&trials, &section.settings(), "study", &mut |_| ())
+        diagnose_with_pictures(&trials, &section.settings(), "study", &mut |_| ())
     });
+    let (diagnosis, pictures) = diagnosis.transpose()?.unzip();
     let table = study.sensitivity.as_ref().filter(|_| simulated.is_some()).map(|section| sensitivity(study, section, seed, &fit_settings, progress));
-    Ok(StudyOutcome { diagnosis: diagnosis.transpose()?, sensitivity: table.transpose()?, trials, simulated, estimated, fitted, also, riddle })
+    Ok(StudyOutcome { diagnosis, pictures, sensitivity: table.transpose()?, trials, simulated, estimated, fitted, also, riddle })
 }
 
 /// The estimate of trials with a section's settings, and the fit to it.

@@ -68,7 +68,7 @@ impl From<ndof_io::Note> for Warning {
 }
 
 /// The JSON Schemas by the short names that `ndof schema` takes.
-pub const SCHEMAS: &[&str] = &["estimate", "fit", "diagnosis", "check", "compare", "live", "study-result", "design", "sensitivity"];
+pub const SCHEMAS: &[&str] = &["estimate", "fit", "diagnosis", "check", "compare", "live", "study-result", "design", "sensitivity", "truth"];
 
 /// The JSON Schema of the result called `name`, or nothing if there is none of that name.
 pub fn schema_of(name: &str) -> Option<serde_json::Value> {
@@ -81,6 +81,7 @@ pub fn schema_of(name: &str) -> Option<serde_json::Value> {
         "design" => schemars::schema_for!(DesignResult),
         "sensitivity" => schemars::schema_for!(SensitivityResult),
         "live" => schemars::schema_for!(LiveResult),
+        "truth" => schemars::schema_for!(crate::pipeline::Truth),
         "check" => schemars::schema_for!(CheckResult),
         _ => return None,
     };

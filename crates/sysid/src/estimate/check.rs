@@ -3,7 +3,7 @@
 use super::EstimateError;
 use crate::labels::Labels;
 use crate::ports::Ports;
-use ndof_signal::CrossSpectra;
+use ndof_signal::{CrossSpectra, Recording};
 
 /// Channels fit the spectra, labels fit the channels.
 pub(crate) fn ports(spectra: &CrossSpectra, ports: &Ports, labels: &Labels) -> Result<(), EstimateError> {
@@ -15,6 +15,35 @@ pub(crate) fn ports(spectra: &CrossSpectra, ports: &Ports, labels: &Labels) -> R
     ] {
         if labels != ports {
             return Err(EstimateError::Labels { role, labels, ports });
+        }
+    }
+    Ok(())
+}
+
+/// Smallest and largest variation of a channel: the squares of powers, of which coherences are made, are then still numbers.
+pub(crate) const SMALLEST: f64 = 1e-60;
+pub(crate) const LARGEST: f64 = 1e60;
+/// Variation as a share of the largest value below which nothing but rounding varies.
+const ROUNDING: f64 = 1e-14;
+
+/// Drivers move, and every channel moves by what powers can be computed of.
+pub(crate) fn sizes(trials: &[&Recording], ports: &Ports, labels: &Labels) -> Result<(), EstimateError> {
+    let roles = [("reference", &ports.references, &labels.references), ("input", &ports.inputs, &labels.inputs), ("output", &ports.outputs, &labels.outputs)];
+    for (role, channels, names) in roles {
+        for (&channel, name) in channels.iter().zip(names) {
+            let (mut size, mut still) = (0.0_f64, true);
+            for samples in trials.iter().filter_map(|trial| trial.channels().get(channel)).map(|channel| &channel.samples) {
+                let (low, high) = samples.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), x| (low.min(*x), high.max(*x)));
+                still &= high - low <= ROUNDING * low.abs().max(high.abs());
+                // Where a channel stands far from zero, it is the mean that has to be squared.
+                size = size.max(high - low).max(if high.abs().max(low.abs()) > LARGEST { f64::INFINITY } else { 0.0 });
+            }
+            if still && role != "output" && size < LARGEST {
+                return Err(EstimateError::Silent { role, name: name.clone() });
+            }
+            if size > 0.0 && !(SMALLEST..=LARGEST).contains(&size) {
+                return Err(EstimateError::Size { role, name: name.clone(), size });
+            }
         }
     }
     Ok(())

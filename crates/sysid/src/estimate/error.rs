@@ -1,5 +1,6 @@
 //! Why there is no estimate.
 
+use super::check::{LARGEST, SMALLEST};
 use super::direct::Direct;
 use crate::ports::PortsError;
 use ndof_signal::{MultitaperError, PeriodicError, SpectraError, WelchError};
@@ -29,6 +30,16 @@ pub enum EstimateError {
         averages: f64,
         /// Unknowns of one row of the response.
         unknowns: usize,
+    },
+    /// Numbers whose squares leave what a computer can hold.
+    #[error("{role} \"{name}\" varies by {size:e}: between {:e} and {:e} powers can be computed; give the channel in another unit", SMALLEST, LARGEST)]
+    Size {
+        /// input, output or reference.
+        role: &'static str,
+        /// The channel.
+        name: String,
+        /// Its largest less its smallest value.
+        size: f64,
     },
     /// A channel that drives is constant.
     #[error("{role} \"{name}\" is constant: it drives nothing; leave it out with --{role}")]

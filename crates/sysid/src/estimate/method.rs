@@ -86,6 +86,7 @@ pub fn estimate(trials: &[&Recording], ports: &Ports, labels: &Labels, method: &
     if estimator != Direct::H1 && !matches!(method, SpectralMethod::Welch(_) | SpectralMethod::Multitaper(_)) {
         return Err(EstimateError::NoSpectra { estimator, method: method.name() });
     }
+    super::check::sizes(trials, ports, labels)?;
     match method {
         SpectralMethod::Welch(settings) => {
             let spectra = pooled(trials, |recording, trial| {

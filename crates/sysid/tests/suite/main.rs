@@ -2,6 +2,7 @@
 
 mod coverage;
 mod draws;
+mod edges;
 mod identities;
 mod judgement;
 mod periodic;

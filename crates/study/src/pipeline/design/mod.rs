@@ -20,6 +20,7 @@ use super::Progress;
 use super::command::{Command, Commands, Judge, period_samples};
 use crate::error::StudyError;
 use crate::file::{Excitation, ExperimentFile};
+use crate::limits;
 use crate::result::design::{CoherenceAnalysis, CoherenceSize, CoherenceStages, DesignResult, DesignedSignal, DesignedTrial, SCHEMA};
 use crate::result::{VERSION, Warning, number};
 use between::Between;
@@ -90,6 +91,7 @@ pub struct Designed {
 pub fn design(settings: &DesignSettings, command: &str, progress: &Progress<'_>) -> Result<Designed, StudyError> {
     let meaning = |what: String| StudyError::Meaning { file: "the design".to_owned(), what };
     settings.excitation.check().map_err(meaning)?;
+    limits::simulation(settings.trials, settings.duration_s + settings.lead_in_s, settings.sample_rate_hz, settings.axes.len()).map_err(meaning)?;
     let fs = settings.sample_rate_hz;
     let lead = (settings.lead_in_s * fs).round() as usize;
     let samples = lead + (settings.duration_s * fs).round() as usize;
