@@ -53,16 +53,35 @@ fn a_system_without_noise_comes_back_exactly() {
     }
 }
 
+/// Error of the response, as a white input of unit variance sees it at each output, over the variance of the noise there, summed.
+fn excess(model: &StateSpace, noise: f64) -> f64 {
+    const BINS: usize = 512;
+    let mut power = [0.0; 2];
+    let mut error = [0.0; 2];
+    for k in 0..BINS {
+        let hz = 0.5 * (k as f64 + 0.5) / BINS as f64;
+        let (found, truth) = (model.response(hz, 1.0).expect("no pole"), system().response(hz, 1.0).expect("no pole"));
+        for i in 0..2 {
+            error[i] += found[i].iter().zip(&truth[i]).map(|(f, t)| (f - t).norm_sqr()).sum::<f64>();
+            power[i] += truth[i].iter().map(|t| t.norm_sqr()).sum::<f64>();
+        }
+    }
+    (0..2).map(|i| error[i] / (noise * noise * power[i])).sum()
+}
+
 #[test]
-fn noise_leaves_the_modes_where_they_are_and_the_held_out_error_near_its_own() {
-    let (data, held_out) = (record(8000, 0.1, 2), record(4000, 0.1, 3));
-    let found = select(&Subspace { past: 15 }, &[trial(&data)], &[trial(&held_out)], 8, 50).expect("models");
-    let best = found.chosen();
-    assert!(best.model.order() >= 4, "{:?}", found.candidates.iter().map(|c| c.held_out_nrmse.clone()).collect::<Vec<_>>());
-    // The noise is 0.1/√1.01 of the output; what the model adds is smaller.
-    assert!(best.held_out_nrmse.iter().all(|e| e * e - 0.01 / 1.01 < 0.01 / 1.01), "{:?}", best.held_out_nrmse);
-    // Singular values: four that stand out by more than the noise, a tenth.
-    assert!(found.singular_values[3] > 3.0 * found.singular_values[4], "{:?}", found.singular_values);
-    let modes = Subspace { past: 15 }.fit(&[trial(&data)], 4).expect("fit").modes(1.0);
+fn noise_leaves_the_modes_where_they_are_and_costs_what_an_efficient_estimate_of_as_many_parameters_costs() {
+    const SAMPLES: usize = 8000;
+    let (data, held_out) = (record(SAMPLES, 0.1, 2), record(4000, 0.1, 3));
+    let found = select(&Subspace { past: 30 }, &[trial(&data)], &[trial(&held_out)], 8, 50).expect("models");
+    let model = &found.chosen().model;
+    assert_eq!(model.order(), 4, "{:?}", found.candidates.iter().map(|c| c.held_out_nrmse.clone()).collect::<Vec<_>>());
+    // n (m + p) + p m = 20 parameters: χ²₂₀/N of an efficient estimate, 20/N ± 4 √40/N.
+    let (parameters, cost) = (20.0, excess(model, 0.1));
+    println!("excess {cost:.5} of the noise, an efficient estimate {:.5}", parameters / SAMPLES as f64);
+    assert!(cost < (parameters + 4.0 * f64::sqrt(2.0 * parameters)) / SAMPLES as f64, "{cost}");
+    // Four states stand out of a noise of a tenth by more than that tenth.
+    assert!(found.singular_values[3] > 10.0 * found.singular_values[4], "{:?}", found.singular_values);
+    let modes = model.modes(1.0);
     assert!((modes[0][0] - 0.2 / std::f64::consts::TAU).abs() < 1e-3 && (modes[1][0] - 0.7 / std::f64::consts::TAU).abs() < 2e-3, "{modes:?}");
 }
