@@ -124,7 +124,6 @@ fn unknown_words_get_a_suggestion() {
         says(&refuse(folder.path(), &["estimate", "trial.csv", option, slip]), &[option, slip, meant]);
     }
     for (option, slip, meant) in [
-        ("--model", "inertia-damping-stifness", "'inertia-damping-stiffness'"),
         ("--cost", "wieghted", "'weighted'"),
         ("--vaf-weight", "gama", "'gamma'"),
         ("--arm", "rigth", "'right'"),
@@ -132,6 +131,8 @@ fn unknown_words_get_a_suggestion() {
     ] {
         says(&refuse(folder.path(), &["fit", "trial.csv", option, slip]), &[option.trim_start_matches("--negate"), slip, meant]);
     }
+    let message = refuse(folder.path(), &["fit", "trial.csv", "--model", "inertia-damping-stifness"]);
+    says(&message, &["no model", "inertia-damping-stifness", "did you mean \"inertia-damping-stiffness\"?"]);
     says(&refuse(folder.path(), &["diagnose", "trial.csv", "--without", "histeresis"]), &["--without", "did you mean \"hysteresis\"?"]);
     says(&refuse(folder.path(), &["list", "efects"]), &["efects", "'effects'"]);
     let model = include_str!("../../examples/studies/arm.toml").replace("[fit]", "[fit]\nmodel = \"inertia-damping-stifness\"");

@@ -7,6 +7,7 @@ mod design;
 mod errors;
 mod examples;
 mod faults;
+mod fit_model;
 mod input;
 mod limits;
 mod live;

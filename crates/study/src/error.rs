@@ -192,7 +192,7 @@ pub enum StudyError {
         /// The nearest name that there is.
         suggestion: Option<String>,
         /// What there is.
-        available: &'static str,
+        available: String,
     },
     /// The fit is not possible.
     #[error("fitting: {0}")]

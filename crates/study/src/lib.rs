@@ -18,10 +18,10 @@ mod words;
 pub use error::StudyError;
 pub use page::{cases_report, design_report, diagnosis_report, estimate_report, fit_report, study_report, summary_tables};
 pub use pipeline::{
-    ComparedParameter, DesignSettings, Designed, DiagnoseSettings, EstimateSettings, Estimated, FitCost, FitSettings, Fitted, HoldOut, JointTruth, Leftover,
-    Limits, Live, LiveSettings, LooseLimb, MODEL, Matrices, MethodName, Overlay, Progress, Run, Simulated, Streamed, StudyOutcome, Target, Truth, VafWeight,
-    check, compare, compare_fits, compare_sessions, design, diagnose, diagnose_with_pictures, estimate, fit, leftover, model_response, overlay, project,
-    run_cases, run_study, simulate, study_result,
+    ComparedParameter, DELAY_FLOOR_S, DesignSettings, Designed, DiagnoseSettings, EstimateSettings, Estimated, FLOORS, FitCost, FitSettings, Fitted, HoldOut,
+    JointTruth, Leftover, Limits, Live, LiveSettings, LooseLimb, MODEL, Matrices, MethodName, Overlay, Progress, Run, Simulated, Streamed, StudyOutcome,
+    Target, Truth, VafWeight, check, compare, compare_fits, compare_sessions, design, diagnose, diagnose_with_pictures, estimate, fit, leftover,
+    model_response, overlay, project, run_cases, run_study, simulate, study_result,
 };
 pub use roles::{RoleNames, Roles, axis_of};
 pub use suggest::{nearest, window_named};

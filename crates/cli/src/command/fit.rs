@@ -6,6 +6,7 @@ use crate::output::{self, columns, short};
 use clap::Args;
 use ndof_models::Transducer;
 use ndof_study::result::FitResult;
+use ndof_study::result::fit::ComparedModel;
 use ndof_study::{ComparedParameter, FitCost, FitSettings, VafWeight, compare};
 use std::path::PathBuf;
 use std::process::ExitCode;
@@ -20,9 +21,15 @@ pub struct Arguments {
     /// Recordings; `-` is CSV on standard input
     #[arg(required = true, value_name = "FILE")]
     files: Vec<PathBuf>,
-    /// Parametric model
-    #[arg(long, default_value = ndof_study::MODEL, value_parser = [ndof_study::MODEL])]
+    /// Parametric model: inertia-damping-stiffness, and behind a `+` what extends it (`ndof list models`)
+    #[arg(long, default_value = ndof_study::MODEL)]
     model: String,
+    /// Widen intervals by what calibration leaves: 0.5 % of M, 1 % of B and K, 0.1 ms of delays, in quadrature
+    #[arg(long)]
+    systematic: bool,
+    /// Compare with every single extension by likelihood ratio, AIC and BIC
+    #[arg(long)]
+    compare: bool,
     /// What is minimised: squared errors weighted by their covariance, or the paper's dB and degrees
     #[arg(long, default_value = "weighted", value_parser = words::<FitCost>(&["weighted", "paper"]))]
     cost: FitCost,
@@ -61,6 +68,8 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode, CliError> {
         kinematics,
         transducer: arguments.transducer_stiffness.map(|stiffness| Transducer { stiffness, damping: arguments.transducer_damping }),
         vaf_weight: arguments.vaf_weight,
+        compare: arguments.compare,
+        systematic: arguments.systematic,
         ..FitSettings::default()
     };
     let fitted = ndof_study::fit(&trials, &estimated, &fit_settings, "fit")?;
@@ -84,7 +93,28 @@ fn summary(result: &FitResult, parameters: &[ComparedParameter]) -> String {
         short(result.r2),
         result.vaf.iter().map(|row| row.iter().map(|v| short(*v)).collect::<Vec<_>>().join(" ")).collect::<Vec<_>>().join("; "),
         parameter_table(parameters),
-    )
+    ) + &comparison(&result.comparison)
+}
+
+/// Models side by side; nothing where there is nothing to compare with.
+fn comparison(models: &[ComparedModel]) -> String {
+    if models.is_empty() {
+        return String::new();
+    }
+    let mut rows = vec![["model", "parameters", "chi²", "AIC", "BIC", "likelihood ratio", "p"].map(str::to_owned).to_vec()];
+    for m in models {
+        let ratio = m.likelihood_ratio.as_ref();
+        rows.push(vec![
+            m.model.clone(),
+            m.parameters.to_string(),
+            short(m.chi2),
+            short(m.aic),
+            short(m.bic),
+            ratio.map_or_else(|| "–".to_owned(), |r| format!("{} on {} against {}", short(r.statistic), r.degrees_of_freedom, r.against)),
+            ratio.map_or_else(|| "–".to_owned(), |r| short(r.p_value)),
+        ]);
+    }
+    format!("\n{}", columns(&rows))
 }
 
 /// Parameters with intervals, and with the truth where it is known.

@@ -4,6 +4,7 @@ use crate::error::CliError;
 use crate::output::columns;
 use clap::{Args, ValueEnum};
 use ndof_devices::{DEVICES, LIMBS};
+use ndof_models::blocks::{BLOCKS, BlockCard};
 use ndof_models::effects::EFFECTS;
 use std::fmt::Write as _;
 use std::io::Write;
@@ -57,12 +58,7 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode, CliError> {
     let entries = match arguments.what {
         Registry::Effects => effects(),
         Registry::Devices => devices(),
-        Registry::Models => vec![Entry {
-            name: ndof_study::MODEL,
-            what: "one matrix entry a parameter; weighted least squares or the paper's cost".to_owned(),
-            equation: "M s^2 + B s + K = F/d",
-            ..Entry::default()
-        }],
+        Registry::Models => models(),
         Registry::Methods => methods(),
     };
     let text = match arguments.format {
@@ -73,6 +69,25 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode, CliError> {
     stdout.write_all(text.as_bytes())?;
     stdout.flush()?;
     Ok(ExitCode::SUCCESS)
+}
+
+fn models() -> Vec<Entry> {
+    let baseline = Entry {
+        name: ndof_study::MODEL,
+        what: "one matrix entry a parameter; weighted least squares or the paper's cost".to_owned(),
+        equation: "M s^2 + B s + K = F/d",
+        ..Entry::default()
+    };
+    let block = |card: &BlockCard| Entry {
+        name: card.name(),
+        what: format!("{}; --model {}+{}", card.what, ndof_study::MODEL, card.name()),
+        equation: card.equation,
+        header: &["parameter", "unit", "from", "to"],
+        rows: (card.block)().parameters(false).into_iter().map(|p| vec![p.name, p.unit, p.lower.to_string(), p.upper.to_string()]).collect(),
+        source: card.source,
+        ..Entry::default()
+    };
+    std::iter::once(baseline).chain(BLOCKS.iter().map(block)).collect()
 }
 
 fn as_text(entry: &Entry) -> String {

@@ -51,10 +51,12 @@ pub(super) fn lead(result: &FitResult) -> String {
             felt.push((unit, format!("{value} {unit}{axis} ({low} to {high})")));
         }
     }
+    let extensions: Vec<&str> = result.model.split('+').skip(1).collect();
+    let what = std::iter::once("inertia, damping and stiffness").chain(extensions).collect::<Vec<_>>().join(" with ");
     let model = match result.chi2_reduced {
-        Some(chi2) if chi2 <= 2.0 => "inertia, damping and stiffness leave nothing but noise",
-        Some(_) => "inertia, damping and stiffness do not explain all of it",
-        None => "inertia, damping and stiffness were fitted",
+        Some(chi2) if chi2 <= 2.0 => format!("{what} leave nothing but noise"),
+        Some(_) => format!("{what} do not explain all of it"),
+        None => format!("{what} were fitted"),
     };
     let [low, high] = result.band_hz;
     match felt.first() {

@@ -144,6 +144,7 @@ mod tests {
             r2: None,
             joint: None,
             other_cost: None,
+            comparison: Vec::new(),
         }
     }
 

@@ -13,9 +13,10 @@ use crate::roles::axis_of;
 use crate::suggest::nearest;
 use crate::trials::Trials;
 use ndarray::{Array2, Array3};
+use ndof_models::blocks::{self, BLOCKS, BlockCard, Composite};
 use ndof_models::{
-    Agreement, Axis, Fit, InertiaDampingStiffness, InertiaDampingStiffnessModel, LoopModel, PaperFit, Parameter, Smoothing, Symmetry, Transducer, WeightedFit,
-    agreement, linear_start,
+    Agreement, Axis, Fit, InertiaDampingStiffness, InertiaDampingStiffnessModel, LoopModel, PaperFit, Parameter, ParametricModel, Smoothing, Symmetry,
+    Transducer, WeightedFit, agreement, likelihood_ratio, linear_start, parametric_response,
 };
 use ndof_signal::Unit;
 use ndof_sysid::{Direct, FrequencyResponse, Ports};
@@ -47,7 +48,7 @@ pub enum VafWeight {
 /// How to fit; what is `None` follows from the data.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct FitSettings {
-    /// The model's name, `inertia-damping-stiffness`.
+    /// The model's name: `inertia-damping-stiffness`, and any number of the registry's blocks behind a `+`.
     pub model: Option<String>,
     /// The band that is fitted.
     pub band_hz: Option<[f64; 2]>,
@@ -63,14 +64,23 @@ pub struct FitSettings {
     pub vaf_weight: VafWeight,
     /// Where the joints are.
     pub kinematics: Option<KinematicsFile>,
+    /// Compare with every single block of the registry, not only with the models that are part of this one.
+    pub compare: bool,
+    /// Allow for what calibration leaves, by the floors of [`FLOORS`] and [`DELAY_FLOOR_S`].
+    pub systematic: bool,
 }
+
+/// What is added in quadrature to standard errors for systematic errors: 0.5 % of inertia, 1 % of damping and of stiffness.
+pub const FLOORS: [(char, f64); 3] = [('M', 0.005), ('B', 0.01), ('K', 0.01)];
+/// The same for delays.
+pub const DELAY_FLOOR_S: f64 = 1e-4;
 
 /// A fit as values to go on with, and as the result to be written.
 #[derive(Clone, Debug)]
 pub struct Fitted {
-    /// Parameters with their covariance.
+    /// Inertia, damping and stiffness with their covariance, whatever else was fitted with them.
     pub fit: Fit,
-    /// The model whose parameters they are.
+    /// The baseline whose parameters they are.
     pub model: InertiaDampingStiffnessModel,
     /// The matrices.
     pub matrices: InertiaDampingStiffness,
@@ -78,6 +88,10 @@ pub struct Fitted {
     pub comparison: WeightedFit,
     /// The mean of each effort, which a projection may take off.
     pub mean_effort: Vec<f64>,
+    /// The blocks that were fitted with the baseline, by their names in the registry.
+    pub extensions: Vec<&'static str>,
+    /// Parameters of baseline and blocks.
+    pub theta: Vec<f64>,
     /// The result.
     pub result: FitResult,
 }
@@ -86,6 +100,12 @@ pub struct Fitted {
 const DRAWN_BEYOND: f64 = 2.0;
 
 impl Fitted {
+    /// The baseline with its blocks, whose parameters [`Fitted::theta`] are.
+    pub fn whole(&self) -> Composite {
+        let cards: Vec<&BlockCard> = self.extensions.iter().filter_map(|name| blocks::find(name)).collect();
+        Composite::of_cards(&self.model, &cards)
+    }
+
     /// The model as the estimate that it was fitted to would show it, to twice the fitted band's upper end; NaN beyond. It is of
     /// the kind that is reported.
     ///
@@ -96,7 +116,7 @@ impl Fitted {
         let like = estimates.derived.as_ref().map_or(&estimates.direct.response, |d| &d.response);
         let kernel = like.uncertainty.as_ref().map(|u| u.kernel.clone()).unwrap_or_default();
         let drawn = like.frequency_hz.partition_point(|hz| *hz <= DRAWN_BEYOND * self.fit.band_hz[1]);
-        let near = self.comparison.seen(&self.model, &self.fit.theta, like.kind, &like.frequency_hz[..drawn], &kernel);
+        let near = self.comparison.seen(&self.whole(), &self.theta, like.kind, &like.frequency_hz[..drawn], &kernel);
         let nowhere = Complex64::new(f64::NAN, f64::NAN);
         let value = Array3::from_shape_fn(like.value.dim(), |(f, i, j)| if f < drawn { near[[f, i, j]] } else { nowhere });
         let seen = FrequencyResponse { value, uncertainty: None, ..like.clone() };
@@ -141,9 +161,7 @@ pub const MODEL: &str = "inertia-damping-stiffness";
 /// # Ok::<(), ndof_study::StudyError>(())
 /// ```
 pub fn fit(trials: &Trials, estimated: &Estimated, settings: &FitSettings, command: &str) -> Result<Fitted, StudyError> {
-    if let Some(name) = settings.model.as_deref().filter(|name| *name != MODEL) {
-        return Err(StudyError::UnknownModel { name: name.to_owned(), suggestion: nearest(name, [MODEL]), available: MODEL });
-    }
+    let cards = parse(settings.model.as_deref().unwrap_or(MODEL))?;
     let derived = estimated.estimates.derived.as_ref();
     let response = derived.map_or(&estimated.estimates.direct.response, |d| &d.response);
     let ports = &trials.roles.ports;
@@ -154,26 +172,35 @@ pub fn fit(trials: &Trials, estimated: &Estimated, settings: &FitSettings, comma
     let start = linear_start(&model, &response.band(band_hz[0], band_hz[1]))?;
     let without = super::estimate::without_each(trials, estimated, settings.estimator)?;
     let comparison = WeightedFit { band_hz, smoothing: smoothing(estimated, band_hz), transducer: settings.transducer, ..WeightedFit::default() };
-    let weighted = comparison.fit_trials(&model, response, &without, &start)?;
+    let composite = Composite::of_cards(&model, &cards);
+    let begin = comparison.fit_from(&composite, response, &composite.starts(&start))?.theta;
+    let compared = compared_models(&comparison, &model, response, &cards, &start, settings.compare)?;
+    let weighted = comparison.fit_trials(&composite, response, &without, &begin)?;
     let partial = derived.map_or(&estimated.estimates.direct.coherence.partial, |d| &d.coherence_paper.partial);
     let weight = &match settings.vaf_weight {
         VafWeight::GammaSquared => partial.clone(),
         VafWeight::Gamma => partial.mapv(f64::sqrt),
     };
-    let paper = PaperFit { band_hz }.fit_trials(&model, response, &without, weight, &weighted.theta)?;
-    let (fit, other) = match settings.cost {
+    let paper = PaperFit { band_hz }.fit_trials(&composite, response, &without, weight, &weighted.theta)?;
+    let (mut fit, mut other) = match settings.cost {
         FitCost::Weighted => (weighted, paper),
         FitCost::Paper => (paper, weighted),
     };
-    let matrices = model.matrices(&fit.theta);
+    if settings.systematic {
+        add_floors(&mut fit);
+        add_floors(&mut other);
+    }
+    let base = model.parameters().len();
+    let baseline = fit.marginal(base);
+    let matrices = model.matrices(&baseline.theta);
     let efforts = if trials.roles.natural_kind().is_effort_over_motion() { &ports.outputs } else { &ports.inputs };
     let mean_effort: Vec<f64> = efforts.iter().map(|&index| trials.mean(index)).collect();
-    let joint = settings.kinematics.as_ref().map(|file| project(file, &model, &fit, &mean_effort)).transpose()?;
-    let agree = |fit: &Fit| agreement(response, &model_response(&model.matrices(&fit.theta), response), weight, band_hz);
+    let joint = settings.kinematics.as_ref().map(|file| project(file, &model, &baseline, &mean_effort)).transpose()?;
+    let agree = |fit: &Fit| agreement(response, &composite_response(&composite, &fit.theta, response), weight, band_hz);
     let other = schema::OtherFit {
         cost: word(&if settings.cost == FitCost::Weighted { FitCost::Paper } else { FitCost::Weighted }),
-        parameters: other.parameters.iter().map(parameter).collect(),
-        matrices: with_errors(&model, &other),
+        parameters: parameters(&other, base, &cards),
+        matrices: with_errors(&model, &other.marginal(base), &other),
         vaf: vaf(&agree(&other)?),
         r2: agree(&other)?.r2,
     };
@@ -183,7 +210,7 @@ pub fn fit(trials: &Trials, estimated: &Estimated, settings: &FitSettings, comma
         ndof_version: VERSION.to_owned(),
         command: command.to_owned(),
         warnings: warnings(estimated, &fit, &matrices),
-        model: MODEL.to_owned(),
+        model: composite.name().to_owned(),
         cost: word(&settings.cost),
         estimate: if derived.is_some() { "derived" } else { "direct" }.to_owned(),
         inputs: trials.names(&ports.inputs),
@@ -191,14 +218,111 @@ pub fn fit(trials: &Trials, estimated: &Estimated, settings: &FitSettings, comma
         band_hz: fit.band_hz,
         frequencies: fit.bins,
         chi2_reduced: number(fit.chi2_reduced),
-        parameters: fit.parameters.iter().map(parameter).collect(),
-        matrices: with_errors(&model, &fit),
+        parameters: parameters(&fit, base, &cards),
+        matrices: with_errors(&model, &baseline, &fit),
         vaf: vaf(&agreement),
         r2: agreement.r2,
         joint: joint.as_ref().map(|(_, joint)| joint.clone()),
         other_cost: Some(other),
+        comparison: compared,
     };
-    Ok(Fitted { fit, model, matrices, comparison, mean_effort, result })
+    let extensions = cards.iter().map(|card| card.name()).collect();
+    Ok(Fitted { fit: baseline, model, matrices, comparison, mean_effort, extensions, theta: fit.theta, result })
+}
+
+/// Adds the floors of systematic errors to the covariance.
+fn add_floors(fit: &mut Fit) {
+    for (k, p) in fit.parameters.iter_mut().enumerate() {
+        let floor = match FLOORS.iter().find(|(matrix, _)| p.name == matrix.to_string() || p.name.starts_with(&format!("{matrix}_"))) {
+            Some((_, share)) => share * p.value.abs(),
+            None if p.name.starts_with("delay_s") => DELAY_FLOOR_S,
+            None => continue,
+        };
+        let half = fit.interval_quantile * p.std_error.hypot(floor);
+        fit.covariance[[k, k]] += floor * floor;
+        p.std_error = p.std_error.hypot(floor);
+        p.ci95 = [p.value - half, p.value + half];
+    }
+}
+
+/// The blocks of a model's name.
+fn parse(name: &str) -> Result<Vec<&'static BlockCard>, StudyError> {
+    let names = || std::iter::once(MODEL).chain(BLOCKS.iter().map(BlockCard::name));
+    let unknown = |part: &str| StudyError::UnknownModel {
+        name: name.to_owned(),
+        suggestion: nearest(part, names()),
+        available: format!("{MODEL}, and behind a + any of {}", BLOCKS.iter().map(BlockCard::name).collect::<Vec<_>>().join(", ")),
+    };
+    let mut parts = name.split('+').map(str::trim);
+    match parts.next() {
+        Some(first) if first == MODEL => parts.map(|part| blocks::find(part).ok_or_else(|| unknown(part))).collect(),
+        other => Err(unknown(other.unwrap_or_default())),
+    }
+}
+
+/// Fits of the models that are part of this one, of this one, and of each single block where `all`; likelihood ratios against
+/// the largest of those before that each contains.
+fn compared_models(
+    settings: &WeightedFit,
+    model: &InertiaDampingStiffnessModel,
+    response: &FrequencyResponse,
+    cards: &[&'static BlockCard],
+    start: &[f64],
+    all: bool,
+) -> Result<Vec<schema::ComparedModel>, StudyError> {
+    let mut sets: Vec<Vec<&'static BlockCard>> = vec![Vec::new()];
+    sets.extend(cards.iter().map(|card| vec![*card]));
+    if all {
+        sets.extend(BLOCKS.iter().map(|card| vec![card]));
+    }
+    sets.push(cards.to_vec());
+    let names = |set: &[&BlockCard]| set.iter().map(|c| c.name()).collect::<Vec<_>>();
+    let mut done: Vec<(Vec<&'static str>, Fit)> = Vec::new();
+    for set in sets {
+        if done.iter().any(|(known, _)| *known == names(&set)) {
+            continue;
+        }
+        let composite = Composite::of_cards(model, &set);
+        done.push((names(&set), settings.fit_from(&composite, response, &composite.starts(start))?));
+    }
+    if done.len() < 2 {
+        return Ok(Vec::new());
+    }
+    let compared = |(k, (own, fit)): (usize, &(Vec<&'static str>, Fit))| {
+        let inside = done[..k].iter().filter(|(other, _)| other.len() < own.len() && other.iter().all(|name| own.contains(name)));
+        let best = inside.max_by(|a, b| a.0.len().cmp(&b.0.len()).then(b.1.chi2.total_cmp(&a.1.chi2)));
+        schema::ComparedModel {
+            model: fit.model.clone(),
+            parameters: fit.theta.len(),
+            chi2: number(fit.chi2),
+            chi2_reduced: number(fit.chi2_reduced),
+            aic: number(fit.aic()),
+            bic: number(fit.bic()),
+            likelihood_ratio: best.map(|(_, smaller)| {
+                let ratio = likelihood_ratio(smaller, fit);
+                schema::LikelihoodRatio {
+                    against: smaller.model.clone(),
+                    statistic: number(ratio.statistic),
+                    degrees_of_freedom: ratio.parameters,
+                    p_value: number(ratio.p_value),
+                }
+            }),
+        }
+    };
+    Ok(done.iter().enumerate().map(compared).collect())
+}
+
+/// Parameters of the whole model; those of a channel's block belong to the sensor.
+fn parameters(fit: &Fit, base: usize, cards: &[&BlockCard]) -> Vec<schema::Parameter> {
+    let blocks = cards.iter().flat_map(|card| std::iter::repeat_n(card.is_sensor(), (card.block)().parameters(false).len()));
+    let sensor: Vec<bool> = std::iter::repeat_n(false, base).chain(blocks).collect();
+    let mut out: Vec<schema::Parameter> = fit.parameters.iter().map(parameter).collect();
+    out.iter_mut().zip(sensor).filter(|(_, sensor)| *sensor).for_each(|(p, _)| p.site.side = "sensor".to_owned());
+    out
+}
+
+fn composite_response(model: &Composite, theta: &[f64], like: &FrequencyResponse) -> FrequencyResponse {
+    FrequencyResponse { inputs: like.inputs.clone(), outputs: like.outputs.clone(), ..parametric_response(model, theta, &like.frequency_hz, like.kind) }
 }
 
 fn vaf(agreement: &Agreement) -> Matrix {
@@ -284,7 +408,7 @@ fn weak_in_band(estimated: &Estimated, [low_hz, high_hz]: [f64; 2]) -> bool {
 }
 
 /// Matrices with the standard error of each entry.
-fn with_errors(model: &InertiaDampingStiffnessModel, fit: &Fit) -> schema::Matrices {
+fn with_errors(model: &InertiaDampingStiffnessModel, fit: &Fit, whole: &Fit) -> schema::Matrices {
     let matrices = model.matrices(&fit.theta);
     let errors: Vec<f64> = fit.parameters.iter().map(|p| p.std_error).collect();
     schema::Matrices {
@@ -292,7 +416,7 @@ fn with_errors(model: &InertiaDampingStiffnessModel, fit: &Fit) -> schema::Matri
         B: rows(&matrices.damping),
         K: rows(&matrices.stiffness),
         std_error: std_errors(&model.matrices(&errors)),
-        delay_s: None,
+        delay_s: whole.parameter("delay_s").and_then(|p| number(p.value)),
     }
 }
 
@@ -316,7 +440,7 @@ fn force_sign(matrices: &InertiaDampingStiffness) -> Option<Warning> {
     })
 }
 
-/// The response of the fitted model on the grid of `like`, of its kind and with its names.
+/// The response of inertia, damping and stiffness on the grid of `like`, of its kind and with its names.
 pub fn model_response(matrices: &InertiaDampingStiffness, like: &FrequencyResponse) -> FrequencyResponse {
     FrequencyResponse { inputs: like.inputs.clone(), outputs: like.outputs.clone(), ..matrices.response(&like.frequency_hz, like.kind) }
 }

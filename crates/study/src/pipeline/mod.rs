@@ -32,7 +32,7 @@ pub use compare::{compare_fits, compare_sessions};
 pub use design::{DesignSettings, Designed, Limits, LooseLimb, Target, design};
 pub use diagnose::{DiagnoseSettings, HoldOut, diagnose, diagnose_with_pictures};
 pub use estimate::{EstimateSettings, Estimated, estimate};
-pub use fit::{FitCost, FitSettings, Fitted, MODEL, VafWeight, fit, model_response};
+pub use fit::{DELAY_FLOOR_S, FLOORS, FitCost, FitSettings, Fitted, MODEL, VafWeight, fit, model_response};
 pub use live::{Live, LiveSettings};
 pub use method::MethodName;
 pub use overlay::{Leftover, Overlay, Run, leftover, overlay};

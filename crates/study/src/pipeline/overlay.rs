@@ -90,7 +90,7 @@ fn response(trials: &Trials, fitted: &Fitted, frequency_hz: &[f64]) -> Array3<Co
     let driven_by_motion = roles.natural_kind().is_effort_over_motion();
     let kind = if driven_by_motion { ResponseKind::DynamicStiffness } else { ResponseKind::Compliance };
     let exact = WeightedFit { smoothing: Smoothing::None, ..fitted.comparison.clone() };
-    let mut response = exact.seen(&fitted.model, &fitted.fit.theta, kind, frequency_hz, &Kernel::default());
+    let mut response = exact.seen(&fitted.whole(), &fitted.theta, kind, frequency_hz, &Kernel::default());
     for ((f, i, j), value) in response.indexed_iter_mut() {
         let order = if driven_by_motion { roles.input_motion[j].map(|order| -order) } else { roles.output_motion[i] };
         *value *= Complex64::new(0.0, TAU * frequency_hz[f]).powi(order.unwrap_or(0));

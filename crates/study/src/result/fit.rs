@@ -50,6 +50,41 @@ pub struct FitResult {
     pub joint: Option<Joint>,
     /// The fit by the paper's own cost beside the weighted one, or the other way round.
     pub other_cost: Option<OtherFit>,
+    /// This model against those that are part of it, and with `--compare` against every single extension; all by the weighted cost.
+    #[serde(skip_serializing_if = "Vec::is_empty", default)]
+    pub comparison: Vec<ComparedModel>,
+}
+
+/// One model of a comparison on the same data.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct ComparedModel {
+    /// The model's name.
+    pub model: String,
+    /// How many parameters it has.
+    pub parameters: usize,
+    /// χ² of its fit.
+    pub chi2: Number,
+    /// χ² over degrees of freedom.
+    pub chi2_reduced: Number,
+    /// Akaike's criterion; the smaller, the better.
+    pub aic: Number,
+    /// Schwarz's criterion; the smaller, the better.
+    pub bic: Number,
+    /// Against the largest model before it in the list that is part of it; `null` where there is none.
+    pub likelihood_ratio: Option<LikelihoodRatio>,
+}
+
+/// A likelihood-ratio test.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct LikelihoodRatio {
+    /// The smaller model.
+    pub against: String,
+    /// What the larger one takes off χ².
+    pub statistic: Number,
+    /// Parameters that it has more.
+    pub degrees_of_freedom: usize,
+    /// Probability of so much if the smaller model were right.
+    pub p_value: Number,
 }
 
 /// One parameter.
