@@ -70,8 +70,7 @@ pub fn diagnose(
     // Even a short record takes seconds.
     work::run(py, samples + work::SMALL, progress.as_ref(), move |reporter| {
         let trials = experiment(trials, roles, stretches)?;
-        let (result, pictures) =
-            diagnose_with_pictures(&trials, &settings, "diagnose", &mut |what| reporter.report(what, 0, 0)).map_err(raise_study)?;
+        let (result, pictures) = diagnose_with_pictures(&trials, &settings, "diagnose", &mut |what| reporter.report(what, 0, 0)).map_err(raise_study)?;
         let page = diagnosis_report(&trials, &result, &pictures, "What the simulation gets wrong", "ndof.diagnose").map_err(raise_study)?;
         Ok((to_json(&result).map_err(raise)?, page.to_html()))
     })?
