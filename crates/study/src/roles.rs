@@ -126,7 +126,7 @@ impl Roles {
         let mut pair = |indices: Vec<usize>, what: &str| match by_axis(&axes(&indices), &input_axes) {
             Some(order) => order.into_iter().map(|k| indices[k]).collect(),
             None => {
-                if !indices.is_empty() {
+                if !indices.is_empty() && !is_only_pair(&axes(&indices), &input_axes) {
                     warnings.push(Warning::new(
                         "paired-by-order",
                         format!(
@@ -236,6 +236,11 @@ fn by_axis(axes: &[&str], wanted: &[&str]) -> Option<Vec<usize>> {
     (all && !axes.is_empty()).then_some(order)
 }
 
+/// One channel for one input can only belong together, unless they name two axes as x and y are.
+fn is_only_pair(axes: &[&str], inputs: &[&str]) -> bool {
+    matches!((axes, inputs), ([one], [other]) if one.chars().count() > 1 || other.chars().count() > 1)
+}
+
 fn list(names: &[String], indices: &[usize]) -> String {
     indices.iter().map(|&i| names[i].as_str()).collect::<Vec<_>>().join(", ")
 }
@@ -287,8 +292,10 @@ mod tests {
 
     #[test]
     fn other_axes_are_paired_by_order_with_a_warning() {
-        let (_, roles) = find(&[("force_motor", "N"), ("pos_carriage", "m")], None, None).expect("roles");
-        assert_eq!(roles.warnings[0].code, "paired-by-order");
+        for channels in [&[("force_motor", "N"), ("force_brake", "N"), ("pos_carriage", "m"), ("pos_wheel", "m")][..], &[("force_x", "N"), ("pos_y", "m")]] {
+            assert_eq!(find(channels, None, None).expect("roles").1.warnings[0].code, "paired-by-order");
+        }
+        assert!(find(&[("force_motor", "N"), ("pos_carriage", "m")], None, None).expect("roles").1.warnings.is_empty());
     }
 
     #[test]
