@@ -3,26 +3,17 @@
 // No console error, no request out of the folder, no sideways scrolling at 1280 and 390 pixels, pictures loaded, equations rendered;
 // and the page "In the browser" draws, follows a slider moved by keyboard, diagnoses, and tells what it hid.
 import assert from 'node:assert/strict';
-import { existsSync, mkdirSync, readdirSync } from 'node:fs';
-import { join, relative, resolve } from 'node:path';
+import { existsSync, readdirSync } from 'node:fs';
+import { join, resolve } from 'node:path';
 import { pathToFileURL } from 'node:url';
-import { chromium } from 'playwright-core';
+import { browser, commandLine, open } from './chromium.mjs';
 
-const words = process.argv.slice(2);
-const at = words.indexOf('--screenshots');
-const screenshots = at >= 0 ? words.splice(at, 2)[1] : null;
+const { words, screenshots } = commandLine();
 const folder = words[0] && resolve(words[0]);
 if (!folder || !existsSync(join(folder, 'index.html'))) {
-  console.error('usage: node book.mjs BOOK [--screenshots DIR]');
+  console.error('usage: node book.mjs BOOK [--screenshots DIR]   (BOOK: the folder that `mdbook build book` makes)');
   process.exit(2);
 }
-if (screenshots) mkdirSync(screenshots, { recursive: true });
-const found = [process.env.CHROMIUM, '/usr/bin/chromium', '/usr/bin/chromium-browser', '/usr/bin/google-chrome'].find(path => path && existsSync(path));
-const browser = await chromium.launch({
-  executablePath: found, // undefined: the one that playwright has installed
-  args: ['--no-sandbox', '--disable-gpu', '--disable-background-networking', '--disable-component-update', '--disable-sync'],
-});
-
 const root = pathToFileURL(folder).href + '/';
 const only = process.env.PAGES?.split(' ');
 const pages = readdirSync(folder, { recursive: true }).filter(name => name.endsWith('.html') && !['toc.html', '404.html'].includes(name)).filter(name => !only || only.includes(name)).sort();
@@ -38,24 +29,13 @@ const beyond = page => page.evaluate(() => {
   return over.slice(0, 3).map(node => `${node.tagName} ${node.className} ${node.textContent.slice(0, 60)}`);
 });
 
-async function open(name, options) {
-  const context = await browser.newContext({ offline: true, ...options });
-  const page = await context.newPage(), complaints = [];
-  page.on('console', message => { if (['error', 'warning'].includes(message.type())) complaints.push(`console ${message.type()}: ${message.text()}`); });
-  page.on('pageerror', error => complaints.push(`uncaught: ${error.message}`));
-  page.on('requestfailed', request => complaints.push(`failed: ${request.url()}`));
-  page.on('request', request => { if (!request.url().startsWith(root) && !/^(data|blob):/.test(request.url())) complaints.push(`request: ${request.url()}`); });
-  await page.goto(root + name);
-  return { context, page, complaints };
-}
-
 const faults = [];
 const settings = [[1280, 'light'], [390, 'light'], [1280, 'dark'], [390, 'dark']];
 for (const [width, colorScheme] of settings) {
   for (const name of pages) {
     if (colorScheme === 'dark' && name !== 'browser.html') continue;
     if (name === 'print.html' && width === 390) continue; // it is for paper
-    const { context, page, complaints } = await open(name, { viewport: { width, height: 900 }, colorScheme });
+    const { context, page, complaints } = await open(root + name, url => url.startsWith(root), { viewport: { width, height: 900 }, colorScheme });
     await page.waitForTimeout(name === 'print.html' ? 1500 : 100);
     const unrendered = await page.locator('code.language-math').count();
     if (unrendered) complaints.push(`${unrendered} equations are not rendered`);

@@ -3,37 +3,23 @@
 // No console error, no request beyond the page itself, every panel drawn, zoom and read-out by pointer and by
 // keyboard, legend, no sideways scrolling at 1280 and 390 pixels in light and dark, plots without script as well, A4, size.
 import assert from 'node:assert/strict';
-import { existsSync, mkdirSync, readFileSync, statSync, writeFileSync } from 'node:fs';
+import { readFileSync, statSync, writeFileSync } from 'node:fs';
 import { basename, join, resolve } from 'node:path';
 import { pathToFileURL } from 'node:url';
-import { chromium } from 'playwright-core';
+import { browser, commandLine, open } from './chromium.mjs';
 
-const words = process.argv.slice(2);
-const at = words.indexOf('--screenshots');
-const screenshots = at >= 0 ? words.splice(at, 2)[1] : null;
+const { words, screenshots } = commandLine();
 if (!words.length) {
   console.error('usage: node report.mjs PAGE.html… [--screenshots DIR]');
   process.exit(2);
 }
-if (screenshots) mkdirSync(screenshots, { recursive: true });
-const found = [process.env.CHROMIUM, '/usr/bin/chromium', '/usr/bin/chromium-browser', '/usr/bin/google-chrome'].find(path => path && existsSync(path));
 
-const browser = await chromium.launch({
-  executablePath: found, // undefined: the one that playwright has installed
-  args: ['--no-sandbox', '--disable-gpu', '--disable-background-networking', '--disable-component-update', '--disable-sync'],
-});
-
-// A page that may ask for nothing but itself; returns it and what it complained about.
-async function open(file, options) {
-  const context = await browser.newContext({ offline: true, ...options });
-  const page = await context.newPage();
-  const own = pathToFileURL(resolve(file)).href, complaints = [];
-  page.on('console', message => { if (['error', 'warning'].includes(message.type())) complaints.push(`console ${message.type()}: ${message.text()}`); });
-  page.on('pageerror', error => complaints.push(`uncaught: ${error.message}`));
-  page.on('request', request => { if (request.url() !== own && !/^(data|blob):/.test(request.url())) complaints.push(`request: ${request.url()}`); });
-  await page.goto(own);
-  await page.waitForTimeout(200);
-  return { context, page, complaints };
+// A report asks for nothing but itself.
+async function openReport(file, options) {
+  const own = pathToFileURL(resolve(file)).href;
+  const opened = await open(own, url => url === own, options);
+  await opened.page.waitForTimeout(200);
+  return opened;
 }
 
 // Every panel has ticks on both axes and a series with an extent.
@@ -132,7 +118,7 @@ async function scriptDrawsTheSameTicks(page, file) {
 
 // A reader who prints gets the whole page on A4, without buttons, no figure cut in two, every panel still drawn.
 async function printed(file, name) {
-  const { context, page, complaints } = await open(file, { viewport: { width: 688, height: 1002 }, colorScheme: 'dark' }); // A4 within the margins of the page's own style
+  const { context, page, complaints } = await openReport(file, { viewport: { width: 688, height: 1002 }, colorScheme: 'dark' }); // A4 within the margins of the page's own style
   await page.emulateMedia({ media: 'print' });
   await everyPanelIsDrawn(page);
   const sideways = await page.evaluate(() => document.documentElement.scrollWidth - document.documentElement.clientWidth);
@@ -161,7 +147,7 @@ for (const file of words) {
   const size = statSync(file).size / 1e6;
   assert.ok(size < LARGEST_MB, `${name}: ${size.toFixed(2)} MB, more than ${LARGEST_MB}`);
   for (const width of [1280, 390]) for (const colorScheme of ['light', 'dark']) {
-    const { context, page, complaints } = await open(file, { viewport: { width, height: 900 }, colorScheme });
+    const { context, page, complaints } = await openReport(file, { viewport: { width, height: 900 }, colorScheme });
     const panels = await everyPanelIsDrawn(page);
     const sideways = await page.evaluate(() => document.documentElement.scrollWidth - document.documentElement.clientWidth);
     assert.ok(sideways <= 0, `${width} px: no sideways scrolling, but ${sideways} px`);
@@ -172,7 +158,7 @@ for (const file of words) {
     console.log(`${name}: ${panels} panels at ${width} px, ${colorScheme}: ok`);
     await context.close();
   }
-  const { context, page, complaints } = await open(file, { viewport: { width: 1280, height: 900 }, javaScriptEnabled: false });
+  const { context, page, complaints } = await openReport(file, { viewport: { width: 1280, height: 900 }, javaScriptEnabled: false });
   assert.ok(await page.locator('svg.panel').first().isVisible() && await page.locator('h1').isVisible(), 'plots show without script');
   await scriptDrawsTheSameTicks(page, file);
   assert.equal(await page.locator('.tools').first().isVisible(), false, 'no dead buttons without script');

@@ -7,6 +7,7 @@
 //! further regressor computed from the measured motion (nothing is integrated that could diverge), and a Whittle likelihood with a
 //! noise spectrum of its own for each hypothesis decides. A free run of the extended model over held-out data confirms.
 
+mod along;
 mod answer;
 mod band;
 mod baseline;

@@ -1,9 +1,10 @@
 //! The recording as a search sees it: corrected channels, derivatives, and their spectra block by block.
 
+use crate::along::along;
 use crate::layout::{Layout, Track};
 use crate::linear;
+use ndof_models::ForceLaw;
 use ndof_models::effects::{Action, Matrix};
-use ndof_models::{ForceLaw, Motion};
 use num_complex::Complex64;
 use std::sync::Arc;
 
@@ -380,73 +381,5 @@ fn apply(layout: &Layout, transform: &Transform, effort: &mut Tracks, motion: &m
             }
         }
         Action::Force { .. } | Action::Entries { .. } => {}
-    }
-}
-
-/// The forces of a law along one motion and its last hidden states, which are integrated by Heun's rule with as many steps a sample as they need.
-pub(crate) fn along(
-    law: &dyn ForceLaw,
-    (rate_hz, start_s): (f64, f64),
-    axes: usize,
-    (x, v): (&[f64], &[f64]),
-    (dx, dv): (&[f64], &[f64]),
-) -> (Vec<Vec<f64>>, Vec<f64>) {
-    let samples = x.len() / axes;
-    let states = law.states();
-    let mut out = vec![vec![0.0; samples]; axes];
-    let mut z = vec![0.0; states];
-    let (mut k1, mut k2, mut force, mut middle) = (vec![0.0; states], vec![0.0; states], vec![0.0; axes], vec![0.0; states]);
-    let dt = 1.0 / rate_hz;
-    let mut place = vec![0.0; 4 * axes];
-    for k in 0..samples {
-        let here = k * axes..(k + 1) * axes;
-        let motion = Motion {
-            time_s: start_s + k as f64 * dt,
-            position: &x[here.clone()],
-            velocity: &v[here.clone()],
-            delayed_position: &dx[here.clone()],
-            delayed_velocity: &dv[here.clone()],
-        };
-        force.fill(0.0);
-        law.evaluate(&motion, &z, &mut force, &mut k1);
-        for (series, f) in out.iter_mut().zip(&force) {
-            series[k] = *f;
-        }
-        if states == 0 || k + 1 == samples {
-            continue;
-        }
-        let steps = ((law.fastest_rate(&motion) * dt / 0.4).ceil() as usize).clamp(1, 48);
-        let h = dt / steps as f64;
-        let next = (k + 1) * axes..(k + 2) * axes;
-        for step in 0..steps {
-            if step > 0 {
-                interpolate(&mut place, step as f64 / steps as f64, axes, [x, v, dx, dv], &here, &next);
-                law.evaluate(&view(&place, axes, start_s + (k as f64 + step as f64 / steps as f64) * dt), &z, &mut force, &mut k1);
-            }
-            middle.iter_mut().zip(&z).zip(&k1).for_each(|((m, z), k)| *m = z + h * k);
-            interpolate(&mut place, (step + 1) as f64 / steps as f64, axes, [x, v, dx, dv], &here, &next);
-            law.evaluate(&view(&place, axes, start_s + (k as f64 + (step + 1) as f64 / steps as f64) * dt), &middle, &mut force, &mut k2);
-            z.iter_mut().zip(&k1).zip(&k2).for_each(|((z, a), b)| *z += 0.5 * h * (a + b));
-        }
-    }
-    (out, z)
-}
-
-fn interpolate(place: &mut [f64], fraction: f64, axes: usize, series: [&[f64]; 4], here: &std::ops::Range<usize>, next: &std::ops::Range<usize>) {
-    for (q, s) in series.iter().enumerate() {
-        for i in 0..axes {
-            let (a, b) = (s[here.start + i], s[next.start + i]);
-            place[q * axes + i] = a + fraction * (b - a);
-        }
-    }
-}
-
-fn view(place: &[f64], axes: usize, time_s: f64) -> Motion<'_> {
-    Motion {
-        time_s,
-        position: &place[..axes],
-        velocity: &place[axes..2 * axes],
-        delayed_position: &place[2 * axes..3 * axes],
-        delayed_velocity: &place[3 * axes..],
     }
 }

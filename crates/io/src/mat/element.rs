@@ -52,7 +52,7 @@ impl<'a> Elements<'a> {
     }
 
     /// The next piece, which has to be there.
-    pub fn expect(&mut self, what: &str) -> Result<Element<'a>, String> {
+    pub fn required(&mut self, what: &str) -> Result<Element<'a>, String> {
         self.next()?.ok_or_else(|| format!("its {what} is missing"))
     }
 
@@ -116,11 +116,11 @@ mod tests {
     fn short_and_long_elements_in_both_byte_orders() {
         let little = [1, 0, 2, 0, b'a', b'b', 0, 0, 9, 0, 0, 0, 8, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0xf0, 0x3f];
         let mut elements = Elements::new(&little, false);
-        assert_eq!(text(elements.expect("name").unwrap(), false).as_deref(), Some("ab"));
-        assert_eq!(numbers(elements.expect("real part").unwrap(), false), Some(vec![1.0]));
+        assert_eq!(text(elements.required("name").unwrap(), false).as_deref(), Some("ab"));
+        assert_eq!(numbers(elements.required("real part").unwrap(), false), Some(vec![1.0]));
         assert!(elements.next().unwrap().is_none());
         let big = [0, 0, 0, 3, 0, 0, 0, 2, 1, 2];
-        assert_eq!(numbers(Elements::new(&big, true).expect("numbers").unwrap(), true), Some(vec![258.0]));
+        assert_eq!(numbers(Elements::new(&big, true).required("numbers").unwrap(), true), Some(vec![258.0]));
     }
 
     #[test]

@@ -56,15 +56,15 @@ impl Matrices<'_> {
             return Ok(());
         }
         let mut parts = Elements::new(data, self.big);
-        let flags = parts.expect("array flags")?;
+        let flags = parts.required("array flags")?;
         let (class, complex) = self.flags(flags)?;
         if class == OPAQUE {
-            let own = text(parts.expect("name")?, self.big).unwrap_or_default();
+            let own = text(parts.required("name")?, self.big).unwrap_or_default();
             self.add(path, name.unwrap_or(&own), Value::Other("a MATLAB object"));
             return Ok(());
         }
-        let shape = self.shape(parts.expect("size")?)?;
-        let own = text(parts.expect("name")?, self.big).ok_or_else(|| "its name is no text".to_owned())?;
+        let shape = self.shape(parts.required("size")?)?;
+        let own = text(parts.required("name")?, self.big).ok_or_else(|| "its name is no text".to_owned())?;
         let name = name.unwrap_or(&own);
         if name.is_empty() {
             return Ok(());
@@ -79,7 +79,7 @@ impl Matrices<'_> {
             DOUBLE..=LAST_INTEGER if complex => Value::Other("complex numbers"),
             DOUBLE..=LAST_INTEGER => {
                 self.budget.claim(self.file, 8 * (count as u64).min(u64::MAX / 8)).map_err(Problem::Limit)?;
-                let values = numbers(parts.expect("real part")?, self.big).ok_or_else(|| format!("{name}: its numbers have an unknown type"))?;
+                let values = numbers(parts.required("real part")?, self.big).ok_or_else(|| format!("{name}: its numbers have an unknown type"))?;
                 if values.len() != count {
                     return Err(format!("{name}: {count} numbers by its size, {} are there", values.len()).into());
                 }
@@ -105,16 +105,16 @@ impl Matrices<'_> {
         if path.len() >= MAX_DEPTH {
             return Err(format!("structs are nested more than {MAX_DEPTH} deep").into());
         }
-        let width = numbers(parts.expect("length of field names")?, self.big).and_then(|n| n.first().copied()).unwrap_or(0.0);
+        let width = numbers(parts.required("length of field names")?, self.big).and_then(|n| n.first().copied()).unwrap_or(0.0);
         if !(1.0..=MAX_NAME as f64).contains(&width) {
             return Err(format!("{name}: field names of {width} bytes").into());
         }
-        let names = parts.expect("field names")?;
+        let names = parts.required("field names")?;
         path.push(name.to_owned());
         for field in names.data.chunks(width as usize) {
             let end = field.iter().position(|&b| b == 0).unwrap_or(field.len());
             let field = String::from_utf8_lossy(&field[..end]).into_owned();
-            let element = parts.expect("field")?;
+            let element = parts.required("field")?;
             if element.kind != MATRIX {
                 return Err(format!("{name}.{field} is no matrix").into());
             }

@@ -1,10 +1,14 @@
 //! Runs of a mechanism with the exact derivatives of those runs.
 
+mod interpolate;
+mod laws;
+
 use super::exact::Stepper;
-use super::law::{LOCAL_VARIABLES, Local};
+use super::law::LOCAL_VARIABLES;
 use super::{Law, Mechanism};
 use faer::Mat;
 use faer::linalg::solvers::DenseSolveCore;
+use interpolate::between;
 
 /// What drives a run, one slice an axis.
 #[derive(Clone, Debug)]
@@ -269,112 +273,6 @@ impl<'a> Runner<'a> {
         }
     }
 
-    #[allow(clippy::too_many_arguments)]
-    fn add_law(&self, own: &Own<'_>, drive: &Drive<'_>, when: f64, step_s: f64, width: usize, state: &[f64], scratch: &mut Scratch, out: &mut [f64]) {
-        let (n, axis) = (self.n, own.axis);
-        let (first_row, nz) = own.rows;
-        let theta = &self.theta[own.theta.0..own.theta.0 + own.theta.1];
-        let (x, v) = (state[axis * width], state[(n + axis) * width]);
-        let mut local = Local {
-            time_s: when * step_s,
-            position: x,
-            velocity: v,
-            delayed_position: x,
-            delayed_velocity: v,
-            force: scratch.push[axis],
-            delayed_force: scratch.push[axis],
-        };
-        let mut force_slope = 0.0;
-        let delay_column = own.law.delay().map(|d| 1 + own.theta.0 + d);
-        if let Some(delay_s) = own.delay_s {
-            let then = when - (delay_s / step_s).max(1.0);
-            self.look_back(drive, then, axis, step_s, width, delay_column, scratch);
-            (local.delayed_position, local.delayed_velocity) = (scratch.delayed[0], scratch.delayed[width]);
-            if let Drive::Force(f) = drive {
-                let (value, slope) = between(f[axis], when - delay_s / step_s);
-                (local.delayed_force, force_slope) = (value, -slope / step_s);
-            }
-        }
-        (0..nz).for_each(|k| scratch.states[k] = state[(first_row + k) * width]);
-        if width == 1 {
-            scratch.acting[axis] -= own.law.evaluate(theta, &local, &scratch.states[..nz], &mut scratch.rates[..nz]);
-            (0..nz).for_each(|k| out[first_row + k] = scratch.rates[k]);
-            return;
-        }
-        let f = own.law.linearise(theta, &local, &scratch.states[..nz], &mut scratch.rates[..nz], &mut scratch.slopes);
-        let columns = LOCAL_VARIABLES + nz + theta.len();
-        for r in 0..=nz {
-            let slopes = &scratch.slopes[r * columns..(r + 1) * columns];
-            let (row, sign, value) = if r == 0 {
-                (&mut scratch.acting[axis * width..(axis + 1) * width], -1.0, None)
-            } else {
-                let row = &mut out[(first_row + r - 1) * width..(first_row + r) * width];
-                row.fill(0.0);
-                (row, 1.0, Some(scratch.rates[r - 1]))
-            };
-            row[0] = value.unwrap_or(row[0] - f);
-            let tail = |row: usize| &state[row * width + 1..(row + 1) * width];
-            let target = &mut row[1..];
-            add_scaled(target, tail(axis), sign * slopes[0]);
-            add_scaled(target, tail(n + axis), sign * slopes[1]);
-            if own.delay_s.is_some() {
-                add_scaled(target, &scratch.delayed[1..width], sign * slopes[2]);
-                add_scaled(target, &scratch.delayed[width + 1..2 * width], sign * slopes[3]);
-            }
-            if let Some(column) = delay_column {
-                target[column - 1] += sign * slopes[5] * force_slope;
-            }
-            for k in 0..nz {
-                add_scaled(target, tail(first_row + k), sign * slopes[LOCAL_VARIABLES + k]);
-            }
-            for p in 0..theta.len() {
-                target[own.theta.0 + p] += sign * slopes[LOCAL_VARIABLES + nz + p];
-            }
-        }
-    }
-
-    /// Position and velocity at a time that is past (in samples), cubic between samples; before the beginning they
-    /// are what they were there.
-    #[allow(clippy::too_many_arguments)]
-    fn look_back(&self, drive: &Drive<'_>, then: f64, axis: usize, step_s: f64, width: usize, delay_column: Option<usize>, scratch: &mut Scratch) {
-        let n = self.n;
-        scratch.delayed.fill(0.0);
-        if let Drive::Motion([x, v, a]) = drive {
-            for (k, (y, rate)) in [(&x[axis], &v[axis]), (&v[axis], &a[axis])].into_iter().enumerate() {
-                let (value, slope) = hermite(|s| (y[s], rate[s]), y.len(), then, step_s);
-                scratch.delayed[k * width] = value;
-                if let Some(column) = delay_column.filter(|_| width > 1) {
-                    scratch.delayed[k * width + column] = -slope;
-                }
-            }
-            return;
-        }
-        let stride = 3 * n * width;
-        let past = scratch.history.len() / stride;
-        if past == 0 {
-            return;
-        }
-        let row = |sample: usize, kind: usize| sample * stride + (kind * n + axis) * width;
-        if then <= 0.0 || past == 1 {
-            for kind in 0..2 {
-                let at = row(0, kind);
-                scratch.delayed[kind * width..(kind + 1) * width].copy_from_slice(&scratch.history[at..at + width]);
-            }
-            return;
-        }
-        let (sample, basis, slopes) = cubic(then, past, step_s);
-        for kind in 0..2 {
-            let rows = [row(sample, kind), row(sample, kind + 1), row(sample + 1, kind), row(sample + 1, kind + 1)];
-            let target = &mut scratch.delayed[kind * width..(kind + 1) * width];
-            for (at, weight) in rows.iter().zip(basis) {
-                add_scaled(target, &scratch.history[*at..*at + width], weight);
-            }
-            if let Some(column) = delay_column.filter(|_| width > 1) {
-                target[column] -= rows.iter().zip(slopes).map(|(at, slope)| scratch.history[*at] * slope).sum::<f64>();
-            }
-        }
-    }
-
     /// M⁻¹ of what acts, and velocities as the rate of positions.
     fn accelerate(&self, width: usize, state: &[f64], scratch: &mut Scratch, out: &mut [f64]) {
         let n = self.n;
@@ -446,41 +344,6 @@ impl<'a> Runner<'a> {
     }
 }
 
-/// Value between two samples and slope per sample; the first or last value beyond the ends.
-fn between(samples: &[f64], when: f64) -> (f64, f64) {
-    let last = samples.len() - 1;
-    if when <= 0.0 {
-        return (samples[0], 0.0);
-    }
-    let at = when as usize;
-    if at >= last {
-        return (samples[last], 0.0);
-    }
-    let slope = samples[at + 1] - samples[at];
-    (samples[at] + slope * (when - at as f64), slope)
-}
-
-/// Sample before a time, and the weights of value and rate there and at the next sample, for the value and its rate (1/s).
-fn cubic(when: f64, samples: usize, step_s: f64) -> (usize, [f64; 4], [f64; 4]) {
-    let sample = (when as usize).min(samples - 2);
-    let u = when - sample as f64;
-    let (u2, u3) = (u * u, u * u * u);
-    let basis = [1.0 - 3.0 * u2 + 2.0 * u3, (u - 2.0 * u2 + u3) * step_s, 3.0 * u2 - 2.0 * u3, (u3 - u2) * step_s];
-    let slopes = [6.0 * (u2 - u) / step_s, 1.0 - 4.0 * u + 3.0 * u2, 6.0 * (u - u2) / step_s, 3.0 * u2 - 2.0 * u];
-    (sample, basis, slopes)
-}
-
-/// Value and rate (1/s) at a time (in samples) of a signal with known rate; constant before the beginning.
-fn hermite(at: impl Fn(usize) -> (f64, f64), samples: usize, when: f64, step_s: f64) -> (f64, f64) {
-    if when <= 0.0 || samples < 2 {
-        return (at(0).0, 0.0);
-    }
-    let (sample, basis, slopes) = cubic(when.min((samples - 1) as f64), samples, step_s);
-    let ((a, da), (b, db)) = (at(sample), at(sample + 1));
-    let dot = |w: [f64; 4]| w[0] * a + w[1] * da + w[2] * b + w[3] * db;
-    (dot(basis), dot(slopes))
-}
-
 /// What a mechanism of given parameters does: positions under a force, from given initial positions and velocities.
 ///
 /// # Panics
@@ -497,134 +360,4 @@ pub fn simulate(mechanism: &Mechanism, theta: &[f64], initial: &[f64], force: &[
 }
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::Axis;
-    use crate::time::laws::{self, Coulomb};
-    use std::f64::consts::TAU;
-
-    fn force(samples: usize, axes: usize) -> Vec<Vec<f64>> {
-        (0..axes).map(|a| (0..samples).map(|k| 4.0 * (0.1 * k as f64 * (1.0 + a as f64)).sin() + 2.0 * (0.023 * k as f64).cos()).collect()).collect()
-    }
-
-    /// Last outputs of a run.
-    fn last(mechanism: &Mechanism, theta: &[f64], initial: &[f64], drive: &Drive<'_>, derivatives: bool) -> Vec<f64> {
-        let mut out = Vec::new();
-        Runner::new(mechanism, theta).run(initial, drive, 0.004, 2, derivatives, |block| out = block.to_vec());
-        out
-    }
-
-    fn assert_derivatives(mechanism: &Mechanism, theta: &[f64], initial: &[f64], drive: &Drive<'_>, what: &str) {
-        let n = mechanism.axes.len();
-        let exact = last(mechanism, theta, initial, drive, true);
-        let width = exact.len() / n;
-        for c in 0..width - 1 {
-            let moved = |sign: f64| {
-                let (mut t, mut x) = (theta.to_vec(), initial.to_vec());
-                let value = if c < theta.len() { &mut t[c] } else { &mut x[c - theta.len()] };
-                let step = 3e-6 * value.abs();
-                *value += sign * step;
-                (last(mechanism, &t, &x, drive, false), step)
-            };
-            let ((up, step), (down, _)) = (moved(1.0), moved(-1.0));
-            for i in 0..n {
-                let (difference, found) = ((up[i] - down[i]) / (2.0 * step), exact[i * width + 1 + c]);
-                // 1e-6, and what rounding leaves of a difference.
-                let rounding = 1e-12 * exact[i * width].abs().max(1e-3) / step;
-                assert!((difference - found).abs() < 1e-6 * found.abs() + rounding, "{what} {c} {i}: {difference} {found}");
-            }
-        }
-    }
-
-    const BASE: [f64; 3] = [2.0, 12.0, 350.0];
-
-    #[test]
-    fn derivatives_of_exact_steps_are_differences_with_and_without_spring_offset_and_trend() {
-        let force = force(180, 2);
-        let drive = Drive::Force(force.iter().map(Vec::as_slice).collect());
-        let axes = vec![Axis::linear("x"), Axis::linear("y")];
-        let theta = [2.1, -0.5, 1.9, 11.0, -2.0, 15.0, 300.0, -60.0, 520.0, 0.2, -0.1, 0.3, 0.15];
-        for (spring, offset, trend) in [(true, true, true), (true, false, true), (false, true, false), (false, false, false)] {
-            let mechanism = Mechanism { spring, offset, trend, ..Mechanism::new(axes.clone()) };
-            let count = mechanism.parameters().len();
-            let theta: Vec<f64> = theta[..if spring { 9 } else { 6 }].iter().chain(&theta[9..]).take(count).copied().collect();
-            assert_derivatives(&mechanism, &theta, &[0.001, -0.002, 0.05, 0.02], &drive, &format!("{spring} {offset} {trend}"));
-        }
-    }
-
-    #[test]
-    fn derivatives_with_every_law_are_differences_of_the_discrete_run() {
-        let force = force(150, 1);
-        let drive = Drive::Force(vec![&force[0]]);
-        let x: Vec<f64> = (0..150).map(|k| 0.01 * (0.043 * f64::from(k)).sin() + 0.004 * (0.11 * f64::from(k)).cos()).collect();
-        let v: Vec<f64> = (0..150).map(|k| (0.01 * 0.043 * (0.043 * f64::from(k)).cos() - 0.004 * 0.11 * (0.11 * f64::from(k)).sin()) / 0.004).collect();
-        let a: Vec<f64> = (0..150)
-            .map(|k| (-0.01 * 0.043f64.powi(2) * (0.043 * f64::from(k)).sin() - 0.004 * 0.11f64.powi(2) * (0.11 * f64::from(k)).cos()) / 1.6e-5)
-            .collect();
-        let imposed = Drive::Motion([vec![&x], vec![&v], vec![&a]]);
-        for law in laws::all() {
-            let law = if law.name() == "coulomb-friction" { std::sync::Arc::new(Coulomb { turn_velocity: 0.02 }) } else { law };
-            let (name, delay) = (law.name(), law.delay());
-            let mechanism = Mechanism::new(vec![Axis::linear("x")]).with_offset().with_law(law, 0);
-            let mut base = BASE.to_vec();
-            base.push(0.3);
-            let mut theta = mechanism.starts(&base).pop().expect("a start");
-            if let Some(delay) = delay {
-                // No whole number of steps: where the past begins there is a kink.
-                theta[4 + delay] *= 1.003;
-            }
-            if name == "stribeck-friction" {
-                // Turned around over 1 mm/s, differences are no measure of anything.
-                theta[4] = 0.05;
-            }
-            assert_derivatives(&mechanism, &theta, &[0.001, 0.03], &drive, name);
-            if name != "saturation" && name != "latency" {
-                assert_derivatives(&mechanism, &theta, &[], &imposed, &format!("{name}, motion imposed"));
-            }
-        }
-    }
-
-    #[test]
-    fn exact_steps_and_runge_kutta_steps_are_one_mechanism() {
-        let force = force(400, 1);
-        let drive = Drive::Force(vec![&force[0]]);
-        let plain = Mechanism::new(vec![Axis::linear("x")]).with_offset();
-        let carried = plain.clone().with(laws::CubicStiffness, 0);
-        let (mut exact, mut stepped) = (Vec::new(), Vec::new());
-        Runner::new(&plain, &[2.0, 12.0, 350.0, 0.2]).run(&[0.001, 0.02], &drive, 0.002, 1, false, |y| exact.push(y[0]));
-        Runner::new(&carried, &[2.0, 12.0, 350.0, 0.2, 0.0]).run(&[0.001, 0.02], &drive, 0.002, 4, false, |y| stepped.push(y[0]));
-        let size = exact.iter().fold(0.0f64, |m, v| m.max(v.abs()));
-        // (ω h)⁴/120 of 0.5 ms steps at 13 rad/s: 1e-11 a step's worth.
-        assert!(exact.iter().zip(&stepped).all(|(a, b)| (a - b).abs() < 1e-9 * size));
-    }
-
-    #[test]
-    fn time_and_frequency_faces_of_every_linear_law_agree() {
-        // The steady answer of mass, damper, spring and law to a sine, by the run and by 1/(M s² + B s + K + f/x).
-        let (hz, rate) = (2.0, 4000.0);
-        let samples = (12.0 * rate) as usize;
-        let period = (rate / hz) as usize;
-        // A force that is linear between samples has sinc² less of the sine.
-        let half = std::f64::consts::PI * hz / rate;
-        let held = (half.sin() / half).powi(2);
-        let sine: Vec<f64> = (0..samples).map(|k| (TAU * hz * k as f64 / rate).sin()).collect();
-        for law in laws::all() {
-            let theta = Mechanism::new(vec![Axis::linear("x")]).with_law(law.clone(), 0).starts(&[2.0, 30.0, 350.0]).remove(0);
-            let s = num_complex::Complex64::new(0.0, TAU * hz);
-            let Some(own) = law.response(&theta[3..], s) else { continue };
-            let mechanism = Mechanism::new(vec![Axis::linear("x")]).with_law(law.clone(), 0);
-            let answer = &super::simulate(&mechanism, &theta, &[0.0, 0.0], &[&sine], rate, 1)[0];
-            let (mut re, mut im) = (0.0, 0.0);
-            for (k, y) in answer.iter().enumerate().skip(samples - period) {
-                let phase = TAU * hz * k as f64 / rate;
-                re += y * phase.sin() * 2.0 / period as f64;
-                im += y * phase.cos() * 2.0 / period as f64;
-            }
-            let want = (s * s * theta[0] + s * theta[1] + theta[2] + own).inv() * held;
-            let error = (num_complex::Complex64::new(re, im) - want).norm() / want.norm();
-            let bound = if law.name() == "fractional" { laws::FractionalDamping::ERROR } else { 1e-8 };
-            println!("{}: {error:.1e}", law.name());
-            assert!(error < bound, "{}: {error:e}", law.name());
-        }
-    }
-}
+mod tests;

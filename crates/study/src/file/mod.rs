@@ -2,6 +2,7 @@
 
 mod baseline;
 mod channels;
+mod estimate;
 mod excitation;
 mod experiment;
 mod kinematics;
@@ -9,10 +10,11 @@ mod study;
 
 pub use baseline::{BaselineFile, BaselineParameter, Status, Value};
 pub use channels::{ChannelSource, ChannelTable, ChannelsFile, Transform, Transforms};
+pub use estimate::EstimateSection;
 pub use excitation::Excitation;
 pub use experiment::{ExperimentFile, HiddenEffect};
 pub use kinematics::{KinematicsFile, KinematicsSd, MeanForce};
-pub use study::{CaseSection, DiagnoseSection, EstimateSection, FitSection, ReportSection, SensitivitySection, StepsSection, StudyDocument, StudyFile};
+pub use study::{CaseSection, DiagnoseSection, FitSection, ReportSection, SensitivitySection, StepsSection, StudyDocument, StudyFile};
 
 use crate::error::{StudyError, did_you_mean};
 use crate::suggest::nearest;

@@ -6,6 +6,7 @@ use crate::trials::Trials;
 use ndof_report::figures::{self, Residual, Trace, Traces};
 use ndof_report::number::significant;
 use ndof_report::{Align, Figure, Section, Table};
+use std::path::Path;
 
 /// The fitted model over the first trial, its residual, and how well it runs on every trial; nothing where the band is too narrow.
 pub(super) fn overlay_section(trials: &Trials, fitted: &Fitted) -> Result<Option<Section>, StudyError> {
@@ -37,7 +38,7 @@ pub(super) fn overlay_section(trials: &Trials, fitted: &Fitted) -> Result<Option
     );
     let mut section = Section::new("Simulated beside measured", lead).figure(run_figure(
         "simulated",
-        &format!("Measured and simulated, {}", first.file),
+        &format!("Measured and simulated, {}", Path::new(&first.file).file_name().unwrap_or_default().to_string_lossy()),
         (first.sample_rate_hz, first.start_s),
         &runs,
     )?);

@@ -3,6 +3,7 @@
 use super::Estimated;
 use super::confidence::finite;
 use super::method::word;
+use super::named_models::{MODEL, blocks_of, compared_models};
 use super::project::project;
 use crate::error::StudyError;
 use crate::file::KinematicsFile;
@@ -10,13 +11,12 @@ use crate::result::fit as schema;
 use crate::result::fit::{FitResult, Matrix, Site};
 use crate::result::{VERSION, Warning, number};
 use crate::roles::axis_of;
-use crate::suggest::nearest;
 use crate::trials::Trials;
 use ndarray::{Array2, Array3};
-use ndof_models::blocks::{self, BLOCKS, BlockCard, Composite};
+use ndof_models::blocks::{self, BlockCard, Composite};
 use ndof_models::{
     Agreement, Axis, Fit, InertiaDampingStiffness, InertiaDampingStiffnessModel, LoopModel, PaperFit, Parameter, ParametricModel, Smoothing, Symmetry,
-    Transducer, WeightedFit, agreement, likelihood_ratio, linear_start, parametric_response,
+    Transducer, WeightedFit, agreement, linear_start, parametric_response,
 };
 use ndof_signal::Unit;
 use ndof_sysid::{Direct, FrequencyResponse, Ports};
@@ -127,9 +127,6 @@ impl Fitted {
 /// Above this reduced χ² the model is wrong by more than the covariance's own uncertainty.
 const MISFIT: f64 = 2.0;
 
-/// The name of the model that there is.
-pub const MODEL: &str = "inertia-damping-stiffness";
-
 /// Fits inertia, damping and stiffness to an estimate: to the derived one where there is one.
 ///
 /// # Errors
@@ -161,7 +158,7 @@ pub const MODEL: &str = "inertia-damping-stiffness";
 /// # Ok::<(), ndof_study::StudyError>(())
 /// ```
 pub fn fit(trials: &Trials, estimated: &Estimated, settings: &FitSettings, command: &str) -> Result<Fitted, StudyError> {
-    let cards = parse(settings.model.as_deref().unwrap_or(MODEL))?;
+    let cards = blocks_of(settings.model.as_deref().unwrap_or(MODEL))?;
     let derived = estimated.estimates.derived.as_ref();
     let response = derived.map_or(&estimated.estimates.direct.response, |d| &d.response);
     let ports = &trials.roles.ports;
@@ -243,73 +240,6 @@ fn add_floors(fit: &mut Fit) {
         p.std_error = p.std_error.hypot(floor);
         p.ci95 = [p.value - half, p.value + half];
     }
-}
-
-/// The blocks of a model's name.
-fn parse(name: &str) -> Result<Vec<&'static BlockCard>, StudyError> {
-    let names = || std::iter::once(MODEL).chain(BLOCKS.iter().map(BlockCard::name));
-    let unknown = |part: &str| StudyError::UnknownModel {
-        name: name.to_owned(),
-        suggestion: nearest(part, names()),
-        available: format!("{MODEL}, and behind a + any of {}", BLOCKS.iter().map(BlockCard::name).collect::<Vec<_>>().join(", ")),
-    };
-    let mut parts = name.split('+').map(str::trim);
-    match parts.next() {
-        Some(first) if first == MODEL => parts.map(|part| blocks::find(part).ok_or_else(|| unknown(part))).collect(),
-        other => Err(unknown(other.unwrap_or_default())),
-    }
-}
-
-/// Fits of the models that are part of this one, of this one, and of each single block where `all`; likelihood ratios against
-/// the largest of those before that each contains.
-fn compared_models(
-    settings: &WeightedFit,
-    model: &InertiaDampingStiffnessModel,
-    response: &FrequencyResponse,
-    cards: &[&'static BlockCard],
-    start: &[f64],
-    all: bool,
-) -> Result<Vec<schema::ComparedModel>, StudyError> {
-    let mut sets: Vec<Vec<&'static BlockCard>> = vec![Vec::new()];
-    sets.extend(cards.iter().map(|card| vec![*card]));
-    if all {
-        sets.extend(BLOCKS.iter().map(|card| vec![card]));
-    }
-    sets.push(cards.to_vec());
-    let names = |set: &[&BlockCard]| set.iter().map(|c| c.name()).collect::<Vec<_>>();
-    let mut done: Vec<(Vec<&'static str>, Fit)> = Vec::new();
-    for set in sets {
-        if done.iter().any(|(known, _)| *known == names(&set)) {
-            continue;
-        }
-        let composite = Composite::of_cards(model, &set);
-        done.push((names(&set), settings.fit_from(&composite, response, &composite.starts(start))?));
-    }
-    if done.len() < 2 {
-        return Ok(Vec::new());
-    }
-    let compared = |(k, (own, fit)): (usize, &(Vec<&'static str>, Fit))| {
-        let inside = done[..k].iter().filter(|(other, _)| other.len() < own.len() && other.iter().all(|name| own.contains(name)));
-        let best = inside.max_by(|a, b| a.0.len().cmp(&b.0.len()).then(b.1.chi2.total_cmp(&a.1.chi2)));
-        schema::ComparedModel {
-            model: fit.model.clone(),
-            parameters: fit.theta.len(),
-            chi2: number(fit.chi2),
-            chi2_reduced: number(fit.chi2_reduced),
-            aic: number(fit.aic()),
-            bic: number(fit.bic()),
-            likelihood_ratio: best.map(|(_, smaller)| {
-                let ratio = likelihood_ratio(smaller, fit);
-                schema::LikelihoodRatio {
-                    against: smaller.model.clone(),
-                    statistic: number(ratio.statistic),
-                    degrees_of_freedom: ratio.parameters,
-                    p_value: number(ratio.p_value),
-                }
-            }),
-        }
-    };
-    Ok(done.iter().enumerate().map(compared).collect())
 }
 
 /// Parameters of the whole model; those of a channel's block belong to the sensor.

@@ -1,0 +1,128 @@
+use super::*;
+use crate::Axis;
+use crate::time::laws::{self, Coulomb};
+use std::f64::consts::TAU;
+
+fn force(samples: usize, axes: usize) -> Vec<Vec<f64>> {
+    (0..axes).map(|a| (0..samples).map(|k| 4.0 * (0.1 * k as f64 * (1.0 + a as f64)).sin() + 2.0 * (0.023 * k as f64).cos()).collect()).collect()
+}
+
+/// Last outputs of a run.
+fn last(mechanism: &Mechanism, theta: &[f64], initial: &[f64], drive: &Drive<'_>, derivatives: bool) -> Vec<f64> {
+    let mut out = Vec::new();
+    Runner::new(mechanism, theta).run(initial, drive, 0.004, 2, derivatives, |block| out = block.to_vec());
+    out
+}
+
+fn assert_derivatives(mechanism: &Mechanism, theta: &[f64], initial: &[f64], drive: &Drive<'_>, what: &str) {
+    let n = mechanism.axes.len();
+    let exact = last(mechanism, theta, initial, drive, true);
+    let width = exact.len() / n;
+    for c in 0..width - 1 {
+        let moved = |sign: f64| {
+            let (mut t, mut x) = (theta.to_vec(), initial.to_vec());
+            let value = if c < theta.len() { &mut t[c] } else { &mut x[c - theta.len()] };
+            let step = 3e-6 * value.abs();
+            *value += sign * step;
+            (last(mechanism, &t, &x, drive, false), step)
+        };
+        let ((up, step), (down, _)) = (moved(1.0), moved(-1.0));
+        for i in 0..n {
+            let (difference, found) = ((up[i] - down[i]) / (2.0 * step), exact[i * width + 1 + c]);
+            // 1e-6, and what rounding leaves of a difference.
+            let rounding = 1e-12 * exact[i * width].abs().max(1e-3) / step;
+            assert!((difference - found).abs() < 1e-6 * found.abs() + rounding, "{what} {c} {i}: {difference} {found}");
+        }
+    }
+}
+
+const BASE: [f64; 3] = [2.0, 12.0, 350.0];
+
+#[test]
+fn derivatives_of_exact_steps_are_differences_with_and_without_spring_offset_and_trend() {
+    let force = force(180, 2);
+    let drive = Drive::Force(force.iter().map(Vec::as_slice).collect());
+    let axes = vec![Axis::linear("x"), Axis::linear("y")];
+    let theta = [2.1, -0.5, 1.9, 11.0, -2.0, 15.0, 300.0, -60.0, 520.0, 0.2, -0.1, 0.3, 0.15];
+    for (spring, offset, trend) in [(true, true, true), (true, false, true), (false, true, false), (false, false, false)] {
+        let mechanism = Mechanism { spring, offset, trend, ..Mechanism::new(axes.clone()) };
+        let count = mechanism.parameters().len();
+        let theta: Vec<f64> = theta[..if spring { 9 } else { 6 }].iter().chain(&theta[9..]).take(count).copied().collect();
+        assert_derivatives(&mechanism, &theta, &[0.001, -0.002, 0.05, 0.02], &drive, &format!("{spring} {offset} {trend}"));
+    }
+}
+
+#[test]
+fn derivatives_with_every_law_are_differences_of_the_discrete_run() {
+    let force = force(150, 1);
+    let drive = Drive::Force(vec![&force[0]]);
+    let x: Vec<f64> = (0..150).map(|k| 0.01 * (0.043 * f64::from(k)).sin() + 0.004 * (0.11 * f64::from(k)).cos()).collect();
+    let v: Vec<f64> = (0..150).map(|k| (0.01 * 0.043 * (0.043 * f64::from(k)).cos() - 0.004 * 0.11 * (0.11 * f64::from(k)).sin()) / 0.004).collect();
+    let a: Vec<f64> =
+        (0..150).map(|k| (-0.01 * 0.043f64.powi(2) * (0.043 * f64::from(k)).sin() - 0.004 * 0.11f64.powi(2) * (0.11 * f64::from(k)).cos()) / 1.6e-5).collect();
+    let imposed = Drive::Motion([vec![&x], vec![&v], vec![&a]]);
+    for law in laws::all() {
+        let law = if law.name() == "coulomb-friction" { std::sync::Arc::new(Coulomb { turn_velocity: 0.02 }) } else { law };
+        let (name, delay) = (law.name(), law.delay());
+        let mechanism = Mechanism::new(vec![Axis::linear("x")]).with_offset().with_law(law, 0);
+        let mut base = BASE.to_vec();
+        base.push(0.3);
+        let mut theta = mechanism.starts(&base).pop().expect("a start");
+        if let Some(delay) = delay {
+            // No whole number of steps: where the past begins there is a kink.
+            theta[4 + delay] *= 1.003;
+        }
+        if name == "stribeck-friction" {
+            // Turned around over 1 mm/s, differences are no measure of anything.
+            theta[4] = 0.05;
+        }
+        assert_derivatives(&mechanism, &theta, &[0.001, 0.03], &drive, name);
+        if name != "saturation" && name != "latency" {
+            assert_derivatives(&mechanism, &theta, &[], &imposed, &format!("{name}, motion imposed"));
+        }
+    }
+}
+
+#[test]
+fn exact_steps_and_runge_kutta_steps_are_one_mechanism() {
+    let force = force(400, 1);
+    let drive = Drive::Force(vec![&force[0]]);
+    let plain = Mechanism::new(vec![Axis::linear("x")]).with_offset();
+    let carried = plain.clone().with(laws::CubicStiffness, 0);
+    let (mut exact, mut stepped) = (Vec::new(), Vec::new());
+    Runner::new(&plain, &[2.0, 12.0, 350.0, 0.2]).run(&[0.001, 0.02], &drive, 0.002, 1, false, |y| exact.push(y[0]));
+    Runner::new(&carried, &[2.0, 12.0, 350.0, 0.2, 0.0]).run(&[0.001, 0.02], &drive, 0.002, 4, false, |y| stepped.push(y[0]));
+    let size = exact.iter().fold(0.0f64, |m, v| m.max(v.abs()));
+    // (ω h)⁴/120 of 0.5 ms steps at 13 rad/s: 1e-11 a step's worth.
+    assert!(exact.iter().zip(&stepped).all(|(a, b)| (a - b).abs() < 1e-9 * size));
+}
+
+#[test]
+fn time_and_frequency_faces_of_every_linear_law_agree() {
+    // The steady answer of mass, damper, spring and law to a sine, by the run and by 1/(M s² + B s + K + f/x).
+    let (hz, rate) = (2.0, 4000.0);
+    let samples = (12.0 * rate) as usize;
+    let period = (rate / hz) as usize;
+    // A force that is linear between samples has sinc² less of the sine.
+    let half = std::f64::consts::PI * hz / rate;
+    let held = (half.sin() / half).powi(2);
+    let sine: Vec<f64> = (0..samples).map(|k| (TAU * hz * k as f64 / rate).sin()).collect();
+    for law in laws::all() {
+        let theta = Mechanism::new(vec![Axis::linear("x")]).with_law(law.clone(), 0).starts(&[2.0, 30.0, 350.0]).remove(0);
+        let s = num_complex::Complex64::new(0.0, TAU * hz);
+        let Some(own) = law.response(&theta[3..], s) else { continue };
+        let mechanism = Mechanism::new(vec![Axis::linear("x")]).with_law(law.clone(), 0);
+        let answer = &super::simulate(&mechanism, &theta, &[0.0, 0.0], &[&sine], rate, 1)[0];
+        let (mut re, mut im) = (0.0, 0.0);
+        for (k, y) in answer.iter().enumerate().skip(samples - period) {
+            let phase = TAU * hz * k as f64 / rate;
+            re += y * phase.sin() * 2.0 / period as f64;
+            im += y * phase.cos() * 2.0 / period as f64;
+        }
+        let want = (s * s * theta[0] + s * theta[1] + theta[2] + own).inv() * held;
+        let error = (num_complex::Complex64::new(re, im) - want).norm() / want.norm();
+        let bound = if law.name() == "fractional" { laws::FractionalDamping::ERROR } else { 1e-8 };
+        println!("{}: {error:.1e}", law.name());
+        assert!(error < bound, "{}: {error:e}", law.name());
+    }
+}
