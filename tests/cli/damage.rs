@@ -28,7 +28,7 @@ fn cut_off_at_any_byte_it_is_the_whole_lines_or_an_error() {
     let folder = tempfile::tempdir().expect("a folder");
     let all = text(&rows());
     let head = all.find('\n').expect("a line") + 1;
-    // Every byte of the head and of the first rows, and 40 places spread over the file.
+    // Every seventh byte of the head and of the first rows, 39 places spread over the file, and each of the last 25.
     let cuts: Vec<usize> = (0..head + 60).step_by(7).chain((1..40).map(|k| all.len() * k / 40 + k % 29)).chain(all.len() - 25..all.len()).collect();
     for cut in cuts {
         std::fs::write(folder.path().join("cut.csv"), &all[..cut]).expect("written");

@@ -104,7 +104,9 @@ fn table(arguments: &[&clap::Arg]) -> String {
     for argument in arguments {
         let values = argument.get_value_names().map(|names| names.iter().map(|name| name.to_string()).collect::<Vec<_>>().join(" ")).unwrap_or_default();
         let takes = argument.get_num_args().is_some_and(|range| range.takes_values());
+        let may = argument.get_num_args().is_some_and(|range| range.min_values() == 0) && argument.is_require_equals_set();
         let name = match argument.get_long() {
+            Some(long) if takes && may => format!("--{long}[={values}]"),
             Some(long) if takes => format!("--{long} {values}"),
             Some(long) => format!("--{long}"),
             None => values,
