@@ -1,7 +1,6 @@
 //! What the programs that measure have in common: signals, the arm experiment, clocks.
 
-// Each program takes the part that it needs.
-#![allow(dead_code)]
+#![allow(dead_code, reason = "each program takes the part that it needs")]
 
 use ndof::devices::{Accuracy, Controller, DeviceConfig, EndpointLinearConfig, Experiment, Extras, LimbConfig, Posture, Sensors, simulate_trial};
 use ndof::signal::{FilteredNoise, Recording, Welch};
