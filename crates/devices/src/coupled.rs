@@ -130,29 +130,36 @@ impl<'a> Coupled<'a> {
 
     /// Writes ẏ at time `time_s` since the recording's first sample.
     pub(crate) fn derivative(&mut self, time_s: f64, y: &[f64], out: &mut [f64]) {
-        let (n, m) = (self.joints(), self.axes());
+        self.derivative_of(time_s, y, out, self.joints(), self.axes());
+    }
+
+    /// The same where numbers of joints and axes are known.
+    #[inline(always)]
+    pub(crate) fn derivative_of(&mut self, time_s: f64, y: &[f64], out: &mut [f64], n: usize, m: usize) {
         let (position, rest) = y.split_at(n);
         let (rates, rest) = rest.split_at(n);
         let (e, rest) = rest.split_at(m);
         let (e_rate, mut states) = rest.split_at(m);
         let (_, mut state_rates) = out.split_at_mut(2 * (n + m));
         let w = &mut self.work;
-        for j in 0..n {
-            w.q[j] = self.rest[j] + position[j];
+        for ((q, rest), moved) in w.q[..n].iter_mut().zip(&self.rest[..n]).zip(position) {
+            *q = rest + moved;
         }
         self.robot.kinematics(&w.q, rates, &mut w.kinematics);
+        let (jacobian, endpoint, start) = (&w.kinematics.jacobian[..m * n], &w.kinematics.endpoint[..m], &self.rest_endpoint[..m]);
+        let (x, v, robot_v, force, preload) = (&mut w.x[..m], &mut w.v[..m], &mut w.robot_v[..m], &mut w.force[..m], &self.preload[..m]);
         for i in 0..m {
-            let row = &w.kinematics.jacobian[i * n..(i + 1) * n];
-            w.robot_v[i] = row.iter().zip(rates).map(|(j, r)| j * r).sum();
-            w.x[i] = w.kinematics.endpoint[i] - self.rest_endpoint[i] - (e[i] - self.preload[i]);
-            w.v[i] = w.robot_v[i] - e_rate[i];
-            w.force[i] = self.transducer.stiffness * e[i] + self.transducer.damping * e_rate[i];
+            robot_v[i] = jacobian[i * n..(i + 1) * n].iter().zip(rates).map(|(j, r)| j * r).sum();
+            x[i] = endpoint[i] - start[i] - (e[i] - preload[i]);
+            v[i] = robot_v[i] - e_rate[i];
+            force[i] = self.transducer.stiffness * e[i] + self.transducer.damping * e_rate[i];
         }
         let joints = self.robot.joints();
+        let passive = &mut w.passive[..n];
         for j in 0..n {
-            w.passive[j] = -joints.friction(j, rates[j]);
+            passive[j] = -joints.friction(j, rates[j]);
         }
-        add_transposed(&w.kinematics.jacobian, &w.force, -1.0, &mut w.passive);
+        add_transposed(jacobian, force, -1.0, passive);
 
         let mut history = self.history.iter();
         if !self.robot_laws.is_empty() {
@@ -179,16 +186,16 @@ impl<'a> Coupled<'a> {
         for law in self.limb_laws {
             apply(law.as_ref(), time_s, [&w.x, &w.v], history.next(), [&mut w.delayed_x, &mut w.delayed_v], &mut states, &mut w.net, &mut state_rates);
         }
-        for i in 0..m {
-            w.felt[i] = w.force[i] - w.net[i];
+        for ((felt, force), net) in w.felt[..m].iter_mut().zip(&w.force[..m]).zip(&w.net[..m]) {
+            *felt = force - net;
         }
-        self.accelerate(y, out);
+        self.accelerate(y, out, n, m);
     }
 
     /// Writes ẏ again after torque or limb force have changed, the state being that of the last evaluation at `time_s`.
     pub(crate) fn inputs_changed(&mut self, time_s: f64, y: &[f64], out: &mut [f64]) {
         if self.robot_laws.is_empty() && self.limb_laws.is_empty() {
-            self.accelerate(y, out);
+            self.accelerate(y, out, self.joints(), self.axes());
         } else {
             // A law may jump in time just where the inputs do.
             self.derivative(time_s, y, out);
@@ -196,15 +203,15 @@ impl<'a> Coupled<'a> {
     }
 
     /// Accelerations from the forces that the last evaluation left, and the inputs.
-    fn accelerate(&mut self, y: &[f64], out: &mut [f64]) {
-        let (n, m) = (self.joints(), self.axes());
+    #[inline(always)]
+    fn accelerate(&mut self, y: &[f64], out: &mut [f64], n: usize, m: usize) {
         let (rates, e_rate) = (&y[n..2 * n], &y[2 * n + m..2 * (n + m)]);
         let w = &mut self.work;
-        for j in 0..n {
-            w.torque[j] = self.torque[j] + w.passive[j];
+        for ((sum, motor), passive) in w.torque[..n].iter_mut().zip(&self.torque[..n]).zip(&w.passive[..n]) {
+            *sum = motor + passive;
         }
-        for i in 0..m {
-            w.net[i] = w.felt[i] + self.limb_force[i];
+        for ((net, felt), own) in w.net[..m].iter_mut().zip(&w.felt[..m]).zip(&self.limb_force[..m]) {
+            *net = felt + own;
         }
         self.limb.acceleration(&w.x, &w.v, &w.net, &mut w.xdd);
         let (position_rate, rest) = out.split_at_mut(n);
@@ -214,10 +221,10 @@ impl<'a> Coupled<'a> {
         position_rate.copy_from_slice(rates);
         deflection_rate.copy_from_slice(e_rate);
         self.robot.acceleration(&w.q, rates, &w.kinematics, &w.torque, &mut w.solve, acceleration);
+        let (jacobian, turning, limb) = (&w.kinematics.jacobian[..m * n], &w.kinematics.jacobian_rate[..m], &w.xdd[..m]);
         for i in 0..m {
-            let row = &w.kinematics.jacobian[i * n..(i + 1) * n];
-            let tip: f64 = row.iter().zip(acceleration.iter()).map(|(j, a)| j * a).sum();
-            deflection_acceleration[i] = tip + w.kinematics.jacobian_rate[i] - w.xdd[i];
+            let tip: f64 = jacobian[i * n..(i + 1) * n].iter().zip(acceleration.iter()).map(|(j, a)| j * a).sum();
+            deflection_acceleration[i] = tip + turning[i] - limb[i];
         }
     }
 
@@ -238,6 +245,9 @@ impl<'a> Coupled<'a> {
 
     /// Remembers the last evaluation as having happened at `time_s`; `after` says that the inputs have just changed.
     pub(crate) fn remember(&mut self, time_s: f64, rates: &[f64], after: bool) {
+        if self.history.is_empty() {
+            return;
+        }
         let (n, m) = (self.joints(), self.axes());
         let w = &mut self.work;
         let count = self.robot_laws.len();

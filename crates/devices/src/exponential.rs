@@ -23,18 +23,18 @@ pub(crate) fn phi_functions(z: &Array2<f64>) -> [Array2<f64>; 5] {
     let second = z.dot(&third) + &eye / 2.0;
     let first = z.dot(&second) + &eye;
     let zeroth = z.dot(&first) + &eye;
-    let mut phi = [zeroth, first, second, third, fourth];
-    for _ in 0..doublings {
-        let [p0, p1, p2, p3, p4] = &phi;
-        phi = [
-            p0.dot(p0),
-            (p0.dot(p1) + p1) / 2.0,
-            (p0.dot(p2) + p1 + p2) / 4.0,
-            (p0.dot(p3) + p1 / 2.0 + p2 + p3) / 8.0,
-            (p0.dot(p4) + p1 / 6.0 + p2 / 2.0 + p3 + p4) / 16.0,
-        ];
-    }
-    phi
+    (0..doublings).fold([zeroth, first, second, third, fourth], |phi, _| doubled(&phi))
+}
+
+/// φ₀ … φ₄ of 2z from those of z.
+pub(crate) fn doubled([p0, p1, p2, p3, p4]: &[Array2<f64>; 5]) -> [Array2<f64>; 5] {
+    [
+        p0.dot(p0),
+        (p0.dot(p1) + p1) / 2.0,
+        (p0.dot(p2) + p1 + p2) / 4.0,
+        (p0.dot(p3) + p1 / 2.0 + p2 + p3) / 8.0,
+        (p0.dot(p4) + p1 / 6.0 + p2 / 2.0 + p3 + p4) / 16.0,
+    ]
 }
 
 #[cfg(test)]

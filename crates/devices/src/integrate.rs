@@ -1,13 +1,16 @@
 //! Time stepping: the stiff linear part exactly, the rest by an exponential Runge-Kutta method of order 4.
 
 use crate::coupled::Coupled;
-use crate::exponential::phi_functions;
-use ndarray::Array2;
+use crate::exponential::{doubled, phi_functions};
+use ndarray::{Array2, Axis};
+use pulp::{Arch, Simd, WithSimd};
 
 /// Weights of one step length, for ẏ = L y + N(t, y) (Cox and Matthews, J. Comput. Phys. 176 (2002) 430, eqs. 26-29, written in increments).
+/// Those of changes of N have columns for its own rows only.
 struct Weights {
     step: f64,
     half: Columns,
+    half_change: Columns,
     whole: Columns,
     middle: Columns,
     last: Columns,
@@ -32,9 +35,11 @@ impl Columns {
         Columns { rows, data }
     }
 
-    /// y += A x; `y` is padded.
+    /// y += A x; `y` is padded. Where the lengths of both are known to the compiler, so is the loop.
+    #[inline(always)]
     fn add_to(&self, x: &[f64], y: &mut [f64]) {
-        match self.rows {
+        debug_assert_eq!((self.rows * LANES, self.rows * x.len()), (y.len(), self.data.len()));
+        match y.len() / LANES {
             1 => self.add_rows::<1>(x, y),
             2 => self.add_rows::<2>(x, y),
             3 => self.add_rows::<3>(x, y),
@@ -52,10 +57,11 @@ impl Columns {
     }
 
     /// The same with the sums in registers.
+    #[inline(always)]
     fn add_rows<const ROWS: usize>(&self, x: &[f64], y: &mut [f64]) {
         let mut sums = [[0.0; LANES]; ROWS];
         let (columns, _) = self.data.as_chunks::<ROWS>();
-        for (column, &x) in columns.iter().zip(x) {
+        for (column, &x) in columns[..x.len()].iter().zip(x) {
             for (sum, a) in sums.iter_mut().zip(column) {
                 for l in 0..LANES {
                     sum[l] += a[l] * x;
@@ -76,7 +82,9 @@ const FINEST: usize = 7;
 /// Integrates a coupled system from sample to sample.
 pub(crate) struct Stepper {
     levels: Vec<Weights>,
+    // The rows of L in which the system is not linear, and which they are: positions follow from rates exactly.
     linear: Columns,
+    curved: Vec<usize>,
     level: usize,
     coarsest: usize,
     tolerance: Option<Tolerance>,
@@ -93,6 +101,7 @@ struct Tolerance {
     deflection: f64,
 }
 
+/// Padded; `first`, `middle`, `change` and `sum` hold the curved rows only.
 struct Buffers {
     f: Vec<f64>,
     stage: Vec<f64>,
@@ -103,6 +112,7 @@ struct Buffers {
     next: Vec<f64>,
     base: Vec<f64>,
     sum: Vec<f64>,
+    integral: Vec<f64>,
     moved: Vec<f64>,
     deflection: Vec<f64>,
     remainder: [Vec<f64>; 3],
@@ -160,25 +170,36 @@ impl Stepper {
         };
         let (n, read) = (system.joints(), 2 * system.joints());
         let means: Vec<usize> = (0..n).chain(read..read + m).collect();
-        let levels = (0..=finest).map(|k| Weights::new(&linear, interval_s / 2f64.powi(k as i32), &means)).collect();
-        let zeros = || vec![0.0; padded];
+        let curved: Vec<usize> = (n..read).chain(read + m..dimension).collect();
+        // From half of the finest step upwards, each length from its half.
+        let mut half = phi_functions(&(&linear * (interval_s / 2f64.powi(finest as i32 + 1))));
+        let mut levels = Vec::with_capacity(finest + 1);
+        for k in (0..=finest).rev() {
+            let whole = doubled(&half);
+            levels.push(Weights::new(&half[1], &whole, interval_s / 2f64.powi(k as i32), [&means, &curved]));
+            half = whole;
+        }
+        levels.reverse();
+        let (zeros, short) = (|| vec![0.0; padded], || vec![0.0; curved.len().next_multiple_of(LANES)]);
         let buffers = Buffers {
             f: zeros(),
             stage: zeros(),
             rates: zeros(),
-            first: zeros(),
-            middle: zeros(),
-            change: zeros(),
+            first: short(),
+            middle: short(),
+            change: short(),
             next: zeros(),
             base: zeros(),
-            sum: zeros(),
+            sum: short(),
+            integral: vec![0.0; (n + m).next_multiple_of(LANES)],
             moved: zeros(),
             deflection: vec![0.0; m],
             remainder: std::array::from_fn(|_| vec![0.0; m]),
         };
         Stepper {
             levels,
-            linear: Columns::new(&linear),
+            linear: Columns::new(&linear.select(Axis(0), &curved)),
+            curved,
             level,
             coarsest,
             tolerance,
@@ -204,16 +225,21 @@ impl Stepper {
 
     /// Takes the state `y` over the sample interval that begins at `time_s` and writes the means of force and motion.
     pub(crate) fn interval(&mut self, system: &mut Coupled<'_>, time_s: f64, y: &mut [f64], means: &mut Means) {
-        let (n, m, dimension) = (system.joints(), system.axes(), system.dimension());
+        Arch::new().dispatch(Interval { stepper: self, system, time_s, y, means });
+    }
+
+    #[inline(always)]
+    fn steps(&mut self, system: &mut Coupled<'_>, time_s: f64, y: &mut [f64], means: &mut Means, size: Size) {
+        let Size { n, m, d } = size;
         means.clear();
         if self.started {
-            system.inputs_changed(time_s, &y[..dimension], &mut self.buffers.f[..dimension]);
+            system.inputs_changed(time_s, &y[..d], &mut self.buffers.f[..d]);
         } else {
-            system.derivative(time_s, &y[..dimension], &mut self.buffers.f[..dimension]);
-            remainder(system, &self.jacobian, y, &mut self.buffers.remainder[0]);
+            system.derivative(time_s, &y[..d], &mut self.buffers.f[..d]);
+            remainder(system, &self.jacobian, y, size, &mut self.buffers.remainder[0]);
             self.started = true;
         }
-        system.remember(time_s, &self.buffers.f[..dimension], true);
+        system.remember(time_s, &self.buffers.f[..d], true);
         self.buffers.deflection.copy_from_slice(&y[2 * n..2 * n + m]);
         // Position in the interval, in units of its finest subdivision.
         let (mut done, finest) = (0usize, 1usize << (self.levels.len() - 1));
@@ -224,12 +250,12 @@ impl Stepper {
                 span /= 2;
             }
             let at = time_s + self.interval * done as f64 / finest as f64;
-            let error = self.attempt(system, at, y);
+            let error = self.attempt(system, at, y, size);
             if error > 1.0 && self.level + 1 < self.levels.len() {
                 self.level += 1;
                 continue;
             }
-            self.accept(system, at + self.levels[self.level].step, y, means);
+            self.accept(system, at + self.levels[self.level].step, y, means, size);
             done += span;
             if self.tolerance.is_some() && error < 1.0 / 40.0 && self.level > self.coarsest {
                 self.level -= 1;
@@ -253,70 +279,70 @@ impl Stepper {
     }
 
     /// One step from `y` into `buffers.next`, with its error over the tolerance.
-    fn attempt(&mut self, system: &mut Coupled<'_>, time: f64, y: &[f64]) -> f64 {
-        let (n, m, d) = (system.joints(), system.axes(), system.dimension());
+    #[inline(always)]
+    fn attempt(&mut self, system: &mut Coupled<'_>, time: f64, y: &[f64], size: Size) -> f64 {
+        let Size { n, m, d } = size;
         let w = &self.levels[self.level];
-        let b = &mut self.buffers;
+        let (linear, curved) = (&self.linear, &self.curved[..]);
         let h = w.step;
+        let padded = d.next_multiple_of(LANES);
+        let count = d - n - m;
+        let short = count.next_multiple_of(LANES);
+        let Buffers { f, stage, rates, first, middle, change, next, base, sum, moved, remainder: remainders, .. } = &mut self.buffers;
+        let (y, f) = (&y[..padded], &f[..padded]);
+        let [stage, rates, next, base, moved] = [stage, rates, next, base, moved].map(|b| &mut b[..padded]);
+        let [first, middle, last, sum] = [first, middle, change, sum].map(|b| &mut b[..short]);
         // a = y + Q f
-        b.base.copy_from_slice(y);
-        w.half.add_to(&b.f[..d], &mut b.base);
-        system.derivative(time + 0.5 * h, &b.base[..d], &mut b.rates[..d]);
-        remainder(system, &self.jacobian, &b.base, &mut b.remainder[1]);
-        change(&self.linear, [&b.rates, &b.f], [&b.base, y], &mut b.moved, &mut b.first);
-        // c = a + Q (L a + 2 N_b − N_n) = a + Q (f_a − D_a + 2 D_b)
-        for i in 0..b.sum.len() {
-            b.sum[i] = b.rates[i] - b.first[i];
-        }
+        base.copy_from_slice(y);
+        w.half.add_to(&f[..d], base);
+        system.derivative_of(time + 0.5 * h, &base[..d], &mut rates[..d], n, m);
+        remainder(system, &self.jacobian, base, size, &mut remainders[1]);
+        changed(linear, curved, [rates, f], [&base[..d], &y[..d]], &mut moved[..d], first);
         // b = a + Q (N_a − N_n)
-        b.stage.copy_from_slice(&b.base);
-        w.half.add_to(&b.first[..d], &mut b.stage);
-        system.derivative(time + 0.5 * h, &b.stage[..d], &mut b.rates[..d]);
-        for (i, r) in b.remainder[1].iter_mut().enumerate() {
-            *r = 0.5 * (*r + remainder_of(system, &self.jacobian, &b.stage, i));
+        stage.copy_from_slice(base);
+        w.half_change.add_to(&first[..count], stage);
+        // c = a + Q (L a + 2 N_b − N_n) = a + Q (f_a − D_a + 2 D_b)
+        w.half.add_to(&rates[..d], base);
+        system.derivative_of(time + 0.5 * h, &stage[..d], &mut rates[..d], n, m);
+        for (i, r) in remainders[1][..m].iter_mut().enumerate() {
+            *r = 0.5 * (*r + remainder_of(system, &self.jacobian, stage, n, i));
         }
-        change(&self.linear, [&b.rates, &b.f], [&b.stage, y], &mut b.moved, &mut b.middle);
-        for i in 0..b.sum.len() {
-            b.sum[i] += 2.0 * b.middle[i];
-            b.middle[i] += b.first[i];
+        changed(linear, curved, [rates, f], [&stage[..d], &y[..d]], &mut moved[..d], middle);
+        for i in 0..short {
+            sum[i] = 2.0 * middle[i] - first[i];
+            middle[i] += first[i];
         }
-        b.stage.copy_from_slice(&b.base);
-        w.half.add_to(&b.sum[..d], &mut b.stage);
-        system.derivative(time + h, &b.stage[..d], &mut b.rates[..d]);
-        change(&self.linear, [&b.rates, &b.f], [&b.stage, y], &mut b.moved, &mut b.change);
-        b.next.copy_from_slice(y);
-        w.whole.add_to(&b.f[..d], &mut b.next);
-        w.middle.add_to(&b.middle[..d], &mut b.next);
-        w.last.add_to(&b.change[..d], &mut b.next);
-        system.derivative(time + h, &b.next[..d], &mut b.rates[..d]);
-        remainder(system, &self.jacobian, &b.next, &mut b.remainder[2]);
+        w.half_change.add_to(&sum[..count], base);
+        system.derivative_of(time + h, &base[..d], &mut rates[..d], n, m);
+        changed(linear, curved, [rates, f], [&base[..d], &y[..d]], &mut moved[..d], last);
+        next.copy_from_slice(y);
+        w.whole.add_to(&f[..d], next);
+        w.middle.add_to(&middle[..count], next);
+        w.last.add_to(&last[..count], next);
+        system.derivative_of(time + h, &next[..d], &mut rates[..d], n, m);
+        remainder(system, &self.jacobian, next, size, &mut remainders[2]);
         let Some(tolerance) = &self.tolerance else { return 0.0 };
         // Replacing the last stage by the new point gives a solution of order 3: their difference is the error.
-        change(&self.linear, [&b.rates, &b.f], [&b.next, y], &mut b.moved, &mut b.first);
-        let mut error: f64 = 0.0;
-        for j in n..2 * n {
-            error = error.max((b.first[j] - b.change[j]).abs() / tolerance.joint);
-        }
-        for i in 2 * n + m..2 * (n + m) {
-            error = error.max((b.first[i] - b.change[i]).abs() / tolerance.deflection);
-        }
-        error * h / 6.0
+        changed(linear, curved, [rates, f], [&next[..d], &y[..d]], &mut moved[..d], first);
+        let off = |range: std::ops::Range<usize>| range.fold(0.0, |worst: f64, k| worst.max((first[k] - last[k]).abs()));
+        (off(0..n) / tolerance.joint).max(off(n..n + m) / tolerance.deflection) * h / 6.0
     }
 
     /// Makes the attempted step the state and adds its share to the means.
-    fn accept(&mut self, system: &mut Coupled<'_>, time: f64, y: &mut [f64], means: &mut Means) {
-        let (n, m, d) = (system.joints(), system.axes(), system.dimension());
+    #[inline(always)]
+    fn accept(&mut self, system: &mut Coupled<'_>, time: f64, y: &mut [f64], means: &mut Means, Size { n, m, d }: Size) {
         let w = &self.levels[self.level];
         let b = &mut self.buffers;
-        b.sum.fill(0.0);
-        w.integral.add_to(&b.f[..d], &mut b.sum);
-        w.integral_middle.add_to(&b.middle[..d], &mut b.sum);
-        w.integral_last.add_to(&b.change[..d], &mut b.sum);
+        let integral = &mut b.integral[..(n + m).next_multiple_of(LANES)];
+        integral.fill(0.0);
+        w.integral.add_to(&b.f[..d], integral);
+        w.integral_middle.add_to(&b.middle[..d - n - m], integral);
+        w.integral_last.add_to(&b.change[..d - n - m], integral);
         for j in 0..n {
-            means.joints[j] += w.step * y[j] + b.sum[j];
+            means.joints[j] += w.step * y[j] + integral[j];
         }
         for i in 0..m {
-            means.force[i] += w.step * y[2 * n + i] + b.sum[n + i];
+            means.force[i] += w.step * y[2 * n + i] + integral[n + i];
             let [start, middle, end] = &b.remainder;
             means.endpoint[i] += w.step / 6.0 * (start[i] + 4.0 * middle[i] + end[i]);
         }
@@ -328,47 +354,85 @@ impl Stepper {
     }
 }
 
+/// Joints, axes and states of a system: constants to the compiler where they are written as such.
+#[derive(Clone, Copy)]
+struct Size {
+    n: usize,
+    m: usize,
+    d: usize,
+}
+
+/// [`Stepper::interval`] as a type, so that it is compiled for the vector unit at hand.
+struct Interval<'a, 'b> {
+    stepper: &'a mut Stepper,
+    system: &'a mut Coupled<'b>,
+    time_s: f64,
+    y: &'a mut [f64],
+    means: &'a mut Means,
+}
+
+impl WithSimd for Interval<'_, '_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, _: S) {
+        let Interval { stepper, system, time_s, y, means } = self;
+        let (n, m, d) = (system.joints(), system.axes(), system.dimension());
+        match (n, m, d) {
+            (2, 2, 8) => stepper.steps(system, time_s, y, means, Size { n: 2, m: 2, d: 8 }),
+            _ => stepper.steps(system, time_s, y, means, Size { n, m, d }),
+        }
+    }
+}
+
 /// Error of one step in a rate that, step after step, keeps force and motion of a planar arm within the relative error
 /// asked for: found by comparing with fine steps (tests/suite/accuracy.rs).
 const JOINT_RATE_SCALE: f64 = 3e-3;
 const DEFLECTION_RATE_SCALE: f64 = 3e-2;
 
-/// The nonlinear part's change since the step began: D = f(stage) − f(y) − L (stage − y). `moved` is room for y − stage.
-fn change(linear: &Columns, [rates, start_rates]: [&[f64]; 2], [stage, start]: [&[f64]; 2], moved: &mut [f64], out: &mut [f64]) {
-    for i in 0..out.len() {
-        out[i] = rates[i] - start_rates[i];
-        moved[i] = start[i] - stage[i];
+/// The nonlinear part's change since the step began, in the rows that have one: D = f(stage) − f(y) − L (stage − y).
+/// `moved` is room for y − stage.
+#[inline(always)]
+fn changed(linear: &Columns, curved: &[usize], [rates, start_rates]: [&[f64]; 2], [stage, start]: [&[f64]; 2], moved: &mut [f64], out: &mut [f64]) {
+    for (out, &row) in out.iter_mut().zip(curved) {
+        *out = rates[row] - start_rates[row];
+    }
+    for ((moved, stage), start) in moved.iter_mut().zip(stage).zip(start) {
+        *moved = start - stage;
     }
     linear.add_to(moved, out);
 }
 
 /// What the endpoint's position has beyond J₀ δq.
-fn remainder(system: &Coupled<'_>, jacobian: &[f64], y: &[f64], out: &mut [f64]) {
-    for (i, out) in out.iter_mut().enumerate() {
-        *out = remainder_of(system, jacobian, y, i);
+#[inline(always)]
+fn remainder(system: &Coupled<'_>, jacobian: &[f64], y: &[f64], Size { n, m, .. }: Size, out: &mut [f64]) {
+    for (i, out) in out[..m].iter_mut().enumerate() {
+        *out = remainder_of(system, jacobian, y, n, i);
     }
 }
 
-fn remainder_of(system: &Coupled<'_>, jacobian: &[f64], y: &[f64], axis: usize) -> f64 {
-    let n = system.joints();
-    let linear: f64 = jacobian[axis * n..(axis + 1) * n].iter().zip(y).map(|(j, q)| j * q).sum();
+#[inline(always)]
+fn remainder_of(system: &Coupled<'_>, jacobian: &[f64], y: &[f64], n: usize, axis: usize) -> f64 {
+    let linear: f64 = jacobian[axis * n..(axis + 1) * n].iter().zip(&y[..n]).map(|(j, q)| j * q).sum();
     system.endpoint()[axis] - system.rest_endpoint[axis] - linear
 }
 
 impl Weights {
-    fn new(linear: &Array2<f64>, step: f64, means: &[usize]) -> Self {
-        let [_, half, ..] = phi_functions(&(linear * (0.5 * step)));
-        let [_, first, second, third, fourth] = phi_functions(&(linear * step));
-        let rows = |a: Array2<f64>| Columns::new(&(a.select(ndarray::Axis(0), means) * (step * step)));
+    /// From φ₁ of half a step and φ₀ … φ₄ of a whole one; `means` are the states whose integrals are wanted,
+    /// changes act on the rows `curved`.
+    fn new(half: &Array2<f64>, [_, first, second, third, fourth]: &[Array2<f64>; 5], step: f64, [means, curved]: [&[usize]; 2]) -> Self {
+        let of_change = |a: &Array2<f64>| a.select(Axis(1), curved);
+        let rows = |a: &Array2<f64>| a.select(Axis(0), means) * (step * step);
         Weights {
             step,
             half: Columns::new(&(half * (0.5 * step))),
+            half_change: Columns::new(&of_change(&(half * (0.5 * step)))),
             whole: Columns::new(&(first * step)),
-            middle: Columns::new(&((&second * 2.0 - &third * 4.0) * step)),
-            last: Columns::new(&((&third * 4.0 - &second) * step)),
-            integral_middle: rows(&third * 2.0 - &fourth * 4.0),
-            integral_last: rows(&fourth * 4.0 - &third),
-            integral: rows(second),
+            middle: Columns::new(&of_change(&((second * 2.0 - third * 4.0) * step))),
+            last: Columns::new(&of_change(&((third * 4.0 - second) * step))),
+            integral_middle: Columns::new(&of_change(&rows(&(third * 2.0 - fourth * 4.0)))),
+            integral_last: Columns::new(&of_change(&rows(&(fourth * 4.0 - third)))),
+            integral: Columns::new(&rows(second)),
         }
     }
 }

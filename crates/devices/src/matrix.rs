@@ -118,6 +118,7 @@ pub(crate) fn multiply(a: &[f64], x: &[f64], y: &mut [f64]) {
 }
 
 /// y += factor · Aᵀ x for a row-major A.
+#[inline(always)]
 pub(crate) fn add_transposed(a: &[f64], x: &[f64], factor: f64, y: &mut [f64]) {
     for (row, x) in a.chunks_exact(y.len()).zip(x) {
         y.iter_mut().zip(row).for_each(|(y, a)| *y += factor * a * x);

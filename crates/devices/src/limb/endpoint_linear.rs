@@ -103,6 +103,23 @@ impl EndpointLinear {
     }
 }
 
+impl EndpointLinear {
+    /// For `n` axes, a constant to the compiler where it is written as such.
+    #[inline(always)]
+    fn accelerate(&self, x: &[f64], v: &[f64], force: &[f64], out: &mut [f64], n: usize) {
+        let (x, v, force, mean, out) = (&x[..n], &v[..n], &force[..n], &self.mean_force[..n], &mut out[..n]);
+        let (mobility, damping, stiffness) = (&self.mobility[..n * n], &self.damping[..n * n], &self.stiffness[..n * n]);
+        for i in 0..n {
+            let mut sum = 0.0;
+            for j in 0..n {
+                let k = i * n + j;
+                sum += mobility[k] * (force[j] - mean[j]) - damping[k] * v[j] - stiffness[k] * x[j];
+            }
+            out[i] = sum;
+        }
+    }
+}
+
 impl Limb for EndpointLinear {
     fn axes(&self) -> usize {
         self.mean_force.len()
@@ -113,14 +130,9 @@ impl Limb for EndpointLinear {
     }
 
     fn acceleration(&self, x: &[f64], v: &[f64], force: &[f64], out: &mut [f64]) {
-        let n = x.len();
-        for (i, out) in out.iter_mut().enumerate() {
-            let mut sum = 0.0;
-            for j in 0..n {
-                let k = i * n + j;
-                sum += self.mobility[k] * (force[j] - self.mean_force[j]) - self.damping[k] * v[j] - self.stiffness[k] * x[j];
-            }
-            *out = sum;
+        match x.len() {
+            2 => self.accelerate(x, v, force, out, 2),
+            n => self.accelerate(x, v, force, out, n),
         }
     }
 
