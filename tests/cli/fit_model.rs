@@ -1,6 +1,6 @@
 //! `ndof fit --model`: extensions by name, with what they are worth.
 
-use crate::support::{json, noise, oscillator, refuse, succeed, violation};
+use crate::support::{json, noise, oscillator, refuse, succeed, trial, violation};
 use serde_json::Value;
 use std::fmt::Write;
 use std::path::Path;
@@ -58,4 +58,17 @@ fn a_model_that_there_is_not_is_refused_with_the_name_it_may_have_been() {
     let files = late_trials(folder.path());
     let message = refuse(folder.path(), &["fit", &files[0], "--model", "inertia-damping-stiffness+dealy"]);
     assert!(message.contains("did you mean \"delay\"") && message.contains("series-compliance"), "{message}");
+}
+
+#[test]
+fn a_rival_that_the_band_cannot_carry_is_said_and_a_block_twice_is_refused() {
+    let folder = tempfile::tempdir().expect("a folder");
+    trial(folder.path());
+    let result = json(folder.path(), &["fit", "trial.csv", "--nperseg", "1024", "--band", "1-2", "--compare"]);
+    let models = result["comparison"].as_array().expect("a list");
+    assert!(models[0]["failed"].is_null() && models[0]["chi2"].is_f64(), "{models:?}");
+    let failed: Vec<_> = models.iter().filter(|m| m["failed"].is_string()).collect();
+    assert!(!failed.is_empty() && failed.iter().all(|m| m["chi2"].is_null()), "{models:?}");
+    let message = refuse(folder.path(), &["fit", "trial.csv", "--model", "inertia-damping-stiffness+delay+delay"]);
+    assert!(message.contains("delay twice"), "{message}");
 }

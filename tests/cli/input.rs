@@ -155,3 +155,16 @@ fn without_a_reference_the_direct_estimate_is_what_is_fitted() {
     assert!(derived["derived"].is_object() && direct["derived"].is_null() && direct["references"].as_array().is_some_and(Vec::is_empty));
     assert_eq!(derived["direct"]["re"], direct["direct"]["re"], "the direct estimate is the same");
 }
+
+#[test]
+fn what_is_irregular_at_an_end_is_cut_off_by_exclude() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let force = noise(5, 12_000);
+    let motion = oscillator(&force);
+    let time: Vec<f64> = (0..force.len()).map(|k| k as f64 * 0.002 + if k < 1000 && k % 3 == 0 { 0.0007 } else { 0.0 }).collect();
+    csv(&folder.path().join("late.csv"), "", &[("t [s]", &time), ("force_x [N]", &force), ("pos_x [m]", &motion)]);
+    assert!(refuse(folder.path(), &["estimate", "late.csv"]).contains("late.csv"));
+    let cut = json(folder.path(), &["estimate", "late.csv", "--exclude", "0-2", "--nperseg", "1024"]);
+    let start = json(folder.path(), &["estimate", "late.csv", "--start", "2", "--nperseg", "1024"]);
+    assert_eq!(cut["direct"], start["direct"]);
+}

@@ -149,3 +149,17 @@ fn an_interrupt_leaves_whole_files_only() {
         }
     }
 }
+
+#[test]
+fn segments_that_see_no_frequency_are_refused() {
+    let folder = tempfile::tempdir().expect("a folder");
+    std::fs::write(folder.path().join("a.csv"), {
+        let (head, lines) = lines(2000);
+        head + &lines.concat()
+    })
+    .expect("written");
+    for nperseg in ["1", "4", "15"] {
+        let message = refuse(folder.path(), &["live", "a.csv", "--nperseg", nperseg, "--wait", "0.1"]);
+        assert!(message.contains("--nperseg") && !message.contains("panicked"), "{message}");
+    }
+}

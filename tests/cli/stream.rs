@@ -1,6 +1,6 @@
 //! `ndof estimate --stream`: recordings piece by piece.
 
-use crate::support::{json, noise, oscillator, refuse, succeed};
+use crate::support::{csv, json, noise, oscillator, refuse, succeed};
 use std::fmt::Write;
 
 #[test]
@@ -39,4 +39,29 @@ fn what_needs_whole_recordings_is_refused_with_stream() {
     }
     assert!(refuse(folder.path(), &["estimate", "a.csv", "--stream", "--method", "multitaper"]).contains("--method welch"));
     assert!(refuse(folder.path(), &["estimate", "a.csv", "--stream"]).contains("a.csv"));
+}
+
+#[test]
+fn a_stream_refuses_what_a_whole_read_refuses() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let force = noise(3, 20_000);
+    let motion = oscillator(&force);
+    let time: Vec<f64> = (0..force.len()).map(|k| (k + if k < 12_000 { 0 } else { 500 }) as f64 * 0.002).collect();
+    let jittered: Vec<f64> = (0..force.len()).map(|k| k as f64 * 0.002 + if k < 12_000 || k % 2 == 0 { 0.0 } else { 0.0007 }).collect();
+    let write = |name: &str, head: &str, columns: &[(&str, &[f64])]| csv(&folder.path().join(name), head, columns);
+    write("gap.csv", "", &[("t [s]", &time), ("force_x [N]", &force), ("pos_x [m]", &motion)]);
+    write("jitter.csv", "", &[("t [s]", &jittered), ("force_x [N]", &force), ("pos_x [m]", &motion)]);
+    write("count.csv", "# sample_rate_hz: 500\n# samples: 40000\n", &[("force_x [N]", &force), ("pos_x [m]", &motion)]);
+    write("good.csv", "# sample_rate_hz: 500\n", &[("force_x [N]", &force), ("pos_x [m]", &motion)]);
+    write("volt.csv", "# sample_rate_hz: 500\n", &[("force_x [V]", &force), ("pos_x [m]", &motion)]);
+    for (file, words) in [("gap.csv", "line 12002"), ("jitter.csv", "irregular"), ("count.csv", "40000")] {
+        for stream in [&[][..], &["--stream"]] {
+            let message = refuse(folder.path(), &[&["estimate", file], stream].concat());
+            assert!(message.contains(file) && message.contains(words), "{stream:?}: {message}");
+        }
+    }
+    for stream in [&[][..], &["--stream"]] {
+        let message = refuse(folder.path(), &[&["estimate", "good.csv", "volt.csv"], stream].concat());
+        assert!(message.contains("force_x [V]") && message.contains("force_x [N]"), "{stream:?}: {message}");
+    }
 }

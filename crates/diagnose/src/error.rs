@@ -34,7 +34,7 @@ pub enum DiagnoseError {
     /// Trials of different sample rates.
     #[error("trial {trial} has {found} samples a second, the first has {expected}; resample it")]
     Rates {
-        /// Index of the trial.
+        /// The trial, from 1.
         trial: usize,
         /// Rate of the first.
         expected: f64,
@@ -44,7 +44,7 @@ pub enum DiagnoseError {
     /// Too few samples.
     #[error("trial {trial} has {samples} samples; at least 200 are needed: record longer, or leave it out")]
     TooShort {
-        /// Index of the trial.
+        /// The trial, from 1.
         trial: usize,
         /// Its length.
         samples: usize,
@@ -52,7 +52,7 @@ pub enum DiagnoseError {
     /// A channel that does not move.
     #[error("channel \"{channel}\" of trial {trial} is constant; is it connected?")]
     Constant {
-        /// Index of the trial.
+        /// The trial, from 1.
         trial: usize,
         /// The channel.
         channel: String,

@@ -64,9 +64,16 @@ impl Pieces {
         file.rewind().map_err(failed)?;
         let format = formats::detect(&head, &name)?;
         formats::reader(format, &name)?;
+        if format.name == "CSV" && head.contains(&b'\r') && !head.contains(&b'\n') && head.len() as u64 == HEAD {
+            return Err(IoError::Unsuitable {
+                file: name,
+                what: "lines end with a carriage return alone and are not read piece by piece".to_owned(),
+                remedy: "write it anew with `ndof convert`, or read it whole".to_owned(),
+            });
+        }
         let source = match format.name {
             #[cfg(feature = "csv")]
-            "CSV" => Source::Csv { stream: Box::new(CsvStream::new(&name, options)), name, file },
+            "CSV" => Source::Csv { stream: Box::new(CsvStream::of_complete(&name, options)), name, file },
             #[cfg(feature = "parquet")]
             "Parquet" => Source::Parquet(Box::new(ParquetStream::open(file, &name, options)?)),
             other => {
@@ -89,8 +96,6 @@ impl Pieces {
                 if count > 0 {
                     self.waiting.extend(stream.push(&bytes)?);
                 } else {
-                    // The last line of a file that is complete may lack its end.
-                    self.waiting.extend(stream.push(b"\n")?);
                     self.waiting.extend(stream.finish()?);
                     self.source = Source::End;
                 }

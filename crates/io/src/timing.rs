@@ -10,7 +10,7 @@ use crate::time::{Clock, Stamps, simplest};
 use ndof_signal::{Quantity, Unit};
 
 /// A rate further than this from another is not the same rate.
-const RATE_AGREEMENT: f64 = 1e-3;
+pub(crate) const RATE_AGREEMENT: f64 = 1e-3;
 
 /// A step of more than so many median steps has lost a sample.
 const GAP: f64 = 1.5;

@@ -194,6 +194,22 @@ pub enum StudyError {
         /// What there is.
         available: String,
     },
+    /// A block twice in one model.
+    #[error("model \"{name}\" has {block} twice, which no data tell apart; name it once")]
+    RepeatedBlock {
+        /// The model.
+        name: String,
+        /// The block.
+        block: String,
+    },
+    /// Segments of which no frequency is seen.
+    #[error("segments of {nperseg} samples see no frequency; take {least} samples or more with --nperseg")]
+    ShortSegment {
+        /// What was asked for.
+        nperseg: usize,
+        /// The least.
+        least: usize,
+    },
     /// The fit is not possible.
     #[error("fitting: {0}")]
     Fit(#[from] ndof_models::FitError),

@@ -236,9 +236,9 @@ fn by_axis(axes: &[&str], wanted: &[&str]) -> Option<Vec<usize>> {
     (all && !axes.is_empty()).then_some(order)
 }
 
-/// One channel for one input can only belong together, unless they name two axes as x and y are.
+/// One channel for one input can only belong together, unless they name two axes as x and y or fe and ud do.
 fn is_only_pair(axes: &[&str], inputs: &[&str]) -> bool {
-    matches!((axes, inputs), ([one], [other]) if one.chars().count() > 1 || other.chars().count() > 1)
+    matches!((axes, inputs), ([one], [other]) if one.chars().count() > 2 || other.chars().count() > 2)
 }
 
 fn list(names: &[String], indices: &[usize]) -> String {

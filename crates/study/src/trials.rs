@@ -49,6 +49,13 @@ fn with_unit(channel: &Channel, role: usize, roles: &Roles) -> Channel {
     channel
 }
 
+/// The first channel that has another unit than in the first recording, as both write it; one that says nothing of its unit has none.
+pub(crate) fn other_unit(channels: &[Channel], first: &Recording) -> Option<(String, String)> {
+    let written = |channel: &Channel| format!("{} [{}]", channel.name, channel.unit.symbol());
+    let mut both = channels.iter().filter_map(|own| Some((own, first.channels().iter().find(|channel| channel.name == own.name)?)));
+    both.find(|(own, first)| !own.unit.symbol().is_empty() && own.unit != first.unit).map(|(own, first)| (written(own), written(first)))
+}
+
 impl Trials {
     /// Trials from recordings: roles found, stretches cut out, channels without a role left out, the others checked.
     ///
@@ -82,6 +89,10 @@ impl Trials {
             for stretch in trim.apply(&recording, &file)? {
                 let wrap = |source| StudyError::Recording { file: file.clone(), source };
                 let channels = order.iter().enumerate().map(|(role, &i)| with_unit(&stretch.channels()[i], role, &roles)).collect();
+                let channels: Vec<Channel> = channels;
+                if let Some((own, first)) = stretches.first().and_then(|first: &Trial| other_unit(&channels, &first.recording)) {
+                    return Err(mismatch("a channel", own, first));
+                }
                 let stretch = Recording::new(rate, channels).map_err(wrap)?.starting_at(stretch.start_s()).with_metadata(stretch.metadata().clone());
                 stretch.require_finite(used_names.iter().map(String::as_str)).map_err(wrap)?;
                 stretches.push(Trial { file: file.clone(), recording: stretch, warnings: Vec::new() });

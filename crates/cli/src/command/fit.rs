@@ -110,7 +110,10 @@ fn comparison(models: &[ComparedModel]) -> String {
             short(m.chi2),
             short(m.aic),
             short(m.bic),
-            ratio.map_or_else(|| "–".to_owned(), |r| format!("{} on {} against {}", short(r.statistic), r.degrees_of_freedom, r.against)),
+            m.failed
+                .clone()
+                .or_else(|| ratio.map(|r| format!("{} on {} against {}", short(r.statistic), r.degrees_of_freedom, r.against)))
+                .unwrap_or_else(|| "–".to_owned()),
             ratio.map_or_else(|| "–".to_owned(), |r| short(r.p_value)),
         ]);
     }

@@ -137,7 +137,9 @@ impl Reading {
         if path.as_os_str() == "-" || (self.start.is_none() && self.stop.is_none() && self.exclude.is_empty()) {
             return Err(error.into());
         }
-        kept.into_iter().map(|window| self.read_with(path, &ReadOptions { window_s: Some(window), ..self.options() })).collect()
+        let read = |window| self.read_with(path, &ReadOptions { window_s: Some(window), ..self.options() });
+        let (found, empty): (Vec<_>, Vec<_>) = kept.into_iter().map(read).partition(|read| !matches!(read, Err(CliError::Io(IoError::OneSample { .. }))));
+        if found.is_empty() { empty } else { found }.into_iter().collect()
     }
 
     /// Reads recordings to look at them: what is wrong with their clock becomes a warning.

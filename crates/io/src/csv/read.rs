@@ -21,7 +21,7 @@ struct Line<'a> {
 
 /// Reads a CSV file.
 pub(crate) fn read(bytes: &[u8], file: &str) -> Result<Table, IoError> {
-    read_piece(text(bytes, file)?, file, (0, 0))
+    read_piece(text(bytes, file, 0)?, file, (0, 0))
 }
 
 /// Reads a piece of a CSV file: its head, then lines of which `skipped` come behind the first `head` lines in the file.
@@ -85,11 +85,12 @@ fn drop_last(file: &str, table: &mut Table, line: usize) -> Result<(), IoError> 
     Ok(())
 }
 
-pub(super) fn text<'a>(bytes: &'a [u8], file: &str) -> Result<&'a str, IoError> {
-    let bytes = bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes);
+/// The text of what comes behind `lines` lines of a file.
+pub(super) fn text<'a>(bytes: &'a [u8], file: &str, lines: usize) -> Result<&'a str, IoError> {
+    let bytes = bytes.strip_prefix(b"\xef\xbb\xbf").filter(|_| lines == 0).unwrap_or(bytes);
     std::str::from_utf8(bytes).map_err(|e| {
         let at = e.valid_up_to();
-        let line = 1 + bytes[..at].iter().filter(|&&b| b == b'\n').count();
+        let line = lines + 1 + bytes[..at].iter().filter(|&&b| b == b'\n').count();
         IoError::NotUtf8 { file: file.to_owned(), line, byte: bytes[at] }
     })
 }

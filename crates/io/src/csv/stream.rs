@@ -4,19 +4,19 @@ use super::read::{read_piece, text};
 use crate::assemble::{SAMPLES_KEY, assemble, is_time};
 use crate::csv::header::metadata;
 use crate::error::{IoError, Place};
+use crate::note::Note;
 use crate::options::ReadOptions;
 use crate::piece::Piece;
 use crate::table::Table;
+use crate::timing::{RATE_AGREEMENT, number};
 use ndof_signal::{Recording, RecordingError};
 
 /// Rows from which the rate is read where there is a time column: stamps in whole milliseconds then give it to a thousandth.
 const FIRST_ROWS: usize = 1000;
 /// Rows that are read again with the next ones, so that the step between two pieces is seen among others.
 const OVERLAP: usize = 64;
-/// Irregular steps among the first rows that are gaps; more of them are a clock that is no clock.
+/// Irregular steps among so many rows that are gaps; more of them are a clock that is no clock.
 const FEW_GAPS: usize = 3;
-/// A stretch whose stamps leave its rate by this share has another rate.
-const RATE_AGREEMENT: f64 = 1e-3;
 
 /// Reads a CSV recording while it is being written.
 ///
@@ -32,7 +32,11 @@ const RATE_AGREEMENT: f64 = 1e-3;
 pub struct CsvStream {
     file: String,
     options: ReadOptions,
-    /// Bytes behind the last line end.
+    /// The file is complete: what a whole read refuses is refused.
+    complete: bool,
+    /// The samples that a complete file says it has.
+    declared: Option<f64>,
+    /// Bytes behind the last line end; of a complete file the last line too, which may be all that is new at the end.
     pending: Vec<u8>,
     /// Comments and the line of names.
     head: String,
@@ -52,6 +56,10 @@ pub struct CsvStream {
     stretch: Option<(f64, usize)>,
     /// Samples handed out.
     seen: usize,
+    /// Lines behind which a gap was.
+    gaps: Vec<usize>,
+    /// What the next piece has to tell.
+    notes: Vec<Note>,
 }
 
 impl CsvStream {
@@ -59,7 +67,9 @@ impl CsvStream {
     pub fn new(file: &str, options: ReadOptions) -> Self {
         CsvStream {
             file: file.to_owned(),
-            options: ReadOptions { allow_nan: true, resample: None, ..options },
+            options: ReadOptions { allow_nan: true, resample: None, window_s: None, ..options },
+            complete: false,
+            declared: None,
             pending: Vec::new(),
             head: String::new(),
             head_lines: 0,
@@ -71,7 +81,14 @@ impl CsvStream {
             rate_hz: None,
             stretch: None,
             seen: 0,
+            gaps: Vec::new(),
+            notes: Vec::new(),
         }
+    }
+
+    /// A file that is complete, piece by piece: gaps, a wrong count of samples and a cut last line are what they are to a whole read.
+    pub(crate) fn of_complete(file: &str, options: ReadOptions) -> Self {
+        CsvStream { complete: true, ..CsvStream::new(file, options) }
     }
 
     /// Takes the next bytes and gives the samples of the lines that are whole.
@@ -80,10 +97,11 @@ impl CsvStream {
     /// [`IoError`] as for a whole file.
     pub fn push(&mut self, bytes: &[u8]) -> Result<Vec<Piece>, IoError> {
         self.pending.extend_from_slice(bytes);
-        let Some(end) = self.pending.iter().rposition(|&b| b == b'\n') else { return Ok(Vec::new()) };
+        let mut ends = self.pending.iter().enumerate().rev().filter(|(_, b)| **b == b'\n').map(|(at, _)| at);
+        let Some(end) = ends.nth(usize::from(self.complete)) else { return Ok(Vec::new()) };
         let rest = self.pending.split_off(end + 1);
         let whole = std::mem::replace(&mut self.pending, rest);
-        self.take_lines(text(&whole, &self.file)?);
+        self.take_lines(&whole)?;
         if self.rate_hz.is_none() && self.lines.len() < FIRST_ROWS {
             // One look tells whether there is a time column, which gives the rate only over many rows.
             let rows = self.rows()?;
@@ -99,28 +117,41 @@ impl CsvStream {
     /// # Errors
     /// [`IoError`] as for a whole file.
     pub fn finish(&mut self) -> Result<Vec<Piece>, IoError> {
-        match (self.named, self.seen) {
-            (false, _) => Err(IoError::Empty { file: self.file.clone() }),
-            (true, 0) if self.lines.is_empty() => Err(IoError::HeaderOnly { file: self.file.clone(), line: self.head_lines }),
-            (true, _) => self.pieces(),
+        if self.complete {
+            let rest = std::mem::take(&mut self.pending);
+            self.take_lines(&rest)?;
+        }
+        let pieces = match (self.named, self.seen) {
+            (false, _) => return Err(IoError::Empty { file: self.file.clone() }),
+            (true, 0) if self.lines.is_empty() => return Err(IoError::HeaderOnly { file: self.file.clone(), line: self.head_lines }),
+            (true, _) => self.pieces()?,
+        };
+        match self.declared {
+            Some(declared) if declared != self.seen as f64 => Err(IoError::SampleCount { file: self.file.clone(), declared, found: self.seen }),
+            _ => Ok(pieces),
         }
     }
 
-    fn take_lines(&mut self, text: &str) {
+    fn take_lines(&mut self, bytes: &[u8]) -> Result<(), IoError> {
+        let text = text(bytes, &self.file, self.head_lines + self.dropped + self.lines.len())?;
         for line in text.split_inclusive('\n') {
             if self.named {
                 self.lines.push(line.to_owned());
                 continue;
             }
             let comment = line.trim_start().strip_prefix('#');
-            // Blank in place of what may be wrong while the file grows, so that lines keep their numbers.
-            let count = comment.and_then(metadata).is_some_and(|(key, _)| key == SAMPLES_KEY);
-            self.head += if count { "#\n" } else { line };
+            // Blank in place of a count that no piece has, so that lines keep their numbers.
+            let count = comment.and_then(metadata).filter(|(key, _)| key == SAMPLES_KEY);
+            self.head += if count.is_some() { "#\n" } else { line };
+            if let Some((_, text)) = count.filter(|_| self.complete) {
+                self.declared = self.declared.or(number(&text));
+            }
             self.head_lines += 1;
             if comment.is_none() && !line.trim().is_empty() && !line.starts_with("sep=") {
                 self.named = true;
             }
         }
+        Ok(())
     }
 
     /// Hands out what waits: more than one piece where there is a gap within.
@@ -132,14 +163,19 @@ impl CsvStream {
                     pieces.extend(piece);
                     break;
                 }
-                Err(IoError::IrregularTime { place: Place::Line(line), count, .. }) if self.rate_hz.is_some() || count <= FEW_GAPS => line,
+                Err(IoError::IrregularTime { place: Place::Line(line), count, .. }) if self.is_gap(line, count) => line,
                 Err(error) => return Err(error),
             };
+            self.gaps.push(until);
             let behind = self.lines.split_off((until - 1).saturating_sub(self.head_lines + self.dropped));
-            if let Some(rows) = self.rows()?
-                && let Ok(Some(piece)) = self.piece(rows)
-            {
-                pieces.push(piece);
+            match self.rows()? {
+                Some(rows) => pieces.extend(self.piece(rows)?),
+                None if self.last_line + 1 < until && !self.lines.is_empty() => self.notes.push(Note::new(
+                    "sample-timing",
+                    format!("the sample before the gap at line {until} stands alone between two gaps and is left out"),
+                    "look for lost samples",
+                )),
+                None => {}
             }
             self.dropped = until - 1 - self.head_lines;
             self.last_line = until - 1;
@@ -147,6 +183,12 @@ impl CsvStream {
             self.stretch = None;
         }
         Ok(pieces)
+    }
+
+    /// Whether an irregular step, one of `count` among the kept lines, is a gap in a clock that is one otherwise.
+    fn is_gap(&self, line: usize, count: usize) -> bool {
+        let often = self.gaps.len() >= FEW_GAPS && line.saturating_sub(self.gaps[self.gaps.len() - FEW_GAPS]) < OVERLAP;
+        !self.complete && !often && (self.rate_hz.is_some() || count <= FEW_GAPS)
     }
 
     /// The lines that are kept as a table, if it has rows that were not handed out and enough to tell the time.
@@ -176,6 +218,17 @@ impl CsvStream {
             let elapsed_s = count as f64 / rate_hz;
             (start_s - begin_s - elapsed_s).abs() <= 0.5 / rate_hz + RATE_AGREEMENT * elapsed_s
         });
+        if self.complete && !follows && self.seen > 0 {
+            let (begin_s, count) = self.stretch.unwrap_or((start_s, 0));
+            return Err(IoError::IrregularTime {
+                file: self.file.clone(),
+                place: Place::Line(lines.get(first).copied().unwrap_or(self.last_line)),
+                found_s: start_s - begin_s - (count as f64 - 1.0) / rate_hz,
+                expected_s: 1.0 / rate_hz,
+                count: 1,
+                steps: self.seen,
+            });
+        }
         self.stretch = match self.stretch.filter(|_| follows) {
             Some((begin_s, count)) => Some((begin_s, count + own.len())),
             None => Some((start_s, own.len())),
@@ -186,7 +239,8 @@ impl CsvStream {
         self.dropped += surplus;
         self.lines.drain(..surplus);
         let recording = Recording::new(rate_hz, own.channels().to_vec()).map_err(wrap)?.starting_at(start_s).with_metadata(own.metadata().clone());
-        Ok(Some(Piece { recording, follows, notes: read.notes }))
+        let notes = self.notes.drain(..).chain(read.notes).collect();
+        Ok(Some(Piece { recording, follows, notes }))
     }
 }
 
@@ -234,6 +288,40 @@ mod tests {
             assert_eq!(starts.len(), 2, "{size} {gap}: {starts:?}");
             assert!((starts[1] - (gap + 5) as f64 * 0.002).abs() < 1e-9, "{size} {gap}: {starts:?}");
             assert_eq!(pieces.iter().map(|p| p.recording.len()).sum::<usize>(), 2995, "{size} {gap}");
+        }
+    }
+
+    #[test]
+    fn a_complete_file_is_held_to_what_a_whole_read_asks() {
+        let complete = |text: &str| {
+            let mut stream = CsvStream::of_complete("whole.csv", ReadOptions::default());
+            let mut pieces = stream.push(text.as_bytes())?;
+            pieces.extend(stream.finish()?);
+            Ok(pieces)
+        };
+        let head = "t [s],force_x [N],pos_x [mm]\n";
+        let gap = format!("{head}{}{}", text(0..2000), text(2005..3000));
+        assert!(matches!(complete(&gap), Err(IoError::IrregularTime { place: Place::Line(2002), .. })), "{:?}", complete(&gap));
+        let drifted = (0..5000).fold(format!("# samples: 5000\n{head}"), |mut text, k| {
+            writeln!(text, "{:.6},1,2", k as f64 * 0.002 + if k < 1500 { 0.0 } else { (k - 1500) as f64 * 1e-5 }).unwrap();
+            text
+        });
+        assert!(matches!(complete(&drifted), Err(IoError::IrregularTime { .. })));
+        let counted = format!("# samples: 3000\n{head}{}", text(0..2999));
+        assert!(matches!(complete(&counted), Err(IoError::SampleCount { found: 2999, .. })));
+        let unended = complete(&format!("{head}{}", text(0..3000)).trim_end().to_owned()).unwrap();
+        assert_eq!(unended.iter().map(|piece| piece.recording.len()).sum::<usize>(), 2999);
+        assert_eq!(unended.last().unwrap().notes[0].code, "unterminated-line");
+    }
+
+    #[test]
+    fn jitter_behind_a_good_beginning_is_no_series_of_gaps() {
+        let jittered = (0..3000).fold("t [s],force_x [N]\n".to_owned(), |mut text, k| {
+            writeln!(text, "{},1", k as f64 * 0.002 + if k < 2000 || k % 2 == 0 { 0.0 } else { 0.0007 }).unwrap();
+            text
+        });
+        for size in [64, 1 << 20] {
+            assert!(matches!(all(&jittered, size), Err(IoError::IrregularTime { .. })), "{size}");
         }
     }
 

@@ -3,10 +3,11 @@
 use super::PARQUET;
 use super::read::{Kind, append, caught, check_compression, check_places, facts};
 use crate::arrays::{self, Entry, Value};
-use crate::assemble::{SAMPLES_KEY, assemble};
-use crate::error::IoError;
+use crate::assemble::{SAMPLES_KEY, assemble, is_time};
+use crate::error::{IoError, Place};
 use crate::options::ReadOptions;
 use crate::piece::Piece;
+use crate::timing::{RATE_AGREEMENT, number};
 use ::parquet::column::reader::ColumnReader;
 use ::parquet::file::metadata::KeyValue;
 use ::parquet::file::reader::{FileReader, SerializedFileReader};
@@ -25,6 +26,8 @@ pub(crate) struct ParquetStream {
     reader: SerializedFileReader<File>,
     /// Columns of numbers: place, name and how they are taken.
     columns: Vec<(usize, String, Kind)>,
+    /// The samples that the file says it has, besides its directory.
+    declared: Option<f64>,
     /// What is no column of numbers.
     others: Vec<Entry>,
     /// The next row group.
@@ -49,7 +52,7 @@ impl ParquetStream {
             let metadata = reader.metadata();
             check_places(len, metadata).map_err(damaged)?;
             check_compression(file, metadata)?;
-            let (mut columns, mut others) = (Vec::new(), Vec::new());
+            let (mut columns, mut others, mut declared) = (Vec::new(), Vec::new(), None);
             for (i, column) in metadata.file_metadata().schema_descr().columns().iter().enumerate() {
                 let name = column.path().parts().join(".");
                 match Kind::of(column) {
@@ -59,13 +62,28 @@ impl ParquetStream {
             }
             for KeyValue { key, value } in metadata.file_metadata().key_value_metadata().into_iter().flatten() {
                 // A piece does not have the number of samples of the whole.
-                if key != SAMPLES_KEY {
+                if key == SAMPLES_KEY {
+                    declared = value.as_deref().and_then(number);
+                } else {
                     facts(key, value.as_deref().unwrap_or_default(), &mut others);
                 }
             }
             let options = ReadOptions { allow_nan: true, resample: None, ..options };
             let kept = vec![Vec::new(); columns.len()];
-            Ok(ParquetStream { file: file.to_owned(), options, reader, columns, others, group: 0, open: Vec::new(), left: 0, kept, clock: None, seen: 0 })
+            Ok(ParquetStream {
+                file: file.to_owned(),
+                options,
+                reader,
+                columns,
+                declared,
+                others,
+                group: 0,
+                open: Vec::new(),
+                left: 0,
+                kept,
+                clock: None,
+                seen: 0,
+            })
         })
     }
 
@@ -92,7 +110,10 @@ impl ParquetStream {
             new += wanted;
         }
         if new == 0 && self.seen > 0 {
-            return Ok(None);
+            return match self.declared {
+                Some(declared) if declared != self.seen as f64 => Err(IoError::SampleCount { file: self.file.clone(), declared, found: self.seen }),
+                _ => Ok(None),
+            };
         }
         let kept = overlap + new - OVERLAP.min(overlap + new);
         self.kept = values.iter().map(|column| column[kept..].to_vec()).collect();
@@ -103,6 +124,18 @@ impl ParquetStream {
         let table = arrays::table(&self.file, numbers.chain(self.others.iter().cloned()).collect())?;
         let read = assemble(&self.file, table, &self.options)?;
         let (rate_hz, start_s) = *self.clock.get_or_insert((read.recording.sample_rate_hz(), read.recording.start_s()));
+        let timed = self.columns.iter().any(|(_, name, _)| is_time(name));
+        let (elapsed_s, own_s) = (self.seen as f64 / rate_hz, read.recording.start_s() + overlap as f64 / read.recording.sample_rate_hz() - start_s);
+        if timed && (own_s - elapsed_s).abs() > 0.5 / rate_hz + RATE_AGREEMENT * elapsed_s {
+            return Err(IoError::IrregularTime {
+                file: self.file.clone(),
+                place: Place::Sample(self.seen),
+                found_s: own_s - elapsed_s + 1.0 / rate_hz,
+                expected_s: 1.0 / rate_hz,
+                count: 1,
+                steps: self.seen,
+            });
+        }
         let wrap = |source: RecordingError| IoError::Recording { file: self.file.clone(), source };
         let own = read.recording.slice(overlap..overlap + new).map_err(wrap)?;
         let recording = Recording::new(rate_hz, own.channels().to_vec())

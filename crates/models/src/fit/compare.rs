@@ -18,7 +18,9 @@ pub struct LikelihoodRatio {
 }
 
 /// The likelihood-ratio test: χ²₀ − χ²₁ is χ² distributed with as many degrees of freedom as the larger model has
-/// parameters more, if the smaller one is right (and none of those sits on a bound).
+/// parameters more, if the smaller one is right and lies within the larger one as a pure delay of zero does. Where it is the larger
+/// one at a bound, or leaves some of its parameters without effect (a flexible mode without mass, a reflex without gain), the law is
+/// another and p is a guide only: compare [`Fit::bic`], or the errors on held-out data.
 pub fn likelihood_ratio(smaller: &Fit, larger: &Fit) -> LikelihoodRatio {
     let parameters = larger.theta.len().saturating_sub(smaller.theta.len());
     let statistic = smaller.chi2 - larger.chi2;

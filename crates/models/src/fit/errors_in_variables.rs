@@ -97,7 +97,7 @@ impl ErrorsInVariables {
         let data = 2 * n * lines.len();
         if data <= parameters.len() {
             let needed = parameters.len() / (2 * n) + 1;
-            return Err(FitError::TooFewBins { bins: lines.len(), needed, low_hz: self.band_hz[0], high_hz: self.band_hz[1] });
+            return Err(FitError::TooFewBins { bins: lines.len(), independent: lines.len() as f64, needed, low_hz: self.band_hz[0], high_hz: self.band_hz[1] });
         }
         let own = n as f64;
         if degrees <= own + 1.0 {

@@ -45,7 +45,7 @@ impl PaperFit {
             .collect();
         if 2 * bins.len() * n * n <= parameters.len() {
             let needed = parameters.len() / (2 * n * n) + 1;
-            return Err(FitError::TooFewBins { bins: bins.len(), needed, low_hz: self.band_hz[0], high_hz: self.band_hz[1] });
+            return Err(FitError::TooFewBins { bins: bins.len(), independent: bins.len() as f64, needed, low_hz: self.band_hz[0], high_hz: self.band_hz[1] });
         }
         let frequency_hz: Vec<f64> = bins.iter().map(|&f| impedance.frequency_hz[f]).collect();
         let none = Smoothing::None;

@@ -75,11 +75,13 @@ pub enum FitError {
     NotMechanical,
     /// Nothing is left to fit.
     #[error(
-        "{bins} usable frequencies between {low_hz:.4} and {high_hz:.4} Hz (0 Hz and gaps never count), {needed} are needed; widen the band, use longer windows or record longer"
+        "{bins} usable frequencies between {low_hz:.4} and {high_hz:.4} Hz (0 Hz and gaps never count) are worth {independent:.1} independent ones, {needed} are needed; widen the band, use longer windows or record longer"
     )]
     TooFewBins {
         /// Usable frequencies.
         bins: usize,
+        /// Those that say something of their own; windows and padding make neighbours alike.
+        independent: f64,
         /// What the model needs at least.
         needed: usize,
         /// Lower end of the band.
@@ -112,7 +114,8 @@ impl Fit {
         self.parameters.iter().find(|p| p.name == name)
     }
 
-    /// The fit seen as one of its first `count` parameters alone, whatever the others are: their marginal covariance.
+    /// The fit seen as one of its first `count` parameters alone, whatever the others are: their marginal covariance. χ² and its
+    /// degrees of freedom stay those of the whole fit.
     pub fn marginal(&self, count: usize) -> Fit {
         let count = count.min(self.theta.len());
         Fit {

@@ -74,8 +74,8 @@ impl WeightedFit {
         let bins = self.bins(response, uncertainty, full);
         let independent: f64 = bins.iter().map(|b| b.share).sum();
         if bins.is_empty() || 2.0 * independent * (n * n) as f64 <= parameters.len() as f64 {
-            let needed = parameters.len().div_ceil(2 * n * n).max(1);
-            return Err(FitError::TooFewBins { bins: bins.len(), needed, low_hz: self.band_hz[0], high_hz: self.band_hz[1] });
+            let needed = parameters.len() / (2 * n * n) + 1;
+            return Err(FitError::TooFewBins { bins: bins.len(), independent, needed, low_hz: self.band_hz[0], high_hz: self.band_hz[1] });
         }
         let frequency_hz: Vec<f64> = bins.iter().map(|b| b.hz).collect();
         let prediction = Prediction::new(model, response.kind, &frequency_hz, &uncertainty.kernel, &self.smoothing, self.transducer);

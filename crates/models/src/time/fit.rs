@@ -254,13 +254,11 @@ impl FreeRunFit {
             let variance = problem.variance(&minimum);
             all = information.covariance(variance);
             let small = small_sample(problem, &minimum.x, &(information.inverse() * faer::Scale(variance)), variance);
-            let determined: Vec<bool> = (0..expected).map(|k| all[[k, k]].is_finite()).collect();
+            let grows: Vec<bool> = (0..expected).map(|k| all[[k, k]].is_finite() && small.excess[(k, k)] > 0.0).collect();
             for k in 0..expected {
                 let known = all[[k, k]];
-                if known.is_finite() && small.excess[(k, k)] > 0.0 {
-                    for j in (0..expected).filter(|&j| determined[j]) {
-                        all[[k, j]] += small.excess[(k, j)];
-                    }
+                for j in (0..expected).filter(|&j| grows[k] && grows[j]) {
+                    all[[k, j]] += small.excess[(k, j)];
                 }
                 quantiles.push(t_quantile(small.degrees[k].min((rows - columns).max(1.0))));
                 profile_quantiles.push(quantiles[k] * if known.is_finite() && known > 0.0 { (all[[k, k]] / known).sqrt() } else { 1.0 });

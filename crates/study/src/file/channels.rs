@@ -90,8 +90,10 @@ impl ChannelsFile {
                     }
                 })?;
             let (from, unit) = name_and_unit(old);
-            file.channels
-                .insert(new.to_owned(), ChannelSource::Table(ChannelTable { from: Some(from.to_owned()), unit: unit.map(str::to_owned), negate: false }));
+            let source = ChannelSource::Table(ChannelTable { from: Some(from.to_owned()), unit: unit.map(str::to_owned), negate: false });
+            if file.channels.insert(new.to_owned(), source).is_some() {
+                return Err(StudyError::Meaning { file: "--channels".to_owned(), what: format!("\"{new}\" is given twice; a channel has one source") });
+            }
         }
         Ok(file)
     }

@@ -59,14 +59,15 @@ pub(super) fn lead(result: &FitResult) -> String {
         None => format!("{what} were fitted"),
     };
     let [low, high] = result.band_hz;
-    match felt.first() {
-        None => format!("From {low:.2} to {high:.2} Hz {model} (reduced χ² {}).", significant(nan(result.chi2_reduced), 3)),
-        Some((unit, _)) => {
-            let by = if *unit == "N" { "1 cm" } else { "10°" };
-            let all: Vec<&str> = felt.iter().map(|(_, words)| words.as_str()).collect();
-            format!("Moved by {by} and held there, it pushes back with {}.", all.join(" and "))
+    let mut sentences = Vec::new();
+    for (unit, by) in [("N", "Moved by 1 cm"), ("N m", "Turned by 10°")] {
+        let all: Vec<&str> = felt.iter().filter(|(own, _)| *own == unit).map(|(_, words)| words.as_str()).collect();
+        if !all.is_empty() {
+            sentences.push(format!("{by} and held there, it pushes back with {}.", all.join(" and ")));
         }
     }
+    sentences.push(format!("From {low:.2} to {high:.2} Hz {model} (reduced χ² {}).", significant(nan(result.chi2_reduced), 3)));
+    sentences.join(" ")
 }
 
 /// Parameters with intervals, beside the truth where it is known.

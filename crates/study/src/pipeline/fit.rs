@@ -171,7 +171,7 @@ pub fn fit(trials: &Trials, estimated: &Estimated, settings: &FitSettings, comma
     let comparison = WeightedFit { band_hz, smoothing: smoothing(estimated, band_hz), transducer: settings.transducer, ..WeightedFit::default() };
     let composite = Composite::of_cards(&model, &cards);
     let begin = comparison.fit_from(&composite, response, &composite.starts(&start))?.theta;
-    let compared = compared_models(&comparison, &model, response, &cards, &start, settings.compare)?;
+    let compared = compared_models(&comparison, &model, response, &cards, &start, settings.compare);
     let weighted = comparison.fit_trials(&composite, response, &without, &begin)?;
     let partial = derived.map_or(&estimated.estimates.direct.coherence.partial, |d| &d.coherence_paper.partial);
     let weight = &match settings.vaf_weight {

@@ -16,6 +16,8 @@ use ndof_sysid::{ResponseKind, StoppingRule};
 
 /// Length of a segment where none is given: about that of the paper, 4.096 s.
 const SEGMENT_S: f64 = 4.0;
+/// Samples of a segment of which a line between those that the window takes from 0 Hz and half of the rate is left.
+const LEAST_SEGMENT: usize = 16;
 /// Level of the intervals.
 const LEVEL: f64 = 0.95;
 /// Lowest frequency that is judged where no band is given, in units of one over a segment: below it the window sees 0 Hz.
@@ -110,6 +112,9 @@ impl Live {
     pub fn state(&self, command: &str) -> Result<Option<LiveResult>, StudyError> {
         let Some(first) = self.stretches.first() else { return Ok(None) };
         let nperseg = segment(&self.settings.estimate, first.sample_rate_hz());
+        if nperseg < LEAST_SEGMENT {
+            return Err(StudyError::ShortSegment { nperseg, least: LEAST_SEGMENT });
+        }
         let long: Vec<Trial> = self
             .stretches
             .iter()

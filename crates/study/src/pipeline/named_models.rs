@@ -21,7 +21,17 @@ pub(super) fn blocks_of(name: &str) -> Result<Vec<&'static BlockCard>, StudyErro
     };
     let mut parts = name.split('+').map(str::trim);
     match parts.next() {
-        Some(first) if first == MODEL => parts.map(|part| blocks::find(part).ok_or_else(|| unknown(part))).collect(),
+        Some(first) if first == MODEL => {
+            let mut cards: Vec<&'static BlockCard> = Vec::new();
+            for part in parts {
+                let card = blocks::find(part).ok_or_else(|| unknown(part))?;
+                if cards.iter().any(|known| known.name() == card.name()) {
+                    return Err(StudyError::RepeatedBlock { name: name.to_owned(), block: card.name().to_owned() });
+                }
+                cards.push(card);
+            }
+            Ok(cards)
+        }
         other => Err(unknown(other.unwrap_or_default())),
     }
 }
@@ -35,7 +45,7 @@ pub(super) fn compared_models(
     cards: &[&'static BlockCard],
     start: &[f64],
     all: bool,
-) -> Result<Vec<schema::ComparedModel>, StudyError> {
+) -> Vec<schema::ComparedModel> {
     let mut sets: Vec<Vec<&'static BlockCard>> = vec![Vec::new()];
     sets.extend(cards.iter().map(|card| vec![*card]));
     if all {
@@ -44,15 +54,30 @@ pub(super) fn compared_models(
     sets.push(cards.to_vec());
     let names = |set: &[&BlockCard]| set.iter().map(|c| c.name()).collect::<Vec<_>>();
     let mut done: Vec<(Vec<&'static str>, Fit)> = Vec::new();
+    let mut failed = Vec::new();
     for set in sets {
         if done.iter().any(|(known, _)| *known == names(&set)) {
             continue;
         }
         let composite = Composite::of_cards(model, &set);
-        done.push((names(&set), settings.fit_from(&composite, response, &composite.starts(start))?));
+        let starts = composite.starts(start);
+        match settings.fit_from(&composite, response, &starts) {
+            Ok(fit) => done.push((names(&set), fit)),
+            // A rival that the data cannot carry is said, and takes nothing from the others.
+            Err(error) => failed.push(schema::ComparedModel {
+                model: std::iter::once(MODEL).chain(names(&set)).collect::<Vec<_>>().join("+"),
+                parameters: starts.first().map_or(0, Vec::len),
+                chi2: None,
+                chi2_reduced: None,
+                aic: None,
+                bic: None,
+                failed: Some(error.to_string()),
+                likelihood_ratio: None,
+            }),
+        }
     }
-    if done.len() < 2 {
-        return Ok(Vec::new());
+    if done.len() + failed.len() < 2 {
+        return Vec::new();
     }
     let compared = |(k, (own, fit)): (usize, &(Vec<&'static str>, Fit))| {
         let inside = done[..k].iter().filter(|(other, _)| other.len() < own.len() && other.iter().all(|name| own.contains(name)));
@@ -64,6 +89,7 @@ pub(super) fn compared_models(
             chi2_reduced: number(fit.chi2_reduced),
             aic: number(fit.aic()),
             bic: number(fit.bic()),
+            failed: None,
             likelihood_ratio: best.map(|(_, smaller)| {
                 let ratio = likelihood_ratio(smaller, fit);
                 schema::LikelihoodRatio {
@@ -75,5 +101,5 @@ pub(super) fn compared_models(
             }),
         }
     };
-    Ok(done.iter().enumerate().map(compared).collect())
+    done.iter().enumerate().map(compared).chain(failed).collect()
 }

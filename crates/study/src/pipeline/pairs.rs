@@ -94,6 +94,9 @@ fn lag(spectra: &CrossSpectra, channels: &[Channel], from: usize, to: usize, ord
         })
         .filter(|term| term.is_finite())
         .sum();
+    if turn.norm() == 0.0 {
+        return None; // No two neighbours tell anything, and single lines do not tell a delay.
+    }
     let step_hz = hz.get(2)? - hz.get(1)?;
     let lag_s = -turn.arg() / (TAU * step_hz);
     let total: f64 = bins.iter().map(|&f| coherence(spectra, f, from, to)).sum();

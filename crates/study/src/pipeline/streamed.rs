@@ -5,16 +5,18 @@ use super::live::segment;
 use super::method::{MethodName, welch, word};
 use super::{EstimateSettings, Estimated};
 use crate::error::StudyError;
+use crate::limits;
 use crate::result::Warning;
 use crate::roles::RoleNames;
-use crate::trials::{Trial, Trials};
+use crate::trials::{Trial, Trials, other_unit};
 use crate::trim::Trim;
 use ndof_signal::{CrossSpectra, Recording, Welch, WelchError, WelchStream};
 use ndof_sysid::{EstimateError, SpectralMethod, estimate_from_spectra};
 
 /// Welch's method on recordings that come piece by piece; the estimate is that of the whole recordings, to the last bit.
 ///
-/// Channels and roles are those of the first piece, and what is checked of the signals themselves is checked on it.
+/// Channels and roles are those of the first piece, and what is checked of the signals themselves is checked on it. A piece that does not
+/// follow is another recording, with the same channels in the same units.
 pub struct Streamed {
     names: RoleNames,
     settings: EstimateSettings,
@@ -58,6 +60,9 @@ impl Streamed {
                 None => "segments of about 4 s: how long a stream is shows at its end only",
             };
             let welch = welch(&self.settings, segment(&self.settings, rate_hz));
+            let ports = &first.roles.ports;
+            let used = ports.references.len() + ports.inputs.len() + ports.outputs.len();
+            limits::estimate(&SpectralMethod::Welch(welch.clone()), welch.nperseg, used).map_err(|what| StudyError::TooLarge { what })?;
             let columns: Vec<&[f64]> = first.trials[0].recording.channels().iter().map(|c| c.samples.as_slice()).collect();
             let mut stream = welch.stream(rate_hz, columns.len()).map_err(|source| failed(file, source))?;
             stream.push(&columns).map_err(|source| failed(file, source))?;
@@ -70,12 +75,20 @@ impl Streamed {
             return Err(mismatch("the sample rate", format!("{} Hz", piece.sample_rate_hz()), format!("{} Hz", begun.first.sample_rate_hz())));
         }
         let find = |name: &String| piece.channels().iter().find(|channel| channel.name == *name).map(|channel| channel.samples.as_slice());
+        if !follows && let Some((found, expected)) = other_unit(piece.channels(), &own.recording) {
+            return Err(mismatch("a channel", found, expected));
+        }
         let names = own.recording.names();
         let columns: Option<Vec<&[f64]>> = names.iter().map(find).collect();
         let columns = columns.ok_or_else(|| mismatch("the list of channels", piece.names().join(", "), names.join(", ")))?;
+        for note in notes {
+            if !begun.first.warnings.contains(&note) {
+                begun.first.warnings.push(note);
+            }
+        }
         if !follows {
             let next = begun.welch.stream(piece.sample_rate_hz(), columns.len()).map_err(|source| failed(file, source))?;
-            close(std::mem::replace(&mut begun.stream, next), &mut self.done);
+            close(std::mem::replace(&mut begun.stream, next), file, &mut self.done)?;
         }
         begun.stream.push(&columns).map_err(|source| failed(file, source))
     }
@@ -90,7 +103,7 @@ impl Streamed {
         if self.done.is_empty() {
             self.done.push(stream.spectra().map_err(|source| own(EstimateError::Welch { trial: 1, source }))?);
         } else {
-            close(stream, &mut self.done);
+            close(stream, &first.trials[0].file, &mut self.done)?;
         }
         // Pooling one would round it.
         let spectra = match self.done.pop() {
@@ -105,9 +118,10 @@ impl Streamed {
     }
 }
 
-/// Keeps what a stretch gave; one shorter than a segment gives nothing.
-fn close(stream: WelchStream, done: &mut Vec<CrossSpectra>) {
-    done.extend(stream.spectra());
+/// Keeps what a recording gave.
+fn close(stream: WelchStream, file: &str, done: &mut Vec<CrossSpectra>) -> Result<(), StudyError> {
+    done.push(stream.spectra().map_err(|source| failed(file, source))?);
+    Ok(())
 }
 
 fn failed(file: &str, source: WelchError) -> StudyError {

@@ -70,6 +70,9 @@ pub struct ComparedModel {
     pub aic: Number,
     /// Schwarz's criterion; the smaller, the better.
     pub bic: Number,
+    /// Why it could not be fitted; its numbers are then `null`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub failed: Option<String>,
     /// Against the largest model before it in the list that is part of it; `null` where there is none.
     pub likelihood_ratio: Option<LikelihoodRatio>,
 }
@@ -83,7 +86,8 @@ pub struct LikelihoodRatio {
     pub statistic: Number,
     /// Parameters that it has more.
     pub degrees_of_freedom: usize,
-    /// Probability of so much if the smaller model were right.
+    /// Probability of so much if the smaller model were right: exact for a delay in long records, a guide where the smaller model is the
+    /// larger one at a bound (no mass, no gain); compare `bic` there.
     pub p_value: Number,
 }
 
