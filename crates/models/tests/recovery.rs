@@ -5,6 +5,11 @@ mod recovery;
 #[path = "../examples/support/recovery_frequency.rs"]
 mod recovery_frequency;
 
+#[path = "recovery/identifiable.rs"]
+mod identifiable;
+#[path = "recovery/limb_noise.rs"]
+mod limb_noise;
+
 use ndof_models::blocks::{BLOCKS, Composite};
 use ndof_models::time::{FreeRunFit, Mechanism, TimeTrial, laws};
 use ndof_models::{Axis, InertiaDampingStiffnessModel, Smoothing, Symmetry, WeightedFit, linear_start};
@@ -85,24 +90,8 @@ fn a_delay_a_flexible_mode_and_a_series_compliance_are_told_apart_in_frequency()
 
 #[test]
 fn a_delay_and_a_flexible_mode_are_told_apart_in_time() {
-    let cases = recovery::cases();
     for truth in ["latency", "flexible-mode"] {
-        let case = cases.iter().find(|c| c.law.name() == truth).expect("in the list");
-        let right = (0..4u64)
-            .into_par_iter()
-            .filter(|seed| {
-                let (force, motion) = recovery::record(case, 2000 + seed, recovery::Slow::Position);
-                let trial = [TimeTrial { force: vec![&force], motion: vec![&motion], ..TimeTrial::default() }];
-                let settings = FreeRunFit { noise: recovery::NOISE, substeps: 2, ..FreeRunFit::new(recovery::RATE_HZ) };
-                let limb = recovery::truth(case)[..3].to_vec();
-                let bic = |name: &str| {
-                    let mechanism = Mechanism::new(vec![Axis::linear("x")]).with_law(laws::find(name).expect("in the registry"), 0);
-                    settings.fit_from(&mechanism, &trial, &mechanism.starts(&limb)).expect("a fit").bic
-                };
-                let (delay, mode) = (bic("latency"), bic("flexible-mode"));
-                (delay < mode) == (truth == "latency")
-            })
-            .count();
+        let right = (0..4u64).into_par_iter().filter(|seed| recovery::names_the_truth(truth, 2000 + seed).expect("a fit")).count();
         assert_eq!(right, 4, "{truth}");
     }
 }

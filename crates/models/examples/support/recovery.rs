@@ -4,7 +4,7 @@
 //! sixteen steps a sample.
 
 use ndof_models::Axis;
-use ndof_models::time::{FreeRunFit, Law, Mechanism, Noise, TimeTrial, laws};
+use ndof_models::time::{Disturbance, FreeRunFit, Law, Mechanism, Noise, TimeTrial, laws};
 use ndof_signal::{FilteredNoise, Passband, SosFilter};
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
@@ -35,11 +35,13 @@ pub enum Slow {
 /// What the fit takes the noise for: functions that reach far enough for a hum below 2 Hz on a white floor at 200 Hz.
 pub const NOISE: Noise = Noise::Laguerre { order: 16, memory: 5 };
 
-/// What the oracle's law sees at one instant: time, x, v, x and v one delay ago, force, force one delay ago.
+/// What the oracle's law sees at one instant: time, x, v, the acceleration up to then, x and v one delay ago, force, force one
+/// delay ago.
 pub struct Now {
     t: f64,
     x: f64,
     v: f64,
+    a: f64,
     late_x: f64,
     late_v: f64,
     force: f64,
@@ -67,12 +69,27 @@ fn case(law: impl Law + 'static, truth: &[f64], thresholds: &'static [&'static s
     Case { law: Arc::new(law), truth: truth.to_vec(), thresholds, oracle, states, delay }
 }
 
-fn reflex(omega: f64, drive: f64, z: &mut [f64], h: f64) -> f64 {
-    // Two first-order lags in a row, each stepped exactly for a drive that is held.
-    let keep = (-omega * h).exp();
+impl Now {
+    /// Velocity in the middle of the step.
+    fn middle(&self, h: f64) -> f64 {
+        self.v + 0.5 * h * self.a
+    }
+}
+
+fn reflex(omega: f64, drive: impl Fn(f64, f64) -> f64, n: &Now, z: &mut [f64], h: f64) -> f64 {
+    // Two first-order lags in a row, each stepped exactly for what drives it in the middle of the step.
+    let (f, keep, before) = (z[0], (-omega * h).exp(), z[1]);
+    let drive = drive(n.late_x, n.late_v);
     z[1] = drive + (z[1] - drive) * keep;
-    z[0] = z[1] + (z[0] - z[1]) * keep;
-    z[0]
+    let middle = 0.5 * (before + z[1]);
+    z[0] = middle + (z[0] - middle) * keep;
+    f
+}
+
+/// A spring's end z behind a damper of time τ, stepped exactly for a position that moves evenly.
+fn follow(z: f64, n: &Now, time: f64, h: f64) -> f64 {
+    let lag = n.middle(h) * time;
+    n.x + n.middle(h) * h - lag + (z - n.x + lag) * (-h / time).exp()
 }
 
 /// All models with a force law.
@@ -80,7 +97,7 @@ pub fn cases() -> Vec<Case> {
     vec![
         case(laws::Relaxation, &[150.0, 0.08], &[], 1, |p, n, z, h| {
             let f = p[0] * (n.x - z[0]);
-            z[0] = n.x + (z[0] - n.x) * (-h / p[1]).exp();
+            z[0] = follow(z[0], n, p[1], h);
             f
         }),
         case(laws::FractionalDamping, &[40.0, 0.4], &[], 34, |p, n, z, h| {
@@ -91,35 +108,41 @@ pub fn cases() -> Vec<Case> {
             for (k, z) in z.iter_mut().enumerate() {
                 let time = 3e-5 * ratio.powi(k as i32);
                 f += weight(time) * (n.x - *z);
-                *z = n.x + (*z - n.x) * (-h / time).exp();
+                *z = follow(*z, n, time, h);
             }
-            f + weight(3e-5 * ratio.powi(34)) / (1.0 - ratio.powf(-order)) * n.x
+            // All longer times are a spring, all shorter ones a damper.
+            let shorter = 3e-5 / ratio;
+            f + weight(3e-5 * ratio.powi(34)) / (1.0 - ratio.powf(-order)) * n.x + weight(shorter) * shorter / (1.0 - ratio.powf(order - 1.0)) * n.v
         }),
         case(laws::FlexibleMode, &[0.5, 6.0, 0.08], &[], 2, |p, n, z, h| {
             let w = TAU * p[1];
-            let a = w * w * (n.x - z[0]) + 2.0 * p[2] * w * (n.v - z[1]);
-            z[1] += h * a;
-            z[0] += h * z[1];
+            let rate = |x: f64, v: f64, z: &[f64]| w * w * (x - z[0]) + 2.0 * p[2] * w * (v - z[1]);
+            let a = rate(n.x, n.v, z);
+            let half = [z[0] + 0.5 * h * z[1], z[1] + 0.5 * h * a];
+            z[0] += h * half[1];
+            z[1] += h * rate(n.x + 0.5 * h * n.v, n.middle(h), &half);
             p[0] * a
         }),
-        case(laws::LinearReflex, &[80.0, 6.0, 0.045, 3.0], &[], 2, |p, n, z, h| reflex(TAU * p[3], p[0] * n.late_x + p[1] * n.late_v, z, h)),
-        case(laws::OneDirectionalReflex { positive: true }, &[20.0, 0.045, 3.0], &[], 2, |p, n, z, h| reflex(TAU * p[2], p[0] * n.late_v.max(0.0), z, h)),
+        case(laws::LinearReflex, &[80.0, 6.0, 0.045, 3.0], &[], 2, |p, n, z, h| reflex(TAU * p[3], |x, v| p[0] * x + p[1] * v, n, z, h)),
+        case(laws::OneDirectionalReflex { positive: true }, &[20.0, 0.045, 3.0], &[], 2, |p, n, z, h| reflex(TAU * p[2], |_, v| p[0] * v.max(0.0), n, z, h)),
         case(laws::Latency, &[0.0063], &[], 0, |_, n, _, _| n.force - n.late_force),
         case(laws::Coulomb { turn_velocity: 5e-3 }, &[0.8], &[], 0, |p, n, _, _| p[0] * (n.v / 5e-3).tanh()),
         case(laws::Stribeck { turn_velocity: 5e-3 }, &[0.6, 0.8, 0.04], &[], 0, |p, n, _, _| {
             (p[0] + p[1] * (-(n.v / p[2]).powi(2)).exp()) * (n.v / 5e-3).tanh()
         }),
-        case(laws::LuGre, &[1500.0, 0.6, 0.5, 0.04], &[], 1, |p, n, z, h| {
-            let level = p[1] + p[2] * (-(n.v / p[3]).powi(2)).exp();
-            let f = p[0] * z[0];
+        case(laws::LuGre, &[1500.0, 0.6, 0.5, 0.04], &["coulomb_n", "excess_n", "stribeck_m_per_s"], 1, |p, n, z, h| {
+            let (f, v) = (p[0] * z[0], n.middle(h));
+            let level = p[1] + p[2] * (-(v / p[3]).powi(2)).exp();
             // ż is linear in z while v is held.
-            let rate = p[0] * n.v.abs() / level;
-            z[0] = if rate * h > 1e-9 { n.v / rate + (z[0] - n.v / rate) * (-rate * h).exp() } else { z[0] + h * n.v };
+            let rate = p[0] * v.abs() / level;
+            z[0] = if rate * h > 1e-9 { v / rate + (z[0] - v / rate) * (-rate * h).exp() } else { z[0] + h * v };
             f
         }),
         case(laws::BoucWen, &[300.0, 2e-3, 0.6], &[], 1, |p, n, z, h| {
             let f = p[0] * z[0];
-            z[0] += h * (n.v - (n.v.abs() * z[0] + p[2] * n.v * z[0].abs()) / (2.0 * p[1]));
+            let v = n.middle(h);
+            let rate = |z: f64| v - (v.abs() * z + p[2] * v * z.abs()) / (2.0 * p[1]);
+            z[0] += h * rate(z[0] + 0.5 * h * rate(z[0]));
             f
         }),
         case(laws::MaxwellSlip, &[300.0, 3e-3], &["yield_m"], 3, |p, n, z, _| {
@@ -167,7 +190,7 @@ pub fn record(case: &Case, seed: u64, slow: Slow) -> (Vec<f64>, Vec<f64>) {
     let steps = SAMPLES * FINER;
     let (mut past_x, mut past_v) = (Vec::with_capacity(steps), Vec::with_capacity(steps));
     let mut z = vec![0.0; case.states];
-    let (mut x, mut v) = (0.0f64, 0.0f64);
+    let (mut x, mut v, mut before) = (0.0f64, 0.0f64, 0.0f64);
     let delay = case.delay.map_or(0.0, |d| case.truth[d]);
     let mut motion = Vec::with_capacity(SAMPLES);
     for step in 0..steps {
@@ -179,10 +202,11 @@ pub fn record(case: &Case, seed: u64, slow: Slow) -> (Vec<f64>, Vec<f64>) {
         past_x.push(x);
         past_v.push(v);
         let ago = |c: &[f64]| {
-            let at = (t - delay) / h;
+            // In the middle of the step that begins then.
+            let at = (t - delay) / h + 0.5;
             if at < 0.0 { 0.0 } else { c[at as usize] + (c[(at as usize + 1).min(step)] - c[at as usize]) * at.fract() }
         };
-        let now = Now { t, x, v, late_x: ago(&past_x), late_v: ago(&past_v), force: between(&force, t), late_force: between(&force, t - delay) };
+        let now = Now { t, x, v, a: before, late_x: ago(&past_x), late_v: ago(&past_v), force: between(&force, t), late_force: between(&force, t - delay) };
         // Heun for the limb, the law's own rule for the law.
         let mut law_at = z.clone();
         let f = (case.oracle)(&case.truth, &now, &mut law_at, h);
@@ -190,11 +214,12 @@ pub fn record(case: &Case, seed: u64, slow: Slow) -> (Vec<f64>, Vec<f64>) {
         let push = |t: f64| between(&force, t) + limb * between(&own, t);
         let a = (push(t) - BASE[1] * v - BASE[2] * x - f) / BASE[0];
         let (ahead_x, ahead_v) = (x + h * v, v + h * a);
-        let next = Now { t: t + h, x: ahead_x, v: ahead_v, force: between(&force, t + h), late_force: between(&force, t + h - delay), ..now };
+        let next = Now { t: t + h, x: ahead_x, v: ahead_v, a, force: between(&force, t + h), late_force: between(&force, t + h - delay), ..now };
         let f = (case.oracle)(&case.truth, &next, &mut law_at.clone(), h);
         let b = (push(t + h) - BASE[1] * ahead_v - BASE[2] * ahead_x - f) / BASE[0];
         x += 0.5 * h * (v + ahead_v);
         v += 0.5 * h * (a + b);
+        before = b;
         z = law_at;
     }
     (force, motion)
@@ -220,7 +245,8 @@ pub fn fit(case: &Case, seed: u64, slow: Slow) -> Result<Answer, Box<dyn std::er
     let (force, motion) = record(case, seed, slow);
     let trial = [TimeTrial { force: vec![&force], motion: vec![&motion], ..TimeTrial::default() }];
     let mechanism = Mechanism::new(vec![Axis::linear("x")]).with_law(case.law.clone(), 0);
-    let settings = FreeRunFit { noise: NOISE, substeps: 2, ..FreeRunFit::new(RATE_HZ) };
+    let disturbance = if slow == Slow::Force { Disturbance::Force } else { Disturbance::Output };
+    let settings = FreeRunFit { noise: NOISE, disturbance, substeps: 2, ..FreeRunFit::new(RATE_HZ) };
     let truth = truth(case);
     let start: Vec<f64> = truth.iter().enumerate().map(|(k, t)| t * if k % 2 == 0 { 1.25 } else { 0.8 }).collect();
     let found = settings.fit(&mechanism, &trial, &start)?;
@@ -234,4 +260,18 @@ pub fn fit(case: &Case, seed: u64, slow: Slow) -> Result<Answer, Box<dyn std::er
         error: found.theta.iter().zip(&truth).map(|(a, b)| (a - b) / b.abs()).collect(),
         identifiable: found.parameters.iter().map(|p| p.identifiable).collect(),
     })
+}
+
+/// Whether the smaller BIC of a limb with a delay and one with a flexible mode names what made a record.
+pub fn names_the_truth(truth_name: &str, seed: u64) -> Result<bool, Box<dyn std::error::Error>> {
+    let cases = cases();
+    let case = cases.iter().find(|c| c.law.name() == truth_name).ok_or("no such law")?;
+    let (force, motion) = record(case, seed, Slow::Position);
+    let trial = [TimeTrial { force: vec![&force], motion: vec![&motion], ..TimeTrial::default() }];
+    let settings = FreeRunFit { noise: NOISE, substeps: 2, ..FreeRunFit::new(RATE_HZ) };
+    let bic = |name: &str| -> Result<f64, Box<dyn std::error::Error>> {
+        let mechanism = Mechanism::new(vec![Axis::linear("x")]).with_law(laws::find(name).ok_or("no such law")?, 0);
+        Ok(settings.fit_from(&mechanism, &trial, &mechanism.starts(&BASE))?.bic)
+    };
+    Ok((bic("latency")? < bic("flexible-mode")?) == (truth_name == "latency"))
 }

@@ -1,5 +1,6 @@
 //! Output-error fits over whole trials or windows of them.
 
+use super::innovations::{Disturbance, LimbNoise, filters, most_likely};
 use super::noise::{Colour, coefficients};
 use super::shooting::{OutputFilter, Shooting, Window};
 use super::small_sample::small_sample;
@@ -32,6 +33,9 @@ pub struct FreeRunFit {
     pub causality: Causality,
     /// What the residuals are taken for.
     pub noise: Noise,
+    /// Where it enters.
+    #[serde(default)]
+    pub disturbance: Disturbance,
     /// Beginning of each window that is not compared (s).
     pub settle_s: f64,
     /// Runge-Kutta steps a sample, where a law asks for them.
@@ -63,6 +67,8 @@ pub struct FreeRun {
     pub reason: StopReason,
     /// Initial positions and velocities of each window.
     pub initial: Vec<f64>,
+    /// The limb's own force and the sensor's noise, where [`Disturbance::Force`] was asked for.
+    pub limb_noise: Option<LimbNoise>,
     pub(super) sigma: Vec<f64>,
     pub(super) coloured: Vec<Colour>,
     /// Half width of each parameter's 95 % interval in the standard errors that the noise model would give if it were known.
@@ -104,6 +110,9 @@ pub enum FreeRunError {
         /// What the mechanism has.
         expected: usize,
     },
+    /// A disturbance that cannot be told.
+    #[error("a disturbance as a force needs a fit with given force that compares every sample; leave out the low-pass of the output and imposed motion")]
+    Disturbance,
     /// A low-pass that cannot be.
     #[error(transparent)]
     Filter(#[from] FilterError),
@@ -116,6 +125,8 @@ pub enum FreeRunError {
 const ROUGH: f64 = 1e-5;
 /// Passes of noise model and mechanism by turns; each takes in nine tenths and more of what the last one left.
 const COLOUR_PASSES: usize = 2;
+/// The same for a force of the limb.
+const DISTURBANCE_PASSES: usize = 2;
 /// Samples that a low-passed comparison keeps of each cycle of its cut-off.
 const KEPT_PER_CYCLE: f64 = 5.0;
 /// Order of that low-pass, forwards and backwards.
@@ -132,6 +143,7 @@ impl FreeRunFit {
             window_s: None,
             causality: Causality::ForceIn,
             noise: Noise::Blocks,
+            disturbance: Disturbance::Output,
             settle_s: 0.0,
             substeps: 1,
             output_low_pass_hz: None,
@@ -151,6 +163,14 @@ impl FreeRunFit {
         let mut problem = self.problem(mechanism, trials, None)?;
         let mut rough = solve(&problem, &problem.beginning(start), ROUGH)?;
         problem.reweight(&rough.x);
+        let mut limb_noise = None;
+        if self.disturbance == Disturbance::Force {
+            for _ in 0..DISTURBANCE_PASSES {
+                limb_noise = Some(problem.disturb(&rough.x, limb_noise));
+                rough = solve(&problem, &rough.x, ROUGH)?;
+            }
+            problem.reweight(&rough.x);
+        }
         if let Some((order, pole)) = self.noise.whitener() {
             problem.colour(&rough.x, order, pole, None);
             for _ in 0..COLOUR_PASSES {
@@ -160,7 +180,7 @@ impl FreeRunFit {
             }
         }
         let minimum = solve(&problem, &rough.x, FINE)?;
-        Ok(self.describe(mechanism, &problem, minimum))
+        Ok(FreeRun { limb_noise, ..self.describe(mechanism, &problem, minimum) })
     }
 
     /// The best of fits from several starts, compared after a rough minimisation; ties go to the earlier one.
@@ -218,6 +238,9 @@ impl FreeRunFit {
         if windows.is_empty() {
             return Err(FreeRunError::Empty);
         }
+        if self.disturbance == Disturbance::Force && (self.output_low_pass_hz.is_some() || self.causality == Causality::MotionIn) {
+            return Err(FreeRunError::Disturbance);
+        }
         let filter = match self.output_low_pass_hz {
             Some(hz) => Some(OutputFilter {
                 filter: SosFilter::butterworth(OUTPUT_ORDER, Passband::Low(hz), rate)?,
@@ -237,6 +260,7 @@ impl FreeRunFit {
             settle: (self.settle_s * rate) as usize,
             filter,
             coloured: vec![Colour::default(); n],
+            innovations: Vec::new(),
         };
         problem.sigma = (0..n).map(|i| problem.spread(i).max(f64::MIN_POSITIVE)).collect();
         Ok(problem)
@@ -290,6 +314,7 @@ impl FreeRunFit {
             condition: information.condition(),
             reason: minimum.reason,
             initial: minimum.x[expected..].to_vec(),
+            limb_noise: None,
             sigma: problem.sigma.clone(),
             coloured: problem.coloured.clone(),
             profile_quantiles,
@@ -344,6 +369,32 @@ impl Shooting<'_> {
             let rms = (own.iter().map(|r| r * r).sum::<f64>() / own.len().max(1) as f64).sqrt();
             self.sigma[i] *= rms.max(1e-12);
         }
+    }
+
+    /// Takes the errors of `x` for what a force of the limb and white noise of the sensor make of its run, the search for their
+    /// sizes beginning at `last`.
+    pub(super) fn disturb(&mut self, x: &[f64], last: Option<LimbNoise>) -> LimbNoise {
+        let windows = self.deviations(x);
+        let start = last.unwrap_or_else(|| {
+            let n = self.axes();
+            let runner = self.runner(x);
+            // The frequency at which mass and damping or stiffness are alike.
+            let turn =
+                |i: usize| (runner.stiffness[i * n + i].abs() / runner.mass[i * n + i]).sqrt().max(runner.damping[i * n + i].abs() / runner.mass[i * n + i]);
+            LimbNoise {
+                force: (0..n).map(|i| self.sigma[i] * runner.mass[i * n + i] * turn(i).powi(2)).collect(),
+                corner_hz: (0..n).map(|i| turn(i) / std::f64::consts::TAU).collect(),
+                sensor: self.sigma.iter().map(|s| 0.5 * s).collect(),
+            }
+        });
+        let noise = most_likely(&windows, start, self.step_s);
+        self.innovations = filters(&windows, &noise, self.step_s);
+        noise
+    }
+
+    /// Weights errors as a fit with that noise of the limb did.
+    pub(super) fn disturbed_as(&mut self, x: &[f64], noise: &LimbNoise) {
+        self.innovations = filters(&self.deviations(x), noise, self.step_s);
     }
 
     /// Takes what the residuals of `x` have in common with their past for the colour of the noise, `spread` being the covariance

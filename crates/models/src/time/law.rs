@@ -87,8 +87,16 @@ pub trait Law: Send + Sync {
 
 type Variable = Jet<LAW_VARIABLES>;
 
-fn array(values: &[f64], first: usize) -> [Variable; LAW_VARIABLES] {
-    std::array::from_fn(|k| values.get(k).map_or(Variable::of(0.0), |&v| Variable::variable(v, first + k)))
+/// States and parameters of a law together.
+const OWN: usize = LAW_VARIABLES - LOCAL_VARIABLES;
+
+/// States and then parameters as variables, numbered from `first` on.
+fn array(states: &[f64], theta: &[f64], first: usize) -> [Variable; OWN] {
+    let mut out = [Variable::of(0.0); OWN];
+    for (k, (variable, value)) in out.iter_mut().zip(states.iter().chain(theta)).enumerate() {
+        *variable = Variable::variable(*value, first + k);
+    }
+    out
 }
 
 impl<E: Equation> Law for E {
@@ -131,10 +139,10 @@ impl<E: Equation> Law for E {
             force: variable(at.force, 4),
             delayed_force: variable(at.delayed_force, 5),
         };
-        let z = array(states, LOCAL_VARIABLES);
-        let p = array(theta, LOCAL_VARIABLES + states.len());
-        let mut out = [Variable::of(0.0); LAW_VARIABLES];
-        let f = self.force(&p[..theta.len()], &local, &z[..states.len()], &mut out[..states.len()]);
+        let own = array(states, theta, LOCAL_VARIABLES);
+        let (z, p) = own.split_at(states.len());
+        let mut out = [Variable::of(0.0); OWN];
+        let f = self.force(&p[..theta.len()], &local, z, &mut out[..states.len()]);
         let columns = LOCAL_VARIABLES + states.len() + theta.len();
         slopes[..columns].copy_from_slice(&f.slope[..columns]);
         for (k, rate) in out[..states.len()].iter().enumerate() {
@@ -146,9 +154,9 @@ impl<E: Equation> Law for E {
 
     fn settle(&self, theta: &[f64], position: f64, states: &mut [f64], slopes: Option<&mut [f64]>) {
         let Some(slopes) = slopes else { return Equation::settle(self, theta, position, states) };
-        let mut z = array(states, 1);
-        let p = array(theta, 1 + states.len());
-        Equation::settle(self, &p[..theta.len()], Variable::variable(position, 0), &mut z[..states.len()]);
+        let mut own = array(states, theta, 1);
+        let (z, p) = own.split_at_mut(states.len());
+        Equation::settle(self, &p[..theta.len()], Variable::variable(position, 0), z);
         let columns = 1 + states.len() + theta.len();
         for (k, state) in states.iter_mut().enumerate() {
             *state = z[k].value();

@@ -3,8 +3,10 @@
 //! A [`Mechanism`] is inertia, damping and stiffness with any number of [`laws`]; [`FreeRunFit`] fits it. Either the force
 //! is given and the motion comes out, or the other way round ([`Causality`]).
 
+mod deviations;
 mod exact;
 mod fit;
+mod innovations;
 mod jet;
 mod law;
 pub mod laws;
@@ -17,6 +19,7 @@ mod small_sample;
 mod trial;
 
 pub use fit::{FreeRun, FreeRunError, FreeRunFit, Score};
+pub use innovations::{Disturbance, LimbNoise};
 pub use jet::Real;
 pub use law::{Equation, LAW_VARIABLES, LOCAL_VARIABLES, Law, Local};
 pub use mechanism::{Mechanism, PlacedLaw};

@@ -58,6 +58,9 @@ impl FreeRunFit {
         problem.sigma.clone_from(&fit.sigma);
         problem.coloured.clone_from(&fit.coloured);
         let best: Vec<f64> = fit.theta.iter().chain(&fit.initial).copied().collect();
+        if let Some(noise) = &fit.limb_noise {
+            problem.disturbed_as(&best, noise);
+        }
         let residuals = problem.residuals(&best);
         let square: f64 = residuals.iter().map(|r| r * r).sum();
         let degrees = (residuals.len() - best.len()) as f64;

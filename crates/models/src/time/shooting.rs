@@ -1,6 +1,8 @@
 //! The least-squares problem of a fit in time: parameters, and every window's initial state.
 
 use super::Mechanism;
+use super::deviations::Deviations;
+use super::innovations::Innovations;
 use super::noise::{Colour, add_moments, whiten};
 use super::simulate::Runner;
 use super::small_sample::factor;
@@ -38,6 +40,8 @@ pub(super) struct Shooting<'a> {
     pub filter: Option<OutputFilter>,
     /// What whitens each axis' residuals.
     pub coloured: Vec<Colour>,
+    /// What each window's errors are weighted by before that, where a force of the limb makes them; else none.
+    pub innovations: Vec<Innovations>,
 }
 
 impl Shooting<'_> {
@@ -92,6 +96,9 @@ impl Shooting<'_> {
     fn rows(&self, runner: &Runner<'_>, window: usize, initial: &[f64], derivatives: bool, white: bool) -> Vec<f64> {
         let mut out = self.coloured_rows(runner, window, initial, derivatives);
         let width = self.width(derivatives);
+        if let Some(filter) = self.innovations.get(window).filter(|_| white) {
+            filter.apply(&mut out, width, &self.sigma);
+        }
         if white && self.coloured.iter().any(|c| !c.coefficients.is_empty()) {
             whiten(&mut out, width, &self.coloured);
         }
@@ -110,8 +117,28 @@ impl Shooting<'_> {
 
     /// Width of a row, samples that do not count, and the rows of a window that nothing has whitened.
     pub fn raw(&self, x: &[f64], window: usize, derivatives: bool) -> (usize, usize, Vec<f64>) {
-        let rows = self.coloured_rows(&self.runner(x), window, self.initial_of(x, window), derivatives);
+        let mut rows = self.coloured_rows(&self.runner(x), window, self.initial_of(x, window), derivatives);
+        if let Some(filter) = self.innovations.get(window) {
+            filter.apply(&mut rows, self.width(derivatives), &self.sigma);
+        }
         (self.width(derivatives), self.settling(), rows)
+    }
+
+    /// What deviations from the run of `x` become in each window, and its errors in their own unit, axes interleaved.
+    pub fn deviations(&self, x: &[f64]) -> Vec<(Deviations, Vec<f64>)> {
+        let (n, runner) = (self.axes(), self.runner(x));
+        let theta = self.fixed.as_deref().unwrap_or(&x[..self.parameters()]);
+        (0..self.windows.len())
+            .into_par_iter()
+            .map(|w| {
+                let rows = self.coloured_rows(&runner, w, self.initial_of(x, w), false);
+                let errors: Vec<f64> = rows.iter().enumerate().map(|(k, e)| e * self.sigma[k % n]).collect();
+                let Window { trial, range } = &self.windows[w];
+                let positions: Vec<Vec<f64>> =
+                    (0..n).map(|i| range.clone().zip(errors.iter().skip(i).step_by(n)).map(|(k, e)| self.trials[*trial].output(i)[k] - e).collect()).collect();
+                (Deviations::along(self.mechanism, theta, &positions, self.step_s), errors)
+            })
+            .collect()
     }
 
     /// Which unknowns the rows of a window know.
@@ -164,7 +191,7 @@ impl Shooting<'_> {
         (0..self.windows.len()).into_par_iter().map(|w| self.rows(&runner, w, self.initial_of(x, w), true, true)).collect()
     }
 
-    fn runner<'b>(&'b self, x: &'b [f64]) -> Runner<'b> {
+    pub fn runner<'b>(&'b self, x: &'b [f64]) -> Runner<'b> {
         Runner::new(self.mechanism, self.fixed.as_deref().unwrap_or(&x[..self.parameters()]))
     }
 

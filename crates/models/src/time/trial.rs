@@ -105,7 +105,7 @@ impl Prepared {
 }
 
 /// Central differences, one-sided at the ends.
-fn slope(x: &[f64], rate_hz: f64) -> Vec<f64> {
+pub(super) fn slope(x: &[f64], rate_hz: f64) -> Vec<f64> {
     let last = x.len() - 1;
     (0..x.len())
         .map(|k| {
