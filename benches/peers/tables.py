@@ -1,4 +1,5 @@
-"""Runs our program and the peers and prints the tables of the book's page on performance. Called by benches/peers/run."""
+"""Runs our program and the peers and prints the tables of the book's page on performance. Called by benches/peers/run as
+`tables.py PROGRAM NDOF [SECTION …]`; without sections all of them. Each says how many seconds it took."""
 import os
 import platform
 import subprocess
@@ -63,86 +64,113 @@ def child(command):
     return time.perf_counter() - clock, usage.ru_utime + usage.ru_stime, usage.ru_maxrss / 1024
 
 
-def cpu():
+def processor():
     with open("/proc/cpuinfo") as file:
         return next((line.split(":")[1].strip() for line in file if line.startswith("model name")), platform.processor())
 
 
 compiler = subprocess.run(["rustc", "--version"], cwd=ROOT, capture_output=True, text=True, check=True).stdout.strip()
-print(f"{cpu()}, {os.cpu_count()} CPUs, load {os.getloadavg()[0]:.1f} before the run; {compiler}; Python {platform.python_version()}, NumPy {numpy.__version__}, "
+print(f"{processor()}, {os.cpu_count()} CPUs, load {os.getloadavg()[0]:.1f} before the run; {compiler}; Python {platform.python_version()}, NumPy {numpy.__version__}, "
       f"SciPy {scipy.__version__}, MuJoCo {mujoco.__version__}")
 
-# Ours before and after the peer, so that a disturbance of some seconds spoils neither.
-first, theirs, second = ours("spectra"), peer("spectra_scipy.py"), ours("spectra")
-own = least(first, second)
-rows = []
-for setting, asked in (("45", "≥ 40, ≥ 5, ≤ 1.5"), ("5", "≥ 40, ≥ 5, ≤ 1.8")):
-    t = own[f"spectra.{setting}.response"]
-    bare = own[f"spectra.{setting}.bare"]
-    rows.append([f"{setting} segments", ms(t), ms(bare), f"{own[f'spectra.{setting}.spectra'] / bare:.2f}", f"{t / bare:.2f}",
-                 f"{own[f'spectra.{setting}.derived'] / own[f'spectra.{setting}.bare_six']:.2f}",
-                 times(theirs[f"scipy.{setting}"] / t), times(theirs[f"numpy.{setting}"] / t), asked])
-table("2 × 2 response of 25 000 samples × 4 channels, one core",
-      ["setting", "response", "bare transforms", "spectra / bare", "response / bare", "derived (6 channels) / bare", "SciPy csd / ours", "NumPy / ours", "asked"], rows)
 
-own = ours("hour")
-one, two = ours("threads", RAYON_NUM_THREADS="1"), ours("threads", RAYON_NUM_THREADS="2")
-table("6 × 6, one hour at 1 kHz (3.6 M samples × 12 channels, segments of 4096)", ["what", "measured", "asked"], [
-    ["bare transforms", ms(own["hour.bare"]), ""],
-    ["spectra, response, ordinary, partial and multiple coherence", ms(own["hour.plain"]), ""],
-    ["over the bare transforms", f"{own['hour.plain'] / own['hour.bare']:.2f}", "≤ 2.2"],
-    ["with six commands: derived, ordered coherence, all intervals too, over the plain estimate of the 18 channels",
-     f"{own['hour.everything'] / own['hour.plain_eighteen']:.2f}", "≤ 1.25"],
-    ["one thread over two, spectra of 12 channels (wall)", f"{one['threads'] / two['threads']:.2f}", "≥ 1.8"],
-])
-
-own, theirs = ours("simulation"), peer("simulate_mujoco.py")
-speed = 50 / own["simulation.50s"]
-rows = [["ours, steps by tolerance", f"{own['simulation.error']:.1e}", f"{speed:.0f}×", ""],
-        ["ours, two steps a sample", "", f"{50 / own['simulation.50s_two_steps']:.0f}×", ""]]
-for name in ("rk4", "implicitfast"):
-    steps = max(int(key.split(".")[2]) for key in theirs if key.startswith(f"mujoco.{name}."))
-    seconds, error = theirs[f"mujoco.{name}.{steps}.seconds"], theirs[f"mujoco.{name}.{steps}.error"]
-    rows.append([f"MuJoCo {name}, {steps} steps a sample", f"{error:.1e}", f"{1 / seconds:.0f}×", times(speed * seconds)])
-table("Planar arm, nonlinear robot, stiff transducer, sampled controller: 50 s (asked: ≥ 1000 × real time at 1e-6; ≥ 5 × MuJoCo)",
-      ["who", "relative error", "of real time", "ours faster by"], rows)
-
-own = ours("fit")
-print(f"\n### Fits\n\nFree-run fit of 3 × 50 s, 13 parameters: {ms(own['fit.planar'])} of processor time. Beside SciPy:\n\n```text", flush=True)
-subprocess.run([sys.executable, os.path.join(HERE, "fit_scipy.py"), "--numba-only"], cwd=ROOT, check=True)
-print("```")
-
-with tempfile.TemporaryDirectory() as folder:
-    subprocess.run([PROGRAM, "six", folder], cwd=ROOT, check=True)
-    trials = sorted(os.path.join(folder, file) for file in os.listdir(folder))
+def spectra():
+    # Ours before and after the peer, so that a disturbance of some seconds spoils neither.
+    first, theirs, second = ours("spectra"), peer("spectra_scipy.py"), ours("spectra")
+    own = least(first, second)
     rows = []
-    for name, options in (("0.3 to 8 Hz", ["--band", "0.3-8"]), ("whole band", [])):
-        wall, cpu_s, memory = child([NDOF, "fit", *trials, *options, "--quiet"])
-        rows.append([name, f"{wall:.2f} s", f"{cpu_s:.2f} s", f"{memory:.0f} MB"])
-    table("`ndof fit` of three trials of 50 s of six axes, reading included", ["band", "wall", "processor", "peak memory"], rows)
+    for setting, asked in (("45", "≥ 40, ≥ 5, ≤ 1.5"), ("5", "≥ 40, ≥ 5, ≤ 1.8")):
+        t = own[f"spectra.{setting}.response"]
+        bare = own[f"spectra.{setting}.bare"]
+        rows.append([f"{setting} segments", ms(t), ms(bare), f"{own[f'spectra.{setting}.spectra'] / bare:.2f}", f"{t / bare:.2f}",
+                     f"{own[f'spectra.{setting}.derived'] / own[f'spectra.{setting}.bare_six']:.2f}",
+                     times(theirs[f"scipy.{setting}"] / t), times(theirs[f"numpy.{setting}"] / t),
+                     f"{times(theirs[f'scipy.{setting}'] / bare)}, {times(theirs[f'numpy.{setting}'] / bare)}", asked])
+    table("2 × 2 response of 25 000 samples × 4 channels, one core",
+          ["setting", "response", "bare transforms", "spectra / bare", "response / bare", "derived (6 channels) / bare", "SciPy csd / ours", "NumPy / ours",
+           "SciPy, NumPy / bare", "asked"], rows)
 
-own = ours("diagnosis")
-table("Diagnosis over the whole registry, one core", ["what", "processor", "asked"], [
-    ["three planar trials of 50 s", ms(own["diagnosis.planar"]), "5 s"], ["one axis, one record of 50 s", ms(own["diagnosis.one_axis"]), "1 s"]])
 
-own = ours("growth")
-def growth(name):
-    return [(key.split(".", 2)[2], value) for key, value in own.items() if key.startswith(f"growth.{name}.")]
-for name, title, column in (("length", "Spectra of 4 channels with length", "samples"), ("channels", "Spectra of 200 000 samples with channels", "channels"),
-                            ("diagnosis_length", "Diagnosis, 3 planar trials, with length", "s a trial"),
-                            ("diagnosis_axes", "Diagnosis, 3 × 25 s, with axes", "axes"), ("diagnosis_effects", "Diagnosis, 3 × 25 s planar, with hidden effects", "effects")):
-    found = growth(name)
-    table(title, [column, "processor", "over the first"], [[key, ms(value), f"{value / found[0][1]:.2f}"] for key, value in found])
+def hour():
+    own = ours("hour")
+    one, two = ours("threads", RAYON_NUM_THREADS="1"), ours("threads", RAYON_NUM_THREADS="2")
+    table("6 × 6, one hour at 1 kHz (3.6 M samples × 12 channels, segments of 4096)", ["what", "measured", "asked"], [
+        ["bare transforms", ms(own["hour.bare"]), ""],
+        ["spectra, response, ordinary, partial and multiple coherence", ms(own["hour.plain"]), ""],
+        ["over the bare transforms", f"{own['hour.plain'] / own['hour.bare']:.2f}", "≤ 2.2"],
+        ["with six commands: derived, ordered coherence, all intervals too, over the plain estimate of the 18 channels",
+         f"{own['hour.everything'] / own['hour.plain_eighteen']:.2f}", "≤ 1.25"],
+        ["one thread over two, spectra of 12 channels (wall)", f"{one['threads'] / two['threads']:.2f}", "≥ 1.8"],
+    ])
 
-with tempfile.TemporaryDirectory() as folder:
-    subprocess.run([PROGRAM, "file", folder], cwd=ROOT, check=True)
-    rows = []
-    for file in ("hour.parquet", "hour.csv"):
-        path = os.path.join(folder, file)
-        wall, cpu_s, memory = child([NDOF, "estimate", "--stream", "--method", "welch", "--nperseg", "4096", path, "--quiet"])
-        rows.append([f"{file}, {os.path.getsize(path) / 1e6:.0f} MB", f"{wall:.2f} s", f"{cpu_s:.2f} s", f"{memory:.0f} MB"])
-    table("Whole process on an hour of 12 channels at 1 kHz, `ndof estimate --stream` (asked: Parquet under 150 MB)",
-          ["file", "wall", "processor", "peak memory"], rows)
 
-print(f"\nThe program: {os.path.getsize(NDOF) / 1e6:.1f} MB with Parquet (asked of the default build: under 25 MB).")
-print(f"All of this took {time.time() - begun:.0f} s.")
+def simulation():
+    own, theirs = ours("simulation"), peer("simulate_mujoco.py")
+    speed = 50 / own["simulation.50s"]
+    rows = [["ours, steps by tolerance", f"{own['simulation.error']:.1e}", f"{speed:.0f}×", ""],
+            ["ours, two steps a sample", "", f"{50 / own['simulation.50s_two_steps']:.0f}×", ""]]
+    for name in ("rk4", "implicitfast"):
+        steps = max(int(key.split(".")[2]) for key in theirs if key.startswith(f"mujoco.{name}."))
+        seconds, error = theirs[f"mujoco.{name}.{steps}.seconds"], theirs[f"mujoco.{name}.{steps}.error"]
+        rows.append([f"MuJoCo {name}, {steps} steps a sample", f"{error:.1e}", f"{1 / seconds:.0f}×", times(speed * seconds)])
+    table("Planar arm, nonlinear robot, stiff transducer, sampled controller: 50 s (asked: ≥ 1000 × real time at 1e-6; ≥ 5 × MuJoCo)",
+          ["who", "relative error", "of real time", "ours faster by"], rows)
+
+
+def fit():
+    own = ours("fit")
+    print(f"\n### Fits\n\nFree-run fit of 3 × 50 s, 13 parameters: {ms(own['fit.planar'])} of processor time. Beside SciPy:\n\n```text", flush=True)
+    subprocess.run([sys.executable, os.path.join(HERE, "fit_scipy.py"), "--numba-only"], cwd=ROOT, check=True)
+    print("```")
+
+
+def six():
+    with tempfile.TemporaryDirectory() as folder:
+        subprocess.run([PROGRAM, "six", folder], cwd=ROOT, check=True)
+        trials = sorted(os.path.join(folder, file) for file in os.listdir(folder))
+        rows = []
+        for name, options in (("0.3 to 8 Hz", ["--band", "0.3-8"]), ("whole band", [])):
+            wall, cpu, memory = child([NDOF, "fit", *trials, *options, "--quiet"])
+            rows.append([name, f"{wall:.2f} s", f"{cpu:.2f} s", f"{memory:.0f} MB"])
+        table("`ndof fit` of three trials of 50 s of six axes, reading included", ["band", "wall", "processor", "peak memory"], rows)
+
+
+def diagnosis():
+    own = ours("diagnosis")
+    table("Diagnosis over the whole registry, one core", ["what", "processor", "asked"], [
+        ["three planar trials of 50 s", ms(own["diagnosis.planar"]), "5 s"], ["one axis, one record of 50 s", ms(own["diagnosis.one_axis"]), "1 s"]])
+
+
+def growth():
+    own = ours("growth")
+    for name, title, column in (("length", "Spectra of 4 channels with length", "samples"), ("channels", "Spectra of 200 000 samples with channels", "channels"),
+                                ("diagnosis_length", "Diagnosis, 3 planar trials, with length", "s a trial"),
+                                ("diagnosis_axes", "Diagnosis, 3 × 25 s, with axes", "axes"),
+                                ("diagnosis_effects", "Diagnosis, 3 × 25 s planar, with hidden effects", "effects")):
+        found = [(key.split(".", 2)[2], value) for key, value in own.items() if key.startswith(f"growth.{name}.")]
+        table(title, [column, "processor", "over the first"], [[key, ms(value), f"{value / found[0][1]:.2f}"] for key, value in found])
+
+
+def files():
+    with tempfile.TemporaryDirectory() as folder:
+        subprocess.run([PROGRAM, "file", folder], cwd=ROOT, check=True)
+        rows = []
+        for file in ("hour.parquet", "hour.csv"):
+            path = os.path.join(folder, file)
+            wall, cpu, memory = child([NDOF, "estimate", "--stream", "--method", "welch", "--nperseg", "4096", path, "--quiet"])
+            rows.append([f"{file}, {os.path.getsize(path) / 1e6:.0f} MB", f"{wall:.2f} s", f"{cpu:.2f} s", f"{memory:.0f} MB"])
+        table("Whole process on an hour of 12 channels at 1 kHz, `ndof estimate --stream` (asked: Parquet under 150 MB)",
+              ["file", "wall", "processor", "peak memory"], rows)
+    print(f"\nThe program: {os.path.getsize(NDOF) / 1e6:.1f} MB with Parquet (asked of the default build: under 25 MB).")
+
+
+SECTIONS = {section.__name__: section for section in (spectra, hour, simulation, fit, six, diagnosis, growth, files)}
+wanted = sys.argv[3:] or list(SECTIONS)
+unknown = [name for name in wanted if name not in SECTIONS]
+if unknown:
+    raise SystemExit(f"no section {', '.join(unknown)}; there are {', '.join(SECTIONS)}")
+for name in wanted:
+    clock = time.time()
+    SECTIONS[name]()
+    print(f"\n({name}: {time.time() - clock:.0f} s, load {os.getloadavg()[0]:.1f} after it)", flush=True)
+print(f"\nAll of this took {time.time() - begun:.0f} s.")

@@ -1,5 +1,7 @@
 //! Small Hermitian systems at several frequencies side by side, so that the compiler can use vector instructions.
 //!
+//! Everything here is compiled into its caller, so that it is vector code where that is, and its loops are straight where sizes are constants.
+//!
 //! The algebra is that of [`hermitian`](crate::hermitian), number by number. A frequency at which a matrix is not positive
 //! definite becomes NaN in its own lane and disturbs no other.
 
@@ -25,7 +27,7 @@ impl Lanes {
     pub(crate) const ZERO: Lanes = Lanes { re: [0.0; LANES], im: [0.0; LANES] };
 
     /// The numbers of a slice, ones beyond its end (a harmless matrix entry).
-    #[inline]
+    #[inline(always)]
     pub(crate) fn load(from: &[Complex64]) -> Self {
         if let Some(from) = from.first_chunk::<LANES>() {
             return Lanes { re: std::array::from_fn(|l| from[l].re), im: std::array::from_fn(|l| from[l].im) };
@@ -38,23 +40,23 @@ impl Lanes {
         lanes
     }
 
-    #[inline]
+    #[inline(always)]
     pub(crate) fn conj(self) -> Self {
         Lanes { re: self.re, im: each(&self.im, |v| -v) }
     }
 
-    #[inline]
+    #[inline(always)]
     pub(crate) fn norm_sqr(&self) -> Reals {
         std::array::from_fn(|l| self.re[l] * self.re[l] + self.im[l] * self.im[l])
     }
 
-    #[inline]
+    #[inline(always)]
     pub(crate) fn scaled(&self, by: &Reals) -> Self {
         Lanes { re: std::array::from_fn(|l| self.re[l] * by[l]), im: std::array::from_fn(|l| self.im[l] * by[l]) }
     }
 
     /// self + a b*.
-    #[inline]
+    #[inline(always)]
     pub(crate) fn plus_conj(&self, a: &Lanes, b: &Lanes) -> Self {
         Lanes {
             re: std::array::from_fn(|l| self.re[l] + (a.re[l] * b.re[l] + a.im[l] * b.im[l])),
@@ -63,7 +65,7 @@ impl Lanes {
     }
 
     /// self − a b*.
-    #[inline]
+    #[inline(always)]
     pub(crate) fn minus_conj(&self, a: &Lanes, b: &Lanes) -> Self {
         Lanes {
             re: std::array::from_fn(|l| self.re[l] - (a.re[l] * b.re[l] + a.im[l] * b.im[l])),
@@ -72,7 +74,7 @@ impl Lanes {
     }
 
     /// self + a b.
-    #[inline]
+    #[inline(always)]
     pub(crate) fn plus(&self, a: &Lanes, b: &Lanes) -> Self {
         Lanes {
             re: std::array::from_fn(|l| self.re[l] + (a.re[l] * b.re[l] - a.im[l] * b.im[l])),
@@ -81,7 +83,7 @@ impl Lanes {
     }
 
     /// self − a b.
-    #[inline]
+    #[inline(always)]
     pub(crate) fn minus(&self, a: &Lanes, b: &Lanes) -> Self {
         Lanes {
             re: std::array::from_fn(|l| self.re[l] - (a.re[l] * b.re[l] - a.im[l] * b.im[l])),
@@ -90,32 +92,40 @@ impl Lanes {
     }
 }
 
-#[inline]
+#[inline(always)]
 pub(crate) fn each(a: &Reals, f: impl Fn(f64) -> f64) -> Reals {
     std::array::from_fn(|l| f(a[l]))
 }
 
-#[inline]
+#[inline(always)]
 pub(crate) fn map(a: &Reals, b: &Reals, f: impl Fn(f64, f64) -> f64) -> Reals {
     std::array::from_fn(|l| f(a[l], b[l]))
 }
 
 /// Index of entry (i, j ≤ i) of a lower triangle stored row by row.
-#[inline]
+#[inline(always)]
 pub(crate) fn lower(i: usize, j: usize) -> usize {
     i * (i + 1) / 2 + j
 }
 
 /// Σ_k a_k b_k*.
-#[inline]
+#[inline(always)]
 pub(crate) fn dot_conj(a: &[Lanes], b: &[Lanes]) -> Lanes {
-    a.iter().zip(b).fold(Lanes::ZERO, |sum, (a, b)| sum.plus_conj(a, b))
+    let mut sum = Lanes::ZERO;
+    for (a, b) in a.iter().zip(b) {
+        sum = sum.plus_conj(a, b);
+    }
+    sum
 }
 
 /// Σ_k |a_k|².
-#[inline]
+#[inline(always)]
 pub(crate) fn power(a: &[Lanes]) -> Reals {
-    a.iter().fold([0.0; LANES], |sum, a| map(&sum, &a.norm_sqr(), |s, n| s + n))
+    let mut sum = [0.0; LANES];
+    for a in a {
+        sum = map(&sum, &a.norm_sqr(), |s, n| s + n);
+    }
+    sum
 }
 
 /// S = L Lᴴ in every lane.
@@ -131,13 +141,16 @@ impl LaneCholesky {
     }
 
     /// Factors the matrix whose lower triangle is `entry(i, j ≤ i)`.
-    #[inline]
+    #[inline(always)]
     pub(crate) fn factor(&mut self, entry: impl Fn(usize, usize) -> Lanes) {
         for i in 0..self.n {
             let (done, row) = self.factor.split_at_mut(lower(i, 0));
             for j in 0..i {
                 let known = &done[lower(j, 0)..lower(j, j)];
-                let sum = row[..j].iter().zip(known).fold(entry(i, j), |sum, (a, b)| sum.minus_conj(a, b));
+                let mut sum = entry(i, j);
+                for (a, b) in row[..j].iter().zip(known) {
+                    sum = sum.minus_conj(a, b);
+                }
                 row[j] = sum.scaled(&self.inverse_pivot[j]);
             }
             let diagonal = entry(i, i).re;
@@ -150,31 +163,42 @@ impl LaneCholesky {
     }
 
     /// Turns the row b into b L⁻ᴴ.
-    #[inline]
+    #[inline(always)]
     pub(crate) fn whiten(&self, row: &mut [Lanes]) {
         for j in 0..self.n {
             let (known, rest) = row.split_at_mut(j);
-            let sum = known.iter().zip(&self.factor[lower(j, 0)..]).fold(rest[0], |sum, (r, l)| sum.minus_conj(r, l));
+            let mut sum = rest[0];
+            for (r, l) in known.iter().zip(&self.factor[lower(j, 0)..]) {
+                sum = sum.minus_conj(r, l);
+            }
             rest[0] = sum.scaled(&self.inverse_pivot[j]);
         }
     }
 
     /// Turns the row w into w L⁻¹.
-    #[inline]
+    #[inline(always)]
     pub(crate) fn unwhiten(&self, row: &mut [Lanes]) {
         for j in (0..self.n).rev() {
-            let sum = (j + 1..self.n).fold(row[j], |sum, k| sum.minus(&row[k], &self.factor[lower(k, j)]));
-            row[j] = sum.scaled(&self.inverse_pivot[j]);
+            let (start, later) = row.split_at_mut(j + 1);
+            let mut sum = start[j];
+            for (k, known) in later[..self.n - j - 1].iter().enumerate() {
+                sum = sum.minus(known, &self.factor[lower(j + 1 + k, j)]);
+            }
+            start[j] = sum.scaled(&self.inverse_pivot[j]);
         }
     }
 
     /// Writes the lower triangle of S⁻¹ = L⁻ᴴ L⁻¹; `scratch` holds a triangle too.
+    #[inline(always)]
     pub(crate) fn inverse(&self, inverse: &mut [Lanes], scratch: &mut [Lanes]) {
         let n = self.n;
         // L⁻¹, row by row.
         for i in 0..n {
             for j in 0..i {
-                let sum = (j..i).fold(Lanes::ZERO, |sum, k| sum.minus(&self.factor[lower(i, k)], &scratch[lower(k, j)]));
+                let mut sum = Lanes::ZERO;
+                for k in j..i {
+                    sum = sum.minus(&self.factor[lower(i, k)], &scratch[lower(k, j)]);
+                }
                 scratch[lower(i, j)] = sum.scaled(&self.inverse_pivot[i]);
             }
             scratch[lower(i, i)] = Lanes { re: self.inverse_pivot[i], im: [0.0; LANES] };
@@ -182,7 +206,11 @@ impl LaneCholesky {
         for i in 0..n {
             for j in 0..=i {
                 // Σ_k (L⁻¹)_ki* (L⁻¹)_kj.
-                inverse[lower(i, j)] = (i..n).fold(Lanes::ZERO, |sum, k| sum.plus_conj(&scratch[lower(k, j)], &scratch[lower(k, i)]));
+                let mut sum = Lanes::ZERO;
+                for k in i..n {
+                    sum = sum.plus_conj(&scratch[lower(k, j)], &scratch[lower(k, i)]);
+                }
+                inverse[lower(i, j)] = sum;
             }
         }
     }
@@ -191,6 +219,7 @@ impl LaneCholesky {
 /// 1-norm condition number of S scaled to a unit diagonal, from S and S⁻¹ (lower triangles); NaN where S is singular.
 ///
 /// For one and two rows it equals the 2-norm condition number; for n it is at most n times as large and never smaller.
+#[inline(always)]
 pub(crate) fn condition(n: usize, s: impl Fn(usize, usize) -> Lanes, inverse: &[Lanes]) -> Reals {
     if n == 1 {
         return std::array::from_fn(|l| if inverse[0].re[l].is_finite() { 1.0 } else { f64::NAN });
@@ -237,6 +266,7 @@ impl<'a> Batches<'a> {
     }
 
     /// ⟨A B*⟩ for all pairs at `count` frequencies from `first` on, in the order of the channels.
+    #[inline(always)]
     pub(crate) fn load(&mut self, first: usize, count: usize) -> &[Lanes] {
         let mut at = 0;
         for (i, &a) in self.channels.iter().enumerate() {
@@ -265,7 +295,7 @@ impl<T: Clone> Growing<T> {
     }
 
     /// Appends `count` frequencies and returns them.
-    #[inline]
+    #[inline(always)]
     pub(crate) fn grow(&mut self, count: usize) -> &mut [T] {
         let start = self.flat.len();
         self.flat.resize(start + count * self.rows * self.columns, self.blank.clone());
@@ -286,8 +316,14 @@ impl<T: Clone> Growing<T> {
 }
 
 /// Writes entry `at` of `size` of each of `count` frequencies.
-#[inline]
+#[inline(always)]
 pub(crate) fn scatter(to: &mut [Complex64], size: usize, at: usize, from: &Lanes) {
+    if to.len() == LANES * size {
+        for l in 0..LANES {
+            to[l * size + at] = Complex64::new(from.re[l], from.im[l]);
+        }
+        return;
+    }
     // Plain steps: the division in `chunks_exact` would cost as much as the algebra.
     let mut k = at;
     for l in 0..LANES {
@@ -298,7 +334,7 @@ pub(crate) fn scatter(to: &mut [Complex64], size: usize, at: usize, from: &Lanes
 }
 
 /// Writes a Hermitian matrix from its lower triangle.
-#[inline]
+#[inline(always)]
 pub(crate) fn scatter_hermitian(to: &mut [Complex64], n: usize, triangle: impl Fn(usize, usize) -> Lanes) {
     for i in 0..n {
         for j in 0..i {
@@ -311,8 +347,14 @@ pub(crate) fn scatter_hermitian(to: &mut [Complex64], n: usize, triangle: impl F
 }
 
 /// The same for real numbers.
-#[inline]
+#[inline(always)]
 pub(crate) fn scatter_real(to: &mut [f64], size: usize, at: usize, from: &Reals) {
+    if to.len() == LANES * size {
+        for l in 0..LANES {
+            to[l * size + at] = from[l];
+        }
+        return;
+    }
     let mut k = at;
     for value in from {
         let Some(entry) = to.get_mut(k) else { return };

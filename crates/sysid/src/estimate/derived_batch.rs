@@ -4,6 +4,7 @@ use super::derived::WEAK_INSTRUMENT;
 use super::direct::LARGEST_CONDITION;
 use crate::lanes::{Growing, LANES, LaneCholesky, Lanes, Reals, condition, dot_conj, each, lower, map, power, scatter, scatter_hermitian, scatter_real};
 use num_complex::Complex64;
+use pulp::{Arch, Simd, WithSimd};
 
 const NAN: Complex64 = Complex64::new(f64::NAN, f64::NAN);
 
@@ -138,6 +139,11 @@ impl Batch {
 
     /// Appends the results of `count` frequencies whose spectra are `s`.
     pub(super) fn solve(&mut self, s: &[Lanes], count: usize, out: &mut Results) {
+        Arch::new().dispatch(Solve { batch: self, s, count, out });
+    }
+
+    #[inline(always)]
+    fn solve_lanes(&mut self, s: &[Lanes], count: usize, out: &mut Results) {
         let (p, q, qr, m) = (self.p, self.q, self.qr, self.p + self.q);
         let start = out.weak_instrument.len();
         let share = [1.0 / self.freedom; LANES];
@@ -249,6 +255,7 @@ impl Batch {
 
     /// (n_e − q_r)/q_r times the smallest eigenvalue of N⁻¹ S^c, which is 1 over the largest of L⁻¹ N L⁻ᴴ with
     /// S^c = L Lᴴ; N itself may be singular.
+    #[inline(always)]
     fn strength(&mut self) -> Reals {
         let (q, scale) = (self.q, self.freedom / self.qr as f64);
         if q == 1 {
@@ -289,9 +296,26 @@ impl Batch {
     }
 }
 
+/// [`Batch::solve`] as a type, so that it is compiled for the vector unit at hand.
+struct Solve<'a> {
+    batch: &'a mut Batch,
+    s: &'a [Lanes],
+    count: usize,
+    out: &'a mut Results,
+}
+
+impl WithSimd for Solve<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, _: S) {
+        self.batch.solve_lanes(self.s, self.count, self.out);
+    }
+}
+
 /// Ordinary, partial and multiple coherence of output `i` of `p` as a response, response · input spectrum, the diagonals
 /// of that spectrum and of its inverse, and the noise imply them.
-#[inline]
+#[inline(always)]
 fn implied(
     (i, p): (usize, usize),
     (response, cross): (&[Lanes], &[Lanes]),
@@ -313,7 +337,7 @@ fn implied(
 }
 
 /// sum + a Σ_lj for a Hermitian Σ given by its lower triangle.
-#[inline]
+#[inline(always)]
 fn times(sum: &Lanes, a: &Lanes, triangle: &[Lanes], l: usize, j: usize) -> Lanes {
     if l >= j { sum.plus(a, &triangle[lower(l, j)]) } else { sum.plus_conj(a, &triangle[lower(j, l)]) }
 }

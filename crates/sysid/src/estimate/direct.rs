@@ -9,6 +9,7 @@ use crate::response::{FrequencyResponse, Uncertainty};
 use ndarray::{Array2, Array3};
 use ndof_signal::CrossSpectra;
 use num_complex::Complex64;
+use pulp::{Arch, Simd, WithSimd};
 use serde::{Deserialize, Serialize};
 
 /// Above this condition number of the scaled input matrix a bin has no estimate.
@@ -78,88 +79,9 @@ fn h1(spectra: &CrossSpectra, ports: &Ports, labels: &Labels) -> Result<DirectEs
     let (p, q, bins) = (ports.outputs.len(), ports.inputs.len(), spectra.frequency_hz().len());
     let averages = spectra.effective_averages();
     let freedom = check::degrees_of_freedom(averages, q)?;
-    let mut batches = Batches::new(spectra, ports.inputs.iter().chain(&ports.outputs).copied().collect());
     let mut out = Results::new(bins, p, q);
-    let mut cholesky = LaneCholesky::new(q);
-    let triangle = vec![Lanes::ZERO; q * (q + 1) / 2];
-    let (mut inverse, mut scratch) = (triangle.clone(), triangle);
-    let mut rows = vec![Lanes::ZERO; p * q];
-    let (mut inverse_power, mut residual) = (vec![[0.0; LANES]; q], vec![[0.0; LANES]; p]);
-    let mut singular_bins = Vec::new();
-    let first = usize::from(spectra.mean_removed());
-    out.skip(first);
-    for f in (first..bins).step_by(LANES) {
-        let count = LANES.min(bins - f);
-        let s = batches.load(f, count);
-        let input = |i: usize, j: usize| s[lower(i, j)];
-        let cross = |i: usize, j: usize| s[lower(q + i, j)];
-        cholesky.factor(input);
-        cholesky.inverse(&mut inverse, &mut scratch);
-        let condition = condition(q, input, &inverse);
-        out.condition.extend(condition.iter().take(count).map(|c| if c.is_nan() { f64::INFINITY } else { *c }));
-        scatter_hermitian(out.input_inverse.grow(count), q, |i, j| inverse[lower(i, j)]);
-
-        (0..q).for_each(|j| inverse_power[j] = each(&input(j, j).re, f64::recip));
-        let between = out.input_coherence.grow(count);
-        for i in 0..q {
-            for j in 0..=i {
-                let product = map(&inverse_power[i], &inverse_power[j], |a, b| a * b);
-                let coherence = map(&input(i, j).norm_sqr(), &product, |n, p| n * p);
-                scatter_real(between, q * q, i * q + j, &coherence);
-                scatter_real(between, q * q, j * q + i, &coherence);
-            }
-        }
-        let ordinary = out.ordinary.grow(count);
-        for i in 0..p {
-            let power = each(&s[lower(q + i, q + i)].re, f64::recip);
-            for j in 0..q {
-                let coherence = map(&map(&cross(i, j).norm_sqr(), &inverse_power[j], |n, p| n * p), &power, |n, p| n * p);
-                scatter_real(ordinary, p * q, i * q + j, &coherence);
-                rows[i * q + j] = cross(i, j);
-            }
-            cholesky.whiten(&mut rows[i * q..(i + 1) * q]);
-        }
-        let row = |i: usize| &rows[i * q..(i + 1) * q];
-        let noise = out.noise.grow(count);
-        let share = [1.0 / freedom; LANES];
-        for i in 0..p {
-            for k in 0..i {
-                let explained = dot_conj(row(i), row(k));
-                let full = s[lower(q + i, q + k)];
-                let rest = Lanes { re: map(&full.re, &explained.re, |a, b| a - b), im: map(&full.im, &explained.im, |a, b| a - b) }.scaled(&share);
-                scatter(noise, p * p, i * p + k, &rest);
-                scatter(noise, p * p, k * p + i, &rest.conj());
-            }
-        }
-        let multiple = out.multiple.grow(count);
-        for i in 0..p {
-            let (full, explained) = (s[lower(q + i, q + i)].re, power(row(i)));
-            let rest = map(&full, &explained, |a, b| (a - b).max(0.0));
-            // f64::max hides a NaN; the share below does not.
-            let rest: [f64; LANES] = std::array::from_fn(|l| if explained[l].is_nan() { f64::NAN } else { rest[l] });
-            scatter(noise, p * p, i * p + i, &Lanes { re: each(&rest, |v| v / freedom), im: [0.0; LANES] });
-            scatter_real(multiple, p, i, &map(&explained, &full, |a, b| if a > b { 1.0 } else { a / b }));
-            residual[i] = rest;
-        }
-        let (value, partial) = (out.value.grow(count), out.partial.grow(count));
-        for i in 0..p {
-            let row = &mut rows[i * q..(i + 1) * q];
-            cholesky.unwhiten(row);
-            for (j, h) in row.iter().enumerate() {
-                scatter(value, p * q, i * q + j, h);
-                let size = h.norm_sqr();
-                let spread = map(&residual[i], &inverse[lower(j, j)].re, |n, v| n * v);
-                scatter_real(partial, p * q, i * q + j, &map(&size, &spread, |a, b| a / (a + b)));
-            }
-        }
-        for (l, c) in condition.iter().enumerate().take(count) {
-            let usable = *c <= LARGEST_CONDITION;
-            if !usable {
-                singular_bins.push(f + l);
-                out.erase(f + l);
-            }
-        }
-    }
+    let channels = ports.inputs.iter().chain(&ports.outputs).copied().collect();
+    let singular_bins = Arch::new().dispatch(Solve { spectra, channels, freedom, out: &mut out, p, q });
     check::not_all_singular(spectra, &ports.inputs, &labels.inputs, "input", &singular_bins)?;
     Ok(DirectEstimate {
         response: FrequencyResponse {
@@ -184,6 +106,120 @@ fn h1(spectra: &CrossSpectra, ports: &Ports, labels: &Labels) -> Result<DirectEs
         effective_averages: averages,
         singular_bins,
     })
+}
+
+/// H1 at all frequencies, as a type, so that it is compiled for the vector unit at hand; small sizes have code of their own.
+struct Solve<'a> {
+    spectra: &'a CrossSpectra,
+    /// Inputs, then outputs.
+    channels: Vec<usize>,
+    freedom: f64,
+    out: &'a mut Results,
+    p: usize,
+    q: usize,
+}
+
+impl WithSimd for Solve<'_> {
+    /// Bins without an estimate.
+    type Output = Vec<usize>;
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, _: S) -> Vec<usize> {
+        match (self.p, self.q) {
+            (1, 1) => self.with_size(1, 1),
+            (2, 2) => self.with_size(2, 2),
+            (p, q) => self.with_size(p, q),
+        }
+    }
+}
+
+impl Solve<'_> {
+    #[inline(always)]
+    fn with_size(self, p: usize, q: usize) -> Vec<usize> {
+        let Solve { spectra, channels, freedom, out, .. } = self;
+        let (bins, mut singular_bins) = (spectra.frequency_hz().len(), Vec::new());
+        let mut batches = Batches::new(spectra, channels);
+        let mut cholesky = LaneCholesky::new(q);
+        let triangle = vec![Lanes::ZERO; q * (q + 1) / 2];
+        let (mut inverse, mut scratch) = (triangle.clone(), triangle);
+        let mut rows = vec![Lanes::ZERO; p * q];
+        let (mut inverse_power, mut residual) = (vec![[0.0; LANES]; q], vec![[0.0; LANES]; p]);
+        let first = usize::from(spectra.mean_removed());
+        out.skip(first);
+        for f in (first..bins).step_by(LANES) {
+            let count = LANES.min(bins - f);
+            let s = batches.load(f, count);
+            let input = |i: usize, j: usize| s[lower(i, j)];
+            let cross = |i: usize, j: usize| s[lower(q + i, j)];
+            cholesky.factor(input);
+            cholesky.inverse(&mut inverse, &mut scratch);
+            let condition = condition(q, input, &inverse);
+            out.condition.extend(condition.iter().take(count).map(|c| if c.is_nan() { f64::INFINITY } else { *c }));
+            scatter_hermitian(out.input_inverse.grow(count), q, |i, j| inverse[lower(i, j)]);
+
+            (0..q).for_each(|j| inverse_power[j] = each(&input(j, j).re, f64::recip));
+            let between = out.input_coherence.grow(count);
+            for i in 0..q {
+                for j in 0..=i {
+                    let product = map(&inverse_power[i], &inverse_power[j], |a, b| a * b);
+                    let coherence = map(&input(i, j).norm_sqr(), &product, |n, p| n * p);
+                    scatter_real(between, q * q, i * q + j, &coherence);
+                    scatter_real(between, q * q, j * q + i, &coherence);
+                }
+            }
+            let ordinary = out.ordinary.grow(count);
+            for i in 0..p {
+                let power = each(&s[lower(q + i, q + i)].re, f64::recip);
+                for j in 0..q {
+                    let coherence = map(&map(&cross(i, j).norm_sqr(), &inverse_power[j], |n, p| n * p), &power, |n, p| n * p);
+                    scatter_real(ordinary, p * q, i * q + j, &coherence);
+                    rows[i * q + j] = cross(i, j);
+                }
+                cholesky.whiten(&mut rows[i * q..(i + 1) * q]);
+            }
+            let row = |i: usize| &rows[i * q..(i + 1) * q];
+            let noise = out.noise.grow(count);
+            let share = [1.0 / freedom; LANES];
+            for i in 0..p {
+                for k in 0..i {
+                    let explained = dot_conj(row(i), row(k));
+                    let full = s[lower(q + i, q + k)];
+                    let rest = Lanes { re: map(&full.re, &explained.re, |a, b| a - b), im: map(&full.im, &explained.im, |a, b| a - b) }.scaled(&share);
+                    scatter(noise, p * p, i * p + k, &rest);
+                    scatter(noise, p * p, k * p + i, &rest.conj());
+                }
+            }
+            let multiple = out.multiple.grow(count);
+            for i in 0..p {
+                let (full, explained) = (s[lower(q + i, q + i)].re, power(row(i)));
+                let rest = map(&full, &explained, |a, b| (a - b).max(0.0));
+                // f64::max hides a NaN; the share below does not.
+                let rest: [f64; LANES] = std::array::from_fn(|l| if explained[l].is_nan() { f64::NAN } else { rest[l] });
+                scatter(noise, p * p, i * p + i, &Lanes { re: each(&rest, |v| v / freedom), im: [0.0; LANES] });
+                scatter_real(multiple, p, i, &map(&explained, &full, |a, b| if a > b { 1.0 } else { a / b }));
+                residual[i] = rest;
+            }
+            let (value, partial) = (out.value.grow(count), out.partial.grow(count));
+            for i in 0..p {
+                let row = &mut rows[i * q..(i + 1) * q];
+                cholesky.unwhiten(row);
+                for (j, h) in row.iter().enumerate() {
+                    scatter(value, p * q, i * q + j, h);
+                    let size = h.norm_sqr();
+                    let spread = map(&residual[i], &inverse[lower(j, j)].re, |n, v| n * v);
+                    scatter_real(partial, p * q, i * q + j, &map(&size, &spread, |a, b| a / (a + b)));
+                }
+            }
+            for (l, c) in condition.iter().enumerate().take(count) {
+                let usable = *c <= LARGEST_CONDITION;
+                if !usable {
+                    singular_bins.push(f + l);
+                    out.erase(f + l);
+                }
+            }
+        }
+        singular_bins
+    }
 }
 
 /// The arrays of a direct estimate while they are made.
