@@ -118,7 +118,9 @@ fn every_picture_of_the_book_is_shown_and_every_example_is_told_of() {
     for suffix in [".rs", ".toml", ".urdf"] {
         for example in files("examples", suffix) {
             let stem = example.file_stem().expect("a name").to_string_lossy().into_owned();
-            let named = |text: &str| text.contains(&stem) || text.contains(&stem.replace('_', "-"));
+            let dashed = stem.replace('_', "-");
+            let ways = [format!("{stem}{suffix}"), format!("example {stem}"), format!("study {dashed}"), format!("\"{dashed}\"")];
+            let named = |text: &str| ways.iter().any(|way| text.contains(way.as_str()));
             assert!(named(&told) || named(&code) || named(&shipped), "{} is named nowhere", example.display());
         }
     }

@@ -209,5 +209,9 @@ proptest! {
         let (plain, turned) = (fit([0, 1, 2, 3, 4, 5]), fit([1, 0, 3, 2, 5, 4]));
         // xx, xy, yy become yy, xy, xx; a minimum is found to the square root of round-off in θ, to round-off in the cost.
         prop_assert!((plain.chi2 - turned.chi2).abs() <= 1e-6 * plain.chi2, "{} {}", plain.chi2, turned.chi2);
+        for (k, p) in plain.parameters.iter().enumerate() {
+            let other = &turned.parameters[k / 3 * 3 + 2 - k % 3];
+            prop_assert!((p.value - other.value).abs() <= 1e-2 * p.std_error, "{} {} {} {}", p.name, p.value, other.name, other.value);
+        }
     }
 }

@@ -1,6 +1,6 @@
 //! Bad input: exit code 2, one message that names file, place and remedy, nothing overwritten.
 
-use crate::support::{csv, ndof, noise, oscillator, refuse, succeed, trial};
+use crate::support::{csv, json, ndof, noise, oscillator, refuse, succeed, trial};
 use std::path::Path;
 
 /// Runs `estimate` on `bad.csv` with a result file that exists already; the file must be untouched. Returns the message.
@@ -171,11 +171,18 @@ fn an_input_is_never_overwritten() {
 fn an_option_that_would_do_nothing_is_refused() {
     let folder = tempfile::tempdir().expect("a folder");
     trial(folder.path());
-    for (command, option) in [("check", "--report"), ("check", "--plots"), ("live", "--report"), ("cohort", "--plots"), ("compare", "--report")] {
+    for (command, option) in
+        [("check", "--report"), ("check", "--plots"), ("live", "--report"), ("cohort", "--plots"), ("cohort", "--json"), ("compare", "--report")]
+    {
         let arguments = [&[command, "trial.csv"][..], if command == "compare" { &["trial.csv"] } else { &[] }, &[option, "out"]].concat();
         says(&refuse(folder.path(), &arguments), &[command, option, "no use"]);
     }
     says(&refuse(folder.path(), &["check", "trial.csv", "--band", "1-2"]), &["check", "--band"]);
+    says(&refuse(folder.path(), &["estimate", "trial.csv", "--json", "x", "--report", "x"]), &["--json", "--report", "overwrite"]);
+    says(&refuse(folder.path(), &["estimate", "trial.csv", "--report", "-"]), &["--report", "only --json"]);
+    says(&refuse(folder.path(), &["estimate", "trial.csv", "--plots", "trial.csv"]), &["--plots trial.csv", "folder"]);
+    says(&refuse(folder.path(), &["estimate", "trial.csv", "--sliding", "1000"]), &["1000 s", "longest recording", "20"]);
+    assert!(!succeed(folder.path(), &["check", "--help"]).contains("--report"), "help shows what works");
     let output = ndof(folder.path(), &["estimate", "trial.csv", "--verbose"]);
     let said = String::from_utf8_lossy(&output.stderr).into_owned();
     assert!(output.status.success());
@@ -266,4 +273,43 @@ fn a_force_or_a_motion_in_an_unknown_unit_is_refused_and_can_be_told() {
     // A channel that is called nothing may be in volts.
     std::fs::write(folder.path().join("v.csv"), text.replace("force_x [N],pos_x [m]", "u [V],y [V]")).expect("written");
     succeed(folder.path(), &["estimate", "v.csv", "--input", "u", "--output", "y"]);
+}
+
+#[test]
+fn what_would_give_a_wrong_number_is_refused() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let (force, flat) = (noise(1, 10_000), vec![0.3; 10_000]);
+    let motion = oscillator(&force);
+    let write = |name: &str, columns: &[(&str, &[f64])]| csv(&folder.path().join(name), "# sample_rate_hz: 500\n", columns);
+    write("good.csv", &[("force_x [N]", &force), ("pos_x [m]", &motion)]);
+    write("same.csv", &[("force_x [N]", &force), ("pos_x [m]", &motion)]);
+    write("dead.csv", &[("force_x [N]", &force), ("pos_x [m]", &flat)]);
+    write("mixed.csv", &[("force_x [N]", &force), ("angle_x [rad]", &motion)]);
+    for (files, words) in [
+        (&["good.csv", "same.csv"][..], &["same.csv", "good.csv", "each recording once"][..]),
+        (&["dead.csv"], &["pos_x", "0.3 throughout", "sensor"]),
+        (&["mixed.csv"], &["force_x", "angle_x", "one turns"]),
+    ] {
+        for command in ["fit", "estimate"] {
+            says(&refuse(folder.path(), &[&[command], files].concat()), words);
+        }
+    }
+    let slow: Vec<f64> = (0..10_000).map(|k| f64::from(2 * k)).collect();
+    csv(&folder.path().join("ms.csv"), "", &[("time", &slow), ("force_x [N]", &force), ("pos_x [m]", &motion)]);
+    let warned = ndof(folder.path(), &["check", "ms.csv"]);
+    says(&String::from_utf8_lossy(&warned.stderr), &["unit-inferred", "time", "[ms]"]);
+    std::fs::write(folder.path().join("wrist.toml"), "schema = \"ndof/kinematics/1\"\nkind = \"wrist\"\n").expect("written");
+    let wrist = refuse(folder.path(), &["fit", "good.csv", "--kinematics", "wrist.toml", "--arm", "left", "--nperseg", "1024"]);
+    says(&wrist, &["wrist.toml", "no use for arm"]);
+}
+
+#[test]
+fn an_angle_that_begins_anew_after_a_turn_is_a_fault() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let torque = noise(1, 10_000);
+    let angle: Vec<f64> = oscillator(&torque).iter().map(|x| (x * 2000.0).rem_euclid(std::f64::consts::TAU)).collect();
+    csv(&folder.path().join("wrap.csv"), "# sample_rate_hz: 500\n", &[("torque_fe [N m]", &torque), ("angle_fe [rad]", &angle)]);
+    let result = json(folder.path(), &["check", "wrap.csv"]);
+    let codes: Vec<_> = result["findings"].as_array().expect("a list").iter().map(|finding| finding["code"].clone()).collect();
+    assert!(codes.iter().any(|code| code == "angle-wrapped") && result["verdict"] == "faulty", "{result}");
 }

@@ -12,7 +12,7 @@ const MEMORY_KB: usize = 2_000_000;
 const LONGEST: Duration = Duration::from_secs(60);
 
 /// Runs `ndof` with little memory; it must refuse with code 2 and one message, which is returned.
-fn refused(folder: &Path, arguments: &[&str]) -> String {
+fn refused_in_little_memory(folder: &Path, arguments: &[&str]) -> String {
     let from = Instant::now();
     let program = env!("CARGO_BIN_EXE_ndof");
     let output: Output = Command::new("sh")
@@ -52,7 +52,7 @@ fn headers_without_end_are_refused() {
         ("units.csv", format!("force_x [{}],pos_x [m]\n1,2\n", "N".repeat(5_000_000))),
     ] {
         std::fs::write(folder.path().join(name), text).expect("written");
-        let message = refused(folder.path(), &["estimate", name]);
+        let message = refused_in_little_memory(folder.path(), &["estimate", name]);
         assert!(message.contains(name) && message.len() < 20_000, "{name}: {} bytes of message", message.len());
     }
 }
@@ -109,7 +109,7 @@ fn a_billion_rows_that_a_header_claims_are_refused() {
     files.push(("cut.parquet", [&parquet[..200], &parquet[parquet.len() - 2000..]].concat()));
     for (name, bytes) in files {
         std::fs::write(folder.path().join(name), bytes).expect("written");
-        assert!(refused(folder.path(), &["estimate", name, "--sample-rate", "500"]).contains(name));
+        assert!(refused_in_little_memory(folder.path(), &["estimate", name, "--sample-rate", "500"]).contains(name));
     }
 }
 
@@ -131,19 +131,19 @@ fn text_that_is_nested_without_end_is_refused() {
             vec!["fit", "trial.csv", "--channels", name],
             vec!["diagnose", "trial.csv", "--baseline", name],
         ] {
-            assert!(refused(folder.path(), &command).contains(name), "{command:?}");
+            assert!(refused_in_little_memory(folder.path(), &command).contains(name), "{command:?}");
         }
     }
     here("deep.json", "{\"a\":".repeat(deep));
     here("list.json", "[".repeat(deep));
     for name in ["deep.json", "list.json"] {
-        assert!(refused(folder.path(), &["compare", name, name]).contains(name));
+        assert!(refused_in_little_memory(folder.path(), &["compare", name, name]).contains(name));
     }
     here("deep.urdf", format!("<robot>{}", "<link>".repeat(deep)));
     experiment(folder.path(), "", "");
     let text = std::fs::read_to_string(folder.path().join("e.toml")).expect("written").replace("name = \"mit-manus\"", "file = \"deep.urdf\"");
     here("u.toml", text);
-    assert!(refused(folder.path(), &["simulate", "u.toml", "--out", "o.csv"]).contains("deep.urdf"));
+    assert!(refused_in_little_memory(folder.path(), &["simulate", "u.toml", "--out", "o.csv"]).contains("deep.urdf"));
 }
 
 #[test]
@@ -161,13 +161,13 @@ fn settings_that_ask_for_more_than_a_machine_holds_are_refused() {
         ("", "[excitation]\norder = 1000000", "order"),
     ] {
         experiment(folder.path(), before, after);
-        assert!(refused(folder.path(), &["simulate", "e.toml", "--out", "o.csv"]).contains(named), "{before}{after}");
+        assert!(refused_in_little_memory(folder.path(), &["simulate", "e.toml", "--out", "o.csv"]).contains(named), "{before}{after}");
     }
     let axes: Vec<String> = (0..2000).map(|k| format!("a{k}")).collect();
     for options in
         [&["--duration", "1e12"][..], &["--trials", "1000000000"], &["--sample-rate", "1e300"], &["--axes", &axes.join(",")], &["--candidates", "1000000000"]]
     {
-        refused(folder.path(), &[&["design", "--out", "cmd.csv"], options].concat());
+        refused_in_little_memory(folder.path(), &[&["design", "--out", "cmd.csv"], options].concat());
     }
     for options in [
         &["--nfft", "100000000000"][..],
@@ -180,7 +180,7 @@ fn settings_that_ask_for_more_than_a_machine_holds_are_refused() {
         &["--method", "periodic", "--period", "1e300"],
         &["--sliding", "2", "--sliding-step", "1e-9"],
     ] {
-        refused(folder.path(), &[&["estimate", "trial.csv"], options].concat());
+        refused_in_little_memory(folder.path(), &[&["estimate", "trial.csv"], options].concat());
     }
     let left: Vec<_> = std::fs::read_dir(folder.path()).expect("a folder").map(|entry| entry.expect("an entry").file_name()).collect();
     assert_eq!(left.len(), 2, "nothing but the trial and the experiment: {left:?}");
@@ -199,5 +199,5 @@ fn a_bomb_in_an_archive_is_refused() {
         println!("skipped: there is no python3 to pack the bomb; crates/io/tests/robustness.rs packs another");
         return;
     }
-    assert!(refused(folder.path(), &["estimate", "bomb.npz"]).contains("bomb.npz"));
+    assert!(refused_in_little_memory(folder.path(), &["estimate", "bomb.npz"]).contains("bomb.npz"));
 }

@@ -49,9 +49,11 @@ enum Command {
 /// The definition of the command line; a negative number is a value, so that what is wrong with it can be said.
 fn definition() -> clap::Command {
     Cli::command().mut_subcommands(|command| {
-        command.mut_args(
-            |argument| if argument.is_positional() || !argument.get_action().takes_values() { argument } else { argument.allow_negative_numbers(true) },
-        )
+        let unused = options::unused(command.get_name());
+        command.mut_args(|argument| {
+            let argument = if argument.get_long().is_some_and(|name| unused.contains(&name)) { argument.hide(true) } else { argument };
+            if argument.is_positional() || !argument.get_action().takes_values() { argument } else { argument.allow_negative_numbers(true) }
+        })
     })
 }
 

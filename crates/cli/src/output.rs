@@ -126,6 +126,11 @@ pub fn short(value: Option<f64>) -> String {
     }
 }
 
+/// A probability; one that is too small to be written is said to be below the least number.
+pub fn p_value(value: Option<f64>) -> String {
+    if value == Some(0.0) { "< 1e-300".to_owned() } else { short(value) }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

@@ -26,7 +26,7 @@ impl fmt::Display for Place {
 #[non_exhaustive]
 pub enum IoError {
     /// The file could not be opened or read.
-    #[error("{file}: cannot be read: {}", said(source, "there is no such file; check the path"))]
+    #[error("{file}: cannot be read: {}", said(source, "there is no such file; check the path", "it is a folder; name the files in it, such as FOLDER/*.csv"))]
     Read {
         /// The file.
         file: String,
@@ -34,7 +34,10 @@ pub enum IoError {
         source: io::Error,
     },
     /// The file could not be written; the target is as it was.
-    #[error("{file}: cannot be written: {}; what stood there before is unchanged", said(source, "its folder does not exist; make it first, or choose another"))]
+    #[error(
+        "{file}: cannot be written: {}; what stood there before is unchanged",
+        said(source, "its folder does not exist; make it first, or choose another", "it is a folder; name a file in it")
+    )]
     Write {
         /// The file.
         file: String,
@@ -368,10 +371,10 @@ pub enum IoError {
 }
 
 /// What the system says, without the names of files that are only ours, and what to do about it.
-fn said(source: &io::Error, missing: &str) -> String {
+fn said(source: &io::Error, missing: &str, folder: &str) -> String {
     match source.kind() {
         io::ErrorKind::NotFound => missing.to_owned(),
-        io::ErrorKind::IsADirectory => "it is a folder; name the files in it, such as FOLDER/*.csv".to_owned(),
+        io::ErrorKind::IsADirectory => folder.to_owned(),
         io::ErrorKind::NotADirectory => "a part of the path is a file and no folder; check the path".to_owned(),
         io::ErrorKind::PermissionDenied => "permission denied; change the permissions or choose another place".to_owned(),
         io::ErrorKind::StorageFull => "the disk is full; make room or choose another place".to_owned(),

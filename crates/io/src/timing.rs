@@ -15,6 +15,9 @@ pub(crate) const RATE_AGREEMENT: f64 = 1e-3;
 /// A step of more than so many median steps has lost a sample.
 const GAP: f64 = 1.5;
 
+/// Hardly anybody samples the motion of a mechanism more slowly.
+const SLOW_HZ: f64 = 10.0;
+
 /// Jitter worth a word, as a share of the median step.
 const JITTER: f64 = 1e-3;
 
@@ -34,6 +37,14 @@ pub(crate) fn timing(file: &str, table: &Table, time: Option<Column>, options: &
             seconds(file, table, &mut column, options)?;
             let stamps = Stamps::new(file, table, &column.samples, column.rounding);
             let clock = stamps.and_then(|stamps| stamps.regular(file, table)).map(|clock| agree(table, options, clock, notes));
+            let said = options.units.contains_key(&column.name) || column.unit.is_some();
+            if let Some(clock) = clock.as_ref().ok().filter(|clock| !said && clock.rate_hz < SLOW_HZ) {
+                notes.push(Note::new(
+                    "unit-inferred",
+                    format!("column \"{}\" says nothing of its unit and is taken in seconds, which makes {} samples a second", column.name, clock.rate_hz),
+                    format!("write \"{} [s]\" into the header if that is right, and \"{} [ms]\" if it counts milliseconds", column.name, column.name),
+                ));
+            }
             (clock, column.samples, column.rounding)
         }
         None => {

@@ -143,6 +143,14 @@ pub enum StudyError {
         /// The method.
         method: String,
     },
+    /// A sliding window that no recording fills.
+    #[error("a window of {window_s} s is longer than the longest recording, {longest_s:.3} s; give a shorter --sliding")]
+    LongWindow {
+        /// The window.
+        window_s: f64,
+        /// The longest recording.
+        longest_s: f64,
+    },
     /// A sliding window without length.
     #[error("a window of {window_s} s that slides by {step_s} s; give --sliding and --sliding-step as seconds above zero")]
     Sliding {
@@ -152,7 +160,7 @@ pub enum StudyError {
         step_s: f64,
     },
     /// Fewer than two fits, or nothing in common.
-    #[error("nothing to compare: give at least two fits of the same model and channels")]
+    #[error("nothing to compare: give at least two fits of the same model, channels and units")]
     NothingToCompare,
     /// Fits that are not whole subjects.
     #[error("{fits} fits are not subjects of {sessions} sessions each; give at least two subjects, all sessions of one after the other")]
@@ -193,6 +201,36 @@ pub enum StudyError {
         suggestion: Option<String>,
         /// What there is.
         available: String,
+    },
+    /// A sensor that says one thing only.
+    #[error("{file}: channel \"{name}\" is {value} throughout; check the sensor and its cable, or choose the channels with --input and --output")]
+    Constant {
+        /// The recording.
+        file: String,
+        /// The channel.
+        name: String,
+        /// Its value.
+        value: f64,
+    },
+    /// One recording given twice.
+    #[error("{file} holds the same samples as {first}; give each recording once: twice the same data is no more evidence")]
+    SameTrial {
+        /// The recording.
+        file: String,
+        /// The one before.
+        first: String,
+    },
+    /// Effort and motion of one axis that do not belong together.
+    #[error(
+        "{file}: {effort} and {motion} are paired, but one turns and the other does not; correct the unit with --channels, or carry one over to the other by its lever arm"
+    )]
+    TurnAndShift {
+        /// The recording.
+        file: String,
+        /// The effort with its unit.
+        effort: String,
+        /// The motion with its unit.
+        motion: String,
     },
     /// A block twice in one model.
     #[error("model \"{name}\" has {block} twice, which no data tell apart; name it once")]

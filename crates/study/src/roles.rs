@@ -18,7 +18,7 @@ const PREFIXES: &[(&str, Prefix)] = &[
 ];
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Prefix {
+pub(crate) enum Prefix {
     Command,
     Effort,
     Displacement,
@@ -26,7 +26,7 @@ enum Prefix {
     Acceleration,
 }
 
-fn prefix(name: &str) -> Option<Prefix> {
+pub(crate) fn prefix(name: &str) -> Option<Prefix> {
     PREFIXES.iter().find(|(text, _)| name.starts_with(text)).map(|(_, prefix)| *prefix)
 }
 
@@ -143,6 +143,17 @@ impl Roles {
         let outputs = pair(outputs, "outputs");
         let references = pair(references, "references");
         let used: Vec<usize> = references.iter().chain(&inputs).chain(&outputs).copied().collect();
+        let channels = recording.channels();
+        let mechanical = |i: usize| !matches!(channels[i].unit.quantity(), Quantity::Other | Quantity::Time);
+        let effort = |i: usize| channels[i].unit.quantity() == Quantity::Effort;
+        let apart = |(i, o): &(usize, usize)| {
+            mechanical(*i) && mechanical(*o) && effort(*i) != effort(*o) && channels[*i].unit.is_rotational() != channels[*o].unit.is_rotational()
+        };
+        if let Some((i, o)) = inputs.iter().copied().zip(outputs.iter().copied()).find(apart) {
+            let written = |i: usize| format!("\"{}\" [{}]", available[i], channels[i].unit.symbol());
+            let (effort, motion) = if effort(i) { (written(i), written(o)) } else { (written(o), written(i)) };
+            return Err(StudyError::TurnAndShift { file: file.to_owned(), effort, motion });
+        }
         let ignored: Vec<usize> = (0..available.len()).filter(|i| !used.contains(i)).collect();
         if !ignored.is_empty() {
             warnings.push(Warning::new(

@@ -3,7 +3,7 @@
 use crate::error::StudyError;
 use crate::pipeline::quality;
 use crate::result::Warning;
-use crate::roles::{RoleNames, Roles};
+use crate::roles::{RoleNames, Roles, prefix};
 use crate::trim::Trim;
 use ndof_signal::{Channel, Quantity, Recording, Unit};
 use ndof_sysid::Ports;
@@ -56,6 +56,41 @@ pub(crate) fn other_unit(channels: &[Channel], first: &Recording) -> Option<(Str
     both.find(|(own, first)| !own.unit.symbol().is_empty() && own.unit != first.unit).map(|(own, first)| (written(own), written(first)))
 }
 
+/// Leaves out what a gap or --exclude has cut off a recording at its ends: it would add next to nothing, and no segment fits into it.
+fn leave_out_short(stretches: &mut Vec<Trial>, warnings: &mut Vec<Warning>) {
+    const SHORT: f64 = 0.02;
+    let longest = stretches.iter().map(|stretch| stretch.recording.len()).max().unwrap_or(0);
+    let files: Vec<String> = stretches.iter().map(|stretch| stretch.file.clone()).collect();
+    stretches.retain(|stretch| {
+        let part = files.iter().filter(|file| **file == stretch.file).count() > 1;
+        let short = part && (stretch.recording.len() as f64) < SHORT * longest as f64;
+        if short {
+            let (from_s, samples) = (stretch.recording.start_s(), stretch.recording.len());
+            warnings.push(Warning::new(
+                "short-stretch",
+                format!("{}: the {samples} samples from {from_s:.3} s on are too few to say anything and are left out", stretch.file),
+                "nothing, if that is what --exclude has cut off",
+            ));
+        }
+        !short
+    });
+}
+
+/// Refuses a recording that is given twice, which would count as more evidence than there is.
+fn each_once(trials: &[Trial], used: &[String]) -> Result<(), StudyError> {
+    let alike = |a: &Trial, b: &Trial, name: &String| match (a.recording.channel(name), b.recording.channel(name)) {
+        (Ok(a), Ok(b)) => a.samples == b.samples,
+        _ => false,
+    };
+    for (k, trial) in trials.iter().enumerate() {
+        let same = |other: &&Trial| used.iter().all(|name| alike(other, trial, name));
+        if let Some(first) = trials[..k].iter().find(same) {
+            return Err(StudyError::SameTrial { file: trial.file.clone(), first: first.file.clone() });
+        }
+    }
+    Ok(())
+}
+
 impl Trials {
     /// Trials from recordings: roles found, stretches cut out, channels without a role left out, the others checked.
     ///
@@ -67,8 +102,22 @@ impl Trials {
         let used: Vec<usize> = roles.ports.references.iter().chain(&roles.ports.inputs).chain(&roles.ports.outputs).copied().collect();
         let all_names = first.recording.names();
         let used_names: Vec<String> = used.iter().map(|&i| all_names[i].clone()).collect();
+        each_once(&trials, &used_names)?;
         let (first_file, rate) = (first.file.clone(), first.recording.sample_rate_hz());
-        let (mut stretches, mut warnings) = (Vec::new(), roles.warnings.clone());
+        let (mut stretches, mut warnings): (Vec<Trial>, _) = (Vec::new(), roles.warnings.clone());
+        for (role, name) in used_names.iter().enumerate() {
+            if let Ok(channel) = first.recording.channel(name)
+                && channel.unit.symbol().is_empty()
+                && !with_unit(channel, role, &roles).unit.symbol().is_empty()
+                && prefix(name).is_none()
+            {
+                warnings.push(Warning::new(
+                    "unit-inferred",
+                    format!("channel \"{name}\" says nothing of its unit and is taken in {}", with_unit(channel, role, &roles).unit.symbol()),
+                    format!("write it into the header, or give it with --channels {name}=\"{name} [N]\" (with the right unit)"),
+                ));
+            }
+        }
         for trial in trials {
             let Trial { file, recording, warnings: notes } = trial;
             for note in notes {
@@ -86,6 +135,11 @@ impl Trials {
             let Some(order) = order.into_iter().collect::<Option<Vec<usize>>>() else {
                 return Err(mismatch("the list of channels", own.join(", "), all_names.join(", ")));
             };
+            let own_channels: Vec<&[f64]> = order.iter().map(|&i| recording.channels()[i].samples.as_slice()).collect();
+            let driven = roles.ports.references.len()..;
+            if let Some(role) = (driven.start..own_channels.len()).find(|&k| own_channels[k].windows(2).all(|pair| pair[0] == pair[1])) {
+                return Err(StudyError::Constant { file: file.clone(), name: used_names[role].clone(), value: own_channels[role][0] });
+            }
             for stretch in trim.apply(&recording, &file)? {
                 let wrap = |source| StudyError::Recording { file: file.clone(), source };
                 let channels = order.iter().enumerate().map(|(role, &i)| with_unit(&stretch.channels()[i], role, &roles)).collect();
@@ -104,6 +158,7 @@ impl Trials {
             inputs: (references..references + inputs).collect(),
             outputs: (references + inputs..used.len()).collect(),
         };
+        leave_out_short(&mut stretches, &mut warnings);
         let looked_at: Vec<&Recording> = stretches.iter().map(|trial| &trial.recording).collect();
         warnings.extend(quality(&looked_at, &roles));
         Ok(Trials { trials: stretches, roles, warnings })

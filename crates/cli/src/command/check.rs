@@ -29,7 +29,7 @@ pub struct Arguments {
 
 pub fn run(arguments: &Arguments) -> Result<ExitCode, CliError> {
     let shared = &arguments.shared;
-    shared.refuse_all_but("check", &["--json"])?;
+    shared.refuse_unused("check")?;
     shared.apply_threads()?;
     let result = ndof_study::check(&arguments.reading.look_at(&arguments.files)?, &arguments.reading.roles(), "check");
     output::json(shared, &result)?;

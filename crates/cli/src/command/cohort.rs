@@ -5,7 +5,7 @@ use crate::options::{Analysis, Limb, Reading, Shared};
 use crate::output::{self, columns, short};
 use crate::progress;
 use clap::Args;
-use ndof_io::ResultColumn;
+use ndof_io::{IoError, ResultColumn};
 use ndof_study::FitSettings;
 use ndof_study::file::KinematicsFile;
 use ndof_study::result::FitResult;
@@ -50,7 +50,7 @@ struct Subject {
 
 pub fn run(arguments: &Arguments) -> Result<ExitCode, CliError> {
     let shared = &arguments.shared;
-    shared.refuse_all_but("cohort", &["--json", "--band"])?;
+    shared.refuse_unused("cohort")?;
     shared.apply_threads()?;
     let subjects = subjects(&arguments.folder)?;
     if subjects.is_empty() {
@@ -142,9 +142,7 @@ fn subjects(folder: &Path) -> Result<Vec<Subject>, CliError> {
         let name = |part: Option<&std::ffi::OsStr>| part.map(|part| part.to_string_lossy().into_owned()).unwrap_or_default();
         if path.is_dir() {
             let files: Vec<PathBuf> = entries(&path)?.into_iter().filter(|file| is_recording(file)).collect();
-            if !files.is_empty() {
-                subjects.push(Subject { name: name(path.file_name()), files });
-            }
+            subjects.push(Subject { name: name(path.file_name()), files });
         } else if is_recording(&path) {
             subjects.push(Subject { name: name(path.file_stem()), files: vec![path] });
         }
@@ -161,7 +159,7 @@ fn is_recording(path: &Path) -> bool {
 
 /// What lies in a folder, by name.
 fn entries(folder: &Path) -> Result<Vec<PathBuf>, CliError> {
-    let failed = |error: std::io::Error| CliError::Usage(format!("{}: {error}; give a folder of subjects", folder.display()));
+    let failed = |source: std::io::Error| CliError::Io(IoError::Read { file: folder.display().to_string(), source });
     let mut paths = std::fs::read_dir(folder).map_err(failed)?.map(|entry| entry.map(|entry| entry.path())).collect::<Result<Vec<_>, _>>().map_err(failed)?;
     paths.sort();
     Ok(paths)
@@ -179,6 +177,9 @@ fn same_settings(path: &Path, settings: &str) -> Result<(), CliError> {
 }
 
 fn fit(arguments: &Arguments, kinematics: Option<&KinematicsFile>, subject: &Subject) -> Result<FitResult, CliError> {
+    if subject.files.is_empty() {
+        return Err(CliError::Usage("no recording in this folder".to_owned()));
+    }
     let trials = arguments.reading.trials(&subject.files)?;
     let settings = arguments.analysis.settings(&arguments.shared);
     let estimated = ndof_study::estimate(&trials, &settings, "cohort")?;
@@ -191,7 +192,7 @@ fn fit(arguments: &Arguments, kinematics: Option<&KinematicsFile>, subject: &Sub
     Ok(ndof_study::fit(&trials, &estimated, &fit_settings, "cohort")?.result)
 }
 
-/// One row a subject: value and standard error of every parameter, quality, and what went wrong.
+/// One row a subject: value and standard error of every parameter, quality, what its fit warns of, and what went wrong.
 fn table(subjects: &[Subject], results: &Path) -> Result<Vec<(String, ResultColumn)>, CliError> {
     let mut fits: Vec<Result<FitResult, String>> = Vec::with_capacity(subjects.len());
     for subject in subjects {
@@ -219,6 +220,9 @@ fn table(subjects: &[Subject], results: &Path) -> Result<Vec<(String, ResultColu
     }
     columns.push(("chi2_reduced".to_owned(), numbers(&|fit| fit.chi2_reduced)));
     columns.push(("r2".to_owned(), numbers(&|fit| fit.r2)));
+    let warnings = |fit: &FitResult| fit.warnings.iter().map(|warning| warning.code.as_str()).collect::<Vec<_>>().join(" ");
+    let warned = fits.iter().map(|fit| fit.as_ref().ok().map(&warnings).filter(|codes| !codes.is_empty())).collect();
+    columns.push(("warnings".to_owned(), ResultColumn::Texts(warned)));
     columns.push(("error".to_owned(), ResultColumn::Texts(fits.into_iter().map(|fit| fit.err().map(|error| error.replace('\n', " "))).collect())));
     Ok(columns)
 }

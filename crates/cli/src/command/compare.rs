@@ -2,8 +2,9 @@
 
 use crate::error::CliError;
 use crate::options::{Shared, count};
-use crate::output::{self, columns, short};
+use crate::output::{self, columns, p_value, short};
 use clap::Args;
+use ndof_io::IoError;
 use ndof_study::result::{CompareResult, FitResult, fit};
 use ndof_study::{compare_fits, compare_sessions};
 use std::path::{Path, PathBuf};
@@ -29,7 +30,7 @@ pub struct Arguments {
 
 pub fn run(arguments: &Arguments) -> Result<ExitCode, CliError> {
     let shared = &arguments.shared;
-    shared.refuse_all_but("compare", &["--json"])?;
+    shared.refuse_unused("compare")?;
     shared.apply_threads()?;
     let fits = arguments.files.iter().map(|file| read(file)).collect::<Result<Vec<_>, _>>()?;
     let result = match arguments.sessions {
@@ -45,7 +46,7 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode, CliError> {
 fn read(file: &Path) -> Result<FitResult, CliError> {
     let name = file.display();
     ndof_io::keep(file);
-    let text = std::fs::read_to_string(file).map_err(|error| CliError::Usage(format!("{name}: {error}; check the path")))?;
+    let text = std::fs::read_to_string(file).map_err(|source| CliError::Io(IoError::Read { file: name.to_string(), source }))?;
     let remedy = "give results that `ndof fit --json` wrote";
     serde_json::from_str(&text).map_err(|error| {
         let schema = serde_json::from_str::<serde_json::Value>(&text).ok().and_then(|value| value["schema"].as_str().map(str::to_owned));
@@ -70,7 +71,7 @@ fn summary(result: &CompareResult, files: &[PathBuf]) -> String {
         let mut row = vec![p.name.clone(), p.unit.clone(), short(p.values.first().copied().flatten())];
         for (value, d) in p.values.iter().skip(1).zip(&p.differences) {
             let interval = d.ci95.map_or_else(|| "–".to_owned(), |[low, high]| format!("{} … {}", short(Some(low)), short(Some(high))));
-            row.extend([short(*value), short(d.value), interval, short(d.p_value)]);
+            row.extend([short(*value), short(d.value), interval, p_value(d.p_value)]);
         }
         if scatter {
             row.extend([short(p.standard_error_of_measurement), short(p.minimal_detectable_change)]);
@@ -91,7 +92,7 @@ fn sessions(result: &CompareResult) -> String {
         let mut row = vec![r.name.clone(), r.unit.clone(), short(r.mean), short(r.icc), interval(r.icc_ci95)];
         row.extend([short(r.standard_error_of_measurement), short(r.minimal_detectable_change)]);
         for change in &r.changes {
-            row.extend([short(change.mean), interval(change.ci95), short(change.p_value)]);
+            row.extend([short(change.mean), interval(change.ci95), p_value(change.p_value)]);
         }
         rows.push(row);
     }

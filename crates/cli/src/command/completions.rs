@@ -68,7 +68,17 @@ fn markdown(mut program: clap::Command) -> String {
         let groups: Vec<String> = shared
             .iter()
             .filter(|heading| visible(command).any(|argument| argument.get_help_heading() == Some(heading)))
-            .map(|heading| format!("[{heading}](#options-{})", heading.to_lowercase()))
+            .map(|heading| {
+                let own: Vec<&str> = under(command, heading).filter_map(clap::Arg::get_long).collect();
+                let mut others: Vec<&str> = Vec::new();
+                for name in commands.iter().flat_map(|command| under(command, heading)).filter_map(clap::Arg::get_long) {
+                    if !own.contains(&name) && !others.contains(&name) {
+                        others.push(name);
+                    }
+                }
+                let but = if others.is_empty() { String::new() } else { format!(" (but `--{}`)", others.join("`, `--")) };
+                format!("[{heading}](#options-{}){but}", heading.to_lowercase())
+            })
             .collect();
         if !groups.is_empty() {
             let _ = write!(text, "\nAnd the options of {}.\n", groups.join(", "));
@@ -85,6 +95,10 @@ fn markdown(mut program: clap::Command) -> String {
         let _ = writeln!(text, "## Options: {heading}\n{}", table(&options));
     }
     text.trim_end().to_owned() + "\n"
+}
+
+fn under<'c>(command: &'c clap::Command, heading: &'c str) -> impl Iterator<Item = &'c clap::Arg> {
+    visible(command).filter(move |argument| argument.get_help_heading() == Some(heading))
 }
 
 fn visible(command: &clap::Command) -> impl Iterator<Item = &clap::Arg> {

@@ -2,7 +2,7 @@
 
 use crate::error::CliError;
 use crate::options::{Analysis, Limb, Reading, Shared, not_negative, positive, words};
-use crate::output::{self, columns, short};
+use crate::output::{self, columns, p_value, short};
 use clap::Args;
 use ndof_models::Transducer;
 use ndof_study::result::FitResult;
@@ -114,7 +114,7 @@ fn comparison(models: &[ComparedModel]) -> String {
                 .clone()
                 .or_else(|| ratio.map(|r| format!("{} on {} against {}", short(r.statistic), r.degrees_of_freedom, r.against)))
                 .unwrap_or_else(|| "–".to_owned()),
-            ratio.map_or_else(|| "–".to_owned(), |r| short(r.p_value)),
+            ratio.map_or_else(|| "–".to_owned(), |r| p_value(r.p_value)),
         ]);
     }
     format!("\n{}", columns(&rows))

@@ -59,7 +59,7 @@ const PAUSE: Duration = Duration::from_millis(300);
 
 pub fn run(arguments: &Arguments) -> Result<ExitCode, CliError> {
     let shared = &arguments.shared;
-    shared.refuse_all_but("live", &["--json", "--band"])?;
+    shared.refuse_unused("live")?;
     shared.apply_threads()?;
     if arguments.share > 1.0 {
         return Err(CliError::Usage(format!("--share {}: a share is at most 1; write 0.9 for 90 % of the frequencies", arguments.share)));

@@ -44,7 +44,7 @@ pub fn unknown(name: &str, studies: &[(&str, &str)]) -> CliError {
 
 pub fn run(arguments: &Arguments, studies: &[(&str, &str)]) -> Result<ExitCode, CliError> {
     let shared = &arguments.shared;
-    shared.refuse_all_but("study", &["--json", "--report", "--plots"])?;
+    shared.refuse_unused("study")?;
     shared.apply_threads()?;
     let (name, study) = load(&arguments.study, studies)?;
     let out = arguments.out.clone().unwrap_or_else(|| Path::new("ndof-out").join(&name));

@@ -12,4 +12,4 @@ pub use channels::Channels;
 pub use limb::Limb;
 pub use parse::{count, not_negative, number, pair, positive, whole, words};
 pub use reading::Reading;
-pub use shared::Shared;
+pub use shared::{Shared, unused};

@@ -6,7 +6,9 @@ use crate::error::CliError;
 use clap::Args;
 use ndof_io::{IoError, Note, PrepareError, ReadOptions, ReadRecording, Resample};
 use ndof_signal::Quantity;
+use ndof_study::result::Warning;
 use ndof_study::{RoleNames, Trial, Trials, Trim, axis_of};
+use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 /// How recordings are read.
@@ -67,9 +69,18 @@ impl Reading {
     /// Reads a recording and joins `other`, which another clock took, to it.
     fn read_aligned(&self, path: &Path, other: &Path, by: &str) -> Result<ReadRecording, CliError> {
         [path, other].into_iter().for_each(ndof_io::keep);
-        let mut read = ndof_io::read(path, &self.options())?;
-        let options = ReadOptions { sample_rate_hz: self.channels.sample_rate, resample: self.resample, allow_nan: true, ..ReadOptions::default() };
-        let second = ndof_io::read(other, &options)?;
+        let mut first = ReadOptions { units: BTreeMap::new(), ..self.options() };
+        let names = ndof_io::read(path, &first)?.recording.names();
+        first.units = self.channels.reading().units.into_iter().filter(|(name, _)| names.contains(name)).collect();
+        let mut read = ndof_io::read(path, &first)?;
+        let mut options = ReadOptions { units: BTreeMap::new(), ..self.options() };
+        let mut second = ndof_io::read(other, &options);
+        if let Ok(read) = &second {
+            // Units are given for the channels of both together.
+            options.units = self.channels.reading().units.into_iter().filter(|(name, _)| read.recording.channel(name).is_ok()).collect();
+            second = ndof_io::read(other, &options);
+        }
+        let second = second?;
         let shared = by.split_once('=').unwrap_or((by, by));
         let wrong = |why: PrepareError| CliError::Usage(format!("--align {}: {why} (with {})", other.display(), read.file));
         for (file, recording, name) in [(&read.file, &read.recording, shared.0), (&second.file, &second.recording, shared.1)] {
@@ -147,14 +158,17 @@ impl Reading {
         let read = |path: &PathBuf| {
             let mut read = self.read_with(path, &ReadOptions { any_timing: true, ..self.options() })?;
             self.correct(&mut read)?;
-            let recording = if self.start.is_some() || self.stop.is_some() {
-                ndof_io::trim(&read.recording, self.start, self.stop).map_err(|why| CliError::Usage(format!("{}: {why}", read.file)))?
-            } else {
-                read.recording
-            };
-            Ok(Trial { file: read.file, recording, warnings: read.notes.into_iter().map(Into::into).collect() })
+            let trim = Trim { start_s: self.start, stop_s: self.stop, exclude_s: self.exclude.clone() };
+            let warnings: Vec<Warning> = read.notes.into_iter().map(Into::into).collect();
+            let stretches = trim.apply(&read.recording, &read.file)?;
+            Ok(stretches.into_iter().map(|recording| Trial { file: read.file.clone(), recording, warnings: warnings.clone() }).collect())
         };
-        if self.align.is_empty() { files.iter().map(read).collect() } else { self.read_all(files) }
+        if self.align.is_empty() {
+            let read: Vec<Vec<Trial>> = files.iter().map(read).collect::<Result<_, CliError>>()?;
+            Ok(read.into_iter().flatten().collect())
+        } else {
+            self.read_all(files)
+        }
     }
 
     /// Takes off what lies beyond the transducer.

@@ -40,15 +40,46 @@ fn threads(text: &str) -> Result<usize, String> {
     count(text).and_then(|threads| if threads <= MOST { Ok(threads) } else { Err(format!("write a whole number of at most {MOST}")) })
 }
 
+/// The shared options that a command does not use, by their long names; its help does not show them.
+pub fn unused(command: &str) -> &'static [&'static str] {
+    match command {
+        "check" | "compare" | "simulate" => &["report", "plots", "band"],
+        "live" => &["report", "plots"],
+        "study" => &["band"],
+        "cohort" => &["json", "report", "plots"],
+        _ => &[],
+    }
+}
+
 impl Shared {
     /// Refuses what `command` has no use for: an option that is given and does nothing would mislead.
-    pub fn refuse_all_but(&self, command: &str, used: &[&str]) -> Result<(), CliError> {
+    pub fn refuse_unused(&self, command: &str) -> Result<(), CliError> {
+        self.targets()?;
+        let unused = unused(command);
         let given = [("--json", self.json.is_some()), ("--report", self.report.is_some()), ("--plots", self.plots.is_some()), ("--band", self.band.is_some())];
-        match given.into_iter().find(|(name, given)| *given && !used.contains(name)) {
+        match given.into_iter().find(|(name, given)| *given && unused.contains(&&name[2..])) {
             Some((name, _)) => {
                 Err(CliError::Usage(format!("`ndof {command}` has no use for {name}; leave it out (`ndof {command} --help` lists what there is)")))
             }
             None => Ok(()),
+        }
+    }
+
+    /// Refuses results that would lie in one place, and a page on standard output.
+    pub fn targets(&self) -> Result<(), CliError> {
+        let targets = [("--json", &self.json), ("--report", &self.report), ("--plots", &self.plots)];
+        for (k, (name, target)) in targets.iter().enumerate() {
+            let Some(path) = target else { continue };
+            if *name != "--json" && path.as_os_str() == "-" {
+                return Err(CliError::Usage(format!("{name} -: only --json goes to standard output; name a file")));
+            }
+            if let Some((other, _)) = targets[..k].iter().find(|(_, other)| other.as_ref() == Some(path)) {
+                return Err(CliError::Usage(format!("{other} and {name} both name {}; one would overwrite the other", path.display())));
+            }
+        }
+        match &self.plots {
+            Some(path) if path.is_file() => Err(CliError::Usage(format!("--plots {}: this is a file; name a folder", path.display()))),
+            _ => Ok(()),
         }
     }
 
@@ -59,6 +90,7 @@ impl Shared {
 
     /// Sets the number of threads.
     pub fn apply_threads(&self) -> Result<(), CliError> {
+        self.targets()?;
         match self.threads {
             None => Ok(()),
             Some(threads) => rayon::ThreadPoolBuilder::new()

@@ -89,7 +89,8 @@ impl WeightedFit {
             CovarianceKind::Model if full => solved.covariance(None, inflation),
             CovarianceKind::Model => solved.covariance(Some(&problem.known_meat(&solved.jacobian)), inflation),
         };
-        let chi2 = 2.0 * solved.minimum.cost * ((degrees - rows) / degrees).max(0.0);
+        // With as few averages as rows the noise is known from nothing else than what the model is judged by.
+        let chi2 = if degrees > rows { 2.0 * solved.minimum.cost * (degrees - rows) / degrees } else { f64::NAN };
         let degrees_of_freedom = 2.0 * independent * (n * n) as f64 - parameters.len() as f64;
         let interval_quantile = t_quantile(degrees_of_freedom);
         Ok(Fit {

@@ -66,7 +66,32 @@ impl KinematicsFile {
     /// # Errors
     /// [`StudyError::Meaning`] in the name of `file`.
     pub fn check(&self, file: &str) -> Result<(), StudyError> {
-        check_schema(self.schema.as_deref(), Self::SCHEMA, file)
+        check_schema(self.schema.as_deref(), Self::SCHEMA, file)?;
+        let (planar, wrist, jacobian) = ("planar-two-link", "wrist", "jacobian");
+        let sd = &self.sd;
+        let said: [(&str, bool, &[&str]); 14] = [
+            ("arm", self.arm.is_some(), &[planar]),
+            ("link_lengths_m", self.link_lengths_m.is_some(), &[planar]),
+            ("shoulder_m", self.shoulder_m.is_some(), &[planar]),
+            ("hand_m", self.hand_m.is_some(), &[planar]),
+            ("posture_rad", self.posture_rad.is_some(), &[planar, wrist]),
+            ("matrix", self.matrix.is_some(), &[jacobian]),
+            ("mean_force_n", self.mean_force_n.is_some(), &[planar, jacobian]),
+            ("hand_mass_kg", self.hand_mass_kg != 0.0, &[wrist]),
+            ("hand_centre_m", self.hand_centre_m != [0.0; 3], &[wrist]),
+            ("gravity_m_per_s2", self.gravity_m_per_s2.is_some(), &[wrist]),
+            ("misalignment_rpy_rad", self.misalignment_rpy_rad != [0.0; 3], &[wrist]),
+            ("sd.link_lengths_m", sd.link_lengths_m != 0.0, &[planar]),
+            ("sd.posture_rad", sd.posture_rad != 0.0, &[planar]),
+            ("sd.hand_mass_kg and sd.hand_centre_m", sd.hand_mass_kg != 0.0 || sd.hand_centre_m != 0.0, &[wrist]),
+        ];
+        let known = [planar, wrist, jacobian].contains(&self.kind.as_str());
+        match said.iter().find(|(_, given, kinds)| known && *given && !kinds.contains(&self.kind.as_str())) {
+            Some((name, ..)) => {
+                Err(StudyError::Meaning { file: file.to_owned(), what: format!("kind = \"{}\" has no use for {name}; leave it out", self.kind) })
+            }
+            None => Ok(()),
+        }
     }
 }
 

@@ -53,7 +53,9 @@ pub(super) fn lead(result: &FitResult) -> String {
     }
     let extensions: Vec<&str> = result.model.split('+').skip(1).collect();
     let what = std::iter::once("inertia, damping and stiffness").chain(extensions).collect::<Vec<_>>().join(" with ");
+    let known = result.parameters.iter().all(|p| p.identifiable);
     let model = match result.chi2_reduced {
+        Some(chi2) if chi2 <= 2.0 && !known => format!("of {what} not everything is determined"),
         Some(chi2) if chi2 <= 2.0 => format!("{what} leave nothing but noise"),
         Some(_) => format!("{what} do not explain all of it"),
         None => format!("{what} were fitted"),
@@ -66,7 +68,8 @@ pub(super) fn lead(result: &FitResult) -> String {
             sentences.push(format!("{by} and held there, it pushes back with {}.", all.join(" and ")));
         }
     }
-    sentences.push(format!("From {low:.2} to {high:.2} Hz {model} (reduced χ² {}).", significant(nan(result.chi2_reduced), 3)));
+    let judged = result.chi2_reduced.map_or_else(|| "too few averages to judge by".to_owned(), |chi2| format!("reduced χ² {}", significant(chi2, 3)));
+    sentences.push(format!("From {low:.2} to {high:.2} Hz {model} ({judged})."));
     sentences.join(" ")
 }
 

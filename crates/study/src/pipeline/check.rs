@@ -5,7 +5,8 @@ use crate::result::check::{ChannelCheck, CheckResult, Finding, SCHEMA, TrialChec
 use crate::result::{VERSION, Warning, number};
 use crate::roles::{RoleNames, Roles};
 use crate::trials::Trial;
-use ndof_signal::{Channel, Recording, Welch};
+use ndof_signal::{Channel, Quantity, Recording, Welch};
+use std::f64::consts::TAU;
 
 /// The code of what is wrong with the clock of a file.
 const TIMING: &str = "sample-timing";
@@ -19,6 +20,8 @@ const COARSE: f64 = 0.1;
 const OUTLIER: f64 = 15.0;
 /// Coherence between two inputs, averaged over the band that they excite, above which they move together.
 const TOGETHER: f64 = 0.5;
+/// A jump of an angle within this share of a turn is one.
+const NEARLY_A_TURN: f64 = 0.05;
 /// Blocks of a record whose mean squares are compared for a trend.
 const BLOCKS: usize = 20;
 
@@ -120,12 +123,18 @@ fn mean_and_std(samples: &[f64]) -> (f64, f64) {
     (mean, (samples.iter().map(|s| (s - mean).powi(2)).sum::<f64>() / samples.len() as f64).sqrt())
 }
 
+/// The least distance between values in order; what is a billionth of their range or less is round-off.
+fn resolution(sorted: &[f64]) -> f64 {
+    let range = sorted.last().zip(sorted.first()).map_or(0.0, |(high, low)| high - low);
+    sorted.windows(2).map(|pair| pair[1] - pair[0]).filter(|step| *step > 1e-9 * range).fold(f64::INFINITY, f64::min)
+}
+
 fn look(channel: &Channel, role: &str, sample_rate_hz: f64) -> ChannelCheck {
     let samples = finite(channel);
     let (mean, std) = mean_and_std(&samples);
     let mut sorted = samples.clone();
     sorted.sort_by(f64::total_cmp);
-    let step = sorted.windows(2).map(|pair| pair[1] - pair[0]).filter(|step| *step > 0.0).fold(f64::INFINITY, f64::min);
+    let step = resolution(&sorted);
     ChannelCheck {
         name: channel.name.clone(),
         unit: channel.unit.symbol().to_owned(),
@@ -180,18 +189,25 @@ fn channel_findings(channel: &Channel, role: &str, trial: usize) -> Vec<Finding>
         found.push(finding("too-short", severity, trial, Some(name), format!("{} samples", samples.len()), "record longer"));
         return found;
     }
-    let (mean, std) = mean_and_std(&samples);
-    if std <= f64::EPSILON * mean.abs() {
-        found.push(finding("constant", severity, trial, Some(name), format!("it is {mean} throughout"), "check the sensor and its cable"));
+    let mut sorted = samples.clone();
+    sorted.sort_by(f64::total_cmp);
+    if sorted[0] == sorted[sorted.len() - 1] {
+        found.push(finding("constant", severity, trial, Some(name), format!("it is {} throughout", sorted[0]), "check the sensor and its cable"));
+        return found;
+    }
+    let (_, std) = mean_and_std(&samples);
+    let angle = channel.unit.quantity() == Quantity::Displacement && channel.unit.is_rotational();
+    let turns = channel.samples.windows(2).filter(|pair| angle && ((pair[1] - pair[0]).abs() / TAU - 1.0).abs() < NEARLY_A_TURN).count();
+    if turns > 0 {
+        let message = format!("it jumps by a whole turn {turns} times: the encoder begins anew at its end");
+        found.push(finding("angle-wrapped", severity, trial, Some(name), message, "unwrap the angle before, or set the encoder's zero elsewhere"));
         return found;
     }
     // Commands may hold a level on purpose; a sensor that does has reached its limit.
     if role != "reference" {
         found.extend(clipped(&samples, name, severity, trial));
     }
-    let mut sorted = samples.clone();
-    sorted.sort_by(f64::total_cmp);
-    let step = sorted.windows(2).map(|pair| pair[1] - pair[0]).filter(|step| *step > 0.0).fold(f64::INFINITY, f64::min);
+    let step = resolution(&sorted);
     if used && step > COARSE * std {
         let message = format!("its values are {step:.3e} apart, {:.0} % of its standard deviation", 100.0 * step / std);
         found.push(finding("coarse-quantisation", "remark", trial, Some(name), message, "use a finer range of the sensor, or perturb more strongly"));

@@ -316,7 +316,7 @@ fn warnings(estimated: &Estimated, fit: &Fit, matrices: &InertiaDampingStiffness
         warnings.push(Warning::new(
             "not-identifiable",
             format!("the data say next to nothing about {}", unknown.join(", ")),
-            "excite the axis more strongly or over a wider band, or fix the parameter",
+            "record longer or excite the axis more strongly or over a wider band, or fix the parameter",
         ));
     }
     if fit.chi2_reduced > MISFIT {

@@ -13,7 +13,8 @@ const TAIL: f64 = 0.025;
 /// Reliability of one parameter from `values[subject][session]`, all finite; nothing with fewer than two of either.
 ///
 /// Two-way random effects, absolute agreement, single measurement, ICC(2,1): Shrout and Fleiss, Psychol. Bull. 86 (1979) 420;
-/// its interval: McGraw and Wong, Psychol. Methods 1 (1996) 30. SEM² = (MS_sessions − MS_error)/n + MS_error, the first term
+/// its interval: McGraw and Wong, Psychol. Methods 1 (1996) 30;
+/// neither for two subjects, nor where it comes out beyond ±1. SEM² = (MS_sessions − MS_error)/n + MS_error, the first term
 /// not below zero; the minimal detectable change is 1.96 √2 SEM.
 pub(super) fn reliability(name: &str, unit: &str, values: &[Vec<f64>]) -> Option<Reliability> {
     let (subjects, sessions) = (values.len(), values.first()?.len());
@@ -29,6 +30,8 @@ pub(super) fn reliability(name: &str, unit: &str, values: &[Vec<f64>]) -> Option
     let rest = |i: usize, j: usize| values[i][j] - of_subject[i] - of_session[j] + grand;
     let error = (0..subjects).flat_map(|i| (0..sessions).map(move |j| (i, j))).map(|(i, j)| rest(i, j).powi(2)).sum::<f64>() / ((n - 1.0) * (k - 1.0));
     let icc = (between - error) / (between + (k - 1.0) * error + k * (session - error) / n);
+    // Two subjects leave one degree of freedom between them; and where there is hardly any variance the ratio is of two errors.
+    let judged = subjects > 2 && icc.abs() <= 1.0;
     let sem = (((session - error) / n).max(0.0) + error).sqrt();
     Some(Reliability {
         name: name.to_owned(),
@@ -36,8 +39,8 @@ pub(super) fn reliability(name: &str, unit: &str, values: &[Vec<f64>]) -> Option
         subjects,
         sessions,
         mean: number(grand),
-        icc: number(icc),
-        icc_ci95: icc_interval(icc, [between, session, error], n, k),
+        icc: number(icc).filter(|_| judged),
+        icc_ci95: icc_interval(icc, [between, session, error], n, k).filter(|_| judged),
         standard_error_of_measurement: number(sem),
         minimal_detectable_change: number(QUANTILE * std::f64::consts::SQRT_2 * sem),
         changes: (1..sessions).map(|j| change(values, j)).collect(),
@@ -51,7 +54,8 @@ fn icc_interval(icc: f64, [between, session, error]: [f64; 3], n: f64, k: f64) -
     let lower = FisherSnedecor::new(n - 1.0, freedom).ok()?.inverse_cdf(1.0 - TAIL);
     let upper = FisherSnedecor::new(freedom, n - 1.0).ok()?.inverse_cdf(1.0 - TAIL);
     let common = k * session + (k * n - k - n) * error;
-    finite([n * (between - lower * error) / (lower * common + n * between), n * (upper * between - error) / (common + n * upper * between)])
+    let ends = finite([n * (between - lower * error) / (lower * common + n * between), n * (upper * between - error) / (common + n * upper * between)])?;
+    Some(ends.map(|end| end.clamp(-1.0, 1.0)))
 }
 
 /// The mean change from the first session to session `j`, by the paired t-test.

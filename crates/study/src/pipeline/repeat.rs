@@ -78,6 +78,9 @@ pub(super) fn course(trials: &Trials, settings: &EstimateSettings, (window_s, st
         return Err(StudyError::Sliding { window_s, step_s });
     }
     let longest_s = trials.trials.iter().map(|trial| trial.recording.duration_s()).fold(0.0, f64::max);
+    if window_s > longest_s {
+        return Err(StudyError::LongWindow { window_s, longest_s });
+    }
     if (longest_s - window_s) / step_s > MOST_WINDOWS {
         let what = format!("windows that slide by {step_s} s over {longest_s} s are more than {MOST_WINDOWS}; give a longer --sliding-step");
         return Err(StudyError::TooLarge { what });

@@ -44,7 +44,8 @@ pub struct FitResult {
     /// Variance accounted for, percent, by element of the impedance (the paper's appendix); `null` where the model's
     /// element is identically zero.
     pub vaf: Matrix,
-    /// R² over all elements.
+    /// R² over all elements, of gains in decibels of one SI unit as in the paper: it depends on the unit and says little on the
+    /// intervals; 1 for the model that is the estimate.
     pub r2: Number,
     /// The same matrices at the joints, with `--kinematics`.
     pub joint: Option<Joint>,
@@ -185,6 +186,7 @@ pub struct OtherFit {
     pub matrices: Matrices,
     /// Variance accounted for, percent.
     pub vaf: Matrix,
-    /// R² over all elements.
+    /// R² over all elements, of gains in decibels of one SI unit as in the paper: it depends on the unit and says little on the
+    /// intervals; 1 for the model that is the estimate.
     pub r2: Number,
 }
