@@ -309,7 +309,7 @@ mod tests {
         assert!(matches!(complete(&drifted), Err(IoError::IrregularTime { .. })));
         let counted = format!("# samples: 3000\n{head}{}", text(0..2999));
         assert!(matches!(complete(&counted), Err(IoError::SampleCount { found: 2999, .. })));
-        let unended = complete(&format!("{head}{}", text(0..3000)).trim_end()).unwrap();
+        let unended = complete(format!("{head}{}", text(0..3000)).trim_end()).unwrap();
         assert_eq!(unended.iter().map(|piece| piece.recording.len()).sum::<usize>(), 2999);
         assert_eq!(unended.last().unwrap().notes[0].code, "unterminated-line");
     }
