@@ -3,17 +3,15 @@
 //!
 //! `bash benches/instructions` counts them with callgrind and compares with `benches/instructions.txt`.
 
-#[path = "../crates/diagnose/tests/generator/mod.rs"]
-mod generator;
 #[path = "../crates/models/examples/support/planar.rs"]
 mod planar;
 mod support;
 
-use generator::{Case, Hidden, Plant, make};
 use ndof::devices::Accuracy;
 use ndof::diagnose::{Options, diagnose};
 use ndof::signal::{Channel, Multitaper, Quantity, Recording, Unit, Welch};
 use ndof::sysid::{Direct, LocalPolynomial, SpectralMethod, derived, direct, estimate};
+use ndof_challenge::{Case, Hidden, Plant, make};
 use std::hint::black_box;
 use support::{arm, channels, perturbation, ports, simulate};
 

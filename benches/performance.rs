@@ -3,17 +3,15 @@
 //! `benches/peers/run` builds and calls it beside the peers and prints the tables. By hand:
 //! `cargo bench --bench performance -- [spectra|hour|simulation|fit|diagnosis|growth|file FOLDER|six FOLDER]`.
 
-#[path = "../crates/diagnose/tests/generator/mod.rs"]
-mod generator;
 #[path = "../crates/models/examples/support/planar.rs"]
 mod planar;
 mod support;
 
-use generator::{Case, Hidden, Plant, make};
 use ndof::devices::Accuracy;
 use ndof::diagnose::{Options, diagnose};
 use ndof::signal::{Channel, Quantity, Recording, Unit, Welch};
 use ndof::sysid::{Direct, derived, direct, ordered_coherence};
+use ndof_challenge::{Case, Hidden, Plant, make};
 use std::hint::black_box;
 use std::path::Path;
 use support::{arm, bare_transforms, channels, perturbation, ports, race, simulate, wall};

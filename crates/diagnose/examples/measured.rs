@@ -1,5 +1,5 @@
 //! Diagnoses the measured records of others, where they are at hand (`--data DIR`).
-#[path = "../tests/records/mod.rs"]
+#[path = "../tests/hidden/records/mod.rs"]
 mod records;
 
 use ndof_diagnose::{Options, diagnose};

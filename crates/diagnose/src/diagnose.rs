@@ -103,6 +103,7 @@ pub fn diagnose_with_pictures(
         baseline: &baseline_stand,
         found: &found,
         gate: &gate,
+        features: &features,
         shares,
         findings: &findings,
         turned,

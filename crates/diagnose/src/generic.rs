@@ -10,16 +10,46 @@ use crate::whittle::{Likelihood, Power};
 use num_complex::Complex64;
 use std::sync::Arc;
 
+/// What a regressor is a function of.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Family {
+    /// The velocity some time ago: linear dynamics.
+    Lag,
+    /// The axis' own displacement.
+    Spring,
+    /// The axis' own velocity.
+    Damper,
+    /// Products of the axis' own displacement and velocity.
+    Mixed,
+    /// Loops of the axis' own displacement.
+    Loop,
+    /// Other axes, alone and in products with this one.
+    Cross,
+    /// Place in the trial.
+    Time,
+}
+
+/// A regressor on the balance of one axis.
+pub(crate) struct Feature {
+    pub axis: usize,
+    pub family: Family,
+    pub column: Column,
+}
+
 /// Regressors by what they stand for.
 pub(crate) struct Features {
-    pub linear: Vec<Column>,
-    pub nonlinear: Vec<Column>,
-    pub varying: Vec<Column>,
+    pub linear: Vec<Feature>,
+    pub nonlinear: Vec<Feature>,
+    pub varying: Vec<Feature>,
 }
 
 impl Features {
+    pub fn each(&self) -> impl Iterator<Item = &Feature> {
+        self.linear.iter().chain(&self.nonlinear).chain(&self.varying)
+    }
+
     pub fn all(&self) -> Vec<&Column> {
-        self.linear.iter().chain(&self.nonlinear).chain(&self.varying).collect()
+        self.each().map(|f| &f.column).collect()
     }
 }
 
@@ -96,36 +126,37 @@ pub(crate) fn features(subject: &Subject, state: &State) -> Features {
             let mut column = state.operator_column(i, |s| s * (-s * lag * unit).exp());
             let h: Vec<Complex64> = layout.sj.iter().map(|&s| s * (-s * lag * unit).exp()).collect();
             column.action = vec![(i, i, Arc::new(h))];
-            out.linear.push(column);
+            out.linear.push(Feature { axis: i, family: Family::Lag, column });
         }
         type Shape = Box<dyn Fn(f64, f64) -> f64>;
-        let mut shapes: Vec<Shape> = vec![
-            Box::new(|x, _| x * x),
-            Box::new(|x, _| x * x * x),
-            Box::new(|x, _| x.abs()),
-            Box::new(|x, _| x * x.abs()),
-            Box::new(|_, v| v * v),
-            Box::new(|_, v| v * v.abs()),
-            Box::new(|_, v| v * v * v),
-            Box::new(|x, v| x * v),
-            Box::new(|x, v| x * x * v),
-            Box::new(|x, v| x * v * v),
-            Box::new(|_, v| (v / 0.05).tanh()),
-            Box::new(|_, v| (v / 0.4).tanh()),
+        use Family::{Cross, Damper, Loop, Mixed, Spring, Time};
+        let mut shapes: Vec<(Family, Shape)> = vec![
+            (Spring, Box::new(|x, _| x * x)),
+            (Spring, Box::new(|x, _| x * x * x)),
+            (Spring, Box::new(|x, _| x.abs())),
+            (Spring, Box::new(|x, _| x * x.abs())),
+            (Damper, Box::new(|_, v| v * v)),
+            (Damper, Box::new(|_, v| v * v.abs())),
+            (Damper, Box::new(|_, v| v * v * v)),
+            (Mixed, Box::new(|x, v| x * v)),
+            (Mixed, Box::new(|x, v| x * x * v)),
+            (Mixed, Box::new(|x, v| x * v * v)),
+            (Damper, Box::new(|_, v| (v / 0.05).tanh())),
+            (Damper, Box::new(|_, v| (v / 0.4).tanh())),
         ];
         for width in [1.0, 0.75, 0.6, 0.5, 0.4] {
             let w = std::f64::consts::PI / width;
-            shapes.push(Box::new(move |x, _| (w * x).sin()));
-            shapes.push(Box::new(move |x, _| (w * x).cos()));
+            shapes.push((Spring, Box::new(move |x, _| (w * x).sin())));
+            shapes.push((Spring, Box::new(move |x, _| (w * x).cos())));
         }
-        for shape in &shapes {
-            out.nonlinear.push(series(i, &|x, v, _| shape(x[i] / sx, v[i] / sv)));
+        for (family, shape) in &shapes {
+            out.nonlinear.push(Feature { axis: i, family: *family, column: series(i, &|x, v, _| shape(x[i] / sx, v[i] / sv)) });
         }
         for width in [0.1, 0.3, 0.8] {
             let forces = (0..layout.trials)
                 .map(|trial| (0..n).map(|q| if q == i { loops(state.x[trial][i].iter().copied(), width * sx) } else { vec![0.0; layout.samples] }).collect())
                 .collect();
-            out.nonlinear.push(state.force_column(&forces, None, Some(i)));
+            out.nonlinear.push(Feature { axis: i, family: Loop, column: state.force_column(&forces, None, Some(i)) });
         }
         if n <= 3 {
             for j in (0..n).filter(|j| *j != i) {
@@ -142,14 +173,13 @@ pub(crate) fn features(subject: &Subject, state: &State) -> Features {
                     &|_, _, _, u| (u / 0.05).tanh(),
                 ];
                 for f in cross {
-                    out.nonlinear.push(series(i, &|x, v, _| f(x[i] / sx, v[i] / sv, x[j] / sy, v[j] / su)));
+                    let column = series(i, &|x, v, _| f(x[i] / sx, v[i] / sv, x[j] / sy, v[j] / su));
+                    out.nonlinear.push(Feature { axis: i, family: Cross, column });
                 }
             }
         }
-        out.varying.push(series(i, &|x, _, t| t * x[i] / sx));
-        out.varying.push(series(i, &|_, v, t| t * v[i] / sv));
-        out.varying.push(series(i, &|x, _, t| t * t * x[i] / sx));
-        out.varying.push(series(i, &|_, _, t| t));
+        let changes: [Moving; 4] = [&|x, _, t| t * x[i] / sx, &|_, v, t| t * v[i] / sv, &|x, _, t| t * t * x[i] / sx, &|_, _, t| t];
+        out.varying.extend(changes.map(|f| Feature { axis: i, family: Time, column: series(i, f) }));
     }
     out
 }
@@ -228,8 +258,8 @@ pub(crate) fn shares(subject: &Subject, baseline: &Stand, features: &Features) -
         let fit = Likelihood::new(&baseline.state, &subject.cause, &baseline.base.held).fit(&columns, &baseline.fit.power, 1, true)?;
         Some((whitened_power(&fit.residual, &baseline.fit.power) / level).min(1.0))
     };
-    let linear: Vec<&Column> = features.linear.iter().collect();
-    let nonlinear: Vec<&Column> = features.linear.iter().chain(&features.nonlinear).collect();
+    let linear: Vec<&Column> = features.linear.iter().map(|f| &f.column).collect();
+    let nonlinear: Vec<&Column> = features.linear.iter().chain(&features.nonlinear).map(|f| &f.column).collect();
     let a = left(&linear).unwrap_or(1.0);
     let b = left(&nonlinear).unwrap_or(a).min(a);
     let c = left(&features.all()).unwrap_or(b).min(b);

@@ -29,6 +29,7 @@ mod pictures;
 mod plan;
 mod plant;
 mod probability;
+mod remains;
 mod result;
 mod robot;
 mod samples;

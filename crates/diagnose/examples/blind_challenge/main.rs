@@ -5,21 +5,25 @@
 //! ```
 //!
 //! prints the rates that are asked of a diagnosis, the confusion matrix and the reliability table, and stores them
-//! (`blind.json`, `confusion.svg`, `reliability.svg`). Case k of a seed is always the same, so a long challenge may be run in
+//! (`blind.txt`, `blind.json`, `confusion.svg`, `reliability.svg`). Case k of a seed is always the same, so a long challenge may be run in
 //! parts: `--first K --cases N --rows FILE` appends to FILE, and `--from FILE …` prints what the files say together.
 //! `--train` prints the coefficients of the probability that the rows
 //! give; probabilities of stored rows are those of the coefficients in this program. `--kind null|background|single|other|pair|outside` and `--plant force|planar|motion|mass|wrist|six` narrow it down,
 //! `--verbose` prints every case that is not answered as asked.
+//!
+//! Beside the challenge: `--mutation` (or `--mutation EFFECT`) switches effects off in the generator and takes them from the registry,
+//! `--gain` holds the intervals of the gain against fresh recordings, `--growth` times a diagnosis.
 
-#[path = "../../tests/generator/mod.rs"]
-mod generator;
+mod gain;
+mod growth;
+mod mutation;
 mod row;
 mod tables;
 mod train;
 
-use generator::draw::{draw, kind_of};
-use generator::strength::{Strength, strength};
-use generator::{Plant, make};
+use ndof_challenge::draw::{draw, kind_of};
+use ndof_challenge::strength::{Strength, strength};
+use ndof_challenge::{Plant, make};
 use ndof_diagnose::{Options, diagnose};
 use row::Row;
 use std::io::Write;
@@ -44,7 +48,20 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let number = |name: &str, default: u64| argument(name).and_then(|v| v.parse().ok()).unwrap_or(default);
     let (first, cases, seed) = (number("--first", 0), number("--cases", 50), number("--seed", 1));
     let plant = argument("--plant").and_then(|p| Plant::ALL.into_iter().find(|q| q.word() == p));
-    let verbose = std::env::args().any(|a| a == "--verbose");
+    let asked = |name: &str| std::env::args().any(|a| a == name);
+    let verbose = asked("--verbose");
+    if asked("--mutation") {
+        mutation::print(argument("--mutation").as_deref());
+        return Ok(());
+    }
+    if asked("--gain") {
+        gain::print(seed, cases);
+        return Ok(());
+    }
+    if asked("--growth") {
+        growth::print();
+        return Ok(());
+    }
     let mut rows = stored()?;
     let mut file = argument("--rows").map(|f| std::fs::OpenOptions::new().create(true).append(true).open(f)).transpose()?;
     for k in if rows.is_empty() { first..first + cases } else { 0..0 } {
@@ -84,11 +101,11 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         }
         rows.push(row);
     }
-    if std::env::args().any(|a| a == "--train") {
+    if asked("--train") {
         train::print(&rows);
         return Ok(());
     }
-    tables::print(&rows);
+    print!("{}", tables::text(&rows));
     if let Some(folder) = argument("--out") {
         tables::store(&rows, std::path::Path::new(&folder))?;
     }

@@ -1,8 +1,8 @@
 //! One case of the challenge and what was said of it.
 
-use crate::generator::draw::registry_name;
-use crate::generator::strength::Strength;
-use crate::generator::{Case, Made};
+use ndof_challenge::draw::registry_name;
+use ndof_challenge::strength::Strength;
+use ndof_challenge::{Case, Made};
 use ndof_diagnose::{Cause, Diagnosis, Features, Verdict};
 use ndof_models::effects::Value;
 use serde::{Deserialize, Serialize};

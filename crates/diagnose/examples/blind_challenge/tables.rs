@@ -6,6 +6,35 @@ use serde::Serialize;
 use statrs::distribution::{Beta, ContinuousCDF};
 use std::collections::BTreeMap;
 
+/// What is asked of a share.
+#[derive(Clone, Copy)]
+pub enum Asked {
+    Nothing,
+    AtMost(f64),
+    AtLeast(f64),
+    Between(f64, f64),
+}
+
+impl Asked {
+    fn allows(self, share: f64) -> bool {
+        match self {
+            Asked::Nothing => true,
+            Asked::AtMost(most) => share <= most,
+            Asked::AtLeast(least) => share >= least,
+            Asked::Between(least, most) => (least..=most).contains(&share),
+        }
+    }
+
+    fn words(self) -> String {
+        match self {
+            Asked::Nothing => String::new(),
+            Asked::AtMost(most) => format!("<= {:.0} %", 100.0 * most),
+            Asked::AtLeast(least) => format!(">= {:.0} %", 100.0 * least),
+            Asked::Between(least, most) => format!("{:.0} to {:.0} %", 100.0 * least, 100.0 * most),
+        }
+    }
+}
+
 /// k of n and the 95 % interval of Clopper and Pearson.
 #[derive(Clone, Debug, Serialize)]
 pub struct Rate {
@@ -14,6 +43,22 @@ pub struct Rate {
     pub k: usize,
     pub n: usize,
     pub ci95: [f64; 2],
+    /// `proven` where the whole interval is what is asked, `reached` where the share is, `missed` where neither is; empty where nothing is asked.
+    pub status: &'static str,
+}
+
+impl Rate {
+    fn new(what: &str, asked: Asked, k: usize, n: usize) -> Self {
+        let ci95 = if n == 0 { [0.0, 1.0] } else { clopper_pearson(k, n) };
+        let status = match asked {
+            Asked::Nothing => "",
+            _ if n == 0 => "no case",
+            _ if ci95.iter().all(|end| asked.allows(*end)) => "proven",
+            _ if asked.allows(k as f64 / n as f64) => "reached",
+            _ => "missed",
+        };
+        Rate { what: what.to_owned(), asked: asked.words(), k, n, ci95, status }
+    }
 }
 
 fn clopper_pearson(k: usize, n: usize) -> [f64; 2] {
@@ -23,25 +68,28 @@ fn clopper_pearson(k: usize, n: usize) -> [f64; 2] {
     [low, high]
 }
 
-fn rate<'a>(what: &str, asked: &str, rows: impl Iterator<Item = &'a Row>, hit: impl Fn(&Row) -> bool) -> Rate {
+fn rate<'a>(what: &str, asked: Asked, rows: impl Iterator<Item = &'a Row>, hit: impl Fn(&Row) -> bool) -> Rate {
     let (mut k, mut n) = (0, 0);
     for row in rows {
         n += 1;
         k += usize::from(hit(row));
     }
-    Rate { what: what.to_owned(), asked: asked.to_owned(), k, n, ci95: if n == 0 { [0.0, 1.0] } else { clopper_pearson(k, n) } }
+    Rate::new(what, asked, k, n)
 }
 
 /// The numbers that are asked of a diagnosis.
 pub fn rates(rows: &[Row]) -> Vec<Rate> {
+    use Asked::{AtLeast, AtMost, Between, Nothing};
     let of = |kind: &'static str| rows.iter().filter(move |r| r.kind == kind && r.error.is_none());
     let class = |kind: &'static str, class: Class| of(kind).filter(move |r| r.class() == class);
     let mut out = vec![
-        rate("nothing hidden: a cause named", "<= 1 %", of("null"), |r| !r.named.is_empty()),
-        rate("nothing hidden: called unexplained", "", of("null"), |r| r.answer() == "unexplained"),
-        rate("small imperfections only: a cause named", "<= 5 %", of("background").filter(|r| r.size <= 0.01), |r| !r.named.is_empty()),
+        rate("nothing hidden: a cause named", AtMost(0.01), of("null"), |r| !r.named.is_empty()),
+        rate("nothing hidden: called unexplained", Nothing, of("null"), |r| r.answer() == "unexplained"),
+        rate("small imperfections only: a cause named", AtMost(0.05), of("background").filter(|r| r.size <= 0.01), |r| !r.named.is_empty()),
     ];
-    for (kind, words, asked) in [("single", "single", [">= 97 %", "", ">= 90 %", ""]), ("other", "other form", [">= 95 %", "", ">= 85 %", ""])] {
+    for (kind, words, asked) in
+        [("single", "single", [AtLeast(0.97), Nothing, AtLeast(0.9), Nothing]), ("other", "other form", [AtLeast(0.95), Nothing, AtLeast(0.85), Nothing])]
+    {
         for (c, name, asked) in [
             (Class::Clear, "clear", asked[0]),
             (Class::Middle, "20 to 50 % of the residual", asked[1]),
@@ -55,14 +103,14 @@ pub fn rates(rows: &[Row]) -> Vec<Rate> {
         |r: &&Row| matches!(r.kind.as_str(), "single" | "other") && r.right() && r.named.first().is_some_and(|n| !n.axis.is_empty()) && r.plant != "force";
     out.push(rate(
         "axis right, of those right with an axis",
-        ">= 98 %",
+        AtLeast(0.98),
         rows.iter().filter(placed).filter(|r| ["planar", "wrist", "six"].contains(&r.plant.as_str())),
         |r| r.named.first().is_some_and(|n| n.axis == r.axis),
     ));
-    out.push(rate("pairs: both named", ">= 90 %", of("pair"), Row::right));
-    out.push(rate("pairs: exactly the two", ">= 75 %", of("pair"), Row::exact));
-    out.push(rate("outside the registry: a confident wrong name", "<= 5 %", of("outside"), Row::confident_wrong));
-    out.push(rate("single, clear: exactly the one", "", class("single", Class::Clear), Row::exact));
+    out.push(rate("pairs: both named", AtLeast(0.9), of("pair"), Row::right));
+    out.push(rate("pairs: exactly the two", AtLeast(0.75), of("pair"), Row::exact));
+    out.push(rate("outside the registry: a confident wrong name", AtMost(0.05), of("outside"), Row::confident_wrong));
+    out.push(rate("single, clear: exactly the one", Nothing, class("single", Class::Clear), Row::exact));
     let (mut k, mut n) = (0, 0);
     for interval in rows.iter().filter(|r| r.kind == "single" && r.right() && r.class() != Class::Faint).flat_map(|r| &r.intervals) {
         if let Some([low, high]) = interval.ci95 {
@@ -70,24 +118,25 @@ pub fn rates(rows: &[Row]) -> Vec<Rate> {
             k += usize::from((low..=high).contains(&interval.truth));
         }
     }
-    out.push(Rate { what: "true parameter inside its 95 % interval".to_owned(), asked: "90 to 98 %".to_owned(), k, n, ci95: clopper_pearson(k, n.max(1)) });
+    out.push(Rate::new("true parameter inside its 95 % interval", Between(0.9, 0.98), k, n));
     out
 }
 
-/// Coverage and median relative error by effect and parameter.
-pub fn coverage(rows: &[Row]) -> Vec<(String, usize, usize, f64)> {
-    let mut by: BTreeMap<String, (usize, Vec<f64>)> = BTreeMap::new();
+/// By effect and parameter: true value inside its interval, intervals given, values, and their median relative error.
+pub fn coverage(rows: &[Row]) -> Vec<(String, usize, usize, usize, f64)> {
+    let mut by: BTreeMap<String, (usize, usize, Vec<f64>)> = BTreeMap::new();
     for row in rows.iter().filter(|r| r.kind == "single" && r.right() && r.class() != Class::Faint) {
         for i in &row.intervals {
             let entry = by.entry(format!("{} {}", row.hidden[0].0, i.parameter)).or_default();
             entry.0 += usize::from(i.ci95.is_some_and(|[low, high]| (low..=high).contains(&i.truth)));
-            entry.1.push((i.value / i.truth - 1.0).abs());
+            entry.1 += usize::from(i.ci95.is_some());
+            entry.2.push((i.value / i.truth - 1.0).abs());
         }
     }
     by.into_iter()
-        .map(|(name, (inside, mut errors))| {
+        .map(|(name, (inside, given, mut errors))| {
             errors.sort_by(f64::total_cmp);
-            (name, inside, errors.len(), errors[errors.len() / 2])
+            (name, inside, given, errors.len(), errors[errors.len() / 2])
         })
         .collect()
 }
@@ -131,27 +180,36 @@ pub fn counts(rows: &[Row]) -> (Vec<String>, Vec<String>, Vec<Vec<usize>>) {
     (truths, answers, table)
 }
 
-/// Prints everything.
-pub fn print(rows: &[Row]) {
-    println!("{:56} {:>10} {:>11} {:>7}  95 % interval", "", "asked", "measured", "");
+/// Everything as text.
+pub fn text(rows: &[Row]) -> String {
+    let mut out = String::new();
+    let mut line = |words: String| {
+        out.push_str(words.trim_end());
+        out.push('\n');
+    };
+    let kinds = ["null", "background", "single", "other", "pair", "outside"].map(|kind| format!("{kind} {}", rows.iter().filter(|r| r.kind == kind).count()));
+    let seeds: std::collections::BTreeSet<String> = rows.iter().map(|r| r.seed.to_string()).collect();
+    line(format!("seed {}, {} cases: {}", seeds.into_iter().collect::<Vec<_>>().join(", "), rows.len(), kinds.join(", ")));
+    line(format!("{:56} {:>10} {:>11} {:>7}  95 % interval", "", "asked", "measured", ""));
     for r in rates(rows) {
         let share = 100.0 * r.k as f64 / r.n.max(1) as f64;
-        println!("{:56} {:>10} {:>5} of {:<4} {share:5.1} %  {:.1} to {:.1} %", r.what, r.asked, r.k, r.n, 100.0 * r.ci95[0], 100.0 * r.ci95[1]);
+        let interval = format!("{:.1} to {:.1} %", 100.0 * r.ci95[0], 100.0 * r.ci95[1]);
+        line(format!("{:56} {:>10} {:>5} of {:<4} {share:5.1} %  {interval:16} {}", r.what, r.asked, r.k, r.n, r.status));
     }
     let (bins, error) = calibration(rows);
-    println!("expected calibration error {error:.3} (asked: <= 0.05), 5 bins of equal count: mean stated, share right, n");
+    line(format!("expected calibration error {error:.3} (asked: <= 0.05), 5 bins of equal count: mean stated, share right, n"));
     for b in bins {
-        println!("  {:.3} {:.3} {}", b.stated, b.right as f64 / b.count as f64, b.count);
+        line(format!("  {:.3} {:.3} {}", b.stated, b.right as f64 / b.count as f64, b.count));
     }
-    println!("\nhidden -> named first");
+    line("\nhidden -> named first".to_owned());
     let (truths, answers, table) = counts(rows);
     for (truth, row) in truths.iter().zip(&table) {
         let cells: Vec<String> = answers.iter().zip(row).filter(|c| *c.1 > 0).map(|(a, c)| format!("{a} {c}")).collect();
-        println!("{truth:24} {}", cells.join(", "));
+        line(format!("{truth:24} {}", cells.join(", ")));
     }
-    println!("\nparameter: inside its interval, of, median relative error");
-    for (name, inside, n, error) in coverage(rows) {
-        println!("{name:40} {inside:4} {n:4} {error:.3}");
+    line("\nparameter: inside its interval, intervals, values, median relative error".to_owned());
+    for (name, inside, given, n, error) in coverage(rows) {
+        line(format!("{name:40} {inside:4} {given:4} {n:4} {error:.3}"));
     }
     let mut plants: BTreeMap<&str, (usize, f64)> = BTreeMap::new();
     for row in rows {
@@ -159,16 +217,17 @@ pub fn print(rows: &[Row]) {
         entry.0 += 1;
         entry.1 += row.seconds;
     }
-    println!("\nplant, cases, mean seconds of a diagnosis");
+    line("\nplant, cases, mean seconds of a diagnosis".to_owned());
     for (plant, (n, seconds)) in plants {
-        println!("{plant:10} {n:5} {:.2}", seconds / n as f64);
+        line(format!("{plant:10} {n:5} {:.2}", seconds / n as f64));
     }
     for row in rows.iter().filter(|r| r.error.is_some()) {
-        println!("failed: {} {} {}: {}", row.seed, row.number, row.plant, row.error.as_deref().unwrap_or_default());
+        line(format!("failed: {} {} {}: {}", row.seed, row.number, row.plant, row.error.as_deref().unwrap_or_default()));
     }
+    out
 }
 
-/// Writes `blind.json`, `confusion.svg` and `reliability.svg`.
+/// Writes `blind.txt`, `blind.json`, `confusion.svg` and `reliability.svg`.
 pub fn store(rows: &[Row], folder: &std::path::Path) -> Result<(), Box<dyn std::error::Error>> {
     std::fs::create_dir_all(folder)?;
     let (truths, answers, table) = counts(rows);
@@ -180,6 +239,7 @@ pub fn store(rows: &[Row], folder: &std::path::Path) -> Result<(), Box<dyn std::
         "calibration": { "expected_error": error, "bins": bins.iter().map(|b| [b.stated, b.right as f64 / b.count as f64, b.count as f64]).collect::<Vec<_>>() },
         "coverage": coverage(rows),
     });
+    std::fs::write(folder.join("blind.txt"), text(rows))?;
     std::fs::write(folder.join("blind.json"), serde_json::to_string_pretty(&result)?)?;
     std::fs::write(folder.join("confusion.svg"), confusion("confusion", "What was hidden and what was named", &truths, &answers, &table)?.to_svg())?;
     std::fs::write(folder.join("reliability.svg"), reliability("reliability", "Stated probability and share right", &bins)?.to_svg())?;

@@ -6,7 +6,7 @@ use crate::judge::{self, Errors};
 use crate::plan;
 use crate::probability::Features;
 use crate::result::{Cause, Confusable, Gain};
-use crate::search::ENOUGH;
+use crate::search::{ENOUGH, Judged};
 use statrs::distribution::{ChiSquared, ContinuousCDF};
 
 /// Penalised gains closer than this do not tell two effects apart.
@@ -39,13 +39,8 @@ impl Answer<'_> {
         let card = h.effect.card();
         if !near.is_empty() {
             let effects = std::iter::once(card.name).chain(near.iter().copied()).map(str::to_owned).collect();
-            let rival = step.judged.iter().find(|j| subject.hypotheses[j.hypothesis].effect.name() == near[0]).filter(|_| self.options.plan);
-            let predicted = rival.map_or_else(Vec::new, |j| plan::prospects(subject, self.meaning, self.options, found, lead, j));
-            let next_experiment = match predicted.first().filter(|p| p.decides) {
-                Some(best) => format!("{}; simulated, the right one then leads by {:.0} of log-likelihood", best.experiment, best.separation),
-                None => card.next_experiment.to_owned(),
-            };
-            confusable.push(Confusable { effects, next_experiment, predicted });
+            let rival = step.judged.iter().find(|j| subject.hypotheses[j.hypothesis].effect.name() == near[0]);
+            confusable.push(self.decided(effects, card.next_experiment, rival.map(|j| (lead, j))));
         }
         let features = Features::new(own, rival, self.gate.beyond, self.gate.named, self.gate.removed, share, group.size);
         let block_s = (2.0 * subject.layout.time_s).max(0.2);
@@ -97,6 +92,22 @@ impl Answer<'_> {
             features: Some(features),
             at_most: limit,
         }
+    }
+}
+
+impl Answer<'_> {
+    /// Effects that cannot be told apart, with the experiment that decides: the one of the card, or, where a plan was asked for, the best of those
+    /// that were simulated with the cause at a place of the search and with its rival.
+    pub(super) fn decided(&self, effects: Vec<String>, card: &str, rival: Option<(usize, &Judged)>) -> Confusable {
+        let predicted = match rival.filter(|_| self.options.plan) {
+            Some((position, j)) => plan::prospects(self.subject, self.meaning, self.options, self.found, position, j),
+            None => Vec::new(),
+        };
+        let next_experiment = match predicted.first().filter(|p| p.decides) {
+            Some(best) => format!("{}; simulated, the right one then leads by {:.0} of log-likelihood", best.experiment, best.separation),
+            None => card.to_owned(),
+        };
+        Confusable { effects, next_experiment, predicted }
     }
 }
 

@@ -12,10 +12,11 @@ use crate::detectors;
 use crate::diagnose::Findings;
 use crate::floor;
 use crate::free_run::WINDOW_S;
-use crate::generic::{Gate, Shares};
+use crate::generic::{Features, Gate, Shares};
 use crate::judge::{Court, Errors};
 use crate::options::Options;
 use crate::pictures::Pictures;
+use crate::remains::remains;
 use crate::result::{Cause, Diagnosis, Extended, Model, Score, Site, Split, Verdict};
 use crate::samples::Meaning;
 use crate::search::{Chosen, Found, Stand};
@@ -48,6 +49,7 @@ pub(crate) struct Answer<'a> {
     pub baseline: &'a Stand,
     pub found: &'a Found,
     pub gate: &'a Gate,
+    pub features: &'a Features,
     pub shares: Shares,
     pub findings: &'a Findings,
     /// Whether the effort was counted the other way than it was recorded.
@@ -153,6 +155,7 @@ impl Answer<'_> {
                 "a model without physics gains {:.0} of held-out log-likelihood beyond the named causes (they gain {:.0}); it removes {:.1} % of the effort's rms: something is missing that no known cause explains",
                 self.gate.beyond, self.gate.named, 100.0 * self.gate.size
             ));
+            notes.extend(remains(subject, &found.stand, self.features).map(|r| r.sentence(&self.meaning.axes)));
         }
         // What the baseline could gain at most, of the outputs' variance.
         let missing = before.variance().map_or(1.0, |b| (b - level).max(0.0));

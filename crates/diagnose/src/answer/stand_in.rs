@@ -1,8 +1,11 @@
 //! Names whose form has gone where another cause would make the same response: they are said, but not for sure.
 
 use super::{Answer, UNSURE};
+use crate::hypotheses::{Ground, Hypothesis};
 use crate::result::{Cause, Confusable};
-use ndof_models::effects::{Value, find};
+use crate::search::{Chosen, Judged};
+use ndof_models::effects::{Action, Operator, Value, find};
+use std::sync::Arc;
 
 /// A loop that yields within this share of the displacement's standard deviation is as good as dry friction.
 const NARROW: f64 = 0.12;
@@ -18,6 +21,12 @@ const MANY: usize = 3;
 const HELPER: f64 = 0.5;
 /// are believed by no more than this.
 const CROWD: f64 = 0.85;
+
+/// A delay beyond this (s) is none of a reflex, and a muscle that follows beyond this (Hz) is none: a mode or a filter answers so.
+const LATE_S: f64 = 0.1;
+const FAST_HZ: f64 = 15.0;
+/// Log-likelihood that the gain which a filter takes has to be worth.
+const GAIN_SEEN: f64 = 3.0;
 
 fn number(cause: &Cause, name: &str) -> Option<f64> {
     cause.parameters.iter().find(|p| p.name.starts_with(name)).and_then(|p| if let Value::Number(x) = p.value { Some(x) } else { None })
@@ -43,6 +52,13 @@ impl Answer<'_> {
                 let wide = number(cause, "half_gap").is_some_and(|gap| gap > WIDE * self.subject.scale.position[axis]);
                 if wide { vec!["cubic-stiffness"] } else { vec![] }
             }
+            "reflex-delay" => {
+                let unit = self.subject.scale.human_time_s();
+                let late = number(cause, "delay").is_some_and(|delay| delay > LATE_S * unit);
+                let fast = number(cause, "cutoff").is_some_and(|cutoff| cutoff * unit > FAST_HZ);
+                if late || fast { vec!["extra-resonance", "channel-filter"] } else { vec![] }
+            }
+            "channel-filter" if !self.loses_gain() => vec!["measurement-delay"],
             _ => vec![],
         }
     }
@@ -59,6 +75,58 @@ impl Answer<'_> {
         })
     }
 
+    /// The place of a cause among the chosen hypotheses, and the best form of another effect on its axis in the step that chose it.
+    fn rival(&self, cause: &Cause, other: &str) -> Option<(usize, &Judged)> {
+        let (hypotheses, found) = (&self.subject.hypotheses, self.found);
+        let axis = self.meaning.axes.iter().position(|a| *a == cause.site.axis);
+        let q = found.chosen.iter().position(|c| {
+            let h = &hypotheses[c.hypothesis];
+            h.effect.name() == cause.effect && h.form.axis == axis
+        })?;
+        let alike = |j: &&Judged| {
+            let h = &hypotheses[j.hypothesis];
+            h.effect.name() == other && (h.form.axis == axis || h.form.axis.is_none() || axis.is_none())
+        };
+        found.steps[found.step_of[q]].judged.iter().find(alike).map(|j| (q, j))
+    }
+
+    /// Whether the gain that a filter takes is seen: without it, by the phase alone, the recording is explained worse.
+    ///
+    /// H(s) of the filter competes with H / |H|, each at its best corner. Where that does as well, the filter is a delay for all that
+    /// the recording says.
+    fn loses_gain(&self) -> bool {
+        let (subject, found) = (self.subject, self.found);
+        let filter = found.chosen.iter().position(|c| subject.hypotheses[c.hypothesis].effect.name() == "channel-filter");
+        let Some(q) = filter else { return true };
+        let h = &subject.hypotheses[found.chosen[q].hypothesis];
+        let mut form = h.form.clone();
+        let unit = |operator: &Operator| -> Operator {
+            let operator = operator.clone();
+            Arc::new(move |s, knobs| {
+                let value = operator(s, knobs);
+                value / value.norm()
+            })
+        };
+        form.action = match &form.action {
+            Action::Effort(operator) => Action::Effort(unit(operator)),
+            Action::Motion(operator) => Action::Motion(unit(operator)),
+            _ => return true,
+        };
+        let phase = Hypothesis { effect: h.effect, form };
+        let others: Vec<Chosen> = found.chosen.iter().enumerate().filter(|(k, _)| *k != q).map(|(_, c)| c.clone()).collect();
+        let power = &found.stand.fit.power;
+        let Some(rest) = subject.stand(&others, power, 1) else { return true };
+        let ground = Ground { state: &rest.state, cause: &subject.cause, structure: &subject.structure, base: &rest.base, terms: &rest.terms, power };
+        let best = |h: &Hypothesis| -> Option<f64> {
+            let start = ground.evaluate(h, &found.chosen[q].knobs, 1)?;
+            ground.refine(h, &start, 28).or(Some(start)).map(|t| t.fit.log_likelihood)
+        };
+        match (best(h), best(&phase)) {
+            (Some(whole), Some(phase)) => whole - phase > GAIN_SEEN,
+            _ => true,
+        }
+    }
+
     /// Limits what is believed of such names; whether there are any.
     pub(super) fn stand_ins(&self, causes: &mut [Cause], confusable: &mut Vec<Confusable>) -> bool {
         let limit = |cause: &mut Cause, most: f64| {
@@ -73,8 +141,8 @@ impl Answer<'_> {
             let effects: Vec<String> = std::iter::once(cause.effect.as_str()).chain(others.iter().copied()).map(str::to_owned).collect();
             let same = |k: &Confusable| effects.iter().all(|e| k.effects.contains(e));
             if !confusable.iter().any(same) {
-                let next_experiment = find(&cause.effect).map_or_else(String::new, |e| e.card().next_experiment.to_owned());
-                confusable.push(Confusable { effects, next_experiment, predicted: vec![] });
+                let card = find(&cause.effect).map_or("", |e| e.card().next_experiment);
+                confusable.push(self.decided(effects, card, self.rival(cause, others[0])));
             }
         }
         if causes.len() >= MANY {

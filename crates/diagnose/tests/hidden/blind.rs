@@ -1,8 +1,6 @@
 //! Recordings with something hidden, made by a generator of its own, and what the diagnosis says of them.
 
-mod generator;
-
-use generator::{Case, Hidden, Made, Plant, make};
+use ndof_challenge::{Case, Hidden, Made, Plant, make};
 use ndof_diagnose::{Baseline, Diagnosis, Options, Part, Status, Verdict, diagnose};
 
 fn case(plant: Plant, hidden: &[(&'static str, f64)], seed: u64) -> Case {

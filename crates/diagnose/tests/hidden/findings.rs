@@ -3,9 +3,7 @@
 //! Coherence below 1 Hz is lowered by the limb's own force, by hysteresis or by friction; the phase rolls off above 5 Hz by a filter or
 //! latency of the force channel, or by compliance in series, and a reflex does not roll it off.
 
-mod generator;
-
-use generator::{Case, Hidden, Made, Plant, make};
+use ndof_challenge::{Case, Hidden, Made, Plant, make};
 use ndof_diagnose::{Diagnosis, Options, Verdict, diagnose};
 use ndof_models::effects::Value;
 
@@ -112,24 +110,65 @@ fn short(hidden: (&'static str, f64), reach: f64, seed: u64) -> Made {
 
 #[test]
 fn what_cannot_be_told_apart_comes_with_the_experiment_that_decides_and_it_does() {
-    for (hidden, seed) in [(("measurement-delay", 0.3), 1), (("measurement-delay", 0.3), 2)] {
+    for (hidden, seed) in [(("measurement-delay", 0.3), 1), (("measurement-delay", 0.3), 2), (("channel-filter", 0.1), 1), (("channel-filter", 0.1), 2)] {
+        let other = if hidden.0 == "channel-filter" { "measurement-delay" } else { "channel-filter" };
         let planned = Options { plan: true, ..Options::default() };
         let first = short(hidden, 1.0, seed);
         let d = diagnose(&first.recordings, &first.ports, &planned, None, &mut |_| {}).expect("a diagnosis");
-        let pair = d.confusable.first().expect("a delay of 3.6 ms and a filter are alike up to 12 Hz");
+        let pair = d.confusable.first().expect("a delay of 3.6 ms or a filter at 120 Hz are alike up to 12 Hz");
         assert!(pair.effects.iter().any(|e| e == "measurement-delay") && pair.effects.iter().any(|e| e == "channel-filter"), "{pair:?}");
         let best = pair.predicted.first().expect("experiments were simulated");
         println!("{hidden:?}: {:?}", pair.predicted);
-        assert!(best.decides && best.separation > 6.0, "{pair:?}");
-        assert!(best.experiment.contains("with its power from 0 to 4") && pair.next_experiment.starts_with(&best.experiment), "{pair:?}");
+        assert!(best.experiment.contains("with its power from 0 to 4"), "{pair:?}");
+        // A filter so far beyond the band is fitted as one of second order, which stays a delay up to 45 Hz: no experiment is promised then.
+        assert!(hidden.0 == "channel-filter" || (best.decides && best.separation > 6.0 && pair.next_experiment.starts_with(&best.experiment)), "{pair:?}");
         // The same perturbation again decides nothing, and the plan says so.
         assert!(pair.predicted.iter().filter(|p| p.experiment.starts_with("the same")).all(|p| !p.decides), "{pair:?}");
         // The experiment itself, by the generator: power up to four times the frequency.
         let second = short(hidden, 4.0, seed);
         let wide = Options { band_hz: Some((0.0, 44.0)), ..Options::default() };
         let second = diagnose(&second.recordings, &second.ports, &wide, None, &mut |_| {}).expect("a diagnosis");
-        assert_eq!(second.causes.first().map(|c| c.effect.as_str()), Some("measurement-delay"), "{:?}", second.causes);
-        assert!(second.confusable.iter().all(|k| !k.effects.iter().any(|e| e == "channel-filter")), "{:?}", second.confusable);
+        assert_eq!(second.causes.first().map(|c| c.effect.as_str()), Some(hidden.0), "{:?}", second.causes);
+        assert!(second.confusable.iter().all(|k| !k.effects.iter().any(|e| e == other)), "{:?}", second.confusable);
+    }
+}
+
+#[test]
+fn a_compliance_in_series_is_told_from_a_delay_and_a_friction_from_a_hysteresis_without_a_further_experiment() {
+    for (hidden, name, other) in [
+        (("series-compliance", 0.1), "extra-resonance", "measurement-delay"),
+        (("series-compliance", 0.2), "extra-resonance", "measurement-delay"),
+        (("coulomb-friction", 0.08), "coulomb-friction", "hysteresis"),
+        (("hysteresis", 0.08), "hysteresis", "coulomb-friction"),
+    ] {
+        for seed in [1, 2] {
+            let made = short(hidden, 1.0, seed);
+            let d = answer(&made);
+            assert_eq!(d.causes.first().map(|c| c.effect.as_str()), Some(name), "{hidden:?} {:?}", d.causes);
+            let beside = |effect: &str| d.confusable.iter().any(|k| k.effects.iter().any(|e| e == effect));
+            assert!(!beside(other) && d.causes.iter().all(|c| c.effect != other), "{hidden:?}: {:?}", names(&d));
+        }
+    }
+}
+
+#[test]
+fn a_delay_a_filter_or_a_mode_that_is_taken_away_leaves_no_other_name_for_sure() {
+    for (plant, hidden, seed) in [
+        (Plant::Force, "measurement-delay", 20),
+        (Plant::Motion, "measurement-delay", 21),
+        (Plant::Planar, "measurement-delay", 23),
+        (Plant::Force, "channel-filter", 20),
+        (Plant::Planar, "channel-filter", 23),
+        (Plant::Force, "extra-resonance", 20),
+        (Plant::Motion, "extra-resonance", 21),
+    ] {
+        let made = made(plant, &[(hidden, 0.5)], seed);
+        let options = Options { without: vec![hidden.to_owned()], ..Options::default() };
+        let d = diagnose(&made.recordings, &made.ports, &options, None, &mut |_| {}).expect("a diagnosis");
+        assert_ne!(d.verdict, Verdict::Explained, "without {hidden}: {:?}", names(&d));
+        let sure =
+            |effect: &str, probability: f64| effect != "limb-noise" && probability > 0.9 && d.confusable.iter().all(|k| !k.effects.iter().any(|e| e == effect));
+        assert!(d.causes.iter().all(|c| !sure(&c.effect, c.probability)), "without {hidden}: {:?}", d.causes);
     }
 }
 

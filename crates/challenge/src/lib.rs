@@ -4,8 +4,6 @@
 //! filtered velocity, interval-averaging sensors, noise and quantisation are written again. With `other` the effects take functional forms
 //! that the registry does not have.
 
-#![allow(dead_code)]
-
 pub mod draw;
 mod hide;
 mod laws;
@@ -36,6 +34,7 @@ pub const SUB: usize = 8;
 /// Something hidden.
 #[derive(Clone, Debug)]
 pub struct Hidden {
+    /// Its name: an effect of the registry, a variety of one, or `x-…` for what no registry has.
     pub name: &'static str,
     /// 1 is strong.
     pub severity: f64,
@@ -44,14 +43,19 @@ pub struct Hidden {
 /// What to make.
 #[derive(Clone, Debug)]
 pub struct Case {
+    /// The experiment.
     pub plant: Plant,
+    /// What is hidden in it.
     pub hidden: Vec<Hidden>,
     /// Functional forms that the registry does not have.
     pub other: bool,
     /// Small imperfections in every channel.
     pub background: bool,
+    /// Number of recordings.
     pub trials: usize,
+    /// Length of each.
     pub duration_s: f64,
+    /// Of everything that is drawn.
     pub seed: u64,
     /// The commanded perturbation as a multiple of the plant's own: its size, and the end of its band.
     pub command: (f64, f64),
@@ -59,7 +63,9 @@ pub struct Case {
 
 /// What was made.
 pub struct Made {
+    /// The trials.
     pub recordings: Vec<Recording>,
+    /// Their roles.
     pub ports: Ports,
     /// Axis index of the hidden effects.
     pub axis: usize,
@@ -67,8 +73,11 @@ pub struct Made {
     pub axis_name: &'static str,
     /// True parameters, by hidden effect: (name, value).
     pub truth: Vec<Vec<(&'static str, f64)>>,
+    /// The true inertia of the plant by rows, its
     pub mass: Vec<Vec<f64>>,
+    /// damping,
     pub damping: Vec<Vec<f64>>,
+    /// and stiffness.
     pub stiffness: Vec<Vec<f64>>,
 }
 

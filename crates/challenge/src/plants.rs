@@ -26,6 +26,7 @@ impl Plant {
     /// All of them.
     pub const ALL: [Plant; 6] = [Plant::Force, Plant::Planar, Plant::Motion, Plant::Mass, Plant::Wrist, Plant::Six];
 
+    /// The number of axes.
     pub fn axes(self) -> usize {
         match self {
             Plant::Planar => 2,
@@ -35,6 +36,7 @@ impl Plant {
         }
     }
 
+    /// Its name in tables and on the command line.
     pub fn word(self) -> &'static str {
         match self {
             Plant::Planar => "planar",
@@ -46,10 +48,12 @@ impl Plant {
         }
     }
 
+    /// Whether its axes are angles.
     pub fn rotational(self) -> bool {
         matches!(self, Plant::Motion | Plant::Wrist | Plant::Six)
     }
 
+    /// The names of its axes.
     pub fn names(self) -> &'static [&'static str] {
         match self {
             Plant::Wrist => &["flexion", "deviation", "pronation"],

@@ -1,7 +1,5 @@
 //! Measured recordings of others, read where they are at hand: `../shared/data` beside the repository.
 
-#![allow(dead_code, clippy::type_complexity)]
-
 use ndof_signal::{Channel, Quantity, Recording, Unit};
 use ndof_sysid::Ports;
 use std::path::PathBuf;
@@ -9,11 +7,17 @@ use std::path::PathBuf;
 /// A record and its roles.
 pub type Record = Option<(Vec<Recording>, Ports)>;
 
+/// A record's name and what reads it.
+pub type Reader = (&'static str, fn() -> Record);
+
 /// All records by name.
-pub const ALL: [(&str, fn() -> Record); 6] =
+pub const ALL: [Reader; 6] =
     [("emps", emps), ("ankle-pf", ankle_pf), ("ankle-df2", ankle_df2), ("mr-damper", mr_damper), ("robot-arm", robot_arm), ("cd-player", cd_player)];
 
-fn table(file: &str) -> Option<(Vec<String>, Vec<Vec<f64>>)> {
+/// Header and columns.
+type Table = (Vec<String>, Vec<Vec<f64>>);
+
+fn table(file: &str) -> Option<Table> {
     let path = PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("../../../shared/data").join(file);
     let path = if path.exists() { path } else { std::env::var_os("NDOF_RECORDS").map(PathBuf::from)?.join(file) };
     let text = std::fs::read_to_string(path).ok()?;
@@ -33,7 +37,7 @@ fn recording(rate: f64, channels: Vec<(&str, Quantity, bool, Vec<f64>)>) -> Reco
     Recording::new(rate, channels).expect("columns of one length")
 }
 
-fn column(table: &(Vec<String>, Vec<Vec<f64>>), name: &str) -> Option<Vec<f64>> {
+fn column(table: &Table, name: &str) -> Option<Vec<f64>> {
     table.0.iter().position(|h| h.contains(name)).map(|i| table.1[i].clone())
 }
 

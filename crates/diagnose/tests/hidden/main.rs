@@ -1,0 +1,7 @@
+//! What the diagnosis says of recordings whose cause is known: hidden by a generator of its own, or measured by others.
+
+mod blind;
+mod drawn;
+mod findings;
+mod measured;
+mod records;
