@@ -29,6 +29,11 @@ pub(crate) struct Errors {
     pub score: Score,
     /// Squared error over the output's variance, `[output][time]` of all trials, scored samples only.
     pub relative: Vec<Vec<f64>>,
+    /// Error over the output's standard deviation, likewise; `trials` stretches of one length.
+    pub signed: Vec<Vec<f64>>,
+    pub trials: usize,
+    /// Whether one constant offset an output was fitted to the beginning of each trial.
+    pub shifted: bool,
     /// Prediction over the output's standard deviation, likewise.
     pub predicted: Vec<Vec<f64>>,
 }
@@ -82,7 +87,7 @@ impl Court {
         let n = self.layout.axes;
         let predictions = self.predictions(subject, chosen, stand, self.layout.trials);
         let mut score = Score::default();
-        let (mut relative, mut predicted) = (Vec::new(), Vec::new());
+        let (mut relative, mut signed, mut predicted) = (Vec::new(), Vec::new(), Vec::new());
         for i in 0..n {
             let pairs = || {
                 predictions
@@ -100,9 +105,11 @@ impl Court {
             score.nrmse.push(good.then(|| (power / variance).sqrt()));
             score.vaf_percent.push(good.then(|| 100.0 * (1.0 - (power - bias * bias) / variance)));
             relative.push(errors.iter().map(|e| e * e / variance).collect());
+            signed.push(errors.iter().map(|e| e / variance.sqrt()).collect());
             predicted.push(pairs().map(|p| p.1 / variance.sqrt()).collect());
         }
-        Errors { score, relative, predicted }
+        let trials = predictions.iter().flatten().count();
+        Errors { score, relative, signed, trials, shifted: !self.windowed, predicted }
     }
 }
 
@@ -130,6 +137,9 @@ impl Errors {
 }
 
 /// Share of the error above the floor that a model removes, with its 95 % interval from blocks of time drawn anew.
+///
+/// The offsets that were fitted to the beginning of each trial carry their error through all of it, which no block shows: they are drawn anew too,
+/// as means of the error over any stretch as long as the one that they were fitted to (half a block).
 pub(crate) fn explained(
     before: &Errors,
     after: &Errors,
@@ -141,31 +151,69 @@ pub(crate) fn explained(
 ) -> (Option<f64>, Option<[f64; 2]>) {
     let (Some(b), Some(a)) = (before.mean(), after.mean()) else { return (None, None) };
     let share = |b: f64, a: f64| if b > floor { ((b - a) / (b - floor)).clamp(-1.0, 1.0) } else { 0.0 };
-    let length = before.relative.first().map_or(0, Vec::len);
-    let blocks = ((duration_s / block_s).floor() as usize).clamp(2, length.max(2));
-    let per = length / blocks;
-    if per == 0 {
+    let length = before.signed.first().map_or(0, Vec::len);
+    let trials = before.trials.max(1);
+    let blocks = ((duration_s / block_s / trials as f64).floor() as usize).max(2usize.div_ceil(trials));
+    let per = length / trials / blocks;
+    if per == 0 || after.signed.iter().any(|e| e.len() != length) || before.trials != after.trials {
         return (Some(share(b, a)), None);
     }
-    let sums = |e: &Errors| -> Vec<f64> {
-        (0..blocks)
-            .map(|k| e.relative.iter().map(|r| r[k * per..(k + 1) * per].iter().sum::<f64>() / per as f64).sum::<f64>() / e.relative.len() as f64)
-            .collect()
-    };
-    let (sb, sa) = (sums(before), sums(after));
+    let (sb, sa) = (Stretches::new(before, per), Stretches::new(after, per));
     let mut random = ChaCha8Rng::seed_from_u64(seed);
+    let count = sb.power.len();
     let mut draws: Vec<f64> = (0..resamples)
         .map(|_| {
             let (mut tb, mut ta) = (0.0, 0.0);
-            for _ in 0..blocks {
-                let k = random.random_range(0..blocks);
-                tb += sb[k];
-                ta += sa[k];
+            for _ in 0..count {
+                let k = random.random_range(0..count);
+                tb += sb.power[k] / count as f64;
+                ta += sa.power[k] / count as f64;
             }
-            share(tb / blocks as f64, ta / blocks as f64)
+            for _ in 0..if before.shifted { trials } else { 0 } {
+                let k = random.random_range(0..sb.offset.len());
+                tb += sb.offset[k] / trials as f64;
+                ta += sa.offset[k] / trials as f64;
+            }
+            share(tb, ta)
         })
         .collect();
     draws.sort_by(f64::total_cmp);
     let at = |q: f64| draws[((q * (draws.len() - 1) as f64).round() as usize).min(draws.len() - 1)];
     (Some(share(b, a)), (!draws.is_empty()).then(|| [at(0.025), at(0.975)]))
+}
+
+/// Squared errors over stretches of time, each the mean over all outputs.
+struct Stretches {
+    /// Mean square by block, about the mean of its trial where an offset was fitted.
+    power: Vec<f64>,
+    /// Square of the mean over half a block, about that of its trial.
+    offset: Vec<f64>,
+}
+
+impl Stretches {
+    fn new(errors: &Errors, per: usize) -> Self {
+        let outputs = errors.signed.len() as f64;
+        let mean = |x: &[f64]| x.iter().sum::<f64>() / x.len().max(1) as f64;
+        let (mut power, mut offset) = (Vec::new(), Vec::new());
+        for (i, output) in errors.signed.iter().enumerate() {
+            let (mut p, mut o) = (0, 0);
+            let put = |list: &mut Vec<f64>, at: &mut usize, value: f64| {
+                if i == 0 {
+                    list.push(0.0);
+                }
+                list[*at] += value / outputs;
+                *at += 1;
+            };
+            for trial in output.chunks_exact((output.len() / errors.trials.max(1)).max(1)) {
+                let middle = if errors.shifted { mean(trial) } else { 0.0 };
+                for block in trial.chunks_exact(per) {
+                    put(&mut power, &mut p, block.iter().map(|e| (e - middle).powi(2)).sum::<f64>() / per as f64);
+                }
+                for half in trial.chunks_exact((per / 2).max(1)) {
+                    put(&mut offset, &mut o, (mean(half) - middle).powi(2));
+                }
+            }
+        }
+        Stretches { power, offset }
+    }
 }

@@ -5,15 +5,23 @@ use ndof_diagnose::{Options, diagnose};
 use ndof_models::effects::EFFECTS;
 use std::time::Instant;
 
-/// The least of three runs, in seconds, and the number of steps of the search.
+/// Seconds that all threads have computed, where the system tells them (Linux); else those since `start`.
+fn computed_s(start: Instant) -> f64 {
+    let of = |task: std::fs::DirEntry| std::fs::read_to_string(task.path().join("schedstat")).ok()?.split_whitespace().next()?.parse::<f64>().ok();
+    let told: Option<f64> = std::fs::read_dir("/proc/self/task").ok().map(|tasks| tasks.flatten().filter_map(of).sum());
+    told.filter(|ns| *ns > 0.0).map_or_else(|| start.elapsed().as_secs_f64(), |ns| 1e-9 * ns)
+}
+
+/// The least of three runs, in seconds of computing.
 fn seconds(plant: Plant, duration_s: f64, trials: usize, hidden: &[&'static str], without: &[String]) -> f64 {
     let hidden = hidden.iter().map(|name| Hidden { name, severity: 0.3 }).collect();
     let made = make(&Case { plant, hidden, other: false, background: false, trials, duration_s, seed: 12, command: (1.0, 1.0) });
     let options = Options { without: without.to_vec(), ..Options::default() };
     let once = || {
         let clock = Instant::now();
+        let before = computed_s(clock);
         let found = diagnose(&made.recordings, &made.ports, &options, None, &mut |_| {});
-        found.map_or(f64::NAN, |_| clock.elapsed().as_secs_f64())
+        found.map_or(f64::NAN, |_| computed_s(clock) - before)
     };
     (0..3).map(|_| once()).fold(f64::INFINITY, f64::min)
 }

@@ -38,6 +38,7 @@ impl<'a> Held<'a> {
     pub fn errors(&self, values: &[f64]) -> Errors {
         let axes = self.place[0].len();
         let mut squares = vec![Vec::new(); axes];
+        let mut signed = vec![Vec::new(); axes];
         let mut predicted = vec![Vec::new(); axes];
         let mut score = Score::default();
         let runs: Vec<Option<Vec<Vec<f64>>>> = (0..self.place.len()).map(|t| self.run(values, t)).collect();
@@ -60,9 +61,11 @@ impl<'a> Held<'a> {
             score.nrmse.push(good.then(|| (power / variance).sqrt()));
             score.vaf_percent.push(good.then(|| 100.0 * (1.0 - power / variance)));
             squares[i] = errors.iter().map(|e| e * e / variance).collect();
+            signed[i] = errors.iter().map(|e| e / variance.sqrt()).collect();
             predicted[i] = pairs.iter().map(|p| p.1 / variance.sqrt()).collect();
         }
-        Errors { score, relative: squares, predicted }
+        let trials = runs.iter().flatten().count();
+        Errors { score, relative: squares, signed, trials, shifted: false, predicted }
     }
 
     /// Displacement `[axis][time]` of one trial: the hold acts on the measured motion's mean and on the simulated motion about it.
