@@ -25,10 +25,11 @@ pub use start::linear_start;
 pub use vaf::{Agreement, agreement};
 pub use weighted::{CovarianceKind, WeightedFit};
 
-use crate::{LeastSquares, LevenbergMarquardt, Minimum, ParametricModel};
+use crate::{LeastSquares, LevenbergMarquardt, Minimum, ParametricModel, small};
 use faer::Mat;
 use ndarray::Array2;
 use ndof_sysid::{FrequencyResponse, ResponseKind};
+use num_complex::Complex64;
 
 /// Number of axes, if response, model and start values belong together.
 fn check_shape<M: ParametricModel + ?Sized>(model: &M, response: &FrequencyResponse, start: &[f64]) -> Result<usize, FitError> {
@@ -71,6 +72,23 @@ impl<P: LeastSquares, M: ParametricModel + ?Sized> LeastSquares for Internal<'_,
         match self.model.natural_jacobian(x) {
             Some(turn) => natural * to_faer(&turn),
             None => natural,
+        }
+    }
+}
+
+/// Adds factor · Re(s_r Ω s_cᴴ) of all scores s (n × n each, row by row) to `meat`, Ω being the covariance of an estimate:
+/// Ω(ij, kl) = noise_ik input_lj, so that s Ω is noiseᵀ s inputᵀ.
+fn add_scores(meat: &mut Mat<f64>, scores: &[Vec<Complex64>], [noise, input]: [&[Complex64]; 2], n: usize, factor: f64) {
+    let transposed = |a: &[Complex64]| (0..n * n).map(|e| a[(e % n) * n + e / n]).collect::<Vec<_>>();
+    let (left, right) = (transposed(noise), transposed(input));
+    for (r, score) in scores.iter().enumerate() {
+        let seen = small::product(&small::product(&left, score, n), &right, n);
+        for (c, other) in scores.iter().enumerate().take(r + 1) {
+            let form = factor * seen.iter().zip(other).map(|(a, b)| a.re * b.re + a.im * b.im).sum::<f64>();
+            meat[(r, c)] += form;
+            if r != c {
+                meat[(c, r)] += form;
+            }
         }
     }
 }
@@ -121,6 +139,30 @@ impl Solved {
         match &self.turn {
             Some(turn) => turn * inverse * turn.transpose(),
             None => inverse,
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn scores_are_summed_over_every_pair_of_elements() {
+        let n = 2;
+        let entry = |k: usize| Complex64::new((1.3 * k as f64).sin(), (0.7 * k as f64).cos());
+        let hermitian = |k: usize| [Complex64::new(2.0, 0.0), entry(k), entry(k).conj(), Complex64::new(3.0, 0.0)];
+        let (noise, input) = (hermitian(1), hermitian(2));
+        let scores: Vec<Vec<Complex64>> = (0..3).map(|r| (0..4).map(|e| entry(10 * r + e + 5)).collect()).collect();
+        let mut meat = Mat::zeros(3, 3);
+        add_scores(&mut meat, &scores, [&noise, &input], n, 0.5);
+        for r in 0..3 {
+            for c in 0..3 {
+                let pair = |x: usize, y: usize| scores[r][x] * scores[c][y].conj() * noise[(x / n) * n + y / n] * input[(y % n) * n + x % n];
+                let sum: Complex64 = (0..16).map(|e| pair(e / 4, e % 4)).sum();
+                // Sixteen products of size ten at most.
+                assert!((meat[(r, c)] - 0.5 * sum.re).abs() < 1e-13, "{r} {c}");
+            }
         }
     }
 }

@@ -1,10 +1,10 @@
 //! The paper's fit: gain in decibels and phase in degrees, weighted with partial coherence.
 
 use super::vaf::{GAIN_WEIGHT, difference};
-use super::{Fit, FitError, Parameter, Prediction, Smoothing, Solved, check_shape, jackknife::rescale_by_trials, result::t_quantile, shares};
+use super::{Fit, FitError, Parameter, Prediction, Smoothing, Solved, add_scores, check_shape, jackknife::rescale_by_trials, result::t_quantile, shares};
 use crate::{LeastSquares, ParametricModel};
 use faer::Mat;
-use ndarray::Array3;
+use ndarray::{Array3, Axis};
 use ndof_signal::Kernel;
 use ndof_sysid::{FrequencyResponse, ResponseKind};
 use num_complex::Complex64;
@@ -160,21 +160,18 @@ impl<M: ParametricModel + ?Sized> Logarithmic<'_, M> {
                         .collect()
                 })
                 .collect();
-            for r in 0..k {
-                for c in 0..k {
-                    meat[(r, c)] += match &impedance.uncertainty {
-                        // E[Re(a δ) Re(b δ)] = ½ Re(a Cov bᴴ) for circular δ.
-                        Some(u) => {
-                            let sum: Complex64 = (0..size * size)
-                                .map(|pair| {
-                                    let (x, y) = (pair / size, pair % size);
-                                    score[r][x] * score[c][y].conj() * u.noise[[f, x / n, y / n]] * u.input_inverse[[f, y % n, x % n]]
-                                })
-                                .sum();
-                            0.5 * sum.re / share[b]
+            match &impedance.uncertainty {
+                // E[Re(a δ) Re(b δ)] = ½ Re(a Cov bᴴ) for circular δ.
+                Some(u) => {
+                    let at = |a: &Array3<Complex64>| a.index_axis(Axis(0), f).iter().copied().collect::<Vec<_>>();
+                    add_scores(&mut meat, &score, [&at(&u.noise), &at(&u.input_inverse)], n, 0.5 / share[b]);
+                }
+                None => {
+                    for r in 0..k {
+                        for c in 0..k {
+                            meat[(r, c)] += (rows..rows + 2 * size).map(|row| jacobian[(row, r)] * jacobian[(row, c)] * residuals[row].powi(2)).sum::<f64>();
                         }
-                        None => (rows..rows + 2 * size).map(|row| jacobian[(row, r)] * jacobian[(row, c)] * residuals[row].powi(2)).sum(),
-                    };
+                    }
                 }
             }
         }

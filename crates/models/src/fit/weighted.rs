@@ -1,6 +1,6 @@
 //! Weighted least squares on a frequency response, with the covariance that its estimator gave it.
 
-use super::{Fit, FitError, Parameter, Prediction, Smoothing, Solved, Transducer, check_shape, result::t_quantile, shares};
+use super::{Fit, FitError, Parameter, Prediction, Smoothing, Solved, Transducer, add_scores, check_shape, result::t_quantile, shares};
 use crate::{LeastSquares, ParametricModel, small};
 use faer::Mat;
 use ndarray::Array3;
@@ -227,17 +227,9 @@ impl<M: ParametricModel + ?Sized> Whitened<'_, M> {
             // E[e_ij e_kl*] of the whitened residual, 1 on the diagonal.
             let noise = side(&bin.left, &bin.noise);
             let input = side(&small::adjoint(&bin.right, n), &bin.input);
-            for a in 0..size {
-                for b in 0..size {
-                    let omega = noise[(a / n) * n + b / n] * input[(b % n) * n + a % n];
-                    for r in 0..k {
-                        let row = Complex64::new(jacobian[(2 * (f * size + a), r)], -jacobian[(2 * (f * size + a) + 1, r)]) * omega;
-                        for c in 0..k {
-                            meat[(r, c)] += (row * Complex64::new(jacobian[(2 * (f * size + b), c)], jacobian[(2 * (f * size + b) + 1, c)])).re;
-                        }
-                    }
-                }
-            }
+            let at = |e: usize, c: usize| Complex64::new(jacobian[(2 * (f * size + e), c)], -jacobian[(2 * (f * size + e) + 1, c)]);
+            let scores: Vec<Vec<Complex64>> = (0..k).map(|c| (0..size).map(|e| at(e, c)).collect()).collect();
+            add_scores(&mut meat, &scores, [&noise, &input], n, 1.0);
         }
         meat
     }
