@@ -85,6 +85,7 @@ pub struct Model {
     transducer_stiffness: Option<f64>,
     transducer_damping: f64,
     kinematics: Document,
+    compare: bool,
 }
 
 /// A word of an option as the enum that it stands for.
@@ -102,6 +103,7 @@ impl Model {
             vaf_weight: word(&self.vaf_weight, "vaf_weight")?,
             transducer: self.transducer_stiffness.map(|stiffness| Transducer { stiffness, damping: self.transducer_damping }),
             kinematics: self.kinematics.parse("kinematics")?,
+            compare: self.compare,
             ..FitSettings::default()
         })
     }

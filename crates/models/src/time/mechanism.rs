@@ -2,6 +2,8 @@
 
 use super::Law;
 use crate::{Axis, ParameterInfo};
+use ndarray::Array2;
+use num_complex::Complex64;
 use std::sync::Arc;
 
 /// A force law on one axis of a mechanism.
@@ -129,6 +131,32 @@ impl Mechanism {
         own.fold(vec![baseline.to_vec()], |starts, p| {
             starts.iter().flat_map(|s| p.starts.iter().map(move |v| s.iter().copied().chain([*v]).collect())).collect()
         })
+    }
+
+    /// The same mechanism seen in frequency: D(s) = M s² + B s + K + Σ f/x, N × N. `None` where a law has no response, being
+    /// nonlinear or one of the force alone.
+    ///
+    /// # Panics
+    /// If `theta` does not have the mechanism's length.
+    pub fn dynamic_stiffness(&self, theta: &[f64], s: Complex64) -> Option<Array2<Complex64>> {
+        assert_eq!(theta.len(), self.parameters().len(), "parameters of the mechanism");
+        let (n, entries) = (self.axes.len(), self.entries());
+        let mut out = Array2::zeros((n, n));
+        for (matrix, power) in [s * s, s, Complex64::new(1.0, 0.0)].into_iter().enumerate().take(self.matrices()) {
+            for (&(i, j), value) in entries.iter().zip(&theta[matrix * entries.len()..]) {
+                out[[i, j]] += power * value;
+                if i != j {
+                    out[[j, i]] += power * value;
+                }
+            }
+        }
+        let mut at = self.baseline_parameters();
+        for PlacedLaw { law, axis } in &self.laws {
+            let count = law.parameters(false).len();
+            out[[*axis, *axis]] += law.response(&theta[at..at + count], s)?;
+            at += count;
+        }
+        Some(out)
     }
 
     /// How large a parameter would have to be to matter: for entries of a matrix, the size of its diagonal.

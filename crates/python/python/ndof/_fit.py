@@ -99,6 +99,19 @@ class Fit(Result):
         return parameters
 
     @property
+    def comparison(self) -> list[dict[str, Any]]:
+        """This model and those that are part of it, with ``compare=True`` every single extension too: parameters, χ², AIC and
+        BIC of each, and the likelihood ratio against the one that it extends.
+
+        >>> import ndof
+        >>> fit = ndof.fit(ndof.simulate("spring-array", trials=2).recordings, nperseg=500, compare=True)
+        >>> "inertia-damping-stiffness+delay" in [entry["model"] for entry in fit.comparison]
+        True
+        """
+        comparison: list[dict[str, Any]] = self.to_dict().get("comparison", [])
+        return comparison
+
+    @property
     def joint(self) -> dict[str, NDArray[np.float64]] | None:
         """M, B and K at the joints, where the fit was projected.
 
@@ -205,6 +218,7 @@ def fit(
     kinematics: Document | None = None,
     transducer_stiffness: float | None = None,
     transducer_damping: float = 0.0,
+    compare: bool = False,
     report: bool = False,
     reference: str | Sequence[str] | None = None,
     input: str | Sequence[str] | None = None,
@@ -235,8 +249,8 @@ def fit(
     """Fits inertia, damping and stiffness to the frequency response of recordings, as ``ndof fit`` does.
 
     Several recordings are repeated trials of one experiment. ``band`` (Hz) is what is fitted; ``kinematics`` (a file or a
-    dictionary) adds the matrices at the joints; ``cost`` is ``weighted`` or ``paper``. The other options are those of
-    :func:`frequency_response`.
+    dictionary) adds the matrices at the joints; ``cost`` is ``weighted`` or ``paper``; ``compare`` fits every single
+    extension of the model too (:attr:`Fit.comparison`). The other options are those of :func:`frequency_response`.
 
     >>> import ndof
     >>> fit = ndof.fit(ndof.simulate("arm").recordings, nperseg=2048, band=(0.5, 8))
@@ -276,6 +290,7 @@ def fit(
             "transducer_stiffness": transducer_stiffness,
             "transducer_damping": transducer_damping,
             "kinematics": document(kinematics),
+            "compare": compare,
         },
         report,
     )

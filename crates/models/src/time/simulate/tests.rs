@@ -126,3 +126,35 @@ fn time_and_frequency_faces_of_every_linear_law_agree() {
         assert!(error < bound, "{}: {error:e}", law.name());
     }
 }
+
+#[test]
+fn six_axes_with_laws_answer_a_sine_as_their_dynamic_stiffness_says() {
+    let (hz, rate, n) = (2.0, 4000.0, 6);
+    let axes = ["x", "y", "z"].iter().map(|a| Axis::linear(a)).chain(["rx", "ry", "rz"].iter().map(|a| Axis::rotational(a))).collect();
+    let mechanism = Mechanism::new(axes).with(laws::Relaxation, 0).with(laws::LinearReflex, 2).with(laws::FlexibleMode, 5);
+    let pairs = mechanism.entries();
+    // Diagonally dominant, all entries different.
+    let matrix = |size: f64| pairs.iter().map(move |&(i, j)| if i == j { size * (1.0 + 0.1 * i as f64) } else { size * 0.02 * (i + 2 * j) as f64 / 6.0 });
+    let base: Vec<f64> = matrix(2.0).chain(matrix(30.0)).chain(matrix(350.0)).collect();
+    let theta = mechanism.starts(&base).remove(0);
+    let (samples, period) = ((12.0 * rate) as usize, (rate / hz) as usize);
+    let half = std::f64::consts::PI * hz / rate;
+    let held = (half.sin() / half).powi(2);
+    let sine: Vec<f64> = (0..samples).map(|k| (TAU * hz * k as f64 / rate).sin()).collect();
+    let still = vec![0.0; samples];
+    let force: Vec<&[f64]> = (0..n).map(|i| if i == 2 { &sine[..] } else { &still[..] }).collect();
+    let answer = super::simulate(&mechanism, &theta, &[0.0; 12], &force, rate, 1);
+    let phasor = |y: &[f64]| {
+        let tail = y.iter().enumerate().skip(samples - period);
+        let sum = |of: fn(f64) -> f64| tail.clone().map(|(k, y)| y * of(TAU * hz * k as f64 / rate)).sum::<f64>() * 2.0 / period as f64;
+        num_complex::Complex64::new(sum(f64::sin), sum(f64::cos))
+    };
+    let d = mechanism.dynamic_stiffness(&theta, num_complex::Complex64::new(0.0, TAU * hz)).expect("all linear");
+    let x: Vec<_> = answer.iter().map(|y| phasor(y)).collect();
+    for i in 0..n {
+        let back: num_complex::Complex64 = (0..n).map(|j| d[[i, j]] * x[j]).sum();
+        let want = if i == 2 { held } else { 0.0 };
+        assert!((back - want).norm() < 1e-8, "{i}: {back}");
+    }
+    assert!(mechanism.with(laws::CubicStiffness, 1).dynamic_stiffness(&[theta, vec![1.0]].concat(), Default::default()).is_none());
+}
