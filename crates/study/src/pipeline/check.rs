@@ -5,7 +5,7 @@ use crate::result::check::{ChannelCheck, CheckResult, Finding, SCHEMA, TrialChec
 use crate::result::{VERSION, Warning, number};
 use crate::roles::{RoleNames, Roles};
 use crate::trials::Trial;
-use ndof_signal::{Channel, Quantity, Recording, Welch};
+use ndof_signal::{Channel, CrossSpectra, Quantity, Recording, Welch};
 use std::f64::consts::TAU;
 
 /// The code of what is wrong with the clock of a file.
@@ -149,14 +149,18 @@ fn look(channel: &Channel, role: &str, sample_rate_hz: f64) -> ChannelCheck {
 }
 
 /// The band that holds 98 % of a channel's power, one hundredth beyond each end.
-pub(super) fn power_band(samples: &[f64], sample_rate_hz: f64) -> Option<[f64; 2]> {
+fn power_band(samples: &[f64], sample_rate_hz: f64) -> Option<[f64; 2]> {
     let nperseg = (samples.len() / 8).checked_ilog2().filter(|bits| *bits >= 4).map(|bits| 1_usize << bits)?;
-    let spectra = Welch::new(nperseg).spectra(sample_rate_hz, &[samples]).ok()?;
-    let total: f64 = (1..spectra.frequency_hz().len()).map(|f| spectra.power(f, 0)).sum();
+    power_band_of(&Welch::new(nperseg).spectra(sample_rate_hz, &[samples]).ok()?, 0)
+}
+
+/// The same from spectra.
+pub(super) fn power_band_of(spectra: &CrossSpectra, channel: usize) -> Option<[f64; 2]> {
+    let total: f64 = (1..spectra.frequency_hz().len()).map(|f| spectra.power(f, channel)).sum();
     let mut sum = 0.0;
     let mut ends = [None, None];
     for f in 1..spectra.frequency_hz().len() {
-        sum += spectra.power(f, 0);
+        sum += spectra.power(f, channel);
         for (end, share) in ends.iter_mut().zip([0.01, 0.99]) {
             if end.is_none() && sum >= share * total {
                 *end = Some(spectra.frequency_hz()[f]);

@@ -117,6 +117,17 @@ pub fn estimate(trials: &Trials, settings: &EstimateSettings, command: &str) -> 
     Ok(estimated)
 }
 
+/// The same from spectra that were summed up elsewhere by Welch's method; `trials` says what the channels are.
+pub(super) fn estimate_summed(trials: &Trials, spectra: CrossSpectra, settings: &EstimateSettings, command: &str) -> Result<Estimated, StudyError> {
+    let (method, why) = choose(trials, settings)?;
+    let estimates =
+        estimate_from_spectra(spectra, &trials.roles.ports, &labels(trials), &method, settings.estimator).map_err(|error| in_file(error, trials))?;
+    let mut estimated = conclude(trials, settings, command, estimates, why)?;
+    let Estimated { estimates, result, .. } = &mut estimated;
+    result.warnings.extend(super::repeat::warnings(result, estimates));
+    Ok(estimated)
+}
+
 /// From the estimates of the channels as they stand to the response that is asked for.
 pub(super) fn conclude(trials: &Trials, settings: &EstimateSettings, command: &str, mut estimates: Estimates, why: String) -> Result<Estimated, StudyError> {
     to_displacement(&mut estimates.direct.response, trials);

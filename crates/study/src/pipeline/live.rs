@@ -1,7 +1,8 @@
 //! A measurement in progress: what is known so far, and whether it is enough.
 
-use super::check::power_band;
-use super::method::word;
+use super::check::power_band_of;
+use super::estimate::estimate_summed;
+use super::method::{welch, word};
 use super::{EstimateSettings, Estimated, FitSettings, MethodName, estimate, fit};
 use crate::error::StudyError;
 use crate::result::estimate::{Response, Spectrum};
@@ -11,8 +12,8 @@ use crate::result::{VERSION, Warning, number};
 use crate::roles::{RoleNames, Roles};
 use crate::trials::{Trial, Trials};
 use crate::trim::Trim;
-use ndof_signal::{Channel, Recording};
-use ndof_sysid::{ResponseKind, StoppingRule};
+use ndof_signal::{Channel, CrossSpectra, Recording, WelchStream};
+use ndof_sysid::{EstimateError, ResponseKind, StoppingRule};
 
 /// Length of a segment where none is given: about that of the paper, 4.096 s.
 const SEGMENT_S: f64 = 4.0;
@@ -42,23 +43,61 @@ impl Default for LiveSettings {
     }
 }
 
-/// A measurement in progress.
-#[derive(Clone, Debug)]
+/// A measurement in progress. What came is kept as sums of spectra, so that memory does not grow with time and a look costs the same early
+/// and late; of the samples themselves only the first few segments stay, for what names, units and the check of the signals need. Only
+/// segments that are left out as wrecked (`robust`) are found in the whole record.
+#[derive(Clone)]
 pub struct Live {
     file: String,
     names: RoleNames,
     settings: LiveSettings,
     warnings: Vec<Warning>,
-    /// Stretches without a gap; the last one grows.
-    stretches: Vec<Recording>,
+    /// Stretches without a gap so far.
+    stretches: usize,
+    /// Those at least as long as a segment that have ended, and their segments at half overlap.
+    long: usize,
+    segments: usize,
+    /// Seconds of the stretches that have ended.
+    ended_s: f64,
     /// Samples that were left out because a channel that is used holds no number there.
     missing: usize,
+    /// The stretch that grows.
+    growing: Option<Stretch>,
+    /// Spectra of the stretches that have ended.
+    ended: Option<CrossSpectra>,
+    /// What is kept of stretches that are long enough and have ended: all if `robust`, else the beginning of the first.
+    kept: Vec<Recording>,
 }
+
+/// Samples without a gap.
+#[derive(Clone)]
+struct Stretch {
+    /// Its beginning, or all of it.
+    kept: Recording,
+    samples: usize,
+    stream: WelchStream,
+}
+
+/// Segments of the first stretch that are kept as samples.
+const KEPT_SEGMENTS: usize = 8;
 
 impl Live {
     /// Nothing measured yet; `file` names the source in errors.
     pub fn new(file: &str, names: RoleNames, settings: LiveSettings) -> Self {
-        Live { file: file.to_owned(), names, settings, warnings: Vec::new(), stretches: Vec::new(), missing: 0 }
+        Live {
+            file: file.to_owned(),
+            names,
+            settings,
+            warnings: Vec::new(),
+            stretches: 0,
+            long: 0,
+            segments: 0,
+            ended_s: 0.0,
+            missing: 0,
+            growing: None,
+            ended: None,
+            kept: Vec::new(),
+        }
     }
 
     /// Takes the next samples; `follows` says that there is no gap before them.
@@ -72,14 +111,14 @@ impl Live {
             }
         }
         let ports = Roles::find(piece, &self.file, &self.names)?.ports;
-        let used: Vec<&Channel> = ports.references.iter().chain(&ports.inputs).chain(&ports.outputs).map(|&i| &piece.channels()[i]).collect();
-        let whole = |k: usize| used.iter().all(|channel| channel.samples[k].is_finite());
+        let used: Vec<usize> = ports.references.iter().chain(&ports.inputs).chain(&ports.outputs).copied().collect();
+        let whole = |k: usize| used.iter().all(|&i| piece.channels()[i].samples[k].is_finite());
         let (mut at, mut joined) = (0, follows);
         while at < piece.len() {
             let end = (at..piece.len()).find(|&k| !whole(k)).unwrap_or(piece.len());
             if end > at {
                 let part = piece.slice(at..end).map_err(|source| StudyError::Recording { file: self.file.clone(), source })?;
-                self.add(part, joined)?;
+                self.add(part, &used, joined)?;
             }
             joined = end == piece.len();
             self.missing += usize::from(end < piece.len());
@@ -88,21 +127,73 @@ impl Live {
         Ok(())
     }
 
-    fn add(&mut self, part: Recording, follows: bool) -> Result<(), StudyError> {
-        let Some(last) = self.stretches.last_mut().filter(|_| follows) else {
-            self.stretches.push(part);
-            return Ok(());
-        };
-        let joined =
-            last.channels().iter().zip(part.channels()).map(|(a, b)| Channel { samples: [&a.samples[..], &b.samples].concat(), ..a.clone() }).collect();
-        let grown = Recording::new(last.sample_rate_hz(), joined).map_err(|source| StudyError::Recording { file: self.file.clone(), source })?;
-        *last = grown.starting_at(last.start_s()).with_metadata(last.metadata().clone());
+    fn add(&mut self, part: Recording, used: &[usize], follows: bool) -> Result<(), StudyError> {
+        let rate_hz = part.sample_rate_hz();
+        let nperseg = self.segment(rate_hz)?;
+        let failed = |source| StudyError::Estimate { file: self.file.clone(), source: EstimateError::Welch { trial: 1, source } };
+        match &mut self.growing {
+            Some(growing) if follows => {
+                growing.stream.push(&part.columns(used)).map_err(failed)?;
+                growing.samples += part.len();
+                let room = if self.settings.estimate.robust { usize::MAX } else { (KEPT_SEGMENTS * nperseg).saturating_sub(growing.kept.len()) };
+                if room > 0 {
+                    let more = part.len().min(room);
+                    let kept = &growing.kept;
+                    let join = |(a, b): (&Channel, &Channel)| Channel { samples: [&a.samples[..], &b.samples[..more]].concat(), ..a.clone() };
+                    let joined = Recording::new(rate_hz, kept.channels().iter().zip(part.channels()).map(join).collect());
+                    let joined = joined.map_err(|source| StudyError::Recording { file: self.file.clone(), source })?;
+                    growing.kept = joined.starting_at(kept.start_s()).with_metadata(kept.metadata().clone());
+                }
+            }
+            _ => {
+                let mut stream = welch(&self.settings.estimate, nperseg).stream(rate_hz, used.len()).map_err(failed)?;
+                stream.push(&part.columns(used)).map_err(failed)?;
+                let next = Stretch { samples: part.len(), kept: part, stream };
+                self.end_stretch(nperseg)?;
+                self.growing = Some(next);
+                self.stretches += 1;
+            }
+        }
         Ok(())
+    }
+
+    /// Adds the stretch that grew to those that have ended.
+    fn end_stretch(&mut self, nperseg: usize) -> Result<(), StudyError> {
+        let Some(Stretch { kept, samples, stream }) = self.growing.take() else { return Ok(()) };
+        self.ended_s += samples as f64 / kept.sample_rate_hz();
+        if samples >= nperseg {
+            self.long += 1;
+            self.segments += half_overlapped(samples, nperseg);
+            if self.kept.is_empty() || self.settings.estimate.robust {
+                self.kept.push(kept);
+            }
+            self.ended = self.pooled(&stream)?;
+        }
+        Ok(())
+    }
+
+    /// The spectra of what has ended and of the stretch that grows.
+    fn pooled(&self, growing: &WelchStream) -> Result<Option<CrossSpectra>, StudyError> {
+        // A stretch shorter than a segment has none.
+        match (&self.ended, growing.spectra().ok()) {
+            (Some(ended), Some(own)) => {
+                let pooled = CrossSpectra::pool(&[ended.clone(), own]);
+                pooled.map(Some).map_err(|error| StudyError::Estimate { file: self.file.clone(), source: error.into() })
+            }
+            (ended, own) => Ok(own.or_else(|| ended.clone())),
+        }
+    }
+
+    fn segment(&self, rate_hz: f64) -> Result<usize, StudyError> {
+        match segment(&self.settings.estimate, rate_hz) {
+            nperseg if nperseg < LEAST_SEGMENT => Err(StudyError::ShortSegment { nperseg, least: LEAST_SEGMENT }),
+            nperseg => Ok(nperseg),
+        }
     }
 
     /// Seconds measured so far.
     pub fn duration_s(&self) -> f64 {
-        self.stretches.iter().map(Recording::duration_s).sum()
+        self.ended_s + self.growing.as_ref().map_or(0.0, |growing| growing.samples as f64 / growing.kept.sample_rate_hz())
     }
 
     /// What is known so far; nothing while there are too few samples for an estimate.
@@ -110,26 +201,22 @@ impl Live {
     /// # Errors
     /// [`StudyError`] if the estimate does not exist, or nothing lies in the band.
     pub fn state(&self, command: &str) -> Result<Option<LiveResult>, StudyError> {
-        let Some(first) = self.stretches.first() else { return Ok(None) };
-        let nperseg = segment(&self.settings.estimate, first.sample_rate_hz());
-        if nperseg < LEAST_SEGMENT {
-            return Err(StudyError::ShortSegment { nperseg, least: LEAST_SEGMENT });
-        }
-        let long: Vec<Trial> = self
-            .stretches
-            .iter()
-            .filter(|stretch| stretch.len() >= nperseg)
-            .map(|stretch| Trial { file: self.file.clone(), recording: stretch.clone(), warnings: Vec::new() })
-            .collect();
-        let stretches = long.len();
+        let Some(growing) = &self.growing else { return Ok(None) };
+        let nperseg = self.segment(growing.kept.sample_rate_hz())?;
+        let last = (growing.samples >= nperseg).then(|| growing.kept.clone());
+        let stretches = self.long + usize::from(last.is_some());
+        let ports = Roles::find(&growing.kept, &self.file, &self.names)?.ports;
         // One segment has coherence one whatever the data.
-        let segments: usize = long.iter().map(|trial| 1 + (trial.recording.len() - nperseg) / (nperseg - nperseg / 2)).sum();
-        let ports = Roles::find(first, &self.file, &self.names)?.ports;
+        let segments = self.segments + last.as_ref().map_or(0, |_| half_overlapped(growing.samples, nperseg));
         if segments < 2 + ports.inputs.len().max(ports.references.len()) {
             return Ok(None);
         }
+        let Some(spectra) = self.pooled(&growing.stream)? else { return Ok(None) };
+        let robust = self.settings.estimate.robust;
+        let long = self.kept.iter().cloned().chain(last).take(if robust { usize::MAX } else { 1 });
+        let long = long.map(|recording| Trial { file: self.file.clone(), recording, warnings: Vec::new() }).collect();
         let trials = Trials::new(long, &self.names, &Trim::default())?;
-        let band_hz = self.band(&trials, nperseg);
+        let band_hz = self.band(&trials, &spectra, nperseg);
         let kind = self.settings.estimate.response.unwrap_or_else(|| impedance(&trials));
         let settings = EstimateSettings {
             method: MethodName::Welch,
@@ -139,7 +226,7 @@ impl Live {
             spectra: false,
             ..self.settings.estimate.clone()
         };
-        let estimated = estimate(&trials, &settings, command)?;
+        let estimated = if robust { estimate(&trials, &settings, command)? } else { estimate_summed(&trials, spectra, &settings, command)? };
         let rule = StoppingRule {
             relative_half_width: self.settings.half_width,
             level: LEVEL,
@@ -183,13 +270,13 @@ impl Live {
     }
 
     /// The band asked for, else the one that holds 98 % of the power of what drives.
-    fn band(&self, trials: &Trials, nperseg: usize) -> (f64, f64) {
+    fn band(&self, trials: &Trials, spectra: &CrossSpectra, nperseg: usize) -> (f64, f64) {
         let rate_hz = trials.sample_rate_hz();
         let lowest_hz = LOWEST_BINS * rate_hz / nperseg as f64;
         self.settings.estimate.band_hz.unwrap_or_else(|| {
             let ports = &trials.roles.ports;
             let drivers = if ports.references.is_empty() { &ports.inputs } else { &ports.references };
-            let tops = trials.channels(drivers).into_iter().filter_map(|channel| power_band(&channel.samples, rate_hz)).map(|[_, high]| high);
+            let tops = drivers.iter().filter_map(|&channel| power_band_of(spectra, channel)).map(|[_, high]| high);
             (lowest_hz, tops.fold(f64::INFINITY, f64::min).clamp(2.0 * lowest_hz, rate_hz / 2.0))
         })
     }
@@ -203,12 +290,17 @@ impl Live {
     fn all_warnings(&self, estimated: &Estimated) -> Vec<Warning> {
         let mut warnings = self.warnings.clone();
         warnings.extend(estimated.result.warnings.iter().filter(|w| !self.warnings.contains(w)).cloned());
-        if self.stretches.len() > 1 {
-            let message = format!("the samples came in {} stretches with gaps between them ({} samples without a number)", self.stretches.len(), self.missing);
+        if self.stretches > 1 {
+            let message = format!("the samples came in {} stretches with gaps between them ({} samples without a number)", self.stretches, self.missing);
             warnings.push(Warning::new("sample-timing", message, "look for lost samples; only stretches longer than a segment are used"));
         }
         warnings
     }
+}
+
+/// Segments in `samples` if neighbours shared half.
+fn half_overlapped(samples: usize, nperseg: usize) -> usize {
+    1 + (samples - nperseg) / (nperseg - nperseg / 2)
 }
 
 /// Samples in a segment where nobody knows yet how long the measurement will be.
@@ -273,6 +365,21 @@ mod tests {
         assert!(!early.enough && early.needed_s > Some(10.0), "{early:?}");
         assert!(late.enough && late.needed_s == Some(200.0) && late.share > early.share, "{late:?}");
         assert_eq!(state(&[700, 1, 299, 19_000]), Some(late));
+    }
+
+    #[test]
+    fn what_is_known_is_what_the_whole_record_gives_and_few_samples_are_kept() {
+        let all = recording(20_000);
+        let mut live = live();
+        (0..200).for_each(|k| live.push(&all.slice(100 * k..100 * (k + 1)).expect("there"), k > 0, []).expect("roles"));
+        assert_eq!(live.growing.as_ref().map(|growing| growing.kept.len()), Some(KEPT_SEGMENTS * 128));
+        let state = live.state("live").expect("an estimate").expect("a state");
+        let trial = Trial { file: "live".to_owned(), recording: all, warnings: Vec::new() };
+        let trials = Trials::new(vec![trial], &RoleNames::default(), &Trim::default()).expect("roles");
+        let settings = EstimateSettings { method: MethodName::Welch, ..live.settings.estimate.clone() };
+        let whole = estimate(&trials, &settings, "live").expect("an estimate").result;
+        assert_eq!((state.gain, state.gain_ci95), (gain(&whole.direct.response), whole.direct.response.gain_ci95));
+        assert_eq!((state.frequency_hz, state.partial_coherence), (whole.frequency_hz, whole.direct.coherence.partial));
     }
 
     #[test]

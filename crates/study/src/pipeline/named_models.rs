@@ -46,6 +46,9 @@ pub(super) fn compared_models(
     start: &[f64],
     all: bool,
 ) -> Vec<schema::ComparedModel> {
+    if cards.is_empty() && !all {
+        return Vec::new();
+    }
     let mut sets: Vec<Vec<&'static BlockCard>> = vec![Vec::new()];
     sets.extend(cards.iter().map(|card| vec![*card]));
     if all {
