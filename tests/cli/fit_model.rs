@@ -64,7 +64,7 @@ fn a_model_that_there_is_not_is_refused_with_the_name_it_may_have_been() {
 fn a_rival_that_the_band_cannot_carry_is_said_and_a_block_twice_is_refused() {
     let folder = tempfile::tempdir().expect("a folder");
     trial(folder.path());
-    let result = json(folder.path(), &["fit", "trial.csv", "--nperseg", "1024", "--band", "1-2", "--compare"]);
+    let result = json(folder.path(), &["fit", "trial.csv", "--nperseg", "1024", "--band", "1-3", "--compare"]);
     let models = result["comparison"].as_array().expect("a list");
     assert!(models[0]["failed"].is_null() && models[0]["chi2"].is_f64(), "{models:?}");
     let failed: Vec<_> = models.iter().filter(|m| m["failed"].is_string()).collect();

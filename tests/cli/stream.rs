@@ -53,7 +53,7 @@ fn a_stream_refuses_what_a_whole_read_refuses() {
     write("jitter.csv", "", &[("t [s]", &jittered), ("force_x [N]", &force), ("pos_x [m]", &motion)]);
     write("count.csv", "# sample_rate_hz: 500\n# samples: 40000\n", &[("force_x [N]", &force), ("pos_x [m]", &motion)]);
     write("good.csv", "# sample_rate_hz: 500\n", &[("force_x [N]", &force), ("pos_x [m]", &motion)]);
-    write("volt.csv", "# sample_rate_hz: 500\n", &[("force_x [V]", &force), ("pos_x [m]", &motion)]);
+    write("volt.csv", "# sample_rate_hz: 500\n", &[("force_x [V]", &time), ("pos_x [m]", &motion)]);
     for (file, words) in [("gap.csv", "line 12002"), ("jitter.csv", "irregular"), ("count.csv", "40000")] {
         for stream in [&[][..], &["--stream"]] {
             let message = refuse(folder.path(), &[&["estimate", file], stream].concat());

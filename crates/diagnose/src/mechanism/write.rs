@@ -81,7 +81,8 @@ pub(super) fn write(balance: &Balance<'_>, found: &Found, held: &Held<'_>, meani
             });
         }
         let rivals: f64 = step.iter().map(|t| (t.net - net).exp()).sum::<f64>() + (-net).exp();
-        let probability = (1.0 / rivals).clamp(0.001, 0.999).min(if rest.iter().any(|r| *r > REST) { 0.5 } else { 1.0 });
+        // A ratio of likelihoods, which no challenge has calibrated.
+        let probability = (1.0 / rivals).clamp(0.001, 0.97).min(if rest.iter().any(|r| *r > REST) { 0.5 } else { 1.0 });
         let (explained_fraction, explained_fraction_ci95) = judge::explained(&last, &after, floor, 1.0, held.duration_s, options.resamples, options.seed);
         let half = 1.96 * deviation(p).unwrap_or(0.0);
         let mut evidence = vec![format!(
@@ -125,6 +126,11 @@ pub(super) fn write(balance: &Balance<'_>, found: &Found, held: &Held<'_>, meani
         });
         last = after;
     }
+    // Free parameters were fitted beside the wrong ones, and again beside the corrected ones.
+    for k in (0..parameters.len()).filter(|k| parameters[*k].status == Status::Free && !found.wrong.contains(k)) {
+        values[k] = found.end.values[k];
+    }
+    let corrected = held.errors(&values);
     let considered = found.steps.first().into_iter().flatten().filter(|t| !found.wrong.contains(&t.parameter)).map(|t| Considered {
         effect: effect(t.parameter).to_owned(),
         site: site(),
@@ -156,7 +162,7 @@ pub(super) fn write(balance: &Balance<'_>, found: &Found, held: &Held<'_>, meani
         nominal: list(&found.start.values, false),
         corrected: list(&values, true),
         shift,
-        held_out: [before.score, last.score],
+        held_out: [before.score, corrected.score],
         rest,
         notes,
         causes,

@@ -8,7 +8,7 @@ use crate::result::diagnosis::{DiagnosisResult, SCHEMA};
 use crate::trials::Trials;
 use ndarray::Array2;
 use ndof_devices::{DeviceConfig, Experiment, LimbConfig, Sensors, linearise};
-use ndof_diagnose::{Baseline, DiagnoseError, HeldOut, Options, Part, Pictures};
+use ndof_diagnose::{Baseline, DiagnoseError, HeldOut, Mechanism, Options, Part, Pictures};
 use ndof_signal::{Quantity, Recording};
 use ndof_sysid::Ports;
 
@@ -98,6 +98,10 @@ pub fn diagnose_with_pictures(
         None => None,
     };
     let (mut found, pictures) = ndof_diagnose::diagnose_with_pictures(beyond.as_ref().unwrap_or(&recordings), ports, &options, linear.as_ref(), progress)?;
+    if beyond.is_some() {
+        let note = "the give of the device's force transducer was taken off the measured displacements; pictures and numbers are of the limb behind it";
+        found.discrepancy.notes.push(note.to_owned());
+    }
     if let (Some(file), Some(first)) = (&settings.baseline, recordings.first()) {
         found = robot_side(found, file, &recordings, first.sample_rate_hz(), ports, &options, progress)?;
     }
@@ -156,6 +160,11 @@ fn robot_side(
     }
     progress("the robot's side");
     let judged = match SimulatedRobot::new(file, sample_rate_hz)? {
+        Some(robot) if robot.parameters().is_empty() => {
+            let note = "the robot's side is not judged: a robot described in a file has no named parameters to correct; take a device of `ndof list devices`";
+            found.discrepancy.notes.push(note.to_owned());
+            return Ok(found);
+        }
         Some(robot) => ndof_diagnose::diagnose_robot(recordings, ports, options, &robot),
         None => Err(DiagnoseError::NoRobotSide),
     };
