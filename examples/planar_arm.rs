@@ -2,7 +2,9 @@
 //!
 //! cargo run --release --example planar_arm
 
-use ndof::devices::{Controller, DeviceConfig, Experiment, Extras, LimbConfig, PlanarTwoLinkConfig, Posture, Sensors, linearise, simulate_trial};
+use ndof::devices::{
+    Controller, DeviceConfig, EndpointLinearConfig, Experiment, Extras, LimbConfig, PlanarTwoLinkConfig, Posture, Sensors, linearise, simulate_trial,
+};
 use ndof::diagnose::{Options, diagnose};
 use ndof::models::{Arm, Axis, InertiaDampingStiffnessModel, Kinematics, KinematicsSd, LoopModel, Projection, Smoothing, Symmetry, Transducer};
 use ndof::models::{WeightedFit, linear_start};
@@ -53,8 +55,16 @@ fn main() -> Result<(), Box<dyn Error>> {
 
     // What the linear simulation misses in what was recorded.
     let diagnosis = diagnose(&trials, &ports, &Options::default(), None, &mut |_| ())?;
-    let names: Vec<&str> = diagnosis.causes.iter().map(|cause| cause.effect.as_str()).collect();
-    println!("\nthe linear simulation is {:?}, held-out NRMSE {:.3?} {}", diagnosis.verdict, diagnosis.baseline.held_out.nrmse, names.join(", "));
+    println!("\nthe linear simulation is {:?}, held-out NRMSE {:.3?}", diagnosis.verdict, diagnosis.baseline.held_out.nrmse);
+    diagnosis.causes.iter().map(|cause| &cause.effect).chain(&diagnosis.discrepancy.notes).for_each(|line| println!("  {line}"));
+
+    // The same limb without its links, its matrices at the hand kept: what is gone then was the arm's geometry.
+    let [mass, damping, stiffness] =
+        [&truth.limb.inertia, &truth.limb.damping, &truth.limb.stiffness].map(|m| m.rows().into_iter().map(|row| row.to_vec()).collect());
+    let linear = EndpointLinearConfig { M: mass, B: damping, K: stiffness, mean_force_n: Some(vec![5.0, -6.0]), ..EndpointLinearConfig::default() };
+    let straight = Experiment { limb: LimbConfig::EndpointLinear(linear), ..experiment };
+    let diagnosis = diagnose(&simulate(&straight)?, &ports, &Options::default(), None, &mut |_| ())?;
+    println!("without the geometry of its links it is {:?}, held-out NRMSE {:.3?}", diagnosis.verdict, diagnosis.baseline.held_out.nrmse);
     Ok(())
 }
 

@@ -33,7 +33,7 @@ fn sample() -> impl Strategy<Value = f64> {
 fn recording() -> impl Strategy<Value = Recording> {
     (1usize..5, 1usize..20).prop_flat_map(|(channels, samples)| {
         let channel = (name(), unit(), prop::collection::vec(sample(), samples));
-        let metadata = prop::collection::btree_map("[a-z][a-z0-9_ ]{0,6}", "[ -~\n\r\tä\"\\\\]{0,12}", 0..3);
+        let metadata = prop::collection::btree_map("[a-z][a-z0-9_ ]{0,6}", "[ -~\n\r\t\0ä\"\\\\]{0,12}", 0..3);
         (prop::collection::vec(channel, channels), 1e-3..1e5, prop_oneof![Just(0.0), -1e3..1e3], metadata).prop_filter_map(
             "names differ",
             |(channels, rate_hz, start_s, metadata)| {
@@ -83,4 +83,15 @@ fn ordinary_recordings_are_always_written() {
     for (format, file) in writable() {
         assert!(encode(&recording, &file).is_ok(), "{}", format.name);
     }
+}
+
+/// Found by fuzzing: a text of a MAT file may hold a zero byte, which made a CSV of it binary.
+#[test]
+fn a_zero_byte_in_a_note_is_written_as_text() {
+    let metadata = [("posture".to_owned(), "\0left\u{1}\0".to_owned())].into();
+    let recording =
+        Recording::new(200.0, vec![Channel::new("pos_x", Unit::si(Quantity::Displacement, false), vec![1.0, 2.0])]).unwrap().with_metadata(metadata);
+    let bytes = encode(&recording, "a.csv").unwrap();
+    assert!(!bytes.contains(&0));
+    assert_eq!(read_bytes(&bytes, "a.csv", &ReadOptions::default()).unwrap().recording, recording);
 }

@@ -103,3 +103,14 @@ fn two_wrong_numbers_are_both_named_and_corrected() {
 fn the_example_has_three_of_them() {
     asked(&[("link_2_m", 0.5400675), ("coulomb_1_nm", 0.54)], false);
 }
+
+#[test]
+fn threads_do_not_change_a_byte_of_either_side() {
+    let on = |threads: usize| {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("a pool");
+        pool.install(|| serde_json::to_string(&judged(&[("link_2_m", 0.5400675), ("coulomb_1_nm", 0.54)], true)).expect("JSON"))
+    };
+    let one = on(1);
+    assert!(one.contains("\"robot\"") && one.contains("coulomb_1_nm"), "the robot's side is judged: {one}");
+    assert_eq!(one, on(2));
+}

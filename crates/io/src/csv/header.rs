@@ -137,6 +137,7 @@ pub(crate) fn escape(value: &str) -> String {
             '\\' => out.push_str("\\\\"),
             '\n' => out.push_str("\\n"),
             '\r' => out.push_str("\\r"),
+            '\0' => out.push_str("\\0"), // A zero byte would make the file binary.
             c => out.push(c),
         }
     }
@@ -153,6 +154,7 @@ fn unescape(text: &str) -> Option<String> {
             '\\' => match chars.next()? {
                 'n' => '\n',
                 'r' => '\r',
+                '0' => '\0',
                 c @ ('"' | '\\') => c,
                 _ => return None,
             },
