@@ -33,7 +33,7 @@ def make(folder, groups, subjects):
 def read_csv(path):
     """The table of `ndof cohort`, numbers as numbers."""
     with open(path, newline="", encoding="utf-8") as file:
-        return [{name: cell if name in ("subject", "error") else float(cell or "nan") for name, cell in row.items()} for row in csv.DictReader(file)]
+        return [{name: cell if name in ("subject", "warnings", "error") else float(cell or "nan") for name, cell in row.items()} for row in csv.DictReader(file)]
 
 
 def assert_same(table, expected):

@@ -6,9 +6,9 @@ use crate::output::{self, columns, short};
 use crate::progress;
 use clap::Args;
 use ndof_io::{IoError, ResultColumn};
-use ndof_study::FitSettings;
 use ndof_study::file::KinematicsFile;
 use ndof_study::result::FitResult;
+use ndof_study::{FitSettings, StudyError};
 use rayon::prelude::*;
 use std::hash::{DefaultHasher, Hasher};
 use std::path::{Path, PathBuf};
@@ -178,7 +178,7 @@ fn same_settings(path: &Path, settings: &str) -> Result<(), CliError> {
 
 fn fit(arguments: &Arguments, kinematics: Option<&KinematicsFile>, subject: &Subject) -> Result<FitResult, CliError> {
     if subject.files.is_empty() {
-        return Err(CliError::Usage("no recording in this folder".to_owned()));
+        return Err(StudyError::NoRecording.into());
     }
     let trials = arguments.reading.trials(&subject.files)?;
     let settings = arguments.analysis.settings(&arguments.shared);

@@ -35,9 +35,9 @@ def subjects(folder: PathLike) -> dict[str, list[str]]:
         else:
             files = [str(path)] if path.suffix.lower() in SUFFIXES else []
             name = path.stem
-        if files and name in found:
+        if (files or path.is_dir()) and name in found:
             raise NdofError(f'two subjects are called "{name}"; rename one of them')
-        if files:
+        if files or path.is_dir():
             found[name] = files
     return found
 
@@ -46,7 +46,7 @@ def fit_row(subject: str, recordings: Recordings, **options: Any) -> dict[str, A
     """Fits one subject and returns its row of the table of ``ndof cohort``: a failure is a row that says why.
 
     ``options`` are those of :func:`fit`. Values and standard errors of the parameters, those at the joints last, then
-    ``chi2_reduced``, ``r2`` and ``error``. The same input gives the same row, however often and wherever it is computed.
+    ``chi2_reduced``, ``r2``, the codes of its ``warnings``, and ``error``. The same input gives the same row, however often and wherever it is computed.
 
     >>> import ndof
     >>> row = ndof.fit_row("anna", ndof.simulate("arm").recordings, nperseg=2048, band=(0.5, 8))
@@ -59,11 +59,12 @@ def fit_row(subject: str, recordings: Recordings, **options: Any) -> dict[str, A
     try:
         result = fit(recordings, **options).to_dict()
     except NdofError as error:
-        return {**row, "chi2_reduced": None, "r2": None, "error": str(error).replace("\n", " ")}
+        return {**row, "chi2_reduced": None, "r2": None, "warnings": "", "error": str(error).replace("\n", " ")}
     for parameter in result["parameters"] + (result["joint"] or {"parameters": []})["parameters"]:
         row[parameter["name"]] = parameter["value"]
         row[parameter["name"] + "_std_error"] = parameter["std_error"]
-    return {**row, "chi2_reduced": result["chi2_reduced"], "r2": result["r2"], "error": ""}
+    warnings = " ".join(warning["code"] for warning in result["warnings"])
+    return {**row, "chi2_reduced": result["chi2_reduced"], "r2": result["r2"], "warnings": warnings, "error": ""}
 
 
 def cohort_table(rows: Iterable[Mapping[str, Any]]) -> _DataFrame:
@@ -72,11 +73,11 @@ def cohort_table(rows: Iterable[Mapping[str, Any]]) -> _DataFrame:
     >>> import ndof
     >>> rows = [{"subject": "b", "K": 2.0, "K_std_error": 0.1, "error": ""}, {"subject": "a", "error": "no file"}]
     >>> list(ndof.cohort_table(rows).columns)
-    ['subject', 'K', 'K_std_error', 'chi2_reduced', 'r2', 'error']
+    ['subject', 'K', 'K_std_error', 'chi2_reduced', 'r2', 'warnings', 'error']
     """
     import pandas
 
     ordered = sorted((dict(row) for row in rows), key=lambda row: os.fsencode(str(row["subject"])))
-    last = ["chi2_reduced", "r2", "error"]
+    last = ["chi2_reduced", "r2", "warnings", "error"]
     columns = list(dict.fromkeys(name for row in ordered for name in row if name != "subject" and name not in last))
     return pandas.DataFrame(ordered, columns=["subject", *columns, *last])
