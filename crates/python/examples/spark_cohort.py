@@ -18,7 +18,7 @@ def cohort(spark, folder, partitions=8, **options):
     # Which parameters there are: those of the first subject that can be fitted.
     first = next((row for row in rows if not row["error"]), {"subject": "", "error": ""})
     columns = list(first)
-    schema = ", ".join(f"`{name}` {'string' if name in ('subject', 'error') else 'double'}" for name in columns)
+    schema = ", ".join(f"`{name}` {'string' if name in ('subject', 'warnings', 'error') else 'double'}" for name in columns)
 
     def fit(batches):
         ndof.set_threads(1)
