@@ -70,19 +70,21 @@ pub enum DeviceError {
         samples: usize,
     },
     /// The motion is no number any more.
-    #[error("trial {trial} diverged at {time_s:.3} s; the limb or a hidden effect is unstable under this excitation: lower its amplitude or the effect's size")]
+    #[error(
+        "trial {} diverged at {time_s:.3} s; the limb or a hidden effect is unstable under this excitation: lower its amplitude or the effect's size", .trial + 1
+    )]
     Diverged {
-        /// The trial, from 0.
+        /// The trial, from 0; people read it from 1.
         trial: usize,
         /// Time since the recording's first sample.
         time_s: f64,
     },
     /// A safety limit was passed.
     #[error(
-        "trial {trial} was stopped at {time_s:.3} s: {what} was {value:.4}, the limit is {limit}; lower the perturbation, hold more firmly, or move the limit under [controller.safety]"
+        "trial {} was stopped at {time_s:.3} s: {what} was {value:.4}, the limit is {limit}; lower the perturbation, hold more firmly, or move the limit under [controller.safety]", .trial + 1
     )]
     Stopped {
-        /// The trial, from 0.
+        /// The trial, from 0; people read it from 1.
         trial: usize,
         /// Time since the recording's first sample.
         time_s: f64,
@@ -95,10 +97,10 @@ pub enum DeviceError {
     },
     /// A joint came to the end of its range.
     #[error(
-        "trial {trial} was stopped at {time_s:.3} s: joint {joint} was at {value:.4}, its range is {lower} to {upper}; lower the perturbation or choose another posture"
+        "trial {} was stopped at {time_s:.3} s: joint {joint} was at {value:.4}, its range is {lower} to {upper}; lower the perturbation or choose another posture", .trial + 1
     )]
     Range {
-        /// The trial, from 0.
+        /// The trial, from 0; people read it from 1.
         trial: usize,
         /// Time since the recording's first sample.
         time_s: f64,

@@ -146,7 +146,7 @@ impl Samples {
             for (channels, indices) in [(&measured, motion), (&own(effort), effort)] {
                 for (samples, index) in channels.iter().zip(indices) {
                     if samples.iter().all(|s| *s == samples[0]) {
-                        return Err(DiagnoseError::Constant { trial: number, channel: trial.channels()[*index].name.clone() });
+                        return Err(DiagnoseError::Constant { trial: number + 1, channel: trial.channels()[*index].name.clone() });
                     }
                 }
             }

@@ -305,3 +305,8 @@ fn no_file(source: &std::io::Error) -> String {
 pub(crate) fn did_you_mean(suggestion: Option<&str>) -> String {
     suggestion.map(|s| format!(" (did you mean \"{s}\"?)")).unwrap_or_default()
 }
+
+/// All of what threads have done side by side, or the error of the first that has one, whichever was met first.
+pub(crate) fn in_order<T>(each: Vec<Result<T, StudyError>>) -> Result<Vec<T>, StudyError> {
+    each.into_iter().collect()
+}

@@ -56,6 +56,14 @@ pub(crate) fn other_unit(channels: &[Channel], first: &Recording) -> Option<(Str
     both.find(|(own, first)| !own.unit.symbol().is_empty() && own.unit != first.unit).map(|(own, first)| (written(own), written(first)))
 }
 
+/// Refuses a sensor that says one thing throughout a recording, by the least and greatest value of each channel; commands may rest.
+pub(crate) fn require_motion(file: &str, ports: &Ports, names: &[String], ranges: &[[f64; 2]]) -> Result<(), StudyError> {
+    match ports.inputs.iter().chain(&ports.outputs).find(|&&channel| ranges[channel][0] == ranges[channel][1]) {
+        Some(&channel) => Err(StudyError::Constant { file: file.to_owned(), name: names[channel].clone(), value: ranges[channel][0] }),
+        None => Ok(()),
+    }
+}
+
 /// Leaves out what a gap or --exclude has cut off a recording at its ends: it would add next to nothing, and no segment fits into it.
 fn leave_out_short(stretches: &mut Vec<Trial>, warnings: &mut Vec<Warning>) {
     const SHORT: f64 = 0.02;
@@ -135,15 +143,9 @@ impl Trials {
             let Some(order) = order.into_iter().collect::<Option<Vec<usize>>>() else {
                 return Err(mismatch("the list of channels", own.join(", "), all_names.join(", ")));
             };
-            let own_channels: Vec<&[f64]> = order.iter().map(|&i| recording.channels()[i].samples.as_slice()).collect();
-            let driven = roles.ports.references.len()..;
-            if let Some(role) = (driven.start..own_channels.len()).find(|&k| own_channels[k].windows(2).all(|pair| pair[0] == pair[1])) {
-                return Err(StudyError::Constant { file: file.clone(), name: used_names[role].clone(), value: own_channels[role][0] });
-            }
             for stretch in trim.apply(&recording, &file)? {
                 let wrap = |source| StudyError::Recording { file: file.clone(), source };
-                let channels = order.iter().enumerate().map(|(role, &i)| with_unit(&stretch.channels()[i], role, &roles)).collect();
-                let channels: Vec<Channel> = channels;
+                let channels: Vec<Channel> = order.iter().enumerate().map(|(role, &i)| with_unit(&stretch.channels()[i], role, &roles)).collect();
                 if let Some((own, first)) = stretches.first().and_then(|first: &Trial| other_unit(&channels, &first.recording)) {
                     return Err(mismatch("a channel", own, first));
                 }

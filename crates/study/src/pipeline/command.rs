@@ -1,7 +1,7 @@
 //! The commanded perturbation of an experiment, trial by trial.
 
 use super::design::{Through, replay};
-use crate::error::StudyError;
+use crate::error::{StudyError, in_order};
 use crate::file::Excitation;
 use ndof_signal::{Chirp, Decorrelation, ExcitationError, FilteredNoise, Limits, Multisine, Prbs, SeedCriterion, ramp};
 use rayon::prelude::*;
@@ -82,8 +82,8 @@ impl Commands<'_> {
                 let signals = one.swap_remove(0);
                 Ok((judge(&signals)?, seed, signals))
             })
-            .collect::<Result<Vec<_>, StudyError>>()?;
-        let best = rivals.into_iter().min_by(|a, b| a.0.total_cmp(&b.0)).ok_or(ExcitationError::NoCandidates)?;
+            .collect();
+        let best = in_order(rivals)?.into_iter().min_by(|a, b| a.0.total_cmp(&b.0)).ok_or(ExcitationError::NoCandidates)?;
         Ok(Command { signals: best.2, seed: Some(best.1), chance: drawn.chance })
     }
 

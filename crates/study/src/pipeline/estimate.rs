@@ -5,13 +5,13 @@ use super::confidence::{response_with_errors, spectrum};
 use super::method::word;
 use super::method::{choose, record};
 use super::repeat::{between_trials, course, robust};
-use crate::error::StudyError;
+use crate::error::{StudyError, in_order};
 use crate::limits;
 use crate::result::estimate as schema;
 use crate::result::estimate::EstimateResult;
 use crate::result::{VERSION, Warning, number};
-use crate::trials::Trials;
-use ndof_signal::{CrossSpectra, Detrend, Recording, Window};
+use crate::trials::{Trials, require_motion};
+use ndof_signal::{Channel, CrossSpectra, Detrend, Recording, Window};
 use ndof_sysid::{
     Coherence, Direct, Distortion, EstimateError, Estimates, FrequencyResponse, Labels, Ports, ResponseKind, SpectralMethod, estimate_from_spectra,
     ordered_coherence, robust_spectra,
@@ -92,6 +92,11 @@ impl Estimated {
 /// # Errors
 /// [`StudyError`] if a trial is too short, inputs depend on each other, or the kind of response does not exist.
 pub fn estimate(trials: &Trials, settings: &EstimateSettings, command: &str) -> Result<Estimated, StudyError> {
+    for trial in &trials.trials {
+        let range = |channel: &Channel| channel.samples.iter().fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], x| [low.min(*x), high.max(*x)]);
+        let ranges: Vec<[f64; 2]> = trial.recording.channels().iter().map(range).collect();
+        require_motion(&trial.file, &trials.roles.ports, &trial.recording.names(), &ranges)?;
+    }
     let (method, why) = choose(trials, settings)?;
     let ports = &trials.roles.ports;
     let longest = trials.trials.iter().map(|trial| trial.recording.len()).max().unwrap_or(0);
@@ -113,17 +118,6 @@ pub fn estimate(trials: &Trials, settings: &EstimateSettings, command: &str) -> 
     let kind = settings.response.unwrap_or_else(|| trials.roles.default_kind());
     result.trial_spread = between_trials(trials, settings, &method, kind);
     result.course = settings.sliding_s.map(|window| course(trials, settings, window, kind)).transpose()?;
-    result.warnings.extend(super::repeat::warnings(result, estimates));
-    Ok(estimated)
-}
-
-/// The same from spectra that were summed up elsewhere by Welch's method; `trials` says what the channels are.
-pub(super) fn estimate_summed(trials: &Trials, spectra: CrossSpectra, settings: &EstimateSettings, command: &str) -> Result<Estimated, StudyError> {
-    let (method, why) = choose(trials, settings)?;
-    let estimates =
-        estimate_from_spectra(spectra, &trials.roles.ports, &labels(trials), &method, settings.estimator).map_err(|error| in_file(error, trials))?;
-    let mut estimated = conclude(trials, settings, command, estimates, why)?;
-    let Estimated { estimates, result, .. } = &mut estimated;
     result.warnings.extend(super::repeat::warnings(result, estimates));
     Ok(estimated)
 }
@@ -152,10 +146,11 @@ pub(super) fn without_each(trials: &Trials, estimated: &Estimated, estimator: Di
     if let (SpectralMethod::Welch(welch), Some(_)) = (&estimated.estimates.method, &estimated.result.robust) {
         let recordings = trials.recordings();
         let without = |left_out: usize| -> Vec<&Recording> { recordings.iter().enumerate().filter(|(k, _)| *k != left_out).map(|(_, r)| *r).collect() };
-        return (0..recordings.len())
+        let responses = (0..recordings.len())
             .into_par_iter()
             .map(|left_out| response_of(&robust_spectra(&without(left_out), ports, welch).map_err(failed)?.0, trials, estimated, estimator))
             .collect();
+        return in_order(responses);
     }
     let transform = |k: usize, recording: &Recording| {
         let columns: Vec<usize> = (0..recording.channels().len()).collect();
@@ -168,15 +163,17 @@ pub(super) fn without_each(trials: &Trials, estimated: &Estimated, estimator: Di
             _ => None,
         }
     };
-    let spectra = trials.recordings().par_iter().enumerate().filter_map(|(k, recording)| transform(k, recording)).collect::<Result<Vec<CrossSpectra>, _>>()?;
-    (0..spectra.len())
+    let spectra = trials.recordings().par_iter().enumerate().filter_map(|(k, recording)| transform(k, recording)).collect();
+    let spectra: Vec<CrossSpectra> = in_order(spectra)?;
+    let responses = (0..spectra.len())
         .into_par_iter()
         .map(|left_out| {
             let kept: Vec<CrossSpectra> = spectra.iter().enumerate().filter(|(k, _)| *k != left_out).map(|(_, s)| s.clone()).collect();
             let pooled = CrossSpectra::pool(&kept).map_err(|error| failed(error.into()))?;
             response_of(&pooled, trials, estimated, estimator)
         })
-        .collect()
+        .collect();
+    in_order(responses)
 }
 
 /// The response of the kind that a fit uses, from spectra.

@@ -1,8 +1,8 @@
 //! A measurement in progress: what is known so far, and whether it is enough.
 
 use super::check::power_band_of;
-use super::estimate::estimate_summed;
-use super::method::{welch, word};
+use super::method::word;
+use super::summed::Summed;
 use super::{EstimateSettings, Estimated, FitSettings, MethodName, estimate, fit};
 use crate::error::StudyError;
 use crate::result::estimate::{Response, Spectrum};
@@ -12,13 +12,15 @@ use crate::result::{VERSION, Warning, number};
 use crate::roles::{RoleNames, Roles};
 use crate::trials::{Trial, Trials};
 use crate::trim::Trim;
-use ndof_signal::{Channel, CrossSpectra, Recording, WelchStream};
-use ndof_sysid::{EstimateError, ResponseKind, StoppingRule};
+use ndof_signal::{Channel, CrossSpectra, Recording};
+use ndof_sysid::{ResponseKind, StoppingRule};
 
 /// Length of a segment where none is given: about that of the paper, 4.096 s.
 const SEGMENT_S: f64 = 4.0;
 /// Samples of a segment of which a line between those that the window takes from 0 Hz and half of the rate is left.
 const LEAST_SEGMENT: usize = 16;
+/// Effective averages beyond the inputs that a first look needs: with half overlap those of two segments more than inputs.
+const LEAST_FREEDOM: f64 = 1.5;
 /// Level of the intervals.
 const LEVEL: f64 = 0.95;
 /// Lowest frequency that is judged where no band is given, in units of one over a segment: below it the window sees 0 Hz.
@@ -54,28 +56,14 @@ pub struct Live {
     warnings: Vec<Warning>,
     /// Stretches without a gap so far.
     stretches: usize,
-    /// Those at least as long as a segment that have ended, and their segments at half overlap.
-    long: usize,
-    segments: usize,
-    /// Seconds of the stretches that have ended.
-    ended_s: f64,
-    /// Samples that were left out because a channel that is used holds no number there.
-    missing: usize,
-    /// The stretch that grows.
-    growing: Option<Stretch>,
-    /// Spectra of the stretches that have ended.
-    ended: Option<CrossSpectra>,
-    /// What is kept of stretches that are long enough and have ended: all if `robust`, else the beginning of the first.
-    kept: Vec<Recording>,
-}
-
-/// Samples without a gap.
-#[derive(Clone)]
-struct Stretch {
-    /// Its beginning, or all of it.
-    kept: Recording,
+    /// Samples in them, and those that were left out because a channel that is used holds no number there.
     samples: usize,
-    stream: WelchStream,
+    missing: usize,
+    summed: Option<Summed>,
+    /// What is kept of the samples: all stretches if `robust`, else the beginning of the first that is as long as a segment.
+    kept: Vec<Recording>,
+    /// Whether the stretch that grows is the last of them.
+    keeping: bool,
 }
 
 /// Segments of the first stretch that are kept as samples.
@@ -90,13 +78,11 @@ impl Live {
             settings,
             warnings: Vec::new(),
             stretches: 0,
-            long: 0,
-            segments: 0,
-            ended_s: 0.0,
+            samples: 0,
             missing: 0,
-            growing: None,
-            ended: None,
+            summed: None,
             kept: Vec::new(),
+            keeping: false,
         }
     }
 
@@ -128,60 +114,42 @@ impl Live {
     }
 
     fn add(&mut self, part: Recording, used: &[usize], follows: bool) -> Result<(), StudyError> {
-        let rate_hz = part.sample_rate_hz();
-        let nperseg = self.segment(rate_hz)?;
-        let failed = |source| StudyError::Estimate { file: self.file.clone(), source: EstimateError::Welch { trial: 1, source } };
-        match &mut self.growing {
-            Some(growing) if follows => {
-                growing.stream.push(&part.columns(used)).map_err(failed)?;
-                growing.samples += part.len();
-                let room = if self.settings.estimate.robust { usize::MAX } else { (KEPT_SEGMENTS * nperseg).saturating_sub(growing.kept.len()) };
-                if room > 0 {
-                    let more = part.len().min(room);
-                    let kept = &growing.kept;
-                    let join = |(a, b): (&Channel, &Channel)| Channel { samples: [&a.samples[..], &b.samples[..more]].concat(), ..a.clone() };
-                    let joined = Recording::new(rate_hz, kept.channels().iter().zip(part.channels()).map(join).collect());
-                    let joined = joined.map_err(|source| StudyError::Recording { file: self.file.clone(), source })?;
-                    growing.kept = joined.starting_at(kept.start_s()).with_metadata(kept.metadata().clone());
-                }
-            }
-            _ => {
-                let mut stream = welch(&self.settings.estimate, nperseg).stream(rate_hz, used.len()).map_err(failed)?;
-                stream.push(&part.columns(used)).map_err(failed)?;
-                let next = Stretch { samples: part.len(), kept: part, stream };
-                self.end_stretch(nperseg)?;
-                self.growing = Some(next);
-                self.stretches += 1;
+        let nperseg = self.segment(part.sample_rate_hz())?;
+        let summed = match &mut self.summed {
+            Some(summed) => summed,
+            none => none.insert(Summed::new(&self.settings.estimate, nperseg, (part.sample_rate_hz(), used.len()), &self.file)?),
+        };
+        let follows = follows && self.stretches > 0;
+        if !follows {
+            self.stretches += 1;
+            // A stretch shorter than a segment says nothing; one more of those that do is added to their sum.
+            if summed.end(&self.file).is_ok() {
+                summed.join_ended();
             }
         }
-        Ok(())
+        summed.push(&part.columns(used), &self.file)?;
+        self.samples += part.len();
+        self.keep(part, nperseg, follows)
     }
 
-    /// Adds the stretch that grew to those that have ended.
-    fn end_stretch(&mut self, nperseg: usize) -> Result<(), StudyError> {
-        let Some(Stretch { kept, samples, stream }) = self.growing.take() else { return Ok(()) };
-        self.ended_s += samples as f64 / kept.sample_rate_hz();
-        if samples >= nperseg {
-            self.long += 1;
-            self.segments += half_overlapped(samples, nperseg);
-            if self.kept.is_empty() || self.settings.estimate.robust {
-                self.kept.push(kept);
-            }
-            self.ended = self.pooled(&stream)?;
+    fn keep(&mut self, part: Recording, nperseg: usize, follows: bool) -> Result<(), StudyError> {
+        let robust = self.settings.estimate.robust;
+        if !follows {
+            self.kept.retain(|stretch| stretch.len() >= nperseg);
+            self.keeping = robust || self.kept.is_empty();
+            self.kept.extend(self.keeping.then_some(part));
+            return Ok(());
+        }
+        let Some(kept) = self.kept.last_mut().filter(|_| self.keeping) else { return Ok(()) };
+        let room = if robust { usize::MAX } else { (KEPT_SEGMENTS * nperseg).saturating_sub(kept.len()) };
+        let more = part.len().min(room);
+        if more > 0 {
+            let join = |(a, b): (&Channel, &Channel)| Channel { samples: [&a.samples[..], &b.samples[..more]].concat(), ..a.clone() };
+            let joined = Recording::new(kept.sample_rate_hz(), kept.channels().iter().zip(part.channels()).map(join).collect());
+            let joined = joined.map_err(|source| StudyError::Recording { file: self.file.clone(), source })?;
+            *kept = joined.starting_at(kept.start_s()).with_metadata(kept.metadata().clone());
         }
         Ok(())
-    }
-
-    /// The spectra of what has ended and of the stretch that grows.
-    fn pooled(&self, growing: &WelchStream) -> Result<Option<CrossSpectra>, StudyError> {
-        // A stretch shorter than a segment has none.
-        match (&self.ended, growing.spectra().ok()) {
-            (Some(ended), Some(own)) => {
-                let pooled = CrossSpectra::pool(&[ended.clone(), own]);
-                pooled.map(Some).map_err(|error| StudyError::Estimate { file: self.file.clone(), source: error.into() })
-            }
-            (ended, own) => Ok(own.or_else(|| ended.clone())),
-        }
     }
 
     fn segment(&self, rate_hz: f64) -> Result<usize, StudyError> {
@@ -193,7 +161,7 @@ impl Live {
 
     /// Seconds measured so far.
     pub fn duration_s(&self) -> f64 {
-        self.ended_s + self.growing.as_ref().map_or(0.0, |growing| growing.samples as f64 / growing.kept.sample_rate_hz())
+        self.kept.first().map_or(0.0, |kept| self.samples as f64 / kept.sample_rate_hz())
     }
 
     /// What is known so far; nothing while there are too few samples for an estimate.
@@ -201,19 +169,17 @@ impl Live {
     /// # Errors
     /// [`StudyError`] if the estimate does not exist, or nothing lies in the band.
     pub fn state(&self, command: &str) -> Result<Option<LiveResult>, StudyError> {
-        let Some(growing) = &self.growing else { return Ok(None) };
-        let nperseg = self.segment(growing.kept.sample_rate_hz())?;
-        let last = (growing.samples >= nperseg).then(|| growing.kept.clone());
-        let stretches = self.long + usize::from(last.is_some());
-        let ports = Roles::find(&growing.kept, &self.file, &self.names)?.ports;
-        // One segment has coherence one whatever the data.
-        let segments = self.segments + last.as_ref().map_or(0, |_| half_overlapped(growing.samples, nperseg));
-        if segments < 2 + ports.inputs.len().max(ports.references.len()) {
+        let (Some(summed), Some(first)) = (&self.summed, self.kept.first()) else { return Ok(None) };
+        let nperseg = self.segment(first.sample_rate_hz())?;
+        let Some(spectra) = summed.spectra(&self.file)? else { return Ok(None) };
+        let stretches = spectra.trials();
+        let ports = Roles::find(first, &self.file, &self.names)?.ports;
+        // With next to no averages beyond the inputs coherence is one whatever the data.
+        if spectra.effective_averages() - (ports.inputs.len().max(ports.references.len()) as f64) < LEAST_FREEDOM {
             return Ok(None);
         }
-        let Some(spectra) = self.pooled(&growing.stream)? else { return Ok(None) };
         let robust = self.settings.estimate.robust;
-        let long = self.kept.iter().cloned().chain(last).take(if robust { usize::MAX } else { 1 });
+        let long = self.kept.iter().filter(|stretch| stretch.len() >= nperseg).cloned();
         let long = long.map(|recording| Trial { file: self.file.clone(), recording, warnings: Vec::new() }).collect();
         let trials = Trials::new(long, &self.names, &Trim::default())?;
         let band_hz = self.band(&trials, &spectra, nperseg);
@@ -226,7 +192,7 @@ impl Live {
             spectra: false,
             ..self.settings.estimate.clone()
         };
-        let estimated = if robust { estimate(&trials, &settings, command)? } else { estimate_summed(&trials, spectra, &settings, command)? };
+        let estimated = if robust { estimate(&trials, &settings, command)? } else { summed.estimate(spectra, &trials, &settings, command)? };
         let rule = StoppingRule {
             relative_half_width: self.settings.half_width,
             level: LEVEL,
@@ -298,11 +264,6 @@ impl Live {
     }
 }
 
-/// Segments in `samples` if neighbours shared half.
-fn half_overlapped(samples: usize, nperseg: usize) -> usize {
-    1 + (samples - nperseg) / (nperseg - nperseg / 2)
-}
-
 /// Samples in a segment where nobody knows yet how long the measurement will be.
 pub(super) fn segment(settings: &EstimateSettings, rate_hz: f64) -> usize {
     settings.nperseg.unwrap_or_else(|| (SEGMENT_S * rate_hz).log2().round().exp2().max(8.0) as usize)
@@ -372,7 +333,7 @@ mod tests {
         let all = recording(20_000);
         let mut live = live();
         (0..200).for_each(|k| live.push(&all.slice(100 * k..100 * (k + 1)).expect("there"), k > 0, []).expect("roles"));
-        assert_eq!(live.growing.as_ref().map(|growing| growing.kept.len()), Some(KEPT_SEGMENTS * 128));
+        assert_eq!(live.kept.iter().map(Recording::len).collect::<Vec<_>>(), [KEPT_SEGMENTS * 128]);
         let state = live.state("live").expect("an estimate").expect("a state");
         let trial = Trial { file: "live".to_owned(), recording: all, warnings: Vec::new() };
         let trials = Trials::new(vec![trial], &RoleNames::default(), &Trim::default()).expect("roles");
@@ -380,6 +341,22 @@ mod tests {
         let whole = estimate(&trials, &settings, "live").expect("an estimate").result;
         assert_eq!((state.gain, state.gain_ci95), (gain(&whole.direct.response), whole.direct.response.gain_ci95));
         assert_eq!((state.frequency_hz, state.partial_coherence), (whole.frequency_hz, whole.direct.coherence.partial));
+    }
+
+    #[test]
+    fn a_measurement_may_begin_at_rest() {
+        let mut all = recording(2000);
+        for name in ["force_x", "pos_x"] {
+            let mut k = 0;
+            all.map_channel(name, |s| {
+                k += 1;
+                if k <= 500 { 0.0 } else { s }
+            })
+            .expect("there");
+        }
+        let mut live = live();
+        (0..20).for_each(|k| live.push(&all.slice(100 * k..100 * (k + 1)).expect("there"), k > 0, []).expect("roles"));
+        assert!(live.state("live").expect("an estimate").is_some());
     }
 
     #[test]

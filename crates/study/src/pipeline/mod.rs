@@ -25,6 +25,7 @@ mod sensitivity;
 mod simulate;
 mod streamed;
 mod study;
+mod summed;
 
 pub use cases::{run_cases, study_result};
 pub use check::check;

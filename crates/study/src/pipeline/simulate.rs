@@ -4,7 +4,7 @@ use super::Progress;
 use super::command::{Command, Commands};
 use super::design::{Through, delivery};
 use super::hide::{hide, mix};
-use crate::error::StudyError;
+use crate::error::{StudyError, in_order};
 use crate::file::ExperimentFile;
 use crate::result::VERSION;
 use ndarray::Array2;
@@ -136,7 +136,8 @@ pub(super) fn simulate_behind(file: &ExperimentFile, model: Option<&Linearised>,
             progress("simulate", done.fetch_add(1, std::sync::atomic::Ordering::Relaxed) + 1, file.trials);
             Ok(recording)
         })
-        .collect::<Result<Vec<_>, StudyError>>()?;
+        .collect();
+    let recordings = in_order(recordings)?;
     let joints = file.limb.joint_names();
     let truth = Truth {
         schema: "ndof/truth/1".to_owned(),

@@ -1,17 +1,15 @@
 //! An estimate of recordings that need not fit into memory.
 
-use super::estimate::{conclude, in_file, labels};
 use super::live::segment;
-use super::method::{MethodName, welch, word};
+use super::method::{MethodName, word};
+use super::summed::Summed;
 use super::{EstimateSettings, Estimated};
 use crate::error::StudyError;
-use crate::limits;
 use crate::result::Warning;
 use crate::roles::RoleNames;
-use crate::trials::{Trial, Trials, other_unit};
+use crate::trials::{Trial, Trials, other_unit, require_motion};
 use crate::trim::Trim;
-use ndof_signal::{CrossSpectra, Recording, Welch, WelchError, WelchStream};
-use ndof_sysid::{EstimateError, SpectralMethod, estimate_from_spectra};
+use ndof_signal::Recording;
 
 /// Welch's method on recordings that come piece by piece; the estimate is that of the whole recordings, to the last bit.
 ///
@@ -21,17 +19,35 @@ pub struct Streamed {
     names: RoleNames,
     settings: EstimateSettings,
     begun: Option<Begun>,
-    /// Stretches that are complete.
-    done: Vec<CrossSpectra>,
-    recordings: usize,
 }
 
 struct Begun {
     first: Trials,
-    welch: Welch,
-    why: String,
-    stream: WelchStream,
+    summed: Summed,
+    /// The recording that comes, and the least and greatest value of each of its channels.
+    file: String,
+    ranges: Vec<[f64; 2]>,
 }
+
+impl Begun {
+    fn take(&mut self, columns: &[&[f64]]) -> Result<(), StudyError> {
+        self.summed.push(columns, &self.file)?;
+        for ([low, high], column) in self.ranges.iter_mut().zip(columns) {
+            (*low, *high) = column.iter().fold((*low, *high), |(low, high), x| (low.min(*x), high.max(*x)));
+        }
+        Ok(())
+    }
+
+    /// Ends a recording, which has to have moved.
+    fn end(&mut self) -> Result<(), StudyError> {
+        require_motion(&self.file, &self.first.roles.ports, &self.first.trials[0].recording.names(), &self.ranges)?;
+        self.ranges.fill(NOTHING);
+        self.summed.end(&self.file)
+    }
+}
+
+/// The range of no sample.
+const NOTHING: [f64; 2] = [f64::INFINITY, f64::NEG_INFINITY];
 
 impl Streamed {
     /// Nothing yet.
@@ -40,7 +56,7 @@ impl Streamed {
     /// [`StudyError::NoStream`] for another method than Welch's.
     pub fn new(names: RoleNames, settings: EstimateSettings) -> Result<Self, StudyError> {
         match settings.method {
-            MethodName::Auto | MethodName::Welch => Ok(Streamed { names, settings, begun: None, done: Vec::new(), recordings: 0 }),
+            MethodName::Auto | MethodName::Welch => Ok(Streamed { names, settings, begun: None }),
             other => Err(StudyError::NoStream { method: word(&other) }),
         }
     }
@@ -50,23 +66,15 @@ impl Streamed {
     /// # Errors
     /// [`StudyError`] if roles cannot be found, channels or rate are not those of before, or a channel that is used holds no number.
     pub fn push(&mut self, file: &str, piece: Recording, follows: bool, notes: impl IntoIterator<Item = Warning>) -> Result<(), StudyError> {
-        self.recordings += usize::from(!follows);
         let Some(begun) = &mut self.begun else {
             let rate_hz = piece.sample_rate_hz();
             let trial = Trial { file: file.to_owned(), recording: piece, warnings: notes.into_iter().collect() };
             let first = Trials::new(vec![trial], &self.names, &Trim::default())?;
-            let why = match self.settings.nperseg {
-                Some(_) => "segments as asked for",
-                None => "segments of about 4 s: how long a stream is shows at its end only",
-            };
-            let welch = welch(&self.settings, segment(&self.settings, rate_hz));
-            let ports = &first.roles.ports;
-            let used = ports.references.len() + ports.inputs.len() + ports.outputs.len();
-            limits::estimate(&SpectralMethod::Welch(welch.clone()), welch.nperseg, used).map_err(|what| StudyError::TooLarge { what })?;
             let columns: Vec<&[f64]> = first.trials[0].recording.channels().iter().map(|c| c.samples.as_slice()).collect();
-            let mut stream = welch.stream(rate_hz, columns.len()).map_err(|source| failed(file, source))?;
-            stream.push(&columns).map_err(|source| failed(file, source))?;
-            self.begun = Some(Begun { first, welch, why: why.to_owned(), stream });
+            let summed = Summed::new(&self.settings, segment(&self.settings, rate_hz), (rate_hz, columns.len()), file)?;
+            let mut begun = Begun { first: first.clone(), summed, file: file.to_owned(), ranges: vec![NOTHING; columns.len()] };
+            begun.take(&columns)?;
+            self.begun = Some(begun);
             return Ok(());
         };
         let own = &begun.first.trials[0];
@@ -74,10 +82,10 @@ impl Streamed {
         if piece.sample_rate_hz() != begun.first.sample_rate_hz() {
             return Err(mismatch("the sample rate", format!("{} Hz", piece.sample_rate_hz()), format!("{} Hz", begun.first.sample_rate_hz())));
         }
-        let find = |name: &String| piece.channels().iter().find(|channel| channel.name == *name).map(|channel| channel.samples.as_slice());
         if !follows && let Some((found, expected)) = other_unit(piece.channels(), &own.recording) {
             return Err(mismatch("a channel", found, expected));
         }
+        let find = |name: &String| piece.channels().iter().find(|channel| channel.name == *name).map(|channel| channel.samples.as_slice());
         let names = own.recording.names();
         let columns: Option<Vec<&[f64]>> = names.iter().map(find).collect();
         let columns = columns.ok_or_else(|| mismatch("the list of channels", piece.names().join(", "), names.join(", ")))?;
@@ -87,43 +95,72 @@ impl Streamed {
             }
         }
         if !follows {
-            let next = begun.welch.stream(piece.sample_rate_hz(), columns.len()).map_err(|source| failed(file, source))?;
-            close(std::mem::replace(&mut begun.stream, next), file, &mut self.done)?;
+            begun.end()?;
+            begun.file = file.to_owned();
         }
-        begun.stream.push(&columns).map_err(|source| failed(file, source))
+        begun.take(&columns)
     }
 
     /// The estimate of everything that came.
     ///
     /// # Errors
-    /// [`StudyError`] if nothing came, all stretches are shorter than a segment, or the estimate does not exist.
-    pub fn finish(mut self, command: &str) -> Result<Estimated, StudyError> {
-        let Begun { first, welch, why, stream } = self.begun.ok_or(StudyError::NoRecording)?;
-        let own = |error| in_file(error, &first);
-        if self.done.is_empty() {
-            self.done.push(stream.spectra().map_err(|source| own(EstimateError::Welch { trial: 1, source }))?);
-        } else {
-            close(stream, &first.trials[0].file, &mut self.done)?;
-        }
-        // Pooling one would round it.
-        let spectra = match self.done.pop() {
-            Some(one) if self.done.is_empty() => one,
-            last => CrossSpectra::pool(&self.done.into_iter().chain(last).collect::<Vec<_>>()).map_err(|error| own(error.into()))?,
-        };
-        let method = SpectralMethod::Welch(welch);
-        let estimates = estimate_from_spectra(spectra, &first.roles.ports, &labels(&first), &method, self.settings.estimator).map_err(own)?;
-        let mut estimated = conclude(&first, &self.settings, command, estimates, why)?;
-        estimated.result.trials = self.recordings;
-        Ok(estimated)
+    /// [`StudyError`] if nothing came, a recording is shorter than a segment or does not move, or the estimate does not exist.
+    pub fn finish(self, command: &str) -> Result<Estimated, StudyError> {
+        let mut begun = self.begun.ok_or(StudyError::NoRecording)?;
+        begun.end()?;
+        let spectra = begun.summed.spectra(&begun.file)?.ok_or(StudyError::NoRecording)?;
+        begun.summed.estimate(spectra, &begun.first, &self.settings, command)
     }
 }
 
-/// Keeps what a recording gave.
-fn close(stream: WelchStream, file: &str, done: &mut Vec<CrossSpectra>) -> Result<(), StudyError> {
-    done.push(stream.spectra().map_err(|source| failed(file, source))?);
-    Ok(())
-}
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use ndof_signal::{Channel, Unit};
 
-fn failed(file: &str, source: WelchError) -> StudyError {
-    StudyError::Estimate { file: file.to_owned(), source: EstimateError::Welch { trial: 1, source } }
+    fn settings() -> EstimateSettings {
+        EstimateSettings { nperseg: Some(64), ..EstimateSettings::default() }
+    }
+
+    /// `samples` that rest in the first `resting` of them.
+    fn recording(samples: usize, resting: usize) -> Recording {
+        let force: Vec<f64> = (0..samples).map(|k| if k < resting { 0.0 } else { (k * k % 101) as f64 / 101.0 - 0.5 }).collect();
+        let motion: Vec<f64> = force.iter().enumerate().map(|(k, f)| f / 300.0 + if k < resting { 0.0 } else { 1e-4 * (k * k % 37) as f64 }).collect();
+        let channel = |name: &str, unit: &str, samples| Channel::new(name, Unit::parse(unit).expect("a unit").0, samples);
+        Recording::new(100.0, vec![channel("force_x", "N", force), channel("pos_x", "m", motion)]).expect("valid")
+    }
+
+    fn streamed(recordings: &[(&str, Recording)]) -> Result<Estimated, StudyError> {
+        let mut streamed = Streamed::new(RoleNames::default(), settings())?;
+        for (file, recording) in recordings {
+            for from in (0..recording.len()).step_by(200) {
+                let piece = recording.slice(from..(from + 200).min(recording.len())).expect("there");
+                streamed.push(file, piece, from > 0, [])?;
+            }
+        }
+        streamed.finish("estimate")
+    }
+
+    #[test]
+    fn a_recording_may_rest_in_its_first_piece_but_not_throughout() {
+        let whole = recording(2000, 300);
+        let trial = Trial { file: "a".to_owned(), recording: whole.clone(), warnings: Vec::new() };
+        let trials = Trials::new(vec![trial], &RoleNames::default(), &Trim::default()).expect("roles");
+        let expected = super::super::estimate(&trials, &EstimateSettings { method: MethodName::Welch, ..settings() }, "estimate").expect("an estimate");
+        let found = streamed(&[("a", whole)]).expect("an estimate");
+        assert_eq!(found.result.direct, expected.result.direct);
+        for order in [[("moves", recording(1000, 0)), ("rests", recording(1000, 1000))], [("rests", recording(1000, 1000)), ("moves", recording(1000, 0))]] {
+            let error = streamed(&order).err().map(|error| error.to_string()).unwrap_or_default();
+            assert!(error.contains("rests") && error.contains("force_x"), "{error}");
+        }
+    }
+
+    #[test]
+    fn a_recording_that_is_too_short_is_the_one_that_is_named() {
+        for order in [["short", "long"], ["long", "short"]] {
+            let of = |name: &'static str| (name, recording(if name == "short" { 40 } else { 1000 }, 0));
+            let error = streamed(&order.map(of)).err().map(|error| error.to_string()).unwrap_or_default();
+            assert!(error.starts_with("short"), "{error}");
+        }
+    }
 }

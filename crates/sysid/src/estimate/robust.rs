@@ -73,11 +73,12 @@ pub fn robust_spectra(trials: &[&Recording], ports: &Ports, welch: &Welch) -> Re
     };
 
     // First suspicion: power far beyond the usual in any responder, which no estimate is needed for.
-    let powers: Result<Vec<Vec<f64>>, EstimateError> = segments
+    let powers: Vec<Result<Vec<f64>, EstimateError>> = segments
         .par_iter()
         .map(|s| one(s).map(|s| responders.iter().map(|&c| (1..s.frequency_hz().len()).map(|f| s.power(f, c)).sum::<f64>().ln()).collect()))
         .collect();
-    let powers = powers?;
+    // The error of the first segment, whichever thread met one first.
+    let powers = powers.into_iter().collect::<Result<Vec<_>, _>>()?;
     let mut kept = vec![true; segments.len()];
     for c in 0..responders.len() {
         let scores = scores(&powers.iter().map(|p| p[c]).collect::<Vec<_>>(), &vec![true; segments.len()]);

@@ -1,6 +1,6 @@
 //! Forces that commands deliver on the simulated device.
 
-use crate::error::StudyError;
+use crate::error::{StudyError, in_order};
 use crate::pipeline::Progress;
 use crate::pipeline::command::Device;
 use ndof_devices::{Averaging, Experiment, Extras, Sensors, simulate_trial};
@@ -22,7 +22,7 @@ pub(super) fn simulated(experiment: &Experiment, commanded: &[Vec<Vec<f64>>], pr
         progress("simulate", done.fetch_add(1, Ordering::Relaxed) + 1, commanded.len());
         Ok(forces_of(&recording))
     };
-    commanded.par_iter().enumerate().map(forces).collect()
+    in_order(commanded.par_iter().enumerate().map(forces).collect())
 }
 
 /// Commands of an experiment's whole length to the forces on its limb over all of it, less the mean force: an ideal transducer,
