@@ -61,6 +61,19 @@ fn two_clocks_are_joined_by_a_channel_that_both_have() {
     let truth = stiffness(folder.path(), &["one.csv", "--start", "0.3"]);
     let found = stiffness(folder.path(), &["robot.csv", "--align", "camera.csv", "--align-by", "force_x=sync"]);
     assert!((found / truth - 1.0).abs() < 1e-3, "{found}, not {truth}");
+    // Without units in the files: those of --channels belong to either of them.
+    let hundred: Vec<f64> = motion.iter().map(|x| 100.0 * x).collect();
+    csv(&folder.path().join("bare.csv"), "# sample_rate_hz: 500\n", &[("f", &force)]);
+    csv(&folder.path().join("bare_camera.csv"), "# sample_rate_hz: 500\n", &[("sync [N]", &force[150..]), ("p", &hundred[150..])]);
+    let channels = |text: &str| std::fs::write(folder.path().join("c.toml"), format!("[channels]\n{text}")).expect("written");
+    let bare = ["bare.csv", "--align", "bare_camera.csv", "--align-by", "f=sync", "--channels", "c.toml"];
+    channels("force_x = { from = \"f\", unit = \"N\" }\npos_x = { from = \"p\", unit = \"cm\" }\n");
+    let named = stiffness(folder.path(), &bare);
+    // An optimum is known to the root of round-off.
+    assert!((named / found - 1.0).abs() < 1e-8, "{named}, not {found}");
+    channels("force_x = { from = \"f\", unit = \"N\" }\npos_x = { from = \"q\", unit = \"cm\" }\n");
+    let neither = refuse(folder.path(), &[&["fit"], &bare[..]].concat());
+    assert!(neither.contains("no channel \"q\"") && neither.contains("bare.csv") && neither.contains("bare_camera.csv"), "{neither}");
     let wrong = ["fit", "robot.csv", "--align", "camera.csv", "--align-by"];
     assert!(refuse(folder.path(), &[&wrong[..], &["force_x=synk"]].concat()).contains("camera.csv: no channel \"synk\" (did you mean \"sync\"?)"));
     assert!(refuse(folder.path(), &[&wrong[..], &["force_x=pos_x"]].concat()).contains("correlate"));

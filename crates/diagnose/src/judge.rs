@@ -27,9 +27,7 @@ pub(crate) struct Court {
 #[derive(Clone, Debug)]
 pub(crate) struct Errors {
     pub score: Score,
-    /// Squared error over the output's variance, `[output][time]` of all trials, scored samples only.
-    pub relative: Vec<Vec<f64>>,
-    /// Error over the output's standard deviation, likewise; `trials` stretches of one length.
+    /// Error over the output's standard deviation, `[output][time]` of all trials, scored samples only; `trials` stretches of one length.
     pub signed: Vec<Vec<f64>>,
     pub trials: usize,
     /// Whether one constant offset an output was fitted to the beginning of each trial.
@@ -86,34 +84,36 @@ impl Court {
     pub fn errors(&self, subject: &Subject, chosen: &[Chosen], stand: &Stand) -> Errors {
         let n = self.layout.axes;
         let predictions = self.predictions(subject, chosen, stand, self.layout.trials);
-        let mut score = Score::default();
-        let (mut relative, mut signed, mut predicted) = (Vec::new(), Vec::new(), Vec::new());
-        for i in 0..n {
-            let pairs = || {
-                predictions
-                    .iter()
-                    .flatten()
-                    .flat_map(move |p| p.measured[i].iter().zip(&p.predicted[i]).zip(&p.scored).filter(|(_, s)| **s).map(|((m, p), _)| (*m, *p)))
+        let of_output = |i: usize| -> Vec<(f64, f64)> {
+            let of_trial = |p: &Prediction| -> Vec<(f64, f64)> {
+                p.measured[i].iter().zip(&p.predicted[i]).zip(&p.scored).filter(|(_, scored)| **scored).map(|((m, p), _)| (*m, *p)).collect()
             };
-            let count = pairs().count() as f64;
-            let mean = pairs().map(|p| p.0).sum::<f64>() / count;
-            let variance = pairs().map(|p| (p.0 - mean).powi(2)).sum::<f64>() / count;
-            let errors: Vec<f64> = pairs().map(|(m, p)| m - p).collect();
-            let bias = errors.iter().sum::<f64>() / count;
-            let power = errors.iter().map(|e| e * e).sum::<f64>() / count;
-            let good = power.is_finite() && count > 0.0 && variance > 0.0;
-            score.nrmse.push(good.then(|| (power / variance).sqrt()));
-            score.vaf_percent.push(good.then(|| 100.0 * (1.0 - (power - bias * bias) / variance)));
-            relative.push(errors.iter().map(|e| e * e / variance).collect());
-            signed.push(errors.iter().map(|e| e / variance.sqrt()).collect());
-            predicted.push(pairs().map(|p| p.1 / variance.sqrt()).collect());
-        }
-        let trials = predictions.iter().flatten().count();
-        Errors { score, relative, signed, trials, shifted: !self.windowed, predicted }
+            predictions.iter().flatten().flat_map(of_trial).collect()
+        };
+        let pairs: Vec<Vec<(f64, f64)>> = (0..n).map(of_output).collect();
+        Errors::new(&pairs, predictions.iter().flatten().count(), !self.windowed)
     }
 }
 
 impl Errors {
+    /// From measured and predicted samples of each output, all trials one after the other; an output without a finite error has no score.
+    pub fn new(pairs: &[Vec<(f64, f64)>], trials: usize, shifted: bool) -> Self {
+        let mut errors = Errors { score: Score::default(), signed: Vec::new(), predicted: Vec::new(), trials, shifted };
+        for pairs in pairs {
+            let mean_of = |value: &dyn Fn(&(f64, f64)) -> f64| pairs.iter().map(value).sum::<f64>() / pairs.len() as f64;
+            let mean = mean_of(&|(measured, _)| *measured);
+            let variance = mean_of(&|(measured, _)| (measured - mean).powi(2));
+            let bias = mean_of(&|(measured, predicted)| measured - predicted);
+            let power = mean_of(&|(measured, predicted)| (measured - predicted).powi(2));
+            let good = power.is_finite() && variance > 0.0;
+            errors.score.nrmse.push(good.then(|| (power / variance).sqrt()));
+            errors.score.vaf_percent.push(good.then(|| 100.0 * (1.0 - (power - bias * bias) / variance)));
+            errors.signed.push(pairs.iter().map(|(measured, predicted)| (measured - predicted) / variance.sqrt()).collect());
+            errors.predicted.push(pairs.iter().map(|(_, predicted)| predicted / variance.sqrt()).collect());
+        }
+        errors
+    }
+
     /// rms difference of two predictions on the output where it is largest, as a share of the output's standard deviation.
     pub fn distance(&self, other: &Errors) -> f64 {
         let one = |(a, b): (&Vec<f64>, &Vec<f64>)| {

@@ -122,9 +122,9 @@ fn check_sample_count(file: &str, table: &Table) -> Result<(), IoError> {
 
 fn check_overrides(file: &str, table: &Table, options: &ReadOptions) -> Result<(), IoError> {
     match options.units.keys().find(|name| !table.columns.iter().any(|c| c.name == **name)) {
-        Some(name) => {
+        Some(name) if !options.units_elsewhere => {
             Err(IoError::NoChannel { file: file.to_owned(), channel: name.clone(), available: table.columns.iter().map(|c| c.name.clone()).collect() })
         }
-        None => Ok(()),
+        _ => Ok(()),
     }
 }

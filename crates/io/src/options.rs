@@ -25,6 +25,8 @@ pub struct ReadOptions {
     pub resample: Option<Resample>,
     /// The unit of a channel where the file gives none or a wrong one, by channel name.
     pub units: BTreeMap<String, String>,
+    /// Whether `units` may name channels that the file does not have, those of another that is read beside it.
+    pub units_elsewhere: bool,
     /// Keep only the rows from this time to before that, on the clock of the file: what lies outside may be irregular. It has
     /// no effect on a file without a time column.
     pub window_s: Option<(f64, f64)>,

@@ -8,7 +8,6 @@ use ndof_io::{IoError, Note, PrepareError, ReadOptions, ReadRecording, Resample}
 use ndof_signal::Quantity;
 use ndof_study::result::Warning;
 use ndof_study::{RoleNames, Trial, Trials, Trim, axis_of};
-use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 /// How recordings are read.
@@ -69,18 +68,13 @@ impl Reading {
     /// Reads a recording and joins `other`, which another clock took, to it.
     fn read_aligned(&self, path: &Path, other: &Path, by: &str) -> Result<ReadRecording, CliError> {
         [path, other].into_iter().for_each(ndof_io::keep);
-        let mut first = ReadOptions { units: BTreeMap::new(), ..self.options() };
-        let names = ndof_io::read(path, &first)?.recording.names();
-        first.units = self.channels.reading().units.into_iter().filter(|(name, _)| names.contains(name)).collect();
-        let mut read = ndof_io::read(path, &first)?;
-        let mut options = ReadOptions { units: BTreeMap::new(), ..self.options() };
-        let mut second = ndof_io::read(other, &options);
-        if let Ok(read) = &second {
-            // Units are given for the channels of both together.
-            options.units = self.channels.reading().units.into_iter().filter(|(name, _)| read.recording.channel(name).is_ok()).collect();
-            second = ndof_io::read(other, &options);
+        // Units are given for the channels of both together.
+        let options = ReadOptions { units_elsewhere: true, ..self.options() };
+        let (mut read, second) = (ndof_io::read(path, &options)?, ndof_io::read(other, &options)?);
+        let both: Vec<String> = read.recording.names().into_iter().chain(second.recording.names()).collect();
+        if let Some(name) = options.units.keys().find(|name| !both.contains(name)) {
+            return Err(no_channel(&format!("{} and {}", read.file, second.file), name, both).into());
         }
-        let second = second?;
         let shared = by.split_once('=').unwrap_or((by, by));
         let wrong = |why: PrepareError| CliError::Usage(format!("--align {}: {why} (with {})", other.display(), read.file));
         for (file, recording, name) in [(&read.file, &read.recording, shared.0), (&second.file, &second.recording, shared.1)] {

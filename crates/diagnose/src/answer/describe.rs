@@ -108,12 +108,13 @@ impl Answer<'_> {
             }
         }
         let mut by_time = Vec::new();
-        for (i, errors) in before.relative.iter().enumerate() {
-            let total: f64 = errors.iter().sum();
+        for (i, errors) in before.signed.iter().enumerate() {
+            let power = |errors: &[f64]| errors.iter().map(|e| e * e).sum::<f64>();
+            let total = power(errors);
             let parts = 10usize.min(errors.len());
             for p in 0..parts {
                 let (a, b) = (p * errors.len() / parts, (p + 1) * errors.len() / parts);
-                let share = errors[a..b].iter().sum::<f64>() / total.max(f64::MIN_POSITIVE);
+                let share = power(&errors[a..b]) / total.max(f64::MIN_POSITIVE);
                 let time_s = [a as f64 / layout.rate_hz, b as f64 / layout.rate_hz];
                 by_time.push(TimeShare { time_s, output: self.output(i), share: if share.is_finite() { share } else { 0.0 } });
             }

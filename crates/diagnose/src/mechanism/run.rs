@@ -5,7 +5,6 @@ use super::{Endpoint, Mechanism};
 use crate::judge::Errors;
 use crate::layout::{Layout, filter};
 use crate::linear::Symmetric;
-use crate::result::Score;
 use crate::samples::Samples;
 
 /// Held-out trials at the working rate.
@@ -34,38 +33,23 @@ impl<'a> Held<'a> {
         Held { mechanism, rate_hz: layout.rate_hz, force, place, velocity, sample_s: 1.0 / samples.rate_hz, duration_s }
     }
 
-    /// Errors of the free run with these values.
+    /// Errors of the free run with these values; none of them counts where the run of a trial does not exist.
     pub fn errors(&self, values: &[f64]) -> Errors {
-        let axes = self.place[0].len();
-        let mut squares = vec![Vec::new(); axes];
-        let mut signed = vec![Vec::new(); axes];
-        let mut predicted = vec![Vec::new(); axes];
-        let mut score = Score::default();
-        let runs: Vec<Option<Vec<Vec<f64>>>> = (0..self.place.len()).map(|t| self.run(values, t)).collect();
-        for i in 0..axes {
+        let runs: Option<Vec<Vec<Vec<f64>>>> = (0..self.place.len()).map(|t| self.run(values, t)).collect();
+        let runs = runs.unwrap_or_default();
+        let of_output = |i: usize| -> Vec<(f64, f64)> {
             let skip = |x: &[f64]| ((2.0 * self.rate_hz) as usize).min(x.len() / 20);
-            let pairs: Vec<(f64, f64)> = runs
-                .iter()
-                .zip(&self.place)
-                .filter_map(|(run, place)| run.as_ref().map(|r| (&r[i], &place[i])))
-                .flat_map(|(r, p)| r.iter().zip(p).skip(skip(p)).map(|(r, p)| (*p, *r)).collect::<Vec<_>>())
-                .collect();
-            let n = pairs.len() as f64;
-            let mean = pairs.iter().map(|p| p.0).sum::<f64>() / n;
-            let bias = pairs.iter().map(|p| p.0 - p.1).sum::<f64>() / n;
-            let variance = pairs.iter().map(|p| (p.0 - mean).powi(2)).sum::<f64>() / n;
+            let of_trial = |(run, place): (&Vec<Vec<f64>>, &Vec<Vec<f64>>)| -> Vec<(f64, f64)> {
+                place[i].iter().copied().zip(run[i].iter().copied()).skip(skip(&place[i])).collect()
+            };
+            let mut pairs: Vec<(f64, f64)> = runs.iter().zip(&self.place).flat_map(of_trial).collect();
             // The constant that the controller's target adds is not the robot's.
-            let errors: Vec<f64> = pairs.iter().map(|p| p.0 - p.1 - bias).collect();
-            let power = errors.iter().map(|e| e * e).sum::<f64>() / n;
-            let good = power.is_finite() && variance > 0.0 && runs.iter().all(Option::is_some);
-            score.nrmse.push(good.then(|| (power / variance).sqrt()));
-            score.vaf_percent.push(good.then(|| 100.0 * (1.0 - power / variance)));
-            squares[i] = errors.iter().map(|e| e * e / variance).collect();
-            signed[i] = errors.iter().map(|e| e / variance.sqrt()).collect();
-            predicted[i] = pairs.iter().map(|p| p.1 / variance.sqrt()).collect();
-        }
-        let trials = runs.iter().flatten().count();
-        Errors { score, relative: squares, signed, trials, shifted: false, predicted }
+            let bias = pairs.iter().map(|(measured, predicted)| measured - predicted).sum::<f64>() / pairs.len() as f64;
+            pairs.iter_mut().for_each(|(_, predicted)| *predicted += bias);
+            pairs
+        };
+        let pairs: Vec<Vec<(f64, f64)>> = (0..self.place[0].len()).map(of_output).collect();
+        Errors::new(&pairs, runs.len(), false)
     }
 
     /// Displacement `[axis][time]` of one trial: the hold acts on the measured motion's mean and on the simulated motion about it.

@@ -2,8 +2,10 @@
 
 use super::card::mechanical;
 use super::form::grid;
-use super::static_force::Static;
-use super::{Action, Card, Effect, EffectError, Form, Injection, Knob, ParameterCard, Parameters, Scale, Setting, Side, Sign, Trace, Value, require_known};
+use super::static_force::{Static, other_shapes};
+use super::{
+    Action, Card, Effect, EffectError, Evidence, Form, Injection, Knob, ParameterCard, Parameters, Scale, Setting, Side, Sign, Trace, Value, require_known,
+};
 use std::sync::Arc;
 
 const K2: ParameterCard = mechanical("k2_n_per_m2", ("N/m^2", "N m/rad^2"), -1e12, 1e12, None);
@@ -78,5 +80,9 @@ impl Effect for AsymmetricStiffness {
                 [square, kink]
             })
             .collect()
+    }
+
+    fn stands_for(&self, evidence: &Evidence<'_>) -> &'static [&'static str] {
+        other_shapes(CARD.name, evidence)
     }
 }

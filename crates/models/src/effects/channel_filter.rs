@@ -2,7 +2,7 @@
 
 use super::card::plain;
 use super::form::grid;
-use super::{Action, Card, Effect, EffectError, Form, Injection, Knob, ParameterCard, Parameters, Scale, Setting, Side, Trace, Value, require_known};
+use super::{Action, Card, Effect, EffectError, Evidence, Form, Injection, Knob, ParameterCard, Parameters, Scale, Setting, Side, Trace, Value, require_known};
 use crate::force_law::Stage;
 use num_complex::Complex64;
 use std::f64::consts::{PI, SQRT_2, TAU};
@@ -23,6 +23,9 @@ const CARD: Card = Card {
     source: "Oppenheim & Schafer 1989, Discrete-time signal processing",
     trace: Trace::Forms,
 };
+
+/// Log-likelihood that the gain which a filter takes has to be worth: below it the filter is a delay for all that the recording says.
+const GAIN_SEEN: f64 = 3.0;
 
 /// A low-pass of channels.
 pub struct ChannelFilter;
@@ -119,5 +122,9 @@ impl Effect for ChannelFilter {
             }
         }
         forms
+    }
+
+    fn stands_for(&self, evidence: &Evidence<'_>) -> &'static [&'static str] {
+        if (evidence.gain_worth)().is_some_and(|worth| worth <= GAIN_SEEN) { &["measurement-delay"] } else { &[] }
     }
 }

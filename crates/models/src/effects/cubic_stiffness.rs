@@ -1,8 +1,8 @@
 //! Stiffness that grows or falls with the amplitude.
 
 use super::card::mechanical;
-use super::static_force::Static;
-use super::{Action, Card, Effect, EffectError, Form, Injection, ParameterCard, Parameters, Scale, Setting, Side, Sign, Trace, Value, require_known};
+use super::static_force::{Static, other_shapes};
+use super::{Action, Card, Effect, EffectError, Evidence, Form, Injection, ParameterCard, Parameters, Scale, Setting, Side, Sign, Trace, Value, require_known};
 use crate::force_law::{ForceLaw, Motion};
 use std::sync::Arc;
 
@@ -119,5 +119,14 @@ impl Effect for CubicStiffness {
             });
         }
         forms
+    }
+
+    fn stands_for(&self, evidence: &Evidence<'_>) -> &'static [&'static str] {
+        // Over a Gaussian x the rms of x² is √2 σ² about its mean, that of x³ is √6 σ³ about its straight line.
+        let even = |form: &&[f64]| matches!(form, [cube, square] if square.abs() * 2f64.sqrt() > cube.abs() * 6f64.sqrt() * evidence.position());
+        match other_shapes(CARD.name, evidence) {
+            [] if evidence.axis.is_some() && evidence.coefficients.iter().any(even) => &["asymmetric-stiffness"],
+            others => others,
+        }
     }
 }

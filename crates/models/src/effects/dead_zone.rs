@@ -2,8 +2,10 @@
 
 use super::card::mechanical;
 use super::form::grid;
-use super::static_force::Static;
-use super::{Action, Card, Effect, EffectError, Form, Injection, Knob, ParameterCard, Parameters, Scale, Setting, Side, Sign, Trace, Value, require_known};
+use super::static_force::{Static, other_shapes};
+use super::{
+    Action, Card, Effect, EffectError, Evidence, Form, Injection, Knob, ParameterCard, Parameters, Scale, Setting, Side, Sign, Trace, Value, require_known,
+};
 use std::sync::Arc;
 
 const HALF_GAP: ParameterCard = mechanical("half_gap_m", ("m", "rad"), 0.0, 1e6, None);
@@ -19,6 +21,9 @@ const CARD: Card = Card {
     source: "Nordin & Gutman 2002, Controlling mechanical systems with backlash: a survey",
     trace: Trace::Forms,
 };
+
+/// A gap of this many standard deviations of the displacement to either side is a spring that hardens.
+const WIDE: f64 = 0.9;
 
 /// A gap in the stiffness of one axis.
 pub struct DeadZone;
@@ -90,5 +95,12 @@ impl Effect for DeadZone {
                 [hard, soft]
             })
             .collect()
+    }
+
+    fn stands_for(&self, evidence: &Evidence<'_>) -> &'static [&'static str] {
+        match other_shapes(CARD.name, evidence) {
+            [] if evidence.number(&HALF_GAP).is_some_and(|gap| gap > WIDE * evidence.position()) => &["cubic-stiffness"],
+            others => others,
+        }
     }
 }

@@ -2,8 +2,10 @@
 
 use super::card::mechanical;
 use super::form::grid;
-use super::static_force::Static;
-use super::{Action, Card, Effect, EffectError, Form, Injection, Knob, ParameterCard, Parameters, Scale, Setting, Side, Sign, Trace, Value, require_known};
+use super::static_force::{Static, other_shapes};
+use super::{
+    Action, Card, Effect, EffectError, Evidence, Form, Injection, Knob, ParameterCard, Parameters, Scale, Setting, Side, Sign, Trace, Value, require_known,
+};
 use std::sync::Arc;
 
 const POSITION: ParameterCard = mechanical("position_m", ("m", "rad"), -1e6, 1e6, None);
@@ -73,5 +75,9 @@ impl Effect for EndStop {
             }
         }
         forms
+    }
+
+    fn stands_for(&self, evidence: &Evidence<'_>) -> &'static [&'static str] {
+        other_shapes(CARD.name, evidence)
     }
 }

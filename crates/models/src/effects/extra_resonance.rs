@@ -2,7 +2,9 @@
 
 use super::card::plain;
 use super::form::grid;
-use super::{Action, Card, Effect, EffectError, Form, Injection, Knob, ParameterCard, Parameters, Scale, Setting, Side, Sign, Trace, Value, require_known};
+use super::{
+    Action, Card, Effect, EffectError, Evidence, Form, Injection, Knob, ParameterCard, Parameters, Scale, Setting, Side, Sign, Trace, Value, require_known,
+};
 use crate::force_law::{ForceLaw, Motion};
 use num_complex::Complex64;
 use std::f64::consts::TAU;
@@ -23,6 +25,9 @@ const CARD: Card = Card {
     source: "Den Hartog 1934, Mechanical vibrations, ch. 3",
     trace: Trace::Forms,
 };
+
+/// A mode damped more than this does not swing: a reflex or a relaxation answers alike.
+const DEAD: f64 = 0.25;
 
 /// A mass on a spring and damper, carried by one axis.
 pub struct ExtraResonance;
@@ -124,5 +129,9 @@ impl Effect for ExtraResonance {
             floor: (0.02, 0.0),
         });
         forms
+    }
+
+    fn stands_for(&self, evidence: &Evidence<'_>) -> &'static [&'static str] {
+        if evidence.number(&DAMPING_RATIO).is_some_and(|ratio| ratio > DEAD) { &["reflex-delay", "viscoelastic"] } else { &[] }
     }
 }

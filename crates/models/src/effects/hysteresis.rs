@@ -2,7 +2,9 @@
 
 use super::card::{mechanical, plain};
 use super::form::grid;
-use super::{Action, Card, Effect, EffectError, Form, Injection, Knob, ParameterCard, Parameters, Scale, Setting, Side, Sign, Trace, Value, require_known};
+use super::{
+    Action, Card, Effect, EffectError, Evidence, Form, Injection, Knob, ParameterCard, Parameters, Scale, Setting, Side, Sign, Trace, Value, require_known,
+};
 use crate::force_law::{ForceLaw, Motion};
 use std::sync::Arc;
 
@@ -21,6 +23,9 @@ const CARD: Card = Card {
     source: "Wen 1976, Method for random vibration of hysteretic systems; Iwan 1966 for the parallel elements",
     trace: Trace::Forms,
 };
+
+/// A loop that yields within this share of the displacement's standard deviation is as good as dry friction.
+const NARROW: f64 = 0.12;
 
 /// Hysteresis of one axis.
 pub struct Hysteresis;
@@ -139,5 +144,10 @@ impl Effect for Hysteresis {
                 [symmetric, shaped, slip]
             })
             .collect()
+    }
+
+    fn stands_for(&self, evidence: &Evidence<'_>) -> &'static [&'static str] {
+        let narrow = evidence.number(&YIELD).is_some_and(|width| width < NARROW * evidence.position());
+        if narrow && !evidence.beside.contains(&"coulomb-friction") { &["coulomb-friction"] } else { &[] }
     }
 }

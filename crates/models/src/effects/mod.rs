@@ -5,6 +5,7 @@
 
 mod card;
 mod drift;
+mod evidence;
 mod form;
 mod injection;
 mod outside_force;
@@ -40,6 +41,7 @@ mod transient_disturbance;
 mod viscoelastic;
 
 pub use card::{Card, ParameterCard, Side, Trace, rotational_name};
+pub use evidence::Evidence;
 pub use form::{Action, Form, Knob, LawMaker, Matrix, MatrixMaker, Naming, Operator, Scale, Sign};
 pub use injection::{Injection, Setting};
 pub use parameters::{EffectError, Parameters, Value};
@@ -58,6 +60,11 @@ pub trait Effect: Send + Sync {
     /// The forms that a search tries on a recording of this scale; none for effects that are detected in another way.
     fn forms(&self, _scale: &Scale) -> Vec<Form> {
         Vec::new()
+    }
+
+    /// Effects that a cause of this one may be in truth: where its form has gone, they would make the same response.
+    fn stands_for(&self, _evidence: &Evidence<'_>) -> &'static [&'static str] {
+        &[]
     }
 
     /// Its name.

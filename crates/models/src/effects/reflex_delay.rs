@@ -2,7 +2,9 @@
 
 use super::card::{mechanical, plain};
 use super::form::grid;
-use super::{Action, Card, Effect, EffectError, Form, Injection, Knob, ParameterCard, Parameters, Scale, Setting, Side, Sign, Trace, Value, require_known};
+use super::{
+    Action, Card, Effect, EffectError, Evidence, Form, Injection, Knob, ParameterCard, Parameters, Scale, Setting, Side, Sign, Trace, Value, require_known,
+};
 use crate::force_law::{ForceLaw, Motion};
 use num_complex::Complex64;
 use std::f64::consts::TAU;
@@ -25,6 +27,10 @@ const CARD: Card = Card {
     source: "Kearney, Stein & Parameswaran 1997, Identification of intrinsic and reflex contributions to human ankle stiffness dynamics",
     trace: Trace::Forms,
 };
+
+/// A delay beyond this (s) is none of a reflex, and a muscle that follows beyond this (Hz) is none: a mode or a filter answers so.
+const LATE_S: f64 = 0.1;
+const FAST_HZ: f64 = 15.0;
 
 /// Delayed feedback of one axis.
 pub struct ReflexDelay;
@@ -142,5 +148,12 @@ impl Effect for ReflexDelay {
             }
         }
         forms
+    }
+
+    fn stands_for(&self, evidence: &Evidence<'_>) -> &'static [&'static str] {
+        let unit = evidence.scale.human_time_s();
+        let late = evidence.number(&DELAY).is_some_and(|delay| delay > LATE_S * unit);
+        let fast = evidence.number(&CUTOFF).is_some_and(|cutoff| cutoff * unit > FAST_HZ);
+        if late || fast { &["extra-resonance", "channel-filter"] } else { &[] }
     }
 }

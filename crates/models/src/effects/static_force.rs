@@ -1,5 +1,6 @@
 //! Forces that depend on where an axis is and on nothing else.
 
+use super::Evidence;
 use crate::force_law::{ForceLaw, Motion};
 
 /// A static force of one axis.
@@ -12,4 +13,18 @@ impl<F: Fn(f64) -> f64 + Send + Sync> ForceLaw for Static<F> {
     fn evaluate(&self, motion: &Motion<'_>, _states: &[f64], force: &mut [f64], _rates: &mut [f64]) {
         force[self.axis] += (self.force)(motion.position[self.axis]);
     }
+}
+
+/// Shapes of a spring's force, each with the others: any two of them on one axis make what a third is.
+const SHAPES: [(&str, &[&str]); 4] = [
+    ("cubic-stiffness", &["asymmetric-stiffness", "dead-zone", "end-stop"]),
+    ("asymmetric-stiffness", &["cubic-stiffness", "dead-zone", "end-stop"]),
+    ("dead-zone", &["cubic-stiffness", "asymmetric-stiffness", "end-stop"]),
+    ("end-stop", &["cubic-stiffness", "asymmetric-stiffness", "dead-zone"]),
+];
+
+/// The other shapes of a spring, where one of them was found beside this one.
+pub(super) fn other_shapes(shape: &str, evidence: &Evidence<'_>) -> &'static [&'static str] {
+    let others = SHAPES.iter().find(|(name, _)| *name == shape).map_or(&[][..], |(_, others)| *others);
+    if others.iter().any(|other| evidence.beside.contains(other)) { others } else { &[] }
 }

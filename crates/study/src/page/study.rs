@@ -18,21 +18,15 @@ pub fn study_report(outcome: &StudyOutcome, title: &str, command: &str) -> Resul
     report.warnings = super::convert::warnings(&fitted.result.warnings);
     let truth = simulated.as_ref().map(|s| &s.truth);
     let table = outcome.table();
-    // Where joints and robot have one and the same axes, each stands there twice.
-    let mut table = table;
-    let whole = table.clone();
-    let mut seen: Vec<(Option<f64>, Option<f64>)> = Vec::new();
-    table.retain(|p| {
-        let new = !seen.contains(&(p.value, p.truth));
-        seen.push((p.value, p.truth));
-        new
-    });
-    let inside = table.iter().filter(|p| matches!((p.truth, p.ci95), (Some(t), Some([low, high])) if (low..=high).contains(&t))).count();
+    // Where joints and robot have one and the same axes, each number stands there twice, and counts once.
+    let known = |k: usize| table[..k].iter().any(|p| (p.value, p.truth) == (table[k].value, table[k].truth));
+    let counted: Vec<_> = table.iter().enumerate().filter(|(k, _)| !known(*k)).map(|(_, p)| p).collect();
+    let inside = counted.iter().filter(|p| matches!((p.truth, p.ci95), (Some(t), Some([low, high])) if (low..=high).contains(&t))).count();
     report.lead = match truth {
-        Some(_) => format!("{inside} of {} simulated parameters lie inside their 95 % intervals.", table.len()),
-        None => format!("{} parameters with 95 % intervals.", table.len()),
+        Some(_) => format!("{inside} of {} simulated parameters lie inside their 95 % intervals.", counted.len()),
+        None => format!("{} parameters with 95 % intervals.", counted.len()),
     };
-    report.sections.push(parameters_section(&whole, "Parameters"));
+    report.sections.push(parameters_section(&table, "Parameters"));
     let model = fitted.seen(estimated)?;
     report.sections.push(response_section(estimated, Some(&model))?);
     report.sections.push(agreement_section(&fitted.result));

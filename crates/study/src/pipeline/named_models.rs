@@ -5,7 +5,7 @@ use crate::result::fit as schema;
 use crate::result::number;
 use crate::suggest::nearest;
 use ndof_models::blocks::{self, BLOCKS, BlockCard, Composite};
-use ndof_models::{Fit, InertiaDampingStiffnessModel, WeightedFit, likelihood_ratio};
+use ndof_models::{Fit, InertiaDampingStiffnessModel, ParametricModel, WeightedFit, likelihood_ratio};
 use ndof_sysid::FrequencyResponse;
 
 /// The model that blocks are added to.
@@ -68,7 +68,7 @@ pub(super) fn compared_models(
             Ok(fit) => done.push((names(&set), fit)),
             // A rival that the data cannot carry is said, and takes nothing from the others.
             Err(error) => failed.push(schema::ComparedModel {
-                model: std::iter::once(MODEL).chain(names(&set)).collect::<Vec<_>>().join("+"),
+                model: composite.name().to_owned(),
                 parameters: starts.first().map_or(0, Vec::len),
                 chi2: None,
                 chi2_reduced: None,
