@@ -150,11 +150,22 @@ impl LevenbergMarquardt {
         LevenbergMarquardt { cost_tolerance, ..self }
     }
 
+    /// The same with another damping of the first step; 1 about halves it.
+    pub(crate) fn damped_by(self, damping: f64) -> Self {
+        LevenbergMarquardt { damping, ..self }
+    }
+
     /// Minimises ½ ‖r(x)‖² from `start`, clipped to the bounds.
     ///
     /// # Errors
     /// [`MinimiseError`] if bounds and start do not fit together or the residuals are not finite at the start.
-    pub fn minimise<P: LeastSquares>(mut self, problem: &P, start: &[f64]) -> Result<Minimum, MinimiseError> {
+    pub fn minimise<P: LeastSquares>(self, problem: &P, start: &[f64]) -> Result<Minimum, MinimiseError> {
+        let found = self.descend(problem, start)?;
+        Ok(Minimum { jacobian: problem.jacobian(&found.x), ..found })
+    }
+
+    /// The same without the Jacobian at the end, which may cost as much as a step.
+    pub(crate) fn descend<P: LeastSquares>(mut self, problem: &P, start: &[f64]) -> Result<Minimum, MinimiseError> {
         if self.bounds.len() != start.len() {
             return Err(MinimiseError::BoundsLength { parameters: start.len(), bounds: self.bounds.len() });
         }
@@ -183,10 +194,9 @@ impl LevenbergMarquardt {
             }
             Err(_) => (self, x, residuals, 0),
         };
-        let jacobian = problem.jacobian(&x);
         let at_bound = x.iter().zip(&solver.bounds).map(|(&v, b)| v <= b.0 || v >= b.1).collect();
         let reason = solver.reason.unwrap_or(StopReason::IterationLimit);
-        Ok(Minimum { cost: half_square(&residuals), x, residuals, jacobian, at_bound, reason, iterations })
+        Ok(Minimum { cost: half_square(&residuals), x, residuals, jacobian: Mat::new(), at_bound, reason, iterations })
     }
 
     fn clip(&self, x: &[f64]) -> Vec<f64> {

@@ -42,8 +42,8 @@ pub mod time;
 
 pub use axis::Axis;
 pub use fit::{
-    Agreement, CovarianceKind, ErrorsInVariables, Fit, FitError, LikelihoodRatio, LoopModel, LoopModelError, PaperFit, Parameter, PeriodSpectra, Smoothing,
-    Transducer, WeightedFit, agreement, likelihood_ratio, linear_start,
+    Agreement, CovarianceKind, ErrorsInVariables, Fit, FitError, LikelihoodRatio, LoopModel, LoopModelError, NullLaw, PaperFit, Parameter, PeriodSpectra,
+    Smoothing, Transducer, WeightedFit, agreement, likelihood_ratio, linear_start,
 };
 pub use force_law::{ForceLaw, Motion, Stage};
 pub use inertia_damping_stiffness::{InertiaDampingStiffness, InertiaDampingStiffnessModel, Symmetry};

@@ -1,8 +1,10 @@
 //! Reported standard errors against the scatter over many draws of a response whose covariance is known.
 
 use ndarray::{Array2, Array3, arr2};
+use ndof_models::blocks::{Composite, find};
 use ndof_models::{
-    Axis, CovarianceKind, Fit, InertiaDampingStiffness, InertiaDampingStiffnessModel, PaperFit, ParametricModel, Smoothing, Symmetry, WeightedFit, linear_start,
+    Axis, CovarianceKind, Fit, InertiaDampingStiffness, InertiaDampingStiffnessModel, LikelihoodRatio, NullLaw, PaperFit, ParametricModel, Smoothing, Symmetry,
+    WeightedFit, likelihood_ratio, linear_start,
 };
 use ndof_signal::Kernel;
 use ndof_sysid::{FrequencyResponse, ResponseKind, Uncertainty};
@@ -179,4 +181,46 @@ fn a_positive_semidefinite_fit_is_the_symmetric_one_inside_and_stops_at_the_edge
     let least = |fit: &Fit| (fit.theta[3] * fit.theta[5] - fit.theta[4].powi(2)) / (fit.theta[3] + fit.theta[5]);
     assert!(least(&plain) < -0.02 && least(&bound) >= -1e-12 && least(&bound) < 1e-3, "{} {}", least(&plain), least(&bound));
     assert!(bound.reason.converged() && bound.chi2 > plain.chi2);
+}
+
+#[test]
+fn a_likelihood_ratio_is_wrong_as_often_as_it_says_within_the_bounds_and_at_one() {
+    const RATIOS: u64 = 1000;
+    // Four standard deviations of a count in 1000 draws.
+    let near = |found: usize, share: f64| (found as f64 - RATIOS as f64 * share).abs() < 4.0 * (RATIOS as f64 * share * (1.0 - share)).sqrt();
+    let arm = InertiaDampingStiffnessModel::new(limb(1).axes, Symmetry::Symmetric);
+    let grid: Vec<f64> = (0..BINS).map(|k| 0.5 + 0.1 * k as f64).collect();
+    let truth = limb(1).response(&grid, ResponseKind::DynamicStiffness);
+    let settings = WeightedFit { smoothing: Smoothing::None, ..WeightedFit::default() };
+    let rivals =
+        [("delay", NullLaw::ChiSquared), ("first-order-filter", NullLaw::HalfAtBound), ("second-order-filter", NullLaw::HalfAtBound)].map(|(name, law)| {
+            let card = find(name).expect("in the registry");
+            assert_eq!(NullLaw::of(&[(card.block)().as_ref()]), law);
+            (name, law, Composite::of_cards(&arm, &[card]))
+        });
+    let ratios: Vec<[LikelihoodRatio; 3]> = (0..RATIOS)
+        .into_par_iter()
+        .map(|seed| {
+            let response = draw(&truth, 0.02, 200, 9000 + seed);
+            let start = linear_start(&arm, &response).expect("start");
+            let plain = settings.fit(&arm, &response, &start).expect("fit");
+            rivals
+                .each_ref()
+                .map(|(_, law, model)| likelihood_ratio(&plain, &settings.fit_from(model, &response, &model.starts(&start)).expect("fit")).under(*law))
+        })
+        .collect();
+    for (k, (name, law, _)) in rivals.iter().enumerate() {
+        let below = |level: f64| ratios.iter().filter(|r| r[k].p_value < level).count();
+        let none = ratios.iter().filter(|r| r[k].statistic < 1e-4).count();
+        println!("{name}: p < 0.05 in {}, < 0.2 in {} of {RATIOS}, nothing gained in {none}", below(0.05), below(0.2));
+        assert!(near(below(0.05), 0.05) && near(below(0.2), 0.2), "{name}: {} {}", below(0.05), below(0.2));
+        // By χ² of one degree p would be below 0.05 half as often as it says.
+        if *law == NullLaw::HalfAtBound {
+            assert!(near(none, 0.5), "{none}");
+        }
+    }
+    let reflex = find("reflex").expect("in the registry");
+    assert_eq!(NullLaw::of(&[(reflex.block)().as_ref()]), NullLaw::Unknown);
+    let filters = [find("first-order-filter"), find("delay")].map(|c| (c.expect("in the registry").block)());
+    assert_eq!(NullLaw::of(&[filters[0].as_ref(), filters[1].as_ref()]), NullLaw::Unknown);
 }

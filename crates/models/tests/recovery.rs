@@ -21,12 +21,15 @@ fn intervals_hold_the_truth_on_data_that_another_integrator_made() {
     let chosen = ["bouc-wen", "one-directional-reflex", "latency", "flexible-mode"];
     let runs: Vec<(&recovery::Case, u64)> =
         cases.iter().filter(|c| chosen.contains(&c.law.name())).flat_map(|c| (0..3).map(move |seed| (c, 500 + seed))).collect();
-    let answers: Vec<recovery::Answer> = runs.par_iter().map(|(case, seed)| recovery::fit(case, *seed, recovery::Slow::Position).expect("a fit")).collect();
+    let answers: Vec<recovery::Answer> =
+        runs.par_iter().map(|(case, seed)| recovery::fit(case, *seed, recovery::Slow::Position, recovery::SECONDS).expect("a fit")).collect();
     for ((case, _), answer) in runs.iter().zip(&answers) {
         // All starts lie 20 or 25 % off; half of that is no recovery. The shape of a loop is the least certain of all.
         let worst = answer.error.iter().map(|e| e.abs()).fold(0.0, f64::max);
         assert!(worst < if case.law.name() == "bouc-wen" { 1.0 } else { 0.1 }, "{}: {:?}", case.law.name(), answer.error);
         assert!(answer.identifiable.iter().take(4).all(|i| *i), "{}", case.law.name());
+        // Gains and delays leave no bent valley in such records.
+        assert!(answer.profiled.iter().take(3).all(|p| !p), "{}", case.law.name());
     }
     let count: usize = answers.iter().map(|a| a.covered.len()).sum();
     let held = answers.iter().flat_map(|a| &a.covered).filter(|c| **c).count();
@@ -106,4 +109,34 @@ fn intervals_of_linear_models_in_frequency_hold_the_truth() {
             assert!(held > 15, "{} {name}: {held} of 20", case.name);
         }
     }
+}
+
+#[test]
+fn a_search_that_is_thrown_against_a_bound_comes_back() {
+    // With a bold first step the bristles' excess runs to its bound and the Stribeck velocity to nothing.
+    let cases = recovery::cases();
+    let case = cases.iter().find(|c| c.law.name() == "lugre-friction").expect("in the list");
+    let (force, motion) = recovery::record(case, 6, recovery::Slow::Position);
+    let trial = [TimeTrial { force: vec![&force], motion: vec![&motion], ..TimeTrial::default() }];
+    let mechanism = Mechanism::new(vec![Axis::linear("x")]).with_law(case.law.clone(), 0);
+    let settings = FreeRunFit { noise: recovery::NOISE, substeps: 2, ..FreeRunFit::new(recovery::RATE_HZ) };
+    let truth = recovery::truth(case);
+    let far: Vec<f64> = truth.iter().enumerate().map(|(k, t)| t * if k % 2 == 0 { 1.25 } else { 0.8 }).collect();
+    let [far, near] = [far, truth].map(|start| settings.fit(&mechanism, &trial, &start).expect("a fit"));
+    // Both stop when the cost falls by less than 1e-12 of it.
+    assert!((far.deviance - near.deviance).abs() < 1e-3, "{} {}", far.deviance, near.deviance);
+    for (a, b) in far.parameters.iter().zip(&near.parameters) {
+        assert!((a.value - b.value).abs() < 0.01 * b.std_error && a.identifiable, "{a:?} {b:?}");
+    }
+}
+
+#[test]
+fn a_bent_valley_is_profiled_and_what_it_leaves_open_is_called_so() {
+    let cases = recovery::cases();
+    let case = cases.iter().find(|c| c.law.name() == "reflex").expect("in the list");
+    // Wald's intervals of this record miss B, K and the reflex' stiffness.
+    let answer = recovery::fit(case, 3, recovery::Slow::Position, recovery::SECONDS).expect("a fit");
+    assert!(answer.profiled.iter().all(|p| *p) && answer.covered.iter().all(|c| *c));
+    // M, B and K are known to a part of themselves; the gains of the reflex are not.
+    assert!(answer.identifiable[..3].iter().all(|i| *i) && answer.identifiable[3..5].iter().all(|i| !*i), "{:?}", answer.identifiable);
 }

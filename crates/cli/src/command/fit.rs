@@ -4,7 +4,7 @@ use crate::error::CliError;
 use crate::options::{Analysis, Limb, Reading, Shared, not_negative, positive, words};
 use crate::output::{self, columns, p_value, short};
 use clap::Args;
-use ndof_models::Transducer;
+use ndof_models::{NullLaw, Transducer};
 use ndof_study::result::FitResult;
 use ndof_study::result::fit::ComparedModel;
 use ndof_study::{ComparedParameter, FitCost, FitSettings, VafWeight, compare};
@@ -114,7 +114,8 @@ fn comparison(models: &[ComparedModel]) -> String {
                 .clone()
                 .or_else(|| ratio.map(|r| format!("{} on {} against {}", short(r.statistic), r.degrees_of_freedom, r.against)))
                 .unwrap_or_else(|| "–".to_owned()),
-            ratio.map_or_else(|| "–".to_owned(), |r| p_value(r.p_value)),
+            // Where no law is known, p is a guide.
+            ratio.map_or_else(|| "–".to_owned(), |r| p_value(r.p_value) + if r.law == NullLaw::Unknown.name() { " (a guide)" } else { "" }),
         ]);
     }
     format!("\n{}", columns(&rows))

@@ -12,9 +12,9 @@ use rand_distr::{Distribution, StandardNormal};
 use std::f64::consts::TAU;
 use std::sync::Arc;
 
-/// Sample rate and length of a record.
+/// Sample rate and usual length of a record.
 pub const RATE_HZ: f64 = 200.0;
-const SAMPLES: usize = 3000;
+pub const SECONDS: f64 = 15.0;
 const FINER: usize = 16;
 /// Mass (kg), damping (N s/m) and stiffness (N/m) of the limb.
 const BASE: [f64; 3] = [2.0, 14.0, 300.0];
@@ -173,26 +173,31 @@ pub fn cases() -> Vec<Case> {
 
 /// Force and measured position of one record.
 pub fn record(case: &Case, seed: u64, slow: Slow) -> (Vec<f64>, Vec<f64>) {
+    record_of(case, seed, slow, SECONDS)
+}
+
+fn record_of(case: &Case, seed: u64, slow: Slow, seconds: f64) -> (Vec<f64>, Vec<f64>) {
+    let samples = (seconds * RATE_HZ) as usize;
     let mut rng = ChaCha8Rng::seed_from_u64(1000 + seed);
     let mut normal = || -> f64 { StandardNormal.sample(&mut rng) };
-    let noise = FilteredNoise { rms: 4.0, samples: SAMPLES, sample_rate_hz: RATE_HZ, cutoff_hz: 8.0, ..FilteredNoise::default() };
+    let noise = FilteredNoise { rms: 4.0, samples, sample_rate_hz: RATE_HZ, cutoff_hz: 8.0, ..FilteredNoise::default() };
     let force = noise.generate(seed).expect("valid").remove(0);
     let low = SosFilter::butterworth(2, Passband::Low(2.0), RATE_HZ).expect("valid");
-    let raw: Vec<f64> = (0..SAMPLES + 400).map(|_| normal()).collect();
+    let raw: Vec<f64> = (0..samples + 400).map(|_| normal()).collect();
     let own = low.filter(&raw)[400..].to_vec();
-    let rms = (own.iter().map(|v| v * v).sum::<f64>() / SAMPLES as f64).sqrt();
+    let rms = (own.iter().map(|v| v * v).sum::<f64>() / samples as f64).sqrt();
     let h = 1.0 / (RATE_HZ * FINER as f64);
     let between = |c: &[f64], t: f64| {
         let at = (t * RATE_HZ).max(0.0);
-        let k = (at as usize).min(SAMPLES - 2);
+        let k = (at as usize).min(samples - 2);
         c[k] + (c[k + 1] - c[k]) * (at - k as f64)
     };
-    let steps = SAMPLES * FINER;
+    let steps = samples * FINER;
     let (mut past_x, mut past_v) = (Vec::with_capacity(steps), Vec::with_capacity(steps));
     let mut z = vec![0.0; case.states];
     let (mut x, mut v, mut before) = (0.0f64, 0.0f64, 0.0f64);
     let delay = case.delay.map_or(0.0, |d| case.truth[d]);
-    let mut motion = Vec::with_capacity(SAMPLES);
+    let mut motion = Vec::with_capacity(samples);
     for step in 0..steps {
         if step % FINER == 0 {
             let wander = if slow == Slow::Position { WANDER_M / rms * own[step / FINER] } else { 0.0 };
@@ -233,6 +238,8 @@ pub struct Answer {
     pub error: Vec<f64>,
     /// Whether the fit calls it determined.
     pub identifiable: Vec<bool>,
+    /// Whether the interval is a profile.
+    pub profiled: Vec<bool>,
 }
 
 /// True parameters with the baseline's.
@@ -240,25 +247,27 @@ pub fn truth(case: &Case) -> Vec<f64> {
     BASE.iter().chain(&case.truth).copied().collect()
 }
 
-/// Fits one record from a start that knows only orders of magnitude.
-pub fn fit(case: &Case, seed: u64, slow: Slow) -> Result<Answer, Box<dyn std::error::Error>> {
-    let (force, motion) = record(case, seed, slow);
+/// Fits one record of that length from a start that knows only orders of magnitude.
+pub fn fit(case: &Case, seed: u64, slow: Slow, seconds: f64) -> Result<Answer, Box<dyn std::error::Error>> {
+    let (force, motion) = record_of(case, seed, slow, seconds);
     let trial = [TimeTrial { force: vec![&force], motion: vec![&motion], ..TimeTrial::default() }];
     let mechanism = Mechanism::new(vec![Axis::linear("x")]).with_law(case.law.clone(), 0);
     let disturbance = if slow == Slow::Force { Disturbance::Force } else { Disturbance::Output };
     let settings = FreeRunFit { noise: NOISE, disturbance, substeps: 2, ..FreeRunFit::new(RATE_HZ) };
     let truth = truth(case);
     let start: Vec<f64> = truth.iter().enumerate().map(|(k, t)| t * if k % 2 == 0 { 1.25 } else { 0.8 }).collect();
-    let found = settings.fit(&mechanism, &trial, &start)?;
-    let mut covered = Vec::new();
-    for (k, p) in found.parameters.iter().enumerate() {
-        let [low, high] = if case.thresholds.contains(&p.name.as_str()) { settings.profile(&mechanism, &trial, &found, k)? } else { p.ci95 };
-        covered.push((low..=high).contains(&truth[k]));
+    let mut found = settings.profiled(&mechanism, &trial, settings.fit(&mechanism, &trial, &start)?)?;
+    for k in 0..truth.len() {
+        if case.thresholds.contains(&found.parameters[k].name.as_str()) && !found.profiled[k] {
+            found.parameters[k].ci95 = settings.profile(&mechanism, &trial, &found, k)?;
+            found.profiled[k] = true;
+        }
     }
     Ok(Answer {
-        covered,
+        covered: found.parameters.iter().zip(&truth).map(|(p, t)| (p.ci95[0]..=p.ci95[1]).contains(t)).collect(),
         error: found.theta.iter().zip(&truth).map(|(a, b)| (a - b) / b.abs()).collect(),
         identifiable: found.parameters.iter().map(|p| p.identifiable).collect(),
+        profiled: found.profiled,
     })
 }
 

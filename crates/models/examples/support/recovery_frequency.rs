@@ -205,5 +205,6 @@ pub fn fit(case: &Case, seed: u64) -> Result<Answer, Box<dyn std::error::Error>>
         covered: found.parameters.iter().zip(&case.truth).map(|(p, t)| (p.ci95[0]..=p.ci95[1]).contains(t)).collect(),
         error: found.theta.iter().zip(&case.truth).map(|(a, b)| (a - b) / b.abs()).collect(),
         identifiable: found.parameters.iter().map(|p| p.identifiable).collect(),
+        profiled: vec![false; case.truth.len()],
     })
 }

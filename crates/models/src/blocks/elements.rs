@@ -1,6 +1,6 @@
 //! The blocks.
 
-use super::{Block, BlockParameter};
+use super::{Block, BlockParameter, Vanishing};
 use num_complex::Complex64;
 use std::f64::consts::{SQRT_2, TAU};
 
@@ -40,6 +40,9 @@ impl Block for Delay {
         slopes[0] = -s * h;
         h
     }
+    fn vanishes(&self) -> Vanishing {
+        Vanishing::Inside
+    }
 }
 
 /// A first-order low-pass on a channel (RC, first-order Butterworth): 1/(1 + s/ω_c).
@@ -57,6 +60,9 @@ impl Block for FirstOrderFilter {
         let h = (1.0 + s / (TAU * theta[0])).inv();
         slopes[0] = h * h * s / (TAU * theta[0] * theta[0]);
         h
+    }
+    fn vanishes(&self) -> Vanishing {
+        Vanishing::AtBound
     }
 }
 
@@ -77,6 +83,9 @@ impl Block for SecondOrderFilter {
         let h = w * w * inverse;
         slopes[0] = TAU * (2.0 * w - h * (SQRT_2 * s + 2.0 * w)) * inverse;
         h
+    }
+    fn vanishes(&self) -> Vanishing {
+        Vanishing::AtBound
     }
 }
 
@@ -108,6 +117,9 @@ impl Block for Reflex {
         slopes[3] = gain * late * 2.0 * w * s / ((s + w) * (s + w) * (s + w)) * TAU;
         h
     }
+    fn vanishes(&self) -> Vanishing {
+        Vanishing::WithoutEffect
+    }
 }
 
 /// Compliance of a trough, of tissue or of a transducer in series: 1/(k + b s).
@@ -126,6 +138,9 @@ impl Block for SeriesCompliance {
         slopes[0] = -h * h;
         slopes[1] = -s * h * h;
         h
+    }
+    fn vanishes(&self) -> Vanishing {
+        Vanishing::WithoutEffect
     }
 }
 
@@ -155,6 +170,9 @@ impl Block for FlexibleMode {
         slopes[2] = by_spring * 2.0 * omega * s;
         theta[0] * slopes[0]
     }
+    fn vanishes(&self) -> Vanishing {
+        Vanishing::WithoutEffect
+    }
 }
 
 /// Relaxation: the Maxwell arm of a standard linear solid, k τ s/(1 + τ s), beside the baseline's spring.
@@ -173,6 +191,9 @@ impl Block for StandardLinearSolid {
         slopes[0] = theta[1] * s * open;
         slopes[1] = theta[0] * s * open * open;
         theta[0] * theta[1] * s * open
+    }
+    fn vanishes(&self) -> Vanishing {
+        Vanishing::WithoutEffect
     }
 }
 
@@ -197,6 +218,9 @@ impl Block for Fractional {
         slopes[0] = power;
         slopes[1] = theta[0] * power * s.ln();
         theta[0] * power
+    }
+    fn vanishes(&self) -> Vanishing {
+        Vanishing::WithoutEffect
     }
 }
 

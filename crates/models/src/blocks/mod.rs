@@ -34,6 +34,17 @@ impl BlockParameter {
     }
 }
 
+/// How a block leaves the baseline as it is, which decides what a likelihood ratio against the model without it is compared with.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum Vanishing {
+    /// At a value within its bounds: a delay of nothing.
+    Inside,
+    /// With its only parameter at a bound: a cut-off as high as can be.
+    AtBound,
+    /// With one parameter at a bound where the others have no effect: a reflex without gain, a mode without mass.
+    WithoutEffect,
+}
+
 /// A scalar transfer function h(s, θ).
 pub trait Block: Send + Sync {
     /// What `ndof list` calls it.
@@ -44,4 +55,7 @@ pub trait Block: Send + Sync {
 
     /// h(s, θ), and ∂h/∂θ_k into `slopes`.
     fn evaluate(&self, theta: &[f64], s: Complex64, slopes: &mut [Complex64]) -> Complex64;
+
+    /// How it leaves the baseline as it is.
+    fn vanishes(&self) -> Vanishing;
 }

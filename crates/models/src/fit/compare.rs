@@ -2,9 +2,24 @@
 
 use super::{Fit, FitError, WeightedFit};
 use crate::ParametricModel;
+use crate::blocks::{Block, Vanishing};
 use ndof_sysid::FrequencyResponse;
 use serde::{Deserialize, Serialize};
 use statrs::distribution::{ChiSquared, ContinuousCDF};
+
+/// What χ²₀ − χ²₁ is distributed as where the smaller model is right.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum NullLaw {
+    /// χ² with as many degrees of freedom as there are parameters more: the smaller model lies within the larger one.
+    #[default]
+    ChiSquared,
+    /// ½ χ²(k − 1) + ½ χ²(k): the smaller model is the larger one with one of k parameters at a bound; noise that asks for a value beyond it is
+    /// half of all noise.
+    HalfAtBound,
+    /// None that is known: some of the parameters have no effect in the smaller model. p is that of χ²(k) and a guide only.
+    Unknown,
+}
 
 /// Two nested models on the same data.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
@@ -15,17 +30,63 @@ pub struct LikelihoodRatio {
     pub parameters: usize,
     /// Probability of so large a statistic if the smaller model were right.
     pub p_value: f64,
+    /// The law by which that was found.
+    pub law: NullLaw,
 }
 
-/// The likelihood-ratio test: χ²₀ − χ²₁ is χ² distributed with as many degrees of freedom as the larger model has
-/// parameters more, if the smaller one is right and lies within the larger one as a pure delay of zero does. Where it is the larger
-/// one at a bound, or leaves some of its parameters without effect (a flexible mode without mass, a reflex without gain), the law is
-/// another and p is a guide only: compare [`Fit::bic`], or the errors on held-out data.
+/// The likelihood-ratio test where the smaller model lies within the larger one, as a delay of nothing does; else see
+/// [`LikelihoodRatio::under`].
 pub fn likelihood_ratio(smaller: &Fit, larger: &Fit) -> LikelihoodRatio {
     let parameters = larger.theta.len().saturating_sub(smaller.theta.len());
     let statistic = smaller.chi2 - larger.chi2;
-    let p_value = ChiSquared::new(parameters as f64).map_or(1.0, |d| 1.0 - d.cdf(statistic.max(0.0)));
-    LikelihoodRatio { statistic, parameters, p_value }
+    LikelihoodRatio { statistic, parameters, p_value: f64::NAN, law: NullLaw::ChiSquared }.under(NullLaw::ChiSquared)
+}
+
+impl NullLaw {
+    /// What a result file calls it.
+    pub fn name(self) -> &'static str {
+        match self {
+            NullLaw::ChiSquared => "chi-squared",
+            NullLaw::HalfAtBound => "half-at-bound",
+            NullLaw::Unknown => "unknown",
+        }
+    }
+
+    /// The law of a ratio between two models of which the larger has these blocks more. Two blocks that are at the bound together, or one there
+    /// beside another, are not of the known kind: filters and delays that vanish have the same slope.
+    pub fn of(added: &[&dyn Block]) -> NullLaw {
+        match added {
+            [] => NullLaw::ChiSquared,
+            [only] => match only.vanishes() {
+                Vanishing::Inside => NullLaw::ChiSquared,
+                Vanishing::AtBound => NullLaw::HalfAtBound,
+                Vanishing::WithoutEffect => NullLaw::Unknown,
+            },
+            more if more.iter().all(|b| b.vanishes() == Vanishing::Inside) => NullLaw::ChiSquared,
+            _ => NullLaw::Unknown,
+        }
+    }
+}
+
+impl LikelihoodRatio {
+    /// The same with the probability under another law.
+    ///
+    /// # References
+    /// S. G. Self & K.-Y. Liang (1987), Asymptotic properties of maximum likelihood estimators and likelihood ratio tests under nonstandard
+    /// conditions, cases 5 and 6. For parameters without effect R. B. Davies (1987), Hypothesis testing when a nuisance parameter is present only under
+    /// the alternative: compare [`Fit::bic`], or the errors on held-out data.
+    pub fn under(self, law: NullLaw) -> LikelihoodRatio {
+        // χ² of no degrees of freedom is nothing but zero.
+        let beyond = |degrees: usize| ChiSquared::new(degrees as f64).map_or(0.0, |d| d.sf(self.statistic));
+        let p_value = match law {
+            // Not a number either way of comparing.
+            _ if self.statistic.is_nan() => f64::NAN,
+            _ if self.statistic <= 0.0 || self.parameters == 0 => 1.0,
+            NullLaw::HalfAtBound => 0.5 * (beyond(self.parameters - 1) + beyond(self.parameters)),
+            NullLaw::ChiSquared | NullLaw::Unknown => beyond(self.parameters),
+        };
+        LikelihoodRatio { p_value, law, ..self }
+    }
 }
 
 impl Fit {

@@ -12,7 +12,7 @@ mod start;
 mod vaf;
 mod weighted;
 
-pub use compare::{LikelihoodRatio, likelihood_ratio};
+pub use compare::{LikelihoodRatio, NullLaw, likelihood_ratio};
 pub use errors_in_variables::{ErrorsInVariables, PeriodSpectra};
 pub(crate) use information::Information;
 pub use loop_model::{LoopModel, LoopModelError};

@@ -7,7 +7,7 @@ use super::small_sample::small_sample;
 use super::trial::Prepared;
 use super::{Causality, Mechanism, Noise, TimeTrial};
 use crate::fit::{Information, t_quantile};
-use crate::{LevenbergMarquardt, MinimiseError, Minimum, Parameter, StopReason};
+use crate::{LeastSquares, LevenbergMarquardt, MinimiseError, Minimum, Parameter, StopReason};
 use faer::Mat;
 use ndarray::Array2;
 use ndof_signal::{FilterError, Passband, SosFilter};
@@ -67,6 +67,9 @@ pub struct FreeRun {
     pub reason: StopReason,
     /// Initial positions and velocities of each window.
     pub initial: Vec<f64>,
+    /// Whose interval is a profile of the likelihood ([`FreeRunFit::profiled`]), Wald's not being borne out.
+    #[serde(default)]
+    pub profiled: Vec<bool>,
     /// The limb's own force and the sensor's noise, where [`Disturbance::Force`] was asked for.
     pub limb_noise: Option<LimbNoise>,
     pub(super) sigma: Vec<f64>,
@@ -161,7 +164,7 @@ impl FreeRunFit {
             return Err(FreeRunError::StartLength { found: start.len(), expected });
         }
         let mut problem = self.problem(mechanism, trials, None)?;
-        let mut rough = solve(&problem, &problem.beginning(start), ROUGH)?;
+        let mut rough = begin(&problem, start)?;
         problem.reweight(&rough.x);
         let mut limb_noise = None;
         if self.disturbance == Disturbance::Force {
@@ -198,7 +201,7 @@ impl FreeRunFit {
             if start.len() != expected {
                 return Err(FreeRunError::StartLength { found: start.len(), expected });
             }
-            match (solve(&problem, &problem.beginning(start), ROUGH), &best) {
+            match (begin(&problem, start), &best) {
                 (Ok(found), Ok(kept)) if found.cost >= kept.cost => {}
                 (Err(_), Ok(_)) => {}
                 (other, _) => best = other,
@@ -314,6 +317,7 @@ impl FreeRunFit {
             condition: information.condition(),
             reason: minimum.reason,
             initial: minimum.x[expected..].to_vec(),
+            profiled: vec![false; expected],
             limb_noise: None,
             sigma: problem.sigma.clone(),
             coloured: problem.coloured.clone(),
@@ -324,12 +328,49 @@ impl FreeRunFit {
 }
 
 /// Relative decrease of the cost at which the last pass stops: parameters to 1e-6 of their errors.
-pub(super) const FINE: f64 = 1e-12;
+const FINE: f64 = 1e-12;
 
 pub(super) fn solve(problem: &Shooting<'_>, start: &[f64], cost_tolerance: f64) -> Result<Minimum, FreeRunError> {
+    Ok(minimiser(problem, start.len()).stopping_at(cost_tolerance).minimise(problem, start)?)
+}
+
+fn minimiser(problem: &Shooting<'_>, unknowns: usize) -> LevenbergMarquardt {
     let mut bounds = if problem.fixed.is_some() { Vec::new() } else { problem.bounds() };
-    bounds.resize(start.len(), (f64::NEG_INFINITY, f64::INFINITY));
-    Ok(LevenbergMarquardt::new(bounds).stopping_at(cost_tolerance).minimise(problem, start)?)
+    bounds.resize(unknowns, (f64::NEG_INFINITY, f64::INFINITY));
+    LevenbergMarquardt::new(bounds)
+}
+
+/// Damping of a search whose first steps are short.
+const CAUTIOUS: f64 = 10.0;
+
+/// The rough minimum from a start. A bold first step can throw a parameter against a bound where nothing depends on it any more (a
+/// Stribeck velocity of nothing): then the search is made once more with short steps and from where the laws themselves would begin, and
+/// the least of these is taken.
+fn begin(problem: &Shooting<'_>, start: &[f64]) -> Result<Minimum, FreeRunError> {
+    let bold = solve(problem, &problem.beginning(start), ROUGH);
+    let bounds = problem.bounds();
+    let thrown = |m: &Minimum| {
+        let flat: Vec<usize> = (0..start.len()).filter(|&k| m.jacobian.col(k).norm_l2() == 0.0).collect();
+        // What was without effect from the beginning was not thrown there.
+        (0..start.len()).any(|k| m.at_bound[k] && start[k] > bounds[k].0 && start[k] < bounds[k].1) || {
+            let first = if flat.is_empty() { Mat::new() } else { problem.jacobian(&problem.beginning(start)) };
+            flat.iter().any(|&k| first.col(k).norm_l2() > 0.0)
+        }
+    };
+    if bold.as_ref().is_ok_and(|m| !thrown(m)) {
+        return bold;
+    }
+    let mechanism = problem.mechanism;
+    let mut starts = mechanism.starts(&start[..mechanism.baseline_parameters()]);
+    starts.insert(0, start.to_vec());
+    starts.iter().fold(bold, |best, start| {
+        let x = problem.beginning(start);
+        match (minimiser(problem, x.len()).stopping_at(ROUGH).damped_by(CAUTIOUS).minimise(problem, &x), best) {
+            (Ok(found), Ok(kept)) if found.cost >= kept.cost => Ok(kept),
+            (Ok(found), _) => Ok(found),
+            (Err(_), best) => best,
+        }
+    })
 }
 
 fn deviation(values: impl Iterator<Item = f64> + Clone) -> f64 {

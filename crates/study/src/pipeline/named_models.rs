@@ -5,7 +5,7 @@ use crate::result::fit as schema;
 use crate::result::number;
 use crate::suggest::nearest;
 use ndof_models::blocks::{self, BLOCKS, BlockCard, Composite};
-use ndof_models::{Fit, InertiaDampingStiffnessModel, ParametricModel, WeightedFit, likelihood_ratio};
+use ndof_models::{Fit, InertiaDampingStiffnessModel, NullLaw, ParametricModel, WeightedFit, likelihood_ratio};
 use ndof_sysid::FrequencyResponse;
 
 /// The model that blocks are added to.
@@ -93,13 +93,16 @@ pub(super) fn compared_models(
             aic: number(fit.aic()),
             bic: number(fit.bic()),
             failed: None,
-            likelihood_ratio: best.map(|(_, smaller)| {
-                let ratio = likelihood_ratio(smaller, fit);
+            likelihood_ratio: best.map(|(inside, smaller)| {
+                let added: Vec<_> = own.iter().filter(|name| !inside.contains(name)).filter_map(|name| blocks::find(name)).map(|card| (card.block)()).collect();
+                let law = NullLaw::of(&added.iter().map(AsRef::as_ref).collect::<Vec<_>>());
+                let ratio = likelihood_ratio(smaller, fit).under(law);
                 schema::LikelihoodRatio {
                     against: smaller.model.clone(),
                     statistic: number(ratio.statistic),
                     degrees_of_freedom: ratio.parameters,
                     p_value: number(ratio.p_value),
+                    law: law.name().to_owned(),
                 }
             }),
         }

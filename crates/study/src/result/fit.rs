@@ -87,9 +87,13 @@ pub struct LikelihoodRatio {
     pub statistic: Number,
     /// Parameters that it has more.
     pub degrees_of_freedom: usize,
-    /// Probability of so much if the smaller model were right: exact for a delay in long records, a guide where the smaller model is the
-    /// larger one at a bound (no mass, no gain); compare `bic` there.
+    /// Probability of so much if the smaller model were right, by the law that `law` names.
     pub p_value: Number,
+    /// `chi-squared` where the smaller model lies within the larger one (a delay of nothing); `half-at-bound`, the mean of chi-squared with one
+    /// degree of freedom fewer and with all, where one parameter is at a bound there (a cut-off as high as can be); `unknown` where other
+    /// parameters then have no effect (no mass, no gain): `p_value` is a guide, compare `bic`.
+    #[serde(default)]
+    pub law: String,
 }
 
 /// One parameter.
