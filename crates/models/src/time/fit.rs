@@ -201,7 +201,7 @@ impl FreeRunFit {
             if start.len() != expected {
                 return Err(FreeRunError::StartLength { found: start.len(), expected });
             }
-            match (begin(&problem, start), &best) {
+            match (solve(&problem, &problem.beginning(start), ROUGH), &best) {
                 (Ok(found), Ok(kept)) if found.cost >= kept.cost => {}
                 (Err(_), Ok(_)) => {}
                 (other, _) => best = other,
