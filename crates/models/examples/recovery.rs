@@ -2,7 +2,7 @@
 //!
 //! `cargo run --release -p ndof-models --example recovery [SEEDS] [MODEL] [position|force] [SECONDS]`: all models or one, in time and in
 //! frequency, as a table in Markdown; the slow noise is wander of the position channel, or force that the limb makes; records in time are 15 s
-//! long where nothing else is said. 90.5 to 98.5 % is where 200 seeds
+//! long where nothing else is said, and SEEDS may be a range, `100..200`. 90.5 to 98.5 % is where 200 seeds
 //! of a nominal 95 % lie with 99 % probability. `told-apart` in place of a model counts how often the BIC tells a delay from a flexible mode in time.
 
 #[path = "support/recovery.rs"]
@@ -14,25 +14,34 @@ use ndof_models::Axis;
 use ndof_models::time::Mechanism;
 use rayon::prelude::*;
 use recovery::{Answer, Slow};
+use std::ops::Range;
 
 fn main() {
     let mut arguments = std::env::args().skip(1);
-    let seeds: u64 = arguments.next().and_then(|a| a.parse().ok()).unwrap_or(200);
+    let seeds = arguments.next().and_then(|a| range(&a)).unwrap_or(0..200);
     let only = arguments.next();
     let slow = if arguments.next().as_deref() == Some("force") { Slow::Force } else { Slow::Position };
     let seconds: f64 = arguments.next().and_then(|a| a.parse().ok()).unwrap_or(recovery::SECONDS);
     let wanted = |name: &str| only.as_deref().is_none_or(|o| o == name || o == "all");
     if only.as_deref() == Some("told-apart") {
-        return told_apart(seeds);
+        return told_apart(seeds.end);
     }
     println!("| model | parameter | in the 95 % interval | rms error | bias | by profile | called identifiable |\n|---|---|---|---|---|---|---|");
     for case in recovery::cases().iter().filter(|c| wanted(c.law.name())) {
         let names = Mechanism::new(vec![Axis::linear("x")]).with_law(case.law.clone(), 0).parameters().into_iter();
         let names: Vec<String> = names.map(|p| p.name).collect();
-        print(case.law.name(), &names, seeds, |seed| recovery::fit(case, seed, slow, seconds).ok());
+        print(case.law.name(), &names, seeds.clone(), |seed| recovery::fit(case, seed, slow, seconds).ok());
     }
     for case in recovery_frequency::cases().iter().filter(|c| wanted(&c.name)) {
-        print(&case.name, &case.names(), seeds, |seed| recovery_frequency::fit(case, seed).ok());
+        print(&case.name, &case.names(), seeds.clone(), |seed| recovery_frequency::fit(case, seed).ok());
+    }
+}
+
+/// `200` is 0 to 199, `40..60` is 40 to 59.
+fn range(text: &str) -> Option<Range<u64>> {
+    match text.split_once("..") {
+        Some((first, end)) => Some(first.parse().ok()?..end.parse().ok()?),
+        None => Some(0..text.parse().ok()?),
     }
 }
 
@@ -44,10 +53,11 @@ fn told_apart(seeds: u64) {
     }
 }
 
-fn print(model: &str, names: &[String], seeds: u64, fit: impl Fn(u64) -> Option<Answer> + Sync + Send) {
-    let answers: Vec<Answer> = (0..seeds).into_par_iter().filter_map(fit).collect();
+fn print(model: &str, names: &[String], seeds: Range<u64>, fit: impl Fn(u64) -> Option<Answer> + Sync + Send) {
+    let asked = (seeds.end - seeds.start) as usize;
+    let answers: Vec<Answer> = seeds.into_par_iter().filter_map(fit).collect();
     let count = answers.len() as f64;
-    let lost = if answers.len() as u64 == seeds { String::new() } else { format!("  {} fits refused", seeds - answers.len() as u64) };
+    let lost = if answers.len() == asked { String::new() } else { format!("  {} fits refused", asked - answers.len()) };
     for (k, name) in names.iter().enumerate() {
         let share = |of: &dyn Fn(&Answer) -> bool| 100.0 * answers.iter().filter(|a| of(a)).count() as f64 / count;
         let rms = (answers.iter().map(|a| a.error[k].powi(2)).sum::<f64>() / count).sqrt();
