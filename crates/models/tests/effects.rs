@@ -2,7 +2,7 @@
 //!
 //! `reference/effects.json` holds the force of each law for one motion, computed by `reference/effects.py` from the equations alone.
 
-use ndof_models::effects::{Action, EFFECTS, Injection, Parameters, Scale, Setting, Sign, Trace, find, rotational_name};
+use ndof_models::effects::{Action, EFFECTS, Effect, Evidence, Injection, Parameters, Scale, Setting, Sign, Trace, find, rotational_name};
 use ndof_models::{ForceLaw, Motion};
 use std::f64::consts::TAU;
 
@@ -112,6 +112,35 @@ fn every_card_is_complete_and_its_look_alikes_exist() {
         }
         assert!(!card.sides.is_empty() && !card.parameters.is_empty(), "{}", card.name);
         assert!(card.look_alikes.iter().all(|l| find(l).is_some() && *l != card.name), "{}", card.name);
+    }
+}
+
+#[test]
+fn what_an_effect_stands_for_exists_and_a_plain_finding_stands_for_nothing_else() {
+    let scale = scale();
+    let told = |effect: &dyn Effect, size: f64, beside: &[&str], gain: f64| {
+        let parameters: Vec<(&str, f64)> = effect.card().parameters.iter().map(|p| (p.name, size)).collect();
+        let coefficients: [&[f64]; 1] = [&[1.0, size / scale.position[0]]];
+        let gain_worth = || Some(gain);
+        effect.stands_for(&Evidence { parameters: &parameters, coefficients: &coefficients, axis: Some(0), scale: &scale, beside, gain_worth: &gain_worth })
+    };
+    let mut some = 0;
+    for effect in EFFECTS {
+        let others: Vec<&str> = NAMES.into_iter().filter(|name| *name != effect.name()).collect();
+        for size in [1e-9, 1e9] {
+            for beside in [&[][..], &others] {
+                let names = told(*effect, size, beside, 0.0);
+                assert!(names.iter().all(|name| find(name).is_some() && *name != effect.name()), "{}: {names:?}", effect.name());
+                some += usize::from(!names.is_empty());
+            }
+        }
+    }
+    assert!(some >= 8, "{some}");
+    // A loop as wide as the motion, a narrow gap, a mode that swings, a reflex of 50 ms and 3 Hz, a filter whose gain is seen.
+    for (name, size) in
+        [("hysteresis", 0.008), ("dead-zone", 0.004), ("extra-resonance", 0.05), ("reflex-delay", 0.05), ("channel-filter", 10.0), ("cubic-stiffness", 0.0)]
+    {
+        assert_eq!(told(find(name).expect("it is there"), size, &[], 100.0), [""; 0], "{name}");
     }
 }
 
