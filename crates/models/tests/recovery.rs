@@ -137,6 +137,8 @@ fn a_bent_valley_is_profiled_and_what_it_leaves_open_is_called_so() {
     // Wald's intervals of this record miss B, K and the reflex' stiffness.
     let answer = recovery::fit(case, 3, recovery::Slow::Position, recovery::SECONDS).expect("a fit");
     assert!(answer.profiled.iter().all(|p| *p) && answer.covered.iter().all(|c| *c));
+    // One search with a parameter held at its truth says the same as the interval's ends.
+    assert_eq!(recovery::test(case, 3, recovery::Slow::Position, recovery::SECONDS).expect("a fit").covered, answer.covered);
     // M, B and K are known to a part of themselves; the gains of the reflex are not.
     assert!(answer.identifiable[..3].iter().all(|i| *i) && answer.identifiable[3..5].iter().all(|i| !*i), "{:?}", answer.identifiable);
 }

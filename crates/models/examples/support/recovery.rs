@@ -247,15 +247,36 @@ pub fn truth(case: &Case) -> Vec<f64> {
     BASE.iter().chain(&case.truth).copied().collect()
 }
 
+/// Fits one record of that length and asks of every parameter's profile no more than whether it holds the truth.
+pub fn test(case: &Case, seed: u64, slow: Slow, seconds: f64) -> Result<Answer, Box<dyn std::error::Error>> {
+    let (force, motion) = record_of(case, seed, slow, seconds);
+    let trial = [TimeTrial { force: vec![&force], motion: vec![&motion], ..TimeTrial::default() }];
+    let (mechanism, settings, start) = setting(case, slow);
+    let found = settings.fit(&mechanism, &trial, &start)?;
+    let truth = truth(case);
+    Ok(Answer {
+        covered: (0..truth.len()).map(|k| settings.holds(&mechanism, &trial, &found, k, &truth)).collect::<Result<_, _>>()?,
+        error: found.theta.iter().zip(&truth).map(|(a, b)| (a - b) / b.abs()).collect(),
+        identifiable: found.parameters.iter().map(|p| p.identifiable).collect(),
+        profiled: vec![true; truth.len()],
+    })
+}
+
+/// The mechanism, how it is fitted, and a start that knows only orders of magnitude.
+fn setting(case: &Case, slow: Slow) -> (Mechanism, FreeRunFit, Vec<f64>) {
+    let mechanism = Mechanism::new(vec![Axis::linear("x")]).with_law(case.law.clone(), 0);
+    let disturbance = if slow == Slow::Force { Disturbance::Force } else { Disturbance::Output };
+    let settings = FreeRunFit { noise: NOISE, disturbance, substeps: 2, ..FreeRunFit::new(RATE_HZ) };
+    let start = truth(case).iter().enumerate().map(|(k, t)| t * if k % 2 == 0 { 1.25 } else { 0.8 }).collect();
+    (mechanism, settings, start)
+}
+
 /// Fits one record of that length from a start that knows only orders of magnitude.
 pub fn fit(case: &Case, seed: u64, slow: Slow, seconds: f64) -> Result<Answer, Box<dyn std::error::Error>> {
     let (force, motion) = record_of(case, seed, slow, seconds);
     let trial = [TimeTrial { force: vec![&force], motion: vec![&motion], ..TimeTrial::default() }];
-    let mechanism = Mechanism::new(vec![Axis::linear("x")]).with_law(case.law.clone(), 0);
-    let disturbance = if slow == Slow::Force { Disturbance::Force } else { Disturbance::Output };
-    let settings = FreeRunFit { noise: NOISE, disturbance, substeps: 2, ..FreeRunFit::new(RATE_HZ) };
+    let (mechanism, settings, start) = setting(case, slow);
     let truth = truth(case);
-    let start: Vec<f64> = truth.iter().enumerate().map(|(k, t)| t * if k % 2 == 0 { 1.25 } else { 0.8 }).collect();
     let mut found = settings.profiled(&mechanism, &trial, settings.fit(&mechanism, &trial, &start)?)?;
     for k in 0..truth.len() {
         if case.thresholds.contains(&found.parameters[k].name.as_str()) && !found.profiled[k] {

@@ -177,7 +177,8 @@ impl<'a, 'b> Profiler<'a, 'b> {
                 None => (inside.0 * (1.0 / inside.1.max(0.1)).clamp(1.3, 4.0)).min(reach),
             };
         }
-        Ok(value + side * step)
+        // Not found: the nearest place that is known to lie beyond, or as far as can be.
+        Ok(outside.map_or(limit, |(far, _)| value + side * far))
     }
 }
 
@@ -195,6 +196,25 @@ impl FreeRunFit {
     pub fn profile(&self, mechanism: &Mechanism, trials: &[TimeTrial<'_>], fit: &FreeRun, parameter: usize) -> Result<[f64; 2], FreeRunError> {
         let problem = self.problem_of(mechanism, trials, fit)?;
         interval(&Profiler::new(&problem, fit.unknowns()), fit, parameter)
+    }
+
+    /// Whether a parameter's profile interval ([`FreeRunFit::profile`]) holds the value that `theta` gives it, at the cost of one search: all other
+    /// parameters are fitted from `theta` with this one held, and the sum of squares may have risen by s² t².
+    ///
+    /// # Errors
+    /// As [`FreeRunFit::fit`].
+    pub fn holds(&self, mechanism: &Mechanism, trials: &[TimeTrial<'_>], fit: &FreeRun, parameter: usize, theta: &[f64]) -> Result<bool, FreeRunError> {
+        if theta.len() != fit.theta.len() {
+            return Err(FreeRunError::StartLength { found: theta.len(), expected: fit.theta.len() });
+        }
+        let problem = self.problem_of(mechanism, trials, fit)?;
+        let profiler = Profiler::new(&problem, fit.unknowns());
+        let held = Held { problem: &problem, index: parameter, value: theta[parameter] };
+        let drop = |k: &usize| *k != parameter;
+        let start: Vec<f64> = (0..profiler.best.len()).filter(drop).map(|k| *theta.get(k).unwrap_or(&profiler.best[k])).collect();
+        let bounds = (0..profiler.best.len()).filter(drop).map(|k| profiler.bounds[k]).collect();
+        let minimum = LevenbergMarquardt::new(bounds).stopping_at(PROFILED).descend(&held, &start)?;
+        Ok(profiler.rise(2.0 * minimum.cost) <= fit.profile_quantiles[parameter])
     }
 
     /// The fit with profiles ([`FreeRunFit::profile`]) in the place of Wald's intervals that the likelihood does not bear out: each parameter
