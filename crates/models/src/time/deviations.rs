@@ -3,6 +3,8 @@
 use super::law::LOCAL_VARIABLES;
 use super::simulate::Runner;
 use super::{Local, Mechanism};
+use faer::Mat;
+use faer::prelude::Solve;
 
 /// Places within a sample at which the laws are linearised, at least; dry friction turns around within one.
 const PLACES: usize = 4;
@@ -61,19 +63,15 @@ impl Deviations {
             }
             // (I − hA/2)⁻¹ [I + hA/2, h M⁻¹ in the rows of velocity]
             let width = size + n;
-            let mut right = vec![0.0; size * width];
-            let mut left = vec![0.0; size * size];
-            for r in 0..size {
-                for c in 0..size {
-                    let (unit, half) = (f64::from(u8::from(r == c)), 0.5 * step_s * rate[r * size + c]);
-                    left[r * size + c] = unit - half;
-                    right[r * width + c] = unit + half;
-                }
-            }
-            for i in 0..n {
-                (0..n).for_each(|j| right[(n + i) * width + size + j] = step_s * runner.inverse[i * n + j]);
-            }
-            solve(&mut left, &mut right, size, width);
+            let half = |r: usize, c: usize| 0.5 * step_s * rate[r * size + c];
+            let unit = |r: usize, c: usize| f64::from(u8::from(r == c));
+            let left = Mat::from_fn(size, size, |r, c| unit(r, c) - half(r, c));
+            let solved = left.partial_piv_lu().solve(Mat::from_fn(size, width, |r, c| match c.checked_sub(size) {
+                None => unit(r, c) + half(r, c),
+                Some(j) if (n..2 * n).contains(&r) => step_s * runner.inverse[(r - n) * n + j],
+                Some(_) => 0.0,
+            }));
+            let mut right: Vec<f64> = (0..size * width).map(|e| solved[(e / width, e % width)]).collect();
             for (walker, jump) in walkers.iter().zip(jumps).filter(|(w, _)| w.placed.law.settles()) {
                 // z⁺ = S_x x⁺ + S_z z, row by row.
                 let (nz, axis) = (walker.states.len(), walker.placed.axis);
@@ -156,27 +154,6 @@ impl Walker<'_> {
             }
         }
         jump
-    }
-}
-
-/// Replaces `right` (size × width) by left⁻¹ right, by elimination with row pivots; a singular `left` leaves infinities.
-fn solve(left: &mut [f64], right: &mut [f64], size: usize, width: usize) {
-    for c in 0..size {
-        let pivot = (c..size).max_by(|a, b| left[a * size + c].abs().total_cmp(&left[b * size + c].abs())).unwrap_or(c);
-        if pivot != c {
-            (0..size).for_each(|j| left.swap(c * size + j, pivot * size + j));
-            (0..width).for_each(|j| right.swap(c * width + j, pivot * width + j));
-        }
-        let inverse = 1.0 / left[c * size + c];
-        for r in (0..size).filter(|&r| r != c) {
-            let factor = left[r * size + c] * inverse;
-            if factor != 0.0 {
-                (c..size).for_each(|j| left[r * size + j] -= factor * left[c * size + j]);
-                (0..width).for_each(|j| right[r * width + j] -= factor * right[c * width + j]);
-            }
-        }
-        (0..width).for_each(|j| right[c * width + j] *= inverse);
-        (c..size).for_each(|j| left[c * size + j] *= inverse);
     }
 }
 

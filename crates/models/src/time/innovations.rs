@@ -152,7 +152,8 @@ impl Innovations {
     }
 }
 
-/// The noise that makes the windows' errors (samples × axes, m) most likely.
+/// The noise that makes the windows' errors (samples × axes, m) most likely, by a search along given directions: a cost counts as much as a
+/// fit's step, and to a tenth, which is all that the weights need, a few dozen of them do.
 pub(super) fn most_likely(windows: &[(Deviations, Vec<f64>)], start: LimbNoise, step_s: f64) -> LimbNoise {
     let axes = start.force.len();
     let at = |logs: &[f64]| LimbNoise {
