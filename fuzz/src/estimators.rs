@@ -1,30 +1,78 @@
-//! Estimators and fits with arbitrary numbers, from the smallest to the largest and what is none.
+//! Estimators with arbitrary numbers: one method an execution, on so few samples that an execution takes a fraction of a millisecond.
 
-use ndof_models::{Axis, InertiaDampingStiffnessModel, Symmetry, WeightedFit, linear_start};
-use ndof_signal::{Channel, Detrend, Multitaper, Passband, Periodic, Quantity, Recording, SosFilter, Unit, Welch, Window, detect_period, normality, reverse_arrangements};
-use ndof_sysid::{Direct, Estimates, Labels, LocalPolynomial, LocalRational, Ports, ResponseKind, SpectralMethod, estimate};
+use crate::numbers::Given;
+use ndof_signal::{
+    Channel, CrossSpectra, Detrend, Multitaper, Passband, Periodic, Quantity, Recording, SosFilter, Unit, Welch, Window, detect_period, mean_squares,
+    normality, reverse_arrangements, slepian_tapers,
+};
+use ndof_sysid::{
+    Coherence, Direct, Estimates, FrequencyResponse, Labels, LocalPolynomial, LocalRational, Ports, SpectralMethod, StoppingRule, anderson_rubin,
+    bootstrap_std, choose_method, conditioned, direct, estimate, estimate_from_spectra, hausman, ordered_coherence, robust_spectra, sliding, spread,
+    unresolved,
+};
 
-/// Samples that one execution takes at most, so that none is slow.
-const MOST: usize = 512;
+/// Bytes that choose channels, method and settings.
+const CHOICES: usize = 8;
+/// Samples that one execution takes at most.
+const MOST: usize = 192;
+const RATE_HZ: f64 = 100.0;
+/// Rounding that a coherence may be off by.
+const SLACK: f64 = 1e-9;
 
-/// The first bytes choose channels, method and settings; the rest are numbers, raw or scaled bytes.
+/// One signal's tests and filters, or the estimate of a response by one method, and one use of that.
 pub fn estimators(data: &[u8]) {
-    let Some((choice, rest)) = data.split_first_chunk::<6>() else { return };
-    let inputs = 1 + usize::from(choice[0] % 2);
-    let outputs = 1 + usize::from(choice[0] / 2 % 2);
-    let references = if choice[0] & 4 != 0 { inputs } else { 0 };
-    let channels = inputs + outputs + references;
-    let values: Vec<f64> = if choice[0] & 8 != 0 {
-        rest.chunks_exact(8).take(MOST).filter_map(|bytes| bytes.try_into().ok()).map(f64::from_le_bytes).collect()
-    } else {
-        let scale = 10f64.powi(i32::from(choice[1] as i8) * 2);
-        rest.iter().take(MOST).map(|b| (f64::from(*b) - 127.0) * scale).collect()
-    };
-    let samples = values.len() / channels;
-    if samples < 2 {
-        return;
+    let Some(given) = Given::of(data, CHOICES, MOST) else { return };
+    match given.choose(0, 8) {
+        0 => one_channel(&given),
+        1 => crate::response::algebra(&given),
+        _ => several_channels(&given),
     }
-    let column = |c: usize| values[c * samples..(c + 1) * samples].to_vec();
+}
+
+/// What looks at one channel alone.
+fn one_channel(given: &Given) {
+    let signal = &given.values;
+    match given.choose(1, 6) {
+        0 => {
+            if let Some(found) = detect_period(signal) {
+                assert!(0 < found.period && found.period <= signal.len(), "{found:?} of {} samples", signal.len());
+            }
+        }
+        1 => {
+            if let Ok(test) = reverse_arrangements(signal) {
+                assert!((0.0..=1.0).contains(&test.p_value), "{test:?}");
+            }
+        }
+        2 => {
+            if let Ok(test) = normality(signal) {
+                assert!(test.p_value.is_nan() || (0.0..=1.0).contains(&test.p_value), "{test:?}");
+            }
+        }
+        3 => {
+            let _ = mean_squares(signal, given.choose(2, 256));
+        }
+        4 => {
+            if let Ok(slepian) = slepian_tapers(given.choose(2, 64), given.value(0), given.choose(3, 16)) {
+                assert!(slepian.tapers.iter().flatten().chain(&slepian.concentration).all(|v| v.is_finite()), "{slepian:?}");
+            }
+        }
+        _ => {
+            let corners = (given.value(0), given.value(1));
+            let band = given.one_of(2, &[Passband::Low(corners.0), Passband::High(corners.0), Passband::Band(corners.0, corners.1), Passband::Low(10.0)]);
+            if let Ok(filter) = SosFilter::butterworth(given.choose(3, 12), band, RATE_HZ) {
+                let _ = filter.filter_zero_phase(signal);
+                let mut piecewise = filter.stream();
+                let again: Vec<f64> = signal.iter().map(|x| piecewise.step(*x)).collect();
+                assert!(filter.filter(signal).iter().zip(&again).all(|(a, b)| same(*a, *b)), "a stream filters otherwise");
+            }
+        }
+    }
+}
+
+/// A recording of up to seven channels, its ports, and an estimate by one method.
+fn several_channels(given: &Given) {
+    let (inputs, outputs) = (1 + given.choose(1, 3), 1 + usize::from(given.bit(1, 6)));
+    let references = if given.bit(1, 7) { inputs } else { 0 };
     let effort = Unit::si(Quantity::Effort, false);
     let motion = Unit::si(Quantity::Displacement, false);
     let name = |c: usize| match c {
@@ -32,76 +80,164 @@ pub fn estimators(data: &[u8]) {
         c if c < references + inputs => (format!("force_{}", c - references), effort.clone()),
         c => (format!("pos_{}", c - references - inputs), motion.clone()),
     };
-    let all = (0..channels).map(|c| Channel::new(name(c).0, name(c).1, column(c))).collect();
-    let Ok(recording) = Recording::new(100.0, all) else { return };
-    one_channel(&recording);
+    let columns = given.columns(references + inputs + outputs).into_iter().enumerate();
+    let Ok(recording) = Recording::new(RATE_HZ, columns.map(|(c, samples)| Channel::new(name(c).0, name(c).1, samples)).collect()) else { return };
     let ports = Ports {
         references: (0..references).collect(),
         inputs: (references..references + inputs).collect(),
-        outputs: (references + inputs..channels).collect(),
+        outputs: (references + inputs..references + inputs + outputs).collect(),
     };
     let labels = Labels::of(&recording, &ports);
-    let method = method(choice, samples);
-    let how = [Direct::H1, Direct::H2, Direct::Hv][usize::from(choice[4] % 3)];
-    let halves = (samples > 16 && choice[5] & 1 != 0)
-        .then(|| Some((recording.slice(0..samples / 2).ok()?, recording.slice(samples / 2..samples / 2 * 2).ok()?)))
-        .flatten();
-    let found = match &halves {
-        Some((a, b)) => estimate(&[a, b], &ports, &labels, &method, how),
-        None => estimate(&[&recording], &ports, &labels, &method, how),
+    let half = recording.len() / 2;
+    let halves = (half > 4 && given.bit(5, 0)).then(|| Some((recording.slice(0..half).ok()?, recording.slice(half..2 * half).ok()?))).flatten();
+    let trials = halves.as_ref().map_or_else(|| vec![&recording], |(a, b)| vec![a, b]);
+    let how = given.one_of(4, &[Direct::H1, Direct::H2, Direct::Hv]);
+    let found = match given.choose(2, 9) {
+        kind @ 0..=4 => estimate(&trials, &ports, &labels, &method(given, kind, trials[0].len()), how).ok(),
+        5 => {
+            let welch = welch(given, trials[0].len());
+            robust_spectra(&trials, &ports, &welch).ok().and_then(|(spectra, rejected)| {
+                assert!(rejected.iter().all(|r| (1..=trials.len()).contains(&r.trial) && r.start_s < r.end_s), "{rejected:?}");
+                estimate_from_spectra(spectra, &ports, &labels, &SpectralMethod::Welch(welch), how).ok()
+            })
+        }
+        6 => {
+            let method = method(given, given.choose(4, 5), trials[0].len());
+            sliding(&trials, &ports, &labels, (&method, how), given.value(0) / RATE_HZ, 0.1).ok().and_then(|mut all| all.pop()).map(|(_, found)| found)
+        }
+        7 => {
+            let choice = choose_method(&trials, &ports);
+            estimate(&trials, &ports, &labels, &choice.method, Direct::H1).ok()
+        }
+        _ => {
+            in_pieces(given, &recording);
+            None
+        }
     };
-    let Ok(found) = found else { return };
+    let Some(found) = found else { return };
     bounded(&found);
-    if inputs == outputs {
-        fit(&found, inputs);
+    used(given, &found, &ports, &labels);
+}
+
+fn welch(given: &Given, samples: usize) -> Welch {
+    let length = 1 + given.choose(3, 256) % samples.max(1);
+    let window = given.one_of(6, &[Window::Hann, Window::Rectangular, Window::Tukey(0.3), Window::FlatTop]);
+    let noverlap = [length / 2, 0, length.saturating_sub(1), length][given.choose(5, 16) / 4];
+    let detrend = given.one_of(4, &[Detrend::Constant, Detrend::None, Detrend::Linear]);
+    Welch { noverlap, window, detrend, window_symmetric: given.bit(6, 4), nfft: length + usize::from(given.bit(6, 5)) * length, ..Welch::new(length) }
+}
+
+fn method(given: &Given, kind: usize, samples: usize) -> SpectralMethod {
+    let setting = given.choose(3, 256);
+    let half_width = (setting & 1 != 0).then_some(setting / 2 % 16);
+    match kind {
+        0 => SpectralMethod::Welch(welch(given, samples)),
+        1 => SpectralMethod::Multitaper(Multitaper {
+            time_bandwidth: 1.0 + (setting % 8) as f64 / 2.0,
+            adaptive: given.bit(6, 6),
+            tapers: (setting & 16 != 0).then_some(setting / 32),
+            ..Multitaper::default()
+        }),
+        2 => SpectralMethod::LocalPolynomial(LocalPolynomial { order: setting / 32 % 4, half_width, leave_one_out: given.bit(6, 6) }),
+        3 => SpectralMethod::LocalRational(LocalRational { order: setting / 32 % 3, half_width, ..LocalRational::default() }),
+        _ => SpectralMethod::Periodic(Periodic { period: setting % samples.max(1), discard: given.choose(6, 4) }),
     }
 }
 
-fn method(choice: &[u8; 6], samples: usize) -> SpectralMethod {
-    let length = 1 + usize::from(choice[3]) % samples;
-    let detrend = [Detrend::None, Detrend::Constant, Detrend::Linear][usize::from(choice[4] / 3 % 3)];
-    match choice[2] % 5 {
-        0 => {
-            let window = [Window::Hann, Window::Rectangular, Window::Tukey(0.3), Window::FlatTop][usize::from(choice[4] / 9 % 4)];
-            SpectralMethod::Welch(Welch { noverlap: length / 2, window, detrend, ..Welch::new(length) })
-        }
-        1 => SpectralMethod::Multitaper(Multitaper { time_bandwidth: 1.0 + f64::from(choice[3] % 8), adaptive: choice[4] & 128 != 0, ..Multitaper::default() }),
-        2 => SpectralMethod::LocalPolynomial(LocalPolynomial::default()),
-        3 => SpectralMethod::LocalRational(LocalRational::default()),
-        _ => SpectralMethod::Periodic(Periodic { period: length, discard: 0 }),
+/// Welch's spectra as a stream and from parts: the same to the last digit.
+fn in_pieces(given: &Given, recording: &Recording) {
+    let welch = welch(given, recording.len());
+    let all: Vec<usize> = (0..recording.channels().len()).collect();
+    let columns = recording.columns(&all);
+    let Ok(whole) = welch.spectra(RATE_HZ, &columns) else { return };
+    let mut stream = welch.stream(RATE_HZ, columns.len()).expect("settings that the whole took");
+    let step = 1 + given.choose(5, 32);
+    for from in (0..recording.len()).step_by(step) {
+        let piece: Vec<&[f64]> = columns.iter().map(|c| &c[from..(from + step).min(c.len())]).collect();
+        stream.push(&piece).expect("samples that the whole took");
+    }
+    equal(&whole, &stream.spectra().expect("as many segments"));
+    let part = |block: usize| {
+        let samples = welch.block_samples(block..block + 1, recording.len());
+        let own: Vec<&[f64]> = columns.iter().map(|c| &c[samples.clone()]).collect();
+        welch.partial(block..block + 1, recording.len(), &own).expect("a block")
+    };
+    let merged = (1..welch.blocks(recording.len())).fold(part(0), |sum, block| sum.merge(part(block)).expect("the next block"));
+    equal(&whole, &merged.spectra(RATE_HZ).expect("all blocks"));
+}
+
+fn equal(one: &CrossSpectra, other: &CrossSpectra) {
+    for (a, b) in (0..one.channels()).flat_map(|a| (0..=a).map(move |b| (a, b))) {
+        let pairs = one.pair(a, b).iter().zip(other.pair(a, b));
+        assert!(pairs.into_iter().all(|(x, y)| same(x.re, y.re) && same(x.im, y.im)), "S[{a}][{b}] in pieces is another");
     }
 }
 
-/// What looks at one channel alone.
-fn one_channel(recording: &Recording) {
-    for channel in recording.channels() {
-        let _ = detect_period(&channel.samples);
-        let _ = reverse_arrangements(&channel.samples);
-        let _ = normality(&channel.samples);
-        if let Ok(filter) = SosFilter::butterworth(4, Passband::Low(10.0), recording.sample_rate_hz()) {
-            let _ = filter.filter_zero_phase(&channel.samples);
-        }
-    }
+fn same(a: f64, b: f64) -> bool {
+    a == b || (a.is_nan() && b.is_nan())
 }
 
 /// Coherences lie between 0 and 1 where they exist.
 fn bounded(found: &Estimates) {
-    const SLACK: f64 = 1e-9;
-    let coherence = &found.direct.coherence;
-    let all = coherence.ordinary.iter().chain(&coherence.partial).chain(&coherence.multiple);
-    for value in all.chain(&found.direct.input_coherence) {
-        assert!(value.is_nan() || (-SLACK..=1.0 + SLACK).contains(value), "coherence {value}");
+    let within = |value: &f64| value.is_nan() || (-SLACK..=1.0 + SLACK).contains(value);
+    let check = |which: &str, coherence: &Coherence| {
+        let all = coherence.ordinary.iter().chain(&coherence.partial).chain(&coherence.multiple);
+        all.for_each(|value| assert!(within(value), "{which} coherence {value}"));
+    };
+    check("direct", &found.direct.coherence);
+    found.direct.input_coherence.iter().for_each(|value| assert!(within(value), "input coherence {value}"));
+    if let Some(derived) = &found.derived {
+        let to = &derived.to_reference;
+        to.output_coherence.iter().chain(&to.input_coherence).for_each(|value| assert!(within(value), "reference coherence {value}"));
     }
 }
 
-fn fit(found: &Estimates, axes: usize) {
-    let mut response = found.derived.as_ref().map_or(&found.direct.response, |d| &d.response).clone();
-    response.kind = ResponseKind::Compliance;
-    let model = InertiaDampingStiffnessModel::new((0..axes).map(|k| Axis::linear(&k.to_string())).collect(), Symmetry::Symmetric);
-    let Ok(start) = linear_start(&model, &response) else { return };
-    let settings = WeightedFit { band_hz: [0.5, 40.0], ..WeightedFit::default() };
-    if let Ok(fit) = settings.fit(&model, &response, &start) {
-        assert_eq!(fit.parameters.len(), start.len());
+/// One thing that is done with an estimate.
+fn used(given: &Given, found: &Estimates, ports: &Ports, labels: &Labels) {
+    let response = found.derived.as_ref().map_or(&found.direct.response, |d| &d.response);
+    let f = given.choose(5, 256) % response.len().max(1);
+    match given.choose(7, 32) / 2 % 8 {
+        0 => crate::response::intervals(response),
+        1 => crate::response::kinds(response),
+        2 => {
+            if let (Some(spectra), true) = (&found.spectra, f < response.len()) {
+                if let Some(conditioned) = conditioned(spectra, f, &ports.inputs, &ports.outputs) {
+                    assert_eq!(conditioned.response().dim(), (ports.outputs.len(), ports.inputs.len()));
+                    assert_eq!(conditioned.multiple_coherence().len(), ports.outputs.len());
+                }
+                let candidate = vec![given.complex(0); ports.inputs.len()];
+                let _ = anderson_rubin(spectra, ports, f, 0, &candidate, 0.95);
+            }
+        }
+        3 => {
+            if let Some(test) = found.derived.as_ref().and_then(|derived| hausman(&found.direct, derived, 0.0, RATE_HZ)) {
+                assert!(test.probability.is_nan() || (0.0..=1.0).contains(&test.probability), "{test:?}");
+            }
+        }
+        4 => {
+            let uncertainty = response.uncertainty.as_ref().expect("an estimate has one");
+            let ordered = ordered_coherence(response, &uncertainty.input_inverse, &found.direct.coherence.multiple);
+            assert_eq!(ordered.dim(), response.value.dim());
+        }
+        5 => {
+            let rule = StoppingRule { relative_half_width: 0.1, level: 0.95, low_hz: 0.0, high_hz: 50.0, share: 1.0, diagonal_only: given.bit(6, 7) };
+            if let Some(progress) = rule.judge(response) {
+                assert!((0.0..=1.0).contains(&progress.share), "{progress:?}");
+            }
+            let _ = unresolved(response, 0.1, 0.0, f64::INFINITY);
+        }
+        6 => {
+            let _ = spread(&[response.clone(), found.direct.response.clone()], 0.0, RATE_HZ);
+            let averages = found.effective_averages;
+            let corrected = found.direct.coherence.multiple_corrected(averages, ports.inputs.len());
+            assert!(corrected.iter().all(|c| !(*c < 0.0)), "{corrected}");
+            let _ = found.direct.coherence.partial_corrected(averages, ports.inputs.len());
+        }
+        _ => {
+            if let Some(spectra) = &found.spectra {
+                let one = |s: &CrossSpectra| -> Option<FrequencyResponse> { direct(s, ports, labels, Direct::H1).ok().map(|d| d.response) };
+                let _ = bootstrap_std(std::slice::from_ref(spectra), 2, 1, one);
+            }
+        }
     }
-    let _ = response.to_kind(ResponseKind::Impedance);
 }

@@ -2,6 +2,7 @@
 
 use faer::Mat;
 use ndarray::Array3;
+use ndof_models::time::{Causality, FreeRunError, FreeRunFit, Mechanism, TimeTrial};
 use ndof_models::{
     Axis, FitError, InertiaDampingStiffness, InertiaDampingStiffnessModel, LeastSquares, LevenbergMarquardt, MinimiseError, Smoothing, Symmetry, WeightedFit,
     linear_start,
@@ -115,4 +116,15 @@ fn a_singular_jacobian_ends_in_a_minimum_and_a_start_without_numbers_in_an_error
     assert!(found.cost < 1e-20 && found.x.iter().all(|x| x.is_finite()), "{found:?}");
     let error = free(1).minimise(&Pole, &[0.0]).err();
     assert!(matches!(error, Some(MinimiseError::StartNotFinite { residual: 0 })), "{error:?}");
+}
+
+#[test]
+fn a_trial_without_samples_is_refused_whatever_is_imposed() {
+    // Found by fuzzing: an imposed motion was differentiated before anybody asked whether there was one.
+    let mechanism = Mechanism::new(vec![Axis::linear("x")]);
+    for causality in [Causality::ForceIn, Causality::MotionIn] {
+        let trial = TimeTrial { force: vec![&[]], motion: vec![&[]], velocity: Vec::new() };
+        let found = FreeRunFit { causality, ..FreeRunFit::new(100.0) }.fit(&mechanism, &[trial], &[2.0, 10.0, 300.0]);
+        assert_eq!(found.err(), Some(FreeRunError::Empty), "{causality:?}");
+    }
 }

@@ -2,9 +2,9 @@
 
 use crate::hermitian::Cholesky;
 use crate::ports::Ports;
+use crate::quantile::fisher;
 use ndof_signal::CrossSpectra;
 use num_complex::Complex64;
-use statrs::distribution::{ContinuousCDF, FisherSnedecor};
 
 /// Whether a candidate row c of a response is compatible with the data at one frequency: with e = y − c u,
 ///
@@ -31,6 +31,5 @@ pub fn anderson_rubin(spectra: &CrossSpectra, ports: &Ports, f: usize, output: u
     }
     reference.whiten(&mut row);
     let explained: f64 = row.iter().map(|v| v.norm_sqr()).sum();
-    let quantile = FisherSnedecor::new(2.0 * qr as f64, 2.0 * freedom).ok()?.inverse_cdf(level);
-    Some(freedom / qr as f64 * explained <= quantile * (total.re - explained))
+    Some(freedom / qr as f64 * explained <= fisher(level, qr, freedom) * (total.re - explained))
 }

@@ -1,10 +1,10 @@
 //! Standard errors, confidence intervals and regions of a response.
 
+use crate::quantile::{fisher, two_sided_t};
 use crate::response::FrequencyResponse;
 use ndarray::Array2;
 use num_complex::Complex64;
 use serde::{Deserialize, Serialize};
-use statrs::distribution::{ContinuousCDF, FisherSnedecor, StudentsT};
 
 /// Gain and phase of one entry of a response with separate confidence intervals.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
@@ -40,14 +40,7 @@ pub struct Confidence {
 impl Confidence {
     /// Quantiles for `level` (0.95) and ν complex degrees of freedom; NaN outside of 0 < level < 1 or ν > 0.
     pub fn new(level: f64, degrees_of_freedom: f64) -> Self {
-        let valid = level > 0.0 && level < 1.0 && degrees_of_freedom > 0.0;
-        let quantile = |make: &dyn Fn() -> Option<f64>| if valid { make().unwrap_or(f64::NAN) } else { f64::NAN };
-        Confidence {
-            level,
-            degrees_of_freedom,
-            t: quantile(&|| StudentsT::new(0.0, 1.0, 2.0 * degrees_of_freedom).ok().map(|t| t.inverse_cdf(0.5 + level / 2.0))),
-            f: quantile(&|| FisherSnedecor::new(2.0, 2.0 * degrees_of_freedom).ok().map(|f| f.inverse_cdf(level))),
-        }
+        Confidence { level, degrees_of_freedom, t: two_sided_t(level, 2.0 * degrees_of_freedom), f: fisher(level, 1, degrees_of_freedom) }
     }
 
     /// Gain, phase and their intervals for a value with complex variance E|δH|².
@@ -115,8 +108,7 @@ impl Confidence {
     /// Size of the region that holds a whole row of q entries at once: the row δ is inside where
     /// δ P⁻¹ δᴴ ≤ q F(2q, 2ν) · noise, P the input inverse of the covariance.
     pub fn simultaneous(&self, inputs: usize) -> f64 {
-        let q = inputs as f64;
-        FisherSnedecor::new(2.0 * q, 2.0 * self.degrees_of_freedom).map_or(f64::NAN, |f| q * f.inverse_cdf(self.level))
+        inputs as f64 * fisher(self.level, inputs, self.degrees_of_freedom)
     }
 }
 

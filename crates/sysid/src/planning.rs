@@ -94,3 +94,17 @@ impl StoppingRule {
         Some(Progress { reached, share: f64::from(good as u32) / f64::from(all as u32), times_present_length: times })
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_coherence_near_nothing_is_answered_at_once() {
+        // Found by fuzzing: quantiles for some 10^8 degrees of freedom never ended.
+        assert!(averages_for_interval(1e-9, 1, 0.1, 0.95) > 1e10);
+        for (coherence, width, level) in [(4.7e-10, 7.3e-239, 7.3e-239), (0.5, 1e-300, 1e-3), (f64::MIN_POSITIVE, 0.1, 0.95)] {
+            assert!(averages_for_interval(coherence, 1, width, level).is_finite(), "{coherence} {width} {level}");
+        }
+    }
+}

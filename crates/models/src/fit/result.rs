@@ -2,8 +2,8 @@
 
 use crate::{MinimiseError, ParameterInfo, StopReason};
 use ndarray::Array2;
+use ndof_sysid::two_sided_t;
 use serde::{Deserialize, Serialize};
-use statrs::distribution::{ContinuousCDF, StudentsT};
 
 /// A fitted parameter with its uncertainty.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -159,5 +159,6 @@ impl Parameter {
 
 /// The 97.5 % quantile of Student's t; the normal one where there are no degrees of freedom to speak of.
 pub(crate) fn t_quantile(degrees_of_freedom: f64) -> f64 {
-    StudentsT::new(0.0, 1.0, degrees_of_freedom).map_or(1.959_963_984_540_054, |t| t.inverse_cdf(0.975))
+    let quantile = two_sided_t(0.95, degrees_of_freedom);
+    if quantile.is_nan() { 1.959_963_984_540_054 } else { quantile }
 }

@@ -106,7 +106,7 @@ impl Prepared {
 
 /// Central differences, one-sided at the ends.
 pub(super) fn slope(x: &[f64], rate_hz: f64) -> Vec<f64> {
-    let last = x.len() - 1;
+    let last = x.len().saturating_sub(1);
     (0..x.len())
         .map(|k| {
             let (a, b) = (k.saturating_sub(1), (k + 1).min(last));

@@ -3,7 +3,6 @@
 use ndarray::{Array2, Array3};
 use num_complex::Complex64;
 use serde::{Deserialize, Serialize};
-use statrs::distribution::{Beta, ContinuousCDF};
 
 /// Magnitude-squared coherences, uncorrected for bias; NaN where they do not exist.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -69,7 +68,7 @@ impl Significance {
         Significance {
             ordinary: tail(effective_averages - 1.0),
             partial: tail(effective_averages - q),
-            multiple: Beta::new(q, effective_averages - q).map_or(f64::NAN, |beta| beta.inverse_cdf(0.95)),
+            multiple: crate::quantile::beta(0.95, inputs, effective_averages - q),
         }
     }
 }

@@ -2,6 +2,7 @@
 
 use super::EstimateError;
 use crate::hermitian::Cholesky;
+use crate::labels::Labels;
 use crate::ports::Ports;
 use ndof_signal::{CrossSpectra, Recording, Welch};
 use num_complex::Complex64;
@@ -45,6 +46,7 @@ pub struct RejectedSegment {
 pub fn robust_spectra(trials: &[&Recording], ports: &Ports, welch: &Welch) -> Result<(CrossSpectra, Vec<RejectedSegment>), EstimateError> {
     let first = trials.first().ok_or(EstimateError::NoTrial)?;
     ports.validate(first.channels().len())?;
+    super::check::sizes(trials, ports, &Labels::of(first, ports))?;
     let all: Vec<usize> = (0..first.channels().len()).collect();
     let whole = |recording: &Recording, from: usize, to: usize, trial: usize| {
         let columns: Vec<&[f64]> = recording.columns(&all).into_iter().map(|c| &c[from..to]).collect();

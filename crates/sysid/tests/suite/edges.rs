@@ -2,7 +2,7 @@
 
 use crate::draws::seeded;
 use ndof_signal::{Channel, Multitaper, Quantity, Recording, Unit, Welch};
-use ndof_sysid::{Direct, EstimateError, Estimates, Labels, LocalPolynomial, LocalRational, Ports, SpectralMethod, estimate};
+use ndof_sysid::{Direct, EstimateError, Estimates, Labels, LocalPolynomial, LocalRational, Ports, SpectralMethod, estimate, robust_spectra};
 use rand::RngExt;
 use rand_distr::StandardNormal;
 
@@ -125,5 +125,19 @@ fn one_segment_is_refused_by_each_method_that_averages() {
     for method in [SpectralMethod::Welch(Welch::new(SAMPLES)), SpectralMethod::Multitaper(Multitaper { tapers: Some(1), ..Multitaper::default() })] {
         let error = run(&[&u], &[&y], &method).err();
         assert!(matches!(error, Some(EstimateError::TooFewAverages { .. })), "{}: {error:?}", method.name());
+    }
+}
+
+#[test]
+fn sizes_that_powers_cannot_be_computed_of_are_refused_without_wrecked_segments_too() {
+    // Found by fuzzing: the coherence was infinite.
+    let (u, y) = (white(12), filtered(&white(12), 13));
+    for scale in [1e117, 1e-117] {
+        let channel = |name: &str, quantity, x: &[f64]| Channel::new(name, Unit::si(quantity, false), x.iter().map(|v| v * scale).collect());
+        let recording =
+            Recording::new(100.0, vec![channel("force_0", Quantity::Effort, &u), channel("pos_0", Quantity::Displacement, &y)]).expect("a recording");
+        let ports = Ports { references: vec![], inputs: vec![0], outputs: vec![1] };
+        let error = robust_spectra(&[&recording], &ports, &Welch::new(128)).err();
+        assert!(matches!(&error, Some(EstimateError::Size { name, .. }) if name.contains("force_0")), "{scale}: {error:?}");
     }
 }
