@@ -71,8 +71,8 @@ impl Confidence {
     ///
     /// X_ij (1 + ρs/(1 − ρκs)), ρ = tσ/|X_ij|, κ = X_ij \[P B N\]_ji / (N_ii P_jj),
     ///
-    /// N and P the output and input side of the covariance of X. The ends of the gain are those at s = −1 and s = 1, along that
-    /// direction. The image of all complex s is the disc around X_ij (1 + ρ²κ*/(1 − ρ²|κ|²)) with the radius |X_ij| ρ/(1 − ρ²|κ|²), and the phase lies in the
+    /// N and P the output and input side of the covariance of X. The ends of the gain are those at s = −1 and s = 1 along that
+    /// direction, or at s = 0 where that lies beyond them. The image of all complex s is the disc around X_ij (1 + ρ²κ*/(1 − ρ²|κ|²)) with the radius |X_ij| ρ/(1 − ρ²|κ|²), and the phase lies in the
     /// angle that this disc subtends; for a complex κ the disc reaches beyond the gain's ends, which are those that hold 95 % of
     /// simulated truths (the book, Spectral estimates). For one input and one output κ = 1, and both are those of B, inverted (Fieller 1954).
     /// Where ρ|κ| ≥ 1, B may be singular: the gain has no upper end, the phase is any. `bend` is κ; 0 gives
@@ -87,11 +87,11 @@ impl Confidence {
             if low.is_nan() {
                 f64::NAN
             } else if low.re > 0.0 {
-                straight.gain * low.norm()
+                straight.gain * low.norm().min(1.0)
             } else {
                 0.0
             },
-            if regular <= 0.0 { f64::INFINITY } else { straight.gain * high.norm() },
+            if regular <= 0.0 { f64::INFINITY } else { straight.gain * if high.norm() < 1.0 { 1.0 } else { high.norm() } },
         ];
         let centre = 1.0 + bend.conj() * share * share / regular;
         let sine = share / regular / centre.norm();
@@ -246,5 +246,14 @@ mod tests {
         let entry = Confidence::new(0.95, 10.0).gain_phase(Complex64::new(f64::NAN, f64::NAN), f64::NAN);
         assert!(entry.gain.is_nan() && entry.gain_interval[0].is_nan() && entry.phase_interval_rad.is_none());
         assert!(Confidence::new(0.95, 0.0).radius(1.0).is_nan());
+    }
+
+    #[test]
+    fn an_interval_of_an_inverse_holds_the_value_that_it_belongs_to() {
+        // Found by fuzzing: where what was inverted may be singular, the lower end lay above the gain.
+        for (re, im) in (-8..=8).flat_map(|re| (-8..=8).map(move |im| (f64::from(re) / 4.0, f64::from(im) / 4.0))) {
+            let entry = Confidence::new(0.95, 20.0).gain_phase_of_inverse(Complex64::ONE, 2.0, Complex64::new(re, im));
+            assert!(entry.gain_interval[0] <= 1.0 && entry.gain_interval[1] >= 1.0, "{re} {im}: {entry:?}");
+        }
     }
 }
