@@ -26,7 +26,7 @@ pub fn arbitrary(given: &Given, (outputs, inputs): (usize, usize), bins: usize) 
     } else {
         (square(bins * size, outputs), square(3 + bins * size, inputs))
     };
-    let step = if given.bit(2, 6) { given.value(1) } else { 0.5 };
+    let step = if given.bit(2, 6) && given.value(1).is_finite() { given.value(1) } else { 0.5 };
     FrequencyResponse {
         frequency_hz: (0..bins).map(|f| f as f64 * step).collect(),
         inputs: names("in", inputs),
