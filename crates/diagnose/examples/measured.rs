@@ -58,6 +58,7 @@ fn answer(d: &Diagnosis, known: &str) {
                 Value::Number(value) => format!("{value:.4}"),
                 Value::Flag(value) => value.to_string(),
                 Value::Text(value) => value.clone(),
+                Value::Matrix(rows) => format!("{rows:?}"),
             };
             println!("    {} = {value}{interval} {}", p.name, p.unit);
         }
