@@ -8,7 +8,7 @@ use ndof_models::{
     linear_start,
 };
 use ndof_signal::Kernel;
-use ndof_sysid::{FrequencyResponse, ResponseKind, Uncertainty};
+use ndof_sysid::{FrequencyResponse, ResponseError, ResponseKind, Uncertainty};
 use num_complex::Complex64;
 
 /// Relative error of an estimate of which nothing but its own accuracy is known.
@@ -116,6 +116,13 @@ fn a_singular_jacobian_ends_in_a_minimum_and_a_start_without_numbers_in_an_error
     assert!(found.cost < 1e-20 && found.x.iter().all(|x| x.is_finite()), "{found:?}");
     let error = free(1).minimise(&Pole, &[0.0]).err();
     assert!(matches!(error, Some(MinimiseError::StartNotFinite { residual: 0 })), "{error:?}");
+}
+
+#[test]
+fn a_response_of_another_size_than_the_model_is_refused() {
+    let two = InertiaDampingStiffnessModel::new(vec![Axis::linear("x"), Axis::linear("y")], Symmetry::Symmetric);
+    let error = linear_start(&two, &estimated(&one(2.0, 12.0, 300.0), 0.5, 8.0)).err();
+    assert_eq!(error, Some(ResponseError::Size { outputs: 1, inputs: 1, axes: 2 }));
 }
 
 #[test]

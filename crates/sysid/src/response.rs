@@ -99,6 +99,16 @@ pub enum ResponseError {
         /// Of the other.
         right: usize,
     },
+    /// A response of another size than the model that it is set against.
+    #[error("a response of {outputs} outputs to {inputs} inputs beside a model of {axes} axes; give one output and one input for each axis")]
+    Size {
+        /// Rows.
+        outputs: usize,
+        /// Columns.
+        inputs: usize,
+        /// Axes of the model.
+        axes: usize,
+    },
     /// A general transfer function has no mechanical meaning to convert.
     #[error("{from:?} cannot be turned into {to:?}: the channels are not effort and motion; set their units or prefixes")]
     NoMeaning {

@@ -11,7 +11,7 @@ use std::f64::consts::TAU;
 /// square of the matrix's norm where the response has no covariance.
 ///
 /// # Errors
-/// [`ResponseError`] if the response is no mechanical one or cannot be inverted.
+/// [`ResponseError`] if the response is no mechanical one, cannot be inverted, or is of another size than the model.
 ///
 /// ```
 /// use ndarray::arr2;
@@ -27,7 +27,10 @@ use std::f64::consts::TAU;
 /// ```
 pub fn linear_start(model: &InertiaDampingStiffnessModel, response: &FrequencyResponse) -> Result<Vec<f64>, ResponseError> {
     let stiffness = response.to_kind(ResponseKind::DynamicStiffness)?;
-    let n = model.axes().len();
+    let (n, (_, outputs, inputs)) = (model.axes().len(), stiffness.value.dim());
+    if (outputs, inputs) != (n, n) {
+        return Err(ResponseError::Size { outputs, inputs, axes: n });
+    }
     let mut matrices = InertiaDampingStiffness {
         axes: model.axes().to_vec(),
         inertia: Array2::zeros((n, n)),

@@ -49,6 +49,23 @@ pub(crate) fn sizes(trials: &[&Recording], ports: &Ports, labels: &Labels) -> Re
     Ok(())
 }
 
+/// The same from spectra alone: a channel's size is the root of its power over all frequencies.
+pub(crate) fn powers(spectra: &CrossSpectra, ports: &Ports, labels: &Labels) -> Result<(), EstimateError> {
+    let hz = spectra.frequency_hz();
+    let step_hz = if let [first, second, ..] = hz { second - first } else { 1.0 };
+    let roles = [("reference", &ports.references, &labels.references), ("input", &ports.inputs, &labels.inputs), ("output", &ports.outputs, &labels.outputs)];
+    for (role, channels, names) in roles {
+        for (&channel, name) in channels.iter().zip(names) {
+            let size = (step_hz * (0..hz.len()).map(|f| spectra.power(f, channel)).sum::<f64>()).sqrt();
+            // The root mean square of a single peak is a small share of its height.
+            if size != 0.0 && !(1e-3 * SMALLEST..=LARGEST).contains(&size) {
+                return Err(EstimateError::Size { role, name: name.clone(), size });
+            }
+        }
+    }
+    Ok(())
+}
+
 /// ν = n_e − q, which must be positive.
 pub(crate) fn degrees_of_freedom(averages: f64, unknowns: usize) -> Result<f64, EstimateError> {
     let freedom = averages - unknowns as f64;

@@ -140,6 +140,8 @@ pub fn estimate_from_spectra(
     method: &SpectralMethod,
     estimator: Direct,
 ) -> Result<Estimates, EstimateError> {
+    super::check::ports(&spectra, ports, labels)?;
+    super::check::powers(&spectra, ports, labels)?;
     let direct = direct(&spectra, ports, labels, estimator)?;
     let derived = if ports.references.len() >= ports.inputs.len() { Some(derived(&spectra, ports, labels)?) } else { None };
     let warnings = warnings(&direct, derived.as_ref(), ports);

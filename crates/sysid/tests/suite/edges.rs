@@ -2,7 +2,9 @@
 
 use crate::draws::seeded;
 use ndof_signal::{Channel, Multitaper, Quantity, Recording, Unit, Welch};
-use ndof_sysid::{Direct, EstimateError, Estimates, Labels, LocalPolynomial, LocalRational, Ports, SpectralMethod, estimate, robust_spectra};
+use ndof_sysid::{
+    Direct, EstimateError, Estimates, Labels, LocalPolynomial, LocalRational, Ports, SpectralMethod, estimate, estimate_from_spectra, robust_spectra,
+};
 use rand::RngExt;
 use rand_distr::StandardNormal;
 
@@ -138,6 +140,10 @@ fn sizes_that_powers_cannot_be_computed_of_are_refused_without_wrecked_segments_
             Recording::new(100.0, vec![channel("force_0", Quantity::Effort, &u), channel("pos_0", Quantity::Displacement, &y)]).expect("a recording");
         let ports = Ports { references: vec![], inputs: vec![0], outputs: vec![1] };
         let error = robust_spectra(&[&recording], &ports, &Welch::new(128)).err();
+        assert!(matches!(&error, Some(EstimateError::Size { name, .. }) if name.contains("force_0")), "{scale}: {error:?}");
+        // Spectra that were summed elsewhere have no samples to look at.
+        let spectra = Welch::new(128).spectra(100.0, &recording.columns(&[0, 1])).expect("spectra");
+        let error = estimate_from_spectra(spectra, &ports, &Labels::of(&recording, &ports), &SpectralMethod::Welch(Welch::new(128)), Direct::H1).err();
         assert!(matches!(&error, Some(EstimateError::Size { name, .. }) if name.contains("force_0")), "{scale}: {error:?}");
     }
 }
