@@ -78,18 +78,20 @@ def spectra():
     # Ours before and after the peer, so that a disturbance of some seconds spoils neither.
     first, theirs, second = ours("spectra"), peer("spectra_scipy.py"), ours("spectra")
     own = least(first, second)
-    rows = []
-    for setting, asked in (("45", "≥ 40, ≥ 5, ≤ 1.5"), ("5", "≥ 40, ≥ 5, ≤ 1.8")):
-        t = own[f"spectra.{setting}.response"]
-        bare = own[f"spectra.{setting}.bare"]
-        rows.append([f"{setting} segments", ms(t), ms(bare), f"{own[f'spectra.{setting}.spectra'] / bare:.2f}", f"{t / bare:.2f}",
-                     f"{own[f'spectra.{setting}.derived'] / own[f'spectra.{setting}.bare_six']:.2f}",
-                     times(theirs[f"scipy_all.{setting}"] / t), times(theirs[f"numpy_all.{setting}"] / t),
-                     f"{times(theirs[f'scipy.{setting}'] / t)}, {times(theirs[f'numpy.{setting}'] / t)}",
-                     f"{times(theirs[f'scipy.{setting}'] / bare)}, {times(theirs[f'numpy.{setting}'] / bare)}", asked])
+    def column(setting):
+        t, bare = own[f"spectra.{setting}.response"], own[f"spectra.{setting}.bare"]
+        scipy_all, numpy_all, scipy_alone, numpy_alone = (theirs[f"{who}.{setting}"] for who in ("scipy_all", "numpy_all", "scipy", "numpy"))
+        return [ms(t), ms(bare), f"{own[f'spectra.{setting}.spectra'] / bare:.2f}", f"{t / bare:.2f}",
+                f"{own[f'spectra.{setting}.derived'] / own[f'spectra.{setting}.bare_six']:.2f}", times(scipy_all / t), times(numpy_all / t),
+                times(scipy_alone / t), times(numpy_alone / t), times(scipy_alone / bare), times(numpy_alone / bare)]
+
+    what = ["ours", "bare transforms", "spectra over bare transforms", "ours over bare transforms", "derived estimate over bare transforms, six channels",
+            "SciPy over ours", "NumPy over ours", "SciPy's response alone over all of ours", "NumPy's response alone over all of ours",
+            "SciPy's response alone over bare transforms", "NumPy's response alone over bare transforms"]
+    asked = {3: "≤ 1.5, ≤ 1.8", 5: "≥ 40", 6: "≥ 5"}
+    rows = [[*row, asked.get(k, "")] for k, row in enumerate(zip(what, column("45"), column("5")))]
     table("2 × 2 estimate of 25 000 samples × 4 channels, one core: response, covariance, all coherences, condition",
-          ["setting", "ours", "bare transforms", "spectra / bare", "ours / bare", "derived (6 channels) / bare", "SciPy / ours", "NumPy / ours",
-           "of their response alone", "their response alone / bare", "asked"], rows)
+          ["what", "45 segments", "5 segments", "asked"], rows)
 
 
 def hour():
