@@ -1,7 +1,11 @@
 //! Linear models from responses that were estimated from six records each: the motion is the force through the model's equation, written
 //! here once more, applied to the spectrum of the whole record.
 
+#[path = "driven.rs"]
+mod driven;
+
 use super::recovery::Answer;
+use driven::driven;
 use ndof_models::blocks::{
     Block, Composite, Delay, FirstOrderFilter, FlexibleMode, Fractional, Place, Placed, Reflex, SecondOrderFilter, SeriesCompliance, StandardLinearSolid,
 };
@@ -12,7 +16,6 @@ use num_complex::Complex64;
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, StandardNormal};
-use realfft::RealFftPlanner;
 use std::f64::consts::TAU;
 
 const RATE_HZ: f64 = 100.0;
@@ -146,32 +149,16 @@ fn record(case: &Case, seed: u64) -> Option<Vec<Vec<f64>>> {
     let n = case.axes;
     let noise = FilteredNoise { axes: n, rms: 4.0, samples: SAMPLES, sample_rate_hz: RATE_HZ, cutoff_hz: 15.0, ..FilteredNoise::default() };
     let force = noise.generate(seed).ok()?;
-    let mut planner = RealFftPlanner::<f64>::new();
-    let (forward, back) = (planner.plan_fft_forward(SAMPLES), planner.plan_fft_inverse(SAMPLES));
-    let mut spectra = Vec::new();
-    for channel in &force {
-        let mut spectrum = forward.make_output_vec();
-        forward.process(&mut channel.clone(), &mut spectrum).ok()?;
-        spectra.push(spectrum);
-    }
+    let s = |f: usize| Complex64::new(0.0, TAU * f as f64 * RATE_HZ / SAMPLES as f64);
+    let motion = driven(&force, |f| (case.oracle)(&case.truth, s(f)))?;
     let mut rng = ChaCha8Rng::seed_from_u64(4000 + seed);
     let low = SosFilter::butterworth(2, Passband::Low(2.0), RATE_HZ).ok()?;
     let mut out = force;
-    for i in 0..n {
-        let mut spectrum: Vec<Complex64> = (0..SAMPLES / 2 + 1)
-            .map(|f| {
-                let compliance = (case.oracle)(&case.truth, Complex64::new(0.0, TAU * f as f64 * RATE_HZ / SAMPLES as f64));
-                (0..n).map(|j| compliance[i * n + j] * spectra[j][f]).sum()
-            })
-            .collect();
-        spectrum[0].im = 0.0;
-        spectrum[SAMPLES / 2].im = 0.0;
-        let mut motion = back.make_output_vec();
-        back.process(&mut spectrum, &mut motion).ok()?;
+    for motion in motion {
         let mut white = |samples: usize| -> Vec<f64> { (0..samples).map(|_| StandardNormal.sample(&mut rng)).collect() };
         let slow = low.filter(&white(SAMPLES + 200));
         let fast = white(SAMPLES);
-        out.push((0..SAMPLES).map(|k| motion[k] / SAMPLES as f64 + NOISE_M * fast[k] + 5.0 * NOISE_M * slow[k + 200]).collect());
+        out.push((0..SAMPLES).map(|k| motion[k] + NOISE_M * fast[k] + 5.0 * NOISE_M * slow[k + 200]).collect());
     }
     Some(out)
 }

@@ -1,14 +1,16 @@
 //! A limb of six axes, each moved by all forces, in three trials of 50 s: its estimated compliance, and the fit of its 63 parameters in frequency.
 
+#[path = "driven.rs"]
+mod driven;
+
+use driven::driven;
 use ndarray::Array2;
 use ndof_models::{Axis, Fit, FitError, InertiaDampingStiffness, InertiaDampingStiffnessModel, Smoothing, Symmetry, WeightedFit, linear_start};
 use ndof_signal::{CrossSpectra, FilteredNoise, Welch};
 use ndof_sysid::{Direct, FrequencyResponse, Labels, Ports, ResponseKind};
-use num_complex::Complex64;
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, StandardNormal};
-use realfft::RealFftPlanner;
 
 const AXES: usize = 6;
 const RATE_HZ: f64 = 200.0;
@@ -29,27 +31,12 @@ pub fn limb() -> InertiaDampingStiffness {
 fn record(limb: &InertiaDampingStiffness, seed: u64) -> Option<Vec<Vec<f64>>> {
     let noise = FilteredNoise { axes: AXES, rms: 4.0, samples: SAMPLES, sample_rate_hz: RATE_HZ, cutoff_hz: 15.0, ..FilteredNoise::default() };
     let force = noise.generate(seed).ok()?;
-    let mut planner = RealFftPlanner::<f64>::new();
-    let (forward, back) = (planner.plan_fft_forward(SAMPLES), planner.plan_fft_inverse(SAMPLES));
-    let mut spectra = Vec::new();
-    for channel in &force {
-        let mut spectrum = forward.make_output_vec();
-        forward.process(&mut channel.clone(), &mut spectrum).ok()?;
-        spectra.push(spectrum);
-    }
     let grid: Vec<f64> = (0..SAMPLES / 2 + 1).map(|f| f as f64 * RATE_HZ / SAMPLES as f64).collect();
     let compliance = limb.response(&grid, ResponseKind::Compliance);
+    let motion = driven(&force, |f| compliance.value.index_axis(ndarray::Axis(0), f).iter().copied().collect())?;
     let mut rng = ChaCha8Rng::seed_from_u64(7000 + seed);
     let mut out = force;
-    for i in 0..AXES {
-        let mut spectrum: Vec<Complex64> = (0..grid.len()).map(|f| (0..AXES).map(|j| compliance.value[[f, i, j]] * spectra[j][f]).sum()).collect();
-        spectrum[0].im = 0.0;
-        spectrum[SAMPLES / 2].im = 0.0;
-        let mut motion = back.make_output_vec();
-        back.process(&mut spectrum, &mut motion).ok()?;
-        let mut white = || -> f64 { StandardNormal.sample(&mut rng) };
-        out.push(motion.iter().map(|x| x / SAMPLES as f64 + NOISE_M * white()).collect());
-    }
+    out.extend(motion.iter().map(|x| x.iter().map(|x| x + NOISE_M * <StandardNormal as Distribution<f64>>::sample(&StandardNormal, &mut rng)).collect()));
     Some(out)
 }
 

@@ -13,6 +13,7 @@ pub mod laws;
 mod mechanism;
 mod noise;
 mod profile;
+mod search;
 mod shooting;
 mod simulate;
 mod small_sample;

@@ -345,17 +345,19 @@ mod tests {
 
     #[test]
     fn a_measurement_may_begin_at_rest() {
-        let mut all = recording(2000);
+        // Longer than what is kept of the samples.
+        let resting = KEPT_SEGMENTS * 128 + 100;
+        let mut all = recording(4000);
         for name in ["force_x", "pos_x"] {
             let mut k = 0;
             all.map_channel(name, |s| {
                 k += 1;
-                if k <= 500 { 0.0 } else { s }
+                if k <= resting { 0.0 } else { s }
             })
             .expect("there");
         }
         let mut live = live();
-        (0..20).for_each(|k| live.push(&all.slice(100 * k..100 * (k + 1)).expect("there"), k > 0, []).expect("roles"));
+        (0..40).for_each(|k| live.push(&all.slice(100 * k..100 * (k + 1)).expect("there"), k > 0, []).expect("roles"));
         assert!(live.state("live").expect("an estimate").is_some());
     }
 
