@@ -2,10 +2,10 @@
 
 use super::laws::World;
 use super::{FS, SUB};
+use ndof_signal::inverse_transform;
+use num_complex::Complex64;
 use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
-use realfft::RealFftPlanner;
-use realfft::num_complex::Complex64;
 use std::f64::consts::TAU;
 
 /// The robot that holds the limb.
@@ -86,7 +86,7 @@ pub fn imposed(rng: &mut ChaCha8Rng, world: &World, own: &[f64], samples: usize,
     let lines = (12.0 * duration) as usize;
     let tones: Vec<(f64, f64)> = (1..lines).map(|k| (1.0 / (1.0 + (k as f64 / duration / 3.0).powi(2)), rng.random_range(0.0..TAU))).collect();
     let size = (tones.iter().map(|t| t.0 * t.0 / 2.0).sum::<f64>()).sqrt();
-    let back = RealFftPlanner::new().plan_fft_inverse(fine);
+    let back = inverse_transform(fine);
     let series = |order: i32| -> Vec<f64> {
         let mut spectrum = vec![Complex64::ZERO; fine / 2 + 1];
         for (k, (amplitude, phase)) in tones.iter().enumerate() {

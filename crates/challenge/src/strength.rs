@@ -1,8 +1,8 @@
 //! How strong an effect is in a recording: by the same recording without it, and least squares that know nothing of the diagnosis.
 
 use super::{Case, FS, Made, Plant, make};
-use realfft::RealFftPlanner;
-use realfft::num_complex::Complex64;
+use ndof_signal::forward_transform;
+use num_complex::Complex64;
 use std::f64::consts::{PI, TAU};
 
 /// Size of what is hidden.
@@ -51,7 +51,7 @@ fn residual(case: &Case, made: &Made) -> (f64, f64) {
     let (mut left, mut all) = (0.0, 0.0);
     for recording in &made.recordings {
         let samples = recording.len();
-        let forward = RealFftPlanner::new().plan_fft_forward(samples);
+        let forward = forward_transform(samples);
         let spectrum = |channel: usize| -> Vec<Complex64> {
             let x = &recording.channels()[channel].samples;
             let mean = x.iter().sum::<f64>() / samples as f64;

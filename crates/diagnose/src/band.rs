@@ -1,8 +1,8 @@
 //! The excited band: where the recording says anything about the plant.
 
 use crate::linear;
+use ndof_signal::forward_transform;
 use num_complex::Complex64;
-use realfft::RealFftPlanner;
 
 /// Share of the effort's explained power that lies within the band.
 const POWER_SHARE: f64 = 0.995;
@@ -24,7 +24,7 @@ pub(crate) fn excited(effort: &[Vec<&[f64]>], cause: &[Vec<&[f64]>], motion: &[V
     let segment = (2 * samples / (segments_wanted + 1)).clamp(64.min(samples), 1 << 15) / 2 * 2;
     let lines = segment / 2 + 1;
     let window: Vec<f64> = (0..segment).map(|k| (std::f64::consts::PI * (k as f64 + 0.5) / segment as f64).sin().powi(2)).collect();
-    let forward = RealFftPlanner::new().plan_fft_forward(segment);
+    let forward = forward_transform(segment);
     let spectra = |channels: &[Vec<&[f64]>]| -> Vec<Vec<Vec<Complex64>>> {
         // [segment][channel][line]
         let mut out = Vec::new();

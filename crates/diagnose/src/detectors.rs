@@ -6,8 +6,8 @@ use crate::samples::Samples;
 use crate::search::Stand;
 use ndof_models::ForceLaw;
 use ndof_models::effects::Matrix;
+use ndof_signal::forward_transform;
 use num_complex::Complex64;
-use realfft::RealFftPlanner;
 
 /// A channel that moves in steps.
 #[derive(Clone, Debug)]
@@ -123,7 +123,7 @@ pub(crate) fn tone(stand: &Stand, e: &[Vec<Vec<f64>>]) -> Option<Tone> {
     let layout = &stand.state.layout;
     let n = layout.samples;
     let padded = smooth_length(n);
-    let forward = RealFftPlanner::new().plan_fft_forward(padded);
+    let forward = forward_transform(padded);
     let window: Vec<f64> = (0..n).map(|k| (std::f64::consts::PI * (k as f64 + 0.5) / n as f64).sin().powi(2)).collect();
     let df = layout.rate_hz / padded as f64;
     let unit = 1.0 / layout.time_s;
@@ -266,7 +266,7 @@ pub(crate) fn variation(stand: &Stand, e: &[Vec<Vec<f64>>]) -> f64 {
     let edge = layout.starts[0];
     let inner = layout.starts.len() * layout.block;
     let padded = smooth_length(inner);
-    let forward = RealFftPlanner::new().plan_fft_forward(padded);
+    let forward = forward_transform(padded);
     let df = layout.rate_hz / padded as f64;
     let band = |lo: f64, hi: f64| (lo * unit / df).ceil() as usize..((hi * unit / df) as usize).max((lo * unit / df).ceil() as usize + 1).min(padded / 2);
     let (low, high) = (band(0.08, 0.7), band(1.0, 2.5));

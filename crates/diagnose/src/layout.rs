@@ -1,7 +1,7 @@
 //! The grid of samples, blocks and frequencies that a whole diagnosis works on.
 
+use ndof_signal::{ComplexToReal, RealToComplex, forward_transform, inverse_transform};
 use num_complex::Complex64;
-use realfft::{ComplexToReal, RealFftPlanner, RealToComplex};
 use std::f64::consts::{PI, TAU};
 use std::ops::Range;
 use std::sync::Arc;
@@ -133,8 +133,7 @@ impl Layout {
         let frequency_hz: Vec<f64> = bins.clone().map(|k| k as f64 * df).collect();
         let sj = frequency_hz.iter().map(|f| Complex64::new(0.0, TAU * f)).collect();
         let keep = vec![true; bins.len()];
-        let mut planner = RealFftPlanner::new();
-        let (back, block_forward) = (planner.plan_fft_inverse(padded), planner.plan_fft_forward(block));
+        let (back, block_forward) = (inverse_transform(padded), forward_transform(block));
         Layout {
             trials,
             axes,
@@ -195,7 +194,7 @@ impl Layout {
         let start = y[0];
         let slope = (y[padded - 1] - start) / (padded - 1) as f64;
         y.iter_mut().enumerate().for_each(|(k, v)| *v -= start + slope * k as f64);
-        let forward = RealFftPlanner::new().plan_fft_forward(padded);
+        let forward = forward_transform(padded);
         let mut spectrum = forward.make_output_vec();
         if forward.process(&mut y, &mut spectrum).is_err() {
             spectrum.iter_mut().for_each(|v| *v = Complex64::new(f64::NAN, 0.0));
@@ -260,7 +259,7 @@ impl Layout {
         let start = samples[0];
         let slope = (samples[n - 1] - start) / (n - 1) as f64;
         samples.iter_mut().enumerate().for_each(|(k, v)| *v -= start + slope * k as f64);
-        let forward = RealFftPlanner::new().plan_fft_forward(n);
+        let forward = forward_transform(n);
         let mut spectrum = forward.make_output_vec();
         if forward.process(&mut samples, &mut spectrum).is_err() {
             spectrum.iter_mut().for_each(|v| *v = Complex64::new(f64::NAN, 0.0));
@@ -311,8 +310,7 @@ pub(crate) fn filter(samples: &[f64], rate_hz: f64, operator: impl Fn(Complex64)
     let start = y[0];
     let slope = (y[layout - 1] - start) / (layout - 1) as f64;
     y.iter_mut().enumerate().for_each(|(k, v)| *v -= start + slope * k as f64);
-    let mut planner = RealFftPlanner::new();
-    let (forward, back) = (planner.plan_fft_forward(layout), planner.plan_fft_inverse(layout));
+    let (forward, back) = (forward_transform(layout), inverse_transform(layout));
     let mut spectrum = forward.make_output_vec();
     if forward.process(&mut y, &mut spectrum).is_err() {
         return samples.to_vec();
@@ -344,8 +342,7 @@ pub(crate) fn finer(samples: &[f64], factor: usize) -> Vec<f64> {
     y.extend((1..=length - n - pad).map(|k| 2.0 * samples[n - 1] - samples[(n - 1).saturating_sub(k)]));
     let (start, slope) = (y[0], (y[length - 1] - y[0]) / (length - 1) as f64);
     y.iter_mut().enumerate().for_each(|(k, v)| *v -= start + slope * k as f64);
-    let mut planner = RealFftPlanner::new();
-    let (forward, back) = (planner.plan_fft_forward(length), planner.plan_fft_inverse(length * factor));
+    let (forward, back) = (forward_transform(length), inverse_transform(length * factor));
     let mut spectrum = forward.make_output_vec();
     let mut fine = back.make_output_vec();
     if forward.process(&mut y, &mut spectrum).is_err() {

@@ -18,6 +18,7 @@ mod recording;
 mod segments;
 mod slepian;
 mod stationarity;
+mod transform;
 mod welch;
 mod window;
 
@@ -34,5 +35,6 @@ pub use recording::{Channel, Recording, RecordingError};
 pub use segments::{Detrend, effective_averages};
 pub use slepian::{SlepianError, SlepianTapers, slepian_tapers};
 pub use stationarity::{Normality, ReverseArrangements, StationarityError, mean_squares, normality, reverse_arrangements};
+pub use transform::{ComplexToReal, RealToComplex, forward_transform, inverse_transform};
 pub use welch::{Welch, WelchError, WelchPartial, WelchStream};
 pub use window::{ParseWindowError, Window};

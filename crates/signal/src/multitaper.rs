@@ -4,9 +4,9 @@ use crate::cache::Cache;
 use crate::cross_spectra::{CrossSpectra, Kernel};
 use crate::segments::{Detrend, first_not_finite};
 use crate::slepian::{SlepianError, SlepianTapers, slepian_tapers};
+use crate::transform::{RealToComplex, forward_transform};
 use num_complex::Complex64;
 use rayon::prelude::*;
-use realfft::{RealFftPlanner, RealToComplex};
 use serde::{Deserialize, Serialize};
 use std::sync::Arc;
 
@@ -173,9 +173,8 @@ const KERNEL_FINENESS: usize = 4;
 impl Plan {
     fn new(len: usize, nfft: usize, time_bandwidth: f64, count: usize) -> Result<Self, SlepianError> {
         let slepian = slepian_tapers(len, time_bandwidth, count)?;
-        let mut planner = RealFftPlanner::new();
-        let fft = planner.plan_fft_forward(nfft);
-        let fine = planner.plan_fft_forward(KERNEL_FINENESS * len);
+        let fft = forward_transform(nfft);
+        let fine = forward_transform(KERNEL_FINENESS * len);
         // Out to four half-widths; beyond lie parts in a thousand of the last taper's energy.
         let reach = ((4.0 * time_bandwidth).ceil() as usize * KERNEL_FINENESS).min(KERNEL_FINENESS * len / 2);
         let mut half_kernel = vec![0.0; reach + 1];

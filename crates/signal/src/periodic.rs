@@ -2,8 +2,8 @@
 
 use crate::cross_spectra::{CrossSpectra, Kernel};
 use crate::segments::first_not_finite;
+use crate::transform::{RealToComplex, forward_transform, inverse_transform};
 use num_complex::Complex64;
-use realfft::{RealFftPlanner, RealToComplex};
 use serde::{Deserialize, Serialize};
 use std::sync::Arc;
 
@@ -86,7 +86,7 @@ impl Periodic {
         if whole < self.discard + 2 {
             return Err(PeriodicError::TooShort { len, whole, period: self.period, discard: self.discard });
         }
-        let fft = RealFftPlanner::new().plan_fft_forward(self.period);
+        let fft = forward_transform(self.period);
         let lines = (self.discard..whole)
             .map(|p| {
                 let at = p * self.period..(p + 1) * self.period;
@@ -259,8 +259,7 @@ pub fn detect_period(signal: &[f64]) -> Option<DetectedPeriod> {
 /// Σ_n x(n) x(n + lag) for every lag, by zero-padded transforms.
 pub(crate) fn autocorrelation(x: &[f64]) -> Vec<f64> {
     let length = (2 * x.len()).next_power_of_two();
-    let mut planner = RealFftPlanner::new();
-    let (forward, inverse) = (planner.plan_fft_forward(length), planner.plan_fft_inverse(length));
+    let (forward, inverse) = (forward_transform(length), inverse_transform(length));
     let mut series = x.to_vec();
     series.resize(length, 0.0);
     let mut spectrum = forward.make_output_vec();

@@ -1,6 +1,6 @@
 //! Slepian tapers: of all sequences of N samples, those with the most energy within ±W.
 
-use realfft::RealFftPlanner;
+use crate::transform::{forward_transform, inverse_transform};
 use std::f64::consts::{PI, TAU};
 
 /// Discrete prolate spheroidal sequences with their concentrations.
@@ -220,8 +220,7 @@ fn oriented(mut v: Vec<f64>, k: usize) -> Vec<f64> {
 fn concentrations(tapers: &[Vec<f64>], half_bandwidth: f64) -> Vec<f64> {
     let n = tapers.first().map_or(0, Vec::len);
     let length = (2 * n).next_power_of_two();
-    let mut planner = RealFftPlanner::new();
-    let (forward, inverse) = (planner.plan_fft_forward(length), planner.plan_fft_inverse(length));
+    let (forward, inverse) = (forward_transform(length), inverse_transform(length));
     let mut spectrum = forward.make_output_vec();
     tapers
         .iter()

@@ -1,15 +1,18 @@
-//! Quantiles that end, whatever the degrees of freedom: the usual iteration on the incomplete beta function does not for some 10⁸ of them.
+//! Quantiles that end, whatever the degrees of freedom: the usual iteration on the incomplete beta function does not for some 10⁸ of them,
+//! nor for 10⁻³²².
 
 use statrs::distribution::{ContinuousCDF, Normal, StudentsT};
 
 /// Degrees of freedom from which Student's t is taken from its expansion about the normal distribution: good to eleven digits there, and
 /// beyond, where the iteration is good to five.
 const NEARLY_NORMAL: f64 = 3000.0;
+/// Degrees of freedom below which t and F are infinite: there (1 − level)^(−1/n) is beyond all numbers for every level above 0.001.
+const HARDLY_ANY: f64 = 1e-6;
 /// Halvings of an interval: more than a number has digits.
 const HALVINGS: usize = 100;
 
 /// The t of Student's distribution that |t| stays below with probability `level`; NaN outside of 0 < level < 1 or of positive degrees of
-/// freedom.
+/// freedom. Infinite below 10⁻⁶ of them.
 ///
 /// From 3000 degrees of freedom n on, t = z + (z³ + z)/(4n) + (5z⁵ + 16z³ + 3z)/(96n²) + (3z⁷ + 19z⁵ + 17z³ − 15z)/(384n³), z the normal
 /// quantile (Fisher & Cornish 1960).
@@ -24,6 +27,9 @@ pub fn two_sided_t(level: f64, degrees_of_freedom: f64) -> f64 {
     if !(level > 0.0 && level < 1.0 && n > 0.0) {
         return f64::NAN;
     }
+    if n < HARDLY_ANY {
+        return f64::INFINITY;
+    }
     if n < NEARLY_NORMAL {
         return StudentsT::new(0.0, 1.0, n).map_or(f64::NAN, |t| t.inverse_cdf(0.5 + level / 2.0));
     }
@@ -32,9 +38,13 @@ pub fn two_sided_t(level: f64, degrees_of_freedom: f64) -> f64 {
     z * (1.0 + (s + 1.0) / (4.0 * n) + ((5.0 * s + 16.0) * s + 3.0) / (96.0 * n * n) + (((3.0 * s + 19.0) * s + 17.0) * s - 15.0) / (384.0 * n * n * n))
 }
 
-/// The quantile of Fisher's F with 2q and 2ν degrees of freedom; NaN as in [`two_sided_t`].
+/// The quantile of Fisher's F with 2q and 2ν degrees of freedom; NaN and infinite as [`two_sided_t`].
 pub(crate) fn fisher(level: f64, q: usize, freedom: f64) -> f64 {
-    freedom / q as f64 * (depth(level, q, freedom) / freedom).exp_m1()
+    let depth = depth(level, q, freedom);
+    if 2.0 * freedom < HARDLY_ANY && !depth.is_nan() {
+        return f64::INFINITY;
+    }
+    freedom / q as f64 * (depth / freedom).exp_m1()
 }
 
 /// The quantile of the beta distribution with parameters q and ν.
@@ -110,7 +120,7 @@ mod tests {
     #[test]
     fn no_level_and_no_freedom_keeps_a_quantile_from_ending() {
         for level in [1e-300, 1e-12, 0.5, 0.95, 1.0 - 1e-12, 1.0 - f64::EPSILON / 2.0] {
-            for freedom in [1e-12, 1e-3, 1.0, 1e4, 1e8, 1e12, 1e300] {
+            for freedom in [f64::from_bits(1), 1e-320, 1e-300, 1e-12, 6e-7, 1e-3, 1.0, 1e4, 1e8, 1e12, 1e300] {
                 assert!(!two_sided_t(level, 2.0 * freedom).is_nan(), "t {level} {freedom}");
                 assert!(
                     [1, 2, 12].iter().all(|q| !fisher(level, *q, freedom).is_nan() && (0.0..=1.0).contains(&beta(level, *q, freedom))),

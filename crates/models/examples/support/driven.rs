@@ -1,13 +1,12 @@
 //! Motion of a linear limb from forces, by its compliance on the spectrum of the whole record.
 
+use ndof_signal::{forward_transform, inverse_transform};
 use num_complex::Complex64;
-use realfft::RealFftPlanner;
 
 /// Motion of each axis; `compliance` of a frequency's number has rows for motions and columns for forces, one row after the other.
 pub fn driven(force: &[Vec<f64>], compliance: impl Fn(usize) -> Vec<Complex64>) -> Option<Vec<Vec<f64>>> {
     let (axes, samples) = (force.len(), force.first()?.len());
-    let mut planner = RealFftPlanner::<f64>::new();
-    let (forward, back) = (planner.plan_fft_forward(samples), planner.plan_fft_inverse(samples));
+    let (forward, back) = (forward_transform(samples), inverse_transform(samples));
     let mut forces = Vec::new();
     for channel in force {
         let mut spectrum = forward.make_output_vec();

@@ -3,8 +3,8 @@
 use super::{Fit, FitError, Parameter, Solved, t_quantile};
 use crate::{LeastSquares, ParametricModel, small};
 use faer::Mat;
+use ndof_signal::forward_transform;
 use num_complex::Complex64;
-use realfft::RealFftPlanner;
 use serde::{Deserialize, Serialize};
 
 /// Means over periods of the spectra of effort F and motion d, and what the periods say of their noise.
@@ -30,7 +30,7 @@ impl PeriodSpectra {
         if effort.len() != motion.len() || channels.iter().any(|c| c.len() != samples) || periods < 2 {
             return None;
         }
-        let plan = RealFftPlanner::<f64>::new().plan_fft_forward(period);
+        let plan = forward_transform(period);
         let lines: Vec<usize> = lines.iter().copied().filter(|&l| l > 0 && 2 * l < period).collect();
         let size = channels.len();
         let mut each = vec![vec![vec![Complex64::default(); size]; lines.len()]; periods];

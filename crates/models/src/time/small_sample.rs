@@ -4,8 +4,8 @@ use super::noise::Chain;
 use super::shooting::Shooting;
 use faer::linalg::solvers::DenseSolveCore;
 use faer::{Mat, Side};
+use ndof_signal::forward_transform;
 use num_complex::Complex64;
-use realfft::RealFftPlanner;
 use std::f64::consts::TAU;
 
 /// What the noise model's own uncertainty does to the parameters.
@@ -110,7 +110,7 @@ fn axis_slopes(problem: &Shooting<'_>, x: &[f64], phi: &Mat<f64>, variance: f64,
 fn add_weighted(into: &mut Mat<f64>, columns: &[usize], white: &[Vec<f64>], coefficients: &[f64], pole: f64, covariance: &Mat<f64>, variance: f64) {
     let samples = white.first().map_or(0, Vec::len);
     let length = (2 * samples).next_power_of_two().max(2);
-    let plan = RealFftPlanner::<f64>::new().plan_fft_forward(length);
+    let plan = forward_transform(length);
     let bins = length / 2 + 1;
     let order = coefficients.len();
     let gain = (1.0 - pole * pole).sqrt();

@@ -1,7 +1,7 @@
 //! Phases for a low peak: iterative clipping.
 
+use crate::transform::{ComplexToReal, RealToComplex, forward_transform, inverse_transform};
 use num_complex::Complex64;
-use realfft::{ComplexToReal, RealFftPlanner, RealToComplex};
 use std::sync::Arc;
 
 /// From lines to a period of samples and back.
@@ -12,8 +12,7 @@ pub(super) struct Synthesis {
 
 impl Synthesis {
     pub(super) fn new(period: usize) -> Self {
-        let mut planner = RealFftPlanner::new();
-        Synthesis { forward: planner.plan_fft_forward(period), inverse: planner.plan_fft_inverse(period) }
+        Synthesis { forward: forward_transform(period), inverse: inverse_transform(period) }
     }
 
     /// Σ_k A_k cos(2πkn/N + φ_k + arg turn).

@@ -2,9 +2,9 @@
 
 use super::ExcitationError;
 use crate::periodic::amplitudes;
+use crate::transform::{forward_transform, inverse_transform};
 use ndarray::Array2;
 use num_complex::Complex64;
-use realfft::RealFftPlanner;
 use serde::{Deserialize, Serialize};
 use std::f64::consts::TAU;
 
@@ -72,7 +72,7 @@ pub fn power_share(signal: &[f64], sample_rate_hz: f64, band_hz: (f64, f64)) -> 
     if n < 2 {
         return 0.0;
     }
-    let lines = amplitudes(&RealFftPlanner::new().plan_fft_forward(n), signal);
+    let lines = amplitudes(&forward_transform(n), signal);
     let (mut within, mut total) = (0.0, 0.0);
     for (k, line) in lines.iter().enumerate().skip(1) {
         let power = line.norm_sqr() * if 2 * k == n { 2.0 } else { 1.0 };
@@ -114,8 +114,7 @@ pub fn apply_response(
         return Ok(signals.to_vec());
     }
     let padded = len + (padding_s.max(0.0) * sample_rate_hz).ceil() as usize;
-    let mut planner = RealFftPlanner::new();
-    let (forward, inverse) = (planner.plan_fft_forward(padded), planner.plan_fft_inverse(padded));
+    let (forward, inverse) = (forward_transform(padded), inverse_transform(padded));
     let inputs: Vec<Vec<Complex64>> = signals
         .iter()
         .map(|signal| {

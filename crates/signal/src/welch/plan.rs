@@ -5,9 +5,9 @@ use super::sum::Sum;
 use crate::cache::Cache;
 use crate::cross_spectra::Kernel;
 use crate::segments::Detrend;
+use crate::transform::{RealToComplex, forward_transform};
 use crate::window::Window;
 use num_complex::Complex64;
-use realfft::{RealFftPlanner, RealToComplex};
 use std::convert::Infallible;
 use std::f64::consts::TAU;
 use std::sync::{Arc, Mutex, PoisonError};
@@ -55,7 +55,7 @@ impl Plan {
         Plan {
             detrend: settings.detrend,
             bins: settings.nfft / 2 + 1,
-            fft: RealFftPlanner::new().plan_fft_forward(settings.nfft),
+            fft: forward_transform(settings.nfft),
             power,
             spacing: window.iter().map(|w| w.powi(4)).sum::<f64>() / (power * power),
             half_kernel: half_kernel(&window),

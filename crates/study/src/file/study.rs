@@ -244,8 +244,9 @@ impl StudyFile {
         let of = |case: &CaseSection| {
             let mut table = base.clone();
             overlay(&mut table, &case.experiment);
+            // As text, so that a case is read by the same code as a file.
             let mut experiment: ExperimentFile =
-                table.try_into().map_err(|error: toml::de::Error| wrong(format!("case \"{}\": {}", case.name, error.message())))?;
+                toml::from_str(&table.to_string()).map_err(|error| wrong(format!("case \"{}\": {}", case.name, error.message())))?;
             experiment.check(&format!("case \"{}\"", case.name))?;
             experiment.excitation.folder.clone_from(if case.names_a_file("excitation") { &case.folder } else { &self.experiment.excitation.folder });
             if let Some(file) = experiment.device.file.as_mut().filter(|_| case.names_a_file("device")) {

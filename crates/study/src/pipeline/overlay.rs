@@ -4,10 +4,9 @@ use super::Fitted;
 use crate::trials::{Trial, Trials};
 use ndarray::Array3;
 use ndof_models::{Smoothing, WeightedFit};
-use ndof_signal::Kernel;
+use ndof_signal::{Kernel, forward_transform, inverse_transform};
 use ndof_sysid::ResponseKind;
 use num_complex::Complex64;
-use realfft::RealFftPlanner;
 use std::f64::consts::{PI, TAU};
 
 /// What a model makes of the recorded inputs of one trial, beside what was recorded: both within the fitted band.
@@ -111,7 +110,7 @@ fn lines(samples: &[f64], fade: usize, first: usize, last: usize) -> Option<Vec<
             weight * (x - mean)
         })
         .collect();
-    let forward = RealFftPlanner::new().plan_fft_forward(count);
+    let forward = forward_transform(count);
     let mut spectrum = forward.make_output_vec();
     forward.process(&mut faded, &mut spectrum).ok()?;
     Some(spectrum.get(first..=last)?.to_vec())
@@ -119,7 +118,7 @@ fn lines(samples: &[f64], fade: usize, first: usize, last: usize) -> Option<Vec<
 
 /// The signal whose transform over `samples` samples has these lines from `first` on, as `points` samples of the same time.
 fn synthesis(lines: &[Complex64], first: usize, samples: usize, points: usize) -> Option<Vec<f64>> {
-    let backward = RealFftPlanner::new().plan_fft_inverse(points);
+    let backward = inverse_transform(points);
     let mut spectrum = backward.make_input_vec();
     spectrum.get_mut(first..first + lines.len())?.copy_from_slice(lines);
     let mut out = backward.make_output_vec();

@@ -5,9 +5,9 @@ use super::fitted::{Fitted, freedom};
 use super::local_rational::{LocalRational, Rational};
 use crate::hermitian::Cholesky;
 use ndarray::Array3;
+use ndof_signal::forward_transform;
 use num_complex::Complex64;
 use rayon::prelude::*;
-use realfft::RealFftPlanner;
 use serde::{Deserialize, Serialize};
 
 const NAN: Complex64 = Complex64::new(f64::NAN, f64::NAN);
@@ -65,7 +65,7 @@ pub(crate) struct Lines(Vec<Vec<Complex64>>);
 impl Lines {
     /// Transforms of the first `len` samples of each channel, each without its mean.
     pub(crate) fn new(sample_rate_hz: f64, channels: &[&[f64]], len: usize) -> Self {
-        let fft = RealFftPlanner::new().plan_fft_forward(len);
+        let fft = forward_transform(len);
         let scale = (2.0 / (sample_rate_hz * len as f64)).sqrt();
         let transform = |samples: &&[f64]| {
             let mean = samples[..len].iter().sum::<f64>() / len as f64;

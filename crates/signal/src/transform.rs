@@ -1,0 +1,31 @@
+//! Plans of real Fourier transforms of any length.
+//!
+//! Their library is generic, and whoever makes a plan compiles all of it: only these two functions do.
+
+pub use realfft::{ComplexToReal, RealToComplex};
+use std::sync::Arc;
+
+/// The transform X_k = Σ_n x_n e^(−2πjkn/N), k = 0 … N/2, of N = `samples` real numbers.
+///
+/// Its `process` overwrites the samples and allocates its scratch anew; `process_with_scratch` does not allocate.
+///
+/// ```
+/// use ndof_signal::forward_transform;
+///
+/// let plan = forward_transform(4);
+/// let mut lines = plan.make_output_vec();
+/// plan.process(&mut [1.0, 0.0, -1.0, 0.0], &mut lines)?;
+/// assert_eq!(lines.iter().map(|x| x.re).collect::<Vec<_>>(), [0.0, 2.0, 0.0]);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+#[inline(never)]
+pub fn forward_transform(samples: usize) -> Arc<dyn RealToComplex<f64>> {
+    realfft::RealFftPlanner::new().plan_fft_forward(samples)
+}
+
+/// The way back, x_n = Σ_k X_k e^(2πjkn/N) over all N lines, of which k = 0 … N/2 are given. It is not divided by N = `samples`: the forward
+/// transform and this one make N times the samples.
+#[inline(never)]
+pub fn inverse_transform(samples: usize) -> Arc<dyn ComplexToReal<f64>> {
+    realfft::RealFftPlanner::new().plan_fft_inverse(samples)
+}
