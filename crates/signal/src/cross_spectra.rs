@@ -98,6 +98,7 @@ impl CrossSpectra {
     ///
     /// # Panics
     /// If a < b or a is beyond the channels.
+    #[inline]
     pub fn pair(&self, a: usize, b: usize) -> &[Complex64] {
         assert!(b <= a && a < self.channels, "pair ({a}, {b}) of {} channels", self.channels);
         let bins = self.frequency_hz.len();
@@ -187,5 +188,43 @@ impl CrossSpectra {
         let scale = 1.0 / pooled.segments as f64;
         pooled.lower.iter_mut().for_each(|s| *s *= scale);
         Ok(pooled)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::Welch;
+
+    fn trial(from: usize, samples: usize) -> CrossSpectra {
+        let wave = |c: usize| (from..from + samples).map(|k| ((k * k) as f64 * 0.013 * (c + 1) as f64).sin()).collect::<Vec<f64>>();
+        let channels: Vec<Vec<f64>> = (0..4).map(wave).collect();
+        Welch::new(32).spectra(50.0, &channels.iter().map(Vec::as_slice).collect::<Vec<_>>()).expect("long enough")
+    }
+
+    #[test]
+    fn a_pair_is_the_entry_of_the_matrix_at_every_frequency() {
+        let spectra = trial(0, 300);
+        for (a, b) in (0..4).flat_map(|a| (0..=a).map(move |b| (a, b))) {
+            for (f, value) in spectra.pair(a, b).iter().enumerate() {
+                assert_eq!(*value, spectra.at(f, a, b), "({a}, {b}) at {f}");
+                assert_eq!(value.conj(), spectra.at(f, b, a), "({b}, {a}) at {f}");
+            }
+        }
+        assert!(spectra.pair(2, 1) != spectra.pair(3, 1) && spectra.pair(3, 0) != spectra.pair(3, 1));
+    }
+
+    #[test]
+    fn trials_weigh_as_their_segments_and_averages_add() {
+        let (one, two) = (trial(0, 300), trial(1000, 700));
+        let pooled = CrossSpectra::pool(&[one.clone(), two.clone()]).expect("alike");
+        assert_eq!((pooled.segments(), pooled.trials()), (one.segments() + two.segments(), 2));
+        assert!((pooled.effective_averages() - one.effective_averages() - two.effective_averages()).abs() < 1e-12);
+        let (a, b) = (one.segments() as f64, two.segments() as f64);
+        let expected = (one.at(5, 3, 1) * a + two.at(5, 3, 1) * b) / (a + b);
+        assert!((pooled.at(5, 3, 1) - expected).norm() <= 4.0 * f64::EPSILON * expected.norm());
+        assert!(matches!(CrossSpectra::pool(&[]), Err(SpectraError::Empty)));
+        let other = Welch::new(64).spectra(50.0, &[&[0.0; 300][..]; 4]).expect("long enough");
+        assert!(matches!(CrossSpectra::pool(&[one, other]), Err(SpectraError::Mismatch { trial: 2, what: "frequencies", .. })));
     }
 }

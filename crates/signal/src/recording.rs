@@ -269,6 +269,21 @@ mod tests {
     }
 
     #[test]
+    fn what_a_recording_says_of_itself() {
+        let recording = Recording::new(10.0, vec![channel("a", vec![1.0, 2.0, 3.0, 4.0]), channel("b", vec![0.0; 4])]).expect("one length");
+        assert_eq!((recording.duration_s(), recording.len(), recording.is_empty()), (0.4, 4, false));
+        assert_eq!(recording.to_string(), "2 channels (a, b), 0.4 s at 10 Hz");
+        let part = recording.slice(1..3).expect("inside");
+        assert_eq!((part.channels()[0].samples.as_slice(), part.start_s()), (&[2.0, 3.0][..], 0.1));
+        assert!(recording.slice(2..2).expect("nothing of it").is_empty() && recording.slice(0..4).expect("all of it") == recording);
+        #[allow(clippy::reversed_empty_ranges, reason = "that is what is refused")]
+        let refused = [3..1, 3..5, 5..5].map(|range| recording.slice(range));
+        assert!(refused.iter().all(|part| matches!(part, Err(RecordingError::Range { len: 4, .. }))));
+        let names: Vec<String> = recording.into_channels().into_iter().map(|c| c.name).collect();
+        assert_eq!(names, ["a", "b"]);
+    }
+
+    #[test]
     fn unequal_lengths_and_equal_names_are_refused() {
         let error = Recording::new(10.0, vec![channel("a", vec![0.0; 3]), channel("b", vec![0.0; 2])]).unwrap_err();
         assert!(matches!(error, RecordingError::Length { expected: 3, found: 2, .. }));

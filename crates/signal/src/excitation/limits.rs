@@ -203,6 +203,26 @@ mod tests {
     use ndarray::array;
 
     #[test]
+    fn the_share_of_power_is_that_of_the_lines_in_the_band() {
+        // Lines 5, 20 and, alternating, Nyquist's: powers 2²/2, 1/2 and 1.
+        let wave = |k: f64| 3.0 + 2.0 * (TAU * 0.05 * k).sin() + (TAU * 0.2 * k).cos() + (std::f64::consts::PI * k).cos();
+        let signal: Vec<f64> = (0..100).map(|k| wave(f64::from(k))).collect();
+        for (band_hz, share) in [((4.0, 6.0), 2.0 / 3.5), ((15.0, 50.0), 1.5 / 3.5), ((5.0, 20.0), 2.5 / 3.5), ((0.0, 50.0), 1.0), ((21.0, 49.0), 0.0)] {
+            assert!((power_share(&signal, 100.0, band_hz) - share).abs() < 1e-12, "{band_hz:?}");
+        }
+        assert!(power_share(&[1.0], 100.0, (0.0, 50.0)) == 0.0 && power_share(&[1.0; 8], 100.0, (0.0, 50.0)) == 0.0);
+    }
+
+    #[test]
+    fn silence_after_the_record_receives_what_rings_on() {
+        // One sample late, of 4 samples at 2 Hz: as a period the last comes first, with 1 s of silence it is gone.
+        let late = |f: f64| array![[Complex64::cis(-TAU * f * 0.5)]];
+        let through = |padding_s: f64| apply_response(&[vec![1.0, 2.0, 3.0, 4.0]], 2.0, padding_s, late).expect("one length");
+        let near = |found: &[f64], expected: [f64; 4]| found.iter().zip(expected).all(|(a, b)| (a - b).abs() < 0.7);
+        assert!(near(&through(0.0)[0], [4.0, 1.0, 2.0, 3.0]) && near(&through(1.0)[0], [0.0, 1.0, 2.0, 3.0]), "{:?}", through(1.0));
+    }
+
+    #[test]
     fn a_resonance_moves_as_the_steady_state_says() {
         // 2 kg, 10 N s/m, 300 N/m; 3 N at 1.5 Hz for 40 s: the transient decays with exp(−2.5 t) and adds to the first
         // swings, so the rms is compared within the 0.4 s/40 s that it takes.

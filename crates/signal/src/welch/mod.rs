@@ -11,8 +11,9 @@ use crate::window::Window;
 use num_complex::Complex64;
 pub use partial::WelchPartial;
 use plan::Plan;
-use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
+use std::sync::atomic::{AtomicUsize, Ordering};
+use std::sync::{Condvar, Mutex, PoisonError};
 pub use stream::WelchStream;
 use sum::Sum;
 
@@ -146,40 +147,60 @@ impl Welch {
     pub fn spectra(&self, sample_rate_hz: f64, channels: &[&[f64]]) -> Result<CrossSpectra, WelchError> {
         self.validate()?;
         let len = channels.first().map_or(0, |c| c.len());
-        for (channel, samples) in channels.iter().enumerate() {
-            if samples.len() != len {
-                return Err(WelchError::Length { channel, expected: len, found: samples.len() });
-            }
-            if let Some(sample) = first_not_finite(samples) {
-                return Err(WelchError::NotFinite { channel, sample });
-            }
+        if let Some((channel, samples)) = channels.iter().enumerate().find(|(_, samples)| samples.len() != len) {
+            return Err(WelchError::Length { channel, expected: len, found: samples.len() });
         }
         let segments = segments::count(len, self.nperseg, self.hop());
+        let summed = if segments == 0 { 0 } else { (segments - 1) * self.hop() + self.nperseg };
+        let not_finite_from = |from: usize| {
+            let first = |(channel, samples): (usize, &&[f64])| Some(WelchError::NotFinite { channel, sample: from + first_not_finite(&samples[from..])? });
+            channels.iter().enumerate().find_map(first)
+        };
         if segments == 0 {
-            return Err(WelchError::TooShort { len, nperseg: self.nperseg });
+            return Err(not_finite_from(0).unwrap_or(WelchError::TooShort { len, nperseg: self.nperseg }));
         }
         let plan = Plan::of(self);
+        let (total, finite) = self.sums_of_blocks(&plan, channels, segments);
+        // To look at every sample first would be one more pass through memory. A sum of finite samples may be infinite, too.
+        if let Some(error) = not_finite_from(if finite { summed } else { 0 }) {
+            return Err(error);
+        }
+        Ok(self.finish(&plan, sample_rate_hz, channels.len(), segments, total))
+    }
+
+    /// The products of all segments, and whether the samples in them are surely finite. Whichever threads sum the blocks, they are added up
+    /// in order: a thread that has its block adds it as soon as the one before is in, while the others go on.
+    fn sums_of_blocks(&self, plan: &Plan, channels: &[&[f64]], segments: usize) -> (Vec<Complex64>, bool) {
         let blocks = segments.div_ceil(BLOCK);
-        let mut total = Vec::new();
-        let add_block = |sum: &mut Sum, block: usize| {
-            for k in block * BLOCK..segments.min((block + 1) * BLOCK) {
-                let at = k * self.hop();
-                sum.add(&plan, channels.iter().map(|c| &c[at..at + self.nperseg]));
+        let mut sums = plan.take_sums(channels.len(), blocks.min(rayon::current_num_threads()).max(1));
+        let next = AtomicUsize::new(0);
+        let (total, turn) = (Mutex::new((0, Vec::new())), Condvar::new());
+        let work = |sum: &mut Sum| {
+            loop {
+                let block = next.fetch_add(1, Ordering::Relaxed);
+                if block >= blocks {
+                    return;
+                }
+                for k in block * BLOCK..segments.min((block + 1) * BLOCK) {
+                    let at = k * self.hop();
+                    sum.add(plan, channels.iter().map(|c| &c[at..at + self.nperseg]));
+                }
+                sum.flush();
+                let total = total.lock().unwrap_or_else(PoisonError::into_inner);
+                // The blocks before are being summed by threads that run: each took its block, as this one did, when it began with it.
+                let mut total = turn.wait_while(total, |(added, _)| *added != block).unwrap_or_else(PoisonError::into_inner);
+                sum.drain_into(&mut total.1);
+                total.0 += 1;
+                turn.notify_all();
             }
         };
-        let workers = blocks.min(rayon::current_num_threads().max(1));
-        let mut sums = plan.take_sums(channels.len(), workers);
-        for first in (0..blocks).step_by(workers) {
-            let wave = &mut sums[..workers.min(blocks - first)];
-            if let [sum] = wave {
-                add_block(sum, first);
-            } else {
-                wave.par_iter_mut().enumerate().for_each(|(i, sum)| add_block(sum, first + i));
-            }
-            wave.iter_mut().for_each(|sum| sum.drain_into(&mut total));
+        match &mut sums[..] {
+            [one] => work(one),
+            many => rayon::scope(|scope| many.iter_mut().for_each(|sum| scope.spawn(|_| work(sum)))),
         }
+        let finite = sums.iter_mut().fold(true, |all, sum| all & sum.take_finite());
         plan.give_back(sums);
-        Ok(self.finish(&plan, sample_rate_hz, channels.len(), segments, total))
+        (total.into_inner().unwrap_or_else(PoisonError::into_inner).1, finite)
     }
 
     fn finish(&self, plan: &Plan, sample_rate_hz: f64, channels: usize, segments: usize, mut lower: Vec<Complex64>) -> CrossSpectra {
@@ -264,6 +285,12 @@ mod tests {
     }
 
     #[test]
+    fn what_segments_lost_is_said() {
+        let mean_removed = |detrend| Welch { detrend, ..Welch::new(64) }.spectra(1.0, &[&noise(6, 256)]).expect("valid").mean_removed();
+        assert!(mean_removed(Detrend::Constant) && mean_removed(Detrend::Linear) && !mean_removed(Detrend::None));
+    }
+
+    #[test]
     fn contradictions_are_refused_with_a_remedy() {
         let x = [0.0; 100];
         assert!(matches!(Welch::new(200).spectra(1.0, &[&x]), Err(WelchError::TooShort { len: 100, nperseg: 200 })));
@@ -272,5 +299,27 @@ mod tests {
         let mut y = x;
         y[7] = f64::NAN;
         assert!(matches!(Welch::new(64).spectra(1.0, &[&x, &y]), Err(WelchError::NotFinite { channel: 1, sample: 7 })));
+    }
+
+    #[test]
+    fn a_sample_that_is_no_finite_number_is_found_wherever_it_is() {
+        let blocks = Welch { noverlap: 16, ..Welch::new(32) };
+        let x = noise(7, 3 * BLOCK * 16);
+        let settings = [blocks.clone(), Welch { nfft: 48, ..blocks.clone() }, Welch { detrend: Detrend::None, ..blocks.clone() }];
+        // Under a window's zero, in the last segment, after it.
+        for (welch, at) in settings.iter().flat_map(|welch| [0, 5, 1500, x.len() - 20, x.len() - 1].map(|at| (welch, at))) {
+            for wrong in [f64::NAN, f64::INFINITY, f64::NEG_INFINITY] {
+                let (mut y, mut z) = (x.clone(), x.clone());
+                y[at] = wrong;
+                z[3] = wrong;
+                let found = welch.spectra(1.0, &[&x, &y, &z]);
+                assert!(matches!(found, Err(WelchError::NotFinite { channel: 1, sample }) if sample == at), "{wrong} at {at}: {found:?}");
+            }
+        }
+        // What was refused leaves nothing behind.
+        assert_eq!(blocks.spectra(1.0, &[&x, &x, &x]).expect("finite").power(3, 2), blocks.spectra(1.0, &[&x]).expect("finite").power(3, 0));
+        // A sum beyond all numbers is another matter.
+        let large = vec![1e308; 64];
+        assert!(Welch { detrend: Detrend::None, ..Welch::new(32) }.spectra(1.0, &[&large]).is_ok());
     }
 }

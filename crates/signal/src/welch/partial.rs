@@ -164,6 +164,11 @@ mod tests {
         };
         assert!(matches!(part(&welch, 0..2).merge(part(&welch, 1..3)), Err(WelchError::Merge { .. })));
         assert!(matches!(part(&welch, 0..2).merge(part(&Welch::new(256), 2..3)), Err(WelchError::Merge { .. })));
+        // Alike in all but one: the channels, the record's length.
+        let (long, short) = (part(&welch, 0..1), x.len() - 64);
+        let two = welch.partial(1..2, x.len(), &[&x[welch.block_samples(1..2, x.len())]; 2]).expect("valid");
+        let other = welch.partial(1..2, short, &[&x[welch.block_samples(1..2, short)]]).expect("valid");
+        assert!(matches!(long.clone().merge(two), Err(WelchError::Merge { .. })) && matches!(long.merge(other), Err(WelchError::Merge { .. })));
         assert!(matches!(part(&welch, 0..2).spectra(1.0), Err(WelchError::Merge { .. })));
         assert!(matches!(welch.partial(0..1, x.len(), &[&x[..9]]), Err(WelchError::Length { .. })));
     }

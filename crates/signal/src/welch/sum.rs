@@ -21,11 +21,15 @@ pub(super) struct Sum {
     channels: usize,
     bins: usize,
     padded: usize,
-    /// `[pair][padded bin]`.
+    /// `[pair][padded bin]`; of an earlier sum while `fresh`.
     lower: Vec<Complex64>,
+    /// Nothing is in `lower` yet. To overwrite it costs less than to clear it and add.
+    fresh: bool,
     /// Spectra of the segments not yet in the sum, `[segment][channel][padded bin]`.
     waiting: Vec<Complex64>,
     filled: usize,
+    /// No transform so far lacked a number at 0 Hz.
+    finite: bool,
     input: Vec<f64>,
     scratch: Vec<Complex64>,
 }
@@ -42,8 +46,10 @@ impl Sum {
             bins: plan.bins,
             padded,
             lower: vec![Complex64::default(); pairs(channels) * padded],
+            fresh: true,
             waiting: vec![Complex64::default(); BATCH * channels * padded],
             filled: 0,
+            finite: true,
             input: plan.fft.make_input_vec(),
             scratch: plan.fft.make_scratch_vec(),
         }
@@ -69,6 +75,8 @@ impl Sum {
             // Lengths are those of the plan, so the transform cannot refuse.
             let done = plan.fft.process_with_scratch(&mut self.input, &mut row[..plan.bins], &mut self.scratch);
             debug_assert!(done.is_ok());
+            // A sum of all samples: any that is no finite number shows in it.
+            self.finite &= row[0].re.is_finite();
         }
         self.filled += 1;
         if self.filled == BATCH {
@@ -76,12 +84,20 @@ impl Sum {
         }
     }
 
+    /// Whether all samples since the last call were finite; `false` may also be a sum that was too large.
+    pub(super) fn take_finite(&mut self) -> bool {
+        std::mem::replace(&mut self.finite, true)
+    }
+
     /// Adds the products of the waiting segments to the sum.
-    fn flush(&mut self) {
-        let Sum { channels, padded, lower, waiting, filled, .. } = self;
+    pub(super) fn flush(&mut self) {
+        let Sum { channels, padded, lower, fresh, waiting, filled, .. } = self;
+        if *filled == 0 && *fresh {
+            lower.fill(Complex64::default());
+        }
         let spectra = &waiting[..*filled * *channels * *padded];
-        Arch::new().dispatch(AddProducts { channels: *channels, padded: *padded, spectra, lower });
-        *filled = 0;
+        Arch::new().dispatch(AddProducts { channels: *channels, padded: *padded, fresh: *fresh, spectra, lower });
+        (*filled, *fresh) = (0, false);
     }
 
     /// Adds the lower triangle so far, pair by pair, to `total` (empty at first), and starts again from zero.
@@ -94,7 +110,7 @@ impl Sum {
         } else {
             total.chunks_exact_mut(self.bins).zip(rows).for_each(|(total, row)| total.iter_mut().zip(row).for_each(|(t, s)| *t += s));
         }
-        self.lower.fill(Complex64::default());
+        self.fresh = true;
     }
 }
 
@@ -102,6 +118,8 @@ impl Sum {
 struct AddProducts<'a> {
     channels: usize,
     padded: usize,
+    /// `lower` is overwritten.
+    fresh: bool,
     spectra: &'a [Complex64],
     lower: &'a mut [Complex64],
 }
@@ -128,10 +146,10 @@ impl WithSimd for AddProducts<'_> {
                     for at in start..row.min(start + tile) {
                         let (lower, x, y) = (&mut lower[pair * row + at..], a * row + at, b * row + at);
                         match a - b {
-                            0 => add_products::<S, 1>(simd, lower, spectra, x, y, row, step),
-                            1 => add_products::<S, 2>(simd, lower, spectra, x, y, row, step),
-                            2 => add_products::<S, 3>(simd, lower, spectra, x, y, row, step),
-                            _ => add_products::<S, 4>(simd, lower, spectra, x, y, row, step),
+                            0 => add_products::<S, 1>(simd, lower, self.fresh, spectra, x, y, row, step),
+                            1 => add_products::<S, 2>(simd, lower, self.fresh, spectra, x, y, row, step),
+                            2 => add_products::<S, 3>(simd, lower, self.fresh, spectra, x, y, row, step),
+                            _ => add_products::<S, 4>(simd, lower, self.fresh, spectra, x, y, row, step),
                         }
                     }
                     pair += (a + 1 - b).min(4);
@@ -144,6 +162,9 @@ impl WithSimd for AddProducts<'_> {
 impl AddProducts<'_> {
     /// The same sums on a machine without vectors.
     fn one_by_one(self) {
+        if self.fresh {
+            self.lower.fill(Complex64::default());
+        }
         for segment in self.spectra.chunks_exact(self.channels * self.padded) {
             let mut lower = self.lower.chunks_exact_mut(self.padded);
             for a in 0..self.channels {
@@ -158,12 +179,12 @@ impl AddProducts<'_> {
 }
 
 /// The products of the vector at `x` with `N` vectors `row` apart from `y` on, over all segments, `step` apart; added
-/// to `lower` at 0, `row`, 2 `row`, …
+/// to `lower` at 0, `row`, 2 `row`, …, or in its place where that is `fresh`.
 ///
 /// x y* = (XᵣYᵣ + XᵢYᵢ) + j(XᵢYᵣ − XᵣYᵢ): the four products are summed apart, two by two as they stand in memory
 /// (`straight`: XᵣYᵣ, XᵢYᵢ; `crossed`: XᵣYᵢ, XᵢYᵣ), and brought together at the end.
 #[inline(always)]
-fn add_products<S: Simd, const N: usize>(simd: S, lower: &mut [S::c64s], spectra: &[S::c64s], x: usize, y: usize, row: usize, step: usize) {
+fn add_products<S: Simd, const N: usize>(simd: S, lower: &mut [S::c64s], fresh: bool, spectra: &[S::c64s], x: usize, y: usize, row: usize, step: usize) {
     let zero = simd.splat_f64s(0.0);
     let (mut straight, mut crossed) = ([zero; N], [zero; N]);
     for segment in spectra.chunks_exact(step) {
@@ -181,7 +202,8 @@ fn add_products<S: Simd, const N: usize>(simd: S, lower: &mut [S::c64s], spectra
         // Real parts: s + swapped s. Imaginary parts: swapped c − c. The selection is a product with 1 or 0.
         let real: S::f64s = simd.add_f64s(cast(s), cast(simd.swap_re_im_c64s(s)));
         let imaginary: S::f64s = simd.sub_f64s(cast(c), cast(simd.swap_re_im_c64s(c)));
-        let sum: S::f64s = simd.mul_add_e_f64s(real, cast(one), cast(lower[n * row]));
+        let before = if fresh { zero } else { cast(lower[n * row]) };
+        let sum: S::f64s = simd.mul_add_e_f64s(real, cast(one), before);
         lower[n * row] = cast(simd.mul_add_e_f64s(imaginary, cast(j), sum));
     }
 }
@@ -197,12 +219,15 @@ mod tests {
         let mut rng = rand_chacha::ChaCha8Rng::seed_from_u64(1);
         let spectra: Vec<Complex64> =
             (0..segments * channels * padded).map(|_| Complex64::new(rng.random_range(-1.0..1.0), rng.random_range(-1.0..1.0))).collect();
-        let mut sums = [vec![Complex64::default(); pairs(channels) * padded], vec![Complex64::default(); pairs(channels) * padded]];
+        // What is left of an earlier sum must not show.
+        let mut sums = [vec![Complex64::ONE; pairs(channels) * padded], vec![Complex64::I; pairs(channels) * padded]];
         let [vectors, scalars] = &mut sums;
-        Arch::new().dispatch(AddProducts { channels, padded, spectra: &spectra, lower: vectors });
-        pulp::Scalar.vectorize(AddProducts { channels, padded, spectra: &spectra, lower: scalars });
-        // Identity: round-off of `segments` sums of products below 2.
-        let bound = 2.0 * segments as f64 * 4.0 * f64::EPSILON;
+        for fresh in [true, false] {
+            Arch::new().dispatch(AddProducts { channels, padded, fresh, spectra: &spectra, lower: vectors });
+            pulp::Scalar.vectorize(AddProducts { channels, padded, fresh, spectra: &spectra, lower: scalars });
+        }
+        // Identity: round-off of `segments` sums of products below 2, twice.
+        let bound = 2.0 * 2.0 * segments as f64 * 4.0 * f64::EPSILON;
         assert!(vectors.iter().zip(scalars.iter()).all(|(v, s)| (v - s).norm() < bound));
         assert!(vectors.iter().any(|v| v.norm() > 0.1));
     }
