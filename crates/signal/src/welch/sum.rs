@@ -146,10 +146,10 @@ impl WithSimd for AddProducts<'_> {
                     for at in start..row.min(start + tile) {
                         let (lower, x, y) = (&mut lower[pair * row + at..], a * row + at, b * row + at);
                         match a - b {
-                            0 => add_products::<S, 1>(simd, lower, self.fresh, spectra, x, y, row, step),
-                            1 => add_products::<S, 2>(simd, lower, self.fresh, spectra, x, y, row, step),
-                            2 => add_products::<S, 3>(simd, lower, self.fresh, spectra, x, y, row, step),
-                            _ => add_products::<S, 4>(simd, lower, self.fresh, spectra, x, y, row, step),
+                            0 => add_products::<S, 1>(simd, lower, self.fresh, spectra, (x, y), row, step),
+                            1 => add_products::<S, 2>(simd, lower, self.fresh, spectra, (x, y), row, step),
+                            2 => add_products::<S, 3>(simd, lower, self.fresh, spectra, (x, y), row, step),
+                            _ => add_products::<S, 4>(simd, lower, self.fresh, spectra, (x, y), row, step),
                         }
                     }
                     pair += (a + 1 - b).min(4);
@@ -184,7 +184,7 @@ impl AddProducts<'_> {
 /// x y* = (XᵣYᵣ + XᵢYᵢ) + j(XᵢYᵣ − XᵣYᵢ): the four products are summed apart, two by two as they stand in memory
 /// (`straight`: XᵣYᵣ, XᵢYᵢ; `crossed`: XᵣYᵢ, XᵢYᵣ), and brought together at the end.
 #[inline(always)]
-fn add_products<S: Simd, const N: usize>(simd: S, lower: &mut [S::c64s], fresh: bool, spectra: &[S::c64s], x: usize, y: usize, row: usize, step: usize) {
+fn add_products<S: Simd, const N: usize>(simd: S, lower: &mut [S::c64s], fresh: bool, spectra: &[S::c64s], (x, y): (usize, usize), row: usize, step: usize) {
     let zero = simd.splat_f64s(0.0);
     let (mut straight, mut crossed) = ([zero; N], [zero; N]);
     for segment in spectra.chunks_exact(step) {
