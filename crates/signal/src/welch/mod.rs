@@ -1,5 +1,6 @@
 //! Welch's method: one pass, each channel transformed once per segment.
 
+mod in_turn;
 mod partial;
 mod plan;
 mod stream;
@@ -8,12 +9,12 @@ mod sum;
 use crate::cross_spectra::CrossSpectra;
 use crate::segments::{self, Detrend, effective_averages, first_not_finite};
 use crate::window::Window;
+use in_turn::InTurn;
 use num_complex::Complex64;
 pub use partial::WelchPartial;
 use plan::Plan;
 use serde::{Deserialize, Serialize};
 use std::sync::atomic::{AtomicUsize, Ordering};
-use std::sync::{Condvar, Mutex, PoisonError};
 pub use stream::WelchStream;
 use sum::Sum;
 
@@ -174,8 +175,9 @@ impl Welch {
         let blocks = segments.div_ceil(BLOCK);
         let mut sums = plan.take_sums(channels.len(), blocks.min(rayon::current_num_threads()).max(1));
         let next = AtomicUsize::new(0);
-        let (total, turn) = (Mutex::new((0, Vec::new())), Condvar::new());
+        let total = InTurn::new(Vec::new());
         let work = |sum: &mut Sum| {
+            let _guard = total.guard();
             loop {
                 let block = next.fetch_add(1, Ordering::Relaxed);
                 if block >= blocks {
@@ -185,13 +187,10 @@ impl Welch {
                     let at = k * self.hop();
                     sum.add(plan, channels.iter().map(|c| &c[at..at + self.nperseg]));
                 }
+                // While the others may still add theirs.
                 sum.flush();
-                let total = total.lock().unwrap_or_else(PoisonError::into_inner);
                 // The blocks before are being summed by threads that run: each took its block, as this one did, when it began with it.
-                let mut total = turn.wait_while(total, |(added, _)| *added != block).unwrap_or_else(PoisonError::into_inner);
-                sum.drain_into(&mut total.1);
-                total.0 += 1;
-                turn.notify_all();
+                total.add(block, |total| sum.drain_into(total));
             }
         };
         match &mut sums[..] {
@@ -200,7 +199,7 @@ impl Welch {
         }
         let finite = sums.iter_mut().fold(true, |all, sum| all & sum.take_finite());
         plan.give_back(sums);
-        (total.into_inner().unwrap_or_else(PoisonError::into_inner).1, finite)
+        (total.into_inner(), finite)
     }
 
     fn finish(&self, plan: &Plan, sample_rate_hz: f64, channels: usize, segments: usize, mut lower: Vec<Complex64>) -> CrossSpectra {
@@ -269,8 +268,10 @@ mod tests {
             stream.push(&[a, b]).expect("valid");
         }
         assert_eq!(stream.spectra().expect("segments"), all);
-        let one = rayon::ThreadPoolBuilder::new().num_threads(1).build().expect("pool").install(|| welch.spectra(10.0, &[&x, &y]));
-        assert_eq!(one.expect("valid"), all);
+        for threads in [1, 2, 3, 20] {
+            let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("pool");
+            assert_eq!(pool.install(|| welch.spectra(10.0, &[&x, &y])).expect("valid"), all, "{threads} threads");
+        }
     }
 
     #[test]
@@ -304,16 +305,20 @@ mod tests {
     #[test]
     fn a_sample_that_is_no_finite_number_is_found_wherever_it_is() {
         let blocks = Welch { noverlap: 16, ..Welch::new(32) };
-        let x = noise(7, 3 * BLOCK * 16);
-        let settings = [blocks.clone(), Welch { nfft: 48, ..blocks.clone() }, Welch { detrend: Detrend::None, ..blocks.clone() }];
+        // Of the last five samples there is no whole segment.
+        let x = noise(7, 3 * BLOCK * 16 + 5);
+        let padded = [48, 61, 77, 128].map(|nfft| Welch { nfft, ..blocks.clone() });
+        let settings = [blocks.clone(), Welch { detrend: Detrend::None, ..blocks.clone() }].into_iter().chain(padded);
         // Under a window's zero, in the last segment, after it.
-        for (welch, at) in settings.iter().flat_map(|welch| [0, 5, 1500, x.len() - 20, x.len() - 1].map(|at| (welch, at))) {
+        for (welch, at) in settings.flat_map(|welch| [0, 5, 1500, x.len() - 20, x.len() - 1].map(|at| (welch.clone(), at))) {
             for wrong in [f64::NAN, f64::INFINITY, f64::NEG_INFINITY] {
                 let (mut y, mut z) = (x.clone(), x.clone());
                 y[at] = wrong;
                 z[3] = wrong;
-                let found = welch.spectra(1.0, &[&x, &y, &z]);
-                assert!(matches!(found, Err(WelchError::NotFinite { channel: 1, sample }) if sample == at), "{wrong} at {at}: {found:?}");
+                for (second, third) in [(&y, &x), (&y, &z)] {
+                    let found = welch.spectra(1.0, &[&x, second, third]);
+                    assert!(matches!(found, Err(WelchError::NotFinite { channel: 1, sample }) if sample == at), "{wrong} at {at}: {found:?}");
+                }
             }
         }
         // What was refused leaves nothing behind.

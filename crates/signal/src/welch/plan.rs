@@ -24,7 +24,7 @@ pub(super) struct Plan {
     pub(super) spacing: f64,
     /// |W|² at multiples of a sixteenth of a bin, from 0.
     half_kernel: Vec<f64>,
-    /// Buffers of earlier calls, cleared: fresh memory costs as much as a short analysis.
+    /// Buffers of earlier calls, drained: fresh memory costs as much as a short analysis.
     spare: Mutex<Vec<Sum>>,
 }
 
@@ -64,7 +64,7 @@ impl Plan {
         }
     }
 
-    /// Cleared sums for `count` workers.
+    /// Sums of nothing yet for `count` workers.
     pub(super) fn take_sums(&self, channels: usize, count: usize) -> Vec<Sum> {
         let mut spare = self.spare.lock().unwrap_or_else(PoisonError::into_inner);
         spare.retain(|sum| sum.channels() == channels);
@@ -75,7 +75,7 @@ impl Plan {
         sums
     }
 
-    /// Takes cleared sums back for the next call, as many as there are threads and none of unusual size.
+    /// Takes drained sums back for the next call, as many as there are threads and none of unusual size.
     pub(super) fn give_back(&self, sums: Vec<Sum>) {
         const MOST_BYTES: usize = 32 << 20;
         let mut spare = self.spare.lock().unwrap_or_else(PoisonError::into_inner);
