@@ -289,6 +289,13 @@ mod tests {
     }
 
     #[test]
+    fn four_samples_are_enough_for_a_period_and_three_are_not() {
+        assert_eq!(detect_period(&[1.0, -1.0, 1.0, -1.0]).map(|d| d.period), Some(2));
+        assert_eq!(detect_period(&[1.0, -1.0, 1.0]), None);
+        assert_eq!(detect_period(&[]), None);
+    }
+
+    #[test]
     fn lines_and_noise_are_told_apart() {
         let sigma = 0.1;
         let x: Vec<f64> = multisine(200 * 51).iter().zip(noise(0, 200 * 51)).map(|(x, e)| x + sigma * e).collect();

@@ -197,6 +197,19 @@ mod tests {
     }
 
     #[test]
+    fn what_is_skewed_or_flat_is_found_and_its_moments_are_right() {
+        let mut rng = rand_chacha::ChaCha8Rng::seed_from_u64(3);
+        let uniform: Vec<f64> = (0..2000).map(|k| 3.0 * (f64::from(k) + 0.5) / 2000.0).collect();
+        // Fourth moment of the uniform distribution: 9/5 of the squared variance.
+        let flat = normality(&uniform).expect("varies");
+        assert!((flat.excess_kurtosis + 1.2).abs() < 1e-5 && flat.skewness.abs() < 1e-9, "{flat:?}");
+        let squares: Vec<f64> = correlated(&mut rng, 2000, 0.0).iter().map(|x| 0.1 * x * x).collect();
+        // χ² of one degree: skewness √8; the statistic is some hundreds.
+        let skewed = normality(&squares).expect("varies");
+        assert!((1.5..4.5).contains(&skewed.skewness) && skewed.p_value < 1e-12, "{skewed:?}");
+    }
+
+    #[test]
     fn impossible_intervals_are_refused() {
         assert!(matches!(mean_squares(&[1.0; 3], 4), Err(StationarityError::Intervals { .. })));
         assert!(matches!(mean_squares(&[1.0; 3], 0), Err(StationarityError::Intervals { .. })));

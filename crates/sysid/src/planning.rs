@@ -107,4 +107,28 @@ mod tests {
             assert!(averages_for_interval(coherence, 1, width, level).is_finite(), "{coherence} {width} {level}");
         }
     }
+
+    #[test]
+    fn progress_is_that_of_the_widest_interval() {
+        use crate::{Direct, Labels, Ports, ResponseKind, direct};
+        use ndof_signal::Welch;
+        let x: Vec<f64> = (0..4000).map(|k| (f64::from(k) * f64::from(k) * 0.01).sin()).collect();
+        let y: Vec<f64> = x.iter().enumerate().map(|(k, x)| 50.0 * x + (k as f64 * k as f64 * 0.37).cos()).collect();
+        let spectra = Welch::new(200).spectra(100.0, &[&x, &y]).expect("valid");
+        let ports = Ports { references: vec![], inputs: vec![0], outputs: vec![1] };
+        let response = direct(&spectra, &ports, &Labels::numbered(&ports, ResponseKind::Compliance), Direct::default()).expect("valid").response;
+        let rule = StoppingRule { level: 0.95, relative_half_width: 0.1, low_hz: 5.0, high_hz: 20.0, share: 1.0, diagonal_only: false };
+        let progress = rule.judge(&response).expect("in the band");
+        let confidence = Confidence::new(0.95, response.uncertainty.as_ref().expect("noise").degrees_of_freedom);
+        let widths: Vec<f64> = (0..response.len())
+            .filter(|&f| (5.0..=20.0).contains(&response.frequency_hz[f]))
+            .map(|f| confidence.gain_phase(response.value[[f, 0, 0]], response.variance(f, 0, 0)))
+            .map(|entry| entry.gain_interval[1] / entry.gain - 1.0)
+            .collect();
+        let widest = widths.iter().copied().fold(0.0, f64::max);
+        assert!((progress.times_present_length / (widest / 0.1).powi(2).max(1.0) - 1.0).abs() < 1e-9, "{progress:?} {widest}");
+        let narrow = widths.iter().filter(|w| **w <= 0.1).count() as f64 / widths.len() as f64;
+        assert!((progress.share - narrow).abs() < 1e-12 && progress.reached == (widest <= 0.1));
+        assert!(StoppingRule { low_hz: 60.0, high_hz: 70.0, ..rule }.judge(&response).is_none());
+    }
 }

@@ -125,6 +125,15 @@ mod tests {
     use crate::{FilteredNoise, SignalSize, power_share};
 
     #[test]
+    fn the_correction_ends_at_its_reach() {
+        let noise = FilteredNoise { axes: 2, samples: 4000, ..FilteredNoise::default() }.generate(1).expect("valid");
+        let columns: Vec<&[f64]> = noise.iter().map(|x| &x[..]).collect();
+        let spectra = Welch::new(500).spectra(500.0, &columns).expect("valid");
+        let changes = |hz: f64| correction(&spectra, hz, (2.0, 8.0)) != Array2::<Complex64>::eye(2);
+        assert_eq!([0.5, 1.999, 2.0, 5.3, 8.0, 8.001, 30.0].map(changes), [false, false, true, true, true, false, false]);
+    }
+
+    #[test]
     fn pairs_and_triples_lose_their_chance_coherence_and_keep_their_power() {
         for axes in [2, 3] {
             let signals = FilteredNoise { axes, rms: 4.0, ..FilteredNoise::default() }.generate(3).expect("valid");

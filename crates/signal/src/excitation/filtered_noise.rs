@@ -199,6 +199,18 @@ mod tests {
     use super::*;
 
     #[test]
+    fn the_coarse_analysis_has_a_frequency_of_the_band() {
+        // 500 samples at 500 Hz: 1 Hz apart.
+        let coarse_of = |nfft, band_hz| {
+            let criterion = SeedCriterion { welch: Welch { nfft, ..Welch::new(500) }, band_hz, ..SeedCriterion::default() };
+            coarse(&criterion, 500.0).nfft
+        };
+        assert_eq!(coarse_of(2000, (2.5, 3.5)), 500);
+        assert_eq!(coarse_of(2000, (2.25, 2.75)), 2000);
+        assert_eq!(coarse_of(1999, (2.5, 3.5)), 1999);
+    }
+
+    #[test]
     fn the_rms_is_exact_and_axes_and_seeds_differ() {
         let noise = FilteredNoise { axes: 3, samples: 5000, rms: 4.0, ..FilteredNoise::default() };
         let signals = noise.generate(5).expect("valid");

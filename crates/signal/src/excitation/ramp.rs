@@ -18,3 +18,18 @@ pub fn ramp(signal: &mut [f64], sample_rate_hz: f64, in_s: f64, out_s: f64) {
     let last = signal.len().saturating_sub(1);
     signal.iter_mut().enumerate().for_each(|(k, s)| *s *= fade(k, in_s) * fade(last - k, out_s));
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn each_sample_is_scaled_by_the_mean_of_the_ramp_over_its_interval() {
+        let mut signal = [1.0; 8];
+        ramp(&mut signal, 2.0, 2.0, 1.0);
+        assert_eq!(signal, [0.125, 0.375, 0.625, 0.875, 1.0, 1.0, 0.75, 0.25]);
+        ramp(&mut signal, 2.0, 0.0, 0.0);
+        assert_eq!(signal[0], 0.125);
+        ramp(&mut [], 2.0, 1.0, 1.0);
+    }
+}

@@ -155,6 +155,16 @@ mod tests {
     }
 
     #[test]
+    fn blocks_beyond_the_record_add_nothing() {
+        let x = &record()[0][..2 * BLOCK * 64];
+        let welch = Welch { noverlap: 0, ..Welch::new(64) };
+        assert_eq!(welch.blocks(x.len()), 2);
+        let part = welch.partial(0..3, x.len(), &[x]).expect("valid");
+        assert!(part.is_complete());
+        assert_eq!(part.spectra(10.0).expect("complete"), welch.spectra(10.0, &[x]).expect("valid"));
+    }
+
+    #[test]
     fn parts_that_do_not_fit_are_refused() {
         let [x, _] = record();
         let welch = Welch::new(128);

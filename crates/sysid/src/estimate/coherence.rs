@@ -96,3 +96,36 @@ pub(crate) fn imply(
     }
     coherence.multiple[[f, i]] = explained / (explained + noise);
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn of_one_input_all_coherences_are_one_and_the_same() {
+        let (response, power, noise) = (Complex64::new(3.0, -4.0), 0.2, 1.5);
+        let mut coherence = Coherence::nan(1, 1, 1);
+        imply(&mut coherence, (0, 0), &[response], |_, _| power.into(), &[Complex64::from(1.0 / power)], noise);
+        // |H|² S_uu / (|H|² S_uu + S_nn)
+        let expected = 5.0 / 6.5;
+        for found in [coherence.ordinary[[0, 0, 0]], coherence.partial[[0, 0, 0]], coherence.multiple[[0, 0]]] {
+            assert!((found - expected).abs() < 1e-15, "{found}");
+        }
+    }
+
+    #[test]
+    fn of_two_independent_inputs_each_is_judged_without_the_other() {
+        let power = [0.5, 2.0];
+        let response = [Complex64::new(0.0, 2.0), Complex64::new(1.0, 0.0)];
+        let mut coherence = Coherence::nan(1, 1, 2);
+        let input = |i: usize, j: usize| Complex64::from(if i == j { power[i] } else { 0.0 });
+        let inverse = [2.0, 0.0, 0.0, 0.5].map(Complex64::from);
+        imply(&mut coherence, (0, 0), &response, input, &inverse, 4.0);
+        // Each causes a power of 2, the noise 4.
+        for j in 0..2 {
+            assert!((coherence.ordinary[[0, 0, j]] - 0.25).abs() < 1e-15);
+            assert!((coherence.partial[[0, 0, j]] - 1.0 / 3.0).abs() < 1e-15);
+        }
+        assert!((coherence.multiple[[0, 0]] - 0.5).abs() < 1e-15);
+    }
+}
