@@ -159,13 +159,13 @@ impl LevenbergMarquardt {
     ///
     /// # Errors
     /// [`MinimiseError`] if bounds and start do not fit together or the residuals are not finite at the start.
-    pub fn minimise<P: LeastSquares>(self, problem: &P, start: &[f64]) -> Result<Minimum, MinimiseError> {
+    pub fn minimise(self, problem: &dyn LeastSquares, start: &[f64]) -> Result<Minimum, MinimiseError> {
         let found = self.descend(problem, start)?;
         Ok(Minimum { jacobian: problem.jacobian(&found.x), ..found })
     }
 
     /// The same without the Jacobian at the end, which may cost as much as a step.
-    pub(crate) fn descend<P: LeastSquares>(mut self, problem: &P, start: &[f64]) -> Result<Minimum, MinimiseError> {
+    pub(crate) fn descend(mut self, problem: &dyn LeastSquares, start: &[f64]) -> Result<Minimum, MinimiseError> {
         if self.bounds.len() != start.len() {
             return Err(MinimiseError::BoundsLength { parameters: start.len(), bounds: self.bounds.len() });
         }
@@ -204,7 +204,7 @@ impl LevenbergMarquardt {
     }
 
     /// One accepted step from `x`, or a reason to stop.
-    fn step<P: LeastSquares>(&mut self, problem: &P, x: &[f64], residuals: &[f64]) -> Option<(Vec<f64>, Vec<f64>)> {
+    fn step(&mut self, problem: &dyn LeastSquares, x: &[f64], residuals: &[f64]) -> Option<(Vec<f64>, Vec<f64>)> {
         let n = x.len();
         let reduced = problem.triangle(x, residuals);
         let norms: Vec<f64> = (0..n).map(|j| reduced.col(j).norm_l2()).collect();
@@ -275,12 +275,12 @@ impl LevenbergMarquardt {
 
 type LmState = IterState<Vec<f64>, (), Mat<f64>, (), Vec<f64>, f64>;
 
-impl<P: LeastSquares> Solver<Adapter<'_, P>, LmState> for LevenbergMarquardt {
+impl Solver<Adapter<'_>, LmState> for LevenbergMarquardt {
     fn name(&self) -> &str {
         "bounded Levenberg-Marquardt"
     }
 
-    fn next_iter(&mut self, problem: &mut Problem<Adapter<'_, P>>, mut state: LmState) -> Result<(LmState, Option<KV>), ArgminError> {
+    fn next_iter(&mut self, problem: &mut Problem<Adapter<'_>>, mut state: LmState) -> Result<(LmState, Option<KV>), ArgminError> {
         let (Some(x), Some(residuals), Some(adapter)) = (state.take_param(), state.take_residuals(), problem.problem.as_ref()) else {
             return Err(argmin::core::ArgminError::NotInitialized { text: "start values".to_owned() }.into());
         };
@@ -299,9 +299,9 @@ impl<P: LeastSquares> Solver<Adapter<'_, P>, LmState> for LevenbergMarquardt {
 }
 
 /// A least-squares problem as `argmin` sees it.
-struct Adapter<'a, P>(&'a P);
+struct Adapter<'a>(&'a dyn LeastSquares);
 
-impl<P: LeastSquares> Operator for Adapter<'_, P> {
+impl Operator for Adapter<'_> {
     type Param = Vec<f64>;
     type Output = Vec<f64>;
     fn apply(&self, x: &Vec<f64>) -> Result<Vec<f64>, ArgminError> {
@@ -309,7 +309,7 @@ impl<P: LeastSquares> Operator for Adapter<'_, P> {
     }
 }
 
-impl<P: LeastSquares> Jacobian for Adapter<'_, P> {
+impl Jacobian for Adapter<'_> {
     type Param = Vec<f64>;
     type Jacobian = Mat<f64>;
     fn jacobian(&self, x: &Vec<f64>) -> Result<Mat<f64>, ArgminError> {

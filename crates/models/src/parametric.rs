@@ -7,7 +7,7 @@ use num_complex::Complex64;
 use serde::{Deserialize, Serialize};
 
 /// The response of a model on a grid, of the kind asked for; not a number where that does not exist (0 Hz of an impedance).
-pub fn parametric_response<M: ParametricModel + ?Sized>(model: &M, theta: &[f64], frequency_hz: &[f64], kind: ResponseKind) -> FrequencyResponse {
+pub fn parametric_response(model: &dyn ParametricModel, theta: &[f64], frequency_hz: &[f64], kind: ResponseKind) -> FrequencyResponse {
     let n = model.axes().len();
     let mut value = Array3::from_elem((frequency_hz.len(), n, n), Complex64::new(f64::NAN, f64::NAN));
     let mut flat = vec![Complex64::default(); n * n];
@@ -79,5 +79,40 @@ pub trait ParametricModel: Send + Sync {
     fn natural_jacobian(&self, internal: &[f64]) -> Option<Array2<f64>> {
         let _ = internal;
         None
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    struct Springs(Vec<Axis>);
+
+    impl ParametricModel for Springs {
+        fn name(&self) -> &str {
+            "springs"
+        }
+
+        fn axes(&self) -> &[Axis] {
+            &self.0
+        }
+
+        fn parameters(&self) -> Vec<ParameterInfo> {
+            Vec::new()
+        }
+
+        fn stiffness(&self, theta: &[f64], _s: Complex64, value: &mut [Complex64], _derivative: Option<&mut [Complex64]>) {
+            value[0] = theta[0].into();
+        }
+    }
+
+    #[test]
+    fn a_model_that_says_no_more_has_parameters_of_their_own_size_and_moves_in_them() {
+        let springs = Springs(vec![Axis::linear("x")]);
+        assert_eq!([springs.scale(&[-3.0, 0.5], 0), springs.scale(&[-3.0, 0.5], 1)], [3.0, 0.5]);
+        assert_eq!((springs.internal(&[2.0, 7.0]), springs.natural(&[2.0, 7.0])), (vec![2.0, 7.0], vec![2.0, 7.0]));
+        assert!(springs.natural_jacobian(&[2.0]).is_none());
+        let response = parametric_response(&springs, &[4.0], &[1.0], ResponseKind::Compliance);
+        assert_eq!(response.value[[0, 0, 0]], Complex64::from(0.25));
     }
 }

@@ -158,6 +158,12 @@ fn the_papers_cost_reports_its_own_scatter_and_that_is_larger() {
     let (own, best) = (paper(&model, &response, &start), weighted(CovarianceKind::Model)(&model, &response, &start));
     assert!(own.parameters.iter().zip(&best.parameters).all(|(a, b)| a.std_error > b.std_error));
     assert_eq!(model.parameters().len(), own.parameters.len());
+    // Weights say which data count for more, not how good they are.
+    let threefold = PaperFit { band_hz: [0.5, 8.0] }.fit(&model, &response, &Array3::from_elem(response.value.dim(), 3.0), &start).expect("fit");
+    for (a, b) in own.parameters.iter().zip(&threefold.parameters) {
+        assert!((a.value - b.value).abs() < 1e-6 * a.std_error && (a.std_error / b.std_error - 1.0).abs() < 1e-6, "{a:?} {b:?}");
+    }
+    assert!((threefold.chi2 / own.chi2 / 9.0 - 1.0).abs() < 1e-9);
 }
 
 #[test]

@@ -3,9 +3,9 @@
 mod estimates;
 mod support;
 
-use ndof_models::{InertiaDampingStiffnessModel, LoopModel, Smoothing, Symmetry, Transducer, WeightedFit, linear_start};
-use ndof_signal::{CrossSpectra, Welch};
-use ndof_sysid::FrequencyResponse;
+use ndof_models::{InertiaDampingStiffnessModel, LoopModel, Smoothing, Symmetry, Transducer, WeightedFit, linear_start, parametric_response};
+use ndof_signal::{CrossSpectra, Kernel, Welch};
+use ndof_sysid::{FrequencyResponse, ResponseKind};
 use rayon::prelude::*;
 
 const SEEDS: u64 = 8;
@@ -70,4 +70,20 @@ fn intervals_hold_the_truth_at_every_noise_and_errors_are_no_larger_than_the_ref
     // 432 intervals in groups of nine that share a seed: the coverage of 0.95 has a standard error of about 0.015.
     let coverage = f64::from(u32::try_from(held).expect("small")) / asked as f64;
     assert!((0.89..=0.99).contains(&coverage), "{held} of {asked}");
+}
+
+#[test]
+fn what_is_seen_without_a_window_is_the_response_entry_by_entry() {
+    let limb = support::patient();
+    let model = InertiaDampingStiffnessModel::new(limb.axes.clone(), Symmetry::Free);
+    let mut theta = model.theta(&limb);
+    // No matrix symmetric, no two entries alike.
+    theta.iter_mut().enumerate().for_each(|(k, v)| *v *= 1.0 + 0.01 * k as f64);
+    let grid = [0.7, 2.0, 6.5];
+    let settings = WeightedFit { smoothing: Smoothing::None, ..WeightedFit::default() };
+    for kind in [ResponseKind::Compliance, ResponseKind::DynamicStiffness, ResponseKind::Impedance] {
+        let seen = settings.seen(&model, &theta, kind, &grid, &Kernel::default());
+        let plain = parametric_response(&model, &theta, &grid, kind).value;
+        assert!(seen.iter().zip(&plain).all(|(a, b)| (a - b).norm() < 1e-12 * b.norm()), "{kind:?}: {seen} {plain}");
+    }
 }

@@ -111,7 +111,7 @@ impl WeightedFit {
     ///
     /// # Errors
     /// That of the last start if every one fails.
-    pub fn fit_from<M: ParametricModel + ?Sized>(&self, model: &M, response: &FrequencyResponse, starts: &[Vec<f64>]) -> Result<Fit, FitError> {
+    pub fn fit_from(&self, model: &dyn ParametricModel, response: &FrequencyResponse, starts: &[Vec<f64>]) -> Result<Fit, FitError> {
         let mut best: Result<Fit, FitError> = Err(FitError::StartLength { found: 0, expected: model.parameters().len() });
         for start in starts {
             match (self.fit(model, response, start), &best) {

@@ -76,7 +76,7 @@ impl ErrorsInVariables {
     ///
     /// # Errors
     /// [`FitError`] if the spectra do not have the model's axes, the band holds too little, or periods are too few for a covariance.
-    pub fn fit<M: ParametricModel + ?Sized>(&self, model: &M, experiments: &[PeriodSpectra], start: &[f64]) -> Result<Fit, FitError> {
+    pub fn fit(&self, model: &dyn ParametricModel, experiments: &[PeriodSpectra], start: &[f64]) -> Result<Fit, FitError> {
         let (n, parameters) = (model.axes().len(), model.parameters());
         if start.len() != parameters.len() {
             return Err(FitError::StartLength { found: start.len(), expected: parameters.len() });
@@ -145,8 +145,8 @@ impl Line {
     }
 }
 
-struct BothSides<'a, M: ?Sized> {
-    model: &'a M,
+struct BothSides<'a> {
+    model: &'a dyn ParametricModel,
     lines: &'a [Line],
     n: usize,
     parameters: usize,
@@ -158,7 +158,7 @@ fn apply(a: &[Complex64], x: &[Complex64]) -> Vec<Complex64> {
     a.chunks_exact(n).map(|row| row.iter().zip(x).map(|(a, x)| a * x).sum()).collect()
 }
 
-impl<M: ParametricModel + ?Sized> BothSides<'_, M> {
+impl BothSides<'_> {
     /// What whitens the error of a line, that error, and D C_dd − C_Fd, whose product with ∂Dᴴ is half of ∂C.
     fn error(&self, line: &Line, d: &[Complex64]) -> Option<(Vec<Complex64>, Vec<Complex64>, Vec<Complex64>)> {
         let n = self.n;
@@ -182,7 +182,7 @@ impl<M: ParametricModel + ?Sized> BothSides<'_, M> {
 /// A complex residual of unit variance is two real ones of half.
 const ROOT_TWO: f64 = std::f64::consts::SQRT_2;
 
-impl<M: ParametricModel + ?Sized> LeastSquares for BothSides<'_, M> {
+impl LeastSquares for BothSides<'_> {
     fn residuals(&self, theta: &[f64]) -> Vec<f64> {
         let mut out = Vec::with_capacity(2 * self.n * self.lines.len());
         for line in self.lines {

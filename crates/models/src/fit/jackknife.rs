@@ -26,13 +26,7 @@ impl WeightedFit {
     ///
     /// # References
     /// B. Efron & R. Tibshirani (1993), An Introduction to the Bootstrap, ch. 11. F. E. Satterthwaite (1946).
-    pub fn fit_trials<M: ParametricModel + ?Sized>(
-        &self,
-        model: &M,
-        response: &FrequencyResponse,
-        without: &[FrequencyResponse],
-        start: &[f64],
-    ) -> Result<Fit, FitError> {
+    pub fn fit_trials(&self, model: &dyn ParametricModel, response: &FrequencyResponse, without: &[FrequencyResponse], start: &[f64]) -> Result<Fit, FitError> {
         let fit = self.fit(model, response, start)?;
         let left = without.iter().map(|r| self.fit(model, r, &fit.theta).map(|f| f.theta)).collect::<Result<Vec<_>, _>>()?;
         Ok(rescale_by_trials(model, fit, &left))
@@ -40,7 +34,7 @@ impl WeightedFit {
 }
 
 /// `fit` with its covariance scaled to the scatter of `left`, the parameters without each trial.
-pub(crate) fn rescale_by_trials<M: ParametricModel + ?Sized>(model: &M, mut fit: Fit, left: &[Vec<f64>]) -> Fit {
+pub(crate) fn rescale_by_trials(model: &dyn ParametricModel, mut fit: Fit, left: &[Vec<f64>]) -> Fit {
     let sound: Vec<usize> = (0..fit.theta.len()).filter(|&k| fit.covariance[[k, k]].is_finite() && fit.covariance[[k, k]] > 0.0).collect();
     if left.len() < FEWEST_TRIALS || sound.is_empty() {
         return fit;

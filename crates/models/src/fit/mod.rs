@@ -32,7 +32,7 @@ use ndof_sysid::{FrequencyResponse, ResponseKind};
 use num_complex::Complex64;
 
 /// Number of axes, if response, model and start values belong together.
-fn check_shape<M: ParametricModel + ?Sized>(model: &M, response: &FrequencyResponse, start: &[f64]) -> Result<usize, FitError> {
+fn check_shape(model: &dyn ParametricModel, response: &FrequencyResponse, start: &[f64]) -> Result<usize, FitError> {
     let n = model.axes().len();
     let (outputs, inputs) = response.shape();
     if (outputs, inputs) != (n, n) {
@@ -57,12 +57,12 @@ fn shares(frequency_hz: &[f64], independent_spacing_hz: f64) -> Vec<f64> {
 }
 
 /// A problem in the coordinates in which its model lets a minimiser move freely.
-struct Internal<'a, P, M: ?Sized> {
-    problem: &'a P,
-    model: &'a M,
+struct Internal<'a> {
+    problem: &'a dyn LeastSquares,
+    model: &'a dyn ParametricModel,
 }
 
-impl<P: LeastSquares, M: ParametricModel + ?Sized> LeastSquares for Internal<'_, P, M> {
+impl LeastSquares for Internal<'_> {
     fn residuals(&self, x: &[f64]) -> Vec<f64> {
         self.problem.residuals(&self.model.natural(x))
     }
@@ -109,7 +109,7 @@ struct Solved {
 }
 
 impl Solved {
-    fn new<P: LeastSquares, M: ParametricModel + ?Sized>(problem: &P, model: &M, start: &[f64]) -> Result<Self, FitError> {
+    fn new(problem: &dyn LeastSquares, model: &dyn ParametricModel, start: &[f64]) -> Result<Self, FitError> {
         let bounds = model.parameters().iter().map(|p| (p.lower, p.upper)).collect();
         let minimum = LevenbergMarquardt::new(bounds).minimise(&Internal { problem, model }, &model.internal(start))?;
         let theta = model.natural(&minimum.x);

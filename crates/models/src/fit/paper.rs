@@ -32,7 +32,7 @@ impl PaperFit {
     ///
     /// # Errors
     /// [`FitError`] if shape, kind or band do not serve.
-    pub fn fit<M: ParametricModel + ?Sized>(&self, model: &M, response: &FrequencyResponse, weight: &Array3<f64>, start: &[f64]) -> Result<Fit, FitError> {
+    pub fn fit(&self, model: &dyn ParametricModel, response: &FrequencyResponse, weight: &Array3<f64>, start: &[f64]) -> Result<Fit, FitError> {
         let n = check_shape(model, response, start)?;
         let impedance = response.to_kind(ResponseKind::Impedance)?;
         let parameters = model.parameters();
@@ -85,9 +85,9 @@ impl PaperFit {
     ///
     /// # Errors
     /// As [`PaperFit::fit`].
-    pub fn fit_trials<M: ParametricModel + ?Sized>(
+    pub fn fit_trials(
         &self,
-        model: &M,
+        model: &dyn ParametricModel,
         response: &FrequencyResponse,
         without: &[FrequencyResponse],
         weight: &Array3<f64>,
@@ -100,8 +100,8 @@ impl PaperFit {
 }
 
 /// Residuals 10 γ (g_e − g_m) and γ (φ_e − φ_m), element after element, bin after bin.
-struct Logarithmic<'a, M: ?Sized> {
-    prediction: Prediction<'a, M>,
+struct Logarithmic<'a> {
+    prediction: Prediction<'a>,
     estimate: Vec<Complex64>,
     weight: Vec<f64>,
     parameters: usize,
@@ -112,7 +112,7 @@ fn units() -> (f64, f64) {
     (GAIN_WEIGHT * 20.0 / std::f64::consts::LN_10, 1f64.to_degrees())
 }
 
-impl<M: ParametricModel + ?Sized> LeastSquares for Logarithmic<'_, M> {
+impl LeastSquares for Logarithmic<'_> {
     fn residuals(&self, theta: &[f64]) -> Vec<f64> {
         let (value, _) = self.prediction.evaluate(theta, false);
         let elements = self.estimate.iter().zip(&value).zip(&self.weight);
@@ -140,7 +140,7 @@ impl<M: ParametricModel + ?Sized> LeastSquares for Logarithmic<'_, M> {
     }
 }
 
-impl<M: ParametricModel + ?Sized> Logarithmic<'_, M> {
+impl Logarithmic<'_> {
     /// Jᵀ Ω J, neighbouring bins counted by their share.
     fn meat(&self, jacobian: &Mat<f64>, residuals: &[f64], impedance: &FrequencyResponse, bins: &[usize], share: &[f64]) -> Mat<f64> {
         let (k, size) = (self.parameters, self.prediction.elements());

@@ -41,8 +41,8 @@ pub struct Transducer {
 const NEGLIGIBLE: f64 = 1e-7;
 
 /// A model on the grid of an estimate, with derivatives.
-pub(crate) struct Prediction<'a, M: ?Sized> {
-    model: &'a M,
+pub(crate) struct Prediction<'a> {
+    model: &'a dyn ParametricModel,
     smoothing: &'a Smoothing,
     transducer: Option<Transducer>,
     inverted: bool,
@@ -63,10 +63,10 @@ struct Pair {
     denominator: Option<Vec<Complex64>>,
 }
 
-impl<'a, M: ParametricModel + ?Sized> Prediction<'a, M> {
+impl<'a> Prediction<'a> {
     /// Prepares the nodes. `kind` is not [`ResponseKind::Transfer`].
     pub(crate) fn new(
-        model: &'a M,
+        model: &'a dyn ParametricModel,
         kind: ResponseKind,
         frequency_hz: &[f64],
         kernel: &Kernel,

@@ -65,7 +65,7 @@ impl WeightedFit {
     ///
     /// # Errors
     /// [`FitError`] if shape, kind, covariance or band do not serve.
-    pub fn fit<M: ParametricModel + ?Sized>(&self, model: &M, response: &FrequencyResponse, start: &[f64]) -> Result<Fit, FitError> {
+    pub fn fit(&self, model: &dyn ParametricModel, response: &FrequencyResponse, start: &[f64]) -> Result<Fit, FitError> {
         let n = check_shape(model, response, start)?;
         let parameters = model.parameters();
         let uncertainty = response.uncertainty.as_ref().ok_or(FitError::NoCovariance)?;
@@ -124,7 +124,7 @@ impl WeightedFit {
     /// let seen = settings.seen(&model, &[2.0, 11.0, 300.0], ResponseKind::Compliance, &[0.0], &Kernel::default());
     /// assert!((seen[[0, 0, 0]].re - 1.0 / 300.0).abs() < 1e-15);
     /// ```
-    pub fn seen<M: ParametricModel + ?Sized>(&self, model: &M, theta: &[f64], kind: ResponseKind, frequency_hz: &[f64], kernel: &Kernel) -> Array3<Complex64> {
+    pub fn seen(&self, model: &dyn ParametricModel, theta: &[f64], kind: ResponseKind, frequency_hz: &[f64], kernel: &Kernel) -> Array3<Complex64> {
         let n = model.axes().len();
         let (values, _) = Prediction::new(model, kind, frequency_hz, kernel, &self.smoothing, self.transducer).evaluate(theta, false);
         Array3::from_shape_fn((frequency_hz.len(), n, n), |(f, i, j)| values[(f * n + i) * n + j])
@@ -179,14 +179,14 @@ impl Bin {
     }
 }
 
-struct Whitened<'a, M: ?Sized> {
-    prediction: Prediction<'a, M>,
+struct Whitened<'a> {
+    prediction: Prediction<'a>,
     bins: Vec<Bin>,
     n: usize,
     parameters: usize,
 }
 
-impl<M: ParametricModel + ?Sized> LeastSquares for Whitened<'_, M> {
+impl LeastSquares for Whitened<'_> {
     /// Real and imaginary part of each element, bin after bin.
     fn residuals(&self, theta: &[f64]) -> Vec<f64> {
         let size = self.n * self.n;
@@ -215,7 +215,7 @@ impl<M: ParametricModel + ?Sized> LeastSquares for Whitened<'_, M> {
     }
 }
 
-impl<M: ParametricModel + ?Sized> Whitened<'_, M> {
+impl Whitened<'_> {
     /// Jᵀ Ω J where Ω is the covariance that the residuals have by the estimate's full covariance.
     fn known_meat(&self, jacobian: &Mat<f64>) -> Mat<f64> {
         let (n, k) = (self.n, self.parameters);
