@@ -99,7 +99,7 @@ fn estimate(forces: &[Vec<f64>], motions: &[Vec<f64>]) -> Result<DirectEstimate,
 type Counts = Vec<(String, f64, bool)>;
 
 /// What the rows are called that are held on one side.
-const LEAKAGE: &str = ", more leakage than noise";
+const LEAKAGE: &str = "; leakage above noise";
 
 fn fits(limb: &InertiaDampingStiffness, estimate: &DirectEstimate, which: &str, count: &mut dyn FnMut(&str, f64, bool)) -> Result<(), Failure> {
     let settings = WeightedFit { band_hz: BAND_HZ, ..WeightedFit::default() };
@@ -112,7 +112,7 @@ fn fits(limb: &InertiaDampingStiffness, estimate: &DirectEstimate, which: &str, 
     for (k, parameter) in fit(Symmetry::Symmetric)?.1.parameters.iter().enumerate() {
         let truth = [&limb.inertia, &limb.damping, &limb.stiffness][k / 3][[[0, 0], [0, 1], [1, 1]][k % 3]];
         let [low, high] = parameter.ci95;
-        count(&format!("{} of a fitted response{which}", parameter.name), 0.95, (low..=high).contains(&truth));
+        count(&format!("{}, fitted{which}", parameter.name), 0.95, (low..=high).contains(&truth));
     }
     let (model, free) = fit(Symmetry::Free)?;
     for test in symmetry_test(&model, &free) {
@@ -151,8 +151,8 @@ fn two_axes(seed: u64) -> Result<Counts, Failure> {
     count("partial coherence of nothing", 0.05, alone.coherence.partial[[f, 0, 0]] > alone.significance_95.partial);
     count("multiple coherence of nothing", 0.05, alone.coherence.multiple[[f, 0]] > alone.significance_95.multiple);
     count("trend in a stationary force", 0.05, reverse_arrangements(&mean_squares(&forces[0], 20)?)?.p_value < 0.05);
-    count("a Gaussian force called something else", 0.05, normality(&forces[0])?.p_value < 0.05);
-    count("a Gaussian displacement called something else", 0.05, normality(&motions[0])?.p_value < 0.05);
+    count("force called not Gaussian", 0.05, normality(&forces[0])?.p_value < 0.05);
+    count("displacement called not Gaussian", 0.05, normality(&motions[0])?.p_value < 0.05);
     Ok(counts)
 }
 
@@ -182,7 +182,7 @@ fn one_axis(seed: u64) -> Result<Counts, Failure> {
     let run = FreeRunFit::new(RATE_HZ).fit(&mechanism, &[trial], &truth.map(|v| 0.8 * v))?;
     for (parameter, truth) in run.parameters.iter().zip(truth) {
         let [low, high] = parameter.ci95;
-        counts.push((format!("{} of a free run", parameter.name), 0.95, (low..=high).contains(&truth)));
+        counts.push((format!("{}, free run", parameter.name), 0.95, (low..=high).contains(&truth)));
     }
     Ok(counts)
 }
@@ -207,7 +207,7 @@ fn main() -> Result<(), Failure> {
     table.extend(rows(experiments, one_axis)?);
     table.sort_by(|a, b| b.expected.total_cmp(&a.expected));
     println!("{experiments} experiments with two axes and as many with one, {:.0} s each", SAMPLES as f64 / RATE_HZ);
-    println!("{:<56} {:>6} {:>8}   four standard deviations about it", "in how many of them", "asked", "found");
+    println!("{:<40} {:>6} {:>8}   four standard deviations", "in how many of them", "asked", "found");
     let mut wrong = 0;
     for row in &table {
         let (share, cases) = (row.counted as f64 / row.cases as f64, row.cases as f64);
@@ -219,7 +219,7 @@ fn main() -> Result<(), Failure> {
         let inside = (low..=high).contains(&share);
         wrong += usize::from(!inside);
         let [asked, share, low, high] = [row.expected, share, low.max(0.0), high.min(1.0)].map(|x| 100.0 * x);
-        println!("{:<56} {asked:>4.0} % {share:>6.1} %   {low:.1} to {high:.1} %{}", row.name, if inside { "" } else { "  OUTSIDE" });
+        println!("{:<40} {asked:>4.0} % {share:>6.1} %   {low:.1} to {high:.1} %{}", row.name, if inside { "" } else { "  OUTSIDE" });
     }
     if wrong > 0 { Err(format!("{wrong} of {} shares lie outside", table.len()).into()) } else { Ok(()) }
 }

@@ -15,4 +15,5 @@ mod privacy;
 mod reference;
 mod schemas;
 mod stream;
+mod studies;
 mod support;

@@ -42,3 +42,30 @@ pub fn draw_hidden(count: usize, seed: u64, axes: &[String]) -> Vec<HiddenEffect
     }
     drawn
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::collections::BTreeSet;
+
+    #[test]
+    fn a_seed_draws_different_effects_always_the_same_ones_and_in_the_end_all() {
+        let axes = ["x".to_owned(), "y".to_owned()];
+        let mut seen = BTreeSet::new();
+        for seed in 0..50 {
+            let drawn = draw_hidden(3, seed, &axes);
+            let again = draw_hidden(3, seed, &axes);
+            let names: BTreeSet<&str> = drawn.iter().map(|hidden| hidden.name.as_str()).collect();
+            assert_eq!(names.len(), 3);
+            for (a, b) in drawn.iter().zip(&again) {
+                assert_eq!((&a.name, &a.axis, &a.parameters), (&b.name, &b.axis, &b.parameters));
+                assert_eq!(a.axis.is_none(), a.side == "sensor");
+                let card = ndof_models::effects::find(&a.name).expect("in the registry").card();
+                assert!(a.parameters.keys().all(|name| card.parameters.iter().any(|p| p.name == name)), "{:?}", a.parameters);
+            }
+            seen.extend(drawn.into_iter().map(|hidden| hidden.name));
+        }
+        assert_eq!(seen.len(), 6);
+        assert_eq!(draw_hidden(9, 1, &axes).len(), 6);
+    }
+}
