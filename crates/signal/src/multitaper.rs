@@ -324,11 +324,23 @@ mod tests {
     }
 
     #[test]
+    fn weights_that_one_channel_lowers_still_sum_to_one_for_the_other() {
+        // Beside a strong tone, which takes the leaking tapers out, noise keeps its power.
+        let n = 2000;
+        let tone: Vec<f64> = noise(6, n).iter().enumerate().map(|(k, e)| (0.5 * k as f64).sin() + 1e-4 * e).collect();
+        let s = Multitaper { tapers: Some(8), adaptive: true, ..Multitaper::default() }.spectra(1.0, &[&tone, &noise(7, n)]).expect("valid");
+        let mean = (500..=1000).map(|f| s.power(f, 1) * if f == 1000 { 2.0 } else { 1.0 }).sum::<f64>() / 501.0 / (2.0 / 3.0);
+        // As above: one sigma is 6 %.
+        assert!((mean - 1.0).abs() < 0.24 && s.effective_averages() < 7.5, "{mean} {}", s.effective_averages());
+    }
+
+    #[test]
     fn tapers_that_do_not_leak_count_in_full() {
         // NW = 4, four tapers: 1 − λ is below 1e-4, so the weights are next to equal.
         let x = noise(5, 1000);
         let s = Multitaper { tapers: Some(4), adaptive: true, ..Multitaper::default() }.spectra(50.0, &[&x]).expect("valid");
         assert!((s.effective_averages() - 4.0).abs() < 0.01, "{}", s.effective_averages());
+        assert!((s.independent_spacing_hz() - 2.0 * 4.0 * 50.0 / 1000.0).abs() < 1e-12);
     }
 
     #[test]
