@@ -242,6 +242,7 @@ fn unknown_and_impossible_parameters_are_refused() {
     let friction = find("coulomb-friction").expect("an effect");
     assert!(friction.inject(&Parameters::new([("level", 1.0)]), &setting()).is_err());
     assert!(friction.inject(&Parameters::new([("level_n", -1.0)]), &setting()).is_err());
+    assert!(friction.inject(&Parameters::new([("level_n", 1.0), ("levle_n", 2.0)]), &setting()).is_err(), "one that is right beside one that is not known");
     assert!(friction.inject(&Parameters::default(), &setting()).is_err());
     assert!(friction.inject(&Parameters::new([("level_nm", 1.0)]), &setting()).is_ok(), "the rotational twin of a name");
     assert_eq!(rotational_name("damping_n_s_per_m"), "damping_nm_s_per_rad");
