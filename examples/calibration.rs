@@ -5,15 +5,16 @@
 //! level than four standard deviations of the binomial distribution.
 //!
 //! Where a segment's ends leak more than there is noise, Welch's residual is leakage. It counts as noise, but that of neighbouring
-//! frequencies cancels in a fit, so that intervals are wider than they need be and tests cry less often; those rows are held on one side.
+//! frequencies cancels in a fit, so that intervals are wider than they need be and tests cry less often. So they are where the response is a
+//! local polynomial estimate, whose frequencies count as independent only a window apart. Those rows are held on one side.
 
 use ndarray::{Array2, arr2};
 use ndof::models::blocks::{Composite, find};
 use ndof::models::physical::symmetry_test;
 use ndof::models::time::{FreeRunFit, Mechanism, TimeTrial, simulate};
 use ndof::models::{Axis, InertiaDampingStiffness, InertiaDampingStiffnessModel, Symmetry, WeightedFit, likelihood_ratio, linear_start};
-use ndof::signal::{Welch, forward_transform, inverse_transform, mean_squares, normality, reverse_arrangements};
-use ndof::sysid::{Direct, DirectEstimate, Labels, Ports, ResponseKind, direct};
+use ndof::signal::{Channel, Quantity, Recording, Unit, Welch, forward_transform, inverse_transform, mean_squares, normality, reverse_arrangements};
+use ndof::sysid::{self, Direct, DirectEstimate, Labels, LocalPolynomial, Ports, ResponseKind, SpectralMethod};
 use num_complex::Complex64;
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
@@ -25,17 +26,58 @@ const RATE_HZ: f64 = 200.0;
 const SAMPLES: usize = 16_384;
 const SEGMENT: usize = 1024;
 const BAND_HZ: [f64; 2] = [0.5, 8.0];
-/// Rms noise of the displacement over what the force's rms of 1 N moves the axis at rest: coherences of 0.8 at 1 Hz and 0.02 at 8 Hz …
+/// Rms noise of the displacement over what the force's rms of 1 N moves the axis at rest: coherences of 0.8 at 1 Hz and 0.01 at 8 Hz …
 const NOISE: f64 = 0.5;
 /// … and of 0.998 and 0.6, where at low frequency the ends of the segments weigh more than the noise.
 const LITTLE_NOISE: f64 = 0.05;
 
+/// How often intervals shall hold the truth, and how often tests may cry.
+const LEVEL: f64 = 0.95;
+const HOLDS: Asked = Asked::Near(LEVEL);
+const CRIES: Asked = Asked::Near(1.0 - LEVEL);
+
 type Failure = Box<dyn Error + Send + Sync>;
+
+/// What is asked of a share.
+#[derive(Clone, Copy, PartialEq)]
+enum Asked {
+    /// That much.
+    Near(f64),
+    /// That much or more.
+    AtLeast(f64),
+    /// That much or less.
+    AtMost(f64),
+}
+
+impl Asked {
+    fn level(self) -> f64 {
+        let (Asked::Near(level) | Asked::AtLeast(level) | Asked::AtMost(level)) = self;
+        level
+    }
+
+    /// Four standard deviations of the share of so many cases about what is asked.
+    fn range(self, cases: f64) -> [f64; 2] {
+        let width = 4.0 * (self.level() * (1.0 - self.level()) / cases).sqrt();
+        let [low, high] = [(self.level() - width).max(0.0), (self.level() + width).min(1.0)];
+        match self {
+            Asked::Near(_) => [low, high],
+            Asked::AtLeast(_) => [low, 1.0],
+            Asked::AtMost(_) => [0.0, high],
+        }
+    }
+}
+
+/// One thing that was looked at in one experiment: whether its 95 % interval holds the truth, or its test at 5 % cries.
+struct Count {
+    name: String,
+    asked: Asked,
+    yes: bool,
+}
 
 /// What was counted under one name: in how many of how many cases.
 struct Row {
     name: String,
-    expected: f64,
+    asked: Asked,
     counted: usize,
     cases: usize,
 }
@@ -87,21 +129,22 @@ fn experiment(limb: &InertiaDampingStiffness, noise: f64, rng: &mut ChaCha8Rng) 
     [forces, motions]
 }
 
-fn estimate(forces: &[Vec<f64>], motions: &[Vec<f64>]) -> Result<DirectEstimate, Failure> {
+fn estimate(forces: &[Vec<f64>], motions: &[Vec<f64>], method: &SpectralMethod) -> Result<DirectEstimate, Failure> {
     let axes = forces.len();
-    let channels: Vec<&[f64]> = forces.iter().chain(motions).map(|c| &c[..]).collect();
-    let spectra = Welch::new(SEGMENT).spectra(RATE_HZ, &channels)?;
+    let named = |name: &'static str, quantity: Quantity, samples: &[Vec<f64>]| -> Vec<Channel> {
+        samples.iter().enumerate().map(|(k, samples)| Channel::new(format!("{name}_{k}"), Unit::si(quantity, false), samples.clone())).collect()
+    };
+    let trial = Recording::new(RATE_HZ, [named("force", Quantity::Effort, forces), named("pos", Quantity::Displacement, motions)].concat())?;
     let ports = Ports { references: vec![], inputs: (0..axes).collect(), outputs: (axes..2 * axes).collect() };
-    Ok(direct(&spectra, &ports, &Labels::numbered(&ports, ResponseKind::Compliance), Direct::H1)?)
+    Ok(sysid::estimate(&[&trial], &ports, &Labels::of(&trial, &ports), method, Direct::H1)?.direct)
 }
 
-/// Names with whether each of its 95 % intervals holds the truth, or whether each of its tests at 5 % cries.
-type Counts = Vec<(String, f64, bool)>;
+fn welch() -> SpectralMethod {
+    SpectralMethod::Welch(Welch::new(SEGMENT))
+}
 
-/// What the rows are called that are held on one side.
-const LEAKAGE: &str = "; leakage above noise";
-
-fn fits(limb: &InertiaDampingStiffness, estimate: &DirectEstimate, which: &str, count: &mut dyn FnMut(&str, f64, bool)) -> Result<(), Failure> {
+/// M, B and K of a response, and whether they are symmetric.
+fn fits(limb: &InertiaDampingStiffness, estimate: &DirectEstimate, which: &str, asked: [Asked; 2], counts: &mut Vec<Count>) -> Result<(), Failure> {
     let settings = WeightedFit { band_hz: BAND_HZ, ..WeightedFit::default() };
     let fit = |symmetry| -> Result<_, Failure> {
         let model = InertiaDampingStiffnessModel::new(limb.axes.clone(), symmetry);
@@ -109,60 +152,73 @@ fn fits(limb: &InertiaDampingStiffness, estimate: &DirectEstimate, which: &str, 
         let fit = settings.fit(&model, &estimate.response, &start)?;
         Ok((model, fit))
     };
-    for (k, parameter) in fit(Symmetry::Symmetric)?.1.parameters.iter().enumerate() {
-        let truth = [&limb.inertia, &limb.damping, &limb.stiffness][k / 3][[[0, 0], [0, 1], [1, 1]][k % 3]];
+    let (model, symmetric) = fit(Symmetry::Symmetric)?;
+    for (parameter, truth) in symmetric.parameters.iter().zip(model.theta(limb)) {
         let [low, high] = parameter.ci95;
-        count(&format!("{}, fitted{which}", parameter.name), 0.95, (low..=high).contains(&truth));
+        counts.push(Count { name: format!("{}, fitted{which}", parameter.name), asked: asked[0], yes: (low..=high).contains(&truth) });
     }
     let (model, free) = fit(Symmetry::Free)?;
     for test in symmetry_test(&model, &free) {
-        count(&format!("{} called not symmetric{which}", test.matrix), 0.05, test.p_value < 0.05);
+        counts.push(Count { name: format!("{} called not symmetric{which}", test.matrix), asked: asked[1], yes: test.p_value < 0.05 });
     }
     Ok(())
 }
 
-fn two_axes(seed: u64) -> Result<Counts, Failure> {
+/// Gain and phase at one frequency an experiment, so that what is counted is independent.
+fn response(limb: &InertiaDampingStiffness, estimate: &DirectEstimate, seed: u64, which: &str, counts: &mut Vec<Count>) {
+    let f = one_of_the_band(estimate, seed);
+    let truth = limb.response(&[estimate.response.frequency_hz[f]], ResponseKind::Compliance);
+    for (name, i, j) in [("own", 0, 0), ("cross", 1, 0)] {
+        let (found, truth) = (&estimate.response.gain_phase(i, j, LEVEL)[f], truth.value[[0, i, j]]);
+        let mut count = |what: &str, yes| counts.push(Count { name: format!("{what} of a response, {name}{which}"), asked: HOLDS, yes });
+        count("gain", (found.gain_interval[0]..=found.gain_interval[1]).contains(&truth.norm()));
+        let turned = (truth / estimate.response.value[[f, i, j]]).arg() + found.phase_rad;
+        count("phase", found.phase_interval_rad.is_none_or(|[low, high]| (low..=high).contains(&turned)));
+    }
+}
+
+fn one_of_the_band(estimate: &DirectEstimate, seed: u64) -> usize {
+    let inside: Vec<usize> = (0..estimate.response.len()).filter(|&f| (BAND_HZ[0]..=BAND_HZ[1]).contains(&estimate.response.frequency_hz[f])).collect();
+    inside[seed as usize % inside.len()]
+}
+
+fn two_axes(seed: u64) -> Result<Vec<Count>, Failure> {
     let mut rng = ChaCha8Rng::seed_from_u64(seed);
     let limb = limb(2);
+    let mut counts = Vec::new();
     let [forces, motions] = experiment(&limb, NOISE, &mut rng);
-    let estimate = estimate(&forces, &motions)?;
-    let mut counts = Counts::new();
-    let mut count = |name: &str, level: f64, yes: bool| counts.push((name.to_owned(), level, yes));
+    let noisy = estimate(&forces, &motions, &welch())?;
+    response(&limb, &noisy, seed, "", &mut counts);
+    fits(&limb, &noisy, "", [HOLDS, CRIES], &mut counts)?;
 
-    // One frequency an experiment, so that what is counted is independent.
-    let inside: Vec<usize> = (0..estimate.response.len()).filter(|&f| (BAND_HZ[0]..=BAND_HZ[1]).contains(&estimate.response.frequency_hz[f])).collect();
-    let f = inside[seed as usize % inside.len()];
-    let truth = limb.response(&[estimate.response.frequency_hz[f]], ResponseKind::Compliance);
-    for (i, j) in [(0, 0), (1, 0)] {
-        let (found, truth) = (&estimate.response.gain_phase(i, j, 0.95)[f], truth.value[[0, i, j]]);
-        let name = if i == j { "own" } else { "cross" };
-        count(&format!("gain of a response, {name}"), 0.95, (found.gain_interval[0]..=found.gain_interval[1]).contains(&truth.norm()));
-        let turned = (truth / estimate.response.value[[f, i, j]]).arg() + found.phase_rad;
-        count(&format!("phase of a response, {name}"), 0.95, found.phase_interval_rad.is_none_or(|[low, high]| (low..=high).contains(&turned)));
-    }
-
-    fits(&limb, &estimate, "", &mut count)?;
     let [little_forces, little_motions] = experiment(&limb, LITTLE_NOISE, &mut rng);
-    fits(&limb, &self::estimate(&little_forces, &little_motions)?, LEAKAGE, &mut count)?;
+    let leaking = estimate(&little_forces, &little_motions, &welch())?;
+    response(&limb, &leaking, seed, "; little noise", &mut counts);
+    let safe = [Asked::AtLeast(LEVEL), Asked::AtMost(1.0 - LEVEL)];
+    fits(&limb, &leaking, "; little noise", safe, &mut counts)?;
+    let local = SpectralMethod::LocalPolynomial(LocalPolynomial::default());
+    fits(&limb, &estimate(&little_forces, &little_motions, &local)?, "; little, local", safe, &mut counts)?;
 
     // Outputs that know nothing of the inputs.
-    let alone = self::estimate(&forces, &[normal(&mut rng, SAMPLES), normal(&mut rng, SAMPLES)])?;
-    count("ordinary coherence of nothing", 0.05, alone.coherence.ordinary[[f, 0, 0]] > alone.significance_95.ordinary);
-    count("partial coherence of nothing", 0.05, alone.coherence.partial[[f, 0, 0]] > alone.significance_95.partial);
-    count("multiple coherence of nothing", 0.05, alone.coherence.multiple[[f, 0]] > alone.significance_95.multiple);
-    count("trend in a stationary force", 0.05, reverse_arrangements(&mean_squares(&forces[0], 20)?)?.p_value < 0.05);
-    count("force called not Gaussian", 0.05, normality(&forces[0])?.p_value < 0.05);
-    count("displacement called not Gaussian", 0.05, normality(&motions[0])?.p_value < 0.05);
+    let alone = estimate(&forces, &[normal(&mut rng, SAMPLES), normal(&mut rng, SAMPLES)], &welch())?;
+    let f = one_of_the_band(&alone, seed);
+    let mut count = |name: &str, yes: bool| counts.push(Count { name: name.to_owned(), asked: CRIES, yes });
+    count("ordinary coherence of nothing", alone.coherence.ordinary[[f, 0, 0]] > alone.significance_95.ordinary);
+    count("partial coherence of nothing", alone.coherence.partial[[f, 0, 0]] > alone.significance_95.partial);
+    count("multiple coherence of nothing", alone.coherence.multiple[[f, 0]] > alone.significance_95.multiple);
+    count("trend in a stationary force", reverse_arrangements(&mean_squares(&forces[0], 20)?)?.p_value < 0.05);
+    count("force called not Gaussian", normality(&forces[0])?.p_value < 0.05);
+    count("displacement called not Gaussian", normality(&motions[0])?.p_value < 0.05);
     Ok(counts)
 }
 
-fn one_axis(seed: u64) -> Result<Counts, Failure> {
+fn one_axis(seed: u64) -> Result<Vec<Count>, Failure> {
     let mut rng = ChaCha8Rng::seed_from_u64(seed);
     rng.set_stream(1);
     let limb = limb(1);
     let [forces, motions] = experiment(&limb, NOISE, &mut rng);
-    let estimate = estimate(&forces, &motions)?;
-    let mut counts = Counts::new();
+    let estimate = estimate(&forces, &motions, &welch())?;
+    let mut counts = Vec::new();
 
     let settings = WeightedFit { band_hz: BAND_HZ, ..WeightedFit::default() };
     let model = InertiaDampingStiffnessModel::new(limb.axes.clone(), Symmetry::Symmetric);
@@ -170,7 +226,7 @@ fn one_axis(seed: u64) -> Result<Counts, Failure> {
     let plain = settings.fit(&model, &estimate.response, &start)?;
     let late = Composite::of_cards(&model, &[find("delay").ok_or("a delay")?]);
     let ratio = likelihood_ratio(&plain, &settings.fit_from(&late, &estimate.response, &late.starts(&start))?);
-    counts.push(("a delay that is not there".to_owned(), 0.05, ratio.p_value < 0.05));
+    counts.push(Count { name: "a delay that is not there".to_owned(), asked: CRIES, yes: ratio.p_value < 0.05 });
 
     // Twenty seconds in free run, with the force between samples as a fit in time takes it.
     let mechanism = Mechanism::new(limb.axes.clone());
@@ -182,17 +238,17 @@ fn one_axis(seed: u64) -> Result<Counts, Failure> {
     let run = FreeRunFit::new(RATE_HZ).fit(&mechanism, &[trial], &truth.map(|v| 0.8 * v))?;
     for (parameter, truth) in run.parameters.iter().zip(truth) {
         let [low, high] = parameter.ci95;
-        counts.push((format!("{}, free run", parameter.name), 0.95, (low..=high).contains(&truth)));
+        counts.push(Count { name: format!("{}, free run", parameter.name), asked: HOLDS, yes: (low..=high).contains(&truth) });
     }
     Ok(counts)
 }
 
-fn rows(experiments: u64, one: fn(u64) -> Result<Counts, Failure>) -> Result<Vec<Row>, Failure> {
-    let all: Vec<Counts> = (0..experiments).into_par_iter().map(one).collect::<Result<_, _>>()?;
+fn rows(experiments: u64, one: fn(u64) -> Result<Vec<Count>, Failure>) -> Result<Vec<Row>, Failure> {
+    let all: Vec<Vec<Count>> = (0..experiments).into_par_iter().map(one).collect::<Result<_, _>>()?;
     let mut rows: Vec<Row> = Vec::new();
-    for (name, expected, yes) in all.into_iter().flatten() {
+    for Count { name, asked, yes } in all.into_iter().flatten() {
         let at = rows.iter().position(|row| row.name == name).unwrap_or_else(|| {
-            rows.push(Row { name, expected, counted: 0, cases: 0 });
+            rows.push(Row { name, asked, counted: 0, cases: 0 });
             rows.len() - 1
         });
         rows[at].cases += 1;
@@ -205,21 +261,16 @@ fn main() -> Result<(), Failure> {
     let experiments: u64 = std::env::args().nth(1).map_or(Ok(400), |count| count.parse())?;
     let mut table = rows(experiments, two_axes)?;
     table.extend(rows(experiments, one_axis)?);
-    table.sort_by(|a, b| b.expected.total_cmp(&a.expected));
+    table.sort_by(|a, b| b.asked.level().total_cmp(&a.asked.level()));
     println!("{experiments} experiments with two axes and as many with one, {:.0} s each", SAMPLES as f64 / RATE_HZ);
-    println!("{:<40} {:>6} {:>8}   four standard deviations", "in how many of them", "asked", "found");
+    println!("{:<42} {:>6} {:>8}   four standard deviations", "in how many of them", "asked", "found");
     let mut wrong = 0;
     for row in &table {
-        let (share, cases) = (row.counted as f64 / row.cases as f64, row.cases as f64);
-        let width = 4.0 * (row.expected * (1.0 - row.expected) / cases).sqrt();
-        let [mut low, mut high] = [row.expected - width, row.expected + width];
-        if row.name.ends_with(LEAKAGE) {
-            [low, high] = if row.expected > 0.5 { [low, 1.0] } else { [0.0, high] };
-        }
-        let inside = (low..=high).contains(&share);
+        let (share, range) = (row.counted as f64 / row.cases as f64, row.asked.range(row.cases as f64));
+        let inside = (range[0]..=range[1]).contains(&share);
         wrong += usize::from(!inside);
-        let [asked, share, low, high] = [row.expected, share, low.max(0.0), high.min(1.0)].map(|x| 100.0 * x);
-        println!("{:<40} {asked:>4.0} % {share:>6.1} %   {low:.1} to {high:.1} %{}", row.name, if inside { "" } else { "  OUTSIDE" });
+        let [asked, share, low, high] = [row.asked.level(), share, range[0], range[1]].map(|x| 100.0 * x);
+        println!("{:<42} {asked:>4.0} % {share:>6.1} %   {low:.1} to {high:.1} %{}", row.name, if inside { "" } else { "  OUTSIDE" });
     }
     if wrong > 0 { Err(format!("{wrong} of {} shares lie outside", table.len()).into()) } else { Ok(()) }
 }

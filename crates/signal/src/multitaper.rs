@@ -240,7 +240,7 @@ fn spectrum(fft: &Arc<dyn RealToComplex<f64>>, samples: impl Iterator<Item = f64
 /// Weights b_k² λ_k of one channel at one frequency, summing to one, by fixed-point iteration from the mean of the
 /// first two tapers.
 fn adaptive_weights(power: &[f64], concentration: &[f64], white: f64) -> Vec<f64> {
-    /// A few steps do where little leaks. Where what the last tapers see is leakage, the iteration contracts by a third a step.
+    /// A few steps do where little leaks. Where what the last tapers see is leakage, the iteration contracts by a quarter a step.
     const STEPS: usize = 100;
     /// A step that changes the estimate by less than this share is the last.
     const SETTLED: f64 = 1e-10;
