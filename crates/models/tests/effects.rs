@@ -2,6 +2,9 @@
 //!
 //! `reference/effects.json` holds the force of each law for one motion, computed by `reference/effects.py` from the equations alone.
 
+#[path = "effects/forms.rs"]
+mod forms;
+
 use ndof_models::effects::{Action, EFFECTS, Effect, Evidence, Injection, Parameters, Scale, Setting, Sign, Trace, find, rotational_name};
 use ndof_models::{ForceLaw, Motion};
 use std::f64::consts::TAU;
@@ -40,10 +43,10 @@ fn setting() -> Setting {
     Setting { axes: 1, axis: Some(0), mass: vec![vec![2.0]], stiffness: vec![vec![400.0]], duration_s: 3.0, sample_rate_hz: 1000.0, seed: 1 }
 }
 
-fn scale() -> Scale {
+fn planar() -> Scale {
     Scale {
         position: vec![0.008, 0.006],
-        centre: vec![0.0, 0.0],
+        centre: vec![0.001, -0.002],
         velocity: vec![0.09, 0.08],
         effort: vec![4.0, 3.0],
         time_s: 1.0,
@@ -59,6 +62,11 @@ fn scale() -> Scale {
         nominal: vec![],
         held: vec![],
     }
+}
+
+/// The planar arm about its origin.
+fn scale() -> Scale {
+    Scale { centre: vec![0.0, 0.0], ..planar() }
 }
 
 fn position(t: f64) -> f64 {

@@ -243,8 +243,9 @@ pub fn detect_period(signal: &[f64]) -> Option<DetectedPeriod> {
     let product = autocorrelation(&level);
     let mismatch: Vec<f64> = (0..=n / 2)
         .map(|lag| {
+            // Two halves at least, which together are all of the signal: never zero.
             let both = energy[n - lag] + energy[n] - energy[lag];
-            if both > 0.0 { (1.0 - 2.0 * product[lag] / both).max(0.0) } else { f64::INFINITY }
+            (1.0 - 2.0 * product[lag] / both).max(0.0)
         })
         .collect();
     let unlike = mismatch.iter().position(|&d| d > 0.5)?;
@@ -293,6 +294,28 @@ mod tests {
         assert_eq!(detect_period(&[1.0, -1.0, 1.0, -1.0]).map(|d| d.period), Some(2));
         assert_eq!(detect_period(&[1.0, -1.0, 1.0]), None);
         assert_eq!(detect_period(&[]), None);
+    }
+
+    #[test]
+    fn the_mismatch_is_what_its_definition_says_whatever_the_mean() {
+        let x: Vec<f64> = multisine(1100).iter().zip(noise(4, 1100)).map(|(a, b)| 3.0 + a + 0.2 * b).collect();
+        let found = detect_period(&x).expect("periodic");
+        let mean = x.iter().sum::<f64>() / 1100.0;
+        let pairs = || x[200..].iter().zip(&x).map(|(late, early)| (late - mean, early - mean));
+        let apart: f64 = pairs().map(|(late, early)| (late - early).powi(2)).sum();
+        let power: f64 = pairs().map(|(late, early)| late * late + early * early).sum();
+        assert_eq!(found.period, 200);
+        assert!((found.mismatch - apart / power).abs() < 1e-12, "{found:?}, {}", apart / power);
+    }
+
+    #[test]
+    fn of_lags_that_repeat_equally_well_the_shortest_is_the_period_and_an_exact_repetition_beats_a_near_one() {
+        // 50 samples, the second time with another sign of a small part: 100 is the period, 50 is near it.
+        let wave = |k: usize, period: f64| (std::f64::consts::TAU * k as f64 / period).sin();
+        let exact: Vec<f64> = (0..1000).map(|k| wave(k, 50.0) + 0.08 * wave(k, 100.0)).collect();
+        let near: Vec<f64> = exact.iter().zip(noise(5, 1000)).map(|(a, b)| a + 0.28 * b).collect();
+        assert_eq!(detect_period(&exact).map(|d| d.period), Some(100));
+        assert_eq!(detect_period(&near).map(|d| d.period), Some(50), "both are within the noise");
     }
 
     #[test]

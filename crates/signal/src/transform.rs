@@ -1,8 +1,9 @@
-//! Plans of real Fourier transforms of any length.
+//! Plans of Fourier transforms of any length.
 //!
-//! Their library is generic, and whoever makes a plan compiles all of it: only these two functions do.
+//! Their library is generic, and whoever makes a plan compiles all of it: only these three functions do.
 
 pub use realfft::{ComplexToReal, RealToComplex};
+pub(crate) use rustfft::Fft;
 use std::sync::Arc;
 
 /// The transform X_k = Σ_n x_n e^(−2πjkn/N), k = 0 … N/2, of N = `samples` real numbers.
@@ -28,4 +29,10 @@ pub fn forward_transform(samples: usize) -> Arc<dyn RealToComplex<f64>> {
 #[inline(never)]
 pub fn inverse_transform(samples: usize) -> Arc<dyn ComplexToReal<f64>> {
     realfft::RealFftPlanner::new().plan_fft_inverse(samples)
+}
+
+/// The transform of `samples` complex numbers.
+#[inline(never)]
+pub(crate) fn complex_transform(samples: usize) -> Arc<dyn Fft<f64>> {
+    rustfft::FftPlanner::new().plan_fft_forward(samples)
 }

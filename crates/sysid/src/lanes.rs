@@ -30,7 +30,7 @@ impl Lanes {
     #[inline(always)]
     pub(crate) fn load(from: &[Complex64]) -> Self {
         if let Some(from) = from.first_chunk::<LANES>() {
-            return Lanes { re: std::array::from_fn(|l| from[l].re), im: std::array::from_fn(|l| from[l].im) };
+            return Lanes { re: lanes(|l| from[l].re), im: lanes(|l| from[l].im) };
         }
         let mut lanes = Lanes { re: [1.0; LANES], im: [0.0; LANES] };
         for (l, v) in from.iter().enumerate() {
@@ -47,59 +47,65 @@ impl Lanes {
 
     #[inline(always)]
     pub(crate) fn norm_sqr(&self) -> Reals {
-        std::array::from_fn(|l| self.re[l] * self.re[l] + self.im[l] * self.im[l])
+        lanes(|l| self.re[l] * self.re[l] + self.im[l] * self.im[l])
     }
 
     #[inline(always)]
     pub(crate) fn scaled(&self, by: &Reals) -> Self {
-        Lanes { re: std::array::from_fn(|l| self.re[l] * by[l]), im: std::array::from_fn(|l| self.im[l] * by[l]) }
+        Lanes { re: lanes(|l| self.re[l] * by[l]), im: lanes(|l| self.im[l] * by[l]) }
     }
 
     /// self + a b*.
     #[inline(always)]
     pub(crate) fn plus_conj(&self, a: &Lanes, b: &Lanes) -> Self {
-        Lanes {
-            re: std::array::from_fn(|l| self.re[l] + (a.re[l] * b.re[l] + a.im[l] * b.im[l])),
-            im: std::array::from_fn(|l| self.im[l] + (a.im[l] * b.re[l] - a.re[l] * b.im[l])),
-        }
+        Lanes { re: lanes(|l| self.re[l] + (a.re[l] * b.re[l] + a.im[l] * b.im[l])), im: lanes(|l| self.im[l] + (a.im[l] * b.re[l] - a.re[l] * b.im[l])) }
     }
 
     /// self − a b*.
     #[inline(always)]
     pub(crate) fn minus_conj(&self, a: &Lanes, b: &Lanes) -> Self {
-        Lanes {
-            re: std::array::from_fn(|l| self.re[l] - (a.re[l] * b.re[l] + a.im[l] * b.im[l])),
-            im: std::array::from_fn(|l| self.im[l] - (a.im[l] * b.re[l] - a.re[l] * b.im[l])),
-        }
+        Lanes { re: lanes(|l| self.re[l] - (a.re[l] * b.re[l] + a.im[l] * b.im[l])), im: lanes(|l| self.im[l] - (a.im[l] * b.re[l] - a.re[l] * b.im[l])) }
     }
 
     /// self + a b.
     #[inline(always)]
     pub(crate) fn plus(&self, a: &Lanes, b: &Lanes) -> Self {
-        Lanes {
-            re: std::array::from_fn(|l| self.re[l] + (a.re[l] * b.re[l] - a.im[l] * b.im[l])),
-            im: std::array::from_fn(|l| self.im[l] + (a.im[l] * b.re[l] + a.re[l] * b.im[l])),
-        }
+        Lanes { re: lanes(|l| self.re[l] + (a.re[l] * b.re[l] - a.im[l] * b.im[l])), im: lanes(|l| self.im[l] + (a.im[l] * b.re[l] + a.re[l] * b.im[l])) }
     }
 
     /// self − a b.
     #[inline(always)]
     pub(crate) fn minus(&self, a: &Lanes, b: &Lanes) -> Self {
-        Lanes {
-            re: std::array::from_fn(|l| self.re[l] - (a.re[l] * b.re[l] - a.im[l] * b.im[l])),
-            im: std::array::from_fn(|l| self.im[l] - (a.im[l] * b.re[l] + a.re[l] * b.im[l])),
-        }
+        Lanes { re: lanes(|l| self.re[l] - (a.re[l] * b.re[l] - a.im[l] * b.im[l])), im: lanes(|l| self.im[l] - (a.im[l] * b.re[l] + a.re[l] * b.im[l])) }
     }
+}
+
+/// One number for each lane. The standard library's `from_fn` is not always compiled into its caller.
+#[inline(always)]
+pub(crate) fn lanes(f: impl Fn(usize) -> f64) -> Reals {
+    let mut all = [0.0; LANES];
+    for (l, one) in all.iter_mut().enumerate() {
+        *one = f(l);
+    }
+    all
 }
 
 #[inline(always)]
 pub(crate) fn each(a: &Reals, f: impl Fn(f64) -> f64) -> Reals {
-    std::array::from_fn(|l| f(a[l]))
+    let mut all = *a;
+    for one in &mut all {
+        *one = f(*one);
+    }
+    all
 }
 
 #[inline(always)]
 pub(crate) fn map(a: &Reals, b: &Reals, f: impl Fn(f64, f64) -> f64) -> Reals {
-    std::array::from_fn(|l| f(a[l], b[l]))
+    let mut all = *a;
+    for (one, b) in all.iter_mut().zip(b) {
+        *one = f(*one, *b);
+    }
+    all
 }
 
 /// Index of entry (i, j ≤ i) of a lower triangle stored row by row.
@@ -155,7 +161,7 @@ impl LaneCholesky {
             }
             let diagonal = entry(i, i).re;
             let explained = power(&row[..i]);
-            self.inverse_pivot[i] = std::array::from_fn(|l| {
+            self.inverse_pivot[i] = lanes(|l| {
                 let pivot = diagonal[l] - explained[l];
                 if pivot > SMALLEST_PIVOT * diagonal[l] { 1.0 / pivot.sqrt() } else { f64::NAN }
             });
@@ -222,7 +228,7 @@ impl LaneCholesky {
 #[inline(always)]
 pub(crate) fn condition(n: usize, s: impl Fn(usize, usize) -> Lanes, inverse: &[Lanes]) -> Reals {
     if n == 1 {
-        return std::array::from_fn(|l| if inverse[0].re[l].is_finite() { 1.0 } else { f64::NAN });
+        return lanes(|l| if inverse[0].re[l].is_finite() { 1.0 } else { f64::NAN });
     }
     if n == 2 {
         let power = map(&s(0, 0).re, &s(1, 1).re, |a, b| a * b);
@@ -283,29 +289,31 @@ impl<'a> Batches<'a> {
 /// A result that grows by a batch of frequencies at a time, `[f][rows][columns]`.
 pub(crate) struct Growing<T> {
     flat: Vec<T>,
+    /// How much of it has been given out.
+    filled: usize,
     rows: usize,
     columns: usize,
     blank: T,
 }
 
-impl<T: Clone> Growing<T> {
+impl<T: Copy> Growing<T> {
     /// Room for `bins` matrices; what is not written is `blank`.
     pub(crate) fn new(bins: usize, rows: usize, columns: usize, blank: T) -> Self {
-        Growing { flat: Vec::with_capacity(bins * rows * columns), rows, columns, blank }
+        Growing { flat: vec![blank; bins * rows * columns], filled: 0, rows, columns, blank }
     }
 
-    /// Appends `count` frequencies and returns them.
+    /// The next `count` frequencies.
     #[inline(always)]
     pub(crate) fn grow(&mut self, count: usize) -> &mut [T] {
-        let start = self.flat.len();
-        self.flat.resize(start + count * self.rows * self.columns, self.blank.clone());
-        &mut self.flat[start..]
+        let start = self.filled;
+        self.filled += count * self.rows * self.columns;
+        &mut self.flat[start..self.filled]
     }
 
     /// Blanks the matrix at frequency `f`.
     pub(crate) fn erase(&mut self, f: usize) {
         let size = self.rows * self.columns;
-        self.flat[f * size..(f + 1) * size].fill(self.blank.clone());
+        self.flat[f * size..(f + 1) * size].fill(self.blank);
     }
 
     pub(crate) fn finish(self) -> Array3<T> {

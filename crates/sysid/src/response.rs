@@ -51,7 +51,7 @@ pub struct Uncertainty {
     pub input_inverse: Array3<Complex64>,
     /// Complex degrees of freedom ν of the noise estimate (n_e − q for Welch); intervals use t and F with 2ν.
     pub degrees_of_freedom: f64,
-    /// Bins closer than this are correlated.
+    /// Bins closer than this are correlated; a band holds as many independent values as this fits into it.
     pub independent_spacing_hz: f64,
     /// The window that the response was seen through.
     pub kernel: Kernel,

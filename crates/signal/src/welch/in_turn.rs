@@ -44,7 +44,9 @@ impl<T> Drop for Guard<'_, T> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use std::sync::{Arc, mpsc};
     use std::thread;
+    use std::time::Duration;
 
     #[test]
     fn parts_are_added_in_order_whoever_is_first() {
@@ -60,16 +62,19 @@ mod tests {
 
     #[test]
     fn nobody_waits_for_a_thread_that_panicked() {
-        let count = InTurn::new(0);
-        let first = thread::scope(|scope| {
-            scope.spawn(|| count.add(1, |n| *n += 1));
-            let first = scope.spawn(|| {
-                let _guard = count.guard();
-                panic!("on purpose");
-            });
-            first.join()
+        let count = Arc::new(InTurn::new(0));
+        let (first, second) = (count.clone(), count.clone());
+        let (done, heard) = mpsc::channel();
+        thread::spawn(move || {
+            second.add(1, |n| *n += 1);
+            done.send(()).expect("a listener");
         });
-        assert!(first.is_err());
-        assert_eq!(count.into_inner(), 1);
+        let first = thread::spawn(move || {
+            let _guard = first.guard();
+            panic!("on purpose");
+        });
+        assert!(first.join().is_err());
+        heard.recv_timeout(Duration::from_secs(60)).expect("the second part is added without the first");
+        assert_eq!(count.total.lock().expect("no thread holds it").1, 1);
     }
 }

@@ -1,6 +1,7 @@
 //! Welch's method: one pass, each channel transformed once per segment.
 
 mod in_turn;
+mod padded;
 mod partial;
 mod plan;
 mod stream;
@@ -161,17 +162,18 @@ impl Welch {
             return Err(not_finite_from(0).unwrap_or(WelchError::TooShort { len, nperseg: self.nperseg }));
         }
         let plan = Plan::of(self);
-        let (total, finite) = self.sums_of_blocks(&plan, channels, segments);
+        let (densities, finite) = self.densities(&plan, sample_rate_hz, channels, segments);
         // To look at every sample first would be one more pass through memory. A sum of finite samples may be infinite, too.
         if let Some(error) = not_finite_from(if finite { summed } else { 0 }) {
             return Err(error);
         }
-        Ok(self.finish(&plan, sample_rate_hz, channels.len(), segments, total))
+        Ok(self.finish(&plan, sample_rate_hz, channels.len(), segments, densities))
     }
 
-    /// The products of all segments, and whether the samples in them are surely finite. Whichever threads sum the blocks, they are added up
+    /// The products of all segments, scaled, and whether the samples in them are surely finite. Whichever threads sum the blocks, they are added up
     /// in order: a thread that has its block adds it as soon as the one before is in, while the others go on.
-    fn sums_of_blocks(&self, plan: &Plan, channels: &[&[f64]], segments: usize) -> (Vec<Complex64>, bool) {
+    fn densities(&self, plan: &Plan, sample_rate_hz: f64, channels: &[&[f64]], segments: usize) -> (Vec<Complex64>, bool) {
+        let scale = plan.scale(sample_rate_hz, segments);
         let blocks = segments.div_ceil(BLOCK);
         let mut sums = plan.take_sums(channels.len(), blocks.min(rayon::current_num_threads()).max(1));
         let next = AtomicUsize::new(0);
@@ -190,7 +192,7 @@ impl Welch {
                 // While the others may still add theirs.
                 sum.flush();
                 // The blocks before are being summed by threads that run: each took its block, as this one did, when it began with it.
-                total.add(block, |total| sum.drain_into(total));
+                total.add(block, |total| sum.drain_into(plan, if block + 1 == blocks { scale } else { 1.0 }, total));
             }
         };
         match &mut sums[..] {
@@ -202,11 +204,11 @@ impl Welch {
         (total.into_inner(), finite)
     }
 
+    /// Spectra from the sums of products times the plan's scale.
     fn finish(&self, plan: &Plan, sample_rate_hz: f64, channels: usize, segments: usize, mut lower: Vec<Complex64>) -> CrossSpectra {
-        let scale = 2.0 / (segments as f64 * sample_rate_hz * plan.power);
         let bins = plan.bins;
+        // What has no mirror image is not twice in the sum of the power.
         for pair in lower.chunks_exact_mut(bins) {
-            pair.iter_mut().for_each(|s| *s *= scale);
             pair[0] *= 0.5;
             if self.nfft.is_multiple_of(2) && bins > 1 {
                 pair[bins - 1] *= 0.5;

@@ -77,7 +77,7 @@ impl Welch {
                     sum.add(&plan, channels.iter().map(|c| &c[at..at + self.nperseg]));
                 }
                 let mut total = Vec::new();
-                sum.drain_into(&mut total);
+                sum.drain_into(&plan, 1.0, &mut total);
                 (block, total)
             })
             .collect();
@@ -122,7 +122,10 @@ impl WelchPartial {
         let mut sums = self.sums.into_iter().map(|(_, sum)| sum);
         let mut total = sums.next().unwrap_or_default();
         sums.for_each(|sum| total.iter_mut().zip(sum).for_each(|(t, s)| *t += s));
-        Ok(self.settings.finish(&Plan::of(&self.settings), sample_rate_hz, self.channels, segments, total))
+        let plan = Plan::of(&self.settings);
+        let scale = plan.scale(sample_rate_hz, segments);
+        total.iter_mut().for_each(|t| *t *= scale);
+        Ok(self.settings.finish(&plan, sample_rate_hz, self.channels, segments, total))
     }
 }
 

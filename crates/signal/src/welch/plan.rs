@@ -1,11 +1,11 @@
 //! What Welch's method prepares once for its settings.
 
 use super::Welch;
+use super::padded::PaddedTransform;
 use super::sum::Sum;
 use crate::cache::Cache;
 use crate::cross_spectra::Kernel;
 use crate::segments::Detrend;
-use crate::transform::{RealToComplex, forward_transform};
 use crate::window::Window;
 use num_complex::Complex64;
 use std::convert::Infallible;
@@ -17,7 +17,7 @@ pub(super) struct Plan {
     pub(super) window: Vec<f64>,
     pub(super) detrend: Detrend,
     pub(super) bins: usize,
-    pub(super) fft: Arc<dyn RealToComplex<f64>>,
+    pub(super) fft: PaddedTransform,
     /// Σ w².
     pub(super) power: f64,
     /// Σ w⁴ / (Σ w²)².
@@ -55,13 +55,18 @@ impl Plan {
         Plan {
             detrend: settings.detrend,
             bins: settings.nfft / 2 + 1,
-            fft: forward_transform(settings.nfft),
+            fft: PaddedTransform::new(settings.nperseg, settings.nfft),
             power,
             spacing: window.iter().map(|w| w.powi(4)).sum::<f64>() / (power * power),
             half_kernel: half_kernel(&window),
             window,
             spare: Mutex::new(Vec::new()),
         }
+    }
+
+    /// What makes one-sided densities of sums over `segments`.
+    pub(super) fn scale(&self, sample_rate_hz: f64, segments: usize) -> f64 {
+        2.0 / (segments as f64 * sample_rate_hz * self.power)
     }
 
     /// Sums of nothing yet for `count` workers.

@@ -80,7 +80,7 @@ impl WelchStream {
             self.segments += 1;
             at += hop;
             if self.segments.is_multiple_of(BLOCK) {
-                self.sum.drain_into(&mut self.total);
+                self.sum.drain_into(&self.plan, 1.0, &mut self.total);
             }
         }
         self.waiting.iter_mut().for_each(|w| drop(w.drain(..at)));
@@ -100,9 +100,12 @@ impl WelchStream {
         if self.segments == 0 {
             return Err(WelchError::TooShort { len: self.seen, nperseg: self.settings.nperseg });
         }
+        let scale = self.plan.scale(self.sample_rate_hz, self.segments);
         let mut lower = self.total.clone();
         if !self.segments.is_multiple_of(BLOCK) {
-            self.sum.clone().drain_into(&mut lower);
+            self.sum.clone().drain_into(&self.plan, scale, &mut lower);
+        } else {
+            lower.iter_mut().for_each(|s| *s *= scale);
         }
         Ok(self.settings.finish(&self.plan, self.sample_rate_hz, self.waiting.len(), self.segments, lower))
     }

@@ -1,5 +1,6 @@
 //! The running sum of all cross-products, and the buffers of the segments in work.
 
+use super::padded::Buffers;
 use super::plan::Plan;
 use num_complex::Complex64;
 use pulp::bytemuck::cast;
@@ -12,8 +13,14 @@ const BATCH: usize = 8;
 /// Bins whose products are formed for all pairs before the next: with [`BATCH`] segments they stay in a cache.
 const TILE: usize = 64;
 
-/// Rows are filled up to a multiple of this number of bins, so that they are whole vectors of any unit.
-const LANES: usize = 4;
+/// Vectors of a row that are worked on together: as many as the registers hold the sums of with [`GROUP`] pairs.
+const UNROLL: usize = 2;
+
+/// Pairs with the same first channel that are worked on together.
+const GROUP: usize = 2;
+
+/// Rows are filled up to a multiple of this number of bins, so that they are [`UNROLL`] whole vectors of any unit.
+const LANES: usize = 8;
 
 /// Σ over segments of the lower triangle, in index order.
 #[derive(Clone)]
@@ -30,8 +37,7 @@ pub(super) struct Sum {
     filled: usize,
     /// No transform so far lacked a number at 0 Hz.
     finite: bool,
-    input: Vec<f64>,
-    scratch: Vec<Complex64>,
+    buffers: Buffers,
 }
 
 fn pairs(channels: usize) -> usize {
@@ -50,8 +56,7 @@ impl Sum {
             waiting: vec![Complex64::default(); BATCH * channels * padded],
             filled: 0,
             finite: true,
-            input: plan.fft.make_input_vec(),
-            scratch: plan.fft.make_scratch_vec(),
+            buffers: plan.fft.buffers(),
         }
     }
 
@@ -70,11 +75,9 @@ impl Sum {
         let n = plan.window.len();
         let at = self.filled * self.channels;
         for (row, samples) in self.waiting.chunks_exact_mut(self.padded).skip(at).zip(segment) {
-            plan.detrend.apply_windowed(samples, &plan.window, &mut self.input[..n]);
-            self.input[n..].fill(0.0);
-            // Lengths are those of the plan, so the transform cannot refuse.
-            let done = plan.fft.process_with_scratch(&mut self.input, &mut row[..plan.bins], &mut self.scratch);
-            debug_assert!(done.is_ok());
+            plan.detrend.apply_windowed(samples, &plan.window, &mut self.buffers.input[..n]);
+            self.buffers.input[n..].fill(0.0);
+            plan.fft.process(&mut self.buffers, &mut row[..plan.bins]);
             // A sum of all samples: any that is no finite number shows in it.
             self.finite &= row[0].re.is_finite();
         }
@@ -100,15 +103,16 @@ impl Sum {
         (*filled, *fresh) = (0, false);
     }
 
-    /// Adds the lower triangle so far, pair by pair, to `total` (empty at first), and starts again from zero.
-    pub(super) fn drain_into(&mut self, total: &mut Vec<Complex64>) {
+    /// Adds the lower triangle so far, pair by pair, to `total` (empty at first), multiplies all by `scale` (1 until the last), and starts
+    /// again from zero.
+    pub(super) fn drain_into(&mut self, plan: &Plan, scale: f64, total: &mut Vec<Complex64>) {
         self.flush();
         let rows = self.lower.chunks_exact(self.padded).map(|row| &row[..self.bins]);
         if total.is_empty() {
             total.reserve_exact(pairs(self.channels) * self.bins);
-            rows.for_each(|row| total.extend_from_slice(row));
+            rows.for_each(|row| plan.fft.append(row, scale, total));
         } else {
-            total.chunks_exact_mut(self.bins).zip(rows).for_each(|(total, row)| total.iter_mut().zip(row).for_each(|(t, s)| *t += s));
+            total.chunks_exact_mut(self.bins).zip(rows).for_each(|(total, row)| plan.fft.add(row, scale, total));
         }
         self.fresh = true;
     }
@@ -133,26 +137,24 @@ impl WithSimd for AddProducts<'_> {
         if size_of::<S::c64s>() != size_of::<S::f64s>() {
             return self.one_by_one();
         }
-        // Rows are whole vectors, so nothing is left over.
-        let (spectra, _) = S::as_simd_c64s(self.spectra);
-        let (lower, _) = S::as_mut_simd_c64s(self.lower);
+        // Rows are whole numbers of these, so nothing is left over.
+        let (spectra, _) = S::as_simd_c64s(self.spectra).0.as_chunks::<UNROLL>();
+        let (lower, _) = S::as_mut_simd_c64s(self.lower).0.as_chunks_mut::<UNROLL>();
         let row = self.padded * spectra.len() / self.spectra.len().max(1);
         let tile = TILE * row / self.padded;
         let step = self.channels * row;
         for start in (0..row).step_by(tile.max(1)) {
             let mut pair = 0;
             for a in 0..self.channels {
-                for b in (0..a + 1).step_by(4) {
+                for b in (0..a + 1).step_by(GROUP) {
                     for at in start..row.min(start + tile) {
                         let (lower, x, y) = (&mut lower[pair * row + at..], a * row + at, b * row + at);
                         match a - b {
                             0 => add_products::<S, 1>(simd, lower, self.fresh, spectra, (x, y), row, step),
-                            1 => add_products::<S, 2>(simd, lower, self.fresh, spectra, (x, y), row, step),
-                            2 => add_products::<S, 3>(simd, lower, self.fresh, spectra, (x, y), row, step),
-                            _ => add_products::<S, 4>(simd, lower, self.fresh, spectra, (x, y), row, step),
+                            _ => add_products::<S, GROUP>(simd, lower, self.fresh, spectra, (x, y), row, step),
                         }
                     }
-                    pair += (a + 1 - b).min(4);
+                    pair += (a + 1 - b).min(GROUP);
                 }
             }
         }
@@ -178,33 +180,45 @@ impl AddProducts<'_> {
     }
 }
 
-/// The products of the vector at `x` with `N` vectors `row` apart from `y` on, over all segments, `step` apart; added
+/// The products of the vectors at `x` with `N` others, `row` apart from `y` on, over all segments, `step` apart; added
 /// to `lower` at 0, `row`, 2 `row`, …, or in its place where that is `fresh`.
 ///
 /// x y* = (XᵣYᵣ + XᵢYᵢ) + j(XᵢYᵣ − XᵣYᵢ): the four products are summed apart, two by two as they stand in memory
-/// (`straight`: XᵣYᵣ, XᵢYᵢ; `crossed`: XᵣYᵢ, XᵢYᵣ), and brought together at the end.
+/// (`straight`: XᵣYᵣ, XᵢYᵢ; `crossed`: XᵢYᵣ, XᵣYᵢ), and brought together at the end.
 #[inline(always)]
-fn add_products<S: Simd, const N: usize>(simd: S, lower: &mut [S::c64s], fresh: bool, spectra: &[S::c64s], (x, y): (usize, usize), row: usize, step: usize) {
+fn add_products<S: Simd, const N: usize>(
+    simd: S,
+    lower: &mut [[S::c64s; UNROLL]],
+    fresh: bool,
+    spectra: &[[S::c64s; UNROLL]],
+    (x, y): (usize, usize),
+    row: usize,
+    step: usize,
+) {
     let zero = simd.splat_f64s(0.0);
-    let (mut straight, mut crossed) = ([zero; N], [zero; N]);
+    let (mut straight, mut crossed) = ([[zero; UNROLL]; N], [[zero; UNROLL]; N]);
     for segment in spectra.chunks_exact(step) {
-        let xs: S::f64s = cast(segment[x]);
-        for n in 0..N {
-            let y = segment[y + n * row];
-            straight[n] = simd.mul_add_e_f64s(xs, cast(y), straight[n]);
-            crossed[n] = simd.mul_add_e_f64s(xs, cast(simd.swap_re_im_c64s(y)), crossed[n]);
+        let (xs, ys): (_, [_; N]) = (&segment[x], std::array::from_fn(|n| &segment[y + n * row]));
+        for u in 0..UNROLL {
+            let (x, swapped): (S::f64s, S::f64s) = (cast(xs[u]), cast(simd.swap_re_im_c64s(xs[u])));
+            for n in 0..N {
+                straight[n][u] = simd.mul_add_e_f64s(x, cast(ys[n][u]), straight[n][u]);
+                crossed[n][u] = simd.mul_add_e_f64s(swapped, cast(ys[n][u]), crossed[n][u]);
+            }
         }
     }
     let j = simd.splat_c64s(Complex64::new(0.0, 1.0));
     let one = simd.splat_c64s(Complex64::new(1.0, 0.0));
     for n in 0..N {
-        let (s, c): (S::c64s, S::c64s) = (cast(straight[n]), cast(crossed[n]));
-        // Real parts: s + swapped s. Imaginary parts: swapped c − c. The selection is a product with 1 or 0.
-        let real: S::f64s = simd.add_f64s(cast(s), cast(simd.swap_re_im_c64s(s)));
-        let imaginary: S::f64s = simd.sub_f64s(cast(c), cast(simd.swap_re_im_c64s(c)));
-        let before = if fresh { zero } else { cast(lower[n * row]) };
-        let sum: S::f64s = simd.mul_add_e_f64s(real, cast(one), before);
-        lower[n * row] = cast(simd.mul_add_e_f64s(imaginary, cast(j), sum));
+        for (u, lower) in lower[n * row].iter_mut().enumerate() {
+            let (s, c): (S::c64s, S::c64s) = (cast(straight[n][u]), cast(crossed[n][u]));
+            // Real parts: s + swapped s. Imaginary parts: c − swapped c. The selection is a product with 1 or 0.
+            let real: S::f64s = simd.add_f64s(cast(s), cast(simd.swap_re_im_c64s(s)));
+            let imaginary: S::f64s = simd.sub_f64s(cast(simd.swap_re_im_c64s(c)), cast(c));
+            let before = if fresh { zero } else { cast(*lower) };
+            let sum: S::f64s = simd.mul_add_e_f64s(real, cast(one), before);
+            *lower = cast(simd.mul_add_e_f64s(imaginary, cast(j), sum));
+        }
     }
 }
 
@@ -215,7 +229,7 @@ mod tests {
 
     #[test]
     fn a_machine_without_vectors_sums_the_same_products() {
-        let (channels, padded, segments) = (5, 12, 7);
+        let (channels, padded, segments) = (5, 2 * LANES, 7);
         let mut rng = rand_chacha::ChaCha8Rng::seed_from_u64(1);
         let spectra: Vec<Complex64> =
             (0..segments * channels * padded).map(|_| Complex64::new(rng.random_range(-1.0..1.0), rng.random_range(-1.0..1.0))).collect();

@@ -3,7 +3,9 @@
 use super::{Coherence, EstimateError, Significance, check};
 use crate::hermitian::eigen;
 use crate::labels::Labels;
-use crate::lanes::{Batches, Growing, LANES, LaneCholesky, Lanes, condition, dot_conj, each, lower, map, power, scatter, scatter_hermitian, scatter_real};
+use crate::lanes::{
+    Batches, Growing, LANES, LaneCholesky, Lanes, condition, dot_conj, each, lanes, lower, map, power, scatter, scatter_hermitian, scatter_real,
+};
 use crate::ports::Ports;
 use crate::response::{FrequencyResponse, Uncertainty};
 use ndarray::{Array2, Array3};
@@ -157,7 +159,9 @@ impl Solve<'_> {
             out.condition.extend(condition.iter().take(count).map(|c| if c.is_nan() { f64::INFINITY } else { *c }));
             scatter_hermitian(out.input_inverse.grow(count), q, |i, j| inverse[lower(i, j)]);
 
-            (0..q).for_each(|j| inverse_power[j] = each(&input(j, j).re, f64::recip));
+            for (j, inverse_power) in inverse_power.iter_mut().enumerate() {
+                *inverse_power = each(&input(j, j).re, |power| 1.0 / power);
+            }
             let between = out.input_coherence.grow(count);
             for i in 0..q {
                 for j in 0..=i {
@@ -194,7 +198,7 @@ impl Solve<'_> {
                 let (full, explained) = (s[lower(q + i, q + i)].re, power(row(i)));
                 let rest = map(&full, &explained, |a, b| (a - b).max(0.0));
                 // f64::max hides a NaN; the share below does not.
-                let rest: [f64; LANES] = std::array::from_fn(|l| if explained[l].is_nan() { f64::NAN } else { rest[l] });
+                let rest = lanes(|l| if explained[l].is_nan() { f64::NAN } else { rest[l] });
                 scatter(noise, p * p, i * p + i, &Lanes { re: each(&rest, |v| v / freedom), im: [0.0; LANES] });
                 scatter_real(multiple, p, i, &map(&explained, &full, |a, b| if a > b { 1.0 } else { a / b }));
                 residual[i] = rest;

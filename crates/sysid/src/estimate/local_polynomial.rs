@@ -187,7 +187,7 @@ fn fit(
             gram_inverse: join(|c| &c.gram_inverse, q, q),
             driver: join(|c| &c.driver, q, q),
             degrees_of_freedom,
-            independent_spacing_hz: width as f64 * sample_rate_hz / len as f64,
+            independent_spacing_hz: basis.independent_lines() * sample_rate_hz / len as f64,
         },
         left_out: chunks.iter().flat_map(|c| c.left_out.iter().copied()).collect(),
     })
@@ -221,6 +221,13 @@ impl Basis {
 
     pub(super) fn at(&self, s: usize, r: usize) -> f64 {
         self.value[s * self.width + r]
+    }
+
+    /// Lines that bring as much as one independent value. The response at a line is the mean of its neighbours' with weights
+    /// h_r = Σ_s φ_s(0) φ_s(r), Σ h = 1: its variance is Σ h² = h₀ of a line's, that of a mean over a band 1/N of it.
+    fn independent_lines(&self) -> f64 {
+        let centre = self.width / 2;
+        1.0 / (0..self.terms).map(|s| self.at(s, centre).powi(2)).sum::<f64>()
     }
 
     /// Takes the polynomial out of a series of `width` numbers.

@@ -1,9 +1,10 @@
 //! Every form that a search tries, written out: what it may be, where the search starts, what it does to a motion and what it is called.
 //!
 //! `reference/forms.txt` holds them for a planar arm, a wrist whose motion is imposed and a slow actuator with given matrices. The laws
-//! themselves are held by the oracle of `effects.rs`; a change of this table is to be looked at: `NDOF_WRITE_FORMS=1 cargo test -p
-//! ndof-models --test forms` writes it anew.
+//! themselves are held by the oracle beside this; a change of this table is to be looked at: `NDOF_WRITE_FORMS=1 cargo test -p
+//! ndof-models --test effects` writes it anew.
 
+use super::planar;
 use ndof_models::Motion;
 use ndof_models::effects::{Action, EFFECTS, Evidence, Form, Knob, Matrix, Scale, Value};
 use num_complex::Complex64;
@@ -24,27 +25,6 @@ fn value(value: &Value) -> String {
         Value::Number(x) => number(*x),
         Value::Text(text) => format!("\"{text}\""),
         Value::Matrix(rows) => rows.iter().map(|row| format!("[{}]", numbers(row.iter().copied()))).collect(),
-    }
-}
-
-fn planar() -> Scale {
-    Scale {
-        position: vec![0.008, 0.006],
-        centre: vec![0.001, -0.002],
-        velocity: vec![0.09, 0.08],
-        effort: vec![4.0, 3.0],
-        time_s: 1.0,
-        duration_s: 50.0,
-        mass: vec![vec![2.0, 0.1], vec![0.1, 1.5]],
-        stiffness: vec![vec![400.0, -30.0], vec![-30.0, 300.0]],
-        spring: true,
-        rotational: false,
-        motion_imposed: false,
-        effort_is_command: true,
-        effort_names: vec!["force_x".to_owned(), "force_y".to_owned()],
-        motion_names: vec!["pos_x".to_owned(), "pos_y".to_owned()],
-        nominal: vec![],
-        held: vec![],
     }
 }
 

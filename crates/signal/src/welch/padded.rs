@@ -1,0 +1,201 @@
+//! The transform of a segment with zeros behind it, without computing with the zeros.
+
+use crate::transform::{Fft, RealToComplex, complex_transform, forward_transform};
+use num_complex::Complex64;
+use pulp::{Arch, Simd, WithSimd};
+use std::f64::consts::TAU;
+use std::sync::Arc;
+
+/// Transform of `length` = P m real samples of which only the first m may be other than zero.
+///
+/// X(Pk + r) = Σ_{n<m} x(n) e^(−2πi rn/length) e^(−2πi kn/m): P transforms of m samples in place of one that is P times as
+/// long. What is real makes half of them needless, X(length − j) = X(j)*: r = 0 is a real transform, 0 < r < P/2 a complex one, whose mirror
+/// image r > P/2 is, and r = P/2 a complex one of half the length, of
+///
+/// z(n) = (x(n) − i x(n + m/2)) e^(−iπn/m), n < m/2: Z(l) = X(2Pl + P/2), the odd k being mirror images.
+///
+/// The results stand part after part, r = 0, 1, …; sums of products do not mind, and are put in
+/// order at their end ([`append`](Self::append), [`add`](Self::add)).
+pub(super) struct PaddedTransform {
+    real: Arc<dyn RealToComplex<f64>>,
+    whole: Option<Arc<dyn Fft<f64>>>,
+    half: Option<Arc<dyn Fft<f64>>>,
+    /// e^(−2πi rn/length) for each part but the first, one after the other.
+    turns: Vec<Complex64>,
+    /// Where the value of each bin stands; empty if P = 1, where all are in order.
+    order: Vec<Place>,
+}
+
+/// What a transform needs besides its results.
+#[derive(Clone)]
+pub(super) struct Buffers {
+    /// The m samples; lost by a transform.
+    pub(super) input: Vec<f64>,
+    turned: Vec<Complex64>,
+    scratch: Vec<Complex64>,
+}
+
+impl PaddedTransform {
+    /// For segments of `samples`, padded to `length`.
+    pub(super) fn new(samples: usize, length: usize) -> Self {
+        // As many parts as leave room for the segment. Of an odd length there is no half.
+        let fits = |parts: &usize| length.is_multiple_of(*parts) && length / parts >= samples && (parts % 2 == 1 || (length / parts) % 2 == 0);
+        let parts = (1..=length / samples.max(1)).rev().find(fits).unwrap_or(1);
+        let m = length / parts;
+        let whole_parts = (parts - 1) / 2;
+        let has_half = parts % 2 == 0;
+        let turned = |r: usize| (0..m).map(move |n| Complex64::cis(-TAU * (r * n % length) as f64 / length as f64));
+        let half_turns = turned(parts / 2).take(if has_half { m / 2 } else { 0 });
+        PaddedTransform {
+            real: forward_transform(m),
+            whole: (whole_parts > 0).then(|| complex_transform(m)),
+            half: has_half.then(|| complex_transform(m / 2)),
+            turns: (1..=whole_parts).flat_map(turned).chain(half_turns).collect(),
+            order: if parts == 1 { Vec::new() } else { (0..=length / 2).map(|bin| Place::new(bin, parts, m)).collect() },
+        }
+    }
+
+    pub(super) fn buffers(&self) -> Buffers {
+        let scratch = [&self.whole, &self.half].into_iter().flatten().map(|fft| fft.get_outofplace_scratch_len()).max().unwrap_or(0);
+        Buffers {
+            input: self.real.make_input_vec(),
+            turned: vec![Complex64::default(); if self.turns.is_empty() { 0 } else { self.real.len() }],
+            scratch: vec![Complex64::default(); scratch.max(self.real.get_scratch_len())],
+        }
+    }
+
+    /// Transforms `buffers.input` into the length / 2 + 1 values of `row`, part after part.
+    pub(super) fn process(&self, buffers: &mut Buffers, row: &mut [Complex64]) {
+        let Buffers { input, turned, scratch } = buffers;
+        let m = input.len();
+        let (first, mut rest) = row.split_at_mut(m / 2 + 1);
+        let mut turns = &self.turns[..];
+        if let Some(whole) = &self.whole {
+            while turns.len() >= m {
+                let (part, after) = std::mem::take(&mut rest).split_at_mut(m);
+                Arch::new().dispatch(Turned { samples: input, turns: &turns[..m], out: turned });
+                whole.process_outofplace_with_scratch(turned, part, scratch);
+                (rest, turns) = (after, &turns[m..]);
+            }
+        }
+        if let Some(half) = &self.half {
+            let (early, late) = input.split_at(m / 2);
+            let halves = early.iter().zip(late).zip(turns).map(|((x, y), turn)| Complex64::new(*x, -*y) * turn);
+            turned.iter_mut().zip(halves).for_each(|(t, z)| *t = z);
+            half.process_outofplace_with_scratch(&mut turned[..m / 2], rest, scratch);
+        }
+        // Lengths are those of the plan, so the transform cannot refuse.
+        let done = self.real.process_with_scratch(input, first, scratch);
+        debug_assert!(done.is_ok());
+    }
+
+    /// Puts a row of sums of products x y*, times `scale`, in the order of their frequencies behind `all`.
+    pub(super) fn append(&self, row: &[Complex64], scale: f64, all: &mut Vec<Complex64>) {
+        if self.order.is_empty() {
+            all.extend(row.iter().map(|value| value * scale));
+        } else {
+            all.extend(self.order.iter().map(|place| place.of(row) * scale));
+        }
+    }
+
+    /// Adds it to `sums`, which are in that order, and multiplies the whole.
+    pub(super) fn add(&self, row: &[Complex64], scale: f64, sums: &mut [Complex64]) {
+        if self.order.is_empty() {
+            sums.iter_mut().zip(row).for_each(|(sum, value)| *sum = (*sum + value) * scale);
+        } else {
+            sums.iter_mut().zip(&self.order).for_each(|(sum, place)| *sum = (*sum + place.of(row)) * scale);
+        }
+    }
+}
+
+/// Where a bin's value stands in a row, and whether as its mirror image.
+struct Place {
+    at: u32,
+    mirrored: bool,
+}
+
+impl Place {
+    /// Of `parts` transforms of `m` samples.
+    fn new(bin: usize, parts: usize, m: usize) -> Self {
+        let (k, r) = (bin / parts, bin % parts);
+        let mirrored = 2 * r > parts || (2 * r == parts && k % 2 == 1);
+        let (k, r) = if mirrored { (m - 1 - k, parts - r) } else { (k, r) };
+        let at = match r {
+            0 => k,
+            r => m / 2 + 1 + (r - 1) * m + if 2 * r == parts { k / 2 } else { k },
+        };
+        Place { at: at as u32, mirrored }
+    }
+
+    fn of(&self, row: &[Complex64]) -> Complex64 {
+        let value = row[self.at as usize];
+        if self.mirrored { value.conj() } else { value }
+    }
+}
+
+/// Samples, each turned by an angle; a type, so that it is compiled for the vector unit at hand.
+struct Turned<'a> {
+    samples: &'a [f64],
+    turns: &'a [Complex64],
+    out: &'a mut [Complex64],
+}
+
+impl WithSimd for Turned<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, _: S) {
+        self.out.iter_mut().zip(self.samples).zip(self.turns).for_each(|((o, x), turn)| *o = turn * x);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Against the long transform of the same samples: every length to 48, every segment that fits into it.
+    #[test]
+    fn parts_are_the_transform_of_the_padded_segment() {
+        let mut split = 0;
+        for length in 1..=48 {
+            for samples in 1..=length {
+                let x: Vec<f64> = (0..length).map(|n| if n < samples { 1.0 + (n as f64 * 1.7).sin() } else { 0.0 }).collect();
+                let long = forward_transform(length);
+                let mut expected = long.make_output_vec();
+                long.process(&mut x.clone(), &mut expected).expect("lengths of the plan");
+                let parts = PaddedTransform::new(samples, length);
+                let mut buffers = parts.buffers();
+                let m = buffers.input.len();
+                assert!((samples..=length).contains(&m), "{samples} of {length}: {m}");
+                split += usize::from(m < length);
+                buffers.input.copy_from_slice(&x[..m]);
+                let mut row = vec![Complex64::new(f64::NAN, f64::NAN); length / 2 + 1];
+                parts.process(&mut buffers, &mut row);
+                let mut found = Vec::new();
+                parts.append(&row, 1.0, &mut found);
+                let mut twice = found.clone();
+                parts.add(&row, 0.5, &mut twice);
+                for (bin, expected) in expected.iter().enumerate() {
+                    // Round-off of at most `length` terms up to 2.
+                    let bound = 4.0 * length as f64 * f64::EPSILON;
+                    assert!((found[bin] - expected).norm() < bound, "bin {bin}, {samples} of {length}: {} and {expected}", found[bin]);
+                    assert!((twice[bin] - expected).norm() < bound, "(1 + 1)/2 of bin {bin}, {samples} of {length}");
+                }
+            }
+        }
+        // Of 48 lengths with their segments.
+        assert_eq!(split, (1..=48).map(|length| (1..=length).filter(|&samples| splits(samples, length)).count()).sum::<usize>());
+    }
+
+    /// Whether a divisor of the length has room for the segment, with a half where the parts are an even number.
+    fn splits(samples: usize, length: usize) -> bool {
+        (samples..length).any(|m| length % m == 0 && (m % 2 == 0 || length / m % 2 == 1))
+    }
+
+    #[test]
+    fn the_papers_setting_is_four_short_transforms() {
+        let transform = PaddedTransform::new(2048, 8192);
+        assert_eq!((transform.real.len(), transform.turns.len(), transform.order.len()), (2048, 2048 + 1024, 4097));
+        assert_eq!(PaddedTransform::new(8192, 8192).order.len(), 0);
+    }
+}
