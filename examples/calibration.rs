@@ -5,8 +5,9 @@
 //! level than four standard deviations of the binomial distribution.
 //!
 //! Where a segment's ends leak more than there is noise, Welch's residual is leakage. It counts as noise, but that of neighbouring
-//! frequencies cancels in a fit, so that intervals are wider than they need be and tests cry less often. So they are where the response is a
-//! local polynomial estimate, whose frequencies count as independent only a window apart. Those rows are held on one side.
+//! frequencies cancels in a fit, so that intervals are wider than they need be and tests cry less often. So they are where a fit's response is a
+//! local polynomial estimate, whose noise has few degrees of freedom, and a fit allows for more loss by that than there is. Those rows are
+//! held on one side.
 
 use ndarray::{Array2, arr2};
 use ndof::models::blocks::{Composite, find};
@@ -199,7 +200,7 @@ fn two_axes(seed: u64) -> Result<Vec<Count>, Failure> {
     let local = SpectralMethod::LocalPolynomial(LocalPolynomial::default());
     let local = estimate(&little_forces, &little_motions, &local)?;
     response(&limb, &local, seed, "; little, local", &mut counts);
-    fits(&limb, &local, "; little, local", [HOLDS, CRIES], &mut counts)?;
+    fits(&limb, &local, "; little, local", safe, &mut counts)?;
 
     // Outputs that know nothing of the inputs.
     let alone = estimate(&forces, &[normal(&mut rng, SAMPLES), normal(&mut rng, SAMPLES)], &welch())?;

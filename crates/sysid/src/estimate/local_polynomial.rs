@@ -378,3 +378,22 @@ impl<'a> Local<'a> {
         out.left_out.push(left_out);
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// The weight of the middle in a least-squares parabola over 2n+1 points, h₀ = 3 (3n² + 3n − 1) / ((2n+1)(4n² + 4n − 3)) (Savitzky & Golay 1964);
+    /// that of a mean is 1/(2n+1).
+    #[test]
+    fn the_middle_weighs_what_smoothing_by_a_parabola_gives_it() {
+        for n in 2..40 {
+            let (k, width) = (n as f64, 2.0 * n as f64 + 1.0);
+            let middle = 3.0 * (3.0 * k * k + 3.0 * k - 1.0) / (width * (4.0 * k * k + 4.0 * k - 3.0));
+            for (terms, lines) in [(1, width), (3, 1.0 / middle)] {
+                let found = Basis::new(n, terms).independent_lines();
+                assert!((found / lines - 1.0).abs() < 1e-12, "n = {n}, {terms} terms: {found} and {lines}");
+            }
+        }
+    }
+}
