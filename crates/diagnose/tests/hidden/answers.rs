@@ -3,18 +3,19 @@
 //! `answers.json` holds what a diagnosis says of a dozen short recordings, right or wrong: whether it is right the other files ask. A
 //! change of this table is to be looked at; `NDOF_WRITE_ANSWERS=1 cargo test --release -p ndof-diagnose --test hidden answers` writes it anew.
 
+#[path = "../../../../tests/support/stored.rs"]
+mod stored;
+
 use ndof_challenge::{Case, Hidden, Plant, make};
 use ndof_diagnose::{Baseline, HeldOut, Options, Part, Pictures, Status, diagnose_with_pictures};
 use rayon::prelude::*;
 use serde_json::{Value, json};
+use stored::held;
 
 const PATH: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/hidden/answers.json");
 
 /// By how much numbers may differ: searches stop at some 1e-5 of a parameter, wherever round-off leads them.
 const RELATIVE: f64 = 1e-3;
-
-/// Below this a number is zero; probabilities of chance are, mostly.
-const ZERO: f64 = 1e-9;
 
 struct Question {
     name: &'static str,
@@ -79,69 +80,9 @@ fn answer(number: usize, question: &Question) -> Value {
     }
 }
 
-/// With six digits of each number.
-fn rounded(value: Value) -> Value {
-    match value {
-        Value::Number(number) => number.as_f64().map_or(Value::Null, |x| json!(format!("{x:.5e}").parse::<f64>().expect("a number"))),
-        Value::Array(values) => values.into_iter().map(rounded).collect(),
-        Value::Object(entries) => Value::Object(entries.into_iter().map(|(key, value)| (key, rounded(value))).collect()),
-        other => other,
-    }
-}
-
-/// A text without its numbers, and these.
-fn apart(text: &str) -> (String, Vec<f64>) {
-    let (mut words, mut numbers) = (String::new(), Vec::new());
-    let mut rest = text;
-    while let Some(start) = rest.find(|c: char| c.is_ascii_digit()) {
-        words += &rest[..start];
-        words.push('#');
-        let end = rest[start..].find(|c: char| !(c.is_ascii_digit() || c == '.')).map_or(rest.len(), |end| start + end);
-        // A full stop behind a number ends the sentence.
-        let number = rest[start..end].trim_end_matches('.');
-        numbers.push(number.parse().expect("digits"));
-        rest = &rest[start + number.len()..];
-    }
-    (words + rest, numbers)
-}
-
-fn close(found: f64, stored: f64, relative: f64) -> bool {
-    (found - stored).abs() <= relative * found.abs().max(stored.abs()) + ZERO
-}
-
-fn compare(found: &Value, stored: &Value, place: &str) {
-    match (found, stored) {
-        (Value::Number(a), Value::Number(b)) => {
-            let (a, b) = (a.as_f64().expect("a number"), b.as_f64().expect("a number"));
-            assert!(close(a, b, RELATIVE), "{place}: {a}, was {b}");
-        }
-        // Numbers in sentences are rounded to two or three digits.
-        (Value::String(a), Value::String(b)) => {
-            let ((a_words, a_numbers), (b_words, b_numbers)) = (apart(a), apart(b));
-            let alike = a_numbers.iter().zip(&b_numbers).all(|(a, b)| close(*a, *b, 0.1));
-            assert!(a_words == b_words && alike, "{place}: \"{a}\", was \"{b}\"");
-        }
-        (Value::Array(a), Value::Array(b)) => {
-            assert_eq!(a.len(), b.len(), "{place}: {a:?}, was {b:?}");
-            a.iter().zip(b).enumerate().for_each(|(k, (a, b))| compare(a, b, &format!("{place}[{k}]")));
-        }
-        (Value::Object(a), Value::Object(b)) => {
-            assert!(a.keys().eq(b.keys()), "{place}: {:?}, was {:?}", a.keys(), b.keys());
-            a.iter().zip(b.values()).for_each(|((key, a), b)| compare(a, b, &format!("{place}.{key}")));
-        }
-        (a, b) => assert_eq!(a, b, "{place}"),
-    }
-}
-
 #[test]
 fn answers_are_as_they_were() {
     let questions = questions();
     let found: Vec<Value> = questions.par_iter().enumerate().map(|(number, question)| answer(number, question)).collect();
-    let text = serde_json::to_string_pretty(&rounded(json!(found))).expect("text");
-    if std::env::var_os("NDOF_WRITE_ANSWERS").is_some() {
-        std::fs::write(PATH, text.clone() + "\n").expect("written");
-    }
-    let found: Value = serde_json::from_str(&text).expect("what was written");
-    let stored: Value = serde_json::from_str(&std::fs::read_to_string(PATH).expect("the table")).expect("a table");
-    compare(&found, &stored, "");
+    held(&json!(found), PATH, RELATIVE, "NDOF_WRITE_ANSWERS");
 }

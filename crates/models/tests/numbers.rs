@@ -1,0 +1,281 @@
+//! Whole results of fits, number by number, as they were when they were last looked at.
+//!
+//! `reference/numbers.json` holds them for two axes in frequency, every block and every law, noise on both sides and state-space models.
+//! Whether they are right the other files ask. A change is to be looked at; `NDOF_WRITE_NUMBERS=1 cargo test --release -p ndof-models --test
+//! numbers` writes it anew.
+
+#[path = "../../../tests/support/stored.rs"]
+mod stored;
+
+use ndarray::{Array2, Array3, arr2};
+use ndof_models::blocks::{BLOCKS, Composite};
+use ndof_models::physical::{ellipse, fitted_modes, passivity, symmetry_test, unit_matrices};
+use ndof_models::state_space::{LinearTrial, Subspace, select};
+use ndof_models::time::{Causality, Disturbance, FreeRunFit, Mechanism, Noise, TimeTrial, laws, simulate};
+use ndof_models::{
+    Arm, Axis, CovarianceKind, ErrorsInVariables, InertiaDampingStiffness, InertiaDampingStiffnessModel, Kinematics, KinematicsSd, PaperFit, PeriodSpectra,
+    Projection, Smoothing, Symmetry, Transducer, WeightedFit, agreement, likelihood_ratio, linear_start,
+};
+use ndof_signal::Kernel;
+use ndof_sysid::{FrequencyResponse, ResponseKind, Uncertainty};
+use num_complex::Complex64;
+use rayon::prelude::*;
+use serde_json::{Value, json};
+use std::f64::consts::TAU;
+use stored::held;
+
+/// By how much numbers may differ: searches stop at some 1e-6 of a parameter, wherever round-off leads them.
+const RELATIVE: f64 = 1e-4;
+
+/// Numbers between −1 and 1 that look like noise.
+fn noise(number: usize, seed: f64) -> f64 {
+    let x = (12.9898 * number as f64 + 78.233 * seed).sin() * 43758.5453;
+    2.0 * (x - x.floor()) - 1.0
+}
+
+fn limb() -> InertiaDampingStiffness {
+    InertiaDampingStiffness {
+        axes: vec![Axis::linear("x"), Axis::linear("y")],
+        inertia: arr2(&[[2.1, -0.55], [-0.55, 1.9]]),
+        damping: arr2(&[[26.0, -4.0], [-4.0, 30.0]]),
+        stiffness: arr2(&[[300.0, -60.0], [-60.0, 420.0]]),
+    }
+}
+
+/// The limb's compliance as an estimate with few degrees of freedom has it, seen through three frequencies.
+fn response() -> FrequencyResponse {
+    let grid: Vec<f64> = (0..40).map(|k| 0.25 * k as f64).collect();
+    let mut response = limb().response(&grid, ResponseKind::Compliance);
+    let (n, mut at) = (grid.len(), 0);
+    let mut draw = || {
+        at += 1;
+        noise(at, 1.0)
+    };
+    let mut hermitian = |size: f64| -> Array3<Complex64> {
+        let mut all = Array3::zeros((n, 2, 2));
+        for f in 0..n {
+            let (a, b) = (size * (1.0 + 0.3 * draw()), size * (1.5 + 0.3 * draw()));
+            let cross = 0.4 * size * Complex64::new(draw(), draw());
+            (all[[f, 0, 0]], all[[f, 1, 1]], all[[f, 0, 1]], all[[f, 1, 0]]) = (a.into(), b.into(), cross, cross.conj());
+        }
+        all
+    };
+    let (output, input_inverse) = (hermitian(4e-9), hermitian(1.0));
+    response.value.iter_mut().for_each(|v| *v += 4e-5 * Complex64::new(draw(), draw()));
+    let kernel = Kernel { offset_hz: vec![-0.2, 0.0, 0.2], weight: vec![0.25, 0.5, 0.25] };
+    response.uncertainty = Some(Uncertainty { noise: output, input_inverse, degrees_of_freedom: 12.0, independent_spacing_hz: 0.4, kernel, inverted: false });
+    response
+}
+
+fn band(settings: WeightedFit) -> WeightedFit {
+    WeightedFit { band_hz: [0.5, 8.0], ..settings }
+}
+
+fn complex(values: impl IntoIterator<Item = Complex64>) -> Vec<[f64; 2]> {
+    values.into_iter().map(|v| [v.re, v.im]).collect()
+}
+
+fn in_frequency() -> Value {
+    let response = response();
+    let weight = Array3::from_shape_fn(response.value.dim(), |(f, i, j)| 0.9 - 0.01 * f as f64 - 0.1 * (i + 2 * j) as f64 / 3.0);
+    let fits: Vec<Value> = [Symmetry::Symmetric, Symmetry::Free]
+        .into_par_iter()
+        .map(|symmetry| {
+            let model = InertiaDampingStiffnessModel::new(limb().axes, symmetry);
+            let start = linear_start(&model, &response.band(0.5, 8.0)).expect("a start");
+            let settings = band(WeightedFit::default());
+            let plain = settings.fit(&model, &response, &start).expect("a fit");
+            let sandwich = WeightedFit { covariance: CovarianceKind::Sandwich, ..band(WeightedFit::default()) }.fit(&model, &response, &start);
+            let transducer = Some(Transducer { stiffness: 1e5, damping: 80.0 });
+            let given = WeightedFit { transducer, smoothing: Smoothing::None, ..band(WeightedFit::default()) }.fit(&model, &response, &start);
+            let paper = PaperFit { band_hz: [0.5, 8.0], ..PaperFit::default() }.fit(&model, &response, &weight, &start).expect("a fit");
+            let fitted = model.matrices(&plain.theta);
+            let first = plain.theta.len() - if symmetry == Symmetry::Symmetric { 3 } else { 4 };
+            let of_stiffness = Array2::from_shape_fn((plain.theta.len() - first, plain.theta.len() - first), |(i, j)| plain.covariance[[first + i, first + j]]);
+            let projection = Projection {
+                kinematics: Kinematics::planar_two_link(Arm::Right, [0.3, 0.33], [0.7, 1.4]).expect("an arm"),
+                mean_force_n: vec![1.5, -0.8],
+                sd: KinematicsSd::default(),
+            };
+            let joints = projection.fit_to_joints(&model, &plain).expect("joints");
+            let turned = projection.response_to_joints(&response).expect("joints");
+            json!({
+                "start": start,
+                "plain": plain,
+                "sandwich": sandwich.expect("a fit"),
+                "with a transducer, unsmoothed": given.expect("a fit"),
+                "paper": paper,
+                "symmetry": symmetry_test(&model, &plain),
+                "passivity": passivity(&model, &plain),
+                "ellipse": ellipse(&fitted.stiffness, &unit_matrices(symmetry == Symmetry::Symmetric), &of_stiffness, 2.0),
+                "modes": fitted_modes(&model, &plain.theta, &plain.covariance, 2.0),
+                "agreement": agreement(&response, &fitted.response(&response.frequency_hz, ResponseKind::Compliance), &weight, [0.5, 8.0]).expect("one shape"),
+                "joints": joints,
+                "at the joints": complex(turned.value.iter().copied().step_by(7)),
+                "and back": complex(projection.response_to_endpoint(&turned, &limb().axes).expect("a hand").value.iter().copied().step_by(7)),
+            })
+        })
+        .collect();
+    json!(fits)
+}
+
+/// Every block added to one axis of the limb.
+fn blocks() -> Value {
+    let response = response();
+    let model = InertiaDampingStiffnessModel::new(limb().axes, Symmetry::Symmetric);
+    let settings = band(WeightedFit::default());
+    let start = linear_start(&model, &response.band(0.5, 8.0)).expect("a start");
+    let plain = settings.fit(&model, &response, &start).expect("a fit");
+    let fits: Vec<Value> = BLOCKS
+        .par_iter()
+        .map(|card| {
+            let larger = Composite::of_cards(&model, &[card]);
+            let starts = larger.starts(&start);
+            match settings.fit_from(&larger, &response, &starts) {
+                // Where the data say nothing of a block its parameters end anywhere.
+                Ok(fit) => json!({ "block": card.name(), "starts": starts, "chi2": fit.chi2, "bins": fit.bins, "ratio": likelihood_ratio(&plain, &fit).statistic,
+                    "sensor": card.is_sensor(), "at the starts": starts.iter().map(|s| complex(settings.seen(&larger, s, ResponseKind::Compliance, &[1.3, 4.7], &Kernel::default()))).collect::<Vec<_>>() }),
+                Err(error) => json!({ "block": card.name(), "starts": starts, "refused": error.to_string() }),
+            }
+        })
+        .collect();
+    json!(fits)
+}
+
+const RATE_HZ: f64 = 200.0;
+
+fn force() -> Vec<f64> {
+    (0..1000).map(|k| (0..12).map(|l| (TAU * (0.3 + 0.71 * f64::from(l)) * k as f64 / RATE_HZ + f64::from(l * l)).sin()).sum::<f64>()).collect()
+}
+
+/// Every law with orders of magnitude for its parameters, simulated, and fitted to what came out.
+fn in_time() -> Value {
+    let force = force();
+    let of = |law: &std::sync::Arc<dyn ndof_models::time::Law>| {
+        let mechanism = Mechanism::new(vec![Axis::linear("x")]).with_law(law.clone(), 0);
+        let truth = mechanism.starts(&[2.0, 14.0, 300.0]).swap_remove(0);
+        let still = vec![0.0; 2];
+        let motion = simulate(&mechanism, &truth, &still, &[&force], RATE_HZ, 2).swap_remove(0);
+        let motion: Vec<f64> = motion.iter().enumerate().map(|(k, x)| x + 1e-4 * noise(k, 3.0)).collect();
+        let trial = TimeTrial { force: vec![&force], motion: vec![&motion], velocity: vec![] };
+        let settings = FreeRunFit { substeps: 2, ..FreeRunFit::new(RATE_HZ) };
+        let score = settings.validate(&mechanism, &truth, &[trial.clone()]);
+        let fit = settings.fit(&mechanism, &[trial], &truth);
+        json!({
+            "law": law.name(),
+            "truth": truth,
+            "motion": motion.iter().step_by(83).collect::<Vec<_>>(),
+            "score": score.ok(),
+            "fit": fit.map(|f| json!({ "score": f.score, "bic": f.bic })).map_err(|error| error.to_string()).ok(),
+        })
+    };
+    json!(laws::all().par_iter().map(of).collect::<Vec<Value>>())
+}
+
+/// The ways of fitting in time, on a limb without a law and on one with a threshold.
+fn ways() -> Value {
+    let force = force();
+    let linear = Mechanism::new(vec![Axis::linear("x")]);
+    let truth = [2.0, 14.0, 300.0];
+    let motion = simulate(&linear, &truth, &[0.0, 0.0], &[&force], RATE_HZ, 1).swap_remove(0);
+    let slow = |k: usize| (0..40).map(|l| noise(k.saturating_sub(l), 5.0)).sum::<f64>() / 40.0;
+    let motion: Vec<f64> = motion.iter().enumerate().map(|(k, x)| x + 1e-4 * noise(k, 4.0) + 3e-4 * slow(k)).collect();
+    let velocity: Vec<f64> = motion.windows(2).map(|pair| (pair[1] - pair[0]) * RATE_HZ).chain([0.0]).collect();
+    let trial = || TimeTrial { force: vec![&force], motion: vec![&motion], velocity: vec![] };
+    let fresh = || FreeRunFit::new(RATE_HZ);
+    let ways = [
+        ("blocks", fresh()),
+        ("white", FreeRunFit { noise: Noise::Autoregressive(0), ..fresh() }),
+        ("autoregressive", FreeRunFit { noise: Noise::Autoregressive(5), ..fresh() }),
+        ("laguerre", FreeRunFit { noise: Noise::Laguerre { order: 6, memory: 5 }, ..fresh() }),
+        ("a force of the limb", FreeRunFit { noise: Noise::Laguerre { order: 6, memory: 5 }, disturbance: Disturbance::Force, ..fresh() }),
+        ("windows", FreeRunFit { window_s: Some(1.0), ..fresh() }),
+        ("settled", FreeRunFit { settle_s: 0.5, ..fresh() }),
+        ("low-passed", FreeRunFit { output_low_pass_hz: Some(12.0), ..fresh() }),
+        ("motion in", FreeRunFit { causality: Causality::MotionIn, motion_low_pass_hz: Some(20.0), ..fresh() }),
+    ];
+    let start = [1.6, 18.0, 260.0];
+    let fits = ways.par_iter().map(|(name, settings)| {
+        let fit = settings.fit(&linear, &[trial()], &start).map_err(|error| error.to_string());
+        let profile = fit.as_ref().ok().map(|fit| settings.profile(&linear, &[trial()], fit, 1).map_err(|error| error.to_string()));
+        json!({ "way": name, "fit": fit, "profile": profile })
+    });
+    let with_velocity = FreeRunFit { causality: Causality::MotionIn, ..fresh() }.fit(&linear, &[TimeTrial { velocity: vec![&velocity], ..trial() }], &start);
+    json!([fits.collect::<Vec<Value>>(), with_velocity.map_err(|error| error.to_string())])
+}
+
+fn periods() -> Value {
+    let (rate, period, lines) = (128.0, 256, [1, 2, 3, 5, 7, 9, 12, 15]);
+    let limb = limb();
+    let experiment = |number: usize| {
+        let mut channels = vec![vec![0.0; 6 * period]; 4];
+        for &line in &lines {
+            let s = Complex64::new(0.0, TAU * line as f64 * rate / period as f64);
+            let force = [0, 1].map(|axis| Complex64::from_polar(1.0, 40.0 * noise(line + 50 * axis, number as f64)));
+            let z = |i: usize, j: usize| limb.inertia[[i, j]] * s * s + limb.damping[[i, j]] * s + limb.stiffness[[i, j]];
+            let determinant = z(0, 0) * z(1, 1) - z(0, 1) * z(1, 0);
+            let motion = [(z(1, 1) * force[0] - z(0, 1) * force[1]) / determinant, (z(0, 0) * force[1] - z(1, 0) * force[0]) / determinant];
+            for (channel, line_of) in channels.iter_mut().zip([force[0], force[1], motion[0], motion[1]]) {
+                channel.iter_mut().enumerate().for_each(|(k, x)| *x += (line_of * Complex64::cis(TAU * (line * k) as f64 / period as f64)).re);
+            }
+        }
+        for (c, channel) in channels.iter_mut().enumerate() {
+            let size = if c < 2 { 0.3 } else { 1e-3 };
+            channel.iter_mut().enumerate().for_each(|(k, x)| *x += size * noise(k + 7000 * c, 8.0 + number as f64));
+        }
+        PeriodSpectra::of_periods(rate, period, &[&channels[0], &channels[1]], &[&channels[2], &channels[3]], &lines).expect("whole periods")
+    };
+    let model = InertiaDampingStiffnessModel::new(limb.axes.clone(), Symmetry::Symmetric);
+    let fit = ErrorsInVariables { band_hz: [0.3, 8.0] }.fit(&model, &[experiment(1), experiment(2)], &model.theta(&limb));
+    json!(fit.map_err(|error| error.to_string()))
+}
+
+fn states() -> Value {
+    let inputs: Vec<Vec<f64>> = (0..2).map(|c| (0..600).map(|k| noise(k, 20.0 + f64::from(c))).collect()).collect();
+    let mut state = [0.0; 4];
+    let mut outputs = vec![Vec::new(); 2];
+    for k in 0..600 {
+        outputs[0].push(state[0] + 0.5 * state[2] + 0.02 * noise(k, 30.0) + 0.4);
+        outputs[1].push(0.6 * state[1] + state[2] + 0.3 * state[3] + 0.02 * noise(k, 31.0) - 1.0);
+        let (u, x) = ([inputs[0][k], inputs[1][k]], state);
+        state = [
+            0.96 * x[0] + 0.19 * x[1] + u[0] + 0.3 * u[1],
+            -0.19 * x[0] + 0.96 * x[1] - 0.5 * u[1],
+            0.73 * x[2] + 0.61 * x[3] + 0.4 * u[0] + u[1],
+            -0.61 * x[2] + 0.73 * x[3] + 0.2 * u[0],
+        ];
+    }
+    let part =
+        |from: usize, to: usize| LinearTrial { inputs: inputs.iter().map(|c| &c[from..to]).collect(), outputs: outputs.iter().map(|c| &c[from..to]).collect() };
+    let found = select(&Subspace { past: 8 }, &[part(0, 250), part(250, 450)], &[part(450, 600)], 6, 20).expect("a model");
+    let candidates = found.candidates.iter().map(|candidate| {
+        let response = |hz: f64| complex(candidate.model.response(hz, 50.0).expect("no pole").into_iter().flatten());
+        json!([candidate.model.order(), candidate.held_out_nrmse, candidate.held_out_vaf_percent, response(0.0), response(2.0), response(9.0)])
+    });
+    json!({
+        "best": found.best,
+        "singular values": found.singular_values,
+        "modes": found.chosen().model.modes(50.0),
+        "offset": found.chosen().model.offset,
+        "candidates": candidates.collect::<Vec<_>>(),
+    })
+}
+
+/// Without how a search ended, which round-off decides.
+fn lasting(value: Value) -> Value {
+    match value {
+        Value::Array(values) => values.into_iter().map(lasting).collect(),
+        Value::Object(entries) => {
+            Value::Object(entries.into_iter().filter(|(key, _)| key != "reason" && key != "iterations").map(|(key, value)| (key, lasting(value))).collect())
+        }
+        other => other,
+    }
+}
+
+#[test]
+fn numbers_are_as_they_were() {
+    let found = json!({
+        "frequency": in_frequency(), "blocks": blocks(), "laws": in_time(), "ways": ways(), "periods": periods(), "states": states(),
+    });
+    held(&lasting(found), concat!(env!("CARGO_MANIFEST_DIR"), "/tests/reference/numbers.json"), RELATIVE, "NDOF_WRITE_NUMBERS");
+}
