@@ -88,7 +88,7 @@ fn in_frequency() -> Value {
             let sandwich = WeightedFit { covariance: CovarianceKind::Sandwich, ..band(WeightedFit::default()) }.fit(&model, &response, &start);
             let transducer = Some(Transducer { stiffness: 1e5, damping: 80.0 });
             let given = WeightedFit { transducer, smoothing: Smoothing::None, ..band(WeightedFit::default()) }.fit(&model, &response, &start);
-            let paper = PaperFit { band_hz: [0.5, 8.0], ..PaperFit::default() }.fit(&model, &response, &weight, &start).expect("a fit");
+            let paper = PaperFit { band_hz: [0.5, 8.0] }.fit(&model, &response, &weight, &start).expect("a fit");
             let fitted = model.matrices(&plain.theta);
             let first = plain.theta.len() - if symmetry == Symmetry::Symmetric { 3 } else { 4 };
             let of_stiffness = Array2::from_shape_fn((plain.theta.len() - first, plain.theta.len() - first), |(i, j)| plain.covariance[[first + i, first + j]]);
@@ -159,7 +159,7 @@ fn in_time() -> Value {
         let motion: Vec<f64> = motion.iter().enumerate().map(|(k, x)| x + 1e-4 * noise(k, 3.0)).collect();
         let trial = TimeTrial { force: vec![&force], motion: vec![&motion], velocity: vec![] };
         let settings = FreeRunFit { substeps: 2, ..FreeRunFit::new(RATE_HZ) };
-        let score = settings.validate(&mechanism, &truth, &[trial.clone()]);
+        let score = settings.validate(&mechanism, &truth, std::slice::from_ref(&trial));
         let fit = settings.fit(&mechanism, &[trial], &truth);
         json!({
             "law": law.name(),
@@ -234,10 +234,10 @@ fn states() -> Value {
     let inputs: Vec<Vec<f64>> = (0..2).map(|c| (0..600).map(|k| noise(k, 20.0 + f64::from(c))).collect()).collect();
     let mut state = [0.0; 4];
     let mut outputs = vec![Vec::new(); 2];
-    for k in 0..600 {
+    for (k, u) in inputs[0].iter().zip(&inputs[1]).enumerate() {
         outputs[0].push(state[0] + 0.5 * state[2] + 0.02 * noise(k, 30.0) + 0.4);
         outputs[1].push(0.6 * state[1] + state[2] + 0.3 * state[3] + 0.02 * noise(k, 31.0) - 1.0);
-        let (u, x) = ([inputs[0][k], inputs[1][k]], state);
+        let (u, x) = ([*u.0, *u.1], state);
         state = [
             0.96 * x[0] + 0.19 * x[1] + u[0] + 0.3 * u[1],
             -0.19 * x[0] + 0.96 * x[1] - 0.5 * u[1],

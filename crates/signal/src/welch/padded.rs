@@ -39,7 +39,7 @@ impl PaddedTransform {
     /// For segments of `samples`, padded to `length`.
     pub(super) fn new(samples: usize, length: usize) -> Self {
         // As many parts as leave room for the segment. Of an odd length there is no half.
-        let fits = |parts: &usize| length.is_multiple_of(*parts) && length / parts >= samples && (parts % 2 == 1 || (length / parts) % 2 == 0);
+        let fits = |parts: &usize| length.is_multiple_of(*parts) && length / parts >= samples && (parts % 2 == 1 || (length / parts).is_multiple_of(2));
         let parts = (1..=length / samples.max(1)).rev().find(fits).unwrap_or(1);
         let m = length / parts;
         let whole_parts = (parts - 1) / 2;
@@ -189,7 +189,7 @@ mod tests {
 
     /// Whether a divisor of the length has room for the segment, with a half where the parts are an even number.
     fn splits(samples: usize, length: usize) -> bool {
-        (samples..length).any(|m| length % m == 0 && (m % 2 == 0 || length / m % 2 == 1))
+        (samples..length).any(|m| length.is_multiple_of(m) && (m % 2 == 0 || length / m % 2 == 1))
     }
 
     #[test]
