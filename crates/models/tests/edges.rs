@@ -1,11 +1,11 @@
 //! Fits at the edge: what the data do not determine is flagged, what cannot be computed is a typed error.
 
 use faer::Mat;
-use ndarray::Array3;
+use ndarray::{Array3, arr2};
 use ndof_models::time::{Causality, FreeRunError, FreeRunFit, Mechanism, TimeTrial};
 use ndof_models::{
-    Axis, FitError, InertiaDampingStiffness, InertiaDampingStiffnessModel, LeastSquares, LevenbergMarquardt, MinimiseError, Smoothing, Symmetry, WeightedFit,
-    linear_start,
+    Axis, FitError, InertiaDampingStiffness, InertiaDampingStiffnessModel, LeastSquares, LevenbergMarquardt, MinimiseError, PaperFit, Smoothing, Symmetry,
+    WeightedFit, linear_start,
 };
 use ndof_signal::Kernel;
 use ndof_sysid::{FrequencyResponse, ResponseError, ResponseKind, Uncertainty};
@@ -133,5 +133,34 @@ fn a_trial_without_samples_is_refused_whatever_is_imposed() {
         let trial = TimeTrial { force: vec![&[]], motion: vec![&[]], velocity: Vec::new() };
         let found = FreeRunFit { causality, ..FreeRunFit::new(100.0) }.fit(&mechanism, &[trial], &[2.0, 10.0, 300.0]);
         assert_eq!(found.err(), Some(FreeRunError::Empty), "{causality:?}");
+    }
+}
+
+/// Eight numbers a frequency, twelve parameters.
+#[test]
+fn two_frequencies_are_enough_for_two_axes_and_one_is_not() {
+    let truth = InertiaDampingStiffness {
+        axes: vec![Axis::linear("x"), Axis::linear("y")],
+        inertia: arr2(&[[2.1, -0.5], [-0.6, 1.9]]),
+        damping: arr2(&[[11.0, -2.0], [-1.0, 15.0]]),
+        stiffness: arr2(&[[300.0, -60.0], [-50.0, 520.0]]),
+    };
+    let model = InertiaDampingStiffnessModel::new(truth.axes.clone(), Symmetry::Free);
+    let mut response = estimated(&truth, 1.0, 10.0);
+    let uncertainty = response.uncertainty.as_mut().expect("a covariance");
+    for of in [&mut uncertainty.noise, &mut uncertainty.input_inverse] {
+        *of = Array3::from_shape_fn(of.dim(), |(_, i, j)| if i == j { Complex64::new(1e-5, 0.0) } else { Complex64::ZERO });
+    }
+    let (weight, start) = (Array3::from_elem(response.value.dim(), 1.0), model.theta(&truth));
+    for bins in [1, 2] {
+        let band_hz = [0.0, response.frequency_hz[bins - 1] + 1e-9];
+        let weighted = settings(band_hz).fit(&model, &response, &start);
+        let paper = PaperFit { band_hz }.fit(&model, &response, &weight, &start);
+        for fit in [weighted, paper] {
+            match fit {
+                Ok(fit) => assert!(bins == 2 && fit.bins == 2, "{bins}"),
+                Err(error) => assert!(bins == 1 && matches!(error, FitError::TooFewBins { bins: 1, needed: 2, .. }), "{bins}: {error}"),
+            }
+        }
     }
 }

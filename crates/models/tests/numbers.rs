@@ -8,7 +8,7 @@
 mod stored;
 
 use ndarray::{Array2, Array3, arr2};
-use ndof_models::blocks::{BLOCKS, Composite};
+use ndof_models::blocks::{BLOCKS, Composite, find};
 use ndof_models::physical::{ellipse, fitted_modes, passivity, symmetry_test, unit_matrices};
 use ndof_models::state_space::{LinearTrial, Subspace, select};
 use ndof_models::time::{Causality, Disturbance, FreeRunFit, Mechanism, Noise, TimeTrial, laws, simulate};
@@ -78,7 +78,7 @@ fn complex(values: impl IntoIterator<Item = Complex64>) -> Vec<[f64; 2]> {
 fn in_frequency() -> Value {
     let response = response();
     let weight = Array3::from_shape_fn(response.value.dim(), |(f, i, j)| 0.9 - 0.01 * f as f64 - 0.1 * (i + 2 * j) as f64 / 3.0);
-    let fits: Vec<Value> = [Symmetry::Symmetric, Symmetry::Free]
+    let fits: Vec<Value> = [Symmetry::Symmetric, Symmetry::Free, Symmetry::PositiveSemidefinite]
         .into_par_iter()
         .map(|symmetry| {
             let model = InertiaDampingStiffnessModel::new(limb().axes, symmetry);
@@ -90,7 +90,7 @@ fn in_frequency() -> Value {
             let given = WeightedFit { transducer, smoothing: Smoothing::None, ..band(WeightedFit::default()) }.fit(&model, &response, &start);
             let paper = PaperFit { band_hz: [0.5, 8.0] }.fit(&model, &response, &weight, &start).expect("a fit");
             let fitted = model.matrices(&plain.theta);
-            let first = plain.theta.len() - if symmetry == Symmetry::Symmetric { 3 } else { 4 };
+            let first = plain.theta.len() - if symmetry == Symmetry::Free { 4 } else { 3 };
             let of_stiffness = Array2::from_shape_fn((plain.theta.len() - first, plain.theta.len() - first), |(i, j)| plain.covariance[[first + i, first + j]]);
             let projection = Projection {
                 kinematics: Kinematics::planar_two_link(Arm::Right, [0.3, 0.33], [0.7, 1.4]).expect("an arm"),
@@ -99,15 +99,18 @@ fn in_frequency() -> Value {
             };
             let joints = projection.fit_to_joints(&model, &plain).expect("joints");
             let turned = projection.response_to_joints(&response).expect("joints");
+            let late = Composite::of_cards(&model, &[find("delay").expect("a delay")]);
+            let late = settings.fit_from(&late, &response, &late.starts(&start)).expect("a fit");
             json!({
                 "start": start,
+                "with a delay": late.parameters,
                 "plain": plain,
                 "sandwich": sandwich.expect("a fit"),
                 "with a transducer, unsmoothed": given.expect("a fit"),
                 "paper": paper,
                 "symmetry": symmetry_test(&model, &plain),
                 "passivity": passivity(&model, &plain),
-                "ellipse": ellipse(&fitted.stiffness, &unit_matrices(symmetry == Symmetry::Symmetric), &of_stiffness, 2.0),
+                "ellipse": ellipse(&fitted.stiffness, &unit_matrices(symmetry != Symmetry::Free), &of_stiffness, 2.0),
                 "modes": fitted_modes(&model, &plain.theta, &plain.covariance, 2.0),
                 "agreement": agreement(&response, &fitted.response(&response.frequency_hz, ResponseKind::Compliance), &weight, [0.5, 8.0]).expect("one shape"),
                 "joints": joints,

@@ -23,16 +23,17 @@ struct Question {
     hidden: &'static [(&'static str, f64)],
     trials: usize,
     options: Options,
-    known_mass: bool,
+    /// What is given of the mass, times its true value.
+    mass: Option<(f64, Status)>,
 }
 
 fn questions() -> Vec<Question> {
-    let ask = |name, plant, hidden, trials| Question { name, plant, hidden, trials, options: Options::default(), known_mass: false };
+    let ask = |name, plant, hidden, trials| Question { name, plant, hidden, trials, options: Options::default(), mass: None };
     let with = |question: Question, options: Options| Question { options, ..question };
     vec![
         ask("nothing", Plant::Force, &[], 2),
         ask("friction", Plant::Force, &[("coulomb-friction", 0.5)], 1),
-        Question { known_mass: true, ..ask("more mass than the baseline has", Plant::Force, &[("added-mass", 0.5)], 2) },
+        Question { mass: Some((1.0, Status::Fixed)), ..ask("more mass than the baseline has", Plant::Force, &[("added-mass", 0.5)], 2) },
         ask("what no registry has", Plant::Force, &[("x-quadratic-damping", 0.6)], 2),
         ask("a hysteresis and a filter", Plant::Planar, &[("hysteresis", 0.4), ("channel-filter", 0.5)], 2),
         ask("an arm that drifts", Plant::Planar, &[("posture-drift", 0.6)], 3),
@@ -45,6 +46,7 @@ fn questions() -> Vec<Question> {
             Options { band_hz: Some((0.5, 8.0)), held_out: HeldOut::Time(9.0, 12.0), tolerance: 0.02, seed: 3, plan: true, ..Options::default() },
         ),
         ask("play", Plant::Force, &[("dead-zone", 0.5)], 1),
+        Question { mass: Some((1.2, Status::Nominal)), ..ask("a mass that is wrong", Plant::Planar, &[], 2) },
     ]
 }
 
@@ -71,9 +73,10 @@ fn answer(number: usize, question: &Question) -> Value {
     let hidden = question.hidden.iter().map(|&(name, severity)| Hidden { name, severity }).collect();
     let (plant, trials) = (question.plant, question.trials);
     let made = make(&Case { plant, hidden, other: false, background: false, trials, duration_s: 12.0, seed: 700 + number as u64, command: (1.0, 1.0) });
-    let part = Part { value: made.mass.clone(), status: Status::Fixed, symmetric: true };
-    let baseline = Baseline { mass: question.known_mass.then_some(part), ..Baseline::default() };
-    let found = diagnose_with_pictures(&made.recordings, &made.ports, &question.options, question.known_mass.then_some(&baseline), &mut |_| {});
+    let given =
+        |(times, status): (f64, Status)| Part { value: made.mass.iter().map(|row| row.iter().map(|m| times * m).collect()).collect(), status, symmetric: true };
+    let baseline = question.mass.map(|mass| Baseline { mass: Some(given(mass)), ..Baseline::default() });
+    let found = diagnose_with_pictures(&made.recordings, &made.ports, &question.options, baseline.as_ref(), &mut |_| {});
     match found {
         Ok((diagnosis, pictures)) => json!({ "of": question.name, "diagnosis": diagnosis, "pictures": outline(&pictures) }),
         Err(error) => json!({ "of": question.name, "refused": error.to_string() }),
