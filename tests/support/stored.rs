@@ -58,11 +58,11 @@ fn compare(found: &Value, stored: &Value, relative: f64, place: &str) {
             assert!(a_words == b_words && alike, "{place}: \"{a}\", was \"{b}\"");
         }
         (Value::Array(a), Value::Array(b)) => {
-            assert_eq!(a.len(), b.len(), "{place}: {a:?}, was {b:?}");
+            assert!(a.len() == b.len(), "{place}: {} entries, were {}", a.len(), b.len());
             a.iter().zip(b).enumerate().for_each(|(k, (a, b))| compare(a, b, relative, &format!("{place}[{k}]")));
         }
         (Value::Object(a), Value::Object(b)) => {
-            assert!(a.keys().eq(b.keys()), "{place}: {:?}, was {:?}", a.keys(), b.keys());
+            assert!(a.keys().eq(b.keys()), "{place}: {:?}, were {:?}", a.keys(), b.keys());
             a.iter().zip(b.values()).for_each(|((key, a), b)| compare(a, b, relative, &format!("{place}.{key}")));
         }
         (a, b) => assert_eq!(a, b, "{place}"),
