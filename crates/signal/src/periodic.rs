@@ -297,6 +297,17 @@ mod tests {
     }
 
     #[test]
+    fn each_channel_has_its_own_lines() {
+        let x = multisine(600);
+        let [twice, thrice] = [2.0, 3.0].map(|times| x.iter().map(|x| times * x).collect::<Vec<f64>>());
+        let spectra = Periodic { period: 200, discard: 1 }.spectra(100.0, &[&x, &twice, &thrice]).expect("whole periods");
+        for channel in 0..3 {
+            let ratio = spectra.at(0, 2, channel) / spectra.at(0, 2, 0);
+            assert!((ratio - (channel + 1) as f64).norm() < 1e-12, "{channel}: {ratio}");
+        }
+    }
+
+    #[test]
     fn the_mismatch_is_what_its_definition_says_whatever_the_mean() {
         let x: Vec<f64> = multisine(1100).iter().zip(noise(4, 1100)).map(|(a, b)| 3.0 + a + 0.2 * b).collect();
         let found = detect_period(&x).expect("periodic");

@@ -87,17 +87,17 @@ mod tests {
     fn clipping_lowers_the_crest_and_keeps_the_amplitudes() {
         let synthesis = Synthesis::new(512);
         let lines: Vec<usize> = (1..=20).collect();
-        let amplitudes = vec![1.0; 20];
+        let amplitudes = vec![2.0; 20];
         let mut phases = vec![0.0; 20];
         let (before, after) = reduce_crest(&synthesis, &lines, &amplitudes, &mut phases, &[Complex64::from(1.0)], 300);
-        // In phase, the peak is Σ A = 20 and the rms √10.
+        // In phase, the peak is Σ A = 40 and the rms 2 √10.
         assert!((before - 20.0 / 10.0_f64.sqrt()).abs() < 1e-9);
         assert!(after < before);
         let signal = synthesis.signal(&lines, &amplitudes, &phases, Complex64::from(1.0));
         assert!((crest_factor(&signal) - after).abs() < 1e-12);
         let spectrum = synthesis.spectrum(signal);
         for &k in &lines {
-            assert!((spectrum[k].norm() - 256.0).abs() < 1e-9, "{k}");
+            assert!((spectrum[k].norm() - 512.0).abs() < 1e-9, "{k}");
         }
     }
 
