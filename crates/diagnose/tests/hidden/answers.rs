@@ -3,14 +3,11 @@
 //! `answers.json` holds what a diagnosis says of a dozen short recordings, right or wrong: whether it is right the other files ask. A
 //! change of this table is to be looked at; `NDOF_WRITE_ANSWERS=1 cargo test --release -p ndof-diagnose --test hidden answers` writes it anew.
 
-#[path = "../../../../tests/support/stored.rs"]
-mod stored;
-
+use super::stored::held;
 use ndof_challenge::{Case, Hidden, Plant, make};
 use ndof_diagnose::{Baseline, HeldOut, Options, Part, Pictures, Status, diagnose_with_pictures};
 use rayon::prelude::*;
 use serde_json::{Value, json};
-use stored::held;
 
 const PATH: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/hidden/answers.json");
 

@@ -6,3 +6,7 @@ mod drawn;
 mod findings;
 mod measured;
 mod records;
+mod robot;
+
+#[path = "../../../../tests/support/stored.rs"]
+mod stored;
