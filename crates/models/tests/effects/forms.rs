@@ -1,7 +1,7 @@
 //! Every form that a search tries, written out: what it may be, where the search starts, what it does to a motion and what it is called.
 //!
 //! `reference/forms.txt` holds them for a planar arm, a wrist whose motion is imposed and a slow actuator with given matrices. The laws
-//! themselves are held by the oracle beside this; a change of this table is to be looked at: `NDOF_WRITE_FORMS=1 cargo test -p
+//! themselves are held by the oracle beside this; a change of this table is to be looked at: `NDOF_WRITE_FORMS=1 cargo test --release -p
 //! ndof-models --test effects` writes it anew.
 
 use super::planar;
