@@ -62,16 +62,16 @@ impl pulp::WithSimd for Windowed<'_> {
     }
 }
 
-/// Σ x in lanes, so many that additions do not wait for each other.
+/// Σ x in eight lanes, so that additions do not wait for each other.
 #[inline(always)]
 fn sum(samples: &[f64]) -> f64 {
-    const LANES: usize = 32;
-    let (chunks, rest) = samples.as_chunks::<LANES>();
-    let mut lanes = [0.0; LANES];
+    let mut lanes = [0.0; 8];
+    let chunks = samples.chunks_exact(8);
+    let rest: f64 = chunks.remainder().iter().sum();
     for chunk in chunks {
         lanes.iter_mut().zip(chunk).for_each(|(lane, x)| *lane += x);
     }
-    lanes.iter().sum::<f64>() + rest.iter().sum::<f64>()
+    lanes.iter().sum::<f64>() + rest
 }
 
 /// Where the first value stands that is not a number, searched stretch by stretch without a branch a sample.

@@ -35,15 +35,20 @@ pub(super) struct Buffers {
     scratch: Vec<Complex64>,
 }
 
+/// Shorter transforms cost more to call than they save.
+const SHORTEST: usize = 128;
+
 impl PaddedTransform {
     /// For segments of `samples`, padded to `length`.
     pub(super) fn new(samples: usize, length: usize) -> Self {
-        // As many parts as leave room for the segment. Of an odd length there is no half.
-        let fits = |parts: &usize| length.is_multiple_of(*parts) && length / parts >= samples && (parts % 2 == 1 || (length / parts).is_multiple_of(2));
-        let parts = (1..=length / samples.max(1)).rev().find(fits).unwrap_or(1);
+        let most = length / samples.max(SHORTEST);
+        Self::of_parts(length, (1..=most).rev().find(|parts| divides(length, *parts)).unwrap_or(1))
+    }
+
+    fn of_parts(length: usize, parts: usize) -> Self {
         let m = length / parts;
         let whole_parts = (parts - 1) / 2;
-        let has_half = parts % 2 == 0;
+        let has_half = parts.is_multiple_of(2);
         let turned = |r: usize| (0..m).map(move |n| Complex64::cis(-TAU * (r * n % length) as f64 / length as f64));
         let half_turns = turned(parts / 2).take(if has_half { m / 2 } else { 0 });
         PaddedTransform {
@@ -108,6 +113,11 @@ impl PaddedTransform {
     }
 }
 
+/// Whether `length` has so many equal parts, and an even number of them a half: of an odd number of samples there is none.
+fn divides(length: usize, parts: usize) -> bool {
+    length.is_multiple_of(parts) && (parts % 2 == 1 || (length / parts).is_multiple_of(2))
+}
+
 /// Where a bin's value stands in a row, and whether as its mirror image.
 struct Place {
     at: u32,
@@ -153,43 +163,41 @@ impl WithSimd for Turned<'_> {
 mod tests {
     use super::*;
 
-    /// Against the long transform of the same samples: every length to 48, every segment that fits into it.
+    /// Against the long transform of the same samples: every length to 64 in all its parts.
     #[test]
     fn parts_are_the_transform_of_the_padded_segment() {
-        let mut split = 0;
-        for length in 1..=48 {
-            for samples in 1..=length {
-                let x: Vec<f64> = (0..length).map(|n| if n < samples { 1.0 + (n as f64 * 1.7).sin() } else { 0.0 }).collect();
+        for length in 1..=64 {
+            for parts in (1..=length).filter(|parts| divides(length, *parts)) {
+                let m = length / parts;
+                let x: Vec<f64> = (0..length).map(|n| if n < m { 1.0 + (n as f64 * 1.7).sin() } else { 0.0 }).collect();
                 let long = forward_transform(length);
                 let mut expected = long.make_output_vec();
                 long.process(&mut x.clone(), &mut expected).expect("lengths of the plan");
-                let parts = PaddedTransform::new(samples, length);
-                let mut buffers = parts.buffers();
-                let m = buffers.input.len();
-                assert!((samples..=length).contains(&m), "{samples} of {length}: {m}");
-                split += usize::from(m < length);
+                let transform = PaddedTransform::of_parts(length, parts);
+                let mut buffers = transform.buffers();
                 buffers.input.copy_from_slice(&x[..m]);
                 let mut row = vec![Complex64::new(f64::NAN, f64::NAN); length / 2 + 1];
-                parts.process(&mut buffers, &mut row);
+                transform.process(&mut buffers, &mut row);
                 let mut found = Vec::new();
-                parts.append(&row, 1.0, &mut found);
-                let mut twice = found.clone();
-                parts.add(&row, 0.5, &mut twice);
+                transform.append(&row, 1.0, &mut found);
+                let mut mean = found.clone();
+                transform.add(&row, 0.5, &mut mean);
                 for (bin, expected) in expected.iter().enumerate() {
                     // Round-off of at most `length` terms up to 2.
                     let bound = 4.0 * length as f64 * f64::EPSILON;
-                    assert!((found[bin] - expected).norm() < bound, "bin {bin}, {samples} of {length}: {} and {expected}", found[bin]);
-                    assert!((twice[bin] - expected).norm() < bound, "(1 + 1)/2 of bin {bin}, {samples} of {length}");
+                    assert!((found[bin] - expected).norm() < bound, "bin {bin} of {length} in {parts}: {} and {expected}", found[bin]);
+                    assert!((mean[bin] - expected).norm() < bound, "bin {bin} of {length} in {parts}, half of twice");
                 }
             }
         }
-        // Of 48 lengths with their segments.
-        assert_eq!(split, (1..=48).map(|length| (1..=length).filter(|&samples| splits(samples, length)).count()).sum::<usize>());
     }
 
-    /// Whether a divisor of the length has room for the segment, with a half where the parts are an even number.
-    fn splits(samples: usize, length: usize) -> bool {
-        (samples..length).any(|m| length.is_multiple_of(m) && (m % 2 == 0 || length / m % 2 == 1))
+    #[test]
+    fn a_segment_is_never_longer_than_a_part() {
+        let part = |samples, length| PaddedTransform::new(samples, length).buffers().input.len();
+        assert_eq!([part(2048, 8192), part(2049, 8192), part(8192, 8192), part(1000, 3000), part(1001, 3003)], [2048, 4096, 8192, 1000, 1001]);
+        // Two odd parts have no half; a prime has no parts; parts get no shorter than is worth it.
+        assert_eq!([part(1001, 2002), part(100, 8191), part(3, 8192)], [2002, 8191, 128]);
     }
 
     #[test]
