@@ -8,6 +8,7 @@ mod anderson_rubin;
 mod bootstrap;
 mod conditioned;
 mod estimate;
+mod filling;
 mod hausman;
 mod hermitian;
 mod interval;

@@ -2,9 +2,10 @@
 
 use super::derived_batch::{Batch, Results};
 use super::{Coherence, EstimateError, check};
+use crate::filling::Filling;
 use crate::hermitian::{Cholesky, eigen};
 use crate::labels::Labels;
-use crate::lanes::{Batches, Growing, LANES};
+use crate::lanes::{Batches, LANES};
 use crate::ports::Ports;
 use crate::response::{FrequencyResponse, ResponseKind, Uncertainty};
 use ndarray::Array2;
@@ -103,7 +104,7 @@ pub fn derived(spectra: &CrossSpectra, ports: &Ports, labels: &Labels) -> Result
     }
     check::not_all_singular(spectra, &ports.references, &labels.references, "reference", &out.singular_bins)?;
 
-    let wrap = |value: Growing<Complex64>, noise: Growing<Complex64>, inverse, kind, inputs: &[String], outputs: &[String]| FrequencyResponse {
+    let wrap = |value: Filling<Complex64>, noise: Filling<Complex64>, inverse, kind, inputs: &[String], outputs: &[String]| FrequencyResponse {
         frequency_hz: spectra.frequency_hz().to_vec(),
         inputs: inputs.to_vec(),
         outputs: outputs.to_vec(),
@@ -119,7 +120,7 @@ pub fn derived(spectra: &CrossSpectra, ports: &Ports, labels: &Labels) -> Result
         }),
     };
     let reference_inverse = out.reference_inverse.finish();
-    let coherence = |[ordinary, partial, multiple]: [Growing<f64>; 3]| Coherence {
+    let coherence = |[ordinary, partial, multiple]: [Filling<f64>; 3]| Coherence {
         ordinary: ordinary.finish(),
         partial: partial.finish(),
         multiple: multiple.finish().remove_axis(ndarray::Axis(1)),

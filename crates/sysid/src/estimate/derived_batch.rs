@@ -2,7 +2,8 @@
 
 use super::derived::WEAK_INSTRUMENT;
 use super::direct::LARGEST_CONDITION;
-use crate::lanes::{Growing, LANES, LaneCholesky, Lanes, Reals, condition, dot_conj, each, lower, map, power, scatter, scatter_hermitian, scatter_real};
+use crate::filling::{Filling, scatter, scatter_hermitian, scatter_real};
+use crate::lanes::{LANES, LaneCholesky, Lanes, Reals, condition, dot_conj, each, lower, map, power};
 use num_complex::Complex64;
 use pulp::{Arch, Simd, WithSimd};
 
@@ -10,19 +11,19 @@ const NAN: Complex64 = Complex64::new(f64::NAN, f64::NAN);
 
 /// The arrays of a derived estimate while they are made.
 pub(super) struct Results {
-    pub(super) value: Growing<Complex64>,
-    pub(super) noise: Growing<Complex64>,
-    pub(super) input_inverse: Growing<Complex64>,
-    pub(super) r: Growing<Complex64>,
-    pub(super) t: Growing<Complex64>,
-    pub(super) noise_r: Growing<Complex64>,
-    pub(super) noise_t: Growing<Complex64>,
-    pub(super) reference_inverse: Growing<Complex64>,
+    pub(super) value: Filling<Complex64>,
+    pub(super) noise: Filling<Complex64>,
+    pub(super) input_inverse: Filling<Complex64>,
+    pub(super) r: Filling<Complex64>,
+    pub(super) t: Filling<Complex64>,
+    pub(super) noise_r: Filling<Complex64>,
+    pub(super) noise_t: Filling<Complex64>,
+    pub(super) reference_inverse: Filling<Complex64>,
     /// Ordinary, partial, multiple.
-    pub(super) paper: [Growing<f64>; 3],
-    pub(super) iv: [Growing<f64>; 3],
-    pub(super) output_coherence: Growing<f64>,
-    pub(super) input_coherence: Growing<f64>,
+    pub(super) paper: [Filling<f64>; 3],
+    pub(super) iv: [Filling<f64>; 3],
+    pub(super) output_coherence: Filling<f64>,
+    pub(super) input_coherence: Filling<f64>,
     pub(super) instrument_strength: Vec<f64>,
     pub(super) weak_instrument: Vec<bool>,
     pub(super) singular_bins: Vec<usize>,
@@ -30,8 +31,8 @@ pub(super) struct Results {
 
 impl Results {
     pub(super) fn new(bins: usize, (p, q, qr): (usize, usize, usize)) -> Self {
-        let complex = |rows: usize, columns: usize| Growing::new(bins, rows, columns, NAN);
-        let real = |rows: usize, columns: usize| Growing::new(bins, rows, columns, f64::NAN);
+        let complex = |rows: usize, columns: usize| Filling::new(bins, rows, columns, NAN);
+        let real = |rows: usize, columns: usize| Filling::new(bins, rows, columns, f64::NAN);
         Results {
             value: complex(p, q),
             noise: complex(p, p),
@@ -51,22 +52,22 @@ impl Results {
         }
     }
 
-    fn complex(&mut self) -> [&mut Growing<Complex64>; 8] {
+    fn complex(&mut self) -> [&mut Filling<Complex64>; 8] {
         let Results { value, noise, input_inverse, r, t, noise_r, noise_t, reference_inverse, .. } = self;
         [value, noise, input_inverse, r, t, noise_r, noise_t, reference_inverse]
     }
 
-    fn real(&mut self) -> impl Iterator<Item = &mut Growing<f64>> {
+    fn real(&mut self) -> impl Iterator<Item = &mut Filling<f64>> {
         self.paper.iter_mut().chain(&mut self.iv).chain([&mut self.output_coherence, &mut self.input_coherence])
     }
 
     /// Frequencies that have no estimate by nature.
     pub(super) fn skip(&mut self, count: usize) {
         for array in self.complex() {
-            array.grow(count);
+            array.batch(count);
         }
         for array in self.real() {
-            array.grow(count);
+            array.batch(count);
         }
         self.instrument_strength.resize(count, f64::NAN);
         self.weak_instrument.resize(count, false);
@@ -153,9 +154,9 @@ impl Batch {
         self.reference.factor(|i, j| s[lower(i, j)]);
         self.reference.inverse(&mut self.reference_inverse, &mut self.scratch);
         let condition = condition(qr, |i, j| s[lower(i, j)], &self.reference_inverse);
-        scatter_hermitian(out.reference_inverse.grow(count), qr, |i, j| self.reference_inverse[lower(i, j)]);
-        let (r, t) = (out.r.grow(count), out.t.grow(count));
-        let (output_coherence, input_coherence) = (out.output_coherence.grow(count), out.input_coherence.grow(count));
+        scatter_hermitian(out.reference_inverse.batch(count), qr, |i, j| self.reference_inverse[lower(i, j)]);
+        let (r, t) = (out.r.batch(count), out.t.batch(count));
+        let (output_coherence, input_coherence) = (out.output_coherence.batch(count), out.input_coherence.batch(count));
         for a in 0..m {
             let row = &mut self.white[a * qr..(a + 1) * qr];
             row.iter_mut().enumerate().for_each(|(k, w)| *w = s[lower(qr + a, k)]);
@@ -179,15 +180,15 @@ impl Batch {
             let coherence = map(&self.explained[lower(a, a)].re, &responder(a, a).re, |x, y| if x > y { 1.0 } else { x / y });
             if a < q { scatter_real(input_coherence, q, a, &coherence) } else { scatter_real(output_coherence, p, a - q, &coherence) }
         }
-        scatter_hermitian(out.noise_t.grow(count), q, |i, j| self.sigma[lower(i, j)].scaled(&share));
-        scatter_hermitian(out.noise_r.grow(count), p, |i, j| self.sigma[lower(q + i, q + j)].scaled(&share));
+        scatter_hermitian(out.noise_t.batch(count), q, |i, j| self.sigma[lower(i, j)].scaled(&share));
+        scatter_hermitian(out.noise_r.batch(count), p, |i, j| self.sigma[lower(q + i, q + j)].scaled(&share));
 
         self.caused.factor(|i, j| self.explained[lower(i, j)]);
         self.caused.inverse(&mut self.caused_inverse, &mut self.scratch);
         self.measured.factor(input);
         self.measured.inverse(&mut self.measured_inverse, &mut self.scratch);
-        scatter_hermitian(out.input_inverse.grow(count), q, |i, j| self.caused_inverse[lower(i, j)]);
-        let value = out.value.grow(count);
+        scatter_hermitian(out.input_inverse.batch(count), q, |i, j| self.caused_inverse[lower(i, j)]);
+        let value = out.value.batch(count);
         for i in 0..p {
             let row = &mut self.c[i * q..(i + 1) * q];
             row.iter_mut().enumerate().for_each(|(j, c)| *c = self.explained[lower(q + i, j)]);
@@ -209,9 +210,9 @@ impl Batch {
             })
         });
         let share = map(&share, &taken_in, |share, taken| share / (1.0 + share * taken));
-        let noise = out.noise.grow(count);
-        let [paper_ordinary, paper_partial, paper_multiple] = out.paper.each_mut().map(|a| a.grow(count));
-        let [iv_ordinary, iv_partial, iv_multiple] = out.iv.each_mut().map(|a| a.grow(count));
+        let noise = out.noise.batch(count);
+        let [paper_ordinary, paper_partial, paper_multiple] = out.paper.each_mut().map(|a| a.batch(count));
+        let [iv_ordinary, iv_partial, iv_multiple] = out.iv.each_mut().map(|a| a.batch(count));
         for i in 0..p {
             let own = &self.c[i * q..(i + 1) * q];
             let mut equation_noise = [0.0; LANES];

@@ -1,11 +1,10 @@
 //! The direct estimate: outputs over measured inputs.
 
 use super::{Coherence, EstimateError, Significance, check};
+use crate::filling::{Filling, scatter, scatter_hermitian, scatter_real};
 use crate::hermitian::eigen;
 use crate::labels::Labels;
-use crate::lanes::{
-    Batches, Growing, LANES, LaneCholesky, Lanes, condition, dot_conj, each, lanes, lower, map, power, scatter, scatter_hermitian, scatter_real,
-};
+use crate::lanes::{Batches, LANES, LaneCholesky, Lanes, condition, dot_conj, each, lanes, lower, map, power};
 use crate::ports::Ports;
 use crate::response::{FrequencyResponse, Uncertainty};
 use ndarray::{Array2, Array3};
@@ -157,12 +156,12 @@ impl Solve<'_> {
             cholesky.inverse(&mut inverse, &mut scratch);
             let condition = condition(q, input, &inverse);
             out.condition.extend(condition.iter().take(count).map(|c| if c.is_nan() { f64::INFINITY } else { *c }));
-            scatter_hermitian(out.input_inverse.grow(count), q, |i, j| inverse[lower(i, j)]);
+            scatter_hermitian(out.input_inverse.batch(count), q, |i, j| inverse[lower(i, j)]);
 
             for (j, inverse_power) in inverse_power.iter_mut().enumerate() {
                 *inverse_power = each(&input(j, j).re, |power| 1.0 / power);
             }
-            let between = out.input_coherence.grow(count);
+            let between = out.input_coherence.batch(count);
             for i in 0..q {
                 for j in 0..=i {
                     let product = map(&inverse_power[i], &inverse_power[j], |a, b| a * b);
@@ -171,7 +170,7 @@ impl Solve<'_> {
                     scatter_real(between, q * q, j * q + i, &coherence);
                 }
             }
-            let ordinary = out.ordinary.grow(count);
+            let ordinary = out.ordinary.batch(count);
             for i in 0..p {
                 let power = each(&s[lower(q + i, q + i)].re, f64::recip);
                 for j in 0..q {
@@ -182,7 +181,7 @@ impl Solve<'_> {
                 cholesky.whiten(&mut rows[i * q..(i + 1) * q]);
             }
             let row = |i: usize| &rows[i * q..(i + 1) * q];
-            let noise = out.noise.grow(count);
+            let noise = out.noise.batch(count);
             let share = [1.0 / freedom; LANES];
             for i in 0..p {
                 for k in 0..i {
@@ -193,7 +192,7 @@ impl Solve<'_> {
                     scatter(noise, p * p, k * p + i, &rest.conj());
                 }
             }
-            let multiple = out.multiple.grow(count);
+            let multiple = out.multiple.batch(count);
             for i in 0..p {
                 let (full, explained) = (s[lower(q + i, q + i)].re, power(row(i)));
                 let rest = map(&full, &explained, |a, b| (a - b).max(0.0));
@@ -203,7 +202,7 @@ impl Solve<'_> {
                 scatter_real(multiple, p, i, &map(&explained, &full, |a, b| if a > b { 1.0 } else { a / b }));
                 residual[i] = rest;
             }
-            let (value, partial) = (out.value.grow(count), out.partial.grow(count));
+            let (value, partial) = (out.value.batch(count), out.partial.batch(count));
             for i in 0..p {
                 let row = &mut rows[i * q..(i + 1) * q];
                 cholesky.unwhiten(row);
@@ -228,20 +227,20 @@ impl Solve<'_> {
 
 /// The arrays of a direct estimate while they are made.
 struct Results {
-    value: Growing<Complex64>,
-    noise: Growing<Complex64>,
-    input_inverse: Growing<Complex64>,
-    ordinary: Growing<f64>,
-    partial: Growing<f64>,
-    multiple: Growing<f64>,
-    input_coherence: Growing<f64>,
+    value: Filling<Complex64>,
+    noise: Filling<Complex64>,
+    input_inverse: Filling<Complex64>,
+    ordinary: Filling<f64>,
+    partial: Filling<f64>,
+    multiple: Filling<f64>,
+    input_coherence: Filling<f64>,
     condition: Vec<f64>,
 }
 
 impl Results {
     fn new(bins: usize, p: usize, q: usize) -> Self {
-        let complex = |rows: usize, columns: usize| Growing::new(bins, rows, columns, NAN);
-        let real = |rows: usize, columns: usize| Growing::new(bins, rows, columns, f64::NAN);
+        let complex = |rows: usize, columns: usize| Filling::new(bins, rows, columns, NAN);
+        let real = |rows: usize, columns: usize| Filling::new(bins, rows, columns, f64::NAN);
         Results {
             value: complex(p, q),
             noise: complex(p, p),
@@ -257,10 +256,10 @@ impl Results {
     /// Frequencies that have no estimate by nature.
     fn skip(&mut self, count: usize) {
         for complex in [&mut self.value, &mut self.noise, &mut self.input_inverse] {
-            complex.grow(count);
+            complex.batch(count);
         }
         for real in [&mut self.ordinary, &mut self.partial, &mut self.multiple, &mut self.input_coherence] {
-            real.grow(count);
+            real.batch(count);
         }
         self.condition.resize(count, f64::NAN);
     }
