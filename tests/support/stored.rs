@@ -16,6 +16,14 @@ pub fn held(found: &Value, path: &str, relative: f64, write: &str) {
     compare(&found, &stored, relative, "");
 }
 
+/// What recordings are multiplied by: 1, or as many parts in 10¹¹ beside it as `NDOF_NUDGE` says, another way each time. Round-off on another
+/// machine does no more; a table that holds with it asks for nothing that is chance.
+#[allow(dead_code)]
+pub fn nudge(number: usize) -> f64 {
+    let parts: f64 = std::env::var("NDOF_NUDGE").ok().and_then(|parts| parts.parse().ok()).unwrap_or(0.0);
+    1.0 + parts * 1e-11 * (2.0 * (0.618_033_988_75 * number as f64).fract() - 1.0)
+}
+
 /// With six digits of each number.
 fn rounded(value: &Value) -> Value {
     match value {
@@ -33,11 +41,13 @@ fn apart(text: &str) -> (String, Vec<f64>) {
     while let Some(start) = rest.find(|c: char| c.is_ascii_digit()) {
         words += &rest[..start];
         words.push('#');
-        let end = rest[start..].find(|c: char| !(c.is_ascii_digit() || c == '.')).map_or(rest.len(), |end| start + end);
-        // A full stop behind a number ends the sentence.
-        let number = rest[start..end].trim_end_matches('.');
-        numbers.push(number.parse().expect("digits"));
-        rest = &rest[start + number.len()..];
+        let digits = |from: usize| rest[from..].find(|c: char| !c.is_ascii_digit()).map_or(rest.len(), |end| from + end);
+        let whole = digits(start);
+        // A full stop behind a number ends the sentence, two are a range.
+        let fraction = rest[whole..].strip_prefix('.').is_some_and(|after| after.starts_with(|c: char| c.is_ascii_digit()));
+        let end = if fraction { digits(whole + 1) } else { whole };
+        numbers.push(rest[start..end].parse().expect("digits"));
+        rest = &rest[end..];
     }
     (words + rest, numbers)
 }
