@@ -39,7 +39,8 @@ const BY_CHANCE: f64 = 0.001;
 /// (p > 0.001), the window keeps the polynomial, D = 1. A denominator of degree 1 holds one resonance, 2 two neighbours.
 ///
 /// The covariance is that of the linearised least squares, the error of d included; for several outputs and inputs its
-/// Kronecker form keeps the variance of each entry as well as a product of a row and a column factor can.
+/// Kronecker form keeps the variance of each entry as well as a product of a row and a column factor can. Frequencies count as
+/// independent where the polynomial's of the same window are; what neighbours share through the error of d is not counted.
 ///
 /// McKelvey & Guérin, IFAC SYSID 2012; Sanathanan & Koerner, IEEE Trans. Autom. Control 8, 1963.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
