@@ -166,8 +166,8 @@ impl WeightedPath {
             }
             alone = self.count_below(low) == k && self.count_below(high) == k + 1;
         }
-        /// A shift right to this share is right to round-off one Rayleigh step later, for their error is cubed.
-        const CLOSE: f64 = 1e-6;
+        /// A shift right to this share is right to round-off one step later, which squares the error over the distance of the neighbours.
+        const CLOSE: f64 = 1e-9;
         let mut shift = 0.5 * (low + high);
         let mut steps = 0;
         let mut close = false;
@@ -254,6 +254,11 @@ mod tests {
                 assert!((dot - f64::from(u8::from(i == j))).abs() < ORTHONORMAL, "{i}, {j}: {dot}");
             }
         }
+        // Even ones have a positive mean, odd ones begin with a positive lobe: up to where they first fall.
+        for (k, taper) in tapers.iter().enumerate() {
+            let lobe = taper.windows(2).position(|pair| pair[1].abs() < pair[0].abs()).expect("a lobe");
+            assert!(if k % 2 == 0 { taper.iter().sum::<f64>() } else { taper[lobe] } > 1e-3, "{k}");
+        }
         // The concentrations depend on NW alone for long tapers: those of N = 2000 agree to O(1/N²).
         let short = slepian_tapers(2000, 4.0, 7).expect("valid").concentration;
         for (k, (a, b)) in concentration.iter().zip(&short).enumerate() {
@@ -279,9 +284,41 @@ mod tests {
     #[test]
     fn impossible_tapers_are_refused() {
         assert!(matches!(slepian_tapers(10, 5.0, 3), Err(SlepianError::TimeBandwidth { .. })));
+        assert!(matches!(slepian_tapers(10, 0.0, 3), Err(SlepianError::TimeBandwidth { .. })));
         assert!(matches!(slepian_tapers(10, f64::NAN, 3), Err(SlepianError::TimeBandwidth { .. })));
         assert!(matches!(slepian_tapers(10, 2.0, 0), Err(SlepianError::Count { .. })));
         assert!(matches!(slepian_tapers(10, 2.0, 11), Err(SlepianError::Count { .. })));
         assert_eq!(slepian_tapers(1, 0.3, 1).expect("one sample").tapers, [[1.0]]);
+    }
+
+    #[test]
+    fn tapers_of_every_bandwidth_are_the_eigenvectors_of_the_tridiagonal_matrix_in_order() {
+        for n in [2, 3, 4, 5, 12, 41] {
+            for share in [1e-6, 1e-3, 0.05, 0.25, 0.4, 0.499] {
+                let tapers = slepian_tapers(n, share * n as f64, n).expect("valid").tapers;
+                let at = |v: &[f64], i: isize| if i < 0 { 0.0 } else { v.get(i as usize).copied().unwrap_or(0.0) };
+                let apply = |v: &[f64], i: usize| {
+                    let (k, size) = (i as f64, n as f64);
+                    let (below, above) = (k * (size - k) / 2.0, (k + 1.0) * (size - k - 1.0) / 2.0);
+                    ((size - 1.0) / 2.0 - k).powi(2) * (TAU * share).cos() * v[i] + below * at(v, i as isize - 1) + above * at(v, i as isize + 1)
+                };
+                let mut before = f64::INFINITY;
+                for (k, v) in tapers.iter().enumerate() {
+                    let eigenvalue: f64 = (0..n).map(|i| v[i] * apply(v, i)).sum();
+                    let worst = (0..n).map(|i| (apply(v, i) - eigenvalue * v[i]).abs()).fold(0.0, f64::max);
+                    assert!(worst < 2.0 * f64::EPSILON * (n * n) as f64 && eigenvalue < before, "taper {k} of {n}, W = {share}: {worst:e}, {eigenvalue}");
+                    before = eigenvalue;
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn a_pivot_of_zero_does_not_end_the_count() {
+        // 2 −1 0; −1 2 −1; 0 −1 2 has the eigenvalues 2 and 2 ± √2, and its first pivot is zero at 2.
+        let path = WeightedPath { link: vec![0.0, 1.0, 1.0, 0.0], potential: vec![1.0, 0.0, 1.0] };
+        assert_eq!([0.5, 0.6, 2.0, 2.1, 3.4, 3.5].map(|shift| path.count_below(shift)), [0, 1, 1, 2, 2, 3]);
+        let (v, correction) = path.improve(2.0);
+        assert!((v[0] + v[2]).abs() < 1e-12 && v[1].abs() < 1e-12 && correction.abs() < 1e-12, "{v:?} {correction}");
     }
 }
