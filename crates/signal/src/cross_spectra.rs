@@ -205,6 +205,7 @@ mod tests {
     #[test]
     fn a_pair_is_the_entry_of_the_matrix_at_every_frequency() {
         let spectra = trial(0, 300);
+        assert_eq!((spectra.sample_rate_hz(), spectra.channels()), (50.0, 4));
         for (a, b) in (0..4).flat_map(|a| (0..=a).map(move |b| (a, b))) {
             for (f, value) in spectra.pair(a, b).iter().enumerate() {
                 assert_eq!(*value, spectra.at(f, a, b), "({a}, {b}) at {f}");

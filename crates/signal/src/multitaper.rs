@@ -312,6 +312,11 @@ mod tests {
     fn adaptive_weights_are_settled() {
         let (power, concentration, white): ([f64; 4], [f64; 4], f64) = ([0.02, 0.03, 0.5, 0.9], [0.999_999, 0.99, 0.9, 0.7], 1.0);
         let weights = adaptive_weights(&power, &concentration, white);
+        // In whichever unit.
+        for unit in [1e-12, 1e12] {
+            let other = adaptive_weights(&power.map(|p| p * unit), &concentration, white * unit);
+            assert!(other.iter().zip(&weights).all(|(a, b)| (a - b).abs() < 1e-12), "{other:?}");
+        }
         let estimate: f64 = weights.iter().zip(&power).map(|(w, p)| w * p).sum();
         let raw: Vec<f64> = concentration.iter().map(|l| l * (estimate / (l * estimate + (1.0 - l) * white)).powi(2)).collect();
         let total: f64 = raw.iter().sum();
@@ -341,6 +346,14 @@ mod tests {
         let s = Multitaper { tapers: Some(4), adaptive: true, ..Multitaper::default() }.spectra(50.0, &[&x]).expect("valid");
         assert!((s.effective_averages() - 4.0).abs() < 0.01, "{}", s.effective_averages());
         assert!((s.independent_spacing_hz() - 2.0 * 4.0 * 50.0 / 1000.0).abs() < 1e-12);
+        let plain = Multitaper { tapers: Some(4), ..Multitaper::default() }.spectra(50.0, &[&x]).expect("valid");
+        assert!((s.power(500, 0) / plain.power(500, 0) - 1.0).abs() < 0.05, "the last bin is weighed too");
+    }
+
+    #[test]
+    fn whether_the_record_lost_its_mean_is_said() {
+        let mean_removed = |detrend| Multitaper { detrend, ..Multitaper::default() }.spectra(1.0, &[&noise(6, 256)]).expect("valid").mean_removed();
+        assert!(mean_removed(Detrend::Constant) && mean_removed(Detrend::Linear) && !mean_removed(Detrend::None));
     }
 
     #[test]

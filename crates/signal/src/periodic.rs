@@ -301,6 +301,7 @@ mod tests {
         let x = multisine(600);
         let [twice, thrice] = [2.0, 3.0].map(|times| x.iter().map(|x| times * x).collect::<Vec<f64>>());
         let spectra = Periodic { period: 200, discard: 1 }.spectra(100.0, &[&x, &twice, &thrice]).expect("whole periods");
+        assert_eq!((spectra.channels(), spectra.frequency_hz().len(), spectra.frequency_hz()[2], spectra.frequency_hz()[100]), (3, 101, 1.0, 50.0));
         for channel in 0..3 {
             let ratio = spectra.at(0, 2, channel) / spectra.at(0, 2, 0);
             assert!((ratio - (channel + 1) as f64).norm() < 1e-12, "{channel}: {ratio}");
@@ -346,10 +347,11 @@ mod tests {
 
     #[test]
     fn densities_integrate_to_the_power() {
-        let x = multisine(1000);
+        // A mean and a line at Nyquist among them.
+        let x: Vec<f64> = multisine(1000).iter().enumerate().map(|(k, x)| x + 3.0 + if k % 2 == 0 { 2.0 } else { -2.0 }).collect();
         let s = Periodic { period: 200, discard: 0 }.spectra(100.0, &[&x]).expect("valid").cross_spectra();
         let total: f64 = (0..101).map(|f| s.power(f, 0)).sum::<f64>() * 100.0 / 200.0;
-        assert!((total - (0.5 + 0.125)).abs() < 1e-12, "{total}");
+        assert!((total - (0.5 + 0.125 + 9.0 + 4.0)).abs() < 1e-12, "{total}");
         assert_eq!((s.segments(), s.effective_averages(), s.independent_spacing_hz()), (5, 5.0, 0.5));
     }
 
@@ -370,5 +372,25 @@ mod tests {
         let x = multisine(500);
         assert!(matches!(Periodic { period: 200, discard: 1 }.spectra(1.0, &[&x]), Err(PeriodicError::TooShort { whole: 2, .. })));
         assert_eq!(Periodic { period: 0, discard: 1 }.spectra(1.0, &[&x]).unwrap_err(), PeriodicError::EmptyPeriod);
+    }
+
+    #[test]
+    fn what_two_periods_differ_by_is_the_covariance_of_their_mean() {
+        // x ± d and y ± e: their means are x and y, and the covariance of these d e*.
+        let wave = |f: usize, re: f64, im: f64| move |k: usize| (Complex64::new(re, im) * Complex64::cis(std::f64::consts::TAU * (f * k) as f64 / 20.0)).re;
+        let (x, d, e) = (wave(3, 1.0, 0.5), wave(3, 0.1, 0.3), wave(3, -0.2, 0.4));
+        let record = |part: &dyn Fn(usize) -> f64| -> Vec<f64> { (0..40).map(|k| x(k) + if k < 20 { part(k) } else { -part(k) }).collect() };
+        let s = Periodic { period: 20, discard: 0 }.spectra(100.0, &[&record(&d), &record(&e)]).expect("two periods");
+        let expected = Complex64::new(0.1, 0.3) * Complex64::new(-0.2, 0.4).conj();
+        assert!((s.noise_covariance(3, 0, 1) - expected).norm() < 1e-12 && (s.mean(3, 1) - Complex64::new(1.0, 0.5)).norm() < 1e-12);
+    }
+
+    #[test]
+    fn the_lines_of_a_command_are_found_in_every_unit() {
+        for unit in [1e-6, 1.0, 1e6] {
+            let x: Vec<f64> = multisine(600).iter().map(|x| x * unit).collect();
+            let s = Periodic { period: 200, discard: 0 }.spectra(100.0, &[&x, &vec![0.0; 600]]).expect("valid");
+            assert_eq!((s.excited(0, 20.0), s.excited(1, 20.0)), (vec![2, 5], vec![]), "{unit}");
+        }
     }
 }

@@ -256,7 +256,7 @@ mod tests {
             ("-", "", 1.0),
         ] {
             let (unit, f) = Unit::parse(text).expect(text);
-            assert_eq!(unit.symbol(), symbol, "{text}");
+            assert_eq!((unit.symbol(), unit.to_string().as_str(), unit.is_rotational()), (symbol, symbol, symbol.contains("rad") || symbol == "N m"), "{text}");
             assert!((f - factor).abs() <= 1e-15 * factor, "{text}: {f}");
         }
     }

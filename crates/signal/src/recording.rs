@@ -303,7 +303,18 @@ mod tests {
 
     #[test]
     fn the_place_of_a_missing_number_is_named() {
-        let r = Recording::new(10.0, vec![channel("a", vec![0.0, 1.0, f64::NAN])]).expect("valid");
-        assert!(r.require_finite(["a"]).unwrap_err().to_string().contains("sample 2"));
+        let r = Recording::new(10.0, vec![channel("a", vec![0.0, 1.0, f64::NAN])]).expect("valid").starting_at(1.0);
+        assert!(r.require_finite(["a"]).unwrap_err().to_string().contains("sample 2 (1.2000 s)"));
+    }
+
+    #[test]
+    fn channels_are_found_by_name_and_changed_in_place() {
+        let facts = BTreeMap::from([("hand".to_owned(), "left".to_owned())]);
+        let both = vec![channel("a", vec![0.0, 1.0]), channel("b", vec![2.0, 3.0])];
+        let mut recording = Recording::new(10.0, both).expect("valid").with_metadata(facts.clone());
+        assert_eq!((recording.sample_rate_hz(), recording.metadata(), recording.index_of("b")), (10.0, &facts, Ok(1)));
+        recording.map_channel("b", |x| -2.0 * x).expect("there is one");
+        assert_eq!(recording.columns(&[1, 0]), [&[-4.0, -6.0], &[0.0, 1.0]]);
+        assert!(matches!(recording.map_channel("c", |x| x), Err(RecordingError::NoChannel { .. })));
     }
 }

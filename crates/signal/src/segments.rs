@@ -130,5 +130,20 @@ mod tests {
         let mut line: Vec<f64> = (0..100).map(|k| 3.0 - 0.25 * f64::from(k)).collect();
         Detrend::Linear.apply(&mut line);
         assert!(line.iter().all(|v| v.abs() < 1e-12));
+        let mut single = [5.0];
+        Detrend::Linear.apply(&mut single);
+        assert_eq!(single, [0.0]);
+    }
+
+    #[test]
+    fn without_its_mean_a_line_is_still_one() {
+        let mut line = [1.0, 2.0, 3.0, 4.0, 5.0];
+        Detrend::Constant.apply(&mut line);
+        assert_eq!(line, [-2.0, -1.0, 0.0, 1.0, 2.0]);
+    }
+
+    #[test]
+    fn a_record_of_one_segment_has_one() {
+        assert_eq!([9, 10, 14, 15].map(|len| count(len, 10, 5)), [0, 1, 1, 2]);
     }
 }

@@ -217,4 +217,40 @@ mod tests {
         // Ties count half: a constant shows no trend.
         assert!(reverse_arrangements(&[1.0; 16]).expect("sixteen").p_value > 0.9);
     }
+
+    #[test]
+    fn six_values_have_the_probabilities_of_all_their_orders() {
+        // Of 720 orders 1, 5, 14, 29, 49, 71 and 90 have 0 to 6 inversions (Mahonian numbers).
+        let p = |values: [f64; 6]| reverse_arrangements(&values).expect("six values").p_value;
+        assert!((p([2.0, 1.0, 4.0, 3.0, 5.0, 6.0]) - 2.0 * 20.0 / 720.0).abs() < 1e-12);
+        assert!((p([4.0, 3.0, 2.0, 1.0, 5.0, 6.0]) - 2.0 * 259.0 / 720.0).abs() < 1e-12);
+    }
+
+    #[test]
+    fn mean_squares_are_those_of_the_stretches() {
+        assert_eq!(mean_squares(&[1.0, 1.0, 2.0, 4.0, 9.0], 2), Ok(vec![1.0, 10.0]));
+    }
+
+    #[test]
+    fn the_test_of_shape_is_its_formula_with_every_covariance() {
+        let x: Vec<f64> = (0..60).map(|k| (f64::from(k) * 0.9).sin() + (f64::from(k * k) * 0.37).sin().powi(2)).collect();
+        let n = 60.0;
+        let mean = x.iter().sum::<f64>() / n;
+        let covariance = |lag: usize| x[lag..].iter().zip(&x).map(|(a, b)| (a - mean) * (b - mean)).sum::<f64>() / n;
+        let moment = |power: i32| x.iter().map(|x| (x - mean).powi(power)).sum::<f64>() / n;
+        let both_sides = |power: i32| covariance(0).powi(power) + 2.0 * (1..60).map(|lag| covariance(lag).powi(power)).sum::<f64>();
+        let skewed = n * moment(3).powi(2) / (6.0 * both_sides(3).max(moment(2).powi(3)));
+        let flat = n * (moment(4) - 3.0 * moment(2).powi(2)).powi(2) / (24.0 * both_sides(4));
+        let found = normality(&x).expect("varies").p_value;
+        assert!((found - (-(skewed + flat) / 2.0).exp()).abs() < 1e-12 && found < 0.9, "{found}");
+    }
+
+    #[test]
+    fn a_constant_of_any_size_has_no_shape_and_a_coin_without_a_mean_has() {
+        for constant in [1e-7 / 3.0, 0.1, 1e7 / 3.0] {
+            assert_eq!(normality(&vec![constant; 1001]).unwrap_err(), StationarityError::NoVariance, "{constant}");
+        }
+        let coin = normality(&[1.0, -1.0, -1.0, 1.0, 1.0, -1.0, 1.0, -1.0]).expect("varies");
+        assert_eq!((coin.skewness, coin.excess_kurtosis), (0.0, -2.0));
+    }
 }

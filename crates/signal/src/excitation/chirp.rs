@@ -86,4 +86,12 @@ mod tests {
         assert!(matches!(chirp.generate(), Err(ExcitationError::AboveNyquist { .. })));
         assert!(matches!(Chirp { from_hz: 0.0, to_hz: 2.0, ..chirp }.generate(), Err(ExcitationError::NotPositive { .. })));
     }
+
+    #[test]
+    fn a_sweep_that_goes_nowhere_is_a_tone() {
+        for sweep in [Sweep::Linear, Sweep::Logarithmic] {
+            let x = Chirp { samples: 100, sample_rate_hz: 100.0, from_hz: 3.0, to_hz: 3.0, sweep, amplitude: 2.0 }.generate().expect("valid");
+            assert!(x.iter().enumerate().all(|(k, x)| (x - 2.0 * (TAU * 0.03 * k as f64).sin()).abs() < 1e-12), "{sweep:?}");
+        }
+    }
 }

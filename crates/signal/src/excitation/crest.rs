@@ -82,6 +82,7 @@ pub(super) fn reduce_crest(synthesis: &Synthesis, lines: &[usize], amplitudes: &
 mod tests {
     use super::*;
     use crate::{Lines, Multisine};
+    use std::f64::consts::TAU;
 
     #[test]
     fn clipping_lowers_the_crest_and_keeps_the_amplitudes() {
@@ -107,5 +108,41 @@ mod tests {
         let set = Multisine { lines: Lines::All, ..Multisine::default() }.generate(1).expect("valid");
         let (random, reduced) = set.crest_factor;
         assert!(random > 2.4 && reduced < 2.4, "{random} to {reduced}");
+    }
+
+    #[test]
+    fn a_signal_is_the_sum_of_its_turned_cosines() {
+        let (lines, amplitudes, phases, turn) = ([1, 3, 4], [1.0, 0.5, 2.0], [0.3, -1.0, 2.0], 0.7);
+        let signal = Synthesis::new(32).signal(&lines, &amplitudes, &phases, Complex64::cis(turn));
+        for (n, found) in signal.iter().enumerate() {
+            let wave = |i: usize| amplitudes[i] * (TAU * (lines[i] * n) as f64 / 32.0 + phases[i] + turn).cos();
+            assert!((found - (0..3).map(wave).sum::<f64>()).abs() < 1e-12, "{n}");
+        }
+    }
+
+    #[test]
+    fn each_step_takes_the_phases_of_what_a_rising_level_leaves() {
+        let (n, lines, amplitudes) = (64, [1, 2, 3, 5, 8, 9], [1.0, 0.8, 1.2, 0.5, 0.9, 0.7]);
+        let (synthesis, turns) = (Synthesis::new(n), [1.0, 0.4].map(Complex64::cis));
+        let start = vec![0.1, 0.0, -0.2, 0.1, 0.0, 0.2];
+        let mut expected = start.clone();
+        // Of one step and of two, each of which lowers the crest of these phases.
+        for (level, steps) in [(0.75, 1), (0.85, 2)] {
+            let sum_at = |k: usize| -> Complex64 {
+                let of = |turn: &Complex64| {
+                    let signal = synthesis.signal(&lines, &amplitudes, &expected, *turn);
+                    let limit = level * signal.iter().fold(0.0, |m: f64, s| m.max(s.abs()));
+                    let line: Complex64 =
+                        signal.iter().enumerate().map(|(t, s)| Complex64::cis(-TAU * (k * t) as f64 / n as f64) * s.clamp(-limit, limit)).sum();
+                    line / turn
+                };
+                turns.iter().map(of).sum()
+            };
+            expected = lines.iter().map(|&k| sum_at(k).arg()).collect();
+            let mut phases = start.clone();
+            let (before, after) = reduce_crest(&synthesis, &lines, &amplitudes, &mut phases, &turns, steps);
+            assert!(after < before);
+            assert!(phases.iter().zip(&expected).all(|(a, b)| (a - b).abs() < 1e-9), "{steps}: {phases:?} and {expected:?}");
+        }
     }
 }

@@ -168,4 +168,39 @@ mod tests {
         assert_eq!((idle.signals, idle.change), (two, 0.0));
         assert!(matches!(Decorrelation::default().apply(&[vec![1.0; 100], vec![2.0; 100]], 500.0), Err(ExcitationError::Analysis(_))));
     }
+
+    #[test]
+    fn the_correction_is_half_the_prediction_and_goes_straight_from_line_to_line() {
+        let noise = FilteredNoise { axes: 2, samples: 4000, ..FilteredNoise::default() }.generate(1).expect("valid");
+        let analyse = |x: &[f64], y: &[f64]| Welch::new(250).spectra(500.0, &[x, y]).expect("valid");
+        let spectra = analyse(&noise[0], &noise[1]);
+        let half = |f: usize, i: usize, j: usize| -0.5 * spectra.at(f, i, j) / spectra.power(f, j);
+        // 2 Hz from line to line, the 125th is Nyquist; beyond it that of the last.
+        for (hz, line, share) in [(6.0, 3, 0.0), (6.5, 3, 0.25), (9.5, 4, 0.75), (250.0, 125, 0.0), (252.5, 125, 0.0), (255.0, 125, 0.0)] {
+            let found = correction(&spectra, hz, (0.0, 300.0));
+            for (i, j) in [(0, 1), (1, 0)] {
+                let next = if share == 0.0 { half(line, i, j) } else { half(line + 1, i, j) };
+                let expected = half(line, i, j) * (1.0 - share) + next * share;
+                assert!((found[[i, j]] - expected).norm() < 1e-12 * expected.norm(), "{hz} Hz, {i}, {j}: {found} {expected}");
+                assert_eq!(found[[i, i]], Complex64::ONE);
+            }
+        }
+        // Silence predicts nothing.
+        assert_eq!(correction(&analyse(&noise[0], &vec![0.0; 4000]), 6.0, (2.0, 8.0)), Array2::eye(2));
+    }
+
+    #[test]
+    fn a_change_reaches_two_lines_beyond_the_band_and_does_not_come_round_the_end() {
+        // Lines 1 Hz apart, and nothing in the first half.
+        let mut noise = FilteredNoise { axes: 2, samples: 10_000, cutoff_hz: 60.0, ..FilteredNoise::default() }.generate(1).expect("valid");
+        noise.iter_mut().for_each(|x| x[..5000].fill(0.0));
+        let once = Decorrelation { welch: Welch::new(500), band_hz: (5.0, 20.0), target: 0.0, steps: 1, skip: 0 };
+        let done = once.apply(&noise, 500.0).expect("valid");
+        let change: Vec<f64> = done.signals[0].iter().zip(&noise[0]).map(|(new, old)| new - old).collect();
+        let share = |band_hz| power_share(&change, 500.0, band_hz);
+        assert!(share((21.2, 21.9)) > 0.01 && share((3.1, 3.8)) > 0.01 && share((2.5, 22.5)) > 0.99, "{}", share((2.5, 22.5)));
+        let [first, last] = [&change[..500], &change[9500..]].map(|part| SignalSize::of(part, 500.0).rms);
+        // What rings on decays slowly, for the correction ends at once; round the end it would come back as a quarter.
+        assert!(first < 0.1 * last, "{first} {last}");
+    }
 }

@@ -208,6 +208,9 @@ mod tests {
         assert_eq!(coarse_of(2000, (2.5, 3.5)), 500);
         assert_eq!(coarse_of(2000, (2.25, 2.75)), 2000);
         assert_eq!(coarse_of(1999, (2.5, 3.5)), 1999);
+        // 0.5 Hz apart.
+        let fine = SeedCriterion { welch: Welch { nfft: 2000, ..Welch::new(1000) }, band_hz: (0.6, 0.9), ..SeedCriterion::default() };
+        assert_eq!(coarse(&fine, 500.0).nfft, 2000);
     }
 
     #[test]
@@ -246,11 +249,12 @@ mod tests {
         let criterion = SeedCriterion { candidates: 24, ..SeedCriterion::default() };
         let calls = AtomicUsize::new(0);
         let found = noise
-            .search(100, &criterion, &|_, _| {
-                calls.fetch_add(1, Ordering::Relaxed);
+            .search(100, &criterion, &|done, total| {
+                assert_eq!(total, 24);
+                calls.fetch_add(done, Ordering::Relaxed);
             })
             .expect("valid");
-        assert_eq!((found.tried, calls.into_inner()), (24, 24));
+        assert_eq!((found.tried, calls.into_inner()), (24, (1..=24).sum()));
         let columns = noise.generate(found.seed).expect("valid");
         let again = input_coherence(&criterion.welch.spectra(500.0, &[&columns[0], &columns[1]]).expect("valid"), criterion.band_hz).expect("bins");
         assert_eq!(again, found.coherence);
@@ -271,6 +275,9 @@ mod tests {
             (seed, input_coherence(&criterion.welch.spectra(500.0, &columns).expect("valid"), criterion.band_hz).expect("bins"))
         });
         let mut all: Vec<(u64, InputCoherence)> = all.collect();
+        let mut chance: Vec<f64> = all[..100].iter().map(|(_, score)| score.max).collect();
+        chance.sort_by(f64::total_cmp);
+        assert!((found.median_max - (chance[49] + chance[50]) / 2.0).abs() < 1e-15);
         all.sort_by(|a, b| a.1.max.total_cmp(&b.1.max));
         assert_eq!((found.seed, found.coherence), all[0]);
         assert_eq!(found.best, all[..5].iter().map(|(seed, _)| *seed).collect::<Vec<_>>());
@@ -280,11 +287,32 @@ mod tests {
     }
 
     #[test]
+    fn as_many_are_kept_as_were_asked_for() {
+        let noise = FilteredNoise { axes: 2, samples: 600, ..FilteredNoise::default() };
+        let criterion = SeedCriterion { welch: Welch::new(200), band_hz: (2.0, 12.0), candidates: 300, keep: 300, skip: 0 };
+        let mut best = noise.search(5, &criterion, &|_, _| ()).expect("valid").best;
+        best.sort_unstable();
+        assert_eq!(best, (5..305).collect::<Vec<u64>>());
+    }
+
+    #[test]
+    fn the_filter_runs_for_the_warm_up_before_the_signal_begins() {
+        let late = FilteredNoise { samples: 300, warm_up_s: 0.2, ..FilteredNoise::default() };
+        let all = FilteredNoise { samples: 400, warm_up_s: 0.0, ..late.clone() }.generate(1).expect("valid");
+        let late = late.generate(1).expect("valid");
+        let ratio = late[0][0] / all[0][100];
+        assert!(late[0].iter().zip(&all[0][100..]).all(|(a, b)| (a - ratio * b).abs() < 1e-12));
+    }
+
+    #[test]
     fn settings_without_sense_are_refused() {
         let ok = FilteredNoise::default();
         assert!(matches!(FilteredNoise { rms: 0.0, ..ok.clone() }.generate(1), Err(ExcitationError::NotPositive { what: "rms", .. })));
         assert!(matches!(FilteredNoise { cutoff_hz: 300.0, ..ok.clone() }.generate(1), Err(ExcitationError::Filter(_))));
         assert!(matches!(FilteredNoise { axes: 0, ..ok.clone() }.generate(1), Err(ExcitationError::NotPositive { .. })));
+        for warm_up_s in [-1.0, f64::NAN] {
+            assert!(matches!(FilteredNoise { warm_up_s, ..ok.clone() }.generate(1), Err(ExcitationError::NotPositive { .. })));
+        }
         let none = SeedCriterion { candidates: 0, ..SeedCriterion::default() };
         assert_eq!(ok.search(1, &none, &|_, _| ()).unwrap_err(), ExcitationError::NoCandidates);
     }

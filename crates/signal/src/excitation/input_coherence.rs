@@ -114,7 +114,8 @@ mod tests {
         let f = 20;
         let expected = s.at(f, 0, 1).norm_sqr() / (s.power(f, 0) * s.power(f, 1));
         assert!((found.max - expected).abs() < 1e-12 && (found.mean - expected).abs() < 1e-12);
-        assert!(input_coherence_at(&s, f).iter().all(|c| (c - expected).abs() < 1e-12));
+        let at = input_coherence_at(&s, f);
+        assert!(at.len() == 2 && at.iter().all(|c| (c - expected).abs() < 1e-12));
     }
 
     #[test]
@@ -133,5 +134,20 @@ mod tests {
         let of = |channels: &[&[f64]]| input_coherence(&Welch::new(200).spectra(100.0, channels).expect("valid"), (1.0, 40.0)).expect("bins");
         let (plain, scaled) = (of(&[&x, &y, &z]), of(&[&big, &y, &z]));
         assert!((plain.max - scaled.max).abs() < 1e-12 && (plain.mean - scaled.mean).abs() < 1e-12);
+    }
+
+    #[test]
+    fn of_three_signals_each_is_as_far_foretold_as_the_determinants_say() {
+        let [x, y, z] = [0, 1, 2].map(|stream| noise(stream, 4000));
+        let mix = |a: f64, b: f64| -> Vec<f64> { (0..4000).map(|k| a * x[k] + b * y[k] + if k > 2 { z[k - 3] } else { 0.0 }).collect() };
+        let s = Welch::new(200).spectra(100.0, &[&x, &mix(0.5, 1.0), &mix(-1.0, 0.7)]).expect("valid");
+        let at = |a, b| s.at(20, a, b);
+        let minor = |a: usize, b: usize| (at(a, a) * at(b, b) - at(a, b) * at(b, a)).re;
+        let whole =
+            (at(0, 0) * minor(1, 2) - at(0, 1) * (at(1, 0) * at(2, 2) - at(1, 2) * at(2, 0)) + at(0, 2) * (at(1, 0) * at(2, 1) - at(1, 1) * at(2, 0))).re;
+        for (j, (a, b)) in [(1, 2), (0, 2), (0, 1)].into_iter().enumerate() {
+            let expected = 1.0 - whole / (s.power(20, j) * minor(a, b));
+            assert!((input_coherence_at(&s, 20)[j] - expected).abs() < 1e-12 && expected > 0.1, "{j}: {expected}");
+        }
     }
 }

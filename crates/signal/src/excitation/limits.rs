@@ -210,7 +210,8 @@ mod tests {
         for (band_hz, share) in [((4.0, 6.0), 2.0 / 3.5), ((15.0, 50.0), 1.5 / 3.5), ((5.0, 20.0), 2.5 / 3.5), ((0.0, 50.0), 1.0), ((21.0, 49.0), 0.0)] {
             assert!((power_share(&signal, 100.0, band_hz) - share).abs() < 1e-12, "{band_hz:?}");
         }
-        assert!(power_share(&[1.0], 100.0, (0.0, 50.0)) == 0.0 && power_share(&[1.0; 8], 100.0, (0.0, 50.0)) == 0.0);
+        assert_eq!([&[][..], &[1.0], &[1.0, -1.0]].map(|few| power_share(few, 100.0, (0.0, 50.0))), [0.0, 0.0, 1.0]);
+        assert!(power_share(&[1.0; 8], 100.0, (0.0, 50.0)) == 0.0);
     }
 
     #[test]
@@ -252,5 +253,40 @@ mod tests {
         let mass = |f: f64| array![[Complex64::from(-1.0 / (TAU * f).powi(2))]];
         let motion = expected_motion(&[vec![1.0, -1.0, 1.0, -1.0]], 10.0, mass).expect("fits");
         assert!(motion[0].displacement_peak.is_finite() && motion[0].displacement_peak > 0.0);
+    }
+
+    #[test]
+    fn a_signal_is_scaled_to_the_limit_that_it_exceeds_most() {
+        let signal = [10.0, 40.0, -20.0];
+        let size = SignalSize::of(&signal, 100.0);
+        assert_eq!((size.rms, size.peak, size.slew_per_s), (700.0_f64.sqrt(), 40.0, 6000.0));
+        let none = f64::INFINITY;
+        let limits = [(20.0, none), (none, 1500.0), (20.0, 1500.0), (10.0, 3000.0), (40.0, 6000.0), (none, none)];
+        assert_eq!(limits.map(|(peak, slew_per_s)| Limits { peak, slew_per_s }.scale(&signal, 100.0)), [0.5, 0.25, 0.25, 0.25, 1.0, 1.0]);
+    }
+
+    #[test]
+    fn the_motion_of_a_spring_is_that_of_its_force() {
+        // exp(−t²/2σ²) has the steepest slope e^(−½)/σ, and its square the integral σ √π.
+        let (fs, sigma_s) = (500.0, 0.1);
+        let force: Vec<f64> = (0..1000).map(|k| (-((f64::from(k) / fs - 1.0) / sigma_s).powi(2) / 2.0).exp()).collect();
+        let motion = expected_motion(&[force], fs, |_| array![[Complex64::from(1.0 / 300.0)]]).expect("fits")[0];
+        let rms = (sigma_s * std::f64::consts::PI.sqrt() / 2.0).sqrt();
+        assert!((300.0 * motion.displacement_rms - rms).abs() < 1e-9 && (300.0 * motion.displacement_peak - 1.0).abs() < 1e-9, "{motion:?}");
+        assert!((300.0 * motion.velocity_peak - (-0.5_f64).exp() / sigma_s).abs() < 1e-9, "{motion:?}");
+    }
+
+    #[test]
+    fn what_comes_after_the_record_does_not_come_before_it() {
+        // Half a second late, of one second.
+        let motion = expected_motion(&[vec![0.0, 0.0, 0.0, 0.0, 0.0, 1.0, 2.0, 3.0, 2.0, 1.0]], 10.0, |f| array![[Complex64::cis(-TAU * f * 0.5)]]);
+        assert!(motion.expect("fits")[0].displacement_peak < 1e-12);
+    }
+
+    #[test]
+    fn a_delay_by_half_a_sample_passes_what_nyquists_line_can_be() {
+        // x cos(πn) delayed by half a sample is x cos(π(n − ½)) = 0.
+        let out = apply_response(&[vec![1.0, -1.0, 1.0, -1.0]], 2.0, 0.0, |f| array![[Complex64::cis(-TAU * f * 0.25)]]).expect("fits");
+        assert!(out[0].iter().all(|x| x.abs() < 1e-12), "{out:?}");
     }
 }

@@ -256,4 +256,21 @@ mod tests {
         assert!(matches!(none.generate(1), Err(ExcitationError::NoLines { .. })));
         assert!(matches!(Multisine { period: 0, ..none }.generate(1), Err(ExcitationError::NoLines { .. })));
     }
+
+    #[test]
+    fn the_matrix_is_hadamards_or_fouriers() {
+        let entries = |n: usize| (0..n).map(|row| (0..n).map(|column| orthogonal(n, row, column)).collect()).collect::<Vec<Vec<_>>>();
+        let [one, third] = [Complex64::ONE, Complex64::cis(-TAU / 3.0)];
+        assert_eq!(entries(4), [[one, one, one, one], [one, -one, one, -one], [one, one, -one, -one], [one, -one, -one, one]]);
+        for (found, expected) in entries(3).concat().into_iter().zip([one, one, one, one, third, third.conj(), one, third.conj(), third]) {
+            assert!((found - expected).norm() < 1e-15);
+        }
+    }
+
+    #[test]
+    fn the_amplitudes_go_with_the_slope_and_hold_the_rms() {
+        let found = Multisine { rms: 3.0, slope: -0.5, ..Multisine::default() }.amplitudes(&[4, 9, 16], 0.1);
+        assert!((found.iter().map(|a| a * a / 2.0).sum::<f64>() - 9.0).abs() < 1e-12, "{found:?}");
+        assert!((found[1] / found[0] - 2.0 / 3.0).abs() < 1e-12 && (found[2] / found[0] - 0.5).abs() < 1e-12, "{found:?}");
+    }
 }

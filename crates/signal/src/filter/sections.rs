@@ -122,7 +122,8 @@ impl SosStream {
 
 #[cfg(test)]
 mod tests {
-    use crate::{Passband, SosFilter};
+    use crate::{Passband, Section, SosFilter};
+    use num_complex::Complex64;
 
     #[test]
     fn pieces_give_the_same_bytes_as_the_whole() {
@@ -143,5 +144,11 @@ mod tests {
                 assert!((stream.step(2.0) - 2.0 * gain).abs() < 1e-9, "{band:?}");
             }
         }
+    }
+
+    #[test]
+    fn a_delay_turns_the_response_down() {
+        let late = SosFilter::from_sections(vec![Section { b: [0.0, 1.0, 0.0], a: [0.0, 0.0] }]);
+        assert!((late.response(10.0, 100.0) - Complex64::cis(-0.2 * std::f64::consts::PI)).norm() < 1e-15);
     }
 }

@@ -210,7 +210,7 @@ impl Welch {
         // What has no mirror image is not twice in the sum of the power.
         for pair in lower.chunks_exact_mut(bins) {
             pair[0] *= 0.5;
-            if self.nfft.is_multiple_of(2) && bins > 1 {
+            if self.nfft.is_multiple_of(2) {
                 pair[bins - 1] *= 0.5;
             }
         }
@@ -328,5 +328,48 @@ mod tests {
         // A sum beyond all numbers is another matter.
         let large = vec![1e308; 64];
         assert!(Welch { detrend: Detrend::None, ..Welch::new(32) }.spectra(1.0, &[&large]).is_ok());
+    }
+
+    #[test]
+    fn the_settings_of_the_paper_have_its_segments() {
+        let of = |welch: Welch| welch.spectra(500.0, &[&noise(8, 25_000)]).expect("valid");
+        for (found, segments, averages) in [(of(Welch::fine()), 5, 4.79), (of(Welch::smooth()), 45, 23.65)] {
+            assert_eq!((found.segments(), found.frequency_hz().len(), found.frequency_hz()[4096]), (segments, 4097, 250.0));
+            assert!((found.effective_averages() - averages).abs() < 0.005);
+        }
+    }
+
+    #[test]
+    fn one_segment_is_a_periodogram() {
+        let x = noise(9, 65);
+        let s = Welch { window: Window::Rectangular, detrend: Detrend::None, ..Welch::new(64) }.spectra(64.0, &[&x]).expect("one segment");
+        let total: f64 = (0..33).map(|f| s.power(f, 0)).sum();
+        assert!((total / (x[..64].iter().map(|x| x * x).sum::<f64>() / 64.0) - 1.0).abs() < 1e-12 && s.segments() == 1);
+        assert!(Welch::new(65).spectra(1.0, &[&x]).is_ok() && Welch { noverlap: 63, ..Welch::new(64) }.spectra(1.0, &[&x]).is_ok());
+    }
+
+    #[test]
+    fn the_kernel_of_a_rectangle_is_fejers_as_far_as_eight_bins_or_nyquist() {
+        for (n, reach_hz) in [(1000, 8.0), (9, 4.5), (8, 4.0)] {
+            let rectangle = Welch { window: Window::Rectangular, ..Welch::new(n) };
+            let s = rectangle.spectra(n as f64, &[&noise(10, n)]).expect("one segment");
+            let kernel = s.kernel();
+            let middle = kernel.weight.len() / 2;
+            assert!((kernel.offset_hz[2 * middle] - reach_hz).abs() < 1e-12 && kernel.offset_hz[middle] == 0.0, "{n}: {:?}", kernel.offset_hz);
+            for (hz, weight) in kernel.offset_hz.iter().zip(&kernel.weight).filter(|(hz, _)| **hz != 0.0) {
+                let half_turn = std::f64::consts::PI * hz / n as f64;
+                let expected = ((n as f64 * half_turn).sin() / (n as f64 * half_turn.sin())).powi(2);
+                assert!((weight / kernel.weight[middle] - expected).abs() < 1e-12, "{n} at {hz} Hz");
+            }
+        }
+    }
+
+    #[test]
+    fn an_analysis_of_other_channels_leaves_nothing_behind() {
+        let (x, y, welch) = (noise(11, 400), noise(12, 400), Welch::new(44));
+        let alone = welch.spectra(1.0, &[&x]).expect("valid");
+        let both = welch.spectra(1.0, &[&x, &y]).expect("valid");
+        assert_eq!(welch.spectra(1.0, &[&x]).expect("valid"), alone);
+        assert_eq!(welch.spectra(1.0, &[&x, &y]).expect("valid"), both);
     }
 }

@@ -180,6 +180,9 @@ mod tests {
                 transform.process(&mut buffers, &mut row);
                 let mut found = Vec::new();
                 transform.append(&row, 1.0, &mut found);
+                let mut quarter = Vec::new();
+                transform.append(&row, 0.25, &mut quarter);
+                assert!(quarter.iter().zip(&found).all(|(part, whole)| 4.0 * part == *whole));
                 let mut mean = found.clone();
                 transform.add(&row, 0.5, &mut mean);
                 for (bin, expected) in expected.iter().enumerate() {

@@ -185,4 +185,23 @@ mod tests {
         assert!(matches!(part(&welch, 0..2).spectra(1.0), Err(WelchError::Merge { .. })));
         assert!(matches!(welch.partial(0..1, x.len(), &[&x[..9]]), Err(WelchError::Length { .. })));
     }
+
+    #[test]
+    fn a_worker_needs_the_samples_of_its_segments() {
+        // 256 segments, 32 samples apart.
+        let welch = Welch { noverlap: 96, ..Welch::new(128) };
+        let (len, hop) = (128 + 255 * 32 + 7, 32);
+        let found = [0..1, 1..2, 1..4, 3..9, 4..5].map(|blocks| welch.block_samples(blocks, len));
+        assert_eq!(found, [0..63 * hop + 128, 64 * hop..127 * hop + 128, 64 * hop..255 * hop + 128, 192 * hop..255 * hop + 128, 0..0]);
+    }
+
+    #[test]
+    fn a_missing_number_is_named_by_its_place_in_the_record() {
+        let [mut x, _] = record();
+        let welch = Welch::new(128);
+        let mine = welch.block_samples(1..2, x.len());
+        x[mine.start + 9] = f64::NAN;
+        let found = welch.partial(1..2, x.len(), &[&x[mine.clone()]]);
+        assert_eq!(found.unwrap_err(), WelchError::NotFinite { channel: 0, sample: mine.start + 9 });
+    }
 }

@@ -110,3 +110,31 @@ impl WelchStream {
         Ok(self.settings.finish(&self.plan, self.sample_rate_hz, self.waiting.len(), self.segments, lower))
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_whole_block_is_the_same_bytes_too() {
+        let x: Vec<f64> = (0..8 * (BLOCK + 1)).map(|k| (k as f64 * 0.7).sin() + (k as f64 * 2.3).cos()).collect();
+        let welch = Welch { noverlap: 8, ..Welch::new(16) };
+        let mut stream = welch.stream(10.0, 1).expect("valid");
+        assert!(matches!(stream.spectra(), Err(WelchError::TooShort { len: 0, nperseg: 16 })) && stream.segments() == 0);
+        stream.push(&[&x]).expect("finite");
+        assert_eq!((stream.segments(), stream.spectra().expect("a block")), (BLOCK, welch.spectra(10.0, &[&x]).expect("valid")));
+    }
+
+    #[test]
+    fn pieces_that_do_not_fit_are_refused_and_nothing_of_them_is_taken() {
+        let welch = Welch::new(8);
+        let (x, y) = ([1.0, -2.0, 3.0, 0.5, 2.0, 1.0, -1.0, 4.0], [0.0, 1.0, 1.0, 2.0, 0.0, 0.0, 5.0, 1.0]);
+        let mut stream = welch.stream(10.0, 2).expect("valid");
+        stream.push(&[&x[..5], &y[..5]]).expect("finite");
+        assert!(matches!(stream.push(&[&x[..2], &y[..1]]), Err(WelchError::Length { channel: 1, expected: 2, found: 1 })));
+        assert!(matches!(stream.push(&[&x[..2]]), Err(WelchError::Length { .. })) && matches!(stream.push(&[&x[..2]; 3]), Err(WelchError::Length { .. })));
+        assert_eq!(stream.push(&[&[0.0, 1.0], &[0.0, f64::NAN]]), Err(WelchError::NotFinite { channel: 1, sample: 6 }));
+        stream.push(&[&x[5..], &y[5..]]).expect("finite");
+        assert_eq!(stream.spectra().expect("a segment"), welch.spectra(10.0, &[&x, &y]).expect("valid"));
+    }
+}

@@ -245,4 +245,14 @@ mod tests {
         assert!(vectors.iter().zip(scalars.iter()).all(|(v, s)| (v - s).norm() < bound));
         assert!(vectors.iter().any(|v| v.norm() > 0.1));
     }
+
+    #[test]
+    fn a_sum_starts_again_from_zero() {
+        let plan = Plan::of(&crate::Welch::new(16));
+        let (mut sum, mut total, mut nothing) = (Sum::new(&plan, 1), Vec::new(), Vec::new());
+        sum.add(&plan, [&[1.0, 2.0, 0.0, -1.0, 3.0, 2.0, 1.0, 0.5, 1.0, 2.0, 0.0, -1.0, 3.0, 2.0, 1.0, 0.5][..]].into_iter());
+        sum.drain_into(&plan, 1.0, &mut total);
+        sum.drain_into(&plan, 1.0, &mut nothing);
+        assert!(total.iter().any(|x| x.re > 0.0) && nothing.iter().all(|x| *x == Complex64::default()));
+    }
 }
