@@ -320,5 +320,8 @@ mod tests {
         assert_eq!([0.5, 0.6, 2.0, 2.1, 3.4, 3.5].map(|shift| path.count_below(shift)), [0, 1, 1, 2, 2, 3]);
         let (v, correction) = path.improve(2.0);
         assert!((v[0] + v[2]).abs() < 1e-12 && v[1].abs() < 1e-12 && correction.abs() < 1e-12, "{v:?} {correction}");
+        // 2 −1 0; −1 2.3 −1; 0 −1 3 less 2 takes (−1, 0, 1) to (0, 0, 1).
+        let (v, correction) = WeightedPath { link: path.link, potential: vec![1.0, 0.3, 2.0] }.improve(2.0);
+        assert!((v[2] - 0.5_f64.sqrt()).abs() < 1e-12 && (v[0] + v[2]).abs() < 1e-12 && (correction - 0.5).abs() < 1e-12, "{v:?} {correction}");
     }
 }
