@@ -29,6 +29,10 @@ pub struct Unresolved {
 pub fn unresolved(response: &FrequencyResponse, share: f64, low_hz: f64, high_hz: f64) -> Vec<Unresolved> {
     let Some(uncertainty) = &response.uncertainty else { return Vec::new() };
     let kernel = &uncertainty.kernel;
+    // Without a window there is nothing to lose, nor need the grid be even: excited lines are not.
+    if kernel.offset_hz.iter().all(|offset| *offset == 0.0) {
+        return Vec::new();
+    }
     let (p, q) = response.shape();
     let spacing_hz = if response.len() > 1 { response.frequency_hz[1] - response.frequency_hz[0] } else { f64::INFINITY };
     let at = |f_hz: f64, i: usize, j: usize| -> Option<Complex64> {

@@ -3,7 +3,7 @@
 use super::EstimateError;
 use crate::labels::Labels;
 use crate::ports::Ports;
-use ndof_signal::{CrossSpectra, Recording};
+use ndof_signal::{CrossSpectra, Recording, SpectraError};
 
 /// Channels fit the spectra, labels fit the channels.
 pub(crate) fn ports(spectra: &CrossSpectra, ports: &Ports, labels: &Labels) -> Result<(), EstimateError> {
@@ -15,6 +15,19 @@ pub(crate) fn ports(spectra: &CrossSpectra, ports: &Ports, labels: &Labels) -> R
     ] {
         if labels != ports {
             return Err(EstimateError::Labels { role, labels, ports });
+        }
+    }
+    Ok(())
+}
+
+/// Trials have as many channels as the first, at its sample rate.
+pub(crate) fn alike(trials: &[&Recording]) -> Result<(), EstimateError> {
+    let kind = |recording: &Recording| [("channels", recording.channels().len() as f64), ("Hz sample rate", recording.sample_rate_hz())];
+    for (k, recording) in trials.iter().enumerate() {
+        for ((what, expected), (_, found)) in kind(trials[0]).into_iter().zip(kind(recording)) {
+            if expected != found {
+                return Err(SpectraError::Mismatch { trial: k + 1, what, expected, found }.into());
+            }
         }
     }
     Ok(())

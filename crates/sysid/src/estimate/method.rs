@@ -8,7 +8,7 @@ use super::{DerivedEstimate, Direct, DirectEstimate, EstimateError, derived, dir
 use crate::labels::Labels;
 use crate::ports::Ports;
 use crate::warning::Warning;
-use ndof_signal::{CrossSpectra, Multitaper, PeriodSpectra, Periodic, Recording, SpectraError, Welch};
+use ndof_signal::{CrossSpectra, Multitaper, PeriodSpectra, Periodic, Recording, Welch};
 use serde::{Deserialize, Serialize};
 
 /// How spectra are made from recordings.
@@ -86,6 +86,7 @@ pub fn estimate(trials: &[&Recording], ports: &Ports, labels: &Labels, method: &
     if estimator != Direct::H1 && !matches!(method, SpectralMethod::Welch(_) | SpectralMethod::Multitaper(_)) {
         return Err(EstimateError::NoSpectra { estimator, method: method.name() });
     }
+    super::check::alike(trials)?;
     super::check::sizes(trials, ports, labels)?;
     match method {
         SpectralMethod::Welch(settings) => {
@@ -157,16 +158,8 @@ fn local(
     fit: impl Fn(&[Lines], (f64, usize), &[usize], &[usize]) -> Result<Fitted, EstimateError>,
 ) -> Result<Estimates, EstimateError> {
     let first = trials.first().ok_or(EstimateError::NoTrial)?;
-    ports.validate(first.channels().len())?;
     let rate = first.sample_rate_hz();
     for (k, recording) in trials.iter().enumerate() {
-        for (what, expected, found) in
-            [("channels", first.channels().len() as f64, recording.channels().len() as f64), ("Hz sample rate", rate, recording.sample_rate_hz())]
-        {
-            if expected != found {
-                return Err(SpectraError::Mismatch { trial: k + 1, what, expected, found }.into());
-            }
-        }
         for (channel, samples) in recording.channels().iter().enumerate() {
             if let Some(sample) = samples.samples.iter().position(|v| !v.is_finite()) {
                 return Err(EstimateError::NotFinite { trial: k + 1, channel, sample });
@@ -194,7 +187,6 @@ fn pooled(trials: &[&Recording], transform: impl Fn(&Recording, usize) -> Result
         spectra.push(transform(recording, k + 1)?);
     }
     match spectra.len() {
-        0 => Err(EstimateError::NoTrial),
         1 => Ok(spectra.remove(0)),
         _ => Ok(CrossSpectra::pool(&spectra)?),
     }

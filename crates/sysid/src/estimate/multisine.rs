@@ -232,8 +232,10 @@ fn distortion(
             let near = after.saturating_sub(2)..(after + 2).min(silent.len());
             for i in 0..p {
                 let count = near.len() as f64;
+                // f64::max would hide a NaN.
                 let power: f64 = residuals[near.clone()].iter().map(|r| r.power[i] - r.noise[i]).sum::<f64>() / count;
-                (0..q).for_each(|j| target[[l, i, j]] = (power.max(0.0) * unit * input_inverse(l, j) * single).sqrt());
+                let power = if power < 0.0 { 0.0 } else { power };
+                (0..q).for_each(|j| target[[l, i, j]] = (power * unit * input_inverse(l, j) * single).sqrt());
             }
         }
         found.detection.push(detection(trials, lines, &silent, even, ports, response, derived));
@@ -322,8 +324,12 @@ fn detection(
         for &f in silent {
             let at = Residual::new(trials, f, &force_first, &(interpolate(lines, stiffness, f) * Complex64::from(sign)));
             let force = Residual::new(trials, f, &force_first, &Array2::zeros((ports.inputs.len(), ports.outputs.len())));
-            error += at.power.iter().zip(&at.noise).map(|(p, n)| p - n).sum::<f64>();
-            total += force.power.iter().zip(&force.noise).map(|(p, n)| p - n).sum::<f64>();
+            // Beside a line without a response nothing is known; max would make it zero.
+            let rest = at.power.iter().zip(&at.noise).map(|(p, n)| p - n).sum::<f64>();
+            if rest.is_finite() {
+                error += rest;
+                total += force.power.iter().zip(&force.noise).map(|(p, n)| p - n).sum::<f64>();
+            }
         }
         if total > 0.0 { (error / total).max(0.0) } else { f64::NAN }
     };

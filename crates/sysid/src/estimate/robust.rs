@@ -46,6 +46,7 @@ pub struct RejectedSegment {
 pub fn robust_spectra(trials: &[&Recording], ports: &Ports, welch: &Welch) -> Result<(CrossSpectra, Vec<RejectedSegment>), EstimateError> {
     let first = trials.first().ok_or(EstimateError::NoTrial)?;
     ports.validate(first.channels().len())?;
+    super::check::alike(trials)?;
     super::check::sizes(trials, ports, &Labels::of(first, ports))?;
     let all: Vec<usize> = (0..first.channels().len()).collect();
     let whole = |recording: &Recording, from: usize, to: usize, trial: usize| {
