@@ -80,6 +80,14 @@ pub enum WelchError {
         /// Samples in this one.
         found: usize,
     },
+    /// A piece of a stream does not have the stream's channels.
+    #[error("a piece has {found} channels, the stream has {expected}")]
+    Channels {
+        /// Channels of the stream.
+        expected: usize,
+        /// Channels of the piece.
+        found: usize,
+    },
     /// A sample is not a number.
     #[error("channel {channel} is not a finite number at sample {sample}; cut that stretch out or repair it")]
     NotFinite {

@@ -58,11 +58,14 @@ impl WelchStream {
     /// Takes the next samples of every channel.
     ///
     /// # Errors
-    /// [`WelchError`] if the pieces differ in length or hold a NaN; nothing is taken then.
+    /// [`WelchError`] if there are other channels, if the pieces differ in length or hold a NaN; nothing is taken then.
     pub fn push(&mut self, channels: &[&[f64]]) -> Result<(), WelchError> {
+        if channels.len() != self.waiting.len() {
+            return Err(WelchError::Channels { expected: self.waiting.len(), found: channels.len() });
+        }
         let expected = channels.first().map_or(0, |c| c.len());
         for (channel, samples) in channels.iter().enumerate() {
-            if samples.len() != expected || channels.len() != self.waiting.len() {
+            if samples.len() != expected {
                 return Err(WelchError::Length { channel, expected, found: samples.len() });
             }
             if let Some(sample) = first_not_finite(samples) {
@@ -132,7 +135,9 @@ mod tests {
         let mut stream = welch.stream(10.0, 2).expect("valid");
         stream.push(&[&x[..5], &y[..5]]).expect("finite");
         assert!(matches!(stream.push(&[&x[..2], &y[..1]]), Err(WelchError::Length { channel: 1, expected: 2, found: 1 })));
-        assert!(matches!(stream.push(&[&x[..2]]), Err(WelchError::Length { .. })) && matches!(stream.push(&[&x[..2]; 3]), Err(WelchError::Length { .. })));
+        assert_eq!(stream.push(&[&x[..2]]), Err(WelchError::Channels { expected: 2, found: 1 }));
+        assert_eq!(stream.push(&[]), Err(WelchError::Channels { expected: 2, found: 0 }));
+        assert_eq!(stream.push(&[&x[..2]; 3]), Err(WelchError::Channels { expected: 2, found: 3 }));
         assert_eq!(stream.push(&[&[0.0, 1.0], &[0.0, f64::NAN]]), Err(WelchError::NotFinite { channel: 1, sample: 6 }));
         stream.push(&[&x[5..], &y[5..]]).expect("finite");
         assert_eq!(stream.spectra().expect("a segment"), welch.spectra(10.0, &[&x, &y]).expect("valid"));
