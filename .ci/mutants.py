@@ -30,7 +30,7 @@ fn rare(mut active: u32, id: u32) -> bool {
         active = if asked == "watch" { WATCH } else { asked.parse().unwrap_or(0) };
         ACTIVE.store(active, Relaxed);
     }
-    if active == WATCH && !SEEN[id as usize].swap(true, Relaxed) {
+    if active == WATCH && !SEEN[id as usize].load(Relaxed) && !SEEN[id as usize].swap(true, Relaxed) {
         let mut file = FILE.lock().unwrap_or_else(|e| e.into_inner());
         let file = file.get_or_insert_with(|| OpenOptions::new().append(true).create(true).open(std::env::var("NDOF_SEEN").unwrap()).unwrap());
         file.write_all(format!("{id}\\n").as_bytes()).unwrap();
@@ -166,11 +166,11 @@ def watch(crate, tree, found):
     seen.mkdir(parents=True)
 
     def one(k):
-        code, seconds = run_test(crate, tree, found[k], 4 * BUDGET_S, NDOF_SWITCH="watch", NDOF_SEEN=str(seen / str(k)))
+        code, seconds = run_test(crate, tree, found[k], 10 * BUDGET_S, NDOF_SWITCH="watch", NDOF_SEEN=str(seen / str(k)))
         if code == STOPPED:
             print(f"  takes too long and is not asked: {found[k][1]}", flush=True)
             return set(), seconds
-        code_off, seconds = run_test(crate, tree, found[k], 4 * BUDGET_S, NDOF_SWITCH="0")
+        code_off, seconds = run_test(crate, tree, found[k], 10 * BUDGET_S, NDOF_SWITCH="0")
         if code or code_off:
             print(f"  fails with every mutant off: {found[k][1]}", flush=True)
             return set(), seconds
