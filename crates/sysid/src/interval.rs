@@ -91,7 +91,7 @@ impl Confidence {
             } else {
                 0.0
             },
-            if regular <= 0.0 { f64::INFINITY } else { straight.gain * if high.norm() < 1.0 { 1.0 } else { high.norm() } },
+            if regular <= 0.0 { f64::INFINITY } else { straight.gain * high.norm() },
         ];
         let centre = 1.0 + bend.conj() * share * share / regular;
         let sine = share / regular / centre.norm();
@@ -232,6 +232,14 @@ mod tests {
         let (low, high) = turned.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), &v| (low.min(v), high.max(v)));
         // 3600 steps miss the ends of a circle by less than (π/3600)²/2 of its radius.
         assert!((low - interval[0]).abs() < 1e-6 && (high - interval[1]).abs() < 1e-6, "{low} {high} {interval:?}");
+    }
+
+    #[test]
+    fn a_phase_interval_is_the_angle_that_the_disc_of_the_gain_subtends() {
+        let entry = Confidence::new(0.95, 10.0).gain_phase(Complex64::from_polar(2.0, 0.7), 0.5);
+        let [low, high] = entry.phase_interval_rad.expect("known");
+        let half = entry.gain_interval[1] - entry.gain;
+        assert!(((low + high) / 2.0 - 0.7).abs() < 1e-14 && (((high - low) / 2.0).sin() - half / 2.0).abs() < 1e-14, "{entry:?}");
     }
 
     #[test]

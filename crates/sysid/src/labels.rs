@@ -48,3 +48,33 @@ impl Labels {
         Labels { references: names("r", ports.references.len()), inputs: names("u", ports.inputs.len()), outputs: names("y", ports.outputs.len()), kind }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use ndof_signal::{Channel, Unit};
+
+    #[test]
+    fn the_units_of_all_channels_say_what_outputs_over_inputs_are() {
+        let quantities = [Quantity::Effort, Quantity::Effort, Quantity::Displacement, Quantity::Displacement, Quantity::Velocity, Quantity::Velocity];
+        let channels = quantities.iter().enumerate().map(|(k, quantity)| Channel::new(format!("c{k}"), Unit::si(*quantity, false), vec![0.0; 4])).collect();
+        let recording = Recording::new(1.0, channels).expect("equal lengths");
+        for (inputs, outputs, kind) in [
+            ([0, 1], [2, 3], ResponseKind::Compliance),
+            ([2, 3], [0, 1], ResponseKind::DynamicStiffness),
+            ([4, 5], [0, 1], ResponseKind::Impedance),
+            ([0, 1], [4, 5], ResponseKind::Admittance),
+            // One that does not fit is enough.
+            ([0, 4], [2, 3], ResponseKind::Transfer),
+            ([0, 1], [2, 5], ResponseKind::Transfer),
+            ([2, 4], [0, 1], ResponseKind::Transfer),
+            ([2, 3], [0, 4], ResponseKind::Transfer),
+            ([4, 5], [0, 2], ResponseKind::Transfer),
+            ([4, 0], [1, 1], ResponseKind::Transfer),
+            ([2, 3], [4, 5], ResponseKind::Transfer),
+        ] {
+            let ports = Ports { references: vec![], inputs: inputs.to_vec(), outputs: outputs.to_vec() };
+            assert_eq!(Labels::of(&recording, &ports).kind, kind, "{inputs:?} {outputs:?}");
+        }
+    }
+}

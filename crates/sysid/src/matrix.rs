@@ -35,3 +35,17 @@ pub(crate) fn inverse(a: &Array2<Complex64>) -> Option<Array2<Complex64>> {
     }
     Some(right)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_is_singular_or_no_number_has_no_inverse() {
+        let real = |entries: [f64; 4]| Array2::from_shape_fn((2, 2), |(i, j)| Complex64::from(entries[2 * i + j]));
+        for entries in [[1.0, 2.0, 2.0, 4.0], [0.0; 4], [f64::NAN, 0.0, 0.0, 1.0], [1.0, 0.0, f64::INFINITY, 1.0]] {
+            assert_eq!(inverse(&real(entries)), None, "{entries:?}");
+        }
+        assert_eq!(inverse(&real([0.0, 2.0, 4.0, 0.0])), Some(real([0.0, 0.25, 0.5, 0.0])));
+    }
+}

@@ -109,6 +109,13 @@ mod tests {
     }
 
     #[test]
+    fn what_is_no_coherence_or_no_width_has_no_length() {
+        for (coherence, width) in [(0.0, 0.1), (1.0, 0.1), (-0.1, 0.1), (1.1, 0.1), (0.5, 0.0), (0.5, 1.0), (0.5, -0.1), (0.5, 1.1)] {
+            assert!(averages_for_interval(coherence, 1, width, 0.95).is_nan(), "{coherence} {width}");
+        }
+    }
+
+    #[test]
     fn progress_is_that_of_the_widest_interval() {
         use crate::{Direct, Labels, Ports, ResponseKind, direct};
         use ndof_signal::Welch;

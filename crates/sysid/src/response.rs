@@ -354,6 +354,19 @@ mod tests {
     }
 
     #[test]
+    fn a_product_has_the_channels_of_its_ends_and_no_mechanical_meaning() {
+        let names = |letter: &str| vec![format!("{letter}1"), format!("{letter}2")];
+        let known = FrequencyResponse { inputs: names("a"), outputs: names("b"), uncertainty: None, ..example() };
+        let (after, before) = (example().after(&known).expect("fits"), example().before(&known).expect("fits"));
+        assert_eq!((&after.inputs, &after.outputs, after.kind), (&known.inputs, &example().outputs, ResponseKind::Transfer));
+        assert_eq!((&before.inputs, &before.outputs, before.kind), (&example().inputs, &known.outputs, ResponseKind::Transfer));
+        for (from, to) in [(ResponseKind::Transfer, ResponseKind::Impedance), (ResponseKind::Compliance, ResponseKind::Transfer)] {
+            assert_eq!(FrequencyResponse { kind: from, ..example() }.to_kind(to), Err(ResponseError::NoMeaning { from, to }));
+        }
+        assert!(example().band(10.0, 20.0).is_empty() && !example().is_empty());
+    }
+
+    #[test]
     fn a_nearly_singular_response_is_not_to_be_inverted() {
         let mut response = example();
         assert!(response.invertibility()[0] > 3.0);

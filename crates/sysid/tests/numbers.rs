@@ -119,12 +119,14 @@ fn welch() -> Value {
     let method = SpectralMethod::Welch(Welch::new(64));
     let [both, _, _, two_commands, _] = all_ports();
     let turned = Ports { references: vec![1, 5, 0], inputs: vec![3, 2], outputs: vec![4] };
+    let three = Ports { references: vec![1], inputs: vec![2], outputs: vec![3, 5, 4] };
     json!([
         run(&trials, &both, &method, Direct::H1, &SOME),
         run(&trials, &both, &method, Direct::H2, &[0, 12, 22]),
         run(&trials, &both, &method, Direct::Hv, &[0, 12, 22]),
         run(&trials, &two_commands, &method, Direct::H1, &[0, 12, 22]),
         run(&trials, &turned, &method, Direct::H1, &[12]),
+        run(&trials, &three, &method, Direct::H1, &[12]),
     ])
 }
 
@@ -136,6 +138,7 @@ fn others() -> Value {
     json!([
         run(&trials, &both, &tapers, Direct::H1, &[20]),
         run(&trials, &few, &tapers, Direct::Hv, &[20]),
+        run(&[arm(1, 20_000, 0.02, 0.0)], &both, &SpectralMethod::Welch(Welch::new(128)), Direct::H1, &[12]),
         run(&long, &one, &SpectralMethod::Welch(Welch::new(128)), Direct::H1, &[12]),
         run(&trials, &without, &SpectralMethod::Welch(Welch::new(32)), Direct::H2, &[7]),
     ])
@@ -192,22 +195,43 @@ fn periodic_arm(trial: usize, periods: usize, cubic: f64, square: f64) -> Record
     arm_with([&command[0], &command[1]], 0.3, |x| -cubic * x.powi(3) - square * x * x, |k, i| 0.3 * noise(k, (100 + 10 * trial + i) as f64))
 }
 
+/// The lines that count as driven of equal ones near what noise alone may give, or, of no size, of ever smaller ones up to Nyquist.
+fn driven(trials: usize, periods: usize, size: f64) -> Value {
+    let amplitude = |line: usize| if size > 0.0 { size } else { 10.0 / 1.07_f64.powi(line as i32) + if line == 32 { 9.0 } else { 0.0 } };
+    let trial = |trial: usize| {
+        let of = |k: usize| (1..33).map(|l| amplitude(l) * (TAU * (l * k % 64) as f64 / 64.0 + 9.0 * noise(l, trial as f64)).cos()).sum::<f64>();
+        let force: Vec<f64> = (0..64 * (periods + 1)).map(|k| of(k % 64) + if size > 0.0 { 6.0 } else { 1e-3 } * noise(k, 200.0 + trial as f64)).collect();
+        let pos = force.iter().enumerate().map(|(k, f)| 0.5 * f + 0.1 * noise(k, 300.0 + trial as f64)).collect();
+        recording(vec![("force", force), ("pos", pos)])
+    };
+    let trials: Vec<Recording> = (0..trials).map(trial).collect();
+    let (trials, ports) = (trials.iter().collect::<Vec<_>>(), Ports { references: vec![], inputs: vec![0], outputs: vec![1] });
+    let method = SpectralMethod::Periodic(Periodic { period: 64, discard: 1 });
+    match estimate(&trials, &ports, &Labels::of(trials[0], &ports), &method, Direct::H1) {
+        Ok(found) => json!(found.direct.response.frequency_hz),
+        Err(error) => json!(error.to_string()),
+    }
+}
+
 fn periods() -> Value {
     let [both, without, one, two_commands, few] = all_ports();
     let trials: Vec<Recording> = (0..5).map(|trial| periodic_arm(trial, 4, 1e-2, 3e-2)).collect();
     let clean: Vec<Recording> = (0..4).map(|trial| periodic_arm(trial, 2 + trial, 0.0, 0.0)).collect();
     let method = SpectralMethod::Periodic(Periodic { period: 64, discard: 1 });
     let at = [0, 2, 6, 7, usize::MAX];
+    let thresholds = [(1, 3, 3.5), (3, 2, 3.0), (3, 4, 1.2), (1, 4, 0.0)].map(|(trials, periods, size)| driven(trials, periods, size));
     json!([
         run(&trials, &both, &method, Direct::H1, &at),
         run(&trials, &without, &method, Direct::H1, &at),
         run(&clean, &one, &method, Direct::H1, &at),
         run(&clean[..2], &both, &method, Direct::H1, &[3]),
         run(&clean[..1], &one, &method, Direct::H1, &[3]),
+        run(&clean[..2], &one, &method, Direct::H1, &[3]),
         run(&clean[1..], &two_commands, &method, Direct::H1, &[3]),
         run(&trials, &few, &method, Direct::H1, &[3]),
         run(&trials[..1], &without, &method, Direct::H1, &[3]),
         run(&arms(2, 320, 0.3, 0.0), &one, &method, Direct::H1, &[3]),
+        thresholds,
     ])
 }
 
@@ -254,10 +278,11 @@ fn choices() -> Value {
         let found = choose_method(&vec![recording; count], &ports(references));
         json!([found.method, found.reason])
     };
-    let mut found: Vec<Value> = [(16, 2, 1), (17, 2, 1), (24, 1, 1), (25, 1, 1), (100, 2, 4), (100, 1, 4), (100, 2, 3), (3, 1, 0), (1, 1, 1), (0, 1, 1)]
-        .iter()
-        .map(|&(n, count, references)| said(&random(n), count, references))
-        .collect();
+    let mut found: Vec<Value> =
+        [(16, 2, 1), (17, 2, 1), (24, 1, 1), (25, 1, 1), (100, 2, 4), (100, 1, 4), (100, 2, 3), (100, 3, 1), (100, 2, 6), (3, 1, 0), (1, 1, 1), (0, 1, 1)]
+            .iter()
+            .map(|&(n, count, references)| said(&random(n), count, references))
+            .collect();
     found.extend(
         [(149, 0.0, 1, 1), (150, 0.0, 1, 1), (260, 0.0, 1, 2), (260, 0.0, 2, 2), (260, 0.1, 1, 1), (260, 1e-3, 1, 0)]
             .iter()
@@ -355,6 +380,7 @@ fn views() -> Value {
     let long = Welch::new(64).spectra(RATE_HZ, &arm(1, 20_000, 0.04, 0.0).columns(&[0, 1, 2, 3, 4, 5])).expect("spectra");
     let (sharp, _) = numbered(&long, &both);
     let band = direct.response.band(5.0, 9.5);
+    let cut = [unresolved(&sharp.response.band(3.0, 30.0), 0.02, 5.0, 20.0), unresolved(&sharp.response.band(9.0, 9.0), 0.02, 0.0, 40.0)];
     let missed =
         [(0.05, 0.0, 40.0), (0.02, 0.0, 40.0), (0.02, 9.5, 40.0), (0.02, 0.0, 8.9)].map(|(share, low, high)| unresolved(&sharp.response, share, low, high));
     json!({
@@ -369,6 +395,7 @@ fn views() -> Value {
         "corrected": corrected,
         "reach": [reach(0.5), reach(0.95)],
         "unresolved": missed,
+        "unresolved, of a part": cut,
         "band": (band.frequency_hz.clone(), band.variance(1, 1, 0)),
         "of the paper": paper_random_error(0.3, 12),
     })

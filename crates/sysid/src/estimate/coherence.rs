@@ -114,6 +114,14 @@ mod tests {
     }
 
     #[test]
+    fn without_averages_beyond_the_inputs_nothing_is_significant() {
+        for inputs in [1, 2, 5] {
+            let found = Significance::at_95_percent(inputs as f64, inputs);
+            assert!(found.partial.is_nan() && found.multiple.is_nan() && found.ordinary.is_nan() == (inputs == 1), "{inputs}: {found:?}");
+        }
+    }
+
+    #[test]
     fn of_two_independent_inputs_each_is_judged_without_the_other() {
         let power = [0.5, 2.0];
         let response = [Complex64::new(0.0, 2.0), Complex64::new(1.0, 0.0)];

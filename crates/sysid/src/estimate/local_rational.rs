@@ -288,14 +288,12 @@ impl<'a> Rational<'a> {
         }
         // Drivers without leakage: their lowest regressor, whose polynomial is the constant 1/√width.
         let averages = (self.trials.len() * (width - terms)) as f64 / width as f64;
-        for (l, j) in (0..q).flat_map(|l| (0..q).map(move |j| (l, j))) {
-            out.driver.push(dot(&self.x, l * terms, &self.x, j * terms, equations) / averages);
-        }
+        let driver: Vec<Complex64> =
+            (0..q).flat_map(|l| (0..q).map(move |j| (l, j))).map(|(l, j)| dot(&self.x, l * terms, &self.x, j * terms, equations) / averages).collect();
         let d = self.seek(low, m as f64);
         let rational = d.iter().any(|d| *d != Complex64::default());
         // The search left the workspace at its last trial.
         if self.regress(low, &d).is_none() {
-            out.driver.truncate(out.driver.len() - q * q);
             return out.missing(m, q);
         }
         let freedom = self.freedom[usize::from(!rational)];
@@ -325,6 +323,7 @@ impl<'a> Rational<'a> {
         for (l, j) in (0..q).flat_map(|l| (0..q).map(move |j| (l, j))) {
             gram[l * q + j] *= (columns[l] * columns[j]).sqrt();
         }
+        out.driver.extend(driver);
         out.gram_inverse.extend(gram);
         out.g.extend(g);
         out.left_out.push(f64::NAN);

@@ -210,3 +210,82 @@ fn order_and_units_of_channels_change_the_result_as_they_must_and_no_coherence()
         assert!((c1.instrument_strength[f] / c2.instrument_strength[f] - 1.0).abs() < 0.05);
     }
 }
+
+#[test]
+fn instruments_are_as_strong_as_for_the_input_that_they_reach_least() {
+    // Each reference of unit power makes a part of one input: with ν = 40 − n, strength ν/n · caused/rest of the weakest.
+    for n in 1..=5 {
+        let ports = ports(n, n, 1);
+        let (channels, bins, own) = (2 * n + 1, 3, [9.0_f64, 4.0, 16.0, 7.0, 5.0]);
+        let mut lower = vec![Complex64::default(); channels * (channels + 1) / 2 * bins];
+        let mut set = |a: usize, b: usize, value: f64| lower[(a * (a + 1) / 2 + b) * bins..][..bins].fill(value.into());
+        for j in 0..n {
+            set(j, j, 1.0);
+            set(n + j, j, own[j].sqrt());
+            set(n + j, n + j, own[j] + 1.0);
+        }
+        set(2 * n, 2 * n, 1.0);
+        let spectra = CrossSpectra::from_parts(channels, 100.0, vec![0.0, 1.0, 2.0], lower, 40.0, 40, 1.0, Kernel::default());
+        let found = derived(&spectra, &ports, &labels(&ports)).expect("regular");
+        let weakest = own[..n].iter().copied().fold(f64::INFINITY, f64::min);
+        let expected = (40 - n) as f64 / n as f64 * weakest;
+        // A dozen multiplications leave (4/5)²⁴ of the next eigenvalue's share, never above the truth by more than round-off.
+        let strength = found.instrument_strength[1];
+        assert!((-1e-9..0.02).contains(&(strength / expected - 1.0)), "{n}: {strength}, exact {expected}");
+    }
+}
+
+#[test]
+fn coherence_between_inputs_is_symmetric_and_one_with_itself() {
+    for q in 1..=4 {
+        let (spectra, ports) = (random_spectra(q + 1, 11, 5 * q, 9), ports(0, q, 1));
+        let found = direct(&spectra, &ports, &labels(&ports), Direct::H1).expect("enough averages").input_coherence;
+        for (f, i, j) in (1..11).flat_map(|f| (0..q).flat_map(move |i| (0..q).map(move |j| (f, i, j)))) {
+            let expected = spectra.at(f, i, j).norm_sqr() / (spectra.power(f, i) * spectra.power(f, j));
+            assert!((found[[f, i, j]] - expected).abs() < ROUND_OFF, "{q} inputs, {f}: {i} {j}");
+        }
+    }
+}
+
+#[test]
+fn without_noise_no_coherence_is_above_one_and_no_power_below_zero() {
+    let mut rng = ChaCha8Rng::seed_from_u64(31);
+    let mut draw =
+        |rows: usize, columns: usize| Array2::from_shape_fn((rows, columns), |_| Complex64::new(rng.random_range(-1.0..1.0), rng.random_range(-1.0..1.0)));
+    for n in 1..=3 {
+        let (mix, h) = (draw(n, n), draw(n, n));
+        let spectra = crate::draws::spectra(60, |_| {
+            let r = draw(n, 12);
+            let u = mix.dot(&r);
+            crate::draws::stack(&[&r, &u, &h.dot(&u)])
+        });
+        let ports = ports(n, n, n);
+        let (direct, derived) =
+            (direct(&spectra, &ports, &labels(&ports), Direct::H1).expect("regular"), derived(&spectra, &ports, &labels(&ports)).expect("regular"));
+        let [of_r, of_t] = [&derived.to_reference.r, &derived.to_reference.t];
+        for (f, i) in (1..60).flat_map(|f| (0..n).map(move |i| (f, i))) {
+            for response in [&direct.response, &derived.response, of_r, of_t] {
+                assert!(response.uncertainty.as_ref().expect("noise").noise[[f, i, i]].re >= 0.0, "{n}: {f}");
+            }
+            let coherences = [&direct.coherence.multiple, &derived.coherence_paper.multiple, &derived.coherence_iv.multiple];
+            let shares = [&derived.to_reference.output_coherence, &derived.to_reference.input_coherence];
+            assert!(coherences.into_iter().chain(shares).all(|c| (1.0 - ROUND_OFF..=1.0).contains(&c[[f, i]])), "{n}: {f}");
+        }
+    }
+}
+
+#[test]
+fn an_input_that_is_silent_or_a_combination_of_those_before_it_cannot_be_conditioned_on_in_any_unit() {
+    let copied = |scale: f64, share: f64| {
+        let mut rng = ChaCha8Rng::seed_from_u64(41);
+        let mut draw = || Array2::from_shape_fn((1, 12), |_| Complex64::new(rng.random_range(-1.0..1.0), rng.random_range(-1.0..1.0)));
+        let (a, b, y) = (draw() * Complex64::from(scale), draw() * Complex64::from(scale * share), draw());
+        let second = if share == 0.0 { b } else { &a * Complex64::new(0.3, 1.7) + b };
+        crate::draws::spectra(3, |_| crate::draws::stack(&[&a, &second, &y]))
+    };
+    for scale in [1e-6, 1.0, 1e6] {
+        assert_eq!(conditioned(&copied(scale, 0.0), 1, &[0, 1], &[2]), None);
+        assert_eq!(conditioned(&copied(scale, 1e-9), 1, &[0, 1], &[2]), None);
+        assert!(conditioned(&copied(scale, 1e-2), 1, &[0, 1], &[2]).is_some());
+    }
+}

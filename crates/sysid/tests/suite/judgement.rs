@@ -112,6 +112,11 @@ fn trials_of_one_limb_spread_as_they_say_and_of_a_changing_limb_more() {
     let changing: Vec<FrequencyResponse> = (0..6).map(|k| one(k, 1.0 + 0.2 * (k as f64 - 2.5))).collect();
     assert!(spread(&changing, 1.0, 1000.0).expect("comparable").ratio > 1.5);
     assert_eq!(spread(&same[..1], 1.0, 1000.0), None);
+    // A frequency where no error is predicted says nothing.
+    let mut silent = same.clone();
+    silent.iter_mut().for_each(|r| r.uncertainty.as_mut().expect("noise").noise.index_axis_mut(ndarray::Axis(0), 7).fill(Complex64::default()));
+    let without = spread(&silent, 1.0, 1000.0).expect("comparable");
+    assert!((without.ratio / found.ratio - 1.0).abs() < 0.02 && without.ratio_std_error > found.ratio_std_error, "{} {}", without.ratio, found.ratio);
 }
 
 #[test]
