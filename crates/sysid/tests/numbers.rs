@@ -44,8 +44,8 @@ fn arm_with(command: [&[f64]; 2], damping: f64, spring: impl Fn(f64) -> f64, own
     });
     let (mut now, mut before) = ([0.0; 2], [0.0; 2]);
     let mut out = [const { Vec::new() }; 4];
-    for k in 0..command[0].len() {
-        let force = [0, 1].map(|i| command[i][k] - 0.1 * now[i] - 0.5 * (now[i] - before[i]) - 0.03 * before[1 - i] + 0.3 * spring(before[i]));
+    for (k, (x, y)) in command[0].iter().zip(command[1]).enumerate() {
+        let force = [0, 1].map(|i| [x, y][i] - 0.1 * now[i] - 0.5 * (now[i] - before[i]) - 0.03 * before[1 - i] + 0.3 * spring(before[i]));
         let next = [0, 1].map(|i| {
             let (a, b) = modes[i];
             a * now[i] - b * before[i] + (1.0 - a + b) * (force[i] + 0.3 * force[1 - i] + own(k, i) + spring(now[i]))

@@ -219,10 +219,10 @@ fn instruments_are_as_strong_as_for_the_input_that_they_reach_least() {
         let (channels, bins, own) = (2 * n + 1, 3, [9.0_f64, 4.0, 16.0, 7.0, 5.0]);
         let mut lower = vec![Complex64::default(); channels * (channels + 1) / 2 * bins];
         let mut set = |a: usize, b: usize, value: f64| lower[(a * (a + 1) / 2 + b) * bins..][..bins].fill(value.into());
-        for j in 0..n {
+        for (j, caused) in own.iter().enumerate().take(n) {
             set(j, j, 1.0);
-            set(n + j, j, own[j].sqrt());
-            set(n + j, n + j, own[j] + 1.0);
+            set(n + j, j, caused.sqrt());
+            set(n + j, n + j, caused + 1.0);
         }
         set(2 * n, 2 * n, 1.0);
         let spectra = CrossSpectra::from_parts(channels, 100.0, vec![0.0, 1.0, 2.0], lower, 40.0, 40, 1.0, Kernel::default());
