@@ -128,7 +128,7 @@ impl Layout {
         let window = window.iter().map(|w| w / power.sqrt()).collect();
         let df = rate_hz / block as f64;
         let first = (band_hz.0 / df).ceil() as usize;
-        let last = ((band_hz.1 / df).floor() as usize).clamp(first + 4, block / 2);
+        let last = ((band_hz.1 / df).floor() as usize).max(first + 4).min(block / 2);
         let bins = first.min(last)..last + 1;
         let frequency_hz: Vec<f64> = bins.clone().map(|k| k as f64 * df).collect();
         let sj = frequency_hz.iter().map(|f| Complex64::new(0.0, TAU * f)).collect();

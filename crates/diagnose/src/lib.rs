@@ -26,6 +26,8 @@ mod mechanism;
 mod optimise;
 mod options;
 mod pictures;
+#[cfg(test)]
+mod pieces;
 mod plan;
 mod plant;
 mod probability;

@@ -1,0 +1,265 @@
+//! Whole answers on short experiments with a few effects to choose from.
+
+use super::{At, Experiment, PLAIN, RATE_HZ, SAMPLES, held, motion, only, outline};
+use crate::{Baseline, Endpoint, HeldOut, Mechanism, MechanismParameter, Options, Part, Status, diagnose_robot, diagnose_with_pictures};
+use ndof_signal::{Channel, Quantity, Recording, Unit};
+use ndof_sysid::Ports;
+use num_complex::Complex64;
+use serde_json::{Value, json};
+use std::f64::consts::TAU;
+
+fn answer(experiment: &Experiment, options: &Options, baseline: Option<&Baseline>) -> Value {
+    let (trials, ports) = experiment.recordings();
+    let (diagnosis, p) = diagnose_with_pictures(&trials, &ports, options, baseline, &mut |_| {}).unwrap();
+    let lines = |lines: &[Vec<f64>]| -> Vec<Vec<f64>> { lines.iter().map(|l| outline(l)).collect() };
+    let pictures = [&p.measured, &p.baseline, &p.extended, &p.position, &p.velocity, &p.missing, &p.explained].map(|l| lines(l));
+    json!({
+        "diagnosis": diagnosis,
+        "names": [json!([p.outputs, p.axes, p.output_unit, p.units]), json!([p.start_s, p.sample_rate_hz, p.band_hz[0], p.band_hz[1]])],
+        "pictures": pictures,
+    })
+}
+
+fn first(answer: &Value) -> &str {
+    answer["diagnosis"]["causes"][0]["effect"].as_str().unwrap_or("none")
+}
+
+const THREE: Experiment = Experiment { trials: 3, ..PLAIN };
+const DRY: fn(&At) -> [f64; 2] = |at| [2.0 * (at.v[0] / 0.002).tanh(), 0.0];
+
+#[test]
+fn friction_of_a_pushed_mass() {
+    let found = answer(&Experiment { extra: DRY, ..THREE }, &only(&["coulomb-friction", "cubic-stiffness", "measurement-delay"]), None);
+    assert_eq!(first(&found), "coulomb-friction");
+    held("answer-friction", &found);
+}
+
+#[test]
+fn a_cubic_spring_of_an_imposed_angle() {
+    let experiment = Experiment { imposed: true, rotational: true, extra: |at| [4e5 * at.x[0].powi(3), 0.0], ..THREE };
+    let found = answer(&experiment, &only(&["cubic-stiffness", "asymmetric-stiffness"]), None);
+    assert_eq!(first(&found), "cubic-stiffness");
+    held("answer-cubic", &found);
+}
+
+#[test]
+fn a_late_effort_and_its_filter_with_what_would_tell_them_apart() {
+    let options = Options { plan: true, held_out: HeldOut::Trials(vec![0]), ..only(&["measurement-delay", "channel-filter"]) };
+    let found = answer(&Experiment { late_s: 0.008, noise: 0.4, ..PLAIN }, &options, None);
+    assert_eq!(first(&found), "measurement-delay");
+    held("answer-late", &found);
+}
+
+#[test]
+fn a_tone_and_a_knock_in_a_loop_of_two_axes() {
+    let extra: fn(&At) -> [f64; 2] = |at| {
+        let knock = if at.trial == 1 && (9.0..9.5).contains(&at.t) { 4.0 * (TAU * (at.t - 9.0)).sin() } else { 0.0 };
+        [0.4 * (TAU * 4.37 * at.t).sin(), knock]
+    };
+    let found = answer(&Experiment { axes: 2, robot: Some(true), noise: 0.1, extra, ..THREE }, &only(&["periodic-disturbance", "transient-disturbance"]), None);
+    held("answer-tone", &found);
+}
+
+#[test]
+fn what_no_registry_has_on_one_of_two_axes() {
+    let extra: fn(&At) -> [f64; 2] = |at| [0.0, 4e3 * at.x[0] * at.x[1]];
+    let found = answer(&Experiment { axes: 2, extra, ..THREE }, &only(&["coulomb-friction"]), None);
+    held("answer-unknown", &found);
+}
+
+#[test]
+fn a_spring_that_changes_in_a_way_that_no_cause_describes() {
+    let extra: fn(&At) -> [f64; 2] = |at| [40.0 * (TAU * 0.22 * at.t + at.trial as f64).sin() * at.x[0], 0.0];
+    let found = answer(&Experiment { extra, ..THREE }, &only(&["coulomb-friction"]), None);
+    assert!(found["diagnosis"]["discrepancy"]["notes"].to_string().contains("changes slowly with time"), "{}", found["diagnosis"]["discrepancy"]["notes"]);
+    held("answer-varying", &found);
+}
+
+#[test]
+fn a_force_of_the_limbs_own() {
+    // Slow and of other lines than the motion.
+    let extra: fn(&At) -> [f64; 2] =
+        |at| [0.0, (0..9).map(|q| 0.25 * (TAU * (0.07 + 0.083 * q as f64) * at.t + (7 * q * q + 3 * at.trial) as f64).sin()).sum::<f64>()];
+    for (name, rotational) in [("n", false), ("nm", true)] {
+        let found = answer(&Experiment { axes: 2, extra, rotational, ..THREE }, &only(&["limb-noise", "coulomb-friction"]), None);
+        assert_eq!(first(&found), "limb-noise");
+        held(&format!("answer-own-{name}"), &found);
+    }
+}
+
+#[test]
+fn several_causes_a_small_one_and_too_many_of_one_size() {
+    let extra: fn(&At) -> [f64; 2] = |at| [1.0 * (at.v[0] / 0.002).tanh() + 1e5 * at.x[0].powi(3), 0.3 * (at.v[1] / 0.002).tanh() + 2.0 * at.x[0].max(0.0)];
+    let experiment = Experiment { axes: 2, late_s: 0.006, extra, ..THREE };
+    let found =
+        answer(&experiment, &Options { tolerance: 0.03, ..only(&["coulomb-friction", "cubic-stiffness", "measurement-delay", "asymmetric-stiffness"]) }, None);
+    held("answer-several", &found);
+}
+
+#[test]
+fn a_reflex_and_a_spring_behind_a_damper() {
+    // 20 N s/m in series with 200 N/m: what it does to each sine is known, as is what a reflex of 0.15 s does.
+    let maxwell: fn(&At) -> [f64; 2] = |at| [(0..32).map(|q| behind(at.trial, q, at.t)).sum::<f64>(), 0.0];
+    let found = answer(&Experiment { extra: maxwell, ..THREE }, &only(&["viscoelastic", "coulomb-friction"]), None);
+    assert_eq!(first(&found), "viscoelastic");
+    held("answer-maxwell", &found);
+    let reflex: fn(&At) -> [f64; 2] = |at| {
+        let [x, v, _] = motion(at.trial, 0, at.t - 0.15);
+        [25.0 * x + 3.0 * v, 0.0]
+    };
+    let found = answer(&Experiment { extra: reflex, ..THREE }, &only(&["reflex-delay", "coulomb-friction"]), None);
+    assert_eq!(first(&found), "reflex-delay");
+    held("answer-reflex", &found);
+}
+
+/// The force that one sine of the first axis' motion makes in the spring behind the damper.
+fn behind(trial: usize, q: usize, t: f64) -> f64 {
+    let w = TAU * (0.15 + 0.183 * q as f64);
+    let s = Complex64::new(0.0, w);
+    let h = 200.0 * s * 20.0 / (200.0 + s * 20.0);
+    let phase = w * t + TAU * (0.618_034 * ((q + 1) * (q + 3 + 7 * trial)) as f64).fract();
+    0.008 / (1.0 + w / TAU) * (h * Complex64::from_polar(1.0, phase)).im
+}
+
+#[test]
+fn channels_in_steps_on_a_wrist() {
+    let experiment = Experiment { rotational: true, noise: 0.1, extra: |at| [0.5 * (TAU * 4.37 * at.t).sin(), 0.0], ..PLAIN };
+    let (mut trials, ports) = experiment.recordings();
+    for r in &mut trials {
+        r.map_channel("force_x", |f| 0.25 * (f / 0.25).round()).unwrap();
+        r.map_channel("pos_x", |x| 5e-4 * (x / 5e-4).round()).unwrap();
+    }
+    let options = Options { band_hz: None, ..only(&["quantisation", "periodic-disturbance", "transient-disturbance"]) };
+    let (d, _) = diagnose_with_pictures(&trials, &ports, &options, None, &mut |_| {}).unwrap();
+    held("answer-steps", &json!(d));
+}
+
+#[test]
+fn a_resonance_that_may_stand_for_a_delay() {
+    let options = only(&["extra-resonance", "channel-filter", "actuation-delay", "sensor-scale"]);
+    let found = answer(&Experiment { late_s: 0.015, robot: Some(true), ..THREE }, &options, None);
+    held("answer-stand-in", &found);
+}
+
+#[test]
+fn a_velocity_in_steps_and_a_mass_that_is_wrong() {
+    let given = |value: f64, status| Baseline { mass: Some(Part { value: vec![vec![value]], status, symmetric: true }), ..Baseline::default() };
+    let options = only(&["added-mass", "parameter-error", "quantisation"]);
+    for (name, status) in [("nominal", Status::Nominal), ("fixed", Status::Fixed)] {
+        let found = answer(&Experiment { order: 1, ..THREE }, &options, Some(&given(1.1, status)));
+        held(&format!("answer-mass-{name}"), &found);
+    }
+}
+
+#[test]
+fn a_plant_without_a_spring_that_friction_hides() {
+    let extra: fn(&At) -> [f64; 2] = |at| [1.5 * (at.v[0] / 0.002).tanh() - 120.0 * at.x[0], 0.0];
+    let options = Options { held_out: HeldOut::Time(14.0, 24.0), tolerance: 0.02, most_causes: 1, ..only(&["coulomb-friction", "hysteresis"]) };
+    let found = answer(&Experiment { extra, ..THREE }, &options, None);
+    assert_eq!(first(&found), "coulomb-friction");
+    held("answer-free", &found);
+}
+
+#[test]
+fn an_effort_that_is_counted_the_other_way() {
+    let experiment = Experiment { noise: 0.02, ..THREE };
+    let (mut trials, ports) = experiment.recordings();
+    trials.iter_mut().for_each(|r| r.map_channel("force_x", |f| -f).unwrap());
+    let (d, _) = diagnose_with_pictures(&trials, &ports, &only(&["coulomb-friction"]), None, &mut |_| {}).unwrap();
+    assert!(d.causes.is_empty() && d.discrepancy.notes.iter().any(|n| n.contains("force-sign")), "{:?}", d.discrepancy.notes);
+    for (name, truth) in [("M", 1.5), ("B", 9.0), ("K", 120.0)] {
+        let p = d.baseline.parameters.iter().find(|p| p.name == name).unwrap();
+        assert!((p.value / truth - 1.0).abs() < 0.01, "{p:?}");
+    }
+    held("answer-turned", &json!(d));
+}
+
+/// A cart of two axes on a sampled spring: mass, damping, and a spring with the other axis.
+struct Cart(Vec<MechanismParameter>);
+
+struct Place(Vec<f64>);
+
+const HOLD: [f64; 2] = [60.0, 2.0];
+const CART: [f64; 4] = [1.3, 0.9, 2.0, 5.0];
+
+impl Mechanism for Cart {
+    fn parameters(&self) -> &[MechanismParameter] {
+        &self.0
+    }
+
+    fn with(&self, values: &[f64]) -> Option<Box<dyn Endpoint + '_>> {
+        values[..2].iter().all(|m| *m > 0.0).then(|| Box::new(Place(values.to_vec())) as Box<dyn Endpoint>)
+    }
+
+    fn hold(&self, axis: usize, s: Complex64) -> Complex64 {
+        HOLD[0] * (1 + axis) as f64 + HOLD[1] * s
+    }
+}
+
+impl Endpoint for Place {
+    fn needed(&mut self, x: &[f64], v: &[f64], a: &[f64], force: &mut [f64]) -> bool {
+        for i in 0..2 {
+            force[i] = self.0[i] * a[i] + self.0[2] * v[i] + self.0[3] * (x[1 - i] - x[i]);
+        }
+        x.iter().all(|x| x.abs() < 1.0)
+    }
+}
+
+fn robot(parameters: &[(f64, Status)], spoil: fn(f64) -> f64) -> Value {
+    let parameters = parameters.iter().zip(["mass_x_kg", "mass_y_kg", "damping", "length_m"]).enumerate();
+    let cart = Cart(
+        parameters
+            .map(|(k, ((value, status), name))| MechanismParameter {
+                name: name.to_owned(),
+                unit: "u".to_owned(),
+                value: *value,
+                status: *status,
+                geometry: k == 3,
+            })
+            .collect(),
+    );
+    let trials: Vec<Recording> = (0..2)
+        .map(|trial| {
+            let mut channels = Vec::new();
+            for (axis, name) in ["x", "y"].into_iter().enumerate() {
+                let (mut command, mut force, mut place) = (vec![], vec![], vec![]);
+                for k in 0..SAMPLES / 2 {
+                    let t = k as f64 / RATE_HZ;
+                    let [x, v, a] = motion(trial, axis, t);
+                    let other = motion(trial, 1 - axis, t)[0];
+                    let [held_x, held_v, _] = motion(trial, axis, t - 0.5 / RATE_HZ);
+                    let measured = 2.0 * a + 12.0 * v + 300.0 * x;
+                    let needed = CART[axis] * a + CART[2] * v + CART[3] * (other - x) + spoil(v);
+                    force.push(measured);
+                    command.push(measured + needed + HOLD[0] * (1 + axis) as f64 * held_x + HOLD[1] * held_v + 0.02 * ((k * k) as f64).sin());
+                    place.push(x);
+                }
+                for (word, quantity, samples) in
+                    [("cmd", Quantity::Effort, command), ("force", Quantity::Effort, force), ("pos", Quantity::Displacement, place)]
+                {
+                    channels.push(Channel::new(format!("{word}_{name}"), Unit::si(quantity, false), samples));
+                }
+            }
+            Recording::new(RATE_HZ, channels).unwrap()
+        })
+        .collect();
+    let ports = Ports { references: vec![0, 3], inputs: vec![1, 4], outputs: vec![2, 5] };
+    let side = diagnose_robot(&trials, &ports, &Options { held_out: HeldOut::Time(0.0, 4.0), ..only(&[]) }, &cart).unwrap();
+    json!({
+        "causes": side.causes, "considered": side.considered, "minor": side.minor, "confusable": side.confusable, "nominal": side.nominal,
+        "corrected": side.corrected, "shift": side.shift, "held_out": side.held_out, "rest": side.rest, "notes": side.notes,
+    })
+}
+
+#[test]
+fn a_robots_numbers_are_found() {
+    use Status::{Fixed, Free, Nominal};
+    let right = robot(&[(1.3, Nominal), (0.9, Nominal), (1.0, Free), (5.0, Nominal)], |_| 0.0);
+    assert!(right["causes"].as_array().unwrap().is_empty() && right["minor"].as_array().unwrap().is_empty(), "{}", right["causes"]);
+    let damping = right["corrected"].as_array().unwrap().iter().find(|p| p["name"] == "damping").unwrap()["value"].as_f64().unwrap();
+    assert!((damping - 2.0).abs() < 0.02, "{damping}");
+    let wrong = robot(&[(1.0, Nominal), (0.9, Nominal), (1.0, Free), (4.0, Nominal)], |_| 0.0);
+    assert_eq!(wrong["causes"][0]["effect"], "parameter-error");
+    let one = robot(&[(1.3, Fixed), (0.7, Nominal), (2.0, Nominal), (5.0, Fixed)], |v| 2.0 * (v / 0.01).tanh());
+    held("robot", &json!([right, wrong, one]));
+}
