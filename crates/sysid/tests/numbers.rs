@@ -197,7 +197,7 @@ fn periodic_arm(trial: usize, periods: usize, cubic: f64, square: f64) -> Record
 
 /// The lines that count as driven of equal ones near what noise alone may give, or, of no size, of ever smaller ones up to Nyquist.
 fn driven(trials: usize, periods: usize, size: f64) -> Value {
-    let amplitude = |line: usize| if size > 0.0 { size } else { 10.0 / 1.07_f64.powi(line as i32) + if line == 32 { 9.0 } else { 0.0 } };
+    let amplitude = |line: usize| if size > 0.0 { size } else { 10.0 / 1.2_f64.powi(line as i32) + if line == 32 { 9.0 } else { 0.0 } };
     let trial = |trial: usize| {
         let of = |k: usize| (1..33).map(|l| amplitude(l) * (TAU * (l * k % 64) as f64 / 64.0 + 9.0 * noise(l, trial as f64)).cos()).sum::<f64>();
         let force: Vec<f64> = (0..64 * (periods + 1)).map(|k| of(k % 64) + if size > 0.0 { 6.0 } else { 1e-3 } * noise(k, 200.0 + trial as f64)).collect();

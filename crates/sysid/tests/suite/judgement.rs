@@ -75,6 +75,8 @@ fn the_anderson_rubin_set_holds_the_truth_even_if_the_instrument_is_weak() {
     let far = [Complex64::from(30.0), Complex64::from(-30.0)];
     let strong = experiment(3, 60, (0.1, 0.1, 0.0), 4);
     assert_eq!(anderson_rubin(&strong, &ports(), 1, 0, &far, 0.95), Some(false));
+    assert_eq!(anderson_rubin(&strong, &Ports { references: vec![], ..ports() }, 1, 0, &far, 0.95), None, "no instrument");
+    assert_eq!(anderson_rubin(&experiment(3, 2, (0.1, 0.1, 0.0), 5), &ports(), 1, 0, &far, 0.95), None, "as many averages as references");
 }
 
 #[test]
@@ -96,6 +98,7 @@ fn bootstrap_over_blocks_and_the_closed_formula_agree() {
     assert!((ratio - 1.0).abs() < 0.1, "{ratio}");
     let bits = || bootstrap_std(&trials, 20, 1, estimate).map(|s| s.mapv(f64::to_bits));
     assert_eq!(bits(), bits(), "the seed fixes the result");
+    assert!([1, 2].map(|resamples| bootstrap_std(&trials, resamples, 1, estimate).is_some()) == [false, true], "two differ, one does not");
 }
 
 #[test]

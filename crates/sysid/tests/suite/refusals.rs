@@ -178,3 +178,17 @@ fn the_trial_that_is_too_short_for_a_segment_is_named() {
     let ports = Ports { references: vec![], inputs: vec![0], outputs: vec![1] };
     assert!(matches!(robust_spectra(&[&long, &long, &short], &ports, &Welch::new(32)), Err(EstimateError::Welch { trial: 3, .. })));
 }
+
+#[test]
+fn a_local_fit_needs_as_many_lines_as_its_window_has() {
+    let ports = Ports { references: vec![], inputs: vec![0], outputs: vec![1] };
+    let method = SpectralMethod::LocalPolynomial(LocalPolynomial { half_width: Some(6), ..LocalPolynomial::default() });
+    // 27 samples have 13 lines between 0 Hz and Nyquist, 26 have 12.
+    for (samples, enough) in [(27, true), (26, false)] {
+        let channel = |name: &str, k: u32| Channel::new(name, Unit::other(""), (0..samples).map(|n: u32| f64::from((n * n * k + 3 * n) % 17)).collect());
+        let trial = Recording::new(10.0, vec![channel("u", 1), channel("y", 2)]).expect("equal lengths");
+        let found = estimate(&[&trial], &ports, &Labels::of(&trial, &ports), &method, Direct::H1);
+        let refused = matches!(found, Err(EstimateError::TooFewLines { lines: 12, needed: 13 }));
+        assert!(found.is_ok() == enough && refused != enough, "{samples}");
+    }
+}

@@ -385,6 +385,10 @@ fn leaving_out_takes_narrow_windows_for_a_long_delay_and_wide_ones_for_none_wher
     let [moving] = trial(noise(4, n), late(&noise(4, n), 25));
     let [quiet] = trial(still(noise(5, n)), still(noise(6, n)));
     assert_eq!(chosen_width(&[quiet, moving], &one_input()), 1.0);
+    // Outputs count by their relative errors, whatever their size.
+    let large = with(noise(8, n), 0.1, 9).iter().map(|x| 1e3 * x).collect::<Vec<f64>>();
+    let both = [recording(100.0, vec![("force", noise(8, n)), ("pos_x", large), ("pos_y", late(&noise(8, n), 25))])];
+    assert_eq!(chosen_width(&both, &Ports { references: vec![], inputs: vec![0], outputs: vec![1, 2] }), 1.0);
 }
 
 #[test]
