@@ -4,7 +4,7 @@ use crate::draws::seeded;
 use crate::time_domain::{Resonance, noise, one_input, recording, run};
 use ndarray::Array3;
 use ndof_signal::{Periodic, Recording};
-use ndof_sysid::{Detection, Ports, SpectralMethod};
+use ndof_sysid::{Detection, Ports, SpectralMethod, unresolved};
 use num_complex::Complex64;
 use rand::RngExt;
 use std::f64::consts::TAU;
@@ -73,6 +73,7 @@ fn a_multisine_separates_a_cubic_from_an_asymmetric_spring_and_both_from_noise_a
         let found = run(&records, &one_input(), SpectralMethod::Periodic(Periodic { period: PERIOD, discard: 1 }));
         let response = &found.direct.response;
         assert_eq!(response.len(), lines.len());
+        assert!(unresolved(response, 0.0, 0.0, f64::INFINITY).is_empty(), "periods have no window, and their lines need not be even");
         let distortion = found.distortion.expect("periodic");
         let (noise_std, nonlinear, even, odd) =
             (rms(&distortion.noise_std), rms(&distortion.nonlinear_std), rms(&distortion.even_std), rms(&distortion.odd_std));
