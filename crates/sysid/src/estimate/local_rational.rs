@@ -24,7 +24,8 @@ const HOPELESS: f64 = 0.3;
 /// A denominator this small within the window has a pole on the frequency axis.
 const POLE: f64 = 1e-3;
 
-/// The denominator is kept where noise alone would lower the residual as much in at most this share of all windows.
+/// The denominator is kept where noise alone would let a given one lower the residual as much in at most this share of all windows. It is not
+/// given but searched for: of pure noise some windows in a hundred keep theirs.
 const BY_CHANCE: f64 = 0.001;
 
 /// Settings of the local rational method.
@@ -36,7 +37,8 @@ const BY_CHANCE: f64 = 0.001;
 /// N and T of degree R, D common to all outputs, inputs and trials. D starts from the linearised equation error (Levy),
 /// is reweighted by its own inverse (Sanathanan & Koerner) and then refined by Gauss-Newton steps on the output error,
 /// whose minimum is free of the bias that noise on Y gives to the linearised one. Where an F test does not find D needed
-/// (p > 0.001), the window keeps the polynomial, D = 1. A denominator of degree 1 holds one resonance, 2 two neighbours.
+/// (p > 0.001), the window keeps the polynomial, D = 1; the test is that of a D which is given, and since it is searched for, noise alone
+/// keeps one in some 2 (degree 1) to 4 % (degree 2) of windows. A denominator of degree 1 holds one resonance, 2 two neighbours.
 ///
 /// The covariance is that of the linearised least squares, the error of d included; for several outputs and inputs its
 /// Kronecker form keeps the variance of each entry as well as a product of a row and a column factor can. Frequencies count as
