@@ -1,7 +1,7 @@
 //! Whole answers on short experiments with a few effects to choose from.
 
 use super::{At, Experiment, PLAIN, RATE_HZ, SAMPLES, held, motion, only, outline};
-use crate::{Baseline, Endpoint, HeldOut, Mechanism, MechanismParameter, Options, Part, Status, diagnose_robot, diagnose_with_pictures};
+use crate::{Baseline, Endpoint, HeldOut, Mechanism, MechanismParameter, Options, Part, RobotSide, Status, diagnose_robot, diagnose_with_pictures};
 use ndof_signal::{Channel, Quantity, Recording, Unit};
 use ndof_sysid::Ports;
 use num_complex::Complex64;
@@ -135,7 +135,42 @@ fn channels_in_steps_on_a_wrist() {
 }
 
 #[test]
+fn a_late_motion_that_is_imposed_and_what_would_tell_it_from_a_filter() {
+    let options = Options { plan: true, ..only(&["measurement-delay", "channel-filter"]) };
+    let found = answer(&Experiment { late_s: -0.006, noise: 0.4, imposed: true, ..PLAIN }, &options, None);
+    held("answer-late-imposed", &found);
+}
+
+#[test]
+fn small_causes_beside_large_ones_and_causes_that_help_little() {
+    // A cubic spring of a tenth of the gain of friction is named, one of less than a twentieth is not.
+    let small: fn(&At) -> [f64; 2] = |at| [2.0 * (at.v[0] / 0.002).tanh() + 0.3e5 * at.x[0].powi(3), 0.0];
+    let smaller: fn(&At) -> [f64; 2] = |at| [2.0 * (at.v[0] / 0.002).tanh() + 0.2e5 * at.x[0].powi(3), 0.0];
+    let options = Options { tolerance: 1e-3, ..only(&["coulomb-friction", "cubic-stiffness"]) };
+    let (named, minor) = (
+        answer(&Experiment { extra: small, noise: 0.1, ..THREE }, &options, None),
+        answer(&Experiment { extra: smaller, noise: 0.1, ..THREE }, &options, None),
+    );
+    assert_eq!((named["diagnosis"]["causes"].as_array().unwrap().len(), minor["diagnosis"]["minor"].as_array().unwrap().len()), (2, 1));
+    held("answer-small", &json!([named, minor]));
+    // A little friction, and much that nobody knows.
+    let little: fn(&At) -> [f64; 2] = |at| [0.5 * (at.v[0] / 0.002).tanh() + 12.0 * at.v[0].powi(2) + 3e3 * at.x[0].powi(2), 0.0];
+    let found = answer(&Experiment { extra: little, ..THREE }, &only(&["coulomb-friction", "measurement-delay"]), None);
+    held("answer-little", &found);
+}
+
+#[test]
+fn a_force_that_the_motion_does_not_follow_leaves_no_prediction() {
+    let found = answer(&Experiment { noise: 20.0, ..THREE }, &only(&["coulomb-friction"]), None);
+    assert_eq!(found["diagnosis"]["verdict"], "unexplained");
+    held("answer-adrift", &found);
+}
+
+#[test]
 fn a_resonance_that_may_stand_for_a_delay() {
+    // A filter that is a delay within the band is one for another cause, and says so.
+    let both = only(&["channel-filter", "measurement-delay", "extra-resonance"]);
+    held("answer-alike", &answer(&Experiment { late_s: 0.004, noise: 0.5, ..THREE }, &both, None));
     let options = only(&["extra-resonance", "channel-filter", "actuation-delay", "sensor-scale"]);
     let found = answer(&Experiment { late_s: 0.015, robot: Some(true), ..THREE }, &options, None);
     held("answer-stand-in", &found);
@@ -181,7 +216,6 @@ struct Place(Vec<f64>);
 
 const HOLD: [f64; 2] = [60.0, 2.0];
 const CART: [f64; 4] = [1.3, 0.9, 2.0, 5.0];
-
 impl Mechanism for Cart {
     fn parameters(&self) -> &[MechanismParameter] {
         &self.0
@@ -199,14 +233,14 @@ impl Mechanism for Cart {
 impl Endpoint for Place {
     fn needed(&mut self, x: &[f64], v: &[f64], a: &[f64], force: &mut [f64]) -> bool {
         for i in 0..2 {
-            force[i] = self.0[i] * a[i] + self.0[2] * v[i] + self.0[3] * (x[1 - i] - x[i]);
+            force[i] = self.0[i] * a[i] + self.0[2] * v[i] + 0.2 * self.0[3].powi(2) * (x[1 - i] - x[i]) + self.0[4] * a[i] * (1 - i) as f64;
         }
         x.iter().all(|x| x.abs() < 1.0)
     }
 }
 
-fn robot(parameters: &[(f64, Status)], spoil: fn(f64) -> f64) -> Value {
-    let parameters = parameters.iter().zip(["mass_x_kg", "mass_y_kg", "damping", "length_m"]).enumerate();
+fn side(parameters: &[(f64, Status)], noise: f64, spoil: fn(f64) -> f64) -> RobotSide {
+    let parameters = parameters.iter().zip(["mass_x_kg", "mass_y_kg", "damping", "length_m", "load_x_kg"]).enumerate();
     let cart = Cart(
         parameters
             .map(|(k, ((value, status), name))| MechanismParameter {
@@ -231,7 +265,7 @@ fn robot(parameters: &[(f64, Status)], spoil: fn(f64) -> f64) -> Value {
                     let measured = 2.0 * a + 12.0 * v + 300.0 * x;
                     let needed = CART[axis] * a + CART[2] * v + CART[3] * (other - x) + spoil(v);
                     force.push(measured);
-                    command.push(measured + needed + HOLD[0] * (1 + axis) as f64 * held_x + HOLD[1] * held_v + 0.02 * ((k * k) as f64).sin());
+                    command.push(measured + needed + HOLD[0] * (1 + axis) as f64 * held_x + HOLD[1] * held_v + noise * ((k * k) as f64).sin());
                     place.push(x);
                 }
                 for (word, quantity, samples) in
@@ -244,7 +278,10 @@ fn robot(parameters: &[(f64, Status)], spoil: fn(f64) -> f64) -> Value {
         })
         .collect();
     let ports = Ports { references: vec![0, 3], inputs: vec![1, 4], outputs: vec![2, 5] };
-    let side = diagnose_robot(&trials, &ports, &Options { held_out: HeldOut::Time(0.0, 4.0), ..only(&[]) }, &cart).unwrap();
+    diagnose_robot(&trials, &ports, &Options { held_out: HeldOut::Time(0.0, 4.0), ..only(&[]) }, &cart).unwrap()
+}
+
+fn told(side: &RobotSide) -> Value {
     json!({
         "causes": side.causes, "considered": side.considered, "minor": side.minor, "confusable": side.confusable, "nominal": side.nominal,
         "corrected": side.corrected, "shift": side.shift, "held_out": side.held_out, "rest": side.rest, "notes": side.notes,
@@ -254,12 +291,46 @@ fn robot(parameters: &[(f64, Status)], spoil: fn(f64) -> f64) -> Value {
 #[test]
 fn a_robots_numbers_are_found() {
     use Status::{Fixed, Free, Nominal};
-    let right = robot(&[(1.3, Nominal), (0.9, Nominal), (1.0, Free), (5.0, Nominal)], |_| 0.0);
+    let right = told(&side(&[(1.3, Nominal), (0.9, Nominal), (1.0, Free), (5.0, Nominal), (0.0, Fixed)], 0.02, |_| 0.0));
     assert!(right["causes"].as_array().unwrap().is_empty() && right["minor"].as_array().unwrap().is_empty(), "{}", right["causes"]);
     let damping = right["corrected"].as_array().unwrap().iter().find(|p| p["name"] == "damping").unwrap()["value"].as_f64().unwrap();
     assert!((damping - 2.0).abs() < 0.02, "{damping}");
-    let wrong = robot(&[(1.0, Nominal), (0.9, Nominal), (1.0, Free), (4.0, Nominal)], |_| 0.0);
+    let wrong = told(&side(&[(1.0, Nominal), (0.9, Nominal), (1.0, Free), (4.0, Nominal), (0.0, Fixed)], 0.02, |_| 0.0));
     assert_eq!(wrong["causes"][0]["effect"], "parameter-error");
-    let one = robot(&[(1.3, Fixed), (0.7, Nominal), (2.0, Nominal), (5.0, Fixed)], |v| 2.0 * (v / 0.01).tanh());
-    held("robot", &json!([right, wrong, one]));
+    let one = told(&side(&[(1.3, Fixed), (0.7, Nominal), (2.0, Nominal), (5.0, Fixed), (0.0, Fixed)], 0.02, |v| 2.0 * (v / 0.01).tanh()));
+    // A mass and a load are one.
+    let alike = told(&side(&[(1.0, Nominal), (0.9, Fixed), (2.0, Free), (5.0, Fixed), (0.0, Nominal)], 0.05, |_| 0.0));
+    assert_eq!(alike["confusable"].as_array().unwrap().len(), 1);
+    // Little beside much noise; friction that is most of it.
+    let faint = told(&side(&[(1.25, Nominal), (0.92, Nominal), (2.0, Free), (5.0, Fixed), (0.0, Fixed)], 1.0, |_| 0.0));
+    let much = told(&side(&[(1.2, Nominal), (0.9, Nominal), (2.0, Fixed), (5.0, Fixed), (0.0, Fixed)], 0.02, |v| 4.0 * (v / 0.01).tanh()));
+    assert!(much["rest"][0].as_f64().unwrap() > 0.25 && much["causes"].as_array().unwrap().iter().all(|c| c["probability"].as_f64().unwrap() <= 0.5));
+    held("robot", &json!([right, wrong, one, alike, faint, much]));
+}
+
+#[test]
+fn a_verdict_of_both_sides() {
+    use crate::Verdict::{Adequate, Explained, PartlyExplained, Unexplained};
+    use Status::{Fixed, Nominal};
+    let fixed = [(1.3, Fixed), (0.9, Fixed), (2.0, Fixed), (5.0, Fixed), (0.0, Fixed)];
+    let fine = side(&fixed, 0.02, |_| 0.0);
+    let named = side(&[(1.0, Nominal), fixed[1], fixed[2], fixed[3], fixed[4]], 0.02, |_| 0.0);
+    let lost = side(&fixed, 0.02, |v| 6.0 * (v / 0.01).tanh());
+    assert!(fine.causes.is_empty() && named.causes.len() == 1 && lost.causes.is_empty());
+    let (trials, ports) = Experiment { extra: DRY, ..THREE }.recordings();
+    let (mut plant, _) = diagnose_with_pictures(&trials, &ports, &only(&["coulomb-friction"]), None, &mut |_| {}).unwrap();
+    for (verdict, of_fine, of_named, of_lost) in [
+        (Adequate, Adequate, Explained, Unexplained),
+        (Explained, Explained, Explained, PartlyExplained),
+        (PartlyExplained, PartlyExplained, PartlyExplained, PartlyExplained),
+        (Unexplained, Unexplained, PartlyExplained, Unexplained),
+    ] {
+        plant.verdict = verdict;
+        for (side, want) in [(&fine, of_fine), (&named, of_named), (&lost, of_lost)] {
+            let both = plant.clone().with_robot(side.clone());
+            assert_eq!(both.verdict, want, "{verdict:?}");
+            assert_eq!(both.causes.len(), plant.causes.len() + side.causes.len());
+            assert!(both.causes.windows(2).all(|w| w[0].gain.delta_bic >= w[1].gain.delta_bic));
+        }
+    }
 }

@@ -1,10 +1,12 @@
 //! What is fitted, found and told of the spectra.
 
 use super::{At, DAMPING, Experiment, MASS, PLAIN, ROBOT, STIFFNESS, held, only, outline, outline_of};
+use crate::band::excited;
 use crate::detectors::{burst, residual, tone, variation};
 use crate::floor::{floor, own_motion};
 use crate::generic;
 use crate::hypotheses::Cache;
+use crate::layout::filter;
 use crate::remains::remains;
 use crate::robot;
 use crate::search::{Chosen, Found, Stand, whitened_power};
@@ -12,7 +14,11 @@ use crate::state::{Cause, State, Transform};
 use crate::subject::{Subject, find_band};
 use crate::whittle::Likelihood;
 use ndof_models::effects::{Action, Matrix};
+use ndof_models::{ForceLaw, Motion};
 use num_complex::Complex64;
+use rand::{RngExt, SeedableRng};
+use rand_chacha::ChaCha8Rng;
+use rand_distr::StandardNormal;
 use serde_json::{Value, json};
 use std::f64::consts::TAU;
 use std::sync::Arc;
@@ -26,6 +32,8 @@ fn found(subject: &Subject) -> Found {
 }
 
 const DRY: fn(&At) -> [f64; 2] = |at| [2.0 * (at.v[0] / 0.002).tanh(), 0.0];
+/// Twice as much at rest as in motion.
+const STRIBECK: fn(&At) -> [f64; 2] = |at| [(1.0 + (-(at.v[0] / 0.02).powi(2)).exp()) * (at.v[0] / 0.001).tanh(), 0.0];
 const CUBIC: fn(&At) -> [f64; 2] = |at| [4e5 * at.x[0].powi(3), 0.0];
 
 #[test]
@@ -94,6 +102,15 @@ fn a_robot_is_known_from_what_it_was_told_to_do() {
             })
             .sum();
         assert!((robot.part / if unit { part } else { 1.0 } - 1.0).abs() < 0.02, "{unit}: {} {part}", robot.part);
+        // A reference that wanders leaves a rest.
+        let mut wandering = samples.reference.clone();
+        for (i, x) in wandering.iter_mut().flatten().enumerate() {
+            let size = if unit { 0.5 } else { 0.05 } * (i + 1) as f64;
+            x.iter_mut().enumerate().for_each(|(k, x)| *x += size * (1e-4 * (k * k) as f64).sin());
+        }
+        let loose = robot::fit(&state, &wandering, unit).unwrap();
+        assert!(loose.rest > 1e-6 && loose.rest < 1.0, "{}", loose.rest);
+        held(&format!("robot-{unit}"), &json!([loose.rest, loose.part, outline_of(&loose.impedance.concat())]));
     }
 }
 
@@ -140,6 +157,24 @@ fn the_determinants_slope_is_its_difference_and_white_noise_has_its_likelihood()
     }
 }
 
+/// f = z, ż = 9 (x of so long ago - z), on the second axis.
+struct Behind(f64);
+
+impl ForceLaw for Behind {
+    fn states(&self) -> usize {
+        1
+    }
+
+    fn delay_s(&self) -> f64 {
+        self.0
+    }
+
+    fn evaluate(&self, motion: &Motion<'_>, states: &[f64], force: &mut [f64], rates: &mut [f64]) {
+        force[1] += states[0];
+        rates[0] = 9.0 * (motion.delayed_position[1] + 0.1 * motion.delayed_velocity[1] - states[0]);
+    }
+}
+
 #[test]
 fn what_a_transform_does_to_a_channel_is_undone() {
     let subject = Experiment { axes: 2, ..PLAIN }.subject(&[]);
@@ -152,6 +187,7 @@ fn what_a_transform_does_to_a_channel_is_undone() {
         of(Action::Series(Arc::new(|s, k| 1.0 / (k[0] + s * k[1]))), None, &[4e3, 30.0]),
         of(Action::Mix(Arc::new(turn)), None, &[0.1]),
         of(Action::Motion(Arc::new(|s, k| 1.0 + s * k[0])), None, &[0.02]),
+        of(Action::Effort(Arc::new(|s, k| 1.0 + s * k[0])), Some(0), &[0.01]),
     ];
     let clip = of(Action::Clip, None, &[3.0]);
     let new = |t: &[Transform]| State::new(&subject.layout, &subject.effort, &subject.motion, &subject.centre, t);
@@ -187,6 +223,21 @@ fn what_a_transform_does_to_a_channel_is_undone() {
     let clipped = raw.layout.whole(&clipped.effort[0][0]);
     assert!(clipped.iter().all(|f| f.abs() < 3.5) && raw.layout.whole(&raw.effort[0][0]).iter().any(|f| f.abs() > 3.5));
     held("transforms", &json!(rows));
+    // Entries with a weight are so many times those without.
+    let column = |w: f64| raw.entries_column(Matrix::Damping, &[(1, 0, w)]);
+    let (one, more) = (column(1.0), column(-2.5));
+    assert_eq!((more.parts[0].0, more.action[0].0, more.action[0].1), (1, 1, 0));
+    assert!(one.parts[0].1.iter().zip(more.parts[0].1.iter()).all(|(a, b)| *b == a * -2.5));
+    assert!(one.action[0].2.iter().zip(more.action[0].2.iter()).zip(&raw.layout.sj).all(|((a, b), s)| *b == a * -2.5 && (a - s).norm() <= 1e-12 * s.norm()));
+    // Hidden states at a sample are those at the end of the motion up to it.
+    for law in [Behind(0.0), Behind(0.3)] {
+        assert_eq!(raw.hidden(&law, 1, 0), [0.0]);
+        let forces = raw.forces_of(&law, 1);
+        let z: Vec<f64> = (1..50).map(|k| raw.hidden(&law, 1, 37 * k)[0]).collect();
+        assert!(z.iter().enumerate().all(|(k, z)| (z - forces[1][37 * (k + 1)]).abs() < 1e-12) && z.iter().any(|z| z.abs() > 1e-3));
+        assert_eq!(raw.forces(&law)[1], forces);
+        held(&format!("hidden-{}", law.0), &json!(z));
+    }
 }
 
 #[test]
@@ -230,6 +281,60 @@ fn a_line_a_knock_and_a_change_are_seen_where_they_are() {
 }
 
 #[test]
+fn tones_bursts_and_changes_are_as_they_were_seen() {
+    let subject = Experiment { axes: 2, ..PLAIN }.subject(&[]);
+    let mut still = stand(&subject);
+    // A residual whose power rises with frequency, and one whose power does not.
+    for (axis, power) in still.fit.power.iter_mut().enumerate() {
+        power.iter_mut().enumerate().for_each(|(k, p)| *p = 1e-3 * (1.0 + (axis * k) as f64 / 9.0));
+    }
+    let samples = subject.layout.samples;
+    let mut random = ChaCha8Rng::seed_from_u64(11);
+    let mut with = |f: &dyn Fn(usize, usize, f64) -> f64, noise: f64| -> Vec<Vec<Vec<f64>>> {
+        let mut series = |trial: usize, axis: usize| -> Vec<f64> {
+            (0..samples).map(|k| f(trial, axis, k as f64 / 100.0) + noise * random.sample::<f64, _>(StandardNormal)).collect()
+        };
+        (0..2).map(|trial| (0..2).map(|axis| series(trial, axis)).collect()).collect()
+    };
+    let mut rows = Vec::new();
+    for (f, size, axis) in
+        [(0.9, 0.1, 0), (1.4, 0.3, 1), (2.5, 0.05, 0), (5.9, 0.02, 1), (8.0, 0.1, 0), (20.3, 0.1, 1), (35.4, 0.2, 0), (36.6, 0.2, 0), (44.0, 0.3, 1)]
+    {
+        let e = with(&|_, a, t| if a == axis { size * (TAU * f * t).sin() } else { 0.0 }, 0.05);
+        rows.push(json!(tone(&still, &e).map(|t| [t.axis as f64, t.frequency_hz, t.amplitude, t.height, t.share])));
+    }
+    // A resonance is broader than a line; a line that wanders is still one.
+    for wander in [0.03, 0.2, 0.6, 2.0] {
+        let e = with(&|trial, _, t| 0.5 * (TAU * 3.3 * t + wander * (0.9 * t + trial as f64).sin() + wander * (2.3 * t).sin()).sin(), 0.05);
+        rows.push(json!(tone(&still, &e).map(|t| [t.axis as f64, t.frequency_hz, t.amplitude, t.height, t.share])));
+    }
+    for (from, length, size, axis) in [
+        (8.0, 0.3, 1.0, 0),
+        (8.0, 0.3, 1.0, 1),
+        (12.0, 2.0, 1.0, 0),
+        (12.0, 6.0, 1.0, 1),
+        (2.0, 0.5, 2.0, 0),
+        (21.0, 0.5, 2.0, 1),
+        (15.0, 0.2, 0.3, 0),
+        (14.0, 1.0, 0.6, 1),
+    ] {
+        let e =
+            with(&|trial, a, t| if trial == 0 && a == axis && (from..from + length).contains(&t) { size * (TAU * 1.7 * (t - from)).sin() } else { 0.0 }, 0.05);
+        rows.push(json!(burst(&still, &e).map(|b| [b.trial as f64, b.axis as f64, b.from_s, b.to_s, b.impulse, b.share, b.peak, b.size])));
+    }
+    // Twice, or in both trials, is no burst.
+    let twice = |both: bool| {
+        move |trial: usize, _: usize, t: f64| if (8.0..8.3).contains(&t) && (both || trial == 0) || trial == 0 && (14.0..14.3).contains(&t) { 2.0 } else { 0.0 }
+    };
+    assert!(burst(&still, &with(&twice(false), 0.05)).is_none() && burst(&still, &with(&twice(true), 0.05)).is_none());
+    for size in [0.0, 10.0, 100.0] {
+        let e = with(&|trial, axis, t| size * (TAU * t / 15.0).sin() * super::motion(trial, axis, t)[axis], 0.05);
+        rows.push(json!([variation(&still, &e)]));
+    }
+    held("seen", &json!(rows));
+}
+
+#[test]
 fn the_excited_band_ends_where_the_motion_does() {
     let mut rows = Vec::new();
     for (imposed, robot, order, axes, trials) in
@@ -239,6 +344,38 @@ fn the_excited_band_ends_where_the_motion_does() {
         let samples = samples.pick(&(0..trials).map(|t| t % 3.min(trials)).collect::<Vec<_>>());
         let (lo, hi) = find_band(&samples, &meaning);
         assert!((3.0..12.0).contains(&hi) && lo <= 0.03 * hi, "{imposed} {robot:?} {order}: {lo} {hi}");
+        rows.push([lo, hi]);
+    }
+    // Noise that a reference makes up to a corner, and noise of its own, on one or two channels.
+    let mut random = ChaCha8Rng::seed_from_u64(3);
+    let mut white = |n: usize| -> Vec<f64> { (0..n).map(|_| random.sample(StandardNormal)).collect() };
+    for (q, (samples, trials, channels, corner, noise, order, imposed)) in [
+        (3000, 1, 1, 3.0, 0.02, 0, false),
+        (3000, 2, 2, 9.0, 0.3, 0, false),
+        (3000, 1, 2, 4.0, 1.0, 1, true),
+        (1000, 4, 1, 20.0, 0.1, 2, true),
+        (3000, 2, 1, 30.0, 0.05, 0, true),
+        (200, 1, 1, 8.0, 0.1, 0, false),
+        (3000, 1, 1, 1.0, 3.0, 1, false),
+        (640, 9, 2, 12.0, 0.5, 1, false),
+    ]
+    .into_iter()
+    .enumerate()
+    {
+        let mut sets = [vec![], vec![], vec![]];
+        for _ in 0..trials {
+            let cause: Vec<Vec<f64>> = (0..channels).map(|_| filter(&white(samples), 100.0, |s| (-(s.im / TAU / corner).powi(6)).exp().into())).collect();
+            let add = |x: Vec<f64>, w: Vec<f64>, size: f64| -> Vec<f64> { x.iter().zip(w).map(|(x, w)| x + size * w).collect() };
+            let effort: Vec<Vec<f64>> =
+                cause.iter().map(|c| add(filter(c, 100.0, |s| 1.0 / (1.0 + 0.02 * s)), white(samples), noise * (corner / 50.0).sqrt())).collect();
+            let motion = effort.iter().map(|f| add(filter(f, 100.0, |s| s.powi(order) * 1e3 / (s * s + 8.0 * s + 400.0)), white(samples), 0.01)).collect();
+            sets[0].push(effort);
+            sets[1].push(cause);
+            sets[2].push(motion);
+        }
+        let view: Vec<Vec<Vec<&[f64]>>> = sets.iter().map(|s: &Vec<Vec<Vec<f64>>>| s.iter().map(|t| t.iter().map(Vec::as_slice).collect()).collect()).collect();
+        let (lo, hi) = excited(&view[0], &view[1], &view[2], (order as usize, imposed), 100.0);
+        assert!(lo >= 0.0 && lo < hi && hi < 42.0, "{q}");
         rows.push([lo, hi]);
     }
     let (samples, meaning) = PLAIN.samples();
@@ -292,6 +429,7 @@ fn what_no_cause_explains_is_removed_by_powers_products_and_loops() {
 #[test]
 fn a_search_names_what_is_there_and_its_numbers() {
     for (name, experiment, effects, first, truth) in [
+        ("stribeck", Experiment { extra: STRIBECK, noise: 0.01, ..PLAIN }, &["coulomb-friction"][..], "coulomb-friction", ("", 0.0)),
         ("dry", Experiment { extra: DRY, ..PLAIN }, &["coulomb-friction", "cubic-stiffness"][..], "coulomb-friction", ("level_n", 2.0)),
         (
             "cubic",
@@ -344,6 +482,9 @@ fn a_plant_without_a_spring_has_none_and_a_turned_effort_a_negative_polarity() {
     let subject = free.subject(&[]);
     assert!(!subject.structure.spring, "{:?}", stand(&subject).fit.theta);
     assert!(!subject.restores(&[], &stand(&subject)));
+    // One of 1 N/m brings 1.5 kg back well above 0.05 Hz.
+    let soft = Experiment { extra: |at| [-119.0 * at.x[0], 0.0], imposed: true, noise: 1e-3, ..PLAIN }.subject(&[]);
+    assert!(soft.structure.spring && soft.restores(&[], &stand(&soft)), "{:?}", stand(&soft).fit.theta);
     let (mut samples, meaning) = PLAIN.samples();
     let polarity = Subject::new(&samples, &meaning, &only(&[]), None).unwrap().polarity;
     samples.turn(false);

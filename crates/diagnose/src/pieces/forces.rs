@@ -51,6 +51,7 @@ fn hidden_states_follow_their_equation_however_fast_they_are() {
     let at = |k: usize| k as f64 / rate_hz;
     let beside = |a: &dyn Fn(f64) -> f64, b: &dyn Fn(f64) -> f64| -> Vec<f64> { (0..samples).flat_map(|k| [a(at(k)), b(at(k))]).collect() };
     let sine = |t: f64| (w * t).sin();
+    let mut rows = Vec::new();
     let x = beside(&|t| 0.3 * t, &|_| 0.0);
     let v = beside(&sine, &|_| 7.0);
     for (rate, within) in [(3.0, 2e-3), (30.0, 2e-3), (90.0, 5e-3), (400.0, 5e-3), (1500.0, 5e-3)] {
@@ -64,6 +65,7 @@ fn hidden_states_follow_their_equation_however_fast_they_are() {
             assert!((f - want).abs() < 5.0 * within * (1.0 + 25.0 * (-0.5 * rate * at(k)).exp()), "{rate} {k}: {f} {want}");
         }
         assert!((z[0] - truth(at(samples - 1))).abs() < within);
+        rows.push([outline(&forces[0]), outline(&forces[0][..12]), z].concat());
     }
     // Delayed channels are those that are handed over.
     let (forces, _) =
@@ -72,6 +74,8 @@ fn hidden_states_follow_their_equation_however_fast_they_are() {
         let want = 5.0 * (lagged(30.0, w, at(k)) + 1.0 - (-30.0 * at(k)).exp());
         assert!((f - want).abs() < if k < 12 { 0.1 } else { 0.02 }, "{k}: {f} {want}");
     }
+    rows.push(outline(&forces[0]));
+    held("along", &json!(rows));
 }
 
 fn runner(mass: f64, damping: f64, stiffness: f64, laws: Vec<Box<dyn ForceLaw>>) -> Runner {
@@ -109,8 +113,8 @@ fn a_model_that_runs_follows_the_closed_form() {
     assert!(coupled.drive(&ramp, rate_hz).is_none());
 }
 
-/// f = c (x, ẋ) of so long ago on axis 0.
-struct Late(f64, [f64; 2]);
+/// f = c (x, ẋ) of so long ago on an axis.
+struct Late(f64, [f64; 2], usize);
 
 impl ForceLaw for Late {
     fn delay_s(&self) -> f64 {
@@ -118,7 +122,8 @@ impl ForceLaw for Late {
     }
 
     fn evaluate(&self, motion: &Motion<'_>, _: &[f64], force: &mut [f64], _: &mut [f64]) {
-        force[0] += self.1[0] * motion.delayed_position[0] + self.1[1] * motion.delayed_velocity[0];
+        let axis = self.2;
+        force[axis] += self.1[0] * motion.delayed_position[axis] + self.1[1] * motion.delayed_velocity[axis];
     }
 }
 
@@ -136,12 +141,24 @@ fn delays_stiff_laws_and_hidden_states_run_as_they_did() {
     let (rate_hz, samples) = (50.0, 200);
     let force: Vec<Vec<f64>> = (0..2).map(|i| (0..samples).map(|k| 4.0 * (0.11 * (k + 3 * i) as f64).sin()).collect()).collect();
     // A law that looks back a whole second acts from then on only, by a velocity of nothing and a displacement of now.
-    let late = runner(1.0, 3.0, 40.0, vec![Box::new(Late(1.0, [0.0, 30.0]))]).drive(&force, rate_hz).unwrap();
+    let late = runner(1.0, 3.0, 40.0, vec![Box::new(Late(1.0, [0.0, 30.0], 0))]).drive(&force, rate_hz).unwrap();
     let plain = runner(1.0, 3.0, 40.0, vec![]).drive(&force, rate_hz).unwrap();
     assert!((0..50).all(|k| (late[0][k] - plain[0][k]).abs() < 1e-12) && (late[0][70] - plain[0][70]).abs() > 1e-3);
-    let stick = runner(1.0, 3.0, 40.0, vec![Box::new(Late(0.07, [20.0, 2.0])), Box::new(Stiff), Box::new(Lag { rate: 200.0, delay_s: 0.0, time: 0.1 })]);
+    let stick = runner(
+        1.0,
+        3.0,
+        40.0,
+        vec![
+            Box::new(Late(0.07, [20.0, 2.0], 0)),
+            Box::new(Late(0.043, [9.0, 1.5], 1)),
+            Box::new(Stiff),
+            Box::new(Lag { rate: 200.0, delay_s: 0.0, time: 0.1 }),
+        ],
+    );
     let run = stick.drive(&force, rate_hz).unwrap();
-    held("run", &json!(late.iter().chain(&run).map(|x| x.iter().copied().step_by(6).collect::<Vec<f64>>()).collect::<Vec<_>>()));
+    let ring = runner(1.0, 30.0, 1e5, vec![]).drive(&force, rate_hz).unwrap();
+    let thick = runner(0.5, 70.0, 100.0, vec![]).drive(&force, rate_hz).unwrap();
+    held("run", &json!(late.iter().chain(&run).chain(&ring).chain(&thick).map(|x| x.iter().copied().step_by(6).collect::<Vec<f64>>()).collect::<Vec<_>>()));
     // What has no end is no number, and no panic.
     let mut away = runner(1.0, -300.0, 0.0, vec![]);
     away.offset = vec![0.0; 2];

@@ -2,10 +2,12 @@
 
 use super::{RATE_HZ, held, outline, outline_of};
 use crate::detectors::levels;
+use crate::diagnose::divide;
 use crate::layout::{Layout, filter, finer};
 use crate::optimise::minimise;
 use crate::samples::{Meaning, Samples};
-use ndof_models::effects::Knob;
+use crate::{HeldOut, Options, OwnEffects};
+use ndof_models::effects::{EFFECTS, Knob};
 use ndof_signal::{Channel, Quantity, Recording, Unit};
 use ndof_sysid::Ports;
 use num_complex::Complex64;
@@ -236,6 +238,55 @@ fn a_rounded_channel_shows_its_step_and_a_smooth_one_none() {
     // Every third gap is half a step: no grid of such a step.
     let odd: Vec<f64> = rounded.iter().map(|x| if (x / 0.5).rem_euclid(3.0) == 1.0 { x + 0.15 } else { *x }).collect();
     assert!(levels(&samples(&odd, &smooth), 1e-3).is_empty());
+    // Round-off beside a step is no step, and values that hardly ever come twice are no grid.
+    let dirty: Vec<f64> = rounded.iter().enumerate().map(|(k, x)| x + 5e-6 * (k as f64).sin()).collect();
+    assert_eq!(levels(&samples(&dirty, &smooth), 1e-3).len(), 1);
+    let ramp: Vec<f64> = (0..2000).map(f64::from).collect();
+    assert!(levels(&samples(&ramp, &smooth), 1e-6).is_empty());
+}
+
+#[test]
+fn the_held_out_part_is_trials_or_a_stretch_of_time_and_leaves_enough_beside_it() {
+    let trial = |n: usize| vec![(0..n).map(|k| k as f64).collect::<Vec<f64>>()];
+    let samples = |trials: usize| {
+        let all: Vec<_> = (0..trials).map(|t| trial(1000 + t)).collect();
+        Samples {
+            rate_hz: 50.0,
+            effort: all.clone(),
+            motion: all.clone(),
+            measured: all,
+            reference: vec![vec![]; trials],
+            start_s: vec![0.0; trials],
+            duration_s: 20.0,
+        }
+    };
+    let ask = |trials: usize, held_out: HeldOut| {
+        divide(&samples(trials), &held_out)
+            .ok()
+            .map(|(a, b, split)| ([a.effort.len(), a.len(), b.effort.len(), b.len()], [a.start_s[0], b.start_s[0]], split.estimation, split.held_out))
+    };
+    let is = |sizes, starts, a: &str, b: &str| Some((sizes, starts, a.to_owned(), b.to_owned()));
+    assert_eq!(ask(1, HeldOut::Auto), is([1, 700, 1, 300], [0.0, 14.0], "0.00 to 14.00 s", "14.00 to 20.00 s"));
+    assert_eq!(ask(5, HeldOut::Auto), is([3, 1000, 2, 1003], [0.0, 0.0], "trials 1, 2, 3", "trials 4, 5"));
+    assert_eq!(ask(3, HeldOut::Trials(vec![1])), is([2, 1000, 1, 1001], [0.0, 0.0], "trials 1, 3", "trials 2"));
+    assert_eq!(ask(2, HeldOut::Time(12.0, 18.0)), is([2, 600, 2, 300], [0.0, 12.0], "0.00 to 12.00 s", "12.00 to 18.00 s"));
+    assert_eq!(ask(2, HeldOut::Time(4.0, 8.0)), is([2, 600, 2, 200], [8.0, 4.0], "8.00 to 20.00 s", "4.00 to 8.00 s"));
+    assert_eq!(ask(1, HeldOut::Time(9.0, 13.0)), is([1, 450, 1, 200], [0.0, 9.0], "0.00 to 9.00 s", "9.00 to 13.00 s"));
+    assert_eq!(ask(1, HeldOut::Time(16.0, 99.0)), is([1, 800, 1, 200], [0.0, 16.0], "0.00 to 16.00 s", "16.00 to 20.00 s"));
+    for held_out in [
+        HeldOut::Time(4.0, 7.9),
+        HeldOut::Time(3.0, 17.0),
+        HeldOut::Time(15.0, 5.0),
+        HeldOut::Time(0.0, 20.0),
+        HeldOut::Trials(vec![]),
+        HeldOut::Trials(vec![0, 1]),
+        HeldOut::Trials(vec![2]),
+    ] {
+        assert!(ask(2, held_out.clone()).is_none(), "{held_out:?}");
+    }
+    let own = Options { own: OwnEffects(vec![EFFECTS[2]]), ..Options::default() };
+    assert!(own == own.clone() && own != Options::default() && Options::default() == Options::default());
+    assert!(own != Options { own: OwnEffects(vec![EFFECTS[3]]), ..Options::default() } && format!("{own:?}").contains(EFFECTS[2].name()));
 }
 
 #[test]
