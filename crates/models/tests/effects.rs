@@ -279,6 +279,101 @@ fn stages_do_what_their_equations_say() {
 }
 
 #[test]
+fn channel_filters_of_every_order_are_butterworth_with_their_cut_off_kept() {
+    let (cutoff, rate) = (20.0, 1000.0);
+    let warped = |hz: f64| (std::f64::consts::PI * hz / rate).tan();
+    for order in 1..=8 {
+        for hz in [5.0, 20.0, 40.0] {
+            let parameters = Parameters::new([("cutoff_hz", cutoff), ("order", f64::from(order))]);
+            let Ok(Injection::Stage(mut stage)) = find("channel-filter").expect("an effect").inject(&parameters, &setting()) else { panic!("no stage") };
+            let (mut sin, mut cos) = (0.0, 0.0);
+            // Ten cut-offs of settling, then whole periods.
+            for k in 0..2000 {
+                let phase = TAU * hz * f64::from(k) / rate;
+                let out = stage.step(phase.sin());
+                if k >= 1000 {
+                    sin += out * phase.sin() / 500.0;
+                    cos += out * phase.cos() / 500.0;
+                }
+            }
+            let want = (1.0 + (warped(hz) / warped(cutoff)).powi(2 * order)).sqrt().recip();
+            assert!((sin.hypot(cos) - want).abs() < 1e-6, "order {order} at {hz} Hz: {} {want}", sin.hypot(cos));
+        }
+    }
+}
+
+#[test]
+fn a_zero_drifts_through_nothing_in_the_middle_and_a_gain_multiplies() {
+    let stage = |name: &str, pairs: &[(&str, f64)]| {
+        let Ok(Injection::Stage(stage)) = find(name).expect("an effect").inject(&Parameters::new(pairs.iter().copied()), &setting()) else { panic!("{name}") };
+        stage
+    };
+    let mut drift = stage("sensor-offset-drift", &[("rate_per_s", 0.4)]);
+    for k in 1..=3000 {
+        let want = 7.0 + 0.4 * (f64::from(k) / 1000.0 - 1.5);
+        assert!((drift.step(7.0) - want).abs() < 1e-9, "sample {k}");
+    }
+    assert_eq!(stage("sensor-scale", &[("factor", -1.25)]).step(3.0), -3.75);
+    let mut late = stage("actuation-delay", &[("delay_s", 0.0025)]);
+    let out: Vec<f64> = (0..6).map(|k| late.step(f64::from(k))).collect();
+    assert!((out[5] - 2.5).abs() < 1e-12, "{out:?}");
+}
+
+#[test]
+fn noise_of_the_limb_has_the_rms_that_was_asked_for_and_each_axis_its_own() {
+    let inject = |seed: u64| {
+        let setting = Setting { axes: 2, axis: None, duration_s: 40.0, seed, ..setting() };
+        let Ok(Injection::Force(law)) = find("limb-noise").expect("an effect").inject(&Parameters::new([("rms_n", 0.7), ("cutoff_hz", 2.0)]), &setting) else {
+            panic!("no force")
+        };
+        law
+    };
+    let read = |law: &dyn ForceLaw, time_s: f64| {
+        let (still, mut force) = ([0.0; 2], [0.0; 2]);
+        law.evaluate(&Motion { time_s, position: &still, velocity: &still, delayed_position: &still, delayed_velocity: &still }, &[], &mut force, &mut []);
+        force
+    };
+    let law = inject(1);
+    // Read on the samples of its own grid, 50 to a cycle of the cut-off.
+    let run: Vec<[f64; 2]> = (0..4000).map(|k| read(law.as_ref(), f64::from(k) / 100.0)).collect();
+    let mean = |of: &dyn Fn(usize) -> f64| (0..run.len()).map(of).sum::<f64>() / run.len() as f64;
+    for axis in 0..2 {
+        assert!((mean(&|k| run[k][axis].powi(2)).sqrt() - 0.7).abs() < 1e-3);
+        // Below the cut-off nearly all: ẋ of 2 π f with f² over 0 to 2 Hz on average, what the skirt has more.
+        let speed = mean(&|k| if k > 0 { (100.0 * (run[k][axis] - run[k - 1][axis])).powi(2) } else { 0.0 }).sqrt() / 0.7;
+        assert!((0.5 * TAU * 2.0..TAU * 2.0).contains(&speed), "{speed}");
+    }
+    // 160 independent values: 4 / √160.
+    assert!(mean(&|k| run[k][0] * run[k][1]).abs() < 0.32 * 0.49);
+    let between = read(law.as_ref(), 1.0 + 0.3 / 100.0);
+    assert!((between[1] - (0.7 * run[100][1] + 0.3 * run[101][1])).abs() < 1e-9);
+    // From the first sample on, over seeds; no seed like another.
+    let first: Vec<f64> = (0..60).map(|seed| read(inject(seed).as_ref(), 0.0)[0]).collect();
+    let square = first.iter().map(|f| f * f).sum::<f64>() / 60.0 / 0.49;
+    // The mean of sixty squares of a normal: √(2/60), four of them.
+    assert!((square - 1.0).abs() < 0.73, "{square}");
+}
+
+#[test]
+fn springs_that_slip_hold_at_both_ends_and_let_go_inwards() {
+    let forms = find("hysteresis").expect("an effect").forms(&scale());
+    let slip = forms.iter().find(|form| form.label == "Maxwell-slip").expect("a form");
+    let Action::Force { law, .. } = &slip.action else { panic!("no force") };
+    let law = law(&[0.001], &[300.0]);
+    let rates = |states: [f64; 3], v: f64| {
+        let (x, v, mut force, mut rates) = ([0.0; 2], [v, 0.0], [0.0; 2], [0.0; 3]);
+        law.evaluate(&Motion { time_s: 0.0, position: &x, velocity: &v, delayed_position: &x, delayed_velocity: &v }, &states, &mut force, &mut rates);
+        rates
+    };
+    for sign in [1.0, -1.0] {
+        let pulled = [0.4e-3, 1e-3, 1.6e-3].map(|y| sign * 1.001 * y);
+        assert_eq!(rates(pulled, sign * 0.1), [0.0; 3]);
+        assert_eq!(rates(pulled, -sign * 0.1), [-sign * 0.1; 3]);
+        assert_eq!(rates(pulled.map(|z| 0.9 * z), sign * 0.1), [sign * 0.1; 3]);
+    }
+}
+
+#[test]
 fn forms_that_need_a_given_baseline_stay_away_without_one() {
     for name in ["added-mass", "parameter-error", "cross-coupling", "sensor-scale"] {
         assert!(find(name).expect("an effect").forms(&scale()).is_empty(), "{name}");

@@ -63,3 +63,17 @@ impl Effect for LimbNoise {
         Ok(Injection::Force(Box::new(Played { rate_hz, tracks })))
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn numbers_of_chance_are_those_of_splitmix64() {
+        // The first outputs of the reference implementation (S. Vigna, splitmix64.c) from the seed 1234567.
+        let mut random = SplitMix(1_234_567);
+        for whole in [6_457_827_717_110_365_317u64, 3_203_168_211_198_807_973, 9_817_491_932_198_370_423] {
+            assert_eq!(random.uniform(), (whole >> 11) as f64 / 2f64.powi(53));
+        }
+    }
+}
