@@ -1,7 +1,9 @@
 //! Whole answers on short experiments with a few effects to choose from.
 
 use super::{At, Experiment, PLAIN, RATE_HZ, SAMPLES, held, motion, only, outline};
-use crate::{Baseline, Endpoint, HeldOut, Mechanism, MechanismParameter, Options, Part, RobotSide, Status, diagnose_robot, diagnose_with_pictures};
+use crate::{
+    Baseline, DiagnoseError, Endpoint, HeldOut, Mechanism, MechanismParameter, Options, Part, RobotSide, Status, diagnose_robot, diagnose_with_pictures,
+};
 use ndof_signal::{Channel, Quantity, Recording, Unit};
 use ndof_sysid::Ports;
 use num_complex::Complex64;
@@ -136,7 +138,7 @@ fn channels_in_steps_on_a_wrist() {
 
 #[test]
 fn a_late_motion_that_is_imposed_and_what_would_tell_it_from_a_filter() {
-    let options = Options { plan: true, ..only(&["measurement-delay", "channel-filter"]) };
+    let options = Options { plan: true, band_hz: Some((0.5, 6.0)), ..only(&["measurement-delay", "channel-filter"]) };
     let found = answer(&Experiment { late_s: -0.006, noise: 0.4, imposed: true, ..PLAIN }, &options, None);
     held("answer-late-imposed", &found);
 }
@@ -160,10 +162,35 @@ fn small_causes_beside_large_ones_and_causes_that_help_little() {
 }
 
 #[test]
+fn as_large_a_cause_with_a_smaller_gain_and_what_is_known_in_part() {
+    // The same friction on both axes, on the second under a force that is all over the band.
+    let same: fn(&At) -> [f64; 2] = |at| {
+        let dry = |v: f64| 1.5 * (v / 0.002).tanh();
+        [dry(at.v[0]), dry(at.v[1]) + 3.0 * (40.0 * at.t * at.t + at.trial as f64).sin()]
+    };
+    let found = answer(&Experiment { axes: 2, extra: same, noise: 0.01, ..THREE }, &only(&["coulomb-friction"]), None);
+    // Friction, and a force beside it that nobody knows.
+    let some: fn(&At) -> [f64; 2] = |at| [2.0 * (at.v[0] / 0.002).tanh() + 0.8e3 * at.x[0].powi(2), 0.0];
+    let more: fn(&At) -> [f64; 2] = |at| [2.0 * (at.v[0] / 0.002).tanh() + 2.4e3 * at.x[0].powi(2), 0.0];
+    // One that only one of the trials has, which the other does not confirm.
+    let once: fn(&At) -> [f64; 2] = |at| [(1.0 + 3.0 * at.trial as f64) * 2e3 * at.x[0].powi(2), 0.0];
+    let rest: Vec<Value> = [some, more, once].map(|extra| answer(&Experiment { extra, noise: 0.1, ..THREE }, &only(&["coulomb-friction"]), None)).to_vec();
+    // The same where so much does not matter: the name is still not sure.
+    let careless = Options { tolerance: 0.06, ..only(&["coulomb-friction"]) };
+    let small = answer(&Experiment { extra: some, noise: 0.1, ..THREE }, &careless, None);
+    // A line that makes next to nothing of what is missing is no cause.
+    let faint: fn(&At) -> [f64; 2] = |at| [2.0 * (at.v[0] / 0.002).tanh() + 0.03 * (TAU * 4.9 * at.t).sin(), 0.0];
+    let line = answer(&Experiment { extra: faint, noise: 0.02, ..THREE }, &only(&["coulomb-friction", "periodic-disturbance"]), None);
+    held("answer-parts", &json!([found, rest, small, line]));
+}
+
+#[test]
 fn a_force_that_the_motion_does_not_follow_leaves_no_prediction() {
     let found = answer(&Experiment { noise: 20.0, ..THREE }, &only(&["coulomb-friction"]), None);
     assert_eq!(found["diagnosis"]["verdict"], "unexplained");
-    held("answer-adrift", &found);
+    let dry: fn(&At) -> [f64; 2] = |at| [60.0 * (at.v[0] / 0.002).tanh(), 0.0];
+    let named = answer(&Experiment { noise: 20.0, extra: dry, ..THREE }, &only(&["coulomb-friction"]), None);
+    held("answer-adrift", &json!([found, named]));
 }
 
 #[test]
@@ -302,10 +329,30 @@ fn a_robots_numbers_are_found() {
     let alike = told(&side(&[(1.0, Nominal), (0.9, Fixed), (2.0, Free), (5.0, Fixed), (0.0, Nominal)], 0.05, |_| 0.0));
     assert_eq!(alike["confusable"].as_array().unwrap().len(), 1);
     // Little beside much noise; friction that is most of it.
-    let faint = told(&side(&[(1.25, Nominal), (0.92, Nominal), (2.0, Free), (5.0, Fixed), (0.0, Fixed)], 1.0, |_| 0.0));
-    let much = told(&side(&[(1.2, Nominal), (0.9, Nominal), (2.0, Fixed), (5.0, Fixed), (0.0, Fixed)], 0.02, |v| 4.0 * (v / 0.01).tanh()));
+    let faint = told(&side(&[(1.27, Nominal), (0.92, Nominal), (2.0, Free), (5.0, Fixed), (0.0, Fixed)], 1.0, |_| 0.0));
+    let much = told(&side(&[(0.5, Nominal), (0.9, Nominal), (2.0, Fixed), (5.0, Fixed), (0.0, Fixed)], 0.02, |v| 4.0 * (v / 0.01).tanh()));
     assert!(much["rest"][0].as_f64().unwrap() > 0.25 && much["causes"].as_array().unwrap().iter().all(|c| c["probability"].as_f64().unwrap() <= 0.5));
     held("robot", &json!([right, wrong, one, alike, faint, much]));
+}
+
+#[test]
+fn a_robots_side_needs_a_commanded_and_a_measured_force_and_a_displacement() {
+    let cart = Cart(vec![]);
+    let refused = |experiment: Experiment, change: fn(&mut Ports)| {
+        let (trials, mut ports) = experiment.recordings();
+        change(&mut ports);
+        diagnose_robot(&trials, &ports, &only(&[]), &cart).err()
+    };
+    let loose = Experiment { axes: 2, robot: Some(true), ..PLAIN };
+    for (experiment, change) in [
+        (Experiment { imposed: true, ..loose }, (|_| {}) as fn(&mut Ports)),
+        (Experiment { order: 1, ..loose }, |_| {}),
+        (Experiment { robot: Some(false), ..loose }, |_| {}),
+        (Experiment { robot: None, ..loose }, |_| {}),
+        (loose, |ports| ports.references.truncate(1)),
+    ] {
+        assert!(matches!(refused(experiment, change), Some(DiagnoseError::NoRobotSide)));
+    }
 }
 
 #[test]

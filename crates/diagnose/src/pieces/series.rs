@@ -164,7 +164,7 @@ fn a_velocity_is_integrated_once_and_an_acceleration_twice() {
         }
         let straight = |y: f64, k: usize| y - level - sxy / sxx * (k as f64 - middle);
         for (k, x) in found.motion[0][0].iter().enumerate() {
-            assert!((x - straight(want[k], k)).abs() < 5e-3, "{order} {k}: {x} {}", straight(want[k], k));
+            assert!((x - straight(want[k], k)).abs() < 1e-3, "{order} {k}: {x} {}", straight(want[k], k));
         }
     }
 }
