@@ -123,3 +123,65 @@ impl WeightedFit {
         best
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::blocks::{Delay, FirstOrderFilter, Reflex};
+    use crate::{Axis, InertiaDampingStiffness, InertiaDampingStiffnessModel, Symmetry, linear_start};
+    use ndarray::{Array3, arr2};
+
+    #[test]
+    fn several_blocks_have_a_known_law_only_where_each_vanishes_inside() {
+        assert_eq!(NullLaw::of(&[]), NullLaw::ChiSquared);
+        assert_eq!(NullLaw::of(&[&Delay]), NullLaw::ChiSquared);
+        assert_eq!(NullLaw::of(&[&FirstOrderFilter]), NullLaw::HalfAtBound);
+        assert_eq!(NullLaw::of(&[&Reflex]), NullLaw::Unknown);
+        assert_eq!(NullLaw::of(&[&Delay, &Delay]), NullLaw::ChiSquared);
+        assert_eq!(NullLaw::of(&[&Delay, &FirstOrderFilter]), NullLaw::Unknown);
+        assert_eq!(NullLaw::of(&[&FirstOrderFilter, &FirstOrderFilter]), NullLaw::Unknown);
+        assert_eq!([NullLaw::ChiSquared, NullLaw::HalfAtBound, NullLaw::Unknown].map(NullLaw::name), ["chi-squared", "half-at-bound", "unknown"]);
+    }
+
+    #[test]
+    fn probabilities_are_those_of_their_laws() {
+        let p = |statistic: f64, parameters: usize, law: NullLaw| {
+            let found = LikelihoodRatio { statistic, parameters, p_value: f64::NAN, law: NullLaw::ChiSquared }.under(law);
+            assert_eq!(found.law, law);
+            found.p_value
+        };
+        // χ²(2) has the tail e^(−x/2); χ²(1) that of a normal at both ends; χ²(3) has √(2x/π) e^(−x/2) more.
+        let (one, two) = (0.05, (-0.5f64 * 3.841_458_820_694_124).exp());
+        let three = one + (2.0 * 3.841_458_820_694_124 / std::f64::consts::PI).sqrt() * two;
+        let x = 3.841_458_820_694_124;
+        for (parameters, law, want) in [
+            (1, NullLaw::ChiSquared, one),
+            (2, NullLaw::Unknown, two),
+            (1, NullLaw::HalfAtBound, 0.5 * one),
+            (2, NullLaw::HalfAtBound, 0.5 * (one + two)),
+            (3, NullLaw::HalfAtBound, 0.5 * (two + three)),
+            (0, NullLaw::ChiSquared, 1.0),
+        ] {
+            assert!((p(x, parameters, law) - want).abs() < 1e-9, "{parameters} {law:?}");
+        }
+        assert_eq!(p(-1.0, 2, NullLaw::ChiSquared), 1.0);
+        assert_eq!(p(0.0, 2, NullLaw::HalfAtBound), 1.0);
+        assert!(p(f64::NAN, 2, NullLaw::ChiSquared).is_nan());
+    }
+
+    #[test]
+    fn criteria_add_to_chi_squared_what_they_say() {
+        let limb = InertiaDampingStiffness { axes: vec![Axis::linear("x")], inertia: arr2(&[[2.0]]), damping: arr2(&[[12.0]]), stiffness: arr2(&[[300.0]]) };
+        let response = limb.response(&[0.5, 1.0, 2.0, 4.0, 6.0], ndof_sysid::ResponseKind::Compliance);
+        let model = InertiaDampingStiffnessModel::new(limb.axes.clone(), Symmetry::Symmetric);
+        let start = linear_start(&model, &response).expect("a start");
+        let weight = Array3::from_elem(response.value.dim(), 1.0);
+        let mut fit = crate::PaperFit::default().fit(&model, &response, &weight, &start).expect("a fit");
+        (fit.chi2, fit.degrees_of_freedom) = (50.0, 17.0);
+        assert_eq!((fit.data(), fit.aic()), (20.0, 56.0));
+        assert!((fit.bic() - 50.0 - 3.0 * 20f64.ln()).abs() < 1e-12);
+        let first = fit.marginal(2);
+        assert_eq!((first.theta.len(), first.parameters.len(), first.covariance.dim(), first.chi2), (2, 2, (2, 2), 50.0));
+        assert_eq!((&first.theta[..], first.covariance[[1, 0]]), (&fit.theta[..2], fit.covariance[[1, 0]]));
+    }
+}

@@ -219,3 +219,62 @@ impl LeastSquares for BothSides<'_> {
         out
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{Axis, InertiaDampingStiffnessModel, Symmetry};
+
+    #[test]
+    fn means_and_covariances_over_periods_are_those_of_their_lines() {
+        // Lines 1 and 3 of 16 samples with amplitudes that differ by period.
+        let amplitude = [[1.0, 2.0, 4.0, 1.0], [0.5, -1.0, 0.5, 3.0]];
+        let channel = |c: usize| -> Vec<f64> {
+            let at = |k: usize, line: usize| (std::f64::consts::TAU * (line * k) as f64 / 16.0).cos();
+            (0..64).map(|k| amplitude[c][k / 16] * (at(k, 1) + 2.0 * at(k, 3)) + 9.0).collect()
+        };
+        let (effort, motion) = (channel(0), channel(1));
+        let spectra = PeriodSpectra::of_periods(32.0, 16, &[&effort], &[&motion], &[0, 1, 3, 8, 11]).expect("whole periods");
+        assert_eq!((spectra.frequency_hz.as_slice(), spectra.degrees_of_freedom), (&[2.0, 6.0][..], 3.0));
+        let products = [[6.0, -2.5], [-2.5, 8.25]];
+        for (line, size) in [(0, 8.0), (1, 16.0)] {
+            for c in 0..2 {
+                let mean = amplitude[c].iter().sum::<f64>() / 4.0;
+                assert!((spectra.mean[line][c] - size * mean).norm() < 1e-12);
+                for d in 0..2 {
+                    // Σ (a − ā)(b − b̄) over four periods, for the covariance of a mean of four.
+                    let want = size * size * products[c][d] / 12.0;
+                    assert!((spectra.covariance[line][2 * c + d] - want).norm() < 1e-11, "{line} {c} {d}: {} {want}", spectra.covariance[line][2 * c + d]);
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn records_that_are_not_whole_periods_of_both_sides_are_refused() {
+        let (long, short) = (vec![0.0; 64], vec![0.0; 48]);
+        let of = |effort: &[&[f64]], motion: &[&[f64]], period: usize| PeriodSpectra::of_periods(32.0, period, effort, motion, &[1]).is_some();
+        assert!(of(&[&long], &[&long], 32));
+        assert!(!of(&[&long], &[&short], 16), "of two lengths");
+        assert!(!of(&[&long, &long], &[&long], 16), "two forces for one motion");
+        assert!(!of(&[&long], &[&long], 33), "one period and a part");
+        assert!(!of(&[&long], &[&long], 0) && !of(&[], &[], 16));
+    }
+
+    #[test]
+    fn what_is_not_enough_is_said() {
+        let axes = vec![Axis::linear("x"), Axis::linear("y"), Axis::linear("z")];
+        let model = InertiaDampingStiffnessModel::new(axes, Symmetry::Free);
+        let spectra = |lines: usize, channels: usize, degrees_of_freedom: f64| PeriodSpectra {
+            frequency_hz: (1..=lines).map(|k| k as f64).collect(),
+            mean: vec![vec![Complex64::ONE; channels]; lines],
+            covariance: vec![vec![Complex64::ZERO; channels * channels]; lines],
+            degrees_of_freedom,
+        };
+        let fit = |spectra: PeriodSpectra| ErrorsInVariables { band_hz: [0.5, 20.0] }.fit(&model, &[spectra], &[1.0; 27]).err();
+        assert!(matches!(fit(spectra(4, 8, 30.0)), Some(FitError::Shape { outputs: 4, inputs: 4, axes: 3 })));
+        // Six numbers a line for 27 parameters.
+        assert!(matches!(fit(spectra(4, 6, 30.0)), Some(FitError::TooFewBins { bins: 4, needed: 5, .. })));
+        assert!(matches!(fit(spectra(5, 6, 4.0)), Some(FitError::NoCovariance)));
+    }
+}

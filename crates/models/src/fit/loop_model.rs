@@ -77,3 +77,50 @@ impl LoopModel {
         self.impedance.dynamic_stiffness(s).iter().copied().collect()
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use ndarray::{Array3, arr2};
+
+    #[test]
+    fn what_holds_a_limb_comes_back_from_what_the_limb_answers() {
+        let robot = InertiaDampingStiffness {
+            axes: vec![Axis::linear("x"), Axis::linear("y")],
+            inertia: arr2(&[[0.9, -0.3], [-0.2, 1.1]]),
+            damping: arr2(&[[5.0, 0.4], [-0.3, 6.0]]),
+            stiffness: arr2(&[[100.0, 7.0], [-3.0, 90.0]]),
+        };
+        let limb = InertiaDampingStiffness { inertia: arr2(&[[2.0, 0.1], [0.1, 1.5]]), ..robot.clone() };
+        let grid: Vec<f64> = (0..20).map(|k| 0.4 * f64::from(k)).collect();
+        let compliance = limb.response(&grid, ResponseKind::Compliance);
+        let (mut effort, mut motion) = (compliance.clone(), compliance.clone());
+        effort.kind = ResponseKind::Transfer;
+        for (f, hz) in grid.iter().enumerate() {
+            let c: Vec<Complex64> = compliance.at(f).iter().copied().collect();
+            let z: Vec<Complex64> = robot.dynamic_stiffness(Complex64::new(0.0, std::f64::consts::TAU * hz)).iter().copied().collect();
+            let opened: Vec<Complex64> = small::identity(2).iter().zip(small::product(&z, &c, 2)).map(|(i, o)| i + o).collect();
+            let t = small::inverse(&opened, 2).expect("regular");
+            let r = small::product(&c, &t, 2);
+            for e in 0..4 {
+                effort.value[[f, e / 2, e % 2]] = t[e];
+                motion.value[[f, e / 2, e % 2]] = r[e];
+            }
+        }
+        let found = LoopModel::estimate(&effort, &motion, [0.5, 8.0]).expect("a loop").impedance;
+        for (a, b) in [(&found.inertia, &robot.inertia), (&found.damping, &robot.damping), (&found.stiffness, &robot.stiffness)] {
+            assert!(a.iter().zip(b).all(|(a, b)| (a - b).abs() < 1e-8), "{a} {b}");
+        }
+        // Responses of another shape are no loop, nor are such of unequal length.
+        let cut = |r: &FrequencyResponse, outputs: usize, bins: usize| FrequencyResponse {
+            value: Array3::from_shape_fn((bins, outputs, 2), |e| r.value[e]),
+            frequency_hz: grid[..bins].to_vec(),
+            outputs: r.outputs[..outputs].to_vec(),
+            ..r.clone()
+        };
+        for (effort, motion) in [(cut(&effort, 1, 20), motion.clone()), (effort.clone(), cut(&motion, 1, 20)), (effort.clone(), cut(&motion, 2, 19))] {
+            assert!(matches!(LoopModel::estimate(&effort, &motion, [0.5, 8.0]), Err(LoopModelError::Shape { .. })));
+        }
+        assert!(matches!(LoopModel::estimate(&effort, &motion, [50.0, 80.0]), Err(LoopModelError::NoFrequency { .. })));
+    }
+}

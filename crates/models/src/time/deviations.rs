@@ -207,4 +207,65 @@ mod tests {
         assert!(row(40) == [0.0, 0.0, 1.0], "{:?}", row(40));
         assert!(row(55)[2] == 0.0 && row(55)[0] > 0.9, "{:?}", row(55));
     }
+
+    /// Largest relative error of the answers of two axes to each first position and velocity and to a push on each axis halfway.
+    fn error_of_two(mechanism: &Mechanism, theta: &[f64], rate_hz: f64) -> f64 {
+        let (samples, n) = (rate_hz as usize, 2);
+        let force: Vec<Vec<f64>> = (0..n).map(|a| (0..samples).map(|k| 5.0 * ((9.0 + 4.0 * a as f64) * k as f64 / rate_hz).sin()).collect()).collect();
+        let first = [0.01, -0.008, 0.02, 0.05];
+        let run = |way: usize, by: f64| {
+            let (mut initial, mut force) = (first, force.clone());
+            if way < 2 * n {
+                initial[way] += by;
+            } else {
+                force[way - 2 * n][samples / 2] += by;
+            }
+            simulate(mechanism, theta, &initial, &force.iter().map(Vec::as_slice).collect::<Vec<_>>(), rate_hz, 8)
+        };
+        let deviations = Deviations::along(mechanism, theta, &run(0, 0.0), 1.0 / rate_hz);
+        let size = deviations.size;
+        let mut worst = 0.0f64;
+        for way in 0..3 * n {
+            let small = 1e-6;
+            let (up, down) = (run(way, small), run(way, -small));
+            let difference = |axis: usize, k: usize| (up[axis][k] - down[axis][k]) / (2.0 * small);
+            let largest = (0..samples).flat_map(|k| [difference(0, k).abs(), difference(1, k).abs()]).fold(0.0, f64::max);
+            let mut state = vec![0.0; size];
+            if way < 2 * n {
+                state[way] = 1.0;
+            }
+            for k in 0..samples - 1 {
+                worst = (0..n).fold(worst, |w, axis| w.max((state[axis] - difference(axis, k)).abs() / largest));
+                // A force that is linear between samples: half of the push in the mean before it and after.
+                let push = if way >= 2 * n && (k == samples / 2 || k + 1 == samples / 2) { 0.5 } else { 0.0 };
+                let row = |r: usize| {
+                    let own: f64 = (0..size).map(|c| deviations.phi[(k * size + r) * size + c] * state[c]).sum();
+                    own + if way < 2 * n { 0.0 } else { push * deviations.gamma[(k * size + r) * n + way - 2 * n] }
+                };
+                state = (0..size).map(row).collect();
+            }
+        }
+        worst
+    }
+
+    #[test]
+    fn steps_of_deviations_of_two_axes_are_those_of_the_run_for_every_kind_of_law() {
+        let limb = || Mechanism::new(vec![Axis::linear("x"), Axis::linear("y")]);
+        let base = [2.0, -0.4, 1.6, 14.0, -3.0, 17.0, 300.0, -50.0, 380.0];
+        for (name, mechanism, own, bound) in [
+            ("smooth", limb().with(laws::Relaxation, 1).with(laws::CubicStiffness, 0), vec![150.0, 0.08, 4e5], 0.007),
+            ("by time", limb().with(laws::StiffnessDrift, 1), vec![300.0], 0.007),
+            ("loop", limb().with(laws::BoucWen, 1), vec![400.0, 4e-3, 0.4], 0.007),
+            ("mode", limb().with(laws::FlexibleMode, 1), vec![0.4, 40.0, 0.2], 0.018),
+            ("slip", limb().with(laws::CubicStiffness, 1).with(laws::MaxwellSlip, 1), vec![2e5, 300.0, 4e-3], 0.033),
+            ("range", limb().with(laws::ShortRangeStiffness, 1), vec![300.0, 3e-3], 0.033),
+        ] {
+            let theta: Vec<f64> = base.iter().chain(&own).copied().collect();
+            assert_eq!(theta.len(), mechanism.parameters().len(), "{name}");
+            let error = error_of_two(&mechanism, &theta, 400.0);
+            println!("{name}: {error}");
+            // A push that is held over a sample is ω h/12 off, a slip within a sample up to a sample late.
+            assert!(error < bound, "{name}: {error}");
+        }
+    }
 }

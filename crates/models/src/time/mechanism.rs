@@ -171,3 +171,39 @@ impl Mechanism {
         (diagonal(i) * diagonal(j)).sqrt()
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::time::laws;
+
+    #[test]
+    fn parameters_have_names_units_and_bounds_of_their_places() {
+        let two = Mechanism { trend: true, ..Mechanism::new(vec![Axis::linear("x"), Axis::rotational("q")]) }.with_offset().with(laws::CubicStiffness, 1);
+        let parameters = two.parameters();
+        let names: Vec<&str> = parameters.iter().map(|p| p.name.as_str()).collect();
+        let matrices = ["M_x_x", "M_x_q", "M_q_q", "B_x_x", "B_x_q", "B_q_q", "K_x_x", "K_x_q", "K_q_q"];
+        assert_eq!(names[..9], matrices);
+        assert_eq!(names[9..13], ["offset_n_x", "offset_nm_q", "trend_n_per_s_x", "trend_nm_per_s_q"]);
+        assert!(names.len() == 14 && names[13].ends_with("_q") && two.baseline_parameters() == 13);
+        assert_eq!((parameters[1].site.as_str(), parameters[2].site.as_str(), parameters[12].unit.as_str()), ("x,q", "q", "N m/s"));
+        // Only a mass itself has to be there.
+        let held: Vec<usize> = (0..14).filter(|&k| parameters[k].lower == 1e-9).collect();
+        assert_eq!(held, [0, 2]);
+        assert!((1..13).filter(|k| *k != 2).all(|k| parameters[k].lower == f64::NEG_INFINITY));
+        assert_eq!(two.clone().without_spring().baseline_parameters(), 10);
+        // One axis says no more than it must: only what is there twice is told apart.
+        let one = Mechanism::new(vec![Axis::linear("x")]).with(laws::CubicStiffness, 0).with(laws::CubicStiffness, 0);
+        let names: Vec<String> = one.parameters().into_iter().map(|p| p.name).collect();
+        assert_eq!(names[..3], ["M", "B", "K"]);
+        assert_eq!(names[4], format!("{}_x", names[3]));
+    }
+
+    #[test]
+    fn an_entry_matters_beside_its_diagonal_and_anything_else_beside_itself() {
+        let mechanism = Mechanism::new(vec![Axis::linear("x"), Axis::linear("y")]).with_offset().with(laws::CubicStiffness, 0);
+        let theta = [4.0, -0.5, 9.0, 16.0, 1.0, 25.0, 100.0, 7.0, 400.0, -3.0, 2.0, 5e4];
+        let scales: Vec<f64> = (0..theta.len()).map(|k| mechanism.scale(&theta, k)).collect();
+        assert_eq!(scales, [4.0, 6.0, 9.0, 16.0, 20.0, 25.0, 100.0, 200.0, 400.0, 3.0, 2.0, 5e4]);
+    }
+}

@@ -127,3 +127,49 @@ fn sum(v: &[f64], rate_hz: f64) -> Vec<f64> {
     let mean = x.iter().sum::<f64>() / x.len().max(1) as f64;
     x.iter().map(|x| x - mean).collect()
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn slopes_of_a_parabola_are_exact_inside_and_one_sided_at_the_ends() {
+        let x: Vec<f64> = (0..9).map(|k| 3.0 + 0.5 * f64::from(k * k)).collect();
+        let v = slope(&x, 10.0);
+        assert!((1..8).all(|k| (v[k] - 10.0 * k as f64).abs() < 1e-12) && (v[0], v[8]) == (5.0, 75.0), "{v:?}");
+        assert_eq!((slope(&[4.0], 10.0), slope(&[], 10.0)), (vec![0.0], vec![]));
+    }
+
+    #[test]
+    fn the_integral_of_a_rising_velocity_is_a_parabola_about_its_mean() {
+        let v: Vec<f64> = (0..5).map(|k| 2.0 + f64::from(k)).collect();
+        // Trapezoids of 2 to 6 at 4 Hz: 0, 2.5, 6, 10.5, 16 quarters, less their mean of 7.
+        let want = [0.0, 2.5, 6.0, 10.5, 16.0].map(|x| (x - 7.0) / 4.0);
+        assert!(sum(&v, 4.0).iter().zip(want).all(|(a, b)| (a - b).abs() < 1e-12), "{:?}", sum(&v, 4.0));
+        assert!(sum(&[], 4.0).is_empty());
+    }
+
+    #[test]
+    fn what_moves_has_one_channel_an_axis_of_one_length() {
+        let (long, short) = ([0.0; 8], [0.0; 7]);
+        let fits = |causality, force: &[&[f64]], motion: &[&[f64]], velocity: &[&[f64]]| {
+            let trial = TimeTrial { force: force.to_vec(), motion: motion.to_vec(), velocity: velocity.to_vec() };
+            Prepared::new(&trial, 1, 1, causality, 10.0, None).is_ok()
+        };
+        let l: &[f64] = &long;
+        let s: &[f64] = &short;
+        for (motion, velocity, expected) in [
+            (&[l][..], &[][..], true),
+            (&[l], &[l], true),
+            (&[], &[l], true),
+            (&[], &[], false),
+            (&[s], &[l], false),
+            (&[l], &[s], false),
+            (&[s], &[], false),
+            (&[l, l], &[], false),
+        ] {
+            assert_eq!(fits(Causality::MotionIn, &[l], motion, velocity), expected, "{} {}", motion.len(), velocity.len());
+        }
+        assert!(fits(Causality::ForceIn, &[l], &[l], &[]) && !fits(Causality::ForceIn, &[l], &[], &[l]) && !fits(Causality::ForceIn, &[l, l], &[l], &[]));
+    }
+}

@@ -158,3 +158,55 @@ fn six_axes_with_laws_answer_a_sine_as_their_dynamic_stiffness_says() {
     }
     assert!(mechanism.with(laws::CubicStiffness, 1).dynamic_stiffness(&[theta, vec![1.0]].concat(), Default::default()).is_none());
 }
+
+#[test]
+fn derivatives_of_three_axes_with_laws_are_differences_whatever_drives_them() {
+    let (n, samples) = (3, 60);
+    let force = force(samples, n);
+    let driven = Drive::Force(force.iter().map(Vec::as_slice).collect());
+    let wave = |a: usize, order: u32| -> Vec<f64> {
+        let w = 0.11 + 0.03 * a as f64;
+        let turn = f64::from(order) * std::f64::consts::FRAC_PI_2;
+        (0..samples).map(|k| 0.01 * (w / 0.004).powi(order as i32) * (w * k as f64 + a as f64 + turn).sin()).collect()
+    };
+    let motion: [Vec<Vec<f64>>; 3] = [0, 1, 2].map(|order| (0..n).map(|a| wave(a, order)).collect());
+    let imposed = Drive::Motion([0, 1, 2].map(|k| motion[k].iter().map(Vec::as_slice).collect()));
+    let initial: Vec<f64> = (0..6).map(|k| 1e-3 * (1.0 + f64::from(k))).collect();
+    for (spring, offset, trend) in [(true, true, true), (false, false, true)] {
+        let limb = Mechanism { spring, offset, trend, ..Mechanism::new(["x", "y", "z"].map(Axis::linear).to_vec()) };
+        let mechanism = limb.with(laws::MaxwellSlip, 2).with(laws::LinearReflex, 1).with(laws::CubicStiffness, 0);
+        // Diagonally dominant, no two entries alike.
+        let matrix = |size: f64| {
+            let pairs = mechanism.entries();
+            pairs.into_iter().map(move |(i, j)| if i == j { size * (1.0 + 0.1 * i as f64) } else { size * 0.03 * (1 + i + 2 * j) as f64 })
+        };
+        let mut base: Vec<f64> = matrix(2.0).chain(matrix(30.0)).collect();
+        base.extend(matrix(350.0).filter(|_| spring));
+        base.extend((base.len()..mechanism.baseline_parameters()).map(|k| 0.1 + 0.01 * k as f64));
+        let mut theta = mechanism.starts(&base).pop().expect("a start");
+        let (mut at, before) = (mechanism.baseline_parameters(), theta.clone());
+        for placed in &mechanism.laws {
+            // No whole number of steps.
+            placed.law.delay().into_iter().for_each(|d| theta[at + d] = 1.003 * before[at + d].min(0.05));
+            at += placed.law.parameters(false).len();
+        }
+        assert_derivatives(&mechanism, &theta, &initial, &driven, &format!("driven {spring}"));
+        assert_derivatives(&mechanism, &theta, &[], &imposed, &format!("imposed {spring}"));
+        // A force that a motion asks for moves the masses that way: what is imposed is M a, B v, K x and the laws.
+        let mut asked = Vec::new();
+        Runner::new(&mechanism, &theta).run(&[], &imposed, 0.004, 2, false, |y| asked = y.to_vec());
+        let bare = Mechanism { laws: vec![], ..mechanism.clone() };
+        let mut plain = Vec::new();
+        Runner::new(&bare, &base).run(&[], &imposed, 0.004, 2, false, |y| plain = y.to_vec());
+        let last = |k: usize, j: usize| motion[k][j][samples - 1];
+        let runner = Runner::new(&bare, &base);
+        for i in 0..n {
+            let sum: f64 =
+                (0..n).map(|j| runner.mass[i * n + j] * last(2, j) + runner.damping[i * n + j] * last(1, j) + runner.stiffness[i * n + j] * last(0, j)).sum();
+            let want = sum + runner.offset[i] + runner.trend[i] * 0.004 * (samples - 1) as f64;
+            assert!((plain[i] - want).abs() < 1e-9 * want.abs().max(1.0), "{i}: {} {want}", plain[i]);
+        }
+        let cubic = theta[theta.len() - 1] * last(0, 0).powi(3);
+        assert!((asked[0] - plain[0] - cubic).abs() < 1e-9 * cubic.abs().max(1e-3), "{} {cubic}", asked[0] - plain[0]);
+    }
+}
