@@ -1,0 +1,168 @@
+//! Small promises that whole fits do not show: names, refusals, what a constant adds, where a sign turns.
+
+use faer::mat;
+use ndarray::{Array2, arr2};
+use ndof_models::blocks::{BLOCKS, Composite, find};
+use ndof_models::physical::{ellipse, symmetry_test, unit_matrices};
+use ndof_models::state_space::{LinearTrial, StateSpace, Subspace, SubspaceError};
+use ndof_models::time::laws;
+use ndof_models::{
+    Arm, Axis, Fit, InertiaDampingStiffness, InertiaDampingStiffnessModel, Kinematics, KinematicsSd, PaperFit, ParametricModel, Projection, StopReason,
+    Symmetry, parametric_response,
+};
+use ndof_sysid::ResponseKind;
+use num_complex::Complex64;
+
+fn limb() -> InertiaDampingStiffness {
+    InertiaDampingStiffness {
+        axes: vec![Axis::linear("x"), Axis::linear("y")],
+        inertia: arr2(&[[2.1, -0.5], [-0.4, 1.9]]),
+        damping: arr2(&[[11.0, -2.0], [-2.3, 15.0]]),
+        stiffness: arr2(&[[300.0, -60.0], [-50.0, 520.0]]),
+    }
+}
+
+/// A fit of all twelve entries with that variance of each.
+fn fit(model: &InertiaDampingStiffnessModel, variance: [f64; 12]) -> Fit {
+    let response = limb().response(&[0.5, 1.0, 2.0, 4.0], ResponseKind::Compliance);
+    let weight = ndarray::Array3::from_elem(response.value.dim(), 1.0);
+    let fit = PaperFit::default().fit(model, &response, &weight, &model.theta(&limb())).expect("a fit");
+    Fit { covariance: Array2::from_diag(&ndarray::Array1::from(variance.to_vec())), theta: model.theta(&limb()), ..fit }
+}
+
+#[test]
+fn blocks_and_laws_are_found_by_the_names_they_give_themselves() {
+    let names: Vec<&str> = BLOCKS.iter().map(|card| card.name()).collect();
+    let expected =
+        ["delay", "first-order-filter", "second-order-filter", "series-compliance", "flexible-mode", "standard-linear-solid", "fractional", "reflex"];
+    assert_eq!(names, expected);
+    let baseline = InertiaDampingStiffnessModel::new(limb().axes, Symmetry::Symmetric);
+    let larger = Composite::of_cards(&baseline, &[find("delay").expect("a delay")]);
+    assert_eq!(larger.name(), "inertia-damping-stiffness+delay");
+    // An entry off the diagonal matters beside its diagonal, a block's parameter beside itself.
+    let theta = [4.0, 0.1, 9.0, 1.0, 0.1, 1.0, 1.0, 0.1, 1.0, -0.03];
+    assert_eq!([0, 1, 2, 9].map(|k| larger.scale(&theta, k)), [4.0, 6.0, 9.0, 0.03]);
+    assert!(laws::all().iter().all(|law| laws::find(law.name()).is_some_and(|found| found.name() == law.name())));
+    assert!(laws::find("no-law").is_none() && laws::all().len() > 15);
+}
+
+#[test]
+fn parameters_of_laws_are_named_by_their_units_along_and_about_an_axis() {
+    let named = |law: &str, rotational: bool| -> Vec<(String, String)> {
+        laws::find(law).expect("a law").parameters(rotational).into_iter().map(|p| (p.name, p.unit)).collect()
+    };
+    let owned = |pairs: &[(&str, &str)]| -> Vec<(String, String)> { pairs.iter().map(|(a, b)| ((*a).to_owned(), (*b).to_owned())).collect() };
+    assert_eq!(named("coulomb-friction", false), owned(&[("coulomb_n", "N")]));
+    assert_eq!(named("coulomb-friction", true), owned(&[("coulomb_nm", "N m")]));
+    assert_eq!(named("maxwell-slip", false), owned(&[("loop_n_per_m", "N/m"), ("yield_m", "m")]));
+    assert_eq!(named("maxwell-slip", true), owned(&[("loop_nm_per_rad", "N m/rad"), ("yield_rad", "rad")]));
+    assert_eq!(named("cubic-stiffness", false), owned(&[("k3_n_per_m3", "N/m^3")]));
+    assert_eq!(named("cubic-stiffness", true), owned(&[("k3_nm_per_rad3", "N m/rad^3")]));
+    assert_eq!(named("stribeck-friction", false)[2], ("stribeck_m_per_s".to_owned(), "m/s".to_owned()));
+    assert_eq!(named("stribeck-friction", true)[2], ("stribeck_rad_per_s".to_owned(), "rad/s".to_owned()));
+}
+
+#[test]
+fn a_search_that_ran_out_of_steps_has_not_converged_and_every_other_has() {
+    use StopReason::{CostConverged, GradientConverged, IterationLimit, StepConverged};
+    assert_eq!([CostConverged, StepConverged, GradientConverged, IterationLimit].map(StopReason::converged), [true, true, true, false]);
+}
+
+#[test]
+fn admittance_is_the_rate_of_compliance() {
+    let model = InertiaDampingStiffnessModel::new(limb().axes, Symmetry::Free);
+    let of = |kind| parametric_response(&model, &model.theta(&limb()), &[1.7], kind).value;
+    let s = Complex64::new(0.0, std::f64::consts::TAU * 1.7);
+    assert!(of(ResponseKind::Admittance).iter().zip(&of(ResponseKind::Compliance)).all(|(a, c)| (a - s * c).norm() < 1e-15));
+}
+
+#[test]
+fn only_a_finite_matrix_of_a_plane_has_an_ellipse() {
+    let of = |matrix: &Array2<f64>| ellipse(matrix, &unit_matrices(true), &Array2::eye(3), 2.0).is_some();
+    assert!(of(&arr2(&[[3.0, 1.0], [1.0, 2.0]])));
+    assert!(!of(&arr2(&[[3.0, f64::NAN], [1.0, 2.0]])) && !of(&Array2::eye(3)));
+}
+
+#[test]
+fn each_matrix_that_is_not_symmetric_means_something_of_its_own() {
+    let model = InertiaDampingStiffnessModel::new(limb().axes, Symmetry::Free);
+    let meaning = |variance: [f64; 12]| symmetry_test(&model, &fit(&model, variance)).into_iter().map(|t| t.meaning).collect::<Vec<_>>();
+    let sure = meaning([1e-6; 12]);
+    assert!(["M is not", "B is not", "K is not"].iter().zip(&sure).all(|(start, text)| text.starts_with(start)), "{sure:?}");
+    assert!(meaning([1e6; 12]).iter().all(|text| text.contains("is symmetric within")));
+    assert!(symmetry_test(&InertiaDampingStiffnessModel::new(limb().axes, Symmetry::Symmetric), &fit(&model, [1.0; 12])).is_empty());
+}
+
+#[test]
+fn a_simulation_adds_what_passes_through_and_constants_and_names_only_what_swings() {
+    let turn = 0.9f64;
+    let model = StateSpace {
+        a: mat![[0.5, 0.0, 0.0], [0.0, 0.8 * turn.cos(), 0.8 * turn.sin()], [0.0, -0.8 * turn.sin(), 0.8 * turn.cos()]],
+        b: mat![[1.0, 0.0], [0.0, 1.0], [0.0, 0.0]],
+        c: mat![[1.0, 0.0, 0.0]],
+        d: mat![[2.0, -3.0]],
+        offset: vec![0.25],
+    };
+    // x = 4, then 4/2 + 1: y = x + 2 u₁ − 3 u₂ + ¼.
+    assert_eq!(model.simulate(&[&[1.0, 0.0], &[0.5, 1.0]], &[4.0, 0.0, 0.0]), [[4.75, 0.25]]);
+    let modes = model.modes(10.0);
+    let s = Complex64::new(0.8f64.ln(), turn) * 10.0;
+    assert_eq!(modes.len(), 1);
+    assert!((modes[0][0] - s.norm() / std::f64::consts::TAU).abs() < 1e-9 && (modes[0][1] + s.re / s.norm()).abs() < 1e-9, "{modes:?}");
+}
+
+#[test]
+fn trials_with_other_channels_than_the_first_are_refused() {
+    let long: Vec<f64> = (0..200).map(|k| (0.37 * f64::from(k * k)).sin()).collect();
+    let (l, s) = (&long[..], &long[..150]);
+    let of = |inputs: &[&[f64]], outputs: &[&[f64]]| {
+        let trials = [LinearTrial { inputs: vec![l], outputs: vec![l] }, LinearTrial { inputs: inputs.to_vec(), outputs: outputs.to_vec() }];
+        matches!(Subspace { past: 3 }.fit(&trials, 1), Err(SubspaceError::Shape { trial: 2 }))
+    };
+    assert!(of(&[l, l], &[l]) && of(&[l], &[l, l]) && of(&[s], &[l]) && of(&[l], &[s]) && of(&[], &[l]));
+    assert!(!of(&[s], &[s]));
+}
+
+#[test]
+fn what_is_not_known_of_an_arm_widens_its_joints_by_the_half_difference() {
+    let model = InertiaDampingStiffnessModel::new(limb().axes, Symmetry::Free);
+    let sd = KinematicsSd { link_lengths_m: 0.01, posture_rad: 0.03, mean_force_n: 0.5 };
+    let at = |lengths: [f64; 2], angles: [f64; 2], force: [f64; 2], sd: KinematicsSd| Projection {
+        kinematics: Kinematics::planar_two_link(Arm::Right, lengths, angles).expect("an arm"),
+        mean_force_n: force.to_vec(),
+        sd,
+    };
+    let (lengths, angles, force) = ([0.3, 0.33], [0.7, 1.4], [1.5, -0.8]);
+    let own = at(lengths, angles, force, sd);
+    let found = own.fit_to_joints(&model, &fit(&model, [0.0; 12])).expect("joints");
+    assert_eq!(found.posture_rad, angles);
+    let moved = |which: usize, times: f64| {
+        let (mut lengths, mut angles, mut force) = (lengths, angles, force);
+        match which / 2 {
+            0 => lengths[which % 2] += times * sd.link_lengths_m,
+            1 => angles[which % 2] += times * sd.posture_rad,
+            _ => force[which % 2] += times * sd.mean_force_n,
+        }
+        model.theta(&at(lengths, angles, force, sd).matrices_to_joints(&limb()).expect("joints"))
+    };
+    let changes: Vec<Vec<f64>> = (0..6).map(|w| moved(w, 1.0).iter().zip(moved(w, -1.0)).map(|(a, b)| 0.5 * (a - b)).collect()).collect();
+    for r in 0..12 {
+        for c in 0..12 {
+            let want: f64 = changes.iter().map(|change| change[r] * change[c]).sum();
+            assert!((found.covariance[[r, c]] - want).abs() < 1e-9 * want.abs().max(1e-6), "{r} {c}: {} {want}", found.covariance[[r, c]]);
+        }
+    }
+    // A stiffness that is not known leaves every stiffness of the joints open, and nothing else.
+    let mut variance = [1.0; 12];
+    variance[8] = f64::INFINITY;
+    let open = own.fit_to_joints(&model, &fit(&model, variance)).expect("joints");
+    assert!((0..12).all(|r| open.covariance[[r, r]].is_finite() == (r < 8)), "{}", open.covariance);
+    assert!((0..8).all(|r| (8..12).all(|c| open.covariance[[r, c]] == 0.0)));
+    // An arm without joints, or of another size than the matrices, is none.
+    let matrix =
+        |rows, columns| Projection { kinematics: Kinematics::Jacobian { matrix: Array2::eye(3).slice_move(ndarray::s![..rows, ..columns]) }, ..own.clone() };
+    for (rows, columns) in [(2, 0), (0, 2), (3, 2)] {
+        assert!(matrix(rows, columns).matrices_to_joints(&limb()).is_err(), "{rows} {columns}");
+    }
+    assert!(matrix(2, 2).matrices_to_joints(&limb()).is_ok() && matrix(2, 2).kinematics.posture_rad().is_empty());
+}
