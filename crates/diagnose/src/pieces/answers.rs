@@ -179,7 +179,7 @@ fn as_large_a_cause_with_a_smaller_gain_and_what_is_known_in_part() {
     let careless = Options { tolerance: 0.06, ..only(&["coulomb-friction"]) };
     let small = answer(&Experiment { extra: some, noise: 0.1, ..THREE }, &careless, None);
     // A line that makes next to nothing of what is missing is no cause.
-    let faint: fn(&At) -> [f64; 2] = |at| [2.0 * (at.v[0] / 0.002).tanh() + 0.03 * (TAU * 4.9 * at.t).sin(), 0.0];
+    let faint: fn(&At) -> [f64; 2] = |at| [2.0 * (at.v[0] / 0.002).tanh() + 0.08 * (TAU * 4.9 * at.t).sin(), 0.0];
     let line = answer(&Experiment { extra: faint, noise: 0.02, ..THREE }, &only(&["coulomb-friction", "periodic-disturbance"]), None);
     held("answer-parts", &json!([found, rest, small, line]));
 }
@@ -189,7 +189,7 @@ fn a_force_that_the_motion_does_not_follow_leaves_no_prediction() {
     let found = answer(&Experiment { noise: 20.0, ..THREE }, &only(&["coulomb-friction"]), None);
     assert_eq!(found["diagnosis"]["verdict"], "unexplained");
     let dry: fn(&At) -> [f64; 2] = |at| [60.0 * (at.v[0] / 0.002).tanh(), 0.0];
-    let named = answer(&Experiment { noise: 20.0, extra: dry, ..THREE }, &only(&["coulomb-friction"]), None);
+    let named = answer(&Experiment { extra: dry, ..THREE }, &only(&["coulomb-friction"]), None);
     held("answer-adrift", &json!([found, named]));
 }
 
