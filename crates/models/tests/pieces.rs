@@ -3,9 +3,10 @@
 use faer::mat;
 use ndarray::{Array2, arr2};
 use ndof_models::blocks::{BLOCKS, Composite, find};
+use ndof_models::effects::Evidence;
 use ndof_models::physical::{ellipse, symmetry_test, unit_matrices};
 use ndof_models::state_space::{LinearTrial, StateSpace, Subspace, SubspaceError};
-use ndof_models::time::laws;
+use ndof_models::time::{FreeRunFit, Mechanism, TimeTrial, laws, simulate};
 use ndof_models::{
     Arm, Axis, Fit, InertiaDampingStiffness, InertiaDampingStiffnessModel, Kinematics, KinematicsSd, PaperFit, ParametricModel, Projection, StopReason,
     Symmetry, parametric_response,
@@ -165,4 +166,79 @@ fn what_is_not_known_of_an_arm_widens_its_joints_by_the_half_difference() {
         assert!(matrix(rows, columns).matrices_to_joints(&limb()).is_err(), "{rows} {columns}");
     }
     assert!(matrix(2, 2).matrices_to_joints(&limb()).is_ok() && matrix(2, 2).kinematics.posture_rad().is_empty());
+}
+
+#[test]
+fn a_reflex_that_is_late_and_fast_is_judged_in_the_time_of_its_own_plant() {
+    let effect = ndof_models::effects::find("reflex-delay").expect("an effect");
+    let told = |time_s: f64, parameters: &[(&str, f64)]| {
+        let scale = ndof_models::effects::Scale {
+            position: vec![0.01],
+            centre: vec![0.0],
+            velocity: vec![0.1],
+            effort: vec![3.0],
+            time_s,
+            duration_s: 30.0,
+            mass: vec![vec![2.0]],
+            stiffness: vec![vec![300.0]],
+            spring: true,
+            rotational: false,
+            motion_imposed: false,
+            effort_is_command: false,
+            effort_names: vec!["force".to_owned()],
+            motion_names: vec!["pos".to_owned()],
+            nominal: vec![],
+            held: vec![],
+        };
+        let coefficients: [&[f64]; 1] = [&[1.0]];
+        let evidence = Evidence { parameters, coefficients: &coefficients, axis: Some(0), scale: &scale, beside: &[], gain_worth: &|| None };
+        effect.stands_for(&evidence).to_vec()
+    };
+    // What is told of a plant is told of one twelve times as slow with a delay twelve times as long and a twelfth of the cut-off.
+    for (delay_s, cutoff_hz) in [(0.001, 0.5), (0.05, 3.0), (0.05, 30.0), (0.3, 3.0), (0.3, 30.0), (0.001, 30.0)] {
+        let own = told(1.0, &[("cutoff_hz", cutoff_hz), ("delay_s", delay_s)]);
+        assert_eq!(own, told(12.0, &[("delay_s", 12.0 * delay_s), ("cutoff_hz", cutoff_hz / 12.0)]), "{delay_s} {cutoff_hz}");
+    }
+}
+
+#[test]
+fn a_straight_arm_is_either_arm() {
+    for arm in [Arm::Right, Arm::Left] {
+        assert!(Kinematics::planar_two_link(arm, [0.3, 0.33], [0.4, 0.0]).is_ok());
+        let (own, other) = if matches!(arm, Arm::Right) { (1.0, -1.0) } else { (-1.0, 1.0) };
+        assert!(Kinematics::planar_two_link(arm, [0.3, 0.33], [0.4, own]).is_ok() && Kinematics::planar_two_link(arm, [0.3, 0.33], [0.4, other]).is_err());
+    }
+}
+
+#[test]
+fn nothing_in_the_band_agrees_with_nothing() {
+    let response = limb().response(&[0.5, 1.0, 2.0], ResponseKind::Compliance);
+    let weight = ndarray::Array3::from_elem(response.value.dim(), 1.0);
+    let outside = ndof_models::agreement(&response, &response, &weight, [5.0, 8.0]).expect("one shape");
+    assert!(outside.r2.is_none() && outside.vaf_percent.iter().flatten().all(Option::is_none));
+    let silent = ndof_models::agreement(&response, &response, &ndarray::Array3::zeros(response.value.dim()), [0.1, 8.0]).expect("one shape");
+    assert!(silent.r2.is_none() && silent.vaf_percent.iter().flatten().all(Option::is_none));
+}
+
+#[test]
+fn a_record_is_cut_into_whole_windows_and_the_last_takes_the_rest() {
+    let mechanism = Mechanism::new(vec![Axis::linear("x")]);
+    let force: Vec<f64> = (0..250).map(|k| (0.21 * f64::from(k)).sin() + (0.043 * f64::from(k * k)).cos()).collect();
+    let motion = simulate(&mechanism, &[2.0, 14.0, 300.0], &[0.0; 2], &[&force], 100.0, 1).swap_remove(0);
+    for (samples, windows) in [(100, 1), (199, 1), (200, 2), (250, 2), (60, 1)] {
+        let trial = TimeTrial { force: vec![&force[..samples]], motion: vec![&motion[..samples]], velocity: vec![] };
+        let settings = FreeRunFit { window_s: Some(1.0), ..FreeRunFit::new(100.0) };
+        let fit = settings.fit(&mechanism, &[trial], &[1.9, 15.0, 310.0]).expect("a fit");
+        assert_eq!(fit.initial.len(), 2 * windows, "{samples}");
+        assert!(fit.theta.iter().zip([2.0, 14.0, 300.0]).all(|(a, b)| (a / b - 1.0).abs() < 1e-6), "{:?}", fit.theta);
+    }
+    // Of several starts the best is taken, wherever it stands; one of another length is refused.
+    let trial = || [TimeTrial { force: vec![&force], motion: vec![&motion], velocity: vec![] }];
+    let (near, far) = (vec![1.9, 15.0, 310.0], vec![1e4, 1e5, 1e-3]);
+    let settings = FreeRunFit::new(100.0);
+    for starts in [[near.clone(), far.clone()], [far, near.clone()]] {
+        let fit = settings.fit_from(&mechanism, &trial(), &starts).expect("a fit");
+        assert!((fit.theta[2] / 300.0 - 1.0).abs() < 1e-6, "{:?}", fit.theta);
+    }
+    assert!(settings.fit_from(&mechanism, &trial(), &[near, vec![2.0, 14.0]]).is_err());
 }

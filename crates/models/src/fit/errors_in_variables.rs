@@ -241,10 +241,10 @@ mod tests {
             for c in 0..2 {
                 let mean = amplitude[c].iter().sum::<f64>() / 4.0;
                 assert!((spectra.mean[line][c] - size * mean).norm() < 1e-12);
-                for d in 0..2 {
+                for (d, product) in products[c].into_iter().enumerate() {
                     // Σ (a − ā)(b − b̄) over four periods, for the covariance of a mean of four.
-                    let want = size * size * products[c][d] / 12.0;
-                    assert!((spectra.covariance[line][2 * c + d] - want).norm() < 1e-11, "{line} {c} {d}: {} {want}", spectra.covariance[line][2 * c + d]);
+                    let (found, want) = (spectra.covariance[line][2 * c + d], size * size * product / 12.0);
+                    assert!((found - want).norm() < 1e-11, "{line} {c} {d}: {found} {want}");
                 }
             }
         }

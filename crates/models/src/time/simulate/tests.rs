@@ -200,11 +200,11 @@ fn derivatives_of_three_axes_with_laws_are_differences_whatever_drives_them() {
         Runner::new(&bare, &base).run(&[], &imposed, 0.004, 2, false, |y| plain = y.to_vec());
         let last = |k: usize, j: usize| motion[k][j][samples - 1];
         let runner = Runner::new(&bare, &base);
-        for i in 0..n {
+        for (i, found) in plain.iter().enumerate() {
             let sum: f64 =
                 (0..n).map(|j| runner.mass[i * n + j] * last(2, j) + runner.damping[i * n + j] * last(1, j) + runner.stiffness[i * n + j] * last(0, j)).sum();
             let want = sum + runner.offset[i] + runner.trend[i] * 0.004 * (samples - 1) as f64;
-            assert!((plain[i] - want).abs() < 1e-9 * want.abs().max(1.0), "{i}: {} {want}", plain[i]);
+            assert!((found - want).abs() < 1e-9 * want.abs().max(1.0), "{i}: {found} {want}");
         }
         let cubic = theta[theta.len() - 1] * last(0, 0).powi(3);
         assert!((asked[0] - plain[0] - cubic).abs() < 1e-9 * cubic.abs().max(1e-3), "{} {cubic}", asked[0] - plain[0]);
