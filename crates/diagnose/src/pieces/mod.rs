@@ -97,8 +97,9 @@ impl Experiment {
                     let moved = motion(trial, i, t);
                     let noise: f64 = random.sample(StandardNormal);
                     let f = force[i] + self.noise * noise;
-                    columns[0][i].push(f);
-                    columns[1][i].push(moved[self.order as usize]);
+                    // As another machine would round.
+                    columns[0][i].push(f * stored::nudge(k));
+                    columns[1][i].push(moved[self.order as usize] * stored::nudge(k + i + 1));
                     let command = f + ROBOT[0] * moved[2] + ROBOT[1] * moved[1] + ROBOT[2] * moved[0];
                     columns[2][i].push(if self.robot == Some(true) { command } else { command / 100.0 });
                 }
