@@ -8,8 +8,8 @@ use ndof_models::physical::{ellipse, symmetry_test, unit_matrices};
 use ndof_models::state_space::{LinearTrial, StateSpace, Subspace, SubspaceError};
 use ndof_models::time::{FreeRunFit, Mechanism, TimeTrial, laws, simulate};
 use ndof_models::{
-    Arm, Axis, Fit, InertiaDampingStiffness, InertiaDampingStiffnessModel, Kinematics, KinematicsSd, PaperFit, ParametricModel, Projection, StopReason,
-    Symmetry, parametric_response,
+    Arm, Axis, Fit, FitError, InertiaDampingStiffness, InertiaDampingStiffnessModel, Kinematics, KinematicsSd, LeastSquares, LevenbergMarquardt, PaperFit,
+    ParametricModel, Projection, StopReason, Symmetry, parametric_response,
 };
 use ndof_sysid::ResponseKind;
 use num_complex::Complex64;
@@ -197,6 +197,7 @@ fn a_reflex_that_is_late_and_fast_is_judged_in_the_time_of_its_own_plant() {
     // What is told of a plant is told of one twelve times as slow with a delay twelve times as long and a twelfth of the cut-off.
     for (delay_s, cutoff_hz) in [(0.001, 0.5), (0.05, 3.0), (0.05, 30.0), (0.3, 3.0), (0.3, 30.0), (0.001, 30.0)] {
         let own = told(1.0, &[("cutoff_hz", cutoff_hz), ("delay_s", delay_s)]);
+        assert_eq!(own.is_empty(), delay_s < 0.1 && cutoff_hz < 15.0, "{delay_s} {cutoff_hz}");
         assert_eq!(own, told(12.0, &[("delay_s", 12.0 * delay_s), ("cutoff_hz", cutoff_hz / 12.0)]), "{delay_s} {cutoff_hz}");
     }
 }
@@ -241,4 +242,79 @@ fn a_record_is_cut_into_whole_windows_and_the_last_takes_the_rest() {
         assert!((fit.theta[2] / 300.0 - 1.0).abs() < 1e-6, "{:?}", fit.theta);
     }
     assert!(settings.fit_from(&mechanism, &trial(), &[near, vec![2.0, 14.0]]).is_err());
+}
+
+#[test]
+fn a_frequency_of_which_anything_is_missing_is_left_out_and_zero_is_never_used() {
+    let model = InertiaDampingStiffnessModel::new(limb().axes, Symmetry::Free);
+    let response = limb().response(&[0.0, 0.5, 1.0, 2.0, 4.0], ResponseKind::Compliance);
+    let weight = ndarray::Array3::from_elem(response.value.dim(), 1.0);
+    let bins = |response: &ndof_sysid::FrequencyResponse, weight: &ndarray::Array3<f64>| {
+        PaperFit { band_hz: [0.0, 10.0] }.fit(&model, response, weight, &model.theta(&limb())).expect("a fit").bins
+    };
+    assert_eq!(bins(&response, &weight), 4);
+    for e in 0..4 {
+        let mut without = weight.clone();
+        without[[2, e / 2, e % 2]] = f64::NAN;
+        assert_eq!(bins(&response, &without), 3, "{e}");
+    }
+}
+
+#[test]
+fn one_frequency_of_three_axes_is_too_little_and_two_are_said_to_be_needed() {
+    let three = InertiaDampingStiffness {
+        axes: ["x", "y", "z"].map(Axis::linear).to_vec(),
+        inertia: Array2::eye(3) * 2.0,
+        damping: Array2::eye(3) * 12.0 + 0.5,
+        stiffness: Array2::eye(3) * 300.0 + 20.0,
+    };
+    let response = three.response(&[1.0], ResponseKind::Compliance);
+    let weight = ndarray::Array3::from_elem(response.value.dim(), 1.0);
+    for symmetry in [Symmetry::Symmetric, Symmetry::Free] {
+        let model = InertiaDampingStiffnessModel::new(three.axes.clone(), symmetry);
+        let error = PaperFit::default().fit(&model, &response, &weight, &model.theta(&three)).err();
+        assert!(matches!(error, Some(FitError::TooFewBins { bins: 1, needed: 2, .. })), "{error:?}");
+    }
+}
+
+#[test]
+fn a_minimum_says_which_parameters_a_bound_stops() {
+    struct Towards;
+    impl LeastSquares for Towards {
+        fn residuals(&self, x: &[f64]) -> Vec<f64> {
+            vec![x[0] - 3.0, x[1] + 2.0, x[2] - 0.5]
+        }
+        fn jacobian(&self, _: &[f64]) -> faer::Mat<f64> {
+            faer::Mat::identity(3, 3)
+        }
+    }
+    let found = LevenbergMarquardt::new(vec![(0.0, 1.0); 3]).minimise(&Towards, &[0.4; 3]).expect("a minimum");
+    assert_eq!((found.at_bound, found.x[0], found.x[1]), (vec![true, true, false], 1.0, 0.0));
+}
+
+#[test]
+fn errors_of_a_natural_frequency_follow_those_of_stiffness_and_mass() {
+    let model = InertiaDampingStiffnessModel::new(vec![Axis::linear("x")], Symmetry::Symmetric);
+    let (m, k) = (2.0, 300.0);
+    let found = ndof_models::physical::fitted_modes(&model, &[m, 4.0, k], &arr2(&[[0.01, 0.0, 0.0], [0.0, f64::INFINITY, 0.0], [0.0, 0.0, 16.0]]), 2.0);
+    let hz = (k / m).sqrt() / std::f64::consts::TAU;
+    // d ln f = ½ (d ln K − d ln M), and B has no part in |s|.
+    let error = 0.5 * hz * ((4.0 / k).powi(2) + (0.1 / m).powi(2)).sqrt();
+    assert!(found.len() == 1 && (found[0].1.value / hz - 1.0).abs() < 1e-9, "{found:?}");
+    let own = ndof_models::physical::fitted_modes(&model, &[m, 4.0, k], &arr2(&[[0.01, 0.0, 0.0], [0.0, 0.0, 0.0], [0.0, 0.0, 16.0]]), 2.0);
+    assert!((own[0].1.std_error / error - 1.0).abs() < 1e-5, "{own:?} {error}");
+}
+
+#[test]
+fn a_law_of_fractional_order_has_the_response_of_its_order() {
+    let s = Complex64::new(0.0, 9.0);
+    let found = laws::find("fractional").expect("a law").response(&[40.0, 0.3], s).expect("linear");
+    assert!((found - 40.0 * s.powf(0.3)).norm() < 1e-9 * found.norm());
+    assert!(laws::find("cubic-stiffness").expect("a law").response(&[1e5], s).is_none());
+}
+
+#[test]
+fn sides_have_the_words_that_results_use() {
+    use ndof_models::effects::Side::{Actuator, Environment, Limb, Robot, Sensor};
+    assert_eq!([Robot, Limb, Sensor, Actuator, Environment].map(|side| side.word()), ["robot", "limb", "sensor", "actuator", "environment"]);
 }
