@@ -337,7 +337,7 @@ fn noise_of_the_limb_has_the_rms_that_was_asked_for_and_each_axis_its_own() {
     // Read on the samples of its own grid, 50 to a cycle of the cut-off.
     let run: Vec<[f64; 2]> = (0..4000).map(|k| read(law.as_ref(), f64::from(k) / 100.0)).collect();
     let mean = |of: &dyn Fn(usize) -> f64| (0..run.len()).map(of).sum::<f64>() / run.len() as f64;
-    for axis in 0..2 {
+    for axis in [0, 1] {
         assert!((mean(&|k| run[k][axis].powi(2)).sqrt() - 0.7).abs() < 1e-3);
         // Below the cut-off nearly all: ẋ of 2 π f with f² over 0 to 2 Hz on average, what the skirt has more.
         let speed = mean(&|k| if k > 0 { (100.0 * (run[k][axis] - run[k - 1][axis])).powi(2) } else { 0.0 }).sqrt() / 0.7;

@@ -160,8 +160,10 @@ fn what_is_not_known_of_an_arm_widens_its_joints_by_the_half_difference() {
     assert!((0..12).all(|r| open.covariance[[r, r]].is_finite() == (r < 8)), "{}", open.covariance);
     assert!((0..8).all(|r| (8..12).all(|c| open.covariance[[r, c]] == 0.0)));
     // An arm without joints, or of another size than the matrices, is none.
-    let matrix =
-        |rows, columns| Projection { kinematics: Kinematics::Jacobian { matrix: Array2::eye(3).slice_move(ndarray::s![..rows, ..columns]) }, ..own.clone() };
+    let matrix = |rows, columns| Projection {
+        kinematics: Kinematics::Jacobian { matrix: Array2::from_shape_fn((rows, columns), |(i, j)| f64::from(u8::from(i == j))) },
+        ..own.clone()
+    };
     for (rows, columns) in [(2, 0), (0, 2), (3, 2)] {
         assert!(matrix(rows, columns).matrices_to_joints(&limb()).is_err(), "{rows} {columns}");
     }
