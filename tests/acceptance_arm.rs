@@ -2,11 +2,11 @@
 //! truth as often as they say, and the paper's agreement, in both of its Welch settings, with and without force made by the limb.
 
 use ndarray::{Array2, Array3, arr2};
+use ndof::analysis::{self, Estimate, Trial, Trials, estimate};
 use ndof::devices::{Controller, DeviceConfig, EndpointLinearConfig, Experiment, Extras, LimbConfig, LimbNoise, Linearised, PerAxis, Posture, Sensors};
 use ndof::devices::{linearise, simulate_trial};
 use ndof::models::{Axis, Fit, InertiaDampingStiffnessModel, LoopModel, Smoothing, Symmetry, Transducer, WeightedFit, agreement, linear_start};
 use ndof::signal::{FilteredNoise, Welch};
-use ndof::study::{EstimateSettings, Estimated, FitSettings, RoleNames, Trial, Trials, Trim, estimate, fit};
 use ndof::sysid::{FrequencyResponse, ResponseKind};
 use num_complex::Complex64;
 use rayon::prelude::*;
@@ -43,14 +43,11 @@ fn experiment(seed: u64, limb_noise_rms_n: f64) -> Experiment {
 fn trials(experiment: &Experiment) -> Trials {
     let (discarded, recorded) = experiment.samples();
     let noise = FilteredNoise { axes: 2, samples: discarded + recorded, rms: 4.0, ..FilteredNoise::default() };
-    let trials = (0..experiment.trials)
-        .map(|trial| {
-            let command = noise.generate(experiment.seed * 1000 + trial as u64).expect("a perturbation");
-            let recording = simulate_trial(experiment, &command, &Extras::default(), trial).expect("a simulation");
-            Trial { file: format!("trial {trial}"), recording, warnings: Vec::new() }
-        })
-        .collect();
-    Trials::new(trials, &RoleNames::default(), &Trim::default()).expect("trials")
+    let recordings = (0..experiment.trials).map(|trial| {
+        let command = noise.generate(experiment.seed * 1000 + trial as u64).expect("a perturbation");
+        simulate_trial(experiment, &command, &Extras::default(), trial).expect("a simulation")
+    });
+    Trials::of(&Trial::numbered("trial", recordings)).expect("trials")
 }
 
 /// What one seed gives in one setting.
@@ -79,10 +76,13 @@ fn with_transducer(linear: &Linearised, like: &FrequencyResponse) -> FrequencyRe
 }
 
 fn analyse(trials: &Trials, linear: &Linearised, welch: &Welch) -> Outcome {
-    let settings = EstimateSettings { nperseg: Some(welch.nperseg), noverlap: Some(welch.noverlap), nfft: Some(welch.nfft), ..EstimateSettings::default() };
-    let estimated: Estimated = estimate(trials, &settings, "estimate").expect("an estimate");
-    let transducer = Some(Transducer { stiffness: linear.transducer.stiffness, damping: linear.transducer.damping });
-    let fitted = fit(trials, &estimated, &FitSettings { band_hz: Some(BAND_HZ), transducer, ..FitSettings::default() }, "fit").expect("a fit").fit;
+    let settings = Estimate { nperseg: Some(welch.nperseg), noverlap: Some(welch.noverlap), nfft: Some(welch.nfft), ..Estimate::default() };
+    let estimated = estimate(trials, &settings).expect("an estimate");
+    let Transducer { stiffness, damping } = Transducer { stiffness: linear.transducer.stiffness, damping: linear.transducer.damping };
+    let settings =
+        analysis::Fit { band_hz: Some(BAND_HZ), transducer_stiffness: Some(stiffness), transducer_damping: Some(damping), ..analysis::Fit::default() };
+    let fitted = settings.run(&estimated).expect("a fit").fit;
+    let transducer = Some(Transducer { stiffness, damping });
 
     let model = InertiaDampingStiffnessModel::new(vec![Axis::linear("x"), Axis::linear("y")], Symmetry::Symmetric);
     let (direct, derived) = (&estimated.estimates.direct, estimated.estimates.derived.as_ref().expect("references"));

@@ -1,9 +1,10 @@
 //! The nonlinear simulation seen through the estimator: T, R and C with their intervals against the linear model of the same parts.
 
 use ndarray::Array2;
+use ndof::analysis::{Estimate, MethodName, Trial};
 use ndof::devices::{EndpointLinearConfig, LimbConfig, Linearised, PlanarTwoLinkConfig, SpringArrayConfig};
 use ndof::study::file::{ExperimentFile, parse};
-use ndof::study::{EstimateSettings, MethodName, RoleNames, Trial, Trials, Trim, estimate, simulate};
+use ndof::study::simulate;
 use ndof::sysid::FrequencyResponse;
 use num_complex::Complex64;
 
@@ -52,10 +53,8 @@ fn covered(found: &FrequencyResponse, model: impl Fn(f64) -> Array2<Complex64>) 
 /// Share of T, R and C inside their discs, and the number of frequencies.
 fn shares(file: &ExperimentFile) -> ([f64; 3], usize) {
     let simulated = simulate(file, &|_, _, _| ()).expect("simulated");
-    let trial = |recording: &ndof::signal::Recording| Trial { file: "trial".to_owned(), recording: recording.clone(), warnings: Vec::new() };
-    let trials = Trials::new(simulated.recordings.iter().map(trial).collect(), &RoleNames::default(), &Trim::default()).expect("trials");
-    let settings = EstimateSettings { method: MethodName::Periodic, period_s: Some(10.0), ..EstimateSettings::default() };
-    let estimated = estimate(&trials, &settings, "estimate").expect("estimated");
+    let settings = Estimate { method: MethodName::Periodic, period_s: Some(10.0), ..Estimate::default() };
+    let estimated = settings.run(&Trial::numbered("trial", simulated.recordings)).expect("estimated");
     let derived = estimated.estimates.derived.as_ref().expect("references");
     let linear: &Linearised = &simulated.linear;
     let sampled = |hz: f64| linear.sampled_responses(hz).expect("regular");

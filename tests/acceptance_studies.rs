@@ -2,8 +2,8 @@
 //! isotropic, unequal. The numbers of all nine are in book/src/validation/spring_array.md.
 
 use ndof::studies::STUDIES;
+use ndof::study::cases::result::{Case, Setting};
 use ndof::study::file::StudyFile;
-use ndof::study::result::study::{Case, Setting};
 use ndof::study::{run_cases, study_result};
 
 /// The paper's two settings.

@@ -1,6 +1,6 @@
-// Runs the committed module under Node on the studies that the page makes, and compares it with the program for this machine:
+// Runs the module of crates/web/build under Node on the studies that the page makes, and compares it with the program for this machine:
 //   node crates/web/test.mjs target/release/ndof
-// The module is stale or wrong where the two disagree by more than another processor's rounding explains.
+// The module is wrong, or older than the program, where the two disagree by more than another processor's rounding explains.
 import assert from 'node:assert/strict';
 import { execFileSync } from 'node:child_process';
 import { closeSync, mkdtempSync, openSync, readFileSync, rmSync, writeFileSync } from 'node:fs';

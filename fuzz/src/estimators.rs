@@ -6,9 +6,8 @@ use ndof_signal::{
     normality, reverse_arrangements, slepian_tapers,
 };
 use ndof_sysid::{
-    Coherence, Direct, Estimates, FrequencyResponse, Labels, LocalPolynomial, LocalRational, Ports, SpectralMethod, StoppingRule, anderson_rubin,
-    bootstrap_std, choose_method, conditioned, direct, estimate, estimate_from_spectra, hausman, ordered_coherence, robust_spectra, sliding, spread,
-    unresolved,
+    Coherence, Direct, Estimates, Labels, LocalPolynomial, LocalRational, Ports, SpectralMethod, StoppingRule, choose_method, conditioned, estimate,
+    estimate_from_spectra, ordered_coherence, robust_spectra, sliding, spread, unresolved,
 };
 
 /// Bytes that choose channels, method and settings.
@@ -116,7 +115,7 @@ fn several_channels(given: &Given) {
     };
     let Some(found) = found else { return };
     bounded(&found);
-    used(given, &found, &ports, &labels);
+    used(given, &found, &ports);
 }
 
 fn welch(given: &Given, samples: usize) -> Welch {
@@ -193,10 +192,10 @@ fn bounded(found: &Estimates) {
 }
 
 /// One thing that is done with an estimate.
-fn used(given: &Given, found: &Estimates, ports: &Ports, labels: &Labels) {
+fn used(given: &Given, found: &Estimates, ports: &Ports) {
     let response = found.derived.as_ref().map_or(&found.direct.response, |d| &d.response);
     let f = given.choose(5, 256) % response.len().max(1);
-    match given.choose(7, 32) / 2 % 8 {
+    match given.choose(7, 32) / 2 % 6 {
         0 => crate::response::intervals(response),
         1 => crate::response::kinds(response),
         2 => {
@@ -205,39 +204,26 @@ fn used(given: &Given, found: &Estimates, ports: &Ports, labels: &Labels) {
                     assert_eq!(conditioned.response().dim(), (ports.outputs.len(), ports.inputs.len()));
                     assert_eq!(conditioned.multiple_coherence().len(), ports.outputs.len());
                 }
-                let candidate = vec![given.complex(0); ports.inputs.len()];
-                let _ = anderson_rubin(spectra, ports, f, 0, &candidate, 0.95);
             }
         }
         3 => {
-            if let Some(test) = found.derived.as_ref().and_then(|derived| hausman(&found.direct, derived, 0.0, RATE_HZ)) {
-                assert!(test.probability.is_nan() || (0.0..=1.0).contains(&test.probability), "{test:?}");
-            }
-        }
-        4 => {
             let uncertainty = response.uncertainty.as_ref().expect("an estimate has one");
             let ordered = ordered_coherence(response, &uncertainty.input_inverse, &found.direct.coherence.multiple);
             assert_eq!(ordered.dim(), response.value.dim());
         }
-        5 => {
+        4 => {
             let rule = StoppingRule { relative_half_width: 0.1, level: 0.95, low_hz: 0.0, high_hz: 50.0, share: 1.0, diagonal_only: given.bit(6, 7) };
             if let Some(progress) = rule.judge(response) {
                 assert!((0.0..=1.0).contains(&progress.share), "{progress:?}");
             }
             let _ = unresolved(response, 0.1, 0.0, f64::INFINITY);
         }
-        6 => {
+        _ => {
             let _ = spread(&[response.clone(), found.direct.response.clone()], 0.0, RATE_HZ);
             let averages = found.effective_averages;
             let corrected = found.direct.coherence.multiple_corrected(averages, ports.inputs.len());
             assert!(corrected.iter().all(|c| !(*c < 0.0)), "{corrected}");
             let _ = found.direct.coherence.partial_corrected(averages, ports.inputs.len());
-        }
-        _ => {
-            if let Some(spectra) = &found.spectra {
-                let one = |s: &CrossSpectra| -> Option<FrequencyResponse> { direct(s, ports, labels, Direct::H1).ok().map(|d| d.response) };
-                let _ = bootstrap_std(std::slice::from_ref(spectra), 2, 1, one);
-            }
         }
     }
 }

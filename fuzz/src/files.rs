@@ -1,10 +1,15 @@
 //! Files of every kind that the program reads.
 
+use ndof_analysis::check::result::CheckResult;
+use ndof_analysis::compare::result::CompareResult;
+use ndof_analysis::diagnose::result::DiagnosisResult;
+use ndof_analysis::estimate::result::EstimateResult;
+use ndof_analysis::fit::result::FitResult;
+use ndof_analysis::live::result::LiveResult;
+use ndof_analysis::{RoleNames, Roles, compare_fits};
 use ndof_devices::RobotConfig;
 use ndof_io::{CsvStream, ReadOptions, Resample, encode, read_bytes};
 use ndof_study::file::{BaselineFile, ChannelsFile, ExperimentFile, KinematicsFile, StudyFile, parse};
-use ndof_study::result::{CheckResult, CompareResult, DiagnosisResult, EstimateResult, FitResult, LiveResult};
-use ndof_study::{RoleNames, Roles, compare_fits};
 
 /// Reads a recording; what can be read has numbers where it says so, and comes back from our own file as it was.
 pub fn recording(file: &str, data: &[u8]) {
@@ -42,7 +47,6 @@ pub fn toml(data: &[u8]) {
         0 => {
             if let Ok(study) = StudyFile::parse(text, "fuzz.toml") {
                 let _ = study.each_case();
-                let _ = study.estimate.settings("fuzz.toml");
             }
         }
         1 => {
@@ -80,7 +84,7 @@ pub fn robot(data: &[u8]) {
 /// Results as other programs hand them back, the fits among them compared with themselves.
 pub fn json(data: &[u8]) {
     if let Ok(fit) = serde_json::from_slice::<FitResult>(data) {
-        let _ = compare_fits(&[fit.clone(), fit], "compare");
+        let _ = compare_fits(&[fit.clone(), fit]);
     }
     let _ = serde_json::from_slice::<EstimateResult>(data);
     let _ = serde_json::from_slice::<DiagnosisResult>(data);

@@ -7,7 +7,7 @@ use ndof_models::state_space::{LinearTrial, Subspace};
 use ndof_models::time::{Causality, FreeRunFit, Mechanism, Noise, TimeTrial, laws};
 use ndof_models::{
     Arm, Axis, CovarianceKind, ErrorsInVariables, Fit, InertiaDampingStiffness, InertiaDampingStiffnessModel, Kinematics, KinematicsSd, LoopModel, PaperFit,
-    ParametricModel, PeriodSpectra, Projection, Smoothing, Symmetry, Transducer, WeightedFit, agreement, linear_start,
+    ParametricModel, PeriodMeans, Projection, Smoothing, Symmetry, Transducer, WeightedFit, agreement, linear_start,
 };
 use ndof_sysid::{FrequencyResponse, ResponseKind};
 
@@ -123,7 +123,7 @@ fn periods(given: &Given, model: &InertiaDampingStiffnessModel, axes: usize) {
     let columns: Vec<&[f64]> = columns.iter().map(|c| c.as_slice()).collect();
     let (effort, motion) = columns.split_at(axes);
     let lines = [1, 2, 3, 5, given.choose(3, 32)];
-    let Some(spectra) = PeriodSpectra::of_periods(10.0, given.choose(2, 32), effort, motion, &lines) else { return };
+    let Some(spectra) = PeriodMeans::of_periods(10.0, given.choose(2, 32), effort, motion, &lines) else { return };
     let start: Vec<f64> = (0..3 * model.entries().len()).map(|k| if given.bit(4, 0) { given.value(k) } else { 1.0 }).collect();
     if let Ok(fit) = (ErrorsInVariables { band_hz: BAND_HZ }).fit(model, &[spectra], &start) {
         sound(&fit, &start);

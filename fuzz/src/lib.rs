@@ -4,6 +4,8 @@ mod estimators;
 #[cfg(feature = "files")]
 mod files;
 mod fits;
+#[cfg(feature = "files")]
+mod laboratory;
 mod numbers;
 mod response;
 
@@ -11,3 +13,5 @@ pub use estimators::estimators;
 #[cfg(feature = "files")]
 pub use files::{json, recording, robot, toml};
 pub use fits::fits;
+#[cfg(feature = "files")]
+pub use laboratory::{response, trials};

@@ -13,6 +13,7 @@ mod limits;
 mod live;
 mod privacy;
 mod reference;
+mod responses;
 mod schemas;
 mod stream;
 mod studies;

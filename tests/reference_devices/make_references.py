@@ -5,6 +5,10 @@ five_bar.csv (MuJoCo: a tree of four bodies whose parallelogram is closed by pro
 five is a random state: q, rates, mass matrix (rows), bias torques, Jacobian of the tip (rows x, y, z; left out where the
 joints are the axes), its rate times the joint rates.
 
+regressor_three_link.csv and regressor_six_joint.csv (Pinocchio) hold a few states with rates and accelerations, the torques of the
+inverse dynamics and the regressor in the ten inertial parameters of each body (rows); the comment counts the base parameters, the rank
+of that regressor over 100 states with its columns scaled to unit norm.
+
 motion_five_bar.csv, motion_wrist.csv and motion_three_link.csv are what the recordings of a robot with a linear limb behind a
 transducer hold: struck for 0.04 s, then free to 1 s, without a hold; means of position and force over each 2 ms, from the engine's
 dynamics by DOP853 at a relative tolerance of 1e-12.
@@ -25,9 +29,9 @@ HERE = pathlib.Path(__file__).parent
 STATES = 100
 
 
-def write(name, header, rows):
+def write(name, header, rows, note=""):
     with open(HERE / name, "w", newline="") as file:
-        file.write(f"# numpy {np.__version__}, scipy {scipy.__version__}, mujoco {mujoco.__version__}, pinocchio {pin.__version__}\n")
+        file.write(f"# numpy {np.__version__}, scipy {scipy.__version__}, mujoco {mujoco.__version__}, pinocchio {pin.__version__}{note}\n")
         out = csv.writer(file, lineterminator="\n")
         out.writerow(header)
         out.writerows([[repr(float(v)) for v in row] for row in rows])
@@ -64,6 +68,24 @@ def urdf(name, seed, span):
     model = pin.buildModelFromUrdf(str(HERE / f"{name}.urdf"))
     model.gravity.linear = np.array([0, 0, -9.81])
     write(f"chain_{name}.csv", header(model.nv, True), states(model, model.createData(), model.getFrameId("tip"), seed, span))
+
+
+def regressor(name, seed):
+    model = pin.buildModelFromUrdf(str(HERE / f"{name}.urdf"))
+    model.gravity.linear = np.array([0, 0, -9.81])
+    data, n, rng = model.createData(), model.nv, np.random.default_rng(seed)
+    rows, stacked = [], []
+    for k in range(STATES):
+        q, v, a = rng.uniform(-3, 3, n), rng.uniform(-3, 3, n), rng.uniform(-9, 9, n)
+        linear = pin.computeJointTorqueRegressor(model, data, q, v, a).copy()
+        stacked.append(linear)
+        if k < 4:
+            rows.append([*q, *v, *a, *pin.rnea(model, data, q, v, a), *linear.ravel()])
+    stacked = np.vstack(stacked)
+    norm = np.linalg.norm(stacked, axis=0)
+    rank = np.linalg.matrix_rank(stacked / np.where(norm > 1e-9, norm, np.inf), tol=1e-8)
+    names = [f"{letter}{i}" for letter in "qvat" for i in range(n)] + [f"y{i}_{j}" for i in range(n) for j in range(10 * n)]
+    write(f"regressor_{name}.csv", names, rows, f"; base parameters: {rank}")
 
 
 def wrist_model():
@@ -230,6 +252,8 @@ def chain_motion():
 urdf("two_link", 1, 3.0)
 urdf("three_link", 2, 3.0)
 urdf("six_joint", 3, 3.0)
+regressor("three_link", 5)
+regressor("six_joint", 6)
 wrist()
 five_bar()
 wrist_motion()

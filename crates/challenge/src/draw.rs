@@ -1,4 +1,4 @@
-//! Which cases a blind challenge consists of.
+//! Cases drawn from a seed.
 
 use super::{Case, Hidden, Plant};
 use rand::{RngExt, SeedableRng};
@@ -74,7 +74,7 @@ pub fn kind_of(number: u64) -> &'static str {
 
 /// The registry's name of a hidden thing.
 pub fn registry_name(hidden: &str) -> &str {
-    match hidden {
+    match hidden.split('/').next().unwrap_or(hidden) {
         "reflex-one" => "reflex-delay",
         "series-compliance" => "extra-resonance",
         other => other,

@@ -1,7 +1,7 @@
 //! How the limb moves: explicit midpoint at 4 kHz under a discrete controller, or an imposed sum of sines.
 
-use super::laws::World;
-use super::{FS, SUB};
+use super::laws::{Rates, World};
+use super::{FINE_HZ, FS, SUB};
 use ndof_signal::inverse_transform;
 use num_complex::Complex64;
 use rand::RngExt;
@@ -22,93 +22,181 @@ pub struct Robot<'a> {
     pub limit: Option<f64>,
 }
 
-/// Force on the limb and motion, `[axis][time]` on the fine grid.
-pub fn held(world: &World, command: &[Vec<f64>], own: &[Vec<f64>], robot: &Robot) -> (Vec<Vec<f64>>, Vec<Vec<f64>>) {
+/// Where limb and laws are at a step.
+#[derive(Clone)]
+pub struct Mark {
+    pub step: usize,
+    pub x: Vec<f64>,
+    pub v: Vec<f64>,
+    pub s: Vec<f64>,
+}
+
+/// Force on the limb and motion, `[axis][time]` on the fine grid, and where everything was at every second.
+pub struct Played {
+    pub force: Vec<Vec<f64>>,
+    pub motion: Vec<Vec<f64>>,
+    pub marks: Vec<Mark>,
+}
+
+/// Limb and laws between two steps of the integrator.
+struct Walk<'a> {
+    world: &'a World,
+    now: Mark,
+    /// Displacement, velocity and states in the middle of the step.
+    middle: Mark,
+    /// Displacement and velocity of the axis at each step so far.
+    past: Vec<(f64, f64)>,
+    /// Acceleration, rates of the laws' states, the limb's resistance, and the force on it.
+    a: Vec<f64>,
+    ds: Vec<f64>,
+    resist: Vec<f64>,
+    applied: Vec<f64>,
+}
+
+impl<'a> Walk<'a> {
+    fn new(world: &'a World, from: Mark, steps: usize) -> Self {
+        let (n, states) = (world.n, from.s.len());
+        let (a, ds, resist, applied) = (vec![0.0; n], vec![0.0; states], vec![0.0; n], vec![0.0; n]);
+        Walk { world, middle: from.clone(), now: from, past: Vec::with_capacity(steps), a, ds, resist, applied }
+    }
+
+    /// One step of the explicit midpoint rule under the force that `applied` gives for a velocity. Afterwards `middle`, `applied` and `a` are
+    /// those of its middle.
+    fn step(&mut self, h: f64, mut applied: impl FnMut(&[f64], &mut [f64])) {
+        let t = self.now.step as f64 / FINE_HZ;
+        let i = self.world.axis;
+        self.past.push((self.now.x[i], self.now.v[i]));
+        let back = self.past.len().checked_sub(1 + self.world.delay_steps).map_or((0.0, 0.0), |b| self.past[b]);
+        applied(&self.now.v, &mut self.applied);
+        let mut out = Rates { applied: &self.applied, a: &mut self.a, ds: &mut self.ds, resist: &mut self.resist };
+        self.world.rates(t, &self.now.x, &self.now.v, back, &self.now.s, &mut out);
+        let ahead = |to: &mut [f64], from: &[f64], rate: &[f64]| to.iter_mut().zip(from).zip(rate).for_each(|((to, y), r)| *to = y + 0.5 * h * r);
+        ahead(&mut self.middle.x, &self.now.x, &self.now.v);
+        ahead(&mut self.middle.v, &self.now.v, &self.a);
+        ahead(&mut self.middle.s, &self.now.s, &self.ds);
+        applied(&self.middle.v, &mut self.applied);
+        let mut out = Rates { applied: &self.applied, a: &mut self.a, ds: &mut self.ds, resist: &mut self.resist };
+        self.world.rates(t + 0.5 * h, &self.middle.x, &self.middle.v, back, &self.middle.s, &mut out);
+        let on = |from: &mut [f64], rate: &[f64]| from.iter_mut().zip(rate).for_each(|(y, r)| *y += h * r);
+        on(&mut self.now.x, &self.middle.v);
+        on(&mut self.now.v, &self.a);
+        on(&mut self.now.s, &self.ds);
+        self.world.update(t, h, &self.now.x, &self.now.v, &mut self.now.s);
+        self.now.step += 1;
+    }
+}
+
+/// The limb held by a robot, or pushed by it.
+pub fn held(world: &World, command: &[Vec<f64>], own: &[Vec<f64>], robot: &Robot) -> Played {
     let n = world.n;
     let samples = command[0].len();
-    let fine = samples * SUB;
-    let h = 1.0 / (FS * SUB as f64);
-    let zero = vec![0.0; n];
-    let (mut x, mut v, mut xm, mut vm) = (zero.clone(), zero.clone(), zero.clone(), zero.clone());
-    let mut s = vec![0.0; 3 * world.laws.len()];
-    let mut sm = s.clone();
-    let (mut fs, mut xs) = (vec![Vec::with_capacity(fine); n], vec![Vec::with_capacity(fine); n]);
-    let mut past: Vec<(f64, f64)> = Vec::with_capacity(fine);
-    let (mut vf, mut vp, mut xp, mut drive) = (zero.clone(), zero.clone(), zero.clone(), zero.clone());
-    let (mut a, mut a2, mut w, mut applied, mut resist) = (zero.clone(), zero.clone(), zero.clone(), zero.clone(), zero);
-    let (mut d1, mut d2) = (s.clone(), s.clone());
+    let (fine, h) = (samples * SUB, 1.0 / FINE_HZ);
+    let rest = Mark { step: 0, x: vec![0.0; n], v: vec![0.0; n], s: world.at_rest() };
+    let mut walk = Walk::new(world, rest, fine);
+    let mut played = Played { force: vec![Vec::with_capacity(fine); n], motion: vec![Vec::with_capacity(fine); n], marks: vec![] };
+    let (mut vf, mut vp, mut xp, mut drive) = (vec![0.0; n], vec![0.0; n], vec![0.0; n], vec![0.0; n]);
+    let mut w = vec![0.0; n];
     for k in 0..samples {
+        if k % FS as usize == 0 {
+            played.marks.push(walk.now.clone());
+        }
         for i in 0..n {
-            let raw = (x[i] - xp[i]) * FS;
+            let raw = (walk.now.x[i] - xp[i]) * FS;
             vf[i] = 0.11216 * (raw + vp[i]) + 0.77568 * vf[i];
             vp[i] = raw;
-            xp[i] = x[i];
+            xp[i] = walk.now.x[i];
             let (r, reference) = if robot.position { (0.0, command[i][k]) } else { (command[i][k], 0.0) };
-            drive[i] = r + robot.kp[i] * (reference - x[i]) - robot.kd[i] * vf[i];
+            drive[i] = r + robot.kp[i] * (reference - walk.now.x[i]) - robot.kd[i] * vf[i];
             if let Some(limit) = robot.limit {
                 drive[i] = drive[i].clamp(-limit, limit);
             }
         }
         for q in 0..SUB {
-            let t = (k * SUB + q) as f64 * h;
-            past.push((x[world.axis], v[world.axis]));
-            let back = past.len().checked_sub(1 + world.delay_steps).map_or((0.0, 0.0), |b| past[b]);
-            for i in 0..n {
-                w[i] = own[i][k] + (own[i][k + 1] - own[i][k]) * q as f64 / SUB as f64;
-                applied[i] = drive[i] - robot.friction[i] * (v[i] / robot.smoothing).tanh() + w[i];
+            w.iter_mut().zip(own).for_each(|(w, own)| *w = own[k] + (own[k + 1] - own[k]) * q as f64 / SUB as f64);
+            walk.step(h, |v, applied| {
+                for i in 0..n {
+                    let rub = if robot.friction[i] == 0.0 { 0.0 } else { robot.friction[i] * (v[i] / robot.smoothing).tanh() };
+                    applied[i] = drive[i] - rub + w[i];
+                }
+            });
+            for (i, w) in w.iter().enumerate() {
+                let inertial: f64 = (0..n).map(|j| robot.inertia[i][j] * walk.a[j]).sum();
+                played.force[i].push(walk.applied[i] - w - inertial);
+                played.motion[i].push(walk.middle.x[i]);
             }
-            world.rates(t, &x, &v, back, &s, &applied, &mut a, &mut d1, &mut resist);
-            for i in 0..n {
-                xm[i] = x[i] + 0.5 * h * v[i];
-                vm[i] = v[i] + 0.5 * h * a[i];
-                applied[i] = drive[i] - robot.friction[i] * (vm[i] / robot.smoothing).tanh() + w[i];
-            }
-            sm.iter_mut().zip(&s).zip(&d1).for_each(|((m, s), d)| *m = s + 0.5 * h * d);
-            world.rates(t + 0.5 * h, &xm, &vm, back, &sm, &applied, &mut a2, &mut d2, &mut resist);
-            for i in 0..n {
-                let inertial: f64 = (0..n).map(|j| robot.inertia[i][j] * a2[j]).sum();
-                fs[i].push(applied[i] - w[i] - inertial);
-                xs[i].push(xm[i]);
-                x[i] += h * vm[i];
-                v[i] += h * a2[i];
-            }
-            s.iter_mut().zip(&d2).for_each(|(s, d)| *s += h * d);
         }
     }
-    (fs, xs)
+    played
 }
 
-/// Torque that an imposed angle needs, on the fine grid: a sum of sines up to 12 Hz, differentiated exactly.
-pub fn imposed(rng: &mut ChaCha8Rng, world: &World, own: &[f64], samples: usize, rms: f64, mass: f64) -> (Vec<Vec<f64>>, Vec<Vec<f64>>) {
-    let h = 1.0 / (FS * SUB as f64);
-    let fine = samples * SUB;
+/// The limb alone under a given force, `[axis][time]` on the fine grid, from a mark on: its motion at the middle of each step. Each step is
+/// walked in halves, since without the robot's inertia the limb is quicker.
+pub fn driven(world: &World, force: &[Vec<f64>], from: &Mark, steps: usize) -> Vec<Vec<f64>> {
+    let mut walk = Walk::new(world, from.clone(), steps);
+    let mut motion = vec![Vec::with_capacity(steps); world.n];
+    for k in from.step..from.step + steps {
+        let apply = |_: &[f64], applied: &mut [f64]| applied.iter_mut().zip(force).for_each(|(a, f)| *a = f[k]);
+        walk.step(0.5 / FINE_HZ, apply);
+        motion.iter_mut().zip(&walk.now.x).for_each(|(m, x)| m.push(*x));
+        // The second half belongs to the same step of time, and the past has whole steps only.
+        walk.now.step = k;
+        walk.step(0.5 / FINE_HZ, apply);
+        walk.past.pop();
+    }
+    motion
+}
+
+/// An imposed motion and its derivatives on the fine grid.
+pub struct Imposed {
+    pub x: Vec<f64>,
+    pub v: Vec<f64>,
+    pub a: Vec<f64>,
+}
+
+/// A sum of sines up to 12 Hz, differentiated exactly.
+pub fn sines(rng: &mut ChaCha8Rng, samples: usize, rms: f64) -> Imposed {
     let duration = samples as f64 / FS;
     let lines = (12.0 * duration) as usize;
     let tones: Vec<(f64, f64)> = (1..lines).map(|k| (1.0 / (1.0 + (k as f64 / duration / 3.0).powi(2)), rng.random_range(0.0..TAU))).collect();
     let size = (tones.iter().map(|t| t.0 * t.0 / 2.0).sum::<f64>()).sqrt();
+    let spectrum: Vec<Complex64> = tones.iter().map(|(amplitude, phase)| Complex64::from_polar(0.5 * amplitude / size * rms, *phase)).collect();
+    along(&spectrum, samples * SUB, duration)
+}
+
+/// A series and its derivatives from its lines 1/duration, 2/duration …
+pub fn along(lines: &[Complex64], fine: usize, duration: f64) -> Imposed {
     let back = inverse_transform(fine);
     let series = |order: i32| -> Vec<f64> {
         let mut spectrum = vec![Complex64::ZERO; fine / 2 + 1];
-        for (k, (amplitude, phase)) in tones.iter().enumerate() {
-            let s = Complex64::new(0.0, TAU * (k + 1) as f64 / duration);
-            spectrum[k + 1] = Complex64::from_polar(0.5 * amplitude / size * rms, *phase) * s.powi(order);
+        for (k, line) in lines.iter().enumerate() {
+            spectrum[k + 1] = line * Complex64::new(0.0, TAU * (k + 1) as f64 / duration).powi(order);
         }
         let mut out = back.make_output_vec();
         back.process(&mut spectrum, &mut out).expect("a spectrum of the right length");
         out
     };
-    let (x, v, a) = (series(0), series(1), series(2));
-    let mut s = vec![0.0; 3 * world.laws.len()];
-    let mut ds = s.clone();
+    Imposed { x: series(0), v: series(1), a: series(2) }
+}
+
+/// Torque that an imposed motion needs, on the fine grid.
+pub fn torque(world: &World, path: &Imposed, own: &[f64], mass: f64) -> Vec<f64> {
+    let h = 1.0 / FINE_HZ;
+    let mut s = world.at_rest();
+    let mut ds = vec![0.0; s.len()];
     let (mut acc, mut resist) = (vec![0.0], vec![0.0]);
-    let mut torque = Vec::with_capacity(fine);
-    for k in 0..fine {
-        let past = k.checked_sub(world.delay_steps).map_or((0.0, 0.0), |b| (x[b], v[b]));
-        world.rates(k as f64 * h, &x[k..=k], &v[k..=k], past, &s, &[0.0], &mut acc, &mut ds, &mut resist);
-        let (i, q) = (k / SUB, k % SUB);
-        let w = own[i] + (own[i + 1] - own[i]) * q as f64 / SUB as f64;
-        torque.push(mass * a[k] + resist[0] + w);
-        s.iter_mut().zip(&ds).for_each(|(s, d)| *s += h * d);
-    }
-    (vec![torque], vec![x])
+    (0..path.x.len())
+        .map(|k| {
+            let t = k as f64 * h;
+            let past = k.checked_sub(world.delay_steps).map_or((0.0, 0.0), |b| (path.x[b], path.v[b]));
+            let (x, v) = (&path.x[k..=k], &path.v[k..=k]);
+            let mut out = Rates { applied: &[0.0], a: &mut acc, ds: &mut ds, resist: &mut resist };
+            world.rates(t, x, v, past, &s, &mut out);
+            let (i, q) = (k / SUB, k % SUB);
+            let w = own[i] + (own[i + 1] - own[i]) * q as f64 / SUB as f64;
+            let torque = (mass + world.extra_mass(t, x)) * path.a[k] + resist[0] + w;
+            s.iter_mut().zip(&ds).for_each(|(s, d)| *s += h * d);
+            world.update(t, h, x, v, &mut s);
+            torque
+        })
+        .collect()
 }

@@ -199,10 +199,17 @@ impl Spec {
         }
     }
 
-    /// Inverse of limb and robot together, with mass added to one axis.
-    pub fn total_inverse(&self, axis: usize, added: f64) -> Vec<Vec<f64>> {
+    /// Inverse of the limb's inertia, with mass added to every axis.
+    pub fn limb_inverse(&self, added: f64) -> Vec<Vec<f64>> {
+        let mut limb = self.m.clone();
+        limb.iter_mut().enumerate().for_each(|(i, row)| row[i] += added);
+        invert(&limb)
+    }
+
+    /// Inverse of limb and robot together, with mass added to every axis.
+    pub fn total_inverse(&self, added: f64) -> Vec<Vec<f64>> {
         let mut total: Vec<Vec<f64>> = self.m.iter().zip(&self.robot).map(|(a, b)| a.iter().zip(b).map(|(a, b)| a + b).collect()).collect();
-        total[axis][axis] += added;
+        total.iter_mut().enumerate().for_each(|(i, row)| row[i] += added);
         invert(&total)
     }
 }

@@ -1,6 +1,6 @@
 //! Noise, sensors and their faults.
 
-use super::{FS, SUB};
+use super::FINE_HZ;
 use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
 use rand_distr::StandardNormal;
@@ -27,14 +27,14 @@ pub fn band_noise(rng: &mut ChaCha8Rng, n: usize, cutoff: f64, rms: f64, fs: f64
     x.iter().map(|v| v / size * rms).collect()
 }
 
-/// Means over the samples' intervals.
-pub fn average(fine: &[f64]) -> Vec<f64> {
-    fine.chunks_exact(SUB).map(|c| c.iter().sum::<f64>() / SUB as f64).collect()
+/// Means over the samples' intervals of `sub` steps.
+pub fn average(fine: &[f64], sub: usize) -> Vec<f64> {
+    fine.chunks_exact(sub).map(|c| c.iter().sum::<f64>() / sub as f64).collect()
 }
 
 /// A series that comes late.
 pub fn late(fine: &[f64], delay_s: f64) -> Vec<f64> {
-    let steps = delay_s * FS * SUB as f64;
+    let steps = delay_s * FINE_HZ;
     let (whole, rest) = (steps.floor() as usize, steps.fract());
     (0..fine.len())
         .map(|k| {
@@ -46,12 +46,23 @@ pub fn late(fine: &[f64], delay_s: f64) -> Vec<f64> {
 
 /// A series through a first-order low-pass.
 pub fn smoothed(fine: &[f64], cutoff: f64) -> Vec<f64> {
-    let a = 1.0 - (-TAU * cutoff / (FS * SUB as f64)).exp();
+    let a = 1.0 - (-TAU * cutoff / FINE_HZ).exp();
     let mut y = fine[0];
     fine.iter()
         .map(|x| {
             y += a * (x - y);
             y
+        })
+        .collect()
+}
+
+/// What a channel shows whose steps are not alike: every code ends up to a third of a step beside its place.
+pub fn uneven(x: &[f64], quantum: f64) -> Vec<f64> {
+    x.iter()
+        .map(|v| {
+            let code = (v / quantum).round();
+            let place = (code * 0.618_033_988_7).fract().abs() - 0.5;
+            quantum * (code + 0.66 * place)
         })
         .collect()
 }

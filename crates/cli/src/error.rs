@@ -1,6 +1,8 @@
 //! One message for the user, and the exit code that goes with it.
 
+use ndof_analysis::AnalysisError;
 use ndof_io::IoError;
+use ndof_report::FigureError;
 use ndof_study::StudyError;
 use std::process::ExitCode;
 
@@ -15,7 +17,13 @@ pub enum CliError {
     Io(#[from] IoError),
     /// The job cannot be done with this input.
     #[error(transparent)]
+    Analysis(#[from] AnalysisError),
+    /// The experiment or the study cannot be done.
+    #[error(transparent)]
     Study(#[from] StudyError),
+    /// A picture cannot be drawn.
+    #[error("drawing: {0}")]
+    Figure(#[from] FigureError),
     /// The machine failed.
     #[error("{what}: {source}; check disk and permissions")]
     Machine {
@@ -35,7 +43,11 @@ impl CliError {
         ExitCode::from(match self {
             CliError::BrokenPipe => 0,
             CliError::Machine { .. } => 3,
-            CliError::Io(error) | CliError::Study(StudyError::Io(error)) if error.is_machine_failure() => 3,
+            CliError::Io(error) | CliError::Analysis(AnalysisError::Io(error)) | CliError::Study(StudyError::Analysis(AnalysisError::Io(error)))
+                if error.is_machine_failure() =>
+            {
+                3
+            }
             _ => 2,
         })
     }

@@ -2,6 +2,7 @@
 
 mod command;
 mod error;
+mod flags;
 mod interrupt;
 mod options;
 mod output;
@@ -29,6 +30,7 @@ struct Cli {
 
 /// The subcommands, in the order of a day's work.
 #[derive(Debug, Subcommand)]
+#[expect(clippy::large_enum_variant, reason = "there is one, as long as the program runs")]
 enum Command {
     Check(command::check::Arguments),
     Design(command::design::Arguments),
@@ -60,8 +62,9 @@ fn definition() -> clap::Command {
 /// Runs the program with these arguments (the first is its name) and returns its exit code; `studies` are the built-in
 /// ones, name and text of the file.
 pub fn run(arguments: impl IntoIterator<Item = impl Into<OsString> + Clone>, studies: &[(&str, &str)]) -> ExitCode {
-    let cli = match definition().try_get_matches_from(arguments).and_then(|matches| Cli::from_arg_matches(&matches)) {
-        Ok(cli) => cli,
+    let parsed = definition().try_get_matches_from(arguments).and_then(|matches| Ok((Cli::from_arg_matches(&matches)?, matches)));
+    let (cli, matches) = match parsed {
+        Ok(parsed) => parsed,
         Err(error) => {
             // Help and version go to standard output with code 0, everything else to standard error with code 2.
             let code = if error.use_stderr() { 2 } else { 0 };
@@ -71,7 +74,7 @@ pub fn run(arguments: impl IntoIterator<Item = impl Into<OsString> + Clone>, stu
             };
         }
     };
-    let done = interrupt::listen().and_then(|()| match cli.command {
+    let done = options::refuse_unused(&matches).and_then(|()| interrupt::listen()).and_then(|()| match cli.command {
         Command::Check(arguments) => command::check::run(&arguments),
         Command::Design(arguments) => command::design::run(&arguments, studies),
         Command::Live(arguments) => command::live::run(&arguments),
@@ -91,7 +94,7 @@ pub fn run(arguments: impl IntoIterator<Item = impl Into<OsString> + Clone>, stu
         Ok(code) => code,
         Err(error) => {
             if !matches!(error, CliError::BrokenPipe) {
-                eprintln!("error: {error}");
+                eprintln!("error: {}", flags::as_flags(&error.to_string()));
             }
             error.exit_code()
         }

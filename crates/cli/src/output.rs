@@ -1,10 +1,11 @@
 //! Where results go: JSON to a file or standard output, tables to people.
 
 use crate::error::CliError;
+use crate::flags::as_flags;
 use crate::options::Shared;
+use ndof_analysis::Trials;
+use ndof_analysis::result::{Warning, to_json};
 use ndof_report::Report;
-use ndof_study::Trials;
-use ndof_study::result::{Warning, to_json};
 use serde::Serialize;
 use std::io::Write;
 use std::path::Path;
@@ -30,6 +31,7 @@ pub fn write_json(path: &Path, result: &impl Serialize) -> Result<(), CliError> 
 
 /// Writes page and pictures where `--report` and `--plots` say.
 pub fn report(shared: &Shared, report: &Report) -> Result<(), CliError> {
+    let report = &with_flags(report.clone());
     if let Some(path) = &shared.report {
         ndof_io::write_atomic(path, report.to_html().as_bytes())?;
     }
@@ -37,6 +39,14 @@ pub fn report(shared: &Shared, report: &Report) -> Result<(), CliError> {
         Some(folder) => write_plots(folder, report),
         None => Ok(()),
     }
+}
+
+/// The page with the arguments that its warnings name as flags.
+pub fn with_flags(mut report: Report) -> Report {
+    for warning in &mut report.warnings {
+        (warning.message, warning.action) = (as_flags(&warning.message), as_flags(&warning.action));
+    }
+    report
 }
 
 /// Writes every picture of a report as SVG and CSV into `folder`.
@@ -77,7 +87,7 @@ pub fn understood(shared: &Shared, trials: &Trials) {
     if !shared.verbose {
         return;
     }
-    for trial in &trials.trials {
+    for trial in trials.trials.iter() {
         eprintln!("read {}: {}", trial.file, trial.recording);
     }
     let ports = &trials.roles.ports;
@@ -90,7 +100,7 @@ pub fn understood(shared: &Shared, trials: &Trials) {
 pub fn warnings(shared: &Shared, warnings: &[Warning]) {
     if !shared.quiet {
         for warning in warnings {
-            eprintln!("warning[{}]: {}; {}", warning.code, warning.message, warning.action);
+            eprintln!("warning[{}]: {}", warning.code, as_flags(&format!("{}; {}", warning.message, warning.action)));
         }
     }
 }
@@ -114,8 +124,8 @@ pub fn columns(rows: &[Vec<String>]) -> String {
 }
 
 /// A number with four significant digits, a dash where there is none.
-pub fn short(value: Option<f64>) -> String {
-    match value {
+pub fn short(value: impl Into<Option<f64>>) -> String {
+    match value.into().filter(|value| value.is_finite()) {
         None => "–".to_owned(),
         Some(0.0) => "0".to_owned(),
         Some(value) if (1e-3..1e5).contains(&value.abs()) => {
@@ -126,8 +136,14 @@ pub fn short(value: Option<f64>) -> String {
     }
 }
 
+/// "282.9 … 292.4".
+pub fn interval(ends: Option<[f64; 2]>) -> String {
+    ends.map_or_else(|| "–".to_owned(), |[low, high]| format!("{} … {}", short(low), short(high)))
+}
+
 /// A probability; one that is too small to be written is said to be below the least number.
-pub fn p_value(value: Option<f64>) -> String {
+pub fn p_value(value: impl Into<Option<f64>>) -> String {
+    let value = value.into();
     if value == Some(0.0) { "< 1e-300".to_owned() } else { short(value) }
 }
 

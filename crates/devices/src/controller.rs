@@ -1,6 +1,7 @@
 //! The hold: a sampled proportional-derivative controller at the end effector.
 
-use crate::linearise::{HoldGains, velocity_filter};
+use crate::linearise::HoldGains;
+use crate::velocity::Velocity;
 use serde::{Deserialize, Serialize};
 
 /// One number for all axes, or one an axis.
@@ -78,40 +79,22 @@ pub(crate) struct Hold {
     rest: Vec<f64>,
     bias: Vec<f64>,
     force_limit: f64,
-    filter: (f64, f64),
-    last_position: Vec<f64>,
-    last_velocity: Vec<f64>,
-    filtered: Vec<f64>,
+    velocity: Vec<Velocity>,
     output: Vec<f64>,
 }
 
 impl Hold {
     /// A hold at the endpoint `rest`, which it measures as `measured` at the start, with a constant force `bias` (from the moved d_des).
     pub(crate) fn new(gains: HoldGains, rest: &[f64], measured: &[f64], bias: Vec<f64>, force_limit: f64) -> Self {
-        let filter = velocity_filter(gains.velocity_cutoff_hz, gains.sample_rate_hz);
-        let m = rest.len();
-        Hold {
-            gains,
-            rest: rest.to_vec(),
-            bias,
-            force_limit,
-            filter,
-            last_position: measured.to_vec(),
-            last_velocity: vec![0.0; m],
-            filtered: vec![0.0; m],
-            output: vec![0.0; m],
-        }
+        let velocity = measured.iter().map(|d| Velocity::at_rest(*d, gains.velocity_cutoff_hz, gains.sample_rate_hz)).collect();
+        Hold { gains, rest: rest.to_vec(), bias, force_limit, velocity, output: vec![0.0; rest.len()] }
     }
 
     /// One tick: the measured endpoint in, the commanded force out.
     pub(crate) fn step(&mut self, endpoint: &[f64], perturbation: impl Fn(usize) -> f64) -> &mut [f64] {
-        let (gain, pole) = self.filter;
         for i in 0..endpoint.len() {
-            let velocity = (endpoint[i] - self.last_position[i]) * self.gains.sample_rate_hz;
-            self.filtered[i] = gain * (velocity + self.last_velocity[i]) + pole * self.filtered[i];
-            self.last_velocity[i] = velocity;
-            self.last_position[i] = endpoint[i];
-            self.output[i] = perturbation(i) + self.bias[i] - self.gains.kp[i] * (endpoint[i] - self.rest[i]) - self.gains.kd[i] * self.filtered[i];
+            let velocity = self.velocity[i].step(endpoint[i]);
+            self.output[i] = perturbation(i) + self.bias[i] - self.gains.kp[i] * (endpoint[i] - self.rest[i]) - self.gains.kd[i] * velocity;
         }
         let length = self.output.iter().map(|f| f * f).sum::<f64>().sqrt();
         if length > self.force_limit {

@@ -3,10 +3,10 @@
 use crate::history::History;
 use crate::limb::Limb;
 use crate::linearise::coupled_matrix;
-use crate::matrix::add_transposed;
-use crate::robot::{Kinematics, Robot};
-use crate::transducer::Transducer;
 use ndarray::Array2;
+use ndof_linear::square::add_transposed;
+use ndof_models::Transducer;
+use ndof_models::robot::{EndpointKinematics, Robot};
 use ndof_models::{ForceLaw, Motion};
 
 /// The coupled system with the inputs that hold over a sample: motor torque and force from within the limb.
@@ -35,7 +35,7 @@ pub(crate) struct Coupled<'a> {
 /// Buffers of one evaluation; what it left there can be read until the next.
 struct Work {
     q: Vec<f64>,
-    kinematics: Kinematics,
+    kinematics: EndpointKinematics,
     force: Vec<f64>,
     net: Vec<f64>,
     x: Vec<f64>,
@@ -63,7 +63,7 @@ impl<'a> Coupled<'a> {
         shortest_step_s: f64,
     ) -> Self {
         let (m, n) = (robot.axes().len(), rest.len());
-        let mut kinematics = Kinematics::new(m, n);
+        let mut kinematics = EndpointKinematics::new(m, n);
         robot.kinematics(&rest, &vec![0.0; n], &mut kinematics);
         let rest_endpoint = kinematics.endpoint.clone();
         let history = (laws.iter().flat_map(|l| l.iter()))
@@ -303,11 +303,11 @@ mod tests {
     use crate::five_bar::FiveBar;
     use crate::integrate::{Accuracy, Means, Stepper};
     use crate::limb::{EndpointLinear, PlanarTwoLink, PlanarTwoLinkConfig};
-    use crate::robot::Joints;
     use ndarray::array;
+    use ndof_models::robot::Joints;
 
     fn conservative() -> (FiveBar, EndpointLinear) {
-        let robot = FiveBar::new([0.4064, 0.51435], [0.0, -0.65], [0.215, 0.18, 0.03], Joints::ideal(2)).expect("valid");
+        let robot = FiveBar::new([0.4064, 0.51435], [0.0, -0.65], [0.215, 0.18, 0.03], Joints::ideal(&["1", "2"])).expect("valid");
         let impedance = crate::limb::Impedance {
             inertia: array![[2.1, -0.55], [-0.55, 1.9]],
             damping: Array2::zeros((2, 2)),
@@ -319,7 +319,7 @@ mod tests {
     /// Kinetic and elastic energy of robot, transducer and limb (J).
     fn energy(system: &Coupled<'_>, y: &[f64]) -> f64 {
         let (q, rates): (Vec<f64>, &[f64]) = (system.rest.iter().zip(y).map(|(r, d)| r + d).collect(), &y[2..4]);
-        let (mut h, mut kinematics) = ([0.0; 4], Kinematics::new(2, 2));
+        let (mut h, mut kinematics) = ([0.0; 4], EndpointKinematics::new(2, 2));
         system.robot.mass_matrix(&q, &mut h);
         system.robot.kinematics(&q, rates, &mut kinematics);
         let j = &kinematics.jacobian;
@@ -356,7 +356,8 @@ mod tests {
 
     #[test]
     fn the_linear_part_is_the_derivative_at_rest() {
-        let robot = FiveBar::new([0.4064, 0.51435], [0.0, -0.65], [0.215, 0.18, 0.03], Joints { viscous: vec![0.2, 0.3], ..Joints::ideal(2) }).expect("valid");
+        let robot = FiveBar::new([0.4064, 0.51435], [0.0, -0.65], [0.215, 0.18, 0.03], Joints { viscous: vec![0.2, 0.3], ..Joints::ideal(&["1", "2"]) })
+            .expect("valid");
         let limb = PlanarTwoLink::new(&PlanarTwoLinkConfig::default(), [0.0; 2], None).expect("valid");
         let transducer = Transducer { stiffness: 1e6, damping: 800.0 };
         let rest = robot.inverse_kinematics(&[0.05, -0.03]).expect("reach");

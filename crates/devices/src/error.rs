@@ -1,5 +1,7 @@
 //! Why a device cannot be built or an experiment not be run.
 
+use ndof_models::robot::RobotError;
+
 /// What is wrong with a device, a limb or an experiment, where, and what to do.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum DeviceError {
@@ -44,16 +46,9 @@ pub enum DeviceError {
     /// An inertia that is not symmetric and positive definite.
     #[error("{0} is not symmetric positive definite; an inertia has to be")]
     Inertia(String),
-    /// The posture lies outside of the robot's or the limb's reach.
-    #[error("{who} cannot reach {target:?}: {why}; choose another posture")]
-    Reach {
-        /// Which mechanism.
-        who: String,
-        /// The point asked for.
-        target: Vec<f64>,
-        /// What stands against it.
-        why: String,
-    },
+    /// What a robot says of itself: a posture out of its reach, a number with which it cannot be.
+    #[error(transparent)]
+    Robot(#[from] RobotError),
     /// Something the experiment leaves open and the device needs.
     #[error("{0}")]
     Missing(String),

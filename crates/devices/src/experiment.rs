@@ -2,14 +2,15 @@
 
 use crate::chain::{FileChoices, RobotConfig, read_robot};
 use crate::controller::Controller;
+use crate::device::Device;
 use crate::error::DeviceError;
 use crate::limb::{EndpointLinear, EndpointLinearConfig, Limb, PlanarTwoLink, PlanarTwoLinkConfig, SpringArray, SpringArrayConfig, Wrist, WristConfig};
 use crate::linearise::{HoldGains, Linearised};
 use crate::noise::LimbNoise;
-use crate::parameters::Parameters;
-use crate::registry::{Device, device};
-use crate::robot::{Kinematics, Robot};
+use crate::parameters::DeviceParameters;
+use crate::registry::device;
 use crate::sensors::Sensors;
+use ndof_models::robot::Robot;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 
@@ -124,7 +125,7 @@ impl DeviceConfig {
                     return Err(DeviceError::Missing(format!("device.axes, device.tip and device.home_rad belong to a device.file; \"{name}\" has its own")));
                 }
                 let entry = device(name)?;
-                (entry.build)(&Parameters::new(entry.name, entry.parameters, &self.parameters)?)
+                (entry.build)(&DeviceParameters::new(entry.name, entry.parameters, &self.parameters)?)
             }
             (None, "", Some(robot)) => {
                 self.no_overrides(&robot.name, "none; edit device.robot")?;
@@ -215,10 +216,7 @@ pub struct Bench {
 impl Bench {
     /// The endpoint's coordinates at the posture (m, rad).
     pub fn rest_endpoint(&self) -> Vec<f64> {
-        let robot = self.device.robot.as_ref();
-        let mut place = Kinematics::new(robot.axes().len(), self.rest.len());
-        robot.kinematics(&self.rest, &vec![0.0; self.rest.len()], &mut place);
-        place.endpoint
+        self.device.robot.endpoint(&self.rest)
     }
 }
 
@@ -239,9 +237,7 @@ impl Experiment {
         let device = self.device.build()?;
         let axes = device.robot.axes().len();
         let rest = self.rest(device.robot.as_ref())?;
-        let mut place = Kinematics::new(axes, rest.len());
-        device.robot.kinematics(&rest, &vec![0.0; rest.len()], &mut place);
-        let limb = self.limb.build(axes, &place.endpoint, &self.posture)?;
+        let limb = self.limb.build(axes, &device.robot.endpoint(&rest), &self.posture)?;
         if limb.axes() != axes {
             return Err(DeviceError::size("the device", format!("{axes} axes"), format!("{} for this limb", limb.axes())));
         }
@@ -274,14 +270,14 @@ impl Experiment {
 
     /// The robot's joint coordinates at the posture.
     fn rest(&self, robot: &dyn Robot) -> Result<Vec<f64>, DeviceError> {
-        let joints = robot.joints().coulomb.len();
+        let joints = robot.joints().count();
         match (&self.posture.hand_m, &self.posture.joint_rad, &self.limb) {
             (Some(hand), _, _) if hand.len() != robot.axes().len() => Err(DeviceError::size("posture.hand_m", hand.len(), robot.axes().len())),
-            (Some(hand), None, _) | (Some(hand), _, LimbConfig::PlanarTwoLink(_)) => robot.inverse_kinematics(hand),
+            (Some(hand), None, _) | (Some(hand), _, LimbConfig::PlanarTwoLink(_)) => Ok(robot.inverse_kinematics(hand)?),
             (Some(_), Some(_), _) => {
                 Err(DeviceError::Missing("posture.hand_m and posture.joint_rad both set the robot's posture; give one of them".to_owned()))
             }
-            (None, Some(_), LimbConfig::PlanarTwoLink(_)) | (None, None, _) => robot.home(),
+            (None, Some(_), LimbConfig::PlanarTwoLink(_)) | (None, None, _) => Ok(robot.home()?),
             (None, Some(angles), _) if angles.len() == joints => Ok(angles.clone()),
             (None, Some(angles), _) => Err(DeviceError::size("posture.joint_rad", angles.len(), joints)),
         }

@@ -1,8 +1,8 @@
 //! Time stepping: the stiff linear part exactly, the rest by an exponential Runge-Kutta method of order 4.
 
 use crate::coupled::Coupled;
-use crate::exponential::{doubled, phi_functions};
 use ndarray::{Array2, Axis};
+use ndof_linear::{doubled, phi_functions};
 use pulp::{Arch, Simd, WithSimd};
 
 /// Weights of one step length, for ẏ = L y + N(t, y) (Cox and Matthews, J. Comput. Phys. 176 (2002) 430, eqs. 26-29, written in increments).

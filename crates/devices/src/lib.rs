@@ -3,7 +3,7 @@
 //! An [`Experiment`] is data: device, limb, posture, controller, sensors. [`simulate_trial`] turns it and a commanded
 //! excitation into a recording; [`linearise`] gives the linear model that the simulation follows for small motions.
 //!
-//! A robot is a constant model behind the trait [`Robot`], a limb one behind [`Limb`]; between them sits a stiff [`Transducer`], and
+//! A robot is a constant model behind the trait [`Robot`], a limb one behind [`Limb`]; between them sits a stiff [`Transducer`](ndof_models::Transducer), and
 //! time is stepped by an exponential Runge-Kutta method of order 4 whose linear part, that coupling included, is exact.
 //! Hidden effects come as force laws and stages in [`Extras`]: no effect is known here by name.
 //!
@@ -41,43 +41,45 @@
 mod chain;
 mod controller;
 mod coupled;
+mod device;
 mod error;
 mod experiment;
-mod exponential;
 mod five_bar;
 mod history;
 mod integrate;
 mod limb;
 mod linearise;
-mod matrix;
 mod noise;
 mod parameters;
 mod posture_hold;
 mod registry;
-mod robot;
 mod safety;
 mod sensors;
 mod simulate;
 mod transducer;
 mod vector3;
+mod velocity;
 mod wrist;
 
-pub use chain::{EndEffectorConfig, HoldConfig, JointConfig, JointKind, MAX_JOINTS, RobotConfig, SerialChain, TransducerConfig};
+pub use chain::{
+    BaseParameter, EndEffectorConfig, HoldConfig, JointConfig, JointKind, MAX_JOINTS, RobotConfig, SerialChain, TERMS_OF_A_LINK, TransducerConfig,
+    base_parameters,
+};
 pub use controller::{Controller, PerAxis, Safety};
+pub use device::{Device, DeviceEntry, LimbEntry, LoopDefaults};
 pub use error::DeviceError;
 pub use experiment::{Bench, DeviceConfig, Experiment, LimbConfig, Posture, linearise};
 pub use five_bar::FiveBar;
 pub use integrate::Accuracy;
 pub use limb::{
-    EndpointLinear, EndpointLinearConfig, Impedance, Limb, PlanarTwoLink, PlanarTwoLinkConfig, SPRING_CONFIGURATIONS, Side, SpringArray, SpringArrayConfig,
+    EndpointLinear, EndpointLinearConfig, Impedance, Limb, PlanarTwoLink, PlanarTwoLinkConfig, SPRING_CONFIGURATIONS, SpringArray, SpringArrayConfig,
     SpringConfiguration, Tone, Wrist, WristConfig, anatomical_axes, hand_gravity_stiffness,
 };
 pub use linearise::{HoldGains, Linearised};
+pub use ndof_models::robot::Robot;
 pub use noise::LimbNoise;
-pub use parameters::{Parameter, Parameters};
-pub use registry::{DEVICES, Device, DeviceEntry, LIMBS, LimbEntry, LoopDefaults, device};
-pub use robot::{Axis, Joints, Kinematics, Robot};
+pub use parameters::{DeviceParameter, DeviceParameters};
+pub use registry::{DEVICES, LIMBS, device};
 pub use sensors::{Averaging, Sensors};
 pub use simulate::{Extras, StageMaker, simulate_trial};
-pub use transducer::Transducer;
 pub use wrist::WristRobot;

@@ -1,12 +1,12 @@
 //! The linear human-machine model: what the simulation does for small motions.
 
 use crate::error::DeviceError;
-use crate::exponential::phi_functions;
 use crate::limb::{Impedance, Limb};
-use crate::matrix::inverse;
-use crate::robot::{Kinematics, Robot};
-use crate::transducer::Transducer;
+use crate::velocity::velocity_filter;
 use ndarray::Array2;
+use ndof_linear::{inverse, phi_functions};
+use ndof_models::Transducer;
+use ndof_models::robot::{EndpointKinematics, Robot, RobotError};
 use num_complex::Complex64;
 use std::ops::Range;
 
@@ -73,10 +73,10 @@ struct Sampled {
     d: Array2<f64>,
 }
 
-/// H, J and viscous friction at joint coordinates `q`.
-fn rigid_body(robot: &dyn Robot, q: &[f64]) -> (Array2<f64>, Array2<f64>) {
+/// H and J at joint coordinates `q`.
+pub(crate) fn rigid_body(robot: &dyn Robot, q: &[f64]) -> (Array2<f64>, Array2<f64>) {
     let (m, n) = (robot.axes().len(), q.len());
-    let mut kinematics = Kinematics::new(m, n);
+    let mut kinematics = EndpointKinematics::new(m, n);
     robot.kinematics(q, &vec![0.0; n], &mut kinematics);
     let mut mass = vec![0.0; n * n];
     robot.mass_matrix(q, &mut mass);
@@ -148,7 +148,7 @@ impl Linearised {
         let singular = |what: &str| DeviceError::Inertia(format!("{what} at the posture"));
         let h_inverse = inverse(&h).ok_or_else(|| singular("the robot's mass matrix"))?;
         let reach = h_inverse.dot(&j.t());
-        let robot_inertia = inverse(&j.dot(&reach)).ok_or_else(|| DeviceError::Reach {
+        let robot_inertia = inverse(&j.dot(&reach)).ok_or_else(|| RobotError::Reach {
             who: "the robot".to_owned(),
             target: q.to_vec(),
             why: "its Jacobian is singular in this posture".to_owned(),
@@ -272,12 +272,6 @@ impl Linearised {
     pub fn precompensation(&self, frequency_hz: f64) -> Option<Array2<Complex64>> {
         inverse(&self.sampled_responses(frequency_hz)?.0)
     }
-}
-
-/// Gain g and pole p of the first-order Butterworth low-pass g (1 + z⁻¹)/(1 − p z⁻¹).
-pub(crate) fn velocity_filter(cutoff_hz: f64, sample_rate_hz: f64) -> (f64, f64) {
-    let t = (std::f64::consts::PI * cutoff_hz / sample_rate_hz).tan();
-    (t / (1.0 + t), (1.0 - t) / (1.0 + t))
 }
 
 impl Sampled {

@@ -1,6 +1,7 @@
 //! Random signals of an experiment: force that a limb makes by itself.
 
 use crate::controller::PerAxis;
+use ndof_signal::{Passband, SosFilter};
 use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
 use rand_distr::StandardNormal;
@@ -23,24 +24,18 @@ fn default_cutoff_hz() -> f64 {
 
 /// `count` samples of filtered noise with expected root mean square `rms`, stationary from the first.
 pub(crate) fn low_pass_noise(rng: &mut ChaCha8Rng, rms: f64, cutoff_hz: f64, sample_rate_hz: f64, count: usize) -> Vec<f64> {
-    // Bilinear second-order Butterworth: w = tan(π f_c/f_s), poles at 45°.
-    let w = (std::f64::consts::PI * (cutoff_hz / sample_rate_hz).min(0.499)).tan();
-    let scale = 1.0 / (1.0 + std::f64::consts::SQRT_2 * w + w * w);
-    let (b, a1, a2) = (w * w * scale, 2.0 * (w * w - 1.0) * scale, (1.0 - std::f64::consts::SQRT_2 * w + w * w) * scale);
-    let mut memory = [0.0; 2];
-    let mut filter = |x: f64| {
-        let y = b * x + memory[0];
-        memory = [2.0 * b * x - a1 * y + memory[1], b * x - a2 * y];
-        y
-    };
+    let corner_hz = cutoff_hz.min(0.499 * sample_rate_hz);
+    let Ok(filter) = SosFilter::butterworth(2, Passband::Low(corner_hz), sample_rate_hz) else { return vec![f64::NAN; count] };
     // Its impulse response has died away (e⁻³⁰) after ten times √2/(π f_c), hence the warm-up; its energy is the noise gain.
     let settle = (10.0 * std::f64::consts::SQRT_2 / std::f64::consts::PI * sample_rate_hz / cutoff_hz).ceil() as usize;
-    let energy: f64 = (0..settle).map(|k| filter(if k == 0 { 1.0 } else { 0.0 }).powi(2)).sum();
-    let gain = rms / energy.sqrt();
-    for _ in 0..settle {
-        filter(rng.sample(StandardNormal));
-    }
-    (0..count).map(|_| gain * filter(rng.sample(StandardNormal))).collect()
+    let mut impulse = filter.stream();
+    let energy: f64 = (0..settle).map(|k| impulse.step(if k == 0 { 1.0 } else { 0.0 }).powi(2)).sum();
+    let (gain, mut stream) = (rms / energy.sqrt(), filter.stream());
+    let mut next = || stream.step(rng.sample(StandardNormal));
+    (0..settle).for_each(|_| {
+        next();
+    });
+    (0..count).map(|_| gain * next()).collect()
 }
 
 #[cfg(test)]

@@ -1,8 +1,8 @@
 //! What the sensors do to force and joint angles.
 
 use crate::error::DeviceError;
-use crate::robot::Axis;
 use ndarray::Array2;
+use ndof_models::Axis;
 use serde::{Deserialize, Serialize};
 
 /// What a sample stands for.
@@ -56,11 +56,6 @@ impl Default for Sensors {
 /// Shares of the true forces in the channels, axes × axes, and what a load adds to each.
 pub(crate) type ForceMap = (Array2<f64>, Vec<f64>);
 
-/// Rounds to a multiple of `quantum`; 0 leaves the value as it is.
-pub(crate) fn quantise(value: f64, quantum: f64) -> f64 {
-    if quantum > 0.0 { (value / quantum).round() * quantum } else { value }
-}
-
 impl Sensors {
     /// Encoder steps a turn: the device's own count unless bits are given, infinite for ideal encoders.
     pub(crate) fn encoder_counts(&self, own: f64) -> f64 {
@@ -108,19 +103,15 @@ impl Sensors {
 mod tests {
     use super::*;
 
-    fn axis(name: &str) -> Axis {
-        Axis { name: name.to_owned(), rotational: false }
-    }
-
     #[test]
     fn a_six_axis_matrix_shows_cross_talk_between_the_axes_and_the_weight_of_the_arm() {
         let mut matrix: Vec<Vec<f64>> = (0..6).map(|i| (0..6).map(|j| f64::from(u8::from(i == j))).collect()).collect();
         (matrix[1][0], matrix[0][2]) = (0.02, 0.01);
         let sensors = Sensors { force_matrix: Some(matrix), load: Some([0.0, 0.0, -20.0, 0.0, 0.0, 0.0]), ..Sensors::default() };
-        let (map, constant) = sensors.force_map(&[axis("x"), axis("y")]).expect("valid").expect("a matrix");
+        let (map, constant) = sensors.force_map(&[Axis::linear("x"), Axis::linear("y")]).expect("valid").expect("a matrix");
         assert_eq!(map, ndarray::arr2(&[[1.0, 0.0], [0.02, 1.0]]));
         assert_eq!(constant, [-0.2, 0.0]);
         let wrong = Sensors { force_matrix: Some(vec![vec![1.0; 3]; 3]), ..Sensors::default() };
-        assert!(wrong.force_map(&[axis("x"), axis("y")]).unwrap_err().to_string().contains("6 × 6"));
+        assert!(wrong.force_map(&[Axis::linear("x"), Axis::linear("y")]).unwrap_err().to_string().contains("6 × 6"));
     }
 }

@@ -5,12 +5,12 @@ use crate::coupled::Coupled;
 use crate::error::DeviceError;
 use crate::experiment::Experiment;
 use crate::integrate::{Accuracy, Means, Stepper};
-use crate::matrix::{add_transposed, multiply};
 use crate::noise::low_pass_noise;
 use crate::posture_hold::PostureHold;
-use crate::robot::Kinematics;
 use crate::safety::Watch;
-use crate::sensors::{Averaging, quantise};
+use crate::sensors::Averaging;
+use ndof_linear::square::{add_transposed, multiply};
+use ndof_models::robot::{EndpointKinematics, quantise};
 use ndof_models::{ForceLaw, Stage};
 use ndof_signal::{Channel, Quantity, Recording, Unit};
 use rand::{RngExt, SeedableRng};
@@ -84,7 +84,7 @@ pub fn simulate_trial(experiment: &Experiment, commanded: &[Vec<f64>], extras: &
     let mut means = Means::new(m, n);
 
     let counts = experiment.sensors.encoder_counts(robot.joints().encoder_counts);
-    let mut measured = Kinematics::new(m, n);
+    let mut measured = EndpointKinematics::new(m, n);
     let (mut angles, mut place) = (vec![0.0; n], vec![0.0; n]);
     let still = vec![0.0; n];
     let mut read = |y: &[f64], angles: &mut [f64]| {

@@ -1,16 +1,23 @@
 //! A wrist robot of InMotion3's kind: a gimbal whose last two axes share two motors through a differential.
 
 use crate::chain::{Link, SerialChain, Space};
+use crate::device::{Device, DeviceEntry, LoopDefaults};
 use crate::error::DeviceError;
-use crate::parameters::{Parameter, Parameters, parameter};
-use crate::registry::{Device, LoopDefaults};
-use crate::robot::{Axis, Joints, Kinematics, Robot};
-use crate::sensors::quantise;
-use crate::transducer::Transducer;
-use crate::vector3::IDENTITY;
+use crate::parameters::{DeviceParameter, DeviceParameters, parameter};
+use ndof_models::Axis;
+use ndof_models::Transducer;
+use ndof_models::robot::{EndpointKinematics, Joints, Meaning, Robot, RobotError, RobotParameter, quantise};
 
-/// Parameters of the wrist robot.
-pub(crate) static WRIST: [Parameter; 13] = [
+/// The wrist robot.
+pub(crate) static WRIST: DeviceEntry = DeviceEntry {
+    name: "wrist",
+    description: "wrist robot of InMotion3's kind: pronation/supination, flexion/extension, abduction/adduction, in joint angles",
+    parameters: &PARAMETERS,
+    source: "differential, ratios and encoders from the robot's public control software; inertias, friction and gravity are ours",
+    build,
+};
+
+static PARAMETERS: [DeviceParameter; 13] = [
     parameter("differential_ratio", "1", 7.0, "motor turns for one turn of flexion or abduction, both motors together"),
     parameter("pronation_ratio", "1", 10.5, "motor turns for one turn of pronation"),
     parameter("motor_torque_limit_nm", "N m", 0.116, "largest torque of one motor"),
@@ -37,52 +44,64 @@ pub struct WristRobot {
     pronation: f64,
     motor_limit: f64,
     compensation: f64,
+    parameters: DeviceParameters,
 }
 
-/// Builds the wrist robot from its parameters.
-pub(crate) fn build_wrist(p: &Parameters) -> Result<Device, DeviceError> {
+impl WristRobot {
+    /// The gimbal with its motors.
+    ///
+    /// # Errors
+    /// [`DeviceError`] that names the number out of range.
+    fn new(p: &DeviceParameters) -> Result<Self, DeviceError> {
+        let v = |name| p.value(name);
+        for name in ["differential_ratio", "pronation_ratio", "motor_torque_limit_nm", "encoder_counts"] {
+            if v(name) <= 0.0 {
+                return Err(DeviceError::value(name, v(name), "positive"));
+            }
+        }
+        for name in ["rotor_inertia_kg_m2", "moving_mass_kg", "gravity_compensation"] {
+            if v(name) < 0.0 {
+                return Err(DeviceError::value(name, v(name), "zero or positive"));
+            }
+        }
+        let (differential, pronation, rotor) = (v("differential_ratio"), v("pronation_ratio"), v("rotor_inertia_kg_m2"));
+        let link = |axis, [xx, yy, zz]: [f64; 3], rotor| Link { axis, inertia: [[xx, 0.0, 0.0], [0.0, yy, 0.0], [0.0, 0.0, zz]], rotor, ..Link::default() };
+        // Both motors turn in flexion and in abduction, at g times the angle each: 2 g² J on either axis.
+        let shared = 2.0 * differential * differential * rotor;
+        let mut links = vec![
+            link([1.0, 0.0, 0.0], [5e-4, 4e-4, 4e-4], pronation * pronation * rotor),
+            link([0.0, 0.0, 1.0], [4e-4, 4e-4, 5e-4], shared),
+            link([0.0, 1.0, 0.0], [1.3e-3, 1.8e-3, 1.3e-3], shared),
+        ];
+        links[2].mass = v("moving_mass_kg");
+        links[2].centre = [v("moving_centre_m"), 0.0, 0.0];
+        let names = ["ps", "fe", "aa"];
+        let joints = Joints {
+            coulomb: vec![v("coulomb_nm"); 3],
+            viscous: vec![v("viscous_nm_s_per_rad"); 3],
+            encoder_counts: v("encoder_counts"),
+            ..Joints::ideal(&names)
+        };
+        // Ranges of the human joint that the robot covers: 70°/70°, 60°/60°, 30°/45°.
+        let range = [[-70.0, 70.0], [-60.0, 60.0], [-30.0, 45.0_f64]].map(|r| r.map(f64::to_radians)).to_vec();
+        let axes = names.map(Axis::rotational).to_vec();
+        let chain = SerialChain::new(links, [0.0; 3], [0.0, 0.0, -9.81], (Space::Joints, axes), (vec![0.0; 3], range), joints)?;
+        Ok(WristRobot {
+            chain,
+            differential,
+            pronation,
+            motor_limit: v("motor_torque_limit_nm"),
+            compensation: v("gravity_compensation"),
+            parameters: p.clone(),
+        })
+    }
+}
+
+fn build(p: &DeviceParameters) -> Result<Device, DeviceError> {
     let v = |name| p.value(name);
-    for name in ["differential_ratio", "pronation_ratio", "motor_torque_limit_nm", "encoder_counts", "torque_limit_nm"] {
-        if v(name) <= 0.0 {
-            return Err(DeviceError::value(name, v(name), "positive"));
-        }
+    if v("torque_limit_nm") <= 0.0 {
+        return Err(DeviceError::value("torque_limit_nm", v("torque_limit_nm"), "positive"));
     }
-    for name in ["rotor_inertia_kg_m2", "moving_mass_kg", "gravity_compensation"] {
-        if v(name) < 0.0 {
-            return Err(DeviceError::value(name, v(name), "zero or positive"));
-        }
-    }
-    let (differential, pronation, rotor) = (v("differential_ratio"), v("pronation_ratio"), v("rotor_inertia_kg_m2"));
-    let link = |axis, [xx, yy, zz]: [f64; 3], rotor| Link {
-        slides: false,
-        axis,
-        rotation: IDENTITY,
-        origin: [0.0; 3],
-        mass: 0.0,
-        centre: [0.0; 3],
-        inertia: [[xx, 0.0, 0.0], [0.0, yy, 0.0], [0.0, 0.0, zz]],
-        rotor,
-    };
-    // Both motors turn in flexion and in abduction, at g times the angle each: 2 g² J on either axis.
-    let shared = 2.0 * differential * differential * rotor;
-    let mut links = vec![
-        link([1.0, 0.0, 0.0], [5e-4, 4e-4, 4e-4], pronation * pronation * rotor),
-        link([0.0, 0.0, 1.0], [4e-4, 4e-4, 5e-4], shared),
-        link([0.0, 1.0, 0.0], [1.3e-3, 1.8e-3, 1.3e-3], shared),
-    ];
-    links[2].mass = v("moving_mass_kg");
-    links[2].centre = [v("moving_centre_m"), 0.0, 0.0];
-    let joints = Joints {
-        coulomb: vec![v("coulomb_nm"); 3],
-        viscous: vec![v("viscous_nm_s_per_rad"); 3],
-        smoothing: vec![0.005; 3],
-        encoder_counts: v("encoder_counts"),
-        ..Joints::ideal(3)
-    };
-    let axes = ["ps", "fe", "aa"].map(|name| Axis { name: name.to_owned(), rotational: true }).to_vec();
-    // Ranges of the human joint that the robot covers: 70°/70°, 60°/60°, 30°/45°.
-    let range = [[-70.0, 70.0], [-60.0, 60.0], [-30.0, 45.0_f64]].map(|r| r.map(f64::to_radians)).to_vec();
-    let chain = SerialChain::new(links, [0.0; 3], [0.0, 0.0, -9.81], (Space::Joints, axes), (vec![0.0; 3], range), joints)?;
     let transducer = Transducer { stiffness: v("transducer_stiffness_nm_per_rad"), damping: v("transducer_damping_nm_s_per_rad") };
     if !(transducer.stiffness >= 1000.0 && transducer.damping > 0.0) {
         return Err(DeviceError::value("transducer_stiffness_nm_per_rad", transducer.stiffness, "at least 1000 N m/rad, with positive damping"));
@@ -96,9 +115,20 @@ pub(crate) fn build_wrist(p: &Parameters) -> Result<Device, DeviceError> {
         force_range: 10.0,
         stiffness_limit: f64::INFINITY,
     };
-    let robot = WristRobot { chain, differential, pronation, motor_limit: v("motor_torque_limit_nm"), compensation: v("gravity_compensation") };
-    Ok(Device { robot: Box::new(robot), transducer, defaults })
+    Ok(Device { robot: Box::new(WristRobot::new(p)?), transducer, defaults })
 }
+
+/// Numbers of the table that are the robot's own, and what they mean.
+const OWN: [(&str, Meaning); 8] = [
+    ("differential_ratio", Meaning::Setting),
+    ("pronation_ratio", Meaning::Setting),
+    ("rotor_inertia_kg_m2", Meaning::Inertia),
+    ("moving_mass_kg", Meaning::Inertia),
+    ("moving_centre_m", Meaning::Inertia),
+    ("gravity_compensation", Meaning::Setting),
+    ("coulomb_nm", Meaning::Friction),
+    ("viscous_nm_s_per_rad", Meaning::Friction),
+];
 
 impl Robot for WristRobot {
     fn axes(&self) -> &[Axis] {
@@ -109,7 +139,7 @@ impl Robot for WristRobot {
         self.chain.joints()
     }
 
-    fn kinematics(&self, q: &[f64], rates: &[f64], out: &mut Kinematics) {
+    fn kinematics(&self, q: &[f64], rates: &[f64], out: &mut EndpointKinematics) {
         self.chain.kinematics(q, rates, out);
     }
 
@@ -121,11 +151,33 @@ impl Robot for WristRobot {
         self.chain.bias(q, rates, out);
     }
 
-    fn inverse_kinematics(&self, target: &[f64]) -> Result<Vec<f64>, DeviceError> {
+    fn inverse_kinematics(&self, target: &[f64]) -> Result<Vec<f64>, RobotError> {
         self.chain.inverse_kinematics(target)
     }
 
-    fn home(&self) -> Result<Vec<f64>, DeviceError> {
+    fn inverse_dynamics(&self, q: &[f64], rates: &[f64], accelerations: &[f64], out: &mut [f64]) {
+        self.chain.inverse_dynamics(q, rates, accelerations, out);
+    }
+
+    fn parameters(&self) -> Vec<RobotParameter> {
+        let unit = |name: &str| PARAMETERS.iter().find(|p| p.name == name).map_or("", |p| p.unit);
+        OWN.iter().map(|(name, meaning)| RobotParameter::new(*name, unit(name), self.parameters.value(name), *meaning)).collect()
+    }
+
+    fn with_parameters(&self, values: &[f64]) -> Result<Box<dyn Robot>, RobotError> {
+        if values.len() != OWN.len() {
+            return Err(RobotError::Length { what: "the list of parameters", found: values.len(), expected: OWN.len() });
+        }
+        let mut parameters = self.parameters.clone();
+        OWN.iter().zip(values).for_each(|((name, _), value)| parameters.set(name, *value));
+        match WristRobot::new(&parameters) {
+            Ok(robot) => Ok(Box::new(robot)),
+            Err(DeviceError::Robot(error)) => Err(error),
+            Err(other) => Err(RobotError::Body(other.to_string())),
+        }
+    }
+
+    fn home(&self) -> Result<Vec<f64>, RobotError> {
         self.chain.home()
     }
 
@@ -153,7 +205,7 @@ impl Robot for WristRobot {
         torque[2] = (left - right) * self.differential;
     }
 
-    fn acceleration(&self, q: &[f64], rates: &[f64], kinematics: &Kinematics, torque: &[f64], work: &mut [f64], out: &mut [f64]) {
+    fn acceleration(&self, q: &[f64], rates: &[f64], kinematics: &EndpointKinematics, torque: &[f64], work: &mut [f64], out: &mut [f64]) {
         self.chain.acceleration(q, rates, kinematics, torque, work, out);
     }
 }
@@ -165,7 +217,7 @@ mod tests {
 
     fn wrist() -> Device {
         let entry = device("wrist").expect("known");
-        (entry.build)(&Parameters::new("wrist", entry.parameters, &Default::default()).expect("defaults")).expect("builds")
+        (entry.build)(&DeviceParameters::new("wrist", entry.parameters, &Default::default()).expect("defaults")).expect("builds")
     }
 
     #[test]

@@ -1,18 +1,7 @@
 //! The simulation that is judged.
 
+pub use ndof_models::Status;
 use serde::{Deserialize, Serialize};
-
-/// Whether a parameter of the baseline may be wrong.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "kebab-case")]
-pub enum Status {
-    /// It is right, whatever the data say.
-    Fixed,
-    /// It is a number that the diagnosis may call wrong.
-    Nominal,
-    /// It is fitted.
-    Free,
-}
 
 /// One of the matrices M, B, K of the baseline, axes in the order of the outputs.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]

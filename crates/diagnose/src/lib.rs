@@ -7,6 +7,8 @@
 //! further regressor computed from the measured motion (nothing is integrated that could diverge), and a Whittle likelihood with a
 //! noise spectrum of its own for each hypothesis decides. A free run of the extended model over held-out data confirms.
 
+#![cfg_attr(docsrs, feature(doc_cfg))]
+
 mod along;
 mod answer;
 mod band;
@@ -26,8 +28,6 @@ mod mechanism;
 mod optimise;
 mod options;
 mod pictures;
-#[cfg(test)]
-mod pieces;
 mod plan;
 mod plant;
 mod probability;

@@ -1,11 +1,37 @@
-//! What a diagnosis says. Field names are those of the result file.
+//! What a diagnosis says. Field names are those of `ndof/diagnosis/1`.
 
 use crate::probability::Features;
 use ndof_models::effects::Value;
-use serde::{Deserialize, Serialize};
+use serde::{Deserialize, Deserializer, Serialize};
+
+/// A number that does not exist is `null` in JSON and NaN here.
+fn or_nan<'de, D: Deserializer<'de>>(deserializer: D) -> Result<f64, D::Error> {
+    Ok(Option::deserialize(deserializer)?.unwrap_or(f64::NAN))
+}
+
+fn value_or_nan<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Value, D::Error> {
+    Ok(Option::deserialize(deserializer)?.unwrap_or(Value::Number(f64::NAN)))
+}
+
+/// How JSON shows a [`Value`].
+#[cfg(feature = "schema")]
+#[derive(schemars::JsonSchema)]
+#[schemars(untagged)]
+#[expect(dead_code, reason = "its schema is all that is wanted")]
+enum AnyValue {
+    /// Yes or no.
+    Flag(bool),
+    /// A number in SI units.
+    Number(f64),
+    /// A channel or a parameter's name.
+    Text(String),
+    /// Rows of a matrix.
+    Matrix(Vec<Vec<Option<f64>>>),
+}
 
 /// The answer: what the baseline gets wrong, why, and what naming it gains.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct Diagnosis {
     /// What was fitted and what was held out.
     pub split: Split,
@@ -31,6 +57,7 @@ pub struct Diagnosis {
 
 /// What was fitted and what was held out, in words.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct Split {
     /// What was fitted.
     pub estimation: String,
@@ -43,6 +70,7 @@ pub struct Split {
 
 /// How well the held-out outputs are predicted by free run.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct Score {
     /// rms(y - ŷ) / std(y) of each output; `None` where the prediction diverges.
     pub nrmse: Vec<Option<f64>>,
@@ -52,12 +80,15 @@ pub struct Score {
 
 /// A parameter of a model.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct ModelParameter {
     /// Its name: `K_x_y`, or `K` for one axis.
     pub name: String,
     /// Its SI unit.
     pub unit: String,
     /// Its value.
+    #[serde(deserialize_with = "or_nan")]
+    #[cfg_attr(feature = "schema", schemars(with = "Option<f64>"))]
     pub value: f64,
     /// Its standard error, where it was fitted.
     pub std_error: Option<f64>,
@@ -65,6 +96,7 @@ pub struct ModelParameter {
 
 /// A model with its held-out score.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct Model {
     /// Its name.
     pub model: String,
@@ -76,6 +108,7 @@ pub struct Model {
 
 /// The part of the outputs that no model predicts from the input.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct NoiseFloor {
     /// Per output.
     pub nrmse: Vec<Option<f64>>,
@@ -85,40 +118,55 @@ pub struct NoiseFloor {
 
 /// A share of the discrepancy in one band.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct BandShare {
     /// Edges.
     pub band_hz: [f64; 2],
     /// The output.
     pub output: String,
     /// Share of this output's residual.
+    #[serde(deserialize_with = "or_nan")]
+    #[cfg_attr(feature = "schema", schemars(with = "Option<f64>"))]
     pub share: f64,
 }
 
 /// A share of the held-out error in one stretch of time.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct TimeShare {
     /// From and to, in seconds since the held-out part began.
     pub time_s: [f64; 2],
     /// The output.
     pub output: String,
     /// Share of this output's error.
+    #[serde(deserialize_with = "or_nan")]
+    #[cfg_attr(feature = "schema", schemars(with = "Option<f64>"))]
     pub share: f64,
 }
 
 /// Where and of what kind the baseline's residual is.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct Discrepancy {
     /// By frequency band and output.
     pub by_band: Vec<BandShare>,
     /// By time and output.
     pub by_time: Vec<TimeShare>,
     /// What some linear model of the same signals explains.
+    #[serde(deserialize_with = "or_nan")]
+    #[cfg_attr(feature = "schema", schemars(with = "Option<f64>"))]
     pub linear_share: f64,
     /// What no linear model explains but a nonlinear one does.
+    #[serde(deserialize_with = "or_nan")]
+    #[cfg_attr(feature = "schema", schemars(with = "Option<f64>"))]
     pub nonlinear_share: f64,
     /// What changes with time.
+    #[serde(deserialize_with = "or_nan")]
+    #[cfg_attr(feature = "schema", schemars(with = "Option<f64>"))]
     pub time_varying_share: f64,
     /// The rest.
+    #[serde(deserialize_with = "or_nan")]
+    #[cfg_attr(feature = "schema", schemars(with = "Option<f64>"))]
     pub noise_share: f64,
     /// Remarks with their numbers.
     pub notes: Vec<String>,
@@ -126,6 +174,7 @@ pub struct Discrepancy {
 
 /// The verdict.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(rename_all = "kebab-case")]
 pub enum Verdict {
     /// Nothing beyond the tolerance is missing.
@@ -138,8 +187,20 @@ pub enum Verdict {
     Unexplained,
 }
 
+impl std::fmt::Display for Verdict {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.pad(match self {
+            Verdict::Adequate => "adequate",
+            Verdict::Explained => "explained",
+            Verdict::PartlyExplained => "partly-explained",
+            Verdict::Unexplained => "unexplained",
+        })
+    }
+}
+
 /// Where a cause sits.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct Site {
     /// `robot`, `limb`, `sensor`, `actuator` or `environment`.
     pub side: String,
@@ -149,12 +210,15 @@ pub struct Site {
 
 /// A parameter of a cause.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct CauseParameter {
     /// Its name.
     pub name: String,
     /// Its SI unit.
     pub unit: String,
     /// Its value.
+    #[serde(deserialize_with = "value_or_nan")]
+    #[cfg_attr(feature = "schema", schemars(with = "Option<AnyValue>"))]
     pub value: Value,
     /// Its 95 % interval, for numbers that the data determine.
     pub ci95: Option<[f64; 2]>,
@@ -162,6 +226,7 @@ pub struct CauseParameter {
 
 /// What naming a cause gains on held-out data.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct Gain {
     /// Without it.
     pub nrmse_before: Vec<Option<f64>>,
@@ -176,11 +241,14 @@ pub struct Gain {
     /// Its 95 % interval, from blocks of time drawn anew.
     pub explained_fraction_ci95: Option<[f64; 2]>,
     /// BIC without the cause less BIC with it; positive speaks for the cause.
+    #[serde(deserialize_with = "or_nan")]
+    #[cfg_attr(feature = "schema", schemars(with = "Option<f64>"))]
     pub delta_bic: f64,
 }
 
 /// A named cause.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct Cause {
     /// Its name in the registry.
     pub effect: String,
@@ -189,8 +257,12 @@ pub struct Cause {
     /// Its parameters.
     pub parameters: Vec<CauseParameter>,
     /// Probability of this effect at this side.
+    #[serde(deserialize_with = "or_nan")]
+    #[cfg_attr(feature = "schema", schemars(with = "Option<f64>"))]
     pub probability: f64,
     /// Of the likelihood ratio, adjusted (Holm) for everything that was tried in the step.
+    #[serde(deserialize_with = "or_nan")]
+    #[cfg_attr(feature = "schema", schemars(with = "Option<f64>"))]
     pub p_value: f64,
     /// What naming it gains.
     pub gain: Gain,
@@ -206,19 +278,25 @@ pub struct Cause {
 
 /// A parameter of the baseline that the missing effect had biased.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct Shift {
     /// Its name.
     pub name: String,
     /// Its unit.
     pub unit: String,
     /// Without the causes.
+    #[serde(deserialize_with = "or_nan")]
+    #[cfg_attr(feature = "schema", schemars(with = "Option<f64>"))]
     pub before: f64,
     /// With them.
+    #[serde(deserialize_with = "or_nan")]
+    #[cfg_attr(feature = "schema", schemars(with = "Option<f64>"))]
     pub after: f64,
 }
 
 /// The baseline with its causes.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct Extended {
     /// Its name.
     pub model: String,
@@ -234,14 +312,19 @@ pub struct Extended {
 
 /// A hypothesis that was tried and not named.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct Considered {
     /// Its name.
     pub effect: String,
     /// Where it would sit.
     pub site: Site,
     /// Share of the whitened residual that it removes alone.
+    #[serde(deserialize_with = "or_nan")]
+    #[cfg_attr(feature = "schema", schemars(with = "Option<f64>"))]
     pub explained_fraction: f64,
     /// Adjusted (Holm).
+    #[serde(deserialize_with = "or_nan")]
+    #[cfg_attr(feature = "schema", schemars(with = "Option<f64>"))]
     pub p_value: f64,
     /// Why it was not named.
     pub why_not: String,
@@ -249,12 +332,15 @@ pub struct Considered {
 
 /// Something significant and immaterial.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct Minor {
     /// Its name.
     pub effect: String,
     /// Where it sits.
     pub site: Site,
     /// What it removes of the effort's rms or changes of the prediction, whichever is more, as a share.
+    #[serde(deserialize_with = "or_nan")]
+    #[cfg_attr(feature = "schema", schemars(with = "Option<f64>"))]
     pub removed: f64,
     /// Why it is not named.
     pub why: String,
@@ -262,6 +348,7 @@ pub struct Minor {
 
 /// Causes that this recording cannot tell apart.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct Confusable {
     /// Their names.
     pub effects: Vec<String>,
@@ -274,10 +361,13 @@ pub struct Confusable {
 
 /// An experiment that was simulated with either of two causes as the true one.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct Prospect {
     /// What would be done.
     pub experiment: String,
     /// Penalised log-likelihood by which the true cause leads the other, in the worse of the two cases.
+    #[serde(deserialize_with = "or_nan")]
+    #[cfg_attr(feature = "schema", schemars(with = "Option<f64>"))]
     pub separation: f64,
     /// Whether that decides between them.
     pub decides: bool,

@@ -2,7 +2,8 @@
 
 use crate::assemble::{RATE_KEY, is_time};
 use crate::error::IoError;
-use crate::names::split_name;
+use crate::listed::listed;
+use crate::names::{indexed, split_name, uniquely};
 use crate::note::Note;
 use crate::table::{Column, Rounding, Table};
 use std::collections::BTreeMap;
@@ -106,16 +107,14 @@ pub(crate) fn table(file: &str, entries: Vec<Entry>) -> Result<Table, IoError> {
             remedy: "save each channel as one vector under its name, such as force_x".to_owned(),
         });
     }
-    let mut count: BTreeMap<String, usize> = BTreeMap::new();
-    vectors.iter().filter_map(|(path, ..)| path.last()).for_each(|name| *count.entry(name.clone()).or_default() += 1);
-    for (path, samples, rounding, own) in vectors {
+    let (paths, vectors): (Vec<_>, Vec<_>) = vectors.into_iter().map(|(path, samples, rounding, unit)| (path, (samples, rounding, unit))).unzip();
+    for ((path, full), (samples, rounding, own)) in paths.iter().zip(uniquely(&paths)).zip(vectors) {
         let last = path.last().cloned().unwrap_or_default();
-        let full = if count.get(&last).is_some_and(|&n| n > 1) { path.join(".") } else { last.clone() };
         let (name, unit) = match units.get(&last).cloned().or(own) {
-            Some(unit) => (full, Some(unit)),
+            Some(unit) => (indexed(&full).into_owned(), Some(unit)),
             None => {
                 let (name, unit) = split_name(&full);
-                (name.to_owned(), unit.map(str::to_owned))
+                (name.into_owned(), unit.map(str::to_owned))
             }
         };
         table.columns.push(Column { name, unit, samples, rounding });
@@ -144,16 +143,6 @@ fn vector_len(value: &Value) -> Option<usize> {
 
 fn sizes(shape: &[usize]) -> String {
     shape.iter().map(usize::to_string).collect::<Vec<_>>().join(" × ")
-}
-
-/// The first few of a list that may be long.
-fn listed(items: &[String]) -> String {
-    const SHOWN: usize = 8;
-    let mut text = items.iter().take(SHOWN).cloned().collect::<Vec<_>>().join(", ");
-    if items.len() > SHOWN {
-        text.push_str(&format!(" and {} more", items.len() - SHOWN));
-    }
-    text
 }
 
 #[cfg(test)]

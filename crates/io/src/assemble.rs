@@ -4,7 +4,7 @@ use crate::error::IoError;
 use crate::limits::MAX_CHANNELS;
 use crate::note::Note;
 use crate::options::ReadOptions;
-use crate::read::{MissingSamples, ReadRecording};
+use crate::recording::{MissingSamples, ReadRecording};
 use crate::resample;
 use crate::table::Table;
 use crate::timing::{Timing, number, timing};
@@ -64,7 +64,7 @@ pub(crate) fn assemble(file: &str, mut table: Table, options: &ReadOptions) -> R
         .map_err(|source| IoError::Recording { file: file.to_owned(), source })?
         .starting_at(clock.start_s)
         .with_metadata(table.metadata);
-    let read = ReadRecording { file: file.to_owned(), recording, notes, missing };
+    let read = ReadRecording { file: file.to_owned(), trial: table.trial, recording, notes, missing };
     if !options.allow_nan {
         read.require_complete(None)?;
     }

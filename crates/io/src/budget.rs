@@ -2,14 +2,14 @@
 
 use crate::error::IoError;
 use crate::limits::{MAX_BYTES, MAX_CHANNELS};
-#[cfg(any(feature = "npz", feature = "mat"))]
+#[cfg(any(feature = "npz", feature = "mat", feature = "c3d", feature = "mcap"))]
 use std::io::{self, Read};
 
 /// Arrays of one file, channels, units and facts together.
 pub(crate) const MAX_ENTRIES: usize = 4 * MAX_CHANNELS;
 
 /// What a compressed file may unpack to, whatever its size: six 50 s trials are 10 MB.
-const UNPACKED_FLOOR: u64 = 1 << 28;
+const UNPACKED_FLOOR: u64 = 1 << 25;
 
 /// How many times its own size a file may unpack to beyond that. Measured signals shrink two- to tenfold, a bomb
 /// thousandfold.
@@ -47,7 +47,7 @@ impl Budget {
     }
 
     /// Unpacks a stream to its end, and stops where the budget does. The inner error is the stream's own.
-    #[cfg(any(feature = "npz", feature = "mat"))]
+    #[cfg(any(feature = "npz", feature = "mat", feature = "c3d", feature = "mcap"))]
     pub fn unpack(&mut self, file: &str, stream: impl Read) -> Result<io::Result<Vec<u8>>, IoError> {
         let mut unpacked = Vec::new();
         let result = stream.take(self.left.saturating_add(1)).read_to_end(&mut unpacked);

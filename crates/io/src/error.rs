@@ -109,12 +109,32 @@ pub enum IoError {
         byte: u8,
     },
     /// The first line holds numbers.
-    #[error("{file}, line {line}: there is no line of channel names, the first line holds numbers; put one above it, such as `force_x [N],pos_x [m]`")]
+    #[error(
+        "{file}, line {line}: there is no line of channel names, the first line holds numbers; put one above it, such as `force_x [N],pos_x [m]`, or say which column is which with --columns FILE.toml"
+    )]
     NoHeader {
         /// The file.
         file: String,
         /// The first line.
         line: usize,
+    },
+    /// What says which column is which is no such file.
+    #[error("{file}: {what}; a columns file holds `[columns]` with lines `NAME = {{ number = 3, unit = \"N\" }}`")]
+    Columns {
+        /// The columns file.
+        file: String,
+        /// What is wrong with it.
+        what: String,
+    },
+    /// A file of several trials where one is read.
+    #[error("{file}: it holds {} trials ({}), and one is read here; {remedy}", trials.len(), crate::listed::listed(trials))]
+    SeveralTrials {
+        /// The file.
+        file: String,
+        /// Their names.
+        trials: Vec<String>,
+        /// What to do.
+        remedy: &'static str,
     },
     /// There is a header but no data.
     #[error("{file}, line {line}: there are no samples under the header; check that the file was saved and copied completely")]
@@ -177,7 +197,9 @@ pub enum IoError {
         line: usize,
     },
     /// The file holds another number of samples than it says itself.
-    #[error("{file}: the file says that it holds {declared} samples, {found} are there; copy it again, or correct its line `# samples:` to use what is there")]
+    #[error(
+        "{file}: the file says that it holds {declared} samples, {found} are there; copy it again, or correct the count in its header (`# samples:`, `nRows=`) to use what is there"
+    )]
     SampleCount {
         /// The file.
         file: String,

@@ -3,11 +3,12 @@
 //! A channel's unit is its attribute `unit` or `units`; `sample_rate_hz` or `fs` is a single number or an attribute of
 //! a group, or there is a vector `t`. Other texts and numbers that stand alone are facts.
 
-use crate::arrays::{self, Entry, Value};
+use crate::arrays::{Entry, Value};
 use crate::budget::{Budget, MAX_ENTRIES};
 use crate::error::IoError;
 use crate::table::{Rounding, Table};
-use hdf5_pure::{AttrValue, DType, Dataset, Error, File, Group, Layout};
+use crate::trials;
+use hdf5_pure::{AttrValue, DType, Dataset, Error, File, Group, Layout, Object};
 use std::collections::{BTreeMap, HashMap};
 
 /// The format's name in messages.
@@ -20,12 +21,12 @@ const MAX_DEPTH: usize = 16;
 const MATLAB_CLASS: &str = "MATLAB_class";
 
 /// Reads an HDF5 file.
-pub(crate) fn read(bytes: &[u8], file: &str) -> Result<Table, IoError> {
+pub(crate) fn read(bytes: &[u8], file: &str) -> Result<Vec<Table>, IoError> {
     let damaged = |e: Error| IoError::Damaged { file: file.to_owned(), format: HDF5, what: e.to_string() };
     let opened = File::from_bytes(bytes.to_vec()).map_err(damaged)?;
     let mut walk = Walk { file, budget: Budget::of(bytes.len()), groups: 0, entries: Vec::new() };
     walk.group(&opened.root(), &mut Vec::new())?;
-    arrays::table(file, walk.entries)
+    trials::tables(file, walk.entries)
 }
 
 struct Walk<'a> {
@@ -57,7 +58,10 @@ impl Walk<'_> {
                 self.entries.push(Entry::new([path.as_slice(), std::slice::from_ref(name)].concat(), value));
             }
         }
-        let datasets = group.iter_datasets().map_err(|e| self.damaged(path, &e))?;
+        let datasets: Vec<(String, Dataset)> = group.iter_datasets().map_err(|e| self.damaged(path, &e))?.collect();
+        if attributes.get(MATLAB_CLASS).and_then(AttrValue::as_str) == Some("struct") && self.elements(&datasets, path)? {
+            return Ok(());
+        }
         for (name, dataset) in datasets {
             path.push(name);
             let entry = self.dataset(&dataset, path)?;
@@ -77,6 +81,40 @@ impl Walk<'_> {
         Ok(())
     }
 
+    /// Reads an array of MATLAB structs, whose fields are references, as groups `name_1`, `name_2` …; false if it is none.
+    fn elements(&mut self, fields: &[(String, Dataset)], path: &mut Vec<String>) -> Result<bool, IoError> {
+        let is_list = |dataset: &Dataset| {
+            let cell = dataset.attrs().is_ok_and(|a| a.contains_key(MATLAB_CLASS));
+            !cell
+                && matches!(dataset.dtype(), Ok(DType::ObjectReference))
+                && dataset.shape().is_ok_and(|s| s.iter().fold(1, |n: u64, s| n.saturating_mul(*s)) <= MAX_ENTRIES as u64)
+        };
+        let Some(name) = path.last().cloned().filter(|_| !fields.is_empty() && fields.iter().all(|(_, field)| is_list(field))) else { return Ok(false) };
+        for (field, list) in fields {
+            let found = list.dereference().map_err(|e| self.damaged(path, &e))?;
+            for (k, object) in found.iter().enumerate() {
+                path.pop();
+                path.push(format!("{name}_{}", k + 1));
+                path.push(field.clone());
+                match object {
+                    Object::Dataset(dataset) => {
+                        let entry = self.dataset(dataset, path)?;
+                        self.entries.extend(entry);
+                    }
+                    Object::Group(group) => self.group(group, path)?,
+                    _ => {}
+                }
+                path.pop();
+                if self.entries.len() > MAX_ENTRIES {
+                    break;
+                }
+            }
+            path.pop();
+            path.push(name.clone());
+        }
+        Ok(true)
+    }
+
     fn dataset(&mut self, dataset: &Dataset, path: &[String]) -> Result<Option<Entry>, IoError> {
         let damaged = |walk: &Self, e: Error| walk.damaged(path, &e);
         let attributes = dataset.attrs().map_err(|e| damaged(self, e))?;
@@ -84,6 +122,9 @@ impl Walk<'_> {
             return Ok(None);
         }
         let entry = |value| Some(Entry::new(path.to_vec(), value));
+        if attributes.contains_key("MATLAB_object_decode") {
+            return Ok(entry(Value::Other("a MATLAB object; a timetable is read after `s = timetable2table(tt); s = table2struct(s, ToScalar=true)`")));
+        }
         let (Ok(kind), Ok(shape)) = (dataset.dtype(), dataset.shape()) else {
             return Ok(entry(Value::Other("a type that is not known here")));
         };

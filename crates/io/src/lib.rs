@@ -14,25 +14,43 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
-#[cfg(any(feature = "npz", feature = "mat", feature = "parquet", feature = "hdf5"))]
+#![cfg_attr(docsrs, feature(doc_cfg))]
+#![cfg_attr(not(feature = "full"), allow(dead_code, reason = "a build without a format leaves what only that one uses"))]
+
 mod arrays;
 mod assemble;
 mod atomic;
-#[cfg(any(feature = "npz", feature = "mat", feature = "parquet", feature = "hdf5"))]
+#[cfg(feature = "csv")]
+mod bids;
 mod budget;
+#[cfg(feature = "c3d")]
+mod c3d;
+mod columns;
+mod contents;
 #[cfg(feature = "csv")]
 mod csv;
+mod cursor;
+mod detect;
 mod error;
+mod explain;
 mod formats;
 #[cfg(feature = "hdf5")]
 mod hdf5;
+mod join;
+#[cfg(feature = "c3d")]
+mod kinarm;
 mod limits;
+mod listed;
 #[cfg(feature = "mat")]
 mod mat;
+#[cfg(feature = "mcap")]
+mod mcap;
 mod names;
 mod note;
 #[cfg(feature = "npz")]
 mod npz;
+#[cfg(feature = "csv")]
+mod opensim;
 mod options;
 #[cfg(feature = "parquet")]
 mod parquet;
@@ -42,18 +60,29 @@ mod piece;
 mod pieces;
 mod prepare;
 mod read;
+mod recognise;
+mod recording;
 mod resample;
+#[cfg(feature = "csv")]
+mod response;
 mod results;
 mod table;
+#[cfg(feature = "tdms")]
+mod tdms;
 mod time;
 mod timing;
+mod trials;
 mod units;
 mod write;
+#[cfg(feature = "xdf")]
+mod xdf;
 
 pub use atomic::{abandon_writes, keep, write_atomic};
+pub use columns::{ColumnNumber, ColumnsFile};
 #[cfg(feature = "csv")]
 pub use csv::CsvStream;
 pub use error::{IoError, Place};
+pub use explain::{ExplainedChannel, ExplainedTrial, Explanation, Holds, explain};
 pub use formats::{Format, formats};
 pub use note::Note;
 pub use options::{ReadOptions, Resample};
@@ -62,7 +91,10 @@ pub use piece::Piece;
 #[cfg(any(feature = "csv", feature = "parquet"))]
 pub use pieces::Pieces;
 pub use prepare::{Aligned, PrepareError, align, calibrate, exclude, negate, tare, trim, without_handle};
-pub use read::{MissingSamples, ReadRecording, from_columns, read, read_bytes};
+pub use read::{from_columns, read, read_bytes, read_trials, read_trials_bytes};
+pub use recording::{MissingSamples, ReadRecording};
+#[cfg(feature = "csv")]
+pub use response::{ResponseTable, encode_response, holds_response, is_response, read_response, read_response_bytes, write_response};
 pub use results::{ResultColumn, write_results_csv, write_results_parquet};
 pub use units::infer_unit;
 pub use write::{encode, write};

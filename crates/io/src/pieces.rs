@@ -2,8 +2,8 @@
 
 #[cfg(feature = "csv")]
 use crate::csv::CsvStream;
+use crate::detect;
 use crate::error::IoError;
-use crate::formats;
 use crate::options::ReadOptions;
 #[cfg(feature = "parquet")]
 use crate::parquet::ParquetStream;
@@ -62,8 +62,12 @@ impl Pieces {
         let mut head = Vec::new();
         (&mut file).take(HEAD).read_to_end(&mut head).map_err(failed)?;
         file.rewind().map_err(failed)?;
-        let format = formats::detect(&head, &name)?;
-        formats::reader(format, &name)?;
+        if options.columns.is_some() {
+            let what = "columns are given by number, which is not read piece by piece".to_owned();
+            return Err(IoError::Unsuitable { file: name, what, remedy: "read it whole, or make CSV of it with `ndof convert`".to_owned() });
+        }
+        let format = detect::detect(&head, &name)?;
+        detect::reader(format, &name)?;
         if format.name == "CSV" && head.contains(&b'\r') && !head.contains(&b'\n') && head.len() as u64 == HEAD {
             return Err(IoError::Unsuitable {
                 file: name,

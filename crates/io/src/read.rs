@@ -1,85 +1,51 @@
 //! Reading a recording from any format.
 
 use crate::assemble::assemble;
-use crate::error::{IoError, Place};
-use crate::formats;
-use crate::limits::MAX_BYTES;
+#[cfg(feature = "csv")]
+use crate::bids;
+use crate::contents::contents;
+use crate::detect;
+use crate::error::IoError;
+use crate::formats::TEXT;
+use crate::listed::listed;
 use crate::names::split_name;
-use crate::note::Note;
 use crate::options::ReadOptions;
+use crate::recording::ReadRecording;
 use crate::table::{Column, Rounding, Table};
-use ndof_signal::{Recording, RecordingError};
+use ndof_signal::RecordingError;
 use std::collections::BTreeMap;
-use std::fs::File;
-use std::io::Read;
 use std::path::Path;
-
-/// Samples of a channel that the file does not have.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub struct MissingSamples {
-    /// The channel.
-    pub channel: String,
-    /// Where the first one is.
-    pub place: Place,
-    /// Its row, from 0.
-    pub first_sample: usize,
-    /// How many there are.
-    pub count: usize,
-    /// Out of how many.
-    pub total: usize,
-}
-
-/// A recording with what was done to get it.
-#[derive(Clone, Debug, PartialEq)]
-pub struct ReadRecording {
-    /// The file's name, for messages.
-    pub file: String,
-    /// The samples in SI units.
-    pub recording: Recording,
-    /// Conversions and assumptions, in the order of the file.
-    pub notes: Vec<Note>,
-    /// Channels with missing samples; empty unless [`ReadOptions::allow_nan`] is set.
-    pub missing: Vec<MissingSamples>,
-}
-
-impl ReadRecording {
-    /// Checks that the channels `used` (all, if `None`) miss no sample.
-    ///
-    /// # Errors
-    /// [`IoError::Missing`] with the first place.
-    pub fn require_complete(&self, used: Option<&[&str]>) -> Result<(), IoError> {
-        match self.missing.iter().find(|m| used.is_none_or(|names| names.contains(&m.channel.as_str()))) {
-            Some(m) => Err(IoError::Missing { file: self.file.clone(), place: m.place, channel: m.channel.clone(), count: m.count, total: m.total }),
-            None => Ok(()),
-        }
-    }
-}
 
 /// Reads a recording; the format follows from the content, then from the suffix. `-` is standard input, as CSV.
 ///
 /// # Errors
-/// [`IoError`] with file, place and remedy.
+/// [`IoError`] with file, place and remedy; [`IoError::SeveralTrials`] where [`read_trials`] would give more than one.
 pub fn read(path: &Path, options: &ReadOptions) -> Result<ReadRecording, IoError> {
-    if path.as_os_str() == "-" {
-        let file = "standard input";
-        let bytes = all_bytes(file, std::io::stdin().lock(), 0)?;
-        return read_bytes(&bytes, file, options);
+    #[cfg(feature = "csv")]
+    if bids::is(path) {
+        return bids::read(path, options);
     }
-    let file = path.display().to_string();
-    let failed = |source| IoError::Read { file: file.clone(), source };
-    let handle = File::open(path).map_err(failed)?;
-    let metadata = handle.metadata().map_err(failed)?;
-    if metadata.is_dir() {
-        return Err(failed(std::io::ErrorKind::IsADirectory.into()));
-    }
-    let bytes = all_bytes(&file, handle, metadata.len())?;
+    let (bytes, file) = contents(path)?;
     read_bytes(&bytes, &file, options)
+}
+
+/// Reads every trial that a file holds, in the file's order: one, except in archives of trials and the like.
+///
+/// # Errors
+/// [`IoError`] with file, trial, place and remedy.
+pub fn read_trials(path: &Path, options: &ReadOptions) -> Result<Vec<ReadRecording>, IoError> {
+    #[cfg(feature = "csv")]
+    if bids::is(path) {
+        return Ok(vec![bids::read(path, options)?]);
+    }
+    let (bytes, file) = contents(path)?;
+    read_trials_bytes(&bytes, &file, options)
 }
 
 /// Reads a recording from the bytes of a file called `file`, whose suffix counts where the content does not tell.
 ///
 /// # Errors
-/// [`IoError`] with file, place and remedy.
+/// As [`read`].
 ///
 /// ```
 /// let csv = b"# sample_rate_hz: 500\nforce_x [N],pos_x [mm]\n1.0,2.0\n1.5,2.5\n";
@@ -89,9 +55,68 @@ pub fn read(path: &Path, options: &ReadOptions) -> Result<ReadRecording, IoError
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 pub fn read_bytes(bytes: &[u8], file: &str, options: &ReadOptions) -> Result<ReadRecording, IoError> {
-    let format = formats::detect(bytes, file)?;
-    let table = (formats::reader(format, file)?)(bytes, file)?;
-    assemble(file, table, options)
+    let mut tables = tables(bytes, file, options)?;
+    match tables.len() {
+        1 => assemble(file, tables.remove(0), options),
+        _ => Err(IoError::SeveralTrials {
+            file: file.to_owned(),
+            trials: tables.into_iter().map(|table| table.trial.unwrap_or_default()).collect(),
+            remedy: "name one with --trial NAME",
+        }),
+    }
+}
+
+/// As [`read_trials`], from the bytes of a file called `file`.
+///
+/// # Errors
+/// As [`read_trials`].
+///
+/// ```
+/// let csv = b"# sample_rate_hz: 500\nforce_x [N],pos_x [mm]\n1.0,2.0\n1.5,2.5\n";
+/// let trials = ndof_io::read_trials_bytes(csv, "trial.csv", &ndof_io::ReadOptions::default())?;
+/// assert_eq!((trials.len(), trials[0].trial.as_deref()), (1, None));
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+pub fn read_trials_bytes(bytes: &[u8], file: &str, options: &ReadOptions) -> Result<Vec<ReadRecording>, IoError> {
+    let tables = tables(bytes, file, options)?;
+    let name = |table: &Table| {
+        table.trial.as_ref().map_or_else(
+            || file.to_owned(),
+            |trial| {
+                let said = if trial.starts_with("trial") { "" } else { "trial " };
+                format!("{file}, {said}{trial}")
+            },
+        )
+    };
+    tables.into_iter().map(|table| assemble(&name(&table), table, options)).collect()
+}
+
+/// The tables that are asked for, at least one.
+fn tables(bytes: &[u8], file: &str, options: &ReadOptions) -> Result<Vec<Table>, IoError> {
+    let format = detect::detect(bytes, file)?;
+    let unsuitable = |what: String, remedy: String| IoError::Unsuitable { file: file.to_owned(), what, remedy };
+    if options.columns.is_some() && format.name != TEXT {
+        return Err(unsuitable(format!("columns are given by number, and a file of {} names its own", format.name), "leave --columns out".to_owned()));
+    }
+    #[cfg(feature = "csv")]
+    if options.sample_rate_hz.is_none() && crate::response::is_response(bytes, file) {
+        return Err(unsuitable("it is a frequency response and no recording over time".to_owned(), "read it as one: fit and compare do".to_owned()));
+    }
+    let mut tables = (detect::reader(format, file)?)(bytes, file, options)?;
+    if tables.is_empty() {
+        return Err(unsuitable("there is no trial in it".to_owned(), "look whether it was saved completely".to_owned()));
+    }
+    if let Some(wanted) = &options.trial {
+        let number = wanted.parse::<usize>().ok().filter(|n| (1..=tables.len()).contains(n));
+        match tables.iter().position(|table| table.trial.as_ref() == Some(wanted)).or(number.map(|n| n - 1)) {
+            Some(at) => tables = vec![tables.swap_remove(at)],
+            None => {
+                let names: Vec<String> = tables.into_iter().map(|table| table.trial.unwrap_or_default()).collect();
+                return Err(unsuitable(format!("there is no trial \"{wanted}\" in it"), format!("it has: {}", listed(&names))));
+            }
+        }
+    }
+    Ok(tables)
 }
 
 /// Makes a recording of columns in memory, a data frame's for example, under the rules of files: `name [unit]` or a name
@@ -110,7 +135,7 @@ pub fn read_bytes(bytes: &[u8], file: &str, options: &ReadOptions) -> Result<Rea
 pub fn from_columns(columns: Vec<(String, Vec<f64>)>, metadata: BTreeMap<String, String>, file: &str, options: &ReadOptions) -> Result<ReadRecording, IoError> {
     let column = |(text, samples): (String, Vec<f64>)| {
         let (name, unit) = split_name(&text);
-        Column { name: name.to_owned(), unit: unit.map(str::to_owned), samples, rounding: Rounding::default() }
+        Column { name: name.into_owned(), unit: unit.map(str::to_owned), samples, rounding: Rounding::default() }
     };
     let columns: Vec<Column> = columns.into_iter().map(column).collect();
     if let Some(pair) = columns.windows(2).find(|pair| pair[0].samples.len() != pair[1].samples.len()) {
@@ -119,14 +144,4 @@ pub fn from_columns(columns: Vec<(String, Vec<f64>)>, metadata: BTreeMap<String,
         return Err(IoError::Recording { file: file.to_owned(), source });
     }
     assemble(file, Table { columns, metadata, ..Table::default() }, options)
-}
-
-fn all_bytes(file: &str, source: impl Read, expected: u64) -> Result<Vec<u8>, IoError> {
-    let too_large = |found| IoError::TooLarge { file: file.to_owned(), what: "bytes", found, limit: MAX_BYTES, remedy: "split the recording into trials" };
-    if expected > MAX_BYTES {
-        return Err(too_large(expected));
-    }
-    let mut bytes = Vec::new();
-    source.take(MAX_BYTES + 1).read_to_end(&mut bytes).map_err(|source| IoError::Read { file: file.to_owned(), source })?;
-    if bytes.len() as u64 > MAX_BYTES { Err(too_large(bytes.len() as u64)) } else { Ok(bytes) }
 }

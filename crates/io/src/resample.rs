@@ -7,7 +7,7 @@ use crate::table::Table;
 use crate::time::Stamps;
 
 /// The longest gap that is interpolated over, in median steps: beyond it the curve between is invention.
-const MAX_GAP_STEPS: f64 = 10.0;
+pub(crate) const MAX_GAP_STEPS: f64 = 10.0;
 
 /// A regular grid laid over irregular stamps.
 pub(crate) struct Grid {
@@ -59,17 +59,20 @@ pub(crate) fn grid(file: &str, table: &Table, stamps: &Stamps<'_>, how: Resample
 /// through three neighbours: exact for parabolas, and local, so that a missing sample (NaN) spoils only its own
 /// neighbourhood.
 pub(crate) fn interpolate(times_s: &[f64], values: &[f64], grid: &Grid) -> Vec<f64> {
+    interpolate_at(times_s, values, (0..grid.len).map(|i| grid.start_s + i as f64 / grid.rate_hz))
+}
+
+/// As [`interpolate`], at times that do not decrease; beyond the ends the value there. There are at least two samples.
+pub(crate) fn interpolate_at(times_s: &[f64], values: &[f64], at_s: impl Iterator<Item = f64>) -> Vec<f64> {
     let n = times_s.len();
     let mut k = 0;
-    (0..grid.len)
-        .map(|i| {
-            let t = grid.start_s + i as f64 / grid.rate_hz;
-            while k + 2 < n && times_s[k + 1] <= t {
-                k += 1;
-            }
-            hermite(times_s, values, k, t)
-        })
-        .collect()
+    at_s.map(|t| {
+        while k + 2 < n && times_s[k + 1] <= t {
+            k += 1;
+        }
+        hermite(times_s, values, k, t)
+    })
+    .collect()
 }
 
 /// Samples at a regular rate as a curve in time from the first sample on.

@@ -2,7 +2,7 @@
 
 use crate::error::Place;
 use crate::note::Note;
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 /// One column of a file in the file's own unit; a missing sample is NaN.
 #[derive(Clone, Debug, Default)]
@@ -11,6 +11,14 @@ pub(crate) struct Column {
     pub unit: Option<String>,
     pub samples: Vec<f64>,
     pub rounding: Rounding,
+}
+
+impl Column {
+    /// The column without its samples.
+    #[cfg(feature = "parquet")]
+    pub fn header(&self) -> Self {
+        Column { name: self.name.clone(), unit: self.unit.clone(), samples: Vec::new(), rounding: self.rounding }
+    }
 }
 
 /// How coarsely the numbers of a column are written.
@@ -35,6 +43,8 @@ impl Rounding {
 /// A file as columns and facts.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Table {
+    /// The trial's name, in a file that may hold several.
+    pub trial: Option<String>,
     pub columns: Vec<Column>,
     pub metadata: BTreeMap<String, String>,
     pub notes: Vec<Note>,
@@ -46,5 +56,25 @@ impl Table {
     /// Where row `row` stands in the file.
     pub fn place(&self, row: usize) -> Place {
         self.lines.get(row).map_or(Place::Sample(row), |&line| Place::Line(line))
+    }
+
+    /// What is known besides the columns.
+    #[cfg(feature = "parquet")]
+    pub fn facts(&self) -> Self {
+        Table { trial: self.trial.clone(), columns: Vec::new(), metadata: self.metadata.clone(), notes: self.notes.clone(), lines: Vec::new() }
+    }
+
+    /// Gives columns that have the name of another one a number behind it: `emg`, `emg_2`.
+    pub fn rename_repeated(&mut self) {
+        let mut seen = BTreeSet::new();
+        for column in &mut self.columns {
+            let mut name = column.name.clone();
+            let mut count = 1;
+            while !seen.insert(name.clone()) {
+                count += 1;
+                name = format!("{}_{count}", column.name);
+            }
+            column.name = name;
+        }
     }
 }

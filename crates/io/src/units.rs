@@ -96,7 +96,7 @@ mod tests {
     fn a_unit_that_is_not_of_mechanics_is_kept_and_told() {
         let mut notes = Vec::new();
         let (unit, factor) = resolve("f", "emg_1", Some("mV"), &[], &ReadOptions::default(), &mut notes).unwrap();
-        assert_eq!((unit, factor, notes[0].code), (Unit::other("mV"), 1.0, "unit-unknown"));
+        assert_eq!((unit, factor, notes[0].code.as_str()), (Unit::other("mV"), 1.0, "unit-unknown"));
     }
 
     #[test]

@@ -1,12 +1,13 @@
 //! Writing a recording in any format.
 
 use crate::atomic::write_atomic;
+use crate::detect;
 use crate::error::IoError;
-use crate::formats;
 use ndof_signal::Recording;
 use std::path::Path;
 
-/// Writes a recording in the format of the suffix, atomically; reading it gives the same recording, bit for bit.
+/// Writes a recording in the format of the suffix, atomically; reading it gives the same recording, bit for bit. A name that ends
+/// with `_motion.tsv` gives the three files of BIDS motion.
 ///
 /// # Errors
 /// [`IoError`] if no format has this suffix, the format cannot hold the recording, or the disk fails.
@@ -22,6 +23,10 @@ use std::path::Path;
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 pub fn write(path: &Path, recording: &Recording) -> Result<(), IoError> {
+    #[cfg(feature = "csv")]
+    if crate::bids::is_name(path) {
+        return crate::bids::write(path, recording);
+    }
     write_atomic(path, &encode(recording, &path.display().to_string())?)
 }
 
@@ -30,5 +35,5 @@ pub fn write(path: &Path, recording: &Recording) -> Result<(), IoError> {
 /// # Errors
 /// As [`write()`], without the disk's.
 pub fn encode(recording: &Recording, file: &str) -> Result<Vec<u8>, IoError> {
-    (formats::writer(file)?)(recording, file)
+    (detect::writer(file)?)(recording, file)
 }

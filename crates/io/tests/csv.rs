@@ -26,7 +26,7 @@ fn the_plain_file_is_read_with_its_units_and_metadata() {
     assert_eq!(read.recording.channel("emg_1").unwrap().unit, Unit::other("mV"));
     assert_eq!(read.recording.metadata().get("subject").map(String::as_str), Some("7"));
     assert!(!read.recording.metadata().contains_key("sample_rate_hz"));
-    let codes: Vec<_> = read.notes.iter().map(|n| n.code).collect();
+    let codes: Vec<_> = read.notes.iter().map(|n| n.code.as_str()).collect();
     assert_eq!(codes, ["unit-converted", "unit-converted", "unit-unknown"]);
 }
 
@@ -155,10 +155,10 @@ fn rates_that_contradict_each_other_are_told() {
     for text in ["# sample_rate_hz: 500\na [N]\n1\n2\n", "t,a [N]\n0,1\n0.002,2\n"] {
         let read = read_bytes(text.as_bytes(), "trial.csv", &given).unwrap();
         assert_eq!(read.recording.sample_rate_hz(), 500.0);
-        assert_eq!(read.notes.iter().map(|n| n.code).collect::<Vec<_>>(), ["sample-rate-conflict"], "{text:?}");
+        assert_eq!(read.notes.iter().map(|n| n.code.as_str()).collect::<Vec<_>>(), ["sample-rate-conflict"], "{text:?}");
     }
     let read = csv("# sample_rate_hz: 400\nt,a [N]\n0,1\n0.002,2\n").unwrap();
-    assert_eq!((read.recording.sample_rate_hz(), read.notes[0].code), (500.0, "sample-rate-conflict"));
+    assert_eq!((read.recording.sample_rate_hz(), read.notes[0].code.as_str()), (500.0, "sample-rate-conflict"));
     // The stamps are rounded; the line has all digits.
     let read = csv("# sample_rate_hz: 333.3333\nt,a [N]\n0,1\n0.003000,2\n0.006000,3\n").unwrap();
     assert_eq!((read.recording.sample_rate_hz(), read.notes.len()), (333.3333, 0));

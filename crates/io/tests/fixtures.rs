@@ -45,7 +45,7 @@ fn a_struct_with_units_is_read_as_its_fields() {
     for (mm, m) in read.recording.channel("pos_x").expect("pos_x").samples.iter().zip(expected("pos_x")) {
         assert!((mm - m).abs() <= 2.0 * f64::EPSILON * m.abs(), "{mm} {m}");
     }
-    let codes: Vec<_> = read.notes.iter().map(|n| n.code).collect();
+    let codes: Vec<_> = read.notes.iter().map(|n| n.code.as_str()).collect();
     assert!(codes.contains(&"unit-converted") && codes.contains(&"ignored-arrays"), "{codes:?}");
 }
 
@@ -125,10 +125,13 @@ fn hdf5_and_matlab_7_3_that_are_not_built_in_name_their_feature() {
 
 #[test]
 fn every_fixture_is_used_here() {
-    let text = include_str!("fixtures.rs");
-    for entry in std::fs::read_dir(folder()).expect("folder") {
-        let name = entry.expect("entry").file_name().to_string_lossy().into_owned();
-        assert!(text.contains(&format!("\"{name}\"")) || name == "make_fixtures.py" || name == "versions.txt", "{name}");
+    let tests = [include_str!("fixtures.rs"), include_str!("foreign.rs"), include_str!("response.rs")].concat();
+    for folder in [folder(), folder().join("foreign")] {
+        for entry in std::fs::read_dir(folder).expect("folder") {
+            let name = entry.expect("entry").file_name().to_string_lossy().into_owned();
+            let beside = name == "make_fixtures.py" || name == "make_foreign.py" || name == "versions.txt" || name == "foreign";
+            assert!(tests.contains(&format!("\"{name}\"")) || beside, "{name}");
+        }
     }
 }
 

@@ -1,7 +1,8 @@
 //! The baseline of everything: M ẍ + B ẋ + K x = F for N axes.
 
-use crate::{Axis, ParameterInfo, ParametricModel, small};
-use ndarray::{Array2, Array3, Axis as Dimension};
+use crate::{Axis, ParameterInfo, ParametricModel};
+use ndarray::{Array1, Array2, Array3, Axis as Dimension};
+use ndof_linear::{square, symmetric_eigen};
 use ndof_sysid::{FrequencyResponse, ResponseKind};
 use num_complex::Complex64;
 use serde::{Deserialize, Serialize};
@@ -55,8 +56,8 @@ impl InertiaDampingStiffness {
             let at = match kind {
                 ResponseKind::DynamicStiffness => Some(flat),
                 ResponseKind::Impedance => Some(flat.iter().map(|v| v / s).collect()),
-                ResponseKind::Compliance | ResponseKind::Transfer => small::inverse(&flat, n),
-                ResponseKind::Admittance => small::inverse(&flat, n).map(|c| c.iter().map(|v| v * s).collect()),
+                ResponseKind::Compliance | ResponseKind::Transfer => square::inverse(&flat, n),
+                ResponseKind::Admittance => square::inverse(&flat, n).map(|c| c.iter().map(|v| v * s).collect()),
             };
             if let Some(at) = at {
                 value.index_axis_mut(Dimension(0), f).iter_mut().zip(at).for_each(|(v, a)| *v = if a.is_finite() { a } else { *v });
@@ -150,17 +151,16 @@ impl InertiaDampingStiffnessModel {
     /// Cholesky factor of one matrix, made positive definite first.
     fn factor(&self, entries: &[f64]) -> Vec<f64> {
         let n = self.axes.len();
-        let own = self.matrix(entries);
-        let mut a = faer::Mat::from_fn(n, n, |i, j| own[[i, j]]);
-        if let Ok(eigen) = a.self_adjoint_eigen(faer::Side::Lower) {
-            let largest = (0..n).map(|k| eigen.S()[k].abs()).fold(f64::MIN_POSITIVE, f64::max);
-            let value = |k: usize| eigen.S()[k].max(LEAST_EIGENVALUE * largest);
-            a = faer::Mat::from_fn(n, n, |i, j| (0..n).map(|k| eigen.U()[(i, k)] * value(k) * eigen.U()[(j, k)]).sum());
+        let mut a = self.matrix(entries);
+        if let Some((values, vectors)) = symmetric_eigen(&a) {
+            let largest = values.iter().fold(f64::MIN_POSITIVE, |largest, v| largest.max(v.abs()));
+            let raised: Array1<f64> = values.iter().map(|v| v.max(LEAST_EIGENVALUE * largest)).collect();
+            a = vectors.dot(&Array2::from_diag(&raised)).dot(&vectors.t());
         }
         let mut out = vec![0.0; entries.len()];
         for j in 0..n {
             for i in 0..=j {
-                let rest = a[(i, j)] - (0..i).map(|k| out[self.at(k, i)] * out[self.at(k, j)]).sum::<f64>();
+                let rest = a[[i, j]] - (0..i).map(|k| out[self.at(k, i)] * out[self.at(k, j)]).sum::<f64>();
                 out[self.at(i, j)] = if i == j { rest.max(0.0).sqrt() } else { rest / out[self.at(i, i)] };
             }
         }

@@ -5,10 +5,11 @@ use ndarray::{Array2, arr2};
 use serde::{Deserialize, Serialize};
 
 /// Which arm: the elbow flexes counter-clockwise (φ₂ > 0) on the right, clockwise on the left.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Arm {
     /// φ₂ > 0.
+    #[default]
     Right,
     /// φ₂ < 0.
     Left,

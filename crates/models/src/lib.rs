@@ -36,13 +36,14 @@ mod levenberg_marquardt;
 mod parametric;
 pub mod physical;
 mod projection;
-mod small;
+pub mod robot;
 pub mod state_space;
+mod status;
 pub mod time;
 
 pub use axis::Axis;
 pub use fit::{
-    Agreement, CovarianceKind, ErrorsInVariables, Fit, FitError, LikelihoodRatio, LoopModel, LoopModelError, NullLaw, PaperFit, Parameter, PeriodSpectra,
+    Agreement, CovarianceKind, ErrorsInVariables, Fit, FitError, LikelihoodRatio, LoopModel, LoopModelError, NullLaw, PaperFit, Parameter, PeriodMeans,
     Smoothing, Transducer, WeightedFit, agreement, likelihood_ratio, linear_start,
 };
 pub use force_law::{ForceLaw, Motion, Stage};
@@ -51,3 +52,4 @@ pub use kinematics::{Arm, Kinematics, KinematicsError};
 pub use levenberg_marquardt::{LeastSquares, LevenbergMarquardt, MinimiseError, Minimum, StopReason};
 pub use parametric::{ParameterInfo, ParametricModel, parametric_response};
 pub use projection::{KinematicsSd, LARGEST_JACOBIAN_CONDITION, Projected, Projection, ProjectionError};
+pub use status::Status;

@@ -1,7 +1,8 @@
 //! What a linear parametric model is to a fit.
 
-use crate::{Axis, small};
+use crate::Axis;
 use ndarray::{Array2, Array3};
+use ndof_linear::square;
 use ndof_sysid::{FrequencyResponse, ResponseKind};
 use num_complex::Complex64;
 use serde::{Deserialize, Serialize};
@@ -17,8 +18,8 @@ pub fn parametric_response(model: &dyn ParametricModel, theta: &[f64], frequency
         let at = match kind {
             ResponseKind::DynamicStiffness => Some(flat.clone()),
             ResponseKind::Impedance => Some(flat.iter().map(|v| v / s).collect()),
-            ResponseKind::Compliance | ResponseKind::Transfer => small::inverse(&flat, n),
-            ResponseKind::Admittance => small::inverse(&flat, n).map(|c| c.iter().map(|v| v * s).collect()),
+            ResponseKind::Compliance | ResponseKind::Transfer => square::inverse(&flat, n),
+            ResponseKind::Admittance => square::inverse(&flat, n).map(|c| c.iter().map(|v| v * s).collect()),
         };
         let slot = value.index_axis_mut(ndarray::Axis(0), f);
         slot.into_iter().zip(at.into_iter().flatten()).filter(|(_, a)| a.is_finite()).for_each(|(v, a)| *v = a);

@@ -1,8 +1,8 @@
 //! Impedance at the hand and at the joints.
 
 use crate::{Axis, Fit, InertiaDampingStiffness, InertiaDampingStiffnessModel, Kinematics, Parameter, ParametricModel};
-use faer::Mat;
 use ndarray::{Array2, Axis as Dimension};
+use ndof_linear::{inverse, singular_values};
 use ndof_sysid::{FrequencyResponse, ResponseError, ResponseKind};
 use num_complex::Complex64;
 use serde::{Deserialize, Serialize};
@@ -235,9 +235,7 @@ impl Projection {
         if rows != columns {
             return Err(ProjectionError::Shape { rows, columns, axes });
         }
-        let inverse = faer_of(&jacobian).partial_piv_lu();
-        let inverse = faer::linalg::solvers::DenseSolveCore::inverse(&inverse);
-        Ok(Array2::from_shape_fn((rows, rows), |(i, j)| inverse[(i, j)]))
+        inverse(&jacobian).ok_or(ProjectionError::Singular { condition: f64::INFINITY, limit: LARGEST_JACOBIAN_CONDITION })
     }
 
     fn check_sizes(&self, jacobian: &Array2<f64>, axes: usize, direction: Direction) -> Result<(), ProjectionError> {
@@ -278,12 +276,8 @@ impl Projection {
     }
 }
 
-fn faer_of(a: &Array2<f64>) -> Mat<f64> {
-    Mat::from_fn(a.nrows(), a.ncols(), |i, j| a[[i, j]])
-}
-
 fn check_condition(jacobian: &Array2<f64>) -> Result<(), ProjectionError> {
-    let values = faer_of(jacobian).singular_values().unwrap_or_default();
+    let values = singular_values(jacobian).unwrap_or_default();
     let (largest, smallest) = values.iter().fold((0.0f64, f64::INFINITY), |(l, s), v| (l.max(*v), s.min(*v)));
     let condition = largest / smallest;
     if condition <= LARGEST_JACOBIAN_CONDITION { Ok(()) } else { Err(ProjectionError::Singular { condition, limit: LARGEST_JACOBIAN_CONDITION }) }

@@ -1,5 +1,6 @@
 //! Errors of the library as Python exceptions, with the same text.
 
+use ndof::analysis::AnalysisError;
 use ndof::io::IoError;
 use ndof::study::StudyError;
 use pyo3::PyErr;
@@ -20,11 +21,19 @@ pub fn raise_io(error: IoError) -> PyErr {
     if of_the_file { FileError::new_err(error.to_string()) } else { raise(error) }
 }
 
+/// An error of an analysis.
+pub fn raise_analysis(error: AnalysisError) -> PyErr {
+    match error {
+        AnalysisError::Io(error) => raise_io(error),
+        AnalysisError::Read { .. } => FileError::new_err(error.to_string()),
+        other => raise(other),
+    }
+}
+
 /// An error of a study.
 pub fn raise_study(error: StudyError) -> PyErr {
     match error {
-        StudyError::Io(error) => raise_io(error),
-        StudyError::Read { .. } => FileError::new_err(error.to_string()),
+        StudyError::Analysis(error) => raise_analysis(error),
         other => raise(other),
     }
 }

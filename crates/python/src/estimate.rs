@@ -1,12 +1,10 @@
 //! The frequency response: settings in, the contract's result and its arrays out.
 
-use crate::error::{raise, raise_study};
+use crate::error::{raise, raise_analysis};
 use crate::recording::{PyRecording, Roles, Stretches, experiment, trials_of};
 use crate::work;
-use ndarray::{Array2, Array3, Array4};
-use ndof::study::file::EstimateSection;
-use ndof::study::result::estimate::{Coherence, IntervalSpectrum, Response, Spectrum};
-use ndof::study::result::{EstimateResult, Number, to_json};
+use ndof::analysis::estimate::result::{Coherence, EstimateResult, Response};
+use ndof::analysis::result::{to_json, word};
 use numpy::{IntoPyArray, PyArray1, ToPyArray};
 use pyo3::prelude::*;
 use pyo3::types::PyAny;
@@ -26,24 +24,6 @@ pub fn from_json<T: DeserializeOwned>(text: &str, what: &str) -> PyResult<T> {
 /// A frequency response with its coherences and confidence, as the result `ndof/estimate/1`.
 #[pyclass(frozen, module = "ndof._ndof")]
 pub struct Estimate(pub Arc<EstimateResult>);
-
-/// `[output][input][frequency]`, NaN where there is no number.
-fn cube(values: &Spectrum) -> Array3<f64> {
-    let (p, q) = (values.len(), values.first().map_or(0, Vec::len));
-    let frequencies = values.first().and_then(|row| row.first()).map_or(0, Vec::len);
-    Array3::from_shape_fn((p, q, frequencies), |(i, j, f)| values[i][j][f].unwrap_or(f64::NAN))
-}
-
-/// `[output][input][frequency][end]`, NaN where there is no interval.
-fn intervals(values: &IntervalSpectrum) -> Array4<f64> {
-    let (p, q) = (values.len(), values.first().map_or(0, Vec::len));
-    let frequencies = values.first().and_then(|row| row.first()).map_or(0, Vec::len);
-    Array4::from_shape_fn((p, q, frequencies, 2), |(i, j, f, end)| values[i][j][f].map_or(f64::NAN, |ends| ends[end]))
-}
-
-fn table(values: &[Vec<Number>]) -> Array2<f64> {
-    Array2::from_shape_fn((values.len(), values.first().map_or(0, Vec::len)), |(i, f)| values[i][f].unwrap_or(f64::NAN))
-}
 
 impl Estimate {
     fn response(&self, which: &str) -> PyResult<&Response> {
@@ -100,7 +80,7 @@ impl Estimate {
 
     #[getter]
     fn kind(&self) -> String {
-        self.0.response.clone()
+        word(&self.0.response)
     }
 
     #[getter]
@@ -115,7 +95,7 @@ impl Estimate {
 
     #[getter]
     fn warnings(&self) -> Vec<(String, String, String)> {
-        self.0.warnings.iter().map(|w| (w.code.clone(), w.message.clone(), w.action.clone())).collect()
+        self.0.head.warnings.iter().map(|w| (w.code.clone(), w.message.clone(), w.action.clone())).collect()
     }
 
     /// Coherences that chance alone exceeds once in twenty: ordinary, partial, multiple.
@@ -137,19 +117,19 @@ impl Estimate {
 
     #[getter]
     fn input_coherence<'py>(&self, py: Python<'py>) -> Bound<'py, PyAny> {
-        cube(&self.0.input_coherence).into_pyarray(py).into_any()
+        self.0.input_coherence.to_pyarray(py).into_any()
     }
 
     /// An array of the response `which` (`direct`, `derived`) by the name that the contract gives it.
     fn array<'py>(&self, py: Python<'py>, which: &str, name: &str) -> PyResult<Bound<'py, PyAny>> {
         let response = self.response(which)?;
         Ok(match name {
-            "re" => cube(&response.re).into_pyarray(py).into_any(),
-            "im" => cube(&response.im).into_pyarray(py).into_any(),
-            "gain_std_error" => cube(&response.gain_std_error).into_pyarray(py).into_any(),
-            "phase_std_error_rad" => cube(&response.phase_std_error_rad).into_pyarray(py).into_any(),
-            "gain_ci95" => intervals(&response.gain_ci95).into_pyarray(py).into_any(),
-            "phase_ci95_rad" => intervals(&response.phase_ci95_rad).into_pyarray(py).into_any(),
+            "re" => response.re.to_pyarray(py).into_any(),
+            "im" => response.im.to_pyarray(py).into_any(),
+            "gain_std_error" => response.gain_std_error.to_pyarray(py).into_any(),
+            "phase_std_error_rad" => response.phase_std_error_rad.to_pyarray(py).into_any(),
+            "gain_ci95" => response.gain_ci95.to_pyarray(py).into_any(),
+            "phase_ci95_rad" => response.phase_ci95_rad.to_pyarray(py).into_any(),
             _ => return Err(raise(format!("no array \"{name}\""))),
         })
     }
@@ -158,9 +138,9 @@ impl Estimate {
     fn coherence_array<'py>(&self, py: Python<'py>, which: &str, name: &str) -> PyResult<Bound<'py, PyAny>> {
         let coherence = self.coherence(which)?;
         Ok(match name {
-            "ordinary" => cube(&coherence.ordinary).into_pyarray(py).into_any(),
-            "partial" => cube(&coherence.partial).into_pyarray(py).into_any(),
-            "multiple" => table(&coherence.multiple).into_pyarray(py).into_any(),
+            "ordinary" => coherence.ordinary.to_pyarray(py).into_any(),
+            "partial" => coherence.partial.to_pyarray(py).into_any(),
+            "multiple" => coherence.multiple.to_pyarray(py).into_any(),
             _ => return Err(raise(format!("no coherence \"{name}\"; there are ordinary, partial and multiple"))),
         })
     }
@@ -169,11 +149,11 @@ impl Estimate {
 /// Estimates the frequency response of the outputs to the inputs; `settings` are the long options of `ndof estimate`.
 #[pyfunction]
 pub fn frequency_response(py: Python<'_>, recordings: Vec<PyRecording<'_>>, roles: Roles, stretches: Stretches, settings: &str) -> PyResult<Estimate> {
-    let settings = from_json::<EstimateSection>(settings, "frequency_response")?.settings("frequency_response").map_err(raise_study)?;
+    let settings: ndof::Estimate = from_json(settings, "frequency_response")?;
     let (trials, samples) = trials_of(&recordings)?;
     let result = work::run(py, samples, None, move |_| {
         let trials = experiment(trials, roles, stretches)?;
-        ndof::study::estimate(&trials, &settings, "estimate").map(|estimated| estimated.result).map_err(raise_study)
+        ndof::analysis::estimate(&trials, &settings).map(|estimated| estimated.result).map_err(raise_analysis)
     })??;
     Ok(Estimate(Arc::new(result)))
 }

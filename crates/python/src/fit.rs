@@ -1,17 +1,18 @@
 //! The mechanical model, and its projection to the joints.
 
-use crate::error::{raise, raise_study};
+use crate::document::Document;
+use crate::error::{raise, raise_analysis};
 use crate::estimate::from_json;
 use crate::recording::{PyRecording, Roles, Stretches, experiment, trials_of};
 use crate::work;
-use ndof::models::{self, InertiaDampingStiffnessModel, Transducer};
-use ndof::study::file::{EstimateSection, KinematicsFile};
-use ndof::study::result::{FitResult, to_json};
-use ndof::study::{FitSettings, Fitted, fit_report};
+use ndof::analysis::Fitted;
+use ndof::analysis::file::KinematicsFile;
+use ndof::analysis::fit::result::FitResult;
+use ndof::analysis::result::to_json;
+use ndof::models::{self, InertiaDampingStiffnessModel};
+use ndof::report::fit_report;
 use pyo3::prelude::*;
 use pyo3::types::PyBytes;
-use serde::de::DeserializeOwned;
-use std::path::{Path, PathBuf};
 
 /// A fit: the result `ndof/fit/1`, and what its projection needs.
 #[pyclass(frozen, module = "ndof._ndof")]
@@ -50,85 +51,28 @@ impl Fit {
     }
 }
 
-/// A file that people write, given as a path, or as the JSON of a dictionary.
-#[derive(FromPyObject)]
-#[pyo3(from_item_all)]
-pub struct Document {
-    json: Option<String>,
-    path: Option<PathBuf>,
-}
-
-impl Document {
-    /// The path, where that is how it was given.
-    pub fn path(&self) -> Option<&Path> {
-        self.path.as_deref()
-    }
-
-    /// What it says; `what` is its name in errors.
-    pub fn parse<T: DeserializeOwned>(&self, what: &str) -> PyResult<Option<T>> {
-        match (&self.json, &self.path) {
-            (Some(text), _) => from_json(text, what).map(Some),
-            (None, Some(path)) => ndof::study::file::read(path).map(Some).map_err(raise_study),
-            (None, None) => Ok(None),
-        }
-    }
-}
-
-/// What a fit is asked for.
-#[derive(FromPyObject)]
-#[pyo3(from_item_all)]
-pub struct Model {
-    model: Option<String>,
-    band: Option<[f64; 2]>,
-    cost: String,
-    vaf_weight: String,
-    transducer_stiffness: Option<f64>,
-    transducer_damping: f64,
-    kinematics: Document,
-    compare: bool,
-}
-
-/// A word of an option as the enum that it stands for.
-fn word<T: DeserializeOwned>(word: &str, option: &str) -> PyResult<T> {
-    let parsed: Result<T, serde_json::Error> = serde_json::from_value(serde_json::Value::String(word.to_owned()));
-    parsed.map_err(|error| raise(format!("{option}: {error}")))
-}
-
-impl Model {
-    fn settings(self) -> PyResult<FitSettings> {
-        Ok(FitSettings {
-            model: self.model,
-            band_hz: self.band,
-            cost: word(&self.cost, "cost")?,
-            vaf_weight: word(&self.vaf_weight, "vaf_weight")?,
-            transducer: self.transducer_stiffness.map(|stiffness| Transducer { stiffness, damping: self.transducer_damping }),
-            kinematics: self.kinematics.parse("kinematics")?,
-            compare: self.compare,
-            ..FitSettings::default()
-        })
-    }
-}
-
-/// Estimates and fits; returns the fit and its page.
+/// Estimates and fits; returns the fit and its page. `estimate` and `fit` are the long options of `ndof fit`.
 #[pyfunction]
+#[expect(clippy::too_many_arguments, reason = "every setting once, as Python writes them")]
 pub fn fit(
     py: Python<'_>,
     recordings: Vec<PyRecording<'_>>,
     roles: Roles,
     stretches: Stretches,
-    settings: &str,
-    model: Model,
+    estimate: &str,
+    fit: &str,
+    kinematics: Document,
     page: bool,
 ) -> PyResult<(Fit, Option<String>)> {
-    let estimate = from_json::<EstimateSection>(settings, "fit")?.settings("fit").map_err(raise_study)?;
-    let settings = FitSettings { estimator: estimate.estimator, ..model.settings()? };
+    let estimate: ndof::Estimate = from_json(estimate, "fit")?;
+    let settings = ndof::Fit { kinematics: kinematics.parse("kinematics")?, ..from_json(fit, "fit")? };
     let (trials, samples) = trials_of(&recordings)?;
     let (fitted, page) = work::run(py, samples, None, move |_| {
         let trials = experiment(trials, roles, stretches)?;
-        let estimated = ndof::study::estimate(&trials, &estimate, "fit").map_err(raise_study)?;
-        let fitted = ndof::study::fit(&trials, &estimated, &settings, "fit").map_err(raise_study)?;
-        let report = || fit_report(&trials, &estimated, &fitted, "Mechanical impedance", "ndof.fit").map(|report| report.to_html());
-        let page = page.then(report).transpose().map_err(raise_study)?;
+        let estimated = ndof::analysis::estimate(&trials, &estimate).map_err(raise_analysis)?;
+        let fitted = settings.run(&estimated).map_err(raise_analysis)?;
+        let report = || fit_report(&estimated, &fitted, "Mechanical impedance", "ndof.fit").map(|report| report.to_html());
+        let page = page.then(report).transpose().map_err(raise)?;
         Ok::<_, PyErr>((fitted, page))
     })??;
     Ok((Fit::from(fitted), page))
@@ -138,7 +82,10 @@ pub fn fit(
 #[pyfunction]
 pub fn project(fit: &Fit, kinematics: Document) -> PyResult<Fit> {
     let file: KinematicsFile = kinematics.parse("kinematics")?.ok_or_else(|| raise("no kinematics; give a file or a dictionary"))?;
-    let (_, joint) = ndof::study::project(&file, &fit.model, &fit.fit, &fit.mean_effort).map_err(raise_study)?;
-    let result = FitResult { joint: Some(joint), ..fit.result.clone() };
+    let (_, joint) = ndof::analysis::project(&file, &fit.model, &fit.fit, &fit.mean_effort).map_err(raise_analysis)?;
+    let mut result = FitResult { joint: Some(joint), ..fit.result.clone() };
+    if let Some(asked) = &mut result.settings {
+        asked.fit.kinematics = Some(file);
+    }
     Ok(Fit { result, model: fit.model.clone(), fit: fit.fit.clone(), mean_effort: fit.mean_effort.clone() })
 }

@@ -1,9 +1,10 @@
 //! The native part of the Python package `ndof`: arrays in, results out, the work without the interpreter's lock.
 //!
-//! Everything here is thin: settings become those of `ndof::study`, results go back as its JSON and as arrays. What
+//! Everything here is thin: settings become those of `ndof`, results go back as its JSON and as arrays. What
 //! reads well in Python is written in Python, in `python/ndof`.
 
 mod analysis;
+mod document;
 mod error;
 mod estimate;
 mod fit;
@@ -25,11 +26,11 @@ mod _ndof {
     #[pymodule_export]
     use super::fit::{Fit, fit, project};
     #[pymodule_export]
-    use super::recording::{from_columns, negate, read, tare, unit, validate, without_handle, write};
+    use super::recording::{align, explain, from_columns, negate, read_trials, tare, unit, validate, without_handle, write};
     #[pymodule_export]
     use super::share::{block_samples, blocks};
     #[pymodule_export]
-    use super::simulation::{Case, design, registry, simulate, study};
+    use super::simulation::{Case, design, registry, settings, simulate, study};
     #[pymodule_export]
     use super::spectra::{Spectra, cross_spectra};
     #[pymodule_export]
@@ -38,6 +39,6 @@ mod _ndof {
 
     #[pymodule_init]
     fn init(module: &Bound<'_, PyModule>) -> PyResult<()> {
-        module.add("__version__", ndof::study::result::VERSION)
+        module.add("__version__", ndof::analysis::result::VERSION)
     }
 }

@@ -1,10 +1,12 @@
 //! Recordings between Python and Rust, and their files.
 
-use crate::error::{raise, raise_io, raise_study};
-use ndof::io::{Note, ReadOptions, ReadRecording, Resample};
+use crate::document::Document;
+use crate::error::{raise, raise_analysis, raise_io};
+use ndof::analysis::file::ChannelsFile;
+use ndof::analysis::result::Warning;
+use ndof::analysis::{RoleNames, Trial, Trials, Trim, axis_of};
+use ndof::io::{ReadOptions, ReadRecording, Resample};
 use ndof::signal::{Channel, Quantity, Recording, RecordingError, Unit};
-use ndof::study::result::Warning;
-use ndof::study::{RoleNames, Trial, Trials, Trim, axis_of};
 use numpy::{IntoPyArray, PyArray1, PyReadonlyArray1};
 use pyo3::prelude::*;
 use std::collections::BTreeMap;
@@ -49,7 +51,7 @@ impl PyRecording<'_> {
         let channels = channels.map(|((name, unit), samples)| Channel::new(name, unit_of(unit), samples.as_array().to_vec())).collect();
         let recording = Recording::new(self.sample_rate_hz, channels).map_err(raise)?.starting_at(self.start_s).with_metadata(self.metadata.clone());
         let warnings = self.warnings.iter().map(|(code, message, action)| Warning::new(code, message, action)).collect();
-        Ok(Trial { file: self.name.clone(), recording, warnings })
+        Ok(Trial { warnings, ..Trial::of(&self.name, recording) })
     }
 }
 
@@ -63,7 +65,7 @@ pub fn trials_of(recordings: &[PyRecording<'_>]) -> PyResult<(Vec<Trial>, usize)
 pub type Roles = (Option<Vec<String>>, Option<Vec<String>>, Option<Vec<String>>);
 
 /// Which stretches are used: start, stop, left out.
-pub type Stretches = (Option<f64>, Option<f64>, Vec<(f64, f64)>);
+pub type Stretches = (Option<f64>, Option<f64>, Vec<[f64; 2]>);
 
 /// The roles that are asked for.
 pub fn role_names((references, inputs, outputs): Roles) -> RoleNames {
@@ -71,12 +73,17 @@ pub fn role_names((references, inputs, outputs): Roles) -> RoleNames {
 }
 
 /// Trials of one experiment with roles and stretches, as `ndof` reads them from files.
-pub fn experiment(trials: Vec<Trial>, roles: Roles, (start_s, stop_s, exclude_s): Stretches) -> PyResult<Trials> {
-    Trials::new(trials, &role_names(roles), &Trim { start_s, stop_s, exclude_s }).map_err(raise_study)
+pub fn experiment(trials: Vec<Trial>, roles: Roles, stretches: Stretches) -> PyResult<Trials> {
+    Trials::new(trials, &role_names(roles), &trim(stretches)).map_err(raise_analysis)
 }
 
-fn notes(notes: Vec<Note>) -> Vec<WarningParts> {
-    notes.into_iter().map(|note| (note.code.to_owned(), note.message, note.action)).collect()
+/// The stretches that are asked for.
+pub fn trim((start_s, stop_s, exclude_s): Stretches) -> Trim {
+    Trim { start_s, stop_s, exclude_s }
+}
+
+fn warnings(warnings: Vec<Warning>) -> Vec<WarningParts> {
+    warnings.into_iter().map(|Warning { code, message, action }| (code, message, action)).collect()
 }
 
 /// A recording for Python; its samples move, they are not copied.
@@ -93,7 +100,7 @@ pub fn parts<'py>(py: Python<'py>, name: &str, recording: Recording, warnings: V
 
 fn read_parts(py: Python<'_>, read: ReadRecording) -> Parts<'_> {
     let name = read.file.clone();
-    parts(py, &name, read.recording, notes(read.notes))
+    parts(py, &name, read.recording, warnings(read.notes))
 }
 
 fn options(sample_rate_hz: Option<f64>, resample: Option<f64>, units: BTreeMap<String, String>) -> ReadOptions {
@@ -101,12 +108,38 @@ fn options(sample_rate_hz: Option<f64>, resample: Option<f64>, units: BTreeMap<S
     ReadOptions { sample_rate_hz, resample, units, allow_nan: true, ..ReadOptions::default() }
 }
 
-/// Reads a recording file; `resample` of 0 takes the file's median rate.
+/// Reads every trial of a recording file; `resample` of 0 takes the file's median rate. `columns` says what the columns of a table without
+/// a header are, `channels` what channels are that are called otherwise, `trial` takes one trial of several.
 #[pyfunction]
-pub fn read<'py>(py: Python<'py>, path: PathBuf, sample_rate_hz: Option<f64>, resample: Option<f64>, units: BTreeMap<String, String>) -> PyResult<Parts<'py>> {
-    let options = options(sample_rate_hz, resample, units);
-    let read = py.detach(|| ndof::io::read(&path, &options)).map_err(raise_io)?;
-    Ok(read_parts(py, read))
+#[expect(clippy::too_many_arguments, reason = "every setting once, as Python writes them")]
+pub fn read_trials<'py>(
+    py: Python<'py>,
+    path: PathBuf,
+    sample_rate_hz: Option<f64>,
+    resample: Option<f64>,
+    units: BTreeMap<String, String>,
+    columns: Document,
+    channels: Document,
+    trial: Option<String>,
+) -> PyResult<Vec<Parts<'py>>> {
+    let channels: Option<ChannelsFile> = channels.parse("channels")?;
+    let units = channels.iter().flat_map(ChannelsFile::units).chain(units).collect();
+    let options = ReadOptions { columns: columns.columns()?, trial, ..options(sample_rate_hz, resample, units) };
+    let mut read = py.detach(|| ndof::io::read_trials(&path, &options)).map_err(raise_io)?;
+    if let Some(channels) = channels {
+        channels.check("channels").map_err(raise_analysis)?;
+        for read in &mut read {
+            read.recording = channels.apply(&read.recording, &read.file).map_err(raise_analysis)?;
+        }
+    }
+    Ok(read.into_iter().map(|read| read_parts(py, read)).collect())
+}
+
+/// What a file is, what was understood of it and what not, and what would make it readable, as JSON.
+#[pyfunction]
+pub fn explain(py: Python<'_>, path: PathBuf) -> PyResult<String> {
+    let told = py.detach(|| ndof::io::explain(&path)).map_err(raise_io)?;
+    ndof::analysis::result::to_json(&told).map_err(raise)
 }
 
 /// A recording from columns in memory, under the rules of files: `name [unit]`, a column of time or a rate.
@@ -163,6 +196,16 @@ pub fn negate<'py>(py: Python<'py>, recording: PyRecording<'py>, channels: Vec<S
     let Trial { file, recording: own, .. } = recording.trial()?;
     let channels: Vec<&str> = channels.iter().map(String::as_str).collect();
     Ok(parts(py, &file, ndof::io::negate(&own, &channels).map_err(raise)?, recording.warnings))
+}
+
+/// The recording joined with `other`, which another clock took, by a channel that both have.
+#[pyfunction]
+pub fn align<'py>(py: Python<'py>, recording: PyRecording<'py>, other: PyRecording<'py>, by: (String, String)) -> PyResult<Parts<'py>> {
+    let (Trial { file, recording: own, .. }, second) = (recording.trial()?, other.trial()?);
+    let aligned = py.detach(|| ndof::io::align(&own, &second.recording, (&by.0, &by.1))).map_err(raise)?;
+    let note = aligned.note(&file, &second.file, &by.0);
+    let notes = recording.warnings.into_iter().chain([(note.code, note.message, note.action)]).chain(other.warnings).collect();
+    Ok(parts(py, &file, aligned.recording, notes))
 }
 
 fn of_quantity(recording: &Recording, quantity: Quantity) -> Vec<String> {

@@ -1,18 +1,19 @@
 //! Experiments, perturbations and whole studies.
 
+use crate::document::Document;
 use crate::error::{raise, raise_study};
 use crate::estimate::{Estimate, from_json};
-use crate::fit::{Document, Fit};
+use crate::fit::Fit;
 use crate::recording::{Parts, PyRecording, parts, trials_of};
 use crate::work;
+use ndof::analysis::result::to_json;
+use ndof::analysis::{ComparedParameter, nearest};
 use ndof::devices::{DEVICES, LIMBS};
 use ndof::models::effects::EFFECTS;
 use ndof::signal::Recording;
 use ndof::studies::STUDIES;
-use ndof::study::file::{Excitation, ExperimentFile, StudyFile};
-use ndof::study::result::design::DesignedTrial;
-use ndof::study::result::to_json;
-use ndof::study::{ComparedParameter, DesignSettings, Limits, LooseLimb, StudyOutcome, Trial, cases_report, nearest, run_cases, study_report, study_result};
+use ndof::study::file::{ExperimentFile, StudyFile};
+use ndof::study::{Design, StudyOutcome, cases_report, run_cases, study_report, study_result};
 use pyo3::prelude::*;
 use std::path::Path;
 use std::sync::Arc;
@@ -88,14 +89,14 @@ fn case<'py>(py: Python<'py>, name: String, outcome: StudyOutcome) -> PyResult<C
         table: outcome.table().into_iter().map(row).collect(),
         estimate: Py::new(py, Estimate(Arc::new(outcome.estimated.result)))?,
         fit: Py::new(py, Fit::from(outcome.fitted))?,
-        diagnosis_json: outcome.diagnosis.as_ref().map(to_json).transpose().map_err(raise)?,
+        diagnosis_json: outcome.diagnosed.as_ref().map(|diagnosed| to_json(&diagnosed.result)).transpose().map_err(raise)?,
         truth_json: outcome.simulated.as_ref().map(|simulated| to_json(&simulated.truth)).transpose().map_err(raise)?,
     };
-    let trials = match outcome.simulated {
-        Some(simulated) => named("trial", simulated.recordings),
-        None => outcome.trials.trials,
+    let recordings = match outcome.simulated {
+        Some(simulated) => named(py, "trial", simulated.recordings),
+        None => outcome.trials.trials.iter().map(|trial| parts(py, &trial.file, trial.recording.clone(), Vec::new())).collect(),
     };
-    Ok((done, recordings_of(py, trials)))
+    Ok((done, recordings))
 }
 
 /// Runs a study: its title, its result `ndof/study/1` as JSON, its page, and its cases. `recordings` take the place of
@@ -115,10 +116,10 @@ pub fn study<'py>(
     let (outcomes, result, page) = work::run(py, usize::MAX, progress.as_ref(), move |reporter| {
         let outcomes = run_cases(&file, given, seed, &|what, done, total| reporter.report(what, done, total)).map_err(raise_study)?;
         let result = study_result(&file, &outcomes).map_err(raise_study)?;
-        let several = if outcomes.len() > 1 { cases_report(&outcomes, &result, &file.report, &heading, COMMAND).map_err(raise_study)? } else { None };
+        let several = if outcomes.len() > 1 { cases_report(&outcomes, &result, &file.report, &heading, COMMAND).map_err(raise)? } else { None };
         let page = match (several, outcomes.first()) {
             (Some(report), _) => report.to_html(),
-            (None, Some((_, outcome))) => study_report(outcome, &heading, COMMAND).map_err(raise_study)?.to_html(),
+            (None, Some((_, outcome))) => study_report(outcome, &heading, COMMAND).map_err(raise)?.to_html(),
             (None, None) => String::new(),
         };
         Ok::<_, PyErr>((outcomes, to_json(&result).map_err(raise)?, page))
@@ -130,12 +131,8 @@ pub fn study<'py>(
 /// What pages name as their command.
 const COMMAND: &str = "ndof.study";
 
-fn recordings_of(py: Python<'_>, trials: Vec<Trial>) -> Vec<Parts<'_>> {
-    trials.into_iter().map(|Trial { file, recording, .. }| parts(py, &file, recording, Vec::new())).collect()
-}
-
-fn named(what: &str, recordings: Vec<Recording>) -> Vec<Trial> {
-    recordings.into_iter().enumerate().map(|(k, recording)| Trial { file: format!("{what} {}", k + 1), recording, warnings: Vec::new() }).collect()
+fn named<'py>(py: Python<'py>, what: &str, recordings: Vec<Recording>) -> Vec<Parts<'py>> {
+    recordings.into_iter().enumerate().map(|(k, recording)| parts(py, &format!("{what} {}", k + 1), recording, Vec::new())).collect()
 }
 
 /// Simulates every trial of an experiment: recordings and the truth as JSON.
@@ -155,57 +152,32 @@ pub fn simulate<'py>(
         ndof::study::simulate(&file, &|what, done, total| reporter.report(what, done, total)).map_err(raise_study)
     })??;
     let truth = to_json(&simulated.truth).map_err(raise)?;
-    Ok((recordings_of(py, named("trial", simulated.recordings)), truth))
+    Ok((named(py, "trial", simulated.recordings), truth))
 }
 
-/// Seed of a perturbation, and the largest coherence between its axes where there was a search.
-type Drawn = (u64, Option<f64>);
-
-/// Designs the perturbation of each trial, one channel `cmd_…` an axis; with it, the seeds and the coherences found.
+/// Designs the perturbation of each trial, one channel `cmd_…` an axis; with it the result `ndof/design/1` as JSON. `settings` are the
+/// long options of `ndof design`.
 #[pyfunction]
-#[pyo3(signature = (excitation, axes, rotational, trials, duration_s, sample_rate_hz, fade_s, seed, progress))]
-#[expect(clippy::too_many_arguments, reason = "every setting once, as Python writes them")]
-pub fn design<'py>(
-    py: Python<'py>,
-    excitation: &str,
-    axes: Vec<String>,
-    rotational: bool,
-    trials: usize,
-    duration_s: f64,
-    sample_rate_hz: f64,
-    fade_s: f64,
-    seed: u64,
-    progress: Option<Bound<'py, PyAny>>,
-) -> PyResult<(Vec<Parts<'py>>, Vec<Drawn>)> {
-    let excitation: Excitation = from_json(excitation, "design")?;
-    let samples = (duration_s * sample_rate_hz).round();
-    if !(samples.is_finite() && samples >= 1.0) {
-        return Err(raise(format!("duration_s={duration_s} at sample_rate_hz={sample_rate_hz}: nothing to design; give positive numbers")));
-    }
-    let [low, high] = excitation.search_band_hz;
-    let searched = excitation.candidates > 1;
-    let settings = DesignSettings {
-        excitation: Excitation { fade_s, ..excitation },
-        axes,
-        rotational,
-        trials,
-        duration_s,
-        lead_in_s: 0.0,
-        sample_rate_hz,
-        seed,
-        band_hz: (low, high),
-        experiment: None,
-        limbs: LooseLimb::soft_and_stiff(rotational),
-        limits: Limits::default(),
-        targets: Vec::new(),
-        fit_band_hz: [0.5, 8.0],
-    };
+pub fn design<'py>(py: Python<'py>, settings: &str, experiment: Option<Document>, progress: Option<Bound<'py, PyAny>>) -> PyResult<(Vec<Parts<'py>>, String)> {
+    let experiment = experiment.map(|document| document.experiment()).transpose()?;
+    let settings = Design { experiment, ..from_json(settings, "design")? };
     let designed = work::run(py, usize::MAX, progress.as_ref(), move |reporter| {
-        ndof::study::design(&settings, "design", &|what, done, total| reporter.report(what, done, total)).map_err(raise_study)
+        ndof::study::design(&settings, &|what, done, total| reporter.report(what, done, total)).map_err(raise_study)
     })??;
-    let coherence = |trial: &DesignedTrial| trial.coherence.as_ref().filter(|_| searched).map(|c| c.commanded.max);
-    let found = designed.result.trials.iter().map(|trial| (trial.seed.unwrap_or(seed), coherence(trial))).collect();
-    Ok((recordings_of(py, named("perturbation", designed.recordings)), found))
+    Ok((named(py, "perturbation", designed.recordings), to_json(&designed.result).map_err(raise)?))
+}
+
+/// The keys of a task's settings: `estimate`, `fit`, `diagnose` or `design`.
+#[pyfunction]
+pub fn settings(task: &str) -> PyResult<Vec<String>> {
+    let settings = match task {
+        "estimate" => serde_json::to_value(ndof::Estimate::default()),
+        "fit" => serde_json::to_value(ndof::Fit::default()),
+        "diagnose" => serde_json::to_value(ndof::Diagnose::default()),
+        "design" => serde_json::to_value(Design::default()),
+        _ => return Err(raise(format!("no task \"{task}\"; there are estimate, fit, diagnose and design"))),
+    };
+    Ok(settings.map_err(raise)?.as_object().map_or_else(Vec::new, |keys| keys.keys().cloned().collect()))
 }
 
 /// Names with a line on each, of `effects`, `devices`, `limbs` or `studies`.

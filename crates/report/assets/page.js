@@ -388,13 +388,6 @@ for (const root of document.querySelectorAll('figure')) {
   const observer = new ResizeObserver(() => figure.refresh(figure.panels));
   observer.observe(root);
 }
-for (const button of document.querySelectorAll('[data-download]')) button.addEventListener('click', () => {
-  const source = document.getElementById(button.dataset.download), link = document.createElement('a');
-  link.href = URL.createObjectURL(new Blob([source.textContent], { type: 'application/json' }));
-  link.download = source.dataset.name;
-  link.click();
-  setTimeout(() => URL.revokeObjectURL(link.href), 1000);
-});
 if ('IntersectionObserver' in window) {
   const links = new Map([...document.querySelectorAll('nav a')].map(a => [a.getAttribute('href').slice(1), a]));
   const watch = new IntersectionObserver(seen => {

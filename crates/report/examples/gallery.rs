@@ -6,9 +6,10 @@
 use std::f64::consts::{PI, TAU};
 
 use ndarray::{Array2, Array3, Axis};
+use ndof_analysis::ComparedParameter;
 use ndof_report::figures::*;
-use ndof_report::plot::{Color, Dash, Scale, Span};
-use ndof_report::{Comparison, Note, Parameter, Report, Section, Warning, comparison_table, parameter_table};
+use ndof_report::plot::{Color, Dash, Scale};
+use ndof_report::{Note, Report, Section, Warning, parameter_table};
 use num_complex::Complex64;
 
 const INERTIA: [[f64; 2]; 2] = [[2.1, -0.55], [-0.55, 1.9]];
@@ -85,7 +86,6 @@ fn gallery() -> Result<Report, FigureError> {
     let curves = ResponseCurves {
         quantity: "Compliance".into(),
         unit: "m/N".into(),
-        element_units: None,
         frequency_hz: frequency_hz.clone(),
         inputs: axes.clone(),
         outputs: axes.clone(),
@@ -96,13 +96,15 @@ fn gallery() -> Result<Report, FigureError> {
             Curve::from_response("simulated", &truth, CurveStyle::TRUE),
         ],
     };
+    let ordinary = partial.mapv(|c| 0.8 * c);
+    let multiple = partial.map_axis(Axis(1), |row| row.iter().fold(0.0f64, |best, value| best.max(*value)) * 0.99 + 0.01);
     let coherences = Coherences {
-        ordinary: partial.mapv(|c| 0.8 * c),
-        multiple: partial.map_axis(Axis(1), |row| row.iter().fold(0.0f64, |best, value| best.max(*value)) * 0.99 + 0.01),
-        frequency_hz: frequency_hz.clone(),
-        inputs: axes.clone(),
-        outputs: axes.clone(),
-        partial,
+        frequency_hz: &frequency_hz,
+        inputs: &axes,
+        outputs: &axes,
+        ordinary: &ordinary,
+        partial: &partial,
+        multiple: &multiple,
         significance_95: Some(0.19),
     };
     let between = Array3::from_shape_fn((2, 2, frequency_hz.len()), |_| 0.12 * noise.uniform().powi(2));
@@ -135,25 +137,24 @@ fn gallery() -> Result<Report, FigureError> {
                 .figure(bode("bode-compliance", &curves)?)
                 .figure(nyquist("nyquist-compliance", &curves)?),
             Section::new("Coherence", "Above 1 Hz the inputs explain more than 90 % of the motion.")
-                .figure(coherence("coherence", "Coherence of the direct estimate", &coherences)?)
+                .figure(coherence("coherence", "Coherence of the direct estimate", coherences)?)
                 .figure(input_coherence("input-coherence", &frequency_hz, &axes, &between, Some(0.19))?.unwrap_or_else(|| ndof_report::Figure::new("none", ""))),
             Section::new("Signals", "The first of six trials; the simulation starts from the fitted model.")
                 .note(Note::Information, "The last 15 s were held out: the model had not seen them.")
                 .figure(traces("traces", "First trial", &signals(&mut noise))?)
                 .figure(spectra("spectra", "Power by frequency", &frequency_hz, &powers, Some((0.5, 10.0)))?),
-            diagnosis(&mut noise)?,
+            diagnosis()?,
             sessions(&mut noise)?,
             Section::new("What remains", "The residual is white above 2 Hz.").figure(residual("residual", "Residual", RATE_HZ, &frequency_hz, &leftovers(&mut noise, &frequency_hz))?),
         ],
         settings: [("method", "welch"), ("nperseg", "8192"), ("noverlap", "4096"), ("nfft", "8192"), ("window", "hann"), ("detrend", "constant"), ("band_hz", "0.25 – 10")]
             .map(|(name, value)| (name.into(), value.into()))
             .to_vec(),
-        attachments: vec![("fit.json".into(), serde_json::json!({ "schema": "ndof/fit/1", "matrices": { "K": STIFFNESS } }))],
     })
 }
 
 /// A hysteresis that the baseline lacked, as a diagnosis would show it.
-fn diagnosis(noise: &mut Noise) -> Result<Section, FigureError> {
+fn diagnosis() -> Result<Section, FigureError> {
     let parts = [("linear", 0.11), ("nonlinear", 0.62), ("time-varying", 0.05), ("noise", 0.22)].map(|(label, share)| (label.to_string(), share));
     let outputs = [("pos_x", 0.31, 0.11, 0.09), ("pos_y", 0.12, 0.10, 0.09)];
     let outputs = outputs.map(|(output, before, after, floor)| HeldOut { output: output.into(), before, after, floor });
@@ -176,16 +177,6 @@ fn diagnosis(noise: &mut Noise) -> Result<Section, FigureError> {
         edges: vec![0.25, 0.5, 1.0, 2.0, 4.0, 8.0, 16.0],
         quantity: ("Error".into(), "% of the output".into()),
         lines: vec![("pos_x".into(), vec![42.0, 38.0, 21.0, 12.0, 10.0, 9.0]), ("pos_y".into(), vec![12.0, 11.0, 10.0, 11.0, 9.0, 9.0])],
-        floor: Some(vec![9.0; 6]),
-    };
-    let angle = |k: usize| TAU * k as f64 / 250.0;
-    let position: Vec<f64> = (0..5000).map(|k| 0.01 * angle(k).sin()).collect();
-    let force = |k: usize| 60.0 * 0.01 * angle(k).sin() + 0.9 * (3.0 * angle(k).cos()).tanh();
-    let state = StatePicture {
-        state: ("Position x".into(), "m".into()),
-        quantity: ("Missing force".into(), "N".into()),
-        missed: (position.clone(), (0..5000).map(|k| force(k) + 0.3 * noise.normal()).collect()),
-        explained: Some((position[..251].to_vec(), (0..251).map(force).collect())),
     };
     let estimate = |value: f64, half: f64| Estimate { value, ci95: (value - half, value + half) };
     let shift = Forest {
@@ -202,22 +193,19 @@ fn diagnosis(noise: &mut Noise) -> Result<Section, FigureError> {
             ForestGroup { label: "extended".into(), color: Color::Blue, estimates: vec![estimate(100.0, 1.8), estimate(100.0, 4.0), estimate(100.0, 1.9)] },
         ],
         reference: Some((100.0, "extended model".into())),
-        shaded: None,
     };
     Ok(Section::new("Diagnosis", "Below 1 Hz the arm holds back along x: a hysteresis of 0.9 ± 0.1 N explains 83 % of what the linear model missed.")
         .list(vec!["The missing force runs in a loop over position, not in a step over velocity: friction explains 61 %.".into()])
         .figure(shares("shares", "What kind of error it is", &parts)?)
         .figure(discrepancy("by-band", "Where it lives", &bands)?)
         .figure(considered("causes", "The named cause beside its look-alikes", &causes)?)
-        .figure(against_state("against-state", "The missing force", &[state])?)
         .figure(before_after("gain", "What is gained", &outputs)?)
         .figure(forest("shift", "What the missing cause had biased", &shift)?))
 }
 
-/// Twenty subjects measured twice, one of them over eight weeks, and how far stated probabilities are kept.
+/// Twenty subjects.
 fn sessions(noise: &mut Noise) -> Result<Section, FigureError> {
     let first: Vec<f64> = (0..20).map(|k| 220.0 + 12.0 * f64::from(k) + 20.0 * noise.normal()).collect();
-    let second: Vec<f64> = first.iter().map(|value| value + 3.0 + 9.0 * noise.normal()).collect();
     let estimate = |value: f64, half: f64| Estimate { value, ci95: (value - half, value + half) };
     let cohort = Forest {
         quantity: "Stiffness along y".into(),
@@ -226,49 +214,22 @@ fn sessions(noise: &mut Noise) -> Result<Section, FigureError> {
         rows: (1..=20).map(|k| format!("subject {k:02}")).collect(),
         groups: vec![ForestGroup { label: "first session".into(), color: Color::Blue, estimates: first.iter().map(|value| estimate(*value, 11.0)).collect() }],
         reference: None,
-        shaded: Some(Span { from: 260.0, to: 380.0, label: "healthy".into() }),
     };
-    let weeks = Course {
-        quantity: "Stiffness along y".into(),
-        unit: "N/m".into(),
-        day: (0..9).map(|week| 7.0 * f64::from(week)).collect(),
-        estimates: (0..9).map(|week| estimate(410.0 - 11.0 * f64::from(week) + 5.0 * noise.normal(), 12.0)).collect(),
-        detectable_change: Some(25.0),
-    };
-    let truths: Vec<String> = ["coulomb-friction", "hysteresis", "cubic-stiffness", "measurement-delay", "limb-noise"].map(String::from).to_vec();
-    let answers: Vec<String> = truths.iter().cloned().chain(["nothing".to_string(), "unexplained".to_string()]).collect();
-    let counts = [[96, 3, 0, 0, 0, 1, 0], [4, 93, 0, 0, 1, 1, 1], [0, 0, 99, 0, 0, 1, 0], [0, 0, 0, 100, 0, 0, 0], [0, 2, 0, 0, 90, 6, 2]].map(Vec::from);
-    let bins = [(0.35, 40, 15), (0.55, 55, 29), (0.75, 120, 95), (0.9, 300, 268), (0.98, 800, 788)];
-    let bins = bins.map(|(stated, count, right)| ConfidenceBin { stated, count, right });
-    let changes = [("K_x_x", 303.0, 281.0, 1e-4), ("K_y_y", 525.0, 519.0, 0.31)].map(|(name, before, after, p_value)| Comparison {
-        name: name.into(),
-        unit: "N/m".into(),
-        first: estimate(before, 5.2),
-        second: estimate(after, 6.0),
-        difference: estimate(after - before, 7.9),
-        p_value,
-    });
-    Ok(Section::new("Subjects and sessions", "Stiffness repeats within 18 N/m; this subject's has fallen by more than that since the fifth week.")
-        .figure(forest("cohort", "Twenty subjects", &cohort)?)
-        .table(comparison_table("Before and after therapy", ["before", "after"], &changes, 0.05))
-        .figure(course("course", "Eight weeks", &weeks)?)
-        .figure(agreement("agreement", "First and second session", "stiffness", "N/m", &first, &second)?)
-        .figure(confusion("confusion", "Hidden and named causes", &truths, &answers, &counts)?)
-        .figure(reliability("reliability", "Probabilities of named causes", &bins)?))
+    Ok(Section::new("Subjects and sessions", "Stiffness along y.").figure(forest("cohort", "Twenty subjects", &cohort)?))
 }
 
-fn parameters() -> Vec<Parameter> {
+fn parameters() -> Vec<ComparedParameter> {
     let mut list = Vec::new();
     for (symbol, unit, matrix, half) in [("M", "kg", INERTIA, 0.031), ("B", "N s/m", DAMPING, 0.42), ("K", "N/m", STIFFNESS, 5.2)] {
         for (p, q) in [(0, 0), (0, 1), (1, 0), (1, 1)] {
             let value = matrix[p][q] + half * 0.6 * (1.0 + p as f64 * 1.7 + q as f64 * 2.3).sin();
             let axis = ["x", "y"];
-            list.push(Parameter {
+            list.push(ComparedParameter {
                 name: format!("{symbol}_{}_{}", axis[p], axis[q]),
                 unit: unit.into(),
                 truth: Some(matrix[p][q]),
-                value,
-                ci95: (value - half, value + half),
+                value: Some(value),
+                ci95: Some([value - half, value + half]),
                 identifiable: true,
             });
         }
@@ -307,7 +268,7 @@ fn signals(noise: &mut Noise) -> Traces {
         list.push(Trace { label: format!("force_{axis}"), unit: "N".into(), measured: force, simulated: Vec::new() });
         list.push(Trace { label: format!("pos_{axis}"), unit: "m".into(), measured, simulated: vec![("simulated".into(), simulated)] });
     }
-    Traces { sample_rate_hz: RATE_HZ, start_s: 0.0, traces: list, detail_s: Some((20.0, 22.0)), held_out_s: Some((35.0, 50.0)) }
+    Traces { sample_rate_hz: RATE_HZ, start_s: 0.0, traces: list, detail_s: Some((20.0, 22.0)) }
 }
 
 fn leftovers(noise: &mut Noise, frequency_hz: &[f64]) -> Vec<Residual> {

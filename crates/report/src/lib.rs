@@ -21,15 +21,16 @@
 //! assert_eq!(figure.to_csv().lines().count(), 4);
 //! ```
 
-mod comparison;
 pub mod figures;
 pub mod number;
 mod page;
+pub mod pages;
 pub mod plot;
 mod table;
 
-pub use comparison::{Comparison, comparison_table};
 pub use figures::FigureError;
-pub use page::{Block, Note, PlotFile, Report, Section, Warning};
+pub use ndof_signal::Warning;
+pub use page::{Block, Note, PlotFile, Report, Section};
+pub use pages::{diagnosis_report, estimate_report, fit_report, p_value, response_fit_report, sentence};
 pub use plot::Figure;
-pub use table::{Align, Parameter, Table, parameter_table};
+pub use table::{Align, Table, parameter_table};

@@ -2,6 +2,7 @@
 
 use crate::number::{printed_unit, to_interval, with_half_width};
 use crate::plot::escape;
+use ndof_analysis::ComparedParameter;
 
 /// Tables whose cells are no longer than this are not wrapped: on a narrow screen they scroll.
 const ONE_LINE: usize = 34;
@@ -59,26 +60,9 @@ impl Table {
     }
 }
 
-/// A parameter as a fit reports it.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Parameter {
-    /// E.g. "K_x_y".
-    pub name: String,
-    /// E.g. "N/m".
-    pub unit: String,
-    /// What was simulated, where that is known.
-    pub truth: Option<f64>,
-    /// The estimate; NaN where there is none.
-    pub value: f64,
-    /// 95 % interval; NaN where there is none.
-    pub ci95: (f64, f64),
-    /// Whether the data say anything about it.
-    pub identifiable: bool,
-}
-
 /// Parameters with unit, truth (if any is known), estimate ± half of the 95 % interval, the interval and what to
 /// make of it. The interval decides the digits of every number in its row.
-pub fn parameter_table(caption: impl Into<String>, parameters: &[Parameter]) -> Table {
+pub fn parameter_table(caption: impl Into<String>, parameters: &[ComparedParameter]) -> Table {
     let with_truth = parameters.iter().any(|parameter| parameter.truth.is_some());
     let mut columns = vec![("Parameter", Align::Left), ("Unit", Align::Left)];
     if with_truth {
@@ -87,21 +71,22 @@ pub fn parameter_table(caption: impl Into<String>, parameters: &[Parameter]) -> 
     columns.extend([("Estimate", Align::Right), ("95 % interval", Align::Right), (if with_truth { "Simulated is" } else { "" }, Align::Left)]);
     let mut table = Table::new(caption, &columns);
     for parameter in parameters {
-        let half = 0.5 * (parameter.ci95.1 - parameter.ci95.0);
+        let [low, high] = parameter.ci95.unwrap_or([f64::NAN; 2]);
+        let half = 0.5 * (high - low);
         let mut row = vec![parameter.name.clone(), printed_unit(&parameter.unit)];
         if with_truth {
             row.push(parameter.truth.map(|truth| to_interval(truth, half)).unwrap_or_default());
         }
-        row.push(with_half_width(parameter.value, half));
-        row.push(format!("{} … {}", to_interval(parameter.ci95.0, half), to_interval(parameter.ci95.1, half)));
+        row.push(with_half_width(parameter.value.unwrap_or(f64::NAN), half));
+        row.push(format!("{} … {}", to_interval(low, half), to_interval(high, half)));
         row.push(judgement(parameter).to_string());
         table.rows.push(row);
     }
     table
 }
 
-fn judgement(parameter: &Parameter) -> &'static str {
-    let (low, high) = parameter.ci95;
+fn judgement(parameter: &ComparedParameter) -> &'static str {
+    let [low, high] = parameter.ci95.unwrap_or([f64::NAN; 2]);
     match parameter.truth {
         _ if !parameter.identifiable => "not identifiable from these data",
         Some(truth) if low <= truth && truth <= high => "inside",
@@ -115,8 +100,8 @@ fn judgement(parameter: &Parameter) -> &'static str {
 mod tests {
     use super::*;
 
-    fn parameter(truth: Option<f64>) -> Parameter {
-        Parameter { name: "K_x_x".into(), unit: "N/m".into(), truth, value: 302.44, ci95: (297.3, 307.5), identifiable: true }
+    fn parameter(truth: Option<f64>) -> ComparedParameter {
+        ComparedParameter { name: "K_x_x".into(), unit: "N/m".into(), truth, value: Some(302.44), ci95: Some([297.3, 307.5]), identifiable: true }
     }
 
     #[test]
@@ -136,8 +121,8 @@ mod tests {
         let mut blind = parameter(Some(300.0));
         blind.identifiable = false;
         assert_eq!(judgement(&blind), "not identifiable from these data");
-        assert_eq!(judgement(&Parameter { ci95: (310.0, 320.0), ..parameter(Some(300.0)) }), "outside");
-        assert_eq!(judgement(&Parameter { ci95: (-1.0, 1.0), ..parameter(None) }), "not different from 0");
+        assert_eq!(judgement(&ComparedParameter { ci95: Some([310.0, 320.0]), ..parameter(Some(300.0)) }), "outside");
+        assert_eq!(judgement(&ComparedParameter { ci95: Some([-1.0, 1.0]), ..parameter(None) }), "not different from 0");
     }
 
     #[test]

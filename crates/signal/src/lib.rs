@@ -7,6 +7,8 @@
 //! **The convention that bites**: `S[a][b] = ⟨A B*⟩`, the conjugate is on the *second* channel, and densities are
 //! one-sided. It is the conjugate-transposed order of SciPy: `S[a][b] = scipy.signal.csd(b, a)`.
 
+#![cfg_attr(docsrs, feature(doc_cfg))]
+
 mod cache;
 mod cross_spectra;
 mod excitation;
@@ -19,6 +21,7 @@ mod segments;
 mod slepian;
 mod stationarity;
 mod transform;
+mod warning;
 mod welch;
 mod window;
 
@@ -36,5 +39,6 @@ pub use segments::{Detrend, effective_averages};
 pub use slepian::{SlepianError, SlepianTapers, slepian_tapers};
 pub use stationarity::{Normality, ReverseArrangements, StationarityError, mean_squares, normality, reverse_arrangements};
 pub use transform::{ComplexToReal, RealToComplex, forward_transform, inverse_transform};
+pub use warning::Warning;
 pub use welch::{Welch, WelchError, WelchPartial, WelchStream};
 pub use window::{ParseWindowError, Window};

@@ -1,271 +1,16 @@
-//! What can go wrong between files and results.
+//! What can go wrong between an experiment's file and its results.
 
-use ndof_signal::RecordingError;
-use ndof_sysid::{EstimateError, ResponseError};
+use ndof_analysis::AnalysisError;
 
 /// Why a job could not be done: what is wrong, where, and what to do about it.
 #[derive(Debug, thiserror::Error)]
 pub enum StudyError {
-    /// A file that people write is not understood.
-    #[error("{file}:{line}: {what}")]
-    File {
-        /// The file.
-        file: String,
-        /// Line, from 1.
-        line: usize,
-        /// What is wrong and what to do.
-        what: String,
-    },
-    /// A file that people write is understood and makes no sense.
-    #[error("{file}: {what}")]
-    Meaning {
-        /// The file.
-        file: String,
-        /// What is wrong and what to do.
-        what: String,
-    },
-    /// A file cannot be read.
-    #[error("{file}: cannot be read: {}", no_file(source))]
-    Read {
-        /// The file.
-        file: String,
-        /// Why.
-        source: std::io::Error,
-    },
-    /// No channel of that name.
-    #[error("{file}: no channel \"{name}\"{}; the recording has: {}", did_you_mean(suggestion.as_deref()), available.join(", "))]
-    NoChannel {
-        /// The recording.
-        file: String,
-        /// The name asked for.
-        name: String,
-        /// The nearest name that there is.
-        suggestion: Option<String>,
-        /// The names that there are.
-        available: Vec<String>,
-    },
-    /// No input could be told from the names.
-    #[error(
-        "{file}: no input channel among {}; name it with --input, or call it force_… or torque_… (or pos_… or angle_… as the input of a position-controlled robot, with --input)",
-        available.join(", ")
-    )]
-    NoInput {
-        /// The recording.
-        file: String,
-        /// The names that there are.
-        available: Vec<String>,
-    },
-    /// No output could be told from the names.
-    #[error("{file}: no output channel among {}; name it with --output, or call it pos_… or angle_…", available.join(", "))]
-    NoOutput {
-        /// The recording.
-        file: String,
-        /// The names that there are.
-        available: Vec<String>,
-    },
-    /// A channel has two roles.
-    #[error("{file}: channel \"{name}\" is used twice among references, inputs and outputs; give each channel one role with --reference, --input and --output")]
-    TwoRoles {
-        /// The recording.
-        file: String,
-        /// The channel.
-        name: String,
-    },
-    /// A channel that is called a force or a motion, in a unit of neither.
-    #[error(
-        "{file}: channel \"{name}\" is used as {role}, but its unit \"{unit}\" is not known; correct it in the header, or give it with --channels {name}=\"{name} [N]\" (with the right unit)"
-    )]
-    UnknownUnit {
-        /// The recording.
-        file: String,
-        /// The channel.
-        name: String,
-        /// input or output.
-        role: &'static str,
-        /// Its unit.
-        unit: String,
-    },
-    /// Trials differ in what must agree.
-    #[error("{file}: {what} is {found}, in {first} it is {expected}; give only trials of one experiment together")]
-    TrialMismatch {
-        /// The trial that differs.
-        file: String,
-        /// What differs.
-        what: &'static str,
-        /// In this one.
-        found: String,
-        /// The first trial.
-        first: String,
-        /// In the first.
-        expected: String,
-    },
-    /// Nothing is left after trimming.
-    #[error("{file}: nothing is left of its {from_s} to {to_s} s after --start, --stop and --exclude; widen them")]
-    NothingLeft {
-        /// The recording.
-        file: String,
-        /// Its first time.
-        from_s: f64,
-        /// Its end.
-        to_s: f64,
-    },
-    /// A recording does not hold what is asked of it.
-    #[error("{file}: {source}")]
-    Recording {
-        /// The recording.
-        file: String,
-        /// Why.
-        source: RecordingError,
-    },
-    /// The response cannot be estimated.
-    #[error("{file}: {source}")]
-    Estimate {
-        /// The recordings.
-        file: String,
-        /// Why.
-        source: EstimateError,
-    },
-    /// Nothing repeats.
-    #[error("channel \"{channel}\" does not repeat itself, so there is no period to average over; give it with --period, or choose another --method")]
-    NoPeriod {
-        /// What drives.
-        channel: String,
-    },
-    /// Rejection of segments by a method that has none.
-    #[error("--robust leaves out wrecked segments, and --method {method} has none; take --method welch")]
-    NoSegments {
-        /// The method.
-        method: String,
-    },
-    /// A stream by a method that needs the whole record.
-    #[error("--method {method} needs whole recordings, and --stream reads them piece by piece; take --method welch")]
-    NoStream {
-        /// The method.
-        method: String,
-    },
-    /// A sliding window that no recording fills.
-    #[error("a window of {window_s} s is longer than the longest recording, {longest_s:.3} s; give a shorter --sliding")]
-    LongWindow {
-        /// The window.
-        window_s: f64,
-        /// The longest recording.
-        longest_s: f64,
-    },
-    /// A sliding window without length.
-    #[error("a window of {window_s} s that slides by {step_s} s; give --sliding and --sliding-step as seconds above zero")]
-    Sliding {
-        /// Length.
-        window_s: f64,
-        /// Step.
-        step_s: f64,
-    },
-    /// Fewer than two fits, or nothing in common.
-    #[error("nothing to compare: give at least two fits of the same model, channels and units")]
-    NothingToCompare,
-    /// Fits that are not whole subjects.
-    #[error("{fits} fits are not subjects of {sessions} sessions each; give at least two subjects, all sessions of one after the other")]
-    Sessions {
-        /// Fits given.
-        fits: usize,
-        /// Sessions a subject.
-        sessions: usize,
-    },
-    /// A band without frequencies.
-    #[error("no frequency of the grid (0 to {nyquist_hz} Hz) lies in the band {low_hz}-{high_hz} Hz; widen --band")]
-    EmptyBand {
-        /// Low end.
-        low_hz: f64,
-        /// High end.
-        high_hz: f64,
-        /// Half the sample rate.
-        nyquist_hz: f64,
-    },
-    /// More than a machine holds.
-    #[error("{what}")]
-    TooLarge {
-        /// What would be made, how much is the most, and what to do.
-        what: String,
-    },
-    /// No recording at all.
-    #[error("no recording; give at least one file")]
-    NoRecording,
-    /// A recording cannot be read or written.
+    /// Files, recordings and what is made of them.
     #[error(transparent)]
-    Io(#[from] ndof_io::IoError),
-    /// No model of that name.
-    #[error("no model \"{name}\"{}; there is {available}", did_you_mean(suggestion.as_deref()))]
-    UnknownModel {
-        /// The name asked for.
-        name: String,
-        /// The nearest name that there is.
-        suggestion: Option<String>,
-        /// What there is.
-        available: String,
-    },
-    /// A sensor that says one thing only.
-    #[error("{file}: channel \"{name}\" is {value} throughout; check the sensor and its cable, or choose the channels with --input and --output")]
-    Constant {
-        /// The recording.
-        file: String,
-        /// The channel.
-        name: String,
-        /// Its value.
-        value: f64,
-    },
-    /// One recording given twice.
-    #[error("{file} holds the same samples as {first}; give each recording once: twice the same data is no more evidence")]
-    SameTrial {
-        /// The recording.
-        file: String,
-        /// The one before.
-        first: String,
-    },
-    /// Effort and motion of one axis that do not belong together.
-    #[error(
-        "{file}: {effort} and {motion} are paired, but one turns and the other does not; correct the unit with --channels, or carry one over to the other by its lever arm"
-    )]
-    TurnAndShift {
-        /// The recording.
-        file: String,
-        /// The effort with its unit.
-        effort: String,
-        /// The motion with its unit.
-        motion: String,
-    },
-    /// A block twice in one model.
-    #[error("model \"{name}\" has {block} twice, which no data tell apart; name it once")]
-    RepeatedBlock {
-        /// The model.
-        name: String,
-        /// The block.
-        block: String,
-    },
-    /// Segments of which no frequency is seen.
-    #[error("segments of {nperseg} samples see no frequency; take {least} samples or more with --nperseg")]
-    ShortSegment {
-        /// What was asked for.
-        nperseg: usize,
-        /// The least.
-        least: usize,
-    },
-    /// The fit is not possible.
-    #[error("fitting: {0}")]
-    Fit(#[from] ndof_models::FitError),
-    /// The kinematics make no sense.
-    #[error("kinematics: {0}")]
-    Kinematics(#[from] ndof_models::KinematicsError),
-    /// The impedance cannot be projected.
-    #[error("projecting to the joints: {0}")]
-    Projection(#[from] ndof_models::ProjectionError),
-    /// The diagnosis is not possible.
-    #[error("diagnosing: {0}")]
-    Diagnose(#[from] ndof_diagnose::DiagnoseError),
+    Analysis(#[from] AnalysisError),
     /// An effect cannot be hidden.
     #[error("hiding an effect: {0}")]
     Effect(#[from] ndof_models::effects::EffectError),
-    /// A result cannot be expressed.
-    #[error("a result cannot be written as JSON: {0}; this is a fault of the program, please report it")]
-    Json(#[from] serde_json::Error),
     /// The simulation is not possible.
     #[error("simulating: {0}")]
     Device(#[from] ndof_devices::DeviceError),
@@ -273,7 +18,7 @@ pub enum StudyError {
     #[error("designing the perturbation: {0}")]
     Excitation(#[from] ndof_signal::ExcitationError),
     /// The predicted motion passes a limit.
-    #[error("the {limb} limb's {what} on axis {axis} would reach {value:.4}, the limit is {limit:.4}; lower --rms to {:.3} of what it is, or raise the limit", (1000.0 * limit / value).floor() / 1000.0)]
+    #[error("the {limb} limb's {what} on axis {axis} would reach {value:.4}, the limit is {limit:.4}; lower `rms` to {:.3} of what it is, or raise the limit", (1000.0 * limit / value).floor() / 1000.0)]
     Motion {
         /// Which limb.
         limb: String,
@@ -286,27 +31,9 @@ pub enum StudyError {
         /// What is allowed.
         limit: f64,
     },
-    /// A picture cannot be drawn.
-    #[error("drawing: {0}")]
-    Figure(#[from] ndof_report::FigureError),
-    /// A response cannot be converted.
-    #[error(transparent)]
-    Response(#[from] ResponseError),
 }
 
-fn no_file(source: &std::io::Error) -> String {
-    match source.kind() {
-        std::io::ErrorKind::NotFound => "there is no such file; check the path".to_owned(),
-        std::io::ErrorKind::IsADirectory => "it is a folder; name a file".to_owned(),
-        _ => format!("{source}; check the path"),
-    }
-}
-
-pub(crate) fn did_you_mean(suggestion: Option<&str>) -> String {
-    suggestion.map(|s| format!(" (did you mean \"{s}\"?)")).unwrap_or_default()
-}
-
-/// All of what threads have done side by side, or the error of the first that has one, whichever was met first.
-pub(crate) fn in_order<T>(each: Vec<Result<T, StudyError>>) -> Result<Vec<T>, StudyError> {
-    each.into_iter().collect()
+/// What `file` says is understood and makes no sense: what is wrong and what to do.
+pub(crate) fn meaning(file: &str, what: impl Into<String>) -> StudyError {
+    AnalysisError::Meaning { file: file.to_owned(), what: what.into() }.into()
 }

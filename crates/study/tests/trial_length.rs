@@ -1,7 +1,8 @@
 //! The length that a design recommends gives the intervals that were wanted: by Monte Carlo.
 
-use ndof_study::file::{EstimateSection, ExperimentFile, parse};
-use ndof_study::{DesignSettings, FitSettings, Limits, LooseLimb, RoleNames, Target, Trial, Trials, Trim, design, estimate, fit, simulate};
+use ndof_analysis::{Estimate, Fit, Trial};
+use ndof_study::file::{ExperimentFile, parse};
+use ndof_study::{Design, simulate};
 
 /// A restless limb on a robot without dry friction, which the theory leaves out.
 const EXPERIMENT: &str = r#"
@@ -20,36 +21,20 @@ const EXPERIMENT: &str = r#"
 const BAND_HZ: [f64; 2] = [0.5, 8.0];
 const SEEDS: usize = 40;
 
-fn settings(experiment: &ExperimentFile, duration_s: f64, targets: Vec<Target>) -> DesignSettings {
-    DesignSettings {
-        excitation: experiment.excitation.clone(),
-        axes: vec!["x".to_owned(), "y".to_owned()],
-        rotational: false,
-        trials: experiment.trials,
-        duration_s,
-        lead_in_s: experiment.discard_s,
-        sample_rate_hz: experiment.sample_rate_hz,
-        seed: 1,
-        band_hz: (0.25, 15.0),
-        experiment: Some(experiment.clone()),
-        limbs: LooseLimb::soft_and_stiff(false),
-        limits: Limits::default(),
-        targets,
-        fit_band_hz: BAND_HZ,
-    }
+fn settings(experiment: &ExperimentFile, duration_s: f64) -> Design {
+    let target = "K=15%".parse().expect("a target");
+    Design { experiment: Some(experiment.clone()), duration_s: Some(duration_s), target_ci: vec![target], fit_band_hz: Some(BAND_HZ), ..Design::default() }
 }
 
 /// Value and standard error of every parameter, as `ndof fit` reports them for the trials of one seed.
 fn fitted(experiment: &ExperimentFile, seed: u64) -> Vec<(String, f64, f64)> {
     let simulated = simulate(&ExperimentFile { seed, ..experiment.clone() }, &|_, _, _| ()).expect("simulated");
-    let trials = simulated.recordings.into_iter().map(|recording| Trial { file: "trial".to_owned(), recording, warnings: Vec::new() }).collect();
-    let trials = Trials::new(trials, &RoleNames::default(), &Trim::default()).expect("trials");
-    let section = EstimateSection { nperseg: Some(2048), noverlap: Some(1536), nfft: Some(8192), ..EstimateSection::default() };
-    let estimated = estimate(&trials, &section.settings("test").expect("settings"), "test").expect("estimated");
+    let settings = Estimate { nperseg: Some(2048), noverlap: Some(1536), nfft: Some(8192), ..Estimate::default() };
+    let estimated = settings.run(&Trial::numbered("trial", simulated.recordings)).expect("estimated");
     let transducer = simulated.linear.transducer;
-    let transducer = Some(ndof_models::Transducer { stiffness: transducer.stiffness, damping: transducer.damping });
-    let settings = FitSettings { band_hz: Some(BAND_HZ), transducer, ..FitSettings::default() };
-    let fit = fit(&trials, &estimated, &settings, "test").expect("fitted").fit;
+    let mount = (Some(transducer.stiffness), Some(transducer.damping));
+    let fit = Fit { band_hz: Some(BAND_HZ), transducer_stiffness: mount.0, transducer_damping: mount.1, ..Fit::default() };
+    let fit = fit.run(&estimated).expect("fitted").fit;
     fit.parameters.into_iter().map(|p| (p.name, p.value, p.std_error)).collect()
 }
 
@@ -57,12 +42,11 @@ fn fitted(experiment: &ExperimentFile, seed: u64) -> Vec<(String, f64, f64)> {
 fn the_recommended_length_gives_the_wanted_interval() {
     let mut experiment: ExperimentFile = parse(EXPERIMENT, "test").expect("an experiment");
     let wanted = 0.15;
-    let target = || vec!["K=15%".parse().expect("a target")];
-    let plan = design(&settings(&experiment, 50.0, target()), "design", &|_, _, _| ()).expect("designed").result.length.expect("a plan");
+    let plan = settings(&experiment, 50.0).run().expect("designed").result.length.expect("a plan");
     let duration_s = plan.duration_s.expect("within reach");
     assert!((5.0..50.0).contains(&duration_s), "{duration_s}");
     experiment.duration_s = duration_s;
-    let plan = design(&settings(&experiment, duration_s, target()), "design", &|_, _, _| ()).expect("designed").result.length.expect("a plan");
+    let plan = settings(&experiment, duration_s).run().expect("designed").result.length.expect("a plan");
     let widest = ["K_x_x", "K_y_y"].map(|name| plan.predicted.iter().find(|p| p.name == name).and_then(|p| p.half_width).expect("predicted"));
     let widest = widest[0].max(widest[1]);
     // The other perturbation of this length has other spectra: n_e of 15 or so makes them scatter by a quarter.

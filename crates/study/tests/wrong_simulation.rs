@@ -1,8 +1,11 @@
 //! A simulation of the MIT-MANUS whose numbers are wrong: the wrong one is named and corrected, alone and two together.
 
+use ndof_analysis::diagnose::result::DiagnosisResult;
+use ndof_analysis::{Diagnose, Trial, Trials, diagnose};
+use ndof_diagnose::{Cause, Verdict};
+use ndof_models::effects::Value;
 use ndof_study::file::{BaselineFile, ExperimentFile, parse};
-use ndof_study::result::diagnosis::{Cause, CauseValue, DiagnosisResult};
-use ndof_study::{DiagnoseSettings, RoleNames, Trial, Trials, Trim, diagnose, simulate};
+use ndof_study::simulate;
 use std::sync::OnceLock;
 
 const EXPERIMENT: &str = include_str!("../../../examples/experiments/mit-manus.toml");
@@ -18,9 +21,7 @@ fn trials() -> &'static Trials {
     TRIALS.get_or_init(|| {
         let experiment: ExperimentFile = parse(EXPERIMENT, "mit-manus.toml").expect("understood");
         let made = simulate(&experiment, &|_, _, _| {}).expect("simulated");
-        let trials =
-            made.recordings.into_iter().enumerate().map(|(k, recording)| Trial { file: format!("trial-{}", k + 1), recording, warnings: vec![] }).collect();
-        Trials::new(trials, &RoleNames::default(), &Trim::default()).expect("roles")
+        Trials::of(&Trial::numbered("trial", made.recordings)).expect("roles")
     })
 }
 
@@ -31,21 +32,21 @@ fn judged(numbers: &[(&str, f64)], handle: bool) -> DiagnosisResult {
     let text = if handle { text.replace("[limb]\n", "[limb]\nhandle_mass_kg = 0.4\n") } else { text };
     let baseline: BaselineFile = parse(&text, "wrong-simulation.toml").expect("understood");
     baseline.check("wrong-simulation.toml").expect("makes sense");
-    diagnose(trials(), &DiagnoseSettings { baseline: Some(baseline), ..DiagnoseSettings::default() }, "diagnose", &mut |_| {}).expect("a diagnosis")
+    diagnose(trials(), &Diagnose { baseline: Some(baseline), ..Diagnose::default() }, &mut |_| {}).expect("a diagnosis").result
 }
 
 /// The parameter that a cause corrects, its value and interval.
 fn corrected(cause: &Cause) -> (String, f64, [f64; 2]) {
     let number = |name: &str| {
         let p = cause.parameters.iter().find(|p| p.name == name).expect("the parameter");
-        let Some(CauseValue::Number(value)) = p.value else { panic!("{name} is no number") };
+        let Value::Number(value) = p.value else { panic!("{name} is no number") };
         (value, p.ci95.expect("an interval"))
     };
     if cause.effect == "added-mass" {
         let (value, interval) = number("mass_kg");
         return ("handle".to_owned(), value, interval);
     }
-    let Some(Some(CauseValue::Text(name))) = cause.parameters.iter().find(|p| p.name == "name").map(|p| p.value.clone()) else { panic!("{cause:?}") };
+    let Some(Value::Text(name)) = cause.parameters.iter().find(|p| p.name == "name").map(|p| p.value.clone()) else { panic!("{cause:?}") };
     let (value, interval) = number("value");
     (name, value, interval)
 }
@@ -71,7 +72,7 @@ fn asked(numbers: &[(&str, f64)], handle: bool) {
         let side = if cause.effect == "added-mass" { "limb" } else { "robot" };
         let effect = if corrected(cause).0.starts_with("link") { "geometry-error" } else { cause.effect.as_str() };
         assert_eq!((cause.site.side.as_str(), cause.effect.as_str()), (side, effect));
-        assert!(cause.probability.expect("a number") >= 0.9, "{cause:?}");
+        assert!(cause.probability >= 0.9, "{cause:?}");
     }
 }
 
@@ -79,7 +80,7 @@ fn asked(numbers: &[(&str, f64)], handle: bool) {
 fn a_right_simulation_is_adequate() {
     let d = judged(&[], true).diagnosis;
     assert!(d.causes.iter().all(|c| c.effect == "limb-noise"), "{:?}", d.causes);
-    assert!(["adequate", "explained"].contains(&d.verdict.as_str()), "{} {:?}", d.verdict, d.discrepancy.notes);
+    assert!(matches!(d.verdict, Verdict::Adequate | Verdict::Explained), "{} {:?}", d.verdict, d.discrepancy.notes);
 }
 
 #[test]

@@ -1,8 +1,8 @@
 //! Conditioned spectra and ordered partial coherence, as Bendat & Piersol define them.
 
-use crate::hermitian::Cholesky;
 use crate::response::FrequencyResponse;
 use ndarray::{Array2, Array3};
+use ndof_linear::Cholesky;
 use ndof_signal::CrossSpectra;
 use num_complex::Complex64;
 

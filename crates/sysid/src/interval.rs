@@ -126,7 +126,7 @@ impl FrequencyResponse {
         let straight = Complex64::default();
         let (n, columns) = self.shape();
         let Some(u) = self.uncertainty.as_ref().filter(|u| u.inverted && n == columns) else { return straight };
-        let Some(estimated) = crate::matrix::inverse(&self.at(f)) else { return straight };
+        let Some(estimated) = ndof_linear::inverse(&self.at(f)) else { return straight };
         let inner: Complex64 =
             (0..n).flat_map(|a| (0..n).map(move |b| (a, b))).map(|(a, b)| u.input_inverse[[f, j, a]] * estimated[[a, b]] * u.noise[[f, b, i]]).sum();
         let bend = self.value[[f, i, j]] * inner / (u.noise[[f, i, i]].re * u.input_inverse[[f, j, j]].re);
@@ -139,7 +139,7 @@ impl FrequencyResponse {
         let own = self.uncertainty.as_ref()?;
         let q = self.inputs.len();
         let inverse = Array2::from_shape_fn((q, q), |(i, j)| own.input_inverse[[f, i, j]]);
-        let input = crate::matrix::inverse(&inverse)?;
+        let input = ndof_linear::inverse(&inverse)?;
         let delta = |j: usize| candidate[j] - self.value[[f, output, j]];
         let distance: Complex64 = (0..q).flat_map(|i| (0..q).map(move |j| (i, j))).map(|(i, j)| delta(i) * input[[i, j]] * delta(j).conj()).sum();
         let bound = Confidence::new(level, own.degrees_of_freedom).simultaneous(q) * own.noise[[f, output, output]].re;
@@ -214,7 +214,7 @@ mod tests {
         let noise = ndarray::arr2(&[[c(0.09, 0.0), c(0.02, 0.03)], [c(0.02, -0.03), c(0.05, 0.0)]]);
         let input = ndarray::arr2(&[[c(1.0, 0.0), c(0.2, 0.4)], [c(0.2, -0.4), c(0.7, 0.0)]]);
         let hermitian = |a: &Array2<Complex64>| a.t().mapv(|v| v.conj());
-        let x = crate::matrix::inverse(&b).expect("regular");
+        let x = ndof_linear::inverse(&b).expect("regular");
         let (of_noise, of_input) = (x.dot(&noise).dot(&hermitian(&x)), hermitian(&x).dot(&input).dot(&x));
         let (i, j) = (0, 1);
         let variance = of_noise[[i, i]].re * of_input[[j, j]].re;
@@ -226,7 +226,7 @@ mod tests {
         let row = x.column(j).mapv(|v| v.conj()).dot(&input);
         let step = Array2::from_shape_fn((2, 2), |(k, l)| column[k] * row[l] * (-confidence.t / (2.0 * variance).sqrt()));
         let turned: Vec<f64> = (0..3600)
-            .map(|k| crate::matrix::inverse(&(&b + &step.mapv(|v| v * Complex64::from_polar(1.0, f64::from(k) * 1.745_329_251_994_33e-3)))))
+            .map(|k| ndof_linear::inverse(&(&b + &step.mapv(|v| v * Complex64::from_polar(1.0, f64::from(k) * 1.745_329_251_994_33e-3)))))
             .map(|moved| (moved.expect("regular")[[i, j]] / x[[i, j]]).arg() + x[[i, j]].arg())
             .collect();
         let (low, high) = turned.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), &v| (low.min(v), high.max(v)));

@@ -2,10 +2,10 @@
 //!
 //! Everything here is compiled into its caller, so that it is vector code where that is, and its loops are straight where sizes are constants.
 //!
-//! The algebra is that of [`hermitian`](crate::hermitian), number by number. A frequency at which a matrix is not positive
+//! The algebra is that of [`Cholesky`](ndof_linear::Cholesky), number by number. A frequency at which a matrix is not positive
 //! definite becomes NaN in its own lane and disturbs no other.
 
-use crate::hermitian::SMALLEST_PIVOT;
+use ndof_linear::SMALLEST_PIVOT;
 use ndof_signal::CrossSpectra;
 use num_complex::Complex64;
 
@@ -257,6 +257,14 @@ pub(crate) fn condition(n: usize, s: impl Fn(usize, usize) -> Lanes, inverse: &[
     map(&norm, &inverse_norm, |a, b| a * b)
 }
 
+/// 1-norm condition number of S scaled to a unit diagonal, from S and S⁻¹ (n², row by row): what
+/// [`condition`] finds, of one matrix.
+pub(crate) fn scaled_condition(n: usize, entry: impl Fn(usize, usize) -> Complex64, inverse: &[Complex64]) -> f64 {
+    let largest = |size: &dyn Fn(usize, usize) -> f64| (0..n).map(|j| (0..n).map(|i| size(i, j)).sum::<f64>()).fold(0.0_f64, f64::max);
+    let scale = |i: usize, j: usize| (entry(i, i).re * entry(j, j).re).sqrt();
+    largest(&|i, j| entry(i, j).norm() / scale(i, j)) * largest(&|i, j| inverse[i * n + j].norm() * scale(i, j))
+}
+
 /// The lower triangle of chosen channels of a set of spectra, batch by batch.
 pub(crate) struct Batches<'a> {
     spectra: &'a CrossSpectra,
@@ -288,7 +296,7 @@ impl<'a> Batches<'a> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::hermitian::{Cholesky, scaled_condition};
+    use ndof_linear::Cholesky;
     use rand::{RngExt, SeedableRng};
     use rand_chacha::ChaCha8Rng;
 

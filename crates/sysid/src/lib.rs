@@ -4,40 +4,31 @@
 //! [`CrossSpectra`](ndof_signal::CrossSpectra) into a [`FrequencyResponse`] with its covariance. [`estimate()`] does it all
 //! from recordings.
 
-mod anderson_rubin;
-mod bootstrap;
 mod conditioned;
 mod estimate;
 mod filling;
-mod hausman;
-mod hermitian;
 mod interval;
 mod labels;
 mod lanes;
-mod matrix;
 mod planning;
 mod ports;
 mod quantile;
 mod resolution;
 mod response;
 mod spread;
-mod warning;
 
-pub use anderson_rubin::anderson_rubin;
-pub use bootstrap::bootstrap_std;
 pub use conditioned::{Conditioned, conditioned, ordered_coherence};
 pub use estimate::{
     Choice, Coherence, DerivedEstimate, Detection, Direct, DirectEstimate, Distortion, EstimateError, Estimates, LARGEST_CONDITION, LocalPolynomial,
     LocalRational, RejectedSegment, Significance, SpectralMethod, ToReference, WEAK_INSTRUMENT, choose_method, derived, direct, estimate,
     estimate_from_spectra, robust_spectra, sliding,
 };
-pub use hausman::{Hausman, hausman};
 pub use interval::{Confidence, GainPhase, paper_random_error};
 pub use labels::Labels;
+pub use ndof_signal::Warning;
 pub use planning::{Progress, StoppingRule, averages_for_interval};
 pub use ports::{Ports, PortsError};
 pub use quantile::two_sided_t;
 pub use resolution::{Unresolved, unresolved};
 pub use response::{FrequencyResponse, ResponseError, ResponseKind, Uncertainty};
 pub use spread::{Spread, spread};
-pub use warning::Warning;

@@ -232,7 +232,7 @@ impl FrequencyResponse {
                 for (i, j) in (0..q).flat_map(|i| (0..q).map(move |j| (i, j))) {
                     gram[i * q + j] = (0..p).map(|k| self.value[[f, k, i]].conj() * self.value[[f, k, j]]).sum();
                 }
-                crate::hermitian::eigen(&mut gram, &mut values, None);
+                ndof_linear::hermitian_eigen(&mut gram, &mut values, None);
                 let smallest = values.iter().copied().fold(f64::INFINITY, f64::min).max(0.0).sqrt();
                 let error = self.uncertainty.as_ref().map_or(0.0, |u| (trace(&u.noise, f) * trace(&u.input_inverse, f)).sqrt());
                 if smallest.is_finite() { smallest / error } else { f64::NAN }
@@ -253,7 +253,7 @@ impl FrequencyResponse {
         let mut value = Array3::from_elem((self.len(), q, p), Complex64::new(f64::NAN, f64::NAN));
         let mut uncertainty = self.uncertainty.clone().map(|u| Uncertainty { inverted: !u.inverted, ..u });
         for f in 0..self.len() {
-            let Some(inverse) = crate::matrix::inverse(&self.at(f)) else { continue };
+            let Some(inverse) = ndof_linear::inverse(&self.at(f)) else { continue };
             if let (Some(out), Some(own)) = (&mut uncertainty, &self.uncertainty) {
                 let hermitian = inverse.t().mapv(|v| v.conj());
                 let noise = inverse.dot(&own.noise.index_axis(Axis(0), f)).dot(&hermitian);

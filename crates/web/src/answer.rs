@@ -1,10 +1,12 @@
 //! What the page is told of a study.
 
 use ndarray::Array2;
+use ndof_analysis::diagnose::result::DiagnosisResult;
+use ndof_analysis::estimate::result::EstimateResult;
+use ndof_analysis::{ComparedParameter, model_response};
 use ndof_models::InertiaDampingStiffness;
 use ndof_study::file::{HiddenEffect, StudyFile};
-use ndof_study::result::{DiagnosisResult, EstimateResult};
-use ndof_study::{ComparedParameter, StudyError, StudyOutcome, model_response, run_study};
+use ndof_study::{StudyError, StudyOutcome, run_study};
 use ndof_sysid::FrequencyResponse;
 use serde::Serialize;
 
@@ -47,7 +49,7 @@ pub fn answer(text: &str) -> Result<Answer, StudyError> {
     let study = StudyFile::parse(text, "the study")?;
     let outcome = run_study(&study, None, None, &|_, _, _| ())?;
     let table = outcome.table();
-    let StudyOutcome { simulated, estimated, fitted, diagnosis, riddle, .. } = outcome;
+    let StudyOutcome { simulated, estimated, fitted, diagnosed, hidden, .. } = outcome;
     let grid = &estimated.result.frequency_hz;
     let [low, high] = [grid.first(), grid.last()].map(|f| f.copied().unwrap_or_default());
     let like = estimated.best().band(low, high);
@@ -61,8 +63,8 @@ pub fn answer(text: &str) -> Result<Answer, StudyError> {
         simulated: truth.map(|limb| curve(&model_response(&limb, &like))),
         table: table.into_iter().map(row).collect(),
         estimate: estimated.result,
-        diagnosis,
-        hidden: riddle,
+        diagnosis: diagnosed.map(|diagnosed| diagnosed.result),
+        hidden,
     })
 }
 

@@ -1,17 +1,20 @@
 //! `ndof check`.
 
 use crate::error::CliError;
+use crate::flags::as_flags;
 use crate::options::{Reading, Shared};
 use crate::output::{self, columns, short};
 use clap::Args;
-use ndof_study::result::CheckResult;
-use std::path::PathBuf;
+use ndof_analysis::check::result::CheckResult;
+use ndof_io::Explanation;
+use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 /// Look at the data before the numbers: rate, missing, constant or clipped channels, resolution, outliers, trends, band.
 ///
 /// Prints what was understood of each file, then what is wrong with it and what to do: a fault makes numbers wrong, a remark
-/// is to be minded. `estimate`, `fit` and `diagnose` look at the same and carry it as warnings.
+/// is to be minded. `estimate`, `fit` and `diagnose` look at the same and carry it as warnings. Of a file that cannot be read it says what it
+/// is, what was understood, and which options would make it readable; of a frequency response, what is in it.
 #[derive(Debug, Args)]
 #[command(after_help = "Example:\n  ndof check trial-1.csv trial-2.csv")]
 pub struct Arguments {
@@ -29,13 +32,50 @@ pub struct Arguments {
 
 pub fn run(arguments: &Arguments) -> Result<ExitCode, CliError> {
     let shared = &arguments.shared;
-    shared.refuse_unused("check")?;
     shared.apply_threads()?;
-    let result = ndof_study::check(&arguments.reading.look_at(&arguments.files)?, &arguments.reading.roles(), "check");
+    if let Some(measured) = arguments.reading.response(&arguments.files)? {
+        if shared.json.is_some() {
+            return Err(CliError::Usage(format!(
+                "{} is a frequency response, and the JSON of `ndof check` is about recordings; leave --json out",
+                measured.file
+            )));
+        }
+        output::warnings(shared, &measured.warnings);
+        output::table(shared, &explained(&ndof_io::explain(Path::new(&measured.file))?))?;
+        return Ok(ExitCode::SUCCESS);
+    }
+    let trials = match arguments.reading.look_at(&arguments.files) {
+        Err(CliError::Io(error)) => {
+            let there = arguments.files.iter().filter(|file| file.is_file());
+            for told in there.map(|file| ndof_io::explain(file)).collect::<Result<Vec<_>, _>>()?.iter().filter(|told| !told.readable) {
+                output::table(shared, &explained(told))?;
+            }
+            return Err(error.into());
+        }
+        read => read?,
+    };
+    let result = ndof_analysis::check(&trials, &arguments.reading.roles());
     output::json(shared, &result)?;
-    output::warnings(shared, &result.warnings);
+    output::warnings(shared, &result.head.warnings);
     output::table(shared, &summary(&result))?;
     Ok(if arguments.exit_code && result.verdict == "faulty" { ExitCode::from(1) } else { ExitCode::SUCCESS })
+}
+
+/// What a file is, what was understood of it and what not, and what would help.
+fn explained(told: &Explanation) -> String {
+    let mut text = format!("{}: {}, {} bytes\n", told.file, told.format.unwrap_or("no format that is known"), told.bytes);
+    for (head, lines) in [("understood", &told.understood), ("not understood", &told.not_understood), ("what would help", &told.remedies)] {
+        if !lines.is_empty() {
+            text += &format!("{head}:\n{}", lines.iter().map(|line| format!("  {}\n", as_flags(line))).collect::<String>());
+        }
+    }
+    for trial in &told.trials {
+        let name = trial.name.as_ref().map_or_else(String::new, |name| format!(", trial {name}"));
+        text += &format!("channels{name}:\n");
+        let rows: Vec<Vec<String>> = trial.channels.iter().map(|c| vec![format!("  {}", c.name), c.unit.clone(), format!("{} missing", c.missing)]).collect();
+        text += &columns(&rows);
+    }
+    text
 }
 
 /// What was understood, what was found, and the verdict.
@@ -79,7 +119,7 @@ fn summary(result: &CheckResult) -> String {
     for f in &result.findings {
         let file = result.trials.get(f.trial - 1).map(|trial| trial.file.as_str()).unwrap_or_default();
         let channel = f.channel.as_ref().map(|c| format!(", {c}")).unwrap_or_default();
-        text += &format!("{}[{}] {file}{channel}: {}\n  do: {}\n", f.severity, f.code, f.message, f.action);
+        text += &format!("{}[{}] {file}{channel}: {}\n  do: {}\n", f.severity, f.code, as_flags(&f.message), as_flags(&f.action));
     }
     let meaning = match result.verdict.as_str() {
         "faulty" => "faulty: numbers from these data would be wrong; do what the faults ask for first",

@@ -1,14 +1,15 @@
 //! `ndof cohort`.
 
 use crate::error::CliError;
-use crate::options::{Analysis, Limb, Reading, Shared};
+use crate::options::{Limb, Reading, Shared};
 use crate::output::{self, columns, short};
 use crate::progress;
 use clap::Args;
+use ndof_analysis::AnalysisError;
+use ndof_analysis::fit::result::FitResult;
+use ndof_analysis::{Estimate, Fit};
 use ndof_io::{IoError, ResultColumn};
 use ndof_study::file::KinematicsFile;
-use ndof_study::result::FitResult;
-use ndof_study::{FitSettings, StudyError};
 use rayon::prelude::*;
 use std::hash::{DefaultHasher, Hasher};
 use std::path::{Path, PathBuf};
@@ -33,8 +34,8 @@ pub struct Arguments {
     limb: Limb,
     #[command(flatten)]
     reading: Reading,
-    #[command(flatten)]
-    analysis: Analysis,
+    #[command(flatten, next_help_heading = "Estimate")]
+    estimate: Estimate,
     #[command(flatten)]
     shared: Shared,
 }
@@ -50,7 +51,6 @@ struct Subject {
 
 pub fn run(arguments: &Arguments) -> Result<ExitCode, CliError> {
     let shared = &arguments.shared;
-    shared.refuse_unused("cohort")?;
     shared.apply_threads()?;
     let subjects = subjects(&arguments.folder)?;
     if subjects.is_empty() {
@@ -66,7 +66,7 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode, CliError> {
         output::create_folder(folder)?;
         remove_leftovers(folder)?;
     }
-    same_settings(&arguments.out.join("settings.txt"), &format!("{:?}\n{:?}\n{:?}\n{kinematics:?}\n", arguments.reading, arguments.analysis, shared.band))?;
+    same_settings(&arguments.out.join("settings.txt"), &format!("{:?}\n{:?}\n{:?}\n{kinematics:?}\n", arguments.reading, arguments.estimate, shared.band))?;
     let bars = progress::Steps::new(shared.quiet);
     let done = AtomicUsize::new(0);
     subjects.par_iter().try_for_each(|subject| {
@@ -178,18 +178,14 @@ fn same_settings(path: &Path, settings: &str) -> Result<(), CliError> {
 
 fn fit(arguments: &Arguments, kinematics: Option<&KinematicsFile>, subject: &Subject) -> Result<FitResult, CliError> {
     if subject.files.is_empty() {
-        return Err(StudyError::NoRecording.into());
+        return Err(AnalysisError::NoRecording.into());
     }
     let trials = arguments.reading.trials(&subject.files)?;
-    let settings = arguments.analysis.settings(&arguments.shared);
-    let estimated = ndof_study::estimate(&trials, &settings, "cohort")?;
-    let fit_settings = FitSettings {
-        band_hz: arguments.shared.band.map(|(low, high)| [low, high]),
-        estimator: settings.estimator,
-        kinematics: kinematics.cloned(),
-        ..FitSettings::default()
-    };
-    Ok(ndof_study::fit(&trials, &estimated, &fit_settings, "cohort")?.result)
+    let estimated = ndof_analysis::estimate(&trials, &arguments.shared.estimate(&arguments.estimate))?;
+    let settings = Fit { band_hz: arguments.shared.band, kinematics: kinematics.cloned(), ..Fit::default() };
+    let mut result = settings.run(&estimated)?.result;
+    result.head.command = "cohort".to_owned();
+    Ok(result)
 }
 
 /// One row a subject: value and standard error of every parameter, quality, what its fit warns of, and what went wrong.
@@ -204,9 +200,8 @@ fn table(subjects: &[Subject], results: &Path) -> Result<Vec<(String, ResultColu
             Err(_) => Err(std::fs::read_to_string(results.join(format!("{}.error", subject.name))).unwrap_or_else(|error| error.to_string())),
         });
     }
-    let parameters = |fit: &FitResult| fit.parameters.iter().chain(fit.joint.iter().flat_map(|joint| &joint.parameters)).cloned().collect::<Vec<_>>();
     let mut names: Vec<String> = Vec::new();
-    for p in fits.iter().flatten().flat_map(&parameters) {
+    for p in fits.iter().flatten().flat_map(FitResult::all_parameters) {
         if !names.contains(&p.name) {
             names.push(p.name.clone());
         }
@@ -214,13 +209,13 @@ fn table(subjects: &[Subject], results: &Path) -> Result<Vec<(String, ResultColu
     let numbers = |value: &dyn Fn(&FitResult) -> Option<f64>| ResultColumn::Numbers(fits.iter().map(|fit| fit.as_ref().ok().and_then(value)).collect());
     let mut columns = vec![("subject".to_owned(), ResultColumn::Texts(subjects.iter().map(|subject| Some(subject.name.clone())).collect()))];
     for name in &names {
-        let of = |fit: &FitResult| parameters(fit).into_iter().find(|p| p.name == *name);
+        let of = |fit: &FitResult| fit.all_parameters().find(|p| p.name == *name).cloned();
         columns.push((name.clone(), numbers(&|fit| of(fit)?.value)));
         columns.push((format!("{name}_std_error"), numbers(&|fit| of(fit)?.std_error)));
     }
     columns.push(("chi2_reduced".to_owned(), numbers(&|fit| fit.chi2_reduced)));
     columns.push(("r2".to_owned(), numbers(&|fit| fit.r2)));
-    let warnings = |fit: &FitResult| fit.warnings.iter().map(|warning| warning.code.as_str()).collect::<Vec<_>>().join(" ");
+    let warnings = |fit: &FitResult| fit.head.warnings.iter().map(|warning| warning.code.as_str()).collect::<Vec<_>>().join(" ");
     let warned = fits.iter().map(|fit| fit.as_ref().ok().map(&warnings).filter(|codes| !codes.is_empty())).collect();
     columns.push(("warnings".to_owned(), ResultColumn::Texts(warned)));
     columns.push(("error".to_owned(), ResultColumn::Texts(fits.into_iter().map(|fit| fit.err().map(|error| error.replace('\n', " "))).collect())));

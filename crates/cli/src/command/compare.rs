@@ -1,12 +1,14 @@
 //! `ndof compare`.
 
 use crate::error::CliError;
-use crate::options::{Shared, count};
+use crate::options::{Shared, measured};
 use crate::output::{self, columns, p_value, short};
 use clap::Args;
+use ndof_analysis::compare::result::CompareResult;
+use ndof_analysis::fit::result::FitResult;
+use ndof_analysis::options::count;
+use ndof_analysis::{Fit, compare_fits, compare_sessions};
 use ndof_io::IoError;
-use ndof_study::result::{CompareResult, FitResult, fit};
-use ndof_study::{compare_fits, compare_sessions};
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
@@ -18,7 +20,7 @@ use std::process::ExitCode;
 #[derive(Debug, Args)]
 #[command(after_help = "Example:\n  ndof compare before/fit.json after/fit.json")]
 pub struct Arguments {
-    /// Results of `ndof fit`
+    /// Results of `ndof fit`, or frequency responses, to each of which inertia, damping and stiffness are fitted within --band
     #[arg(required = true, num_args = 2.., value_name = "FIT.json")]
     files: Vec<PathBuf>,
     /// Sessions of each subject
@@ -30,15 +32,20 @@ pub struct Arguments {
 
 pub fn run(arguments: &Arguments) -> Result<ExitCode, CliError> {
     let shared = &arguments.shared;
-    shared.refuse_unused("compare")?;
     shared.apply_threads()?;
-    let fits = arguments.files.iter().map(|file| read(file)).collect::<Result<Vec<_>, _>>()?;
+    let responses = arguments.files.iter().map(|file| ndof_io::holds_response(file)).collect::<Result<Vec<_>, _>>()?;
+    if shared.band.is_some() && !responses.contains(&true) {
+        return Err(CliError::Usage("--band is for responses, and these are fits with a band of their own; leave it out".to_owned()));
+    }
+    let fitted = |file: &Path| Ok::<_, CliError>(measured(file)?.fit(&Fit { band_hz: shared.band, ..Fit::default() })?.result);
+    let read = |(file, response): (&PathBuf, &bool)| if *response { fitted(file) } else { read(file) };
+    let fits = arguments.files.iter().zip(&responses).map(read).collect::<Result<Vec<_>, _>>()?;
     let result = match arguments.sessions {
-        Some(sessions) => compare_sessions(&fits, sessions, "compare")?,
-        None => compare_fits(&fits, "compare")?,
+        Some(sessions) => compare_sessions(&fits, sessions)?,
+        None => compare_fits(&fits)?,
     };
     output::json(shared, &result)?;
-    output::warnings(shared, &result.warnings);
+    output::warnings(shared, &result.head.warnings);
     output::table(shared, &if result.reliability.is_empty() { summary(&result, &arguments.files) } else { sessions(&result) })?;
     Ok(ExitCode::SUCCESS)
 }
@@ -51,7 +58,7 @@ fn read(file: &Path) -> Result<FitResult, CliError> {
     serde_json::from_str(&text).map_err(|error| {
         let schema = serde_json::from_str::<serde_json::Value>(&text).ok().and_then(|value| value["schema"].as_str().map(str::to_owned));
         CliError::Usage(match schema {
-            Some(schema) if schema != fit::SCHEMA => format!("{name}: holds {schema}, not {}; {remedy}", fit::SCHEMA),
+            Some(schema) if schema != FitResult::SCHEMA => format!("{name}: holds {schema}, not {}; {remedy}", FitResult::SCHEMA),
             _ => format!("{name}, line {}: {error}; {remedy}", error.line()),
         })
     })

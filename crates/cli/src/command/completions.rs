@@ -38,7 +38,7 @@ pub fn run(arguments: &Arguments, mut program: clap::Command) -> Result<ExitCode
         (name, None) => {
             let shell: Shell = name.parse().map_err(|_| {
                 let known = ["bash", "elvish", "fish", "powershell", "zsh", "man", "markdown"];
-                let suggestion = ndof_study::nearest(name, known).map(|s| format!(" (did you mean \"{s}\"?)")).unwrap_or_default();
+                let suggestion = ndof_analysis::nearest(name, known).map(|s| format!(" (did you mean \"{s}\"?)")).unwrap_or_default();
                 CliError::Usage(format!("no shell \"{name}\"{suggestion}; there are {}", known.join(", ")))
             })?;
             clap_complete::generate(shell, &mut program, "ndof", &mut text);

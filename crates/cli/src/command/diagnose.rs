@@ -1,15 +1,17 @@
 //! `ndof diagnose`.
 
 use crate::error::CliError;
-use crate::options::{Reading, Shared, pair};
-use crate::output::{self, columns, short};
+use crate::options::{Reading, Shared};
+use crate::output::{self, columns, p_value, short};
 use crate::progress;
 use clap::Args;
-use ndof_models::effects::EFFECTS;
-use ndof_study::file::{self, BaselineFile};
-use ndof_study::result::diagnosis::{Cause, CauseValue, DiagnosisResult};
-use ndof_study::result::fit::Site;
-use ndof_study::{DiagnoseSettings, HoldOut, nearest, p_value, sentence};
+use ndof_analysis::diagnose::result::DiagnosisResult;
+use ndof_analysis::file::{self, BaselineFile};
+use ndof_analysis::options::pair;
+use ndof_analysis::{Diagnose, HeldOut};
+use ndof_diagnose::{Cause, Site, Verdict};
+use ndof_models::effects::Value;
+use ndof_report::{diagnosis_report, sentence};
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
@@ -29,15 +31,8 @@ pub struct Arguments {
     /// What no fit may see: files, or a stretch of time in seconds
     #[arg(long, value_name = "FILE|FROM-TO", num_args = 1..)]
     held_out: Vec<String>,
-    /// Size of a discrepancy that does not matter, as a share of each signal's standard deviation
-    #[arg(long, value_name = "SHARE", default_value_t = 0.01)]
-    tolerance: f64,
-    /// Effects that are not tried
-    #[arg(long, value_name = "EFFECTS", value_delimiter = ',')]
-    without: Vec<String>,
-    /// Simulate the next experiments that would tell confusable causes apart, and say how well each would
-    #[arg(long)]
-    plan: bool,
+    #[command(flatten)]
+    diagnose: Diagnose,
     /// End with code 1 if a cause is found, or something that cannot be explained
     #[arg(long)]
     exit_code: bool,
@@ -52,51 +47,40 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode, CliError> {
     shared.apply_threads()?;
     let settings = settings(arguments)?;
     let mut files = arguments.files.clone();
-    if let HoldOut::Files(held_out) = &settings.held_out {
+    if let HeldOut::Files(held_out) = &settings.held_out {
         files.extend(held_out.iter().map(PathBuf::from).filter(|file| !arguments.files.contains(file)));
     }
     let trials = arguments.reading.trials(&files)?;
     output::understood(shared, &trials);
     let bar = progress::Spinner::new(shared.quiet);
-    let (result, pictures) = ndof_study::diagnose_with_pictures(&trials, &settings, "diagnose", &mut |what| bar.show(what))?;
+    let diagnosed = ndof_analysis::diagnose(&trials, &settings, &mut |what| bar.show(what))?;
     drop(bar);
     if shared.report.is_some() || shared.plots.is_some() {
-        let page = ndof_study::diagnosis_report(&trials, &result, &pictures, "What the simulation gets wrong", &output::command_line())?;
-        output::report(shared, &page)?;
+        output::report(shared, &diagnosis_report(&diagnosed, "What the simulation gets wrong", &output::command_line())?)?;
     }
-    output::json(shared, &result)?;
-    output::warnings(shared, &result.warnings);
-    output::table(shared, &summary(&result))?;
-    let found = result.diagnosis.verdict != "adequate";
+    let result = &diagnosed.result;
+    output::json(shared, result)?;
+    output::warnings(shared, &result.head.warnings);
+    output::table(shared, &summary(result))?;
+    let found = result.diagnosis.verdict != Verdict::Adequate;
     Ok(if arguments.exit_code && found { ExitCode::from(1) } else { ExitCode::SUCCESS })
 }
 
-fn settings(arguments: &Arguments) -> Result<DiagnoseSettings, CliError> {
-    if !(arguments.tolerance.is_finite() && arguments.tolerance >= 0.0) {
-        return Err(CliError::Usage(format!("--tolerance {}; give a share such as 0.01", arguments.tolerance)));
-    }
-    for name in &arguments.without {
-        if ndof_models::effects::find(name).is_none() {
-            let suggestion = nearest(name, EFFECTS.iter().map(|effect| effect.name())).map(|s| format!(" (did you mean \"{s}\"?)")).unwrap_or_default();
-            return Err(CliError::Usage(format!("--without {name}: no such effect{suggestion}; `ndof list effects` prints them")));
-        }
-    }
+fn settings(arguments: &Arguments) -> Result<Diagnose, CliError> {
     let held_out = match arguments.held_out.as_slice() {
-        [] => HoldOut::Auto,
+        [] => HeldOut::Auto,
         [one] if !PathBuf::from(one).exists() => {
-            let (from, to) = pair(one).map_err(|why| CliError::Usage(format!("--held-out {one}: no such file, and no stretch of time: {why}")))?;
-            HoldOut::Time(from, to)
+            let stretch = pair(one).map_err(|why| CliError::Usage(format!("--held-out {one}: no such file, and no stretch of time: {why}")))?;
+            HeldOut::Time(stretch)
         }
-        files => HoldOut::Files(files.to_vec()),
+        files => HeldOut::Files(files.to_vec()),
     };
-    Ok(DiagnoseSettings {
+    Ok(Diagnose {
         band_hz: arguments.shared.band,
         held_out,
-        tolerance: arguments.tolerance,
-        seed: arguments.shared.seed.unwrap_or(DiagnoseSettings::default().seed),
-        without: arguments.without.clone(),
-        plan: arguments.plan,
+        seed: arguments.shared.seed.unwrap_or(arguments.diagnose.seed),
         baseline: arguments.baseline.as_deref().map(read_baseline).transpose()?,
+        ..arguments.diagnose.clone()
     })
 }
 
@@ -147,11 +131,10 @@ fn cause_lines(cause: &Cause) -> String {
     let mut text = format!("\n{} ({}), probability {}, p {}\n", cause.effect, place(&cause.site), short(cause.probability), p_value(cause.p_value));
     for p in &cause.parameters {
         let value = match &p.value {
-            Some(CauseValue::Number(value)) => short(Some(*value)),
-            Some(CauseValue::Text(text)) => text.clone(),
-            Some(CauseValue::Flag(flag)) => flag.to_string(),
-            Some(CauseValue::Matrix(rows)) => rows.iter().map(|row| row.iter().map(|v| short(*v)).collect::<Vec<_>>().join(" ")).collect::<Vec<_>>().join("; "),
-            None => "–".to_owned(),
+            Value::Number(value) => short(*value),
+            Value::Text(text) => text.clone(),
+            Value::Flag(flag) => flag.to_string(),
+            Value::Matrix(rows) => rows.iter().map(|row| row.iter().map(|v| short(*v)).collect::<Vec<_>>().join(" ")).collect::<Vec<_>>().join("; "),
         };
         let interval = p.ci95.map(|[low, high]| format!(" ({} … {})", short(Some(low)), short(Some(high)))).unwrap_or_default();
         text += &format!("  {} = {value}{interval} {}\n", p.name, p.unit);

@@ -1,13 +1,13 @@
 //! `ndof estimate`.
 
 use crate::error::CliError;
-use crate::options::{Analysis, Reading, Shared};
+use crate::options::{Reading, Shared};
 use crate::output::{self, columns, short};
 use clap::Args;
+use ndof_analysis::estimate::result::{EstimateResult, Response};
+use ndof_analysis::result::word;
+use ndof_analysis::{Estimate, Estimated, Streamed};
 use ndof_io::{Piece, Pieces};
-use ndof_study::result::estimate::Coherence;
-use ndof_study::result::{EstimateResult, Warning};
-use ndof_study::{EstimateSettings, Estimated, Streamed};
 use std::path::PathBuf;
 use std::process::ExitCode;
 
@@ -25,17 +25,14 @@ pub struct Arguments {
     files: Vec<PathBuf>,
     #[command(flatten)]
     reading: Reading,
-    #[command(flatten)]
-    analysis: Analysis,
-    /// Estimate over a window of so many seconds that slides along the trials, too: what changes with time
-    #[arg(long, value_name = "S", help_heading = "Estimate")]
-    sliding: Option<f64>,
-    /// Seconds from one such window to the next [default: half of its length]
-    #[arg(long, value_name = "S", requires = "sliding", help_heading = "Estimate")]
-    sliding_step: Option<f64>,
+    #[command(flatten, next_help_heading = "Estimate")]
+    estimate: Estimate,
     /// Read piece by piece, with memory for a few segments only: CSV or Parquet of any length, Welch's method
     #[arg(long, help_heading = "Estimate")]
     stream: bool,
+    /// Write the response with its standard errors and coherences for other programs: CSV, NPZ, Universal File 58 or Touchstone by the suffix
+    #[arg(long, value_name = "OUT", help_heading = "Output")]
+    out: Option<PathBuf>,
     #[command(flatten)]
     shared: Shared,
 }
@@ -43,35 +40,43 @@ pub struct Arguments {
 pub fn run(arguments: &Arguments) -> Result<ExitCode, CliError> {
     let shared = &arguments.shared;
     shared.apply_threads()?;
-    let mut settings = arguments.analysis.settings(shared);
+    if let Some(out) = &arguments.out
+        && let Some((other, _)) = [("--json", &shared.json), ("--report", &shared.report)].into_iter().find(|(_, path)| path.as_ref() == Some(out))
+    {
+        return Err(CliError::Usage(format!("{other} and --out both name {}; one would overwrite the other", out.display())));
+    }
+    let settings = shared.estimate(&arguments.estimate);
     if arguments.stream {
         arguments.files.iter().for_each(|file| ndof_io::keep(file));
-        let estimated = streamed(arguments, settings)?;
-        return finish(shared, &estimated);
+        return finish(arguments, &streamed(arguments, settings)?);
     }
     let trials = arguments.reading.trials(&arguments.files)?;
     output::understood(shared, &trials);
-    settings.sliding_s = arguments.sliding.map(|window_s| (window_s, arguments.sliding_step.unwrap_or(window_s / 2.0)));
-    let estimated = ndof_study::estimate(&trials, &settings, "estimate")?;
+    let estimated = ndof_analysis::estimate(&trials, &settings)?;
     if shared.report.is_some() || shared.plots.is_some() {
-        output::report(shared, &ndof_study::estimate_report(&trials, &estimated, "Frequency response", &output::command_line())?)?;
+        output::report(shared, &ndof_report::estimate_report(&estimated, "Frequency response", &output::command_line())?)?;
     }
-    finish(shared, &estimated)
+    finish(arguments, &estimated)
 }
 
-fn finish(shared: &Shared, estimated: &Estimated) -> Result<ExitCode, CliError> {
+fn finish(arguments: &Arguments, estimated: &Estimated) -> Result<ExitCode, CliError> {
+    let shared = &arguments.shared;
+    if let Some(out) = &arguments.out {
+        let notes = ndof_io::write_response(out, &estimated.response_table())?;
+        output::warnings(shared, &notes);
+    }
     output::json(shared, &estimated.result)?;
-    output::warnings(shared, &estimated.result.warnings);
+    output::warnings(shared, &estimated.result.head.warnings);
     output::table(shared, &summary(&estimated.result))?;
     Ok(ExitCode::SUCCESS)
 }
 
 /// The estimate of files that are read piece by piece.
-fn streamed(arguments: &Arguments, settings: EstimateSettings) -> Result<Estimated, CliError> {
+fn streamed(arguments: &Arguments, settings: Estimate) -> Result<Estimated, CliError> {
     let (reading, shared) = (&arguments.reading, &arguments.shared);
     let whole = [
         ("--robust", settings.robust),
-        ("--sliding", arguments.sliding.is_some()),
+        ("--sliding", settings.sliding_s.is_some()),
         ("--report", shared.report.is_some()),
         ("--plots", shared.plots.is_some()),
         ("--resample", reading.resample.is_some()),
@@ -89,10 +94,10 @@ fn streamed(arguments: &Arguments, settings: EstimateSettings) -> Result<Estimat
         for piece in Pieces::open(path, reading.channels.reading())? {
             let Piece { mut recording, follows, notes } = piece?;
             reading.channels.apply(&mut recording, &name)?;
-            streamed.push(&name, recording, follows, notes.into_iter().map(Warning::from))?;
+            streamed.push(&name, recording, follows, notes)?;
         }
     }
-    Ok(streamed.finish("estimate")?)
+    Ok(streamed.finish()?)
 }
 
 /// The response at some frequencies, evenly spaced on a logarithmic axis.
@@ -119,7 +124,7 @@ fn summary(result: &EstimateResult) -> String {
     settings.extend(m.window.clone());
     let mut text = format!(
         "{} ({name}) of {} output(s) to {} input(s), {} trial(s) at {} Hz\n{}; {:.2} effective averages\n{}\n\n",
-        result.response,
+        word(&result.response),
         result.outputs.len(),
         result.inputs.len(),
         result.trials,
@@ -128,22 +133,21 @@ fn summary(result: &EstimateResult) -> String {
         m.effective_averages,
         m.why,
     );
-    let usable: Vec<usize> = (0..result.frequency_hz.len()).filter(|&f| result.frequency_hz[f] > 0.0 && response.re[0][0][f].is_some()).collect();
+    let usable: Vec<usize> = (0..result.frequency_hz.len()).filter(|&f| result.frequency_hz[f] > 0.0 && response.re[[0, 0, f]].is_finite()).collect();
+    let (gain, phase) = (response.gain(), response.phase_rad());
     for (i, output) in result.outputs.iter().enumerate() {
         for (j, input) in result.inputs.iter().enumerate() {
             let mut rows = vec![["Hz", "gain", "±95 %", "phase °", "partial γ²", "multiple γ²"].map(str::to_owned).to_vec()];
             for f in spread(&usable, &result.frequency_hz, ROWS) {
-                let (re, im) = (response.re[i][j][f], response.im[i][j][f]);
-                let gain = re.zip(im).map(|(re, im)| re.hypot(im));
-                let phase = re.zip(im).map(|(re, im)| im.atan2(re).to_degrees());
-                let half = response.gain_ci95[i][j][f].map(|[low, high]| (high - low) / 2.0);
+                let degrees = phase[[i, j, f]].to_degrees();
                 rows.push(vec![
-                    short(Some(result.frequency_hz[f])),
-                    short(gain),
-                    short(half),
-                    phase.map_or_else(|| "–".to_owned(), |degrees| format!("{degrees:.1}")),
-                    fraction(coherence.partial[i][j][f]),
-                    fraction(multiple(coherence, i, f)),
+                    short(result.frequency_hz[f]),
+                    short(gain[[i, j, f]]),
+                    short(half_width(response, [i, j, f])),
+                    if degrees.is_finite() { format!("{degrees:.1}") } else { "–".to_owned() },
+                    fraction(coherence.partial[[i, j, f]]),
+                    // Where the response was inverted, rows are no longer the measured outputs.
+                    fraction(coherence.multiple.get((i, f)).copied().unwrap_or(f64::NAN)),
                 ]);
             }
             text += &format!("{output} ← {input}\n{}\n", columns(&rows));
@@ -188,25 +192,23 @@ fn repetition(result: &EstimateResult) -> String {
             &format!("\n{} gain of {} ← {} in windows of {} s ({})\n", course.estimate, result.outputs[0], result.inputs[0], course.window_s, course.method);
         let mut rows = vec![header];
         for (time_s, response) in course.time_s.iter().zip(&course.response) {
-            let gain = |f: usize| {
-                let value = response.re[0][0][f].zip(response.im[0][0][f]).map(|(re, im)| re.hypot(im));
-                let half = response.gain_ci95[0][0][f].map(|[low, high]| (high - low) / 2.0);
-                format!("{} ± {}", short(value), short(half))
-            };
-            rows.push(std::iter::once(short(Some(*time_s))).chain(at.iter().map(|&f| gain(f))).collect());
+            let gain = response.gain();
+            let cell = |f: usize| format!("{} ± {}", short(gain[[0, 0, f]]), short(half_width(response, [0, 0, f])));
+            rows.push(std::iter::once(short(*time_s)).chain(at.iter().map(|&f| cell(f))).collect());
         }
         text += &columns(&rows);
     }
     text
 }
 
-/// Multiple coherence of row `i`; none where the response was inverted and rows are no longer the measured outputs.
-fn multiple(coherence: &Coherence, i: usize, f: usize) -> Option<f64> {
-    coherence.multiple.get(i).and_then(|row| row[f])
+/// Half of the gain's 95 % interval.
+fn half_width(response: &Response, [i, j, f]: [usize; 3]) -> f64 {
+    (response.gain_ci95[[i, j, f, 1]] - response.gain_ci95[[i, j, f, 0]]) / 2.0
 }
 
-fn fraction(value: Option<f64>) -> String {
-    value.map_or_else(|| "–".to_owned(), |value| format!("{value:.3}"))
+/// A number between 0 and 1, or about 1.
+pub fn fraction(value: impl Into<Option<f64>>) -> String {
+    value.into().filter(|value| value.is_finite()).map_or_else(|| "–".to_owned(), |value| format!("{value:.3}"))
 }
 
 /// At most `count` of the `usable` indices, nearest to logarithmically spaced frequencies.

@@ -1,53 +1,35 @@
 //! `ndof fit`.
 
 use crate::error::CliError;
-use crate::options::{Analysis, Limb, Reading, Shared, not_negative, positive, words};
+use crate::options::{Limb, Reading, Shared};
 use crate::output::{self, columns, p_value, short};
 use clap::Args;
-use ndof_models::{NullLaw, Transducer};
-use ndof_study::result::FitResult;
-use ndof_study::result::fit::ComparedModel;
-use ndof_study::{ComparedParameter, FitCost, FitSettings, VafWeight, compare};
+use ndof_analysis::fit::result::ComparedModel;
+use ndof_analysis::fit::result::FitResult;
+use ndof_analysis::{ComparedParameter, Estimate, Fit, Fitted};
+use ndof_models::NullLaw;
 use std::path::PathBuf;
 use std::process::ExitCode;
 
 /// Fit inertia, damping and stiffness to the frequency response, with intervals.
 ///
 /// Several files are repeated trials of one experiment and are pooled. The derived estimate is fitted where there is a
-/// commanded perturbation, else the direct one. --band sets the frequencies that are fitted.
+/// commanded perturbation, else the direct one. --band sets the frequencies that are fitted. In place of recordings FILE may be a
+/// frequency response: CSV, NPZ, Universal File 58 or Touchstone.
 #[derive(Debug, Args)]
 #[command(after_help = "Example:\n  ndof fit trial-1.csv trial-2.csv --band 0.5-8 --kinematics arm.toml --json fit.json")]
 pub struct Arguments {
-    /// Recordings; `-` is CSV on standard input
+    /// Recordings, or one frequency response; `-` is CSV on standard input
     #[arg(required = true, value_name = "FILE")]
     files: Vec<PathBuf>,
-    /// Parametric model: inertia-damping-stiffness, and behind a `+` what extends it (`ndof list models`)
-    #[arg(long, default_value = ndof_study::MODEL)]
-    model: String,
-    /// Widen intervals by what calibration leaves: 0.5 % of M, 1 % of B and K, 0.1 ms of delays, in quadrature
-    #[arg(long)]
-    systematic: bool,
-    /// Compare with every single extension by likelihood ratio, AIC and BIC
-    #[arg(long)]
-    compare: bool,
-    /// What is minimised: squared errors weighted by their covariance, or the paper's dB and degrees
-    #[arg(long, default_value = "weighted", value_parser = words::<FitCost>(&["weighted", "paper"]))]
-    cost: FitCost,
-    /// How coherence weighs VAF, R² and the paper's cost: γ² as it is computed, or its root γ
-    #[arg(long, default_value = "gamma-squared", value_parser = words::<VafWeight>(&["gamma-squared", "gamma"]))]
-    vaf_weight: VafWeight,
-    /// Stiffness of the force transducer's mount (N/m; N m/rad), whose give is then not taken for inertia
-    #[arg(long, value_name = "K", value_parser = positive)]
-    transducer_stiffness: Option<f64>,
-    /// Damping of the same mount (N s/m; N m s/rad)
-    #[arg(long, value_name = "B", default_value_t = 0.0, requires = "transducer_stiffness", value_parser = not_negative)]
-    transducer_damping: f64,
+    #[command(flatten)]
+    fit: Fit,
     #[command(flatten)]
     limb: Limb,
     #[command(flatten)]
     reading: Reading,
-    #[command(flatten)]
-    analysis: Analysis,
+    #[command(flatten, next_help_heading = "Estimate")]
+    estimate: Estimate,
     #[command(flatten)]
     shared: Shared,
 }
@@ -56,42 +38,44 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode, CliError> {
     let shared = &arguments.shared;
     shared.apply_threads()?;
     let kinematics = arguments.limb.read()?;
+    if let Some(measured) = arguments.reading.response(&arguments.files)? {
+        if arguments.estimate != Estimate::default() {
+            let what = format!("{} is a frequency response, and options of the estimate have no use for it; leave them out", measured.file);
+            return Err(CliError::Usage(what));
+        }
+        let fitted = measured.fit(&Fit { band_hz: shared.band, kinematics, ..arguments.fit.clone() })?;
+        if shared.report.is_some() || shared.plots.is_some() {
+            output::report(shared, &ndof_report::response_fit_report(&measured, &fitted, "Mechanical impedance", &output::command_line())?)?;
+        }
+        return finish(shared, &fitted);
+    }
     let trials = arguments.reading.trials(&arguments.files)?;
     output::understood(shared, &trials);
-    let settings = arguments.analysis.settings(shared);
-    let estimated = ndof_study::estimate(&trials, &settings, "fit")?;
-    let fit_settings = FitSettings {
-        model: Some(arguments.model.clone()),
-        band_hz: shared.band.map(|(low, high)| [low, high]),
-        cost: arguments.cost,
-        estimator: settings.estimator,
-        kinematics,
-        transducer: arguments.transducer_stiffness.map(|stiffness| Transducer { stiffness, damping: arguments.transducer_damping }),
-        vaf_weight: arguments.vaf_weight,
-        compare: arguments.compare,
-        systematic: arguments.systematic,
-        ..FitSettings::default()
-    };
-    let fitted = ndof_study::fit(&trials, &estimated, &fit_settings, "fit")?;
+    let estimated = ndof_analysis::estimate(&trials, &shared.estimate(&arguments.estimate))?;
+    let fitted = Fit { band_hz: shared.band, kinematics, ..arguments.fit.clone() }.run(&estimated)?;
     if shared.report.is_some() || shared.plots.is_some() {
-        output::report(shared, &ndof_study::fit_report(&trials, &estimated, &fitted, "Mechanical impedance", &output::command_line())?)?;
+        output::report(shared, &ndof_report::fit_report(&estimated, &fitted, "Mechanical impedance", &output::command_line())?)?;
     }
+    finish(shared, &fitted)
+}
+
+fn finish(shared: &Shared, fitted: &Fitted) -> Result<ExitCode, CliError> {
     output::json(shared, &fitted.result)?;
-    output::warnings(shared, &fitted.result.warnings);
-    output::table(shared, &summary(&fitted.result, &compare(&fitted, None)))?;
+    output::warnings(shared, &fitted.result.head.warnings);
+    output::table(shared, &summary(&fitted.result, &fitted.table(|_| None)))?;
     Ok(ExitCode::SUCCESS)
 }
 
 fn summary(result: &FitResult, parameters: &[ComparedParameter]) -> String {
     format!(
-        "{} fitted to the {} estimate, {:.3} to {:.3} Hz; reduced chi² {}, R² {}, VAF {} %\n\n{}",
+        "{} fitted to the {}, {:.3} to {:.3} Hz; reduced chi² {}, R² {}, VAF {} %\n\n{}",
         result.model,
-        result.estimate,
+        if result.estimate == "file" { "response of the file".to_owned() } else { format!("{} estimate", result.estimate) },
         result.band_hz[0],
         result.band_hz[1],
         short(result.chi2_reduced),
         short(result.r2),
-        result.vaf.iter().map(|row| row.iter().map(|v| short(*v)).collect::<Vec<_>>().join(" ")).collect::<Vec<_>>().join("; "),
+        result.vaf.outer_iter().map(|row| row.iter().map(|v| short(*v)).collect::<Vec<_>>().join(" ")).collect::<Vec<_>>().join("; "),
         parameter_table(parameters),
     ) + &comparison(&result.comparison)
 }

@@ -73,14 +73,14 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode, CliError> {
 
 fn models() -> Vec<Entry> {
     let baseline = Entry {
-        name: ndof_study::MODEL,
+        name: ndof_analysis::MODEL,
         what: "one matrix entry a parameter; weighted least squares or the paper's cost".to_owned(),
         equation: "M s^2 + B s + K = F/d",
         ..Entry::default()
     };
     let block = |card: &BlockCard| Entry {
         name: card.name(),
-        what: format!("{}; --model {}+{}", card.what, ndof_study::MODEL, card.name()),
+        what: format!("{}; --model {}+{}", card.what, ndof_analysis::MODEL, card.name()),
         equation: card.equation,
         header: &["parameter", "unit", "from", "to"],
         rows: (card.block)().parameters(false).into_iter().map(|p| vec![p.name, p.unit, p.lower.to_string(), p.upper.to_string()]).collect(),

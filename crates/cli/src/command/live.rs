@@ -1,15 +1,17 @@
 //! `ndof live`.
 
-use super::estimate::spread;
+use super::estimate::{fraction, spread};
 use crate::error::CliError;
 use crate::interrupt;
-use crate::options::{Analysis, Channels, Shared, positive};
-use crate::output::{self, columns, short};
+use crate::options::{Channels, Shared};
+use crate::output::{self, columns, interval, short};
 use crate::source::{Arrival, Source};
 use clap::Args;
+use ndof_analysis::live::result::LiveResult;
+use ndof_analysis::options::positive;
+use ndof_analysis::result::word;
+use ndof_analysis::{Enough, Estimate, Live};
 use ndof_io::{CsvStream, Piece};
-use ndof_study::result::{LiveResult, Warning};
-use ndof_study::{Live, LiveSettings};
 use std::io::{IsTerminal, Write};
 use std::path::PathBuf;
 use std::process::ExitCode;
@@ -26,15 +28,8 @@ pub struct Arguments {
     /// A CSV file that grows; `-` is standard input
     #[arg(default_value = "-", value_name = "FILE")]
     file: PathBuf,
-    /// Wanted half width of the 95 % interval, as a share of the magnitude
-    #[arg(long, value_name = "SHARE", default_value_t = 0.1, value_parser = positive)]
-    within: f64,
-    /// Share of the frequencies that must have it
-    #[arg(long, value_name = "SHARE", default_value_t = 0.9, value_parser = positive)]
-    share: f64,
-    /// Cross terms count too
-    #[arg(long)]
-    all_entries: bool,
+    #[command(flatten)]
+    enough: Enough,
     /// End as soon as it is enough
     #[arg(long)]
     until_enough: bool,
@@ -46,8 +41,8 @@ pub struct Arguments {
     wait: f64,
     #[command(flatten)]
     channels: Channels,
-    #[command(flatten)]
-    analysis: Analysis,
+    #[command(flatten, next_help_heading = "Estimate")]
+    estimate: Estimate,
     #[command(flatten)]
     shared: Shared,
 }
@@ -59,22 +54,15 @@ const PAUSE: Duration = Duration::from_millis(300);
 
 pub fn run(arguments: &Arguments) -> Result<ExitCode, CliError> {
     let shared = &arguments.shared;
-    shared.refuse_unused("live")?;
     shared.apply_threads()?;
-    if arguments.share > 1.0 {
-        return Err(CliError::Usage(format!("--share {}: a share is at most 1; write 0.9 for 90 % of the frequencies", arguments.share)));
+    if arguments.enough.share > 1.0 {
+        return Err(CliError::Usage(format!("--share {}: a share is at most 1; write 0.9 for 90 % of the frequencies", arguments.enough.share)));
     }
     interrupt::handle();
     let mut source = Source::open(&arguments.file)?;
     let name = source.name();
     let mut stream = CsvStream::new(&name, arguments.channels.reading());
-    let settings = LiveSettings {
-        estimate: arguments.analysis.settings(shared),
-        half_width: arguments.within,
-        share: arguments.share,
-        all_entries: arguments.all_entries,
-    };
-    let mut live = Live::new(&name, arguments.channels.roles(), settings);
+    let mut live = Live::new(&name, arguments.channels.roles(), shared.estimate(&arguments.estimate), arguments.enough.clone());
     let mut screen = Screen::new(shared);
     let mut last: Option<LiveResult> = None;
     let mut looked_s = 0.0;
@@ -102,7 +90,7 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode, CliError> {
         let due = live.duration_s() >= looked_s + arguments.every || paused;
         if over || due {
             looked_s = live.duration_s();
-            if let Some(state) = live.state("live")? {
+            if let Some(state) = live.state()? {
                 screen.show(&state)?;
                 last = Some(state);
             } else {
@@ -119,7 +107,7 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode, CliError> {
             if !shared.json_on_stdout() {
                 output::json(shared, state)?;
             }
-            output::warnings(shared, &state.warnings);
+            output::warnings(shared, &state.head.warnings);
             screen.close(state)?;
         }
         None if interrupted => {}
@@ -136,7 +124,7 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode, CliError> {
 fn take(live: &mut Live, arguments: &Arguments, pieces: Vec<Piece>, name: &str) -> Result<(), CliError> {
     for mut piece in pieces {
         arguments.channels.apply(&mut piece.recording, name)?;
-        live.push(&piece.recording, piece.follows, piece.notes.into_iter().map(Warning::from))?;
+        live.push(&piece.recording, piece.follows, piece.notes)?;
     }
     Ok(())
 }
@@ -200,17 +188,16 @@ fn table(state: &LiveResult) -> String {
     let mut text = String::new();
     for (i, output) in state.outputs.iter().enumerate() {
         for (j, input) in state.inputs.iter().enumerate() {
-            let usable: Vec<usize> = (0..state.frequency_hz.len()).filter(|&f| state.frequency_hz[f] > 0.0 && state.gain[i][j][f].is_some()).collect();
-            let mut rows = vec![["Hz", state.response.as_str(), "95 % interval", "±", "coherence"].map(str::to_owned).to_vec()];
+            let usable: Vec<usize> = (0..state.frequency_hz.len()).filter(|&f| state.frequency_hz[f] > 0.0 && state.gain[[i, j, f]].is_finite()).collect();
+            let mut rows = vec![["Hz", &word(&state.response), "95 % interval", "±", "coherence"].map(str::to_owned).to_vec()];
             for f in spread(&usable, &state.frequency_hz, ROWS) {
-                let interval = state.gain_ci95[i][j][f];
-                let half = interval.zip(state.gain[i][j][f]).map(|([_, high], gain)| 100.0 * (high - gain) / gain);
+                let (gain, [low, high]) = (state.gain[[i, j, f]], [0, 1].map(|end| state.gain_ci95[[i, j, f, end]]));
                 rows.push(vec![
                     short(Some(state.frequency_hz[f])),
-                    short(state.gain[i][j][f]),
-                    interval.map_or_else(|| "–".to_owned(), |[low, high]| format!("{} … {}", short(Some(low)), short(Some(high)))),
-                    half.map_or_else(|| "–".to_owned(), |half| format!("{half:.0} %")),
-                    state.partial_coherence[i][j][f].map_or_else(|| "–".to_owned(), |value| format!("{value:.3}")),
+                    short(gain),
+                    interval((low.is_finite() && high.is_finite()).then_some([low, high])),
+                    if high.is_finite() { format!("{:.0} %", 100.0 * (high - gain) / gain) } else { "–".to_owned() },
+                    fraction(state.partial_coherence[[i, j, f]]),
                 ]);
             }
             text += &format!("{output} ← {input}\n{}\n", columns(&rows));
@@ -218,8 +205,7 @@ fn table(state: &LiveResult) -> String {
     }
     let mut rows = Vec::new();
     for p in &state.parameters {
-        let interval = p.ci95.map_or_else(|| "–".to_owned(), |[low, high]| format!("{} … {}", short(Some(low)), short(Some(high))));
-        rows.push(vec![p.name.clone(), p.unit.clone(), short(p.value), interval]);
+        rows.push(vec![p.name.clone(), p.unit.clone(), short(p.value), interval(p.ci95)]);
     }
     text + &columns(&rows)
 }

@@ -2,7 +2,16 @@
 
 use crate::error::CliError;
 use clap::{Args, ValueEnum};
-use ndof_study::result::{SCHEMAS, schema_of};
+use ndof_analysis::check::result::CheckResult;
+use ndof_analysis::compare::result::CompareResult;
+use ndof_analysis::diagnose::result::DiagnosisResult;
+use ndof_analysis::estimate::result::EstimateResult;
+use ndof_analysis::fit::result::FitResult;
+use ndof_analysis::live::result::LiveResult;
+use ndof_study::Truth;
+use ndof_study::cases::result::StudyResult;
+use ndof_study::design::result::DesignResult;
+use ndof_study::sensitivity::result::SensitivityResult;
 use serde_json::Value;
 use std::fmt::Write as _;
 use std::io::Write;
@@ -25,10 +34,31 @@ enum Format {
     Markdown,
 }
 
+/// The JSON Schemas by the short names that `ndof schema` takes.
+const SCHEMAS: &[&str] = &["estimate", "fit", "diagnosis", "check", "compare", "live", "study-result", "design", "sensitivity", "truth"];
+
+/// The JSON Schema of the result called `name`, or nothing if there is none of that name.
+fn schema_of(name: &str) -> Option<Value> {
+    let schema = match name {
+        "estimate" => schemars::schema_for!(EstimateResult),
+        "fit" => schemars::schema_for!(FitResult),
+        "diagnosis" => schemars::schema_for!(DiagnosisResult),
+        "compare" => schemars::schema_for!(CompareResult),
+        "study-result" => schemars::schema_for!(StudyResult),
+        "design" => schemars::schema_for!(DesignResult),
+        "sensitivity" => schemars::schema_for!(SensitivityResult),
+        "live" => schemars::schema_for!(LiveResult),
+        "truth" => schemars::schema_for!(Truth),
+        "check" => schemars::schema_for!(CheckResult),
+        _ => return None,
+    };
+    Some(schema.to_value())
+}
+
 pub fn run(arguments: &Arguments) -> Result<ExitCode, CliError> {
     let short = arguments.name.trim_start_matches("ndof/").trim_end_matches("/1");
     let schema = schema_of(short).ok_or_else(|| {
-        let suggestion = ndof_study::nearest(short, SCHEMAS.iter().copied()).map(|s| format!(" (did you mean \"{s}\"?)")).unwrap_or_default();
+        let suggestion = ndof_analysis::nearest(short, SCHEMAS.iter().copied()).map(|s| format!(" (did you mean \"{s}\"?)")).unwrap_or_default();
         CliError::Usage(format!("no schema \"{}\"{suggestion}; there are: {}", arguments.name, SCHEMAS.join(", ")))
     })?;
     let text = match arguments.format {

@@ -27,7 +27,6 @@ pub struct Arguments {
 
 pub fn run(arguments: &Arguments, studies: &[(&str, &str)]) -> Result<ExitCode, CliError> {
     let shared = &arguments.shared;
-    shared.refuse_unused("simulate")?;
     shared.apply_threads()?;
     let mut experiment = experiment(&arguments.experiment, studies)?;
     experiment.seed = shared.seed.unwrap_or(experiment.seed);

@@ -7,9 +7,10 @@ use crate::options::{Reading, Shared};
 use crate::output::{self, columns, short, write_json};
 use crate::progress;
 use clap::Args;
+use ndof_analysis::nearest;
 use ndof_study::file::{HiddenEffect, StudyFile};
-use ndof_study::result::SensitivityResult;
-use ndof_study::{StudyOutcome, cases_report, nearest, run_cases, study_report, study_result, summary_tables};
+use ndof_study::sensitivity::result::SensitivityResult;
+use ndof_study::{StudyOutcome, cases_report, run_cases, study_report, study_result, summary_tables};
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
@@ -44,7 +45,6 @@ pub fn unknown(name: &str, studies: &[(&str, &str)]) -> CliError {
 
 pub fn run(arguments: &Arguments, studies: &[(&str, &str)]) -> Result<ExitCode, CliError> {
     let shared = &arguments.shared;
-    shared.refuse_unused("study")?;
     shared.apply_threads()?;
     let (name, study) = load(&arguments.study, studies)?;
     let out = arguments.out.clone().unwrap_or_else(|| Path::new("ndof-out").join(&name));
@@ -56,7 +56,7 @@ pub fn run(arguments: &Arguments, studies: &[(&str, &str)]) -> Result<ExitCode, 
     let Some((_, outcome)) = outcomes.first() else { return Ok(ExitCode::SUCCESS) };
     let (title, command) = (study.title.as_deref().unwrap_or(&name), format!("ndof study {}", arguments.study));
     let several = if outcomes.len() > 1 { cases_report(&outcomes, &result, &study.report, title, &command)? } else { None };
-    let report = several.map_or_else(|| study_report(outcome, title, &command), Ok)?;
+    let report = output::with_flags(several.map_or_else(|| study_report(outcome, title, &command), Ok)?);
 
     output::create_folder(&out)?;
     for (k, (case, outcome)) in outcomes.iter().enumerate() {
@@ -68,7 +68,7 @@ pub fn run(arguments: &Arguments, studies: &[(&str, &str)]) -> Result<ExitCode, 
     output::report(shared, &report)?;
     if outcomes.len() > 1 {
         output::json(shared, &result)?;
-        output::warnings(shared, &result.warnings);
+        output::warnings(shared, &result.head.warnings);
         let tables: Vec<String> = summary_tables(&result, &study.report).iter().map(as_text).collect();
         output::table(
             shared,
@@ -76,7 +76,7 @@ pub fn run(arguments: &Arguments, studies: &[(&str, &str)]) -> Result<ExitCode, 
         )?;
     } else {
         output::json(shared, &outcome.fitted.result)?;
-        output::warnings(shared, &outcome.fitted.result.warnings);
+        output::warnings(shared, &outcome.fitted.result.head.warnings);
         output::table(shared, &summary(outcome, &out))?;
     }
     Ok(ExitCode::SUCCESS)
@@ -95,8 +95,8 @@ fn write_case(folder: &Path, name: &str, outcome: &StudyOutcome) -> Result<(), C
     if let Some(sensitivity) = &outcome.sensitivity {
         write_json(&folder.join("sensitivity.json"), sensitivity)?;
     }
-    match &outcome.diagnosis {
-        Some(diagnosis) => write_json(&folder.join("diagnosis.json"), diagnosis),
+    match &outcome.diagnosed {
+        Some(diagnosed) => write_json(&folder.join("diagnosis.json"), &diagnosed.result),
         None => Ok(()),
     }
 }
@@ -144,14 +144,14 @@ fn summary(outcome: &StudyOutcome, out: &Path) -> String {
         parameter_table(&outcome.table())
     );
     text += &outcome.sensitivity.as_ref().map(sensitivity_table).unwrap_or_default();
-    if let Some(diagnosis) = &outcome.diagnosis {
-        if !outcome.riddle.is_empty() {
+    if let Some(diagnosed) = &outcome.diagnosed {
+        if !outcome.hidden.is_empty() {
             text += "\nSomething was hidden in these recordings. Look at plots/ and guess before you read on.\n";
         }
-        text += &format!("\n{}", super::diagnose::summary(diagnosis));
+        text += &format!("\n{}", super::diagnose::summary(&diagnosed.result));
     }
-    if !outcome.riddle.is_empty() {
-        let told: Vec<String> = outcome.riddle.iter().map(told).collect();
+    if !outcome.hidden.is_empty() {
+        let told: Vec<String> = outcome.hidden.iter().map(told).collect();
         text += &format!("\nhidden was: {}\n", told.join("; "));
     }
     text += &format!(

@@ -2,17 +2,19 @@
 
 use crate::error::CliError;
 use clap::Args;
+use ndof_analysis::AnalysisError;
+use ndof_analysis::file::{self, ChannelsFile};
+use ndof_analysis::options::positive;
+use ndof_analysis::{RoleNames, nearest};
 use ndof_io::ReadOptions;
 use ndof_signal::Recording;
-use ndof_study::file::{self, ChannelsFile};
-use ndof_study::{RoleNames, StudyError, nearest};
 use std::path::Path;
 
 /// What the channels of a recording are.
 #[derive(Clone, Debug, Args)]
 pub struct Channels {
     /// Sample rate of files that say nothing about time
-    #[arg(long, value_name = "HZ", value_parser = super::positive, help_heading = "Recordings")]
+    #[arg(long, value_name = "HZ", value_parser = positive, help_heading = "Recordings")]
     pub sample_rate: Option<f64>,
     /// What the columns are: NEW=OLD pairs, such as force_x=Fx,pos_x="x [mm]", or a file with [channels] and [transform]
     #[arg(long, value_name = "NEW=OLD,…|FILE.toml", value_parser = channels_file, help_heading = "Recordings")]
@@ -42,12 +44,12 @@ fn channels_file(text: &str) -> Result<ChannelsFile, String> {
         file.check(text)?;
         Ok(file)
     };
-    read().map_err(|error: StudyError| error.to_string())
+    read().map_err(|error: AnalysisError| error.to_string())
 }
 
 /// The error for a channel that `file` does not have.
-pub fn no_channel(file: &str, name: &str, available: Vec<String>) -> StudyError {
-    StudyError::NoChannel { file: file.to_owned(), name: name.to_owned(), suggestion: nearest(name, available.iter().map(String::as_str)), available }
+pub fn no_channel(file: &str, name: &str, available: Vec<String>) -> AnalysisError {
+    AnalysisError::NoChannel { file: file.to_owned(), name: name.to_owned(), suggestion: nearest(name, available.iter().map(String::as_str)), available }
 }
 
 impl Channels {

@@ -1,13 +1,13 @@
 //! How recordings are read, which channels are what, and which stretches are used.
 
+use super::channels::Channels;
 use super::channels::no_channel;
-use super::{Channels, not_negative, number, pair};
 use crate::error::CliError;
 use clap::Args;
-use ndof_io::{IoError, Note, PrepareError, ReadOptions, ReadRecording, Resample};
+use ndof_analysis::options::{not_negative, number, pair};
+use ndof_analysis::{MeasuredResponse, RoleNames, Trial, Trials, Trim, axis_of};
+use ndof_io::{ColumnsFile, IoError, PrepareError, ReadOptions, ReadRecording, Resample};
 use ndof_signal::Quantity;
-use ndof_study::result::Warning;
-use ndof_study::{RoleNames, Trial, Trials, Trim, axis_of};
 use std::path::{Path, PathBuf};
 
 /// How recordings are read.
@@ -18,6 +18,12 @@ pub struct Reading {
     /// Interpolate irregular time onto a regular grid, of the file's median rate or of HZ
     #[arg(long, value_name = "HZ", num_args = 0..=1, require_equals = true, default_missing_value = "auto", value_parser = resample, help_heading = "Recordings")]
     pub resample: Option<Resample>,
+    /// What the columns of a table without a header are: `[columns]` with lines NAME = { number = K, unit = "N" }
+    #[arg(long, value_name = "FILE", value_parser = columns, help_heading = "Recordings")]
+    pub columns: Option<ColumnsFile>,
+    /// Of a file that holds several trials, the one of this name or number; else all of them are read
+    #[arg(long, value_name = "NAME", help_heading = "Recordings")]
+    pub trial: Option<String>,
     /// A recording of the same trial by another acquisition clock, joined to it; one for each recording, in their order
     #[arg(long, value_name = "FILE", requires = "align_by", help_heading = "Recordings")]
     pub align: Vec<PathBuf>,
@@ -38,7 +44,7 @@ pub struct Reading {
     pub stop: Option<f64>,
     /// Leave this stretch out, in seconds; may be given several times
     #[arg(long, value_name = "FROM-TO", value_parser = pair, allow_hyphen_values = true, help_heading = "Recordings")]
-    pub exclude: Vec<(f64, f64)>,
+    pub exclude: Vec<[f64; 2]>,
 }
 
 fn resample(text: &str) -> Result<Resample, String> {
@@ -48,14 +54,64 @@ fn resample(text: &str) -> Result<Resample, String> {
     }
 }
 
+fn columns(text: &str) -> Result<ColumnsFile, String> {
+    let path = Path::new(text);
+    ndof_io::keep(path);
+    let read = std::fs::read_to_string(path).map_err(|source| IoError::Read { file: text.to_owned(), source });
+    read.and_then(|toml| ColumnsFile::parse(&toml, text)).map_err(|error| error.to_string())
+}
+
+/// Reads a frequency response and what its channels are.
+pub fn measured(file: &Path) -> Result<MeasuredResponse, CliError> {
+    ndof_io::keep(file);
+    Ok(MeasuredResponse::of(&ndof_io::read_response(file)?, &file.display().to_string())?)
+}
+
 impl Reading {
+    /// The frequency response in place of recordings, where the file is one.
+    pub fn response(&self, files: &[PathBuf]) -> Result<Option<MeasuredResponse>, CliError> {
+        let held = files.iter().map(|file| ndof_io::holds_response(file)).collect::<Result<Vec<_>, _>>()?;
+        match (files, held.contains(&true) && self.channels.sample_rate.is_none()) {
+            (_, false) => Ok(None),
+            ([file], true) => {
+                if let Some(option) = self.of_recordings() {
+                    return Err(CliError::Usage(format!("{} is a frequency response, and --{option} is about recordings; leave it out", file.display())));
+                }
+                measured(file).map(Some)
+            }
+            _ => Err(CliError::Usage("a frequency response is fitted alone; give one file, and put fits beside each other with `ndof compare`".to_owned())),
+        }
+    }
+
+    /// An option that is given and that only recordings have a use for.
+    fn of_recordings(&self) -> Option<&'static str> {
+        let own = &self.channels;
+        let given = [
+            ("channels", own.channels.is_some()),
+            ("reference", own.reference.is_some()),
+            ("input", own.input.is_some()),
+            ("output", own.output.is_some()),
+            ("negate", !own.negate.is_empty()),
+            ("resample", self.resample.is_some()),
+            ("columns", self.columns.is_some()),
+            ("trial", self.trial.is_some()),
+            ("align", !self.align.is_empty()),
+            ("tare", self.tare.is_some()),
+            ("handle-mass", self.handle_mass.is_some()),
+            ("start", self.start.is_some()),
+            ("stop", self.stop.is_some()),
+            ("exclude", !self.exclude.is_empty()),
+        ];
+        given.into_iter().find(|(_, given)| *given).map(|(option, _)| option)
+    }
+
     /// Reads one recording, its channels named and turned.
     pub fn read(&self, path: &Path) -> Result<ReadRecording, CliError> {
         self.read_with(path, &self.options())
     }
 
     fn options(&self) -> ReadOptions {
-        ReadOptions { resample: self.resample, ..self.channels.reading() }
+        ReadOptions { resample: self.resample, columns: self.columns.clone(), trial: self.trial.clone(), ..self.channels.reading() }
     }
 
     fn read_with(&self, path: &Path, options: &ReadOptions) -> Result<ReadRecording, CliError> {
@@ -63,6 +119,14 @@ impl Reading {
         let mut read = ndof_io::read(path, options)?;
         self.channels.apply(&mut read.recording, &read.file)?;
         Ok(read)
+    }
+
+    /// Reads every trial of a file, its channels named and turned.
+    fn read_each(&self, path: &Path, options: &ReadOptions) -> Result<Vec<ReadRecording>, CliError> {
+        ndof_io::keep(path);
+        let mut trials = ndof_io::read_trials(path, options)?;
+        trials.iter_mut().try_for_each(|read| self.channels.apply(&mut read.recording, &read.file))?;
+        Ok(trials)
     }
 
     /// Reads a recording and joins `other`, which another clock took, to it.
@@ -83,19 +147,7 @@ impl Reading {
             }
         }
         let aligned = ndof_io::align(&read.recording, &second.recording, shared).map_err(wrong)?;
-        read.notes.push(Note::new(
-            "clocks-aligned",
-            format!(
-                "{} joined to {} by \"{}\": it began {:.6} s apart and its clock runs {:.1} ppm fast; correlation {:.4}",
-                second.file,
-                read.file,
-                shared.0,
-                aligned.offset_s,
-                1e6 * aligned.drift,
-                aligned.correlation
-            ),
-            "choose another channel with --align-by if that cannot be",
-        ));
+        read.notes.push(aligned.note(&read.file, &second.file, shared.0));
         read.notes.extend(second.notes);
         read.recording = aligned.recording;
         self.channels.apply(&mut read.recording, &read.file)?;
@@ -105,6 +157,11 @@ impl Reading {
     /// The roles that are asked for.
     pub fn roles(&self) -> RoleNames {
         self.channels.roles()
+    }
+
+    /// The stretches that are asked for.
+    fn trim(&self) -> Trim {
+        Trim { start_s: self.start, stop_s: self.stop, exclude_s: self.exclude.clone() }
     }
 
     /// Reads several recordings, offsets and handle taken off.
@@ -120,14 +177,14 @@ impl Reading {
         for (k, path) in files.iter().enumerate() {
             let read = match (self.align.get(k), &self.align_by) {
                 (Some(other), Some(by)) => vec![self.read_aligned(path, other, by)?],
-                _ => match self.read(path) {
+                _ => match self.read_each(path, &self.options()) {
                     Err(CliError::Io(error @ (IoError::IrregularTime { .. } | IoError::Gap { .. }))) => self.read_stretches(path, error)?,
-                    read => vec![read?],
+                    read => read?,
                 },
             };
             for mut read in read {
                 self.correct(&mut read)?;
-                trials.push(Trial { file: read.file, recording: read.recording, warnings: read.notes.into_iter().map(Into::into).collect() });
+                trials.push(Trial { file: read.file, recording: read.recording, warnings: read.notes });
             }
         }
         Ok(trials)
@@ -136,7 +193,7 @@ impl Reading {
     /// What --start, --stop and --exclude leave of a recording whose clock is irregular elsewhere.
     fn read_stretches(&self, path: &Path, error: IoError) -> Result<Vec<ReadRecording>, CliError> {
         let mut kept = vec![(self.start.unwrap_or(f64::NEG_INFINITY), self.stop.unwrap_or(f64::INFINITY))];
-        for &(from, to) in &self.exclude {
+        for &[from, to] in &self.exclude {
             kept = kept.into_iter().flat_map(|(a, b)| [(a, b.min(from)), (a.max(to), b)]).filter(|(a, b)| a < b).collect();
         }
         if path.as_os_str() == "-" || (self.start.is_none() && self.stop.is_none() && self.exclude.is_empty()) {
@@ -150,12 +207,13 @@ impl Reading {
     /// Reads recordings to look at them: what is wrong with their clock becomes a warning.
     pub fn look_at(&self, files: &[PathBuf]) -> Result<Vec<Trial>, CliError> {
         let read = |path: &PathBuf| {
-            let mut read = self.read_with(path, &ReadOptions { any_timing: true, ..self.options() })?;
-            self.correct(&mut read)?;
-            let trim = Trim { start_s: self.start, stop_s: self.stop, exclude_s: self.exclude.clone() };
-            let warnings: Vec<Warning> = read.notes.into_iter().map(Into::into).collect();
-            let stretches = trim.apply(&read.recording, &read.file)?;
-            Ok(stretches.into_iter().map(|recording| Trial { file: read.file.clone(), recording, warnings: warnings.clone() }).collect())
+            let mut trials = Vec::new();
+            for mut read in self.read_each(path, &ReadOptions { any_timing: true, ..self.options() })? {
+                self.correct(&mut read)?;
+                let stretches = self.trim().apply(&read.recording, &read.file)?;
+                trials.extend(stretches.into_iter().map(|recording| Trial { file: read.file.clone(), recording, warnings: read.notes.clone() }));
+            }
+            Ok(trials)
         };
         if self.align.is_empty() {
             let read: Vec<Vec<Trial>> = files.iter().map(read).collect::<Result<_, CliError>>()?;
@@ -196,8 +254,6 @@ impl Reading {
 
     /// Reads trials of one experiment, with roles and stretches.
     pub fn trials(&self, files: &[PathBuf]) -> Result<Trials, CliError> {
-        let trim = Trim { start_s: self.start, stop_s: self.stop, exclude_s: self.exclude.clone() };
-        let trials = self.read_all(files)?;
-        Ok(Trials::new(trials, &self.roles(), &trim)?)
+        Ok(Trials::new(self.read_all(files)?, &self.roles(), &self.trim())?)
     }
 }

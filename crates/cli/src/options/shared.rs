@@ -1,8 +1,9 @@
 //! Options of every analysis: where results go, how loud, how many threads.
 
-use super::{count, pair, whole};
 use crate::error::CliError;
-use clap::Args;
+use clap::{ArgMatches, Args};
+use ndof_analysis::Estimate;
+use ndof_analysis::options::{count, pair, whole};
 use std::path::PathBuf;
 
 /// Options of every analysis.
@@ -31,7 +32,7 @@ pub struct Shared {
     pub threads: Option<usize>,
     /// Frequencies to report, in Hz
     #[arg(long, value_name = "LO-HI", value_parser = pair, allow_hyphen_values = true)]
-    pub band: Option<(f64, f64)>,
+    pub band: Option<[f64; 2]>,
 }
 
 /// A number of threads that a machine can start.
@@ -40,29 +41,36 @@ fn threads(text: &str) -> Result<usize, String> {
     count(text).and_then(|threads| if threads <= MOST { Ok(threads) } else { Err(format!("write a whole number of at most {MOST}")) })
 }
 
-/// The shared options that a command does not use, by their long names; its help does not show them.
+/// Options that a command has in common with others and does not use, by their long names; its help does not show them.
 pub fn unused(command: &str) -> &'static [&'static str] {
     match command {
-        "check" | "compare" | "simulate" => &["report", "plots", "band"],
-        "live" => &["report", "plots"],
+        "check" | "simulate" => &["report", "plots", "band"],
+        "compare" => &["report", "plots"],
+        "live" => &["report", "plots", "sliding", "sliding-step"],
         "study" => &["band"],
-        "cohort" => &["json", "report", "plots"],
+        "fit" => &["sliding", "sliding-step"],
+        "cohort" => &["json", "report", "plots", "sliding", "sliding-step"],
         _ => &[],
     }
 }
 
+/// Refuses what the command has no use for: an option that is given and does nothing would mislead.
+pub fn refuse_unused(matches: &ArgMatches) -> Result<(), CliError> {
+    let Some((command, given)) = matches.subcommand() else { return Ok(()) };
+    let asked = |name: &&&str| {
+        let id = name.replace('-', "_");
+        [id.clone(), id + "_s"].iter().any(|id| given.try_contains_id(id).is_ok_and(|known| known))
+    };
+    match unused(command).iter().find(asked) {
+        Some(name) => Err(CliError::Usage(format!("`ndof {command}` has no use for --{name}; leave it out (`ndof {command} --help` lists what there is)"))),
+        None => Ok(()),
+    }
+}
+
 impl Shared {
-    /// Refuses what `command` has no use for: an option that is given and does nothing would mislead.
-    pub fn refuse_unused(&self, command: &str) -> Result<(), CliError> {
-        self.targets()?;
-        let unused = unused(command);
-        let given = [("--json", self.json.is_some()), ("--report", self.report.is_some()), ("--plots", self.plots.is_some()), ("--band", self.band.is_some())];
-        match given.into_iter().find(|(name, given)| *given && unused.contains(&&name[2..])) {
-            Some((name, _)) => {
-                Err(CliError::Usage(format!("`ndof {command}` has no use for {name}; leave it out (`ndof {command} --help` lists what there is)")))
-            }
-            None => Ok(()),
-        }
+    /// What is asked of an estimate, with the band.
+    pub fn estimate(&self, asked: &Estimate) -> Estimate {
+        Estimate { band_hz: self.band, ..asked.clone() }
     }
 
     /// Refuses results that would lie in one place, and a page on standard output.

@@ -1,6 +1,6 @@
 //! Robots in the Unified Robot Description Format: the path of moving joints from the root to the tip.
 
-use super::robot_file::{EndEffectorConfig, JointConfig, JointKind, RobotConfig};
+use super::config::{EndEffectorConfig, JointConfig, JointKind, RobotConfig};
 use super::xml::{Element, parse};
 use crate::vector3::{IDENTITY, Matrix, Vector, add, carried, plus, product, roll_pitch_yaw, scale, steiner, sub, turn};
 
@@ -45,45 +45,8 @@ pub(super) fn read(text: &str, tip: Option<&str>) -> Result<RobotConfig, String>
             }
         }
     }
-    let mut roots = names.iter().filter(|n| !joints.iter().any(|j| j.child == **n));
-    let base = match (roots.next(), roots.next()) {
-        (Some(base), None) => *base,
-        (Some(a), Some(b)) => return Err(format!("links \"{a}\" and \"{b}\" both have no parent; a robot has one root")),
-        _ => return Err("no link is the root: the joints go round in a circle".to_owned()),
-    };
-    for name in &names {
-        let mut at = *name;
-        for _ in 0..=joints.len() {
-            at = joints.iter().find(|j| j.child == at).map_or(at, |j| j.parent);
-        }
-        if at != base {
-            return Err(format!("link \"{name}\" does not hang on the root \"{base}\": the joints go round in a circle"));
-        }
-    }
-    let tip = match tip {
-        Some(tip) if names.contains(&tip) => tip,
-        Some(tip) => return Err(format!("no link \"{tip}\"; there are: {}", names.join(", "))),
-        None => {
-            let mut leaves = names.iter().filter(|n| !joints.iter().any(|j| j.parent == **n));
-            match (leaves.next(), leaves.next()) {
-                (Some(leaf), None) => *leaf,
-                (Some(a), Some(b)) => return Err(format!("links \"{a}\" and \"{b}\" are both ends; say with device.tip which carries the limb")),
-                _ => return Err("no link is an end".to_owned()),
-            }
-        }
-    };
-    let mut path = Vec::new();
-    let mut at = tip;
-    while at != base {
-        let mut parents = joints.iter().filter(|j| j.child == at);
-        let joint = parents.next().ok_or(format!("link \"{at}\" hangs on nothing"))?;
-        if parents.next().is_some() || path.len() > joints.len() {
-            return Err(format!("link \"{at}\" is the child of more than one joint; closed loops need a device of their own"));
-        }
-        path.push(joint);
-        at = joint.parent;
-    }
-    path.reverse();
+    let base = root_of(&names, &joints)?;
+    let path = path_to(tip_of(&names, &joints, tip)?, base, &joints)?;
     let links = Links { root: &root, joints: &joints };
     let mut config = RobotConfig {
         schema: "ndof/robot/1".to_owned(),
@@ -111,6 +74,59 @@ pub(super) fn read(text: &str, tip: Option<&str>) -> Result<RobotConfig, String>
     }
     config.end_effector.translation_m = lead.place;
     Ok(config)
+}
+
+/// The one link that hangs on nothing and carries all others.
+fn root_of<'a>(names: &[&'a str], joints: &[Joint<'a>]) -> Result<&'a str, String> {
+    let mut roots = names.iter().filter(|n| !joints.iter().any(|j| j.child == **n));
+    let base = match (roots.next(), roots.next()) {
+        (Some(base), None) => *base,
+        (Some(a), Some(b)) => return Err(format!("links \"{a}\" and \"{b}\" both have no parent; a robot has one root")),
+        _ => return Err("no link is the root: the joints go round in a circle".to_owned()),
+    };
+    for name in names {
+        let mut at = *name;
+        for _ in 0..=joints.len() {
+            at = joints.iter().find(|j| j.child == at).map_or(at, |j| j.parent);
+        }
+        if at != base {
+            return Err(format!("link \"{name}\" does not hang on the root \"{base}\": the joints go round in a circle"));
+        }
+    }
+    Ok(base)
+}
+
+/// The link that carries the limb: the one that is named, else the only end.
+fn tip_of<'a>(names: &[&'a str], joints: &[Joint<'a>], tip: Option<&'a str>) -> Result<&'a str, String> {
+    match tip {
+        Some(tip) if names.contains(&tip) => Ok(tip),
+        Some(tip) => Err(format!("no link \"{tip}\"; there are: {}", names.join(", "))),
+        None => {
+            let mut leaves = names.iter().filter(|n| !joints.iter().any(|j| j.parent == **n));
+            match (leaves.next(), leaves.next()) {
+                (Some(leaf), None) => Ok(*leaf),
+                (Some(a), Some(b)) => Err(format!("links \"{a}\" and \"{b}\" are both ends; say with device.tip which carries the limb")),
+                _ => Err("no link is an end".to_owned()),
+            }
+        }
+    }
+}
+
+/// The joints from the base to the tip.
+fn path_to<'a, 'b>(tip: &str, base: &str, joints: &'b [Joint<'a>]) -> Result<Vec<&'b Joint<'a>>, String> {
+    let mut path = Vec::new();
+    let mut at = tip;
+    while at != base {
+        let mut parents = joints.iter().filter(|j| j.child == at);
+        let joint = parents.next().ok_or(format!("link \"{at}\" hangs on nothing"))?;
+        if parents.next().is_some() || path.len() > joints.len() {
+            return Err(format!("link \"{at}\" is the child of more than one joint; closed loops need a device of their own"));
+        }
+        path.push(joint);
+        at = joint.parent;
+    }
+    path.reverse();
+    Ok(path)
 }
 
 struct Joint<'a> {

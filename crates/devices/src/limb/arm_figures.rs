@@ -2,18 +2,8 @@
 
 use crate::error::DeviceError;
 use crate::noise::LimbNoise;
+use ndof_models::Arm;
 use serde::{Deserialize, Serialize};
-
-/// Which arm: it decides to which side the elbow bends.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "kebab-case")]
-pub enum Side {
-    /// Elbow angle positive.
-    #[default]
-    Right,
-    /// Elbow angle negative.
-    Left,
-}
 
 /// Muscle tone after stroke: factors on K and B, and the force with which the arm pulls the hand towards its shoulder. Elbow
 /// stiffness and damping rise together with the clinical score, hands of patients resonate at 2 to 3 Hz and pull with 3 to
@@ -49,7 +39,7 @@ impl Tone {
 pub struct PlanarTwoLinkConfig {
     /// Which arm.
     #[serde(default)]
-    pub arm: Side,
+    pub arm: Arm,
     /// Body height (m); with `body_mass_kg` it sets the segments.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub height_m: Option<f64>,
@@ -102,7 +92,7 @@ fn default_damping() -> Vec<Vec<f64>> {
 impl Default for PlanarTwoLinkConfig {
     fn default() -> Self {
         PlanarTwoLinkConfig {
-            arm: Side::Right,
+            arm: Arm::Right,
             height_m: None,
             body_mass_kg: None,
             link_lengths_m: None,

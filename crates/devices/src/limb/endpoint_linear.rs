@@ -1,11 +1,28 @@
 //! A limb that is linear at the endpoint: M ẍ + B ẋ + K x + F₀ = F.
 
 use super::{Impedance, Limb};
+use crate::device::LimbEntry;
 use crate::error::DeviceError;
-use crate::matrix::{inverse, is_inertia};
 use crate::noise::LimbNoise;
+use crate::parameters::parameter;
 use ndarray::Array2;
+use ndof_linear::{inverse, is_positive_definite};
 use serde::{Deserialize, Serialize};
+
+/// The registry's entry.
+pub(crate) static ENTRY: LimbEntry = LimbEntry {
+    name: "endpoint-linear",
+    description: "M, B, K at the endpoint, for any device",
+    parameters: &[
+        parameter("M", "kg", f64::NAN, "inertia matrix"),
+        parameter("B", "N s/m", f64::NAN, "damping matrix"),
+        parameter("K", "N/m", f64::NAN, "stiffness matrix"),
+        parameter("mean_force_n", "N", 0.0, "force on the limb that holds it at the posture, one number an axis"),
+        parameter("handle_mass_kg", "kg", 0.0, "mass fastened to the hand beyond the transducer"),
+        parameter("noise", "", f64::NAN, "force made by the limb itself: rms_n, cutoff_hz"),
+    ],
+    source: "",
+};
 
 /// Matrices of a linear limb, rows in the order of the device's axes.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
@@ -93,7 +110,7 @@ impl EndpointLinear {
     /// [`DeviceError::Inertia`] if M is not symmetric positive definite.
     pub fn from_matrices(impedance: Impedance, mean_force: Vec<f64>) -> Result<Self, DeviceError> {
         let no_inertia = || DeviceError::Inertia("limb.M".to_owned());
-        if !is_inertia(&impedance.inertia) {
+        if !is_positive_definite(&impedance.inertia) {
             return Err(no_inertia());
         }
         let mobility = inverse(&impedance.inertia).ok_or_else(no_inertia)?;
@@ -144,7 +161,7 @@ impl Limb for EndpointLinear {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::matrix::multiply;
+    use ndof_linear::square::multiply;
 
     #[test]
     fn at_rest_under_its_mean_force_a_limb_stays() {

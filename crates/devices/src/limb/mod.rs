@@ -1,12 +1,12 @@
 //! Limbs: what the robot's end effector is fastened to.
 
 mod arm_figures;
-mod endpoint_linear;
-mod planar_two_link;
-mod spring_array;
-mod wrist;
+pub(crate) mod endpoint_linear;
+pub(crate) mod planar_two_link;
+pub(crate) mod spring_array;
+pub(crate) mod wrist;
 
-pub use arm_figures::{PlanarTwoLinkConfig, Side, Tone};
+pub use arm_figures::{PlanarTwoLinkConfig, Tone};
 pub use endpoint_linear::{EndpointLinear, EndpointLinearConfig};
 pub use planar_two_link::PlanarTwoLink;
 pub use spring_array::{SPRING_CONFIGURATIONS, SpringArray, SpringArrayConfig, SpringConfiguration};

@@ -1,11 +1,38 @@
 //! The human arm in the plane: upper arm and forearm with joint inertia, damping and stiffness.
 
-use super::arm_figures::{PlanarTwoLinkConfig, Segments, Side};
+use super::arm_figures::{PlanarTwoLinkConfig, Segments};
 use super::endpoint_linear::{square, vector};
 use super::{Impedance, Limb};
+use crate::device::LimbEntry;
 use crate::error::DeviceError;
-use crate::matrix::is_inertia;
+use crate::parameters::parameter;
 use ndarray::{Array2, array};
+use ndof_linear::{inverse, is_positive_definite};
+use ndof_models::robot::RobotError;
+use ndof_models::{Arm, Kinematics};
+
+/// The registry's entry.
+pub(crate) static ENTRY: LimbEntry = LimbEntry {
+    name: "planar-two-link",
+    description: "upper arm and forearm with joint inertia, damping and stiffness, nonlinear geometry",
+    parameters: &[
+        parameter("height_m", "m", f64::NAN, "body height, sets the segments with body_mass_kg"),
+        parameter("body_mass_kg", "kg", f64::NAN, "body mass"),
+        parameter("link_lengths_m", "m", f64::NAN, "upper arm and forearm; 0.33 and 0.34 without height and mass"),
+        parameter("link_masses_kg", "kg", f64::NAN, "1.93 and 1.52 without height and mass"),
+        parameter("link_centres_m", "m", f64::NAN, "joint to centre of mass; 0.165 and 0.19 without height and mass"),
+        parameter("link_inertias_kg_m2", "kg m^2", f64::NAN, "about the centre of mass; 0.0141 and 0.0188 without height and mass"),
+        parameter("K", "N m/rad", f64::NAN, "joint stiffness matrix, [[15, 6], [6, 16]] by default"),
+        parameter("B", "N m s/rad", f64::NAN, "joint damping matrix, [[2.3, 0.9], [0.9, 2.4]] by default"),
+        parameter("mean_force_n", "N", f64::NAN, "force on the hand that holds the arm at the posture; by default that of the tone"),
+        parameter("tone", "", f64::NAN, "\"normal\", \"mild-hypertonia\" (K x 2, B x 1.5, pull 4 N) or \"severe-hypertonia\" (K x 4, B x 2, pull 10 N)"),
+        parameter("handle_mass_kg", "kg", 0.0, "mass moving with the hand"),
+        parameter("shoulder_m", "m", f64::NAN, "place of the shoulder, in place of posture.joint_rad"),
+        parameter("arm", "", f64::NAN, "\"right\" or \"left\""),
+        parameter("noise", "", f64::NAN, "force made by the limb itself: rms_n, cutoff_hz"),
+    ],
+    source: "Shadmehr and Mussa-Ivaldi, J. Neurosci. 14 (1994) 3208; Winter, Biomechanics and Motor Control of Human Movement (2009), table 4.1",
+};
 
 /// The arm built from [`PlanarTwoLinkConfig`] at a posture.
 ///
@@ -37,11 +64,11 @@ impl PlanarTwoLink {
         if !(config.handle_mass_kg.is_finite() && config.handle_mass_kg >= 0.0) {
             return Err(DeviceError::value("limb.handle_mass_kg", config.handle_mass_kg, "zero or positive"));
         }
-        let elbow_sign = if config.arm == Side::Right { 1.0 } else { -1.0 };
+        let elbow_sign = if config.arm == Arm::Right { 1.0 } else { -1.0 };
         let posture = match (config.shoulder_m, joint_rad) {
             (Some(shoulder), None) => angles(lengths, elbow_sign, [hand_m[0] - shoulder[0], hand_m[1] - shoulder[1]]).ok_or_else(|| {
                 let why = format!("its shoulder is at {shoulder:?} and its segments are {} m and {} m long", lengths[0], lengths[1]);
-                DeviceError::Reach { who: "the arm".to_owned(), target: hand_m.to_vec(), why }
+                RobotError::Reach { who: "the arm".to_owned(), target: hand_m.to_vec(), why }
             })?,
             (None, Some(joint_rad)) => joint_rad,
             (None, None) => [std::f64::consts::FRAC_PI_4, elbow_sign * std::f64::consts::FRAC_PI_2],
@@ -72,7 +99,7 @@ impl PlanarTwoLink {
             mean_torque: [0.0; 2],
             mean_force: vec![0.0; 2],
         };
-        if !is_inertia(&arm.mass_matrix(posture[1])) {
+        if !is_positive_definite(&arm.mass_matrix(posture[1])) {
             return Err(DeviceError::Inertia("the arm's joint inertia".to_owned()));
         }
         let hand = arm.hand(posture);
@@ -83,9 +110,8 @@ impl PlanarTwoLink {
             Some(given) => vector("mean_force_n", Some(given), 2)?,
             None => hand.iter().map(|h| pull * h / reach).collect(),
         };
-        let [[j00, j01], [j10, j11]] = arm.jacobian(posture);
-        let f = &arm.mean_force;
-        arm.mean_torque = [j00 * f[0] + j10 * f[1], j01 * f[0] + j11 * f[1]];
+        let j = arm.kinematics().jacobian();
+        arm.mean_torque = [0, 1].map(|k| j[[0, k]] * arm.mean_force[0] + j[[1, k]] * arm.mean_force[1]);
         Ok(arm)
     }
 
@@ -105,10 +131,9 @@ impl PlanarTwoLink {
         [l1 * phi[0].cos() + l2 * sum.cos(), l1 * phi[0].sin() + l2 * sum.sin()]
     }
 
-    fn jacobian(&self, phi: [f64; 2]) -> [[f64; 2]; 2] {
-        let [l1, l2] = self.lengths;
-        let ((s1, c1), (s2, c2)) = (phi[0].sin_cos(), (phi[0] + phi[1]).sin_cos());
-        [[-l1 * s1 - l2 * s2, -l2 * s2], [l1 * c1 + l2 * c2, l2 * c2]]
+    /// How the joints move the hand at the posture.
+    fn kinematics(&self) -> Kinematics {
+        Kinematics::PlanarTwoLink { link_lengths_m: self.lengths, posture_rad: self.posture }
     }
 
     fn mass_matrix(&self, elbow: f64) -> Array2<f64> {
@@ -165,33 +190,20 @@ impl Limb for PlanarTwoLink {
 
     /// M = J⁻ᵀ M_q J⁻¹, B likewise, K = J⁻ᵀ (K_q − Γ) J⁻¹ with Γ_ij = Σ_k F₀ₖ ∂²f_k/∂φ_i∂φ_j.
     fn linearised(&self) -> Impedance {
-        let [[j00, j01], [j10, j11]] = self.jacobian(self.posture);
-        let determinant = j00 * j11 - j01 * j10;
-        let j = array![[j11, -j01], [-j10, j00]] / determinant;
-        let outward = |a: &Array2<f64>| j.t().dot(a).dot(&j);
+        let kinematics = self.kinematics();
+        // The elbow is neither straight nor folded, which the constructor saw to.
+        let back = inverse(&kinematics.jacobian()).unwrap_or_else(|| Array2::from_elem((2, 2), f64::NAN));
+        let outward = |a: &Array2<f64>| back.t().dot(a).dot(&back);
         Impedance {
             inertia: outward(&self.mass_matrix(self.posture[1])),
             damping: outward(&self.damping),
-            stiffness: outward(&(&self.stiffness - &self.geometric_stiffness())),
+            stiffness: outward(&(&self.stiffness - &kinematics.geometric_stiffness(&self.mean_force))),
         }
     }
 
     fn joint_impedance(&self) -> Option<(Impedance, Array2<f64>)> {
-        let [[j00, j01], [j10, j11]] = self.jacobian(self.posture);
         let joints = Impedance { inertia: self.mass_matrix(self.posture[1]), damping: self.damping.clone(), stiffness: self.stiffness.clone() };
-        Some((joints, array![[j00, j01], [j10, j11]]))
-    }
-}
-
-impl PlanarTwoLink {
-    /// Γ, what the mean force adds to J_xᵀ K_x J_x in the joints (N m/rad).
-    fn geometric_stiffness(&self) -> Array2<f64> {
-        let [l1, l2] = self.lengths;
-        let (a, b) = (self.posture[0], self.posture[0] + self.posture[1]);
-        let (x1, y1, x2, y2) = (l1 * a.cos(), l1 * a.sin(), l2 * b.cos(), l2 * b.sin());
-        let (fx, fy) = (self.mean_force[0], self.mean_force[1]);
-        let far = -(fx * x2 + fy * y2);
-        array![[far - fx * x1 - fy * y1, far], [far, far]]
+        Some((joints, self.kinematics().jacobian()))
     }
 }
 
@@ -199,7 +211,6 @@ impl PlanarTwoLink {
 mod tests {
     use super::super::arm_figures::Tone;
     use super::*;
-    use crate::matrix::inverse;
 
     fn arm(mean: [f64; 2], handle: f64) -> PlanarTwoLink {
         let config = PlanarTwoLinkConfig { mean_force_n: Some(mean.to_vec()), handle_mass_kg: handle, ..Default::default() };
@@ -254,7 +265,7 @@ mod tests {
     fn joint_and_endpoint_stiffness_differ_by_the_geometric_term() {
         let limb = arm([6.0, -7.0], 0.0);
         let (joint, jacobian) = limb.joint_impedance().expect("has joints");
-        let back = jacobian.t().dot(&limb.linearised().stiffness).dot(&jacobian) + limb.geometric_stiffness();
+        let back = jacobian.t().dot(&limb.linearised().stiffness).dot(&jacobian) + limb.kinematics().geometric_stiffness(limb.mean_force());
         for (found, expected) in back.iter().zip(&joint.stiffness) {
             assert!((found - expected).abs() < 1e-12);
         }
@@ -290,9 +301,8 @@ mod tests {
         let limb = PlanarTwoLink::new(&config, [0.0; 2], None).expect("valid");
         let energy = |x: [f64; 2], v: [f64; 2]| {
             let phi = angles(limb.lengths, 1.0, [x[0] - limb.shoulder[0], x[1] - limb.shoulder[1]]).expect("reach");
-            let [[j00, j01], [j10, j11]] = limb.jacobian(phi);
-            let area = j00 * j11 - j01 * j10;
-            let w = array![(j11 * v[0] - j01 * v[1]) / area, (j00 * v[1] - j10 * v[0]) / area];
+            let jacobian = Kinematics::PlanarTwoLink { link_lengths_m: limb.lengths, posture_rad: phi }.jacobian();
+            let w = inverse(&jacobian).expect("regular").dot(&array![v[0], v[1]]);
             let d = array![phi[0] - limb.posture[0], phi[1] - limb.posture[1]];
             0.5 * w.dot(&limb.mass_matrix(phi[1]).dot(&w)) + 0.5 * d.dot(&limb.stiffness.dot(&d))
         };

@@ -2,10 +2,30 @@
 
 use super::endpoint_linear::diagonal;
 use super::{Impedance, Limb};
+use crate::device::LimbEntry;
 use crate::error::DeviceError;
 use crate::noise::LimbNoise;
+use crate::parameters::parameter;
 use ndarray::Array2;
 use serde::{Deserialize, Serialize};
+
+/// The registry's entry.
+pub(crate) static ENTRY: LimbEntry = LimbEntry {
+    name: "spring-array",
+    description: "handle on up to eight springs between two squares, configurations sa1 to sa9, for planar devices",
+    parameters: &[
+        parameter("configuration", "", f64::NAN, "sa1 to sa9"),
+        parameter("springs_n_per_m", "N/m", f64::NAN, "stiffness at E, NE, N, NW, W, SW, S, SE in place of a configuration"),
+        parameter("outer_half_m", "m", 0.23, "half of the outer square's side"),
+        parameter("inner_half_m", "m", 0.05, "half of the inner square's side"),
+        parameter("rest_length_m", "m", 0.1, "length of a spring at its initial tension"),
+        parameter("initial_tension_n", "N", 0.0, "tension at the rest length"),
+        parameter("mass_kg", "kg", 0.429, "mass of handle and inner square"),
+        parameter("damping_ratio", "1", 0.01, "damping ratio of each axis"),
+        parameter("noise", "", f64::NAN, "force made by the array itself: rms_n, cutoff_hz"),
+    ],
+    source: "Palazzolo et al., IEEE Trans. Neural Syst. Rehabil. Eng. 15 (2007) 92, fig. 5; stiffnesses are ours",
+};
 
 /// The mounts' directions, counter-clockwise: E, NE, N, NW, W, SW, S, SE; corners of a square, not of a circle.
 const MOUNTS: [[f64; 2]; 8] = [[1.0, 0.0], [1.0, 1.0], [0.0, 1.0], [-1.0, 1.0], [-1.0, 0.0], [-1.0, -1.0], [0.0, -1.0], [1.0, -1.0]];

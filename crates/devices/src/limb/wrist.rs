@@ -2,12 +2,32 @@
 
 use super::endpoint_linear::{diagonal, square};
 use super::{EndpointLinear, Impedance, Limb};
+use crate::device::LimbEntry;
 use crate::error::DeviceError;
-use crate::matrix::inverse;
 use crate::noise::LimbNoise;
+use crate::parameters::parameter;
 use crate::vector3::{Matrix, Vector, about, cross, dot, product, roll_pitch_yaw, transpose, turn};
 use ndarray::Array2;
+use ndof_linear::inverse;
+use ndof_models::robot::RobotError;
 use serde::{Deserialize, Serialize};
+
+/// The registry's entry.
+pub(crate) static ENTRY: LimbEntry = LimbEntry {
+    name: "wrist",
+    description: "hand with handle in a gimbal: coupled passive impedance in pronation, flexion and abduction, and the hand's weight",
+    parameters: &[
+        parameter("M", "kg m^2", f64::NAN, "inertia matrix of hand and handle in ps, fe, aa"),
+        parameter("B", "N m s/rad", f64::NAN, "damping matrix"),
+        parameter("K", "N m/rad", f64::NAN, "passive stiffness matrix, gravity not included"),
+        parameter("hand_mass_kg", "kg", 0.45, "mass of hand and handle"),
+        parameter("hand_centre_m", "m", f64::NAN, "its centre from the wrist along the forearm and across, [0.06, 0, 0]"),
+        parameter("gravity_m_per_s2", "m/s^2", f64::NAN, "gravity in the forearm's frame, [0, 0, -9.81]"),
+        parameter("misalignment_rpy_rad", "rad", f64::NAN, "turn of the forearm, and so of the axes of M, B, K, in the robot: roll, pitch, yaw"),
+        parameter("noise", "", f64::NAN, "torque made by the limb itself: rms_n, cutoff_hz"),
+    ],
+    source: "Drake and Charles, Ann. Biomed. Eng. 42 (2014), for the order of the passive stiffness; figures to be confirmed",
+};
 
 /// Least cosine of flexion at which the three axes count as three.
 const REGULAR: f64 = 1e-6;
@@ -118,7 +138,7 @@ impl Wrist {
 /// Impedance at the anatomical axes is Jᵀ D J.
 ///
 /// # Errors
-/// [`DeviceError::Reach`] where the gimbal or the joint is singular (flexion of ±90°), [`DeviceError::Value`] for an angle that is none.
+/// [`RobotError::Reach`] where the gimbal or the joint is singular (flexion of ±90°), [`DeviceError::Value`] for an angle that is none.
 pub fn anatomical_axes(device_rad: [f64; 3], misalignment_rpy_rad: [f64; 3]) -> Result<([f64; 3], Array2<f64>), DeviceError> {
     if let Some(v) = device_rad.iter().chain(&misalignment_rpy_rad).find(|v| !v.is_finite()) {
         return Err(DeviceError::value("an angle of the wrist", *v, "finite"));
@@ -150,7 +170,7 @@ pub fn hand_gravity_stiffness(mass_kg: f64, centre_m: [f64; 3], gravity_m_per_s2
 }
 
 fn singular(posture: [f64; 3]) -> DeviceError {
-    DeviceError::Reach { who: "the wrist's gimbal".to_owned(), target: posture.to_vec(), why: "flexion of ±90° lines up two of its axes".to_owned() }
+    RobotError::Reach { who: "the wrist's gimbal".to_owned(), target: posture.to_vec(), why: "flexion of ±90° lines up two of its axes".to_owned() }.into()
 }
 
 /// The gimbal's axes in the forearm's frame and the hand's orientation R = R_x R_z R_y.

@@ -2,9 +2,8 @@
 
 use crate::common::{patient_arm, relative_error};
 use ndarray::Array2;
-use ndof_devices::{
-    Accuracy, DEVICES, DeviceConfig, EndpointLinearConfig, Experiment, Extras, Kinematics, LIMBS, LimbConfig, Robot, linearise, simulate_trial,
-};
+use ndof_devices::{Accuracy, DEVICES, DeviceConfig, EndpointLinearConfig, Experiment, Extras, LIMBS, LimbConfig, linearise, simulate_trial};
+use ndof_models::robot::{EndpointForce, EndpointKinematics, Meaning, Robot};
 
 fn diagonal(values: &[f64]) -> Vec<Vec<f64>> {
     (0..values.len()).map(|i| (0..values.len()).map(|j| if i == j { values[i] } else { 0.0 }).collect()).collect()
@@ -13,7 +12,7 @@ fn diagonal(values: &[f64]) -> Vec<Vec<f64>> {
 /// H and J of a robot at joint coordinates `q`.
 fn rigid_body(robot: &dyn Robot, q: &[f64]) -> (Array2<f64>, Array2<f64>) {
     let (n, m) = (q.len(), robot.axes().len());
-    let (mut mass, mut kinematics) = (vec![0.0; n * n], Kinematics::new(m, n));
+    let (mut mass, mut kinematics) = (vec![0.0; n * n], EndpointKinematics::new(m, n));
     robot.mass_matrix(q, &mut mass);
     robot.kinematics(q, &vec![0.0; n], &mut kinematics);
     (Array2::from_shape_vec((n, n), mass).expect("square"), Array2::from_shape_vec((m, n), kinematics.jacobian).expect("axes × joints"))
@@ -52,6 +51,82 @@ fn every_device_says_what_it_is_and_moves_a_limb() {
         }
     }
     assert!(LIMBS.iter().all(|l| !l.description.is_empty() && !l.parameters.is_empty()));
+}
+
+/// Robots of the registry and chains from files, with a state of theirs.
+fn robots() -> Vec<(Box<dyn Robot>, Vec<f64>)> {
+    let mut chain = DeviceConfig::from_file(&crate::dynamics::reference_file("three_link.urdf"));
+    chain.axes = Some(["x", "y", "z"].map(str::to_owned).to_vec());
+    chain.home_rad = Some(vec![0.3, 0.1, 0.8]);
+    let joints = DeviceConfig::from_file(&crate::dynamics::reference_file("six_joint.urdf"));
+    let registry = DEVICES.iter().map(|entry| DeviceConfig::named(entry.name));
+    let built = registry.chain([chain, joints]).map(|config| config.build().expect("builds").robot);
+    built
+        .map(|robot| (robot.home().expect("a home").iter().enumerate().map(|(k, q)| q + 0.1 * (k as f64 - 0.7)).collect(), robot))
+        .map(|(q, r)| (r, q))
+        .collect()
+}
+
+#[test]
+fn every_robot_is_made_anew_from_its_parameters_and_each_of_them_shows() {
+    for (robot, q) in robots() {
+        let n = q.len();
+        assert_eq!(robot.joints().names.len(), n);
+        let (rates, accelerations): (Vec<f64>, Vec<f64>) = (0..n).map(|k| (0.9 - 0.4 * k as f64, 2.0 - k as f64)).unzip();
+        let seen = |robot: &dyn Robot| {
+            let (mut torque, mut place) = (vec![0.0; n], EndpointKinematics::new(robot.axes().len(), n));
+            robot.inverse_dynamics(&q, &rates, &accelerations, &mut torque);
+            robot.kinematics(&q, &rates, &mut place);
+            (0..n).for_each(|j| torque[j] += robot.joints().friction(j, 0.01 * rates[j]));
+            [torque, place.endpoint, vec![robot.gravity_compensation()]].concat()
+        };
+        let (parameters, own) = (robot.parameters(), seen(robot.as_ref()));
+        let values: Vec<f64> = parameters.iter().map(|p| p.value).collect();
+        assert_eq!(seen(robot.with_parameters(&values).expect("itself").as_ref()), own);
+        for (k, parameter) in parameters.iter().enumerate() {
+            assert_eq!(parameters.iter().filter(|p| p.name == parameter.name).count(), 1, "{}", parameter.name);
+            let mut moved = values.clone();
+            moved[k] += 1e-3 * moved[k].abs().max(0.01);
+            let other = seen(robot.with_parameters(&moved).expect(&parameter.name).as_ref());
+            // Of a chain, what stands on the base's axis or is carried by it has no say: the mass of a first link, its height.
+            let silent = parameter.meaning == Meaning::Inertia || parameter.meaning == Meaning::Geometry;
+            assert!(other != own || (silent && parameters.len() > 12), "{}", parameter.name);
+        }
+        assert!(robot.with_parameters(&values[1..]).is_err());
+    }
+}
+
+#[test]
+fn what_a_motion_needs_is_mass_times_acceleration_and_bias_at_the_joints_and_at_the_endpoint() {
+    for (robot, q) in robots() {
+        let (n, m) = (q.len(), robot.axes().len());
+        let (rates, torque): (Vec<f64>, Vec<f64>) = (0..n).map(|k| (0.5 - 0.3 * k as f64, 0.2 + 0.1 * k as f64)).unzip();
+        let (mut place, mut work, mut accelerations) = (EndpointKinematics::new(m, n), vec![0.0; n * n], vec![0.0; n]);
+        robot.kinematics(&q, &rates, &mut place);
+        robot.acceleration(&q, &rates, &place, &torque, &mut work, &mut accelerations);
+        let mut back = vec![0.0; n];
+        robot.inverse_dynamics(&q, &rates, &accelerations, &mut back);
+        let size = accelerations.iter().fold(1.0_f64, |s, a| s.max(a.abs()));
+        assert!(back.iter().zip(&torque).all(|(b, t)| (b - t).abs() < 1e-12 * size), "{back:?} for {torque:?}");
+        let jacobian = place.jacobian.clone();
+        let along = |j: &[f64], x: &[f64]| -> Vec<f64> { j.chunks_exact(n).map(|row| row.iter().zip(x).map(|(j, x)| j * x).sum()).collect() };
+        let velocity = along(&jacobian, &rates);
+        let acceleration: Vec<f64> = along(&jacobian, &accelerations).iter().zip(&place.jacobian_rate).map(|(a, d)| a + d).collect();
+        let mut carried = vec![0.0; n];
+        robot.bias(&q, &vec![0.0; n], &mut carried);
+        let share = robot.gravity_compensation();
+        let expected: Vec<f64> = (0..n).map(|j| torque[j] + robot.joints().friction(j, rates[j]) - share * carried[j]).collect();
+        let position = place.endpoint.clone();
+        let mut at_endpoint = EndpointForce::new(robot).expect("as many joints as axes");
+        let mut force = vec![0.0; n];
+        assert!(at_endpoint.needed(&position, &velocity, &acceleration, &mut force));
+        for j in 0..n {
+            let felt: f64 = (0..m).map(|i| jacobian[i * n + j] * force[i]).sum();
+            // The inverse kinematics find the joints to 1e-13 of a metre, which the Jacobian's inverse and the accelerations enlarge.
+            assert!((felt - expected[j]).abs() < 1e-9 * size, "{felt} for {}", expected[j]);
+        }
+        assert!(!at_endpoint.needed(&vec![1e3; n], &velocity, &acceleration, &mut force) || position == q, "out of reach");
+    }
 }
 
 /// Palazzolo et al. 2007: endpoint inertia 1 ± 0.33 kg and friction 0.84 ± 0.28 N, both with an anisotropy of at most about 2:1.

@@ -1,6 +1,7 @@
 //! Rigid-body dynamics against Pinocchio and MuJoCo: the files and their script are in tests/reference_devices.
 
-use ndof_devices::{DeviceConfig, Kinematics, Robot};
+use ndof_devices::{DeviceConfig, RobotConfig, SerialChain, TERMS_OF_A_LINK, base_parameters};
+use ndof_models::robot::{EndpointKinematics, Robot};
 use std::path::PathBuf;
 
 /// Another implementation's double precision, through matrices of condition up to 1e3.
@@ -36,10 +37,10 @@ fn urdf(name: &str, axes: &[&str], home: &[f64]) -> Box<dyn Robot> {
 
 /// Compares a robot with every state of a reference file; `shift` is the base's place, `components` the tip's rows that are axes.
 fn compare(robot: &dyn Robot, file: &str, shift: [f64; 3], components: &[usize], drift_tolerance: f64) {
-    let n = robot.joints().coulomb.len();
+    let n = robot.joints().count();
     let (header, rows) = table(file);
     assert_eq!(rows.len(), 100);
-    let (mut mass, mut bias, mut kinematics) = (vec![0.0; n * n], vec![0.0; n], Kinematics::new(robot.axes().len(), n));
+    let (mut mass, mut bias, mut kinematics) = (vec![0.0; n * n], vec![0.0; n], EndpointKinematics::new(robot.axes().len(), n));
     let (mut acceleration, mut work) = (vec![0.0; n], vec![0.0; n * n]);
     for row in &rows {
         let (q, rest) = row.split_at(n);
@@ -96,6 +97,74 @@ fn the_five_bar_agrees_with_mujoco() {
     compare(robot.as_ref(), "five_bar.csv", [0.0, -0.65, 0.0], &[0, 1], 1e-9);
 }
 
+fn chain(name: &str) -> SerialChain {
+    let text = std::fs::read_to_string(reference_file(name)).expect(name);
+    RobotConfig::parse(name, &text, None).expect("reads").chain().expect("builds")
+}
+
+#[test]
+fn torques_are_linear_in_the_inertial_parameters_and_the_regressor_is_pinocchio_s() {
+    for name in ["three_link", "six_joint"] {
+        let (chain, (_, rows)) = (chain(&format!("{name}.urdf")), table(&format!("regressor_{name}.csv")));
+        let (n, inertial) = (chain.joints().count(), chain.inertial_parameters());
+        let bodies = TERMS_OF_A_LINK * n;
+        for row in &rows {
+            let (q, rest) = row.split_at(n);
+            let (rates, rest) = rest.split_at(n);
+            let (accelerations, rest) = rest.split_at(n);
+            let (torque, reference) = rest.split_at(n);
+            let regressor = chain.regressor(q, rates, accelerations);
+            let found: Vec<f64> = regressor.outer_iter().flat_map(|row| row.iter().take(bodies).copied().collect::<Vec<_>>()).collect();
+            assert!(relative(&found, reference) < AGAINST_ANOTHER_ENGINE, "{name}: {found:?}");
+            let mut own = vec![0.0; n];
+            chain.inverse_dynamics(q, rates, accelerations, &mut own);
+            assert!(relative(&own, torque) < AGAINST_ANOTHER_ENGINE, "{name}: {own:?} for {torque:?}");
+            let linear: Vec<f64> = regressor.outer_iter().map(|row| row.iter().zip(&inertial).map(|(y, p)| y * p).sum()).collect();
+            assert!(relative(&linear, torque) < AGAINST_ANOTHER_ENGINE, "{name}: {linear:?} for {torque:?}");
+        }
+    }
+}
+
+#[test]
+fn base_parameters_say_all_that_the_torques_do_and_are_as_many_as_the_rank() {
+    for name in ["three_link", "six_joint"] {
+        let chain = chain(&format!("{name}.urdf"));
+        let (n, inertial) = (chain.joints().count(), chain.inertial_parameters());
+        let text = std::fs::read_to_string(reference_file(&format!("regressor_{name}.csv"))).expect(name);
+        let rank: usize = text.lines().next().and_then(|l| l.rsplit(": ").next()).and_then(|r| r.parse().ok()).expect("the count");
+        let base = base_parameters(&chain);
+        assert_eq!(base.iter().filter(|b| b.column < TERMS_OF_A_LINK * n).count(), rank, "{base:#?}");
+        for row in &table(&format!("regressor_{name}.csv")).1 {
+            let regressor = chain.regressor(&row[..n], &row[n..2 * n], &row[2 * n..3 * n]);
+            let told: Vec<f64> = regressor.outer_iter().map(|y| base.iter().map(|b| y[b.column] * b.value(&inertial)).sum()).collect();
+            assert!(relative(&told, &row[3 * n..4 * n]) < AGAINST_ANOTHER_ENGINE, "{name}: {told:?}");
+        }
+    }
+}
+
+/// Two links of a plane: the textbook's regrouping MX₁ + l m₂, ZZ₁ + l² m₂, with the rotors.
+#[test]
+fn the_base_parameters_of_a_planar_arm_are_those_of_the_textbook() {
+    let joint = |name: &str, at: f64| {
+        format!("[[joints]]\nname = \"{name}\"\norigin_m = [{at}, 0, 0]\nmass_kg = 1\ncentre_m = [0.1, 0, 0]\ninertia_kg_m2 = [0.1, 0.1, 0.1, 0, 0, 0]\n")
+    };
+    let text = format!("schema = \"ndof/robot/1\"\nname = \"arm\"\ngravity_m_per_s2 = [0, -9.81, 0]\n{}{}", joint("shoulder", 0.0), joint("elbow", 0.4));
+    let chain = RobotConfig::parse("arm.toml", &text, None).expect("reads").chain().expect("builds");
+    let names: Vec<String> = base_parameters(&chain).into_iter().map(|b| b.name).collect();
+    assert_eq!(
+        names,
+        [
+            "moment_x_shoulder_kg_m + 0.4 mass_elbow_kg",
+            "moment_y_shoulder_kg_m",
+            "inertia_zz_shoulder_kg_m2 + 0.16 mass_elbow_kg + rotor_shoulder_kg_m2",
+            "moment_x_elbow_kg_m",
+            "moment_y_elbow_kg_m",
+            "inertia_zz_elbow_kg_m2",
+            "rotor_elbow_kg_m2"
+        ]
+    );
+}
+
 /// Every reference file belongs to a test above.
 #[test]
 fn no_reference_file_is_left_over() {
@@ -105,6 +174,8 @@ fn no_reference_file_is_left_over() {
         "chain_six_joint.csv",
         "wrist.csv",
         "five_bar.csv",
+        "regressor_three_link.csv",
+        "regressor_six_joint.csv",
         "motion_five_bar.csv",
         "motion_wrist.csv",
         "motion_three_link.csv",

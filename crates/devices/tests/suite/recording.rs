@@ -3,6 +3,7 @@
 use crate::common::{patient_arm, sines, two_link_arm};
 use ndarray::{Array2, array};
 use ndof_devices::{Averaging, DeviceError, EndpointLinearConfig, Experiment, Extras, LimbConfig, LimbNoise, PerAxis, linearise, simulate_trial};
+use ndof_models::robot::RobotError;
 use ndof_models::{ForceLaw, Motion, Stage};
 use num_complex::Complex64;
 
@@ -192,7 +193,7 @@ fn what_does_not_fit_is_refused_with_its_numbers() {
     assert!(matches!(error, DeviceError::Excitation { found_axes: 1, found_samples: 3, axes: 2, samples: 2000 }), "{error}");
     let mut far = experiment.clone();
     far.posture.hand_m = Some(vec![0.0, 0.9]);
-    assert!(matches!(far.build().err(), Some(DeviceError::Reach { .. })));
+    assert!(matches!(far.build().err(), Some(DeviceError::Robot(RobotError::Reach { .. }))));
     let mut unknown = experiment.clone();
     unknown.device.parameters.insert("link_3_m".to_owned(), 1.0);
     assert!(unknown.build().err().expect("refused").to_string().contains("link_1_m"));

@@ -25,7 +25,7 @@ use ndof_models::effects::Side;
 
 /// Probability of a name that helps little on held-out data while a large error stays.
 const UNSURE: f64 = 0.6;
-/// Probability of a name beyond which as much is left unexplained: one in nine of them was right (`blind_challenge --train`).
+/// Probability of a name beyond which as much is left unexplained: of 257 names, one in nine of these was right.
 const GATED: f64 = 0.2;
 /// Held-out log-likelihood of the generic model beyond the named causes from which their form is not the true one for sure.
 const REMAINDER: f64 = 5.0;

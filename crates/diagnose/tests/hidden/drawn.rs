@@ -1,4 +1,4 @@
-//! The blind challenge in small: cases as its program draws them.
+//! Cases drawn from a seed, as many as a test has time for.
 
 use ndof_challenge::draw::{draw, kind_of, registry_name};
 use ndof_challenge::strength::strength;

@@ -1,12 +1,8 @@
 //! What the diagnosis says of recordings whose cause is known: hidden by a generator of its own, or measured by others.
 
-mod answers;
 mod blind;
 mod drawn;
 mod findings;
 mod measured;
 mod records;
 mod robot;
-
-#[path = "../../../../tests/support/stored.rs"]
-mod stored;

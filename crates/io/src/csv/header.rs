@@ -3,7 +3,7 @@
 use super::cells::{Cell, Separator, split};
 use crate::error::IoError;
 use crate::limits::MAX_CHANNELS;
-use crate::names::{MAX_NAME, split_name};
+use crate::names::{MAX_NAME, indexed, is_index, split_name};
 
 /// A name with its unit, as the header gives them.
 pub(crate) struct Named {
@@ -58,14 +58,22 @@ pub(crate) fn names(file: &str, line: usize, text: &str, separator: Separator) -
         });
     }
     let number = |c: &Cell<'_>| !c.quoted && (c.text.parse::<f64>().is_ok() || c.text.replace(',', ".").parse::<f64>().is_ok());
-    if cells.iter().all(|c| number(c) || (c.text.is_empty() && !c.quoted)) {
+    // A log that begins in the middle of a line shows no separator.
+    let numbers_only = separator == Separator::None && text.split_whitespace().all(|word| word.parse::<f64>().is_ok());
+    if numbers_only || cells.iter().all(|c| number(c) || (c.text.is_empty() && !c.quoted)) {
         return Err(IoError::NoHeader { file: file.to_owned(), line });
     }
+    // Among other indices, `q [1]` is one as well.
+    let list = |cell: &Cell<'_>| {
+        cell.text.trim_end().strip_suffix(']').and_then(|t| t.rsplit_once(" [")).filter(|(_, i)| is_index(i)).map(|(n, i)| (n.to_owned(), i != "1"))
+    };
+    let lists: Vec<String> = cells.iter().filter_map(list).filter(|(_, other)| *other).map(|(name, _)| name).collect();
     cells
         .iter()
         .enumerate()
         .map(|(column, cell)| {
-            let (name, unit) = split_name(&cell.text);
+            let of_list = list(cell).filter(|(name, _)| lists.contains(name)).map(|_| indexed(&cell.text));
+            let (name, unit) = of_list.map_or_else(|| split_name(&cell.text), |name| (name, None));
             if name.is_empty() {
                 return Err(IoError::UnnamedColumn { file: file.to_owned(), line, column: column + 1 });
             }
@@ -78,7 +86,7 @@ pub(crate) fn names(file: &str, line: usize, text: &str, separator: Separator) -
                     remedy: "check that the first line holds the names",
                 });
             }
-            Ok(Named { name: name.to_owned(), unit: unit.map(str::to_owned) })
+            Ok(Named { name: name.into_owned(), unit: unit.map(str::to_owned) })
         })
         .collect()
 }
@@ -182,6 +190,15 @@ mod tests {
         let named = names("f", 1, "t torque_x [N m] pos_x[mm] b", Separator::Spaces).unwrap();
         let shown: Vec<_> = named.iter().map(|n| (n.name.as_str(), n.unit.as_deref())).collect();
         assert_eq!(shown, [("t", None), ("torque_x", Some("N m")), ("pos_x", Some("mm")), ("b", None)]);
+    }
+
+    #[test]
+    fn an_integer_in_brackets_is_an_index() {
+        let shown = |text| names("f", 1, text, Separator::Sign(',')).unwrap().into_iter().map(|n| (n.name, n.unit)).collect::<Vec<_>>();
+        let plain = |name: &str| (name.to_owned(), None);
+        assert_eq!(shown("tau_J[0],tau_J[1],tau_J[2]"), [plain("tau_J_0"), plain("tau_J_1"), plain("tau_J_2")]);
+        assert_eq!(shown("q [0],q [1],q [2]"), [plain("q_0"), plain("q_1"), plain("q_2")]);
+        assert_eq!(shown("q[0] [rad],ratio [1]"), [("q_0".to_owned(), Some("rad".to_owned())), ("ratio".to_owned(), Some("1".to_owned()))]);
     }
 
     #[test]

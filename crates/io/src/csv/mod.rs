@@ -1,13 +1,28 @@
-//! CSV and TSV: a line of names, then a line of numbers for each sample.
+//! CSV and TSV: a line of names, then a line of numbers for each sample; or no names, and a file that says what the columns are.
 //!
 //! The separator and the decimal sign follow from the file. What could be read in two ways is an error.
 
 mod cells;
 mod header;
+mod headless;
 mod read;
+mod rows;
 mod stream;
 mod write;
 
-pub(crate) use read::read;
+use crate::error::IoError;
+use crate::options::ReadOptions;
+use crate::table::Table;
+
+pub(crate) use read::{read_piece, text};
 pub use stream::CsvStream;
-pub(crate) use write::write;
+pub(crate) use write::{Shortest, write};
+
+/// Reads a CSV file.
+pub(crate) fn read(bytes: &[u8], file: &str, options: &ReadOptions) -> Result<Table, IoError> {
+    let text = text(bytes, file, 0)?;
+    match &options.columns {
+        Some(columns) => headless::read(text, file, columns),
+        None => read_piece(text, file, (0, 0)),
+    }
+}

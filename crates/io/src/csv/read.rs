@@ -1,31 +1,14 @@
-//! Lines of numbers into columns.
+//! A line of names, then lines of numbers.
 
-use super::cells::{Cell, Separator, split};
-use super::header::{Named, metadata, names, separator};
-use crate::assemble::is_time;
-use crate::error::{IoError, Place};
+use super::header::{metadata, names, separator};
+use super::rows::{Line, Rows};
+use crate::error::IoError;
 use crate::note::Note;
-use crate::table::{Column, Rounding, Table};
-use std::borrow::Cow;
+use crate::table::Table;
 use std::collections::BTreeMap;
 
-/// What people and programs write where a sample is missing.
-const MISSING: [&str; 9] = ["nan", "na", "n/a", "#n/a", "null", "none", "-", "--", "?"];
-
-/// One line of the text that is neither blank nor a comment.
-struct Line<'a> {
-    number: usize,
-    text: &'a str,
-    terminated: bool,
-}
-
-/// Reads a CSV file.
-pub(crate) fn read(bytes: &[u8], file: &str) -> Result<Table, IoError> {
-    read_piece(text(bytes, file, 0)?, file, (0, 0))
-}
-
 /// Reads a piece of a CSV file: its head, then lines of which `skipped` come behind the first `head` lines in the file.
-pub(super) fn read_piece(text: &str, file: &str, (head, skipped): (usize, usize)) -> Result<Table, IoError> {
+pub(crate) fn read_piece(text: &str, file: &str, (head, skipped): (usize, usize)) -> Result<Table, IoError> {
     let end = if text.contains('\n') { '\n' } else { '\r' };
     let mut facts = BTreeMap::new();
     let mut lines = text
@@ -54,7 +37,7 @@ pub(super) fn read_piece(text: &str, file: &str, (head, skipped): (usize, usize)
     let named = names(file, header.number, header.text, separator)?;
     let mut rows = Rows::new(file, named, separator);
     let mut unterminated = None;
-    let mut cells = Vec::with_capacity(rows.columns.len() + 1);
+    let mut cells = Vec::new();
     for line in lines {
         if !line.terminated {
             unterminated = Some(line.number);
@@ -69,7 +52,7 @@ pub(super) fn read_piece(text: &str, file: &str, (head, skipped): (usize, usize)
 }
 
 /// The last number of a line without an end may be cut short, "12" instead of "12.5": nothing shows it.
-fn drop_last(file: &str, table: &mut Table, line: usize) -> Result<(), IoError> {
+pub(super) fn drop_last(file: &str, table: &mut Table, line: usize) -> Result<(), IoError> {
     table.lines.pop();
     table.columns.iter_mut().for_each(|c| {
         c.samples.pop();
@@ -86,151 +69,11 @@ fn drop_last(file: &str, table: &mut Table, line: usize) -> Result<(), IoError> 
 }
 
 /// The text of what comes behind `lines` lines of a file.
-pub(super) fn text<'a>(bytes: &'a [u8], file: &str, lines: usize) -> Result<&'a str, IoError> {
+pub(crate) fn text<'a>(bytes: &'a [u8], file: &str, lines: usize) -> Result<&'a str, IoError> {
     let bytes = bytes.strip_prefix(b"\xef\xbb\xbf").filter(|_| lines == 0).unwrap_or(bytes);
     std::str::from_utf8(bytes).map_err(|e| {
         let at = e.valid_up_to();
         let line = lines + 1 + bytes[..at].iter().filter(|&&b| b == b'\n').count();
         IoError::NotUtf8 { file: file.to_owned(), line, byte: bytes[at] }
     })
-}
-
-struct Rows<'a> {
-    file: &'a str,
-    separator: Separator,
-    columns: Vec<Column>,
-    lines: Vec<usize>,
-    time: Option<usize>,
-    decimals: u32,
-    significant: u32,
-    first_comma: Option<usize>,
-    first_point: Option<usize>,
-    empty_row: Option<usize>,
-}
-
-impl<'a> Rows<'a> {
-    fn new(file: &'a str, named: Vec<Named>, separator: Separator) -> Self {
-        let time = named.iter().position(|n| is_time(&n.name));
-        let columns = named.into_iter().map(|n| Column { name: n.name, unit: n.unit, ..Default::default() }).collect();
-        Rows { file, separator, columns, lines: Vec::new(), time, decimals: 0, significant: 0, first_comma: None, first_point: None, empty_row: None }
-    }
-
-    fn push<'l>(&mut self, line: &Line<'l>, cells: &mut Vec<Cell<'l>>) -> Result<(), IoError> {
-        split(line.text, self.separator, cells).map_err(|_| IoError::OpenQuote { file: self.file.to_owned(), line: line.number })?;
-        let expected = self.columns.len();
-        if line.text.trim().is_empty() && expected > 1 {
-            return Ok(());
-        }
-        // With one column a blank line may be a lost sample.
-        if cells.iter().all(|c| c.text.is_empty()) {
-            self.empty_row.get_or_insert(line.number);
-            return Ok(());
-        }
-        if let Some(number) = self.empty_row {
-            return Err(self.ragged(number, 0, true));
-        }
-        while cells.len() > expected && cells.last().is_some_and(|c| c.text.is_empty()) {
-            cells.pop();
-        }
-        if cells.len() != expected {
-            return Err(self.ragged(line.number, cells.len(), line.terminated));
-        }
-        self.lines.push(line.number);
-        for (i, cell) in cells.iter().enumerate() {
-            let value = self.number(&cell.text, i, line.number)?;
-            self.columns[i].samples.push(value);
-        }
-        Ok(())
-    }
-
-    fn ragged(&self, line: usize, found: usize, terminated: bool) -> IoError {
-        let expected = self.columns.len();
-        let file = self.file.to_owned();
-        if !terminated && found < expected {
-            return IoError::CutOff { file, line };
-        }
-        let hint = if found > expected && self.separator == Separator::Sign(',') {
-            "if commas are decimal signs here, write points, or separate the columns by semicolons; else name every column".to_owned()
-        } else if found > expected {
-            "name every column in the header".to_owned()
-        } else {
-            "fill in what is missing (NaN for a lost sample), or delete the line".to_owned()
-        };
-        IoError::Ragged { file, line, expected, found, hint }
-    }
-
-    fn number(&mut self, text: &str, column: usize, line: usize) -> Result<f64, IoError> {
-        if text.is_empty() || (text.len() <= 4 && MISSING.iter().any(|m| text.eq_ignore_ascii_case(m))) {
-            return Ok(f64::NAN);
-        }
-        let comma = text.contains(',');
-        if comma {
-            self.first_comma.get_or_insert(line);
-        } else if text.contains('.') {
-            self.first_point.get_or_insert(line);
-        }
-        let written: Cow<'_, str> = if comma { text.replacen(',', ".", 1).into() } else { text.into() };
-        let allowed = !comma || matches!(self.separator, Separator::Sign(';' | '\t') | Separator::Spaces);
-        let value = if allowed { written.parse::<f64>().ok() } else { None };
-        let hint = match value {
-            Some(value) => match (self.first_comma, self.first_point) {
-                (Some(comma), Some(point)) => {
-                    format!("line {comma} has a decimal comma and line {point} a decimal point; write all numbers alike, without signs between thousands")
-                }
-                _ => {
-                    if self.time == Some(column) {
-                        let (decimals, significant) = digits(&written);
-                        self.decimals = self.decimals.max(decimals);
-                        self.significant = self.significant.max(significant);
-                    }
-                    return Ok(value);
-                }
-            },
-            None if comma && self.separator != Separator::None && text.contains('.') => "write it without signs between thousands".to_owned(),
-            None if comma => "write a decimal point, or separate the columns by semicolons".to_owned(),
-            None if self.time == Some(column) => "write the seconds since the beginning, such as 0.002".to_owned(),
-            None => "write a number, or NaN for a lost sample; a line of text has to begin with #".to_owned(),
-        };
-        let shown: String = text.chars().take(40).map(|c| if c.is_control() { '\u{fffd}' } else { c }).collect();
-        Err(IoError::NotANumber { file: self.file.to_owned(), place: Place::Line(line), channel: self.columns[column].name.clone(), text: shown, hint })
-    }
-
-    fn finish(mut self, header: usize) -> Result<Table, IoError> {
-        if self.lines.is_empty() {
-            return Err(IoError::HeaderOnly { file: self.file.to_owned(), line: header });
-        }
-        let mut notes = Vec::new();
-        if self.first_comma.is_some() {
-            notes.push(Note::new("decimal-comma", "commas were read as decimal signs", "write decimal points if they separate thousands"));
-        }
-        if let Some(line) = self.empty_row {
-            notes.push(Note::new("empty-rows", format!("empty lines from line {line} to the end were left out"), "delete these lines"));
-        }
-        if let Some(i) = self.time {
-            self.columns[i].rounding = Rounding { place: 10f64.powi(-(self.decimals as i32)), significant: self.significant, ..Default::default() };
-        }
-        Ok(Table { columns: self.columns, lines: self.lines, notes, ..Default::default() })
-    }
-}
-
-/// Decimal places and significant digits of a number as it is written.
-fn digits(text: &str) -> (u32, u32) {
-    let (mantissa, exponent) = text.split_once(['e', 'E']).unwrap_or((text, "0"));
-    let exponent: i64 = exponent.parse().unwrap_or(0);
-    let fraction = mantissa.split_once('.').map_or(0, |(_, f)| f.len()) as i64;
-    let figures = mantissa.chars().filter(char::is_ascii_digit).skip_while(|&c| c == '0').count();
-    ((fraction - exponent).clamp(0, 300) as u32, figures.min(20) as u32)
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn digits_are_counted_as_written() {
-        assert_eq!(digits("0.00100002406"), (11, 9));
-        assert_eq!(digits("24.840"), (3, 5));
-        assert_eq!(digits("-1.5e-3"), (4, 2));
-        assert_eq!(digits("120"), (0, 3));
-    }
 }

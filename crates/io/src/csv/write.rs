@@ -68,20 +68,20 @@ fn title(channel: &Channel) -> Option<String> {
         symbol => format!("{name} [{symbol}]"),
     };
     let (read_name, read_unit) = split_name(&title);
-    (read_name == name && read_back(read_unit.unwrap_or_default()) == *unit && !unit.symbol().contains(char::is_control)).then_some(title)
+    (read_name == *name && read_back(read_unit.unwrap_or_default()) == *unit && !unit.symbol().contains(char::is_control)).then_some(title)
 }
 
 /// Quotes a title that would otherwise be taken for a number, a comment or several cells.
 fn quoted(title: &str, separator: char) -> String {
     let (name, unit) = split_name(title);
     let bracket = |text: &str| text.contains(['[', ']', '(', ')']);
-    let nested = bracket(name) || unit.is_some_and(bracket);
+    let nested = bracket(&name) || unit.is_some_and(bracket);
     let plain = !title.contains([',', ';', '\t', '"', '#', separator]) && !nested && name.contains(char::is_alphabetic);
     if plain && name.parse::<f64>().is_err() { title.to_owned() } else { format!("\"{}\"", title.replace('"', "\"\"")) }
 }
 
 /// The fewest digits that read back as the same number, with an exponent where that is shorter.
-struct Shortest(f64);
+pub(crate) struct Shortest(pub f64);
 
 impl std::fmt::Display for Shortest {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {

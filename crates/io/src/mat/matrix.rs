@@ -2,7 +2,7 @@
 
 use super::element::{Element, Elements, MATRIX, numbers, text};
 use crate::arrays::{Entry, Value};
-use crate::budget::Budget;
+use crate::budget::{Budget, MAX_ENTRIES};
 use crate::error::IoError;
 use crate::names::MAX_NAME;
 use crate::table::Rounding;
@@ -74,8 +74,8 @@ impl Matrices<'_> {
         }
         let count = shape.iter().try_fold(1usize, |n, &size| n.checked_mul(size)).ok_or_else(|| format!("{name}: its size is larger than any memory"))?;
         let value = match class {
-            STRUCT if count == 1 => return self.fields(parts, name, path),
-            STRUCT => Value::Other("an array of structs"),
+            STRUCT if (1..=MAX_ENTRIES).contains(&count) => return self.fields(parts, name, count, path),
+            STRUCT => Value::Other("an empty array of structs"),
             DOUBLE..=LAST_INTEGER if complex => Value::Other("complex numbers"),
             DOUBLE..=LAST_INTEGER => {
                 self.budget.claim(self.file, 8 * (count as u64).min(u64::MAX / 8)).map_err(Problem::Limit)?;
@@ -101,7 +101,8 @@ impl Matrices<'_> {
         Ok(())
     }
 
-    fn fields(&mut self, mut parts: Elements<'_>, name: &str, path: &mut Vec<String>) -> Result<(), Problem> {
+    /// Reads the fields of a struct, or of `count` of them as `name_1`, `name_2` …
+    fn fields(&mut self, mut parts: Elements<'_>, name: &str, count: usize, path: &mut Vec<String>) -> Result<(), Problem> {
         if path.len() >= MAX_DEPTH {
             return Err(format!("structs are nested more than {MAX_DEPTH} deep").into());
         }
@@ -110,17 +111,19 @@ impl Matrices<'_> {
             return Err(format!("{name}: field names of {width} bytes").into());
         }
         let names = parts.required("field names")?;
-        path.push(name.to_owned());
-        for field in names.data.chunks(width as usize) {
-            let end = field.iter().position(|&b| b == 0).unwrap_or(field.len());
-            let field = String::from_utf8_lossy(&field[..end]).into_owned();
-            let element = parts.required("field")?;
-            if element.kind != MATRIX {
-                return Err(format!("{name}.{field} is no matrix").into());
+        for k in 1..=count {
+            path.push(if count == 1 { name.to_owned() } else { format!("{name}_{k}") });
+            for field in names.data.chunks(width as usize) {
+                let end = field.iter().position(|&b| b == 0).unwrap_or(field.len());
+                let field = String::from_utf8_lossy(&field[..end]).into_owned();
+                let element = parts.required("field")?;
+                if element.kind != MATRIX {
+                    return Err(format!("{name}.{field} is no matrix").into());
+                }
+                self.matrix(element.data, Some(&field), path)?;
             }
-            self.matrix(element.data, Some(&field), path)?;
+            path.pop();
         }
-        path.pop();
         Ok(())
     }
 

@@ -1,27 +1,35 @@
 //! MAT version 5 (MATLAB's `-v6` and `-v7`, SciPy's `savemat`): one numeric vector a channel, also inside a struct.
 //!
 //! `fs` or `sample_rate_hz` is a single number, or there is a vector `t`. A struct `units` holds the units of the
-//! channels of the same names as texts. After "MAT-File Format", The MathWorks, version 5.
+//! channels of the same names as texts. The elements of an array of structs are trials. After "MAT-File Format", The MathWorks, version 5.
 
 mod element;
+mod identifier;
 mod matrix;
+mod write;
 
-use crate::arrays::{self, Entry};
+use crate::arrays::Entry;
 use crate::budget::{Budget, MAX_ENTRIES};
 use crate::error::IoError;
 use crate::table::Table;
+use crate::trials;
 use element::{COMPRESSED, Elements, MATRIX};
 use flate2::read::ZlibDecoder;
 use matrix::Matrices;
 
+pub(crate) use write::write;
+
 /// The format's name in messages.
 const MAT: &str = "MAT v5";
+
+/// What the files begin with that are written here; in them, names of other characters are escaped.
+const OWN: &str = concat!("MATLAB 5.0 MAT-file, written by ndof ", env!("CARGO_PKG_VERSION"));
 
 /// Bytes before the first variable.
 const HEADER: usize = 128;
 
 /// Reads a MAT file.
-pub(crate) fn read(bytes: &[u8], file: &str) -> Result<Table, IoError> {
+pub(crate) fn read(bytes: &[u8], file: &str) -> Result<Vec<Table>, IoError> {
     let damaged = |what: String| IoError::Damaged { file: file.to_owned(), format: MAT, what };
     let big = match bytes.get(126..HEADER) {
         Some(b"IM") => false,
@@ -63,5 +71,8 @@ pub(crate) fn read(bytes: &[u8], file: &str) -> Result<Table, IoError> {
         }
         variable += 1;
     }
-    arrays::table(file, entries)
+    if bytes.starts_with(OWN.as_bytes()) {
+        entries.iter_mut().flat_map(|entry| &mut entry.path).for_each(|name| *name = identifier::unescape(name));
+    }
+    trials::tables(file, entries)
 }

@@ -3,12 +3,16 @@
 //! `sample_rate_hz` (or `fs`) is a single number, or there is a vector `t`. Units stand under `unit/NAME` and facts
 //! under `metadata/KEY` as text, so that `numpy.load(file)["force_x"]` is the plain channel.
 
-mod npy;
+pub(crate) mod npy;
 mod read;
 mod write;
 
+#[cfg(feature = "csv")]
+pub(crate) use read::arrays_of;
 pub(crate) use read::read;
 pub(crate) use write::write;
+#[cfg(feature = "csv")]
+pub(crate) use write::zip;
 
 /// The format's name in messages.
 const NPZ: &str = "NPZ";

@@ -2,6 +2,7 @@
 
 use crate::arrays::Value;
 use crate::table::Rounding;
+use num_complex::Complex;
 
 const MAGIC: &[u8] = b"\x93NUMPY";
 
@@ -41,6 +42,69 @@ pub(crate) fn parse(bytes: &[u8]) -> Result<Value, String> {
             None => Value::Other("a type of numbers that is not known here"),
         }),
     }
+}
+
+/// An array of complex or real numbers, in C's order, with its sizes; [`None`] for anything else.
+pub(crate) fn complex(bytes: &[u8]) -> Option<(Vec<usize>, Vec<Complex<f64>>)> {
+    let (header, data) = split_header(bytes).ok()?;
+    let shape = shape(field(header, "shape")?)?;
+    let plain = dtype(field(header, "descr")?.strip_prefix(['\'', '"'])?.split(['\'', '"']).next()?)?;
+    let parts = if plain.kind == 'c' { Dtype { kind: 'f', bytes: plain.bytes / 2, ..plain } } else { plain };
+    let count = shape.iter().try_fold(1usize, |n, &size| n.checked_mul(size))?;
+    if Some(data.len()) != count.checked_mul(plain.bytes) {
+        return None;
+    }
+    let (numbers, _) = numbers(data, parts)?;
+    let values: Vec<Complex<f64>> = match plain.kind {
+        'c' => numbers.as_chunks::<2>().0.iter().map(|&[re, im]| Complex::new(re, im)).collect(),
+        _ => numbers.into_iter().map(Complex::from).collect(),
+    };
+    if !field(header, "fortran_order").is_some_and(|order| order.starts_with("True")) {
+        return Some((shape, values));
+    }
+    let at = |k: usize| {
+        // The first index runs fastest in the file, and slowest in C's order.
+        let (mut k, mut place, mut inner) = (k, 0, count);
+        let mut stride = 1;
+        for size in &shape {
+            inner /= size;
+            place += k / inner * stride;
+            k %= inner;
+            stride *= size;
+        }
+        place
+    };
+    let reordered: Option<Vec<Complex<f64>>> = (0..count).map(|k| values.get(at(k)).copied()).collect();
+    Some((shape, reordered?))
+}
+
+/// An array of texts; [`None`] for anything else.
+pub(crate) fn texts(bytes: &[u8]) -> Option<Vec<String>> {
+    let (header, data) = split_header(bytes).ok()?;
+    let dtype = dtype(field(header, "descr")?.strip_prefix(['\'', '"'])?.split(['\'', '"']).next()?)?;
+    if !matches!(dtype.kind, 'U' | 'S') || dtype.bytes == 0 {
+        return None;
+    }
+    data.chunks_exact(dtype.bytes).map(|one| text(one, dtype)).collect()
+}
+
+/// Complex numbers in C's order.
+pub(crate) fn encode_complex(shape: &[usize], values: impl Iterator<Item = Complex<f64>>) -> Vec<u8> {
+    let mut out = header("<c16", shape);
+    values.for_each(|v| [v.re, v.im].iter().for_each(|x| out.extend_from_slice(&x.to_le_bytes())));
+    out
+}
+
+/// A list of texts.
+pub(crate) fn encode_texts(texts: &[String]) -> Vec<u8> {
+    let width = texts.iter().map(|t| t.chars().count()).max().unwrap_or(0).max(1);
+    let mut out = header(&format!("<U{width}"), &[texts.len()]);
+    for text in texts {
+        let mut codes: Vec<u32> = text.chars().map(u32::from).collect();
+        codes.resize(width, 0);
+        codes.iter().for_each(|c| out.extend_from_slice(&c.to_le_bytes()));
+    }
+    out
 }
 
 fn split_header(bytes: &[u8]) -> Result<(&str, &[u8]), String> {
@@ -171,6 +235,20 @@ mod tests {
             let Value::Text(back) = parse(&encode_text(text)).unwrap() else { panic!("text") };
             assert_eq!(back, text);
         }
+    }
+
+    #[test]
+    fn complex_arrays_of_both_orders() {
+        let values: Vec<Complex<f64>> = (0..6).map(|k| Complex::new(f64::from(k), -f64::from(k))).collect();
+        let bytes = encode_complex(&[2, 3], values.iter().copied());
+        assert_eq!(complex(&bytes), Some((vec![2, 3], values.clone())));
+        let mut fortran = bytes;
+        let at = fortran.windows(5).position(|five| five == b"False").unwrap();
+        fortran[at..at + 5].copy_from_slice(b"True ");
+        let (_, columns) = complex(&fortran).unwrap();
+        let order: Vec<f64> = columns.iter().map(|v| v.re).collect();
+        assert_eq!(order, [0.0, 2.0, 4.0, 1.0, 3.0, 5.0]);
+        assert_eq!(texts(&encode_texts(&["a".to_owned(), "größe".to_owned()])), Some(vec!["a".to_owned(), "größe".to_owned()]));
     }
 
     #[test]

@@ -11,6 +11,15 @@ use zip::ZipArchive;
 
 /// Reads an NPZ file.
 pub(crate) fn read(bytes: &[u8], file: &str) -> Result<Table, IoError> {
+    let entry = |(name, data): (String, Vec<u8>)| {
+        let value = npy::parse(&data).map_err(|what| IoError::Damaged { file: file.to_owned(), format: NPZ, what: format!("array \"{name}\": {what}") })?;
+        Ok(Entry::new(path(&name), value))
+    };
+    arrays::table(file, arrays_of(bytes, file)?.into_iter().map(entry).collect::<Result<_, IoError>>()?)
+}
+
+/// The arrays of an NPZ file by name, as bytes.
+pub(crate) fn arrays_of(bytes: &[u8], file: &str) -> Result<Vec<(String, Vec<u8>)>, IoError> {
     let damaged = |what: String| IoError::Damaged { file: file.to_owned(), format: NPZ, what };
     let mut archive = ZipArchive::new(Cursor::new(bytes)).map_err(|e| damaged(format!("the archive cannot be opened ({e}); it may be cut off")))?;
     if archive.len() > MAX_ENTRIES {
@@ -23,7 +32,7 @@ pub(crate) fn read(bytes: &[u8], file: &str) -> Result<Table, IoError> {
         });
     }
     let mut budget = Budget::of(bytes.len());
-    let mut entries = Vec::new();
+    let mut found = Vec::new();
     for i in 0..archive.len() {
         let mut entry = archive.by_index(i).map_err(|e| damaged(format!("entry {i} cannot be opened ({e})")))?;
         let name = entry.name().map_err(|e| damaged(format!("the name of entry {i} cannot be read ({e})")))?.into_owned();
@@ -37,17 +46,16 @@ pub(crate) fn read(bytes: &[u8], file: &str) -> Result<Table, IoError> {
         if data.len() as u64 != claimed {
             return Err(damaged(format!("array \"{name}\" has {} bytes, the archive says {claimed}", data.len())));
         }
-        let value = npy::parse(&data).map_err(|what| damaged(format!("array \"{name}\": {what}")))?;
-        entries.push(Entry::new(path(name), value));
+        found.push((name.to_owned(), data));
     }
-    if entries.is_empty() {
+    if found.is_empty() {
         return Err(IoError::Unsuitable {
             file: file.to_owned(),
             what: "it is a ZIP archive without NumPy arrays".to_owned(),
             remedy: "if it is a spreadsheet (.xlsx, .ods), export the sheet as CSV; else unpack it".to_owned(),
         });
     }
-    arrays::table(file, entries)
+    Ok(found)
 }
 
 /// `unit/force_x` is a group and a name; other slashes belong to the name.

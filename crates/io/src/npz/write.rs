@@ -3,7 +3,7 @@
 use super::{NPZ, npy};
 use crate::assemble::{RATE_KEY, RESERVED_KEYS, START_KEY, is_time};
 use crate::error::IoError;
-use crate::names::read_back;
+use crate::names::{indexed, read_back};
 use ndof_signal::Recording;
 use std::io::{Cursor, Write};
 use zip::write::SimpleFileOptions;
@@ -28,7 +28,13 @@ pub(crate) fn write(recording: &Recording, file: &str) -> Result<Vec<u8>, IoErro
     for channel in recording.channels() {
         let name = &channel.name;
         let strange = name.is_empty() || name.contains(['\0', '\\']) || RESERVED_KEYS.contains(&name.as_str());
-        if strange || name.starts_with("unit/") || name.starts_with("metadata/") || is_time(name) || read_back(channel.unit.symbol()) != channel.unit {
+        if strange
+            || name.starts_with("unit/")
+            || name.starts_with("metadata/")
+            || is_time(name)
+            || indexed(name) != *name
+            || read_back(channel.unit.symbol()) != channel.unit
+        {
             return Err(unwritable(format!("channel {name:?} in {:?}", channel.unit.symbol()), "give it another name or unit"));
         }
         arrays.push((name.clone(), npy::encode_numbers(&[channel.samples.len()], &channel.samples)));
@@ -38,7 +44,7 @@ pub(crate) fn write(recording: &Recording, file: &str) -> Result<Vec<u8>, IoErro
 }
 
 /// The archive, not compressed (measured noise does not shrink) and without the time of day.
-fn zip(arrays: &[(String, Vec<u8>)]) -> Result<Vec<u8>, zip::result::ZipError> {
+pub(crate) fn zip(arrays: &[(String, Vec<u8>)]) -> Result<Vec<u8>, zip::result::ZipError> {
     let options = SimpleFileOptions::default().compression_method(CompressionMethod::Stored).last_modified_time(DateTime::default());
     let mut writer = ZipWriter::new(Cursor::new(Vec::new()));
     for (name, data) in arrays {

@@ -1,8 +1,13 @@
 //! Parquet: one column of numbers a channel, units and facts in the file's key-value metadata.
 //!
 //! The keys are `sample_rate_hz`, `start_s`, `unit/NAME` for the unit of a channel, and any others as facts. A JSON
-//! object under `units` is understood too, and so is a name with its unit in brackets. A missing value is NaN.
+//! object under `units` is understood too, and so is a name with its unit in brackets. A missing value is NaN. A column of lists is a channel for each element, and one that
+//! counts episodes makes a trial of each.
 
+mod episodes;
+mod kind;
+mod lists;
+mod pages;
 mod read;
 mod stream;
 mod table;
@@ -23,4 +28,4 @@ const UNIT_KEY: &str = "unit/";
 const UNITS_KEY: &str = "units";
 
 /// Keys of other programs that describe their own types.
-const FOREIGN_KEYS: [&str; 3] = ["ARROW:schema", "pandas", "org.apache.spark.sql.parquet.row.metadata"];
+const FOREIGN_KEYS: [&str; 4] = ["ARROW:schema", "pandas", "huggingface", "org.apache.spark.sql.parquet.row.metadata"];

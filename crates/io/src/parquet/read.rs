@@ -1,28 +1,23 @@
 //! Columns of numbers, row group by row group.
 
-use super::{FOREIGN_KEYS, PARQUET, UNIT_KEY, UNITS_KEY};
+use super::kind::{Kind, append};
+use super::lists::ListKind;
+use super::{FOREIGN_KEYS, PARQUET, UNIT_KEY, UNITS_KEY, episodes, pages};
 use crate::arrays::{self, Entry, Value};
 use crate::budget::{Budget, MAX_ENTRIES};
 use crate::error::IoError;
-use crate::table::{Rounding, Table};
-use ::parquet::basic::{Compression, LogicalType, TimeUnit, Type as Physical};
-use ::parquet::column::reader::{ColumnReader, ColumnReaderImpl};
-use ::parquet::data_type::DataType;
-use ::parquet::errors::ParquetError;
+use crate::table::Table;
+use ::parquet::basic::Compression;
 use ::parquet::file::metadata::{KeyValue, ParquetMetaData};
 use ::parquet::file::reader::{FileReader, SerializedFileReader};
-use ::parquet::schema::types::ColumnDescriptor;
 use bytes::Bytes;
 use std::collections::BTreeMap;
 
-/// Rows that are decoded at a time.
-const BATCH: usize = 1 << 14;
-
-/// Reads a Parquet file.
+/// Reads a Parquet file: its trials, where a column counts episodes.
 ///
 /// The decoder (parquet 60.1) panics on some damaged pages, which is caught here and told as the damage that it is.
-pub(crate) fn read(bytes: &[u8], file: &str) -> Result<Table, IoError> {
-    caught(file, || decode(bytes, file))
+pub(crate) fn read(bytes: &[u8], file: &str) -> Result<Vec<Table>, IoError> {
+    caught(file, || decode(bytes, file)).map(episodes::split)
 }
 
 /// Turns a panic of the decoder into the error that it is.
@@ -38,12 +33,17 @@ fn decode(bytes: &[u8], file: &str) -> Result<Table, IoError> {
     let metadata = reader.metadata();
     check_size(file, bytes.len(), metadata)?;
     check_places(bytes.len(), metadata).map_err(damaged)?;
+    pages::check(bytes, file, metadata)?;
     check_compression(file, metadata)?;
+    let mut budget = Budget::of(bytes.len());
     let mut entries = Vec::new();
     for (i, column) in metadata.file_metadata().schema_descr().columns().iter().enumerate() {
         let name = column.path().parts().join(".");
         let Some(kind) = Kind::of(column) else {
-            entries.push(Entry::new(vec![name], Value::Other("no column of plain numbers")));
+            match ListKind::of(column) {
+                Some(list) => entries.extend(list.read(&reader, i, file, &mut budget)?),
+                None => entries.push(Entry::new(vec![name], Value::Other("no column of plain numbers"))),
+            }
             continue;
         };
         let mut values = Vec::new();
@@ -112,76 +112,6 @@ pub(super) fn check_compression(file: &str, metadata: &ParquetMetaData) -> Resul
         }),
         None => Ok(()),
     }
-}
-
-/// How the numbers of a column are to be taken.
-#[derive(Clone, Copy)]
-pub(super) struct Kind {
-    unsigned: bool,
-    pub(super) unit: Option<&'static str>,
-    pub(super) rounding: Rounding,
-}
-
-impl Kind {
-    pub(super) fn of(column: &ColumnDescriptor) -> Option<Self> {
-        if column.path().parts().len() != 1 || column.max_rep_level() > 0 || column.max_def_level() > 1 {
-            return None;
-        }
-        let rounding = match column.physical_type() {
-            Physical::DOUBLE => Rounding::default(),
-            Physical::FLOAT => Rounding::SINGLE,
-            Physical::INT32 | Physical::INT64 | Physical::BOOLEAN => Rounding::INTEGER,
-            _ => return None,
-        };
-        let time = |unit: &TimeUnit| match unit {
-            TimeUnit::MILLIS => "ms",
-            TimeUnit::MICROS => "us",
-            TimeUnit::NANOS => "ns",
-        };
-        let (unsigned, unit) = match column.logical_type_ref() {
-            None => (false, None),
-            Some(LogicalType::Integer(int)) => (!int.is_signed, None),
-            Some(LogicalType::Timestamp(stamp)) => (false, Some(time(&stamp.unit))),
-            Some(LogicalType::Time(stamp)) => (false, Some(time(&stamp.unit))),
-            Some(_) => return None,
-        };
-        Some(Kind { unsigned, unit, rounding })
-    }
-}
-
-/// Decodes up to `limit` rows of a column of a row group behind `values` and returns their number.
-pub(super) fn append(column: &mut ColumnReader, kind: Kind, limit: usize, values: &mut Vec<f64>) -> Result<usize, ParquetError> {
-    match column {
-        ColumnReader::DoubleColumnReader(r) => batches(r, limit, values, |x| x),
-        ColumnReader::FloatColumnReader(r) => batches(r, limit, values, f64::from),
-        ColumnReader::BoolColumnReader(r) => batches(r, limit, values, f64::from),
-        ColumnReader::Int32ColumnReader(r) if kind.unsigned => batches(r, limit, values, |x| f64::from(x.cast_unsigned())),
-        ColumnReader::Int32ColumnReader(r) => batches(r, limit, values, f64::from),
-        ColumnReader::Int64ColumnReader(r) if kind.unsigned => batches(r, limit, values, |x| x.cast_unsigned() as f64),
-        ColumnReader::Int64ColumnReader(r) => batches(r, limit, values, |x| x as f64),
-        _ => Err(ParquetError::General("its type is not the one of its schema".to_owned())),
-    }
-}
-
-fn batches<T: DataType>(reader: &mut ColumnReaderImpl<T>, limit: usize, values: &mut Vec<f64>, number: impl Fn(T::T) -> f64) -> Result<usize, ParquetError> {
-    let before = values.len();
-    let (mut present, mut levels) = (Vec::with_capacity(BATCH.min(limit)), Vec::with_capacity(BATCH.min(limit)));
-    while values.len() - before < limit {
-        present.clear();
-        levels.clear();
-        let (records, ..) = reader.read_records(BATCH.min(limit - (values.len() - before)), Some(&mut levels), None, &mut present)?;
-        if records == 0 {
-            break;
-        }
-        let mut numbers = present.drain(..).map(&number);
-        if levels.is_empty() {
-            values.extend(numbers);
-        } else {
-            // Level 0 is a missing value.
-            values.extend(levels.iter().map(|&level| if level == 0 { f64::NAN } else { numbers.next().unwrap_or(f64::NAN) }));
-        }
-    }
-    Ok(values.len() - before)
 }
 
 pub(super) fn facts(key: &str, value: &str, entries: &mut Vec<Entry>) {

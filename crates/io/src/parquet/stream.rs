@@ -1,7 +1,8 @@
 //! Parquet piece by piece: a page of each column at a time.
 
 use super::PARQUET;
-use super::read::{Kind, append, caught, check_compression, check_places, facts};
+use super::kind::{Kind, append};
+use super::read::{caught, check_compression, check_places, facts};
 use crate::arrays::{self, Entry, Value};
 use crate::assemble::{SAMPLES_KEY, assemble, is_time};
 use crate::error::{IoError, Place};

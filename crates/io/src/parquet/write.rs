@@ -3,7 +3,7 @@
 use super::{FOREIGN_KEYS, PARQUET, UNIT_KEY, UNITS_KEY};
 use crate::assemble::{RATE_KEY, RESERVED_KEYS, START_KEY, is_time};
 use crate::error::IoError;
-use crate::names::read_back;
+use crate::names::{indexed, read_back};
 use ::parquet::basic::{Compression, Repetition, Type as Physical};
 use ::parquet::data_type::DoubleType;
 use ::parquet::errors::ParquetError;
@@ -29,7 +29,7 @@ pub(crate) fn write(recording: &Recording, file: &str) -> Result<Vec<u8>, IoErro
     }
     for channel in recording.channels() {
         let (name, unit) = (&channel.name, channel.unit.symbol());
-        if name.is_empty() || is_time(name) || read_back(unit) != channel.unit {
+        if name.is_empty() || is_time(name) || indexed(name) != *name || read_back(unit) != channel.unit {
             return Err(unwritable(format!("channel {name:?} in {unit:?}"), "give it another name or unit"));
         }
         facts.push((format!("{UNIT_KEY}{name}"), unit.to_owned()));

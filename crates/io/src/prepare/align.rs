@@ -2,6 +2,7 @@
 
 use super::tare::with_channels;
 use super::{PrepareError, lag};
+use crate::note::Note;
 use crate::resample::Curve;
 use ndof_signal::{Channel, Recording};
 
@@ -16,6 +17,20 @@ pub struct Aligned {
     pub drift: f64,
     /// The correlation of the shared channel after alignment.
     pub correlation: f64,
+}
+
+impl Aligned {
+    /// How `second` was joined to `first` by `channel`, for whoever reads the result.
+    pub fn note(&self, first: &str, second: &str, channel: &str) -> Note {
+        let [offset_s, ppm, correlation] = [self.offset_s, 1e6 * self.drift, self.correlation];
+        Note::new(
+            "clocks-aligned",
+            format!(
+                "{second} joined to {first} by \"{channel}\": it began {offset_s:.6} s apart and its clock runs {ppm:.1} ppm fast; correlation {correlation:.4}"
+            ),
+            "choose another channel with `align_by` if that cannot be",
+        )
+    }
 }
 
 /// A shared channel that correlates less than this after alignment is not the same signal.

@@ -1,8 +1,9 @@
 //! A baseline with blocks.
 
 use super::{Block, BlockParameter};
-use crate::{Axis, ParameterInfo, ParametricModel, small};
+use crate::{Axis, ParameterInfo, ParametricModel};
 use ndarray::Array2;
+use ndof_linear::square;
 use num_complex::Complex64;
 
 /// Where a block acts. Axes are indices into those of the baseline.
@@ -164,21 +165,21 @@ fn apply(place: &Place, n: usize, h: Complex64, slopes: &[Complex64], value: &mu
         Place::Series(axes) => {
             // D′ = (D⁻¹ + E)⁻¹ = (I + D E)⁻¹ D; dD′ = A dD Aᵣ − D′ dE D′ with A = (I + D E)⁻¹, Aᵣ = (I + E D)⁻¹.
             let added = |left: bool| {
-                let mut out = small::identity(n);
+                let mut out = square::identity(n);
                 for e in 0..size {
                     if axes.contains(&if left { e % n } else { e / n }) {
                         out[e] += value[e] * h;
                     }
                 }
-                small::inverse(&out, n)
+                square::inverse(&out, n)
             };
             let (Some(left), Some(right)) = (added(true), added(false)) else {
                 value.fill(Complex64::new(f64::NAN, 0.0));
                 return;
             };
-            let softer = small::product(&left, value, n);
+            let softer = square::product(&left, value, n);
             for d in done.chunks_exact_mut(size) {
-                let turned = small::product(&small::product(&left, d, n), &right, n);
+                let turned = square::product(&square::product(&left, d, n), &right, n);
                 d.copy_from_slice(&turned);
             }
             for (d, slope) in own.chunks_exact_mut(size).zip(slopes) {
@@ -263,7 +264,7 @@ mod tests {
         let (mut plain, mut soft) = (vec![Complex64::default(); 4], vec![Complex64::default(); 4]);
         model.baseline.stiffness(&BASE, s, &mut plain, None);
         model.stiffness(&theta, s, &mut soft, None);
-        let difference = small::inverse(&soft, 2).expect("regular")[3] - small::inverse(&plain, 2).expect("regular")[3];
+        let difference = square::inverse(&soft, 2).expect("regular")[3] - square::inverse(&plain, 2).expect("regular")[3];
         assert!((difference - (2e4 + 50.0 * s).inv()).norm() < 1e-15);
     }
 }

@@ -1,15 +1,16 @@
 //! Maximum likelihood with noise on effort and motion alike, from periods of a periodic excitation.
 
-use super::{Fit, FitError, Parameter, Solved, t_quantile};
-use crate::{LeastSquares, ParametricModel, small};
+use super::{Fit, FitError, Solved};
+use crate::{LeastSquares, ParametricModel};
 use faer::Mat;
+use ndof_linear::{Cholesky, square};
 use ndof_signal::forward_transform;
 use num_complex::Complex64;
 use serde::{Deserialize, Serialize};
 
 /// Means over periods of the spectra of effort F and motion d, and what the periods say of their noise.
 #[derive(Clone, Debug, PartialEq)]
-pub struct PeriodSpectra {
+pub struct PeriodMeans {
     /// Frequencies that the excitation drives.
     pub frequency_hz: Vec<f64>,
     /// (F, d) at each of them: 2 N numbers, of N axes each (unit · samples).
@@ -20,7 +21,7 @@ pub struct PeriodSpectra {
     pub degrees_of_freedom: f64,
 }
 
-impl PeriodSpectra {
+impl PeriodMeans {
     /// Of whole periods of `period` samples, of which the transient has died out; `lines` are multiples of 1/period, 0 Hz and
     /// half the rate never count. `None` if channels differ in length or number, or hold fewer than two periods.
     pub fn of_periods(sample_rate_hz: f64, period: usize, effort: &[&[f64]], motion: &[&[f64]], lines: &[usize]) -> Option<Self> {
@@ -53,7 +54,7 @@ impl PeriodSpectra {
             })
             .collect();
         let frequency_hz = lines.iter().map(|&l| l as f64 * sample_rate_hz / period as f64).collect();
-        Some(PeriodSpectra { frequency_hz, mean, covariance, degrees_of_freedom: count - 1.0 })
+        Some(PeriodMeans { frequency_hz, mean, covariance, degrees_of_freedom: count - 1.0 })
     }
 }
 
@@ -76,7 +77,7 @@ impl ErrorsInVariables {
     ///
     /// # Errors
     /// [`FitError`] if the spectra do not have the model's axes, the band holds too little, or periods are too few for a covariance.
-    pub fn fit(&self, model: &dyn ParametricModel, experiments: &[PeriodSpectra], start: &[f64]) -> Result<Fit, FitError> {
+    pub fn fit(&self, model: &dyn ParametricModel, experiments: &[PeriodMeans], start: &[f64]) -> Result<Fit, FitError> {
         let (n, parameters) = (model.axes().len(), model.parameters());
         if start.len() != parameters.len() {
             return Err(FitError::StartLength { found: start.len(), expected: parameters.len() });
@@ -108,24 +109,8 @@ impl ErrorsInVariables {
         let covariance = solved.covariance(None, inflation);
         let degrees_of_freedom = (data - parameters.len()) as f64;
         let chi2 = 2.0 * solved.minimum.cost * (degrees - own) / degrees;
-        let interval_quantile = t_quantile(degrees_of_freedom);
         let hz: Vec<f64> = lines.iter().map(|l| l.hz).collect();
-        Ok(Fit {
-            model: model.name().to_owned(),
-            parameters: Parameter::describe(&parameters, &solved.theta, &covariance, |_| interval_quantile, |k| model.scale(&solved.theta, k)),
-            covariance,
-            covariance_scale: 1.0,
-            interval_quantile,
-            band_hz: [hz.iter().copied().fold(f64::INFINITY, f64::min), hz.iter().copied().fold(0.0, f64::max)],
-            bins: lines.len(),
-            chi2,
-            degrees_of_freedom,
-            chi2_reduced: chi2 / degrees_of_freedom,
-            condition: solved.information.condition(),
-            reason: solved.minimum.reason,
-            iterations: solved.minimum.iterations,
-            theta: solved.theta,
-        })
+        Ok(solved.into_fit(model, covariance, &hz, chi2, degrees_of_freedom))
     }
 }
 
@@ -163,11 +148,11 @@ impl BothSides<'_> {
     fn error(&self, line: &Line, d: &[Complex64]) -> Option<(Vec<Complex64>, Vec<Complex64>, Vec<Complex64>)> {
         let n = self.n;
         let [effort, cross, motion] = &line.noise;
-        let along: Vec<Complex64> = small::product(d, motion, n).iter().zip(cross).map(|(a, b)| a - b).collect();
-        let turned = small::product(&along, &small::adjoint(d, n), n);
-        let back = small::product(d, &small::adjoint(cross, n), n);
+        let along: Vec<Complex64> = square::product(d, motion, n).iter().zip(cross).map(|(a, b)| a - b).collect();
+        let turned = square::product(&along, &square::adjoint(d, n), n);
+        let back = square::product(d, &square::adjoint(cross, n), n);
         let covariance: Vec<Complex64> = (0..n * n).map(|e| effort[e] + turned[e] - back[e]).collect();
-        let left = small::inverse_cholesky(&covariance, n)?;
+        let left = Cholesky::of(&covariance, n).map(|c| c.whitener())?;
         let error: Vec<Complex64> = line.effort.iter().zip(apply(d, &line.motion)).map(|(f, m)| f - m).collect();
         Some((left, error, along))
     }
@@ -204,11 +189,11 @@ impl LeastSquares for BothSides<'_> {
             let d = self.stiffness(theta, line.hz, Some(&mut slopes));
             let Some((left, error, along)) = self.error(line, &d) else { continue };
             // C⁻¹ e.
-            let weighted = apply(&small::adjoint(&left, n), &apply(&left, &error));
+            let weighted = apply(&square::adjoint(&left, n), &apply(&left, &error));
             for (k, slope) in slopes.chunks_exact(n * n).enumerate() {
                 let moved = apply(slope, &line.motion);
-                let half = apply(&along, &apply(&small::adjoint(slope, n), &weighted));
-                let other = apply(slope, &apply(&small::adjoint(&along, n), &weighted));
+                let half = apply(&along, &apply(&square::adjoint(slope, n), &weighted));
+                let other = apply(slope, &apply(&square::adjoint(&along, n), &weighted));
                 let column: Vec<Complex64> = (0..n).map(|i| -moved[i] - 0.5 * (half[i] + other[i])).collect();
                 for (i, v) in apply(&left, &column).iter().enumerate() {
                     out[(2 * (f * n + i), k)] = ROOT_TWO * v.re;
@@ -234,7 +219,7 @@ mod tests {
             (0..64).map(|k| amplitude[c][k / 16] * (at(k, 1) + 2.0 * at(k, 3)) + 9.0).collect()
         };
         let (effort, motion) = (channel(0), channel(1));
-        let spectra = PeriodSpectra::of_periods(32.0, 16, &[&effort], &[&motion], &[0, 1, 3, 8, 11]).expect("whole periods");
+        let spectra = PeriodMeans::of_periods(32.0, 16, &[&effort], &[&motion], &[0, 1, 3, 8, 11]).expect("whole periods");
         assert_eq!((spectra.frequency_hz.as_slice(), spectra.degrees_of_freedom), (&[2.0, 6.0][..], 3.0));
         let products = [[6.0, -2.5], [-2.5, 8.25]];
         for (line, size) in [(0, 8.0), (1, 16.0)] {
@@ -253,7 +238,7 @@ mod tests {
     #[test]
     fn records_that_are_not_whole_periods_of_both_sides_are_refused() {
         let (long, short) = (vec![0.0; 64], vec![0.0; 48]);
-        let of = |effort: &[&[f64]], motion: &[&[f64]], period: usize| PeriodSpectra::of_periods(32.0, period, effort, motion, &[1]).is_some();
+        let of = |effort: &[&[f64]], motion: &[&[f64]], period: usize| PeriodMeans::of_periods(32.0, period, effort, motion, &[1]).is_some();
         assert!(of(&[&long], &[&long], 32));
         assert!(!of(&[&long], &[&short], 16), "of two lengths");
         assert!(!of(&[&long, &long], &[&long], 16), "two forces for one motion");
@@ -265,13 +250,13 @@ mod tests {
     fn what_is_not_enough_is_said() {
         let axes = vec![Axis::linear("x"), Axis::linear("y"), Axis::linear("z")];
         let model = InertiaDampingStiffnessModel::new(axes, Symmetry::Free);
-        let spectra = |lines: usize, channels: usize, degrees_of_freedom: f64| PeriodSpectra {
+        let spectra = |lines: usize, channels: usize, degrees_of_freedom: f64| PeriodMeans {
             frequency_hz: (1..=lines).map(|k| k as f64).collect(),
             mean: vec![vec![Complex64::ONE; channels]; lines],
             covariance: vec![vec![Complex64::ZERO; channels * channels]; lines],
             degrees_of_freedom,
         };
-        let fit = |spectra: PeriodSpectra| ErrorsInVariables { band_hz: [0.5, 20.0] }.fit(&model, &[spectra], &[1.0; 27]).err();
+        let fit = |spectra: PeriodMeans| ErrorsInVariables { band_hz: [0.5, 20.0] }.fit(&model, &[spectra], &[1.0; 27]).err();
         assert!(matches!(fit(spectra(4, 8, 30.0)), Some(FitError::Shape { outputs: 4, inputs: 4, axes: 3 })));
         // Six numbers a line for 27 parameters.
         assert!(matches!(fit(spectra(4, 6, 30.0)), Some(FitError::TooFewBins { bins: 4, needed: 5, .. })));

@@ -1,7 +1,8 @@
 //! The loop that closes around a limb, as far as a fit has to know it.
 
 use super::linear_start;
-use crate::{Axis, InertiaDampingStiffness, InertiaDampingStiffnessModel, Symmetry, small};
+use crate::{Axis, InertiaDampingStiffness, InertiaDampingStiffnessModel, Symmetry};
+use ndof_linear::square;
 use ndof_sysid::{FrequencyResponse, ResponseError, ResponseKind};
 use num_complex::Complex64;
 use serde::{Deserialize, Serialize};
@@ -57,10 +58,10 @@ impl LoopModel {
         for f in 0..effort.len() {
             let flat = |r: &FrequencyResponse| r.at(f).iter().copied().collect::<Vec<Complex64>>();
             let mut at = impedance.value.index_axis_mut(ndarray::Axis(0), f);
-            match small::inverse(&flat(motion), n) {
+            match square::inverse(&flat(motion), n) {
                 Some(inverse) => {
-                    let opened: Vec<Complex64> = small::identity(n).iter().zip(flat(effort)).map(|(i, t)| i - t).collect();
-                    at.iter_mut().zip(small::product(&opened, &inverse, n)).for_each(|(v, z)| *v = z);
+                    let opened: Vec<Complex64> = square::identity::<Complex64>(n).iter().zip(flat(effort)).map(|(i, t)| i - t).collect();
+                    at.iter_mut().zip(square::product(&opened, &inverse, n)).for_each(|(v, z)| *v = z);
                 }
                 None => at.fill(Complex64::new(f64::NAN, f64::NAN)),
             }
@@ -99,9 +100,9 @@ mod tests {
         for (f, hz) in grid.iter().enumerate() {
             let c: Vec<Complex64> = compliance.at(f).iter().copied().collect();
             let z: Vec<Complex64> = robot.dynamic_stiffness(Complex64::new(0.0, std::f64::consts::TAU * hz)).iter().copied().collect();
-            let opened: Vec<Complex64> = small::identity(2).iter().zip(small::product(&z, &c, 2)).map(|(i, o)| i + o).collect();
-            let t = small::inverse(&opened, 2).expect("regular");
-            let r = small::product(&c, &t, 2);
+            let opened: Vec<Complex64> = square::identity::<Complex64>(2).iter().zip(square::product(&z, &c, 2)).map(|(i, o)| i + o).collect();
+            let t = square::inverse(&opened, 2).expect("regular");
+            let r = square::product(&c, &t, 2);
             for e in 0..4 {
                 effort.value[[f, e / 2, e % 2]] = t[e];
                 motion.value[[f, e / 2, e % 2]] = r[e];

@@ -13,7 +13,7 @@ mod vaf;
 mod weighted;
 
 pub use compare::{LikelihoodRatio, NullLaw, likelihood_ratio};
-pub use errors_in_variables::{ErrorsInVariables, PeriodSpectra};
+pub use errors_in_variables::{ErrorsInVariables, PeriodMeans};
 pub(crate) use information::Information;
 pub use loop_model::{LoopModel, LoopModelError};
 pub use paper::PaperFit;
@@ -25,9 +25,10 @@ pub use start::linear_start;
 pub use vaf::{Agreement, agreement};
 pub use weighted::{CovarianceKind, WeightedFit};
 
-use crate::{LeastSquares, LevenbergMarquardt, Minimum, ParametricModel, small};
+use crate::{LeastSquares, LevenbergMarquardt, Minimum, ParametricModel};
 use faer::Mat;
 use ndarray::Array2;
+use ndof_linear::square;
 use ndof_sysid::{FrequencyResponse, ResponseKind};
 use num_complex::Complex64;
 
@@ -82,7 +83,7 @@ fn add_scores(meat: &mut Mat<f64>, scores: &[Vec<Complex64>], [noise, input]: [&
     let transposed = |a: &[Complex64]| (0..n * n).map(|e| a[(e % n) * n + e / n]).collect::<Vec<_>>();
     let (left, right) = (transposed(noise), transposed(input));
     for (r, score) in scores.iter().enumerate() {
-        let seen = small::product(&small::product(&left, score, n), &right, n);
+        let seen = square::product(&square::product(&left, score, n), &right, n);
         for (c, other) in scores.iter().enumerate().take(r + 1) {
             let form = factor * seen.iter().zip(other).map(|(a, b)| a.re * b.re + a.im * b.im).sum::<f64>();
             meat[(r, c)] += form;
@@ -131,6 +132,28 @@ impl Solved {
         };
         let outer = turn * inner * turn.transpose();
         Array2::from_shape_fn((self.theta.len(), self.theta.len()), |(r, c)| factor * outer[(r, c)])
+    }
+
+    /// The fit of `model` that this minimum is, from data at `frequency_hz`.
+    fn into_fit(self, model: &dyn ParametricModel, covariance: Array2<f64>, frequency_hz: &[f64], chi2: f64, degrees_of_freedom: f64) -> Fit {
+        let interval_quantile = t_quantile(degrees_of_freedom);
+        let ends = frequency_hz.iter().fold([f64::INFINITY, 0.0], |[low, high]: [f64; 2], hz| [low.min(*hz), high.max(*hz)]);
+        Fit {
+            model: model.name().to_owned(),
+            parameters: Parameter::describe(&model.parameters(), &self.theta, &covariance, |_| interval_quantile, |k| model.scale(&self.theta, k)),
+            theta: self.theta,
+            covariance,
+            covariance_scale: 1.0,
+            interval_quantile,
+            band_hz: ends,
+            bins: frequency_hz.len(),
+            chi2,
+            degrees_of_freedom,
+            chi2_reduced: chi2 / degrees_of_freedom,
+            condition: self.information.condition(),
+            reason: self.minimum.reason,
+            iterations: self.minimum.iterations,
+        }
     }
 
     /// (JᵀJ)⁻¹ in θ, zero in directions that the data or a constraint leave out.

@@ -1,7 +1,7 @@
 //! The paper's fit: gain in decibels and phase in degrees, weighted with partial coherence.
 
 use super::vaf::{GAIN_WEIGHT, difference};
-use super::{Fit, FitError, Parameter, Prediction, Smoothing, Solved, add_scores, check_shape, jackknife::rescale_by_trials, result::t_quantile, shares};
+use super::{Fit, FitError, Prediction, Smoothing, Solved, add_scores, check_shape, jackknife::rescale_by_trials, shares};
 use crate::{LeastSquares, ParametricModel};
 use faer::Mat;
 use ndarray::{Array3, Axis};
@@ -61,23 +61,7 @@ impl PaperFit {
         let covariance = solved.covariance(Some(&meat), 1.0);
         let degrees_of_freedom = 2.0 * share.iter().sum::<f64>() * (n * n) as f64 - parameters.len() as f64;
         let chi2 = 2.0 * solved.minimum.cost;
-        let interval_quantile = t_quantile(degrees_of_freedom);
-        Ok(Fit {
-            model: model.name().to_owned(),
-            parameters: Parameter::describe(&model.parameters(), &solved.theta, &covariance, |_| interval_quantile, |k| model.scale(&solved.theta, k)),
-            theta: solved.theta,
-            covariance,
-            covariance_scale: 1.0,
-            interval_quantile,
-            band_hz: [frequency_hz[0], frequency_hz[frequency_hz.len() - 1]],
-            bins: bins.len(),
-            chi2,
-            degrees_of_freedom,
-            chi2_reduced: chi2 / degrees_of_freedom,
-            condition: solved.information.condition(),
-            reason: solved.minimum.reason,
-            iterations: solved.minimum.iterations,
-        })
+        Ok(solved.into_fit(model, covariance, &frequency_hz, chi2, degrees_of_freedom))
     }
 
     /// The same with the width of the intervals from the disagreement of trials, as

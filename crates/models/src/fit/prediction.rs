@@ -1,7 +1,8 @@
 //! What an estimate would be on average if the model were right: the model seen through the window.
 
 use super::LoopModel;
-use crate::{ParametricModel, small};
+use crate::ParametricModel;
+use ndof_linear::square;
 use ndof_signal::Kernel;
 use ndof_sysid::ResponseKind;
 use num_complex::Complex64;
@@ -139,18 +140,18 @@ impl<'a> Prediction<'a> {
                 return (scaled(&numerator[..size]), scaled(&numerator[size..]));
             }
             let denominator = smooth(&|p| p.denominator.as_deref().unwrap_or(&[]));
-            let Some(inverse) = small::inverse(&denominator[..size], n) else {
+            let Some(inverse) = square::inverse(&denominator[..size], n) else {
                 let nan = Complex64::new(f64::NAN, 0.0);
                 return (vec![nan; size], vec![nan; size * k]);
             };
-            let ratio = small::product(&numerator[..size], &inverse, n);
+            let ratio = square::product(&numerator[..size], &inverse, n);
             let mut slopes = Vec::with_capacity(size * k);
             for block in 1..=k {
                 // d(N U⁻¹) = (dN − N U⁻¹ dU) U⁻¹
                 let at = block * size..(block + 1) * size;
-                let change = small::product(&ratio, &denominator[at.clone()], n);
+                let change = square::product(&ratio, &denominator[at.clone()], n);
                 let rest: Vec<Complex64> = numerator[at].iter().zip(change).map(|(a, b)| a - b).collect();
-                slopes.extend(scaled(&small::product(&rest, &inverse, n)));
+                slopes.extend(scaled(&square::product(&rest, &inverse, n)));
             }
             (scaled(&ratio), slopes)
         };
@@ -173,7 +174,7 @@ impl<'a> Prediction<'a> {
             return Pair { numerator: stiffness, denominator: None };
         }
         // Compliance, block by block: C = D⁻¹ + Z_f⁻¹ and dC = −D⁻¹ dD D⁻¹.
-        let Some(mut compliance) = small::inverse(&stiffness, n) else {
+        let Some(mut compliance) = square::inverse(&stiffness, n) else {
             return Pair { numerator: nan(), denominator: (!open).then(nan) };
         };
         let inverse = compliance.clone();
@@ -182,24 +183,24 @@ impl<'a> Prediction<'a> {
         }
         if open {
             for d in slope.chunks_exact(size) {
-                compliance.extend(small::sandwich(&inverse, d, &inverse, n).iter().map(|v| -v));
+                compliance.extend(square::sandwich(&inverse, d, &inverse, n).iter().map(|v| -v));
             }
             return Pair { numerator: if self.inverted { inverse_blocks(&compliance, n).unwrap_or_else(nan) } else { compliance }, denominator: None };
         }
         // T = (I + Z C)⁻¹, R = C T. With dC = −D⁻¹ dD D⁻¹: dT = T Z D⁻¹ dD D⁻¹ T and dR = −(I − C T Z) D⁻¹ dD D⁻¹ T.
         let loop_stiffness = &self.loop_stiffness[node];
-        let mut opened = small::product(loop_stiffness, &compliance, n);
-        opened.iter_mut().zip(small::identity(n)).for_each(|(o, i)| *o += i);
-        let Some(effort) = small::inverse(&opened, n) else {
+        let mut opened = square::product(loop_stiffness, &compliance, n);
+        opened.iter_mut().zip(square::identity::<Complex64>(n)).for_each(|(o, i)| *o += i);
+        let Some(effort) = square::inverse(&opened, n) else {
             return Pair { numerator: nan(), denominator: Some(nan()) };
         };
-        let fed_back = small::product(&small::product(&effort, loop_stiffness, n), &inverse, n);
-        let right = small::product(&inverse, &effort, n);
-        let left: Vec<Complex64> = small::product(&compliance, &fed_back, n).iter().zip(&inverse).map(|(a, b)| a - b).collect();
-        let (mut motion, mut effort_blocks) = (small::product(&compliance, &effort, n), effort);
+        let fed_back = square::product(&square::product(&effort, loop_stiffness, n), &inverse, n);
+        let right = square::product(&inverse, &effort, n);
+        let left: Vec<Complex64> = square::product(&compliance, &fed_back, n).iter().zip(&inverse).map(|(a, b)| a - b).collect();
+        let (mut motion, mut effort_blocks) = (square::product(&compliance, &effort, n), effort);
         for d in slope.chunks_exact(size) {
-            motion.extend(small::sandwich(&left, d, &right, n));
-            effort_blocks.extend(small::sandwich(&fed_back, d, &right, n));
+            motion.extend(square::sandwich(&left, d, &right, n));
+            effort_blocks.extend(square::sandwich(&fed_back, d, &right, n));
         }
         let (numerator, denominator) = if self.inverted { (effort_blocks, motion) } else { (motion, effort_blocks) };
         match self.smoothing {
@@ -241,10 +242,10 @@ fn quadrature(kernel: &Kernel) -> Vec<(f64, f64)> {
 
 /// A⁻¹ and its derivatives −A⁻¹ dA A⁻¹, block by block.
 fn inverse_blocks(blocks: &[Complex64], n: usize) -> Option<Vec<Complex64>> {
-    let inverse = small::inverse(&blocks[..n * n], n)?;
+    let inverse = square::inverse(&blocks[..n * n], n)?;
     let mut out = inverse.clone();
     for d in blocks[n * n..].chunks_exact(n * n) {
-        out.extend(small::product(&small::product(&inverse, d, n), &inverse, n).iter().map(|v| -v));
+        out.extend(square::product(&square::product(&inverse, d, n), &inverse, n).iter().map(|v| -v));
     }
     Some(out)
 }
@@ -252,11 +253,11 @@ fn inverse_blocks(blocks: &[Complex64], n: usize) -> Option<Vec<Complex64>> {
 /// A Bᴴ and its derivatives dA Bᴴ + A dBᴴ, block by block.
 fn cross_blocks(a: &[Complex64], b: &[Complex64], n: usize) -> Vec<Complex64> {
     let size = n * n;
-    let adjoint = small::adjoint(&b[..size], n);
-    let mut out = small::product(&a[..size], &adjoint, n);
+    let adjoint = square::adjoint(&b[..size], n);
+    let mut out = square::product(&a[..size], &adjoint, n);
     for (da, db) in a[size..].chunks_exact(size).zip(b[size..].chunks_exact(size)) {
-        let second = small::product(&a[..size], &small::adjoint(db, n), n);
-        out.extend(small::product(da, &adjoint, n).iter().zip(second).map(|(x, y)| x + y));
+        let second = square::product(&a[..size], &square::adjoint(db, n), n);
+        out.extend(square::product(da, &adjoint, n).iter().zip(second).map(|(x, y)| x + y));
     }
     out
 }

@@ -1,9 +1,10 @@
 //! Weighted least squares on a frequency response, with the covariance that its estimator gave it.
 
-use super::{Fit, FitError, Parameter, Prediction, Smoothing, Solved, Transducer, add_scores, check_shape, result::t_quantile, shares};
-use crate::{LeastSquares, ParametricModel, small};
+use super::{Fit, FitError, Prediction, Smoothing, Solved, Transducer, add_scores, check_shape, shares};
+use crate::{LeastSquares, ParametricModel};
 use faer::Mat;
 use ndarray::Array3;
+use ndof_linear::{Cholesky, square};
 use ndof_signal::Kernel;
 use ndof_sysid::{FrequencyResponse, ResponseKind, Uncertainty};
 use num_complex::Complex64;
@@ -92,23 +93,7 @@ impl WeightedFit {
         // With as few averages as rows the noise is known from nothing else than what the model is judged by.
         let chi2 = if degrees > rows { 2.0 * solved.minimum.cost * (degrees - rows) / degrees } else { f64::NAN };
         let degrees_of_freedom = 2.0 * independent * (n * n) as f64 - parameters.len() as f64;
-        let interval_quantile = t_quantile(degrees_of_freedom);
-        Ok(Fit {
-            model: model.name().to_owned(),
-            parameters: Parameter::describe(&model.parameters(), &solved.theta, &covariance, |_| interval_quantile, |k| model.scale(&solved.theta, k)),
-            theta: solved.theta,
-            covariance,
-            covariance_scale: 1.0,
-            interval_quantile,
-            band_hz: [frequency_hz[0], frequency_hz[frequency_hz.len() - 1]],
-            bins: frequency_hz.len(),
-            chi2,
-            degrees_of_freedom,
-            chi2_reduced: chi2 / degrees_of_freedom,
-            condition: solved.information.condition(),
-            reason: solved.minimum.reason,
-            iterations: solved.minimum.iterations,
-        })
+        Ok(solved.into_fit(model, covariance, &frequency_hz, chi2, degrees_of_freedom))
     }
 
     /// The model as an estimate of this kind would show it on average: through the window's `kernel`, in the loop that
@@ -144,12 +129,14 @@ impl WeightedFit {
             let matrix = |a: &ndarray::Array3<Complex64>| a.index_axis(ndarray::Axis(0), f).iter().copied().collect::<Vec<_>>();
             let (noise, input) = (matrix(&uncertainty.noise), matrix(&uncertainty.input_inverse));
             let used = |a: &[Complex64]| if full { a.to_vec() } else { (0..n * n).map(|e| if e / n == e % n { a[e] } else { Complex64::default() }).collect() };
-            let (Some(left), Some(right)) = (small::inverse_cholesky(&used(&noise), n), small::inverse_cholesky(&used(&input), n)) else { continue };
+            let (Some(left), Some(right)) = (Cholesky::of(&used(&noise), n).map(|c| c.whitener()), Cholesky::of(&used(&input), n).map(|c| c.whitener())) else {
+                continue;
+            };
             bins.push(Bin {
                 hz: response.frequency_hz[f],
                 share: 0.0,
                 estimate: matrix(&response.value),
-                right: small::adjoint(&right, n),
+                right: square::adjoint(&right, n),
                 left,
                 noise,
                 input,
@@ -175,7 +162,7 @@ struct Bin {
 impl Bin {
     fn whiten(&self, delta: &[Complex64], n: usize) -> Vec<Complex64> {
         let factor = (2.0 * self.share).sqrt();
-        small::product(&small::product(&self.left, delta, n), &self.right, n).iter().map(|v| v * factor).collect()
+        square::product(&square::product(&self.left, delta, n), &self.right, n).iter().map(|v| v * factor).collect()
     }
 }
 
@@ -223,10 +210,10 @@ impl Whitened<'_> {
         let mut meat = Mat::zeros(k, k);
         for (f, bin) in self.bins.iter().enumerate() {
             let side =
-                |whitener: &[Complex64], covariance: &[Complex64]| small::product(&small::product(whitener, covariance, n), &small::adjoint(whitener, n), n);
+                |whitener: &[Complex64], covariance: &[Complex64]| square::product(&square::product(whitener, covariance, n), &square::adjoint(whitener, n), n);
             // E[e_ij e_kl*] of the whitened residual, 1 on the diagonal.
             let noise = side(&bin.left, &bin.noise);
-            let input = side(&small::adjoint(&bin.right, n), &bin.input);
+            let input = side(&square::adjoint(&bin.right, n), &bin.input);
             let at = |e: usize, c: usize| Complex64::new(jacobian[(2 * (f * size + e), c)], -jacobian[(2 * (f * size + e) + 1, c)]);
             let scores: Vec<Vec<Complex64>> = (0..k).map(|c| (0..size).map(|e| at(e, c)).collect()).collect();
             add_scores(&mut meat, &scores, [&noise, &input], n, 1.0);

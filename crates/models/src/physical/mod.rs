@@ -39,9 +39,5 @@ impl Derived {
 
 /// Eigenvalues, ascending, and eigenvectors (columns) of the symmetric part of a matrix.
 fn symmetric_eigen(a: &Array2<f64>) -> Option<(Vec<f64>, Array2<f64>)> {
-    let n = a.nrows();
-    let symmetric = faer::Mat::from_fn(n, n, |i, j| 0.5 * (a[[i, j]] + a[[j, i]]));
-    let eigen = symmetric.self_adjoint_eigen(faer::Side::Lower).ok()?;
-    let vectors = Array2::from_shape_fn((n, n), |(i, j)| eigen.U()[(i, j)]);
-    Some(((0..n).map(|k| eigen.S()[k]).collect(), vectors))
+    ndof_linear::symmetric_eigen(&((a + &a.t()) * 0.5))
 }

@@ -2,8 +2,8 @@
 
 use super::Derived;
 use crate::{InertiaDampingStiffness, InertiaDampingStiffnessModel};
-use faer::Mat;
 use ndarray::Array2;
+use ndof_linear::{eigen, inverse};
 use num_complex::Complex64;
 use serde::{Deserialize, Serialize};
 use std::f64::consts::TAU;
@@ -26,23 +26,18 @@ pub struct Mode {
 /// Poles are the eigenvalues of [[0, I], [−M⁻¹K, −M⁻¹B]].
 pub fn modes(matrices: &InertiaDampingStiffness) -> Vec<Mode> {
     let n = matrices.axes.len();
-    let of = |a: &Array2<f64>| Mat::from_fn(n, n, |i, j| a[[i, j]]);
-    let lu = of(&matrices.inertia).full_piv_lu();
-    let (stiffness, damping) = (faer::prelude::Solve::solve(&lu, of(&matrices.stiffness)), faer::prelude::Solve::solve(&lu, of(&matrices.damping)));
-    let companion = Mat::from_fn(2 * n, 2 * n, |i, j| match (i < n, j < n) {
+    let Some(mobility) = inverse(&matrices.inertia) else { return Vec::new() };
+    let (stiffness, damping) = (mobility.dot(&matrices.stiffness), mobility.dot(&matrices.damping));
+    let companion = Array2::from_shape_fn((2 * n, 2 * n), |(i, j)| match (i < n, j < n) {
         (true, _) => f64::from(u8::from(j == i + n)),
-        (false, true) => -stiffness[(i - n, j)],
-        (false, false) => -damping[(i - n, j - n)],
+        (false, true) => -stiffness[[i - n, j]],
+        (false, false) => -damping[[i - n, j - n]],
     });
-    if (0..4 * n * n).any(|e| !companion[(e / (2 * n), e % (2 * n))].is_finite()) {
-        return Vec::new();
-    }
-    let Ok(eigen) = companion.eigen() else { return Vec::new() };
+    let Some((poles, vectors)) = eigen(&companion) else { return Vec::new() };
     let mut out: Vec<Mode> = (0..2 * n)
         .filter_map(|k| {
-            let s = eigen.S()[k];
-            let pole = Complex64::new(s.re, s.im);
-            let shape: Vec<Complex64> = (0..n).map(|i| Complex64::new(eigen.U()[(i, k)].re, eigen.U()[(i, k)].im)).collect();
+            let pole = poles[k];
+            let shape: Vec<Complex64> = (0..n).map(|i| vectors[[i, k]]).collect();
             let largest = shape.iter().copied().max_by(|a, b| a.norm().total_cmp(&b.norm()))?;
             (pole.im >= 0.0).then(|| Mode {
                 pole,

@@ -2,9 +2,8 @@
 
 use super::Derived;
 use crate::{Fit, InertiaDampingStiffnessModel, ParametricModel, Symmetry};
-use faer::Mat;
-use faer::prelude::Solve;
-use ndarray::Array2;
+use ndarray::{Array1, Array2};
+use ndof_linear::inverse;
 use serde::{Deserialize, Serialize};
 use statrs::distribution::{ChiSquared, ContinuousCDF};
 
@@ -86,10 +85,9 @@ fn p_value(parts: &[Antisymmetric], gradients: &[Vec<f64>], covariance: &Array2<
             .map(|(r, c)| g[r] * covariance[[r, c]] * h[c])
             .sum()
     };
-    let matrix = Mat::from_fn(n, n, |i, j| used(&gradients[i], &gradients[j]));
-    let a = Mat::from_fn(n, 1, |i, _| parts[i].half_difference.value);
-    let solved = matrix.full_piv_lu().solve(&a);
-    let chi2 = (a.transpose() * solved)[(0, 0)];
+    let matrix = Array2::from_shape_fn((n, n), |(i, j)| used(&gradients[i], &gradients[j]));
+    let a = Array1::from_shape_fn(n, |i| parts[i].half_difference.value);
+    let chi2 = inverse(&matrix).map_or(f64::NAN, |inverse| a.dot(&inverse.dot(&a)));
     // A direction that the data do not determine says nothing against symmetry.
     ChiSquared::new(n as f64).map_or(1.0, |d| if chi2.is_finite() { 1.0 - d.cdf(chi2) } else { 1.0 })
 }

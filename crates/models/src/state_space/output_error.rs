@@ -1,13 +1,15 @@
 //! What is linear in a simulation once A and C are known.
 
-use super::subspace::SubspaceError;
+use super::error::SubspaceError;
 use super::{LinearTrial, StateSpace};
 use crate::levenberg_marquardt::triangle_of_rows;
 use faer::Mat;
+use ndarray::Array2;
+use ndof_linear::least_squares;
 
 /// The model of A and C whose B, D and constants, with the initial states of all trials, minimise the error of the
 /// simulation.
-pub(super) fn fit_inputs(a: Mat<f64>, c: Mat<f64>, trials: &[LinearTrial<'_>]) -> Result<StateSpace, SubspaceError> {
+pub(super) fn fit_inputs(a: Array2<f64>, c: Array2<f64>, trials: &[LinearTrial<'_>]) -> Result<StateSpace, SubspaceError> {
     let (n, p) = (a.nrows(), c.nrows());
     let q = trials.first().map_or(0, |t| t.inputs.len());
     // Unknowns: B column by column, D by rows, constants, then n initial states a trial.
@@ -26,8 +28,8 @@ pub(super) fn fit_inputs(a: Mat<f64>, c: Mat<f64>, trials: &[LinearTrial<'_>]) -
     if x.iter().any(|v| !v.is_finite()) {
         return Err(SubspaceError::NotExcited);
     }
-    let b = Mat::from_fn(n, q, |i, j| x[j * n + i]);
-    let d = Mat::from_fn(p, q, |i, j| x[n * q + i * q + j]);
+    let b = Array2::from_shape_fn((n, q), |(i, j)| x[j * n + i]);
+    let d = Array2::from_shape_fn((p, q), |(i, j)| x[n * q + i * q + j]);
     let offset = x[n * q + p * q..shared].to_vec();
     Ok(StateSpace { a, b, c, d, offset })
 }
@@ -43,57 +45,46 @@ pub(super) fn fit_beginning(model: &StateSpace, trial: &LinearTrial<'_>, samples
     for k in 0..samples {
         for i in 0..p {
             let row = &mut rows[(k * p + i) * width..(k * p + i + 1) * width];
-            (0..n).for_each(|j| row[j] = seen[(i, j)]);
+            (0..n).for_each(|j| row[j] = seen[[i, j]]);
             row[n + i] = 1.0;
             row[width - 1] = trial.outputs[i][k] - forced[i][k];
         }
-        seen = &seen * &model.a;
+        seen = seen.dot(&model.a);
     }
     let x = solve(&triangle_of_rows(&rows, width), n + p);
     (x[..n].to_vec(), x[n..].to_vec())
 }
 
 /// Rows of one trial, the measured output last: outputs of runs with one unknown at one and all others at nought.
-fn trial_rows(a: &Mat<f64>, c: &Mat<f64>, trial: &LinearTrial<'_>, number: usize, shared: usize, columns: usize) -> Vec<f64> {
+fn trial_rows(a: &Array2<f64>, c: &Array2<f64>, trial: &LinearTrial<'_>, number: usize, shared: usize, columns: usize) -> Vec<f64> {
     let (n, p, q, samples) = (a.nrows(), c.nrows(), trial.inputs.len(), trial.samples());
     let width = columns + 1;
     let mut rows = vec![0.0; samples * p * width];
     // One state a pair (input, state that it drives), one a component of the initial state.
-    let mut driven = Mat::<f64>::zeros(n, n * q);
-    let mut free = Mat::<f64>::identity(n, n);
+    let mut driven = Array2::<f64>::zeros((n, n * q));
+    let mut free = Array2::<f64>::eye(n);
     for k in 0..samples {
-        let (of_input, of_initial) = (c * &driven, c * &free);
+        let (of_input, of_initial) = (c.dot(&driven), c.dot(&free));
         for i in 0..p {
             let row = &mut rows[(k * p + i) * width..(k * p + i + 1) * width];
-            (0..n * q).for_each(|e| row[e] = of_input[(i, e)]);
+            (0..n * q).for_each(|e| row[e] = of_input[[i, e]]);
             (0..q).for_each(|j| row[n * q + i * q + j] = trial.inputs[j][k]);
             row[n * q + p * q + i] = 1.0;
-            (0..n).for_each(|e| row[shared + n * number + e] = of_initial[(i, e)]);
+            (0..n).for_each(|e| row[shared + n * number + e] = of_initial[[i, e]]);
             row[width - 1] = trial.outputs[i][k];
         }
-        driven = a * &driven;
+        driven = a.dot(&driven);
         for j in 0..q {
-            (0..n).for_each(|e| driven[(e, j * n + e)] += trial.inputs[j][k]);
+            (0..n).for_each(|e| driven[[e, j * n + e]] += trial.inputs[j][k]);
         }
-        free = a * &free;
+        free = a.dot(&free);
     }
     rows
 }
 
 /// Least squares from the triangle of [A b]; directions that the data leave open stay at nought.
 fn solve(triangle: &Mat<f64>, columns: usize) -> Vec<f64> {
-    let rows = triangle.nrows();
-    let norms: Vec<f64> = (0..columns).map(|j| triangle.col(j).norm_l2()).collect();
-    let scaled = Mat::from_fn(rows, columns, |i, j| if norms[j] > 0.0 { triangle[(i, j)] / norms[j] } else { 0.0 });
-    let Ok(svd) = scaled.thin_svd() else { return vec![f64::NAN; columns] };
-    let largest = svd.S()[0];
-    let right: Vec<f64> = (0..rows).map(|i| triangle[(i, columns)]).collect();
-    let mut out = vec![0.0; columns];
-    for k in 0..rows.min(columns) {
-        if svd.S()[k] > 1e-10 * largest {
-            let part: f64 = (0..rows).map(|i| svd.U()[(i, k)] * right[i]).sum::<f64>() / svd.S()[k];
-            (0..columns).for_each(|j| out[j] += svd.V()[(j, k)] * part);
-        }
-    }
-    out.iter().zip(&norms).map(|(v, norm)| if *norm > 0.0 { v / norm } else { 0.0 }).collect()
+    let a = Array2::from_shape_fn((triangle.nrows(), columns), |(i, j)| triangle[(i, j)]);
+    let b: Vec<f64> = (0..triangle.nrows()).map(|i| triangle[(i, columns)]).collect();
+    least_squares(&a, &b).map_or(vec![f64::NAN; columns], |found| found.solution)
 }

@@ -1,9 +1,11 @@
 //! Predictor-based subspace identification.
 
+use super::error::SubspaceError;
 use super::output_error::fit_inputs;
 use super::{LinearTrial, StateSpace};
 use faer::linalg::solvers::Solve;
 use faer::{Mat, Side};
+use ndarray::Array2;
 use serde::{Deserialize, Serialize};
 
 /// Settings of the subspace fit.
@@ -22,28 +24,6 @@ pub struct Subspace {
     pub past: usize,
 }
 
-/// Why there is no subspace fit.
-#[derive(Clone, Debug, PartialEq, thiserror::Error)]
-pub enum SubspaceError {
-    /// Channels or lengths do not agree.
-    #[error("trial {trial} does not have the first trial's channels, or channels of unequal length; give the same inputs and outputs in every trial")]
-    Shape {
-        /// Number of the trial, from 1.
-        trial: usize,
-    },
-    /// Not enough samples for the predictor.
-    #[error("{samples} samples for {unknowns} coefficients of the predictor; record longer or see less of the past")]
-    TooShort {
-        /// Usable samples.
-        samples: usize,
-        /// Coefficients an output.
-        unknowns: usize,
-    },
-    /// The inputs do not move the plant in enough ways.
-    #[error("the inputs and outputs of the past determine each other; perturb more strongly or over a wider band")]
-    NotExcited,
-}
-
 /// What all orders have in common: the states by their singular values.
 pub(super) struct States {
     /// Singular values, largest first.
@@ -55,7 +35,7 @@ pub(super) struct States {
 /// Share of the largest diagonal that keeps nearly dependent pasts apart.
 const RIDGE: f64 = 1e-12;
 
-/// Adds factor a bᵀ, for a, b row after row of pairs.
+/// Σ r rᵀ of the rows.
 fn gram(rows: &[Vec<f64>], columns: usize) -> Mat<f64> {
     let wide = Mat::from_fn(rows.len(), columns, |i, j| rows[i][j]);
     wide.transpose() * &wide
@@ -169,8 +149,8 @@ impl Subspace {
             extended.push(own);
         }
         let next = regress(&gram(&extended, known + p + n), known + p, known + p..known + p + n)?;
-        let a = Mat::from_fn(n, n, |i, j| next[(j, i)]);
-        let c = Mat::from_fn(p, n, |i, j| outputs[(j, i)]);
+        let a = Array2::from_shape_fn((n, n), |(i, j)| next[(j, i)]);
+        let c = Array2::from_shape_fn((p, n), |(i, j)| outputs[(j, i)]);
         fit_inputs(a, c, trials)
     }
 }

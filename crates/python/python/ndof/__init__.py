@@ -15,7 +15,7 @@ from ._diagnose import Diagnosis, diagnose
 from ._errors import FileError, NdofError
 from ._fit import Fit, fit, project
 from ._ndof import __version__
-from ._recording import Recording, read
+from ._recording import Recording, explain, read, read_trials
 from ._response import FrequencyResponse, frequency_response
 from ._result import Result
 from ._simulate import Design, Simulation, StudyCase, StudyResult, design, registry, simulate, study
@@ -44,12 +44,14 @@ __all__ = [
     "cross_spectra",
     "design",
     "diagnose",
+    "explain",
     "fit",
     "fit_row",
     "frequency_response",
     "merge",
     "project",
     "read",
+    "read_trials",
     "registry",
     "set_threads",
     "shares",

@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
 from . import _ndof
+from ._options import Stretch, stretches
 from ._recording import Recordings, recordings_of, roles_of
 from ._result import Result
 
@@ -72,6 +73,9 @@ def check(
     reference: str | Sequence[str] | None = None,
     input: str | Sequence[str] | None = None,
     output: str | Sequence[str] | None = None,
+    start: float | None = None,
+    stop: float | None = None,
+    exclude: Sequence[Stretch] = (),
 ) -> Check:
     """Looks at every channel before any number is computed, as ``ndof check`` does.
 
@@ -80,4 +84,4 @@ def check(
     >>> ndof.check(recording).verdict
     'faulty'
     """
-    return Check(_ndof.check(recordings_of(recordings), roles_of(reference, input, output)))
+    return Check(_ndof.check(recordings_of(recordings), roles_of(reference, input, output), stretches(start, stop, exclude)))

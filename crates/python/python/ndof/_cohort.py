@@ -9,7 +9,8 @@ from typing import TYPE_CHECKING, Any
 
 from ._errors import NdofError
 from ._fit import fit
-from ._recording import PathLike, Recordings
+from ._options import PathLike
+from ._recording import Recordings
 
 if TYPE_CHECKING:
     from pandas import DataFrame as _DataFrame

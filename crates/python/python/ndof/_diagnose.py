@@ -7,10 +7,9 @@ from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING, Any, Union
 
 from . import _ndof
-from ._fit import Document
-from ._options import Stretch, stretches
-from ._recording import PathLike, Recordings, recordings_of, roles_of
-from ._result import Result, document
+from ._options import Document, PathLike, Stretch, document, settings, stretches
+from ._recording import Recordings, recordings_of, roles_of
+from ._result import Result
 
 if TYPE_CHECKING:
     from pandas import DataFrame as _DataFrame
@@ -106,6 +105,7 @@ def diagnose(
     held_out: Union[Stretch, PathLike, Sequence[PathLike], None] = None,
     tolerance: float = 0.01,
     without: str | Sequence[str] = (),
+    plan: bool = False,
     seed: int | None = None,
     band: Stretch | None = None,
     reference: str | Sequence[str] | None = None,
@@ -120,8 +120,8 @@ def diagnose(
 
     Without ``baseline`` (a file or a dictionary) the simulation is the linear inertia-damping-stiffness model, fitted.
     ``held_out`` is a stretch of time (two numbers, in seconds) or the files or names of the recordings that no fit may
-    see; without it the last third of the recordings, or the last 30 % of a single one. ``progress`` is called with what
-    is being done; Ctrl-C ends the work at its next step.
+    see; without it the last third of the recordings, or the last 30 % of a single one. ``plan`` simulates the next experiments
+    that would tell confusable causes apart. ``progress`` is called with what is being done; Ctrl-C ends the work at its next step.
 
     >>> import ndof
     >>> steps = []
@@ -131,28 +131,21 @@ def diagnose(
     >>> len(steps) > 0
     True
     """
+    asked = locals()
     trials = recordings_of(recordings)
-    files: list[str] = []
-    time: Stretch | None = None
-    if isinstance(held_out, (str, os.PathLike)):
-        files = [os.fspath(held_out)]
-    elif held_out is not None:
-        numbers = [one for one in held_out if isinstance(one, (int, float))]
-        if len(numbers) == 2:
-            time = (float(numbers[0]), float(numbers[1]))
-        else:
-            files = [os.fspath(one) for one in held_out if isinstance(one, (str, os.PathLike))]
-    known = {trial.name for trial in trials}
-    trials += recordings_of([file for file in files if file not in known])
-    question = {
-        "band": band,
-        "held_out_files": files,
-        "held_out_s": time,
-        "tolerance": float(tolerance),
-        "seed": seed,
-        "without": [without] if isinstance(without, str) else list(without),
-        "baseline_json": document(baseline)["json"],
-        "baseline_file": document(baseline)["path"],
-    }
-    text, page = _ndof.diagnose(trials, roles_of(reference, input, output), stretches(start, stop, exclude), question, progress)
+    apart: list[Any] = [held_out] if isinstance(held_out, (str, os.PathLike)) else list(held_out or ())
+    if not (len(apart) == 2 and all(isinstance(one, (int, float)) for one in apart)):
+        apart = [os.fspath(one) for one in apart]
+        known = {trial.name for trial in trials}
+        trials += recordings_of([file for file in apart if file not in known])
+    asked["held_out"] = apart or None
+    asked["without"] = [without] if isinstance(without, str) else list(without)
+    text, page = _ndof.diagnose(
+        trials,
+        roles_of(reference, input, output),
+        stretches(start, stop, exclude),
+        settings("diagnose", {**asked, "baseline": None}),
+        document(baseline),
+        progress,
+    )
     return Diagnosis(text, page)

@@ -9,15 +9,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from . import _ndof
-from ._options import Stretch, settings, stretches
-from ._recording import PathLike, Recordings, recordings_of, roles_of
-from ._result import Result, document
+from ._options import Document, Stretch, document, settings, stretches
+from ._recording import Recordings, recordings_of, roles_of
+from ._result import Result
 
 if TYPE_CHECKING:
     from pandas import DataFrame as _DataFrame
-
-Document = Union[PathLike, Mapping[str, Any]]
-"""A file that people write (TOML), or the same as a dictionary."""
 
 
 class Fit(Result):
@@ -217,7 +214,9 @@ def fit(
     vaf_weight: str = "gamma-squared",
     kinematics: Document | None = None,
     transducer_stiffness: float | None = None,
-    transducer_damping: float = 0.0,
+    transducer_damping: float | None = None,
+    symmetry: str = "symmetric",
+    systematic: bool = False,
     compare: bool = False,
     report: bool = False,
     reference: str | Sequence[str] | None = None,
@@ -249,49 +248,23 @@ def fit(
     """Fits inertia, damping and stiffness to the frequency response of recordings, as ``ndof fit`` does.
 
     Several recordings are repeated trials of one experiment. ``band`` (Hz) is what is fitted; ``kinematics`` (a file or a
-    dictionary) adds the matrices at the joints; ``cost`` is ``weighted`` or ``paper``; ``compare`` fits every single
-    extension of the model too (:attr:`Fit.comparison`). The other options are those of :func:`frequency_response`.
+    dictionary) adds the matrices at the joints; ``cost`` is ``weighted`` or ``paper``; ``symmetry`` is
+    ``symmetric``, ``positive-semidefinite`` or ``free``; ``systematic`` widens intervals by what calibration leaves; ``compare``
+    fits every single extension of the model too (:attr:`Fit.comparison`). The other options are those of :func:`frequency_response`.
 
     >>> import ndof
     >>> fit = ndof.fit(ndof.simulate("arm").recordings, nperseg=2048, band=(0.5, 8))
     >>> [float(k) for k in fit.K.diagonal().round(-1)]
     [290.0, 510.0]
     """
+    asked = locals()
     native, page = _ndof.fit(
         recordings_of(recordings),
         roles_of(reference, input, output),
         stretches(start, stop, exclude),
-        settings(
-            method=method,
-            nperseg=nperseg,
-            noverlap=noverlap,
-            nfft=nfft,
-            window=window,
-            window_symmetric=window_symmetric,
-            detrend=detrend,
-            time_bandwidth=time_bandwidth,
-            tapers=tapers,
-            adaptive=adaptive,
-            order=order,
-            denominator=denominator,
-            half_width=half_width,
-            leave_one_out=leave_one_out,
-            robust=robust,
-            period=period,
-            estimator=estimator,
-            response=response,
-            band=band,
-        ),
-        {
-            "model": model,
-            "band": band,
-            "cost": cost,
-            "vaf_weight": vaf_weight,
-            "transducer_stiffness": transducer_stiffness,
-            "transducer_damping": transducer_damping,
-            "kinematics": document(kinematics),
-            "compare": compare,
-        },
+        settings("estimate", asked),
+        settings("fit", {**asked, "kinematics": None}),
+        document(kinematics),
         report,
     )
     return Fit(native, page)

@@ -26,20 +26,23 @@ __all__ = [
     "Fit",
     "Spectra",
     "__version__",
+    "align",
     "block_samples",
     "blocks",
     "check",
     "cross_spectra",
     "design",
     "diagnose",
+    "explain",
     "fit",
     "frequency_response",
     "from_columns",
     "negate",
     "project",
-    "read",
+    "read_trials",
     "registry",
     "set_threads",
+    "settings",
     "simulate",
     "study",
     "tare",
@@ -52,7 +55,16 @@ __all__ = [
 
 def set_threads(count: int) -> None: ...
 def threads() -> int: ...
-def read(path: Any, sample_rate_hz: float | None, resample: float | None, units: Mapping[str, str]) -> _Parts: ...
+def explain(path: Any) -> str: ...
+def read_trials(
+    path: Any,
+    sample_rate_hz: float | None,
+    resample: float | None,
+    units: Mapping[str, str],
+    columns: Mapping[str, Any],
+    channels: Mapping[str, Any],
+    trial: str | None,
+) -> list[_Parts]: ...
 def from_columns(
     name: str,
     columns: Sequence[tuple[str, NDArray[np.float64]]],
@@ -65,16 +77,18 @@ def write(path: Any, recording: _Recording) -> None: ...
 def unit(name: str, text: str | None, others: Sequence[str]) -> tuple[str, float]: ...
 def validate(sample_rate_hz: float, names: Sequence[str], lengths: Sequence[int]) -> None: ...
 def negate(recording: _Recording, channels: Sequence[str]) -> _Parts: ...
+def align(recording: _Recording, other: _Recording, by: tuple[str, str]) -> _Parts: ...
 def tare(recording: _Recording, unloaded: _Recording) -> _Parts: ...
 def without_handle(recording: _Recording, mass: float) -> _Parts: ...
 def blocks(samples: int, nperseg: int, noverlap: int | None) -> int: ...
 def block_samples(samples: int, nperseg: int, noverlap: int | None, first: int, end: int) -> tuple[int, int]: ...
-def check(recordings: Sequence[_Recording], roles: _Roles) -> str: ...
+def check(recordings: Sequence[_Recording], roles: _Roles, stretches: _Stretches) -> str: ...
 def diagnose(
     recordings: Sequence[_Recording],
     roles: _Roles,
     stretches: _Stretches,
-    question: Mapping[str, Any],
+    settings: str,
+    baseline: Mapping[str, Any],
     progress: _Progress,
 ) -> tuple[str, str]: ...
 def frequency_response(
@@ -84,8 +98,9 @@ def fit(
     recordings: Sequence[_Recording],
     roles: _Roles,
     stretches: _Stretches,
-    settings: str,
-    model: Mapping[str, Any],
+    estimate: str,
+    fit: str,
+    kinematics: Mapping[str, Any],
     page: bool,
 ) -> tuple[Fit, str | None]: ...
 def project(fit: Fit, kinematics: Mapping[str, Any]) -> Fit: ...
@@ -93,16 +108,9 @@ def simulate(
     document: Mapping[str, Any], seed: int | None, trials: int | None, progress: _Progress
 ) -> tuple[list[_Parts], str]: ...
 def design(
-    excitation: str,
-    axes: Sequence[str],
-    rotational: bool,
-    trials: int,
-    duration_s: float,
-    sample_rate_hz: float,
-    fade_s: float,
-    seed: int,
-    progress: _Progress,
-) -> tuple[list[_Parts], list[tuple[int, float | None]]]: ...
+    settings: str, experiment: Mapping[str, Any] | None, progress: _Progress
+) -> tuple[list[_Parts], str]: ...
+def settings(task: str) -> list[str]: ...
 def study(
     document: Mapping[str, Any], recordings: Sequence[_Recording] | None, seed: int | None, progress: _Progress
 ) -> tuple[str, str, str, list[tuple[Case, list[_Parts]]]]: ...

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import json
 import os
+import re
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING, Any, Union
 
@@ -10,22 +12,27 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from . import _errors, _ndof
+from ._options import Document, PathLike, document
 
 if TYPE_CHECKING:
     from pandas import DataFrame as _DataFrame
     import xarray
 
-PathLike = Union[str, "os.PathLike[str]"]
 Warnings = list[tuple[str, str, str]]
 
 
 def _split(text: str) -> tuple[str, str | None]:
-    """``pos_x [mm]`` as its name and its unit."""
+    """``pos_x [mm]`` as its name and its unit; an integer in brackets is an index, ``tau_J[0]`` is ``tau_J_0``."""
     text = text.strip()
+    if "[" not in text:
+        return text, None
+    unit = None
     if text.endswith("]") and "[" in text:
-        name, _, unit = text[:-1].rpartition("[")
-        return name.strip(), unit.strip()
-    return text, None
+        name, _, inside = text[:-1].rpartition("[")
+        plain_number = inside.strip() == "1" and name != name.rstrip()
+        if plain_number or not inside.strip().isdecimal():
+            text, unit = name.strip(), inside.strip()
+    return re.sub(r"\s*\[\s*([0-9]{1,9})\s*\]", r"_\1", text), unit
 
 
 class Recording:
@@ -250,6 +257,21 @@ class Recording:
         """
         return Recording._from_parts(_ndof.negate(self, channels))
 
+    def align(self, other: Recording, by: str | tuple[str, str]) -> Recording:
+        """The recording joined with one of the same trial by another clock, through a channel that both have (or its two names).
+
+        Offset and drift of the clocks are fitted and said in ``warnings``; the channels of ``other`` are interpolated.
+
+        >>> import numpy as np, ndof
+        >>> noise = np.cumsum(np.random.default_rng(1).normal(size=4000))
+        >>> first = ndof.Recording({"pos_x": noise[:3900]}, 100)
+        >>> second = ndof.Recording({"sync [m]": noise[50:], "emg [V]": noise[50:] ** 2}, 100, name="amplifier")
+        >>> joined = first.align(second, ("pos_x", "sync"))
+        >>> joined.names, bool(np.allclose(joined["emg"][100:-100], joined["pos_x"][100:-100] ** 2, rtol=1e-3, atol=1e-3))
+        (['pos_x', 'emg'], True)
+        """
+        return Recording._from_parts(_ndof.align(self, other, (by, by) if isinstance(by, str) else by))
+
     def tare(self, unloaded: Recording) -> Recording:
         """The recording with the mean forces of a recording without load taken off.
 
@@ -271,7 +293,7 @@ class Recording:
         return Recording._from_parts(_ndof.without_handle(self, float(mass_kg)))
 
     def write(self, path: PathLike) -> None:
-        """Writes the recording in the format of the suffix (CSV, NPZ); the file is there whole or not at all.
+        """Writes the recording in the format of the suffix (CSV, NPZ, MAT, BIDS motion); the file is there whole or not at all.
 
         >>> import ndof, tempfile, pathlib
         >>> with tempfile.TemporaryDirectory() as folder:
@@ -335,17 +357,48 @@ def _resample(resample: bool | float) -> float | None:
     return None if resample is False else float(resample)
 
 
+def read_trials(
+    path: PathLike,
+    *,
+    sample_rate_hz: float | None = None,
+    resample: bool | float = False,
+    units: Mapping[str, str] | None = None,
+    columns: Document | None = None,
+    channels: Document | None = None,
+    trial: str | int | None = None,
+) -> list[Recording]:
+    """Reads every trial that a file holds: one, except in archives of KINARM, episodes of Parquet and the like.
+
+    Every format of the command line is read, told by its content: CSV, NPZ, MAT, C3D and KINARM's archives of it, OpenSim, XDF,
+    TDMS, MCAP, Parquet, HDF5, as far as the package was built with it (``ndof.explain`` says). ``sample_rate_hz`` is the rate of a
+    file that says nothing about time; ``resample`` interpolates irregular time onto a regular grid, of the file's median rate
+    (``True``) or of a rate in Hz; ``columns`` (a file or a dictionary) says what the columns of a table without a header are,
+    ``channels`` (the same) what channels are that are called otherwise, their units, signs and matrices; ``trial`` takes one trial, by its name or its number from 1. What was converted or assumed is in ``warnings``.
+
+    >>> import ndof, tempfile, pathlib
+    >>> layout = {"sample_rate_hz": 200, "columns": {"angle_ie": {"number": 2, "unit": "rad"}}}
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     path = pathlib.Path(folder) / "log.asc"
+    ...     _ = path.write_text("1 0.5 3\\n2 0.25 4\\n3 0.125 5\\n")
+    ...     ndof.read_trials(path, columns=layout)
+    [Recording(1 channel (angle_ie [rad]), 0.015 s at 200.0 Hz)]
+    """
+    given = None if trial is None else str(trial)
+    read = _ndof.read_trials(os.fspath(path), sample_rate_hz, _resample(resample), units or {}, document(columns), document(channels), given)
+    return [Recording._from_parts(parts) for parts in read]
+
+
 def read(
     path: PathLike,
     *,
     sample_rate_hz: float | None = None,
     resample: bool | float = False,
     units: Mapping[str, str] | None = None,
+    columns: Document | None = None,
+    channels: Document | None = None,
+    trial: str | int | None = None,
 ) -> Recording:
-    """Reads a recording file: CSV, TSV, NPZ or MAT v5, told by its content.
-
-    ``sample_rate_hz`` is the rate of a file that says nothing about time; ``resample`` interpolates irregular time onto a
-    regular grid, of the file's median rate (``True``) or of a rate in Hz. What was converted or assumed is in ``warnings``.
+    """Reads a recording file, as :func:`read_trials` does, that holds one trial or of which ``trial`` takes one.
 
     >>> import ndof, tempfile, pathlib
     >>> with tempfile.TemporaryDirectory() as folder:
@@ -354,7 +407,26 @@ def read(
     ...     ndof.read(path)
     Recording(2 channels (force_x [N], pos_x [m]), 0.004 s at 500.0 Hz)
     """
-    return Recording._from_parts(_ndof.read(os.fspath(path), sample_rate_hz, _resample(resample), units or {}))
+    trials = read_trials(path, sample_rate_hz=sample_rate_hz, resample=resample, units=units, columns=columns, channels=channels, trial=trial)
+    if len(trials) != 1:
+        names = ", ".join(recording.name for recording in trials)
+        raise _errors.NdofError(f"{os.fspath(path)} holds {len(trials)} trials: {names}; name one with `trial`, or use `read_trials`")
+    return trials[0]
+
+
+def explain(path: PathLike) -> dict[str, Any]:
+    """What a file is: what was understood of it, what was not, and what would make it readable.
+
+    >>> import ndof, tempfile, pathlib
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     path = pathlib.Path(folder) / "log.asc"
+    ...     _ = path.write_text("1 0.5 3\\n2 0.25 4\\n3 0.125 5\\n")
+    ...     told = ndof.explain(path)
+    >>> told["readable"], any("--columns" in remedy for remedy in told["remedies"])
+    (False, True)
+    """
+    told: dict[str, Any] = json.loads(_ndof.explain(os.fspath(path)))
+    return told
 
 
 Recordings = Union["Recording", PathLike, Iterable[Union["Recording", PathLike]]]
@@ -366,8 +438,8 @@ def recordings_of(given: Recordings) -> list[Recording]:
     if isinstance(given, Recording):
         return [given]
     if isinstance(given, (str, os.PathLike)):
-        return [read(given)]
-    return [one if isinstance(one, Recording) else read(one) for one in given]
+        return read_trials(given)
+    return [trial for one in given for trial in ([one] if isinstance(one, Recording) else read_trials(one))]
 
 
 def roles_of(

@@ -373,34 +373,12 @@ def frequency_response(
     >>> bool(np.allclose(response.value[0, 0, 1:], 1 / 300))
     True
     """
+    asked = locals()
     return FrequencyResponse(
         _ndof.frequency_response(
             recordings_of(recordings),
             roles_of(reference, input, output),
             stretches(start, stop, exclude),
-            settings(
-                method=method,
-                nperseg=nperseg,
-                noverlap=noverlap,
-                nfft=nfft,
-                window=window,
-                window_symmetric=window_symmetric,
-                detrend=detrend,
-                time_bandwidth=time_bandwidth,
-                tapers=tapers,
-                adaptive=adaptive,
-                order=order,
-                denominator=denominator,
-                half_width=half_width,
-                leave_one_out=leave_one_out,
-                robust=robust,
-                period=period,
-                estimator=estimator,
-                response=response,
-                band=band,
-                sliding=sliding,
-                sliding_step=sliding_step,
-                spectra=spectra,
-            ),
+            settings("estimate", asked),
         )
     )

@@ -3,23 +3,9 @@
 from __future__ import annotations
 
 import json
-import os
-from collections.abc import Mapping
 from typing import Any
 
-from . import _errors
-from ._recording import PathLike
-
-
-def document(given: Any) -> dict[str, Any]:
-    """What people write as a file, given as a path or as a dictionary."""
-    if given is None:
-        return {"json": None, "path": None}
-    if isinstance(given, (str, os.PathLike)):
-        return {"json": None, "path": os.fspath(given)}
-    if isinstance(given, Mapping):
-        return {"json": json.dumps(given), "path": None}
-    raise _errors.NdofError(f"{type(given).__name__}: give a path or a dictionary")
+from ._options import PathLike
 
 
 class Result:

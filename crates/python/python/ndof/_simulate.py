@@ -8,10 +8,11 @@ from typing import TYPE_CHECKING, Any
 
 from . import _ndof
 from ._diagnose import Diagnosis, Progress
-from ._fit import Document, Fit
-from ._recording import PathLike, Recording, Recordings, recordings_of
+from ._fit import Fit
+from ._options import Document, PathLike, Stretch, document, settings
+from ._recording import Recording, Recordings, recordings_of
 from ._response import FrequencyResponse
-from ._result import Result, document
+from ._result import Result
 
 if TYPE_CHECKING:
     from pandas import DataFrame as _DataFrame
@@ -59,27 +60,47 @@ def simulate(
     return Simulation([Recording._from_parts(one) for one in parts], json.loads(truth))
 
 
-class Design:
-    """Perturbations to command on a robot, one recording a trial.
+class Design(Result):
+    """Perturbations to command on a robot, one recording a trial, and what they will do: the result ``ndof/design/1``.
 
     >>> import ndof
     >>> ndof.design("multisine", axes=["x", "y"], trials=2, duration_s=20)
     Design(2 trials: 2 channels (cmd_x [N], cmd_y [N]), 20.0 s at 500.0 Hz)
     """
 
-    __slots__ = ("recordings", "seeds", "coherence")
+    __slots__ = ("recordings",)
 
     recordings: list[Recording]
     """One a trial, with a channel ``cmd_…`` an axis."""
-    seeds: list[int]
-    """The seed that each was drawn from."""
-    coherence: list[float | None]
-    """The largest coherence between its axes, where several seeds were tried."""
 
-    def __init__(self, recordings: list[Recording], seeds: list[int], coherence: list[float | None]) -> None:
+    def __init__(self, text: str, recordings: list[Recording]) -> None:
+        super().__init__(text)
         self.recordings = recordings
-        self.seeds = seeds
-        self.coherence = coherence
+
+    @property
+    def seeds(self) -> list[int | None]:
+        """The seed of the generator behind each: of filtered noise the one picked among the candidates; multisines of one design share theirs.
+
+        >>> import ndof
+        >>> ndof.design("multisine", axes=["x", "y"], trials=2, duration_s=20, seed=4).seeds
+        [4000012, 4000012]
+        """
+        return [trial["seed"] for trial in self.to_dict()["trials"]]
+
+    @property
+    def coherence(self) -> list[float | None]:
+        """The largest coherence between the axes of each as it is commanded; None for one axis and for multisines.
+
+        >>> import ndof
+        >>> [found] = ndof.design(axes=["x", "y"], candidates=20, duration_s=20).coherence
+        >>> 0 < found < 1
+        True
+        """
+        stages = [trial["coherence"] for trial in self.to_dict()["trials"]]
+        return [stage and stage["commanded"]["max"] for stage in stages]
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return Design, (self.to_json(), self.recordings)
 
     def __repr__(self) -> str:
         count = len(self.recordings)
@@ -88,50 +109,63 @@ class Design:
 
 
 def design(
-    kind: str = "filtered-noise",
+    kind: str | None = None,
     *,
-    axes: Sequence[str] = ("x", "y"),
+    experiment: Document | None = None,
+    precompensate: bool = False,
+    corrections: int | None = None,
+    axes: Sequence[str] | None = None,
     rotational: bool = False,
-    trials: int = 1,
-    duration_s: float = 50.0,
-    sample_rate_hz: float = 500.0,
-    rms: float = 4.0,
+    trials: int | None = None,
+    duration_s: float | None = None,
+    lead_in_s: float | None = None,
+    sample_rate_hz: float | None = None,
+    rms: float | None = None,
+    cutoff_hz: float | None = None,
+    order: int | None = None,
+    candidates: int | None = None,
+    shortlist: int | None = None,
+    decorrelate: bool = False,
+    period_s: float | None = None,
+    lines_hz: Stretch | None = None,
+    harmonics: str | None = None,
+    axis_plan: str | None = None,
+    slope: float | None = None,
+    crest_steps: int | None = None,
+    sweep: str | None = None,
+    fade_s: float | None = None,
     peak: float | None = None,
-    cutoff_hz: float = 15.0,
-    order: int = 8,
-    candidates: int = 100,
-    period_s: float = 10.0,
-    lines_hz: tuple[float, float] = (0.3, 12.0),
-    fade_s: float = 0.0,
-    seed: int = 1,
+    slew: float | None = None,
+    max_displacement: float | None = None,
+    max_velocity: float | None = None,
+    soft: tuple[float, float, float] | None = None,
+    stiff: tuple[float, float, float] | None = None,
+    target_ci: Sequence[str] = (),
+    fit_band: Stretch | None = None,
+    band: Stretch | None = None,
+    seed: int | None = None,
     progress: Progress | None = None,
 ) -> Design:
     """Designs the perturbation to command on a robot, as ``ndof design`` does.
 
     ``kind`` is ``filtered-noise`` (drawn from ``candidates`` seeds; the one whose axes look least coherent is taken),
     ``multisine`` (orthogonal from trial to trial), ``prbs`` or ``chirp``. ``rms`` is that of each axis in N, or in N m
-    where ``rotational``.
+    where ``rotational``. With ``experiment`` (the name of a built-in study, a file, or a dictionary) what is not given follows
+    from it, and forces and motion are predicted; ``precompensate`` sends the commands through the inverse of its linear model.
+    ``target_ci`` (such as ``"K=10%"``, ``"gain@2=5%"``) asks how long to measure. Every option is that of the command line, with
+    its default.
 
     >>> import ndof
     >>> noise = ndof.design(axes=["x", "y"], candidates=20, duration_s=20).recordings[0]
     >>> round(float(noise["cmd_x"].std()), 1)
     4.0
     """
-    excitation = {
-        "kind": kind,
-        "rms": rms,
-        "cutoff_hz": cutoff_hz,
-        "order": order,
-        "candidates": candidates,
-        "period_s": period_s,
-        "search_band_hz": (0.25, 15.0),
-        "band_hz": lines_hz,
-        "peak": peak,
-    }
-    parts, found = _ndof.design(
-        json.dumps(excitation), list(axes), rotational, trials, duration_s, sample_rate_hz, fade_s, seed, progress
-    )
-    return Design([Recording._from_parts(one) for one in parts], [s for s, _ in found], [c for _, c in found])
+    asked = locals()
+    asked["axes"] = None if axes is None else list(axes)
+    asked["target_ci"] = list(target_ci)
+    given = None if experiment is None else document(experiment)
+    parts, text = _ndof.design(settings("design", {**asked, "experiment": None}), given, progress)
+    return Design(text, [Recording._from_parts(one) for one in parts])
 
 
 class StudyCase:

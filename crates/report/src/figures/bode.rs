@@ -71,10 +71,8 @@ impl Curve {
 pub struct ResponseCurves {
     /// What the gain is, e.g. "Compliance".
     pub quantity: String,
-    /// Its unit, e.g. "m/N"; where elements differ, `element_units` says so.
+    /// Its unit, e.g. "m/N".
     pub unit: String,
-    /// Units of single elements, `[output][input]`, in place of `unit`.
-    pub element_units: Option<Vec<Vec<String>>>,
     /// Ascending.
     pub frequency_hz: Vec<f64>,
     /// Names of the columns.
@@ -85,17 +83,10 @@ pub struct ResponseCurves {
     pub curves: Vec<Curve>,
 }
 
-impl ResponseCurves {
-    /// Unit of one element.
-    pub(super) fn unit_of(&self, row: usize, column: usize) -> &str {
-        self.element_units.as_ref().and_then(|units| units.get(row)?.get(column)).unwrap_or(&self.unit)
-    }
-}
-
 /// The Bode matrix: in row p and column q the gain (log-log) and the phase of H_pq(f), bands at 95 %.
 ///
 /// Phase is wrapped to that turn in which its curve is cut least often, so that a response around −180° does not
-/// jump between −180° and 180°. All gains share one range where they have one unit and lie within six decades. Where
+/// jump between −180° and 180°. All gains share one range where they lie within six decades. Where
 /// intervals are given, frequencies beyond those at which any of them excludes zero are left out of the picture.
 ///
 /// ```
@@ -110,7 +101,6 @@ impl ResponseCurves {
 /// let data = ResponseCurves {
 ///     quantity: "compliance".into(),
 ///     unit: "m/N".into(),
-///     element_units: None,
 ///     frequency_hz,
 ///     inputs: vec!["force_x".into()],
 ///     outputs: vec!["pos_x".into()],
@@ -149,8 +139,7 @@ pub fn bode(name: &str, data: &ResponseCurves) -> Result<Figure, FigureError> {
     ));
     for (row, output) in data.outputs.iter().enumerate() {
         for (column, input) in data.inputs.iter().enumerate() {
-            let unit = data.unit_of(row, column);
-            let mut gain = Panel::new(frequency_axis(band), Axis::log("Gain", unit)).height(gain_height);
+            let mut gain = Panel::new(frequency_axis(band), Axis::log("Gain", data.unit.as_str())).height(gain_height);
             if let Some((low, high)) = gains {
                 gain.y = gain.y.range(low, high);
             }
@@ -201,11 +190,8 @@ pub(super) fn check(curve: &Curve, shape: &[usize]) -> Result<(), FigureError> {
     Ok(())
 }
 
-/// One range for all gains, if it makes sense: one unit, and no more than six decades.
+/// One range for all gains, if they lie within six decades.
 fn common_gain_range(data: &ResponseCurves, band: Option<(f64, f64)>) -> Option<(f64, f64)> {
-    if data.element_units.is_some() {
-        return None;
-    }
     let inside = |k: usize| data.frequency_hz.get(k).is_some_and(|frequency| band.is_none_or(|(low, high)| (low..=high).contains(frequency)));
     let gains = data.curves.iter().flat_map(|curve| curve.gain.indexed_iter());
     let (low, high) = gains
@@ -288,7 +274,6 @@ mod tests {
         ResponseCurves {
             quantity: "Compliance".into(),
             unit: "m/N".into(),
-            element_units: None,
             frequency_hz,
             inputs: vec!["x".into()],
             outputs: vec!["x".into()],

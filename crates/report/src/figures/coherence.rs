@@ -10,20 +10,20 @@ use super::frequency::{frequency_axis, positive_extent};
 use crate::plot::{Axis, Color, Dash, Figure, Panel, Series};
 
 /// Coherences of one estimate (magnitude-squared, uncorrected); shapes `[output][input][frequency]`.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Coherences {
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Coherences<'a> {
     /// Ascending.
-    pub frequency_hz: Vec<f64>,
+    pub frequency_hz: &'a [f64],
     /// Names of the columns.
-    pub inputs: Vec<String>,
+    pub inputs: &'a [String],
     /// Names of the rows.
-    pub outputs: Vec<String>,
+    pub outputs: &'a [String],
     /// γ² of each output with each input.
-    pub ordinary: Array3<f64>,
+    pub ordinary: &'a Array3<f64>,
     /// The same, given all other inputs.
-    pub partial: Array3<f64>,
+    pub partial: &'a Array3<f64>,
     /// Of each output with all inputs together, `[output][frequency]`.
-    pub multiple: Array2<f64>,
+    pub multiple: &'a Array2<f64>,
     /// Above this, a partial coherence is not chance (95 %).
     pub significance_95: Option<f64>,
 }
@@ -33,13 +33,13 @@ pub struct Coherences {
 ///
 /// # Errors
 /// [`FigureError::Shape`] where a table does not fit the names and frequencies.
-pub fn coherence(name: &str, title: &str, data: &Coherences) -> Result<Figure, FigureError> {
+pub fn coherence(name: &str, title: &str, data: Coherences<'_>) -> Result<Figure, FigureError> {
     let shape = [data.outputs.len(), data.inputs.len(), data.frequency_hz.len()];
     let meaning = "outputs × inputs × frequencies";
     expect_shape("the ordinary coherence", meaning, &shape, data.ordinary.shape())?;
     expect_shape("the partial coherence", meaning, &shape, data.partial.shape())?;
     expect_shape("the multiple coherence", "outputs × frequencies", &[shape[0], shape[2]], data.multiple.shape())?;
-    let frequency: Arc<[f64]> = data.frequency_hz.clone().into();
+    let frequency: Arc<[f64]> = data.frequency_hz.into();
     let band = positive_extent(&frequency);
     let several = data.inputs.len() > 1;
     let mut figure = Figure::new(name, title).columns(data.inputs.len()).caption(if several {
@@ -53,10 +53,10 @@ pub fn coherence(name: &str, title: &str, data: &Coherences) -> Result<Figure, F
             if several {
                 let multiple = data.multiple.index_axis(Dimension(0), row).to_vec();
                 panel.series.push(Series::line("multiple", frequency.clone(), multiple, Color::Grey));
-                panel.series.push(Series::line("ordinary", frequency.clone(), element(&data.ordinary, row, column).to_vec(), Color::Orange).dash(Dash::Dashed));
-                panel.series.push(Series::line("partial", frequency.clone(), element(&data.partial, row, column).to_vec(), Color::Blue));
+                panel.series.push(Series::line("ordinary", frequency.clone(), element(data.ordinary, row, column).to_vec(), Color::Orange).dash(Dash::Dashed));
+                panel.series.push(Series::line("partial", frequency.clone(), element(data.partial, row, column).to_vec(), Color::Blue));
             } else {
-                panel.series.push(Series::line("coherence", frequency.clone(), element(&data.ordinary, row, column).to_vec(), Color::Blue));
+                panel.series.push(Series::line("coherence", frequency.clone(), element(data.ordinary, row, column).to_vec(), Color::Blue));
             }
             if let Some(threshold) = data.significance_95 {
                 panel = panel.rule(threshold, if row + column == 0 { "95 % significance" } else { "" });
@@ -115,26 +115,31 @@ mod tests {
         names.iter().map(|name| name.to_string()).collect()
     }
 
-    fn data(p: usize, q: usize) -> Coherences {
+    /// The figure of so many outputs and inputs, whose multiple coherence is known at `multiple` frequencies.
+    fn drawn(p: usize, q: usize, multiple: usize) -> Result<Figure, FigureError> {
         let frequency_hz: Vec<f64> = (1..30).map(f64::from).collect();
         let f = frequency_hz.len();
-        Coherences {
-            frequency_hz,
-            inputs: names(&["x", "y", "z"][..q]),
-            outputs: names(&["x", "y", "z"][..p]),
-            ordinary: Array3::from_elem((p, q, f), 0.6),
-            partial: Array3::from_elem((p, q, f), 0.9),
-            multiple: Array2::from_elem((p, f), 0.95),
+        let (inputs, outputs) = (names(&["x", "y", "z"][..q]), names(&["x", "y", "z"][..p]));
+        let (ordinary, partial) = (Array3::from_elem((p, q, f), 0.6), Array3::from_elem((p, q, f), 0.9));
+        let multiple = Array2::from_elem((p, multiple), 0.95);
+        let data = Coherences {
+            frequency_hz: &frequency_hz,
+            inputs: &inputs,
+            outputs: &outputs,
+            ordinary: &ordinary,
+            partial: &partial,
+            multiple: &multiple,
             significance_95: Some(0.3),
-        }
+        };
+        coherence("c", "Coherence", data)
     }
 
     #[test]
     fn the_matrix_need_not_be_square_and_shows_all_three_coherences() {
-        let figure = coherence("c", "Coherence", &data(2, 3)).unwrap();
+        let figure = drawn(2, 3, 29).unwrap();
         assert_eq!((figure.cells.len(), figure.columns), (6, 3));
         assert!(figure.cells.iter().all(|cell| cell.panels[0].series.len() == 3 && cell.panels[0].rules.len() == 1));
-        assert_eq!(coherence("c", "Coherence", &data(1, 1)).unwrap().cells[0].panels[0].series.len(), 1);
+        assert_eq!(drawn(1, 1, 29).unwrap().cells[0].panels[0].series.len(), 1);
     }
 
     #[test]
@@ -146,8 +151,6 @@ mod tests {
 
     #[test]
     fn a_table_that_does_not_fit_is_refused() {
-        let mut wrong = data(2, 2);
-        wrong.multiple = Array2::zeros((2, 3));
-        assert!(coherence("c", "", &wrong).unwrap_err().to_string().contains("multiple coherence"));
+        assert!(drawn(2, 2, 3).unwrap_err().to_string().contains("multiple coherence"));
     }
 }

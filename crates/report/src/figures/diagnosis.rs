@@ -5,7 +5,7 @@ use std::sync::Arc;
 use super::error::{FigureError, expect_shape};
 use super::forest::{Estimate, Forest, ForestGroup, forest};
 use crate::number::significant;
-use crate::plot::{Axis, Color, Dash, Figure, Panel, Pin, Scale, Series};
+use crate::plot::{Axis, Color, Figure, Panel, Pin, Scale, Series};
 use crate::table::{Align, Table};
 
 /// Shares that sum to one, as one bar: linear, nonlinear, time-varying, noise.
@@ -47,11 +47,9 @@ pub struct Stretches {
     pub quantity: (String, String),
     /// Label and one value a stretch.
     pub lines: Vec<(String, Vec<f64>)>,
-    /// What noise alone would give, one value a stretch.
-    pub floor: Option<Vec<f64>>,
 }
 
-/// The discrepancy by frequency band or by time, over the noise floor.
+/// The discrepancy by frequency band or by time.
 ///
 /// # Errors
 /// [`FigureError::Shape`] where a line does not have one value a stretch.
@@ -60,13 +58,9 @@ pub fn discrepancy(name: &str, title: &str, data: &Stretches) -> Result<Figure, 
     let edges: Arc<[f64]> = data.edges.clone().into();
     let x = Axis { scale: data.scale, ..Axis::linear(data.over.0.as_str(), data.over.1.as_str()) };
     let mut panel = Panel::new(x, Axis::linear(data.quantity.0.as_str(), data.quantity.1.as_str())).height(150.0);
-    let highest = data.lines.iter().map(|(_, values)| values).chain(&data.floor).flatten().copied().filter(|value| value.is_finite()).fold(0.0, f64::max);
+    let highest = data.lines.iter().flat_map(|(_, values)| values).copied().filter(|value| value.is_finite()).fold(0.0, f64::max);
     if highest > 0.0 {
         panel.y = panel.y.range(0.0, 1.06 * highest);
-    }
-    if let Some(floor) = &data.floor {
-        expect_shape("the noise floor", "stretches", &[count], &[floor.len()])?;
-        panel.series.push(Series::steps("noise floor", edges.clone(), floor.clone(), Color::Grey).dash(Dash::Dashed));
     }
     for (k, (label, values)) in data.lines.iter().enumerate() {
         expect_shape(format!("the line \"{label}\""), "stretches", &[count], &[values.len()])?;
@@ -105,7 +99,6 @@ pub fn before_after(name: &str, title: &str, outputs: &[HeldOut]) -> Result<Figu
             ForestGroup { label: "noise floor".into(), color: Color::Grey, estimates: bare(|output| output.floor) },
         ],
         reference: None,
-        shaded: None,
     };
     let mut figure = forest(name, title, &data)?;
     let highest = outputs.iter().flat_map(|output| [output.before, output.after]).filter(|value| value.is_finite()).fold(0.0, f64::max);
@@ -154,7 +147,6 @@ pub fn considered(name: &str, title: &str, causes: &[Considered]) -> Result<Figu
             ForestGroup { label: "considered".into(), color: Color::Grey, estimates: pick(false) },
         ],
         reference: Some((0.0, "nothing explained".into())),
-        shaded: None,
     };
     let mut figure = forest(name, title, &data)?;
     let columns = [("Cause", Align::Left), ("Explained [%]", Align::Right), ("p", Align::Right), ("", Align::Left)];
@@ -167,51 +159,9 @@ pub fn considered(name: &str, title: &str, causes: &[Considered]) -> Result<Figu
     Ok(figure)
 }
 
-/// Something over a state of the limb, as measured and as the extended model says.
-#[derive(Debug, Clone, PartialEq)]
-pub struct StatePicture {
-    /// Name and unit of the state, e.g. ("Position x", "m").
-    pub state: (String, String),
-    /// Name and unit of what is shown, e.g. ("Missing force", "N").
-    pub quantity: (String, String),
-    /// Samples: state and what the baseline misses there.
-    pub missed: (Vec<f64>, Vec<f64>),
-    /// The same from the extension.
-    pub explained: Option<(Vec<f64>, Vec<f64>)>,
-}
-
-/// What the baseline misses against a state: friction is a step over velocity, hysteresis a loop over position,
-/// a cubic spring an S. At most `MOST_DOTS` dots are drawn, evenly taken; the explanation is a line in the samples' order.
-///
-/// # Errors
-/// [`FigureError::Shape`] where states and values differ in number.
-pub fn against_state(name: &str, title: &str, pictures: &[StatePicture]) -> Result<Figure, FigureError> {
-    let mut figure = Figure::new(name, title).columns(pictures.len().clamp(2, 3));
-    for (link, picture) in pictures.iter().enumerate() {
-        let axis = |(label, unit): &(String, String)| Axis::linear(label.as_str(), unit.as_str());
-        let mut panel = Panel::new(axis(&picture.state), axis(&picture.quantity));
-        panel.link = link;
-        let (x, y) = &picture.missed;
-        expect_shape("the missed values", "samples", &[x.len()], &[y.len()])?;
-        let stride = x.len().div_ceil(MOST_DOTS).max(1);
-        let thin = |values: &[f64]| values.iter().copied().step_by(stride).collect::<Vec<_>>();
-        panel.series.push(Series::points("missed by the baseline", thin(x), thin(y), Color::Sky));
-        if let Some((x, y)) = &picture.explained {
-            expect_shape("the explained values", "samples", &[x.len()], &[y.len()])?;
-            panel.series.push(Series::line("explained by the cause", x.clone(), y.clone(), Color::Vermillion));
-        }
-        figure = figure.panel("", panel);
-    }
-    Ok(figure)
-}
-
-/// Dots of a cloud: more hide each other and weigh on the page.
-pub const MOST_DOTS: usize = 1500;
-
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::plot::Mark;
 
     #[test]
     fn shares_fill_the_bar() {
@@ -229,9 +179,8 @@ mod tests {
             edges: vec![0.5, 1.0, 2.0],
             quantity: ("Error".into(), "%".into()),
             lines: vec![("x".into(), vec![10.0, 5.0])],
-            floor: Some(vec![1.0, 1.0]),
         };
-        assert_eq!(discrepancy("d", "", &data).unwrap().cells[0].panels[0].series.len(), 2);
+        assert_eq!(discrepancy("d", "", &data).unwrap().cells[0].panels[0].series.len(), 1);
         data.lines[0].1.push(1.0);
         assert!(discrepancy("d", "", &data).is_err());
     }
@@ -248,20 +197,6 @@ mod tests {
         let figure = considered("c", "Causes", &[cause("hysteresis", 0.83, true), cause("friction", 0.61, false)]).unwrap();
         assert_eq!(figure.table.as_ref().unwrap().rows[1][3], "explains less than hysteresis");
         assert_eq!(figure.table.as_ref().unwrap().rows[0][1], "83.0");
-    }
-
-    #[test]
-    fn a_cloud_is_thinned_and_a_loop_is_not() {
-        let many: Vec<f64> = (0..50_000).map(f64::from).collect();
-        let picture = StatePicture {
-            state: ("Velocity".into(), "m/s".into()),
-            quantity: ("Missing force".into(), "N".into()),
-            missed: (many.clone(), many.clone()),
-            explained: Some((vec![0.0, 1.0, 0.0], vec![0.0, 1.0, 2.0])),
-        };
-        let figure = against_state("a", "", &[picture]).unwrap();
-        let panel = &figure.cells[0].panels[0];
-        assert!(matches!(&panel.series[0].mark, Mark::Points { y, .. } if y.len() <= MOST_DOTS && y.len() > MOST_DOTS / 2));
     }
 
     #[test]

@@ -21,6 +21,9 @@ pub enum FigureError {
         /// The table.
         what: &'static str,
     },
+    /// A model has no response of the kind that is shown.
+    #[error(transparent)]
+    Response(#[from] ndof_sysid::ResponseError),
 }
 
 /// Compares sizes.

@@ -2,7 +2,7 @@
 
 use super::error::{FigureError, expect_shape};
 use crate::number::with_half_width;
-use crate::plot::{Axis, Color, Dash, Figure, Panel, Scale, Series, Span};
+use crate::plot::{Axis, Color, Dash, Figure, Panel, Scale, Series};
 use crate::table::{Align, Table};
 
 /// An estimate; NaN where there is none.
@@ -40,8 +40,6 @@ pub struct Forest {
     pub groups: Vec<ForestGroup>,
     /// A vertical line with its label, e.g. (0, "no difference").
     pub reference: Option<(f64, String)>,
-    /// A shaded stretch with its label, e.g. the range of healthy subjects.
-    pub shaded: Option<Span>,
 }
 
 /// A forest plot: a dot for each estimate and a line for its interval.
@@ -57,7 +55,6 @@ pub fn forest(name: &str, title: &str, data: &Forest) -> Result<Figure, FigureEr
     let groups = if crowded(data) { data.groups.len() as f64 } else { 1.0 };
     let row_height = if data.rows.len() > 40 { 9.0 + 5.0 * groups } else { 12.0 + 12.0 * groups };
     panel.height = row_height * data.rows.len() as f64;
-    panel.spans.extend(data.shaded.clone());
     if let Some((at, label)) = &data.reference {
         panel.series.push(Series::line(label.as_str(), vec![*at, *at], vec![0.0, data.rows.len() as f64], Color::Grey).dash(Dash::Dashed));
     }
@@ -124,7 +121,6 @@ mod tests {
                 ForestGroup { label: "after".into(), color: Color::Blue, estimates: vec![estimate(280.0), unknown] },
             ],
             reference: None,
-            shaded: None,
         }
     }
 

@@ -33,7 +33,7 @@ pub fn nyquist(name: &str, data: &ResponseCurves) -> Result<Figure, FigureError>
         .caption("Imaginary over real part; small numbers are frequencies in hertz.");
     for (row, output) in data.outputs.iter().enumerate() {
         for (column, input) in data.inputs.iter().enumerate() {
-            let unit = data.unit_of(row, column);
+            let unit = data.unit.as_str();
             let mut panel = Panel::new(Axis::linear("Real part", unit), Axis::linear("Imaginary part", unit));
             panel.equal_aspect = true;
             for (index, curve) in data.curves.iter().enumerate() {
@@ -75,7 +75,7 @@ fn table(data: &ResponseCurves) -> Table {
     for (row, output) in data.outputs.iter().enumerate() {
         for (column, input) in data.inputs.iter().enumerate() {
             for curve in &data.curves {
-                table.columns.push((format!("{output} ← {input} [{}]: {}", printed_unit(data.unit_of(row, column)), curve.label), Align::Right));
+                table.columns.push((format!("{output} ← {input} [{}]: {}", printed_unit(&data.unit), curve.label), Align::Right));
                 for (cells, &k) in table.rows.iter_mut().zip(&picked) {
                     let (gain, phase) = (curve.gain[[row, column, k]], curve.phase_rad[[row, column, k]]);
                     cells.push(format!("{}; {}", significant(gain * phase.cos(), 3), significant(gain * phase.sin(), 3)));
@@ -121,7 +121,6 @@ mod tests {
         let data = ResponseCurves {
             quantity: "Gain".into(),
             unit: String::new(),
-            element_units: None,
             frequency_hz,
             inputs: vec!["u".into()],
             outputs: vec!["y".into()],

@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use super::error::{FigureError, expect_shape};
-use crate::plot::{Axis, Color, Dash, Figure, Panel, Series, Span};
+use crate::plot::{Axis, Color, Dash, Figure, Panel, Series};
 
 /// One channel; NaN where there is no value.
 #[derive(Debug, Clone, PartialEq)]
@@ -29,8 +29,6 @@ pub struct Traces {
     pub traces: Vec<Trace>,
     /// A stretch that is shown enlarged beside the whole.
     pub detail_s: Option<(f64, f64)>,
-    /// The stretch that was held out from estimation.
-    pub held_out_s: Option<(f64, f64)>,
 }
 
 /// How models are drawn, the first first.
@@ -58,9 +56,6 @@ pub fn traces(name: &str, title: &str, data: &Traces) -> Result<Figure, FigureEr
             for ((model, simulated), (color, dash)) in trace.simulated.iter().zip(MODELS.iter().cycle()) {
                 panel.series.push(Series::line(model.as_str(), time.clone(), simulated.clone(), *color).dash(*dash));
             }
-            if let Some((from, to)) = data.held_out_s.filter(|_| link == 0) {
-                panel.spans.push(Span { from, to, label: "held out".into() });
-            }
             figure = figure.panel("", panel);
         }
     }
@@ -75,7 +70,7 @@ mod tests {
         let measured: Vec<f64> = (0..1000).map(|k| (0.05 * f64::from(k)).sin()).collect();
         let force = Trace { label: "force_x".into(), unit: "N".into(), measured: measured.clone(), simulated: Vec::new() };
         let position = Trace { label: "pos_x".into(), unit: "m".into(), simulated: vec![("simulated".into(), measured.clone())], measured };
-        Traces { sample_rate_hz: 100.0, start_s: 2.0, traces: vec![force, position], detail_s: Some((3.0, 4.0)), held_out_s: Some((9.0, 12.0)) }
+        Traces { sample_rate_hz: 100.0, start_s: 2.0, traces: vec![force, position], detail_s: Some((3.0, 4.0)) }
     }
 
     #[test]
@@ -84,7 +79,6 @@ mod tests {
         assert_eq!((figure.cells.len(), figure.columns), (4, 2));
         let ranges: Vec<_> = figure.cells.iter().map(|cell| (cell.panels[0].x.range, cell.panels[0].link)).collect();
         assert_eq!(ranges, [(Some((2.0, 12.0)), 0), (Some((3.0, 4.0)), 1), (Some((2.0, 12.0)), 0), (Some((3.0, 4.0)), 1)]);
-        assert!(figure.to_svg().contains("held out"));
     }
 
     #[test]

@@ -21,12 +21,11 @@ impl Report {
              <meta http-equiv=\"Content-Security-Policy\" content=\"{POLICY}\">\n<meta name=\"color-scheme\" content=\"light dark\">\n\
              <meta name=\"generator\" content=\"ndof {version}\">\n<link rel=\"icon\" href=\"data:,\">\n<title>{title}</title>\n<style>\n{style}</style>\n</head>\n\
              <body>\n<a class=\"skip\" href=\"#content\">To the results</a>\n<div class=\"page\">\n{contents}<main id=\"content\">\n{body}</main>\n</div>\n\
-             {attachments}<script>\n{SCRIPT}</script>\n</body>\n</html>\n",
+             <script>\n{SCRIPT}</script>\n</body>\n</html>\n",
             version = escape(&self.version),
             title = escape(&self.title),
             style = styles(),
             contents = self.contents(),
-            attachments = self.attachments_html(),
         )
     }
 
@@ -94,22 +93,7 @@ impl Report {
     }
 
     fn footer(&self) -> String {
-        let downloads: String = (0..self.attachments.len())
-            .map(|k| format!("<button type=\"button\" class=\"js-only\" data-download=\"attachment-{k}\">{}</button> ", escape(&self.attachments[k].0)))
-            .collect();
-        format!(
-            "<footer>\n<p>{downloads}</p>\n<p>Made by ndof {}. The page is complete: it asks no server for anything.</p>\n</footer>\n",
-            escape(&self.version)
-        )
-    }
-
-    fn attachments_html(&self) -> String {
-        let script = |(k, (name, value)): (usize, &(String, serde_json::Value))| {
-            // "</script>" and "<!--" must not appear inside a script element, whatever a recording's name is.
-            let json = value.to_string().replace('<', "\\u003c");
-            format!("<script type=\"application/json\" id=\"attachment-{k}\" data-name=\"{}\">{json}</script>\n", escape(name))
-        };
-        self.attachments.iter().enumerate().map(script).collect()
+        format!("<footer>\n<p>Made by ndof {}. The page is complete: it asks no server for anything.</p>\n</footer>\n", escape(&self.version))
     }
 }
 

@@ -4,7 +4,7 @@ mod data_table;
 mod figure;
 mod html;
 
-use serde_json::Value;
+use ndof_signal::Warning;
 
 use crate::plot::Figure;
 use crate::table::Table;
@@ -81,17 +81,6 @@ impl Section {
     }
 }
 
-/// Something that the reader should know, and what to do about it.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Warning {
-    /// E.g. "force-sign".
-    pub code: String,
-    /// What is the matter.
-    pub message: String,
-    /// What to do.
-    pub action: String,
-}
-
 /// A picture or its numbers, ready to be written.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct PlotFile {
@@ -132,8 +121,6 @@ pub struct Report {
     pub sections: Vec<Section>,
     /// All settings, name and value.
     pub settings: Vec<(String, String)>,
-    /// Results that the page carries for download, file name and value; null, not NaN, where there is no number.
-    pub attachments: Vec<(String, Value)>,
 }
 
 impl Report {

@@ -6,6 +6,7 @@ mod partial;
 mod plan;
 mod stream;
 mod sum;
+mod windowed;
 
 use crate::cross_spectra::CrossSpectra;
 use crate::segments::{self, Detrend, effective_averages, first_not_finite};
@@ -195,12 +196,12 @@ impl Welch {
                 }
                 for k in block * BLOCK..segments.min((block + 1) * BLOCK) {
                     let at = k * self.hop();
-                    sum.add(plan, channels.iter().map(|c| &c[at..at + self.nperseg]));
+                    sum.add(&plan.transform, channels.iter().map(|c| &c[at..at + self.nperseg]));
                 }
                 // While the others may still add theirs.
                 sum.flush();
                 // The blocks before are being summed by threads that run: each took its block, as this one did, when it began with it.
-                total.add(block, |total| sum.drain_into(plan, if block + 1 == blocks { scale } else { 1.0 }, total));
+                total.add(block, |total| sum.drain_into(&plan.transform, if block + 1 == blocks { scale } else { 1.0 }, total));
             }
         };
         match &mut sums[..] {
@@ -214,7 +215,7 @@ impl Welch {
 
     /// Spectra from the sums of products times the plan's scale.
     fn finish(&self, plan: &Plan, sample_rate_hz: f64, channels: usize, segments: usize, mut lower: Vec<Complex64>) -> CrossSpectra {
-        let bins = plan.bins;
+        let bins = plan.transform.bins;
         // What has no mirror image is not twice in the sum of the power.
         for pair in lower.chunks_exact_mut(bins) {
             pair[0] *= 0.5;
@@ -227,7 +228,7 @@ impl Welch {
             sample_rate_hz,
             frequency_hz: (0..bins).map(|f| f as f64 * sample_rate_hz / self.nfft as f64).collect(),
             lower,
-            effective_averages: effective_averages(&plan.window, self.hop(), segments),
+            effective_averages: effective_averages(&plan.transform.window, self.hop(), segments),
             segments,
             trials: 1,
             independent_spacing_hz: sample_rate_hz * plan.spacing,

@@ -68,16 +68,16 @@ impl Welch {
             }
         }
         let plan = Plan::of(self);
-        let mut sum = Sum::new(&plan, channels.len());
+        let mut sum = Sum::new(&plan.transform, channels.len());
         let sums = blocks
             .filter(|block| block * BLOCK < self.segments(len))
             .map(|block| {
                 for k in block * BLOCK..self.segments(len).min((block + 1) * BLOCK) {
                     let at = k * self.hop() - stretch.start;
-                    sum.add(&plan, channels.iter().map(|c| &c[at..at + self.nperseg]));
+                    sum.add(&plan.transform, channels.iter().map(|c| &c[at..at + self.nperseg]));
                 }
                 let mut total = Vec::new();
-                sum.drain_into(&plan, 1.0, &mut total);
+                sum.drain_into(&plan.transform, 1.0, &mut total);
                 (block, total)
             })
             .collect();

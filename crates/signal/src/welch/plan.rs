@@ -1,8 +1,8 @@
 //! What Welch's method prepares once for its settings.
 
 use super::Welch;
-use super::padded::PaddedTransform;
 use super::sum::Sum;
+use super::windowed::WindowedTransform;
 use crate::cache::Cache;
 use crate::cross_spectra::Kernel;
 use crate::segments::Detrend;
@@ -14,10 +14,7 @@ use std::sync::{Arc, Mutex, PoisonError};
 
 /// Window, transform and what follows from them.
 pub(super) struct Plan {
-    pub(super) window: Vec<f64>,
-    pub(super) detrend: Detrend,
-    pub(super) bins: usize,
-    pub(super) fft: PaddedTransform,
+    pub(super) transform: WindowedTransform,
     /// Σ w².
     pub(super) power: f64,
     /// Σ w⁴ / (Σ w²)².
@@ -53,13 +50,10 @@ impl Plan {
         let window = settings.window.samples(settings.nperseg, settings.window_symmetric);
         let power: f64 = window.iter().map(|w| w * w).sum();
         Plan {
-            detrend: settings.detrend,
-            bins: settings.nfft / 2 + 1,
-            fft: PaddedTransform::new(settings.nperseg, settings.nfft),
             power,
             spacing: window.iter().map(|w| w.powi(4)).sum::<f64>() / (power * power),
             half_kernel: half_kernel(&window),
-            window,
+            transform: WindowedTransform::new(window, settings.detrend, settings.nfft),
             spare: Mutex::new(Vec::new()),
         }
     }
@@ -76,7 +70,7 @@ impl Plan {
         let left = spare.len().saturating_sub(count);
         let mut sums = spare.split_off(left);
         drop(spare);
-        sums.resize_with(count, || Sum::new(self, channels));
+        sums.resize_with(count, || Sum::new(&self.transform, channels));
         sums
     }
 
@@ -89,7 +83,7 @@ impl Plan {
     }
 
     pub(super) fn kernel(&self, sample_rate_hz: f64) -> Kernel {
-        let step_hz = sample_rate_hz / (self.window.len() * FINENESS) as f64;
+        let step_hz = sample_rate_hz / (self.transform.window.len() * FINENESS) as f64;
         let total = self.half_kernel[0] + 2.0 * self.half_kernel[1..].iter().sum::<f64>();
         let reach = self.half_kernel.len() as isize - 1;
         let (offset_hz, weight) = (-reach..=reach).map(|m| (m as f64 * step_hz, self.half_kernel[m.unsigned_abs()] / total)).unzip();

@@ -17,7 +17,7 @@ impl Welch {
         self.validate()?;
         let plan = Plan::of(self);
         Ok(WelchStream {
-            sum: Sum::new(&plan, channels),
+            sum: Sum::new(&plan.transform, channels),
             total: Vec::new(),
             waiting: vec![Vec::with_capacity(2 * self.nperseg); channels],
             settings: self.clone(),
@@ -79,11 +79,11 @@ impl WelchStream {
         let (nperseg, hop) = (self.settings.nperseg, self.settings.hop());
         let mut at = 0;
         while self.waiting.first().is_some_and(|w| w.len() >= at + nperseg) {
-            self.sum.add(&self.plan, self.waiting.iter().map(|c| &c[at..at + nperseg]));
+            self.sum.add(&self.plan.transform, self.waiting.iter().map(|c| &c[at..at + nperseg]));
             self.segments += 1;
             at += hop;
             if self.segments.is_multiple_of(BLOCK) {
-                self.sum.drain_into(&self.plan, 1.0, &mut self.total);
+                self.sum.drain_into(&self.plan.transform, 1.0, &mut self.total);
             }
         }
         self.waiting.iter_mut().for_each(|w| drop(w.drain(..at)));
@@ -106,7 +106,7 @@ impl WelchStream {
         let scale = self.plan.scale(self.sample_rate_hz, self.segments);
         let mut lower = self.total.clone();
         if !self.segments.is_multiple_of(BLOCK) {
-            self.sum.clone().drain_into(&self.plan, scale, &mut lower);
+            self.sum.clone().drain_into(&self.plan.transform, scale, &mut lower);
         } else {
             lower.iter_mut().for_each(|s| *s *= scale);
         }

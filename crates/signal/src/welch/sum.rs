@@ -1,7 +1,7 @@
 //! The running sum of all cross-products, and the buffers of the segments in work.
 
 use super::padded::Buffers;
-use super::plan::Plan;
+use super::windowed::WindowedTransform;
 use num_complex::Complex64;
 use pulp::bytemuck::cast;
 use pulp::{Arch, Simd, WithSimd};
@@ -45,18 +45,18 @@ fn pairs(channels: usize) -> usize {
 }
 
 impl Sum {
-    pub(super) fn new(plan: &Plan, channels: usize) -> Self {
-        let padded = plan.bins.next_multiple_of(LANES);
+    pub(super) fn new(transform: &WindowedTransform, channels: usize) -> Self {
+        let padded = transform.bins.next_multiple_of(LANES);
         Sum {
             channels,
-            bins: plan.bins,
+            bins: transform.bins,
             padded,
             lower: vec![Complex64::default(); pairs(channels) * padded],
             fresh: true,
             waiting: vec![Complex64::default(); BATCH * channels * padded],
             filled: 0,
             finite: true,
-            buffers: plan.fft.buffers(),
+            buffers: transform.padded.buffers(),
         }
     }
 
@@ -71,13 +71,10 @@ impl Sum {
     }
 
     /// Takes the next segment of every channel.
-    pub(super) fn add<'a>(&mut self, plan: &Plan, segment: impl Iterator<Item = &'a [f64]>) {
-        let n = plan.window.len();
+    pub(super) fn add<'a>(&mut self, transform: &WindowedTransform, segment: impl Iterator<Item = &'a [f64]>) {
         let at = self.filled * self.channels;
         for (row, samples) in self.waiting.chunks_exact_mut(self.padded).skip(at).zip(segment) {
-            plan.detrend.apply_windowed(samples, &plan.window, &mut self.buffers.input[..n]);
-            self.buffers.input[n..].fill(0.0);
-            plan.fft.process(&mut self.buffers, &mut row[..plan.bins]);
+            transform.spectrum(samples, &mut self.buffers, row);
             // A sum of all samples: any that is no finite number shows in it.
             self.finite &= row[0].re.is_finite();
         }
@@ -105,14 +102,14 @@ impl Sum {
 
     /// Adds the lower triangle so far, pair by pair, to `total` (empty at first), multiplies all by `scale` (1 until the last), and starts
     /// again from zero.
-    pub(super) fn drain_into(&mut self, plan: &Plan, scale: f64, total: &mut Vec<Complex64>) {
+    pub(super) fn drain_into(&mut self, transform: &WindowedTransform, scale: f64, total: &mut Vec<Complex64>) {
         self.flush();
         let rows = self.lower.chunks_exact(self.padded).map(|row| &row[..self.bins]);
         if total.is_empty() {
             total.reserve_exact(pairs(self.channels) * self.bins);
-            rows.for_each(|row| plan.fft.append(row, scale, total));
+            rows.for_each(|row| transform.padded.append(row, scale, total));
         } else {
-            total.chunks_exact_mut(self.bins).zip(rows).for_each(|(total, row)| plan.fft.add(row, scale, total));
+            total.chunks_exact_mut(self.bins).zip(rows).for_each(|(total, row)| transform.padded.add(row, scale, total));
         }
         self.fresh = true;
     }
@@ -248,11 +245,11 @@ mod tests {
 
     #[test]
     fn a_sum_starts_again_from_zero() {
-        let plan = Plan::of(&crate::Welch::new(16));
-        let (mut sum, mut total, mut nothing) = (Sum::new(&plan, 1), Vec::new(), Vec::new());
-        sum.add(&plan, [&[1.0, 2.0, 0.0, -1.0, 3.0, 2.0, 1.0, 0.5, 1.0, 2.0, 0.0, -1.0, 3.0, 2.0, 1.0, 0.5][..]].into_iter());
-        sum.drain_into(&plan, 1.0, &mut total);
-        sum.drain_into(&plan, 1.0, &mut nothing);
+        let transform = WindowedTransform::new(crate::Window::Hann.samples(16, false), crate::Detrend::Constant, 16);
+        let (mut sum, mut total, mut nothing) = (Sum::new(&transform, 1), Vec::new(), Vec::new());
+        sum.add(&transform, [&[1.0, 2.0, 0.0, -1.0, 3.0, 2.0, 1.0, 0.5, 1.0, 2.0, 0.0, -1.0, 3.0, 2.0, 1.0, 0.5][..]].into_iter());
+        sum.drain_into(&transform, 1.0, &mut total);
+        sum.drain_into(&transform, 1.0, &mut nothing);
         assert!(total.iter().any(|x| x.re > 0.0) && nothing.iter().all(|x| *x == Complex64::default()));
     }
 }

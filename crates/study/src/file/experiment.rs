@@ -1,7 +1,8 @@
 //! `ndof/experiment/1`: what is simulated.
 
-use super::{Excitation, check_schema};
-use crate::error::StudyError;
+use super::excitation::Excitation;
+use crate::error::{StudyError, meaning};
+use ndof_analysis::file::{check_schema, read};
 use ndof_devices::{Controller, DeviceConfig, Experiment, LimbConfig, Posture, Sensors};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
@@ -76,10 +77,10 @@ impl ExperimentFile {
     /// Checks what the types do not.
     ///
     /// # Errors
-    /// [`StudyError::Meaning`] in the name of `file`.
+    /// [`StudyError`] in the name of `file`.
     pub fn check(&self, file: &str) -> Result<(), StudyError> {
         check_schema(self.schema.as_deref(), Self::SCHEMA, file)?;
-        let wrong = |what: String| Err(StudyError::Meaning { file: file.to_owned(), what });
+        let wrong = |what: String| Err(meaning(file, what));
         if self.trials == 0 {
             return wrong("trials = 0; at least one trial is needed".to_owned());
         }
@@ -99,7 +100,7 @@ impl ExperimentFile {
     /// # Errors
     /// [`StudyError`] with file and line.
     pub fn read(path: &Path) -> Result<Self, StudyError> {
-        let experiment: ExperimentFile = super::read(path)?;
+        let experiment: ExperimentFile = read(path)?;
         experiment.check(&path.display().to_string())?;
         Ok(experiment.beside(path.parent().unwrap_or_else(|| Path::new(""))))
     }

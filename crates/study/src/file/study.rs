@@ -1,8 +1,9 @@
 //! `ndof/study/1`: an experiment with its analysis.
 
-use super::{BaselineFile, EstimateSection, ExperimentFile, KinematicsFile, check_schema};
-use crate::error::StudyError;
-use crate::pipeline::{DiagnoseSettings, FitCost, FitSettings, HoldOut};
+use super::experiment::ExperimentFile;
+use crate::error::{StudyError, meaning};
+use ndof_analysis::file::{KinematicsFile, check_schema};
+use ndof_analysis::{AnalysisError, Diagnose, Estimate, Fit};
 use serde::{Deserialize, Serialize};
 use std::path::{Path, PathBuf};
 
@@ -23,19 +24,19 @@ pub struct StudyDocument<E> {
     pub experiment: E,
     /// How the response is estimated.
     #[serde(default)]
-    pub estimate: EstimateSection,
+    pub estimate: Estimate,
     /// Other settings, fitted beside it.
     #[serde(default)]
-    pub also: Vec<EstimateSection>,
+    pub also: Vec<Estimate>,
     /// What is fitted.
     #[serde(default)]
-    pub fit: FitSection,
+    pub fit: Fit,
     /// Where the joints are.
     #[serde(default)]
     pub kinematics: Option<KinematicsFile>,
     /// What the diagnosis is asked; without this table there is none.
     #[serde(default)]
-    pub diagnose: Option<DiagnoseSection>,
+    pub diagnose: Option<Diagnose>,
     /// Variants of the experiment, each simulated and analysed as a whole; without any there is the experiment itself.
     #[serde(default)]
     pub cases: Vec<CaseSection>,
@@ -117,18 +118,6 @@ struct Glance {
     experiment: toml::Table,
 }
 
-/// What is fitted.
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields, default)]
-pub struct FitSection {
-    /// The model's name.
-    pub model: Option<String>,
-    /// The band that is fitted.
-    pub band_hz: Option<[f64; 2]>,
-    /// Weighted by the covariance, or the paper's.
-    pub cost: FitCost,
-}
-
 /// The sensitivity of pre-compensation to the model of the limb.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
@@ -145,42 +134,6 @@ impl Default for SensitivitySection {
     /// ± 30 % (Palazzolo et al. 2007 ask for the analysis), 0.25 to 15 Hz, with simulations.
     fn default() -> Self {
         SensitivitySection { spread: 0.3, band_hz: [0.25, 15.0], simulate: true }
-    }
-}
-
-/// Keys are the long options of `ndof diagnose`.
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields, default, rename_all = "kebab-case")]
-pub struct DiagnoseSection {
-    /// The band that is analysed.
-    pub band: Option<[f64; 2]>,
-    /// Size of a discrepancy that does not matter.
-    pub tolerance: Option<f64>,
-    /// A stretch that no fit may see.
-    pub held_out: Option<[f64; 2]>,
-    /// Effects that are not tried.
-    pub without: Vec<String>,
-    /// Simulate the experiments that would tell confusable causes apart.
-    pub plan: bool,
-    /// The simulation that is judged.
-    pub baseline: Option<BaselineFile>,
-    /// That many effects are drawn from the seed and hidden in what is simulated; the answer comes last.
-    pub hide: usize,
-}
-
-impl DiagnoseSection {
-    /// What the keys mean.
-    pub fn settings(&self) -> DiagnoseSettings {
-        let default = DiagnoseSettings::default();
-        DiagnoseSettings {
-            band_hz: self.band.map(|[low, high]| (low, high)),
-            held_out: self.held_out.map_or(HoldOut::Auto, |[from, to]| HoldOut::Time(from, to)),
-            tolerance: self.tolerance.unwrap_or(default.tolerance),
-            seed: default.seed,
-            without: self.without.clone(),
-            plan: self.plan,
-            baseline: self.baseline.clone(),
-        }
     }
 }
 
@@ -201,7 +154,7 @@ impl StudyFile {
     /// [`StudyError`] with file and line.
     pub fn read(path: &Path) -> Result<Self, StudyError> {
         let file = path.display().to_string();
-        let text = std::fs::read_to_string(path).map_err(|source| StudyError::Read { file: file.clone(), source })?;
+        let text = std::fs::read_to_string(path).map_err(|source| AnalysisError::Read { file: file.clone(), source })?;
         Self::parse(&text, &file)
     }
 
@@ -213,20 +166,17 @@ impl StudyFile {
         let apart = toml::from_str::<Glance>(text).is_ok_and(|glance| glance.experiment.contains_key("file"));
         let folder = Path::new(file).parent().unwrap_or_else(|| Path::new(""));
         let mut study = if apart {
-            let study: StudyDocument<ExperimentPath> = super::parse(text, file)?;
+            let study: StudyDocument<ExperimentPath> = ndof_analysis::file::parse(text, file)?;
             let path = folder.join(&study.experiment.file);
             study.with_experiment(ExperimentFile::read(&path)?)
         } else {
-            let mut study: StudyFile = super::parse(text, file)?;
+            let mut study: StudyFile = ndof_analysis::file::parse(text, file)?;
             study.experiment.check(file)?;
             study.experiment = study.experiment.beside(folder);
             study
         };
         study.cases.iter_mut().for_each(|case| folder.clone_into(&mut case.folder));
         check_schema(study.schema.as_deref(), Self::SCHEMA, file)?;
-        for section in std::iter::once(&study.estimate).chain(&study.also) {
-            section.settings(file)?;
-        }
         study.check_cases(file)?;
         Ok(study)
     }
@@ -234,12 +184,12 @@ impl StudyFile {
     /// The study of each case on its own, with its name; one without a name where there are no cases.
     ///
     /// # Errors
-    /// [`StudyError::Meaning`] if a case changes what an experiment does not have.
+    /// [`StudyError`] if a case changes what an experiment does not have.
     pub fn each_case(&self) -> Result<Vec<(String, StudyFile)>, StudyError> {
         if self.cases.is_empty() {
             return Ok(vec![(String::new(), self.clone())]);
         }
-        let wrong = |what: String| StudyError::Meaning { file: "the study".to_owned(), what };
+        let wrong = |what: String| meaning("the study", what);
         let base = toml::Table::try_from(&self.experiment).map_err(|error| wrong(error.to_string()))?;
         let of = |case: &CaseSection| {
             let mut table = base.clone();
@@ -258,7 +208,7 @@ impl StudyFile {
     }
 
     fn check_cases(&self, file: &str) -> Result<(), StudyError> {
-        let wrong = |what: String| Err(StudyError::Meaning { file: file.to_owned(), what });
+        let wrong = |what: String| Err(meaning(file, what));
         for (k, case) in self.cases.iter().enumerate() {
             if case.name.is_empty() || case.name.contains(['/', '\\']) || case.name.starts_with('.') {
                 return wrong(format!("case \"{}\" cannot name a folder; use letters, digits, spaces and hyphens", case.name));
@@ -285,21 +235,14 @@ impl StudyFile {
     /// # Errors
     /// [`StudyError`] with file and line.
     pub fn experiment_of(path: &Path) -> Result<ExperimentFile, StudyError> {
-        let text = std::fs::read_to_string(path).map_err(|source| StudyError::Read { file: path.display().to_string(), source })?;
+        let text = std::fs::read_to_string(path).map_err(|source| AnalysisError::Read { file: path.display().to_string(), source })?;
         let study = toml::from_str::<toml::Table>(&text).is_ok_and(|table| table.contains_key("experiment"));
         if study { Ok(Self::read(path)?.experiment) } else { ExperimentFile::read(path) }
     }
 
     /// What the fit is asked for.
-    pub fn fit_settings(&self) -> FitSettings {
-        FitSettings {
-            model: self.fit.model.clone(),
-            band_hz: self.fit.band_hz,
-            cost: self.fit.cost,
-            estimator: self.estimate.estimator,
-            kinematics: self.kinematics.clone(),
-            ..FitSettings::default()
-        }
+    pub(crate) fn fit_settings(&self) -> Fit {
+        Fit { kinematics: self.kinematics.clone().or_else(|| self.fit.kinematics.clone()), ..self.fit.clone() }
     }
 }
 

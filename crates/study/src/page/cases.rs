@@ -1,14 +1,13 @@
 //! The report of a study with several cases.
 
-use super::estimate::{coherence_section, frame, response_section, traces_section};
-use super::fit::parameters_section;
 use super::tables::study_tables;
-use crate::error::StudyError;
+use crate::cases::result::Setting;
+use crate::cases::result::StudyResult;
 use crate::file::ReportSection;
-use crate::pipeline::{StudyOutcome, compare};
-use crate::result::StudyResult;
-use crate::result::study::Setting;
-use ndof_report::figures::{self, Ellipse};
+use crate::run::StudyOutcome;
+use ndof_report::figures::{self, Ellipse, FigureError};
+use ndof_report::pages::parameters_section;
+use ndof_report::pages::{coherence_section, frame, response_section, traces_section};
 use ndof_report::plot::{Axis, Color, Dash, Panel, Series};
 use ndof_report::{Figure, Report, Section, Table};
 
@@ -16,17 +15,17 @@ use ndof_report::{Figure, Report, Section, Table};
 /// parameters of each.
 ///
 /// # Errors
-/// [`StudyError::Figure`] if a picture cannot be drawn.
+/// [`FigureError`] if a picture cannot be drawn.
 pub fn cases_report(
     outcomes: &[(String, StudyOutcome)],
     result: &StudyResult,
     section: &ReportSection,
     title: &str,
     command: &str,
-) -> Result<Option<Report>, StudyError> {
+) -> Result<Option<Report>, FigureError> {
     let Some((first_name, first)) = outcomes.first() else { return Ok(None) };
-    let mut report = frame(&first.trials, &first.estimated, title, command);
-    report.warnings = super::convert::warnings(&result.warnings);
+    let mut report = frame(&first.estimated, title, command);
+    report.warnings = result.head.warnings.clone();
     report.lead = lead(result);
     report.facts.insert(0, ("Cases".to_owned(), outcomes.iter().map(|(name, _)| name.as_str()).collect::<Vec<_>>().join(", ")));
     if let Some(figure) = hold_figure(outcomes, result, section) {
@@ -50,8 +49,7 @@ pub fn cases_report(
     coherence.title = format!("Coherence of {first_name}");
     report.sections.push(coherence);
     for (name, outcome) in outcomes {
-        let truth = outcome.simulated.as_ref().map(|s| &s.truth);
-        report.sections.push(parameters_section(&compare(&outcome.fitted, truth), &format!("Parameters of {name}")));
+        report.sections.push(parameters_section(&outcome.table(), &format!("Parameters of {name}")));
     }
     report.sections.push(traces_section(&first.trials)?);
     Ok(Some(report))
@@ -71,7 +69,7 @@ pub(super) fn lead(result: &StudyResult) -> String {
 }
 
 /// One ellipse a case, simulated over found, at most three side by side.
-fn ellipses_figure(outcomes: &[(String, StudyOutcome)]) -> Result<Option<Figure>, StudyError> {
+fn ellipses_figure(outcomes: &[(String, StudyOutcome)]) -> Result<Option<Figure>, FigureError> {
     let mut all = Figure::new("stiffness-ellipses", "Stiffness ellipses").columns(3).caption("Solid: found. Dotted: simulated.");
     for (name, outcome) in outcomes {
         let k = &outcome.fitted.matrices.stiffness;
@@ -140,7 +138,7 @@ fn hold_figure(outcomes: &[(String, StudyOutcome)], result: &StudyResult, sectio
         let names: Vec<String> = errors.iter().map(|(_, _, name)| (*name).to_owned()).collect();
         let axis = Axis::names(names);
         let heights: Vec<f64> = (0..errors.len()).map(|k| axis.row(k)).collect();
-        let value = |of: fn(&crate::result::study::LowBand) -> Option<f64>| -> Vec<f64> {
+        let value = |of: fn(&crate::cases::result::LowBand) -> Option<f64>| -> Vec<f64> {
             errors.iter().map(|(k, _, _)| result.cases[*k].settings.first().and_then(|s| of(&s.low_band)).map_or(f64::NAN, |e| 100.0 * e)).collect()
         };
         let band = section.low_band_hz;

@@ -1,10 +1,9 @@
 //! The report of a design: how coherent the axes are, what will move.
 
-use super::convert::{nan, warnings};
-use crate::error::StudyError;
-use crate::pipeline::Designed;
-use crate::result::VERSION;
-use ndof_report::figures::{self, Trace, Traces};
+use super::nan;
+use crate::design::Designed;
+use ndof_analysis::result::VERSION;
+use ndof_report::figures::{self, FigureError, Trace, Traces};
 use ndof_report::number::significant;
 use ndof_report::plot::{Axis, Color, Figure, Panel, Series};
 use ndof_report::{Align, Report, Section, Table};
@@ -13,8 +12,8 @@ use ndof_signal::Channel;
 /// The page of `ndof design`.
 ///
 /// # Errors
-/// [`StudyError::Figure`] if a picture cannot be drawn.
-pub fn design_report(designed: &Designed, command: &str) -> Result<Report, StudyError> {
+/// [`FigureError`] if a picture cannot be drawn.
+pub fn design_report(designed: &Designed, command: &str) -> Result<Report, FigureError> {
     let result = &designed.result;
     let lead = match result.pooled.as_ref().map(|p| p.delivered.unwrap_or(p.commanded)) {
         Some(size) => format!("All trials pooled, the axes reach a coherence of {:.3} with each other.", size.max),
@@ -31,7 +30,7 @@ pub fn design_report(designed: &Designed, command: &str) -> Result<Report, Study
         ],
         command: command.to_owned(),
         version: VERSION.to_owned(),
-        warnings: warnings(&result.warnings),
+        warnings: result.head.warnings.clone(),
         ..Report::default()
     };
     if !designed.curves.is_empty() {
@@ -66,7 +65,6 @@ pub fn design_report(designed: &Designed, command: &str) -> Result<Report, Study
             start_s: -result.lead_in_s,
             traces: first.channels().iter().map(trace).collect(),
             detail_s: Some((0.0, 5.0_f64.min(result.duration_s))),
-            held_out_s: None,
         };
         report.sections.push(Section::new("Commands", "The first trial.").figure(figures::traces("commands", "Commands", &traces)?));
     }

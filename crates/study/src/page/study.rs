@@ -1,21 +1,20 @@
 //! The report of a whole study.
 
-use super::estimate::{coherence_section, frame, power_section, response_section, traces_section};
-use super::fit::{agreement_section, ellipse_section, parameters_section};
-use super::overlay::overlay_section;
-use crate::error::StudyError;
 use crate::file::HiddenEffect;
-use crate::pipeline::{StudyOutcome, compare};
-use ndof_report::{Report, Section};
+use crate::run::StudyOutcome;
+use ndof_report::pages::{agreement_section, ellipse_section, parameters_section};
+use ndof_report::pages::{coherence_section, frame, power_section, response_section, traces_section};
+use ndof_report::pages::{diagnosis_sections, overlay_section};
+use ndof_report::{FigureError, Report, Section};
 
 /// The page of `ndof study`.
 ///
 /// # Errors
-/// [`StudyError::Figure`] if a picture cannot be drawn.
-pub fn study_report(outcome: &StudyOutcome, title: &str, command: &str) -> Result<Report, StudyError> {
+/// [`FigureError`] if a picture cannot be drawn.
+pub fn study_report(outcome: &StudyOutcome, title: &str, command: &str) -> Result<Report, FigureError> {
     let StudyOutcome { trials, simulated, estimated, fitted, also, .. } = outcome;
-    let mut report = frame(trials, estimated, title, command);
-    report.warnings = super::convert::warnings(&fitted.result.warnings);
+    let mut report = frame(estimated, title, command);
+    report.warnings = fitted.result.head.warnings.clone();
     let truth = simulated.as_ref().map(|s| &s.truth);
     let table = outcome.table();
     // Where joints and robot have one and the same axes, each number stands there twice, and counts once.
@@ -33,22 +32,22 @@ pub fn study_report(outcome: &StudyOutcome, title: &str, command: &str) -> Resul
     report.sections.extend(overlay_section(trials, fitted)?);
     report.sections.extend(ellipse_section(fitted, truth.map(|t| t.endpoint.K.as_slice()))?);
     for (name, _, fitted) in also {
-        report.sections.push(parameters_section(&compare(fitted, truth), &format!("Parameters, setting \u{201c}{name}\u{201d}")));
+        report.sections.push(parameters_section(&fitted.table(|name| truth?.parameter(name)), &format!("Parameters, setting \u{201c}{name}\u{201d}")));
     }
     report.sections.extend(outcome.sensitivity.as_ref().map(super::sensitivity::section));
-    if let Some(diagnosis) = &outcome.diagnosis {
-        report.sections.extend(super::diagnosis::sections(diagnosis, outcome.pictures.as_ref())?);
-        report.sections.extend(riddle_section(&outcome.riddle));
+    if let Some(diagnosed) = &outcome.diagnosed {
+        report.sections.extend(diagnosis_sections(diagnosed)?);
+        report.sections.extend(hidden_section(&outcome.hidden));
     }
     report.sections.push(coherence_section(&estimated.result)?);
-    report.sections.extend(power_section(trials, estimated)?);
+    report.sections.extend(power_section(estimated)?);
     report.sections.push(traces_section(trials)?);
     Ok(report)
 }
 
 /// What the study had hidden, after everything else was said about it.
-fn riddle_section(riddle: &[HiddenEffect]) -> Option<Section> {
-    let lines: Vec<String> = riddle
+fn hidden_section(hidden: &[HiddenEffect]) -> Option<Section> {
+    let lines: Vec<String> = hidden
         .iter()
         .map(|hidden| {
             let values: Vec<String> = hidden.parameters.iter().map(|(name, value)| format!("{name} = {value}")).collect();

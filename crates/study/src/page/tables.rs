@@ -1,9 +1,9 @@
 //! What the cases of a study show, as tables for the page and for the terminal.
 
-use super::convert::nan;
+use super::nan;
+use crate::cases::result::{BandAgreement, Case, Compared, Setting, StudyResult};
 use crate::file::ReportSection;
-use crate::result::Number;
-use crate::result::study::{BandAgreement, Case, Compared, Setting, StudyResult};
+use ndof_analysis::result::Number;
 use ndof_report::number::significant;
 use ndof_report::{Align, Table};
 
@@ -77,7 +77,7 @@ fn fits(result: &StudyResult) -> Option<Table> {
     ];
     let mut table = Table::new("Fitted matrices against the linearised plant, relative norm", &columns);
     for (case, setting) in rows(result) {
-        let percent = |of: fn(&crate::result::study::MatrixNumbers) -> Number| shown(setting.relative_error.as_ref().and_then(of).map(|e| 100.0 * e), 2);
+        let percent = |of: fn(&crate::cases::result::MatrixNumbers) -> Number| shown(setting.relative_error.as_ref().and_then(of).map(|e| 100.0 * e), 2);
         let judged: Vec<bool> = setting.parameters.iter().filter_map(|p| p.holds).collect();
         let held = format!("{} of {}", judged.iter().filter(|h| **h).count(), judged.len());
         table = table.row([case.name.clone(), setting_name(setting), percent(|e| e.M), percent(|e| e.B), percent(|e| e.K), held]);

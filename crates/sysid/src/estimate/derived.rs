@@ -3,7 +3,6 @@
 use super::derived_batch::{Batch, Results};
 use super::{Coherence, EstimateError, check};
 use crate::filling::Filling;
-use crate::hermitian::{Cholesky, eigen};
 use crate::labels::Labels;
 use crate::lanes::{Batches, LANES};
 use crate::ports::Ports;
@@ -12,10 +11,6 @@ use ndarray::Array2;
 use ndof_signal::CrossSpectra;
 use num_complex::Complex64;
 use serde::{Deserialize, Serialize};
-
-/// Below this strength of the instrument the estimate is biased towards the direct one, and its intervals are too
-/// narrow.
-pub const WEAK_INSTRUMENT: f64 = 10.0;
 
 /// Both halves of a derived estimate: what the reference does to outputs and inputs.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -45,7 +40,7 @@ pub struct DerivedEstimate {
     /// than two inputs to a few per cent.
     pub instrument_strength: Vec<f64>,
     /// Whether at this frequency that strength, or n_e γ²/(1 − γ²) of any one input with the references, is below
-    /// [`WEAK_INSTRUMENT`], `[f]`.
+    /// [`WEAK_INSTRUMENT`](super::WEAK_INSTRUMENT), `[f]`.
     pub weak_instrument: Vec<bool>,
     /// Indices of bins without an estimate (0 Hz after mean removal is not listed).
     pub singular_bins: Vec<usize>,
@@ -139,29 +134,4 @@ pub fn derived(spectra: &CrossSpectra, ports: &Ports, labels: &Labels) -> Result
         weak_instrument: out.weak_instrument,
         singular_bins: out.singular_bins,
     })
-}
-
-/// The largest eigenvalue of S⁻¹N for S = L Lᴴ already factored, that is of L⁻¹ N L⁻ᴴ. N may be singular. `a`, `b`,
-/// `row` and `values` are workspace of q², q², q and q.
-pub(crate) fn largest_ratio(
-    factor: &Cholesky,
-    n: impl Fn(usize, usize) -> Complex64,
-    a: &mut [Complex64],
-    b: &mut [Complex64],
-    row: &mut [Complex64],
-    values: &mut [f64],
-) -> f64 {
-    let q = values.len();
-    for i in 0..q {
-        (0..q).for_each(|j| row[j] = n(i, j));
-        factor.whiten(&mut row[..q]);
-        a[i * q..(i + 1) * q].copy_from_slice(&row[..q]);
-    }
-    for j in 0..q {
-        (0..q).for_each(|i| row[i] = a[i * q + j].conj());
-        factor.whiten(&mut row[..q]);
-        b[j * q..(j + 1) * q].copy_from_slice(&row[..q]);
-    }
-    eigen(b, values, None);
-    values.iter().fold(0.0_f64, |a, &b| a.max(b))
 }

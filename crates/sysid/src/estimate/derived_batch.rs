@@ -1,7 +1,7 @@
 //! The algebra of the derived estimate, for several frequencies side by side.
 
-use super::derived::WEAK_INSTRUMENT;
 use super::direct::LARGEST_CONDITION;
+use super::instrument::WEAK_INSTRUMENT;
 use crate::filling::{Filling, scatter, scatter_hermitian, scatter_real};
 use crate::lanes::{LANES, LaneCholesky, Lanes, Reals, condition, dot_conj, each, lower, map, power};
 use num_complex::Complex64;
@@ -145,12 +145,18 @@ impl Batch {
 
     #[inline(always)]
     fn solve_lanes(&mut self, s: &[Lanes], count: usize, out: &mut Results) {
+        let condition = self.explain(s, count, out);
+        self.solve_outputs(s, count, out);
+        self.judge_outputs(s, count, out);
+        self.judge_instrument(&condition, count, out);
+    }
+
+    /// What the references do to inputs and outputs, R and T, and what they leave; the references' condition number.
+    #[inline(always)]
+    fn explain(&mut self, s: &[Lanes], count: usize, out: &mut Results) -> Reals {
         let (p, q, qr, m) = (self.p, self.q, self.qr, self.p + self.q);
-        let start = out.weak_instrument.len();
         let share = [1.0 / self.freedom; LANES];
         let responder = |a: usize, b: usize| s[lower(qr + a, qr + b)];
-        let input = |i: usize, j: usize| s[lower(qr + i, qr + j)];
-
         self.reference.factor(|i, j| s[lower(i, j)]);
         self.reference.inverse(&mut self.reference_inverse, &mut self.scratch);
         let condition = condition(qr, |i, j| s[lower(i, j)], &self.reference_inverse);
@@ -182,10 +188,16 @@ impl Batch {
         }
         scatter_hermitian(out.noise_t.batch(count), q, |i, j| self.sigma[lower(i, j)].scaled(&share));
         scatter_hermitian(out.noise_r.batch(count), p, |i, j| self.sigma[lower(q + i, q + j)].scaled(&share));
+        condition
+    }
 
+    /// C, and what its residual needs.
+    #[inline(always)]
+    fn solve_outputs(&mut self, s: &[Lanes], count: usize, out: &mut Results) {
+        let (p, q, qr) = (self.p, self.q, self.qr);
         self.caused.factor(|i, j| self.explained[lower(i, j)]);
         self.caused.inverse(&mut self.caused_inverse, &mut self.scratch);
-        self.measured.factor(input);
+        self.measured.factor(|i, j| s[lower(qr + i, qr + j)]);
         self.measured.inverse(&mut self.measured_inverse, &mut self.scratch);
         scatter_hermitian(out.input_inverse.batch(count), q, |i, j| self.caused_inverse[lower(i, j)]);
         let value = out.value.batch(count);
@@ -201,6 +213,15 @@ impl Batch {
                 self.left[i * q + j] = (0..q).fold(start, |sum, l| times(&sum, &row[l], &self.sigma, l, j));
             }
         }
+    }
+
+    /// Noise and coherences of the outputs.
+    #[inline(always)]
+    fn judge_outputs(&mut self, s: &[Lanes], count: usize, out: &mut Results) {
+        let (p, q, qr) = (self.p, self.q, self.qr);
+        let share = [1.0 / self.freedom; LANES];
+        let responder = |a: usize, b: usize| s[lower(qr + a, qr + b)];
+        let input = |i: usize, j: usize| s[lower(qr + i, qr + j)];
         // The residual holds what the error of C makes of the inputs that the references do not cause: tr((S^c)⁻¹ Σ_uu)/ν.
         let taken_in = (0..q).fold([0.0; LANES], |sum, j| {
             (0..=j).fold(sum, |sum, l| {
@@ -242,6 +263,12 @@ impl Batch {
             row.iter_mut().enumerate().for_each(|(j, w)| *w = self.explained[lower(q + i, j)]);
             implied((i, p), (own, row), |j| self.explained[lower(j, j)].re, &self.caused_inverse, &equation_noise, [iv_ordinary, iv_partial, iv_multiple]);
         }
+    }
+
+    /// How far the instrument is to be trusted, and which frequencies have no estimate.
+    #[inline(always)]
+    fn judge_instrument(&mut self, condition: &Reals, count: usize, out: &mut Results) {
+        let (q, start) = (self.q, out.weak_instrument.len());
         let strength = self.strength();
         for l in 0..count {
             let weakest = (0..q).map(|j| self.averages * self.explained[lower(j, j)].re[l] / self.sigma[lower(j, j)].re[l]).fold(f64::INFINITY, f64::min);

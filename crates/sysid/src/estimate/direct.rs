@@ -2,12 +2,12 @@
 
 use super::{Coherence, EstimateError, Significance, check};
 use crate::filling::{Filling, scatter, scatter_hermitian, scatter_real};
-use crate::hermitian::eigen;
 use crate::labels::Labels;
-use crate::lanes::{Batches, LANES, LaneCholesky, Lanes, condition, dot_conj, each, lanes, lower, map, power};
+use crate::lanes::{Batches, LANES, LaneCholesky, Lanes, Reals, condition, dot_conj, each, lanes, lower, map, power};
 use crate::ports::Ports;
 use crate::response::{FrequencyResponse, Uncertainty};
 use ndarray::{Array2, Array3};
+use ndof_linear::hermitian_eigen;
 use ndof_signal::CrossSpectra;
 use num_complex::Complex64;
 use pulp::{Arch, Simd, WithSimd};
@@ -158,18 +158,7 @@ impl Solve<'_> {
             out.condition.extend(condition.iter().take(count).map(|c| if c.is_nan() { f64::INFINITY } else { *c }));
             scatter_hermitian(out.input_inverse.batch(count), q, |i, j| inverse[lower(i, j)]);
 
-            for (j, inverse_power) in inverse_power.iter_mut().enumerate() {
-                *inverse_power = each(&input(j, j).re, |power| 1.0 / power);
-            }
-            let between = out.input_coherence.batch(count);
-            for i in 0..q {
-                for j in 0..=i {
-                    let product = map(&inverse_power[i], &inverse_power[j], |a, b| a * b);
-                    let coherence = map(&input(i, j).norm_sqr(), &product, |n, p| n * p);
-                    scatter_real(between, q * q, i * q + j, &coherence);
-                    scatter_real(between, q * q, j * q + i, &coherence);
-                }
-            }
+            between_inputs(q, s, &mut inverse_power, out.input_coherence.batch(count));
             let ordinary = out.ordinary.batch(count);
             for i in 0..p {
                 let power = each(&s[lower(q + i, q + i)].re, f64::recip);
@@ -182,16 +171,7 @@ impl Solve<'_> {
             }
             let row = |i: usize| &rows[i * q..(i + 1) * q];
             let noise = out.noise.batch(count);
-            let share = [1.0 / freedom; LANES];
-            for i in 0..p {
-                for k in 0..i {
-                    let explained = dot_conj(row(i), row(k));
-                    let full = s[lower(q + i, q + k)];
-                    let rest = Lanes { re: map(&full.re, &explained.re, |a, b| a - b), im: map(&full.im, &explained.im, |a, b| a - b) }.scaled(&share);
-                    scatter(noise, p * p, i * p + k, &rest);
-                    scatter(noise, p * p, k * p + i, &rest.conj());
-                }
-            }
+            noise_between((p, q), s, &rows, freedom, noise);
             let multiple = out.multiple.batch(count);
             for i in 0..p {
                 let (full, explained) = (s[lower(q + i, q + i)].re, power(row(i)));
@@ -222,6 +202,37 @@ impl Solve<'_> {
             }
         }
         singular_bins
+    }
+}
+
+/// Ordinary coherence between inputs; `inverse_power` becomes 1/S_jj of each.
+#[inline(always)]
+fn between_inputs(q: usize, s: &[Lanes], inverse_power: &mut [Reals], out: &mut [f64]) {
+    for (j, inverse_power) in inverse_power.iter_mut().enumerate() {
+        *inverse_power = each(&s[lower(j, j)].re, |power| 1.0 / power);
+    }
+    for i in 0..q {
+        for j in 0..=i {
+            let product = map(&inverse_power[i], &inverse_power[j], |a, b| a * b);
+            let coherence = map(&s[lower(i, j)].norm_sqr(), &product, |n, p| n * p);
+            scatter_real(out, q * q, i * q + j, &coherence);
+            scatter_real(out, q * q, j * q + i, &coherence);
+        }
+    }
+}
+
+/// Noise that two different outputs share, from their whitened rows.
+#[inline(always)]
+fn noise_between((p, q): (usize, usize), s: &[Lanes], rows: &[Lanes], freedom: f64, out: &mut [Complex64]) {
+    let share = [1.0 / freedom; LANES];
+    for i in 0..p {
+        for k in 0..i {
+            let explained = dot_conj(&rows[i * q..(i + 1) * q], &rows[k * q..(k + 1) * q]);
+            let full = s[lower(q + i, q + k)];
+            let rest = Lanes { re: map(&full.re, &explained.re, |a, b| a - b), im: map(&full.im, &explained.im, |a, b| a - b) }.scaled(&share);
+            scatter(out, p * p, i * p + k, &rest);
+            scatter(out, p * p, k * p + i, &rest.conj());
+        }
     }
 }
 
@@ -307,7 +318,7 @@ fn hv(spectra: &CrossSpectra, ports: &Ports, labels: &Labels) -> Result<DirectEs
                     matrix[a * n + b] = spectra.at(f, channels[a], channels[b]) / (root(a) * root(b));
                 }
             }
-            eigen(&mut matrix, &mut values, Some(&mut vectors));
+            hermitian_eigen(&mut matrix, &mut values, Some(&mut vectors));
             let smallest = (0..n).min_by(|&a, &b| values[a].total_cmp(&values[b])).unwrap_or(0);
             let last = vectors[q * n + smallest];
             for j in 0..q {

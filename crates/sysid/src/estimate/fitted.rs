@@ -2,13 +2,15 @@
 //! make it.
 
 use super::coherence::{Coherence, Significance, imply};
-use super::derived::{DerivedEstimate, ToReference, WEAK_INSTRUMENT, largest_ratio};
+use super::derived::{DerivedEstimate, ToReference};
 use super::direct::{DirectEstimate, LARGEST_CONDITION};
+use super::instrument::{WEAK_INSTRUMENT, largest_ratio};
 use super::{EstimateError, check};
-use crate::hermitian::{Cholesky, scaled_condition};
 use crate::labels::Labels;
+use crate::lanes::scaled_condition;
 use crate::response::{FrequencyResponse, ResponseKind, Uncertainty};
 use ndarray::{Array2, Array3};
+use ndof_linear::Cholesky;
 use ndof_signal::Kernel;
 use num_complex::Complex64;
 
@@ -105,85 +107,12 @@ impl Fitted {
     /// C = R W Tᴴ (T W Tᴴ)⁻¹ with W the inverse of the Gram inverse; R T⁻¹ where T is square. Noise as in
     /// [`derived`](super::derived()).
     pub(crate) fn derived(&self, direct: &Fitted, labels: &Labels) -> Result<DerivedEstimate, EstimateError> {
-        let (bins, m, qr) = self.g.dim();
-        let (p, q) = (labels.outputs.len(), labels.inputs.len());
-        let complex = |rows: usize, columns: usize| Array3::from_elem((bins, rows, columns), NAN);
-        let (mut value, mut noise, mut input_inverse) = (complex(p, q), complex(p, p), complex(q, q));
-        let (mut paper, mut iv) = (Coherence::nan(bins, p, q), Coherence::nan(bins, p, q));
-        let (mut output_coherence, mut input_coherence) = (Array2::from_elem((bins, p), f64::NAN), Array2::from_elem((bins, q), f64::NAN));
-        let (mut instrument_strength, mut weak_instrument, mut singular_bins) = (vec![f64::NAN; bins], vec![false; bins], Vec::new());
-        let zeros = |n: usize| vec![Complex64::default(); n];
-        let (mut gram, mut coherent, mut measured) = (Cholesky::new(qr), Cholesky::new(q), Cholesky::new(q));
-        let (mut white, mut c, mut row) = (zeros(m * qr), zeros(p * q), zeros(qr.max(q)));
-        let (mut inverse_information, mut inverse_c, mut inverse_u, mut scratch) = (zeros(q * q), zeros(q * q), zeros(q * q), zeros(q * q));
-        let mut values = vec![0.0; q];
-        for f in usize::from(self.frequency_hz.first() == Some(&0.0))..bins {
-            let finite = self.g[[f, 0, 0]].is_finite();
-            // P = L Lᴴ, so that g L⁻ᴴ … W = P⁻¹ makes explained(a, b) = g_a W g_bᴴ.
-            if !(finite && gram.factor(|i, j| self.gram_inverse[[f, i, j]])) {
-                singular_bins.push(f);
-                continue;
-            }
-            for a in 0..m {
-                let row = &mut white[a * qr..(a + 1) * qr];
-                (0..qr).for_each(|k| row[k] = self.g[[f, a, k]]);
-                gram.whiten(row);
-                let power: f64 = (0..qr)
-                    .flat_map(|k| (0..qr).map(move |l| (k, l)))
-                    .map(|(k, l)| (self.g[[f, a, k]] * self.driver[[f, k, l]] * self.g[[f, a, l]].conj()).re)
-                    .sum();
-                let share = power / (power + self.noise[[f, a, a]].re);
-                if a < p { output_coherence[[f, a]] = share } else { input_coherence[[f, a - p]] = share }
-            }
-            let information = |a: usize, b: usize| -> Complex64 { (0..qr).map(|k| white[a * qr + k] * white[b * qr + k].conj()).sum() };
-            let caused = |i: usize, j: usize| -> Complex64 {
-                let pairs = (0..qr).flat_map(|k| (0..qr).map(move |l| (k, l)));
-                pairs.map(|(k, l)| self.g[[f, p + i, k]] * self.driver[[f, k, l]] * self.g[[f, p + j, l]].conj()).sum()
-            };
-            let input = |i: usize, j: usize| direct.driver[[f, i, j]];
-            if !coherent.factor(caused) || !measured.factor(input) {
-                singular_bins.push(f);
-                continue;
-            }
-            coherent.inverse(&mut inverse_c);
-            measured.inverse(&mut inverse_u);
-            if !coherent.factor(|i, j| information(p + i, p + j)) {
-                singular_bins.push(f);
-                continue;
-            }
-            coherent.inverse(&mut inverse_information);
-            input_inverse.index_axis_mut(ndarray::Axis(0), f).iter_mut().zip(&inverse_information).for_each(|(to, &from)| *to = from);
-            for (i, row) in c.chunks_exact_mut(q).enumerate() {
-                (0..q).for_each(|j| row[j] = information(i, p + j));
-                coherent.whiten(row);
-                coherent.unwhiten(row);
-                (0..q).for_each(|j| value[[f, i, j]] = row[j]);
-            }
-            let sigma = |a: usize, b: usize| self.noise[[f, a, b]];
-            for (i, k) in (0..p).flat_map(|i| (0..p).map(move |k| (i, k))) {
-                let mut sum = sigma(i, k);
-                for j in 0..q {
-                    sum -= c[i * q + j] * sigma(p + j, k) + sigma(i, p + j) * c[k * q + j].conj();
-                    for l in 0..q {
-                        sum += c[i * q + j] * sigma(p + j, p + l) * c[k * q + l].conj();
-                    }
-                }
-                noise[[f, i, k]] = if i == k { Complex64::from(sum.re.max(0.0)) } else { sum };
-            }
-            for i in 0..p {
-                let own = &c[i * q..(i + 1) * q];
-                imply(&mut paper, (f, i), own, input, &inverse_u, direct.noise[[f, i, i]].re);
-                imply(&mut iv, (f, i), own, caused, &inverse_c, noise[[f, i, i]].re);
-            }
-            // The residual holds what the error of C makes of the inputs that the references do not cause.
-            let taken_in: Complex64 = (0..q).flat_map(|l| (0..q).map(move |j| (l, j))).map(|(l, j)| inverse_information[l * q + j] * sigma(p + j, p + l)).sum();
-            noise.index_axis_mut(ndarray::Axis(0), f).mapv_inplace(|v| v / (1.0 + taken_in.re));
-            let largest = largest_ratio(&coherent, |i, j| sigma(p + i, p + j), &mut scratch, &mut inverse_u, &mut row, &mut values);
-            instrument_strength[f] = 1.0 / (qr as f64 * largest);
-            let weakest = (0..q).map(|j| information(p + j, p + j).re / sigma(p + j, p + j).re).fold(f64::INFINITY, f64::min);
-            weak_instrument[f] = instrument_strength[f].min(weakest) < WEAK_INSTRUMENT;
-        }
-        if value.iter().all(|v| v.is_nan()) {
+        let (m, p) = (self.g.dim().1, labels.outputs.len());
+        let mut line = AtLine::new(self, direct, p);
+        let mut found = Found::new(self.g.dim(), p);
+        let lines = usize::from(self.frequency_hz.first() == Some(&0.0))..self.frequency_hz.len();
+        let singular_bins: Vec<usize> = lines.filter(|&f| line.solve(f, &mut found).is_none()).collect();
+        if found.value.iter().all(|v| v.is_nan()) {
             return Err(EstimateError::Dependent { role: "reference", names: labels.references.clone() });
         }
         let part = |from: usize, to: usize| {
@@ -200,19 +129,197 @@ impl Fitted {
         };
         let ((r, noise_r), (t, noise_t)) = (part(0, p), part(p, m));
         Ok(DerivedEstimate {
-            response: wrap(value, noise, input_inverse, labels.kind, &labels.inputs, &labels.outputs),
+            response: wrap(found.value, found.noise, found.input_inverse, labels.kind, &labels.inputs, &labels.outputs),
             to_reference: ToReference {
                 r: wrap(r, noise_r, self.gram_inverse.clone(), ResponseKind::Transfer, &labels.references, &labels.outputs),
                 t: wrap(t, noise_t, self.gram_inverse.clone(), ResponseKind::Transfer, &labels.references, &labels.inputs),
-                output_coherence,
-                input_coherence,
+                output_coherence: found.output_coherence,
+                input_coherence: found.input_coherence,
             },
-            coherence_paper: paper,
-            coherence_iv: iv,
-            instrument_strength,
-            weak_instrument,
+            coherence_paper: found.paper,
+            coherence_iv: found.iv,
+            instrument_strength: found.instrument_strength,
+            weak_instrument: found.weak_instrument,
             singular_bins,
         })
+    }
+}
+
+/// The arrays of a derived estimate while they are made.
+struct Found {
+    value: Array3<Complex64>,
+    noise: Array3<Complex64>,
+    input_inverse: Array3<Complex64>,
+    paper: Coherence,
+    iv: Coherence,
+    output_coherence: Array2<f64>,
+    input_coherence: Array2<f64>,
+    instrument_strength: Vec<f64>,
+    weak_instrument: Vec<bool>,
+}
+
+impl Found {
+    /// Nothing yet, for `p` of the responders being outputs.
+    fn new((bins, m, _): (usize, usize, usize), p: usize) -> Self {
+        let q = m - p;
+        let complex = |rows: usize, columns: usize| Array3::from_elem((bins, rows, columns), NAN);
+        Found {
+            value: complex(p, q),
+            noise: complex(p, p),
+            input_inverse: complex(q, q),
+            paper: Coherence::nan(bins, p, q),
+            iv: Coherence::nan(bins, p, q),
+            output_coherence: Array2::from_elem((bins, p), f64::NAN),
+            input_coherence: Array2::from_elem((bins, q), f64::NAN),
+            instrument_strength: vec![f64::NAN; bins],
+            weak_instrument: vec![false; bins],
+        }
+    }
+}
+
+/// Workspace for one line of a derived estimate: responders are `p` outputs, then `q` inputs, drivers `qr` references.
+struct AtLine<'a> {
+    fit: &'a Fitted,
+    direct: &'a Fitted,
+    p: usize,
+    q: usize,
+    qr: usize,
+    gram: Cholesky<Complex64>,
+    coherent: Cholesky<Complex64>,
+    measured: Cholesky<Complex64>,
+    /// Responders over references, whitened: rows a, b make what the references explain of them, g_a W g_bᴴ.
+    white: Vec<Complex64>,
+    c: Vec<Complex64>,
+    row: Vec<Complex64>,
+    inverse_information: Vec<Complex64>,
+    inverse_c: Vec<Complex64>,
+    inverse_u: Vec<Complex64>,
+    scratch: Vec<Complex64>,
+    values: Vec<f64>,
+}
+
+impl<'a> AtLine<'a> {
+    fn new(fit: &'a Fitted, direct: &'a Fitted, p: usize) -> Self {
+        let (_, m, qr) = fit.g.dim();
+        let q = m - p;
+        let zeros = |n: usize| vec![Complex64::default(); n];
+        AtLine {
+            fit,
+            direct,
+            p,
+            q,
+            qr,
+            gram: Cholesky::new(qr),
+            coherent: Cholesky::new(q),
+            measured: Cholesky::new(q),
+            white: zeros(m * qr),
+            c: zeros(p * q),
+            row: zeros(qr.max(q)),
+            inverse_information: zeros(q * q),
+            inverse_c: zeros(q * q),
+            inverse_u: zeros(q * q),
+            scratch: zeros(q * q),
+            values: vec![0.0; q],
+        }
+    }
+
+    /// Finds everything at line `f`; `None` where references or inputs depend on each other.
+    fn solve(&mut self, f: usize, out: &mut Found) -> Option<()> {
+        self.explain(f, out)?;
+        let (fit, p, qr) = (self.fit, self.p, self.qr);
+        let caused = |i: usize, j: usize| -> Complex64 {
+            let pairs = (0..qr).flat_map(|k| (0..qr).map(move |l| (k, l)));
+            pairs.map(|(k, l)| fit.g[[f, p + i, k]] * fit.driver[[f, k, l]] * fit.g[[f, p + j, l]].conj()).sum()
+        };
+        let input = |i: usize, j: usize| self.direct.driver[[f, i, j]];
+        if !self.coherent.factor(caused) || !self.measured.factor(input) {
+            return None;
+        }
+        self.coherent.inverse(&mut self.inverse_c);
+        self.measured.inverse(&mut self.inverse_u);
+        self.invert(f, out)?;
+        self.find_noise(f, out);
+        for (i, own) in self.c.chunks_exact(self.q).enumerate() {
+            imply(&mut out.paper, (f, i), own, input, &self.inverse_u, self.direct.noise[[f, i, i]].re);
+            imply(&mut out.iv, (f, i), own, caused, &self.inverse_c, out.noise[[f, i, i]].re);
+        }
+        self.judge_instrument(f, out);
+        Some(())
+    }
+
+    /// Whitens the responders, P = L Lᴴ and g L⁻ᴴ with W = P⁻¹, and tells the references' coherence with each.
+    fn explain(&mut self, f: usize, out: &mut Found) -> Option<()> {
+        let (fit, p, qr) = (self.fit, self.p, self.qr);
+        if !(fit.g[[f, 0, 0]].is_finite() && self.gram.factor(|i, j| fit.gram_inverse[[f, i, j]])) {
+            return None;
+        }
+        for (a, row) in self.white.chunks_exact_mut(qr).enumerate() {
+            (0..qr).for_each(|k| row[k] = fit.g[[f, a, k]]);
+            self.gram.whiten(row);
+            let pairs = (0..qr).flat_map(|k| (0..qr).map(move |l| (k, l)));
+            let power: f64 = pairs.map(|(k, l)| (fit.g[[f, a, k]] * fit.driver[[f, k, l]] * fit.g[[f, a, l]].conj()).re).sum();
+            let share = power / (power + fit.noise[[f, a, a]].re);
+            if a < p { out.output_coherence[[f, a]] = share } else { out.input_coherence[[f, a - p]] = share }
+        }
+        Some(())
+    }
+
+    fn information(&self, a: usize, b: usize) -> Complex64 {
+        let rows = [a, b].map(|r| &self.white[r * self.qr..(r + 1) * self.qr]);
+        rows[0].iter().zip(rows[1]).map(|(x, y)| x * y.conj()).sum()
+    }
+
+    /// C and the inverse of the information on the inputs.
+    fn invert(&mut self, f: usize, out: &mut Found) -> Option<()> {
+        let (p, q) = (self.p, self.q);
+        for e in 0..q * q {
+            self.scratch[e] = self.information(p + e / q, p + e % q);
+        }
+        if !self.coherent.factor(|i, j| self.scratch[i * q + j]) {
+            return None;
+        }
+        self.coherent.inverse(&mut self.inverse_information);
+        out.input_inverse.index_axis_mut(ndarray::Axis(0), f).iter_mut().zip(&self.inverse_information).for_each(|(to, &from)| *to = from);
+        for i in 0..p {
+            for j in 0..q {
+                self.c[i * q + j] = self.information(i, p + j);
+            }
+            let row = &mut self.c[i * q..(i + 1) * q];
+            self.coherent.whiten(row);
+            self.coherent.unwhiten(row);
+            (0..q).for_each(|j| out.value[[f, i, j]] = row[j]);
+        }
+        Some(())
+    }
+
+    /// The noise of the equation that was solved, A Σ Aᴴ with A = [1, −C].
+    fn find_noise(&self, f: usize, out: &mut Found) {
+        let (p, q, c) = (self.p, self.q, &self.c);
+        let sigma = |a: usize, b: usize| self.fit.noise[[f, a, b]];
+        for (i, k) in (0..p).flat_map(|i| (0..p).map(move |k| (i, k))) {
+            let mut sum = sigma(i, k);
+            for j in 0..q {
+                sum -= c[i * q + j] * sigma(p + j, k) + sigma(i, p + j) * c[k * q + j].conj();
+                for l in 0..q {
+                    sum += c[i * q + j] * sigma(p + j, p + l) * c[k * q + l].conj();
+                }
+            }
+            out.noise[[f, i, k]] = if i == k { Complex64::from(sum.re.max(0.0)) } else { sum };
+        }
+    }
+
+    /// Takes out of the noise what the error of C makes of the inputs that the references do not cause, and tells how strong the references are.
+    fn judge_instrument(&mut self, f: usize, out: &mut Found) {
+        let (fit, p, q) = (self.fit, self.p, self.q);
+        let sigma = |a: usize, b: usize| fit.noise[[f, a, b]];
+        let pairs = (0..q).flat_map(|l| (0..q).map(move |j| (l, j)));
+        let taken_in: Complex64 = pairs.map(|(l, j)| self.inverse_information[l * q + j] * sigma(p + j, p + l)).sum();
+        out.noise.index_axis_mut(ndarray::Axis(0), f).mapv_inplace(|v| v / (1.0 + taken_in.re));
+        let of_inputs = |i: usize, j: usize| sigma(p + i, p + j);
+        let largest = largest_ratio(&self.coherent, of_inputs, &mut self.scratch, &mut self.inverse_u, &mut self.row, &mut self.values);
+        out.instrument_strength[f] = 1.0 / (self.qr as f64 * largest);
+        let weakest = (0..q).map(|j| self.information(p + j, p + j).re / sigma(p + j, p + j).re).fold(f64::INFINITY, f64::min);
+        out.weak_instrument[f] = out.instrument_strength[f].min(weakest) < WEAK_INSTRUMENT;
     }
 }
 

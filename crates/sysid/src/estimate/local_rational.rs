@@ -1,7 +1,7 @@
 //! The local rational method: a denominator common to all responders around each line, for resonances a few lines wide.
 
-use super::local_polynomial::{Basis, Chunk, Lines};
-use crate::hermitian::Cholesky;
+use super::local_lines::{Basis, Chunk, Lines};
+use ndof_linear::Cholesky;
 use num_complex::Complex64;
 use serde::{Deserialize, Serialize};
 use statrs::distribution::{ContinuousCDF, FisherSnedecor};
@@ -92,7 +92,7 @@ pub(super) struct Rational<'a> {
     residual: Vec<Complex64>,
     /// Coefficients whitened by the factor of X Xᴴ, m × unknowns.
     projection: Vec<Complex64>,
-    factor: Cholesky,
+    factor: Cholesky<Complex64>,
     /// Sensitivities of the residuals to d, (m D) × equations, and what X takes of them, (m D) × unknowns.
     sensitivity: Vec<Complex64>,
     absorbed: Vec<Complex64>,
@@ -218,7 +218,7 @@ impl<'a> Rational<'a> {
     }
 
     /// Σ J Jᴴ/σ², factored.
-    fn normal(&self) -> Option<Cholesky> {
+    fn normal(&self) -> Option<Cholesky<Complex64>> {
         let mut normal = Cholesky::new(self.degree);
         normal.factor(|s, l| (0..self.responders.len()).map(|i| self.inner(i, s, i, l) / self.scale[i]).sum()).then_some(normal)
     }
@@ -387,7 +387,7 @@ fn project_out(known: &[Complex64], series: &mut [Complex64]) {
 }
 
 /// Takes the rows of X out of `series`; `whitened` becomes series Xᴴ L⁻ᴴ.
-fn take_out(factor: &Cholesky, x: &[Complex64], series: &mut [Complex64], whitened: &mut [Complex64], coefficients: &mut [Complex64]) {
+fn take_out(factor: &Cholesky<Complex64>, x: &[Complex64], series: &mut [Complex64], whitened: &mut [Complex64], coefficients: &mut [Complex64]) {
     let length = series.len();
     whitened.iter_mut().enumerate().for_each(|(a, w)| *w = dot(series, 0, x, a, length));
     factor.whiten(whitened);

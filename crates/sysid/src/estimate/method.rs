@@ -1,14 +1,15 @@
 //! One call for every spectral method: trials in, estimates out.
 
 use super::fitted::Fitted;
-use super::local_polynomial::{self, Lines, LocalPolynomial};
+use super::local_fit::{fit_as_set, fit_rational};
+use super::local_lines::Lines;
+use super::local_polynomial::LocalPolynomial;
 use super::local_rational::LocalRational;
 use super::multisine::{Distortion, Multisine, multisine};
 use super::{DerivedEstimate, Direct, DirectEstimate, EstimateError, derived, direct};
 use crate::labels::Labels;
 use crate::ports::Ports;
-use crate::warning::Warning;
-use ndof_signal::{CrossSpectra, Multitaper, PeriodSpectra, Periodic, Recording, Welch};
+use ndof_signal::{CrossSpectra, Multitaper, PeriodSpectra, Periodic, Recording, Warning, Welch};
 use serde::{Deserialize, Serialize};
 
 /// How spectra are made from recordings.
@@ -103,14 +104,12 @@ pub fn estimate(trials: &[&Recording], ports: &Ports, labels: &Labels, method: &
         }
         SpectralMethod::LocalPolynomial(settings) => {
             let fit = |lines: &[Lines], of: (f64, usize), drivers: &[usize], responders: &[usize]| {
-                local_polynomial::fit_as_set(lines, of, drivers, responders, *settings).map(|f| f.fitted)
+                fit_as_set(lines, of, drivers, responders, *settings).map(|f| f.fitted)
             };
             local(trials, ports, labels, method, fit)
         }
         SpectralMethod::LocalRational(settings) => {
-            let fit = |lines: &[Lines], of: (f64, usize), drivers: &[usize], responders: &[usize]| {
-                local_polynomial::fit_rational(lines, of, drivers, responders, *settings)
-            };
+            let fit = |lines: &[Lines], of: (f64, usize), drivers: &[usize], responders: &[usize]| fit_rational(lines, of, drivers, responders, *settings);
             local(trials, ports, labels, method, fit)
         }
         SpectralMethod::Periodic(settings) => {

@@ -3,13 +3,12 @@
 
 use super::fitted::{Fitted, freedom};
 use super::{DerivedEstimate, DirectEstimate, EstimateError};
-use crate::hermitian::Cholesky;
 use crate::labels::Labels;
 use crate::ports::Ports;
 use crate::response::FrequencyResponse;
-use crate::warning::Warning;
 use ndarray::{Array2, Array3};
-use ndof_signal::PeriodSpectra;
+use ndof_linear::Cholesky;
+use ndof_signal::{PeriodSpectra, Warning};
 use num_complex::Complex64;
 use serde::{Deserialize, Serialize};
 use statrs::distribution::{ContinuousCDF, FisherSnedecor};

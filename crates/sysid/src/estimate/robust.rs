@@ -1,9 +1,9 @@
 //! Segments that a knock or a cough has wrecked are left out, and reported.
 
 use super::EstimateError;
-use crate::hermitian::Cholesky;
 use crate::labels::Labels;
 use crate::ports::Ports;
+use ndof_linear::Cholesky;
 use ndof_signal::{CrossSpectra, Recording, Welch};
 use num_complex::Complex64;
 use rayon::prelude::*;
@@ -156,7 +156,19 @@ fn scores(values: &[f64], kept: &[bool]) -> Vec<f64> {
 struct Judge<'a> {
     drivers: &'a [usize],
     responders: &'a [usize],
-    bins: Vec<(usize, Vec<Complex64>, Cholesky, Cholesky)>,
+    bins: Vec<Bin>,
+}
+
+/// One bin that judges.
+struct Bin {
+    /// Its index.
+    at: usize,
+    /// The response, row by row.
+    response: Vec<Complex64>,
+    /// The covariance of what drives.
+    input: Cholesky<Complex64>,
+    /// That of what the response leaves.
+    residual: Cholesky<Complex64>,
 }
 
 impl<'a> Judge<'a> {
@@ -180,7 +192,7 @@ impl<'a> Judge<'a> {
                 continue;
             }
             rows.chunks_exact_mut(q).for_each(|row| input.unwhiten(row));
-            bins.push((f, rows, input, residual));
+            bins.push(Bin { at: f, response: rows, input, residual });
         }
         Judge { drivers, responders, bins }
     }
@@ -190,7 +202,7 @@ impl<'a> Judge<'a> {
         let (q, m) = (self.drivers.len(), self.responders.len());
         let (mut residual, mut leverage) = (0.0, 0.0);
         let (mut e, mut x) = (vec![Complex64::default(); m], vec![Complex64::default(); q]);
-        for (f, g, input, covariance) in &self.bins {
+        for Bin { at: f, response: g, input, residual: covariance } in &self.bins {
             // One segment's spectra are z zᴴ: any column over the root of its power is z up to a common phase.
             let anchor = self.responders.iter().chain(self.drivers).copied().max_by(|&a, &b| segment.power(*f, a).total_cmp(&segment.power(*f, b)));
             let Some(anchor) = anchor.filter(|&a| segment.power(*f, a) > 0.0) else { continue };

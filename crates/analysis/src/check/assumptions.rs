@@ -1,0 +1,107 @@
+//! What spectral estimates take for granted: signals whose power does not drift, Gaussian amplitudes, trials alike.
+
+use super::result::ChannelAssumptions;
+use crate::result::{Number, number};
+use crate::trials::RoleNames;
+use crate::trials::Roles;
+use crate::trials::Trial;
+use ndof_signal::{mean_squares, normality, reverse_arrangements};
+use statrs::distribution::{ContinuousCDF, Normal};
+
+/// Intervals whose mean squares are compared (Bendat & Piersol: 16 to 25).
+const INTERVALS: usize = 20;
+
+/// Shares at which the amplitudes' quantiles are told.
+const SHARES: [f64; 9] = [0.01, 0.05, 0.1, 0.25, 0.5, 0.75, 0.9, 0.95, 0.99];
+
+/// The assumptions for every channel with a role that all trials have.
+pub(super) fn assumptions(trials: &[Trial], names: &RoleNames) -> Vec<ChannelAssumptions> {
+    let Some(first) = trials.first() else { return Vec::new() };
+    let Ok(roles) = Roles::find(&first.recording, &first.file, names) else { return Vec::new() };
+    roles.used().into_iter().filter_map(|index| channel(trials, &first.recording.channels()[index].name)).collect()
+}
+
+fn channel(trials: &[Trial], name: &str) -> Option<ChannelAssumptions> {
+    let signals: Option<Vec<Vec<f64>>> = trials.iter().map(|t| t.recording.channels().iter().find(|c| c.name == name).map(|c| level(&c.samples))).collect();
+    let signals = signals.filter(|all| all.iter().all(|s| s.len() >= INTERVALS))?;
+    let courses: Vec<Vec<f64>> = signals.iter().filter_map(|s| mean_squares(s, INTERVALS).ok()).collect();
+    let shapes: Vec<_> = signals.iter().map(|s| normality(s).ok()).collect();
+    let of = |value: &dyn Fn(&ndof_signal::Normality) -> f64| -> Vec<Number> { shapes.iter().map(|s| s.as_ref().and_then(|s| number(value(s)))).collect() };
+    Some(ChannelAssumptions {
+        name: name.to_owned(),
+        trend_p_value: courses.iter().map(|c| reverse_arrangements(c).ok().and_then(|r| number(r.p_value))).collect(),
+        skewness: of(&|s| s.skewness),
+        excess_kurtosis: of(&|s| s.excess_kurtosis),
+        normal_p_value: of(&|s| s.p_value),
+        gaussian_quantiles: SHARES.iter().map(|share| Normal::standard().inverse_cdf(*share)).collect(),
+        quantiles: signals.iter().map(|s| quantiles(s)).collect(),
+        squared_correlation: table(&signals),
+        squared_correlation_of_mean_squares: table(&courses),
+        mean_squares: courses,
+    })
+}
+
+/// Finite samples without their mean.
+fn level(samples: &[f64]) -> Vec<f64> {
+    let finite = || samples.iter().copied().filter(|s| s.is_finite());
+    let mean = finite().sum::<f64>() / finite().count() as f64;
+    finite().map(|s| s - mean).collect()
+}
+
+/// Standardised quantiles, at [`SHARES`].
+fn quantiles(signal: &[f64]) -> Vec<Number> {
+    let std = (signal.iter().map(|s| s * s).sum::<f64>() / signal.len() as f64).sqrt();
+    let mut sorted = signal.to_vec();
+    sorted.sort_by(f64::total_cmp);
+    let at = |share: f64| {
+        let place = share * (sorted.len() - 1) as f64;
+        let (k, rest) = (place.floor() as usize, place.fract());
+        let next = sorted[(k + 1).min(sorted.len() - 1)];
+        sorted[k] + rest * (next - sorted[k])
+    };
+    SHARES.iter().map(|share| number(at(*share) / std)).collect()
+}
+
+/// R² of each pair, over the length that both have.
+fn table(signals: &[Vec<f64>]) -> Vec<Vec<Number>> {
+    signals.iter().map(|a| signals.iter().map(|b| squared_correlation(a, b)).collect()).collect()
+}
+
+fn squared_correlation(a: &[f64], b: &[f64]) -> Number {
+    let n = a.len().min(b.len());
+    let mean = |x: &[f64]| x[..n].iter().sum::<f64>() / n as f64;
+    let (ma, mb) = (mean(a), mean(b));
+    let sum = |x: &[f64], mx: f64, y: &[f64], my: f64| x[..n].iter().zip(&y[..n]).map(|(x, y)| (x - mx) * (y - my)).sum::<f64>();
+    number(sum(a, ma, b, mb).powi(2) / (sum(a, ma, a, ma) * sum(b, mb, b, mb)))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use rand::{RngExt, SeedableRng};
+
+    fn gaussian(seed: u64, n: usize) -> Vec<f64> {
+        let mut rng = rand_chacha::ChaCha8Rng::seed_from_u64(seed);
+        (0..n).map(|_| rng.sample(rand_distr::StandardNormal)).collect()
+    }
+
+    #[test]
+    fn repeated_trials_correlate_others_do_not_and_a_square_is_not_gaussian() {
+        let force = gaussian(1, 20_000);
+        let trial = |force: &[f64], noise: u64| {
+            let motion: Vec<f64> = force.iter().zip(gaussian(noise, force.len())).map(|(f, e)| f * f + 0.1 * e).collect();
+            Trial::new(100.0).effort("x", force.to_vec()).displacement("x", motion).expect("valid")
+        };
+        let found = assumptions(&[trial(&force, 2), trial(&force, 3), trial(&gaussian(4, 20_000), 5)], &RoleNames::default());
+        let [input, output] = found.as_slice() else { panic!("two channels") };
+        assert!((input.squared_correlation[0][1].expect("defined") - 1.0).abs() < 1e-12);
+        // Two independent Gaussian signals: R² is 1/N on average, 25/N with a probability below 1e-6.
+        assert!(input.squared_correlation[0][2].expect("defined") < 25.0 / 20_000.0);
+        assert!(output.squared_correlation[0][1].expect("defined") > 0.9);
+        assert!(input.normal_p_value[0].expect("defined") > 0.001 && output.normal_p_value[0].expect("defined") < 1e-6);
+        assert!((output.skewness[0].expect("defined") - 8.0_f64.sqrt()).abs() < 0.5, "χ² with one degree of freedom");
+        // Standard error of the 99 % quantile: √(p(1−p)/N)/φ(z) = 0.026.
+        assert!((input.quantiles[0][8].expect("defined") - 2.326).abs() < 4.0 * 0.026);
+        assert_eq!(input.mean_squares[0].len(), 20);
+    }
+}

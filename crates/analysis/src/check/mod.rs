@@ -1,0 +1,141 @@
+//! Data quality before numbers.
+
+mod assumptions;
+mod channel;
+mod pairs;
+mod quality;
+pub mod result;
+
+pub(crate) use quality::quality;
+
+use crate::result::{Head, number};
+use crate::trials::{RoleNames, Roles, Trial, add_each};
+use channel::{finite, mean_and_std, resolution};
+use ndof_signal::{Channel, CrossSpectra, Welch};
+use quality::{findings, role};
+use result::{ChannelCheck, CheckResult, Finding, TrialCheck};
+
+/// The code of what is wrong with the clock of a file.
+const TIMING: &str = "sample-timing";
+
+/// Looks at every channel of every file.
+///
+/// A recording whose roles cannot be found is looked at all the same, with a finding that says so.
+pub fn check(trials: &[Trial], names: &RoleNames) -> CheckResult {
+    let (mut checked, mut found, mut warnings) = (Vec::new(), Vec::new(), Vec::new());
+    for (k, trial) in trials.iter().enumerate() {
+        let roles = Roles::find(&trial.recording, &trial.file, names);
+        if let Err(error) = &roles {
+            found.push(Finding::new("roles", "fault", k, None, error.to_string(), "name channels with `input`, `output` and `reference`"));
+        }
+        let roles = roles.ok();
+        let (timing, notes): (Vec<_>, Vec<_>) = trial.warnings.iter().cloned().partition(|note| note.code == TIMING);
+        found.extend(timing.into_iter().map(|note| Finding::new(TIMING, "fault", k, None, note.message, &note.action)));
+        add_each(&mut warnings, notes.into_iter().chain(roles.iter().flat_map(|roles| roles.warnings.clone())));
+        let sample_rate_hz = trial.recording.sample_rate_hz();
+        let channels = trial.recording.channels().iter().enumerate();
+        let channels = channels.map(|(index, channel)| look(channel, role(roles.as_ref(), index), sample_rate_hz)).collect();
+        let (lags, of_trial) = findings(&trial.recording, roles.as_ref(), k);
+        found.extend(of_trial);
+        checked.push(TrialCheck { file: trial.file.clone(), lags, sample_rate_hz, duration_s: trial.recording.duration_s(), channels });
+    }
+    let faulty = found.iter().any(|finding| finding.severity == "fault");
+    let verdict = if faulty {
+        "faulty"
+    } else if found.is_empty() {
+        "good"
+    } else {
+        "usable"
+    };
+    CheckResult {
+        head: Head::new(CheckResult::SCHEMA, "check", warnings),
+        verdict: verdict.to_owned(),
+        trials: checked,
+        findings: found,
+        assumptions: assumptions::assumptions(trials, names),
+    }
+}
+
+fn look(channel: &Channel, role: &str, sample_rate_hz: f64) -> ChannelCheck {
+    let samples = finite(channel);
+    let (mean, std) = mean_and_std(&samples);
+    let mut sorted = samples.clone();
+    sorted.sort_by(f64::total_cmp);
+    let step = resolution(&sorted);
+    ChannelCheck {
+        name: channel.name.clone(),
+        unit: channel.unit.symbol().to_owned(),
+        role: role.to_owned(),
+        missing: channel.samples.len() - samples.len(),
+        mean: number(mean),
+        std: number(std),
+        range: sorted.first().zip(sorted.last()).map(|(low, high)| [*low, *high]),
+        step: number(step),
+        band_hz: power_band(&samples, sample_rate_hz),
+    }
+}
+
+/// The band that holds 98 % of a channel's power, one hundredth beyond each end.
+fn power_band(samples: &[f64], sample_rate_hz: f64) -> Option<[f64; 2]> {
+    let nperseg = (samples.len() / 8).checked_ilog2().filter(|bits| *bits >= 4).map(|bits| 1_usize << bits)?;
+    power_band_of(&Welch::new(nperseg).spectra(sample_rate_hz, &[samples]).ok()?, 0)
+}
+
+/// The same from spectra.
+pub(crate) fn power_band_of(spectra: &CrossSpectra, channel: usize) -> Option<[f64; 2]> {
+    let total: f64 = (1..spectra.frequency_hz().len()).map(|f| spectra.power(f, channel)).sum();
+    let mut sum = 0.0;
+    let mut ends = [None, None];
+    for f in 1..spectra.frequency_hz().len() {
+        sum += spectra.power(f, channel);
+        for (end, share) in ends.iter_mut().zip([0.01, 0.99]) {
+            if end.is_none() && sum >= share * total {
+                *end = Some(spectra.frequency_hz()[f]);
+            }
+        }
+    }
+    ends[0].zip(ends[1]).filter(|_| total > 0.0).map(|(low, high)| [low, high])
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn codes(force: Vec<f64>, motion: Vec<f64>) -> Vec<String> {
+        let trial = Trial::new(100.0).effort("x", force).displacement("x", motion).expect("valid");
+        check(&[trial], &RoleNames::default()).findings.into_iter().map(|finding| finding.code).collect()
+    }
+
+    /// Uniform noise, which has no outliers and no trend.
+    fn noise(seed: u64) -> Vec<f64> {
+        let mut state = seed;
+        (0..4000)
+            .map(|_| {
+                state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+                (state >> 11) as f64 / (1_u64 << 52) as f64 - 1.0
+            })
+            .collect()
+    }
+
+    #[test]
+    fn good_data_are_good() {
+        assert_eq!(codes(noise(1), noise(2)), Vec::<String>::new());
+    }
+
+    #[test]
+    fn each_fault_is_found_by_its_name() {
+        let clipped: Vec<f64> = (0..4000).map(|k| (3.0 * (f64::from(k) * 0.05).sin()).clamp(-2.0, 2.0)).collect();
+        assert_eq!(codes(clipped, noise(2)), ["clipped"]);
+        assert_eq!(codes(vec![1.5; 4000], noise(2)), ["constant"]);
+        let coarse = noise(3).iter().map(|s| (s * 2.0).round()).collect();
+        assert!(codes(noise(1), coarse).contains(&"coarse-quantisation".to_owned()));
+        let mut knocked = noise(4);
+        knocked[100] = 50.0;
+        assert!(codes(noise(1), knocked).contains(&"outliers".to_owned()));
+        let mut holey = noise(5);
+        holey[7] = f64::NAN;
+        assert_eq!(codes(noise(1), holey), ["missing-samples"]);
+        let growing = noise(6).iter().enumerate().map(|(k, s)| s * (1.0 + k as f64 / 500.0)).collect();
+        assert_eq!(codes(noise(1), growing), ["not-stationary"]);
+    }
+}

@@ -1,0 +1,44 @@
+//! Everything that is found in one recording.
+
+use super::channel::channel_findings;
+use super::pairs::{pairs, together};
+use super::result::{Finding, Lag};
+use crate::trials::roles::Roles;
+use ndof_signal::{Recording, Warning};
+
+/// What a channel is used as.
+pub(super) fn role(roles: Option<&Roles>, index: usize) -> &'static str {
+    let Some(ports) = roles.map(|roles| &roles.ports) else { return "none" };
+    match index {
+        _ if ports.references.contains(&index) => "reference",
+        _ if ports.inputs.contains(&index) => "input",
+        _ if ports.outputs.contains(&index) => "output",
+        _ => "none",
+    }
+}
+
+/// Lags and findings of a recording: of each channel, then of channels that belong together.
+pub(super) fn findings(recording: &Recording, roles: Option<&Roles>, trial: usize) -> (Vec<Lag>, Vec<Finding>) {
+    let channels = recording.channels().iter().enumerate();
+    let mut found: Vec<Finding> = channels.flat_map(|(index, channel)| channel_findings(channel, role(roles, index), trial)).collect();
+    let Some(roles) = roles else { return (Vec::new(), found) };
+    found.extend(together(recording, roles, trial));
+    let (lags, of_pairs) = pairs(recording, roles, trial);
+    found.extend(of_pairs);
+    (lags, found)
+}
+
+/// What an analysis of these trials should warn of: each code once a channel.
+pub(crate) fn quality(recordings: &[&Recording], roles: &Roles) -> Vec<Warning> {
+    let mut seen: Vec<(String, Option<String>)> = Vec::new();
+    let mut warnings = Vec::new();
+    for found in recordings.iter().enumerate().flat_map(|(trial, recording)| findings(recording, Some(roles), trial).1) {
+        let key = (found.code.clone(), found.channel.clone());
+        if !seen.contains(&key) {
+            let message = format!("trial {}{}: {}", found.trial, found.channel.map(|channel| format!(", {channel}")).unwrap_or_default(), found.message);
+            warnings.push(Warning::new(&found.code, message, found.action));
+            seen.push(key);
+        }
+    }
+    warnings
+}

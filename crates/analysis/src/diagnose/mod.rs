@@ -1,0 +1,182 @@
+//! Trials in, diagnosis out.
+
+pub mod result;
+mod robot_side;
+mod settings;
+
+pub use settings::{Diagnose, HeldOut};
+
+use crate::error::AnalysisError;
+use crate::file::BaselineFile;
+use crate::result::Head;
+use crate::trials::{Trial, Trials};
+use ndarray::Array2;
+use ndof_devices::linearise;
+use ndof_diagnose::{Baseline, DiagnoseError, Mechanism, Options, Part, Pictures};
+use ndof_signal::{Quantity, Recording};
+use ndof_sysid::Ports;
+use result::DiagnosisResult;
+use robot_side::{SimulatedRobot, held};
+
+/// Any rate will do to linearise a limb.
+const RATE_HZ: f64 = 500.0;
+
+/// What a simulation gets wrong, with the samples that its pictures are drawn from.
+#[derive(Clone, Debug)]
+pub struct Diagnosed {
+    /// The trials that were looked at.
+    pub trials: Trials,
+    /// The result.
+    pub result: DiagnosisResult,
+    /// The samples that show it.
+    pub pictures: Pictures,
+}
+
+/// Says what the baseline gets wrong, and why; `progress` is told in words what is being done.
+///
+/// # Errors
+/// [`AnalysisError`] if the channels do not make a balance of forces, the recording is too short, or the baseline does not fit.
+pub fn diagnose(trials: &Trials, settings: &Diagnose, progress: &mut dyn FnMut(&str)) -> Result<Diagnosed, AnalysisError> {
+    let options = settings.options(trials)?;
+    let linear = settings.baseline.as_ref().map(baseline).transpose()?;
+    let recordings: Vec<Recording> = trials.trials.iter().map(|trial| trial.recording.clone()).collect();
+    let ports = &trials.roles.ports;
+    let beyond = settings.baseline.as_ref().map(|file| behind_transducer(&recordings, ports, file)).transpose()?.flatten();
+    let (mut found, pictures) = ndof_diagnose::diagnose_with_pictures(beyond.as_ref().unwrap_or(&recordings), ports, &options, linear.as_ref(), progress)?;
+    if beyond.is_some() {
+        let note = "the give of the device's force transducer was taken off the measured displacements; pictures and numbers are of the limb behind it";
+        found.discrepancy.notes.push(note.to_owned());
+    }
+    if let Some(file) = &settings.baseline {
+        found = robot_side(found, file, &recordings, trials.sample_rate_hz(), ports, &options, progress)?;
+    }
+    let result = DiagnosisResult {
+        head: Head::new(DiagnosisResult::SCHEMA, "diagnose", trials.warnings.clone()),
+        settings: settings.recorded(),
+        inputs: trials.names(&ports.inputs),
+        outputs: trials.names(&ports.outputs),
+        diagnosis: found,
+    };
+    Ok(Diagnosed { trials: trials.clone(), result, pictures })
+}
+
+/// A diagnosis that is being asked for.
+#[derive(Clone, Debug)]
+pub struct Question<'a> {
+    trials: Vec<&'a Trial>,
+    settings: Diagnose,
+}
+
+impl<'a> Question<'a> {
+    /// What a linear model misses in these trials.
+    pub fn new(trials: impl IntoIterator<Item = &'a Trial>) -> Self {
+        Question { trials: trials.into_iter().collect(), settings: Diagnose::default() }
+    }
+
+    /// With these settings.
+    #[must_use]
+    pub fn settings(self, settings: Diagnose) -> Self {
+        Question { settings, ..self }
+    }
+
+    /// What the simulation that this file describes misses.
+    #[must_use]
+    pub fn baseline(self, baseline: BaselineFile) -> Self {
+        Question { settings: Diagnose { baseline: Some(baseline), ..self.settings }, ..self }
+    }
+
+    /// The answer.
+    ///
+    /// # Errors
+    /// As [`Trials::new`] and [`diagnose`].
+    pub fn run(self) -> Result<Diagnosed, AnalysisError> {
+        diagnose(&Trials::of(self.trials)?, &self.settings, &mut |_| ())
+    }
+}
+
+/// The recordings with the give of the device's transducer taken off the displacements: what the limb did and not the robot.
+///
+/// A transducer of stiffness k and damping b gives by F / (k + b s), a first-order low-pass of F / k.
+fn behind_transducer(recordings: &[Recording], ports: &Ports, file: &BaselineFile) -> Result<Option<Vec<Recording>>, AnalysisError> {
+    let Some(config) = &file.device else { return Ok(None) };
+    let transducer = config.build()?.transducer;
+    let displaced = |r: &Recording| ports.outputs.iter().all(|&o| r.channels()[o].unit.quantity() == Quantity::Displacement);
+    if ports.inputs.len() != ports.outputs.len() || !recordings.iter().all(displaced) {
+        return Ok(None);
+    }
+    let corrected = recordings.iter().map(|recording| {
+        let share = 1.0 - (-transducer.stiffness / (transducer.damping.max(f64::MIN_POSITIVE) * recording.sample_rate_hz())).exp();
+        let mut channels = recording.channels().to_vec();
+        for (&input, &output) in ports.inputs.iter().zip(&ports.outputs) {
+            let force = &recording.channels()[input].samples;
+            let mut give = force.first().copied().unwrap_or(0.0) / transducer.stiffness;
+            for (place, f) in channels[output].samples.iter_mut().zip(force) {
+                give += share * (f / transducer.stiffness - give);
+                *place -= give;
+            }
+        }
+        Recording::new(recording.sample_rate_hz(), channels).map_err(|source| AnalysisError::Recording { file: "the recording".to_owned(), source })
+    });
+    corrected.collect::<Result<Vec<_>, _>>().map(Some)
+}
+
+/// The diagnosis with the robot's side beside it, where the baseline has a device and the recordings show both of its ends.
+fn robot_side(
+    mut found: ndof_diagnose::Diagnosis,
+    file: &BaselineFile,
+    recordings: &[Recording],
+    sample_rate_hz: f64,
+    ports: &Ports,
+    options: &Options,
+    progress: &mut dyn FnMut(&str),
+) -> Result<ndof_diagnose::Diagnosis, AnalysisError> {
+    if file.device.is_none() {
+        return Ok(found);
+    }
+    progress("the robot's side");
+    let judged = match SimulatedRobot::new(file, sample_rate_hz)? {
+        Some(robot) if robot.parameters().is_empty() => {
+            let note = "the robot's side is not judged: a robot described in a file has no named parameters to correct; take a device of `ndof list devices`";
+            found.discrepancy.notes.push(note.to_owned());
+            return Ok(found);
+        }
+        Some(robot) => ndof_diagnose::diagnose_robot(recordings, ports, options, &robot),
+        None => Err(DiagnoseError::NoRobotSide),
+    };
+    match judged {
+        Ok(robot) => Ok(found.with_robot(robot)),
+        Err(DiagnoseError::NoRobotSide) => {
+            found.discrepancy.notes.push(
+                "the robot's side is not judged: that takes commanded force, measured force and displacement on every axis, and joints that follow from them"
+                    .to_owned(),
+            );
+            Ok(found)
+        }
+        Err(error) => Err(error.into()),
+    }
+}
+
+/// The matrices of a baseline file, those of its limb as nominal values; what it does not give is fitted.
+fn baseline(file: &BaselineFile) -> Result<Baseline, AnalysisError> {
+    file.check("the baseline")?;
+    let limb = match (&file.device, &file.limb) {
+        (Some(device), Some(limb)) => Some(linearise(&held(device.clone(), limb.clone(), file, RATE_HZ))?.limb),
+        _ => None,
+    };
+    let part = |name: &str, simulated: Option<&Array2<f64>>| {
+        let written =
+            file.parameters.get(name).map(|parameter| Part { value: parameter.value.rows(), status: parameter.status, symmetric: parameter.symmetric });
+        let nominal = |matrix: &Array2<f64>| Part {
+            value: matrix.rows().into_iter().map(|row| row.to_vec()).collect(),
+            status: ndof_diagnose::Status::Nominal,
+            symmetric: true,
+        };
+        written.or_else(|| simulated.map(nominal))
+    };
+    let limb = limb.as_ref();
+    Ok(Baseline {
+        mass: part("M", limb.map(|limb| &limb.inertia)),
+        damping: part("B", limb.map(|limb| &limb.damping)),
+        stiffness: part("K", limb.map(|limb| &limb.stiffness)),
+    })
+}

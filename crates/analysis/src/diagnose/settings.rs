@@ -1,0 +1,108 @@
+//! What a diagnosis can be asked.
+
+use crate::error::AnalysisError;
+use crate::file::BaselineFile;
+use crate::suggest::{did_you_mean, nearest};
+use crate::trials::Trials;
+use ndof_diagnose::Options;
+use ndof_models::effects::EFFECTS;
+use serde::{Deserialize, Serialize};
+use std::path::Path;
+
+/// What no fit may see.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+#[serde(untagged)]
+pub enum HeldOut {
+    /// Of several files the last third, of one the last 30 % of its time.
+    #[default]
+    Auto,
+    /// This stretch of every file, in seconds.
+    Time([f64; 2]),
+    /// These files.
+    Files(Vec<String>),
+}
+
+/// How a simulation is diagnosed; what is not given follows from the data.
+///
+/// The fields are the long options of `ndof diagnose`, the keys of the table `[diagnose]` of a study and the keywords in Python.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "clap", derive(clap::Args))]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+#[serde(deny_unknown_fields, default, rename_all = "kebab-case")]
+pub struct Diagnose {
+    /// The band that is analysed, in Hz; found from the data where it is not given.
+    #[cfg_attr(feature = "clap", arg(skip))]
+    #[serde(rename = "band")]
+    pub band_hz: Option<[f64; 2]>,
+    /// What no fit may see.
+    #[cfg_attr(feature = "clap", arg(skip))]
+    pub held_out: HeldOut,
+    /// Size of a discrepancy that does not matter, as a share of each signal's standard deviation
+    #[cfg_attr(feature = "clap", arg(long, value_name = "SHARE", default_value_t = 0.01))]
+    pub tolerance: f64,
+    /// Seed of the bootstrap.
+    #[cfg_attr(feature = "clap", arg(skip))]
+    pub seed: u64,
+    /// Effects that are not tried
+    #[cfg_attr(feature = "clap", arg(long, value_name = "EFFECTS", value_delimiter = ','))]
+    pub without: Vec<String>,
+    /// Simulate the next experiments that would tell confusable causes apart, and say how well each would
+    #[cfg_attr(feature = "clap", arg(long))]
+    pub plan: bool,
+    /// The simulation that is judged.
+    #[cfg_attr(feature = "clap", arg(skip))]
+    #[cfg_attr(feature = "schema", schemars(with = "Option<serde_json::Map<String, serde_json::Value>>"))]
+    pub baseline: Option<BaselineFile>,
+    /// In a study: so many effects are drawn from the seed and hidden in what is simulated; the answer comes last.
+    #[cfg_attr(feature = "clap", arg(skip))]
+    pub hide: usize,
+}
+
+impl Default for Diagnose {
+    fn default() -> Self {
+        let Options { tolerance, seed, plan, .. } = Options::default();
+        Diagnose { band_hz: None, held_out: HeldOut::Auto, tolerance, seed, without: Vec::new(), plan, baseline: None, hide: 0 }
+    }
+}
+
+impl Diagnose {
+    /// The same for the search, which knows trials by number.
+    pub(super) fn options(&self, trials: &Trials) -> Result<Options, AnalysisError> {
+        let wrong = |argument: &str, what: String| Err(AnalysisError::Meaning { file: format!("`{argument}`"), what });
+        if !(self.tolerance.is_finite() && self.tolerance >= 0.0) {
+            return wrong("tolerance", format!("{} is no share; give one such as 0.01", self.tolerance));
+        }
+        let known = || EFFECTS.iter().map(|effect| effect.name());
+        if let Some(name) = self.without.iter().find(|name| known().all(|effect| effect != name.as_str())) {
+            return wrong("without", format!("no effect \"{name}\"{}; `ndof list effects` prints them", did_you_mean(nearest(name, known()).as_deref())));
+        }
+        let held_out = match &self.held_out {
+            HeldOut::Auto => ndof_diagnose::HeldOut::Auto,
+            HeldOut::Time([from, to]) => ndof_diagnose::HeldOut::Time(*from, *to),
+            HeldOut::Files(files) => {
+                let held = trials.trials.iter().enumerate().filter(|(_, trial)| files.contains(&trial.file));
+                ndof_diagnose::HeldOut::Trials(held.map(|(k, _)| k).collect())
+            }
+        };
+        Ok(Options {
+            band_hz: self.band_hz.map(|[low, high]| (low, high)),
+            held_out,
+            tolerance: self.tolerance,
+            seed: self.seed,
+            without: self.without.clone(),
+            plan: self.plan,
+            ..Options::default()
+        })
+    }
+
+    /// The same without the folders of files, which are nobody else's business.
+    pub(super) fn recorded(&self) -> Self {
+        let bare = |file: &String| Path::new(file).file_name().map_or_else(|| file.clone(), |name| name.to_string_lossy().into_owned());
+        let held_out = match &self.held_out {
+            HeldOut::Files(files) => HeldOut::Files(files.iter().map(bare).collect()),
+            other => other.clone(),
+        };
+        Diagnose { held_out, ..self.clone() }
+    }
+}

@@ -1,0 +1,129 @@
+//! What a model is fitted to: the response of recordings, or one that was measured elsewhere.
+
+use crate::error::AnalysisError;
+use crate::estimate::{Estimate, Estimated, without_each};
+use crate::fit::settings::VafWeight;
+use crate::response::MeasuredResponse;
+use crate::result::Warning;
+use crate::trials::Trials;
+use ndarray::Array3;
+use ndof_models::{CovarianceKind, LoopModel, Smoothing};
+use ndof_sysid::{DerivedEstimate, FrequencyResponse, Ports};
+
+/// A response with what a fit needs to know of how it came about.
+pub(super) struct Evidence<'a> {
+    /// What its channels are.
+    pub channels: &'a Trials,
+    /// The response, brought to displacement.
+    pub response: &'a FrequencyResponse,
+    /// The same from all trials but one, each in turn; empty where there are none.
+    pub without: Vec<FrequencyResponse>,
+    /// The partial coherence, γ².
+    pub coherence: Array3<f64>,
+    /// The band to fit where none is asked for.
+    pub band_hz: [f64; 2],
+    /// What closes a loop around the limb.
+    derived: Option<&'a DerivedEstimate>,
+    /// Whether a window smoothed it.
+    smoothed: bool,
+    /// Where the width of the intervals comes from.
+    pub covariance: CovarianceKind,
+    /// The mean of each effort, which a projection may take off; empty where it is unknown.
+    pub mean_effort: Vec<f64>,
+    /// What the result calls it.
+    pub name: &'static str,
+    /// How it was asked for.
+    pub asked: Estimate,
+    /// What the reader should know.
+    pub warnings: Vec<Warning>,
+}
+
+impl<'a> Evidence<'a> {
+    /// The derived estimate of recordings where there is one, else the direct one.
+    pub fn of_recordings(estimated: &'a Estimated) -> Result<Self, AnalysisError> {
+        let (trials, estimates) = (&estimated.trials, &estimated.estimates);
+        let ports = &trials.roles.ports;
+        let efforts = if trials.roles.natural_kind().is_effort_over_motion() { &ports.outputs } else { &ports.inputs };
+        Ok(Evidence {
+            channels: trials,
+            response: estimated.measured(),
+            without: without_each(estimated)?,
+            coherence: estimates.derived.as_ref().map_or(&estimates.direct.coherence.partial, |derived| &derived.coherence_paper.partial).clone(),
+            band_hz: excited_band(estimated, ports),
+            derived: estimates.derived.as_ref(),
+            smoothed: true,
+            covariance: CovarianceKind::default(),
+            mean_effort: efforts.iter().map(|&index| trials.mean(index)).collect(),
+            name: if estimates.derived.is_some() { "derived" } else { "direct" },
+            asked: estimated.result.settings.clone(),
+            warnings: estimated.result.head.warnings.clone(),
+        })
+    }
+
+    /// A response that was measured elsewhere.
+    pub fn of_response(measured: &'a MeasuredResponse) -> Self {
+        let hz = &measured.response.frequency_hz;
+        Evidence {
+            channels: &measured.channels,
+            response: &measured.response,
+            without: Vec::new(),
+            coherence: measured.coherence.clone(),
+            band_hz: [hz.iter().copied().find(|hz| *hz > 0.0).unwrap_or(0.0), hz.last().copied().unwrap_or(0.0)],
+            derived: None,
+            smoothed: false,
+            covariance: if measured.errors_known { CovarianceKind::Model } else { CovarianceKind::Sandwich },
+            mean_effort: Vec::new(),
+            name: "file",
+            asked: Estimate::default(),
+            warnings: measured.warnings.clone(),
+        }
+    }
+
+    /// How the window smooths what it sees: through the loop where a commanded force closes it, else as an open system.
+    pub fn smoothing(&self, band_hz: [f64; 2]) -> Smoothing {
+        match self.derived {
+            _ if !self.smoothed => Smoothing::None,
+            Some(derived) => LoopModel::estimate(&derived.to_reference.t, &derived.to_reference.r, band_hz).map_or(Smoothing::Open, Smoothing::Derived),
+            None => Smoothing::Open,
+        }
+    }
+
+    /// The partial coherence that weighs VAF, R² and the paper's cost.
+    pub fn weight(&self, weight: VafWeight) -> Array3<f64> {
+        match weight {
+            VafWeight::GammaSquared => self.coherence.clone(),
+            VafWeight::Gamma => self.coherence.mapv(f64::sqrt),
+        }
+    }
+
+    /// Whether the references hardly reach the inputs at a frequency that was fitted.
+    pub fn weak_in_band(&self, [low_hz, high_hz]: [f64; 2]) -> bool {
+        self.derived.is_some_and(|derived| {
+            let weak = derived.response.frequency_hz.iter().zip(&derived.weak_instrument);
+            weak.into_iter().any(|(hz, weak)| *weak && (low_hz..=high_hz).contains(hz))
+        })
+    }
+}
+
+/// From the first frequency that the window resolves to that below which all but a fiftieth of each input's power lies,
+/// and where half of every output is explained.
+fn excited_band(estimated: &Estimated, ports: &Ports) -> [f64; 2] {
+    const BEYOND: f64 = 0.02;
+    let direct = &estimated.estimates.direct;
+    let hz = &direct.response.frequency_hz;
+    let spacing = direct.response.uncertainty.as_ref().map_or(0.0, |u| u.independent_spacing_hz);
+    let explained = |f: usize| direct.coherence.multiple.row(f).iter().all(|coherence| *coherence >= 0.5);
+    let last = (0..hz.len()).rev().find(|&f| explained(f)).map_or(f64::INFINITY, |f| hz[f]);
+    let driven = estimated.estimates.spectra.as_ref().map_or(f64::INFINITY, |spectra| {
+        let highest = |input: usize| {
+            let total: f64 = (1..hz.len()).map(|f| spectra.power(f, input)).sum();
+            let mut beyond = 0.0;
+            (1..hz.len()).rev().find(|&f| {
+                beyond += spectra.power(f, input);
+                beyond > BEYOND * total
+            })
+        };
+        ports.inputs.iter().filter_map(|&input| highest(input)).map(|f| hz[f]).fold(0.0, f64::max)
+    });
+    [spacing.max(hz.get(1).copied().unwrap_or(0.0)), last.min(driven)]
+}

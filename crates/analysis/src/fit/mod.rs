@@ -1,0 +1,279 @@
+//! A response to a mechanical model with its covariance.
+
+mod evidence;
+mod fitted;
+mod named_models;
+mod overlay;
+mod project;
+pub mod result;
+mod settings;
+
+pub use fitted::{Fitted, model_response};
+pub use named_models::MODEL;
+pub use overlay::{Leftover, Overlay, Run, leftover, overlay};
+pub use project::project;
+pub use result::ComparedParameter;
+pub use settings::{Fit, FitCost, VafWeight};
+
+use crate::error::AnalysisError;
+use crate::estimate::Estimated;
+use crate::response::MeasuredResponse;
+use crate::result::{Head, Warning, number};
+use crate::trials::axis_of;
+use evidence::Evidence;
+use named_models::{blocks_of, compared_models};
+use ndof_models::blocks::{BlockCard, Composite};
+use ndof_models::{
+    Axis, CovarianceKind, InertiaDampingStiffness, InertiaDampingStiffnessModel, PaperFit, ParametricModel, WeightedFit, agreement, linear_start,
+    parametric_response,
+};
+use ndof_signal::Unit;
+use ndof_sysid::FrequencyResponse;
+use result::{Asked, FitResult, Joint, Matrices, OtherFit, Parameter};
+
+/// What is added in quadrature to standard errors for systematic errors: 0.5 % of inertia, 1 % of damping and of stiffness.
+pub const FLOORS: [(char, f64); 3] = [('M', 0.005), ('B', 0.01), ('K', 0.01)];
+/// The same for delays.
+pub const DELAY_FLOOR_S: f64 = 1e-4;
+
+/// Above this reduced χ² the model is wrong by more than the covariance's own uncertainty.
+const MISFIT: f64 = 2.0;
+
+/// Fits inertia, damping and stiffness to an estimate: to the derived one where there is one.
+///
+/// # Errors
+/// [`AnalysisError`] if the response is not square or not mechanical, or the band holds too little.
+///
+/// ```
+/// use ndof_analysis::{Estimate, Fit, Trial};
+/// use ndof_signal::FilteredNoise;
+///
+/// // 2 kg, 12 N s/m, 300 N/m, pushed by noise of 4 N rms for 40 s; both channels are means over each interval.
+/// let force = FilteredNoise { axes: 1, samples: 20_000, rms: 4.0, ..FilteredNoise::default() }.generate(1)?.remove(0);
+/// let (mut x, mut v) = (0.0, 0.0);
+/// let mut step = |f: f64| {
+///     v += (f - 12.0 * v - 300.0 * x) / 2.0 * 1e-4;
+///     x += v * 1e-4;
+///     x
+/// };
+/// let motion: Vec<f64> = force.iter().map(|f| (0..20).map(|_| step(*f)).sum::<f64>() / 20.0).collect();
+/// let trial = Trial::new(500.0).effort("x", force).displacement("x", motion)?;
+/// let estimated = Estimate::welch(1024).run([&trial])?;
+/// let fitted = Fit { band_hz: Some([0.5, 10.0]), ..Fit::default() }.run(&estimated)?;
+/// assert!((fitted.matrices.stiffness[[0, 0]] - 300.0).abs() < 15.0); // N/m
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+pub fn fit(estimated: &Estimated, settings: &Fit) -> Result<Fitted, AnalysisError> {
+    fit_to(&Evidence::of_recordings(estimated)?, settings)
+}
+
+/// The same to a response that was measured elsewhere.
+///
+/// Where the file does not tell the size of its errors, intervals follow from what the model leaves, and neither χ² nor a comparison of
+/// models exists.
+///
+/// # Errors
+/// As [`fit`]; [`AnalysisError::ErrorsUnknown`] where models are to be compared without known errors.
+///
+/// ```
+/// use ndof_analysis::{Fit, MeasuredResponse, fit_response};
+/// use ndof_io::ResponseTable;
+/// use num_complex::Complex;
+///
+/// let frequency_hz: Vec<f64> = (1..60).map(|k| 0.2 * k as f64).collect();
+/// let compliance = |hz: &f64| 1.0 / Complex::new(300.0 - 2.0 * (6.283185307179586 * hz).powi(2), 12.0 * 6.283185307179586 * hz);
+/// let table = ResponseTable {
+///     outputs: vec!["pos_x".into()],
+///     inputs: vec!["force_x".into()],
+///     output_units: vec!["m".into()],
+///     input_units: vec!["N".into()],
+///     values: vec![vec![frequency_hz.iter().map(compliance).collect()]],
+///     frequency_hz,
+///     ..ResponseTable::default()
+/// };
+/// let fitted = fit_response(&MeasuredResponse::of(&table, "frf.csv")?, &Fit::default())?;
+/// assert!((fitted.matrices.stiffness[[0, 0]] - 300.0).abs() < 1e-6);
+/// # Ok::<(), ndof_analysis::AnalysisError>(())
+/// ```
+pub fn fit_response(measured: &MeasuredResponse, settings: &Fit) -> Result<Fitted, AnalysisError> {
+    if !measured.errors_known && (settings.compare || settings.model().contains('+')) {
+        return Err(AnalysisError::ErrorsUnknown { file: measured.file.clone() });
+    }
+    fit_to(&Evidence::of_response(measured), settings)
+}
+
+fn fit_to(evidence: &Evidence<'_>, settings: &Fit) -> Result<Fitted, AnalysisError> {
+    let cards = blocks_of(settings.model())?;
+    let (channels, response) = (evidence.channels, evidence.response);
+    let ports = &channels.roles.ports;
+    let motion = if response.kind.is_effort_over_motion() { &ports.inputs } else { &ports.outputs };
+    let axes: Vec<Axis> = channels.channels(motion).iter().map(|channel| axis(&channel.name, &channel.unit)).collect();
+    let model = InertiaDampingStiffnessModel::new(axes, settings.symmetry);
+    let band_hz = settings.band_hz.unwrap_or(evidence.band_hz);
+    let start = linear_start(&model, &response.band(band_hz[0], band_hz[1]))?;
+    let without = &evidence.without;
+    let comparison = WeightedFit { band_hz, smoothing: evidence.smoothing(band_hz), transducer: settings.transducer(), covariance: evidence.covariance };
+    let composite = Composite::of_cards(&model, &cards);
+    let begin = comparison.fit_from(&composite, response, &composite.starts(&start))?.theta;
+    let compared = compared_models(&comparison, &model, response, &cards, &start, settings.compare);
+    let mut weighted = comparison.fit_trials(&composite, response, without, &begin)?;
+    let weight = evidence.weight(settings.vaf_weight);
+    // Errors of unknown size say nothing here: without them the residuals do.
+    let plain = (evidence.covariance == CovarianceKind::Sandwich).then(|| FrequencyResponse { uncertainty: None, ..response.clone() });
+    let mut paper = PaperFit { band_hz }.fit_trials(&composite, plain.as_ref().unwrap_or(response), without, &weight, &weighted.theta)?;
+    if settings.systematic {
+        [&mut weighted, &mut paper].into_iter().for_each(add_floors);
+    }
+    let (fit, other) = if settings.cost == FitCost::Weighted { (weighted, paper) } else { (paper, weighted) };
+    let written = |fit: &ndof_models::Fit, cost: FitCost| -> Result<OtherFit, AnalysisError> {
+        let of_model = FrequencyResponse {
+            inputs: response.inputs.clone(),
+            outputs: response.outputs.clone(),
+            ..parametric_response(&composite, &fit.theta, &response.frequency_hz, response.kind)
+        };
+        let agreed = agreement(response, &of_model, &weight, band_hz)?;
+        let share = |(i, j): (usize, usize)| agreed.vaf_percent[i][j].unwrap_or(f64::NAN);
+        Ok(OtherFit {
+            cost,
+            parameters: parameters(fit, model.parameters().len(), &cards),
+            matrices: with_errors(&model, fit),
+            vaf: ndarray::Array2::from_shape_fn((agreed.vaf_percent.len(), agreed.vaf_percent.first().map_or(0, Vec::len)), share).into(),
+            r2: agreed.r2,
+        })
+    };
+    let own = written(&fit, settings.cost)?;
+    let other = written(&other, if settings.cost == FitCost::Weighted { FitCost::Paper } else { FitCost::Weighted })?;
+    let baseline = fit.marginal(model.parameters().len());
+    let matrices = model.matrices(&baseline.theta);
+    let joint: Option<Joint> =
+        settings.kinematics.as_ref().map(|file| Ok::<_, AnalysisError>(project(file, &model, &baseline, &evidence.mean_effort)?.1)).transpose()?;
+    let result = FitResult {
+        head: Head::new(FitResult::SCHEMA, "fit", warnings(evidence, &fit, &matrices)),
+        settings: Some(Asked { estimate: evidence.asked.clone(), fit: settings.clone() }),
+        model: composite.name().to_owned(),
+        cost: own.cost,
+        estimate: evidence.name.to_owned(),
+        inputs: channels.names(&ports.inputs),
+        outputs: channels.names(&ports.outputs),
+        band_hz: fit.band_hz,
+        frequencies: fit.bins,
+        chi2_reduced: number(fit.chi2_reduced).filter(|_| evidence.covariance == CovarianceKind::Model),
+        parameters: own.parameters,
+        matrices: own.matrices,
+        vaf: own.vaf,
+        r2: own.r2,
+        joint,
+        other_cost: Some(other),
+        comparison: compared,
+    };
+    let extensions = cards.iter().map(|card| card.name()).collect();
+    Ok(Fitted { fit: baseline, model, matrices, comparison, mean_effort: evidence.mean_effort.clone(), extensions, theta: fit.theta, result })
+}
+
+impl Fit {
+    /// Fits the model to an estimate.
+    ///
+    /// # Errors
+    /// As [`fit`].
+    pub fn run(&self, estimated: &Estimated) -> Result<Fitted, AnalysisError> {
+        fit(estimated, self)
+    }
+}
+
+impl MeasuredResponse {
+    /// Fits inertia, damping and stiffness, or what else `settings` name.
+    ///
+    /// # Errors
+    /// As [`fit_response`].
+    pub fn fit(&self, settings: &Fit) -> Result<Fitted, AnalysisError> {
+        fit_response(self, settings)
+    }
+}
+
+impl Estimated {
+    /// Inertia, damping and stiffness from the first to the second frequency (Hz).
+    ///
+    /// # Errors
+    /// As [`fit`].
+    pub fn fit(&self, band_hz: std::ops::Range<f64>) -> Result<Fitted, AnalysisError> {
+        fit(self, &Fit { band_hz: Some([band_hz.start, band_hz.end]), ..Fit::default() })
+    }
+}
+
+/// Adds the floors of systematic errors to the covariance.
+fn add_floors(fit: &mut ndof_models::Fit) {
+    for (k, p) in fit.parameters.iter_mut().enumerate() {
+        let floor = match FLOORS.iter().find(|(matrix, _)| p.name == matrix.to_string() || p.name.starts_with(&format!("{matrix}_"))) {
+            Some((_, share)) => share * p.value.abs(),
+            None if p.name.starts_with("delay_s") => DELAY_FLOOR_S,
+            None => continue,
+        };
+        let half = fit.interval_quantile * p.std_error.hypot(floor);
+        fit.covariance[[k, k]] += floor * floor;
+        p.std_error = p.std_error.hypot(floor);
+        p.ci95 = [p.value - half, p.value + half];
+    }
+}
+
+/// Parameters of the whole model; those of a channel's block belong to the sensor.
+fn parameters(fit: &ndof_models::Fit, base: usize, cards: &[&BlockCard]) -> Vec<Parameter> {
+    let blocks = cards.iter().flat_map(|card| std::iter::repeat_n(card.is_sensor(), (card.block)().parameters(false).len()));
+    let sensor: Vec<bool> = std::iter::repeat_n(false, base).chain(blocks).collect();
+    let mut out: Vec<Parameter> = fit.parameters.iter().map(Parameter::from).collect();
+    out.iter_mut().zip(sensor).filter(|(_, sensor)| *sensor).for_each(|(p, _)| p.site.side = "sensor".to_owned());
+    out
+}
+
+fn axis(channel: &str, unit: &Unit) -> Axis {
+    Axis { name: axis_of(channel).to_owned(), rotational: unit.is_rotational() || (unit.symbol().is_empty() && Axis::from_channel(channel).rotational) }
+}
+
+fn warnings(evidence: &Evidence<'_>, fit: &ndof_models::Fit, matrices: &InertiaDampingStiffness) -> Vec<Warning> {
+    let mut warnings = evidence.warnings.clone();
+    if !evidence.weak_in_band(fit.band_hz) {
+        warnings.retain(|warning| warning.code != "weak-instrument");
+    }
+    warnings.extend(force_sign(matrices));
+    let unknown: Vec<&str> = fit.parameters.iter().filter(|p| !p.identifiable).map(|p| p.name.as_str()).collect();
+    if !unknown.is_empty() {
+        warnings.push(Warning::new(
+            "not-identifiable",
+            format!("the data say next to nothing about {}", unknown.join(", ")),
+            "record longer or excite the axis more strongly or over a wider band, or fix the parameter",
+        ));
+    }
+    if fit.chi2_reduced > MISFIT && evidence.covariance == CovarianceKind::Model {
+        warnings.push(Warning::new(
+            "model-misfit",
+            format!("reduced chi² is {:.1}: the model leaves more than noise, and its intervals are too narrow", fit.chi2_reduced),
+            "fit a narrower band with `band`, or ask `ndof diagnose` what the model lacks",
+        ));
+    }
+    warnings
+}
+
+/// Matrices of the baseline with the standard error of each entry.
+fn with_errors(model: &InertiaDampingStiffnessModel, whole: &ndof_models::Fit) -> Matrices {
+    let fit = whole.marginal(model.parameters().len());
+    let InertiaDampingStiffness { inertia, damping, stiffness, .. } = model.matrices(&fit.theta);
+    let errors: Vec<f64> = fit.parameters.iter().map(|p| p.std_error).collect();
+    Matrices {
+        M: inertia.into(),
+        B: damping.into(),
+        K: stiffness.into(),
+        std_error: model.matrices(&errors).into(),
+        delay_s: whole.parameter("delay_s").and_then(|p| number(p.value)),
+    }
+}
+
+/// A limb with negative inertia is a transducer that reads the reaction.
+fn force_sign(matrices: &InertiaDampingStiffness) -> Option<Warning> {
+    let negative = matrices.inertia.diag().iter().all(|m| *m < 0.0);
+    negative.then(|| {
+        Warning::new(
+            "force-sign",
+            "the fitted inertia is negative definite: the force channels seem to hold the reaction, not the force on the limb",
+            "turn them with `negate=CHANNEL` if that is how they were recorded",
+        )
+    })
+}

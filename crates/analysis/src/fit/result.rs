@@ -1,0 +1,248 @@
+//! `ndof/fit/1`: a mechanical model with its covariance.
+
+use super::settings::{Fit, FitCost};
+use crate::estimate::Estimate;
+use crate::nested::Matrix;
+use crate::result::{Head, Number, finite, number};
+pub use ndof_diagnose::Site;
+use ndof_models::InertiaDampingStiffness;
+use serde::{Deserialize, Serialize};
+
+/// A mechanical model with its covariance.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+pub struct FitResult {
+    /// Which result this is.
+    #[serde(flatten)]
+    pub head: Head,
+    /// What was asked for; null in files of a version that did not say.
+    #[serde(default)]
+    pub settings: Option<Asked>,
+    /// The model's name.
+    pub model: String,
+    /// `weighted` or `paper`.
+    pub cost: FitCost,
+    /// What it was fitted to: `direct` or `derived`, or `file` for a response that was measured elsewhere.
+    pub estimate: String,
+    /// Inputs of the data.
+    pub inputs: Vec<String>,
+    /// Outputs of the data.
+    pub outputs: Vec<String>,
+    /// The band that was fitted.
+    pub band_hz: [f64; 2],
+    /// Independent frequencies in it.
+    pub frequencies: usize,
+    /// χ² over degrees of freedom: near one where the model explains all but noise.
+    pub chi2_reduced: Number,
+    /// All parameters.
+    pub parameters: Vec<Parameter>,
+    /// The parameters as matrices.
+    pub matrices: Matrices,
+    /// Variance accounted for, percent, by element of the impedance (the paper's appendix); `null` where the model's
+    /// element is identically zero.
+    pub vaf: Matrix,
+    /// R² over all elements, of gains in decibels of one SI unit as in the paper: it depends on the unit and says little on the
+    /// intervals; 1 for the model that is the estimate.
+    pub r2: Number,
+    /// The same matrices at the joints, with `kinematics`.
+    pub joint: Option<Joint>,
+    /// The fit by the paper's own cost beside the weighted one, or the other way round.
+    pub other_cost: Option<OtherFit>,
+    /// This model against those that are part of it, and with `compare` against every single extension; all by the weighted cost.
+    #[serde(skip_serializing_if = "Vec::is_empty", default)]
+    pub comparison: Vec<ComparedModel>,
+}
+
+impl FitResult {
+    /// The schema's name.
+    pub const SCHEMA: &str = "ndof/fit/1";
+
+    /// All parameters, those at the joints last.
+    pub fn all_parameters(&self) -> impl Iterator<Item = &Parameter> {
+        self.parameters.iter().chain(self.joint.iter().flat_map(|joint| &joint.parameters))
+    }
+}
+
+/// What a fit was asked for, and the estimate that it was fitted to.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+pub struct Asked {
+    /// Of the estimate.
+    pub estimate: Estimate,
+    /// Of the fit.
+    pub fit: Fit,
+}
+
+/// One model of a comparison on the same data.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+pub struct ComparedModel {
+    /// The model's name.
+    pub model: String,
+    /// How many parameters it has.
+    pub parameters: usize,
+    /// χ² of its fit.
+    pub chi2: Number,
+    /// χ² over degrees of freedom.
+    pub chi2_reduced: Number,
+    /// Akaike's criterion; the smaller, the better.
+    pub aic: Number,
+    /// Schwarz's criterion; the smaller, the better.
+    pub bic: Number,
+    /// Why it could not be fitted; its numbers are then `null`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub failed: Option<String>,
+    /// Against the largest model before it in the list that is part of it; `null` where there is none.
+    pub likelihood_ratio: Option<LikelihoodRatio>,
+}
+
+/// A likelihood-ratio test.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+pub struct LikelihoodRatio {
+    /// The smaller model.
+    pub against: String,
+    /// What the larger one takes off χ².
+    pub statistic: Number,
+    /// Parameters that it has more.
+    pub degrees_of_freedom: usize,
+    /// Probability of so much if the smaller model were right, by the law that `law` names.
+    pub p_value: Number,
+    /// `chi-squared` where the smaller model lies within the larger one (a delay of nothing); `half-at-bound`, the mean of chi-squared with one
+    /// degree of freedom fewer and with all, where one parameter is at a bound there (a cut-off as high as can be); `unknown` where other
+    /// parameters then have no effect (no mass, no gain): `p_value` is a guide, compare `bic`.
+    #[serde(default)]
+    pub law: String,
+}
+
+/// One parameter.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+pub struct Parameter {
+    /// `K_x_y`: matrix, row axis, column axis; `K` for one axis.
+    pub name: String,
+    /// SI unit.
+    pub unit: String,
+    /// Where it acts.
+    pub site: Site,
+    /// Value.
+    pub value: Number,
+    /// Standard error.
+    pub std_error: Number,
+    /// 95 % interval.
+    pub ci95: Option<[f64; 2]>,
+    /// Whether the data say anything about it.
+    pub identifiable: bool,
+}
+
+impl From<&ndof_models::Parameter> for Parameter {
+    fn from(p: &ndof_models::Parameter) -> Self {
+        Parameter {
+            name: p.name.clone(),
+            unit: p.unit.clone(),
+            site: Site { side: "limb".to_owned(), axis: p.site.clone() },
+            value: number(p.value),
+            std_error: number(p.std_error),
+            ci95: finite(p.ci95),
+            identifiable: p.identifiable,
+        }
+    }
+}
+
+/// Inertia, damping and stiffness with their standard errors.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+#[expect(non_snake_case, reason = "the field's own symbols, fixed by the result's schema")]
+pub struct Matrices {
+    /// Inertia.
+    pub M: Matrix,
+    /// Damping.
+    pub B: Matrix,
+    /// Stiffness.
+    pub K: Matrix,
+    /// Their standard errors.
+    pub std_error: MatrixErrors,
+    /// Delay of the force channel, where the model has one.
+    #[serde(skip_serializing_if = "Option::is_none", default)]
+    pub delay_s: Number,
+}
+
+/// Standard errors of the matrices.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+#[expect(non_snake_case, reason = "the field's own symbols, fixed by the result's schema")]
+pub struct MatrixErrors {
+    /// Of inertia.
+    pub M: Matrix,
+    /// Of damping.
+    pub B: Matrix,
+    /// Of stiffness.
+    pub K: Matrix,
+}
+
+impl From<InertiaDampingStiffness> for MatrixErrors {
+    fn from(errors: InertiaDampingStiffness) -> Self {
+        MatrixErrors { M: errors.inertia.into(), B: errors.damping.into(), K: errors.stiffness.into() }
+    }
+}
+
+/// The matrices at the joints.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+#[expect(non_snake_case, reason = "the field's own symbols, fixed by the result's schema")]
+pub struct Joint {
+    /// Joints, in the order of rows and columns.
+    pub axes: Vec<String>,
+    /// Inertia (kg m²).
+    pub M: Matrix,
+    /// Damping (N m s/rad).
+    pub B: Matrix,
+    /// Stiffness (N m/rad).
+    pub K: Matrix,
+    /// Their standard errors, those of the kinematics included.
+    pub std_error: MatrixErrors,
+    /// All entries with their intervals.
+    pub parameters: Vec<Parameter>,
+    /// Joint angles; empty where the kinematics are a Jacobian only.
+    pub posture_rad: Vec<f64>,
+    /// Rows endpoint axes, columns joints.
+    pub jacobian: Matrix,
+    /// The stiffness that the mean force makes by the curvature of the kinematics.
+    pub geometric_stiffness: Matrix,
+    /// Mean force on the hand.
+    pub mean_force_n: Vec<f64>,
+}
+
+/// The same model fitted by another cost.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+pub struct OtherFit {
+    /// `weighted` or `paper`.
+    pub cost: FitCost,
+    /// All parameters.
+    pub parameters: Vec<Parameter>,
+    /// The parameters as matrices.
+    pub matrices: Matrices,
+    /// Variance accounted for, percent.
+    pub vaf: Matrix,
+    /// R² over all elements, of gains in decibels of one SI unit as in the paper: it depends on the unit and says little on the
+    /// intervals; 1 for the model that is the estimate.
+    pub r2: Number,
+}
+
+/// One line of the table: a parameter, what was simulated and what was found.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ComparedParameter {
+    /// Its name.
+    pub name: String,
+    /// SI unit.
+    pub unit: String,
+    /// What was simulated, if that is known.
+    pub truth: Option<f64>,
+    /// What was found.
+    pub value: Option<f64>,
+    /// 95 % interval.
+    pub ci95: Option<[f64; 2]>,
+    /// Whether the data say anything about it.
+    pub identifiable: bool,
+}

@@ -1,0 +1,87 @@
+//! What a fit can be asked.
+
+use super::named_models::MODEL;
+use crate::file::KinematicsFile;
+#[cfg(feature = "clap")]
+use crate::options::{not_negative, positive, words};
+use ndof_models::{Symmetry, Transducer};
+use serde::{Deserialize, Serialize};
+
+/// What a fit minimises.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+#[serde(rename_all = "kebab-case")]
+pub enum FitCost {
+    /// Squared errors weighted by the estimate's covariance.
+    #[default]
+    Weighted,
+    /// Gain in dB and phase in degrees weighted by coherence, as in the paper's appendix.
+    Paper,
+}
+
+/// How coherence weighs the paper's measures of agreement and its cost.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+#[serde(rename_all = "kebab-case")]
+pub enum VafWeight {
+    /// By the partial coherence as it is computed, γ².
+    #[default]
+    GammaSquared,
+    /// By its root γ.
+    Gamma,
+}
+
+/// How a model is fitted; what is not given follows from the data.
+///
+/// The fields are the long options of `ndof fit`, the keys of the table `[fit]` of a study and the keywords in Python.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "clap", derive(clap::Args))]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+#[serde(deny_unknown_fields, default, rename_all = "kebab-case")]
+pub struct Fit {
+    /// Parametric model: inertia-damping-stiffness, and behind a `+` what extends it (`ndof list models`) [default: inertia-damping-stiffness]
+    #[cfg_attr(feature = "clap", arg(long))]
+    pub model: Option<String>,
+    /// The band that is fitted, in Hz; that which is excited where it is not given.
+    #[cfg_attr(feature = "clap", arg(skip))]
+    #[serde(rename = "band", alias = "band_hz")]
+    pub band_hz: Option<[f64; 2]>,
+    /// Widen intervals by what calibration leaves: 0.5 % of M, 1 % of B and K, 0.1 ms of delays, in quadrature
+    #[cfg_attr(feature = "clap", arg(long))]
+    pub systematic: bool,
+    /// Compare with every single extension by likelihood ratio, AIC and BIC
+    #[cfg_attr(feature = "clap", arg(long))]
+    pub compare: bool,
+    /// What is minimised: squared errors weighted by their covariance, or the paper's dB and degrees
+    #[cfg_attr(feature = "clap", arg(long, default_value = "weighted", value_parser = words::<FitCost>(&["weighted", "paper"])))]
+    pub cost: FitCost,
+    /// How coherence weighs VAF, R² and the paper's cost: γ² as it is computed, or its root γ
+    #[cfg_attr(feature = "clap", arg(long, default_value = "gamma-squared", value_parser = words::<VafWeight>(&["gamma-squared", "gamma"])))]
+    pub vaf_weight: VafWeight,
+    /// What is assumed of the matrices: that they are symmetric, and perhaps without negative eigenvalues, or nothing
+    #[cfg_attr(feature = "clap", arg(long, default_value = "symmetric", value_parser = words::<Symmetry>(&["symmetric", "positive-semidefinite", "free"])))]
+    #[cfg_attr(feature = "schema", schemars(with = "String"))]
+    pub symmetry: Symmetry,
+    /// Stiffness of the force transducer's mount (N/m; N m/rad), whose give is then not taken for inertia
+    #[cfg_attr(feature = "clap", arg(long, value_name = "K", value_parser = positive))]
+    pub transducer_stiffness: Option<f64>,
+    /// Damping of the same mount (N s/m; N m s/rad) [default: 0]
+    #[cfg_attr(feature = "clap", arg(long, value_name = "B", requires = "transducer_stiffness", value_parser = not_negative))]
+    pub transducer_damping: Option<f64>,
+    /// Where the joints are.
+    #[cfg_attr(feature = "clap", arg(skip))]
+    #[cfg_attr(feature = "schema", schemars(with = "Option<serde_json::Map<String, serde_json::Value>>"))]
+    pub kinematics: Option<KinematicsFile>,
+}
+
+impl Fit {
+    /// The model's name in full.
+    pub(super) fn model(&self) -> &str {
+        self.model.as_deref().unwrap_or(MODEL)
+    }
+
+    /// The known compliance of the transducer.
+    pub(super) fn transducer(&self) -> Option<Transducer> {
+        self.transducer_stiffness.map(|stiffness| Transducer { stiffness, damping: self.transducer_damping.unwrap_or(0.0) })
+    }
+}

@@ -1,0 +1,323 @@
+//! Which channel is input, output and reference: from prefixes, or as the user says.
+
+use crate::error::AnalysisError;
+use crate::result::Warning;
+use crate::suggest::nearest;
+use ndof_signal::{Quantity, Recording};
+use ndof_sysid::{Ports, ResponseKind};
+
+/// Prefixes that give a channel its role, with what they measure.
+const PREFIXES: &[(&str, Prefix)] = &[
+    ("cmd_", Prefix::Command),
+    ("force_", Prefix::Effort),
+    ("torque_", Prefix::Effort),
+    ("pos_", Prefix::Displacement),
+    ("angle_", Prefix::Displacement),
+    ("vel_", Prefix::Velocity),
+    ("acc_", Prefix::Acceleration),
+];
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Prefix {
+    Command,
+    Effort,
+    Displacement,
+    Velocity,
+    Acceleration,
+}
+
+pub(crate) fn prefix(name: &str) -> Option<Prefix> {
+    PREFIXES.iter().find(|(text, _)| name.starts_with(text)).map(|(_, prefix)| *prefix)
+}
+
+/// A channel's name without its role prefix: `pos_x` moves along the axis `x`.
+///
+/// ```
+/// assert_eq!(ndof_analysis::axis_of("pos_x"), "x");
+/// assert_eq!(ndof_analysis::axis_of("handle"), "handle");
+/// ```
+pub fn axis_of(name: &str) -> &str {
+    PREFIXES.iter().find_map(|(text, _)| name.strip_prefix(text)).unwrap_or(name)
+}
+
+/// What the user says about roles; `None` leaves it to the prefixes.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct RoleNames {
+    /// Commanded perturbations.
+    pub references: Option<Vec<String>>,
+    /// Inputs, columns of the response.
+    pub inputs: Option<Vec<String>>,
+    /// Outputs, rows of the response.
+    pub outputs: Option<Vec<String>>,
+}
+
+/// Roles found for a recording's channels.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Roles {
+    /// Indices into the recording's channels, paired by axis.
+    pub ports: Ports,
+    /// Power of s by which each input stands above displacement (0, 1, 2), or `None` for an effort.
+    pub input_motion: Vec<Option<i32>>,
+    /// The same of each output.
+    pub output_motion: Vec<Option<i32>>,
+    /// What the reader should know.
+    pub warnings: Vec<Warning>,
+}
+
+impl Roles {
+    /// Finds the roles in `recording`, which `file` names in errors.
+    ///
+    /// # Errors
+    /// [`AnalysisError`] if a named channel does not exist or has two roles, or there is no input or output.
+    pub fn find(recording: &Recording, file: &str, names: &RoleNames) -> Result<Self, AnalysisError> {
+        let available = recording.names();
+        let index = |name: &String| {
+            available.iter().position(|n| n == name).ok_or_else(|| AnalysisError::NoChannel {
+                file: file.to_owned(),
+                name: name.clone(),
+                suggestion: nearest(name, available.iter().map(String::as_str)),
+                available: available.clone(),
+            })
+        };
+        let chosen = |list: &Option<Vec<String>>| list.as_ref().map(|list| list.iter().map(index).collect::<Result<Vec<_>, _>>()).transpose();
+        let (references, inputs, outputs) = (chosen(&names.references)?, chosen(&names.inputs)?, chosen(&names.outputs)?);
+        let taken: Vec<usize> = [&references, &inputs, &outputs].into_iter().flatten().flatten().copied().collect();
+        if let Some((_, &twice)) = taken.iter().enumerate().find(|(i, c)| taken[..*i].contains(c)) {
+            return Err(AnalysisError::TwoRoles { file: file.to_owned(), name: available[twice].clone() });
+        }
+        let free = |wanted: Prefix| -> Vec<usize> { (0..available.len()).filter(|i| prefix(&available[*i]) == Some(wanted) && !taken.contains(i)).collect() };
+        let motion =
+            || [Prefix::Displacement, Prefix::Velocity, Prefix::Acceleration].into_iter().map(free).find(|found| !found.is_empty()).unwrap_or_default();
+        let is_motion = |indices: &[usize]| indices.iter().all(|&i| motion_of(recording, i, Prefix::Effort).is_some());
+        let is_effort = |indices: &[usize]| indices.iter().all(|&i| motion_of(recording, i, Prefix::Displacement).is_none());
+
+        let references = references.unwrap_or_else(|| free(Prefix::Command));
+        let (inputs, outputs) = match (inputs, outputs) {
+            (Some(inputs), Some(outputs)) => (inputs, outputs),
+            (Some(inputs), None) => {
+                let outputs = if is_motion(&inputs) { free(Prefix::Effort) } else { motion() };
+                (inputs, outputs)
+            }
+            (None, Some(outputs)) => {
+                let inputs = if is_effort(&outputs) { motion() } else { free(Prefix::Effort) };
+                (inputs, outputs)
+            }
+            (None, None) => (free(Prefix::Effort), motion()),
+        };
+        if inputs.is_empty() {
+            return Err(AnalysisError::NoInput { file: file.to_owned(), available });
+        }
+        if outputs.is_empty() {
+            return Err(AnalysisError::NoOutput { file: file.to_owned(), available });
+        }
+        for (role, indices) in [("input", &inputs), ("output", &outputs)] {
+            let unknown = |&&i: &&usize| {
+                let unit = &recording.channels()[i].unit;
+                matches!(unit.quantity(), Quantity::Other | Quantity::Time) && !unit.symbol().is_empty() && prefix(&available[i]).is_some()
+            };
+            if let Some(&i) = indices.iter().find(unknown) {
+                let (name, unit) = (available[i].clone(), recording.channels()[i].unit.symbol().to_owned());
+                return Err(AnalysisError::UnknownUnit { file: file.to_owned(), name, role, unit });
+            }
+        }
+        let mut warnings = Vec::new();
+        let axes = |indices: &[usize]| indices.iter().map(|&i| axis_of(&available[i])).collect::<Vec<_>>();
+        let input_axes = axes(&inputs);
+        let mut pair = |indices: Vec<usize>, what: &str| match by_axis(&axes(&indices), &input_axes) {
+            Some(order) => order.into_iter().map(|k| indices[k]).collect(),
+            None => {
+                if !indices.is_empty() && !is_only_pair(&axes(&indices), &input_axes) {
+                    warnings.push(Warning::new(
+                        "paired-by-order",
+                        format!(
+                            "{what} {} do not carry the axes of inputs {}; they are paired by their order",
+                            list(&available, &indices),
+                            list(&available, &inputs)
+                        ),
+                        "name channels by axis (force_x, pos_x), or check that `input`, `output` and `reference` list the axes in one order",
+                    ));
+                }
+                indices
+            }
+        };
+        let outputs = pair(outputs, "outputs");
+        let references = pair(references, "references");
+        let used: Vec<usize> = references.iter().chain(&inputs).chain(&outputs).copied().collect();
+        let channels = recording.channels();
+        let mechanical = |i: usize| !matches!(channels[i].unit.quantity(), Quantity::Other | Quantity::Time);
+        let effort = |i: usize| channels[i].unit.quantity() == Quantity::Effort;
+        let apart = |(i, o): &(usize, usize)| {
+            mechanical(*i) && mechanical(*o) && effort(*i) != effort(*o) && channels[*i].unit.is_rotational() != channels[*o].unit.is_rotational()
+        };
+        if let Some((i, o)) = inputs.iter().copied().zip(outputs.iter().copied()).find(apart) {
+            let written = |i: usize| format!("\"{}\" [{}]", available[i], channels[i].unit.symbol());
+            let (effort, motion) = if effort(i) { (written(i), written(o)) } else { (written(o), written(i)) };
+            return Err(AnalysisError::TurnAndShift { file: file.to_owned(), effort, motion });
+        }
+        let ignored: Vec<usize> = (0..available.len()).filter(|i| !used.contains(i)).collect();
+        if !ignored.is_empty() {
+            warnings.push(Warning::new(
+                "ignored-channels",
+                format!("channels without a role in this estimate: {}", list(&available, &ignored)),
+                "nothing, unless one of them should be used: then name it with `input`, `output` or `reference`",
+            ));
+        }
+        for &i in inputs.iter().chain(&outputs) {
+            let unit = recording.channels()[i].unit.quantity();
+            let called = match prefix(&available[i]) {
+                Some(Prefix::Effort) => Quantity::Effort,
+                Some(Prefix::Displacement) => Quantity::Displacement,
+                Some(Prefix::Velocity) => Quantity::Velocity,
+                Some(Prefix::Acceleration) => Quantity::Acceleration,
+                _ => continue,
+            };
+            if !matches!(unit, Quantity::Other | Quantity::Time) && unit != called {
+                let (name, symbol) = (&available[i], recording.channels()[i].unit.symbol());
+                warnings.push(Warning::new(
+                    "name-and-unit",
+                    format!("channel \"{name}\" is in {symbol}, which its name does not say; it is taken for what its unit is"),
+                    format!("correct the header, or give it with `channels={name}=\"{name} [UNIT]\"`"),
+                ));
+            }
+        }
+        let orders = |indices: &[usize], role: Prefix| indices.iter().map(|&i| motion_of(recording, i, role)).collect();
+        Ok(Roles {
+            input_motion: orders(&inputs, Prefix::Effort),
+            output_motion: orders(&outputs, Prefix::Displacement),
+            ports: Ports { references, inputs, outputs },
+            warnings,
+        })
+    }
+
+    /// The channels that have a role: references, inputs, outputs.
+    pub fn used(&self) -> Vec<usize> {
+        self.ports.references.iter().chain(&self.ports.inputs).chain(&self.ports.outputs).copied().collect()
+    }
+
+    /// What outputs over inputs are as they stand, once velocities and accelerations are brought to displacement.
+    pub fn natural_kind(&self) -> ResponseKind {
+        let motion = |orders: &[Option<i32>]| orders.iter().all(Option::is_some);
+        let effort = |orders: &[Option<i32>]| orders.iter().all(Option::is_none);
+        if effort(&self.input_motion) && motion(&self.output_motion) {
+            ResponseKind::Compliance
+        } else if motion(&self.input_motion) && effort(&self.output_motion) {
+            ResponseKind::DynamicStiffness
+        } else {
+            ResponseKind::Transfer
+        }
+    }
+
+    /// The kind to report where the user does not say: compliance with an effort in, dynamic stiffness with a
+    /// displacement in, impedance with a velocity in.
+    pub fn default_kind(&self) -> ResponseKind {
+        match self.natural_kind() {
+            ResponseKind::DynamicStiffness if self.input_motion.iter().all(|order| *order == Some(1)) => ResponseKind::Impedance,
+            kind => kind,
+        }
+    }
+}
+
+/// How many times a channel is the derivative of a displacement, by its unit, then its prefix; `None` for all else.
+pub(crate) fn motion_order(recording: &Recording, index: usize) -> Option<i32> {
+    motion_of(recording, index, Prefix::Effort)
+}
+
+/// How many times a channel is the derivative of a displacement; `None` for an effort. Unit first, then prefix, then role.
+fn motion_of(recording: &Recording, index: usize, role: Prefix) -> Option<i32> {
+    let channel = &recording.channels()[index];
+    let by_prefix = |prefix: Prefix| match prefix {
+        Prefix::Displacement => Some(0),
+        Prefix::Velocity => Some(1),
+        Prefix::Acceleration => Some(2),
+        Prefix::Effort | Prefix::Command => None,
+    };
+    match channel.unit.quantity() {
+        Quantity::Displacement => Some(0),
+        Quantity::Velocity => Some(1),
+        Quantity::Acceleration => Some(2),
+        Quantity::Effort => None,
+        Quantity::Time | Quantity::Other => by_prefix(prefix(&channel.name).filter(|p| *p != Prefix::Command).unwrap_or(role)),
+    }
+}
+
+/// The order that brings `axes` to that of `wanted`, if they are the same axes.
+fn by_axis(axes: &[&str], wanted: &[&str]) -> Option<Vec<usize>> {
+    let mut order: Vec<usize> = Vec::new();
+    for axis in wanted.iter().filter(|axis| axes.contains(axis)) {
+        order.extend((0..axes.len()).find(|k| axes[*k] == *axis && !order.contains(k)));
+    }
+    let all = wanted.iter().all(|axis| axes.contains(axis)) || axes.iter().all(|axis| wanted.contains(axis));
+    let rest: Vec<usize> = (0..axes.len()).filter(|k| !order.contains(k)).collect();
+    order.extend(rest);
+    (all && !axes.is_empty()).then_some(order)
+}
+
+/// One channel for one input can only belong together, unless they name two axes as x and y or fe and ud do.
+fn is_only_pair(axes: &[&str], inputs: &[&str]) -> bool {
+    matches!((axes, inputs), ([one], [other]) if one.chars().count() > 2 || other.chars().count() > 2)
+}
+
+fn list(names: &[String], indices: &[usize]) -> String {
+    indices.iter().map(|&i| names[i].as_str()).collect::<Vec<_>>().join(", ")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use ndof_signal::{Channel, Unit};
+
+    fn recording(channels: &[(&str, &str)]) -> Recording {
+        let channels = channels.iter().map(|(name, unit)| Channel::new(*name, Unit::parse(unit).expect("unit").0, vec![0.0, 1.0])).collect();
+        Recording::new(10.0, channels).expect("valid")
+    }
+
+    fn find(channels: &[(&str, &str)], inputs: Option<&str>, outputs: Option<&str>) -> Result<(Recording, Roles), AnalysisError> {
+        let split = |text: &str| text.split(',').map(str::to_owned).collect();
+        let recording = recording(channels);
+        let names = RoleNames { references: None, inputs: inputs.map(split), outputs: outputs.map(split) };
+        let roles = Roles::find(&recording, "a.csv", &names)?;
+        Ok((recording, roles))
+    }
+
+    #[test]
+    fn prefixes_give_roles_and_axes_give_the_order() {
+        let channels = [("cmd_x", "N"), ("cmd_y", "N"), ("force_x", "N"), ("force_y", "N"), ("pos_y", "m"), ("pos_x", "m"), ("vel_x", "m/s")];
+        let (_, roles) = find(&channels, None, None).expect("roles");
+        assert_eq!(roles.ports, Ports { references: vec![0, 1], inputs: vec![2, 3], outputs: vec![5, 4] });
+        assert_eq!(roles.natural_kind(), ResponseKind::Compliance);
+        assert_eq!(roles.warnings.iter().map(|w| w.code.as_str()).collect::<Vec<_>>(), ["ignored-channels"]);
+    }
+
+    #[test]
+    fn motion_may_be_the_input() {
+        let ankle = [("angle_ankle", "rad"), ("torque_ankle", "N m")];
+        assert_eq!(find(&ankle, None, None).expect("roles").1.natural_kind(), ResponseKind::Compliance);
+        let (_, roles) = find(&ankle, Some("angle_ankle"), None).expect("roles");
+        assert_eq!((roles.ports.inputs.as_slice(), roles.ports.outputs.as_slice()), ([0].as_slice(), [1].as_slice()));
+        assert_eq!(roles.natural_kind(), ResponseKind::DynamicStiffness);
+        let damper = [("vel_piston", "cm/s"), ("force_damper", "N")];
+        let (_, roles) = find(&damper, Some("vel_piston"), Some("force_damper")).expect("roles");
+        assert_eq!((roles.natural_kind(), roles.default_kind(), roles.input_motion[0]), (ResponseKind::DynamicStiffness, ResponseKind::Impedance, Some(1)));
+    }
+
+    #[test]
+    fn channels_without_a_prefix_are_effort_in_and_displacement_out() {
+        let (_, roles) = find(&[("u", ""), ("y", "")], Some("u"), Some("y")).expect("roles");
+        assert_eq!(roles.natural_kind(), ResponseKind::Compliance);
+    }
+
+    #[test]
+    fn other_axes_are_paired_by_order_with_a_warning() {
+        for channels in [&[("force_motor", "N"), ("force_brake", "N"), ("pos_carriage", "m"), ("pos_wheel", "m")][..], &[("force_x", "N"), ("pos_y", "m")]] {
+            assert_eq!(find(channels, None, None).expect("roles").1.warnings[0].code, "paired-by-order");
+        }
+        assert!(find(&[("force_motor", "N"), ("pos_carriage", "m")], None, None).expect("roles").1.warnings.is_empty());
+    }
+
+    #[test]
+    fn a_missing_channel_is_named_with_the_nearest_one() {
+        let error = find(&[("force_x", "N"), ("pos_x", "m")], Some("force_X"), None).unwrap_err().to_string();
+        assert!(error.contains("no channel \"force_X\" (did you mean \"force_x\"?)"), "{error}");
+        assert!(matches!(find(&[("emg", "")], None, None), Err(AnalysisError::NoInput { .. })));
+    }
+}

@@ -1,0 +1,53 @@
+//! Cutting the stretches that are to be used out of a recording.
+
+use crate::error::AnalysisError;
+use ndof_signal::Recording;
+
+/// What to keep of each recording, on the clock of its file.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Trim {
+    /// From here on.
+    pub start_s: Option<f64>,
+    /// Up to here.
+    pub stop_s: Option<f64>,
+    /// Without these.
+    pub exclude_s: Vec<[f64; 2]>,
+}
+
+impl Trim {
+    /// The stretches that are left, in order; each is a recording of its own whose clock goes on.
+    ///
+    /// # Errors
+    /// [`AnalysisError::NothingLeft`] if there is none.
+    pub fn apply(&self, recording: &Recording, file: &str) -> Result<Vec<Recording>, AnalysisError> {
+        let rate = recording.sample_rate_hz();
+        let sample = |time_s: f64| ((time_s - recording.start_s()) * rate).round().clamp(0.0, recording.len() as f64) as usize;
+        let mut kept = vec![(self.start_s.map_or(0, sample), self.stop_s.map_or(recording.len(), sample))];
+        for &[from_s, to_s] in &self.exclude_s {
+            let (from, to) = (sample(from_s), sample(to_s));
+            kept = kept.into_iter().flat_map(|(a, b)| [(a, b.min(from)), (a.max(to), b)]).filter(|(a, b)| a < b).collect();
+        }
+        let nothing = || AnalysisError::NothingLeft { file: file.to_owned(), from_s: recording.start_s(), to_s: recording.start_s() + recording.duration_s() };
+        kept.retain(|(a, b)| a < b);
+        if kept.is_empty() {
+            return Err(nothing());
+        }
+        kept.into_iter().map(|(a, b)| recording.slice(a..b).map_err(|source| AnalysisError::Recording { file: file.to_owned(), source })).collect()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use ndof_signal::{Channel, Unit};
+
+    #[test]
+    fn start_stop_and_exclude_leave_the_rest_in_order() {
+        let ten = Recording::new(1.0, vec![Channel::new("a", Unit::other(""), (0..10).map(f64::from).collect())]).expect("valid").starting_at(100.0);
+        let trim = Trim { start_s: Some(101.0), stop_s: Some(109.0), exclude_s: vec![[103.0, 105.0]] };
+        let parts: Vec<Vec<f64>> = trim.apply(&ten, "a").expect("left").iter().map(|r| r.channels()[0].samples.clone()).collect();
+        assert_eq!(parts, [vec![1.0, 2.0], vec![5.0, 6.0, 7.0, 8.0]]);
+        let all = Trim { exclude_s: vec![[0.0, 200.0]], ..Trim::default() };
+        assert!(matches!(all.apply(&ten, "a"), Err(AnalysisError::NothingLeft { .. })));
+    }
+}

@@ -1,0 +1,156 @@
+//! Effects of a severity, in the numbers of an experiment.
+
+mod channels;
+mod mechanics;
+mod outside;
+
+use super::laws::Law;
+use super::plants::{Plant, Spec};
+use super::stages::Stage;
+use super::{Case, Hidden, Setting};
+use rand::RngExt;
+use rand_chacha::ChaCha8Rng;
+
+/// True parameters by name.
+pub type Truth = Vec<(&'static str, f64)>;
+
+/// Everything that is hidden in one recording.
+pub struct Hiding {
+    pub axis: usize,
+    pub laws: Vec<Law>,
+    pub truth: Vec<Truth>,
+    /// What stands before all channels of effort, before that of the axis, and before its motion.
+    pub efforts: Vec<Stage>,
+    pub effort: Vec<Stage>,
+    pub motion: Vec<Stage>,
+    /// Stiffness in series with the sensor.
+    pub series: Option<f64>,
+    /// Angle of the force sensor, and whether only its second axis reads the first.
+    pub angle: f64,
+    pub one_way: bool,
+    pub tremor: Tremor,
+    pub reflex_delay: f64,
+    pub added_mass: f64,
+    /// rms of the limb's own force on the axis.
+    pub own: f64,
+    pub robot_friction: Vec<f64>,
+    pub x_step: Option<f64>,
+    /// Steps that are not alike.
+    pub uneven_steps: bool,
+    sizes: Sizes,
+}
+
+/// A force from outside near one frequency.
+#[derive(Clone, Copy, Default)]
+pub struct Tremor {
+    pub amplitude: f64,
+    pub frequency: f64,
+    pub form: &'static str,
+}
+
+/// Typical numbers of the hidden axis: stiffness, mass, damping, displacement, effort, velocity, and a trial's length.
+#[derive(Clone, Copy)]
+struct Sizes {
+    k: f64,
+    m: f64,
+    b: f64,
+    x: f64,
+    f: f64,
+    speed: f64,
+    duration: f64,
+    /// Length of all trials.
+    total: f64,
+}
+
+/// An effect's name without its form, and the form.
+pub fn parts(name: &'static str) -> (&'static str, &'static str) {
+    name.split_once('/').unwrap_or((name, ""))
+}
+
+impl Hiding {
+    pub fn new(case: &Case, setting: &Setting, spec: &Spec, axis: usize, friction: f64) -> Self {
+        let k = if case.plant == Plant::Mass { 300.0 } else { spec.k[axis][axis] };
+        let sizes = Sizes {
+            k,
+            m: spec.m[axis][axis],
+            b: spec.b[axis][axis],
+            x: spec.x[axis],
+            f: spec.f[axis],
+            speed: spec.x[axis] * 12.0,
+            duration: case.duration_s,
+            total: case.duration_s * case.trials as f64,
+        };
+        Hiding {
+            axis,
+            laws: vec![],
+            truth: vec![],
+            efforts: vec![],
+            effort: vec![],
+            motion: vec![],
+            series: None,
+            angle: 0.0,
+            one_way: false,
+            tremor: Tremor::default(),
+            reflex_delay: 0.0,
+            added_mass: 0.0,
+            own: if setting.quiet { 0.0 } else { spec.own[axis] * setting.own },
+            robot_friction: spec.f.iter().map(|f| friction * f).collect(),
+            x_step: None,
+            uneven_steps: false,
+            sizes,
+        }
+    }
+
+    /// A typical velocity.
+    pub fn speed(&self) -> f64 {
+        self.sizes.speed
+    }
+
+    /// Hides one effect; `other` takes the first functional form that the registry does not have.
+    pub fn add(&mut self, hidden: &Hidden, other: bool, rng: &mut ChaCha8Rng) {
+        let (name, form) = parts(hidden.name);
+        let mut own = Truth::new();
+        let law = mechanics::law(&self.sizes, name, form, hidden.severity, rng, &mut own).or_else(|| outside::law(&self.sizes, name, hidden.severity, rng));
+        let form = if other && form.is_empty() { first_form(name, law.as_ref()) } else { form };
+        match law {
+            Some(mut law) => {
+                law.form = form;
+                if name.starts_with("reflex") {
+                    self.reflex_delay = own[0].1;
+                }
+                self.laws.push(law);
+            }
+            None => self.add_to_channels(name, form, hidden.severity, &mut own, rng),
+        }
+        self.truth.push(own);
+    }
+
+    /// What every real experiment has a little of: a van der Pol damping, a cubic spring, a late channel.
+    pub fn small_imperfections(&mut self, rng: &mut ChaCha8Rng) {
+        let Sizes { k, b, x, .. } = self.sizes;
+        let mut small = |kind: &'static str, value: f64| self.laws.push(Law { kind, p: [value, 0.0, 0.0, 0.0, 0.0, 0.0], ..Law::default() });
+        small("van-der-pol", rng.random_range(0.0..0.012) * b / (x * x));
+        small("cubic", rng.random_range(-0.5..1.0) * 0.01 * k / (3.0 * x * x));
+        self.efforts.push(Stage::Delay(rng.random_range(0.0..2e-4)));
+    }
+}
+
+/// The form that stands for "another one" where none is said.
+fn first_form(name: &str, law: Option<&Law>) -> &'static str {
+    match name {
+        "coulomb-friction" => "stribeck",
+        "hysteresis" if law.is_some_and(|law| law.p[2] > 0.5) => "dahl-square",
+        "hysteresis" => "three-slips",
+        "cubic-stiffness" => "power-2.3",
+        "asymmetric-stiffness" => "power-1.5",
+        "dead-zone" | "end-stop" => "soft",
+        "reflex-delay" => "underdamped",
+        "reflex-one" => "threshold",
+        "extra-resonance" => "hardening",
+        "viscoelastic" => "three-times",
+        "stiffness-drift" | "posture-drift" => "settling",
+        "channel-filter" => "twice",
+        "periodic-disturbance" => "swelling",
+        _ => "",
+    }
+}

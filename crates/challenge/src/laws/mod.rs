@@ -1,0 +1,139 @@
+//! Force laws of the generator, written again: nothing of the crates under test.
+
+mod other;
+mod outside;
+mod registry;
+
+pub use other::course;
+
+/// States that a law may have.
+pub const STATES: usize = 12;
+
+/// One law acting on one axis.
+#[derive(Clone, Default)]
+pub struct Law {
+    pub kind: &'static str,
+    /// Its functional form; empty is the registry's.
+    pub form: &'static str,
+    pub p: [f64; 6],
+    /// The axis that a product takes its other factor from.
+    pub from: usize,
+    /// Times at which it is switched, in turn on and off, over all trials one after the other.
+    pub schedule: Vec<f64>,
+}
+
+/// What a law sees of the limb at an instant.
+#[derive(Clone, Copy)]
+pub struct Now<'a> {
+    /// Time since the trial's beginning.
+    pub t: f64,
+    pub x: f64,
+    pub v: f64,
+    /// Displacement and velocity a reflex's delay ago.
+    pub back: (f64, f64),
+    /// Displacement of all axes.
+    pub all: &'a [f64],
+}
+
+/// The limb with everything that is hidden in it.
+#[derive(Clone)]
+pub struct World {
+    pub n: usize,
+    pub axis: usize,
+    pub m_inv: Vec<Vec<f64>>,
+    pub b: Vec<Vec<f64>>,
+    pub k: Vec<Vec<f64>>,
+    pub laws: Vec<Law>,
+    pub delay_steps: usize,
+    pub duration: f64,
+    /// A typical displacement and velocity of the axis.
+    pub x_size: f64,
+    pub v_size: f64,
+    /// Number of the trial.
+    pub trial: usize,
+}
+
+/// Applied force, and where the answer goes: accelerations, rates of the laws' states, the limb's resistance.
+pub struct Rates<'a> {
+    pub applied: &'a [f64],
+    pub a: &'a mut [f64],
+    pub ds: &'a mut [f64],
+    pub resist: &'a mut [f64],
+}
+
+impl World {
+    /// States as they are when a trial begins.
+    pub fn at_rest(&self) -> Vec<f64> {
+        self.laws.iter().flat_map(outside::start).collect()
+    }
+
+    fn now<'a>(&self, t: f64, x: &'a [f64], v: &[f64], back: (f64, f64)) -> Now<'a> {
+        Now { t, x: x[self.axis], v: v[self.axis], back, all: x }
+    }
+
+    /// Acceleration of each axis under an applied force; the limb's resistance without inertia goes to `resist`.
+    pub fn rates(&self, t: f64, x: &[f64], v: &[f64], back: (f64, f64), s: &[f64], out: &mut Rates) {
+        let (n, i) = (self.n, self.axis);
+        let now = self.now(t, x, v, back);
+        out.resist.fill(0.0);
+        out.ds.fill(0.0);
+        for (law, (s, ds)) in self.laws.iter().zip(s.chunks(STATES).zip(out.ds.chunks_mut(STATES))) {
+            out.resist[i] += match law.kind {
+                outside if outside.starts_with("x-") => outside::force(self, law, now, s, ds),
+                _ if law.form.is_empty() => registry::force(self, law, now, s, ds),
+                _ => other::force(self, law, now, s, ds),
+            };
+        }
+        for ((resist, b), k) in out.resist.iter_mut().zip(&self.b).zip(&self.k) {
+            *resist += (0..n).map(|j| b[j] * v[j] + k[j] * x[j]).sum::<f64>();
+        }
+        for (a, row) in out.a.iter_mut().zip(&self.m_inv) {
+            *a = (0..n).map(|j| row[j] * (out.applied[j] - out.resist[j])).sum();
+        }
+        // A mass of the law itself on the axis: (M + m e eᵀ)⁻¹ by Sherman and Morrison.
+        let mass = self.extra_mass(t, x);
+        if mass > 0.0 {
+            let share = mass * out.a[i] / (1.0 + mass * self.m_inv[i][i]);
+            out.a.iter_mut().zip(&self.m_inv).for_each(|(a, row)| *a -= share * row[i]);
+        }
+    }
+
+    /// Inertia that laws add on the axis.
+    pub fn extra_mass(&self, t: f64, x: &[f64]) -> f64 {
+        self.laws.iter().map(|law| outside::mass(self, law, t, x[self.axis])).sum()
+    }
+
+    /// What happens at the end of a step of the integrator: switches, latches, resets.
+    pub fn update(&self, t: f64, h: f64, x: &[f64], v: &[f64], s: &mut [f64]) {
+        let now = self.now(t, x, v, (0.0, 0.0));
+        for (law, s) in self.laws.iter().zip(s.chunks_mut(STATES)) {
+            if law.kind.starts_with("x-") { outside::update(self, law, now, h, s) } else { other::update(self, law, now, s) }
+        }
+    }
+
+    /// Whether a schedule is on at a time of this trial, and for how long it has been so.
+    fn switched(&self, law: &Law, t: f64) -> (bool, f64) {
+        let t = t + self.trial as f64 * self.duration;
+        let past = law.schedule.partition_point(|at| *at <= t);
+        let since = past.checked_sub(1).map_or(f64::INFINITY, |last| t - law.schedule[last]);
+        (past % 2 == 1, since)
+    }
+}
+
+/// Inverse of a small matrix.
+pub fn invert(m: &[Vec<f64>]) -> Vec<Vec<f64>> {
+    let n = m.len();
+    let mut a: Vec<Vec<f64>> = m.iter().enumerate().map(|(i, r)| r.iter().copied().chain((0..n).map(|j| f64::from(u8::from(i == j)))).collect()).collect();
+    for c in 0..n {
+        let p = a[c][c];
+        a[c].iter_mut().for_each(|v| *v /= p);
+        let pivot = a[c].clone();
+        for (r, row) in a.iter_mut().enumerate() {
+            if r != c {
+                let f = row[c];
+                row.iter_mut().zip(&pivot).for_each(|(v, p)| *v -= f * p);
+            }
+        }
+    }
+    a.into_iter().map(|r| r[n..].to_vec()).collect()
+}

@@ -1,0 +1,132 @@
+//! A table without names, read by the numbers of its columns.
+
+use super::cells::{Cell, Separator, split};
+use super::header::{Named, separator};
+use super::read::drop_last;
+use super::rows::{Line, Rows};
+use crate::assemble::RATE_KEY;
+use crate::columns::ColumnsFile;
+use crate::error::IoError;
+use crate::limits::MAX_CHANNELS;
+use crate::note::Note;
+use crate::table::Table;
+
+/// Lines that tell how many columns there are: a log that was begun in the middle of a line has one or two that are shorter.
+const LOOKED_AT: usize = 64;
+
+/// Reads a table without names. Lines at its beginning that are not as wide as the others, or not numbers, are left out and told.
+pub(super) fn read(text: &str, file: &str, columns: &ColumnsFile) -> Result<Table, IoError> {
+    let end = if text.contains('\n') { '\n' } else { '\r' };
+    let mut lines = text.split_inclusive(end).enumerate().filter_map(|(i, line)| {
+        let terminated = line.ends_with(end);
+        let text = line.trim_end_matches(['\n', '\r']);
+        let plain = text.trim_start();
+        (!plain.is_empty() && !plain.starts_with('#')).then_some(Line { number: i + 1, text, terminated })
+    });
+    let first: Vec<Line<'_>> = lines.by_ref().take(LOOKED_AT).collect();
+    let Some(last) = first.last() else { return Err(IoError::Empty { file: file.to_owned() }) };
+    let separator = match separator(last.text, Some(last.text)) {
+        Separator::None => Separator::Spaces,
+        separator => separator,
+    };
+    let width = usual_width(&first, separator);
+    if width > MAX_CHANNELS {
+        let remedy = "split the file; if it has a row for each channel, transpose it";
+        return Err(IoError::TooLarge { file: file.to_owned(), what: "columns", found: width as u64, limit: MAX_CHANNELS as u64, remedy });
+    }
+    let mut asked: Vec<_> = columns.columns.iter().collect();
+    asked.sort_by_key(|(_, column)| column.number);
+    if let Some((name, column)) = asked.iter().find(|(_, column)| column.number > width) {
+        return Err(IoError::Unsuitable {
+            file: file.to_owned(),
+            what: format!("channel {name} is column {}, and a line has {width}", column.number),
+            remedy: "correct its number in the columns file, or take the one of this robot".to_owned(),
+        });
+    }
+    let named = asked.iter().map(|(name, column)| Named { name: (*name).clone(), unit: column.unit.clone() }).collect();
+    let picked = asked.iter().map(|(_, column)| column.number - 1).collect();
+    let mut cells = Vec::new();
+    let begin = first.iter().position(|line| cells_of(line, separator, &mut cells) == Some(width)).unwrap_or(first.len());
+    let begin_line = first.get(begin).map_or(last.number, |line| line.number);
+    let mut rows = Rows::of_some(file, named, separator, width, picked);
+    let mut unterminated = None;
+    let mut row = Vec::new();
+    for line in first[begin..].iter().map(|l| Line { ..*l }).chain(lines) {
+        if !line.terminated {
+            unterminated = Some(line.number);
+        }
+        rows.push(&line, &mut row)?;
+    }
+    let mut table = rows.finish(begin_line)?;
+    if let Some(line) = unterminated.filter(|line| table.lines.last() == Some(line)) {
+        drop_last(file, &mut table, line)?;
+    }
+    if begin > 0 {
+        let numbers: Vec<String> = first[..begin].iter().map(|l| l.number.to_string()).collect();
+        table.notes.push(Note::new(
+            "partial-lines",
+            format!("the table begins in line {begin_line}: what stands before (line {}) has not its {width} numbers and is left out", numbers.join(", ")),
+            "look at these lines if samples should be in them",
+        ));
+    }
+    if let Some(rate_hz) = columns.sample_rate_hz {
+        table.metadata.insert(RATE_KEY.to_owned(), rate_hz.to_string());
+    }
+    Ok(table)
+}
+
+/// The cells of a line where all of them are numbers, or missing ones.
+fn cells_of<'l>(line: &Line<'l>, separator: Separator, cells: &mut Vec<Cell<'l>>) -> Option<usize> {
+    split(line.text, separator, cells).ok()?;
+    while cells.last().is_some_and(|c| c.text.is_empty()) {
+        cells.pop();
+    }
+    let number = |c: &Cell<'_>| c.text.parse::<f64>().is_ok() || c.text.replace(',', ".").parse::<f64>().is_ok();
+    cells.iter().any(number).then_some(cells.len())
+}
+
+/// The number of cells that most of these lines have; the larger of two as frequent ones.
+fn usual_width<'l>(lines: &[Line<'l>], separator: Separator) -> usize {
+    let mut cells = Vec::new();
+    let mut widths: Vec<usize> = lines.iter().filter_map(|line| cells_of(line, separator, &mut cells)).collect();
+    widths.sort_unstable();
+    widths.chunk_by(|a, b| a == b).max_by_key(|same| same.len()).and_then(|same| same.first().copied()).unwrap_or(0)
+}
+
+#[cfg(test)]
+mod tests {
+    use crate::{ColumnsFile, ReadOptions, read_bytes};
+
+    fn read(text: &str, columns: &str) -> Result<crate::ReadRecording, crate::IoError> {
+        let options = ReadOptions { columns: Some(ColumnsFile::parse(columns, "c.toml")?), ..Default::default() };
+        read_bytes(text.as_bytes(), "stoch.1.asc", &options)
+    }
+
+    const COLUMNS: &str = "sample_rate_hz = 200\n[columns]\ntorque_ie = { number = 3, unit = \"N m\" }\nangle_ie = { number = 1, unit = \"deg\" }\n";
+
+    #[test]
+    fn columns_are_read_by_their_numbers() {
+        let read = read("90 x 1.5\n-90 y 2.5\n", COLUMNS).unwrap();
+        assert_eq!(read.recording.names(), ["angle_ie", "torque_ie"]);
+        assert_eq!(read.recording.sample_rate_hz(), 200.0);
+        assert_eq!(read.recording.channel("torque_ie").unwrap().samples, [1.5, 2.5]);
+        assert_eq!(read.recording.channel("angle_ie").unwrap().samples[0], std::f64::consts::FRAC_PI_2);
+    }
+
+    #[test]
+    fn a_first_line_that_was_cut_is_left_out_and_told() {
+        let read = read(".25 1\n90 0 1.5\n-90 0 2.5\n0 0 3.5\n", COLUMNS).unwrap();
+        assert_eq!(read.recording.len(), 3);
+        assert_eq!(read.notes[0].code, "partial-lines");
+        assert!(read.notes[0].message.contains("line 2") && read.notes[0].message.contains("(line 1)"), "{}", read.notes[0].message);
+    }
+
+    #[test]
+    fn what_does_not_fit_names_the_line() {
+        let error = read("1 2 3\n1 2 3\n1 2\n1 2 3\n", COLUMNS).unwrap_err().to_string();
+        assert!(error.contains("line 3"), "{error}");
+        let error = read("1 2\n1 2\n", COLUMNS).unwrap_err().to_string();
+        assert!(error.contains("torque_ie is column 3, and a line has 2"), "{error}");
+        assert!(read("", COLUMNS).is_err() && read("words only\n", COLUMNS).is_err());
+    }
+}

@@ -1,0 +1,15 @@
+//! Results of analyses as sections of a report, and the pages made of them.
+
+mod convert;
+mod diagnosis;
+mod estimate;
+mod fit;
+mod overlay;
+mod words;
+
+pub use convert::{channel_traces, settings_rows};
+pub use diagnosis::{diagnosis_report, sections as diagnosis_sections};
+pub use estimate::{coherence_section, estimate_report, frame, power_section, response_section, traces_section};
+pub use fit::{agreement_section, ellipse_section, fit_report, parameters_section, response_fit_report};
+pub use overlay::overlay_section;
+pub use words::{p_value, sentence};

@@ -1,0 +1,126 @@
+//! A diagnosis in one sentence, for people who do not read likelihoods.
+
+use crate::number::significant;
+use ndof_diagnose::{BandShare, CauseParameter, Diagnosis, Verdict};
+use ndof_models::effects::Value;
+
+/// What the plant does and what the effect is called, in plain words.
+fn plain(effect: &str) -> (&'static str, &'static str) {
+    match effect {
+        "parameter-error" => ("a number in the simulation is wrong", "a corrected parameter"),
+        "added-mass" => ("it is heavier than the simulation thinks", "an added mass"),
+        "coulomb-friction" => ("it sticks before it moves", "dry friction"),
+        "hysteresis" => ("it holds back", "a hysteresis"),
+        "cubic-stiffness" => ("its stiffness changes with the size of the movement", "a cubic stiffness"),
+        "asymmetric-stiffness" => ("it is stiffer one way than the other", "an asymmetric stiffness"),
+        "dead-zone" => ("there is slack around rest", "a dead zone"),
+        "end-stop" => ("it runs into a stop", "an end stop"),
+        "viscoelastic" => ("it relaxes", "a viscoelastic element"),
+        "extra-resonance" => ("something in it swings or gives by itself", "an extra resonance"),
+        "reflex-delay" => ("it answers late, as a reflex does", "a reflex"),
+        "measurement-delay" => ("one channel comes late", "a delay"),
+        "channel-filter" => ("one channel is smoothed", "a filter"),
+        "actuation-delay" => ("the force comes later than commanded", "an actuation delay"),
+        "actuator-saturation" => ("the force does not reach what is commanded", "a saturation"),
+        "sensor-misalignment" => ("the force sensor is turned", "a misalignment"),
+        "sensor-scale" => ("a channel's unit or gain is wrong", "a wrong scale"),
+        "sensor-offset-drift" => ("a sensor's zero wanders", "a drift"),
+        "quantisation" => ("a channel moves in coarse steps", "a quantisation"),
+        "periodic-disturbance" => ("it trembles", "a tremor or hum"),
+        "limb-noise" => ("it moves by itself", "a force of its own"),
+        "transient-disturbance" => ("something pushed it once", "a knock or voluntary reaction"),
+        "stiffness-drift" => ("its stiffness changes during the trial", "a stiffness drift"),
+        "posture-drift" => ("it creeps from its place", "a posture drift"),
+        "gravity" => ("its weight pulls", "gravity"),
+        "geometry-error" => ("the geometry in the simulation is wrong", "a corrected length or angle"),
+        "cross-coupling" => ("its axes act on each other", "a coupling"),
+        _ => ("the simulation misses something", "an effect"),
+    }
+}
+
+/// Where most of what is missed lies.
+fn place(bands: &[BandShare]) -> String {
+    let outputs: Vec<&str> = bands.iter().map(|b| b.output.as_str()).collect();
+    let count = outputs.iter().filter(|o| Some(*o) == outputs.first()).count().max(1);
+    let mut shares: Vec<([f64; 2], f64)> = bands.iter().take(count).map(|b| (b.band_hz, 0.0)).collect();
+    for (k, band) in bands.iter().enumerate() {
+        shares[k % count].1 += band.share.max(0.0) * count as f64 / bands.len() as f64;
+    }
+    match shares.iter().enumerate().max_by(|a, b| a.1.1.total_cmp(&b.1.1)) {
+        Some((0, (band, share))) if *share > 0.5 => format!("Mostly below {} Hz", significant(band[1], 2)),
+        Some((k, (band, share))) if *share > 0.5 && k + 1 == count => format!("Mostly above {} Hz", significant(band[0], 2)),
+        Some((_, (band, share))) if *share > 0.5 => format!("Mostly between {} and {} Hz", significant(band[0], 2), significant(band[1], 2)),
+        _ => "Over the whole band".to_owned(),
+    }
+}
+
+/// "0.60 ± 0.10 N m", to the digits that the interval allows.
+fn amount(parameters: &[CauseParameter]) -> Option<String> {
+    parameters.iter().find_map(|p| {
+        let Value::Number(value) = p.value else { return None };
+        let unit = if p.unit.is_empty() { String::new() } else { format!(" {}", p.unit) };
+        let half = p.ci95.map(|[low, high]| 0.5 * (high - low)).filter(|half| *half > 0.0);
+        // Beyond what people read as a plain number, powers of ten stand behind.
+        let power = if value != 0.0 && !(1e-3..1e5).contains(&value.abs()) { value.abs().log10().floor() as i32 } else { 0 };
+        let scaled = |x: f64| x / 10f64.powi(power);
+        let digits = |size: f64| (1.0 - scaled(size).abs().max(1e-12).log10().floor()).clamp(0.0, 12.0) as usize;
+        let times = if power == 0 { String::new() } else { format!("e{power}") };
+        (value != 0.0).then(|| match half {
+            Some(half) if power == 0 => format!("{value:.0$} ± {half:.0$}{unit}", digits(half)),
+            Some(half) => format!("({1:.0$} ± {2:.0$}){times}{unit}", digits(half), scaled(value), scaled(half)),
+            None => format!("{0:.1$}{times}{unit}", scaled(value), digits(value)),
+        })
+    })
+}
+
+/// The diagnosis in one sentence.
+pub fn sentence(d: &Diagnosis) -> String {
+    let Some(first) = d.causes.first() else {
+        return match d.verdict {
+            Verdict::Adequate => "The simulation is adequate: nothing beyond the tolerance is missing.".to_owned(),
+            _ => format!("{} the simulation misses something that none of the known causes explains.", place(&d.discrepancy.by_band)),
+        };
+    };
+    let (what, name) = plain(&first.effect);
+    let of = amount(&first.parameters).map(|amount| format!(" of {amount}")).unwrap_or_default();
+    let at = if first.site.axis.is_empty() { format!(" ({})", first.site.side) } else { format!(" at {} ({})", first.site.axis, first.site.side) };
+    let share = match first.gain.explained_fraction {
+        Some(share) if share >= 0.01 => format!("explains {:.0} % of what the simulation missed", 100.0 * share),
+        _ => "is part of what the simulation missed".to_owned(),
+    };
+    let unsure = if first.probability < 0.5 { "perhaps " } else { "" };
+    let mut text = format!("{} {what}: {unsure}{name}{of}{at} {share}.", place(&d.discrepancy.by_band));
+    let others: Vec<String> = d.causes[1..].iter().map(|c| plain(&c.effect).1.to_owned()).collect();
+    if !others.is_empty() {
+        text += &format!(" With it: {}.", others.join(", "));
+    }
+    if !matches!(d.verdict, Verdict::Explained | Verdict::Adequate) {
+        text += " Something is left that none of the known causes explains.";
+    }
+    text
+}
+
+/// A p-value as people read it: what is too small for a number is "< 1e-300".
+pub fn p_value(p: f64) -> String {
+    if p < 1e-300 { "< 1e-300".to_owned() } else { format!("= {}", significant(p, 2)) }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_p_value_that_is_too_small_for_a_number_is_said_to_be_small() {
+        assert_eq!([p_value(0.0), p_value(0.0123)], ["< 1e-300", "= 0.012"]);
+    }
+
+    #[test]
+    fn an_amount_has_the_digits_that_its_interval_allows() {
+        let of = |value: f64, half: f64| {
+            let parameter = CauseParameter { name: "k".into(), unit: "N/m".into(), value: Value::Number(value), ci95: Some([value - half, value + half]) };
+            amount(&[parameter]).expect("a number")
+        };
+        assert_eq!(of(297.123, 8.31), "297.1 ± 8.3 N/m");
+        assert_eq!(of(2_315_261.0, 57_584.0), "(2.315 ± 0.058)e6 N/m");
+    }
+}

@@ -1,0 +1,118 @@
+//! What the local methods share: the lines of a record's transform, polynomials over a window of them, and the results line by line.
+
+use ndof_signal::forward_transform;
+use num_complex::Complex64;
+use rayon::prelude::*;
+
+const NAN: Complex64 = Complex64::new(f64::NAN, f64::NAN);
+
+/// The transforms of one trial, one a channel, 0 to Nyquist, scaled so that |Z|² is a one-sided density.
+pub(crate) struct Lines(Vec<Vec<Complex64>>);
+
+impl Lines {
+    /// Transforms of the first `len` samples of each channel, each without its mean.
+    pub(crate) fn new(sample_rate_hz: f64, channels: &[&[f64]], len: usize) -> Self {
+        let fft = forward_transform(len);
+        let scale = (2.0 / (sample_rate_hz * len as f64)).sqrt();
+        let transform = |samples: &&[f64]| {
+            let mean = samples[..len].iter().sum::<f64>() / len as f64;
+            let mut input: Vec<f64> = samples[..len].iter().map(|v| (v - mean) * scale).collect();
+            let mut output = fft.make_output_vec();
+            // Lengths are those of the plan, so the transform cannot refuse.
+            let done = fft.process(&mut input, &mut output);
+            debug_assert!(done.is_ok());
+            output
+        };
+        Lines(channels.par_iter().map(transform).collect())
+    }
+
+    /// `width` lines of a channel from line `low` on.
+    pub(super) fn window(&self, channel: usize, low: usize, width: usize) -> &[Complex64] {
+        &self.0[channel][low..low + width]
+    }
+}
+
+/// Orthonormal polynomials on 2n+1 equidistant points (Gram), row by row: `value[s * width + r]`.
+pub(super) struct Basis {
+    pub(super) terms: usize,
+    pub(super) width: usize,
+    value: Vec<f64>,
+}
+
+impl Basis {
+    pub(super) fn new(half_width: usize, terms: usize) -> Self {
+        let width = 2 * half_width + 1;
+        let mut value: Vec<f64> = Vec::with_capacity(terms * width);
+        for s in 0..terms {
+            let mut row: Vec<f64> = (0..width).map(|r| ((r as f64 - half_width as f64) / half_width as f64).powi(s as i32)).collect();
+            // Twice, so that what round-off leaves of the first pass is gone.
+            for _ in 0..2 {
+                for known in value.chunks_exact(width) {
+                    let dot: f64 = known.iter().zip(&row).map(|(a, b)| a * b).sum();
+                    row.iter_mut().zip(known).for_each(|(a, b)| *a -= dot * b);
+                }
+            }
+            let norm = row.iter().map(|a| a * a).sum::<f64>().sqrt();
+            value.extend(row.iter().map(|a| a / norm));
+        }
+        Basis { terms, width, value }
+    }
+
+    pub(super) fn at(&self, s: usize, r: usize) -> f64 {
+        self.value[s * self.width + r]
+    }
+
+    /// Lines that bring as much as one independent value. The response at a line is the mean of its neighbours' with weights
+    /// h_r = Σ_s φ_s(0) φ_s(r), Σ h = 1: its variance is Σ h² = h₀ of a line's, that of a mean over a band 1/N of it.
+    pub(super) fn independent_lines(&self) -> f64 {
+        let centre = self.width / 2;
+        1.0 / (0..self.terms).map(|s| self.at(s, centre).powi(2)).sum::<f64>()
+    }
+
+    /// Takes the polynomial out of a series of `width` numbers.
+    pub(super) fn project_out(&self, series: &mut [Complex64]) {
+        for known in self.value.chunks_exact(self.width) {
+            let dot: Complex64 = known.iter().zip(series.iter()).map(|(a, b)| b * a).sum();
+            series.iter_mut().zip(known).for_each(|(x, a)| *x -= dot * a);
+        }
+    }
+}
+
+/// Results of some lines, one after the other.
+#[derive(Default)]
+pub(super) struct Chunk {
+    pub(super) g: Vec<Complex64>,
+    pub(super) noise: Vec<Complex64>,
+    pub(super) gram_inverse: Vec<Complex64>,
+    pub(super) driver: Vec<Complex64>,
+    pub(super) left_out: Vec<f64>,
+}
+
+impl Chunk {
+    pub(super) fn missing(&mut self, m: usize, q: usize) {
+        self.g.resize(self.g.len() + m * q, NAN);
+        self.noise.resize(self.noise.len() + m * m, NAN);
+        self.gram_inverse.resize(self.gram_inverse.len() + q * q, NAN);
+        self.driver.resize(self.driver.len() + q * q, NAN);
+        self.left_out.push(f64::NAN);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// The weight of the middle in a least-squares parabola over 2n+1 points, h₀ = 3 (3n² + 3n − 1) / ((2n+1)(4n² + 4n − 3)) (Savitzky & Golay 1964);
+    /// that of a mean is 1/(2n+1).
+    #[test]
+    fn the_middle_weighs_what_smoothing_by_a_parabola_gives_it() {
+        for n in 2..40 {
+            let (k, width) = (n as f64, 2.0 * n as f64 + 1.0);
+            let middle = 3.0 * (3.0 * k * k + 3.0 * k - 1.0) / (width * (4.0 * k * k + 4.0 * k - 3.0));
+            for (terms, lines) in [(1, width), (3, 1.0 / middle)] {
+                let found = Basis::new(n, terms).independent_lines();
+                assert!((found / lines - 1.0).abs() < 1e-12, "n = {n}, {terms} terms: {found} and {lines}");
+            }
+        }
+    }
+}
