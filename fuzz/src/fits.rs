@@ -61,6 +61,7 @@ fn to_response(given: &Given, model: &InertiaDampingStiffnessModel, axes: usize,
         smoothing: if given.bit(4, 4) { Smoothing::Open } else { Smoothing::None },
         transducer: given.bit(4, 3).then(|| Transducer { stiffness: given.value(0), damping: given.value(1) }),
         covariance: if given.bit(4, 2) { CovarianceKind::Sandwich } else { CovarianceKind::Model },
+        ..WeightedFit::default()
     };
     match kind {
         3 | 4 => {

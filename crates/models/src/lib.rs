@@ -30,6 +30,7 @@ pub mod blocks;
 pub mod effects;
 mod fit;
 mod force_law;
+mod hold;
 mod inertia_damping_stiffness;
 mod kinematics;
 mod levenberg_marquardt;
@@ -47,6 +48,7 @@ pub use fit::{
     Smoothing, Transducer, WeightedFit, agreement, likelihood_ratio, linear_start,
 };
 pub use force_law::{ForceLaw, Motion, Stage};
+pub use hold::{Held, Hold, Sampling};
 pub use inertia_damping_stiffness::{InertiaDampingStiffness, InertiaDampingStiffnessModel, Symmetry};
 pub use kinematics::{Arm, Kinematics, KinematicsError};
 pub use levenberg_marquardt::{LeastSquares, LevenbergMarquardt, MinimiseError, Minimum, StopReason};

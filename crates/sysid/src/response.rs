@@ -149,15 +149,32 @@ impl FrequencyResponse {
     #[must_use]
     pub fn band(&self, low_hz: f64, high_hz: f64) -> Self {
         let keep: Vec<usize> = (0..self.len()).filter(|&f| (low_hz..=high_hz).contains(&self.frequency_hz[f])).collect();
+        self.select(&keep)
+    }
+
+    /// Every how many frequencies there are `dense` an independent one; 1 on a grid that is coarser, or without a covariance.
+    pub fn stride(&self, dense: f64) -> usize {
+        let step_hz = self.frequency_hz.windows(2).map(|w| w[1] - w[0]).fold(f64::INFINITY, f64::min);
+        self.uncertainty.as_ref().map_or(1, |u| (u.independent_spacing_hz / (dense * step_hz)).floor().max(1.0) as usize)
+    }
+
+    /// The same response on one frequency an independent one.
+    #[must_use]
+    pub fn independent(&self) -> Self {
+        let keep: Vec<usize> = (0..self.len()).step_by(self.stride(1.0)).collect();
+        self.select(&keep)
+    }
+
+    fn select(&self, keep: &[usize]) -> Self {
         FrequencyResponse {
             frequency_hz: keep.iter().map(|&f| self.frequency_hz[f]).collect(),
             inputs: self.inputs.clone(),
             outputs: self.outputs.clone(),
             kind: self.kind,
-            value: self.value.select(Axis(0), &keep),
+            value: self.value.select(Axis(0), keep),
             uncertainty: self.uncertainty.as_ref().map(|u| Uncertainty {
-                noise: u.noise.select(Axis(0), &keep),
-                input_inverse: u.input_inverse.select(Axis(0), &keep),
+                noise: u.noise.select(Axis(0), keep),
+                input_inverse: u.input_inverse.select(Axis(0), keep),
                 ..u.clone()
             }),
         }

@@ -131,6 +131,7 @@ mod tests {
             outputs: Vec::new(),
             band_hz: [0.5, 8.0],
             frequencies: 1,
+            between_samples: None,
             chi2_reduced: None,
             parameters: values.iter().map(parameter).collect(),
             matrices: Matrices { M: none.clone(), B: none.clone(), K: none.clone(), std_error, delay_s: None },

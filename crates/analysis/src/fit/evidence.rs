@@ -8,7 +8,7 @@ use crate::result::Warning;
 use crate::trials::Trials;
 use ndarray::Array3;
 use ndof_models::{CovarianceKind, LoopModel, Smoothing};
-use ndof_sysid::{DerivedEstimate, FrequencyResponse, Ports};
+use ndof_sysid::{DerivedEstimate, FrequencyResponse, Ports, ResponseKind};
 
 /// A response with what a fit needs to know of how it came about.
 pub(super) struct Evidence<'a> {
@@ -26,6 +26,8 @@ pub(super) struct Evidence<'a> {
     derived: Option<&'a DerivedEstimate>,
     /// Whether a window smoothed it.
     smoothed: bool,
+    /// Rate of its efforts and derivatives of its motions, where what efforts do between samples can be told.
+    pub sampled: Option<(f64, i32)>,
     /// Where the width of the intervals comes from.
     pub covariance: CovarianceKind,
     /// The mean of each effort, which a projection may take off; empty where it is unknown.
@@ -52,6 +54,7 @@ impl<'a> Evidence<'a> {
             band_hz: excited_band(estimated, ports),
             derived: estimates.derived.as_ref(),
             smoothed: true,
+            sampled: sampled(trials),
             covariance: CovarianceKind::default(),
             mean_effort: efforts.iter().map(|&index| trials.mean(index)).collect(),
             name: if estimates.derived.is_some() { "derived" } else { "direct" },
@@ -71,12 +74,18 @@ impl<'a> Evidence<'a> {
             band_hz: [hz.iter().copied().find(|hz| *hz > 0.0).unwrap_or(0.0), hz.last().copied().unwrap_or(0.0)],
             derived: None,
             smoothed: false,
+            sampled: None,
             covariance: if measured.errors_known { CovarianceKind::Model } else { CovarianceKind::Sandwich },
             mean_effort: Vec::new(),
             name: "file",
             asked: Estimate::default(),
             warnings: measured.warnings.clone(),
         }
+    }
+
+    /// Whether the response says how large its errors are.
+    pub fn errors_known(&self) -> bool {
+        self.covariance == CovarianceKind::Model
     }
 
     /// How the window smooths what it sees: through the loop where a commanded force closes it, else as an open system.
@@ -103,6 +112,15 @@ impl<'a> Evidence<'a> {
             weak.into_iter().any(|(hz, weak)| *weak && (low_hz..=high_hz).contains(hz))
         })
     }
+}
+
+/// Rate and derivatives of trials whose efforts move displacements or velocities. What is imposed as motion is not held, and an acceleration
+/// jumps with the effort.
+fn sampled(trials: &Trials) -> Option<(f64, i32)> {
+    let motion: Vec<i32> = trials.roles.output_motion.iter().flatten().copied().collect();
+    let first = *motion.first()?;
+    let alike = trials.roles.natural_kind() != ResponseKind::Transfer && !trials.roles.natural_kind().is_effort_over_motion();
+    (alike && (0..=1).contains(&first) && motion.iter().all(|order| *order == first)).then(|| (trials.sample_rate_hz(), first))
 }
 
 /// From the first frequency that the window resolves to that below which all but a fiftieth of each input's power lies,

@@ -5,7 +5,7 @@ use crate::estimate::Estimated;
 use crate::response::MeasuredResponse;
 use ndarray::Array3;
 use ndof_models::blocks::{self, BlockCard, Composite};
-use ndof_models::{InertiaDampingStiffness, InertiaDampingStiffnessModel, WeightedFit};
+use ndof_models::{Held, InertiaDampingStiffness, InertiaDampingStiffnessModel, Sampling, WeightedFit};
 use ndof_sysid::{FrequencyResponse, ResponseError, ResponseKind};
 use num_complex::Complex64;
 
@@ -20,6 +20,8 @@ pub struct Fitted {
     pub matrices: InertiaDampingStiffness,
     /// How the estimate's window and the transducer entered the comparison.
     pub comparison: WeightedFit,
+    /// How the channels were sampled.
+    pub sampling: Sampling,
     /// The mean of each effort, which a projection may take off; empty where it is unknown.
     pub mean_effort: Vec<f64>,
     /// The blocks that were fitted with the baseline, by their names in the registry.
@@ -47,10 +49,10 @@ impl Fitted {
         self.result.all_parameters().map(compared).collect()
     }
 
-    /// The baseline with its blocks, whose parameters [`Fitted::theta`] are.
-    pub fn whole(&self) -> Composite {
+    /// The baseline with its blocks, whose parameters [`Fitted::theta`] are, as the channels were sampled.
+    pub fn whole(&self) -> Held<Composite> {
         let cards: Vec<&BlockCard> = self.extensions.iter().filter_map(|name| blocks::find(name)).collect();
-        Composite::of_cards(&self.model, &cards)
+        Held { model: Composite::of_cards(&self.model, &cards), sampling: self.sampling }
     }
 
     /// The model as the estimate that it was fitted to would show it, to twice the fitted band's upper end; NaN beyond. It is of

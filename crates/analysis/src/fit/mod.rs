@@ -1,5 +1,6 @@
 //! A response to a mechanical model with its covariance.
 
+mod between;
 mod evidence;
 mod fitted;
 mod named_models;
@@ -20,11 +21,12 @@ use crate::estimate::Estimated;
 use crate::response::MeasuredResponse;
 use crate::result::{Head, Warning, number};
 use crate::trials::axis_of;
+use between::{Sampled, sampled};
 use evidence::Evidence;
 use named_models::{blocks_of, compared_models};
 use ndof_models::blocks::{BlockCard, Composite};
 use ndof_models::{
-    Axis, CovarianceKind, InertiaDampingStiffness, InertiaDampingStiffnessModel, PaperFit, ParametricModel, WeightedFit, agreement, linear_start,
+    Axis, Held, InertiaDampingStiffness, InertiaDampingStiffnessModel, PaperFit, ParametricModel, WeightedFit, agreement, linear_start,
     parametric_response,
 };
 use ndof_signal::Unit;
@@ -112,14 +114,17 @@ fn fit_to(evidence: &Evidence<'_>, settings: &Fit) -> Result<Fitted, AnalysisErr
     let band_hz = settings.band_hz.unwrap_or(evidence.band_hz);
     let start = linear_start(&model, &response.band(band_hz[0], band_hz[1]))?;
     let without = &evidence.without;
-    let comparison = WeightedFit { band_hz, smoothing: evidence.smoothing(band_hz), transducer: settings.transducer(), covariance: evidence.covariance };
+    let (smoothing, transducer) = (evidence.smoothing(band_hz), settings.transducer());
+    let comparison = WeightedFit { band_hz, smoothing, transducer, covariance: evidence.covariance, ..WeightedFit::default() };
     let composite = Composite::of_cards(&model, &cards);
-    let begin = comparison.fit_from(&composite, response, &composite.starts(&start))?.theta;
-    let compared = compared_models(&comparison, &model, response, &cards, &start, settings.compare);
+    let starts = composite.starts(&start);
+    let Sampled { sampling, theta: begin, said } = sampled(&comparison, composite, &starts, evidence, settings.hold)?;
+    let composite = Held { model: Composite::of_cards(&model, &cards), sampling };
+    let compared = compared_models(&comparison, &model, sampling, response, &cards, &start, settings.compare);
     let mut weighted = comparison.fit_trials(&composite, response, without, &begin)?;
     let weight = evidence.weight(settings.vaf_weight);
     // Errors of unknown size say nothing here: without them the residuals do.
-    let plain = (evidence.covariance == CovarianceKind::Sandwich).then(|| FrequencyResponse { uncertainty: None, ..response.clone() });
+    let plain = (!evidence.errors_known()).then(|| FrequencyResponse { uncertainty: None, ..response.clone() });
     let mut paper = PaperFit { band_hz }.fit_trials(&composite, plain.as_ref().unwrap_or(response), without, &weight, &weighted.theta)?;
     if settings.systematic {
         [&mut weighted, &mut paper].into_iter().for_each(add_floors);
@@ -157,7 +162,8 @@ fn fit_to(evidence: &Evidence<'_>, settings: &Fit) -> Result<Fitted, AnalysisErr
         outputs: channels.names(&ports.outputs),
         band_hz: fit.band_hz,
         frequencies: fit.bins,
-        chi2_reduced: number(fit.chi2_reduced).filter(|_| evidence.covariance == CovarianceKind::Model),
+        between_samples: said,
+        chi2_reduced: number(fit.chi2_reduced).filter(|_| evidence.errors_known()),
         parameters: own.parameters,
         matrices: own.matrices,
         vaf: own.vaf,
@@ -167,7 +173,7 @@ fn fit_to(evidence: &Evidence<'_>, settings: &Fit) -> Result<Fitted, AnalysisErr
         comparison: compared,
     };
     let extensions = cards.iter().map(|card| card.name()).collect();
-    Ok(Fitted { fit: baseline, model, matrices, comparison, mean_effort: evidence.mean_effort.clone(), extensions, theta: fit.theta, result })
+    Ok(Fitted { fit: baseline, model, matrices, comparison, sampling, mean_effort: evidence.mean_effort.clone(), extensions, theta: fit.theta, result })
 }
 
 impl Fit {
@@ -242,7 +248,7 @@ fn warnings(evidence: &Evidence<'_>, fit: &ndof_models::Fit, matrices: &InertiaD
             "record longer or excite the axis more strongly or over a wider band, or fix the parameter",
         ));
     }
-    if fit.chi2_reduced > MISFIT && evidence.covariance == CovarianceKind::Model {
+    if fit.chi2_reduced > MISFIT && evidence.errors_known() {
         warnings.push(Warning::new(
             "model-misfit",
             format!("reduced chi² is {:.1}: the model leaves more than noise, and its intervals are too narrow", fit.chi2_reduced),

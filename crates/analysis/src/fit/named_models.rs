@@ -5,7 +5,7 @@ use crate::error::AnalysisError;
 use crate::result::number;
 use crate::suggest::nearest;
 use ndof_models::blocks::{self, BLOCKS, BlockCard, Composite};
-use ndof_models::{Fit, InertiaDampingStiffnessModel, NullLaw, ParametricModel, WeightedFit, likelihood_ratio};
+use ndof_models::{Fit, Held, InertiaDampingStiffnessModel, NullLaw, ParametricModel, Sampling, WeightedFit, likelihood_ratio};
 use ndof_sysid::FrequencyResponse;
 
 /// The model that blocks are added to.
@@ -41,6 +41,7 @@ pub(super) fn blocks_of(name: &str) -> Result<Vec<&'static BlockCard>, AnalysisE
 pub(super) fn compared_models(
     settings: &WeightedFit,
     model: &InertiaDampingStiffnessModel,
+    sampling: Sampling,
     response: &FrequencyResponse,
     cards: &[&'static BlockCard],
     start: &[f64],
@@ -64,6 +65,7 @@ pub(super) fn compared_models(
         }
         let composite = Composite::of_cards(model, &set);
         let starts = composite.starts(start);
+        let composite = Held { model: composite, sampling };
         match settings.fit_from(&composite, response, &starts) {
             Ok(fit) => done.push((names(&set), fit)),
             // A rival that the data cannot carry is said, and takes nothing from the others.

@@ -5,7 +5,7 @@ use crate::estimate::Estimate;
 use crate::nested::Matrix;
 use crate::result::{Head, Number, finite, number};
 pub use ndof_diagnose::Site;
-use ndof_models::InertiaDampingStiffness;
+use ndof_models::{Hold, InertiaDampingStiffness};
 use serde::{Deserialize, Serialize};
 
 /// A mechanical model with its covariance.
@@ -32,6 +32,10 @@ pub struct FitResult {
     pub band_hz: [f64; 2],
     /// Independent frequencies in it.
     pub frequencies: usize,
+    /// What efforts do between their samples; null where that cannot be told or makes no difference: responses from files, imposed motion,
+    /// accelerations.
+    #[serde(default)]
+    pub between_samples: Option<Between>,
     /// χ² over degrees of freedom: near one where the model explains all but noise.
     pub chi2_reduced: Number,
     /// All parameters.
@@ -61,6 +65,17 @@ impl FitResult {
     pub fn all_parameters(&self) -> impl Iterator<Item = &Parameter> {
         self.parameters.iter().chain(self.joint.iter().flat_map(|joint| &joint.parameters))
     }
+}
+
+/// What efforts do between their samples.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+pub struct Between {
+    /// `band-limited`, `zero` (each value stays until the next) or `linear`.
+    #[cfg_attr(feature = "schema", schemars(with = "String"))]
+    pub hold: Hold,
+    /// By how much χ² is less than with any other; null where it was asked for, or where the data do not tell beyond doubt.
+    pub chi2_less: Number,
 }
 
 /// What a fit was asked for, and the estimate that it was fitted to.

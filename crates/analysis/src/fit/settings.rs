@@ -4,7 +4,7 @@ use super::named_models::MODEL;
 use crate::file::KinematicsFile;
 #[cfg(feature = "clap")]
 use crate::options::{not_negative, positive, words};
-use ndof_models::{Symmetry, Transducer};
+use ndof_models::{Hold, Symmetry, Transducer};
 use serde::{Deserialize, Serialize};
 
 /// What a fit minimises.
@@ -62,6 +62,11 @@ pub struct Fit {
     #[cfg_attr(feature = "clap", arg(long, default_value = "symmetric", value_parser = words::<Symmetry>(&["symmetric", "positive-semidefinite", "free"])))]
     #[cfg_attr(feature = "schema", schemars(with = "String"))]
     pub symmetry: Symmetry,
+    /// What forces do between their samples: zero where each value stays until the next, as a computer commands it; linear where they go from
+    /// value to value in a straight line; band-limited behind an anti-alias filter [default: what the data say beyond doubt, else band-limited]
+    #[cfg_attr(feature = "clap", arg(long, value_parser = words::<Hold>(&["zero", "linear", "band-limited"])))]
+    #[cfg_attr(feature = "schema", schemars(with = "Option<String>"))]
+    pub hold: Option<Hold>,
     /// Stiffness of the force transducer's mount (N/m; N m/rad), whose give is then not taken for inertia
     #[cfg_attr(feature = "clap", arg(long, value_name = "K", value_parser = positive))]
     pub transducer_stiffness: Option<f64>,

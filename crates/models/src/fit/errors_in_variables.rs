@@ -1,6 +1,6 @@
 //! Maximum likelihood with noise on effort and motion alike, from periods of a periodic excitation.
 
-use super::{Fit, FitError, Solved};
+use super::{COST_TOLERANCE, Fit, FitError, Solved};
 use crate::{LeastSquares, ParametricModel};
 use faer::Mat;
 use ndof_linear::{Cholesky, square};
@@ -104,7 +104,7 @@ impl ErrorsInVariables {
         if degrees <= own + 1.0 {
             return Err(FitError::NoCovariance);
         }
-        let solved = Solved::new(&BothSides { model, lines: &lines, n, parameters: parameters.len() }, model, start)?;
+        let solved = Solved::new(&BothSides { model, lines: &lines, n, parameters: parameters.len() }, model, start, COST_TOLERANCE)?;
         let inflation = degrees * degrees / ((degrees - own).powi(2) - 1.0);
         let covariance = solved.covariance(None, inflation);
         let degrees_of_freedom = (data - parameters.len()) as f64;

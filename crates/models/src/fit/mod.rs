@@ -32,6 +32,9 @@ use ndof_linear::square;
 use ndof_sysid::{FrequencyResponse, ResponseKind};
 use num_complex::Complex64;
 
+/// The relative decrease of a cost that rounding allows.
+const COST_TOLERANCE: f64 = 1e-12;
+
 /// Number of axes, if response, model and start values belong together.
 fn check_shape(model: &dyn ParametricModel, response: &FrequencyResponse, start: &[f64]) -> Result<usize, FitError> {
     let n = model.axes().len();
@@ -110,9 +113,9 @@ struct Solved {
 }
 
 impl Solved {
-    fn new(problem: &dyn LeastSquares, model: &dyn ParametricModel, start: &[f64]) -> Result<Self, FitError> {
+    fn new(problem: &dyn LeastSquares, model: &dyn ParametricModel, start: &[f64], cost_tolerance: f64) -> Result<Self, FitError> {
         let bounds = model.parameters().iter().map(|p| (p.lower, p.upper)).collect();
-        let minimum = LevenbergMarquardt::new(bounds).minimise(&Internal { problem, model }, &model.internal(start))?;
+        let minimum = LevenbergMarquardt::new(bounds).stopping_at(cost_tolerance).minimise(&Internal { problem, model }, &model.internal(start))?;
         let theta = model.natural(&minimum.x);
         let turn = model.natural_jacobian(&minimum.x).map(|t| to_faer(&t));
         let jacobian = if turn.is_some() { problem.jacobian(&theta) } else { minimum.jacobian.clone() };

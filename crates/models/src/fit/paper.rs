@@ -1,7 +1,7 @@
 //! The paper's fit: gain in decibels and phase in degrees, weighted with partial coherence.
 
 use super::vaf::{GAIN_WEIGHT, difference};
-use super::{Fit, FitError, Prediction, Smoothing, Solved, add_scores, check_shape, jackknife::rescale_by_trials, shares};
+use super::{COST_TOLERANCE, Fit, FitError, Prediction, Smoothing, Solved, add_scores, check_shape, jackknife::rescale_by_trials, shares};
 use crate::{LeastSquares, ParametricModel};
 use faer::Mat;
 use ndarray::{Array3, Axis};
@@ -55,7 +55,7 @@ impl PaperFit {
             weight: bins.iter().flat_map(|&f| (0..n * n).map(move |e| (f, e))).map(|(f, e)| weight[[f, e / n, e % n]]).collect(),
             parameters: parameters.len(),
         };
-        let solved = Solved::new(&problem, model, start)?;
+        let solved = Solved::new(&problem, model, start, COST_TOLERANCE)?;
         let share = shares(&frequency_hz, impedance.uncertainty.as_ref().map_or(0.0, |u| u.independent_spacing_hz));
         let meat = problem.meat(&solved.jacobian, &solved.minimum.residuals, &impedance, &bins, &share);
         let covariance = solved.covariance(Some(&meat), 1.0);

@@ -1,6 +1,6 @@
 //! Weighted least squares on a frequency response, with the covariance that its estimator gave it.
 
-use super::{Fit, FitError, Prediction, Smoothing, Solved, Transducer, add_scores, check_shape, shares};
+use super::{COST_TOLERANCE, Fit, FitError, Prediction, Smoothing, Solved, Transducer, add_scores, check_shape, shares};
 use crate::{LeastSquares, ParametricModel};
 use faer::Mat;
 use ndarray::Array3;
@@ -14,8 +14,8 @@ use serde::{Deserialize, Serialize};
 ///
 /// Minimises Σ_f s_f ‖√2 Lᴴ (Ĥ(f) − H(f, θ)) G‖² over the band, where (L Lᴴ)⁻¹ is the covariance of the estimate on its
 /// output side and (G Gᴴ)⁻¹ on its input side, H is the model seen through the estimate's window, and
-/// s_f = bin spacing / independent spacing counts neighbouring bins once. Using all bins with that share loses nothing;
-/// thinning to independent bins would discard what lies between.
+/// s_f = bin spacing / independent spacing counts neighbouring bins once. Of a finer grid, four bins an independent one are used: what lies
+/// between says nothing more, while thinning to independent bins would lose some.
 ///
 /// The estimated covariance makes χ² larger by ν/(ν − p) and the scatter of θ by ν²/((ν − p)² − 1) (moments of the
 /// inverse complex Wishart distribution); both are taken into account. With fewer than p + 4 degrees of freedom only the
@@ -37,6 +37,8 @@ pub struct WeightedFit {
     pub transducer: Option<Transducer>,
     /// How the covariance of the parameters is found.
     pub covariance: CovarianceKind,
+    /// The relative decrease of χ² at which the search ends.
+    pub cost_tolerance: f64,
 }
 
 /// How the covariance of the parameters is found.
@@ -52,10 +54,12 @@ pub enum CovarianceKind {
 
 impl Default for WeightedFit {
     fn default() -> Self {
-        WeightedFit { band_hz: [0.5, 8.0], smoothing: Smoothing::default(), transducer: None, covariance: CovarianceKind::default() }
+        WeightedFit { band_hz: [0.5, 8.0], smoothing: Smoothing::default(), transducer: None, covariance: CovarianceKind::default(), cost_tolerance: COST_TOLERANCE }
     }
 }
 
+/// Bins an independent one that are used at most.
+const DENSE: f64 = 4.0;
 /// Degrees of freedom beyond the outputs that a full covariance needs to be worth its noise.
 const FULL_COVARIANCE_MARGIN: f64 = 4.0;
 
@@ -81,7 +85,7 @@ impl WeightedFit {
         let frequency_hz: Vec<f64> = bins.iter().map(|b| b.hz).collect();
         let prediction = Prediction::new(model, response.kind, &frequency_hz, &uncertainty.kernel, &self.smoothing, self.transducer);
         let problem = Whitened { prediction, bins, n, parameters: parameters.len() };
-        let solved = Solved::new(&problem, model, start)?;
+        let solved = Solved::new(&problem, model, start, self.cost_tolerance)?;
 
         let rows = if full { n as f64 } else { 1.0 };
         let inflation = if degrees > rows + 1.0 { degrees * degrees / ((degrees - rows).powi(2) - 1.0) } else { f64::INFINITY };
@@ -124,8 +128,9 @@ impl WeightedFit {
                 hz > 0.0 && (self.band_hz[0]..=self.band_hz[1]).contains(&hz) && response.value.index_axis(ndarray::Axis(0), f).iter().all(|v| v.is_finite())
             })
             .collect();
-        let mut bins = Vec::with_capacity(usable.len());
-        for &f in &usable {
+        let stride = response.stride(DENSE);
+        let mut bins = Vec::with_capacity(usable.len().div_ceil(stride));
+        for &f in usable.iter().step_by(stride) {
             let matrix = |a: &ndarray::Array3<Complex64>| a.index_axis(ndarray::Axis(0), f).iter().copied().collect::<Vec<_>>();
             let (noise, input) = (matrix(&uncertainty.noise), matrix(&uncertainty.input_inverse));
             let used = |a: &[Complex64]| if full { a.to_vec() } else { (0..n * n).map(|e| if e / n == e % n { a[e] } else { Complex64::default() }).collect() };

@@ -1,0 +1,271 @@
+//! What an effort does between its samples, and a model as sampled channels show it.
+
+use crate::{Axis, ParameterInfo, ParametricModel};
+use ndarray::Array2;
+use ndof_linear::square;
+use num_complex::Complex64;
+use serde::{Deserialize, Serialize};
+use std::f64::consts::TAU;
+
+/// What an effort does between its samples.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Hold {
+    /// Nothing above half the sample rate: what a sensor behind an anti-alias filter gives.
+    #[default]
+    BandLimited,
+    /// Each value stays until the next: what a computer commands. Motion that is read at the same instants is half a sample late.
+    Zero,
+    /// From value to value by a straight line. A held effort whose motion is the mean over the same interval looks the same.
+    Linear,
+}
+
+impl Hold {
+    /// All of them, the plainest first.
+    pub const ALL: [Hold; 3] = [Hold::BandLimited, Hold::Zero, Hold::Linear];
+
+    /// s^p Z(s) of the response Z of the hold, p its order: the same at s and wherever it folds to. Z(s) = (1 − e^(−sT))/(sT) for
+    /// [`Hold::Zero`], Z² e^(sT) for [`Hold::Linear`].
+    fn numerator(self, s: Complex64, step_s: f64) -> Complex64 {
+        let x = s * step_s;
+        let zero = || (Complex64::new(1.0, 0.0) - (-x).exp()) / step_s;
+        match self {
+            Hold::BandLimited => Complex64::new(1.0, 0.0),
+            Hold::Zero => zero(),
+            Hold::Linear => zero().powi(2) * x.exp(),
+        }
+    }
+
+    /// By which power of s it falls.
+    fn order(self) -> i32 {
+        match self {
+            Hold::BandLimited => 0,
+            Hold::Zero => 1,
+            Hold::Linear => 2,
+        }
+    }
+}
+
+/// How channels were sampled.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Sampling {
+    /// What efforts do between their samples.
+    pub hold: Hold,
+    /// Samples per second.
+    pub sample_rate_hz: f64,
+    /// 0 where motion is measured as displacement, 1 as velocity; the response is that of displacement in both cases.
+    pub derivatives: i32,
+}
+
+impl Sampling {
+    /// What has no samples, or none that tell.
+    pub const CONTINUOUS: Sampling = Sampling { hold: Hold::BandLimited, sample_rate_hz: f64::INFINITY, derivatives: 0 };
+}
+
+/// A model as channels of a sample rate show it whose efforts are held between samples.
+///
+/// The sampled response is the sum over all that folds onto a frequency,
+///
+/// C_T(s) = Σ_k Z(s_k) (s_k/s)^d C(s_k),  s_k = s + 2πjk/T
+///
+/// with the response Z of the hold, of displacement (d = 0) or of a velocity that was divided by s afterwards (d = 1). It is summed to
+/// |k| = 2; beyond that C falls as 1/s², as every mass does, and the rest is one of Hurwitz' zeta functions, by its integral.
+///
+/// # References
+/// K. J. Åström & B. Wittenmark (1997), Computer-Controlled Systems, ch. 2 and 7. R. Pintelon & J. Schoukens (2012), ch. 13.
+///
+/// ```
+/// use ndof_models::{Axis, Held, Hold, InertiaDampingStiffnessModel, ParametricModel, Sampling, Symmetry};
+/// use num_complex::Complex64;
+///
+/// let model = InertiaDampingStiffnessModel::new(vec![Axis::linear("x")], Symmetry::Symmetric);
+/// let held = Held { model, sampling: Sampling { hold: Hold::Zero, sample_rate_hz: 100.0, derivatives: 0 } };
+/// let mut d = [Complex64::default()];
+/// held.stiffness(&[0.0, 0.0, 300.0], Complex64::new(0.0, 6.0), &mut d, None);
+/// assert!((d[0].re - 300.0).abs() < 30.0 && d[0].im > 0.0); // a spring seems to lead, by the effort's delay of half a sample
+/// ```
+#[derive(Clone, Debug)]
+pub struct Held<M> {
+    /// The model in continuous time.
+    pub model: M,
+    /// How its channels were sampled.
+    pub sampling: Sampling,
+}
+
+/// Foldings that are summed one by one, to each side; the others lie where C is that of a mass.
+const FOLDS: i32 = 2;
+
+impl<M: ParametricModel> Held<M> {
+    /// s_k and its weight: that of the hold, and of all that lies beyond the outermost ones.
+    fn folds(&self, s: Complex64) -> [(Complex64, Complex64); 2 * FOLDS as usize + 1] {
+        let Sampling { hold, sample_rate_hz, derivatives } = self.sampling;
+        let turn = TAU * sample_rate_hz;
+        let numerator = hold.numerator(s, 1.0 / sample_rate_hz);
+        std::array::from_fn(|index| {
+            let k = index as i32 - FOLDS;
+            let folded = s + Complex64::new(0.0, turn * f64::from(k));
+            // At 0 Hz the hold is 1 and what folds there is 0, and so is the numerator: there it says nothing.
+            let mut weight = if s.norm() > 1e-9 * turn { numerator / folded.powi(hold.order()) } else { Complex64::from(f64::from(u8::from(k == 0))) };
+            if k != 0 {
+                weight *= (folded / s).powi(derivatives);
+            }
+            if k.abs() == FOLDS {
+                // Σ_{i>0} (s_k / s_(k+i))^p of the same side, p the power by which C and hold fall together.
+                let (from, power) = (folded.im.abs() / turn, 2 + hold.order() - derivatives);
+                weight *= 1.0 + from.powi(power) / (f64::from(power - 1) * (from + 0.5).powi(power - 1));
+            }
+            (folded, weight)
+        })
+    }
+}
+
+impl<M: ParametricModel> ParametricModel for Held<M> {
+    fn name(&self) -> &str {
+        self.model.name()
+    }
+
+    fn axes(&self) -> &[Axis] {
+        self.model.axes()
+    }
+
+    fn parameters(&self) -> Vec<ParameterInfo> {
+        self.model.parameters()
+    }
+
+    fn scale(&self, theta: &[f64], parameter: usize) -> f64 {
+        self.model.scale(theta, parameter)
+    }
+
+    fn internal(&self, theta: &[f64]) -> Vec<f64> {
+        self.model.internal(theta)
+    }
+
+    fn natural(&self, internal: &[f64]) -> Vec<f64> {
+        self.model.natural(internal)
+    }
+
+    fn natural_jacobian(&self, internal: &[f64]) -> Option<Array2<f64>> {
+        self.model.natural_jacobian(internal)
+    }
+
+    /// D_T = C_T⁻¹ and ∂D_T = D_T (Σ Z C ∂D C) D_T; not a number where C does not exist.
+    fn stiffness(&self, theta: &[f64], s: Complex64, value: &mut [Complex64], mut derivative: Option<&mut [Complex64]>) {
+        if self.sampling.hold == Hold::BandLimited {
+            return self.model.stiffness(theta, s, value, derivative);
+        }
+        let n = self.axes().len();
+        let size = n * n;
+        let mut sum = vec![Complex64::default(); size];
+        let mut slopes = vec![Complex64::default(); derivative.as_ref().map_or(0, |d| d.len())];
+        let mut exists = true;
+        for (folded, weight) in self.folds(s) {
+            self.model.stiffness(theta, folded, value, derivative.as_deref_mut());
+            let Some(compliance) = square::inverse(value, n) else {
+                exists = false;
+                break;
+            };
+            sum.iter_mut().zip(&compliance).for_each(|(sum, c)| *sum += weight * c);
+            if let Some(derivative) = derivative.as_deref() {
+                for (slope, d) in slopes.chunks_exact_mut(size).zip(derivative.chunks_exact(size)) {
+                    slope.iter_mut().zip(square::sandwich(&compliance, d, &compliance, n)).for_each(|(slope, v)| *slope += weight * v);
+                }
+            }
+        }
+        let inverse = if exists { square::inverse(&sum, n) } else { None };
+        let Some(inverse) = inverse else {
+            let nan = Complex64::new(f64::NAN, f64::NAN);
+            value.fill(nan);
+            derivative.into_iter().for_each(|d| d.fill(nan));
+            return;
+        };
+        if let Some(derivative) = derivative {
+            for (out, slope) in derivative.chunks_exact_mut(size).zip(slopes.chunks_exact(size)) {
+                out.copy_from_slice(&square::sandwich(&inverse, slope, &inverse, n));
+            }
+        }
+        value.copy_from_slice(&inverse);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{InertiaDampingStiffnessModel, Symmetry};
+
+    /// The sampled response of an effort that is held, by the exact step of the state x' = v, v' = (F − B v − K x)/M.
+    fn exact(m: f64, b: f64, k: f64, step_s: f64, hz: f64) -> Complex64 {
+        // Powers of the state's matrix with its input, [A B; 0 0], summed to e^(that T).
+        let a = [[0.0, 1.0, 0.0], [-k / m, -b / m, 1.0 / m], [0.0; 3]].map(|row| row.map(|v| v * step_s));
+        let product = |p: [[f64; 3]; 3]| [0, 1, 2].map(|i: usize| [0, 1, 2].map(|j: usize| (0..3).map(|l| p[i][l] * a[l][j]).sum::<f64>()));
+        let mut term = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
+        let mut e = term;
+        for power in 1..60 {
+            term = product(term).map(|row| row.map(|v| v / f64::from(power)));
+            e.iter_mut().flatten().zip(term.iter().flatten()).for_each(|(e, t)| *e += t);
+        }
+        let z = Complex64::new(0.0, TAU * hz * step_s).exp();
+        // (z I − Φ)⁻¹ Γ, its first row.
+        let determinant = (z - e[0][0]) * (z - e[1][1]) - e[0][1] * e[1][0];
+        ((z - e[1][1]) * e[0][2] + e[0][1] * e[1][2]) / determinant
+    }
+
+    fn model() -> InertiaDampingStiffnessModel {
+        InertiaDampingStiffnessModel::new(vec![Axis::linear("x")], Symmetry::Symmetric)
+    }
+
+    #[test]
+    fn a_held_effort_moves_a_mass_as_the_exact_step_does() {
+        let (m, b, k) = (2.0f64, 12.0, 300.0);
+        let own_hz = (k / m).sqrt() / TAU;
+        for samples_a_period in [3.0, 5.0, 20.0, 50.0] {
+            let rate = samples_a_period * own_hz;
+            let held = Held { model: model(), sampling: Sampling { hold: Hold::Zero, sample_rate_hz: rate, derivatives: 0 } };
+            for share in [0.01, 0.1, 0.25, 0.45] {
+                let mut d = [Complex64::default()];
+                held.stiffness(&[m, b, k], Complex64::new(0.0, TAU * share * rate), &mut d, None);
+                let want = exact(m, b, k, 1.0 / rate, share * rate);
+                // What the tail leaves: C is 1/s² but for terms of B/(M s) beyond four foldings.
+                assert!((d[0].inv() / want - 1.0).norm() < 2e-3, "{samples_a_period} {share}: {} {want}", d[0].inv());
+            }
+        }
+    }
+
+    #[test]
+    fn slopes_are_those_of_differences() {
+        let axes = vec![Axis::linear("x"), Axis::linear("y")];
+        for hold in Hold::ALL {
+            let sampling = Sampling { hold, sample_rate_hz: 40.0, derivatives: 0 };
+            let held = Held { model: InertiaDampingStiffnessModel::new(axes.clone(), Symmetry::Symmetric), sampling };
+            let theta = [2.1, -0.5, 1.9, 11.0, -2.0, 15.0, 300.0, -60.0, 520.0];
+            let s = Complex64::new(0.0, TAU * 7.0);
+            let at = |theta: &[f64]| {
+                let mut d = vec![Complex64::default(); 4];
+                held.stiffness(theta, s, &mut d, None);
+                d
+            };
+            let (mut value, mut slopes) = (vec![Complex64::default(); 4], vec![Complex64::default(); 36]);
+            held.stiffness(&theta, s, &mut value, Some(&mut slopes));
+            assert_eq!(value, at(&theta));
+            for k in 0..9 {
+                let step = 1e-5 * theta[k].abs();
+                let (mut up, mut down) = (theta, theta);
+                up[k] += step;
+                down[k] -= step;
+                for (e, (up, down)) in at(&up).iter().zip(at(&down)).enumerate() {
+                    let difference = (up - down) / (2.0 * step);
+                    let size = value[e].norm().max(value[0].norm()) / theta[k].abs();
+                    assert!((slopes[4 * k + e] - difference).norm() < 1e-8 * size, "{hold:?} {k} {e}");
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn a_straight_line_is_not_late_and_a_step_half_a_sample() {
+        let (rate, s) = (100.0, Complex64::new(0.0, TAU * 2.0));
+        for (hold, late) in [(Hold::BandLimited, 0.0), (Hold::Linear, 0.0), (Hold::Zero, 0.5)] {
+            let response = hold.numerator(s, 1.0 / rate) / s.powi(hold.order());
+            assert!((response.arg() + late * s.im / rate).abs() < 1e-12 && (response.norm() - 1.0).abs() < 2e-3, "{hold:?}");
+        }
+    }
+}
