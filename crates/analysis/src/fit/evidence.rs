@@ -123,25 +123,37 @@ fn sampled(trials: &Trials) -> Option<(f64, i32)> {
     (alike && (0..=1).contains(&first) && motion.iter().all(|order| *order == first)).then(|| (trials.sample_rate_hz(), first))
 }
 
-/// From the first frequency that the window resolves to that below which all but a fiftieth of each input's power lies,
-/// and where half of every output is explained.
+/// What is left out beyond a band's upper end: a fiftieth of a channel's power.
+const BEYOND: f64 = 0.02;
+
+/// From the first frequency that the window resolves to that below which all but a fiftieth of each input's power lies, and of the power of the
+/// velocity that the inputs explain of each motion, and where half of every output is explained.
+///
+/// Of the velocity, because there stiffness, damping and inertia each rule a part: beyond its power there is inertia alone, and what a model
+/// lacks (an effort held between samples, a sensor's mount, a mode of the frame) outweighs what it has.
 fn excited_band(estimated: &Estimated, ports: &Ports) -> [f64; 2] {
-    const BEYOND: f64 = 0.02;
     let direct = &estimated.estimates.direct;
     let hz = &direct.response.frequency_hz;
     let spacing = direct.response.uncertainty.as_ref().map_or(0.0, |u| u.independent_spacing_hz);
     let explained = |f: usize| direct.coherence.multiple.row(f).iter().all(|coherence| *coherence >= 0.5);
     let last = (0..hz.len()).rev().find(|&f| explained(f)).map_or(f64::INFINITY, |f| hz[f]);
-    let driven = estimated.estimates.spectra.as_ref().map_or(f64::INFINITY, |spectra| {
-        let highest = |input: usize| {
-            let total: f64 = (1..hz.len()).map(|f| spectra.power(f, input)).sum();
-            let mut beyond = 0.0;
-            (1..hz.len()).rev().find(|&f| {
-                beyond += spectra.power(f, input);
-                beyond > BEYOND * total
-            })
-        };
-        ports.inputs.iter().filter_map(|&input| highest(input)).map(|f| hz[f]).fold(0.0, f64::max)
+    let most = |power: &dyn Fn(usize) -> f64| {
+        let total: f64 = (1..hz.len()).map(power).filter(|p| p.is_finite()).sum();
+        let mut beyond = 0.0;
+        let found = (1..hz.len()).rev().find(|&f| {
+            beyond += Some(power(f)).filter(|p| p.is_finite()).unwrap_or(0.0);
+            beyond > BEYOND * total
+        });
+        found.map(|f| hz[f])
+    };
+    let (driven, moved) = estimated.estimates.spectra.as_ref().map_or((f64::INFINITY, f64::INFINITY), |spectra| {
+        let motion = &estimated.trials.roles.output_motion;
+        let driven = ports.inputs.iter().filter_map(|&input| most(&|f| spectra.power(f, input)));
+        let moved = ports.outputs.iter().zip(motion).enumerate().filter_map(|(row, (&output, order))| {
+            let turn = 2 * (1 - (*order)?);
+            most(&|f| spectra.power(f, output) * direct.coherence.multiple[[f, row]] * hz[f].powi(turn))
+        });
+        (driven.fold(0.0, f64::max), moved.fold(f64::NAN, f64::max))
     });
-    [spacing.max(hz.get(1).copied().unwrap_or(0.0)), last.min(driven)]
+    [spacing.max(hz.get(1).copied().unwrap_or(0.0)), last.min(driven).min(moved)]
 }
