@@ -34,7 +34,9 @@ pub enum AnalysisError {
         file: String,
     },
     /// Nothing is held between samples, or it does not matter.
-    #[error("`hold` is for recordings of forces that move positions or velocities; leave it out for a response from a file, for imposed motion and for accelerations")]
+    #[error(
+        "`hold` is for recordings of forces that move positions or velocities; leave it out for a response from a file, for imposed motion and for accelerations"
+    )]
     Hold,
     /// A file cannot be read.
     #[error("{file}: cannot be read: {}", no_file(source))]

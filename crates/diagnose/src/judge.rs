@@ -2,6 +2,7 @@
 
 use crate::free_run::Prediction;
 use crate::layout::Layout;
+use crate::linear::Symmetric;
 use crate::result::Score;
 use crate::samples::{Meaning, Samples};
 use crate::search::{Chosen, Stand};
@@ -34,6 +35,8 @@ pub(crate) struct Errors {
     pub shifted: bool,
     /// Prediction over the output's standard deviation, likewise.
     pub predicted: Vec<Vec<f64>>,
+    /// Scored samples per second, where they follow each other without a gap within a trial.
+    rate_hz: Option<f64>,
 }
 
 impl Court {
@@ -91,14 +94,14 @@ impl Court {
             predictions.iter().flatten().flat_map(of_trial).collect()
         };
         let pairs: Vec<Vec<(f64, f64)>> = (0..n).map(of_output).collect();
-        Errors::new(&pairs, predictions.iter().flatten().count(), !self.windowed)
+        Errors { rate_hz: (!self.windowed).then_some(self.layout.rate_hz), ..Errors::new(&pairs, predictions.iter().flatten().count(), !self.windowed) }
     }
 }
 
 impl Errors {
     /// From measured and predicted samples of each output, all trials one after the other; an output without a finite error has no score.
     pub fn new(pairs: &[Vec<(f64, f64)>], trials: usize, shifted: bool) -> Self {
-        let mut errors = Errors { score: Score::default(), signed: Vec::new(), predicted: Vec::new(), trials, shifted };
+        let mut errors = Errors { score: Score::default(), signed: Vec::new(), predicted: Vec::new(), trials, shifted, rate_hz: None };
         for pairs in pairs {
             let mean_of = |value: &dyn Fn(&(f64, f64)) -> f64| pairs.iter().map(value).sum::<f64>() / pairs.len() as f64;
             let mean = mean_of(&|(measured, _)| *measured);
@@ -112,6 +115,34 @@ impl Errors {
             errors.predicted.push(pairs.iter().map(|(_, predicted)| predicted / variance.sqrt()).collect());
         }
         errors
+    }
+
+    /// What is left once a tone is predicted too, its amplitude and phase in each trial and output its own; nothing where time has gaps.
+    pub fn without_tone(&self, frequency_hz: f64) -> Option<Errors> {
+        let turn = std::f64::consts::TAU * frequency_hz / self.rate_hz?;
+        let mut out = self.clone();
+        for (i, output) in out.signed.iter_mut().enumerate() {
+            let per = (output.len() / self.trials.max(1)).max(1);
+            for trial in output.chunks_exact_mut(per) {
+                // Least squares of a constant, which stays, and of cosine and sine.
+                let row = |k: usize| [1.0, (turn * k as f64).cos(), (turn * k as f64).sin()];
+                let (mut normal, mut right) = (Symmetric::zeros(3), [0.0; 3]);
+                for (k, e) in trial.iter().enumerate() {
+                    let of = row(k);
+                    for r in 0..3 {
+                        (0..=r).for_each(|c| normal.add(r, c, of[r] * of[c]));
+                        right[r] += of[r] * e;
+                    }
+                }
+                let fit = normal.factor()?.solve(&right);
+                trial.iter_mut().enumerate().for_each(|(k, e)| *e -= fit[1] * row(k)[1] + fit[2] * row(k)[2]);
+            }
+            let mean = output.iter().sum::<f64>() / output.len() as f64;
+            let power = output.iter().map(|e| e * e).sum::<f64>() / output.len() as f64;
+            out.score.nrmse[i] = Some(power.sqrt()).filter(|_| power.is_finite());
+            out.score.vaf_percent[i] = Some(100.0 * (1.0 - (power - mean * mean))).filter(|v| v.is_finite());
+        }
+        Some(out)
     }
 
     /// rms difference of two predictions on the output where it is largest, as a share of the output's standard deviation.
@@ -136,11 +167,13 @@ impl Errors {
     }
 }
 
-/// Share of the error above the floor that a model removes, with its 95 % interval from blocks of time drawn anew.
+/// Share of what the baseline leaves above the floor that a step removes, with its 95 % interval from blocks of time drawn anew. Shares of steps
+/// that follow each other add up.
 ///
 /// The offsets that were fitted to the beginning of each trial carry their error through all of it, which no block shows: they are drawn anew too,
 /// as means of the error over any stretch as long as the one that they were fitted to (half a block).
 pub(crate) fn explained(
+    baseline: &Errors,
     before: &Errors,
     after: &Errors,
     floor: f64,
@@ -149,37 +182,44 @@ pub(crate) fn explained(
     resamples: usize,
     seed: u64,
 ) -> (Option<f64>, Option<[f64; 2]>) {
-    let (Some(b), Some(a)) = (before.mean(), after.mean()) else { return (None, None) };
-    let share = |b: f64, a: f64| if b > floor { ((b - a) / (b - floor)).clamp(-1.0, 1.0) } else { 0.0 };
+    let (Some(whole), Some(b), Some(a)) = (baseline.mean(), before.mean(), after.mean()) else { return (None, None) };
+    let share = |whole: f64, b: f64, a: f64| if whole > floor { ((b - a) / (whole - floor)).clamp(-1.0, 1.0) } else { 0.0 };
     let length = before.signed.first().map_or(0, Vec::len);
     let trials = before.trials.max(1);
     let blocks = ((duration_s / block_s / trials as f64).floor() as usize).max(2usize.div_ceil(trials));
     let per = length / trials / blocks;
-    if per == 0 || after.signed.iter().any(|e| e.len() != length) || before.trials != after.trials {
-        return (Some(share(b, a)), None);
+    if per == 0
+        || after.signed.iter().any(|e| e.len() != length)
+        || before.trials != after.trials
+        || baseline.trials != after.trials
+        || baseline.signed.iter().any(|e| e.len() != length)
+    {
+        return (Some(share(whole, b, a)), None);
     }
-    let (sb, sa) = (Stretches::new(before, per), Stretches::new(after, per));
+    let (sw, sb, sa) = (Stretches::new(baseline, per), Stretches::new(before, per), Stretches::new(after, per));
     let mut random = ChaCha8Rng::seed_from_u64(seed);
     let count = sb.power.len();
     let mut draws: Vec<f64> = (0..resamples)
         .map(|_| {
-            let (mut tb, mut ta) = (0.0, 0.0);
+            let (mut tw, mut tb, mut ta) = (0.0, 0.0, 0.0);
             for _ in 0..count {
                 let k = random.random_range(0..count);
+                tw += sw.power[k] / count as f64;
                 tb += sb.power[k] / count as f64;
                 ta += sa.power[k] / count as f64;
             }
             for _ in 0..if before.shifted { trials } else { 0 } {
                 let k = random.random_range(0..sb.offset.len());
+                tw += sw.offset[k] / trials as f64;
                 tb += sb.offset[k] / trials as f64;
                 ta += sa.offset[k] / trials as f64;
             }
-            share(tb, ta)
+            share(tw, tb, ta)
         })
         .collect();
     draws.sort_by(f64::total_cmp);
     let at = |q: f64| draws[((q * (draws.len() - 1) as f64).round() as usize).min(draws.len() - 1)];
-    (Some(share(b, a)), (!draws.is_empty()).then(|| [at(0.025), at(0.975)]))
+    (Some(share(whole, b, a)), (!draws.is_empty()).then(|| [at(0.025), at(0.975)]))
 }
 
 /// Squared errors over stretches of time, each the mean over all outputs.

@@ -116,6 +116,20 @@ pub struct NoiseFloor {
     pub how: String,
 }
 
+impl NoiseFloor {
+    /// What a model has reached is no less than what remains at best.
+    pub(crate) fn below(&mut self, score: &Score) {
+        for (floor, reached) in self.nrmse.iter_mut().zip(&score.nrmse) {
+            *floor = floor.map(|floor| reached.map_or(floor, |reached| floor.min(reached)));
+        }
+    }
+
+    /// What a model leaves in which nothing was found to follow from the inputs.
+    pub(crate) fn of_the_rest(score: &Score) -> Self {
+        NoiseFloor { nrmse: score.nrmse.clone(), how: "what the model leaves: nothing in it was found to follow from the inputs".to_owned() }
+    }
+}
+
 /// A share of the discrepancy in one band.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
@@ -236,7 +250,7 @@ pub struct Gain {
     pub vaf_before: Vec<Option<f64>>,
     /// With it, percent.
     pub vaf_after: Vec<Option<f64>>,
-    /// Share of the explainable error (above the noise floor) that it removes.
+    /// Share of the baseline's explainable error (above the noise floor) that it removes, beside the causes that explain more.
     pub explained_fraction: Option<f64>,
     /// Its 95 % interval, from blocks of time drawn anew.
     pub explained_fraction_ci95: Option<[f64; 2]>,

@@ -45,7 +45,7 @@ pub mod time;
 pub use axis::Axis;
 pub use fit::{
     Agreement, CovarianceKind, ErrorsInVariables, Fit, FitError, LikelihoodRatio, LoopModel, LoopModelError, NullLaw, PaperFit, Parameter, PeriodMeans,
-    Smoothing, Transducer, WeightedFit, agreement, likelihood_ratio, linear_start,
+    Smoothing, Transducer, WeightedFit, Width, agreement, likelihood_ratio, linear_start,
 };
 pub use force_law::{ForceLaw, Motion, Stage};
 pub use hold::{Held, Hold, Sampling};

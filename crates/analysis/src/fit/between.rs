@@ -52,7 +52,8 @@ pub(super) fn sampled(
     for hold in [Hold::Zero, Hold::Linear] {
         model.sampling = held(hold);
         // A hold under which the model cannot be fitted is none.
-        fits.extend(comparison.fit(&model, response, &fits[0].1.theta).ok().map(|fit| (model.sampling, fit)));
+        let from: Vec<Vec<f64>> = std::iter::once(fits[0].1.theta.clone()).chain(starts.iter().filter(|_| starts.len() > 1).cloned()).collect();
+        fits.extend(comparison.fit_from(&model, response, &from).ok().map(|fit| (model.sampling, fit)));
     }
     let chi2 = |k: usize| fits[k].1.chi2;
     let best = (1..fits.len()).fold(0, |best, k| if chi2(k) < chi2(best) { k } else { best });

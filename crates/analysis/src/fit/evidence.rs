@@ -22,6 +22,8 @@ pub(super) struct Evidence<'a> {
     pub coherence: Array3<f64>,
     /// The band to fit where none is asked for.
     pub band_hz: [f64; 2],
+    /// What ends it above.
+    pub band_because: Option<&'static str>,
     /// What closes a loop around the limb.
     derived: Option<&'a DerivedEstimate>,
     /// Whether a window smoothed it.
@@ -45,13 +47,15 @@ impl<'a> Evidence<'a> {
     pub fn of_recordings(estimated: &'a Estimated) -> Result<Self, AnalysisError> {
         let (trials, estimates) = (&estimated.trials, &estimated.estimates);
         let ports = &trials.roles.ports;
+        let (band_hz, band_because) = excited_band(estimated, ports);
         let efforts = if trials.roles.natural_kind().is_effort_over_motion() { &ports.outputs } else { &ports.inputs };
         Ok(Evidence {
             channels: trials,
             response: estimated.measured(),
             without: without_each(estimated)?,
             coherence: estimates.derived.as_ref().map_or(&estimates.direct.coherence.partial, |derived| &derived.coherence_paper.partial).clone(),
-            band_hz: excited_band(estimated, ports),
+            band_hz,
+            band_because: Some(band_because),
             derived: estimates.derived.as_ref(),
             smoothed: true,
             sampled: sampled(trials),
@@ -72,6 +76,7 @@ impl<'a> Evidence<'a> {
             without: Vec::new(),
             coherence: measured.coherence.clone(),
             band_hz: [hz.iter().copied().find(|hz| *hz > 0.0).unwrap_or(0.0), hz.last().copied().unwrap_or(0.0)],
+            band_because: None,
             derived: None,
             smoothed: false,
             sampled: None,
@@ -131,7 +136,7 @@ const BEYOND: f64 = 0.02;
 ///
 /// Of the velocity, because there stiffness, damping and inertia each rule a part: beyond its power there is inertia alone, and what a model
 /// lacks (an effort held between samples, a sensor's mount, a mode of the frame) outweighs what it has.
-fn excited_band(estimated: &Estimated, ports: &Ports) -> [f64; 2] {
+fn excited_band(estimated: &Estimated, ports: &Ports) -> ([f64; 2], &'static str) {
     let direct = &estimated.estimates.direct;
     let hz = &direct.response.frequency_hz;
     let spacing = direct.response.uncertainty.as_ref().map_or(0.0, |u| u.independent_spacing_hz);
@@ -155,5 +160,11 @@ fn excited_band(estimated: &Estimated, ports: &Ports) -> [f64; 2] {
         });
         (driven.fold(0.0, f64::max), moved.fold(f64::NAN, f64::max))
     });
-    [spacing.max(hz.get(1).copied().unwrap_or(0.0)), last.min(driven).min(moved)]
+    let ends = [
+        (last, "above it the inputs explain less than half of an output"),
+        (driven, "above it the inputs have a fiftieth of their power"),
+        (moved, "above it lies a fiftieth of the explained power of the motion's velocity"),
+    ];
+    let (high, because) = ends.into_iter().filter(|(hz, _)| hz.is_finite()).reduce(|a, b| if b.0 < a.0 { b } else { a }).unwrap_or(ends[0]);
+    ([spacing.max(hz.get(1).copied().unwrap_or(0.0)), high], because)
 }

@@ -26,8 +26,7 @@ use evidence::Evidence;
 use named_models::{blocks_of, compared_models};
 use ndof_models::blocks::{BlockCard, Composite};
 use ndof_models::{
-    Axis, Held, InertiaDampingStiffness, InertiaDampingStiffnessModel, PaperFit, ParametricModel, WeightedFit, agreement, linear_start,
-    parametric_response,
+    Axis, Held, InertiaDampingStiffness, InertiaDampingStiffnessModel, PaperFit, ParametricModel, WeightedFit, agreement, linear_start, parametric_response,
 };
 use ndof_signal::Unit;
 use ndof_sysid::FrequencyResponse;
@@ -122,6 +121,9 @@ fn fit_to(evidence: &Evidence<'_>, settings: &Fit) -> Result<Fitted, AnalysisErr
     let composite = Held { model: Composite::of_cards(&model, &cards), sampling };
     let compared = compared_models(&comparison, &model, sampling, response, &cards, &start, settings.compare);
     let mut weighted = comparison.fit_trials(&composite, response, without, &begin)?;
+    if evidence.errors_known() {
+        weighted = weighted.widened_by_misfit(&composite);
+    }
     let weight = evidence.weight(settings.vaf_weight);
     // Errors of unknown size say nothing here: without them the residuals do.
     let plain = (!evidence.errors_known()).then(|| FrequencyResponse { uncertainty: None, ..response.clone() });
@@ -153,7 +155,7 @@ fn fit_to(evidence: &Evidence<'_>, settings: &Fit) -> Result<Fitted, AnalysisErr
     let joint: Option<Joint> =
         settings.kinematics.as_ref().map(|file| Ok::<_, AnalysisError>(project(file, &model, &baseline, &evidence.mean_effort)?.1)).transpose()?;
     let result = FitResult {
-        head: Head::new(FitResult::SCHEMA, "fit", warnings(evidence, &fit, &matrices)),
+        head: Head::new(FitResult::SCHEMA, "fit", warnings(evidence, &fit, &baseline, &matrices)),
         settings: Some(Asked { estimate: evidence.asked.clone(), fit: settings.clone() }),
         model: composite.name().to_owned(),
         cost: own.cost,
@@ -161,8 +163,10 @@ fn fit_to(evidence: &Evidence<'_>, settings: &Fit) -> Result<Fitted, AnalysisErr
         inputs: channels.names(&ports.inputs),
         outputs: channels.names(&ports.outputs),
         band_hz: fit.band_hz,
+        band_because: evidence.band_because.filter(|_| settings.band_hz.is_none()).map(str::to_owned),
         frequencies: fit.bins,
         between_samples: said,
+        interval_width: fit.width,
         chi2_reduced: number(fit.chi2_reduced).filter(|_| evidence.errors_known()),
         parameters: own.parameters,
         matrices: own.matrices,
@@ -234,7 +238,7 @@ fn axis(channel: &str, unit: &Unit) -> Axis {
     Axis { name: axis_of(channel).to_owned(), rotational: unit.is_rotational() || (unit.symbol().is_empty() && Axis::from_channel(channel).rotational) }
 }
 
-fn warnings(evidence: &Evidence<'_>, fit: &ndof_models::Fit, matrices: &InertiaDampingStiffness) -> Vec<Warning> {
+fn warnings(evidence: &Evidence<'_>, fit: &ndof_models::Fit, baseline: &ndof_models::Fit, matrices: &InertiaDampingStiffness) -> Vec<Warning> {
     let mut warnings = evidence.warnings.clone();
     if !evidence.weak_in_band(fit.band_hz) {
         warnings.retain(|warning| warning.code != "weak-instrument");
@@ -249,10 +253,23 @@ fn warnings(evidence: &Evidence<'_>, fit: &ndof_models::Fit, matrices: &InertiaD
         ));
     }
     if fit.chi2_reduced > MISFIT && evidence.errors_known() {
+        let width = fit.chi2_reduced.sqrt();
         warnings.push(Warning::new(
             "model-misfit",
-            format!("reduced chi² is {:.1}: the model leaves more than noise, and its intervals are too narrow", fit.chi2_reduced),
+            format!(
+                "reduced chi² is {:.1}: the model leaves more than noise; its intervals are {width:.1} times as wide as noise would make them",
+                fit.chi2_reduced
+            ),
             "fit a narrower band with `band`, or ask `ndof diagnose` what the model lacks",
+        ));
+    }
+    // What one axis does to itself: of a body at rest none is below zero.
+    let negative: Vec<&str> = baseline.parameters.iter().filter(|p| !p.site.contains(',') && p.ci95[1] < 0.0).map(|p| p.name.as_str()).collect();
+    if !negative.is_empty() && !warnings.iter().any(|warning| warning.code == "force-sign") {
+        warnings.push(Warning::new(
+            "negative-diagonal",
+            format!("{} below zero by more than the interval: this band, a sign or the model is wrong, and the number is not to be used", negative.join(", ")),
+            "look at the response with `report`, fit another band with `band`, or ask `ndof diagnose` what the model lacks",
         ));
     }
     warnings

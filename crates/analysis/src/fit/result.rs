@@ -5,7 +5,7 @@ use crate::estimate::Estimate;
 use crate::nested::Matrix;
 use crate::result::{Head, Number, finite, number};
 pub use ndof_diagnose::Site;
-use ndof_models::{Hold, InertiaDampingStiffness};
+use ndof_models::{Hold, InertiaDampingStiffness, Width};
 use serde::{Deserialize, Serialize};
 
 /// A mechanical model with its covariance.
@@ -30,12 +30,20 @@ pub struct FitResult {
     pub outputs: Vec<String>,
     /// The band that was fitted.
     pub band_hz: [f64; 2],
-    /// Independent frequencies in it.
+    /// Why it ends where it does; null where it was asked for.
+    #[serde(default)]
+    pub band_because: Option<String>,
+    /// Frequencies of it that were used, four an independent one at most.
     pub frequencies: usize,
     /// What efforts do between their samples; null where that cannot be told or makes no difference: responses from files, imposed motion,
     /// accelerations.
     #[serde(default)]
     pub between_samples: Option<Between>,
+    /// Where the width of the intervals comes from: `covariance` of the estimate, `residuals`, `trials` that disagree, or `misfit` of a model that
+    /// leaves more than noise.
+    #[serde(default)]
+    #[cfg_attr(feature = "schema", schemars(with = "String"))]
+    pub interval_width: Width,
     /// χ² over degrees of freedom: near one where the model explains all but noise.
     pub chi2_reduced: Number,
     /// All parameters.
@@ -61,6 +69,20 @@ impl FitResult {
     /// The schema's name.
     pub const SCHEMA: &str = "ndof/fit/1";
 
+    /// What was found out for the fit and not asked, in words: why the band ends, what forces do between samples, what the intervals come from.
+    pub fn remarks(&self) -> Vec<String> {
+        let mut out = Vec::new();
+        out.extend(self.band_because.as_ref().map(|because| format!("band: {because}")));
+        out.extend(self.between_samples.as_ref().and_then(Between::words));
+        out.extend(match self.interval_width {
+            Width::Covariance => None,
+            Width::Residuals => Some("intervals: as wide as the residuals".to_owned()),
+            Width::Trials => Some("intervals: as wide as the trials disagree".to_owned()),
+            Width::Misfit => Some("intervals: widened by what the model leaves".to_owned()),
+        });
+        out
+    }
+
     /// All parameters, those at the joints last.
     pub fn all_parameters(&self) -> impl Iterator<Item = &Parameter> {
         self.parameters.iter().chain(self.joint.iter().flat_map(|joint| &joint.parameters))
@@ -76,6 +98,19 @@ pub struct Between {
     pub hold: Hold,
     /// By how much χ² is less than with any other; null where it was asked for, or where the data do not tell beyond doubt.
     pub chi2_less: Number,
+}
+
+impl Between {
+    /// In words; nothing where it is what everybody assumes.
+    fn words(&self) -> Option<String> {
+        let what = match self.hold {
+            Hold::BandLimited => return None,
+            Hold::Zero => "each value stays until the next",
+            Hold::Linear => "a straight line from value to value",
+        };
+        let why = self.chi2_less.map_or_else(|| "as asked".to_owned(), |less| format!("χ² is {less:.0} less than otherwise"));
+        Some(format!("forces between samples: {what} ({why})"))
+    }
 }
 
 /// What a fit was asked for, and the estimate that it was fitted to.

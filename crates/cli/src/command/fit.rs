@@ -4,9 +4,9 @@ use crate::error::CliError;
 use crate::options::{Limb, Reading, Shared};
 use crate::output::{self, columns, p_value, short};
 use clap::Args;
-use ndof_analysis::fit::result::{Between, ComparedModel, FitResult};
+use ndof_analysis::fit::result::{ComparedModel, FitResult};
 use ndof_analysis::{ComparedParameter, Estimate, Fit, Fitted};
-use ndof_models::{Hold, NullLaw};
+use ndof_models::NullLaw;
 use std::path::PathBuf;
 use std::process::ExitCode;
 
@@ -75,20 +75,9 @@ fn summary(result: &FitResult, parameters: &[ComparedParameter]) -> String {
         short(result.chi2_reduced),
         short(result.r2),
         result.vaf.outer_iter().map(|row| row.iter().map(|v| short(*v)).collect::<Vec<_>>().join(" ")).collect::<Vec<_>>().join("; "),
-        result.between_samples.as_ref().map(between_samples).unwrap_or_default(),
+        result.remarks().iter().map(|remark| format!("{remark}\n")).collect::<String>(),
         parameter_table(parameters),
     ) + &comparison(&result.comparison)
-}
-
-/// What forces do between their samples, in words; nothing where it is what everybody assumes.
-fn between_samples(between: &Between) -> String {
-    let what = match between.hold {
-        Hold::BandLimited => return String::new(),
-        Hold::Zero => "each value stays until the next",
-        Hold::Linear => "a straight line from value to value",
-    };
-    let why = between.chi2_less.map_or_else(|| "as asked".to_owned(), |less| format!("chi² is {} less than otherwise", short(Some(less))));
-    format!("forces between samples: {what} ({why})\n")
 }
 
 /// Models side by side; nothing where there is nothing to compare with.

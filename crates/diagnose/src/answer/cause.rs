@@ -13,7 +13,7 @@ use statrs::distribution::{ChiSquared, ContinuousCDF};
 const CONFUSABLE: f64 = 3.0;
 
 impl Answer<'_> {
-    pub(super) fn cause(&self, group: &Group, before: &Errors, after: &Errors, floor: f64, limit: f64, confusable: &mut Vec<Confusable>) -> Cause {
+    pub(super) fn cause(&self, group: &Group, [baseline, before, after]: [&Errors; 3], floor: f64, limit: f64, confusable: &mut Vec<Confusable>) -> Cause {
         let (subject, found) = (self.subject, self.found);
         let lead = group.members[0];
         let h = &subject.hypotheses[found.chosen[lead].hypothesis];
@@ -45,7 +45,7 @@ impl Answer<'_> {
         let features = Features::new(own, rival, self.gate.beyond, self.gate.named, self.gate.removed, share, group.size);
         let block_s = (2.0 * subject.layout.time_s).max(0.2);
         let (explained_fraction, explained_fraction_ci95) =
-            judge::explained(before, after, floor, block_s, self.court.duration_s(), self.options.resamples, self.options.seed);
+            judge::explained(baseline, before, after, floor, block_s, self.court.duration_s(), self.options.resamples, self.options.seed);
         let mut evidence = vec![
             format!(
                 "{} ({}): it raises the log-likelihood by {gain:.0} with {} parameters, {:.0} after paying for them",

@@ -2,8 +2,9 @@
 
 use super::Answer;
 use super::cause::tail;
+use crate::detectors::Tone;
 use crate::floor;
-use crate::judge::Errors;
+use crate::judge::{self, Errors};
 use crate::result::{Cause, CauseParameter, Gain};
 use ndof_models::effects::{EFFECTS, Effect, Trace, Value};
 
@@ -18,66 +19,87 @@ const OWN_SHARE: f64 = 0.1;
 const MOST_OWN: f64 = 1.2;
 
 impl Answer<'_> {
-    /// Causes that detectors found.
-    pub(super) fn detected(&self, causes: &mut Vec<Cause>, before: &Errors, limit: f64) {
-        let quiet = |effect: &'static dyn Effect, axis: Option<usize>, parameters: Vec<Named>, (probability, p_value): (f64, f64), evidence: String| Cause {
+    /// A cause that a detector found, with what it gains.
+    fn quiet(
+        &self,
+        effect: &'static dyn Effect,
+        axis: Option<usize>,
+        parameters: Vec<Named>,
+        (probability, p_value): (f64, f64),
+        gain: Gain,
+        evidence: String,
+    ) -> Cause {
+        let rotational = self.subject.scale.rotational;
+        let named = |(name, value, ci95): Named| CauseParameter {
+            name: if rotational { ndof_models::effects::rotational_name(name) } else { name.to_owned() },
+            unit: effect.card().parameters.iter().find(|p| p.name == name).map_or("", |p| if rotational { p.rotational_unit } else { p.unit }).to_owned(),
+            value,
+            ci95,
+        };
+        Cause {
             effect: effect.name().to_owned(),
             site: self.site(effect.card().sides[0], axis),
-            parameters: parameters
-                .into_iter()
-                .map(|(name, value, ci95)| {
-                    let card = effect.card().parameters.iter().find(|p| p.name == name);
-                    let rotational = self.subject.scale.rotational;
-                    CauseParameter {
-                        name: if rotational { ndof_models::effects::rotational_name(name) } else { name.to_owned() },
-                        unit: card.map_or("", |p| if rotational { p.rotational_unit } else { p.unit }).to_owned(),
-                        value,
-                        ci95,
-                    }
-                })
-                .collect(),
-            probability: probability.min(limit),
+            parameters: parameters.into_iter().map(named).collect(),
+            probability,
             p_value,
-            gain: Gain {
-                nrmse_before: before.score.nrmse.clone(),
-                nrmse_after: before.score.nrmse.clone(),
-                vaf_before: before.score.vaf_percent.clone(),
-                vaf_after: before.score.vaf_percent.clone(),
-                explained_fraction: None,
-                explained_fraction_ci95: None,
-                delta_bic: 0.0,
-            },
+            gain,
             evidence: vec![evidence],
             features: None,
-            at_most: limit,
-        };
-        let layout = &self.subject.layout;
-        let around = |value: f64, sigma: f64| Some([value - 1.96 * sigma, value + 1.96 * sigma]);
-        for tone in &self.findings.tones {
-            if let Some(effect) = traced(Trace::Tone) {
-                // The Cramér-Rao bounds of a sine in white noise under this window; the grid and the tone's wandering make a line's width each.
-                let duration_s = layout.samples as f64 / layout.rate_hz;
-                let place = (1.0 / (std::f64::consts::PI * duration_s * tone.height.sqrt())).hypot(1.0 / (duration_s * 6f64.sqrt()));
-                let chance = (0.5 * layout.samples as f64 * (-tone.height).exp()).min(1.0);
-                causes.push(quiet(
-                    effect,
-                    Some(tone.axis),
-                    vec![
-                        ("frequency_hz", Value::Number(tone.frequency_hz), around(tone.frequency_hz, place)),
-                        ("amplitude_n", Value::Number(tone.amplitude), around(tone.amplitude, tone.amplitude / (3.0 * tone.height).sqrt())),
-                    ],
-                    (0.97, chance),
-                    format!("a line {:.0} times above its surroundings at {:.3} Hz, {:.1} % of the residual force's power; it was masked before anything else was tried", tone.height, tone.frequency_hz, 100.0 * tone.share),
-                ));
-            }
+            at_most: 1.0,
         }
+    }
+
+    /// Tones, which are predicted with an amplitude and a phase of each trial's own.
+    pub(super) fn tones(&self, before: &Errors, after: &Errors, floor: f64, limit: f64) -> Vec<Cause> {
+        let (layout, tones) = (&self.subject.layout, &self.findings.tones);
+        let Some(effect) = traced(Trace::Tone) else { return Vec::new() };
+        let around = |value: f64, sigma: f64| Some([value - 1.96 * sigma, value + 1.96 * sigma]);
+        let block_s = (2.0 * layout.time_s).max(0.2);
+        let cause = |tone: &Tone| {
+            // The Cramér-Rao bounds of a sine in white noise under this window; the grid and the tone's wandering make a line's width each.
+            let duration_s = layout.samples as f64 / layout.rate_hz;
+            let place = (1.0 / (std::f64::consts::PI * duration_s * tone.height.sqrt())).hypot(1.0 / (duration_s * 6f64.sqrt()));
+            let chance = (0.5 * layout.samples as f64 * (-tone.height).exp()).min(1.0);
+            // Of several tones each takes its part alone.
+            let without = before.without_tone(tone.frequency_hz);
+            let alone = without.as_ref().unwrap_or(after);
+            let (share, interval) = judge::explained(before, before, alone, floor, block_s, self.court.duration_s(), self.options.resamples, self.options.seed);
+            let gain = Gain {
+                nrmse_before: before.score.nrmse.clone(),
+                nrmse_after: alone.score.nrmse.clone(),
+                vaf_before: before.score.vaf_percent.clone(),
+                vaf_after: alone.score.vaf_percent.clone(),
+                explained_fraction: share.filter(|_| without.is_some()),
+                explained_fraction_ci95: interval.filter(|_| without.is_some()),
+                delta_bic: f64::NAN,
+            };
+            let parameters = vec![
+                ("frequency_hz", Value::Number(tone.frequency_hz), around(tone.frequency_hz, place)),
+                ("amplitude_n", Value::Number(tone.amplitude), around(tone.amplitude, tone.amplitude / (3.0 * tone.height).sqrt())),
+            ];
+            let evidence = format!(
+                "a line {:.0} times above its surroundings at {:.3} Hz, {:.1} % of the residual force's power; it was masked before anything else was tried",
+                tone.height,
+                tone.frequency_hz,
+                100.0 * tone.share
+            );
+            self.quiet(effect, Some(tone.axis), parameters, (0.97f64.min(limit), chance), gain, evidence)
+        };
+        tones.iter().map(cause).collect()
+    }
+
+    /// Bursts and steps of a channel, which no model predicts.
+    pub(super) fn detected(&self, causes: &mut Vec<Cause>, before: &Errors, limit: f64) {
+        let layout = &self.subject.layout;
+        let unchanged = || unpredicted(before);
         for burst in &self.findings.bursts {
             if let Some(effect) = traced(Trace::Burst) {
-                causes.push(quiet(
+                causes.push(self.quiet(
                     effect,
                     Some(burst.axis),
                     vec![("time_s", Value::Number(burst.from_s), Some([burst.from_s, burst.to_s])), ("impulse_n_s", Value::Number(burst.impulse), None)],
-                    ((1.0 - 4.0 / burst.peak).clamp(0.5, 0.97), tail(BURST_FREEDOM * burst.peak, BURST_FREEDOM as usize, layout.samples)),
+                    ((1.0 - 4.0 / burst.peak).clamp(0.5, 0.97).min(limit), tail(BURST_FREEDOM * burst.peak, BURST_FREEDOM as usize, layout.samples)),
+                    unchanged(),
                     format!(
                         "{:.0} % of the whitened residual lies between {:.2} and {:.2} s of trial {}; that stretch was left out of everything else",
                         100.0 * burst.share,
@@ -94,12 +116,8 @@ impl Answer<'_> {
                 let channel = names[levels.axis].clone();
                 let evidence =
                     format!("every value of {channel} is a multiple of {:.3e}: rounding makes {:.1} % of its rms", levels.step, 100.0 * levels.share);
-                let step = vec![
-                    // Every gap is a multiple of it within this.
-                    ("step", Value::Number(levels.step), Some([0.98 * levels.step, 1.02 * levels.step])),
-                    ("channel", Value::Text(channel), None),
-                ];
-                causes.push(quiet(effect, None, step, (0.98, 0.0), evidence));
+                let step = vec![("step", Value::Number(levels.step), None), ("channel", Value::Text(channel), None)];
+                causes.push(self.quiet(effect, None, step, (0.98f64.min(limit), f64::NAN), unchanged(), evidence));
             }
         }
     }
@@ -113,32 +131,27 @@ impl Answer<'_> {
         for axis in 0..self.subject.layout.axes {
             let (share, tilt, rms) = floor::own_motion(self.subject, &self.found.stand, &self.gate.power, axis);
             if (OWN_SHARE..MOST_OWN).contains(&share) && tilt > 5.0 {
-                causes.push(Cause {
-                    effect: effect.name().to_owned(),
-                    site: self.site(effect.card().sides[0], Some(axis)),
-                    parameters: vec![CauseParameter {
-                        name: if self.subject.scale.rotational { "rms_nm".to_owned() } else { "rms_n".to_owned() },
-                        unit: if self.subject.scale.rotational { "N m".to_owned() } else { "N".to_owned() },
-                        value: Value::Number(rms),
-                        ci95: Some([0.9 * rms, 1.1 * rms]),
-                    }],
-                    probability: (0.5 + share).min(0.95),
-                    p_value: 0.0,
-                    gain: Gain {
-                        nrmse_before: before.score.nrmse.clone(),
-                        nrmse_after: before.score.nrmse.clone(),
-                        vaf_before: before.score.vaf_percent.clone(),
-                        vaf_after: before.score.vaf_percent.clone(),
-                        explained_fraction: None,
-                        explained_fraction_ci95: None,
-                        delta_bic: 0.0,
-                    },
-                    features: None,
-                    at_most: 1.0,
-                    evidence: vec![format!("{:.0} % of the motion's power from 0.25 to 1.5 Hz (of a band to 12 Hz) comes from a force that the perturbation did not cause; below the band's middle it is {tilt:.0} times stronger than above", 100.0 * share)],
-                });
+                let rms = vec![("rms_n", Value::Number(rms), None)];
+                let evidence = format!(
+                    "{:.0} % of the motion's power from 0.25 to 1.5 Hz (of a band to 12 Hz) comes from a force that the perturbation did not cause; below the band's middle it is {tilt:.0} times stronger than above",
+                    100.0 * share
+                );
+                causes.push(self.quiet(effect, Some(axis), rms, ((0.5 + share).min(0.95), f64::NAN), unpredicted(before), evidence));
             }
         }
+    }
+}
+
+/// Nothing is predicted by it.
+fn unpredicted(before: &Errors) -> Gain {
+    Gain {
+        nrmse_before: before.score.nrmse.clone(),
+        nrmse_after: before.score.nrmse.clone(),
+        vaf_before: before.score.vaf_percent.clone(),
+        vaf_after: before.score.vaf_percent.clone(),
+        explained_fraction: None,
+        explained_fraction_ci95: None,
+        delta_bic: f64::NAN,
     }
 }
 

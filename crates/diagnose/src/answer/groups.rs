@@ -98,7 +98,7 @@ impl Answer<'_> {
             kept.sort_unstable();
             let chosen: Vec<Chosen> = kept.iter().map(|q| self.found.chosen[*q].clone()).collect();
             let stand = self.subject.stand(&chosen, power, 3)?;
-            self.court.errors(self.subject, &chosen, &stand).variance()
+            self.errors(&chosen, &stand).variance()
         };
         let with = if named.is_empty() { 0.0 } else { error(None).unwrap_or(f64::INFINITY) };
         // A prediction that is worse than none at all judges nothing.

@@ -17,10 +17,11 @@ use crate::judge::{Court, Errors};
 use crate::options::Options;
 use crate::pictures::Pictures;
 use crate::remains::remains;
-use crate::result::{Cause, Diagnosis, Extended, Model, Score, Site, Split, Verdict};
+use crate::result::{Cause, Diagnosis, Extended, Model, NoiseFloor, Score, Site, Split, Verdict};
 use crate::samples::Meaning;
 use crate::search::{Chosen, Found, Stand};
 use crate::subject::Subject;
+use groups::Group;
 use ndof_models::effects::Side;
 
 /// Probability of a name that helps little on held-out data while a large error stays.
@@ -63,13 +64,17 @@ impl Answer<'_> {
             split.windows_s = Some(WINDOW_S * subject.layout.time_s.max(1.0));
         }
         let windows_hz = split.windows_s.map_or(0.0, |w| 1.0 / w);
-        let noise_floor = floor::floor(subject, &found.stand, &self.gate.power, self.order(), windows_hz);
-        let level = noise_floor.nrmse.iter().map(|f| f.map_or(0.0, |f| f * f)).sum::<f64>() / noise_floor.nrmse.len() as f64;
+        let mut noise_floor = floor::floor(subject, &found.stand, &self.gate.power, self.order(), windows_hz);
         let before = self.court.errors(subject, &[], self.baseline);
+        let quiet = self.without_tones(before.clone());
         let groups = self.groups();
         let top = (groups.first().map_or(0.0, |g| g.worth), groups.iter().map(|g| g.size).fold(0.0, f64::max));
         let (mut named, mut small) = (Vec::new(), Vec::new());
-        let final_errors = self.court.errors(subject, &found.chosen, &found.stand);
+        let final_errors = self.errors(&found.chosen, &found.stand);
+        // What a model has reached is no less than what remains at best.
+        noise_floor.below(&before.score);
+        noise_floor.below(&final_errors.score);
+        let level = noise_floor.nrmse.iter().map(|f| f.map_or(0.0, |f| f * f)).sum::<f64>() / noise_floor.nrmse.len() as f64;
         for group in groups {
             match self.immaterial(&group, top) {
                 Some(why) => small.push((group, why)),
@@ -104,23 +109,18 @@ impl Answer<'_> {
             (false, false) if remainder => IMPERFECT,
             (false, false) => 1.0,
         };
-        let mut causes = Vec::new();
         let mut confusable = Vec::new();
         let mut kept: Vec<usize> = Vec::new();
-        let mut last: Errors = before.clone();
+        let mut causes = self.tones(&before, &quiet, level, limit);
+        let mut last: Errors = quiet;
         let mut weak = false;
-        for group in named {
+        while let Some((k, after)) = self.next(&named, &kept, &last) {
+            let group = named.remove(k);
             kept.extend(&group.members);
-            kept.sort_unstable();
-            let chosen: Vec<Chosen> = kept.iter().map(|q| found.chosen[*q].clone()).collect();
-            let after = match subject.stand(&chosen, &found.stand.fit.power, 3) {
-                Some(stand) => self.court.errors(subject, &chosen, &stand),
-                None => last.clone(),
-            };
-            let mut cause = self.cause(&group, &last, &after, level, limit, &mut confusable);
-            let little = cause.gain.explained_fraction.is_some_and(|share| share < LITTLE);
+            let mut cause = self.cause(&group, [&before, &last, &after], level, limit, &mut confusable);
+            let of_the_rest = last.mean().zip(after.mean()).is_some_and(|(last, after)| last - after < LITTLE * (last - level));
             // What helps little on held-out data while a large error stays cannot be sure.
-            if little && excess > 5.0 * self.options.tolerance {
+            if of_the_rest && excess > 5.0 * self.options.tolerance {
                 cause.at_most = cause.at_most.min(UNSURE);
                 cause.probability = cause.probability.min(UNSURE);
                 weak = true;
@@ -128,11 +128,17 @@ impl Answer<'_> {
             causes.push(cause);
             last = after;
         }
+        kept.sort_unstable();
+        // What explains most comes first; what was detected and explains nothing that can be predicted, last.
+        causes.sort_by(|a, b| b.gain.explained_fraction.unwrap_or(f64::NEG_INFINITY).total_cmp(&a.gain.explained_fraction.unwrap_or(f64::NEG_INFINITY)));
         weak |= self.stand_ins(&mut causes, &mut confusable);
         let all: Vec<Chosen> = kept.iter().map(|q| found.chosen[*q].clone()).collect();
         let refitted = if all.len() < found.chosen.len() { subject.stand(&all, &found.stand.fit.power, 3) } else { None };
-        let extended = refitted.as_ref().unwrap_or(&found.stand);
-        let extended_score = self.court.errors(subject, &all, extended).score;
+        let mut extended = refitted.as_ref().unwrap_or(&found.stand);
+        if all.is_empty() {
+            extended = self.baseline;
+        }
+        let extended_score = self.errors(&all, extended).score;
         self.detected(&mut causes, &before, limit);
         if !unknown {
             self.own_force(&mut causes, &before);
@@ -146,6 +152,11 @@ impl Answer<'_> {
             (false, ..) if weak || lost(&extended_score) => Verdict::PartlyExplained,
             (false, ..) => Verdict::Explained,
         };
+        noise_floor.below(&extended_score);
+        causes.iter().for_each(|cause| noise_floor.below(&Score { nrmse: cause.gain.nrmse_after.clone(), ..Score::default() }));
+        if verdict == Verdict::Adequate {
+            noise_floor = NoiseFloor::of_the_rest(&extended_score);
+        }
         let mut notes = Vec::new();
         if self.turned {
             notes.push("inertia, damping and stiffness came out negative, so the effort was counted the other way round (force-sign)".to_owned());
@@ -197,6 +208,28 @@ impl Answer<'_> {
             confusable,
         };
         (diagnosis, pictures)
+    }
+
+    /// Errors of a model beside which the tones that were found are predicted.
+    fn errors(&self, chosen: &[Chosen], stand: &Stand) -> Errors {
+        self.without_tones(self.court.errors(self.subject, chosen, stand))
+    }
+
+    fn without_tones(&self, errors: Errors) -> Errors {
+        self.findings.tones.iter().fold(errors, |errors, tone| errors.without_tone(tone.frequency_hz).unwrap_or(errors))
+    }
+
+    /// Of the groups that are left, the one that leaves least beside those that are kept, with what it leaves.
+    fn next(&self, named: &[Group], kept: &[usize], last: &Errors) -> Option<(usize, Errors)> {
+        let with = |group: &Group| -> Errors {
+            let mut members: Vec<usize> = kept.iter().chain(&group.members).copied().collect();
+            members.sort_unstable();
+            let chosen: Vec<Chosen> = members.iter().map(|q| self.found.chosen[*q].clone()).collect();
+            self.subject.stand(&chosen, &self.found.stand.fit.power, 3).map_or_else(|| last.clone(), |stand| self.errors(&chosen, &stand))
+        };
+        let size = |errors: &Errors| errors.mean().unwrap_or(f64::INFINITY);
+        let tried = named.iter().map(with).enumerate();
+        tried.reduce(|best, other| if size(&other.1) < size(&best.1) { other } else { best })
     }
 
     fn order(&self) -> usize {

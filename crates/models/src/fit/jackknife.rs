@@ -1,6 +1,6 @@
 //! Intervals whose width comes from how much the trials disagree.
 
-use super::{Fit, FitError, Parameter, WeightedFit, result::t_quantile};
+use super::{Fit, FitError, Parameter, WeightedFit, Width, result::t_quantile};
 use crate::ParametricModel;
 use ndof_sysid::FrequencyResponse;
 
@@ -51,6 +51,7 @@ pub(crate) fn rescale_by_trials(model: &dyn ParametricModel, mut fit: Fit, left:
     let freedom = (trials - 1.0) * (sound.len() * sound.len()) as f64 / squared_correlations;
     fit.covariance.mapv_inplace(|v| v * ratio);
     fit.covariance_scale = ratio;
+    fit.width = Width::Trials;
     fit.interval_quantile = t_quantile(freedom);
     fit.parameters = Parameter::describe(&model.parameters(), &fit.theta, &fit.covariance, |_| fit.interval_quantile, |k| model.scale(&fit.theta, k));
     fit

@@ -5,6 +5,7 @@ mod errors_in_variables;
 mod information;
 mod jackknife;
 mod loop_model;
+mod misfit;
 mod paper;
 mod prediction;
 mod result;
@@ -16,6 +17,7 @@ pub use compare::{LikelihoodRatio, NullLaw, likelihood_ratio};
 pub use errors_in_variables::{ErrorsInVariables, PeriodMeans};
 pub(crate) use information::Information;
 pub use loop_model::{LoopModel, LoopModelError};
+pub use misfit::Width;
 pub use paper::PaperFit;
 pub(crate) use prediction::Prediction;
 pub use prediction::{Smoothing, Transducer};
@@ -147,6 +149,7 @@ impl Solved {
             theta: self.theta,
             covariance,
             covariance_scale: 1.0,
+            width: Width::Covariance,
             interval_quantile,
             band_hz: ends,
             bins: frequency_hz.len(),

@@ -250,6 +250,9 @@ const POINTS: isize = 6;
 fn coarser(fine: Vec<(f64, f64)>, between_bins: f64) -> Vec<(f64, f64)> {
     let (Some(first), Some(last)) = (fine.first(), fine.last()) else { return fine };
     let wide = (last.0 - first.0) / ACROSS;
+    if wide <= 0.0 {
+        return fine;
+    }
     let step = if between_bins.is_finite() { between_bins / (between_bins / wide).ceil() } else { wide };
     // What is not at least halved is left alone.
     if fine.len() as f64 * step < 2.0 * (last.0 - first.0) {

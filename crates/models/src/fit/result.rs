@@ -1,5 +1,6 @@
 //! What a fit returns.
 
+use super::Width;
 use crate::{MinimiseError, ParameterInfo, StopReason};
 use ndarray::Array2;
 use ndof_sysid::two_sided_t;
@@ -35,7 +36,9 @@ pub struct Fit {
     pub parameters: Vec<Parameter>,
     /// Covariance of `theta`; rows of undetermined parameters are infinite on the diagonal and zero beside it.
     pub covariance: Array2<f64>,
-    /// What the disagreement of the trials multiplied that covariance with; 1 where it was not asked.
+    /// Where the width of the intervals comes from.
+    pub width: Width,
+    /// What the disagreement of the trials, or a misfit, multiplied that covariance with; 1 where there is neither.
     pub covariance_scale: f64,
     /// Half width of a 95 % interval in standard errors.
     pub interval_quantile: f64,

@@ -1,6 +1,6 @@
 //! Weighted least squares on a frequency response, with the covariance that its estimator gave it.
 
-use super::{COST_TOLERANCE, Fit, FitError, Prediction, Smoothing, Solved, Transducer, add_scores, check_shape, shares};
+use super::{COST_TOLERANCE, Fit, FitError, Prediction, Smoothing, Solved, Transducer, Width, add_scores, check_shape, shares};
 use crate::{LeastSquares, ParametricModel};
 use faer::Mat;
 use ndarray::Array3;
@@ -54,7 +54,13 @@ pub enum CovarianceKind {
 
 impl Default for WeightedFit {
     fn default() -> Self {
-        WeightedFit { band_hz: [0.5, 8.0], smoothing: Smoothing::default(), transducer: None, covariance: CovarianceKind::default(), cost_tolerance: COST_TOLERANCE }
+        WeightedFit {
+            band_hz: [0.5, 8.0],
+            smoothing: Smoothing::default(),
+            transducer: None,
+            covariance: CovarianceKind::default(),
+            cost_tolerance: COST_TOLERANCE,
+        }
     }
 }
 
@@ -97,7 +103,8 @@ impl WeightedFit {
         // With as few averages as rows the noise is known from nothing else than what the model is judged by.
         let chi2 = if degrees > rows { 2.0 * solved.minimum.cost * (degrees - rows) / degrees } else { f64::NAN };
         let degrees_of_freedom = 2.0 * independent * (n * n) as f64 - parameters.len() as f64;
-        Ok(solved.into_fit(model, covariance, &frequency_hz, chi2, degrees_of_freedom))
+        let width = if self.covariance == CovarianceKind::Sandwich { Width::Residuals } else { Width::Covariance };
+        Ok(Fit { width, ..solved.into_fit(model, covariance, &frequency_hz, chi2, degrees_of_freedom) })
     }
 
     /// The model as an estimate of this kind would show it on average: through the window's `kernel`, in the loop that

@@ -63,6 +63,7 @@ mod tests {
             parameters: Vec::new(),
             theta,
             covariance: Array2::eye(n) * 1e-2,
+            width: crate::Width::Covariance,
             covariance_scale: 1.0,
             interval_quantile: 2.0,
             band_hz: [0.5, 8.0],

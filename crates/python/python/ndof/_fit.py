@@ -212,6 +212,7 @@ def fit(
     model: str | None = None,
     cost: str = "weighted",
     vaf_weight: str = "gamma-squared",
+    hold: str | None = None,
     kinematics: Document | None = None,
     transducer_stiffness: float | None = None,
     transducer_damping: float | None = None,
@@ -249,7 +250,8 @@ def fit(
 
     Several recordings are repeated trials of one experiment. ``band`` (Hz) is what is fitted; ``kinematics`` (a file or a
     dictionary) adds the matrices at the joints; ``cost`` is ``weighted`` or ``paper``; ``symmetry`` is
-    ``symmetric``, ``positive-semidefinite`` or ``free``; ``systematic`` widens intervals by what calibration leaves; ``compare``
+    ``symmetric``, ``positive-semidefinite`` or ``free``; ``hold`` is what forces do between samples, ``zero``, ``linear`` or
+    ``band-limited``, else what the data say; ``systematic`` widens intervals by what calibration leaves; ``compare``
     fits every single extension of the model too (:attr:`Fit.comparison`). The other options are those of :func:`frequency_response`.
 
     >>> import ndof

@@ -167,7 +167,7 @@ pub fn bode(name: &str, data: &ResponseCurves) -> Result<Figure, FigureError> {
 }
 
 /// With a capital first letter, as titles have it.
-pub(super) fn capitalised(words: &str) -> String {
+pub(crate) fn capitalised(words: &str) -> String {
     let mut letters = words.chars();
     letters.next().map(|first| first.to_uppercase().chain(letters).collect()).unwrap_or_default()
 }

@@ -15,6 +15,7 @@ mod residual;
 mod spectra;
 mod traces;
 
+pub(crate) use bode::capitalised;
 pub use bode::{Curve, CurveStyle, ResponseCurves, bode};
 pub use coherence::{Coherences, coherence, input_coherence};
 pub use diagnosis::{Considered, HeldOut, Stretches, before_after, considered, discrepancy, shares};

@@ -3,7 +3,7 @@
 use super::convert::{nan, settings_rows};
 use super::estimate::{coherence_section, frame, measured_section, power_section, response_section, traces_section};
 use super::overlay::overlay_section;
-use crate::figures::{self, Ellipse, FigureError};
+use crate::figures::{self, Ellipse, FigureError, capitalised};
 use crate::number::significant;
 use crate::plot::{Color, Dash};
 use crate::{Align, Report, Section, Table, parameter_table};
@@ -123,6 +123,7 @@ pub fn agreement_section(result: &FitResult) -> Section {
         "Reduced χ² {} (about 1: inertia, damping and stiffness leave nothing but noise); gain in dB and phase of the impedance, weighted with partial coherence.",
         significant(nan(result.chi2_reduced), 3)
     );
+    let lead = result.remarks().iter().fold(lead, |lead, remark| format!("{lead} {}.", capitalised(remark)));
     Section::new("Agreement", lead).table(table)
 }
 
