@@ -8,6 +8,7 @@ mod overlay;
 mod project;
 pub mod result;
 mod settings;
+mod starts;
 
 pub use fitted::{Fitted, model_response};
 pub use named_models::MODEL;
@@ -25,9 +26,7 @@ use between::{Sampled, sampled};
 use evidence::Evidence;
 use named_models::{blocks_of, compared_models};
 use ndof_models::blocks::{BlockCard, Composite};
-use ndof_models::{
-    Axis, Held, InertiaDampingStiffness, InertiaDampingStiffnessModel, PaperFit, ParametricModel, WeightedFit, agreement, linear_start, parametric_response,
-};
+use ndof_models::{Axis, Held, InertiaDampingStiffness, InertiaDampingStiffnessModel, PaperFit, ParametricModel, WeightedFit, agreement, parametric_response};
 use ndof_signal::Unit;
 use ndof_sysid::FrequencyResponse;
 use result::{Asked, FitResult, Joint, Matrices, OtherFit, Parameter};
@@ -111,12 +110,11 @@ fn fit_to(evidence: &Evidence<'_>, settings: &Fit) -> Result<Fitted, AnalysisErr
     let axes: Vec<Axis> = channels.channels(motion).iter().map(|channel| axis(&channel.name, &channel.unit)).collect();
     let model = InertiaDampingStiffnessModel::new(axes, settings.symmetry);
     let band_hz = settings.band_hz.unwrap_or(evidence.band_hz);
-    let start = linear_start(&model, &response.band(band_hz[0], band_hz[1]))?;
     let without = &evidence.without;
     let (smoothing, transducer) = (evidence.smoothing(band_hz), settings.transducer());
     let comparison = WeightedFit { band_hz, smoothing, transducer, covariance: evidence.covariance, ..WeightedFit::default() };
     let composite = Composite::of_cards(&model, &cards);
-    let starts = composite.starts(&start);
+    let (start, starts) = starts::starts(&model, &composite, &cards, evidence, band_hz)?;
     let Sampled { sampling, theta: begin, said } = sampled(&comparison, composite, &starts, evidence, settings.hold)?;
     let composite = Held { model: Composite::of_cards(&model, &cards), sampling };
     let compared = compared_models(&comparison, &model, sampling, response, &cards, &start, settings.compare);
