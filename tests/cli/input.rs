@@ -44,7 +44,8 @@ fn strain_gauges_become_forces_by_a_matrix() {
     std::fs::write(folder.path().join("c.toml"), file).expect("written");
     trial(folder.path());
     let (found, truth) = (stiffness(folder.path(), &["g.csv", "--channels", "c.toml", "--input", "force_x"]), stiffness(folder.path(), &["trial.csv"]));
-    assert!((found / truth - 1.0).abs() < 1e-9, "{found}, not {truth}");
+    // Forces agree to round-off; a search ends where χ² no longer falls by a part in 10¹², parameters a part in 10⁶.
+    assert!((found / truth - 1.0).abs() < 1e-6, "{found}, not {truth}");
 }
 
 #[test]

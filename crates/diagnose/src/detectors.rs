@@ -118,8 +118,9 @@ pub(crate) fn residual(stand: &Stand, laws: &[Box<dyn ForceLaw>]) -> Vec<Vec<Vec
         .collect()
 }
 
-/// The highest line in the residual, if it is a tone and not a resonance.
-pub(crate) fn tone(stand: &Stand, e: &[Vec<Vec<f64>>]) -> Option<Tone> {
+/// The highest line in the residual, if it is a tone and not a resonance. Where what drives the plant repeats, `repeated` its frequency and the
+/// uncertainty of that, a line at one of its harmonics is what a plant makes of it, and none.
+pub(crate) fn tone(stand: &Stand, e: &[Vec<Vec<f64>>], repeated: Option<(f64, f64)>) -> Option<Tone> {
     let layout = &stand.state.layout;
     let n = layout.samples;
     let padded = smooth_length(n);
@@ -144,7 +145,11 @@ pub(crate) fn tone(stand: &Stand, e: &[Vec<Vec<f64>>]) -> Option<Tone> {
             power.iter_mut().zip(&spectrum).for_each(|(p, x)| *p += x.norm_sqr() / e.len() as f64);
         }
         for k in first.max(far)..top.min(power.len() - far - 1) {
-            if power[k] < power[k - 1] || power[k] < power[k + 1] {
+            let harmonic = |(own_hz, error_hz): (f64, f64)| {
+                let order = (k as f64 * df / own_hz).round().max(1.0);
+                (k as f64 * df - order * own_hz).abs() <= 2.0 * layout.rate_hz / n as f64 + order * error_hz
+            };
+            if power[k] < power[k - 1] || power[k] < power[k + 1] || repeated.is_some_and(harmonic) {
                 continue;
             }
             let mut around: Vec<f64> = power[k - far..k - near].iter().chain(&power[k + near..k + far]).copied().collect();

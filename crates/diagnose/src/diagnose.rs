@@ -9,10 +9,11 @@ use crate::pictures::Pictures;
 use crate::result::{Diagnosis, Split};
 use crate::samples::{Meaning, Samples};
 use crate::search::Stand;
+use crate::state::Cause;
 use crate::subject::Subject;
 use crate::{DiagnoseError, generic};
 use ndof_models::effects::{EFFECTS, Trace};
-use ndof_signal::Recording;
+use ndof_signal::{Recording, detect_period};
 use ndof_sysid::Ports;
 use std::sync::Arc;
 
@@ -152,14 +153,30 @@ pub(crate) fn divide(samples: &Samples, held_out: &HeldOut) -> Result<(Samples, 
     }
 }
 
+/// Frequency with which what drives the plant repeats, with its uncertainty: half a sample of the period.
+fn repetition(samples: &Samples, motion_imposed: bool) -> Option<(f64, f64)> {
+    let reference = samples.reference.first().is_some_and(|trial| !trial.is_empty());
+    let driving = if reference {
+        &samples.reference
+    } else if motion_imposed {
+        &samples.motion
+    } else {
+        &samples.effort
+    };
+    let found = driving.first()?.iter().find_map(|x| detect_period(x))?;
+    let hz = samples.rate_hz / found.period as f64;
+    Some((hz, 0.5 * hz / found.period as f64))
+}
+
 /// Levels, tones and bursts, in this order; tones and bursts are masked before anything else is tried.
 fn before_registry(subject: &mut Subject, samples: &Samples, options: &Options) -> Result<Findings, DiagnoseError> {
     let tried = |trace: Trace| EFFECTS.iter().any(|e| e.card().trace == trace && !options.without.iter().any(|w| w == e.name()));
     let levels = if tried(Trace::Levels) { detectors::levels(samples, options.tolerance) } else { vec![] };
     let mut findings = Findings { levels, ..Findings::default() };
+    let repeated = repetition(samples, matches!(subject.cause, Cause::Motion));
     for _ in 0..if tried(Trace::Tone) { 3 } else { 0 } {
         let stand = stand(subject)?;
-        let Some(tone) = detectors::tone(&stand, &detectors::residual(&stand, &[])) else { break };
+        let Some(tone) = detectors::tone(&stand, &detectors::residual(&stand, &[]), repeated) else { break };
         let effort = subject.scale.effort[tone.axis];
         // The same line once more is not another one.
         let again = findings.tones.iter().any(|t| t.axis == tone.axis && (t.frequency_hz - tone.frequency_hz).abs() < 0.3 / subject.layout.time_s);

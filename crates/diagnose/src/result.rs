@@ -92,6 +92,18 @@ pub struct ModelParameter {
     pub value: f64,
     /// Its standard error, where it was fitted.
     pub std_error: Option<f64>,
+    /// `below-zero` where an inertia or a stiffness of one axis is below zero by more than two standard errors: this sign or this model is wrong,
+    /// and the number is not to be used.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub flag: Option<String>,
+}
+
+impl ModelParameter {
+    /// An entry of inertia, damping or stiffness between two axes.
+    pub(crate) fn entry(name: String, unit: &str, value: f64, std_error: Option<f64>, diagonal: bool) -> Self {
+        let below = diagonal && !name.starts_with('B') && value + 2.0 * std_error.unwrap_or(0.0) < 0.0;
+        ModelParameter { name, unit: unit.to_owned(), value, std_error, flag: below.then(|| "below-zero".to_owned()) }
+    }
 }
 
 /// A model with its held-out score.

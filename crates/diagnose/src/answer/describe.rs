@@ -28,7 +28,7 @@ impl Answer<'_> {
                     let std_error = column.map(|c| covariance.at(c, c).sqrt().hypot(0.005 * value));
                     let axes = &self.meaning.axes;
                     let name = if n == 1 { letter.to_owned() } else { format!("{letter}_{}_{}", axes[i], axes[j]) };
-                    out.push(ModelParameter { name, unit: unit.to_owned(), value, std_error });
+                    out.push(ModelParameter::entry(name, unit, value, std_error, i == j));
                 }
             }
         }

@@ -17,7 +17,7 @@ use crate::judge::{Court, Errors};
 use crate::options::Options;
 use crate::pictures::Pictures;
 use crate::remains::remains;
-use crate::result::{Cause, Diagnosis, Extended, Model, NoiseFloor, Score, Site, Split, Verdict};
+use crate::result::{Cause, Diagnosis, Extended, Model, ModelParameter, NoiseFloor, Score, Site, Split, Verdict};
 use crate::samples::Meaning;
 use crate::search::{Chosen, Found, Stand};
 use crate::subject::Subject;
@@ -188,16 +188,19 @@ impl Answer<'_> {
             notes.push(format!("what remains changes slowly with time together with the motion (z = {variation:.1}): a stiffness or damping that varies in a way no known cause describes"));
         }
         let white = !unknown && !varying;
+        let (own, with_causes) = (self.parameters(&[], self.baseline), self.parameters(&all, extended));
+        notes.extend(below_zero("baseline", &own));
+        notes.extend(below_zero("extended model", &with_causes));
         let pictures = Pictures::new(self, &all, extended);
         let diagnosis = Diagnosis {
             split,
-            baseline: Model { model: "inertia-damping-stiffness".to_owned(), parameters: self.parameters(&[], self.baseline), held_out: before.score.clone() },
+            baseline: Model { model: "inertia-damping-stiffness".to_owned(), parameters: own, held_out: before.score.clone() },
             discrepancy: self.discrepancy(&before, notes),
             noise_floor,
             verdict,
             extended: Extended {
                 model: extended_name(&causes),
-                parameters: self.parameters(&all, extended),
+                parameters: with_causes,
                 held_out: extended_score,
                 residual_white: white,
                 parameter_shift: self.shift(&all, extended),
@@ -239,6 +242,13 @@ impl Answer<'_> {
     fn site(&self, side: Side, axis: Option<usize>) -> Site {
         Site { side: side.word().to_owned(), axis: axis.and_then(|a| self.meaning.axes.get(a)).cloned().unwrap_or_default() }
     }
+}
+
+/// What to think of inertias and stiffnesses that no body has.
+fn below_zero(model: &str, parameters: &[ModelParameter]) -> Option<String> {
+    let names: Vec<&str> = parameters.iter().filter(|p| p.flag.is_some()).map(|p| p.name.as_str()).collect();
+    let verb = if names.len() == 1 { "is" } else { "are" };
+    (!names.is_empty()).then(|| format!("{} of the {model} {verb} below zero beyond doubt: a sign, the band or the model is wrong there", names.join(", ")))
 }
 
 fn extended_name(causes: &[Cause]) -> String {

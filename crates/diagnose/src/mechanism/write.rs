@@ -144,7 +144,13 @@ pub(super) fn write(balance: &Balance<'_>, found: &Found, held: &Held<'_>, meani
             .iter()
             .enumerate()
             .filter(|(_, p)| p.status != Status::Fixed)
-            .map(|(k, p)| ModelParameter { name: p.name.clone(), unit: p.unit.clone(), value: values[k], std_error: if fitted { deviation(k) } else { None } })
+            .map(|(k, p)| ModelParameter {
+                name: p.name.clone(),
+                unit: p.unit.clone(),
+                value: values[k],
+                std_error: if fitted { deviation(k) } else { None },
+                flag: None,
+            })
             .collect()
     };
     let axes = || meaning.axes.iter().zip(&rest).map(|(a, r)| format!("{:.1} % at {a}", 100.0 * r)).collect::<Vec<_>>().join(", ");
