@@ -1,7 +1,7 @@
 //! Guess first: measured records of others. Shows what a linear model leaves of each, waits for a guess (at a terminal), and tells what the
 //! diagnosis names and what is known.
 //!
-//! `cargo run --release -p ndof-diagnose --example measured [RECORD]`. The records are not part of the repository: they are looked for in
+//! `cargo run --release -p ndof-diagnose --example guess [RECORD]`. The records are not part of the repository: they are looked for in
 //! `../shared/data` beside it, or in the folder of `NDOF_RECORDS`; one that is not at hand is left out with a line.
 #[path = "../tests/hidden/records/mod.rs"]
 mod records;
