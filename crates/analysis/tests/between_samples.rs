@@ -43,8 +43,19 @@ fn noise(rng: &mut ChaCha8Rng, count: usize, mean_over: usize) -> Vec<f64> {
     white.windows(mean_over).take(count).map(|w| w.iter().sum::<f64>() / (mean_over as f64).sqrt()).collect()
 }
 
-/// A fit to forces of 5 N rms and displacements with noise of a share of their own size, `late` samples late.
-fn fitted(plant: Plant, rate_hz: f64, count: usize, mean_over: usize, late: usize, share: f64, seed: u64, settings: &Fit) -> Fitted {
+/// Forces of 5 N rms, white (1) or means over some samples, and displacements with noise of a share of their own size, some samples late.
+struct Record {
+    rate_hz: f64,
+    count: usize,
+    mean_over: usize,
+    late: usize,
+    share: f64,
+    seed: u64,
+}
+
+/// A fit to such a record.
+fn fitted(plant: Plant, record: &Record, settings: &Fit) -> Fitted {
+    let Record { rate_hz, count, mean_over, late, share, seed } = *record;
     let mut rng = ChaCha8Rng::seed_from_u64(seed);
     let command: Vec<f64> = noise(&mut rng, count, mean_over).iter().map(|f| 5.0 * f).collect();
     let (force, motion) = moved(plant, &command, 1.0 / rate_hz);
@@ -62,7 +73,7 @@ fn a_held_force_is_found_and_biases_nothing() {
         // A delay of more than a period leaves no mass to begin a search with.
         for late in [0, 2, 5].into_iter().filter(|late| f64::from(*late) <= samples_a_period) {
             let rate = samples_a_period * OWN_HZ;
-            let found = fitted(PLANT, rate, 6000, 1, late as usize, 1e-3, 7, &with_delay);
+            let found = fitted(PLANT, &Record { rate_hz: rate, count: 6000, mean_over: 1, late: late as usize, share: 1e-3, seed: 7 }, &with_delay);
             let between = found.result.between_samples.as_ref().expect("a hold");
             assert_eq!(between.hold, Hold::Zero, "{samples_a_period} {late}");
             for (value, truth) in found.theta.iter().zip([PLANT.m, PLANT.b, PLANT.k]) {
@@ -84,7 +95,7 @@ fn intervals_of_a_default_band_hold_what_they_say() {
     for (rate, mean_over) in [(5.0 * OWN_HZ, 1), (20.0 * OWN_HZ, 3), (100.0 * OWN_HZ, 12)] {
         let mut inside = 0;
         for seed in 0..40 {
-            let found = fitted(PLANT, rate, 6000, mean_over, 0, 0.05, 100 + seed, &Fit::default());
+            let found = fitted(PLANT, &Record { rate_hz: rate, count: 6000, mean_over, late: 0, share: 0.05, seed: 100 + seed }, &Fit::default());
             inside += found.fit.parameters.iter().zip([PLANT.m, PLANT.b, PLANT.k]).filter(|(p, truth)| (p.ci95[0]..=p.ci95[1]).contains(truth)).count();
         }
         println!("{rate:.0} Hz, mean over {mean_over}: {inside} of 120");
@@ -95,7 +106,7 @@ fn intervals_of_a_default_band_hold_what_they_say() {
 #[test]
 fn a_misfit_widens_intervals_and_is_said() {
     // A delay of three samples that no parameter stands for.
-    let found = fitted(PLANT, 400.0, 12_000, 3, 3, 0.01, 3, &Fit::default());
+    let found = fitted(PLANT, &Record { rate_hz: 400.0, count: 12_000, mean_over: 3, late: 3, share: 0.01, seed: 3 }, &Fit::default());
     assert!(found.result.chi2_reduced.is_some_and(|chi2| chi2 > 2.0) && found.result.interval_width == Width::Misfit, "{:?}", found.result.chi2_reduced);
     assert!(found.result.remarks().iter().any(|remark| remark.contains("widened")));
     let factor = (found.fit.covariance_scale / found.fit.chi2_reduced - 1.0).abs();
@@ -104,6 +115,10 @@ fn a_misfit_widens_intervals_and_is_said() {
 
 #[test]
 fn a_stiffness_below_zero_is_flagged() {
-    let found = fitted(Plant { k: -2000.0, held: 20_000.0, ..PLANT }, 400.0, 8_000, 3, 0, 0.001, 3, &Fit { band_hz: Some([0.5, 20.0]), ..Fit::default() });
+    let found = fitted(
+        Plant { k: -2000.0, held: 20_000.0, ..PLANT },
+        &Record { rate_hz: 400.0, count: 8_000, mean_over: 3, late: 0, share: 0.001, seed: 3 },
+        &Fit { band_hz: Some([0.5, 20.0]), ..Fit::default() },
+    );
     assert!(found.result.head.warnings.iter().any(|w| w.code == "negative-diagonal" && w.message.starts_with('K')), "{:?}", found.result.parameters);
 }

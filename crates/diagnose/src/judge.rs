@@ -173,9 +173,7 @@ impl Errors {
 /// The offsets that were fitted to the beginning of each trial carry their error through all of it, which no block shows: they are drawn anew too,
 /// as means of the error over any stretch as long as the one that they were fitted to (half a block).
 pub(crate) fn explained(
-    baseline: &Errors,
-    before: &Errors,
-    after: &Errors,
+    [baseline, before, after]: [&Errors; 3],
     floor: f64,
     block_s: f64,
     duration_s: f64,

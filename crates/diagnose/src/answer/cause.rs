@@ -45,7 +45,7 @@ impl Answer<'_> {
         let features = Features::new(own, rival, self.gate.beyond, self.gate.named, self.gate.removed, share, group.size);
         let block_s = (2.0 * subject.layout.time_s).max(0.2);
         let (explained_fraction, explained_fraction_ci95) =
-            judge::explained(baseline, before, after, floor, block_s, self.court.duration_s(), self.options.resamples, self.options.seed);
+            judge::explained([baseline, before, after], floor, block_s, self.court.duration_s(), self.options.resamples, self.options.seed);
         let mut evidence = vec![
             format!(
                 "{} ({}): it raises the log-likelihood by {gain:.0} with {} parameters, {:.0} after paying for them",

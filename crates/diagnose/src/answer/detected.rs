@@ -63,7 +63,8 @@ impl Answer<'_> {
             // Of several tones each takes its part alone.
             let without = before.without_tone(tone.frequency_hz);
             let alone = without.as_ref().unwrap_or(after);
-            let (share, interval) = judge::explained(before, before, alone, floor, block_s, self.court.duration_s(), self.options.resamples, self.options.seed);
+            let (share, interval) =
+                judge::explained([before, before, alone], floor, block_s, self.court.duration_s(), self.options.resamples, self.options.seed);
             let gain = Gain {
                 nrmse_before: before.score.nrmse.clone(),
                 nrmse_after: alone.score.nrmse.clone(),

@@ -84,7 +84,7 @@ pub(super) fn write(balance: &Balance<'_>, found: &Found, held: &Held<'_>, meani
         // A ratio of likelihoods, which no challenge has calibrated.
         let probability = (1.0 / rivals).clamp(0.001, 0.97).min(if rest.iter().any(|r| *r > REST) { 0.5 } else { 1.0 });
         let (explained_fraction, explained_fraction_ci95) =
-            judge::explained(&before, &last, &after, floor, 1.0, held.duration_s, options.resamples, options.seed);
+            judge::explained([&before, &last, &after], floor, 1.0, held.duration_s, options.resamples, options.seed);
         let half = 1.96 * deviation(p).unwrap_or(0.0);
         let mut evidence = vec![format!(
             "{} = {:.4} {} and not {:.4}: it raises the log-likelihood by {:.0} after paying for the parameter, and removes {:.1} % of the force's rms",
