@@ -19,7 +19,6 @@ use std::process::ExitCode;
 #[command(
     name = "ndof",
     version,
-    about,
     max_term_width = 100,
     after_help = "Examples:\n  ndof study arm                                    the whole job on a simulated arm\n  ndof estimate trial*.csv --report out.html        frequency response of your recordings\n  ndof fit trial*.csv --kinematics arm.toml         inertia, damping and stiffness, also at the joints"
 )]

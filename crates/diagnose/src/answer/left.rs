@@ -1,0 +1,120 @@
+//! What the named causes leave, and what that makes of the answer.
+
+use super::Answer;
+use crate::detectors;
+use crate::judge::Errors;
+use crate::remains::remains;
+use crate::result::{NoiseFloor, Score, Verdict};
+
+/// Probability of a name beyond which as much is left unexplained: of 257 names, one in nine of these was right.
+const GATED: f64 = 0.2;
+/// Held-out log-likelihood of the generic model beyond the named causes from which their form is not the true one for sure.
+const REMAINDER: f64 = 5.0;
+/// Probability of a name whose form leaves such structure.
+const IMPERFECT: f64 = 0.9;
+/// Probability of a name where neither the baseline nor the extended model predicts the held-out part.
+const LOST: f64 = 0.5;
+/// Share of the outputs' variance below which what a baseline misses is called little.
+const LITTLE_MISSING: f64 = 0.1;
+/// Slow change of the residual that counts, in standard errors.
+const VARIATION: f64 = 8.0;
+
+/// What the search could not name.
+pub(super) struct Left {
+    /// Held-out error of all that was found beyond the floor.
+    pub excess: f64,
+    /// Whether something is missing that no known cause explains.
+    pub unknown: bool,
+    /// Whether structure is left at all; what is too small to matter still says that the form may not be the true one.
+    remainder: bool,
+    /// Slow change together with the motion, in standard errors.
+    variation: f64,
+    varying: bool,
+    /// What no cause explains, beside what the named ones do.
+    ratio: f64,
+    /// Whether the baseline predicts worse than no prediction.
+    adrift: bool,
+    /// What the probability of any name may be at most.
+    pub limit: f64,
+}
+
+/// A simulation that predicts worse than none at all is wrong, whatever the balance of forces says.
+fn lost(score: &Score) -> bool {
+    score.nrmse.iter().any(|e| e.is_none_or(|e| e > 1.0))
+}
+
+impl Left {
+    pub fn of(answer: &Answer<'_>, before: &Errors, all: &Errors, floor: &NoiseFloor) -> Self {
+        let (gate, found) = (answer.gate, answer.found);
+        let laws = answer.subject.laws(&found.chosen, &found.stand);
+        let variation = detectors::variation(&found.stand, &detectors::residual(&found.stand, &laws));
+        let beyond = |(e, f): (&Option<f64>, &Option<f64>)| e.map_or(1.0, |e| (e * e - f.unwrap_or(0.0).powi(2)).max(0.0).sqrt());
+        let excess = all.score.nrmse.iter().zip(&floor.nrmse).map(beyond).fold(0.0, f64::max);
+        let sure = gate.beyond > 2.0 * gate.beyond_error;
+        let unknown = sure && gate.beyond > 20.0 && gate.size > answer.options.tolerance && excess > answer.options.tolerance;
+        let remainder = sure && gate.beyond > REMAINDER;
+        let ratio = if unknown { gate.beyond / (gate.beyond + gate.named.max(0.0)).max(1.0) } else { 0.0 };
+        let adrift = lost(&before.score);
+        let limit = match (ratio > 0.45, adrift && lost(&all.score)) {
+            (true, _) => GATED,
+            (false, true) => LOST,
+            (false, false) if remainder => IMPERFECT,
+            (false, false) => 1.0,
+        };
+        Left { excess, unknown, remainder, variation, varying: variation > VARIATION && !unknown, ratio, adrift, limit }
+    }
+
+    /// Whether nothing is left that a model could explain.
+    pub fn white(&self) -> bool {
+        !self.unknown && !self.varying
+    }
+
+    /// `weak` where a name is not sure; `extended` is the score of the model with its causes.
+    pub fn verdict(&self, named: bool, weak: bool, extended: &Score) -> Verdict {
+        match (named, self.unknown, self.varying) {
+            (false, false, false) if !self.adrift => Verdict::Adequate,
+            (false, ..) => Verdict::Unexplained,
+            (true, true, _) if self.ratio > 0.45 => Verdict::Unexplained,
+            (true, true, _) if self.ratio > 0.23 => Verdict::PartlyExplained,
+            (true, _, true) => Verdict::PartlyExplained,
+            (true, ..) if weak || lost(extended) => Verdict::PartlyExplained,
+            (true, ..) => Verdict::Explained,
+        }
+    }
+
+    /// What the reader should know of it, in sentences; `level` is the floor's share of the outputs' variance.
+    pub fn notes(&self, answer: &Answer<'_>, before: &Errors, level: f64, named: bool) -> Vec<String> {
+        let gate = answer.gate;
+        let mut notes = Vec::new();
+        if answer.turned {
+            notes.push("inertia, damping and stiffness came out negative, so the effort was counted the other way round (force-sign)".to_owned());
+        }
+        if self.unknown {
+            notes.push(format!(
+                "a model without physics gains {:.0} of held-out log-likelihood beyond the named causes (they gain {:.0}); it removes {:.1} % of the effort's rms: something is missing that no known cause explains",
+                gate.beyond, gate.named, 100.0 * gate.size
+            ));
+            notes.extend(remains(answer.subject, &answer.found.stand, answer.features).map(|r| r.sentence(&answer.meaning.axes)));
+        }
+        // What the baseline could gain at most, of the outputs' variance.
+        let missing = before.variance().map_or(1.0, |b| (b - level).max(0.0));
+        if named && missing < LITTLE_MISSING {
+            notes.push(format!("little is missing: at most {:.1} % of the outputs' held-out variance", 100.0 * missing));
+        }
+        if self.remainder && !self.unknown && named {
+            notes.push(format!(
+                "a model without physics gains {:.0} of held-out log-likelihood beyond the named causes, by a force that is too small to matter: their form may stand in for another",
+                gate.beyond
+            ));
+        }
+        if self.adrift {
+            notes.push(
+                "by itself the baseline does not predict the held-out part: its free run is worse than no prediction, or does not stay finite".to_owned(),
+            );
+        }
+        if self.varying {
+            notes.push(format!("what remains changes slowly with time together with the motion (z = {:.1}): a stiffness or damping that varies in a way no known cause describes", self.variation));
+        }
+        notes
+    }
+}
