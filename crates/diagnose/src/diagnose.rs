@@ -4,11 +4,13 @@ use crate::answer::Answer;
 use crate::baseline::Baseline;
 use crate::detectors::{self, Burst, Levels, Tone};
 use crate::judge::Court;
-use crate::options::{HeldOut, Options};
+use crate::linear_fit::LinearFit;
+use crate::options::Options;
 use crate::pictures::Pictures;
-use crate::result::{Diagnosis, Split};
+use crate::result::Diagnosis;
 use crate::samples::{Meaning, Samples};
 use crate::search::Stand;
+use crate::split::divide;
 use crate::state::Cause;
 use crate::subject::Subject;
 use crate::{DiagnoseError, generic};
@@ -77,11 +79,16 @@ pub fn diagnose_with_pictures(
     }
     let samples = Samples::new(trials, ports, &meaning)?;
     let (mut estimation, mut held, split) = divide(&samples, &options.held_out)?;
+    let mut linear = options.linear.clone().filter(|_| baseline.is_none());
+    if let Some(fit) = &linear {
+        [&mut estimation, &mut held].into_iter().for_each(|part| part.hold(fit.hold, meaning.motion_imposed));
+    }
     progress("preparing");
     let mut subject = Subject::new(&estimation, &meaning, options, baseline)?;
     // Some records count the effort the other way; with the wrong sign every bound of the registry points the wrong way.
-    let turned = baseline.is_none() && subject.polarity < 0.0;
+    let turned = baseline.is_none() && linear.as_ref().map_or(subject.polarity < 0.0, LinearFit::reversed);
     if turned {
+        linear = linear.map(|fit| -fit);
         estimation.turn(meaning.reference_is_effort);
         held.turn(meaning.reference_is_effort);
         subject = Subject::new(&estimation, &meaning, options, baseline)?;
@@ -89,10 +96,11 @@ pub fn diagnose_with_pictures(
     let findings = before_registry(&mut subject, &samples, options)?;
     let found = subject.search(options.most_causes, progress).ok_or(DiagnoseError::BaselineFailed)?;
     progress("judging what remains");
-    let baseline_stand = subject.stand(&[], &subject.start, 4).ok_or(DiagnoseError::BaselineFailed)?;
+    let free = subject.stand(&[], &subject.start, 4).ok_or(DiagnoseError::BaselineFailed)?;
     let features = generic::features(&subject, &found.stand.state);
-    let gate = generic::gate(&subject, &baseline_stand, &found, &features);
-    let shares = generic::shares(&subject, &baseline_stand, &features);
+    let gate = generic::gate(&subject, &free, &found, &features);
+    let shares = generic::shares(&subject, &free, &features);
+    let baseline_stand = linear.as_ref().and_then(|fit| subject.stand_at(fit)).unwrap_or(free);
     let restoring = subject.restores(&[], &baseline_stand) && subject.restores(&found.chosen, &found.stand);
     let court = Court::new(&held, &meaning, &subject, restoring);
     progress("free runs of the held-out part");
@@ -102,6 +110,7 @@ pub fn diagnose_with_pictures(
         options,
         court: &court,
         baseline: &baseline_stand,
+        linear: linear.as_ref(),
         found: &found,
         gate: &gate,
         features: &features,
@@ -121,36 +130,6 @@ pub(crate) struct Findings {
     pub levels: Vec<Levels>,
     pub tones: Vec<Tone>,
     pub bursts: Vec<Burst>,
-}
-
-/// Estimation and held-out samples, and the words for them.
-pub(crate) fn divide(samples: &Samples, held_out: &HeldOut) -> Result<(Samples, Samples, Split), DiagnoseError> {
-    let (trials, length) = (samples.effort.len(), samples.len());
-    let numbers = |t: &[usize]| t.iter().map(|t| (t + 1).to_string()).collect::<Vec<_>>().join(", ");
-    let refuse = |estimation, samples, held_out| DiagnoseError::HeldOut { estimation, samples, held_out };
-    let by_trial = |held: Vec<usize>| {
-        let rest: Vec<usize> = (0..trials).filter(|t| !held.contains(t)).collect();
-        if rest.is_empty() || held.is_empty() || held.iter().any(|t| *t >= trials) {
-            return Err(refuse(rest.len(), length, held.len()));
-        }
-        let split = Split { estimation: format!("trials {}", numbers(&rest)), held_out: format!("trials {}", numbers(&held)), windows_s: None };
-        Ok((samples.pick(&rest), samples.pick(&held), split))
-    };
-    let by_time = |from: usize, to: usize| {
-        // The longer stretch beside the held-out one is fitted.
-        let (a, b) = if from >= length - to.min(length) { (0, from) } else { (to, length) };
-        if b < a + 200 || to < from + 200 || to > length {
-            return Err(refuse(trials, b.saturating_sub(a), trials));
-        }
-        let seconds = |a: usize, b: usize| format!("{:.2} to {:.2} s", a as f64 / samples.rate_hz, b as f64 / samples.rate_hz);
-        Ok((samples.cut(a, b), samples.cut(from, to), Split { estimation: seconds(a, b), held_out: seconds(from, to), windows_s: None }))
-    };
-    match held_out {
-        HeldOut::Auto if trials > 1 => by_trial((trials - trials.div_ceil(3)..trials).collect()),
-        HeldOut::Auto => by_time((0.7 * length as f64).round() as usize, length),
-        HeldOut::Trials(held) => by_trial(held.clone()),
-        HeldOut::Time(from, to) => by_time((from * samples.rate_hz).round() as usize, ((to * samples.rate_hz).round() as usize).min(length)),
-    }
 }
 
 /// Frequency with which what drives the plant repeats, with its uncertainty: half a sample of the period.

@@ -36,7 +36,7 @@ pub(crate) struct Errors {
     /// Prediction over the output's standard deviation, likewise.
     pub predicted: Vec<Vec<f64>>,
     /// Scored samples per second, where they follow each other without a gap within a trial.
-    rate_hz: Option<f64>,
+    pub rate_hz: Option<f64>,
 }
 
 impl Court {
@@ -143,6 +143,13 @@ impl Errors {
             out.score.vaf_percent[i] = Some(100.0 * (1.0 - (power - mean * mean))).filter(|v| v.is_finite());
         }
         Some(out)
+    }
+
+    /// The same with other errors, and their power as score.
+    pub fn with(&self, signed: Vec<Vec<f64>>) -> Errors {
+        let rms = |e: &Vec<f64>| Some((e.iter().map(|e| e * e).sum::<f64>() / e.len().max(1) as f64).sqrt()).filter(|rms| rms.is_finite());
+        let score = Score { nrmse: signed.iter().map(rms).collect(), ..Score::default() };
+        Errors { score, signed, ..self.clone() }
     }
 
     /// rms difference of two predictions on the output where it is largest, as a share of the output's standard deviation.

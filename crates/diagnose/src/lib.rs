@@ -24,6 +24,8 @@ mod hypotheses;
 mod judge;
 mod layout;
 mod linear;
+mod linear_fit;
+mod measure;
 mod mechanism;
 mod optimise;
 mod options;
@@ -36,6 +38,7 @@ mod result;
 mod robot;
 mod samples;
 mod search;
+mod split;
 mod state;
 mod subject;
 mod whittle;
@@ -43,6 +46,7 @@ mod whittle;
 pub use baseline::{Baseline, Part, Status};
 pub use diagnose::{diagnose, diagnose_with_pictures};
 pub use error::DiagnoseError;
+pub use linear_fit::LinearFit;
 pub use mechanism::{Endpoint, Mechanism, MechanismParameter, RobotSide, diagnose_robot};
 pub use options::{HeldOut, Options, OwnEffects};
 pub use pictures::Pictures;
@@ -51,3 +55,4 @@ pub use result::{
     BandShare, Cause, CauseParameter, Confusable, Considered, Diagnosis, Discrepancy, Extended, Gain, Minor, Model, ModelParameter, NoiseFloor, Prospect,
     Score, Shift, Site, Split, TimeShare, Verdict,
 };
+pub use split::Stretch;

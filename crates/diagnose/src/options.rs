@@ -1,5 +1,6 @@
 //! What a user may ask of a diagnosis.
 
+use crate::linear_fit::LinearFit;
 use ndof_models::effects::Effect;
 
 /// Which part of the recordings the fit does not see.
@@ -51,6 +52,8 @@ pub struct Options {
     pub plan: bool,
     /// Effects that are tried beside those of the registry.
     pub own: OwnEffects,
+    /// The linear model that is judged where no baseline is given; without it the one that balances the forces best.
+    pub linear: Option<LinearFit>,
 }
 
 impl Default for Options {
@@ -65,6 +68,7 @@ impl Default for Options {
             without: Vec::new(),
             plan: false,
             own: OwnEffects::default(),
+            linear: None,
         }
     }
 }

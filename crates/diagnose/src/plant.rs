@@ -166,7 +166,7 @@ impl Base {
     /// Full matrices of the baseline: given entries and fitted ones.
     pub fn matrix(&self, structure: &Structure, theta: &[f64], matrix: Matrix, axes: usize) -> Vec<Vec<f64>> {
         let mut out = vec![vec![0.0; axes]; axes];
-        for &(m, i, j, value) in &structure.given {
+        for &(m, i, j, value) in &self.given {
             if m == matrix {
                 out[i][j] = value;
             }

@@ -1,6 +1,8 @@
 //! Recordings as samples of effort, displacement and reference.
 
 use crate::DiagnoseError;
+use crate::layout::filter;
+use ndof_models::Hold;
 use ndof_signal::{Quantity, Recording};
 use ndof_sysid::Ports;
 
@@ -186,6 +188,15 @@ impl Samples {
             start_s: self.start_s.iter().map(|s| s + from as f64 / self.rate_hz).collect(),
             duration_s: self.duration_s,
         }
+    }
+
+    /// Puts in the place of efforts that are held between their samples what acts on the plant at the frequencies that samples carry.
+    pub fn hold(&mut self, hold: Hold, motion_imposed: bool) {
+        if hold == Hold::BandLimited || motion_imposed {
+            return;
+        }
+        let rate_hz = self.rate_hz;
+        self.effort.iter_mut().flatten().for_each(|f| *f = filter(f, rate_hz, |s| hold.response(s, 1.0 / rate_hz)));
     }
 
     /// Counts effort the other way round.

@@ -1,6 +1,7 @@
 //! Forward steps, each followed by a joint refinement, and a backward check.
 
 use crate::hypotheses::{Cache, Ground, Hypothesis, Tried};
+use crate::linear_fit::LinearFit;
 use crate::optimise;
 use crate::plant::{Base, Structure};
 use crate::state::{Column, State};
@@ -70,6 +71,11 @@ impl Subject {
     /// The model of these hypotheses, fitted.
     pub fn stand(&self, chosen: &[Chosen], power: &Power, rounds: usize) -> Option<Stand> {
         self.stand_of(&self.structure, chosen, power, rounds)
+    }
+
+    /// The linear model with the matrices of a fit; what else there is, offsets and tolerances of the instruments, is fitted.
+    pub fn stand_at(&self, fit: &LinearFit) -> Option<Stand> {
+        self.stand_of(&Structure { given: fit.entries(), nominal: Vec::new(), ..self.structure.clone() }, &[], &self.start, 4)
     }
 
     /// The model of these hypotheses without anything that instruments may do within their tolerance.

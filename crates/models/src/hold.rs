@@ -36,6 +36,11 @@ impl Hold {
         }
     }
 
+    /// Z(s) itself: what of a frequency's samples acts at that frequency.
+    pub fn response(self, s: Complex64, step_s: f64) -> Complex64 {
+        if s == Complex64::ZERO { Complex64::ONE } else { self.numerator(s, step_s) / s.powi(self.order()) }
+    }
+
     /// By which power of s it falls.
     fn order(self) -> i32 {
         match self {

@@ -1,5 +1,6 @@
 //! Trials in, diagnosis out.
 
+mod linear_fit;
 pub mod result;
 mod robot_side;
 mod settings;
@@ -10,6 +11,7 @@ use crate::error::AnalysisError;
 use crate::file::BaselineFile;
 use crate::result::Head;
 use crate::trials::{Trial, Trials};
+use linear_fit::linear_fit;
 use ndarray::Array2;
 use ndof_devices::linearise;
 use ndof_diagnose::{Baseline, DiagnoseError, Mechanism, Options, Part, Pictures};
@@ -37,12 +39,21 @@ pub struct Diagnosed {
 /// # Errors
 /// [`AnalysisError`] if the channels do not make a balance of forces, the recording is too short, or the baseline does not fit.
 pub fn diagnose(trials: &Trials, settings: &Diagnose, progress: &mut dyn FnMut(&str)) -> Result<Diagnosed, AnalysisError> {
-    let options = settings.options(trials)?;
+    let mut options = settings.options(trials)?;
     let linear = settings.baseline.as_ref().map(baseline).transpose()?;
+    let mut not_fitted = None;
+    if linear.is_none() {
+        progress("fitting the baseline");
+        match linear_fit(trials, settings.band_hz, &options.held_out) {
+            Ok(fit) => options.linear = Some(fit),
+            Err(error) => not_fitted = Some(format!("the baseline is the one that balances the forces best, for `fit` finds none: {error}")),
+        }
+    }
     let recordings: Vec<Recording> = trials.trials.iter().map(|trial| trial.recording.clone()).collect();
     let ports = &trials.roles.ports;
     let beyond = settings.baseline.as_ref().map(|file| behind_transducer(&recordings, ports, file)).transpose()?.flatten();
     let (mut found, pictures) = ndof_diagnose::diagnose_with_pictures(beyond.as_ref().unwrap_or(&recordings), ports, &options, linear.as_ref(), progress)?;
+    found.discrepancy.notes.extend(not_fitted);
     if beyond.is_some() {
         let note = "the give of the device's force transducer was taken off the measured displacements; pictures and numbers are of the limb behind it";
         found.discrepancy.notes.push(note.to_owned());

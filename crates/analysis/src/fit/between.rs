@@ -20,8 +20,8 @@ pub(super) struct Sampled {
     pub said: Option<Between>,
 }
 
-/// Fits `model` with each hold to independent frequencies, and takes the plainest that no other beats. A misfit widens what a difference of χ²
-/// must be.
+/// Fits `model` with each hold to independent frequencies, and takes the plainest that no other beats. Where the model leaves more than noise, a
+/// hold must explain more of it than it leaves: a delay or a filter that the model lacks makes one hold look better than another.
 pub(super) fn sampled(
     comparison: &WeightedFit,
     model: Composite,
@@ -58,7 +58,8 @@ pub(super) fn sampled(
     let chi2 = |k: usize| fits[k].1.chi2;
     let best = (1..fits.len()).fold(0, |best, k| if chi2(k) < chi2(best) { k } else { best });
     let other = (0..fits.len()).filter(|k| *k != best).map(chi2).fold(f64::INFINITY, f64::min);
-    let doubt = 2.0 * ODDS.ln() * fits[best].1.chi2_reduced.max(1.0);
+    let noise = fits[best].1.chi2 / fits[best].1.chi2_reduced;
+    let doubt = (2.0 * ODDS.ln() * fits[best].1.chi2_reduced.max(1.0)).max(fits[best].1.chi2 - noise);
     let taken = if chi2(0) - chi2(best) > doubt { best } else { 0 };
     let (sampling, fit) = fits.swap_remove(taken);
     let chi2_less = (taken == best).then_some(other - fit.chi2).filter(|less| *less > doubt).and_then(number);

@@ -2,18 +2,21 @@
 
 use super::Answer;
 use super::groups::Group;
-use crate::judge::{self, Errors};
+use crate::judge::Errors;
 use crate::plan;
 use crate::probability::Features;
 use crate::result::{Cause, Confusable, Gain};
 use crate::search::{ENOUGH, Judged};
 use statrs::distribution::{ChiSquared, ContinuousCDF};
 
+/// Share of what the baseline leaves above the floor, with its 95 % interval.
+pub(super) type Share = (Option<f64>, Option<[f64; 2]>);
+
 /// Penalised gains closer than this do not tell two effects apart.
 const CONFUSABLE: f64 = 3.0;
 
 impl Answer<'_> {
-    pub(super) fn cause(&self, group: &Group, [baseline, before, after]: [&Errors; 3], floor: f64, limit: f64, confusable: &mut Vec<Confusable>) -> Cause {
+    pub(super) fn cause(&self, group: &Group, [before, after]: [&Errors; 2], share_of_all: Share, limit: f64, confusable: &mut Vec<Confusable>) -> Cause {
         let (subject, found) = (self.subject, self.found);
         let lead = group.members[0];
         let h = &subject.hypotheses[found.chosen[lead].hypothesis];
@@ -43,9 +46,7 @@ impl Answer<'_> {
             confusable.push(self.decided(effects, card.next_experiment, rival.map(|j| (lead, j))));
         }
         let features = Features::new(own, rival, self.gate.beyond, self.gate.named, self.gate.removed, share, group.size);
-        let block_s = (2.0 * subject.layout.time_s).max(0.2);
-        let (explained_fraction, explained_fraction_ci95) =
-            judge::explained([baseline, before, after], floor, block_s, self.court.duration_s(), self.options.resamples, self.options.seed);
+        let (explained_fraction, explained_fraction_ci95) = share_of_all;
         let mut evidence = vec![
             format!(
                 "{} ({}): it raises the log-likelihood by {gain:.0} with {} parameters, {:.0} after paying for them",

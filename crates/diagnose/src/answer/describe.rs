@@ -10,26 +10,40 @@ use crate::search::{Chosen, ENOUGH, Stand};
 use ndof_models::effects::{Matrix, Side};
 
 impl Answer<'_> {
+    /// Those of the baseline.
+    pub(super) fn own_parameters(&self) -> Vec<ModelParameter> {
+        let Some(fit) = self.linear else { return self.parameters(&[], self.baseline) };
+        self.entries(&|matrix, i, j| {
+            let (value, error) = fit.entry(matrix, i, j);
+            Some((value, Some(error)))
+        })
+    }
+
+    /// Those of a model that was fitted with these hypotheses.
     pub(super) fn parameters(&self, chosen: &[Chosen], stand: &Stand) -> Vec<ModelParameter> {
         let subject = self.subject;
-        let n = subject.layout.axes;
-        let units = if subject.scale.rotational { ["N m s^2/rad", "N m s/rad", "N m/rad"] } else { ["N s^2/m", "N s/m", "N/m"] };
         let covariance = stand.fit.covariance();
+        let values = [Matrix::Mass, Matrix::Damping, Matrix::Stiffness].map(|matrix| (matrix, subject.matrix(chosen, stand, matrix)));
+        self.entries(&|matrix, i, j| {
+            if matrix == Matrix::Stiffness && !subject.structure.spring && stand.base.given.iter().all(|e| e.0 != matrix) {
+                return None;
+            }
+            let value = values.iter().find(|(of, _)| *of == matrix).map_or(f64::NAN, |(_, rows)| rows[i][j]);
+            let column = stand.base.roles.iter().position(|r| *r == Role::Entry(matrix, i, j) || (matrix == Matrix::Mass && *r == Role::Entry(matrix, j, i)));
+            Some((value, column.map(|c| covariance.at(c, c).sqrt().hypot(0.005 * value))))
+        })
+    }
+
+    /// The entries of M, B and K that there are, with their standard errors.
+    fn entries(&self, entry: &dyn Fn(Matrix, usize, usize) -> Option<(f64, Option<f64>)>) -> Vec<ModelParameter> {
+        let n = self.subject.layout.axes;
+        let units = if self.subject.scale.rotational { ["N m s^2/rad", "N m s/rad", "N m/rad"] } else { ["N s^2/m", "N s/m", "N/m"] };
+        let axes = &self.meaning.axes;
         let mut out = Vec::new();
         for ((letter, matrix), unit) in [("M", Matrix::Mass), ("B", Matrix::Damping), ("K", Matrix::Stiffness)].into_iter().zip(units) {
-            if matrix == Matrix::Stiffness && !subject.structure.spring && subject.structure.given.iter().all(|e| e.0 != matrix) {
-                continue;
-            }
-            let values = subject.matrix(chosen, stand, matrix);
-            for (i, row) in values.iter().enumerate() {
-                for (j, &value) in row.iter().enumerate() {
-                    let column =
-                        stand.base.roles.iter().position(|r| *r == Role::Entry(matrix, i, j) || (matrix == Matrix::Mass && *r == Role::Entry(matrix, j, i)));
-                    let std_error = column.map(|c| covariance.at(c, c).sqrt().hypot(0.005 * value));
-                    let axes = &self.meaning.axes;
-                    let name = if n == 1 { letter.to_owned() } else { format!("{letter}_{}_{}", axes[i], axes[j]) };
-                    out.push(ModelParameter::entry(name, unit, value, std_error, i == j));
-                }
+            for (i, j) in (0..n).flat_map(|i| (0..n).map(move |j| (i, j))) {
+                let name = if n == 1 { letter.to_owned() } else { format!("{letter}_{}_{}", axes[i], axes[j]) };
+                out.extend(entry(matrix, i, j).map(|(value, error)| ModelParameter::entry(name, unit, value, error, i == j)));
             }
         }
         out
@@ -39,7 +53,7 @@ impl Answer<'_> {
         if chosen.is_empty() {
             return Vec::new();
         }
-        let before = self.parameters(&[], self.baseline);
+        let before = self.own_parameters();
         let after = self.parameters(chosen, stand);
         before
             .into_iter()

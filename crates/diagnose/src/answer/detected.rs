@@ -4,7 +4,8 @@ use super::Answer;
 use super::cause::tail;
 use crate::detectors::Tone;
 use crate::floor;
-use crate::judge::{self, Errors};
+use crate::judge::Errors;
+use crate::measure::Measure;
 use crate::result::{Cause, CauseParameter, Gain};
 use ndof_models::effects::{EFFECTS, Effect, Trace, Value};
 
@@ -50,11 +51,10 @@ impl Answer<'_> {
     }
 
     /// Tones, which are predicted with an amplitude and a phase of each trial's own.
-    pub(super) fn tones(&self, before: &Errors, after: &Errors, floor: f64, limit: f64) -> Vec<Cause> {
+    pub(super) fn tones(&self, before: &Errors, after: &Errors, measure: &Measure, limit: f64) -> Vec<Cause> {
         let (layout, tones) = (&self.subject.layout, &self.findings.tones);
         let Some(effect) = traced(Trace::Tone) else { return Vec::new() };
         let around = |value: f64, sigma: f64| Some([value - 1.96 * sigma, value + 1.96 * sigma]);
-        let block_s = (2.0 * layout.time_s).max(0.2);
         let cause = |tone: &Tone| {
             // The Cramér-Rao bounds of a sine in white noise under this window; the grid and the tone's wandering make a line's width each.
             let duration_s = layout.samples as f64 / layout.rate_hz;
@@ -63,8 +63,7 @@ impl Answer<'_> {
             // Of several tones each takes its part alone.
             let without = before.without_tone(tone.frequency_hz);
             let alone = without.as_ref().unwrap_or(after);
-            let (share, interval) =
-                judge::explained([before, before, alone], floor, block_s, self.court.duration_s(), self.options.resamples, self.options.seed);
+            let (share, interval) = measure.share([before, before, alone]);
             let gain = Gain {
                 nrmse_before: before.score.nrmse.clone(),
                 nrmse_after: alone.score.nrmse.clone(),

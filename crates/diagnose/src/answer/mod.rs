@@ -14,6 +14,8 @@ use crate::floor;
 use crate::free_run::WINDOW_S;
 use crate::generic::{Features, Gate, Shares};
 use crate::judge::{Court, Errors};
+use crate::linear_fit::LinearFit;
+use crate::measure::Measure;
 use crate::options::Options;
 use crate::pictures::Pictures;
 use crate::result::Verdict;
@@ -37,6 +39,8 @@ pub(crate) struct Answer<'a> {
     pub options: &'a Options,
     pub court: &'a Court,
     pub baseline: &'a Stand,
+    /// The fit that the baseline's matrices are from, if it is one.
+    pub linear: Option<&'a LinearFit>,
     pub found: &'a Found,
     pub gate: &'a Gate,
     pub features: &'a Features,
@@ -61,18 +65,21 @@ impl Answer<'_> {
         noise_floor.below(&before.score);
         noise_floor.below(&final_errors.score);
         let level = noise_floor.nrmse.iter().map(|f| f.map_or(0.0, |f| f * f)).sum::<f64>() / noise_floor.nrmse.len() as f64;
+        let draws = (self.options.resamples, self.options.seed);
+        let measure = Measure::new(&final_errors, level, &subject.layout, self.court.duration_s(), draws);
         let (mut named, small) = self.sorted_out();
         let left = Left::of(self, &before, &final_errors, &noise_floor);
         let limit = left.limit;
         let mut confusable = Vec::new();
         let mut kept: Vec<usize> = Vec::new();
-        let mut causes = self.tones(&before, &quiet, level, limit);
+        let mut causes = self.tones(&before, &quiet, &measure, limit);
         let mut last: Errors = quiet;
         let mut weak = false;
-        while let Some((k, after)) = self.next(&named, &kept, &last) {
+        while let Some((k, after)) = self.next(&named, &kept, &last, &measure) {
             let group = named.remove(k);
             kept.extend(&group.members);
-            let mut cause = self.cause(&group, [&before, &last, &after], level, limit, &mut confusable);
+            let share = measure.share([&before, &last, &after]);
+            let mut cause = self.cause(&group, [&last, &after], share, limit, &mut confusable);
             let of_the_rest = last.mean().zip(after.mean()).is_some_and(|(last, after)| last - after < LITTLE * (last - level));
             // What helps little on held-out data while a large error stays cannot be sure.
             if of_the_rest && left.excess > 5.0 * self.options.tolerance {
@@ -102,7 +109,7 @@ impl Answer<'_> {
             noise_floor = NoiseFloor::of_the_rest(&extended_score);
         }
         let mut notes = left.notes(self, &before, level, !causes.is_empty());
-        let (own, with_causes) = (self.parameters(&[], self.baseline), self.parameters(&all, extended));
+        let (own, with_causes) = (self.own_parameters(), if all.is_empty() { self.own_parameters() } else { self.parameters(&all, extended) });
         notes.extend(below_zero("baseline", &own));
         notes.extend(below_zero("extended model", &with_causes));
         let pictures = Pictures::new(self, &all, extended);
@@ -155,16 +162,15 @@ impl Answer<'_> {
     }
 
     /// Of the groups that are left, the one that leaves least beside those that are kept, with what it leaves.
-    fn next(&self, named: &[Group], kept: &[usize], last: &Errors) -> Option<(usize, Errors)> {
+    fn next(&self, named: &[Group], kept: &[usize], last: &Errors, measure: &Measure) -> Option<(usize, Errors)> {
         let with = |group: &Group| -> Errors {
             let mut members: Vec<usize> = kept.iter().chain(&group.members).copied().collect();
             members.sort_unstable();
             let chosen: Vec<Chosen> = members.iter().map(|q| self.found.chosen[*q].clone()).collect();
             self.subject.stand(&chosen, &self.found.stand.fit.power, 3).map_or_else(|| last.clone(), |stand| self.errors(&chosen, &stand))
         };
-        let size = |errors: &Errors| errors.mean().unwrap_or(f64::INFINITY);
-        let tried = named.iter().map(with).enumerate();
-        tried.reduce(|best, other| if size(&other.1) < size(&best.1) { other } else { best })
+        let tried = named.iter().map(with).enumerate().map(|(k, errors)| (measure.size(&errors), k, errors));
+        tried.reduce(|best, other| if other.0 < best.0 { other } else { best }).map(|(_, k, errors)| (k, errors))
     }
 
     fn order(&self) -> usize {

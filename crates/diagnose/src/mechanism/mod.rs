@@ -12,7 +12,7 @@ pub use write::RobotSide;
 
 use crate::DiagnoseError;
 use crate::baseline::Status;
-use crate::diagnose::divide;
+use crate::split::divide;
 use crate::options::Options;
 use crate::samples::{Meaning, Samples};
 use crate::subject::find_band;

@@ -1,0 +1,64 @@
+//! A linear model that was fitted elsewhere, with its errors: what a diagnosis judges where no simulation is given.
+
+use ndof_models::effects::Matrix;
+use ndof_models::{Hold, InertiaDampingStiffness};
+use std::ops::Neg;
+
+/// Standard errors beyond which a sign is not in doubt: odds of 1000 by the normal law.
+const SURE: f64 = 3.3;
+
+/// Inertia, damping and stiffness as they were fitted to the part of the recordings that is not held out.
+#[derive(Clone, Debug, PartialEq)]
+pub struct LinearFit {
+    /// The matrices, axes in the order of the outputs.
+    pub matrices: InertiaDampingStiffness,
+    /// Their standard errors.
+    pub std_errors: InertiaDampingStiffness,
+    /// What efforts do between their samples.
+    pub hold: Hold,
+}
+
+impl LinearFit {
+    /// One of the matrices, with its standard errors.
+    fn part(&self, matrix: Matrix) -> [&ndarray::Array2<f64>; 2] {
+        [&self.matrices, &self.std_errors].map(|of| match matrix {
+            Matrix::Mass => &of.inertia,
+            Matrix::Damping => &of.damping,
+            Matrix::Stiffness => &of.stiffness,
+        })
+    }
+
+    /// An entry with its standard error.
+    pub(crate) fn entry(&self, matrix: Matrix, row: usize, column: usize) -> (f64, f64) {
+        let [value, error] = self.part(matrix);
+        (value[[row, column]], error[[row, column]])
+    }
+
+    /// All entries: matrix, row, column, value.
+    pub(crate) fn entries(&self) -> Vec<(Matrix, usize, usize, f64)> {
+        let of = |matrix| self.part(matrix)[0].indexed_iter().map(move |((i, j), value)| (matrix, i, j, *value));
+        [Matrix::Mass, Matrix::Damping, Matrix::Stiffness].into_iter().flat_map(of).collect()
+    }
+
+    /// Whether beyond doubt the effort was counted the other way round: what an axis does to itself is below zero wherever its sign is sure, and
+    /// it is sure of every inertia.
+    pub(crate) fn reversed(&self) -> bool {
+        let sign = |matrix, i| {
+            let (value, error) = self.entry(matrix, i, i);
+            if value.abs() > SURE * error { value.signum() } else { 0.0 }
+        };
+        let axes = self.matrices.inertia.nrows();
+        (0..axes).all(|i| sign(Matrix::Mass, i) < 0.0 && sign(Matrix::Damping, i) <= 0.0 && sign(Matrix::Stiffness, i) <= 0.0)
+    }
+}
+
+impl Neg for LinearFit {
+    type Output = Self;
+
+    /// The same with the effort counted the other way round.
+    fn neg(mut self) -> Self {
+        let InertiaDampingStiffness { inertia, damping, stiffness, .. } = &mut self.matrices;
+        [inertia, damping, stiffness].into_iter().for_each(|matrix| matrix.mapv_inplace(|value| -value));
+        self
+    }
+}

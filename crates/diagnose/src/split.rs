@@ -1,0 +1,70 @@
+//! Which part of the recordings is fitted, and which is held out.
+
+use crate::DiagnoseError;
+use crate::options::HeldOut;
+use crate::result::Split;
+use crate::samples::Samples;
+use std::ops::Range;
+
+/// A part of the trials of one experiment.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum Stretch {
+    /// The trials with these indices, whole.
+    Trials(Vec<usize>),
+    /// These samples of every trial.
+    Samples(Range<usize>),
+}
+
+impl HeldOut {
+    /// What is fitted and what is held out of so many trials of so many samples.
+    ///
+    /// # Errors
+    /// [`DiagnoseError::HeldOut`] if one of the two is too short.
+    pub fn divide(&self, trials: usize, samples: usize, sample_rate_hz: f64) -> Result<[Stretch; 2], DiagnoseError> {
+        let refuse = |estimation, samples, held_out| DiagnoseError::HeldOut { estimation, samples, held_out };
+        let by_trial = |held: Vec<usize>| {
+            let rest: Vec<usize> = (0..trials).filter(|t| !held.contains(t)).collect();
+            if rest.is_empty() || held.is_empty() || held.iter().any(|t| *t >= trials) {
+                return Err(refuse(rest.len(), samples, held.len()));
+            }
+            Ok([Stretch::Trials(rest), Stretch::Trials(held)])
+        };
+        let by_time = |from: usize, to: usize| {
+            // The longer stretch beside the held-out one is fitted.
+            let (a, b) = if from >= samples - to.min(samples) { (0, from) } else { (to, samples) };
+            if b < a + 200 || to < from + 200 || to > samples {
+                return Err(refuse(trials, b.saturating_sub(a), trials));
+            }
+            Ok([Stretch::Samples(a..b), Stretch::Samples(from..to)])
+        };
+        match self {
+            HeldOut::Auto if trials > 1 => by_trial((trials - trials.div_ceil(3)..trials).collect()),
+            HeldOut::Auto => by_time((0.7 * samples as f64).round() as usize, samples),
+            HeldOut::Trials(held) => by_trial(held.clone()),
+            HeldOut::Time(from, to) => by_time((from * sample_rate_hz).round() as usize, ((to * sample_rate_hz).round() as usize).min(samples)),
+        }
+    }
+}
+
+impl Stretch {
+    fn of(&self, samples: &Samples) -> Samples {
+        match self {
+            Stretch::Trials(trials) => samples.pick(trials),
+            Stretch::Samples(range) => samples.cut(range.start, range.end),
+        }
+    }
+
+    fn words(&self, rate_hz: f64) -> String {
+        match self {
+            Stretch::Trials(trials) => format!("trials {}", trials.iter().map(|t| (t + 1).to_string()).collect::<Vec<_>>().join(", ")),
+            Stretch::Samples(range) => format!("{:.2} to {:.2} s", range.start as f64 / rate_hz, range.end as f64 / rate_hz),
+        }
+    }
+}
+
+/// Estimation and held-out samples, and the words for them.
+pub(crate) fn divide(samples: &Samples, held_out: &HeldOut) -> Result<(Samples, Samples, Split), DiagnoseError> {
+    let [fitted, held] = held_out.divide(samples.effort.len(), samples.len(), samples.rate_hz)?;
+    let split = Split { estimation: fitted.words(samples.rate_hz), held_out: held.words(samples.rate_hz), windows_s: None };
+    Ok((fitted.of(samples), held.of(samples), split))
+}
