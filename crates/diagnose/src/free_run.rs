@@ -4,6 +4,7 @@ use crate::layout::Layout;
 use crate::linear::Symmetric;
 use crate::state::State;
 use ndof_models::{ForceLaw, Motion};
+use num_complex::Complex64;
 use std::sync::Arc;
 
 /// Length of a window for plants without a restoring force, for a band to 12 Hz.
@@ -28,7 +29,7 @@ pub(crate) struct Prediction {
 
 fn inverse(matrix: &[Vec<f64>]) -> Option<Vec<Vec<f64>>> {
     let n = matrix.len();
-    let dense: Vec<num_complex::Complex64> = matrix.iter().flatten().map(|&v| v.into()).collect();
+    let dense: Vec<Complex64> = matrix.iter().flatten().map(|&v| v.into()).collect();
     let (_, inv) = crate::linear::inverse(&dense, n)?;
     Some(inv.chunks(n).map(|row| row.iter().map(|v| v.re).collect()).collect())
 }
@@ -225,7 +226,7 @@ impl Runner {
             let needed = self.needed(state, trial);
             // Beyond the band an imposed motion is the differentiated noise of its sensor.
             let top = layout.frequency_hz[layout.lines() - 1];
-            let inside = |s: num_complex::Complex64| num_complex::Complex64::from((-(s.im / std::f64::consts::TAU / (1.1 * top)).powi(16)).exp());
+            let inside = |s: Complex64| Complex64::from((-(s.im / std::f64::consts::TAU / (1.1 * top)).powi(16)).exp());
             let cut = |series: Vec<Vec<f64>>| -> Vec<Vec<f64>> { series.iter().map(|x| crate::layout::filter(x, layout.rate_hz, inside)).collect() };
             let predicted: Vec<Vec<f64>> = cut(state.uncorrect_effort(needed));
             let measured: Vec<Vec<f64>> = raw.effort[trial].iter().map(|t| layout.filtered(t, inside, None)).collect();
@@ -233,7 +234,12 @@ impl Runner {
             return Some(Prediction { measured, predicted, scored: (0..layout.samples).map(|k| k >= skip).collect() });
         }
         let inverse_mass = inverse(&self.mass)?;
-        let effort: Vec<Vec<f64>> = state.effort[trial].iter().map(|t| layout.filtered(t, |_| 1.0.into(), None)).collect();
+        // The run goes from sample to sample in straight lines, which pass sinc² of a frequency.
+        let straightened = |s: Complex64| {
+            let half = 0.5 * s.im / layout.rate_hz;
+            Complex64::from(if half == 0.0 { 1.0 } else { (half / half.sin()).powi(2) })
+        };
+        let effort: Vec<Vec<f64>> = state.effort[trial].iter().map(|t| layout.filtered(t, straightened, None)).collect();
         let x = &state.x[trial];
         let v: Vec<Vec<f64>> = state.motion[trial].iter().map(|t| layout.filtered(t, |s| s, None)).collect();
         let measured: Vec<Vec<f64>> = raw.motion[trial].iter().map(|t| layout.filtered(t, |s| s.powi(order as i32), None)).collect();

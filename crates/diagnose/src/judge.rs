@@ -174,57 +174,61 @@ impl Errors {
     }
 }
 
+/// What remains at best: this share of the error of the best model.
+#[derive(Clone, Copy)]
+pub(crate) struct Floor<'a> {
+    pub best: &'a Errors,
+    pub share: f64,
+}
+
 /// Share of what the baseline leaves above the floor that a step removes, with its 95 % interval from blocks of time drawn anew. Shares of steps
 /// that follow each other add up.
 ///
+/// Every error is of the same stretches of time, the floor's too: noise that all models leave alike moves no share.
 /// The offsets that were fitted to the beginning of each trial carry their error through all of it, which no block shows: they are drawn anew too,
 /// as means of the error over any stretch as long as the one that they were fitted to (half a block).
 pub(crate) fn explained(
     [baseline, before, after]: [&Errors; 3],
-    floor: f64,
+    floor: Floor<'_>,
     block_s: f64,
     duration_s: f64,
     resamples: usize,
     seed: u64,
 ) -> (Option<f64>, Option<[f64; 2]>) {
-    let (Some(whole), Some(b), Some(a)) = (baseline.mean(), before.mean(), after.mean()) else { return (None, None) };
-    let share = |whole: f64, b: f64, a: f64| if whole > floor { ((b - a) / (whole - floor)).clamp(-1.0, 1.0) } else { 0.0 };
+    let all = [baseline, floor.best, before, after];
+    let means: Option<Vec<f64>> = all.iter().map(|errors| errors.mean()).collect();
+    let Some(means) = means else { return (None, None) };
+    let share = |powers: &[f64]| {
+        let (whole, least) = (powers[0], floor.share * powers[1]);
+        if whole > least { ((powers[2] - powers[3]) / (whole - least)).clamp(-1.0, 1.0) } else { 0.0 }
+    };
     let length = before.signed.first().map_or(0, Vec::len);
     let trials = before.trials.max(1);
     let blocks = ((duration_s / block_s / trials as f64).floor() as usize).max(2usize.div_ceil(trials));
     let per = length / trials / blocks;
-    if per == 0
-        || after.signed.iter().any(|e| e.len() != length)
-        || before.trials != after.trials
-        || baseline.trials != after.trials
-        || baseline.signed.iter().any(|e| e.len() != length)
-    {
-        return (Some(share(whole, b, a)), None);
+    if per == 0 || all.iter().any(|errors| errors.trials != before.trials || errors.signed.iter().any(|e| e.len() != length)) {
+        return (Some(share(&means)), None);
     }
-    let (sw, sb, sa) = (Stretches::new(baseline, per), Stretches::new(before, per), Stretches::new(after, per));
+    let stretches = all.map(|errors| Stretches::new(errors, per));
     let mut random = ChaCha8Rng::seed_from_u64(seed);
-    let count = sb.power.len();
+    let (count, halves) = (stretches[0].power.len(), stretches[0].offset.len());
     let mut draws: Vec<f64> = (0..resamples)
         .map(|_| {
-            let (mut tw, mut tb, mut ta) = (0.0, 0.0, 0.0);
+            let mut powers = [0.0; 4];
             for _ in 0..count {
                 let k = random.random_range(0..count);
-                tw += sw.power[k] / count as f64;
-                tb += sb.power[k] / count as f64;
-                ta += sa.power[k] / count as f64;
+                powers.iter_mut().zip(&stretches).for_each(|(power, s)| *power += s.power[k] / count as f64);
             }
             for _ in 0..if before.shifted { trials } else { 0 } {
-                let k = random.random_range(0..sb.offset.len());
-                tw += sw.offset[k] / trials as f64;
-                tb += sb.offset[k] / trials as f64;
-                ta += sa.offset[k] / trials as f64;
+                let k = random.random_range(0..halves);
+                powers.iter_mut().zip(&stretches).for_each(|(power, s)| *power += s.offset[k] / trials as f64);
             }
-            share(tw, tb, ta)
+            share(&powers)
         })
         .collect();
     draws.sort_by(f64::total_cmp);
     let at = |q: f64| draws[((q * (draws.len() - 1) as f64).round() as usize).min(draws.len() - 1)];
-    (Some(share(whole, b, a)), (!draws.is_empty()).then(|| [at(0.025), at(0.975)]))
+    (Some(share(&means)), (!draws.is_empty()).then(|| [at(0.025), at(0.975)]))
 }
 
 /// Squared errors over stretches of time, each the mean over all outputs.

@@ -62,3 +62,24 @@ impl Neg for LinearFit {
         self
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use ndarray::arr2;
+    use ndof_models::Axis;
+
+    fn fit(mass: f64, damping: f64, stiffness: f64, error: f64) -> LinearFit {
+        let of = |m, b, k| InertiaDampingStiffness { axes: vec![Axis::linear("x")], inertia: arr2(&[[m]]), damping: arr2(&[[b]]), stiffness: arr2(&[[k]]) };
+        LinearFit { matrices: of(mass, damping, stiffness), std_errors: of(error, error, error), hold: Hold::BandLimited }
+    }
+
+    #[test]
+    fn an_effort_is_turned_only_where_no_sign_is_in_doubt() {
+        assert!(fit(-2.0, -10.0, -300.0, 0.1).reversed());
+        assert!(fit(-2.0, -10.0, 0.1, 0.1).reversed(), "a spring that may be none speaks for nothing");
+        assert!(!fit(-2.0, -10.0, 300.0, 0.1).reversed(), "a sure stiffness above zero");
+        assert!(!fit(-0.2, -10.0, -300.0, 0.1).reversed(), "an inertia within two errors of zero");
+        assert!(!fit(2.0, 10.0, 300.0, 0.1).reversed() && (-fit(2.0, 10.0, 300.0, 0.1)).reversed());
+    }
+}

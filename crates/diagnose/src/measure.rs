@@ -1,6 +1,6 @@
 //! How much of what a baseline leaves a cause explains: held-out errors weighed by the noise that the best model has at each frequency.
 
-use crate::judge::{Errors, explained};
+use crate::judge::{Errors, Floor, explained};
 use crate::layout::{Layout, filter};
 use ndof_signal::forward_transform;
 use num_complex::Complex64;
@@ -20,13 +20,14 @@ pub(crate) struct Measure {
     spacing_hz: f64,
     top_hz: f64,
     rate_hz: f64,
-    /// What remains at best, in units of the whitened error.
+    /// What the best model leaves, in this measure, and the share of it that no model predicts.
+    best: Errors,
     floor: f64,
     /// Length of the blocks that are drawn anew, and of the held-out part.
-    pub block_s: f64,
-    pub duration_s: f64,
-    pub resamples: usize,
-    pub seed: u64,
+    block_s: f64,
+    duration_s: f64,
+    resamples: usize,
+    seed: u64,
 }
 
 impl Measure {
@@ -39,11 +40,10 @@ impl Measure {
         let reach = (0.5 * RESOLUTION_HZ / layout.time_s / spacing_hz).ceil();
         let finite = best.signed.iter().flatten().all(|e| e.is_finite());
         let spectra = (reach.is_finite() && finite && per > 1).then(|| best.signed.iter().map(|e| smoothed(e, per, reach as usize)).collect());
-        let mut measure =
-            Measure { spectra, spacing_hz, top_hz, rate_hz, floor: 0.0, block_s: (2.0 * layout.time_s).max(0.2), duration_s, resamples, seed };
         let least = best.mean().filter(|mean| *mean > 0.0).map_or(1.0, |mean| (floor / mean).min(1.0));
-        measure.floor = if measure.spectra.is_some() { least * measure.size(best) } else { floor };
-        measure
+        let block_s = (2.0 * layout.time_s).max(0.2);
+        let measure = Measure { spectra, spacing_hz, top_hz, rate_hz, best: best.clone(), floor: least, block_s, duration_s, resamples, seed };
+        Measure { best: measure.weighed(best), ..measure }
     }
 
     /// The errors in this measure.
@@ -69,7 +69,7 @@ impl Measure {
     /// Share of what the baseline leaves above the floor that the step from `before` to `after` removes, with its 95 % interval.
     pub fn share(&self, [baseline, before, after]: [&Errors; 3]) -> (Option<f64>, Option<[f64; 2]>) {
         let [baseline, before, after] = [baseline, before, after].map(|errors| self.weighed(errors));
-        explained([&baseline, &before, &after], self.floor, self.block_s, self.duration_s, self.resamples, self.seed)
+        explained([&baseline, &before, &after], Floor { best: &self.best, share: self.floor }, self.block_s, self.duration_s, self.resamples, self.seed)
     }
 }
 
@@ -89,4 +89,31 @@ fn smoothed(error: &[f64], per: usize, reach: usize) -> Vec<f64> {
             (near.iter().sum::<f64>() / near.len() as f64).max(f64::MIN_POSITIVE)
         })
         .collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::f64::consts::PI;
+
+    /// What is gained below a strong low noise: the error of the plain power says nothing of it.
+    #[test]
+    fn noise_of_one_frequency_does_not_hide_what_is_gained_at_another() {
+        let (rate_hz, samples) = (168.0, 4032);
+        let tone = |hz: f64, phase: f64| move |k: usize| (2.0 * PI * hz * k as f64 / rate_hz + phase).sin();
+        let ragged = |k: usize| ((k * 7919 + k * k * 31) % 1009) as f64 / 1009.0 - 0.5;
+        // A force of the limb's own near 2 Hz, whose size changes; what is missing lies near 8 Hz and is 30 times smaller.
+        let own: Vec<f64> = (0..samples).map(|k| tone(2.0, 0.0)(k) * (1.0 + tone(0.17, 1.0)(k)) + 0.01 * ragged(k)).collect();
+        let missing: Vec<f64> = (0..samples).map(|k| 0.03 * (tone(7.9, 0.3)(k) + tone(8.2, 2.0)(k))).collect();
+        let pairs = |error: &dyn Fn(usize) -> f64| vec![(0..samples).map(|k| (tone(1.0, 0.0)(k) + error(k), tone(1.0, 0.0)(k))).collect::<Vec<_>>()];
+        let errors = |error: &dyn Fn(usize) -> f64| Errors { rate_hz: Some(rate_hz), ..Errors::new(&pairs(error), 1, false) };
+        // The model that lacks nothing has lost a little of the own force's power by chance.
+        let (before, after) = (errors(&|k| own[k] * 0.999 + missing[k]), errors(&|k| own[k]));
+        assert!(before.mean() < after.mean());
+        let layout = Layout::new(1, 1, samples, rate_hz, (0.0, 12.0));
+        let measure = Measure::new(&after, after.mean().expect("finite"), &layout, samples as f64 / rate_hz, (200, 1));
+        let (share, interval) = measure.share([&before, &before, &after]);
+        assert!(share.is_some_and(|share| share > 0.9) && interval.is_some_and(|[low, _]| low > 0.5), "{share:?} {interval:?}");
+        assert!(measure.size(&before) > 2.0 * measure.size(&after));
+    }
 }

@@ -262,7 +262,8 @@ pub struct Gain {
     pub vaf_before: Vec<Option<f64>>,
     /// With it, percent.
     pub vaf_after: Vec<Option<f64>>,
-    /// Share of the baseline's explainable error (above the noise floor) that it removes, beside the causes that explain more.
+    /// Share of the baseline's explainable held-out error (above the noise floor) that it removes, beside the causes that explain more. Errors are
+    /// weighed by the noise that the best model has at each frequency, where the free run is one.
     pub explained_fraction: Option<f64>,
     /// Its 95 % interval, from blocks of time drawn anew.
     pub explained_fraction_ci95: Option<[f64; 2]>,

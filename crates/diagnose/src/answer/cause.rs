@@ -74,6 +74,9 @@ impl Answer<'_> {
         if let Some(gain) = group.held_out {
             evidence.push(format!("on stretches that the fit did not see it gains {gain:.0} of log-likelihood"));
         }
+        if explained_fraction_ci95.is_some_and(|[low, _]| low <= 0.0) {
+            evidence.push("the interval of what it explains of the held-out part holds zero: the name rests on the part that was fitted".to_owned());
+        }
         Cause {
             effect: card.name.to_owned(),
             site: self.site(h.form.side, h.form.axis),

@@ -12,9 +12,9 @@ pub use write::RobotSide;
 
 use crate::DiagnoseError;
 use crate::baseline::Status;
-use crate::split::divide;
 use crate::options::Options;
 use crate::samples::{Meaning, Samples};
+use crate::split::divide;
 use crate::subject::find_band;
 use ndof_signal::Recording;
 use ndof_sysid::Ports;

@@ -5,7 +5,7 @@ use super::run::Held;
 use super::search::Found;
 use crate::answer::tail;
 use crate::baseline::Status;
-use crate::judge::{self, Errors};
+use crate::judge::{self, Errors, Floor};
 use crate::options::Options;
 use crate::result::{Cause, CauseParameter, Confusable, Considered, Diagnosis, Gain, Minor, ModelParameter, Score, Shift, Site, Verdict};
 use crate::samples::Meaning;
@@ -53,8 +53,9 @@ pub(super) fn write(balance: &Balance<'_>, found: &Found, held: &Held<'_>, meani
         let at = found.fitted.iter().position(|q| *q == p)?;
         Some(found.end.covariance[at][at].sqrt().hypot(FLOOR * found.end.values[p]))
     };
-    let floor = found.all.as_ref().and_then(|all| held.errors(&all.values).mean()).unwrap_or(0.0);
     let before = held.errors(&found.start.values);
+    let best = found.all.as_ref().map(|all| held.errors(&all.values)).filter(|best| best.mean().is_some());
+    let floor = best.as_ref().map_or(Floor { best: &before, share: 0.0 }, |best| Floor { best, share: 1.0 });
     let mut order: Vec<usize> = (0..found.wrong.len()).collect();
     order.sort_by(|&a, &b| found.worth[b].total_cmp(&found.worth[a]));
     let mut values = found.start.values.clone();

@@ -1,0 +1,57 @@
+//! What `fit` finds is what a diagnosis begins from, and a force that is held between its samples is no cause.
+
+use ndof_analysis::{Estimate, Fit, Question, Trial};
+use ndof_diagnose::Verdict;
+use rand::SeedableRng;
+use rand_chacha::ChaCha8Rng;
+use rand_distr::{Distribution, StandardNormal};
+
+const RATE_HZ: f64 = 100.0;
+const SAMPLES: usize = 6000;
+const FITTED: usize = 4200;
+
+/// 2 kg, 15 N s/m and 500 N/m moved by a force that stays between its samples, by midpoint steps of 0.1 ms; noise of the sensor of 0.5 %.
+fn record(sign: f64) -> (Vec<f64>, Vec<f64>) {
+    let mut random = ChaCha8Rng::seed_from_u64(11);
+    let white: Vec<f64> = (0..SAMPLES + 4).map(|_| StandardNormal.sample(&mut random)).collect();
+    let force: Vec<f64> = white.windows(4).take(SAMPLES).map(|w| 2.5 * w.iter().sum::<f64>()).collect();
+    let slope = |f: f64, x: f64, v: f64| (f - 15.0 * v - 500.0 * x) / 2.0;
+    let (mut x, mut v, h) = (0.0, 0.0, 1e-4);
+    let mut along = |f: f64| {
+        let now = x;
+        for _ in 0..100 {
+            let (xm, vm) = (x + h / 2.0 * v, v + h / 2.0 * slope(f, x, v));
+            (x, v) = (x + h * vm, v + h * slope(f, xm, vm));
+        }
+        now
+    };
+    let motion: Vec<f64> = force.iter().map(|f| along(*f)).collect();
+    let noise = 0.005 * (motion.iter().map(|x| x * x).sum::<f64>() / SAMPLES as f64).sqrt();
+    let seen = motion.iter().map(|x| x + noise * <StandardNormal as Distribution<f64>>::sample(&StandardNormal, &mut random)).collect();
+    (force.iter().map(|f| sign * f).collect(), seen)
+}
+
+fn trial((force, motion): (&[f64], &[f64])) -> Trial {
+    Trial::new(RATE_HZ).effort("x", force).displacement("x", motion).expect("a trial")
+}
+
+#[test]
+fn a_diagnosis_judges_what_fit_finds_and_half_a_sample_is_no_cause() {
+    let (force, motion) = record(1.0);
+    let found = Question::new([&trial((&force, &motion))]).run().expect("a diagnosis").result.diagnosis;
+    assert_eq!(found.verdict, Verdict::Adequate, "{:?}", found.causes);
+    assert!(found.causes.is_empty() && found.extended.parameters == found.baseline.parameters);
+    // The same part, the first 70 %, put to `fit`: the same numbers to the last bit.
+    let fitted = Fit::default().run(&Estimate::default().run([&trial((&force[..FITTED], &motion[..FITTED]))]).expect("an estimate")).expect("a fit");
+    let told: Vec<(&str, f64, Option<f64>)> = found.baseline.parameters.iter().map(|p| (p.name.as_str(), p.value, p.std_error)).collect();
+    let there: Vec<(&str, f64, Option<f64>)> = fitted.result.parameters.iter().map(|p| (p.name.as_str(), p.value.unwrap_or(f64::NAN), p.std_error)).collect();
+    assert_eq!(told, there);
+}
+
+#[test]
+fn an_effort_that_was_counted_the_other_way_is_turned_and_said() {
+    let (force, motion) = record(-1.0);
+    let found = Question::new([&trial((&force, &motion))]).run().expect("a diagnosis").result.diagnosis;
+    assert!(found.discrepancy.notes.iter().any(|note| note.contains("force-sign")), "{:?}", found.discrepancy.notes);
+    assert!(found.baseline.parameters.iter().all(|p| p.value > 0.0), "{:?}", found.baseline.parameters);
+}
