@@ -1,0 +1,59 @@
+// How files are read and which frequencies count; what can be saved, and dropped again.
+(() => {
+  const { element, words } = app, SCHEMA = 'ndof/app/1';
+  const FIELDS = [
+    { name: 'sample_rate_hz', label: words.sampleRate, unit: words.hz },
+    { name: 'low_hz', label: words.low, unit: words.hz },
+    { name: 'high_hz', label: words.high, unit: words.hz },
+    { name: 'start_s', label: words.start, unit: words.s },
+    { name: 'stop_s', label: words.stop, unit: words.s },
+    { name: 'more', label: words.more, unit: '' },
+  ];
+  const inputs = Object.fromEntries(FIELDS.map(({ name, unit }) => [name, element('input', { type: 'text', id: name, inputMode: unit ? 'decimal' : 'text' })]));
+  const value = name => inputs[name].value.trim();
+
+  // Options of every command that reads recordings, and the files that they name.
+  function reading(mapped = true) {
+    const said = [], files = {};
+    for (const [name, option] of [['sample_rate_hz', '--sample-rate'], ['start_s', '--start'], ['stop_s', '--stop']]) if (value(name)) said.push(option, value(name));
+    if (mapped && app.channels.said().length) {
+      said.push('--channels', 'channels.toml');
+      files['channels.toml'] = new TextEncoder().encode(app.channels.toml());
+    }
+    return { words: said, files };
+  }
+
+  // What only an analysis asks: the band, and whatever was written in words.
+  function analysis() {
+    const band = value('low_hz') || value('high_hz') ? ['--band', `${value('low_hz') || 0}-${value('high_hz') || 1e9}`] : [];
+    return [...band, ...[...value('more').matchAll(/"([^"]*)"|(\S+)/g)].map(([, quoted, bare]) => quoted ?? bare)];
+  }
+
+  function saved() {
+    const options = Object.fromEntries(FIELDS.map(({ name }) => [name, value(name)]).filter(([, text]) => text));
+    const sessions = Object.fromEntries(app.recordings.list.map(({ name, session }) => [name, session]));
+    return `${JSON.stringify({ schema: SCHEMA, channels: app.channels.told(), options, arm: app.arm.saved(), sessions }, null, 2)}\n`;
+  }
+
+  // Puts saved settings in use; false where the text holds none.
+  function take(text) {
+    let read;
+    try { read = JSON.parse(text); } catch { return false; }
+    if (read?.schema !== SCHEMA) return false;
+    app.channels.tell(read.channels ?? {});
+    for (const { name } of FIELDS) inputs[name].value = read.options?.[name] ?? '';
+    app.arm.take(read.arm);
+    for (const entry of app.recordings.list) entry.session = read.sessions?.[entry.name] ?? entry.session;
+    app.settings.sessions = read.sessions ?? {};
+    return true;
+  }
+
+  function show(changed) {
+    for (const input of Object.values(inputs)) input.onchange = () => changed();
+    document.getElementById('settings').replaceChildren(...FIELDS.map(({ name, label, unit }) => element('label', { htmlFor: name }, label, element('span', {}, inputs[name], unit ? ` ${unit}` : ''))));
+    document.getElementById('save-settings').onclick = () => app.save('ndof-settings.json', saved(), 'application/json');
+    document.getElementById('save-channels').onclick = () => app.save('channels.toml', app.channels.toml(), 'application/toml');
+  }
+
+  app.settings = { reading, analysis, take, show, sessions: {} };
+})();
