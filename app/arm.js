@@ -58,6 +58,7 @@
       drawn('path', { class: 'axes', d: `M${right[0]} ${right[1] - up}V${right[1]}H${right[0] + up}` }),
       drawn('text', { x: right[0] + up + 4, y: right[1] + 4 }, 'x'), drawn('text', { x: right[0] - 3, y: right[1] - up - 5 }, 'y'),
       line(places.shoulder, places.elbow, 'link'), line(places.elbow, places.hand, 'link'), ...handles,
+      ...Object.entries(places).map(([part, place]) => { const [x, y] = across(place); return drawn('text', { x: x + 17, y: y + 5, 'aria-hidden': true }, words.partNames[part]); }),
     );
     note.textContent = joint ? '' : words.reach;
   }

@@ -33,7 +33,7 @@
     const { name } = channel, own = { role: '', axis: '', unit: '', negate: false, ...told[name] };
     const label = what => ({ 'aria-label': words.of(what, name) });
     const role = app.choice({ '': words.asNamed(channel.role), ...words.roles }, own.role, label(words.is));
-    const axis = element('input', { type: 'text', value: own.axis, size: 6, ...label(words.axis) });
+    const axis = element('input', { type: 'text', value: own.axis, size: 6, placeholder: channel.role === 'none' ? '' : name.split('_').slice(1).join('_'), ...label(words.axis) });
     axis.setAttribute('list', 'axes');
     const unit = element('input', { type: 'text', value: own.unit, size: 6, placeholder: channel.unit || '?', ...label(words.unit) });
     unit.setAttribute('list', 'units');

@@ -13,7 +13,15 @@
     const pick = which => element('label', { className: 'check' }, element('input', { type: 'radio', name: 'session', value: which, checked: which === (there.includes(before) ? before : there[0]) }),
       `${words.sessionNames[which - 1]} (${words.trials(app.recordings.of(which).length)})`);
     by('sessions').replaceChildren(...(there.length > 1 ? [element('fieldset', {}, element('legend', {}, words.which), ...there.map(pick))] : there.map(which => element('input', { type: 'radio', name: 'session', value: which, checked: true, hidden: true }))));
-    by('tasks').querySelector('[data-task=compare]').disabled = there.length < 2;
+    ready();
+  }
+
+  // Buttons wait while something is under way; a comparison needs two sessions.
+  function ready() {
+    const waiting = 'busy' in document.body.dataset, lacking = which => !app.recordings.of(which).length;
+    for (const button of [by('sample'), ...by('tasks').querySelectorAll('button')]) button.disabled = waiting;
+    by('tasks').querySelector('[data-task=compare]').disabled = waiting || lacking(1) || lacking(2);
+    by('cancel').hidden = !waiting;
   }
 
   // Looks at the files again: those that are new, or all where the reading has changed.
@@ -34,8 +42,11 @@
       if (/\.json$/i.test(file.name)) {
         if (!app.settings.take(await file.text())) { say(words.settingsBad(file.name)); continue; }
         taken = file.name;
+      } else if (/\.toml$/i.test(file.name)) {
+        app.settings.beside[file.name] = file;
+        say(words.kept(file.name));
       } else {
-        const entry = app.recordings.add(file.name, file, undefined);
+        const entry = app.recordings.add(file.name, file);
         entry.session = app.settings.sessions[entry.name] ?? entry.session;
         added.push(entry);
       }
@@ -47,7 +58,7 @@
   async function sample() {
     await busy(words.sampling, async progress => {
       list.splice(0, list.length);
-      for (const [name, bytes, which] of await app.sample.make(progress)) app.recordings.add(name, bytes, which);
+      for (const [name, bytes, which] of await app.sample.make(progress)) app.recordings.add(name, new Blob([bytes]), which);
       app.arm.take(app.sample.arm);
       await look();
       return words.sampleMade;
@@ -56,10 +67,8 @@
 
   // Something that takes a while: buttons wait, cancel works, and at the end there is a sentence.
   async function busy(task, act) {
-    const buttons = [...by('tasks').querySelectorAll('button'), by('sample')], were = buttons.map(button => button.disabled);
-    for (const button of buttons) button.disabled = true;
-    by('cancel').hidden = false;
     document.body.dataset.busy = task;
+    ready();
     say(`${task} …`);
     try {
       say(await act(step => say(words.progress(`${task}:`, step))));
@@ -67,16 +76,14 @@
       say(words.failed(task, error.message));
     }
     delete document.body.dataset.busy;
-    by('cancel').hidden = true;
-    buttons.forEach((button, k) => { button.disabled = were[k]; });
-    by('tasks').querySelector('[data-task=compare]').disabled = !(app.recordings.of(1).length && app.recordings.of(2).length);
+    ready();
   }
 
   // One command over the files of a session; its result, or the sentence that says why not.
   async function command(line, files, progress) {
-    const done = await app.program.run(line, files, progress), { error, warnings } = app.program.sentences(done.errors);
-    if (done.code) throw new Error(error);
-    return { ...done, line, warnings };
+    const done = await app.program.run(line, files, progress);
+    if (done.code) throw new Error(app.program.sentences(done.errors).error);
+    return { ...done, line };
   }
 
   const recorded = which => Object.fromEntries(app.recordings.of(which).map(entry => [entry.name, entry.blob]));
@@ -91,8 +98,7 @@
     for (const which of [1, 2]) fits.push(await analysis('fit', which, `fit-${words.sessionNames[which - 1]}`, progress));
     const files = Object.assign({}, ...fits.map(fit => fit.files)), names = words.sessionNames.map(name => `fit-${name}.json`);
     const last = await command(['compare', ...names, '--json', 'compare.json', '--report', 'compare.html'], Object.fromEntries(names.map(name => [name, files[name]])), progress);
-    const warnings = [...new Set([...fits, last].flatMap(step => step.warnings))];
-    return { ...last, warnings, seconds: [...fits, last].reduce((sum, step) => sum + step.seconds, 0), commands: [...fits, last].map(step => step.line) };
+    return { ...last, seconds: [...fits, last].reduce((sum, step) => sum + step.seconds, 0), commands: [...fits, last].map(step => step.line) };
   }
 
   async function answer(task) {
@@ -100,7 +106,7 @@
     await busy(both ? label : words.working(label, own).replace(/ …$/, ''), async progress => {
       const name = both ? 'compare' : `${task}-${own}`, done = both ? await compare(progress) : await analysis(task, which, name, progress);
       app.results.show({
-        title: both ? `${label}` : words.resultOf(label, own), name, commands: done.commands ?? [done.line], output: done.output, warnings: done.warnings,
+        title: both ? `${label}` : words.resultOf(label, own), name, commands: done.commands ?? [done.line], output: done.output,
         report: done.files[`${name}.html`], numbers: done.files[`${name}.json`],
       });
       document.body.dataset.seconds = done.seconds;

@@ -4,7 +4,11 @@
   function work() {
     onmessage = async ({ data: { module, words, files } }) => {
       const heard = line => { if (line.startsWith('progress: ')) postMessage({ progress: line.slice(10) }); };
-      postMessage({ done: await globalThis.ndofRun(module, words, files, heard) });
+      try {
+        postMessage({ done: await globalThis.ndofRun(module, words, files, heard) });
+      } catch (error) {
+        postMessage({ broken: error.message });
+      }
     };
   }
 
@@ -32,7 +36,11 @@
       return new Promise((done, broken) => {
         worker ??= new Worker(source);
         end = () => broken(new Error(app.words.cancelled));
-        worker.onmessage = ({ data }) => (data.done ? done({ ...data.done, seconds: (performance.now() - from) / 1000 }) : progress(data.progress));
+        worker.onmessage = ({ data }) => {
+          if (data.done) done({ ...data.done, seconds: (performance.now() - from) / 1000 });
+          else if (data.broken) broken(new Error(data.broken));
+          else progress(data.progress);
+        };
         worker.onerror = event => { cancel(); broken(new Error(event.message)); };
         worker.postMessage({ module, words: ['ndof', ...words], files });
       }).finally(() => { end = null; });

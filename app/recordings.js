@@ -50,7 +50,7 @@
     const told = entry.told ? element('details', {}, element('summary', {}, words.details), element('pre', { tabIndex: 0 }, entry.told)) : '';
     return element('tr', { className: entry.verdict ?? 'waiting' },
       element('th', { scope: 'row' }, entry.name), element('td', {}, session),
-      element('td', { className: 'understood' }, entry.verdict ? entry.lead : words.reading1, ...(faults.length ? [element('ul', {}, ...faults)] : []), told),
+      element('td', { className: 'understood' }, entry.verdict ? entry.lead : words.waiting, ...(faults.length ? [element('ul', {}, ...faults)] : []), told),
       element('td', { className: 'verdict' }, entry.verdict ? words.verdicts[entry.verdict] : ''), element('td', {}, remove));
   }
 

@@ -4,8 +4,8 @@
   // A word as a shell takes it.
   const shown = word => (/^[\w.,:=+/-]+$/.test(word) ? word : `'${word.replaceAll("'", "'\\''")}'`);
 
-  // `result` has title, name (of the files), commands, output, warnings, report and numbers, both as bytes.
-  function show({ title, name, commands, output, warnings, report, numbers }) {
+  // `result` has title, name (of the files), commands, output, report and numbers, both as bytes.
+  function show({ title, name, commands, output, report, numbers }) {
     const text = bytes => new TextDecoder().decode(bytes), html = text(report);
     const frame = element('iframe', { src: 'frame.html', title: words.reportOf(title) });
     frame.setAttribute('sandbox', 'allow-scripts');
@@ -17,7 +17,6 @@
     place.querySelector(`[data-name="${name}"]`)?.remove();
     const made = element('details', { className: 'result', open: true, 'data-name': name },
       element('summary', {}, element('h3', {}, title)),
-      ...(warnings.length ? [element('div', { className: 'note' }, element('strong', {}, words.warnings), element('ul', {}, ...warnings.map(warning => element('li', {}, warning))))] : []),
       element('p', { className: 'buttons' },
         button(words.saveReport, () => app.save(`${name}.html`, html, 'text/html')),
         button(words.saveNumbers, () => app.save(`${name}.json`, text(numbers), 'application/json'))),

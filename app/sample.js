@@ -27,19 +27,20 @@ kind = "filtered-noise"
 rms = 4.0
 cutoff_hz = 15.0
 `;
+  const experiments = Object.fromEntries(Object.entries(SESSIONS).map(([name, session]) => [name, experiment(session)]));
   // The posture above, with links of 0.33 m and 0.34 m: where the hand is, seen from the shoulder.
   const ARM = { use: true, side: 'right', lengths_m: [0.33, 0.34], shoulder_m: [0, 0], hand_m: [-0.007, 0.474], mean_force: true };
 
   // The recordings, as [name, bytes, session].
   async function make(progress) {
     const made = [];
-    for (const [k, [name, session]] of Object.entries(SESSIONS).entries()) {
-      const { files, errors, code } = await app.program.run(['simulate', `${name}.toml`, '--out', `${name}.csv`], { [`${name}.toml`]: new TextEncoder().encode(experiment(session)) }, progress);
+    for (const [k, [name, text]] of Object.entries(experiments).entries()) {
+      const { files, errors, code } = await app.program.run(['simulate', `${name}.toml`, '--out', `${name}.csv`], { [`${name}.toml`]: new TextEncoder().encode(text) }, progress);
       if (code) throw new Error(app.program.sentences(errors).error);
       for (const file of Object.keys(files).filter(file => file.endsWith('.csv')).sort()) made.push([file, files[file], k + 1]);
     }
     return made;
   }
 
-  app.sample = { make, arm: ARM };
+  app.sample = { make, experiments, arm: ARM };
 })();

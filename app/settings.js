@@ -7,26 +7,29 @@
     { name: 'high_hz', label: words.high, unit: words.hz },
     { name: 'start_s', label: words.start, unit: words.s },
     { name: 'stop_s', label: words.stop, unit: words.s },
+    { name: 'more_reading', label: words.moreReading, unit: '' },
     { name: 'more', label: words.more, unit: '' },
   ];
   const inputs = Object.fromEntries(FIELDS.map(({ name, unit }) => [name, element('input', { type: 'text', id: name, inputMode: unit ? 'decimal' : 'text' })]));
   const value = name => inputs[name].value.trim();
+  const listed = name => [...value(name).matchAll(/"([^"]*)"|(\S+)/g)].map(([, quoted, bare]) => quoted ?? bare);
+  const beside = {}; // files in TOML that were dropped, for options that name them
 
   // Options of every command that reads recordings, and the files that they name.
   function reading(mapped = true) {
-    const said = [], files = {};
+    const said = [], files = { ...beside };
     for (const [name, option] of [['sample_rate_hz', '--sample-rate'], ['start_s', '--start'], ['stop_s', '--stop']]) if (value(name)) said.push(option, value(name));
     if (mapped && app.channels.said().length) {
       said.push('--channels', 'channels.toml');
       files['channels.toml'] = new TextEncoder().encode(app.channels.toml());
     }
-    return { words: said, files };
+    return { words: [...said, ...listed('more_reading')], files };
   }
 
   // What only an analysis asks: the band, and whatever was written in words.
   function analysis() {
     const band = value('low_hz') || value('high_hz') ? ['--band', `${value('low_hz') || 0}-${value('high_hz') || 1e9}`] : [];
-    return [...band, ...[...value('more').matchAll(/"([^"]*)"|(\S+)/g)].map(([, quoted, bare]) => quoted ?? bare)];
+    return [...band, ...listed('more')];
   }
 
   function saved() {
@@ -55,5 +58,5 @@
     document.getElementById('save-channels').onclick = () => app.save('channels.toml', app.channels.toml(), 'application/toml');
   }
 
-  app.settings = { reading, analysis, take, show, sessions: {} };
+  app.settings = { reading, analysis, take, show, beside, sessions: {} };
 })();
