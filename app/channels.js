@@ -56,12 +56,15 @@
 
   const options = (id, values) => element('datalist', { id }, ...values.map(value => element('option', { value })));
 
+  // Drawn anew where the columns changed, and not while a person writes into it.
+  let drawn = '';
   function show(changed) {
-    const all = columns(), heads = [words.channel, words.is, words.axis, words.unit, words.turned, words.spread].map(text => element('th', { scope: 'col' }, text));
-    place.replaceChildren(
-      element('table', {}, element('thead', {}, element('tr', {}, ...heads)), element('tbody', {}, ...all.map(channel => row(channel, changed)))),
-      options('units', KNOWN), options('axes', ['x', 'y', 'z', 'shoulder', 'elbow']),
-    );
+    const all = columns(), now = JSON.stringify(all), heads = [words.channel, words.is, words.axis, words.unit, words.turned, words.spread].map(text => element('th', { scope: 'col' }, text));
+    if (now !== drawn) {
+      app.redraw(place, element('table', {}, element('thead', {}, element('tr', {}, ...heads)), element('tbody', {}, ...all.map(channel => row(channel, changed)))),
+        options('units', KNOWN), options('axes', ['x', 'y', 'z', 'shoulder', 'elbow']));
+    }
+    drawn = now;
     // What keeps an analysis from starting: nobody knows which channel is which.
     const lacking = app.recordings.list.flatMap(({ findings }) => findings ?? []).find(finding => finding.code === 'roles');
     const note = document.getElementById('unassigned');
@@ -69,5 +72,5 @@
     note.textContent = lacking ? words.unassigned(`${lacking.message.split(';')[0]}.`) : '';
   }
 
-  app.channels = { columns, said, toml, show, told: () => told, tell: next => { told = next; } };
+  app.channels = { columns, said, toml, show, told: () => told, tell: next => { told = next; drawn = ''; } };
 })();

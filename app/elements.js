@@ -15,6 +15,13 @@
     return made;
   };
 
+  // New contents; whoever stood on an element with a keyboard stands on its successor.
+  app.redraw = (place, ...children) => {
+    const label = place.contains(document.activeElement) && document.activeElement.getAttribute('aria-label');
+    place.replaceChildren(...children);
+    if (label) [...place.querySelectorAll('[aria-label]')].find(node => node.getAttribute('aria-label') === label)?.focus();
+  };
+
   app.say = text => { document.getElementById('said').textContent = text; };
 
   app.save = (name, text, type) => {

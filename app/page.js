@@ -1,7 +1,8 @@
 // The page: what is dropped goes to the recordings, what is pressed to the program, what comes back to the results.
 (() => {
   const { element, words, say } = app, by = id => document.getElementById(id), { list } = app.recordings;
-  const LATEST = { round: 0 }; // what was asked last about the files counts
+  const pending = new Set(); // files that are to be looked at
+  let looking = null;
   const session = () => Number(document.querySelector('input[name=session]:checked')?.value ?? 1);
 
   function show() {
@@ -24,13 +25,19 @@
     by('cancel').hidden = !waiting;
   }
 
-  // Looks at the files again: those that are new, or all where the reading has changed.
-  async function look(entries = list) {
-    const round = (LATEST.round += 1);
+  // Looks at files, one after the other: those that are new, or all where the reading has changed. What changes meanwhile is looked at once more.
+  function look(entries = list) {
+    for (const entry of entries) pending.add(entry);
     show();
-    for (const entry of [...entries]) {
+    looking ??= lookOn().finally(() => { looking = null; });
+    return looking;
+  }
+  async function lookOn() {
+    while (pending.size) {
+      const [entry] = pending;
+      pending.delete(entry);
+      if (!list.includes(entry)) continue;
       await app.recordings.look(entry);
-      if (round !== LATEST.round) return look();
       show();
     }
   }

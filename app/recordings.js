@@ -19,8 +19,17 @@
     return entry;
   }
 
-  // Asks what the file is: first as it stands, for its columns, then with what was said about its channels.
+  // Asks what the file is, and keeps the answer; where there is none, why.
   async function look(entry) {
+    try {
+      await ask(entry);
+    } catch (error) {
+      Object.assign(entry, { verdict: 'refused', lead: error.message, findings: [], told: '' });
+    }
+  }
+
+  // First as it stands, for its columns, then with what was said about its channels.
+  async function ask(entry) {
     const check = async mapped => {
       const { words: said, files } = app.settings.reading(mapped);
       const done = await app.program.run(['check', entry.name, '--json', 'check.json', ...said], { ...files, [entry.name]: entry.blob });
@@ -56,7 +65,7 @@
 
   function show(changed) {
     const heads = [words.file, words.session, words.understood, words.verdict, ''].map(text => element('th', { scope: 'col' }, text));
-    place.replaceChildren(...(list.length ? [element('table', { className: 'recordings' }, element('thead', {}, element('tr', {}, ...heads)), element('tbody', {}, ...list.map(entry => row(entry, changed))))] : []));
+    app.redraw(place, ...(list.length ? [element('table', { className: 'recordings' }, element('thead', {}, element('tr', {}, ...heads)), element('tbody', {}, ...list.map(entry => row(entry, changed))))] : []));
   }
 
   const readable = () => list.filter(entry => entry.verdict && entry.verdict !== 'refused');

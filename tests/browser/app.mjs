@@ -26,7 +26,7 @@ const file = name => join(folder, name), read = name => JSON.parse(readFileSync(
 // What a cold load may weigh, and how long a page may take until it can be used.
 const LARGEST_MB = 3, READY_S = 1, ESTIMATE_S = 0.5, DIAGNOSIS_S = 10;
 const PATIENCE = 4; // a machine that does other work meanwhile must not fail the test; what was measured is printed
-const FILES = readFileSync(join(app, 'index.html'), 'utf8').match(/(?<=(?:src|href)=")[\w.]+/g).concat('index.html', 'frame.html');
+const FILES = readFileSync(join(app, 'index.html'), 'utf8').match(/(?<=(?:src|href)=")[\w.]+(?=")/g).concat('index.html', 'frame.html');
 const megabytes = FILES.reduce((sum, name) => sum + gzipSync(readFileSync(join(app, name)), { level: 9 }).length, 0) / 1e6;
 console.log(`a cold load: ${FILES.length} files, ${megabytes.toFixed(2)} MB compressed`);
 assert.ok(megabytes < LARGEST_MB, `a cold load is ${megabytes.toFixed(2)} MB`);
@@ -66,7 +66,7 @@ async function report(page) {
   await panel.scrollIntoViewIfNeeded();
   assert.ok(await panel.locator('.view [data-s]').count() > 0, 'the report draws');
   assert.ok(await frame.locator('.tools button').first().isVisible(), "the report's own script runs");
-  return (await frame.locator('h1').textContent()).trim();
+  return (await frame.locator('header .lead').textContent()).trim();
 }
 
 async function saved(page, label) {

@@ -169,7 +169,7 @@ mod tests {
     fn every_parameter_has_its_row_and_every_unit_its_picture() {
         let report = compared([1e-9, 0.4]);
         let html = report.to_html();
-        for what in ["K_x_x", "K_y_y", "305", "differs", "after less before"] {
+        for what in ["K_x_x", "K_y_y", "300.0 ± 5.0", "differs", "after less before"] {
             assert!(html.contains(what), "{what}");
         }
         assert_eq!(report.figures().count(), 1);
