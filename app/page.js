@@ -9,7 +9,8 @@
     app.recordings.show(all => (all ? look() : show()));
     app.channels.show(() => look());
     const some = app.channels.columns().length > 0;
-    for (const id of ['channels-section', 'settings-section', 'run-section']) by(id).hidden = !some;
+    for (const id of ['channels-section', 'run-section']) by(id).hidden = !some;
+    by('settings-section').hidden = !list.length;
     const before = session(), there = [1, 2].filter(which => app.recordings.of(which).length);
     const pick = which => element('label', { className: 'check' }, element('input', { type: 'radio', name: 'session', value: which, checked: which === (there.includes(before) ? before : there[0]) }),
       `${words.sessionNames[which - 1]} (${words.trials(app.recordings.of(which).length)})`);
@@ -19,17 +20,18 @@
 
   // Buttons wait while something is under way; a comparison needs two sessions.
   function ready() {
-    const waiting = 'busy' in document.body.dataset, lacking = which => !app.recordings.of(which).length;
-    for (const button of [by('sample'), ...by('tasks').querySelectorAll('button')]) button.disabled = waiting;
-    by('tasks').querySelector('[data-task=compare]').disabled = waiting || lacking(1) || lacking(2);
-    by('cancel').hidden = !waiting;
+    const busy = 'busy' in document.body.dataset, waiting = busy || looking, lacking = which => !app.recordings.of(which).length;
+    for (const button of [by('sample'), ...by('tasks').querySelectorAll('button')]) button.disabled = Boolean(waiting);
+    by('tasks').querySelector('[data-task=compare]').disabled = Boolean(waiting || lacking(1) || lacking(2));
+    by('cancel').hidden = !busy;
   }
 
   // Looks at files, one after the other: those that are new, or all where the reading has changed. What changes meanwhile is looked at once more.
   function look(entries = list) {
     for (const entry of entries) pending.add(entry);
     show();
-    looking ??= lookOn().finally(() => { looking = null; });
+    looking ??= lookOn().finally(() => { looking = null; ready(); });
+    ready();
     return looking;
   }
   async function lookOn() {
@@ -74,6 +76,7 @@
 
   // Something that takes a while: buttons wait, cancel works, and at the end there is a sentence.
   async function busy(task, act) {
+    const stood = document.activeElement;
     document.body.dataset.busy = task;
     ready();
     say(`${task} …`);
@@ -84,6 +87,7 @@
     }
     delete document.body.dataset.busy;
     ready();
+    if (document.activeElement === document.body) stood.focus(); // a button that waits loses the keyboard
   }
 
   // One command over the files of a session; its result, or the sentence that says why not.
@@ -109,11 +113,11 @@
   }
 
   async function answer(task) {
-    const [label] = words.tasks[task], which = session(), both = task === 'compare', own = both ? words.bothSessions : words.sessionNames[which - 1];
-    await busy(both ? label : words.working(label, own).replace(/ …$/, ''), async progress => {
+    const [label] = words.tasks[task], which = session(), both = task === 'compare', own = words.sessionNames[which - 1], title = both ? label : words.resultOf(label, own);
+    await busy(title, async progress => {
       const name = both ? 'compare' : `${task}-${own}`, done = both ? await compare(progress) : await analysis(task, which, name, progress);
       app.results.show({
-        title: both ? `${label}` : words.resultOf(label, own), name, commands: done.commands ?? [done.line], output: done.output,
+        title, name, commands: done.commands ?? [done.line], output: done.output,
         report: done.files[`${name}.html`], numbers: done.files[`${name}.json`],
       });
       document.body.dataset.seconds = done.seconds;

@@ -55,7 +55,8 @@
     session.onchange = () => { entry.session = Number(session.value); changed(); };
     const remove = element('button', { type: 'button', 'aria-label': words.removeFile(entry.name) }, words.remove);
     remove.onclick = () => { list.splice(list.indexOf(entry), 1); changed(true); };
-    const faults = (entry.findings ?? []).filter(finding => finding.severity === 'fault').map(({ message, action }) => element('li', {}, `${message}; ${action}`));
+    // Which channel is which is asked where it can be said, at the channels.
+    const faults = (entry.findings ?? []).filter(({ severity, code }) => severity === 'fault' && code !== 'roles').map(({ message, action }) => element('li', {}, `${message}; ${action}`));
     const told = entry.told ? element('details', {}, element('summary', {}, words.details), element('pre', { tabIndex: 0 }, entry.told)) : '';
     return element('tr', { className: entry.verdict ?? 'waiting' },
       element('th', { scope: 'row' }, entry.name), element('td', {}, session),

@@ -23,6 +23,7 @@
       frame, more(words.asText, element('pre', { tabIndex: 0 }, output)), more(words.onCommandLine, command));
     place.prepend(made);
     document.getElementById('results-section').hidden = false;
+    made.querySelector('summary').focus({ preventScroll: true });
     made.scrollIntoView({ block: 'start', behavior: matchMedia('(prefers-reduced-motion: reduce)').matches ? 'auto' : 'smooth' });
   }
 

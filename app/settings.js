@@ -1,13 +1,14 @@
 // How files are read and which frequencies count; what can be saved, and dropped again.
 (() => {
   const { element, words } = app, SCHEMA = 'ndof/app/1';
+  // `reads`: what the file is understood by, so that it is looked at again.
   const FIELDS = [
-    { name: 'sample_rate_hz', label: words.sampleRate, unit: words.hz },
+    { name: 'sample_rate_hz', label: words.sampleRate, unit: words.hz, reads: true },
     { name: 'low_hz', label: words.low, unit: words.hz },
     { name: 'high_hz', label: words.high, unit: words.hz },
-    { name: 'start_s', label: words.start, unit: words.s },
-    { name: 'stop_s', label: words.stop, unit: words.s },
-    { name: 'more_reading', label: words.moreReading, unit: '' },
+    { name: 'start_s', label: words.start, unit: words.s, reads: true },
+    { name: 'stop_s', label: words.stop, unit: words.s, reads: true },
+    { name: 'more_reading', label: words.moreReading, unit: '', reads: true },
     { name: 'more', label: words.more, unit: '' },
   ];
   const inputs = Object.fromEntries(FIELDS.map(({ name, unit }) => [name, element('input', { type: 'text', id: name, inputMode: unit ? 'decimal' : 'text' })]));
@@ -52,7 +53,7 @@
   }
 
   function show(changed) {
-    for (const input of Object.values(inputs)) input.onchange = () => changed();
+    for (const { name } of FIELDS.filter(field => field.reads)) inputs[name].onchange = () => changed();
     document.getElementById('settings').replaceChildren(...FIELDS.map(({ name, label, unit }) => element('label', { htmlFor: name }, label, element('span', {}, inputs[name], unit ? ` ${unit}` : ''))));
     document.getElementById('save-settings').onclick = () => app.save('ndof-settings.json', saved(), 'application/json');
     document.getElementById('save-channels').onclick = () => app.save('channels.toml', app.channels.toml(), 'application/toml');

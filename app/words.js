@@ -83,7 +83,6 @@ app.words = {
     diagnose: ['What is missing?', 'Whether the simple picture is enough; where it is not, which cause is behind it. Takes some seconds.'],
     compare: ['Compare the sessions', 'What changed from the first session to the second, and whether chance explains it.'],
   },
-  working: (task, session) => `${task}, ${session} session …`,
   progress: (what, step) => `${what} ${step}`,
   finished: (task, seconds) => `${task}: done in ${seconds} s.`,
   failed: (task, why) => `${task} did not work: ${why}`,
@@ -92,7 +91,6 @@ app.words = {
 
   results: 'Results',
   resultOf: (task, session) => `${task}: ${session} session`,
-  bothSessions: 'both sessions',
   saveReport: 'Save the report',
   saveNumbers: 'Save the numbers (JSON)',
   reportOf: title => `Report: ${title}`,

@@ -197,7 +197,26 @@ async function assigned() {
   assert.deepEqual(await numbers(), first, 'saved settings give the same numbers');
   assert.deepEqual(opened.complaints, []);
   await opened.context.close();
-  console.log('unknown columns: assigned by hand, saved, dropped again: ok');
+
+  // Without any line of names: the file that tells the columns by their numbers is dropped as well, and named by an option.
+  writeFileSync(file('bare.csv'), text.split('\n').filter(line => /^[-\d]/.test(line)).join('\n') + '\n');
+  writeFileSync(file('columns.toml'), '[columns]\nforce_x = { number = 3, unit = "N" }\npos_x = { number = 5, unit = "m" }\n');
+  opened = await fresh();
+  page = opened.page;
+  await drop(page, [file('bare.csv')]);
+  await looked(page);
+  assert.match((await rows(page))[0].told, /no line of channel names.*--columns/);
+  await drop(page, [file('columns.toml')]);
+  assert.match(await page.textContent('#said'), /columns.toml is kept/);
+  await page.locator('#settings-section summary').first().click();
+  await page.fill('#more_reading', '--columns columns.toml');
+  await page.fill('#sample_rate_hz', '500');
+  await page.press('#sample_rate_hz', 'Tab');
+  await page.waitForSelector('.recordings tbody tr.good');
+  await press(page, 'fit');
+  assert.deepEqual(opened.complaints, []);
+  await opened.context.close();
+  console.log('unknown columns: assigned by hand, saved, dropped again; columns by number: ok');
 }
 
 // What cannot be read is a sentence; what takes too long is cancelled; and the page goes on.

@@ -58,7 +58,9 @@ fn lead(result: &CompareResult, names: &[String]) -> String {
             let (changes, name) = (of_fit(later), names.get(later).map_or("", String::as_str));
             match changes.as_slice() {
                 [] => format!("{name}: none of the {} parameters differs by more than chance explains.", result.parameters.len()),
-                changes => format!("{name}: {} of {} parameters differ by more than chance explains: {}.", changes.len(), result.parameters.len(), changes.join("; ")),
+                changes => {
+                    format!("{name}: {} of {} parameters differ by more than chance explains: {}.", changes.len(), result.parameters.len(), changes.join("; "))
+                }
             }
         })
         .collect();
@@ -89,7 +91,16 @@ fn differences(result: &CompareResult, names: &[String], later: usize) -> Table 
         let [low, high] = d.ci95.unwrap_or([f64::NAN; 2]).map(|end| to_interval(end, half));
         let by_chance = d.p_value.map_or_else(|| "–".to_owned(), |p| super::p_value(p).trim_start_matches("= ").to_owned());
         let judged = if differs(d) { "differs" } else { "" };
-        table.row([p.name.clone(), printed_unit(&p.unit), own(0), own(later), with_half_width(nan(d.value), half), format!("{low} … {high}"), by_chance, judged.to_owned()])
+        table.row([
+            p.name.clone(),
+            printed_unit(&p.unit),
+            own(0),
+            own(later),
+            with_half_width(nan(d.value), half),
+            format!("{low} … {high}"),
+            by_chance,
+            judged.to_owned(),
+        ])
     })
 }
 
@@ -105,11 +116,8 @@ fn side_by_side(result: &CompareResult, names: &[String]) -> Result<Section, Fig
             let [low, high] = p.ci95.get(k).copied().flatten().unwrap_or([f64::NAN; 2]);
             Estimate { value: nan(p.values.get(k).copied().flatten()), ci95: (low, high) }
         };
-        let group = |(k, name): (usize, &String)| ForestGroup {
-            label: name.clone(),
-            color: Color::nth(k),
-            estimates: own.iter().map(|p| estimate(p, k)).collect(),
-        };
+        let group =
+            |(k, name): (usize, &String)| ForestGroup { label: name.clone(), color: Color::nth(k), estimates: own.iter().map(|p| estimate(p, k)).collect() };
         let data = Forest {
             quantity: "Value".to_owned(),
             unit: printed_unit(unit),
@@ -130,7 +138,15 @@ fn sessions(result: &CompareResult) -> Table {
     result.reliability.iter().fold(Table::new("Reliability of the sessions", &columns), |table, r| {
         let short = |value: Option<f64>| significant(nan(value), 4);
         let interval = r.icc_ci95.map_or_else(|| "–".to_owned(), |[low, high]| format!("{} … {}", significant(low, 3), significant(high, 3)));
-        table.row([r.name.clone(), printed_unit(&r.unit), short(r.mean), short(r.icc), interval, short(r.standard_error_of_measurement), short(r.minimal_detectable_change)])
+        table.row([
+            r.name.clone(),
+            printed_unit(&r.unit),
+            short(r.mean),
+            short(r.icc),
+            interval,
+            short(r.standard_error_of_measurement),
+            short(r.minimal_detectable_change),
+        ])
     })
 }
 
@@ -146,7 +162,12 @@ mod tests {
             unit: "N/m".into(),
             values: values.map(Some).to_vec(),
             ci95: values.map(|value| Some([value - 5.0, value + 5.0])).to_vec(),
-            differences: vec![Difference { value: Some(difference), std_error: Some(3.6), ci95: Some([difference - 7.1, difference + 7.1]), p_value: Some(p_value) }],
+            differences: vec![Difference {
+                value: Some(difference),
+                std_error: Some(3.6),
+                ci95: Some([difference - 7.1, difference + 7.1]),
+                p_value: Some(p_value),
+            }],
             standard_error_of_measurement: None,
             minimal_detectable_change: None,
         }
