@@ -39,32 +39,41 @@ fn differs(difference: &Difference) -> bool {
     difference.p_value.is_some_and(|p| p < SIGNIFICANT)
 }
 
-/// What differs, in one sentence.
+/// How many differences the lead names: a sentence that can be read at once.
+const NAMED: usize = 3;
+
+/// What differs, in one sentence a fit; of many differences the clearest.
 fn lead(result: &CompareResult, names: &[String]) -> String {
     if let Some(first) = result.reliability.first() {
         return format!("{} sessions of {} subjects beside each other.", first.sessions, first.subjects);
     }
-    let told = |p: &ParameterComparison, later: usize| {
-        let (difference, unit) = (&p.differences[later - 1], printed_unit(&p.unit));
-        let [before, after] = [0, later].map(|k| significant(nan(p.values.get(k).copied().flatten()), 3));
-        let half = half_width(difference.ci95);
-        format!("{} from {before} to {after} {unit}, by {}", p.name, with_half_width(nan(difference.value), half))
+    let count = result.parameters.len();
+    let of_fit = |later: usize| {
+        let name = names.get(later).map_or("", String::as_str);
+        let changed = clearest(result, later);
+        let told: Vec<String> = changed.iter().take(NAMED).map(|(p, d)| change(p, d, later)).collect();
+        match changed.len() {
+            0 => format!("{name}: none of the {count} parameters differs by more than chance explains."),
+            few if few <= NAMED => format!("{name}: {few} of {count} parameters differ by more than chance explains: {}.", told.join("; ")),
+            many => format!("{name}: {many} of {count} parameters differ by more than chance explains, most clearly {}.", told.join("; ")),
+        }
     };
-    let of_fit = |later: usize| -> Vec<String> {
-        result.parameters.iter().filter(|p| p.differences.get(later - 1).is_some_and(differs)).map(|p| told(p, later)).collect()
-    };
-    let changed: Vec<String> = (1..result.fits)
-        .map(|later| {
-            let (changes, name) = (of_fit(later), names.get(later).map_or("", String::as_str));
-            match changes.as_slice() {
-                [] => format!("{name}: none of the {} parameters differs by more than chance explains.", result.parameters.len()),
-                changes => {
-                    format!("{name}: {} of {} parameters differ by more than chance explains: {}.", changes.len(), result.parameters.len(), changes.join("; "))
-                }
-            }
-        })
-        .collect();
-    changed.join(" ")
+    (1..result.fits).map(of_fit).collect::<Vec<_>>().join(" ")
+}
+
+/// What differs in a later fit, by difference over standard error, the largest first.
+fn clearest(result: &CompareResult, later: usize) -> Vec<(&ParameterComparison, &Difference)> {
+    let mut changed: Vec<_> = result.parameters.iter().filter_map(|p| p.differences.get(later - 1).map(|d| (p, d))).filter(|(_, d)| differs(d)).collect();
+    let clarity = |d: &Difference| (nan(d.value) / nan(d.std_error)).abs();
+    changed.sort_by(|(_, one), (_, other)| clarity(other).total_cmp(&clarity(one)));
+    changed
+}
+
+/// "K_x_x from 300 to 360 N/m, by 60.0 ± 7.1".
+fn change(p: &ParameterComparison, difference: &Difference, later: usize) -> String {
+    let [before, after] = [0, later].map(|k| significant(nan(p.values.get(k).copied().flatten()), 3));
+    let by = with_half_width(nan(difference.value), half_width(difference.ci95));
+    format!("{} from {before} to {after} {}, by {by}", p.name, printed_unit(&p.unit))
 }
 
 fn half_width(ends: Option<[f64; 2]>) -> f64 {
@@ -174,7 +183,10 @@ mod tests {
     }
 
     fn compared(p_values: [f64; 2]) -> Report {
-        let parameters = vec![parameter("K_x_x", [300.0, 360.0], p_values[0]), parameter("K_y_y", [500.0, 503.0], p_values[1])];
+        report_of(vec![parameter("K_x_x", [300.0, 360.0], p_values[0]), parameter("K_y_y", [500.0, 503.0], p_values[1])])
+    }
+
+    fn report_of(parameters: Vec<ParameterComparison>) -> Report {
         let result = CompareResult { head: Head::new(CompareResult::SCHEMA, "compare", Vec::new()), fits: 2, parameters, reliability: Vec::new() };
         compare_report(&result, &["before".to_owned(), "after".to_owned()], "Sessions", "ndof compare").unwrap()
     }
@@ -184,6 +196,14 @@ mod tests {
         let report = compared([1e-9, 0.4]);
         assert_eq!(report.lead, "after: 1 of 2 parameters differ by more than chance explains: K_x_x from 300 to 360 N/m, by 60.0 ± 7.1.");
         assert_eq!(compared([0.2, 0.4]).lead, "after: none of the 2 parameters differs by more than chance explains.");
+    }
+
+    #[test]
+    fn of_many_differences_the_lead_names_the_clearest() {
+        let parameters = (1..=5).map(|k| parameter(&format!("K_{k}_{k}"), [300.0, 300.0 + 20.0 * f64::from(k)], 1e-6)).collect();
+        let lead = report_of(parameters).lead;
+        assert!(lead.starts_with("after: 5 of 5 parameters differ by more than chance explains, most clearly K_5_5 from 300 to 400 N/m"), "{lead}");
+        assert!(lead.contains("K_3_3") && !lead.contains("K_2_2"), "{lead}");
     }
 
     #[test]
