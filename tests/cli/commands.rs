@@ -294,6 +294,9 @@ fn two_halves_of_one_record_do_not_differ() {
         let p = parameter["differences"][0]["p_value"].as_f64().expect("a number");
         assert!(p > 0.01, "{parameter}");
     }
+    succeed(folder.path(), &["compare", "a.json", "b.json", "--report", "compare.html"]);
+    let page = std::fs::read_to_string(folder.path().join("compare.html")).expect("written");
+    assert!(page.contains("by more than chance explains") && page.contains("b.json less a.json"));
     crate::support::refuse(folder.path(), &["compare", "a.json", "trial.csv"]);
 }
 

@@ -10,7 +10,14 @@ pub const EXIT_CODE: u8 = 130;
 static HANDLED: AtomicBool = AtomicBool::new(false);
 static REQUESTED: AtomicBool = AtomicBool::new(false);
 
+/// WebAssembly knows no signals: whoever runs the program ends it as a whole.
+#[cfg(target_family = "wasm")]
+pub fn listen() -> Result<(), CliError> {
+    Ok(())
+}
+
 /// Ends the program on Ctrl-C or a signal to terminate, with the files that are being written taken back.
+#[cfg(not(target_family = "wasm"))]
 pub fn listen() -> Result<(), CliError> {
     let handler = || {
         // The second time even a command that wants to end by itself is ended.

@@ -18,7 +18,7 @@ use std::process::ExitCode;
 /// gives the standard error of measurement and the minimal detectable change. With --sessions the fits are those of several
 /// subjects, all sessions of one after the other: then also the intraclass correlation and the mean change over all subjects.
 #[derive(Debug, Args)]
-#[command(after_help = "Example:\n  ndof compare before/fit.json after/fit.json")]
+#[command(after_help = "Example:\n  ndof compare before/fit.json after/fit.json --report compare.html")]
 pub struct Arguments {
     /// Results of `ndof fit`, or frequency responses, to each of which inertia, damping and stiffness are fitted within --band
     #[arg(required = true, num_args = 2.., value_name = "FIT.json")]
@@ -44,6 +44,10 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode, CliError> {
         Some(sessions) => compare_sessions(&fits, sessions)?,
         None => compare_fits(&fits)?,
     };
+    if shared.report.is_some() || shared.plots.is_some() {
+        let names: Vec<String> = arguments.files.iter().map(|file| file.display().to_string()).collect();
+        output::report(shared, &ndof_report::compare_report(&result, &names, "Fits beside each other", &output::command_line())?)?;
+    }
     output::json(shared, &result)?;
     output::warnings(shared, &result.head.warnings);
     output::table(shared, &if result.reliability.is_empty() { summary(&result, &arguments.files) } else { sessions(&result) })?;

@@ -45,7 +45,6 @@ fn threads(text: &str) -> Result<usize, String> {
 pub fn unused(command: &str) -> &'static [&'static str] {
     match command {
         "check" | "simulate" => &["report", "plots", "band"],
-        "compare" => &["report", "plots"],
         "live" => &["report", "plots", "sliding", "sliding-step"],
         "study" => &["band"],
         "fit" => &["sliding", "sliding-step"],

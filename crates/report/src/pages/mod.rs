@@ -1,5 +1,6 @@
 //! Results of analyses as sections of a report, and the pages made of them.
 
+mod compare;
 mod convert;
 mod diagnosis;
 mod estimate;
@@ -7,6 +8,7 @@ mod fit;
 mod overlay;
 mod words;
 
+pub use compare::compare_report;
 pub use convert::{channel_traces, settings_rows};
 pub use diagnosis::{diagnosis_report, sections as diagnosis_sections};
 pub use estimate::{coherence_section, estimate_report, frame, power_section, response_section, traces_section};

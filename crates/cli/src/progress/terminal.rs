@@ -1,4 +1,4 @@
-//! Progress bars, on standard error and only on a terminal.
+//! Progress bars, on standard error and only where somebody looks.
 
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use std::io::IsTerminal;
