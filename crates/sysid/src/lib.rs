@@ -16,6 +16,7 @@ mod quantile;
 mod resolution;
 mod response;
 mod spread;
+mod steadiness;
 
 pub use conditioned::{Conditioned, conditioned, ordered_coherence};
 pub use estimate::{
@@ -32,3 +33,4 @@ pub use quantile::two_sided_t;
 pub use resolution::{Unresolved, unresolved};
 pub use response::{FrequencyResponse, ResponseError, ResponseKind, Uncertainty};
 pub use spread::{Spread, spread};
+pub use steadiness::{Steadiness, steadiness};

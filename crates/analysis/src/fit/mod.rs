@@ -9,6 +9,7 @@ mod project;
 pub mod result;
 mod settings;
 mod starts;
+mod sums;
 
 pub use fitted::{Fitted, model_response};
 pub use named_models::MODEL;
@@ -30,6 +31,7 @@ use ndof_models::{Axis, Held, InertiaDampingStiffness, InertiaDampingStiffnessMo
 use ndof_signal::Unit;
 use ndof_sysid::FrequencyResponse;
 use result::{Asked, FitResult, Joint, Matrices, OtherFit, Parameter};
+use sums::Sums;
 
 /// What is added in quadrature to standard errors for systematic errors: 0.5 % of inertia, 1 % of damping and of stiffness.
 pub const FLOORS: [(char, f64); 3] = [('M', 0.005), ('B', 0.01), ('K', 0.01)];
@@ -102,9 +104,15 @@ pub fn fit_response(measured: &MeasuredResponse, settings: &Fit) -> Result<Fitte
     fit_to(&Evidence::of_response(measured), settings)
 }
 
-fn fit_to(evidence: &Evidence<'_>, settings: &Fit) -> Result<Fitted, AnalysisError> {
+fn fit_to(whole: &Evidence<'_>, settings: &Fit) -> Result<Fitted, AnalysisError> {
     let cards = blocks_of(settings.model())?;
-    let (channels, response) = (evidence.channels, evidence.response);
+    let sums = Sums::of(whole, settings.band_hz.unwrap_or(whole.band_hz))?;
+    if sums.is_some() && settings.cost == FitCost::Paper {
+        return Err(AnalysisError::PaperSums);
+    }
+    let summed = sums.as_ref().map(Sums::first);
+    let evidence = summed.as_ref().unwrap_or(whole);
+    let (channels, response) = (evidence.channels, &*evidence.response);
     let ports = &channels.roles.ports;
     let motion = if response.kind.is_effort_over_motion() { &ports.inputs } else { &ports.outputs };
     let axes: Vec<Axis> = channels.channels(motion).iter().map(|channel| axis(&channel.name, &channel.unit)).collect();
@@ -118,23 +126,34 @@ fn fit_to(evidence: &Evidence<'_>, settings: &Fit) -> Result<Fitted, AnalysisErr
     let Sampled { sampling, theta: begin, said } = sampled(&comparison, composite, &starts, evidence, settings.hold)?;
     let composite = Held { model: Composite::of_cards(&model, &cards), sampling };
     let compared = compared_models(&comparison, &model, sampling, response, &cards, &start, settings.compare);
-    let mut weighted = comparison.fit_trials(&composite, response, without, &begin)?;
-    if evidence.errors_known() {
-        weighted = weighted.widened_by_misfit(&composite);
-    }
-    let weight = evidence.weight(settings.vaf_weight);
+    let mut weighted = match &sums {
+        Some(sums) => sums.fit(&comparison, &composite, &begin)?,
+        None if evidence.errors_known() => comparison.fit_trials(&composite, response, without, &begin)?.widened_by_misfit(&composite),
+        None => comparison.fit_trials(&composite, response, without, &begin)?,
+    };
+    let summed = sums.as_ref().map(|sums| sums.evidence(sums.gains_of(&weighted)));
+    let response = summed.as_ref().map_or(response, |summed| &summed.response);
+    let weight = summed.as_ref().unwrap_or(evidence).weight(settings.vaf_weight);
     // Errors of unknown size say nothing here: without them the residuals do.
     let plain = (!evidence.errors_known()).then(|| FrequencyResponse { uncertainty: None, ..response.clone() });
-    let mut paper = PaperFit { band_hz }.fit_trials(&composite, plain.as_ref().unwrap_or(response), without, &weight, &weighted.theta)?;
+    // The paper's cost is that of an impedance, and of several inputs an axis there is none.
+    let mut paper = match sums {
+        Some(_) => None,
+        None => Some(PaperFit { band_hz }.fit_trials(&composite, plain.as_ref().unwrap_or(response), without, &weight, &weighted.theta)?),
+    };
     if settings.systematic {
-        [&mut weighted, &mut paper].into_iter().for_each(add_floors);
+        paper.iter_mut().chain([&mut weighted]).for_each(add_floors);
     }
-    let (fit, other) = if settings.cost == FitCost::Weighted { (weighted, paper) } else { (paper, weighted) };
+    let (fit, other) = match paper {
+        Some(paper) if settings.cost == FitCost::Paper => (paper, Some(weighted)),
+        paper => (weighted, paper),
+    };
+    let own = composite.parameters().len();
     let written = |fit: &ndof_models::Fit, cost: FitCost| -> Result<OtherFit, AnalysisError> {
         let of_model = FrequencyResponse {
             inputs: response.inputs.clone(),
             outputs: response.outputs.clone(),
-            ..parametric_response(&composite, &fit.theta, &response.frequency_hz, response.kind)
+            ..parametric_response(&composite, &fit.theta[..own], &response.frequency_hz, response.kind)
         };
         let agreed = agreement(response, &of_model, &weight, band_hz)?;
         let share = |(i, j): (usize, usize)| agreed.vaf_percent[i][j].unwrap_or(f64::NAN);
@@ -146,8 +165,9 @@ fn fit_to(evidence: &Evidence<'_>, settings: &Fit) -> Result<Fitted, AnalysisErr
             r2: agreed.r2,
         })
     };
-    let own = written(&fit, settings.cost)?;
-    let other = written(&other, if settings.cost == FitCost::Weighted { FitCost::Paper } else { FitCost::Weighted })?;
+    let reported = written(&fit, settings.cost)?;
+    let other_cost = if settings.cost == FitCost::Weighted { FitCost::Paper } else { FitCost::Weighted };
+    let other = other.map(|other| written(&other, other_cost)).transpose()?;
     let baseline = fit.marginal(model.parameters().len());
     let matrices = model.matrices(&baseline.theta);
     let joint: Option<Joint> =
@@ -156,9 +176,10 @@ fn fit_to(evidence: &Evidence<'_>, settings: &Fit) -> Result<Fitted, AnalysisErr
         head: Head::new(FitResult::SCHEMA, "fit", warnings(evidence, &fit, &baseline, &matrices)),
         settings: Some(Asked { estimate: evidence.asked.clone(), fit: settings.clone() }),
         model: composite.name().to_owned(),
-        cost: own.cost,
+        cost: reported.cost,
         estimate: evidence.name.to_owned(),
         inputs: channels.names(&ports.inputs),
+        reference_inputs: sums.as_ref().map(Sums::references).unwrap_or_default(),
         outputs: channels.names(&ports.outputs),
         band_hz: fit.band_hz,
         band_because: evidence.band_because.filter(|_| settings.band_hz.is_none()).map(str::to_owned),
@@ -166,16 +187,18 @@ fn fit_to(evidence: &Evidence<'_>, settings: &Fit) -> Result<Fitted, AnalysisErr
         between_samples: said,
         interval_width: fit.width,
         chi2_reduced: number(fit.chi2_reduced).filter(|_| evidence.errors_known()),
-        parameters: own.parameters,
-        matrices: own.matrices,
-        vaf: own.vaf,
-        r2: own.r2,
+        parameters: reported.parameters,
+        matrices: reported.matrices,
+        vaf: reported.vaf,
+        r2: reported.r2,
         joint,
-        other_cost: Some(other),
+        other_cost: other,
         comparison: compared,
     };
     let extensions = cards.iter().map(|card| card.name()).collect();
-    Ok(Fitted { fit: baseline, model, matrices, comparison, sampling, mean_effort: evidence.mean_effort.clone(), extensions, theta: fit.theta, result })
+    let gains = sums.as_ref().map(|sums| sums.matrix(&fit));
+    let theta = fit.theta[..own].to_vec();
+    Ok(Fitted { fit: baseline, model, matrices, comparison, sampling, mean_effort: evidence.mean_effort.clone(), extensions, theta, gains, result })
 }
 
 impl Fit {
@@ -223,12 +246,12 @@ fn add_floors(fit: &mut ndof_models::Fit) {
     }
 }
 
-/// Parameters of the whole model; those of a channel's block belong to the sensor.
+/// Parameters of the whole model; those of a channel's block belong to the sensor, and the gains behind them to the actuators.
 fn parameters(fit: &ndof_models::Fit, base: usize, cards: &[&BlockCard]) -> Vec<Parameter> {
-    let blocks = cards.iter().flat_map(|card| std::iter::repeat_n(card.is_sensor(), (card.block)().parameters(false).len()));
-    let sensor: Vec<bool> = std::iter::repeat_n(false, base).chain(blocks).collect();
+    let blocks = cards.iter().flat_map(|card| std::iter::repeat_n(if card.is_sensor() { "sensor" } else { "limb" }, (card.block)().parameters(false).len()));
+    let sides = std::iter::repeat_n("limb", base).chain(blocks).chain(std::iter::repeat("actuator"));
     let mut out: Vec<Parameter> = fit.parameters.iter().map(Parameter::from).collect();
-    out.iter_mut().zip(sensor).filter(|(_, sensor)| *sensor).for_each(|(p, _)| p.site.side = "sensor".to_owned());
+    out.iter_mut().zip(sides).for_each(|(p, side)| p.site.side = side.to_owned());
     out
 }
 

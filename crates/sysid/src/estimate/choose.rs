@@ -1,7 +1,8 @@
 //! The method that fits the recordings, and why.
 
-use super::SpectralMethod;
+use super::{LocalPolynomial, SpectralMethod};
 use crate::ports::Ports;
+use crate::steadiness::steadiness;
 use ndof_signal::{Multitaper, Periodic, Recording, Welch, detect_period};
 
 /// A method and the sentence that says why it was taken.
@@ -18,7 +19,8 @@ const ENOUGH: f64 = 10.0;
 
 /// Chooses a spectral method from the length, number and periodicity of the recordings.
 ///
-/// Periodic commands: periodic averaging (no leakage, noise and distortion told apart). Otherwise multitaper with
+/// Periodic commands: periodic averaging (no leakage, noise and distortion told apart). Sweeps, steps and bursts: local polynomials over the
+/// whole record, which take the input for what it is and no average over it. Otherwise multitaper with
 /// NW = 4 where the trials together give enough averages or cannot be cut into enough segments, since it resolves the
 /// most for its averages; Welch on long records, where memory and time matter.
 pub fn choose_method(trials: &[&Recording], ports: &Ports) -> Choice {
@@ -37,6 +39,10 @@ pub fn choose_method(trials: &[&Recording], ports: &Ports) -> Choice {
                 reason: format!("the excitation repeats every {seconds:.3} s ({whole} periods): averaged over periods, the first one left out"),
             };
         }
+    }
+    if let Some(what) = unsteady(trials, drivers) {
+        let reason = format!("{what}: local polynomials over the whole record, which need no steady input");
+        return Choice { method: SpectralMethod::LocalPolynomial(LocalPolynomial::default()), reason };
     }
     let shortest = trials.iter().map(|r| r.len()).min().unwrap_or(0);
     let duration_s = shortest as f64 / first.sample_rate_hz();
@@ -64,4 +70,16 @@ pub fn choose_method(trials: &[&Recording], ports: &Ports) -> Choice {
             nperseg as f64 / first.sample_rate_hz()
         ),
     }
+}
+
+/// The first driver whose power comes and goes, in words.
+fn unsteady(trials: &[&Recording], drivers: &[usize]) -> Option<String> {
+    let channels =
+        trials.iter().flat_map(|trial| drivers.iter().filter_map(|&driver| trial.channels().get(driver)).map(|channel| (trial.sample_rate_hz(), channel)));
+    channels.filter_map(|(rate_hz, channel)| Some((channel, steadiness(&channel.samples, rate_hz)?))).find(|(_, found)| found.is_unsteady()).map(
+        |(channel, found)| match found.sweep {
+            Some(_) => format!("{} is a sweep", channel.name),
+            None => format!("the power of {} comes and goes", channel.name),
+        },
+    )
 }
