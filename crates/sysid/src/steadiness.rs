@@ -17,7 +17,8 @@ const NEIGHBOURS: [f64; 3] = [1.0, 4.0 / 9.0, 1.0 / 36.0];
 const FALSE_ALARM: f64 = 1e-3;
 /// Share of the stretches that count below which an average has lost more of its segments than it keeps.
 const HALF: f64 = 0.5;
-/// A stretch with less than this share of a band's mean power adds nothing to it: a fiftieth, as at the ends of a band that is fitted.
+/// A stretch with less than this share of a band's mean power adds nothing to it, nor does a band with less of all: a fiftieth, as at the ends of a
+/// band that is fitted.
 const NOTHING: f64 = 0.02;
 
 /// How evenly a signal's power comes in time.
@@ -80,10 +81,13 @@ pub fn steadiness(signal: &[f64], sample_rate_hz: f64) -> Option<Steadiness> {
     // The first two lines hold what the window makes of a mean.
     let periodograms = periodograms(signal, length, 2..2 + lines)?;
     let mean: Vec<f64> = (0..lines).map(|f| periodograms.iter().map(|p| p[f]).sum::<f64>() / STRETCHES as f64).collect();
-    if mean.iter().sum::<f64>() <= 0.0 {
+    let total: f64 = mean.iter().sum();
+    if total <= 0.0 {
         return None;
     }
-    let bands = bands(&mean);
+    let mut bands = bands(&mean);
+    // What is next to no power is no input: a sensor's noise, say.
+    bands.retain(|band| mean[band.clone()].iter().sum::<f64>() >= NOTHING * total);
     let powers: Vec<Vec<f64>> = bands.iter().map(|band| periodograms.iter().map(|p| p[band.clone()].iter().sum()).collect()).collect();
     let (mut statistic, mut share) = (0.0, 0.0);
     for (band, powers) in bands.iter().zip(&powers) {

@@ -4,16 +4,22 @@ use super::quality::role;
 use super::result::Finding;
 use crate::trials::roles::Roles;
 use ndof_signal::Recording;
-use ndof_sysid::{Steadiness, steadiness};
+use ndof_sysid::{Steadiness, repeats, steadiness};
 
 /// What drives a recording: its references, or its inputs where there are none.
 fn drivers(roles: &Roles) -> &[usize] {
     if roles.ports.references.is_empty() { &roles.ports.inputs } else { &roles.ports.references }
 }
 
-/// How evenly each driver of a recording drives, where that can be told.
+/// How evenly each driver of a recording drives, where that can be told. What repeats itself comes and goes on purpose: averages over its periods
+/// hold.
 pub(crate) fn evenness(recording: &Recording, roles: &Roles) -> Vec<(usize, Steadiness)> {
-    let of = |&index: &usize| Some((index, steadiness(&recording.channels()[index].samples, recording.sample_rate_hz())?));
+    let of = |&index: &usize| {
+        let samples = &recording.channels()[index].samples;
+        let seen = steadiness(samples, recording.sample_rate_hz())?;
+        let uneven = seen.is_unsteady() || !seen.rest.is_empty();
+        (!uneven || repeats(samples).is_none()).then_some((index, seen))
+    };
     drivers(roles).iter().filter_map(of).collect()
 }
 

@@ -65,9 +65,12 @@ mod tests {
         let one = Trials::of(&[trial(1, [2000..8000, 1000..7000])]).expect("roles");
         let left = without_rest(&one).expect("a recording");
         assert_eq!((left.trials[0].recording.len(), left.trials[0].recording.start_s()), (7000, 10.0));
-        // Of two trials, what both have.
+        // Of two trials, what both have: of the second the first and last 500 samples, of the first the first 1000.
         let two = Trials::of(&[trial(1, [2000..8000, 1000..7000]), trial(2, [500..7500, 500..7500])]).expect("roles");
-        assert!(matches!(without_rest(&two).expect("the same"), Cow::Borrowed(_)));
+        let left: Vec<usize> = without_rest(&two).expect("recordings").trials.iter().map(|trial| trial.recording.len()).collect();
+        assert_eq!(left, [7500, 7500]);
+        let none = Trials::of(&[trial(1, [2000..8000, 0..7000])]).expect("roles");
+        assert!(matches!(without_rest(&none).expect("the same"), Cow::Borrowed(_)));
         let codes = |settings: &Estimate| {
             let estimated = crate::estimate::estimate(&one, settings).expect("an estimate");
             estimated.result.head.warnings.iter().map(|warning| warning.code.clone()).collect::<Vec<String>>()

@@ -2,6 +2,7 @@
 
 mod between;
 mod evidence;
+mod findings;
 mod fitted;
 mod named_models;
 mod overlay;
@@ -21,11 +22,13 @@ pub use settings::{Fit, FitCost, VafWeight};
 use crate::error::AnalysisError;
 use crate::estimate::Estimated;
 use crate::response::MeasuredResponse;
-use crate::result::{Head, Warning, number};
+use crate::result::{Head, number};
 use crate::trials::axis_of;
 use between::{Sampled, sampled};
 use evidence::Evidence;
+use findings::warnings;
 use named_models::{blocks_of, compared_models};
+use ndarray::Array3;
 use ndof_models::blocks::{BlockCard, Composite};
 use ndof_models::{Axis, Held, InertiaDampingStiffness, InertiaDampingStiffnessModel, PaperFit, ParametricModel, WeightedFit, agreement, parametric_response};
 use ndof_signal::Unit;
@@ -37,9 +40,6 @@ use sums::Sums;
 pub const FLOORS: [(char, f64); 3] = [('M', 0.005), ('B', 0.01), ('K', 0.01)];
 /// The same for delays.
 pub const DELAY_FLOOR_S: f64 = 1e-4;
-
-/// Above this reduced χ² the model is wrong by more than the covariance's own uncertainty.
-const MISFIT: f64 = 2.0;
 
 /// Fits inertia, damping and stiffness to an estimate: to the derived one where there is one.
 ///
@@ -126,28 +126,15 @@ fn fit_to(whole: &Evidence<'_>, settings: &Fit) -> Result<Fitted, AnalysisError>
     let Sampled { sampling, theta: begin, said } = sampled(&comparison, composite, &starts, evidence, settings.hold)?;
     let composite = Held { model: Composite::of_cards(&model, &cards), sampling };
     let compared = compared_models(&comparison, &model, sampling, response, &cards, &start, settings.compare);
-    let mut weighted = match &sums {
+    let weighted = match &sums {
         Some(sums) => sums.fit(&comparison, &composite, &begin)?,
         None if evidence.errors_known() => comparison.fit_trials(&composite, response, without, &begin)?.widened_by_misfit(&composite),
         None => comparison.fit_trials(&composite, response, without, &begin)?,
     };
     let summed = sums.as_ref().map(|sums| sums.evidence(sums.gains_of(&weighted)));
-    let response = summed.as_ref().map_or(response, |summed| &summed.response);
-    let weight = summed.as_ref().unwrap_or(evidence).weight(settings.vaf_weight);
-    // Errors of unknown size say nothing here: without them the residuals do.
-    let plain = (!evidence.errors_known()).then(|| FrequencyResponse { uncertainty: None, ..response.clone() });
-    // The paper's cost is that of an impedance, and of several inputs an axis there is none.
-    let mut paper = match sums {
-        Some(_) => None,
-        None => Some(PaperFit { band_hz }.fit_trials(&composite, plain.as_ref().unwrap_or(response), without, &weight, &weighted.theta)?),
-    };
-    if settings.systematic {
-        paper.iter_mut().chain([&mut weighted]).for_each(add_floors);
-    }
-    let (fit, other) = match paper {
-        Some(paper) if settings.cost == FitCost::Paper => (paper, Some(weighted)),
-        paper => (weighted, paper),
-    };
+    let evidence = summed.as_ref().unwrap_or(evidence);
+    let (response, weight) = (&*evidence.response, evidence.weight(settings.vaf_weight));
+    let (fit, other) = by_both_costs(evidence, &composite, weighted, (settings, &weight, sums.is_none()))?;
     let own = composite.parameters().len();
     let written = |fit: &ndof_models::Fit, cost: FitCost| -> Result<OtherFit, AnalysisError> {
         let of_model = FrequencyResponse {
@@ -199,6 +186,28 @@ fn fit_to(whole: &Evidence<'_>, settings: &Fit) -> Result<Fitted, AnalysisError>
     let gains = sums.as_ref().map(|sums| sums.matrix(&fit));
     let theta = fit.theta[..own].to_vec();
     Ok(Fitted { fit: baseline, model, matrices, comparison, sampling, mean_effort: evidence.mean_effort.clone(), extensions, theta, gains, result })
+}
+
+/// The fit that is asked for, and that by the other cost; the paper's is one of an impedance, and of several inputs an axis there is none.
+fn by_both_costs(
+    evidence: &Evidence<'_>,
+    model: &dyn ParametricModel,
+    mut weighted: ndof_models::Fit,
+    (settings, weight, impedance): (&Fit, &Array3<f64>, bool),
+) -> Result<(ndof_models::Fit, Option<ndof_models::Fit>), AnalysisError> {
+    // Errors of unknown size say nothing here: without them the residuals do.
+    let plain = (!evidence.errors_known()).then(|| FrequencyResponse { uncertainty: None, ..(*evidence.response).clone() });
+    let response = plain.as_ref().unwrap_or(&evidence.response);
+    let settled = PaperFit { band_hz: settings.band_hz.unwrap_or(evidence.band_hz) };
+    let paper = impedance.then(|| settled.fit_trials(model, response, &evidence.without, weight, &weighted.theta));
+    let mut paper = paper.transpose()?;
+    if settings.systematic {
+        paper.iter_mut().chain([&mut weighted]).for_each(add_floors);
+    }
+    Ok(match paper {
+        Some(paper) if settings.cost == FitCost::Paper => (paper, Some(weighted)),
+        paper => (weighted, paper),
+    })
 }
 
 impl Fit {
@@ -259,43 +268,6 @@ fn axis(channel: &str, unit: &Unit) -> Axis {
     Axis { name: axis_of(channel).to_owned(), rotational: unit.is_rotational() || (unit.symbol().is_empty() && Axis::from_channel(channel).rotational) }
 }
 
-fn warnings(evidence: &Evidence<'_>, fit: &ndof_models::Fit, baseline: &ndof_models::Fit, matrices: &InertiaDampingStiffness) -> Vec<Warning> {
-    let mut warnings = evidence.warnings.clone();
-    if !evidence.weak_in_band(fit.band_hz) {
-        warnings.retain(|warning| warning.code != "weak-instrument");
-    }
-    warnings.extend(force_sign(matrices));
-    let unknown: Vec<&str> = fit.parameters.iter().filter(|p| !p.identifiable).map(|p| p.name.as_str()).collect();
-    if !unknown.is_empty() {
-        warnings.push(Warning::new(
-            "not-identifiable",
-            format!("the data say next to nothing about {}", unknown.join(", ")),
-            "record longer or excite the axis more strongly or over a wider band, or fix the parameter",
-        ));
-    }
-    if fit.chi2_reduced > MISFIT && evidence.errors_known() {
-        let width = fit.chi2_reduced.sqrt();
-        warnings.push(Warning::new(
-            "model-misfit",
-            format!(
-                "reduced chi² is {:.1}: the model leaves more than noise; its intervals are {width:.1} times as wide as noise would make them",
-                fit.chi2_reduced
-            ),
-            "fit a narrower band with `band`, or ask `ndof diagnose` what the model lacks",
-        ));
-    }
-    // What one axis does to itself: of a body at rest none is below zero.
-    let negative: Vec<&str> = baseline.parameters.iter().filter(|p| !p.site.contains(',') && p.ci95[1] < 0.0).map(|p| p.name.as_str()).collect();
-    if !negative.is_empty() && !warnings.iter().any(|warning| warning.code == "force-sign") {
-        warnings.push(Warning::new(
-            "negative-diagonal",
-            format!("{} below zero by more than the interval: this band, a sign or the model is wrong, and the number is not to be used", negative.join(", ")),
-            "look at the response with `report`, fit another band with `band`, or ask `ndof diagnose` what the model lacks",
-        ));
-    }
-    warnings
-}
-
 /// Matrices of the baseline with the standard error of each entry.
 fn with_errors(model: &InertiaDampingStiffnessModel, whole: &ndof_models::Fit) -> Matrices {
     let fit = whole.marginal(model.parameters().len());
@@ -308,16 +280,4 @@ fn with_errors(model: &InertiaDampingStiffnessModel, whole: &ndof_models::Fit) -
         std_error: model.matrices(&errors).into(),
         delay_s: whole.parameter("delay_s").and_then(|p| number(p.value)),
     }
-}
-
-/// A limb with negative inertia is a transducer that reads the reaction.
-fn force_sign(matrices: &InertiaDampingStiffness) -> Option<Warning> {
-    let negative = matrices.inertia.diag().iter().all(|m| *m < 0.0);
-    negative.then(|| {
-        Warning::new(
-            "force-sign",
-            "the fitted inertia is negative definite: the force channels seem to hold the reaction, not the force on the limb",
-            "turn them with `negate=CHANNEL` if that is how they were recorded",
-        )
-    })
 }

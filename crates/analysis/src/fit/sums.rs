@@ -71,12 +71,12 @@ impl<'a> Sums<'a> {
         Ok(if self.whole.errors_known() { fit.widened_by_misfit(&driven) } else { fit })
     }
 
-    /// W of the gains behind the model's own parameters.
+    /// W of a fit to all.
     pub fn matrix(&self, fit: &Fit) -> Array2<f64> {
-        self.gains.matrix(&fit.theta[fit.theta.len() - self.gains.count()..])
+        self.gains.matrix(self.gains_of(fit))
     }
 
-    /// The gains of a fit to all.
+    /// Its gains, which stand behind the model's own parameters.
     pub fn gains_of<'b>(&self, fit: &'b Fit) -> &'b [f64] {
         &fit.theta[fit.theta.len() - self.gains.count()..]
     }

@@ -27,18 +27,13 @@ pub fn choose_method(trials: &[&Recording], ports: &Ports) -> Choice {
     let (Some(first), drivers) = (trials.first(), if ports.references.is_empty() { &ports.inputs } else { &ports.references }) else {
         return Choice { method: SpectralMethod::Multitaper(Multitaper::default()), reason: "there is no recording".to_owned() };
     };
-    let periodic = drivers.first().and_then(|&c| first.channels().get(c)).and_then(|c| detect_period(&c.samples));
-    if let Some(found) = periodic
-        && found.mismatch < 1e-3
-    {
-        let whole = first.len() / found.period;
-        if whole >= 3 && trials.len() >= drivers.len() {
-            let seconds = found.period as f64 / first.sample_rate_hz();
-            return Choice {
-                method: SpectralMethod::Periodic(Periodic { period: found.period, discard: 1 }),
-                reason: format!("the excitation repeats every {seconds:.3} s ({whole} periods): averaged over periods, the first one left out"),
-            };
-        }
+    let periodic = drivers.first().and_then(|&c| first.channels().get(c)).and_then(|c| repeats(&c.samples));
+    if let Some(period) = periodic.filter(|_| trials.len() >= drivers.len()) {
+        let (seconds, whole) = (period as f64 / first.sample_rate_hz(), first.len() / period);
+        return Choice {
+            method: SpectralMethod::Periodic(Periodic { period, discard: 1 }),
+            reason: format!("the excitation repeats every {seconds:.3} s ({whole} periods): averaged over periods, the first one left out"),
+        };
     }
     if let Some(what) = unsteady(trials, drivers) {
         let reason = format!("{what}: local polynomials over the whole record, which need no steady input");
@@ -70,6 +65,16 @@ pub fn choose_method(trials: &[&Recording], ports: &Ports) -> Choice {
             nperseg as f64 / first.sample_rate_hz()
         ),
     }
+}
+
+/// The period of a command that repeats three times or more and so exactly that averages over periods tell noise from distortion.
+///
+/// ```
+/// let command: Vec<f64> = (0..1000).map(|k| ((k % 250) as f64 * 0.3).sin()).collect();
+/// assert_eq!(ndof_sysid::repeats(&command), Some(250));
+/// ```
+pub fn repeats(command: &[f64]) -> Option<usize> {
+    detect_period(command).filter(|found| found.mismatch < 1e-3 && command.len() / found.period >= 3).map(|found| found.period)
 }
 
 /// The first driver whose power comes and goes, in words.
