@@ -161,18 +161,21 @@ fn lacking(lack: Lack, noise: f64, rng: &mut ChaCha8Rng) -> Result<Found, Failur
     found(RATE_HZ, force, seen, MethodName::Auto)
 }
 
-/// The noise at which the first records have that reduced χ²: halved until they have more, then by halving between.
-fn noise_for(lack: Lack, chi2: f64) -> Result<f64, Failure> {
-    let mean = |noise: f64| -> Result<f64, Failure> {
+/// The noise at which the first records have that reduced χ², between that of the motion and 2⁻¹², by halving; `None` where they never have.
+fn noise_for(lack: Lack, chi2: f64) -> Result<Option<f64>, Failure> {
+    let middling = |noise: f64| -> Result<f64, Failure> {
         let all: Vec<f64> = (0..8).map(|seed| lacking(lack, noise, &mut ChaCha8Rng::seed_from_u64(seed)).map(|found| found.chi2)).collect::<Result<_, _>>()?;
         Ok(median(all))
     };
     let [mut low, mut high] = [-12.0_f64, 0.0];
-    for _ in 0..10 {
-        let middle = (low + high) / 2.0;
-        if mean(middle.exp2())? > chi2 { low = middle } else { high = middle }
+    if middling(low.exp2())? < chi2 {
+        return Ok(None);
     }
-    Ok(low.exp2())
+    for _ in 0..8 {
+        let middle = (low + high) / 2.0;
+        if middling(middle.exp2())? > chi2 { low = middle } else { high = middle }
+    }
+    Ok(Some(low.exp2()))
 }
 
 fn main() -> Result<(), Failure> {
@@ -205,8 +208,10 @@ fn main() -> Result<(), Failure> {
     }
     for (name, lack) in [("friction of 0.5 N", Lack::Friction(0.5)), ("a flexible mass", Lack::Flexible(0.2)), ("a late spring", Lack::Reflex(30.0))] {
         for chi2 in [2.0, 5.0, 20.0] {
-            let noise = noise_for(lack, chi2)?;
-            row(&format!("{name}, reduced chi² {chi2}, noise {noise:.1e}"), records, |rng| lacking(lack, noise, rng))?;
+            match noise_for(lack, chi2)? {
+                Some(noise) => row(&format!("{name}, chi² {chi2}, noise {noise:.1e}"), records, |rng| lacking(lack, noise, rng))?,
+                None => println!("{name}: a reduced chi² of {chi2} is reached with no noise"),
+            }
         }
     }
     Ok(())
