@@ -1,9 +1,8 @@
 //! Do intervals hold when nothing is asked for, neither method nor band nor hold, over recordings as laboratories have them?
 //!
-//! `cargo run --release --example default_bands [RECORDS]` (default 200) simulates so many records of each kind, fits each with the defaults, and counts
+//! `cargo run --release --example default_bands [RECORDS]` (default 100) simulates so many records of each kind, fits each with the defaults, and counts
 //! how often the 95 % intervals of M, B and K hold the truth. Kinds are inputs without power in part of the band (with local polynomials, too),
-//! sensors with steps, inputs that are held between samples, and limbs with something that the model lacks, in which noise is so small that
-//! reduced χ² is what is asked for.
+//! sensors with steps, and inputs that are held between samples.
 
 use ndof::analysis::MethodName;
 use ndof::signal::{forward_transform, inverse_transform};
@@ -18,8 +17,7 @@ use std::f64::consts::TAU;
 /// kg, N s/m, N/m: 2 Hz, a damping ratio of a quarter.
 const TRUTH: [f64; 3] = [2.0, 12.566, 315.83];
 const OWN_HZ: f64 = 2.0;
-const SAMPLES: usize = 12_000;
-const RATE_HZ: f64 = 100.0;
+const SAMPLES: usize = 6000;
 /// The rate where inputs are filtered: what is empty of half of it matters to a limb of 2 Hz.
 const FILTERED_HZ: f64 = 25.0;
 /// Share of the motion's size that is noise.
@@ -66,57 +64,22 @@ fn band_limited(driven: f64, rng: &mut ChaCha8Rng) -> Result<(Vec<f64>, Vec<f64>
     Ok((back(&mut force)?, back(&mut motion)?))
 }
 
-/// What a limb may have that the model lacks.
-#[derive(Clone, Copy)]
-enum Lack {
-    Nothing,
-    /// Dry friction (N).
-    Friction(f64),
-    /// A mass (kg) on a spring of 25 Hz.
-    Flexible(f64),
-    /// A spring (N/m) that comes 40 ms late.
-    Reflex(f64),
-}
-
 /// The motion at the instants at which held forces begin, by midpoint steps of 1 ms at most.
-fn held(forces: &[f64], step_s: f64, lack: Lack) -> Vec<f64> {
+fn held(forces: &[f64], step_s: f64) -> Vec<f64> {
     let [m, b, k] = TRUTH;
     let steps = (step_s / 1e-3).ceil() as usize;
     let h = step_s / steps as f64;
-    let late = (0.04 / h) as usize;
-    let (mut x, mut v) = ([0.0; 2], [0.0; 2]);
-    let mut past: Vec<f64> = Vec::with_capacity(forces.len() * steps);
+    let (mut x, mut v) = (0.0, 0.0);
     let mut out = Vec::with_capacity(forces.len());
     for force in forces {
-        out.push(x[0]);
+        out.push(x);
+        let slope = |x: f64, v: f64| (force - b * v - k * x) / m;
         for _ in 0..steps {
-            past.push(x[0]);
-            let reflex = past.len().checked_sub(late + 1).map_or(0.0, |then| past[then]);
-            let slope = |x: [f64; 2], v: [f64; 2]| {
-                let own = force - b * v[0] - k * x[0];
-                match lack {
-                    Lack::Nothing => [own / m, 0.0],
-                    // Dry friction is smooth within 2 mm/s.
-                    Lack::Friction(f) => [(own - f * (v[0] / 0.002).tanh()) / m, 0.0],
-                    Lack::Flexible(mass) => {
-                        let w = TAU * 25.0;
-                        let between = mass * (w * w * (x[1] - x[0]) + 0.1 * w * (v[1] - v[0]));
-                        [(own + between) / m, -between / mass]
-                    }
-                    Lack::Reflex(stiffness) => [(own - stiffness * reflex) / m, 0.0],
-                }
-            };
-            let along = |a: [f64; 2], by: [f64; 2], h: f64| [a[0] + h * by[0], a[1] + h * by[1]];
-            let (xm, vm) = (along(x, v, h / 2.0), along(v, slope(x, v), h / 2.0));
-            (x, v) = (along(x, vm, h), along(v, slope(xm, vm), h));
+            let (xm, vm) = (x + h / 2.0 * v, v + h / 2.0 * slope(x, v));
+            (x, v) = (x + h * vm, v + h * slope(xm, vm));
         }
     }
     out
-}
-
-/// Means over so many samples, which take power from high frequencies.
-fn smooth(white: &[f64], over: usize) -> Vec<f64> {
-    white.windows(over).map(|w| 5.0 * w.iter().sum::<f64>() / (over as f64).sqrt()).collect()
 }
 
 /// Which of M, B and K the default's intervals hold, half of each interval's width over the truth, and reduced χ².
@@ -149,37 +112,12 @@ fn row(name: &str, records: u64, record: impl Fn(&mut ChaCha8Rng) -> Result<Foun
     let share = [0, 1, 2].map(|k| 100.0 * all.iter().filter(|found| found.holds[k]).count() as f64 / records as f64);
     let width = [0, 1, 2].map(|k| 100.0 * median(all.iter().map(|found| found.width[k]).collect()));
     let chi2 = median(all.iter().map(|found| found.chi2).collect());
-    println!("{name:38} {:5.1} {:5.1} {:5.1}   ±{:4.1} ±{:4.1} ±{:4.1}   {chi2:5.2}", share[0], share[1], share[2], width[0], width[1], width[2]);
+    println!("{name:42} {:5.1} {:5.1} {:5.1}   ±{:5.2} ±{:5.2} ±{:5.2}   {chi2:5.2}", share[0], share[1], share[2], width[0], width[1], width[2]);
     Ok(())
 }
 
-/// A record of a limb that lacks something, with a noise.
-fn lacking(lack: Lack, noise: f64, rng: &mut ChaCha8Rng) -> Result<Found, Failure> {
-    let force = smooth(&normal(rng, SAMPLES + 5), 6);
-    let motion = held(&force, 1.0 / RATE_HZ, lack);
-    let seen = sensed(&motion, noise, 0.0, rng);
-    found(RATE_HZ, force, seen, MethodName::Auto)
-}
-
-/// The noise at which the first records have that reduced χ², between that of the motion and 2⁻¹², by halving; `None` where they never have.
-fn noise_for(lack: Lack, chi2: f64) -> Result<Option<f64>, Failure> {
-    let middling = |noise: f64| -> Result<f64, Failure> {
-        let all: Vec<f64> = (0..8).map(|seed| lacking(lack, noise, &mut ChaCha8Rng::seed_from_u64(seed)).map(|found| found.chi2)).collect::<Result<_, _>>()?;
-        Ok(median(all))
-    };
-    let [mut low, mut high] = [-12.0_f64, 0.0];
-    if middling(low.exp2())? < chi2 {
-        return Ok(None);
-    }
-    for _ in 0..8 {
-        let middle = (low + high) / 2.0;
-        if middling(middle.exp2())? > chi2 { low = middle } else { high = middle }
-    }
-    Ok(Some(low.exp2()))
-}
-
 fn main() -> Result<(), Failure> {
-    let records = std::env::args().nth(1).map_or(Ok(200), |text| text.parse())?;
+    let records = std::env::args().nth(1).map_or(Ok(100), |text| text.parse())?;
     println!("{records} records a row; % of 95 % intervals that hold M, B, K; half widths in %; reduced chi²\n");
     for empty in [0.1, 0.3, 0.6] {
         for (method, called) in [(MethodName::Auto, ""), (MethodName::LocalPolynomial, ", local")] {
@@ -200,19 +138,11 @@ fn main() -> Result<(), Failure> {
     for samples_a_period in [5.0, 20.0, 100.0] {
         row(&format!("held input, {samples_a_period} samples a period"), records, |rng| {
             let rate_hz = samples_a_period * OWN_HZ;
-            let force = smooth(&normal(rng, SAMPLES), 1);
-            let motion = held(&force, 1.0 / rate_hz, Lack::Nothing);
+            let force: Vec<f64> = normal(rng, SAMPLES).iter().map(|f| 5.0 * f).collect();
+            let motion = held(&force, 1.0 / rate_hz);
             let seen = sensed(&motion, NOISE, 0.0, rng);
             found(rate_hz, force, seen, MethodName::Auto)
         })?;
-    }
-    for (name, lack) in [("friction of 0.5 N", Lack::Friction(0.5)), ("a flexible mass", Lack::Flexible(0.2)), ("a late spring", Lack::Reflex(30.0))] {
-        for chi2 in [2.0, 5.0, 20.0] {
-            match noise_for(lack, chi2)? {
-                Some(noise) => row(&format!("{name}, chi² {chi2}, noise {noise:.1e}"), records, |rng| lacking(lack, noise, rng))?,
-                None => println!("{name}: a reduced chi² of {chi2} is reached with no noise"),
-            }
-        }
     }
     Ok(())
 }
