@@ -38,6 +38,19 @@ pub enum AnalysisError {
         "`hold` is for recordings of forces that move positions or velocities; leave it out for a response from a file, for imposed motion and for accelerations"
     )]
     Hold,
+    /// Several motions that would add up.
+    #[error(
+        "{inputs} are more imposed motions than {outputs} are efforts: efforts add up along an axis, motions do not; leave inputs out with `input`, or measure an effort for each"
+    )]
+    SumsOfMotion {
+        /// The motions.
+        inputs: String,
+        /// The efforts.
+        outputs: String,
+    },
+    /// The paper's cost has no impedance to look at.
+    #[error("the paper's cost is that of an impedance, which has one effort for each motion; leave inputs out with `input`, or leave `cost` out")]
+    PaperSums,
     /// A file cannot be read.
     #[error("{file}: cannot be read: {}", no_file(source))]
     Read {

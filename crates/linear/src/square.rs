@@ -24,8 +24,20 @@ pub fn product<T: Scalar>(a: &[T], b: &[T], n: usize) -> Vec<T> {
 /// Adds A B to `out`.
 #[inline]
 pub fn add_product<T: Scalar>(a: &[T], b: &[T], n: usize, out: &mut [T]) {
-    for (row, out) in a.chunks_exact(n).zip(out.chunks_exact_mut(n)) {
-        for (factor, b) in row.iter().zip(b.chunks_exact(n)) {
+    add_rectangular(a, b, [n, n], out);
+}
+
+/// A B of an A with `inner` columns and a B with `columns`.
+pub fn rectangular_product<T: Scalar>(a: &[T], b: &[T], [inner, columns]: [usize; 2]) -> Vec<T> {
+    let mut out = vec![T::default(); a.len() / inner * columns];
+    add_rectangular(a, b, [inner, columns], &mut out);
+    out
+}
+
+#[inline]
+fn add_rectangular<T: Scalar>(a: &[T], b: &[T], [inner, columns]: [usize; 2], out: &mut [T]) {
+    for (row, out) in a.chunks_exact(inner).zip(out.chunks_exact_mut(columns)) {
+        for (factor, b) in row.iter().zip(b.chunks_exact(columns)) {
             out.iter_mut().zip(b).for_each(|(o, b)| *o += *factor * *b);
         }
     }

@@ -30,6 +30,7 @@ pub mod blocks;
 pub mod effects;
 mod fit;
 mod force_law;
+mod gains;
 mod hold;
 mod inertia_damping_stiffness;
 mod kinematics;
@@ -45,9 +46,10 @@ pub mod time;
 pub use axis::Axis;
 pub use fit::{
     Agreement, CovarianceKind, ErrorsInVariables, Fit, FitError, LikelihoodRatio, LoopModel, LoopModelError, NullLaw, PaperFit, Parameter, PeriodMeans,
-    Smoothing, Transducer, WeightedFit, Width, agreement, likelihood_ratio, linear_start,
+    Smoothing, Transducer, WeightedFit, Width, agreement, gains_start, likelihood_ratio, linear_start,
 };
 pub use force_law::{ForceLaw, Motion, Stage};
+pub use gains::{Driven, Gains};
 pub use hold::{Held, Hold, Sampling};
 pub use inertia_damping_stiffness::{InertiaDampingStiffness, InertiaDampingStiffnessModel, Symmetry};
 pub use kinematics::{Arm, Kinematics, KinematicsError};

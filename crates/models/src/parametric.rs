@@ -1,6 +1,6 @@
 //! What a linear parametric model is to a fit.
 
-use crate::Axis;
+use crate::{Axis, Gains};
 use ndarray::{Array2, Array3};
 use ndof_linear::square;
 use ndof_sysid::{FrequencyResponse, ResponseKind};
@@ -64,6 +64,11 @@ pub trait ParametricModel: Send + Sync {
 
     /// Writes D(s) to `value` (N × N, row-major) and, where asked, ∂D/∂θₖ to the k-th block of `derivative`.
     fn stiffness(&self, theta: &[f64], s: Complex64, value: &mut [Complex64], derivative: Option<&mut [Complex64]>);
+
+    /// How inputs drive the axes where they are more than those; `None` where each axis has one of its own.
+    fn gains(&self) -> Option<&Gains> {
+        None
+    }
 
     /// Coordinates in which a minimiser moves freely where `theta` obeys constraints that are no bounds; `theta` itself
     /// unless the model knows better.

@@ -16,12 +16,13 @@ mod quantile;
 mod resolution;
 mod response;
 mod spread;
+mod steadiness;
 
 pub use conditioned::{Conditioned, conditioned, ordered_coherence};
 pub use estimate::{
     Choice, Coherence, DerivedEstimate, Detection, Direct, DirectEstimate, Distortion, EstimateError, Estimates, LARGEST_CONDITION, LocalPolynomial,
     LocalRational, RejectedSegment, Significance, SpectralMethod, ToReference, WEAK_INSTRUMENT, choose_method, derived, direct, estimate,
-    estimate_from_spectra, robust_spectra, sliding,
+    estimate_from_spectra, repeats, robust_spectra, sliding,
 };
 pub use interval::{Confidence, GainPhase, paper_random_error};
 pub use labels::Labels;
@@ -32,3 +33,4 @@ pub use quantile::two_sided_t;
 pub use resolution::{Unresolved, unresolved};
 pub use response::{FrequencyResponse, ResponseError, ResponseKind, Uncertainty};
 pub use spread::{Spread, spread};
+pub use steadiness::{Steadiness, steadiness};

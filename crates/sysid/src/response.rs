@@ -226,6 +226,48 @@ impl FrequencyResponse {
         Ok(result)
     }
 
+    /// The response to sums of inputs, u′ = W u, as least squares find it in that to the inputs: H′ = H Ω Wᵀ (W Ω Wᵀ)⁻¹, Ω the inverse of the
+    /// input side of the covariance. It is what an estimate from the sums themselves gives. W: sums × inputs; NaN where it does not exist.
+    ///
+    /// ```
+    /// use ndof_sysid::{FrequencyResponse, ResponseKind};
+    /// use num_complex::Complex;
+    /// let two = FrequencyResponse {
+    ///     frequency_hz: vec![1.0],
+    ///     inputs: vec!["a".into(), "b".into()],
+    ///     outputs: vec!["x".into()],
+    ///     kind: ResponseKind::Compliance,
+    ///     value: ndarray::Array3::from_shape_fn((1, 1, 2), |(_, _, j)| Complex::new(0.0, [2.0, 1.0][j])),
+    ///     uncertainty: None,
+    /// };
+    /// let sum = two.to_sums(&ndarray::arr2(&[[1.0, 0.5]])); // u' = a + b/2
+    /// assert!((sum.value[[0, 0, 0]] - Complex::new(0.0, 2.0)).norm() < 1e-15);
+    /// ```
+    #[must_use]
+    pub fn to_sums(&self, w: &Array2<f64>) -> Self {
+        let nan = Complex64::new(f64::NAN, f64::NAN);
+        let (sums, w) = (w.nrows(), w.mapv(Complex64::from));
+        let mut value = Array3::from_elem((self.len(), self.outputs.len(), sums), nan);
+        let mut uncertainty = self.uncertainty.clone();
+        if let Some(u) = &mut uncertainty {
+            u.input_inverse = Array3::from_elem((self.len(), sums, sums), nan);
+        }
+        for f in 0..self.len() {
+            let power = match &self.uncertainty {
+                Some(u) => ndof_linear::inverse(&u.input_inverse.index_axis(Axis(0), f).to_owned()),
+                None => Some(Array2::eye(self.inputs.len())),
+            };
+            let onto = power.map(|power| power.dot(&w.t()));
+            let Some((onto, inverse)) = onto.and_then(|onto| ndof_linear::inverse(&w.dot(&onto)).map(|inverse| (onto, inverse))) else { continue };
+            value.index_axis_mut(Axis(0), f).assign(&self.at(f).dot(&onto).dot(&inverse));
+            if let Some(u) = &mut uncertainty {
+                u.input_inverse.index_axis_mut(Axis(0), f).assign(&inverse);
+            }
+        }
+        let inputs = (1..=sums).map(|k| format!("sum {k}")).collect();
+        FrequencyResponse { inputs, value, uncertainty, ..self.clone() }
+    }
+
     fn check_product(&self, other: &FrequencyResponse, ours: usize, theirs: usize) -> Result<(), ResponseError> {
         if self.frequency_hz != other.frequency_hz {
             return Err(ResponseError::Mismatch { what: "frequencies", left: self.len(), right: other.len() });

@@ -2,10 +2,12 @@
 
 mod assumptions;
 mod channel;
+mod evenness;
 mod pairs;
 mod quality;
 pub mod result;
 
+pub(crate) use evenness::evenness;
 pub(crate) use quality::quality;
 
 use crate::result::{Head, number};

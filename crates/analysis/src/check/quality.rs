@@ -1,6 +1,7 @@
 //! Everything that is found in one recording.
 
 use super::channel::channel_findings;
+use super::evenness::unsteady;
 use super::pairs::{pairs, together};
 use super::result::{Finding, Lag};
 use crate::trials::roles::Roles;
@@ -22,6 +23,7 @@ pub(super) fn findings(recording: &Recording, roles: Option<&Roles>, trial: usiz
     let channels = recording.channels().iter().enumerate();
     let mut found: Vec<Finding> = channels.flat_map(|(index, channel)| channel_findings(channel, role(roles, index), trial)).collect();
     let Some(roles) = roles else { return (Vec::new(), found) };
+    found.extend(unsteady(recording, roles, trial));
     found.extend(together(recording, roles, trial));
     let (lags, of_pairs) = pairs(recording, roles, trial);
     found.extend(of_pairs);

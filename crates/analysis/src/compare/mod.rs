@@ -128,6 +128,7 @@ mod tests {
             cost: FitCost::Weighted,
             estimate: String::new(),
             inputs: Vec::new(),
+            reference_inputs: Vec::new(),
             outputs: Vec::new(),
             band_hz: [0.5, 8.0],
             band_because: None,

@@ -6,6 +6,7 @@ mod limits;
 mod measured;
 mod method;
 mod repeat;
+mod rest;
 pub mod result;
 mod settings;
 mod streamed;
@@ -23,12 +24,14 @@ use crate::trials::{Trial, Trials, require_motion};
 use measured::{in_file, labels};
 use ndof_signal::Channel;
 use ndof_sysid::{SpectralMethod, estimate_from_spectra, robust_spectra};
+use std::borrow::Cow;
 
 /// Estimates the response of the outputs to the inputs.
 ///
 /// # Errors
 /// [`AnalysisError`] if a trial is too short, inputs depend on each other, or the kind of response does not exist.
 pub fn estimate(trials: &Trials, settings: &Estimate) -> Result<Estimated, AnalysisError> {
+    let trials = &*if settings.method == MethodName::Auto { rest::without_rest(trials)? } else { Cow::Borrowed(trials) };
     for trial in &*trials.trials {
         let range = |channel: &Channel| channel.samples.iter().fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], x| [low.min(*x), high.max(*x)]);
         let ranges: Vec<[f64; 2]> = trial.recording.channels().iter().map(range).collect();

@@ -39,7 +39,7 @@ pub(super) fn sampled(
     let (response, first) = match comparison.fit_from(&model, &few, starts) {
         Ok(first) => (&few, first),
         // What few frequencies cannot carry, all may.
-        Err(_) => (evidence.response, comparison.fit_from(&model, evidence.response, starts)?),
+        Err(_) => (&*evidence.response, comparison.fit_from(&model, &evidence.response, starts)?),
     };
     let plain = Sampled { sampling: model.sampling, theta: first.theta.clone(), said: None };
     if let Some(hold) = asked {

@@ -8,14 +8,17 @@ use crate::result::Warning;
 use crate::trials::Trials;
 use ndarray::Array3;
 use ndof_models::{CovarianceKind, LoopModel, Smoothing};
-use ndof_sysid::{DerivedEstimate, FrequencyResponse, Ports, ResponseKind};
+use ndof_signal::{CrossSpectra, Multitaper, Recording};
+use ndof_sysid::{DerivedEstimate, FrequencyResponse, Ports, ResponseKind, SpectralMethod};
+use std::borrow::Cow;
 
 /// A response with what a fit needs to know of how it came about.
+#[derive(Clone)]
 pub(super) struct Evidence<'a> {
     /// What its channels are.
     pub channels: &'a Trials,
     /// The response, brought to displacement.
-    pub response: &'a FrequencyResponse,
+    pub response: Cow<'a, FrequencyResponse>,
     /// The same from all trials but one, each in turn; empty where there are none.
     pub without: Vec<FrequencyResponse>,
     /// The partial coherence, γ².
@@ -51,7 +54,7 @@ impl<'a> Evidence<'a> {
         let efforts = if trials.roles.natural_kind().is_effort_over_motion() { &ports.outputs } else { &ports.inputs };
         Ok(Evidence {
             channels: trials,
-            response: estimated.measured(),
+            response: Cow::Borrowed(estimated.measured()),
             without: without_each(estimated)?,
             coherence: estimates.derived.as_ref().map_or(&estimates.direct.coherence.partial, |derived| &derived.coherence_paper.partial).clone(),
             band_hz,
@@ -72,7 +75,7 @@ impl<'a> Evidence<'a> {
         let hz = &measured.response.frequency_hz;
         Evidence {
             channels: &measured.channels,
-            response: &measured.response,
+            response: Cow::Borrowed(&measured.response),
             without: Vec::new(),
             coherence: measured.coherence.clone(),
             band_hz: [hz.iter().copied().find(|hz| *hz > 0.0).unwrap_or(0.0), hz.last().copied().unwrap_or(0.0)],
@@ -151,7 +154,8 @@ fn excited_band(estimated: &Estimated, ports: &Ports) -> ([f64; 2], &'static str
         });
         found.map(|f| hz[f])
     };
-    let (driven, moved) = estimated.estimates.spectra.as_ref().map_or((f64::INFINITY, f64::INFINITY), |spectra| {
+    let whole = whole_spectra(estimated);
+    let (driven, moved) = estimated.estimates.spectra.as_ref().or(whole.as_ref()).map_or((f64::INFINITY, f64::INFINITY), |spectra| {
         let motion = &estimated.trials.roles.output_motion;
         let driven = ports.inputs.iter().filter_map(|&input| most(&|f| spectra.power(f, input)));
         let moved = ports.outputs.iter().zip(motion).enumerate().filter_map(|(row, (&output, order))| {
@@ -167,4 +171,17 @@ fn excited_band(estimated: &Estimated, ports: &Ports) -> ([f64; 2], &'static str
     ];
     let (high, because) = ends.into_iter().filter(|(hz, _)| hz.is_finite()).reduce(|a, b| if b.0 < a.0 { b } else { a }).unwrap_or(ends[0]);
     ([spacing.max(hz.get(1).copied().unwrap_or(0.0)), high], because)
+}
+
+/// The power of all channels at the lines of the whole records, for estimates at those lines that make no spectra.
+fn whole_spectra(estimated: &Estimated) -> Option<CrossSpectra> {
+    let local = matches!(estimated.estimates.method, SpectralMethod::LocalPolynomial(_) | SpectralMethod::LocalRational(_));
+    let recordings = estimated.trials.recordings();
+    let length = recordings.iter().map(|recording| recording.len()).min().filter(|_| local)?;
+    let of = |recording: &Recording| {
+        let all: Vec<usize> = (0..recording.channels().len()).collect();
+        let columns: Vec<&[f64]> = recording.columns(&all).iter().map(|samples| &samples[..length]).collect();
+        Multitaper::default().spectra(recording.sample_rate_hz(), &columns).ok()
+    };
+    CrossSpectra::pool(&recordings.into_iter().map(of).collect::<Option<Vec<_>>>()?).ok()
 }

@@ -3,7 +3,7 @@
 use super::result::{ComparedParameter, FitResult, Parameter};
 use crate::estimate::Estimated;
 use crate::response::MeasuredResponse;
-use ndarray::Array3;
+use ndarray::{Array2, Array3};
 use ndof_models::blocks::{self, BlockCard, Composite};
 use ndof_models::{Held, InertiaDampingStiffness, InertiaDampingStiffnessModel, Sampling, WeightedFit};
 use ndof_sysid::{FrequencyResponse, ResponseError, ResponseKind};
@@ -28,6 +28,8 @@ pub struct Fitted {
     pub extensions: Vec<&'static str>,
     /// Parameters of baseline and blocks.
     pub theta: Vec<f64>,
+    /// With more inputs than motions, what the inputs make of the effort along each axis: F = W u.
+    pub gains: Option<Array2<f64>>,
     /// The result.
     pub result: FitResult,
 }
@@ -77,7 +79,11 @@ impl Fitted {
         let drawn = like.frequency_hz.partition_point(|hz| *hz <= DRAWN_BEYOND * self.fit.band_hz[1]);
         let near = self.comparison.seen(&self.whole(), &self.theta, like.kind, &like.frequency_hz[..drawn], &kernel);
         let nowhere = Complex64::new(f64::NAN, f64::NAN);
-        let value = Array3::from_shape_fn(like.value.dim(), |(f, i, j)| if f < drawn { near[[f, i, j]] } else { nowhere });
+        let at = |f: usize, i: usize, j: usize| match &self.gains {
+            Some(w) => (0..w.nrows()).map(|axis| near[[f, i, axis]] * w[[axis, j]]).sum(),
+            None => near[[f, i, j]],
+        };
+        let value = Array3::from_shape_fn(like.value.dim(), |(f, i, j)| if f < drawn { at(f, i, j) } else { nowhere });
         let seen = FrequencyResponse { value, uncertainty: None, ..like.clone() };
         seen.to_kind(kind)
     }

@@ -2,6 +2,7 @@
 
 mod between;
 mod evidence;
+mod findings;
 mod fitted;
 mod named_models;
 mod overlay;
@@ -9,6 +10,7 @@ mod project;
 pub mod result;
 mod settings;
 mod starts;
+mod sums;
 
 pub use fitted::{Fitted, model_response};
 pub use named_models::MODEL;
@@ -20,24 +22,24 @@ pub use settings::{Fit, FitCost, VafWeight};
 use crate::error::AnalysisError;
 use crate::estimate::Estimated;
 use crate::response::MeasuredResponse;
-use crate::result::{Head, Warning, number};
+use crate::result::{Head, number};
 use crate::trials::axis_of;
 use between::{Sampled, sampled};
 use evidence::Evidence;
+use findings::warnings;
 use named_models::{blocks_of, compared_models};
+use ndarray::Array3;
 use ndof_models::blocks::{BlockCard, Composite};
 use ndof_models::{Axis, Held, InertiaDampingStiffness, InertiaDampingStiffnessModel, PaperFit, ParametricModel, WeightedFit, agreement, parametric_response};
 use ndof_signal::Unit;
 use ndof_sysid::FrequencyResponse;
 use result::{Asked, FitResult, Joint, Matrices, OtherFit, Parameter};
+use sums::Sums;
 
 /// What is added in quadrature to standard errors for systematic errors: 0.5 % of inertia, 1 % of damping and of stiffness.
 pub const FLOORS: [(char, f64); 3] = [('M', 0.005), ('B', 0.01), ('K', 0.01)];
 /// The same for delays.
 pub const DELAY_FLOOR_S: f64 = 1e-4;
-
-/// Above this reduced χ² the model is wrong by more than the covariance's own uncertainty.
-const MISFIT: f64 = 2.0;
 
 /// Fits inertia, damping and stiffness to an estimate: to the derived one where there is one.
 ///
@@ -102,9 +104,15 @@ pub fn fit_response(measured: &MeasuredResponse, settings: &Fit) -> Result<Fitte
     fit_to(&Evidence::of_response(measured), settings)
 }
 
-fn fit_to(evidence: &Evidence<'_>, settings: &Fit) -> Result<Fitted, AnalysisError> {
+fn fit_to(whole: &Evidence<'_>, settings: &Fit) -> Result<Fitted, AnalysisError> {
     let cards = blocks_of(settings.model())?;
-    let (channels, response) = (evidence.channels, evidence.response);
+    let sums = Sums::of(whole, settings.band_hz.unwrap_or(whole.band_hz))?;
+    if sums.is_some() && settings.cost == FitCost::Paper {
+        return Err(AnalysisError::PaperSums);
+    }
+    let summed = sums.as_ref().map(Sums::first);
+    let evidence = summed.as_ref().unwrap_or(whole);
+    let (channels, response) = (evidence.channels, &*evidence.response);
     let ports = &channels.roles.ports;
     let motion = if response.kind.is_effort_over_motion() { &ports.inputs } else { &ports.outputs };
     let axes: Vec<Axis> = channels.channels(motion).iter().map(|channel| axis(&channel.name, &channel.unit)).collect();
@@ -118,23 +126,21 @@ fn fit_to(evidence: &Evidence<'_>, settings: &Fit) -> Result<Fitted, AnalysisErr
     let Sampled { sampling, theta: begin, said } = sampled(&comparison, composite, &starts, evidence, settings.hold)?;
     let composite = Held { model: Composite::of_cards(&model, &cards), sampling };
     let compared = compared_models(&comparison, &model, sampling, response, &cards, &start, settings.compare);
-    let mut weighted = comparison.fit_trials(&composite, response, without, &begin)?;
-    if evidence.errors_known() {
-        weighted = weighted.widened_by_misfit(&composite);
-    }
-    let weight = evidence.weight(settings.vaf_weight);
-    // Errors of unknown size say nothing here: without them the residuals do.
-    let plain = (!evidence.errors_known()).then(|| FrequencyResponse { uncertainty: None, ..response.clone() });
-    let mut paper = PaperFit { band_hz }.fit_trials(&composite, plain.as_ref().unwrap_or(response), without, &weight, &weighted.theta)?;
-    if settings.systematic {
-        [&mut weighted, &mut paper].into_iter().for_each(add_floors);
-    }
-    let (fit, other) = if settings.cost == FitCost::Weighted { (weighted, paper) } else { (paper, weighted) };
+    let weighted = match &sums {
+        Some(sums) => sums.fit(&comparison, &composite, &begin)?,
+        None if evidence.errors_known() => comparison.fit_trials(&composite, response, without, &begin)?.widened_by_misfit(&composite),
+        None => comparison.fit_trials(&composite, response, without, &begin)?,
+    };
+    let summed = sums.as_ref().map(|sums| sums.evidence(sums.gains_of(&weighted)));
+    let evidence = summed.as_ref().unwrap_or(evidence);
+    let (response, weight) = (&*evidence.response, evidence.weight(settings.vaf_weight));
+    let (fit, other) = by_both_costs(evidence, &composite, weighted, (settings, &weight, sums.is_none()))?;
+    let own = composite.parameters().len();
     let written = |fit: &ndof_models::Fit, cost: FitCost| -> Result<OtherFit, AnalysisError> {
         let of_model = FrequencyResponse {
             inputs: response.inputs.clone(),
             outputs: response.outputs.clone(),
-            ..parametric_response(&composite, &fit.theta, &response.frequency_hz, response.kind)
+            ..parametric_response(&composite, &fit.theta[..own], &response.frequency_hz, response.kind)
         };
         let agreed = agreement(response, &of_model, &weight, band_hz)?;
         let share = |(i, j): (usize, usize)| agreed.vaf_percent[i][j].unwrap_or(f64::NAN);
@@ -146,8 +152,9 @@ fn fit_to(evidence: &Evidence<'_>, settings: &Fit) -> Result<Fitted, AnalysisErr
             r2: agreed.r2,
         })
     };
-    let own = written(&fit, settings.cost)?;
-    let other = written(&other, if settings.cost == FitCost::Weighted { FitCost::Paper } else { FitCost::Weighted })?;
+    let reported = written(&fit, settings.cost)?;
+    let other_cost = if settings.cost == FitCost::Weighted { FitCost::Paper } else { FitCost::Weighted };
+    let other = other.map(|other| written(&other, other_cost)).transpose()?;
     let baseline = fit.marginal(model.parameters().len());
     let matrices = model.matrices(&baseline.theta);
     let joint: Option<Joint> =
@@ -156,9 +163,10 @@ fn fit_to(evidence: &Evidence<'_>, settings: &Fit) -> Result<Fitted, AnalysisErr
         head: Head::new(FitResult::SCHEMA, "fit", warnings(evidence, &fit, &baseline, &matrices)),
         settings: Some(Asked { estimate: evidence.asked.clone(), fit: settings.clone() }),
         model: composite.name().to_owned(),
-        cost: own.cost,
+        cost: reported.cost,
         estimate: evidence.name.to_owned(),
         inputs: channels.names(&ports.inputs),
+        reference_inputs: sums.as_ref().map(Sums::references).unwrap_or_default(),
         outputs: channels.names(&ports.outputs),
         band_hz: fit.band_hz,
         band_because: evidence.band_because.filter(|_| settings.band_hz.is_none()).map(str::to_owned),
@@ -166,16 +174,40 @@ fn fit_to(evidence: &Evidence<'_>, settings: &Fit) -> Result<Fitted, AnalysisErr
         between_samples: said,
         interval_width: fit.width,
         chi2_reduced: number(fit.chi2_reduced).filter(|_| evidence.errors_known()),
-        parameters: own.parameters,
-        matrices: own.matrices,
-        vaf: own.vaf,
-        r2: own.r2,
+        parameters: reported.parameters,
+        matrices: reported.matrices,
+        vaf: reported.vaf,
+        r2: reported.r2,
         joint,
-        other_cost: Some(other),
+        other_cost: other,
         comparison: compared,
     };
     let extensions = cards.iter().map(|card| card.name()).collect();
-    Ok(Fitted { fit: baseline, model, matrices, comparison, sampling, mean_effort: evidence.mean_effort.clone(), extensions, theta: fit.theta, result })
+    let gains = sums.as_ref().map(|sums| sums.matrix(&fit));
+    let theta = fit.theta[..own].to_vec();
+    Ok(Fitted { fit: baseline, model, matrices, comparison, sampling, mean_effort: evidence.mean_effort.clone(), extensions, theta, gains, result })
+}
+
+/// The fit that is asked for, and that by the other cost; the paper's is one of an impedance, and of several inputs an axis there is none.
+fn by_both_costs(
+    evidence: &Evidence<'_>,
+    model: &dyn ParametricModel,
+    mut weighted: ndof_models::Fit,
+    (settings, weight, impedance): (&Fit, &Array3<f64>, bool),
+) -> Result<(ndof_models::Fit, Option<ndof_models::Fit>), AnalysisError> {
+    // Errors of unknown size say nothing here: without them the residuals do.
+    let plain = (!evidence.errors_known()).then(|| FrequencyResponse { uncertainty: None, ..(*evidence.response).clone() });
+    let response = plain.as_ref().unwrap_or(&evidence.response);
+    let settled = PaperFit { band_hz: settings.band_hz.unwrap_or(evidence.band_hz) };
+    let paper = impedance.then(|| settled.fit_trials(model, response, &evidence.without, weight, &weighted.theta));
+    let mut paper = paper.transpose()?;
+    if settings.systematic {
+        paper.iter_mut().chain([&mut weighted]).for_each(add_floors);
+    }
+    Ok(match paper {
+        Some(paper) if settings.cost == FitCost::Paper => (paper, Some(weighted)),
+        paper => (weighted, paper),
+    })
 }
 
 impl Fit {
@@ -223,54 +255,17 @@ fn add_floors(fit: &mut ndof_models::Fit) {
     }
 }
 
-/// Parameters of the whole model; those of a channel's block belong to the sensor.
+/// Parameters of the whole model; those of a channel's block belong to the sensor, and the gains behind them to the actuators.
 fn parameters(fit: &ndof_models::Fit, base: usize, cards: &[&BlockCard]) -> Vec<Parameter> {
-    let blocks = cards.iter().flat_map(|card| std::iter::repeat_n(card.is_sensor(), (card.block)().parameters(false).len()));
-    let sensor: Vec<bool> = std::iter::repeat_n(false, base).chain(blocks).collect();
+    let blocks = cards.iter().flat_map(|card| std::iter::repeat_n(if card.is_sensor() { "sensor" } else { "limb" }, (card.block)().parameters(false).len()));
+    let sides = std::iter::repeat_n("limb", base).chain(blocks).chain(std::iter::repeat("actuator"));
     let mut out: Vec<Parameter> = fit.parameters.iter().map(Parameter::from).collect();
-    out.iter_mut().zip(sensor).filter(|(_, sensor)| *sensor).for_each(|(p, _)| p.site.side = "sensor".to_owned());
+    out.iter_mut().zip(sides).for_each(|(p, side)| p.site.side = side.to_owned());
     out
 }
 
 fn axis(channel: &str, unit: &Unit) -> Axis {
     Axis { name: axis_of(channel).to_owned(), rotational: unit.is_rotational() || (unit.symbol().is_empty() && Axis::from_channel(channel).rotational) }
-}
-
-fn warnings(evidence: &Evidence<'_>, fit: &ndof_models::Fit, baseline: &ndof_models::Fit, matrices: &InertiaDampingStiffness) -> Vec<Warning> {
-    let mut warnings = evidence.warnings.clone();
-    if !evidence.weak_in_band(fit.band_hz) {
-        warnings.retain(|warning| warning.code != "weak-instrument");
-    }
-    warnings.extend(force_sign(matrices));
-    let unknown: Vec<&str> = fit.parameters.iter().filter(|p| !p.identifiable).map(|p| p.name.as_str()).collect();
-    if !unknown.is_empty() {
-        warnings.push(Warning::new(
-            "not-identifiable",
-            format!("the data say next to nothing about {}", unknown.join(", ")),
-            "record longer or excite the axis more strongly or over a wider band, or fix the parameter",
-        ));
-    }
-    if fit.chi2_reduced > MISFIT && evidence.errors_known() {
-        let width = fit.chi2_reduced.sqrt();
-        warnings.push(Warning::new(
-            "model-misfit",
-            format!(
-                "reduced chi² is {:.1}: the model leaves more than noise; its intervals are {width:.1} times as wide as noise would make them",
-                fit.chi2_reduced
-            ),
-            "fit a narrower band with `band`, or ask `ndof diagnose` what the model lacks",
-        ));
-    }
-    // What one axis does to itself: of a body at rest none is below zero.
-    let negative: Vec<&str> = baseline.parameters.iter().filter(|p| !p.site.contains(',') && p.ci95[1] < 0.0).map(|p| p.name.as_str()).collect();
-    if !negative.is_empty() && !warnings.iter().any(|warning| warning.code == "force-sign") {
-        warnings.push(Warning::new(
-            "negative-diagonal",
-            format!("{} below zero by more than the interval: this band, a sign or the model is wrong, and the number is not to be used", negative.join(", ")),
-            "look at the response with `report`, fit another band with `band`, or ask `ndof diagnose` what the model lacks",
-        ));
-    }
-    warnings
 }
 
 /// Matrices of the baseline with the standard error of each entry.
@@ -285,16 +280,4 @@ fn with_errors(model: &InertiaDampingStiffnessModel, whole: &ndof_models::Fit) -
         std_error: model.matrices(&errors).into(),
         delay_s: whole.parameter("delay_s").and_then(|p| number(p.value)),
     }
-}
-
-/// A limb with negative inertia is a transducer that reads the reaction.
-fn force_sign(matrices: &InertiaDampingStiffness) -> Option<Warning> {
-    let negative = matrices.inertia.diag().iter().all(|m| *m < 0.0);
-    negative.then(|| {
-        Warning::new(
-            "force-sign",
-            "the fitted inertia is negative definite: the force channels seem to hold the reaction, not the force on the limb",
-            "turn them with `negate=CHANNEL` if that is how they were recorded",
-        )
-    })
 }

@@ -61,7 +61,7 @@ pub fn overlay(trials: &Trials, trial: &Trial, fitted: &Fitted) -> Option<Overla
     }
     let fade = ((FADE_S * rate).min(FADE_SHARE * samples as f64) as usize).max(1);
     let spectrum = |channel: usize| lines(&recording.channels()[channel].samples, fade, first, last);
-    let inputs: Vec<Vec<Complex64>> = roles.ports.inputs.iter().map(|&c| spectrum(c)).collect::<Option<_>>()?;
+    let inputs = efforts(roles.ports.inputs.iter().map(|&c| spectrum(c)).collect::<Option<_>>()?, fitted);
     let frequency_hz: Vec<f64> = (first..=last).map(|k| k as f64 * spacing).collect();
     let response = response(trials, fitted, &frequency_hz);
     let points = (SAMPLES_A_PERIOD * last).min(samples);
@@ -81,6 +81,14 @@ pub fn overlay(trials: &Trials, trial: &Trial, fitted: &Fitted) -> Option<Overla
         band_hz,
         outputs: outputs.collect::<Option<_>>()?,
     })
+}
+
+/// What drives the axes: the inputs themselves, or their sums with the fitted gains.
+fn efforts(inputs: Vec<Vec<Complex64>>, fitted: &Fitted) -> Vec<Vec<Complex64>> {
+    let Some(gains) = &fitted.gains else { return inputs };
+    let lines = inputs.first().map_or(0, Vec::len);
+    let sum = |w: ndarray::ArrayView1<'_, f64>| (0..lines).map(|f| w.iter().zip(&inputs).map(|(gain, input)| *gain * input[f]).sum()).collect();
+    gains.outer_iter().map(sum).collect()
 }
 
 /// The fitted model from the recorded inputs to the recorded outputs, whatever derivatives of the motion these are.

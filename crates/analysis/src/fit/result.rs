@@ -26,6 +26,10 @@ pub struct FitResult {
     pub estimate: String,
     /// Inputs of the data.
     pub inputs: Vec<String>,
+    /// Where there are more inputs than motions, of each motion the input whose gain is 1: the efforts of all others add to it by their gains,
+    /// which are the last of the parameters.
+    #[serde(skip_serializing_if = "Vec::is_empty", default)]
+    pub reference_inputs: Vec<String>,
     /// Outputs of the data.
     pub outputs: Vec<String>,
     /// The band that was fitted.
@@ -58,7 +62,7 @@ pub struct FitResult {
     pub r2: Number,
     /// The same matrices at the joints, with `kinematics`.
     pub joint: Option<Joint>,
-    /// The fit by the paper's own cost beside the weighted one, or the other way round.
+    /// The fit by the paper's own cost beside the weighted one, or the other way round; null with more inputs than motions.
     pub other_cost: Option<OtherFit>,
     /// This model against those that are part of it, and with `compare` against every single extension; all by the weighted cost.
     #[serde(skip_serializing_if = "Vec::is_empty", default)]
@@ -74,6 +78,10 @@ impl FitResult {
         let mut out = Vec::new();
         out.extend(self.band_because.as_ref().map(|because| format!("band: {because}")));
         out.extend(self.between_samples.as_ref().and_then(Between::words));
+        if !self.reference_inputs.is_empty() {
+            let others: Vec<&str> = self.inputs.iter().filter(|input| !self.reference_inputs.contains(input)).map(String::as_str).collect();
+            out.push(format!("efforts add up: {} with gain 1, {} with gains that are fitted", self.reference_inputs.join(", "), others.join(", ")));
+        }
         out.extend(match self.interval_width {
             Width::Covariance => None,
             Width::Residuals => Some("intervals: as wide as the residuals".to_owned()),

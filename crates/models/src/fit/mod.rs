@@ -23,11 +23,11 @@ pub(crate) use prediction::Prediction;
 pub use prediction::{Smoothing, Transducer};
 pub(crate) use result::t_quantile;
 pub use result::{Fit, FitError, Parameter};
-pub use start::linear_start;
+pub use start::{gains_start, linear_start};
 pub use vaf::{Agreement, agreement};
 pub use weighted::{CovarianceKind, WeightedFit};
 
-use crate::{LeastSquares, LevenbergMarquardt, Minimum, ParametricModel};
+use crate::{Gains, LeastSquares, LevenbergMarquardt, Minimum, ParametricModel};
 use faer::Mat;
 use ndarray::Array2;
 use ndof_linear::square;
@@ -37,18 +37,19 @@ use num_complex::Complex64;
 /// The relative decrease of a cost that rounding allows.
 const COST_TOLERANCE: f64 = 1e-12;
 
-/// Number of axes, if response, model and start values belong together.
-fn check_shape(model: &dyn ParametricModel, response: &FrequencyResponse, start: &[f64]) -> Result<usize, FitError> {
+/// Rows and columns of the response, if it, model and start values belong together.
+fn check_shape(model: &dyn ParametricModel, response: &FrequencyResponse, start: &[f64]) -> Result<[usize; 2], FitError> {
     let n = model.axes().len();
     let (outputs, inputs) = response.shape();
-    if (outputs, inputs) != (n, n) {
+    let driven = model.gains().map_or(n, Gains::inputs);
+    if (outputs, inputs) != (n, driven) {
         return Err(FitError::Shape { outputs, inputs, axes: n });
     }
-    if response.kind == ResponseKind::Transfer {
+    if response.kind == ResponseKind::Transfer || (driven != n && response.kind.is_effort_over_motion()) {
         return Err(FitError::NotMechanical);
     }
     let expected = model.parameters().len();
-    if start.len() == expected { Ok(n) } else { Err(FitError::StartLength { found: start.len(), expected }) }
+    if start.len() == expected { Ok([n, driven]) } else { Err(FitError::StartLength { found: start.len(), expected }) }
 }
 
 /// What part of an independent bin each frequency is: its distance to the next over the independent spacing, at most 1.
@@ -82,13 +83,13 @@ impl LeastSquares for Internal<'_> {
     }
 }
 
-/// Adds factor · Re(s_r Ω s_cᴴ) of all scores s (n × n each, row by row) to `meat`, Ω being the covariance of an estimate:
+/// Adds factor · Re(s_r Ω s_cᴴ) of all scores s (p × q each, row by row) to `meat`, Ω being the covariance of an estimate:
 /// Ω(ij, kl) = noise_ik input_lj, so that s Ω is noiseᵀ s inputᵀ.
-fn add_scores(meat: &mut Mat<f64>, scores: &[Vec<Complex64>], [noise, input]: [&[Complex64]; 2], n: usize, factor: f64) {
-    let transposed = |a: &[Complex64]| (0..n * n).map(|e| a[(e % n) * n + e / n]).collect::<Vec<_>>();
-    let (left, right) = (transposed(noise), transposed(input));
+fn add_scores(meat: &mut Mat<f64>, scores: &[Vec<Complex64>], [noise, input]: [&[Complex64]; 2], [p, q]: [usize; 2], factor: f64) {
+    let transposed = |a: &[Complex64], n: usize| (0..n * n).map(|e| a[(e % n) * n + e / n]).collect::<Vec<_>>();
+    let (left, right) = (transposed(noise, p), transposed(input, q));
     for (r, score) in scores.iter().enumerate() {
-        let seen = square::product(&square::product(&left, score, n), &right, n);
+        let seen = square::rectangular_product(&square::rectangular_product(&left, score, [p, q]), &right, [q, q]);
         for (c, other) in scores.iter().enumerate().take(r + 1) {
             let form = factor * seen.iter().zip(other).map(|(a, b)| a.re * b.re + a.im * b.im).sum::<f64>();
             meat[(r, c)] += form;
@@ -184,7 +185,7 @@ mod tests {
         let (noise, input) = (hermitian(1), hermitian(2));
         let scores: Vec<Vec<Complex64>> = (0..3).map(|r| (0..4).map(|e| entry(10 * r + e + 5)).collect()).collect();
         let mut meat = Mat::zeros(3, 3);
-        add_scores(&mut meat, &scores, [&noise, &input], n, 0.5);
+        add_scores(&mut meat, &scores, [&noise, &input], [n, n], 0.5);
         for r in 0..3 {
             for c in 0..3 {
                 let pair = |x: usize, y: usize| scores[r][x] * scores[c][y].conj() * noise[(x / n) * n + y / n] * input[(y % n) * n + x % n];

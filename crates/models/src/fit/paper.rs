@@ -33,7 +33,7 @@ impl PaperFit {
     /// # Errors
     /// [`FitError`] if shape, kind or band do not serve.
     pub fn fit(&self, model: &dyn ParametricModel, response: &FrequencyResponse, weight: &Array3<f64>, start: &[f64]) -> Result<Fit, FitError> {
-        let n = check_shape(model, response, start)?;
+        let [n, _] = check_shape(model, response, start)?;
         let impedance = response.to_kind(ResponseKind::Impedance)?;
         let parameters = model.parameters();
         let bins: Vec<usize> = (0..impedance.len())
@@ -148,7 +148,7 @@ impl Logarithmic<'_> {
                 // E[Re(a δ) Re(b δ)] = ½ Re(a Cov bᴴ) for circular δ.
                 Some(u) => {
                     let at = |a: &Array3<Complex64>| a.index_axis(Axis(0), f).iter().copied().collect::<Vec<_>>();
-                    add_scores(&mut meat, &score, [&at(&u.noise), &at(&u.input_inverse)], n, 0.5 / share[b]);
+                    add_scores(&mut meat, &score, [&at(&u.noise), &at(&u.input_inverse)], [n, n], 0.5 / share[b]);
                 }
                 None => {
                     for r in 0..k {

@@ -1,8 +1,9 @@
 //! Start values by linear least squares.
 
-use crate::{InertiaDampingStiffness, InertiaDampingStiffnessModel, ParametricModel};
-use ndarray::Array2;
+use crate::{Gains, InertiaDampingStiffness, InertiaDampingStiffnessModel, ParametricModel};
+use ndarray::{Array1, Array2, Array3};
 use ndof_sysid::{FrequencyResponse, ResponseError, ResponseKind};
+use num_complex::Complex64;
 use std::f64::consts::TAU;
 
 /// Start values of M, B and K: D = M s² + B s + K is linear in them.
@@ -60,4 +61,49 @@ pub fn linear_start(model: &InertiaDampingStiffnessModel, response: &FrequencyRe
         }
     }
     Ok(model.theta(&matrices))
+}
+
+/// Rounds in which gains and the response to sums of efforts follow from each other at most, and the change that ends them: a fit goes on from
+/// there.
+const ROUNDS: usize = 50;
+const SETTLED: f64 = 1e-6;
+
+/// Start values of the gains with which inputs add up, from the response to each: those with which one response to the sums explains all.
+///
+/// First that to the inputs of gain 1 stands for the response to the sums, then what the gains make of all ([`FrequencyResponse::to_sums`]).
+pub fn gains_start(gains: &Gains, response: &FrequencyResponse) -> Vec<f64> {
+    let mut found = gains_onto(gains, response, &response.value.select(ndarray::Axis(2), gains.reference()));
+    for _ in 0..ROUNDS {
+        let next = gains_onto(gains, response, &response.to_sums(&gains.matrix(&found)).value);
+        let largest = |of: &dyn Fn(usize) -> f64| (0..next.len()).map(of).fold(0.0_f64, |most, v| most.max(v.abs()));
+        let settled = largest(&|k| next[k] - found[k]) <= SETTLED * largest(&|k| next[k]);
+        found = next;
+        if settled {
+            break;
+        }
+    }
+    found
+}
+
+/// The real gains with which `compliance` (axes × axes) explains the columns of all other inputs best: least squares over frequencies and
+/// outputs, weighted by their variance. 0 where nothing tells.
+fn gains_onto(gains: &Gains, response: &FrequencyResponse, compliance: &Array3<Complex64>) -> Vec<f64> {
+    let n = compliance.dim().1;
+    let of_input = |input: usize| -> Vec<f64> {
+        let (mut normal, mut right) = (Array2::<f64>::zeros((n, n)), Array1::<f64>::zeros(n));
+        for (f, i) in (0..response.len()).flat_map(|f| (0..n).map(move |i| (f, i))) {
+            let (target, variance) = (response.value[[f, i, input]], response.variance(f, i, input));
+            let row: Vec<Complex64> = (0..n).map(|k| compliance[[f, i, k]]).collect();
+            if !target.is_finite() || !row.iter().all(|v| v.is_finite()) {
+                continue;
+            }
+            let weight = if variance > 0.0 { 1.0 / variance } else { 1.0 };
+            for a in 0..n {
+                right[a] += weight * (row[a].conj() * target).re;
+                (0..n).for_each(|b| normal[[a, b]] += weight * (row[a].conj() * row[b]).re);
+            }
+        }
+        ndof_linear::inverse(&normal).map_or_else(|| vec![0.0; n], |inverse| inverse.dot(&right).to_vec())
+    };
+    gains.others().iter().flat_map(|&input| of_input(input)).collect()
 }

@@ -1,7 +1,7 @@
 //! Weighted least squares on a frequency response, with the covariance that its estimator gave it.
 
 use super::{COST_TOLERANCE, Fit, FitError, Prediction, Smoothing, Solved, Transducer, Width, add_scores, check_shape, shares};
-use crate::{LeastSquares, ParametricModel};
+use crate::{Gains, LeastSquares, ParametricModel};
 use faer::Mat;
 use ndarray::Array3;
 use ndof_linear::{Cholesky, square};
@@ -77,20 +77,21 @@ impl WeightedFit {
     /// # Errors
     /// [`FitError`] if shape, kind, covariance or band do not serve.
     pub fn fit(&self, model: &dyn ParametricModel, response: &FrequencyResponse, start: &[f64]) -> Result<Fit, FitError> {
-        let n = check_shape(model, response, start)?;
+        let shape = check_shape(model, response, start)?;
+        let [n, inputs] = shape;
         let parameters = model.parameters();
         let uncertainty = response.uncertainty.as_ref().ok_or(FitError::NoCovariance)?;
         let degrees = uncertainty.degrees_of_freedom;
         let full = degrees >= n as f64 + FULL_COVARIANCE_MARGIN;
         let bins = self.bins(response, uncertainty, full);
         let independent: f64 = bins.iter().map(|b| b.share).sum();
-        if bins.is_empty() || 2.0 * independent * (n * n) as f64 <= parameters.len() as f64 {
-            let needed = parameters.len() / (2 * n * n) + 1;
+        if bins.is_empty() || 2.0 * independent * (n * inputs) as f64 <= parameters.len() as f64 {
+            let needed = parameters.len() / (2 * n * inputs) + 1;
             return Err(FitError::TooFewBins { bins: bins.len(), independent, needed, low_hz: self.band_hz[0], high_hz: self.band_hz[1] });
         }
         let frequency_hz: Vec<f64> = bins.iter().map(|b| b.hz).collect();
         let prediction = Prediction::new(model, response.kind, &frequency_hz, &uncertainty.kernel, &self.smoothing, self.transducer);
-        let problem = Whitened { prediction, bins, n, parameters: parameters.len() };
+        let problem = Whitened { prediction, bins, gains: model.gains(), shape, parameters: parameters.len() };
         let solved = Solved::new(&problem, model, start, self.cost_tolerance)?;
 
         let rows = if full { n as f64 } else { 1.0 };
@@ -102,7 +103,7 @@ impl WeightedFit {
         };
         // With as few averages as rows the noise is known from nothing else than what the model is judged by.
         let chi2 = if degrees > rows { 2.0 * solved.minimum.cost * (degrees - rows) / degrees } else { f64::NAN };
-        let degrees_of_freedom = 2.0 * independent * (n * n) as f64 - parameters.len() as f64;
+        let degrees_of_freedom = 2.0 * independent * (n * inputs) as f64 - parameters.len() as f64;
         let width = if self.covariance == CovarianceKind::Sandwich { Width::Residuals } else { Width::Covariance };
         Ok(Fit { width, ..solved.into_fit(model, covariance, &frequency_hz, chi2, degrees_of_freedom) })
     }
@@ -128,7 +129,7 @@ impl WeightedFit {
 
     /// The usable bins of the band with what whitens them.
     fn bins(&self, response: &FrequencyResponse, uncertainty: &Uncertainty, full: bool) -> Vec<Bin> {
-        let n = response.shape().0;
+        let (p, q) = response.shape();
         let usable: Vec<usize> = (0..response.len())
             .filter(|&f| {
                 let hz = response.frequency_hz[f];
@@ -140,15 +141,16 @@ impl WeightedFit {
         for &f in usable.iter().step_by(stride) {
             let matrix = |a: &ndarray::Array3<Complex64>| a.index_axis(ndarray::Axis(0), f).iter().copied().collect::<Vec<_>>();
             let (noise, input) = (matrix(&uncertainty.noise), matrix(&uncertainty.input_inverse));
-            let used = |a: &[Complex64]| if full { a.to_vec() } else { (0..n * n).map(|e| if e / n == e % n { a[e] } else { Complex64::default() }).collect() };
-            let (Some(left), Some(right)) = (Cholesky::of(&used(&noise), n).map(|c| c.whitener()), Cholesky::of(&used(&input), n).map(|c| c.whitener())) else {
+            let diagonal = |a: &[Complex64], n: usize| (0..n * n).map(|e| if e / n == e % n { a[e] } else { Complex64::default() }).collect();
+            let whitener = |a: &[Complex64], n: usize| Cholesky::of(&if full { a.to_vec() } else { diagonal(a, n) }, n).map(|c| c.whitener());
+            let (Some(left), Some(right)) = (whitener(&noise, p), whitener(&input, q)) else {
                 continue;
             };
             bins.push(Bin {
                 hz: response.frequency_hz[f],
                 share: 0.0,
                 estimate: matrix(&response.value),
-                right: square::adjoint(&right, n),
+                right: square::adjoint(&right, q),
                 left,
                 noise,
                 input,
@@ -172,39 +174,42 @@ struct Bin {
 }
 
 impl Bin {
-    fn whiten(&self, delta: &[Complex64], n: usize) -> Vec<Complex64> {
+    fn whiten(&self, delta: &[Complex64], [p, q]: [usize; 2]) -> Vec<Complex64> {
         let factor = (2.0 * self.share).sqrt();
-        square::product(&square::product(&self.left, delta, n), &self.right, n).iter().map(|v| v * factor).collect()
+        let left = square::rectangular_product(&self.left, delta, [p, q]);
+        square::rectangular_product(&left, &self.right, [q, q]).iter().map(|v| v * factor).collect()
     }
 }
 
 struct Whitened<'a> {
     prediction: Prediction<'a>,
     bins: Vec<Bin>,
-    n: usize,
+    gains: Option<&'a Gains>,
+    /// Rows and columns of the estimate.
+    shape: [usize; 2],
     parameters: usize,
 }
 
 impl LeastSquares for Whitened<'_> {
     /// Real and imaginary part of each element, bin after bin.
     fn residuals(&self, theta: &[f64]) -> Vec<f64> {
-        let size = self.n * self.n;
-        let (value, _) = self.prediction.evaluate(theta, false);
+        let size = self.size();
+        let (value, _) = self.evaluate(theta, false);
         let mut out = Vec::with_capacity(2 * value.len());
         for (bin, model) in self.bins.iter().zip(value.chunks_exact(size)) {
             let delta: Vec<Complex64> = bin.estimate.iter().zip(model).map(|(e, m)| e - m).collect();
-            out.extend(bin.whiten(&delta, self.n).iter().flat_map(|v| [v.re, v.im]));
+            out.extend(bin.whiten(&delta, self.shape).iter().flat_map(|v| [v.re, v.im]));
         }
         out
     }
 
     fn jacobian(&self, theta: &[f64]) -> Mat<f64> {
-        let size = self.n * self.n;
-        let (_, slopes) = self.prediction.evaluate(theta, true);
+        let size = self.size();
+        let (_, slopes) = self.evaluate(theta, true);
         let mut out = Mat::zeros(2 * size * self.bins.len(), self.parameters);
         for (f, (bin, blocks)) in self.bins.iter().zip(slopes.chunks_exact(size * self.parameters)).enumerate() {
             for (k, block) in blocks.chunks_exact(size).enumerate() {
-                for (e, v) in bin.whiten(block, self.n).iter().enumerate() {
+                for (e, v) in bin.whiten(block, self.shape).iter().enumerate() {
                     out[(2 * (f * size + e), k)] = -v.re;
                     out[(2 * (f * size + e) + 1, k)] = -v.im;
                 }
@@ -215,20 +220,35 @@ impl LeastSquares for Whitened<'_> {
 }
 
 impl Whitened<'_> {
+    /// Elements of one frequency.
+    fn size(&self) -> usize {
+        self.shape.iter().product()
+    }
+
+    /// The expected estimate and its derivatives, of the shape of the estimate.
+    fn evaluate(&self, theta: &[f64], derivatives: bool) -> (Vec<Complex64>, Vec<Complex64>) {
+        let (value, slopes) = self.prediction.evaluate(theta, derivatives);
+        match self.gains {
+            Some(gains) => gains.drive(theta, &value, &slopes),
+            None => (value, slopes),
+        }
+    }
+
     /// Jᵀ Ω J where Ω is the covariance that the residuals have by the estimate's full covariance.
     fn known_meat(&self, jacobian: &Mat<f64>) -> Mat<f64> {
-        let (n, k) = (self.n, self.parameters);
-        let size = n * n;
+        let ([p, q], k) = (self.shape, self.parameters);
+        let size = self.size();
         let mut meat = Mat::zeros(k, k);
         for (f, bin) in self.bins.iter().enumerate() {
-            let side =
-                |whitener: &[Complex64], covariance: &[Complex64]| square::product(&square::product(whitener, covariance, n), &square::adjoint(whitener, n), n);
+            let side = |whitener: &[Complex64], covariance: &[Complex64], n: usize| {
+                square::product(&square::product(whitener, covariance, n), &square::adjoint(whitener, n), n)
+            };
             // E[e_ij e_kl*] of the whitened residual, 1 on the diagonal.
-            let noise = side(&bin.left, &bin.noise);
-            let input = side(&square::adjoint(&bin.right, n), &bin.input);
+            let noise = side(&bin.left, &bin.noise, p);
+            let input = side(&square::adjoint(&bin.right, q), &bin.input, q);
             let at = |e: usize, c: usize| Complex64::new(jacobian[(2 * (f * size + e), c)], -jacobian[(2 * (f * size + e) + 1, c)]);
             let scores: Vec<Vec<Complex64>> = (0..k).map(|c| (0..size).map(|e| at(e, c)).collect()).collect();
-            add_scores(&mut meat, &scores, [&noise, &input], n, 1.0);
+            add_scores(&mut meat, &scores, [&noise, &input], [p, q], 1.0);
         }
         meat
     }
@@ -238,7 +258,7 @@ impl Whitened<'_> {
     /// residuals of influential bins small (Bell & McCaffrey 2002).
     fn neighbour_meat(&self, solved: &Solved) -> Mat<f64> {
         let (jacobian, residuals) = (&solved.jacobian, &solved.minimum.residuals);
-        let (size, k) = (2 * self.n * self.n, self.parameters);
+        let (size, k) = (2 * self.size(), self.parameters);
         let inverse = solved.inverse();
         let scores: Vec<Vec<f64>> = (0..self.bins.len())
             .map(|f| {

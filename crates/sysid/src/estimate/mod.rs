@@ -18,7 +18,7 @@ mod multisine;
 mod robust;
 mod sliding;
 
-pub use choose::{Choice, choose_method};
+pub use choose::{Choice, choose_method, repeats};
 pub use coherence::{Coherence, Significance};
 pub use derived::{DerivedEstimate, ToReference, derived};
 pub use direct::{Direct, DirectEstimate, LARGEST_CONDITION, direct};

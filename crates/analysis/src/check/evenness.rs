@@ -1,0 +1,55 @@
+//! Inputs whose power does not come evenly in time: sweeps, steps, bursts and stretches of rest.
+
+use super::quality::role;
+use super::result::Finding;
+use crate::trials::roles::Roles;
+use ndof_signal::Recording;
+use ndof_sysid::{Steadiness, repeats, steadiness};
+
+/// What drives a recording: its references, or its inputs where there are none.
+fn drivers(roles: &Roles) -> &[usize] {
+    if roles.ports.references.is_empty() { &roles.ports.inputs } else { &roles.ports.references }
+}
+
+/// How evenly each driver of a recording drives, where that can be told. What repeats itself comes and goes on purpose: averages over its periods
+/// hold.
+pub(crate) fn evenness(recording: &Recording, roles: &Roles) -> Vec<(usize, Steadiness)> {
+    let of = |&index: &usize| {
+        let samples = &recording.channels()[index].samples;
+        let seen = steadiness(samples, recording.sample_rate_hz())?;
+        let uneven = seen.is_unsteady() || !seen.rest.is_empty();
+        (!uneven || repeats(samples).is_none()).then_some((index, seen))
+    };
+    drivers(roles).iter().filter_map(of).collect()
+}
+
+/// Findings of a recording.
+pub(super) fn unsteady(recording: &Recording, roles: &Roles, trial: usize) -> Vec<Finding> {
+    let mut found = Vec::new();
+    let second = |sample: usize| recording.start_s() + sample as f64 / recording.sample_rate_hz();
+    for (index, seen) in evenness(recording, roles) {
+        let (name, role) = (recording.channels()[index].name.as_str(), role(Some(roles), index));
+        let share = 100.0 * seen.share;
+        let mut say = |code: &str, message: String, action: &str| found.push(Finding::new(code, "remark", trial, Some(name), message, action));
+        let averages = "leave `method` out: averages over segments (welch) each see another input, local polynomials take it for what it is";
+        match seen.sweep {
+            Some(up) if seen.is_unsteady() => {
+                let way = if up { "upwards" } else { "downwards" };
+                say("sweep", format!("the {role} is a sweep, {way}: each band has its power in {share:.0} % of the time"), averages);
+            }
+            None if seen.is_unsteady() => {
+                say(
+                    "unsteady-input",
+                    format!("the {role}'s power comes and goes, as with steps, pulses and bursts: it counts for {share:.0} % of the time"),
+                    averages,
+                );
+            }
+            _ => {}
+        }
+        for rest in seen.rest.iter().filter(|_| !seen.is_sweep()) {
+            let message = format!("the {role} rests from {:.3} to {:.3} s", second(rest.start), second(rest.end));
+            say("rest", message, "nothing at the ends of a recording, which `method=auto` leaves out; give what lies between with `exclude`");
+        }
+    }
+    found
+}

@@ -1,0 +1,58 @@
+//! What a fit has to say against itself.
+
+use super::evidence::Evidence;
+use crate::result::Warning;
+use ndof_models::InertiaDampingStiffness;
+
+/// Above this reduced χ² the model is wrong by more than the covariance's own uncertainty.
+const MISFIT: f64 = 2.0;
+
+/// What is known of the evidence, and what the fitted numbers say.
+pub(super) fn warnings(evidence: &Evidence<'_>, fit: &ndof_models::Fit, baseline: &ndof_models::Fit, matrices: &InertiaDampingStiffness) -> Vec<Warning> {
+    let mut warnings = evidence.warnings.clone();
+    if !evidence.weak_in_band(fit.band_hz) {
+        warnings.retain(|warning| warning.code != "weak-instrument");
+    }
+    warnings.extend(force_sign(matrices));
+    let unknown: Vec<&str> = fit.parameters.iter().filter(|p| !p.identifiable).map(|p| p.name.as_str()).collect();
+    if !unknown.is_empty() {
+        warnings.push(Warning::new(
+            "not-identifiable",
+            format!("the data say next to nothing about {}", unknown.join(", ")),
+            "record longer or excite the axis more strongly or over a wider band, or fix the parameter",
+        ));
+    }
+    if fit.chi2_reduced > MISFIT && evidence.errors_known() {
+        let width = fit.chi2_reduced.sqrt();
+        warnings.push(Warning::new(
+            "model-misfit",
+            format!(
+                "reduced chi² is {:.1}: the model leaves more than noise; its intervals are {width:.1} times as wide as noise would make them",
+                fit.chi2_reduced
+            ),
+            "fit a narrower band with `band`, or ask `ndof diagnose` what the model lacks",
+        ));
+    }
+    // What one axis does to itself: of a body at rest none is below zero.
+    let negative: Vec<&str> = baseline.parameters.iter().filter(|p| !p.site.contains(',') && p.ci95[1] < 0.0).map(|p| p.name.as_str()).collect();
+    if !negative.is_empty() && !warnings.iter().any(|warning| warning.code == "force-sign") {
+        warnings.push(Warning::new(
+            "negative-diagonal",
+            format!("{} below zero by more than the interval: this band, a sign or the model is wrong, and the number is not to be used", negative.join(", ")),
+            "look at the response with `report`, fit another band with `band`, or ask `ndof diagnose` what the model lacks",
+        ));
+    }
+    warnings
+}
+
+/// A limb with negative inertia is a transducer that reads the reaction.
+fn force_sign(matrices: &InertiaDampingStiffness) -> Option<Warning> {
+    let negative = matrices.inertia.diag().iter().all(|m| *m < 0.0);
+    negative.then(|| {
+        Warning::new(
+            "force-sign",
+            "the fitted inertia is negative definite: the force channels seem to hold the reaction, not the force on the limb",
+            "turn them with `negate=CHANNEL` if that is how they were recorded",
+        )
+    })
+}
