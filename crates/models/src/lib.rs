@@ -38,6 +38,7 @@ mod parametric;
 pub mod physical;
 mod projection;
 pub mod robot;
+pub mod schedule;
 pub mod state_space;
 mod status;
 pub mod time;
