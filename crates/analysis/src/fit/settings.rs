@@ -112,12 +112,8 @@ impl Fit {
 
     /// A setting that has no meaning without a schedule, where it is given.
     pub(super) fn schedule_needed(&self) -> Option<&'static str> {
-        let given = [
-            ("cycle", self.cycle_s.is_some()),
-            ("cycle_by", self.cycle_by.is_some()),
-            ("varying", self.varying.is_some()),
-            ("knots", self.knots.is_some()),
-        ];
+        let given =
+            [("cycle", self.cycle_s.is_some()), ("cycle_by", self.cycle_by.is_some()), ("varying", self.varying.is_some()), ("knots", self.knots.is_some())];
         given.into_iter().find(|(_, given)| *given).map(|(name, _)| name)
     }
 

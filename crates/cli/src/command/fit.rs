@@ -9,6 +9,7 @@ use ndof_analysis::fit::schedule::result::ScheduleResult;
 use ndof_analysis::result::word;
 use ndof_analysis::{ComparedParameter, Estimate, Fit, Fitted};
 use ndof_models::NullLaw;
+use ndof_models::schedule::LEAST_PROBABILITY;
 use std::path::PathBuf;
 use std::process::ExitCode;
 
@@ -99,9 +100,14 @@ fn over_schedule(found: &ScheduleResult) -> String {
     }
     let cycle = found.cycle_s.map_or_else(|| format!("{} pieces", found.blocks), |s| format!("{} cycles of {} s", found.blocks, short(s)));
     let how = if found.command_share.is_some() { "the commanded force as instrument" } else { "the motion as imposed" };
-    let tests: Vec<String> = found.tests.iter().map(|test| format!("{} p {}", word(&test.matrix), p_value(test.p_value))).collect();
-    let held: Vec<String> =
-        found.held_out.iter().map(|h| format!("{}: {} % by constant matrices, {} % by varying ones\n", h.channel, short(h.constant_vaf), short(h.varying_vaf))).collect();
+    let least = |p: f64| if p <= LEAST_PROBABILITY { format!("p < {LEAST_PROBABILITY:e}") } else { format!("p {}", short(p)) };
+    let tests: Vec<String> =
+        found.tests.iter().map(|test| format!("{} {}", word(&test.matrix), test.p_value.map_or_else(|| "p –".to_owned(), least))).collect();
+    let held: Vec<String> = found
+        .held_out
+        .iter()
+        .map(|h| format!("{}: {} % by constant matrices, {} % by varying ones\n", h.channel, short(h.constant_vaf), short(h.varying_vaf)))
+        .collect();
     format!(
         "\nover {} (0 to {} Hz, {cycle}, {how})\n{}if constant: {}\nvariance accounted for of the deviation from the mean movement, held out:\n{}",
         found.label().to_lowercase(),

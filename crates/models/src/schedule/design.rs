@@ -1,9 +1,9 @@
 //! The regression's rows: products of motion and splines, all through one kernel.
 
+use super::ScheduleError;
 use super::kernel::Kernel;
 use super::record::Stretch;
 use super::spline::Splines;
-use super::ScheduleError;
 use std::ops::Range;
 
 /// Share of the band over which the kernel falls.

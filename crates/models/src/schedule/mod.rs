@@ -46,3 +46,4 @@ pub use fit::ScheduledFit;
 pub use record::Stretch;
 pub use result::{MeanMovement, Scheduled, ScheduledEntry, Term};
 pub use spline::Splines;
+pub use variation::LEAST_PROBABILITY;

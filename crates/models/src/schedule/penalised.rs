@@ -75,7 +75,8 @@ pub(super) fn penalised(normal: &Normal, size: usize, groups: &[usize], roughnes
     for _ in 0..STEPS {
         let mut moved = 0.0_f64;
         for (g, first) in groups.iter().enumerate() {
-            let quadratic = |m: &dyn Fn(usize, usize) -> f64| -> f64 { (0..count * count).map(|e| roughness[[e / count, e % count]] * m(e / count, e % count)).sum() };
+            let quadratic =
+                |m: &dyn Fn(usize, usize) -> f64| -> f64 { (0..count * count).map(|e| roughness[[e / count, e % count]] * m(e / count, e % count)).sum() };
             let roughness_of_fit = quadratic(&|i, j| fit.beta[(first + i, 0)] * fit.beta[(first + j, 0)]);
             let trace = quadratic(&|i, j| fit.covariance[(first + i, first + j)]) / fit.variance;
             let step = (fit.variance * ((count - 1) as f64 / weights[g] - trace).max(0.0) / roughness_of_fit).ln();

@@ -10,8 +10,8 @@ use ndof_linear::symmetric_eigen;
 
 /// Eigenvalues of the roughness below this share of the largest are that of the constant.
 const FREE: f64 = 1e-10;
-/// Probabilities below this are round-off of the integral.
-const LEAST_PROBABILITY: f64 = 1e-9;
+/// Probabilities below this are round-off of the integral, and are given as this.
+pub const LEAST_PROBABILITY: f64 = 1e-9;
 
 /// Probability of so much variation in one row of a matrix (0 K, 1 B, 2 M) if it were constant.
 ///

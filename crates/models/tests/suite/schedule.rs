@@ -158,6 +158,7 @@ fn bands_hold_what_they_say_while_a_robot_pushes() {
         assert!(found.probability_if_constant[0] < 1e-3 && found.vaf_varying[0] > found.vaf_constant[0] + 0.05, "seed {seed}");
     }
     let count = places.len() * seeds as usize;
+    println!("at 95 % {wide}, at 68 % {narrow} of {count}; whole curves {whole} of {seeds}");
     // 3.3 standard deviations are one chance in a thousand.
     for (held, count, share) in [(wide, count, 0.95), (narrow, count, 0.683), (whole, seeds as usize, 0.95)] {
         let (mean, deviation) = binomial(count, share);
@@ -168,7 +169,7 @@ fn bands_hold_what_they_say_while_a_robot_pushes() {
 #[test]
 fn the_limbs_own_force_biases_least_squares_and_not_the_instrument() {
     let seeds = 20;
-    let limb = |seed| Limb { axes: 1, cycles: 40, stiffness: constant, limb_noise_n: 0.5, seed: seed + 200 };
+    let limb = |seed: u64| Limb { axes: 1, cycles: 40, stiffness: constant, limb_noise_n: 0.5, seed: seed + 200 };
     let settings = ScheduledFit { stiffness: false, damping: false, ..BAND };
     let (mut instrument, mut plain, mut error) = (0.0, 0.0, 0.0_f64);
     for seed in 0..seeds {
@@ -178,7 +179,7 @@ fn the_limbs_own_force_biases_least_squares_and_not_the_instrument() {
         plain += (stiffness(&pushed(&limb(seed), &settings, false)).value[0] - 300.0) / seeds as f64;
     }
     assert!(instrument.abs() < 3.3 * error, "off by {instrument}, error {error}");
-    assert!(plain < -10.0 * error, "least squares lean to the robot's −250 N/m: off by {plain}");
+    assert!(plain < -5.0 * error, "least squares lean to the robot's −250 N/m: off by {plain}");
 }
 
 #[test]
@@ -206,7 +207,6 @@ fn what_is_constant_is_called_varying_as_often_as_it_may_be() {
         }
     }
     let (mean, deviation) = binomial(seeds as usize, 0.05);
-    println!("{cries:?}");
     // Six counts: 3.7 standard deviations for one chance in a thousand over all.
     assert!(cries.iter().flatten().all(|c| (*c as f64) < mean + 3.7 * deviation), "{cries:?} of {seeds}");
 }

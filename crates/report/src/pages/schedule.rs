@@ -20,9 +20,11 @@ pub fn schedule_section(found: &ScheduleResult, constant: &[Parameter]) -> Resul
     let axis = (found.label(), found.unit.clone());
     let grid = |curves: Vec<ScheduleCurve>, columns: usize| ScheduleCurves { axis: axis.clone(), at: found.at.clone(), curves, columns };
     let mut section = Section::new(format!("Over the schedule: {}", found.label().to_lowercase()), lead(found));
-    for (term, name, title) in
-        [(Term::Stiffness, "stiffness-over-schedule", "Stiffness"), (Term::Damping, "damping-over-schedule", "Damping"), (Term::Inertia, "inertia-over-schedule", "Inertia")]
-    {
+    for (term, name, title) in [
+        (Term::Stiffness, "stiffness-over-schedule", "Stiffness"),
+        (Term::Damping, "damping-over-schedule", "Damping"),
+        (Term::Inertia, "inertia-over-schedule", "Inertia"),
+    ] {
         let own: Vec<ScheduleCurve> = found.entries.iter().filter(|e| e.varies && e.name.starts_with(term.symbol())).map(|e| curve(e, constant)).collect();
         if !own.is_empty() {
             let columns = (own.len() as f64).sqrt().round() as usize;

@@ -67,7 +67,9 @@ impl Schedule {
         let mut lengths: Vec<usize> = starts.iter().flat_map(|s| s.windows(2).map(|pair| pair[1] - pair[0])).collect();
         lengths.sort_unstable();
         let Some(median) = lengths.get(lengths.len() / 2).map(|l| *l as f64) else {
-            return Err(format!("channel \"{name}\" begins no two cycles, and `cycle_by` needs rising edges or a phase that wraps; choose another channel, or give `cycle`"));
+            return Err(format!(
+                "channel \"{name}\" begins no two cycles, and `cycle_by` needs rising edges or a phase that wraps; choose another channel, or give `cycle`"
+            ));
         };
         let each = channels.iter().zip(&starts).map(|(c, starts)| {
             let mut phase = vec![f64::NAN; c.len()];
@@ -90,7 +92,9 @@ impl Schedule {
             first = blocks.last().and_then(|b| b.iter().max()).map_or(first, |last| last + 1);
         }
         if first < 2 {
-            return Err(format!("{first} cycle of {cycle_s} s: a mean movement and what deviates from it need several; record more, or give a shorter `cycle`"));
+            return Err(format!(
+                "{first} cycle of {cycle_s} s: a mean movement and what deviates from it need several; record more, or give a shorter `cycle`"
+            ));
         }
         let values = each.into_iter().map(|c| c.into_iter().map(|c| c - c.floor()).collect()).collect();
         Ok(Schedule { values, blocks, ends: [0.0, 1.0], unit: String::new(), cycle_s: Some(cycle_s), count: first })

@@ -110,11 +110,7 @@ fn warnings(sides: &Sides, found: &Scheduled) -> Vec<Warning> {
         ));
     }
     if found.folds == 0 {
-        out.push(Warning::new(
-            "nothing-held-out",
-            "one cycle only: nothing can be held out, and no variance accounted for is given",
-            "record more cycles",
-        ));
+        out.push(Warning::new("nothing-held-out", "one cycle only: nothing can be held out, and no variance accounted for is given", "record more cycles"));
     }
     out
 }
