@@ -17,7 +17,7 @@ pub enum ScheduleError {
     #[error("a channel holds what is no number; cut the gap out first")]
     NotFinite,
     /// Derivatives need room above the band.
-    #[error("a band to {high_hz} Hz at {rate_hz} samples a second leaves no room for derivatives; take a band to {most_hz} Hz at most")]
+    #[error("a band to {high_hz} Hz at {rate_hz} samples a second leaves no room for derivatives; take a `band` to {most_hz} Hz at most")]
     Band {
         /// Upper end asked for.
         high_hz: f64,
@@ -27,7 +27,7 @@ pub enum ScheduleError {
         most_hz: f64,
     },
     /// Too few data for so many splines.
-    #[error("{rows} independent samples for {needed} unknowns; record longer, take a wider band, or fewer knots")]
+    #[error("{rows} independent samples for {needed} unknowns; record longer, take a wider `band`, or fewer `knots`")]
     TooShort {
         /// Independent samples within the band.
         rows: usize,
@@ -35,6 +35,8 @@ pub enum ScheduleError {
         needed: usize,
     },
     /// The motion does not tell the matrices apart.
-    #[error("the motion does not tell inertia, damping and stiffness apart at every place of the schedule; perturb every axis throughout, or take fewer knots")]
+    #[error(
+        "the motion does not tell inertia, damping and stiffness apart at every place of the schedule; perturb every axis throughout, or take fewer `knots`"
+    )]
     Undetermined,
 }
