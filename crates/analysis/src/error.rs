@@ -275,6 +275,15 @@ pub enum AnalysisError {
         /// The least.
         least: usize,
     },
+    /// A schedule that the settings or the recordings do not allow.
+    #[error("{what}")]
+    Schedule {
+        /// What is wrong and what to do.
+        what: String,
+    },
+    /// Matrices over a schedule that the data do not determine.
+    #[error("over the schedule: {0}")]
+    Scheduled(#[from] ndof_models::schedule::ScheduleError),
     /// The fit is not possible.
     #[error("fitting: {0}")]
     Fit(#[from] ndof_models::FitError),

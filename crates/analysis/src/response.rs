@@ -146,7 +146,7 @@ fn channels(table: &ResponseTable, file: &str) -> Result<(Trials, Vec<f64>), Ana
     }
     let wrap = |source| AnalysisError::Recording { file: file.to_owned(), source };
     let recording = Recording::new(1.0, all).map_err(wrap)?;
-    let names = RoleNames { references: Some(Vec::new()), inputs: Some(table.inputs.clone()), outputs: Some(table.outputs.clone()) };
+    let names = RoleNames { references: Some(Vec::new()), inputs: Some(table.inputs.clone()), outputs: Some(table.outputs.clone()), ..RoleNames::default() };
     let roles = Roles::find(&recording, file, &names)?;
     let mut warnings = roles.warnings.clone();
     let silent: Vec<&str> =

@@ -29,7 +29,6 @@ struct Cli {
 
 /// The subcommands, in the order of a day's work.
 #[derive(Debug, Subcommand)]
-#[expect(clippy::large_enum_variant, reason = "there is one, as long as the program runs")]
 enum Command {
     Check(command::check::Arguments),
     Design(command::design::Arguments),

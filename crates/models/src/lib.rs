@@ -39,6 +39,7 @@ mod parametric;
 pub mod physical;
 mod projection;
 pub mod robot;
+pub mod schedule;
 pub mod state_space;
 mod status;
 pub mod time;

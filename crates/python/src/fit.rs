@@ -3,7 +3,7 @@
 use crate::document::Document;
 use crate::error::{raise, raise_analysis};
 use crate::estimate::from_json;
-use crate::recording::{PyRecording, Roles, Stretches, experiment, trials_of};
+use crate::recording::{PyRecording, Roles, Stretches, experiment_with, trials_of};
 use crate::work;
 use ndof::analysis::Fitted;
 use ndof::analysis::file::KinematicsFile;
@@ -68,7 +68,7 @@ pub fn fit(
     let settings = ndof::Fit { kinematics: kinematics.parse("kinematics")?, ..from_json(fit, "fit")? };
     let (trials, samples) = trials_of(&recordings)?;
     let (fitted, page) = work::run(py, samples, None, move |_| {
-        let trials = experiment(trials, roles, stretches)?;
+        let trials = experiment_with(trials, roles, stretches, settings.channels())?;
         let estimated = ndof::analysis::estimate(&trials, &estimate).map_err(raise_analysis)?;
         let fitted = settings.run(&estimated).map_err(raise_analysis)?;
         let report = || fit_report(&estimated, &fitted, "Mechanical impedance", "ndof.fit").map(|report| report.to_html());

@@ -69,12 +69,18 @@ pub type Stretches = (Option<f64>, Option<f64>, Vec<[f64; 2]>);
 
 /// The roles that are asked for.
 pub fn role_names((references, inputs, outputs): Roles) -> RoleNames {
-    RoleNames { references, inputs, outputs }
+    RoleNames { references, inputs, outputs, ..RoleNames::default() }
 }
 
 /// Trials of one experiment with roles and stretches, as `ndof` reads them from files.
 pub fn experiment(trials: Vec<Trial>, roles: Roles, stretches: Stretches) -> PyResult<Trials> {
-    Trials::new(trials, &role_names(roles), &trim(stretches)).map_err(raise_analysis)
+    experiment_with(trials, roles, stretches, Vec::new())
+}
+
+/// The same with channels that are kept though they have no role.
+pub fn experiment_with(trials: Vec<Trial>, roles: Roles, stretches: Stretches, kept: Vec<String>) -> PyResult<Trials> {
+    let names = RoleNames { kept, ..role_names(roles) };
+    Trials::new(trials, &names, &trim(stretches)).map_err(raise_analysis)
 }
 
 /// The stretches that are asked for.

@@ -141,6 +141,7 @@ mod tests {
             vaf: none,
             r2: None,
             joint: None,
+            schedule: None,
             other_cost: None,
             comparison: Vec::new(),
         }

@@ -8,6 +8,7 @@ mod named_models;
 mod overlay;
 mod project;
 pub mod result;
+pub mod schedule;
 mod settings;
 mod starts;
 mod sums;
@@ -66,7 +67,13 @@ pub const DELAY_FLOOR_S: f64 = 1e-4;
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 pub fn fit(estimated: &Estimated, settings: &Fit) -> Result<Fitted, AnalysisError> {
-    fit_to(&Evidence::of_recordings(estimated)?, settings)
+    let evidence = Evidence::of_recordings(estimated)?;
+    let mut fitted = fit_to(&evidence, settings)?;
+    if let Some((schedule, warnings)) = schedule::scheduled(&estimated.trials, settings, evidence.band_hz[1])? {
+        fitted.result.head.warnings.extend(warnings);
+        fitted.result.schedule = Some(schedule);
+    }
+    Ok(fitted)
 }
 
 /// The same to a response that was measured elsewhere.
@@ -100,6 +107,10 @@ pub fn fit(estimated: &Estimated, settings: &Fit) -> Result<Fitted, AnalysisErro
 pub fn fit_response(measured: &MeasuredResponse, settings: &Fit) -> Result<Fitted, AnalysisError> {
     if !measured.errors_known && (settings.compare || settings.model().contains('+')) {
         return Err(AnalysisError::ErrorsUnknown { file: measured.file.clone() });
+    }
+    if settings.schedule.is_some() {
+        let what = format!("{} is a frequency response, and a `schedule` needs recordings; give those, or leave it out", measured.file);
+        return Err(AnalysisError::Schedule { what });
     }
     fit_to(&Evidence::of_response(measured), settings)
 }
@@ -179,6 +190,7 @@ fn fit_to(whole: &Evidence<'_>, settings: &Fit) -> Result<Fitted, AnalysisError>
         vaf: reported.vaf,
         r2: reported.r2,
         joint,
+        schedule: None,
         other_cost: other,
         comparison: compared,
     };

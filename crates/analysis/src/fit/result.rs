@@ -1,5 +1,6 @@
 //! `ndof/fit/1`: a mechanical model with its covariance.
 
+use super::schedule::result::ScheduleResult;
 use super::settings::{Fit, FitCost};
 use crate::estimate::Estimate;
 use crate::nested::Matrix;
@@ -62,6 +63,9 @@ pub struct FitResult {
     pub r2: Number,
     /// The same matrices at the joints, with `kinematics`.
     pub joint: Option<Joint>,
+    /// Inertia, damping and stiffness over a schedule, with `schedule`.
+    #[serde(skip_serializing_if = "Option::is_none", default)]
+    pub schedule: Option<ScheduleResult>,
     /// The fit by the paper's own cost beside the weighted one, or the other way round; null with more inputs than motions.
     pub other_cost: Option<OtherFit>,
     /// This model against those that are part of it, and with `compare` against every single extension; all by the weighted cost.

@@ -1,9 +1,11 @@
 //! What a fit can be asked.
 
 use super::named_models::MODEL;
+use super::schedule::{PHASE, TIME};
 use crate::file::KinematicsFile;
 #[cfg(feature = "clap")]
-use crate::options::{not_negative, positive, words};
+use crate::options::{count, not_negative, positive, words};
+use ndof_models::schedule::Term;
 use ndof_models::{Hold, Symmetry, Transducer};
 use serde::{Deserialize, Serialize};
 
@@ -73,6 +75,23 @@ pub struct Fit {
     /// Damping of the same mount (N s/m; N m s/rad) [default: 0]
     #[cfg_attr(feature = "clap", arg(long, value_name = "B", requires = "transducer_stiffness", value_parser = not_negative))]
     pub transducer_damping: Option<f64>,
+    /// What M, B and K change with, beside the constant fit: phase (of a cycle), time, or a channel (a posture, a velocity, an EMG envelope)
+    #[cfg_attr(feature = "clap", arg(long, value_name = "WHAT"))]
+    pub schedule: Option<String>,
+    /// Duration of a cycle in seconds, from time zero of each recording on
+    #[cfg_attr(feature = "clap", arg(long = "cycle", value_name = "S", value_parser = positive, requires = "schedule", conflicts_with = "cycle_by"))]
+    #[serde(rename = "cycle")]
+    pub cycle_s: Option<f64>,
+    /// Channel whose rising edges begin cycles, or a phase that wraps where they begin
+    #[cfg_attr(feature = "clap", arg(long, value_name = "CHANNEL", requires = "schedule"))]
+    pub cycle_by: Option<String>,
+    /// Which matrices follow the schedule [default: stiffness,damping]
+    #[cfg_attr(feature = "clap", arg(long, value_name = "LIST", value_delimiter = ',', requires = "schedule", value_parser = words::<Term>(&["stiffness", "damping", "inertia"])))]
+    #[cfg_attr(feature = "schema", schemars(with = "Option<Vec<String>>"))]
+    pub varying: Option<Vec<Term>>,
+    /// Splines of each entry over the schedule, four at least; a penalty decides how much of their freedom is used [default: 24]
+    #[cfg_attr(feature = "clap", arg(long, value_name = "N", value_parser = count, requires = "schedule"))]
+    pub knots: Option<usize>,
     /// Where the joints are.
     #[cfg_attr(feature = "clap", arg(skip))]
     #[cfg_attr(feature = "schema", schemars(with = "Option<serde_json::Map<String, serde_json::Value>>"))]
@@ -83,6 +102,19 @@ impl Fit {
     /// The model's name in full.
     pub(super) fn model(&self) -> &str {
         self.model.as_deref().unwrap_or(MODEL)
+    }
+
+    /// Channels that the schedule is made of, beside those with a role.
+    pub fn channels(&self) -> Vec<String> {
+        let own = self.schedule.iter().filter(|word| ![PHASE, TIME].contains(&word.as_str()));
+        own.chain(&self.cycle_by).cloned().collect()
+    }
+
+    /// A setting that has no meaning without a schedule, where it is given.
+    pub(super) fn schedule_needed(&self) -> Option<&'static str> {
+        let given =
+            [("cycle", self.cycle_s.is_some()), ("cycle_by", self.cycle_by.is_some()), ("varying", self.varying.is_some()), ("knots", self.knots.is_some())];
+        given.into_iter().find(|(_, given)| *given).map(|(name, _)| name)
     }
 
     /// The known compliance of the transducer.

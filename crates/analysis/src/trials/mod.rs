@@ -137,7 +137,7 @@ impl Trials {
         let first = trials.first().ok_or(AnalysisError::NoRecording)?;
         let mut roles = Roles::find(&first.recording, &first.file, names)?;
         let all_names = first.recording.names();
-        let used: Vec<String> = roles.used().into_iter().map(|i| all_names[i].clone()).collect();
+        let used: Vec<String> = roles.used().into_iter().chain(roles.kept.iter().copied()).map(|i| all_names[i].clone()).collect();
         each_once(&trials, &used)?;
         let mut warnings = roles.warnings.clone();
         warnings.extend(inferred_units(&first.recording, &used, &roles));
@@ -163,12 +163,13 @@ impl Trials {
                 stretches.push(Trial::of(file.clone(), stretch));
             }
         }
-        let (references, inputs) = (roles.ports.references.len(), roles.ports.inputs.len());
+        let (references, inputs, outputs) = (roles.ports.references.len(), roles.ports.inputs.len(), roles.ports.outputs.len());
         roles.ports = Ports {
             references: (0..references).collect(),
             inputs: (references..references + inputs).collect(),
-            outputs: (references + inputs..used.len()).collect(),
+            outputs: (references + inputs..references + inputs + outputs).collect(),
         };
+        roles.kept = (references + inputs + outputs..used.len()).collect();
         leave_out_short(&mut stretches, &mut warnings);
         let looked_at: Vec<&Recording> = stretches.iter().map(|trial| &trial.recording).collect();
         warnings.extend(quality(&looked_at, &roles));

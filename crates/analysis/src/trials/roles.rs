@@ -49,6 +49,8 @@ pub struct RoleNames {
     pub inputs: Option<Vec<String>>,
     /// Outputs, rows of the response.
     pub outputs: Option<Vec<String>>,
+    /// Channels that are kept without a role, as what a schedule is made of.
+    pub kept: Vec<String>,
 }
 
 /// Roles found for a recording's channels.
@@ -60,6 +62,8 @@ pub struct Roles {
     pub input_motion: Vec<Option<i32>>,
     /// The same of each output.
     pub output_motion: Vec<Option<i32>>,
+    /// Channels that are kept without a role.
+    pub kept: Vec<usize>,
     /// What the reader should know.
     pub warnings: Vec<Warning>,
 }
@@ -154,7 +158,8 @@ impl Roles {
             let (effort, motion) = if effort(i) { (written(i), written(o)) } else { (written(o), written(i)) };
             return Err(AnalysisError::TurnAndShift { file: file.to_owned(), effort, motion });
         }
-        let ignored: Vec<usize> = (0..available.len()).filter(|i| !used.contains(i)).collect();
+        let kept: Vec<usize> = names.kept.iter().map(index).collect::<Result<Vec<_>, _>>()?.into_iter().filter(|i| !used.contains(i)).collect();
+        let ignored: Vec<usize> = (0..available.len()).filter(|i| !used.contains(i) && !kept.contains(i)).collect();
         if !ignored.is_empty() {
             warnings.push(Warning::new(
                 "ignored-channels",
@@ -185,6 +190,7 @@ impl Roles {
             input_motion: orders(&inputs, Prefix::Effort),
             output_motion: orders(&outputs, Prefix::Displacement),
             ports: Ports { references, inputs, outputs },
+            kept,
             warnings,
         })
     }
@@ -274,7 +280,7 @@ mod tests {
     fn find(channels: &[(&str, &str)], inputs: Option<&str>, outputs: Option<&str>) -> Result<(Recording, Roles), AnalysisError> {
         let split = |text: &str| text.split(',').map(str::to_owned).collect();
         let recording = recording(channels);
-        let names = RoleNames { references: None, inputs: inputs.map(split), outputs: outputs.map(split) };
+        let names = RoleNames { inputs: inputs.map(split), outputs: outputs.map(split), ..RoleNames::default() };
         let roles = Roles::find(&recording, "a.csv", &names)?;
         Ok((recording, roles))
     }

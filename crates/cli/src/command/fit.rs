@@ -5,8 +5,11 @@ use crate::options::{Limb, Reading, Shared};
 use crate::output::{self, columns, p_value, short};
 use clap::Args;
 use ndof_analysis::fit::result::{ComparedModel, FitResult};
+use ndof_analysis::fit::schedule::result::ScheduleResult;
+use ndof_analysis::result::word;
 use ndof_analysis::{ComparedParameter, Estimate, Fit, Fitted};
 use ndof_models::NullLaw;
+use ndof_models::schedule::LEAST_PROBABILITY;
 use std::path::PathBuf;
 use std::process::ExitCode;
 
@@ -48,7 +51,7 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode, CliError> {
         }
         return finish(shared, &fitted);
     }
-    let trials = arguments.reading.trials(&arguments.files)?;
+    let trials = arguments.reading.trials_with(&arguments.files, &arguments.fit.channels())?;
     output::understood(shared, &trials);
     let estimated = ndof_analysis::estimate(&trials, &shared.estimate(&arguments.estimate))?;
     let fitted = Fit { band_hz: shared.band, kinematics, ..arguments.fit.clone() }.run(&estimated)?;
@@ -78,6 +81,41 @@ fn summary(result: &FitResult, parameters: &[ComparedParameter]) -> String {
         result.remarks().iter().map(|remark| format!("{remark}\n")).collect::<String>(),
         parameter_table(parameters),
     ) + &comparison(&result.comparison)
+        + &result.schedule.as_ref().map_or_else(String::new, over_schedule)
+}
+
+/// Matrices that follow a schedule: what each entry is where, whether it varies, and what that explains.
+fn over_schedule(found: &ScheduleResult) -> String {
+    /// Places of the table, of a hundred.
+    const EVERY: usize = 20;
+    let places: Vec<usize> = (0..found.at.len()).step_by(EVERY).collect();
+    let unit = if found.unit.is_empty() { String::new() } else { format!(" {}", found.unit) };
+    let mut rows = vec![vec!["".to_owned(), "unit".to_owned()]];
+    rows[0].extend(places.iter().map(|k| format!("at {}{unit}", short(found.at[*k]))));
+    for entry in &found.entries {
+        let value = |k: &usize| format!("{} ± {}", short(entry.value[*k]), short(0.5 * (entry.ci95[1][*k] - entry.ci95[0][*k])));
+        let mut row = vec![entry.name.clone(), entry.unit.clone()];
+        row.extend(if entry.varies { places.iter().map(value).collect() } else { vec![value(&0), "throughout".to_owned()] });
+        rows.push(row);
+    }
+    let cycle = found.cycle_s.map_or_else(|| format!("{} pieces", found.blocks), |s| format!("{} cycles of {} s", found.blocks, short(s)));
+    let how = if found.command_share.is_some() { "the commanded force as instrument" } else { "the motion as imposed" };
+    let least = |p: f64| if p <= LEAST_PROBABILITY { format!("p < {LEAST_PROBABILITY:e}") } else { format!("p {}", short(p)) };
+    let tests: Vec<String> =
+        found.tests.iter().map(|test| format!("{} {}", word(&test.matrix), test.p_value.map_or_else(|| "p –".to_owned(), least))).collect();
+    let held: Vec<String> = found
+        .held_out
+        .iter()
+        .map(|h| format!("{}: {} % by constant matrices, {} % by varying ones\n", h.channel, short(h.constant_vaf), short(h.varying_vaf)))
+        .collect();
+    format!(
+        "\nover {} (0 to {} Hz, {cycle}, {how})\n{}if constant: {}\nvariance accounted for of the deviation from the mean movement, held out:\n{}",
+        found.label().to_lowercase(),
+        short(found.high_hz),
+        columns(&rows),
+        tests.join(", "),
+        held.concat()
+    )
 }
 
 /// Models side by side; nothing where there is nothing to compare with.

@@ -75,6 +75,6 @@ impl Channels {
     pub fn roles(&self) -> RoleNames {
         let none = |names: &[String]| matches!(names, [name] if name == "none");
         let references = self.reference.as_ref().map(|names| if none(names) { Vec::new() } else { names.clone() });
-        RoleNames { references, inputs: self.input.clone(), outputs: self.output.clone() }
+        RoleNames { references, inputs: self.input.clone(), outputs: self.output.clone(), ..RoleNames::default() }
     }
 }

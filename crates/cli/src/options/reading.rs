@@ -254,6 +254,12 @@ impl Reading {
 
     /// Reads trials of one experiment, with roles and stretches.
     pub fn trials(&self, files: &[PathBuf]) -> Result<Trials, CliError> {
-        Ok(Trials::new(self.read_all(files)?, &self.roles(), &self.trim())?)
+        self.trials_with(files, &[])
+    }
+
+    /// The same with channels that are kept though they have no role.
+    pub fn trials_with(&self, files: &[PathBuf], kept: &[String]) -> Result<Trials, CliError> {
+        let names = RoleNames { kept: kept.to_vec(), ..self.roles() };
+        Ok(Trials::new(self.read_all(files)?, &names, &self.trim())?)
     }
 }

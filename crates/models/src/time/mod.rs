@@ -11,7 +11,7 @@ mod jet;
 mod law;
 pub mod laws;
 mod mechanism;
-mod noise;
+pub(crate) mod noise;
 mod profile;
 mod search;
 mod shooting;

@@ -41,7 +41,7 @@ impl Noise {
 
 /// What one axis' residuals have in common with their past.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
-pub(super) struct Colour {
+pub(crate) struct Colour {
     pub pole: f64,
     pub coefficients: Vec<f64>,
 }
@@ -80,7 +80,7 @@ impl Chain {
 }
 
 /// Coefficients a of e = Σ a_j L_j e + white from the moments of (L₁ e … L_order e, e).
-pub(super) fn coefficients(moments: &Mat<f64>) -> Vec<f64> {
+pub(crate) fn coefficients(moments: &Mat<f64>) -> Vec<f64> {
     let order = moments.nrows() - 1;
     if order == 0 || moments[(order, order)] <= 0.0 {
         return Vec::new();
@@ -93,7 +93,7 @@ pub(super) fn coefficients(moments: &Mat<f64>) -> Vec<f64> {
 }
 
 /// Adds the moments of every column of `rows`, which follow one another, to those of (L₁ e … L_order e, e).
-pub(super) fn add_moments(moments: &mut Mat<f64>, pole: f64, rows: impl Iterator<Item = Vec<f64>>, width: usize) {
+pub(crate) fn add_moments(moments: &mut Mat<f64>, pole: f64, rows: impl Iterator<Item = Vec<f64>>, width: usize) {
     let order = moments.nrows() - 1;
     let mut chain = Chain::new(order, pole, width);
     let dot = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
@@ -113,7 +113,7 @@ pub(super) fn add_moments(moments: &mut Mat<f64>, pole: f64, rows: impl Iterator
 }
 
 /// Replaces rows (each `width` long, as many axes interleaved as there are colours) by what their past does not say of them.
-pub(super) fn whiten(rows: &mut [f64], width: usize, colours: &[Colour]) {
+pub(crate) fn whiten(rows: &mut [f64], width: usize, colours: &[Colour]) {
     let mut chains: Vec<Chain> = colours.iter().map(|c| Chain::new(c.coefficients.len(), c.pole, width)).collect();
     let mut own = vec![0.0; width];
     for (r, row) in rows.chunks_exact_mut(width).enumerate() {

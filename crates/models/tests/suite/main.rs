@@ -17,6 +17,7 @@ mod model_selection;
 mod pieces;
 mod recovery_table;
 mod reflex_selection;
+mod schedule;
 mod state_space;
 mod support;
 mod told_six_axes;

@@ -109,6 +109,19 @@ class Fit(Result):
         return comparison
 
     @property
+    def schedule(self) -> dict[str, Any] | None:
+        """M, B and K over the schedule, where one was asked for: the places ``at``, the ``entries`` with value, standard error and bands at
+        each, whether they vary (``tests``), what that explains (``held_out``) and the mean movement.
+
+        >>> import ndof
+        >>> fit = ndof.fit(ndof.simulate("spring-array", trials=2).recordings, nperseg=500, band=(0.5, 8), schedule="time", knots=6)
+        >>> [entry["name"][0] for entry in fit.schedule["entries"]], len(fit.schedule["at"])
+        (['K', 'B', 'M'], 101)
+        """
+        schedule: dict[str, Any] | None = self.to_dict().get("schedule")
+        return schedule
+
+    @property
     def joint(self) -> dict[str, NDArray[np.float64]] | None:
         """M, B and K at the joints, where the fit was projected.
 
@@ -219,6 +232,11 @@ def fit(
     symmetry: str = "symmetric",
     systematic: bool = False,
     compare: bool = False,
+    schedule: str | None = None,
+    cycle: float | None = None,
+    cycle_by: str | None = None,
+    varying: Sequence[str] | None = None,
+    knots: int | None = None,
     report: bool = False,
     reference: str | Sequence[str] | None = None,
     input: str | Sequence[str] | None = None,
@@ -252,7 +270,9 @@ def fit(
     dictionary) adds the matrices at the joints; ``cost`` is ``weighted`` or ``paper``; ``symmetry`` is
     ``symmetric``, ``positive-semidefinite`` or ``free``; ``hold`` is what forces do between samples, ``zero``, ``linear`` or
     ``band-limited``, else what the data say; ``systematic`` widens intervals by what calibration leaves; ``compare``
-    fits every single extension of the model too (:attr:`Fit.comparison`). The other options are those of :func:`frequency_response`.
+    fits every single extension of the model too (:attr:`Fit.comparison`). ``schedule`` is what M, B and K change with, ``phase`` (of a
+    ``cycle`` in seconds, or of one that the channel ``cycle_by`` begins), ``time`` or a channel: then :attr:`Fit.schedule` has the matrices
+    that are ``varying`` as curves of at most ``knots`` splines. The other options are those of :func:`frequency_response`.
 
     >>> import ndof
     >>> fit = ndof.fit(ndof.simulate("arm").recordings, nperseg=2048, band=(0.5, 8))

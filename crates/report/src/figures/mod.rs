@@ -12,6 +12,7 @@ mod forest;
 mod frequency;
 mod nyquist;
 mod residual;
+mod schedule;
 mod spectra;
 mod traces;
 
@@ -24,5 +25,6 @@ pub use error::FigureError;
 pub use forest::{Estimate, Forest, ForestGroup, forest};
 pub use nyquist::nyquist;
 pub use residual::{Residual, residual};
+pub use schedule::{ScheduleCurve, ScheduleCurves, schedule};
 pub use spectra::{Spectrum, spectra};
 pub use traces::{Trace, Traces, traces};

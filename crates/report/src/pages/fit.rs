@@ -3,6 +3,7 @@
 use super::convert::{nan, settings_rows};
 use super::estimate::{coherence_section, frame, measured_section, power_section, response_section, traces_section};
 use super::overlay::overlay_section;
+use super::schedule::schedule_section;
 use crate::figures::{self, Ellipse, FigureError, capitalised};
 use crate::number::significant;
 use crate::plot::{Color, Dash};
@@ -24,6 +25,9 @@ pub fn fit_report(estimated: &Estimated, fitted: &Fitted, title: &str, command: 
     report.lead = lead(&fitted.result);
     let model = fitted.seen(estimated)?;
     report.sections = vec![parameters_section(&fitted.table(|_| None), "Parameters"), response_section(estimated, Some(&model))?];
+    if let Some(found) = &fitted.result.schedule {
+        report.sections.insert(1, schedule_section(found, &fitted.result.parameters)?);
+    }
     report.sections.push(agreement_section(&fitted.result));
     report.sections.extend(overlay_section(&estimated.trials, fitted)?);
     report.sections.extend(ellipse_section(fitted, None)?);

@@ -6,6 +6,7 @@ mod diagnosis;
 mod estimate;
 mod fit;
 mod overlay;
+mod schedule;
 mod words;
 
 pub use compare::compare_report;
@@ -14,4 +15,5 @@ pub use diagnosis::{diagnosis_report, sections as diagnosis_sections};
 pub use estimate::{coherence_section, estimate_report, frame, power_section, response_section, traces_section};
 pub use fit::{agreement_section, ellipse_section, fit_report, parameters_section, response_fit_report};
 pub use overlay::overlay_section;
+pub use schedule::schedule_section;
 pub use words::{p_value, sentence};

@@ -1,0 +1,196 @@
+//! What the schedule is: the phase of a cycle, time, or a channel.
+
+use super::Refused;
+use crate::fit::settings::Fit;
+use crate::trials::Trials;
+
+/// The word for the phase of a cycle.
+pub const PHASE: &str = "phase";
+/// The word for time.
+pub const TIME: &str = "time";
+
+/// A cycle this many times as long as the median one is a pause between two, or lacks an edge; it is left out.
+const PAUSE: f64 = 2.0;
+/// A phase falls by this share of its range when a cycle ends, and at no other place by as much.
+const WRAP: f64 = 0.5;
+/// A channel's curve is given between these shares of its values; beyond them it stays as it is.
+const ENDS: [f64; 2] = [0.01, 0.99];
+/// Pieces of a trial without cycles that are held out one by one.
+const PIECES: usize = 20;
+
+/// The scheduling variable of all trials, from 0 to 1.
+pub(super) struct Schedule {
+    /// Of each sample, NaN where there is none.
+    pub values: Vec<Vec<f64>>,
+    /// What is held out together.
+    pub blocks: Vec<Vec<usize>>,
+    /// Its ends in its unit.
+    pub ends: [f64; 2],
+    /// Its unit, empty for a phase.
+    pub unit: String,
+    /// Of a cycle, where there are cycles.
+    pub cycle_s: Option<f64>,
+    /// How many cycles, or pieces of trials.
+    pub count: usize,
+}
+
+impl Schedule {
+    /// What the settings ask for.
+    pub(super) fn new(trials: &Trials, settings: &Fit, word: &str) -> Result<Self, Refused> {
+        match (word, settings.cycle_s, &settings.cycle_by) {
+            (PHASE, Some(cycle_s), None) => Self::by_clock(trials, cycle_s),
+            (PHASE, None, Some(channel)) => Self::by_channel(trials, channel),
+            (PHASE, ..) => Err("a phase needs one of `cycle` (seconds) and `cycle_by` (a channel)".to_owned()),
+            (_, None, None) if word == TIME => Ok(Self::over_time(trials)),
+            (_, None, None) => Self::over_channel(trials, word),
+            _ => Err(format!("`cycle` and `cycle_by` are for `schedule=phase`, and the schedule is {word}; leave them out")),
+        }
+    }
+
+    fn by_clock(trials: &Trials, cycle_s: f64) -> Result<Self, Refused> {
+        let rate = trials.sample_rate_hz();
+        let cycles = |start_s: f64, samples: usize| (0..samples).map(move |k| (start_s + k as f64 / rate) / cycle_s);
+        let each: Vec<Vec<f64>> = trials.recordings().iter().map(|r| cycles(r.start_s(), r.len()).collect()).collect();
+        Self::of_cycles(each, cycle_s)
+    }
+
+    /// Cycles that begin where a phase wraps, or at the rising edges of anything else: where it goes above the middle of its range.
+    fn by_channel(trials: &Trials, name: &str) -> Result<Self, Refused> {
+        let channels = channel(trials, name)?;
+        let [low, high] = range(&channels);
+        let rate = trials.sample_rate_hz();
+        let fall = |pair: &[f64]| pair[0] - pair[1] > WRAP * (high - low);
+        let is_phase = channels.iter().all(|c| c.windows(2).all(|pair| pair[1] >= pair[0] || fall(pair)));
+        let middle = 0.5 * (low + high);
+        let begins = |pair: &[f64]| if is_phase { fall(pair) } else { pair[0] < middle && pair[1] >= middle };
+        let starts: Vec<Vec<usize>> = channels.iter().map(|c| c.windows(2).enumerate().filter(|(_, p)| begins(p)).map(|(k, _)| k + 1).collect()).collect();
+        let mut lengths: Vec<usize> = starts.iter().flat_map(|s| s.windows(2).map(|pair| pair[1] - pair[0])).collect();
+        lengths.sort_unstable();
+        let Some(median) = lengths.get(lengths.len() / 2).map(|l| *l as f64) else {
+            return Err(format!(
+                "channel \"{name}\" begins no two cycles, and `cycle_by` needs rising edges or a phase that wraps; choose another channel, or give `cycle`"
+            ));
+        };
+        let each = channels.iter().zip(&starts).map(|(c, starts)| {
+            let mut phase = vec![f64::NAN; c.len()];
+            for (number, pair) in starts.windows(2).enumerate().filter(|(_, pair)| (pair[1] - pair[0]) as f64 <= PAUSE * median) {
+                let length = (pair[1] - pair[0]) as f64;
+                (pair[0]..pair[1]).for_each(|k| phase[k] = number as f64 + (k - pair[0]) as f64 / length);
+            }
+            phase
+        });
+        Self::of_cycles(each.collect(), median / rate)
+    }
+
+    /// From the number of the cycle with the phase as its fraction.
+    fn of_cycles(each: Vec<Vec<f64>>, cycle_s: f64) -> Result<Self, Refused> {
+        let (mut blocks, mut first) = (Vec::new(), 0);
+        for cycles in &each {
+            let least = cycles.iter().copied().filter(|c| c.is_finite()).fold(f64::INFINITY, f64::min).floor();
+            let block = |c: &f64| if c.is_finite() { first + (c.floor() - least) as usize } else { first };
+            blocks.push(cycles.iter().map(block).collect::<Vec<usize>>());
+            first = blocks.last().and_then(|b| b.iter().max()).map_or(first, |last| last + 1);
+        }
+        if first < 2 {
+            return Err(format!(
+                "{first} cycle of {cycle_s} s: a mean movement and what deviates from it need several; record more, or give a shorter `cycle`"
+            ));
+        }
+        let values = each.into_iter().map(|c| c.into_iter().map(|c| c - c.floor()).collect()).collect();
+        Ok(Schedule { values, blocks, ends: [0.0, 1.0], unit: String::new(), cycle_s: Some(cycle_s), count: first })
+    }
+
+    fn over_time(trials: &Trials) -> Self {
+        let rate = trials.sample_rate_hz();
+        let seconds: Vec<Vec<f64>> = trials.recordings().iter().map(|r| (0..r.len()).map(|k| r.start_s() + k as f64 / rate).collect()).collect();
+        let ends = range(&seconds.iter().map(Vec::as_slice).collect::<Vec<_>>());
+        Self::scaled(&seconds.iter().map(Vec::as_slice).collect::<Vec<_>>(), ends, "s")
+    }
+
+    fn over_channel(trials: &Trials, name: &str) -> Result<Self, Refused> {
+        let channels = channel(trials, name)?;
+        let mut sorted: Vec<f64> = channels.iter().flat_map(|c| c.iter().copied()).collect();
+        sorted.sort_unstable_by(f64::total_cmp);
+        let ends = ENDS.map(|share| sorted[(share * (sorted.len() - 1) as f64).round() as usize]);
+        if ends[1] <= ends[0] {
+            return Err(format!("channel \"{name}\" stays at {} and schedules nothing; choose another with `schedule`", ends[0]));
+        }
+        let unit = trials.trials.first().and_then(|t| t.recording.channel(name).ok()).map_or_else(String::new, |c| c.unit.symbol().to_owned());
+        Ok(Self::scaled(&channels, ends, &unit))
+    }
+
+    fn scaled(channels: &[&[f64]], ends: [f64; 2], unit: &str) -> Self {
+        let width = (ends[1] - ends[0]).max(f64::MIN_POSITIVE);
+        let values = channels.iter().map(|c| c.iter().map(|v| ((v - ends[0]) / width).clamp(0.0, 1.0)).collect()).collect();
+        let piece = |trial: usize, k: usize, samples: usize| trial * PIECES + k * PIECES / samples;
+        let blocks = channels.iter().enumerate().map(|(trial, c)| (0..c.len()).map(|k| piece(trial, k, c.len())).collect()).collect();
+        Schedule { values, blocks, ends, unit: unit.to_owned(), cycle_s: None, count: PIECES * channels.len() }
+    }
+}
+
+/// The samples of a channel in each trial.
+fn channel<'a>(trials: &'a Trials, name: &str) -> Result<Vec<&'a [f64]>, Refused> {
+    let of = |recording: &'a ndof_signal::Recording| recording.channel(name).map(|c| c.samples.as_slice());
+    let found: Result<Vec<_>, _> = trials.recordings().into_iter().map(of).collect();
+    found.map_err(|_| format!("no channel \"{name}\" for the schedule; there is phase, time, and every channel of the recording"))
+}
+
+fn range(channels: &[&[f64]]) -> [f64; 2] {
+    channels.iter().flat_map(|c| c.iter()).fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], v| [low.min(*v), high.max(*v)])
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::Trial;
+    use crate::trials::{RoleNames, Trim};
+    use ndof_signal::{Channel, Recording, Unit};
+
+    /// 4 s at 100 Hz with a channel more.
+    fn trials(extra: impl Fn(f64) -> f64) -> Trials {
+        let wave = |hz: f64| (0..400).map(|k| (hz * f64::from(k)).sin()).collect::<Vec<f64>>();
+        let more = (0..400).map(|k| extra(f64::from(k) / 100.0)).collect::<Vec<f64>>();
+        let channels = [("force_x", "N", wave(0.1)), ("pos_x", "m", wave(0.2)), ("more", "", more)];
+        let channels = channels.into_iter().map(|(name, unit, samples)| Channel::new(name, Unit::parse(unit).expect("a unit").0, samples)).collect();
+        let recording = Recording::new(100.0, channels).expect("channels");
+        let names = RoleNames { kept: vec!["more".to_owned()], ..RoleNames::default() };
+        Trials::new(vec![Trial::of("a.csv", recording)], &names, &Trim::default()).expect("trials")
+    }
+
+    fn by(channel: &str) -> Fit {
+        Fit { cycle_by: Some(channel.to_owned()), ..Fit::default() }
+    }
+
+    #[test]
+    fn clock_edges_and_a_phase_that_wraps_give_the_same_phase() {
+        let clock = Schedule::new(&trials(|t| t), &Fit { cycle_s: Some(0.8), ..Fit::default() }, PHASE).expect("cycles");
+        let wraps = Schedule::new(&trials(|t| (t / 0.8).fract()), &by("more"), PHASE).expect("cycles");
+        let edges = Schedule::new(&trials(|t| if (t / 0.8).fract() < 0.3 { 5.0 } else { 0.0 }), &by("more"), PHASE).expect("cycles");
+        assert_eq!((clock.count, clock.cycle_s), (5, Some(0.8)));
+        for other in [wraps, edges] {
+            // Before the first edge and after the last there is no whole cycle.
+            assert!(other.values[0][40].is_nan() && other.values[0][390].is_nan());
+            assert!((80..320).all(|k| (other.values[0][k] - clock.values[0][k]).abs() < 1e-9), "{:?}", other.cycle_s);
+            assert!((other.cycle_s.expect("cycles") - 0.8).abs() < 1e-12);
+        }
+    }
+
+    #[test]
+    fn time_and_a_channel_go_from_end_to_end() {
+        let time = Schedule::new(&trials(|t| t), &Fit::default(), TIME).expect("time");
+        assert_eq!((time.ends, time.unit.as_str(), time.cycle_s), ([0.0, 3.99], "s", None));
+        let posture = Schedule::new(&trials(|t| 3.0 - t), &Fit::default(), "more").expect("a channel");
+        assert!(posture.values[0][0] == 1.0 && posture.values[0][399] == 0.0 && posture.ends[0] > -0.99);
+    }
+
+    #[test]
+    fn what_makes_no_schedule_is_refused_with_what_to_do() {
+        let said = |settings: &Fit, word: &str, extra: fn(f64) -> f64| Schedule::new(&trials(extra), settings, word).err().unwrap_or_default();
+        assert!(said(&Fit::default(), PHASE, |t| t).contains("`cycle_by`"));
+        assert!(said(&by("more"), PHASE, |_| 1.0).contains("no two cycles"));
+        assert!(said(&by("more"), TIME, |t| t).contains("leave them out"));
+        assert!(said(&Fit::default(), "more", |_| 1.0).contains("stays at 1"));
+        assert!(said(&Fit::default(), "other", |t| t).contains("\"other\""));
+        assert!(said(&Fit { cycle_s: Some(9.0), ..Fit::default() }, PHASE, |t| t).contains("1 cycle"));
+    }
+}
