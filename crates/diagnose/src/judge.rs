@@ -228,7 +228,8 @@ pub(crate) fn explained(
         .collect();
     draws.sort_by(f64::total_cmp);
     let at = |q: f64| draws[((q * (draws.len() - 1) as f64).round() as usize).min(draws.len() - 1)];
-    (Some(share(&means)), (!draws.is_empty()).then(|| [at(0.025), at(0.975)]))
+    // A step that leaves what the best model leaves is all there is to explain in every draw: that is no interval.
+    (Some(share(&means)), (!draws.is_empty()).then(|| [at(0.025), at(0.975)]).filter(|[low, _]| *low < 1.0))
 }
 
 /// Squared errors over stretches of time, each the mean over all outputs.

@@ -265,7 +265,7 @@ pub struct Gain {
     /// Share of the baseline's explainable held-out error (above the noise floor) that it removes, beside the causes that explain more. Errors are
     /// weighed by the noise that the best model has at each frequency, where the free run is one.
     pub explained_fraction: Option<f64>,
-    /// Its 95 % interval, from blocks of time drawn anew.
+    /// Its 95 % interval, from blocks of time drawn anew; null where it is all that there is to explain in each of them.
     pub explained_fraction_ci95: Option<[f64; 2]>,
     /// BIC without the cause less BIC with it; positive speaks for the cause.
     #[serde(deserialize_with = "or_nan")]
