@@ -49,7 +49,9 @@ impl Schedule {
 
     fn by_clock(trials: &Trials, cycle_s: f64) -> Result<Self, Refused> {
         let rate = trials.sample_rate_hz();
-        let cycles = |start_s: f64, samples: usize| (0..samples).map(move |k| (start_s + k as f64 / rate) / cycle_s);
+        // A sample on the edge of two cycles begins the second, whatever rounding makes of it.
+        let whole = |cycles: f64| if (cycles - cycles.round()).abs() < 1e-9 { cycles.round() } else { cycles };
+        let cycles = |start_s: f64, samples: usize| (0..samples).map(move |k| whole((start_s + k as f64 / rate) / cycle_s));
         let each: Vec<Vec<f64>> = trials.recordings().iter().map(|r| cycles(r.start_s(), r.len()).collect()).collect();
         Self::of_cycles(each, cycle_s)
     }
@@ -60,7 +62,9 @@ impl Schedule {
         let [low, high] = range(&channels);
         let rate = trials.sample_rate_hz();
         let fall = |pair: &[f64]| pair[0] - pair[1] > WRAP * (high - low);
-        let is_phase = channels.iter().all(|c| c.windows(2).all(|pair| pair[1] >= pair[0] || fall(pair)));
+        // A phase climbs little by little and falls at once; a pulse does both at once.
+        let climbs = |pair: &[f64]| (0.0..WRAP * (high - low)).contains(&(pair[1] - pair[0]));
+        let is_phase = channels.iter().all(|c| c.windows(2).all(|pair| climbs(pair) || fall(pair)));
         let middle = 0.5 * (low + high);
         let begins = |pair: &[f64]| if is_phase { fall(pair) } else { pair[0] < middle && pair[1] >= middle };
         let starts: Vec<Vec<usize>> = channels.iter().map(|c| c.windows(2).enumerate().filter(|(_, p)| begins(p)).map(|(k, _)| k + 1).collect()).collect();
@@ -164,8 +168,8 @@ mod tests {
     #[test]
     fn clock_edges_and_a_phase_that_wraps_give_the_same_phase() {
         let clock = Schedule::new(&trials(|t| t), &Fit { cycle_s: Some(0.8), ..Fit::default() }, PHASE).expect("cycles");
-        let wraps = Schedule::new(&trials(|t| (t / 0.8).fract()), &by("more"), PHASE).expect("cycles");
-        let edges = Schedule::new(&trials(|t| if (t / 0.8).fract() < 0.3 { 5.0 } else { 0.0 }), &by("more"), PHASE).expect("cycles");
+        let wraps = Schedule::new(&trials(|t| (t / 0.8 + 1e-9).fract()), &by("more"), PHASE).expect("cycles");
+        let edges = Schedule::new(&trials(|t| if (t / 0.8 + 1e-9).fract() < 0.3 { 5.0 } else { 0.0 }), &by("more"), PHASE).expect("cycles");
         assert_eq!((clock.count, clock.cycle_s), (5, Some(0.8)));
         for other in [wraps, edges] {
             // Before the first edge and after the last there is no whole cycle.
