@@ -86,7 +86,7 @@ pub fn diagnose_with_pictures(
     progress("preparing");
     let mut subject = Subject::new(&estimation, &meaning, options, baseline)?;
     // Some records count the effort the other way; with the wrong sign every bound of the registry points the wrong way.
-    let turned = baseline.is_none() && linear.as_ref().map_or(subject.polarity < 0.0, LinearFit::reversed);
+    let turned = baseline.is_none() && subject.polarity < 0.0 && linear.as_ref().is_none_or(LinearFit::reversed);
     if turned {
         linear = linear.map(|fit| -fit);
         estimation.turn(meaning.reference_is_effort);
