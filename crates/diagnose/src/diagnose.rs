@@ -93,6 +93,7 @@ pub fn diagnose_with_pictures(
         held.turn(meaning.reference_is_effort);
         subject = Subject::new(&estimation, &meaning, options, baseline)?;
     }
+    let still = !meaning.motion_imposed && linear.take_if(|fit| !fit.moves()).is_some();
     let findings = before_registry(&mut subject, &samples, options)?;
     let found = subject.search(options.most_causes, progress).ok_or(DiagnoseError::BaselineFailed)?;
     progress("judging what remains");
@@ -117,6 +118,7 @@ pub fn diagnose_with_pictures(
         shares,
         findings: &findings,
         turned,
+        still,
     };
     Ok(answer.write(split))
 }

@@ -1,5 +1,6 @@
 //! A linear model that was fitted elsewhere, with its errors: what a diagnosis judges where no simulation is given.
 
+use crate::linear::Symmetric;
 use ndof_models::effects::Matrix;
 use ndof_models::{Hold, InertiaDampingStiffness};
 use std::ops::Neg;
@@ -40,6 +41,21 @@ impl LinearFit {
         [Matrix::Mass, Matrix::Damping, Matrix::Stiffness].into_iter().flat_map(of).collect()
     }
 
+    /// Whether a motion follows from it: no axis's inertia may as well be below zero, and M takes energy to be moved (its symmetric part is
+    /// positive definite).
+    pub(crate) fn moves(&self) -> bool {
+        let n = self.matrices.inertia.nrows();
+        let mut mass = Symmetric::zeros(n);
+        for (i, j) in (0..n).flat_map(|i| (0..=i).map(move |j| (i, j))) {
+            mass.add(i, j, 0.5 * (self.matrices.inertia[[i, j]] + self.matrices.inertia[[j, i]]));
+        }
+        let sure = |i| {
+            let (value, error) = self.entry(Matrix::Mass, i, i);
+            value > SURE * error || value > 0.0 && !error.is_finite()
+        };
+        (0..n).all(sure) && mass.factor().is_some()
+    }
+
     /// Whether the effort can have been counted the other way round: each axis has an inertia or a damping that is below zero beyond doubt. A
     /// plant that takes energy up has neither; which of the two a missing law bends to the other side is not for a linear fit to say.
     pub(crate) fn reversed(&self) -> bool {
@@ -71,6 +87,14 @@ mod tests {
     fn fit(mass: f64, damping: f64, stiffness: f64, error: f64) -> LinearFit {
         let of = |m, b, k| InertiaDampingStiffness { axes: vec![Axis::linear("x")], inertia: arr2(&[[m]]), damping: arr2(&[[b]]), stiffness: arr2(&[[k]]) };
         LinearFit { matrices: of(mass, damping, stiffness), std_errors: of(error, error, error), hold: Hold::BandLimited }
+    }
+
+    #[test]
+    fn no_motion_follows_from_an_inertia_that_may_be_none() {
+        assert!(fit(2.0, -10.0, -300.0, 0.6).moves() && fit(2.0, 10.0, 300.0, f64::INFINITY).moves());
+        for fit in [fit(2.0, 10.0, 300.0, 0.7), fit(-2.0, 10.0, 300.0, 0.1)] {
+            assert!(!fit.moves(), "{fit:?}");
+        }
     }
 
     #[test]

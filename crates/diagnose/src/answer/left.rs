@@ -89,6 +89,10 @@ impl Left {
         if answer.turned {
             notes.push("inertia, damping and stiffness came out negative, so the effort was counted the other way round (force-sign)".to_owned());
         }
+        if answer.still {
+            let note = "the baseline is the one that balances the forces best, for no motion follows from what `fit` finds: its inertia may as well be below zero";
+            notes.push(note.to_owned());
+        }
         if self.unknown {
             notes.push(format!(
                 "a model without physics gains {:.0} of held-out log-likelihood beyond the named causes (they gain {:.0}); it removes {:.1} % of the effort's rms: something is missing that no known cause explains",

@@ -48,6 +48,8 @@ pub(crate) struct Answer<'a> {
     pub findings: &'a Findings,
     /// Whether the effort was counted the other way than it was recorded.
     pub turned: bool,
+    /// No motion follows from what `fit` found.
+    pub still: bool,
 }
 
 impl Answer<'_> {
