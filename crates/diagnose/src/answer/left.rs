@@ -90,7 +90,8 @@ impl Left {
             notes.push("inertia, damping and stiffness came out negative, so the effort was counted the other way round (force-sign)".to_owned());
         }
         if answer.still {
-            let note = "the baseline is the one that balances the forces best, for no motion follows from what `fit` finds: its inertia may as well be below zero";
+            let note =
+                "the baseline is the one that balances the forces best, for no motion follows from what `fit` finds: its inertia may as well be below zero";
             notes.push(note.to_owned());
         }
         if self.unknown {
