@@ -2,7 +2,9 @@
 //!
 //! `cargo run --release --example default_bands [RECORDS]` (default 100) simulates so many records of each kind, fits each with the defaults, and counts
 //! how often the 95 % intervals of M, B and K hold the truth. Kinds are inputs without power in part of the band (with local polynomials, too),
-//! sensors with steps, and inputs that are held between samples.
+//! sensors with steps, inputs that are held between samples, and limbs with a friction, a flexibility or a reflex that the model lacks. The latter two
+//! are so strong that the median of reduced chi² is 2, 5 or 20 (friction scatters, which counts as noise, and leaves χ² alone). M and B of a model that
+//! is wrong have no truth, K has: the force that holds a displacement.
 
 use ndof::analysis::MethodName;
 use ndof::signal::{forward_transform, inverse_transform};
@@ -64,19 +66,53 @@ fn band_limited(driven: f64, rng: &mut ChaCha8Rng) -> Result<(Vec<f64>, Vec<f64>
     Ok((back(&mut force)?, back(&mut motion)?))
 }
 
+/// What a limb has beside inertia, damping and stiffness.
+#[derive(Clone, Copy)]
+enum Lacking {
+    Nothing,
+    /// Dry friction, N, that reverses within `REVERSAL`.
+    Friction(f64),
+    /// A mass, kg, that a spring and a light damper carry.
+    Flexibility(f64),
+    /// A force, N s/m, against the velocity of `REFLEX_S` before.
+    Reflex(f64),
+}
+
+/// m/s: some hundredth of what the limb moves at.
+const REVERSAL: f64 = 1e-3;
+const REFLEX_S: f64 = 0.04;
+/// The carried mass swings at 3 Hz with a damping ratio of a tenth.
+const CARRIED_HZ: f64 = 3.0;
+const CARRIED_RATIO: f64 = 0.1;
+
 /// The motion at the instants at which held forces begin, by midpoint steps of 1 ms at most.
-fn held(forces: &[f64], step_s: f64) -> Vec<f64> {
+fn held(forces: &[f64], step_s: f64, lacking: Lacking) -> Vec<f64> {
     let [m, b, k] = TRUTH;
     let steps = (step_s / 1e-3).ceil() as usize;
     let h = step_s / steps as f64;
-    let (mut x, mut v) = (0.0, 0.0);
+    let delay = (REFLEX_S / h).round() as usize;
+    // Limb and carried mass: x, v, y, w.
+    let mut state = [0.0; 4];
+    let mut velocities = Vec::with_capacity(forces.len() * steps);
     let mut out = Vec::with_capacity(forces.len());
     for force in forces {
-        out.push(x);
-        let slope = |x: f64, v: f64| (force - b * v - k * x) / m;
+        out.push(state[0]);
         for _ in 0..steps {
-            let (xm, vm) = (x + h / 2.0 * v, v + h / 2.0 * slope(x, v));
-            (x, v) = (x + h * vm, v + h * slope(xm, vm));
+            velocities.push(state[1]);
+            let before = velocities.len().checked_sub(delay + 1).map_or(0.0, |at| velocities[at]);
+            let slope = |[x, v, y, w]: [f64; 4]| {
+                let own = TAU * CARRIED_HZ;
+                let carried = own * own * (x - y) + 2.0 * CARRIED_RATIO * own * (v - w);
+                let extra = match lacking {
+                    Lacking::Nothing => 0.0,
+                    Lacking::Friction(level) => level * (v / REVERSAL).tanh(),
+                    Lacking::Flexibility(mass) => mass * carried,
+                    Lacking::Reflex(gain) => gain * before,
+                };
+                [v, (force - b * v - k * x - extra) / m, w, carried]
+            };
+            let ahead = |by: f64, slope: [f64; 4]| [0, 1, 2, 3].map(|i| state[i] + by * slope[i]);
+            state = ahead(h, slope(ahead(h / 2.0, slope(state))));
         }
     }
     out
@@ -139,10 +175,41 @@ fn main() -> Result<(), Failure> {
         row(&format!("held input, {samples_a_period} samples a period"), records, |rng| {
             let rate_hz = samples_a_period * OWN_HZ;
             let force: Vec<f64> = normal(rng, SAMPLES).iter().map(|f| 5.0 * f).collect();
-            let motion = held(&force, 1.0 / rate_hz);
+            let motion = held(&force, 1.0 / rate_hz, Lacking::Nothing);
             let seen = sensed(&motion, NOISE, 0.0, rng);
             found(rate_hz, force, seen, MethodName::Auto)
         })?;
     }
+    for level in [0.5, 1.0, 2.0] {
+        row(&format!("dry friction of {level} N"), records, |rng| misfitted(Lacking::Friction(level), rng))?;
+    }
+    for chi2 in [2.0, 5.0, 20.0] {
+        let mass = size_with(chi2, 0.3, Lacking::Flexibility)?;
+        row(&format!("a flexibility of {mass:.3} kg"), records, |rng| misfitted(Lacking::Flexibility(mass), rng))?;
+    }
+    for chi2 in [2.0, 5.0, 20.0] {
+        let gain = size_with(chi2, 10.0, Lacking::Reflex)?;
+        row(&format!("a reflex of {gain:.2} N s/m"), records, |rng| misfitted(Lacking::Reflex(gain), rng))?;
+    }
     Ok(())
+}
+
+/// A limb that a model of inertia, damping and stiffness lacks something of, seen at 50 samples a period.
+fn misfitted(lacking: Lacking, rng: &mut ChaCha8Rng) -> Result<Found, Failure> {
+    let rate_hz = 50.0 * OWN_HZ;
+    let force: Vec<f64> = normal(rng, SAMPLES).iter().map(|f| 5.0 * f).collect();
+    let seen = sensed(&held(&force, 1.0 / rate_hz, lacking), NOISE, 0.0, rng);
+    found(rate_hz, force, seen, MethodName::Auto)
+}
+
+/// The size of what is lacking at which the median of reduced chi² is this, by halving, with seeds that no row uses.
+fn size_with(chi2: f64, most: f64, lacking: fn(f64) -> Lacking) -> Result<f64, Failure> {
+    let (mut low, mut high) = (0.0, most);
+    for _ in 0..8 {
+        let size = (low + high) / 2.0;
+        let all: Vec<f64> =
+            (0..9).map(|seed| Ok(misfitted(lacking(size), &mut ChaCha8Rng::seed_from_u64(1 << 32 | seed))?.chi2)).collect::<Result<_, Failure>>()?;
+        if median(all) < chi2 { low = size } else { high = size }
+    }
+    Ok((low + high) / 2.0)
 }

@@ -15,6 +15,9 @@ pub struct LinearFit {
     pub matrices: InertiaDampingStiffness,
     /// Their standard errors.
     pub std_errors: InertiaDampingStiffness,
+    /// The share of the standard errors that counts where a sign is asked for: what noise of the size of all that is left does. The rest of them,
+    /// an error of the model that is smaller than the model, changes sizes and no sign.
+    pub of_sign: f64,
     /// What efforts do between their samples.
     pub hold: Hold,
 }
@@ -51,7 +54,7 @@ impl LinearFit {
         }
         let sure = |i| {
             let (value, error) = self.entry(Matrix::Mass, i, i);
-            value > SURE * error || value > 0.0 && !error.is_finite()
+            value > SURE * self.of_sign * error || value > 0.0 && !error.is_finite()
         };
         (0..n).all(sure) && mass.factor().is_some()
     }
@@ -61,7 +64,7 @@ impl LinearFit {
     pub(crate) fn reversed(&self) -> bool {
         let below = |matrix, i| {
             let (value, error) = self.entry(matrix, i, i);
-            value < -SURE * error
+            value < -SURE * self.of_sign * error
         };
         (0..self.matrices.inertia.nrows()).all(|i| below(Matrix::Mass, i) || below(Matrix::Damping, i))
     }
@@ -86,7 +89,7 @@ mod tests {
 
     fn fit(mass: f64, damping: f64, stiffness: f64, error: f64) -> LinearFit {
         let of = |m, b, k| InertiaDampingStiffness { axes: vec![Axis::linear("x")], inertia: arr2(&[[m]]), damping: arr2(&[[b]]), stiffness: arr2(&[[k]]) };
-        LinearFit { matrices: of(mass, damping, stiffness), std_errors: of(error, error, error), hold: Hold::BandLimited }
+        LinearFit { matrices: of(mass, damping, stiffness), std_errors: of(error, error, error), of_sign: 1.0, hold: Hold::BandLimited }
     }
 
     #[test]

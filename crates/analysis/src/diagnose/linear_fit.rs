@@ -15,7 +15,8 @@ pub(super) fn linear_fit(trials: &Trials, band_hz: Option<[f64; 2]>, held_out: &
     let fitted = fit(&estimate(&part, &Estimate::default())?, &Fit { band_hz, ..Fit::default() })?;
     let errors: Vec<f64> = fitted.fit.parameters.iter().map(|parameter| parameter.std_error).collect();
     let std_errors: InertiaDampingStiffness = fitted.model.matrices(&errors);
-    Ok(LinearFit { matrices: fitted.matrices, std_errors, hold: fitted.sampling.hold })
+    let of_sign = (fitted.fit.chi2_reduced.max(1.0) / fitted.fit.covariance_scale.max(1.0)).sqrt().min(1.0);
+    Ok(LinearFit { of_sign, matrices: fitted.matrices, std_errors, hold: fitted.sampling.hold })
 }
 
 fn stretch(trials: &Trials, part: Stretch) -> Result<Vec<Trial>, AnalysisError> {

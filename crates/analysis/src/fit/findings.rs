@@ -23,11 +23,11 @@ pub(super) fn warnings(evidence: &Evidence<'_>, fit: &ndof_models::Fit, baseline
         ));
     }
     if fit.chi2_reduced > MISFIT && evidence.errors_known() {
-        let width = fit.chi2_reduced.sqrt();
+        let width = fit.covariance_scale.sqrt();
         warnings.push(Warning::new(
             "model-misfit",
             format!(
-                "reduced chi² is {:.1}: the model leaves more than noise; its intervals are {width:.1} times as wide as noise would make them",
+                "reduced chi² is {:.1}: the model leaves more than noise; its intervals are on average {width:.1} times as wide as noise would make them",
                 fit.chi2_reduced
             ),
             "fit a narrower band with `band`, or ask `ndof diagnose` what the model lacks",

@@ -1,8 +1,13 @@
-//! Intervals of a model that is wrong: as wide as what it leaves.
+//! Intervals of a model that is wrong: what its own error does to the parameters, told from what it leaves (stochastic embedding).
 
 use super::result::t_quantile;
-use super::{Fit, Parameter};
+use super::weighted::Whitened;
+use super::{Fit, FitError, Parameter, Solved, WeightedFit};
 use crate::ParametricModel;
+use faer::Mat;
+use ndof_linear::Cholesky;
+use ndof_sysid::FrequencyResponse;
+use num_complex::Complex64;
 use serde::{Deserialize, Serialize};
 use statrs::distribution::{ChiSquared, ContinuousCDF};
 
@@ -17,7 +22,7 @@ pub enum Width {
     Residuals,
     /// From the disagreement of the trials.
     Trials,
-    /// From one of these and, added to it, from a χ² that is larger than noise makes it.
+    /// From one of these and, added to it, what the model's own error does.
     Misfit,
 }
 
@@ -29,29 +34,199 @@ impl Fit {
     pub fn misfits(&self) -> bool {
         ChiSquared::new(self.degrees_of_freedom).is_ok_and(|law| law.sf(self.chi2) < FALSE_ALARM)
     }
+}
 
-    /// The same with the covariance Σ scaled to Σ (c + χ²_ν − 1)/c, where χ² is larger than its law allows; c is what the trials made of it and
-    /// χ²_ν the reduced χ².
+/// Sizes and reaches that are weighed differ by this factor: finer ones change no interval by a tenth.
+const STEP: f64 = std::f64::consts::SQRT_2;
+/// Size, in standard deviations of the noise, below which a model error moves nothing.
+const UNSEEN: f64 = 0.1;
+/// Keeps what the data leave undetermined from spoiling a factor.
+const RIDGE: f64 = 1e-12;
+
+impl WeightedFit {
+    /// `fit`, a minimum of [`fit_trials`](Self::fit_trials) with `response`, with wider intervals where χ² is larger than its law allows.
     ///
-    /// A model that lacks something leaves an error that no average takes away. Its size is known, what it does to a parameter is not: as much
-    /// as noise of that size would.
+    /// The system is taken for H (1 + δ), δ a complex random process of size a that is alike at near frequencies: at two of them its correlation is
+    /// exp(−|ln f − ln f'| / ℓ) (Ornstein–Uhlenbeck), for each element by itself. Both a and ℓ are told from what the fit leaves, by the likelihood of
+    /// what no parameter takes up (restricted likelihood). What they make of θ, (JᵀJ)⁻¹ Jᵀ Σ_δ J (JᵀJ)⁻¹, is averaged over all a and ℓ by that
+    /// likelihood and added to the covariance. ℓ reaches from one independent frequency to the whole band, a to 1: an error as large as the model.
+    ///
+    /// # Errors
+    /// As [`WeightedFit::fit`].
     ///
     /// # References
-    /// R. T. Birge (1932), The calculation of errors by the method of least squares, Physical Review 40.
-    #[must_use]
-    pub fn widened_by_misfit(mut self, model: &dyn ParametricModel) -> Fit {
-        if !self.misfits() {
-            return self;
+    /// G. C. Goodwin, M. Gevers & B. Ninness (1992), Quantifying the error in estimated transfer functions with application to model order selection,
+    /// IEEE Transactions on Automatic Control 37.
+    pub fn widened_by_misfit(&self, model: &dyn ParametricModel, response: &FrequencyResponse, mut fit: Fit) -> Result<Fit, FitError> {
+        if !fit.misfits() {
+            return Ok(fit);
         }
-        let factor = 1.0 + (self.chi2_reduced - 1.0).max(0.0) / self.covariance_scale;
-        self.covariance.mapv_inplace(|v| v * factor);
-        self.covariance_scale *= factor;
-        self.width = Width::Misfit;
+        let problem = self.problem(model, response, &fit.theta)?;
+        let solved = Solved::new(&problem, model, &fit.theta, self.cost_tolerance)?;
+        let inverse = solved.inverse();
+        let added = &inverse * Lines::new(&problem, &solved).meat(fit.covariance_scale.max(1.0)) * &inverse;
+        let before: Vec<f64> = fit.covariance.diag().to_vec();
+        fit.covariance.indexed_iter_mut().for_each(|((r, c), v)| *v += added[(r, c)]);
+        let sound: Vec<f64> = before.iter().zip(fit.covariance.diag()).filter(|(b, _)| b.is_finite() && **b > 0.0).map(|(b, after)| after / b).collect();
+        fit.covariance_scale *= sound.iter().sum::<f64>() / (sound.len() as f64).max(1.0);
+        fit.width = Width::Misfit;
         // Of two sources with freedoms of their own, that of the smaller one is the careful choice.
-        self.interval_quantile = self.interval_quantile.max(t_quantile(self.degrees_of_freedom));
-        self.parameters = Parameter::describe(&model.parameters(), &self.theta, &self.covariance, |_| self.interval_quantile, |k| model.scale(&self.theta, k));
-        self
+        fit.interval_quantile = fit.interval_quantile.max(t_quantile(fit.degrees_of_freedom));
+        fit.parameters = Parameter::describe(&model.parameters(), &fit.theta, &fit.covariance, |_| fit.interval_quantile, |k| model.scale(&fit.theta, k));
+        Ok(fit)
     }
+}
+
+/// A fit's whitened lines, each turned by the phase of its model, so that a relative error is real in one part and imaginary in the other.
+struct Lines {
+    /// Natural logarithm of the frequency, and the share of an independent line.
+    at: Vec<f64>,
+    share: Vec<f64>,
+    /// Of each element and part: what is left, its derivatives and the model's size at each line.
+    parts: Vec<Part>,
+    parameters: usize,
+}
+
+struct Part {
+    left: Vec<f64>,
+    slopes: Vec<Vec<f64>>,
+    size: Vec<f64>,
+}
+
+impl Lines {
+    fn new(problem: &Whitened<'_>, solved: &Solved) -> Self {
+        let (model, [p, q], k) = (problem.whitened_model(&solved.theta), problem.shape, problem.parameters);
+        let (residuals, jacobian) = (&solved.minimum.residuals, &solved.jacobian);
+        let size = p * q;
+        let norm = |line: &[Complex64], of: &dyn Fn(usize) -> bool| (0..size).filter(|&e| of(e)).map(|e| line[e].norm_sqr()).sum::<f64>().sqrt();
+        let mut parts = Vec::with_capacity(2 * size);
+        for e in 0..size {
+            let turned = |line: &[Complex64], re: f64, im: f64| {
+                let phase = if line[e].norm() > 0.0 { line[e].conj() / line[e].norm() } else { Complex64::from(1.0) };
+                Complex64::new(re, im) * phase
+            };
+            // An element that couples two axes errs by the size of what it couples.
+            let scale: Vec<f64> = model.iter().map(|line| (norm(line, &|o| o / q == e / q) * norm(line, &|o| o % q == e % q)).sqrt()).collect();
+            let row = |f: usize| 2 * (f * size + e);
+            let column = |k: usize| (0..model.len()).map(|f| turned(&model[f], jacobian[(row(f), k)], jacobian[(row(f) + 1, k)])).collect::<Vec<_>>();
+            let left: Vec<Complex64> = (0..model.len()).map(|f| turned(&model[f], residuals[row(f)], residuals[row(f) + 1])).collect();
+            let slopes: Vec<Vec<Complex64>> = (0..k).map(column).collect();
+            for part in [|z: &Complex64| z.re, |z: &Complex64| z.im] {
+                let slopes = slopes.iter().map(|slope| slope.iter().map(part).collect()).collect();
+                parts.push(Part { left: left.iter().map(part).collect(), slopes, size: scale.clone() });
+            }
+        }
+        let (at, share) = (problem.bins.iter().map(|bin| bin.hz.ln()).collect(), problem.bins.iter().map(|bin| bin.share).collect());
+        Lines { at, share, parts, parameters: k }
+    }
+
+    /// Jᵀ Σ_δ J, its mean over sizes and reaches, beside noise of that variance.
+    fn meat(&self, noise: f64) -> Mat<f64> {
+        let band = self.at.last().zip(self.at.first()).map_or(0.0, |(last, first)| last - first);
+        let independent: f64 = self.share.iter().sum();
+        let largest = self.parts.iter().flat_map(|part| &part.size).zip(self.share.iter().cycle()).map(|(s, share)| s / share.sqrt()).fold(0.0, f64::max);
+        let steps = |from: f64, to: f64| (0..).map(move |k| from * STEP.powi(-k)).take_while(move |v| *v > to).collect::<Vec<_>>();
+        let (reaches, sizes) = (steps(band, band / independent.max(2.0)), steps(1.0, UNSEEN * noise.sqrt() / largest));
+        let thinned = self.thinned();
+        let mut all: Vec<(f64, f64, f64)> = Vec::with_capacity(reaches.len() * sizes.len());
+        for &reach in &reaches {
+            all.extend(sizes.iter().map(|&size| (thinned.likelihood(size, reach, noise), size, reach)));
+        }
+        let most = all.iter().map(|(l, ..)| *l).fold(f64::NEG_INFINITY, f64::max);
+        let total: f64 = all.iter().map(|(l, ..)| (l - most).exp()).sum();
+        let mut meat = Mat::zeros(self.parameters, self.parameters);
+        for &reach in &reaches {
+            let weight: f64 = all.iter().filter(|(.., r)| *r == reach).map(|(l, size, _)| size * size * (l - most).exp() / total).sum();
+            self.add_meat(&mut meat, reach, weight);
+        }
+        meat
+    }
+
+    /// Independent lines only, each of unit noise.
+    fn thinned(&self) -> Lines {
+        let (mut kept, mut sum) = (Vec::new(), 1.0);
+        for (f, share) in self.share.iter().enumerate() {
+            if sum >= 1.0 - 1e-9 {
+                kept.push(f);
+                sum = 0.0;
+            }
+            sum += share;
+        }
+        let take = |of: &[f64], power: f64| kept.iter().map(|&f| of[f] / self.share[f].powf(power)).collect::<Vec<f64>>();
+        let part = |part: &Part| Part { left: take(&part.left, 0.5), slopes: part.slopes.iter().map(|s| take(s, 0.5)).collect(), size: take(&part.size, 0.5) };
+        Lines { at: take(&self.at, 0.0), share: vec![1.0; kept.len()], parts: self.parts.iter().map(part).collect(), parameters: self.parameters }
+    }
+
+    /// The restricted log-likelihood of what is left, but for a constant.
+    fn likelihood(&self, size: f64, reach: f64, noise: f64) -> f64 {
+        let k = self.parameters;
+        let (mut log_det, mut square) = (0.0, 0.0);
+        let (mut information, mut score) = (Mat::<f64>::zeros(k, k), vec![0.0; k]);
+        for part in &self.parts {
+            // Kalman filter of δ/a, for what is left and each of its derivatives at once.
+            let (mut mean, mut variance) = (vec![0.0; k + 1], 1.0);
+            let mut innovation = vec![0.0; k + 1];
+            for f in 0..self.at.len() {
+                if f > 0 {
+                    let fade = (-(self.at[f] - self.at[f - 1]) / reach).exp();
+                    mean.iter_mut().for_each(|m| *m *= fade);
+                    variance = 1.0 - fade * fade * (1.0 - variance);
+                }
+                let gain = size * part.size[f];
+                let spread = noise + gain * gain * variance;
+                for (c, (i, m)) in innovation.iter_mut().zip(&mean).enumerate() {
+                    *i = if c == k { part.left[f] } else { part.slopes[c][f] } - gain * m;
+                }
+                mean.iter_mut().zip(&innovation).for_each(|(m, i)| *m += variance * gain / spread * i);
+                variance *= noise / spread;
+                log_det += spread.ln();
+                square += innovation[k] * innovation[k] / spread;
+                for r in 0..k {
+                    score[r] += innovation[r] * innovation[k] / spread;
+                    for c in 0..=r {
+                        information[(r, c)] += innovation[r] * innovation[c] / spread;
+                    }
+                }
+            }
+        }
+        restricted(log_det, square, &information, &score)
+    }
+
+    /// Adds weight · Jᵀ P J for the correlation P of this reach.
+    fn add_meat(&self, meat: &mut Mat<f64>, reach: f64, weight: f64) {
+        let k = self.parameters;
+        for part in &self.parts {
+            // Σ over earlier lines, faded to the present one.
+            let mut before = vec![0.0; k];
+            for f in 0..self.at.len() {
+                let fade = if f > 0 { (-(self.at[f] - self.at[f - 1]) / reach).exp() } else { 0.0 };
+                let here: Vec<f64> = part.slopes.iter().map(|slope| slope[f] * part.size[f]).collect();
+                before.iter_mut().for_each(|b| *b *= fade);
+                for r in 0..k {
+                    for c in 0..k {
+                        meat[(r, c)] += weight * (here[r] * here[c] + here[r] * before[c] + before[r] * here[c]);
+                    }
+                }
+                before.iter_mut().zip(&here).for_each(|(b, h)| *b += h);
+            }
+        }
+    }
+}
+
+/// −½ (ln|Γ| + ln|Jᵀ Γ⁻¹ J| + what is left when the score is taken up), parameters without a derivative left out.
+fn restricted(log_det: f64, square: f64, information: &Mat<f64>, score: &[f64]) -> f64 {
+    let sound: Vec<usize> = (0..score.len()).filter(|&k| information[(k, k)] > 0.0).collect();
+    let scale: Vec<f64> = sound.iter().map(|&k| information[(k, k)].sqrt()).collect();
+    let mut factor = Cholesky::new(sound.len());
+    if !factor.factor(|i, j| information[(sound[i], sound[j])] / (scale[i] * scale[j]) + if i == j { RIDGE } else { 0.0 }) {
+        return f64::NEG_INFINITY;
+    }
+    let scaled: Vec<f64> = sound.iter().zip(&scale).map(|(&k, s)| score[k] / s).collect();
+    let mut solved = scaled.clone();
+    factor.solve(&mut solved);
+    let taken: f64 = solved.iter().zip(&scaled).map(|(a, b)| a * b).sum();
+    let of_information: f64 = (0..sound.len()).map(|k| 2.0 * (factor.lower()[k * sound.len() + k] * scale[k]).ln()).sum();
+    -0.5 * (log_det + of_information + square - taken)
 }
 
 #[cfg(test)]
@@ -60,28 +235,64 @@ mod tests {
     use crate::{Axis, InertiaDampingStiffness, InertiaDampingStiffnessModel, Symmetry};
     use ndarray::arr2;
 
-    #[test]
-    fn what_is_left_widens_and_chance_does_not() {
+    fn limb(k: f64) -> (InertiaDampingStiffnessModel, InertiaDampingStiffness) {
         let model = InertiaDampingStiffnessModel::new(vec![Axis::linear("x")], Symmetry::Symmetric);
-        let limb = InertiaDampingStiffness { axes: model.axes().to_vec(), inertia: arr2(&[[2.0]]), damping: arr2(&[[12.0]]), stiffness: arr2(&[[300.0]]) };
+        let limb = InertiaDampingStiffness { axes: model.axes().to_vec(), inertia: arr2(&[[2.0]]), damping: arr2(&[[12.0]]), stiffness: arr2(&[[k]]) };
+        (model, limb)
+    }
+
+    #[test]
+    fn chance_is_no_misfit() {
+        let (model, limb) = limb(300.0);
         let response = limb.response(&[0.5, 1.0, 2.0, 4.0], ndof_sysid::ResponseKind::Compliance);
         let weight = ndarray::Array3::from_elem(response.value.dim(), 1.0);
         let fit = crate::PaperFit::default().fit(&model, &response, &weight, &model.theta(&limb)).expect("a fit");
-        let of = |chi2: f64, scale: f64| Fit {
-            covariance: ndarray::Array2::eye(3) * scale,
-            covariance_scale: scale,
-            chi2,
-            degrees_of_freedom: 100.0,
-            chi2_reduced: chi2 / 100.0,
-            ..fit.clone()
-        };
+        let of = |chi2: f64| Fit { chi2, degrees_of_freedom: 100.0, chi2_reduced: chi2 / 100.0, ..fit.clone() };
         // The 99.9 % quantile of χ² with 100 degrees of freedom is 149.449.
-        assert!(!of(149.4, 1.0).misfits() && of(149.5, 1.0).misfits());
-        assert_eq!(of(149.0, 1.0).widened_by_misfit(&model), of(149.0, 1.0));
-        for (scale, wide) in [(1.0, 4.0), (0.25, 3.25), (5.0, 8.0)] {
-            let found = of(400.0, scale).widened_by_misfit(&model);
-            assert!((found.covariance[[0, 0]] - wide).abs() < 1e-12 && (found.parameters[0].std_error - f64::sqrt(wide)).abs() < 1e-12);
-            assert_eq!((found.width, found.covariance_scale), (Width::Misfit, wide));
+        assert!(!of(149.4).misfits() && of(149.5).misfits());
+        assert_eq!(WeightedFit::default().widened_by_misfit(&model, &response, of(149.0)), Ok(of(149.0)));
+    }
+
+    /// The filter and the recursion against the matrices that they stand for.
+    #[test]
+    fn a_likelihood_and_a_covariance_are_those_of_the_matrices() {
+        let count = 7;
+        let column = |a: f64, b: f64| (0..count).map(|f| (a * f as f64 + b).sin()).collect::<Vec<f64>>();
+        let part = |k: f64| Part {
+            left: column(2.3, k),
+            slopes: vec![column(0.4, 1.0 + k), column(1.1, k)],
+            size: column(0.1, 1.0).iter().map(|s| 2.0 + s).collect(),
+        };
+        let at: Vec<f64> = (0..count).map(|f| (1.0 + 0.3 * f as f64 * f as f64).ln()).collect();
+        let lines = Lines { at, share: vec![1.0; count], parts: vec![part(0.2), part(0.7)], parameters: 2 };
+        let (size, reach, noise) = (0.4, 0.8, 1.3);
+        let correlation = |f: usize, g: usize| (-(lines.at[f] - lines.at[g]).abs() / reach).exp();
+        let (mut log_det, mut square, mut information, mut score, mut meat) = (0.0, 0.0, Mat::zeros(2, 2), vec![0.0; 2], Mat::<f64>::zeros(2, 2));
+        for part in &lines.parts {
+            let error = |f: usize, g: usize| size * size * part.size[f] * part.size[g] * correlation(f, g);
+            let mut factor = Cholesky::new(count);
+            assert!(factor.factor(|f, g| error(f, g) + if f == g { noise } else { 0.0 }));
+            let solved = |column: &[f64]| {
+                let mut out = column.to_vec();
+                factor.solve(&mut out);
+                out
+            };
+            let dot = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
+            log_det += (0..count).map(|f| 2.0 * factor.lower()[f * count + f].ln()).sum::<f64>();
+            square += dot(&part.left, &solved(&part.left));
+            for r in 0..2 {
+                score[r] += dot(&part.slopes[r], &solved(&part.left));
+                for c in 0..2 {
+                    information[(r, c)] += dot(&part.slopes[r], &solved(&part.slopes[c]));
+                    meat[(r, c)] +=
+                        (0..count * count).map(|e| part.slopes[r][e / count] * error(e / count, e % count) * part.slopes[c][e % count]).sum::<f64>();
+                }
+            }
         }
+        let expected = restricted(log_det, square, &information, &score);
+        assert!((lines.likelihood(size, reach, noise) - expected).abs() < 1e-10 * expected.abs());
+        let mut found = Mat::zeros(2, 2);
+        lines.add_meat(&mut found, reach, size * size);
+        assert!((0..4).all(|e| (found[(e / 2, e % 2)] - meat[(e / 2, e % 2)]).abs() < 1e-12 * meat[(0, 0)].abs()));
     }
 }

@@ -77,23 +77,11 @@ impl WeightedFit {
     /// # Errors
     /// [`FitError`] if shape, kind, covariance or band do not serve.
     pub fn fit(&self, model: &dyn ParametricModel, response: &FrequencyResponse, start: &[f64]) -> Result<Fit, FitError> {
-        let shape = check_shape(model, response, start)?;
-        let [n, inputs] = shape;
-        let parameters = model.parameters();
-        let uncertainty = response.uncertainty.as_ref().ok_or(FitError::NoCovariance)?;
-        let degrees = uncertainty.degrees_of_freedom;
-        let full = degrees >= n as f64 + FULL_COVARIANCE_MARGIN;
-        let bins = self.bins(response, uncertainty, full);
-        let independent: f64 = bins.iter().map(|b| b.share).sum();
-        if bins.is_empty() || 2.0 * independent * (n * inputs) as f64 <= parameters.len() as f64 {
-            let needed = parameters.len() / (2 * n * inputs) + 1;
-            return Err(FitError::TooFewBins { bins: bins.len(), independent, needed, low_hz: self.band_hz[0], high_hz: self.band_hz[1] });
-        }
-        let frequency_hz: Vec<f64> = bins.iter().map(|b| b.hz).collect();
-        let prediction = Prediction::new(model, response.kind, &frequency_hz, &uncertainty.kernel, &self.smoothing, self.transducer);
-        let problem = Whitened { prediction, bins, gains: model.gains(), shape, parameters: parameters.len() };
+        let problem = self.problem(model, response, start)?;
+        let [n, inputs] = problem.shape;
         let solved = Solved::new(&problem, model, start, self.cost_tolerance)?;
 
+        let Known { degrees, full, independent } = problem.known;
         let rows = if full { n as f64 } else { 1.0 };
         let inflation = if degrees > rows + 1.0 { degrees * degrees / ((degrees - rows).powi(2) - 1.0) } else { f64::INFINITY };
         let covariance = match self.covariance {
@@ -103,9 +91,28 @@ impl WeightedFit {
         };
         // With as few averages as rows the noise is known from nothing else than what the model is judged by.
         let chi2 = if degrees > rows { 2.0 * solved.minimum.cost * (degrees - rows) / degrees } else { f64::NAN };
-        let degrees_of_freedom = 2.0 * independent * (n * inputs) as f64 - parameters.len() as f64;
+        let degrees_of_freedom = 2.0 * independent * (n * inputs) as f64 - problem.parameters as f64;
         let width = if self.covariance == CovarianceKind::Sandwich { Width::Residuals } else { Width::Covariance };
-        Ok(Fit { width, ..solved.into_fit(model, covariance, &frequency_hz, chi2, degrees_of_freedom) })
+        Ok(Fit { width, ..solved.into_fit(model, covariance, &problem.frequency_hz(), chi2, degrees_of_freedom) })
+    }
+
+    /// What is to be minimised.
+    pub(super) fn problem<'a>(&'a self, model: &'a dyn ParametricModel, response: &'a FrequencyResponse, start: &[f64]) -> Result<Whitened<'a>, FitError> {
+        let shape = check_shape(model, response, start)?;
+        let [n, inputs] = shape;
+        let parameters = model.parameters().len();
+        let uncertainty = response.uncertainty.as_ref().ok_or(FitError::NoCovariance)?;
+        let degrees = uncertainty.degrees_of_freedom;
+        let full = degrees >= n as f64 + FULL_COVARIANCE_MARGIN;
+        let bins = self.bins(response, uncertainty, full);
+        let independent: f64 = bins.iter().map(|b| b.share).sum();
+        if bins.is_empty() || 2.0 * independent * (n * inputs) as f64 <= parameters as f64 {
+            let needed = parameters / (2 * n * inputs) + 1;
+            return Err(FitError::TooFewBins { bins: bins.len(), independent, needed, low_hz: self.band_hz[0], high_hz: self.band_hz[1] });
+        }
+        let frequency_hz: Vec<f64> = bins.iter().map(|b| b.hz).collect();
+        let prediction = Prediction::new(model, response.kind, &frequency_hz, &uncertainty.kernel, &self.smoothing, self.transducer);
+        Ok(Whitened { prediction, bins, gains: model.gains(), shape, parameters, known: Known { degrees, full, independent } })
     }
 
     /// The model as an estimate of this kind would show it on average: through the window's `kernel`, in the loop that
@@ -163,9 +170,9 @@ impl WeightedFit {
 }
 
 /// One frequency of an estimate with what whitens it: √(2 share) · left · δ · right has unit variance.
-struct Bin {
-    hz: f64,
-    share: f64,
+pub(super) struct Bin {
+    pub hz: f64,
+    pub share: f64,
     estimate: Vec<Complex64>,
     left: Vec<Complex64>,
     right: Vec<Complex64>,
@@ -181,13 +188,24 @@ impl Bin {
     }
 }
 
-struct Whitened<'a> {
+pub(super) struct Whitened<'a> {
     prediction: Prediction<'a>,
-    bins: Vec<Bin>,
+    pub bins: Vec<Bin>,
     gains: Option<&'a Gains>,
     /// Rows and columns of the estimate.
-    shape: [usize; 2],
-    parameters: usize,
+    pub shape: [usize; 2],
+    pub parameters: usize,
+    known: Known,
+}
+
+/// How well the estimate's covariance is known.
+#[derive(Clone, Copy)]
+struct Known {
+    degrees: f64,
+    /// Whether as a matrix, not as variances only.
+    full: bool,
+    /// Independent frequencies.
+    independent: f64,
 }
 
 impl LeastSquares for Whitened<'_> {
@@ -220,6 +238,16 @@ impl LeastSquares for Whitened<'_> {
 }
 
 impl Whitened<'_> {
+    fn frequency_hz(&self) -> Vec<f64> {
+        self.bins.iter().map(|bin| bin.hz).collect()
+    }
+
+    /// What the model says of each frequency, whitened as the residuals are.
+    pub fn whitened_model(&self, theta: &[f64]) -> Vec<Vec<Complex64>> {
+        let (value, _) = self.evaluate(theta, false);
+        self.bins.iter().zip(value.chunks_exact(self.size())).map(|(bin, model)| bin.whiten(model, self.shape)).collect()
+    }
+
     /// Elements of one frequency.
     fn size(&self) -> usize {
         self.shape.iter().product()
