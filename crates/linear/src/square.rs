@@ -45,19 +45,25 @@ fn add_rectangular<T: Scalar>(a: &[T], b: &[T], [inner, columns]: [usize; 2], ou
 
 /// A D B, for a D that is mostly nought: what derivatives of models are.
 pub fn sandwich<T: Scalar>(a: &[T], d: &[T], b: &[T], n: usize) -> Vec<T> {
+    let mut out = vec![T::default(); n * n];
+    add_sandwich(T::ONE, [a, d, b], n, &mut out);
+    out
+}
+
+/// Adds w A D B to `out`, as [`sandwich`] makes it.
+pub fn add_sandwich<T: Scalar>(weight: T, [a, d, b]: [&[T]; 3], n: usize, out: &mut [T]) {
     let nought = T::default();
     if d.iter().filter(|v| **v != nought).count() > 2 * n {
-        return product(&product(a, d, n), b, n);
+        out.iter_mut().zip(product(&product(a, d, n), b, n)).for_each(|(o, v)| *o += weight * v);
+        return;
     }
-    let mut out = vec![nought; n * n];
     for (e, v) in d.iter().enumerate().filter(|(_, v)| **v != nought) {
         let row = &b[(e % n) * n..(e % n + 1) * n];
         for i in 0..n {
-            let factor = a[i * n + e / n] * *v;
+            let factor = weight * a[i * n + e / n] * *v;
             out[i * n..(i + 1) * n].iter_mut().zip(row).for_each(|(o, r)| *o += factor * *r);
         }
     }
-    out
 }
 
 /// A⁻¹; `None` if A is singular or holds what is no number.

@@ -162,33 +162,30 @@ impl<M: ParametricModel> ParametricModel for Held<M> {
         let size = n * n;
         let mut sum = vec![Complex64::default(); size];
         let mut slopes = vec![Complex64::default(); derivative.as_ref().map_or(0, |d| d.len())];
+        let mut compliance = sum.clone();
         let mut exists = true;
         for (folded, weight) in self.folds(s) {
             self.model.stiffness(theta, folded, value, derivative.as_deref_mut());
-            let Some(compliance) = square::inverse(value, n) else {
-                exists = false;
-                break;
-            };
+            exists &= square::invert_into(value, &mut compliance, n).is_some();
             sum.iter_mut().zip(&compliance).for_each(|(sum, c)| *sum += weight * c);
             if let Some(derivative) = derivative.as_deref() {
                 for (slope, d) in slopes.chunks_exact_mut(size).zip(derivative.chunks_exact(size)) {
-                    slope.iter_mut().zip(square::sandwich(&compliance, d, &compliance, n)).for_each(|(slope, v)| *slope += weight * v);
+                    square::add_sandwich(weight, [&compliance, d, &compliance], n, slope);
                 }
             }
         }
-        let inverse = if exists { square::inverse(&sum, n) } else { None };
-        let Some(inverse) = inverse else {
+        if !exists || square::invert_into(&mut sum, value, n).is_none() {
             let nan = Complex64::new(f64::NAN, f64::NAN);
             value.fill(nan);
             derivative.into_iter().for_each(|d| d.fill(nan));
             return;
-        };
+        }
         if let Some(derivative) = derivative {
             for (out, slope) in derivative.chunks_exact_mut(size).zip(slopes.chunks_exact(size)) {
-                out.copy_from_slice(&square::sandwich(&inverse, slope, &inverse, n));
+                out.fill(Complex64::default());
+                square::add_sandwich(Complex64::from(1.0), [value, slope, value], n, out);
             }
         }
-        value.copy_from_slice(&inverse);
     }
 }
 
