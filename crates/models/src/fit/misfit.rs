@@ -36,7 +36,7 @@ impl Fit {
     }
 }
 
-/// Sizes and reaches that are weighed differ by this factor: finer ones change no interval by a tenth.
+/// Sizes and reaches that are weighed differ by this factor.
 const STEP: f64 = std::f64::consts::SQRT_2;
 /// Size, in standard deviations of the noise, below which a model error moves nothing.
 const UNSEEN: f64 = 0.1;
@@ -132,6 +132,7 @@ impl Lines {
         for &reach in &reaches {
             all.extend(sizes.iter().map(|&size| (thinned.likelihood(size, reach, noise), size, reach)));
         }
+        all.retain(|(likelihood, ..)| likelihood.is_finite());
         let most = all.iter().map(|(l, ..)| *l).fold(f64::NEG_INFINITY, f64::max);
         let total: f64 = all.iter().map(|(l, ..)| (l - most).exp()).sum();
         let mut meat = Mat::zeros(self.parameters, self.parameters);
