@@ -9,6 +9,7 @@
 
 #![cfg_attr(docsrs, feature(doc_cfg))]
 
+mod amplitudes;
 mod cache;
 mod cross_spectra;
 mod excitation;
@@ -25,6 +26,7 @@ mod warning;
 mod welch;
 mod window;
 
+pub use amplitudes::Amplitudes;
 pub use cross_spectra::{CrossSpectra, Kernel, SpectraError};
 pub use excitation::{
     AxisPlan, Chirp, Decorrelated, Decorrelation, ExcitationError, ExpectedMotion, FilteredNoise, InputCoherence, Limits, Lines, Multisine, MultisineSet, Prbs,

@@ -240,7 +240,7 @@ pub fn detect_period(signal: &[f64]) -> Option<DetectedPeriod> {
     if n < 4 || !(energy[n] > 0.0 && energy[n].is_finite()) {
         return None;
     }
-    let product = autocorrelation(&level);
+    let product = autocorrelation(&level, n);
     let mismatch: Vec<f64> = (0..=n / 2)
         .map(|lag| {
             // Two halves at least, which together are all of the signal: never zero.
@@ -257,19 +257,33 @@ pub fn detect_period(signal: &[f64]) -> Option<DetectedPeriod> {
     Some(DetectedPeriod { period, mismatch: mismatch[period] })
 }
 
-/// Σ_n x(n) x(n + lag) for every lag, by zero-padded transforms.
-pub(crate) fn autocorrelation(x: &[f64]) -> Vec<f64> {
-    let length = (2 * x.len()).next_power_of_two();
+/// Σ_n x(n) x(n + lag) for lags below `lags`, or to the signal's length.
+///
+/// In blocks of so many samples, padded with as many zeros, whose transforms are A_b: block b beside what follows it has the transform
+/// A_b + (−1)^f A_(b+1), and the sum is the inverse of Σ A_b* (A_b + (−1)^f A_(b+1)).
+pub(crate) fn autocorrelation(x: &[f64], lags: usize) -> Vec<f64> {
+    let lags = lags.min(x.len());
+    let block = lags.next_power_of_two();
+    let length = 2 * block;
     let (forward, inverse) = (forward_transform(length), inverse_transform(length));
-    let mut series = x.to_vec();
-    series.resize(length, 0.0);
-    let mut spectrum = forward.make_output_vec();
-    // Lengths are those of the plans, and the squared spectrum is real, so the transforms cannot refuse.
-    let mut done = forward.process(&mut series, &mut spectrum).is_ok();
-    spectrum.iter_mut().for_each(|s| *s = (s.norm_sqr() / length as f64).into());
-    done &= inverse.process(&mut spectrum, &mut series).is_ok();
+    let mut series = vec![0.0; length];
+    let (mut sum, mut before, mut own) = (forward.make_output_vec(), forward.make_output_vec(), forward.make_output_vec());
+    // Lengths are those of the plans, and the sum is real at both of its ends, so the transforms cannot refuse.
+    let mut done = true;
+    for (b, samples) in x.chunks(block).enumerate() {
+        series[..samples.len()].copy_from_slice(samples);
+        series[samples.len()..].fill(0.0);
+        done &= forward.process(&mut series, &mut own).is_ok();
+        for (f, ((sum, before), own)) in sum.iter_mut().zip(&before).zip(&own).enumerate() {
+            let sign = if f % 2 == 0 { 1.0 } else { -1.0 };
+            let products = if b == 0 { own.norm_sqr().into() } else { before.conj() * own * sign + own.norm_sqr() };
+            *sum += products / length as f64;
+        }
+        std::mem::swap(&mut before, &mut own);
+    }
+    done &= inverse.process(&mut sum, &mut series).is_ok();
     debug_assert!(done);
-    series.truncate(x.len());
+    series.truncate(lags);
     series
 }
 
@@ -282,6 +296,19 @@ mod tests {
         let mut rng = rand_chacha::ChaCha8Rng::seed_from_u64(3);
         rng.set_stream(stream);
         (0..n).map(|_| rng.random_range(-1.0..1.0)).collect()
+    }
+
+    #[test]
+    fn autocorrelation_is_the_sum_of_products_at_every_lag() {
+        for (n, lags) in [(1, 1), (7, 7), (100, 200), (100, 3), (1000, 64), (1000, 33), (64, 16)] {
+            let x = noise(5, n);
+            let found = autocorrelation(&x, lags);
+            assert_eq!(found.len(), lags.min(n));
+            for (lag, found) in found.iter().enumerate() {
+                let expected: f64 = x.iter().zip(&x[lag..]).map(|(a, b)| a * b).sum();
+                assert!((found - expected).abs() < 1e-12 * n as f64, "{n} {lags} {lag}: {found} for {expected}");
+            }
+        }
     }
 
     /// Lines 2 and 5 of a 200-sample period, repeated.

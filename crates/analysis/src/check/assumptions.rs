@@ -5,7 +5,8 @@ use crate::result::{Number, number};
 use crate::trials::RoleNames;
 use crate::trials::Roles;
 use crate::trials::Trial;
-use ndof_signal::{mean_squares, normality, reverse_arrangements};
+use ndof_signal::{Amplitudes, normality, reverse_arrangements};
+use rayon::prelude::*;
 use statrs::distribution::{ContinuousCDF, Normal};
 
 /// Intervals whose mean squares are compared (Bendat & Piersol: 16 to 25).
@@ -15,17 +16,20 @@ const INTERVALS: usize = 20;
 const SHARES: [f64; 9] = [0.01, 0.05, 0.1, 0.25, 0.5, 0.75, 0.9, 0.95, 0.99];
 
 /// The assumptions for every channel with a role that all trials have.
-pub(super) fn assumptions(trials: &[Trial], names: &RoleNames) -> Vec<ChannelAssumptions> {
+pub(super) fn assumptions(trials: &[Trial], sizes: &[Vec<Amplitudes>], names: &RoleNames) -> Vec<ChannelAssumptions> {
     let Some(first) = trials.first() else { return Vec::new() };
     let Ok(roles) = Roles::find(&first.recording, &first.file, names) else { return Vec::new() };
-    roles.used().into_iter().filter_map(|index| channel(trials, &first.recording.channels()[index].name)).collect()
+    roles.used().into_par_iter().filter_map(|index| channel(trials, sizes, &first.recording.channels()[index].name)).collect()
 }
 
-fn channel(trials: &[Trial], name: &str) -> Option<ChannelAssumptions> {
-    let signals: Option<Vec<Vec<f64>>> = trials.iter().map(|t| t.recording.channels().iter().find(|c| c.name == name).map(|c| level(&c.samples))).collect();
-    let signals = signals.filter(|all| all.iter().all(|s| s.len() >= INTERVALS))?;
-    let courses: Vec<Vec<f64>> = signals.iter().filter_map(|s| mean_squares(s, INTERVALS).ok()).collect();
-    let shapes: Vec<_> = signals.iter().map(|s| normality(s).ok()).collect();
+fn channel<'a>(trials: &[Trial], sizes: &'a [Vec<Amplitudes<'a>>], name: &str) -> Option<ChannelAssumptions> {
+    let of_trial = |(trial, sizes): (&Trial, &'a Vec<Amplitudes<'a>>)| sizes.get(trial.recording.channels().iter().position(|c| c.name == name)?);
+    let amplitudes: Vec<&Amplitudes> = trials.iter().zip(sizes).map(of_trial).collect::<Option<_>>()?;
+    if amplitudes.iter().any(|a| a.samples.len() < INTERVALS) {
+        return None;
+    }
+    let courses: Vec<Vec<f64>> = amplitudes.iter().filter_map(|a| a.mean_squares(INTERVALS).ok()).collect();
+    let shapes: Vec<_> = amplitudes.iter().map(|a| normality(&a.samples).ok()).collect();
     let of = |value: &dyn Fn(&ndof_signal::Normality) -> f64| -> Vec<Number> { shapes.iter().map(|s| s.as_ref().and_then(|s| number(value(s)))).collect() };
     Some(ChannelAssumptions {
         name: name.to_owned(),
@@ -34,36 +38,15 @@ fn channel(trials: &[Trial], name: &str) -> Option<ChannelAssumptions> {
         excess_kurtosis: of(&|s| s.excess_kurtosis),
         normal_p_value: of(&|s| s.p_value),
         gaussian_quantiles: SHARES.iter().map(|share| Normal::standard().inverse_cdf(*share)).collect(),
-        quantiles: signals.iter().map(|s| quantiles(s)).collect(),
-        squared_correlation: table(&signals),
-        squared_correlation_of_mean_squares: table(&courses),
+        quantiles: amplitudes.iter().map(|a| a.quantiles(&SHARES).into_iter().map(number).collect()).collect(),
+        squared_correlation: table(&amplitudes.iter().map(|a| &*a.samples).collect::<Vec<_>>()),
+        squared_correlation_of_mean_squares: table(&courses.iter().map(Vec::as_slice).collect::<Vec<_>>()),
         mean_squares: courses,
     })
 }
 
-/// Finite samples without their mean.
-fn level(samples: &[f64]) -> Vec<f64> {
-    let finite = || samples.iter().copied().filter(|s| s.is_finite());
-    let mean = finite().sum::<f64>() / finite().count() as f64;
-    finite().map(|s| s - mean).collect()
-}
-
-/// Standardised quantiles, at [`SHARES`].
-fn quantiles(signal: &[f64]) -> Vec<Number> {
-    let std = (signal.iter().map(|s| s * s).sum::<f64>() / signal.len() as f64).sqrt();
-    let mut sorted = signal.to_vec();
-    sorted.sort_by(f64::total_cmp);
-    let at = |share: f64| {
-        let place = share * (sorted.len() - 1) as f64;
-        let (k, rest) = (place.floor() as usize, place.fract());
-        let next = sorted[(k + 1).min(sorted.len() - 1)];
-        sorted[k] + rest * (next - sorted[k])
-    };
-    SHARES.iter().map(|share| number(at(*share) / std)).collect()
-}
-
 /// R² of each pair, over the length that both have.
-fn table(signals: &[Vec<f64>]) -> Vec<Vec<Number>> {
+fn table(signals: &[&[f64]]) -> Vec<Vec<Number>> {
     signals.iter().map(|a| signals.iter().map(|b| squared_correlation(a, b)).collect()).collect()
 }
 
@@ -77,6 +60,7 @@ fn squared_correlation(a: &[f64], b: &[f64]) -> Number {
 
 #[cfg(test)]
 mod tests {
+    use super::super::quality::amplitudes;
     use super::*;
     use rand::{RngExt, SeedableRng};
 
@@ -92,7 +76,9 @@ mod tests {
             let motion: Vec<f64> = force.iter().zip(gaussian(noise, force.len())).map(|(f, e)| f * f + 0.1 * e).collect();
             Trial::new(100.0).effort("x", force.to_vec()).displacement("x", motion).expect("valid")
         };
-        let found = assumptions(&[trial(&force, 2), trial(&force, 3), trial(&gaussian(4, 20_000), 5)], &RoleNames::default());
+        let trials = [trial(&force, 2), trial(&force, 3), trial(&gaussian(4, 20_000), 5)];
+        let sizes: Vec<Vec<Amplitudes>> = trials.iter().map(|trial| amplitudes(&trial.recording)).collect();
+        let found = assumptions(&trials, &sizes, &RoleNames::default());
         let [input, output] = found.as_slice() else { panic!("two channels") };
         assert!((input.squared_correlation[0][1].expect("defined") - 1.0).abs() < 1e-12);
         // Two independent Gaussian signals: R² is 1/N on average, 25/N with a probability below 1e-6.

@@ -12,9 +12,9 @@ pub(crate) use quality::quality;
 
 use crate::result::{Head, number};
 use crate::trials::{RoleNames, Roles, Trial, add_each};
-use channel::{finite, mean_and_std, resolution};
-use ndof_signal::{Channel, CrossSpectra, Welch};
-use quality::{findings, role};
+use ndof_signal::{Amplitudes, Channel, CrossSpectra, Welch};
+use quality::{amplitudes, findings, role};
+use rayon::prelude::*;
 use result::{ChannelCheck, CheckResult, Finding, TrialCheck};
 
 /// The code of what is wrong with the clock of a file.
@@ -25,7 +25,8 @@ const TIMING: &str = "sample-timing";
 /// A recording whose roles cannot be found is looked at all the same, with a finding that says so.
 pub fn check(trials: &[Trial], names: &RoleNames) -> CheckResult {
     let (mut checked, mut found, mut warnings) = (Vec::new(), Vec::new(), Vec::new());
-    for (k, trial) in trials.iter().enumerate() {
+    let sizes: Vec<Vec<Amplitudes>> = trials.iter().map(|trial| amplitudes(&trial.recording)).collect();
+    for (k, (trial, sizes)) in trials.iter().zip(&sizes).enumerate() {
         let roles = Roles::find(&trial.recording, &trial.file, names);
         if let Err(error) = &roles {
             found.push(Finding::new("roles", "fault", k, None, error.to_string(), "name channels with `input`, `output` and `reference`"));
@@ -35,9 +36,9 @@ pub fn check(trials: &[Trial], names: &RoleNames) -> CheckResult {
         found.extend(timing.into_iter().map(|note| Finding::new(TIMING, "fault", k, None, note.message, &note.action)));
         add_each(&mut warnings, notes.into_iter().chain(roles.iter().flat_map(|roles| roles.warnings.clone())));
         let sample_rate_hz = trial.recording.sample_rate_hz();
-        let channels = trial.recording.channels().iter().enumerate();
-        let channels = channels.map(|(index, channel)| look(channel, role(roles.as_ref(), index), sample_rate_hz)).collect();
-        let (lags, of_trial) = findings(&trial.recording, roles.as_ref(), k);
+        let channels = trial.recording.channels().par_iter().zip(sizes).enumerate();
+        let channels = channels.map(|(index, (channel, sizes))| look(channel, sizes, role(roles.as_ref(), index), sample_rate_hz)).collect();
+        let (lags, of_trial) = findings(&trial.recording, sizes, roles.as_ref(), k);
         found.extend(of_trial);
         checked.push(TrialCheck { file: trial.file.clone(), lags, sample_rate_hz, duration_s: trial.recording.duration_s(), channels });
     }
@@ -54,32 +55,28 @@ pub fn check(trials: &[Trial], names: &RoleNames) -> CheckResult {
         verdict: verdict.to_owned(),
         trials: checked,
         findings: found,
-        assumptions: assumptions::assumptions(trials, names),
+        assumptions: assumptions::assumptions(trials, &sizes, names),
     }
 }
 
-fn look(channel: &Channel, role: &str, sample_rate_hz: f64) -> ChannelCheck {
-    let samples = finite(channel);
-    let (mean, std) = mean_and_std(&samples);
-    let mut sorted = samples.clone();
-    sorted.sort_by(f64::total_cmp);
-    let step = resolution(&sorted);
+fn look(channel: &Channel, amplitudes: &Amplitudes, role: &str, sample_rate_hz: f64) -> ChannelCheck {
+    let Amplitudes { samples, mean, std, range: [low, high] } = amplitudes;
     ChannelCheck {
         name: channel.name.clone(),
         unit: channel.unit.symbol().to_owned(),
         role: role.to_owned(),
         missing: channel.samples.len() - samples.len(),
-        mean: number(mean),
-        std: number(std),
-        range: sorted.first().zip(sorted.last()).map(|(low, high)| [*low, *high]),
-        step: number(step),
-        band_hz: power_band(&samples, sample_rate_hz),
+        mean: number(*mean),
+        std: number(*std),
+        range: (low <= high).then_some([*low, *high]),
+        step: number(amplitudes.step()),
+        band_hz: power_band(samples, sample_rate_hz),
     }
 }
 
 /// The band that holds 98 % of a channel's power, one hundredth beyond each end.
 fn power_band(samples: &[f64], sample_rate_hz: f64) -> Option<[f64; 2]> {
-    let nperseg = (samples.len() / 8).checked_ilog2().filter(|bits| *bits >= 4).map(|bits| 1_usize << bits)?;
+    let nperseg = (samples.len() / 8).checked_ilog2().filter(|bits| *bits >= 4).map(|bits| pairs::LONGEST.min(1 << bits))?;
     power_band_of(&Welch::new(nperseg).spectra(sample_rate_hz, &[samples]).ok()?, 0)
 }
 

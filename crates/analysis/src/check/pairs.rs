@@ -23,9 +23,12 @@ const GAIN: f64 = 0.05;
 /// Lag between two measurements of one motion, in samples, that is worth a word.
 const LATE: f64 = 0.5;
 
+/// The longest segment that anything is looked at with, a minute at 1 kHz, or this much of an hour would be one transform.
+pub(super) const LONGEST: usize = 1 << 16;
+
 /// Spectra of all channels, if the recording is long enough and holds no missing sample.
 fn spectra(recording: &Recording) -> Option<CrossSpectra> {
-    let nperseg = (recording.len() / 16).checked_ilog2().filter(|bits| *bits >= 5).map(|bits| 1_usize << bits)?;
+    let nperseg = (recording.len() / 16).checked_ilog2().filter(|bits| *bits >= 5).map(|bits| LONGEST.min(1 << bits))?;
     let all: Vec<usize> = (0..recording.channels().len()).collect();
     Welch::new(nperseg).spectra(recording.sample_rate_hz(), &recording.columns(&all)).ok()
 }
@@ -173,7 +176,7 @@ fn crossed(spectra: &CrossSpectra, channels: &[Channel], roles: &Roles, trial: u
 /// Pairs of inputs that move together.
 pub(super) fn together(recording: &Recording, roles: &Roles, trial: usize) -> Vec<Finding> {
     let inputs = &roles.ports.inputs;
-    let Some(nperseg) = (recording.len() / 16).checked_ilog2().filter(|bits| *bits >= 4).map(|bits| 1_usize << bits) else { return Vec::new() };
+    let Some(nperseg) = (recording.len() / 16).checked_ilog2().filter(|bits| *bits >= 4).map(|bits| LONGEST.min(1 << bits)) else { return Vec::new() };
     let Ok(spectra) = Welch::new(nperseg).spectra(recording.sample_rate_hz(), &recording.columns(inputs)) else { return Vec::new() };
     let mut found = Vec::new();
     for b in 0..inputs.len() {

@@ -5,7 +5,8 @@ use super::evenness::unsteady;
 use super::pairs::{pairs, together};
 use super::result::{Finding, Lag};
 use crate::trials::roles::Roles;
-use ndof_signal::{Recording, Warning};
+use ndof_signal::{Amplitudes, Recording, Warning};
+use rayon::prelude::*;
 
 /// What a channel is used as.
 pub(super) fn role(roles: Option<&Roles>, index: usize) -> &'static str {
@@ -18,10 +19,15 @@ pub(super) fn role(roles: Option<&Roles>, index: usize) -> &'static str {
     }
 }
 
+/// The sizes of each channel's samples.
+pub(super) fn amplitudes(recording: &Recording) -> Vec<Amplitudes<'_>> {
+    recording.channels().par_iter().map(|channel| Amplitudes::of(&channel.samples)).collect()
+}
+
 /// Lags and findings of a recording: of each channel, then of channels that belong together.
-pub(super) fn findings(recording: &Recording, roles: Option<&Roles>, trial: usize) -> (Vec<Lag>, Vec<Finding>) {
-    let channels = recording.channels().iter().enumerate();
-    let mut found: Vec<Finding> = channels.flat_map(|(index, channel)| channel_findings(channel, role(roles, index), trial)).collect();
+pub(super) fn findings(recording: &Recording, sizes: &[Amplitudes], roles: Option<&Roles>, trial: usize) -> (Vec<Lag>, Vec<Finding>) {
+    let channels = recording.channels().par_iter().zip(sizes).enumerate();
+    let mut found: Vec<Finding> = channels.flat_map_iter(|(index, (channel, sizes))| channel_findings(channel, sizes, role(roles, index), trial)).collect();
     let Some(roles) = roles else { return (Vec::new(), found) };
     found.extend(unsteady(recording, roles, trial));
     found.extend(together(recording, roles, trial));
@@ -34,7 +40,7 @@ pub(super) fn findings(recording: &Recording, roles: Option<&Roles>, trial: usiz
 pub(crate) fn quality(recordings: &[&Recording], roles: &Roles) -> Vec<Warning> {
     let mut seen: Vec<(String, Option<String>)> = Vec::new();
     let mut warnings = Vec::new();
-    for found in recordings.iter().enumerate().flat_map(|(trial, recording)| findings(recording, Some(roles), trial).1) {
+    for found in recordings.iter().enumerate().flat_map(|(trial, recording)| findings(recording, &amplitudes(recording), Some(roles), trial).1) {
         let key = (found.code.clone(), found.channel.clone());
         if !seen.contains(&key) {
             let message = format!("trial {}{}: {}", found.trial, found.channel.map(|channel| format!(", {channel}")).unwrap_or_default(), found.message);

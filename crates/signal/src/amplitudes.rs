@@ -1,0 +1,209 @@
+//! What the sizes of a signal's samples say, whatever their order.
+
+use crate::stationarity::StationarityError;
+use std::borrow::Cow;
+
+/// Values that differ which are enough to find their least distance: as many as a converter of 16 bits has.
+const DISTINCT: usize = 1 << 16;
+/// Bins that samples are counted into, at most.
+const BINS: usize = 1 << 16;
+
+/// The finite samples of a signal, and what is known of their sizes. Every method takes a few passes and no sorting: time linear in samples.
+///
+/// ```
+/// use ndof_signal::Amplitudes;
+/// let quantised: Vec<f64> = (0..1000).map(|k| (f64::from(k) * 0.7).sin()).map(|x| (8.0 * x).round() / 8.0).collect();
+/// let amplitudes = Amplitudes::of(&quantised);
+/// assert_eq!((amplitudes.step(), amplitudes.range), (0.125, [-1.0, 1.0]));
+/// assert!(amplitudes.quantiles(&[0.5])[0].abs() < 0.1);
+/// ```
+#[derive(Clone, Debug)]
+pub struct Amplitudes<'a> {
+    /// The samples that are numbers, in their order.
+    pub samples: Cow<'a, [f64]>,
+    /// Their mean; NaN where there is none.
+    pub mean: f64,
+    /// Their standard deviation, about the mean and over their number.
+    pub std: f64,
+    /// The least and the greatest; +∞ and −∞ where there is none.
+    pub range: [f64; 2],
+}
+
+impl<'a> Amplitudes<'a> {
+    /// Looks at the samples that are numbers.
+    pub fn of(signal: &'a [f64]) -> Self {
+        let all = signal.iter().all(|x| x.is_finite());
+        let samples: Cow<[f64]> = if all { Cow::Borrowed(signal) } else { signal.iter().copied().filter(|x| x.is_finite()).collect() };
+        let count = samples.len() as f64;
+        let mean = samples.iter().sum::<f64>() / count;
+        let std = (samples.iter().map(|x| (x - mean).powi(2)).sum::<f64>() / count).sqrt();
+        let range = samples.iter().fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], x| [low.min(*x), high.max(*x)]);
+        Amplitudes { samples, mean, std, range }
+    }
+
+    /// The least distance between values; what is a billionth of their range or less is round-off. Once 65 536 differ, no more are looked at.
+    /// Infinite where no two differ.
+    pub fn step(&self) -> f64 {
+        let mut values = Vec::new();
+        let sort = |values: &mut Vec<f64>| {
+            values.sort_unstable_by(f64::total_cmp);
+            values.dedup();
+        };
+        // What came last under the same place: most samples of a sensor with few steps end here.
+        let mut lately = vec![f64::NAN; 1 << 16];
+        for &x in &*self.samples {
+            let place = &mut lately[(x.to_bits().wrapping_mul(0x9e37_79b9_7f4a_7c15) >> 48) as usize];
+            if *place != x {
+                *place = x;
+                values.push(x);
+                if values.len() == 2 * DISTINCT {
+                    sort(&mut values);
+                    if values.len() >= DISTINCT {
+                        break;
+                    }
+                }
+            }
+        }
+        sort(&mut values);
+        let range = self.range[1] - self.range[0];
+        values.windows(2).map(|pair| pair[1] - pair[0]).filter(|step| *step > 1e-9 * range).fold(f64::INFINITY, f64::min)
+    }
+
+    /// Quantiles at some shares in 0 … 1, less the mean and over the standard deviation, linear between samples; NaN without samples.
+    pub fn quantiles(&self, shares: &[f64]) -> Vec<f64> {
+        let Some(last) = self.samples.len().checked_sub(1) else { return vec![f64::NAN; shares.len()] };
+        let places = shares.iter().map(|share| share.clamp(0.0, 1.0) * last as f64);
+        let pairs: Vec<usize> = places.clone().flat_map(|place| [place as usize, (place as usize + 1).min(last)]).collect();
+        let found = in_order(&self.samples, self.range, &pairs, |x| x);
+        let between = |(place, pair): (f64, &[f64])| {
+            let [low, high] = [pair[0] - self.mean, pair[1] - self.mean];
+            (low + place.fract() * (high - low)) / self.std
+        };
+        places.zip(found.chunks_exact(2)).map(between).collect()
+    }
+
+    /// How many samples lie further from the median than so many robust standard deviations (1.4826 times the median distance); `None` where
+    /// half of all are the same, or there is none.
+    pub fn outliers(&self, deviations: f64) -> Option<usize> {
+        if self.samples.is_empty() {
+            return None;
+        }
+        let middle = self.samples.len() / 2;
+        let median = in_order(&self.samples, self.range, &[middle], |x| x)[0];
+        let distance = |x: f64| (x - median).abs();
+        let furthest = distance(self.range[0]).max(distance(self.range[1]));
+        let robust = 1.4826 * in_order(&self.samples, [0.0, furthest], &[middle], distance)[0];
+        (robust > 0.0).then(|| self.samples.iter().filter(|x| distance(**x) > deviations * robust).count())
+    }
+
+    /// Samples in runs of `run` equal ones or more at either end of the range: a limit that was reached.
+    pub fn held_at_ends(&self, run: usize) -> usize {
+        let [low, high] = self.range;
+        let (mut held, mut length, mut before) = (0, 0, f64::NAN);
+        for &x in &*self.samples {
+            if x != before {
+                held += if length >= run { length } else { 0 };
+                length = 0;
+            }
+            length += usize::from(x == low || x == high);
+            before = x;
+        }
+        held + if length >= run { length } else { 0 }
+    }
+
+    /// Mean squares about the mean over `intervals` stretches of equal length (a remainder at the end is left out).
+    ///
+    /// # Errors
+    /// [`StationarityError::Intervals`] if there are fewer samples than intervals, or no interval.
+    pub fn mean_squares(&self, intervals: usize) -> Result<Vec<f64>, StationarityError> {
+        let length = self.samples.len().checked_div(intervals).unwrap_or(0);
+        if length == 0 {
+            return Err(StationarityError::Intervals { samples: self.samples.len(), intervals });
+        }
+        let square = |stretch: &[f64]| stretch.iter().map(|x| (x - self.mean).powi(2)).sum::<f64>() / length as f64;
+        Ok(self.samples.chunks_exact(length).take(intervals).map(square).collect())
+    }
+}
+
+/// The values that stand at some places once all are in order. They are counted into bins over their range, and only the bins that hold a
+/// place are put in order.
+fn in_order(samples: &[f64], [low, high]: [f64; 2], places: &[usize], value: impl Fn(f64) -> f64) -> Vec<f64> {
+    let bins = samples.len().clamp(1, BINS);
+    let scale = bins as f64 / (high - low);
+    // No number, where all are the same or their range is beyond numbers, is the first bin.
+    let bin = |x: f64| (((x - low) * scale) as usize).min(bins - 1);
+    let mut counts = vec![0_usize; bins];
+    samples.iter().for_each(|x| counts[bin(value(*x))] += 1);
+    // The first place of each bin.
+    let starts: Vec<usize> = counts.iter().scan(0, |below, count| Some(std::mem::replace(below, *below + count))).collect();
+    let of_place = |place: usize| starts.partition_point(|start| *start <= place) - 1;
+    let mut wanted = vec![false; bins];
+    places.iter().for_each(|place| wanted[of_place(*place)] = true);
+    let mut kept: Vec<f64> = samples.iter().map(|x| value(*x)).filter(|x| wanted[bin(*x)]).collect();
+    kept.sort_unstable_by(f64::total_cmp);
+    let left_out = |place: usize| (0..of_place(place)).filter(|bin| !wanted[*bin]).map(|bin| counts[bin]).sum::<usize>();
+    places.iter().map(|place| kept[place - left_out(*place)]).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use rand::{RngExt, SeedableRng};
+
+    #[test]
+    fn places_are_those_of_sorted_samples() {
+        let mut rng = rand_chacha::ChaCha8Rng::seed_from_u64(1);
+        let noise: Vec<f64> = (0..5001).map(|_| rng.sample(rand_distr::StandardNormal)).collect();
+        let coarse = noise.iter().map(|x| (x * 4.0).round() / 4.0).collect();
+        let far = noise.iter().enumerate().map(|(k, x)| if k == 7 { 1e300 } else { *x }).collect();
+        let wide = vec![-1.7e308, 1.7e308, 0.0, 5.0, -3.0];
+        for samples in [noise.clone(), coarse, far, wide, vec![2.0; 9], vec![1.0], vec![-0.0, 0.0, 1.0]] {
+            let mut sorted = samples.clone();
+            sorted.sort_by(f64::total_cmp);
+            let places: Vec<usize> = (0..sorted.len()).step_by(1 + sorted.len() / 97).collect();
+            let found = in_order(&samples, Amplitudes::of(&samples).range, &places, |x| x);
+            assert!(places.iter().zip(&found).all(|(place, x)| sorted[*place] == *x), "{found:?}");
+        }
+    }
+
+    #[test]
+    fn a_step_is_found_among_few_values_and_among_many() {
+        let mut rng = rand_chacha::ChaCha8Rng::seed_from_u64(2);
+        let mut quantised = |step: f64, count: usize| -> Vec<f64> { (0..count).map(|_| (1e3 * rng.random_range(-1.0..1.0_f64)).round() * step).collect() };
+        assert!((Amplitudes::of(&quantised(0.5, 300_000)).step() - 0.5).abs() < 1e-12);
+        let fine: Vec<f64> = (0..200_000).map(|_| (rng.random_range(-1.0..1.0_f64) * f64::from(1 << 22)).round()).collect();
+        // 65 536 of 8 million values: some neighbours are among them with a probability of one less e^-512.
+        assert_eq!(Amplitudes::of(&fine).step(), 1.0);
+        assert_eq!(Amplitudes::of(&[3.0; 10]).step(), f64::INFINITY);
+    }
+
+    #[test]
+    fn outliers_are_counted_unless_most_samples_are_one() {
+        let mut samples: Vec<f64> = (0..1001).map(|k| f64::from(k % 11) - 5.0).collect();
+        samples[17] = 400.0;
+        assert_eq!(Amplitudes::of(&samples).outliers(15.0), Some(1));
+        samples[..600].fill(0.0);
+        assert_eq!(Amplitudes::of(&samples).outliers(15.0), None);
+    }
+
+    #[test]
+    fn runs_at_the_ends_of_the_range_are_counted() {
+        let held = [0.0, 2.0, 2.0, 2.0, 1.0, -1.0, -1.0, 2.0, 2.0, -1.0, -1.0, -1.0];
+        assert_eq!(Amplitudes::of(&held).held_at_ends(3), 6);
+        assert_eq!(Amplitudes::of(&held).held_at_ends(2), 10);
+        assert_eq!(Amplitudes::of(&held).held_at_ends(4), 0);
+    }
+
+    #[test]
+    fn mean_squares_are_about_the_mean() {
+        assert_eq!(Amplitudes::of(&[1.0, 3.0, 5.0, -1.0, 2.0]).mean_squares(2), Ok(vec![1.0, 9.0]));
+        assert_eq!(Amplitudes::of(&[f64::NAN]).mean_squares(2), Err(StationarityError::Intervals { samples: 0, intervals: 2 }));
+    }
+
+    #[test]
+    fn nothing_has_no_sizes() {
+        let none = Amplitudes::of(&[f64::NAN, f64::INFINITY]);
+        assert!(none.samples.is_empty() && none.mean.is_nan() && none.quantiles(&[0.5])[0].is_nan() && none.outliers(3.0).is_none());
+        assert_eq!((none.step(), none.held_at_ends(1)), (f64::INFINITY, 0));
+    }
+}
