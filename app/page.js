@@ -100,8 +100,8 @@
   const recorded = which => Object.fromEntries(app.recordings.of(which).map(entry => [entry.name, entry.blob]));
   function analysis(task, which, name, progress) {
     const files = recorded(which), reading = app.settings.reading();
-    const own = task === 'fit' ? app.arm.options() : [];
-    return command([task, ...Object.keys(files), ...reading.words, ...app.settings.analysis(), ...own, '--json', `${name}.json`, '--report', `${name}.html`], { ...files, ...reading.files }, progress);
+    const own = task === 'fit' ? app.arm.options() : [], study = task === 'estimate' ? [] : ['--study', `${name}.toml`];
+    return command([task, ...Object.keys(files), ...reading.words, ...app.settings.analysis(), ...own, ...study, '--json', `${name}.json`, '--report', `${name}.html`], { ...files, ...reading.files }, progress);
   }
 
   async function compare(progress) {
@@ -118,7 +118,7 @@
       const name = both ? 'compare' : `${task}-${own}`, done = both ? await compare(progress) : await analysis(task, which, name, progress);
       app.results.show({
         title, name, commands: done.commands ?? [done.line], output: done.output,
-        report: done.files[`${name}.html`], numbers: done.files[`${name}.json`],
+        report: done.files[`${name}.html`], numbers: done.files[`${name}.json`], study: done.files[`${name}.toml`],
       });
       document.body.dataset.seconds = done.seconds;
       return words.finished(label, app.short(done.seconds));

@@ -4,8 +4,8 @@
   // A word as a shell takes it.
   const shown = word => (/^[\w.,:=+/-]+$/.test(word) ? word : `'${word.replaceAll("'", "'\\''")}'`);
 
-  // `result` has title, name (of the files), commands, output, report and numbers, both as bytes.
-  function show({ title, name, commands, output, report, numbers }) {
+  // `result` has title, name (of the files), commands, output, and report, numbers and perhaps a study, as bytes.
+  function show({ title, name, commands, output, report, numbers, study }) {
     const text = bytes => new TextDecoder().decode(bytes), html = text(report);
     const frame = element('iframe', { src: 'frame.html', title: words.reportOf(title) });
     frame.setAttribute('sandbox', 'allow-scripts');
@@ -19,7 +19,8 @@
       element('summary', {}, element('h3', {}, title)),
       element('p', { className: 'buttons' },
         button(words.saveReport, () => app.save(`${name}.html`, html, 'text/html')),
-        button(words.saveNumbers, () => app.save(`${name}.json`, text(numbers), 'application/json'))),
+        button(words.saveNumbers, () => app.save(`${name}.json`, text(numbers), 'application/json')),
+        ...(study ? [button(words.saveStudy, () => app.save(`${name}.toml`, text(study), 'application/toml'))] : [])),
       frame, more(words.asText, element('pre', { tabIndex: 0 }, output)), more(words.onCommandLine, command));
     place.prepend(made);
     document.getElementById('results-section').hidden = false;

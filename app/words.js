@@ -93,6 +93,7 @@ app.words = {
   resultOf: (task, session) => `${task}: ${session} session`,
   saveReport: 'Save the report',
   saveNumbers: 'Save the numbers (JSON)',
+  saveStudy: 'Save as a study for `ndof study` (TOML)',
   reportOf: title => `Report: ${title}`,
   onCommandLine: 'The same on the command line',
   asText: 'As text',

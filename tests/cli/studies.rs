@@ -1,6 +1,6 @@
 //! Studies from the first line to the page.
 
-use crate::support::succeed;
+use crate::support::{refuse, succeed};
 use serde_json::Value;
 use std::fs;
 
@@ -29,4 +29,42 @@ fn what_a_study_hid_stands_after_what_was_found() {
     let told = &page[hidden..];
     assert!(told.contains("the diagnosis did not see it") && told.contains("hysteresis (limb, y)"), "{}", &told[..600.min(told.len())]);
     assert_eq!(study["cases"].as_array().expect("cases").len(), 1);
+}
+
+#[test]
+fn a_fit_and_a_diagnosis_are_written_as_studies_that_give_the_same_numbers() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let run = |words: &str| succeed(folder.path(), &words.split(' ').collect::<Vec<_>>());
+    let read = |file: &str| {
+        let mut result: Value = serde_json::from_str(&fs::read_to_string(folder.path().join(file)).expect(file)).expect("JSON");
+        result["command"] = Value::Null;
+        result
+    };
+    run("simulate arm --out arm.csv --quiet");
+    fs::create_dir(folder.path().join("inner")).expect("made");
+    fs::copy(folder.path().join("arm-1.csv"), folder.path().join("inner/arm-1.csv")).expect("copied");
+    run("fit inner/arm-1.csv arm-2.csv --band 0.5-9 --start 1 --exclude 20-21.5 --resample=600 --input fy,force_x --output pos_y,pos_x --channels fy=force_y \
+         --nperseg 2048 --link-lengths 0.33,0.34 --posture 0.7,1.5 --mean-force measured --study inner/fit.toml --json fit.json --quiet");
+    run("study inner/fit.toml --out again --quiet");
+    assert_eq!(read("fit.json"), read("again/fit.json"));
+    let text = fs::read_to_string(folder.path().join("inner/fit.toml")).expect("a study");
+    assert!(text.contains("\"arm-1.csv\"") && text.contains("resample = 600.0") && text.lines().count() < 40, "{text}");
+    // Other recordings, asked the same.
+    run("study inner/fit.toml --recording arm-3.csv --out other --quiet");
+    assert_ne!(read("fit.json")["parameters"], read("other/fit.json")["parameters"]);
+
+    run(
+        "diagnose arm-1.csv arm-2.csv --held-out arm-3.csv --without reflex-delay --tolerance 0.02 --seed 3 --study diagnosis.toml --json diagnosis.json --quiet",
+    );
+    run("study diagnosis.toml --out diagnosed --quiet");
+    assert_eq!(read("diagnosis.json"), read("diagnosed/diagnosis.json"));
+
+    for (wrong, said) in [("strat = 1", "did you mean \"start\""), ("sample-rate = \"fast\"", "sample-rate"), ("files = []", "files")] {
+        let others = if wrong.starts_with("files") { "" } else { "files = [\"arm-1.csv\"]\n" };
+        fs::write(folder.path().join("wrong.toml"), format!("[recordings]\n{others}{wrong}\n")).expect("written");
+        let error = refuse(folder.path(), &["study", "wrong.toml"]);
+        assert!(error.contains("wrong.toml") && error.contains(said), "{error}");
+    }
+    let error = refuse(folder.path(), &["study", "diagnosis.toml", "--start", "1"]);
+    assert!(error.contains("[recordings]"), "{error}");
 }

@@ -1,14 +1,17 @@
 //! What a caller adds to what a file says.
 
 use crate::columns::ColumnsFile;
+use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 
 /// Onto which rate irregular time is interpolated.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
 pub enum Resample {
     /// The median step of the file.
     Auto,
     /// This rate in Hz.
+    #[serde(untagged)]
     Hz(f64),
 }
 

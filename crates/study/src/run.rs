@@ -7,7 +7,7 @@ use crate::progress::Progress;
 use crate::sensitivity::result::SensitivityResult;
 use crate::sensitivity::sensitivity;
 use crate::simulate::{Simulated, axis_names, draw_hidden, simulate};
-use ndof_analysis::{ComparedParameter, Diagnosed, Estimate, Estimated, Fitted, RoleNames, Trial, Trials, Trim, diagnose};
+use ndof_analysis::{ComparedParameter, Diagnose, Diagnosed, Estimate, Estimated, Fit, Fitted, RoleNames, Trial, Trials, Trim, diagnose};
 
 /// What a study gave.
 #[derive(Clone, Debug)]
@@ -84,26 +84,68 @@ pub fn run_study(study: &StudyFile, recordings: Option<Vec<Trial>>, seed: Option
         let transducer = &simulated.linear.transducer;
         (fit.transducer_stiffness, fit.transducer_damping) = (Some(transducer.stiffness), Some(transducer.damping));
     }
-    let steps = 1 + study.also.len();
-    let analyse = |k: usize, settings: &Estimate| -> Result<(Estimated, Fitted), StudyError> {
-        let done = analysed(&trials, settings, &fit)?;
+    let asked = Asked { estimate: &study.estimate, also: &study.also, fit: &fit, diagnose: study.diagnose.as_ref() };
+    let mut outcome = analyse(trials, &asked, progress)?;
+    let table = study.sensitivity.as_ref().filter(|_| simulated.is_some()).map(|section| sensitivity(study, section, seed, &fit, progress));
+    (outcome.sensitivity, outcome.simulated, outcome.hidden) = (table.transpose()?, simulated, hidden);
+    Ok(outcome)
+}
+
+/// What a study asks of its trials.
+#[derive(Clone, Copy, Debug)]
+pub struct Asked<'a> {
+    /// How the response is estimated.
+    pub estimate: &'a Estimate,
+    /// Other settings, fitted beside it.
+    pub also: &'a [Estimate],
+    /// What is fitted.
+    pub fit: &'a Fit,
+    /// What the diagnosis is asked; nothing where there is none.
+    pub diagnose: Option<&'a Diagnose>,
+}
+
+/// Estimates, fits and diagnoses trials that were measured.
+///
+/// # Errors
+/// [`StudyError`] from the step that failed.
+///
+/// ```
+/// use ndof_study::{Asked, analyse, file::StudyFile};
+/// # use ndof_analysis::{Estimate, Fit, Trial, Trials};
+/// # let force: Vec<f64> = (0..20_000_u32).map(|k| f64::from(k.wrapping_mul(2_654_435_761) >> 8) / 1e7 - 0.8).collect();
+/// # let mut motion = vec![[0.0; 2]];
+/// # for f in &force {
+/// #     let [x, v] = motion[motion.len() - 1];
+/// #     let v = v + 0.005 * (f - 10.0 * v - 200.0 * x) / 2.0;
+/// #     motion.push([x + 0.005 * v, v]);
+/// # }
+/// # let motion: Vec<f64> = motion.iter().take(force.len()).map(|[x, _]| *x).collect();
+/// let trial = Trial::new(200.0).effort("x", force).displacement("x", motion)?;
+/// let asked = Asked { estimate: &Estimate::default(), also: &[], fit: &Fit::default(), diagnose: None };
+/// let outcome = analyse(Trials::of([&trial])?, &asked, &|_, _, _| ())?;
+/// assert!(outcome.table().iter().any(|p| p.name == "K" && p.ci95.is_some()));
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+pub fn analyse(trials: Trials, asked: &Asked, progress: &Progress<'_>) -> Result<StudyOutcome, StudyError> {
+    let steps = 1 + asked.also.len();
+    let step = |k: usize, settings: &Estimate| -> Result<(Estimated, Fitted), StudyError> {
+        let done = analysed(&trials, settings, asked.fit)?;
         progress("estimate", k + 1, steps);
         Ok(done)
     };
-    let (estimated, fitted) = analyse(0, &study.estimate)?;
-    let mut also = Vec::with_capacity(study.also.len());
-    for (k, settings) in study.also.iter().enumerate() {
-        let (estimated, fitted) = analyse(k + 1, settings)?;
+    let (estimated, fitted) = step(0, asked.estimate)?;
+    let mut also = Vec::with_capacity(asked.also.len());
+    for (k, settings) in asked.also.iter().enumerate() {
+        let (estimated, fitted) = step(k + 1, settings)?;
         also.push((settings.name.clone().unwrap_or_else(|| format!("setting {}", k + 2)), estimated, fitted));
     }
-    let diagnosed = study.diagnose.as_ref().map(|settings| {
+    let diagnosed = asked.diagnose.map(|settings| {
         progress("diagnose", 0, 1);
         let mut diagnosed = diagnose(&trials, settings, &mut |_| ())?;
         diagnosed.result.head.command = COMMAND.to_owned();
         Ok::<_, StudyError>(diagnosed)
     });
-    let table = study.sensitivity.as_ref().filter(|_| simulated.is_some()).map(|section| sensitivity(study, section, seed, &fit, progress));
-    Ok(StudyOutcome { diagnosed: diagnosed.transpose()?, sensitivity: table.transpose()?, trials, simulated, estimated, fitted, also, hidden })
+    Ok(StudyOutcome { diagnosed: diagnosed.transpose()?, sensitivity: None, trials, simulated: None, estimated, fitted, also, hidden: Vec::new() })
 }
 
 impl StudyOutcome {

@@ -1,14 +1,14 @@
 //! `ndof diagnose`.
 
 use crate::error::CliError;
-use crate::options::{Reading, Shared};
+use crate::options::{MeasuredStudy, Reading, Recorded, Shared};
 use crate::output::{self, columns, p_value, short};
 use crate::progress;
 use clap::Args;
 use ndof_analysis::diagnose::result::DiagnosisResult;
 use ndof_analysis::file::{self, BaselineFile};
 use ndof_analysis::options::pair;
-use ndof_analysis::{Diagnose, HeldOut};
+use ndof_analysis::{Diagnose, Estimate, Fit, HeldOut};
 use ndof_diagnose::{Cause, Site, Verdict};
 use ndof_models::effects::Value;
 use ndof_report::{diagnosis_report, sentence};
@@ -38,6 +38,9 @@ pub struct Arguments {
     exit_code: bool,
     #[command(flatten)]
     reading: Reading,
+    /// Write recordings and settings as a study: `ndof study OUT.toml` gives the same numbers
+    #[arg(long, value_name = "OUT.toml", help_heading = "Output")]
+    study: Option<PathBuf>,
     #[command(flatten)]
     shared: Shared,
 }
@@ -55,6 +58,11 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode, CliError> {
     let bar = progress::Spinner::new(shared.quiet);
     let diagnosed = ndof_analysis::diagnose(&trials, &settings, &mut |what| bar.show(what))?;
     drop(bar);
+    if let Some(path) = &arguments.study {
+        let recordings = Recorded { files, reading: arguments.reading.clone() };
+        let fit = Fit { band_hz: shared.band, ..Fit::default() };
+        MeasuredStudy { recordings, estimate: shared.estimate(&Estimate::default()), fit, diagnose: Some(settings), ..MeasuredStudy::default() }.write(path)?;
+    }
     if shared.report.is_some() || shared.plots.is_some() {
         output::report(shared, &diagnosis_report(&diagnosed, "What the simulation gets wrong", &output::command_line())?)?;
     }

@@ -1,7 +1,7 @@
 //! `ndof fit`.
 
 use crate::error::CliError;
-use crate::options::{Limb, Reading, Shared};
+use crate::options::{Limb, MeasuredStudy, Reading, Recorded, Shared};
 use crate::output::{self, columns, p_value, short};
 use clap::Args;
 use ndof_analysis::fit::result::{ComparedModel, FitResult};
@@ -32,6 +32,9 @@ pub struct Arguments {
     reading: Reading,
     #[command(flatten, next_help_heading = "Estimate")]
     estimate: Estimate,
+    /// Write recordings and settings as a study: `ndof study OUT.toml` gives the same numbers
+    #[arg(long, value_name = "OUT.toml", help_heading = "Output")]
+    study: Option<PathBuf>,
     #[command(flatten)]
     shared: Shared,
 }
@@ -45,6 +48,9 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode, CliError> {
             let what = format!("{} is a frequency response, and options of the estimate have no use for it; leave them out", measured.file);
             return Err(CliError::Usage(what));
         }
+        if arguments.study.is_some() {
+            return Err(CliError::Usage(format!("{} is a frequency response, and --study is about recordings; leave it out", measured.file)));
+        }
         let fitted = measured.fit(&Fit { band_hz: shared.band, kinematics, ..arguments.fit.clone() })?;
         if shared.report.is_some() || shared.plots.is_some() {
             output::report(shared, &ndof_report::response_fit_report(&measured, &fitted, "Mechanical impedance", &output::command_line())?)?;
@@ -53,8 +59,13 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode, CliError> {
     }
     let trials = arguments.reading.trials_with(&arguments.files, &arguments.fit.channels())?;
     output::understood(shared, &trials);
-    let estimated = ndof_analysis::estimate(&trials, &shared.estimate(&arguments.estimate))?;
-    let fitted = Fit { band_hz: shared.band, kinematics, ..arguments.fit.clone() }.run(&estimated)?;
+    let (estimate, fit) = (shared.estimate(&arguments.estimate), Fit { band_hz: shared.band, kinematics, ..arguments.fit.clone() });
+    let estimated = ndof_analysis::estimate(&trials, &estimate)?;
+    let fitted = fit.run(&estimated)?;
+    if let Some(path) = &arguments.study {
+        let recordings = Recorded { files: arguments.files.clone(), reading: arguments.reading.clone() };
+        MeasuredStudy { recordings, estimate, fit, ..MeasuredStudy::default() }.write(path)?;
+    }
     if shared.report.is_some() || shared.plots.is_some() {
         output::report(shared, &ndof_report::fit_report(&estimated, &fitted, "Mechanical impedance", &output::command_line())?)?;
     }

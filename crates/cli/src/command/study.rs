@@ -3,21 +3,22 @@
 use super::fit::parameter_table;
 use super::simulate::write_trials;
 use crate::error::CliError;
-use crate::options::{Reading, Shared};
+use crate::options::{MeasuredStudy, Reading, Shared};
 use crate::output::{self, columns, short, write_json};
 use crate::progress;
 use clap::Args;
 use ndof_analysis::nearest;
 use ndof_study::file::{HiddenEffect, StudyFile};
 use ndof_study::sensitivity::result::SensitivityResult;
-use ndof_study::{StudyOutcome, cases_report, run_cases, study_report, study_result, summary_tables};
+use ndof_study::{Asked, StudyOutcome, analyse, cases_report, run_cases, study_report, study_result, summary_tables};
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 /// Run a whole study: design, simulate, estimate, fit, project to the joints, report.
 ///
 /// Writes recordings/, estimate.json, fit.json, study.json, plots/ and report.html into --out and prints the table of parameters.
-/// A study with several cases writes those of the first there and those of each further case into cases/NAME/. --recording takes
+/// The study of recordings of one's own, with [recordings] in place of [experiment], is written by `ndof fit --study` and
+/// `ndof diagnose --study`. A study with several cases writes those of the first there and those of each further case into cases/NAME/. --recording takes
 /// measured files in place of the simulation.
 #[derive(Debug, Args)]
 #[command(after_help = "Example:\n  ndof study arm --out results")]
@@ -46,8 +47,14 @@ pub fn unknown(name: &str, studies: &[(&str, &str)]) -> CliError {
 pub fn run(arguments: &Arguments, studies: &[(&str, &str)]) -> Result<ExitCode, CliError> {
     let shared = &arguments.shared;
     shared.apply_threads()?;
+    if !studies.iter().any(|(known, _)| *known == arguments.study)
+        && Path::new(&arguments.study).exists()
+        && let Some(study) = MeasuredStudy::read(Path::new(&arguments.study))?
+    {
+        return measured(arguments, study);
+    }
     let (name, study) = load(&arguments.study, studies)?;
-    let out = arguments.out.clone().unwrap_or_else(|| Path::new("ndof-out").join(&name));
+    let out = folder(arguments, &name);
     let recordings = if arguments.recording.is_empty() { None } else { Some(arguments.reading.read_all(&arguments.recording)?) };
     let bars = progress::Steps::new(shared.quiet);
     let outcomes = run_cases(&study, recordings, shared.seed, &|what, done, total| bars.show(what, done, total))?;
@@ -59,27 +66,63 @@ pub fn run(arguments: &Arguments, studies: &[(&str, &str)]) -> Result<ExitCode, 
     let report = output::with_flags(several.map_or_else(|| study_report(outcome, title, &command), Ok)?);
 
     output::create_folder(&out)?;
+    write_json(&out.join("study.json"), &result)?;
+    if outcomes.len() == 1 {
+        return finish(shared, &out, &name, outcome, &report);
+    }
     for (k, (case, outcome)) in outcomes.iter().enumerate() {
         write_case(&if k == 0 { out.clone() } else { out.join("cases").join(case) }, &name, outcome)?;
     }
-    write_json(&out.join("study.json"), &result)?;
-    output::write_plots(&out.join("plots"), &report)?;
-    ndof_io::write_atomic(&out.join("report.html"), report.to_html().as_bytes())?;
-    output::report(shared, &report)?;
-    if outcomes.len() > 1 {
-        output::json(shared, &result)?;
-        output::warnings(shared, &result.head.warnings);
-        let tables: Vec<String> = summary_tables(&result, &study.report).iter().map(as_text).collect();
-        output::table(
-            shared,
-            &format!("{}\nresults in {}: report.html, study.json, plots/, and one folder a case under cases/\n", tables.join("\n"), out.display()),
-        )?;
-    } else {
-        output::json(shared, &outcome.fitted.result)?;
-        output::warnings(shared, &outcome.fitted.result.head.warnings);
-        output::table(shared, &summary(outcome, &out))?;
-    }
+    write_page(shared, &out, &report)?;
+    output::json(shared, &result)?;
+    output::warnings(shared, &result.head.warnings);
+    let tables: Vec<String> = summary_tables(&result, &study.report).iter().map(as_text).collect();
+    let where_to = format!("{}\nresults in {}: report.html, study.json, plots/, and one folder a case under cases/\n", tables.join("\n"), out.display());
+    output::table(shared, &where_to)?;
     Ok(ExitCode::SUCCESS)
+}
+
+fn folder(arguments: &Arguments, name: &str) -> PathBuf {
+    arguments.out.clone().unwrap_or_else(|| Path::new("ndof-out").join(name))
+}
+
+/// The study of recordings; --recording puts others in their place.
+fn measured(arguments: &Arguments, study: MeasuredStudy) -> Result<ExitCode, CliError> {
+    let shared = &arguments.shared;
+    if arguments.reading != Reading::default() {
+        return Err(CliError::Usage(format!("{} says how its recordings are read; write it into [recordings] there", arguments.study)));
+    }
+    let MeasuredStudy { title, recordings, estimate, fit, diagnose, .. } = study;
+    let files = if arguments.recording.is_empty() { recordings.files } else { arguments.recording.clone() };
+    let trials = recordings.reading.trials_with(&files, &fit.channels())?;
+    output::understood(shared, &trials);
+    let bars = progress::Steps::new(shared.quiet);
+    let asked = Asked { estimate: &estimate, also: &[], fit: &fit, diagnose: diagnose.as_ref() };
+    let outcome = analyse(trials, &asked, &|what, done, total| bars.show(what, done, total))?;
+    let name = stem(Path::new(&arguments.study));
+    let out = folder(arguments, &name);
+    let report = study_report(&outcome, title.as_deref().unwrap_or(&name), &format!("ndof study {}", arguments.study))?;
+    finish(shared, &out, &name, &outcome, &output::with_flags(report))
+}
+
+/// Results of one case, in its folder and in print.
+fn finish(shared: &Shared, out: &Path, name: &str, outcome: &StudyOutcome, report: &ndof_report::Report) -> Result<ExitCode, CliError> {
+    write_case(out, name, outcome)?;
+    write_page(shared, out, report)?;
+    output::json(shared, &outcome.fitted.result)?;
+    output::warnings(shared, &outcome.fitted.result.head.warnings);
+    output::table(shared, &summary(outcome, out))?;
+    Ok(ExitCode::SUCCESS)
+}
+
+fn write_page(shared: &Shared, out: &Path, report: &ndof_report::Report) -> Result<(), CliError> {
+    output::write_plots(&out.join("plots"), report)?;
+    ndof_io::write_atomic(&out.join("report.html"), report.to_html().as_bytes())?;
+    output::report(shared, report)
+}
+
+fn stem(path: &Path) -> String {
+    path.file_stem().map_or_else(|| "study".to_owned(), |stem| stem.to_string_lossy().into_owned())
 }
 
 /// Recordings, estimate, fit and diagnosis of one case.
@@ -128,8 +171,7 @@ fn load(name: &str, studies: &[(&str, &str)]) -> Result<(String, StudyFile), Cli
         return Err(unknown(name, studies));
     }
     ndof_io::keep(path);
-    let stem = path.file_stem().map_or_else(|| "study".to_owned(), |stem| stem.to_string_lossy().into_owned());
-    Ok((stem, StudyFile::read(path)?))
+    Ok((stem(path), StudyFile::read(path)?))
 }
 
 fn summary(outcome: &StudyOutcome, out: &Path) -> String {

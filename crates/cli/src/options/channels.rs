@@ -8,10 +8,12 @@ use ndof_analysis::options::positive;
 use ndof_analysis::{RoleNames, nearest};
 use ndof_io::ReadOptions;
 use ndof_signal::Recording;
+use serde::{Deserialize, Serialize};
 use std::path::Path;
 
 /// What the channels of a recording are.
-#[derive(Clone, Debug, Args)]
+#[derive(Clone, Debug, Default, PartialEq, Args, Serialize, Deserialize)]
+#[serde(default, rename_all = "kebab-case")]
 pub struct Channels {
     /// Sample rate of files that say nothing about time
     #[arg(long, value_name = "HZ", value_parser = positive, help_heading = "Recordings")]

@@ -2,10 +2,12 @@
 
 mod channels;
 mod limb;
+mod measured;
 mod reading;
 mod shared;
 
 pub use channels::Channels;
 pub use limb::Limb;
+pub use measured::{MeasuredStudy, Recorded};
 pub use reading::{Reading, measured};
 pub use shared::{Shared, refuse_unused, unused};

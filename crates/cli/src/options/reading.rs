@@ -8,12 +8,15 @@ use ndof_analysis::options::{not_negative, number, pair};
 use ndof_analysis::{MeasuredResponse, RoleNames, Trial, Trials, Trim, axis_of};
 use ndof_io::{ColumnsFile, IoError, PrepareError, ReadOptions, ReadRecording, Resample};
 use ndof_signal::Quantity;
+use serde::{Deserialize, Serialize};
 use std::path::{Path, PathBuf};
 
-/// How recordings are read.
-#[derive(Clone, Debug, Args)]
+/// How recordings are read. The fields are long options, and the keys of the table `[recordings]` of a study.
+#[derive(Clone, Debug, Default, PartialEq, Args, Serialize, Deserialize)]
+#[serde(default, rename_all = "kebab-case")]
 pub struct Reading {
     #[command(flatten)]
+    #[serde(flatten)]
     pub channels: Channels,
     /// Interpolate irregular time onto a regular grid, of the file's median rate or of HZ
     #[arg(long, value_name = "HZ", num_args = 0..=1, require_equals = true, default_missing_value = "auto", value_parser = resample, help_heading = "Recordings")]
