@@ -17,9 +17,9 @@ use std::process::ExitCode;
 /// Run a whole study: design, simulate, estimate, fit, project to the joints, report.
 ///
 /// Writes recordings/, estimate.json, fit.json, study.json, plots/ and report.html into --out and prints the table of parameters.
-/// The study of recordings of one's own, with [recordings] in place of [experiment], is written by `ndof fit --study` and
-/// `ndof diagnose --study`. A study with several cases writes those of the first there and those of each further case into cases/NAME/. --recording takes
-/// measured files in place of the simulation.
+/// A study with several cases writes those of the first there and those of each further case into cases/NAME/. --recording takes
+/// measured files in place of the simulation. `ndof fit --study` and `ndof diagnose --study` write a study of recordings, with
+/// [recordings] in place of [experiment].
 #[derive(Debug, Args)]
 #[command(after_help = "Example:\n  ndof study arm --out results")]
 pub struct Arguments {
