@@ -147,24 +147,25 @@ impl WeightedPath {
     /// The eigenvector of the k-th smallest eigenvalue: bisection until it stands alone, then Rayleigh steps that
     /// are not let out of its bracket.
     fn eigenvector(&self, k: usize) -> Vec<f64> {
-        let mut low = 0.0;
-        let mut high = 1.0;
-        while self.count_below(high) <= k {
-            low = high;
+        // No eigenvalue is below zero.
+        let (mut low, mut high) = (0.0, 1.0);
+        let (mut below_low, mut below_high) = (0, self.count_below(high));
+        while below_high <= k {
+            (low, below_low) = (high, below_high);
             high *= 2.0;
+            below_high = self.count_below(high);
         }
-        let mut alone = false;
         loop {
             let middle = 0.5 * (low + high);
-            if alone || middle <= low || middle >= high {
+            if (below_low, below_high) == (k, k + 1) || middle <= low || middle >= high {
                 break;
             }
-            if self.count_below(middle) <= k {
-                low = middle;
+            let below = self.count_below(middle);
+            if below <= k {
+                (low, below_low) = (middle, below);
             } else {
-                high = middle;
+                (high, below_high) = (middle, below);
             }
-            alone = self.count_below(low) == k && self.count_below(high) == k + 1;
         }
         /// A shift right to this share is right to round-off one step later, which squares the error over the distance of the neighbours.
         const CLOSE: f64 = 1e-9;

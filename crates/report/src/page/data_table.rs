@@ -85,16 +85,18 @@ fn pick(panel: Option<&Panel>, x: &[f64], rows: usize) -> Vec<usize> {
     let Some(panel) = panel else { return Vec::new() };
     let (low, high) = panel.x.resolve(x.iter().copied());
     let (low, high) = (panel.x.scale.forward(low), panel.x.scale.forward(high));
+    let even: Vec<f64> = x.iter().map(|x| panel.x.scale.forward(*x)).collect();
     let mut picked = Vec::new();
     for row in 0..rows {
         let wanted = low + (high - low) * row as f64 / (rows - 1) as f64;
-        let distance = |k: usize| {
-            let away = (panel.x.scale.forward(x[k]) - wanted).abs();
-            if away.is_nan() { f64::INFINITY } else { away }
-        };
-        if let Some(nearest) = (0..x.len()).min_by(|&a, &b| distance(a).total_cmp(&distance(b)))
-            && !picked.contains(&nearest)
-        {
+        let (mut nearest, mut least) = (0, f64::INFINITY);
+        for (k, even) in even.iter().enumerate() {
+            let away = (even - wanted).abs();
+            if away < least {
+                (nearest, least) = (k, away);
+            }
+        }
+        if !picked.contains(&nearest) {
             picked.push(nearest);
         }
     }

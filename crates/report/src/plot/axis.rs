@@ -17,13 +17,20 @@ pub enum Scale {
 }
 
 impl Scale {
+    /// Whether a number has a place on the axis.
+    pub(crate) fn has(self, value: f64) -> bool {
+        match self {
+            Scale::Log => (1.0 / LARGEST..=LARGEST).contains(&value),
+            Scale::Linear | Scale::Degrees => value.abs() <= LARGEST,
+        }
+    }
+
     /// Into the coordinate in which the axis is even; NaN where the number has no place on it.
     pub(crate) fn forward(self, value: f64) -> f64 {
         match self {
-            Scale::Log if (1.0 / LARGEST..=LARGEST).contains(&value) => value.log10(),
-            Scale::Log => f64::NAN,
-            Scale::Linear | Scale::Degrees if value.abs() <= LARGEST => value,
-            Scale::Linear | Scale::Degrees => f64::NAN,
+            _ if !self.has(value) => f64::NAN,
+            Scale::Log => value.log10(),
+            Scale::Linear | Scale::Degrees => value,
         }
     }
 
@@ -102,10 +109,9 @@ impl Axis {
         {
             return (from, to);
         }
-        let (low, high) = values
-            .map(|value| self.scale.forward(value))
-            .filter(|coordinate| coordinate.is_finite())
-            .fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), coordinate| (low.min(coordinate), high.max(coordinate)));
+        let (low, high) =
+            values.filter(|value| self.scale.has(*value)).fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), value| (low.min(value), high.max(value)));
+        let (low, high) = (self.scale.forward(low), self.scale.forward(high));
         let (low, high) = match (low <= high, low < high) {
             (false, _) => (0.0, 1.0),
             (true, true) => (low, high),

@@ -62,7 +62,7 @@ pub(crate) fn draw_panel(panel: &Panel, width: f64, left: f64, labelled: bool) -
     let plot_height = if panel.is_square() { plot_width } else { panel.height };
     let (x, y) = ranges(panel);
     let (x_shown, y_shown) = if panel.is_square() { equal(x, y, plot_width, plot_height) } else { (x, y) };
-    let at = Placement { panel, x: x_shown, y: y_shown, width: plot_width, height: plot_height, left, top };
+    let at = Placement::new(panel, [x_shown, y_shown], [plot_width, plot_height], [left, top]);
     let x_ticks = if panel.x.names.is_empty() {
         sideways_ticks(panel.x.scale, x_shown, plot_width)
     } else {

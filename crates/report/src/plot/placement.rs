@@ -17,19 +17,25 @@ pub(super) struct Placement<'a> {
     pub left: f64,
     /// Its upper end.
     pub top: f64,
+    /// Both ranges in the coordinates in which their axes are even.
+    even: [(f64, f64); 2],
 }
 
-impl Placement<'_> {
+impl<'a> Placement<'a> {
+    /// Of a panel that shows these ranges in a plot area of this width and height, which begins at `left` and `top`.
+    pub fn new(panel: &'a Panel, [x, y]: [(f64, f64); 2], [width, height]: [f64; 2], [left, top]: [f64; 2]) -> Self {
+        let even = [(panel.x.scale, x), (panel.y.scale, y)].map(|(scale, (from, to))| (scale.forward(from), scale.forward(to)));
+        Placement { panel, x, y, width, height, left, top, even }
+    }
+
     pub fn x(&self, value: f64) -> f64 {
-        let scale = self.panel.x.scale;
-        let (low, high) = (scale.forward(self.x.0), scale.forward(self.x.1));
-        ((scale.forward(value) - low) / (high - low) * self.width).clamp(-FAR, self.width + FAR)
+        let (low, high) = self.even[0];
+        ((self.panel.x.scale.forward(value) - low) / (high - low) * self.width).clamp(-FAR, self.width + FAR)
     }
 
     pub fn y(&self, value: f64) -> f64 {
-        let scale = self.panel.y.scale;
-        let (low, high) = (scale.forward(self.y.0), scale.forward(self.y.1));
-        ((high - scale.forward(value)) / (high - low) * self.height).clamp(-FAR, self.height + FAR)
+        let (low, high) = self.even[1];
+        ((high - self.panel.y.scale.forward(value)) / (high - low) * self.height).clamp(-FAR, self.height + FAR)
     }
 }
 
@@ -55,7 +61,7 @@ pub(super) fn ranges(panel: &Panel) -> ((f64, f64), (f64, f64)) {
     };
     let scale = panel.y.scale;
     let lines = panel.rules.iter().map(|rule| rule.y).chain(inside(false));
-    if inside(false).all(|value| !scale.forward(value).is_finite()) {
+    if !inside(false).any(|value| scale.has(value)) {
         let y = panel.y.resolve(inside(true).chain(lines));
         return (x, panel.y.widened(y, 0.05));
     }
@@ -65,7 +71,8 @@ pub(super) fn ranges(panel: &Panel) -> ((f64, f64), (f64, f64)) {
     }
     let (low, high) = (scale.forward(core.0), scale.forward(core.1));
     let room = 0.4 * (high - low);
-    let within = inside(true).filter(|value| (low - room..=high + room).contains(&scale.forward(*value)));
+    let near = scale.backward(low - room)..=scale.backward(high + room);
+    let within = inside(true).filter(|value| near.contains(value));
     let y = panel.y.resolve([core.0, core.1].into_iter().chain(within));
     (x, panel.y.widened(y, 0.05))
 }

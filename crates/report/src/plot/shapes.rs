@@ -124,7 +124,7 @@ mod tests {
         let panel = Panel::new(Axis::linear("", ""), Axis::degrees("Phase").range(-180.0, 180.0))
             .with(Series::line("a", x.clone(), angle.clone(), Color::Blue))
             .with(Series::band("a", x, angle.iter().map(|angle| angle - 5.0).collect(), angle.iter().map(|angle| angle + 5.0).collect(), Color::Blue));
-        let at = Placement { panel: &panel, x: (0.0, 3.0), y: (-180.0, 180.0), width: 300.0, height: 360.0, left: 0.0, top: 0.0 };
+        let at = Placement::new(&panel, [(0.0, 3.0), (-180.0, 180.0)], [300.0, 360.0], [0.0, 0.0]);
         let drawn: Vec<String> = panel.series.iter().map(|series| draw_series(&at, series, 0)).collect();
         assert!(drawn[0].contains("d=\"M0 20L100 5M200 355L300 340\""), "{}", drawn[0]);
         assert_eq!(drawn[1].matches('M').count(), 2, "{}", drawn[1]);
