@@ -157,7 +157,7 @@ impl WeightedPath {
         }
         loop {
             let middle = 0.5 * (low + high);
-            if (below_low, below_high) == (k, k + 1) || middle <= low || middle >= high {
+            if middle <= low || middle >= high {
                 break;
             }
             let below = self.count_below(middle);
@@ -165,6 +165,9 @@ impl WeightedPath {
                 (low, below_low) = (middle, below);
             } else {
                 (high, below_high) = (middle, below);
+            }
+            if (below_low, below_high) == (k, k + 1) {
+                break;
             }
         }
         /// A shift right to this share is right to round-off one step later, which squares the error over the distance of the neighbours.
