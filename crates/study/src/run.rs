@@ -112,18 +112,20 @@ pub struct Asked<'a> {
 /// ```
 /// use ndof_study::{Asked, analyse, file::StudyFile};
 /// # use ndof_analysis::{Estimate, Fit, Trial, Trials};
-/// # let force: Vec<f64> = (0..20_000_u32).map(|k| f64::from(k.wrapping_mul(2_654_435_761) >> 8) / 1e7 - 0.8).collect();
-/// # let mut motion = vec![[0.0; 2]];
-/// # for f in &force {
-/// #     let [x, v] = motion[motion.len() - 1];
-/// #     let v = v + 0.005 * (f - 10.0 * v - 200.0 * x) / 2.0;
-/// #     motion.push([x + 0.005 * v, v]);
-/// # }
-/// # let motion: Vec<f64> = motion.iter().take(force.len()).map(|[x, _]| *x).collect();
-/// let trial = Trial::new(200.0).effort("x", force).displacement("x", motion)?;
+/// # let force = ndof_signal::FilteredNoise::default().generate(1)?.remove(0);
+/// # let mut state = [0.0; 2];
+/// # let step = |f: &f64| {
+/// #     let [x, v] = state;
+/// #     let v = v + 0.002 * (f - 12.0 * v - 200.0 * x) / 2.0;
+/// #     state = [x + 0.002 * v, v];
+/// #     x
+/// # };
+/// # let motion: Vec<f64> = force.iter().map(step).collect();
+/// let trial = Trial::new(500.0).effort("x", force).displacement("x", motion)?;
 /// let asked = Asked { estimate: &Estimate::default(), also: &[], fit: &Fit::default(), diagnose: None };
 /// let outcome = analyse(Trials::of([&trial])?, &asked, &|_, _, _| ())?;
-/// assert!(outcome.table().iter().any(|p| p.name == "K" && p.ci95.is_some()));
+/// let stiffness = outcome.table().into_iter().find(|p| p.name.starts_with('K')).and_then(|p| p.value);
+/// assert!(stiffness.is_some_and(|k| (k - 200.0).abs() < 10.0), "{stiffness:?}"); // N/m
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 pub fn analyse(trials: Trials, asked: &Asked, progress: &Progress<'_>) -> Result<StudyOutcome, StudyError> {
