@@ -26,23 +26,22 @@ pub struct Trials {
     pub warnings: Vec<Warning>,
 }
 
-/// A channel that says nothing of its unit takes the one of its role: an effort as input, a displacement as output.
-fn with_unit(channel: &Channel, role: usize, roles: &Roles) -> Channel {
-    let mut channel = channel.clone();
+/// A channel's unit; one that says nothing of it takes the one of its role: an effort as input, a displacement as output.
+fn unit_of(channel: &Channel, role: usize, roles: &Roles) -> Unit {
     let motion = roles.input_motion.iter().chain(&roles.output_motion).nth(role.wrapping_sub(roles.ports.references.len()));
-    if channel.unit.symbol().is_empty()
-        && let Some(order) = motion
-    {
-        let rotational = channel.name.starts_with("angle_") || channel.name.starts_with("torque_");
-        let quantity = match order {
-            None => Quantity::Effort,
-            Some(0) => Quantity::Displacement,
-            Some(1) => Quantity::Velocity,
-            Some(_) => Quantity::Acceleration,
-        };
-        channel.unit = Unit::si(quantity, rotational);
+    match motion {
+        Some(order) if channel.unit.symbol().is_empty() => {
+            let rotational = channel.name.starts_with("angle_") || channel.name.starts_with("torque_");
+            let quantity = match order {
+                None => Quantity::Effort,
+                Some(0) => Quantity::Displacement,
+                Some(1) => Quantity::Velocity,
+                Some(_) => Quantity::Acceleration,
+            };
+            Unit::si(quantity, rotational)
+        }
+        _ => channel.unit.clone(),
     }
-    channel
 }
 
 /// The first channel that has another unit than in the first recording, as both write it; one that says nothing of its unit has none.
@@ -99,7 +98,7 @@ fn each_once(trials: &[Trial], used: &[String]) -> Result<(), AnalysisError> {
 fn inferred_units(first: &Recording, used: &[String], roles: &Roles) -> Vec<Warning> {
     let inferred = |(role, name): (usize, &String)| {
         let channel = first.channel(name).ok().filter(|channel| channel.unit.symbol().is_empty() && prefix(name).is_none())?;
-        let unit = with_unit(channel, role, roles).unit;
+        let unit = unit_of(channel, role, roles);
         let message = format!("channel \"{name}\" says nothing of its unit and is taken in {}", unit.symbol());
         let action = format!("write it into the header, or give it with `channels={name}=\"{name} [N]\"` (with the right unit)");
         (!unit.symbol().is_empty()).then(|| Warning::new("unit-inferred", message, action))
@@ -152,13 +151,21 @@ impl Trials {
             let own = recording.names();
             let order: Option<Vec<usize>> = used.iter().map(|name| own.iter().position(|n| n == name)).collect();
             let order = order.ok_or_else(|| mismatch.of("the list of channels", own.join(", "), all_names.join(", ")))?;
-            for stretch in trim.apply(&recording, &file)? {
+            for stretch in trim.apply(recording, &file)? {
                 let wrap = |source| AnalysisError::Recording { file: file.clone(), source };
-                let channels: Vec<Channel> = order.iter().enumerate().map(|(role, &i)| with_unit(&stretch.channels()[i], role, &roles)).collect();
+                let (start_s, metadata) = (stretch.start_s(), stretch.metadata().clone());
+                let mut own: Vec<Option<Channel>> = stretch.into_channels().into_iter().map(Some).collect();
+                // The samples themselves, without a copy; what is kept for a schedule may have a role as well.
+                let taken = |(role, &i): (usize, &usize)| {
+                    let mut channel = if order[role + 1..].contains(&i) { own[i].clone() } else { own[i].take() }?;
+                    channel.unit = unit_of(&channel, role, &roles);
+                    Some(channel)
+                };
+                let channels: Vec<Channel> = order.iter().enumerate().filter_map(taken).collect();
                 if let Some((own, first)) = stretches.first().and_then(|first| other_unit(&channels, &first.recording)) {
                     return Err(mismatch.of("a channel", own, first));
                 }
-                let stretch = Recording::new(rate, channels).map_err(wrap)?.starting_at(stretch.start_s()).with_metadata(stretch.metadata().clone());
+                let stretch = Recording::new(rate, channels).map_err(wrap)?.starting_at(start_s).with_metadata(metadata);
                 stretch.require_finite(used.iter().map(String::as_str)).map_err(wrap)?;
                 stretches.push(Trial::of(file.clone(), stretch));
             }

@@ -19,7 +19,7 @@ impl Trim {
     ///
     /// # Errors
     /// [`AnalysisError::NothingLeft`] if there is none.
-    pub fn apply(&self, recording: &Recording, file: &str) -> Result<Vec<Recording>, AnalysisError> {
+    pub fn apply(&self, recording: Recording, file: &str) -> Result<Vec<Recording>, AnalysisError> {
         let rate = recording.sample_rate_hz();
         let sample = |time_s: f64| ((time_s - recording.start_s()) * rate).round().clamp(0.0, recording.len() as f64) as usize;
         let mut kept = vec![(self.start_s.map_or(0, sample), self.stop_s.map_or(recording.len(), sample))];
@@ -31,6 +31,10 @@ impl Trim {
         kept.retain(|(a, b)| a < b);
         if kept.is_empty() {
             return Err(nothing());
+        }
+        // What is kept whole is not copied.
+        if kept == [(0, recording.len())] {
+            return Ok(vec![recording]);
         }
         kept.into_iter().map(|(a, b)| recording.slice(a..b).map_err(|source| AnalysisError::Recording { file: file.to_owned(), source })).collect()
     }
@@ -45,9 +49,9 @@ mod tests {
     fn start_stop_and_exclude_leave_the_rest_in_order() {
         let ten = Recording::new(1.0, vec![Channel::new("a", Unit::other(""), (0..10).map(f64::from).collect())]).expect("valid").starting_at(100.0);
         let trim = Trim { start_s: Some(101.0), stop_s: Some(109.0), exclude_s: vec![[103.0, 105.0]] };
-        let parts: Vec<Vec<f64>> = trim.apply(&ten, "a").expect("left").iter().map(|r| r.channels()[0].samples.clone()).collect();
+        let parts: Vec<Vec<f64>> = trim.apply(ten.clone(), "a").expect("left").iter().map(|r| r.channels()[0].samples.clone()).collect();
         assert_eq!(parts, [vec![1.0, 2.0], vec![5.0, 6.0, 7.0, 8.0]]);
         let all = Trim { exclude_s: vec![[0.0, 200.0]], ..Trim::default() };
-        assert!(matches!(all.apply(&ten, "a"), Err(AnalysisError::NothingLeft { .. })));
+        assert!(matches!(all.apply(ten.clone(), "a"), Err(AnalysisError::NothingLeft { .. })));
     }
 }

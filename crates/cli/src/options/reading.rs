@@ -213,7 +213,7 @@ impl Reading {
             let mut trials = Vec::new();
             for mut read in self.read_each(path, &ReadOptions { any_timing: true, ..self.options() })? {
                 self.correct(&mut read)?;
-                let stretches = self.trim().apply(&read.recording, &read.file)?;
+                let stretches = self.trim().apply(read.recording, &read.file)?;
                 trials.extend(stretches.into_iter().map(|recording| Trial { file: read.file.clone(), recording, warnings: read.notes.clone() }));
             }
             Ok(trials)
@@ -228,6 +228,9 @@ impl Reading {
 
     /// Takes off what lies beyond the transducer.
     fn correct(&self, read: &mut ReadRecording) -> Result<(), CliError> {
+        if self.tare.is_none() && self.handle_mass.is_none() {
+            return Ok(());
+        }
         let of = |quantity: Quantity| -> Vec<String> {
             read.recording.channels().iter().filter(|c| c.unit.quantity() == quantity && !c.name.starts_with("cmd_")).map(|c| c.name.clone()).collect()
         };
