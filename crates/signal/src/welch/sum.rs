@@ -137,7 +137,8 @@ impl WithSimd for AddProducts<'_> {
         // Rows are whole numbers of these, so nothing is left over.
         let (spectra, _) = S::as_simd_c64s(self.spectra).0.as_chunks::<UNROLL>();
         let (lower, _) = S::as_mut_simd_c64s(self.lower).0.as_chunks_mut::<UNROLL>();
-        let row = self.padded * spectra.len() / self.spectra.len().max(1);
+        // A product of lengths would be beyond 32 bits for the spectra of a long recording.
+        let row = spectra.len() / (self.spectra.len() / self.padded).max(1);
         let tile = TILE * row / self.padded;
         let step = self.channels * row;
         for start in (0..row).step_by(tile.max(1)) {
