@@ -63,6 +63,8 @@ for (const [name, experiment] of Object.entries(app.sample.experiments)) {
 const [before, after] = ['before', 'after'].map(name => [1, 2, 3].map(k => `${name}-${k}.csv`));
 await both('check', ...before, '--json', 'check.json');
 await both('estimate', before[0], '--band', '0.25-15', '--json', 'estimate.json', '--report', 'estimate.html');
+// As many lines as a long recording has: lengths have 32 bits in the module, and their products were beyond that once.
+await both('estimate', before[0], '--nperseg', '2048', '--nfft', '65536', '--band', '0.5-10', '--json', 'estimate.json');
 await both('diagnose', before[0], '--json', 'diagnosis.json');
 const fits = [];
 for (const [name, files] of [['fit-before.json', before], ['fit-after.json', after]]) {
