@@ -17,9 +17,9 @@ pub fn check(py: Python<'_>, recordings: Vec<PyRecording<'_>>, roles: Roles, str
     let trim = trim(stretches);
     work::run(py, samples, None, move |_| {
         let mut looked_at = Vec::new();
-        for trial in trials {
-            let parts = trim.apply(&trial.recording, &trial.file).map_err(raise_analysis)?;
-            looked_at.extend(parts.into_iter().map(|recording| Trial { recording, file: trial.file.clone(), warnings: trial.warnings.clone() }));
+        for Trial { recording, file, warnings } in trials {
+            let parts = trim.apply(recording, &file).map_err(raise_analysis)?;
+            looked_at.extend(parts.into_iter().map(|recording| Trial { recording, file: file.clone(), warnings: warnings.clone() }));
         }
         to_json(&ndof::analysis::check(&looked_at, &role_names(roles))).map_err(raise)
     })?
