@@ -2,6 +2,7 @@
 
 use argmin::core::{Error as ArgminError, Executor, IterState, Jacobian, KV, Operator, Problem, Solver, State, TerminationReason, TerminationStatus};
 use faer::{Mat, MatRef, prelude::SolveLstsq};
+use ndof_linear::Cholesky;
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 use std::cmp::Ordering;
@@ -18,6 +19,12 @@ pub trait LeastSquares {
     /// know their structure can have it without the whole Jacobian.
     fn triangle(&self, x: &[f64], residuals: &[f64]) -> Mat<f64> {
         triangle(&self.jacobian(x), residuals)
+    }
+
+    /// The triangle, and Σ r ∂²r/∂x² where the problem knows it: what JᵀJ lacks of the cost's curvature. Where residuals stay large at the
+    /// minimum, steps without it converge slowly; where they are noise, it changes nothing.
+    fn slopes(&self, x: &[f64], residuals: &[f64]) -> (Mat<f64>, Option<Mat<f64>>) {
+        (self.triangle(x, residuals), None)
     }
 }
 
@@ -206,7 +213,7 @@ impl LevenbergMarquardt {
     /// One accepted step from `x`, or a reason to stop.
     fn step(&mut self, problem: &dyn LeastSquares, x: &[f64], residuals: &[f64]) -> Option<(Vec<f64>, Vec<f64>)> {
         let n = x.len();
-        let reduced = problem.triangle(x, residuals);
+        let (reduced, curvature) = problem.slopes(x, residuals);
         let norms: Vec<f64> = (0..n).map(|j| reduced.col(j).norm_l2()).collect();
         self.scale.resize(n, 0.0);
         self.scale.iter_mut().zip(&norms).for_each(|(s, v)| *s = s.max(*v));
@@ -224,29 +231,24 @@ impl LevenbergMarquardt {
         let chosen = Mat::from_fn(reduced.nrows(), free.len() + 1, |i, k| reduced[(i, if k < free.len() { free[k] } else { n })]);
         let small = chosen.qr();
         let triangle = small.thin_R();
-        let rotated = |i: usize| triangle[(i, free.len())];
         let k = free.len();
         let size = x.iter().zip(&scale).map(|(v, s)| (v * s).powi(2)).sum::<f64>().sqrt();
+        let curvature = curvature.map(|all| Mat::from_fn(k, k, |i, j| all[(free[i], free[j])]));
+        let of_free: Vec<f64> = free.iter().map(|&j| scale[j]).collect();
         let mut growth = 2.0;
         for _ in 0..MAX_REJECTIONS {
-            let root = self.damping.sqrt();
-            let system = Mat::from_fn(2 * k, k, |i, j| {
-                if i < k {
-                    triangle[(i, j)]
-                } else if i - k == j {
-                    root * scale[free[j]]
-                } else {
-                    0.0
-                }
-            });
-            let right = Mat::from_fn(2 * k, 1, |i, _| if i < k { -rotated(i) } else { 0.0 });
-            let p = system.qr().solve_lstsq(right);
+            let Some(p) = damped_step(triangle, curvature.as_ref(), &of_free, self.damping) else {
+                self.damping *= growth;
+                growth *= 2.0;
+                continue;
+            };
             let mut trial = x.to_vec();
-            free.iter().enumerate().for_each(|(i, &j)| trial[j] += p[(i, 0)]);
+            free.iter().enumerate().for_each(|(i, &j)| trial[j] += p[i]);
             let trial = self.clip(&trial);
             let h = Mat::from_fn(k, 1, |i, _| trial[free[i]] - x[free[i]]);
             let bent = triangle.submatrix(0, 0, k, k) * &h;
-            let predicted = -(0..k).map(|i| h[(i, 0)] * gradient[(free[i], 0)] + 0.5 * bent[(i, 0)].powi(2)).sum::<f64>();
+            let more = curvature.as_ref().map_or(0.0, |curvature| (h.transpose() * curvature * &h)[(0, 0)]);
+            let predicted = -0.5 * more - (0..k).map(|i| h[(i, 0)] * gradient[(free[i], 0)] + 0.5 * bent[(i, 0)].powi(2)).sum::<f64>();
             let moved = (0..k).map(|i| (h[(i, 0)] * scale[free[i]]).powi(2)).sum::<f64>().sqrt();
             let new = problem.residuals(&trial);
             let new_cost = half_square(&new);
@@ -271,6 +273,27 @@ impl LevenbergMarquardt {
         self.reason = Some(StopReason::StepConverged);
         None
     }
+}
+
+/// The step p of (RᵀR + S + λ D²) p = −Rᵀ r from the triangle [R r], S the further curvature; none where that matrix has no minimum. Without S by
+/// QR, which sees the condition of R and not its square.
+fn damped_step(triangle: MatRef<'_, f64>, curvature: Option<&Mat<f64>>, scale: &[f64], damping: f64) -> Option<Vec<f64>> {
+    let k = scale.len();
+    let (upper, rotated) = (triangle.submatrix(0, 0, k, k), triangle.submatrix(0, k, k, 1));
+    let Some(curvature) = curvature else {
+        let root = damping.sqrt();
+        let system = Mat::from_fn(2 * k, k, |i, j| if i < k { upper[(i, j)] } else { f64::from(u8::from(i - k == j)) * root * scale[j] });
+        let right = Mat::from_fn(2 * k, 1, |i, _| if i < k { -rotated[(i, 0)] } else { 0.0 });
+        return Some(system.qr().solve_lstsq(right).col(0).iter().copied().collect());
+    };
+    let (hessian, gradient) = (upper.transpose() * upper + curvature, upper.transpose() * rotated);
+    let mut factor = Cholesky::new(k);
+    if !factor.factor(|i, j| hessian[(i, j)] / (scale[i] * scale[j]) + if i == j { damping } else { 0.0 }) {
+        return None;
+    }
+    let mut p: Vec<f64> = (0..k).map(|i| -gradient[(i, 0)] / scale[i]).collect();
+    factor.solve(&mut p);
+    Some(p.iter().zip(scale).map(|(p, s)| p / s).collect())
 }
 
 type LmState = IterState<Vec<f64>, (), Mat<f64>, (), Vec<f64>, f64>;
@@ -321,7 +344,7 @@ impl Jacobian for Adapter<'_> {
 const ROWS: usize = 1024;
 
 /// R of the QR decomposition of [J r], rows reduced in blocks and the blocks' triangles once more, in a fixed order.
-fn triangle(jacobian: &Mat<f64>, residuals: &[f64]) -> Mat<f64> {
+pub(crate) fn triangle(jacobian: &Mat<f64>, residuals: &[f64]) -> Mat<f64> {
     let (m, n) = (residuals.len(), jacobian.ncols());
     let reduce = |rows: usize, at: &dyn Fn(usize, usize) -> f64| -> Mat<f64> {
         let block = Mat::from_fn(rows, n + 1, at);

@@ -8,6 +8,7 @@ use faer::Mat;
 use ndof_linear::Cholesky;
 use ndof_sysid::FrequencyResponse;
 use num_complex::Complex64;
+use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 use statrs::distribution::{ChiSquared, ContinuousCDF};
 
@@ -128,19 +129,14 @@ impl Lines {
         let steps = |from: f64, to: f64| (0..).map(move |k| from * STEP.powi(-k)).take_while(move |v| *v > to).collect::<Vec<_>>();
         let (reaches, sizes) = (steps(band, band / independent.max(2.0)), steps(1.0, UNSEEN * noise.sqrt() / largest));
         let thinned = self.thinned();
-        let mut all: Vec<(f64, f64, f64)> = Vec::with_capacity(reaches.len() * sizes.len());
-        for &reach in &reaches {
-            all.extend(sizes.iter().map(|&size| (thinned.likelihood(size, reach, noise), size, reach)));
-        }
-        all.retain(|(likelihood, ..)| likelihood.is_finite());
-        let most = all.iter().map(|(l, ..)| *l).fold(f64::NEG_INFINITY, f64::max);
-        let total: f64 = all.iter().map(|(l, ..)| (l - most).exp()).sum();
-        let mut meat = Mat::zeros(self.parameters, self.parameters);
-        for &reach in &reaches {
-            let weight: f64 = all.iter().filter(|(.., r)| *r == reach).map(|(l, size, _)| size * size * (l - most).exp() / total).sum();
-            self.add_meat(&mut meat, reach, weight);
-        }
-        meat
+        let grid: Vec<[f64; 2]> = reaches.iter().flat_map(|reach| sizes.iter().map(|size| [*reach, *size])).collect();
+        let likelihoods: Vec<f64> = grid.par_iter().map(|[reach, size]| thinned.likelihood(*size, *reach, noise)).collect();
+        let most = likelihoods.iter().copied().filter(|l| l.is_finite()).fold(f64::NEG_INFINITY, f64::max);
+        let shares: Vec<f64> = likelihoods.iter().map(|l| if l.is_finite() { (l - most).exp() } else { 0.0 }).collect();
+        let total: f64 = shares.iter().sum();
+        let of_reach = |reach: &f64| grid.iter().zip(&shares).filter(|([r, _], _)| r == reach).map(|([_, size], share)| size * size * share / total).sum();
+        let weights: Vec<[f64; 2]> = reaches.iter().map(|reach| [*reach, of_reach(reach)]).collect();
+        self.weighed(&weights)
     }
 
     /// Independent lines only, each of unit noise.
@@ -158,76 +154,86 @@ impl Lines {
         Lines { at: take(&self.at, 0.0), share: vec![1.0; kept.len()], parts: self.parts.iter().map(part).collect(), parameters: self.parameters }
     }
 
-    /// The restricted log-likelihood of what is left, but for a constant.
-    fn likelihood(&self, size: f64, reach: f64, noise: f64) -> f64 {
-        let k = self.parameters;
-        let (mut log_det, mut square) = (0.0, 0.0);
-        let (mut information, mut score) = (Mat::<f64>::zeros(k, k), vec![0.0; k]);
-        for part in &self.parts {
-            // Kalman filter of δ/a, for what is left and each of its derivatives at once.
-            let (mut mean, mut variance) = (vec![0.0; k + 1], 1.0);
-            let mut innovation = vec![0.0; k + 1];
-            for f in 0..self.at.len() {
-                if f > 0 {
-                    let fade = (-(self.at[f] - self.at[f - 1]) / reach).exp();
-                    mean.iter_mut().for_each(|m| *m *= fade);
-                    variance = 1.0 - fade * fade * (1.0 - variance);
-                }
-                let gain = size * part.size[f];
-                let spread = noise + gain * gain * variance;
-                for (c, (i, m)) in innovation.iter_mut().zip(&mean).enumerate() {
-                    *i = if c == k { part.left[f] } else { part.slopes[c][f] } - gain * m;
-                }
-                mean.iter_mut().zip(&innovation).for_each(|(m, i)| *m += variance * gain / spread * i);
-                variance *= noise / spread;
-                log_det += spread.ln();
-                square += innovation[k] * innovation[k] / spread;
-                for r in 0..k {
-                    score[r] += innovation[r] * innovation[k] / spread;
-                    for c in 0..=r {
-                        information[(r, c)] += innovation[r] * innovation[c] / spread;
-                    }
-                }
-            }
-        }
-        restricted(log_det, square, &information, &score)
+    /// How much of the process at one line is left at the next, 0 before the first.
+    fn fades(&self, reach: f64) -> Vec<f64> {
+        std::iter::once(0.0).chain(self.at.windows(2).map(|at| (-(at[1] - at[0]) / reach).exp())).collect()
     }
 
-    /// Adds weight · Jᵀ P J for the correlation P of this reach.
-    fn add_meat(&self, meat: &mut Mat<f64>, reach: f64, weight: f64) {
-        let k = self.parameters;
-        for part in &self.parts {
-            // Σ over earlier lines, faded to the present one.
-            let mut before = vec![0.0; k];
-            for f in 0..self.at.len() {
-                let fade = if f > 0 { (-(self.at[f] - self.at[f - 1]) / reach).exp() } else { 0.0 };
-                let here: Vec<f64> = part.slopes.iter().map(|slope| slope[f] * part.size[f]).collect();
-                before.iter_mut().for_each(|b| *b *= fade);
-                for r in 0..k {
-                    for c in 0..k {
-                        meat[(r, c)] += weight * (here[r] * here[c] + here[r] * before[c] + before[r] * here[c]);
-                    }
+    /// The restricted log-likelihood of what is left, but for a constant.
+    fn likelihood(&self, size: f64, reach: f64, noise: f64) -> f64 {
+        let (k, lines) = (self.parameters, self.at.len());
+        let fades = self.fades(reach);
+        // Innovations of the derivatives and, last, of what is left, each over its spread: column by column what a regression would see.
+        let mut innovations = Mat::zeros(self.parts.len() * lines, k + 1);
+        let mut log_det = 0.0;
+        for (p, part) in self.parts.iter().enumerate() {
+            // Kalman filter of δ/a: its variance is the same for all columns.
+            let (mut variance, mut steps) = (1.0, Vec::with_capacity(lines));
+            for (size_here, &fade) in part.size.iter().zip(&fades) {
+                variance = 1.0 - fade * fade * (1.0 - variance);
+                let gain = size * size_here;
+                let spread = noise + gain * gain * variance;
+                steps.push((fade, gain, variance * gain / spread, 1.0 / spread.sqrt()));
+                variance *= noise / spread;
+                log_det += spread.ln();
+            }
+            for (c, column) in part.slopes.iter().chain([&part.left]).enumerate() {
+                let mut mean = 0.0;
+                let out = &mut innovations.col_as_slice_mut(c)[p * lines..(p + 1) * lines];
+                for ((value, (fade, gain, taken, scale)), out) in column.iter().zip(&steps).zip(out) {
+                    mean *= fade;
+                    let innovation = value - gain * mean;
+                    mean += taken * innovation;
+                    *out = innovation * scale;
                 }
-                before.iter_mut().zip(&here).for_each(|(b, h)| *b += h);
             }
         }
+        restricted(log_det, &(innovations.transpose() * &innovations))
+    }
+
+    /// Σ weight · Jᵀ P J over reaches with their weights, P the correlation of each reach.
+    fn weighed(&self, weights: &[[f64; 2]]) -> Mat<f64> {
+        let (k, lines) = (self.parameters, self.at.len());
+        let rows = self.parts.len() * lines;
+        let (mut here, mut before): (Mat<f64>, Mat<f64>) = (Mat::zeros(rows, k), Mat::zeros(rows, k));
+        let fading: Vec<(f64, Vec<f64>)> = weights.iter().filter(|[_, weight]| *weight > 0.0).map(|[reach, weight]| (*weight, self.fades(*reach))).collect();
+        for (p, part) in self.parts.iter().enumerate() {
+            for (c, slope) in part.slopes.iter().enumerate() {
+                let at = p * lines..(p + 1) * lines;
+                let here = &mut here.col_as_slice_mut(c)[at.clone()];
+                here.iter_mut().zip(slope).zip(&part.size).for_each(|((here, slope), size)| *here = slope * size);
+                let before = &mut before.col_as_slice_mut(c)[at];
+                for (weight, fades) in &fading {
+                    // Half of the line itself, and the sum over earlier ones, faded to it.
+                    let mut sum = 0.0;
+                    for ((before, here), fade) in before.iter_mut().zip(&*here).zip(fades) {
+                        sum *= fade;
+                        *before += weight * (sum + 0.5 * here);
+                        sum += here;
+                    }
+                }
+            }
+        }
+        let half = here.transpose() * before;
+        &half + half.transpose()
     }
 }
 
-/// −½ (ln|Γ| + ln|Jᵀ Γ⁻¹ J| + what is left when the score is taken up), parameters without a derivative left out.
-fn restricted(log_det: f64, square: f64, information: &Mat<f64>, score: &[f64]) -> f64 {
-    let sound: Vec<usize> = (0..score.len()).filter(|&k| information[(k, k)] > 0.0).collect();
+/// −½ (ln|Γ| + ln|Jᵀ Γ⁻¹ J| + what is left when the score is taken up) from [J r]ᵀ Γ⁻¹ [J r], parameters without a derivative left out.
+fn restricted(log_det: f64, information: &Mat<f64>) -> f64 {
+    let last = information.nrows() - 1;
+    let sound: Vec<usize> = (0..last).filter(|&k| information[(k, k)] > 0.0).collect();
     let scale: Vec<f64> = sound.iter().map(|&k| information[(k, k)].sqrt()).collect();
     let mut factor = Cholesky::new(sound.len());
     if !factor.factor(|i, j| information[(sound[i], sound[j])] / (scale[i] * scale[j]) + if i == j { RIDGE } else { 0.0 }) {
         return f64::NEG_INFINITY;
     }
-    let scaled: Vec<f64> = sound.iter().zip(&scale).map(|(&k, s)| score[k] / s).collect();
+    let scaled: Vec<f64> = sound.iter().zip(&scale).map(|(&k, s)| information[(k, last)] / s).collect();
     let mut solved = scaled.clone();
     factor.solve(&mut solved);
     let taken: f64 = solved.iter().zip(&scaled).map(|(a, b)| a * b).sum();
     let of_information: f64 = (0..sound.len()).map(|k| 2.0 * (factor.lower()[k * sound.len() + k] * scale[k]).ln()).sum();
-    -0.5 * (log_det + of_information + square - taken)
+    -0.5 * (log_det + of_information + information[(last, last)] - taken)
 }
 
 #[cfg(test)]
@@ -268,7 +274,7 @@ mod tests {
         let lines = Lines { at, share: vec![1.0; count], parts: vec![part(0.2), part(0.7)], parameters: 2 };
         let (size, reach, noise) = (0.4, 0.8, 1.3);
         let correlation = |f: usize, g: usize| (-(lines.at[f] - lines.at[g]).abs() / reach).exp();
-        let (mut log_det, mut square, mut information, mut score, mut meat) = (0.0, 0.0, Mat::zeros(2, 2), vec![0.0; 2], Mat::<f64>::zeros(2, 2));
+        let (mut log_det, mut information, mut meat) = (0.0, Mat::zeros(3, 3), Mat::<f64>::zeros(2, 2));
         for part in &lines.parts {
             let error = |f: usize, g: usize| size * size * part.size[f] * part.size[g] * correlation(f, g);
             let mut factor = Cholesky::new(count);
@@ -280,20 +286,17 @@ mod tests {
             };
             let dot = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
             log_det += (0..count).map(|f| 2.0 * factor.lower()[f * count + f].ln()).sum::<f64>();
-            square += dot(&part.left, &solved(&part.left));
-            for r in 0..2 {
-                score[r] += dot(&part.slopes[r], &solved(&part.left));
-                for c in 0..2 {
-                    information[(r, c)] += dot(&part.slopes[r], &solved(&part.slopes[c]));
-                    meat[(r, c)] +=
-                        (0..count * count).map(|e| part.slopes[r][e / count] * error(e / count, e % count) * part.slopes[c][e % count]).sum::<f64>();
-                }
+            let columns: Vec<&[f64]> = part.slopes.iter().chain([&part.left]).map(Vec::as_slice).collect();
+            for (e, value) in (0..9).map(|e| (e, dot(columns[e / 3], &solved(columns[e % 3])))) {
+                information[(e / 3, e % 3)] += value;
+            }
+            for (r, c) in (0..4).map(|e| (e / 2, e % 2)) {
+                meat[(r, c)] += (0..count * count).map(|e| columns[r][e / count] * error(e / count, e % count) * columns[c][e % count]).sum::<f64>();
             }
         }
-        let expected = restricted(log_det, square, &information, &score);
+        let expected = restricted(log_det, &information);
         assert!((lines.likelihood(size, reach, noise) - expected).abs() < 1e-10 * expected.abs());
-        let mut found = Mat::zeros(2, 2);
-        lines.add_meat(&mut found, reach, size * size);
+        let found = lines.weighed(&[[reach, size * size]]);
         assert!((0..4).all(|e| (found[(e / 2, e % 2)] - meat[(e / 2, e % 2)]).abs() < 1e-12 * meat[(0, 0)].abs()));
     }
 }

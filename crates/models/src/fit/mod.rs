@@ -81,6 +81,16 @@ impl LeastSquares for Internal<'_> {
             None => natural,
         }
     }
+
+    fn slopes(&self, x: &[f64], residuals: &[f64]) -> (Mat<f64>, Option<Mat<f64>>) {
+        let (triangle, curvature) = self.problem.slopes(&self.model.natural(x), residuals);
+        let Some(turn) = self.model.natural_jacobian(x).map(|turn| to_faer(&turn)) else {
+            return (triangle, curvature);
+        };
+        let (moved, k) = (triangle.subcols(0, turn.nrows()) * &turn, turn.ncols());
+        let turned = Mat::from_fn(triangle.nrows(), k + 1, |i, j| if j < k { moved[(i, j)] } else { triangle[(i, turn.nrows())] });
+        (turned, curvature.map(|curvature| turn.transpose() * curvature * &turn))
+    }
 }
 
 /// Adds factor · Re(s_r Ω s_cᴴ) of all scores s (p × q each, row by row) to `meat`, Ω being the covariance of an estimate:

@@ -2,6 +2,7 @@
 
 use super::vaf::{GAIN_WEIGHT, difference};
 use super::{COST_TOLERANCE, Fit, FitError, Prediction, Smoothing, Solved, add_scores, check_shape, jackknife::rescale_by_trials, shares};
+use crate::levenberg_marquardt::triangle;
 use crate::{LeastSquares, ParametricModel};
 use faer::Mat;
 use ndarray::{Array3, Axis};
@@ -122,9 +123,31 @@ impl LeastSquares for Logarithmic<'_> {
         }
         out
     }
+
+    fn slopes(&self, theta: &[f64], residuals: &[f64]) -> (Mat<f64>, Option<Mat<f64>>) {
+        let jacobian = self.jacobian(theta);
+        (triangle(&jacobian, residuals), Some(self.curvature(&jacobian, residuals)))
+    }
 }
 
 impl Logarithmic<'_> {
+    /// Σ r ∂²r/∂θ² for a Z that is linear in θ: the second derivative of ln Z is −g gᵀ with g = Z⁻¹ ∂Z/∂θ, of which a row of the Jacobian is −γ a Re g
+    /// and the next −γ b Im g. Residuals stay large where the estimate is poor, and Gauss-Newton's steps shrink by little from one to the next.
+    fn curvature(&self, jacobian: &Mat<f64>, residuals: &[f64]) -> Mat<f64> {
+        let (gain, phase) = units();
+        let mut weighed = Mat::zeros(jacobian.nrows(), self.parameters);
+        for (e, w) in self.weight.iter().enumerate().filter(|(_, w)| **w > 0.0) {
+            let (of_gain, of_phase) = (residuals[2 * e] / (gain * w), residuals[2 * e + 1] / (gain * w));
+            let back = residuals[2 * e] * gain / (phase * phase * w);
+            for c in 0..self.parameters {
+                let (re, im) = (jacobian[(2 * e, c)], jacobian[(2 * e + 1, c)]);
+                weighed[(2 * e, c)] = of_gain * re + of_phase * im;
+                weighed[(2 * e + 1, c)] = of_phase * re - back * im;
+            }
+        }
+        jacobian.transpose() * weighed
+    }
+
     /// Jᵀ Ω J, neighbouring bins counted by their share.
     fn meat(&self, jacobian: &Mat<f64>, residuals: &[f64], impedance: &FrequencyResponse, bins: &[usize], share: &[f64]) -> Mat<f64> {
         let (k, size) = (self.parameters, self.prediction.elements());
@@ -160,5 +183,41 @@ impl Logarithmic<'_> {
             }
         }
         meat
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{Axis, InertiaDampingStiffnessModel, Symmetry};
+
+    /// Of a Z that is linear in θ the curvature is exact: JᵀJ + S is the slope of Jᵀr.
+    #[test]
+    fn the_curvature_is_the_slope_of_the_gradient() {
+        let model = InertiaDampingStiffnessModel::new(vec![Axis::linear("x"), Axis::linear("y")], Symmetry::Symmetric);
+        let theta = [2.1, -0.55, 1.9, 11.0, -2.0, 15.0, 300.0, -60.0, 520.0];
+        let (hz, k) = ([0.7, 2.1, 5.0], theta.len());
+        let problem = Logarithmic {
+            prediction: Prediction::new(&model, ResponseKind::Impedance, &hz, &Kernel::default(), &Smoothing::None, None),
+            // Far from any limb, so that residuals are large.
+            estimate: (0..12).map(|e| Complex64::from_polar(40.0 + 7.0 * f64::from(e), 1.9 * f64::from(e))).collect(),
+            weight: (0..12).map(|e| 0.08 * f64::from(e)).collect(),
+            parameters: k,
+        };
+        let jacobian = problem.jacobian(&theta);
+        let residuals = problem.residuals(&theta);
+        let hessian = jacobian.transpose() * &jacobian + problem.curvature(&jacobian, &residuals);
+        let gradient = |theta: &[f64]| {
+            let (jacobian, residuals) = (problem.jacobian(theta), problem.residuals(theta));
+            (0..k).map(|c| jacobian.col(c).iter().zip(&residuals).map(|(j, r)| j * r).sum::<f64>()).collect::<Vec<f64>>()
+        };
+        for c in 0..k {
+            let step = 1e-5 * theta[c].abs();
+            let moved = |sign: f64| gradient(&std::array::from_fn::<f64, 9, _>(|i| theta[i] + if i == c { sign * step } else { 0.0 }));
+            for (r, (up, down)) in moved(1.0).iter().zip(moved(-1.0)).enumerate() {
+                let scale = (hessian[(r, r)] * hessian[(c, c)]).abs().sqrt();
+                assert!((hessian[(r, c)] - (up - down) / (2.0 * step)).abs() < 1e-7 * scale, "{r} {c}");
+            }
+        }
     }
 }
