@@ -160,10 +160,13 @@ def files():
         rows = []
         for file in ("hour.parquet", "hour.csv"):
             path = os.path.join(folder, file)
-            wall, cpu, memory = child([NDOF, "estimate", "--stream", "--method", "welch", "--nperseg", "4096", path, "--quiet"])
-            rows.append([f"{file}, {os.path.getsize(path) / 1e6:.0f} MB", f"{wall:.2f} s", f"{cpu:.2f} s", f"{memory:.0f} MB"])
-        table("Whole process on an hour of 12 channels at 1 kHz, `ndof estimate --stream` (asked: Parquet under 150 MB)",
-              ["file", "wall", "processor", "peak memory"], rows)
+            welch = ["--method", "welch", "--nperseg", "4096"]
+            for command in (["estimate", "--stream", *welch], ["estimate", *welch], ["check"]):
+                wall, cpu, memory = child([NDOF, *command, path, "--quiet"])
+                name = f"{' '.join(command[:2]) if '--stream' in command else command[0]}: {file}, {os.path.getsize(path) / 1e6:.0f} MB"
+                rows.append([name, f"{wall:.2f} s", f"{cpu:.2f} s", f"{memory:.0f} MB"])
+        table("Whole process on an hour of 12 channels at 1 kHz (asked of `estimate --stream`: Parquet under 150 MB)",
+              ["command", "wall", "processor", "peak memory"], rows)
     print(f"\nThe program: {os.path.getsize(NDOF) / 1e6:.1f} MB with Parquet (asked of the default build: under 25 MB).")
 
 

@@ -8,9 +8,10 @@ use crate::budget::{Budget, MAX_ENTRIES};
 use crate::error::IoError;
 use crate::table::Table;
 use ::parquet::basic::Compression;
-use ::parquet::file::metadata::{KeyValue, ParquetMetaData};
+use ::parquet::file::metadata::{KeyValue, ParquetMetaData, RowGroupMetaData};
 use ::parquet::file::reader::{FileReader, SerializedFileReader};
 use bytes::Bytes;
+use rayon::prelude::*;
 use std::collections::BTreeMap;
 
 /// Reads a Parquet file: its trials, where a column counts episodes.
@@ -36,33 +37,39 @@ fn decode(bytes: &[u8], file: &str) -> Result<Table, IoError> {
     pages::check(bytes, file, metadata)?;
     check_compression(file, metadata)?;
     let mut budget = Budget::of(bytes.len());
+    let columns = metadata.file_metadata().schema_descr().columns();
+    let plain: Vec<Option<Result<Entry, IoError>>> =
+        columns.par_iter().enumerate().map(|(i, column)| Kind::of(column).map(|kind| numbers(&reader, i, kind, file))).collect();
     let mut entries = Vec::new();
-    for (i, column) in metadata.file_metadata().schema_descr().columns().iter().enumerate() {
-        let name = column.path().parts().join(".");
-        let Some(kind) = Kind::of(column) else {
-            match ListKind::of(column) {
-                Some(list) => entries.extend(list.read(&reader, i, file, &mut budget)?),
-                None => entries.push(Entry::new(vec![name], Value::Other("no column of plain numbers"))),
-            }
-            continue;
-        };
-        let mut values = Vec::new();
-        for group in 0..reader.num_row_groups() {
-            let rows = metadata.row_group(group).num_rows();
-            let column = reader.get_row_group(group).and_then(|g| g.get_column_reader(i));
-            let read =
-                column.and_then(|mut column| append(&mut column, kind, usize::MAX, &mut values)).map_err(|e| damaged(format!("column \"{name}\": {e}")))?;
-            if read as i64 != rows {
-                return Err(damaged(format!("column \"{name}\" has {read} values in row group {group}, which says {rows}")));
-            }
+    for (i, (column, numbers)) in columns.iter().zip(plain).enumerate() {
+        match (numbers, ListKind::of(column)) {
+            (Some(numbers), _) => entries.push(numbers?),
+            (None, Some(list)) => entries.extend(list.read(&reader, i, file, &mut budget)?),
+            (None, None) => entries.push(Entry::new(vec![column.path().parts().join(".")], Value::Other("no column of plain numbers"))),
         }
-        let value = Value::Numbers { shape: vec![values.len()], values, rounding: kind.rounding };
-        entries.push(Entry { unit: kind.unit.map(str::to_owned), ..Entry::new(vec![name], value) });
     }
     for KeyValue { key, value } in metadata.file_metadata().key_value_metadata().into_iter().flatten() {
         facts(key, value.as_deref().unwrap_or_default(), &mut entries);
     }
     arrays::table(file, entries)
+}
+
+/// The column of numbers at this place, all row groups of it.
+fn numbers(reader: &SerializedFileReader<Bytes>, place: usize, kind: Kind, file: &str) -> Result<Entry, IoError> {
+    let metadata = reader.metadata();
+    let name = metadata.file_metadata().schema_descr().column(place).path().parts().join(".");
+    let damaged = |what: String| IoError::Damaged { file: file.to_owned(), format: PARQUET, what: format!("column \"{name}\"{what}") };
+    let total: i64 = metadata.row_groups().iter().map(RowGroupMetaData::num_rows).sum();
+    let mut values = Vec::with_capacity(usize::try_from(total).unwrap_or(0));
+    for (group, claimed) in metadata.row_groups().iter().map(RowGroupMetaData::num_rows).enumerate() {
+        let column = reader.get_row_group(group).and_then(|rows| rows.get_column_reader(place));
+        let read = column.and_then(|mut column| append(&mut column, kind, usize::MAX, &mut values)).map_err(|e| damaged(format!(": {e}")))?;
+        if read as i64 != claimed {
+            return Err(damaged(format!(" has {read} values in row group {group}, which says {claimed}")));
+        }
+    }
+    let value = Value::Numbers { shape: vec![values.len()], values, rounding: kind.rounding };
+    Ok(Entry { unit: kind.unit.map(str::to_owned), ..Entry::new(vec![name], value) })
 }
 
 /// Refuses what a directory claims before memory is taken for it.
