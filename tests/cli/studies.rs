@@ -59,12 +59,30 @@ fn a_fit_and_a_diagnosis_are_written_as_studies_that_give_the_same_numbers() {
     run("study diagnosis.toml --out diagnosed --quiet");
     assert_eq!(read("diagnosis.json"), read("diagnosed/diagnosis.json"));
 
-    for (wrong, said) in [("strat = 1", "did you mean \"start\""), ("sample-rate = \"fast\"", "sample-rate"), ("files = []", "files")] {
-        let others = if wrong.starts_with("files") { "" } else { "files = [\"arm-1.csv\"]\n" };
-        fs::write(folder.path().join("wrong.toml"), format!("[recordings]\n{others}{wrong}\n")).expect("written");
+    // What only a study says: other settings beside, and where the joints are.
+    let also = "[kinematics]\nkind = \"planar-two-link\"\nlink_lengths_m = [0.33, 0.34]\nposture_rad = [0.7, 1.5]\n[[also]]\nname = \"short\"\nnperseg = 512\n";
+    fs::write(folder.path().join("also.toml"), format!("[recordings]\nfiles = [\"arm-1.csv\"]\n{also}")).expect("written");
+    run("study also.toml --out beside --quiet");
+    let settings = &read("beside/study.json")["cases"][0]["settings"];
+    assert!(
+        settings[1]["name"] == "short" && settings[1]["parameters"].as_array().expect("parameters").iter().any(|p| p["name"] == "K_elbow_elbow"),
+        "{settings}"
+    );
+
+    let files = "files = [\"arm-1.csv\"]\n";
+    for (wrong, said) in [
+        (format!("{files}strat = 1"), "did you mean \"start\""),
+        (format!("{files}sample-rate = \"fast\""), "sample-rate"),
+        ("files = []".to_owned(), "files"),
+        (format!("{files}[[cases]]\nname = \"a\""), "[cases] is for what is simulated"),
+        (format!("{files}[experiment]\ntrials = 2"), "[experiment] is for what is simulated"),
+    ] {
+        fs::write(folder.path().join("wrong.toml"), format!("[recordings]\n{wrong}\n")).expect("written");
         let error = refuse(folder.path(), &["study", "wrong.toml"]);
         assert!(error.contains("wrong.toml") && error.contains(said), "{error}");
     }
+    let error = refuse(folder.path(), &["simulate", "diagnosis.toml"]);
+    assert!(error.contains("diagnosis.toml") && error.contains("only an [experiment]"), "{error}");
     let error = refuse(folder.path(), &["study", "diagnosis.toml", "--start", "1"]);
     assert!(error.contains("[recordings]"), "{error}");
 }

@@ -22,5 +22,5 @@ pub use design::{Design, Designed, LooseLimb, Target, design};
 pub use error::StudyError;
 pub use page::{cases_report, design_report, study_report, summary_tables};
 pub use progress::Progress;
-pub use run::{Asked, StudyOutcome, analyse, run_study};
+pub use run::{StudyOutcome, analyse, run_study};
 pub use simulate::{JointTruth, Matrices, Simulated, Truth, simulate};

@@ -2,12 +2,12 @@
 
 use crate::analysed::{COMMAND, analysed};
 use crate::error::StudyError;
-use crate::file::{HiddenEffect, StudyFile};
+use crate::file::{HiddenEffect, StudyDocument, StudyFile};
 use crate::progress::Progress;
 use crate::sensitivity::result::SensitivityResult;
 use crate::sensitivity::sensitivity;
 use crate::simulate::{Simulated, axis_names, draw_hidden, simulate};
-use ndof_analysis::{ComparedParameter, Diagnose, Diagnosed, Estimate, Estimated, Fit, Fitted, RoleNames, Trial, Trials, Trim, diagnose};
+use ndof_analysis::{ComparedParameter, Diagnosed, Estimate, Estimated, Fitted, RoleNames, Trial, Trials, Trim, diagnose};
 
 /// What a study gave.
 #[derive(Clone, Debug)]
@@ -79,39 +79,25 @@ pub fn run_study(study: &StudyFile, recordings: Option<Vec<Trial>>, seed: Option
         }
     };
     let trials = Trials::new(trials, &RoleNames::default(), &Trim::default())?;
-    let mut fit = study.fit_settings();
-    if let (Some(simulated), None) = (&simulated, fit.transducer_stiffness) {
+    let mut study = StudyFile { fit: study.fit_settings(), ..study.clone() };
+    if let (Some(simulated), None) = (&simulated, study.fit.transducer_stiffness) {
         let transducer = &simulated.linear.transducer;
-        (fit.transducer_stiffness, fit.transducer_damping) = (Some(transducer.stiffness), Some(transducer.damping));
+        (study.fit.transducer_stiffness, study.fit.transducer_damping) = (Some(transducer.stiffness), Some(transducer.damping));
     }
-    let asked = Asked { estimate: &study.estimate, also: &study.also, fit: &fit, diagnose: study.diagnose.as_ref() };
-    let mut outcome = analyse(trials, &asked, progress)?;
-    let table = study.sensitivity.as_ref().filter(|_| simulated.is_some()).map(|section| sensitivity(study, section, seed, &fit, progress));
+    let mut outcome = analyse(&study, trials, progress)?;
+    let table = study.sensitivity.as_ref().filter(|_| simulated.is_some()).map(|section| sensitivity(&study, section, seed, progress));
     (outcome.sensitivity, outcome.simulated, outcome.hidden) = (table.transpose()?, simulated, hidden);
     Ok(outcome)
 }
 
-/// What a study asks of its trials.
-#[derive(Clone, Copy, Debug)]
-pub struct Asked<'a> {
-    /// How the response is estimated.
-    pub estimate: &'a Estimate,
-    /// Other settings, fitted beside it.
-    pub also: &'a [Estimate],
-    /// What is fitted.
-    pub fit: &'a Fit,
-    /// What the diagnosis is asked; nothing where there is none.
-    pub diagnose: Option<&'a Diagnose>,
-}
-
-/// Estimates, fits and diagnoses trials that were measured.
+/// Estimates, fits and diagnoses trials as a study asks.
 ///
 /// # Errors
 /// [`StudyError`] from the step that failed.
 ///
 /// ```
-/// use ndof_study::{Asked, analyse, file::StudyFile};
-/// # use ndof_analysis::{Estimate, Fit, Trial, Trials};
+/// use ndof_study::{analyse, file::StudyDocument};
+/// # use ndof_analysis::{Trial, Trials};
 /// # let force = ndof_signal::FilteredNoise::default().generate(1)?.remove(0);
 /// # let mut state = [0.0; 2];
 /// # let step = |f: &f64| {
@@ -122,26 +108,26 @@ pub struct Asked<'a> {
 /// # };
 /// # let motion: Vec<f64> = force.iter().map(step).collect();
 /// let trial = Trial::new(500.0).effort("x", force).displacement("x", motion)?;
-/// let asked = Asked { estimate: &Estimate::default(), also: &[], fit: &Fit::default(), diagnose: None };
-/// let outcome = analyse(Trials::of([&trial])?, &asked, &|_, _, _| ())?;
+/// let study = StudyDocument::<()>::default();
+/// let outcome = analyse(&study, Trials::of([&trial])?, &|_, _, _| ())?;
 /// let stiffness = outcome.table().into_iter().find(|p| p.name.starts_with('K')).and_then(|p| p.value);
 /// assert!(stiffness.is_some_and(|k| (k - 200.0).abs() < 10.0), "{stiffness:?}"); // N/m
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
-pub fn analyse(trials: Trials, asked: &Asked, progress: &Progress<'_>) -> Result<StudyOutcome, StudyError> {
-    let steps = 1 + asked.also.len();
+pub fn analyse<E>(study: &StudyDocument<E>, trials: Trials, progress: &Progress<'_>) -> Result<StudyOutcome, StudyError> {
+    let (steps, fit) = (1 + study.also.len(), study.fit_settings());
     let step = |k: usize, settings: &Estimate| -> Result<(Estimated, Fitted), StudyError> {
-        let done = analysed(&trials, settings, asked.fit)?;
+        let done = analysed(&trials, settings, &fit)?;
         progress("estimate", k + 1, steps);
         Ok(done)
     };
-    let (estimated, fitted) = step(0, asked.estimate)?;
-    let mut also = Vec::with_capacity(asked.also.len());
-    for (k, settings) in asked.also.iter().enumerate() {
+    let (estimated, fitted) = step(0, &study.estimate)?;
+    let mut also = Vec::with_capacity(study.also.len());
+    for (k, settings) in study.also.iter().enumerate() {
         let (estimated, fitted) = step(k + 1, settings)?;
         also.push((settings.name.clone().unwrap_or_else(|| format!("setting {}", k + 2)), estimated, fitted));
     }
-    let diagnosed = asked.diagnose.map(|settings| {
+    let diagnosed = study.diagnose.as_ref().map(|settings| {
         progress("diagnose", 0, 1);
         let mut diagnosed = diagnose(&trials, settings, &mut |_| ())?;
         diagnosed.result.head.command = COMMAND.to_owned();

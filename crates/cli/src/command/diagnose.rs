@@ -1,7 +1,7 @@
 //! `ndof diagnose`.
 
 use crate::error::CliError;
-use crate::options::{MeasuredStudy, Reading, Recorded, Shared};
+use crate::options::{Reading, Recordings, Shared};
 use crate::output::{self, columns, p_value, short};
 use crate::progress;
 use clap::Args;
@@ -12,6 +12,7 @@ use ndof_analysis::{Diagnose, Estimate, Fit, HeldOut};
 use ndof_diagnose::{Cause, Site, Verdict};
 use ndof_models::effects::Value;
 use ndof_report::{diagnosis_report, sentence};
+use ndof_study::file::StudyDocument;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
@@ -59,9 +60,9 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode, CliError> {
     let diagnosed = ndof_analysis::diagnose(&trials, &settings, &mut |what| bar.show(what))?;
     drop(bar);
     if let Some(path) = &arguments.study {
-        let recordings = Recorded { files, reading: arguments.reading.clone() };
-        let fit = Fit { band_hz: shared.band, ..Fit::default() };
-        MeasuredStudy { recordings, estimate: shared.estimate(&Estimate::default()), fit, diagnose: Some(settings), ..MeasuredStudy::default() }.write(path)?;
+        let experiment = Recordings { files, reading: arguments.reading.clone() };
+        let (estimate, fit) = (shared.estimate(&Estimate::default()), Fit { band_hz: shared.band, ..Fit::default() });
+        Recordings::write(StudyDocument { experiment, estimate, fit, diagnose: Some(settings), ..StudyDocument::default() }, path)?;
     }
     if shared.report.is_some() || shared.plots.is_some() {
         output::report(shared, &diagnosis_report(&diagnosed, "What the simulation gets wrong", &output::command_line())?)?;

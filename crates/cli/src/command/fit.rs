@@ -1,7 +1,7 @@
 //! `ndof fit`.
 
 use crate::error::CliError;
-use crate::options::{Limb, MeasuredStudy, Reading, Recorded, Shared};
+use crate::options::{Limb, Reading, Recordings, Shared};
 use crate::output::{self, columns, p_value, short};
 use clap::Args;
 use ndof_analysis::fit::result::{ComparedModel, FitResult};
@@ -10,6 +10,7 @@ use ndof_analysis::result::word;
 use ndof_analysis::{ComparedParameter, Estimate, Fit, Fitted};
 use ndof_models::NullLaw;
 use ndof_models::schedule::LEAST_PROBABILITY;
+use ndof_study::file::StudyDocument;
 use std::path::PathBuf;
 use std::process::ExitCode;
 
@@ -63,8 +64,8 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode, CliError> {
     let estimated = ndof_analysis::estimate(&trials, &estimate)?;
     let fitted = fit.run(&estimated)?;
     if let Some(path) = &arguments.study {
-        let recordings = Recorded { files: arguments.files.clone(), reading: arguments.reading.clone() };
-        MeasuredStudy { recordings, estimate, fit, ..MeasuredStudy::default() }.write(path)?;
+        let experiment = Recordings { files: arguments.files.clone(), reading: arguments.reading.clone() };
+        Recordings::write(StudyDocument { experiment, estimate, fit, ..StudyDocument::default() }, path)?;
     }
     if shared.report.is_some() || shared.plots.is_some() {
         output::report(shared, &ndof_report::fit_report(&estimated, &fitted, "Mechanical impedance", &output::command_line())?)?;

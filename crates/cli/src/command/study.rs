@@ -3,14 +3,14 @@
 use super::fit::parameter_table;
 use super::simulate::write_trials;
 use crate::error::CliError;
-use crate::options::{MeasuredStudy, Reading, Shared};
+use crate::options::{Reading, Recordings, Shared};
 use crate::output::{self, columns, short, write_json};
 use crate::progress;
 use clap::Args;
-use ndof_analysis::nearest;
-use ndof_study::file::{HiddenEffect, StudyFile};
+use ndof_analysis::{Trials, nearest};
+use ndof_study::file::{HiddenEffect, StudyDocument, StudyFile};
 use ndof_study::sensitivity::result::SensitivityResult;
-use ndof_study::{Asked, StudyOutcome, analyse, cases_report, run_cases, study_report, study_result, summary_tables};
+use ndof_study::{StudyOutcome, analyse, cases_report, run_cases, study_report, study_result, summary_tables};
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
@@ -47,78 +47,62 @@ pub fn unknown(name: &str, studies: &[(&str, &str)]) -> CliError {
 pub fn run(arguments: &Arguments, studies: &[(&str, &str)]) -> Result<ExitCode, CliError> {
     let shared = &arguments.shared;
     shared.apply_threads()?;
+    let path = Path::new(&arguments.study);
+    let bars = progress::Steps::new(shared.quiet);
+    let progress = |what: &'static str, done: usize, total: usize| bars.show(what, done, total);
     if !studies.iter().any(|(known, _)| *known == arguments.study)
-        && Path::new(&arguments.study).exists()
-        && let Some(study) = MeasuredStudy::read(Path::new(&arguments.study))?
+        && path.exists()
+        && let Some(study) = Recordings::study(path)?
     {
-        return measured(arguments, study);
+        let outcome = analyse(&study, measured(arguments, &study)?, &progress)?;
+        return finish(arguments, &stem(path), &study, &[(String::new(), outcome)]);
     }
     let (name, study) = load(&arguments.study, studies)?;
-    let out = folder(arguments, &name);
     let recordings = if arguments.recording.is_empty() { None } else { Some(arguments.reading.read_all(&arguments.recording)?) };
-    let bars = progress::Steps::new(shared.quiet);
-    let outcomes = run_cases(&study, recordings, shared.seed, &|what, done, total| bars.show(what, done, total))?;
+    let outcomes = run_cases(&study, recordings, shared.seed, &progress)?;
+    finish(arguments, &name, &study, &outcomes)
+}
+
+/// The recordings of a study; --recording puts others in their place.
+fn measured(arguments: &Arguments, study: &StudyDocument<Recordings>) -> Result<Trials, CliError> {
+    if arguments.reading != Reading::default() {
+        return Err(CliError::Usage(format!("{} says how its recordings are read; write it into [recordings] there", arguments.study)));
+    }
+    let Recordings { files, reading } = &study.experiment;
+    reading.trials_with(if arguments.recording.is_empty() { files } else { &arguments.recording }, &study.fit.channels())
+}
+
+/// Results in their folders and in print.
+fn finish<E>(arguments: &Arguments, name: &str, study: &StudyDocument<E>, outcomes: &[(String, StudyOutcome)]) -> Result<ExitCode, CliError> {
+    let shared = &arguments.shared;
+    let out = arguments.out.clone().unwrap_or_else(|| Path::new("ndof-out").join(name));
     outcomes.iter().for_each(|(_, outcome)| output::understood(shared, &outcome.trials));
-    let result = study_result(&study, &outcomes)?;
+    let result = study_result(study, outcomes)?;
     let Some((_, outcome)) = outcomes.first() else { return Ok(ExitCode::SUCCESS) };
-    let (title, command) = (study.title.as_deref().unwrap_or(&name), format!("ndof study {}", arguments.study));
-    let several = if outcomes.len() > 1 { cases_report(&outcomes, &result, &study.report, title, &command)? } else { None };
+    let (title, command) = (study.title.as_deref().unwrap_or(name), format!("ndof study {}", arguments.study));
+    let several = if outcomes.len() > 1 { cases_report(outcomes, &result, &study.report, title, &command)? } else { None };
     let report = output::with_flags(several.map_or_else(|| study_report(outcome, title, &command), Ok)?);
 
     output::create_folder(&out)?;
     write_json(&out.join("study.json"), &result)?;
-    if outcomes.len() == 1 {
-        return finish(shared, &out, &name, outcome, &report);
-    }
     for (k, (case, outcome)) in outcomes.iter().enumerate() {
-        write_case(&if k == 0 { out.clone() } else { out.join("cases").join(case) }, &name, outcome)?;
+        write_case(&if k == 0 { out.clone() } else { out.join("cases").join(case) }, name, outcome)?;
     }
-    write_page(shared, &out, &report)?;
+    output::write_plots(&out.join("plots"), &report)?;
+    ndof_io::write_atomic(&out.join("report.html"), report.to_html().as_bytes())?;
+    output::report(shared, &report)?;
+    if outcomes.len() == 1 {
+        output::json(shared, &outcome.fitted.result)?;
+        output::warnings(shared, &outcome.fitted.result.head.warnings);
+        output::table(shared, &summary(outcome, &out))?;
+        return Ok(ExitCode::SUCCESS);
+    }
     output::json(shared, &result)?;
     output::warnings(shared, &result.head.warnings);
     let tables: Vec<String> = summary_tables(&result, &study.report).iter().map(as_text).collect();
     let where_to = format!("{}\nresults in {}: report.html, study.json, plots/, and one folder a case under cases/\n", tables.join("\n"), out.display());
     output::table(shared, &where_to)?;
     Ok(ExitCode::SUCCESS)
-}
-
-fn folder(arguments: &Arguments, name: &str) -> PathBuf {
-    arguments.out.clone().unwrap_or_else(|| Path::new("ndof-out").join(name))
-}
-
-/// The study of recordings; --recording puts others in their place.
-fn measured(arguments: &Arguments, study: MeasuredStudy) -> Result<ExitCode, CliError> {
-    let shared = &arguments.shared;
-    if arguments.reading != Reading::default() {
-        return Err(CliError::Usage(format!("{} says how its recordings are read; write it into [recordings] there", arguments.study)));
-    }
-    let MeasuredStudy { title, recordings, estimate, fit, diagnose, .. } = study;
-    let files = if arguments.recording.is_empty() { recordings.files } else { arguments.recording.clone() };
-    let trials = recordings.reading.trials_with(&files, &fit.channels())?;
-    output::understood(shared, &trials);
-    let bars = progress::Steps::new(shared.quiet);
-    let asked = Asked { estimate: &estimate, also: &[], fit: &fit, diagnose: diagnose.as_ref() };
-    let outcome = analyse(trials, &asked, &|what, done, total| bars.show(what, done, total))?;
-    let name = stem(Path::new(&arguments.study));
-    let out = folder(arguments, &name);
-    let report = study_report(&outcome, title.as_deref().unwrap_or(&name), &format!("ndof study {}", arguments.study))?;
-    finish(shared, &out, &name, &outcome, &output::with_flags(report))
-}
-
-/// Results of one case, in its folder and in print.
-fn finish(shared: &Shared, out: &Path, name: &str, outcome: &StudyOutcome, report: &ndof_report::Report) -> Result<ExitCode, CliError> {
-    write_case(out, name, outcome)?;
-    write_page(shared, out, report)?;
-    output::json(shared, &outcome.fitted.result)?;
-    output::warnings(shared, &outcome.fitted.result.head.warnings);
-    output::table(shared, &summary(outcome, out))?;
-    Ok(ExitCode::SUCCESS)
-}
-
-fn write_page(shared: &Shared, out: &Path, report: &ndof_report::Report) -> Result<(), CliError> {
-    output::write_plots(&out.join("plots"), report)?;
-    ndof_io::write_atomic(&out.join("report.html"), report.to_html().as_bytes())?;
-    output::report(shared, report)
 }
 
 fn stem(path: &Path) -> String {

@@ -8,6 +8,6 @@ mod shared;
 
 pub use channels::Channels;
 pub use limb::Limb;
-pub use measured::{MeasuredStudy, Recorded};
+pub use measured::Recordings;
 pub use reading::{Reading, measured};
 pub use shared::{Shared, refuse_unused, unused};

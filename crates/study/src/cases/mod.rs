@@ -5,7 +5,7 @@ pub mod result;
 use crate::analysed::COMMAND;
 use crate::cases::result::{BandAgreement, Case, Compared, Ellipse, LowBand, MatrixNumbers, Parameter, Setting, Step, StudyResult};
 use crate::error::StudyError;
-use crate::file::{ReportSection, StepsSection, StudyFile};
+use crate::file::{ReportSection, StepsSection, StudyDocument, StudyFile};
 use crate::progress::Progress;
 use crate::run::{StudyOutcome, run_study};
 use ndarray::{Array2, Array3, Axis as Dimension};
@@ -46,7 +46,7 @@ pub fn run_cases(
 ///
 /// # Errors
 /// [`StudyError`] if a response cannot be compared.
-pub fn study_result(study: &StudyFile, outcomes: &[(String, StudyOutcome)]) -> Result<StudyResult, StudyError> {
+pub fn study_result<E>(study: &StudyDocument<E>, outcomes: &[(String, StudyOutcome)]) -> Result<StudyResult, StudyError> {
     let cases = outcomes.iter().map(|(name, outcome)| case(study, name, outcome)).collect::<Result<Vec<_>, StudyError>>()?;
     let mut warnings: Vec<Warning> = Vec::new();
     for warning in outcomes.iter().flat_map(|(_, outcome)| &outcome.fitted.result.head.warnings) {
@@ -58,7 +58,7 @@ pub fn study_result(study: &StudyFile, outcomes: &[(String, StudyOutcome)]) -> R
     Ok(StudyResult { head: Head::new(StudyResult::SCHEMA, COMMAND, warnings), cases, steps })
 }
 
-fn case(study: &StudyFile, name: &str, outcome: &StudyOutcome) -> Result<Case, StudyError> {
+fn case<E>(study: &StudyDocument<E>, name: &str, outcome: &StudyOutcome) -> Result<Case, StudyError> {
     let trials = &outcome.trials;
     let displacement = displacement(outcome);
     let first = (study.estimate.name.clone().unwrap_or_else(|| outcome.estimated.result.method.name.clone()), &outcome.estimated, &outcome.fitted);

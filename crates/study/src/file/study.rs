@@ -4,14 +4,15 @@ use super::experiment::ExperimentFile;
 use crate::error::{StudyError, meaning};
 use ndof_analysis::file::{KinematicsFile, check_schema};
 use ndof_analysis::{AnalysisError, Diagnose, Estimate, Fit};
+use serde::de::{DeserializeOwned, IgnoredAny};
 use serde::{Deserialize, Serialize};
 use std::path::{Path, PathBuf};
 
 /// A whole study.
 pub type StudyFile = StudyDocument<ExperimentFile>;
 
-/// A study as it is written: `E` is the experiment itself, or the path of its file.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+/// A study as it is written: `E` is the experiment itself, the path of its file, or recordings of one.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct StudyDocument<E> {
     /// `ndof/study/1`.
@@ -20,7 +21,8 @@ pub struct StudyDocument<E> {
     /// Title of the report.
     #[serde(default)]
     pub title: Option<String>,
-    /// What is simulated.
+    /// What is simulated, or was recorded.
+    #[serde(alias = "recordings")]
     pub experiment: E,
     /// How the response is estimated.
     #[serde(default)]
@@ -111,11 +113,13 @@ struct ExperimentPath {
     file: String,
 }
 
-/// Just enough of a study to tell which of the two forms it has.
-#[derive(Deserialize)]
+/// Just enough of a study to tell which of its forms it has.
+#[derive(Default, Deserialize)]
 struct Glance {
-    #[serde(default)]
-    experiment: toml::Table,
+    experiment: Option<toml::Table>,
+    recordings: Option<IgnoredAny>,
+    cases: Option<IgnoredAny>,
+    sensitivity: Option<IgnoredAny>,
 }
 
 /// The sensitivity of pre-compensation to the model of the limb.
@@ -163,7 +167,11 @@ impl StudyFile {
     /// # Errors
     /// [`StudyError`] with line.
     pub fn parse(text: &str, file: &str) -> Result<Self, StudyError> {
-        let apart = toml::from_str::<Glance>(text).is_ok_and(|glance| glance.experiment.contains_key("file"));
+        let glance = toml::from_str::<Glance>(text).unwrap_or_default();
+        if glance.recordings.is_some() {
+            return Err(meaning(file, "a study of [recordings], and only an [experiment] can be simulated; give it to `ndof study`"));
+        }
+        let apart = glance.experiment.is_some_and(|table| table.contains_key("file"));
         let folder = Path::new(file).parent().unwrap_or_else(|| Path::new(""));
         let mut study = if apart {
             let study: StudyDocument<ExperimentPath> = ndof_analysis::file::parse(text, file)?;
@@ -239,14 +247,32 @@ impl StudyFile {
         let study = toml::from_str::<toml::Table>(&text).is_ok_and(|table| table.contains_key("experiment"));
         if study { Ok(Self::read(path)?.experiment) } else { ExperimentFile::read(path) }
     }
+}
+
+impl<E> StudyDocument<E> {
+    /// A study of recordings from text, `E` being its table `[recordings]`; nothing where it has none.
+    ///
+    /// # Errors
+    /// [`StudyError`] with line, or if the study has what only a simulation can have.
+    pub fn of_recordings(text: &str, file: &str) -> Result<Option<Self>, StudyError>
+    where
+        E: DeserializeOwned,
+    {
+        let Ok(Glance { recordings: Some(_), experiment, cases, sensitivity }) = toml::from_str(text) else { return Ok(None) };
+        let simulated = [("experiment", experiment.is_some()), ("cases", cases.is_some()), ("sensitivity", sensitivity.is_some())];
+        if let Some((table, _)) = simulated.iter().find(|(_, given)| *given) {
+            return Err(meaning(file, format!("[{table}] is for what is simulated, and the study has [recordings]; leave one of the two out")));
+        }
+        let study: Self = ndof_analysis::file::parse(text, file)?;
+        check_schema(study.schema.as_deref(), StudyFile::SCHEMA, file)?;
+        Ok(Some(study))
+    }
 
     /// What the fit is asked for.
     pub(crate) fn fit_settings(&self) -> Fit {
         Fit { kinematics: self.kinematics.clone().or_else(|| self.fit.kinematics.clone()), ..self.fit.clone() }
     }
-}
 
-impl<E> StudyDocument<E> {
     fn with_experiment<F>(self, experiment: F) -> StudyDocument<F> {
         let StudyDocument { schema, title, experiment: _, estimate, also, fit, kinematics, diagnose, cases, report, sensitivity } = self;
         StudyDocument { schema, title, experiment, estimate, also, fit, kinematics, diagnose, cases, report, sensitivity }

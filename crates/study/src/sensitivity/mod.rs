@@ -14,7 +14,7 @@ use crate::simulate::{Simulated, simulate_behind};
 use ndarray::Array2;
 use ndof_analysis::Trials;
 use ndof_analysis::result::{Head, number};
-use ndof_analysis::{Estimated, Fit, Fitted, Trial};
+use ndof_analysis::{Estimated, Fitted, Trial};
 use ndof_devices::{Experiment, Impedance, Linearised, linearise};
 use ndof_models::InertiaDampingStiffness;
 use ndof_signal::{CrossSpectra, ExcitationError, Kernel, input_coherence_at};
@@ -59,7 +59,6 @@ pub(crate) fn sensitivity(
     study: &StudyFile,
     section: &SensitivitySection,
     seed: Option<u64>,
-    fit_settings: &Fit,
     progress: &Progress<'_>,
 ) -> Result<SensitivityResult, StudyError> {
     let experiment = study.experiment.experiment();
@@ -77,7 +76,7 @@ pub(crate) fn sensitivity(
     for (k, belief) in beliefs.iter().enumerate() {
         let model = belief.limb.clone().map(|limb| with_limb(&experiment, |_| limb)).transpose()?;
         let curve = curve(&hz, &delivery, model.as_ref());
-        let simulated = if belief.simulate && section.simulate { Some(simulated(study, seed, model.as_ref(), section, fit_settings, &truth)?) } else { None };
+        let simulated = if belief.simulate && section.simulate { Some(simulated(study, seed, model.as_ref(), section, &truth)?) } else { None };
         curves.push((belief.name.clone(), curve.values.clone()));
         rows.push(row(&belief.name, &curve, simulated));
         progress("sensitivity", k + 1, total);
@@ -210,7 +209,6 @@ fn simulated(
     seed: Option<u64>,
     model: Option<&Linearised>,
     section: &SensitivitySection,
-    fit_settings: &Fit,
     truth: &Linearised,
 ) -> Result<SimulatedSensitivity, StudyError> {
     let mut file = study.experiment.clone();
@@ -227,11 +225,11 @@ fn simulated(
     };
     let variances: Vec<f64> = forces.iter().flatten().map(variance).collect();
     let trials = Trials::of(&Trial::numbered("trial", recordings))?;
-    let (estimated, derived) = analysed(&trials, &study.estimate, fit_settings)?;
+    let (estimated, derived) = analysed(&trials, &study.estimate, &study.fit)?;
     let mut direct_only: Estimated = estimated;
     direct_only.estimates.derived = None;
     direct_only.derived = None;
-    let direct = fitted(&direct_only, fit_settings)?;
+    let direct = fitted(&direct_only, &study.fit)?;
     Ok(SimulatedSensitivity {
         coherence: CoherenceSize { max: pooled.max, mean: pooled.mean },
         force_rms: (variances.iter().sum::<f64>() / variances.len().max(1) as f64).sqrt(),
