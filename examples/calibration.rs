@@ -14,7 +14,7 @@ use ndof::models::blocks::{Composite, find};
 use ndof::models::physical::symmetry_test;
 use ndof::models::time::{FreeRunFit, Mechanism, TimeTrial, simulate};
 use ndof::models::{Axis, InertiaDampingStiffness, InertiaDampingStiffnessModel, Symmetry, WeightedFit, likelihood_ratio, linear_start};
-use ndof::signal::{Channel, Quantity, Recording, Unit, Welch, forward_transform, inverse_transform, mean_squares, normality, reverse_arrangements};
+use ndof::signal::{Amplitudes, Channel, Quantity, Recording, Unit, Welch, forward_transform, inverse_transform, normality, reverse_arrangements};
 use ndof::sysid::{self, Direct, DirectEstimate, Labels, LocalPolynomial, Ports, ResponseKind, SpectralMethod};
 use num_complex::Complex64;
 use rand::SeedableRng;
@@ -209,7 +209,7 @@ fn two_axes(seed: u64) -> Result<Vec<Count>, Failure> {
     count("ordinary coherence of nothing", alone.coherence.ordinary[[f, 0, 0]] > alone.significance_95.ordinary);
     count("partial coherence of nothing", alone.coherence.partial[[f, 0, 0]] > alone.significance_95.partial);
     count("multiple coherence of nothing", alone.coherence.multiple[[f, 0]] > alone.significance_95.multiple);
-    count("trend in a stationary force", reverse_arrangements(&mean_squares(&forces[0], 20)?)?.p_value < 0.05);
+    count("trend in a stationary force", reverse_arrangements(&Amplitudes::of(&forces[0]).mean_squares(20)?)?.p_value < 0.05);
     count("force called not Gaussian", normality(&forces[0])?.p_value < 0.05);
     count("displacement called not Gaussian", normality(&motions[0])?.p_value < 0.05);
     Ok(counts)

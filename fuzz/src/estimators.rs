@@ -2,8 +2,8 @@
 
 use crate::numbers::Given;
 use ndof_signal::{
-    Channel, CrossSpectra, Detrend, Multitaper, Passband, Periodic, Quantity, Recording, SosFilter, Unit, Welch, Window, detect_period, mean_squares,
-    normality, reverse_arrangements, slepian_tapers,
+    Amplitudes, Channel, CrossSpectra, Detrend, Multitaper, Passband, Periodic, Quantity, Recording, SosFilter, Unit, Welch, Window, detect_period, normality,
+    reverse_arrangements, slepian_tapers,
 };
 use ndof_sysid::{
     Coherence, Direct, Estimates, Labels, LocalPolynomial, LocalRational, Ports, SpectralMethod, StoppingRule, choose_method, conditioned, estimate,
@@ -48,7 +48,7 @@ fn one_channel(given: &Given) {
             }
         }
         3 => {
-            let _ = mean_squares(signal, given.choose(2, 256));
+            let _ = Amplitudes::of(signal).mean_squares(given.choose(2, 256));
         }
         4 => {
             if let Ok(slepian) = slepian_tapers(given.choose(2, 64), given.value(0), given.choose(3, 16)) {

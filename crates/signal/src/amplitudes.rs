@@ -8,7 +8,9 @@ const DISTINCT: usize = 1 << 16;
 /// Bins that samples are counted into, at most.
 const BINS: usize = 1 << 16;
 
-/// The finite samples of a signal, and what is known of their sizes. Every method takes a few passes and no sorting: time linear in samples.
+/// The finite samples of a signal, and what is known of their sizes. Every method takes a few passes. Sorted are only the values of
+/// the step, 131 072 at a time, and for quantiles and outliers the samples of the bins that hold them: few, unless one sample lies so far off that all
+/// others share a bin.
 ///
 /// ```
 /// use ndof_signal::Amplitudes;
@@ -197,7 +199,9 @@ mod tests {
     #[test]
     fn mean_squares_are_about_the_mean() {
         assert_eq!(Amplitudes::of(&[1.0, 3.0, 5.0, -1.0, 2.0]).mean_squares(2), Ok(vec![1.0, 9.0]));
-        assert_eq!(Amplitudes::of(&[f64::NAN]).mean_squares(2), Err(StationarityError::Intervals { samples: 0, intervals: 2 }));
+        for (signal, samples, intervals) in [(&[f64::NAN] as &[f64], 0, 2), (&[1.0; 3], 3, 4), (&[1.0; 3], 3, 0)] {
+            assert_eq!(Amplitudes::of(signal).mean_squares(intervals), Err(StationarityError::Intervals { samples, intervals }));
+        }
     }
 
     #[test]

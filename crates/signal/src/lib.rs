@@ -39,7 +39,7 @@ pub use quantity::{Quantity, Unit, UnknownUnit};
 pub use recording::{Channel, Recording, RecordingError};
 pub use segments::{Detrend, effective_averages};
 pub use slepian::{SlepianError, SlepianTapers, slepian_tapers};
-pub use stationarity::{Normality, ReverseArrangements, StationarityError, mean_squares, normality, reverse_arrangements};
+pub use stationarity::{Normality, ReverseArrangements, StationarityError, normality, reverse_arrangements};
 pub use transform::{ComplexToReal, RealToComplex, forward_transform, inverse_transform};
 pub use warning::Warning;
 pub use welch::{Welch, WelchError, WelchPartial, WelchStream};

@@ -22,23 +22,6 @@ pub enum StationarityError {
     NoVariance,
 }
 
-/// Mean squares over `intervals` stretches of equal length (a remainder at the end is left out).
-///
-/// # Errors
-/// [`StationarityError::Intervals`] if there are fewer samples than intervals, or no interval.
-///
-/// ```
-/// assert_eq!(ndof_signal::mean_squares(&[1.0, 1.0, 2.0, 2.0, 9.0], 2)?, [1.0, 4.0]);
-/// # Ok::<(), ndof_signal::StationarityError>(())
-/// ```
-pub fn mean_squares(signal: &[f64], intervals: usize) -> Result<Vec<f64>, StationarityError> {
-    let length = signal.len().checked_div(intervals).unwrap_or(0);
-    if length == 0 {
-        return Err(StationarityError::Intervals { samples: signal.len(), intervals });
-    }
-    Ok(signal.chunks_exact(length).take(intervals).map(|s| s.iter().map(|x| x * x).sum::<f64>() / length as f64).collect())
-}
-
 /// The reverse arrangement test for a trend.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct ReverseArrangements {
@@ -50,7 +33,7 @@ pub struct ReverseArrangements {
     pub p_value: f64,
 }
 
-/// Counts the reverse arrangements of `values` (e.g. [`mean_squares`]) and compares them with those of independent,
+/// Counts the reverse arrangements of `values` (e.g. [`mean_squares`](crate::Amplitudes::mean_squares)) and compares them with those of independent,
 /// equally distributed values, of which every order is equally likely. Ties count half, rounded down.
 ///
 /// # Errors
@@ -138,6 +121,7 @@ pub fn normality(signal: &[f64]) -> Result<Normality, StationarityError> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::Amplitudes;
     use rand::{Rng, SeedableRng};
     use rand_distr::{Distribution, StandardNormal};
 
@@ -177,12 +161,13 @@ mod tests {
     #[test]
     fn a_trend_is_seen_and_noise_is_not_more_often_than_it_should() {
         let mut rng = rand_chacha::ChaCha8Rng::seed_from_u64(1);
+        let trend = |x: &[f64]| reverse_arrangements(&Amplitudes::of(x).mean_squares(20).expect("valid")).expect("valid").p_value < 0.05;
         let (mut false_alarms, mut found) = (0, 0);
         for _ in 0..400 {
             let mut x = correlated(&mut rng, 2000, 0.5);
-            false_alarms += usize::from(reverse_arrangements(&mean_squares(&x, 20).expect("valid")).expect("valid").p_value < 0.05);
+            false_alarms += usize::from(trend(&x));
             x.iter_mut().enumerate().for_each(|(k, v)| *v *= 1.0 + k as f64 / 2000.0);
-            found += usize::from(reverse_arrangements(&mean_squares(&x, 20).expect("valid")).expect("valid").p_value < 0.05);
+            found += usize::from(trend(&x));
         }
         // At most 5 % of 400 and four sigma of the binomial.
         assert!(false_alarms as f64 <= 20.0 + 4.0 * (400.0_f64 * 0.05 * 0.95).sqrt(), "{false_alarms}");
@@ -213,9 +198,7 @@ mod tests {
     }
 
     #[test]
-    fn impossible_intervals_are_refused() {
-        assert!(matches!(mean_squares(&[1.0; 3], 4), Err(StationarityError::Intervals { .. })));
-        assert!(matches!(mean_squares(&[1.0; 3], 0), Err(StationarityError::Intervals { .. })));
+    fn too_few_values_are_refused() {
         assert_eq!(reverse_arrangements(&[1.0; 3]).unwrap_err(), StationarityError::Count(3));
         // Ties count half: a constant shows no trend.
         assert!(reverse_arrangements(&[1.0; 16]).expect("sixteen").p_value > 0.9);
@@ -227,11 +210,6 @@ mod tests {
         let p = |values: [f64; 6]| reverse_arrangements(&values).expect("six values").p_value;
         assert!((p([2.0, 1.0, 4.0, 3.0, 5.0, 6.0]) - 2.0 * 20.0 / 720.0).abs() < 1e-12);
         assert!((p([4.0, 3.0, 2.0, 1.0, 5.0, 6.0]) - 2.0 * 259.0 / 720.0).abs() < 1e-12);
-    }
-
-    #[test]
-    fn mean_squares_are_those_of_the_stretches() {
-        assert_eq!(mean_squares(&[1.0, 1.0, 2.0, 4.0, 9.0], 2), Ok(vec![1.0, 10.0]));
     }
 
     #[test]

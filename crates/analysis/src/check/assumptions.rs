@@ -10,7 +10,7 @@ use rayon::prelude::*;
 use statrs::distribution::{ContinuousCDF, Normal};
 
 /// Intervals whose mean squares are compared (Bendat & Piersol: 16 to 25).
-const INTERVALS: usize = 20;
+pub(super) const INTERVALS: usize = 20;
 
 /// Shares at which the amplitudes' quantiles are told.
 const SHARES: [f64; 9] = [0.01, 0.05, 0.1, 0.25, 0.5, 0.75, 0.9, 0.95, 0.99];

@@ -1,5 +1,6 @@
 //! What is wrong with one channel.
 
+use super::assumptions::INTERVALS;
 use super::result::Finding;
 use ndof_signal::{Amplitudes, Channel, Quantity, reverse_arrangements};
 use std::f64::consts::TAU;
@@ -14,8 +15,8 @@ const COARSE: f64 = 0.1;
 const OUTLIER: f64 = 15.0;
 /// A jump of an angle within this share of a turn is one.
 const NEARLY_A_TURN: f64 = 0.05;
-/// Blocks of a record whose mean squares are compared for a trend.
-const BLOCKS: usize = 20;
+/// Probability below which a trend is no chance.
+const CHANCE: f64 = 1e-3;
 
 /// What is wrong with a channel, and what is worth knowing of one that is used.
 pub(super) fn channel_findings(channel: &Channel, amplitudes: &Amplitudes, role: &str, trial: usize) -> Vec<Finding> {
@@ -66,8 +67,9 @@ pub(super) fn channel_findings(channel: &Channel, amplitudes: &Amplitudes, role:
         let message = format!("{outliers} sample(s) lie more than {OUTLIER} robust standard deviations from the median");
         say("outliers", "remark", message, "look at the trace; cut a knock or a glitch out with `exclude`");
     }
-    if let Some(z) = trend(amplitudes) {
-        let message = format!("its mean square has a trend over the record (reverse arrangements, z = {z:.1})");
+    let trend = amplitudes.mean_squares(INTERVALS).and_then(|squares| reverse_arrangements(&squares));
+    if let Some(trend) = trend.ok().filter(|trend| trend.p_value < CHANCE) {
+        let message = format!("its mean square has a trend over the record (reverse arrangements, p = {:.0e})", trend.p_value);
         say("not-stationary", "remark", message, "leave the beginning out with `start`, or expect a limb that changes");
     }
     found
@@ -78,12 +80,4 @@ fn clipped(amplitudes: &Amplitudes) -> Option<String> {
     let share = amplitudes.held_at_ends(CLIPPED_RUN) as f64 / amplitudes.samples.len() as f64;
     let [low, high] = amplitudes.range;
     (share > CLIPPED_SHARE).then(|| format!("{:.1} % of its samples stand still at the ends of its range, {low} and {high}", 100.0 * share))
-}
-
-/// z of the reverse arrangements among the mean squares of blocks, if it is beyond 3.3 (one record in a thousand by chance).
-fn trend(amplitudes: &Amplitudes) -> Option<f64> {
-    let squares = (amplitudes.samples.len() >= 2 * BLOCKS).then(|| amplitudes.mean_squares(BLOCKS).ok())??;
-    let (n, test) = (squares.len() as f64, reverse_arrangements(&squares).ok()?);
-    let z = (test.count as f64 - test.expected) / (n * (2.0 * n + 5.0) * (n - 1.0) / 72.0).sqrt();
-    (z.abs() > 3.3).then_some(z)
 }
