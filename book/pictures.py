@@ -1,11 +1,12 @@
 """Draws the picture at the front of the README and those of the gallery, from what the program writes.
 
     python3 book/pictures.py [--bin target/release]
-    python3 book/pictures.py --check                    compares what the gallery shows as output, and writes nothing
+    python3 book/pictures.py --check                    compares what the pages say, and writes nothing
 
 Needs Python and the program (`cargo build --release`), about 20 s and a folder for temporary files. `bash book/reference` runs it. The numbers in
 `front.svg` are those of the diagnosis' JSON, its curves those of the CSV files beside the report's own pictures. Each picture of the gallery is one of a
-report, written by the commands that the page shows; the output that it shows is compared, as in `follow_tutorials.py`.
+report, written by the commands that the page shows; the output that it shows is compared, as in `follow_tutorials.py`. So are the numbers that README,
+introduction and gallery say of the first picture.
 """
 import argparse
 import csv
@@ -18,7 +19,7 @@ import sys
 import tempfile
 from pathlib import Path
 
-from follow_tutorials import ANSI, listings, missing
+from follow_tutorials import ANSI, NUMBER, alike, listings, missing
 
 ROOT = Path(__file__).resolve().parents[1]
 PICTURES = ROOT / "book/src/pictures"
@@ -65,6 +66,13 @@ def columns(file):
     return {heading.strip(" |"): [float(row[k]) for row in rows[1:] if row[k]] for k, heading in enumerate(rows[0])}
 
 
+def says(page, sentence):
+    """Ends the program unless a page of the book, or the README, says this; numbers up to two units of the last digit, as in `follow_tutorials.py`."""
+    pattern = NUMBER.pattern.join(map(re.escape, NUMBER.split(sentence)))
+    if not any(alike(found, sentence) for found in re.findall(pattern, (ROOT / page).read_text(encoding="utf-8"))):
+        sys.exit(f"{page} should say\n    {sentence}")
+
+
 def front(found, truth, plots):
     cause, shift = found["causes"][0], found["extended"]["parameter_shift"][0]
     hidden = truth["experiment"]["effects"][0]
@@ -107,8 +115,12 @@ def front(found, truth, plots):
         (620, "Stiffness of the limb", f"{shift['before']:.0f} → {shift['after']:.0f} N/m", f"simulated: {limb:g} N/m"),
     ]:
         drawn.append(texts(x, 364, head) + texts(x, 392, big, kind="big") + texts(x, 416, *small.split("; ")))
-    said = f"A {cause['effect']} hidden in a simulated limb is named; the error of the prediction falls from {before:.1f} to {after:.1f} %."
-    return (f'<svg xmlns="http://www.w3.org/2000/svg" role="img" aria-labelledby="t" width="880" height="456" viewBox="0 0 880 456"><title id="t">{said}</title>'
+    said = f"A {cause['effect']} hidden in a simulated limb is named; the error of the prediction falls from {before:.1f} to {after:.1f} %"
+    for page in ("README.md", "book/src/introduction.md"):
+        says(page, f"![{said}]")
+    says("README.md", f"{shift['before']:.0f} N/m in place of {limb:g}")
+    says("book/src/gallery.md", f"falls from {before:.1f} to {after:.1f} %; noise alone makes {floor:.1f} %")
+    return (f'<svg xmlns="http://www.w3.org/2000/svg" role="img" aria-labelledby="t" width="880" height="456" viewBox="0 0 880 456"><title id="t">{said}.</title>'
             f'<style>{STYLE}</style><rect width="880" height="456" rx="8" fill="#fff"/>{"".join(drawn)}</svg>\n')
 
 
