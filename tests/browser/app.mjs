@@ -149,13 +149,16 @@ async function ownSession() {
   const shown = (await page.locator('details.result[open] > details').nth(1).locator('pre').textContent()).trim().split(' ');
   assert.equal(shown[0], 'ndof');
   machine(...shown.slice(1));
-  sameParameters(JSON.parse(readFileSync(await saved(page, 'Save the numbers (JSON)'), 'utf8')).joint.parameters, read('fit-first.json').joint.parameters);
+  const found = JSON.parse(readFileSync(await saved(page, 'Save the numbers (JSON)'), 'utf8')).joint.parameters;
+  sameParameters(found, read('fit-first.json').joint.parameters);
+  machine('study', await saved(page, /^Save as a study/), '--out', 'again');
+  sameParameters(found, read('again/fit.json').joint.parameters);
   const page1 = readFileSync(await saved(page, 'Save the report'), 'utf8');
   assert.ok(page1.startsWith('<!DOCTYPE html>') || page1.startsWith('<!doctype html>'), 'the report is a page');
   await sound(opened, 'own session');
   if (screenshots) await page.screenshot({ path: join(screenshots, 'app-own.png'), fullPage: true });
   await opened.context.close();
-  console.log('own session: the numbers are those of the command that the page shows: ok');
+  console.log('own session: the numbers are those of the command that the page shows, and of the study that it saves: ok');
 }
 
 // Columns that say nothing are assigned by hand; what was said is saved, dropped on a fresh page, and gives the same numbers.
