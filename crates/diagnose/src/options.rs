@@ -38,7 +38,7 @@ pub struct Options {
     pub band_hz: Option<(f64, f64)>,
     /// What is held out.
     pub held_out: HeldOut,
-    /// Size of a discrepancy that does not matter, as a share of the signal's standard deviation.
+    /// Discrepancy that does not matter, as a share of the signal's standard deviation.
     pub tolerance: f64,
     /// Seed of the bootstrap.
     pub seed: u64,
@@ -46,7 +46,7 @@ pub struct Options {
     pub most_causes: usize,
     /// Resamples of the bootstrap.
     pub resamples: usize,
-    /// Effects that are not tried.
+    /// Effects that the search leaves out.
     pub without: Vec<String>,
     /// Whether the experiment that would tell confusable causes apart is looked for by simulating it.
     pub plan: bool,

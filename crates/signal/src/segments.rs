@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-/// What is taken off each segment before it is windowed.
+/// What is removed from each segment before it is windowed.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Detrend {

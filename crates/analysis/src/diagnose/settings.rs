@@ -38,13 +38,13 @@ pub struct Diagnose {
     /// What no fit may see.
     #[cfg_attr(feature = "clap", arg(skip))]
     pub held_out: HeldOut,
-    /// Size of a discrepancy that does not matter, as a share of each signal's standard deviation
+    /// Discrepancy that does not matter, as a share of each signal's standard deviation
     #[cfg_attr(feature = "clap", arg(long, value_name = "SHARE", default_value_t = 0.01))]
     pub tolerance: f64,
     /// Seed of the bootstrap.
     #[cfg_attr(feature = "clap", arg(skip))]
     pub seed: u64,
-    /// Effects that are not tried
+    /// Effects that the search leaves out
     #[cfg_attr(feature = "clap", arg(long, value_name = "EFFECTS", value_delimiter = ','))]
     pub without: Vec<String>,
     /// Simulate the next experiments that would tell confusable causes apart, and say how well each would

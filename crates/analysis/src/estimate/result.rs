@@ -98,9 +98,9 @@ pub struct Method {
     pub nfft: Option<usize>,
     /// Data window.
     pub window: Option<String>,
-    /// Symmetric instead of periodic window.
+    /// Symmetric window in place of the periodic one.
     pub window_symmetric: Option<bool>,
-    /// What is taken off each segment.
+    /// What is removed from each segment.
     #[cfg_attr(feature = "schema", schemars(with = "Option<String>"))]
     pub detrend: Option<Detrend>,
     /// Half-width of the multitaper's spectral window, in units of 1/T.

@@ -60,42 +60,42 @@ pub struct Estimate {
     #[serde(serialize_with = "window_text", deserialize_with = "window_of_text")]
     #[cfg_attr(feature = "schema", schemars(with = "String"))]
     pub window: Window,
-    /// Symmetric instead of periodic window
+    /// Symmetric window in place of the periodic one
     #[cfg_attr(feature = "clap", arg(long))]
     pub window_symmetric: bool,
-    /// What is taken off each segment
+    /// What is removed from each segment
     #[cfg_attr(feature = "clap", arg(long, default_value = "constant", value_parser = words::<Detrend>(&["none", "constant", "linear"])))]
     #[cfg_attr(feature = "schema", schemars(with = "String"))]
     pub detrend: Detrend,
-    /// Multitaper: half-width NW of the spectral window, in units of one over the record's length [default: 4]
+    /// Multitaper: half the bandwidth, times the length of the record [default: 4]
     #[cfg_attr(feature = "clap", arg(long, value_name = "NW", value_parser = positive))]
     pub time_bandwidth: Option<f64>,
     /// Multitaper: number of tapers [default: 2 NW − 1]
     #[cfg_attr(feature = "clap", arg(long, value_name = "K", value_parser = clap::builder::RangedU64ValueParser::<usize>::new().range(1..)))]
     pub tapers: Option<usize>,
-    /// Multitaper: Thomson's adaptive weights, against leakage from strong bands into weak ones
+    /// Multitaper: use Thomson's adaptive weights, which lower leakage from strong bands into weak ones
     #[cfg_attr(feature = "clap", arg(long))]
     pub adaptive: bool,
-    /// Local polynomial and rational: degree [default: 2]
+    /// Local polynomial and rational: degree of the polynomials [default: 2]
     #[cfg_attr(feature = "clap", arg(long, value_name = "R", value_parser = clap::builder::RangedU64ValueParser::<usize>::new().range(0..=8)))]
     pub order: Option<usize>,
-    /// Local rational: degree of the common denominator, one a resonance within the window [default: 1]
+    /// Local rational: degree of the common denominator, 1 for each resonance within the window [default: 1]
     #[cfg_attr(feature = "clap", arg(long, value_name = "D", value_parser = clap::builder::RangedU64ValueParser::<usize>::new().range(1..=2)))]
     pub denominator: Option<usize>,
-    /// Local polynomial and rational: lines on each side of each line [default: the fewest that leave a usable noise estimate]
+    /// Local polynomial and rational: frequencies used on each side of each frequency [default: the fewest that leave a usable noise estimate]
     #[cfg_attr(feature = "clap", arg(long, value_name = "N", value_parser = clap::builder::RangedU64ValueParser::<usize>::new().range(1..)))]
     pub half_width: Option<usize>,
-    /// Local polynomial: choose that number by how well left-out lines are predicted
+    /// Local polynomial: choose the half-width that best predicts frequencies left out
     #[cfg_attr(feature = "clap", arg(long, conflicts_with = "half_width"))]
     pub leave_one_out: bool,
-    /// Welch: leave out segments that a knock or a cough has wrecked, and say which
+    /// Welch: leave out segments that a knock or a cough has disturbed, and say which
     #[cfg_attr(feature = "clap", arg(long))]
     pub robust: bool,
-    /// Estimate over a window of so many seconds that slides along the trials, too: what changes with time
+    /// Also estimate in a window of S seconds that slides along the trials, to show what changes with time
     #[cfg_attr(feature = "clap", arg(long = "sliding", value_name = "S"))]
     #[serde(rename = "sliding")]
     pub sliding_s: Option<f64>,
-    /// Seconds from one such window to the next [default: half of its length]
+    /// Seconds from one such window to the next [default: half a window]
     #[cfg_attr(feature = "clap", arg(long = "sliding-step", value_name = "S", requires = "sliding_s"))]
     #[serde(rename = "sliding-step")]
     pub sliding_step_s: Option<f64>,
@@ -103,7 +103,7 @@ pub struct Estimate {
     #[cfg_attr(feature = "clap", arg(long = "period", value_name = "S", value_parser = positive))]
     #[serde(rename = "period")]
     pub period_s: Option<f64>,
-    /// Where the noise of the direct estimate is thought to be: outputs, inputs, both
+    /// Direct estimate: h1 assumes noise at the outputs, h2 at the inputs, hv at both
     #[cfg_attr(feature = "clap", arg(long, default_value = "h1", value_parser = words::<Direct>(&["h1", "h2", "hv"])))]
     #[cfg_attr(feature = "schema", schemars(with = "String"))]
     pub estimator: Direct,

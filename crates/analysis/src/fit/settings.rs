@@ -41,17 +41,17 @@ pub enum VafWeight {
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields, default, rename_all = "kebab-case")]
 pub struct Fit {
-    /// Parametric model: inertia-damping-stiffness, and behind a `+` what extends it (`ndof list models`) [default: inertia-damping-stiffness]
+    /// Parametric model: inertia-damping-stiffness, with extensions behind a `+` (`ndof list models`) [default: inertia-damping-stiffness]
     #[cfg_attr(feature = "clap", arg(long))]
     pub model: Option<String>,
     /// The band that is fitted, in Hz; that which is excited where it is not given.
     #[cfg_attr(feature = "clap", arg(skip))]
     #[serde(rename = "band", alias = "band_hz")]
     pub band_hz: Option<[f64; 2]>,
-    /// Widen intervals by what calibration leaves: 0.5 % of M, 1 % of B and K, 0.1 ms of delays, in quadrature
+    /// Widen intervals by usual errors of calibration: 0.5 % of M, 1 % of B and K, 0.1 ms of delays, in quadrature
     #[cfg_attr(feature = "clap", arg(long))]
     pub systematic: bool,
-    /// Compare with every single extension by likelihood ratio, AIC and BIC
+    /// Compare the model with each single extension of it, by likelihood ratio, AIC and BIC
     #[cfg_attr(feature = "clap", arg(long))]
     pub compare: bool,
     /// What is minimised: squared errors weighted by their covariance, or the paper's dB and degrees
@@ -60,36 +60,36 @@ pub struct Fit {
     /// How coherence weighs VAF, R² and the paper's cost: γ² as it is computed, or its root γ
     #[cfg_attr(feature = "clap", arg(long, default_value = "gamma-squared", value_parser = words::<VafWeight>(&["gamma-squared", "gamma"])))]
     pub vaf_weight: VafWeight,
-    /// What is assumed of the matrices: that they are symmetric, and perhaps without negative eigenvalues, or nothing
+    /// What is assumed of M, B and K: symmetry, symmetry without negative eigenvalues, or nothing
     #[cfg_attr(feature = "clap", arg(long, default_value = "symmetric", value_parser = words::<Symmetry>(&["symmetric", "positive-semidefinite", "free"])))]
     #[cfg_attr(feature = "schema", schemars(with = "String"))]
     pub symmetry: Symmetry,
-    /// What forces do between their samples: zero where each value stays until the next, as a computer commands it; linear where they go from
-    /// value to value in a straight line; band-limited behind an anti-alias filter [default: what the data say beyond doubt, else band-limited]
+    /// How forces go between samples: zero where each value stays until the next, as a computer commands it; linear where straight lines join
+    /// them; band-limited behind an anti-alias filter [default: what the data clearly show, else band-limited]
     #[cfg_attr(feature = "clap", arg(long, value_parser = words::<Hold>(&["zero", "linear", "band-limited"])))]
     #[cfg_attr(feature = "schema", schemars(with = "Option<String>"))]
     pub hold: Option<Hold>,
-    /// Stiffness of the force transducer's mount (N/m; N m/rad), whose give is then not taken for inertia
+    /// Stiffness of the force transducer's mount (N/m; N m/rad), so that its deflection is not mistaken for inertia
     #[cfg_attr(feature = "clap", arg(long, value_name = "K", value_parser = positive))]
     pub transducer_stiffness: Option<f64>,
     /// Damping of the same mount (N s/m; N m s/rad) [default: 0]
     #[cfg_attr(feature = "clap", arg(long, value_name = "B", requires = "transducer_stiffness", value_parser = not_negative))]
     pub transducer_damping: Option<f64>,
-    /// What M, B and K change with, beside the constant fit: phase (of a cycle), time, or a channel (a posture, a velocity, an EMG envelope)
+    /// Also fit matrices that vary with phase (of a cycle), time, or a channel such as a posture, a velocity or an EMG envelope
     #[cfg_attr(feature = "clap", arg(long, value_name = "WHAT"))]
     pub schedule: Option<String>,
-    /// Duration of a cycle in seconds, from time zero of each recording on
+    /// Duration of a cycle in seconds; the first begins at time zero of each recording
     #[cfg_attr(feature = "clap", arg(long = "cycle", value_name = "S", value_parser = positive, requires = "schedule", conflicts_with = "cycle_by"))]
     #[serde(rename = "cycle")]
     pub cycle_s: Option<f64>,
-    /// Channel whose rising edges begin cycles, or a phase that wraps where they begin
+    /// Channel that tells where cycles begin: by its rising edges, or as a phase that wraps there
     #[cfg_attr(feature = "clap", arg(long, value_name = "CHANNEL", requires = "schedule"))]
     pub cycle_by: Option<String>,
     /// Which matrices follow the schedule [default: stiffness,damping]
     #[cfg_attr(feature = "clap", arg(long, value_name = "LIST", value_delimiter = ',', requires = "schedule", value_parser = words::<Term>(&["stiffness", "damping", "inertia"])))]
     #[cfg_attr(feature = "schema", schemars(with = "Option<Vec<String>>"))]
     pub varying: Option<Vec<Term>>,
-    /// Splines of each entry over the schedule, four at least; a penalty decides how much of their freedom is used [default: 24]
+    /// Number of splines of each entry over the schedule, at least 4; a penalty makes the result as smooth as the data allow [default: 24]
     #[cfg_attr(feature = "clap", arg(long, value_name = "N", value_parser = count, requires = "schedule"))]
     pub knots: Option<usize>,
     /// Where the joints are.

@@ -13,7 +13,7 @@ use std::process::ExitCode;
 /// Look at the data before the numbers: rate, missing, constant or clipped channels, resolution, outliers, trends, band.
 ///
 /// Prints what was understood of each file, then what is wrong with it and what to do: a fault makes numbers wrong, a remark
-/// is to be minded. `estimate`, `fit` and `diagnose` look at the same and carry it as warnings. Of a file that cannot be read it says what it
+/// deserves a look. `estimate`, `fit` and `diagnose` check the same and give it as warnings. Of a file that cannot be read it says what it
 /// is, what was understood, and which options would make it readable; of a frequency response, what is in it.
 #[derive(Debug, Args)]
 #[command(after_help = "Example:\n  ndof check trial-1.csv trial-2.csv")]

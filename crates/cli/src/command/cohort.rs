@@ -19,7 +19,7 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 /// Fit every subject of a folder: one row each.
 ///
 /// A subject is a folder with its trials, or a single file. Each subject's fit is written as soon as it is done, so a run that
-/// was stopped goes on where it was, and a subject whose files have changed is fitted again, whatever the clock says; a subject that fails is a row that says why.
+/// was stopped goes on where it was. A subject whose files have changed is fitted again. A subject that fails has a row that says why.
 /// The table is cohort.csv, and cohort.parquet in a build with that feature.
 #[derive(Debug, Args)]
 #[command(after_help = "Example:\n  ndof cohort subjects --out cohort --band 0.5-8")]

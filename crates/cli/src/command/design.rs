@@ -24,10 +24,10 @@ use std::process::ExitCode;
     after_help = "Examples:\n  ndof design --kind filtered-noise --axes x,y --rms 4 --candidates 300 --trials 6 --out cmd.csv\n  ndof design --precompensate arm --target-ci K=10% --out cmd.csv"
 )]
 pub struct Arguments {
-    /// Robot, hold and limb for which it is meant: EXPERIMENT.toml, or the name of a built-in study
+    /// Experiment with the robot, its controller and the limb that it is for: EXPERIMENT.toml, or the name of a built-in study
     #[arg(long, value_name = "EXPERIMENT", conflicts_with = "precompensate")]
     experiment: Option<String>,
-    /// The same, and commands go through the inverse of that model: forces with the designed properties arrive at the limb
+    /// The same, with commands filtered by the inverse of its model, so that the designed forces arrive at the limb
     #[arg(long, value_name = "EXPERIMENT")]
     precompensate: Option<String>,
     #[command(flatten)]

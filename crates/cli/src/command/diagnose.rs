@@ -29,7 +29,7 @@ pub struct Arguments {
     /// The simulation to be judged: its model and parameters, each fixed, nominal or free
     #[arg(long, value_name = "FILE.toml")]
     baseline: Option<PathBuf>,
-    /// What no fit may see: files, or a stretch of time in seconds
+    /// Data that no fit sees: files, or a stretch of time in seconds
     #[arg(long, value_name = "FILE|FROM-TO", num_args = 1..)]
     held_out: Vec<String>,
     #[command(flatten)]

@@ -27,7 +27,7 @@ pub struct Arguments {
     reading: Reading,
     #[command(flatten, next_help_heading = "Estimate")]
     estimate: Estimate,
-    /// Read piece by piece, with memory for a few segments only: CSV or Parquet of any length, Welch's method
+    /// Read CSV or Parquet of any length piece by piece, in little memory; with Welch's method only
     #[arg(long, help_heading = "Estimate")]
     stream: bool,
     /// Write the response with its standard errors and coherences for other programs: CSV, NPZ, Universal File 58 or Touchstone by the suffix

@@ -14,7 +14,7 @@ use std::process::ExitCode;
 #[derive(Debug, Args)]
 #[command(after_help = "Example:\n  ndof list effects")]
 pub struct Arguments {
-    /// Of what
+    /// What to list
     #[arg(value_enum)]
     what: Registry,
     /// For a terminal, or as a page of a book

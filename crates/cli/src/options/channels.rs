@@ -15,13 +15,13 @@ use std::path::Path;
 #[derive(Clone, Debug, Default, PartialEq, Args, Serialize, Deserialize)]
 #[serde(default, rename_all = "kebab-case")]
 pub struct Channels {
-    /// Sample rate of files that say nothing about time
+    /// Sample rate of files that do not say it
     #[arg(long, value_name = "HZ", value_parser = positive, help_heading = "Recordings")]
     pub sample_rate: Option<f64>,
-    /// What the columns are: NEW=OLD pairs, such as force_x=Fx,pos_x="x [mm]", or a file with [channels] and [transform]
+    /// New names for columns: NEW=OLD pairs, such as force_x=Fx,pos_x="x [mm]", or a file with [channels] and [transform]
     #[arg(long, value_name = "NEW=OLD,…|FILE.toml", value_parser = channels_file, help_heading = "Recordings")]
     pub channels: Option<ChannelsFile>,
-    /// Commanded perturbations, or none, which leaves the direct estimate alone [default: channels cmd_…]
+    /// Commanded perturbations; `none` for the direct estimate alone [default: channels cmd_…]
     #[arg(long, value_name = "CHANNELS", value_delimiter = ',', help_heading = "Recordings")]
     pub reference: Option<Vec<String>>,
     /// Inputs [default: channels force_… and torque_…]
@@ -30,7 +30,7 @@ pub struct Channels {
     /// Outputs [default: channels pos_… and angle_…, else vel_…, else acc_…]
     #[arg(long, value_name = "CHANNELS", value_delimiter = ',', help_heading = "Recordings")]
     pub output: Option<Vec<String>>,
-    /// Turn the sign of these channels, such as a transducer that reads the reaction
+    /// Change the sign of these channels, for example of a transducer that measures the reaction
     #[arg(long, value_name = "CHANNELS", value_delimiter = ',', help_heading = "Recordings")]
     pub negate: Vec<String>,
 }

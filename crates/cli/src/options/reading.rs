@@ -18,25 +18,25 @@ pub struct Reading {
     #[command(flatten)]
     #[serde(flatten)]
     pub channels: Channels,
-    /// Interpolate irregular time onto a regular grid, of the file's median rate or of HZ
+    /// Interpolate irregular samples onto a regular grid, at HZ or at the file's median rate
     #[arg(long, value_name = "HZ", num_args = 0..=1, require_equals = true, default_missing_value = "auto", value_parser = resample, help_heading = "Recordings")]
     pub resample: Option<Resample>,
-    /// What the columns of a table without a header are: `[columns]` with lines NAME = { number = K, unit = "N" }
+    /// File that names the columns of a table without a header: `[columns]` with lines NAME = { number = K, unit = "N" }
     #[arg(long, value_name = "FILE", value_parser = columns, help_heading = "Recordings")]
     pub columns: Option<ColumnsFile>,
-    /// Of a file that holds several trials, the one of this name or number; else all of them are read
+    /// Read only this trial, by name or number, of a file that holds several
     #[arg(long, value_name = "NAME", help_heading = "Recordings")]
     pub trial: Option<String>,
-    /// A recording of the same trial by another acquisition clock, joined to it; one for each recording, in their order
+    /// Join a recording of the same trial by another clock; give one for each recording, in their order
     #[arg(long, value_name = "FILE", requires = "align_by", help_heading = "Recordings")]
     pub align: Vec<PathBuf>,
-    /// The channel that both have, or its two names
+    /// Channel that both recordings have, or its name in each
     #[arg(long, value_name = "CHANNEL[=OTHER]", requires = "align", help_heading = "Recordings")]
     pub align_by: Option<String>,
-    /// A recording without load, whose mean forces are taken off
+    /// A recording without load; its mean forces are subtracted
     #[arg(long, value_name = "FILE", help_heading = "Recordings")]
     pub tare: Option<PathBuf>,
-    /// Mass of the handle beyond the transducer (kg; kg m² for rotations), whose inertial force is taken off
+    /// Mass of the handle beyond the transducer (kg; kg m² for rotations); its inertial force is subtracted
     #[arg(long, value_name = "KG", value_parser = not_negative, help_heading = "Recordings")]
     pub handle_mass: Option<f64>,
     /// Use the recording from this time on, in seconds

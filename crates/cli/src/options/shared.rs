@@ -21,10 +21,10 @@ pub struct Shared {
     /// Say nothing but errors
     #[arg(long, short, conflicts_with = "verbose", help_heading = "Output")]
     pub quiet: bool,
-    /// Say what was read and what its channels were taken for
+    /// Say what was read, and the role of each channel
     #[arg(long, short, help_heading = "Output")]
     pub verbose: bool,
-    /// Start of all randomness; the same seed gives the same bytes [default: 1, or the experiment's own]
+    /// Seed of all random numbers; the same seed gives the same bytes [default: 1, or the experiment's own]
     #[arg(long, value_name = "N", value_parser = whole::<u64>)]
     pub seed: Option<u64>,
     /// Number of threads; results do not depend on it [default: all processors]

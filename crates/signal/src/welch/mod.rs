@@ -35,9 +35,9 @@ pub struct Welch {
     pub nfft: usize,
     /// Data window.
     pub window: Window,
-    /// Symmetric instead of periodic window.
+    /// Symmetric window in place of the periodic one.
     pub window_symmetric: bool,
-    /// What is taken off each segment.
+    /// What is removed from each segment.
     pub detrend: Detrend,
 }
 

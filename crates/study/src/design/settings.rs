@@ -27,10 +27,10 @@ pub struct Design {
     /// Whether commands go through the inverse of that model, so that forces with the designed properties arrive at the limb.
     #[cfg_attr(feature = "clap", arg(skip))]
     pub precompensate: bool,
-    /// Correct the commands so many times by what the simulated device, its friction included, fails to deliver
+    /// Correct the commands N times for what the simulated device, with its friction, does not deliver
     #[cfg_attr(feature = "clap", arg(long, value_name = "N", requires = "precompensate"))]
     pub corrections: Option<usize>,
-    /// What it is made of [default: filtered-noise, or the experiment's own]
+    /// Kind of perturbation [default: filtered-noise, or the experiment's own]
     #[cfg_attr(feature = "clap", arg(long, value_parser = clap::builder::PossibleValuesParser::new(Excitation::KINDS)))]
     pub kind: Option<String>,
     /// Names of the axes [default: x,y, or the device's]
@@ -39,22 +39,22 @@ pub struct Design {
     /// Torques in N m in place of forces in N
     #[cfg_attr(feature = "clap", arg(long))]
     pub rotational: bool,
-    /// Files to make, each with a perturbation of its own [default: 1, or the experiment's own]
+    /// Number of files, each with a perturbation of its own [default: 1, or the experiment's own]
     #[cfg_attr(feature = "clap", arg(long, value_name = "N"))]
     pub trials: Option<usize>,
-    /// Length of the stretch that will be analysed [default: 50, or the experiment's own]
+    /// Seconds that will be analysed [default: 50, or the experiment's own]
     #[cfg_attr(feature = "clap", arg(long = "duration", value_name = "S"))]
     #[serde(rename = "duration")]
     pub duration_s: Option<f64>,
-    /// Length of what is commanded before it [default: 0, or what the experiment discards]
+    /// Seconds that are commanded before that [default: 0, or what the experiment discards]
     #[cfg_attr(feature = "clap", arg(long = "lead-in", value_name = "S"))]
     #[serde(rename = "lead-in")]
     pub lead_in_s: Option<f64>,
-    /// Samples a second [default: 500, or the experiment's own]
+    /// Samples per second [default: 500, or the experiment's own]
     #[cfg_attr(feature = "clap", arg(long = "sample-rate", value_name = "HZ"))]
     #[serde(rename = "sample-rate")]
     pub sample_rate_hz: Option<f64>,
-    /// Root mean square of each axis; of all together where it is pre-compensated [default: 4, or the experiment's own]
+    /// Root mean square of each axis; with pre-compensation, of all together [default: 4, or the experiment's own]
     #[cfg_attr(feature = "clap", arg(long, value_parser = positive))]
     pub rms: Option<f64>,
     /// Corner of the noise's low-pass; reach of a binary sequence [default: 15, or the experiment's own]
@@ -67,13 +67,13 @@ pub struct Design {
     /// Seeds tried for each trial of noise [default: 100, or the experiment's own]
     #[cfg_attr(feature = "clap", arg(long, value_name = "N"))]
     pub candidates: Option<usize>,
-    /// Of these seeds, simulate so many of the best and take the one whose delivered forces are the least coherent
+    /// Simulate the N best of these seeds, and take the one whose delivered forces are least coherent
     #[cfg_attr(feature = "clap", arg(long, value_name = "N"))]
     pub shortlist: Option<usize>,
-    /// Take out of each trial of noise what coherence between the axes the search has left, for the analysis with nperseg 2048
+    /// Remove the coherence between axes that the search has left in each trial of noise, for an analysis with nperseg 2048
     #[cfg_attr(feature = "clap", arg(long))]
     pub decorrelate: bool,
-    /// Length of a period of multisine or binary sequence [default: 10, or the experiment's own]
+    /// Seconds in a period of a multisine or binary sequence [default: 10, or the experiment's own]
     #[cfg_attr(feature = "clap", arg(long = "period", value_name = "S"))]
     #[serde(rename = "period")]
     pub period_s: Option<f64>,
@@ -89,31 +89,31 @@ pub struct Design {
     #[cfg_attr(feature = "clap", arg(long, value_parser = words::<AxisPlan>(&["orthogonal", "zippered"])))]
     #[cfg_attr(feature = "schema", schemars(with = "Option<String>"))]
     pub axis_plan: Option<AxisPlan>,
-    /// Amplitudes of a multisine go with frequency to this power [default: 0]
+    /// Amplitudes of a multisine are proportional to frequency to this power [default: 0]
     #[cfg_attr(feature = "clap", arg(long, allow_hyphen_values = true))]
     pub slope: Option<f64>,
-    /// Steps that lower the peak of a multisine; 0 leaves its phases random [default: 200]
+    /// Iterations that lower the peak of a multisine; 0 keeps random phases [default: 200]
     #[cfg_attr(feature = "clap", arg(long, value_name = "N"))]
     pub crest_steps: Option<usize>,
     /// How a chirp goes through its frequencies [default: logarithmic]
     #[cfg_attr(feature = "clap", arg(long, value_parser = words::<Sweep>(&["linear", "logarithmic"])))]
     #[cfg_attr(feature = "schema", schemars(with = "Option<String>"))]
     pub sweep: Option<Sweep>,
-    /// Time over which it fades in and out; periodic ones begin at full size [default: 0, or the experiment's own]
+    /// Seconds over which it fades in and out; periodic ones begin at full size [default: 0, or the experiment's own]
     #[cfg_attr(feature = "clap", arg(long = "fade", value_name = "S"))]
     #[serde(rename = "fade")]
     pub fade_s: Option<f64>,
-    /// Largest magnitude; what is larger is scaled down as a whole
+    /// Largest magnitude; a perturbation that exceeds it is scaled down as a whole
     #[cfg_attr(feature = "clap", arg(long, value_parser = positive, help_heading = "Limits"))]
     pub peak: Option<f64>,
-    /// Largest change per second; what is faster is scaled down as a whole
+    /// Largest change per second; a perturbation that exceeds it is scaled down as a whole
     #[cfg_attr(feature = "clap", arg(long = "slew", value_name = "PER_S", value_parser = positive, help_heading = "Limits"))]
     #[serde(rename = "slew")]
     pub slew_per_s: Option<f64>,
-    /// Refuse what would move a soft, nominal or stiff limb further (m, rad) [default: the experiment's safety distance]
+    /// Refuse a perturbation that would move a soft, nominal or stiff limb further than this (m, rad) [default: the experiment's safety distance]
     #[cfg_attr(feature = "clap", arg(long, value_name = "M", value_parser = positive, help_heading = "Limits"))]
     pub max_displacement: Option<f64>,
-    /// Refuse what would move it faster (m/s, rad/s) [default: the experiment's safety speed]
+    /// Refuse a perturbation that would move such a limb faster than this (m/s, rad/s) [default: the experiment's safety speed]
     #[cfg_attr(feature = "clap", arg(long, value_name = "M_PER_S", value_parser = positive, help_heading = "Limits"))]
     pub max_velocity: Option<f64>,
     /// Inertia, damping, stiffness of a soft limb, without an experiment [default: 1.5,8,100 or 0.004,0.03,0.5]
@@ -125,7 +125,7 @@ pub struct Design {
     /// Say how long to measure for intervals of ± these shares: M, B, K, an entry such as K_x_y, gain@HZ; e.g. K=10%,gain@2=5%
     #[cfg_attr(feature = "clap", arg(long, value_name = "WHAT=SHARE", value_delimiter = ','))]
     pub target_ci: Vec<Target>,
-    /// Band of the fit that --target-ci has in mind [default: 0.5-8]
+    /// Band of the fit that --target-ci is about [default: 0.5-8]
     #[cfg_attr(feature = "clap", arg(long = "fit-band", value_name = "LO-HI", value_parser = pair))]
     #[serde(rename = "fit-band")]
     pub fit_band_hz: Option<[f64; 2]>,

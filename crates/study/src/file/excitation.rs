@@ -46,7 +46,7 @@ pub struct Excitation {
     pub harmonics: Lines,
     /// How the axes of a multisine are told apart.
     pub axis_plan: AxisPlan,
-    /// Amplitudes of a multisine go with frequency to this power.
+    /// Amplitudes of a multisine are proportional to frequency to this power.
     pub slope: f64,
     /// Steps that lower the peak of a multisine.
     pub crest_steps: usize,
@@ -54,9 +54,9 @@ pub struct Excitation {
     pub sweep: Sweep,
     /// Time over which it fades in and out.
     pub fade_s: f64,
-    /// Largest magnitude; what is larger is scaled down as a whole.
+    /// Largest magnitude; a perturbation that exceeds it is scaled down as a whole.
     pub peak: Option<f64>,
-    /// Largest change per second; what is faster is scaled down as a whole.
+    /// Largest change per second; a perturbation that exceeds it is scaled down as a whole.
     pub slew_per_s: Option<f64>,
 }
 

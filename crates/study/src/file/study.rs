@@ -244,7 +244,7 @@ impl StudyFile {
     /// [`StudyError`] with file and line.
     pub fn experiment_of(path: &Path) -> Result<ExperimentFile, StudyError> {
         let text = std::fs::read_to_string(path).map_err(|source| AnalysisError::Read { file: path.display().to_string(), source })?;
-        let study = toml::from_str::<toml::Table>(&text).is_ok_and(|table| table.contains_key("experiment"));
+        let study = toml::from_str::<Glance>(&text).is_ok_and(|glance| glance.experiment.is_some() || glance.recordings.is_some());
         if study { Ok(Self::read(path)?.experiment) } else { ExperimentFile::read(path) }
     }
 }
