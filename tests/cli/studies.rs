@@ -81,7 +81,7 @@ fn a_fit_and_a_diagnosis_are_written_as_studies_that_give_the_same_numbers() {
         let error = refuse(folder.path(), &["study", "wrong.toml"]);
         assert!(error.contains("wrong.toml") && error.contains(said), "{error}");
     }
-    let error = refuse(folder.path(), &["simulate", "diagnosis.toml"]);
+    let error = refuse(folder.path(), &["simulate", "diagnosis.toml", "--out", "x.csv"]);
     assert!(error.contains("diagnosis.toml") && error.contains("only an [experiment]"), "{error}");
     let error = refuse(folder.path(), &["study", "diagnosis.toml", "--start", "1"]);
     assert!(error.contains("[recordings]"), "{error}");
