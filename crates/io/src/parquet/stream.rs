@@ -13,7 +13,6 @@ use ::parquet::column::reader::ColumnReader;
 use ::parquet::file::metadata::KeyValue;
 use ::parquet::file::reader::{FileReader, SerializedFileReader};
 use ndof_signal::{Recording, RecordingError};
-use rayon::prelude::*;
 use std::fs::File;
 
 /// Rows of a piece.
@@ -101,16 +100,13 @@ impl ParquetStream {
         let mut new = 0;
         while new < ROWS && self.advance()? {
             let wanted = self.left.min(ROWS - new);
-            let (file, group) = (&self.file, self.group);
-            let read = |((column, values), (_, name, kind)): ((&mut ColumnReader, &mut Vec<f64>), &(usize, String, Kind))| {
-                let damaged = |what: String| IoError::Damaged { file: file.clone(), format: PARQUET, what: format!("column \"{name}\"{what}") };
-                match append(column, *kind, wanted, values).map_err(|e| damaged(format!(": {e}")))? {
-                    read if read == wanted => Ok(()),
-                    read => Err(damaged(format!(" ends {} rows before row group {group} does", wanted - read))),
+            for ((column, values), (_, name, kind)) in self.open.iter_mut().zip(&mut values).zip(&self.columns) {
+                let damaged = |what: String| IoError::Damaged { file: self.file.clone(), format: PARQUET, what: format!("column \"{name}\"{what}") };
+                let read = append(column, *kind, wanted, values).map_err(|e| damaged(format!(": {e}")))?;
+                if read != wanted {
+                    return Err(damaged(format!(" ends {} rows before row group {} does", wanted - read, self.group)));
                 }
-            };
-            let each: Vec<Result<(), IoError>> = self.open.par_iter_mut().zip(&mut values).zip(&self.columns).map(read).collect();
-            each.into_iter().collect::<Result<(), IoError>>()?;
+            }
             self.left -= wanted;
             new += wanted;
         }
