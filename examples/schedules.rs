@@ -113,7 +113,9 @@ impl Limb {
 
     /// A row of the table of bands.
     fn bands(self, seeds: u64) -> Result<(), Failure> {
+        let began = std::time::Instant::now();
         let all: Vec<ScheduleResult> = (0..seeds).into_par_iter().map(|seed| self.fitted(seed)).collect::<Result<_, _>>()?;
+        eprintln!("{:?}", began.elapsed());
         let n = self.axes;
         let (mut points, mut held, mut curves, mut whole) = (0.0, 0.0, 0.0, 0.0);
         let mut errors = vec![0.0_f64; n * n];

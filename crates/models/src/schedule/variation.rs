@@ -12,6 +12,8 @@ use ndof_linear::symmetric_eigen;
 const FREE: f64 = 1e-10;
 /// Probabilities below this are round-off of the integral, and are given as this.
 pub const LEAST_PROBABILITY: f64 = 1e-9;
+/// Four times the logarithm of a probability of 1e-13 that the integral leaves out.
+const FURTHEST: f64 = 120.0;
 
 /// Probability of so much variation in one row of a matrix (0 K, 1 B, 2 M) if it were constant.
 ///
@@ -74,16 +76,20 @@ fn smooth_directions(roughness: &Array2<f64>, axes: usize, information: &Mat<f64
 }
 
 /// P(Σ λ_i χ²_1 > ratio · (Σ χ²_1 + χ²_{freedom − m})), the first χ² the same on both sides: Imhof's integral of
-/// Σ (λ_i − r) χ²_1 − r χ²_{freedom − m} by the trapezoidal rule, which is exact to round-off for so smooth an integrand once its steps are fine.
+/// Q = Σ (λ_i − r) χ²_1 − r χ²_{freedom − m} by the trapezoidal rule. With steps h it is exact where |Q| < 4π/h, and Chernoff's inequality
+/// bounds what lies beyond: P(|Q| > q) ≤ 2 exp(0.35 Σ|w| − q/4) for weights w of one at most.
 fn above(eigenvalues: &[f64], freedom: f64, ratio: f64) -> f64 {
     let largest = eigenvalues.iter().fold(0.0_f64, |s, v| s.max(*v));
     let rest = freedom - eigenvalues.len() as f64;
     if largest <= 0.0 || rest <= 0.0 || !ratio.is_finite() {
         return f64::NAN;
     }
+    if ratio >= largest {
+        return LEAST_PROBABILITY;
+    }
     let terms: Vec<(f64, f64)> = eigenvalues.iter().map(|v| ((v - ratio) / largest, 1.0)).chain([(-ratio / largest, rest)]).collect();
     let turning: f64 = terms.iter().map(|(weight, count)| weight.abs() * count).sum();
-    let step = 0.05 / turning.max(1.0);
+    let step = 4.0 * std::f64::consts::PI / (FURTHEST + 1.4 * turning);
     let mut sum = 0.5 * 0.5 * terms.iter().map(|(weight, count)| weight * count).sum::<f64>();
     for k in 1..2_000_000_u32 {
         let x = f64::from(k) * step;
