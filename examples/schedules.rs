@@ -72,7 +72,8 @@ impl Limb {
         for t in 0..command[0].len() {
             let mut mean = [[0.0; 3]; 2];
             for step in 0..STEPS {
-                let phase = ((t * STEPS + step) as f64 * step_s / CYCLE_S).fract();
+                // The middle of the interval is where its sample stands.
+                let phase = (((t * STEPS + step) as f64 - 0.5 * (STEPS - 1) as f64) * step_s / CYCLE_S).rem_euclid(1.0);
                 // To and fro with the least jerk, half a cycle each.
                 let s = 1.0 - (2.0 * phase - 1.0).abs();
                 let drawn = PATH.map(|reach| reach * s * s * s * (10.0 - 15.0 * s + 6.0 * s * s));
@@ -113,9 +114,7 @@ impl Limb {
 
     /// A row of the table of bands.
     fn bands(self, seeds: u64) -> Result<(), Failure> {
-        let began = std::time::Instant::now();
         let all: Vec<ScheduleResult> = (0..seeds).into_par_iter().map(|seed| self.fitted(seed)).collect::<Result<_, _>>()?;
-        eprintln!("{:?}", began.elapsed());
         let n = self.axes;
         let (mut points, mut held, mut curves, mut whole) = (0.0, 0.0, 0.0, 0.0);
         let mut errors = vec![0.0_f64; n * n];

@@ -3,6 +3,7 @@
 /// Name and text of each.
 pub const STUDIES: &[(&str, &str)] = &[
     ("arm", include_str!("../examples/studies/arm.toml")),
+    ("arm-moving", include_str!("../examples/studies/arm_moving.toml")),
     ("arm-hidden", include_str!("../examples/studies/arm_hidden.toml")),
     ("sensitivity", include_str!("../examples/studies/sensitivity.toml")),
     ("drift", include_str!("../examples/studies/drift.toml")),

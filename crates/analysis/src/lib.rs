@@ -28,8 +28,8 @@ pub use diagnose::{Diagnose, Diagnosed, HeldOut, Question, diagnose};
 pub use error::{AnalysisError, in_order};
 pub use estimate::{Estimate, Estimated, MethodName, Streamed, estimate};
 pub use fit::{
-    ComparedParameter, DELAY_FLOOR_S, FLOORS, Fit, FitCost, Fitted, Leftover, MODEL, Overlay, Run, VafWeight, fit, fit_response, leftover, model_response,
-    overlay, project,
+    ComparedParameter, DELAY_FLOOR_S, Events, FLOORS, Fit, FitCost, Fitted, Leftover, MODEL, Overlay, Run, VafWeight, fit, fit_response, leftover,
+    model_response, overlay, project,
 };
 pub use live::{Enough, Live};
 pub use response::MeasuredResponse;

@@ -1,6 +1,7 @@
 //! The hold: a sampled proportional-derivative controller at the end effector.
 
 use crate::linearise::HoldGains;
+use crate::movement::Movement;
 use crate::velocity::Velocity;
 use serde::{Deserialize, Serialize};
 
@@ -42,6 +43,9 @@ pub struct Controller {
     pub force_limit: Option<f64>,
     /// Step of the digital-to-analogue converters, as torque at the joints (N m): 0.029 for 12 bits on an InMotion2; 0 for none.
     pub torque_quantum: f64,
+    /// Where the desired position goes; it stays at the posture where absent.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub movement: Option<Movement>,
     /// Limits that end a trial.
     pub safety: Safety,
 }
@@ -68,6 +72,7 @@ impl Default for Controller {
             compensate_mean_force: true,
             force_limit: None,
             torque_quantum: 0.0,
+            movement: None,
             safety: Safety::default(),
         }
     }
@@ -90,11 +95,11 @@ impl Hold {
         Hold { gains, rest: rest.to_vec(), bias, force_limit, velocity, output: vec![0.0; rest.len()] }
     }
 
-    /// One tick: the measured endpoint in, the commanded force out.
-    pub(crate) fn step(&mut self, endpoint: &[f64], perturbation: impl Fn(usize) -> f64) -> &mut [f64] {
+    /// One tick: the measured endpoint and how far the desired one has moved in, the commanded force out.
+    pub(crate) fn step(&mut self, endpoint: &[f64], moved: impl Fn(usize) -> f64, perturbation: impl Fn(usize) -> f64) -> &mut [f64] {
         for i in 0..endpoint.len() {
             let velocity = self.velocity[i].step(endpoint[i]);
-            self.output[i] = perturbation(i) + self.bias[i] - self.gains.kp[i] * (endpoint[i] - self.rest[i]) - self.gains.kd[i] * velocity;
+            self.output[i] = perturbation(i) + self.bias[i] - self.gains.kp[i] * (endpoint[i] - self.rest[i] - moved(i)) - self.gains.kd[i] * velocity;
         }
         let length = self.output.iter().map(|f| f * f).sum::<f64>().sqrt();
         if length > self.force_limit {

@@ -19,7 +19,7 @@ pub(crate) struct Coupled<'a> {
     pub(crate) limb: &'a dyn Limb,
     pub(crate) transducer: Transducer,
     robot_laws: &'a [Box<dyn ForceLaw>],
-    limb_laws: &'a [Box<dyn ForceLaw>],
+    limb_laws: Vec<&'a dyn ForceLaw>,
     pub(crate) rest: Vec<f64>,
     pub(crate) rest_endpoint: Vec<f64>,
     // The transducer's deflection under the limb's mean force.
@@ -66,8 +66,10 @@ impl<'a> Coupled<'a> {
         let mut kinematics = EndpointKinematics::new(m, n);
         robot.kinematics(&rest, &vec![0.0; n], &mut kinematics);
         let rest_endpoint = kinematics.endpoint.clone();
-        let history = (laws.iter().flat_map(|l| l.iter()))
-            .map(|law| History::new(m, if law.delay_s() > 0.0 { (law.delay_s() / shortest_step_s).ceil() as usize + 4 } else { 0 }))
+        let [robot_laws, limb_laws] = laws;
+        let limb_laws: Vec<&dyn ForceLaw> = limb.moving().map(|arm| arm as &dyn ForceLaw).into_iter().chain(limb_laws.iter().map(AsRef::as_ref)).collect();
+        let history = (robot_laws.iter().map(AsRef::as_ref).chain(limb_laws.iter().copied()))
+            .map(|law: &dyn ForceLaw| History::new(m, if law.delay_s() > 0.0 { (law.delay_s() / shortest_step_s).ceil() as usize + 4 } else { 0 }))
             .collect();
         let preload = limb.mean_force().iter().map(|f| f / transducer.stiffness).collect();
         let axis = || vec![0.0; m];
@@ -87,7 +89,6 @@ impl<'a> Coupled<'a> {
             delayed_x: axis(),
             delayed_v: axis(),
         };
-        let [robot_laws, limb_laws] = laws;
         Coupled { robot, limb, transducer, robot_laws, limb_laws, rest, rest_endpoint, preload, torque: vec![0.0; n], limb_force: axis(), history, work }
     }
 
@@ -99,8 +100,8 @@ impl<'a> Coupled<'a> {
         self.rest_endpoint.len()
     }
 
-    fn laws(&self) -> impl Iterator<Item = &Box<dyn ForceLaw>> {
-        self.robot_laws.iter().chain(self.limb_laws)
+    fn laws(&self) -> impl Iterator<Item = &dyn ForceLaw> {
+        self.robot_laws.iter().map(AsRef::as_ref).chain(self.limb_laws.iter().copied())
     }
 
     /// Number of states y.
@@ -183,8 +184,8 @@ impl<'a> Coupled<'a> {
             add_transposed(&w.kinematics.jacobian, &w.net, -1.0, &mut w.passive);
         }
         w.net.fill(0.0);
-        for law in self.limb_laws {
-            apply(law.as_ref(), time_s, [&w.x, &w.v], history.next(), [&mut w.delayed_x, &mut w.delayed_v], &mut states, &mut w.net, &mut state_rates);
+        for law in &self.limb_laws {
+            apply(*law, time_s, [&w.x, &w.v], history.next(), [&mut w.delayed_x, &mut w.delayed_v], &mut states, &mut w.net, &mut state_rates);
         }
         for ((felt, force), net) in w.felt[..m].iter_mut().zip(&w.force[..m]).zip(&w.net[..m]) {
             *felt = force - net;
@@ -251,7 +252,7 @@ impl<'a> Coupled<'a> {
         let (n, m) = (self.joints(), self.axes());
         let w = &mut self.work;
         let count = self.robot_laws.len();
-        for (k, (law, history)) in self.robot_laws.iter().chain(self.limb_laws).zip(&mut self.history).enumerate() {
+        for (k, (law, history)) in self.robot_laws.iter().map(AsRef::as_ref).chain(self.limb_laws.iter().copied()).zip(&mut self.history).enumerate() {
             if law.delay_s() == 0.0 {
                 continue;
             }

@@ -4,8 +4,11 @@ use crate::chain::{FileChoices, RobotConfig, read_robot};
 use crate::controller::Controller;
 use crate::device::Device;
 use crate::error::DeviceError;
-use crate::limb::{EndpointLinear, EndpointLinearConfig, Limb, PlanarTwoLink, PlanarTwoLinkConfig, SpringArray, SpringArrayConfig, Wrist, WristConfig};
+use crate::limb::{
+    EndpointLinear, EndpointLinearConfig, Limb, MovingArm, PlanarTwoLink, PlanarTwoLinkConfig, SpringArray, SpringArrayConfig, Wrist, WristConfig,
+};
 use crate::linearise::{HoldGains, Linearised};
+use crate::movement::Movement;
 use crate::noise::LimbNoise;
 use crate::parameters::DeviceParameters;
 use crate::registry::device;
@@ -180,7 +183,7 @@ impl LimbConfig {
         names.iter().map(|n| (*n).to_owned()).collect()
     }
 
-    fn build(&self, axes: usize, hand: &[f64], posture: &Posture) -> Result<Box<dyn Limb>, DeviceError> {
+    fn build(&self, axes: usize, hand: &[f64], posture: &Posture, movement: Option<&Movement>) -> Result<Box<dyn Limb>, DeviceError> {
         Ok(match self {
             LimbConfig::EndpointLinear(config) => Box::new(EndpointLinear::new(config, axes)?),
             LimbConfig::SpringArray(config) => Box::new(SpringArray::new(config)?),
@@ -195,7 +198,14 @@ impl LimbConfig {
                     Some(&[shoulder, elbow]) => Some([shoulder, elbow]),
                     Some(list) => return Err(DeviceError::size("posture.joint_rad", list.len(), 2)),
                 };
-                Box::new(PlanarTwoLink::new(config, [x, y], angles)?)
+                let arm = PlanarTwoLink::new(config, [x, y], angles)?;
+                match movement {
+                    Some(movement) => Box::new(MovingArm::new(arm, config, movement)?),
+                    None if config.K_over_cycle.is_some() || config.B_over_cycle.is_some() => {
+                        return Err(DeviceError::Missing("limb.K_over_cycle and limb.B_over_cycle follow controller.movement; give that too".to_owned()));
+                    }
+                    None => Box::new(arm),
+                }
             }
         })
     }
@@ -237,7 +247,9 @@ impl Experiment {
         let device = self.device.build()?;
         let axes = device.robot.axes().len();
         let rest = self.rest(device.robot.as_ref())?;
-        let limb = self.limb.build(axes, &device.robot.endpoint(&rest), &self.posture)?;
+        let movement = self.controller.movement.as_ref();
+        movement.map_or(Ok(()), |movement| movement.check(axes))?;
+        let limb = self.limb.build(axes, &device.robot.endpoint(&rest), &self.posture, movement)?;
         if limb.axes() != axes {
             return Err(DeviceError::size("the device", format!("{axes} axes"), format!("{} for this limb", limb.axes())));
         }

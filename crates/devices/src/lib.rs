@@ -49,6 +49,7 @@ mod history;
 mod integrate;
 mod limb;
 mod linearise;
+mod movement;
 mod noise;
 mod parameters;
 mod posture_hold;
@@ -72,10 +73,11 @@ pub use experiment::{Bench, DeviceConfig, Experiment, LimbConfig, Posture, linea
 pub use five_bar::FiveBar;
 pub use integrate::Accuracy;
 pub use limb::{
-    EndpointLinear, EndpointLinearConfig, Impedance, Limb, PlanarTwoLink, PlanarTwoLinkConfig, SPRING_CONFIGURATIONS, SpringArray, SpringArrayConfig,
-    SpringConfiguration, Tone, Wrist, WristConfig, anatomical_axes, hand_gravity_stiffness,
+    EndpointLinear, EndpointLinearConfig, Impedance, Limb, MovingArm, PlanarTwoLink, PlanarTwoLinkConfig, SPRING_CONFIGURATIONS, SpringArray,
+    SpringArrayConfig, SpringConfiguration, Tone, Wrist, WristConfig, anatomical_axes, hand_gravity_stiffness,
 };
 pub use linearise::{HoldGains, Linearised};
+pub use movement::Movement;
 pub use ndof_models::robot::Robot;
 pub use noise::LimbNoise;
 pub use parameters::{DeviceParameter, DeviceParameters};

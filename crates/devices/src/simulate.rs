@@ -109,7 +109,8 @@ pub fn simulate_trial(experiment: &Experiment, commanded: &[Vec<f64>], extras: &
         let time_s = (k as f64 - discarded as f64) / fs;
         read(&y, &mut angles);
         robot.kinematics(&angles, &still, &mut measured);
-        let command = hold.step(&measured.endpoint, |i| commanded[i][k]);
+        let path = |i: usize| experiment.controller.movement.as_ref().map_or(0.0, |path| path.share(path.phase(time_s)) * path.to[i]);
+        let command = hold.step(&measured.endpoint, path, |i| commanded[i][k]);
         for (axis, stage) in &mut actuators {
             command[*axis] = stage.step(command[*axis]);
         }

@@ -11,6 +11,7 @@ pub mod design;
 mod error;
 pub mod file;
 mod limits;
+mod moving;
 mod page;
 mod progress;
 mod run;

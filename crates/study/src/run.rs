@@ -3,6 +3,7 @@
 use crate::analysed::{COMMAND, analysed};
 use crate::error::StudyError;
 use crate::file::{HiddenEffect, StudyDocument, StudyFile};
+use crate::moving::beside_the_truth;
 use crate::progress::Progress;
 use crate::sensitivity::result::SensitivityResult;
 use crate::sensitivity::sensitivity;
@@ -86,6 +87,9 @@ pub fn run_study(study: &StudyFile, recordings: Option<Vec<Trial>>, seed: Option
     }
     let mut outcome = analyse(&study, trials, progress)?;
     let table = study.sensitivity.as_ref().filter(|_| simulated.is_some()).map(|section| sensitivity(&study, section, seed, progress));
+    if let (Some(found), true) = (&mut outcome.fitted.result.schedule, simulated.is_some()) {
+        beside_the_truth(found, &study.experiment)?;
+    }
     (outcome.sensitivity, outcome.simulated, outcome.hidden) = (table.transpose()?, simulated, hidden);
     Ok(outcome)
 }

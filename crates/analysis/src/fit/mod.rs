@@ -18,7 +18,7 @@ pub use named_models::MODEL;
 pub use overlay::{Leftover, Overlay, Run, leftover, overlay};
 pub use project::project;
 pub use result::ComparedParameter;
-pub use settings::{Fit, FitCost, VafWeight};
+pub use settings::{Events, Fit, FitCost, VafWeight};
 
 use crate::error::AnalysisError;
 use crate::estimate::Estimated;

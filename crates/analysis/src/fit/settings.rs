@@ -33,6 +33,17 @@ pub enum VafWeight {
     Gamma,
 }
 
+/// Where cycles begin, in seconds on the clock of the recordings.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+#[serde(untagged)]
+pub enum Events {
+    /// In every trial.
+    Every(Vec<f64>),
+    /// Trial by trial.
+    Each(Vec<Vec<f64>>),
+}
+
 /// How a model is fitted; what is not given follows from the data.
 ///
 /// The fields are the long options of `ndof fit`, the keys of the table `[fit]` of a study and the keywords in Python.
@@ -85,6 +96,10 @@ pub struct Fit {
     /// Channel that tells where cycles begin: by its rising edges, or as a phase that wraps there
     #[cfg_attr(feature = "clap", arg(long, value_name = "CHANNEL", requires = "schedule"))]
     pub cycle_by: Option<String>,
+    /// When cycles begin, in seconds: one list for every trial, or one for each.
+    #[cfg_attr(feature = "clap", arg(skip))]
+    #[serde(rename = "event")]
+    pub event_s: Option<Events>,
     /// Which matrices follow the schedule [default: stiffness,damping]
     #[cfg_attr(feature = "clap", arg(long, value_name = "LIST", value_delimiter = ',', requires = "schedule", value_parser = words::<Term>(&["stiffness", "damping", "inertia"])))]
     #[cfg_attr(feature = "schema", schemars(with = "Option<Vec<String>>"))]
@@ -112,8 +127,13 @@ impl Fit {
 
     /// A setting that has no meaning without a schedule, where it is given.
     pub(super) fn schedule_needed(&self) -> Option<&'static str> {
-        let given =
-            [("cycle", self.cycle_s.is_some()), ("cycle_by", self.cycle_by.is_some()), ("varying", self.varying.is_some()), ("knots", self.knots.is_some())];
+        let given = [
+            ("cycle", self.cycle_s.is_some()),
+            ("cycle_by", self.cycle_by.is_some()),
+            ("event", self.event_s.is_some()),
+            ("varying", self.varying.is_some()),
+            ("knots", self.knots.is_some()),
+        ];
         given.into_iter().find(|(_, given)| *given).map(|(name, _)| name)
     }
 

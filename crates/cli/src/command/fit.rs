@@ -1,7 +1,7 @@
 //! `ndof fit`.
 
 use crate::error::CliError;
-use crate::options::{Limb, Reading, Recordings, Shared};
+use crate::options::{Limb, Reading, Recordings, Shared, read_events};
 use crate::output::{self, columns, p_value, short};
 use clap::Args;
 use ndof_analysis::fit::result::{ComparedModel, FitResult};
@@ -27,6 +27,9 @@ pub struct Arguments {
     files: Vec<PathBuf>,
     #[command(flatten)]
     fit: Fit,
+    /// Times in seconds at which cycles begin, one a line, with the number of the trial in a second column where they differ
+    #[arg(long, value_name = "FILE", requires = "schedule", conflicts_with_all = ["cycle_s", "cycle_by"])]
+    event: Option<PathBuf>,
     #[command(flatten)]
     limb: Limb,
     #[command(flatten)]
@@ -60,7 +63,8 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode, CliError> {
     }
     let trials = arguments.reading.trials_with(&arguments.files, &arguments.fit.channels())?;
     output::understood(shared, &trials);
-    let (estimate, fit) = (shared.estimate(&arguments.estimate), Fit { band_hz: shared.band, kinematics, ..arguments.fit.clone() });
+    let event_s = arguments.event.as_ref().map(|file| read_events(file, trials.trials.len())).transpose()?;
+    let (estimate, fit) = (shared.estimate(&arguments.estimate), Fit { band_hz: shared.band, kinematics, event_s, ..arguments.fit.clone() });
     let estimated = ndof_analysis::estimate(&trials, &estimate)?;
     let fitted = fit.run(&estimated)?;
     if let Some(path) = &arguments.study {
@@ -97,18 +101,23 @@ fn summary(result: &FitResult, parameters: &[ComparedParameter]) -> String {
 }
 
 /// Matrices that follow a schedule: what each entry is where, whether it varies, and what that explains.
-fn over_schedule(found: &ScheduleResult) -> String {
+pub fn over_schedule(found: &ScheduleResult) -> String {
     /// Places of the table, of a hundred.
     const EVERY: usize = 20;
     let places: Vec<usize> = (0..found.at.len()).step_by(EVERY).collect();
     let unit = if found.unit.is_empty() { String::new() } else { format!(" {}", found.unit) };
     let mut rows = vec![vec!["".to_owned(), "unit".to_owned()]];
     rows[0].extend(places.iter().map(|k| format!("at {}{unit}", short(found.at[*k]))));
-    for entry in &found.entries {
+    for entry in found.entries.iter().chain(&found.joint) {
         let value = |k: &usize| format!("{} ± {}", short(entry.value[*k]), short(0.5 * (entry.ci95[1][*k] - entry.ci95[0][*k])));
         let mut row = vec![entry.name.clone(), entry.unit.clone()];
         row.extend(if entry.varies { places.iter().map(value).collect() } else { vec![value(&0), "throughout".to_owned()] });
         rows.push(row);
+        if let Some(truth) = &entry.truth {
+            let simulated = |k: &usize| short(Some(truth[*k]));
+            let holds = entry.holds().map_or_else(String::new, |share| format!("; {:.0} % held", 100.0 * share));
+            rows.push(["", &format!("simulated{holds}")].map(str::to_owned).into_iter().chain(places.iter().map(simulated)).collect());
+        }
     }
     let cycle = found.cycle_s.map_or_else(|| format!("{} pieces", found.blocks), |s| format!("{} cycles of {} s", found.blocks, short(s)));
     let how = if found.command_share.is_some() { "the commanded force as instrument" } else { "the motion as imposed" };

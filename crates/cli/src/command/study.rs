@@ -1,6 +1,6 @@
 //! `ndof study`.
 
-use super::fit::parameter_table;
+use super::fit::{over_schedule, parameter_table};
 use super::simulate::write_trials;
 use crate::error::CliError;
 use crate::options::{Reading, Recordings, Shared};
@@ -23,7 +23,7 @@ use std::process::ExitCode;
 #[derive(Debug, Args)]
 #[command(after_help = "Example:\n  ndof study arm --out results")]
 pub struct Arguments {
-    /// A built-in study (arm, drift, masses, arm-hidden, sensitivity, spring-array, wrist), or STUDY.toml
+    /// A built-in study (arm, arm-moving, drift, masses, arm-hidden, sensitivity, spring-array, wrist), or STUDY.toml
     study: String,
     /// Folder for all results [default: ndof-out/NAME]
     #[arg(long, value_name = "DIR")]
@@ -169,6 +169,7 @@ fn summary(outcome: &StudyOutcome, out: &Path) -> String {
         outcome.fitted.result.band_hz[1],
         parameter_table(&outcome.table())
     );
+    text += &outcome.fitted.result.schedule.as_ref().map_or_else(String::new, over_schedule);
     text += &outcome.sensitivity.as_ref().map(sensitivity_table).unwrap_or_default();
     if let Some(diagnosed) = &outcome.diagnosed {
         if !outcome.hidden.is_empty() {

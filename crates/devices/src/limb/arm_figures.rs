@@ -64,6 +64,12 @@ pub struct PlanarTwoLinkConfig {
     /// Joint damping (N m s/rad).
     #[serde(default = "default_damping")]
     pub B: Vec<Vec<f64>>,
+    /// Joint stiffness over the cycle of `controller.movement`: four matrices or more, evenly over it, the coefficients of closed cubic B-splines.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub K_over_cycle: Option<Vec<Vec<Vec<f64>>>>,
+    /// Joint damping over the cycle, likewise.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub B_over_cycle: Option<Vec<Vec<Vec<f64>>>>,
     /// Force on the hand that holds the arm at the posture, in place of that of `tone`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub mean_force_n: Option<Vec<f64>>,
@@ -101,6 +107,8 @@ impl Default for PlanarTwoLinkConfig {
             link_inertias_kg_m2: None,
             K: default_stiffness(),
             B: default_damping(),
+            K_over_cycle: None,
+            B_over_cycle: None,
             mean_force_n: None,
             tone: Tone::Normal,
             handle_mass_kg: 0.0,

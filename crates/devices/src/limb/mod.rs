@@ -2,12 +2,14 @@
 
 mod arm_figures;
 pub(crate) mod endpoint_linear;
+mod moving_arm;
 pub(crate) mod planar_two_link;
 pub(crate) mod spring_array;
 pub(crate) mod wrist;
 
 pub use arm_figures::{PlanarTwoLinkConfig, Tone};
 pub use endpoint_linear::{EndpointLinear, EndpointLinearConfig};
+pub use moving_arm::MovingArm;
 pub use planar_two_link::PlanarTwoLink;
 pub use spring_array::{SPRING_CONFIGURATIONS, SpringArray, SpringArrayConfig, SpringConfiguration};
 pub use wrist::{Wrist, WristConfig, anatomical_axes, hand_gravity_stiffness};
@@ -43,6 +45,11 @@ pub trait Limb: Send + Sync {
 
     /// The same in the limb's own joints with the Jacobian between (endpoint rows, joint columns), where it has joints.
     fn joint_impedance(&self) -> Option<(Impedance, Array2<f64>)> {
+        None
+    }
+
+    /// The limb as one that moves, where it does: a force law over and above [`Limb::acceleration`].
+    fn moving(&self) -> Option<&MovingArm> {
         None
     }
 }

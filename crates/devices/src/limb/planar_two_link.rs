@@ -125,6 +125,23 @@ impl PlanarTwoLink {
         self.lengths
     }
 
+    /// Its joints' own stiffness and damping.
+    pub(super) fn springs_and_dampers(&self) -> [&Array2<f64>; 2] {
+        [&self.stiffness, &self.damping]
+    }
+
+    /// Joint angles with the hand displaced by `x`, where it is in reach.
+    pub(super) fn angles(&self, x: [f64; 2]) -> Option<[f64; 2]> {
+        angles(self.lengths, self.elbow_sign, [x[0] - self.shoulder[0], x[1] - self.shoulder[1]])
+    }
+
+    /// The Jacobian at joint angles, row by row.
+    pub(super) fn jacobian(&self, phi: [f64; 2]) -> [[f64; 2]; 2] {
+        let [l1, l2] = self.lengths;
+        let ((s1, c1), (s2, c2)) = (phi[0].sin_cos(), (phi[0] + phi[1]).sin_cos());
+        [[-l1 * s1 - l2 * s2, -l2 * s2], [l1 * c1 + l2 * c2, l2 * c2]]
+    }
+
     fn hand(&self, phi: [f64; 2]) -> [f64; 2] {
         let [l1, l2] = self.lengths;
         let sum = phi[0] + phi[1];
@@ -136,7 +153,7 @@ impl PlanarTwoLink {
         Kinematics::PlanarTwoLink { link_lengths_m: self.lengths, posture_rad: self.posture }
     }
 
-    fn mass_matrix(&self, elbow: f64) -> Array2<f64> {
+    pub(super) fn mass_matrix(&self, elbow: f64) -> Array2<f64> {
         let coupling = self.beta * elbow.cos();
         array![[self.alpha + 2.0 * coupling, self.delta + coupling], [self.delta + coupling, self.delta]]
     }

@@ -9,7 +9,7 @@ use super::moments::{Columns, Normal, Products, Varying};
 use super::noise::{autoregression, whitened};
 use super::penalised::{Penalised, penalised};
 use super::record::Stretch;
-use super::result::{MeanMovement, Scheduled, ScheduledEntry, Term};
+use super::result::{MeanMovement, RowCurves, Scheduled, ScheduledEntry, Term};
 use super::spline::Splines;
 use super::variation::probability_if_constant;
 use crate::fit::t_quantile;
@@ -122,6 +122,8 @@ impl ScheduledFit {
             rows: work.rows.block.len(),
             folds: folds.first().map_or(0, |folds| *folds as usize),
             foretold: instrument.map(|told| told.share),
+            splines,
+            curves: fits.iter().map(|row| row.curves(&columns)).collect(),
         })
     }
 }
@@ -129,6 +131,18 @@ impl ScheduledFit {
 fn mean<'a>(values: impl Iterator<Item = &'a f64>) -> f64 {
     let (sum, count) = values.fold((0.0, 0.0), |(sum, count), v| (sum + v, count + 1.0));
     sum / f64::max(count, 1.0)
+}
+
+impl Row {
+    fn curves(&self, columns: &Columns) -> RowCurves {
+        let own = columns.summed.len();
+        RowCurves {
+            coefficients: (0..own).map(|k| self.fit.beta[(k, 0)]).collect(),
+            covariance: self.fit.covariance.clone(),
+            pointwise: t_quantile(self.fit.freedom),
+            entries: columns.entries.clone(),
+        }
+    }
 }
 
 impl Work {

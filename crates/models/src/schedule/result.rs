@@ -1,5 +1,9 @@
 //! What a scheduled fit finds.
 
+use super::band::standard_errors;
+use super::spline::Splines;
+use faer::Mat;
+use ndarray::Array2;
 use serde::{Deserialize, Serialize};
 
 /// A matrix of the equation of motion.
@@ -84,9 +88,64 @@ pub struct Scheduled {
     pub folds: usize,
     /// Share of each motion's variance that the command foretells, where it is the instrument.
     pub foretold: Option<Vec<f64>>,
+    pub(super) splines: Splines,
+    pub(super) curves: Vec<RowCurves>,
+}
+
+/// What the curves of one row of the matrices depend on.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct RowCurves {
+    pub coefficients: Vec<f64>,
+    pub covariance: Mat<f64>,
+    pub pointwise: f64,
+    /// First coefficient and whether it varies of each entry, matrix by matrix.
+    pub entries: Vec<(usize, bool)>,
 }
 
 impl Scheduled {
+    /// Entry (`row`, `column`) of Aᵀ K(s) A, with A axes × joints at each place: a matrix in other coordinates that change on the way.
+    ///
+    /// Each row of the matrices is a fit of its own, and their errors count as independent.
+    pub fn transformed(&self, term: Term, (row, column): (usize, usize), a: &[Array2<f64>]) -> ScheduledEntry {
+        let (axes, matrix) = (self.curves.len(), Term::ALL.iter().position(|t| *t == term).unwrap_or(0));
+        let widths = self.curves.iter().map(|curves| curves.coefficients.len());
+        let begins: Vec<usize> = widths.clone().scan(0, |sum, width| Some(std::mem::replace(sum, *sum + width))).collect();
+        let mut rows = vec![vec![0.0; widths.sum()]; self.at.len()];
+        for ((u, a), weights) in self.at.iter().zip(a).zip(&mut rows) {
+            for (r, curves) in self.curves.iter().enumerate() {
+                for c in 0..axes {
+                    let (first, varies) = curves.entries[matrix * axes + c];
+                    let (share, at) = (a[[r, row]] * a[[c, column]], begins[r] + first);
+                    if varies {
+                        self.splines.at(*u).into_iter().for_each(|(k, value)| weights[at + k] += share * value);
+                    } else {
+                        weights[at] += share;
+                    }
+                }
+            }
+        }
+        let owner = |i: usize| begins.partition_point(|begin| *begin <= i) - 1;
+        let covariance = |i: usize, j: usize| {
+            let r = owner(i);
+            if r == owner(j) { self.curves[r].covariance[(i - begins[r], j - begins[r])] } else { 0.0 }
+        };
+        let coefficients: Vec<f64> = self.curves.iter().flat_map(|curves| curves.coefficients.iter().copied()).collect();
+        let (std_error, wide) = standard_errors(&rows, covariance);
+        let pointwise = self.curves.iter().map(|curves| curves.pointwise).fold(0.0, f64::max);
+        let parts = || self.entries.iter().filter(|entry| entry.term == term);
+        ScheduledEntry {
+            term,
+            row,
+            column,
+            varies: true,
+            value: rows.iter().map(|row| row.iter().zip(&coefficients).map(|(w, c)| w * c).sum()).collect(),
+            std_error,
+            pointwise,
+            simultaneous: wide.max(pointwise),
+            degrees_of_freedom: parts().map(|entry| entry.degrees_of_freedom).fold(1.0, f64::max),
+        }
+    }
+
     /// An entry of a matrix.
     pub fn entry(&self, term: Term, row: usize, column: usize) -> Option<&ScheduledEntry> {
         self.entries.iter().find(|e| (e.term, e.row, e.column) == (term, row, column))

@@ -235,6 +235,7 @@ def fit(
     schedule: str | None = None,
     cycle: float | None = None,
     cycle_by: str | None = None,
+    event: Sequence[float] | Sequence[Sequence[float]] | None = None,
     varying: Sequence[str] | None = None,
     knots: int | None = None,
     report: bool = False,
@@ -271,8 +272,8 @@ def fit(
     ``symmetric``, ``positive-semidefinite`` or ``free``; ``hold`` is what forces do between samples, ``zero``, ``linear`` or
     ``band-limited``, else what the data say; ``systematic`` widens intervals by what calibration leaves; ``compare``
     fits every single extension of the model too (:attr:`Fit.comparison`). ``schedule`` is what M, B and K change with, ``phase`` (of a
-    ``cycle`` in seconds, or of one that the channel ``cycle_by`` begins), ``time`` or a channel: then :attr:`Fit.schedule` has the matrices
-    that are ``varying`` as curves of at most ``knots`` splines. The other options are those of :func:`frequency_response`.
+    ``cycle`` in seconds, or of one that the channel ``cycle_by`` or an ``event`` begins, whose times in seconds are one list or one a trial),
+    ``time`` or a channel: then :attr:`Fit.schedule` has the matrices that are ``varying`` as curves of at most ``knots`` splines. The other options are those of :func:`frequency_response`.
 
     >>> import ndof
     >>> fit = ndof.fit(ndof.simulate("arm").recordings, nperseg=2048, band=(0.5, 8))

@@ -17,8 +17,8 @@ pub struct ScheduleCurve {
     pub ci95: Option<[Vec<f64>; 2]>,
     /// Ends of the band that holds the whole curve, where there is one.
     pub band95: Option<[Vec<f64>; 2]>,
-    /// What it is compared with, as the value of a constant model.
-    pub reference: Option<(String, f64)>,
+    /// What it is compared with: its name and its values, as those of a constant model or of a simulation.
+    pub references: Vec<(String, Vec<f64>)>,
 }
 
 /// Curves over one abscissa.
@@ -55,8 +55,9 @@ pub fn schedule(name: &str, title: &str, data: &ScheduleCurves) -> Result<Figure
             panel.series.push(Series::band("95 % interval at each place", at.clone(), low.clone(), high.clone(), Color::Blue));
         }
         panel.series.push(Series::line("estimate", at.clone(), curve.value.clone(), Color::Blue));
-        if let Some((label, value)) = &curve.reference {
-            panel.series.push(Series::line(label.as_str(), at.clone(), vec![*value; at.len()], Color::Ink).dash(Dash::Dotted));
+        for ((label, values), dash) in curve.references.iter().zip([Dash::Dotted, Dash::Dashed]) {
+            expect_shape(format!("\"{label}\""), "places", &[at.len()], &[values.len()])?;
+            panel.series.push(Series::line(label.as_str(), at.clone(), values.clone(), Color::Ink).dash(dash));
         }
         figure = figure.panel("", panel);
     }
@@ -75,9 +76,9 @@ mod tests {
             value: vec![2.0, 3.0, 2.0],
             ci95: Some(ends.clone()),
             band95: Some(ends),
-            reference: Some(("constant".into(), 2.4)),
+            references: vec![("constant".into(), vec![2.4; 3])],
         };
-        let mean = ScheduleCurve { label: "pos_x".into(), unit: "m".into(), ci95: None, band95: None, reference: None, ..stiffness.clone() };
+        let mean = ScheduleCurve { label: "pos_x".into(), unit: "m".into(), ci95: None, band95: None, references: Vec::new(), ..stiffness.clone() };
         ScheduleCurves { axis: ("Phase of the cycle".into(), String::new()), at: vec![0.0, 0.5, 1.0], curves: vec![stiffness, mean], columns: 2 }
     }
 

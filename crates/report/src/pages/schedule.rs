@@ -31,6 +31,13 @@ pub fn schedule_section(found: &ScheduleResult, constant: &[Parameter]) -> Resul
             let caption = "Dark: 95 % interval at each place by itself; light: 95 % band that holds the whole curve.";
             section = section.figure(figures::schedule(name, &format!("{title} over {}", found.label().to_lowercase()), &grid(own, columns))?.caption(caption));
         }
+        let own: Vec<ScheduleCurve> = found.joint.iter().filter(|e| e.varies && e.name.starts_with(term.symbol())).map(|e| curve(e, &[])).collect();
+        if !own.is_empty() {
+            let columns = (own.len() as f64).sqrt().round() as usize;
+            let caption = "At the joints, in the posture of the mean movement.";
+            let (name, title) = (format!("joint-{name}"), format!("Joint {} over {}", word(&term), found.label().to_lowercase()));
+            section = section.figure(figures::schedule(&name, &title, &grid(own, columns))?.caption(caption));
+        }
     }
     let mean = found.mean_movement.iter().map(|m| ScheduleCurve {
         label: m.channel.clone(),
@@ -38,21 +45,22 @@ pub fn schedule_section(found: &ScheduleResult, constant: &[Parameter]) -> Resul
         value: m.value.clone(),
         ci95: None,
         band95: None,
-        reference: None,
+        references: Vec::new(),
     });
     section = section.figure(figures::schedule("mean-movement", "Mean movement", &grid(mean.collect(), 1))?);
     Ok(section.table(constants(found)).table(held_out(found)))
 }
 
 fn curve(entry: &ScheduleEntry, constant: &[Parameter]) -> ScheduleCurve {
-    let beside = constant.iter().find(|p| p.name == entry.name).and_then(|p| p.value);
+    let constant = constant.iter().find(|p| p.name == entry.name).and_then(|p| p.value);
+    let beside = constant.map(|value| ("constant, fitted to the response".to_owned(), vec![value; entry.value.len()])).into_iter();
     ScheduleCurve {
         label: entry.name.clone(),
         unit: entry.unit.clone(),
         value: entry.value.clone(),
         ci95: Some(entry.ci95.clone()),
         band95: Some(entry.band95.clone()),
-        reference: beside.map(|value| ("constant, fitted to the response".to_owned(), value)),
+        references: beside.chain(entry.truth.clone().map(|truth| ("simulated".to_owned(), truth))).collect(),
     }
 }
 

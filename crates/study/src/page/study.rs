@@ -2,7 +2,7 @@
 
 use crate::file::HiddenEffect;
 use crate::run::StudyOutcome;
-use ndof_report::pages::{agreement_section, ellipse_section, parameters_section};
+use ndof_report::pages::{agreement_section, ellipse_section, parameters_section, schedule_section};
 use ndof_report::pages::{coherence_section, frame, power_section, response_section, traces_section};
 use ndof_report::pages::{diagnosis_sections, overlay_section};
 use ndof_report::{FigureError, Report, Section};
@@ -29,6 +29,9 @@ pub fn study_report(outcome: &StudyOutcome, title: &str, command: &str) -> Resul
     let model = fitted.seen(estimated)?;
     report.sections.push(response_section(estimated, Some(&model))?);
     report.sections.push(agreement_section(&fitted.result));
+    if let Some(found) = &fitted.result.schedule {
+        report.sections.push(schedule_section(found, &fitted.result.parameters)?);
+    }
     report.sections.extend(overlay_section(trials, fitted)?);
     report.sections.extend(ellipse_section(fitted, truth.map(|t| t.endpoint.K.as_slice()))?);
     for (name, _, fitted) in also {

@@ -1,7 +1,7 @@
 //! What the schedule is: the phase of a cycle, time, or a channel.
 
 use super::Refused;
-use crate::fit::settings::Fit;
+use crate::fit::settings::{Events, Fit};
 use crate::trials::Trials;
 
 /// The word for the phase of a cycle.
@@ -37,13 +37,14 @@ pub(super) struct Schedule {
 impl Schedule {
     /// What the settings ask for.
     pub(super) fn new(trials: &Trials, settings: &Fit, word: &str) -> Result<Self, Refused> {
-        match (word, settings.cycle_s, &settings.cycle_by) {
-            (PHASE, Some(cycle_s), None) => Self::by_clock(trials, cycle_s),
-            (PHASE, None, Some(channel)) => Self::by_channel(trials, channel),
-            (PHASE, ..) => Err("a phase needs one of `cycle` (seconds) and `cycle_by` (a channel)".to_owned()),
-            (_, None, None) if word == TIME => Ok(Self::over_time(trials)),
-            (_, None, None) => Self::over_channel(trials, word),
-            _ => Err(format!("`cycle` and `cycle_by` are for `schedule=phase`, and the schedule is {word}; leave them out")),
+        match (word, settings.cycle_s, &settings.cycle_by, &settings.event_s) {
+            (PHASE, Some(cycle_s), None, None) => Self::by_clock(trials, cycle_s),
+            (PHASE, None, Some(channel), None) => Self::by_channel(trials, channel),
+            (PHASE, None, None, Some(events)) => Self::by_events(trials, events),
+            (PHASE, ..) => Err("a phase needs one of `cycle` (seconds), `cycle_by` (a channel) and `event` (times)".to_owned()),
+            (_, None, None, None) if word == TIME => Ok(Self::over_time(trials)),
+            (_, None, None, None) => Self::over_channel(trials, word),
+            _ => Err(format!("`cycle`, `cycle_by` and `event` are for `schedule=phase`, and the schedule is {word}; leave them out")),
         }
     }
 
@@ -60,30 +61,56 @@ impl Schedule {
     fn by_channel(trials: &Trials, name: &str) -> Result<Self, Refused> {
         let channels = channel(trials, name)?;
         let [low, high] = range(&channels);
-        let rate = trials.sample_rate_hz();
         let fall = |pair: &[f64]| pair[0] - pair[1] > WRAP * (high - low);
         // A phase climbs little by little and falls at once; a pulse does both at once.
         let climbs = |pair: &[f64]| (0.0..WRAP * (high - low)).contains(&(pair[1] - pair[0]));
         let is_phase = channels.iter().all(|c| c.windows(2).all(|pair| climbs(pair) || fall(pair)));
         let middle = 0.5 * (low + high);
         let begins = |pair: &[f64]| if is_phase { fall(pair) } else { pair[0] < middle && pair[1] >= middle };
-        let starts: Vec<Vec<usize>> = channels.iter().map(|c| c.windows(2).enumerate().filter(|(_, p)| begins(p)).map(|(k, _)| k + 1).collect()).collect();
-        let mut lengths: Vec<usize> = starts.iter().flat_map(|s| s.windows(2).map(|pair| pair[1] - pair[0])).collect();
-        lengths.sort_unstable();
-        let Some(median) = lengths.get(lengths.len() / 2).map(|l| *l as f64) else {
-            return Err(format!(
-                "channel \"{name}\" begins no two cycles, and `cycle_by` needs rising edges or a phase that wraps; choose another channel, or give `cycle`"
-            ));
+        let starts = channels.iter().map(|c| c.windows(2).enumerate().filter(|(_, p)| begins(p)).map(|(k, _)| (k + 1) as f64).collect());
+        Self::of_starts(trials, starts.collect(), || {
+            format!("channel \"{name}\" begins no two cycles, and `cycle_by` needs rising edges or a phase that wraps; choose another channel, or give `cycle`")
+        })
+    }
+
+    /// Cycles from event to event.
+    fn by_events(trials: &Trials, events: &Events) -> Result<Self, Refused> {
+        let recordings = trials.recordings();
+        let each: Vec<&Vec<f64>> = match events {
+            Events::Every(times) => vec![times; recordings.len()],
+            Events::Each(lists) => lists.iter().collect(),
         };
-        let each = channels.iter().zip(&starts).map(|(c, starts)| {
-            let mut phase = vec![f64::NAN; c.len()];
-            for (number, pair) in starts.windows(2).enumerate().filter(|(_, pair)| (pair[1] - pair[0]) as f64 <= PAUSE * median) {
-                let length = (pair[1] - pair[0]) as f64;
-                (pair[0]..pair[1]).for_each(|k| phase[k] = number as f64 + (k - pair[0]) as f64 / length);
+        if each.len() != recordings.len() {
+            return Err(format!("`event` has times of {} trials, and there are {}; give a list for each, or one for all", each.len(), recordings.len()));
+        }
+        if each.iter().any(|times| times.iter().any(|t| !t.is_finite())) {
+            return Err("`event` holds what is no number; give seconds".to_owned());
+        }
+        let starts = recordings.iter().zip(each).map(|(recording, times)| {
+            let mut starts: Vec<f64> = times.iter().map(|t| (t - recording.start_s()) * recording.sample_rate_hz()).collect();
+            starts.sort_unstable_by(f64::total_cmp);
+            starts.dedup();
+            starts
+        });
+        Self::of_starts(trials, starts.collect(), || "`event` begins no two cycles in any trial; give more times".to_owned())
+    }
+
+    /// Cycles between starts, which are places in samples.
+    fn of_starts(trials: &Trials, starts: Vec<Vec<f64>>, none: impl Fn() -> Refused) -> Result<Self, Refused> {
+        let mut lengths: Vec<f64> = starts.iter().flat_map(|s| s.windows(2).map(|pair| pair[1] - pair[0])).collect();
+        lengths.sort_unstable_by(f64::total_cmp);
+        let median = *lengths.get(lengths.len() / 2).ok_or_else(none)?;
+        let each = trials.recordings().into_iter().zip(&starts).map(|(recording, starts)| {
+            let mut phase = vec![f64::NAN; recording.len()];
+            for (number, pair) in starts.windows(2).enumerate().filter(|(_, pair)| pair[1] - pair[0] <= PAUSE * median) {
+                // Times are no exact multiples of samples: what is a sample but for rounding begins the cycle.
+                let sample = |place: f64| ((place - 1e-6).ceil().max(0.0) as usize).min(phase.len());
+                let within = |k: usize| ((k as f64 - pair[0]) / (pair[1] - pair[0])).clamp(0.0, 1.0 - f64::EPSILON);
+                (sample(pair[0])..sample(pair[1])).for_each(|k| phase[k] = number as f64 + within(k));
             }
             phase
         });
-        Self::of_cycles(each.collect(), median / rate)
+        Self::of_cycles(each.collect(), median / trials.sample_rate_hz())
     }
 
     /// From the number of the cycle with the phase as its fraction.
@@ -165,6 +192,21 @@ mod tests {
         Fit { cycle_by: Some(channel.to_owned()), ..Fit::default() }
     }
 
+    fn at(events: Events) -> Fit {
+        Fit { event_s: Some(events), ..Fit::default() }
+    }
+
+    #[test]
+    fn events_begin_cycles_between_samples_and_beyond_the_ends_of_the_recording() {
+        // Cycles of 0.8 s from 3.3 ms before each multiple on: each sample is 3.3 ms further than by the clock.
+        let events: Vec<f64> = (0..7).rev().map(|k| 0.8 * f64::from(k) - 0.003_3).collect();
+        for events in [Events::Every(events.clone()), Events::Each(vec![events])] {
+            let found = Schedule::new(&trials(|t| t), &at(events), PHASE).expect("cycles");
+            assert!((0..400).all(|k| (found.values[0][k] - (k as f64 / 80.0 + 0.003_3 / 0.8).fract()).abs() < 1e-9));
+            assert!((found.count, found.blocks[0][79], found.blocks[0][80]) == (5, 0, 1) && (found.cycle_s.expect("cycles") - 0.8).abs() < 1e-9);
+        }
+    }
+
     #[test]
     fn clock_edges_and_a_phase_that_wraps_give_the_same_phase() {
         let clock = Schedule::new(&trials(|t| t), &Fit { cycle_s: Some(0.8), ..Fit::default() }, PHASE).expect("cycles");
@@ -193,6 +235,8 @@ mod tests {
         assert!(said(&Fit::default(), PHASE, |t| t).contains("`cycle_by`"));
         assert!(said(&by("more"), PHASE, |_| 1.0).contains("no two cycles"));
         assert!(said(&by("more"), TIME, |t| t).contains("leave them out"));
+        assert!(said(&at(Events::Every(vec![1.0])), PHASE, |t| t).contains("no two cycles"));
+        assert!(said(&at(Events::Each(vec![vec![1.0, 2.0]; 2])), PHASE, |t| t).contains("2 trials, and there are 1"));
         assert!(said(&Fit::default(), "more", |_| 1.0).contains("stays at 1"));
         assert!(said(&Fit::default(), "other", |t| t).contains("\"other\""));
         assert!(said(&Fit { cycle_s: Some(9.0), ..Fit::default() }, PHASE, |t| t).contains("1 cycle"));

@@ -6,12 +6,15 @@ pub mod result;
 pub use axis::{PHASE, TIME};
 
 use super::axis as axis_of_channel;
+use super::project::projection;
 use super::settings::Fit;
 use crate::error::AnalysisError;
+use crate::file::KinematicsFile;
 use crate::result::{Warning, number};
 use crate::trials::Trials;
 use axis::Schedule;
-use ndof_models::schedule::{Scheduled, ScheduledFit, Splines, Stretch, Term};
+use ndarray::Array2;
+use ndof_models::schedule::{Scheduled, ScheduledEntry, ScheduledFit, Splines, Stretch, Term};
 use ndof_models::{Axis, InertiaDampingStiffnessModel, ParameterInfo, ParametricModel, Symmetry};
 use ndof_sysid::ResponseKind;
 use result::{HeldOutShare, MeanChannel, ScheduleEntry, ScheduleResult, VariationTest};
@@ -90,7 +93,8 @@ pub(super) fn scheduled(trials: &Trials, settings: &Fit, excited_hz: f64) -> Res
         .collect();
     let found = fit.run(&stretches)?;
     let warnings = warnings(&sides, &found);
-    Ok(Some((written(trials, &sides, (&schedule, word), high_hz, found), warnings)))
+    let joint = settings.kinematics.as_ref().map(|file| at_the_joints(file, &found)).transpose()?.unwrap_or_default();
+    Ok(Some((ScheduleResult { joint, ..written(trials, &sides, (&schedule, word), high_hz, found) }, warnings)))
 }
 
 fn warnings(sides: &Sides, found: &Scheduled) -> Vec<Warning> {
@@ -115,26 +119,56 @@ fn warnings(sides: &Sides, found: &Scheduled) -> Vec<Warning> {
     out
 }
 
+/// One entry by its name and unit, which stand matrix by matrix in `named`, inertia first.
+fn named_entry(entry: &ScheduledEntry, named: &[ParameterInfo], n: usize) -> ScheduleEntry {
+    let matrix = 2 - Term::ALL.iter().position(|term| *term == entry.term).unwrap_or(0);
+    let ParameterInfo { name, unit, .. } = &named[(matrix * n + entry.row) * n + entry.column];
+    let end = |width: f64| entry.value.iter().zip(&entry.std_error).map(|(v, e)| v + width * e).collect::<Vec<f64>>();
+    ScheduleEntry {
+        name: name.clone(),
+        unit: unit.clone(),
+        varies: entry.varies,
+        value: entry.value.clone(),
+        std_error: entry.std_error.clone(),
+        ci95: [end(-entry.pointwise), end(entry.pointwise)],
+        band95: [end(-entry.simultaneous), end(entry.simultaneous)],
+        degrees_of_freedom: entry.degrees_of_freedom,
+        truth: None,
+    }
+}
+
+/// The matrices at the joints, K_q = Jᵀ K J + Γ with the mean movement's posture and force at each place; nothing of mechanisms that the
+/// endpoint's place does not set.
+fn at_the_joints(file: &KinematicsFile, found: &Scheduled) -> Result<Vec<ScheduleEntry>, AnalysisError> {
+    if file.kind == "wrist" || file.shoulder_m.is_none() {
+        return Ok(Vec::new());
+    }
+    let of = |curves: &[Vec<f64>], k: usize| curves.iter().map(|curve| curve[k]).collect::<Vec<f64>>();
+    let placed = |k: usize| {
+        let file = KinematicsFile { posture_rad: None, hand_m: Some(of(&found.mean.motion, k)), ..file.clone() };
+        projection(&of(&found.mean.effort, k), &file)
+    };
+    let places = (0..found.at.len()).map(placed).collect::<Result<Vec<_>, _>>()?;
+    let jacobians: Vec<Array2<f64>> = places.iter().map(|place| place.kinematics.jacobian()).collect();
+    let axes = places.first().map_or_else(Vec::new, |place| place.kinematics.joints());
+    let n = axes.len();
+    let named = InertiaDampingStiffnessModel::new(axes, Symmetry::Free).parameters();
+    let all = Term::ALL.into_iter().flat_map(|term| (0..n * n).map(move |e| (term, (e / n, e % n))));
+    let entry = |(term, (i, j))| {
+        let mut entry = found.transformed(term, (i, j), &jacobians);
+        if term == Term::Stiffness {
+            let bent = places.iter().map(|place| place.kinematics.geometric_stiffness(&place.mean_force_n)[[i, j]]);
+            entry.value.iter_mut().zip(bent).for_each(|(value, bent)| *value += bent);
+        }
+        named_entry(&entry, &named, n)
+    };
+    Ok(all.map(entry).collect())
+}
+
 /// The result in the field's words.
 fn written(trials: &Trials, sides: &Sides, (schedule, word): (&Schedule, &str), high_hz: f64, found: Scheduled) -> ScheduleResult {
     let axes: Vec<Axis> = trials.channels(&sides.motions).iter().map(|channel| axis_of_channel(&channel.name, &channel.unit)).collect();
     let named = InertiaDampingStiffnessModel::new(axes.clone(), Symmetry::Free).parameters();
-    let entries = found.entries.iter().map(|entry| {
-        // Parameters stand matrix by matrix, inertia first.
-        let (matrix, n) = (2 - Term::ALL.iter().position(|term| *term == entry.term).unwrap_or(0), axes.len());
-        let ParameterInfo { name, unit, .. } = &named[(matrix * n + entry.row) * n + entry.column];
-        let end = |width: f64| entry.value.iter().zip(&entry.std_error).map(|(v, e)| v + width * e).collect::<Vec<f64>>();
-        ScheduleEntry {
-            name: name.clone(),
-            unit: unit.clone(),
-            varies: entry.varies,
-            value: entry.value.clone(),
-            std_error: entry.std_error.clone(),
-            ci95: [end(-entry.pointwise), end(entry.pointwise)],
-            band95: [end(-entry.simultaneous), end(entry.simultaneous)],
-            degrees_of_freedom: entry.degrees_of_freedom,
-        }
-    });
     let percent = |share: &f64| number(100.0 * share);
     let shares = found.vaf_constant.iter().zip(&found.vaf_varying).zip(trials.names(&sides.efforts));
     let means = |indices: &[usize], curves: &[Vec<f64>]| -> Vec<MeanChannel> {
@@ -151,7 +185,8 @@ fn written(trials: &Trials, sides: &Sides, (schedule, word): (&Schedule, &str), 
         samples: found.rows,
         noise_order: found.noise_order.clone(),
         command_share: found.foretold.as_ref().map(|shares| shares.iter().map(|share| number(*share)).collect()),
-        entries: entries.collect(),
+        entries: found.entries.iter().map(|entry| named_entry(entry, &named, axes.len())).collect(),
+        joint: Vec::new(),
         tests: Term::ALL.iter().zip(found.probability_if_constant).map(|(matrix, p)| VariationTest { matrix: *matrix, p_value: number(p) }).collect(),
         held_out: shares
             .map(|((constant, varying), channel)| HeldOutShare { channel, constant_vaf: percent(constant), varying_vaf: percent(varying) })

@@ -29,6 +29,9 @@ pub struct ScheduleResult {
     pub command_share: Option<Vec<Number>>,
     /// Every entry of the matrices, without an assumption of symmetry.
     pub entries: Vec<ScheduleEntry>,
+    /// The same at the joints, in the posture that the mean movement has at each place; empty without kinematics.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub joint: Vec<ScheduleEntry>,
     /// Whether each matrix varies at all.
     pub tests: Vec<VariationTest>,
     /// Variance accounted for of the deviation from the mean movement, within the band, of cycles (or pieces) that the fit has not seen.
@@ -57,6 +60,9 @@ pub struct ScheduleEntry {
     pub band95: [Vec<f64>; 2],
     /// Effective number of coefficients; 1 for a constant.
     pub degrees_of_freedom: f64,
+    /// What was simulated, in a study.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub truth: Option<Vec<f64>>,
 }
 
 /// Whether a matrix varies at all.
@@ -92,6 +98,15 @@ pub struct MeanChannel {
     pub unit: String,
     /// Value at each place.
     pub value: Vec<f64>,
+}
+
+impl ScheduleEntry {
+    /// Share of the places at which the 95 % interval holds what was simulated; nothing where that is not known.
+    pub fn holds(&self) -> Option<f64> {
+        let truth = self.truth.as_ref()?;
+        let held = (0..truth.len()).filter(|k| (self.ci95[0][*k]..=self.ci95[1][*k]).contains(&truth[*k])).count();
+        Some(held as f64 / truth.len() as f64)
+    }
 }
 
 impl ScheduleResult {
