@@ -5,8 +5,7 @@ use super::{Impedance, Limb, PlanarTwoLinkConfig};
 use crate::error::DeviceError;
 use crate::limb::endpoint_linear::square;
 use crate::movement::Movement;
-use ndarray::Array2;
-use ndof_linear::inverse;
+use ndarray::{Array2, array};
 use ndof_models::schedule::Splines;
 use ndof_models::{ForceLaw, Kinematics, Motion};
 
@@ -43,17 +42,31 @@ impl MovingArm {
         Ok(MovingArm { arm, movement: movement.clone(), stiffness, damping })
     }
 
-    /// The matrices at a phase with the hand displaced by `x` under the force `mean_force_n`: at the hand, then at the joints. `None` out of
-    /// reach. Forces that the movement's own velocity and acceleration make are left out, as they are in K_q = Jᵀ K J + Γ.
-    pub fn matrices(&self, phase: f64, x: [f64; 2], mean_force_n: &[f64]) -> Option<[Impedance; 2]> {
-        let angles = self.arm.angles(x)?;
-        let kinematics = Kinematics::PlanarTwoLink { link_lengths_m: self.arm.link_lengths_m(), posture_rad: angles };
-        let back = inverse(&kinematics.jacobian())?;
+    /// Joint angles with the hand displaced by `x`, where it is in reach (rad).
+    pub fn joint_angles(&self, x: [f64; 2]) -> Option<[f64; 2]> {
+        self.arm.angles(x)
+    }
+
+    /// Posture and mean force at a place of the movement as the projection of a stiffness takes them.
+    pub fn kinematics(&self, angles: [f64; 2]) -> Kinematics {
+        Kinematics::PlanarTwoLink { link_lengths_m: self.arm.link_lengths_m(), posture_rad: angles }
+    }
+
+    /// The limb in its joints at a phase, in the posture `angles`.
+    pub fn joints(&self, phase: f64, angles: [f64; 2]) -> Impedance {
         let [stiffness, damping] = self.joint_matrices(phase);
-        let joints = Impedance { inertia: self.arm.mass_matrix(angles[1]), damping, stiffness };
-        let outward = |a: &Array2<f64>| back.t().dot(a).dot(&back);
-        let bent = &joints.stiffness - &kinematics.geometric_stiffness(mean_force_n);
-        Some([Impedance { inertia: outward(&joints.inertia), damping: outward(&joints.damping), stiffness: outward(&bent) }, joints])
+        Impedance { inertia: self.arm.mass_matrix(angles[1]), damping, stiffness }
+    }
+
+    /// What the movement's own velocity and acceleration add to damping and stiffness: ∂h/∂φ̇ and ∂(M φ̈ + h)/∂φ.
+    pub fn inertial(&self, angles: [f64; 2], rate: [f64; 2], acceleration: [f64; 2]) -> [Array2<f64>; 2] {
+        // M₁₂ = δ + β cos φ₂.
+        let (straight, (sin, cos)) = (self.arm.mass_matrix(0.0), angles[1].sin_cos());
+        let beta = straight[[0, 1]] - straight[[1, 1]];
+        let ([w1, w2], [a1, a2]) = (rate, acceleration);
+        let damping = array![[-2.0 * w2, -2.0 * (w1 + w2)], [2.0 * w1, 0.0]] * (beta * sin);
+        let bent = [-beta * cos * (2.0 * w1 * w2 + w2 * w2) - beta * sin * (2.0 * a1 + a2), beta * cos * w1 * w1 - beta * sin * a1];
+        [damping, array![[0.0, bent[0]], [0.0, bent[1]]]]
     }
 
     /// Joint stiffness (N m/rad) and damping (N m s/rad) at a phase.

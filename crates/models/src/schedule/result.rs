@@ -103,19 +103,21 @@ pub(super) struct RowCurves {
 }
 
 impl Scheduled {
-    /// Entry (`row`, `column`) of Aᵀ K(s) A, with A axes × joints at each place: a matrix in other coordinates that change on the way.
+    /// Entry (`row`, `column`) of Lᵀ Σ X R over the `parts`, X one of the matrices with its R; L and R are axes × joints at each place. It counts as
+    /// one of the first part's.
     ///
     /// Each row of the matrices is a fit of its own, and their errors count as independent.
-    pub fn transformed(&self, term: Term, (row, column): (usize, usize), a: &[Array2<f64>]) -> ScheduledEntry {
-        let (axes, matrix) = (self.curves.len(), Term::ALL.iter().position(|t| *t == term).unwrap_or(0));
+    pub fn transformed(&self, (row, column): (usize, usize), left: &[Array2<f64>], parts: &[(Term, &[Array2<f64>])]) -> ScheduledEntry {
+        let (axes, term) = (self.curves.len(), parts.first().map_or(Term::Stiffness, |part| part.0));
         let widths = self.curves.iter().map(|curves| curves.coefficients.len());
         let begins: Vec<usize> = widths.clone().scan(0, |sum, width| Some(std::mem::replace(sum, *sum + width))).collect();
         let mut rows = vec![vec![0.0; widths.sum()]; self.at.len()];
-        for ((u, a), weights) in self.at.iter().zip(a).zip(&mut rows) {
+        for (place, (u, weights)) in self.at.iter().zip(&mut rows).enumerate() {
             for (r, curves) in self.curves.iter().enumerate() {
-                for c in 0..axes {
+                for (c, (term, right)) in (0..axes).flat_map(|c| parts.iter().map(move |part| (c, part))) {
+                    let matrix = Term::ALL.iter().position(|t| t == term).unwrap_or(0);
                     let (first, varies) = curves.entries[matrix * axes + c];
-                    let (share, at) = (a[[r, row]] * a[[c, column]], begins[r] + first);
+                    let (share, at) = (left[place][[r, row]] * right[place][[c, column]], begins[r] + first);
                     if varies {
                         self.splines.at(*u).into_iter().for_each(|(k, value)| weights[at + k] += share * value);
                     } else {

@@ -11,7 +11,7 @@ use super::settings::Fit;
 use crate::error::AnalysisError;
 use crate::file::KinematicsFile;
 use crate::result::{Warning, number};
-use crate::trials::Trials;
+use crate::trials::{Trial, Trials};
 use axis::Schedule;
 use ndarray::Array2;
 use ndof_models::schedule::{Scheduled, ScheduledEntry, ScheduledFit, Splines, Stretch, Term};
@@ -54,6 +54,15 @@ impl Sides {
     }
 }
 
+impl Sides {
+    /// The limb's displacement along each axis: what was measured, less what the force transducer gives under the force, x = d − f/k_f.
+    fn motion(&self, trial: &Trial, settings: &Fit) -> Vec<Vec<f64>> {
+        let samples = |index: &usize| &trial.recording.channels()[*index].samples;
+        let give = settings.transducer_stiffness.map_or(0.0, |stiffness| 1.0 / stiffness);
+        self.motions.iter().zip(&self.efforts).map(|(x, f)| samples(x).iter().zip(samples(f)).map(|(x, f)| x - give * f).collect()).collect()
+    }
+}
+
 /// The scheduled fit, with what the reader should know; nothing where no schedule is asked for.
 ///
 /// # Errors
@@ -82,18 +91,26 @@ pub(super) fn scheduled(trials: &Trials, settings: &Fit, excited_hz: f64) -> Res
         damping: varying.contains(&Term::Damping),
         inertia: varying.contains(&Term::Inertia),
     };
+    let motions: Vec<Vec<Vec<f64>>> = trials.trials.iter().map(|trial| sides.motion(trial, settings)).collect();
     let stretches: Vec<Stretch<'_>> = trials
         .trials
         .iter()
         .zip(schedule.values.iter().zip(&schedule.blocks))
-        .map(|(trial, (values, blocks))| {
+        .zip(&motions)
+        .map(|((trial, (values, blocks)), moved)| {
             let of = |indices: &[usize]| indices.iter().map(|i| trial.recording.channels()[*i].samples.as_slice()).collect();
-            Stretch { effort: of(&sides.efforts), motion: of(&sides.motions), command: of(&sides.commands), schedule: values.clone(), block: blocks.clone() }
+            Stretch {
+                effort: of(&sides.efforts),
+                motion: moved.iter().map(Vec::as_slice).collect(),
+                command: of(&sides.commands),
+                schedule: values.clone(),
+                block: blocks.clone(),
+            }
         })
         .collect();
     let found = fit.run(&stretches)?;
     let warnings = warnings(&sides, &found);
-    let joint = settings.kinematics.as_ref().map(|file| at_the_joints(file, &found)).transpose()?.unwrap_or_default();
+    let joint = settings.kinematics.as_ref().map(|file| at_the_joints(file, &found, schedule.cycle_s)).transpose()?.unwrap_or_default();
     Ok(Some((ScheduleResult { joint, ..written(trials, &sides, (&schedule, word), high_hz, found) }, warnings)))
 }
 
@@ -137,9 +154,10 @@ fn named_entry(entry: &ScheduledEntry, named: &[ParameterInfo], n: usize) -> Sch
     }
 }
 
-/// The matrices at the joints, K_q = Jᵀ K J + Γ with the mean movement's posture and force at each place; nothing of mechanisms that the
-/// endpoint's place does not set.
-fn at_the_joints(file: &KinematicsFile, found: &Scheduled) -> Result<Vec<ScheduleEntry>, AnalysisError> {
+/// The matrices at the joints in the posture of the mean movement at each place; nothing of mechanisms that the endpoint's place does not set.
+///
+/// From δx = J δφ with a Jacobian that changes: M_q = Jᵀ M J, B_q = Jᵀ (B J + 2 M J̇), K_q = Jᵀ (K J + B J̇ + M J̈) + Γ, Γ of the mean force.
+fn at_the_joints(file: &KinematicsFile, found: &Scheduled, cycle_s: Option<f64>) -> Result<Vec<ScheduleEntry>, AnalysisError> {
     if file.kind == "wrist" || file.shoulder_m.is_none() {
         return Ok(Vec::new());
     }
@@ -150,12 +168,19 @@ fn at_the_joints(file: &KinematicsFile, found: &Scheduled) -> Result<Vec<Schedul
     };
     let places = (0..found.at.len()).map(placed).collect::<Result<Vec<_>, _>>()?;
     let jacobians: Vec<Array2<f64>> = places.iter().map(|place| place.kinematics.jacobian()).collect();
+    let [rate, bend] = rates(&jacobians, cycle_s);
+    let twice: Vec<Array2<f64>> = rate.iter().map(|rate| rate * 2.0).collect();
     let axes = places.first().map_or_else(Vec::new, |place| place.kinematics.joints());
     let n = axes.len();
     let named = InertiaDampingStiffnessModel::new(axes, Symmetry::Free).parameters();
     let all = Term::ALL.into_iter().flat_map(|term| (0..n * n).map(move |e| (term, (e / n, e % n))));
-    let entry = |(term, (i, j))| {
-        let mut entry = found.transformed(term, (i, j), &jacobians);
+    let entry = |(term, (i, j)): (Term, (usize, usize))| {
+        let parts: &[(Term, &[Array2<f64>])] = match term {
+            Term::Stiffness => &[(Term::Stiffness, &jacobians), (Term::Damping, &rate), (Term::Inertia, &bend)],
+            Term::Damping => &[(Term::Damping, &jacobians), (Term::Inertia, &twice)],
+            Term::Inertia => &[(Term::Inertia, &jacobians)],
+        };
+        let mut entry = found.transformed((i, j), &jacobians, parts);
         if term == Term::Stiffness {
             let bent = places.iter().map(|place| place.kinematics.geometric_stiffness(&place.mean_force_n)[[i, j]]);
             entry.value.iter_mut().zip(bent).for_each(|(value, bent)| *value += bent);
@@ -163,6 +188,24 @@ fn at_the_joints(file: &KinematicsFile, found: &Scheduled) -> Result<Vec<Schedul
         named_entry(&entry, &named, n)
     };
     Ok(all.map(entry).collect())
+}
+
+/// First and second derivative in time of what goes over a cycle, by central differences; nought where there is no cycle.
+///
+/// ```
+/// # use ndof_analysis::fit::schedule::rates;
+/// let circle: Vec<_> = (0..=100).map(|k| ndarray::array![[(0.0628318530717959 * f64::from(k)).sin()]]).collect();
+/// let [rate, bend] = rates(&circle, Some(2.0));
+/// assert!((rate[0][[0, 0]] - 3.14159).abs() < 0.01 && (bend[25][[0, 0]] + 9.8696).abs() < 0.01);
+/// ```
+pub fn rates(values: &[Array2<f64>], cycle_s: Option<f64>) -> [Vec<Array2<f64>>; 2] {
+    // The last place is the first again.
+    let count = values.len().saturating_sub(1).max(1);
+    let per_s = cycle_s.map_or(0.0, |cycle_s| count as f64 / cycle_s);
+    let beside = |k: usize| (&values[(k + count - 1) % count], &values[k], &values[(k + 1) % count]);
+    let first = |k: usize| (beside(k).2 - beside(k).0) * (0.5 * per_s);
+    let second = |k: usize| (beside(k).2 + beside(k).0 - beside(k).1 * 2.0) * (per_s * per_s);
+    [(0..values.len()).map(first).collect(), (0..values.len()).map(second).collect()]
 }
 
 /// The result in the field's words.
