@@ -273,7 +273,8 @@ def fit(
     ``band-limited``, else what the data say; ``systematic`` widens intervals by what calibration leaves; ``compare``
     fits every single extension of the model too (:attr:`Fit.comparison`). ``schedule`` is what M, B and K change with, ``phase`` (of a
     ``cycle`` in seconds, or of one that the channel ``cycle_by`` or an ``event`` begins, whose times in seconds are one list or one a trial),
-    ``time`` or a channel: then :attr:`Fit.schedule` has the matrices that are ``varying`` as curves of at most ``knots`` splines. The other options are those of :func:`frequency_response`.
+    ``time`` or a channel: then :attr:`Fit.schedule` has the matrices that are ``varying`` as curves of at most ``knots`` splines. The other
+    options are those of :func:`frequency_response`.
 
     >>> import ndof
     >>> fit = ndof.fit(ndof.simulate("arm").recordings, nperseg=2048, band=(0.5, 8))
