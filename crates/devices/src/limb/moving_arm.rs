@@ -161,7 +161,7 @@ mod tests {
         let config = PlanarTwoLinkConfig { K_over_cycle: Some([20.0, 20.0, 60.0, 20.0].map(of).to_vec()), ..Default::default() };
         let limb = moving(&config).expect("valid");
         let k: Vec<f64> = (0..100).map(|p| limb.joint_matrices(f64::from(p) / 100.0)[0][[0, 0]]).collect();
-        assert!(k.iter().all(|k| (20.0..=60.0).contains(k)) && k.iter().fold(0.0_f64, |m, k| m.max(*k)) > 40.0);
+        assert!(k.iter().all(|k| (20.0 - 1e-12..=60.0).contains(k)) && k.iter().fold(0.0_f64, |m, k| m.max(*k)) > 40.0);
         assert!((0..100).all(|p| (limb.joint_matrices(f64::from(p) / 100.0)[0][[0, 1]] - 1.0).abs() < 1e-12));
         let few = PlanarTwoLinkConfig { K_over_cycle: Some(vec![of(20.0)]), ..Default::default() };
         assert!(moving(&few).is_err_and(|error| error.to_string().contains("K_over_cycle")));
