@@ -1,12 +1,13 @@
 //! A force law along a motion that is given.
 
+use crate::movement::Schedule;
 use ndof_models::{ForceLaw, Motion};
 use std::ops::Range;
 
 /// The forces of a law along one motion and its last hidden states, which are integrated by Heun's rule with as many steps a sample as they need.
 pub(crate) fn along(
     law: &dyn ForceLaw,
-    (rate_hz, start_s): (f64, f64),
+    (rate_hz, start_s, schedule): (f64, f64, &[f64]),
     axes: usize,
     (x, v): (&[f64], &[f64]),
     (dx, dv): (&[f64], &[f64]),
@@ -26,6 +27,7 @@ pub(crate) fn along(
             velocity: &v[here.clone()],
             delayed_position: &dx[here.clone()],
             delayed_velocity: &dv[here.clone()],
+            schedule: schedule.get(k).copied().unwrap_or(f64::NAN),
         };
         force.fill(0.0);
         law.evaluate(&motion, &z, &mut force, &mut k1);
@@ -38,14 +40,15 @@ pub(crate) fn along(
         let steps = ((law.fastest_rate(&motion) * dt / 0.4).ceil() as usize).clamp(1, 48);
         let h = dt / steps as f64;
         let next = (k + 1) * axes..(k + 2) * axes;
+        let clock = |part: f64| (start_s + (k as f64 + part) * dt, Schedule::between(schedule, k as f64 + part));
         for step in 0..steps {
             if step > 0 {
                 interpolate(&mut place, step as f64 / steps as f64, axes, [x, v, dx, dv], &here, &next);
-                law.evaluate(&view(&place, axes, start_s + (k as f64 + step as f64 / steps as f64) * dt), &z, &mut force, &mut k1);
+                law.evaluate(&view(&place, axes, clock(step as f64 / steps as f64)), &z, &mut force, &mut k1);
             }
             middle.iter_mut().zip(&z).zip(&k1).for_each(|((m, z), k)| *m = z + h * k);
             interpolate(&mut place, (step + 1) as f64 / steps as f64, axes, [x, v, dx, dv], &here, &next);
-            law.evaluate(&view(&place, axes, start_s + (k as f64 + (step + 1) as f64 / steps as f64) * dt), &middle, &mut force, &mut k2);
+            law.evaluate(&view(&place, axes, clock((step + 1) as f64 / steps as f64)), &middle, &mut force, &mut k2);
             z.iter_mut().zip(&k1).zip(&k2).for_each(|((z, a), b)| *z += 0.5 * h * (a + b));
         }
     }
@@ -61,12 +64,13 @@ fn interpolate(place: &mut [f64], fraction: f64, axes: usize, series: [&[f64]; 4
     }
 }
 
-fn view(place: &[f64], axes: usize, time_s: f64) -> Motion<'_> {
+fn view(place: &[f64], axes: usize, (time_s, schedule): (f64, f64)) -> Motion<'_> {
     Motion {
         time_s,
         position: &place[..axes],
         velocity: &place[axes..2 * axes],
         delayed_position: &place[2 * axes..3 * axes],
         delayed_velocity: &place[3 * axes..],
+        schedule,
     }
 }

@@ -80,12 +80,12 @@ pub(crate) fn levels(samples: &Samples, share: f64) -> Vec<Levels> {
     out
 }
 
-/// A model's residual force in time: `[trial][axis][time]`; `laws` are the force laws that it holds beside its matrices.
+/// A model's residual force in time about the mean movement: `[trial][axis][time]`; `laws` are the force laws that it holds beside its matrices.
 pub(crate) fn residual(stand: &Stand, laws: &[Box<dyn ForceLaw>]) -> Vec<Vec<Vec<f64>>> {
     let state = &stand.state;
     let layout = &state.layout;
     let n = layout.axes;
-    (0..layout.trials)
+    let mut left: Vec<Vec<Vec<f64>>> = (0..layout.trials)
         .map(|trial| {
             let kinematics: Vec<Vec<Vec<f64>>> =
                 (0..3).map(|p| state.motion[trial].iter().map(|t| layout.filtered(t, |s| s.powi(p), None)).collect()).collect();
@@ -115,7 +115,12 @@ pub(crate) fn residual(stand: &Stand, laws: &[Box<dyn ForceLaw>]) -> Vec<Vec<Vec
             }
             e
         })
-        .collect()
+        .collect();
+    for axis in 0..n {
+        let about = layout.movement.as_ref().map(|movement| movement.deviation(&left.iter().map(|trial| trial[axis].as_slice()).collect::<Vec<_>>()));
+        left.iter_mut().zip(about.into_iter().flatten()).for_each(|(trial, deviation)| trial[axis] = deviation);
+    }
+    left
 }
 
 /// The highest line in the residual, if it is a tone and not a resonance. Where what drives the plant repeats, `repeated` its frequency and the

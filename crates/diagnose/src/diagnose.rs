@@ -77,7 +77,10 @@ pub fn diagnose_with_pictures(
     {
         return Err(DiagnoseError::Baseline { matrix, axes: meaning.axes.len() });
     }
-    let samples = Samples::new(trials, ports, &meaning)?;
+    let mut samples = Samples::new(trials, ports, &meaning)?;
+    if let Some(schedule) = &options.schedule {
+        samples.schedule.clone_from(&schedule.values);
+    }
     let (mut estimation, mut held, split) = divide(&samples, &options.held_out)?;
     let mut linear = options.linear.clone().filter(|_| baseline.is_none());
     if let Some(fit) = &linear {

@@ -2,13 +2,16 @@
 
 use crate::free_run::Runner;
 use crate::hypotheses::{Ground, Hypothesis, Tried};
+use crate::layout::Track;
 use crate::plant::Role;
 use crate::result::CauseParameter;
 use crate::search::{Chosen, Stand};
+use crate::state::State;
 use crate::subject::Subject;
 use crate::whittle::INDEPENDENCE;
 use ndof_models::ForceLaw;
 use ndof_models::effects::{Action, Matrix, Sign, Value, rotational_name};
+use num_complex::Complex64;
 
 /// A natural frequency below this, for a band to 12 Hz, is no restoring force.
 const SLOWEST: f64 = 0.1;
@@ -28,6 +31,7 @@ impl Subject {
             .enumerate()
             .filter_map(|(q, c)| match &self.hypotheses[c.hypothesis].form.action {
                 Action::Force { law, .. } => Some(law(&c.knobs, self.coefficients(stand, q))),
+                Action::Scheduled(of) => Some(of.law(self.coefficients(stand, q))),
                 _ => None,
             })
             .collect()
@@ -63,13 +67,20 @@ impl Subject {
                 offset[*axis] += value / self.layout.trials as f64;
             }
         }
-        Runner {
+        let mut runner = Runner {
             mass: self.matrix(chosen, stand, Matrix::Mass),
             damping: self.matrix(chosen, stand, Matrix::Damping),
             stiffness: self.matrix(chosen, stand, Matrix::Stiffness),
             offset,
             laws: self.laws(chosen, stand),
-        }
+            movement: None,
+        };
+        runner.movement = self.layout.movement.as_ref().map(|movement| {
+            let left: Vec<Vec<Vec<f64>>> = (0..self.layout.trials).map(|trial| missing(&runner, &stand.state, trial)).collect();
+            let mean = |axis: usize| movement.mean(&left.iter().map(|trial| trial[axis].as_slice()).collect::<Vec<_>>());
+            (movement.splines, (0..n).map(mean).collect())
+        });
+        runner
     }
 
     /// The named parameters of a chosen hypothesis with their 95 % intervals.
@@ -141,6 +152,16 @@ impl Subject {
             })
             .collect()
     }
+}
+
+/// What a model without a mean force leaves of the efforts of a trial.
+fn missing(runner: &Runner, state: &State, trial: usize) -> Vec<Vec<f64>> {
+    let needed = runner.needed(state, trial);
+    let left = |(track, needed): (&Track, Vec<f64>)| {
+        let effort = state.layout.filtered(track, |_| Complex64::ONE, None);
+        effort.iter().zip(needed).map(|(f, needed)| f - needed).collect()
+    };
+    state.effort[trial].iter().zip(needed).map(left).collect()
 }
 
 /// The hypothesis without bounds, for derivatives at an edge.

@@ -2,10 +2,11 @@
 
 use crate::layout::Layout;
 use crate::linear::Symmetric;
+use crate::movement::{self, Schedule};
 use crate::state::State;
+use ndof_models::schedule::Splines;
 use ndof_models::{ForceLaw, Motion};
 use num_complex::Complex64;
-use std::sync::Arc;
 
 /// Length of a window for plants without a restoring force, for a band to 12 Hz.
 pub(crate) const WINDOW_S: f64 = 2.0;
@@ -18,6 +19,26 @@ pub(crate) struct Runner {
     /// Mean of the fitted offsets of each equation.
     pub offset: Vec<f64>,
     pub laws: Vec<Box<dyn ForceLaw>>,
+    /// The mean force of each equation over the cycle, which comes back with the phase.
+    pub movement: Option<(Splines, Vec<Vec<f64>>)>,
+}
+
+/// Rate and beginning of a run, and the schedule along it.
+#[derive(Clone, Copy)]
+struct Clock<'a> {
+    rate_hz: f64,
+    start_s: f64,
+    schedule: &'a [f64],
+}
+
+impl<'a> Clock<'a> {
+    fn of(layout: &'a Layout, trial: usize) -> Self {
+        Clock { rate_hz: layout.rate_hz, start_s: layout.start_s, schedule: layout.schedule_of(trial) }
+    }
+
+    fn schedule_at(&self, time_s: f64) -> f64 {
+        Schedule::between(self.schedule, (time_s - self.start_s) * self.rate_hz)
+    }
 }
 
 /// A held-out prediction: measured and predicted outputs `[output][time]` and which samples count.
@@ -48,11 +69,11 @@ impl Runner {
         inverse_mass: &[Vec<f64>],
         effort: &[Vec<f64>],
         range: std::ops::Range<usize>,
-        rate_hz: f64,
-        start_s: f64,
+        clock: Clock<'_>,
         initial: (&[f64], &[f64], &[f64]),
     ) -> Run {
         let n = self.mass.len();
+        let Clock { rate_hz, start_s, .. } = clock;
         let dt = 1.0 / rate_hz;
         let mut y: Vec<f64> = initial.0.iter().chain(initial.1).chain(initial.2).copied().collect();
         let mut out = Run { x: Vec::new(), v: Vec::new(), a: Vec::new() };
@@ -68,6 +89,7 @@ impl Runner {
                     velocity: &vec![0.0; n],
                     delayed_position: &vec![0.0; n],
                     delayed_velocity: &vec![0.0; n],
+                    schedule: f64::NAN,
                 })
             })
             .fold(stiffest.max(natural), f64::max);
@@ -78,7 +100,7 @@ impl Runner {
             let here: Vec<f64> = effort.iter().map(|f| f[at]).collect();
             let there: Vec<f64> = effort.iter().map(|f| f[next]).collect();
             let time = start_s + at as f64 * dt;
-            let first = self.rates(inverse_mass, &y, &here, time, &out, k as f64, rate_hz);
+            let first = self.rates(inverse_mass, &y, &here, time, &out, k as f64, clock);
             out.x.extend_from_slice(&y[..n]);
             out.v.extend_from_slice(&y[n..2 * n]);
             out.a.extend_from_slice(&first[n..2 * n]);
@@ -95,6 +117,7 @@ impl Runner {
                         velocity: &y[n..2 * n],
                         delayed_position: &y[..n],
                         delayed_velocity: &y[n..2 * n],
+                        schedule: clock.schedule_at(time),
                     })
                 })
                 .fold(steady, f64::max);
@@ -108,7 +131,7 @@ impl Runner {
                 let place = |u: f64| (time + (step as f64 + u) * h, k as f64 + (step as f64 + u) / steps as f64);
                 let f = |y: &[f64], u: f64| {
                     let (t, p) = place(u);
-                    self.rates(inverse_mass, y, &force(u), t, &out, p, rate_hz)
+                    self.rates(inverse_mass, y, &force(u), t, &out, p, clock)
                 };
                 let ahead = |k: &[f64], h: f64| -> Vec<f64> { y.iter().zip(k).map(|(y, k)| y + h * k).collect() };
                 let k1 = f(&y, 0.0);
@@ -131,7 +154,7 @@ impl Runner {
         let n = self.mass.len();
         let still = vec![0.0; n];
         let hidden = vec![0.0; self.laws.iter().map(|law| law.states()).sum()];
-        let run = self.run(&inverse(&self.mass)?, effort, 0..effort[0].len(), rate_hz, 0.0, (&still, &still, &hidden));
+        let run = self.run(&inverse(&self.mass)?, effort, 0..effort[0].len(), Clock { rate_hz, start_s: 0.0, schedule: &[] }, (&still, &still, &hidden));
         Some((0..n).map(|i| run.x.iter().skip(i).step_by(n).copied().collect()).collect())
     }
 
@@ -149,7 +172,7 @@ impl Runner {
                     let rest = vec![0.0; n];
                     let mut f = vec![0.0; n];
                     law.evaluate(
-                        &Motion { time_s: 0.0, position: &rest, velocity: &velocity, delayed_position: &rest, delayed_velocity: &rest },
+                        &Motion { time_s: 0.0, position: &rest, velocity: &velocity, delayed_position: &rest, delayed_velocity: &rest, schedule: f64::NAN },
                         &z,
                         &mut f,
                         &mut rates,
@@ -163,10 +186,11 @@ impl Runner {
     }
 
     #[allow(clippy::too_many_arguments)]
-    fn rates(&self, inverse_mass: &[Vec<f64>], y: &[f64], effort: &[f64], time_s: f64, past: &Run, place: f64, rate_hz: f64) -> Vec<f64> {
+    fn rates(&self, inverse_mass: &[Vec<f64>], y: &[f64], effort: &[f64], time_s: f64, past: &Run, place: f64, clock: Clock<'_>) -> Vec<f64> {
         let n = self.mass.len();
         let (x, v) = (&y[..n], &y[n..2 * n]);
-        let mut resist = self.offset.clone();
+        let schedule = clock.schedule_at(time_s);
+        let mut resist = self.steady(schedule);
         let mut out = vec![0.0; y.len()];
         out[..n].copy_from_slice(v);
         let mut from = 2 * n;
@@ -175,13 +199,13 @@ impl Runner {
             let delay = law.delay_s();
             let (mut dx, mut dv) = (x.to_vec(), v.to_vec());
             if delay > 0.0 {
-                let back = place - delay * rate_hz;
+                let back = place - delay * clock.rate_hz;
                 for i in 0..n {
                     dx[i] = sample(&past.x, n, i, back).unwrap_or(x[i]);
                     dv[i] = sample(&past.v, n, i, back).unwrap_or(0.0);
                 }
             }
-            let motion = Motion { time_s, position: x, velocity: v, delayed_position: &dx, delayed_velocity: &dv };
+            let motion = Motion { time_s, position: x, velocity: v, delayed_position: &dx, delayed_velocity: &dv, schedule };
             law.evaluate(&motion, &y[from..to], &mut resist, &mut out[from..to]);
             from = to;
         }
@@ -194,17 +218,24 @@ impl Runner {
         out
     }
 
+    /// Offsets and the mean force at a place of the schedule.
+    fn steady(&self, schedule: f64) -> Vec<f64> {
+        let mean = |i: usize| self.movement.as_ref().map_or(0.0, |(splines, means)| movement::at(*splines, &means[i], schedule));
+        self.offset.iter().enumerate().map(|(i, offset)| offset + mean(i)).collect()
+    }
+
     /// Effort that an imposed motion needs, `[axis][time]`.
     pub fn needed(&self, state: &State, trial: usize) -> Vec<Vec<f64>> {
         let layout = &state.layout;
         let n = layout.axes;
         let kinematics = |power: i32| -> Vec<Vec<f64>> { state.motion[trial].iter().map(|t| layout.filtered(t, |s| s.powi(power), None)).collect() };
         let (v, a, x) = (kinematics(1), kinematics(2), &state.x[trial]);
+        let steady = |k: usize| self.steady(layout.schedule_of(trial).get(k).copied().unwrap_or(f64::NAN));
         let mut out: Vec<Vec<f64>> = (0..n)
             .map(|i| {
                 (0..layout.samples)
                     .map(|k| {
-                        self.offset[i] + (0..n).map(|j| self.mass[i][j] * a[j][k] + self.damping[i][j] * v[j][k] + self.stiffness[i][j] * x[j][k]).sum::<f64>()
+                        steady(k)[i] + (0..n).map(|j| self.mass[i][j] * a[j][k] + self.damping[i][j] * v[j][k] + self.stiffness[i][j] * x[j][k]).sum::<f64>()
                     })
                     .collect()
             })
@@ -250,8 +281,8 @@ impl Runner {
             let range = start..start + length;
             let fitted = if windowed { length } else { skip.max(8).min(length) };
             let hidden: Vec<f64> = self.laws.iter().flat_map(|law| state.hidden(law.as_ref(), trial, start)).collect();
-            let (x0, v0) = self.initial(&inverse_mass, &effort, range.start..range.start + fitted, layout, (x, &v), &hidden);
-            let run = self.run(&inverse_mass, &effort, range, layout.rate_hz, layout.start_s, (&x0, &v0, &hidden));
+            let (x0, v0) = self.initial(&inverse_mass, &effort, range.start..range.start + fitted, Clock::of(layout, trial), (x, &v), &hidden);
+            let run = self.run(&inverse_mass, &effort, range, Clock::of(layout, trial), (&x0, &v0, &hidden));
             let series = [&run.x, &run.v, &run.a][order];
             for (i, p) in predicted.iter_mut().enumerate() {
                 p.extend(series.iter().skip(i).step_by(n));
@@ -277,13 +308,13 @@ impl Runner {
         inverse_mass: &[Vec<f64>],
         effort: &[Vec<f64>],
         range: std::ops::Range<usize>,
-        layout: &Arc<Layout>,
+        clock: Clock<'_>,
         (x, v): (&[Vec<f64>], &[Vec<f64>]),
         hidden: &[f64],
     ) -> (Vec<f64>, Vec<f64>) {
         let n = x.len();
         let mut guess: Vec<f64> = x.iter().chain(v).map(|s| s[range.start]).collect();
-        let run = |g: &[f64]| self.run(inverse_mass, effort, range.clone(), layout.rate_hz, layout.start_s, (&g[..n], &g[n..], hidden)).x;
+        let run = |g: &[f64]| self.run(inverse_mass, effort, range.clone(), clock, (&g[..n], &g[n..], hidden)).x;
         let target: Vec<f64> = range.clone().flat_map(|k| x.iter().map(move |s| s[k])).collect();
         let rest_of = |base: &[f64]| -> Vec<f64> { target.iter().zip(base).map(|(t, b)| t - b).collect() };
         let mut base = run(&guess);

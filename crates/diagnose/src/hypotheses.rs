@@ -28,7 +28,7 @@ impl Hypothesis {
 
     /// Whether it corrects channels (and does not add a force).
     pub fn corrects(&self) -> bool {
-        !matches!(self.form.action, Action::Force { .. } | Action::Entries { .. })
+        !matches!(self.form.action, Action::Force { .. } | Action::Scheduled(_) | Action::Entries { .. })
     }
 
     /// The transform with these knobs.
@@ -55,7 +55,21 @@ impl Hypothesis {
                     state.force_column(&forces, linear, self.form.axis)
                 })
                 .collect(),
+            Action::Scheduled(of) => (0..self.form.signs.len())
+                .map(|j| {
+                    let unit: Vec<f64> = (0..self.form.signs.len()).map(|k| if k == j { 1.0 } else { 0.0 }).collect();
+                    state.force_column(&state.forces(of.law(&unit).as_ref()), None, self.form.axis)
+                })
+                .collect(),
             _ => Vec::new(),
+        }
+    }
+
+    /// Whether it holds a curve of an entry that another one has a curve of, finer or coarser.
+    pub fn repeats(&self, other: &Hypothesis) -> bool {
+        match (&self.form.action, &other.form.action) {
+            (Action::Scheduled(a), Action::Scheduled(b)) => a.matrix == b.matrix && a.entries.iter().any(|entry| b.entries.contains(entry)),
+            _ => false,
         }
     }
 }

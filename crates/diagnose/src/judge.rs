@@ -3,11 +3,13 @@
 use crate::free_run::Prediction;
 use crate::layout::Layout;
 use crate::linear::Symmetric;
+use crate::movement;
 use crate::result::Score;
 use crate::samples::{Meaning, Samples};
 use crate::search::{Chosen, Stand};
 use crate::state::{State, Tracks};
 use crate::subject::Subject;
+use ndof_models::schedule::Splines;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use std::sync::Arc;
@@ -22,6 +24,8 @@ pub(crate) struct Court {
     pub windowed: bool,
     /// The channels as they were measured.
     raw: State,
+    /// The mean movement of each output in the part that was fitted.
+    mean: Option<(Splines, Vec<Vec<f64>>)>,
 }
 
 /// What a model leaves of the held-out outputs.
@@ -46,12 +50,18 @@ impl Court {
         let mut layout = Layout::new(samples.effort.len(), axes, samples.len(), samples.rate_hz, (0.0, band[band.len() - 1]));
         layout.start_s = samples.start_s.first().copied().unwrap_or(0.0);
         layout.time_s = subject.layout.time_s;
-        let layout = Arc::new(layout);
+        let layout = Arc::new(layout.following(&samples.schedule));
         let tracks = |all: &[Vec<Vec<f64>>]| -> Tracks { all.iter().map(|trial| trial.iter().map(|x| layout.track(x)).collect()).collect() };
         let windowed = !meaning.motion_imposed && !restoring;
         let (effort, motion) = (tracks(&samples.effort), tracks(&samples.motion));
         Court {
             raw: State::new(&layout, &effort, &motion, &subject.centre, &[]),
+            mean: subject.layout.movement.as_ref().map(|movement| {
+                let (tracks, order) = if meaning.motion_imposed { (&subject.effort, 0) } else { (&subject.motion, meaning.order) };
+                let series = |axis: usize| tracks.iter().map(|t| subject.layout.filtered(&t[axis], |s| s.powi(order as i32), None)).collect::<Vec<_>>();
+                let mean = |axis: usize| movement.mean(&series(axis).iter().map(Vec::as_slice).collect::<Vec<_>>());
+                (movement.splines, (0..axes).map(mean).collect())
+            }),
             effort,
             motion,
             layout,
@@ -80,7 +90,20 @@ impl Court {
         } else {
             State::new(&self.layout, &self.effort, &self.motion, &subject.centre, &stand.state.transforms)
         };
-        (0..trials.min(self.layout.trials)).map(|t| runner.predict(raw, &state, t, self.order, self.motion_imposed, self.windowed)).collect()
+        let predict = |t| runner.predict(raw, &state, t, self.order, self.motion_imposed, self.windowed).map(|p| self.about_movement(p, t));
+        (0..trials.min(self.layout.trials)).map(predict).collect()
+    }
+
+    /// A prediction about the mean movement; samples without a phase are of no error.
+    fn about_movement(&self, mut prediction: Prediction, trial: usize) -> Prediction {
+        let Some((splines, means)) = &self.mean else { return prediction };
+        let Prediction { measured, predicted, .. } = &mut prediction;
+        for (series, mean) in measured.iter_mut().zip(means).chain(predicted.iter_mut().zip(means)) {
+            for (value, phase) in series.iter_mut().zip(self.layout.schedule_of(trial)) {
+                *value = if phase.is_finite() { *value - movement::at(*splines, mean, *phase) } else { 0.0 };
+            }
+        }
+        prediction
     }
 
     /// Free-run errors of a model.

@@ -1,5 +1,7 @@
 //! The grid of samples, blocks and frequencies that a whole diagnosis works on.
 
+use crate::movement::Movement;
+use ndof_models::schedule::Splines;
 use ndof_signal::{ComplexToReal, RealToComplex, forward_transform, inverse_transform};
 use num_complex::Complex64;
 use std::f64::consts::{PI, TAU};
@@ -33,6 +35,10 @@ pub(crate) struct Layout {
     pub start_s: f64,
     /// Lines that count (a tone may be masked out).
     pub keep: Vec<bool>,
+    /// What stiffness and damping may follow, `[trial][time]`; no trial where there is nothing.
+    pub schedule: Vec<Vec<f64>>,
+    /// The mean movement that is taken out of everything that is balanced.
+    pub movement: Option<Movement>,
     /// Weights of a trial's samples (a burst may be masked out); empty where all count.
     pub weights: Vec<Vec<f64>>,
     /// Samples before a trial at the working rate, mirrored.
@@ -143,6 +149,8 @@ impl Layout {
             time_s,
             start_s: 0.0,
             keep,
+            schedule: vec![],
+            movement: None,
             weights: vec![],
             pad,
             padded,
@@ -158,6 +166,24 @@ impl Layout {
             back,
             block_forward,
         }
+    }
+
+    /// The same with the schedule of samples at the original rate.
+    pub fn following(mut self, schedule: &[Vec<f64>]) -> Self {
+        self.schedule = schedule.iter().map(|s| s.iter().step_by(self.factor).take(self.samples).copied().collect()).collect();
+        self
+    }
+
+    /// The same about the mean movement.
+    pub fn about_movement(mut self, splines: Option<Splines>) -> Self {
+        let inside = self.starts[0]..self.starts[self.starts.len() - 1] + self.block;
+        self.movement = splines.and_then(|splines| Movement::new(&self.schedule, splines, &inside));
+        self
+    }
+
+    /// The schedule of a trial.
+    pub fn schedule_of(&self, trial: usize) -> &[f64] {
+        self.schedule.get(trial).map_or(&[], Vec::as_slice)
     }
 
     /// Blocks of all trials.
@@ -290,10 +316,16 @@ impl Layout {
         }
     }
 
-    /// Spectra of all trials of one axis.
+    /// Spectra of all trials of one axis, about the mean movement.
     pub fn spectra<'a>(&self, trials: impl Iterator<Item = &'a [f64]>) -> Vec<Complex64> {
         let mut out = Vec::with_capacity(self.size());
-        trials.enumerate().for_each(|(trial, samples)| self.blocks_of(trial, samples, &mut out));
+        match &self.movement {
+            None => trials.enumerate().for_each(|(trial, samples)| self.blocks_of(trial, samples, &mut out)),
+            Some(movement) => {
+                let all: Vec<&[f64]> = trials.collect();
+                movement.deviation(&all).iter().enumerate().for_each(|(trial, samples)| self.blocks_of(trial, samples, &mut out));
+            }
+        }
         out
     }
 }

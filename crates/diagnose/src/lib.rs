@@ -13,6 +13,7 @@ mod along;
 mod answer;
 mod band;
 mod baseline;
+mod curve;
 mod detectors;
 mod diagnose;
 mod error;
@@ -27,6 +28,7 @@ mod linear;
 mod linear_fit;
 mod measure;
 mod mechanism;
+mod movement;
 mod optimise;
 mod options;
 mod pictures;
@@ -48,11 +50,12 @@ pub use diagnose::{diagnose, diagnose_with_pictures};
 pub use error::DiagnoseError;
 pub use linear_fit::LinearFit;
 pub use mechanism::{Endpoint, Mechanism, MechanismParameter, RobotSide, diagnose_robot};
+pub use movement::Schedule;
 pub use options::{HeldOut, Options, OwnEffects};
 pub use pictures::Pictures;
 pub use probability::{Features, SIGNS};
 pub use result::{
-    BandShare, Cause, CauseParameter, Confusable, Considered, Diagnosis, Discrepancy, Extended, Gain, Minor, Model, ModelParameter, NoiseFloor, Prospect,
+    BandShare, Cause, CauseParameter, Confusable, Considered, Curve, Diagnosis, Discrepancy, Extended, Gain, Minor, Model, ModelParameter, NoiseFloor, Prospect,
     Score, Shift, Site, Split, TimeShare, Verdict,
 };
 pub use split::Stretch;

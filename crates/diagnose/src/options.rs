@@ -1,6 +1,7 @@
 //! What a user may ask of a diagnosis.
 
 use crate::linear_fit::LinearFit;
+use crate::movement::Schedule;
 use ndof_models::effects::Effect;
 
 /// Which part of the recordings the fit does not see.
@@ -54,6 +55,8 @@ pub struct Options {
     pub own: OwnEffects,
     /// The linear model that is judged where no baseline is given; without it the one that balances the forces best.
     pub linear: Option<LinearFit>,
+    /// What stiffness and damping may follow; without it nothing of the kind is tried.
+    pub schedule: Option<Schedule>,
 }
 
 impl Default for Options {
@@ -69,6 +72,7 @@ impl Default for Options {
             plan: false,
             own: OwnEffects::default(),
             linear: None,
+            schedule: None,
         }
     }
 }

@@ -140,6 +140,7 @@ fn simulated(subject: &Subject, meaning: &Meaning, rival: &Rival<'_>, change: Ch
         motion: vec![],
         measured: vec![],
         reference: vec![vec![]; trials],
+        schedule: vec![],
         start_s: vec![0.0; trials],
         duration_s: samples as f64 / rate_hz,
     };

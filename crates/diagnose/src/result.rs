@@ -295,12 +295,35 @@ pub struct Cause {
     pub gain: Gain,
     /// Sentences with their numbers.
     pub evidence: Vec<String>,
+    /// What each entry of a matrix is over the schedule that it follows; of causes that follow one.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub over_schedule: Vec<Curve>,
     /// What the probability was computed from, where a search found the cause.
     #[serde(skip)]
     pub features: Option<Features>,
     /// What the gate of the generic model, or little gain on held-out data, lets the probability be at most.
     #[serde(skip)]
     pub at_most: f64,
+}
+
+/// An entry of a matrix over a schedule.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+pub struct Curve {
+    /// `K_x_y`: matrix, row axis, column axis; `K` for one axis.
+    pub name: String,
+    /// Its SI unit.
+    pub unit: String,
+    /// What it follows, in words.
+    pub over: String,
+    /// The unit of that; empty for a phase, which goes from 0 to 1.
+    pub over_unit: String,
+    /// Where the curve is given.
+    pub at: Vec<f64>,
+    /// Its value at each place.
+    pub value: Vec<f64>,
+    /// Lower and upper end of the 95 % interval at each place by itself.
+    pub ci95: [Vec<f64>; 2],
 }
 
 /// A parameter of the baseline that the missing effect had biased.

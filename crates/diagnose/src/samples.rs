@@ -2,6 +2,7 @@
 
 use crate::DiagnoseError;
 use crate::layout::filter;
+use crate::movement::Movement;
 use ndof_models::Hold;
 use ndof_signal::{Quantity, Recording};
 use ndof_sysid::Ports;
@@ -16,6 +17,8 @@ pub(crate) struct Samples {
     /// The motion channels as they are.
     pub measured: Vec<Vec<Vec<f64>>>,
     pub reference: Vec<Vec<Vec<f64>>>,
+    /// What stiffness and damping may follow, `[trial][time]`; no trial where there is nothing.
+    pub schedule: Vec<Vec<f64>>,
     /// Time of each trial's first sample since the recording began.
     pub start_s: Vec<f64>,
     /// Length of the whole recordings.
@@ -131,7 +134,7 @@ impl Samples {
         let first = trials.first().ok_or(DiagnoseError::NoTrial)?;
         let rate_hz = first.sample_rate_hz();
         let (effort, motion) = if meaning.motion_imposed { (&ports.outputs, &ports.inputs) } else { (&ports.inputs, &ports.outputs) };
-        let mut out = Samples { rate_hz, effort: vec![], motion: vec![], measured: vec![], reference: vec![], start_s: vec![], duration_s: 0.0 };
+        let mut out = Samples { rate_hz, effort: vec![], motion: vec![], measured: vec![], reference: vec![], schedule: vec![], start_s: vec![], duration_s: 0.0 };
         for (number, trial) in trials.iter().enumerate() {
             ports.validate(trial.channels().len())?;
             if (trial.sample_rate_hz() - rate_hz).abs() > 1e-9 * rate_hz {
@@ -171,6 +174,7 @@ impl Samples {
             motion: some(&self.motion),
             measured: some(&self.measured),
             reference: some(&self.reference),
+            schedule: trials.iter().filter_map(|t| self.schedule.get(*t).cloned()).collect(),
             start_s: trials.iter().map(|t| self.start_s[*t]).collect(),
             duration_s: self.duration_s,
         }
@@ -185,9 +189,21 @@ impl Samples {
             motion: some(&self.motion),
             measured: some(&self.measured),
             reference: some(&self.reference),
+            schedule: self.schedule.iter().map(|s| s[from..to.min(s.len())].to_vec()).collect(),
             start_s: self.start_s.iter().map(|s| s + from as f64 / self.rate_hz).collect(),
             duration_s: self.duration_s,
         }
+    }
+
+    /// The same about the mean movement.
+    pub fn deviations(&self, movement: &Movement) -> Self {
+        let of = |all: &[Vec<Vec<f64>>]| -> Vec<Vec<Vec<f64>>> {
+            let channels = all.first().map_or(0, Vec::len);
+            let each: Vec<Vec<Vec<f64>>> = (0..channels).map(|c| movement.deviation(&all.iter().map(|t| t[c].as_slice()).collect::<Vec<_>>())).collect();
+            (0..all.len()).map(|trial| each.iter().map(|channel| channel[trial].clone()).collect()).collect()
+        };
+        let (effort, motion, measured, reference) = (of(&self.effort), of(&self.motion), of(&self.measured), of(&self.reference));
+        Samples { effort, motion, measured, reference, ..self.clone() }
     }
 
     /// Puts in the place of efforts that are held between their samples what acts on the plant at the frequencies that samples carry.

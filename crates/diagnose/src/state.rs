@@ -169,7 +169,7 @@ impl State {
         let delay = law.delay_s();
         let delayed = (delay > 0.0).then(|| self.delayed(trial, delay));
         let (dx, dv) = delayed.as_ref().map_or((&self.law_x[trial], &self.law_v[trial]), |d| (&d.0, &d.1));
-        let clock = (self.layout.rate_hz, self.layout.start_s);
+        let clock = (self.layout.rate_hz, self.layout.start_s, self.layout.schedule_of(trial));
         along(law, clock, self.layout.axes, (&self.law_x[trial], &self.law_v[trial]), (dx, dv)).0
     }
 
@@ -182,7 +182,7 @@ impl State {
         let delayed = (delay > 0.0).then(|| self.delayed(trial, delay));
         let (dx, dv) = delayed.as_ref().map_or((&self.law_x[trial], &self.law_v[trial]), |d| (&d.0, &d.1));
         let until = (sample + 1) * self.layout.axes;
-        let clock = (self.layout.rate_hz, self.layout.start_s);
+        let clock = (self.layout.rate_hz, self.layout.start_s, self.layout.schedule_of(trial));
         along(law, clock, self.layout.axes, (&self.law_x[trial][..until], &self.law_v[trial][..until]), (&dx[..until], &dv[..until])).1
     }
 
@@ -380,6 +380,6 @@ fn apply(layout: &Layout, transform: &Transform, effort: &mut Tracks, motion: &m
                 *track = layout.track_of_padded(full.into_iter().map(|f| f.clamp(-level, level)).collect());
             }
         }
-        Action::Force { .. } | Action::Entries { .. } => {}
+        Action::Force { .. } | Action::Scheduled(_) | Action::Entries { .. } => {}
     }
 }

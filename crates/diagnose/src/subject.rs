@@ -4,6 +4,7 @@ use crate::band;
 use crate::baseline::Baseline;
 use crate::hypotheses::Hypothesis;
 use crate::layout::Layout;
+use crate::movement::Movement;
 use crate::plant::{Base, Role, Structure};
 use crate::robot;
 use crate::samples::{Meaning, Samples};
@@ -49,9 +50,15 @@ impl Subject {
     pub fn new(samples: &Samples, meaning: &Meaning, options: &Options, baseline: Option<&Baseline>) -> Result<Self, DiagnoseError> {
         let axes = meaning.effort_names.len();
         let trials = samples.effort.len();
-        let band_hz = options.band_hz.unwrap_or_else(|| find_band(samples, meaning));
+        let splines = |high_hz: f64| options.schedule.as_ref().filter(|_| !samples.schedule.is_empty()).and_then(|schedule| schedule.splines(high_hz));
         let length = samples.len();
-        let layout = Arc::new(Layout::new(trials, axes, length, samples.rate_hz, band_hz));
+        let movement = splines(0.0).and_then(|splines| Movement::new(&samples.schedule, splines, &(0..length)));
+        let band_hz = options.band_hz.unwrap_or_else(|| match &movement {
+            Some(movement) => find_band(&samples.deviations(movement), meaning),
+            None => find_band(samples, meaning),
+        });
+        let layout = Layout::new(trials, axes, length, samples.rate_hz, band_hz);
+        let layout = Arc::new(layout.following(&samples.schedule).about_movement(splines(band_hz.1)));
         if layout.lines() < 12 {
             return Err(DiagnoseError::NoBand { lo: band_hz.0, hi: band_hz.1 });
         }
@@ -111,6 +118,7 @@ impl Subject {
             motion_names: meaning.motion_names.clone(),
             nominal: structure.nominal.clone(),
             held: structure.given.clone(),
+            closed_schedule: options.schedule.as_ref().filter(|_| !samples.schedule.is_empty()).map(|schedule| schedule.cycle_s.is_some()),
         };
         let hypotheses = Hypothesis::all(&scale, &options.own.0, &options.without);
         Ok(Subject { layout, effort, motion, centre, cause, structure, scale, hypotheses, start: fit.power, polarity })

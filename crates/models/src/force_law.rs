@@ -13,6 +13,8 @@ pub struct Motion<'a> {
     pub delayed_position: &'a [f64],
     /// Velocity [`ForceLaw::delay_s`] ago.
     pub delayed_velocity: &'a [f64],
+    /// What the impedance may follow, from 0 to 1: the phase of a cycle, say. NaN where there is none.
+    pub schedule: f64,
 }
 
 /// A force with which a mechanical element resists motion, over and above M ẍ + B ẋ + K x:

@@ -3,7 +3,7 @@
 use crate::document::Document;
 use crate::error::{raise, raise_analysis};
 use crate::estimate::from_json;
-use crate::recording::{PyRecording, Roles, Stretches, experiment, role_names, trials_of, trim};
+use crate::recording::{PyRecording, Roles, Stretches, experiment_with, role_names, trials_of, trim};
 use crate::work;
 use ndof::analysis::result::to_json;
 use ndof::report::diagnosis_report;
@@ -41,7 +41,7 @@ pub fn diagnose(
     let (trials, samples) = trials_of(&recordings)?;
     // Even a short record takes seconds.
     work::run(py, samples + work::SMALL, progress.as_ref(), move |reporter| {
-        let trials = experiment(trials, roles, stretches)?;
+        let trials = experiment_with(trials, roles, stretches, settings.channels())?;
         let diagnosed = ndof::analysis::diagnose(&trials, &settings, &mut |what| reporter.report(what, 0, 0)).map_err(raise_analysis)?;
         let page = diagnosis_report(&diagnosed, "What the simulation gets wrong", "ndof.diagnose").map_err(raise)?;
         Ok((to_json(&diagnosed.result).map_err(raise)?, page.to_html()))

@@ -44,7 +44,7 @@ pub fn diagnose(trials: &Trials, settings: &Diagnose, progress: &mut dyn FnMut(&
     let mut not_fitted = None;
     if linear.is_none() {
         progress("fitting the baseline");
-        match linear_fit(trials, settings.band_hz, &options.held_out) {
+        match linear_fit(trials, settings.band_hz, &options) {
             Ok(fit) => options.linear = Some(fit),
             Err(error) => not_fitted = Some(format!("the baseline is the one that balances the forces best, for `fit` finds none: {error}")),
         }

@@ -2,6 +2,10 @@
 
 use crate::error::AnalysisError;
 use crate::file::BaselineFile;
+use crate::fit::schedule::{Cycles, PHASE, Schedule, TIME};
+use crate::fit::settings::{Events, schedule_channels};
+#[cfg(feature = "clap")]
+use crate::options::positive;
 use crate::suggest::{did_you_mean, nearest};
 use crate::trials::Trials;
 use ndof_diagnose::Options;
@@ -50,6 +54,20 @@ pub struct Diagnose {
     /// Simulate the next experiments that would tell confusable causes apart, and say how well each would
     #[cfg_attr(feature = "clap", arg(long))]
     pub plan: bool,
+    /// What stiffness or damping may vary with, as one cause beside the others: phase (of a cycle), time, or a channel (a posture, an EMG envelope)
+    #[cfg_attr(feature = "clap", arg(long, value_name = "WHAT", conflicts_with = "plan"))]
+    pub schedule: Option<String>,
+    /// Duration of a cycle in seconds, from time zero of each recording on; the mean movement over the cycle is taken out of all hypotheses alike
+    #[cfg_attr(feature = "clap", arg(long = "cycle", value_name = "S", value_parser = positive, requires = "schedule", conflicts_with = "cycle_by"))]
+    #[serde(rename = "cycle")]
+    pub cycle_s: Option<f64>,
+    /// Channel whose rising edges begin cycles, or a phase that wraps where they begin
+    #[cfg_attr(feature = "clap", arg(long, value_name = "CHANNEL", requires = "schedule"))]
+    pub cycle_by: Option<String>,
+    /// When cycles begin, in seconds: one list for every trial, or one for each.
+    #[cfg_attr(feature = "clap", arg(skip))]
+    #[serde(rename = "event")]
+    pub event_s: Option<Events>,
     /// The simulation that is judged.
     #[cfg_attr(feature = "clap", arg(skip))]
     #[cfg_attr(feature = "schema", schemars(with = "Option<serde_json::Map<String, serde_json::Value>>"))]
@@ -62,11 +80,37 @@ pub struct Diagnose {
 impl Default for Diagnose {
     fn default() -> Self {
         let Options { tolerance, seed, plan, .. } = Options::default();
-        Diagnose { band_hz: None, held_out: HeldOut::Auto, tolerance, seed, without: Vec::new(), plan, baseline: None, hide: 0 }
+        Diagnose { band_hz: None, held_out: HeldOut::Auto, tolerance, seed, without: Vec::new(), plan, schedule: None, cycle_s: None, cycle_by: None, baseline: None, hide: 0 }
     }
 }
 
 impl Diagnose {
+    /// Channels that the schedule is made of, beside those with a role.
+    pub fn channels(&self) -> Vec<String> {
+        schedule_channels(self.schedule.as_deref(), self.cycle_by.as_deref())
+    }
+
+    fn cycles(&self) -> Cycles<'_> {
+        Cycles { cycle_s: self.cycle_s, cycle_by: self.cycle_by.as_deref(), event_s: self.event_s.as_ref() }
+    }
+
+    /// What stiffness and damping may follow; what is wrong with it, and what to do.
+    fn schedule(&self, trials: &Trials) -> Result<Option<ndof_diagnose::Schedule>, String> {
+        let Some(word) = self.schedule.as_deref() else {
+            return self.cycles().given().map_or(Ok(None), |option| Err(format!("`{option}` is of a `schedule`; give that too")));
+        };
+        if self.plan {
+            return Err("`plan` simulates experiments that have no `schedule`; leave out one of the two".to_owned());
+        }
+        let Schedule { values, ends, unit, cycle_s, .. } = Schedule::new(trials, word, self.cycles())?;
+        let words = match word {
+            PHASE => "the phase of the cycle".to_owned(),
+            TIME => TIME.to_owned(),
+            channel => format!("the channel {channel}"),
+        };
+        Ok(Some(ndof_diagnose::Schedule { words, unit, ends, cycle_s, values }))
+    }
+
     /// The same for the search, which knows trials by number.
     pub(super) fn options(&self, trials: &Trials) -> Result<Options, AnalysisError> {
         let wrong = |argument: &str, what: String| Err(AnalysisError::Meaning { file: format!("`{argument}`"), what });
@@ -92,6 +136,7 @@ impl Diagnose {
             seed: self.seed,
             without: self.without.clone(),
             plan: self.plan,
+            schedule: self.schedule(trials).map_err(|what| AnalysisError::Schedule { what })?,
             ..Options::default()
         })
     }

@@ -9,7 +9,7 @@ mod overlay;
 mod project;
 pub mod result;
 pub mod schedule;
-mod settings;
+pub(crate) mod settings;
 mod starts;
 mod sums;
 

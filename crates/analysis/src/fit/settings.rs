@@ -1,7 +1,7 @@
 //! What a fit can be asked.
 
 use super::named_models::MODEL;
-use super::schedule::{PHASE, TIME};
+use super::schedule::{Cycles, PHASE, TIME};
 use crate::file::KinematicsFile;
 #[cfg(feature = "clap")]
 use crate::options::{count, not_negative, positive, words};
@@ -121,24 +121,27 @@ impl Fit {
 
     /// Channels that the schedule is made of, beside those with a role.
     pub fn channels(&self) -> Vec<String> {
-        let own = self.schedule.iter().filter(|word| ![PHASE, TIME].contains(&word.as_str()));
-        own.chain(&self.cycle_by).cloned().collect()
+        schedule_channels(self.schedule.as_deref(), self.cycle_by.as_deref())
     }
 
     /// A setting that has no meaning without a schedule, where it is given.
     pub(super) fn schedule_needed(&self) -> Option<&'static str> {
-        let given = [
-            ("cycle", self.cycle_s.is_some()),
-            ("cycle_by", self.cycle_by.is_some()),
-            ("event", self.event_s.is_some()),
-            ("varying", self.varying.is_some()),
-            ("knots", self.knots.is_some()),
-        ];
-        given.into_iter().find(|(_, given)| *given).map(|(name, _)| name)
+        let given = [("varying", self.varying.is_some()), ("knots", self.knots.is_some())];
+        self.cycles().given().or(given.into_iter().find(|(_, given)| *given).map(|(name, _)| name))
+    }
+
+    /// Where cycles begin.
+    pub(super) fn cycles(&self) -> Cycles<'_> {
+        Cycles { cycle_s: self.cycle_s, cycle_by: self.cycle_by.as_deref(), event_s: self.event_s.as_ref() }
     }
 
     /// The known compliance of the transducer.
     pub(super) fn transducer(&self) -> Option<Transducer> {
         self.transducer_stiffness.map(|stiffness| Transducer { stiffness, damping: self.transducer_damping.unwrap_or(0.0) })
     }
+}
+
+/// Channels that a schedule is made of.
+pub(crate) fn schedule_channels(schedule: Option<&str>, cycle_by: Option<&str>) -> Vec<String> {
+    schedule.filter(|word| ![PHASE, TIME].contains(word)).into_iter().chain(cycle_by).map(str::to_owned).collect()
 }

@@ -54,7 +54,7 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode, CliError> {
     if let HeldOut::Files(held_out) = &settings.held_out {
         files.extend(held_out.iter().map(PathBuf::from).filter(|file| !arguments.files.contains(file)));
     }
-    let trials = arguments.reading.trials(&files)?;
+    let trials = arguments.reading.trials_with(&files, &settings.channels())?;
     output::understood(shared, &trials);
     let bar = progress::Spinner::new(shared.quiet);
     let diagnosed = ndof_analysis::diagnose(&trials, &settings, &mut |what| bar.show(what))?;

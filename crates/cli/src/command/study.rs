@@ -7,7 +7,7 @@ use crate::options::{Reading, Recordings, Shared};
 use crate::output::{self, columns, short, write_json};
 use crate::progress;
 use clap::Args;
-use ndof_analysis::{Trials, nearest};
+use ndof_analysis::{Diagnose, Trials, nearest};
 use ndof_study::file::{HiddenEffect, StudyDocument, StudyFile};
 use ndof_study::sensitivity::result::SensitivityResult;
 use ndof_study::{StudyOutcome, analyse, cases_report, run_cases, study_report, study_result, summary_tables};
@@ -69,7 +69,7 @@ fn measured(arguments: &Arguments, study: &StudyDocument<Recordings>) -> Result<
         return Err(CliError::Usage(format!("{} says how its recordings are read; write it into [recordings] there", arguments.study)));
     }
     let Recordings { files, reading } = &study.experiment;
-    reading.trials_with(if arguments.recording.is_empty() { files } else { &arguments.recording }, &study.fit.channels())
+    reading.trials_with(if arguments.recording.is_empty() { files } else { &arguments.recording }, &[study.fit.channels(), study.diagnose.as_ref().map_or_else(Vec::new, Diagnose::channels)].concat())
 }
 
 /// Results in their folders and in print.

@@ -5,7 +5,7 @@ use super::groups::Group;
 use crate::judge::Errors;
 use crate::plan;
 use crate::probability::Features;
-use crate::result::{Cause, Confusable, Gain};
+use crate::result::{Cause, Confusable, Curve, Gain};
 use crate::search::{ENOUGH, Judged};
 use statrs::distribution::{ChiSquared, ContinuousCDF};
 
@@ -47,10 +47,15 @@ impl Answer<'_> {
         }
         let features = Features::new(own, rival, self.gate.beyond, self.gate.named, self.gate.removed, share, group.size);
         let (explained_fraction, explained_fraction_ci95) = share_of_all;
+        let schedule = self.options.schedule.as_ref();
+        let over_schedule = schedule.map_or_else(Vec::new, |schedule| subject.curves(schedule, &self.meaning.axes, &found.chosen, &found.stand, lead));
+        let what = match over_schedule.first() {
+            Some(curve) => format!("{} varies with {}", if curve.name.starts_with('K') { "stiffness" } else { "damping" }, curve.over),
+            None => card.what.to_owned(),
+        };
         let mut evidence = vec![
             format!(
-                "{} ({}): it raises the log-likelihood by {gain:.0} with {} parameters, {:.0} after paying for them",
-                card.what,
+                "{what} ({}): it raises the log-likelihood by {gain:.0} with {} parameters, {:.0} after paying for them",
                 h.form.label,
                 h.form.cost(),
                 group.worth
@@ -62,6 +67,7 @@ impl Answer<'_> {
                 100.0 * group.change
             ),
         ];
+        evidence.splice(1..1, over_schedule.iter().map(Curve::sentence));
         if rival > f64::NEG_INFINITY
             && let Some(j) = step.judged.iter().find(|j| subject.hypotheses[j.hypothesis].effect.name() != h.effect.name())
         {
@@ -80,7 +86,7 @@ impl Answer<'_> {
         Cause {
             effect: card.name.to_owned(),
             site: self.site(h.form.side, h.form.axis),
-            parameters: subject.named(&found.chosen, &found.stand, lead),
+            parameters: subject.named(&found.chosen, &found.stand, lead).into_iter().chain(over_schedule.iter().flat_map(Curve::ends)).collect(),
             probability: features.probability().min(limit),
             p_value,
             gain: Gain {
@@ -93,6 +99,7 @@ impl Answer<'_> {
                 delta_bic: 2.0 * group.worth,
             },
             evidence,
+            over_schedule,
             features: Some(features),
             at_most: limit,
         }

@@ -45,6 +45,7 @@ impl Answer<'_> {
             p_value,
             gain,
             evidence: vec![evidence],
+            over_schedule: Vec::new(),
             features: None,
             at_most: 1.0,
         }

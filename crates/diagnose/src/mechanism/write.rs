@@ -123,6 +123,7 @@ pub(super) fn write(balance: &Balance<'_>, found: &Found, held: &Held<'_>, meani
                 delta_bic: 2.0 * found.worth[k],
             },
             evidence,
+            over_schedule: Vec::new(),
             features: None,
             at_most: 1.0,
         });

@@ -1,6 +1,7 @@
 //! How an effect shows itself in a measured motion: what a search tries.
 
 use crate::effects::parameters::Value;
+use crate::effects::scheduled::Scheduled;
 use crate::force_law::ForceLaw;
 use num_complex::Complex64;
 use std::sync::Arc;
@@ -61,6 +62,8 @@ pub enum Action {
         /// The best linear approximation of a nonlinear law, where it is known in closed form.
         tangent: Option<Operator>,
     },
+    /// Entries of a matrix that follow the schedule, as many coefficients each as there are waves.
+    Scheduled(Scheduled),
     /// Entries of the linear model that the baseline holds fixed; one coefficient for all entries.
     Entries {
         /// Which matrix.
@@ -161,6 +164,8 @@ pub struct Scale {
     pub nominal: Vec<(Matrix, usize, usize, f64)>,
     /// Entries of the baseline that are held at a given value, right or wrong.
     pub held: Vec<(Matrix, usize, usize, f64)>,
+    /// Whether the schedule's end is its beginning, as of the phase of a cycle; none where there is no schedule.
+    pub closed_schedule: Option<bool>,
 }
 
 impl Scale {

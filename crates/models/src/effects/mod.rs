@@ -10,6 +10,7 @@ mod form;
 mod injection;
 mod outside_force;
 mod parameters;
+mod scheduled;
 mod static_force;
 
 mod actuation_delay;
@@ -38,6 +39,8 @@ mod sensor_offset_drift;
 mod sensor_scale;
 mod stiffness_drift;
 mod transient_disturbance;
+mod varying_damping;
+mod varying_stiffness;
 mod viscoelastic;
 
 pub use card::{Card, ParameterCard, Side, Trace, rotational_name};
@@ -45,6 +48,7 @@ pub use evidence::Evidence;
 pub use form::{Action, Form, Knob, LawMaker, Matrix, MatrixMaker, Naming, Operator, Scale, Sign};
 pub use injection::{Injection, Setting};
 pub use parameters::{EffectError, Parameters, Value};
+pub use scheduled::{Scheduled, Waves};
 
 /// A cause that data may hide.
 pub trait Effect: Send + Sync {
@@ -99,6 +103,8 @@ pub static EFFECTS: &[&dyn Effect] = &[
     &transient_disturbance::TransientDisturbance,
     &stiffness_drift::StiffnessDrift,
     &posture_drift::PostureDrift,
+    &varying_stiffness::VaryingStiffness,
+    &varying_damping::VaryingDamping,
     &gravity::Gravity,
     &geometry_error::GeometryError,
     &cross_coupling::CrossCoupling,

@@ -6,7 +6,7 @@ use ndof_models::effects::{Action, EFFECTS, Effect, Evidence, Injection, Paramet
 use ndof_models::{ForceLaw, Motion};
 use std::f64::consts::TAU;
 
-const NAMES: [&str; 27] = [
+const NAMES: [&str; 29] = [
     "parameter-error",
     "added-mass",
     "coulomb-friction",
@@ -31,6 +31,8 @@ const NAMES: [&str; 27] = [
     "transient-disturbance",
     "stiffness-drift",
     "posture-drift",
+    "varying-stiffness",
+    "varying-damping",
     "gravity",
     "geometry-error",
     "cross-coupling",
@@ -58,6 +60,7 @@ fn planar() -> Scale {
         motion_names: vec!["pos_x".to_owned(), "pos_y".to_owned()],
         nominal: vec![],
         held: vec![],
+        closed_schedule: Some(true),
     }
 }
 
@@ -79,7 +82,7 @@ fn force(law: &dyn ForceLaw, until: &[f64]) -> Vec<f64> {
     let h = 2e-5;
     let at = |t: f64, z: &[f64]| {
         let (x, v, xd, vd) = ([position(t)], [velocity(t)], [position(t - law.delay_s())], [velocity(t - law.delay_s())]);
-        let motion = Motion { time_s: t, position: &x, velocity: &v, delayed_position: &xd, delayed_velocity: &vd };
+        let motion = Motion { time_s: t, position: &x, velocity: &v, delayed_position: &xd, delayed_velocity: &vd, schedule: f64::NAN };
         let (mut f, mut rates) = ([0.0], vec![0.0; z.len()]);
         law.evaluate(&motion, z, &mut f, &mut rates);
         (f[0], rates)
@@ -181,7 +184,7 @@ fn a_form_pushes_the_way_its_force_law_does() {
             let zero = law(knobs, &vec![0.0; form.signs.len()]);
             let z = vec![0.1; zero.states()];
             let (x, v) = ([0.004, -0.002], [0.05, 0.03]);
-            let motion = Motion { time_s: 1.0, position: &x, velocity: &v, delayed_position: &x, delayed_velocity: &v };
+            let motion = Motion { time_s: 1.0, position: &x, velocity: &v, delayed_position: &x, delayed_velocity: &v, schedule: f64::NAN };
             let (mut f, mut rates) = ([0.0; 2], vec![0.0; z.len()]);
             zero.evaluate(&motion, &vec![0.0; z.len()], &mut f, &mut rates);
             assert_eq!(f, [0.0; 2], "{} {}: severity zero must change nothing", effect.name(), form.label);
@@ -217,7 +220,7 @@ fn exact_operators_agree_with_their_laws_on_a_sine() {
                         let (x, v, xd, vd) = (place(t), speed(t), place(t - d), speed(t - d));
                         let (mut force, mut rates) = ([0.0; 2], vec![0.0; z.len()]);
                         law.evaluate(
-                            &Motion { time_s: t, position: &x, velocity: &v, delayed_position: &xd, delayed_velocity: &vd },
+                            &Motion { time_s: t, position: &x, velocity: &v, delayed_position: &xd, delayed_velocity: &vd, schedule: f64::NAN },
                             z,
                             &mut force,
                             &mut rates,
@@ -327,7 +330,7 @@ fn noise_of_the_limb_has_the_rms_that_was_asked_for_and_each_axis_its_own() {
     };
     let read = |law: &dyn ForceLaw, time_s: f64| {
         let (still, mut force) = ([0.0; 2], [0.0; 2]);
-        law.evaluate(&Motion { time_s, position: &still, velocity: &still, delayed_position: &still, delayed_velocity: &still }, &[], &mut force, &mut []);
+        law.evaluate(&Motion { time_s, position: &still, velocity: &still, delayed_position: &still, delayed_velocity: &still, schedule: f64::NAN }, &[], &mut force, &mut []);
         force
     };
     let law = inject(1);
@@ -359,7 +362,7 @@ fn springs_that_slip_hold_at_both_ends_and_let_go_inwards() {
     let law = law(&[0.001], &[300.0]);
     let rates = |states: [f64; 3], v: f64| {
         let (x, v, mut force, mut rates) = ([0.0; 2], [v, 0.0], [0.0; 2], [0.0; 3]);
-        law.evaluate(&Motion { time_s: 0.0, position: &x, velocity: &v, delayed_position: &x, delayed_velocity: &v }, &states, &mut force, &mut rates);
+        law.evaluate(&Motion { time_s: 0.0, position: &x, velocity: &v, delayed_position: &x, delayed_velocity: &v, schedule: f64::NAN }, &states, &mut force, &mut rates);
         rates
     };
     for sign in [1.0, -1.0] {

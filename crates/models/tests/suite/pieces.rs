@@ -190,6 +190,7 @@ fn a_reflex_that_is_late_and_fast_is_judged_in_the_time_of_its_own_plant() {
             motion_names: vec!["pos".to_owned()],
             nominal: vec![],
             held: vec![],
+            closed_schedule: None,
         };
         let coefficients: [&[f64]; 1] = [&[1.0]];
         let evidence = Evidence { parameters, coefficients: &coefficients, axis: Some(0), scale: &scale, beside: &[], gain_worth: &|| None };

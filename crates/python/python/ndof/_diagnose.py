@@ -106,6 +106,9 @@ def diagnose(
     tolerance: float = 0.01,
     without: str | Sequence[str] = (),
     plan: bool = False,
+    schedule: str | None = None,
+    cycle: float | None = None,
+    cycle_by: str | None = None,
     seed: int | None = None,
     band: Stretch | None = None,
     reference: str | Sequence[str] | None = None,
@@ -121,7 +124,8 @@ def diagnose(
     Without ``baseline`` (a file or a dictionary) the simulation is the linear inertia-damping-stiffness model, fitted.
     ``held_out`` is a stretch of time (two numbers, in seconds) or the files or names of the recordings that no fit may
     see; without it the last third of the recordings, or the last 30 % of a single one. ``plan`` simulates the next experiments
-    that would tell confusable causes apart. ``progress`` is called with what is being done; Ctrl-C ends the work at its next step.
+    that would tell confusable causes apart. ``schedule`` is what stiffness or damping may vary with, as one cause beside the others: ``phase``
+    (of a ``cycle`` in seconds, or of one that the channel ``cycle_by`` begins), ``time`` or a channel. ``progress`` is called with what is being done; Ctrl-C ends the work at its next step.
 
     >>> import ndof
     >>> steps = []

@@ -4,7 +4,7 @@ use super::convert::{nan, settings_rows};
 use super::estimate::traces_section;
 use super::overlay::{Compared, residual_figure, run_figure};
 use super::words::{p_value, sentence};
-use crate::figures::{self, Considered, Estimate, FigureError, HeldOut, Stretches};
+use crate::figures::{self, Considered, Estimate, FigureError, HeldOut, ScheduleCurve, ScheduleCurves, Stretches};
 use crate::number::significant;
 use crate::plot::{Axis, Color, Dash, Panel, Scale, Series};
 use crate::{Align, Figure, Note, Report, Section, Table};
@@ -12,7 +12,7 @@ use ndof_analysis::Diagnosed;
 use ndof_analysis::diagnose::result::DiagnosisResult;
 use ndof_analysis::result::VERSION;
 use ndof_diagnose::Pictures;
-use ndof_diagnose::{Cause, Confusable, Diagnosis, Site};
+use ndof_diagnose::{Cause, Confusable, Curve, Diagnosis, Site};
 use ndof_models::effects::Value;
 
 /// The page of `ndof diagnose`.
@@ -47,7 +47,7 @@ pub fn diagnosis_report(diagnosed: &Diagnosed, title: &str, command: &str) -> Re
 /// [`FigureError`] if a picture cannot be drawn.
 pub fn sections(Diagnosed { result, pictures, .. }: &Diagnosed) -> Result<Vec<Section>, FigureError> {
     let d = &result.diagnosis;
-    let mut sections: Vec<Section> = d.causes.iter().map(cause_section).collect();
+    let mut sections: Vec<Section> = d.causes.iter().enumerate().map(cause_section).collect::<Result<_, _>>()?;
     sections.push(gain_section(result)?);
     sections.extend(runs_section(result, pictures)?);
     sections.extend(state_section(pictures)?);
@@ -66,7 +66,7 @@ fn number(value: f64) -> String {
     significant(value, 4)
 }
 
-fn cause_section(cause: &Cause) -> Section {
+fn cause_section((position, cause): (usize, &Cause)) -> Result<Section, FigureError> {
     let mut table = Table::new("Parameters", &[("Parameter", Align::Left), ("Unit", Align::Left), ("Estimate", Align::Right), ("95 % interval", Align::Right)]);
     for p in &cause.parameters {
         let value = match &p.value {
@@ -79,7 +79,22 @@ fn cause_section(cause: &Cause) -> Section {
         table = table.row([p.name.clone(), p.unit.clone(), value, interval]);
     }
     let lead = format!("With probability {:.2}, p {}.", cause.probability, p_value(cause.p_value));
-    Section::new(format!("Cause: {}", name(&cause.effect, &cause.site)), lead).table(table).list(cause.evidence.clone())
+    let section = Section::new(format!("Cause: {}", name(&cause.effect, &cause.site)), lead).table(table).list(cause.evidence.clone());
+    let Some(first) = cause.over_schedule.first() else { return Ok(section) };
+    let curve = |curve: &Curve| ScheduleCurve {
+        label: curve.name.clone(),
+        unit: curve.unit.clone(),
+        value: curve.value.clone(),
+        ci95: Some(curve.ci95.clone()),
+        band95: None,
+        reference: None,
+    };
+    let axis = first.over.strip_prefix("the ").unwrap_or(&first.over).to_owned();
+    let title = format!("{} over {}", first.name, first.over);
+    let curves: Vec<ScheduleCurve> = cause.over_schedule.iter().map(curve).collect();
+    let columns = curves.len().min(2);
+    let data = ScheduleCurves { axis: (axis, first.over_unit.clone()), at: first.at.clone(), curves, columns };
+    Ok(section.figure(figures::schedule(&format!("cause-{}-over-schedule", position + 1), &title, &data)?))
 }
 
 fn gain_section(result: &DiagnosisResult) -> Result<Section, FigureError> {

@@ -30,6 +30,8 @@ fn plain(effect: &str) -> (&'static str, &'static str) {
         "limb-noise" => ("it moves by itself", "a force of its own"),
         "transient-disturbance" => ("something pushed it once", "a knock or voluntary reaction"),
         "stiffness-drift" => ("its stiffness changes during the trial", "a stiffness drift"),
+        "varying-stiffness" => ("its stiffness varies", "a stiffness that varies"),
+        "varying-damping" => ("its damping varies", "a damping that varies"),
         "posture-drift" => ("it creeps from its place", "a posture drift"),
         "gravity" => ("its weight pulls", "gravity"),
         "geometry-error" => ("the geometry in the simulation is wrong", "a corrected length or angle"),
@@ -73,6 +75,12 @@ fn amount(parameters: &[CauseParameter]) -> Option<String> {
     })
 }
 
+/// " from 3.1 ± 0.2 N m/rad to 90.2 ± 1.1 N m/rad".
+fn range(parameters: &[CauseParameter]) -> String {
+    let end = |word: &str| parameters.iter().position(|p| p.name.ends_with(word)).and_then(|k| amount(&parameters[k..=k]));
+    end("_least").zip(end("_greatest")).map_or_else(String::new, |(least, greatest)| format!(" from {least} to {greatest}"))
+}
+
 /// The diagnosis in one sentence.
 pub fn sentence(d: &Diagnosis) -> String {
     let Some(first) = d.causes.first() else {
@@ -82,14 +90,18 @@ pub fn sentence(d: &Diagnosis) -> String {
         };
     };
     let (what, name) = plain(&first.effect);
-    let of = amount(&first.parameters).map(|amount| format!(" of {amount}")).unwrap_or_default();
+    let with = first.over_schedule.first().map(|curve| format!(" with {}", curve.over)).unwrap_or_default();
+    let of = match first.over_schedule.first() {
+        Some(_) => range(&first.parameters),
+        None => amount(&first.parameters).map(|amount| format!(" of {amount}")).unwrap_or_default(),
+    };
     let at = if first.site.axis.is_empty() { format!(" ({})", first.site.side) } else { format!(" at {} ({})", first.site.axis, first.site.side) };
     let share = match first.gain.explained_fraction {
         Some(share) if share >= 0.01 => format!("explains {:.0} % of what the simulation missed", 100.0 * share),
         _ => "is part of what the simulation missed".to_owned(),
     };
     let unsure = if first.probability < 0.5 { "perhaps " } else { "" };
-    let mut text = format!("{} {what}: {unsure}{name}{of}{at} {share}.", place(&d.discrepancy.by_band));
+    let mut text = format!("{} {what}{with}: {unsure}{name}{of}{at} {share}.", place(&d.discrepancy.by_band));
     let others: Vec<String> = d.causes[1..].iter().map(|c| plain(&c.effect).1.to_owned()).collect();
     if !others.is_empty() {
         text += &format!(" With it: {}.", others.join(", "));

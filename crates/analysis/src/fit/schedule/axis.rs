@@ -1,7 +1,7 @@
 //! What the schedule is: the phase of a cycle, time, or a channel.
 
 use super::Refused;
-use crate::fit::settings::{Events, Fit};
+use crate::fit::settings::Events;
 use crate::trials::Trials;
 
 /// The word for the phase of a cycle.
@@ -19,7 +19,7 @@ const ENDS: [f64; 2] = [0.01, 0.99];
 const PIECES: usize = 20;
 
 /// The scheduling variable of all trials, from 0 to 1.
-pub(super) struct Schedule {
+pub(crate) struct Schedule {
     /// Of each sample, NaN where there is none.
     pub values: Vec<Vec<f64>>,
     /// What is held out together.
@@ -34,10 +34,29 @@ pub(super) struct Schedule {
     pub count: usize,
 }
 
+/// Where cycles begin, by one of three ways.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct Cycles<'a> {
+    /// Seconds from one to the next, from time zero on.
+    pub cycle_s: Option<f64>,
+    /// A channel that tells.
+    pub cycle_by: Option<&'a str>,
+    /// Their times.
+    pub event_s: Option<&'a Events>,
+}
+
+impl Cycles<'_> {
+    /// The first of these settings that is given.
+    pub fn given(&self) -> Option<&'static str> {
+        let given = [("cycle", self.cycle_s.is_some()), ("cycle_by", self.cycle_by.is_some()), ("event", self.event_s.is_some())];
+        given.into_iter().find(|(_, given)| *given).map(|(name, _)| name)
+    }
+}
+
 impl Schedule {
-    /// What the settings ask for.
-    pub(super) fn new(trials: &Trials, settings: &Fit, word: &str) -> Result<Self, Refused> {
-        match (word, settings.cycle_s, &settings.cycle_by, &settings.event_s) {
+    /// What `schedule` asks for.
+    pub(crate) fn new(trials: &Trials, word: &str, cycles: Cycles<'_>) -> Result<Self, Refused> {
+        match (word, cycles.cycle_s, cycles.cycle_by, cycles.event_s) {
             (PHASE, Some(cycle_s), None, None) => Self::by_clock(trials, cycle_s),
             (PHASE, None, Some(channel), None) => Self::by_channel(trials, channel),
             (PHASE, None, None, Some(events)) => Self::by_events(trials, events),
@@ -188,12 +207,16 @@ mod tests {
         Trials::new(vec![Trial::of("a.csv", recording)], &names, &Trim::default()).expect("trials")
     }
 
-    fn by(channel: &str) -> Fit {
-        Fit { cycle_by: Some(channel.to_owned()), ..Fit::default() }
+    fn by(channel: &str) -> Cycles<'_> {
+        Cycles { cycle_by: Some(channel), ..Cycles::default() }
     }
 
-    fn at(events: Events) -> Fit {
-        Fit { event_s: Some(events), ..Fit::default() }
+    fn at(events: &Events) -> Cycles<'_> {
+        Cycles { event_s: Some(events), ..Cycles::default() }
+    }
+
+    fn every(cycle_s: f64) -> Cycles<'static> {
+        Cycles { cycle_s: Some(cycle_s), ..Cycles::default() }
     }
 
     #[test]
@@ -201,7 +224,7 @@ mod tests {
         // Cycles of 0.8 s from 3.3 ms before each multiple on: each sample is 3.3 ms further than by the clock.
         let events: Vec<f64> = (0..7).rev().map(|k| 0.8 * f64::from(k) - 0.003_3).collect();
         for events in [Events::Every(events.clone()), Events::Each(vec![events])] {
-            let found = Schedule::new(&trials(|t| t), &at(events), PHASE).expect("cycles");
+            let found = Schedule::new(&trials(|t| t), PHASE, at(&events)).expect("cycles");
             assert!((0..400).all(|k| (found.values[0][k] - (k as f64 / 80.0 + 0.003_3 / 0.8).fract()).abs() < 1e-9));
             assert!((found.count, found.blocks[0][79], found.blocks[0][80]) == (5, 0, 1) && (found.cycle_s.expect("cycles") - 0.8).abs() < 1e-9);
         }
@@ -209,9 +232,9 @@ mod tests {
 
     #[test]
     fn clock_edges_and_a_phase_that_wraps_give_the_same_phase() {
-        let clock = Schedule::new(&trials(|t| t), &Fit { cycle_s: Some(0.8), ..Fit::default() }, PHASE).expect("cycles");
-        let wraps = Schedule::new(&trials(|t| (t / 0.8 + 1e-9).fract()), &by("more"), PHASE).expect("cycles");
-        let edges = Schedule::new(&trials(|t| if (t / 0.8 + 1e-9).fract() < 0.3 { 5.0 } else { 0.0 }), &by("more"), PHASE).expect("cycles");
+        let clock = Schedule::new(&trials(|t| t), PHASE, every(0.8)).expect("cycles");
+        let wraps = Schedule::new(&trials(|t| (t / 0.8 + 1e-9).fract()), PHASE, by("more")).expect("cycles");
+        let edges = Schedule::new(&trials(|t| if (t / 0.8 + 1e-9).fract() < 0.3 { 5.0 } else { 0.0 }), PHASE, by("more")).expect("cycles");
         assert_eq!((clock.count, clock.cycle_s), (5, Some(0.8)));
         for other in [wraps, edges] {
             // Before the first edge and after the last there is no whole cycle.
@@ -223,22 +246,23 @@ mod tests {
 
     #[test]
     fn time_and_a_channel_go_from_end_to_end() {
-        let time = Schedule::new(&trials(|t| t), &Fit::default(), TIME).expect("time");
+        let time = Schedule::new(&trials(|t| t), TIME, Cycles::default()).expect("time");
         assert_eq!((time.ends, time.unit.as_str(), time.cycle_s), ([0.0, 3.99], "s", None));
-        let posture = Schedule::new(&trials(|t| 3.0 - t), &Fit::default(), "more").expect("a channel");
+        let posture = Schedule::new(&trials(|t| 3.0 - t), "more", Cycles::default()).expect("a channel");
         assert!(posture.values[0][0] == 1.0 && posture.values[0][399] == 0.0 && posture.ends[0] > -0.99);
     }
 
     #[test]
     fn what_makes_no_schedule_is_refused_with_what_to_do() {
-        let said = |settings: &Fit, word: &str, extra: fn(f64) -> f64| Schedule::new(&trials(extra), settings, word).err().unwrap_or_default();
-        assert!(said(&Fit::default(), PHASE, |t| t).contains("`cycle_by`"));
-        assert!(said(&by("more"), PHASE, |_| 1.0).contains("no two cycles"));
-        assert!(said(&by("more"), TIME, |t| t).contains("leave them out"));
-        assert!(said(&at(Events::Every(vec![1.0])), PHASE, |t| t).contains("no two cycles"));
-        assert!(said(&at(Events::Each(vec![vec![1.0, 2.0]; 2])), PHASE, |t| t).contains("2 trials, and there are 1"));
-        assert!(said(&Fit::default(), "more", |_| 1.0).contains("stays at 1"));
-        assert!(said(&Fit::default(), "other", |t| t).contains("\"other\""));
-        assert!(said(&Fit { cycle_s: Some(9.0), ..Fit::default() }, PHASE, |t| t).contains("1 cycle"));
+        let said = |cycles: Cycles<'_>, word: &str, extra: fn(f64) -> f64| Schedule::new(&trials(extra), word, cycles).err().unwrap_or_default();
+        let none = Cycles::default();
+        assert!(said(none, PHASE, |t| t).contains("`cycle_by`"));
+        assert!(said(by("more"), PHASE, |_| 1.0).contains("no two cycles"));
+        assert!(said(by("more"), TIME, |t| t).contains("leave them out"));
+        assert!(said(at(&Events::Every(vec![1.0])), PHASE, |t| t).contains("no two cycles"));
+        assert!(said(at(&Events::Each(vec![vec![1.0, 2.0]; 2])), PHASE, |t| t).contains("2 trials, and there are 1"));
+        assert!(said(none, "more", |_| 1.0).contains("stays at 1"));
+        assert!(said(none, "other", |t| t).contains("\"other\""));
+        assert!(said(every(9.0), PHASE, |t| t).contains("1 cycle"));
     }
 }

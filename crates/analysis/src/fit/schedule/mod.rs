@@ -12,7 +12,7 @@ use crate::error::AnalysisError;
 use crate::file::KinematicsFile;
 use crate::result::{Warning, number};
 use crate::trials::{Trial, Trials};
-use axis::Schedule;
+pub(crate) use axis::{Cycles, Schedule};
 use ndarray::Array2;
 use ndof_models::schedule::{Scheduled, ScheduledEntry, ScheduledFit, Splines, Stretch, Term};
 use ndof_models::{Axis, InertiaDampingStiffnessModel, ParameterInfo, ParametricModel, Symmetry};
@@ -76,7 +76,7 @@ pub(super) fn scheduled(trials: &Trials, settings: &Fit, excited_hz: f64) -> Res
         };
     };
     let sides = Sides::of(trials).map_err(refused)?;
-    let schedule = Schedule::new(trials, settings, word).map_err(refused)?;
+    let schedule = Schedule::new(trials, word, settings.cycles()).map_err(refused)?;
     let rate_hz = trials.sample_rate_hz();
     let high_hz = settings.band_hz.map_or_else(|| excited_hz.min(WIDEST * rate_hz), |band| band[1]);
     let varying = settings.varying.clone().unwrap_or_else(|| vec![Term::Stiffness, Term::Damping]);
