@@ -81,7 +81,7 @@ impl Subject {
             cause = Cause::Unclear;
             (base, fit) = settle(&state, &cause, &structure)?;
         }
-        if baseline.is_none() && !needs_spring(&state, &cause, &structure, &base, &fit) {
+        if baseline.is_none() && options.schedule.is_none() && !needs_spring(&state, &cause, &structure, &base, &fit) {
             structure.spring = false;
         }
         let base = if structure.spring {

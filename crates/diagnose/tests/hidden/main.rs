@@ -6,3 +6,4 @@ mod findings;
 mod measured;
 mod records;
 mod robot;
+mod varying;
