@@ -40,6 +40,8 @@ const CASES: [(&str, &str, &str, &str); 27] = [
     ("transient-disturbance", "environment", "x", "time_s = 6.0\nimpulse_n_s = 1.5"),
     ("stiffness-drift", "limb", "x", "fraction_per_s = 0.012"),
     ("posture-drift", "limb", "x", "rate_m_per_s = 2e-4"),
+    ("varying-stiffness", "limb", "x", "swing_n_per_m = 200.0\ncycle_s = 4.0"),
+    ("varying-damping", "limb", "x", "swing_n_s_per_m = 8.0\ncycle_s = 4.0"),
     ("gravity", "limb", "x", "torque_nm = 40.0"),
     ("geometry-error", "robot", "", "name = \"link_1_m\"\nvalue = 0.44"),
     ("cross-coupling", "limb", "", "matrix = [[0.0, -120.0], [-120.0, 0.0]]"),

@@ -8,36 +8,39 @@ use ndof_diagnose::{LinearFit, Options, Schedule, Stretch};
 use ndof_models::InertiaDampingStiffness;
 use ndof_signal::{Channel, Recording};
 
-/// Inertia, damping and stiffness by the defaults of `estimate` and `fit`.
-pub(super) fn linear_fit(trials: &Trials, band_hz: Option<[f64; 2]>, Options { held_out, schedule, .. }: &Options) -> Result<LinearFit, AnalysisError> {
+/// Inertia, damping and stiffness by the defaults of `estimate` and `fit`, and the band of that; of the deviation from the mean movement where there
+/// are cycles.
+pub(super) fn linear_fit(trials: &Trials, band_hz: Option<[f64; 2]>, Options { held_out, schedule, .. }: &Options) -> Result<(LinearFit, [f64; 2]), AnalysisError> {
     let shortest = trials.trials.iter().map(|trial| trial.recording.len()).min().unwrap_or(0);
     let [fitted, _] = held_out.divide(trials.trials.len(), shortest, trials.sample_rate_hz())?;
     let schedule = schedule.as_ref().map(|schedule| schedule.part(&fitted));
-    let mut part = stretch(trials, fitted)?;
+    let mut part = Trials { trials: stretch(trials, fitted)?.into(), ..trials.clone() };
+    let mut band_hz = band_hz;
     if let Some(schedule) = schedule {
-        about_movement(&mut part, &schedule)?;
+        // The band of `fit --schedule` is that of the whole motion, the mean movement included.
+        band_hz = Some(band_hz.map_or_else(|| Ok(fit(&estimate(&part, &Estimate::default())?, &Fit::default())?.result.band_hz), Ok::<_, AnalysisError>)?);
+        part.trials = about_movement(part.trials.to_vec(), &schedule)?.into();
     }
-    let part = Trials { trials: part.into(), ..trials.clone() };
     let fitted = fit(&estimate(&part, &Estimate::default())?, &Fit { band_hz, ..Fit::default() })?;
     let errors: Vec<f64> = fitted.fit.parameters.iter().map(|parameter| parameter.std_error).collect();
     let std_errors: InertiaDampingStiffness = fitted.model.matrices(&errors);
     let of_sign = (fitted.fit.chi2_reduced.max(1.0) / fitted.fit.covariance_scale.max(1.0)).sqrt().min(1.0);
-    Ok(LinearFit { of_sign, matrices: fitted.matrices, std_errors, hold: fitted.sampling.hold })
+    Ok((LinearFit { of_sign, matrices: fitted.matrices, std_errors, hold: fitted.sampling.hold }, fitted.result.band_hz))
 }
 
 /// Takes the mean movement out of every channel, where there are cycles.
-fn about_movement(trials: &mut [Trial], schedule: &Schedule) -> Result<(), AnalysisError> {
+fn about_movement(mut trials: Vec<Trial>, schedule: &Schedule) -> Result<Vec<Trial>, AnalysisError> {
     let mut channels: Vec<Vec<Channel>> = trials.iter().map(|trial| trial.recording.channels().to_vec()).collect();
     for k in 0..channels.first().map_or(0, Vec::len) {
         let series: Vec<&[f64]> = channels.iter().map(|own| own[k].samples.as_slice()).collect();
-        let Some(deviations) = schedule.deviations(&series) else { return Ok(()) };
+        let Some(deviations) = schedule.deviations(&series) else { return Ok(trials) };
         channels.iter_mut().zip(deviations).for_each(|(own, samples)| own[k].samples = samples.into());
     }
     for (trial, own) in trials.iter_mut().zip(channels) {
         let made = Recording::new(trial.recording.sample_rate_hz(), own).map_err(|source| AnalysisError::Recording { file: trial.file.clone(), source })?;
         trial.recording = made.starting_at(trial.recording.start_s());
     }
-    Ok(())
+    Ok(trials)
 }
 
 fn stretch(trials: &Trials, part: Stretch) -> Result<Vec<Trial>, AnalysisError> {

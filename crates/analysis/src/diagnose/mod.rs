@@ -45,7 +45,11 @@ pub fn diagnose(trials: &Trials, settings: &Diagnose, progress: &mut dyn FnMut(&
     if linear.is_none() {
         progress("fitting the baseline");
         match linear_fit(trials, settings.band_hz, &options) {
-            Ok(fit) => options.linear = Some(fit),
+            Ok((fit, band_hz)) => {
+                options.linear = Some(fit);
+                // A schedule is judged where `fit` finds its curves; the inertia that rules beyond it follows none.
+                options.band_hz = options.band_hz.or_else(|| options.schedule.as_ref().map(|_| (0.0, band_hz[1])));
+            }
             Err(error) => not_fitted = Some(format!("the baseline is the one that balances the forces best, for `fit` finds none: {error}")),
         }
     }

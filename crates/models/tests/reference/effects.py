@@ -61,6 +61,9 @@ s = ode(lambda t, z: [z[1], wm * wm * (6 * max(v(t - tau), 0.0) - z[0]) - 2 * wm
 case("reflex-delay", dict(delay_s=tau, damping_n_s_per_m=6, cutoff_hz=3.0, one_directional=1.0), s[0])
 case("stiffness-drift", dict(fraction_per_s=0.02), 0.02 * (T - 1.5) * 400 * x(T))
 case("posture-drift", dict(rate_m_per_s=0.001), -400 * 0.001 * (T - 1.5))
+for name, of in [("varying-stiffness", x), ("varying-damping", v)]:
+    swing = dict(swing_n_per_m=120.0) if of is x else dict(swing_n_s_per_m=3.0)
+    case(name, dict(**swing, cycle_s=0.7), list(swing.values())[0] * np.cos(2 * np.pi * T / 0.7) * of(T))
 case("gravity", dict(torque_nm=2.5, direction_rad=0.3), 2.5 * np.sin(x(T) - 0.3))
 case("periodic-disturbance", dict(frequency_hz=6.0, amplitude_n=0.8), -0.8 * np.sin(2 * np.pi * 6.0 * T))
 u = (T - 1.0) / 0.2
