@@ -15,7 +15,7 @@ use std::error::Error;
 use std::path::PathBuf;
 
 /// Where an effect sits and how strong it is, strong enough to be seen.
-const CASES: [(&str, &str, &str, &str); 27] = [
+const CASES: [(&str, &str, &str, &str); 29] = [
     ("parameter-error", "limb", "", "name = \"K_x_x\"\nvalue = 360.0"),
     ("added-mass", "limb", "", "mass_kg = 0.6"),
     ("coulomb-friction", "limb", "x", "level_n = 0.8"),

@@ -64,14 +64,7 @@ struct Run {
 
 impl Runner {
     /// Force imposed: integrates over `effort[axis][time]` from the given initial displacement and velocity by Runge and Kutta's rule.
-    fn run(
-        &self,
-        inverse_mass: &[Vec<f64>],
-        effort: &[Vec<f64>],
-        range: std::ops::Range<usize>,
-        clock: Clock<'_>,
-        initial: (&[f64], &[f64], &[f64]),
-    ) -> Run {
+    fn run(&self, inverse_mass: &[Vec<f64>], effort: &[Vec<f64>], range: std::ops::Range<usize>, clock: Clock<'_>, initial: (&[f64], &[f64], &[f64])) -> Run {
         let n = self.mass.len();
         let Clock { rate_hz, start_s, .. } = clock;
         let dt = 1.0 / rate_hz;

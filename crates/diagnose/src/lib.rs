@@ -55,7 +55,7 @@ pub use options::{HeldOut, Options, OwnEffects};
 pub use pictures::Pictures;
 pub use probability::{Features, SIGNS};
 pub use result::{
-    BandShare, Cause, CauseParameter, Confusable, Considered, Curve, Diagnosis, Discrepancy, Extended, Gain, Minor, Model, ModelParameter, NoiseFloor, Prospect,
-    Score, Shift, Site, Split, TimeShare, Verdict,
+    BandShare, Cause, CauseParameter, Confusable, Considered, Curve, Diagnosis, Discrepancy, Extended, Gain, Minor, Model, ModelParameter, NoiseFloor,
+    Prospect, Score, Shift, Site, Split, TimeShare, Verdict,
 };
 pub use split::Stretch;

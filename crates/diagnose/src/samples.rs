@@ -134,7 +134,8 @@ impl Samples {
         let first = trials.first().ok_or(DiagnoseError::NoTrial)?;
         let rate_hz = first.sample_rate_hz();
         let (effort, motion) = if meaning.motion_imposed { (&ports.outputs, &ports.inputs) } else { (&ports.inputs, &ports.outputs) };
-        let mut out = Samples { rate_hz, effort: vec![], motion: vec![], measured: vec![], reference: vec![], schedule: vec![], start_s: vec![], duration_s: 0.0 };
+        let mut out =
+            Samples { rate_hz, effort: vec![], motion: vec![], measured: vec![], reference: vec![], schedule: vec![], start_s: vec![], duration_s: 0.0 };
         for (number, trial) in trials.iter().enumerate() {
             ports.validate(trial.channels().len())?;
             if (trial.sample_rate_hz() - rate_hz).abs() > 1e-9 * rate_hz {

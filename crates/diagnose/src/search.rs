@@ -111,7 +111,9 @@ impl Subject {
         let whitened = |fit: &Fit| -> f64 { whitened_power(&fit.residual, &stand.fit.power) };
         let before = whitened(&stand.fit);
         let net = |h: &Hypothesis, t: &Tried| t.fit.log_likelihood - level - self.price(h.form.cost());
-        let open: Vec<usize> = (0..self.hypotheses.len()).filter(|i| taken.iter().all(|c| c.hypothesis != *i && !self.hypotheses[*i].repeats(&self.hypotheses[c.hypothesis]))).collect();
+        let open: Vec<usize> = (0..self.hypotheses.len())
+            .filter(|i| taken.iter().all(|c| c.hypothesis != *i && !self.hypotheses[*i].repeats(&self.hypotheses[c.hypothesis])))
+            .collect();
         let screened: Vec<(usize, Tried)> = open.par_iter().filter_map(|&i| ground.screen(&self.hypotheses[i], i, cache).map(|t| (i, t))).collect();
         let best = screened.iter().map(|(i, t)| net(&self.hypotheses[*i], t)).fold(f64::NEG_INFINITY, f64::max);
         let bar = best - (0.3 * best).max(BEHIND);

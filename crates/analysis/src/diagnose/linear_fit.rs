@@ -10,7 +10,11 @@ use ndof_signal::{Channel, Recording};
 
 /// Inertia, damping and stiffness by the defaults of `estimate` and `fit`, and the band of that; of the deviation from the mean movement where there
 /// are cycles.
-pub(super) fn linear_fit(trials: &Trials, band_hz: Option<[f64; 2]>, Options { held_out, schedule, .. }: &Options) -> Result<(LinearFit, [f64; 2]), AnalysisError> {
+pub(super) fn linear_fit(
+    trials: &Trials,
+    band_hz: Option<[f64; 2]>,
+    Options { held_out, schedule, .. }: &Options,
+) -> Result<(LinearFit, [f64; 2]), AnalysisError> {
     let shortest = trials.trials.iter().map(|trial| trial.recording.len()).min().unwrap_or(0);
     let [fitted, _] = held_out.divide(trials.trials.len(), shortest, trials.sample_rate_hz())?;
     let schedule = schedule.as_ref().map(|schedule| schedule.part(&fitted));

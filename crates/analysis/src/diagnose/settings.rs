@@ -80,7 +80,19 @@ pub struct Diagnose {
 impl Default for Diagnose {
     fn default() -> Self {
         let Options { tolerance, seed, plan, .. } = Options::default();
-        Diagnose { band_hz: None, held_out: HeldOut::Auto, tolerance, seed, without: Vec::new(), plan, schedule: None, cycle_s: None, cycle_by: None, baseline: None, hide: 0 }
+        Diagnose {
+            band_hz: None,
+            held_out: HeldOut::Auto,
+            tolerance,
+            seed,
+            without: Vec::new(),
+            plan,
+            schedule: None,
+            cycle_s: None,
+            cycle_by: None,
+            baseline: None,
+            hide: 0,
+        }
     }
 }
 

@@ -125,12 +125,7 @@ fn a_stiffness_that_follows_the_phase_is_named_first_with_its_curve() {
 
 #[test]
 fn what_is_no_schedule_keeps_its_name() {
-    let truths = [
-        (Truth::Reflex, "reflex-delay"),
-        (Truth::Hysteresis, "hysteresis"),
-        (Truth::Softens, "cubic-stiffness"),
-        (Truth::Drifts, "stiffness-drift"),
-    ];
+    let truths = [(Truth::Reflex, "reflex-delay"), (Truth::Hysteresis, "hysteresis"), (Truth::Softens, "cubic-stiffness"), (Truth::Drifts, "stiffness-drift")];
     for (truth, name) in truths {
         for seed in 1..=3 {
             let d = by_phase(truth, seed);

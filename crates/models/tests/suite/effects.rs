@@ -330,7 +330,12 @@ fn noise_of_the_limb_has_the_rms_that_was_asked_for_and_each_axis_its_own() {
     };
     let read = |law: &dyn ForceLaw, time_s: f64| {
         let (still, mut force) = ([0.0; 2], [0.0; 2]);
-        law.evaluate(&Motion { time_s, position: &still, velocity: &still, delayed_position: &still, delayed_velocity: &still, schedule: f64::NAN }, &[], &mut force, &mut []);
+        law.evaluate(
+            &Motion { time_s, position: &still, velocity: &still, delayed_position: &still, delayed_velocity: &still, schedule: f64::NAN },
+            &[],
+            &mut force,
+            &mut [],
+        );
         force
     };
     let law = inject(1);
@@ -362,7 +367,12 @@ fn springs_that_slip_hold_at_both_ends_and_let_go_inwards() {
     let law = law(&[0.001], &[300.0]);
     let rates = |states: [f64; 3], v: f64| {
         let (x, v, mut force, mut rates) = ([0.0; 2], [v, 0.0], [0.0; 2], [0.0; 3]);
-        law.evaluate(&Motion { time_s: 0.0, position: &x, velocity: &v, delayed_position: &x, delayed_velocity: &v, schedule: f64::NAN }, &states, &mut force, &mut rates);
+        law.evaluate(
+            &Motion { time_s: 0.0, position: &x, velocity: &v, delayed_position: &x, delayed_velocity: &v, schedule: f64::NAN },
+            &states,
+            &mut force,
+            &mut rates,
+        );
         rates
     };
     for sign in [1.0, -1.0] {
