@@ -71,13 +71,15 @@ impl Curve {
         })
     }
 
-    /// "K is least, 3.1 N m/rad, at 0.12, and greatest, 90.2 N m/rad, at 0.72 of the phase of the cycle".
+    /// "over the phase of the cycle, K is least at 0.12 and greatest at 0.72".
     pub(crate) fn sentence(&self) -> String {
-        let [low, high] = [self.extreme(false), self.extreme(true)];
+        let [low, high] = [false, true].map(|greatest| self.at[self.extreme(greatest)]);
         let unit = if self.over_unit.is_empty() { String::new() } else { format!(" {}", self.over_unit) };
-        format!(
-            "over {}, {} is least, {:.3} {}, at {:.2}{unit}, and greatest, {:.3} {}, at {:.2}{unit}",
-            self.over, self.name, self.value[low], self.unit, self.at[low], self.value[high], self.unit, self.at[high]
-        )
+        format!("over {}, {} is least at {low:.2}{unit} and greatest at {high:.2}{unit}", self.over, self.name)
+    }
+
+    /// "stiffness varies with the phase of the cycle".
+    pub(crate) fn what(&self) -> String {
+        format!("{} varies with {}", if self.name.starts_with('K') { "stiffness" } else { "damping" }, self.over)
     }
 }

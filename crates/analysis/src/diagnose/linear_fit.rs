@@ -38,7 +38,7 @@ fn about_movement(mut trials: Vec<Trial>, schedule: &Schedule) -> Result<Vec<Tri
     for k in 0..channels.first().map_or(0, Vec::len) {
         let series: Vec<&[f64]> = channels.iter().map(|own| own[k].samples.as_slice()).collect();
         let Some(deviations) = schedule.deviations(&series) else { return Ok(trials) };
-        channels.iter_mut().zip(deviations).for_each(|(own, samples)| own[k].samples = samples.into());
+        channels.iter_mut().zip(deviations).for_each(|(own, samples)| own[k].samples = samples);
     }
     for (trial, own) in trials.iter_mut().zip(channels) {
         let made = Recording::new(trial.recording.sample_rate_hz(), own).map_err(|source| AnalysisError::Recording { file: trial.file.clone(), source })?;

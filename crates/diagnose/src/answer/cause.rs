@@ -46,13 +46,9 @@ impl Answer<'_> {
             confusable.push(self.decided(effects, card.next_experiment, rival.map(|j| (lead, j))));
         }
         let features = Features::new(own, rival, self.gate.beyond, self.gate.named, self.gate.removed, share, group.size);
-        let (explained_fraction, explained_fraction_ci95) = share_of_all;
         let schedule = self.options.schedule.as_ref();
         let over_schedule = schedule.map_or_else(Vec::new, |schedule| subject.curves(schedule, &self.meaning.axes, &found.chosen, &found.stand, lead));
-        let what = match over_schedule.first() {
-            Some(curve) => format!("{} varies with {}", if curve.name.starts_with('K') { "stiffness" } else { "damping" }, curve.over),
-            None => card.what.to_owned(),
-        };
+        let what = over_schedule.first().map_or_else(|| card.what.to_owned(), Curve::what);
         let mut evidence = vec![
             format!(
                 "{what} ({}): it raises the log-likelihood by {gain:.0} with {} parameters, {:.0} after paying for them",
@@ -80,7 +76,7 @@ impl Answer<'_> {
         if let Some(gain) = group.held_out {
             evidence.push(format!("on stretches that the fit did not see it gains {gain:.0} of log-likelihood"));
         }
-        if explained_fraction_ci95.is_some_and(|[low, _]| low <= 0.0) {
+        if share_of_all.1.is_some_and(|[low, _]| low <= 0.0) {
             evidence.push("the interval of what it explains of the held-out part holds zero: the name rests on the part that was fitted".to_owned());
         }
         Cause {
@@ -89,15 +85,7 @@ impl Answer<'_> {
             parameters: subject.named(&found.chosen, &found.stand, lead).into_iter().chain(over_schedule.iter().flat_map(Curve::ends)).collect(),
             probability: features.probability().min(limit),
             p_value,
-            gain: Gain {
-                nrmse_before: before.score.nrmse.clone(),
-                nrmse_after: after.score.nrmse.clone(),
-                vaf_before: before.score.vaf_percent.clone(),
-                vaf_after: after.score.vaf_percent.clone(),
-                explained_fraction,
-                explained_fraction_ci95,
-                delta_bic: 2.0 * group.worth,
-            },
+            gain: gained([before, after], share_of_all, group.worth),
             evidence,
             over_schedule,
             features: Some(features),
@@ -119,6 +107,19 @@ impl Answer<'_> {
             None => card.to_owned(),
         };
         Confusable { effects, next_experiment, predicted }
+    }
+}
+
+/// What naming a cause gains, of which this is the share of all that there is.
+fn gained([before, after]: [&Errors; 2], (explained_fraction, explained_fraction_ci95): Share, worth: f64) -> Gain {
+    Gain {
+        nrmse_before: before.score.nrmse.clone(),
+        nrmse_after: after.score.nrmse.clone(),
+        vaf_before: before.score.vaf_percent.clone(),
+        vaf_after: after.score.vaf_percent.clone(),
+        explained_fraction,
+        explained_fraction_ci95,
+        delta_bic: 2.0 * worth,
     }
 }
 
