@@ -9,6 +9,8 @@ use std::ops::Range;
 const PER_PERIOD: f64 = 4.0;
 /// The fewest: hundredths of a cycle.
 const FEWEST: usize = 100;
+/// The most, which are solved in no time; the mean of a cycle of minutes is followed less finely.
+const MOST: usize = 800;
 
 /// What a stiffness or damping may follow.
 #[derive(Clone, Debug, PartialEq)]
@@ -28,7 +30,7 @@ pub struct Schedule {
 impl Schedule {
     /// Splines that follow a mean movement up to a frequency.
     pub(crate) fn splines(&self, high_hz: f64) -> Option<Splines> {
-        self.cycle_s.map(|cycle_s| Splines::new(((PER_PERIOD * high_hz * cycle_s).ceil() as usize).max(FEWEST), true))
+        self.cycle_s.map(|cycle_s| Splines::new(((PER_PERIOD * high_hz * cycle_s).ceil() as usize).clamp(FEWEST, MOST), true))
     }
 
     /// Series of the trials less their means over the cycle; nothing where there are no cycles.

@@ -13,6 +13,9 @@ use ndof_models::effects::EFFECTS;
 use serde::{Deserialize, Serialize};
 use std::path::Path;
 
+/// A third is held out, and a mean over fewer than two of the others leaves nothing.
+const FEWEST_CYCLES: usize = 4;
+
 /// What no fit may see.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
@@ -114,7 +117,10 @@ impl Diagnose {
         if self.plan {
             return Err("`plan` simulates experiments that have no `schedule`; leave out one of the two".to_owned());
         }
-        let Schedule { values, ends, unit, cycle_s, .. } = Schedule::new(trials, word, self.cycles())?;
+        let Schedule { values, ends, unit, cycle_s, count, .. } = Schedule::new(trials, word, self.cycles())?;
+        if cycle_s.is_some() && count < FEWEST_CYCLES {
+            return Err(format!("{count} cycles: a mean movement, what deviates from it and a held-out part need {FEWEST_CYCLES} or more; record more"));
+        }
         let words = match word {
             PHASE => "the phase of the cycle".to_owned(),
             TIME => TIME.to_owned(),
