@@ -93,6 +93,7 @@ impl Default for Diagnose {
             schedule: None,
             cycle_s: None,
             cycle_by: None,
+            event_s: None,
             baseline: None,
             hide: 0,
         }

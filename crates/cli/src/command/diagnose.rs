@@ -1,7 +1,7 @@
 //! `ndof diagnose`.
 
 use crate::error::CliError;
-use crate::options::{Reading, Recordings, Shared};
+use crate::options::{Reading, Recordings, Shared, read_events};
 use crate::output::{self, columns, p_value, short};
 use crate::progress;
 use clap::Args;
@@ -34,6 +34,9 @@ pub struct Arguments {
     held_out: Vec<String>,
     #[command(flatten)]
     diagnose: Diagnose,
+    /// Times in seconds at which cycles begin, one a line, with the number of the trial in a second column where they differ
+    #[arg(long, value_name = "FILE", requires = "schedule", conflicts_with_all = ["cycle_s", "cycle_by"])]
+    event: Option<PathBuf>,
     /// End with code 1 if a cause is found, or something that cannot be explained
     #[arg(long)]
     exit_code: bool,
@@ -49,12 +52,13 @@ pub struct Arguments {
 pub fn run(arguments: &Arguments) -> Result<ExitCode, CliError> {
     let shared = &arguments.shared;
     shared.apply_threads()?;
-    let settings = settings(arguments)?;
+    let mut settings = settings(arguments)?;
     let mut files = arguments.files.clone();
     if let HeldOut::Files(held_out) = &settings.held_out {
         files.extend(held_out.iter().map(PathBuf::from).filter(|file| !arguments.files.contains(file)));
     }
     let trials = arguments.reading.trials_with(&files, &settings.channels())?;
+    settings.event_s = arguments.event.as_ref().map(|file| read_events(file, trials.trials.len())).transpose()?;
     output::understood(shared, &trials);
     let bar = progress::Spinner::new(shared.quiet);
     let diagnosed = ndof_analysis::diagnose(&trials, &settings, &mut |what| bar.show(what))?;

@@ -109,6 +109,7 @@ def diagnose(
     schedule: str | None = None,
     cycle: float | None = None,
     cycle_by: str | None = None,
+    event: Sequence[float] | Sequence[Sequence[float]] | None = None,
     seed: int | None = None,
     band: Stretch | None = None,
     reference: str | Sequence[str] | None = None,
@@ -125,7 +126,8 @@ def diagnose(
     ``held_out`` is a stretch of time (two numbers, in seconds) or the files or names of the recordings that no fit may
     see; without it the last third of the recordings, or the last 30 % of a single one. ``plan`` simulates the next experiments
     that would tell confusable causes apart. ``schedule`` is what stiffness or damping may vary with, as one cause beside the others: ``phase``
-    (of a ``cycle`` in seconds, or of one that the channel ``cycle_by`` begins), ``time`` or a channel. ``progress`` is called with what is being done; Ctrl-C ends the work at its next step.
+    (of a ``cycle`` in seconds, or of one that the channel ``cycle_by`` or an ``event`` begins, whose times in seconds are one list or one a trial),
+    ``time`` or a channel. ``progress`` is called with what is being done; Ctrl-C ends the work at its next step.
 
     >>> import ndof
     >>> steps = []

@@ -87,7 +87,7 @@ fn cause_section((position, cause): (usize, &Cause)) -> Result<Section, FigureEr
         value: curve.value.clone(),
         ci95: Some(curve.ci95.clone()),
         band95: None,
-        reference: None,
+        references: Vec::new(),
     };
     let axis = first.over.strip_prefix("the ").unwrap_or(&first.over).to_owned();
     let title = format!("{} over {}", first.name, first.over);
