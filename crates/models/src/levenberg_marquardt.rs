@@ -110,11 +110,13 @@ pub struct Minimum {
 /// Each step solves min ‖J p + r‖² + λ ‖D p‖² by QR, with D the largest norms that the columns of J have had (Moré
 /// 1978), so that the result does not depend on the units of the parameters. Parameters that a bound holds back are
 /// left out of the step, the others are clipped to their bounds. λ follows the ratio of achieved to predicted decrease
-/// (Nielsen 1999). All tests of convergence are relative.
+/// (Nielsen 1999). Where the problem knows what JᵀJ lacks of the cost's curvature, the step takes it along ([`LeastSquares::slopes`]).
+/// All tests of convergence are relative.
 ///
 /// # References
 /// J. J. Moré (1978), The Levenberg-Marquardt algorithm: implementation and theory. H. B. Nielsen (1999), Damping
-/// parameter in Marquardt's method.
+/// parameter in Marquardt's method. J. E. Dennis & R. B. Schnabel (1983), Numerical Methods for Unconstrained Optimization, ch. 10, on residuals that
+/// stay large.
 #[derive(Clone, Debug)]
 pub struct LevenbergMarquardt {
     /// Lower and upper bound of each parameter, infinite where there is none.
