@@ -92,6 +92,9 @@ RECORDS = [
     Record("ankle in movement", ["ankle_moving_cycles/small.csv"], ["--input", "angle_ankle", "--output", "torque_ankle"], ("stiffness-drift",), relations=[
         ("not called adequate", lambda answer, fit: answer["verdict"] != "adequate"),
     ]),
+    Record("ankle in movement, told of its cycles", ["ankle_moving_cycles/small.csv"], ["--input", "angle_ankle", "--output", "torque_ankle", "--schedule", "phase", "--cycle", "1.5"], ("varying-stiffness",), relations=[
+        ("matrices over the cycle explain 89.5 % of the deviation from its mean", at_least(vaf("extended"), 89.5)),
+    ]),
     Record("band damper, 30 lb", ["damper_backlash/30lb.csv"], ["--input", "pos_x", "--output", "force_x"], ("coulomb-friction", "dead-zone", "hysteresis"), ("periodic-disturbance",), True, relations=[
         ("friction behind a play leaves 0.362 of the force (0.42 or less)", at_most(nrmse("extended"), 0.42)),
     ]),
