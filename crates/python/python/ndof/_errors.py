@@ -9,7 +9,7 @@ class NdofError(ValueError):
     ...     ndof.study("arms")
     ... except ndof.NdofError as error:
     ...     print(error)
-    no study "arms" (did you mean "arm"?); built in: arm, arm-hidden, sensitivity, drift, masses, spring-array, wrist; or give a file, STUDY.toml
+    no study "arms" (did you mean "arm"?); built in: arm, arm-moving, arm-hidden, sensitivity, drift, masses, spring-array, wrist; or give a file, STUDY.toml
     """
 
 

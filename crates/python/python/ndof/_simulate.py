@@ -289,6 +289,6 @@ def registry(what: str) -> dict[str, str]:
 
     >>> import ndof
     >>> list(ndof.registry("studies"))
-    ['arm', 'arm-hidden', 'sensitivity', 'drift', 'masses', 'spring-array', 'wrist']
+    ['arm', 'arm-moving', 'arm-hidden', 'sensitivity', 'drift', 'masses', 'spring-array', 'wrist']
     """
     return dict(_ndof.registry(what))
