@@ -51,7 +51,7 @@ impl Answer<'_> {
         let what = over_schedule.first().map_or_else(|| card.what.to_owned(), Curve::what);
         let mut evidence = vec![
             format!(
-                "{what} ({}): it raises the log-likelihood by {gain:.0} with {} parameters, {:.0} after paying for them",
+                "{what} ({}): it raised the log-likelihood by {gain:.0} with {} parameters when it was found; in the whole model it is worth {:.0} after paying for them",
                 h.form.label,
                 h.form.cost(),
                 group.worth
