@@ -4,6 +4,7 @@ use super::ScheduleError;
 use super::kernel::Kernel;
 use super::record::Stretch;
 use super::spline::Splines;
+use rayon::prelude::*;
 use std::ops::Range;
 
 /// Share of the band over which the kernel falls.
@@ -73,7 +74,7 @@ impl Layout {
         let about: Vec<Vec<f64>> = channels.iter().zip(centre).map(|(x, c)| x.iter().map(|x| x - c).collect()).collect();
         [0, 1, 2].map(|order| {
             let kernel = self.differentiator(order);
-            about.iter().map(|x| kernel.apply(x)).collect()
+            about.par_iter().map(|x| kernel.apply(x)).collect()
         })
     }
 

@@ -15,6 +15,7 @@ use super::variation::probability_if_constant;
 use crate::fit::t_quantile;
 use faer::Mat;
 use ndarray::Array2;
+use rayon::prelude::*;
 
 /// Curves are given at each hundredth of the schedule, as gait analysis does of the cycle.
 const PLACES: usize = 100;
@@ -108,7 +109,8 @@ impl ScheduledFit {
         }
         let work = Work { roughness: splines.roughness(), layout, rows, varying: [self.stiffness, self.damping, self.inertia] };
         let columns = Columns::new(&work.layout, work.varying);
-        let fits: Vec<Row> = (0..axes).map(|output| work.row(&columns, output)).collect::<Result<_, _>>()?;
+        let fits: Vec<Result<Row, ScheduleError>> = (0..axes).into_par_iter().map(|output| work.row(&columns, output)).collect();
+        let fits: Vec<Row> = fits.into_iter().collect::<Result<_, _>>()?;
         let at: Vec<f64> = (0..=PLACES).map(|k| k as f64 / PLACES as f64).collect();
         let [vaf_constant, vaf_varying, folds] = work.held_out(&columns, &fits)?;
         Ok(Scheduled {
