@@ -111,6 +111,15 @@ def follow(page, tools):
     return faults
 
 
+def put_tools(folder, bin):
+    """The programs that a page may call, where `PATH` finds them."""
+    for name, text in {"cargo": CARGO, "git": GIT}.items():
+        tool = Path(folder) / name
+        tool.write_text(text.format(bin=bin.resolve(), root=ROOT))
+        tool.chmod(0o755)
+    (Path(folder) / "ndof").symlink_to(bin.resolve() / "ndof")
+
+
 def main():
     arguments = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     target = Path(os.environ.get("CARGO_TARGET_DIR", ROOT / "target"))
@@ -121,11 +130,7 @@ def main():
     unknown = ELSEWHERE - {p.stem for p in TUTORIALS.glob("*.md")}
     faults = [f"{name}.md is gone" for name in unknown]
     with tempfile.TemporaryDirectory() as tools:
-        for name, text in {"cargo": CARGO, "git": GIT}.items():
-            tool = Path(tools) / name
-            tool.write_text(text.format(bin=chosen.bin.resolve(), root=ROOT))
-            tool.chmod(0o755)
-        (Path(tools) / "ndof").symlink_to(chosen.bin.resolve() / "ndof")
+        put_tools(tools, chosen.bin)
 
         def timed(name):
             start = time.monotonic()

@@ -1,12 +1,13 @@
-"""Draws the picture at the front of the README and those of the gallery, from what the program writes.
+"""Draws the picture at the front of the README, those of the gallery and those of the tutorial of the moving arm, from what the program writes.
 
     python3 book/pictures.py [--bin target/release]
     python3 book/pictures.py --check                    compares what the pages say, and writes nothing
 
-Needs Python and the program (`cargo build --release`), about 20 s and a folder for temporary files. `bash book/reference` runs it. The numbers in
+Needs Python, the program and its example (`cargo build --release --bin ndof --example moving_arm`), about 20 s and a folder for temporary files.
+`bash book/reference` runs it. The numbers in
 `front.svg` are those of the diagnosis' JSON, its curves those of the CSV files beside the report's own pictures. Each picture of the gallery is one of a
 report, written by the commands that the page shows; the output that it shows is compared, as in `follow_tutorials.py`. So are the numbers that README,
-introduction and gallery say of the first picture.
+introduction and gallery say of the first picture. The tutorial's commands run as far as those that draw.
 """
 import argparse
 import csv
@@ -19,11 +20,12 @@ import sys
 import tempfile
 from pathlib import Path
 
-from follow_tutorials import ANSI, NUMBER, alike, listings, missing
+from follow_tutorials import ANSI, NUMBER, alike, listings, missing, put_tools
 
 ROOT = Path(__file__).resolve().parents[1]
 PICTURES = ROOT / "book/src/pictures"
 GALLERY = ROOT / "book/src/gallery.md"
+TUTORIAL = ROOT / "book/src/tutorials/moving_arm.md"
 
 # Okabe and Ito's colours, as in the program's reports.
 MEASURED, WRONG, RIGHT, INK, GREY = "#a9b1bd", "#d55e00", "#0072b2", "#1c2430", "#5b6675"
@@ -124,12 +126,30 @@ def front(found, truth, plots):
             f'<style>{STYLE}</style><rect width="880" height="456" rx="8" fill="#fff"/>{"".join(drawn)}</svg>\n')
 
 
+def named(text):
+    """Name and source of each picture of a page that says in a comment what it is made of."""
+    return re.findall(r"!\[[^\]]*\]\((?:\.\./)?pictures/([\w/.-]+)\)\s*<!-- (\S+) -->", text)
+
+
+def of_tutorial(bin):
+    text = TUTORIAL.read_text(encoding="utf-8")
+    with tempfile.TemporaryDirectory() as tools, tempfile.TemporaryDirectory() as work:
+        put_tools(tools, bin)
+        environment = {**os.environ, "PATH": f"{tools}{os.pathsep}{os.environ['PATH']}"}
+        commands = [body for language, body in listings(text) if language == "sh"]
+        last = max(k for k, body in enumerate(commands) if "--plots" in body)
+        for body in commands[: last + 1]:
+            subprocess.run(["bash", "-euc", body], cwd=work, env=environment, check=True, stdout=subprocess.PIPE, stderr=subprocess.STDOUT)
+        return {name: (Path(work) / source).read_text(encoding="utf-8") for name, source in named(text)}
+
+
 def main():
     arguments = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     arguments.add_argument("--bin", type=Path, default=Path(os.environ.get("CARGO_TARGET_DIR", ROOT / "target")) / "release", help="where the program is")
     arguments.add_argument("--check", action="store_true", help="write no picture")
     chosen = arguments.parse_args()
-    bin, pictures = chosen.bin.resolve(), {}
+    bin = chosen.bin.resolve()
+    pictures = of_tutorial(bin)
     with tempfile.TemporaryDirectory() as folder:
         work = Path(folder)
         (work / "examples").symlink_to(ROOT / "examples")
@@ -142,7 +162,7 @@ def main():
                 printed = subprocess.run(["bash", "-euc", body], **here).stdout
             elif (line := missing(body, ANSI.sub("", printed))) is not None:
                 sys.exit(f"gallery.md: what should print it does not\n    {line}\nbut\n{printed}")
-        for name, source in re.findall(r"!\[[^\]]*\]\(pictures/([\w/.-]+)\)\s*<!-- (\S+) -->", text):
+        for name, source in named(text):
             pictures[name] = (work / source).read_text(encoding="utf-8")
         subprocess.run(shlex.split("ndof diagnose trial-1.csv trial-2.csv trial-3.csv --json diagnosis.json --plots front"), **here)
         found, truth = (json.loads((work / file).read_text(encoding="utf-8")) for file in ("diagnosis.json", "trial.truth.json"))

@@ -15,7 +15,7 @@ use std::error::Error;
 use std::path::PathBuf;
 
 /// Where an effect sits and how strong it is, strong enough to be seen.
-const CASES: [(&str, &str, &str, &str); 29] = [
+const CASES: [(&str, &str, &str, &str); 32] = [
     ("parameter-error", "limb", "", "name = \"K_x_x\"\nvalue = 360.0"),
     ("added-mass", "limb", "", "mass_kg = 0.6"),
     ("coulomb-friction", "limb", "x", "level_n = 0.8"),
@@ -42,6 +42,9 @@ const CASES: [(&str, &str, &str, &str); 29] = [
     ("posture-drift", "limb", "x", "rate_m_per_s = 2e-4"),
     ("varying-stiffness", "limb", "x", "swing_n_per_m = 200.0\ncycle_s = 4.0"),
     ("varying-damping", "limb", "x", "swing_n_s_per_m = 8.0\ncycle_s = 4.0"),
+    ("varying-reflex", "limb", "x", "delay_s = 0.04\ndamping_n_s_per_m = 20.0\ncycle_s = 4.0"),
+    ("arm-geometry", "limb", "", ""),
+    ("posture-stiffness", "limb", "", "elbow_with_elbow_nm_per_rad2 = 120.0"),
     ("gravity", "limb", "x", "torque_nm = 40.0"),
     ("geometry-error", "robot", "", "name = \"link_1_m\"\nvalue = 0.44"),
     ("cross-coupling", "limb", "", "matrix = [[0.0, -120.0], [-120.0, 0.0]]"),

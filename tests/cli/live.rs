@@ -1,6 +1,6 @@
 //! A trial is watched while it is measured; Ctrl-C ends every command without a half file.
 
-use crate::support::{csv, json, noise, oscillator, refuse, succeed, violation};
+use crate::support::{csv, json, noise, oscillator, oscillator_that_changes, refuse, succeed, violation};
 use serde_json::Value;
 use std::io::{BufRead, BufReader, Write};
 use std::path::Path;
@@ -85,6 +85,98 @@ fn the_last_look_is_the_estimate_of_the_whole_file() {
     }
 }
 
+/// A minute of 300 N/m and one of 450 N/m, with the limb's own force of a fifth of the one that moves it.
+fn change(folder: &Path) {
+    let force = noise(1, 60_000);
+    let moved: Vec<f64> = force.iter().zip(noise(2, 60_000)).map(|(force, own)| force + 0.2 * own).collect();
+    let motion = oscillator_that_changes(|at| [2.0, 12.0, if at < 30_000 { 300.0 } else { 450.0 }], &moved);
+    csv(&folder.join("change.csv"), "# sample_rate_hz: 500\n", &[("force_x [N]", &force), ("pos_x [m]", &motion)]);
+}
+
+/// Options of live and fit alike.
+const ALIKE: [&str; 4] = ["--band", "0.6-8", "--nperseg", "1024"];
+
+/// Every look at a file.
+fn looks(folder: &Path, file: &str, options: &[&str]) -> Vec<Value> {
+    let lines = succeed(folder, &[&["live", file, "--wait", "0.1", "--json", "-"], &ALIKE[..], options].concat());
+    lines.lines().map(|line| serde_json::from_str(line).expect("a line of JSON")).collect()
+}
+
+#[test]
+fn the_last_seconds_follow_a_stiffness_that_changes_and_the_whole_does_not() {
+    let folder = tempfile::tempdir().expect("a folder");
+    change(folder.path());
+    // Deviation of K from what is true then, in half widths of its 95 % interval, at each look.
+    let deviations = |looks: &[Value], of: &dyn Fn(f64) -> Option<f64>| -> Vec<f64> {
+        let one = |look: &Value| {
+            let truth = of(look["duration_s"].as_f64().expect("a number"))?;
+            let k = &look["parameters"][2];
+            assert_eq!(k["name"], "K");
+            let [low, high] = [0, 1].map(|end| k["ci95"][end].as_f64());
+            let (low, high) = (low?, high?);
+            Some(((low + high) / 2.0 - truth).abs() / ((high - low) / 2.0))
+        };
+        looks.iter().filter_map(one).collect()
+    };
+    let [followed, whole] = [&["--last", "20"][..], &[]].map(|options| looks(folder.path(), "change.csv", options));
+    // Looks whose last seconds lie on one side of the change.
+    let here = |s: f64| (s <= 60.0).then_some(300.0).or((s >= 80.0).then_some(450.0));
+    let found = deviations(&followed, &here);
+    // Twice the half width, four standard errors; they are correlated, and one in twenty lies outside one.
+    assert!(found.len() > 25 && found.iter().all(|d| *d < 2.0), "{found:?}");
+    assert!(found.iter().filter(|d| **d < 1.0).count() as f64 > 0.8 * found.len() as f64, "{found:?}");
+    let late = deviations(&whole, &|s| (s >= 80.0).then_some(450.0));
+    assert!(late.len() > 10 && late.iter().all(|d| *d > 2.0), "{late:?}");
+    let last = &followed[followed.len() - 1];
+    assert_eq!((last["duration_s"].as_f64(), last["used_s"].as_f64()), (Some(120.0), Some(20.0)));
+    // What follows can be read without JSON, too.
+    let text = succeed(folder.path(), &[&["live", "change.csv", "--wait", "0.1", "--last", "20"], &ALIKE[..]].concat());
+    let line = text.lines().find(|line| line.starts_with("120.0 s")).expect("a last look");
+    assert!(line.contains("(the last 20.0 s count)") && line.contains("; K ") && line.ends_with(" N/m"), "{line}");
+}
+
+#[test]
+fn a_rest_ends_no_watch() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let resting = |from: usize, to: usize| move |k: usize| if (from..to).contains(&k) { 0.0 } else { 1.0 };
+    // At rest from 20 to 50 s of 70, and up to 20 s of 60.
+    for (file, samples, moves, options) in
+        [("pause.csv", 35_000, resting(10_000, 25_000), &["--last", "10"][..]), ("begin.csv", 30_000, resting(0, 10_000), &[])]
+    {
+        let force: Vec<f64> = noise(1, samples).into_iter().enumerate().map(|(k, f)| f * moves(k)).collect();
+        let motion: Vec<f64> = oscillator(&force).into_iter().enumerate().map(|(k, x)| x * moves(k)).collect();
+        csv(&folder.path().join(file), "# sample_rate_hz: 500\n", &[("force_x [N]", &force), ("pos_x [m]", &motion)]);
+        let looks = looks(folder.path(), file, options);
+        let live = &looks[looks.len() - 1];
+        assert_eq!(live["duration_s"].as_f64(), Some(samples as f64 / 500.0), "{file}");
+        assert!((live["parameters"][2]["value"].as_f64().expect("a number") / 300.0 - 1.0).abs() < 0.05, "{file}: {}", live["parameters"][2]);
+    }
+    // What never moves is said at the end.
+    let still = vec![1.0; 10_000];
+    csv(&folder.path().join("still.csv"), "# sample_rate_hz: 500\n", &[("force_x [N]", &still), ("pos_x [m]", &still)]);
+    assert!(refuse(folder.path(), &[&["live", "still.csv", "--wait", "0.1"], &ALIKE[..]].concat()).contains("is constant"));
+}
+
+#[test]
+fn the_last_look_has_the_numbers_of_a_fit_of_what_counts() {
+    let folder = tempfile::tempdir().expect("a folder");
+    change(folder.path());
+    // With a band that is asked for and with the one that is excited; of everything and of the last 50 s.
+    for (options, last, from) in [(&ALIKE[..], &[][..], &[][..]), (&ALIKE[2..], &[], &[]), (&ALIKE[..], &["--last", "50"], &["--start", "70"])] {
+        let live = json(folder.path(), &[&["live", "change.csv", "--wait", "0.1", "--every", "1000"], options, last].concat());
+        let fit = json(folder.path(), &[&["fit", "change.csv", "--method", "welch"], options, from].concat());
+        assert_eq!(live["fitted_hz"], fit["band_hz"]);
+        let [ours, theirs] = [&live, &fit].map(|result| result["parameters"].as_array().expect("a list"));
+        assert_eq!(ours.len(), theirs.len());
+        for (our, their) in ours.iter().zip(theirs) {
+            let numbers = |p: &Value| [&p["value"], &p["std_error"], &p["ci95"][0], &p["ci95"][1]].map(|n| n.as_f64().expect("a number"));
+            for (a, b) in numbers(our).into_iter().zip(numbers(their)) {
+                assert!(our["name"] == their["name"] && (a / b - 1.0).abs() < 1e-9, "{options:?} {last:?}: {our} {their}");
+            }
+        }
+    }
+}
+
 #[test]
 fn a_file_that_grows_is_followed_and_ctrl_c_ends_with_what_is_known() {
     let folder = tempfile::tempdir().expect("a folder");
@@ -117,6 +209,8 @@ fn too_little_for_a_look_is_said() {
     assert!(message.contains("short.csv") && message.contains("3.000 s") && message.contains("--nperseg"), "{message}");
     assert!(refuse(folder.path(), &["live", "none.csv"]).contains("none.csv"));
     assert!(refuse(folder.path(), &["live", "short.csv", "--share", "2"]).contains("--share"));
+    let message = refuse(folder.path(), &["live", "short.csv", "--wait", "0.1", "--nperseg", "512", "--last", "1"]);
+    assert!(message.contains("the last 1 s") && message.contains("--last") && message.contains("1.024 s"), "{message}");
 }
 
 #[test]

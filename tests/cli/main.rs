@@ -1,7 +1,9 @@
 //! The program from outside: each command, exit code and message.
 
+mod arm_geometry;
 mod cohort;
 mod commands;
+mod cycles;
 mod damage;
 mod design;
 mod errors;

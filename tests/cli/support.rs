@@ -62,14 +62,20 @@ pub fn oscillator(force: &[f64]) -> Vec<f64> {
 }
 
 /// The same with another mass, damping and stiffness.
-pub fn oscillator_of([m, b, k]: [f64; 3], force: &[f64]) -> Vec<f64> {
+pub fn oscillator_of(constants: [f64; 3], force: &[f64]) -> Vec<f64> {
+    oscillator_that_changes(|_| constants, force)
+}
+
+/// The same with mass, damping and stiffness of their own in each interval.
+pub fn oscillator_that_changes(constants: impl Fn(usize) -> [f64; 3], force: &[f64]) -> Vec<f64> {
     const STEPS: usize = 50;
     let h = 0.002 / STEPS as f64;
     let (mut x, mut v) = (0.0, 0.0);
     force
         .iter()
-        .map(|f| {
-            let mut mean = 0.0;
+        .enumerate()
+        .map(|(at, f)| {
+            let ([m, b, k], mut mean) = (constants(at), 0.0);
             for _ in 0..STEPS {
                 v += h * (f - b * v - k * x) / m;
                 x += h * v;

@@ -275,6 +275,14 @@ pub enum AnalysisError {
         /// The least.
         least: usize,
     },
+    /// The last seconds, if only they count, never give an estimate.
+    #[error("the last {last_s} s are too few for an estimate from segments of {segment_s} s; take more with `last`, or shorter segments with `nperseg`")]
+    ShortLast {
+        /// What was asked for.
+        last_s: f64,
+        /// A segment's length.
+        segment_s: f64,
+    },
     /// A schedule that the settings or the recordings do not allow.
     #[error("{what}")]
     Schedule {

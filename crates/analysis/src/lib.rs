@@ -19,6 +19,7 @@ mod nested;
 pub mod options;
 mod response;
 pub mod result;
+mod schedule;
 mod suggest;
 mod trials;
 
@@ -28,10 +29,12 @@ pub use diagnose::{Diagnose, Diagnosed, HeldOut, Question, diagnose};
 pub use error::{AnalysisError, in_order};
 pub use estimate::{Estimate, Estimated, MethodName, Streamed, estimate};
 pub use fit::{
-    ComparedParameter, DELAY_FLOOR_S, Events, FLOORS, Fit, FitCost, Fitted, Leftover, MODEL, Overlay, Run, VafWeight, fit, fit_response, leftover,
-    model_response, overlay, project,
+    ComparedParameter, DELAY_FLOOR_S, FLOORS, Fit, FitCost, Fitted, Leftover, MODEL, Overlay, Run, VafWeight, fit, fit_response, leftover, model_response,
+    overlay, project,
 };
 pub use live::{Enough, Live};
 pub use response::MeasuredResponse;
+pub use result::log_spaced;
+pub use schedule::{Events, PHASE, TIME};
 pub use suggest::{did_you_mean, nearest, window_named};
 pub use trials::{Channels, RoleNames, Roles, Trial, Trials, Trim, axis_of};

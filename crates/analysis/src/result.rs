@@ -56,3 +56,17 @@ pub fn to_json(result: &impl Serialize) -> Result<String, serde_json::Error> {
 pub fn word(value: &impl Serialize) -> String {
     serde_json::to_value(value).ok().and_then(|value| value.as_str().map(str::to_owned)).unwrap_or_default()
 }
+
+/// At most `count` of the `usable` indices, nearest to logarithmically spaced frequencies.
+pub fn log_spaced(usable: &[usize], hz: &[f64], count: usize) -> Vec<usize> {
+    let (Some(&first), Some(&last)) = (usable.first(), usable.last()) else { return Vec::new() };
+    let (low, high) = (hz[first].ln(), hz[last].ln());
+    let mut chosen: Vec<usize> = (0..count)
+        .filter_map(|k| {
+            let wanted = low + (high - low) * k as f64 / (count - 1) as f64;
+            usable.iter().copied().min_by(|&a, &b| (hz[a].ln() - wanted).abs().total_cmp(&(hz[b].ln() - wanted).abs()))
+        })
+        .collect();
+    chosen.dedup();
+    chosen
+}

@@ -35,7 +35,7 @@ enum Command {
     Study(command::study::Arguments),
     Estimate(command::estimate::Arguments),
     Fit(command::fit::Arguments),
-    Diagnose(command::diagnose::Arguments),
+    Diagnose(Box<command::diagnose::Arguments>),
     Live(command::live::Arguments),
     Compare(command::compare::Arguments),
     Cohort(command::cohort::Arguments),

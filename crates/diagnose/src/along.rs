@@ -2,6 +2,7 @@
 
 use crate::movement::Schedule;
 use ndof_models::{ForceLaw, Motion};
+use std::f64::consts::PI;
 use std::ops::Range;
 
 /// The forces of a law along one motion and its last hidden states, which are integrated by Heun's rule with as many steps a sample as they need.
@@ -14,6 +15,9 @@ pub(crate) fn along(
 ) -> (Vec<Vec<f64>>, Vec<f64>) {
     let samples = x.len() / axes;
     let states = law.states();
+    if law.jumps() && states == 0 {
+        return (jumping(law, (rate_hz, start_s, schedule), axes, [x, v, dx, dv]), vec![]);
+    }
     let mut out = vec![vec![0.0; samples]; axes];
     let mut z = vec![0.0; states];
     let (mut k1, mut k2, mut force, mut middle) = (vec![0.0; states], vec![0.0; states], vec![0.0; axes], vec![0.0; states]);
@@ -53,6 +57,41 @@ pub(crate) fn along(
         }
     }
     (out, z)
+}
+
+/// Places between two samples at which a force that jumps is evaluated,
+const FINE: usize = 8;
+/// and samples on either side over which a low-pass takes them together.
+const REACH: usize = 4;
+
+/// The samples of a force without states that jumps: evaluated more often than sampled and low-passed, lest what lies beyond the band fold into it.
+fn jumping(law: &dyn ForceLaw, (rate_hz, start_s, schedule): (f64, f64, &[f64]), axes: usize, series: [&[f64]; 4]) -> Vec<Vec<f64>> {
+    let samples = series[0].len() / axes;
+    let (mut place, mut force) = (vec![0.0; 4 * axes], vec![0.0; axes]);
+    let mut fine = vec![Vec::with_capacity(samples * FINE); axes];
+    for at in 0..samples * FINE {
+        let (k, part) = (at / FINE, (at % FINE) as f64 / FINE as f64);
+        let next = (k + 1).min(samples - 1);
+        interpolate(&mut place, part, axes, series, &(k * axes..(k + 1) * axes), &(next * axes..(next + 1) * axes));
+        let clock = (start_s + (k as f64 + part) / rate_hz, Schedule::between(schedule, k as f64 + part));
+        force.fill(0.0);
+        law.evaluate(&view(&place, axes, clock), &[], &mut force, &mut []);
+        fine.iter_mut().zip(&force).for_each(|(series, f)| series.push(*f));
+    }
+    let half = (REACH * FINE) as isize;
+    let kernel: Vec<f64> = (-half..=half)
+        .map(|j| {
+            let (u, w) = (j as f64 / FINE as f64 * PI, j as f64 / half as f64 * PI);
+            (if j == 0 { 1.0 } else { u.sin() / u }) * (0.5 + 0.5 * w.cos())
+        })
+        .collect();
+    let sum: f64 = kernel.iter().sum();
+    let last = (samples * FINE) as isize - 1;
+    let low_passed = |fine: &Vec<f64>| -> Vec<f64> {
+        let around = |k: usize| (-half..=half).map(move |j| ((k * FINE) as isize + j).clamp(0, last) as usize);
+        (0..samples).map(|k| around(k).zip(&kernel).map(|(at, h)| fine[at] * h).sum::<f64>() / sum).collect()
+    };
+    fine.iter().map(low_passed).collect()
 }
 
 fn interpolate(place: &mut [f64], fraction: f64, axes: usize, series: [&[f64]; 4], here: &Range<usize>, next: &Range<usize>) {

@@ -1,57 +1,134 @@
-//! What a stiffness or damping that follows a schedule is at each place of it.
+//! What a stiffness, a damping or the gain of a reflex that follows a schedule is at each place of it.
 
+use crate::extended::Profile;
 use crate::movement::Schedule;
 use crate::plant::Role;
-use crate::result::{CauseParameter, Curve};
+use crate::result::CauseParameter;
 use crate::search::{Chosen, Stand};
 use crate::subject::Subject;
-use ndof_models::effects::{Action, Matrix, Scheduled, Value};
+use ndof_models::effects::{Action, Matrix, Value, Waves};
+use serde::{Deserialize, Serialize};
 
 /// Curves are given at each hundredth of the schedule, as those of `fit` are.
 const PLACES: usize = 100;
-/// What calibration leaves of any entry.
-const FLOOR: f64 = 0.005;
+/// What calibration leaves of any value, as a share of it.
+pub(crate) const CALIBRATION: f64 = 0.005;
+
+/// An entry of a matrix, or the gain of a reflex, over a schedule.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+pub struct Curve {
+    /// `K_x_y`: matrix, row axis, column axis; `K` for one axis. `gain_x`, or `gain`: the velocity gain of a reflex.
+    pub name: String,
+    /// Its SI unit.
+    pub unit: String,
+    /// What it follows, in words.
+    pub over: String,
+    /// The unit of that; empty for a phase, which goes from 0 to 1.
+    pub over_unit: String,
+    /// Where the curve is given.
+    pub at: Vec<f64>,
+    /// Its value at each place.
+    pub value: Vec<f64>,
+    /// Lower and upper end of the 95 % interval at each place by itself.
+    pub ci95: [Vec<f64>; 2],
+}
+
+/// A curve over the schedule as a fit has it.
+struct Fitted<'a> {
+    name: String,
+    unit: &'static str,
+    /// What no coefficient of the curve's own is part of.
+    constant: f64,
+    waves: Waves,
+    /// The first coefficient of the hypothesis among those of the fit.
+    own: usize,
+    /// The coefficients of the waves, among those of the hypothesis.
+    from: usize,
+    /// The coefficient of the fit that the mean is, where there is one.
+    mean: Option<usize>,
+    coefficients: &'a [f64],
+}
 
 impl Subject {
-    /// The entries of a chosen hypothesis over the schedule, the baseline's value included; nothing where it follows none.
+    /// What of a chosen hypothesis follows the schedule, the baseline's value included; nothing where it follows none.
     pub fn curves(&self, schedule: &Schedule, axes: &[String], chosen: &[Chosen], stand: &Stand, position: usize) -> Vec<Curve> {
-        let Action::Scheduled(of) = &self.hypotheses[chosen[position].hypothesis].form.action else { return Vec::new() };
-        let letter = if of.matrix == Matrix::Stiffness { "K" } else { "B" };
-        let unit = match (of.matrix == Matrix::Stiffness, self.scale.rotational) {
+        let own = stand.base.columns.len() + stand.spans[position].0;
+        let coefficients = self.coefficients(stand, position);
+        let fitted: Vec<Fitted<'_>> = match &self.hypotheses[chosen[position].hypothesis].form.action {
+            Action::Scheduled(of) => {
+                let constant = self.matrix(chosen, stand, of.matrix);
+                let letter = if of.matrix == Matrix::Stiffness { "K" } else { "B" };
+                let one = |(entry, places): (usize, &Vec<(usize, usize)>)| {
+                    let (i, j) = places[0];
+                    let same = |role: &Role| *role == Role::Entry(of.matrix, i, j) || *role == Role::Entry(of.matrix, j, i);
+                    Fitted {
+                        name: if axes.len() > 1 { format!("{letter}_{}_{}", axes[i], axes[j]) } else { letter.to_owned() },
+                        unit: self.unit(of.matrix),
+                        constant: constant[i][j],
+                        waves: of.waves,
+                        own,
+                        from: entry * of.waves.count,
+                        mean: stand.base.roles.iter().position(same),
+                        coefficients,
+                    }
+                };
+                of.entries.iter().enumerate().map(one).collect()
+            }
+            Action::Reflex(of) => vec![Fitted {
+                name: if axes.len() > 1 { format!("gain_{}", axes[of.axis]) } else { "gain".to_owned() },
+                unit: self.unit(Matrix::Damping),
+                constant: coefficients[0],
+                waves: of.waves,
+                own,
+                from: 1,
+                mean: Some(own),
+                coefficients,
+            }],
+            _ => return Vec::new(),
+        };
+        let knobs = self.profiles(chosen, stand, position);
+        fitted.iter().map(|of| of.over(schedule, stand, &knobs)).collect()
+    }
+
+    fn unit(&self, matrix: Matrix) -> &'static str {
+        match (matrix == Matrix::Stiffness, self.scale.rotational) {
             (true, false) => "N/m",
             (true, true) => "N m/rad",
             (false, false) => "N s/m",
             (false, true) => "N m s/rad",
-        };
-        let constant = self.matrix(chosen, stand, of.matrix);
-        let one = |(entry, places): (usize, &Vec<(usize, usize)>)| {
-            let (i, j) = places[0];
-            let (value, error): (Vec<f64>, Vec<f64>) = (0..=PLACES).map(|k| self.at(of, stand, position, entry, k as f64 / PLACES as f64)).unzip();
-            let value: Vec<f64> = value.iter().map(|v| v + constant[i][j]).collect();
-            let end = |side: f64| value.iter().zip(&error).map(|(v, e)| v + side * 1.96 * e.hypot(FLOOR * v)).collect();
-            Curve {
-                name: if axes.len() > 1 { format!("{letter}_{}_{}", axes[i], axes[j]) } else { letter.to_owned() },
-                unit: unit.to_owned(),
-                over: schedule.words.clone(),
-                over_unit: schedule.unit.clone(),
-                at: (0..=PLACES).map(|k| schedule.ends[0] + k as f64 / PLACES as f64 * (schedule.ends[1] - schedule.ends[0])).collect(),
-                ci95: [end(-1.0), end(1.0)],
-                value,
-            }
-        };
-        of.entries.iter().enumerate().map(one).collect()
+        }
+    }
+}
+
+impl Fitted<'_> {
+    fn over(&self, schedule: &Schedule, stand: &Stand, knobs: &[Profile]) -> Curve {
+        let at = |k: usize| k as f64 / PLACES as f64;
+        let own = &self.coefficients[self.from..self.from + self.waves.count];
+        let value: Vec<f64> = (0..=PLACES).map(|k| self.waves.sum(own, at(k)) + self.constant).collect();
+        let error: Vec<f64> = (0..=PLACES).map(|k| self.error(at(k), stand, knobs)).collect();
+        let end = |side: f64| value.iter().zip(&error).map(|(v, e)| v + side * 1.96 * e.hypot(CALIBRATION * v)).collect();
+        Curve {
+            name: self.name.clone(),
+            unit: self.unit.to_owned(),
+            over: schedule.words.clone(),
+            over_unit: schedule.unit.clone(),
+            at: (0..=PLACES).map(|k| schedule.ends[0] + at(k) * (schedule.ends[1] - schedule.ends[0])).collect(),
+            ci95: [end(-1.0), end(1.0)],
+            value,
+        }
     }
 
-    /// The change of an entry at `u` of the schedule, and the standard error of the whole entry there.
-    fn at(&self, of: &Scheduled, stand: &Stand, position: usize, entry: usize, u: f64) -> (f64, f64) {
+    /// The standard error of the whole at `u`: of its coefficients, and of the knobs that they were found with.
+    fn error(&self, u: f64, stand: &Stand, knobs: &[Profile]) -> f64 {
         let covariance = stand.fit.covariance();
-        let (i, j) = of.entries[entry][0];
-        let same = |role: &Role| *role == Role::Entry(of.matrix, i, j) || *role == Role::Entry(of.matrix, j, i);
-        let own = stand.base.columns.len() + stand.spans[position].0 + entry * of.waves.count;
-        let mut slope: Vec<(usize, f64)> = (0..of.waves.count).map(|k| (own + k, of.waves.at(k, u))).collect();
-        slope.extend(stand.base.roles.iter().position(same).map(|k| (k, 1.0)));
+        let mut slope: Vec<(usize, f64)> = (0..self.waves.count).map(|k| (self.own + self.from + k, self.waves.at(k, u))).collect();
+        slope.extend(self.mean.map(|k| (k, 1.0)));
         let variance: f64 = slope.iter().map(|(a, x)| slope.iter().map(|(b, y)| x * y * covariance.at(*a, *b)).sum::<f64>()).sum();
-        (of.curve(self.coefficients(stand, position), entry, u), variance.max(0.0).sqrt())
+        let change =
+            |up: &[f64], down: &[f64]| slope.iter().filter(|(k, _)| *k >= self.own).map(|(k, x)| x * (up[k - self.own] - down[k - self.own])).sum::<f64>();
+        let moved = |knob: &Profile| (change(&knob.up.1, &knob.down.1) / (2.0 * knob.step)).powi(2) * knob.variance;
+        (variance.max(0.0) + knobs.iter().map(moved).sum::<f64>()).sqrt()
     }
 }
 
@@ -80,6 +157,11 @@ impl Curve {
 
     /// "stiffness varies with the phase of the cycle".
     pub(crate) fn what(&self) -> String {
-        format!("{} varies with {}", if self.name.starts_with('K') { "stiffness" } else { "damping" }, self.over)
+        let of = match self.name.as_bytes() {
+            [b'K', ..] => "stiffness",
+            [b'B', ..] => "damping",
+            _ => "the gain of a reflex",
+        };
+        format!("{of} varies with {}", self.over)
     }
 }

@@ -4,7 +4,6 @@ use crate::layout::smooth_length;
 use crate::plant::Role;
 use crate::samples::Samples;
 use crate::search::Stand;
-use ndof_models::ForceLaw;
 use ndof_models::effects::Matrix;
 use ndof_signal::forward_transform;
 use num_complex::Complex64;
@@ -80,8 +79,8 @@ pub(crate) fn levels(samples: &Samples, share: f64) -> Vec<Levels> {
     out
 }
 
-/// A model's residual force in time about the mean movement: `[trial][axis][time]`; `laws` are the force laws that it holds beside its matrices.
-pub(crate) fn residual(stand: &Stand, laws: &[Box<dyn ForceLaw>]) -> Vec<Vec<Vec<f64>>> {
+/// A model's residual force in time about the mean movement: `[trial][axis][time]`; `beyond` is what it has beyond its matrices, trial by trial.
+pub(crate) fn residual(stand: &Stand, beyond: &[Vec<Vec<f64>>]) -> Vec<Vec<Vec<f64>>> {
     let state = &stand.state;
     let layout = &state.layout;
     let n = layout.axes;
@@ -104,10 +103,8 @@ pub(crate) fn residual(stand: &Stand, laws: &[Box<dyn ForceLaw>]) -> Vec<Vec<Vec
                     }
                 }
             }
-            for law in laws {
-                for (series, force) in e.iter_mut().zip(state.forces_of(law.as_ref(), trial)) {
-                    series.iter_mut().zip(force).for_each(|(e, f)| *e -= f);
-                }
+            for (series, force) in e.iter_mut().zip(beyond.get(trial).into_iter().flatten()) {
+                series.iter_mut().zip(force).for_each(|(e, f)| *e -= f);
             }
             for series in e.iter_mut().take(n) {
                 let mean = series.iter().sum::<f64>() / series.len() as f64;

@@ -10,7 +10,7 @@ use crate::state::State;
 use crate::subject::Subject;
 use crate::whittle::INDEPENDENCE;
 use ndof_models::ForceLaw;
-use ndof_models::effects::{Action, Matrix, Sign, Value, rotational_name};
+use ndof_models::effects::{Action, Knob, Matrix, Sign, Value, rotational_name};
 use num_complex::Complex64;
 
 /// A natural frequency below this, for a band to 12 Hz, is no restoring force.
@@ -26,15 +26,18 @@ impl Subject {
 
     /// The force laws of a stand.
     pub fn laws(&self, chosen: &[Chosen], stand: &Stand) -> Vec<Box<dyn ForceLaw>> {
-        chosen
-            .iter()
-            .enumerate()
-            .filter_map(|(q, c)| match &self.hypotheses[c.hypothesis].form.action {
-                Action::Force { law, .. } => Some(law(&c.knobs, self.coefficients(stand, q))),
-                Action::Scheduled(of) => Some(of.law(self.coefficients(stand, q))),
-                _ => None,
-            })
-            .collect()
+        chosen.iter().enumerate().filter_map(|(q, c)| self.hypotheses[c.hypothesis].form.action.law(&c.knobs, self.coefficients(stand, q))).collect()
+    }
+
+    /// The forces of a stand beyond its matrices along one trial: `[axis][time]`.
+    pub fn beyond(&self, chosen: &[Chosen], stand: &Stand, trial: usize) -> Vec<Vec<f64>> {
+        let laws = self.laws(chosen, stand);
+        let forces = laws.iter().map(|law| stand.state.forces_of(law.as_ref(), trial));
+        let mut out = vec![vec![0.0; self.layout.samples]; self.layout.axes];
+        for force in forces.chain(self.curved(chosen, stand).map(|plant| plant.beyond(&stand.state, trial))) {
+            out.iter_mut().flatten().zip(force.iter().flatten()).for_each(|(sum, f)| *sum += f);
+        }
+        out
     }
 
     /// The matrix of a stand, entries that causes change included.
@@ -73,64 +76,34 @@ impl Subject {
             stiffness: self.matrix(chosen, stand, Matrix::Stiffness),
             offset,
             laws: self.laws(chosen, stand),
+            curved: self.curved(chosen, stand),
             movement: None,
         };
         runner.movement = self.layout.movement.as_ref().map(|movement| {
             let left: Vec<Vec<Vec<f64>>> = (0..self.layout.trials).map(|trial| missing(&runner, &stand.state, trial)).collect();
-            let mean = |axis: usize| movement.mean(&left.iter().map(|trial| trial[axis].as_slice()).collect::<Vec<_>>());
-            (movement.splines, (0..n).map(mean).collect())
+            let mean = |axis: usize| movement.coefficients(&left.iter().map(|trial| trial[axis].as_slice()).collect::<Vec<_>>());
+            (movement.splines(), (0..n).map(mean).collect())
         });
         runner
     }
 
     /// The named parameters of a chosen hypothesis with their 95 % intervals.
     ///
-    /// Coefficients: the covariance of the fit. Knobs: the curvature of the profile likelihood. Both carry the form's systematic floor.
+    /// By instruments from the joint covariance; else coefficients from that of the fit and knobs from the curvature of the profile likelihood.
+    /// All carry the form's systematic floor.
     pub fn named(&self, chosen: &[Chosen], stand: &Stand, position: usize) -> Vec<CauseParameter> {
         let c = &chosen[position];
         let h = &self.hypotheses[c.hypothesis];
-        let coefficients = self.coefficients(stand, position).to_vec();
-        let values = (h.form.naming)(&c.knobs, &coefficients);
-        let mut variance = vec![0.0; values.len()];
+        let values = (h.form.naming)(&c.knobs, self.coefficients(stand, position));
         let numbers = |knobs: &[f64], coefficients: &[f64]| -> Vec<f64> {
             (h.form.naming)(knobs, coefficients).into_iter().map(|(_, v)| if let Value::Number(x) = v { x } else { 0.0 }).collect()
         };
-        let at = numbers(&c.knobs, &coefficients);
-        let (first, count) = stand.spans[position];
-        let from = stand.base.columns.len() + first;
-        let covariances = stand.fit.covariance();
-        for a in 0..count {
-            for b in 0..count {
-                let covariance = covariances.at(from + a, from + b);
-                let slope = |q: usize| -> Vec<f64> {
-                    let step = 1e-4 * coefficients[q].abs().max(covariances.at(from + q, from + q).sqrt());
-                    let mut moved = coefficients.clone();
-                    moved[q] += step;
-                    numbers(&c.knobs, &moved).iter().zip(&at).map(|(m, a)| (m - a) / step).collect()
-                };
-                let (sa, sb) = (slope(a), slope(b));
-                variance.iter_mut().zip(sa.iter().zip(&sb)).for_each(|(v, (x, y))| *v += x * y * covariance);
-            }
-        }
-        let others: Vec<Chosen> = chosen.iter().enumerate().filter(|(k, _)| *k != position).map(|(_, c)| c.clone()).collect();
-        if let Some(rest) = self.stand(&others, &stand.fit.power, 1) {
-            let ground =
-                Ground { state: &rest.state, cause: &self.cause, structure: &self.structure, base: &rest.base, terms: &rest.terms, power: &stand.fit.power };
-            for (k, knob) in h.form.knobs.iter().enumerate() {
-                let step = if knob.log { 0.03 * c.knobs[k] } else { 0.01 * (knob.hi - knob.lo) };
-                let moved = |sign: f64| -> Option<(Vec<f64>, Tried)> {
-                    let mut knobs = c.knobs.clone();
-                    knobs[k] += sign * step;
-                    let free = relaxed(h);
-                    ground.evaluate(&free, &knobs, 1).map(|t| (knobs, t))
-                };
-                let middle = ground.evaluate(&relaxed(h), &c.knobs, 1);
-                if let (Some(up), Some(down), Some(middle)) = (moved(1.0), moved(-1.0), middle) {
-                    let curvature = (2.0 * middle.fit.log_likelihood - up.1.fit.log_likelihood - down.1.fit.log_likelihood) / (step * step);
-                    let sigma2 = if curvature > 0.0 { 1.0 / (curvature * INDEPENDENCE) } else { 4.0 * step * step };
-                    let (a, b) = (numbers(&up.0, &up.1.coefficients), numbers(&down.0, &down.1.coefficients));
-                    variance.iter_mut().zip(a.iter().zip(&b)).for_each(|(v, (a, b))| *v += ((a - b) / (2.0 * step)).powi(2) * sigma2);
-                }
+        let joint = stand.fit.by_instruments.is_some();
+        let mut variance = self.variances(chosen, stand, position, joint, &numbers);
+        if !joint {
+            for knob in self.profiles(chosen, stand, position) {
+                let [a, b] = [&knob.up, &knob.down].map(|(knobs, coefficients)| numbers(knobs, coefficients));
+                variance.iter_mut().zip(a.iter().zip(&b)).for_each(|(v, (a, b))| *v += ((a - b) / (2.0 * knob.step)).powi(2) * knob.variance);
             }
         }
         values
@@ -152,7 +125,68 @@ impl Subject {
             })
             .collect()
     }
+
+    /// Variances from the covariance of the coefficients, and of the knobs where it is known.
+    fn variances(&self, chosen: &[Chosen], stand: &Stand, position: usize, joint: bool, numbers: &Numbers<'_>) -> Vec<f64> {
+        let (knobs, coefficients) = (&chosen[position].knobs, self.coefficients(stand, position));
+        let covariance = stand.fit.covariance();
+        let first = stand.base.columns.len() + stand.spans[position].0;
+        let before = stand.fit.theta.len() + chosen[..position].iter().map(|c| c.knobs.len()).sum::<usize>();
+        let places: Vec<usize> = (first..first + coefficients.len()).chain(before..before + if joint { knobs.len() } else { 0 }).collect();
+        let slope = |q: usize| -> Vec<f64> {
+            let step = 1e-4 * covariance.at(places[q], places[q]).sqrt();
+            let moved = |sign: f64| {
+                let (mut knobs, mut coefficients) = (knobs.clone(), coefficients.to_vec());
+                let value = if q < coefficients.len() { &mut coefficients[q] } else { &mut knobs[q - coefficients.len()] };
+                *value += sign * step;
+                numbers(&knobs, &coefficients)
+            };
+            moved(1.0).iter().zip(moved(-1.0)).map(|(up, down)| (up - down) / (2.0 * step)).collect()
+        };
+        let slopes: Vec<Vec<f64>> = (0..places.len()).map(slope).collect();
+        let with = |value: usize, p: usize, a: &[f64]| -> f64 { slopes.iter().zip(&places).map(|(b, q)| a[value] * b[value] * covariance.at(p, *q)).sum() };
+        let variance = |value: usize| -> f64 { slopes.iter().zip(&places).map(|(a, p)| with(value, *p, a)).sum() };
+        (0..numbers(knobs, coefficients).len()).map(variance).collect()
+    }
+
+    /// The profile likelihood of each knob of a chosen hypothesis.
+    pub fn profiles(&self, chosen: &[Chosen], stand: &Stand, position: usize) -> Vec<Profile> {
+        let c = &chosen[position];
+        let h = relaxed(&self.hypotheses[c.hypothesis]);
+        let others: Vec<Chosen> = chosen.iter().enumerate().filter(|(k, _)| *k != position).map(|(_, c)| c.clone()).collect();
+        let Some(rest) = (if c.knobs.is_empty() { None } else { self.stand(&others, &stand.fit.power, 1) }) else { return Vec::new() };
+        let ground =
+            Ground { state: &rest.state, cause: &self.cause, structure: &self.structure, base: &rest.base, terms: &rest.terms, power: &stand.fit.power };
+        let Some(middle) = ground.evaluate(&h, &c.knobs, 1) else { return Vec::new() };
+        let one = |(k, knob): (usize, &Knob)| -> Option<Profile> {
+            let step = if knob.log { 0.03 * c.knobs[k] } else { 0.01 * (knob.hi - knob.lo) };
+            let moved = |sign: f64| -> Option<(Vec<f64>, Tried)> {
+                let mut knobs = c.knobs.clone();
+                knobs[k] += sign * step;
+                ground.evaluate(&h, &knobs, 1).map(|t| (knobs, t))
+            };
+            let (up, down) = (moved(1.0)?, moved(-1.0)?);
+            let curvature = (2.0 * middle.fit.log_likelihood - up.1.fit.log_likelihood - down.1.fit.log_likelihood) / (step * step);
+            let variance = if curvature > 0.0 { 1.0 / (curvature * INDEPENDENCE) } else { 4.0 * step * step };
+            Some(Profile { up: (up.0, up.1.coefficients), down: (down.0, down.1.coefficients), step, variance })
+        };
+        self.hypotheses[c.hypothesis].form.knobs.iter().enumerate().filter_map(one).collect()
+    }
 }
+
+/// A knob of a chosen hypothesis on either side of its best value.
+pub(crate) struct Profile {
+    /// Knobs and the coefficients that are best there.
+    pub up: (Vec<f64>, Vec<f64>),
+    pub down: (Vec<f64>, Vec<f64>),
+    /// How far the knob was moved.
+    pub step: f64,
+    /// The knob's variance, by the curvature of the likelihood.
+    pub variance: f64,
+}
+
+/// The numbers that knobs and coefficients are told as.
+type Numbers<'a> = dyn Fn(&[f64], &[f64]) -> Vec<f64> + 'a;
 
 /// What a model without a mean force leaves of the efforts of a trial.
 fn missing(runner: &Runner, state: &State, trial: usize) -> Vec<Vec<f64>> {

@@ -1,5 +1,6 @@
 //! Free run of a model over held-out data: from the input alone, with fitted initial states.
 
+use crate::curved::CurvedPlant;
 use crate::layout::Layout;
 use crate::linear::Symmetric;
 use crate::movement::{self, Schedule};
@@ -19,6 +20,8 @@ pub(crate) struct Runner {
     /// Mean of the fitted offsets of each equation.
     pub offset: Vec<f64>,
     pub laws: Vec<Box<dyn ForceLaw>>,
+    /// The matrices along the curve of an arm, where they act there.
+    pub curved: Option<CurvedPlant>,
     /// The mean force of each equation over the cycle, which comes back with the phase.
     pub movement: Option<(Splines, Vec<Vec<f64>>)>,
 }
@@ -202,6 +205,11 @@ impl Runner {
             law.evaluate(&motion, &y[from..to], &mut resist, &mut out[from..to]);
             from = to;
         }
+        if let Some(plant) = &self.curved {
+            let a = plant.acceleration([x[0], x[1]], [v[0], v[1]], [effort[0] - resist[0], effort[1] - resist[1]]);
+            out[n..2 * n].copy_from_slice(&a);
+            return out;
+        }
         for (i, force) in resist.iter_mut().enumerate() {
             *force += (0..n).map(|j| self.damping[i][j] * v[j] + self.stiffness[i][j] * x[j]).sum::<f64>();
         }
@@ -233,6 +241,9 @@ impl Runner {
                     .collect()
             })
             .collect();
+        for (series, force) in out.iter_mut().zip(self.curved.iter().flat_map(|plant| plant.beyond(state, trial))) {
+            series.iter_mut().zip(&force).for_each(|(s, f)| *s += f);
+        }
         for law in &self.laws {
             for (series, force) in out.iter_mut().zip(&state.forces_of(law.as_ref(), trial)) {
                 series.iter_mut().zip(force).for_each(|(s, f)| *s += f);

@@ -1,10 +1,11 @@
 //! One hypothesis tried on the balance of forces.
 
+use crate::curved::Curved;
 use crate::optimise;
 use crate::plant::{Base, Structure};
 use crate::state::{Cause, Column, Entry, State, Transform};
 use crate::whittle::{Fit, Likelihood, Power};
-use ndof_models::effects::{Action, EFFECTS, Effect, Form, Scale};
+use ndof_models::effects::{Action, CurvedArm, EFFECTS, Effect, Form, Scale};
 use num_complex::Complex64;
 use std::sync::{Arc, OnceLock};
 
@@ -28,7 +29,20 @@ impl Hypothesis {
 
     /// Whether it corrects channels (and does not add a force).
     pub fn corrects(&self) -> bool {
-        !matches!(self.form.action, Action::Force { .. } | Action::Scheduled(_) | Action::Entries { .. })
+        !matches!(self.form.action, Action::Force { .. } | Action::Scheduled(_) | Action::Reflex(_) | Action::Curved(_) | Action::Entries { .. })
+    }
+
+    /// The arm along whose curve it lets the matrices of the baseline act.
+    pub fn arm(&self) -> Option<&CurvedArm> {
+        match &self.form.action {
+            Action::Curved(arm) => Some(arm),
+            _ => None,
+        }
+    }
+
+    /// Whether likelihood has valleys over its knobs, as with two of them: it is looked for from every point of its grid. A curve beside them is too dear.
+    pub fn bends(&self) -> bool {
+        self.form.knobs.len() > 1 && !matches!(self.form.action, Action::Reflex(_))
     }
 
     /// The transform with these knobs.
@@ -44,24 +58,37 @@ impl Hypothesis {
                 let axis = self.form.axis.unwrap_or(0);
                 exact.iter().map(|operator| state.operator_column(axis, |s| operator(s, knobs))).collect()
             }
-            Action::Force { law, tangent, .. } => (0..self.form.signs.len())
-                .map(|j| {
-                    let unit: Vec<f64> = (0..self.form.signs.len()).map(|k| if k == j { 1.0 } else { 0.0 }).collect();
-                    let forces = state.forces(law(knobs, &unit).as_ref());
-                    let linear: Option<Vec<Entry>> = tangent.as_ref().zip(self.form.axis).map(|(t, axis)| {
-                        let h: Vec<Complex64> = state.layout.sj.iter().map(|&s| t(s, knobs)).collect();
-                        vec![(axis, axis, Arc::new(h))]
-                    });
-                    state.force_column(&forces, linear, self.form.axis)
-                })
-                .collect(),
-            Action::Scheduled(of) => (0..self.form.signs.len())
-                .map(|j| {
-                    let unit: Vec<f64> = (0..self.form.signs.len()).map(|k| if k == j { 1.0 } else { 0.0 }).collect();
-                    state.force_column(&state.forces(of.law(&unit).as_ref()), None, self.form.axis)
-                })
-                .collect(),
-            _ => Vec::new(),
+            Action::Curved(arm) => vec![Curved::new(state, arm).coupling_column()],
+            action => {
+                let mut columns: Vec<Column> = (0..self.form.signs.len()).filter_map(|j| self.law_column(action, state, knobs, j)).collect();
+                if let Action::Reflex(_) = action {
+                    like_the_mean(&mut columns);
+                }
+                columns
+            }
+        }
+    }
+
+    /// The column of coefficient `j` of a law along the motion.
+    fn law_column(&self, action: &Action, state: &State, knobs: &[f64], j: usize) -> Option<Column> {
+        let unit: Vec<f64> = (0..self.form.signs.len()).map(|k| if k == j { 1.0 } else { 0.0 }).collect();
+        let forces = state.forces(action.law(knobs, &unit)?.as_ref());
+        let over = |tangent: &dyn Fn(Complex64) -> Complex64| -> Arc<Vec<Complex64>> { Arc::new(state.layout.sj.iter().map(|&s| tangent(s)).collect()) };
+        let response = match action {
+            Action::Force { tangent: Some(tangent), .. } => Some(over(&|s| tangent(s, knobs))),
+            Action::Reflex(of) if j == 0 => Some(over(&|s| of.tangent(s, knobs))),
+            _ => None,
+        };
+        let linear: Option<Vec<Entry>> = response.zip(self.form.axis).map(|(response, axis)| vec![(axis, axis, response)]);
+        Some(state.force_column(&forces, linear, self.form.axis))
+    }
+
+    /// Whether another one's first columns are all of its own.
+    fn begins(&self, other: &Hypothesis) -> bool {
+        match (&self.form.action, &other.form.action) {
+            (Action::Scheduled(a), Action::Scheduled(b)) => a.matrix == b.matrix && a.entries.len() == 1 && a.entries == b.entries,
+            (Action::Reflex(a), Action::Reflex(b)) => a.axis == b.axis && a.direction == b.direction,
+            _ => false,
         }
     }
 
@@ -69,17 +96,38 @@ impl Hypothesis {
     pub fn repeats(&self, other: &Hypothesis) -> bool {
         match (&self.form.action, &other.form.action) {
             (Action::Scheduled(a), Action::Scheduled(b)) => a.matrix == b.matrix && a.entries.iter().any(|entry| b.entries.contains(entry)),
+            (Action::Reflex(a), Action::Reflex(b)) => a.axis == b.axis,
             _ => false,
         }
     }
 }
 
+/// Gives the waves of a reflex' gain the linear action of its mean, as much as they have of it: what two columns share has to be the same in both, or
+/// their difference would be noise that costs nothing.
+fn like_the_mean(columns: &mut [Column]) {
+    let Some((mean, waves)) = columns.split_first_mut() else { return };
+    let inner = |a: &[Complex64], b: &[Complex64]| a.iter().zip(b).map(|(a, b)| a.re * b.re + a.im * b.im).sum::<f64>();
+    let Some((_, own)) = mean.parts.first() else { return };
+    for wave in waves {
+        let share = wave.parts.first().map_or(0.0, |(_, part)| inner(part, own) / inner(own, own));
+        wave.action = mean.action.iter().map(|(i, j, h)| (*i, *j, Arc::new(h.iter().map(|h| h * share).collect()))).collect();
+    }
+}
+
 /// Columns on the points of every hypothesis' grid, for channels that nothing has corrected; filled where first needed.
-pub(crate) struct Cache(Vec<Vec<OnceLock<Vec<Column>>>>);
+pub(crate) struct Cache {
+    columns: Vec<Vec<OnceLock<Vec<Column>>>>,
+    /// For each hypothesis the one whose first columns are its own: curves of fewer waves are part of those of more.
+    holder: Vec<usize>,
+}
 
 impl Cache {
     pub fn new(hypotheses: &[Hypothesis]) -> Self {
-        Cache(hypotheses.iter().map(|h| h.form.grid.iter().map(|_| OnceLock::new()).collect()).collect())
+        let largest = |h: &Hypothesis| (0..hypotheses.len()).filter(|&k| h.begins(&hypotheses[k])).max_by_key(|&k| hypotheses[k].form.signs.len());
+        Cache {
+            columns: hypotheses.iter().map(|h| h.form.grid.iter().map(|_| OnceLock::new()).collect()).collect(),
+            holder: hypotheses.iter().enumerate().map(|(own, h)| largest(h).unwrap_or(own)).collect(),
+        }
     }
 }
 
@@ -114,12 +162,16 @@ impl Ground<'_> {
     pub fn evaluate(&self, hypothesis: &Hypothesis, knobs: &[f64], rounds: usize) -> Option<Tried> {
         if hypothesis.corrects() {
             let state = self.state.with(&hypothesis.transform(knobs));
-            let base = Base::new(&state, self.cause, self.structure);
+            let base = Base::new(&state, self.cause, self.structure, self.base.arm.as_ref());
             let columns: Vec<&Column> = base.columns.iter().chain(self.terms).collect();
             let fit = Likelihood::new(&state, self.cause, &base.held).fit(&columns, self.power, rounds, true)?;
             return hypothesis.form.admits(knobs, &[]).then(|| Tried { knobs: knobs.to_vec(), coefficients: vec![], fit });
         }
-        self.add(hypothesis, knobs, &hypothesis.columns(self.state, knobs), rounds)
+        let extra = hypothesis.columns(self.state, knobs);
+        match hypothesis.arm() {
+            Some(arm) => Ground { base: &Base::new(self.state, self.cause, self.structure, Some(arm)), ..*self }.add(hypothesis, knobs, &extra, rounds),
+            None => self.add(hypothesis, knobs, &extra, rounds),
+        }
     }
 
     /// The fit with the columns of a hypothesis beside all others.
@@ -131,13 +183,15 @@ impl Ground<'_> {
     }
 
     /// The best point of the grid of hypothesis `number`.
-    pub fn screen(&self, hypothesis: &Hypothesis, number: usize, cache: &Cache) -> Option<Tried> {
-        let stored = self.state.transforms.is_empty() && !hypothesis.corrects();
-        let points = hypothesis.form.grid.iter().zip(&cache.0[number]);
+    pub fn screen(&self, hypotheses: &[Hypothesis], number: usize, cache: &Cache) -> Option<Tried> {
+        let (hypothesis, holder) = (&hypotheses[number], cache.holder[number]);
+        let stored = self.state.transforms.is_empty() && !hypothesis.corrects() && hypothesis.arm().is_none();
+        let points = hypothesis.form.grid.iter().zip(&cache.columns[holder]);
         points
             .filter_map(|(knobs, place)| {
                 if stored {
-                    return self.add(hypothesis, knobs, place.get_or_init(|| hypothesis.columns(self.state, knobs)), 1);
+                    let columns = place.get_or_init(|| hypotheses[holder].columns(self.state, knobs));
+                    return self.add(hypothesis, knobs, &columns[..columns.len().min(hypothesis.form.signs.len())], 1);
                 }
                 self.evaluate(hypothesis, knobs, 1)
             })

@@ -59,8 +59,8 @@ impl Court {
             mean: subject.layout.movement.as_ref().map(|movement| {
                 let (tracks, order) = if meaning.motion_imposed { (&subject.effort, 0) } else { (&subject.motion, meaning.order) };
                 let series = |axis: usize| tracks.iter().map(|t| subject.layout.filtered(&t[axis], |s| s.powi(order as i32), None)).collect::<Vec<_>>();
-                let mean = |axis: usize| movement.mean(&series(axis).iter().map(Vec::as_slice).collect::<Vec<_>>());
-                (movement.splines, (0..axes).map(mean).collect())
+                let mean = |axis: usize| movement.coefficients(&series(axis).iter().map(Vec::as_slice).collect::<Vec<_>>());
+                (movement.splines(), (0..axes).map(mean).collect())
             }),
             effort,
             motion,

@@ -1,7 +1,7 @@
 //! The grid of samples, blocks and frequencies that a whole diagnosis works on.
 
-use crate::movement::Movement;
-use ndof_models::schedule::Splines;
+use crate::movement::mean_over;
+use ndof_models::schedule::{MeanOver, Splines};
 use ndof_signal::{ComplexToReal, RealToComplex, forward_transform, inverse_transform};
 use num_complex::Complex64;
 use std::f64::consts::{PI, TAU};
@@ -38,7 +38,7 @@ pub(crate) struct Layout {
     /// What stiffness and damping may follow, `[trial][time]`; no trial where there is nothing.
     pub schedule: Vec<Vec<f64>>,
     /// The mean movement that is taken out of everything that is balanced.
-    pub movement: Option<Movement>,
+    pub movement: Option<MeanOver>,
     /// Weights of a trial's samples (a burst may be masked out); empty where all count.
     pub weights: Vec<Vec<f64>>,
     /// Samples before a trial at the working rate, mirrored.
@@ -177,7 +177,7 @@ impl Layout {
     /// The same about the mean movement.
     pub fn about_movement(mut self, splines: Option<Splines>) -> Self {
         let inside = self.starts[0]..self.starts[self.starts.len() - 1] + self.block;
-        self.movement = splines.and_then(|splines| Movement::new(&self.schedule, splines, &inside));
+        self.movement = splines.and_then(|splines| mean_over(&self.schedule, splines, &inside));
         self
     }
 

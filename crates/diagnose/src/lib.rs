@@ -14,6 +14,7 @@ mod answer;
 mod band;
 mod baseline;
 mod curve;
+mod curved;
 mod detectors;
 mod diagnose;
 mod error;
@@ -22,6 +23,7 @@ mod floor;
 mod free_run;
 mod generic;
 mod hypotheses;
+mod instruments;
 mod judge;
 mod layout;
 mod linear;
@@ -46,16 +48,17 @@ mod subject;
 mod whittle;
 
 pub use baseline::{Baseline, Part, Status};
+pub use curve::Curve;
 pub use diagnose::{diagnose, diagnose_with_pictures};
 pub use error::DiagnoseError;
 pub use linear_fit::LinearFit;
 pub use mechanism::{Endpoint, Mechanism, MechanismParameter, RobotSide, diagnose_robot};
 pub use movement::Schedule;
-pub use options::{HeldOut, Options, OwnEffects};
+pub use options::{HeldOut, KnownArm, Options, OwnEffects};
 pub use pictures::Pictures;
 pub use probability::{Features, SIGNS};
 pub use result::{
-    BandShare, Cause, CauseParameter, Confusable, Considered, Curve, Diagnosis, Discrepancy, Extended, Gain, Minor, Model, ModelParameter, NoiseFloor,
-    Prospect, Score, Shift, Site, Split, TimeShare, Verdict,
+    BandShare, Cause, CauseParameter, Confusable, Considered, Diagnosis, Discrepancy, Extended, Gain, Minor, Model, ModelParameter, NoiseFloor, Prospect,
+    Score, Shift, Site, Split, TimeShare, Verdict,
 };
 pub use split::Stretch;

@@ -1,8 +1,7 @@
 //! The schedule along a recording, and the mean movement that comes back with it.
 
-use crate::linear::{Factor, Symmetric};
 use crate::split::Stretch;
-use ndof_models::schedule::Splines;
+use ndof_models::schedule::{MeanOver, Splines};
 use std::ops::Range;
 
 /// Splines of the mean over a period of the band's upper end, which they follow within a hundredth.
@@ -36,7 +35,7 @@ impl Schedule {
     /// Series of the trials less their means over the cycle; nothing where there are no cycles.
     pub fn deviations(&self, series: &[&[f64]]) -> Option<Vec<Vec<f64>>> {
         let longest = self.values.iter().map(Vec::len).max().unwrap_or(0);
-        Movement::new(&self.values, self.splines(0.0)?, &(0..longest)).map(|movement| movement.deviation(series))
+        mean_over(&self.values, self.splines(0.0)?, &(0..longest)).map(|movement| movement.deviation(series))
     }
 
     /// That of a part of the trials.
@@ -58,75 +57,25 @@ impl Schedule {
     }
 }
 
-/// The mean over the cycle of any series, by least squares; what holds for a force balance holds for its deviation from that mean, be the laws in
-/// it as nonlinear as they may: the mean of each force is taken out of it along the whole motion.
-#[derive(Clone, Debug)]
-pub(crate) struct Movement {
-    pub splines: Splines,
-    /// The phase of each sample that counts, `[trial][time]`; NaN of all others.
-    places: Vec<Vec<f64>>,
-    factor: Factor,
-}
-
-impl Movement {
-    /// That of phases, of which those of samples in `inside` count.
-    pub fn new(phases: &[Vec<f64>], splines: Splines, inside: &Range<usize>) -> Option<Self> {
-        let counts = |k: usize, phase: f64| if inside.contains(&k) { phase } else { f64::NAN };
-        let places: Vec<Vec<f64>> = phases.iter().map(|trial| trial.iter().enumerate().map(|(k, p)| counts(k, *p)).collect()).collect();
-        let mut normal = Symmetric::zeros(splines.count());
-        for phase in places.iter().flatten().filter(|phase| phase.is_finite()) {
-            let row = splines.at(*phase);
-            for (a, (i, v)) in row.iter().enumerate() {
-                row[..=a].iter().for_each(|(j, w)| normal.add(*i, *j, v * w));
-            }
-        }
-        normal.factor().map(|factor| Movement { splines, places, factor })
-    }
-
-    /// Coefficients of the mean of a series, `[trial][time]`.
-    pub fn mean(&self, series: &[&[f64]]) -> Vec<f64> {
-        let mut right = vec![0.0; self.splines.count()];
-        for (value, phase) in series.iter().zip(&self.places).flat_map(|(s, p)| s.iter().zip(p)).filter(|(_, phase)| phase.is_finite()) {
-            self.splines.at(*phase).into_iter().for_each(|(k, weight)| right[k] += weight * value);
-        }
-        self.factor.solve(&right)
-    }
-
-    /// A series less its mean; nothing where there is no phase.
-    pub fn deviation(&self, series: &[&[f64]]) -> Vec<Vec<f64>> {
-        let mean = self.mean(series);
-        let one = |(value, phase): (&f64, &f64)| if phase.is_finite() { value - at(self.splines, &mean, *phase) } else { 0.0 };
-        series.iter().zip(&self.places).map(|(s, p)| s.iter().zip(p).map(one).collect()).collect()
-    }
+/// The mean of samples within a range, at these phases.
+pub(crate) fn mean_over(phases: &[Vec<f64>], splines: Splines, inside: &Range<usize>) -> Option<MeanOver> {
+    let counts = |k: usize, phase: f64| if inside.contains(&k) { phase } else { f64::NAN };
+    let places = phases.iter().map(|trial| trial.iter().enumerate().map(|(k, p)| counts(k, *p)).collect()).collect();
+    MeanOver::new(places, splines).ok()
 }
 
 /// A mean at a phase; nothing where there is no phase.
 pub(crate) fn at(splines: Splines, mean: &[f64], phase: f64) -> f64 {
-    if phase.is_finite() { splines.at(phase).into_iter().map(|(k, weight)| weight * mean[k]).sum() } else { 0.0 }
+    if phase.is_finite() { splines.value(mean, phase) } else { 0.0 }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use std::f64::consts::TAU;
 
     #[test]
-    fn what_comes_back_with_the_phase_is_taken_out_and_nothing_else() {
-        let phase: Vec<f64> = (0..5000).map(|k| (f64::from(k) / 500.0).fract()).collect();
-        let other = |k: usize| (0.0317 * k as f64).sin();
-        let series: Vec<f64> = phase.iter().enumerate().map(|(k, u)| 3.0 + (TAU * u).sin() + 0.2 * (4.0 * TAU * u).cos() + other(k)).collect();
-        let schedule = Schedule { words: String::new(), unit: String::new(), ends: [0.0, 1.0], cycle_s: Some(1.0), values: vec![phase.clone()] };
-        let splines = schedule.splines(10.0).expect("cycles");
-        let movement = Movement::new(&schedule.values, splines, &(500..4500)).expect("a mean");
-        let left = &movement.deviation(&[&series])[0];
-        assert!(left[..500].iter().chain(&left[4500..]).all(|v| *v == 0.0));
-        // The mean of the other over eight cycles remains: a third of it.
-        let rest: f64 = (500..4500).map(|k| (left[k] - other(k)).powi(2)).sum::<f64>() / (500..4500).map(|k| other(k).powi(2)).sum::<f64>();
-        assert!(rest < 2.0 / 8.0, "{rest}");
-        // A product with what follows the phase alone keeps nothing but the deviation of the other factor.
-        let periodic: Vec<f64> = phase.iter().map(|u| 1.0 + (2.0 * TAU * u).sin()).collect();
-        assert!(movement.deviation(&[&periodic])[0].iter().all(|v| v.abs() < 1e-4));
-        assert_eq!(Schedule::between(&[0.2, 0.4, 0.1], 0.5), 0.30000000000000004);
+    fn a_phase_between_samples_lies_between_them_and_begins_anew_at_a_cycle_s_end() {
+        assert!((Schedule::between(&[0.2, 0.4, 0.1], 0.5) - 0.3).abs() < 1e-15);
         assert_eq!(Schedule::between(&[0.9, 0.1], 0.5), 0.9);
     }
 }

@@ -32,6 +32,17 @@ impl PartialEq for OwnEffects {
     }
 }
 
+/// The arm whose hand the recording shows, with the hand at the mean of the displacements.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct KnownArm {
+    /// Upper arm and forearm to the hand (m).
+    pub link_lengths_m: [f64; 2],
+    /// Angle of the upper arm from +x and of the forearm from the upper arm (rad).
+    pub posture_rad: [f64; 2],
+    /// Mean force on the hand (N); that of the recording where it is not given.
+    pub mean_force_n: Option<[f64; 2]>,
+}
+
 /// Settings of a diagnosis.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Options {
@@ -57,6 +68,8 @@ pub struct Options {
     pub linear: Option<LinearFit>,
     /// What stiffness and damping may follow; without it nothing of the kind is tried.
     pub schedule: Option<Schedule>,
+    /// The arm, whose geometry is then a cause like any other; without it nothing of the kind is tried.
+    pub arm: Option<KnownArm>,
 }
 
 impl Default for Options {
@@ -73,6 +86,7 @@ impl Default for Options {
             own: OwnEffects::default(),
             linear: None,
             schedule: None,
+            arm: None,
         }
     }
 }

@@ -47,12 +47,7 @@ impl Pictures {
         let state = &extended.state;
         let n = state.layout.axes;
         let apart = |interleaved: &[f64]| -> Vec<Vec<f64>> { (0..n).map(|i| interleaved.iter().skip(i).step_by(n).copied().collect()).collect() };
-        let mut explained = vec![vec![0.0; state.layout.samples]; n];
-        for law in subject.laws(chosen, extended) {
-            for (sum, force) in explained.iter_mut().zip(state.forces_of(law.as_ref(), 0)) {
-                sum.iter_mut().zip(force).for_each(|(s, f)| *s += f);
-            }
-        }
+        let explained = subject.beyond(chosen, extended, 0);
         let (sample_rate_hz, start_s) = court.clock();
         let units = if meaning.rotational { ["rad", "rad/s", "rad/s²", "N m"] } else { ["m", "m/s", "m/s²", "N"] };
         let bins = &subject.layout.frequency_hz;

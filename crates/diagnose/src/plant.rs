@@ -1,9 +1,10 @@
 //! The linear baseline: inertia, damping, stiffness, offsets, and what instruments may do within their tolerance.
 
 use crate::baseline::{Baseline, Status};
+use crate::curved::Curved;
 use crate::layout::Layout;
 use crate::state::{Cause, Column, State, Through};
-use ndof_models::effects::Matrix;
+use ndof_models::effects::{CurvedArm, Matrix};
 use num_complex::Complex64;
 use std::sync::Arc;
 
@@ -75,13 +76,20 @@ pub(crate) struct Base {
     pub held: Vec<(Column, f64)>,
     /// Entries that are not fitted.
     pub given: Vec<(Matrix, usize, usize, f64)>,
+    /// The arm along whose curve the matrices act; straight without one.
+    pub arm: Option<CurvedArm>,
 }
 
 impl Base {
-    pub fn new(state: &State, cause: &Cause, structure: &Structure) -> Self {
+    pub fn new(state: &State, cause: &Cause, structure: &Structure, arm: Option<&CurvedArm>) -> Self {
         let layout = &state.layout;
         let n = layout.axes;
-        let mut base = Base { columns: vec![], roles: vec![], held: vec![], given: structure.given.clone() };
+        let curved = arm.map(|arm| Curved::new(state, arm));
+        let entries_column = |matrix: Matrix, entries: &[(usize, usize, f64)]| match &curved {
+            Some(curved) => curved.entries_column(matrix, entries),
+            None => state.entries_column(matrix, entries),
+        };
+        let mut base = Base { columns: vec![], roles: vec![], held: vec![], given: structure.given.clone(), arm: arm.cloned() };
         for matrix in [Matrix::Mass, Matrix::Damping, Matrix::Stiffness] {
             if matrix == Matrix::Stiffness && !structure.spring && structure.given.iter().all(|e| e.0 != matrix) {
                 continue;
@@ -93,12 +101,13 @@ impl Base {
                         continue;
                     }
                     let entries: &[(usize, usize, f64)] = if symmetric && i != j { &[(i, j, 1.0), (j, i, 1.0)] } else { &[(i, j, 1.0)] };
-                    base.columns.push(state.entries_column(matrix, entries));
+                    base.columns.push(entries_column(matrix, entries));
                     base.roles.push(Role::Entry(matrix, i, j));
                 }
             }
         }
-        base.held = structure.given.iter().map(|&(matrix, i, j, value)| (state.entries_column(matrix, &[(i, j, 1.0)]), value)).collect();
+        base.held = structure.given.iter().map(|&(matrix, i, j, value)| (entries_column(matrix, &[(i, j, 1.0)]), value)).collect();
+        base.held.extend(curved.as_ref().map(|curved| (curved.held_column(), 1.0)));
         base.offsets(layout);
         if structure.tolerances {
             base.tolerances(state, cause);

@@ -1,5 +1,6 @@
 //! What a diagnosis says. Field names are those of `ndof/diagnosis/1`.
 
+use crate::curve::Curve;
 use crate::probability::Features;
 use ndof_models::effects::Value;
 use serde::{Deserialize, Deserializer, Serialize};
@@ -250,6 +251,13 @@ pub struct CauseParameter {
     pub ci95: Option<[f64; 2]>,
 }
 
+impl CauseParameter {
+    /// Takes another interval of the same parameter into its own.
+    pub(crate) fn widen(&mut self, other: &CauseParameter) {
+        self.ci95 = self.ci95.zip(other.ci95).map(|([a, b], [c, d])| [a.min(c), b.max(d)]);
+    }
+}
+
 /// What naming a cause gains on held-out data.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
@@ -304,26 +312,9 @@ pub struct Cause {
     /// What the gate of the generic model, or little gain on held-out data, lets the probability be at most.
     #[serde(skip)]
     pub at_most: f64,
-}
-
-/// An entry of a matrix over a schedule.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
-pub struct Curve {
-    /// `K_x_y`: matrix, row axis, column axis; `K` for one axis.
-    pub name: String,
-    /// Its SI unit.
-    pub unit: String,
-    /// What it follows, in words.
-    pub over: String,
-    /// The unit of that; empty for a phase, which goes from 0 to 1.
-    pub over_unit: String,
-    /// Where the curve is given.
-    pub at: Vec<f64>,
-    /// Its value at each place.
-    pub value: Vec<f64>,
-    /// Lower and upper end of the 95 % interval at each place by itself.
-    pub ci95: [Vec<f64>; 2],
+    /// Its place among the hypotheses that the search found.
+    #[serde(skip)]
+    pub lead: Option<usize>,
 }
 
 /// A parameter of the baseline that the missing effect had biased.

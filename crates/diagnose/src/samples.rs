@@ -2,8 +2,8 @@
 
 use crate::DiagnoseError;
 use crate::layout::filter;
-use crate::movement::Movement;
 use ndof_models::Hold;
+use ndof_models::schedule::MeanOver;
 use ndof_signal::{Quantity, Recording};
 use ndof_sysid::Ports;
 
@@ -197,7 +197,7 @@ impl Samples {
     }
 
     /// The same about the mean movement.
-    pub fn deviations(&self, movement: &Movement) -> Self {
+    pub fn deviations(&self, movement: &MeanOver) -> Self {
         let of = |all: &[Vec<Vec<f64>>]| -> Vec<Vec<Vec<f64>>> {
             let channels = all.first().map_or(0, Vec::len);
             let each: Vec<Vec<Vec<f64>>> = (0..channels).map(|c| movement.deviation(&all.iter().map(|t| t[c].as_slice()).collect::<Vec<_>>())).collect();

@@ -4,7 +4,7 @@ use crate::hypotheses::{Cache, Ground, Hypothesis, Tried};
 use crate::linear_fit::LinearFit;
 use crate::optimise;
 use crate::plant::{Base, Structure};
-use crate::state::{Column, State};
+use crate::state::{Column, State, Tracks};
 use crate::subject::Subject;
 use crate::whittle::{Fit, Power};
 use rayon::prelude::*;
@@ -17,6 +17,8 @@ const SMALLEST_SHARE: f64 = 0.002;
 const BEHIND: f64 = 60.0;
 /// What gains less on its grid than this share of what it needs is not refined.
 const PROMISING: f64 = 0.25;
+/// Half of the 95 % quantile of χ² with one degree of freedom.
+const AS_LIKELY: f64 = 1.92;
 /// Rounds of joint refinement after a step.
 const SWEEPS: usize = 2;
 
@@ -36,6 +38,15 @@ pub(crate) struct Stand {
     /// For each chosen hypothesis the first of its terms and their number.
     pub spans: Vec<(usize, usize)>,
     pub fit: Fit,
+}
+
+/// The columns of a model along some channels.
+pub(crate) struct Assembly {
+    pub state: State,
+    pub base: Base,
+    pub terms: Vec<Column>,
+    /// For each chosen hypothesis the first of its terms and their number.
+    pub spans: Vec<(usize, usize)>,
 }
 
 /// A hypothesis as judged in a step.
@@ -84,10 +95,18 @@ impl Subject {
     }
 
     fn stand_of(&self, structure: &Structure, chosen: &[Chosen], power: &Power, rounds: usize) -> Option<Stand> {
+        let Assembly { state, base, terms, spans } = self.assemble(structure, chosen, (&self.effort, &self.motion));
+        let ground = Ground { state: &state, cause: &self.cause, structure, base: &base, terms: &terms, power };
+        let fit = ground.fit(rounds)?;
+        Some(Stand { state, base, terms, spans, fit })
+    }
+
+    /// The model of these hypotheses along channels: efforts and motions.
+    pub fn assemble(&self, structure: &Structure, chosen: &[Chosen], (effort, motion): (&Tracks, &Tracks)) -> Assembly {
         let transforms: Vec<_> =
             chosen.iter().filter(|c| self.hypotheses[c.hypothesis].corrects()).map(|c| self.hypotheses[c.hypothesis].transform(&c.knobs)).collect();
-        let state = State::new(&self.layout, &self.effort, &self.motion, &self.centre, &transforms);
-        let base = Base::new(&state, &self.cause, structure);
+        let state = State::new(&self.layout, effort, motion, &self.centre, &transforms);
+        let base = Base::new(&state, &self.cause, structure, self.arm(chosen));
         let mut terms = Vec::new();
         let mut spans = Vec::new();
         for c in chosen {
@@ -95,9 +114,7 @@ impl Subject {
             spans.push((terms.len(), columns.len()));
             terms.extend(columns);
         }
-        let ground = Ground { state: &state, cause: &self.cause, structure, base: &base, terms: &terms, power };
-        let fit = ground.fit(rounds)?;
-        Some(Stand { state, base, terms, spans, fit })
+        Assembly { state, base, terms, spans }
     }
 
     fn ground<'a>(&'a self, stand: &'a Stand) -> Ground<'a> {
@@ -114,7 +131,7 @@ impl Subject {
         let open: Vec<usize> = (0..self.hypotheses.len())
             .filter(|i| taken.iter().all(|c| c.hypothesis != *i && !self.hypotheses[*i].repeats(&self.hypotheses[c.hypothesis])))
             .collect();
-        let screened: Vec<(usize, Tried)> = open.par_iter().filter_map(|&i| ground.screen(&self.hypotheses[i], i, cache).map(|t| (i, t))).collect();
+        let screened: Vec<(usize, Tried)> = open.par_iter().filter_map(|&i| ground.screen(&self.hypotheses, i, cache).map(|t| (i, t))).collect();
         let best = screened.iter().map(|(i, t)| net(&self.hypotheses[*i], t)).fold(f64::NEG_INFINITY, f64::max);
         let bar = best - (0.3 * best).max(BEHIND);
         let mut judged: Vec<Judged> = screened
@@ -164,6 +181,50 @@ impl Subject {
         Some(stand)
     }
 
+    /// The best of a hypothesis and the other forms of its effect at its place, from every point of their grids.
+    fn leading(&self, stand: &Stand, lead: &Judged) -> Judged {
+        let ground = self.ground(stand);
+        let h = &self.hypotheses[lead.hypothesis];
+        let same = |other: &Hypothesis| other.effect.name() == h.effect.name() && (other.form.side, other.form.axis) == (h.form.side, h.form.axis);
+        let starts: Vec<(usize, &Vec<f64>)> = (0..self.hypotheses.len())
+            .filter(|i| same(&self.hypotheses[*i]) && self.hypotheses[*i].bends())
+            .flat_map(|i| self.hypotheses[i].form.grid.iter().map(move |knobs| (i, knobs)))
+            .collect();
+        let judged = |(i, knobs): &(usize, &Vec<f64>)| -> Option<Judged> {
+            let h = &self.hypotheses[*i];
+            let tried = ground.refine(h, &ground.evaluate(h, knobs, 1)?, 28)?;
+            let gain = tried.fit.log_likelihood - stand.fit.log_likelihood;
+            let share = 1.0 - whitened_power(&tried.fit.residual, &stand.fit.power) / whitened_power(&stand.fit.residual, &stand.fit.power);
+            (!optimise::tells(&h.form.knobs, &tried.knobs)).then(|| Judged { hypothesis: *i, gain, net: gain - self.price(h.form.cost()), share, tried })
+        };
+        let found: Vec<Judged> = starts.par_iter().filter_map(judged).collect();
+        found.into_iter().fold(lead.clone(), |best, next| if next.net > best.net { next } else { best })
+    }
+
+    /// The same model with other knobs that the data like as well: a likelihood ratio keeps them in a 95 % interval.
+    pub fn as_likely(&self, chosen: &[Chosen], stand: &Stand) -> Vec<(Vec<Chosen>, Stand)> {
+        let mut out = Vec::new();
+        for (q, c) in chosen.iter().enumerate() {
+            let h = &self.hypotheses[c.hypothesis];
+            if !h.bends() {
+                continue;
+            }
+            let others: Vec<Chosen> = chosen.iter().enumerate().filter(|(k, _)| *k != q).map(|(_, c)| c.clone()).collect();
+            let Some(rest) = self.stand(&others, &stand.fit.power, 1) else { continue };
+            let ground = Ground { power: &stand.fit.power, ..self.ground(&rest) };
+            let Some(best) = ground.evaluate(h, &c.knobs, 3) else { continue };
+            let found: Vec<Tried> = h.form.grid.par_iter().filter_map(|knobs| ground.refine(h, &ground.evaluate(h, knobs, 1)?, 28)).collect();
+            let near = found.into_iter().filter(|t| t.fit.log_likelihood > best.fit.log_likelihood - AS_LIKELY);
+            out.extend(near.filter_map(|t| {
+                let mut other = chosen.to_vec();
+                other[q].knobs = t.knobs;
+                let stand = self.stand(&other, &stand.fit.power, 3)?;
+                self.by_instruments(&other, &stand).or(Some((other, stand)))
+            }));
+        }
+        out
+    }
+
     /// The whole search.
     pub fn search(&self, most: usize, progress: &mut dyn FnMut(&str)) -> Option<Found> {
         let mut chosen: Vec<Chosen> = Vec::new();
@@ -173,8 +234,12 @@ impl Subject {
         let mut stand = self.stand(&chosen, &self.start, 4)?;
         loop {
             progress(&format!("step {}: {} hypotheses", steps.len() + 1, self.hypotheses.len()));
-            let step = self.step(&stand, &chosen, &cache);
-            let lead = step.judged.first().cloned();
+            let mut step = self.step(&stand, &chosen, &cache);
+            let lead = step.judged.first().map(|lead| self.leading(&stand, lead));
+            if let Some(lead) = &lead {
+                step.judged.retain(|j| j.hypothesis != lead.hypothesis);
+                step.judged.insert(0, lead.clone());
+            }
             steps.push(step);
             let Some(lead) = lead.filter(|l| l.net > ENOUGH && (l.share > SMALLEST_SHARE || self.hypotheses[l.hypothesis].corrects())) else { break };
             if chosen.len() >= most {

@@ -380,6 +380,6 @@ fn apply(layout: &Layout, transform: &Transform, effort: &mut Tracks, motion: &m
                 *track = layout.track_of_padded(full.into_iter().map(|f| f.clamp(-level, level)).collect());
             }
         }
-        Action::Force { .. } | Action::Scheduled(_) | Action::Entries { .. } => {}
+        Action::Force { .. } | Action::Scheduled(_) | Action::Reflex(_) | Action::Curved(_) | Action::Entries { .. } => {}
     }
 }

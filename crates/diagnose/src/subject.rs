@@ -4,14 +4,14 @@ use crate::band;
 use crate::baseline::Baseline;
 use crate::hypotheses::Hypothesis;
 use crate::layout::Layout;
-use crate::movement::Movement;
+use crate::movement::mean_over;
 use crate::plant::{Base, Role, Structure};
 use crate::robot;
 use crate::samples::{Meaning, Samples};
 use crate::state::{Cause, Column, State, Tracks};
 use crate::whittle::{Fit, Likelihood, Power};
-use crate::{DiagnoseError, Options};
-use ndof_models::effects::{Matrix, Scale};
+use crate::{DiagnoseError, KnownArm, Options};
+use ndof_models::effects::{CurvedArm, Matrix, Scale};
 use std::sync::Arc;
 
 /// Share of the effort's power that a linear robot may leave unexplained and still be believed.
@@ -25,6 +25,8 @@ pub(crate) struct Subject {
     pub layout: Arc<Layout>,
     pub effort: Tracks,
     pub motion: Tracks,
+    /// What was commanded; no channel where nothing was.
+    pub reference: Tracks,
     pub centre: Vec<f64>,
     pub cause: Cause,
     pub structure: Structure,
@@ -46,13 +48,20 @@ fn std(series: &[Vec<Vec<f64>>], axis: usize) -> (f64, f64) {
     (mean, (spread.sum::<f64>() / n as f64).sqrt())
 }
 
+impl KnownArm {
+    fn at_mean(&self, samples: &Samples) -> CurvedArm {
+        let mean_force_n = self.mean_force_n.unwrap_or_else(|| [0, 1].map(|axis| std(&samples.effort, axis).0));
+        CurvedArm { link_lengths_m: self.link_lengths_m, posture_rad: self.posture_rad, mean_force_n }
+    }
+}
+
 impl Subject {
     pub fn new(samples: &Samples, meaning: &Meaning, options: &Options, baseline: Option<&Baseline>) -> Result<Self, DiagnoseError> {
         let axes = meaning.effort_names.len();
         let trials = samples.effort.len();
         let splines = |high_hz: f64| options.schedule.as_ref().filter(|_| !samples.schedule.is_empty()).and_then(|schedule| schedule.splines(high_hz));
         let length = samples.len();
-        let movement = splines(0.0).and_then(|splines| Movement::new(&samples.schedule, splines, &(0..length)));
+        let movement = splines(0.0).and_then(|splines| mean_over(&samples.schedule, splines, &(0..length)));
         let band_hz = options.band_hz.unwrap_or_else(|| match &movement {
             Some(movement) => find_band(&samples.deviations(movement), meaning),
             None => find_band(samples, meaning),
@@ -63,7 +72,7 @@ impl Subject {
             return Err(DiagnoseError::NoBand { lo: band_hz.0, hi: band_hz.1 });
         }
         let tracks = |all: &[Vec<Vec<f64>>]| -> Tracks { all.iter().map(|trial| trial.iter().map(|x| layout.track(x)).collect()).collect() };
-        let (effort, motion) = (tracks(&samples.effort), tracks(&samples.motion));
+        let (effort, motion, reference) = (tracks(&samples.effort), tracks(&samples.motion), tracks(&samples.reference));
         let centre: Vec<f64> = (0..axes).map(|i| std(&samples.motion, i).0).collect();
         let state = State::new(&layout, &effort, &motion, &centre, &[]);
         let mut cause = if meaning.motion_imposed {
@@ -108,6 +117,7 @@ impl Subject {
             effort: (0..axes).map(|i| std(&samples.effort, i).1).collect(),
             time_s: layout.time_s,
             duration_s: samples.duration_s,
+            middle_s: samples.start_s[0] + 0.5 * length as f64 / samples.rate_hz,
             mass: matrix(Matrix::Mass),
             stiffness: matrix(Matrix::Stiffness),
             spring: structure.spring,
@@ -118,10 +128,11 @@ impl Subject {
             motion_names: meaning.motion_names.clone(),
             nominal: structure.nominal.clone(),
             held: structure.given.clone(),
+            arm: options.arm.filter(|_| axes == 2 && !meaning.rotational).map(|arm| arm.at_mean(samples)),
             closed_schedule: options.schedule.as_ref().filter(|_| !samples.schedule.is_empty()).map(|schedule| schedule.cycle_s.is_some()),
         };
         let hypotheses = Hypothesis::all(&scale, &options.own.0, &options.without);
-        Ok(Subject { layout, effort, motion, centre, cause, structure, scale, hypotheses, start: fit.power, polarity })
+        Ok(Subject { layout, effort, motion, reference, centre, cause, structure, scale, hypotheses, start: fit.power, polarity })
     }
 
     /// Fits the baseline anew after the layout has been masked.
@@ -151,7 +162,7 @@ fn spread(interleaved: &[Vec<f64>], axes: usize, axis: usize) -> f64 {
 
 /// The baseline fitted: first by ordinary least squares with the effort's own power as noise, which has no unit, then without bias.
 fn settle(state: &State, cause: &Cause, structure: &Structure) -> Result<(Base, Fit), DiagnoseError> {
-    let base = Base::new(state, cause, structure);
+    let base = Base::new(state, cause, structure, None);
     let columns: Vec<&Column> = base.columns.iter().collect();
     let likelihood = Likelihood::new(state, cause, &base.held);
     let target = likelihood.target();

@@ -26,11 +26,16 @@ pub(crate) struct Fit {
     pub power: Power,
     pub log_likelihood: f64,
     factor: Factor,
+    /// Covariance of θ, and of the knobs after it, where the parameters come from instruments.
+    pub by_instruments: Option<Symmetric>,
 }
 
 impl Fit {
     /// Covariance of θ at a fixed S.
     pub fn covariance(&self) -> Symmetric {
+        if let Some(covariance) = &self.by_instruments {
+            return covariance.clone();
+        }
         let mut covariance = self.factor.inverse();
         covariance.a.iter_mut().for_each(|v| *v *= 0.5 / INDEPENDENCE);
         covariance
@@ -236,7 +241,14 @@ impl<'a> Likelihood<'a> {
         sum -= columns.iter().zip(&theta).map(|(c, t)| 0.5 * c.precision * t * t).sum::<f64>();
         let factor = last?;
         let log_likelihood = INDEPENDENCE * sum;
-        (log_likelihood.is_finite() && theta.iter().all(|t| t.is_finite())).then_some(Fit { theta, residual, power, log_likelihood, factor })
+        (log_likelihood.is_finite() && theta.iter().all(|t| t.is_finite())).then_some(Fit {
+            theta,
+            residual,
+            power,
+            log_likelihood,
+            factor,
+            by_instruments: None,
+        })
     }
 
     /// Minus log-likelihood of other blocks under a fit, with the offsets of `free` columns re-estimated there.

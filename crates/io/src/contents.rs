@@ -27,7 +27,7 @@ fn all_bytes(file: &str, source: impl Read, expected: u64) -> Result<Vec<u8>, Io
     if expected > MAX_BYTES {
         return Err(too_large(expected));
     }
-    let mut bytes = Vec::new();
+    let mut bytes = Vec::with_capacity(expected as usize + 1);
     source.take(MAX_BYTES + 1).read_to_end(&mut bytes).map_err(|source| IoError::Read { file: file.to_owned(), source })?;
     if bytes.len() as u64 > MAX_BYTES { Err(too_large(bytes.len() as u64)) } else { Ok(bytes) }
 }

@@ -36,10 +36,33 @@ pub fn rectangular_product<T: Scalar>(a: &[T], b: &[T], [inner, columns]: [usize
 
 #[inline]
 fn add_rectangular<T: Scalar>(a: &[T], b: &[T], [inner, columns]: [usize; 2], out: &mut [T]) {
-    for (row, out) in a.chunks_exact(inner).zip(out.chunks_exact_mut(columns)) {
-        for (factor, b) in row.iter().zip(b.chunks_exact(columns)) {
-            out.iter_mut().zip(b).for_each(|(o, b)| *o += *factor * *b);
+    match columns {
+        2 => add_rows::<T, 2>(a, b, inner, out),
+        3 => add_rows::<T, 3>(a, b, inner, out),
+        4 => add_rows::<T, 4>(a, b, inner, out),
+        6 => add_rows::<T, 6>(a, b, inner, out),
+        _ => {
+            for (row, out) in a.chunks_exact(inner).zip(out.chunks_exact_mut(columns)) {
+                for (factor, b) in row.iter().zip(b.chunks_exact(columns)) {
+                    out.iter_mut().zip(b).for_each(|(o, b)| *o += *factor * *b);
+                }
+            }
         }
+    }
+}
+
+/// The same sums in the same order, of rows whose length the compiler knows.
+#[inline]
+fn add_rows<T: Scalar, const COLUMNS: usize>(a: &[T], b: &[T], inner: usize, out: &mut [T]) {
+    let (b, _) = b.as_chunks::<COLUMNS>();
+    for (row, out) in a.chunks_exact(inner).zip(out.as_chunks_mut::<COLUMNS>().0) {
+        let mut sums = *out;
+        for (factor, b) in row.iter().zip(b) {
+            for k in 0..COLUMNS {
+                sums[k] += *factor * b[k];
+            }
+        }
+        *out = sums;
     }
 }
 
@@ -57,11 +80,22 @@ pub fn add_sandwich<T: Scalar>(weight: T, [a, d, b]: [&[T]; 3], n: usize, out: &
         out.iter_mut().zip(product(&product(a, d, n), b, n)).for_each(|(o, v)| *o += weight * v);
         return;
     }
-    for (e, v) in d.iter().enumerate().filter(|(_, v)| **v != nought) {
-        let row = &b[(e % n) * n..(e % n + 1) * n];
-        for i in 0..n {
-            let factor = weight * a[i * n + e / n] * *v;
-            out[i * n..(i + 1) * n].iter_mut().zip(row).for_each(|(o, r)| *o += factor * *r);
+    match n {
+        2 => add_sparse_sandwich(weight, [a, d, b], 2, out),
+        6 => add_sparse_sandwich(weight, [a, d, b], 6, out),
+        _ => add_sparse_sandwich(weight, [a, d, b], n, out),
+    }
+}
+
+#[inline(always)]
+fn add_sparse_sandwich<T: Scalar>(weight: T, [a, d, b]: [&[T]; 3], n: usize, out: &mut [T]) {
+    let nought = T::default();
+    for (column, of_row) in d.chunks_exact(n).enumerate() {
+        for (v, row) in of_row.iter().zip(b.chunks_exact(n)).filter(|(v, _)| **v != nought) {
+            for (left, out) in a.chunks_exact(n).zip(out.chunks_exact_mut(n)) {
+                let factor = weight * left[column] * *v;
+                out.iter_mut().zip(row).for_each(|(o, r)| *o += factor * *r);
+            }
         }
     }
 }

@@ -38,6 +38,11 @@ pub trait ForceLaw: Send + Sync {
         0.0
     }
 
+    /// Whether it jumps with the motion: samples of it then stand for more than what a band holds.
+    fn jumps(&self) -> bool {
+        false
+    }
+
     /// Adds the resisting force of each axis to `force` and writes the rates ż to `rates`.
     fn evaluate(&self, motion: &Motion<'_>, states: &[f64], force: &mut [f64], rates: &mut [f64]);
 }

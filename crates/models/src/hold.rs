@@ -153,39 +153,57 @@ impl<M: ParametricModel> ParametricModel for Held<M> {
         self.model.natural_jacobian(internal)
     }
 
-    /// D_T = C_T⁻¹ and ∂D_T = D_T (Σ Z C ∂D C) D_T; not a number where C does not exist.
-    fn stiffness(&self, theta: &[f64], s: Complex64, value: &mut [Complex64], mut derivative: Option<&mut [Complex64]>) {
+    /// D_T = C_T⁻¹ and ∂D_T = −D_T ∂C_T D_T; not a number where C does not exist.
+    fn stiffness(&self, theta: &[f64], s: Complex64, value: &mut [Complex64], derivative: Option<&mut [Complex64]>) {
         if self.sampling.hold == Hold::BandLimited {
             return self.model.stiffness(theta, s, value, derivative);
         }
         let n = self.axes().len();
-        let size = n * n;
-        let mut sum = vec![Complex64::default(); size];
+        let mut compliance = vec![Complex64::default(); n * n];
         let mut slopes = vec![Complex64::default(); derivative.as_ref().map_or(0, |d| d.len())];
-        let mut compliance = sum.clone();
-        let mut exists = true;
-        for (folded, weight) in self.folds(s) {
-            self.model.stiffness(theta, folded, value, derivative.as_deref_mut());
-            exists &= square::invert_into(value, &mut compliance, n).is_some();
-            sum.iter_mut().zip(&compliance).for_each(|(sum, c)| *sum += weight * c);
-            if let Some(derivative) = derivative.as_deref() {
-                for (slope, d) in slopes.chunks_exact_mut(size).zip(derivative.chunks_exact(size)) {
-                    square::add_sandwich(weight, [&compliance, d, &compliance], n, slope);
-                }
-            }
-        }
-        if !exists || square::invert_into(&mut sum, value, n).is_none() {
+        self.compliance(theta, s, &mut compliance, derivative.is_some().then_some(&mut slopes));
+        if square::invert_into(&mut compliance, value, n).is_none() {
             let nan = Complex64::new(f64::NAN, f64::NAN);
             value.fill(nan);
             derivative.into_iter().for_each(|d| d.fill(nan));
             return;
         }
         if let Some(derivative) = derivative {
-            for (out, slope) in derivative.chunks_exact_mut(size).zip(slopes.chunks_exact(size)) {
-                out.fill(Complex64::default());
-                square::add_sandwich(Complex64::from(1.0), [value, slope, value], n, out);
+            derivative.fill(Complex64::default());
+            for (out, slope) in derivative.chunks_exact_mut(n * n).zip(slopes.chunks_exact(n * n)) {
+                square::add_sandwich(Complex64::from(-1.0), [value, slope, value], n, out);
             }
         }
+    }
+
+    /// C_T and ∂C_T = −Σ Z C ∂D C; not a number where C does not exist.
+    fn compliance(&self, theta: &[f64], s: Complex64, value: &mut [Complex64], mut derivative: Option<&mut [Complex64]>) -> bool {
+        if self.sampling.hold == Hold::BandLimited {
+            return self.model.compliance(theta, s, value, derivative);
+        }
+        let n = self.axes().len();
+        let mut stiffness = vec![Complex64::default(); n * n];
+        let mut compliance = stiffness.clone();
+        let mut slopes = vec![Complex64::default(); derivative.as_ref().map_or(0, |d| d.len())];
+        let mut exists = true;
+        value.fill(Complex64::default());
+        derivative.iter_mut().for_each(|d| d.fill(Complex64::default()));
+        for (folded, weight) in self.folds(s) {
+            self.model.stiffness(theta, folded, &mut stiffness, derivative.is_some().then_some(&mut slopes));
+            exists &= square::invert_into(&mut stiffness, &mut compliance, n).is_some();
+            value.iter_mut().zip(&compliance).for_each(|(sum, c)| *sum += weight * c);
+            if let Some(derivative) = derivative.as_deref_mut() {
+                for (out, d) in derivative.chunks_exact_mut(n * n).zip(slopes.chunks_exact(n * n)) {
+                    square::add_sandwich(-weight, [&compliance, d, &compliance], n, out);
+                }
+            }
+        }
+        if !exists {
+            let nan = Complex64::new(f64::NAN, f64::NAN);
+            value.fill(nan);
+            derivative.into_iter().for_each(|d| d.fill(nan));
+        }
+        true
     }
 }
 

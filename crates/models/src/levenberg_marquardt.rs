@@ -21,11 +21,57 @@ pub trait LeastSquares {
         triangle(&self.jacobian(x), residuals)
     }
 
-    /// The triangle, and Σ r ∂²r/∂x² where the problem knows it: what JᵀJ lacks of the cost's curvature. Where residuals stay large at the
-    /// minimum, steps without it converge slowly; where they are noise, it changes nothing.
-    fn slopes(&self, x: &[f64], residuals: &[f64]) -> (Mat<f64>, Option<Mat<f64>>) {
-        (self.triangle(x, residuals), None)
+    /// What a step needs; the triangle, unless the problem knows more.
+    fn slopes(&self, x: &[f64], residuals: &[f64]) -> Slopes {
+        Slopes::Triangle(self.triangle(x, residuals))
     }
+}
+
+/// What a step needs of a problem about one place.
+#[derive(Clone, Debug)]
+pub enum Slopes {
+    /// What [`LeastSquares::triangle`] gives.
+    Triangle(Mat<f64>),
+    /// JᵀJ and Jᵀr of a problem that knows Σ r ∂²r/∂x² too, what JᵀJ lacks of the cost's curvature. Where residuals stay large at the minimum,
+    /// steps without it converge slowly; where they are noise, it changes nothing.
+    Curved {
+        /// JᵀJ, parameters × parameters.
+        information: Mat<f64>,
+        /// Jᵀr, one column.
+        gradient: Mat<f64>,
+        /// Σ r ∂²r/∂x², parameters × parameters.
+        curvature: Mat<f64>,
+    },
+}
+
+impl Slopes {
+    /// Norms of the columns of J, and Jᵀr.
+    fn first(&self, n: usize) -> (Vec<f64>, Mat<f64>) {
+        match self {
+            Slopes::Triangle(all) => ((0..n).map(|j| all.col(j).norm_l2()).collect(), all.subcols(0, n).transpose() * all.subcols(n, 1)),
+            Slopes::Curved { information, gradient, .. } => ((0..n).map(|j| information[(j, j)].max(0.0).sqrt()).collect(), gradient.clone()),
+        }
+    }
+
+    /// Of the parameters `free` alone: a triangle of their own, which is small work, or gradient and curvature.
+    fn of(&self, free: &[usize], n: usize) -> Quadratic {
+        match self {
+            Slopes::Triangle(all) => {
+                let chosen = Mat::from_fn(all.nrows(), free.len() + 1, |i, k| all[(i, free.get(k).copied().unwrap_or(n))]);
+                Quadratic::Triangle(chosen.qr().thin_R().to_owned())
+            }
+            Slopes::Curved { information, gradient, curvature } => Quadratic::Curved {
+                hessian: Mat::from_fn(free.len(), free.len(), |i, j| information[(free[i], free[j])] + curvature[(free[i], free[j])]),
+                gradient: Mat::from_fn(free.len(), 1, |i, _| gradient[(free[i], 0)]),
+            },
+        }
+    }
+}
+
+/// The cost about one place.
+enum Quadratic {
+    Triangle(Mat<f64>),
+    Curved { hessian: Mat<f64>, gradient: Mat<f64> },
 }
 
 /// Why the iteration stopped.
@@ -215,12 +261,11 @@ impl LevenbergMarquardt {
     /// One accepted step from `x`, or a reason to stop.
     fn step(&mut self, problem: &dyn LeastSquares, x: &[f64], residuals: &[f64]) -> Option<(Vec<f64>, Vec<f64>)> {
         let n = x.len();
-        let (reduced, curvature) = problem.slopes(x, residuals);
-        let norms: Vec<f64> = (0..n).map(|j| reduced.col(j).norm_l2()).collect();
+        let slopes = problem.slopes(x, residuals);
+        let (norms, gradient) = slopes.first(n);
         self.scale.resize(n, 0.0);
         self.scale.iter_mut().zip(&norms).for_each(|(s, v)| *s = s.max(*v));
         let scale: Vec<f64> = self.scale.iter().map(|&s| if s > 0.0 { s } else { 1.0 }).collect();
-        let gradient = reduced.subcols(0, n).transpose() * reduced.subcols(n, 1);
         let cost = half_square(residuals);
         let held = |j: usize| (x[j] <= self.bounds[j].0 && gradient[(j, 0)] > 0.0) || (x[j] >= self.bounds[j].1 && gradient[(j, 0)] < 0.0);
         let free: Vec<usize> = (0..n).filter(|&j| !held(j) && norms[j] > 0.0).collect();
@@ -229,17 +274,12 @@ impl LevenbergMarquardt {
             self.reason = Some(StopReason::GradientConverged);
             return None;
         }
-        // The free columns and the residual of what QR left of all rows: their own triangle is small work.
-        let chosen = Mat::from_fn(reduced.nrows(), free.len() + 1, |i, k| reduced[(i, if k < free.len() { free[k] } else { n })]);
-        let small = chosen.qr();
-        let triangle = small.thin_R();
-        let k = free.len();
+        let (quadratic, k) = (slopes.of(&free, n), free.len());
         let size = x.iter().zip(&scale).map(|(v, s)| (v * s).powi(2)).sum::<f64>().sqrt();
-        let curvature = curvature.map(|all| Mat::from_fn(k, k, |i, j| all[(free[i], free[j])]));
         let of_free: Vec<f64> = free.iter().map(|&j| scale[j]).collect();
         let mut growth = 2.0;
         for _ in 0..MAX_REJECTIONS {
-            let Some(p) = damped_step(triangle, curvature.as_ref(), &of_free, self.damping) else {
+            let Some(p) = quadratic.damped_step(&of_free, self.damping) else {
                 self.damping *= growth;
                 growth *= 2.0;
                 continue;
@@ -248,9 +288,7 @@ impl LevenbergMarquardt {
             free.iter().enumerate().for_each(|(i, &j)| trial[j] += p[i]);
             let trial = self.clip(&trial);
             let h = Mat::from_fn(k, 1, |i, _| trial[free[i]] - x[free[i]]);
-            let bent = triangle.submatrix(0, 0, k, k) * &h;
-            let more = curvature.as_ref().map_or(0.0, |curvature| (h.transpose() * curvature * &h)[(0, 0)]);
-            let predicted = -0.5 * more - (0..k).map(|i| h[(i, 0)] * gradient[(free[i], 0)] + 0.5 * bent[(i, 0)].powi(2)).sum::<f64>();
+            let predicted = -quadratic.curved(&h) - (0..k).map(|i| h[(i, 0)] * gradient[(free[i], 0)]).sum::<f64>();
             let moved = (0..k).map(|i| (h[(i, 0)] * scale[free[i]]).powi(2)).sum::<f64>().sqrt();
             let new = problem.residuals(&trial);
             let new_cost = half_square(&new);
@@ -277,25 +315,37 @@ impl LevenbergMarquardt {
     }
 }
 
-/// The step p of (RᵀR + S + λ D²) p = −Rᵀ r from the triangle [R r], S the further curvature; none where that matrix has no minimum. Without S by
-/// QR, which sees the condition of R and not its square.
-fn damped_step(triangle: MatRef<'_, f64>, curvature: Option<&Mat<f64>>, scale: &[f64], damping: f64) -> Option<Vec<f64>> {
-    let k = scale.len();
-    let (upper, rotated) = (triangle.submatrix(0, 0, k, k), triangle.submatrix(0, k, k, 1));
-    let Some(curvature) = curvature else {
-        let root = damping.sqrt();
-        let system = Mat::from_fn(2 * k, k, |i, j| if i < k { upper[(i, j)] } else { f64::from(u8::from(i - k == j)) * root * scale[j] });
-        let right = Mat::from_fn(2 * k, 1, |i, _| if i < k { -rotated[(i, 0)] } else { 0.0 });
-        return Some(system.qr().solve_lstsq(right).col(0).iter().copied().collect());
-    };
-    let (hessian, gradient) = (upper.transpose() * upper + curvature, upper.transpose() * rotated);
-    let mut factor = Cholesky::new(k);
-    if !factor.factor(|i, j| hessian[(i, j)] / (scale[i] * scale[j]) + if i == j { damping } else { 0.0 }) {
-        return None;
+impl Quadratic {
+    /// ½ hᵀ H h.
+    fn curved(&self, h: &Mat<f64>) -> f64 {
+        match self {
+            Quadratic::Triangle(triangle) => 0.5 * (triangle.submatrix(0, 0, h.nrows(), h.nrows()) * h).squared_norm_l2(),
+            Quadratic::Curved { hessian, .. } => 0.5 * (h.transpose() * hessian * h)[(0, 0)],
+        }
     }
-    let mut p: Vec<f64> = (0..k).map(|i| -gradient[(i, 0)] / scale[i]).collect();
-    factor.solve(&mut p);
-    Some(p.iter().zip(scale).map(|(p, s)| p / s).collect())
+
+    /// The step p of (H + λ D²) p = −Jᵀr; none where that matrix has no minimum. Of a triangle by QR, which sees its condition and not the square.
+    fn damped_step(&self, scale: &[f64], damping: f64) -> Option<Vec<f64>> {
+        let k = scale.len();
+        match self {
+            Quadratic::Triangle(triangle) => {
+                let (upper, rotated) = (triangle.submatrix(0, 0, k, k), triangle.submatrix(0, k, k, 1));
+                let root = damping.sqrt();
+                let system = Mat::from_fn(2 * k, k, |i, j| if i < k { upper[(i, j)] } else { f64::from(u8::from(i - k == j)) * root * scale[j] });
+                let right = Mat::from_fn(2 * k, 1, |i, _| if i < k { -rotated[(i, 0)] } else { 0.0 });
+                Some(system.qr().solve_lstsq(right).col(0).iter().copied().collect())
+            }
+            Quadratic::Curved { hessian, gradient } => {
+                let mut factor = Cholesky::new(k);
+                if !factor.factor(|i, j| hessian[(i, j)] / (scale[i] * scale[j]) + if i == j { damping } else { 0.0 }) {
+                    return None;
+                }
+                let mut p: Vec<f64> = (0..k).map(|i| -gradient[(i, 0)] / scale[i]).collect();
+                factor.solve(&mut p);
+                Some(p.iter().zip(scale).map(|(p, s)| p / s).collect())
+            }
+        }
+    }
 }
 
 type LmState = IterState<Vec<f64>, (), Mat<f64>, (), Vec<f64>, f64>;
@@ -345,6 +395,33 @@ impl Jacobian for Adapter<'_> {
 /// Rows whose triangle is taken at once: J of a long record never leaves the cache.
 const ROWS: usize = 1024;
 
+/// A pivot of JᵀJ, its columns of unit length, above which its root is as good for a step as the triangle of J: off by a hundred-millionth at most.
+const WELL_POSED: f64 = 1e-8;
+
+/// The triangle from [J r]ᵀ[J r], for a fraction of the work; `None` where squaring the condition of J would cost digits that a step needs.
+pub(crate) fn root(products: &Mat<f64>) -> Option<Mat<f64>> {
+    let n = products.nrows() - 1;
+    let scale: Vec<f64> = (0..n).map(|j| products[(j, j)].sqrt()).collect();
+    let mut factor = Cholesky::new(n);
+    let sound = factor.factor(|i, j| products[(i, j)] / (scale[i] * scale[j]));
+    let lower = factor.lower();
+    if !(sound && (0..n).all(|j| lower[j * n + j].powi(2) > WELL_POSED)) {
+        return None;
+    }
+    let mut rotated = vec![0.0; n];
+    for j in 0..n {
+        let known: f64 = (0..j).map(|i| lower[j * n + i] * rotated[i]).sum();
+        rotated[j] = (products[(n, j)] / scale[j] - known) / lower[j * n + j];
+    }
+    let left = (products[(n, n)] - rotated.iter().map(|v| v * v).sum::<f64>()).max(0.0).sqrt();
+    Some(Mat::from_fn(n + 1, n + 1, |i, j| match (i < n, j < n) {
+        (_, true) if i <= j => lower[j * n + i] * scale[j],
+        (true, false) => rotated[i],
+        (false, false) => left,
+        _ => 0.0,
+    }))
+}
+
 /// R of the QR decomposition of [J r], rows reduced in blocks and the blocks' triangles once more, in a fixed order.
 pub(crate) fn triangle(jacobian: &Mat<f64>, residuals: &[f64]) -> Mat<f64> {
     let (m, n) = (residuals.len(), jacobian.ncols());
@@ -389,4 +466,38 @@ fn stacked(parts: &[Mat<f64>], width: usize, total: usize) -> Mat<f64> {
 
 fn half_square(r: &[f64]) -> f64 {
     0.5 * r.iter().map(|v| v * v).sum::<f64>()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Columns of unlike size, the last two so near each other.
+    fn columns(apart: f64) -> (Mat<f64>, Vec<f64>) {
+        let wave = |i: usize, k: f64| (k * i as f64 + k).sin();
+        let jacobian = Mat::from_fn(40, 3, |i, j| match j {
+            0 => 1e6 * wave(i, 0.7),
+            1 => wave(i, 1.3),
+            _ => wave(i, 1.3) + apart * wave(i, 2.9),
+        });
+        (jacobian, (0..40).map(|i| wave(i, 0.2)).collect())
+    }
+
+    #[test]
+    fn a_root_of_products_is_the_triangle_where_that_is_well_posed() {
+        let with_residuals = |apart: f64| {
+            let (jacobian, residuals) = columns(apart);
+            let all = Mat::from_fn(40, 4, |i, j| if j < 3 { jacobian[(i, j)] } else { residuals[i] });
+            (root(&(all.transpose() * &all)), triangle(&jacobian, &residuals))
+        };
+        let (found, want) = with_residuals(0.1);
+        let found = found.expect("well posed");
+        for (j, i) in (0..4).flat_map(|j| (0..4).map(move |i| (j, i))) {
+            // Signs of rows are free; the smallest pivot is 0.1² of its column, so squaring costs two digits.
+            let (found, want) = (found[(i, j)] * found[(i, i)].signum(), if i <= j { want[(i, j)] * want[(i, i)].signum() } else { 0.0 });
+            assert!((found - want).abs() < 1e-12 * (1.0 + want.abs()), "{i} {j}: {found} {want}");
+        }
+        assert!(with_residuals(1e-5).0.is_none());
+        assert!(root(&Mat::zeros(4, 4)).is_none() && root(&Mat::full(4, 4, f64::NAN)).is_none());
+    }
 }

@@ -54,7 +54,7 @@ pub use gains::{Driven, Gains};
 pub use hold::{Held, Hold, Sampling};
 pub use inertia_damping_stiffness::{InertiaDampingStiffness, InertiaDampingStiffnessModel, Symmetry};
 pub use kinematics::{Arm, Kinematics, KinematicsError};
-pub use levenberg_marquardt::{LeastSquares, LevenbergMarquardt, MinimiseError, Minimum, StopReason};
+pub use levenberg_marquardt::{LeastSquares, LevenbergMarquardt, MinimiseError, Minimum, Slopes, StopReason};
 pub use parametric::{ParameterInfo, ParametricModel, parametric_response};
 pub use projection::{KinematicsSd, LARGEST_JACOBIAN_CONDITION, Projected, Projection, ProjectionError};
 pub use status::Status;

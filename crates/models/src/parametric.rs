@@ -65,6 +65,11 @@ pub trait ParametricModel: Send + Sync {
     /// Writes D(s) to `value` (N × N, row-major) and, where asked, ∂D/∂θₖ to the k-th block of `derivative`.
     fn stiffness(&self, theta: &[f64], s: Complex64, value: &mut [Complex64], derivative: Option<&mut [Complex64]>);
 
+    /// C = D⁻¹ and ∂C, arranged as in [`ParametricModel::stiffness`], where they are nearer at hand than D is; false where they are not.
+    fn compliance(&self, _theta: &[f64], _s: Complex64, _value: &mut [Complex64], _derivative: Option<&mut [Complex64]>) -> bool {
+        false
+    }
+
     /// How inputs drive the axes where they are more than those; `None` where each axis has one of its own.
     fn gains(&self) -> Option<&Gains> {
         None

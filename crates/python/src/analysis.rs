@@ -35,9 +35,10 @@ pub fn diagnose(
     stretches: Stretches,
     settings: &str,
     baseline: Document,
+    kinematics: Document,
     progress: Option<Bound<'_, PyAny>>,
 ) -> PyResult<(String, String)> {
-    let settings = Diagnose { baseline: baseline.parse("baseline")?, ..from_json(settings, "diagnose")? };
+    let settings = Diagnose { baseline: baseline.parse("baseline")?, kinematics: kinematics.parse("kinematics")?, ..from_json(settings, "diagnose")? };
     let (trials, samples) = trials_of(&recordings)?;
     // Even a short record takes seconds.
     work::run(py, samples + work::SMALL, progress.as_ref(), move |reporter| {

@@ -1,7 +1,7 @@
 //! The frequency response: settings in, the contract's result and its arrays out.
 
 use crate::error::{raise, raise_analysis};
-use crate::recording::{PyRecording, Roles, Stretches, experiment, trials_of};
+use crate::recording::{PyRecording, Roles, Stretches, experiment_with, trials_of};
 use crate::work;
 use ndof::analysis::estimate::result::{Coherence, EstimateResult, Response};
 use ndof::analysis::result::{to_json, word};
@@ -152,7 +152,7 @@ pub fn frequency_response(py: Python<'_>, recordings: Vec<PyRecording<'_>>, role
     let settings: ndof::Estimate = from_json(settings, "frequency_response")?;
     let (trials, samples) = trials_of(&recordings)?;
     let result = work::run(py, samples, None, move |_| {
-        let trials = experiment(trials, roles, stretches)?;
+        let trials = experiment_with(trials, roles, stretches, settings.channels())?;
         ndof::analysis::estimate(&trials, &settings).map(|estimated| estimated.result).map_err(raise_analysis)
     })??;
     Ok(Estimate(Arc::new(result)))

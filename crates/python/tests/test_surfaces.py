@@ -62,7 +62,7 @@ def test_no_option_is_of_one_surface_alone(task, options):
     if task == "fit":
         keys |= set(_ndof.settings("estimate"))
     of_recordings = set() if task == "design" else ROLES | set(READING)
-    assert options[task] - keys - of_recordings - PROGRAM - (KINEMATICS if task == "fit" else set()) == set()
+    assert options[task] - keys - of_recordings - PROGRAM - (KINEMATICS if task in {"fit", "diagnose"} else set()) == set()
     python = asked_of_python(FUNCTIONS[task]) - {"recordings", "progress"}
     assert python - keys - of_recordings - {"report"} == set()
 

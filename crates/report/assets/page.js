@@ -100,7 +100,7 @@ class Panel {
     const { svg, meta } = this, width = svg.clientWidth;
     if (!width) return;
     const [left, top, right, bottom] = meta.margin, w = this.w = Math.max(width - left - right, 40);
-    const h = this.h = meta.equal ? Math.min(w, 420) : meta.plot[1];
+    const h = this.h = meta.equal ? Math.min(w * meta.plot[1] / meta.plot[0], 420) : meta.plot[1];
     let { x, y } = this.now;
     if (meta.equal) {
       const unit = Math.max((x[1] - x[0]) / w, (y[1] - y[0]) / h);

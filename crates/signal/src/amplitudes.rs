@@ -2,11 +2,15 @@
 
 use crate::stationarity::StationarityError;
 use std::borrow::Cow;
+use std::sync::OnceLock;
 
 /// Values that differ which are enough to find their least distance: as many as a converter of 16 bits has.
 const DISTINCT: usize = 1 << 16;
-/// Bins that samples are counted into, at most.
-const BINS: usize = 1 << 16;
+const SAME: fn(f64) -> f64 = |x| x;
+/// Samples that are rather counted once more than sorted.
+const MANY: usize = 1 << 17;
+/// Bins that samples are counted into, at most: their counts stay in the nearest cache.
+const BINS: usize = 1 << 12;
 
 /// The finite samples of a signal, and what is known of their sizes. Every method takes a few passes. Sorted are only the values of
 /// the step, 131 072 at a time, and for quantiles and outliers the samples of the bins that hold them: few, unless one sample lies so far off that all
@@ -29,6 +33,7 @@ pub struct Amplitudes<'a> {
     pub std: f64,
     /// The least and the greatest; +∞ and −∞ where there is none.
     pub range: [f64; 2],
+    step: OnceLock<f64>,
 }
 
 impl<'a> Amplitudes<'a> {
@@ -37,15 +42,19 @@ impl<'a> Amplitudes<'a> {
         let all = signal.iter().all(|x| x.is_finite());
         let samples: Cow<[f64]> = if all { Cow::Borrowed(signal) } else { signal.iter().copied().filter(|x| x.is_finite()).collect() };
         let count = samples.len() as f64;
-        let mean = samples.iter().sum::<f64>() / count;
-        let std = (samples.iter().map(|x| (x - mean).powi(2)).sum::<f64>() / count).sqrt();
+        let mean = total(&samples, |x| [x])[0] / count;
+        let std = (total(&samples, |x| [(x - mean).powi(2)])[0] / count).sqrt();
         let range = samples.iter().fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], x| [low.min(*x), high.max(*x)]);
-        Amplitudes { samples, mean, std, range }
+        Amplitudes { samples, mean, std, range, step: OnceLock::new() }
     }
 
     /// The least distance between values; what is a billionth of their range or less is round-off. Once 65 536 differ, no more are looked at.
     /// Infinite where no two differ.
     pub fn step(&self) -> f64 {
+        *self.step.get_or_init(|| self.least_distance())
+    }
+
+    fn least_distance(&self) -> f64 {
         let mut values = Vec::new();
         let sort = |values: &mut Vec<f64>| {
             values.sort_unstable_by(f64::total_cmp);
@@ -122,9 +131,24 @@ impl<'a> Amplitudes<'a> {
         if length == 0 {
             return Err(StationarityError::Intervals { samples: self.samples.len(), intervals });
         }
-        let square = |stretch: &[f64]| stretch.iter().map(|x| (x - self.mean).powi(2)).sum::<f64>() / length as f64;
+        let square = |stretch: &[f64]| total(stretch, |x| [(x - self.mean).powi(2)])[0] / length as f64;
         Ok(self.samples.chunks_exact(length).take(intervals).map(square).collect())
     }
+}
+
+/// Sums over all samples, some side by side: one after the other each would wait for the one before.
+pub(crate) fn total<const N: usize>(samples: &[f64], of: impl Fn(f64) -> [f64; N]) -> [f64; N] {
+    let (eights, rest) = samples.as_chunks::<8>();
+    let mut sums = [[0.0; 8]; N];
+    for eight in eights {
+        let of_each = eight.map(&of);
+        for (k, sums) in sums.iter_mut().enumerate() {
+            for (sum, v) in sums.iter_mut().zip(&of_each) {
+                *sum += v[k];
+            }
+        }
+    }
+    std::array::from_fn(|k| sums[k].iter().sum::<f64>() + rest.iter().map(|x| of(*x)[k]).sum::<f64>())
 }
 
 /// The values that stand at some places once all are in order. They are counted into bins over their range, and only the bins that hold a
@@ -142,9 +166,15 @@ fn in_order(samples: &[f64], [low, high]: [f64; 2], places: &[usize], value: imp
     let mut wanted = vec![false; bins];
     places.iter().for_each(|place| wanted[of_place(*place)] = true);
     let mut kept: Vec<f64> = samples.iter().map(|x| value(*x)).filter(|x| wanted[bin(*x)]).collect();
-    kept.sort_unstable_by(f64::total_cmp);
     let left_out = |place: usize| (0..of_place(place)).filter(|bin| !wanted[*bin]).map(|bin| counts[bin]).sum::<usize>();
-    places.iter().map(|place| kept[place - left_out(*place)]).collect()
+    let among: Vec<usize> = places.iter().map(|place| place - left_out(*place)).collect();
+    // A sample that lies far off leaves too many in too few bins: without it the rest has a range of its own.
+    if (MANY..samples.len()).contains(&kept.len()) {
+        let range = kept.iter().fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], x| [low.min(*x), high.max(*x)]);
+        return in_order(&kept, range, &among, SAME);
+    }
+    kept.sort_unstable_by(f64::total_cmp);
+    among.iter().map(|place| kept[*place]).collect()
 }
 
 #[cfg(test)]

@@ -88,6 +88,14 @@ impl CrossSpectra {
         }
     }
 
+    /// The same without the frequencies above one.
+    #[must_use]
+    pub fn up_to(&self, highest_hz: f64) -> Self {
+        let (bins, kept) = (self.frequency_hz.len(), self.frequency_hz.partition_point(|hz| *hz <= highest_hz));
+        let lower = self.lower.chunks_exact(bins).flat_map(|pair| &pair[..kept]).copied().collect();
+        CrossSpectra { frequency_hz: self.frequency_hz[..kept].to_vec(), lower, kernel: self.kernel.clone(), ..*self }
+    }
+
     /// ⟨A B*⟩ at frequency index `f`.
     pub fn at(&self, f: usize, a: usize, b: usize) -> Complex64 {
         let bins = self.frequency_hz.len();
@@ -200,6 +208,17 @@ mod tests {
         let wave = |c: usize| (from..from + samples).map(|k| ((k * k) as f64 * 0.013 * (c + 1) as f64).sin()).collect::<Vec<f64>>();
         let channels: Vec<Vec<f64>> = (0..4).map(wave).collect();
         Welch::new(32).spectra(50.0, &channels.iter().map(Vec::as_slice).collect::<Vec<_>>()).expect("long enough")
+    }
+
+    #[test]
+    fn what_lies_above_a_frequency_is_left_out_and_the_rest_stays() {
+        let whole = trial(0, 300);
+        let half = whole.up_to(12.5);
+        assert_eq!((half.frequency_hz(), half.effective_averages()), (&whole.frequency_hz()[..9], whole.effective_averages()));
+        for (a, b) in [(0, 0), (2, 1), (3, 3)] {
+            assert_eq!(half.pair(a, b), &whole.pair(a, b)[..9]);
+        }
+        assert_eq!(whole.up_to(f64::INFINITY), whole);
     }
 
     #[test]

@@ -1,5 +1,6 @@
 //! Does a record look like one stationary, Gaussian process? (Bendat & Piersol 2010, *Random Data*, ch. 4 and 10.)
 
+use crate::amplitudes::total;
 use crate::periodic::autocorrelation;
 use serde::{Deserialize, Serialize};
 
@@ -102,10 +103,9 @@ pub struct Normality {
 /// ```
 pub fn normality(signal: &[f64]) -> Result<Normality, StationarityError> {
     let n = signal.len() as f64;
-    let mean = signal.iter().sum::<f64>() / n;
+    let mean = total(signal, |x| [x])[0] / n;
     let level: Vec<f64> = signal.iter().map(|x| x - mean).collect();
-    let moment = |power: i32| level.iter().map(|x| x.powi(power)).sum::<f64>() / n;
-    let (second, third, fourth) = (moment(2), moment(3), moment(4));
+    let [second, third, fourth] = total(&level, |x| [x * x, x * x * x, x * x * (x * x)]).map(|sum| sum / n);
     // Round-off of the mean leaves a constant with a variance of up to this size.
     if second.is_nan() || second <= (n * f64::EPSILON * mean).powi(2) {
         return Err(StationarityError::NoVariance);

@@ -3,8 +3,9 @@
 use crate::error::StudyError;
 use crate::file::ExperimentFile;
 use ndarray::{Array2, arr2};
+use ndof_analysis::PHASE;
+use ndof_analysis::fit::schedule::rates;
 use ndof_analysis::fit::schedule::result::ScheduleResult;
-use ndof_analysis::fit::schedule::{PHASE, rates};
 use ndof_devices::{Impedance, MovingArm};
 use ndof_linear::inverse;
 
@@ -24,8 +25,8 @@ pub(crate) fn beside_the_truth(found: &mut ScheduleResult, file: &ExperimentFile
     Ok(())
 }
 
-/// At the hand, then at the joints, phase by phase. At the hand the forces of the movement's own velocity and acceleration are part of the
-/// matrices, as a perturbation feels them; at the joints stand the muscles' alone.
+/// At the hand, then at the joints, phase by phase, as a perturbation feels them: the muscles' matrices with what inertial and Coriolis forces add
+/// because the arm moves.
 fn truth(arm: &MovingArm, found: &ScheduleResult, rest: &[f64]) -> Option<Vec<[Impedance; 2]>> {
     // The hand's two displacements stand first, the two forces behind them.
     let [x, y, fx, fy] = [0, 1, 2, 3].map(|k| found.mean_movement.get(k).map(|mean| &mean.value));
@@ -39,12 +40,13 @@ fn truth(arm: &MovingArm, found: &ScheduleResult, rest: &[f64]) -> Option<Vec<[I
         let joints = arm.joints(found.at[k], angles[k]);
         let [more_damping, more_stiffness] = arm.inertial(angles[k], pair(&rate[k]), pair(&acceleration[k]));
         let back = inverse(&jacobians[k])?;
+        let (damped, sprung) = (&joints.damping + &more_damping, &joints.stiffness + &more_stiffness);
         let outward = |a: Array2<f64>| back.t().dot(&a).dot(&back);
         let inertia = outward(joints.inertia.clone());
-        let damping = outward(&joints.damping + &more_damping) - inertia.dot(&turning[k]).dot(&back) * 2.0;
+        let damping = outward(damped.clone()) - inertia.dot(&turning[k]).dot(&back) * 2.0;
         let bent = arm.kinematics(angles[k]).geometric_stiffness(&[fx[k], fy[k]]);
-        let stiffness = outward(&joints.stiffness + &more_stiffness - bent) - (damping.dot(&turning[k]) + inertia.dot(&bending[k])).dot(&back);
-        Some([Impedance { inertia, damping, stiffness }, joints])
+        let stiffness = outward(&sprung - bent) - (damping.dot(&turning[k]) + inertia.dot(&bending[k])).dot(&back);
+        Some([Impedance { inertia, damping, stiffness }, Impedance { damping: damped, stiffness: sprung, ..joints }])
     };
     (0..found.at.len()).map(at).collect()
 }

@@ -131,9 +131,9 @@ pub fn analyse<E>(study: &StudyDocument<E>, trials: Trials, progress: &Progress<
         let (estimated, fitted) = step(k + 1, settings)?;
         also.push((settings.name.clone().unwrap_or_else(|| format!("setting {}", k + 2)), estimated, fitted));
     }
-    let diagnosed = study.diagnose.as_ref().map(|settings| {
+    let diagnosed = study.diagnosis_settings().map(|settings| {
         progress("diagnose", 0, 1);
-        let mut diagnosed = diagnose(&trials, settings, &mut |_| ())?;
+        let mut diagnosed = diagnose(&trials, &settings, &mut |_| ())?;
         diagnosed.result.head.command = COMMAND.to_owned();
         Ok::<_, StudyError>(diagnosed)
     });
@@ -141,8 +141,13 @@ pub fn analyse<E>(study: &StudyDocument<E>, trials: Trials, progress: &Progress<
 }
 
 impl StudyOutcome {
+    /// What was simulated, where a limb's constant matrices are true of it: not of one whose matrices change as it moves.
+    pub fn constants(&self) -> Option<&Simulated> {
+        self.simulated.as_ref().filter(|simulated| !simulated.moves)
+    }
+
     /// The table of the study: endpoint parameters, then those of the joints.
     pub fn table(&self) -> Vec<ComparedParameter> {
-        self.fitted.table(|name| self.simulated.as_ref()?.truth.parameter(name))
+        self.fitted.table(|name| self.constants()?.truth.parameter(name))
     }
 }

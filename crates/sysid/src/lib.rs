@@ -22,7 +22,7 @@ pub use conditioned::{Conditioned, conditioned, ordered_coherence};
 pub use estimate::{
     Choice, Coherence, DerivedEstimate, Detection, Direct, DirectEstimate, Distortion, EstimateError, Estimates, LARGEST_CONDITION, LocalPolynomial,
     LocalRational, RejectedSegment, Significance, SpectralMethod, ToReference, WEAK_INSTRUMENT, choose_method, derived, direct, estimate,
-    estimate_from_spectra, repeats, robust_spectra, sliding,
+    estimate_from_spectra, instrumented, repeats, robust_spectra, sliding,
 };
 pub use interval::{Confidence, GainPhase, paper_random_error};
 pub use labels::Labels;

@@ -47,7 +47,20 @@ fn channel<'a>(trials: &[Trial], sizes: &'a [Vec<Amplitudes<'a>>], name: &str) -
 
 /// R² of each pair, over the length that both have.
 fn table(signals: &[&[f64]]) -> Vec<Vec<Number>> {
-    signals.iter().map(|a| signals.iter().map(|b| squared_correlation(a, b)).collect()).collect()
+    let mut out = vec![vec![None; signals.len()]; signals.len()];
+    for a in 0..signals.len() {
+        for b in 0..=a {
+            out[a][b] = if a == b { with_itself(signals[a]) } else { squared_correlation(signals[a], signals[b]) };
+            out[b][a] = out[a][b];
+        }
+    }
+    out
+}
+
+/// 1 of what varies.
+fn with_itself(x: &[f64]) -> Number {
+    let first = x.first()?;
+    x.iter().any(|v| v != first).then_some(1.0)
 }
 
 fn squared_correlation(a: &[f64], b: &[f64]) -> Number {

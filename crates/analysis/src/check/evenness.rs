@@ -5,6 +5,7 @@ use super::result::Finding;
 use crate::trials::roles::Roles;
 use ndof_signal::Recording;
 use ndof_sysid::{Steadiness, repeats, steadiness};
+use rayon::prelude::*;
 
 /// What drives a recording: its references, or its inputs where there are none.
 fn drivers(roles: &Roles) -> &[usize] {
@@ -20,7 +21,7 @@ pub(crate) fn evenness(recording: &Recording, roles: &Roles) -> Vec<(usize, Stea
         let uneven = seen.is_unsteady() || !seen.rest.is_empty();
         (!uneven || repeats(samples).is_none()).then_some((index, seen))
     };
-    drivers(roles).iter().filter_map(of).collect()
+    drivers(roles).par_iter().filter_map(of).collect()
 }
 
 /// Findings of a recording.

@@ -37,8 +37,10 @@ pub fn check(trials: &[Trial], names: &RoleNames) -> CheckResult {
         add_each(&mut warnings, notes.into_iter().chain(roles.iter().flat_map(|roles| roles.warnings.clone())));
         let sample_rate_hz = trial.recording.sample_rate_hz();
         let channels = trial.recording.channels().par_iter().zip(sizes).enumerate();
-        let channels = channels.map(|(index, (channel, sizes))| look(channel, sizes, role(roles.as_ref(), index), sample_rate_hz)).collect();
-        let (lags, of_trial) = findings(&trial.recording, sizes, roles.as_ref(), k);
+        let spectra = pairs::spectra(&trial.recording);
+        let of_all = spectra.as_ref();
+        let channels = channels.map(|(index, (channel, sizes))| look(channel, sizes, role(roles.as_ref(), index), (sample_rate_hz, of_all, index))).collect();
+        let (lags, of_trial) = findings(&trial.recording, sizes, of_all, roles.as_ref(), k);
         found.extend(of_trial);
         checked.push(TrialCheck { file: trial.file.clone(), lags, sample_rate_hz, duration_s: trial.recording.duration_s(), channels });
     }
@@ -59,8 +61,9 @@ pub fn check(trials: &[Trial], names: &RoleNames) -> CheckResult {
     }
 }
 
-fn look(channel: &Channel, amplitudes: &Amplitudes, role: &str, sample_rate_hz: f64) -> ChannelCheck {
-    let Amplitudes { samples, mean, std, range: [low, high] } = amplitudes;
+/// What a channel is; `of_all` are the spectra of all channels of its trial, and its place there.
+fn look(channel: &Channel, amplitudes: &Amplitudes, role: &str, (sample_rate_hz, of_all, index): (f64, Option<&CrossSpectra>, usize)) -> ChannelCheck {
+    let Amplitudes { samples, mean, std, range: [low, high], .. } = amplitudes;
     ChannelCheck {
         name: channel.name.clone(),
         unit: channel.unit.symbol().to_owned(),
@@ -70,14 +73,17 @@ fn look(channel: &Channel, amplitudes: &Amplitudes, role: &str, sample_rate_hz: 
         std: number(*std),
         range: (low <= high).then_some([*low, *high]),
         step: number(amplitudes.step()),
-        band_hz: power_band(samples, sample_rate_hz),
+        band_hz: power_band(samples, sample_rate_hz, of_all, index),
     }
 }
 
-/// The band that holds 98 % of a channel's power, one hundredth beyond each end.
-fn power_band(samples: &[f64], sample_rate_hz: f64) -> Option<[f64; 2]> {
+/// The band that holds 98 % of a channel's power, one hundredth beyond each end; by the spectra of all channels where their segments are as long.
+fn power_band(samples: &[f64], sample_rate_hz: f64, of_all: Option<&CrossSpectra>, index: usize) -> Option<[f64; 2]> {
     let nperseg = (samples.len() / 8).checked_ilog2().filter(|bits| *bits >= 4).map(|bits| pairs::LONGEST.min(1 << bits))?;
-    power_band_of(&Welch::new(nperseg).spectra(sample_rate_hz, &[samples]).ok()?, 0)
+    match of_all.filter(|spectra| spectra.frequency_hz().len() == nperseg / 2 + 1) {
+        Some(spectra) => power_band_of(spectra, index),
+        None => power_band_of(&Welch::new(nperseg).spectra(sample_rate_hz, &[samples]).ok()?, 0),
+    }
 }
 
 /// The same from spectra.

@@ -26,22 +26,26 @@ const LATE: f64 = 0.5;
 /// The longest segment that anything is looked at with, a minute at 1 kHz, or this much of an hour would be one transform.
 pub(super) const LONGEST: usize = 1 << 16;
 
-/// Spectra of all channels, if the recording is long enough and holds no missing sample.
-fn spectra(recording: &Recording) -> Option<CrossSpectra> {
-    let nperseg = (recording.len() / 16).checked_ilog2().filter(|bits| *bits >= 5).map(|bits| LONGEST.min(1 << bits))?;
-    let all: Vec<usize> = (0..recording.channels().len()).collect();
-    Welch::new(nperseg).spectra(recording.sample_rate_hz(), &recording.columns(&all)).ok()
+/// Length of the segments that channels are compared with; none for a short recording.
+fn segment(recording: &Recording, fewest_bits: u32) -> Option<usize> {
+    (recording.len() / 16).checked_ilog2().filter(|bits| *bits >= fewest_bits).map(|bits| LONGEST.min(1 << bits))
 }
 
-/// Lags and findings of all pairs of one trial.
-pub(super) fn pairs(recording: &Recording, roles: &Roles, trial: usize) -> (Vec<Lag>, Vec<Finding>) {
-    let Some(spectra) = spectra(recording) else { return (Vec::new(), Vec::new()) };
+/// Spectra of all channels, if the recording is long enough and holds no missing sample.
+pub(super) fn spectra(recording: &Recording) -> Option<CrossSpectra> {
+    let all: Vec<usize> = (0..recording.channels().len()).collect();
+    Welch::new(segment(recording, 5)?).spectra(recording.sample_rate_hz(), &recording.columns(&all)).ok()
+}
+
+/// Lags and findings of all pairs of one trial, by its [`spectra`].
+pub(super) fn pairs(recording: &Recording, spectra: Option<&CrossSpectra>, roles: &Roles, trial: usize) -> (Vec<Lag>, Vec<Finding>) {
+    let Some(spectra) = spectra else { return (Vec::new(), Vec::new()) };
     let channels = recording.channels();
-    let mut findings: Vec<Finding> = smoother(&spectra, channels, roles, trial).into_iter().chain(crossed(&spectra, channels, roles, trial)).collect();
+    let mut findings: Vec<Finding> = smoother(spectra, channels, roles, trial).into_iter().chain(crossed(spectra, channels, roles, trial)).collect();
     let mut lags = Vec::new();
     for (&reference, &input) in roles.ports.references.iter().zip(&roles.ports.inputs) {
         if axis_of(&channels[reference].name) == axis_of(&channels[input].name) {
-            lags.extend(lag(&spectra, channels, reference, input, 0).map(|(lag, _)| lag));
+            lags.extend(lag(spectra, channels, reference, input, 0).map(|(lag, _)| lag));
         }
     }
     for (later, earlier) in (0..channels.len()).flat_map(|b| (0..channels.len()).map(move |a| (b, a))) {
@@ -49,7 +53,7 @@ pub(super) fn pairs(recording: &Recording, roles: &Roles, trial: usize) -> (Vec<
         if high <= low || axis_of(&channels[later].name) != axis_of(&channels[earlier].name) {
             continue;
         }
-        let Some((lag, gain)) = lag(&spectra, channels, earlier, later, high - low) else { continue };
+        let Some((lag, gain)) = lag(spectra, channels, earlier, later, high - low) else { continue };
         let (name, of) = (&channels[later].name, &channels[earlier].name);
         if (gain - 1.0).abs() > GAIN {
             let message = format!("{name} is {gain:.3} times the derivative of {of}");
@@ -173,19 +177,22 @@ fn crossed(spectra: &CrossSpectra, channels: &[Channel], roles: &Roles, trial: u
     found
 }
 
-/// Pairs of inputs that move together.
-pub(super) fn together(recording: &Recording, roles: &Roles, trial: usize) -> Vec<Finding> {
+/// Pairs of inputs that move together, by the [`spectra`] of the trial where there are any, else by those of its inputs.
+pub(super) fn together(recording: &Recording, all: Option<&CrossSpectra>, roles: &Roles, trial: usize) -> Vec<Finding> {
     let inputs = &roles.ports.inputs;
-    let Some(nperseg) = (recording.len() / 16).checked_ilog2().filter(|bits| *bits >= 4).map(|bits| LONGEST.min(1 << bits)) else { return Vec::new() };
-    let Ok(spectra) = Welch::new(nperseg).spectra(recording.sample_rate_hz(), &recording.columns(inputs)) else { return Vec::new() };
+    let of_inputs = |nperseg| Welch::new(nperseg).spectra(recording.sample_rate_hz(), &recording.columns(inputs)).ok();
+    let own = if all.is_none() { segment(recording, 4).and_then(of_inputs) } else { None };
+    let places: Vec<usize> = if all.is_some() { inputs.clone() } else { (0..inputs.len()).collect() };
+    let Some(spectra) = all.or(own.as_ref()) else { return Vec::new() };
     let mut found = Vec::new();
-    for b in 0..inputs.len() {
-        for a in 0..b {
+    for second in 0..inputs.len() {
+        for first in 0..second {
+            let (a, b) = (places[first], places[second]);
             let bins = 1..spectra.frequency_hz().len();
             let weight: f64 = bins.clone().map(|f| (spectra.power(f, a) * spectra.power(f, b)).sqrt()).sum();
             let shared: f64 = bins.map(|f| spectra.at(f, a, b).norm_sqr() / (spectra.power(f, a) * spectra.power(f, b)).sqrt()).filter(|v| v.is_finite()).sum();
             if shared > TOGETHER * weight {
-                let (first, second) = (&recording.channels()[inputs[a]].name, &recording.channels()[inputs[b]].name);
+                let (first, second) = (&recording.channels()[inputs[first]].name, &recording.channels()[inputs[second]].name);
                 let message = format!("inputs {first} and {second} move together (mean coherence {:.2})", shared / weight);
                 let severity = if shared > 0.999 * weight { "fault" } else { "remark" };
                 let action = "perturb the axes independently, or leave one of them out with `input`";

@@ -2,10 +2,10 @@
 
 use super::channel::channel_findings;
 use super::evenness::unsteady;
-use super::pairs::{pairs, together};
+use super::pairs::{pairs, spectra, together};
 use super::result::{Finding, Lag};
 use crate::trials::roles::Roles;
-use ndof_signal::{Amplitudes, Recording, Warning};
+use ndof_signal::{Amplitudes, CrossSpectra, Recording, Warning};
 use rayon::prelude::*;
 
 /// What a channel is used as.
@@ -25,13 +25,19 @@ pub(super) fn amplitudes(recording: &Recording) -> Vec<Amplitudes<'_>> {
 }
 
 /// Lags and findings of a recording: of each channel, then of channels that belong together.
-pub(super) fn findings(recording: &Recording, sizes: &[Amplitudes], roles: Option<&Roles>, trial: usize) -> (Vec<Lag>, Vec<Finding>) {
+pub(super) fn findings(
+    recording: &Recording,
+    sizes: &[Amplitudes],
+    spectra: Option<&CrossSpectra>,
+    roles: Option<&Roles>,
+    trial: usize,
+) -> (Vec<Lag>, Vec<Finding>) {
     let channels = recording.channels().par_iter().zip(sizes).enumerate();
     let mut found: Vec<Finding> = channels.flat_map_iter(|(index, (channel, sizes))| channel_findings(channel, sizes, role(roles, index), trial)).collect();
     let Some(roles) = roles else { return (Vec::new(), found) };
     found.extend(unsteady(recording, roles, trial));
-    found.extend(together(recording, roles, trial));
-    let (lags, of_pairs) = pairs(recording, roles, trial);
+    found.extend(together(recording, spectra, roles, trial));
+    let (lags, of_pairs) = pairs(recording, spectra, roles, trial);
     found.extend(of_pairs);
     (lags, found)
 }
@@ -40,7 +46,8 @@ pub(super) fn findings(recording: &Recording, sizes: &[Amplitudes], roles: Optio
 pub(crate) fn quality(recordings: &[&Recording], roles: &Roles) -> Vec<Warning> {
     let mut seen: Vec<(String, Option<String>)> = Vec::new();
     let mut warnings = Vec::new();
-    for found in recordings.iter().enumerate().flat_map(|(trial, recording)| findings(recording, &amplitudes(recording), Some(roles), trial).1) {
+    let of_trial = |(trial, recording): (usize, &&Recording)| findings(recording, &amplitudes(recording), spectra(recording).as_ref(), Some(roles), trial).1;
+    for found in recordings.iter().enumerate().flat_map(of_trial) {
         let key = (found.code.clone(), found.channel.clone());
         if !seen.contains(&key) {
             let message = format!("trial {}{}: {}", found.trial, found.channel.map(|channel| format!(", {channel}")).unwrap_or_default(), found.message);

@@ -1,5 +1,6 @@
 //! Trials in, diagnosis out.
 
+mod arm;
 mod linear_fit;
 pub mod result;
 mod robot_side;

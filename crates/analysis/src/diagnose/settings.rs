@@ -1,11 +1,9 @@
 //! What a diagnosis can be asked.
 
+use super::arm::known_arm;
 use crate::error::AnalysisError;
-use crate::file::BaselineFile;
-use crate::fit::schedule::{Cycles, PHASE, Schedule, TIME};
-use crate::fit::settings::{Events, schedule_channels};
-#[cfg(feature = "clap")]
-use crate::options::positive;
+use crate::file::{BaselineFile, KinematicsFile};
+use crate::schedule::{Cycles, Events, PHASE, Schedule, TIME, schedule_channels};
 use crate::suggest::{did_you_mean, nearest};
 use crate::trials::Trials;
 use ndof_diagnose::Options;
@@ -60,12 +58,12 @@ pub struct Diagnose {
     /// What stiffness or damping may vary with, as one cause beside the others: phase (of a cycle), time, or a channel (a posture, an EMG envelope)
     #[cfg_attr(feature = "clap", arg(long, value_name = "WHAT", conflicts_with = "plan"))]
     pub schedule: Option<String>,
-    /// Duration of a cycle in seconds, from time zero of each recording on; the mean movement over the cycle is taken out of all hypotheses alike
-    #[cfg_attr(feature = "clap", arg(long = "cycle", value_name = "S", value_parser = positive, requires = "schedule", conflicts_with = "cycle_by"))]
+    /// Duration of a cycle in seconds, from time zero of each recording on; the mean movement over the cycle is taken out of all hypotheses alike.
+    #[cfg_attr(feature = "clap", arg(skip))]
     #[serde(rename = "cycle")]
     pub cycle_s: Option<f64>,
-    /// Channel whose rising edges begin cycles, or a phase that wraps where they begin
-    #[cfg_attr(feature = "clap", arg(long, value_name = "CHANNEL", requires = "schedule"))]
+    /// Channel whose rising edges begin cycles, or a phase that wraps where they begin.
+    #[cfg_attr(feature = "clap", arg(skip))]
     pub cycle_by: Option<String>,
     /// When cycles begin, in seconds: one list for every trial, or one for each.
     #[cfg_attr(feature = "clap", arg(skip))]
@@ -75,6 +73,10 @@ pub struct Diagnose {
     #[cfg_attr(feature = "clap", arg(skip))]
     #[cfg_attr(feature = "schema", schemars(with = "Option<serde_json::Map<String, serde_json::Value>>"))]
     pub baseline: Option<BaselineFile>,
+    /// The arm whose curved geometry is weighed as a cause; in a study that of the table `[kinematics]`.
+    #[cfg_attr(feature = "clap", arg(skip))]
+    #[cfg_attr(feature = "schema", schemars(with = "Option<serde_json::Map<String, serde_json::Value>>"))]
+    pub kinematics: Option<KinematicsFile>,
     /// In a study: so many effects are drawn from the seed and hidden in what is simulated; the answer comes last.
     #[cfg_attr(feature = "clap", arg(skip))]
     pub hide: usize,
@@ -95,6 +97,7 @@ impl Default for Diagnose {
             cycle_by: None,
             event_s: None,
             baseline: None,
+            kinematics: None,
             hide: 0,
         }
     }
@@ -155,6 +158,7 @@ impl Diagnose {
             seed: self.seed,
             without: self.without.clone(),
             plan: self.plan,
+            arm: self.kinematics.as_ref().map(|file| known_arm(file, trials, self.schedule.is_some())).transpose()?,
             schedule: self.schedule(trials).map_err(|what| AnalysisError::Schedule { what })?,
             ..Options::default()
         })

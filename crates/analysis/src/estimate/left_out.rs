@@ -9,7 +9,7 @@ use rayon::prelude::*;
 
 /// The response that a fit uses, once for each trial with that trial left out: how much they differ is how much the
 /// trials disagree. Empty where that cannot be known.
-pub(crate) fn without_each(estimated: &Estimated) -> Result<Vec<FrequencyResponse>, AnalysisError> {
+pub(crate) fn without_each(estimated: &Estimated, highest_hz: f64) -> Result<Vec<FrequencyResponse>, AnalysisError> {
     let trials = &estimated.trials;
     if trials.trials.len() < 3 {
         return Ok(Vec::new());
@@ -36,7 +36,8 @@ pub(crate) fn without_each(estimated: &Estimated) -> Result<Vec<FrequencyRespons
             _ => None,
         }
     };
-    let spectra = trials.recordings().par_iter().enumerate().filter_map(|(k, recording)| transform(k, recording)).collect();
+    let below = |(k, recording): (usize, &&Recording)| transform(k, recording).map(|spectra| spectra.map(|spectra| spectra.up_to(highest_hz)));
+    let spectra = trials.recordings().par_iter().enumerate().filter_map(below).collect();
     let spectra: Vec<CrossSpectra> = in_order(spectra)?;
     let responses = (0..spectra.len())
         .into_par_iter()

@@ -8,17 +8,21 @@ use crate::trials::Trials;
 use ndof_signal::{CrossSpectra, Multitaper, Periodic, Window, detect_period, effective_averages};
 use ndof_sysid::{Estimates, FrequencyResponse, LocalPolynomial, LocalRational, SpectralMethod, choose_method};
 
+/// Whether something is asked that only Welch's method has.
+pub(super) fn about_welch(settings: &Estimate) -> bool {
+    settings.nperseg.is_some() || settings.noverlap.is_some() || settings.nfft.is_some() || settings.window != Window::default()
+}
+
 /// The method with its settings, and why it was taken. Where a setting of Welch's method is given, Welch's method is meant.
 pub(super) fn choose(trials: &Trials, settings: &Estimate) -> Result<(SpectralMethod, String), AnalysisError> {
     let asked = "as asked for".to_owned();
     let recordings = trials.recordings();
-    let about_welch = settings.nperseg.is_some() || settings.noverlap.is_some() || settings.nfft.is_some() || settings.window != Window::default();
     if settings.robust && !matches!(settings.method, MethodName::Auto | MethodName::Welch) {
         return Err(AnalysisError::NoSegments { method: word(&settings.method) });
     }
     let one_length = recordings.windows(2).all(|pair| pair[0].len() == pair[1].len());
     Ok(match settings.method {
-        MethodName::Auto if about_welch || settings.robust || !one_length => welch_of_length(trials, settings),
+        MethodName::Auto if about_welch(settings) || settings.robust || !one_length => welch_of_length(trials, settings),
         MethodName::Auto => {
             let choice = choose_method(&recordings, &trials.roles.ports);
             match choice.method {

@@ -1,6 +1,9 @@
 //! Trials in, frequency response with coherences and confidence out.
 
+mod course;
+mod course_result;
 mod estimated;
+mod instrument;
 mod left_out;
 mod limits;
 mod measured;
@@ -54,7 +57,10 @@ pub fn estimate(trials: &Trials, settings: &Estimate) -> Result<Estimated, Analy
     let result = &mut estimated.result;
     result.robust = rejected.map(|rejected| repeat::robust(&estimated.estimates, &rejected));
     result.trial_spread = repeat::between_trials(trials, settings, &method, result.response);
-    result.course = repeat::course(trials, settings, result.response)?;
+    let direct = &estimated.estimates.direct;
+    let explains = |f: &usize| direct.coherence.multiple.row(*f).iter().all(|coherence| *coherence >= 0.5);
+    let explained = (0..direct.response.len()).rev().find(explains).map_or(f64::INFINITY, |f| direct.response.frequency_hz[f]);
+    result.course = course::course(trials, settings, result.response, explained)?;
     result.head.warnings.extend(repeat::warnings(result, &estimated.estimates));
     Ok(estimated)
 }

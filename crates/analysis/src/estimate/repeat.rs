@@ -1,12 +1,10 @@
-//! What repetition tells: segments that stand out, trials beside each other, a response that changes with time.
+//! What repetition tells: segments that stand out, trials beside each other.
 
-use super::measured::{in_file, labels, to_displacement};
-use super::method::choose;
+use super::measured::{labels, to_displacement};
 use super::result::{self as schema, EstimateResult};
 use super::settings::Estimate;
-use crate::error::AnalysisError;
 use crate::result::{Warning, number};
-use crate::trials::{Trial, Trials};
+use crate::trials::Trials;
 use ndof_signal::Recording;
 use ndof_sysid::{Estimates, FrequencyResponse, RejectedSegment, ResponseKind, SpectralMethod, estimate_from_spectra, robust_spectra};
 use rayon::prelude::*;
@@ -31,8 +29,12 @@ pub(super) fn robust(estimates: &Estimates, rejected: &[RejectedSegment]) -> sch
 }
 
 /// The response to build on, of the kind that is reported.
-fn reported(estimates: Estimates, trials: &Trials, kind: ResponseKind) -> Option<FrequencyResponse> {
-    let mut response = estimates.derived.map_or(estimates.direct.response, |d| d.response);
+pub(super) fn reported(estimates: Estimates, trials: &Trials, kind: ResponseKind) -> Option<FrequencyResponse> {
+    in_kind(estimates.derived.map_or(estimates.direct.response, |d| d.response), trials, kind)
+}
+
+/// A response of channels as they stand, of the kind that is reported.
+pub(super) fn in_kind(mut response: FrequencyResponse, trials: &Trials, kind: ResponseKind) -> Option<FrequencyResponse> {
     to_displacement(&mut response, trials);
     response.to_kind(kind).ok()
 }
@@ -65,47 +67,6 @@ pub(super) fn between_trials(trials: &Trials, settings: &Estimate, method: &Spec
         ratio: number(spread.ratio),
         ratio_std_error: number(spread.ratio_std_error),
     })
-}
-
-/// Windows that a course over time has at most.
-const MOST_WINDOWS: f64 = 10_000.0;
-
-/// Estimates over a window that slides along all trials at once, by the method that suits its length; nothing unless it is asked for.
-pub(super) fn course(trials: &Trials, settings: &Estimate, kind: ResponseKind) -> Result<Option<schema::Course>, AnalysisError> {
-    let Some(window_s) = settings.sliding_s else { return Ok(None) };
-    let step_s = settings.sliding_step_s.unwrap_or(window_s / 2.0);
-    if !(window_s > 0.0 && step_s > 0.0 && window_s.is_finite() && step_s.is_finite()) {
-        return Err(AnalysisError::Sliding { window_s, step_s });
-    }
-    let longest_s = trials.trials.iter().map(|trial| trial.recording.duration_s()).fold(0.0, f64::max);
-    if window_s > longest_s {
-        return Err(AnalysisError::LongWindow { window_s, longest_s });
-    }
-    if (longest_s - window_s) / step_s > MOST_WINDOWS {
-        let what = format!("windows that slide by {step_s} s over {longest_s} s are more than {MOST_WINDOWS}; give a longer `sliding_step`");
-        return Err(AnalysisError::TooLarge { what });
-    }
-    let samples = (window_s * trials.sample_rate_hz()).round().max(1.0) as usize;
-    let cut = |trial: &Trial| {
-        let recording = trial.recording.slice(0..samples.min(trial.recording.len()));
-        recording.map(|recording| Trial { recording, ..trial.clone() }).map_err(|source| AnalysisError::Recording { file: trial.file.clone(), source })
-    };
-    let first = Trials { trials: trials.trials.iter().map(cut).collect::<Result<_, _>>()?, ..trials.clone() };
-    let (method, _) = choose(&first, settings)?;
-    let windows = ndof_sysid::sliding(&trials.recordings(), &trials.roles.ports, &labels(trials), (&method, settings.estimator), window_s, step_s)
-        .map_err(|error| in_file(error, trials))?;
-    let derived = windows.iter().all(|(_, estimates)| estimates.derived.is_some());
-    let estimate = if derived { "derived" } else { "direct" }.to_owned();
-    let (mut time_s, mut frequency_hz, mut responses) = (Vec::new(), Vec::new(), Vec::new());
-    let [low_hz, high_hz] = settings.reported_hz();
-    for (middle_s, estimates) in windows {
-        let Some(response) = reported(estimates, trials, kind) else { continue };
-        let response = response.band(low_hz, high_hz);
-        time_s.push(middle_s);
-        responses.push(schema::Response::from(&response));
-        frequency_hz = response.frequency_hz;
-    }
-    Ok(Some(schema::Course { window_s, step_s, estimate, method: method.name().to_owned(), time_s, frequency_hz, response: responses }))
 }
 
 /// What repetition and inversion say against the estimate.

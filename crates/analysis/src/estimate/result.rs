@@ -1,5 +1,6 @@
 //! `ndof/estimate/1`: a frequency response with its coherences and confidence.
 
+pub use super::course_result::Course;
 use super::settings::Estimate;
 use crate::nested::{IntervalSpectrum, Matrix, Spectrum};
 use crate::result::{Head, Number, number};
@@ -56,7 +57,7 @@ pub struct EstimateResult {
     pub robust: Option<Robust>,
     /// The spread between trials beside that within them, of two trials or more.
     pub trial_spread: Option<TrialSpread>,
-    /// Estimates over a window that slides along the trials, with `sliding`.
+    /// Estimates over a window that slides along the trials, with `sliding`, or along the cycle, with `cycle`.
     pub course: Option<Course>,
     /// Densities of all channels, with `spectra`.
     pub spectra: Option<Spectra>,
@@ -208,7 +209,7 @@ impl Coherence {
             ordinary: spectrum(&c.ordinary, keep),
             partial: spectrum(&c.partial, keep),
             ordered: ordered.map_or_else(|| Array3::from_elem((p, q, keep.len()), f64::NAN).into(), |ordered| spectrum(&ordered, keep)),
-            multiple: Array2::from_shape_fn((p, keep.len()), |(i, f)| c.multiple[[keep[f], i]]).into(),
+            multiple: by_output(&c.multiple, keep),
         }
     }
 
@@ -217,6 +218,11 @@ impl Coherence {
         let none = || Spectrum::from(Array3::from_elem((p, q, frequencies), f64::NAN));
         Coherence { ordinary: none(), partial: none(), ordered: none(), multiple: Array2::from_elem((p, frequencies), f64::NAN).into() }
     }
+}
+
+/// What is `[frequency][output]`, output first, at the bins `keep`.
+pub(super) fn by_output(values: &Array2<f64>, keep: &[usize]) -> Matrix {
+    Array2::from_shape_fn((values.ncols(), keep.len()), |(i, f)| values[[keep[f], i]]).into()
 }
 
 /// The direct estimate.
@@ -371,26 +377,6 @@ pub struct TrialSpread {
     pub ratio: Number,
     /// The standard error of that ratio by chance.
     pub ratio_std_error: Number,
-}
-
-/// A response that changes with time; arrays by window first.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
-pub struct Course {
-    /// Length of the window.
-    pub window_s: f64,
-    /// From one window to the next.
-    pub step_s: f64,
-    /// `direct` or `derived`.
-    pub estimate: String,
-    /// The spectral method within each window.
-    pub method: String,
-    /// Middle of each window.
-    pub time_s: Vec<f64>,
-    /// The grid within each window.
-    pub frequency_hz: Vec<f64>,
-    /// One response a window.
-    pub response: Vec<Response>,
 }
 
 /// Densities, `S[a][b]` = ⟨A B*⟩, one-sided, unit_a · unit_b / Hz.

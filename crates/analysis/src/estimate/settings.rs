@@ -2,6 +2,7 @@
 
 #[cfg(feature = "clap")]
 use crate::options::{count, positive, whole, words};
+use crate::schedule::{Cycles, Events};
 use crate::suggest::window_named;
 use ndof_signal::{Detrend, Welch, Window};
 use ndof_sysid::{Direct, ResponseKind};
@@ -91,14 +92,25 @@ pub struct Estimate {
     /// Welch: leave out segments that a knock or a cough has disturbed, and say which
     #[cfg_attr(feature = "clap", arg(long))]
     pub robust: bool,
-    /// Also estimate in a window of S seconds that slides along the trials, to show what changes with time
+    /// Also estimate in a window of S seconds that slides along the trials, to show what changes with time; with cycles along the cycle, by default of a quarter of it
     #[cfg_attr(feature = "clap", arg(long = "sliding", value_name = "S"))]
     #[serde(rename = "sliding")]
     pub sliding_s: Option<f64>,
     /// Seconds from one such window to the next [default: half a window]
-    #[cfg_attr(feature = "clap", arg(long = "sliding-step", value_name = "S", requires = "sliding_s"))]
+    #[cfg_attr(feature = "clap", arg(long = "sliding-step", value_name = "S"))]
     #[serde(rename = "sliding-step")]
     pub sliding_step_s: Option<f64>,
+    /// Duration of a cycle in seconds: the response over the phase of a movement's cycle, from windows at the same phase of all cycles.
+    #[cfg_attr(feature = "clap", arg(skip))]
+    #[serde(rename = "cycle")]
+    pub cycle_s: Option<f64>,
+    /// Channel that tells where cycles begin: by its rising edges, or as a phase that wraps there.
+    #[cfg_attr(feature = "clap", arg(skip))]
+    pub cycle_by: Option<String>,
+    /// When cycles begin, in seconds: one list for every trial, or one for each.
+    #[cfg_attr(feature = "clap", arg(skip))]
+    #[serde(rename = "event")]
+    pub event_s: Option<Events>,
     /// Periodic: period of the excitation in seconds [default: found from the commanded signal]
     #[cfg_attr(feature = "clap", arg(long = "period", value_name = "S", value_parser = positive))]
     #[serde(rename = "period")]
@@ -124,6 +136,16 @@ impl Estimate {
     /// Welch's method with segments of so many samples.
     pub fn welch(nperseg: usize) -> Self {
         Estimate { method: MethodName::Welch, nperseg: Some(nperseg), ..Estimate::default() }
+    }
+
+    /// The channel that tells cycles, which has no role.
+    pub fn channels(&self) -> Vec<String> {
+        self.cycle_by.iter().cloned().collect()
+    }
+
+    /// Where cycles begin.
+    pub(super) fn cycles(&self) -> Cycles<'_> {
+        Cycles { cycle_s: self.cycle_s, cycle_by: self.cycle_by.as_deref(), event_s: self.event_s.as_ref() }
     }
 
     /// The band that is reported; all frequencies where none is given.

@@ -19,7 +19,7 @@ pub(super) struct Evidence<'a> {
     pub channels: &'a Trials,
     /// The response, brought to displacement.
     pub response: Cow<'a, FrequencyResponse>,
-    /// The same from all trials but one, each in turn; empty where there are none.
+    /// The same up to the band's end from all trials but one, each in turn; empty where there are none.
     pub without: Vec<FrequencyResponse>,
     /// The partial coherence, γ².
     pub coherence: Array3<f64>,
@@ -46,8 +46,8 @@ pub(super) struct Evidence<'a> {
 }
 
 impl<'a> Evidence<'a> {
-    /// The derived estimate of recordings where there is one, else the direct one.
-    pub fn of_recordings(estimated: &'a Estimated) -> Result<Self, AnalysisError> {
+    /// The derived estimate of recordings where there is one, else the direct one, for a fit of the band that is asked for.
+    pub fn of_recordings(estimated: &'a Estimated, asked_hz: Option<[f64; 2]>) -> Result<Self, AnalysisError> {
         let (trials, estimates) = (&estimated.trials, &estimated.estimates);
         let ports = &trials.roles.ports;
         let (band_hz, band_because) = excited_band(estimated, ports);
@@ -55,7 +55,7 @@ impl<'a> Evidence<'a> {
         Ok(Evidence {
             channels: trials,
             response: Cow::Borrowed(estimated.measured()),
-            without: without_each(estimated)?,
+            without: without_each(estimated, asked_hz.unwrap_or(band_hz)[1])?,
             coherence: estimates.derived.as_ref().map_or(&estimates.direct.coherence.partial, |derived| &derived.coherence_paper.partial).clone(),
             band_hz,
             band_because: Some(band_because),

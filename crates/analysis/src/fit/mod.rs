@@ -17,24 +17,28 @@ pub use fitted::{Fitted, model_response};
 pub use named_models::MODEL;
 pub use overlay::{Leftover, Overlay, Run, leftover, overlay};
 pub use project::project;
+pub(crate) use project::projection;
 pub use result::ComparedParameter;
-pub use settings::{Events, Fit, FitCost, VafWeight};
+pub use settings::{Fit, FitCost, VafWeight};
 
 use crate::error::AnalysisError;
 use crate::estimate::Estimated;
 use crate::response::MeasuredResponse;
 use crate::result::{Head, number};
-use crate::trials::axis_of;
+use crate::trials::{Trials, axis_of};
 use between::{Sampled, sampled};
 use evidence::Evidence;
 use findings::warnings;
 use named_models::{blocks_of, compared_models};
 use ndarray::Array3;
 use ndof_models::blocks::{BlockCard, Composite};
-use ndof_models::{Axis, Held, InertiaDampingStiffness, InertiaDampingStiffnessModel, PaperFit, ParametricModel, WeightedFit, agreement, parametric_response};
+use ndof_models::{
+    Axis, Held, InertiaDampingStiffness, InertiaDampingStiffnessModel, PaperFit, ParameterInfo, ParametricModel, Symmetry, WeightedFit, agreement,
+    parametric_response,
+};
 use ndof_signal::Unit;
-use ndof_sysid::FrequencyResponse;
-use result::{Asked, FitResult, Joint, Matrices, OtherFit, Parameter};
+use ndof_sysid::{FrequencyResponse, ResponseKind};
+use result::{Asked, FitResult, Joint, Matrices, OtherFit, Parameter, Site};
 use sums::Sums;
 
 /// What is added in quadrature to standard errors for systematic errors: 0.5 % of inertia, 1 % of damping and of stiffness.
@@ -67,7 +71,7 @@ pub const DELAY_FLOOR_S: f64 = 1e-4;
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 pub fn fit(estimated: &Estimated, settings: &Fit) -> Result<Fitted, AnalysisError> {
-    let evidence = Evidence::of_recordings(estimated)?;
+    let evidence = Evidence::of_recordings(estimated, settings.band_hz)?;
     let mut fitted = fit_to(&evidence, settings)?;
     if let Some((schedule, warnings)) = schedule::scheduled(&estimated.trials, settings, evidence.band_hz[1])? {
         fitted.result.head.warnings.extend(warnings);
@@ -125,9 +129,7 @@ fn fit_to(whole: &Evidence<'_>, settings: &Fit) -> Result<Fitted, AnalysisError>
     let evidence = summed.as_ref().unwrap_or(whole);
     let (channels, response) = (evidence.channels, &*evidence.response);
     let ports = &channels.roles.ports;
-    let motion = if response.kind.is_effort_over_motion() { &ports.inputs } else { &ports.outputs };
-    let axes: Vec<Axis> = channels.channels(motion).iter().map(|channel| axis(&channel.name, &channel.unit)).collect();
-    let model = InertiaDampingStiffnessModel::new(axes, settings.symmetry);
+    let model = InertiaDampingStiffnessModel::new(motion_axes(channels), settings.symmetry);
     let band_hz = settings.band_hz.unwrap_or(evidence.band_hz);
     let without = &evidence.without;
     let (smoothing, transducer) = (evidence.smoothing(band_hz), settings.transducer());
@@ -274,6 +276,31 @@ fn parameters(fit: &ndof_models::Fit, base: usize, cards: &[&BlockCard]) -> Vec<
     let mut out: Vec<Parameter> = fit.parameters.iter().map(Parameter::from).collect();
     out.iter_mut().zip(sides).for_each(|(p, side)| p.site.side = side.to_owned());
     out
+}
+
+/// The axes that move.
+fn motion_axes(channels: &Trials) -> Vec<Axis> {
+    let ports = &channels.roles.ports;
+    let motion = if channels.roles.natural_kind().is_effort_over_motion() { &ports.inputs } else { &ports.outputs };
+    channels.channels(motion).iter().map(|channel| axis(&channel.name, &channel.unit)).collect()
+}
+
+/// What a fit would find, without its numbers; nothing where there is no impedance.
+pub(crate) fn unknown_parameters(channels: &Trials) -> Vec<Parameter> {
+    let ports = &channels.roles.ports;
+    if channels.roles.natural_kind() == ResponseKind::Transfer || ports.inputs.len() < ports.outputs.len() {
+        return Vec::new();
+    }
+    let unknown = |info: ParameterInfo| Parameter {
+        name: info.name,
+        unit: info.unit,
+        site: Site { side: "limb".to_owned(), axis: info.site },
+        value: None,
+        std_error: None,
+        ci95: None,
+        identifiable: false,
+    };
+    InertiaDampingStiffnessModel::new(motion_axes(channels), Symmetry::default()).parameters().into_iter().map(unknown).collect()
 }
 
 fn axis(channel: &str, unit: &Unit) -> Axis {

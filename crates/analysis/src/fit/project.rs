@@ -114,7 +114,7 @@ fn wrong(file: &KinematicsFile) -> impl Fn(String) -> AnalysisError {
 }
 
 /// What the file says, with the mean force measured where it asks for that.
-pub(super) fn projection(mean_effort: &[f64], file: &KinematicsFile) -> Result<Projection, AnalysisError> {
+pub(crate) fn projection(mean_effort: &[f64], file: &KinematicsFile) -> Result<Projection, AnalysisError> {
     let wrong = wrong(file);
     let kinematics = kinematics(file)?;
     let mean_force_n = match &file.mean_force_n {

@@ -197,6 +197,13 @@ pub struct Parameter {
     pub identifiable: bool,
 }
 
+impl Parameter {
+    /// Whether it is the stiffness of an axis along itself, as one feels it.
+    pub fn is_diagonal_stiffness(&self) -> bool {
+        self.name == "K" || self.name.strip_prefix("K_").and_then(|axes| axes.split_once('_')).is_some_and(|(row, column)| row == column)
+    }
+}
+
 impl From<&ndof_models::Parameter> for Parameter {
     fn from(p: &ndof_models::Parameter) -> Self {
         Parameter {

@@ -1,10 +1,10 @@
 //! What a fit can be asked.
 
 use super::named_models::MODEL;
-use super::schedule::{Cycles, PHASE, TIME};
 use crate::file::KinematicsFile;
 #[cfg(feature = "clap")]
 use crate::options::{count, not_negative, positive, words};
+use crate::schedule::{Cycles, Events, schedule_channels};
 use ndof_models::schedule::Term;
 use ndof_models::{Hold, Symmetry, Transducer};
 use serde::{Deserialize, Serialize};
@@ -31,17 +31,6 @@ pub enum VafWeight {
     GammaSquared,
     /// By its root γ.
     Gamma,
-}
-
-/// Where cycles begin, in seconds on the clock of the recordings.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
-#[serde(untagged)]
-pub enum Events {
-    /// In every trial.
-    Every(Vec<f64>),
-    /// Trial by trial.
-    Each(Vec<Vec<f64>>),
 }
 
 /// How a model is fitted; what is not given follows from the data.
@@ -89,12 +78,12 @@ pub struct Fit {
     /// Also fit matrices that vary with phase (of a cycle), time, or a channel such as a posture, a velocity or an EMG envelope
     #[cfg_attr(feature = "clap", arg(long, value_name = "WHAT"))]
     pub schedule: Option<String>,
-    /// Duration of a cycle in seconds; the first begins at time zero of each recording
-    #[cfg_attr(feature = "clap", arg(long = "cycle", value_name = "S", value_parser = positive, requires = "schedule", conflicts_with = "cycle_by"))]
+    /// Duration of a cycle in seconds; the first begins at time zero of each recording.
+    #[cfg_attr(feature = "clap", arg(skip))]
     #[serde(rename = "cycle")]
     pub cycle_s: Option<f64>,
-    /// Channel that tells where cycles begin: by its rising edges, or as a phase that wraps there
-    #[cfg_attr(feature = "clap", arg(long, value_name = "CHANNEL", requires = "schedule"))]
+    /// Channel that tells where cycles begin: by its rising edges, or as a phase that wraps there.
+    #[cfg_attr(feature = "clap", arg(skip))]
     pub cycle_by: Option<String>,
     /// When cycles begin, in seconds: one list for every trial, or one for each.
     #[cfg_attr(feature = "clap", arg(skip))]
@@ -139,9 +128,4 @@ impl Fit {
     pub(super) fn transducer(&self) -> Option<Transducer> {
         self.transducer_stiffness.map(|stiffness| Transducer { stiffness, damping: self.transducer_damping.unwrap_or(0.0) })
     }
-}
-
-/// Channels that a schedule is made of.
-pub(crate) fn schedule_channels(schedule: Option<&str>, cycle_by: Option<&str>) -> Vec<String> {
-    schedule.filter(|word| ![PHASE, TIME].contains(word)).into_iter().chain(cycle_by).map(str::to_owned).collect()
 }

@@ -1,19 +1,21 @@
 //! A measurement in progress: what is known so far, and whether it is enough.
 
+mod kept;
 pub mod result;
 
 use crate::check::power_band_of;
 use crate::error::AnalysisError;
 use crate::estimate::{Estimate, Estimated, MethodName, Summed, estimate, segment};
-use crate::fit::Fit;
-use crate::fit::result::Parameter;
+use crate::fit::{Fit, unknown_parameters};
 #[cfg(feature = "clap")]
 use crate::options::positive;
 use crate::result::{Head, Warning, number};
 use crate::trials::{RoleNames, Roles, Trial, Trials, Trim, add_each};
-use ndof_signal::{Channel, CrossSpectra, Recording};
+use kept::{Keep, Kept};
+use ndof_signal::{CrossSpectra, Recording, RecordingError};
 use ndof_sysid::{ResponseKind, StoppingRule};
 use result::LiveResult;
+use std::borrow::Cow;
 
 /// Samples of a segment of which a line between those that the window takes from 0 Hz and half of the rate is left.
 const LEAST_SEGMENT: usize = 16;
@@ -47,24 +49,23 @@ impl Default for Enough {
 
 /// A measurement in progress. What came is kept as sums of spectra, so that memory does not grow with time and a look costs the same early
 /// and late; of the samples themselves only the first few segments stay, for what names, units and the check of the signals need. Only
-/// segments that are left out as wrecked (`robust`) are found in the whole record.
+/// segments that are left out as wrecked (`robust`) are found in the whole record, and what only the last seconds say in these.
 #[derive(Clone, Default)]
 pub struct Live {
     file: String,
     names: RoleNames,
     settings: Estimate,
     enough: Enough,
+    last_s: Option<f64>,
     warnings: Vec<Warning>,
     /// Stretches without a gap so far.
     stretches: usize,
     /// Samples in them, and those that were left out because a channel that is used holds no number there.
     samples: usize,
     missing: usize,
+    /// Sums of all that came; of nothing where only the last seconds count.
     summed: Option<Summed>,
-    /// What is kept of the samples: all stretches if `robust`, else the beginning of the first that is as long as a segment.
-    kept: Vec<Recording>,
-    /// Whether the stretch that grows is the last of them.
-    keeping: bool,
+    kept: Kept,
 }
 
 /// Segments of the first stretch that are kept as samples.
@@ -74,6 +75,13 @@ impl Live {
     /// Nothing measured yet; `file` names the source in errors, and the method is Welch's whatever `settings` say.
     pub fn new(file: &str, names: RoleNames, settings: Estimate, enough: Enough) -> Self {
         Live { file: file.to_owned(), names, settings, enough, ..Live::default() }
+    }
+
+    /// The same, of which only the last `last_s` seconds (or all, of `None`) count at each look: what changes slowly is followed.
+    ///
+    /// Memory holds the samples of these seconds, and a look transforms them anew.
+    pub fn of_last(self, last_s: Option<f64>) -> Self {
+        Live { last_s, ..self }
     }
 
     /// Takes the next samples; `follows` says that there is no gap before them.
@@ -88,7 +96,7 @@ impl Live {
         while at < piece.len() {
             let end = (at..piece.len()).find(|&k| !whole(k)).unwrap_or(piece.len());
             if end > at {
-                let part = piece.slice(at..end).map_err(|source| AnalysisError::Recording { file: self.file.clone(), source })?;
+                let part = piece.slice(at..end).map_err(|source| self.failed(source))?;
                 self.add(part, &used, joined)?;
             }
             joined = end == piece.len();
@@ -112,29 +120,20 @@ impl Live {
                 summed.join_ended();
             }
         }
-        summed.push(&part.columns(used), &self.file)?;
+        if self.last_s.is_none() {
+            summed.push(&part.columns(used), &self.file)?;
+        }
         self.samples += part.len();
-        self.keep(part, nperseg, follows)
+        let keep = match self.last_s {
+            Some(last_s) => Keep::Last((last_s * part.sample_rate_hz()).round().max(1.0) as usize),
+            None if self.settings.robust => Keep::All,
+            None => Keep::First(KEPT_SEGMENTS * nperseg),
+        };
+        self.kept.push(part, follows, keep, nperseg).map_err(|source| self.failed(source))
     }
 
-    fn keep(&mut self, part: Recording, nperseg: usize, follows: bool) -> Result<(), AnalysisError> {
-        let robust = self.settings.robust;
-        if !follows {
-            self.kept.retain(|stretch| stretch.len() >= nperseg);
-            self.keeping = robust || self.kept.is_empty();
-            self.kept.extend(self.keeping.then_some(part));
-            return Ok(());
-        }
-        let Some(kept) = self.kept.last_mut().filter(|_| self.keeping) else { return Ok(()) };
-        let room = if robust { usize::MAX } else { (KEPT_SEGMENTS * nperseg).saturating_sub(kept.len()) };
-        let more = part.len().min(room);
-        if more > 0 {
-            let join = |(a, b): (&Channel, &Channel)| Channel { samples: [&a.samples[..], &b.samples[..more]].concat(), ..a.clone() };
-            let joined = Recording::new(kept.sample_rate_hz(), kept.channels().iter().zip(part.channels()).map(join).collect());
-            let joined = joined.map_err(|source| AnalysisError::Recording { file: self.file.clone(), source })?;
-            *kept = joined.starting_at(kept.start_s()).with_metadata(kept.metadata().clone());
-        }
-        Ok(())
+    fn failed(&self, source: RecordingError) -> AnalysisError {
+        AnalysisError::Recording { file: self.file.clone(), source }
     }
 
     fn segment(&self, rate_hz: f64) -> Result<usize, AnalysisError> {
@@ -146,26 +145,50 @@ impl Live {
 
     /// Seconds measured so far.
     pub fn duration_s(&self) -> f64 {
-        self.kept.first().map_or(0.0, |kept| self.samples as f64 / kept.sample_rate_hz())
+        self.kept.stretches.first().map_or(0.0, |kept| self.samples as f64 / kept.sample_rate_hz())
+    }
+
+    /// The sums of what counts: of everything, or of the last seconds.
+    fn counted<'a>(&self, summed: &'a Summed, used: &[usize], nperseg: usize) -> Result<Cow<'a, Summed>, AnalysisError> {
+        if self.last_s.is_none() {
+            return Ok(Cow::Borrowed(summed));
+        }
+        let mut last = summed.clone();
+        for stretch in self.kept.long(nperseg) {
+            last.push(&stretch.columns(used), &self.file)?;
+            last.end(&self.file)?;
+        }
+        Ok(Cow::Owned(last))
+    }
+
+    /// No look yet; or never one, where the last seconds are too few even without a gap.
+    fn too_few(&self, rate_hz: f64, nperseg: usize) -> Result<Option<LiveResult>, AnalysisError> {
+        match self.last_s {
+            Some(last_s) if self.kept.stretches.len() == 1 && self.kept.samples() < self.samples => {
+                Err(AnalysisError::ShortLast { last_s, segment_s: nperseg as f64 / rate_hz })
+            }
+            _ => Ok(None),
+        }
     }
 
     /// What is known so far; nothing while there are too few samples for an estimate.
     ///
     /// # Errors
-    /// [`AnalysisError`] if the estimate does not exist, or nothing lies in the band.
+    /// [`AnalysisError`] if the estimate does not exist, nothing lies in the band, or the last seconds are too few for ever.
     pub fn state(&self) -> Result<Option<LiveResult>, AnalysisError> {
-        let (Some(summed), Some(first)) = (&self.summed, self.kept.first()) else { return Ok(None) };
-        let nperseg = self.segment(first.sample_rate_hz())?;
-        let Some(spectra) = summed.spectra(&self.file)? else { return Ok(None) };
-        let stretches = spectra.trials();
-        let ports = Roles::find(first, &self.file, &self.names)?.ports;
+        let (Some(summed), Some(first)) = (&self.summed, self.kept.stretches.first()) else { return Ok(None) };
+        let rate_hz = first.sample_rate_hz();
+        let nperseg = self.segment(rate_hz)?;
+        let roles = Roles::find(first, &self.file, &self.names)?;
+        let summed = self.counted(summed, &roles.used(), nperseg)?;
+        let Some(spectra) = summed.spectra(&self.file)? else { return self.too_few(rate_hz, nperseg) };
+        let (stretches, ports) = (spectra.trials(), roles.ports);
         // With next to no averages beyond the inputs coherence is one whatever the data.
         if spectra.effective_averages() - (ports.inputs.len().max(ports.references.len()) as f64) < LEAST_FREEDOM {
-            return Ok(None);
+            return self.too_few(rate_hz, nperseg);
         }
         let robust = self.settings.robust;
-        let long = self.kept.iter().filter(|stretch| stretch.len() >= nperseg).cloned();
-        let long = long.map(|recording| Trial::of(self.file.clone(), recording)).collect();
+        let long = self.kept.long(nperseg).map(|recording| Trial::of(self.file.clone(), recording.clone())).collect();
         let trials = Trials::new(long, &self.names, &Trim::default())?;
         let band_hz = self.band(&trials, &spectra, nperseg);
         let kind = self.settings.response.unwrap_or_else(|| impedance(&trials));
@@ -187,8 +210,14 @@ impl Live {
             diagonal_only: !self.enough.all_entries && estimated.best().shape().0 == estimated.best().shape().1,
         };
         let progress = rule.judge(estimated.best());
-        let parameters = parameters(&estimated, band_hz);
+        // As `fit` of what counts; a model that cannot be fitted yet leaves its numbers open.
+        let fit = Fit { band_hz: self.settings.band_hz, ..Fit::default() };
+        let (parameters, fitted_hz) = match fit.run(&estimated) {
+            Ok(fitted) => (fitted.result.parameters, Some(fitted.result.band_hz)),
+            Err(_) => (unknown_parameters(&trials), None),
+        };
         let duration_s = self.duration_s();
+        let used_s = self.last_s.map_or(duration_s, |_| self.kept.samples() as f64 / rate_hz);
         let found = &estimated.result;
         let (name, response, partial) = match &found.derived {
             Some(derived) => ("derived", &derived.response, &derived.coherence_iv.partial),
@@ -198,10 +227,11 @@ impl Live {
             head: Head::new(LiveResult::SCHEMA, "live", self.all_warnings(&estimated)),
             sample_rate_hz: trials.sample_rate_hz(),
             duration_s,
+            used_s,
             stretches,
             enough: progress.is_some_and(|p| p.reached),
             share: progress.map_or(0.0, |p| p.share),
-            needed_s: progress.and_then(|p| number(p.times_present_length * duration_s)),
+            needed_s: progress.and_then(|p| number(p.times_present_length * used_s)).filter(|needed_s| self.last_s.is_none_or(|last_s| *needed_s <= last_s)),
             wanted_half_width: self.enough.within,
             band_hz,
             effective_averages: found.method.effective_averages,
@@ -214,6 +244,7 @@ impl Live {
             gain_ci95: response.gain_ci95.clone(),
             partial_coherence: partial.clone(),
             parameters,
+            fitted_hz,
         }))
     }
 
@@ -248,11 +279,6 @@ fn impedance(trials: &Trials) -> ResponseKind {
         kind if ports.inputs.len() != ports.outputs.len() => kind,
         _ => ResponseKind::Impedance,
     }
-}
-
-/// The model's parameters; a model that cannot be fitted yet says nothing.
-fn parameters(estimated: &Estimated, band_hz: [f64; 2]) -> Vec<Parameter> {
-    Fit { band_hz: Some(band_hz), ..Fit::default() }.run(estimated).map(|fitted| fitted.result.parameters).unwrap_or_default()
 }
 
 #[cfg(test)]
@@ -302,7 +328,7 @@ mod tests {
         let all = recording(20_000);
         let mut live = live();
         (0..200).for_each(|k| live.push(&all.slice(100 * k..100 * (k + 1)).expect("there"), k > 0, []).expect("roles"));
-        assert_eq!(live.kept.iter().map(Recording::len).collect::<Vec<_>>(), [KEPT_SEGMENTS * 128]);
+        assert_eq!(live.kept.stretches.iter().map(Recording::len).collect::<Vec<_>>(), [KEPT_SEGMENTS * 128]);
         let state = live.state().expect("an estimate").expect("a state");
         let settings = Estimate { method: MethodName::Welch, ..live.settings.clone() };
         let whole = settings.run([&Trial::of("live", all)]).expect("an estimate").result;
@@ -326,6 +352,18 @@ mod tests {
         let mut live = live();
         (0..40).for_each(|k| live.push(&all.slice(100 * k..100 * (k + 1)).expect("there"), k > 0, []).expect("roles"));
         assert!(live.state().expect("an estimate").is_some());
+    }
+
+    #[test]
+    fn a_fit_that_fails_leaves_its_numbers_open_and_the_look_stands() {
+        let mut live = live();
+        // A band with fewer lines than parameters: 0.78 Hz apart.
+        live.settings.band_hz = Some([2.0, 2.5]);
+        live.push(&recording(2000), false, []).expect("roles");
+        let state = live.state().expect("a look").expect("a state");
+        let numbers: Vec<_> = state.parameters.iter().map(|p| (p.name.as_str(), p.value, p.ci95)).collect();
+        assert_eq!(numbers, [("M", None, None), ("B", None, None), ("K", None, None)]);
+        assert!(state.fitted_hz.is_none() && state.gain.iter().any(|gain| gain.is_finite()));
     }
 
     #[test]

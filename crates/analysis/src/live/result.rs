@@ -17,13 +17,16 @@ pub struct LiveResult {
     pub sample_rate_hz: f64,
     /// What has been measured so far, gaps left out.
     pub duration_s: f64,
+    /// What of the measurement counts here: all of it, or the last seconds that were asked for.
+    pub used_s: f64,
     /// Stretches without a gap that are long enough to be used.
     pub stretches: usize,
     /// Whether enough has been measured.
     pub enough: bool,
     /// Share of the frequencies and entries judged whose interval is as narrow as wanted.
     pub share: f64,
-    /// How long the measurement has to be in all, as things stand.
+    /// How long the measurement has to be in all, as things stand; null where that is unknown, or where the last seconds, if only they count,
+    /// never suffice.
     pub needed_s: Number,
     /// Wanted half width of the 95 % interval of the gain, as a share of the gain.
     pub wanted_half_width: f64,
@@ -48,8 +51,11 @@ pub struct LiveResult {
     pub gain_ci95: IntervalSpectrum,
     /// Partial coherence (magnitude-squared) of the same pairs of channels.
     pub partial_coherence: Spectrum,
-    /// Parameters of the inertia-damping-stiffness model in the band, where it can be fitted.
+    /// Inertia, damping and stiffness as a fit of what counts here finds them: in the band asked for, else in the one that is excited. Numbers are
+    /// null where the fit fails, and nothing stands here where there is no impedance.
     pub parameters: Vec<Parameter>,
+    /// The band in which inertia, damping and stiffness were fitted; null where that fails.
+    pub fitted_hz: Option<[f64; 2]>,
 }
 
 impl LiveResult {

@@ -1,7 +1,7 @@
 //! `ndof diagnose`.
 
 use crate::error::CliError;
-use crate::options::{Reading, Recordings, Shared, read_events};
+use crate::options::{CycleOptions, Limb, Reading, Recordings, Shared};
 use crate::output::{self, columns, p_value, short};
 use crate::progress;
 use clap::Args;
@@ -34,9 +34,10 @@ pub struct Arguments {
     held_out: Vec<String>,
     #[command(flatten)]
     diagnose: Diagnose,
-    /// Times in seconds at which cycles begin, one a line, with the number of the trial in a second column where they differ
-    #[arg(long, value_name = "FILE", requires = "schedule", conflicts_with_all = ["cycle_s", "cycle_by"])]
-    event: Option<PathBuf>,
+    #[command(flatten)]
+    cycles: CycleOptions,
+    #[command(flatten)]
+    limb: Limb,
     /// End with code 1 if a cause is found, or something that cannot be explained
     #[arg(long)]
     exit_code: bool,
@@ -58,7 +59,7 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode, CliError> {
         files.extend(held_out.iter().map(PathBuf::from).filter(|file| !arguments.files.contains(file)));
     }
     let trials = arguments.reading.trials_with(&files, &settings.channels())?;
-    settings.event_s = arguments.event.as_ref().map(|file| read_events(file, trials.trials.len())).transpose()?;
+    settings.event_s = arguments.cycles.times(&trials)?;
     output::understood(shared, &trials);
     let bar = progress::Spinner::new(shared.quiet);
     let diagnosed = ndof_analysis::diagnose(&trials, &settings, &mut |what| bar.show(what))?;
@@ -88,11 +89,15 @@ fn settings(arguments: &Arguments) -> Result<Diagnose, CliError> {
         }
         files => HeldOut::Files(files.to_vec()),
     };
+    let CycleOptions { cycle: cycle_s, cycle_by, .. } = arguments.cycles.clone();
     Ok(Diagnose {
         band_hz: arguments.shared.band,
+        cycle_s,
+        cycle_by,
         held_out,
         seed: arguments.shared.seed.unwrap_or(arguments.diagnose.seed),
         baseline: arguments.baseline.as_deref().map(read_baseline).transpose()?,
+        kinematics: arguments.limb.read()?,
         ..arguments.diagnose.clone()
     })
 }

@@ -1,12 +1,12 @@
 //! `ndof estimate`.
 
 use crate::error::CliError;
-use crate::options::{Reading, Shared};
+use crate::options::{CycleOptions, Reading, Shared};
 use crate::output::{self, columns, short};
 use clap::Args;
 use ndof_analysis::estimate::result::{EstimateResult, Response};
 use ndof_analysis::result::word;
-use ndof_analysis::{Estimate, Estimated, Streamed};
+use ndof_analysis::{Estimate, Estimated, Streamed, log_spaced};
 use ndof_io::{Piece, Pieces};
 use std::path::PathBuf;
 use std::process::ExitCode;
@@ -27,6 +27,8 @@ pub struct Arguments {
     reading: Reading,
     #[command(flatten, next_help_heading = "Estimate")]
     estimate: Estimate,
+    #[command(flatten, next_help_heading = "Estimate")]
+    cycles: CycleOptions,
     /// Read CSV or Parquet of any length piece by piece, in little memory; with Welch's method only
     #[arg(long, help_heading = "Estimate")]
     stream: bool,
@@ -45,12 +47,14 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode, CliError> {
     {
         return Err(CliError::Usage(format!("{other} and --out both name {}; one would overwrite the other", out.display())));
     }
-    let settings = shared.estimate(&arguments.estimate);
+    let mut settings = shared.estimate(&arguments.estimate);
+    (settings.cycle_s, settings.cycle_by) = (arguments.cycles.cycle, arguments.cycles.cycle_by.clone());
     if arguments.stream {
         arguments.files.iter().for_each(|file| ndof_io::keep(file));
         return finish(arguments, &streamed(arguments, settings)?);
     }
-    let trials = arguments.reading.trials(&arguments.files)?;
+    let trials = arguments.reading.trials_with(&arguments.files, &settings.channels())?;
+    settings.event_s = arguments.cycles.times(&trials)?;
     output::understood(shared, &trials);
     let estimated = ndof_analysis::estimate(&trials, &settings)?;
     if shared.report.is_some() || shared.plots.is_some() {
@@ -77,6 +81,7 @@ fn streamed(arguments: &Arguments, settings: Estimate) -> Result<Estimated, CliE
     let whole = [
         ("--robust", settings.robust),
         ("--sliding", settings.sliding_s.is_some()),
+        ("--cycle, --cycle-by and --event", arguments.cycles.given()),
         ("--report", shared.report.is_some()),
         ("--plots", shared.plots.is_some()),
         ("--resample", reading.resample.is_some()),
@@ -138,7 +143,7 @@ fn summary(result: &EstimateResult) -> String {
     for (i, output) in result.outputs.iter().enumerate() {
         for (j, input) in result.inputs.iter().enumerate() {
             let mut rows = vec![["Hz", "gain", "±95 %", "phase °", "partial γ²", "multiple γ²"].map(str::to_owned).to_vec()];
-            for f in spread(&usable, &result.frequency_hz, ROWS) {
+            for f in log_spaced(&usable, &result.frequency_hz, ROWS) {
                 let degrees = phase[[i, j, f]].to_degrees();
                 rows.push(vec![
                     short(result.frequency_hz[f]),
@@ -185,11 +190,14 @@ fn repetition(result: &EstimateResult) -> String {
         text.push('\n');
     }
     if let Some(course) = &result.course {
-        let usable: Vec<usize> = (0..course.frequency_hz.len()).filter(|&f| course.frequency_hz[f] > 0.0).collect();
-        let at = spread(&usable, &course.frequency_hz, 4);
-        let header: Vec<String> = std::iter::once("s".to_owned()).chain(at.iter().map(|&f| format!("{} Hz", short(Some(course.frequency_hz[f]))))).collect();
-        text +=
-            &format!("\n{} gain of {} ← {} in windows of {} s ({})\n", course.estimate, result.outputs[0], result.inputs[0], course.window_s, course.method);
+        let at = log_spaced(&course.known(), &course.frequency_hz, 4);
+        let unit = if course.cycle_s.is_some() { "s of the cycle" } else { "s" };
+        let header: Vec<String> = std::iter::once(unit.to_owned()).chain(at.iter().map(|&f| format!("{} Hz", short(Some(course.frequency_hz[f]))))).collect();
+        let cycles = course.cycles.map_or_else(String::new, |cycles| format!(" about each phase of {cycles} cycles"));
+        text += &format!(
+            "\n{} gain of {} ← {} in windows of {} s{cycles} ({})\n",
+            course.estimate, result.outputs[0], result.inputs[0], course.window_s, course.method
+        );
         let mut rows = vec![header];
         for (time_s, response) in course.time_s.iter().zip(&course.response) {
             let gain = response.gain();
@@ -209,18 +217,4 @@ fn half_width(response: &Response, [i, j, f]: [usize; 3]) -> f64 {
 /// A number between 0 and 1, or about 1.
 pub fn fraction(value: impl Into<Option<f64>>) -> String {
     value.into().filter(|value| value.is_finite()).map_or_else(|| "–".to_owned(), |value| format!("{value:.3}"))
-}
-
-/// At most `count` of the `usable` indices, nearest to logarithmically spaced frequencies.
-pub fn spread(usable: &[usize], hz: &[f64], count: usize) -> Vec<usize> {
-    let (Some(&first), Some(&last)) = (usable.first(), usable.last()) else { return Vec::new() };
-    let (low, high) = (hz[first].ln(), hz[last].ln());
-    let mut chosen: Vec<usize> = (0..count)
-        .filter_map(|k| {
-            let wanted = low + (high - low) * k as f64 / (count - 1) as f64;
-            usable.iter().copied().min_by(|&a, &b| (hz[a].ln() - wanted).abs().total_cmp(&(hz[b].ln() - wanted).abs()))
-        })
-        .collect();
-    chosen.dedup();
-    chosen
 }

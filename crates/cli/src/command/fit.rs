@@ -1,7 +1,7 @@
 //! `ndof fit`.
 
 use crate::error::CliError;
-use crate::options::{Limb, Reading, Recordings, Shared, read_events};
+use crate::options::{CycleOptions, Limb, Reading, Recordings, Shared};
 use crate::output::{self, columns, p_value, short};
 use clap::Args;
 use ndof_analysis::fit::result::{ComparedModel, FitResult};
@@ -27,9 +27,8 @@ pub struct Arguments {
     files: Vec<PathBuf>,
     #[command(flatten)]
     fit: Fit,
-    /// Times in seconds at which cycles begin, one a line, with the number of the trial in a second column where they differ
-    #[arg(long, value_name = "FILE", requires = "schedule", conflicts_with_all = ["cycle_s", "cycle_by"])]
-    event: Option<PathBuf>,
+    #[command(flatten)]
+    cycles: CycleOptions,
     #[command(flatten)]
     limb: Limb,
     #[command(flatten)]
@@ -61,10 +60,19 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode, CliError> {
         }
         return finish(shared, &fitted);
     }
-    let trials = arguments.reading.trials_with(&arguments.files, &arguments.fit.channels())?;
+    let trials = arguments.reading.trials_with(&arguments.files, &[arguments.fit.channels(), arguments.cycles.channels()].concat())?;
     output::understood(shared, &trials);
-    let event_s = arguments.event.as_ref().map(|file| read_events(file, trials.trials.len())).transpose()?;
-    let (estimate, fit) = (shared.estimate(&arguments.estimate), Fit { band_hz: shared.band, kinematics, event_s, ..arguments.fit.clone() });
+    let CycleOptions { cycle: cycle_s, cycle_by, .. } = arguments.cycles.clone();
+    let event_s = arguments.cycles.times(&trials)?;
+    let mut estimate = shared.estimate(&arguments.estimate);
+    let mut fit = Fit { band_hz: shared.band, kinematics, ..arguments.fit.clone() };
+    // Windows follow the cycle where windows are asked for, and matrices where a schedule is.
+    if estimate.sliding_s.is_some() {
+        (estimate.cycle_s, estimate.cycle_by, estimate.event_s) = (cycle_s, cycle_by.clone(), event_s.clone());
+    }
+    if estimate.sliding_s.is_none() || fit.schedule.is_some() {
+        (fit.cycle_s, fit.cycle_by, fit.event_s) = (cycle_s, cycle_by, event_s);
+    }
     let estimated = ndof_analysis::estimate(&trials, &estimate)?;
     let fitted = fit.run(&estimated)?;
     if let Some(path) = &arguments.study {

@@ -1,25 +1,28 @@
 //! `ndof live`.
 
-use super::estimate::{fraction, spread};
+use super::estimate::fraction;
 use crate::error::CliError;
 use crate::interrupt;
 use crate::options::{Channels, Shared};
 use crate::output::{self, columns, interval, short};
 use crate::source::{Arrival, Source};
 use clap::Args;
+use ndof_analysis::fit::result::Parameter;
 use ndof_analysis::live::result::LiveResult;
+use ndof_analysis::log_spaced;
 use ndof_analysis::options::positive;
 use ndof_analysis::result::word;
-use ndof_analysis::{Enough, Estimate, Live};
+use ndof_analysis::{AnalysisError, Enough, Estimate, Live};
 use ndof_io::{CsvStream, Piece};
 use std::io::{IsTerminal, Write};
 use std::path::PathBuf;
 use std::process::ExitCode;
 use std::time::Duration;
 
-/// Watch a trial while it is measured: coherence, impedance and its interval, and whether it is enough.
+/// Watch a trial while it is measured: coherence, impedance, stiffness with its interval, and whether it is enough.
 ///
-/// Reads CSV from standard input, or a file that grows. Enough has been measured when the 95 % interval of the response's
+/// Reads CSV from standard input, or a file that grows. At each look inertia, damping and stiffness are those that `ndof fit` finds in what has
+/// been measured, or in the --last seconds of it, which follow a stiffness that changes. Enough has been measured when the 95 % interval of the response's
 /// magnitude is within ± --within of it, at --share of the frequencies of each diagonal entry in --band. Ctrl-C ends the
 /// watch with what is known so far (exit code 130). --json - writes one line of JSON at each look, for other programs.
 #[derive(Debug, Args)]
@@ -30,6 +33,9 @@ pub struct Arguments {
     file: PathBuf,
     #[command(flatten)]
     enough: Enough,
+    /// Only the last S seconds count at each look, to follow what changes slowly: fatigue, relaxation, a drug
+    #[arg(long, value_name = "S", value_parser = positive)]
+    last: Option<f64>,
     /// End as soon as it is enough
     #[arg(long)]
     until_enough: bool,
@@ -62,7 +68,8 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode, CliError> {
     let mut source = Source::open(&arguments.file)?;
     let name = source.name();
     let mut stream = CsvStream::new(&name, arguments.channels.reading());
-    let mut live = Live::new(&name, arguments.channels.roles(), shared.estimate(&arguments.estimate), arguments.enough.clone());
+    let estimate = shared.estimate(&arguments.estimate);
+    let mut live = Live::new(&name, arguments.channels.roles(), estimate, arguments.enough.clone()).of_last(arguments.last);
     let mut screen = Screen::new(shared);
     let mut last: Option<LiveResult> = None;
     let mut looked_s = 0.0;
@@ -90,11 +97,17 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode, CliError> {
         let due = live.duration_s() >= looked_s + arguments.every || paused;
         if over || due {
             looked_s = live.duration_s();
-            if let Some(state) = live.state()? {
-                screen.show(&state)?;
-                last = Some(state);
-            } else {
-                screen.waiting(live.duration_s())?;
+            match live.state() {
+                Ok(Some(state)) => {
+                    screen.show(&state)?;
+                    last = Some(state);
+                }
+                Ok(None) => screen.waiting(looked_s, "too short for a look yet")?,
+                // Of a limb at rest nothing can be estimated; that passes, and what was known before stands.
+                Err(error @ (AnalysisError::Estimate { .. } | AnalysisError::Constant { .. })) if !over || last.is_some() => {
+                    screen.waiting(looked_s, &error.to_string())?;
+                }
+                Err(error) => return Err(error.into()),
             }
         }
         if over || (arguments.until_enough && last.as_ref().is_some_and(|state| state.enough)) {
@@ -148,11 +161,12 @@ impl<'a> Screen<'a> {
         if self.terminal {
             return self.draw(&format!("{}\n{}", line(state), table(state)));
         }
-        output::table(self.shared, &format!("{}\n", line(state)))
+        output::table(self.shared, &format!("{}{}\n", line(state), stiffness(state)))
     }
 
-    fn waiting(&mut self, duration_s: f64) -> Result<(), CliError> {
-        if self.terminal { self.draw(&format!("{duration_s:.1} s; too short for a look yet\n")) } else { Ok(()) }
+    /// Why there is no look: for those who watch; elsewhere each line is a look.
+    fn waiting(&mut self, duration_s: f64, why: &str) -> Result<(), CliError> {
+        if self.terminal { self.draw(&format!("{duration_s:.1} s; {why}\n")) } else { Ok(()) }
     }
 
     /// The last look in full.
@@ -177,10 +191,25 @@ fn line(state: &LiveResult) -> String {
     let wanted = 100.0 * state.wanted_half_width;
     let verdict = match state.needed_s {
         _ if state.enough => "enough".to_owned(),
-        Some(needed_s) => format!("about {:.0} s more", (needed_s - state.duration_s).max(1.0)),
+        Some(needed_s) => format!("about {:.0} s more", (needed_s - state.used_s).max(1.0)),
         None => "not enough".to_owned(),
     };
-    format!("{:.1} s, {:.1} averages: {:.0} % within ±{wanted:.0} %; {verdict}", state.duration_s, state.effective_averages, 100.0 * state.share)
+    let counted = if state.used_s < state.duration_s { format!(" (the last {:.1} s count)", state.used_s) } else { String::new() };
+    let share = 100.0 * state.share;
+    format!("{:.1} s{counted}, {:.1} averages: {share:.0} % within ±{wanted:.0} %; {verdict}", state.duration_s, state.effective_averages)
+}
+
+/// "; K_x_x 294.7 ± 13.20, K_y_y 512.3 ± 17.80 N/m": the stiffness along each axis, with the half width of its interval.
+fn stiffness(state: &LiveResult) -> String {
+    let own: Vec<&Parameter> = state.parameters.iter().filter(|p| p.is_diagonal_stiffness()).collect();
+    let mut text = String::new();
+    for (k, p) in own.iter().enumerate() {
+        let half = p.ci95.map(|[low, high]| format!(" ± {}", short(0.5 * (high - low)))).unwrap_or_default();
+        // Neighbours in one unit say it once.
+        let unit = if own.get(k + 1).is_some_and(|next| next.unit == p.unit) { String::new() } else { format!(" {}", p.unit) };
+        text += &format!("{} {} {}{half}{unit}", if k == 0 { ";" } else { "," }, p.name, short(p.value));
+    }
+    text
 }
 
 fn table(state: &LiveResult) -> String {
@@ -190,7 +219,7 @@ fn table(state: &LiveResult) -> String {
         for (j, input) in state.inputs.iter().enumerate() {
             let usable: Vec<usize> = (0..state.frequency_hz.len()).filter(|&f| state.frequency_hz[f] > 0.0 && state.gain[[i, j, f]].is_finite()).collect();
             let mut rows = vec![["Hz", &word(&state.response), "95 % interval", "±", "coherence"].map(str::to_owned).to_vec()];
-            for f in spread(&usable, &state.frequency_hz, ROWS) {
+            for f in log_spaced(&usable, &state.frequency_hz, ROWS) {
                 let (gain, [low, high]) = (state.gain[[i, j, f]], [0, 1].map(|end| state.gain_ci95[[i, j, f, end]]));
                 rows.push(vec![
                     short(Some(state.frequency_hz[f])),

@@ -69,7 +69,7 @@ fn measured(arguments: &Arguments, study: &StudyDocument<Recordings>) -> Result<
         return Err(CliError::Usage(format!("{} says how its recordings are read; write it into [recordings] there", arguments.study)));
     }
     let Recordings { files, reading } = &study.experiment;
-    let kept = [study.fit.channels(), study.diagnose.as_ref().map_or_else(Vec::new, Diagnose::channels)].concat();
+    let kept = [study.estimate.channels(), study.fit.channels(), study.diagnose.as_ref().map_or_else(Vec::new, Diagnose::channels)].concat();
     reading.trials_with(if arguments.recording.is_empty() { files } else { &arguments.recording }, &kept)
 }
 

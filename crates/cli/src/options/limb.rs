@@ -8,7 +8,7 @@ use std::path::PathBuf;
 /// Which arm it is and where its joints are.
 #[derive(Clone, Debug, Args)]
 pub struct Limb {
-    /// Project endpoint to joint impedance with this arm
+    /// The arm: a fit is projected to its joints, a diagnosis weighs its curved geometry
     #[arg(long, value_name = "FILE.toml", help_heading = "Limb")]
     pub kinematics: Option<PathBuf>,
     /// Which arm: the right one bends with a positive elbow angle, the left with a negative one [default: right]

@@ -1,14 +1,14 @@
 //! Options that several subcommands share, and what they mean.
 
 mod channels;
-mod events;
+mod cycles;
 mod limb;
 mod measured;
 mod reading;
 mod shared;
 
 pub use channels::Channels;
-pub use events::read_events;
+pub use cycles::CycleOptions;
 pub use limb::Limb;
 pub use measured::Recordings;
 pub use reading::{Reading, measured};

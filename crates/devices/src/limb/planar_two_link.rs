@@ -228,6 +228,7 @@ impl Limb for PlanarTwoLink {
 mod tests {
     use super::super::arm_figures::Tone;
     use super::*;
+    use ndof_models::effects::CurvedArm;
 
     fn arm(mean: [f64; 2], handle: f64) -> PlanarTwoLink {
         let config = PlanarTwoLinkConfig { mean_force_n: Some(mean.to_vec()), handle_mass_kg: handle, ..Default::default() };
@@ -298,6 +299,29 @@ mod tests {
         assert!((f[0].hypot(f[1]) - 10.0).abs() < 1e-12 && (f[0] * hand[1] - f[1] * hand[0]).abs() < 1e-12 && f[1] > 0.0);
         let ratio = severe.joint_impedance().expect("joints").0.stiffness / normal.joint_impedance().expect("joints").0.stiffness;
         assert!(ratio.iter().all(|r| (r - 4.0).abs() < 1e-15));
+    }
+
+    #[test]
+    fn the_arm_that_a_diagnosis_weighs_is_this_arm() {
+        // CurvedArm's force along the motion of this file's equations, from the endpoint matrices at the posture alone.
+        let limb = arm([5.0, -6.0], 0.6);
+        let Impedance { inertia, damping, stiffness } = limb.linearised();
+        let curved = CurvedArm { link_lengths_m: limb.lengths, posture_rad: limb.posture, mean_force_n: [5.0, -6.0] };
+        for (x, v, force) in [([0.0, 0.0], [0.0, 0.0], [7.0, -3.0]), ([0.04, -0.03], [0.5, 0.2], [9.0, 1.0]), ([-0.1, 0.06], [-0.8, 1.1], [-20.0, 12.0])] {
+            let mut a = [0.0; 2];
+            limb.acceleration(&x, &v, &force, &mut a);
+            let displaced = curved.displaced(x).expect("reach");
+            let moving = displaced.moving(v, a);
+            let own = [&stiffness, &damping, &inertia].into_iter().zip(moving.order).map(|(m, w)| m.dot(&array![w[0], w[1]])).reduce(|a, b| a + b);
+            let own = own.expect("three matrices");
+            let turned = displaced.carried([own[0], own[1]]);
+            for k in 0..2 {
+                let found = turned[k] + limb.beta * moving.coupling[k] + displaced.held[k] + curved.mean_force_n[k];
+                // An identity: some twenty products of numbers up to 10³.
+                assert!((found - force[k]).abs() < 1e-10, "{x:?} {v:?}: {found} for {}", force[k]);
+            }
+        }
+        assert!(curved.displaced([0.0, 0.3]).is_none(), "out of reach");
     }
 
     #[test]

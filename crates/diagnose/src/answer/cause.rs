@@ -2,10 +2,11 @@
 
 use super::Answer;
 use super::groups::Group;
+use crate::curve::Curve;
 use crate::judge::Errors;
 use crate::plan;
 use crate::probability::Features;
-use crate::result::{Cause, Confusable, Curve, Gain};
+use crate::result::{Cause, Confusable, Gain};
 use crate::search::{ENOUGH, Judged};
 use statrs::distribution::{ChiSquared, ContinuousCDF};
 
@@ -63,7 +64,6 @@ impl Answer<'_> {
                 100.0 * group.change
             ),
         ];
-        evidence.splice(1..1, over_schedule.iter().map(Curve::sentence));
         if rival > f64::NEG_INFINITY
             && let Some(j) = step.judged.iter().find(|j| subject.hypotheses[j.hypothesis].effect.name() != h.effect.name())
         {
@@ -82,7 +82,7 @@ impl Answer<'_> {
         Cause {
             effect: card.name.to_owned(),
             site: self.site(h.form.side, h.form.axis),
-            parameters: subject.named(&found.chosen, &found.stand, lead).into_iter().chain(over_schedule.iter().flat_map(Curve::ends)).collect(),
+            parameters: subject.named(&found.chosen, &found.stand, lead),
             probability: features.probability().min(limit),
             p_value,
             gain: gained([before, after], share_of_all, group.worth),
@@ -90,6 +90,7 @@ impl Answer<'_> {
             over_schedule,
             features: Some(features),
             at_most: limit,
+            lead: Some(lead),
         }
     }
 }

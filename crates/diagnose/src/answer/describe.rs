@@ -3,6 +3,7 @@
 use super::Answer;
 use super::cause::tail;
 use super::groups::Group;
+use crate::curve::CALIBRATION;
 use crate::judge::Errors;
 use crate::plant::Role;
 use crate::result::{BandShare, Considered, Discrepancy, Minor, ModelParameter, Shift, TimeShare};
@@ -12,7 +13,7 @@ use ndof_models::effects::{Matrix, Side};
 impl Answer<'_> {
     /// Those of the baseline.
     pub(super) fn own_parameters(&self) -> Vec<ModelParameter> {
-        let Some(fit) = self.linear else { return self.parameters(&[], self.baseline) };
+        let Some(fit) = self.linear else { return self.parameters(&[], self.baseline, &[]) };
         self.entries(&|matrix, i, j| {
             let (value, error) = fit.entry(matrix, i, j);
             Some((value, Some(error)))
@@ -20,7 +21,7 @@ impl Answer<'_> {
     }
 
     /// Those of a model that was fitted with these hypotheses.
-    pub(super) fn parameters(&self, chosen: &[Chosen], stand: &Stand) -> Vec<ModelParameter> {
+    pub(super) fn parameters(&self, chosen: &[Chosen], stand: &Stand, others: &[(Vec<Chosen>, Stand)]) -> Vec<ModelParameter> {
         let subject = self.subject;
         let covariance = stand.fit.covariance();
         let values = [Matrix::Mass, Matrix::Damping, Matrix::Stiffness].map(|matrix| (matrix, subject.matrix(chosen, stand, matrix)));
@@ -30,7 +31,9 @@ impl Answer<'_> {
             }
             let value = values.iter().find(|(of, _)| *of == matrix).map_or(f64::NAN, |(_, rows)| rows[i][j]);
             let column = stand.base.roles.iter().position(|r| *r == Role::Entry(matrix, i, j) || (matrix == Matrix::Mass && *r == Role::Entry(matrix, j, i)));
-            Some((value, column.map(|c| covariance.at(c, c).sqrt().hypot(0.005 * value))))
+            // Another model that the data like as well is as far off as an error of 1.96 may be.
+            let apart = others.iter().map(|(chosen, stand)| (subject.matrix(chosen, stand, matrix)[i][j] - value).abs() / 1.96).fold(0.0, f64::max);
+            Some((value, column.map(|c| covariance.at(c, c).sqrt().hypot(CALIBRATION * value).hypot(apart))))
         })
     }
 
@@ -49,12 +52,12 @@ impl Answer<'_> {
         out
     }
 
-    pub(super) fn shift(&self, chosen: &[Chosen], stand: &Stand) -> Vec<Shift> {
+    pub(super) fn shift(&self, chosen: &[Chosen], stand: &Stand, others: &[(Vec<Chosen>, Stand)]) -> Vec<Shift> {
         if chosen.is_empty() {
             return Vec::new();
         }
         let before = self.own_parameters();
-        let after = self.parameters(chosen, stand);
+        let after = self.parameters(chosen, stand, others);
         before
             .into_iter()
             .zip(after)

@@ -48,6 +48,7 @@ impl Answer<'_> {
             over_schedule: Vec::new(),
             features: None,
             at_most: 1.0,
+            lead: None,
         }
     }
 

@@ -46,8 +46,8 @@ fn lost(score: &Score) -> bool {
 impl Left {
     pub fn of(answer: &Answer<'_>, before: &Errors, all: &Errors, floor: &NoiseFloor) -> Self {
         let (gate, found) = (answer.gate, answer.found);
-        let laws = answer.subject.laws(&found.chosen, &found.stand);
-        let variation = detectors::variation(&found.stand, &detectors::residual(&found.stand, &laws));
+        let beyond: Vec<_> = (0..answer.subject.layout.trials).map(|trial| answer.subject.beyond(&found.chosen, &found.stand, trial)).collect();
+        let variation = detectors::variation(&found.stand, &detectors::residual(&found.stand, &beyond));
         let beyond = |(e, f): (&Option<f64>, &Option<f64>)| e.map_or(1.0, |e| (e * e - f.unwrap_or(0.0).powi(2)).max(0.0).sqrt());
         let excess = all.score.nrmse.iter().zip(&floor.nrmse).map(beyond).fold(0.0, f64::max);
         let sure = gate.beyond > 2.0 * gate.beyond_error;

@@ -9,6 +9,7 @@ mod stand_in;
 
 pub(crate) use cause::tail;
 
+use crate::curve::Curve;
 use crate::diagnose::Findings;
 use crate::floor;
 use crate::free_run::WINDOW_S;
@@ -22,6 +23,7 @@ use crate::result::Verdict;
 use crate::result::{Cause, Diagnosis, Extended, Model, ModelParameter, NoiseFloor, Score, Site, Split};
 use crate::samples::Meaning;
 use crate::search::{Chosen, Found, Stand};
+use crate::state;
 use crate::subject::Subject;
 use groups::Group;
 use left::Left;
@@ -29,6 +31,9 @@ use ndof_models::effects::Side;
 
 /// Probability of a name that helps little on held-out data while a large error stays.
 const UNSURE: f64 = 0.6;
+/// What the intervals of matrices from the balance of forces do not know.
+const BEHIND_A_HOLD: &str =
+    "behind a robot's hold the limb's own force shifts these matrices by more than their intervals may say: take their values from `ndof fit --kinematics`";
 /// Share of the explainable error below which a cause cannot be sure while a large error stays.
 const LITTLE: f64 = 0.25;
 
@@ -99,7 +104,17 @@ impl Answer<'_> {
         let all: Vec<Chosen> = kept.iter().map(|q| found.chosen[*q].clone()).collect();
         let refitted = if all.len() < found.chosen.len() { subject.stand(&all, &found.stand.fit.power, 3) } else { None };
         let extended = if all.is_empty() { self.baseline } else { refitted.as_ref().unwrap_or(&found.stand) };
-        let extended_score = self.errors(&all, extended).score;
+        let by_instruments = if all.is_empty() { None } else { subject.by_instruments(&all, extended) };
+        let (all, extended) = by_instruments.as_ref().map_or((&all, extended), |(all, extended)| (all, extended));
+        let others = subject.as_likely(all, extended);
+        self.tell_parameters(&mut causes, &kept, all, extended, &others);
+        let extended_score = self.errors(all, extended).score;
+        for cause in causes.iter_mut().filter(|cause| self.is_geometry(cause)) {
+            cause.parameters.extend(subject.joints(all, extended));
+            if matches!(subject.cause, state::Cause::Loop(_)) {
+                cause.evidence.push(BEHIND_A_HOLD.to_owned());
+            }
+        }
         self.detected(&mut causes, &before, limit);
         if !left.unknown {
             self.own_force(&mut causes, &before);
@@ -111,10 +126,10 @@ impl Answer<'_> {
             noise_floor = NoiseFloor::of_the_rest(&extended_score);
         }
         let mut notes = left.notes(self, &before, level, !causes.is_empty());
-        let (own, with_causes) = (self.own_parameters(), if all.is_empty() { self.own_parameters() } else { self.parameters(&all, extended) });
+        let (own, with_causes) = (self.own_parameters(), if all.is_empty() { self.own_parameters() } else { self.parameters(all, extended, &others) });
         notes.extend(below_zero("baseline", &own));
         notes.extend(below_zero("extended model", &with_causes));
-        let pictures = Pictures::new(self, &all, extended);
+        let pictures = Pictures::new(self, all, extended);
         let diagnosis = Diagnosis {
             split,
             baseline: Model { model: "inertia-damping-stiffness".to_owned(), parameters: own, held_out: before.score.clone() },
@@ -126,7 +141,7 @@ impl Answer<'_> {
                 parameters: with_causes,
                 held_out: extended_score,
                 residual_white: left.white(),
-                parameter_shift: self.shift(&all, extended),
+                parameter_shift: self.shift(all, extended, &others),
             },
             causes,
             considered: self.considered(),
@@ -134,6 +149,22 @@ impl Answer<'_> {
             confusable,
         };
         (diagnosis, pictures)
+    }
+
+    /// The causes as they are in the final model; their intervals hold those of other knobs that the data like as well.
+    fn tell_parameters(&self, causes: &mut [Cause], kept: &[usize], all: &[Chosen], extended: &Stand, others: &[(Vec<Chosen>, Stand)]) {
+        let subject = self.subject;
+        for (position, cause) in causes.iter_mut().filter_map(|cause| Some((kept.binary_search(&cause.lead?).ok()?, cause))) {
+            cause.parameters = subject.named(all, extended, position);
+            for (chosen, stand) in others {
+                cause.parameters.iter_mut().zip(subject.named(chosen, stand, position)).for_each(|(own, other)| own.widen(&other));
+            }
+            if let Some(schedule) = &self.options.schedule {
+                cause.over_schedule = subject.curves(schedule, &self.meaning.axes, all, extended, position);
+                cause.parameters.extend(cause.over_schedule.iter().flat_map(Curve::ends));
+                cause.evidence.splice(1..1, cause.over_schedule.iter().map(Curve::sentence));
+            }
+        }
     }
 
     /// Groups that are to be named, and those that are not with the reason.
@@ -173,6 +204,10 @@ impl Answer<'_> {
         };
         let tried = named.iter().map(with).enumerate().map(|(k, errors)| (measure.size(&errors), k, errors));
         tried.reduce(|best, other| if other.0 < best.0 { other } else { best }).map(|(_, k, errors)| (k, errors))
+    }
+
+    fn is_geometry(&self, cause: &Cause) -> bool {
+        self.subject.hypotheses.iter().any(|h| h.effect.name() == cause.effect && h.arm().is_some())
     }
 
     fn order(&self) -> usize {

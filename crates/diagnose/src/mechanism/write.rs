@@ -126,6 +126,7 @@ pub(super) fn write(balance: &Balance<'_>, found: &Found, held: &Held<'_>, meani
             over_schedule: Vec::new(),
             features: None,
             at_most: 1.0,
+            lead: None,
         });
         last = after;
     }

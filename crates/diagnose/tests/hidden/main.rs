@@ -1,5 +1,6 @@
 //! What the diagnosis says of recordings whose cause is known: hidden by a generator of its own, or measured by others.
 
+mod arm;
 mod blind;
 mod drawn;
 mod findings;

@@ -35,6 +35,10 @@ struct Friction {
 }
 
 impl ForceLaw for Friction {
+    fn jumps(&self) -> bool {
+        true
+    }
+
     fn evaluate(&self, motion: &Motion<'_>, _states: &[f64], force: &mut [f64], _rates: &mut [f64]) {
         let v = motion.velocity[self.axis];
         let stribeck = (v / self.stribeck_velocity).powi(2);
@@ -65,7 +69,9 @@ impl Effect for CoulombFriction {
         (0..scale.axes())
             .flat_map(|axis| {
                 let v = scale.velocity[axis];
-                let smoothing = 0.02 * v;
+                let narrowest = 0.05 * v;
+                // Both forms turn around well within the narrowest excess near rest.
+                let smoothing = 0.2 * narrowest;
                 let plain = Form {
                     label: "Coulomb",
                     side: Side::Limb,
@@ -83,7 +89,7 @@ impl Effect for CoulombFriction {
                 };
                 let stribeck = Form {
                     label: "Stribeck",
-                    knobs: vec![Knob { lo: 0.05 * v, hi: 0.8 * v, log: true, telling: false }],
+                    knobs: vec![Knob { lo: narrowest, hi: 0.8 * v, log: true, telling: false }],
                     grid: grid(&[&[0.1 * v, 0.3 * v]]),
                     signs: vec![Sign::Positive, Sign::Positive],
                     action: Action::Force {

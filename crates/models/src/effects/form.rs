@@ -1,7 +1,9 @@
 //! How an effect shows itself in a measured motion: what a search tries.
 
+use crate::effects::curved_arm::CurvedArm;
 use crate::effects::parameters::Value;
-use crate::effects::scheduled::Scheduled;
+use crate::effects::scheduled::ScheduledMatrix;
+use crate::effects::varying_reflex::ScheduledReflex;
 use crate::force_law::ForceLaw;
 use num_complex::Complex64;
 use std::sync::Arc;
@@ -63,7 +65,11 @@ pub enum Action {
         tangent: Option<Operator>,
     },
     /// Entries of a matrix that follow the schedule, as many coefficients each as there are waves.
-    Scheduled(Scheduled),
+    Scheduled(ScheduledMatrix),
+    /// A reflex whose gain follows the schedule: its mean, then as many coefficients as there are waves.
+    Reflex(ScheduledReflex),
+    /// M, B and K of the baseline act along the curve of an arm; one coefficient for the inertia that follows the elbow.
+    Curved(CurvedArm),
     /// Entries of the linear model that the baseline holds fixed; one coefficient for all entries.
     Entries {
         /// Which matrix.
@@ -81,6 +87,18 @@ pub enum Action {
     Mix(MatrixMaker),
     /// The applied effort is the measured one, clipped at ± the knob.
     Clip,
+}
+
+impl Action {
+    /// The force law with these knobs and coefficients; none of what is no force along the motion.
+    pub fn law(&self, knobs: &[f64], coefficients: &[f64]) -> Option<Box<dyn ForceLaw>> {
+        match self {
+            Action::Force { law, .. } => Some(law(knobs, coefficients)),
+            Action::Scheduled(of) => Some(of.law(coefficients)),
+            Action::Reflex(of) => Some(of.law(knobs, coefficients)),
+            _ => None,
+        }
+    }
 }
 
 /// One functional form of an effect at one site, ready to be tried.
@@ -144,6 +162,8 @@ pub struct Scale {
     pub time_s: f64,
     /// Length of a trial.
     pub duration_s: f64,
+    /// Middle of the part that is analysed.
+    pub middle_s: f64,
     /// Fitted (or given) inertia.
     pub mass: Vec<Vec<f64>>,
     /// Fitted (or given) stiffness.
@@ -166,6 +186,8 @@ pub struct Scale {
     pub held: Vec<(Matrix, usize, usize, f64)>,
     /// Whether the schedule's end is its beginning, as of the phase of a cycle; none where there is no schedule.
     pub closed_schedule: Option<bool>,
+    /// The arm whose hand moves, at the mean of the motion; none where it is not known.
+    pub arm: Option<CurvedArm>,
 }
 
 impl Scale {

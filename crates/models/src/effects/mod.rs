@@ -4,6 +4,7 @@
 //! [`Form`]s. Each integrates in a way of its own. [`EFFECTS`] is the registry; a new effect is one file and one line here.
 
 mod card;
+mod curved_arm;
 mod drift;
 mod evidence;
 mod form;
@@ -16,6 +17,7 @@ mod static_force;
 mod actuation_delay;
 mod actuator_saturation;
 mod added_mass;
+mod arm_geometry;
 mod asymmetric_stiffness;
 mod channel_filter;
 mod coulomb_friction;
@@ -32,6 +34,7 @@ mod measurement_delay;
 mod parameter_error;
 mod periodic_disturbance;
 mod posture_drift;
+mod posture_stiffness;
 mod quantisation;
 mod reflex_delay;
 mod sensor_misalignment;
@@ -40,15 +43,18 @@ mod sensor_scale;
 mod stiffness_drift;
 mod transient_disturbance;
 mod varying_damping;
+mod varying_reflex;
 mod varying_stiffness;
 mod viscoelastic;
 
 pub use card::{Card, ParameterCard, Side, Trace, rotational_name};
+pub use curved_arm::{Carried, CurvedArm, Displaced};
 pub use evidence::Evidence;
 pub use form::{Action, Form, Knob, LawMaker, Matrix, MatrixMaker, Naming, Operator, Scale, Sign};
 pub use injection::{Injection, Setting};
 pub use parameters::{EffectError, Parameters, Value};
-pub use scheduled::{Scheduled, Waves};
+pub use scheduled::{ScheduledMatrix, Waves};
+pub use varying_reflex::ScheduledReflex;
 
 /// A cause that data may hide.
 pub trait Effect: Send + Sync {
@@ -105,6 +111,9 @@ pub static EFFECTS: &[&dyn Effect] = &[
     &posture_drift::PostureDrift,
     &varying_stiffness::VaryingStiffness,
     &varying_damping::VaryingDamping,
+    &varying_reflex::VaryingReflex,
+    &arm_geometry::ArmGeometry,
+    &posture_stiffness::PostureStiffness,
     &gravity::Gravity,
     &geometry_error::GeometryError,
     &cross_coupling::CrossCoupling,

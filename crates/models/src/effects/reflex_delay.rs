@@ -2,6 +2,7 @@
 
 use super::card::{mechanical, plain};
 use super::form::grid;
+use super::scheduled::Waves;
 use super::{
     Action, Card, Effect, EffectError, Evidence, Form, Injection, Knob, ParameterCard, Parameters, Scale, Setting, Side, Sign, Trace, Value, require_known,
 };
@@ -10,11 +11,11 @@ use num_complex::Complex64;
 use std::f64::consts::TAU;
 use std::sync::Arc;
 
-const DELAY: ParameterCard = plain("delay_s", "s", 0.0, 10.0, None);
+pub(super) const DELAY: ParameterCard = plain("delay_s", "s", 0.0, 10.0, None);
 const STIFFNESS: ParameterCard = mechanical("stiffness_n_per_m", ("N/m", "N m/rad"), -1e9, 1e9, Some(0.0));
 const DAMPING: ParameterCard = mechanical("damping_n_s_per_m", ("N s/m", "N m s/rad"), -1e9, 1e9, Some(0.0));
-const CUTOFF: ParameterCard = plain("cutoff_hz", "Hz", 1e-6, 1e6, Some(3.0));
-const ONE_DIRECTIONAL: ParameterCard = plain("one_directional", "", -1.0, 1.0, Some(0.0));
+pub(super) const CUTOFF: ParameterCard = plain("cutoff_hz", "Hz", 1e-6, 1e6, Some(3.0));
+pub(super) const ONE_DIRECTIONAL: ParameterCard = plain("one_directional", "", -1.0, 1.0, Some(0.0));
 const CARD: Card = Card {
     name: "reflex-delay",
     what: "a reflex inside the limb: delayed feedback of position and velocity through the muscle's activation, in one or both directions",
@@ -36,14 +37,38 @@ const FAST_HZ: f64 = 15.0;
 pub struct ReflexDelay;
 
 /// Delayed feedback through critically damped activation of second order.
-struct Reflex {
-    axis: usize,
-    delay_s: f64,
-    stiffness: f64,
-    damping: f64,
-    omega: f64,
+pub(super) struct Reflex {
+    pub axis: usize,
+    pub delay_s: f64,
+    pub stiffness: f64,
+    pub damping: f64,
+    pub omega: f64,
     /// 0: both directions; ±1: positive or negative velocity only.
-    direction: f64,
+    pub direction: f64,
+    pub gain: Gain,
+}
+
+/// What multiplies the stretch where it arrives: behind the delay of the nerves, before the muscle.
+pub(super) enum Gain {
+    Constant,
+    /// The mean, then a coefficient of each wave.
+    Follows(Waves, Vec<f64>),
+    /// 1 + depth cos(turn t).
+    ByClock {
+        depth: f64,
+        turn: f64,
+    },
+}
+
+impl Gain {
+    fn at(&self, motion: &Motion<'_>) -> f64 {
+        match self {
+            Gain::Constant => 1.0,
+            Gain::Follows(_, coefficients) if !motion.schedule.is_finite() => coefficients[0],
+            Gain::Follows(waves, coefficients) => coefficients[0] + waves.sum(&coefficients[1..], motion.schedule),
+            Gain::ByClock { depth, turn } => 1.0 + depth * (turn * motion.time_s).cos(),
+        }
+    }
 }
 
 impl ForceLaw for Reflex {
@@ -60,12 +85,28 @@ impl ForceLaw for Reflex {
         let drive = if self.direction == 0.0 { self.stiffness * x + self.damping * v } else { self.damping * self.direction * (self.direction * v).max(0.0) };
         force[self.axis] += states[0];
         rates[0] = states[1];
-        rates[1] = self.omega * (self.omega * (drive - states[0]) - 2.0 * states[1]);
+        rates[1] = self.omega * (self.omega * (self.gain.at(motion) * drive - states[0]) - 2.0 * states[1]);
     }
 
     fn fastest_rate(&self, _motion: &Motion<'_>) -> f64 {
         2.0 * self.omega
     }
+}
+
+/// From displacement to the force of the velocity: half of a Gaussian velocity passes a rectifier (Bussgang).
+pub(super) fn tangent(direction: f64, s: Complex64, knobs: &[f64]) -> Complex64 {
+    if direction == 0.0 { s * activation(s, knobs) } else { 0.5 * s * activation(s, knobs) }
+}
+
+fn constant(axis: usize, knobs: &[f64], [stiffness, damping]: [f64; 2], direction: f64) -> Reflex {
+    Reflex { axis, delay_s: knobs[0], stiffness, damping, omega: TAU * knobs[1], direction, gain: Gain::Constant }
+}
+
+/// Delay and cut-off, and where a search starts.
+pub(super) fn search(scale: &Scale) -> (Vec<Knob>, Vec<Vec<f64>>) {
+    let unit = scale.human_time_s();
+    let knobs = vec![Knob { lo: 0.012 * unit, hi: 0.13 * unit, log: true, telling: true }, Knob { lo: 1.0 / unit, hi: 20.0 / unit, log: true, telling: false }];
+    (knobs, grid(&[&[0.03 * unit, 0.06 * unit], &[1.5 / unit, 3.0 / unit, 6.0 / unit]]))
 }
 
 fn activation(s: Complex64, knobs: &[f64]) -> Complex64 {
@@ -87,14 +128,12 @@ impl Effect for ReflexDelay {
             damping: parameters.number(CARD.name, &DAMPING)?,
             omega: TAU * parameters.number(CARD.name, &CUTOFF)?,
             direction: parameters.number(CARD.name, &ONE_DIRECTIONAL)?,
+            gain: Gain::Constant,
         })))
     }
 
     fn forms(&self, scale: &Scale) -> Vec<Form> {
-        let unit = scale.human_time_s();
-        let knobs =
-            vec![Knob { lo: 0.012 * unit, hi: 0.13 * unit, log: true, telling: true }, Knob { lo: 1.0 / unit, hi: 20.0 / unit, log: true, telling: false }];
-        let points = grid(&[&[0.03 * unit, 0.06 * unit], &[1.5 / unit, 3.0 / unit, 6.0 / unit]]);
+        let (knobs, points) = search(scale);
         let mut forms = Vec::new();
         for axis in 0..scale.axes() {
             forms.push(Form {
@@ -105,7 +144,7 @@ impl Effect for ReflexDelay {
                 grid: points.clone(),
                 signs: vec![Sign::Positive, Sign::Positive],
                 action: Action::Force {
-                    law: Arc::new(move |k, c| Box::new(Reflex { axis, delay_s: k[0], stiffness: c[0], damping: c[1], omega: TAU * k[1], direction: 0.0 })),
+                    law: Arc::new(move |k, c| Box::new(constant(axis, k, [c[0], c[1]], 0.0))),
                     exact: vec![Arc::new(activation), Arc::new(|s, k| s * activation(s, k))],
                     tangent: None,
                 },
@@ -120,27 +159,28 @@ impl Effect for ReflexDelay {
                 }),
                 floor: (0.02, 0.5e-3),
             });
-            for direction in [1.0, -1.0] {
+            // Beside a gain that may follow a schedule stands the constant one, which does not pay for a position that plays no part.
+            let alone = scale.closed_schedule.map(|_| (0.0, "velocity in both directions"));
+            for (direction, label) in [(1.0, "positive velocity only"), (-1.0, "negative velocity only")].into_iter().chain(alone) {
                 forms.push(Form {
-                    label: if direction > 0.0 { "positive velocity only" } else { "negative velocity only" },
+                    label,
                     side: Side::Limb,
                     axis: Some(axis),
                     knobs: knobs.clone(),
                     grid: points.clone(),
                     signs: vec![Sign::Positive],
                     action: Action::Force {
-                        law: Arc::new(move |k, c| Box::new(Reflex { axis, delay_s: k[0], stiffness: 0.0, damping: c[0], omega: TAU * k[1], direction })),
+                        law: Arc::new(move |k, c| Box::new(constant(axis, k, [0.0, c[0]], direction))),
                         exact: vec![],
-                        // Half of a Gaussian velocity passes the rectifier (Bussgang).
-                        tangent: Some(Arc::new(|s, k| 0.5 * s * activation(s, k))),
+                        tangent: Some(Arc::new(move |s, k| tangent(direction, s, k))),
                     },
-                    naming: Arc::new(|k, c| {
+                    naming: Arc::new(move |k, c| {
                         vec![
                             ("delay_s", Value::Number(k[0])),
                             ("stiffness_n_per_m", Value::Number(0.0)),
                             ("damping_n_s_per_m", Value::Number(c[0])),
                             ("cutoff_hz", Value::Number(k[1])),
-                            ("one_directional", Value::Flag(true)),
+                            ("one_directional", Value::Flag(direction != 0.0)),
                         ]
                     }),
                     floor: (0.02, 0.5e-3),

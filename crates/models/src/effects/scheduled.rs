@@ -33,11 +33,16 @@ impl Waves {
             (true, _) => (TAU * (k / 2 + 1) as f64 * u).sin(),
         }
     }
+
+    /// The curve with these coefficients at `u`.
+    pub fn sum(self, coefficients: &[f64], u: f64) -> f64 {
+        coefficients.iter().enumerate().filter(|(_, c)| **c != 0.0).map(|(k, c)| c * self.at(k, u)).sum()
+    }
 }
 
 /// Entries of a matrix that follow the schedule about the value that the baseline gives them.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Scheduled {
+pub struct ScheduledMatrix {
     /// Which matrix: stiffness or damping.
     pub matrix: Matrix,
     /// Places of each entry: two where the matrix is symmetric.
@@ -46,7 +51,7 @@ pub struct Scheduled {
     pub waves: Waves,
 }
 
-impl Scheduled {
+impl ScheduledMatrix {
     /// The force law with these coefficients, those of one entry side by side.
     pub fn law(&self, coefficients: &[f64]) -> Box<dyn ForceLaw> {
         Box::new(Follows { of: self.clone(), coefficients: coefficients.to_vec() })
@@ -54,14 +59,13 @@ impl Scheduled {
 
     /// The curve of an entry at `u`, its mean left out.
     pub fn curve(&self, coefficients: &[f64], entry: usize, u: f64) -> f64 {
-        let own = &coefficients[entry * self.waves.count..(entry + 1) * self.waves.count];
-        own.iter().enumerate().filter(|(_, c)| **c != 0.0).map(|(k, c)| c * self.waves.at(k, u)).sum()
+        self.waves.sum(&coefficients[entry * self.waves.count..(entry + 1) * self.waves.count], u)
     }
 }
 
 /// f_i = κ(s) x_j, or κ(s) ẋ_j.
 struct Follows {
-    of: Scheduled,
+    of: ScheduledMatrix,
     coefficients: Vec<f64>,
 }
 
@@ -110,7 +114,7 @@ pub(super) fn forms(matrix: Matrix, scale: &Scale) -> Vec<Form> {
         knobs: vec![],
         grid: vec![vec![]],
         signs: vec![Sign::Free; count * entries.len()],
-        action: Action::Scheduled(Scheduled { matrix, entries, waves: Waves { count, closed } }),
+        action: Action::Scheduled(ScheduledMatrix { matrix, entries, waves: Waves { count, closed } }),
         naming: Arc::new(|_, _| Vec::new()),
         floor: (0.0, 0.0),
     };

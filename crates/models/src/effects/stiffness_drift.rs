@@ -42,6 +42,8 @@ impl Effect for StiffnessDrift {
             return Vec::new();
         }
         let (n, middle_s) = (scale.axes(), scale.duration_s / 2.0);
+        // The fitted stiffness is that of the middle of what is analysed, the fraction is told of the trial's.
+        let later_s = middle_s - scale.middle_s;
         let mut forms: Vec<Form> = (0..n)
             .map(|axis| {
                 let stiffness = Setting::diagonal(&scale.stiffness, axis);
@@ -57,7 +59,7 @@ impl Effect for StiffnessDrift {
                         exact: vec![],
                         tangent: None,
                     },
-                    naming: Arc::new(move |_, c| vec![("fraction_per_s", Value::Number(c[0] / stiffness))]),
+                    naming: Arc::new(move |_, c| vec![("fraction_per_s", Value::Number(c[0] / (stiffness + c[0] * later_s)))]),
                     floor: (0.01, 0.0),
                 }
             })
@@ -75,7 +77,7 @@ impl Effect for StiffnessDrift {
                     exact: vec![],
                     tangent: None,
                 },
-                naming: Arc::new(|_, c| vec![("fraction_per_s", Value::Number(c[0]))]),
+                naming: Arc::new(move |_, c| vec![("fraction_per_s", Value::Number(c[0] / (1.0 + c[0] * later_s)))]),
                 ..forms[0].clone()
             });
         }

@@ -1,8 +1,9 @@
 //! Intervals whose width comes from how much the trials disagree.
 
-use super::{Fit, FitError, Parameter, WeightedFit, Width, result::t_quantile};
+use super::{Fit, FitError, Parameter, WeightedFit, Width, found, result::t_quantile};
 use crate::ParametricModel;
 use ndof_sysid::FrequencyResponse;
+use rayon::prelude::*;
 
 /// Fewest trials whose disagreement says something.
 const FEWEST_TRIALS: usize = 3;
@@ -28,9 +29,17 @@ impl WeightedFit {
     /// B. Efron & R. Tibshirani (1993), An Introduction to the Bootstrap, ch. 11. F. E. Satterthwaite (1946).
     pub fn fit_trials(&self, model: &dyn ParametricModel, response: &FrequencyResponse, without: &[FrequencyResponse], start: &[f64]) -> Result<Fit, FitError> {
         let fit = self.fit(model, response, start)?;
-        let left = without.iter().map(|r| self.fit(model, r, &fit.theta).map(|f| f.theta)).collect::<Result<Vec<_>, _>>()?;
+        let left = left_out(without, |r| found(&self.problem(model, r, &fit.theta)?, model, &fit.theta, self.cost_tolerance))?;
         Ok(rescale_by_trials(model, fit, &left))
     }
+}
+
+/// The parameters that `found` gives without each trial.
+pub(crate) fn left_out(
+    without: &[FrequencyResponse],
+    found: impl Fn(&FrequencyResponse) -> Result<Vec<f64>, FitError> + Sync + Send,
+) -> Result<Vec<Vec<f64>>, FitError> {
+    without.par_iter().map(found).collect::<Vec<_>>().into_iter().collect()
 }
 
 /// `fit` with its covariance scaled to the scatter of `left`, the parameters without each trial.

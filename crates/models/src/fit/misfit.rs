@@ -4,7 +4,8 @@ use super::result::t_quantile;
 use super::weighted::Whitened;
 use super::{Fit, FitError, Parameter, Solved, WeightedFit};
 use crate::ParametricModel;
-use faer::Mat;
+use faer::linalg::matmul::matmul;
+use faer::{Accum, Mat, MatRef, Par};
 use ndof_linear::Cholesky;
 use ndof_sysid::FrequencyResponse;
 use num_complex::Complex64;
@@ -83,14 +84,15 @@ struct Lines {
     /// Natural logarithm of the frequency, and the share of an independent line.
     at: Vec<f64>,
     share: Vec<f64>,
-    /// Of each element and part: what is left, its derivatives and the model's size at each line.
+    /// Of each element and part.
     parts: Vec<Part>,
     parameters: usize,
 }
 
 struct Part {
-    left: Vec<f64>,
-    slopes: Vec<Vec<f64>>,
+    /// At each line the derivatives and, last, what is left.
+    rows: Vec<f64>,
+    /// The model's size at each line.
     size: Vec<f64>,
 }
 
@@ -102,20 +104,20 @@ impl Lines {
         let norm = |line: &[Complex64], of: &dyn Fn(usize) -> bool| (0..size).filter(|&e| of(e)).map(|e| line[e].norm_sqr()).sum::<f64>().sqrt();
         let mut parts = Vec::with_capacity(2 * size);
         for e in 0..size {
-            let turned = |line: &[Complex64], re: f64, im: f64| {
-                let phase = if line[e].norm() > 0.0 { line[e].conj() / line[e].norm() } else { Complex64::from(1.0) };
-                Complex64::new(re, im) * phase
-            };
             // An element that couples two axes errs by the size of what it couples.
             let scale: Vec<f64> = model.iter().map(|line| (norm(line, &|o| o / q == e / q) * norm(line, &|o| o % q == e % q)).sqrt()).collect();
-            let row = |f: usize| 2 * (f * size + e);
-            let column = |k: usize| (0..model.len()).map(|f| turned(&model[f], jacobian[(row(f), k)], jacobian[(row(f) + 1, k)])).collect::<Vec<_>>();
-            let left: Vec<Complex64> = (0..model.len()).map(|f| turned(&model[f], residuals[row(f)], residuals[row(f) + 1])).collect();
-            let slopes: Vec<Vec<Complex64>> = (0..k).map(column).collect();
-            for part in [|z: &Complex64| z.re, |z: &Complex64| z.im] {
-                let slopes = slopes.iter().map(|slope| slope.iter().map(part).collect()).collect();
-                parts.push(Part { left: left.iter().map(part).collect(), slopes, size: scale.clone() });
+            let [mut real, mut imaginary] = [(); 2].map(|()| Vec::with_capacity(model.len() * (k + 1)));
+            for (f, line) in model.iter().enumerate() {
+                let (row, length) = (2 * (f * size + e), line[e].norm());
+                let phase = if length > 0.0 { line[e].conj() / length } else { Complex64::from(1.0) };
+                for c in 0..=k {
+                    let at = |row: usize| if c < k { jacobian[(row, c)] } else { residuals[row] };
+                    let turned = Complex64::new(at(row), at(row + 1)) * phase;
+                    real.push(turned.re);
+                    imaginary.push(turned.im);
+                }
             }
+            parts.extend([real, imaginary].map(|rows| Part { rows, size: scale.clone() }));
         }
         let (at, share) = (problem.bins.iter().map(|bin| bin.hz.ln()).collect(), problem.bins.iter().map(|bin| bin.share).collect());
         Lines { at, share, parts, parameters: k }
@@ -149,9 +151,17 @@ impl Lines {
             }
             sum += share;
         }
-        let take = |of: &[f64], power: f64| kept.iter().map(|&f| of[f] / self.share[f].powf(power)).collect::<Vec<f64>>();
-        let part = |part: &Part| Part { left: take(&part.left, 0.5), slopes: part.slopes.iter().map(|s| take(s, 0.5)).collect(), size: take(&part.size, 0.5) };
-        Lines { at: take(&self.at, 0.0), share: vec![1.0; kept.len()], parts: self.parts.iter().map(part).collect(), parameters: self.parameters }
+        let width = self.parameters + 1;
+        let part = |part: &Part| Part {
+            rows: kept.iter().flat_map(|&f| part.rows[f * width..(f + 1) * width].iter().map(move |v| v / self.share[f].sqrt())).collect(),
+            size: kept.iter().map(|&f| part.size[f] / self.share[f].sqrt()).collect(),
+        };
+        Lines {
+            at: kept.iter().map(|&f| self.at[f]).collect(),
+            share: vec![1.0; kept.len()],
+            parts: self.parts.iter().map(part).collect(),
+            parameters: self.parameters,
+        }
     }
 
     /// How much of the process at one line is left at the next, 0 before the first.
@@ -161,60 +171,62 @@ impl Lines {
 
     /// The restricted log-likelihood of what is left, but for a constant.
     fn likelihood(&self, size: f64, reach: f64, noise: f64) -> f64 {
-        let (k, lines) = (self.parameters, self.at.len());
-        let fades = self.fades(reach);
-        // Innovations of the derivatives and, last, of what is left, each over its spread: column by column what a regression would see.
-        let mut innovations = Mat::zeros(self.parts.len() * lines, k + 1);
-        let mut log_det = 0.0;
-        for (p, part) in self.parts.iter().enumerate() {
+        let (width, fades) = (self.parameters + 1, self.fades(reach));
+        // Innovations of the derivatives and, last, of what is left, each over its spread: row by row what a regression would see.
+        let mut innovations = vec![0.0; self.at.len() * width];
+        let mut products = Mat::zeros(width, width);
+        let (mut log_det, mut determinant) = (0.0, 1.0);
+        for part in &self.parts {
             // Kalman filter of δ/a: its variance is the same for all columns.
-            let (mut variance, mut steps) = (1.0, Vec::with_capacity(lines));
-            for (size_here, &fade) in part.size.iter().zip(&fades) {
-                variance = 1.0 - fade * fade * (1.0 - variance);
-                let gain = size * size_here;
+            let (mut variance, mut means) = (1.0, vec![0.0; width]);
+            for (f, (row, out)) in part.rows.chunks_exact(width).zip(innovations.chunks_exact_mut(width)).enumerate() {
+                variance = 1.0 - fades[f] * fades[f] * (1.0 - variance);
+                let gain = size * part.size[f];
                 let spread = noise + gain * gain * variance;
-                steps.push((fade, gain, variance * gain / spread, 1.0 / spread.sqrt()));
-                variance *= noise / spread;
-                log_det += spread.ln();
-            }
-            for (c, column) in part.slopes.iter().chain([&part.left]).enumerate() {
-                let mut mean = 0.0;
-                let out = &mut innovations.col_as_slice_mut(c)[p * lines..(p + 1) * lines];
-                for ((value, (fade, gain, taken, scale)), out) in column.iter().zip(&steps).zip(out) {
-                    mean *= fade;
-                    let innovation = value - gain * mean;
-                    mean += taken * innovation;
+                let (taken, scale) = (variance * gain / spread, 1.0 / spread.sqrt());
+                for ((mean, value), out) in means.iter_mut().zip(row).zip(out) {
+                    let faded = *mean * fades[f];
+                    let innovation = value - gain * faded;
+                    *mean = faded + taken * innovation;
                     *out = innovation * scale;
                 }
+                variance *= noise / spread;
+                determinant *= spread;
+                // A logarithm of many at once, as long as their product is a number.
+                if !(1e-100..1e100).contains(&determinant) {
+                    log_det += determinant.ln();
+                    determinant = 1.0;
+                }
             }
+            let rows = MatRef::from_row_major_slice(&innovations, self.at.len(), width);
+            matmul(&mut products, Accum::Add, rows.transpose(), rows, 1.0, Par::Seq);
         }
-        restricted(log_det, &(innovations.transpose() * &innovations))
+        restricted(log_det + determinant.ln(), &products)
     }
 
     /// Σ weight · Jᵀ P J over reaches with their weights, P the correlation of each reach.
     fn weighed(&self, weights: &[[f64; 2]]) -> Mat<f64> {
         let (k, lines) = (self.parameters, self.at.len());
-        let rows = self.parts.len() * lines;
-        let (mut here, mut before): (Mat<f64>, Mat<f64>) = (Mat::zeros(rows, k), Mat::zeros(rows, k));
         let fading: Vec<(f64, Vec<f64>)> = weights.iter().filter(|[_, weight]| *weight > 0.0).map(|[reach, weight]| (*weight, self.fades(*reach))).collect();
-        for (p, part) in self.parts.iter().enumerate() {
-            for (c, slope) in part.slopes.iter().enumerate() {
-                let at = p * lines..(p + 1) * lines;
-                let here = &mut here.col_as_slice_mut(c)[at.clone()];
-                here.iter_mut().zip(slope).zip(&part.size).for_each(|((here, slope), size)| *here = slope * size);
-                let before = &mut before.col_as_slice_mut(c)[at];
-                for (weight, fades) in &fading {
-                    // Half of the line itself, and the sum over earlier ones, faded to it.
-                    let mut sum = 0.0;
-                    for ((before, here), fade) in before.iter_mut().zip(&*here).zip(fades) {
-                        sum *= fade;
-                        *before += weight * (sum + 0.5 * here);
-                        sum += here;
+        let of_part = |part: &Part| {
+            let here: Vec<f64> = part.rows.chunks_exact(k + 1).zip(&part.size).flat_map(|(row, size)| row[..k].iter().map(move |slope| slope * size)).collect();
+            let mut before = vec![0.0; here.len()];
+            for (weight, fades) in &fading {
+                // Half of the line itself, and the sum over earlier ones, faded to it.
+                let mut sums = vec![0.0; k];
+                for ((here, before), fade) in here.chunks_exact(k).zip(before.chunks_exact_mut(k)).zip(fades) {
+                    for ((sum, here), before) in sums.iter_mut().zip(here).zip(before) {
+                        *sum *= fade;
+                        *before += weight * (*sum + 0.5 * here);
+                        *sum += here;
                     }
                 }
             }
-        }
-        let half = here.transpose() * before;
+            let [here, before] = [&here, &before].map(|rows| MatRef::from_row_major_slice(rows, lines, k));
+            here.transpose() * before
+        };
+        let halves: Vec<Mat<f64>> = self.parts.par_iter().map(of_part).collect();
+        let half = halves.iter().fold(Mat::zeros(k, k), |sum: Mat<f64>, part| sum + part);
         &half + half.transpose()
     }
 }
@@ -265,11 +277,9 @@ mod tests {
     fn a_likelihood_and_a_covariance_are_those_of_the_matrices() {
         let count = 7;
         let column = |a: f64, b: f64| (0..count).map(|f| (a * f as f64 + b).sin()).collect::<Vec<f64>>();
-        let part = |k: f64| Part {
-            left: column(2.3, k),
-            slopes: vec![column(0.4, 1.0 + k), column(1.1, k)],
-            size: column(0.1, 1.0).iter().map(|s| 2.0 + s).collect(),
-        };
+        // Two derivatives and what is left.
+        let columns = |k: f64| [column(0.4, 1.0 + k), column(1.1, k), column(2.3, k)];
+        let part = |k: f64| Part { rows: (0..3 * count).map(|e| columns(k)[e % 3][e / 3]).collect(), size: column(0.1, 1.0).iter().map(|s| 2.0 + s).collect() };
         let at: Vec<f64> = (0..count).map(|f| (1.0 + 0.3 * f as f64 * f as f64).ln()).collect();
         let lines = Lines { at, share: vec![1.0; count], parts: vec![part(0.2), part(0.7)], parameters: 2 };
         let (size, reach, noise) = (0.4, 0.8, 1.3);
@@ -286,8 +296,8 @@ mod tests {
             };
             let dot = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
             log_det += (0..count).map(|f| 2.0 * factor.lower()[f * count + f].ln()).sum::<f64>();
-            let columns: Vec<&[f64]> = part.slopes.iter().chain([&part.left]).map(Vec::as_slice).collect();
-            for (e, value) in (0..9).map(|e| (e, dot(columns[e / 3], &solved(columns[e % 3])))) {
+            let columns: Vec<Vec<f64>> = (0..3).map(|c| part.rows.iter().skip(c).step_by(3).copied().collect()).collect();
+            for (e, value) in (0..9).map(|e| (e, dot(&columns[e / 3], &solved(&columns[e % 3])))) {
                 information[(e / 3, e % 3)] += value;
             }
             for (r, c) in (0..4).map(|e| (e / 2, e % 2)) {

@@ -27,7 +27,7 @@ pub use start::{gains_start, linear_start};
 pub use vaf::{Agreement, agreement};
 pub use weighted::{CovarianceKind, WeightedFit};
 
-use crate::{Gains, LeastSquares, LevenbergMarquardt, Minimum, ParametricModel};
+use crate::{Gains, LeastSquares, LevenbergMarquardt, Minimum, ParametricModel, Slopes};
 use faer::Mat;
 use ndarray::Array2;
 use ndof_linear::square;
@@ -82,14 +82,20 @@ impl LeastSquares for Internal<'_> {
         }
     }
 
-    fn slopes(&self, x: &[f64], residuals: &[f64]) -> (Mat<f64>, Option<Mat<f64>>) {
-        let (triangle, curvature) = self.problem.slopes(&self.model.natural(x), residuals);
-        let Some(turn) = self.model.natural_jacobian(x).map(|turn| to_faer(&turn)) else {
-            return (triangle, curvature);
-        };
-        let (moved, k) = (triangle.subcols(0, turn.nrows()) * &turn, turn.ncols());
-        let turned = Mat::from_fn(triangle.nrows(), k + 1, |i, j| if j < k { moved[(i, j)] } else { triangle[(i, turn.nrows())] });
-        (turned, curvature.map(|curvature| turn.transpose() * curvature * &turn))
+    fn slopes(&self, x: &[f64], residuals: &[f64]) -> Slopes {
+        let slopes = self.problem.slopes(&self.model.natural(x), residuals);
+        let Some(turn) = self.model.natural_jacobian(x).map(|turn| to_faer(&turn)) else { return slopes };
+        match slopes {
+            Slopes::Triangle(triangle) => {
+                let (moved, k) = (triangle.subcols(0, turn.nrows()) * &turn, turn.ncols());
+                Slopes::Triangle(Mat::from_fn(triangle.nrows(), k + 1, |i, j| if j < k { moved[(i, j)] } else { triangle[(i, turn.nrows())] }))
+            }
+            Slopes::Curved { information, gradient, curvature } => Slopes::Curved {
+                information: turn.transpose() * information * &turn,
+                gradient: turn.transpose() * gradient,
+                curvature: turn.transpose() * curvature * &turn,
+            },
+        }
     }
 }
 
@@ -114,6 +120,16 @@ fn to_faer(a: &Array2<f64>) -> Mat<f64> {
     Mat::from_fn(a.nrows(), a.ncols(), |i, j| a[[i, j]])
 }
 
+/// The parameters of a minimum alone.
+fn found(problem: &dyn LeastSquares, model: &dyn ParametricModel, start: &[f64], cost_tolerance: f64) -> Result<Vec<f64>, FitError> {
+    let found = search(model, cost_tolerance).descend(&Internal { problem, model }, &model.internal(start))?;
+    Ok(model.natural(&found.x))
+}
+
+fn search(model: &dyn ParametricModel, cost_tolerance: f64) -> LevenbergMarquardt {
+    LevenbergMarquardt::new(model.parameters().iter().map(|p| (p.lower, p.upper)).collect()).stopping_at(cost_tolerance)
+}
+
 /// A minimum with what its covariance is made of.
 struct Solved {
     theta: Vec<f64>,
@@ -127,8 +143,7 @@ struct Solved {
 
 impl Solved {
     fn new(problem: &dyn LeastSquares, model: &dyn ParametricModel, start: &[f64], cost_tolerance: f64) -> Result<Self, FitError> {
-        let bounds = model.parameters().iter().map(|p| (p.lower, p.upper)).collect();
-        let minimum = LevenbergMarquardt::new(bounds).stopping_at(cost_tolerance).minimise(&Internal { problem, model }, &model.internal(start))?;
+        let minimum = search(model, cost_tolerance).minimise(&Internal { problem, model }, &model.internal(start))?;
         let theta = model.natural(&minimum.x);
         let turn = model.natural_jacobian(&minimum.x).map(|t| to_faer(&t));
         let jacobian = if turn.is_some() { problem.jacobian(&theta) } else { minimum.jacobian.clone() };

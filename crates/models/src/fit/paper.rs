@@ -1,9 +1,10 @@
 //! The paper's fit: gain in decibels and phase in degrees, weighted with partial coherence.
 
 use super::vaf::{GAIN_WEIGHT, difference};
-use super::{COST_TOLERANCE, Fit, FitError, Prediction, Smoothing, Solved, add_scores, check_shape, jackknife::rescale_by_trials, shares};
-use crate::levenberg_marquardt::triangle;
-use crate::{LeastSquares, ParametricModel};
+use super::{
+    COST_TOLERANCE, Fit, FitError, Prediction, Smoothing, Solved, add_scores, check_shape, found, jackknife::left_out, jackknife::rescale_by_trials, shares,
+};
+use crate::{LeastSquares, ParametricModel, Slopes};
 use faer::Mat;
 use ndarray::{Array3, Axis};
 use ndof_signal::Kernel;
@@ -34,35 +35,47 @@ impl PaperFit {
     /// # Errors
     /// [`FitError`] if shape, kind or band do not serve.
     pub fn fit(&self, model: &dyn ParametricModel, response: &FrequencyResponse, weight: &Array3<f64>, start: &[f64]) -> Result<Fit, FitError> {
-        let [n, _] = check_shape(model, response, start)?;
-        let impedance = response.to_kind(ResponseKind::Impedance)?;
-        let parameters = model.parameters();
-        let bins: Vec<usize> = (0..impedance.len())
-            .filter(|&f| {
-                let hz = impedance.frequency_hz[f];
-                let finite = (0..n * n).all(|e| impedance.value[[f, e / n, e % n]].is_finite() && weight[[f, e / n, e % n]].is_finite());
-                hz > 0.0 && (self.band_hz[0]..=self.band_hz[1]).contains(&hz) && finite
-            })
-            .collect();
-        if 2 * bins.len() * n * n <= parameters.len() {
-            let needed = parameters.len() / (2 * n * n) + 1;
-            return Err(FitError::TooFewBins { bins: bins.len(), independent: bins.len() as f64, needed, low_hz: self.band_hz[0], high_hz: self.band_hz[1] });
-        }
-        let frequency_hz: Vec<f64> = bins.iter().map(|&f| impedance.frequency_hz[f]).collect();
-        let none = Smoothing::None;
-        let problem = Logarithmic {
-            prediction: Prediction::new(model, ResponseKind::Impedance, &frequency_hz, &Kernel::default(), &none, None),
-            estimate: bins.iter().flat_map(|&f| (0..n * n).map(move |e| (f, e))).map(|(f, e)| impedance.value[[f, e / n, e % n]]).collect(),
-            weight: bins.iter().flat_map(|&f| (0..n * n).map(move |e| (f, e))).map(|(f, e)| weight[[f, e / n, e % n]]).collect(),
-            parameters: parameters.len(),
-        };
+        let Prepared { problem, impedance, bins, frequency_hz } = self.prepared(model, response, weight, start)?;
+        let n = impedance.shape().0;
         let solved = Solved::new(&problem, model, start, COST_TOLERANCE)?;
         let share = shares(&frequency_hz, impedance.uncertainty.as_ref().map_or(0.0, |u| u.independent_spacing_hz));
         let meat = problem.meat(&solved.jacobian, &solved.minimum.residuals, &impedance, &bins, &share);
         let covariance = solved.covariance(Some(&meat), 1.0);
-        let degrees_of_freedom = 2.0 * share.iter().sum::<f64>() * (n * n) as f64 - parameters.len() as f64;
+        let degrees_of_freedom = 2.0 * share.iter().sum::<f64>() * (n * n) as f64 - problem.parameters as f64;
         let chi2 = 2.0 * solved.minimum.cost;
         Ok(solved.into_fit(model, covariance, &frequency_hz, chi2, degrees_of_freedom))
+    }
+
+    /// What is to be minimised.
+    fn prepared<'a>(
+        &self,
+        model: &'a dyn ParametricModel,
+        response: &FrequencyResponse,
+        weight: &Array3<f64>,
+        start: &[f64],
+    ) -> Result<Prepared<'a>, FitError> {
+        let [n, _] = check_shape(model, response, start)?;
+        let in_band: Vec<usize> = (0..response.len()).filter(|&f| (self.band_hz[0]..=self.band_hz[1]).contains(&response.frequency_hz[f])).collect();
+        let impedance = response.band(self.band_hz[0], self.band_hz[1]).to_kind(ResponseKind::Impedance)?;
+        let weight = weight.select(Axis(0), &in_band);
+        let parameters = model.parameters().len();
+        let bins: Vec<usize> = (0..impedance.len())
+            .filter(|&f| {
+                impedance.frequency_hz[f] > 0.0 && (0..n * n).all(|e| impedance.value[[f, e / n, e % n]].is_finite() && weight[[f, e / n, e % n]].is_finite())
+            })
+            .collect();
+        if 2 * bins.len() * n * n <= parameters {
+            let needed = parameters / (2 * n * n) + 1;
+            return Err(FitError::TooFewBins { bins: bins.len(), independent: bins.len() as f64, needed, low_hz: self.band_hz[0], high_hz: self.band_hz[1] });
+        }
+        let frequency_hz: Vec<f64> = bins.iter().map(|&f| impedance.frequency_hz[f]).collect();
+        let problem = Logarithmic {
+            prediction: Prediction::new(model, ResponseKind::Impedance, &frequency_hz, &Kernel::default(), &Smoothing::None, None),
+            estimate: bins.iter().flat_map(|&f| (0..n * n).map(move |e| (f, e))).map(|(f, e)| impedance.value[[f, e / n, e % n]]).collect(),
+            weight: bins.iter().flat_map(|&f| (0..n * n).map(move |e| (f, e))).map(|(f, e)| weight[[f, e / n, e % n]]).collect(),
+            parameters,
+        };
+        Ok(Prepared { problem, impedance, bins, frequency_hz })
     }
 
     /// The same with the width of the intervals from the disagreement of trials, as
@@ -79,9 +92,17 @@ impl PaperFit {
         start: &[f64],
     ) -> Result<Fit, FitError> {
         let fit = self.fit(model, response, weight, start)?;
-        let left = without.iter().map(|r| self.fit(model, r, weight, &fit.theta).map(|f| f.theta)).collect::<Result<Vec<_>, _>>()?;
+        let left = left_out(without, |r| found(&self.prepared(model, r, weight, &fit.theta)?.problem, model, &fit.theta, COST_TOLERANCE))?;
         Ok(rescale_by_trials(model, fit, &left))
     }
+}
+
+/// What is minimised, and the impedances that it came from: of the band, and which of their frequencies are used.
+struct Prepared<'a> {
+    problem: Logarithmic<'a>,
+    impedance: FrequencyResponse,
+    bins: Vec<usize>,
+    frequency_hz: Vec<f64>,
 }
 
 /// Residuals 10 γ (g_e − g_m) and γ (φ_e − φ_m), element after element, bin after bin.
@@ -124,28 +145,50 @@ impl LeastSquares for Logarithmic<'_> {
         out
     }
 
-    fn slopes(&self, theta: &[f64], residuals: &[f64]) -> (Mat<f64>, Option<Mat<f64>>) {
-        let jacobian = self.jacobian(theta);
-        (triangle(&jacobian, residuals), Some(self.curvature(&jacobian, residuals)))
+    fn slopes(&self, theta: &[f64], residuals: &[f64]) -> Slopes {
+        let k = self.parameters;
+        let parts = self.prediction.by_bins(theta, true, |bins, value, slopes| self.sums(bins.start, &value, &slopes, residuals));
+        let mut total = vec![0.0; k * (2 * k + 1)];
+        parts.iter().for_each(|part| total.iter_mut().zip(part).for_each(|(sum, v)| *sum += v));
+        let (matrices, gradient) = total.split_at(2 * k * k);
+        let symmetric = |upper: &[f64]| Mat::from_fn(k, k, |i, j| upper[i.min(j) * k + i.max(j)]);
+        let [information, curvature] = [&matrices[..k * k], &matrices[k * k..]].map(symmetric);
+        Slopes::Curved { information, gradient: Mat::from_fn(k, 1, |i, _| gradient[i]), curvature }
     }
 }
 
 impl Logarithmic<'_> {
-    /// Σ r ∂²r/∂θ² for a Z that is linear in θ: the second derivative of ln Z is −g gᵀ with g = Z⁻¹ ∂Z/∂θ, of which a row of the Jacobian is −γ a Re g
-    /// and the next −γ b Im g. Residuals stay large where the estimate is poor, and Gauss-Newton's steps shrink by little from one to the next.
-    fn curvature(&self, jacobian: &Mat<f64>, residuals: &[f64]) -> Mat<f64> {
-        let (gain, phase) = units();
-        let mut weighed = Mat::zeros(jacobian.nrows(), self.parameters);
-        for (e, w) in self.weight.iter().enumerate().filter(|(_, w)| **w > 0.0) {
-            let (of_gain, of_phase) = (residuals[2 * e] / (gain * w), residuals[2 * e + 1] / (gain * w));
-            let back = residuals[2 * e] * gain / (phase * phase * w);
-            for c in 0..self.parameters {
-                let (re, im) = (jacobian[(2 * e, c)], jacobian[(2 * e + 1, c)]);
-                weighed[(2 * e, c)] = of_gain * re + of_phase * im;
-                weighed[(2 * e + 1, c)] = of_phase * re - back * im;
+    /// Upper triangles of JᵀJ and Σ r ∂²r/∂θ², and Jᵀr, of the bins from `first` on. For a Z that is linear in θ the second derivative of ln Z is −g gᵀ
+    /// with g = Z⁻¹ ∂Z/∂θ, of which a row of the Jacobian is −γ a Re g and the next −γ b Im g. Residuals stay large where the estimate is poor, and
+    /// Gauss-Newton's steps shrink by little from one to the next. An element of Z has few parameters, and the others cost nothing.
+    fn sums(&self, first: usize, value: &[Complex64], slopes: &[Complex64], residuals: &[f64]) -> Vec<f64> {
+        let (k, (gain, phase), size) = (self.parameters, units(), self.prediction.elements());
+        let mut out = vec![0.0; k * (2 * k + 1)];
+        let (matrices, gradient) = out.split_at_mut(2 * k * k);
+        let (information, curvature) = matrices.split_at_mut(k * k);
+        for (bin, (value, slopes)) in value.chunks_exact(size).zip(slopes.chunks_exact(size * k)).enumerate() {
+            let [mut re, mut im] = [(); 2].map(|()| vec![0.0; size * k]);
+            for (place, slope) in slopes.iter().enumerate().filter(|(_, slope)| **slope != Complex64::ZERO) {
+                let (c, e) = (place / size, place % size);
+                let relative = slope / value[e];
+                (re[e * k + c], im[e * k + c]) = (relative.re, relative.im);
+            }
+            for (e, (re, im)) in re.chunks_exact(k).zip(im.chunks_exact(k)).enumerate() {
+                let row = (first + bin) * size + e;
+                let [a, b] = [gain * self.weight[row], phase * self.weight[row]];
+                let [bent, turned] = [a * residuals[2 * row], b * residuals[2 * row + 1]];
+                for c in (0..k).filter(|&c| re[c] != 0.0 || im[c] != 0.0) {
+                    gradient[c] -= bent * re[c] + turned * im[c];
+                    let own = [a * a * re[c], b * b * im[c], bent * re[c] + turned * im[c], turned * re[c] - bent * im[c]];
+                    let rest = c * k + c..(c + 1) * k;
+                    for (((i, s), re), im) in information[rest.clone()].iter_mut().zip(&mut curvature[rest]).zip(&re[c..]).zip(&im[c..]) {
+                        *i += own[0] * re + own[1] * im;
+                        *s += own[2] * re + own[3] * im;
+                    }
+                }
             }
         }
-        jacobian.transpose() * weighed
+        out
     }
 
     /// Jᵀ Ω J, neighbouring bins counted by their share.
@@ -205,13 +248,17 @@ mod tests {
             parameters: k,
         };
         let jacobian = problem.jacobian(&theta);
-        let residuals = problem.residuals(&theta);
-        let hessian = jacobian.transpose() * &jacobian + problem.curvature(&jacobian, &residuals);
+        let Slopes::Curved { information, gradient: own, curvature } = problem.slopes(&theta, &problem.residuals(&theta)) else { panic!("curved") };
+        // Sums of 24 products of one size, in another order.
+        assert!((&information - jacobian.transpose() * &jacobian).norm_max() < 1e-13 * information.norm_max());
+        let hessian = information + curvature;
         let gradient = |theta: &[f64]| {
             let (jacobian, residuals) = (problem.jacobian(theta), problem.residuals(theta));
             (0..k).map(|c| jacobian.col(c).iter().zip(&residuals).map(|(j, r)| j * r).sum::<f64>()).collect::<Vec<f64>>()
         };
+        let here = gradient(&theta);
         for c in 0..k {
+            assert!((own[(c, 0)] - here[c]).abs() < 1e-12 * here[c].abs().max(1.0), "{c}");
             let step = 1e-5 * theta[c].abs();
             let moved = |sign: f64| gradient(&std::array::from_fn::<f64, 9, _>(|i| theta[i] + if i == c { sign * step } else { 0.0 }));
             for (r, (up, down)) in moved(1.0).iter().zip(moved(-1.0)).enumerate() {

@@ -10,6 +10,7 @@ use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 use std::f64::consts::TAU;
+use std::ops::Range;
 
 /// How the finite window of a spectral estimate enters the comparison with a model.
 ///
@@ -121,43 +122,60 @@ impl<'a> Prediction<'a> {
     /// The expected estimate, bin after bin (N × N each), and on request its derivatives, bin after bin and parameter
     /// after parameter; NaN where the model does not exist.
     pub(crate) fn evaluate(&self, theta: &[f64], derivatives: bool) -> (Vec<Complex64>, Vec<Complex64>) {
-        let n = self.model.axes().len();
-        let (size, k) = (n * n, if derivatives { theta.len() } else { 0 });
-        // Block 0 is the value, block 1 + k the k-th derivative.
-        let pairs: Vec<Pair> = (0..self.nodes.len()).into_par_iter().map(|node| self.node(theta, node, k)).collect();
-        let with_denominator = pairs.first().is_some_and(|p| p.denominator.is_some());
-        let of_bin = |bin: &Bin| -> (Vec<Complex64>, Vec<Complex64>) {
-            let smooth = |part: &dyn Fn(&Pair) -> &[Complex64]| {
-                let mut sum = vec![Complex64::default(); size * (1 + k)];
-                for &(node, weight) in &bin.parts {
-                    sum.iter_mut().zip(part(&pairs[node])).for_each(|(s, v)| *s += v * weight);
-                }
-                sum
-            };
-            let numerator = smooth(&|p| &p.numerator);
-            let scaled = |part: &[Complex64]| part.iter().map(|v| v * bin.factor).collect::<Vec<_>>();
-            if !with_denominator {
-                return (scaled(&numerator[..size]), scaled(&numerator[size..]));
-            }
-            let denominator = smooth(&|p| p.denominator.as_deref().unwrap_or(&[]));
-            let Some(inverse) = square::inverse(&denominator[..size], n) else {
-                let nan = Complex64::new(f64::NAN, 0.0);
-                return (vec![nan; size], vec![nan; size * k]);
-            };
-            let ratio = square::product(&numerator[..size], &inverse, n);
-            let mut slopes = Vec::with_capacity(size * k);
-            for block in 1..=k {
-                // d(N U⁻¹) = (dN − N U⁻¹ dU) U⁻¹
-                let at = block * size..(block + 1) * size;
-                let change = square::product(&ratio, &denominator[at.clone()], n);
-                let rest: Vec<Complex64> = numerator[at].iter().zip(change).map(|(a, b)| a - b).collect();
-                slopes.extend(scaled(&square::product(&rest, &inverse, n)));
-            }
-            (scaled(&ratio), slopes)
-        };
-        let parts: Vec<(Vec<Complex64>, Vec<Complex64>)> = self.bins.par_iter().map(of_bin).collect();
+        let parts = self.by_bins(theta, derivatives, |_, value, slopes| (value, slopes));
         let (values, slopes): (Vec<_>, Vec<_>) = parts.into_iter().unzip();
         (values.concat(), slopes.concat())
+    }
+
+    /// What `take` makes of the same for a few bins at a time, in their order: derivatives of all of them would not stay in the cache.
+    pub(crate) fn by_bins<T: Send>(&self, theta: &[f64], derivatives: bool, take: impl Fn(Range<usize>, Vec<Complex64>, Vec<Complex64>) -> T + Sync) -> Vec<T> {
+        let (size, k) = (self.elements(), if derivatives { theta.len() } else { 0 });
+        // A node that belongs to one bin need not be kept.
+        let shared = self.bins.iter().any(|bin| bin.parts.len() > 1);
+        let pairs: Vec<Pair> = (0..if shared { self.nodes.len() } else { 0 }).into_par_iter().map(|node| self.node(theta, node, k)).collect();
+        let of_bins = |bins: Range<usize>| {
+            let (mut values, mut slopes) = (Vec::with_capacity(size * bins.len()), Vec::with_capacity(size * k * bins.len()));
+            for bin in &self.bins[bins.clone()] {
+                let seen = match bin.parts[..] {
+                    [(node, _)] if !shared => self.node(theta, node, k),
+                    _ => smooth(&pairs, &bin.parts),
+                };
+                self.expect(seen, bin.factor, &mut values, &mut slopes);
+            }
+            take(bins, values, slopes)
+        };
+        let all = self.bins.len();
+        (0..all.div_ceil(TOGETHER)).into_par_iter().map(|part| of_bins(part * TOGETHER..((part + 1) * TOGETHER).min(all))).collect()
+    }
+
+    /// Adds numerator over denominator, and the derivatives of that.
+    fn expect(&self, seen: Pair, factor: Complex64, values: &mut Vec<Complex64>, slopes: &mut Vec<Complex64>) {
+        let (n, size) = (self.model.axes().len(), self.elements());
+        let Some(denominator) = seen.denominator else {
+            values.extend(seen.numerator[..size].iter().map(|v| v * factor));
+            slopes.extend(seen.numerator[size..].iter().map(|v| v * factor));
+            return;
+        };
+        let (numerator, more) = (&seen.numerator, seen.numerator.len() - size);
+        let Some(inverse) = square::inverse(&denominator[..size], n) else {
+            let nan = Complex64::new(f64::NAN, 0.0);
+            values.extend(std::iter::repeat_n(nan, size));
+            slopes.extend(std::iter::repeat_n(nan, more));
+            return;
+        };
+        let ratio = square::product(&numerator[..size], &inverse, n);
+        // d(N U⁻¹) = (dN − N U⁻¹ dU) U⁻¹
+        let back: Vec<Complex64> = ratio.iter().map(|v| -v).collect();
+        let scaled: Vec<Complex64> = inverse.iter().map(|v| v * factor).collect();
+        let (mut rest, first) = (vec![Complex64::default(); size], slopes.len());
+        slopes.resize(first + more, Complex64::default());
+        let changes = numerator[size..].chunks_exact(size).zip(denominator[size..].chunks_exact(size));
+        for (out, (own, below)) in slopes[first..].chunks_exact_mut(size).zip(changes) {
+            rest.copy_from_slice(own);
+            square::add_product(&back, below, n, &mut rest);
+            square::add_product(&rest, &scaled, n, out);
+        }
+        values.extend(ratio.iter().map(|v| v * factor));
     }
 
     fn node(&self, theta: &[f64], node: usize, k: usize) -> Pair {
@@ -165,42 +183,56 @@ impl<'a> Prediction<'a> {
         let n = self.model.axes().len();
         let size = n * n;
         let nan = || vec![Complex64::new(f64::NAN, 0.0); size * (1 + k)];
-        let mut stiffness = vec![Complex64::default(); size];
-        let mut slope = vec![Complex64::default(); size * k];
-        self.model.stiffness(theta, s, &mut stiffness, (k > 0).then_some(&mut slope));
+        let mut all = vec![Complex64::default(); size * (1 + k)];
+        let (stiffness, slope) = all.split_at_mut(size);
         let open = matches!(self.smoothing, Smoothing::None | Smoothing::Open);
         if self.inverted && open && self.transducer.is_none() {
-            stiffness.extend(slope);
-            return Pair { numerator: stiffness, denominator: None };
+            self.model.stiffness(theta, s, stiffness, (k > 0).then_some(slope));
+            return Pair { numerator: all, denominator: None };
         }
         // Compliance, block by block: C = D⁻¹ + Z_f⁻¹ and dC = −D⁻¹ dD D⁻¹.
-        let Some(mut compliance) = square::inverse(&stiffness, n) else {
+        let known = self.model.compliance(theta, s, stiffness, (k > 0).then_some(&mut *slope));
+        if !known {
+            self.model.stiffness(theta, s, stiffness, (k > 0).then_some(&mut *slope));
+        }
+        let Some(mut compliance) = (if known { Some(stiffness.to_vec()) } else { square::inverse(stiffness, n) }) else {
             return Pair { numerator: nan(), denominator: (!open).then(nan) };
         };
         let inverse = compliance.clone();
         if let Some(t) = self.transducer {
             (0..n).for_each(|i| compliance[i * n + i] += (t.stiffness + t.damping * s).inv());
         }
-        if open {
+        if open && known {
+            compliance.extend_from_slice(slope);
+        } else if open {
             for d in slope.chunks_exact(size) {
                 compliance.extend(square::sandwich(&inverse, d, &inverse, n).iter().map(|v| -v));
             }
+        }
+        if open {
             return Pair { numerator: if self.inverted { inverse_blocks(&compliance, n).unwrap_or_else(nan) } else { compliance }, denominator: None };
         }
-        // T = (I + Z C)⁻¹, R = C T. With dC = −D⁻¹ dD D⁻¹: dT = T Z D⁻¹ dD D⁻¹ T and dR = −(I − C T Z) D⁻¹ dD D⁻¹ T.
+        // T = (I + Z C)⁻¹, R = C T, so dT = −T Z dC T and dR = (I − C T Z) dC T; with dC = −D⁻¹ dD D⁻¹ both are products about dD, which is mostly nought.
         let loop_stiffness = &self.loop_stiffness[node];
         let mut opened = square::product(loop_stiffness, &compliance, n);
         opened.iter_mut().zip(square::identity::<Complex64>(n)).for_each(|(o, i)| *o += i);
         let Some(effort) = square::inverse(&opened, n) else {
             return Pair { numerator: nan(), denominator: Some(nan()) };
         };
-        let fed_back = square::product(&square::product(&effort, loop_stiffness, n), &inverse, n);
-        let right = square::product(&inverse, &effort, n);
-        let left: Vec<Complex64> = square::product(&compliance, &fed_back, n).iter().zip(&inverse).map(|(a, b)| a - b).collect();
+        let about = if known { square::identity::<Complex64>(n).iter().map(|v| -v).collect() } else { inverse };
+        let fed_back = square::product(&square::product(&effort, loop_stiffness, n), &about, n);
+        let left: Vec<Complex64> = square::product(&compliance, &fed_back, n).iter().zip(&about).map(|(a, b)| a - b).collect();
+        let right = if known { effort.clone() } else { square::product(&about, &effort, n) };
         let (mut motion, mut effort_blocks) = (square::product(&compliance, &effort, n), effort);
         for d in slope.chunks_exact(size) {
-            motion.extend(square::sandwich(&left, d, &right, n));
-            effort_blocks.extend(square::sandwich(&fed_back, d, &right, n));
+            if known {
+                let driven = square::product(d, &right, n);
+                motion.extend(square::product(&left, &driven, n));
+                effort_blocks.extend(square::product(&fed_back, &driven, n));
+            } else {
+                motion.extend(square::sandwich(&left, d, &right, n));
+                effort_blocks.extend(square::sandwich(&fed_back, d, &right, n));
+            }
         }
         let (numerator, denominator) = if self.inverted { (effort_blocks, motion) } else { (motion, effort_blocks) };
         match self.smoothing {
@@ -210,6 +242,27 @@ impl<'a> Prediction<'a> {
             _ => Pair { numerator, denominator: Some(denominator) },
         }
     }
+}
+
+/// Bins whose derivatives are taken together.
+const TOGETHER: usize = 8;
+
+/// Numbers that are summed together.
+const NEAR: usize = 512;
+
+/// Weighted sums of nodes.
+fn smooth(pairs: &[Pair], parts: &[(usize, f64)]) -> Pair {
+    let sum = |part: &dyn Fn(&Pair) -> Option<&[Complex64]>| {
+        let mut sum = vec![Complex64::default(); parts.first().and_then(|(node, _)| part(&pairs[*node])).map(<[_]>::len)?];
+        // A piece of the sum at a time, which stays in the nearest cache.
+        for (piece, sum) in sum.chunks_mut(NEAR).enumerate() {
+            for &(node, weight) in parts {
+                sum.iter_mut().zip(&part(&pairs[node]).unwrap_or(&[])[piece * NEAR..]).for_each(|(s, v)| *s += v * weight);
+            }
+        }
+        Some(sum)
+    };
+    Pair { numerator: sum(&|pair| Some(&pair.numerator)).unwrap_or_default(), denominator: sum(&|pair| pair.denominator.as_deref()) }
 }
 
 /// The nodes of a kernel that matter.
@@ -295,7 +348,7 @@ fn cross_blocks(a: &[Complex64], b: &[Complex64], n: usize) -> Vec<Complex64> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::{Axis, InertiaDampingStiffness, InertiaDampingStiffnessModel, Symmetry};
+    use crate::{Axis, Held, Hold, InertiaDampingStiffness, InertiaDampingStiffnessModel, Sampling, Symmetry};
     use ndarray::arr2;
 
     fn matrices(scale: f64) -> InertiaDampingStiffness {
@@ -315,16 +368,21 @@ mod tests {
     fn derivatives_agree_with_differences_for_every_kind_and_smoothing() {
         let model = InertiaDampingStiffnessModel::new(matrices(1.0).axes, Symmetry::Free);
         let theta = model.theta(&matrices(1.0));
+        derivatives_agree(&model, &theta);
+        derivatives_agree(&Held { model, sampling: Sampling { hold: Hold::Linear, sample_rate_hz: 20.0, derivatives: 0 } }, &theta);
+    }
+
+    fn derivatives_agree(model: &dyn ParametricModel, theta: &[f64]) {
         let robot = LoopModel { impedance: matrices(0.4) };
         for smoothing in [Smoothing::None, Smoothing::Open, Smoothing::Derived(robot.clone()), Smoothing::Direct(robot)] {
             for kind in [ResponseKind::Compliance, ResponseKind::DynamicStiffness, ResponseKind::Impedance, ResponseKind::Admittance] {
                 for transducer in [None, Some(Transducer { stiffness: 2e4, damping: 30.0 })] {
-                    let prediction = Prediction::new(&model, kind, &[0.7, 2.1], &kernel(), &smoothing, transducer);
-                    let (value, slopes) = prediction.evaluate(&theta, true);
+                    let prediction = Prediction::new(model, kind, &[0.7, 2.1], &kernel(), &smoothing, transducer);
+                    let (value, slopes) = prediction.evaluate(theta, true);
                     for (k, t) in theta.iter().enumerate() {
                         let step = 1e-5 * t.abs();
                         let moved = |sign: f64| {
-                            let mut theta = theta.clone();
+                            let mut theta = theta.to_vec();
                             theta[k] += sign * step;
                             prediction.evaluate(&theta, false).0
                         };

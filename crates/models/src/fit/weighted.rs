@@ -1,6 +1,7 @@
 //! Weighted least squares on a frequency response, with the covariance that its estimator gave it.
 
 use super::{COST_TOLERANCE, Fit, FitError, Prediction, Smoothing, Solved, Transducer, Width, add_scores, check_shape, shares};
+use crate::levenberg_marquardt::{root, triangle};
 use crate::{Gains, LeastSquares, ParametricModel};
 use faer::Mat;
 use ndarray::Array3;
@@ -9,6 +10,7 @@ use ndof_signal::Kernel;
 use ndof_sysid::{FrequencyResponse, ResponseKind, Uncertainty};
 use num_complex::Complex64;
 use serde::{Deserialize, Serialize};
+use std::ops::Range;
 
 /// Settings of the weighted fit.
 ///
@@ -222,18 +224,24 @@ impl LeastSquares for Whitened<'_> {
     }
 
     fn jacobian(&self, theta: &[f64]) -> Mat<f64> {
-        let size = self.size();
-        let (_, slopes) = self.evaluate(theta, true);
-        let mut out = Mat::zeros(2 * size * self.bins.len(), self.parameters);
-        for (f, (bin, blocks)) in self.bins.iter().zip(slopes.chunks_exact(size * self.parameters)).enumerate() {
-            for (k, block) in blocks.chunks_exact(size).enumerate() {
-                for (e, v) in bin.whiten(block, self.shape).iter().enumerate() {
-                    out[(2 * (f * size + e), k)] = -v.re;
-                    out[(2 * (f * size + e) + 1, k)] = -v.im;
-                }
-            }
+        let mut out = Mat::zeros(2 * self.size() * self.bins.len(), self.parameters);
+        for (first, rows) in self.rows(theta, |bins, rows| (2 * self.size() * bins.start, rows)) {
+            out.subrows_mut(first, rows.nrows()).copy_from(rows);
         }
         out
+    }
+
+    /// From sums of products, which are the same work on each thread; where those do not serve, from the whole Jacobian.
+    fn triangle(&self, theta: &[f64], residuals: &[f64]) -> Mat<f64> {
+        let k = self.parameters;
+        let parts = self.rows(theta, |bins, rows| {
+            let first = 2 * self.size() * bins.start;
+            let all = Mat::from_fn(rows.nrows(), k + 1, |i, j| if j < k { rows[(i, j)] } else { residuals[first + i] });
+            all.transpose() * &all
+        });
+        let mut products = Mat::zeros(k + 1, k + 1);
+        parts.iter().for_each(|part| products += part);
+        root(&products).unwrap_or_else(|| triangle(&self.jacobian(theta), residuals))
     }
 }
 
@@ -251,6 +259,22 @@ impl Whitened<'_> {
     /// Elements of one frequency.
     fn size(&self) -> usize {
         self.shape.iter().product()
+    }
+
+    /// What `take` makes of the rows of the Jacobian for a few bins at a time, in their order.
+    fn rows<T: Send>(&self, theta: &[f64], take: impl Fn(Range<usize>, Mat<f64>) -> T + Sync) -> Vec<T> {
+        let size = self.size();
+        self.prediction.by_bins(theta, true, |bins, value, slopes| {
+            let slopes = self.gains.map(|gains| gains.drive(theta, &value, &slopes).1).unwrap_or(slopes);
+            let mut rows = Mat::zeros(2 * size * bins.len(), self.parameters);
+            for (f, (bin, blocks)) in self.bins[bins.clone()].iter().zip(slopes.chunks_exact(size * self.parameters)).enumerate() {
+                for (k, block) in blocks.chunks_exact(size).enumerate() {
+                    let column = &mut rows.col_as_slice_mut(k)[2 * size * f..2 * size * (f + 1)];
+                    column.chunks_exact_mut(2).zip(bin.whiten(block, self.shape)).for_each(|(at, v)| (at[0], at[1]) = (-v.re, -v.im));
+                }
+            }
+            take(bins, rows)
+        })
     }
 
     /// The expected estimate and its derivatives, of the shape of the estimate.

@@ -69,6 +69,16 @@ impl Layout {
         Kernel::new(PASSED * self.high_hz, PASSED_FALL * self.high_hz, self.rate_hz, order)
     }
 
+    /// The motions of stretches with their derivatives, about their means.
+    pub(super) fn motions(&self, stretches: &[Stretch<'_>]) -> Vec<Motion> {
+        let mean = |axis: usize| {
+            let all = || stretches.iter().flat_map(|stretch| stretch.motion[axis].iter());
+            all().sum::<f64>() / (all().count() as f64).max(1.0)
+        };
+        let centre: Vec<f64> = (0..self.axes).map(mean).collect();
+        stretches.iter().map(|stretch| self.motion(&stretch.motion, &centre)).collect()
+    }
+
     /// The motion of a stretch with its derivatives, about `centre`.
     pub(super) fn motion(&self, channels: &[&[f64]], centre: &[f64]) -> Motion {
         let about: Vec<Vec<f64>> = channels.iter().zip(centre).map(|(x, c)| x.iter().map(|x| x - c).collect()).collect();

@@ -5,6 +5,7 @@ use super::band::standard_errors;
 use super::design::{Layout, Motion, Rows};
 use super::held_out::Folds;
 use super::instrument::{Foretold, foretold};
+use super::mean::MeanOver;
 use super::moments::{Columns, Normal, Products, Varying};
 use super::noise::{autoregression, whitened};
 use super::penalised::{Penalised, penalised};
@@ -95,13 +96,13 @@ impl ScheduledFit {
     /// ```
     pub fn run(&self, stretches: &[Stretch<'_>]) -> Result<Scheduled, ScheduleError> {
         let (axes, commands) = Stretch::check(stretches)?;
-        let splines = Splines::new(self.knots, self.closed);
-        let layout = Layout::new(axes, (splines, Splines::new(self.mean_knots, self.closed)), self.rate_hz, self.high_hz)?;
-        let centre: Vec<f64> = (0..axes).map(|axis| mean(stretches.iter().flat_map(|s| s.motion[axis].iter()))).collect();
-        let motions: Vec<Motion> = stretches.iter().map(|stretch| layout.motion(&stretch.motion, &centre)).collect();
+        let (layout, splines) = (self.layout(axes)?, Splines::new(self.knots, self.closed));
+        let motions = layout.motions(stretches);
         let instrument: Option<Foretold> = (commands > 0).then(|| foretold(&layout, stretches, &motions)).transpose()?;
-        let kinds: Vec<Vec<&Motion>> =
-            motions.iter().enumerate().map(|(k, own)| std::iter::once(own).chain(instrument.iter().map(|told| &told.motion[k])).collect()).collect();
+        let still = vec![0.0; axes];
+        let slices = |told: &'_ [Vec<f64>]| layout.motion(&told.iter().map(Vec::as_slice).collect::<Vec<_>>(), &still);
+        let told: Vec<Motion> = instrument.iter().flat_map(|told| told.motion.iter().map(|told| slices(told))).collect();
+        let kinds: Vec<Vec<&Motion>> = motions.iter().enumerate().map(|(k, own)| std::iter::once(own).chain(told.get(k)).collect()).collect();
         let rows = layout.rows(stretches, &kinds);
         let needed = layout.regressors() + layout.mean.count() + 1;
         if rows.block.len() < 2 * needed {
@@ -116,7 +117,7 @@ impl ScheduledFit {
         Ok(Scheduled {
             entries: work.entries(&columns, &fits, &at),
             probability_if_constant: work.tests(&fits)?,
-            mean: work.mean_movement(&centre, &at)?,
+            mean: mean_movement(stretches, work.layout.mean, &at)?,
             at,
             vaf_constant,
             vaf_varying,
@@ -128,11 +129,23 @@ impl ScheduledFit {
             curves: fits.iter().map(|row| row.curves(&columns)).collect(),
         })
     }
-}
 
-fn mean<'a>(values: impl Iterator<Item = &'a f64>) -> f64 {
-    let (sum, count) = values.fold((0.0, 0.0), |(sum, count), v| (sum + v, count + 1.0));
-    sum / f64::max(count, 1.0)
+    /// The motion as the command foretells it: an instrument for whatever is fitted to a limb that is pushed by force.
+    ///
+    /// # Errors
+    /// As [`ScheduledFit::run`]; [`ScheduleError::Undetermined`] too where there is no command.
+    pub fn foretold(&self, stretches: &[Stretch<'_>]) -> Result<Foretold, ScheduleError> {
+        let (axes, commands) = Stretch::check(stretches)?;
+        let layout = self.layout(axes)?;
+        if commands == 0 {
+            return Err(ScheduleError::Undetermined);
+        }
+        foretold(&layout, stretches, &layout.motions(stretches))
+    }
+
+    fn layout(&self, axes: usize) -> Result<Layout, ScheduleError> {
+        Layout::new(axes, [self.knots, self.mean_knots].map(|count| Splines::new(count, self.closed)).into(), self.rate_hz, self.high_hz)
+    }
 }
 
 impl Row {
@@ -226,22 +239,18 @@ impl Work {
         }
         Ok([of_constant, of_varying, count])
     }
+}
 
-    /// Means over the schedule within the band: each channel by the splines of the mean alone.
-    fn mean_movement(&self, centre: &[f64], at: &[f64]) -> Result<MeanMovement, ScheduleError> {
-        let products = Products::of(&self.rows);
-        let axes = self.layout.axes;
-        let mean_of = |normal: &Normal, offset: f64| -> Result<Vec<f64>, ScheduleError> {
-            let fit = penalised(normal, 0, &[], &self.roughness, None)?;
-            let value = |u: &f64| self.layout.mean.at(*u).into_iter().map(|(k, v)| v * fit.beta[(k, 0)]).sum::<f64>() + offset;
-            Ok(at.iter().map(value).collect())
-        };
-        let effort = (0..axes).map(|axis| mean_of(&Normal::measured(&products, &self.layout, &[], axis), 0.0)).collect::<Result<_, _>>()?;
-        // Splines add up to one, so that the columns of one entry of the stiffness add up to the displacement within the band.
-        let motion = |axis: usize| {
-            let summed: Vec<usize> = (0..self.layout.splines.count()).map(|k| self.layout.column(0, axis, k)).collect();
-            mean_of(&Normal::of_column(&products, &self.layout, &summed), centre[axis])
-        };
-        Ok(MeanMovement { effort, motion: (0..axes).map(motion).collect::<Result<_, _>>()? })
-    }
+/// The mean of each channel over the schedule, from its samples as they are: rows hold nothing above the band, where finer splines would run wild.
+fn mean_movement(stretches: &[Stretch<'_>], splines: Splines, at: &[f64]) -> Result<MeanMovement, ScheduleError> {
+    let over = MeanOver::new(stretches.iter().map(|stretch| stretch.schedule.clone()).collect(), splines)?;
+    let mean = |channels: Vec<&[f64]>| -> Vec<f64> {
+        let coefficients = over.coefficients(&channels);
+        at.iter().map(|u| splines.value(&coefficients, *u)).collect()
+    };
+    let axes = 0..stretches.first().map_or(0, |stretch| stretch.motion.len());
+    Ok(MeanMovement {
+        effort: axes.clone().map(|axis| mean(stretches.iter().map(|s| s.effort[axis]).collect())).collect(),
+        motion: axes.map(|axis| mean(stretches.iter().map(|s| s.motion[axis]).collect())).collect(),
+    })
 }

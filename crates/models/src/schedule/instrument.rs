@@ -15,9 +15,11 @@ const LAGS: [usize; 4] = [8, 16, 32, 64];
 /// A hundred-millionth of the command's power keeps responses finite where the command says nothing.
 const RIDGE: f64 = 1e-8;
 
-/// Predictions of the motion, and how much of it they are.
-pub(super) struct Foretold {
-    pub motion: Vec<Motion>,
+/// The motion as the command foretells it, about its mean over the schedule, and how much of it that is.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Foretold {
+    /// `[stretch][axis][time]`; not a number where the schedule is none.
+    pub motion: Vec<Vec<Vec<f64>>>,
     /// Share of the motion's variance about its mean over the schedule that the command foretells, an axis.
     pub share: Vec<f64>,
 }
@@ -72,8 +74,7 @@ pub(super) fn foretold(layout: &Layout, stretches: &[Stretch<'_>], measured: &[M
                 told[t] = row.iter().enumerate().map(|(k, c)| c * solution[(mean + k, axis)]).sum();
             }
         }
-        let told: Vec<&[f64]> = told.iter().map(Vec::as_slice).collect();
-        layout.motion(&told, &vec![0.0; axes])
+        told
     });
     Ok(Foretold { motion: motion.collect(), share })
 }

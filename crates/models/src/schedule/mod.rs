@@ -33,6 +33,7 @@ mod fit;
 mod held_out;
 mod instrument;
 mod kernel;
+mod mean;
 mod moments;
 mod noise;
 mod penalised;
@@ -43,6 +44,8 @@ mod variation;
 
 pub use error::ScheduleError;
 pub use fit::ScheduledFit;
+pub use instrument::Foretold;
+pub use mean::MeanOver;
 pub use record::Stretch;
 pub use result::{MeanMovement, Scheduled, ScheduledEntry, Term};
 pub use spline::Splines;

@@ -113,17 +113,9 @@ impl Normal {
 
     /// Those of an effort, the measured motion as it is.
     pub(super) fn measured(products: &Products, layout: &Layout, columns: &[Vec<usize>], output: usize) -> Self {
-        Self::explaining(products, layout, columns, &[products.gram.ncols() - layout.axes + output])
-    }
-
-    /// Those of the mean alone, for the sum of these columns in place of an effort.
-    pub(super) fn of_column(products: &Products, layout: &Layout, summed: &[usize]) -> Self {
-        Self::explaining(products, layout, &[], summed)
-    }
-
-    fn explaining(products: &Products, layout: &Layout, columns: &[Vec<usize>], explained: &[usize]) -> Self {
-        let x: Vec<Vec<usize>> = columns.iter().cloned().chain(mean_columns(products.gram.ncols(), layout)).collect();
-        let y = [explained.to_vec()];
+        let width = products.gram.ncols();
+        let x: Vec<Vec<usize>> = columns.iter().cloned().chain(mean_columns(width, layout)).collect();
+        let y = [vec![width - layout.axes + output]];
         let (xx, xy) = (products.summed(&x, &x), products.summed(&x, &y));
         Normal { rows: products.rows, dd: lifted(xx.clone(), columns.len()), dy: xy.clone(), xx, xy, yy: products.summed(&y, &y)[(0, 0)] }
     }

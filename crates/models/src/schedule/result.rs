@@ -55,7 +55,7 @@ pub struct ScheduledEntry {
     pub degrees_of_freedom: f64,
 }
 
-/// Mean over the schedule of an effort or a motion, within the band.
+/// Mean over the schedule of an effort or a motion, as finely as the splines of the mean follow it.
 #[derive(Clone, Debug, PartialEq)]
 pub struct MeanMovement {
     /// Of each effort at the places, an axis.

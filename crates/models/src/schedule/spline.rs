@@ -14,7 +14,7 @@ pub struct Splines {
 }
 
 /// Pieces of a cubic B-spline that lie over one cell.
-const PIECES: usize = 4;
+pub(super) const PIECES: usize = 4;
 /// Three points of Gauss and Legendre integrate polynomials up to degree five exactly: places in a cell, and weights.
 const GAUSS: [(f64, f64); 3] = [(0.112_701_665_379_258_3, 5.0 / 18.0), (0.5, 8.0 / 18.0), (0.887_298_334_620_741_7, 5.0 / 18.0)];
 
@@ -47,6 +47,11 @@ impl Splines {
         let g = 1.0 - f;
         let values = [g * g * g, (3.0 * f - 6.0) * f * f + 4.0, ((3.0 - 3.0 * f) * f + 3.0) * f + 1.0, f * f * f];
         std::array::from_fn(|k| ((cell + k) % self.count, values[k] / 6.0))
+    }
+
+    /// The curve of these coefficients at `u`.
+    pub fn value(self, coefficients: &[f64], u: f64) -> f64 {
+        self.at(u).into_iter().map(|(k, value)| value * coefficients[k]).sum()
     }
 
     /// The cell in which `u` lies, and where in it.

@@ -64,6 +64,10 @@ case("posture-drift", dict(rate_m_per_s=0.001), -400 * 0.001 * (T - 1.5))
 for name, of in [("varying-stiffness", x), ("varying-damping", v)]:
     swing = dict(swing_n_per_m=120.0) if of is x else dict(swing_n_s_per_m=3.0)
     case(name, dict(**swing, cycle_s=0.7), list(swing.values())[0] * np.cos(2 * np.pi * T / 0.7) * of(T))
+for side, drive in [(0.0, v), (-1.0, lambda t: -max(-v(t), 0.0))]:
+    gain = lambda t: 5 * (1 + 0.8 * np.cos(2 * np.pi * t / 0.7))
+    s = ode(lambda t, z: [z[1], wm * wm * (gain(t) * drive(t - tau) - z[0]) - 2 * wm * z[1]], 2)
+    case("varying-reflex", dict(delay_s=tau, damping_n_s_per_m=5, depth=0.8, cycle_s=0.7, cutoff_hz=3.0, one_directional=side), s[0])
 case("gravity", dict(torque_nm=2.5, direction_rad=0.3), 2.5 * np.sin(x(T) - 0.3))
 case("periodic-disturbance", dict(frequency_hz=6.0, amplitude_n=0.8), -0.8 * np.sin(2 * np.pi * 6.0 * T))
 u = (T - 1.0) / 0.2

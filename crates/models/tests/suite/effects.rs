@@ -2,11 +2,11 @@
 //!
 //! `reference/effects.json` holds the force of each law for one motion, computed by `reference/effects.py` from the equations alone.
 
-use ndof_models::effects::{Action, EFFECTS, Effect, Evidence, Injection, Parameters, Scale, Setting, Sign, Trace, find, rotational_name};
+use ndof_models::effects::{Action, CurvedArm, EFFECTS, Effect, Evidence, Injection, Parameters, Scale, Setting, Sign, Trace, find, rotational_name};
 use ndof_models::{ForceLaw, Motion};
 use std::f64::consts::TAU;
 
-const NAMES: [&str; 29] = [
+const NAMES: [&str; 32] = [
     "parameter-error",
     "added-mass",
     "coulomb-friction",
@@ -33,6 +33,9 @@ const NAMES: [&str; 29] = [
     "posture-drift",
     "varying-stiffness",
     "varying-damping",
+    "varying-reflex",
+    "arm-geometry",
+    "posture-stiffness",
     "gravity",
     "geometry-error",
     "cross-coupling",
@@ -50,6 +53,7 @@ fn planar() -> Scale {
         effort: vec![4.0, 3.0],
         time_s: 1.0,
         duration_s: 50.0,
+        middle_s: 25.0,
         mass: vec![vec![2.0, 0.1], vec![0.1, 1.5]],
         stiffness: vec![vec![400.0, -30.0], vec![-30.0, 300.0]],
         spring: true,
@@ -61,6 +65,7 @@ fn planar() -> Scale {
         nominal: vec![],
         held: vec![],
         closed_schedule: Some(true),
+        arm: Some(CurvedArm { link_lengths_m: [0.33, 0.34], posture_rad: [0.785, 1.571], mean_force_n: [5.0, -6.0] }),
     }
 }
 
@@ -175,16 +180,15 @@ fn a_form_pushes_the_way_its_force_law_does() {
     // Sign of each first coefficient's regressor against the law that a simulation hides, by the work along one motion.
     for effect in EFFECTS.iter().filter(|e| e.card().trace == Trace::Forms) {
         for form in effect.forms(&scale()) {
-            let Action::Force { law, exact, .. } = &form.action else { continue };
             let knobs = &form.grid[0];
             let unit: Vec<f64> = (0..form.signs.len()).map(|k| if k == 0 { 1.0 } else { 0.0 }).collect();
-            let made = law(knobs, &unit);
+            let Some((made, zero)) = form.action.law(knobs, &unit).zip(form.action.law(knobs, &vec![0.0; form.signs.len()])) else { continue };
             assert!(made.states() < 64 && made.delay_s() >= 0.0);
-            assert!(exact.is_empty() || exact.len() == form.signs.len(), "{} {}", effect.name(), form.label);
-            let zero = law(knobs, &vec![0.0; form.signs.len()]);
+            let exact = if let Action::Force { exact, .. } = &form.action { exact.len() } else { 0 };
+            assert!([0, form.signs.len()].contains(&exact), "{} {}", effect.name(), form.label);
             let z = vec![0.1; zero.states()];
             let (x, v) = ([0.004, -0.002], [0.05, 0.03]);
-            let motion = Motion { time_s: 1.0, position: &x, velocity: &v, delayed_position: &x, delayed_velocity: &v, schedule: f64::NAN };
+            let motion = Motion { time_s: 1.0, position: &x, velocity: &v, delayed_position: &x, delayed_velocity: &v, schedule: 0.3 };
             let (mut f, mut rates) = ([0.0; 2], vec![0.0; z.len()]);
             zero.evaluate(&motion, &vec![0.0; z.len()], &mut f, &mut rates);
             assert_eq!(f, [0.0; 2], "{} {}: severity zero must change nothing", effect.name(), form.label);
@@ -243,6 +247,26 @@ fn exact_operators_agree_with_their_laws_on_a_sine() {
             }
         }
     }
+}
+
+#[test]
+fn the_gain_of_a_reflex_is_that_of_the_place_where_the_stretch_arrives() {
+    for (closed, at_a_tenth) in [(true, 5.0 + 2.0 * (TAU * 0.1).cos() - (TAU * 0.1).sin()), (false, 5.0 + 2.0 * (TAU * 0.05).cos() - (TAU * 0.1).cos())] {
+        let forms = find("varying-reflex").expect("an effect").forms(&Scale { closed_schedule: Some(closed), ..scale() });
+        assert_eq!(forms.len(), 18, "two axes, three directions, three sizes");
+        for (form, drive) in forms.iter().filter(|form| form.signs.len() == 3 && form.axis == Some(1)).zip([-0.03, 0.0, -0.03]) {
+            let law = form.action.law(&[0.04, 2.0], &[5.0, 2.0, -1.0]).expect("a law");
+            for (schedule, gain) in [(0.1, at_a_tenth), (f64::NAN, 5.0)] {
+                let motion =
+                    Motion { time_s: 1.0, position: &[0.0; 2], velocity: &[9.0; 2], delayed_position: &[9.0; 2], delayed_velocity: &[9.0, -0.03], schedule };
+                let (mut force, mut rates) = ([0.0; 2], [0.0; 2]);
+                law.evaluate(&motion, &[0.7, 0.0], &mut force, &mut rates);
+                let want = (TAU * 2.0).powi(2) * (gain * drive - 0.7);
+                assert!(force == [0.0, 0.7] && law.delay_s() == 0.04 && (rates[1] - want).abs() < 1e-12 * want.abs(), "{}: {rates:?} {want}", form.label);
+            }
+        }
+    }
+    assert!(find("varying-reflex").expect("an effect").forms(&Scale { closed_schedule: None, ..scale() }).is_empty());
 }
 
 #[test]
@@ -381,6 +405,30 @@ fn springs_that_slip_hold_at_both_ends_and_let_go_inwards() {
         assert_eq!(rates(pulled, -sign * 0.1), [-sign * 0.1; 3]);
         assert_eq!(rates(pulled.map(|z| 0.9 * z), sign * 0.1), [sign * 0.1; 3]);
     }
+}
+
+#[test]
+fn what_an_arm_adds_grows_with_the_square_and_needs_a_plane() {
+    let setting = Setting { axes: 2, axis: None, mass: vec![], stiffness: vec![vec![300.0, -60.0], vec![-60.0, 520.0]], ..setting() };
+    let slope = Parameters::new([("coupling_with_elbow_nm_per_rad2", 40.0)]);
+    for (name, parameters) in [("arm-geometry", Parameters::default()), ("posture-stiffness", slope)] {
+        let effect = find(name).expect("an effect");
+        let Ok(Injection::Force(law)) = effect.inject(&parameters, &setting) else { panic!("{name} is no force") };
+        let force = |x: [f64; 2]| {
+            let mut force = [0.0; 2];
+            let motion = Motion { time_s: 0.0, position: &x, velocity: &[0.0; 2], delayed_position: &x, delayed_velocity: &[0.0; 2], schedule: f64::NAN };
+            law.evaluate(&motion, &[], &mut force, &mut []);
+            force
+        };
+        let (near, far) = (force([1e-4, 2e-4]), force([2e-4, 4e-4]));
+        let size = far[0].hypot(far[1]);
+        // The next order is 4e-4 m of 0.3 m away.
+        assert!(size > 0.0 && (far[0] - 4.0 * near[0]).hypot(far[1] - 4.0 * near[1]) < 5e-3 * size, "{name}: {near:?} {far:?}");
+        assert!(effect.inject(&parameters, &Setting { axes: 1, ..setting.clone() }).is_err(), "{name} along a line");
+        assert!(effect.forms(&Scale { arm: None, ..scale() }).is_empty() && !effect.forms(&scale()).is_empty(), "{name}");
+    }
+    let inertia = Parameters::new([("coupling_kg_m2", 0.2)]);
+    assert!(find("arm-geometry").expect("an effect").inject(&inertia, &setting).is_err(), "what a linear limb cannot have");
 }
 
 #[test]

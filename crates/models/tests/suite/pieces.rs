@@ -180,6 +180,7 @@ fn a_reflex_that_is_late_and_fast_is_judged_in_the_time_of_its_own_plant() {
             effort: vec![3.0],
             time_s,
             duration_s: 30.0,
+            middle_s: 15.0,
             mass: vec![vec![2.0]],
             stiffness: vec![vec![300.0]],
             spring: true,
@@ -191,6 +192,7 @@ fn a_reflex_that_is_late_and_fast_is_judged_in_the_time_of_its_own_plant() {
             nominal: vec![],
             held: vec![],
             closed_schedule: None,
+            arm: None,
         };
         let coefficients: [&[f64]; 1] = [&[1.0]];
         let evidence = Evidence { parameters, coefficients: &coefficients, axis: Some(0), scale: &scale, beside: &[], gain_worth: &|| None };

@@ -242,6 +242,21 @@ fn too_short_a_record_and_a_gap_are_refused() {
     assert!(matches!(BAND.run(&[]), Err(ScheduleError::TooShort { .. })));
 }
 
+/// A cycle is 300 samples, so that the mean over 40 cycles can be had phase by phase; its standard error is that of 40 values, and the splines
+/// leave some of it out.
+#[test]
+fn the_mean_movement_is_that_of_the_cycles() {
+    let limb = Limb { axes: 1, cycles: 40, stiffness: varying, limb_noise_n: 0.0, seed: 9 };
+    let (found, x) = (moved(&limb, &BAND), &limb.record().motion[0]);
+    for (place, told) in found.mean.motion[0].iter().take(100).enumerate() {
+        // A place lies half way between the phases of two samples.
+        let here: Vec<f64> = (0..40).map(|c| 0.5 * (x[300 * c + 3 * place] + x[300 * c + (3 * place + 299) % 300])).collect();
+        let mean = here.iter().sum::<f64>() / 40.0;
+        let error = (here.iter().map(|v| (v - mean).powi(2)).sum::<f64>() / (39.0 * 40.0)).sqrt();
+        assert!((told - mean).abs() < 4.0 * error, "{told} for {mean} ± {error} at {place}");
+    }
+}
+
 /// What the record's own authors and a regression by bins of 50 ms say of it: stiffness 16 → 90 → 3 → 29 N m/rad with the peak at 0.70 to
 /// 0.75 s, inertia near 0.02 kg m², 89.9 % of the held-out variance (84.2 % by constants).
 #[test]

@@ -102,6 +102,7 @@ def diagnose(
     recordings: Recordings,
     *,
     baseline: Document | None = None,
+    kinematics: Document | None = None,
     held_out: Union[Stretch, PathLike, Sequence[PathLike], None] = None,
     tolerance: float = 0.01,
     without: str | Sequence[str] = (),
@@ -123,6 +124,7 @@ def diagnose(
     """Says what the simulation gets wrong, names the cause, extends the model and measures the gain, as ``ndof diagnose``.
 
     Without ``baseline`` (a file or a dictionary) the simulation is the linear inertia-damping-stiffness model, fitted.
+    ``kinematics`` (a file or a dictionary, ``ndof/kinematics/1``) is the arm whose curved geometry is then a cause like any other.
     ``held_out`` is a stretch of time (two numbers, in seconds) or the files or names of the recordings that no fit may
     see; without it the last third of the recordings, or the last 30 % of a single one. ``plan`` simulates the next experiments
     that would tell confusable causes apart. ``schedule`` is what stiffness or damping may vary with, as one cause beside the others: ``phase``
@@ -150,8 +152,9 @@ def diagnose(
         trials,
         roles_of(reference, input, output),
         stretches(start, stop, exclude),
-        settings("diagnose", {**asked, "baseline": None}),
+        settings("diagnose", {**asked, "baseline": None, "kinematics": None}),
         document(baseline),
+        document(kinematics),
         progress,
     )
     return Diagnosis(text, page)

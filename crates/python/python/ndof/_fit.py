@@ -286,7 +286,7 @@ def fit(
         recordings_of(recordings),
         roles_of(reference, input, output),
         stretches(start, stop, exclude),
-        settings("estimate", asked),
+        settings("estimate", {**asked, "cycle": None, "cycle_by": None, "event": None}),
         settings("fit", {**asked, "kinematics": None}),
         document(kinematics),
         report,

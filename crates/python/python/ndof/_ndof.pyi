@@ -89,6 +89,7 @@ def diagnose(
     stretches: _Stretches,
     settings: str,
     baseline: Mapping[str, Any],
+    kinematics: Mapping[str, Any],
     progress: _Progress,
 ) -> tuple[str, str]: ...
 def frequency_response(

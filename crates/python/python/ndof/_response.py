@@ -354,6 +354,9 @@ def frequency_response(
     band: Stretch | None = None,
     sliding: float | None = None,
     sliding_step: float | None = None,
+    cycle: float | None = None,
+    cycle_by: str | None = None,
+    event: Sequence[float] | Sequence[Sequence[float]] | None = None,
     spectra: bool = False,
 ) -> FrequencyResponse:
     """Estimates the frequency response of the outputs to the inputs, as ``ndof estimate`` does.
@@ -362,7 +365,8 @@ def frequency_response(
     prefixes (``cmd_`` reference, ``force_``/``torque_`` input, ``pos_``/``angle_`` output) or are named. Every option is
     that of the command line, with its default: ``method`` (``auto``, ``welch``, ``multitaper``, ``local-polynomial``,
     ``local-rational``, ``periodic``), ``estimator`` (``h1``, ``h2``, ``hv``), ``response`` (``compliance``, ``dynamic-stiffness``,
-    ``impedance``, ``admittance``), ``band`` in Hz, ``start``, ``stop`` and ``exclude`` in seconds.
+    ``impedance``, ``admittance``), ``band`` in Hz, ``start``, ``stop`` and ``exclude`` in seconds. ``sliding`` adds estimates in windows of so many seconds along time or,
+    with ``cycle``, ``cycle_by`` or ``event``, about each phase of a movement's cycles: ``course`` of :meth:`FrequencyResponse.to_dict`.
 
     Raises :class:`NdofError` with the text of the command line.
 

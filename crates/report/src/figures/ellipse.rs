@@ -45,7 +45,8 @@ pub fn axes(matrix: [[f64; 2]; 2]) -> (f64, f64, f64) {
     (long, short, (0.5 * (2.0 * r).atan2(p - q)).to_degrees())
 }
 
-fn outline(matrix: [[f64; 2]; 2]) -> (Vec<f64>, Vec<f64>) {
+/// The rim, beginning in the direction of the first column.
+pub(super) fn outline(matrix: [[f64; 2]; 2]) -> (Vec<f64>, Vec<f64>) {
     let point = |k: usize| {
         let (sine, cosine) = (TAU * k as f64 / (CORNERS - 1) as f64).sin_cos();
         (matrix[0][0] * cosine + matrix[0][1] * sine, matrix[1][0] * cosine + matrix[1][1] * sine)

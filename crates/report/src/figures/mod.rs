@@ -5,12 +5,14 @@
 
 mod bode;
 mod coherence;
+mod course;
 mod diagnosis;
 mod ellipse;
 mod error;
 mod forest;
 mod frequency;
 mod nyquist;
+mod path;
 mod residual;
 mod schedule;
 mod spectra;
@@ -19,11 +21,13 @@ mod traces;
 pub(crate) use bode::capitalised;
 pub use bode::{Curve, CurveStyle, ResponseCurves, bode};
 pub use coherence::{Coherences, coherence, input_coherence};
+pub use course::{Course, course_coherence, course_slices, course_surface};
 pub use diagnosis::{Considered, HeldOut, Stretches, before_after, considered, discrepancy, shares};
 pub use ellipse::{Ellipse, ellipse};
 pub use error::FigureError;
 pub use forest::{Estimate, Forest, ForestGroup, forest};
 pub use nyquist::nyquist;
+pub use path::{EllipsePath, PathEllipse, PathStretch, ellipse_path};
 pub use residual::{Residual, residual};
 pub use schedule::{ScheduleCurve, ScheduleCurves, schedule};
 pub use spectra::{Spectrum, spectra};

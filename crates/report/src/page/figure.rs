@@ -7,7 +7,7 @@ pub(super) fn figure_html(figure: &Figure, id: &str) -> String {
     let cell_width = figure.cell_width();
     let left = figure.panel_left();
     let cells: String = figure.cells.iter().map(|cell| cell_html(figure, cell, (cell_width, left))).collect();
-    let square = figure.cells.iter().flat_map(|cell| &cell.panels).any(|panel| panel.is_square());
+    let square = figure.cells.iter().flat_map(|cell| &cell.panels).any(|panel| panel.is_equal());
     let narrow = figure.table.as_ref().is_some_and(|table| table.columns.len() <= 4 && table.rows.len() <= 6);
     let own = figure.table.as_ref().map(crate::Table::to_html);
     let (beside, numbers) = match own {

@@ -1,6 +1,7 @@
 //! The report of an estimate: response, coherences, coherence between inputs, traces.
 
 use super::convert::{UNKNOWN, channel_traces, curve, settings_rows};
+use super::course::course_section;
 use crate::figures::{self, Coherences, Curve, CurveStyle, FigureError, ResponseCurves, Spectrum, Traces};
 use crate::{Report, Section};
 use ndof_analysis::estimate::result::{Coherence, EstimateResult};
@@ -16,6 +17,7 @@ pub fn estimate_report(estimated: &Estimated, title: &str, command: &str) -> Res
     let mut report = frame(estimated, title, command);
     report.lead = lead(&estimated.result);
     report.sections = vec![response_section(estimated, None)?, coherence_section(&estimated.result)?];
+    report.sections.extend(course_section(&estimated.result)?);
     report.sections.extend(power_section(estimated)?);
     report.sections.push(traces_section(&estimated.trials)?);
     Ok(report)
@@ -72,11 +74,11 @@ fn lead(result: &EstimateResult) -> String {
 }
 
 /// "dynamic stiffness".
-fn quantity(kind: ResponseKind) -> String {
+pub(super) fn quantity(kind: ResponseKind) -> String {
     word(&kind).replace('-', " ")
 }
 
-fn unit(kind: ResponseKind, rotational: bool) -> &'static str {
+pub(super) fn unit(kind: ResponseKind, rotational: bool) -> &'static str {
     match (kind, rotational) {
         (ResponseKind::Compliance, false) => "m/N",
         (ResponseKind::Compliance, true) => "rad/(N m)",

@@ -1,6 +1,7 @@
 //! The report of a fit: the model over the response, its parameters, the stiffness ellipse.
 
 use super::convert::{nan, settings_rows};
+use super::course::course_section;
 use super::estimate::{coherence_section, frame, measured_section, power_section, response_section, traces_section};
 use super::overlay::overlay_section;
 use super::schedule::schedule_section;
@@ -26,8 +27,9 @@ pub fn fit_report(estimated: &Estimated, fitted: &Fitted, title: &str, command: 
     let model = fitted.seen(estimated)?;
     report.sections = vec![parameters_section(&fitted.table(|_| None), "Parameters"), response_section(estimated, Some(&model))?];
     if let Some(found) = &fitted.result.schedule {
-        report.sections.insert(1, schedule_section(found, &fitted.result.parameters)?);
+        report.sections.insert(1, schedule_section(found, &fitted.result.parameters, &estimated.trials)?);
     }
+    report.sections.extend(course_section(&estimated.result)?);
     report.sections.push(agreement_section(&fitted.result));
     report.sections.extend(overlay_section(&estimated.trials, fitted)?);
     report.sections.extend(ellipse_section(fitted, None)?);
@@ -74,13 +76,12 @@ pub(super) fn lead(result: &FitResult) -> String {
     const TEN_DEGREES: f64 = std::f64::consts::PI / 18.0;
     let mut felt = Vec::new();
     for p in result.parameters.iter().filter(|p| p.identifiable) {
-        let own = p.name == "K" || p.name.strip_prefix("K_").and_then(|axes| axes.split_once('_')).is_some_and(|(row, column)| row == column);
         let (factor, unit) = match p.unit.as_str() {
             "N/m" => (CENTIMETRE, "N"),
             "N m/rad" => (TEN_DEGREES, "N m"),
             _ => continue,
         };
-        if let (true, Some(value), Some([low, high])) = (own, p.value, p.ci95) {
+        if let (true, Some(value), Some([low, high])) = (p.is_diagonal_stiffness(), p.value, p.ci95) {
             let [value, low, high] = [value, low, high].map(|k| significant(factor * k, 3));
             let axis = if p.site.axis.is_empty() { String::new() } else { format!(" along {}", p.site.axis) };
             felt.push((unit, format!("{value} {unit}{axis} ({low} to {high})")));

@@ -1,9 +1,11 @@
 //! Inertia, damping and stiffness over a schedule: curves with bands, the mean movement, whether they vary.
 
 use super::convert::nan;
+use super::path::path_figure;
 use crate::figures::{self, FigureError, ScheduleCurve, ScheduleCurves};
 use crate::number::significant;
 use crate::{Align, Section, Table};
+use ndof_analysis::Trials;
 use ndof_analysis::fit::result::Parameter;
 use ndof_analysis::fit::schedule::result::{ScheduleEntry, ScheduleResult};
 use ndof_analysis::result::word;
@@ -12,11 +14,12 @@ use ndof_models::schedule::Term;
 /// A probability below this is called evidence in words.
 const EVIDENT: f64 = 0.05;
 
-/// The curves that vary with their bands beside the `constant` fit, the mean movement, and what varying matrices explain.
+/// The curves that vary with their bands beside the `constant` fit, the mean movement of `trials` with the stiffness along its path, and what
+/// varying matrices explain.
 ///
 /// # Errors
 /// [`FigureError`] if a picture cannot be drawn.
-pub fn schedule_section(found: &ScheduleResult, constant: &[Parameter]) -> Result<Section, FigureError> {
+pub fn schedule_section(found: &ScheduleResult, constant: &[Parameter], trials: &Trials) -> Result<Section, FigureError> {
     let axis = (found.label(), found.unit.clone());
     let grid = |curves: Vec<ScheduleCurve>, columns: usize| ScheduleCurves { axis: axis.clone(), at: found.at.clone(), curves, columns };
     let mut section = Section::new(format!("Over the schedule: {}", found.label().to_lowercase()), lead(found));
@@ -48,6 +51,9 @@ pub fn schedule_section(found: &ScheduleResult, constant: &[Parameter]) -> Resul
         references: Vec::new(),
     });
     section = section.figure(figures::schedule("mean-movement", "Mean movement", &grid(mean.collect(), 1))?);
+    if let Some(figure) = path_figure(found, trials)? {
+        section = section.figure(figure);
+    }
     Ok(section.table(constants(found)).table(held_out(found)))
 }
 

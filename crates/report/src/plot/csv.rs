@@ -29,6 +29,17 @@ impl Figure {
         let mut columns = Vec::new();
         for cell in &self.cells {
             for panel in &cell.panels {
+                if let Some(shades) = &panel.shades {
+                    let rows = shades.y.iter().zip(&shades.value);
+                    let quantity = panel.y.caption();
+                    columns.extend(rows.map(|(y, values)| Column {
+                        cell: &cell.title,
+                        quantity: quantity.clone(),
+                        label: y.to_string(),
+                        x: &shades.x,
+                        values,
+                    }));
+                }
                 for series in &panel.series {
                     for (end, values) in series.mark.columns() {
                         let label = if end.is_empty() { series.label.clone() } else { format!("{} {end}", series.label) };

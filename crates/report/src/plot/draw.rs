@@ -10,6 +10,7 @@ use super::axis::Scale;
 use super::figure::Panel;
 use super::palette::{Color, standalone_classes};
 use super::placement::{Placement, equal, ranges};
+use super::shades::draw_shades;
 use super::shapes::draw_series;
 use super::svg::{escape, px};
 use super::ticks::{Tick, ticks};
@@ -59,9 +60,9 @@ pub(crate) fn draw_panel(panel: &Panel, width: f64, left: f64, labelled: bool) -
     let worded = !panel.y.caption().is_empty() || panel.spans.iter().any(|span| !span.label.is_empty());
     let top = if worded { TOP } else { TOP_BARE };
     let plot_width = width - left - RIGHT;
-    let plot_height = if panel.is_square() { plot_width } else { panel.height };
+    let plot_height = if panel.is_equal() { plot_width * panel.proportion } else { panel.height };
     let (x, y) = ranges(panel);
-    let (x_shown, y_shown) = if panel.is_square() { equal(x, y, plot_width, plot_height) } else { (x, y) };
+    let (x_shown, y_shown) = if panel.is_equal() { equal(x, y, plot_width, plot_height) } else { (x, y) };
     let at = Placement::new(panel, [x_shown, y_shown], [plot_width, plot_height], [left, top]);
     let x_ticks = if panel.x.names.is_empty() {
         sideways_ticks(panel.x.scale, x_shown, plot_width)
@@ -74,6 +75,7 @@ pub(crate) fn draw_panel(panel: &Panel, width: f64, left: f64, labelled: bool) -
     let y_ticks: Vec<Tick> = y_ticks.into_iter().map(|tick| Tick { label: fit(&tick.label), ..tick }).collect();
     let mut body = frame(&at, &x_ticks, &y_ticks, labelled);
     body += &format!("<svg class=\"data\" x=\"{}\" y=\"{}\" width=\"{}\" height=\"{}\"><g class=\"view\">", px(left), px(top), px(plot_width), px(plot_height));
+    body += &panel.shades.as_ref().map_or_else(String::new, |shades| draw_shades(&at, shades));
     body += &annotations(&at);
     let bands_first = |is_band: bool| panel.series.iter().enumerate().filter(move |(_, series)| series.mark.is_filled() == is_band);
     for (index, series) in bands_first(true).chain(bands_first(false)) {
@@ -86,7 +88,7 @@ pub(crate) fn draw_panel(panel: &Panel, width: f64, left: f64, labelled: bool) -
         "y": [panel.y.scale.word(), y.0, y.1, panel.y.label, printed_unit(&panel.y.unit)],
         "shown": [x_shown.0, x_shown.1, y_shown.0, y_shown.1],
         "names": panel.y.names, "columns": panel.x.names, "margin": [left, top, RIGHT, bottom], "plot": [plot_width, plot_height],
-        "equal": panel.is_square(), "free": panel.is_free(), "labelled": labelled, "link": panel.link, "series": series,
+        "equal": panel.is_equal(), "free": panel.is_free(), "labelled": labelled, "link": panel.link, "series": series,
     });
     PanelFrame { body, width, height: top + plot_height + bottom, meta: meta.to_string() }
 }
@@ -143,8 +145,9 @@ pub(crate) fn left_margin<'a>(panels: impl Iterator<Item = &'a Panel>, width: f6
     let longest = |panel: &Panel, left: f64| {
         let (x, y) = ranges(panel);
         let side = width - left - RIGHT;
-        // A square panel shows more than its data where the other axis needs it, and its labels may be longer.
-        let (height, y) = if panel.is_square() { (side, equal(x, y, side, side).1) } else { (panel.height, y) };
+        // A panel of equal units shows more than its data where the other axis needs it, and its labels may be longer.
+        let tall = side * panel.proportion;
+        let (height, y) = if panel.is_equal() { (tall, equal(x, y, side, tall).1) } else { (panel.height, y) };
         upwards_ticks(panel, y, height).iter().map(|tick| tick.label.chars().count()).max().unwrap_or(0)
     };
     // A wider margin leaves a smaller square, which may have other labels: the margin only grows until they fit.
@@ -226,6 +229,16 @@ mod tests {
     fn a_line_lies_where_its_numbers_say() {
         let frame = draw_panel(&panel(vec![0.0, 1.0, 0.5]), LEFT + RIGHT + 100.0, LEFT, true);
         assert_eq!(path_of(&frame.body), "data-s=\"0\" d=\"M0 200L50 0 100 100\"");
+    }
+
+    #[test]
+    fn equal_units_are_equal_in_a_plot_that_is_lower_than_wide() {
+        let mut panel = panel(vec![0.0, 1.0, 0.5]);
+        (panel.x, panel.y) = (Axis::linear("Along", "m").range(0.0, 4.0), Axis::linear("Across", "m").range(0.0, 1.0));
+        (panel.equal_aspect, panel.proportion) = (true, 0.25);
+        let frame = draw_panel(&panel, LEFT + RIGHT + 400.0, LEFT, true);
+        assert_eq!(frame.height, TOP + 100.0 + BOTTOM_LABELLED);
+        assert_eq!(path_of(&frame.body), "data-s=\"0\" d=\"M0 100L100 0 200 50\"");
     }
 
     #[test]

@@ -6,6 +6,7 @@ use super::legend::{draw_legend, legend_entries};
 use super::series::Series;
 use super::svg::{escape, px};
 use crate::table::Table;
+use std::sync::Arc;
 
 /// Width of a figure in its own file, in pixels, where its columns are not too many for it.
 const STANDALONE_WIDTH: f64 = 900.0;
@@ -47,6 +48,21 @@ pub struct Pin {
     pub centred: bool,
 }
 
+/// A surface seen from above, darker where it is higher, by the logarithm.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Shades {
+    /// What it is the height of, as in the legend.
+    pub label: String,
+    /// Abscissae of its columns.
+    pub x: Arc<[f64]>,
+    /// Ordinates of its rows.
+    pub y: Vec<f64>,
+    /// Heights, row by row.
+    pub value: Vec<Vec<f64>>,
+    /// Heights at which it is lightest and darkest.
+    pub range: (f64, f64),
+}
+
 /// Two axes and what is drawn between them.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Panel {
@@ -54,6 +70,8 @@ pub struct Panel {
     pub x: Axis,
     /// Ordinate.
     pub y: Axis,
+    /// A surface below everything else.
+    pub shades: Option<Shades>,
     /// In the order in which they are drawn; bands come before all lines.
     pub series: Vec<Series>,
     /// Thresholds.
@@ -66,6 +84,8 @@ pub struct Panel {
     pub height: f64,
     /// One unit has the same length on both axes (ellipses, Nyquist).
     pub equal_aspect: bool,
+    /// Height of such a plot in widths.
+    pub proportion: f64,
     /// Panels of one figure with the same number are zoomed and read together.
     pub link: usize,
 }
@@ -73,16 +93,28 @@ pub struct Panel {
 impl Panel {
     /// An empty panel.
     pub fn new(x: Axis, y: Axis) -> Self {
-        Self { x, y, series: Vec::new(), rules: Vec::new(), spans: Vec::new(), pins: Vec::new(), height: 200.0, equal_aspect: false, link: 0 }
+        Self {
+            x,
+            y,
+            shades: None,
+            series: Vec::new(),
+            rules: Vec::new(),
+            spans: Vec::new(),
+            pins: Vec::new(),
+            height: 200.0,
+            equal_aspect: false,
+            proportion: 1.0,
+            link: 0,
+        }
     }
 
     /// Not curves over a shared abscissa, but places in a plane: read by distance, zoomed alone.
     pub(crate) fn is_free(&self) -> bool {
-        self.is_square() || !self.y.names.is_empty() || self.series.iter().any(|series| !series.mark.is_filled() && !series.mark.ascends())
+        self.is_equal() || !self.y.names.is_empty() || self.series.iter().any(|series| !series.mark.is_filled() && !series.mark.ascends())
     }
 
     /// Equal units on both axes: asked for, and possible, as neither is logarithmic.
-    pub(crate) fn is_square(&self) -> bool {
+    pub(crate) fn is_equal(&self) -> bool {
         self.equal_aspect && self.x.scale != Scale::Log && self.y.scale != Scale::Log
     }
 
@@ -164,8 +196,8 @@ impl Figure {
     pub(crate) fn cell_width(&self) -> f64 {
         let columns = self.columns.max(1) as f64;
         let width = (STANDALONE_WIDTH - 2.0 * MARGIN - (columns - 1.0) * GAP) / columns;
-        let square = self.cells.iter().flat_map(|cell| &cell.panels).any(Panel::is_square);
-        let widest = if square { 430.0 } else { STANDALONE_WIDTH };
+        let equal = self.cells.iter().flat_map(|cell| &cell.panels).filter(|panel| panel.is_equal());
+        let widest = equal.map(|panel| 430.0 / panel.proportion).fold(STANDALONE_WIDTH, f64::min);
         width.clamp(NARROWEST_CELL, widest)
     }
 

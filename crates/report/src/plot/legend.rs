@@ -3,6 +3,7 @@
 use super::figure::Figure;
 use super::palette::{Color, Dash};
 use super::series::Mark;
+use super::shades::shade_swatch;
 use super::svg::{escape, px};
 
 /// What a label looks like in the panels.
@@ -15,6 +16,7 @@ pub(crate) struct LegendEntry {
     pub points: bool,
     pub band: bool,
     pub part: bool,
+    pub shades: bool,
 }
 
 /// Entries in the order of first appearance; marks of one label are merged. Series without a label have no entry.
@@ -34,6 +36,7 @@ pub(crate) fn legend_entries(figure: &Figure) -> Vec<LegendEntry> {
                 points: false,
                 band: false,
                 part: false,
+                shades: false,
             });
             entries.len() - 1
         });
@@ -48,6 +51,12 @@ pub(crate) fn legend_entries(figure: &Figure) -> Vec<LegendEntry> {
             Mark::Band { .. } | Mark::Area { .. } => entry.band = true,
         }
     }
+    let shaded = figure.cells.iter().flat_map(|cell| &cell.panels).filter_map(|panel| panel.shades.as_ref());
+    for label in shaded.map(|shades| shades.label.clone()) {
+        if entries.iter().all(|entry| entry.label != label) {
+            entries.push(LegendEntry { label, color: Color::Blue, dash: Dash::Solid, line: false, points: false, band: false, part: false, shades: true });
+        }
+    }
     entries
 }
 
@@ -58,6 +67,9 @@ pub(crate) fn swatch(entry: &LegendEntry, x: f64, y: f64) -> String {
     if entry.band || entry.part {
         let class = if entry.part { "band part" } else { "band" };
         svg += &format!("<path class=\"{class} c-{color}\" d=\"M{} {}h24v10h-24Z\"/>", px(x), px(y - 5.0));
+    }
+    if entry.shades {
+        svg += &shade_swatch(x, y);
     }
     if entry.line {
         svg += &format!("<path class=\"line c-{color}{}\" d=\"M{} {}h24\"/>", entry.dash.class(), px(x), px(y));

@@ -9,12 +9,13 @@ mod legend;
 mod palette;
 mod placement;
 mod series;
+mod shades;
 mod shapes;
 mod svg;
 mod ticks;
 
 pub use axis::{Axis, Scale};
-pub use figure::{Cell, Figure, Panel, Pin, Rule, Span};
+pub use figure::{Cell, Figure, Panel, Pin, Rule, Shades, Span};
 pub use palette::{Color, Dash};
 pub use series::{Mark, Series};
 pub use ticks::{Tick, ticks};

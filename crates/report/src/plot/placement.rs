@@ -45,7 +45,7 @@ pub(super) fn ranges(panel: &Panel) -> ((f64, f64), (f64, f64)) {
     let spans = panel.spans.iter().flat_map(|span| [span.from, span.to]);
     let x = panel.x.resolve(panel.series.iter().flat_map(|series| series.mark.x().iter().copied()).chain(spans));
     let dotted = panel.series.iter().any(|series| matches!(series.mark, Mark::Points { .. }));
-    let x = match (panel.is_square(), panel.is_free() || dotted) {
+    let x = match (panel.is_equal(), panel.is_free() || dotted) {
         (true, _) => panel.x.widened(x, 0.06),
         (false, true) => panel.x.widened(x, 0.03),
         (false, false) => x,

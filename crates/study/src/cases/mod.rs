@@ -89,7 +89,7 @@ fn displacement(outcome: &StudyOutcome) -> Vec<f64> {
 }
 
 fn setting(report: &ReportSection, name: String, estimated: &Estimated, fitted: &Fitted, outcome: &StudyOutcome) -> Result<Setting, StudyError> {
-    let truth = outcome.simulated.as_ref();
+    let truth = outcome.constants();
     let parameters = fitted
         .table(|name| truth?.truth.parameter(name))
         .into_iter()

@@ -273,6 +273,13 @@ impl<E> StudyDocument<E> {
         Fit { kinematics: self.kinematics.clone().or_else(|| self.fit.kinematics.clone()), ..self.fit.clone() }
     }
 
+    /// What the diagnosis is asked for: of an arm in a plane with the curve that it moves on.
+    pub(crate) fn diagnosis_settings(&self) -> Option<Diagnose> {
+        let asked = self.diagnose.clone()?;
+        let kinematics = asked.kinematics.clone().or_else(|| self.fit_settings().kinematics.filter(|file| file.kind == "planar-two-link"));
+        Some(Diagnose { kinematics, ..asked })
+    }
+
     fn with_experiment<F>(self, experiment: F) -> StudyDocument<F> {
         let StudyDocument { schema, title, experiment: _, estimate, also, fit, kinematics, diagnose, cases, report, sensitivity } = self;
         StudyDocument { schema, title, experiment, estimate, also, fit, kinematics, diagnose, cases, report, sensitivity }

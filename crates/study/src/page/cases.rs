@@ -78,7 +78,7 @@ fn ellipses_figure(outcomes: &[(String, StudyOutcome)]) -> Result<Option<Figure>
             return Ok(None);
         }
         let mut ellipses = vec![Ellipse::new("found", [[k[[0, 0]], k[[0, 1]]], [k[[1, 0]], k[[1, 1]]]], Color::Blue, Dash::Solid)];
-        if let Some(simulated) = &outcome.simulated {
+        if let Some(simulated) = outcome.constants() {
             let k = &simulated.linear.limb.stiffness;
             ellipses.push(Ellipse::new("simulated", [[k[[0, 0]], k[[0, 1]]], [k[[1, 0]], k[[1, 1]]]], Color::Ink, Dash::Dotted));
         }

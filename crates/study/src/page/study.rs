@@ -3,7 +3,7 @@
 use crate::file::HiddenEffect;
 use crate::run::StudyOutcome;
 use ndof_report::pages::{agreement_section, ellipse_section, parameters_section, schedule_section};
-use ndof_report::pages::{coherence_section, frame, power_section, response_section, traces_section};
+use ndof_report::pages::{coherence_section, course_section, frame, power_section, response_section, traces_section};
 use ndof_report::pages::{diagnosis_sections, overlay_section};
 use ndof_report::{FigureError, Report, Section};
 
@@ -12,10 +12,10 @@ use ndof_report::{FigureError, Report, Section};
 /// # Errors
 /// [`FigureError`] if a picture cannot be drawn.
 pub fn study_report(outcome: &StudyOutcome, title: &str, command: &str) -> Result<Report, FigureError> {
-    let StudyOutcome { trials, simulated, estimated, fitted, also, .. } = outcome;
+    let StudyOutcome { trials, estimated, fitted, also, .. } = outcome;
     let mut report = frame(estimated, title, command);
     report.warnings = fitted.result.head.warnings.clone();
-    let truth = simulated.as_ref().map(|s| &s.truth);
+    let truth = outcome.constants().map(|s| &s.truth);
     let table = outcome.table();
     // Where joints and robot have one and the same axes, each number stands there twice, and counts once.
     let known = |k: usize| table[..k].iter().any(|p| (p.value, p.truth) == (table[k].value, table[k].truth));
@@ -28,9 +28,10 @@ pub fn study_report(outcome: &StudyOutcome, title: &str, command: &str) -> Resul
     report.sections.push(parameters_section(&table, "Parameters"));
     let model = fitted.seen(estimated)?;
     report.sections.push(response_section(estimated, Some(&model))?);
+    report.sections.extend(course_section(&estimated.result)?);
     report.sections.push(agreement_section(&fitted.result));
     if let Some(found) = &fitted.result.schedule {
-        report.sections.push(schedule_section(found, &fitted.result.parameters)?);
+        report.sections.push(schedule_section(found, &fitted.result.parameters, trials)?);
     }
     report.sections.extend(overlay_section(trials, fitted)?);
     report.sections.extend(ellipse_section(fitted, truth.map(|t| t.endpoint.K.as_slice()))?);

@@ -75,6 +75,8 @@ pub struct Simulated {
     pub linear: Linearised,
     /// The endpoint at the posture, axis by axis.
     pub rest: Vec<f64>,
+    /// Whether the limb's matrices change as it moves.
+    pub moves: bool,
 }
 
 impl From<&Impedance> for Matrices {
@@ -156,7 +158,7 @@ pub(crate) fn simulate_behind(file: &ExperimentFile, model: Option<&Linearised>,
         joint: linear.limb_joints.as_ref().map(|(limb, _)| JointTruth { axes: joints, matrices: Matrices::from(limb) }),
         excitation_seeds: commands.iter().filter_map(|command| command.seed).collect(),
     };
-    Ok(Simulated { recordings, truth, linear, rest })
+    Ok(Simulated { recordings, truth, linear, rest, moves: bench.limb.moving().is_some() })
 }
 
 impl Truth {

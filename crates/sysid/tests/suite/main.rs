@@ -10,3 +10,4 @@ mod refusals;
 mod scipy;
 mod time_domain;
 mod truth;
+mod windows;

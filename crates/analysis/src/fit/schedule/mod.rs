@@ -1,9 +1,6 @@
 //! Inertia, damping and stiffness that change over a schedule, from the trials that a response was estimated from.
 
-mod axis;
 pub mod result;
-
-pub use axis::{PHASE, TIME};
 
 use super::axis as axis_of_channel;
 use super::project::projection;
@@ -11,16 +8,13 @@ use super::settings::Fit;
 use crate::error::AnalysisError;
 use crate::file::KinematicsFile;
 use crate::result::{Warning, number};
+use crate::schedule::{Refused, Schedule};
 use crate::trials::{Trial, Trials};
-pub(crate) use axis::{Cycles, Schedule};
 use ndarray::Array2;
 use ndof_models::schedule::{Scheduled, ScheduledEntry, ScheduledFit, Splines, Stretch, Term};
 use ndof_models::{Axis, InertiaDampingStiffnessModel, ParameterInfo, ParametricModel, Symmetry};
 use ndof_sysid::ResponseKind;
 use result::{HeldOutShare, MeanChannel, ScheduleEntry, ScheduleResult, VariationTest};
-
-/// What is wrong with a schedule, and what to do.
-type Refused = String;
 
 /// Splines of an entry where the settings do not say: of a movement's cycle they part what lies a twenty-fourth of it apart, finer than
 /// muscles change their force in a step.
@@ -242,7 +236,7 @@ fn written(trials: &Trials, sides: &Sides, (schedule, word): (&Schedule, &str), 
 mod tests {
     use super::*;
     use crate::trials::{RoleNames, Trim};
-    use crate::{Estimate, Trial};
+    use crate::{Estimate, PHASE, Trial};
     use ndof_signal::{Channel, FilteredNoise, Quantity, Recording, Unit};
 
     /// A handle of 1 kg and 10 N s/m that is moved, on a spring that goes from 100 to 300 N/m within each second; 40 s at 200 Hz.

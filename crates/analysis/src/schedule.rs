@@ -1,8 +1,10 @@
 //! What the schedule is: the phase of a cycle, time, or a channel.
 
-use super::Refused;
-use crate::fit::settings::Events;
 use crate::trials::Trials;
+use serde::{Deserialize, Serialize};
+
+/// What is wrong with a schedule, and what to do.
+pub(crate) type Refused = String;
 
 /// The word for the phase of a cycle.
 pub const PHASE: &str = "phase";
@@ -17,6 +19,17 @@ const WRAP: f64 = 0.5;
 const ENDS: [f64; 2] = [0.01, 0.99];
 /// Pieces of a trial without cycles that are held out one by one.
 const PIECES: usize = 20;
+
+/// Where cycles begin, in seconds on the clock of the recordings.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+#[serde(untagged)]
+pub enum Events {
+    /// In every trial.
+    Every(Vec<f64>),
+    /// Trial by trial.
+    Each(Vec<Vec<f64>>),
+}
 
 /// The scheduling variable of all trials, from 0 to 1.
 pub(crate) struct Schedule {
@@ -150,6 +163,17 @@ impl Schedule {
         Ok(Schedule { values, blocks, ends: [0.0, 1.0], unit: String::new(), cycle_s: Some(cycle_s), count: first })
     }
 
+    /// Samples at which each cycle comes to a phase, trial by trial.
+    pub(crate) fn crossings(&self, phase: f64) -> Vec<Vec<usize>> {
+        let of_trial = |(values, blocks): (&Vec<f64>, &Vec<usize>)| {
+            // Cycles since the phase: a whole number is passed where the phase is.
+            let passed: Vec<f64> = values.iter().zip(blocks).map(|(value, block)| (*block as f64 + value - phase + 1e-9).floor()).collect();
+            let begins = |k: usize| passed[k] > passed[k - 1] || (passed[k - 1].is_nan() && (values[k] - phase).abs() < 1e-9);
+            (1..passed.len()).filter(|k| passed[*k].is_finite() && begins(*k)).collect()
+        };
+        self.values.iter().zip(&self.blocks).map(of_trial).collect()
+    }
+
     fn over_time(trials: &Trials) -> Self {
         let rate = trials.sample_rate_hz();
         let seconds: Vec<Vec<f64>> = trials.recordings().iter().map(|r| (0..r.len()).map(|k| r.start_s() + k as f64 / rate).collect()).collect();
@@ -176,6 +200,11 @@ impl Schedule {
         let blocks = channels.iter().enumerate().map(|(trial, c)| (0..c.len()).map(|k| piece(trial, k, c.len())).collect()).collect();
         Schedule { values, blocks, ends, unit: unit.to_owned(), cycle_s: None, count: PIECES * channels.len() }
     }
+}
+
+/// Channels that a schedule is made of.
+pub(crate) fn schedule_channels(schedule: Option<&str>, cycle_by: Option<&str>) -> Vec<String> {
+    schedule.filter(|word| ![PHASE, TIME].contains(word)).into_iter().chain(cycle_by).map(str::to_owned).collect()
 }
 
 /// The samples of a channel in each trial.

@@ -1,18 +1,48 @@
-//! A file of times at which cycles begin.
+//! Where cycles begin: by the clock, by a channel, or at times in a file.
 
 use crate::error::CliError;
-use ndof_analysis::Events;
+use clap::Args;
+use ndof_analysis::options::positive;
+use ndof_analysis::{Events, Trials};
 use std::collections::BTreeMap;
-use std::path::Path;
+use std::path::PathBuf;
+
+/// One of three ways.
+#[derive(Clone, Debug, Args)]
+pub struct CycleOptions {
+    /// Duration of a cycle in seconds; the first begins at time zero of each recording
+    #[arg(long, value_name = "S", value_parser = positive, conflicts_with_all = ["cycle_by", "event"])]
+    pub cycle: Option<f64>,
+    /// Channel that tells where cycles begin: by its rising edges, or as a phase that wraps there
+    #[arg(long, value_name = "CHANNEL", conflicts_with = "event")]
+    pub cycle_by: Option<String>,
+    /// Times in seconds at which cycles begin, one a line, with the number of the trial in a second column where they differ
+    #[arg(long, value_name = "FILE")]
+    event: Option<PathBuf>,
+}
+
+impl CycleOptions {
+    /// Whether one of them is.
+    pub fn given(&self) -> bool {
+        self.cycle.is_some() || self.cycle_by.is_some() || self.event.is_some()
+    }
+
+    /// The channel, which is kept though it has no role.
+    pub fn channels(&self) -> Vec<String> {
+        self.cycle_by.iter().cloned().collect()
+    }
+
+    /// What the file of times holds for these trials.
+    pub fn times(&self, trials: &Trials) -> Result<Option<Events>, CliError> {
+        let Some(path) = &self.event else { return Ok(None) };
+        ndof_io::keep(path);
+        let text = std::fs::read_to_string(path).map_err(|source| CliError::Machine { what: format!("reading {}", path.display()), source })?;
+        events(&text, trials.trials.len()).map(Some).map_err(|what| CliError::Usage(format!("{}: {what}", path.display())))
+    }
+}
 
 /// Seconds, one a line, and the number of the trial behind them where there are several; columns named `time` and `trial` may stand in any order,
 /// and lines that begin with # are remarks.
-pub fn read_events(path: &Path, trials: usize) -> Result<Events, CliError> {
-    ndof_io::keep(path);
-    let text = std::fs::read_to_string(path).map_err(|source| CliError::Machine { what: format!("reading {}", path.display()), source })?;
-    events(&text, trials).map_err(|what| CliError::Usage(format!("{}: {what}", path.display())))
-}
-
 fn events(text: &str, trials: usize) -> Result<Events, String> {
     let lines = text.lines().enumerate().map(|(k, line)| (k + 1, line.trim())).filter(|(_, line)| !line.is_empty() && !line.starts_with('#'));
     let mut columns = [0, 1];

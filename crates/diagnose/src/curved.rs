@@ -1,0 +1,179 @@
+//! The matrices of a model along the curve of an arm: columns for the search, forces for a free run, values at the joints.
+
+use crate::curve::CALIBRATION;
+use crate::plant::Role;
+use crate::result::CauseParameter;
+use crate::search::{Chosen, Stand};
+use crate::state::{Column, State, order_of};
+use crate::subject::Subject;
+use ndof_models::effects::{Carried, CurvedArm, Displaced, Matrix, Value};
+
+const ORDERS: [Matrix; 3] = [Matrix::Stiffness, Matrix::Damping, Matrix::Mass];
+
+/// One sample of a motion along the curve, and the same straight: x, ẋ, ẍ.
+struct Place {
+    arm: Displaced,
+    carried: Carried,
+    straight: [[f64; 2]; 3],
+}
+
+/// The measured motion along the curve of an arm, `[trial][time]`.
+pub(crate) struct Curved<'a> {
+    state: &'a State,
+    places: Vec<Vec<Option<Place>>>,
+}
+
+/// The places of one trial; none where the hand cannot be.
+fn places(state: &State, arm: &CurvedArm, trial: usize) -> Vec<Option<Place>> {
+    let layout = &state.layout;
+    // Noise beyond the band would come back into it by products.
+    let a: Vec<Vec<f64>> = state.motion[trial].iter().map(|track| layout.filtered(track, |s| s * s, Some(&layout.smooth))).collect();
+    let pair = |of: &[f64], k: usize| [of[2 * k], of[2 * k + 1]];
+    let place = |k: usize| {
+        let straight = [pair(&state.law_x[trial], k), pair(&state.law_v[trial], k), [a[0][k], a[1][k]]];
+        let arm = arm.displaced(straight[0])?;
+        Some(Place { carried: arm.moving(straight[1], straight[2]), arm, straight })
+    };
+    (0..layout.samples).map(place).collect()
+}
+
+impl<'a> Curved<'a> {
+    pub fn new(state: &'a State, arm: &CurvedArm) -> Self {
+        Curved { state, places: (0..state.layout.trials).map(|trial| places(state, arm, trial)).collect() }
+    }
+
+    fn column(&self, force: impl Fn(&Place) -> [f64; 2]) -> Column {
+        let of_trial = |places: &Vec<Option<Place>>| {
+            let forces: Vec<[f64; 2]> = places.iter().map(|place| place.as_ref().map_or([f64::NAN; 2], &force)).collect();
+            [0, 1].map(|i| forces.iter().map(|f| f[i]).collect()).to_vec()
+        };
+        self.state.force_column(&self.places.iter().map(of_trial).collect(), None, None)
+    }
+
+    /// The column of entries of M, B or K. What acts between noise and motion stays that of the straight one: it is a share of (amplitude / arm's
+    /// length)² away.
+    pub fn entries_column(&self, matrix: Matrix, entries: &[(usize, usize, f64)]) -> Column {
+        let mut column = self.state.entries_column(matrix, entries);
+        let order = order_of(matrix);
+        let bent = self.column(|place| {
+            let mut force = [0.0; 2];
+            for &(i, j, weight) in entries {
+                let (turned, straight) = (place.carried.order[order][j], place.straight[order][j]);
+                force.iter_mut().zip(place.arm.turned[i]).for_each(|(force, share)| *force += weight * share * turned);
+                force[i] -= weight * straight;
+            }
+            force
+        });
+        column.parts.extend(bent.parts);
+        column
+    }
+
+    /// The column of the inertia that follows the elbow.
+    pub fn coupling_column(&self) -> Column {
+        self.column(|place| place.carried.coupling)
+    }
+
+    /// The column of what turns with the force that holds the arm.
+    pub fn held_column(&self) -> Column {
+        let column = self.column(|place| place.arm.held);
+        Column { action: vec![], ..column }
+    }
+}
+
+/// Matrices that act along the curve of an arm.
+#[derive(Clone)]
+pub(crate) struct CurvedPlant {
+    pub arm: CurvedArm,
+    pub coupling: f64,
+    /// K, B, M at the posture.
+    pub matrices: [[[f64; 2]; 2]; 3],
+}
+
+impl CurvedPlant {
+    fn force_of(&self, arm: &Displaced, carried: &Carried) -> [f64; 2] {
+        let mut force = [0.0; 2];
+        for (matrix, of) in self.matrices.iter().zip(&carried.order) {
+            for (force, row) in force.iter_mut().zip(matrix) {
+                *force += row[0] * of[0] + row[1] * of[1];
+            }
+        }
+        let force = arm.carried(force);
+        [0, 1].map(|i| force[i] + self.coupling * carried.coupling[i] + arm.held[i])
+    }
+
+    /// The acceleration under a force less what else resists; NaN where the hand cannot be.
+    pub fn acceleration(&self, x: [f64; 2], v: [f64; 2], force: [f64; 2]) -> [f64; 2] {
+        let Some(arm) = self.arm.displaced(x) else { return [f64::NAN; 2] };
+        let needed = |a: [f64; 2]| self.force_of(&arm, &arm.moving(v, a));
+        let (still, first, second) = (needed([0.0; 2]), needed([1.0, 0.0]), needed([0.0, 1.0]));
+        let [[a, c], [b, d]] = [first, second].map(|unit| [unit[0] - still[0], unit[1] - still[1]]);
+        let [f, g] = [force[0] - still[0], force[1] - still[1]];
+        let determinant = a * d - b * c;
+        [(d * f - b * g) / determinant, (a * g - c * f) / determinant]
+    }
+
+    /// What the curve adds to the straight matrices: `[axis][time]`.
+    pub fn beyond(&self, state: &State, trial: usize) -> Vec<Vec<f64>> {
+        let force = |place: &Option<Place>| {
+            let Some(place) = place else { return [f64::NAN; 2] };
+            let whole = self.force_of(&place.arm, &place.carried);
+            let straight = |i: usize| -> f64 { self.matrices.iter().zip(&place.straight).map(|(m, of)| m[i][0] * of[0] + m[i][1] * of[1]).sum() };
+            [0, 1].map(|i| whole[i] - straight(i))
+        };
+        let forces: Vec<[f64; 2]> = places(state, &self.arm, trial).iter().map(force).collect();
+        (0..2).map(|i| forces.iter().map(|f| f[i]).collect()).collect()
+    }
+}
+
+impl Subject {
+    /// The arm along whose curve the matrices of these hypotheses act.
+    pub fn arm(&self, chosen: &[Chosen]) -> Option<&CurvedArm> {
+        chosen.iter().find_map(|c| self.hypotheses[c.hypothesis].arm())
+    }
+
+    /// The plant of a stand, where it is curved.
+    pub fn curved(&self, chosen: &[Chosen], stand: &Stand) -> Option<CurvedPlant> {
+        let (place, arm) = chosen.iter().enumerate().find_map(|(q, c)| Some((q, self.hypotheses[c.hypothesis].arm()?)))?;
+        let matrices = ORDERS.map(|matrix| {
+            let rows = self.matrix(chosen, stand, matrix);
+            [[rows[0][0], rows[0][1]], [rows[1][0], rows[1][1]]]
+        });
+        Some(CurvedPlant { arm: arm.clone(), coupling: self.coefficients(stand, place)[0], matrices })
+    }
+
+    /// M, B and K at the joints, where a chosen hypothesis is the arm's geometry: J₀ᵀ A J₀, and Γ(F₀) beside the stiffness.
+    pub fn joints(&self, chosen: &[Chosen], stand: &Stand) -> Vec<CauseParameter> {
+        let Some(arm) = self.arm(chosen) else { return Vec::new() };
+        let kinematics = arm.kinematics();
+        let (j, geometric) = (kinematics.jacobian(), kinematics.geometric_stiffness(&arm.mean_force_n));
+        let covariance = stand.fit.covariance();
+        let mut out = Vec::new();
+        for (matrix, letter, unit) in [(Matrix::Mass, "M", "kg m^2"), (Matrix::Damping, "B", "N m s/rad"), (Matrix::Stiffness, "K", "N m/rad")] {
+            if matrix == Matrix::Stiffness && !self.structure.spring {
+                continue;
+            }
+            let hand = self.matrix(chosen, stand, matrix);
+            let column = |r: usize, s: usize| {
+                let same =
+                    |role: &Role| *role == Role::Entry(matrix, r, s) || (self.structure.symmetric.contains(&matrix) && *role == Role::Entry(matrix, s, r));
+                stand.base.roles.iter().position(same)
+            };
+            for (p, q) in [(0, 0), (0, 1), (1, 0), (1, 1)] {
+                let places = [(0, 0), (0, 1), (1, 0), (1, 1)];
+                let share = |&(r, s): &(usize, usize)| j[[r, p]] * j[[s, q]];
+                let value: f64 = places.iter().map(|at| share(at) * hand[at.0][at.1]).sum::<f64>() + if letter == "K" { geometric[[p, q]] } else { 0.0 };
+                let slopes: Vec<(usize, f64)> = places.iter().filter_map(|at| Some((column(at.0, at.1)?, share(at)))).collect();
+                let variance: f64 = slopes.iter().map(|(a, x)| slopes.iter().map(|(b, y)| x * y * covariance.at(*a, *b)).sum::<f64>()).sum();
+                let half = 1.96 * variance.max(0.0).sqrt().hypot(CALIBRATION * value);
+                let names = ["shoulder", "elbow"];
+                out.push(CauseParameter {
+                    name: format!("{letter}_{}_{}", names[p], names[q]),
+                    unit: unit.to_owned(),
+                    value: Value::Number(value),
+                    ci95: (!slopes.is_empty()).then_some([value - half, value + half]),
+                });
+            }
+        }
+        out
+    }
+}
