@@ -1,6 +1,6 @@
 //! The excited band: where the recording says anything about the plant.
 
-use crate::linear;
+use ndof_linear::square;
 use ndof_signal::forward_transform;
 use num_complex::Complex64;
 
@@ -72,7 +72,7 @@ pub(crate) fn excited(effort: &[Vec<&[f64]>], cause: &[Vec<&[f64]>], motion: &[V
                 }
             }
         }
-        let Some((_, inv)) = linear::inverse(&gram, nc) else { return (0.0, power) };
+        let Some(inv) = square::inverse(&gram, nc) else { return (0.0, power) };
         let mut sum = Complex64::ZERO;
         for i in 0..nc {
             for j in 0..nc {

@@ -18,6 +18,9 @@ pub(crate) struct Levels {
     pub share: f64,
 }
 
+/// How far a tone reaches to each side, for a band to 12 Hz.
+pub(crate) const TONE_REACH: f64 = 0.3;
+
 /// A line in the residual.
 #[derive(Clone, Debug)]
 pub(crate) struct Tone {
@@ -93,7 +96,7 @@ pub(crate) fn residual(stand: &Stand, beyond: &[Vec<Vec<f64>>]) -> Vec<Vec<Vec<f
             let take = |e: &mut Vec<Vec<f64>>, m: Matrix, i: usize, j: usize, value: f64| {
                 e[i].iter_mut().zip(&kinematics[order(m)][j]).for_each(|(e, x)| *e -= value * x);
             };
-            for &(m, i, j, value) in &stand.base.given {
+            for &(m, i, j, value) in &stand.base.structure.given {
                 take(&mut e, m, i, j, value);
             }
             for ((role, column), &value) in stand.base.roles.iter().zip(&stand.base.columns).zip(&stand.fit.theta) {

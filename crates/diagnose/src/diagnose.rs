@@ -2,7 +2,7 @@
 
 use crate::answer::Answer;
 use crate::baseline::Baseline;
-use crate::detectors::{self, Burst, Levels, Tone};
+use crate::detectors::{self, Burst, Levels, TONE_REACH, Tone};
 use crate::judge::Court;
 use crate::linear_fit::LinearFit;
 use crate::options::Options;
@@ -13,6 +13,7 @@ use crate::search::Stand;
 use crate::split::divide;
 use crate::state::Cause;
 use crate::subject::Subject;
+use crate::unseen::Unseen;
 use crate::{DiagnoseError, generic};
 use ndof_models::effects::{EFFECTS, Trace};
 use ndof_signal::{Recording, detect_period};
@@ -107,12 +108,14 @@ pub fn diagnose_with_pictures(
     let baseline_stand = linear.as_ref().and_then(|fit| subject.stand_at(fit)).unwrap_or(free);
     let restoring = subject.restores(&[], &baseline_stand) && subject.restores(&found.chosen, &found.stand);
     let court = Court::new(&held, &meaning, &subject, restoring);
+    let unseen = Unseen::new(&held, &subject, &found.stand.fit.power, &findings.tones);
     progress("free runs of the held-out part");
     let answer = Answer {
         subject: &subject,
         meaning: &meaning,
         options,
         court: &court,
+        unseen: &unseen,
         baseline: &baseline_stand,
         linear: linear.as_ref(),
         found: &found,
@@ -163,11 +166,11 @@ fn before_registry(subject: &mut Subject, samples: &Samples, options: &Options) 
         let Some(tone) = detectors::tone(&stand, &detectors::residual(&stand, &[]), repeated) else { break };
         let effort = subject.scale.effort[tone.axis];
         // The same line once more is not another one.
-        let again = findings.tones.iter().any(|t| t.axis == tone.axis && (t.frequency_hz - tone.frequency_hz).abs() < 0.3 / subject.layout.time_s);
+        let again = findings.tones.iter().any(|t| t.axis == tone.axis && (t.frequency_hz - tone.frequency_hz).abs() < TONE_REACH / subject.layout.time_s);
         if again || tone.share < TONE_SHARE || tone.amplitude < options.tolerance * effort {
             break;
         }
-        let reach = 0.3 / subject.layout.time_s;
+        let reach = TONE_REACH / subject.layout.time_s;
         let layout = Arc::make_mut(&mut subject.layout);
         let mut masked = 0;
         for (keep, f) in layout.keep.iter_mut().zip(&layout.frequency_hz) {

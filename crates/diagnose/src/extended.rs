@@ -42,7 +42,7 @@ impl Subject {
 
     /// The matrix of a stand, entries that causes change included.
     pub fn matrix(&self, chosen: &[Chosen], stand: &Stand, matrix: Matrix) -> Vec<Vec<f64>> {
-        let mut out = stand.base.matrix(&self.structure, &stand.fit.theta, matrix, self.layout.axes);
+        let mut out = stand.base.matrix(&stand.fit.theta, matrix, self.layout.axes);
         for (q, c) in chosen.iter().enumerate() {
             if let Action::Entries { matrix: which, entries } = &self.hypotheses[c.hypothesis].form.action
                 && *which == matrix
@@ -155,8 +155,7 @@ impl Subject {
         let h = relaxed(&self.hypotheses[c.hypothesis]);
         let others: Vec<Chosen> = chosen.iter().enumerate().filter(|(k, _)| *k != position).map(|(_, c)| c.clone()).collect();
         let Some(rest) = (if c.knobs.is_empty() { None } else { self.stand(&others, &stand.fit.power, 1) }) else { return Vec::new() };
-        let ground =
-            Ground { state: &rest.state, cause: &self.cause, structure: &self.structure, base: &rest.base, terms: &rest.terms, power: &stand.fit.power };
+        let ground = Ground { state: &rest.state, cause: &self.cause, base: &rest.base, terms: &rest.terms, power: &stand.fit.power };
         let Some(middle) = ground.evaluate(&h, &c.knobs, 1) else { return Vec::new() };
         let one = |(k, knob): (usize, &Knob)| -> Option<Profile> {
             let step = if knob.log { 0.03 * c.knobs[k] } else { 0.01 * (knob.hi - knob.lo) };

@@ -1,11 +1,11 @@
 //! The part of the outputs that no model predicts: the residual force's power, carried to the output.
 
-use crate::linear;
 use crate::result::NoiseFloor;
 use crate::search::Stand;
 use crate::state::{Cause, Through};
 use crate::subject::Subject;
 use crate::whittle::Power;
+use ndof_linear::square;
 use num_complex::Complex64;
 
 /// rms of the unpredictable part over the output's, per output.
@@ -34,7 +34,7 @@ pub(crate) fn floor(subject: &Subject, stand: &Stand, power: &Power, order: usiz
                 }
             }
         }
-        let Some((_, compliance)) = linear::inverse(&dynamics, n) else { continue };
+        let Some(compliance) = square::inverse(&dynamics, n) else { continue };
         for i in 0..n {
             let rate = layout.sj[k].norm_sqr().powi(order as i32);
             noise[i] += rate * (0..n).map(|j| compliance[i * n + j].norm_sqr() * power[j][k]).sum::<f64>();
@@ -67,7 +67,7 @@ pub(crate) fn own_motion(subject: &Subject, stand: &Stand, power: &Power, axis: 
                 }
             }
         }
-        let Some((_, response)) = linear::inverse(&dynamics, n) else { continue };
+        let Some(response) = square::inverse(&dynamics, n) else { continue };
         made += (0..n).map(|j| response[axis * n + j].norm_sqr() * power[j][k]).sum::<f64>();
         all += mean(&stand.state.kinematics[0][axis], k);
     }

@@ -2,9 +2,10 @@
 
 use crate::curved::CurvedPlant;
 use crate::layout::Layout;
-use crate::linear::Symmetric;
+use crate::linear::{Symmetric, dot};
 use crate::movement::{self, Schedule};
 use crate::state::State;
+use ndof_linear::square;
 use ndof_models::schedule::Splines;
 use ndof_models::{ForceLaw, Motion};
 use num_complex::Complex64;
@@ -53,9 +54,7 @@ pub(crate) struct Prediction {
 
 fn inverse(matrix: &[Vec<f64>]) -> Option<Vec<Vec<f64>>> {
     let n = matrix.len();
-    let dense: Vec<Complex64> = matrix.iter().flatten().map(|&v| v.into()).collect();
-    let (_, inv) = crate::linear::inverse(&dense, n)?;
-    Some(inv.chunks(n).map(|row| row.iter().map(|v| v.re).collect()).collect())
+    Some(square::inverse(&matrix.concat(), n)?.chunks(n).map(<[f64]>::to_vec).collect())
 }
 
 /// One run: displacement, velocity and acceleration, axis beside axis.
@@ -336,16 +335,16 @@ impl Runner {
             let mut gram = Symmetric::zeros(2 * n);
             for a in 0..2 * n {
                 for b in 0..=a {
-                    gram.add(a, b, crate::linear::dot(&slopes[a], &slopes[b]));
+                    gram.add(a, b, dot(&slopes[a], &slopes[b]));
                 }
             }
-            let rhs: Vec<f64> = slopes.iter().map(|s| crate::linear::dot(s, &rest)).collect();
+            let rhs: Vec<f64> = slopes.iter().map(|s| dot(s, &rest)).collect();
             let Some(step) = gram.factor().map(|f| f.solve(&rhs)).filter(|s| s.iter().all(|v| v.is_finite())) else { break };
             let next: Vec<f64> = guess.iter().zip(&step).map(|(g, s)| g + s).collect();
             let moved = run(&next);
             let left = rest_of(&moved);
             // Friction that sticks has no slope to follow: a step that does not help is not taken.
-            if crate::linear::dot(&left, &left).total_cmp(&crate::linear::dot(&rest, &rest)).is_ge() {
+            if dot(&left, &left).total_cmp(&dot(&rest, &rest)).is_ge() {
                 break;
             }
             (guess, base, rest) = (next, moved, left);

@@ -2,7 +2,7 @@
 
 use crate::curved::Curved;
 use crate::optimise;
-use crate::plant::{Base, Structure};
+use crate::plant::Base;
 use crate::state::{Cause, Column, Entry, State, Transform};
 use crate::whittle::{Fit, Likelihood, Power};
 use ndof_models::effects::{Action, CurvedArm, EFFECTS, Effect, Form, Scale};
@@ -135,7 +135,6 @@ impl Cache {
 pub(crate) struct Ground<'a> {
     pub state: &'a State,
     pub cause: &'a Cause,
-    pub structure: &'a Structure,
     pub base: &'a Base,
     /// Columns of the causes that were named before.
     pub terms: &'a [Column],
@@ -162,14 +161,14 @@ impl Ground<'_> {
     pub fn evaluate(&self, hypothesis: &Hypothesis, knobs: &[f64], rounds: usize) -> Option<Tried> {
         if hypothesis.corrects() {
             let state = self.state.with(&hypothesis.transform(knobs));
-            let base = Base::new(&state, self.cause, self.structure, self.base.arm.as_ref());
+            let base = Base::new(&state, self.cause, &self.base.structure, self.base.arm.as_ref());
             let columns: Vec<&Column> = base.columns.iter().chain(self.terms).collect();
             let fit = Likelihood::new(&state, self.cause, &base.held).fit(&columns, self.power, rounds, true)?;
             return hypothesis.form.admits(knobs, &[]).then(|| Tried { knobs: knobs.to_vec(), coefficients: vec![], fit });
         }
         let extra = hypothesis.columns(self.state, knobs);
         match hypothesis.arm() {
-            Some(arm) => Ground { base: &Base::new(self.state, self.cause, self.structure, Some(arm)), ..*self }.add(hypothesis, knobs, &extra, rounds),
+            Some(arm) => Ground { base: &Base::new(self.state, self.cause, &self.base.structure, Some(arm)), ..*self }.add(hypothesis, knobs, &extra, rounds),
             None => self.add(hypothesis, knobs, &extra, rounds),
         }
     }

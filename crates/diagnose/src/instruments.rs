@@ -9,7 +9,7 @@
 use crate::layout::Track;
 use crate::linear::Symmetric;
 use crate::plant::Structure;
-use crate::search::{Assembly, Chosen, Stand};
+use crate::search::{Assembly, Channels, Chosen, Stand};
 use crate::state::{Cause, Column, Tracks};
 use crate::subject::Subject;
 use crate::whittle::{INDEPENDENCE, Likelihood, Power};
@@ -32,15 +32,16 @@ impl Subject {
     /// A model with its parameters found by instruments; `None` without a reference, or where the equations have no solution within the bounds.
     pub fn by_instruments(&self, chosen: &[Chosen], stand: &Stand) -> Option<(Vec<Chosen>, Stand)> {
         let (effort, motion) = (self.foretold(&self.effort)?, self.foretold(&self.motion)?);
+        let along = Channels { effort: &effort, motion: &motion, ..self.own() };
         let structure = &self.structure;
         let mut chosen = chosen.to_vec();
         let mut theta = stand.fit.theta.clone();
         let power = &stand.fit.power;
         for _ in 0..STEPS {
-            let measured = self.assemble(structure, &chosen, (&self.effort, &self.motion));
-            let foretold = self.assemble(structure, &chosen, (&effort, &motion));
-            let slopes = self.slopes(structure, &chosen, &theta, &measured, (&self.effort, &self.motion));
-            let instruments = self.slopes(structure, &chosen, &theta, &foretold, (&effort, &motion));
+            let measured = self.assemble(structure, &chosen, self.own());
+            let foretold = self.assemble(structure, &chosen, along);
+            let slopes = self.slopes(structure, &chosen, &theta, &measured, self.own());
+            let instruments = self.slopes(structure, &chosen, &theta, &foretold, along);
             let residual = self.residual(&measured, &theta);
             let precision: Vec<f64> = measured.columns().map(|c| 0.5 * c.precision).collect();
             let (step, covariance) = self.step_and_covariance(&instruments, &slopes, &residual, (&precision, &theta), power)?;
@@ -88,7 +89,7 @@ impl Subject {
     }
 
     /// -∂e by each coefficient and each knob.
-    fn slopes(&self, structure: &Structure, chosen: &[Chosen], theta: &[f64], at: &Assembly, channels: (&Tracks, &Tracks)) -> Vec<Spectra> {
+    fn slopes(&self, structure: &Structure, chosen: &[Chosen], theta: &[f64], at: &Assembly, channels: Channels<'_>) -> Vec<Spectra> {
         let nought = || vec![Complex64::ZERO; self.layout.axes * self.layout.size()];
         let mut out: Vec<Spectra> = at
             .columns()
@@ -222,7 +223,7 @@ impl Subject {
 
 impl Assembly {
     /// Those of the baseline and then those of the causes.
-    fn columns(&self) -> impl Iterator<Item = &Column> {
+    pub fn columns(&self) -> impl Iterator<Item = &Column> {
         self.base.columns.iter().chain(&self.terms)
     }
 }

@@ -35,8 +35,6 @@ pub(crate) struct Errors {
     /// Error over the output's standard deviation, `[output][time]` of all trials, scored samples only; `trials` stretches of one length.
     pub signed: Vec<Vec<f64>>,
     pub trials: usize,
-    /// Whether one constant offset an output was fitted to the beginning of each trial.
-    pub shifted: bool,
     /// Prediction over the output's standard deviation, likewise.
     pub predicted: Vec<Vec<f64>>,
     /// Scored samples per second, where they follow each other without a gap within a trial.
@@ -69,11 +67,6 @@ impl Court {
             motion_imposed: meaning.motion_imposed,
             windowed,
         }
-    }
-
-    /// Length of the scored part in seconds.
-    pub fn duration_s(&self) -> f64 {
-        self.layout.samples as f64 / self.layout.rate_hz * self.layout.trials as f64
     }
 
     /// Rate of the held-out samples, and the time of the first of them since its recording began.
@@ -117,14 +110,14 @@ impl Court {
             predictions.iter().flatten().flat_map(of_trial).collect()
         };
         let pairs: Vec<Vec<(f64, f64)>> = (0..n).map(of_output).collect();
-        Errors { rate_hz: (!self.windowed).then_some(self.layout.rate_hz), ..Errors::new(&pairs, predictions.iter().flatten().count(), !self.windowed) }
+        Errors { rate_hz: (!self.windowed).then_some(self.layout.rate_hz), ..Errors::new(&pairs, predictions.iter().flatten().count()) }
     }
 }
 
 impl Errors {
     /// From measured and predicted samples of each output, all trials one after the other; an output without a finite error has no score.
-    pub fn new(pairs: &[Vec<(f64, f64)>], trials: usize, shifted: bool) -> Self {
-        let mut errors = Errors { score: Score::default(), signed: Vec::new(), predicted: Vec::new(), trials, shifted, rate_hz: None };
+    pub fn new(pairs: &[Vec<(f64, f64)>], trials: usize) -> Self {
+        let mut errors = Errors { score: Score::default(), signed: Vec::new(), predicted: Vec::new(), trials, rate_hz: None };
         for pairs in pairs {
             let mean_of = |value: &dyn Fn(&(f64, f64)) -> f64| pairs.iter().map(value).sum::<f64>() / pairs.len() as f64;
             let mean = mean_of(&|(measured, _)| *measured);
@@ -168,13 +161,6 @@ impl Errors {
         Some(out)
     }
 
-    /// The same with other errors, and their power as score.
-    pub fn with(&self, signed: Vec<Vec<f64>>) -> Errors {
-        let rms = |e: &Vec<f64>| Some((e.iter().map(|e| e * e).sum::<f64>() / e.len().max(1) as f64).sqrt()).filter(|rms| rms.is_finite());
-        let score = Score { nrmse: signed.iter().map(rms).collect(), ..Score::default() };
-        Errors { score, signed, ..self.clone() }
-    }
-
     /// rms difference of two predictions on the output where it is largest, as a share of the output's standard deviation.
     pub fn distance(&self, other: &Errors) -> f64 {
         let one = |(a, b): (&Vec<f64>, &Vec<f64>)| {
@@ -188,6 +174,16 @@ impl Errors {
     pub fn variance(&self) -> Option<f64> {
         let shares: Option<Vec<f64>> = self.score.vaf_percent.iter().map(|v| v.map(|v| 1.0 - v / 100.0)).collect();
         shares.map(|s| s.iter().sum::<f64>() / s.len() as f64)
+    }
+
+    /// Mean square by blocks of so many samples, the mean over all outputs.
+    fn blocks(&self, per: usize) -> Vec<f64> {
+        let of = |output: &Vec<f64>| -> Vec<f64> {
+            let trials = output.chunks_exact((output.len() / self.trials.max(1)).max(1));
+            trials.flat_map(|trial| trial.chunks_exact(per).map(|block| block.iter().map(|e| e * e).sum::<f64>() / per as f64)).collect()
+        };
+        let outputs: Vec<Vec<f64>> = self.signed.iter().map(of).collect();
+        (0..outputs.first().map_or(0, Vec::len)).map(|k| outputs.iter().map(|blocks| blocks[k]).sum::<f64>() / outputs.len() as f64).collect()
     }
 
     /// Mean of the squared relative error over all outputs.
@@ -208,8 +204,6 @@ pub(crate) struct Floor<'a> {
 /// that follow each other add up.
 ///
 /// Every error is of the same stretches of time, the floor's too: noise that all models leave alike moves no share.
-/// The offsets that were fitted to the beginning of each trial carry their error through all of it, which no block shows: they are drawn anew too,
-/// as means of the error over any stretch as long as the one that they were fitted to (half a block).
 pub(crate) fn explained(
     [baseline, before, after]: [&Errors; 3],
     floor: Floor<'_>,
@@ -232,19 +226,15 @@ pub(crate) fn explained(
     if per == 0 || all.iter().any(|errors| errors.trials != before.trials || errors.signed.iter().any(|e| e.len() != length)) {
         return (Some(share(&means)), None);
     }
-    let stretches = all.map(|errors| Stretches::new(errors, per));
+    let blocks = all.map(|errors| errors.blocks(per));
     let mut random = ChaCha8Rng::seed_from_u64(seed);
-    let (count, halves) = (stretches[0].power.len(), stretches[0].offset.len());
+    let count = blocks[0].len();
     let mut draws: Vec<f64> = (0..resamples)
         .map(|_| {
             let mut powers = [0.0; 4];
             for _ in 0..count {
                 let k = random.random_range(0..count);
-                powers.iter_mut().zip(&stretches).for_each(|(power, s)| *power += s.power[k] / count as f64);
-            }
-            for _ in 0..if before.shifted { trials } else { 0 } {
-                let k = random.random_range(0..halves);
-                powers.iter_mut().zip(&stretches).for_each(|(power, s)| *power += s.offset[k] / trials as f64);
+                powers.iter_mut().zip(&blocks).for_each(|(power, blocks)| *power += blocks[k] / count as f64);
             }
             share(&powers)
         })
@@ -253,40 +243,4 @@ pub(crate) fn explained(
     let at = |q: f64| draws[((q * (draws.len() - 1) as f64).round() as usize).min(draws.len() - 1)];
     // A step that leaves what the best model leaves is all there is to explain in every draw: that is no interval.
     (Some(share(&means)), (!draws.is_empty()).then(|| [at(0.025), at(0.975)]).filter(|[low, _]| *low < 1.0))
-}
-
-/// Squared errors over stretches of time, each the mean over all outputs.
-struct Stretches {
-    /// Mean square by block, about the mean of its trial where an offset was fitted.
-    power: Vec<f64>,
-    /// Square of the mean over half a block, about that of its trial.
-    offset: Vec<f64>,
-}
-
-impl Stretches {
-    fn new(errors: &Errors, per: usize) -> Self {
-        let outputs = errors.signed.len() as f64;
-        let mean = |x: &[f64]| x.iter().sum::<f64>() / x.len().max(1) as f64;
-        let (mut power, mut offset) = (Vec::new(), Vec::new());
-        for (i, output) in errors.signed.iter().enumerate() {
-            let (mut p, mut o) = (0, 0);
-            let put = |list: &mut Vec<f64>, at: &mut usize, value: f64| {
-                if i == 0 {
-                    list.push(0.0);
-                }
-                list[*at] += value / outputs;
-                *at += 1;
-            };
-            for trial in output.chunks_exact((output.len() / errors.trials.max(1)).max(1)) {
-                let middle = if errors.shifted { mean(trial) } else { 0.0 };
-                for block in trial.chunks_exact(per) {
-                    put(&mut power, &mut p, block.iter().map(|e| (e - middle).powi(2)).sum::<f64>() / per as f64);
-                }
-                for half in trial.chunks_exact((per / 2).max(1)) {
-                    put(&mut offset, &mut o, (mean(half) - middle).powi(2));
-                }
-            }
-        }
-        Stretches { power, offset }
-    }
 }

@@ -28,7 +28,6 @@ mod judge;
 mod layout;
 mod linear;
 mod linear_fit;
-mod measure;
 mod mechanism;
 mod movement;
 mod optimise;
@@ -45,6 +44,7 @@ mod search;
 mod split;
 mod state;
 mod subject;
+mod unseen;
 mod whittle;
 
 pub use baseline::{Baseline, Part, Status};

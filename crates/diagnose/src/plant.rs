@@ -74,8 +74,7 @@ pub(crate) struct Base {
     pub columns: Vec<Column>,
     pub roles: Vec<Role>,
     pub held: Vec<(Column, f64)>,
-    /// Entries that are not fitted.
-    pub given: Vec<(Matrix, usize, usize, f64)>,
+    pub structure: Structure,
     /// The arm along whose curve the matrices act; straight without one.
     pub arm: Option<CurvedArm>,
 }
@@ -89,7 +88,7 @@ impl Base {
             Some(curved) => curved.entries_column(matrix, entries),
             None => state.entries_column(matrix, entries),
         };
-        let mut base = Base { columns: vec![], roles: vec![], held: vec![], given: structure.given.clone(), arm: arm.cloned() };
+        let mut base = Base { columns: vec![], roles: vec![], held: vec![], structure: structure.clone(), arm: arm.cloned() };
         for matrix in [Matrix::Mass, Matrix::Damping, Matrix::Stiffness] {
             if matrix == Matrix::Stiffness && !structure.spring && structure.given.iter().all(|e| e.0 != matrix) {
                 continue;
@@ -173,9 +172,9 @@ impl Base {
     }
 
     /// Full matrices of the baseline: given entries and fitted ones.
-    pub fn matrix(&self, structure: &Structure, theta: &[f64], matrix: Matrix, axes: usize) -> Vec<Vec<f64>> {
+    pub fn matrix(&self, theta: &[f64], matrix: Matrix, axes: usize) -> Vec<Vec<f64>> {
         let mut out = vec![vec![0.0; axes]; axes];
-        for &(m, i, j, value) in &self.given {
+        for &(m, i, j, value) in &self.structure.given {
             if m == matrix {
                 out[i][j] = value;
             }
@@ -185,7 +184,7 @@ impl Base {
                 && m == matrix
             {
                 out[i][j] = value;
-                if structure.symmetric.contains(&matrix) {
+                if self.structure.symmetric.contains(&matrix) {
                     out[j][i] = value;
                 }
             }

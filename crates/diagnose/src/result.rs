@@ -270,15 +270,41 @@ pub struct Gain {
     pub vaf_before: Vec<Option<f64>>,
     /// With it, percent.
     pub vaf_after: Vec<Option<f64>>,
-    /// Share of the baseline's explainable held-out error (above the noise floor) that it removes, beside the causes that explain more. Errors are
-    /// weighed by the noise that the best model has at each frequency, where the free run is one.
+    /// Log-likelihood of the held-out part that it gains, beside the causes that gain more: of the balance of forces along the measured motion, so that
+    /// the limb's own force is no error of it. Null where nothing is predicted, or the part has no likelihood.
+    #[serde(default)]
+    pub log_likelihood: Option<f64>,
+    /// Its 95 % interval, from neighbouring frequencies of blocks of time drawn anew.
+    #[serde(default)]
+    pub log_likelihood_ci95: Option<[f64; 2]>,
+    /// This gain as a share of all that the best model gains over the baseline, and what a model without physics gains beyond it. Null where there may
+    /// be nothing to gain.
     pub explained_fraction: Option<f64>,
-    /// Its 95 % interval, from blocks of time drawn anew; null where it is all that there is to explain in each of them.
+    /// Its 95 % interval; null where it is all that there is to explain in each draw.
     pub explained_fraction_ci95: Option<[f64; 2]>,
     /// BIC without the cause less BIC with it; positive speaks for the cause.
     #[serde(deserialize_with = "or_nan")]
     #[cfg_attr(feature = "schema", schemars(with = "Option<f64>"))]
     pub delta_bic: f64,
+}
+
+impl Gain {
+    /// Whether the free run has a smaller error with the cause, over all outputs together.
+    pub(crate) fn helps_free_run(&self) -> bool {
+        together(&self.nrmse_after) < together(&self.nrmse_before)
+    }
+}
+
+impl Score {
+    /// Whether its errors are larger than another's, over all outputs together.
+    pub(crate) fn is_worse_than(&self, other: &Score) -> bool {
+        together(&self.nrmse) > together(&other.nrmse)
+    }
+}
+
+/// Sum of squares; infinite where there is no error that is finite.
+fn together(errors: &[Option<f64>]) -> f64 {
+    errors.iter().map(|e| e.map_or(f64::INFINITY, |e| e * e)).sum()
 }
 
 /// A named cause.

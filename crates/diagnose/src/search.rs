@@ -1,13 +1,15 @@
 //! Forward steps, each followed by a joint refinement, and a backward check.
 
 use crate::hypotheses::{Cache, Ground, Hypothesis, Tried};
+use crate::layout::Layout;
 use crate::linear_fit::LinearFit;
 use crate::optimise;
 use crate::plant::{Base, Structure};
-use crate::state::{Column, State, Tracks};
+use crate::state::{Cause, Column, State, Tracks};
 use crate::subject::Subject;
 use crate::whittle::{Fit, Power};
 use rayon::prelude::*;
+use std::sync::Arc;
 
 /// Penalised gain of log-likelihood from which a hypothesis is more than chance.
 pub(crate) const ENOUGH: f64 = 6.0;
@@ -38,6 +40,15 @@ pub(crate) struct Stand {
     /// For each chosen hypothesis the first of its terms and their number.
     pub spans: Vec<(usize, usize)>,
     pub fit: Fit,
+}
+
+/// Channels on a grid of blocks and frequencies: efforts and motions, and where the motion comes from.
+#[derive(Clone, Copy)]
+pub(crate) struct Channels<'a> {
+    pub layout: &'a Arc<Layout>,
+    pub cause: &'a Cause,
+    pub effort: &'a Tracks,
+    pub motion: &'a Tracks,
 }
 
 /// The columns of a model along some channels.
@@ -95,18 +106,23 @@ impl Subject {
     }
 
     fn stand_of(&self, structure: &Structure, chosen: &[Chosen], power: &Power, rounds: usize) -> Option<Stand> {
-        let Assembly { state, base, terms, spans } = self.assemble(structure, chosen, (&self.effort, &self.motion));
-        let ground = Ground { state: &state, cause: &self.cause, structure, base: &base, terms: &terms, power };
+        let Assembly { state, base, terms, spans } = self.assemble(structure, chosen, self.own());
+        let ground = Ground { state: &state, cause: &self.cause, base: &base, terms: &terms, power };
         let fit = ground.fit(rounds)?;
         Some(Stand { state, base, terms, spans, fit })
     }
 
-    /// The model of these hypotheses along channels: efforts and motions.
-    pub fn assemble(&self, structure: &Structure, chosen: &[Chosen], (effort, motion): (&Tracks, &Tracks)) -> Assembly {
+    /// Its own channels.
+    pub fn own(&self) -> Channels<'_> {
+        Channels { layout: &self.layout, cause: &self.cause, effort: &self.effort, motion: &self.motion }
+    }
+
+    /// The model of these hypotheses along channels.
+    pub fn assemble(&self, structure: &Structure, chosen: &[Chosen], channels: Channels<'_>) -> Assembly {
         let transforms: Vec<_> =
             chosen.iter().filter(|c| self.hypotheses[c.hypothesis].corrects()).map(|c| self.hypotheses[c.hypothesis].transform(&c.knobs)).collect();
-        let state = State::new(&self.layout, effort, motion, &self.centre, &transforms);
-        let base = Base::new(&state, &self.cause, structure, self.arm(chosen));
+        let state = State::new(channels.layout, channels.effort, channels.motion, &self.centre, &transforms);
+        let base = Base::new(&state, channels.cause, structure, self.arm(chosen));
         let mut terms = Vec::new();
         let mut spans = Vec::new();
         for c in chosen {
@@ -118,7 +134,7 @@ impl Subject {
     }
 
     fn ground<'a>(&'a self, stand: &'a Stand) -> Ground<'a> {
-        Ground { state: &stand.state, cause: &self.cause, structure: &self.structure, base: &stand.base, terms: &stand.terms, power: &stand.fit.power }
+        Ground { state: &stand.state, cause: &self.cause, base: &stand.base, terms: &stand.terms, power: &stand.fit.power }
     }
 
     /// Tries every hypothesis on a model, in parallel; the order of the result does not depend on the threads.

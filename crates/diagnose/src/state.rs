@@ -2,7 +2,8 @@
 
 use crate::along::along;
 use crate::layout::{Layout, Track};
-use crate::linear;
+use crate::linear::Symmetric;
+use ndof_linear::square;
 use ndof_models::ForceLaw;
 use ndof_models::effects::{Action, Matrix};
 use num_complex::Complex64;
@@ -199,12 +200,11 @@ impl State {
                 }
                 Action::Mix(matrix) => {
                     let n = effort.len();
-                    let dense: Vec<Complex64> = matrix(&transform.knobs).into_iter().flatten().map(Into::into).collect();
-                    if let Some((_, back)) = linear::inverse(&dense, n) {
+                    if let Some(back) = square::inverse(&matrix(&transform.knobs).concat(), n) {
                         let old = effort.clone();
                         for (i, series) in effort.iter_mut().enumerate() {
                             for (k, value) in series.iter_mut().enumerate() {
-                                *value = (0..n).map(|j| back[i * n + j].re * old[j][k]).sum();
+                                *value = (0..n).map(|j| back[i * n + j] * old[j][k]).sum();
                             }
                         }
                     }
@@ -261,7 +261,7 @@ impl State {
         let regressors: Vec<(usize, usize)> = from.iter().flat_map(|&j| (0..3).map(move |order| (order, j))).collect();
         let columns: Vec<&[Complex64]> = regressors.iter().map(|&(order, j)| self.kinematics[order][j].as_slice()).collect();
         let n = columns.len();
-        let mut gram = linear::Symmetric::zeros(n);
+        let mut gram = Symmetric::zeros(n);
         let inner = |a: &[Complex64], b: &[Complex64]| a.iter().zip(b).map(|(x, y)| x.re * y.re + x.im * y.im).sum::<f64>();
         for i in 0..n {
             for j in 0..=i {
@@ -370,7 +370,7 @@ fn apply(layout: &Layout, transform: &Transform, effort: &mut Tracks, motion: &m
             }
             let dense: Vec<Complex64> = mix.iter().flatten().map(|&w| w.into()).collect();
             for matrix in &mut chain.effort {
-                *matrix = linear::product(&dense, matrix, n);
+                *matrix = square::product(&dense, matrix, n);
             }
         }
         Action::Clip => {

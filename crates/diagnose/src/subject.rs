@@ -100,7 +100,7 @@ impl Subject {
             fit = without;
             free
         };
-        let matrix = |m| base.matrix(&structure, &fit.theta, m, axes);
+        let matrix = |m| base.matrix(&fit.theta, m, axes);
         let size = |v: &[num_complex::Complex64], i: usize| crate::search::whitened_power(&[v.to_vec()], &vec![fit.power[i].clone()]).sqrt();
         let polarity = [Matrix::Stiffness, Matrix::Damping, Matrix::Mass]
             .into_iter()

@@ -7,8 +7,9 @@
 //! (Whittle 1953). The determinant takes away the bias that a loop around the plant causes. S is the one that the residual
 //! itself gives (a profile likelihood): it is estimated and used in turns.
 
-use crate::linear::{self, Factor, Symmetric, dot};
+use crate::linear::{Factor, Symmetric, dot};
 use crate::state::{Cause, Column, State, Through};
+use ndof_linear::square;
 use num_complex::Complex64;
 
 /// What the taper leaves of the independence of neighbouring bins.
@@ -77,6 +78,17 @@ impl<'a> Likelihood<'a> {
         y
     }
 
+    /// What a model with these coefficients leaves of it.
+    fn residual(&self, columns: &[&Column], theta: &[f64]) -> Vec<Vec<Complex64>> {
+        let mut residual = self.target();
+        for (column, value) in columns.iter().zip(theta) {
+            for (i, part) in &column.parts {
+                residual[*i].iter_mut().zip(part.iter()).for_each(|(e, p)| *e -= p * value);
+            }
+        }
+        residual
+    }
+
     /// Smoothed mean power over the blocks in use.
     pub fn power(&self, residual: &[Vec<Complex64>]) -> Power {
         let lines = self.state.layout.lines();
@@ -113,12 +125,12 @@ impl<'a> Likelihood<'a> {
         Weighted { values }
     }
 
-    /// ln |det G| summed over the bins, and its derivative by each coefficient.
-    fn determinant(&self, columns: &[&Column], theta: &[f64], with_slope: bool) -> Option<(f64, Vec<f64>)> {
+    /// ln |det G| at each line, and the derivative of their sum by each coefficient.
+    fn determinant(&self, columns: &[&Column], theta: &[f64], with_slope: bool) -> Option<(Vec<f64>, Vec<f64>)> {
         let layout = &self.state.layout;
         let n = layout.axes;
         let mut slope = vec![0.0; columns.len()];
-        let mut total = 0.0;
+        let mut logs = vec![0.0; layout.lines()];
         let imposed = matches!(self.cause, Cause::Motion | Cause::Unclear);
         let impedance = match self.cause {
             Cause::Loop(z) => Some(z),
@@ -133,7 +145,7 @@ impl<'a> Likelihood<'a> {
             g.fill(Complex64::ZERO);
             match (imposed, z) {
                 (true, _) => g.copy_from_slice(&chain.effort[k]),
-                (false, Some(z)) => linear::add_product(&chain.effort[k], z, n, &mut g),
+                (false, Some(z)) => square::add_product(&chain.effort[k], z, n, &mut g),
                 (false, None) => {}
             }
             let direct = if imposed { chain.series[k] } else { chain.motion[k] };
@@ -151,11 +163,11 @@ impl<'a> Likelihood<'a> {
                     }
                 }
             }
-            linear::add_product(&dynamics, &through, n, &mut g);
-            total += linear::invert_into(&mut g, &mut inv, n)?;
+            square::add_product(&dynamics, &through, n, &mut g);
+            logs[k] = square::invert_into(&mut g, &mut inv, n)?;
             if with_slope {
                 back.fill(Complex64::ZERO);
-                linear::add_product(&through, &inv, n, &mut back);
+                square::add_product(&through, &inv, n, &mut back);
                 for (column, slope) in columns.iter().zip(&mut slope) {
                     let m = match column.through {
                         Through::Motion => &back,
@@ -168,7 +180,7 @@ impl<'a> Likelihood<'a> {
                 }
             }
         }
-        total.is_finite().then_some((total, slope))
+        logs.iter().all(|log| log.is_finite()).then_some((logs, slope))
     }
 
     /// The maximum over the coefficients of `columns`, S updated `rounds` times from `start`.
@@ -218,18 +230,13 @@ impl<'a> Likelihood<'a> {
             } else {
                 now = factor.solve(&rhs);
             }
-            residual.clone_from(&y);
-            for (column, value) in columns.iter().zip(&now) {
-                for (i, part) in &column.parts {
-                    residual[*i].iter_mut().zip(part.iter()).for_each(|(e, p)| *e -= p * value);
-                }
-            }
+            residual = self.residual(columns, &now);
             power = self.power(&residual);
             theta = Some(now);
             last = Some(factor);
         }
         let theta = theta?;
-        let log_det = if bias_free { self.determinant(columns, &theta, false)?.0 } else { 0.0 };
+        let log_det = if bias_free { self.determinant(columns, &theta, false)?.0.iter().sum() } else { 0.0 };
         let mut sum = 0.0;
         for (e, s) in residual.iter().zip(&power) {
             for b in &blocks {
@@ -253,33 +260,46 @@ impl<'a> Likelihood<'a> {
 
     /// Minus log-likelihood of other blocks under a fit, with the offsets of `free` columns re-estimated there.
     pub fn score(&self, columns: &[&Column], fit: &Fit, free: &[usize], blocks: &[usize]) -> Option<f64> {
-        let mut total = 0.0;
-        for (i, e) in fit.residual.iter().enumerate() {
-            let root: Vec<f64> = fit.power[i].iter().map(|s| 1.0 / s.sqrt()).collect();
+        let rest = self.whitened(columns, &fit.residual, &fit.power, free, blocks)?;
+        let logs: f64 = fit.power.iter().map(|s| log_sum(s, &self.state.layout.keep)).sum();
+        let log_det: f64 = self.determinant(columns, &fit.theta, false)?.0.iter().sum();
+        let score = INDEPENDENCE * (rest.iter().map(|w| dot(&w.values, &w.values)).sum::<f64>() + (logs - 2.0 * log_det) * blocks.len() as f64);
+        score.is_finite().then_some(score)
+    }
+
+    /// What a model with these coefficients leaves, over √S and with the offsets of `free` columns re-estimated: real and imaginary parts of all lines
+    /// of all blocks, by equation. And its ln |det G| at each line.
+    pub fn left(&self, columns: &[&Column], theta: &[f64], power: &Power, free: &[usize]) -> Option<(Vec<Vec<f64>>, Vec<f64>)> {
+        let rest = self.whitened(columns, &self.residual(columns, theta), power, free, &self.block_list())?;
+        let finite = rest.iter().all(|w| w.values.iter().all(|v| v.is_finite()));
+        finite.then_some((rest.into_iter().map(|w| w.values).collect(), self.determinant(columns, theta, false)?.0))
+    }
+
+    fn whitened(&self, columns: &[&Column], residual: &[Vec<Complex64>], power: &Power, free: &[usize], blocks: &[usize]) -> Option<Vec<Weighted>> {
+        let of = |(i, e): (usize, &Vec<Complex64>)| {
+            let root: Vec<f64> = power[i].iter().map(|s| 1.0 / s.sqrt()).collect();
             let parts: Vec<Weighted> = free
                 .iter()
                 .flat_map(|&c| columns[c].parts.iter().filter(|p| p.0 == i))
                 .map(|p| self.weighted(&p.1, &root, blocks))
                 .filter(|w| w.values.iter().any(|v| *v != 0.0))
                 .collect();
-            let mut rest = self.weighted(e, &root, blocks).values;
+            let mut rest = self.weighted(e, &root, blocks);
             if !parts.is_empty() {
                 let mut gram = Symmetric::zeros(parts.len());
-                let rhs: Vec<f64> = parts.iter().map(|p| dot(&p.values, &rest)).collect();
+                let rhs: Vec<f64> = parts.iter().map(|p| dot(&p.values, &rest.values)).collect();
                 for a in 0..parts.len() {
                     for b in 0..=a {
                         gram.add(a, b, dot(&parts[a].values, &parts[b].values));
                     }
                 }
                 for (part, value) in parts.iter().zip(gram.factor()?.solve(&rhs)) {
-                    rest.iter_mut().zip(&part.values).for_each(|(r, p)| *r -= value * p);
+                    rest.values.iter_mut().zip(&part.values).for_each(|(r, p)| *r -= value * p);
                 }
             }
-            total += dot(&rest, &rest) + blocks.len() as f64 * log_sum(&fit.power[i], &self.state.layout.keep);
-        }
-        let log_det = self.determinant(columns, &fit.theta, false)?.0;
-        let score = INDEPENDENCE * (total - 2.0 * log_det * blocks.len() as f64);
-        score.is_finite().then_some(score)
+            Some(rest)
+        };
+        residual.iter().enumerate().map(of).collect()
     }
 }
 

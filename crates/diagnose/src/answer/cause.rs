@@ -3,21 +3,17 @@
 use super::Answer;
 use super::groups::Group;
 use crate::curve::Curve;
-use crate::judge::Errors;
 use crate::plan;
 use crate::probability::Features;
 use crate::result::{Cause, Confusable, Gain};
 use crate::search::{ENOUGH, Judged};
 use statrs::distribution::{ChiSquared, ContinuousCDF};
 
-/// Share of what the baseline leaves above the floor, with its 95 % interval.
-pub(super) type Share = (Option<f64>, Option<[f64; 2]>);
-
 /// Penalised gains closer than this do not tell two effects apart.
 const CONFUSABLE: f64 = 3.0;
 
 impl Answer<'_> {
-    pub(super) fn cause(&self, group: &Group, [before, after]: [&Errors; 2], share_of_all: Share, limit: f64, confusable: &mut Vec<Confusable>) -> Cause {
+    pub(super) fn cause(&self, group: &Group, on_unseen: Gain, limit: f64, confusable: &mut Vec<Confusable>) -> Cause {
         let (subject, found) = (self.subject, self.found);
         let lead = group.members[0];
         let h = &subject.hypotheses[found.chosen[lead].hypothesis];
@@ -73,11 +69,13 @@ impl Answer<'_> {
                 j.net
             ));
         }
-        if let Some(gain) = group.held_out {
-            evidence.push(format!("on stretches that the fit did not see it gains {gain:.0} of log-likelihood"));
+        if let (Some(gain), Some([low, high])) = (on_unseen.log_likelihood, on_unseen.log_likelihood_ci95) {
+            evidence.push(format!("on the part that no fit saw it gains {gain:.0} ({low:.0} … {high:.0}) of log-likelihood"));
         }
-        if share_of_all.1.is_some_and(|[low, _]| low <= 0.0) {
-            evidence.push("the interval of what it explains of the held-out part holds zero: the name rests on the part that was fitted".to_owned());
+        if !on_unseen.helps_free_run() {
+            evidence.push(
+                "the free run over that part is no better with it: what the limb does by itself, or what is still missing, makes more of its error".to_owned(),
+            );
         }
         Cause {
             effect: card.name.to_owned(),
@@ -85,7 +83,7 @@ impl Answer<'_> {
             parameters: subject.named(&found.chosen, &found.stand, lead),
             probability: features.probability().min(limit),
             p_value,
-            gain: gained([before, after], share_of_all, group.worth),
+            gain: on_unseen,
             evidence,
             over_schedule,
             features: Some(features),
@@ -108,19 +106,6 @@ impl Answer<'_> {
             None => card.to_owned(),
         };
         Confusable { effects, next_experiment, predicted }
-    }
-}
-
-/// What naming a cause gains, of which this is the share of all that there is.
-fn gained([before, after]: [&Errors; 2], (explained_fraction, explained_fraction_ci95): Share, worth: f64) -> Gain {
-    Gain {
-        nrmse_before: before.score.nrmse.clone(),
-        nrmse_after: after.score.nrmse.clone(),
-        vaf_before: before.score.vaf_percent.clone(),
-        vaf_after: after.score.vaf_percent.clone(),
-        explained_fraction,
-        explained_fraction_ci95,
-        delta_bic: 2.0 * worth,
     }
 }
 

@@ -26,7 +26,7 @@ impl Answer<'_> {
         let covariance = stand.fit.covariance();
         let values = [Matrix::Mass, Matrix::Damping, Matrix::Stiffness].map(|matrix| (matrix, subject.matrix(chosen, stand, matrix)));
         self.entries(&|matrix, i, j| {
-            if matrix == Matrix::Stiffness && !subject.structure.spring && stand.base.given.iter().all(|e| e.0 != matrix) {
+            if matrix == Matrix::Stiffness && !subject.structure.spring && stand.base.structure.given.iter().all(|e| e.0 != matrix) {
                 return None;
             }
             let value = values.iter().find(|(of, _)| *of == matrix).map_or(f64::NAN, |(_, rows)| rows[i][j]);

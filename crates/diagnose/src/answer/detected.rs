@@ -2,10 +2,10 @@
 
 use super::Answer;
 use super::cause::tail;
+use super::gains::{Gains, runs};
 use crate::detectors::Tone;
 use crate::floor;
 use crate::judge::Errors;
-use crate::measure::Measure;
 use crate::result::{Cause, CauseParameter, Gain};
 use ndof_models::effects::{EFFECTS, Effect, Trace, Value};
 
@@ -53,11 +53,11 @@ impl Answer<'_> {
     }
 
     /// Tones, which are predicted with an amplitude and a phase of each trial's own.
-    pub(super) fn tones(&self, before: &Errors, after: &Errors, measure: &Measure, limit: f64) -> Vec<Cause> {
+    pub(super) fn tones(&self, before: &Errors, after: &Errors, gains: &Gains<'_>, limit: f64) -> Vec<Cause> {
         let (layout, tones) = (&self.subject.layout, &self.findings.tones);
         let Some(effect) = traced(Trace::Tone) else { return Vec::new() };
         let around = |value: f64, sigma: f64| Some([value - 1.96 * sigma, value + 1.96 * sigma]);
-        let cause = |tone: &Tone| {
+        let cause = |(number, tone): (usize, &Tone)| {
             // The Cramér-Rao bounds of a sine in white noise under this window; the grid and the tone's wandering make a line's width each.
             let duration_s = layout.samples as f64 / layout.rate_hz;
             let place = (1.0 / (std::f64::consts::PI * duration_s * tone.height.sqrt())).hypot(1.0 / (duration_s * 6f64.sqrt()));
@@ -65,16 +65,7 @@ impl Answer<'_> {
             // Of several tones each takes its part alone.
             let without = before.without_tone(tone.frequency_hz);
             let alone = without.as_ref().unwrap_or(after);
-            let (share, interval) = measure.share([before, before, alone]);
-            let gain = Gain {
-                nrmse_before: before.score.nrmse.clone(),
-                nrmse_after: alone.score.nrmse.clone(),
-                vaf_before: before.score.vaf_percent.clone(),
-                vaf_after: alone.score.vaf_percent.clone(),
-                explained_fraction: share.filter(|_| without.is_some()),
-                explained_fraction_ci95: interval.filter(|_| without.is_some()),
-                delta_bic: f64::NAN,
-            };
+            let gain = gains.of_tone(number, [before, alone]);
             let parameters = vec![
                 ("frequency_hz", Value::Number(tone.frequency_hz), around(tone.frequency_hz, place)),
                 ("amplitude_n", Value::Number(tone.amplitude), around(tone.amplitude, tone.amplitude / (3.0 * tone.height).sqrt())),
@@ -87,7 +78,7 @@ impl Answer<'_> {
             );
             self.quiet(effect, Some(tone.axis), parameters, (0.97f64.min(limit), chance), gain, evidence)
         };
-        tones.iter().map(cause).collect()
+        tones.iter().enumerate().map(cause).collect()
     }
 
     /// Bursts and steps of a channel, which no model predicts.
@@ -146,15 +137,7 @@ impl Answer<'_> {
 
 /// Nothing is predicted by it.
 fn unpredicted(before: &Errors) -> Gain {
-    Gain {
-        nrmse_before: before.score.nrmse.clone(),
-        nrmse_after: before.score.nrmse.clone(),
-        vaf_before: before.score.vaf_percent.clone(),
-        vaf_after: before.score.vaf_percent.clone(),
-        explained_fraction: None,
-        explained_fraction_ci95: None,
-        delta_bic: f64::NAN,
-    }
+    runs([before, before], f64::NAN)
 }
 
 fn traced(trace: Trace) -> Option<&'static dyn Effect> {

@@ -3,13 +3,12 @@
 use super::Answer;
 use crate::generic;
 use crate::search::Chosen;
+use crate::unseen::Rest;
 
 /// A cause whose gain is below this share of the first one's is minor, if
 const MINOR: f64 = 0.05;
 /// its size is below this share of the largest.
 const SMALL: f64 = 0.2;
-/// Log-likelihood that blocks which no fit saw have to gain.
-const HELD_OUT: f64 = 3.0;
 /// Beyond this share of the tolerance a prediction has to change where what is corrected is only a channel.
 const CHANGE: f64 = 0.3;
 
@@ -22,8 +21,6 @@ pub(super) struct Group {
     pub size: f64,
     /// rms by which it changes the held-out prediction, as a share of the output's standard deviation.
     pub change: f64,
-    /// Log-likelihood that it gains on blocks that were left out of the fit; `None` where there are too few.
-    pub held_out: Option<f64>,
 }
 
 impl Answer<'_> {
@@ -38,14 +35,12 @@ impl Answer<'_> {
         for q in 0..found.chosen.len() {
             match groups.iter_mut().find(|g| key(g.members[0]) == key(q)) {
                 Some(group) => group.members.push(q),
-                None => groups.push(Group { members: vec![q], worth: found.worth[q], size: 0.0, change: 0.0, held_out: None }),
+                None => groups.push(Group { members: vec![q], worth: found.worth[q], size: 0.0, change: 0.0 }),
             }
         }
         let power = &found.stand.fit.power;
         let strict = if groups.is_empty() { None } else { subject.strict(&found.chosen, power, 2) };
         let predicted = strict.as_ref().map(|stand| self.court.errors(subject, &found.chosen, stand));
-        // Tolerances would take the place of what corrects a channel.
-        let score = strict.as_ref().and_then(|stand| generic::held_out(subject, stand, &[]));
         for group in &mut groups {
             let rest = self.without(&group.members);
             if let Some(without) = subject.stand(&rest, power, 4) {
@@ -55,9 +50,6 @@ impl Answer<'_> {
             if let (Some(without), Some(with)) = (subject.strict(&rest, power, 2), &strict) {
                 group.size = generic::size(&without, &without.fit.residual, &with.fit.residual);
                 group.change = predicted.as_ref().map_or(0.0, |p| self.court.errors(subject, &rest, &without).distance(p));
-                if let (Some(with), Some(without)) = (&score, generic::held_out(subject, &without, &[])) {
-                    group.held_out = Some(without.iter().zip(with).map(|(b, a)| b - a).sum());
-                }
             }
         }
         groups.sort_by(|a, b| b.worth.total_cmp(&a.worth));
@@ -87,21 +79,46 @@ impl Answer<'_> {
         if group.worth < MINOR * worth && group.size < SMALL * size {
             return Some(format!("its gain of {:.0} is below {:.0} % of the first cause's, and it is a fifth of its size or less", group.worth, 100.0 * MINOR));
         }
-        group.held_out.filter(|g| *g < HELD_OUT).map(|g| format!("on stretches that the fit did not see it gains {g:.1} of log-likelihood"))
+        None
     }
 
-    /// The weakest of the groups without which the others predict the held-out part better.
-    pub(super) fn idle(&self, named: &[Group]) -> Option<usize> {
-        let power = &self.found.stand.fit.power;
-        let error = |without: Option<usize>| -> Option<f64> {
-            let mut kept: Vec<usize> = named.iter().enumerate().filter(|(k, _)| Some(*k) != without).flat_map(|(_, g)| g.members.iter().copied()).collect();
-            kept.sort_unstable();
-            let chosen: Vec<Chosen> = kept.iter().map(|q| self.found.chosen[*q].clone()).collect();
-            let stand = self.subject.stand(&chosen, power, 3)?;
-            self.errors(&chosen, &stand).variance()
+    /// The weakest of the groups without which the others may be worth as much on the part that no fit saw, with that in words.
+    pub(super) fn idle(&self, named: &[Group], ends: &Ends) -> Option<(usize, String)> {
+        let rest = |without: Option<usize>| {
+            let kept = named.iter().enumerate().filter(|(k, _)| Some(*k) != without).flat_map(|(_, g)| g.members.iter().copied());
+            self.rest(kept.collect())
         };
-        let with = if named.is_empty() { 0.0 } else { error(None).unwrap_or(f64::INFINITY) };
-        // A prediction that is worse than none at all judges nothing.
-        (0..named.len()).rev().find(|k| error(Some(*k)).is_some_and(|without| without < (0.97 * with).min(1.0)))
+        let with = rest(None)?;
+        (0..named.len()).rev().find_map(|k| Some((k, nothing(ends.best.as_ref()?.gain(&rest(Some(k))?, &with))?)))
     }
+
+    /// What the model of some of the chosen hypotheses leaves of the part that no fit saw.
+    pub(super) fn rest(&self, mut members: Vec<usize>) -> Option<Rest> {
+        let (subject, power) = (self.subject, &self.found.stand.fit.power);
+        // Tolerances would take the place of what corrects a channel.
+        let strict = self.found.chosen.iter().any(|c| subject.hypotheses[c.hypothesis].corrects());
+        members.sort_unstable();
+        let chosen: Vec<Chosen> = members.iter().map(|q| self.found.chosen[*q].clone()).collect();
+        match (chosen.is_empty(), strict) {
+            (true, false) => self.unseen.rest(&[], self.baseline),
+            (_, true) => self.unseen.rest(&chosen, &subject.strict(&chosen, power, 3)?),
+            (false, false) => self.unseen.rest(&chosen, &subject.stand(&chosen, power, 3)?),
+        }
+    }
+
+    /// That of the baseline, and that of all that was found.
+    pub(super) fn ends(&self) -> Ends {
+        Ends { baseline: self.rest(Vec::new()), best: self.rest((0..self.found.chosen.len()).collect()) }
+    }
+}
+
+/// What the first and the best model leave of the part that no fit saw.
+pub(super) struct Ends {
+    pub baseline: Option<Rest>,
+    pub best: Option<Rest>,
+}
+
+/// A gain on the part that no fit saw, in words, if it may be none.
+pub(super) fn nothing((gain, [low, high]): (f64, [f64; 2])) -> Option<String> {
+    (low <= 0.0).then(|| format!("on the part that no fit saw it gains {gain:.1} ({low:.1} … {high:.1}) of log-likelihood: it may be nothing"))
 }

@@ -3,6 +3,7 @@
 mod cause;
 mod describe;
 mod detected;
+mod gains;
 mod groups;
 mod left;
 mod stand_in;
@@ -16,7 +17,6 @@ use crate::free_run::WINDOW_S;
 use crate::generic::{Features, Gate, Shares};
 use crate::judge::{Court, Errors};
 use crate::linear_fit::LinearFit;
-use crate::measure::Measure;
 use crate::options::Options;
 use crate::pictures::Pictures;
 use crate::result::Verdict;
@@ -25,7 +25,9 @@ use crate::samples::Meaning;
 use crate::search::{Chosen, Found, Stand};
 use crate::state;
 use crate::subject::Subject;
-use groups::Group;
+use crate::unseen::Unseen;
+use gains::Gains;
+use groups::{Ends, Group};
 use left::Left;
 use ndof_models::effects::Side;
 
@@ -34,6 +36,7 @@ const UNSURE: f64 = 0.6;
 /// What the intervals of matrices from the balance of forces do not know.
 const BEHIND_A_HOLD: &str =
     "behind a robot's hold the limb's own force shifts these matrices by more than their intervals may say: take their values from `ndof fit --kinematics`";
+
 /// Share of the explainable error below which a cause cannot be sure while a large error stays.
 const LITTLE: f64 = 0.25;
 
@@ -43,6 +46,7 @@ pub(crate) struct Answer<'a> {
     pub meaning: &'a Meaning,
     pub options: &'a Options,
     pub court: &'a Court,
+    pub unseen: &'a Unseen<'a>,
     pub baseline: &'a Stand,
     /// The fit that the baseline's matrices are from, if it is one.
     pub linear: Option<&'a LinearFit>,
@@ -72,23 +76,23 @@ impl Answer<'_> {
         noise_floor.below(&before.score);
         noise_floor.below(&final_errors.score);
         let level = noise_floor.nrmse.iter().map(|f| f.map_or(0.0, |f| f * f)).sum::<f64>() / noise_floor.nrmse.len() as f64;
-        let draws = (self.options.resamples, self.options.seed);
-        let measure = Measure::new(&final_errors, level, &subject.layout, self.court.duration_s(), draws);
-        let (mut named, small) = self.sorted_out();
+        let ends = self.ends();
+        let (named, small) = self.sorted_out(&ends);
+        let (steps, small) = self.steps(named, small, &ends);
         let left = Left::of(self, &before, &final_errors, &noise_floor);
         let limit = left.limit;
         let mut confusable = Vec::new();
         let mut kept: Vec<usize> = Vec::new();
-        let mut causes = self.tones(&before, &quiet, &measure, limit);
+        let gains = Gains::new(self, &steps, &ends);
+        let mut causes = self.tones(&before, &quiet, &gains, limit);
         let mut last: Errors = quiet;
         let mut weak = false;
-        while let Some((k, after)) = self.next(&named, &kept, &last, &measure) {
-            let group = named.remove(k);
-            kept.extend(&group.members);
-            let share = measure.share([&before, &last, &after]);
-            let mut cause = self.cause(&group, [&last, &after], share, limit, &mut confusable);
+        for (k, step) in steps.iter().enumerate() {
+            kept.extend(&step.group.members);
+            let after = self.errors_of(&kept).unwrap_or_else(|| last.clone());
+            let mut cause = self.cause(&step.group, gains.of(k, [&last, &after]), limit, &mut confusable);
             let of_the_rest = last.mean().zip(after.mean()).is_some_and(|(last, after)| last - after < LITTLE * (last - level));
-            // What helps little on held-out data while a large error stays cannot be sure.
+            // What helps the free run little while a large error stays cannot be sure.
             if of_the_rest && left.excess > 5.0 * self.options.tolerance {
                 cause.at_most = cause.at_most.min(UNSURE);
                 cause.probability = cause.probability.min(UNSURE);
@@ -119,6 +123,8 @@ impl Answer<'_> {
         if !left.unknown {
             self.own_force(&mut causes, &before);
         }
+        // Causes that do not make the free run better are not all there is.
+        weak |= !all.is_empty() && extended_score.is_worse_than(&before.score);
         let verdict = left.verdict(!causes.is_empty(), weak, &extended_score);
         noise_floor.below(&extended_score);
         causes.iter().for_each(|cause| noise_floor.below(&Score { nrmse: cause.gain.nrmse_after.clone(), ..Score::default() }));
@@ -168,7 +174,7 @@ impl Answer<'_> {
     }
 
     /// Groups that are to be named, and those that are not with the reason.
-    fn sorted_out(&self) -> (Vec<Group>, Vec<(Group, String)>) {
+    fn sorted_out(&self, ends: &Ends) -> (Vec<Group>, Vec<(Group, String)>) {
         let groups = self.groups();
         let top = (groups.first().map_or(0.0, |g| g.worth), groups.iter().map(|g| g.size).fold(0.0, f64::max));
         let (mut named, mut small) = (Vec::new(), Vec::new());
@@ -178,9 +184,9 @@ impl Answer<'_> {
                 None => named.push(group),
             }
         }
-        // What makes the prediction of data that no fit saw worse is not named.
-        while let Some(idle) = self.idle(&named) {
-            small.push((named.remove(idle), "without it the free run over the held-out part is better".to_owned()));
+        // What may add nothing to the likelihood of data that no fit saw is not named.
+        while let Some((idle, why)) = self.idle(&named, ends) {
+            small.push((named.remove(idle), why));
         }
         (named, small)
     }
@@ -190,20 +196,16 @@ impl Answer<'_> {
         self.without_tones(self.court.errors(self.subject, chosen, stand))
     }
 
-    fn without_tones(&self, errors: Errors) -> Errors {
-        self.findings.tones.iter().fold(errors, |errors, tone| errors.without_tone(tone.frequency_hz).unwrap_or(errors))
+    /// Errors of the model of some of the chosen hypotheses.
+    fn errors_of(&self, members: &[usize]) -> Option<Errors> {
+        let mut members = members.to_vec();
+        members.sort_unstable();
+        let chosen: Vec<Chosen> = members.iter().map(|q| self.found.chosen[*q].clone()).collect();
+        Some(self.errors(&chosen, &self.subject.stand(&chosen, &self.found.stand.fit.power, 3)?))
     }
 
-    /// Of the groups that are left, the one that leaves least beside those that are kept, with what it leaves.
-    fn next(&self, named: &[Group], kept: &[usize], last: &Errors, measure: &Measure) -> Option<(usize, Errors)> {
-        let with = |group: &Group| -> Errors {
-            let mut members: Vec<usize> = kept.iter().chain(&group.members).copied().collect();
-            members.sort_unstable();
-            let chosen: Vec<Chosen> = members.iter().map(|q| self.found.chosen[*q].clone()).collect();
-            self.subject.stand(&chosen, &self.found.stand.fit.power, 3).map_or_else(|| last.clone(), |stand| self.errors(&chosen, &stand))
-        };
-        let tried = named.iter().map(with).enumerate().map(|(k, errors)| (measure.size(&errors), k, errors));
-        tried.reduce(|best, other| if other.0 < best.0 { other } else { best }).map(|(_, k, errors)| (k, errors))
+    fn without_tones(&self, errors: Errors) -> Errors {
+        self.findings.tones.iter().fold(errors, |errors, tone| errors.without_tone(tone.frequency_hz).unwrap_or(errors))
     }
 
     fn is_geometry(&self, cause: &Cause) -> bool {

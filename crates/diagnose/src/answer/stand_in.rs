@@ -100,7 +100,7 @@ impl Answer<'_> {
         let others: Vec<Chosen> = found.chosen.iter().enumerate().filter(|(k, _)| *k != place).map(|(_, c)| c.clone()).collect();
         let power = &found.stand.fit.power;
         let rest = subject.stand(&others, power, 1)?;
-        let ground = Ground { state: &rest.state, cause: &subject.cause, structure: &subject.structure, base: &rest.base, terms: &rest.terms, power };
+        let ground = Ground { state: &rest.state, cause: &subject.cause, base: &rest.base, terms: &rest.terms, power };
         let best = |h: &Hypothesis| -> Option<f64> {
             let start = ground.evaluate(h, &found.chosen[place].knobs, 1)?;
             ground.refine(h, &start, 28).or(Some(start)).map(|t| t.fit.log_likelihood)

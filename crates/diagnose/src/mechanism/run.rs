@@ -49,7 +49,7 @@ impl<'a> Held<'a> {
             pairs
         };
         let pairs: Vec<Vec<(f64, f64)>> = (0..self.place[0].len()).map(of_output).collect();
-        Errors::new(&pairs, runs.len(), false)
+        Errors::new(&pairs, runs.len())
     }
 
     /// Displacement `[axis][time]` of one trial: the hold acts on the measured motion's mean and on the simulated motion about it.

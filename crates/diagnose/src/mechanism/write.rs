@@ -118,6 +118,8 @@ pub(super) fn write(balance: &Balance<'_>, found: &Found, held: &Held<'_>, meani
                 nrmse_after: after.score.nrmse.clone(),
                 vaf_before: last.score.vaf_percent.clone(),
                 vaf_after: after.score.vaf_percent.clone(),
+                log_likelihood: None,
+                log_likelihood_ci95: None,
                 explained_fraction,
                 explained_fraction_ci95,
                 delta_bic: 2.0 * found.worth[k],

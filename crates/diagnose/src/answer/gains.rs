@@ -1,0 +1,92 @@
+//! What each cause gains on the part that no fit saw, beside those that gain more.
+
+use super::Answer;
+use super::groups::{Ends, Group, nothing};
+use crate::judge::Errors;
+use crate::result::Gain;
+use crate::unseen::Rest;
+
+/// A group beside those before it.
+pub(super) struct Step {
+    pub group: Group,
+    rest: Option<Rest>,
+}
+
+impl Answer<'_> {
+    /// The groups, each time the one that gains most beside those before it; one that may gain nothing there joins the small ones.
+    pub(super) fn steps(&self, named: Vec<Group>, mut small: Vec<(Group, String)>, ends: &Ends) -> (Vec<Step>, Vec<(Group, String)>) {
+        let mut open = named;
+        let mut steps: Vec<Step> = Vec::new();
+        while !open.is_empty() {
+            let kept: Vec<usize> = steps.iter().flat_map(|step| step.group.members.iter().copied()).collect();
+            let tried = open.iter().map(|group| self.rest(kept.iter().chain(&group.members).copied().collect()));
+            let size = |rest: &Option<Rest>| rest.as_ref().map_or(f64::NEG_INFINITY, |rest| rest.log_likelihood);
+            let most = tried.enumerate().reduce(|best, other| if size(&other.1) > size(&best.1) { other } else { best });
+            let Some((k, rest)) = most else { break };
+            steps.push(Step { group: open.remove(k), rest });
+        }
+        let before = |k: usize| if k == 0 { ends.baseline.as_ref() } else { steps[k - 1].rest.as_ref() };
+        let idle = |k: usize| nothing(ends.best.as_ref()?.gain(before(k)?, steps[k].rest.as_ref()?));
+        match (0..steps.len()).rev().find_map(|k| Some((k, idle(k)?))) {
+            None => (steps, small),
+            Some((k, why)) => {
+                small.push((steps.remove(k).group, why));
+                self.steps(steps.into_iter().map(|step| step.group).collect(), small, ends)
+            }
+        }
+    }
+}
+
+/// The gains of all steps.
+pub(super) struct Gains<'a> {
+    steps: &'a [Step],
+    ends: &'a Ends,
+    /// What a model without physics gains beyond the best one, and what tones take beyond their surroundings.
+    more: f64,
+    tones: Vec<Option<f64>>,
+}
+
+impl<'a> Gains<'a> {
+    pub fn new(answer: &Answer<'_>, steps: &'a [Step], ends: &'a Ends) -> Self {
+        let (unseen, gate, found) = (answer.unseen, answer.gate, answer.found);
+        let beyond = if gate.beyond > 2.0 * gate.beyond_error { gate.beyond * unseen.share() } else { 0.0 };
+        let tones: Vec<Option<f64>> = answer.findings.tones.iter().map(|tone| unseen.tone(tone, &found.chosen, &found.stand)).collect();
+        let more = beyond + tones.iter().flatten().sum::<f64>();
+        Gains { steps, ends, more, tones }
+    }
+
+    /// The gain of a step, with the errors of free runs before and after.
+    pub fn of(&self, step: usize, errors: [&Errors; 2]) -> Gain {
+        let mut gain = runs(errors, 2.0 * self.steps[step].group.worth);
+        let before = if step == 0 { &self.ends.baseline } else { &self.steps[step - 1].rest };
+        if let (Some(baseline), Some(before), Some(after), Some(best)) = (&self.ends.baseline, before, &self.steps[step].rest, &self.ends.best) {
+            let (log_likelihood, interval) = best.gain(before, after);
+            (gain.log_likelihood, gain.log_likelihood_ci95) = (Some(log_likelihood), Some(interval));
+            (gain.explained_fraction, gain.explained_fraction_ci95) = best.fraction([baseline, before, after], self.more);
+        }
+        gain
+    }
+
+    /// The gain of a tone.
+    pub fn of_tone(&self, tone: usize, errors: [&Errors; 2]) -> Gain {
+        let log_likelihood = self.tones[tone];
+        let whole = self.ends.baseline.as_ref().zip(self.ends.best.as_ref()).map(|(baseline, best)| best.log_likelihood - baseline.log_likelihood + self.more);
+        let share = log_likelihood.zip(whole).filter(|(tone, whole)| *tone > 0.0 && whole > tone).map(|(tone, whole)| tone / whole);
+        Gain { log_likelihood, explained_fraction: share, ..runs(errors, f64::NAN) }
+    }
+}
+
+/// Errors of free runs before and after.
+pub(super) fn runs([before, after]: [&Errors; 2], delta_bic: f64) -> Gain {
+    Gain {
+        nrmse_before: before.score.nrmse.clone(),
+        nrmse_after: after.score.nrmse.clone(),
+        vaf_before: before.score.vaf_percent.clone(),
+        vaf_after: after.score.vaf_percent.clone(),
+        log_likelihood: None,
+        log_likelihood_ci95: None,
+        explained_fraction: None,
+        explained_fraction_ci95: None,
+        delta_bic,
+    }
+}

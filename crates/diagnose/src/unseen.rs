@@ -1,0 +1,164 @@
+//! What models are worth on the part that no fit saw: the log-likelihood of its balance of forces, line by line.
+//!
+//! Laws follow the measured motion there. A free run follows its own: a limb's own force that dithers a friction is missing in it, so that it goes
+//! elsewhere even with the true law, and most of its error is what this force does at the resonance. A difference of log-likelihoods,
+//!
+//! Δ = Σ over blocks and lines of [Δ(-|e|²/S) + 2 Δ ln |det G|],
+//!
+//! has one noise S, that of what all causes together leave in the part that was fitted. Two models whose residuals lie δ apart gain Δ with a variance
+//! of 2 Σ |δ|² / S, for the noise is Gaussian and of this spectrum, but for its size φ, which is that of what all causes leave here.
+
+use crate::detectors::Tone;
+use crate::layout::Layout;
+use crate::linear::dot;
+use crate::plant::Role;
+use crate::samples::Samples;
+use crate::search::{Channels, Chosen, Stand};
+use crate::state::{Cause, Column, Tracks};
+use crate::subject::Subject;
+use crate::whittle::{INDEPENDENCE, Likelihood, Power};
+use num_complex::Complex64;
+use std::sync::Arc;
+
+/// Lines to each side of a tone that tell what there is without it.
+const AROUND: usize = 10;
+
+/// The part that no fit saw.
+pub(crate) struct Unseen<'a> {
+    subject: &'a Subject,
+    layout: Arc<Layout>,
+    cause: Cause,
+    effort: Tracks,
+    motion: Tracks,
+    power: Power,
+    /// Whether a line is not a tone's.
+    counts: Vec<bool>,
+}
+
+/// What a model leaves of the unseen part.
+#[derive(Clone, Debug)]
+pub(crate) struct Rest {
+    /// Residual over √S: real and imaginary parts of the lines that count.
+    whitened: Vec<f64>,
+    /// Log-likelihood, but for what is the same for all models.
+    pub log_likelihood: f64,
+}
+
+impl<'a> Unseen<'a> {
+    /// The part of these samples, `power` being what the best model leaves on the lines of the subject.
+    pub fn new(samples: &Samples, subject: &'a Subject, power: &Power, tones: &[Tone]) -> Self {
+        let lines = &subject.layout.frequency_hz;
+        let band_hz = (lines[0], lines[lines.len() - 1]);
+        let mut layout = Layout::new(samples.effort.len(), subject.layout.axes, samples.len(), samples.rate_hz, band_hz);
+        layout.start_s = samples.start_s.first().copied().unwrap_or(0.0);
+        layout.time_s = subject.layout.time_s;
+        let layout = Arc::new(layout.following(&samples.schedule).about_movement(subject.layout.movement.as_ref().map(|m| m.splines())));
+        let tracks = |all: &[Vec<Vec<f64>>]| -> Tracks { all.iter().map(|trial| trial.iter().map(|x| layout.track(x)).collect()).collect() };
+        let cause = match &subject.cause {
+            Cause::Loop(z) => {
+                let entries = z.first().map_or(0, Vec::len);
+                let at = |q: usize| between(lines, &z.iter().map(|z| z[q]).collect::<Vec<_>>(), &layout.frequency_hz);
+                let columns: Vec<Vec<Complex64>> = (0..entries).map(at).collect();
+                Cause::Loop(Arc::new((0..layout.lines()).map(|k| columns.iter().map(|c| c[k]).collect()).collect()))
+            }
+            other => other.clone(),
+        };
+        let power = power.iter().map(|s| between(lines, s, &layout.frequency_hz)).collect();
+        let counts = layout.frequency_hz.iter().map(|f| tones.iter().all(|tone| !reaches(tone, *f, &layout))).collect();
+        Unseen { subject, effort: tracks(&samples.effort), motion: tracks(&samples.motion), cause, power, counts, layout }
+    }
+
+    /// Residual over √S by equation, and ln |det G| of each line.
+    fn left(&self, chosen: &[Chosen], stand: &Stand) -> Option<(Vec<Vec<f64>>, Vec<f64>)> {
+        let channels = Channels { layout: &self.layout, cause: &self.cause, effort: &self.effort, motion: &self.motion };
+        let assembly = self.subject.assemble(&stand.base.structure, chosen, channels);
+        let offset = |role: &Role| matches!(role, Role::Offset(..));
+        let mut fitted = stand.base.roles.iter().zip(&stand.fit.theta).filter(|(role, _)| !offset(role)).map(|(_, value)| *value);
+        let mut theta: Vec<f64> = assembly.base.roles.iter().map(|role| if offset(role) { Some(0.0) } else { fitted.next() }).collect::<Option<_>>()?;
+        theta.extend(&stand.fit.theta[stand.base.columns.len()..]);
+        let columns: Vec<&Column> = assembly.columns().collect();
+        let free: Vec<usize> = assembly.base.roles.iter().enumerate().filter(|(_, role)| offset(role)).map(|(k, _)| k).collect();
+        (columns.len() == theta.len()).then_some(())?;
+        Likelihood::new(&assembly.state, &self.cause, &assembly.base.held).left(&columns, &theta, &self.power, &free)
+    }
+
+    /// What a model leaves there; nothing where its balance has no likelihood.
+    pub fn rest(&self, chosen: &[Chosen], stand: &Stand) -> Option<Rest> {
+        let (residual, log_det) = self.left(chosen, stand)?;
+        let lines = self.layout.lines();
+        let counted =
+            |e: &Vec<f64>| -> Vec<f64> { e.chunks_exact(2).enumerate().filter(|(k, _)| self.counts[k % lines]).flat_map(|(_, e)| [e[0], e[1]]).collect() };
+        let whitened: Vec<f64> = residual.iter().flat_map(counted).collect();
+        let logs: f64 = log_det.iter().zip(&self.counts).filter(|(_, counts)| **counts).map(|(log, _)| log).sum();
+        let log_likelihood = INDEPENDENCE * (2.0 * logs * self.layout.blocks() as f64 - dot(&whitened, &whitened));
+        Some(Rest { whitened, log_likelihood })
+    }
+
+    /// Log-likelihood that a tone takes beyond what the lines around it have, beside a model; nothing where it has no line in the band.
+    pub fn tone(&self, tone: &Tone, chosen: &[Chosen], stand: &Stand) -> Option<f64> {
+        let lines = self.layout.lines();
+        let its: Vec<usize> = (0..lines).filter(|k| reaches(tone, self.layout.frequency_hz[*k], &self.layout)).collect();
+        let (first, last) = (*its.first()?, *its.last()?);
+        let around: Vec<usize> = (first.saturating_sub(AROUND)..(last + 1 + AROUND).min(lines)).filter(|k| self.counts[*k]).collect();
+        let (residual, _) = self.left(chosen, stand)?;
+        let mean = |block: &[f64], of: &[usize]| of.iter().map(|k| block[2 * k].powi(2) + block[2 * k + 1].powi(2)).sum::<f64>() / of.len() as f64;
+        let taken = |block: &[f64]| its.len() as f64 * (mean(block, &its) - mean(block, &around));
+        (!around.is_empty()).then(|| INDEPENDENCE * residual[tone.axis].chunks_exact(2 * lines).map(taken).sum::<f64>())
+    }
+
+    /// Share of the complex numbers that the fit had which this part has.
+    pub fn share(&self) -> f64 {
+        self.layout.size() as f64 / self.subject.layout.size() as f64
+    }
+}
+
+/// Models beside the best one.
+impl Rest {
+    /// Standard deviation of Σ c Δ over pairs of models, this one being the best.
+    fn deviation(&self, pairs: &[(f64, [&Rest; 2])]) -> f64 {
+        let size = dot(&self.whitened, &self.whitened) / (0.5 * self.whitened.len() as f64);
+        let apart =
+            (0..self.whitened.len()).map(|k| pairs.iter().map(|(c, [from, to])| c * (from.whitened[k] - to.whitened[k])).sum::<f64>().powi(2)).sum::<f64>();
+        (2.0 * INDEPENDENCE * size * apart).sqrt()
+    }
+
+    /// Log-likelihood gained from one model to another, with its 95 % interval, this one being the best.
+    pub fn gain(&self, before: &Rest, after: &Rest) -> (f64, [f64; 2]) {
+        let gain = after.log_likelihood - before.log_likelihood;
+        let half = 1.96 * self.deviation(&[(1.0, [before, after])]);
+        (gain, [gain - half, gain + half])
+    }
+
+    /// A gain as a share of all there is between a baseline and this model, and `more` beyond that, with its 95 % interval: nothing where there may be
+    /// nothing to share.
+    pub fn fraction(&self, [baseline, before, after]: [&Rest; 3], more: f64) -> (Option<f64>, Option<[f64; 2]>) {
+        let (known, [low, _]) = self.gain(baseline, self);
+        let whole = known + more;
+        if low + more <= 0.0 {
+            return (None, None);
+        }
+        let share = (after.log_likelihood - before.log_likelihood) / whole;
+        let half = 1.96 * self.deviation(&[(1.0, [before, after]), (-share, [baseline, self])]) / whole;
+        (Some(share), (half > 0.0).then_some([share - half, share + half]))
+    }
+}
+
+/// Whether a tone reaches a frequency, as it did where it was masked.
+fn reaches(tone: &Tone, frequency_hz: f64, layout: &Layout) -> bool {
+    (frequency_hz - tone.frequency_hz).abs() < crate::detectors::TONE_REACH / layout.time_s
+}
+
+/// Values between the frequencies that they are known at.
+fn between<T: Copy + std::ops::Add<Output = T> + std::ops::Sub<Output = T> + std::ops::Mul<f64, Output = T>>(
+    known: &[f64],
+    values: &[T],
+    wanted: &[f64],
+) -> Vec<T> {
+    let spacing = known[1] - known[0];
+    let at = |f: &f64| {
+        let place = ((f - known[0]) / spacing).clamp(0.0, (known.len() - 1) as f64);
+        let below = (place as usize).min(known.len() - 2);
+        values[below] + (values[below + 1] - values[below]) * (place - below as f64)
+    };
+    wanted.iter().map(at).collect()
+}
