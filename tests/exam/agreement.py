@@ -39,11 +39,19 @@ def worsening(answer):
         gain, effect = cause["gain"], cause["effect"]
         if effect in UNPREDICTABLE:
             continue
-        if not together(gain["nrmse_after"]) < together(gain["nrmse_before"]):
-            yield f"{effect} named, and the held-out error is no smaller with it"
+        told, interval = gain["log_likelihood"], gain["log_likelihood_ci95"]
+        if (told is not None and told <= 0) or (interval is not None and interval[0] <= 0):
+            yield f"{effect} named, and what the held-out part gains by it may be nothing ({told:.3g}, {interval})"
         interval = gain["explained_fraction_ci95"]
         if interval is not None and interval[0] is not None and interval[0] <= 0:
             yield f"{effect} named, and what it explains may be nothing ({interval[0]:.3g})"
+
+
+def free_run(answer):
+    for cause in answer["causes"]:
+        gain, effect = cause["gain"], cause["effect"]
+        if effect not in UNPREDICTABLE and not together(gain["nrmse_after"]) < together(gain["nrmse_before"]):
+            yield f"{effect} named, and the free run is no better with it"
 
 
 def ordered(answer):
@@ -62,6 +70,11 @@ def not_worse(answer):
         value = lambda model: {p["name"]: p["value"] for p in model["parameters"]}
         if not same or any(value(answer["baseline"]).get(name) != v for name, v in value(answer["extended"]).items()):
             yield "nothing named, and the extended model is not the baseline"
+
+
+def explained(answer):
+    if answer["verdict"] == "explained" and together(answer["extended"]["held_out"]["nrmse"]) > together(answer["baseline"]["held_out"]["nrmse"]) * (1 + ROUNDING):
+        yield "explained, and the free run of the extended model is worse than the baseline's"
 
 
 def floor_lowest(answer):
@@ -144,10 +157,11 @@ def like_the_fit(answer, fit):
     return True
 
 
-ALL = (adequate, worsening, ordered, not_worse, floor_lowest, physical, computed, shares)
+ALL = (adequate, worsening, free_run, ordered, not_worse, explained, floor_lowest, physical, computed, shares)
 NAMES = {
-    adequate: "no 'adequate' above the floor by more than the tolerance", worsening: "a named cause's removal worsens the held-out error",
-    ordered: "causes in the order of what they explain", not_worse: "the extended model no worse than the baseline, and equal to it where nothing is named",
+    adequate: "no 'adequate' above the floor by more than the tolerance", worsening: "a named cause's removal worsens the held-out likelihood beyond its interval",
+    free_run: "a named cause makes the free run better, too", explained: "nothing called explained whose free run is worse than the baseline's",
+    ordered: "causes in the order of what they explain", not_worse: "the extended model's free run no worse than the baseline's, and equal to it where nothing is named",
     floor_lowest: "the floor above no reported error", physical: "masses and stiffnesses not negative, or flagged", computed: "numbers computed, or null",
     shares: "shares of the discrepancy add up", harmonics: "harmonics of the input never a cause",
 }

@@ -12,8 +12,8 @@ import tables
 from statistics_of import calibration, clopper_pearson, quantile
 
 
-def cause(effect, axis="x", side="limb", probability=0.95, before=0.2, after=0.1, fraction=0.8, interval=(0.7, 0.9), parameters=()):
-    gain = {"nrmse_before": [before], "nrmse_after": [after], "vaf_before": [96.0], "vaf_after": [99.0], "explained_fraction": fraction, "explained_fraction_ci95": list(interval), "delta_bic": 1.0}
+def cause(effect, axis="x", side="limb", probability=0.95, before=0.2, after=0.1, fraction=0.8, interval=(0.7, 0.9), gained=(50.0, 40.0, 60.0), parameters=()):
+    gain = {"nrmse_before": [before], "nrmse_after": [after], "vaf_before": [96.0], "vaf_after": [99.0], "log_likelihood": gained[0], "log_likelihood_ci95": list(gained[1:]), "explained_fraction": fraction, "explained_fraction_ci95": list(interval), "delta_bic": 1.0}
     return {"effect": effect, "site": {"side": side, "axis": axis}, "parameters": list(parameters), "probability": probability, "p_value": 1e-9, "gain": gain, "evidence": []}
 
 
@@ -124,10 +124,11 @@ class Agreement(unittest.TestCase):
         drift["discrepancy"]["noise_share"] = 0.5
         for made, check in (
             (answer(verdict="adequate", baseline=0.07, extended=0.07), "adequate"),
-            (answer(cause("hysteresis", after=0.2)), "worsening"),
+            (answer(cause("hysteresis", after=0.2)), "free_run"),
+            (answer(cause("hysteresis", gained=(3.0, -1.0, 7.0))), "worsening"),
             (answer(cause("hysteresis", interval=(-0.1, 0.9))), "worsening"),
             (answer(cause("hysteresis", fraction=0.3), cause("dead-zone", fraction=0.6)), "ordered"),
-            (answer(cause("hysteresis"), extended=0.3), "not_worse"),
+            (answer(cause("hysteresis"), verdict="partly-explained", extended=0.3), "not_worse"),
             (answer(verdict="unexplained", extended=0.19), "not_worse"),
             (answer(cause("hysteresis"), floor=0.11), "floor_lowest"),
             (negative, "physical"),
@@ -137,6 +138,7 @@ class Agreement(unittest.TestCase):
             (drift, "shares"),
         ):
             self.assertEqual(self.violated(made), {check})
+        self.assertEqual(self.violated(answer(cause("hysteresis"), extended=0.3)), {"not_worse", "explained"})
         self.assertEqual(self.violated(answer(cause("periodic-disturbance")), True), {"harmonics"})
 
 
