@@ -159,7 +159,7 @@ fn cause_lines(cause: &Cause) -> String {
     }
     if let Some(share) = cause.gain.explained_fraction {
         let interval = cause.gain.explained_fraction_ci95.map(|[low, high]| format!(" ({:.0} … {:.0} %)", 100.0 * low, 100.0 * high)).unwrap_or_default();
-        text += &format!("  explains {:.0} %{interval} of the explainable held-out error\n", 100.0 * share);
+        text += &format!("  explains {:.0} %{interval} of what there is to gain on the held-out part\n", 100.0 * share);
     }
     for sentence in &cause.evidence {
         text += &format!("  - {sentence}\n");

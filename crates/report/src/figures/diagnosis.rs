@@ -119,7 +119,7 @@ pub fn before_after(name: &str, title: &str, outputs: &[HeldOut]) -> Result<Figu
 pub struct Considered {
     /// Effect and site, e.g. "hysteresis, limb, x".
     pub cause: String,
-    /// Share of the explainable error that it removes, with its interval.
+    /// Share of what there is to gain on held-out data, with its interval.
     pub explained: Estimate,
     /// Adjusted p-value.
     pub p_value: f64,
@@ -138,7 +138,7 @@ pub fn considered(name: &str, title: &str, causes: &[Considered]) -> Result<Figu
     let percent = |estimate: Estimate| Estimate { value: 100.0 * estimate.value, ci95: (100.0 * estimate.ci95.0, 100.0 * estimate.ci95.1) };
     let pick = |named: bool| causes.iter().map(|cause| if cause.named == named { percent(cause.explained) } else { NONE }).collect();
     let data = Forest {
-        quantity: "Share of the explainable error".into(),
+        quantity: "Share of what there is to gain".into(),
         unit: "%".into(),
         scale: Scale::Linear,
         rows: causes.iter().map(|cause| cause.cause.clone()).collect(),
