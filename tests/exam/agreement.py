@@ -34,23 +34,23 @@ def adequate(answer):
                 yield f"adequate with an error of {told} above a floor of {least}"
 
 
+def runs_better(gain):
+    return together(gain["nrmse_after"]) < together(gain["nrmse_before"])
+
+
 def worsening(answer):
     for cause in answer["causes"]:
         gain, effect = cause["gain"], cause["effect"]
-        if effect in UNPREDICTABLE:
-            continue
-        told, interval = gain["log_likelihood"], gain["log_likelihood_ci95"]
-        if (told is not None and told <= 0) or (interval is not None and interval[0] <= 0):
-            yield f"{effect} named, and what the held-out part gains by it may be nothing ({told:.3g}, {interval})"
-        interval = gain["explained_fraction_ci95"]
-        if interval is not None and interval[0] is not None and interval[0] <= 0:
-            yield f"{effect} named, and what it explains may be nothing ({interval[0]:.3g})"
+        interval = gain["log_likelihood_ci95"]
+        may_be_nothing = interval is None or interval[0] <= 0
+        if effect not in UNPREDICTABLE and may_be_nothing and not runs_better(gain) and not (interval is None and (gain["log_likelihood"] or 0) > 0):
+            yield f"{effect} named, and neither the likelihood ({gain['log_likelihood']}, {interval}) nor the free run of the held-out part is better with it"
 
 
 def free_run(answer):
     for cause in answer["causes"]:
         gain, effect = cause["gain"], cause["effect"]
-        if effect not in UNPREDICTABLE and not together(gain["nrmse_after"]) < together(gain["nrmse_before"]):
+        if effect not in UNPREDICTABLE and not runs_better(gain):
             yield f"{effect} named, and the free run is no better with it"
 
 
@@ -159,8 +159,8 @@ def like_the_fit(answer, fit):
 
 ALL = (adequate, worsening, free_run, ordered, not_worse, explained, floor_lowest, physical, computed, shares)
 NAMES = {
-    adequate: "no 'adequate' above the floor by more than the tolerance", worsening: "a named cause's removal worsens the held-out likelihood beyond its interval",
-    free_run: "a named cause makes the free run better, too", explained: "nothing called explained whose free run is worse than the baseline's",
+    adequate: "no 'adequate' above the floor by more than the tolerance", worsening: "a named cause's removal worsens the held-out likelihood beyond its interval, or the free run",
+    free_run: "a named cause makes the free run better", explained: "nothing called explained whose free run is worse than the baseline's",
     ordered: "causes in the order of what they explain", not_worse: "the extended model's free run no worse than the baseline's, and equal to it where nothing is named",
     floor_lowest: "the floor above no reported error", physical: "masses and stiffnesses not negative, or flagged", computed: "numbers computed, or null",
     shares: "shares of the discrepancy add up", harmonics: "harmonics of the input never a cause",

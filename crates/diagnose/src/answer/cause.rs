@@ -70,7 +70,8 @@ impl Answer<'_> {
             ));
         }
         if let (Some(gain), Some([low, high])) = (on_unseen.log_likelihood, on_unseen.log_likelihood_ci95) {
-            evidence.push(format!("on the part that no fit saw it gains {gain:.0} ({low:.0} … {high:.0}) of log-likelihood"));
+            let rests = if low > 0.0 { "" } else { ", which may be nothing: the name rests on the free run, which is better with it" };
+            evidence.push(format!("on the part that no fit saw it gains {gain:.0} ({low:.0} … {high:.0}) of log-likelihood{rests}"));
         }
         if !on_unseen.helps_free_run() {
             evidence.push(

@@ -9,6 +9,8 @@ use crate::unseen::Rest;
 const MINOR: f64 = 0.05;
 /// its size is below this share of the largest.
 const SMALL: f64 = 0.2;
+/// Share of a free run's error (its power) below which another one is clearly better.
+const CLEARLY: f64 = 0.97;
 /// Beyond this share of the tolerance a prediction has to change where what is corrected is only a channel.
 const CHANGE: f64 = 0.3;
 
@@ -82,14 +84,23 @@ impl Answer<'_> {
         None
     }
 
-    /// The weakest of the groups without which the others may be worth as much on the part that no fit saw, with that in words.
+    /// The weakest of the groups without which the others predict the part that no fit saw better, or may be worth as much there and predict it as well;
+    /// with that in words.
     pub(super) fn idle(&self, named: &[Group], ends: &Ends) -> Option<(usize, String)> {
-        let rest = |without: Option<usize>| {
-            let kept = named.iter().enumerate().filter(|(k, _)| Some(*k) != without).flat_map(|(_, g)| g.members.iter().copied());
-            self.rest(kept.collect())
+        let members = |without: Option<usize>| -> Vec<usize> {
+            named.iter().enumerate().filter(|(k, _)| Some(*k) != without).flat_map(|(_, g)| g.members.iter().copied()).collect()
         };
-        let with = rest(None)?;
-        (0..named.len()).rev().find_map(|k| Some((k, nothing(ends.best.as_ref()?.gain(&rest(Some(k))?, &with))?)))
+        let run = |without: Option<usize>| self.errors_of(&members(without)).and_then(|errors| errors.variance()).unwrap_or(f64::INFINITY);
+        let (run_with, with) = (if named.is_empty() { 0.0 } else { run(None) }, self.rest(members(None)));
+        (0..named.len()).rev().find_map(|k| {
+            let run_without = run(Some(k));
+            // A prediction that is worse than none at all judges nothing.
+            if run_without < (CLEARLY * run_with).min(1.0) {
+                return Some((k, "without it the free run over the held-out part is better".to_owned()));
+            }
+            let gain = ends.best.as_ref()?.gain(&self.rest(members(Some(k)))?, with.as_ref()?);
+            nothing(gain).filter(|_| run_with > CLEARLY * run_without).map(|why| (k, why))
+        })
     }
 
     /// What the model of some of the chosen hypotheses leaves of the part that no fit saw.

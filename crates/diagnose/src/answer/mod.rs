@@ -78,7 +78,7 @@ impl Answer<'_> {
         let level = noise_floor.nrmse.iter().map(|f| f.map_or(0.0, |f| f * f)).sum::<f64>() / noise_floor.nrmse.len() as f64;
         let ends = self.ends();
         let (named, small) = self.sorted_out(&ends);
-        let (steps, small) = self.steps(named, small, &ends);
+        let (steps, small) = self.steps(named, small, &ends, &quiet);
         let left = Left::of(self, &before, &final_errors, &noise_floor);
         let limit = left.limit;
         let mut confusable = Vec::new();
@@ -89,7 +89,7 @@ impl Answer<'_> {
         let mut weak = false;
         for (k, step) in steps.iter().enumerate() {
             kept.extend(&step.group.members);
-            let after = self.errors_of(&kept).unwrap_or_else(|| last.clone());
+            let after = step.errors.clone().unwrap_or_else(|| last.clone());
             let mut cause = self.cause(&step.group, gains.of(k, [&last, &after]), limit, &mut confusable);
             let of_the_rest = last.mean().zip(after.mean()).is_some_and(|(last, after)| last - after < LITTLE * (last - level));
             // What helps the free run little while a large error stays cannot be sure.
@@ -184,7 +184,7 @@ impl Answer<'_> {
                 None => named.push(group),
             }
         }
-        // What may add nothing to the likelihood of data that no fit saw is not named.
+        // What helps to predict data that no fit saw in no way is not named.
         while let Some((idle, why)) = self.idle(&named, ends) {
             small.push((named.remove(idle), why));
         }
@@ -198,6 +198,9 @@ impl Answer<'_> {
 
     /// Errors of the model of some of the chosen hypotheses.
     fn errors_of(&self, members: &[usize]) -> Option<Errors> {
+        if members.is_empty() {
+            return Some(self.errors(&[], self.baseline));
+        }
         let mut members = members.to_vec();
         members.sort_unstable();
         let chosen: Vec<Chosen> = members.iter().map(|q| self.found.chosen[*q].clone()).collect();
