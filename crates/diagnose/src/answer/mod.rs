@@ -196,11 +196,8 @@ impl Answer<'_> {
         self.without_tones(self.court.errors(self.subject, chosen, stand))
     }
 
-    /// Errors of the model of some of the chosen hypotheses.
+    /// Errors of the model of some of the chosen hypotheses, fitted to the balance of forces as that of all of them.
     fn errors_of(&self, members: &[usize]) -> Option<Errors> {
-        if members.is_empty() {
-            return Some(self.errors(&[], self.baseline));
-        }
         let mut members = members.to_vec();
         members.sort_unstable();
         let chosen: Vec<Chosen> = members.iter().map(|q| self.found.chosen[*q].clone()).collect();
