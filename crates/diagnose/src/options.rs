@@ -52,11 +52,11 @@ pub struct Options {
     pub held_out: HeldOut,
     /// Discrepancy that does not matter, as a share of the signal's standard deviation.
     pub tolerance: f64,
-    /// Seed of the bootstrap.
+    /// Seed of the bootstrap on the robot's side, and of what a plan simulates.
     pub seed: u64,
     /// At most so many causes are named.
     pub most_causes: usize,
-    /// Resamples of the bootstrap.
+    /// Resamples of that bootstrap.
     pub resamples: usize,
     /// Effects that the search leaves out.
     pub without: Vec<String>,
