@@ -3,10 +3,10 @@
 //! Laws follow the measured motion there. A free run follows its own: a limb's own force that dithers a friction is missing in it, so that it goes
 //! elsewhere even with the true law, and most of its error is what this force does at the resonance. A difference of log-likelihoods,
 //!
-//! Δ = Σ over blocks and lines of [Δ(-|e|²/S) + 2 Δ ln |det G|],
+//! Δ = 0.9 Σ over blocks and lines of [Δ(-|e|²/S) + 2 Δ ln |det G|],
 //!
 //! has one noise S, that of what all causes together leave in the part that was fitted. Two models whose residuals lie δ apart gain Δ with a variance
-//! of 2 Σ |δ|² / S, for the noise is Gaussian and of this spectrum, but for its size φ, which is that of what all causes leave here.
+//! of 1.8 φ Σ |δ|² / S, for the noise is Gaussian and of this spectrum, but for its size φ, that of what all causes leave here.
 
 use crate::detectors::Tone;
 use crate::layout::Layout;
