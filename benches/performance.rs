@@ -1,7 +1,7 @@
 //! Seconds of everything that the book's page on performance tells, one line `name seconds` each.
 //!
 //! `benches/peers/run` builds and calls it beside the peers and prints the tables. By hand:
-//! `cargo bench --bench performance -- [spectra|hour|simulation|fit|diagnosis|growth|file FOLDER|six FOLDER]`.
+//! `cargo bench --bench performance -- [spectra|hour|simulation|fit|diagnosis|growth|program FOLDER|six FOLDER]`.
 
 #[path = "../crates/models/examples/support/planar.rs"]
 mod planar;
@@ -149,15 +149,17 @@ fn growth() {
     }
 }
 
-/// Writes an hour of twelve channels at 1 kHz as `hour.parquet`, and the same as `hour.csv`.
-fn file(folder: &Path) {
-    let name = |c: usize| format!("{}_{}", if c < 6 { "torque" } else { "angle" }, c % 6);
-    let unit = |c: usize| Unit::si(if c < 6 { Quantity::Effort } else { Quantity::Displacement }, true);
-    let channels = channels(12, 3_600_000).into_iter().enumerate().map(|(c, samples)| Channel::new(name(c), unit(c), samples)).collect();
-    let recording = Recording::new(1000.0, channels).expect("one length");
-    for file in ["hour.csv", "hour.parquet"] {
+/// Writes 50 s of two forces and two motions at 500 Hz, `trial.csv`, and an hour of three and three at 1 kHz as `hour.parquet` and `hour.csv`.
+fn program(folder: &Path) {
+    let write = |file: &str, axes: usize, rate_hz: f64, samples: usize| {
+        let name = |c: usize| format!("{}_{}", if c < axes { "torque" } else { "angle" }, c % axes);
+        let unit = |c: usize| Unit::si(if c < axes { Quantity::Effort } else { Quantity::Displacement }, true);
+        let channels = channels(2 * axes, samples).into_iter().enumerate().map(|(c, samples)| Channel::new(name(c), unit(c), samples)).collect();
+        let recording = Recording::new(rate_hz, channels).expect("one length");
         ndof::io::write(&folder.join(file), &recording).expect("written (build with --features parquet)");
-    }
+    };
+    write("trial.csv", 2, 500.0, 25_000);
+    ["hour.csv", "hour.parquet"].iter().for_each(|file| write(file, 3, 1000.0, 3_600_000));
 }
 
 /// Writes three trials of six joints held by an exoskeleton, `six-1.csv` and so on.
@@ -172,7 +174,7 @@ fn main() {
     let one_thread = rayon::ThreadPoolBuilder::new().num_threads(1).build().expect("a pool of one thread");
     let wanted = |name: &str| arguments.is_empty() || arguments.iter().any(|a| a == name);
     if let [what, folder] = arguments.as_slice() {
-        return if what == "six" { six(Path::new(folder)) } else { file(Path::new(folder)) };
+        return if what == "six" { six(Path::new(folder)) } else { program(Path::new(folder)) };
     }
     if arguments == ["threads"] {
         return threads();

@@ -48,7 +48,7 @@ NAMES = {
 
 
 def paper(which):
-    draw = random.Random({"tuning": 5003, "final": 90_017}[which])
+    draw = random.Random({"tuning": 5003, "practice": 41_011, "final": 90_017}[which])
     questions = []
 
     def ask(kind, plant, effect, form, aim):
@@ -63,12 +63,12 @@ def paper(which):
             periodic=plant in ("slide", "ankle") and draw.random() < 0.25, own=draw.choice([0.3, 1.0]) if effect is None else 1.0,
         ))
 
-    for plant, effect, form in TUNING if which == "tuning" else FINAL:
-        for aim in ("clear", "weak"):
+    for plant, effect, form in FINAL if which == "final" else TUNING:
+        for aim in ("clear", "weak") * (3 if which == "practice" else 1):
             # Steps and clipping are strong or below the tolerance.
             if aim == "clear" or effect not in ("quantisation", "actuator-saturation"):
                 ask("single" if form in OWN else "other", plant, effect, form, aim)
-    for _ in range(3 if which == "tuning" else 5):
+    for _ in range({"tuning": 3, "practice": 9, "final": 5}[which]):
         for plant in ("slide", "planar", "ankle", "free", "pendulum", "arm"):
             ask("null", plant, None, "", "clear")
     return questions

@@ -2,7 +2,7 @@
 
     python tests/exam/mujoco_plants.py SET FOLDER [--only TEXT] [--jobs N]
 
-writes recordings as CSV and the truth beside them as `ID.truth.json`, as crates/challenge does; SET is tuning or final. Needs mujoco and
+writes recordings as CSV and the truth beside them as `ID.truth.json`, as crates/challenge does; SET is tuning, practice or final. Needs mujoco and
 numpy (tests/exam/requirements.txt). A question that is there already is left as it is.
 """
 

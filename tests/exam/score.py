@@ -1,10 +1,11 @@
 """The exam of `ndof diagnose`: puts recordings with something hidden to the command line and marks its answers.
 
-    python3 tests/exam/score.py [--quick | --final] [--data FOLDER] [--python INTERPRETER] [--out FILE] …
+    python3 tests/exam/score.py [--quick | --practice | --final] [--data FOLDER] [--python INTERPRETER] [--out FILE] …
 
-Without a flag it takes the tuning set; --quick some minutes of it; --final the families and seeds that are held back. Makes the recordings
-(with cargo, and with MuJoCo where the interpreter has it), asks the program once for each, and prints the table. Standard library only;
-MuJoCo's plants and the rivals need an interpreter with tests/exam/requirements.txt. See book/src/validation/exam.md.
+Without a flag it takes the tuning set; --quick some minutes of it; --practice its families with other seeds, three times as many questions;
+--final the families and seeds that are held back. Makes the recordings (with cargo, and with MuJoCo where the interpreter has it), asks the
+program once for each, and prints the table. Standard library only; MuJoCo's plants and the rivals need an interpreter with
+tests/exam/requirements.txt. See book/src/validation/exam.md.
 """
 
 import argparse
@@ -27,6 +28,7 @@ def arguments():
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0], formatter_class=argparse.RawDescriptionHelpFormatter, epilog="\n".join(__doc__.splitlines()[4:]))
     which = parser.add_mutually_exclusive_group()
     which.add_argument("--quick", action="store_const", dest="set", const="quick", help="some minutes")
+    which.add_argument("--practice", action="store_const", dest="set", const="practice", help="the tuning set's families, three times as many questions")
     which.add_argument("--final", action="store_const", dest="set", const="final", help="what is held back")
     parser.add_argument("--program", default=ROOT / "target/release/ndof", help="the binary to be examined")
     parser.add_argument("--folder", default=ROOT / "target/exam", type=pathlib.Path, help="where recordings and answers are kept")

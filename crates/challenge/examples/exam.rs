@@ -1,5 +1,5 @@
 //! Writes the questions of an exam into a folder:
-//! `cargo run --release -p ndof-challenge --example exam -- SET FOLDER [--threads N] [--only TEXT]`, where SET is quick, tuning or final.
+//! `cargo run --release -p ndof-challenge --example exam -- SET FOLDER [--threads N] [--only TEXT]`, where SET is quick, tuning, practice or final.
 //! A question that is there already is left as it is.
 
 use ndof_challenge::exam::{Set, paper, pose, write};
@@ -12,8 +12,9 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let set = match arguments.first().map(String::as_str) {
         Some("quick") => Set::Quick,
         Some("tuning") => Set::Tuning,
+        Some("practice") => Set::Practice,
         Some("final") => Set::Final,
-        _ => return Err("which set: quick, tuning or final".into()),
+        _ => return Err("which set: quick, tuning, practice or final".into()),
     };
     let folder = PathBuf::from(arguments.get(1).ok_or("which folder")?);
     let threads: usize = value("--threads").map_or(Ok(2), |n| n.parse())?;

@@ -13,6 +13,8 @@ pub enum Set {
     Quick,
     /// What a judge may be developed with.
     Tuning,
+    /// The same families again, with seeds of its own and three times as many questions: whether a change to the judge is one for the better.
+    Practice,
     /// Families that are held back, and new seeds of the registry's own forms.
     Final,
 }
@@ -57,6 +59,7 @@ impl Set {
         match self {
             Set::Quick => "quick",
             Set::Tuning => "tuning",
+            Set::Practice => "practice",
             Set::Final => "final",
         }
     }
@@ -65,6 +68,7 @@ impl Set {
         match self {
             Set::Quick => 1013,
             Set::Tuning => 2101,
+            Set::Practice => 36_007,
             Set::Final => 75_431,
         }
     }
@@ -76,6 +80,7 @@ pub fn paper(set: Set) -> Vec<Question> {
     let (single, weak, other, outside, pairs, nulls, several, background, against) = match set {
         Set::Quick => (0, 0, 0, 0, 0, 4, 0, 1, 0),
         Set::Tuning => (2, 1, 2, 3, 40, 48, 12, 20, 12),
+        Set::Practice => (3, 5, 6, 4, 40, 240, 60, 30, 12),
         Set::Final => (2, 2, 2, 3, 50, 500, 30, 30, 12),
     };
     if set == Set::Quick {
