@@ -13,19 +13,30 @@ use statrs::distribution::{ChiSquared, ContinuousCDF};
 const CONFUSABLE: f64 = 3.0;
 
 impl Answer<'_> {
+    /// The largest penalised gain in the step that found a group: of its own effect's forms, or of all others.
+    fn best(&self, group: &Group, own: bool) -> f64 {
+        let (subject, found) = (self.subject, self.found);
+        let name = |hypothesis: usize| subject.hypotheses[hypothesis].effect.name();
+        let its = name(found.chosen[group.members[0]].hypothesis);
+        let judged = &found.steps[found.step_of[group.members[0]]].judged;
+        judged.iter().filter(|j| (name(j.hypothesis) == its) == own).map(|j| j.net).fold(f64::NEG_INFINITY, f64::max)
+    }
+
+    /// What speaks for the name of a group.
+    pub(super) fn features(&self, group: &Group) -> Features {
+        let (found, gate) = (self.found, self.gate);
+        let lead = group.members[0];
+        let judged = found.steps[found.step_of[lead]].judged.iter().find(|j| j.hypothesis == found.chosen[lead].hypothesis);
+        let share = judged.map_or(0.0, |j| j.share);
+        Features::new(self.best(group, true), self.best(group, false), gate.beyond, gate.named, gate.removed, share, group.size)
+    }
+
     pub(super) fn cause(&self, group: &Group, on_unseen: Gain, limit: f64, confusable: &mut Vec<Confusable>) -> Cause {
         let (subject, found) = (self.subject, self.found);
         let lead = group.members[0];
         let h = &subject.hypotheses[found.chosen[lead].hypothesis];
         let step = &found.steps[found.step_of[lead]];
-        let best_of = |same: bool| {
-            step.judged
-                .iter()
-                .filter(|j| (subject.hypotheses[j.hypothesis].effect.name() == h.effect.name()) == same)
-                .map(|j| j.net)
-                .fold(f64::NEG_INFINITY, f64::max)
-        };
-        let (own, rival) = (best_of(true), best_of(false));
+        let own = self.best(group, true);
         let judged = step.judged.iter().find(|j| j.hypothesis == found.chosen[lead].hypothesis);
         let (gain, share) = judged.map_or((group.worth, 0.0), |j| (j.gain, j.share));
         let p_value = tail(2.0 * gain, h.form.cost(), step.judged.len());
@@ -42,7 +53,7 @@ impl Answer<'_> {
             let rival = step.judged.iter().find(|j| subject.hypotheses[j.hypothesis].effect.name() == near[0]);
             confusable.push(self.decided(effects, card.next_experiment, rival.map(|j| (lead, j))));
         }
-        let features = Features::new(own, rival, self.gate.beyond, self.gate.named, self.gate.removed, share, group.size);
+        let features = self.features(group);
         let schedule = self.options.schedule.as_ref();
         let over_schedule = schedule.map_or_else(Vec::new, |schedule| subject.curves(schedule, &self.meaning.axes, &found.chosen, &found.stand, lead));
         let what = over_schedule.first().map_or_else(|| card.what.to_owned(), Curve::what);
@@ -60,8 +71,7 @@ impl Answer<'_> {
                 100.0 * group.change
             ),
         ];
-        if rival > f64::NEG_INFINITY
-            && let Some(j) = step.judged.iter().find(|j| subject.hypotheses[j.hypothesis].effect.name() != h.effect.name())
+        if let Some(j) = step.judged.iter().find(|j| subject.hypotheses[j.hypothesis].effect.name() != h.effect.name())
         {
             evidence.push(format!(
                 "the next other effect, {}, gains {:.0} after paying for its parameters",

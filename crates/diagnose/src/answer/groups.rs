@@ -9,6 +9,8 @@ use crate::unseen::Rest;
 const MINOR: f64 = 0.05;
 /// its size is below this share of the largest.
 const SMALL: f64 = 0.2;
+/// A name is given where it is more likely right than wrong.
+const LIKELY: f64 = 0.5;
 /// Share of a free run's error (its power) below which another one is clearly better.
 const CLEARLY: f64 = 0.97;
 /// Beyond this share of the tolerance a prediction has to change where what is corrected is only a channel.
@@ -26,48 +28,51 @@ pub(super) struct Group {
 }
 
 impl Answer<'_> {
-    /// Chosen hypotheses of one effect, side and axis together, strongest first.
-    pub(super) fn groups(&self) -> Vec<Group> {
+    /// Chosen hypotheses of one effect, side and axis together, strongest first: `of` them, as they are beside each other alone.
+    pub(super) fn groups(&self, of: &[usize]) -> Vec<Group> {
         let (subject, found) = (self.subject, self.found);
         let key = |q: usize| {
             let h = &subject.hypotheses[found.chosen[q].hypothesis];
             (h.effect.name(), h.form.side, h.form.axis)
         };
         let mut groups: Vec<Group> = Vec::new();
-        for q in 0..found.chosen.len() {
+        for q in of.iter().copied() {
             match groups.iter_mut().find(|g| key(g.members[0]) == key(q)) {
                 Some(group) => group.members.push(q),
                 None => groups.push(Group { members: vec![q], worth: found.worth[q], size: 0.0, change: 0.0 }),
             }
         }
         let power = &found.stand.fit.power;
-        let strict = if groups.is_empty() { None } else { subject.strict(&found.chosen, power, 2) };
-        let predicted = strict.as_ref().map(|stand| self.court.errors(subject, &found.chosen, stand));
+        let all = self.without(of, &[]);
+        let refitted = if all.len() < found.chosen.len() { subject.stand(&all, power, 4) } else { None };
+        let stand = if all.len() < found.chosen.len() { refitted.as_ref() } else { Some(&found.stand) };
+        let strict = if groups.is_empty() { None } else { subject.strict(&all, power, 2) };
+        let predicted = strict.as_ref().map(|stand| self.court.errors(subject, &all, stand));
         for group in &mut groups {
-            let rest = self.without(&group.members);
-            if let Some(without) = subject.stand(&rest, power, 4) {
+            let rest = self.without(of, &group.members);
+            if let (Some(without), Some(with)) = (subject.stand(&rest, power, 4), stand) {
                 let price: f64 = group.members.iter().map(|q| subject.price(subject.hypotheses[found.chosen[*q].hypothesis].form.cost())).sum();
-                group.worth = found.stand.fit.log_likelihood - without.fit.log_likelihood - price;
+                group.worth = with.fit.log_likelihood - without.fit.log_likelihood - price;
             }
             if let (Some(without), Some(with)) = (subject.strict(&rest, power, 2), &strict) {
                 group.size = generic::size(&without, &without.fit.residual, &with.fit.residual);
-                group.change = predicted.as_ref().map_or(0.0, |p| self.court.errors(subject, &rest, &without).distance(p));
+                group.change = predicted.as_ref().map_or(f64::INFINITY, |p| self.court.errors(subject, &rest, &without).distance(p));
             }
         }
         groups.sort_by(|a, b| b.worth.total_cmp(&a.worth));
         groups
     }
 
-    /// Everything chosen but these.
-    fn without(&self, members: &[usize]) -> Vec<Chosen> {
-        (0..self.found.chosen.len()).filter(|q| !members.contains(q)).map(|q| self.found.chosen[q].clone()).collect()
+    /// Those of the chosen but for these.
+    fn without(&self, of: &[usize], members: &[usize]) -> Vec<Chosen> {
+        of.iter().filter(|q| !members.contains(q)).map(|q| self.found.chosen[*q].clone()).collect()
     }
 
     /// Why a group is significant and not named, beside the first one's worth and the largest size; `None` where it is to be named.
     pub(super) fn immaterial(&self, group: &Group, top: (f64, f64)) -> Option<String> {
         let tolerance = self.options.tolerance;
         let corrects = group.members.iter().all(|q| self.subject.hypotheses[self.found.chosen[*q].hypothesis].corrects());
-        if group.size <= tolerance {
+        if group.size.max(group.change) <= tolerance {
             return Some(format!(
                 "it removes {:.2} % of the effort's rms and changes the prediction by {:.2} % of the output: below the tolerance",
                 100.0 * group.size,
@@ -76,6 +81,10 @@ impl Answer<'_> {
         }
         if corrects && group.change <= CHANGE * tolerance {
             return Some(format!("it changes the prediction by {:.2} % of the output: below the tolerance", 100.0 * group.change));
+        }
+        let probability = self.features(group).probability();
+        if probability < LIKELY {
+            return Some(format!("its probability is {probability:.2}: something else is more likely than it"));
         }
         let (worth, size) = top;
         if group.worth < MINOR * worth && group.size < SMALL * size {

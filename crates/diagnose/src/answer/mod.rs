@@ -175,15 +175,17 @@ impl Answer<'_> {
 
     /// Groups that are to be named, and those that are not with the reason.
     fn sorted_out(&self, ends: &Ends) -> (Vec<Group>, Vec<(Group, String)>) {
-        let groups = self.groups();
-        let top = (groups.first().map_or(0.0, |g| g.worth), groups.iter().map(|g| g.size).fold(0.0, f64::max));
-        let (mut named, mut small) = (Vec::new(), Vec::new());
-        for group in groups {
-            match self.immaterial(&group, top) {
-                Some(why) => small.push((group, why)),
-                None => named.push(group),
-            }
-        }
+        let mut small = Vec::new();
+        let mut left: Vec<usize> = (0..self.found.chosen.len()).collect();
+        // One at a time, the least worth first: two that stand in for each other are small beside each other, and one of them alone is not.
+        let mut named = loop {
+            let mut groups = self.groups(&left);
+            let top = (groups.first().map_or(0.0, |g| g.worth), groups.iter().map(|g| g.size).fold(0.0, f64::max));
+            let Some((k, why)) = (0..groups.len()).rev().find_map(|k| Some((k, self.immaterial(&groups[k], top)?))) else { break groups };
+            let group = groups.remove(k);
+            left.retain(|q| !group.members.contains(q));
+            small.push((group, why));
+        };
         // What helps to predict data that no fit saw in no way is not named.
         while let Some((idle, why)) = self.idle(&named, ends) {
             small.push((named.remove(idle), why));
