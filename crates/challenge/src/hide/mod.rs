@@ -114,7 +114,8 @@ impl Hiding {
         let form = if other && form.is_empty() { first_form(name, law.as_ref()) } else { form };
         match law {
             Some(mut law) => {
-                law.form = form;
+                // A wall on the other side is still the registry's.
+                law.form = if form == "negative" { "" } else { form };
                 if name.starts_with("reflex") {
                     self.reflex_delay = own[0].1;
                 }

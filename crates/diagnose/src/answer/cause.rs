@@ -71,8 +71,7 @@ impl Answer<'_> {
                 100.0 * group.change
             ),
         ];
-        if let Some(j) = step.judged.iter().find(|j| subject.hypotheses[j.hypothesis].effect.name() != h.effect.name())
-        {
+        if let Some(j) = step.judged.iter().find(|j| subject.hypotheses[j.hypothesis].effect.name() != h.effect.name()) {
             evidence.push(format!(
                 "the next other effect, {}, gains {:.0} after paying for its parameters",
                 subject.hypotheses[j.hypothesis].effect.name(),

@@ -23,6 +23,8 @@ pub(super) struct Group {
     pub worth: f64,
     /// Root of the power that it removes, as a share of the effort's rms.
     pub size: f64,
+    /// Root of the power that it removes of the held-out prediction's error, as a share of the output's standard deviation.
+    pub helps: f64,
     /// rms by which it changes the held-out prediction, as a share of the output's standard deviation.
     pub change: f64,
 }
@@ -39,7 +41,7 @@ impl Answer<'_> {
         for q in of.iter().copied() {
             match groups.iter_mut().find(|g| key(g.members[0]) == key(q)) {
                 Some(group) => group.members.push(q),
-                None => groups.push(Group { members: vec![q], worth: found.worth[q], size: 0.0, change: 0.0 }),
+                None => groups.push(Group { members: vec![q], worth: found.worth[q], size: 0.0, helps: 0.0, change: 0.0 }),
             }
         }
         let power = &found.stand.fit.power;
@@ -56,7 +58,9 @@ impl Answer<'_> {
             }
             if let (Some(without), Some(with)) = (subject.strict(&rest, power, 2), &strict) {
                 group.size = generic::size(&without, &without.fit.residual, &with.fit.residual);
-                group.change = predicted.as_ref().map_or(f64::INFINITY, |p| self.court.errors(subject, &rest, &without).distance(p));
+                let before = self.court.errors(subject, &rest, &without);
+                group.change = predicted.as_ref().map_or(f64::INFINITY, |after| before.distance(after));
+                group.helps = predicted.as_ref().map_or(0.0, |after| before.score.removed_by(&after.score));
             }
         }
         groups.sort_by(|a, b| b.worth.total_cmp(&a.worth));
@@ -72,11 +76,11 @@ impl Answer<'_> {
     pub(super) fn immaterial(&self, group: &Group, top: (f64, f64)) -> Option<String> {
         let tolerance = self.options.tolerance;
         let corrects = group.members.iter().all(|q| self.subject.hypotheses[self.found.chosen[*q].hypothesis].corrects());
-        if group.size.max(group.change) <= tolerance {
+        if group.size.max(group.helps) <= tolerance {
             return Some(format!(
-                "it removes {:.2} % of the effort's rms and changes the prediction by {:.2} % of the output: below the tolerance",
+                "it removes {:.2} % of the effort's rms and {:.2} % of the output's from the error of the prediction: below the tolerance",
                 100.0 * group.size,
-                100.0 * group.change
+                100.0 * group.helps
             ));
         }
         if corrects && group.change <= CHANGE * tolerance {

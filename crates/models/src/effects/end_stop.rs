@@ -2,23 +2,25 @@
 
 use super::card::mechanical;
 use super::form::grid;
-use super::static_force::{Static, other_shapes};
+use super::static_force::other_shapes;
 use super::{
     Action, Card, Effect, EffectError, Evidence, Form, Injection, Knob, ParameterCard, Parameters, Scale, Setting, Side, Sign, Trace, Value, require_known,
 };
+use crate::force_law::{ForceLaw, Motion};
 use std::sync::Arc;
 
 const POSITION: ParameterCard = mechanical("position_m", ("m", "rad"), -1e6, 1e6, None);
 const STIFFNESS: ParameterCard = mechanical("stiffness_n_per_m", ("N/m", "N m/rad"), 0.0, 1e12, None);
+const DAMPING: ParameterCard = mechanical("damping_n_s_per_m2", ("N s/m^2", "N m s/rad^2"), 0.0, 1e12, Some(0.0));
 const CARD: Card = Card {
     name: "end-stop",
     what: "a wall inside the range of motion",
     sides: &[Side::Limb, Side::Environment],
-    parameters: &[POSITION, STIFFNESS],
+    parameters: &[POSITION, STIFFNESS, DAMPING],
     signature: "a force that is there only beyond one position, the displacement's distribution is cut on that side",
     look_alikes: &["asymmetric-stiffness", "cubic-stiffness"],
     next_experiment: "the same perturbation at half the amplitude, away from the wall: it disappears",
-    equation: "f = k max(x - p, 0) for p > 0, -k max(p - x, 0) for p < 0",
+    equation: "f = d (k + c ḋ) beyond p > 0, -d (k + c ḋ) beyond p < 0, with the depth d = |x - p|",
     source: "Nayfeh & Mook 1979, Nonlinear oscillations; Hunt & Crossley 1975 for the soft contact",
     trace: Trace::Forms,
 };
@@ -26,9 +28,22 @@ const CARD: Card = Card {
 /// A wall on one side of one axis.
 pub struct EndStop;
 
-/// The force of a wall at `position` whose side is the position's sign.
-fn wall(x: f64, position: f64, side: f64, exponent: f64) -> f64 {
-    side * (side * (x - position)).max(0.0).powf(exponent)
+/// A wall at `position` on one `side`: its force is depth^exponent (stiffness + damping × the depth's rate), by Hunt and Crossley.
+struct Wall {
+    axis: usize,
+    position: f64,
+    side: f64,
+    exponent: f64,
+    stiffness: f64,
+    damping: f64,
+}
+
+impl ForceLaw for Wall {
+    fn evaluate(&self, motion: &Motion<'_>, _states: &[f64], force: &mut [f64], _rates: &mut [f64]) {
+        let depth = (self.side * (motion.position[self.axis] - self.position)).max(0.0);
+        let rate = self.side * motion.velocity[self.axis];
+        force[self.axis] += self.side * depth.powf(self.exponent) * (self.stiffness + self.damping * rate);
+    }
 }
 
 impl Effect for EndStop {
@@ -38,10 +53,10 @@ impl Effect for EndStop {
 
     fn inject(&self, parameters: &Parameters, setting: &Setting) -> Result<Injection, EffectError> {
         require_known(&CARD, parameters)?;
-        let (position, stiffness) = (parameters.number(CARD.name, &POSITION)?, parameters.number(CARD.name, &STIFFNESS)?);
+        let [position, stiffness, damping] = [&POSITION, &STIFFNESS, &DAMPING].map(|card| parameters.number(CARD.name, card));
         let axis = setting.axis.ok_or(EffectError::Setting { effect: CARD.name, what: "an axis" })?;
-        let side = position.signum();
-        Ok(Injection::Force(Box::new(Static { axis, force: move |x: f64| stiffness * wall(x, position, side, 1.0) })))
+        let position = position?;
+        Ok(Injection::Force(Box::new(Wall { axis, position, side: position.signum(), exponent: 1.0, stiffness: stiffness?, damping: damping? })))
     }
 
     fn forms(&self, scale: &Scale) -> Vec<Form> {
@@ -49,25 +64,27 @@ impl Effect for EndStop {
         for axis in 0..scale.axes() {
             let (spread, centre) = (scale.position[axis], scale.centre[axis]);
             for side in [1.0, -1.0] {
-                for (label, exponent) in [("wall", 1.0), ("soft wall", 1.5)] {
+                for (label, exponent, damped) in [("wall", 1.0, false), ("soft wall", 1.5, false), ("damped wall", 1.0, true)] {
                     forms.push(Form {
                         label,
                         side: Side::Limb,
                         axis: Some(axis),
                         knobs: vec![Knob { lo: 0.5 * spread, hi: 2.6 * spread, log: false, telling: false }],
                         grid: grid(&[&[0.6, 1.0, 1.4, 1.8].map(|q| q * spread)]),
-                        signs: vec![Sign::Positive],
+                        signs: vec![Sign::Positive; if damped { 2 } else { 1 }],
                         action: Action::Force {
                             law: Arc::new(move |k, c| {
-                                let (position, k) = (side * k[0], c[0]);
-                                Box::new(Static { axis, force: move |x: f64| k * wall(x, position, side, exponent) })
+                                let damping = c.get(1).copied().unwrap_or(0.0);
+                                Box::new(Wall { axis, position: side * k[0], side, exponent, stiffness: c[0], damping })
                             }),
                             exact: vec![],
                             tangent: None,
                         },
                         naming: Arc::new(move |k, c| {
                             let stiffness = c[0] * spread.powf(exponent - 1.0);
-                            vec![("position_m", Value::Number(side * k[0] + centre)), ("stiffness_n_per_m", Value::Number(stiffness))]
+                            let damping = c.get(1).map(|c| ("damping_n_s_per_m2", Value::Number(*c)));
+                            let place = ("position_m", Value::Number(side * k[0] + centre));
+                            [place, ("stiffness_n_per_m", Value::Number(stiffness))].into_iter().chain(damping).collect()
                         }),
                         floor: (0.02, 0.0),
                     });
