@@ -178,8 +178,11 @@ pub(crate) fn features(subject: &Subject, state: &State) -> Features {
                 }
             }
         }
-        let changes: [Moving; 4] = [&|x, _, t| t * x[i] / sx, &|_, v, t| t * v[i] / sv, &|x, _, t| t * t * x[i] / sx, &|_, _, t| t];
+        let changes: [Moving; 3] = [&|x, _, t| t * x[i] / sx, &|_, v, t| t * v[i] / sv, &|x, _, t| t * t * x[i] / sx];
         out.varying.extend(changes.map(|f| Feature { axis: i, family: Time, column: series(i, f) }));
+        // A force that follows time answers no motion: it would else buy likelihood from the determinant, against an offset.
+        let time = Column { action: vec![], ..series(i, &|_, _, t| t) };
+        out.varying.push(Feature { axis: i, family: Time, column: time });
     }
     out
 }

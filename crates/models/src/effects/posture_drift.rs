@@ -3,6 +3,7 @@
 use super::card::mechanical;
 use super::drift::Drift;
 use super::{Action, Card, Effect, EffectError, Form, Injection, ParameterCard, Parameters, Scale, Setting, Side, Sign, Trace, Value, require_known};
+use num_complex::Complex64;
 use std::sync::Arc;
 
 const RATE: ParameterCard = mechanical("rate_m_per_s", ("m/s", "rad/s"), -1e3, 1e3, None);
@@ -56,7 +57,8 @@ impl Effect for PostureDrift {
                             Box::new(Drift { middle_s, stiffness: vec![], force })
                         }),
                         exact: vec![],
-                        tangent: None,
+                        // It follows time, whatever the motion does.
+                        tangent: Some(Arc::new(|_, _| Complex64::ZERO)),
                     },
                     naming: Arc::new(move |_, c| vec![("rate_m_per_s", Value::Number(-c[0] / stiffness))]),
                     floor: (0.01, 0.0),

@@ -4,6 +4,7 @@ use super::card::plain;
 use super::drift::Drift;
 use super::{Action, Card, Effect, EffectError, Form, Injection, ParameterCard, Parameters, Scale, Setting, Side, Sign, Trace, Value, require_known};
 use crate::force_law::Stage;
+use num_complex::Complex64;
 use std::sync::Arc;
 
 const RATE: ParameterCard = plain("rate_per_s", "1/s", -1e6, 1e6, None);
@@ -70,7 +71,8 @@ impl Effect for SensorOffsetDrift {
                             Box::new(Drift { middle_s, stiffness: vec![], force })
                         }),
                         exact: vec![],
-                        tangent: None,
+                        // It follows time, whatever the motion does.
+                        tangent: Some(Arc::new(|_, _| Complex64::ZERO)),
                     },
                     naming: Arc::new(move |_, c| vec![("rate_per_s", Value::Number(c[0])), ("channel", Value::Text(channel.clone()))]),
                     floor: (0.01, 0.0),
