@@ -181,8 +181,10 @@ pub(crate) fn features(subject: &Subject, state: &State) -> Features {
         let changes: [Moving; 3] = [&|x, _, t| t * x[i] / sx, &|_, v, t| t * v[i] / sv, &|x, _, t| t * t * x[i] / sx];
         out.varying.extend(changes.map(|f| Feature { axis: i, family: Time, column: series(i, f) }));
         // A force that follows time answers no motion: it would else buy likelihood from the determinant, against an offset.
-        let time = Column { action: vec![], ..series(i, &|_, _, t| t) };
-        out.varying.push(Feature { axis: i, family: Time, column: time });
+        if subject.structure.integrals == 0 {
+            let time = Column { action: vec![], ..series(i, &|_, _, t| t) };
+            out.varying.push(Feature { axis: i, family: Time, column: time });
+        }
     }
     out
 }
@@ -199,9 +201,8 @@ fn folds(subject: &Subject) -> Vec<Vec<usize>> {
 
 /// Minus log-likelihood of each fold under a model fitted to the others.
 pub(crate) fn held_out(subject: &Subject, stand: &Stand, extra: &[&Column]) -> Option<Vec<f64>> {
-    use crate::plant::Role;
     let columns: Vec<&Column> = stand.base.columns.iter().chain(&stand.terms).chain(extra.iter().copied()).collect();
-    let free: Vec<usize> = stand.base.roles.iter().enumerate().filter(|(_, r)| matches!(r, Role::Offset(..))).map(|(k, _)| k).collect();
+    let free: Vec<usize> = stand.base.roles.iter().enumerate().filter(|(_, role)| role.of_a_trial()).map(|(k, _)| k).collect();
     let blocks = subject.layout.blocks();
     if blocks < FEWEST_BLOCKS {
         return None;

@@ -20,8 +20,17 @@ pub(crate) enum Role {
     Entry(Matrix, usize, usize),
     /// The offset of an equation in a trial.
     Offset(usize, usize),
+    /// A power of time in an equation of a trial, which an integrated sensor leaves unknown.
+    Integrated(usize, usize),
     /// A tolerance of the instruments.
     Tolerance,
+}
+
+impl Role {
+    /// Whether it is of one trial alone, so that another part of the recording has its own.
+    pub fn of_a_trial(self) -> bool {
+        matches!(self, Role::Offset(..) | Role::Integrated(..))
+    }
 }
 
 /// Which entries the baseline has, and which of them are given.
@@ -35,12 +44,14 @@ pub(crate) struct Structure {
     /// Matrices whose free part is symmetric.
     pub symmetric: Vec<Matrix>,
     pub tolerances: bool,
+    /// How many times what was measured of the motion is integrated to the displacement.
+    pub integrals: usize,
 }
 
 impl Structure {
     /// The structure of a fitted baseline, or of the given one.
     pub fn new(axes: usize, baseline: Option<&Baseline>, spring: bool) -> Self {
-        let mut structure = Structure { spring, given: vec![], nominal: vec![], symmetric: vec![Matrix::Mass], tolerances: true };
+        let mut structure = Structure { spring, given: vec![], nominal: vec![], symmetric: vec![Matrix::Mass], tolerances: true, integrals: 0 };
         let Some(baseline) = baseline else { return structure };
         for (matrix, part) in [(Matrix::Mass, &baseline.mass), (Matrix::Damping, &baseline.damping), (Matrix::Stiffness, &baseline.stiffness)] {
             let Some(part) = part else { continue };
@@ -114,16 +125,20 @@ impl Base {
         base
     }
 
+    /// What a balance of forces does not know of each trial: its offset and, where the displacement is an integral, the lines and parabolas of time
+    /// that went with the constants of integration.
     fn offsets(&mut self, layout: &Layout) {
-        let one = vec![1.0; layout.samples];
-        for axis in 0..layout.axes {
-            for trial in 0..layout.trials {
+        let middle = 0.5 * layout.samples as f64;
+        let powers = if self.structure.spring { self.structure.integrals } else { self.structure.integrals.saturating_sub(1) };
+        for power in 0..=powers as i32 {
+            let series: Vec<f64> = (0..layout.samples).map(|k| ((k as f64 - middle) / middle).powi(power)).collect();
+            for (axis, trial) in (0..layout.axes).flat_map(|axis| (0..layout.trials).map(move |trial| (axis, trial))) {
                 let mut spectrum = vec![Complex64::ZERO; layout.size()];
                 let mut own = Vec::new();
-                layout.blocks_of(trial, &one, &mut own);
+                layout.blocks_of(trial, &series, &mut own);
                 spectrum[trial * own.len()..(trial + 1) * own.len()].copy_from_slice(&own);
                 self.columns.push(Column { parts: vec![(axis, Arc::new(spectrum))], action: vec![], through: Through::Motion, precision: 0.0 });
-                self.roles.push(Role::Offset(axis, trial));
+                self.roles.push(if power == 0 { Role::Offset(axis, trial) } else { Role::Integrated(axis, trial) });
             }
         }
     }

@@ -84,7 +84,7 @@ impl Subject {
                 .filter(|r| r.rest < ROBOT_REST && r.part > ROBOT_PART)
                 .map_or(Cause::Effort, |r| Cause::Loop(Arc::new(r.impedance)))
         };
-        let mut structure = Structure::new(axes, baseline, true);
+        let mut structure = Structure { integrals: meaning.order, ..Structure::new(axes, baseline, true) };
         let (mut base, mut fit) = settle(&state, &cause, &structure)?;
         if runs_away(&state, &fit) {
             cause = Cause::Unclear;
@@ -121,6 +121,7 @@ impl Subject {
             mass: matrix(Matrix::Mass),
             stiffness: matrix(Matrix::Stiffness),
             spring: structure.spring,
+            integrals: meaning.order,
             rotational: meaning.rotational,
             motion_imposed: meaning.motion_imposed,
             effort_is_command: meaning.effort_is_command,

@@ -11,7 +11,6 @@
 use crate::detectors::Tone;
 use crate::layout::Layout;
 use crate::linear::dot;
-use crate::plant::Role;
 use crate::samples::Samples;
 use crate::search::{Channels, Chosen, Stand};
 use crate::state::{Cause, Column, Tracks};
@@ -72,12 +71,11 @@ impl<'a> Unseen<'a> {
     fn left(&self, chosen: &[Chosen], stand: &Stand) -> Option<(Vec<Vec<f64>>, Vec<f64>)> {
         let channels = Channels { layout: &self.layout, cause: &self.cause, effort: &self.effort, motion: &self.motion };
         let assembly = self.subject.assemble(&stand.base.structure, chosen, channels);
-        let offset = |role: &Role| matches!(role, Role::Offset(..));
-        let mut fitted = stand.base.roles.iter().zip(&stand.fit.theta).filter(|(role, _)| !offset(role)).map(|(_, value)| *value);
-        let mut theta: Vec<f64> = assembly.base.roles.iter().map(|role| if offset(role) { Some(0.0) } else { fitted.next() }).collect::<Option<_>>()?;
+        let mut fitted = stand.base.roles.iter().zip(&stand.fit.theta).filter(|(role, _)| !role.of_a_trial()).map(|(_, value)| *value);
+        let mut theta: Vec<f64> = assembly.base.roles.iter().map(|role| if role.of_a_trial() { Some(0.0) } else { fitted.next() }).collect::<Option<_>>()?;
         theta.extend(&stand.fit.theta[stand.base.columns.len()..]);
         let columns: Vec<&Column> = assembly.columns().collect();
-        let free: Vec<usize> = assembly.base.roles.iter().enumerate().filter(|(_, role)| offset(role)).map(|(k, _)| k).collect();
+        let free: Vec<usize> = assembly.base.roles.iter().enumerate().filter(|(_, role)| role.of_a_trial()).map(|(k, _)| k).collect();
         (columns.len() == theta.len()).then_some(())?;
         Likelihood::new(&assembly.state, &self.cause, &assembly.base.held).left(&columns, &theta, &self.power, &free)
     }

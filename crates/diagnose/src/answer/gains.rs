@@ -17,7 +17,7 @@ pub(super) struct Step {
 impl Answer<'_> {
     /// The groups, each time the one that gains most beside those before it; one that may gain nothing there, and does not help
     /// the free run, joins the small ones.
-    pub(super) fn steps(&self, named: Vec<Group>, mut small: Vec<(Group, String)>, ends: &Ends, quiet: &Errors) -> (Vec<Step>, Vec<(Group, String)>) {
+    pub(super) fn steps(&self, named: Vec<Group>, mut small: Vec<(Group, String)>, ends: &Ends) -> (Vec<Step>, Vec<(Group, String)>) {
         let mut open = named;
         let mut steps: Vec<Step> = Vec::new();
         while !open.is_empty() {
@@ -30,17 +30,18 @@ impl Answer<'_> {
             let errors = self.errors_of(&kept.iter().chain(&group.members).copied().collect::<Vec<_>>());
             steps.push(Step { group, errors, rest });
         }
-        let before = |k: usize| if k == 0 { ends.baseline.as_ref() } else { steps[k - 1].rest.as_ref() };
+        let before = |k: usize| if k == 0 { ends.linear.as_ref() } else { steps[k - 1].rest.as_ref() };
+        let linear = self.errors_of(&[]);
         let helps = |k: usize| {
             let run = |errors: Option<&Errors>| errors.and_then(Errors::mean).unwrap_or(f64::INFINITY);
-            run(steps[k].errors.as_ref()) < run(if k == 0 { Some(quiet) } else { steps[k - 1].errors.as_ref() })
+            run(steps[k].errors.as_ref()) < run(if k == 0 { linear.as_ref() } else { steps[k - 1].errors.as_ref() })
         };
         let idle = |k: usize| nothing(ends.best.as_ref()?.gain(before(k)?, steps[k].rest.as_ref()?)).filter(|_| !helps(k));
         match (0..steps.len()).rev().find_map(|k| Some((k, idle(k)?))) {
             None => (steps, small),
             Some((k, why)) => {
                 small.push((steps.remove(k).group, why));
-                self.steps(steps.into_iter().map(|step| step.group).collect(), small, ends, quiet)
+                self.steps(steps.into_iter().map(|step| step.group).collect(), small, ends)
             }
         }
     }

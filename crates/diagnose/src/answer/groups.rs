@@ -116,29 +116,36 @@ impl Answer<'_> {
         })
     }
 
-    /// What the model of some of the chosen hypotheses leaves of the part that no fit saw.
+    /// What the model of some of the chosen hypotheses, fitted anew, leaves of the part that no fit saw.
     pub(super) fn rest(&self, mut members: Vec<usize>) -> Option<Rest> {
         let (subject, power) = (self.subject, &self.found.stand.fit.power);
-        // Tolerances would take the place of what corrects a channel.
-        let strict = self.found.chosen.iter().any(|c| subject.hypotheses[c.hypothesis].corrects());
         members.sort_unstable();
         let chosen: Vec<Chosen> = members.iter().map(|q| self.found.chosen[*q].clone()).collect();
-        match (chosen.is_empty(), strict) {
-            (true, false) => self.unseen.rest(&[], self.baseline),
-            (_, true) => self.unseen.rest(&chosen, &subject.strict(&chosen, power, 3)?),
-            (false, false) => self.unseen.rest(&chosen, &subject.stand(&chosen, power, 3)?),
-        }
+        let stand = if self.corrects() { subject.strict(&chosen, power, 3) } else { subject.stand(&chosen, power, 3) };
+        self.unseen.rest(&chosen, &stand?)
     }
 
-    /// That of the baseline, and that of all that was found.
+    /// Whether a channel is corrected: tolerances would take the place of what does that.
+    fn corrects(&self) -> bool {
+        self.found.chosen.iter().any(|c| self.subject.hypotheses[c.hypothesis].corrects())
+    }
+
+    /// That of the baseline, of the linear model fitted anew, and that of all that was found.
     pub(super) fn ends(&self) -> Ends {
-        Ends { baseline: self.rest(Vec::new()), best: self.rest((0..self.found.chosen.len()).collect()) }
+        let linear = self.rest(Vec::new());
+        Ends {
+            baseline: if self.corrects() { linear.clone() } else { self.unseen.rest(&[], self.baseline) },
+            linear,
+            best: self.rest((0..self.found.chosen.len()).collect()),
+        }
     }
 }
 
 /// What the first and the best model leave of the part that no fit saw.
 pub(super) struct Ends {
     pub baseline: Option<Rest>,
+    /// A cause has to gain beside this one: what new matrices gain is not its own.
+    pub linear: Option<Rest>,
     pub best: Option<Rest>,
 }
 

@@ -170,6 +170,8 @@ pub struct Scale {
     pub stiffness: Vec<Vec<f64>>,
     /// Whether the plant has a restoring force.
     pub spring: bool,
+    /// How many times what was measured of the motion is integrated to the displacement.
+    pub integrals: usize,
     /// Whether the axes are rotations.
     pub rotational: bool,
     /// Whether the motion is imposed and the effort answers.

@@ -36,8 +36,9 @@ impl Effect for PostureDrift {
         Ok(Injection::Force(Box::new(Drift { middle_s: setting.duration_s / 2.0, stiffness: vec![], force })))
     }
 
+    /// Not offered where the displacement is an integral: the sensor's unknown zero moves it alike.
     fn forms(&self, scale: &Scale) -> Vec<Form> {
-        if !scale.spring {
+        if !scale.spring || scale.integrals > 0 {
             return Vec::new();
         }
         let (n, middle_s) = (scale.axes(), scale.duration_s / 2.0);

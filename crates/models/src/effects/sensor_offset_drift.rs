@@ -51,7 +51,7 @@ impl Effect for SensorOffsetDrift {
 
     /// Beside a spring only the creeping posture is offered: the balance of forces cannot tell the two.
     fn forms(&self, scale: &Scale) -> Vec<Form> {
-        if scale.spring {
+        if scale.spring || scale.integrals > 1 {
             return Vec::new();
         }
         let (n, middle_s) = (scale.axes(), scale.duration_s / 2.0);

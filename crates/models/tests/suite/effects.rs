@@ -57,6 +57,7 @@ fn planar() -> Scale {
         mass: vec![vec![2.0, 0.1], vec![0.1, 1.5]],
         stiffness: vec![vec![400.0, -30.0], vec![-30.0, 300.0]],
         spring: true,
+        integrals: 0,
         rotational: false,
         motion_imposed: false,
         effort_is_command: true,

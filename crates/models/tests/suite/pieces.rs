@@ -184,6 +184,7 @@ fn a_reflex_that_is_late_and_fast_is_judged_in_the_time_of_its_own_plant() {
             mass: vec![vec![2.0]],
             stiffness: vec![vec![300.0]],
             spring: true,
+            integrals: 0,
             rotational: false,
             motion_imposed: false,
             effort_is_command: false,
