@@ -107,13 +107,16 @@ impl Meaning {
 fn integral(samples: &[f64], rate_hz: f64) -> Vec<f64> {
     let n = samples.len() as f64;
     let mean = samples.iter().sum::<f64>() / n;
+    // From one sample to the next along the polynomial of fifth degree through six of them: the rule of trapezoids is 1.6 % short at a fourteenth of the
+    // rate. At the ends trapezoids.
+    let between = |k: usize| match samples.get(k.wrapping_sub(3)..k + 3) {
+        Some([a, b, c, d, e, f]) => (11.0 * (a + f) - 93.0 * (b + e) + 802.0 * (c + d)) / 1440.0,
+        _ => 0.5 * (samples[k - 1] + samples[k]),
+    };
     let mut sum = 0.0;
-    let mut last = 0.0;
-    let mut out: Vec<f64> = samples
-        .iter()
-        .map(|x| {
-            sum += 0.5 * (x - mean + last) / rate_hz;
-            last = x - mean;
+    let mut out: Vec<f64> = (0..samples.len())
+        .map(|k| {
+            sum += if k == 0 { 0.0 } else { (between(k) - mean) / rate_hz };
             sum
         })
         .collect();
@@ -227,5 +230,25 @@ impl Samples {
     /// The number of samples of the shortest trial.
     pub fn len(&self) -> usize {
         self.effort.iter().map(|t| t[0].len()).min().unwrap_or(0)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::f64::consts::TAU;
+
+    #[test]
+    fn the_integral_of_a_fast_sine_is_the_cosine() {
+        // The next term of the rule is 191/60480 of the step's sixth power.
+        let (rate_hz, frequency_hz) = (200.0, 14.0);
+        let step = TAU * frequency_hz / rate_hz;
+        let speed: Vec<f64> = (0..4001).map(|k| (step * f64::from(k)).cos()).collect();
+        let place = integral(&speed, rate_hz);
+        let size = 1.0 / (TAU * frequency_hz);
+        let mean = place[100..3900].iter().enumerate().map(|(k, x)| x - size * (step * (k + 100) as f64).sin()).sum::<f64>() / 3800.0;
+        let worst = (100..3900).map(|k| (place[k] - mean - size * (step * k as f64).sin()).abs()).fold(0.0, f64::max) / size;
+        assert!(worst < 1.1 * 191.0 / 60480.0 * step.powi(6) + 1e-4, "{worst}");
+        assert!(worst < 0.1 * step * step / 12.0, "no better than trapezoids");
     }
 }

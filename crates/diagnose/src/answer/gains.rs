@@ -17,7 +17,7 @@ pub(super) struct Step {
 impl Answer<'_> {
     /// The groups, each time the one that gains most beside those before it; one that may gain nothing there, and does not help
     /// the free run, joins the small ones.
-    pub(super) fn steps(&self, named: Vec<Group>, mut small: Vec<(Group, String)>, ends: &Ends) -> (Vec<Step>, Vec<(Group, String)>) {
+    pub(super) fn steps(&self, named: Vec<Group>, mut small: Vec<(Group, String)>, ends: &Ends, quiet: &Errors) -> (Vec<Step>, Vec<(Group, String)>) {
         let mut open = named;
         let mut steps: Vec<Step> = Vec::new();
         while !open.is_empty() {
@@ -30,18 +30,23 @@ impl Answer<'_> {
             let errors = self.errors_of(&kept.iter().chain(&group.members).copied().collect::<Vec<_>>());
             steps.push(Step { group, errors, rest });
         }
-        let before = |k: usize| if k == 0 { ends.linear.as_ref() } else { steps[k - 1].rest.as_ref() };
+        let run = |errors: Option<&Errors>| errors.and_then(Errors::mean).unwrap_or(f64::INFINITY);
+        // The first has to be better than the baseline, and than matrices fitted anew: what these gain is not its own.
         let linear = self.errors_of(&[]);
-        let helps = |k: usize| {
-            let run = |errors: Option<&Errors>| errors.and_then(Errors::mean).unwrap_or(f64::INFINITY);
-            run(steps[k].errors.as_ref()) < run(if k == 0 { linear.as_ref() } else { steps[k - 1].errors.as_ref() })
+        let before = |k: usize| match k {
+            0 => vec![(ends.baseline.as_ref(), Some(quiet)), (ends.linear.as_ref(), linear.as_ref())],
+            _ => vec![(steps[k - 1].rest.as_ref(), steps[k - 1].errors.as_ref())],
         };
-        let idle = |k: usize| nothing(ends.best.as_ref()?.gain(before(k)?, steps[k].rest.as_ref()?)).filter(|_| !helps(k));
+        let idle_beside = |k: usize, (rest, errors): (Option<&Rest>, Option<&Errors>)| {
+            let helps = run(steps[k].errors.as_ref()) < run(errors);
+            nothing(ends.best.as_ref()?.gain(rest?, steps[k].rest.as_ref()?)).filter(|_| !helps)
+        };
+        let idle = |k: usize| before(k).into_iter().find_map(|other| idle_beside(k, other));
         match (0..steps.len()).rev().find_map(|k| Some((k, idle(k)?))) {
             None => (steps, small),
             Some((k, why)) => {
                 small.push((steps.remove(k).group, why));
-                self.steps(steps.into_iter().map(|step| step.group).collect(), small, ends)
+                self.steps(steps.into_iter().map(|step| step.group).collect(), small, ends, quiet)
             }
         }
     }

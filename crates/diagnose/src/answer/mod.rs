@@ -78,7 +78,7 @@ impl Answer<'_> {
         let level = noise_floor.nrmse.iter().map(|f| f.map_or(0.0, |f| f * f)).sum::<f64>() / noise_floor.nrmse.len() as f64;
         let ends = self.ends();
         let (named, small) = self.sorted_out(&ends);
-        let (steps, small) = self.steps(named, small, &ends);
+        let (steps, small) = self.steps(named, small, &ends, &quiet);
         let left = Left::of(self, &before, &final_errors, &noise_floor);
         let limit = left.limit;
         let mut confusable = Vec::new();
