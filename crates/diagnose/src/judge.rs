@@ -161,14 +161,11 @@ impl Errors {
         Some(out)
     }
 
-    /// rms difference of two predictions on the output where it is largest, as a share of the output's standard deviation; without end where one of
-    /// them is not finite.
-    pub fn distance(&self, other: &Errors) -> f64 {
-        let one = |(a, b): (&Vec<f64>, &Vec<f64>)| {
-            let power = a.iter().zip(b).map(|(a, b)| (a - b).powi(2)).sum::<f64>() / a.len().max(1) as f64;
-            if power.is_finite() { power.sqrt() } else { f64::INFINITY }
-        };
-        self.predicted.iter().zip(&other.predicted).map(one).fold(0.0, f64::max)
+    /// rms difference of two predictions on the output where it is largest, as a share of the output's standard deviation; nothing where one of them is
+    /// not finite.
+    pub fn distance(&self, other: &Errors) -> Option<f64> {
+        let one = |(a, b): (&Vec<f64>, &Vec<f64>)| (a.iter().zip(b).map(|(a, b)| (a - b).powi(2)).sum::<f64>() / a.len().max(1) as f64).sqrt();
+        self.predicted.iter().zip(&other.predicted).map(one).try_fold(0.0, |most: f64, next| next.is_finite().then(|| most.max(next)))
     }
 
     /// Mean over all outputs of the error's variance, as a share of the output's.

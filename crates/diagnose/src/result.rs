@@ -411,7 +411,7 @@ pub struct Minor {
     pub effect: String,
     /// Where it sits.
     pub site: Site,
-    /// What it removes of the effort's rms or changes of the prediction, whichever is more, as a share.
+    /// What it removes of the effort's rms, or of the prediction's error as a share of the output's, whichever is more.
     #[serde(deserialize_with = "or_nan")]
     #[cfg_attr(feature = "schema", schemars(with = "Option<f64>"))]
     pub removed: f64,

@@ -65,10 +65,13 @@ impl Answer<'_> {
                 group.worth
             ),
             format!(
-                "it removes {:.1} % of the whitened residual, {:.2} % of the effort's rms; it changes the held-out prediction by {:.2} % of the output",
+                "it removes {:.1} % of the whitened residual, {:.2} % of the effort's rms; {}",
                 100.0 * share,
                 100.0 * group.size,
-                100.0 * group.change
+                match group.change {
+                    Some(change) => format!("it changes the held-out prediction by {:.2} % of the output", 100.0 * change),
+                    None => "with it or without it no prediction of the held-out part stays finite".to_owned(),
+                }
             ),
         ];
         if let Some(j) = step.judged.iter().find(|j| subject.hypotheses[j.hypothesis].effect.name() != h.effect.name()) {

@@ -106,7 +106,7 @@ impl Answer<'_> {
 
     pub(super) fn minor(&self, group: &Group, why: &str) -> Minor {
         let h = &self.subject.hypotheses[self.found.chosen[group.members[0]].hypothesis];
-        let removed = group.size.max(group.change);
+        let removed = group.size.max(group.helps);
         Minor { effect: h.effect.name().to_owned(), site: self.site(h.form.side, h.form.axis), removed, why: why.to_owned() }
     }
 

@@ -25,8 +25,8 @@ pub(super) struct Group {
     pub size: f64,
     /// Root of the power that it removes of the held-out prediction's error, as a share of the output's standard deviation.
     pub helps: f64,
-    /// rms by which it changes the held-out prediction, as a share of the output's standard deviation.
-    pub change: f64,
+    /// rms by which it changes the held-out prediction, as a share of the output's standard deviation; nothing where a prediction is not finite.
+    pub change: Option<f64>,
 }
 
 impl Answer<'_> {
@@ -41,7 +41,7 @@ impl Answer<'_> {
         for q in of.iter().copied() {
             match groups.iter_mut().find(|g| key(g.members[0]) == key(q)) {
                 Some(group) => group.members.push(q),
-                None => groups.push(Group { members: vec![q], worth: found.worth[q], size: 0.0, helps: 0.0, change: 0.0 }),
+                None => groups.push(Group { members: vec![q], worth: found.worth[q], size: 0.0, helps: 0.0, change: None }),
             }
         }
         let power = &found.stand.fit.power;
@@ -59,7 +59,7 @@ impl Answer<'_> {
             if let (Some(without), Some(with)) = (subject.strict(&rest, power, 2), &strict) {
                 group.size = generic::size(&without, &without.fit.residual, &with.fit.residual);
                 let before = self.court.errors(subject, &rest, &without);
-                group.change = predicted.as_ref().map_or(f64::INFINITY, |after| before.distance(after));
+                group.change = predicted.as_ref().and_then(|after| before.distance(after));
                 group.helps = predicted.as_ref().map_or(0.0, |after| before.score.removed_by(&after.score));
             }
         }
@@ -83,8 +83,8 @@ impl Answer<'_> {
                 100.0 * group.helps
             ));
         }
-        if corrects && group.change <= CHANGE * tolerance {
-            return Some(format!("it changes the prediction by {:.2} % of the output: below the tolerance", 100.0 * group.change));
+        if let Some(change) = group.change.filter(|change| corrects && *change <= CHANGE * tolerance) {
+            return Some(format!("it changes the prediction by {:.2} % of the output: below the tolerance", 100.0 * change));
         }
         let probability = self.features(group).probability();
         if probability < LIKELY {

@@ -12,7 +12,7 @@ const GATED: f64 = 0.2;
 const REMAINDER: f64 = 5.0;
 /// Probability of a name whose form leaves such structure.
 const IMPERFECT: f64 = 0.9;
-/// Probability of a name where neither the baseline nor the extended model predicts the held-out part.
+/// Probability of a name where the model with all of them predicts the held-out part worse than no prediction.
 const LOST: f64 = 0.5;
 /// Share of the outputs' variance below which what a baseline misses is called little.
 const LITTLE_MISSING: f64 = 0.1;
@@ -55,7 +55,7 @@ impl Left {
         let remainder = sure && gate.beyond > REMAINDER;
         let ratio = if unknown { gate.beyond / (gate.beyond + gate.named.max(0.0)).max(1.0) } else { 0.0 };
         let adrift = lost(&before.score);
-        let limit = match (ratio > 0.45, adrift && lost(&all.score)) {
+        let limit = match (ratio > 0.45, lost(&all.score)) {
             (true, _) => GATED,
             (false, true) => LOST,
             (false, false) if remainder => IMPERFECT,

@@ -123,8 +123,9 @@ impl Answer<'_> {
         if !left.unknown {
             self.own_force(&mut causes, &before);
         }
-        // Causes that do not make the free run better are not all there is.
-        weak |= !all.is_empty() && extended_score.is_worse_than(&before.score);
+        let (own, with_causes) = (self.own_parameters(), if all.is_empty() { self.own_parameters() } else { self.parameters(all, extended, &others) });
+        // Causes that do not make the free run better are not all there is, and no more are those beside a mass below zero.
+        weak |= !all.is_empty() && (extended_score.is_worse_than(&before.score) || with_causes.iter().any(|p| p.flag.is_some()));
         let verdict = left.verdict(!causes.is_empty(), weak, &extended_score);
         noise_floor.below(&extended_score);
         causes.iter().for_each(|cause| noise_floor.below(&Score { nrmse: cause.gain.nrmse_after.clone(), ..Score::default() }));
@@ -132,7 +133,6 @@ impl Answer<'_> {
             noise_floor = NoiseFloor::of_the_rest(&extended_score);
         }
         let mut notes = left.notes(self, &before, level, !causes.is_empty());
-        let (own, with_causes) = (self.own_parameters(), if all.is_empty() { self.own_parameters() } else { self.parameters(all, extended, &others) });
         notes.extend(below_zero("baseline", &own));
         notes.extend(below_zero("extended model", &with_causes));
         let pictures = Pictures::new(self, all, extended);

@@ -51,13 +51,14 @@ fn the_quiet_ankle_lacks_little_and_gets_no_confident_friction_or_hysteresis() {
     assert!(d.discrepancy.notes.iter().any(|n| n.starts_with("little is missing")), "{:?}", d.discrepancy.notes);
 }
 
-/// It rings for longer than the part that no fit saw lasts, which therefore proves nothing.
+/// It rings for longer than the part that no fit saw lasts, which therefore proves little.
 #[test]
-fn the_flexible_arm_has_another_resonance_that_its_last_part_is_too_short_to_prove() {
+fn the_flexible_arm_has_another_resonance_that_is_never_sure() {
     let Some(d) = answer("robot-arm", record("robot-arm")) else { return };
     let found: Vec<&str> = d.causes.iter().map(|c| c.effect.as_str()).chain(d.minor.iter().map(|m| m.effect.as_str())).collect();
-    assert_eq!(found, ["extra-resonance"], "{:?}", d.minor);
-    assert_eq!(d.verdict, Verdict::Unexplained);
+    assert!(found.contains(&"extra-resonance"), "{:?}", d.minor);
+    assert!(d.causes.iter().all(|c| c.probability <= 0.5), "{:?}", d.causes);
+    assert!([Verdict::Unexplained, Verdict::PartlyExplained].contains(&d.verdict));
 }
 
 /// Torque to acceleration of a mass that carries another one on a light spring, 1000 samples at 1 Hz.
