@@ -2,8 +2,8 @@
 
     python program.py scipy|numpy FILE RATE NPERSEG OUT [--warm]
 
-scipy: pandas and scipy.signal. numpy: pyarrow and batched transforms. With --warm it does it again until three seconds have passed, prints
-the least wall time, and whoever asks may compare it with a whole process of another program.
+scipy: pandas and scipy.signal. numpy: pyarrow and batched transforms. With --warm it reads and estimates again, without writing, until three
+seconds have passed, and prints the least wall time: what a whole process of another program may be compared with.
 """
 import json
 import sys
@@ -37,21 +37,21 @@ def plain(values):
     return [values.real.tolist(), values.imag.tolist()] if np.iscomplexobj(values) else values.tolist()
 
 
-def work():
+def estimate():
     x = read()
     averages = 1 + (x.shape[1] - nperseg) // (nperseg // 2)
-    found = (all_by_scipy if who == "scipy" else all_by_numpy)(x, averages, rate, nperseg, nperseg // 2, nperseg)
-    names = ("response", "noise", "inverse", "multiple", "partial", "condition", "ordinary", "inputs")
-    with open(out, "w") as file:
-        json.dump({name: plain(values) for name, values in zip(names, found)}, file)
+    return (all_by_scipy if who == "scipy" else all_by_numpy)(x, averages, rate, nperseg, nperseg // 2, nperseg)
 
 
 if "--warm" in sys.argv:
     least, begun = float("inf"), time.perf_counter()
     while time.perf_counter() - begun < 3.0:
         clock = time.perf_counter()
-        work()
+        estimate()
         least = min(least, time.perf_counter() - clock)
     print(f"seconds {least:.9f}")
 else:
-    work()
+    names = ("response", "noise", "inverse", "multiple", "partial", "condition", "ordinary", "inputs")
+    found = {name: plain(values) for name, values in zip(names, estimate())}
+    with open(out, "w") as file:
+        json.dump(found, file)

@@ -171,7 +171,7 @@ def program():
             rows = [[name, f"{1e3 * wall:.0f} ms", f"{1e3 * cpu:.0f} ms", f"{memory:.0f} MB"] for name, (wall, cpu, memory) in best.items()]
             for who, name in (("numpy", "NumPy and pyarrow"), ("scipy", "pandas and SciPy")):
                 seconds = lines(script(who, path, rate, nperseg, out, "--warm"))["seconds"]
-                rows.append([f"{name}, inside a warm interpreter", f"{1e3 * seconds:.0f} ms", "", ""])
+                rows.append([f"{name}: read and estimate, inside a warm interpreter", f"{1e3 * seconds:.0f} ms", "", ""])
             table(f"The whole program: {what}, {file} of {os.path.getsize(path) / 1e6:.1f} MB", ["who", "wall", "processor", "peak memory"], rows)
     print(f"\nThe program: {os.path.getsize(NDOF) / 1e6:.1f} MB with Parquet (asked of the default build: under 25 MB).")
 
