@@ -1,0 +1,1 @@
+//! What a robot's own simulation gets wrong, joint by joint.
