@@ -48,6 +48,9 @@ pub enum AnalysisError {
         /// The efforts.
         outputs: String,
     },
+    /// A robot's joints cannot be judged.
+    #[error(transparent)]
+    Joints(#[from] ndof_joints::JointsError),
     /// The paper's cost has no impedance to look at.
     #[error("the paper's cost is that of an impedance, which has one effort for each motion; leave inputs out with `input`, or leave `cost` out")]
     PaperSums,

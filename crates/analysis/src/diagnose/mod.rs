@@ -1,6 +1,7 @@
 //! Trials in, diagnosis out.
 
 mod arm;
+mod joints;
 mod linear_fit;
 pub mod result;
 mod robot_side;
@@ -40,6 +41,9 @@ pub struct Diagnosed {
 /// # Errors
 /// [`AnalysisError`] if the channels do not make a balance of forces, the recording is too short, or the baseline does not fit.
 pub fn diagnose(trials: &Trials, settings: &Diagnose, progress: &mut dyn FnMut(&str)) -> Result<Diagnosed, AnalysisError> {
+    if let Some(robot) = &settings.robot {
+        return joints::diagnose(trials, robot, settings, progress);
+    }
     let mut options = settings.options(trials)?;
     let linear = settings.baseline.as_ref().map(baseline).transpose()?;
     let mut not_fitted = None;

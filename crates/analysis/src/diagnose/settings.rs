@@ -6,7 +6,9 @@ use crate::file::{BaselineFile, KinematicsFile};
 use crate::schedule::{Cycles, Events, PHASE, Schedule, TIME, schedule_channels};
 use crate::suggest::{did_you_mean, nearest};
 use crate::trials::Trials;
+use ndof_devices::RobotConfig;
 use ndof_diagnose::Options;
+use ndof_joints::CAUSES;
 use ndof_models::effects::EFFECTS;
 use serde::{Deserialize, Serialize};
 use std::path::Path;
@@ -77,6 +79,10 @@ pub struct Diagnose {
     #[cfg_attr(feature = "clap", arg(skip))]
     #[cfg_attr(feature = "schema", schemars(with = "Option<serde_json::Map<String, serde_json::Value>>"))]
     pub kinematics: Option<KinematicsFile>,
+    /// The robot whose joints are judged: its file's bodies and frictions are the simulation.
+    #[cfg_attr(feature = "clap", arg(skip))]
+    #[cfg_attr(feature = "schema", schemars(with = "Option<serde_json::Map<String, serde_json::Value>>"))]
+    pub robot: Option<RobotConfig>,
     /// In a study: so many effects are drawn from the seed and hidden in what is simulated; the answer comes last.
     #[cfg_attr(feature = "clap", arg(skip))]
     pub hide: usize,
@@ -98,6 +104,7 @@ impl Default for Diagnose {
             event_s: None,
             baseline: None,
             kinematics: None,
+            robot: None,
             hide: 0,
         }
     }
@@ -135,25 +142,10 @@ impl Diagnose {
 
     /// The same for the search, which knows trials by number.
     pub(super) fn options(&self, trials: &Trials) -> Result<Options, AnalysisError> {
-        let wrong = |argument: &str, what: String| Err(AnalysisError::Meaning { file: format!("`{argument}`"), what });
-        if !(self.tolerance.is_finite() && self.tolerance >= 0.0) {
-            return wrong("tolerance", format!("{} is no share; give one such as 0.01", self.tolerance));
-        }
-        let known = || EFFECTS.iter().map(|effect| effect.name());
-        if let Some(name) = self.without.iter().find(|name| known().all(|effect| effect != name.as_str())) {
-            return wrong("without", format!("no effect \"{name}\"{}; `ndof list effects` prints them", did_you_mean(nearest(name, known()).as_deref())));
-        }
-        let held_out = match &self.held_out {
-            HeldOut::Auto => ndof_diagnose::HeldOut::Auto,
-            HeldOut::Time([from, to]) => ndof_diagnose::HeldOut::Time(*from, *to),
-            HeldOut::Files(files) => {
-                let held = trials.trials.iter().enumerate().filter(|(_, trial)| files.contains(&trial.file));
-                ndof_diagnose::HeldOut::Trials(held.map(|(k, _)| k).collect())
-            }
-        };
+        self.check(EFFECTS.iter().map(|effect| effect.name()).collect(), "effects")?;
         Ok(Options {
             band_hz: self.band_hz.map(|[low, high]| (low, high)),
-            held_out,
+            held_out: self.apart(trials),
             tolerance: self.tolerance,
             seed: self.seed,
             without: self.without.clone(),
@@ -162,6 +154,48 @@ impl Diagnose {
             schedule: self.schedule(trials).map_err(|what| AnalysisError::Schedule { what })?,
             ..Options::default()
         })
+    }
+
+    /// The same where a robot's joints are judged; what is of other tasks is refused.
+    pub(super) fn of_joints(&self, trials: &Trials) -> Result<ndof_joints::Options, AnalysisError> {
+        self.check(CAUSES.iter().map(|cause| cause.card.name).collect(), "joints")?;
+        let other = [
+            ("band", self.band_hz.is_some()),
+            ("baseline", self.baseline.is_some()),
+            ("kinematics", self.kinematics.is_some()),
+            ("schedule", self.schedule.is_some()),
+            ("plan", self.plan),
+        ];
+        if let Some((name, _)) = other.iter().find(|(_, given)| *given) {
+            return Err(AnalysisError::Meaning { file: format!("`{name}`"), what: "it is not for a `robot`, whose joints are judged; leave out one of the two".to_owned() });
+        }
+        Ok(ndof_joints::Options { held_out: self.apart(trials), tolerance: self.tolerance, without: self.without.clone(), ..ndof_joints::Options::default() })
+    }
+
+    /// Refuses a tolerance that is none, and names of causes that there are not in the `list`.
+    fn check(&self, known: Vec<&str>, list: &str) -> Result<(), AnalysisError> {
+        let wrong = |argument: &str, what: String| Err(AnalysisError::Meaning { file: format!("`{argument}`"), what });
+        if !(self.tolerance.is_finite() && self.tolerance >= 0.0) {
+            return wrong("tolerance", format!("{} is no share; give one such as 0.01", self.tolerance));
+        }
+        match self.without.iter().find(|name| !known.contains(&name.as_str())) {
+            Some(name) => {
+                let near = did_you_mean(nearest(name, known.iter().copied()).as_deref());
+                wrong("without", format!("no effect \"{name}\"{near}; `ndof list {list}` prints them"))
+            }
+            None => Ok(()),
+        }
+    }
+
+    fn apart(&self, trials: &Trials) -> ndof_diagnose::HeldOut {
+        match &self.held_out {
+            HeldOut::Auto => ndof_diagnose::HeldOut::Auto,
+            HeldOut::Time([from, to]) => ndof_diagnose::HeldOut::Time(*from, *to),
+            HeldOut::Files(files) => {
+                let held = trials.trials.iter().enumerate().filter(|(_, trial)| files.contains(&trial.file));
+                ndof_diagnose::HeldOut::Trials(held.map(|(k, _)| k).collect())
+            }
+        }
     }
 
     /// The same without the folders of files, which are nobody else's business.

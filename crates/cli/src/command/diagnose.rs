@@ -8,7 +8,8 @@ use clap::Args;
 use ndof_analysis::diagnose::result::DiagnosisResult;
 use ndof_analysis::file::{self, BaselineFile};
 use ndof_analysis::options::pair;
-use ndof_analysis::{Diagnose, Estimate, Fit, HeldOut};
+use ndof_analysis::{AnalysisError, Diagnose, Estimate, Fit, HeldOut};
+use ndof_devices::RobotConfig;
 use ndof_diagnose::{Cause, Site, Verdict};
 use ndof_models::effects::Value;
 use ndof_report::{diagnosis_report, sentence};
@@ -29,6 +30,12 @@ pub struct Arguments {
     /// The simulation to be judged: its model and parameters, each fixed, nominal or free
     #[arg(long, value_name = "FILE.toml")]
     baseline: Option<PathBuf>,
+    /// The robot whose joints are judged, URDF, MJCF or TOML: recordings hold torque_JOINT and angle_JOINT of each joint
+    #[arg(long, value_name = "FILE", conflicts_with = "baseline")]
+    robot: Option<PathBuf>,
+    /// Link at the end of the robot's chain
+    #[arg(long, value_name = "LINK", requires = "robot")]
+    tip: Option<String>,
     /// Data that no fit sees: files, or a stretch of time in seconds
     #[arg(long, value_name = "FILE|FROM-TO", num_args = 1..)]
     held_out: Vec<String>,
@@ -98,8 +105,16 @@ fn settings(arguments: &Arguments) -> Result<Diagnose, CliError> {
         seed: arguments.shared.seed.unwrap_or(arguments.diagnose.seed),
         baseline: arguments.baseline.as_deref().map(read_baseline).transpose()?,
         kinematics: arguments.limb.read()?,
+        robot: arguments.robot.as_deref().map(|path| read_robot(path, arguments.tip.as_deref())).transpose()?,
         ..arguments.diagnose.clone()
     })
+}
+
+fn read_robot(path: &Path, tip: Option<&str>) -> Result<RobotConfig, CliError> {
+    ndof_io::keep(path);
+    let file = path.display().to_string();
+    let text = std::fs::read_to_string(path).map_err(|source| AnalysisError::Read { file: file.clone(), source })?;
+    Ok(RobotConfig::parse(&file, &text, tip).map_err(AnalysisError::from)?)
 }
 
 fn read_baseline(path: &Path) -> Result<BaselineFile, CliError> {

@@ -51,6 +51,22 @@ impl SerialChain {
         Ok(chain)
     }
 
+    /// Gravity in the base's axes (m/s²).
+    pub fn gravity(&self) -> [f64; 3] {
+        self.gravity
+    }
+
+    /// The same chain under another gravity.
+    #[must_use]
+    pub fn with_gravity(self, gravity: [f64; 3]) -> Self {
+        SerialChain { gravity, ..self }
+    }
+
+    /// The flange, in the axes of the last joint (m).
+    pub fn tip(&self) -> [f64; 3] {
+        self.tip
+    }
+
     /// Refuses friction, bodies and a mass matrix that there cannot be.
     fn check(&self) -> Result<(), RobotError> {
         self.joints.check()?;

@@ -1,0 +1,382 @@
+//! The answer in the words of every diagnosis.
+
+use crate::causes::Form;
+use crate::diagnose::{Aside, Options, Searched, share, without};
+use crate::generic::Left;
+use crate::held_out::{Sum, gain, losses, predicted};
+use crate::model::{Logged, Model, residual};
+use crate::pictures;
+use crate::scene::{Scene, deviation, rms};
+use crate::search::{Rule, Solved};
+use crate::table::View;
+use ndof_devices::TERMS_OF_A_LINK;
+use ndof_diagnose::{
+    BandShare, Cause, CauseParameter, Confusable, Considered, Diagnosis, Discrepancy, Extended, Gain, Minor, Model as Told, ModelParameter, NoiseFloor,
+    Pictures, Score, Shift, Site, Split, Stretch, TimeShare, Verdict,
+};
+use ndof_models::effects::Value;
+use ndof_models::robot::Robot;
+use ndof_signal::{Recording, forward_transform};
+use ndof_sysid::Ports;
+
+/// All that an answer is written from.
+pub(crate) struct Answer<'a> {
+    pub scene: &'a Scene<'a>,
+    pub trials: &'a [Recording],
+    pub ports: &'a Ports,
+    pub fitted: &'a View<'a>,
+    pub held: &'a View<'a>,
+    pub forms: &'a [Form],
+    pub searched: &'a Searched,
+    pub model: &'a Model,
+    pub left: &'a Left,
+    pub options: &'a Options,
+}
+
+/// Others that are compared with a cause, the best first.
+const RIVALS: usize = 3;
+/// Two models are told apart where one is better with this probability.
+const TOLD_APART: f64 = 0.95;
+/// Stretches of time, and bands, in which the file's error is shown.
+const SLICES: usize = 8;
+
+impl Answer<'_> {
+    pub fn write(&self, stretches: &[Stretch; 2], minor: Vec<Aside>) -> (Diagnosis, Pictures) {
+        let empty = Model { forms: vec![], logged: Logged::as_it_is(self.joints()), factors: vec![], covariance: vec![], places: vec![] };
+        let [before, after] = [&empty, self.model].map(|model| self.score(model));
+        let mut floor = self.floor();
+        for (floor, reached) in floor.nrmse.iter_mut().zip(&after.nrmse) {
+            *floor = floor.zip(*reached).map(|(f, r)| f.min(r));
+        }
+        let total = gain(self.held, &empty, self.model).value;
+        let (mut causes, mut confusable) = (Vec::new(), Vec::new());
+        for k in 0..self.model.forms.len() {
+            let rivals = self.rivals(k);
+            let unsure: Vec<String> = rivals.iter().filter(|(_, p)| *p < TOLD_APART).map(|(f, _)| words(&self.forms[*f], &self.names())).collect();
+            if !unsure.is_empty() {
+                let effects = std::iter::once(words(&self.model.forms[k], &self.names())).chain(unsure).collect();
+                confusable.push(Confusable { effects, next_experiment: self.model.forms[k].cause.card.next_experiment.to_owned(), predicted: vec![] });
+            }
+            let probability = rivals.iter().map(|(_, p)| *p).fold(1.0, f64::min);
+            causes.push(self.cause(k, probability, total, &after));
+        }
+        let split = Split { estimation: self.stretch(&stretches[0]), held_out: self.stretch(&stretches[1]), windows_s: None };
+        let pictures = pictures::draw(self, &empty);
+        let diagnosis = Diagnosis {
+            split,
+            verdict: self.verdict(),
+            baseline: Told { model: "the file's rigid bodies and frictions".to_owned(), parameters: self.file(), held_out: before },
+            noise_floor: floor,
+            discrepancy: self.discrepancy(&empty),
+            extended: self.extended(after),
+            considered: self.considered(),
+            minor: minor.into_iter().map(|m| Minor { effect: m.form.cause.card.name.to_owned(), site: self.site(&m.form), removed: m.removed, why: m.why }).collect(),
+            causes,
+            confusable,
+        };
+        (diagnosis, pictures)
+    }
+
+    pub fn joints(&self) -> usize {
+        self.scene.joints.len()
+    }
+
+    fn names(&self) -> Vec<String> {
+        self.scene.chain.joints().names.clone()
+    }
+
+    fn site(&self, form: &Form) -> Site {
+        Site { side: form.cause.card.side.to_owned(), axis: form.joint.map(|j| self.names().swap_remove(j)).unwrap_or_default() }
+    }
+
+    fn stretch(&self, stretch: &Stretch) -> String {
+        match stretch {
+            Stretch::Trials(trials) => format!("trials {}", trials.iter().map(|t| (t + 1).to_string()).collect::<Vec<_>>().join(", ")),
+            Stretch::Samples(range) => format!("{:.2} to {:.2} s", range.start as f64 / self.scene.rate_hz, range.end as f64 / self.scene.rate_hz),
+        }
+    }
+
+    /// How well a model predicts the logged torques, every sample of what was held out.
+    fn score(&self, model: &Model) -> Score {
+        let parts: Vec<(usize, std::ops::Range<usize>)> = self.held.pieces.iter().filter_map(|p| Some((p.trial, *p.places.first()?..*p.places.last()? + 1))).collect();
+        let runs: Vec<Vec<Vec<f64>>> = parts.iter().map(|(trial, _)| predicted(self.held, model, *trial)).collect();
+        let of = |j: usize| {
+            let (mut error, mut logged) = (Vec::new(), Vec::new());
+            for ((trial, range), run) in parts.iter().zip(&runs) {
+                let torque = &self.held.motions[*trial].torque[j];
+                error.extend(range.clone().map(|k| torque[k] - run[j][k]));
+                logged.extend_from_slice(&torque[range.clone()]);
+            }
+            let spread = deviation(&logged);
+            let finite = |x: f64| x.is_finite().then_some(x);
+            (finite(rms(&error) / spread), finite(100.0 * (1.0 - (deviation(&error) / spread).powi(2))))
+        };
+        let (nrmse, vaf_percent) = (0..self.joints()).map(of).unzip();
+        Score { nrmse, vaf_percent }
+    }
+
+    /// What no column of any cause removes, and the noise above the band.
+    fn floor(&self) -> NoiseFloor {
+        let band = residual(self.held, self.model);
+        let score = self.score(self.model);
+        let nrmse = (0..self.joints())
+            .map(|j| {
+                let within: Vec<f64> = band.0.iter().filter_map(|p| p[j].as_deref()).flatten().copied().collect();
+                let logged: Vec<f64> = self.held.pieces.iter().flat_map(|p| p.places.iter().map(|k| self.held.motions[p.trial].torque[j][*k])).collect();
+                let spread = deviation(&logged);
+                let above = (score.nrmse[j]?.powi(2) - (rms(&within) / spread).powi(2)).max(0.0);
+                Some((above + (self.searched.floor[j] / spread).powi(2)).sqrt()).filter(|x| x.is_finite())
+            })
+            .collect();
+        let how = format!("what all causes together leave of what was fitted, and the torque above {:.2} Hz", self.fitted.band.pass_hz);
+        NoiseFloor { nrmse, how }
+    }
+
+    fn cause(&self, k: usize, probability: f64, total: f64, after: &Score) -> Cause {
+        let form = &self.model.forms[k];
+        let less = without(self.fitted, self.model, k);
+        let (before, found) = (self.score(&less), gain(self.held, &less, self.model));
+        let (gained, freedoms) = self.fitted_gain(&less, form);
+        let rule = Rule { table: &self.searched.table, forms: self.forms, false_alarms: self.options.false_alarms };
+        Cause {
+            effect: form.cause.card.name.to_owned(),
+            site: self.site(form),
+            parameters: self.parameters(k),
+            probability,
+            p_value: rule.p_value(gained, freedoms),
+            gain: Gain {
+                nrmse_before: before.nrmse,
+                nrmse_after: after.nrmse.clone(),
+                vaf_before: before.vaf_percent,
+                vaf_after: after.vaf_percent.clone(),
+                log_likelihood: Some(found.value).filter(|x| x.is_finite()),
+                log_likelihood_ci95: Some(found.ci95()).filter(|ci| ci.iter().all(|x| x.is_finite())),
+                explained_fraction: (total > 0.0).then(|| (found.value / total).clamp(0.0, 1.0)),
+                explained_fraction_ci95: None,
+                delta_bic: gained - freedoms as f64 * (self.searched.table.samples as f64).ln(),
+            },
+            evidence: self.evidence(k, &found),
+            over_schedule: vec![],
+            features: None,
+            at_most: 1.0,
+            lead: None,
+        }
+    }
+
+    /// Twice the log-likelihood of what was fitted that a cause gains beside the others, and its parameters.
+    fn fitted_gain(&self, less: &Model, form: &Form) -> (f64, usize) {
+        let sum = |model: &Model| 2.0 * losses(self.fitted, &residual(self.fitted, model)).iter().sum::<f64>();
+        (sum(less) - sum(self.model), form.columns.len() + form.shape.len())
+    }
+
+    fn parameters(&self, k: usize) -> Vec<CauseParameter> {
+        let half = Sum { value: 0.0, error: 1.0, blocks: crate::model::BLOCKS }.ci95()[1];
+        let told = self.model.told(k);
+        told.into_iter()
+            .map(|(name, unit, value, error, inverse)| {
+                let ci = error.map(|e| [value - half * e, value + half * e]);
+                let (value, ci95) = if inverse {
+                    (1.0 / value, ci.filter(|[low, _]| *low > 0.0).map(|[low, high]| [1.0 / high, 1.0 / low]))
+                } else {
+                    (value, ci)
+                };
+                CauseParameter { name, unit: unit.to_owned(), value: Value::Number(value), ci95: ci95.filter(|ci| ci.iter().all(|x| x.is_finite())) }
+            })
+            .collect()
+    }
+
+    fn evidence(&self, k: usize, found: &Sum) -> Vec<String> {
+        let form = &self.model.forms[k];
+        let [low, high] = found.ci95();
+        vec![
+            format!("{}: {}", form.cause.card.what, form.cause.card.equation),
+            format!("its torque is {:.1} % of the joint's where it is largest", 100.0 * share(self.held, self.model, k)),
+            format!("the part that no fit saw is likelier by {:.0} ({low:.0} … {high:.0}) with it", found.value),
+        ]
+    }
+
+    /// Other causes in place of one: their forms, and the probability that the one is better, by blocks of time of all that there is.
+    fn rivals(&self, k: usize) -> Vec<(usize, f64)> {
+        let own = &self.model.forms[k];
+        let less = without(self.fitted, self.model, k);
+        let mut by: Vec<(usize, f64)> = self
+            .forms
+            .iter()
+            .enumerate()
+            .filter(|(_, f)| !self.model.forms.iter().any(|m| m.same_place(f)))
+            .filter(|(_, f)| self.related(own, f))
+            .map(|(f, form)| {
+                let (gained, freedoms) = self.alone(&less, form);
+                (f, gained - freedoms as f64 * (self.searched.table.samples as f64).ln())
+            })
+            .collect();
+        by.sort_by(|a, b| b.1.total_cmp(&a.1));
+        let mut places: Vec<usize> = Vec::new();
+        for (f, worth) in by {
+            if worth > 0.0 && places.len() < RIVALS && !places.iter().any(|p| self.forms[*p].same_place(&self.forms[f])) {
+                places.push(f);
+            }
+        }
+        let mine = [self.fitted, self.held].map(|view| losses(view, &residual(view, self.model)));
+        places
+            .into_iter()
+            .map(|f| {
+                let mut forms = less.forms.clone();
+                forms.push(self.forms[f].clone());
+                let rival = Model::fit(self.fitted, &forms, &less.logged);
+                let theirs = [self.fitted, self.held].map(|view| losses(view, &residual(view, &rival)));
+                let penalty = 0.5 * (self.forms[f].columns.len() as f64 - own.columns.len() as f64) * (self.searched.table.samples as f64).ln();
+                let blocks: Vec<f64> = theirs.iter().flatten().zip(mine.iter().flatten()).map(|(a, b)| a - b).collect();
+                let sum = Sum::of(&blocks);
+                (f, Sum { value: sum.value + penalty, ..sum }.positive())
+            })
+            .collect()
+    }
+
+    /// Whether two forms act on a joint in common.
+    fn related(&self, a: &Form, b: &Form) -> bool {
+        a.joint == b.joint || a.joint.is_none() || b.joint.is_none() || [a, b].iter().any(|f| f.cause.card.side == "link")
+    }
+
+    /// What one form more gains beside a model, by the search's own table.
+    fn alone(&self, less: &Model, form: &Form) -> (f64, usize) {
+        let (table, find) = (&self.searched.table, |f: &Form| self.forms.iter().position(|g| g.same_place(f) && g.columns.len() == f.columns.len()));
+        let rule = Rule { table, forms: self.forms, false_alarms: self.options.false_alarms };
+        let chosen: Vec<usize> = less.forms.iter().filter_map(find).collect();
+        find(form).map_or((0.0, 0), |f| rule.solve(&chosen).gain(table, &table.columns[f]))
+    }
+
+    /// Whether torque is left that follows from the motion, and matters.
+    fn verdict(&self) -> Verdict {
+        let structured = self.left.gains.iter().zip(&self.left.removed).zip(&self.scene.joints).any(|((gain, removed), joint)| {
+            gain.ci95()[0] > 0.0 && *removed > self.options.tolerance * joint.torque
+        });
+        match (self.model.forms.is_empty(), structured) {
+            (true, false) => Verdict::Adequate,
+            (true, true) => Verdict::Unexplained,
+            (false, false) => Verdict::Explained,
+            (false, true) => Verdict::PartlyExplained,
+        }
+    }
+
+    /// Frictions, rotors and masses as the file has them.
+    fn file(&self) -> Vec<ModelParameter> {
+        let (joints, inertial) = (self.scene.chain.joints(), self.scene.chain.inertial_parameters());
+        let one = |name: String, unit: &str, value: f64| ModelParameter { name, unit: unit.to_owned(), value, std_error: None, flag: None };
+        (0..self.joints())
+            .flat_map(|j| {
+                let name = &joints.names[j];
+                [
+                    one(format!("coulomb_{name}_nm"), "N m", joints.coulomb[j]),
+                    one(format!("viscous_{name}_nm_s_per_rad"), "N m s/rad", joints.viscous[j]),
+                    one(format!("rotor_{name}_kg_m2"), "kg m^2", inertial[TERMS_OF_A_LINK * self.joints() + j]),
+                    one(format!("mass_{name}_kg"), "kg", inertial[TERMS_OF_A_LINK * j]),
+                ]
+            })
+            .collect()
+    }
+
+    fn extended(&self, held_out: Score) -> Extended {
+        let mut parameters = self.file();
+        let mut parameter_shift = Vec::new();
+        for (k, form) in self.model.forms.iter().enumerate() {
+            let Some(j) = form.joint else { continue };
+            let name = &self.scene.chain.joints().names[j];
+            let told = self.model.told(k);
+            let (parameter, found) = match form.cause.card.name {
+                "coulomb-friction" => (format!("coulomb_{name}_nm"), told.first()),
+                "viscous-friction" => (format!("viscous_{name}_nm_s_per_rad"), told.first()),
+                "motor-inertia" => (format!("rotor_{name}_kg_m2"), told.first()),
+                _ => continue,
+            };
+            let (Some((_, unit, value, error, _)), Some(own)) = (found, parameters.iter_mut().find(|p| p.name == parameter)) else { continue };
+            parameter_shift.push(Shift { name: parameter, unit: (*unit).to_owned(), before: own.value, after: *value });
+            (own.value, own.std_error) = (*value, *error);
+        }
+        let residual_white = self.left.gains.iter().all(|g| g.ci95()[0] <= 0.0);
+        let names: Vec<&str> = self.model.forms.iter().map(|f| f.cause.card.name).collect();
+        let model = if names.is_empty() { "the file's rigid bodies and frictions".to_owned() } else { format!("the same with {}", names.join(", ")) };
+        Extended { model, parameters, held_out, residual_white, parameter_shift }
+    }
+
+    /// Hypotheses of the first step that were not named, by what each would explain alone.
+    fn considered(&self) -> Vec<Considered> {
+        let table = &self.searched.table;
+        let rule = Rule { table, forms: self.forms, false_alarms: self.options.false_alarms };
+        let mut best: Vec<(usize, f64, usize)> = Vec::new();
+        let none = Solved::default();
+        for (f, columns) in table.columns.iter().enumerate() {
+            let (gained, freedoms) = none.gain(table, columns);
+            let named = self.model.forms.iter().any(|m| m.same_place(&self.forms[f]));
+            match best.iter_mut().find(|(g, ..)| self.forms[*g].same_place(&self.forms[f])) {
+                Some(own) if own.1 < gained => *own = (f, gained, freedoms),
+                Some(_) => {}
+                None if !named => best.push((f, gained, freedoms)),
+                None => {}
+            }
+        }
+        best.sort_by(|a, b| b.1.total_cmp(&a.1));
+        best.into_iter()
+            .map(|(f, gained, freedoms)| {
+                let p_value = rule.p_value(gained, freedoms);
+                let why_not = if p_value > self.options.false_alarms { "no more than chance" } else { "the named causes explain what it would" };
+                let explained_fraction = gained / table.total;
+                Considered { effect: self.forms[f].cause.card.name.to_owned(), site: self.site(&self.forms[f]), explained_fraction, p_value, why_not: why_not.to_owned() }
+            })
+            .collect()
+    }
+
+    /// Where the file's error lies.
+    fn discrepancy(&self, empty: &Model) -> Discrepancy {
+        let rest = residual(self.held, empty);
+        let (mut by_band, mut by_time) = (Vec::new(), Vec::new());
+        for (j, name) in self.ports.inputs.iter().map(|i| self.trials[0].channels()[*i].name.clone()).enumerate() {
+            let Some((piece, x)) = rest.0.iter().enumerate().filter_map(|(p, joints)| Some((p, joints[j].as_ref()?))).max_by_key(|(_, x)| x.len()) else { continue };
+            let total: f64 = x.iter().map(|x| x * x).sum::<f64>().max(f64::MIN_POSITIVE);
+            let places = &self.held.pieces[piece].places;
+            let start = places.first().copied().unwrap_or(0) as f64 / self.scene.rate_hz;
+            for s in 0..SLICES {
+                let range = s * x.len() / SLICES..(s + 1) * x.len() / SLICES;
+                let time = |k: usize| places[k.min(places.len() - 1)] as f64 / self.scene.rate_hz - start;
+                let share = x[range.clone()].iter().map(|x| x * x).sum::<f64>() / total;
+                by_time.push(TimeShare { time_s: [time(range.start), time(range.end)], output: name.clone(), share });
+            }
+            by_band.extend(bands(x, self.held.band.kept_hz(), self.held.band.pass_hz).into_iter().map(|(band_hz, share)| BandShare { band_hz, output: name.clone(), share }));
+        }
+        let mut notes = vec![format!(
+            "the motion rises above the noise of the encoders up to {:.2} Hz; torques are compared up to {:.2} Hz",
+            self.scene.corner_hz, self.fitted.band.pass_hz
+        )];
+        for (j, (gain, removed)) in self.left.gains.iter().zip(&self.left.removed).enumerate() {
+            if gain.ci95()[0] > 0.0 && *removed > self.options.tolerance * self.scene.joints[j].torque {
+                notes.push(format!(
+                    "at {} a torque of {removed:.3} N m rms is left that follows from its angle and speed and that no cause explains",
+                    self.scene.chain.joints().names[j]
+                ));
+            }
+        }
+        let none = f64::NAN;
+        Discrepancy { by_band, by_time, linear_share: none, nonlinear_share: none, time_varying_share: none, noise_share: none, notes }
+    }
+}
+
+/// "coulomb-friction at elbow".
+fn words(form: &Form, names: &[String]) -> String {
+    form.joint.map_or_else(|| form.cause.card.name.to_owned(), |j| format!("{} at {}", form.cause.card.name, names[j]))
+}
+
+/// Shares of a series' power in bands that double.
+fn bands(x: &[f64], rate_hz: f64, most_hz: f64) -> Vec<([f64; 2], f64)> {
+    let forward = forward_transform(x.len());
+    let mut lines = forward.make_output_vec();
+    if forward.process(&mut x.to_vec(), &mut lines).is_err() {
+        return vec![];
+    }
+    let edges: Vec<f64> = std::iter::once(0.0).chain((0..5).map(|k| most_hz / f64::from(1 << (4 - k)))).collect();
+    let total: f64 = lines.iter().map(|l| l.norm_sqr()).sum::<f64>().max(f64::MIN_POSITIVE);
+    let within = |low: f64, high: f64| {
+        let hz = |k: usize| k as f64 * rate_hz / x.len() as f64;
+        lines.iter().enumerate().filter(|(k, _)| hz(*k) >= low && hz(*k) < high).map(|(_, l)| l.norm_sqr()).sum::<f64>() / total
+    };
+    edges.windows(2).map(|e| ([e[0], e[1]], within(e[0], e[1]))).collect()
+}

@@ -1,0 +1,24 @@
+//! A base that does not stand as the file says.
+
+use super::{Card, Form, JointCause, Told};
+use crate::column::Column;
+
+pub(super) static CAUSE: JointCause = JointCause {
+    card: Card {
+        name: "base-tilt",
+        what: "a base that is not mounted as the file says: its weight pulls elsewhere",
+        equation: "g' = g + g × θ",
+        side: "environment",
+        look_alikes: &["torque-offset", "link-parameters"],
+        next_experiment: "a turn of the first joint by half a turn: what the base does changes its sign",
+    },
+    forms: |scene| {
+        let g = scene.chain.gravity();
+        // Turning about gravity itself changes nothing.
+        let along = |k: usize| g[k].abs() > 0.999 * (g[0] * g[0] + g[1] * g[1] + g[2] * g[2]).sqrt();
+        let axes: Vec<usize> = (0..3).filter(|k| !along(*k)).collect();
+        let axis = |k: usize| std::array::from_fn(|i| f64::from(u8::from(i == k)));
+        let told = axes.iter().enumerate().map(|(i, k)| Told::new(format!("tilt_{}_rad", ["x", "y", "z"][*k]), "rad", i)).collect();
+        vec![Form::new(&CAUSE, None, axes.iter().map(|k| Column::Tilt(axis(*k))).collect(), told)]
+    },
+};

@@ -1,0 +1,32 @@
+//! A gear whose friction builds up over a way.
+
+use super::{Card, Form, JointCause, Shape, Told, each_joint, geometric};
+use crate::column::Column;
+
+pub(super) static CAUSE: JointCause = JointCause {
+    card: Card {
+        name: "gear-hysteresis",
+        what: "friction that builds up over a way, as in a preloaded gear: stiff until it slips",
+        equation: "τ = F z, ż = q̇/δ while |z| < 1",
+        side: "joint",
+        look_alikes: &["coulomb-friction", "backlash"],
+        next_experiment: "small movements to and fro about one posture: the loop's slope is its stiffness",
+    },
+    forms: |scene| {
+        each_joint(scene, |j| {
+            let scale = &scene.joints[j];
+            let travel = scale.range[1] - scale.range[0];
+            // A way of some speed noise in the time that the band resolves cannot be told from dry friction; one of a third of the range is a spring.
+            let least = (4.0 * scale.angle_noise).max(0.25 * scale.speed / scene.corner_hz).min(0.1 * travel);
+            let most = 0.35 * travel;
+            geometric(least, most, 6)
+                .into_iter()
+                .map(|value| {
+                    let shape = Shape { name: "way_rad", unit: "rad", value, bounds: [least, most] };
+                    Form::new(&CAUSE, Some(j), vec![], vec![Told::new("level_nm", "N m", 0).positive()])
+                        .shaped(shape, |form, shape| vec![Column::Slip { joint: form.joint.unwrap_or(0), way: shape[0] }])
+                })
+                .collect()
+        })
+    },
+};

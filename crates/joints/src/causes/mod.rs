@@ -1,0 +1,156 @@
+//! What a robot's simulation may lack, one file each: a card in words, and the forms in which a search tries it.
+
+mod backlash;
+mod base_tilt;
+mod cable_force;
+mod coulomb_friction;
+mod end_stop;
+mod gear_hysteresis;
+mod joint_flexibility;
+mod link_parameters;
+mod load_friction;
+mod motor_inertia;
+mod payload;
+mod torque_delay;
+mod torque_offset;
+mod torque_scale;
+mod viscous_friction;
+
+use crate::column::Column;
+use crate::scene::Scene;
+
+/// A cause in words.
+#[derive(Debug, PartialEq)]
+pub struct Card {
+    /// Its name.
+    pub name: &'static str,
+    /// What it is.
+    pub what: &'static str,
+    /// The torque that it needs, as an equation.
+    pub equation: &'static str,
+    /// On which side it acts: `joint`, `link`, `sensor` or `environment`.
+    pub side: &'static str,
+    /// Causes that show in nearly the same way.
+    pub look_alikes: &'static [&'static str],
+    /// The movement that tells them apart.
+    pub next_experiment: &'static str,
+}
+
+/// A cause that a search tries.
+pub struct JointCause {
+    /// Its words.
+    pub card: Card,
+    pub(crate) forms: fn(&Scene<'_>) -> Vec<Form>,
+}
+
+/// All causes that are searched, joint by joint.
+pub static CAUSES: &[&JointCause] = &[
+    &viscous_friction::CAUSE,
+    &coulomb_friction::CAUSE,
+    &load_friction::CAUSE,
+    &gear_hysteresis::CAUSE,
+    &motor_inertia::CAUSE,
+    &joint_flexibility::CAUSE,
+    &backlash::CAUSE,
+    &end_stop::CAUSE,
+    &cable_force::CAUSE,
+    &torque_offset::CAUSE,
+    &torque_scale::CAUSE,
+    &torque_delay::CAUSE,
+    &link_parameters::CAUSE,
+    &payload::CAUSE,
+    &base_tilt::CAUSE,
+];
+
+/// One way in which a cause may act: torques with a factor each.
+#[derive(Clone)]
+pub(crate) struct Form {
+    pub cause: &'static JointCause,
+    pub joint: Option<usize>,
+    pub columns: Vec<Column>,
+    /// The parameters, as combinations of the factors.
+    pub told: Vec<Told>,
+    /// Parameters that the columns hold.
+    pub shape: Vec<Shape>,
+    /// The columns at other values of these.
+    pub reshape: fn(&Form, &[f64]) -> Vec<Column>,
+}
+
+/// A parameter that the columns hold.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct Shape {
+    pub name: &'static str,
+    pub unit: &'static str,
+    pub value: f64,
+    pub bounds: [f64; 2],
+}
+
+/// A parameter that follows from the factors.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct Told {
+    pub name: String,
+    pub unit: &'static str,
+    /// What the file says, to which the found is added.
+    pub file: f64,
+    /// Factors and their weights.
+    pub parts: Vec<(usize, f64)>,
+    /// Whether it is the inverse of this sum.
+    pub inverse: bool,
+    /// Whether there is none that is negative.
+    pub positive: bool,
+    /// Whether it follows from others and is not told.
+    pub hidden: bool,
+}
+
+impl Told {
+    pub fn new(name: impl Into<String>, unit: &'static str, factor: usize) -> Self {
+        Told { name: name.into(), unit, file: 0.0, parts: vec![(factor, 1.0)], inverse: false, positive: false, hidden: false }
+    }
+
+    pub fn positive(self) -> Self {
+        Told { positive: true, ..self }
+    }
+
+    pub fn on_top_of(self, file: f64) -> Self {
+        Told { file, ..self }
+    }
+
+    /// The sum of what the file says and what was found, before it is inverted.
+    pub fn sum(&self, factors: &[f64]) -> f64 {
+        self.file + self.parts.iter().map(|(k, w)| w * factors[*k]).sum::<f64>()
+    }
+}
+
+impl Form {
+    pub fn new(cause: &'static JointCause, joint: Option<usize>, columns: Vec<Column>, told: Vec<Told>) -> Self {
+        Form { cause, joint, columns, told, shape: Vec::new(), reshape: |form, _| form.columns.clone() }
+    }
+
+    /// With a parameter that the columns hold.
+    pub fn shaped(self, shape: Shape, reshape: fn(&Form, &[f64]) -> Vec<Column>) -> Self {
+        let value = shape.value;
+        let mut form = Form { shape: vec![shape], reshape, ..self };
+        form.columns = reshape(&form, &[value]);
+        form
+    }
+
+    /// Whether factors are those of something that exists.
+    pub fn allows(&self, factors: &[f64]) -> bool {
+        self.told.iter().all(|t| !t.positive || t.sum(factors) > 0.0)
+    }
+
+    /// Whether two forms are of one cause at one place.
+    pub fn same_place(&self, other: &Form) -> bool {
+        std::ptr::eq(self.cause, other.cause) && self.joint == other.joint
+    }
+}
+
+/// `of` of each joint.
+fn each_joint(scene: &Scene<'_>, of: impl Fn(usize) -> Vec<Form>) -> Vec<Form> {
+    (0..scene.joints.len()).flat_map(of).collect()
+}
+
+/// So many values from one to another, each the same multiple of the one before.
+fn geometric(from: f64, to: f64, count: usize) -> Vec<f64> {
+    (0..count).map(|k| from * (to / from).powf(k as f64 / (count - 1) as f64)).collect()
+}

@@ -1,0 +1,174 @@
+//! Torques that a joint needs for each unit of what a simulation may lack, along the measured motion.
+
+use crate::motion::{Motion, smooth};
+use crate::scene::Scene;
+use ndof_devices::{SerialChain, TERMS_OF_A_LINK};
+use ndof_models::robot::Robot;
+
+/// One such torque, for one or several joints.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) enum Column {
+    /// 1.
+    Constant(usize),
+    /// q̇.
+    Velocity(usize),
+    /// v₀ asinh(q̇/v₀).
+    Thinning { joint: usize, speed: f64 },
+    /// q̈.
+    Acceleration(usize),
+    /// The sign of q̇, over the noise of q̇.
+    Sign(usize),
+    /// The same times exp(−(q̇/v)²).
+    Stribeck { joint: usize, velocity: f64 },
+    /// The sign of q̇ times the size of the torque that the file's bodies need.
+    Load(usize),
+    /// The torque itself, as the file has it.
+    Torque(usize),
+    /// The rate at which the logged torque falls.
+    Falling(usize),
+    /// Force of springs that slip one by one: the play operator's stop over this way, −1 … 1.
+    Slip { joint: usize, way: f64 },
+    /// Depth in a stop that begins there; towards larger angles, or smaller.
+    Stop { joint: usize, from: f64, above: bool },
+    /// A power of the angle, from its middle, over half its range.
+    Power { joint: usize, power: i32 },
+    /// What the bodies behind it feel when the joint gives by the torque on it.
+    Give(usize),
+    /// What they feel when it falls to and fro in a play of this unit.
+    Play(usize),
+    /// A combination of the inertial parameters of a body ([`TERMS_OF_A_LINK`] numbers).
+    Body { link: usize, parts: [f64; TERMS_OF_A_LINK] },
+    /// The base turned about one of its axes.
+    Tilt([f64; 3]),
+    /// Legendre polynomials of angle and rate, each over its range: what no cause was consulted for.
+    Smooth { joint: usize, angle: usize, speed: usize },
+}
+
+/// The smooth sign of a velocity whose noise has this size.
+pub(crate) fn sign(v: f64, noise: f64) -> f64 {
+    (v / noise).tanh()
+}
+
+impl Column {
+    /// The joints that feel it, and what they feel, sample by sample.
+    pub fn along(&self, motion: &Motion, scene: &Scene<'_>) -> Vec<(usize, Vec<f64>)> {
+        let own = |joint: usize, f: &dyn Fn(f64, f64) -> f64| {
+            let felt = motion.q[joint].iter().zip(&motion.v[joint]).map(|(q, v)| f(*q, *v)).collect();
+            vec![(joint, felt)]
+        };
+        match self {
+            Column::Constant(j) => own(*j, &|_, _| 1.0),
+            Column::Velocity(j) => own(*j, &|_, v| v),
+            Column::Thinning { joint, speed } => own(*joint, &|_, v| speed * (v / speed).asinh()),
+            Column::Acceleration(j) => vec![(*j, motion.a[*j].clone())],
+            Column::Sign(j) => own(*j, &|_, v| sign(v, scene.joints[*j].speed_noise)),
+            Column::Stribeck { joint, velocity } => own(*joint, &|_, v| sign(v, scene.joints[*joint].speed_noise) * (-(v / velocity).powi(2)).exp()),
+            Column::Load(j) => {
+                let noise = scene.joints[*j].speed_noise;
+                vec![(*j, motion.rigid[*j].iter().zip(&motion.v[*j]).map(|(t, v)| t.abs() * sign(*v, noise)).collect())]
+            }
+            Column::Torque(j) => vec![(*j, scene.nominal(motion).swap_remove(*j))],
+            Column::Falling(j) => {
+                let [_, rate, _] = smooth(&motion.torque[*j], scene.rate_hz, scene.corner_hz);
+                vec![(*j, rate.iter().map(|r| -r).collect())]
+            }
+            Column::Slip { joint, way } => vec![(*joint, slip(&motion.q[*joint], *way))],
+            Column::Stop { joint, from, above } => own(*joint, &|q, _| if *above { (q - from).max(0.0) } else { (q - from).min(0.0) }),
+            Column::Power { joint, power } => {
+                let [low, high] = scene.joints[*joint].range;
+                own(*joint, &|q, _| ((2.0 * q - low - high) / (high - low)).powi(*power))
+            }
+            Column::Smooth { joint, angle, speed } => {
+                let ([low, high], fastest) = (scene.joints[*joint].range, 3.0 * scene.joints[*joint].speed);
+                own(*joint, &|q, v| legendre(*angle, (2.0 * q - low - high) / (high - low)) * legendre(*speed, (v / fastest).clamp(-1.0, 1.0)))
+            }
+            Column::Give(j) => deflected(motion, scene, *j, |torque| -torque),
+            Column::Play(j) => {
+                let noise = scene.joints[*j].torque_noise;
+                deflected(motion, scene, *j, |torque| -0.5 * sign(torque, noise))
+            }
+            Column::Body { link, parts } => {
+                let felt = each_sample(motion, link + 1, |q, v, a, out| {
+                    let y = scene.chain.regressor(q, v, a);
+                    for (j, out) in out.iter_mut().enumerate() {
+                        *out = parts.iter().enumerate().map(|(k, p)| p * y[[j, TERMS_OF_A_LINK * link + k]]).sum();
+                    }
+                });
+                felt.into_iter().enumerate().collect()
+            }
+            Column::Tilt(axis) => {
+                let g = scene.chain.gravity();
+                let turned = [g[1] * axis[2] - g[2] * axis[1], g[2] * axis[0] - g[0] * axis[2], g[0] * axis[1] - g[1] * axis[0]];
+                let chain = scene.chain.clone().with_gravity(turned);
+                let still = vec![0.0; chain.joints().count()];
+                let felt = each_sample(motion, still.len(), |q, _, _, out| chain.inverse_dynamics(q, &still, &still, out));
+                felt.into_iter().enumerate().collect()
+            }
+        }
+    }
+}
+
+/// P_n(x).
+fn legendre(n: usize, x: f64) -> f64 {
+    let (mut before, mut now) = (0.0, 1.0);
+    for k in 0..n {
+        (before, now) = (now, ((2 * k + 1) as f64 * x * now - k as f64 * before) / (k + 1) as f64);
+    }
+    now
+}
+
+/// What `torque` says of q, q̇ and q̈ at each sample, `[joint][sample]`.
+pub(crate) fn each_sample(motion: &Motion, joints: usize, torque: impl Fn(&[f64], &[f64], &[f64], &mut [f64])) -> Vec<Vec<f64>> {
+    let (n, samples) = (motion.q.len(), motion.q[0].len());
+    let mut out = vec![vec![0.0; samples]; joints];
+    let (mut q, mut v, mut a, mut t) = (vec![0.0; n], vec![0.0; n], vec![0.0; n], vec![0.0; joints]);
+    for k in 0..samples {
+        for j in 0..n {
+            (q[j], v[j], a[j]) = (motion.q[j][k], motion.v[j][k], motion.a[j][k]);
+        }
+        torque(&q, &v, &a, &mut t);
+        out.iter_mut().zip(&t).for_each(|(out, t)| out[k] = *t);
+    }
+    out
+}
+
+/// Torques of the file's bodies along a motion.
+pub(crate) fn inverse_dynamics(chain: &SerialChain, motion: &Motion) -> Vec<Vec<f64>> {
+    each_sample(motion, motion.q.len(), |q, v, a, out| chain.inverse_dynamics(q, v, a, out))
+}
+
+/// The stop operator: a spring that follows the motion until it slips, ±1 where it does after the way.
+fn slip(q: &[f64], way: f64) -> Vec<f64> {
+    let mut z = 0.0;
+    let mut last = q[0];
+    q.iter()
+        .map(|&q| {
+            z = f64::clamp(z + (q - last) / way, -1.0, 1.0);
+            last = q;
+            z
+        })
+        .collect()
+}
+
+/// Largest excursion over which the torques are differenced (rad): far above round-off, and its cube far below the torques' noise.
+const EXCURSION: f64 = 1e-4;
+
+/// The change of all torques for each unit of a deflection of one joint that follows from the torque on it.
+fn deflected(motion: &Motion, scene: &Scene<'_>, joint: usize, deflection: impl Fn(f64) -> f64) -> Vec<(usize, Vec<f64>)> {
+    let load: Vec<f64> = motion.rigid[joint].iter().map(|t| deflection(*t)).collect();
+    let size = load.iter().fold(0.0_f64, |s, x| s.max(x.abs()));
+    if size == 0.0 {
+        return vec![];
+    }
+    let bent = smooth(&load, scene.rate_hz, scene.corner_hz);
+    let step = EXCURSION / size;
+    let torques = |sign: f64| {
+        let mut moved = motion.clone();
+        for (series, bent) in [&mut moved.q, &mut moved.v, &mut moved.a].into_iter().zip(&bent) {
+            series[joint].iter_mut().zip(bent).for_each(|(x, d)| *x += sign * step * d);
+        }
+        inverse_dynamics(scene.chain, &moved)
+    };
+    let (up, down) = (torques(1.0), torques(-1.0));
+    up.into_iter().zip(down).map(|(up, down)| up.iter().zip(&down).map(|(u, d)| (u - d) / (2.0 * step)).collect()).enumerate().collect()
+}

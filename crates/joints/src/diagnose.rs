@@ -1,0 +1,261 @@
+//! From joint logs to a verdict.
+
+use crate::answer::Answer;
+use crate::band::Band;
+use crate::causes::{CAUSES, Form};
+use crate::error::JointsError;
+use crate::generic;
+use crate::held_out::{Sum, gain};
+use crate::model::{Logged, Model, residual};
+use crate::motion::Motion;
+use crate::noise::Whitener;
+use crate::scene::{deviation, scene};
+use crate::search::{Rule, Solved};
+use crate::table::{Series, Table, View};
+use ndof_devices::SerialChain;
+use ndof_diagnose::{Diagnosis, HeldOut, Pictures, Stretch};
+use ndof_signal::Recording;
+use ndof_sysid::Ports;
+use rayon::prelude::*;
+use std::ops::Range;
+use std::sync::Arc;
+
+/// Settings of a judgement of joint logs.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Options {
+    /// What is held out.
+    pub held_out: HeldOut,
+    /// Torque that does not matter, as a share of each joint's standard deviation.
+    pub tolerance: f64,
+    /// Probability with which anything may be named where nothing is missing.
+    pub false_alarms: f64,
+    /// Causes that the search leaves out.
+    pub without: Vec<String>,
+}
+
+impl Default for Options {
+    fn default() -> Self {
+        Options { held_out: HeldOut::Auto, tolerance: 0.01, false_alarms: 0.01, without: Vec::new() }
+    }
+}
+
+/// Fewest samples that are fitted or judged by: intervals come from blocks of them.
+const FEWEST: usize = 50;
+/// At most so many causes a joint: beyond it is a robot that this file is not of.
+const CAUSES_A_JOINT: usize = 6;
+
+/// Says what the file of a robot gets wrong in these logs, and why; `ports` has the torques as inputs and the angles as outputs, in the order of
+/// the chain's joints. `progress` is told in words what is being done.
+///
+/// # Errors
+/// [`JointsError`] if channels and joints do not match, nothing moves, or the log is too short.
+pub fn diagnose(
+    chain: &SerialChain,
+    trials: &[Recording],
+    ports: &Ports,
+    options: &Options,
+    progress: &mut dyn FnMut(&str),
+) -> Result<(Diagnosis, Pictures), JointsError> {
+    check(trials, ports)?;
+    progress("smoothing the motion");
+    let (scene, motions) = scene(chain, trials, ports)?;
+    let band = Band::new(scene.corner_hz, scene.rate_hz);
+    let shortest = trials.iter().map(Recording::len).min().unwrap_or(0);
+    let stretches = options.held_out.divide(trials.len(), shortest, scene.rate_hz)?;
+    let [fitted, held] = stretches.each_ref().map(|s| View::new(&scene, &motions, &band, &ranges(s, &motions)));
+    let count = |view: &View<'_>| view.pieces.iter().map(|p| p.places.len()).sum::<usize>();
+    if count(&fitted) < FEWEST || count(&held) < FEWEST {
+        return Err(JointsError::TooShort { kept: count(&fitted), held_out: count(&held), pass_hz: band.pass_hz, needed: FEWEST });
+    }
+    progress("searching");
+    let forms: Vec<Form> =
+        CAUSES.iter().filter(|c| !options.without.iter().any(|w| w == c.card.name)).flat_map(|c| (c.forms)(&scene)).collect();
+    let (noise, floor) = noise_of(&fitted, &forms);
+    let [fitted, held] = [fitted, held].map(|view| view.in_noise(noise.clone()));
+    let searched = Searched::new(&fitted, &forms, floor);
+    let rule = Rule { table: &searched.table, forms: &forms, false_alarms: options.false_alarms };
+    let (model, minor) = judged(&fitted, &held, &rule, options, progress);
+    let left = generic::left(&fitted, &held, &model);
+    let answer = Answer { scene: &scene, trials, ports, fitted: &fitted, held: &held, forms: &forms, searched: &searched, model: &model, left: &left, options };
+    Ok(answer.write(&stretches, minor))
+}
+
+fn check(trials: &[Recording], ports: &Ports) -> Result<(), JointsError> {
+    let first = trials.first().ok_or(JointsError::NoTrial)?;
+    let expected = first.sample_rate_hz();
+    for (k, trial) in trials.iter().enumerate() {
+        if trial.sample_rate_hz() != expected {
+            return Err(JointsError::Rates { trial: k + 1, expected, found: trial.sample_rate_hz() });
+        }
+        ports.validate(trial.channels().len()).map_err(ndof_diagnose::DiagnoseError::from)?;
+        trial.require_finite(ports.inputs.iter().chain(&ports.outputs).map(|c| trial.channels()[*c].name.as_str()))?;
+    }
+    Ok(())
+}
+
+/// Samples of the log that belong to a stretch, trial by trial.
+fn ranges(stretch: &Stretch, motions: &[Motion]) -> Vec<(usize, Range<usize>)> {
+    match stretch {
+        Stretch::Trials(trials) => trials.iter().map(|t| (*t, 0..motions[*t].q[0].len())).collect(),
+        Stretch::Samples(range) => (0..motions.len()).map(|t| (t, range.clone())).collect(),
+    }
+}
+
+/// What a search starts from.
+pub(crate) struct Searched {
+    pub table: Table,
+    /// Deviation of each joint's torque in the band that no column explains.
+    pub floor: Vec<f64>,
+}
+
+impl Searched {
+    fn new(view: &View<'_>, forms: &[Form], floor: Vec<f64>) -> Self {
+        let (columns, places) = Table::distinct(forms);
+        let missing = view.missing(&Logged::as_it_is(view.scene.joints.len())).whitened(&view.noise);
+        Searched { table: Table::new(places, &view.white(&columns), &missing), floor }
+    }
+}
+
+/// The noise that all columns together leave of each torque, and its deviation; weighed by the noise itself, which takes a second pass.
+fn noise_of(view: &View<'_>, forms: &[Form]) -> (Vec<Whitener>, Vec<f64>) {
+    let (columns, _) = Table::distinct(forms);
+    let series = view.series(&columns);
+    let missing = view.missing(&Logged::as_it_is(view.scene.joints.len()));
+    let mut noise = view.noise.clone();
+    let mut floor = vec![0.0; noise.len()];
+    for _ in 0..2 {
+        let (rest, own) = rest_of(&series, &missing, &noise);
+        noise = whiteners(&rest, &own);
+        floor = deviations(&rest, &own);
+    }
+    (noise, floor)
+}
+
+/// What columns leave of the missing torques, and how many factors each joint has been given.
+fn rest_of(series: &[Arc<Series>], missing: &Series, noise: &[Whitener]) -> (Series, Vec<f64>) {
+    let white: Vec<Arc<Series>> = series.par_iter().map(|s| Arc::new(s.whitened(noise))).collect();
+    let table = Table::new(vec![], &white, &missing.whitened(noise));
+    let solved = Solved::default().with(&table, &(0..series.len()).collect::<Vec<_>>());
+    let mut rest = missing.clone();
+    let mut own = vec![0.0; noise.len()];
+    for (k, factor) in solved.kept.iter().zip(solved.factors()) {
+        rest.add(-factor, &series[*k]);
+        let felt: Vec<usize> = (0..own.len()).filter(|j| series[*k].0.iter().any(|p| p[*j].is_some())).collect();
+        felt.iter().for_each(|j| own[*j] += 1.0 / felt.len() as f64);
+    }
+    (rest, own)
+}
+
+/// The noise of each joint; its deviation is that of so many samples less the factors that were fitted to them.
+fn whiteners(rest: &Series, own: &[f64]) -> Vec<Whitener> {
+    own.iter()
+        .enumerate()
+        .map(|(j, own)| {
+            let stretches: Vec<&[f64]> = rest.0.iter().filter_map(|p| p[j].as_deref()).collect();
+            let n: usize = stretches.iter().map(|x| x.len()).sum();
+            let mut noise = Whitener::of(&stretches);
+            noise.deviation *= (n as f64 / (n as f64 - own).max(0.1 * n as f64)).sqrt();
+            noise
+        })
+        .collect()
+}
+
+fn deviations(rest: &Series, own: &[f64]) -> Vec<f64> {
+    own.iter()
+        .enumerate()
+        .map(|(j, own)| {
+            let all: Vec<f64> = rest.0.iter().filter_map(|p| p[j].as_deref()).flatten().copied().collect();
+            deviation(&all) * (all.len() as f64 / (all.len() as f64 - own).max(0.1 * all.len() as f64)).sqrt()
+        })
+        .collect()
+}
+
+/// A cause that is significant and not named, and why.
+pub(crate) struct Aside {
+    pub form: Form,
+    pub removed: f64,
+    pub why: String,
+}
+
+/// Searches, fits and judges until each cause predicts something of what was held out and matters: the one that is worth least is set aside, and
+/// the search goes on without it.
+fn judged(fitted: &View<'_>, held: &View<'_>, rule: &Rule<'_>, options: &Options, progress: &mut dyn FnMut(&str)) -> (Model, Vec<Aside>) {
+    let mut minor: Vec<Aside> = Vec::new();
+    let mut chosen = Vec::new();
+    let most = CAUSES_A_JOINT * fitted.scene.joints.len() + 2;
+    loop {
+        let aside: Vec<&Form> = minor.iter().map(|m| &m.form).collect();
+        rule.search(&mut chosen, &aside, most);
+        progress("fitting what was found");
+        let forms: Vec<Form> = chosen.iter().map(|k| rule.forms[*k].clone()).collect();
+        let mut model = Model::refined(fitted, &forms);
+        let gains: Vec<Sum> = (0..forms.len()).map(|k| gain(held, &without(fitted, &model, k), &model)).collect();
+        let matters: Vec<f64> = (0..forms.len()).map(|k| share(held, &model, k)).collect();
+        let reason = |k: usize| -> Option<String> {
+            if gains[k].ci95()[0] <= 0.0 {
+                return Some("what was held out is not predicted better with it beyond chance".to_owned());
+            }
+            (matters[k] < options.tolerance)
+                .then(|| format!("its torque is {:.2} % of the joint's, below the tolerance of {:.2} %", 100.0 * matters[k], 100.0 * options.tolerance))
+        };
+        let mut failing: Vec<(usize, String)> = (0..forms.len()).filter_map(|k| Some((k, reason(k)?))).collect();
+        if failing.is_empty() {
+            model.order(&gains.iter().map(|g| g.value).collect::<Vec<_>>());
+            return (model, minor);
+        }
+        failing.sort_by(|(a, _), (b, _)| gains[*a].value.total_cmp(&gains[*b].value));
+        // One of each place: what one joint lacks hardly changes with what another has.
+        let mut gone: Vec<usize> = Vec::new();
+        for (k, why) in failing {
+            if !gone.iter().any(|g| forms[*g].joint == forms[k].joint) {
+                minor.push(Aside { form: model.forms[k].clone(), removed: matters[k], why });
+                gone.push(k);
+            }
+        }
+        let mut at = 0;
+        chosen.retain(|_| {
+            at += 1;
+            !gone.contains(&(at - 1))
+        });
+    }
+}
+
+/// The model without one of its forms, all else fitted anew.
+pub(crate) fn without(view: &View<'_>, model: &Model, k: usize) -> Model {
+    let mut forms = model.forms.clone();
+    let gone = forms.remove(k);
+    let mut logged = model.logged.clone();
+    if let Some(j) = gone.joint {
+        match gone.cause.card.name {
+            "torque-delay" => logged.late_s[j] = 0.0,
+            "torque-scale" => logged.gain[j] = 1.0,
+            _ => {}
+        }
+    }
+    Model::fit(view, &forms, &logged)
+}
+
+/// rms of a form's torque over the deviation of the joint's, where it is largest.
+pub(crate) fn share(view: &View<'_>, model: &Model, k: usize) -> f64 {
+    let form = &model.forms[k];
+    let without = {
+        let mut logged = model.logged.clone();
+        let (mut forms, mut factors) = (model.forms.clone(), model.factors.clone());
+        forms.remove(k);
+        factors.remove(k);
+        match (form.cause.card.name, form.joint) {
+            ("torque-delay", Some(j)) => logged.late_s[j] = 0.0,
+            ("torque-scale", Some(j)) => logged.gain[j] = 1.0,
+            _ => {}
+        }
+        Model { forms, factors, logged, covariance: vec![], places: vec![] }
+    };
+    let mut change = residual(view, &without);
+    change.add(-1.0, &residual(view, model));
+    (0..view.scene.joints.len())
+        .map(|j| {
+            let own: Vec<f64> = change.0.iter().filter_map(|p| p[j].as_deref()).flatten().copied().collect();
+            (own.iter().map(|x| x * x).sum::<f64>() / own.len().max(1) as f64).sqrt() / view.scene.joints[j].torque.max(f64::MIN_POSITIVE)
+        })
+        .fold(0.0, f64::max)
+}

@@ -1,0 +1,58 @@
+//! Why a joint log cannot be judged.
+
+use ndof_diagnose::DiagnoseError;
+use ndof_signal::RecordingError;
+
+/// Why a joint log cannot be judged.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum JointsError {
+    /// There is nothing to judge.
+    #[error("no recording; give at least one")]
+    NoTrial,
+    /// Channels and joints do not match.
+    #[error(
+        "the robot has {} moving joints ({}), the recording {torques} torques and {angles} angles; it needs torque_J and angle_J of each joint J, or as many in the order of the joints: choose with `input` and `output`, or the end of the chain with `tip`",
+        joints.len(), joints.join(", ")
+    )]
+    Channels {
+        /// The robot's joints.
+        joints: Vec<String>,
+        /// Torque channels.
+        torques: usize,
+        /// Angle channels.
+        angles: usize,
+    },
+    /// Nothing moves.
+    #[error("no joint moves by more than the noise of its encoder; command a movement over a good part of each joint's range")]
+    Still,
+    /// Too little is left.
+    #[error(
+        "{kept} samples are left to fit and {held_out} to judge by, in a band up to {pass_hz:.2} Hz and without the ends of the log; both need {needed}: record longer, or hold out another stretch"
+    )]
+    TooShort {
+        /// Samples that are fitted.
+        kept: usize,
+        /// Samples that are held out.
+        held_out: usize,
+        /// Upper edge of the band.
+        pass_hz: f64,
+        /// How many each needs.
+        needed: usize,
+    },
+    /// Trials of different rates.
+    #[error("trial {trial} has {found} samples a second, the first has {expected}; resample it")]
+    Rates {
+        /// The trial, from 1.
+        trial: usize,
+        /// Rate of the first.
+        expected: f64,
+        /// Rate of this one.
+        found: f64,
+    },
+    /// A channel holds something that is no number.
+    #[error(transparent)]
+    Recording(#[from] RecordingError),
+    /// What is held out makes no sense.
+    #[error(transparent)]
+    HeldOut(#[from] DiagnoseError),
+}

@@ -1,0 +1,86 @@
+//! How well models predict torques that no fit saw.
+
+use crate::model::{Model, block_products, residual};
+use crate::table::{Series, View};
+use statrs::distribution::{ContinuousCDF, StudentsT};
+
+/// A mean over blocks of time with its standard error, times their number.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Sum {
+    pub value: f64,
+    pub error: f64,
+    pub blocks: usize,
+}
+
+impl Sum {
+    pub fn of(blocks: &[f64]) -> Self {
+        let n = blocks.len() as f64;
+        let mean = blocks.iter().sum::<f64>() / n;
+        let variance = blocks.iter().map(|x| (x - mean).powi(2)).sum::<f64>() / (n - 1.0).max(1.0);
+        Sum { value: n * mean, error: (n * variance).sqrt(), blocks: blocks.len() }
+    }
+
+    fn law(&self) -> Option<StudentsT> {
+        StudentsT::new(0.0, 1.0, (self.blocks as f64 - 1.0).max(1.0)).ok()
+    }
+
+    /// Its 95 % interval, by the scatter of the blocks.
+    pub fn ci95(&self) -> [f64; 2] {
+        let half = self.law().map_or(f64::NAN, |law| law.inverse_cdf(0.975)) * self.error;
+        [self.value - half, self.value + half]
+    }
+
+    /// Probability that it is above zero.
+    pub fn positive(&self) -> f64 {
+        if self.error == 0.0 {
+            return if self.value > 0.0 { 1.0 } else { 0.0 };
+        }
+        self.law().map_or(0.5, |law| law.cdf(self.value / self.error))
+    }
+}
+
+/// Half the squares of the white residual of each block of time: what its log-likelihood is short of.
+pub(crate) fn losses(view: &View<'_>, rest: &Series) -> Vec<f64> {
+    let white = rest.whitened(&view.noise);
+    block_products(&[&white], &white).into_iter().map(|b| 0.5 * b[0]).collect()
+}
+
+/// Log-likelihood of the held-out part that `with` has beyond `without`.
+pub(crate) fn gain(view: &View<'_>, without: &Model, with: &Model) -> Sum {
+    let (a, b) = (losses(view, &residual(view, without)), losses(view, &residual(view, with)));
+    Sum::of(&a.iter().zip(&b).map(|(a, b)| a - b).collect::<Vec<_>>())
+}
+
+/// Torques of a model at every sample of a trial, `[joint][sample]`, as they would be logged.
+pub(crate) fn predicted(view: &View<'_>, model: &Model, trial: usize) -> Vec<Vec<f64>> {
+    let motion = &view.motions[trial];
+    let mut torque = view.scene.nominal(motion);
+    for (form, factors) in model.forms.iter().zip(&model.factors) {
+        // Channels were brought to what they should be; their columns are what is left of that.
+        for (column, factor) in form.columns.iter().zip(factors) {
+            for (joint, felt) in column.along(motion, view.scene) {
+                torque[joint].iter_mut().zip(felt).for_each(|(t, f)| *t += factor * f);
+            }
+        }
+    }
+    for (j, torque) in torque.iter_mut().enumerate() {
+        let late = model.logged.late_s[j] * view.scene.rate_hz;
+        if late != 0.0 {
+            *torque = delayed(torque, late);
+        }
+        torque.iter_mut().for_each(|t| *t *= model.logged.gain[j]);
+    }
+    torque
+}
+
+/// The series so many samples later, linear between samples.
+fn delayed(x: &[f64], samples: f64) -> Vec<f64> {
+    let last = x.len() as f64 - 1.0;
+    (0..x.len())
+        .map(|k| {
+            let at = (k as f64 - samples).clamp(0.0, last);
+            let (i, part) = (at.floor() as usize, at.fract());
+            x[i] + part * (x[(i + 1).min(x.len() - 1)] - x[i])
+        })
+        .collect()
+}

@@ -1,0 +1,175 @@
+//! Joint motion and its derivatives from encoders, as far as they rise above their noise.
+
+use ndof_signal::{forward_transform, inverse_transform};
+use num_complex::Complex64;
+use std::f64::consts::TAU;
+
+/// Joint angles and what follows from them, `[joint][sample]`, at the rate of the log.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Motion {
+    /// Angle (rad, m).
+    pub q: Vec<Vec<f64>>,
+    /// Its rate.
+    pub v: Vec<Vec<f64>>,
+    /// Its acceleration.
+    pub a: Vec<Vec<f64>>,
+    /// Torque as it was logged (N m, N).
+    pub torque: Vec<Vec<f64>>,
+    /// Torque that the file's bodies need for it, without friction.
+    pub rigid: Vec<Vec<f64>>,
+}
+
+/// What is known of the angles of one joint over all trials.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Encoder {
+    /// Highest frequency at which the angle is no less than its noise (Hz).
+    pub corner_hz: f64,
+    /// One-sided density of that noise (rad²/Hz).
+    pub noise: f64,
+}
+
+impl Encoder {
+    /// rms of the noise in the k-th derivative of the smoothed angle.
+    pub fn noise_of(&self, derivative: i32) -> f64 {
+        let f = self.corner_hz;
+        (TAU.powi(2 * derivative) * self.noise * f.powi(2 * derivative + 1) / f64::from(2 * derivative + 1)).sqrt()
+    }
+}
+
+/// Order of the low-pass: at seven tenths of the corner it takes 0.3 %.
+const ORDER: i32 = 16;
+
+/// What passes of frequency f.
+fn gain(f: f64, corner_hz: f64) -> f64 {
+    1.0 / (1.0 + (f / corner_hz).powi(ORDER))
+}
+
+/// Samples at each end that feel where the log ends: the low-pass rings for some four periods of its corner.
+pub(crate) fn edge(corner_hz: f64, rate_hz: f64) -> usize {
+    (4.0 * rate_hz / corner_hz).ceil() as usize
+}
+
+/// x smoothed, ẋ and ẍ: the sine series of what is left beside the line from the first to the last sample, which continues it oddly at both
+/// ends, below the corner. Exact for what lies below it; the ends ring ([`edge`]).
+pub(crate) fn smooth(x: &[f64], rate_hz: f64, corner_hz: f64) -> [Vec<f64>; 3] {
+    let n = x.len();
+    let (first, last) = (x[0], x[n - 1]);
+    let slope = (last - first) / (n - 1) as f64;
+    let rest: Vec<f64> = x.iter().enumerate().map(|(k, x)| x - first - slope * k as f64).collect();
+    let m = 2 * (n - 1);
+    let mut odd: Vec<f64> = rest.iter().copied().chain(rest[1..n - 1].iter().rev().map(|x| -x)).collect();
+    let forward = forward_transform(m);
+    let mut lines = forward.make_output_vec();
+    // Lengths are the plan's own.
+    if forward.process(&mut odd, &mut lines).is_err() {
+        return [x.to_vec(), vec![0.0; n], vec![0.0; n]];
+    }
+    let backward = inverse_transform(m);
+    let mut out = [Vec::new(), Vec::new(), Vec::new()];
+    for (order, out) in out.iter_mut().enumerate() {
+        let mut part: Vec<Complex64> = lines
+            .iter()
+            .enumerate()
+            .map(|(k, line)| {
+                let f = k as f64 * rate_hz / m as f64;
+                line * Complex64::new(0.0, TAU * f).powi(order as i32) * gain(f, corner_hz) / m as f64
+            })
+            .collect();
+        // Both are real for a real signal; an even derivative leaves round-off there.
+        for end in [0, part.len() - 1] {
+            part[end].im = 0.0;
+        }
+        let mut samples = vec![0.0; m];
+        if backward.process(&mut part, &mut samples).is_err() {
+            samples.fill(0.0);
+        }
+        samples.truncate(n);
+        *out = samples;
+    }
+    out[0].iter_mut().enumerate().for_each(|(k, x)| *x += first + slope * k as f64);
+    out[1].iter_mut().for_each(|v| *v += slope * rate_hz);
+    out
+}
+
+/// Fewest samples of which a spectrum says where the noise begins.
+const SEGMENT: usize = 256;
+/// The part of the band below Nyquist that is taken to hold nothing but noise.
+const ABOVE: f64 = 0.75;
+/// Beyond this share of Nyquist samples tell nothing of what is between them.
+const HIGHEST: f64 = 0.8;
+
+/// Where the angle of a joint sinks into its noise: the density of its second difference is compared with that of white noise, whose level is
+/// taken above three quarters of Nyquist. Below the corner the Wiener filter passes more than half. `None` for a joint that does not move.
+pub(crate) fn encoder(trials: &[&[f64]], rate_hz: f64) -> Option<Encoder> {
+    let segment = trials.iter().map(|x| x.len()).max()?.clamp(16, 4096).min(SEGMENT.max(trials[0].len() / 8));
+    let forward = forward_transform(segment);
+    let mut density = vec![0.0; segment / 2 + 1];
+    let mut count = 0.0;
+    let taper: Vec<f64> = (0..segment).map(|k| 0.5 - 0.5 * (TAU * (k as f64 + 0.5) / segment as f64).cos()).collect();
+    let power: f64 = taper.iter().map(|w| w * w).sum();
+    for x in trials {
+        let second: Vec<f64> = x.windows(3).map(|w| w[0] - 2.0 * w[1] + w[2]).collect();
+        let mut from = 0;
+        while from + segment <= second.len() {
+            let mut part: Vec<f64> = second[from..from + segment].iter().zip(&taper).map(|(x, w)| x * w).collect();
+            let mut lines = forward.make_output_vec();
+            forward.process(&mut part, &mut lines).ok()?;
+            density.iter_mut().zip(&lines).for_each(|(d, l)| *d += 2.0 * l.norm_sqr() / (power * rate_hz));
+            count += 1.0;
+            from += segment / 2;
+        }
+    }
+    if count == 0.0 {
+        return None;
+    }
+    // What white noise of the angle is in its second difference.
+    let white = |k: usize| (2.0 * (std::f64::consts::PI * k as f64 / segment as f64).sin()).powi(4);
+    let ratio: Vec<f64> = density.iter().enumerate().skip(1).map(|(k, d)| d / (count * white(k))).collect();
+    let top = (ABOVE * ratio.len() as f64) as usize;
+    let noise = ratio[top..].iter().sum::<f64>() / (ratio.len() - top) as f64;
+    // Over a quarter of an octave, so that no gap between lines of a periodic movement ends the band; the highest stretch that stands out ends it.
+    let stands_out = |k: usize| {
+        let (a, b) = (k, ((1.19 * (k + 1) as f64).ceil() as usize).max(k + 3).min(ratio.len()));
+        ratio[a..b].iter().sum::<f64>() / (b - a) as f64 > 2.0 * noise
+    };
+    let highest = (0..top.max(1)).rev().find(|k| stands_out(*k))?;
+    let corner_hz = ((highest + 1) as f64 * rate_hz / segment as f64).min(HIGHEST * rate_hz / 2.0);
+    (noise.is_finite() && ratio[0] > 0.0).then_some(Encoder { corner_hz, noise })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn derivatives_are_those_of_the_movement() {
+        let (rate, f) = (100.0, 0.7);
+        let x: Vec<f64> = (0..2000).map(|k| 0.3 + 0.01 * f64::from(k) + (TAU * f * f64::from(k) / rate).sin()).collect();
+        let [q, v, a] = smooth(&x, rate, 10.0);
+        let edge = edge(10.0, rate);
+        for k in edge..2000 - edge {
+            let phase = TAU * f * k as f64 / rate;
+            // What the ends leave at four periods of the corner.
+            assert!((q[k] - x[k]).abs() < 1e-4, "{k}: {} {}", q[k], x[k]);
+            assert!((v[k] - 1.0 - TAU * f * phase.cos()).abs() < 1e-3, "{k}");
+            assert!((a[k] + (TAU * f).powi(2) * phase.sin()).abs() < 3e-2, "{k}: {}", a[k]);
+        }
+    }
+
+    #[test]
+    fn the_corner_is_where_the_movement_sinks_into_the_steps_of_the_encoder() {
+        let (rate, step) = (200.0, TAU / 4096.0);
+        let mut state = 1_u64;
+        let mut random = || {
+            state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+            (state >> 11) as f64 / (1_u64 << 53) as f64
+        };
+        let x: Vec<f64> = (0..8000).map(|k| ((TAU * 0.4 * f64::from(k) / rate).sin() / step + random() - 0.5).round() * step).collect();
+        let found = encoder(&[&x], rate).expect("it moves");
+        // Steps and the dither before them: twice step²/12 over the band.
+        let expected = 2.0 * step * step / 12.0 / (rate / 2.0);
+        assert!((found.noise / expected - 1.0).abs() < 0.2, "{} {expected}", found.noise);
+        assert!(found.corner_hz > 0.4 && found.corner_hz < 20.0, "{}", found.corner_hz);
+        assert!(encoder(&[&vec![1.0; 4000]], rate).is_none());
+    }
+}

@@ -1,0 +1,45 @@
+//! What the pictures of an answer are drawn from.
+
+use crate::answer::Answer;
+use crate::held_out::predicted;
+use crate::model::{Model, residual};
+use ndof_diagnose::Pictures;
+use ndof_models::robot::Robot;
+
+/// Torques of the first held-out stretch, logged and predicted; and what is missing at each joint over its speed and angle.
+pub(crate) fn draw(answer: &Answer<'_>, file: &Model) -> Pictures {
+    let (scene, held, fitted) = (answer.scene, answer.held, answer.fitted);
+    let piece = &held.pieces[0];
+    let range = piece.places.first().copied().unwrap_or(0)..piece.places.last().map_or(0, |p| p + 1);
+    let cut = |torques: Vec<Vec<f64>>| -> Vec<Vec<f64>> { torques.into_iter().map(|t| t[range.clone()].to_vec()).collect() };
+    let first = &fitted.pieces[0];
+    let at = |series: &[Vec<f64>]| -> Vec<Vec<f64>> { series.iter().map(|x| first.places.iter().map(|p| x[*p]).collect()).collect() };
+    let rest = residual(fitted, answer.model);
+    // What a joint's own causes explain, apart from what bodies and channels do.
+    let mut explained = vec![vec![0.0; first.places.len()]; answer.joints()];
+    for (form, factors) in answer.model.forms.iter().zip(&answer.model.factors).filter(|(form, _)| form.cause.card.side == "joint") {
+        for (series, factor) in fitted.series(&form.columns).iter().zip(factors) {
+            if let Some((j, x)) = form.joint.and_then(|j| Some((j, series.0[0][j].as_ref()?))) {
+                explained[j].iter_mut().zip(x).for_each(|(e, x)| *e += factor * x);
+            }
+        }
+    }
+    let missing = explained.iter().enumerate().map(|(j, e)| rest.0[0][j].iter().flatten().zip(e).map(|(r, e)| r + e).collect()).collect();
+    let motion = &fitted.motions[first.trial];
+    Pictures {
+        sample_rate_hz: scene.rate_hz,
+        start_s: answer.trials[piece.trial].start_s() + range.start as f64 / scene.rate_hz,
+        band_hz: [0.0, held.band.pass_hz],
+        outputs: answer.ports.inputs.iter().map(|i| answer.trials[0].channels()[*i].name.clone()).collect(),
+        output_unit: "N m",
+        measured: cut(held.motions[piece.trial].torque.clone()),
+        baseline: cut(predicted(held, file, piece.trial)),
+        extended: cut(predicted(held, answer.model, piece.trial)),
+        axes: scene.chain.joints().names.clone(),
+        units: ["rad", "rad/s", "N m"],
+        position: at(&motion.q),
+        velocity: at(&motion.v),
+        missing,
+        explained,
+    }
+}

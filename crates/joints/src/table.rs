@@ -1,0 +1,289 @@
+//! All torques that may be lacking, side by side in one band, and what products of them say.
+
+use crate::band::Band;
+use crate::causes::Form;
+use crate::column::{Column, each_sample};
+use crate::model::Logged;
+use crate::motion::{Motion, edge};
+use crate::noise::Whitener;
+use crate::scene::Scene;
+use ndarray::{Array1, Array2};
+use ndof_devices::TERMS_OF_A_LINK;
+use rayon::prelude::*;
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+
+/// One stretch of a log in which something is compared: samples of the log, by trial.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct Piece {
+    pub trial: usize,
+    pub places: Vec<usize>,
+}
+
+/// Columns over pieces, joint by joint: `[piece][joint]`, absent where a joint does not feel it.
+#[derive(Clone, Debug)]
+pub(crate) struct Series(pub Vec<Vec<Option<Vec<f64>>>>);
+
+impl Series {
+    pub fn whitened(&self, noise: &[Whitener]) -> Series {
+        let joint = |(x, w): (&Option<Vec<f64>>, &Whitener)| x.as_ref().map(|x| w.apply(x));
+        Series(self.0.iter().map(|piece| piece.iter().zip(noise).map(joint).collect()).collect())
+    }
+
+    /// Σ over all joints and samples of the product with another.
+    pub fn dot(&self, other: &Series) -> f64 {
+        let joint = |(a, b): (&Option<Vec<f64>>, &Option<Vec<f64>>)| match (a, b) {
+            (Some(a), Some(b)) => a.iter().zip(b).map(|(a, b)| a * b).sum(),
+            _ => 0.0,
+        };
+        self.0.iter().zip(&other.0).map(|(a, b)| a.iter().zip(b).map(joint).sum::<f64>()).sum()
+    }
+
+    /// Adds a multiple of another to what each joint has.
+    pub fn add(&mut self, factor: f64, other: &Series) {
+        for (own, other) in self.0.iter_mut().flatten().zip(other.0.iter().flatten()) {
+            if let (Some(own), Some(other)) = (own, other) {
+                own.iter_mut().zip(other).for_each(|(x, y)| *x += factor * y);
+            }
+        }
+    }
+
+    /// Samples of all joints.
+    pub fn count(&self) -> usize {
+        self.0.iter().flatten().flatten().map(Vec::len).sum()
+    }
+}
+
+/// What is compared where: a scene with the motion of its trials, in one band, and the noise that it is compared in.
+pub(crate) struct View<'a> {
+    pub scene: &'a Scene<'a>,
+    pub motions: &'a [Motion],
+    pub band: &'a Band,
+    pub pieces: Vec<Piece>,
+    pub noise: Vec<Whitener>,
+    kept: Mutex<Kept>,
+}
+
+/// Torques that were asked for before.
+#[derive(Default)]
+struct Kept {
+    columns: Vec<(Column, Arc<Series>)>,
+    white: Vec<(Column, Arc<Series>)>,
+    file: Option<Arc<Series>>,
+}
+
+impl<'a> View<'a> {
+    /// The stretch from one time to another of each of these trials, in samples of the log.
+    pub fn new(scene: &'a Scene<'a>, motions: &'a [Motion], band: &'a Band, stretches: &[(usize, std::ops::Range<usize>)]) -> Self {
+        let margin = edge(scene.corner_hz, scene.rate_hz);
+        let pieces = stretches
+            .iter()
+            .map(|(trial, range)| {
+                let places = band.places(motions[*trial].q[0].len(), margin).into_iter().filter(|p| range.contains(p)).collect();
+                Piece { trial: *trial, places }
+            })
+            .collect();
+        let noise = scene.joints.iter().map(|j| Whitener::plain(j.torque)).collect();
+        View { scene, motions, band, pieces, noise, kept: Mutex::default() }
+    }
+
+    fn kept(&self) -> MutexGuard<'_, Kept> {
+        self.kept.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// The same view in other noise.
+    pub fn in_noise(self, noise: Vec<Whitener>) -> Self {
+        self.kept().white.clear();
+        View { noise, ..self }
+    }
+
+    /// Torques that these columns need for each unit of them.
+    pub fn series(&self, columns: &[Column]) -> Vec<Arc<Series>> {
+        let new: Vec<Column> = {
+            let kept = self.kept();
+            columns.iter().filter(|c| !kept.columns.iter().any(|(k, _)| k == *c)).cloned().collect()
+        };
+        let found = self.compute(&new);
+        let mut kept = self.kept();
+        kept.columns.extend(new.into_iter().zip(found.into_iter().map(Arc::new)));
+        columns.iter().filter_map(|c| Some(kept.columns.iter().find(|(k, _)| k == c)?.1.clone())).collect()
+    }
+
+    /// The same, whitened.
+    pub fn white(&self, columns: &[Column]) -> Vec<Arc<Series>> {
+        let series = self.series(columns);
+        let mut kept = self.kept();
+        columns
+            .iter()
+            .zip(series)
+            .map(|(column, series)| {
+                if let Some((_, white)) = kept.white.iter().find(|(k, _)| k == column) {
+                    return white.clone();
+                }
+                let white = Arc::new(series.whitened(&self.noise));
+                kept.white.push((column.clone(), white.clone()));
+                white
+            })
+            .collect()
+    }
+
+    /// Torques of columns that are asked for once.
+    pub fn compute(&self, columns: &[Column]) -> Vec<Series> {
+        let kernel = self.band.kernel(0.0);
+        let trials: Vec<usize> = (0..self.motions.len()).collect();
+        // One pass over the regressor serves all combinations of a body's parameters.
+        let bodies = if columns.iter().filter(|c| matches!(c, Column::Body { .. })).count() > 2 { self.bodies(&kernel) } else { vec![] };
+        columns
+            .par_iter()
+            .map(|column| {
+                if let (Column::Body { link, parts }, false) = (column, bodies.is_empty()) {
+                    return combined(&bodies[*link], parts);
+                }
+                let felt: Vec<Vec<(usize, Vec<f64>)>> = trials
+                    .iter()
+                    .map(|t| if self.pieces.iter().any(|p| p.trial == *t) { column.along(&self.motions[*t], self.scene) } else { vec![] })
+                    .collect();
+                let piece = |piece: &Piece| {
+                    let mut joints = vec![None; self.scene.joints.len()];
+                    for (joint, x) in &felt[piece.trial] {
+                        joints[*joint] = Some(self.band.apply(&kernel, x, &piece.places));
+                    }
+                    joints
+                };
+                Series(self.pieces.iter().map(piece).collect())
+            })
+            .collect()
+    }
+
+    /// What each inertial parameter of each body needs, `[link][term]`.
+    fn bodies(&self, kernel: &[f64]) -> Vec<Vec<Series>> {
+        let (n, chain) = (self.scene.joints.len(), self.scene.chain);
+        let empty = Series(self.pieces.iter().map(|_| vec![None; n]).collect());
+        let mut out = vec![vec![empty; TERMS_OF_A_LINK]; n];
+        let width = TERMS_OF_A_LINK * n;
+        for (trial, motion) in self.motions.iter().enumerate().filter(|(t, _)| self.pieces.iter().any(|p| p.trial == *t)) {
+            let all = each_sample(motion, n * width, |q, v, a, out| {
+                let y = chain.regressor(q, v, a);
+                out.iter_mut().enumerate().for_each(|(k, out)| *out = y[[k / width, k % width]]);
+            });
+            let felt: Vec<(usize, usize)> = (0..n * width).map(|k| (k / width, k % width)).filter(|(joint, c)| *joint <= c / TERMS_OF_A_LINK).collect();
+            for (p, piece) in self.pieces.iter().enumerate().filter(|(_, piece)| piece.trial == trial) {
+                let found: Vec<Vec<f64>> = felt.par_iter().map(|(joint, c)| self.band.apply(kernel, &all[joint * width + c], &piece.places)).collect();
+                for ((joint, c), x) in felt.iter().zip(found) {
+                    out[c / TERMS_OF_A_LINK][c % TERMS_OF_A_LINK].0[p][*joint] = Some(x);
+                }
+            }
+        }
+        out
+    }
+
+    /// Logged torques, delays and gains taken off, less what the file says.
+    pub fn missing(&self, logged: &Logged) -> Series {
+        let file = self.file();
+        let piece = |(piece, file): (&Piece, &Vec<Option<Vec<f64>>>)| {
+            (0..self.scene.joints.len())
+                .map(|j| {
+                    let later = self.band.kernel(logged.late_s[j] * self.scene.rate_hz);
+                    let torque = self.band.apply(&later, &self.motions[piece.trial].torque[j], &piece.places);
+                    Some(torque.iter().zip(file[j].as_ref()?).map(|(a, b)| a / logged.gain[j] - b).collect())
+                })
+                .collect()
+        };
+        Series(self.pieces.iter().zip(&file.0).map(piece).collect())
+    }
+
+    /// Torques of all that the file says.
+    fn file(&self) -> Arc<Series> {
+        let known = self.kept().file.clone();
+        known.unwrap_or_else(|| {
+            let kernel = self.band.kernel(0.0);
+            let nominal: Vec<Vec<Vec<f64>>> = self.motions.iter().map(|m| self.scene.nominal(m)).collect();
+            let piece = |p: &Piece| nominal[p.trial].iter().map(|x| Some(self.band.apply(&kernel, x, &p.places))).collect();
+            let file = Arc::new(Series(self.pieces.iter().map(piece).collect()));
+            self.kept().file = Some(file.clone());
+            file
+        })
+    }
+}
+
+/// A combination of the torques of one body's parameters.
+fn combined(terms: &[Series], parts: &[f64]) -> Series {
+    let mut sum = terms[0].clone();
+    sum.add(parts[0] - 1.0, &terms[0]);
+    terms.iter().zip(parts).skip(1).filter(|(_, part)| **part != 0.0).for_each(|(term, part)| sum.add(*part, term));
+    sum
+}
+
+/// Whitened columns of all forms and their products.
+pub(crate) struct Table {
+    /// For each form, where its columns stand.
+    pub columns: Vec<Vec<usize>>,
+    /// Products of all columns.
+    pub gram: Array2<f64>,
+    /// Products with what is missing.
+    pub right: Array1<f64>,
+    /// Of what is missing with itself.
+    pub total: f64,
+    /// Whitened samples of all joints.
+    pub samples: usize,
+}
+
+impl Table {
+    /// Distinct columns of forms; each form's place in them.
+    pub fn distinct(forms: &[Form]) -> (Vec<Column>, Vec<Vec<usize>>) {
+        let mut distinct: Vec<Column> = Vec::new();
+        let places = forms
+            .iter()
+            .map(|form| {
+                form.columns
+                    .iter()
+                    .map(|c| {
+                        distinct.iter().position(|d| d == c).unwrap_or_else(|| {
+                            distinct.push(c.clone());
+                            distinct.len() - 1
+                        })
+                    })
+                    .collect()
+            })
+            .collect();
+        (distinct, places)
+    }
+
+    pub fn new(columns: Vec<Vec<usize>>, series: &[Arc<Series>], missing: &Series) -> Self {
+        let c = series.len();
+        let (pieces, joints) = (missing.0.len(), missing.0.first().map_or(0, Vec::len));
+        let mut gram = Array2::zeros((c, c));
+        let mut right = Array1::zeros(c);
+        for joint in 0..joints {
+            let felt: Vec<usize> = (0..c).filter(|k| series[*k].0.iter().any(|p| p[joint].is_some())).collect();
+            for piece in 0..pieces {
+                let Some(y) = &missing.0[piece][joint] else { continue };
+                let rows = Array2::from_shape_fn((felt.len(), y.len()), |(k, i)| series[felt[k]].0[piece][joint].as_ref().map_or(0.0, |x| x[i]));
+                let own = rows.dot(&rows.t());
+                let with = rows.dot(&Array1::from(y.clone()));
+                for (a, &i) in felt.iter().enumerate() {
+                    right[i] += with[a];
+                    for (b, &j) in felt.iter().enumerate() {
+                        gram[[i, j]] += own[[a, b]];
+                    }
+                }
+            }
+        }
+        Table { columns, gram, right, total: missing.dot(missing), samples: missing.count() }
+    }
+
+    /// The table with columns more than those of `series`.
+    pub fn beside(&self, series: &[Arc<Series>], more: &[Series], missing: &Series) -> Table {
+        let (c, m) = (series.len(), more.len());
+        let mut gram = Array2::from_shape_fn((c + m, c + m), |(i, j)| if i < c && j < c { self.gram[[i, j]] } else { 0.0 });
+        let mut right = Array1::from_shape_fn(c + m, |k| if k < c { self.right[k] } else { 0.0 });
+        for (i, own) in more.iter().enumerate() {
+            right[c + i] = own.dot(missing);
+            for (k, other) in series.iter().map(|s| s.as_ref()).chain(more).enumerate() {
+                let product = own.dot(other);
+                gram[[c + i, k]] = product;
+                gram[[k, c + i]] = product;
+            }
+        }
+        Table { columns: vec![], gram, right, total: self.total, samples: self.samples }
+    }
+}
