@@ -26,7 +26,7 @@ impl<'a> Edits<'a> {
         match element.attributes.iter().find(|a| a.name == name) {
             Some(attribute) => self.replace(attribute.inner.clone(), value.to_owned()),
             None => {
-                let end = element.tag.start + 1 + element.name.len();
+                let end = element.attributes.last().map_or(element.tag.start + 1 + element.name.len(), |a| a.whole.end);
                 self.replace(end..end, format!(" {name}=\"{value}\""));
             }
         }

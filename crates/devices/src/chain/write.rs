@@ -293,21 +293,22 @@ fn into_body(joint: &Described<'_>, target: &JointConfig, corrections: &[&Correc
         let body = joint.body.attribute("name").unwrap_or("?");
         return Err(format!("{called}: without what is fixed to it, \"{body}\" would have a mass of {:.6} kg and an inertia that no masses make", own.mass));
     }
-    let place = sub(own.centre(), joint.offset);
-    let why = reasons(corrections);
-    let Some((element, turned)) = joint.inertial else {
-        let (mass, centre, inertia) = (word(own.mass), words(&place), own.inertia());
+    // Round-off of a zero is no number to write.
+    let [about, local] =
+        [own.inertia(), joint.inertial.map_or(own.inertia(), |(_, turned)| carried(&transpose(&turned), &own.inertia()))].map(|m| tidy(six(&m)));
+    let (place, why) = (tidy(sub(own.centre(), joint.offset)), reasons(corrections));
+    let Some((element, _)) = joint.inertial else {
+        let (mass, centre) = (word(own.mass), words(&place));
         let child = if is_urdf {
-            let entries: String = ENTRIES.iter().zip(six(&inertia)).map(|(name, v)| format!(" {name}=\"{}\"", word(v))).collect();
+            let entries: String = ENTRIES.iter().zip(about).map(|(name, v)| format!(" {name}=\"{}\"", word(v))).collect();
             format!("<inertial><origin xyz=\"{centre}\"/><mass value=\"{mass}\"/><inertia{entries}/></inertial>")
         } else {
-            format!("<inertial pos=\"{centre}\" mass=\"{mass}\" fullinertia=\"{}\"/>", words(&six(&inertia)))
+            format!("<inertial pos=\"{centre}\" mass=\"{mass}\" fullinertia=\"{}\"/>", words(&about))
         };
         edits.insert(joint.body, &child, &why);
         return Ok(());
     };
     edits.note(element, &why);
-    let local = six(&carried(&transpose(&turned), &own.inertia()));
     if is_urdf {
         into_child(edits, element, "origin", &[("xyz", &place)]);
         into_child(edits, element, "mass", &[("value", &[own.mass])]);
@@ -318,12 +319,12 @@ fn into_body(joint: &Described<'_>, target: &JointConfig, corrections: &[&Correc
     changed(edits, element, "mass", &[own.mass], own.mass);
     changed(edits, element, "pos", &place, largest(&place));
     let size = largest(&local);
-    if element.attribute("fullinertia").is_none() && local[3..].iter().all(|v| v.abs() <= SAME * size) {
+    if element.attribute("fullinertia").is_none() && local[3..] == [0.0; 3] {
         changed(edits, element, "diaginertia", &local[..3], size);
     } else {
         // The tensor in the body's axes, with which MJCF allows no turn.
         ["diaginertia", "quat", "axisangle", "xyaxes", "zaxis", "euler"].iter().for_each(|name| edits.remove(element, name));
-        changed(edits, element, "fullinertia", &six(&own.inertia()), size);
+        changed(edits, element, "fullinertia", &about, size);
     }
     Ok(())
 }
@@ -384,6 +385,11 @@ fn put(edits: &mut Edits<'_>, (parent, element, name): (&Element, Option<&Elemen
 
 fn reasons<'a>(corrections: &[&'a Correction]) -> Vec<&'a str> {
     corrections.iter().map(|c| c.why.as_str()).collect()
+}
+
+fn tidy<const N: usize>(values: [f64; N]) -> [f64; N] {
+    let size = largest(&values);
+    values.map(|v| if v.abs() <= SAME * size { 0.0 } else { v })
 }
 
 fn largest(values: &[f64]) -> f64 {
