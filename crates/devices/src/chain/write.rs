@@ -159,10 +159,10 @@ pub(super) fn corrected(joint: &JointConfig, corrections: &[&Correction]) -> Res
             target.mass_kg, target.inertia_kg_m2
         ));
     }
-    if let (Some([low, high]), Some(called)) = (target.range_rad, called(|c| matches!(c.what, Corrected::Range(_)))) {
-        if !(low < high && low.is_finite() && high.is_finite()) {
-            return Err(format!("with the {called}, its range would be {low} to {high}; it needs two ends, the lower before the upper"));
-        }
+    if let (Some([low, high]), Some(called)) = (target.range_rad, called(|c| matches!(c.what, Corrected::Range(_))))
+        && !(low < high && low.is_finite() && high.is_finite())
+    {
+        return Err(format!("with the {called}, its range would be {low} to {high}; it needs two ends, the lower before the upper"));
     }
     Ok(target)
 }
@@ -258,6 +258,7 @@ fn into_mjcf(
             Corrected::TorqueDelay if drive.actuators.is_empty() => {
                 left_out.push(format!("no actuator drives joint \"{}\": the {} is not written", correction.joint, correction.called()));
             }
+            Corrected::TorqueDelay if drive.timestep_s <= 0.0 => return Err(format!("{}: a timestep of {} s", correction.called(), drive.timestep_s)),
             Corrected::TorqueDelay => {
                 for actuator in &drive.actuators {
                     // Steps that the actuator remembers: all of the delay, and the one that begins.
