@@ -73,7 +73,7 @@ pub fn toml(data: &[u8]) {
     }
 }
 
-/// A robot in TOML or URDF, and the device that it makes.
+/// A robot in TOML, URDF or MJCF, and the device that it makes.
 pub fn robot(data: &[u8]) {
     let Ok(text) = std::str::from_utf8(data) else { return };
     if let Ok(config) = RobotConfig::parse("fuzz.urdf", text, None) {

@@ -1,8 +1,9 @@
 """Reference dynamics of the simulated robots by independent engines.
 
 Writes, into this folder, chain_two_link.csv, chain_three_link.csv, chain_six_joint.csv and wrist.csv (Pinocchio) and
-five_bar.csv (MuJoCo: a tree of four bodies whose parallelogram is closed by projection). Each row of the first
-five is a random state: q, rates, mass matrix (rows), bias torques, Jacobian of the tip (rows x, y, z; left out where the
+five_bar.csv (MuJoCo: a tree of four bodies whose parallelogram is closed by projection); chain_mjcf_arm.csv and chain_mjcf_gantry.csv (MuJoCo)
+are of robots in MJCF, chain_corrected_three_link.csv (Pinocchio), chain_corrected_mjcf_arm.csv and chain_corrected_mjcf_gantry.csv (MuJoCo) of
+files that `write_back` corrected, which the engines read here. Each row of these is a random state: q, rates, mass matrix (rows), bias torques, Jacobian of the tip (rows x, y, z; left out where the
 joints are the axes), its rate times the joint rates.
 
 regressor_three_link.csv and regressor_six_joint.csv (Pinocchio) hold a few states with rates and accelerations, the torques of the
@@ -13,6 +14,7 @@ motion_five_bar.csv, motion_wrist.csv and motion_three_link.csv are what the rec
 transducer hold: struck for 0.04 s, then free to 1 s, without a hold; means of position and force over each 2 ms, from the engine's
 dynamics by DOP853 at a relative tolerance of 1e-12.
 
+    NDOF_WRITE_REFERENCES=1 cargo test --release -p ndof-devices written_files
     pip install numpy scipy mujoco pin
     python make_references.py
 """
@@ -27,6 +29,7 @@ from scipy.integrate import solve_ivp
 
 HERE = pathlib.Path(__file__).parent
 STATES = 100
+FEW = 20
 
 
 def write(name, header, rows, note=""):
@@ -45,10 +48,10 @@ def header(n, tip):
     return names
 
 
-def states(model, data, frame, seed, span):
+def states(model, data, frame, seed, span, count=STATES):
     """Random states of a Pinocchio model; `frame` is the tip, or None."""
     rng = np.random.default_rng(seed)
-    for _ in range(STATES):
+    for _ in range(count):
         q, v = rng.uniform(-span, span, model.nq), rng.uniform(-3, 3, model.nv)
         upper = pin.crba(model, data, q)
         mass = np.triu(upper) + np.triu(upper, 1).T
@@ -64,10 +67,30 @@ def states(model, data, frame, seed, span):
         yield row
 
 
-def urdf(name, seed, span):
+def urdf(name, seed, span, count=STATES):
     model = pin.buildModelFromUrdf(str(HERE / f"{name}.urdf"))
     model.gravity.linear = np.array([0, 0, -9.81])
-    write(f"chain_{name}.csv", header(model.nv, True), states(model, model.createData(), model.getFrameId("tip"), seed, span))
+    write(f"chain_{name}.csv", header(model.nv, True), states(model, model.createData(), model.getFrameId("tip"), seed, span, count))
+
+
+def mjcf(name, tip, seed, span):
+    """Random states of a chain that MuJoCo reads."""
+    model = mujoco.MjModel.from_xml_path(str(HERE / f"{name}.xml"))
+    data, n, rng = mujoco.MjData(model), model.nv, np.random.default_rng(seed)
+    body = mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_BODY, tip)
+    rows = []
+    for _ in range(FEW):
+        q, v = rng.uniform(-span, span, n), rng.uniform(-3, 3, n)
+        data.qpos[:], data.qvel[:] = q, v
+        mujoco.mj_forward(model, data)
+        mass, jacobian, rate = np.zeros((n, n)), np.zeros((3, n)), np.zeros((3, n))
+        mujoco.mj_fullM(model, data, mass) if mujoco.__version__ >= "4" else mujoco.mj_fullM(model, mass, data.qM)
+        place = data.xpos[body].copy()
+        mujoco.mj_jac(model, data, jacobian, None, place, body)
+        mujoco.mj_jacDot(model, data, rate, None, place, body)
+        rows.append([*q, *v, *mass.ravel(), *data.qfrc_bias, *place, *jacobian.ravel(), *(rate @ v)])
+    write(f"chain_{name}.csv", header(n, True), rows)
+    return model
 
 
 def regressor(name, seed):
@@ -252,6 +275,15 @@ def chain_motion():
 urdf("two_link", 1, 3.0)
 urdf("three_link", 2, 3.0)
 urdf("six_joint", 3, 3.0)
+mjcf("mjcf_arm", "tip", 7, 2.0)
+mjcf("mjcf_gantry", "end", 8, 2.0)
+urdf("corrected_three_link", 9, 3.0, FEW)
+arm = mjcf("corrected_mjcf_arm", "tip", 10, 2.0)
+# What the dynamics do not show: the numbers of `corrections` in crates/devices/tests/suite/write.rs.
+assert np.allclose(arm.dof_damping, [0.35, 0.1, 0.15, 0.1]) and np.allclose(arm.dof_frictionloss, [0.05, 0.08, 0.05, 0.01])
+assert np.allclose(arm.actuator_delay, [0, 0.0125, 0]) and arm.actuator_history[1, 0] >= 13 and np.allclose(arm.jnt_range[2], [-1.0, 1.5]) and arm.jnt_limited[2]
+gantry = mjcf("corrected_mjcf_gantry", "end", 11, 2.0)
+assert np.allclose(gantry.jnt_stiffness, [0, 0, 0, 1.8, 0]) and np.allclose(gantry.jnt_range[0], [-1.5, 2.0])
 regressor("three_link", 5)
 regressor("six_joint", 6)
 wrist()

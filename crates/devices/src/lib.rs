@@ -63,8 +63,8 @@ mod velocity;
 mod wrist;
 
 pub use chain::{
-    BaseParameter, EndEffectorConfig, HoldConfig, JointConfig, JointKind, MAX_JOINTS, RobotConfig, SerialChain, TERMS_OF_A_LINK, TransducerConfig,
-    base_parameters,
+    BaseParameter, Corrected, Correction, EndEffectorConfig, HoldConfig, JointConfig, JointKind, MAX_JOINTS, RobotConfig, SerialChain, TERMS_OF_A_LINK,
+    TransducerConfig, Written, base_parameters, write_back,
 };
 pub use controller::{Controller, PerAxis, Safety};
 pub use device::{Device, DeviceEntry, LimbEntry, LoopDefaults};

@@ -52,6 +52,12 @@ pub struct JointConfig {
     /// Viscous friction at the joint (N m s/rad).
     #[serde(default)]
     pub viscous_nm_s_per_rad: f64,
+    /// Stiffness of a spring at the joint (N m/rad). [`RobotConfig::chain`] is the bodies without it; the simulation has none and refuses it.
+    #[serde(default, skip_serializing_if = "nothing")]
+    pub stiffness_nm_per_rad: f64,
+    /// Where that spring rests (rad).
+    #[serde(default, skip_serializing_if = "nothing")]
+    pub spring_rest_rad: f64,
     /// Largest torque at the joint (N m).
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub torque_limit_nm: Option<f64>,
@@ -65,6 +71,11 @@ pub struct JointConfig {
 
 fn z_axis() -> [f64; 3] {
     [0.0, 0.0, 1.0]
+}
+
+#[allow(clippy::trivially_copy_pass_by_ref, reason = "serde asks for a reference")]
+fn nothing(value: &f64) -> bool {
+    *value == 0.0
 }
 
 fn one() -> f64 {

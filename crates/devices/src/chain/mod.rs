@@ -1,14 +1,21 @@
 //! Serial chains of rigid bodies: any robot without closed loops.
 
 mod base_parameters;
+mod body;
 mod config;
 mod dynamics;
+mod edits;
 mod link;
+mod mjcf;
+mod mjcf_settings;
 mod parameters;
 mod regressor;
 mod robot_file;
 mod serial;
+mod shape;
+mod toml_edit;
 mod urdf;
+mod write;
 mod xml;
 
 pub use base_parameters::{BaseParameter, base_parameters};
@@ -19,3 +26,4 @@ pub use regressor::TERMS_OF_A_LINK;
 pub(crate) use robot_file::{FileChoices, read_robot};
 pub use serial::SerialChain;
 pub(crate) use serial::Space;
+pub use write::{Corrected, Correction, Written, write_back};

@@ -1,9 +1,9 @@
-//! A robot described in a TOML or URDF file, read and built.
+//! A robot described in a TOML, URDF or MJCF file, read and built.
 
 use super::config::{JointConfig, JointKind, RobotConfig};
 use super::link::Link;
 use super::serial::{SerialChain, Space};
-use super::urdf;
+use super::{mjcf, urdf, xml};
 use crate::device::{Device, LoopDefaults};
 use crate::error::DeviceError;
 use crate::linearise::rigid_body;
@@ -17,13 +17,13 @@ use ndof_models::{Axis, Transducer};
 pub(crate) struct FileChoices<'a> {
     /// Commanded coordinates, in place of the file's.
     pub(crate) axes: Option<&'a [String]>,
-    /// The link of a URDF that carries the limb.
+    /// The link or body that carries the limb.
     pub(crate) tip: Option<&'a str>,
     /// Home posture, in place of the file's.
     pub(crate) home: Option<&'a [f64]>,
 }
 
-/// Reads a robot from the text of a TOML or URDF file called `file`.
+/// Reads a robot from the text of a TOML, URDF or MJCF file called `file`.
 pub(crate) fn read_robot(file: &str, text: &str, choices: &FileChoices<'_>) -> Result<Device, DeviceError> {
     let wrong = |what: String| DeviceError::File { file: file.to_owned(), what };
     let mut config = RobotConfig::parse(file, text, choices.tip)?;
@@ -51,14 +51,21 @@ impl RobotConfig {
         }
     }
 
-    /// A robot from the text of a TOML or URDF file called `file`; `tip` is the link of a URDF that carries the limb.
+    /// A robot from the text of a TOML, URDF or MJCF file called `file`; `tip` is the link of a URDF, or the body of an
+    /// MJCF, that carries the limb.
     ///
     /// # Errors
     /// [`DeviceError::File`] that says what is wrong and where.
     pub fn parse(file: &str, text: &str, tip: Option<&str>) -> Result<Self, DeviceError> {
         let wrong = |what: String| DeviceError::File { file: file.to_owned(), what };
         if text.trim_start().starts_with('<') {
-            return urdf::read(text, tip).map_err(wrong);
+            let root = xml::parse(text).map_err(wrong)?;
+            let read = match root.name.as_str() {
+                "robot" => urdf::read(&root, tip),
+                "mujoco" => mjcf::read(&root, tip),
+                other => Err(format!("line {}: the root is <{other}>, a URDF has <robot>, an MJCF <mujoco>", root.line)),
+            };
+            return read.map_err(wrong);
         }
         let config: RobotConfig = toml::from_str(text).map_err(|e| wrong(e.to_string()))?;
         config.check_schema(file)?;
@@ -90,6 +97,13 @@ impl RobotConfig {
     /// # Errors
     /// [`DeviceError`] that names the joint and the number.
     pub fn build(&self) -> Result<Device, DeviceError> {
+        if let Some(joint) = self.joints.iter().find(|j| j.stiffness_nm_per_rad != 0.0) {
+            return Err(DeviceError::value(
+                format!("stiffness of joint \"{}\"", joint.name),
+                joint.stiffness_nm_per_rad,
+                "zero: no spring at a joint is simulated",
+            ));
+        }
         let chain = self.chain()?;
         let inertia = endpoint_inertia(&chain)?;
         let at_the_tip = !self.axes.is_empty();

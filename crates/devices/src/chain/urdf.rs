@@ -1,66 +1,27 @@
 //! Robots in the Unified Robot Description Format: the path of moving joints from the root to the tip.
 
-use super::config::{EndEffectorConfig, JointConfig, JointKind, RobotConfig};
-use super::xml::{Element, parse};
-use crate::vector3::{IDENTITY, Matrix, Vector, add, carried, plus, product, roll_pitch_yaw, scale, steiner, sub, turn};
-
-/// A rigid body gathered from links that fixed joints hold together, in the frame of its moving joint.
-struct Body {
-    mass: f64,
-    centre: Vector,
-    /// About the frame's origin.
-    inertia: Matrix,
-}
-
-/// A frame in another.
-#[derive(Clone, Copy)]
-struct Pose {
-    rotation: Matrix,
-    place: Vector,
-}
-
-impl Pose {
-    const IDENTITY: Pose = Pose { rotation: IDENTITY, place: [0.0; 3] };
-
-    fn then(&self, inner: &Pose) -> Pose {
-        Pose { rotation: product(&self.rotation, &inner.rotation), place: add(self.place, turn(&self.rotation, inner.place)) }
-    }
-}
+use super::body::{Body, Described, Drive, Pose, robot, six, tensor};
+use super::config::{JointConfig, JointKind, RobotConfig};
+use super::xml::Element;
+use crate::vector3::roll_pitch_yaw;
 
 /// Reads `<robot>`; `tip` names the link that carries the limb, the last of the chain where absent.
-pub(super) fn read(text: &str, tip: Option<&str>) -> Result<RobotConfig, String> {
-    let root = parse(text)?;
-    if root.name != "robot" {
-        return Err(format!("line {}: the root is <{}>, a URDF has <robot>", root.line, root.name));
-    }
-    let mut joints = Vec::new();
-    for joint in root.children("joint") {
-        joints.push(Joint { element: joint, parent: link_of(joint, "parent")?, child: link_of(joint, "child")? });
-    }
-    let names: Vec<&str> = root.children("link").map(|l| required(l, "name")).collect::<Result<_, _>>()?;
-    for joint in &joints {
-        for link in [joint.parent, joint.child] {
-            if !names.contains(&link) {
-                return Err(format!("line {}: joint \"{}\" names the link \"{link}\", which is not described", joint.element.line, joint.name()));
-            }
-        }
-    }
+pub(super) fn read(root: &Element, tip: Option<&str>) -> Result<RobotConfig, String> {
+    let (names, joints) = parts(root)?;
     let base = root_of(&names, &joints)?;
     let path = path_to(tip_of(&names, &joints, tip)?, base, &joints)?;
-    let links = Links { root: &root, joints: &joints };
-    let mut config = RobotConfig {
-        schema: "ndof/robot/1".to_owned(),
-        name: root.attribute("name").unwrap_or("robot").to_owned(),
-        axes: Vec::new(),
-        gravity_m_per_s2: [0.0, 0.0, -9.81],
-        joints: Vec::new(),
-        end_effector: EndEffectorConfig::default(),
-        transducer: Default::default(),
-        hold: Default::default(),
-    };
+    if let Some(branch) = joints.iter().find(|j| !j.is_fixed() && !path.iter().any(|p| p.child == j.child)) {
+        return Err(format!(
+            "line {}: joint \"{}\" branches off the way to the end effector; make it fixed or choose another device.tip",
+            branch.element.line,
+            branch.name()
+        ));
+    }
+    let links = Links { root, joints: &joints };
+    let mut config = robot(root.attribute("name").unwrap_or("robot"));
     // Fixed joints before a moving one shift its origin; what stands on the base does not move and needs no mass.
     let mut lead = Pose::IDENTITY;
-    links.gather(base, &Pose::IDENTITY, &path, &mut Body { mass: 0.0, centre: [0.0; 3], inertia: [[0.0; 3]; 3] })?;
+    links.gather(base, &Pose::IDENTITY)?;
     for joint in &path {
         let pose = lead.then(&origin(joint.element)?);
         if joint.is_fixed() {
@@ -68,12 +29,48 @@ pub(super) fn read(text: &str, tip: Option<&str>) -> Result<RobotConfig, String>
             continue;
         }
         lead = Pose::IDENTITY;
-        let mut body = Body { mass: 0.0, centre: [0.0; 3], inertia: [[0.0; 3]; 3] };
-        links.gather(joint.child, &Pose::IDENTITY, &path, &mut body)?;
-        config.joints.push(moving(joint, &pose, &body)?);
+        config.joints.push(moving(joint, &pose, &links.gather(joint.child, &Pose::IDENTITY)?)?);
     }
     config.end_effector.translation_m = lead.place;
     Ok(config)
+}
+
+/// The joint called `name`, in a robot that may have branches.
+pub(super) fn described<'a>(root: &'a Element, name: &str) -> Result<Described<'a>, String> {
+    let (names, joints) = parts(root)?;
+    root_of(&names, &joints)?;
+    let found = joints.iter().find(|j| j.name() == name && !j.is_fixed());
+    let joint = found.ok_or_else(|| format!("no moving joint \"{name}\"; there are: {}", listed(joints.iter().filter(|j| !j.is_fixed()).map(Joint::name))))?;
+    let body = root.children("link").find(|l| l.attribute("name") == Some(joint.child)).ok_or_else(|| format!("no link \"{}\"", joint.child))?;
+    let total = Links { root, joints: &joints }.gather(joint.child, &Pose::IDENTITY)?;
+    let rest = total.without(&inertial(body, &Pose::IDENTITY)?);
+    let inertial = body.child("inertial").map(|i| origin(i).map(|pose| (i, pose.rotation))).transpose()?;
+    let config = moving(joint, &origin(joint.element)?, &total)?;
+    Ok(Described { config, joint: joint.element, body, inertial, offset: [0.0; 3], rest, massless: None, drive: Drive { unit: 1.0, ..Drive::default() } })
+}
+
+fn listed<'a>(names: impl Iterator<Item = &'a str>) -> String {
+    names.collect::<Vec<_>>().join(", ")
+}
+
+/// The links' names and the joints.
+fn parts(root: &Element) -> Result<(Vec<&str>, Vec<Joint<'_>>), String> {
+    let mut joints = Vec::new();
+    for joint in root.children("joint") {
+        joints.push(Joint { element: joint, parent: link_of(joint, "parent")?, child: link_of(joint, "child")? });
+    }
+    let names: Vec<&str> = root.children("link").map(|l| l.required("name")).collect::<Result<_, _>>()?;
+    for joint in &joints {
+        for link in [joint.parent, joint.child] {
+            if !names.contains(&link) {
+                return Err(format!("line {}: joint \"{}\" names the link \"{link}\", which is not described", joint.element.line, joint.name()));
+            }
+        }
+        if joints.iter().filter(|j| j.child == joint.child).count() > 1 {
+            return Err(format!("link \"{}\" is the child of more than one joint; closed loops need a device of their own", joint.child));
+        }
+    }
+    Ok((names, joints))
 }
 
 /// The one link that hangs on nothing and carries all others.
@@ -117,11 +114,7 @@ fn path_to<'a, 'b>(tip: &str, base: &str, joints: &'b [Joint<'a>]) -> Result<Vec
     let mut path = Vec::new();
     let mut at = tip;
     while at != base {
-        let mut parents = joints.iter().filter(|j| j.child == at);
-        let joint = parents.next().ok_or(format!("link \"{at}\" hangs on nothing"))?;
-        if parents.next().is_some() || path.len() > joints.len() {
-            return Err(format!("link \"{at}\" is the child of more than one joint; closed loops need a device of their own"));
-        }
+        let joint = joints.iter().find(|j| j.child == at).ok_or_else(|| format!("link \"{at}\" hangs on nothing"))?;
         path.push(joint);
         at = joint.parent;
     }
@@ -151,44 +144,36 @@ struct Links<'a> {
 }
 
 impl Links<'_> {
-    /// Adds the inertia of `link`, standing at `pose` in the body's frame, and of all that fixed joints hang on it.
-    fn gather(&self, link: &str, pose: &Pose, path: &[&Joint<'_>], body: &mut Body) -> Result<(), String> {
-        if let Some(inertial) = self.root.children("link").find(|l| l.attribute("name") == Some(link)).and_then(|l| l.child("inertial")) {
-            let mass = inertial.child("mass").map_or(Ok(0.0), |m| number(m, "value"))?;
-            let here = pose.then(&origin(inertial)?);
-            let tensor = match inertial.child("inertia") {
-                None => [[0.0; 3]; 3],
-                Some(i) => {
-                    let v = |name| if i.attribute(name).is_some() { number(i, name) } else { Ok(0.0) };
-                    let (xx, yy, zz, xy, xz, yz) = (v("ixx")?, v("iyy")?, v("izz")?, v("ixy")?, v("ixz")?, v("iyz")?);
-                    [[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]]
-                }
-            };
-            let total = body.mass + mass;
-            if total > 0.0 {
-                body.centre = scale(add(scale(body.centre, body.mass), scale(here.place, mass)), 1.0 / total);
-            }
-            body.mass = total;
-            body.inertia = plus(&body.inertia, &plus(&carried(&here.rotation, &tensor), &steiner(mass, here.place)));
+    /// `link`, standing at `pose` in the body's frame, and all that fixed joints hang on it.
+    fn gather(&self, link: &str, pose: &Pose) -> Result<Body, String> {
+        let mut body = Body::default();
+        if let Some(element) = self.root.children("link").find(|l| l.attribute("name") == Some(link)) {
+            body.add(&inertial(element, pose)?);
         }
-        for joint in self.joints.iter().filter(|j| j.parent == link) {
-            if joint.is_fixed() {
-                self.gather(joint.child, &pose.then(&origin(joint.element)?), path, body)?;
-            } else if !path.iter().any(|j| j.child == joint.child) {
-                return Err(format!(
-                    "line {}: joint \"{}\" branches off the way to the end effector; make it fixed or choose another device.tip",
-                    joint.element.line,
-                    joint.name()
-                ));
-            }
+        for joint in self.joints.iter().filter(|j| j.parent == link && j.is_fixed()) {
+            body.add(&self.gather(joint.child, &pose.then(&origin(joint.element)?))?);
         }
-        Ok(())
+        Ok(body)
     }
+}
+
+/// What a link weighs by itself, standing at `pose`.
+fn inertial(link: &Element, pose: &Pose) -> Result<Body, String> {
+    let Some(inertial) = link.child("inertial") else { return Ok(Body::default()) };
+    let mass = inertial.child("mass").map_or(Ok(0.0), |m| m.numbers("value", None).map(|[v]| v))?;
+    let about = match inertial.child("inertia") {
+        None => [0.0; 6],
+        Some(i) => {
+            let v = |name| i.number(name, 0.0);
+            [v("ixx")?, v("iyy")?, v("izz")?, v("ixy")?, v("ixz")?, v("iyz")?]
+        }
+    };
+    Ok(Body::new(mass, &pose.then(&origin(inertial)?), &tensor(about)))
 }
 
 fn moving(joint: &Joint<'_>, pose: &Pose, body: &Body) -> Result<JointConfig, String> {
     let element = joint.element;
-    let kind = match required(element, "type")? {
+    let kind = match element.required("type")? {
         "revolute" | "continuous" => JointKind::Revolute,
         "prismatic" => JointKind::Prismatic,
         other => {
@@ -199,67 +184,42 @@ fn moving(joint: &Joint<'_>, pose: &Pose, body: &Body) -> Result<JointConfig, St
         return Err(format!("line {}: joint \"{}\" mimics another; such couplings need a device of their own", mimic.line, joint.name()));
     }
     let optional = |parent: &str, name: &str| match element.child(parent) {
-        Some(e) if e.attribute(name).is_some() => number(e, name).map(Some),
+        Some(e) if e.attribute(name).is_some() => e.numbers(name, None).map(|[v]: [f64; 1]| Some(v)),
         _ => Ok(None),
     };
     let range_rad = match (element.attribute("type"), optional("limit", "lower")?, optional("limit", "upper")?) {
         (Some("continuous"), ..) | (_, None, None) => None,
         (_, lower, upper) => Some([lower.unwrap_or(0.0), upper.unwrap_or(0.0)]),
     };
-    // About the centre of mass in place of the origin.
-    let shift = steiner(body.mass, body.centre);
-    let about: Matrix = std::array::from_fn(|i| sub(body.inertia[i], shift[i]));
     Ok(JointConfig {
         name: joint.name().to_owned(),
         kind,
-        axis: element.child("axis").map_or(Ok([1.0, 0.0, 0.0]), |a| triple(a, "xyz"))?,
+        axis: element.child("axis").map_or(Ok([1.0, 0.0, 0.0]), |a| a.numbers("xyz", None))?,
         origin_m: pose.place,
-        origin_rpy_rad: angles(&pose.rotation),
+        origin_rpy_rad: pose.angles(),
         mass_kg: body.mass,
-        centre_m: body.centre,
-        inertia_kg_m2: [about[0][0], about[1][1], about[2][2], about[0][1], about[0][2], about[1][2]],
+        centre_m: body.centre(),
+        inertia_kg_m2: six(&body.inertia()),
         gear_ratio: 1.0,
         rotor_inertia_kg_m2: 0.0,
         coulomb_nm: optional("dynamics", "friction")?.unwrap_or(0.0),
         viscous_nm_s_per_rad: optional("dynamics", "damping")?.unwrap_or(0.0),
+        stiffness_nm_per_rad: 0.0,
+        spring_rest_rad: 0.0,
         torque_limit_nm: optional("limit", "effort")?.filter(|e| *e > 0.0),
         range_rad,
         home_rad: 0.0,
     })
 }
 
-/// Roll, pitch and yaw of a rotation.
-fn angles(r: &Matrix) -> Vector {
-    let level = r[0][0].hypot(r[1][0]);
-    let pitch = (-r[2][0]).atan2(level);
-    if level > 1e-12 { [r[2][1].atan2(r[2][2]), pitch, r[1][0].atan2(r[0][0])] } else { [0.0, pitch, (-r[0][1]).atan2(r[1][1])] }
-}
-
-fn origin(element: &Element) -> Result<Pose, String> {
+/// Where the `<origin>` of an element puts it.
+pub(super) fn origin(element: &Element) -> Result<Pose, String> {
     let Some(origin) = element.child("origin") else { return Ok(Pose::IDENTITY) };
-    let read = |name| if origin.attribute(name).is_some() { triple(origin, name) } else { Ok([0.0; 3]) };
+    let read = |name| origin.numbers(name, Some([0.0; 3]));
     Ok(Pose { rotation: roll_pitch_yaw(read("rpy")?), place: read("xyz")? })
 }
 
 fn link_of<'a>(joint: &'a Element, role: &str) -> Result<&'a str, String> {
-    let child = joint.children.iter().find(|c| c.name == role);
-    child.and_then(|c| c.attribute("link")).ok_or(format!("line {}: joint \"{}\" has no <{role} link=…>", joint.line, joint.attribute("name").unwrap_or("?")))
-}
-
-fn required<'a>(element: &'a Element, name: &str) -> Result<&'a str, String> {
-    element.attribute(name).ok_or(format!("line {}: <{}> has no {name}", element.line, element.name))
-}
-
-fn number(element: &Element, name: &str) -> Result<f64, String> {
-    let text = required(element, name)?;
-    text.trim().parse().ok().filter(|v: &f64| v.is_finite()).ok_or(format!("line {}: {name}=\"{text}\" of <{}> is no number", element.line, element.name))
-}
-
-fn triple(element: &Element, name: &str) -> Result<Vector, String> {
-    let text = required(element, name)?;
-    let values: Option<Vec<f64>> = text.split_whitespace().map(|v| v.parse().ok().filter(|v: &f64| v.is_finite())).collect();
-    match values.as_deref() {
-        Some(&[x, y, z]) => Ok([x, y, z]),
-        _ => Err(format!("line {}: {name}=\"{text}\" of <{}> is not three numbers", element.line, element.name)),
-    }
+    let link = joint.child(role).and_then(|c| c.attribute("link"));
+    link.ok_or_else(|| format!("line {}: joint \"{}\" has no <{role} link=…>", joint.line, joint.attribute("name").unwrap_or("?")))
 }

@@ -1,18 +1,66 @@
-//! The part of XML that robot descriptions use: elements, attributes, comments.
+//! The part of XML that robot descriptions use: elements, attributes, comments; and where each stands in its text.
+
+use std::ops::Range;
 
 /// An element with its attributes and children; text is left out.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Element {
     pub(super) name: String,
-    pub(super) attributes: Vec<(String, String)>,
+    pub(super) attributes: Vec<Attribute>,
     pub(super) children: Vec<Element>,
     pub(super) line: usize,
+    /// Bytes of its opening tag.
+    pub(super) tag: Range<usize>,
+}
+
+/// An attribute of an element.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct Attribute {
+    pub(super) name: String,
+    pub(super) value: String,
+    /// Its bytes, the white space before it included.
+    pub(super) whole: Range<usize>,
+    /// The bytes between its quotes.
+    pub(super) inner: Range<usize>,
 }
 
 impl Element {
     /// The value of an attribute.
     pub(super) fn attribute(&self, name: &str) -> Option<&str> {
-        self.attributes.iter().find(|(n, _)| n == name).map(|(_, v)| v.as_str())
+        self.attributes.iter().find(|a| a.name == name).map(|a| a.value.as_str())
+    }
+
+    /// The value of an attribute that there has to be.
+    pub(super) fn required(&self, name: &str) -> Result<&str, String> {
+        self.attribute(name).ok_or_else(|| format!("line {}: <{}> has no {name}", self.line, self.name))
+    }
+
+    /// The numbers of an attribute.
+    pub(super) fn list(&self, name: &str) -> Result<Vec<f64>, String> {
+        let text = self.required(name)?;
+        let values: Option<Vec<f64>> = text.split_whitespace().map(|v| v.parse().ok().filter(|v: &f64| v.is_finite())).collect();
+        values.ok_or_else(|| format!("line {}: {name}=\"{text}\" of <{}> is no number", self.line, self.name))
+    }
+
+    /// So many numbers of an attribute, or those of `absent` where it is not there.
+    pub(super) fn numbers<const N: usize>(&self, name: &str, absent: Option<[f64; N]>) -> Result<[f64; N], String> {
+        if let (None, Some(absent)) = (self.attribute(name), absent) {
+            return Ok(absent);
+        }
+        let list = self.list(name)?;
+        let count = ["no", "one number", "two numbers", "three numbers"].get(N).map_or(format!("{N} numbers"), |w| (*w).to_owned());
+        list.try_into().map_err(|_| format!("line {}: {name}=\"{}\" of <{}> is not {count}", self.line, self.attribute(name).unwrap_or_default(), self.name))
+    }
+
+    /// A number, or `absent`.
+    pub(super) fn number(&self, name: &str, absent: f64) -> Result<f64, String> {
+        self.numbers(name, Some([absent])).map(|[v]| v)
+    }
+
+    /// What it is called in a message: its line, its kind and its name.
+    pub(super) fn called(&self) -> String {
+        let name = self.attribute("name").map_or(String::new(), |n| format!(" \"{n}\""));
+        format!("line {}: <{}>{name}", self.line, self.name)
     }
 
     /// The first child of that name.
@@ -77,7 +125,8 @@ pub(super) fn parse(text: &str) -> Result<Element, String> {
         if name_end == 0 {
             return Err(format!("line {line}: a tag without a name"));
         }
-        let element = Element { name: body[..name_end].to_owned(), attributes: attributes(&body[name_end..], line)?, children: Vec::new(), line };
+        let attributes = attributes(&body[name_end..], start + 1 + name_end, line)?;
+        let element = Element { name: body[..name_end].to_owned(), attributes, children: Vec::new(), line, tag: start..at };
         if !closed {
             if open.len() == DEEPEST {
                 return Err(format!("line {line}: elements are nested more than {DEEPEST} deep"));
@@ -91,25 +140,29 @@ pub(super) fn parse(text: &str) -> Result<Element, String> {
     }
     Err(match open.last() {
         Some(element) => format!("line {}: <{}> is never closed", element.line, element.name),
-        None => "no element at all; a URDF begins with <robot>".to_owned(),
+        None => "no element at all; a URDF begins with <robot>, an MJCF with <mujoco>".to_owned(),
     })
 }
 
-fn attributes(mut text: &str, line: usize) -> Result<Vec<(String, String)>, String> {
+/// The attributes in `text`, whose first byte is the `at`-th of the file.
+fn attributes(text: &str, at: usize, line: usize) -> Result<Vec<Attribute>, String> {
     let mut list = Vec::new();
+    let mut rest = text;
     loop {
-        text = text.trim_start();
-        if text.is_empty() {
+        let begin = at + text.len() - rest.len();
+        rest = rest.trim_start();
+        if rest.is_empty() {
             return Ok(list);
         }
-        let broken = || format!("line {line}: \"{}\" is no attribute=\"value\"", text.trim_end());
-        let (name, rest) = text.split_once('=').ok_or_else(broken)?;
-        let rest = rest.trim_start();
-        let quote = rest.chars().next().filter(|c| matches!(c, '"' | '\'')).ok_or_else(broken)?;
-        let (value, rest) = rest[1..].split_once(quote).ok_or_else(broken)?;
-        let value = value.replace("&lt;", "<").replace("&gt;", ">").replace("&quot;", "\"").replace("&apos;", "'").replace("&amp;", "&");
-        list.push((name.trim().to_owned(), value));
-        text = rest;
+        let broken = || format!("line {line}: \"{}\" is no attribute=\"value\"", rest.trim_end());
+        let (name, after) = rest.split_once('=').ok_or_else(broken)?;
+        let after = after.trim_start();
+        let quote = after.chars().next().filter(|c| matches!(c, '"' | '\'')).ok_or_else(broken)?;
+        let (inner, behind) = after[1..].split_once(quote).ok_or_else(broken)?;
+        let end = at + text.len() - behind.len();
+        let value = inner.replace("&lt;", "<").replace("&gt;", ">").replace("&quot;", "\"").replace("&apos;", "'").replace("&amp;", "&");
+        list.push(Attribute { name: name.trim().to_owned(), value, whole: begin..end, inner: end - 1 - inner.len()..end - 1 });
+        rest = behind;
     }
 }
 

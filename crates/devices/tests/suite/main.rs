@@ -6,5 +6,7 @@ mod conformance;
 mod dynamics;
 mod files;
 mod linear;
+mod mjcf;
 mod recording;
 mod safety;
+mod write;

@@ -1,0 +1,102 @@
+//! Robots in MJCF: what is read beside the dynamics, and what is refused, with its place.
+
+use crate::dynamics::{read, reference_file};
+use ndof_devices::{JointKind, RobotConfig};
+
+fn refusal(text: &str, tip: Option<&str>) -> String {
+    RobotConfig::parse("r.xml", text, tip).err().unwrap_or_else(|| panic!("read: {text}")).to_string()
+}
+
+#[test]
+fn friction_motors_ranges_and_springs_are_read() {
+    let arm = read("mjcf_arm.xml");
+    let of = |f: fn(&ndof_devices::JointConfig) -> f64| arm.joints.iter().map(f).collect::<Vec<_>>();
+    assert_eq!(arm.joints.iter().map(|j| j.name.as_str()).collect::<Vec<_>>(), ["turn", "shoulder", "elbow", "pronation"]);
+    assert_eq!(of(|j| j.viscous_nm_s_per_rad), [0.3, 0.1, 0.15, 0.1]);
+    assert_eq!(of(|j| j.coulomb_nm), [0.05, 0.05, 0.05, 0.01]);
+    // Through a gear of 50 a rotor weighs 2500 times.
+    assert_eq!(of(|j| j.rotor_inertia_kg_m2), [0.02, 0.004 + 0.0001 * 2500.0, 0.004, 0.004]);
+    assert_eq!(arm.joints.iter().map(|j| j.torque_limit_nm).collect::<Vec<_>>(), [Some(60.0), Some(60.0), None, None]);
+    let range = arm.joints[1].range_rad.expect("limited");
+    assert!((range[0] + 100f64.to_radians()).abs() < 1e-15 && (range[1] - 120f64.to_radians()).abs() < 1e-15 && arm.joints[2].range_rad.is_none());
+    assert_eq!((arm.gravity_m_per_s2, arm.name.as_str()), ([0.5, -0.3, -9.7], "arm"));
+    let gantry = read("mjcf_gantry.xml");
+    assert_eq!(gantry.joints.iter().filter(|j| j.kind == JointKind::Prismatic && j.mass_kg == 0.0).count(), 2);
+    assert_eq!((gantry.joints[3].stiffness_nm_per_rad, gantry.joints[3].spring_rest_rad), (1.5, 0.3));
+    let error = gantry.build().err().expect("no spring is simulated").to_string();
+    assert!(error.contains("stiffness of joint \"tilt\""), "{error}");
+}
+
+/// A cylinder of many slices, and the solid that rotation makes, by sums: formulas of shapes against their integrals.
+#[test]
+fn a_capsule_weighs_what_its_slices_do() {
+    let text = |shape: &str| format!("<mujoco><worldbody><body><joint axis=\"1 0 0\"/>{shape}</body></worldbody></mujoco>");
+    let whole = RobotConfig::parse("r.xml", &text("<geom type=\"capsule\" size=\"0.1 0.3\" density=\"500\"/>"), None).expect("reads").joints.remove(0);
+    let (radius, half, steps) = (0.1_f64, 0.3_f64, 4000);
+    let width = 2.0 * (half + radius) / f64::from(steps);
+    let (mut mass, mut across) = (0.0, 0.0);
+    for k in 0..steps {
+        let z = -half - radius + (f64::from(k) + 0.5) * width;
+        let square = radius * radius - (z.abs() - half).max(0.0).powi(2);
+        let slice = 500.0 * std::f64::consts::PI * square * width;
+        mass += slice;
+        across += slice * (0.25 * square + z * z);
+    }
+    // The midpoint rule errs by its step squared.
+    assert!((whole.mass_kg / mass - 1.0).abs() < 1e-5 && (whole.inertia_kg_m2[0] / across - 1.0).abs() < 1e-5, "{whole:?}");
+}
+
+#[test]
+fn what_would_change_the_motion_is_refused_with_its_line() {
+    let body = |inside: &str| format!("<mujoco>\n<worldbody>\n<body name=\"b\"><joint name=\"j\"/>\n{inside}\n<geom size=\"1\"/></body></worldbody></mujoco>");
+    for (inside, names) in [
+        ("<freejoint/>", "line 4: <freejoint>"),
+        ("<joint name=\"k\" type=\"ball\"/>", "line 4: <joint> \"k\" is of type \"ball\""),
+        ("<include file=\"x.xml\"/>", "line 4: <include>"),
+        ("<composite/>", "line 4: <composite>"),
+        ("<frame pos=\"1 0 0\"/>", "line 4: <frame>"),
+        ("<geom name=\"m\" type=\"mesh\" mesh=\"x\"/>", "line 4: <geom> \"m\" is of type \"mesh\""),
+        ("<geom type=\"box\" size=\"1 1\"/>", "a box has 3 positive numbers"),
+        ("<geom class=\"none\"/>", "class \"none\""),
+        ("<body name=\"c\" gravcomp=\"1\"/>", "line 4: <body> \"c\" has gravcomp"),
+        ("<body name=\"c\" quat=\"1 0 0 0\" euler=\"1 0 0\"/>", "both quat and euler"),
+        ("<body name=\"c\"/><body name=\"d\"/>", "\"c\" and \"d\" are both ends"),
+        ("<joint name=\"k\" damping=\"1 2\"/>", "line 4: <joint> \"k\" has a damping"),
+        ("<joint name=\"k\" springdamper=\"1 2\"/>", "springdamper"),
+        ("<joint name=\"k\" axis=\"1 0\"/>", "not three numbers"),
+    ] {
+        let error = refusal(&body(inside), None);
+        assert!(error.starts_with("r.xml: ") && error.contains(names), "{inside}: {error}");
+    }
+    for (section, names) in [
+        ("<equality><weld name=\"w\" body1=\"b\"/></equality>", "line 5: <weld> \"w\""),
+        ("<tendon><fixed name=\"t\"/></tendon>", "<fixed> \"t\""),
+        ("<actuator><muscle name=\"m\" joint=\"j\"/></actuator>", "<muscle> \"m\""),
+        ("<actuator><motor name=\"m\" site=\"s\"/></actuator>", "drives no joint"),
+        ("<actuator><motor name=\"m\" joint=\"x\"/></actuator>", "joint \"x\", which is not described"),
+        ("<option density=\"1.2\"/>", "density of the air"),
+        ("<option><flag gravity=\"disable\"/></option>", "disables gravity"),
+        ("<compiler settotalmass=\"3\"/>", "settotalmass"),
+        ("<compiler eulerseq=\"xyw\"/>", "eulerseq"),
+        ("<unknown/>", "line 5: <unknown>"),
+    ] {
+        let error = refusal(&body("").replace("</mujoco>", &format!("{section}</mujoco>")), None);
+        assert!(error.contains(names), "{section}: {error}");
+    }
+    let branches = body("<body name=\"c\"/><body name=\"d\"><joint name=\"side\"/></body>");
+    assert!(refusal(&branches, Some("c")).contains("<joint> \"side\" branches off"));
+    assert!(refusal(&branches, Some("z")).contains("no body \"z\"; there are: b, c, d"));
+}
+
+/// Every beginning of a file, and every file with a byte changed, is read or refused.
+#[test]
+fn damaged_files_are_answered_in_words() {
+    for name in ["mjcf_arm.xml", "mjcf_gantry.xml", "three_link.urdf"] {
+        let text = std::fs::read_to_string(reference_file(name)).expect(name);
+        for at in (0..text.len()).step_by(3).filter(|at| text.is_char_boundary(*at)) {
+            for damaged in [text[..at].to_owned(), format!("{}9{}", &text[..at], &text[at + 1..]), format!("{}\"{}", &text[..at], &text[at..])] {
+                let _ = RobotConfig::parse(name, &damaged, None).and_then(|robot| robot.chain());
+            }
+        }
+    }
+}
