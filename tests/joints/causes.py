@@ -16,7 +16,7 @@ import robots
 
 @dataclass
 class Scene:
-    """Sizes of the nominal task by joint: rms of torque, speed and acceleration, ends and half the range of the angle, effective inertia."""
+    """Sizes of the nominal task by joint: rms of torque, speed and acceleration, ends of the angle, effective inertia."""
 
     robot: robots.Robot
     step_s: float
@@ -27,6 +27,7 @@ class Scene:
     low: np.ndarray
     high: np.ndarray
     inertia: np.ndarray
+    positive: np.ndarray  # share of the time in which the torque is positive
 
     @property
     def half(self):
@@ -236,15 +237,16 @@ def backlash(put, scene, j, dial, draw):
 
 
 def stop(scene, j, dial, draw):
-    """Side, angle and stiffness of a stop that the movement reaches."""
-    side, depth = draw.choice((-1, 1)), draw.uniform(0.25, 0.6) * scene.half[j]
-    at = (scene.high[j] - depth) if side > 0 else (scene.low[j] + depth)
-    return side, at, 0.5 * dial * scene.torque[j] / depth
+    """Side, angle and stiffness of a stop that the movement reaches; the dial is how far it goes in."""
+    side, stiffness = draw.choice((-1, 1)), draw.uniform(5, 20) * scene.torque[j] / scene.half[j]
+    depth = 0.1 * dial * scene.half[j]
+    return side, (scene.high[j] - depth) if side > 0 else (scene.low[j] + depth), stiffness
 
 
 def end_stop(put, scene, j, dial, draw):
     side, at, stiffness = stop(scene, j, dial, draw)
-    put.forces.append(lambda q, v, u: (j, -side * stiffness * max(0.0, side * (q[j] - at))))
+    if dial:
+        put.forces.append(lambda q, v, u: (j, -side * stiffness * max(0.0, side * (q[j] - at))))
     return {"stop_rad": at, "stiffness_nm_per_rad": stiffness}
 
 
@@ -283,7 +285,7 @@ def dress_pack(put, scene, j, dial, draw):
     rest = (scene.low[j] + scene.high[j]) / 2 + side * draw.uniform(-0.2, 0.4) * half
     stiffness, soft = 0.3 * dial * scene.torque[j] / half, draw.uniform(0.1, 0.2) * half
     put.forces.append(lambda q, v, u: (j, -side * stiffness * soft * math.log1p(math.exp(side * (q[j] - rest) / soft))))
-    return {"rest_rad": rest, "taut_nm_per_rad": stiffness, "soft_rad": soft}
+    return {"rest_rad": rest, "taut_nm_per_rad": stiffness, "soft_rad": soft, "side": side}
 
 
 def presliding(shares):
@@ -336,11 +338,11 @@ VARIANTS = (
     Variant("link-parameters", "mass", link_parameters("mass"), True, most=3.0),
     Variant("link-parameters", "centre", link_parameters("centre"), True, most=3.0),
     Variant("link-parameters", "inertia", link_parameters("inertia"), True, most=3.0),
-    Variant("base-tilt", "gravity", tilt, True, most=2.0, scored=("tilt_x_rad", "tilt_y_rad"), everywhere=True),
+    Variant("base-tilt", "gravity", tilt, True, most=1.9, scored=("tilt_x_rad", "tilt_y_rad"), everywhere=True),
     Variant("joint-flexibility", "spring", flexibility, True, scored=("stiffness_nm_per_rad",), series=True),
-    Variant("backlash", "play", backlash, True, held_back=True, scored=("gap_rad",), series=True),
-    Variant("end-stop", "spring", end_stop, False, most=40.0, scored=("stop_rad", "stiffness_nm_per_rad")),
-    Variant("end-stop", "limit", end_limit, True, held_back=True, most=40.0, scored=("stop_rad", "stiffness_nm_per_rad")),
+    Variant("backlash", "play", backlash, True, held_back=True, most=1.5, scored=("gap_rad",), series=True),
+    Variant("end-stop", "spring", end_stop, False, scored=("stop_rad", "stiffness_nm_per_rad")),
+    Variant("end-stop", "limit", end_limit, True, held_back=True, scored=("stop_rad", "stiffness_nm_per_rad")),
     Variant("cable-force", "hardening", cable, False),
     Variant("cable-force", "dress-pack", dress_pack, False, held_back=True),
     Variant("gear-hysteresis", "one-element", presliding(((1.0, 1.0),)), False, scored=("level_nm", "stiffness_nm_per_rad")),
@@ -356,6 +358,10 @@ class Choice:
     variant: Variant
     joint: int
     seed: str
+
+    def possible(self, scene):
+        """Play shows where the torque changes its sign; under a load that never lifts it is an angle and nothing else."""
+        return self.variant.effect != "backlash" or 0.15 < scene.positive[self.joint] < 0.85
 
     def axis(self, robot):
         return "" if self.variant.everywhere else robot.links[self.joint].joint

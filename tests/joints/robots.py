@@ -116,7 +116,7 @@ def mjcf(robot, parts=None):
         own = dict(parts.joint.get(link.joint, {}))
         end = "</body>" + end
         if link.joint in parts.behind:
-            out.append(joint(link.joint, own | dict(armature=repr(parts.rotor[link.joint]))) + LIGHT + "<body>" + joint(f"{link.joint}.load", parts.behind[link.joint]))
+            out.append(joint(link.joint, own | dict(armature=parts.rotor[link.joint])) + LIGHT + "<body>" + joint(f"{link.joint}.load", parts.behind[link.joint]))
             end = "</body>" + end
         else:
             out.append(joint(link.joint, own))
