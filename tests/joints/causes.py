@@ -70,8 +70,9 @@ def name(scene, j):
 
 
 def width(scene, j, level):
-    """Speed over which dry friction changes its sign: small beside the motion's, and not so steep that an explicit step overshoots."""
-    return max(0.01 * scene.speed[j], 4 * level * scene.step_s / scene.inertia[j])
+    """Speed over which dry friction changes its sign: small beside the motion's, and not so steep that an explicit step of the joint's inertia,
+    which is up to a third less elsewhere, overshoots."""
+    return max(0.01 * scene.speed[j], 1.5 * level * scene.step_s / scene.inertia[j])
 
 
 def viscous(put, scene, j, dial, draw):
@@ -263,7 +264,7 @@ def end_limit(put, scene, j, dial, draw):
         def soften(model):
             joint = model.joint(name(scene, j)).id
             rate = stiffness * model.dof_invweight0[model.jnt_dofadr[joint]]
-            model.jnt_solref[joint] = (-rate, -0.1 * math.sqrt(rate))
+            model.jnt_solref[joint] = (-rate, -0.01 * math.sqrt(rate))
             model.jnt_solimp[joint] = SOFT
 
         put.after.append(soften)
@@ -360,8 +361,12 @@ class Choice:
     seed: str
 
     def possible(self, scene):
-        """Play shows where the torque changes its sign; under a load that never lifts it is an angle and nothing else."""
-        return self.variant.effect != "backlash" or 0.15 < scene.positive[self.joint] < 0.85
+        """Play shows where the torque changes its sign; under a load that never lifts it is an angle and nothing else. Dry friction that must
+        turn slowly for the engine's steps is hardly dry."""
+        j = self.joint
+        if self.variant.variant in ("tanh", "stribeck-tanh", "share"):
+            return width(scene, j, 0.3 * scene.torque[j]) < 0.04 * scene.speed[j]
+        return self.variant.effect != "backlash" or 0.15 < scene.positive[j] < 0.85
 
     def axis(self, robot):
         return "" if self.variant.everywhere else robot.links[self.joint].joint

@@ -42,15 +42,10 @@ STEP_S, FINE_STEP_S = 5e-4, 2.5e-4
 
 def size_of(task, rate_hz):
     """The scene: sizes of the nominal movement."""
-    model = tasks.nominal(task.robot, task.step_s)
-    data, full = mujoco.MjData(model), np.zeros((model.nv, model.nv))
-    data.qpos[:] = task.robot.middle
-    mujoco.mj_forward(model, data)
-    mujoco.mj_fullM(model, data, full)
     acceleration = np.gradient(task.speed, task.step_s, axis=0)
     rms = tasks.rms
     return causes.Scene(
-        task.robot, task.step_s, rate_hz, rms(task.effort), rms(task.speed), rms(acceleration), task.angle.min(0), task.angle.max(0), 1 / np.diag(np.linalg.inv(full)),
+        task.robot, task.step_s, rate_hz, rms(task.effort), rms(task.speed), rms(acceleration), task.angle.min(0), task.angle.max(0), 1 / np.diag(np.linalg.inv(tasks.inertia(task.robot, task.step_s))),
         (task.effort > 0).mean(0),
     )
 

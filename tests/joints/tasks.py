@@ -66,16 +66,27 @@ def movement(robot, rng, t):
     return robot.middle + angle * size, speed * size, acceleration * size
 
 
-def task(robot, rng, step_s=5e-4):
+def inertia(robot, step_s):
+    """Mass matrix in the middle of the movements."""
     model = nominal(robot, step_s)
-    t = np.arange(round(1 / BASE_HZ / step_s)) * step_s
-    angle, speed, acceleration = movement(robot, rng, t)
     data, full = mujoco.MjData(model), np.zeros((model.nv, model.nv))
     data.qpos[:] = robot.middle
     mujoco.mj_forward(model, data)
     mujoco.mj_fullM(model, data, full)
-    inertia = np.diag(full)
-    return Task(robot, step_s, angle, speed, inverse(model, angle, speed, acceleration), inertia * POLE_RAD_S**2, 2 * inertia * POLE_RAD_S)
+    return full
+
+
+def gains(robot, step_s):
+    """Of the PD controller: both poles of each joint alone at POLE_RAD_S."""
+    own = np.diag(inertia(robot, step_s))
+    return own * POLE_RAD_S**2, 2 * own * POLE_RAD_S
+
+
+def task(robot, rng, step_s=5e-4):
+    model = nominal(robot, step_s)
+    t = np.arange(round(1 / BASE_HZ / step_s)) * step_s
+    angle, speed, acceleration = movement(robot, rng, t)
+    return Task(robot, step_s, angle, speed, inverse(model, angle, speed, acceleration), *gains(robot, step_s))
 
 
 def simulate(task, model, duration_s, forces=(), warm_up_s=WARM_UP_S):
