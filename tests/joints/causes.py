@@ -334,7 +334,7 @@ VARIANTS = (
     Variant("motor-inertia", "armature", motor_inertia, True, scored=("rotor_kg_m2",)),
     Variant("torque-offset", "constant", offset, False, scored=("offset_nm",), reported=True),
     Variant("torque-scale", "factor", scale, False, scored=("scale",), reported=True),
-    Variant("torque-delay", "late", delay, False, most=3.0, scored=("delay_s",), reported=True),
+    Variant("torque-delay", "late", delay, False, most=5.0, scored=("delay_s",), reported=True),
     Variant("payload", "ball", payload, True, scored=("mass_kg",), everywhere=True),
     Variant("link-parameters", "mass", link_parameters("mass"), True, most=3.0),
     Variant("link-parameters", "centre", link_parameters("centre"), True, most=3.0),
