@@ -223,6 +223,7 @@ fn moving(joint: &Joint<'_>, pose: &Pose, body: &Body) -> Result<JointConfig, St
         coulomb_nm: optional("dynamics", "friction")?.unwrap_or(0.0),
         viscous_nm_s_per_rad: optional("dynamics", "damping")?.unwrap_or(0.0),
         torque_limit_nm: optional("limit", "effort")?.filter(|e| *e > 0.0),
+        rate_limit_rad_per_s: optional("limit", "velocity")?.filter(|v| *v > 0.0),
         range_rad,
         home_rad: 0.0,
     })
