@@ -4,6 +4,8 @@ mod climb;
 mod fourier;
 mod information;
 mod limits;
+#[cfg(test)]
+mod tests;
 
 pub use fourier::{FourierMotion, FourierSeries, JointMotion};
 pub use limits::JointLimits;
@@ -156,9 +158,10 @@ pub struct UsedLimits {
 
 /// Designs a periodic motion by which the base parameters and the friction of a robot are determined best from measured torques.
 ///
-/// With the regressor W of all samples, rows divided by the torque noise, the covariance of the parameters is (WᵀW)⁻¹. Its determinant is
-/// made small (D-optimal; with [`ExcitationSearch::interest`] that of these parameters' block, D_s-optimal): the best of
-/// [`RANDOM_MOTIONS`] random motions are improved coefficient by coefficient. Every motion looked at keeps range, rate and acceleration at
+/// With the regressor W of all samples, rows divided by the torque noise, the covariance of the parameters is (WᵀW)⁻¹. The geometric mean of
+/// its pivots, a power of its determinant, times the squared condition of W with columns of length one is made small; with
+/// [`ExcitationSearch::interest`] it is the determinant of these parameters' block alone (D_s-optimal). The best of [`RANDOM_MOTIONS`] random
+/// motions are improved coefficient by coefficient. Every motion looked at keeps range, rate and acceleration at
 /// all times; torques of the nominal model are computed by inverse dynamics. Links may still touch each other or what stands around.
 /// The result depends on the seed and not on the number of threads.
 ///
@@ -257,7 +260,7 @@ impl Search<'_> {
         FourierMotion { period_s, joints: genes.chunks(1 + 2 * harmonics).enumerate().map(series).collect() }
     }
 
-    /// Minus the logarithm of the determinant, infinite beyond a torque limit.
+    /// What is made small, infinite beyond a torque limit.
     fn cost(&self, model: &Model<'_>, genes: &[f64]) -> f64 {
         let motion = self.motion(genes);
         match self.torque_share(model, &motion, self.samples()).1 <= 1.0 {

@@ -103,21 +103,24 @@ impl<'a> Model<'a> {
         sum
     }
 
-    /// The logarithm of the determinant of the covariance of the parameters of interest; `None` if the motion does not tell the parameters apart.
+    /// What the search makes small: the mean logarithm of the variances, and of the squared condition where all parameters are asked for;
+    /// `None` if the motion does not tell the parameters apart.
     ///
-    /// With L of WᵀW = L Lᵀ and those parameters last it is −2 Σ ln Lₖₖ over them.
+    /// With L of WᵀW = L Lᵀ and the parameters of interest last, the determinant of their covariance is Π Lₖₖ⁻² over them.
     pub(super) fn uncertainty(&self, motion: &FourierMotion, samples: usize) -> Option<f64> {
-        let (mut information, p) = (self.information(motion, samples), self.order.len());
-        cholesky_in_place(&mut information, p).then(|| -2.0 * (p - self.interest..p).map(|k| information[k * p + k].ln()).sum::<f64>())
+        let (information, p) = (self.information(motion, samples), self.order.len());
+        let mut factor = information.clone();
+        if !cholesky_in_place(&mut factor, p) {
+            return None;
+        }
+        let mean = -2.0 * (p - self.interest..p).map(|k| factor[k * p + k].ln()).sum::<f64>() / self.interest as f64;
+        let condition = if self.interest == p { condition(&information, p)? } else { 1.0 };
+        Some(mean + 2.0 * condition.ln())
     }
 
     /// Largest over smallest singular value of W with columns of length one; `None` if a column is zero.
     pub(super) fn condition(&self, motion: &FourierMotion, samples: usize) -> Option<f64> {
-        let (information, p) = (self.information(motion, samples), self.order.len());
-        let length = |k: usize| information[k * p + k].sqrt();
-        let scaled = Array2::from_shape_fn((p, p), |(r, c)| information[r.max(c) * p + r.min(c)] / (length(r) * length(c)));
-        let (values, _) = scaled.iter().all(|v| v.is_finite()).then(|| symmetric_eigen(&scaled))??;
-        Some((values[p - 1] / values[0].max(f64::EPSILON)).sqrt())
+        condition(&self.information(motion, samples), self.order.len())
     }
 
     /// The parameters with what a motion leaves uncertain of them.
@@ -144,6 +147,14 @@ impl<'a> Model<'a> {
         found.sort_by_key(|(k, _)| *k);
         Some(found.into_iter().map(|(_, parameter)| parameter).collect())
     }
+}
+
+/// Largest over smallest singular value of W from the lower triangle of WᵀW, after columns of W are divided by their lengths.
+fn condition(information: &[f64], p: usize) -> Option<f64> {
+    let lengths: Vec<f64> = (0..p).map(|k| information[k * p + k].sqrt()).collect();
+    let scaled = Array2::from_shape_fn((p, p), |(r, c)| information[r.max(c) * p + r.min(c)] / (lengths[r] * lengths[c]));
+    let (values, _) = scaled.iter().all(|v| v.is_finite()).then(|| symmetric_eigen(&scaled))??;
+    Some((values[p - 1] / values[0].max(f64::EPSILON)).sqrt())
 }
 
 /// Which parameters the patterns ask for: a joint's own by its name, others by a part of their names; without patterns all.
