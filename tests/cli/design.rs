@@ -285,7 +285,9 @@ fn a_robots_motion_keeps_its_limits_and_is_the_same_on_any_number_of_threads() {
     assert!(result["condition"].as_f64() < result["condition_random_best"].as_f64());
     let warning = ndof(folder.path(), &with(&["three.csv"]));
     assert!(String::from_utf8_lossy(&warning.stderr).contains("no range for shoulder"));
-    for (options, part) in [(&["--rms", "3"][..], "--rms"), (&["--duration", "7"], "--duration 8"), (&["--interest", "knee"], "\"knee\""), (&["--band", "1-2"], "--band")] {
+    for (options, part) in
+        [(&["--rms", "3"][..], "--rms"), (&["--duration", "7"], "--duration 8"), (&["--interest", "knee"], "\"knee\""), (&["--band", "1-2"], "--band")]
+    {
         let asked: Vec<&str> = ["design", "--robot", "arm.toml", "--period", "4", "--out", "no.csv"].iter().chain(options).copied().collect();
         assert!(refuse(folder.path(), &asked).contains(part), "{options:?}");
         assert!(!folder.path().join("no.csv").exists());
