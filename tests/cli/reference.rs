@@ -18,7 +18,7 @@ fn the_reference_pages_are_what_the_program_prints() {
     for what in ["effects", "devices", "models", "methods"] {
         assert_eq!(generated_part(&format!("{what}.md")), print(&["list", what, "--format", "markdown"]), "run book/reference to write {what}.md anew");
     }
-    let results: Vec<String> = ["estimate", "fit", "diagnosis", "check", "compare", "live", "design", "study-result", "sensitivity", "truth"]
+    let results: Vec<String> = ["estimate", "fit", "diagnosis", "check", "compare", "live", "design", "excitation", "study-result", "sensitivity", "truth"]
         .iter()
         .map(|name| print(&["schema", name, "--format", "markdown"]))
         .collect();

@@ -17,6 +17,7 @@ mod causes;
 mod column;
 mod diagnose;
 mod error;
+mod excitation;
 mod generic;
 mod held_out;
 mod model;
@@ -30,3 +31,7 @@ mod table;
 pub use causes::{CAUSES, Card, JointCause};
 pub use diagnose::{Options, diagnose};
 pub use error::JointsError;
+pub use excitation::{
+    Excitation, ExcitationError, ExcitationSearch, FourierMotion, FourierSeries, JointLimits, JointMotion, PredictedParameter, RANDOM_MOTIONS, UsedLimits,
+    excite,
+};

@@ -30,7 +30,7 @@ mod _ndof {
     #[pymodule_export]
     use super::share::{block_samples, blocks};
     #[pymodule_export]
-    use super::simulation::{Case, design, registry, settings, simulate, study};
+    use super::simulation::{Case, design, excite, registry, settings, simulate, study};
     #[pymodule_export]
     use super::spectra::{Spectra, cross_spectra};
     #[pymodule_export]

@@ -13,8 +13,9 @@ use ndof::models::effects::EFFECTS;
 use ndof::signal::Recording;
 use ndof::studies::STUDIES;
 use ndof::study::file::{ExperimentFile, StudyFile};
-use ndof::study::{Design, StudyOutcome, cases_report, run_cases, study_report, study_result};
+use ndof::study::{Design, RobotMotion, StudyOutcome, cases_report, run_cases, study_report, study_result};
 use pyo3::prelude::*;
+use std::collections::BTreeSet;
 use std::path::Path;
 use std::sync::Arc;
 
@@ -167,6 +168,14 @@ pub fn design<'py>(py: Python<'py>, settings: &str, experiment: Option<Document>
     Ok((named(py, "perturbation", designed.recordings), to_json(&designed.result).map_err(raise)?))
 }
 
+/// Designs the motion of a robot's joints, one recording; with it the result `ndof/excitation/1` as JSON.
+#[pyfunction]
+pub fn excite<'py>(py: Python<'py>, settings: &str, progress: Option<Bound<'py, PyAny>>) -> PyResult<(Vec<Parts<'py>>, String)> {
+    let settings: RobotMotion = from_json(settings, "design")?;
+    let excited = work::run(py, usize::MAX, progress.as_ref(), move |_| settings.run().map_err(raise_study))??;
+    Ok((named(py, "motion", vec![excited.recording]), to_json(&excited.result).map_err(raise)?))
+}
+
 /// The keys of a task's settings: `estimate`, `fit`, `diagnose` or `design`.
 #[pyfunction]
 pub fn settings(task: &str) -> PyResult<Vec<String>> {
@@ -174,10 +183,14 @@ pub fn settings(task: &str) -> PyResult<Vec<String>> {
         "estimate" => serde_json::to_value(ndof::Estimate::default()),
         "fit" => serde_json::to_value(ndof::Fit::default()),
         "diagnose" => serde_json::to_value(ndof::Diagnose::default()),
-        "design" => serde_json::to_value(Design::default()),
+        "design" => serde_json::to_value((Design::default(), RobotMotion::default())),
         _ => return Err(raise(format!("no task \"{task}\"; there are estimate, fit, diagnose and design"))),
     };
-    Ok(settings.map_err(raise)?.as_object().map_or_else(Vec::new, |keys| keys.keys().cloned().collect()))
+    let settings = settings.map_err(raise)?;
+    // Two structs where a task has two kinds.
+    let structs = settings.as_array().cloned().unwrap_or_else(|| vec![settings]);
+    let keys: BTreeSet<String> = structs.iter().filter_map(|one| one.as_object()).flat_map(|keys| keys.keys().cloned()).collect();
+    Ok(keys.into_iter().collect())
 }
 
 /// Names with a line on each, of `effects`, `devices`, `limbs` or `studies`.

@@ -17,6 +17,9 @@ pub enum StudyError {
     /// The excitation is not possible.
     #[error("designing the perturbation: {0}")]
     Excitation(#[from] ndof_signal::ExcitationError),
+    /// No motion of the robot's joints can be made.
+    #[error("designing the motion: {0}")]
+    Joints(#[from] ndof_joints::ExcitationError),
     /// The predicted motion passes a limit.
     #[error("the {limb} limb's {what} on axis {axis} would reach {value:.4}, the limit is {limit:.4}; lower `rms` to {:.3} of what it is, or raise the limit", (1000.0 * limit / value).floor() / 1000.0)]
     Motion {

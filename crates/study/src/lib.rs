@@ -19,9 +19,9 @@ pub mod sensitivity;
 mod simulate;
 
 pub use cases::{run_cases, study_result};
-pub use design::{Design, Designed, LooseLimb, Target, design};
+pub use design::{Design, Designed, ExcitedRobot, LooseLimb, RobotMotion, Target, design};
 pub use error::StudyError;
-pub use page::{cases_report, design_report, study_report, summary_tables};
+pub use page::{cases_report, design_report, excitation_report, study_report, summary_tables};
 pub use progress::Progress;
 pub use run::{StudyOutcome, analyse, run_study};
 pub use simulate::{JointTruth, Matrices, Simulated, Truth, simulate};

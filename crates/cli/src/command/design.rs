@@ -1,5 +1,7 @@
 //! `ndof design`.
 
+mod robot;
+
 use super::simulate::{experiment, write_recordings};
 use crate::error::CliError;
 use crate::options::Shared;
@@ -7,7 +9,7 @@ use crate::output::{self, columns, short};
 use crate::progress;
 use clap::Args;
 use ndof_study::design::result::{CoherenceSize, CoherenceStages, DesignResult, Motion};
-use ndof_study::{Design, design_report};
+use ndof_study::{Design, RobotMotion, design_report};
 use std::path::PathBuf;
 use std::process::ExitCode;
 
@@ -19,9 +21,12 @@ use std::process::ExitCode;
 /// With --experiment or --precompensate, axes, rate, length and number of trials follow from that experiment; the forces that
 /// will arrive, their coherence and the motion of a soft and a stiff limb are predicted. Without, the motion is that of an arm
 /// (a wrist with --rotational) on which the commands act alone.
+///
+/// With --robot it is a motion of the robot's joints in place of forces: a Fourier series within range, speed and torque, from rest to rest,
+/// by which inertial parameters and friction are determined well from measured torques.
 #[derive(Debug, Args)]
 #[command(
-    after_help = "Examples:\n  ndof design --kind filtered-noise --axes x,y --rms 4 --candidates 300 --trials 6 --out cmd.csv\n  ndof design --precompensate arm --target-ci K=10% --out cmd.csv"
+    after_help = "Examples:\n  ndof design --kind filtered-noise --axes x,y --rms 4 --candidates 300 --trials 6 --out cmd.csv\n  ndof design --precompensate arm --target-ci K=10% --out cmd.csv\n  ndof design --robot arm.urdf --speed-limit 2 --out motion.csv"
 )]
 pub struct Arguments {
     /// Experiment with the robot, its controller and the limb that it is for: EXPERIMENT.toml, or the name of a built-in study
@@ -32,6 +37,8 @@ pub struct Arguments {
     precompensate: Option<String>,
     #[command(flatten)]
     design: Design,
+    #[command(flatten)]
+    robot: RobotMotion,
     /// The file to write; several trials are NAME-1.EXT, NAME-2.EXT …
     #[arg(long, value_name = "FILE")]
     out: PathBuf,
@@ -50,6 +57,10 @@ pub fn run(arguments: &Arguments, studies: &[(&str, &str)]) -> Result<ExitCode, 
         seed: shared.seed,
         ..arguments.design.clone()
     };
+    if arguments.robot.robot.is_some() {
+        robot::run(&arguments.robot.with(&settings)?, &arguments.out, shared)?;
+        return Ok(ExitCode::SUCCESS);
+    }
     let bars = progress::Steps::new(shared.quiet);
     let designed = ndof_study::design(&settings, &|what, done, total| bars.show(what, done, total))?;
     let files = write_recordings(&arguments.out, &designed.recordings)?;

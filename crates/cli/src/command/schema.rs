@@ -10,6 +10,7 @@ use ndof_analysis::fit::result::FitResult;
 use ndof_analysis::live::result::LiveResult;
 use ndof_study::Truth;
 use ndof_study::cases::result::StudyResult;
+use ndof_study::design::excitation::ExcitationResult;
 use ndof_study::design::result::DesignResult;
 use ndof_study::sensitivity::result::SensitivityResult;
 use serde_json::Value;
@@ -35,7 +36,7 @@ enum Format {
 }
 
 /// The JSON Schemas by the short names that `ndof schema` takes.
-const SCHEMAS: &[&str] = &["estimate", "fit", "diagnosis", "check", "compare", "live", "study-result", "design", "sensitivity", "truth"];
+const SCHEMAS: &[&str] = &["estimate", "fit", "diagnosis", "check", "compare", "live", "study-result", "design", "excitation", "sensitivity", "truth"];
 
 /// The JSON Schema of the result called `name`, or nothing if there is none of that name.
 fn schema_of(name: &str) -> Option<Value> {
@@ -46,6 +47,7 @@ fn schema_of(name: &str) -> Option<Value> {
         "compare" => schemars::schema_for!(CompareResult),
         "study-result" => schemars::schema_for!(StudyResult),
         "design" => schemars::schema_for!(DesignResult),
+        "excitation" => schemars::schema_for!(ExcitationResult),
         "sensitivity" => schemars::schema_for!(SensitivityResult),
         "live" => schemars::schema_for!(LiveResult),
         "truth" => schemars::schema_for!(Truth),

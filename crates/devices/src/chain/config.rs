@@ -61,6 +61,9 @@ pub struct JointConfig {
     /// Largest torque at the joint (N m).
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub torque_limit_nm: Option<f64>,
+    /// Largest rate (rad/s), which a design of motions keeps.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub rate_limit_rad_per_s: Option<f64>,
     /// Range of the joint.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub range_rad: Option<[f64; 2]>,

@@ -207,6 +207,7 @@ fn moving(joint: &Joint<'_>, pose: &Pose, body: &Body) -> Result<JointConfig, St
         stiffness_nm_per_rad: 0.0,
         spring_rest_rad: 0.0,
         torque_limit_nm: optional("limit", "effort")?.filter(|e| *e > 0.0),
+        rate_limit_rad_per_s: optional("limit", "velocity")?.filter(|v| *v > 0.0),
         range_rad,
         home_rad: 0.0,
     })

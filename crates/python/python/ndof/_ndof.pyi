@@ -32,6 +32,7 @@ __all__ = [
     "check",
     "cross_spectra",
     "design",
+    "excite",
     "diagnose",
     "explain",
     "fit",
@@ -111,6 +112,7 @@ def simulate(
 def design(
     settings: str, experiment: Mapping[str, Any] | None, progress: _Progress
 ) -> tuple[list[_Parts], str]: ...
+def excite(settings: str, progress: _Progress) -> tuple[list[_Parts], str]: ...
 def settings(task: str) -> list[str]: ...
 def study(
     document: Mapping[str, Any], recordings: Sequence[_Recording] | None, seed: int | None, progress: _Progress

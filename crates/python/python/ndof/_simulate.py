@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import os
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
@@ -63,6 +64,8 @@ def simulate(
 class Design(Result):
     """Perturbations to command on a robot, one recording a trial, and what they will do: the result ``ndof/design/1``.
 
+    Of a ``robot`` it is one motion of its joints, and the result ``ndof/excitation/1``.
+
     >>> import ndof
     >>> ndof.design("multisine", axes=["x", "y"], trials=2, duration_s=20)
     Design(2 trials: 2 channels (cmd_x [N], cmd_y [N]), 20.0 s at 500.0 Hz)
@@ -71,7 +74,7 @@ class Design(Result):
     __slots__ = ("recordings",)
 
     recordings: list[Recording]
-    """One a trial, with a channel ``cmd_…`` an axis."""
+    """One a trial, with a channel ``cmd_…`` an axis; of a robot with ``angle_…``, ``vel_…``, ``acc_…``, ``torque_…`` of each joint."""
 
     def __init__(self, text: str, recordings: list[Recording]) -> None:
         super().__init__(text)
@@ -85,7 +88,7 @@ class Design(Result):
         >>> ndof.design("multisine", axes=["x", "y"], trials=2, duration_s=20, seed=4).seeds
         [4000012, 4000012]
         """
-        return [trial["seed"] for trial in self.to_dict()["trials"]]
+        return [trial["seed"] for trial in self.to_dict().get("trials", [])]
 
     @property
     def coherence(self) -> list[float | None]:
@@ -96,7 +99,7 @@ class Design(Result):
         >>> 0 < found < 1
         True
         """
-        stages = [trial["coherence"] for trial in self.to_dict()["trials"]]
+        stages = [trial["coherence"] for trial in self.to_dict().get("trials", [])]
         return [stage and stage["commanded"]["max"] for stage in stages]
 
     def __reduce__(self) -> tuple[Any, ...]:
@@ -143,6 +146,15 @@ def design(
     target_ci: Sequence[str] = (),
     fit_band: Stretch | None = None,
     band: Stretch | None = None,
+    robot: PathLike | None = None,
+    tip: str | None = None,
+    speed_limit: float | Sequence[float] = (),
+    acceleration_limit: float | Sequence[float] = (),
+    margin: float | None = None,
+    fourier_terms: int | None = None,
+    starts: int | None = None,
+    torque_noise: float | None = None,
+    interest: Sequence[str] = (),
     seed: int | None = None,
     progress: Progress | None = None,
 ) -> Design:
@@ -152,6 +164,8 @@ def design(
     ``multisine`` (orthogonal from trial to trial), ``prbs`` or ``chirp``. ``rms`` is that of each axis in N, or in N m
     where ``rotational``. With ``experiment`` (the name of a built-in study, a file, or a dictionary) what is not given follows
     from it, and forces and motion are predicted; ``precompensate`` sends the commands through the inverse of its linear model.
+    With ``robot`` (a URDF or TOML file) it is a motion of its joints within range, speed and torque that tells inertial parameters and
+    friction, in periods of ``period_s``, with ``fourier_terms`` sines and cosines a joint.
     ``target_ci`` (such as ``"K=10%"``, ``"gain@2=5%"``) asks how long to measure. Every option is that of the command line, with
     its default.
 
@@ -163,8 +177,14 @@ def design(
     asked = locals()
     asked["axes"] = None if axes is None else list(axes)
     asked["target_ci"] = list(target_ci)
+    asked["robot"] = None if robot is None else os.fspath(robot)
+    for name, limit in {"speed_limit": speed_limit, "acceleration_limit": acceleration_limit}.items():
+        asked[name] = [limit] if isinstance(limit, (int, float)) else list(limit)
+    asked["interest"] = list(interest)
     given = None if experiment is None else document(experiment)
-    parts, text = _ndof.design(settings("design", {**asked, "experiment": None}), given, progress)
+    # An empty list asks for nothing, and what is of robots' motions is no setting of perturbations.
+    told = settings("design", {name: value for name, value in {**asked, "experiment": None}.items() if value != []})
+    parts, text = _ndof.design(told, given, progress) if robot is None else _ndof.excite(told, progress)
     return Design(text, [Recording._from_parts(one) for one in parts])
 
 

@@ -2,10 +2,12 @@
 
 mod between;
 mod described;
+pub mod excitation;
 mod length;
 mod limbs;
 mod motion;
 pub mod result;
+mod robot;
 mod settings;
 mod specification;
 mod stages;
@@ -15,6 +17,7 @@ mod theory;
 pub(crate) use between::Lens;
 pub(crate) use limbs::with_limb;
 pub use motion::LooseLimb;
+pub use robot::{ExcitedRobot, RobotMotion};
 pub use settings::Design;
 pub use target::Target;
 

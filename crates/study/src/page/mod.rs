@@ -2,12 +2,14 @@
 
 mod cases;
 mod design;
+mod excitation;
 mod sensitivity;
 mod study;
 mod tables;
 
 pub use cases::{cases_report, summary_tables};
 pub use design::design_report;
+pub use excitation::excitation_report;
 pub use study::study_report;
 
 fn nan(value: Option<f64>) -> f64 {

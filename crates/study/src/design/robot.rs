@@ -1,0 +1,217 @@
+//! Motions of a robot's joints, to be commanded, that tell its parameters.
+
+use super::Design;
+use super::excitation::{ExcitationResult, ExcitedJoint, ExcitedParameter};
+use crate::error::{StudyError, meaning};
+use crate::limits;
+use ndof_analysis::AnalysisError;
+#[cfg(feature = "clap")]
+use ndof_analysis::options::{not_negative, positive};
+use ndof_analysis::result::{Head, Warning, number};
+use ndof_devices::{JointKind, Robot, RobotConfig, SerialChain};
+use ndof_joints::{Excitation, ExcitationSearch, JointLimits, excite};
+use ndof_signal::{Channel, Quantity, Recording, Unit};
+use serde::{Deserialize, Serialize};
+use std::path::PathBuf;
+
+/// What a motion of a robot's joints must keep, and what it is to tell.
+///
+/// The fields are the long options of `ndof design --robot` and the keywords in Python; those of time and seed are shared with [`Design`].
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "clap", derive(clap::Args), command(next_help_heading = "Motions of a robot's joints"))]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+#[serde(deny_unknown_fields, default, rename_all = "kebab-case")]
+pub struct RobotMotion {
+    /// Design a motion of this robot's joints that tells its inertial parameters and friction: a URDF or TOML file
+    #[cfg_attr(feature = "clap", arg(long, value_name = "FILE", conflicts_with_all = ["experiment", "precompensate"]))]
+    pub robot: Option<PathBuf>,
+    /// The link at the end of the chain, where a URDF has several
+    #[cfg_attr(feature = "clap", arg(long, value_name = "LINK", requires = "robot"))]
+    pub tip: Option<String>,
+    /// Largest speed (rad/s, m/s) of all joints, or of each; the file's holds where it is lower
+    #[cfg_attr(feature = "clap", arg(long, value_name = "RAD_PER_S", value_delimiter = ',', value_parser = positive, requires = "robot"))]
+    pub speed_limit: Vec<f64>,
+    /// Largest acceleration (rad/s^2, m/s^2) of all joints, or of each [default: none]
+    #[cfg_attr(feature = "clap", arg(long, value_name = "RAD_PER_S2", value_delimiter = ',', value_parser = positive, requires = "robot"))]
+    pub acceleration_limit: Vec<f64>,
+    /// Share of range, speed, acceleration and torque that stays free for the controller [default: 0.1]
+    #[cfg_attr(feature = "clap", arg(long, value_name = "SHARE", value_parser = not_negative, requires = "robot"))]
+    pub margin: Option<f64>,
+    /// Sines and cosines in the Fourier series of each joint [default: 5]
+    #[cfg_attr(feature = "clap", arg(long, value_name = "N", requires = "robot"))]
+    pub fourier_terms: Option<usize>,
+    /// Random motions that are improved [default: 4]
+    #[cfg_attr(feature = "clap", arg(long, value_name = "N", requires = "robot"))]
+    pub starts: Option<usize>,
+    /// Noise of the measured torques (N m rms), for the predicted errors [default: 1 % of each joint's torque in random motions]
+    #[cfg_attr(feature = "clap", arg(long, value_name = "NM", value_parser = positive, requires = "robot"))]
+    pub torque_noise: Option<f64>,
+    /// Joints, or parts of names of parameters, to determine best [default: all]
+    #[cfg_attr(feature = "clap", arg(long, value_name = "NAME", value_delimiter = ',', requires = "robot"))]
+    pub interest: Vec<String>,
+    /// Seconds of the whole motion [default: 50]
+    #[cfg_attr(feature = "clap", arg(skip))]
+    #[serde(rename = "duration")]
+    pub duration_s: Option<f64>,
+    /// Seconds in a period [default: 10]
+    #[cfg_attr(feature = "clap", arg(skip))]
+    #[serde(rename = "period")]
+    pub period_s: Option<f64>,
+    /// Samples per second [default: 500]
+    #[cfg_attr(feature = "clap", arg(skip))]
+    #[serde(rename = "sample-rate")]
+    pub sample_rate_hz: Option<f64>,
+    /// Of all random numbers [default: 1]
+    #[cfg_attr(feature = "clap", arg(skip))]
+    pub seed: Option<u64>,
+}
+
+/// A motion with the result that describes it.
+#[derive(Clone, Debug)]
+pub struct ExcitedRobot {
+    /// Channels `angle_…`, `vel_…`, `acc_…` and `torque_…` of each joint, from rest to rest.
+    pub recording: Recording,
+    /// What it keeps and tells.
+    pub result: ExcitationResult,
+}
+
+impl RobotMotion {
+    /// These settings with the times and the seed of `design`.
+    ///
+    /// # Errors
+    /// [`StudyError`] that names a setting of `design` which is about perturbations at a hand, and would do nothing here.
+    pub fn with(&self, design: &Design) -> Result<Self, StudyError> {
+        let Design { duration_s, period_s, sample_rate_hz, seed, .. } = *design;
+        let rest = Design { duration_s: None, period_s: None, sample_rate_hz: None, seed: None, ..design.clone() };
+        let told = |design: &Design| serde_json::to_value(design).unwrap_or_default();
+        let (rest, nothing) = (told(&rest), told(&Design::default()));
+        let given = rest.as_object().into_iter().flatten().find(|(key, value)| nothing.get(key.as_str()) != Some(*value));
+        match given {
+            Some((key, _)) => {
+                Err(meaning("the design", format!("`{key}` is about perturbations at the hand, not about motions of a `robot`; leave out one of them")))
+            }
+            None => Ok(RobotMotion { duration_s, period_s, sample_rate_hz, seed, ..self.clone() }),
+        }
+    }
+
+    /// Designs the motion, as [`excite`] does.
+    ///
+    /// # Errors
+    /// [`StudyError`] if the file cannot be read, or settings or limits make no motion.
+    pub fn run(&self) -> Result<ExcitedRobot, StudyError> {
+        let wrong = |what: String| meaning("the design", what);
+        let robot = self.read()?;
+        let (period_s, rate_hz) = (self.period_s.unwrap_or(10.0), self.sample_rate_hz.unwrap_or(500.0));
+        let duration_s = self.duration_s.unwrap_or(5.0 * period_s);
+        limits::simulation(1, duration_s, rate_hz, 4 * robot.joints.len()).map_err(wrong)?;
+        if !(rate_hz > 0.0 && period_s > 0.0 && duration_s > 0.0) {
+            return Err(wrong(format!("`duration={duration_s}`, `period={period_s}`, `sample_rate={rate_hz}`: give positive numbers")));
+        }
+        let periods = (duration_s / period_s).round().max(1.0);
+        if (periods * period_s - duration_s).abs() > 1e-9 * duration_s {
+            let whole = periods * period_s;
+            return Err(wrong(format!(
+                "`duration={duration_s}` is no whole number of periods of {period_s} s, so that it would not end at rest; take `duration={whole}`"
+            )));
+        }
+        let own = |list: &[f64]| (!list.is_empty()).then(|| list.to_vec());
+        let (rates, accelerations) = (own(&self.speed_limit), own(&self.acceleration_limit));
+        let (limits, unlimited) = JointLimits::of(&robot, rates.as_deref(), accelerations.as_deref())?;
+        let chain = robot.chain().map_err(|error| wrong(error.to_string()))?;
+        let usual = ExcitationSearch::default();
+        let search = ExcitationSearch {
+            period_s,
+            harmonics: self.fourier_terms.unwrap_or(usual.harmonics),
+            margin: self.margin.unwrap_or(usual.margin),
+            torque_noise: self.torque_noise,
+            interest: self.interest.clone(),
+            starts: self.starts.unwrap_or(usual.starts),
+            seed: self.seed.unwrap_or(usual.seed),
+            ..usual
+        };
+        let found = excite(&chain, &limits, &search)?;
+        let samples = (duration_s * rate_hz).round();
+        let result = ExcitationResult {
+            head: Head::new(ExcitationResult::SCHEMA, "design", warnings(&unlimited)),
+            settings: self.clone(),
+            robot: robot.name.clone(),
+            sample_rate_hz: rate_hz,
+            duration_s,
+            period_s,
+            condition: found.condition,
+            condition_random_mean: number(found.random_conditions.iter().sum::<f64>() / found.random_conditions.len() as f64),
+            condition_random_best: number(found.random_conditions.iter().copied().fold(f64::INFINITY, f64::min)),
+            joints: joints(&robot, &limits, &found),
+            parameters: found.parameters.iter().map(|p| ExcitedParameter::of(p, samples)).collect(),
+        };
+        Ok(ExcitedRobot { recording: recording(&robot, &chain, &found, samples as usize, rate_hz)?, result })
+    }
+
+    fn read(&self) -> Result<RobotConfig, StudyError> {
+        let path = self.robot.as_ref().ok_or_else(|| meaning("the design", "give the robot's file with `robot`"))?;
+        let file = path.display().to_string();
+        let text = std::fs::read_to_string(path).map_err(|source| AnalysisError::Read { file: file.clone(), source })?;
+        RobotConfig::parse(&file, &text, self.tip.as_deref()).map_err(|error| meaning("the design", error.to_string().replace("device.tip", "`tip`")))
+    }
+}
+
+fn warnings(unlimited: &[String]) -> Vec<Warning> {
+    let mut warnings = vec![Warning::new(
+        "collisions",
+        "nothing is known here of what the links may touch".to_owned(),
+        "look at the motion in a simulation first, and play it slowly before it is played at speed",
+    )];
+    if !unlimited.is_empty() {
+        warnings.push(Warning::new(
+            "no-range",
+            format!("the file gives no range for {}: -π to π is assumed", unlimited.join(", ")),
+            "write the range into the file if cables or the arm itself allow less",
+        ));
+    }
+    warnings
+}
+
+fn joints(robot: &RobotConfig, limits: &JointLimits, found: &Excitation) -> Vec<ExcitedJoint> {
+    let start = found.motion.at(0.0);
+    let joint = |(j, used): (usize, &ndof_joints::UsedLimits)| ExcitedJoint {
+        name: used.joint.clone(),
+        unit: Unit::si(Quantity::Displacement, robot.joints[j].kind == JointKind::Revolute).symbol().to_owned(),
+        start: start.angles[j],
+        range: limits.range[j],
+        range_used: used.angle,
+        speed_limit: limits.rate[j],
+        speed: used.rate,
+        acceleration_limit: number(limits.acceleration[j]),
+        acceleration: used.acceleration,
+        torque_limit: number(limits.torque[j]),
+        torque: used.torque,
+        torque_noise: found.torque_noise[j],
+    };
+    found.used.iter().enumerate().map(joint).collect()
+}
+
+/// The motion with the torques of the nominal model, its last sample at rest.
+fn recording(robot: &RobotConfig, chain: &SerialChain, found: &Excitation, samples: usize, rate_hz: f64) -> Result<Recording, StudyError> {
+    let n = robot.joints.len();
+    let (mut signals, mut torque) = (vec![Vec::with_capacity(samples + 1); 4 * n], vec![0.0; n]);
+    for k in 0..=samples {
+        let at = found.motion.at(k as f64 / rate_hz);
+        chain.inverse_dynamics(&at.angles, &at.rates, &at.accelerations, &mut torque);
+        for j in 0..n {
+            let whole = torque[j] + chain.joints().friction(j, at.rates[j]);
+            [at.angles[j], at.rates[j], at.accelerations[j], whole].into_iter().enumerate().for_each(|(q, value)| signals[q * n + j].push(value));
+        }
+    }
+    let kinds = [
+        ("angle", "pos", Quantity::Displacement),
+        ("vel", "vel", Quantity::Velocity),
+        ("acc", "acc", Quantity::Acceleration),
+        ("torque", "force", Quantity::Effort),
+    ];
+    let channels = signals.into_iter().enumerate().map(|(k, signal)| {
+        let ((turning, sliding, quantity), joint) = (kinds[k / n], &robot.joints[k % n]);
+        let turns = joint.kind == JointKind::Revolute;
+        Channel::new(format!("{}_{}", if turns { turning } else { sliding }, joint.name), Unit::si(quantity, turns), signal)
+    });
+    Recording::new(rate_hz, channels.collect()).map_err(|source| AnalysisError::Recording { file: "the design".to_owned(), source }.into())
+}
