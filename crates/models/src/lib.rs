@@ -40,7 +40,6 @@ pub mod physical;
 mod projection;
 pub mod robot;
 pub mod schedule;
-pub mod state_space;
 mod status;
 pub mod time;
 
