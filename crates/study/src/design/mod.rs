@@ -4,6 +4,7 @@ mod between;
 mod described;
 mod length;
 mod limbs;
+mod loose_limb;
 mod motion;
 pub mod result;
 mod settings;
@@ -14,7 +15,7 @@ mod theory;
 
 pub(crate) use between::Lens;
 pub(crate) use limbs::with_limb;
-pub use motion::LooseLimb;
+pub use loose_limb::LooseLimb;
 pub use settings::Design;
 pub use target::Target;
 
