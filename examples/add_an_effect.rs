@@ -10,7 +10,6 @@ use ndof::signal::{FilteredNoise, Recording};
 use ndof::sysid::Ports;
 use std::collections::BTreeMap;
 use std::error::Error;
-use std::sync::Arc;
 
 const COEFFICIENT: ParameterCard =
     ParameterCard { name: "coefficient", unit: "N s^2/m^2", rotational_unit: "N m s^2/rad^2", bounds: (0.0, 1e9), default: None };
@@ -60,16 +59,10 @@ impl Effect for QuadraticDamping {
     /// What a search tries: one regressor an axis, whose coefficient is positive.
     fn forms(&self, scale: &Scale) -> Vec<Form> {
         (0..scale.axes())
-            .map(|axis| Form {
-                label: "v |v|",
-                side: Side::Limb,
-                axis: Some(axis),
-                knobs: vec![],
-                grid: vec![vec![]],
-                signs: vec![Sign::Positive],
-                action: Action::Force { law: Arc::new(move |_, c| Box::new(Drag { axis, coefficient: c[0] })), exact: vec![], tangent: None },
-                naming: Arc::new(|_, c| vec![("coefficient", Value::Number(c[0]))]),
-                floor: (0.01, 0.0),
+            .map(|axis| {
+                Form::new("v |v|", Some(axis), Action::force(move |_, c| Drag { axis, coefficient: c[0] }))
+                    .coefficients(vec![Sign::Positive])
+                    .numbers(|_, c| [("coefficient", c[0])])
             })
             .collect()
     }

@@ -6,7 +6,7 @@ use ndof_signal::{
     reverse_arrangements, slepian_tapers,
 };
 use ndof_sysid::{
-    Coherence, Direct, Estimates, Labels, LocalPolynomial, LocalRational, Ports, SpectralMethod, StoppingRule, choose_method, conditioned, estimate,
+    Coherence, Direct, Estimates, Labels, LocalPolynomial, LocalRational, Ports, SpectralMethod, StoppingRule, choose_method, estimate,
     estimate_from_spectra, ordered_coherence, robust_spectra, sliding, spread, unresolved,
 };
 
@@ -194,19 +194,10 @@ fn bounded(found: &Estimates) {
 /// One thing that is done with an estimate.
 fn used(given: &Given, found: &Estimates, ports: &Ports) {
     let response = found.derived.as_ref().map_or(&found.direct.response, |d| &d.response);
-    let f = given.choose(5, 256) % response.len().max(1);
     match given.choose(7, 32) / 2 % 6 {
         0 => crate::response::intervals(response),
         1 => crate::response::kinds(response),
-        2 => {
-            if let (Some(spectra), true) = (&found.spectra, f < response.len()) {
-                if let Some(conditioned) = conditioned(spectra, f, &ports.inputs, &ports.outputs) {
-                    assert_eq!(conditioned.response().dim(), (ports.outputs.len(), ports.inputs.len()));
-                    assert_eq!(conditioned.multiple_coherence().len(), ports.outputs.len());
-                }
-            }
-        }
-        3 => {
+        2 | 3 => {
             let uncertainty = response.uncertainty.as_ref().expect("an estimate has one");
             let ordered = ordered_coherence(response, &uncertainty.input_inverse, &found.direct.coherence.multiple);
             assert_eq!(ordered.dim(), response.value.dim());
@@ -220,10 +211,6 @@ fn used(given: &Given, found: &Estimates, ports: &Ports) {
         }
         _ => {
             let _ = spread(&[response.clone(), found.direct.response.clone()], 0.0, RATE_HZ);
-            let averages = found.effective_averages;
-            let corrected = found.direct.coherence.multiple_corrected(averages, ports.inputs.len());
-            assert!(corrected.iter().all(|c| !(*c < 0.0)), "{corrected}");
-            let _ = found.direct.coherence.partial_corrected(averages, ports.inputs.len());
         }
     }
 }

@@ -3,7 +3,6 @@
 use crate::numbers::Given;
 use crate::response::arbitrary;
 use ndarray::Array3;
-use ndof_models::state_space::{LinearTrial, Subspace};
 use ndof_models::time::{Causality, FreeRunFit, Mechanism, Noise, TimeTrial, laws};
 use ndof_models::{
     Arm, Axis, CovarianceKind, ErrorsInVariables, Fit, InertiaDampingStiffness, InertiaDampingStiffnessModel, Kinematics, KinematicsSd, LoopModel, PaperFit,
@@ -28,7 +27,6 @@ pub fn fits(data: &[u8]) {
     match given.choose(0, 8) {
         0 => periods(&given, &model, axes),
         1 => in_time(&given),
-        2 => subspace(&given),
         kind => to_response(&given, &model, axes, kind),
     }
 }
@@ -162,20 +160,5 @@ fn in_time(given: &Given) {
     if let Ok(run) = settings.fit(&mechanism, &[trial], &start) {
         assert_eq!(run.theta.len(), start.len());
         assert!(run.theta.iter().all(|v| v.is_finite()), "{:?}", run.theta);
-    }
-}
-
-/// A state space of any order.
-fn subspace(given: &Given) {
-    let (inputs, outputs) = (1 + usize::from(given.bit(1, 1)), 1 + usize::from(given.bit(1, 2)));
-    let columns = given.columns(inputs + outputs);
-    let columns: Vec<&[f64]> = columns.iter().map(|c| c.as_slice()).collect();
-    let (input, output) = columns.split_at(inputs);
-    let trial = LinearTrial { inputs: input.to_vec(), outputs: output.to_vec() };
-    let settings = Subspace { past: given.choose(2, 8) };
-    if let Ok(found) = settings.fit(&[trial], given.choose(3, 6)) {
-        assert_eq!(found.simulate(input, &vec![0.0; found.order()]).len(), outputs);
-        let _ = found.modes(20.0);
-        let _ = found.response(1.0, 20.0);
     }
 }

@@ -94,10 +94,6 @@ pub fn intervals(response: &FrequencyResponse) {
             assert!(!(low < 0.0) && !(low > entry.gain * (1.0 + 1e-12)) && !(high < entry.gain * (1.0 - 1e-12)), "{entry:?}");
         }
     }
-    if !response.is_empty() {
-        let row: Vec<Complex64> = (0..inputs).map(|j| response.value[[0, 0, j]]).collect();
-        let _ = response.row_is_inside(0, 0, &row, 0.95);
-    }
 }
 
 /// Conversions and inverses, of which there are those of square responses only.

@@ -5,6 +5,8 @@
 //! that the registry does not have.
 
 mod balance;
+mod case;
+mod clock;
 pub mod draw;
 pub mod exam;
 
@@ -18,69 +20,10 @@ mod stages;
 pub mod strength;
 mod true_model;
 
+pub use case::{Case, Hidden, Made, Setting};
+pub use clock::{FINE_HZ, FS, SUB};
 pub use plants::Plant;
-pub use record::Setting;
 pub use true_model::TrueModel;
-
-use ndof_signal::Recording;
-use ndof_sysid::Ports;
-
-/// Ticks of the controller in a second, and the usual sample rate of the recordings.
-pub const FS: f64 = 500.0;
-/// Steps of the integrator in a tick.
-pub const SUB: usize = 8;
-/// Steps of the integrator in a second.
-pub const FINE_HZ: f64 = FS * SUB as f64;
-
-/// Something hidden.
-#[derive(Clone, Debug)]
-pub struct Hidden {
-    /// Its name: an effect of the registry, a variety of one, or `x-…` for what no registry has; after a `/` its functional form.
-    pub name: &'static str,
-    /// 1 is strong.
-    pub severity: f64,
-}
-
-/// What to make.
-#[derive(Clone, Debug)]
-pub struct Case {
-    /// The experiment.
-    pub plant: Plant,
-    /// What is hidden in it.
-    pub hidden: Vec<Hidden>,
-    /// Functional forms that the registry does not have, for effects whose name has no form.
-    pub other: bool,
-    /// Small imperfections in every channel.
-    pub background: bool,
-    /// Number of recordings.
-    pub trials: usize,
-    /// Length of each.
-    pub duration_s: f64,
-    /// Of everything that is drawn.
-    pub seed: u64,
-    /// The commanded perturbation as a multiple of the plant's own: its size, and the end of its band.
-    pub command: (f64, f64),
-}
-
-/// What was made.
-pub struct Made {
-    /// The trials.
-    pub recordings: Vec<Recording>,
-    /// Their roles.
-    pub ports: Ports,
-    /// Axis index of the hidden effects.
-    pub axis: usize,
-    /// Its name.
-    pub axis_name: &'static str,
-    /// True parameters, by hidden effect: (name, value).
-    pub truth: Vec<Vec<(&'static str, f64)>>,
-    /// The true inertia of the plant by rows, its
-    pub mass: Vec<Vec<f64>>,
-    /// damping,
-    pub damping: Vec<Vec<f64>>,
-    /// and stiffness.
-    pub stiffness: Vec<Vec<f64>>,
-}
 
 /// Makes a case. Plant, effects and noise are drawn from streams of their own, so that a case without its effect differs in nothing else.
 pub fn make(case: &Case) -> Made {

@@ -1,7 +1,7 @@
 //! How the limb moves: explicit midpoint at 4 kHz under a discrete controller, or an imposed sum of sines.
 
 use super::laws::{Rates, World};
-use super::{FINE_HZ, FS, SUB};
+use crate::clock::{FINE_HZ, FS, SUB};
 use ndof_signal::inverse_transform;
 use num_complex::Complex64;
 use rand::RngExt;

@@ -105,6 +105,43 @@ fn turned(m: &[Vec<f64>], phi: f64) -> Vec<Vec<f64>> {
     (0..2).map(|i| (0..2).map(|j| at(i, j)).collect()).collect()
 }
 
+/// Inertia, damping and stiffness of the limb before they are drawn, and the inertia of the robot.
+fn matrices(plant: Plant, rng: &mut ChaCha8Rng) -> [Vec<Vec<f64>>; 4] {
+    let zero = vec![vec![0.0; plant.axes()]; plant.axes()];
+    match plant {
+        Plant::Planar => {
+            let phi = rng.random_range(-0.6..0.6);
+            [
+                turned(&dense(&[&[2.1, -0.55], &[-0.55, 1.9]]), phi),
+                turned(&dense(&[&[11.0, -2.0], &[-2.0, 15.0]]), phi),
+                turned(&dense(&[&[300.0, -60.0], &[-60.0, 520.0]]), phi),
+                dense(&[&[0.932, -0.305], &[-0.305, 1.05]]),
+            ]
+        }
+        Plant::Wrist => [
+            dense(&[&[0.004, 0.0003, 0.0], &[0.0003, 0.0035, 0.0002], &[0.0, 0.0002, 0.003]]),
+            dense(&[&[0.03, 0.002, 0.0], &[0.002, 0.03, 0.001], &[0.0, 0.001, 0.02]]),
+            dense(&[&[1.5, 0.1, 0.05], &[0.1, 1.2, 0.0], &[0.05, 0.0, 0.9]]),
+            dense(&[&[0.004, 0.0, 0.0], &[0.0, 0.004, 0.0], &[0.0, 0.0, 0.003]]),
+        ],
+        Plant::Six => {
+            let inertia = [0.25, 0.22, 0.12, 0.06, 0.02, 0.01];
+            let coupled = |scale: f64, share: f64| -> Vec<Vec<f64>> {
+                (0..6)
+                    .map(|i: usize| {
+                        let near = |j: usize| if i.abs_diff(j) == 1 { share } else { 0.0 };
+                        (0..6).map(|j| scale * f64::sqrt(inertia[i] * inertia[j]) * if i == j { 1.0 } else { near(j) }).collect()
+                    })
+                    .collect()
+            };
+            [coupled(1.0, 0.15), coupled(10.0, 0.05), coupled(158.0, 0.1), coupled(0.5, 0.0)]
+        }
+        Plant::Force => [dense(&[&[2.0]]), dense(&[&[12.0]]), dense(&[&[400.0]]), zero.clone()],
+        Plant::Mass => [dense(&[&[2.0]]), dense(&[&[4.0]]), zero.clone(), zero.clone()],
+        Plant::Motion => [dense(&[&[0.015]]), dense(&[&[1.0]]), dense(&[&[60.0]]), zero.clone()],
+    }
+}
+
 impl Spec {
     /// An experiment with inertia, damping and stiffness, posture and noise drawn at random.
     pub fn draw(plant: Plant, rng: &mut ChaCha8Rng) -> Spec {
@@ -114,39 +151,7 @@ impl Spec {
         };
         let (jm, jb, jk) = (around(), around(), around());
         let n = plant.axes();
-        let zero = vec![vec![0.0; n]; n];
-        let (m, b, k, robot) = match plant {
-            Plant::Planar => {
-                let phi = rng.random_range(-0.6..0.6);
-                (
-                    turned(&dense(&[&[2.1, -0.55], &[-0.55, 1.9]]), phi),
-                    turned(&dense(&[&[11.0, -2.0], &[-2.0, 15.0]]), phi),
-                    turned(&dense(&[&[300.0, -60.0], &[-60.0, 520.0]]), phi),
-                    dense(&[&[0.932, -0.305], &[-0.305, 1.05]]),
-                )
-            }
-            Plant::Wrist => (
-                dense(&[&[0.004, 0.0003, 0.0], &[0.0003, 0.0035, 0.0002], &[0.0, 0.0002, 0.003]]),
-                dense(&[&[0.03, 0.002, 0.0], &[0.002, 0.03, 0.001], &[0.0, 0.001, 0.02]]),
-                dense(&[&[1.5, 0.1, 0.05], &[0.1, 1.2, 0.0], &[0.05, 0.0, 0.9]]),
-                dense(&[&[0.004, 0.0, 0.0], &[0.0, 0.004, 0.0], &[0.0, 0.0, 0.003]]),
-            ),
-            Plant::Six => {
-                let inertia = [0.25, 0.22, 0.12, 0.06, 0.02, 0.01];
-                let coupled = |scale: f64, share: f64| -> Vec<Vec<f64>> {
-                    (0..6)
-                        .map(|i: usize| {
-                            let near = |j: usize| if i.abs_diff(j) == 1 { share } else { 0.0 };
-                            (0..6).map(|j| scale * f64::sqrt(inertia[i] * inertia[j]) * if i == j { 1.0 } else { near(j) }).collect()
-                        })
-                        .collect()
-                };
-                (coupled(1.0, 0.15), coupled(10.0, 0.05), coupled(158.0, 0.1), coupled(0.5, 0.0))
-            }
-            Plant::Force => (dense(&[&[2.0]]), dense(&[&[12.0]]), dense(&[&[400.0]]), zero.clone()),
-            Plant::Mass => (dense(&[&[2.0]]), dense(&[&[4.0]]), zero.clone(), zero.clone()),
-            Plant::Motion => (dense(&[&[0.015]]), dense(&[&[1.0]]), dense(&[&[60.0]]), zero.clone()),
-        };
+        let [m, b, k, robot] = matrices(plant, rng);
         let (m, b, k) = (times(&m, jm), times(&b, jb), times(&k, jk));
         let same = |v: f64| vec![v; n];
         let loud = rng.random_range(0.0..1.0);

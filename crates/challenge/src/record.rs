@@ -5,34 +5,14 @@ use super::laws::World;
 use super::motion::{Played, Robot, held, sines, torque};
 use super::plants::{Plant, Spec};
 use super::sensors::{average, band_noise, measured, uneven};
-use super::{Case, FINE_HZ, FS, Made};
+use crate::case::{Case, Made, Setting};
+use crate::clock::{FINE_HZ, FS};
 use ndof_signal::{Channel, Quantity, Recording, Unit};
 use ndof_sysid::Ports;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use rand_distr::StandardNormal;
 use std::f64::consts::TAU;
-
-/// How a case is recorded.
-#[derive(Clone, Debug)]
-pub struct Setting {
-    /// Sample rate of the recordings; a whole fraction of 4 kHz.
-    pub rate_hz: f64,
-    /// What is measured of the motion.
-    pub measured: Quantity,
-    /// The limb's own force as a multiple of the plant's.
-    pub own: f64,
-    /// Whether the command swells and fades.
-    pub bursts: bool,
-    /// No force of the limb's own, no noise and no steps but those that are hidden.
-    pub quiet: bool,
-}
-
-impl Default for Setting {
-    fn default() -> Self {
-        Setting { rate_hz: FS, measured: Quantity::Displacement, own: 1.0, bursts: false, quiet: false }
-    }
-}
 
 /// A case with everything drawn that it has in common with its twin without effects.
 pub struct Scene<'a> {
@@ -273,7 +253,7 @@ impl<'a> Scene<'a> {
         if self.setting.rate_hz == FS {
             return ticks.to_vec();
         }
-        let fine: Vec<f64> = ticks.iter().flat_map(|c| [*c; super::SUB]).collect();
+        let fine: Vec<f64> = ticks.iter().flat_map(|c| [*c; crate::clock::SUB]).collect();
         average(&fine, self.sub())
     }
 }

@@ -1,6 +1,6 @@
 //! Noise, sensors and their faults.
 
-use super::FINE_HZ;
+use crate::clock::FINE_HZ;
 use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
 use rand_distr::StandardNormal;

@@ -1,7 +1,8 @@
 //! What stands between a quantity and its channel: latencies, filters, drifts, and the faults that no registry has.
 
 use super::laws::course;
-use super::{FINE_HZ, sensors::late};
+use super::sensors::late;
+use crate::clock::FINE_HZ;
 use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
 use std::f64::consts::{PI, TAU};

@@ -1,10 +1,10 @@
 //! What the true model would predict of the held-out part: the error below which no diagnosis can come.
 
-use super::Made;
 use super::motion::{Imposed, Mark, Played, along, driven, torque};
 use super::plants::Plant;
 use super::record::Scene;
-use super::{FINE_HZ, FS, SUB};
+use crate::case::Made;
+use crate::clock::{FINE_HZ, FS, SUB};
 use ndof_signal::forward_transform;
 use num_complex::Complex64;
 use std::f64::consts::{PI, TAU};

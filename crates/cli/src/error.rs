@@ -1,6 +1,6 @@
 //! One message for the user, and the exit code that goes with it.
 
-use ndof_analysis::AnalysisError;
+use ndof_analysis::{AnalysisError, nearest};
 use ndof_io::IoError;
 use ndof_report::FigureError;
 use ndof_study::StudyError;
@@ -38,6 +38,13 @@ pub enum CliError {
 }
 
 impl CliError {
+    /// The error for a study that does not exist.
+    pub(crate) fn unknown_study(name: &str, studies: &[(&str, &str)]) -> Self {
+        let suggestion = nearest(name, studies.iter().map(|(known, _)| *known)).map(|s| format!(" (did you mean \"{s}\"?)")).unwrap_or_default();
+        let known: Vec<&str> = studies.iter().map(|(known, _)| *known).collect();
+        CliError::Usage(format!("no study \"{name}\"{suggestion}; built in: {}; or give a file, STUDY.toml", known.join(", ")))
+    }
+
     /// 0 for a pipe that was closed early, 3 if the machine failed, else 2.
     pub fn exit_code(&self) -> ExitCode {
         ExitCode::from(match self {

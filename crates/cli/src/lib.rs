@@ -60,7 +60,9 @@ fn definition() -> clap::Command {
 /// Runs the program with these arguments (the first is its name) and returns its exit code; `studies` are the built-in
 /// ones, name and text of the file.
 pub fn run(arguments: impl IntoIterator<Item = impl Into<OsString> + Clone>, studies: &[(&str, &str)]) -> ExitCode {
-    let parsed = definition().try_get_matches_from(arguments).and_then(|matches| Ok((Cli::from_arg_matches(&matches)?, matches)));
+    let definition = definition();
+    flags::know(&definition);
+    let parsed = definition.clone().try_get_matches_from(arguments).and_then(|matches| Ok((Cli::from_arg_matches(&matches)?, matches)));
     let (cli, matches) = match parsed {
         Ok(parsed) => parsed,
         Err(error) => {
@@ -78,7 +80,7 @@ pub fn run(arguments: impl IntoIterator<Item = impl Into<OsString> + Clone>, stu
         Command::Live(arguments) => command::live::run(&arguments),
         Command::Compare(arguments) => command::compare::run(&arguments),
         Command::Cohort(arguments) => command::cohort::run(&arguments),
-        Command::Completions(arguments) => command::completions::run(&arguments, definition()),
+        Command::Completions(arguments) => command::completions::run(&arguments, definition),
         Command::Study(arguments) => command::study::run(&arguments, studies),
         Command::Diagnose(arguments) => command::diagnose::run(&arguments),
         Command::Fit(arguments) => command::fit::run(&arguments),

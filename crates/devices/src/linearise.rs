@@ -213,18 +213,6 @@ impl Linearised {
     /// Dynamic stiffness of robot and hold, Z_r = [J (H s² + B_v s)⁻¹ Jᵀ]⁻¹ + k_p + k_d s (N/m); with a continuous hold, as in eq. (3).
     pub fn robot_stiffness(&self, frequency_hz: f64) -> Option<Array2<Complex64>> {
         let s = Complex64::new(0.0, std::f64::consts::TAU * frequency_hz);
-        self.robot_stiffness_with(s, |i| self.hold.kd[i] * s + self.hold.kp[i])
-    }
-
-    /// Z_r with the hold as it is: backward difference, first-order Butterworth filter and zero-order hold of one sample.
-    pub fn sampled_robot_stiffness(&self, frequency_hz: f64) -> Option<Array2<Complex64>> {
-        let (fs, s) = (self.hold.sample_rate_hz, Complex64::new(0.0, std::f64::consts::TAU * frequency_hz));
-        let delay = (-s / fs).exp();
-        let held = if frequency_hz == 0.0 { Complex64::ONE } else { (Complex64::ONE - delay) * fs / s };
-        self.robot_stiffness_with(s, |i| held * self.hold.at_ticks(i, s))
-    }
-
-    fn robot_stiffness_with(&self, s: Complex64, hold: impl Fn(usize) -> Complex64) -> Option<Array2<Complex64>> {
         let mut free = complex(&self.mass_matrix) * (s * s);
         for (j, b) in self.viscous.iter().enumerate() {
             free[[j, j]] += s * b;
@@ -233,7 +221,7 @@ impl Linearised {
         let mut z =
             if s == Complex64::ZERO { Array2::from_elem((j.nrows(), j.nrows()), Complex64::ZERO) } else { inverse(&j.dot(&inverse(&free)?).dot(&j.t()))? };
         for i in 0..z.nrows() {
-            z[[i, i]] += hold(i);
+            z[[i, i]] += self.hold.kd[i] * s + self.hold.kp[i];
         }
         Some(z)
     }

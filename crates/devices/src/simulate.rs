@@ -10,7 +10,7 @@ use crate::posture_hold::PostureHold;
 use crate::safety::Watch;
 use crate::sensors::Averaging;
 use ndof_linear::square::{add_transposed, multiply};
-use ndof_models::robot::{EndpointKinematics, quantise};
+use ndof_models::robot::{EndpointKinematics, Robot, quantise};
 use ndof_models::{ForceLaw, Stage};
 use ndof_signal::{Channel, Quantity, Recording, Unit};
 use rand::{RngExt, SeedableRng};
@@ -51,6 +51,51 @@ fn stream(seed: u64, trial: usize, which: usize) -> ChaCha8Rng {
     rng
 }
 
+/// Refuses commands of another number of axes or samples.
+fn require_shape(commanded: &[Vec<f64>], axes: usize, samples: usize) -> Result<(), DeviceError> {
+    let other = commanded.iter().map(Vec::len).find(|l| *l != samples);
+    if commanded.len() == axes && other.is_none() {
+        return Ok(());
+    }
+    Err(DeviceError::Excitation { found_axes: commanded.len(), found_samples: other.unwrap_or(samples), axes, samples })
+}
+
+/// What turns a command at the endpoint into torques of the motors.
+struct Motors<'a> {
+    robot: &'a dyn Robot,
+    /// Holds what a command does not move.
+    idle: Option<PostureHold>,
+    /// Share of gravity that is taken off.
+    compensation: f64,
+    quantum: f64,
+    still: Vec<f64>,
+    gravity: Vec<f64>,
+}
+
+impl<'a> Motors<'a> {
+    fn new(robot: &'a dyn Robot, idle: Option<PostureHold>, quantum: f64, joints: usize) -> Result<Self, DeviceError> {
+        if !(quantum.is_finite() && quantum >= 0.0) {
+            return Err(DeviceError::value("controller.torque_quantum", quantum, "zero or positive"));
+        }
+        let zeros = || vec![0.0; joints];
+        Ok(Motors { robot, idle, compensation: robot.gravity_compensation(), quantum, still: zeros(), gravity: zeros() })
+    }
+
+    fn torque(&mut self, command: &[f64], jacobian: &[f64], angles: &[f64], torque: &mut [f64]) {
+        torque.fill(0.0);
+        add_transposed(jacobian, command, 1.0, torque);
+        if let Some(idle) = &mut self.idle {
+            idle.add(self.robot, angles, jacobian, torque);
+        }
+        if self.compensation > 0.0 {
+            self.robot.bias(angles, &self.still, &mut self.gravity);
+            torque.iter_mut().zip(&self.gravity).for_each(|(torque, gravity)| *torque += self.compensation * gravity);
+        }
+        torque.iter_mut().for_each(|torque| *torque = quantise(*torque, self.quantum));
+        self.robot.limit_torque(torque);
+    }
+}
+
 /// Simulates trial `trial` under `commanded` forces (axis × sample, the discarded stretch first) and returns the recording.
 ///
 /// Channels, for each axis in order: `cmd_*`, then `force_*` (or `torque_*`), then `pos_*` (or `angle_*`). Row k is the mean
@@ -64,15 +109,8 @@ pub fn simulate_trial(experiment: &Experiment, commanded: &[Vec<f64>], extras: &
     let (n, m) = (bench.rest.len(), robot.axes().len());
     let (discarded, recorded) = experiment.samples();
     let total = discarded + recorded;
-    if commanded.len() != m || commanded.iter().any(|c| c.len() != total) {
-        let found_samples = commanded.iter().map(Vec::len).find(|l| *l != total).unwrap_or(total);
-        return Err(DeviceError::Excitation { found_axes: commanded.len(), found_samples, axes: m, samples: total });
-    }
+    require_shape(commanded, m, total)?;
     let (fs, defaults) = (experiment.sample_rate_hz, bench.device.defaults);
-    let step = experiment.controller.torque_quantum;
-    if !(step.is_finite() && step >= 0.0) {
-        return Err(DeviceError::value("controller.torque_quantum", step, "zero or positive"));
-    }
     let noise = limb_noise(experiment, extras, trial, total, robot.axes().iter().map(|a| a.name.as_str()))?;
     let mut actuators = stages(&extras.actuators, robot.axes().iter().map(|a| a.name.clone()).collect())?;
 
@@ -97,13 +135,12 @@ pub fn simulate_trial(experiment: &Experiment, commanded: &[Vec<f64>], extras: &
     let force_limit = experiment.controller.force_limit.unwrap_or(defaults.force_limit);
     let mut hold = Hold::new(bench.hold.clone(), &system.rest_endpoint, &measured.endpoint, bias, force_limit);
 
-    let mut idle = PostureHold::new(robot, &bench.rest, bench.hold.velocity_cutoff_hz, fs);
-    let compensation = robot.gravity_compensation();
+    let idle = PostureHold::new(robot, &bench.rest, bench.hold.velocity_cutoff_hz, fs);
+    let mut motors = Motors::new(robot, idle, experiment.controller.torque_quantum, n)?;
     let watch = Watch { limits: experiment.controller.safety, range: robot.range(), trial };
 
-    let mut force = vec![Vec::with_capacity(recorded); m];
-    let mut position = vec![Vec::with_capacity(recorded); m];
-    let (mut correction, mut gravity) = (vec![0.0; n], vec![0.0; n]);
+    let [mut force, mut position] = [0; 2].map(|_| vec![Vec::with_capacity(recorded); m]);
+    let mut correction = vec![0.0; n];
     let (mut shift, mut moved) = (vec![0.0; m], vec![0.0; m]);
     for k in 0..total {
         let time_s = (k as f64 - discarded as f64) / fs;
@@ -114,17 +151,7 @@ pub fn simulate_trial(experiment: &Experiment, commanded: &[Vec<f64>], extras: &
         for (axis, stage) in &mut actuators {
             command[*axis] = stage.step(command[*axis]);
         }
-        system.torque.fill(0.0);
-        add_transposed(&measured.jacobian, command, 1.0, &mut system.torque);
-        if let Some(idle) = &mut idle {
-            idle.add(robot, &angles, &measured.jacobian, &mut system.torque);
-        }
-        if compensation > 0.0 {
-            robot.bias(&angles, &still, &mut gravity);
-            system.torque.iter_mut().zip(&gravity).for_each(|(torque, gravity)| *torque += compensation * gravity);
-        }
-        system.torque.iter_mut().for_each(|torque| *torque = quantise(*torque, experiment.controller.torque_quantum));
-        robot.limit_torque(&mut system.torque);
+        motors.torque(command, &measured.jacobian, &angles, &mut system.torque);
         for (w, noise) in system.limb_force.iter_mut().zip(&noise) {
             *w = noise.as_ref().map_or(0.0, |n| n[k]);
         }
@@ -140,9 +167,7 @@ pub fn simulate_trial(experiment: &Experiment, commanded: &[Vec<f64>], extras: &
         if !y.iter().all(|v| v.is_finite()) {
             return Err(DeviceError::Diverged { trial, time_s });
         }
-        for i in 0..m {
-            moved[i] = means.endpoint[i] - system.rest_endpoint[i];
-        }
+        moved.iter_mut().zip(&means.endpoint).zip(&system.rest_endpoint).for_each(|((moved, now), rest)| *moved = now - rest);
         watch.check(time_s, &means.force, system.endpoint_velocity(), &moved, &means.joints)?;
         if !instant && k >= discarded {
             // The encoders' steps, carried from the mean angles to the mean position.

@@ -13,6 +13,65 @@ const PLACE_SHARE: f64 = 0.95;
 /// The share of the velocity's power.
 const SPEED_SHARE: f64 = 0.99;
 
+/// Spectra of one channel after the other, by segment.
+type Spectra = Vec<Vec<Vec<Complex64>>>;
+
+/// Spectra of segments that overlap by half, under Hann's window and without their means: `[segment][channel][line]`.
+fn spectra(channels: &[Vec<&[f64]>], samples: usize, segment: usize) -> Spectra {
+    let window: Vec<f64> = (0..segment).map(|k| (std::f64::consts::PI * (k as f64 + 0.5) / segment as f64).sin().powi(2)).collect();
+    let forward = forward_transform(segment);
+    let of = |x: &&[f64], start: usize| {
+        let part = &x[start..start + segment];
+        let mean = part.iter().sum::<f64>() / segment as f64;
+        let mut buffer: Vec<f64> = part.iter().zip(&window).map(|(x, w)| (x - mean) * w).collect();
+        let mut spectrum = forward.make_output_vec();
+        if forward.process(&mut buffer, &mut spectrum).is_err() {
+            spectrum.fill(Complex64::ZERO);
+        }
+        spectrum
+    };
+    let starts = || (0..).step_by((segment / 2).max(1)).take_while(|start| start + segment <= samples);
+    channels.iter().flat_map(|trial| starts().map(|start| trial.iter().map(|x| of(x, start)).collect())).collect()
+}
+
+/// Power of a channel at a line that goes with the causes, and all of it.
+fn explained(what: &Spectra, by: &Spectra, channel: usize, k: usize) -> (f64, f64) {
+    let n = by[0].len();
+    let mut gram = vec![Complex64::ZERO; n * n];
+    let mut cross = vec![Complex64::ZERO; n];
+    let mut power = 0.0;
+    for (w, b) in what.iter().zip(by) {
+        let y = w[channel][k];
+        power += y.norm_sqr();
+        for i in 0..n {
+            cross[i] += y * b[i][k].conj();
+            for j in 0..n {
+                gram[i * n + j] += b[i][k] * b[j][k].conj();
+            }
+        }
+    }
+    let Some(inverse) = square::inverse(&gram, n) else { return (0.0, power) };
+    let mut sum = Complex64::ZERO;
+    for i in 0..n {
+        for j in 0..n {
+            sum += cross[i] * inverse[i * n + j] * cross[j].conj();
+        }
+    }
+    (sum.re.clamp(0.0, power), power)
+}
+
+/// The last line up to which three quarters of the lines are coherent.
+fn coherent_edge(coherent: &[bool]) -> usize {
+    let (mut count, mut edge) = (0usize, 0);
+    for (k, &together) in coherent.iter().enumerate().skip(1) {
+        count += usize::from(together);
+        if together && 4 * count >= 3 * k {
+            edge = k;
+        }
+    }
+    edge
+}
+
 /// The band in which `effort` and `motion` move together, from segments of a length that resolves a hundredth of the rate.
 ///
 /// Per effort channel the squared multiple coherence with `cause` (the references, or whichever of the two is imposed) is smoothed;
@@ -23,64 +82,12 @@ pub(crate) fn excited(effort: &[Vec<&[f64]>], cause: &[Vec<&[f64]>], motion: &[V
     let segments_wanted = (24 / trials.max(1)).max(8);
     let segment = (2 * samples / (segments_wanted + 1)).clamp(64.min(samples), 1 << 15) / 2 * 2;
     let lines = segment / 2 + 1;
-    let window: Vec<f64> = (0..segment).map(|k| (std::f64::consts::PI * (k as f64 + 0.5) / segment as f64).sin().powi(2)).collect();
-    let forward = forward_transform(segment);
-    let spectra = |channels: &[Vec<&[f64]>]| -> Vec<Vec<Vec<Complex64>>> {
-        // [segment][channel][line]
-        let mut out = Vec::new();
-        for trial in channels {
-            let mut start = 0;
-            while start + segment <= samples {
-                out.push(
-                    trial
-                        .iter()
-                        .map(|x| {
-                            let part = &x[start..start + segment];
-                            let mean = part.iter().sum::<f64>() / segment as f64;
-                            let mut buffer: Vec<f64> = part.iter().zip(&window).map(|(x, w)| (x - mean) * w).collect();
-                            let mut spectrum = forward.make_output_vec();
-                            if forward.process(&mut buffer, &mut spectrum).is_err() {
-                                spectrum.fill(Complex64::ZERO);
-                            }
-                            spectrum
-                        })
-                        .collect(),
-                );
-                start += segment / 2;
-            }
-        }
-        out
-    };
-    let (f, c, d) = (spectra(effort), spectra(cause), spectra(motion));
+    let [f, c, d] = [effort, cause, motion].map(|channels| spectra(channels, samples, segment));
     let (nf, nc) = (effort[0].len(), cause[0].len());
     let segments = f.len();
     if segments < nc + 2 {
         return (0.0, rate_hz / 6.0);
     }
-    // Explained power of each channel of `what` by `by`, per line.
-    let explained = |what: &[Vec<Vec<Complex64>>], channel: usize, k: usize| -> (f64, f64) {
-        let mut gram = vec![Complex64::ZERO; nc * nc];
-        let mut cross = vec![Complex64::ZERO; nc];
-        let mut power = 0.0;
-        for (w, b) in what.iter().zip(&c) {
-            let y = w[channel][k];
-            power += y.norm_sqr();
-            for i in 0..nc {
-                cross[i] += y * b[i][k].conj();
-                for j in 0..nc {
-                    gram[i * nc + j] += b[i][k] * b[j][k].conj();
-                }
-            }
-        }
-        let Some(inv) = square::inverse(&gram, nc) else { return (0.0, power) };
-        let mut sum = Complex64::ZERO;
-        for i in 0..nc {
-            for j in 0..nc {
-                sum += cross[i] * inv[i * nc + j] * cross[j].conj();
-            }
-        }
-        (sum.re.clamp(0.0, power), power)
-    };
     // A bias-corrected coherence above this is no chance (about 1 in 1000 after smoothing).
     let independent = 0.55 * segments as f64;
     let chance = nc as f64 / independent + 3.0 / independent.sqrt() / 2.0;
@@ -89,7 +96,7 @@ pub(crate) fn excited(effort: &[Vec<&[f64]>], cause: &[Vec<&[f64]>], motion: &[V
     let mut speed = vec![0.0; lines];
     let mut place = vec![0.0; lines];
     for channel in 0..nf {
-        let pairs: Vec<[(f64, f64); 2]> = (0..lines).map(|k| [explained(&f, channel, k), explained(&d, channel.min(motion[0].len() - 1), k)]).collect();
+        let pairs: Vec<[(f64, f64); 2]> = (0..lines).map(|k| [explained(&f, &c, channel, k), explained(&d, &c, channel.min(motion[0].len() - 1), k)]).collect();
         let total: f64 = pairs.iter().map(|p| p[0].1).sum::<f64>().max(f64::MIN_POSITIVE);
         // Only what goes with the effort counts as speed; the rest is the noise of a differentiated sensor.
         let shared = |k: usize, p: &[(f64, f64); 2]| p[1].0 * p[0].0 / p[0].1.max(f64::MIN_POSITIVE) * (k as f64).powi(2 - 2 * order as i32);
@@ -116,15 +123,7 @@ pub(crate) fn excited(effort: &[Vec<&[f64]>], cause: &[Vec<&[f64]>], motion: &[V
     // Beyond a multiple of where the displacement lives, inertia alone is seen, and blocks would be too short for the rest.
     let share = if imposed { PLACE_SHARE } else { SPEED_SHARE };
     let top = if order == 0 { top.min(PLACE_MULTIPLE * reach(&place, share).unwrap_or(lines - 1).max(2)) } else { top };
-    // The last line up to which three quarters of the lines are coherent.
-    let mut count = 0usize;
-    let mut edge = 0;
-    for (k, &together) in coherent.iter().enumerate().skip(1) {
-        count += usize::from(together);
-        if together && 4 * count >= 3 * k {
-            edge = k;
-        }
-    }
+    let edge = coherent_edge(&coherent);
     let last = if edge >= 4 { edge.min(top + top / 10 + 1) } else { top };
     let hi = (last as f64 * df).clamp(4.0 * df, rate_hz / 2.5);
     // Integration lets the lowest frequencies drift.

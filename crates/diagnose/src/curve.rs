@@ -3,36 +3,15 @@
 use crate::extended::Profile;
 use crate::movement::Schedule;
 use crate::plant::Role;
-use crate::result::CauseParameter;
+use crate::result::{CauseParameter, Curve};
 use crate::search::{Chosen, Stand};
 use crate::subject::Subject;
 use ndof_models::effects::{Action, Matrix, Value, Waves};
-use serde::{Deserialize, Serialize};
 
 /// Curves are given at each hundredth of the schedule, as those of `fit` are.
 const PLACES: usize = 100;
 /// What calibration leaves of any value, as a share of it.
 pub(crate) const CALIBRATION: f64 = 0.005;
-
-/// An entry of a matrix, or the gain of a reflex, over a schedule.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
-pub struct Curve {
-    /// `K_x_y`: matrix, row axis, column axis; `K` for one axis. `gain_x`, or `gain`: the velocity gain of a reflex.
-    pub name: String,
-    /// Its SI unit.
-    pub unit: String,
-    /// What it follows, in words.
-    pub over: String,
-    /// The unit of that; empty for a phase, which goes from 0 to 1.
-    pub over_unit: String,
-    /// Where the curve is given.
-    pub at: Vec<f64>,
-    /// Its value at each place.
-    pub value: Vec<f64>,
-    /// Lower and upper end of the 95 % interval at each place by itself.
-    pub ci95: [Vec<f64>; 2],
-}
 
 /// A curve over the schedule as a fit has it.
 struct Fitted<'a> {

@@ -8,6 +8,14 @@ use ndof_models::effects::Matrix;
 use ndof_signal::forward_transform;
 use num_complex::Complex64;
 
+/// What was seen before any hypothesis was tried.
+#[derive(Default)]
+pub(crate) struct Findings {
+    pub levels: Vec<Levels>,
+    pub tones: Vec<Tone>,
+    pub bursts: Vec<Burst>,
+}
+
 /// A channel that moves in steps.
 #[derive(Clone, Debug)]
 pub(crate) struct Levels {

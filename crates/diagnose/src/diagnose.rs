@@ -2,7 +2,7 @@
 
 use crate::answer::Answer;
 use crate::baseline::Baseline;
-use crate::detectors::{self, Burst, Levels, TONE_REACH, Tone};
+use crate::detectors::{self, Findings, TONE_REACH};
 use crate::judge::Court;
 use crate::linear_fit::LinearFit;
 use crate::options::Options;
@@ -131,14 +131,6 @@ pub fn diagnose_with_pictures(
 
 /// Share of the residual force's power from which a tone matters.
 const TONE_SHARE: f64 = 0.03;
-
-/// What was seen before any hypothesis was tried.
-#[derive(Default)]
-pub(crate) struct Findings {
-    pub levels: Vec<Levels>,
-    pub tones: Vec<Tone>,
-    pub bursts: Vec<Burst>,
-}
 
 /// Frequency with which what drives the plant repeats, with its uncertainty: half a sample of the period.
 fn repetition(samples: &Samples, motion_imposed: bool) -> Option<(f64, f64)> {

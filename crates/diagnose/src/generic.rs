@@ -3,10 +3,10 @@
 //! Powers, products, lags, loops and slow changes of the measured motion, all at once, on top of what was named. What they
 //! gain on blocks that they were not fitted to is structure that nobody has named.
 
-use crate::search::{Found, Stand, whitened_power};
+use crate::search::{Found, Stand};
 use crate::state::{Column, State};
 use crate::subject::Subject;
-use crate::whittle::{Likelihood, Power};
+use crate::whittle::{Likelihood, Power, whitened_power};
 use num_complex::Complex64;
 use std::sync::Arc;
 
@@ -97,6 +97,34 @@ fn loops(x: impl Iterator<Item = f64>, width: f64) -> Vec<f64> {
 /// A force from all displacements, all velocities and the place in the trial.
 type Moving<'a> = &'a dyn Fn(&[f64], &[f64], f64) -> f64;
 
+/// A force from displacement and velocity over their standard deviations.
+type Shape = Box<dyn Fn(f64, f64) -> f64>;
+
+/// What a static force of one axis may look like.
+fn shapes() -> Vec<(Family, Shape)> {
+    use Family::{Damper, Mixed, Spring};
+    let mut shapes: Vec<(Family, Shape)> = vec![
+        (Spring, Box::new(|x, _| x * x)),
+        (Spring, Box::new(|x, _| x * x * x)),
+        (Spring, Box::new(|x, _| x.abs())),
+        (Spring, Box::new(|x, _| x * x.abs())),
+        (Damper, Box::new(|_, v| v * v)),
+        (Damper, Box::new(|_, v| v * v.abs())),
+        (Damper, Box::new(|_, v| v * v * v)),
+        (Mixed, Box::new(|x, v| x * v)),
+        (Mixed, Box::new(|x, v| x * x * v)),
+        (Mixed, Box::new(|x, v| x * v * v)),
+        (Damper, Box::new(|_, v| (v / 0.05).tanh())),
+        (Damper, Box::new(|_, v| (v / 0.4).tanh())),
+    ];
+    for width in [1.0, 0.75, 0.6, 0.5, 0.4] {
+        let w = std::f64::consts::PI / width;
+        shapes.push((Spring, Box::new(move |x, _| (w * x).sin())));
+        shapes.push((Spring, Box::new(move |x, _| (w * x).cos())));
+    }
+    shapes
+}
+
 /// The generic regressors of a state.
 pub(crate) fn features(subject: &Subject, state: &State) -> Features {
     let layout = &state.layout;
@@ -128,35 +156,14 @@ pub(crate) fn features(subject: &Subject, state: &State) -> Features {
             column.action = vec![(i, i, Arc::new(h))];
             out.linear.push(Feature { axis: i, family: Family::Lag, column });
         }
-        type Shape = Box<dyn Fn(f64, f64) -> f64>;
-        use Family::{Cross, Damper, Loop, Mixed, Spring, Time};
-        let mut shapes: Vec<(Family, Shape)> = vec![
-            (Spring, Box::new(|x, _| x * x)),
-            (Spring, Box::new(|x, _| x * x * x)),
-            (Spring, Box::new(|x, _| x.abs())),
-            (Spring, Box::new(|x, _| x * x.abs())),
-            (Damper, Box::new(|_, v| v * v)),
-            (Damper, Box::new(|_, v| v * v.abs())),
-            (Damper, Box::new(|_, v| v * v * v)),
-            (Mixed, Box::new(|x, v| x * v)),
-            (Mixed, Box::new(|x, v| x * x * v)),
-            (Mixed, Box::new(|x, v| x * v * v)),
-            (Damper, Box::new(|_, v| (v / 0.05).tanh())),
-            (Damper, Box::new(|_, v| (v / 0.4).tanh())),
-        ];
-        for width in [1.0, 0.75, 0.6, 0.5, 0.4] {
-            let w = std::f64::consts::PI / width;
-            shapes.push((Spring, Box::new(move |x, _| (w * x).sin())));
-            shapes.push((Spring, Box::new(move |x, _| (w * x).cos())));
-        }
-        for (family, shape) in &shapes {
+        for (family, shape) in &shapes() {
             out.nonlinear.push(Feature { axis: i, family: *family, column: series(i, &|x, v, _| shape(x[i] / sx, v[i] / sv)) });
         }
         for width in [0.1, 0.3, 0.8] {
             let forces = (0..layout.trials)
                 .map(|trial| (0..n).map(|q| if q == i { loops(state.x[trial][i].iter().copied(), width * sx) } else { vec![0.0; layout.samples] }).collect())
                 .collect();
-            out.nonlinear.push(Feature { axis: i, family: Loop, column: state.force_column(&forces, None, Some(i)) });
+            out.nonlinear.push(Feature { axis: i, family: Family::Loop, column: state.force_column(&forces, None, Some(i)) });
         }
         if n <= 3 {
             for j in (0..n).filter(|j| *j != i) {
@@ -174,16 +181,16 @@ pub(crate) fn features(subject: &Subject, state: &State) -> Features {
                 ];
                 for f in cross {
                     let column = series(i, &|x, v, _| f(x[i] / sx, v[i] / sv, x[j] / sy, v[j] / su));
-                    out.nonlinear.push(Feature { axis: i, family: Cross, column });
+                    out.nonlinear.push(Feature { axis: i, family: Family::Cross, column });
                 }
             }
         }
         let changes: [Moving; 3] = [&|x, _, t| t * x[i] / sx, &|_, v, t| t * v[i] / sv, &|x, _, t| t * t * x[i] / sx];
-        out.varying.extend(changes.map(|f| Feature { axis: i, family: Time, column: series(i, f) }));
+        out.varying.extend(changes.map(|f| Feature { axis: i, family: Family::Time, column: series(i, f) }));
         // A force that follows time answers no motion: it would else buy likelihood from the determinant, against an offset.
         if subject.structure.integrals == 0 {
             let time = Column { action: vec![], ..series(i, &|_, _, t| t) };
-            out.varying.push(Feature { axis: i, family: Time, column: time });
+            out.varying.push(Feature { axis: i, family: Family::Time, column: time });
         }
     }
     out

@@ -84,6 +84,18 @@ pub(crate) fn smooth_length(n: usize) -> usize {
         .unwrap_or(n)
 }
 
+/// Tukey's window, of unit power.
+fn taper(block: usize) -> Vec<f64> {
+    let at = |k: usize| {
+        let u = (k as f64 + 0.5) / block as f64;
+        let (edge, near) = (TAPER / 2.0, u.min(1.0 - u));
+        if near >= edge { 1.0 } else { 0.5 - 0.5 * (PI * near / edge).cos() }
+    };
+    let window: Vec<f64> = (0..block).map(at).collect();
+    let power = window.iter().map(|w| w * w).sum::<f64>();
+    window.iter().map(|w| w / power.sqrt()).collect()
+}
+
 impl Layout {
     /// A layout for `trials` × `axes` channels of `samples` at `sample_rate_hz`, analysed in `band_hz`.
     pub fn new(trials: usize, axes: usize, samples: usize, sample_rate_hz: f64, band_hz: (f64, f64)) -> Self {
@@ -122,16 +134,6 @@ impl Layout {
         let longest = inner / blocks - (inner / blocks) % 2;
         let block = (longest - longest / 25..=longest).rev().find(|n| smooth_length(*n) == *n).unwrap_or(longest);
         let starts = (0..blocks).map(|b| trim + b * block).collect();
-        let window: Vec<f64> = (0..block)
-            .map(|k| {
-                let u = (k as f64 + 0.5) / block as f64;
-                let edge = TAPER / 2.0;
-                let near = u.min(1.0 - u);
-                if near >= edge { 1.0 } else { 0.5 - 0.5 * (PI * near / edge).cos() }
-            })
-            .collect();
-        let power = window.iter().map(|w| w * w).sum::<f64>();
-        let window = window.iter().map(|w| w / power.sqrt()).collect();
         let df = rate_hz / block as f64;
         let first = (band_hz.0 / df).ceil() as usize;
         let last = ((band_hz.1 / df).floor() as usize).max(first + 4).min(block / 2);
@@ -159,7 +161,7 @@ impl Layout {
             smooth,
             block,
             starts,
-            window,
+            window: taper(block),
             bins,
             frequency_hz,
             sj,

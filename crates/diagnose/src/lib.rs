@@ -11,6 +11,7 @@
 
 mod along;
 mod answer;
+mod at_joints;
 mod band;
 mod baseline;
 mod curve;
@@ -43,12 +44,12 @@ mod samples;
 mod search;
 mod split;
 mod state;
+mod stretch;
 mod subject;
 mod unseen;
 mod whittle;
 
 pub use baseline::{Baseline, Part, Status};
-pub use curve::Curve;
 pub use diagnose::{diagnose, diagnose_with_pictures};
 pub use error::DiagnoseError;
 pub use linear_fit::LinearFit;
@@ -56,9 +57,9 @@ pub use mechanism::{Endpoint, Mechanism, MechanismParameter, RobotSide, diagnose
 pub use movement::Schedule;
 pub use options::{HeldOut, KnownArm, Options, OwnEffects};
 pub use pictures::Pictures;
-pub use probability::{Features, SIGNS};
+pub use probability::Features;
 pub use result::{
-    BandShare, Cause, CauseParameter, Confusable, Considered, Diagnosis, Discrepancy, Extended, Gain, Minor, Model, ModelParameter, NoiseFloor, Prospect,
-    Score, Shift, Site, Split, TimeShare, Verdict,
+    BandShare, Cause, CauseParameter, Confusable, Considered, Curve, Diagnosis, Discrepancy, Extended, Gain, Minor, Model, ModelParameter, NoiseFloor,
+    Prospect, Score, Shift, Site, Split, TimeShare, Verdict,
 };
-pub use split::Stretch;
+pub use stretch::Stretch;

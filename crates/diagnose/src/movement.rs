@@ -1,6 +1,6 @@
 //! The schedule along a recording, and the mean movement that comes back with it.
 
-use crate::split::Stretch;
+use crate::stretch::Stretch;
 use ndof_models::schedule::{MeanOver, Splines};
 use std::ops::Range;
 

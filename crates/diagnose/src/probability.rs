@@ -13,9 +13,6 @@ pub const FEATURES: usize = 7;
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Features(pub [f64; FEATURES]);
 
-/// The sign that the coefficient of each feature has to have.
-pub const SIGNS: [f64; FEATURES] = [1.0, -1.0, 1.0, -1.0, -1.0, 1.0, 1.0];
-
 /// Coefficients of the logistic function, the constant first.
 const COEFFICIENTS: [f64; FEATURES + 1] = [1.0, 0.25, -0.8, 0.35, -3.0, -1.0, 1.0, 0.2];
 

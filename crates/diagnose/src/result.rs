@@ -1,6 +1,5 @@
 //! What a diagnosis says. Field names are those of `ndof/diagnosis/1`.
 
-use crate::curve::Curve;
 use crate::probability::Features;
 use ndof_models::effects::Value;
 use serde::{Deserialize, Deserializer, Serialize};
@@ -289,6 +288,21 @@ pub struct Gain {
 }
 
 impl Gain {
+    /// Scores of free runs before and after, and nothing else that is known but the BIC.
+    pub(crate) fn of_runs([before, after]: [&Score; 2], delta_bic: f64) -> Self {
+        Gain {
+            nrmse_before: before.nrmse.clone(),
+            nrmse_after: after.nrmse.clone(),
+            vaf_before: before.vaf_percent.clone(),
+            vaf_after: after.vaf_percent.clone(),
+            log_likelihood: None,
+            log_likelihood_ci95: None,
+            explained_fraction: None,
+            explained_fraction_ci95: None,
+            delta_bic,
+        }
+    }
+
     /// Whether the free run has a smaller error with the cause, over all outputs together.
     pub(crate) fn helps_free_run(&self) -> bool {
         together(&self.nrmse_after) < together(&self.nrmse_before)
@@ -444,4 +458,24 @@ pub struct Prospect {
     pub separation: f64,
     /// Whether that decides between them.
     pub decides: bool,
+}
+
+/// An entry of a matrix, or the gain of a reflex, over a schedule.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+pub struct Curve {
+    /// `K_x_y`: matrix, row axis, column axis; `K` for one axis. `gain_x`, or `gain`: the velocity gain of a reflex.
+    pub name: String,
+    /// Its SI unit.
+    pub unit: String,
+    /// What it follows, in words.
+    pub over: String,
+    /// The unit of that; empty for a phase, which goes from 0 to 1.
+    pub over_unit: String,
+    /// Where the curve is given.
+    pub at: Vec<f64>,
+    /// Its value at each place.
+    pub value: Vec<f64>,
+    /// Lower and upper end of the 95 % interval at each place by itself.
+    pub ci95: [Vec<f64>; 2],
 }

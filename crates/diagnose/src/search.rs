@@ -7,7 +7,7 @@ use crate::optimise;
 use crate::plant::{Base, Structure};
 use crate::state::{Cause, Column, State, Tracks};
 use crate::subject::Subject;
-use crate::whittle::{Fit, Power};
+use crate::whittle::{Fit, Power, whitened_power};
 use rayon::prelude::*;
 use std::sync::Arc;
 
@@ -310,13 +310,4 @@ fn around(h: &Hypothesis, knobs: &[f64]) -> ndof_models::effects::Form {
     }
     form.grid = vec![knobs.to_vec()];
     form
-}
-
-/// Mean of |e|² / S.
-pub(crate) fn whitened_power(residual: &[Vec<num_complex::Complex64>], power: &Power) -> f64 {
-    let mut sum = 0.0;
-    for (e, s) in residual.iter().zip(power) {
-        sum += e.chunks(s.len()).map(|block| block.iter().zip(s).map(|(e, s)| e.norm_sqr() / s).sum::<f64>()).sum::<f64>() / e.len().max(1) as f64;
-    }
-    sum / residual.len().max(1) as f64
 }

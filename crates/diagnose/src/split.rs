@@ -4,16 +4,7 @@ use crate::DiagnoseError;
 use crate::options::HeldOut;
 use crate::result::Split;
 use crate::samples::Samples;
-use std::ops::Range;
-
-/// A part of the trials of one experiment.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub enum Stretch {
-    /// The trials with these indices, whole.
-    Trials(Vec<usize>),
-    /// These samples of every trial.
-    Samples(Range<usize>),
-}
+use crate::stretch::Stretch;
 
 impl HeldOut {
     /// What is fitted and what is held out of so many trials of so many samples.
@@ -46,6 +37,13 @@ impl HeldOut {
     }
 }
 
+/// Estimation and held-out samples, and the words for them.
+pub(crate) fn divide(samples: &Samples, held_out: &HeldOut) -> Result<(Samples, Samples, Split), DiagnoseError> {
+    let [fitted, held] = held_out.divide(samples.effort.len(), samples.len(), samples.rate_hz)?;
+    let split = Split { estimation: fitted.words(samples.rate_hz), held_out: held.words(samples.rate_hz), windows_s: None };
+    Ok((fitted.of(samples), held.of(samples), split))
+}
+
 impl Stretch {
     fn of(&self, samples: &Samples) -> Samples {
         match self {
@@ -60,11 +58,4 @@ impl Stretch {
             Stretch::Samples(range) => format!("{:.2} to {:.2} s", range.start as f64 / rate_hz, range.end as f64 / rate_hz),
         }
     }
-}
-
-/// Estimation and held-out samples, and the words for them.
-pub(crate) fn divide(samples: &Samples, held_out: &HeldOut) -> Result<(Samples, Samples, Split), DiagnoseError> {
-    let [fitted, held] = held_out.divide(samples.effort.len(), samples.len(), samples.rate_hz)?;
-    let split = Split { estimation: fitted.words(samples.rate_hz), held_out: held.words(samples.rate_hz), windows_s: None };
-    Ok((fitted.of(samples), held.of(samples), split))
 }

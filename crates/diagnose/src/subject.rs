@@ -9,7 +9,7 @@ use crate::plant::{Base, Role, Structure};
 use crate::robot;
 use crate::samples::{Meaning, Samples};
 use crate::state::{Cause, Column, State, Tracks};
-use crate::whittle::{Fit, Likelihood, Power};
+use crate::whittle::{Fit, Likelihood, Power, whitened_power};
 use crate::{DiagnoseError, KnownArm, Options};
 use ndof_models::effects::{CurvedArm, Matrix, Scale};
 use std::sync::Arc;
@@ -101,7 +101,7 @@ impl Subject {
             free
         };
         let matrix = |m| base.matrix(&fit.theta, m, axes);
-        let size = |v: &[num_complex::Complex64], i: usize| crate::search::whitened_power(&[v.to_vec()], &vec![fit.power[i].clone()]).sqrt();
+        let size = |v: &[num_complex::Complex64], i: usize| whitened_power(&[v.to_vec()], &vec![fit.power[i].clone()]).sqrt();
         let polarity = [Matrix::Stiffness, Matrix::Damping, Matrix::Mass]
             .into_iter()
             .enumerate()

@@ -306,3 +306,12 @@ impl<'a> Likelihood<'a> {
 fn log_sum(power: &[f64], keep: &[bool]) -> f64 {
     power.iter().zip(keep).filter(|(_, keep)| **keep).map(|(s, _)| s.ln()).sum()
 }
+
+/// Mean of |e|² / S.
+pub(crate) fn whitened_power(residual: &[Vec<Complex64>], power: &Power) -> f64 {
+    let mut sum = 0.0;
+    for (e, s) in residual.iter().zip(power) {
+        sum += e.chunks(s.len()).map(|block| block.iter().zip(s).map(|(e, s)| e.norm_sqr() / s).sum::<f64>()).sum::<f64>() / e.len().max(1) as f64;
+    }
+    sum / residual.len().max(1) as f64
+}

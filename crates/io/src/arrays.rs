@@ -1,11 +1,12 @@
 //! From the named arrays of a binary file to columns and metadata: one rule for NPZ, MAT and HDF5.
 
-use crate::assemble::{RATE_KEY, is_time};
+use crate::assemble::is_time;
 use crate::error::IoError;
 use crate::listed::listed;
 use crate::names::{indexed, split_name, uniquely};
 use crate::note::Note;
 use crate::table::{Column, Rounding, Table};
+use crate::timing::RATE_KEY;
 use std::collections::BTreeMap;
 
 /// What stands under one name in a file.

@@ -7,14 +7,12 @@ use crate::options::ReadOptions;
 use crate::recording::{MissingSamples, ReadRecording};
 use crate::resample;
 use crate::table::Table;
-use crate::timing::{Timing, number, timing};
+use crate::timing::{RATE_KEY, START_KEY, Timing, number, timing};
 use crate::units::resolve;
 use ndof_signal::{Channel, Recording, Unit};
 use std::collections::HashMap;
 
 /// Metadata that say what the recording keeps in fields of its own.
-pub(crate) const RATE_KEY: &str = "sample_rate_hz";
-pub(crate) const START_KEY: &str = "start_s";
 pub(crate) const SAMPLES_KEY: &str = "samples";
 pub(crate) const RESERVED_KEYS: [&str; 3] = [RATE_KEY, START_KEY, SAMPLES_KEY];
 

@@ -3,7 +3,7 @@
 //! What BIDS has no place for (start, facts) stands under `ndof` in the JSON file, so that a recording comes back bit for bit. After
 //! "Brain Imaging Data Structure", version 1.10, motion.
 
-use crate::assemble::{RATE_KEY, START_KEY, assemble};
+use crate::assemble::assemble;
 use crate::atomic::write_atomic;
 use crate::contents::contents;
 use crate::csv::{Shortest, read_piece, text};
@@ -12,6 +12,7 @@ use crate::names::{indexed, read_back};
 use crate::options::ReadOptions;
 use crate::recording::ReadRecording;
 use crate::table::{Column, Rounding};
+use crate::timing::{RATE_KEY, START_KEY};
 use ndof_signal::{Quantity, Recording};
 use serde_json::{Value, json};
 use std::collections::BTreeMap;

@@ -1,12 +1,12 @@
 //! Streams of several rates, or of several clocks that are set to one time, in one table.
 
-use crate::assemble::{RATE_KEY, START_KEY};
 use crate::budget::Budget;
 use crate::error::IoError;
 use crate::names::uniquely;
 use crate::note::Note;
 use crate::resample::{MAX_GAP_STEPS, interpolate_at};
 use crate::table::{Column, Rounding, Table};
+use crate::timing::{RATE_KEY, START_KEY};
 
 /// When the samples of a stream were taken.
 #[derive(Clone, Debug, PartialEq)]

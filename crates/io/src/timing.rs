@@ -1,6 +1,5 @@
 //! When the samples of a file were taken: by its time column, its facts or its reader's word.
 
-use crate::assemble::{RATE_KEY, START_KEY};
 use crate::error::IoError;
 use crate::note::Note;
 use crate::options::{ReadOptions, Resample};
@@ -8,6 +7,10 @@ use crate::resample::{self, Grid};
 use crate::table::{Column, Rounding, Table};
 use crate::time::{Clock, Stamps, simplest};
 use ndof_signal::{Quantity, Unit};
+
+/// Metadata that tell the rate and the start of a recording.
+pub(crate) const RATE_KEY: &str = "sample_rate_hz";
+pub(crate) const START_KEY: &str = "start_s";
 
 /// A rate further than this from another is not the same rate.
 pub(crate) const RATE_AGREEMENT: f64 = 1e-3;

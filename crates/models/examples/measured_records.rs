@@ -57,24 +57,5 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
             }
         }
     }
-    for (name, file, inputs, outputs, past, largest) in [
-        ("Robot arm, torque in and acceleration out", "robot_arm/robot_arm.csv", vec![0], vec![1], 40, 12),
-        ("Disc player's arm, two forces in and two positions out", "cd_player_arm/cd_player_arm.csv", vec![0, 1], vec![2, 3], 30, 20),
-        ("Ankle z_pf as a linear system of any order", "ankle/z_pf.csv", vec![0], vec![1], 20, 12),
-    ] {
-        println!("\n{name}");
-        match records::linear(file, &inputs, &outputs, past, largest) {
-            None => println!("  not at hand"),
-            Some(found) => {
-                let found = found?;
-                for c in &found.candidates {
-                    let fit: Vec<String> = c.held_out_nrmse.iter().map(|e| format!("{:.1}", 100.0 * (1.0 - e))).collect();
-                    println!("  order {:>2}: held-out fit 100 (1 − NRMSE) = {} %", c.model.order(), fit.join(", "));
-                }
-                let best = found.chosen();
-                println!("  chosen: {}; modes (share of the rate, damping ratio): {:.4?}", best.model.order(), best.model.modes(1.0));
-            }
-        }
-    }
     Ok(())
 }

@@ -27,6 +27,7 @@
 
 mod axis;
 pub mod blocks;
+mod driven;
 pub mod effects;
 mod fit;
 mod force_law;
@@ -40,17 +41,17 @@ pub mod physical;
 mod projection;
 pub mod robot;
 pub mod schedule;
-pub mod state_space;
 mod status;
 pub mod time;
 
 pub use axis::Axis;
+pub use driven::Driven;
 pub use fit::{
     Agreement, CovarianceKind, ErrorsInVariables, Fit, FitError, LikelihoodRatio, LoopModel, LoopModelError, NullLaw, PaperFit, Parameter, PeriodMeans,
     Smoothing, Transducer, WeightedFit, Width, agreement, gains_start, likelihood_ratio, linear_start,
 };
 pub use force_law::{ForceLaw, Motion, Stage};
-pub use gains::{Driven, Gains};
+pub use gains::Gains;
 pub use hold::{Held, Hold, Sampling};
 pub use inertia_damping_stiffness::{InertiaDampingStiffness, InertiaDampingStiffnessModel, Symmetry};
 pub use kinematics::{Arm, Kinematics, KinematicsError};

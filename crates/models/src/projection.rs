@@ -1,10 +1,8 @@
 //! Impedance at the hand and at the joints.
 
 use crate::{Axis, Fit, InertiaDampingStiffness, InertiaDampingStiffnessModel, Kinematics, Parameter, ParametricModel};
-use ndarray::{Array2, Axis as Dimension};
+use ndarray::Array2;
 use ndof_linear::{inverse, singular_values};
-use ndof_sysid::{FrequencyResponse, ResponseError, ResponseKind};
-use num_complex::Complex64;
 use serde::{Deserialize, Serialize};
 
 /// Standard deviations of what the projection takes as known.
@@ -90,9 +88,6 @@ pub enum ProjectionError {
         /// What is needed.
         axes: usize,
     },
-    /// The response cannot be inverted.
-    #[error(transparent)]
-    Response(#[from] ResponseError),
 }
 
 /// Above this condition an error of a percent in geometry or data is an error as large as the result.
@@ -118,8 +113,7 @@ impl Projection {
     /// M, B, K at the joints taken to the hand: X_x = J⁻ᵀ X_q J⁻¹, K_x from K_q − Γ.
     ///
     /// # Errors
-    /// [`ProjectionError`] if sizes differ, joints are redundant (the compliance of
-    /// [`response_to_endpoint`](Self::response_to_endpoint) exists, but is no M, B, K) or the posture is singular.
+    /// [`ProjectionError`] if sizes differ, joints are redundant or the posture is singular.
     pub fn matrices_to_endpoint(&self, joint: &InertiaDampingStiffness, endpoint: Vec<Axis>) -> Result<InertiaDampingStiffness, ProjectionError> {
         self.transform(joint, endpoint, Direction::ToEndpoint)
     }
@@ -130,37 +124,6 @@ impl Projection {
     /// As [`fit_to_joints`](Self::fit_to_joints).
     pub fn matrices_to_joints(&self, endpoint: &InertiaDampingStiffness) -> Result<InertiaDampingStiffness, ProjectionError> {
         self.transform(endpoint, self.kinematics.joints(), Direction::ToJoints)
-    }
-
-    /// A whole response at the hand, taken to the joints; it keeps its kind and its covariance. Uncertain geometry is
-    /// not in that covariance.
-    ///
-    /// # Errors
-    /// [`ProjectionError`] as for matrices, or if the response is no mechanical one.
-    pub fn response_to_joints(&self, response: &FrequencyResponse) -> Result<FrequencyResponse, ProjectionError> {
-        let stiffness = response.to_kind(ResponseKind::DynamicStiffness)?;
-        let jacobian = self.checked_jacobian(stiffness.shape().0, Direction::ToJoints)?;
-        let names: Vec<String> = self.kinematics.joints().into_iter().map(|a| a.name).collect();
-        let projected = congruence(&stiffness, &jacobian, &self.kinematics.geometric_stiffness(&self.mean_force_n), names);
-        Ok(projected.to_kind(response.kind)?)
-    }
-
-    /// A whole response at the joints, taken to the hand: C_x = J (D_q − Γ)⁻¹ Jᵀ, which redundant joints allow too.
-    ///
-    /// # Errors
-    /// [`ProjectionError`] if sizes differ, the posture is singular, or the response is no mechanical one.
-    pub fn response_to_endpoint(&self, response: &FrequencyResponse, endpoint: &[Axis]) -> Result<FrequencyResponse, ProjectionError> {
-        let stiffness = response.to_kind(ResponseKind::DynamicStiffness)?;
-        let joints = stiffness.shape().0;
-        let jacobian = self.kinematics.jacobian();
-        self.check_sizes(&jacobian, joints, Direction::ToEndpoint)?;
-        check_condition(&jacobian)?;
-        let names: Vec<String> = stiffness.outputs.clone();
-        let geometric = self.kinematics.geometric_stiffness(&self.mean_force_n);
-        let bare = congruence(&stiffness, &Array2::eye(joints), &-geometric, names).to_kind(ResponseKind::Compliance)?;
-        let names = endpoint.iter().map(|a| a.name.clone()).collect();
-        let moved = congruence(&bare, &jacobian.t().to_owned(), &Array2::zeros((jacobian.nrows(), jacobian.nrows())), names);
-        Ok(moved.to_kind(response.kind)?)
     }
 
     fn project(
@@ -283,23 +246,6 @@ fn check_condition(jacobian: &Array2<f64>) -> Result<(), ProjectionError> {
     if condition <= LARGEST_JACOBIAN_CONDITION { Ok(()) } else { Err(ProjectionError::Singular { condition, limit: LARGEST_JACOBIAN_CONDITION }) }
 }
 
-/// Aᵀ H A + G at each frequency, with the covariance of Aᵀ H A.
-fn congruence(response: &FrequencyResponse, a: &Array2<f64>, added: &Array2<f64>, names: Vec<String>) -> FrequencyResponse {
-    let a = a.mapv(Complex64::from);
-    let n = a.ncols();
-    let turn = |x: &ndarray::Array3<Complex64>| {
-        let mut out = ndarray::Array3::zeros((x.dim().0, n, n));
-        for (mut to, from) in out.axis_iter_mut(Dimension(0)).zip(x.axis_iter(Dimension(0))) {
-            to.assign(&a.t().dot(&from).dot(&a));
-        }
-        out
-    };
-    let mut value = turn(&response.value);
-    value.axis_iter_mut(Dimension(0)).for_each(|mut at| at.zip_mut_with(added, |v, g| *v += *g));
-    let uncertainty = response.uncertainty.clone().map(|u| ndof_sysid::Uncertainty { noise: turn(&u.noise), input_inverse: turn(&u.input_inverse), ..u });
-    FrequencyResponse { frequency_hz: response.frequency_hz.clone(), inputs: names.clone(), outputs: names, kind: response.kind, value, uncertainty }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -354,28 +300,17 @@ mod tests {
     }
 
     #[test]
-    fn hand_and_joints_are_two_views_of_one_arm_in_matrices_and_responses() {
+    fn hand_and_joints_are_two_views_of_one_arm() {
         let own = arm([8.0, -5.0]);
         let joints = own.matrices_to_joints(&hand()).expect("regular");
         let back = own.matrices_to_endpoint(&joints, endpoint()).expect("regular");
         assert!((&back.stiffness - &hand().stiffness).iter().chain((&back.inertia - &hand().inertia).iter()).all(|d| d.abs() < 1e-11));
-        for kind in [ResponseKind::Compliance, ResponseKind::Impedance] {
-            let (at_hand, at_joints) = (hand().response(&[1.5], kind), joints.response(&[1.5], kind));
-            let projected = own.response_to_joints(&at_hand).expect("regular");
-            assert!(projected.value.iter().zip(&at_joints.value).all(|(a, b)| (a - b).norm() < 1e-11 * b.norm()));
-            let returned = own.response_to_endpoint(&projected, &endpoint()).expect("regular");
-            assert!(returned.value.iter().zip(&at_hand.value).all(|(a, b)| (a - b).norm() < 1e-10 * b.norm()));
-        }
     }
 
     #[test]
-    fn a_third_joint_softens_the_hand_but_cannot_be_read_from_it() {
+    fn a_third_joint_cannot_be_read_from_the_hand() {
         let jacobian = arr2(&[[0.3, 0.1, 0.05], [0.2, 0.4, 0.1]]);
         let own = Projection { kinematics: Kinematics::Jacobian { matrix: jacobian }, mean_force_n: vec![0.0; 2], sd: KinematicsSd::default() };
-        let joints =
-            InertiaDampingStiffness { axes: own.kinematics.joints(), inertia: Array2::eye(3), damping: Array2::eye(3), stiffness: Array2::eye(3) * 20.0 };
-        let soft = own.response_to_endpoint(&joints.response(&[0.0], ResponseKind::Compliance), &endpoint()).expect("full rank");
-        assert!((soft.value[[0, 0, 0]].re - (0.09 + 0.01 + 0.0025) / 20.0).abs() < 1e-12);
         assert_eq!(own.matrices_to_joints(&hand()), Err(ProjectionError::Redundant { joints: 3, axes: 2 }));
     }
 

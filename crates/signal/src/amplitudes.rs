@@ -1,6 +1,7 @@
 //! What the sizes of a signal's samples say, whatever their order.
 
 use crate::stationarity::StationarityError;
+use crate::totals::total;
 use std::borrow::Cow;
 use std::sync::OnceLock;
 
@@ -134,21 +135,6 @@ impl<'a> Amplitudes<'a> {
         let square = |stretch: &[f64]| total(stretch, |x| [(x - self.mean).powi(2)])[0] / length as f64;
         Ok(self.samples.chunks_exact(length).take(intervals).map(square).collect())
     }
-}
-
-/// Sums over all samples, some side by side: one after the other each would wait for the one before.
-pub(crate) fn total<const N: usize>(samples: &[f64], of: impl Fn(f64) -> [f64; N]) -> [f64; N] {
-    let (eights, rest) = samples.as_chunks::<8>();
-    let mut sums = [[0.0; 8]; N];
-    for eight in eights {
-        let of_each = eight.map(&of);
-        for (k, sums) in sums.iter_mut().enumerate() {
-            for (sum, v) in sums.iter_mut().zip(&of_each) {
-                *sum += v[k];
-            }
-        }
-    }
-    std::array::from_fn(|k| sums[k].iter().sum::<f64>() + rest.iter().map(|x| of(*x)[k]).sum::<f64>())
 }
 
 /// The values that stand at some places once all are in order. They are counted into bins over their range, and only the bins that hold a

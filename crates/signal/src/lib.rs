@@ -21,6 +21,7 @@ mod recording;
 mod segments;
 mod slepian;
 mod stationarity;
+mod totals;
 mod transform;
 mod warning;
 mod welch;

@@ -1,7 +1,7 @@
 //! Does a record look like one stationary, Gaussian process? (Bendat & Piersol 2010, *Random Data*, ch. 4 and 10.)
 
-use crate::amplitudes::total;
 use crate::periodic::autocorrelation;
+use crate::totals::total;
 use serde::{Deserialize, Serialize};
 
 /// Why a test cannot be made.

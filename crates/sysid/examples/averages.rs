@@ -8,7 +8,7 @@
 use ndof_report::Figure;
 use ndof_report::plot::{Axis, Color, Dash, Panel, Series};
 use ndof_signal::{Channel, Quantity, Recording, RecordingError, Unit, Welch};
-use ndof_sysid::{Direct, FrequencyResponse, Labels, Ports, SpectralMethod, estimate, paper_random_error};
+use ndof_sysid::{Direct, FrequencyResponse, Labels, Ports, SpectralMethod, estimate};
 use num_complex::Complex64;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
@@ -103,7 +103,7 @@ fn judge(welch: &Welch, label: &str, records: &[Recording]) -> Option<Row> {
         scatter += gains.iter().map(|g| (g - mean).powi(2)).sum::<f64>() / (count - 1.0) / mean.powi(2) / bins;
         for estimates in &found {
             let direct = &estimates.direct;
-            paper += paper_random_error(direct.coherence.partial[[f, 0, 0]], segments).powi(2) / count / bins;
+            paper += random_error(direct.coherence.partial[[f, 0, 0]], segments).powi(2) / count / bins;
             ours += direct.response.variance(f, 0, 0) / 2.0 / direct.response.value[[f, 0, 0]].norm_sqr() / count / bins;
         }
     }
@@ -147,6 +147,12 @@ fn figure(rows: &[Row]) -> Figure {
         .columns(2)
         .panel("Both errors", error)
         .panel("One record at both of the paper's settings", gain)
+}
+
+/// The paper's normalised random error of gain for two inputs, {(1 − γ²) / (2 (N − 1) γ²)}^½ with the partial coherence γ² and the number of
+/// segments N, which it takes for independent (Palazzolo et al., IEEE TNSRE 15(1), 2007).
+fn random_error(partial_coherence: f64, segments: usize) -> f64 {
+    ((1.0 - partial_coherence) / (2.0 * (segments as f64 - 1.0) * partial_coherence)).sqrt()
 }
 
 fn main() -> ExitCode {

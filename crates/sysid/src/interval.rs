@@ -2,7 +2,6 @@
 
 use crate::quantile::{fisher, two_sided_t};
 use crate::response::FrequencyResponse;
-use ndarray::Array2;
 use num_complex::Complex64;
 use serde::{Deserialize, Serialize};
 
@@ -104,12 +103,6 @@ impl Confidence {
     pub fn radius(&self, variance: f64) -> f64 {
         (self.f * variance).sqrt()
     }
-
-    /// Size of the region that holds a whole row of q entries at once: the row δ is inside where
-    /// δ P⁻¹ δᴴ ≤ q F(2q, 2ν) · noise, P the input inverse of the covariance.
-    pub fn simultaneous(&self, inputs: usize) -> f64 {
-        inputs as f64 * fisher(self.level, inputs, self.degrees_of_freedom)
-    }
 }
 
 impl FrequencyResponse {
@@ -132,48 +125,20 @@ impl FrequencyResponse {
         let bend = self.value[[f, i, j]] * inner / (u.noise[[f, i, i]].re * u.input_inverse[[f, j, j]].re);
         if bend.is_finite() { bend } else { straight }
     }
-
-    /// Whether `candidate` row of `output` at frequency index `f` lies in the region that holds the whole true row with
-    /// this confidence. `None` where there is no covariance.
-    pub fn row_is_inside(&self, f: usize, output: usize, candidate: &[Complex64], level: f64) -> Option<bool> {
-        let own = self.uncertainty.as_ref()?;
-        let q = self.inputs.len();
-        let inverse = Array2::from_shape_fn((q, q), |(i, j)| own.input_inverse[[f, i, j]]);
-        let input = ndof_linear::inverse(&inverse)?;
-        let delta = |j: usize| candidate[j] - self.value[[f, output, j]];
-        let distance: Complex64 = (0..q).flat_map(|i| (0..q).map(move |j| (i, j))).map(|(i, j)| delta(i) * input[[i, j]] * delta(j).conj()).sum();
-        let bound = Confidence::new(level, own.degrees_of_freedom).simultaneous(q) * own.noise[[f, output, output]].re;
-        Some(distance.re <= bound)
-    }
-}
-
-/// The paper's normalised random error of gain (and of phase in rad) for two inputs,
-/// {(1 − γ²) / (2 (N − 1) γ²)}^½ with the partial coherence γ² and the number of segments N.
-///
-/// It takes overlapping segments for independent ones, so its error bars are too small (by 1.39 in the paper's second
-/// setting); for comparison with the paper only.
-///
-/// Palazzolo et al., IEEE TNSRE 15(1), 2007.
-///
-/// ```
-/// assert!((ndof_sysid::paper_random_error(0.5, 45) - (1.0_f64 / 88.0).sqrt()).abs() < 1e-15);
-/// ```
-pub fn paper_random_error(partial_coherence: f64, segments: usize) -> f64 {
-    ((1.0 - partial_coherence) / (2.0 * (segments as f64 - 1.0) * partial_coherence)).sqrt()
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use ndarray::Array2;
 
-    /// SciPy 1.17: stats.t.ppf(0.975, 2*22), stats.f.ppf(0.95, 2, 44), 2*stats.f.ppf(0.95, 4, 44).
+    /// SciPy 1.17: stats.t.ppf(0.975, 2*22), stats.f.ppf(0.95, 2, 44).
     #[test]
     fn quantiles_equal_those_of_scipy() {
         let c = Confidence::new(0.95, 22.0);
         let entry = c.gain_phase(Complex64::new(1.0, 0.0), 2.0 * 0.01);
         assert!((entry.gain_interval[1] - 1.0 - 0.1 * 2.015_367_574_443_76).abs() < 1e-10);
         assert!((c.radius(1.0) - 3.209_278_020_049_201_f64.sqrt()).abs() < 1e-10);
-        assert!((c.simultaneous(2) - 2.0 * 2.583_667_426_803_002).abs() < 1e-10);
     }
 
     #[test]

@@ -4,12 +4,12 @@
 //! [`CrossSpectra`](ndof_signal::CrossSpectra) into a [`FrequencyResponse`] with its covariance. [`estimate()`] does it all
 //! from recordings.
 
-mod conditioned;
 mod estimate;
 mod filling;
 mod interval;
 mod labels;
 mod lanes;
+mod ordered_coherence;
 mod planning;
 mod ports;
 mod quantile;
@@ -18,15 +18,15 @@ mod response;
 mod spread;
 mod steadiness;
 
-pub use conditioned::{Conditioned, conditioned, ordered_coherence};
 pub use estimate::{
     Choice, Coherence, DerivedEstimate, Detection, Direct, DirectEstimate, Distortion, EstimateError, Estimates, LARGEST_CONDITION, LocalPolynomial,
     LocalRational, RejectedSegment, Significance, SpectralMethod, ToReference, WEAK_INSTRUMENT, choose_method, derived, direct, estimate,
     estimate_from_spectra, instrumented, repeats, robust_spectra, sliding,
 };
-pub use interval::{Confidence, GainPhase, paper_random_error};
+pub use interval::{Confidence, GainPhase};
 pub use labels::Labels;
 pub use ndof_signal::Warning;
+pub use ordered_coherence::ordered_coherence;
 pub use planning::{Progress, StoppingRule, averages_for_interval};
 pub use ports::{Ports, PortsError};
 pub use quantile::two_sided_t;

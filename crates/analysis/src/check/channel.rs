@@ -2,6 +2,7 @@
 
 use super::assumptions::INTERVALS;
 use super::result::Finding;
+use crate::trials::roles::Roles;
 use ndof_signal::{Amplitudes, Channel, Quantity, reverse_arrangements};
 use std::f64::consts::TAU;
 
@@ -17,6 +18,17 @@ const OUTLIER: f64 = 15.0;
 const NEARLY_A_TURN: f64 = 0.05;
 /// Probability below which a trend is no chance.
 const CHANCE: f64 = 1e-3;
+
+/// What a channel is used as.
+pub(super) fn role(roles: Option<&Roles>, index: usize) -> &'static str {
+    let Some(ports) = roles.map(|roles| &roles.ports) else { return "none" };
+    match index {
+        _ if ports.references.contains(&index) => "reference",
+        _ if ports.inputs.contains(&index) => "input",
+        _ if ports.outputs.contains(&index) => "output",
+        _ => "none",
+    }
+}
 
 /// What is wrong with a channel, and what is worth knowing of one that is used.
 pub(super) fn channel_findings(channel: &Channel, amplitudes: &Amplitudes, role: &str, trial: usize) -> Vec<Finding> {

@@ -1,6 +1,6 @@
 //! Inputs whose power does not come evenly in time: sweeps, steps, bursts and stretches of rest.
 
-use super::quality::role;
+use super::channel::role;
 use super::result::Finding;
 use crate::trials::roles::Roles;
 use ndof_signal::Recording;

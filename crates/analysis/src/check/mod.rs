@@ -12,8 +12,9 @@ pub(crate) use quality::quality;
 
 use crate::result::{Head, number};
 use crate::trials::{RoleNames, Roles, Trial, add_each};
+use channel::role;
 use ndof_signal::{Amplitudes, Channel, CrossSpectra, Welch};
-use quality::{amplitudes, findings, role};
+use quality::{amplitudes, findings};
 use rayon::prelude::*;
 use result::{ChannelCheck, CheckResult, Finding, TrialCheck};
 

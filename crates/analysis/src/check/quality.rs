@@ -1,23 +1,12 @@
 //! Everything that is found in one recording.
 
-use super::channel::channel_findings;
+use super::channel::{channel_findings, role};
 use super::evenness::unsteady;
 use super::pairs::{pairs, spectra, together};
 use super::result::{Finding, Lag};
 use crate::trials::roles::Roles;
 use ndof_signal::{Amplitudes, CrossSpectra, Recording, Warning};
 use rayon::prelude::*;
-
-/// What a channel is used as.
-pub(super) fn role(roles: Option<&Roles>, index: usize) -> &'static str {
-    let Some(ports) = roles.map(|roles| &roles.ports) else { return "none" };
-    match index {
-        _ if ports.references.contains(&index) => "reference",
-        _ if ports.inputs.contains(&index) => "input",
-        _ if ports.outputs.contains(&index) => "output",
-        _ => "none",
-    }
-}
 
 /// The sizes of each channel's samples.
 pub(super) fn amplitudes(recording: &Recording) -> Vec<Amplitudes<'_>> {

@@ -3,7 +3,7 @@
 use crate::error::AnalysisError;
 use crate::result::Warning;
 use crate::suggest::nearest;
-use ndof_signal::{Quantity, Recording};
+use ndof_signal::{Channel, Quantity, Recording};
 use ndof_sysid::{Ports, ResponseKind};
 
 /// Prefixes that give a channel its role, with what they measure.
@@ -51,6 +51,60 @@ pub struct RoleNames {
     pub outputs: Option<Vec<String>>,
     /// Channels that are kept without a role, as what a schedule is made of.
     pub kept: Vec<String>,
+}
+
+/// Refuses a channel that is called a force or a motion and has a unit that nobody knows.
+fn known_units(recording: &Recording, file: &str, roles: [(&'static str, &Vec<usize>); 2]) -> Result<(), AnalysisError> {
+    for (role, channel) in roles.into_iter().flat_map(|(role, indices)| indices.iter().map(move |&i| (role, &recording.channels()[i]))) {
+        let (name, unit) = (channel.name.clone(), &channel.unit);
+        if matches!(unit.quantity(), Quantity::Other | Quantity::Time) && !unit.symbol().is_empty() && prefix(&name).is_some() {
+            return Err(AnalysisError::UnknownUnit { file: file.to_owned(), name, role, unit: unit.symbol().to_owned() });
+        }
+    }
+    Ok(())
+}
+
+/// Refuses a force beside an angle, or a torque beside a distance.
+fn turn_or_shift(recording: &Recording, file: &str, inputs: &[usize], outputs: &[usize]) -> Result<(), AnalysisError> {
+    let channels = recording.channels();
+    let mechanical = |channel: &Channel| !matches!(channel.unit.quantity(), Quantity::Other | Quantity::Time);
+    let effort = |channel: &Channel| channel.unit.quantity() == Quantity::Effort;
+    let apart = |(i, o): &(&Channel, &Channel)| mechanical(i) && mechanical(o) && effort(i) != effort(o) && i.unit.is_rotational() != o.unit.is_rotational();
+    let Some((i, o)) = inputs.iter().map(|&i| &channels[i]).zip(outputs.iter().map(|&o| &channels[o])).find(apart) else { return Ok(()) };
+    let written = |channel: &Channel| format!("\"{}\" [{}]", channel.name, channel.unit.symbol());
+    let (effort, motion) = if effort(i) { (written(i), written(o)) } else { (written(o), written(i)) };
+    Err(AnalysisError::TurnAndShift { file: file.to_owned(), effort, motion })
+}
+
+/// What is said of channels that play no part.
+fn ignored(available: &[String], used: &[usize], kept: &[usize]) -> Option<Warning> {
+    let ignored: Vec<usize> = (0..available.len()).filter(|i| !used.contains(i) && !kept.contains(i)).collect();
+    (!ignored.is_empty()).then(|| {
+        Warning::new(
+            "ignored-channels",
+            format!("channels without a role in this estimate: {}", list(available, &ignored)),
+            "nothing, unless one of them should be used: then name it with `input`, `output` or `reference`",
+        )
+    })
+}
+
+/// A channel whose name and unit say two things.
+fn misnamed(channel: &Channel) -> Option<Warning> {
+    let (name, unit) = (&channel.name, channel.unit.quantity());
+    let called = match prefix(name)? {
+        Prefix::Effort => Quantity::Effort,
+        Prefix::Displacement => Quantity::Displacement,
+        Prefix::Velocity => Quantity::Velocity,
+        Prefix::Acceleration => Quantity::Acceleration,
+        Prefix::Command => return None,
+    };
+    (!matches!(unit, Quantity::Other | Quantity::Time) && unit != called).then(|| {
+        Warning::new(
+            "name-and-unit",
+            format!("channel \"{name}\" is in {}, which its name does not say; it is taken for what its unit is", channel.unit.symbol()),
+            format!("correct the header, or give it with `channels={name}=\"{name} [UNIT]\"`"),
+        )
+    })
 }
 
 /// Roles found for a recording's channels.
@@ -114,16 +168,7 @@ impl Roles {
         if outputs.is_empty() {
             return Err(AnalysisError::NoOutput { file: file.to_owned(), available });
         }
-        for (role, indices) in [("input", &inputs), ("output", &outputs)] {
-            let unknown = |&&i: &&usize| {
-                let unit = &recording.channels()[i].unit;
-                matches!(unit.quantity(), Quantity::Other | Quantity::Time) && !unit.symbol().is_empty() && prefix(&available[i]).is_some()
-            };
-            if let Some(&i) = indices.iter().find(unknown) {
-                let (name, unit) = (available[i].clone(), recording.channels()[i].unit.symbol().to_owned());
-                return Err(AnalysisError::UnknownUnit { file: file.to_owned(), name, role, unit });
-            }
-        }
+        known_units(recording, file, [("input", &inputs), ("output", &outputs)])?;
         let mut warnings = Vec::new();
         let axes = |indices: &[usize]| indices.iter().map(|&i| axis_of(&available[i])).collect::<Vec<_>>();
         let input_axes = axes(&inputs);
@@ -147,44 +192,10 @@ impl Roles {
         let outputs = pair(outputs, "outputs");
         let references = pair(references, "references");
         let used: Vec<usize> = references.iter().chain(&inputs).chain(&outputs).copied().collect();
-        let channels = recording.channels();
-        let mechanical = |i: usize| !matches!(channels[i].unit.quantity(), Quantity::Other | Quantity::Time);
-        let effort = |i: usize| channels[i].unit.quantity() == Quantity::Effort;
-        let apart = |(i, o): &(usize, usize)| {
-            mechanical(*i) && mechanical(*o) && effort(*i) != effort(*o) && channels[*i].unit.is_rotational() != channels[*o].unit.is_rotational()
-        };
-        if let Some((i, o)) = inputs.iter().copied().zip(outputs.iter().copied()).find(apart) {
-            let written = |i: usize| format!("\"{}\" [{}]", available[i], channels[i].unit.symbol());
-            let (effort, motion) = if effort(i) { (written(i), written(o)) } else { (written(o), written(i)) };
-            return Err(AnalysisError::TurnAndShift { file: file.to_owned(), effort, motion });
-        }
+        turn_or_shift(recording, file, &inputs, &outputs)?;
         let kept: Vec<usize> = names.kept.iter().map(index).collect::<Result<Vec<_>, _>>()?.into_iter().filter(|i| !used.contains(i)).collect();
-        let ignored: Vec<usize> = (0..available.len()).filter(|i| !used.contains(i) && !kept.contains(i)).collect();
-        if !ignored.is_empty() {
-            warnings.push(Warning::new(
-                "ignored-channels",
-                format!("channels without a role in this estimate: {}", list(&available, &ignored)),
-                "nothing, unless one of them should be used: then name it with `input`, `output` or `reference`",
-            ));
-        }
-        for &i in inputs.iter().chain(&outputs) {
-            let unit = recording.channels()[i].unit.quantity();
-            let called = match prefix(&available[i]) {
-                Some(Prefix::Effort) => Quantity::Effort,
-                Some(Prefix::Displacement) => Quantity::Displacement,
-                Some(Prefix::Velocity) => Quantity::Velocity,
-                Some(Prefix::Acceleration) => Quantity::Acceleration,
-                _ => continue,
-            };
-            if !matches!(unit, Quantity::Other | Quantity::Time) && unit != called {
-                let (name, symbol) = (&available[i], recording.channels()[i].unit.symbol());
-                warnings.push(Warning::new(
-                    "name-and-unit",
-                    format!("channel \"{name}\" is in {symbol}, which its name does not say; it is taken for what its unit is"),
-                    format!("correct the header, or give it with `channels={name}=\"{name} [UNIT]\"`"),
-                ));
-            }
-        }
+        warnings.extend(ignored(&available, &used, &kept));
+        warnings.extend(inputs.iter().chain(&outputs).filter_map(|&i| misnamed(&recording.channels()[i])));
         let orders = |indices: &[usize], role: Prefix| indices.iter().map(|&i| motion_of(recording, i, role)).collect();
         Ok(Roles {
             input_motion: orders(&inputs, Prefix::Effort),

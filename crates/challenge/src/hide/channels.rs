@@ -1,6 +1,6 @@
 //! Effects of channels, of the robot, and of what the limb does by itself.
 
-use super::{Hiding, Truth};
+use super::hiding::{Hiding, Tremor, Truth};
 use crate::stages::Stage;
 use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
@@ -23,7 +23,7 @@ impl Hiding {
                 own.push(("angle", self.angle));
             }
             "periodic-disturbance" => {
-                self.tremor = super::Tremor { amplitude: s * 0.6 * self.sizes.f, frequency: rng.random_range(4.0..10.0), form };
+                self.tremor = Tremor { amplitude: s * 0.6 * self.sizes.f, frequency: rng.random_range(4.0..10.0), form };
                 own.extend([("frequency", self.tremor.frequency), ("amplitude", self.tremor.amplitude)]);
             }
             "quantisation" => {

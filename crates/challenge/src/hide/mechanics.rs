@@ -1,6 +1,6 @@
 //! Force laws of effects that a registry has, in whatever form.
 
-use super::{Sizes, Truth};
+use super::hiding::{Sizes, Truth};
 use crate::laws::Law;
 use rand::RngExt;
 use rand_chacha::ChaCha8Rng;

@@ -1,66 +1,19 @@
 //! Effects of a severity, in the numbers of an experiment.
 
 mod channels;
+mod hiding;
 mod mechanics;
 mod outside;
+
+pub use hiding::{Hiding, Tremor, Truth};
 
 use super::laws::Law;
 use super::plants::{Plant, Spec};
 use super::stages::Stage;
-use super::{Case, Hidden, Setting};
+use crate::case::{Case, Hidden, Setting};
+use hiding::Sizes;
 use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
-
-/// True parameters by name.
-pub type Truth = Vec<(&'static str, f64)>;
-
-/// Everything that is hidden in one recording.
-pub struct Hiding {
-    pub axis: usize,
-    pub laws: Vec<Law>,
-    pub truth: Vec<Truth>,
-    /// What stands before all channels of effort, before that of the axis, and before its motion.
-    pub efforts: Vec<Stage>,
-    pub effort: Vec<Stage>,
-    pub motion: Vec<Stage>,
-    /// Stiffness in series with the sensor.
-    pub series: Option<f64>,
-    /// Angle of the force sensor, and whether only its second axis reads the first.
-    pub angle: f64,
-    pub one_way: bool,
-    pub tremor: Tremor,
-    pub reflex_delay: f64,
-    pub added_mass: f64,
-    /// rms of the limb's own force on the axis.
-    pub own: f64,
-    pub robot_friction: Vec<f64>,
-    pub x_step: Option<f64>,
-    /// Steps that are not alike.
-    pub uneven_steps: bool,
-    sizes: Sizes,
-}
-
-/// A force from outside near one frequency.
-#[derive(Clone, Copy, Default)]
-pub struct Tremor {
-    pub amplitude: f64,
-    pub frequency: f64,
-    pub form: &'static str,
-}
-
-/// Typical numbers of the hidden axis: stiffness, mass, damping, displacement, effort, velocity, and a trial's length.
-#[derive(Clone, Copy)]
-struct Sizes {
-    k: f64,
-    m: f64,
-    b: f64,
-    x: f64,
-    f: f64,
-    speed: f64,
-    duration: f64,
-    /// Length of all trials.
-    total: f64,
-}
 
 /// An effect's name without its form, and the form.
 pub fn parts(name: &'static str) -> (&'static str, &'static str) {

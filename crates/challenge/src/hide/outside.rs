@@ -1,6 +1,6 @@
 //! Force laws that no registry has.
 
-use super::Sizes;
+use super::hiding::Sizes;
 use crate::laws::Law;
 use rand::RngExt;
 use rand_chacha::ChaCha8Rng;

@@ -1,7 +1,7 @@
 //! The registry's effects in functional forms that it does not have.
 
+use super::law::{Law, Now, World};
 use super::registry::{carried, muscle};
-use super::{Law, Now, World};
 use std::f64::consts::{PI, TAU};
 
 /// The law's resisting force on the axis; writes the rates of its states.

@@ -2,7 +2,7 @@
 //!
 //! None lies in the span of products, powers, tanh or sin of displacement and velocity, delayed or not.
 
-use super::{Law, Now, STATES, World};
+use super::law::{Law, Now, STATES, World};
 use std::f64::consts::{PI, TAU};
 
 /// A law's states when a trial begins.

@@ -1,6 +1,6 @@
 //! Laws in the functional form that a registry of effects has.
 
-use super::{Law, Now, World};
+use super::law::{Law, Now, World};
 use std::f64::consts::{PI, TAU};
 
 /// The law's resisting force on the axis; writes the rates of its states.

@@ -44,7 +44,7 @@ pub fn experiment(name: &str, studies: &[(&str, &str)]) -> Result<ExperimentFile
     }
     let path = Path::new(name);
     if !path.exists() && path.extension().is_none() {
-        return Err(super::study::unknown(name, studies));
+        return Err(CliError::unknown_study(name, studies));
     }
     ndof_io::keep(path);
     Ok(StudyFile::experiment_of(path)?)

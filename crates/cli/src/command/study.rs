@@ -7,7 +7,7 @@ use crate::options::{Reading, Recordings, Shared};
 use crate::output::{self, columns, short, write_json};
 use crate::progress;
 use clap::Args;
-use ndof_analysis::{Diagnose, Trials, nearest};
+use ndof_analysis::{Diagnose, Trials};
 use ndof_study::file::{HiddenEffect, StudyDocument, StudyFile};
 use ndof_study::sensitivity::result::SensitivityResult;
 use ndof_study::{StudyOutcome, analyse, cases_report, run_cases, study_report, study_result, summary_tables};
@@ -35,13 +35,6 @@ pub struct Arguments {
     reading: Reading,
     #[command(flatten)]
     shared: Shared,
-}
-
-/// The error for a study that does not exist.
-pub fn unknown(name: &str, studies: &[(&str, &str)]) -> CliError {
-    let suggestion = nearest(name, studies.iter().map(|(known, _)| *known)).map(|s| format!(" (did you mean \"{s}\"?)")).unwrap_or_default();
-    let known: Vec<&str> = studies.iter().map(|(known, _)| *known).collect();
-    CliError::Usage(format!("no study \"{name}\"{suggestion}; built in: {}; or give a file, STUDY.toml", known.join(", ")))
 }
 
 pub fn run(arguments: &Arguments, studies: &[(&str, &str)]) -> Result<ExitCode, CliError> {
@@ -153,7 +146,7 @@ fn load(name: &str, studies: &[(&str, &str)]) -> Result<(String, StudyFile), Cli
     }
     let path = Path::new(name);
     if !path.exists() && path.extension().is_none() {
-        return Err(unknown(name, studies));
+        return Err(CliError::unknown_study(name, studies));
     }
     ndof_io::keep(path);
     Ok((stem(path), StudyFile::read(path)?))

@@ -1,11 +1,10 @@
 //! A group as a named cause: probability, rivals, parameters, gain, evidence.
 
-use super::Answer;
 use super::groups::Group;
-use crate::curve::Curve;
+use super::material::Answer;
 use crate::plan;
 use crate::probability::Features;
-use crate::result::{Cause, Confusable, Gain};
+use crate::result::{Cause, Confusable, Curve, Gain};
 use crate::search::{ENOUGH, Judged};
 use statrs::distribution::{ChiSquared, ContinuousCDF};
 

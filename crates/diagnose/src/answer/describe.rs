@@ -1,8 +1,8 @@
 //! The parts of an answer that describe: models, shifts, what was considered, where the discrepancy is.
 
-use super::Answer;
 use super::cause::tail;
 use super::groups::Group;
+use super::material::Answer;
 use crate::curve::CALIBRATION;
 use crate::judge::Errors;
 use crate::plant::Role;

@@ -1,8 +1,8 @@
 //! Causes that no search finds: tones, bursts, steps in a channel, and the plant's own force.
 
-use super::Answer;
 use super::cause::tail;
-use super::gains::{Gains, runs};
+use super::gains::Gains;
+use super::material::Answer;
 use crate::detectors::Tone;
 use crate::floor;
 use crate::judge::Errors;
@@ -137,7 +137,7 @@ impl Answer<'_> {
 
 /// Nothing is predicted by it.
 fn unpredicted(before: &Errors) -> Gain {
-    runs([before, before], f64::NAN)
+    Gain::of_runs([&before.score; 2], f64::NAN)
 }
 
 fn traced(trace: Trace) -> Option<&'static dyn Effect> {

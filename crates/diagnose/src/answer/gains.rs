@@ -1,7 +1,7 @@
 //! What each cause gains on the part that no fit saw, beside those that gain more.
 
-use super::Answer;
 use super::groups::{Ends, Group, nothing};
+use super::material::Answer;
 use crate::judge::Errors;
 use crate::result::Gain;
 use crate::unseen::Rest;
@@ -72,7 +72,7 @@ impl<'a> Gains<'a> {
 
     /// The gain of a step, with the errors of free runs before and after.
     pub fn of(&self, step: usize, errors: [&Errors; 2]) -> Gain {
-        let mut gain = runs(errors, 2.0 * self.steps[step].group.worth);
+        let mut gain = Gain::of_runs(errors.map(|e| &e.score), 2.0 * self.steps[step].group.worth);
         let before = if step == 0 { &self.ends.baseline } else { &self.steps[step - 1].rest };
         if let (Some(baseline), Some(before), Some(after), Some(best)) = (&self.ends.baseline, before, &self.steps[step].rest, &self.ends.best) {
             let (log_likelihood, interval) = best.gain(before, after);
@@ -87,21 +87,6 @@ impl<'a> Gains<'a> {
         let log_likelihood = self.tones[tone];
         let whole = self.ends.baseline.as_ref().zip(self.ends.best.as_ref()).map(|(baseline, best)| best.log_likelihood - baseline.log_likelihood + self.more);
         let share = log_likelihood.zip(whole).filter(|(tone, whole)| *tone > 0.0 && whole > tone).map(|(tone, whole)| tone / whole);
-        Gain { log_likelihood, explained_fraction: share, ..runs(errors, f64::NAN) }
-    }
-}
-
-/// Errors of free runs before and after.
-pub(super) fn runs([before, after]: [&Errors; 2], delta_bic: f64) -> Gain {
-    Gain {
-        nrmse_before: before.score.nrmse.clone(),
-        nrmse_after: after.score.nrmse.clone(),
-        vaf_before: before.score.vaf_percent.clone(),
-        vaf_after: after.score.vaf_percent.clone(),
-        log_likelihood: None,
-        log_likelihood_ci95: None,
-        explained_fraction: None,
-        explained_fraction_ci95: None,
-        delta_bic,
+        Gain { log_likelihood, explained_fraction: share, ..Gain::of_runs(errors.map(|e| &e.score), f64::NAN) }
     }
 }

@@ -1,6 +1,6 @@
 //! What was found, by effect and site, and whether it matters.
 
-use super::Answer;
+use super::material::Answer;
 use crate::generic;
 use crate::search::Chosen;
 use crate::unseen::Rest;

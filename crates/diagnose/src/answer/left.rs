@@ -1,6 +1,6 @@
 //! What the named causes leave, and what that makes of the answer.
 
-use super::Answer;
+use super::material::Answer;
 use crate::detectors;
 use crate::judge::Errors;
 use crate::remains::remains;

@@ -6,60 +6,30 @@ mod detected;
 mod gains;
 mod groups;
 mod left;
+mod material;
 mod stand_in;
 
 pub(crate) use cause::tail;
+pub(crate) use material::Answer;
 
-use crate::curve::Curve;
-use crate::diagnose::Findings;
 use crate::floor;
 use crate::free_run::WINDOW_S;
-use crate::generic::{Features, Gate, Shares};
-use crate::judge::{Court, Errors};
-use crate::linear_fit::LinearFit;
-use crate::options::Options;
+use crate::judge::Errors;
 use crate::pictures::Pictures;
-use crate::result::Verdict;
-use crate::result::{Cause, Diagnosis, Extended, Model, ModelParameter, NoiseFloor, Score, Site, Split};
-use crate::samples::Meaning;
-use crate::search::{Chosen, Found, Stand};
+use crate::result::{Cause, Confusable, Curve, Diagnosis, Extended, Model, ModelParameter, NoiseFloor, Score, Split, Verdict};
+use crate::search::{Chosen, Stand};
 use crate::state;
-use crate::subject::Subject;
-use crate::unseen::Unseen;
-use gains::Gains;
+use gains::{Gains, Step};
 use groups::{Ends, Group};
 use left::Left;
-use ndof_models::effects::Side;
+use material::UNSURE;
 
-/// Probability of a name that helps little on held-out data while a large error stays.
-const UNSURE: f64 = 0.6;
 /// What the intervals of matrices from the balance of forces do not know.
 const BEHIND_A_HOLD: &str =
     "behind a robot's hold the limb's own force shifts these matrices by more than their intervals may say: take their values from `ndof fit --kinematics`";
 
 /// Share of the explainable error below which a cause cannot be sure while a large error stays.
 const LITTLE: f64 = 0.25;
-
-/// Everything that an answer is made from.
-pub(crate) struct Answer<'a> {
-    pub subject: &'a Subject,
-    pub meaning: &'a Meaning,
-    pub options: &'a Options,
-    pub court: &'a Court,
-    pub unseen: &'a Unseen<'a>,
-    pub baseline: &'a Stand,
-    /// The fit that the baseline's matrices are from, if it is one.
-    pub linear: Option<&'a LinearFit>,
-    pub found: &'a Found,
-    pub gate: &'a Gate,
-    pub features: &'a Features,
-    pub shares: Shares,
-    pub findings: &'a Findings,
-    /// Whether the effort was counted the other way than it was recorded.
-    pub turned: bool,
-    /// No motion follows from what `fit` found.
-    pub still: bool,
-}
 
 impl Answer<'_> {
     pub fn write(&self, mut split: Split) -> (Diagnosis, Pictures) {
@@ -82,25 +52,11 @@ impl Answer<'_> {
         let left = Left::of(self, &before, &final_errors, &noise_floor);
         let limit = left.limit;
         let mut confusable = Vec::new();
-        let mut kept: Vec<usize> = Vec::new();
         let gains = Gains::new(self, &steps, &ends);
         let mut causes = self.tones(&before, &quiet, &gains, limit);
-        let mut last: Errors = quiet;
-        let mut weak = false;
-        for (k, step) in steps.iter().enumerate() {
-            kept.extend(&step.group.members);
-            let after = step.errors.clone().unwrap_or_else(|| last.clone());
-            let mut cause = self.cause(&step.group, gains.of(k, [&last, &after]), limit, &mut confusable);
-            let of_the_rest = last.mean().zip(after.mean()).is_some_and(|(last, after)| last - after < LITTLE * (last - level));
-            // What helps the free run little while a large error stays cannot be sure.
-            if of_the_rest && left.excess > 5.0 * self.options.tolerance {
-                cause.at_most = cause.at_most.min(UNSURE);
-                cause.probability = cause.probability.min(UNSURE);
-                weak = true;
-            }
-            causes.push(cause);
-            last = after;
-        }
+        let (named, mut weak) = self.named(&steps, &gains, quiet, [level, limit, left.excess], &mut confusable);
+        causes.extend(named);
+        let mut kept: Vec<usize> = steps.iter().flat_map(|step| step.group.members.iter().copied()).collect();
         kept.sort_unstable();
         // What explains most comes first; what was detected and explains nothing that can be predicted, last.
         causes.sort_by(|a, b| b.gain.explained_fraction.unwrap_or(f64::NEG_INFINITY).total_cmp(&a.gain.explained_fraction.unwrap_or(f64::NEG_INFINITY)));
@@ -157,6 +113,25 @@ impl Answer<'_> {
         (diagnosis, pictures)
     }
 
+    /// The cause of each step, and whether one of them helps the free run little while a large error stays: that cannot be sure.
+    fn named(&self, steps: &[Step], gains: &Gains, mut last: Errors, [level, limit, excess]: [f64; 3], confusable: &mut Vec<Confusable>) -> (Vec<Cause>, bool) {
+        let mut weak = false;
+        let of_step = |(k, step): (usize, &Step)| {
+            let after = step.errors.clone().unwrap_or_else(|| last.clone());
+            let mut cause = self.cause(&step.group, gains.of(k, [&last, &after]), limit, confusable);
+            let little = last.mean().zip(after.mean()).is_some_and(|(last, after)| last - after < LITTLE * (last - level));
+            if little && excess > 5.0 * self.options.tolerance {
+                cause.at_most = cause.at_most.min(UNSURE);
+                cause.probability = cause.probability.min(UNSURE);
+                weak = true;
+            }
+            last = after;
+            cause
+        };
+        let causes = steps.iter().enumerate().map(of_step).collect();
+        (causes, weak)
+    }
+
     /// The causes as they are in the final model; their intervals hold those of other knobs that the data like as well.
     fn tell_parameters(&self, causes: &mut [Cause], kept: &[usize], all: &[Chosen], extended: &Stand, others: &[(Vec<Chosen>, Stand)]) {
         let subject = self.subject;
@@ -191,35 +166,6 @@ impl Answer<'_> {
             small.push((named.remove(idle), why));
         }
         (named, small)
-    }
-
-    /// Errors of a model beside which the tones that were found are predicted.
-    fn errors(&self, chosen: &[Chosen], stand: &Stand) -> Errors {
-        self.without_tones(self.court.errors(self.subject, chosen, stand))
-    }
-
-    /// Errors of the model of some of the chosen hypotheses, fitted to the balance of forces as that of all of them.
-    fn errors_of(&self, members: &[usize]) -> Option<Errors> {
-        let mut members = members.to_vec();
-        members.sort_unstable();
-        let chosen: Vec<Chosen> = members.iter().map(|q| self.found.chosen[*q].clone()).collect();
-        Some(self.errors(&chosen, &self.subject.stand(&chosen, &self.found.stand.fit.power, 3)?))
-    }
-
-    fn without_tones(&self, errors: Errors) -> Errors {
-        self.findings.tones.iter().fold(errors, |errors, tone| errors.without_tone(tone.frequency_hz).unwrap_or(errors))
-    }
-
-    fn is_geometry(&self, cause: &Cause) -> bool {
-        self.subject.hypotheses.iter().any(|h| h.effect.name() == cause.effect && h.arm().is_some())
-    }
-
-    fn order(&self) -> usize {
-        if self.meaning.motion_imposed { 0 } else { self.meaning.order }
-    }
-
-    fn site(&self, side: Side, axis: Option<usize>) -> Site {
-        Site { side: side.word().to_owned(), axis: axis.and_then(|a| self.meaning.axes.get(a)).cloned().unwrap_or_default() }
     }
 }
 

@@ -1,6 +1,6 @@
 //! Names whose form has gone where another cause would make the same response: they are said, but not for sure.
 
-use super::{Answer, UNSURE};
+use super::material::{Answer, UNSURE};
 use crate::hypotheses::{Ground, Hypothesis};
 use crate::result::{Cause, Confusable};
 use crate::search::{Chosen, Judged};

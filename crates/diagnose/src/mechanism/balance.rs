@@ -1,6 +1,6 @@
 //! What a simulated robot lacks, as a force on its endpoint, block by block.
 
-use super::Mechanism;
+use super::simulated::Mechanism;
 use crate::layout::Layout;
 use crate::linear::Symmetric;
 use crate::samples::Samples;

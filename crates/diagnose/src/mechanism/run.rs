@@ -1,7 +1,7 @@
 //! Free run of a simulated robot over held-out data: command less measured force in, motion out.
 
 use super::balance::hold_on_means;
-use super::{Endpoint, Mechanism};
+use super::simulated::{Endpoint, Mechanism};
 use crate::judge::Errors;
 use crate::layout::{Layout, filter};
 use crate::linear::Symmetric;

@@ -3,6 +3,7 @@
 use super::balance::{Balance, rms};
 use super::run::Held;
 use super::search::Found;
+use super::simulated::MechanismParameter;
 use crate::answer::tail;
 use crate::baseline::Status;
 use crate::judge::{self, Errors, Floor};
@@ -44,6 +45,54 @@ pub struct RobotSide {
     pub notes: Vec<String>,
 }
 
+/// The two numbers of a cause: which parameter, and what it is.
+fn corrected(parameter: &MechanismParameter, value: f64, deviation: f64) -> Vec<CauseParameter> {
+    let half = 1.96 * deviation;
+    vec![
+        CauseParameter { name: "name".to_owned(), unit: String::new(), value: Value::Text(parameter.name.clone()), ci95: None },
+        CauseParameter { name: "value".to_owned(), unit: parameter.unit.clone(), value: Value::Number(value), ci95: Some([value - half, value + half]) },
+    ]
+}
+
+/// What the corrected robot leaves, in words.
+fn notes(meaning: &Meaning, rest: &[f64]) -> Vec<String> {
+    let axes = meaning.axes.iter().zip(rest).map(|(a, r)| format!("{:.1} % at {a}", 100.0 * r)).collect::<Vec<_>>().join(", ");
+    let mut notes = vec![format!("robot's side: of the force between command and transducer the corrected robot leaves {axes} (rms)")];
+    if rest.iter().any(|r| *r > REST) {
+        notes.push("robot's side: no parameter of the simulated robot explains what it leaves".to_owned());
+    }
+    notes
+}
+
+/// What speaks for the `k`-th of the wrong parameters.
+fn evidence(parameters: &[MechanismParameter], found: &Found, k: usize) -> Vec<String> {
+    let (p, step) = (found.wrong[k], &found.steps[k]);
+    let first = format!(
+        "{} = {:.4} {} and not {:.4}: it raises the log-likelihood by {:.0} after paying for the parameter, and removes {:.1} % of the force's rms",
+        parameters[p].name,
+        found.end.values[p],
+        parameters[p].unit,
+        parameters[p].value,
+        found.worth[k],
+        100.0 * found.size[k]
+    );
+    let net = step.first().map_or(0.0, |t| t.net);
+    let next = step.get(1).map(|t| format!("the next other parameter, {}, gains {:.0}, this one {net:.0}", parameters[t.parameter].name, t.net));
+    std::iter::once(first).chain(next).collect()
+}
+
+/// The parameters that may be wrong, with these values.
+fn listed(parameters: &[MechanismParameter], values: &[f64], error: impl Fn(usize) -> Option<f64>) -> Vec<ModelParameter> {
+    let open = parameters.iter().enumerate().filter(|(_, p)| p.status != Status::Fixed);
+    open.map(|(k, p)| ModelParameter { name: p.name.clone(), unit: p.unit.clone(), value: values[k], std_error: error(k), flag: None }).collect()
+}
+
+/// The parameters that are not what the simulation takes them to be.
+fn shifts(parameters: &[MechanismParameter], values: &[f64]) -> Vec<Shift> {
+    let moved = parameters.iter().zip(values).filter(|(p, after)| **after != p.value);
+    moved.map(|(p, after)| Shift { name: p.name.clone(), unit: p.unit.clone(), before: p.value, after: *after }).collect()
+}
+
 pub(super) fn write(balance: &Balance<'_>, found: &Found, held: &Held<'_>, meaning: &Meaning, options: &Options) -> RobotSide {
     let parameters = balance.mechanism.parameters();
     let rest: Vec<f64> = found.end.residual.iter().zip(&balance.given_rms).map(|(e, f)| rms(e) / f.max(f64::MIN_POSITIVE)).collect();
@@ -75,56 +124,22 @@ pub(super) fn write(balance: &Balance<'_>, found: &Found, held: &Held<'_>, meani
         let near: Vec<usize> = step.iter().skip(1).filter(|t| t.net > ENOUGH && net - t.net < CONFUSABLE).map(|t| t.parameter).collect();
         if !near.is_empty() {
             let effects = std::iter::once(p).chain(near).map(|p| format!("{} {}", effect(p), parameters[p].name)).collect();
-            confusable.push(Confusable {
-                effects,
-                next_experiment: "the same perturbation at a second posture: lengths and inertias act differently there".to_owned(),
-                predicted: vec![],
-            });
+            let next_experiment = "the same perturbation at a second posture: lengths and inertias act differently there".to_owned();
+            confusable.push(Confusable { effects, next_experiment, predicted: vec![] });
         }
         let rivals: f64 = step.iter().map(|t| (t.net - net).exp()).sum::<f64>() + (-net).exp();
         // A ratio of likelihoods, which no challenge has calibrated.
         let probability = (1.0 / rivals).clamp(0.001, 0.97).min(if rest.iter().any(|r| *r > REST) { 0.5 } else { 1.0 });
         let (explained_fraction, explained_fraction_ci95) =
             judge::explained([&before, &last, &after], floor, 1.0, held.duration_s, options.resamples, options.seed);
-        let half = 1.96 * deviation(p).unwrap_or(0.0);
-        let mut evidence = vec![format!(
-            "{} = {:.4} {} and not {:.4}: it raises the log-likelihood by {:.0} after paying for the parameter, and removes {:.1} % of the force's rms",
-            parameters[p].name,
-            found.end.values[p],
-            parameters[p].unit,
-            parameters[p].value,
-            found.worth[k],
-            100.0 * found.size[k]
-        )];
-        if let Some(next) = step.get(1) {
-            evidence.push(format!("the next other parameter, {}, gains {:.0}, this one {net:.0}", parameters[next.parameter].name, next.net));
-        }
         causes.push(Cause {
             effect: effect(p).to_owned(),
             site: site(),
-            parameters: vec![
-                CauseParameter { name: "name".to_owned(), unit: String::new(), value: Value::Text(parameters[p].name.clone()), ci95: None },
-                CauseParameter {
-                    name: "value".to_owned(),
-                    unit: parameters[p].unit.clone(),
-                    value: Value::Number(found.end.values[p]),
-                    ci95: Some([found.end.values[p] - half, found.end.values[p] + half]),
-                },
-            ],
+            parameters: corrected(&parameters[p], found.end.values[p], deviation(p).unwrap_or(0.0)),
             probability,
             p_value: tail(2.0 * (found.worth[k] + balance.price()), 1, step.len()),
-            gain: Gain {
-                nrmse_before: last.score.nrmse.clone(),
-                nrmse_after: after.score.nrmse.clone(),
-                vaf_before: last.score.vaf_percent.clone(),
-                vaf_after: after.score.vaf_percent.clone(),
-                log_likelihood: None,
-                log_likelihood_ci95: None,
-                explained_fraction,
-                explained_fraction_ci95,
-                delta_bic: 2.0 * found.worth[k],
-            },
-            evidence,
+            gain: Gain { explained_fraction, explained_fraction_ci95, ..Gain::of_runs([&last.score, &after.score], 2.0 * found.worth[k]) },
+            evidence: evidence(parameters, found, k),
             over_schedule: Vec::new(),
             features: None,
             at_most: 1.0,
@@ -136,7 +151,7 @@ pub(super) fn write(balance: &Balance<'_>, found: &Found, held: &Held<'_>, meani
     for k in (0..parameters.len()).filter(|k| parameters[*k].status == Status::Free && !found.wrong.contains(k)) {
         values[k] = found.end.values[k];
     }
-    let corrected = held.errors(&values);
+    let at_last = held.errors(&values);
     let considered = found.steps.first().into_iter().flatten().filter(|t| !found.wrong.contains(&t.parameter)).map(|t| Considered {
         effect: effect(t.parameter).to_owned(),
         site: site(),
@@ -144,39 +159,16 @@ pub(super) fn write(balance: &Balance<'_>, found: &Found, held: &Held<'_>, meani
         p_value: tail(2.0 * (t.net + balance.price()), 1, found.steps[0].len()),
         why_not: format!("{}: it gains {:.1} after paying for the parameter; with the named ones it is not needed", parameters[t.parameter].name, t.net),
     });
-    let list = |values: &[f64], fitted: bool| -> Vec<ModelParameter> {
-        parameters
-            .iter()
-            .enumerate()
-            .filter(|(_, p)| p.status != Status::Fixed)
-            .map(|(k, p)| ModelParameter {
-                name: p.name.clone(),
-                unit: p.unit.clone(),
-                value: values[k],
-                std_error: if fitted { deviation(k) } else { None },
-                flag: None,
-            })
-            .collect()
-    };
-    let axes = || meaning.axes.iter().zip(&rest).map(|(a, r)| format!("{:.1} % at {a}", 100.0 * r)).collect::<Vec<_>>().join(", ");
-    let mut notes = vec![format!("robot's side: of the force between command and transducer the corrected robot leaves {} (rms)", axes())];
-    if rest.iter().any(|r| *r > REST) {
-        notes.push("robot's side: no parameter of the simulated robot explains what it leaves".to_owned());
-    }
-    let shift = (0..parameters.len())
-        .filter(|&k| values[k] != parameters[k].value)
-        .map(|k| Shift { name: parameters[k].name.clone(), unit: parameters[k].unit.clone(), before: parameters[k].value, after: values[k] })
-        .collect();
     RobotSide {
         considered: considered.collect(),
         minor,
         confusable,
-        nominal: list(&found.start.values, false),
-        corrected: list(&values, true),
-        shift,
-        held_out: [before.score, corrected.score],
+        nominal: listed(parameters, &found.start.values, |_| None),
+        corrected: listed(parameters, &values, deviation),
+        shift: shifts(parameters, &values),
+        held_out: [before.score, at_last.score],
+        notes: notes(meaning, &rest),
         rest,
-        notes,
         causes,
     }
 }

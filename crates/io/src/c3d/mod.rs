@@ -7,12 +7,12 @@
 mod events;
 mod parameters;
 
-use crate::assemble::{RATE_KEY, START_KEY};
 use crate::budget::Budget;
 use crate::error::IoError;
 use crate::join::{Stream, Times, join};
 use crate::limits::MAX_CHANNELS;
 use crate::table::{Column, Rounding, Table};
+use crate::timing::{RATE_KEY, START_KEY};
 pub(crate) use parameters::Parameters;
 use parameters::{BLOCK, Processor};
 

@@ -4,12 +4,12 @@ use super::cells::{Cell, Separator, split};
 use super::header::{Named, separator};
 use super::read::drop_last;
 use super::rows::{Line, Rows};
-use crate::assemble::RATE_KEY;
 use crate::columns::ColumnsFile;
 use crate::error::IoError;
 use crate::limits::MAX_CHANNELS;
 use crate::note::Note;
 use crate::table::Table;
+use crate::timing::RATE_KEY;
 
 /// Lines that tell how many columns there are: a log that was begun in the middle of a line has one or two that are shorter.
 const LOOKED_AT: usize = 64;

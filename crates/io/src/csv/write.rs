@@ -1,9 +1,10 @@
 //! A recording as CSV, such that reading it gives the same recording bit for bit.
 
 use super::header::{escape, is_key};
-use crate::assemble::{RATE_KEY, RESERVED_KEYS, SAMPLES_KEY, START_KEY, is_time};
+use crate::assemble::{RESERVED_KEYS, SAMPLES_KEY, is_time};
 use crate::error::IoError;
 use crate::names::{read_back, split_name};
+use crate::timing::{RATE_KEY, START_KEY};
 use crate::units::infer_unit;
 use ndof_signal::{Channel, Recording};
 use std::fmt::Write;

@@ -5,9 +5,10 @@
 use super::element::MATRIX;
 use super::identifier::escape;
 use super::{HEADER, MAT, OWN};
-use crate::assemble::{RATE_KEY, RESERVED_KEYS, START_KEY, is_time};
+use crate::assemble::{RESERVED_KEYS, is_time};
 use crate::error::IoError;
 use crate::names::{indexed, read_back};
+use crate::timing::{RATE_KEY, START_KEY};
 use ndof_signal::Recording;
 
 /// Types of elements.

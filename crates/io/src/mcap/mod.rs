@@ -22,9 +22,6 @@ use naming::channel_names;
 use records::Record;
 use std::collections::{BTreeMap, BTreeSet};
 
-/// The format's name in messages.
-const MCAP: &str = "MCAP";
-
 /// Kinds of messages of one topic, told apart by the lengths of their lists and the names in them.
 const MAX_KINDS: usize = 8;
 

@@ -1,6 +1,5 @@
 //! The records of an MCAP file, chunks unpacked: schemas, channels and messages in the order of the file.
 
-use super::MCAP;
 use crate::budget::Budget;
 use crate::cursor::Cursor;
 use crate::error::IoError;
@@ -8,6 +7,8 @@ use flate2::Crc;
 use std::io::Read;
 
 /// What every file begins and ends with.
+/// The format's name in messages.
+pub(super) const MCAP: &str = "MCAP";
 pub(super) const MAGIC: &[u8] = b"\x89MCAP0\r\n";
 
 /// Bytes that a chunk of zstd may look back; chunks of MCAP have one to four MB.

@@ -1,9 +1,10 @@
 //! A recording as NPZ, such that reading it gives the same recording bit for bit.
 
 use super::{NPZ, npy};
-use crate::assemble::{RATE_KEY, RESERVED_KEYS, START_KEY, is_time};
+use crate::assemble::{RESERVED_KEYS, is_time};
 use crate::error::IoError;
 use crate::names::{indexed, read_back};
+use crate::timing::{RATE_KEY, START_KEY};
 use ndof_signal::Recording;
 use std::io::{Cursor, Write};
 use zip::write::SimpleFileOptions;

@@ -1,9 +1,10 @@
 //! A recording as Parquet, such that reading it gives the same recording bit for bit.
 
 use super::{FOREIGN_KEYS, PARQUET, UNIT_KEY, UNITS_KEY};
-use crate::assemble::{RATE_KEY, RESERVED_KEYS, START_KEY, is_time};
+use crate::assemble::{RESERVED_KEYS, is_time};
 use crate::error::IoError;
 use crate::names::{indexed, read_back};
+use crate::timing::{RATE_KEY, START_KEY};
 use ::parquet::basic::{Compression, Repetition, Type as Physical};
 use ::parquet::data_type::DoubleType;
 use ::parquet::errors::ParquetError;

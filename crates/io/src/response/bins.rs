@@ -1,8 +1,10 @@
 //! Arrays of a response by pair of output and input, as files give them.
 
-use super::MAX_VALUES;
 use super::table::ResponseTable;
 use num_complex::Complex;
+
+/// Frequencies of one file, and numbers of a response: bounds before memory is taken.
+pub(super) const MAX_VALUES: usize = 1 << 26;
 
 /// One pair's values as they are read.
 #[derive(Clone, Debug, Default)]

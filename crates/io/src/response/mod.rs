@@ -18,9 +18,6 @@ use std::path::Path;
 
 pub use table::ResponseTable;
 
-/// Frequencies of one file, and numbers of a response: bounds before memory is taken.
-const MAX_VALUES: usize = 1 << 26;
-
 /// Bytes that tell a response from a recording.
 const LOOKED_AT: u64 = 1 << 17;
 

@@ -3,8 +3,7 @@
 //! Read are frequency responses (type 4) and coherences (type 6), one a pair of response and reference, whose names are node and
 //! direction (`7_z`). After "Universal file formats for modal analysis testing", SDRC, University of Cincinnati.
 
-use super::MAX_VALUES;
-use super::bins::{Pair, response};
+use super::bins::{MAX_VALUES, Pair, response};
 use super::table::ResponseTable;
 use super::touchstone::left_out;
 use crate::cursor::Cursor;

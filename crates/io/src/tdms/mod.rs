@@ -5,7 +5,7 @@
 
 mod segment;
 
-use crate::assemble::{RATE_KEY, START_KEY, is_time};
+use crate::assemble::is_time;
 use crate::budget::Budget;
 use crate::cursor::Cursor;
 use crate::error::IoError;
@@ -15,6 +15,7 @@ use crate::names::key;
 use crate::note::Note;
 use crate::table::{Column, Rounding, Table};
 use crate::time::simplest;
+use crate::timing::{RATE_KEY, START_KEY};
 use crate::trials::stem;
 use segment::{Index, Kind, Property, Raw, Stamp, segments};
 use std::collections::BTreeMap;

@@ -1,7 +1,6 @@
 //! Measured records of others, where they are at hand: `../shared/data` beside the repository.
 
 use ndof_models::Axis;
-use ndof_models::state_space::{LinearTrial, Selection, Subspace, select};
 use ndof_models::time::{Causality, FreeRun, FreeRunError, FreeRunFit, Mechanism, Score, TimeTrial, laws};
 
 /// Columns of a CSV file; `None` where it is not at hand.
@@ -158,23 +157,4 @@ fn best_static(a: &(Vec<f64>, Vec<f64>), b: &(Vec<f64>, Vec<f64>)) -> f64 {
         v.iter().map(|x| (x - m).powi(2)).sum::<f64>() / v.len() as f64
     };
     100.0 * (1.0 - variance(&error) / variance(&b.1))
-}
-
-/// Linear models of rising order: inputs, outputs, what is seen of the past, the largest order.
-pub fn linear(
-    file: &str,
-    inputs: &[usize],
-    outputs: &[usize],
-    past: usize,
-    largest: usize,
-) -> Option<Result<Selection, ndof_models::state_space::SubspaceError>> {
-    let c = columns(file)?;
-    let samples = c[0].len();
-    let cut = (samples as f64 * FITTED) as usize;
-    fn part<'a>(c: &'a [Vec<f64>], which: &[usize], range: &std::ops::Range<usize>) -> Vec<&'a [f64]> {
-        which.iter().map(|&k| &c[k][range.clone()]).collect()
-    }
-    let trial = |range: std::ops::Range<usize>| LinearTrial { inputs: part(&c, inputs, &range), outputs: part(&c, outputs, &range) };
-    let beginning = (samples - cut) / 10;
-    Some(select(&Subspace { past }, &[trial(0..cut)], &[trial(cut..samples)], largest, beginning))
 }

@@ -1,10 +1,7 @@
 //! Latency from command to force.
 
-use super::card::plain;
-use super::form::grid;
 use super::measurement_delay::DelayLine;
-use super::{Action, Card, Effect, EffectError, Form, Injection, Knob, ParameterCard, Parameters, Scale, Setting, Side, Trace, Value, require_known};
-use std::sync::Arc;
+use super::vocabulary::*;
 
 const DELAY: ParameterCard = plain("delay_s", "s", 0.0, 10.0, None);
 const CARD: Card = Card {
@@ -38,16 +35,9 @@ impl Effect for ActuationDelay {
             return Vec::new();
         }
         let unit = scale.time_s;
-        vec![Form {
-            label: "delay",
-            side: Side::Actuator,
-            axis: None,
-            knobs: vec![Knob { lo: 0.0, hi: 0.05 * unit, log: false, telling: false }],
-            grid: grid(&[&[0.3, 1.0, 3.0, 8.0, 20.0].map(|ms| ms * 1e-3 * unit)]),
-            signs: vec![],
-            action: Action::Effort(Arc::new(|s, k| (-s * k[0]).exp())),
-            naming: Arc::new(|k, _| vec![("delay_s", Value::Number(k[0]))]),
-            floor: (0.0, 1.5e-4),
-        }]
+        let form = Form::new("delay", None, Action::Effort(Arc::new(|s, k| (-s * k[0]).exp())))
+            .knobs(vec![Knob::linear(0.0, 0.05 * unit)], &[&[0.3, 1.0, 3.0, 8.0, 20.0].map(|ms| ms * 1e-3 * unit)])
+            .numbers(|k, _| [("delay_s", k[0])]);
+        vec![Form { side: Side::Actuator, ..form.floor(0.0, 1.5e-4) }]
     }
 }

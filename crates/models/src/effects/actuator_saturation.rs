@@ -1,10 +1,6 @@
 //! A clipped command.
 
-use super::card::mechanical;
-use super::form::grid;
-use super::{Action, Card, Effect, EffectError, Form, Injection, Knob, ParameterCard, Parameters, Scale, Setting, Side, Trace, Value, require_known};
-use crate::force_law::Stage;
-use std::sync::Arc;
+use super::vocabulary::*;
 
 const LEVEL: ParameterCard = mechanical("level_n", ("N", "N m"), 1e-12, 1e9, None);
 const CARD: Card = Card {
@@ -47,16 +43,9 @@ impl Effect for ActuatorSaturation {
             return Vec::new();
         }
         let unit = scale.effort.iter().sum::<f64>() / scale.axes() as f64;
-        vec![Form {
-            label: "clip",
-            side: Side::Actuator,
-            axis: None,
-            knobs: vec![Knob { lo: 0.3 * unit, hi: 3.2 * unit, log: true, telling: false }],
-            grid: grid(&[&[0.7, 1.0, 1.4, 1.9, 2.5].map(|q| q * unit)]),
-            signs: vec![],
-            action: Action::Clip,
-            naming: Arc::new(|k, _| vec![("level_n", Value::Number(k[0]))]),
-            floor: (0.01, 0.0),
-        }]
+        let form = Form::new("clip", None, Action::Clip)
+            .knobs(vec![Knob::log(0.3 * unit, 3.2 * unit)], &[&[0.7, 1.0, 1.4, 1.9, 2.5].map(|q| q * unit)])
+            .numbers(|k, _| [("level_n", k[0])]);
+        vec![Form { side: Side::Actuator, ..form }]
     }
 }

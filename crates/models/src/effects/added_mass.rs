@@ -1,8 +1,6 @@
 //! Inertia that the baseline lacks.
 
-use super::card::mechanical;
-use super::{Action, Card, Effect, EffectError, Form, Injection, Matrix, ParameterCard, Parameters, Scale, Setting, Side, Sign, Trace, Value, require_known};
-use std::sync::Arc;
+use super::vocabulary::*;
 
 const MASS: ParameterCard = mechanical("mass_kg", ("kg", "kg m^2"), 0.0, 1e6, None);
 const CARD: Card = Card {
@@ -33,20 +31,11 @@ impl Effect for AddedMass {
 
     /// Only against a baseline whose whole inertia is given: a fitted one absorbs it.
     fn forms(&self, scale: &Scale) -> Vec<Form> {
-        let given = |i: usize| scale.nominal.iter().chain(&scale.held).any(|e| (e.0, e.1, e.2) == (Matrix::Mass, i, i));
-        if !(0..scale.axes()).all(given) {
+        let n = scale.axes();
+        if !(0..n).all(|i| scale.is_given(Matrix::Mass, i, i)) {
             return Vec::new();
         }
-        vec![Form {
-            label: "point mass",
-            side: Side::Limb,
-            axis: None,
-            knobs: vec![],
-            grid: vec![vec![]],
-            signs: vec![Sign::Positive],
-            action: Action::Entries { matrix: Matrix::Mass, entries: (0..scale.axes()).map(|i| (i, i, 1.0)).collect() },
-            naming: Arc::new(|_, c| vec![("mass_kg", Value::Number(c[0]))]),
-            floor: (0.005, 0.0),
-        }]
+        let form = Form::new("point mass", None, Action::Entries { matrix: Matrix::Mass, entries: (0..n).map(|i| (i, i, 1.0)).collect() });
+        vec![form.coefficients(vec![Sign::Positive]).numbers(|_, c| [("mass_kg", c[0])]).floor(0.005, 0.0)]
     }
 }

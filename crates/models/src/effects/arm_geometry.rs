@@ -1,10 +1,7 @@
 //! The curved geometry of an arm of two links.
 
-use super::card::plain;
 use super::curved_arm::CurvedArm;
-use super::{Action, Card, Effect, EffectError, Form, Injection, ParameterCard, Parameters, Scale, Setting, Side, Sign, Trace, Value, require_known};
-use crate::force_law::{ForceLaw, Motion};
-use std::sync::Arc;
+use super::vocabulary::*;
 
 pub(super) const UPPER_ARM: ParameterCard = plain("upper_arm_m", "m", 1e-3, 1e3, Some(0.33));
 pub(super) const FOREARM: ParameterCard = plain("forearm_m", "m", 1e-3, 1e3, Some(0.34));
@@ -73,16 +70,7 @@ impl Effect for ArmGeometry {
 
     fn forms(&self, scale: &Scale) -> Vec<Form> {
         let Some(arm) = &scale.arm else { return Vec::new() };
-        vec![Form {
-            label: "two links",
-            side: Side::Limb,
-            axis: None,
-            knobs: vec![],
-            grid: vec![vec![]],
-            signs: vec![Sign::Positive],
-            action: Action::Curved(arm.clone()),
-            naming: Arc::new(|_, c| vec![(COUPLING.name, Value::Number(c[0]))]),
-            floor: (0.005, 0.0),
-        }]
+        let form = Form::new("two links", None, Action::Curved(arm.clone())).coefficients(vec![Sign::Positive]);
+        vec![form.numbers(|_, c| [(COUPLING.name, c[0])]).floor(0.005, 0.0)]
     }
 }

@@ -1,12 +1,7 @@
 //! Stiffness that differs with the direction.
 
-use super::card::mechanical;
-use super::form::grid;
-use super::static_force::{Static, other_shapes};
-use super::{
-    Action, Card, Effect, EffectError, Evidence, Form, Injection, Knob, ParameterCard, Parameters, Scale, Setting, Side, Sign, Trace, Value, require_known,
-};
-use std::sync::Arc;
+use super::static_force::{Static, other_shapes, shape};
+use super::vocabulary::*;
 
 const K2: ParameterCard = mechanical("k2_n_per_m2", ("N/m^2", "N m/rad^2"), -1e12, 1e12, None);
 const CARD: Card = Card {
@@ -33,7 +28,7 @@ impl Effect for AsymmetricStiffness {
     fn inject(&self, parameters: &Parameters, setting: &Setting) -> Result<Injection, EffectError> {
         require_known(&CARD, parameters)?;
         let k2 = parameters.number(CARD.name, &K2)?;
-        let axis = setting.axis.ok_or(EffectError::Setting { effect: CARD.name, what: "an axis" })?;
+        let axis = setting.one_axis(&CARD)?;
         Ok(Injection::Force(Box::new(Static { axis, force: move |x: f64| k2 * x * x })))
     }
 
@@ -41,43 +36,14 @@ impl Effect for AsymmetricStiffness {
         (0..scale.axes())
             .flat_map(|axis| {
                 let spread = scale.position[axis];
-                let square = Form {
-                    label: "x²",
-                    side: Side::Limb,
-                    axis: Some(axis),
-                    knobs: vec![],
-                    grid: vec![vec![]],
-                    signs: vec![Sign::Free],
-                    action: Action::Force {
-                        law: Arc::new(move |_, c| {
-                            let k2 = c[0];
-                            Box::new(Static { axis, force: move |x: f64| k2 * x * x })
-                        }),
-                        exact: vec![],
-                        tangent: None,
-                    },
-                    naming: Arc::new(|_, c| vec![("k2_n_per_m2", Value::Number(c[0]))]),
-                    floor: (0.01, 0.0),
-                };
+                let square = Form::new("x²", Some(axis), shape(axis, |_, c, x| c[0] * x * x));
                 // Over a Gaussian x the best parabola through |x| has the coefficient 1 / (sqrt(2 π) σ).
                 let to_square = 1.0 / ((2.0 * std::f64::consts::PI).sqrt() * spread);
-                let kink = Form {
-                    label: "kink",
-                    knobs: vec![Knob { lo: -0.6 * spread, hi: 0.6 * spread, log: false, telling: false }],
-                    grid: grid(&[&[-0.3 * spread, 0.0, 0.3 * spread]]),
-                    action: Action::Force {
-                        law: Arc::new(move |k, c| {
-                            let (centre, k) = (k[0], c[0]);
-                            Box::new(Static { axis, force: move |x: f64| k * ((x - centre).abs() - centre.abs()) })
-                        }),
-                        exact: vec![],
-                        tangent: None,
-                    },
-                    naming: Arc::new(move |_, c| vec![("k2_n_per_m2", Value::Number(c[0] * to_square))]),
-                    floor: (0.1, 0.0),
-                    ..square.clone()
-                };
-                [square, kink]
+                let kink = Form::new("kink", Some(axis), shape(axis, |k, c, x| c[0] * ((x - k[0]).abs() - k[0].abs())))
+                    .knobs(vec![Knob::linear(-0.6 * spread, 0.6 * spread)], &[&[-0.3 * spread, 0.0, 0.3 * spread]])
+                    .floor(0.1, 0.0);
+                [(square, 1.0), (kink, to_square)]
+                    .map(|(form, factor)| form.coefficients(vec![Sign::Free]).numbers(move |_, c| [("k2_n_per_m2", c[0] * factor)]))
             })
             .collect()
     }

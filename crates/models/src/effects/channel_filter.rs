@@ -1,12 +1,8 @@
 //! A low-pass filter on some channels and not on others.
 
-use super::card::plain;
-use super::form::grid;
-use super::{Action, Card, Effect, EffectError, Evidence, Form, Injection, Knob, ParameterCard, Parameters, Scale, Setting, Side, Trace, Value, require_known};
-use crate::force_law::Stage;
+use super::vocabulary::*;
 use num_complex::Complex64;
 use std::f64::consts::{PI, SQRT_2, TAU};
-use std::sync::Arc;
 
 const CUTOFF: ParameterCard = plain("cutoff_hz", "Hz", 1e-9, 1e7, None);
 const ORDER: ParameterCard = plain("order", "", 1.0, 8.0, Some(1.0));
@@ -95,33 +91,24 @@ impl Effect for ChannelFilter {
 
     fn forms(&self, scale: &Scale) -> Vec<Form> {
         let unit = scale.time_s;
-        let mut forms = Vec::new();
-        for on_effort in [true, false] {
-            for order in [1usize, 2] {
-                // A pole's delay grows with the order: the same range of delay for each. From the fourth order a filter is a delay.
-                let spread = if order == 1 { 1.0 } else { SQRT_2 };
-                let channel = Scale::joined(if on_effort { &scale.effort_names } else { &scale.motion_names });
-                let operator: super::Operator = Arc::new(move |s, k| undo(s, k[0], order));
-                forms.push(Form {
-                    label: if order == 1 { "first order" } else { "second order" },
-                    side: Side::Sensor,
-                    axis: None,
-                    knobs: vec![Knob { lo: 5e-5 * unit, hi: 0.05 / spread * unit, log: true, telling: false }],
-                    grid: grid(&[&[0.3, 0.8, 1.4, 2.0, 2.8, 4.0, 5.6, 8.0, 11.0, 16.0].map(|ms| 1e-3 * ms / spread * unit)]),
-                    signs: vec![],
-                    action: if on_effort { Action::Effort(operator) } else { Action::Motion(operator) },
-                    naming: Arc::new(move |k, _| {
-                        vec![
-                            ("cutoff_hz", Value::Number(1.0 / (TAU * k[0]))),
-                            ("order", Value::Number(order as f64)),
-                            ("channel", Value::Text(channel.clone())),
-                        ]
-                    }),
-                    floor: (0.01, 0.0),
+        let of = |on_effort: bool, order: usize| {
+            // A pole's delay grows with the order: the same range of delay for each. From the fourth order a filter is a delay.
+            let spread = if order == 1 { 1.0 } else { SQRT_2 };
+            let channel = Scale::joined(if on_effort { &scale.effort_names } else { &scale.motion_names });
+            let operator: Operator = Arc::new(move |s, k| undo(s, k[0], order));
+            let action = if on_effort { Action::Effort(operator) } else { Action::Motion(operator) };
+            let form = Form::new(if order == 1 { "first order" } else { "second order" }, None, action)
+                .knobs(
+                    vec![Knob::log(5e-5 * unit, 0.05 / spread * unit)],
+                    &[&[0.3, 0.8, 1.4, 2.0, 2.8, 4.0, 5.6, 8.0, 11.0, 16.0].map(|ms| 1e-3 * ms / spread * unit)],
+                )
+                .naming(move |k, _| {
+                    let (cutoff, order) = (Value::Number(1.0 / (TAU * k[0])), Value::Number(order as f64));
+                    vec![("cutoff_hz", cutoff), ("order", order), ("channel", Value::Text(channel.clone()))]
                 });
-            }
-        }
-        forms
+            Form { side: Side::Sensor, ..form }
+        };
+        vec![of(true, 1), of(true, 2), of(false, 1), of(false, 2)]
     }
 
     fn stands_for(&self, evidence: &Evidence<'_>) -> &'static [&'static str] {

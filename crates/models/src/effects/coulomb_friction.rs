@@ -1,10 +1,6 @@
 //! Dry friction.
 
-use super::card::{mechanical, plain};
-use super::form::grid;
-use super::{Action, Card, Effect, EffectError, Form, Injection, Knob, ParameterCard, Parameters, Scale, Setting, Side, Sign, Trace, Value, require_known};
-use crate::force_law::{ForceLaw, Motion};
-use std::sync::Arc;
+use super::vocabulary::*;
 
 const LEVEL: ParameterCard = mechanical("level_n", ("N", "N m"), 0.0, 1e6, None);
 const STATIC_LEVEL: ParameterCard = mechanical("stribeck_level_n", ("N", "N m"), 0.0, 1e6, Some(0.0));
@@ -55,7 +51,7 @@ impl Effect for CoulombFriction {
         require_known(&CARD, parameters)?;
         let level = parameters.number(CARD.name, &LEVEL)?;
         let at_rest = parameters.number(CARD.name, &STATIC_LEVEL)?;
-        let axis = setting.axis.ok_or(EffectError::Setting { effect: CARD.name, what: "an axis" })?;
+        let axis = setting.one_axis(&CARD)?;
         Ok(Injection::Force(Box::new(Friction {
             axis,
             level,
@@ -72,41 +68,16 @@ impl Effect for CoulombFriction {
                 let narrowest = 0.05 * v;
                 // Both forms turn around well within the narrowest excess near rest.
                 let smoothing = 0.2 * narrowest;
-                let plain = Form {
-                    label: "Coulomb",
-                    side: Side::Limb,
-                    axis: Some(axis),
-                    knobs: vec![],
-                    grid: vec![vec![]],
-                    signs: vec![Sign::Positive],
-                    action: Action::Force {
-                        law: Arc::new(move |_, c| Box::new(Friction { axis, level: c[0], excess: 0.0, stribeck_velocity: 1.0, smoothing })),
-                        exact: vec![],
-                        tangent: None,
-                    },
-                    naming: Arc::new(|_, c| vec![("level_n", Value::Number(c[0]))]),
-                    floor: (0.015, 0.0),
-                };
-                let stribeck = Form {
-                    label: "Stribeck",
-                    knobs: vec![Knob { lo: narrowest, hi: 0.8 * v, log: true, telling: false }],
-                    grid: grid(&[&[0.1 * v, 0.3 * v]]),
-                    signs: vec![Sign::Positive, Sign::Positive],
-                    action: Action::Force {
-                        law: Arc::new(move |k, c| Box::new(Friction { axis, level: c[0], excess: c[1], stribeck_velocity: k[0], smoothing })),
-                        exact: vec![],
-                        tangent: None,
-                    },
-                    naming: Arc::new(|k, c| {
-                        vec![
-                            ("level_n", Value::Number(c[0])),
-                            ("stribeck_level_n", Value::Number(c[0] + c[1])),
-                            ("stribeck_velocity_m_per_s", Value::Number(k[0])),
-                        ]
-                    }),
-                    floor: (0.03, 0.0),
-                    ..plain.clone()
-                };
+                let law = move |level: f64, excess: f64, stribeck_velocity: f64| Friction { axis, level, excess, stribeck_velocity, smoothing };
+                let plain = Form::new("Coulomb", Some(axis), Action::force(move |_, c| law(c[0], 0.0, 1.0)))
+                    .coefficients(vec![Sign::Positive])
+                    .numbers(|_, c| [("level_n", c[0])])
+                    .floor(0.015, 0.0);
+                let stribeck = Form::new("Stribeck", Some(axis), Action::force(move |k, c| law(c[0], c[1], k[0])))
+                    .knobs(vec![Knob::log(narrowest, 0.8 * v)], &[&[0.1 * v, 0.3 * v]])
+                    .coefficients(vec![Sign::Positive, Sign::Positive])
+                    .numbers(|k, c| [("level_n", c[0]), ("stribeck_level_n", c[0] + c[1]), ("stribeck_velocity_m_per_s", k[0])])
+                    .floor(0.03, 0.0);
                 [plain, stribeck]
             })
             .collect()

@@ -1,9 +1,6 @@
 //! Coupling between axes that the baseline sets to zero.
 
-use super::card::plain;
-use super::{Action, Card, Effect, EffectError, Form, Injection, Matrix, ParameterCard, Parameters, Scale, Setting, Side, Sign, Trace, Value, require_known};
-use crate::force_law::{ForceLaw, Motion};
-use std::sync::Arc;
+use super::vocabulary::*;
 
 const MATRIX: ParameterCard = plain("matrix", "", 0.0, 0.0, None);
 const CARD: Card = Card {
@@ -51,28 +48,19 @@ impl Effect for CrossCoupling {
     fn forms(&self, scale: &Scale) -> Vec<Form> {
         let zero = |i: usize, j: usize| scale.nominal.iter().chain(&scale.held).any(|e| (e.0, e.1, e.2) == (Matrix::Stiffness, i, j) && e.3 == 0.0);
         let n = scale.axes();
-        let mut forms = Vec::new();
-        for i in 0..n {
-            for j in i + 1..n {
-                if zero(i, j) && zero(j, i) {
-                    forms.push(Form {
-                        label: "symmetric stiffness",
-                        side: Side::Limb,
-                        axis: None,
-                        knobs: vec![],
-                        grid: vec![vec![]],
-                        signs: vec![Sign::Free],
-                        action: Action::Entries { matrix: Matrix::Stiffness, entries: vec![(i, j, 1.0), (j, i, 1.0)] },
-                        naming: Arc::new(move |_, c| {
-                            let mut matrix = vec![vec![0.0; n]; n];
-                            (matrix[i][j], matrix[j][i]) = (c[0], c[0]);
-                            vec![("matrix", Value::Matrix(matrix))]
-                        }),
-                        floor: (0.01, 0.0),
-                    });
-                }
-            }
-        }
-        forms
+        (0..n)
+            .flat_map(|i| (i + 1..n).map(move |j| (i, j)))
+            .filter(|&(i, j)| zero(i, j) && zero(j, i))
+            .map(|(i, j)| {
+                let entries = vec![(i, j, 1.0), (j, i, 1.0)];
+                Form::new("symmetric stiffness", None, Action::Entries { matrix: Matrix::Stiffness, entries }).coefficients(vec![Sign::Free]).naming(
+                    move |_, c| {
+                        let mut matrix = vec![vec![0.0; n]; n];
+                        (matrix[i][j], matrix[j][i]) = (c[0], c[0]);
+                        vec![("matrix", Value::Matrix(matrix))]
+                    },
+                )
+            })
+            .collect()
     }
 }

@@ -1,10 +1,7 @@
 //! Stiffness that grows or falls with the amplitude.
 
-use super::card::mechanical;
-use super::static_force::{Static, other_shapes};
-use super::{Action, Card, Effect, EffectError, Evidence, Form, Injection, ParameterCard, Parameters, Scale, Setting, Side, Sign, Trace, Value, require_known};
-use crate::force_law::{ForceLaw, Motion};
-use std::sync::Arc;
+use super::static_force::{Static, other_shapes, shape};
+use super::vocabulary::*;
 
 const K3: ParameterCard = mechanical("k3_n_per_m3", ("N/m^3", "N m/rad^3"), -1e15, 1e15, None);
 const CARD: Card = Card {
@@ -54,69 +51,21 @@ impl Effect for CubicStiffness {
     fn forms(&self, scale: &Scale) -> Vec<Form> {
         let mut forms: Vec<Form> = (0..scale.axes())
             .flat_map(|axis| {
-                let spread = scale.position[axis];
-                let cubic = Form {
-                    label: "x³",
-                    side: Side::Limb,
-                    axis: Some(axis),
-                    knobs: vec![],
-                    grid: vec![vec![]],
-                    signs: vec![Sign::Free],
-                    action: Action::Force {
-                        law: Arc::new(move |_, c| {
-                            let k3 = c[0];
-                            Box::new(Static { axis, force: move |x: f64| k3 * x.powi(3) })
-                        }),
-                        exact: vec![],
-                        tangent: None,
-                    },
-                    naming: Arc::new(|_, c| vec![("k3_n_per_m3", Value::Number(c[0]))]),
-                    floor: (0.01, 0.0),
-                };
-                let off_centre = Form {
-                    label: "(x - x0)³",
-                    signs: vec![Sign::Free, Sign::Free],
-                    action: Action::Force {
-                        law: Arc::new(move |_, c| {
-                            let (k3, k2) = (c[0], c[1]);
-                            Box::new(Static { axis, force: move |x: f64| k3 * x.powi(3) + k2 * x * x })
-                        }),
-                        exact: vec![],
-                        tangent: None,
-                    },
-                    ..cubic.clone()
-                };
+                let of = |label, law| Form::new(label, Some(axis), law).coefficients(vec![Sign::Free]);
+                let named = |form: Form, factor: f64| form.numbers(move |_, c| [("k3_n_per_m3", c[0] * factor)]);
+                let off_centre = Form::new("(x - x0)³", Some(axis), shape(axis, |_, c, x| c[0] * x.powi(3) + c[1] * x * x));
                 // Over a Gaussian x the best cubic through x |x| has the coefficient sqrt(2 / (9 π)) / σ.
-                let to_cubic = (2.0 / (9.0 * std::f64::consts::PI)).sqrt() / spread;
-                let square = Form {
-                    label: "x |x|",
-                    action: Action::Force {
-                        law: Arc::new(move |_, c| {
-                            let k = c[0];
-                            Box::new(Static { axis, force: move |x: f64| k * x * x.abs() })
-                        }),
-                        exact: vec![],
-                        tangent: None,
-                    },
-                    naming: Arc::new(move |_, c| vec![("k3_n_per_m3", Value::Number(c[0] * to_cubic))]),
-                    floor: (0.1, 0.0),
-                    ..cubic.clone()
-                };
-                [cubic, off_centre, square]
+                let to_cubic = (2.0 / (9.0 * std::f64::consts::PI)).sqrt() / scale.position[axis];
+                [
+                    named(of("x³", shape(axis, |_, c, x| c[0] * x.powi(3))), 1.0),
+                    named(off_centre.coefficients(vec![Sign::Free, Sign::Free]), 1.0),
+                    named(of("x |x|", shape(axis, |_, c, x| c[0] * x * x.abs())), to_cubic).floor(0.1, 0.0),
+                ]
             })
             .collect();
         if scale.axes() > 1 {
-            forms.push(Form {
-                label: "|x|² x",
-                side: Side::Limb,
-                axis: None,
-                knobs: vec![],
-                grid: vec![vec![]],
-                signs: vec![Sign::Free],
-                action: Action::Force { law: Arc::new(|_, c| Box::new(Isotropic { k3: c[0] })), exact: vec![], tangent: None },
-                naming: Arc::new(|_, c| vec![("k3_n_per_m3", Value::Number(c[0]))]),
-                floor: (0.01, 0.0),
-            });
+            let all = Form::new("|x|² x", None, Action::force(|_, c| Isotropic { k3: c[0] })).coefficients(vec![Sign::Free]);
+            forms.push(all.numbers(|_, c| [("k3_n_per_m3", c[0])]));
         }
         forms
     }

@@ -1,12 +1,7 @@
 //! Slack.
 
-use super::card::mechanical;
-use super::form::grid;
-use super::static_force::{Static, other_shapes};
-use super::{
-    Action, Card, Effect, EffectError, Evidence, Form, Injection, Knob, ParameterCard, Parameters, Scale, Setting, Side, Sign, Trace, Value, require_known,
-};
-use std::sync::Arc;
+use super::static_force::{Static, other_shapes, shape};
+use super::vocabulary::*;
 
 const HALF_GAP: ParameterCard = mechanical("half_gap_m", ("m", "rad"), 0.0, 1e6, None);
 const CARD: Card = Card {
@@ -36,7 +31,7 @@ impl Effect for DeadZone {
     fn inject(&self, parameters: &Parameters, setting: &Setting) -> Result<Injection, EffectError> {
         require_known(&CARD, parameters)?;
         let gap = parameters.number(CARD.name, &HALF_GAP)?;
-        let axis = setting.axis.ok_or(EffectError::Setting { effect: CARD.name, what: "an axis" })?;
+        let axis = setting.one_axis(&CARD)?;
         let stiffness = Setting::diagonal(&setting.stiffness, axis);
         if stiffness <= 0.0 {
             return Err(EffectError::Setting { effect: CARD.name, what: "a plant with stiffness on its axis" });
@@ -51,48 +46,19 @@ impl Effect for DeadZone {
         (0..scale.axes())
             .flat_map(|axis| {
                 let spread = scale.position[axis];
-                let knobs = vec![
-                    Knob { lo: 0.05 * spread, hi: 1.8 * spread, log: true, telling: false },
-                    Knob { lo: -0.8 * spread, hi: 0.8 * spread, log: false, telling: false },
-                ];
-                let hard = Form {
-                    label: "gap",
-                    side: Side::Limb,
-                    axis: Some(axis),
-                    knobs: knobs.clone(),
-                    grid: grid(&[&[0.1, 0.2, 0.4, 0.7, 1.1].map(|q| q * spread), &[0.0]]),
-                    signs: vec![Sign::Negative],
-                    action: Action::Force {
-                        law: Arc::new(move |k, c| {
-                            let (gap, centre, k) = (k[0], k[1], c[0]);
-                            Box::new(Static { axis, force: move |x: f64| k * (x - centre).clamp(-gap, gap) })
-                        }),
-                        exact: vec![],
-                        tangent: None,
-                    },
-                    naming: Arc::new(|k, _| vec![("half_gap_m", Value::Number(k[0]))]),
-                    floor: (0.02, 0.0),
-                };
-                let soft = Form {
-                    label: "soft gap",
-                    action: Action::Force {
-                        law: Arc::new(move |k, c| {
-                            let (gap, centre, k) = (k[0], k[1], c[0]);
-                            Box::new(Static {
-                                axis,
-                                force: move |x: f64| {
-                                    let u = (x - centre) / gap;
-                                    k * gap * u / (1.0 + u * u).sqrt()
-                                },
-                            })
-                        }),
-                        exact: vec![],
-                        tangent: None,
-                    },
-                    floor: (0.1, 0.0),
-                    ..hard.clone()
-                };
-                [hard, soft]
+                let hard = Form::new("gap", Some(axis), shape(axis, |k, c, x| c[0] * (x - k[1]).clamp(-k[0], k[0]))).floor(0.02, 0.0);
+                let soft = shape(axis, |k, c, x| {
+                    let u = (x - k[1]) / k[0];
+                    c[0] * k[0] * u / (1.0 + u * u).sqrt()
+                });
+                [hard, Form::new("soft gap", Some(axis), soft).floor(0.1, 0.0)].map(|form| {
+                    form.knobs(
+                        vec![Knob::log(0.05 * spread, 1.8 * spread), Knob::linear(-0.8 * spread, 0.8 * spread)],
+                        &[&[0.1, 0.2, 0.4, 0.7, 1.1].map(|q| q * spread), &[0.0]],
+                    )
+                    .coefficients(vec![Sign::Negative])
+                    .numbers(|k, _| [("half_gap_m", k[0])])
+                })
             })
             .collect()
     }

@@ -1,6 +1,8 @@
 //! Forces that change with the time since a recording began.
 
+use super::form::{Action, Scale};
 use crate::force_law::{ForceLaw, Motion};
+use num_complex::Complex64;
 
 /// f = (t - middle) (stiffness x + force), axis by axis.
 pub(super) struct Drift {
@@ -22,4 +24,11 @@ impl ForceLaw for Drift {
 /// A matrix with one entry.
 pub(super) fn single(n: usize, i: usize, value: f64) -> Vec<Vec<f64>> {
     (0..n).map(|r| (0..n).map(|c| if r == i && c == i { value } else { 0.0 }).collect()).collect()
+}
+
+/// A force of one axis that grows with time; it follows time whatever the motion does.
+pub(super) fn ramp(axis: usize, scale: &Scale) -> Action {
+    let (n, middle_s) = (scale.axes(), scale.duration_s / 2.0);
+    let law = move |_: &[f64], c: &[f64]| Drift { middle_s, stiffness: vec![], force: (0..n).map(|i| if i == axis { c[0] } else { 0.0 }).collect() };
+    Action::tangent(law, |_, _| Complex64::ZERO)
 }

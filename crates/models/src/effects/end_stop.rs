@@ -1,13 +1,7 @@
 //! A wall within the range of motion.
 
-use super::card::mechanical;
-use super::form::grid;
 use super::static_force::other_shapes;
-use super::{
-    Action, Card, Effect, EffectError, Evidence, Form, Injection, Knob, ParameterCard, Parameters, Scale, Setting, Side, Sign, Trace, Value, require_known,
-};
-use crate::force_law::{ForceLaw, Motion};
-use std::sync::Arc;
+use super::vocabulary::*;
 
 const POSITION: ParameterCard = mechanical("position_m", ("m", "rad"), -1e6, 1e6, None);
 const STIFFNESS: ParameterCard = mechanical("stiffness_n_per_m", ("N/m", "N m/rad"), 0.0, 1e12, None);
@@ -54,44 +48,31 @@ impl Effect for EndStop {
     fn inject(&self, parameters: &Parameters, setting: &Setting) -> Result<Injection, EffectError> {
         require_known(&CARD, parameters)?;
         let [position, stiffness, damping] = [&POSITION, &STIFFNESS, &DAMPING].map(|card| parameters.number(CARD.name, card));
-        let axis = setting.axis.ok_or(EffectError::Setting { effect: CARD.name, what: "an axis" })?;
+        let axis = setting.one_axis(&CARD)?;
         let position = position?;
         Ok(Injection::Force(Box::new(Wall { axis, position, side: position.signum(), exponent: 1.0, stiffness: stiffness?, damping: damping? })))
     }
 
     fn forms(&self, scale: &Scale) -> Vec<Form> {
-        let mut forms = Vec::new();
-        for axis in 0..scale.axes() {
+        let of = |axis: usize, side: f64, (label, exponent, coefficients): (&'static str, f64, usize)| {
             let (spread, centre) = (scale.position[axis], scale.centre[axis]);
-            for side in [1.0, -1.0] {
-                for (label, exponent, damped) in [("wall", 1.0, false), ("soft wall", 1.5, false), ("damped wall", 1.0, true)] {
-                    forms.push(Form {
-                        label,
-                        side: Side::Limb,
-                        axis: Some(axis),
-                        knobs: vec![Knob { lo: 0.5 * spread, hi: 2.6 * spread, log: false, telling: false }],
-                        grid: grid(&[&[0.6, 1.0, 1.4, 1.8].map(|q| q * spread)]),
-                        signs: vec![Sign::Positive; if damped { 2 } else { 1 }],
-                        action: Action::Force {
-                            law: Arc::new(move |k, c| {
-                                let damping = c.get(1).copied().unwrap_or(0.0);
-                                Box::new(Wall { axis, position: side * k[0], side, exponent, stiffness: c[0], damping })
-                            }),
-                            exact: vec![],
-                            tangent: None,
-                        },
-                        naming: Arc::new(move |k, c| {
-                            let stiffness = c[0] * spread.powf(exponent - 1.0);
-                            let damping = c.get(1).map(|c| ("damping_n_s_per_m2", Value::Number(*c)));
-                            let place = ("position_m", Value::Number(side * k[0] + centre));
-                            [place, ("stiffness_n_per_m", Value::Number(stiffness))].into_iter().chain(damping).collect()
-                        }),
-                        floor: (0.02, 0.0),
-                    });
-                }
-            }
-        }
-        forms
+            let damping = |c: &[f64]| c.get(1).copied();
+            let law = move |k: &[f64], c: &[f64]| {
+                let damping = damping(c).unwrap_or(0.0);
+                Wall { axis, position: side * k[0], side, exponent, stiffness: c[0], damping }
+            };
+            Form::new(label, Some(axis), Action::force(law))
+                .knobs(vec![Knob::linear(0.5 * spread, 2.6 * spread)], &[&[0.6, 1.0, 1.4, 1.8].map(|q| q * spread)])
+                .coefficients(vec![Sign::Positive; coefficients])
+                .naming(move |k, c| {
+                    let place = ("position_m", Value::Number(side * k[0] + centre));
+                    let stiffness = ("stiffness_n_per_m", Value::Number(c[0] * spread.powf(exponent - 1.0)));
+                    [place, stiffness].into_iter().chain(damping(c).map(|c| ("damping_n_s_per_m2", Value::Number(c)))).collect()
+                })
+                .floor(0.02, 0.0)
+        };
+        let shapes = [("wall", 1.0, 1), ("soft wall", 1.5, 1), ("damped wall", 1.0, 2)];
+        (0..scale.axes()).flat_map(|axis| [1.0, -1.0].into_iter().flat_map(move |side| shapes.map(|shape| of(axis, side, shape)))).collect()
     }
 
     fn stands_for(&self, evidence: &Evidence<'_>) -> &'static [&'static str] {

@@ -1,6 +1,7 @@
 //! What a search has found of an effect.
 
-use super::{ParameterCard, Scale};
+use super::card::{ParameterCard, rotational_name};
+use super::form::Scale;
 
 /// A cause that a search has chosen: what its effect needs to say which others would make the same response.
 pub struct Evidence<'a> {
@@ -22,7 +23,7 @@ pub struct Evidence<'a> {
 impl Evidence<'_> {
     /// A fitted parameter.
     pub fn number(&self, parameter: &ParameterCard) -> Option<f64> {
-        self.parameters.iter().find(|(name, _)| *name == parameter.name || *name == super::rotational_name(parameter.name)).map(|(_, value)| *value)
+        self.parameters.iter().find(|(name, _)| *name == parameter.name || *name == rotational_name(parameter.name)).map(|(_, value)| *value)
     }
 
     /// Standard deviation of the displacement that it sees.

@@ -1,14 +1,8 @@
 //! A flexible mode, or compliance in series.
 
-use super::card::plain;
-use super::form::grid;
-use super::{
-    Action, Card, Effect, EffectError, Evidence, Form, Injection, Knob, ParameterCard, Parameters, Scale, Setting, Side, Sign, Trace, Value, require_known,
-};
-use crate::force_law::{ForceLaw, Motion};
+use super::vocabulary::*;
 use num_complex::Complex64;
 use std::f64::consts::TAU;
-use std::sync::Arc;
 
 const FREQUENCY: ParameterCard = plain("frequency_hz", "Hz", 1e-9, 1e6, None);
 const DAMPING_RATIO: ParameterCard = plain("damping_ratio", "", 0.0, 2.0, Some(0.05));
@@ -70,7 +64,7 @@ impl Effect for ExtraResonance {
 
     fn inject(&self, parameters: &Parameters, setting: &Setting) -> Result<Injection, EffectError> {
         require_known(&CARD, parameters)?;
-        let axis = setting.axis.ok_or(EffectError::Setting { effect: CARD.name, what: "an axis" })?;
+        let axis = setting.one_axis(&CARD)?;
         let inertia = Setting::diagonal(&setting.mass, axis);
         if inertia <= 0.0 {
             return Err(EffectError::Setting { effect: CARD.name, what: "a plant with inertia on its axis" });
@@ -88,23 +82,14 @@ impl Effect for ExtraResonance {
         let mut forms: Vec<Form> = (0..scale.axes())
             .map(|axis| {
                 let inertia = Setting::diagonal(&scale.mass, axis).abs().max(f64::MIN_POSITIVE);
-                Form {
-                    label: "carried mass",
-                    side: Side::Limb,
-                    axis: Some(axis),
-                    knobs: vec![Knob { lo: 0.8 / unit, hi: 12.5 / unit, log: true, telling: false }, Knob { lo: 0.003, hi: 0.4, log: true, telling: false }],
-                    grid: grid(&[&[1.5, 2.2, 3.0, 4.2, 5.5, 7.0, 9.0, 11.0].map(|f| f / unit), &[0.07]]),
-                    signs: vec![Sign::Positive],
-                    action: Action::Force {
-                        law: Arc::new(move |k, c| Box::new(Carried { axis, mass: c[0], omega: TAU * k[0], damping_ratio: k[1] })),
-                        exact: vec![Arc::new(|s, k| carried(s, TAU * k[0], k[1]))],
-                        tangent: None,
-                    },
-                    naming: Arc::new(move |k, c| {
-                        vec![("frequency_hz", Value::Number(k[0])), ("damping_ratio", Value::Number(k[1])), ("mass_share", Value::Number(c[0] / inertia))]
-                    }),
-                    floor: (0.01, 0.0),
-                }
+                let law = move |k: &[f64], c: &[f64]| Carried { axis, mass: c[0], omega: TAU * k[0], damping_ratio: k[1] };
+                Form::new("carried mass", Some(axis), Action::linear(law, vec![Arc::new(|s, k| carried(s, TAU * k[0], k[1]))]))
+                    .knobs(
+                        vec![Knob::log(0.8 / unit, 12.5 / unit), Knob::log(0.003, 0.4)],
+                        &[&[1.5, 2.2, 3.0, 4.2, 5.5, 7.0, 9.0, 11.0].map(|f| f / unit), &[0.07]],
+                    )
+                    .coefficients(vec![Sign::Positive])
+                    .numbers(move |k, c| [("frequency_hz", k[0]), ("damping_ratio", k[1]), ("mass_share", c[0] / inertia)])
             })
             .collect();
         if scale.motion_imposed {
@@ -114,20 +99,13 @@ impl Effect for ExtraResonance {
         let axes = scale.axes();
         let gain = (0..axes).map(|i| scale.effort[i] / scale.position[i].max(f64::MIN_POSITIVE)).sum::<f64>() / axes as f64;
         let inertia = (0..axes).map(|i| Setting::diagonal(&scale.mass, i).abs()).sum::<f64>() / axes as f64;
-        forms.push(Form {
-            label: "series compliance",
-            side: Side::Limb,
-            axis: None,
-            knobs: vec![Knob { lo: 1e-3 / gain, hi: 0.5 / gain, log: true, telling: false }],
-            grid: grid(&[&[160.0, 40.0, 10.0].map(|q| 1.0 / (q * gain))]),
-            signs: vec![],
-            action: Action::Series(Arc::new(|_, k| Complex64::new(k[0], 0.0))),
-            naming: Arc::new(move |k, _| {
+        let series = Form::new("series compliance", None, Action::Series(Arc::new(|_, k| Complex64::new(k[0], 0.0))))
+            .knobs(vec![Knob::log(1e-3 / gain, 0.5 / gain)], &[&[160.0, 40.0, 10.0].map(|q| 1.0 / (q * gain))])
+            .numbers(move |k, _| {
                 let frequency = (1.0 / (k[0] * inertia.max(f64::MIN_POSITIVE))).sqrt() / TAU;
-                vec![("frequency_hz", Value::Number(frequency)), ("damping_ratio", Value::Number(0.0)), ("mass_share", Value::Number(1.0))]
-            }),
-            floor: (0.02, 0.0),
-        });
+                [("frequency_hz", frequency), ("damping_ratio", 0.0), ("mass_share", 1.0)]
+            });
+        forms.push(series.floor(0.02, 0.0));
         forms
     }
 

@@ -1,9 +1,11 @@
 //! How an effect shows itself in a measured motion: what a search tries.
 
-use crate::effects::curved_arm::CurvedArm;
-use crate::effects::parameters::Value;
-use crate::effects::scheduled::ScheduledMatrix;
-use crate::effects::varying_reflex::ScheduledReflex;
+use super::card::Side;
+use super::curved_arm::CurvedArm;
+use super::matrix::Matrix;
+use super::parameters::Value;
+use super::reflex::ScheduledReflex;
+use super::waves::ScheduledMatrix;
 use crate::force_law::ForceLaw;
 use num_complex::Complex64;
 use std::sync::Arc;
@@ -30,6 +32,18 @@ pub struct Knob {
     pub telling: bool,
 }
 
+impl Knob {
+    /// Steps of equal size between these values.
+    pub fn linear(lo: f64, hi: f64) -> Self {
+        Knob { lo, hi, log: false, telling: false }
+    }
+
+    /// Steps of equal ratio between these values, both above zero.
+    pub fn log(lo: f64, hi: f64) -> Self {
+        Knob { lo, hi, log: true, telling: false }
+    }
+}
+
 /// What a linear coefficient may be.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Sign {
@@ -39,17 +53,6 @@ pub enum Sign {
     Negative,
     /// Anything.
     Free,
-}
-
-/// Which matrix of M ẍ + B ẋ + K x an entry belongs to: the order of its derivative.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Matrix {
-    /// K.
-    Stiffness,
-    /// B.
-    Damping,
-    /// M.
-    Mass,
 }
 
 /// What an effect does to the balance of forces or to the channels.
@@ -90,6 +93,24 @@ pub enum Action {
 }
 
 impl Action {
+    /// A force without a face in frequency that is known in closed form: a law from knobs and coefficients.
+    pub fn force<L: ForceLaw + 'static>(law: impl Fn(&[f64], &[f64]) -> L + Send + Sync + 'static) -> Self {
+        Action::linear(law, Vec::new())
+    }
+
+    /// A linear force with its operators, one a coefficient.
+    pub fn linear<L: ForceLaw + 'static>(law: impl Fn(&[f64], &[f64]) -> L + Send + Sync + 'static, exact: Vec<Operator>) -> Self {
+        Action::Force { law: Arc::new(move |knobs, coefficients| Box::new(law(knobs, coefficients))), exact, tangent: None }
+    }
+
+    /// A force whose best linear approximation is known.
+    pub fn tangent<L: ForceLaw + 'static>(
+        law: impl Fn(&[f64], &[f64]) -> L + Send + Sync + 'static,
+        tangent: impl Fn(Complex64, &[f64]) -> Complex64 + Send + Sync + 'static,
+    ) -> Self {
+        Action::Force { law: Arc::new(move |knobs, coefficients| Box::new(law(knobs, coefficients))), exact: Vec::new(), tangent: Some(Arc::new(tangent)) }
+    }
+
     /// The force law with these knobs and coefficients; none of what is no force along the motion.
     pub fn law(&self, knobs: &[f64], coefficients: &[f64]) -> Option<Box<dyn ForceLaw>> {
         match self {
@@ -107,7 +128,7 @@ pub struct Form {
     /// Its short name among the forms of the effect, e.g. `Bouc-Wen`.
     pub label: &'static str,
     /// The side of its site.
-    pub side: super::Side,
+    pub side: Side,
     /// The axis; `None` for all axes together.
     pub axis: Option<usize>,
     /// Nonlinear parameters.
@@ -125,6 +146,46 @@ pub struct Form {
 }
 
 impl Form {
+    /// A form of the limb without knobs and coefficients, whose parameters are known to a hundredth.
+    pub fn new(label: &'static str, axis: Option<usize>, action: Action) -> Self {
+        Form {
+            label,
+            side: Side::Limb,
+            axis,
+            knobs: Vec::new(),
+            grid: vec![Vec::new()],
+            signs: Vec::new(),
+            action,
+            naming: Arc::new(|_, _| Vec::new()),
+            floor: (0.01, 0.0),
+        }
+    }
+
+    /// With knobs, started at all combinations of these values of each.
+    pub fn knobs(self, knobs: Vec<Knob>, starts: &[&[f64]]) -> Self {
+        Form { knobs, grid: grid(starts), ..self }
+    }
+
+    /// With coefficients of these signs.
+    pub fn coefficients(self, signs: Vec<Sign>) -> Self {
+        Form { signs, ..self }
+    }
+
+    /// With parameters by name, from knobs and coefficients.
+    pub fn naming(self, naming: impl Fn(&[f64], &[f64]) -> Vec<(&'static str, Value)> + Send + Sync + 'static) -> Self {
+        Form { naming: Arc::new(naming), ..self }
+    }
+
+    /// With parameters that are all numbers.
+    pub fn numbers<const N: usize>(self, numbers: impl Fn(&[f64], &[f64]) -> [(&'static str, f64); N] + Send + Sync + 'static) -> Self {
+        self.naming(move |knobs, coefficients| numbers(knobs, coefficients).map(|(name, value)| (name, Value::Number(value))).to_vec())
+    }
+
+    /// With systematic errors of this size: relative, absolute (SI).
+    pub fn floor(self, relative: f64, absolute: f64) -> Self {
+        Form { floor: (relative, absolute), ..self }
+    }
+
     /// The number of parameters that a search pays for.
     pub fn cost(&self) -> usize {
         self.knobs.len() + self.signs.len()
@@ -142,7 +203,7 @@ impl Form {
 }
 
 /// All combinations of the values of each knob.
-pub(crate) fn grid(axes: &[&[f64]]) -> Vec<Vec<f64>> {
+fn grid(axes: &[&[f64]]) -> Vec<Vec<f64>> {
     axes.iter()
         .fold(vec![Vec::new()], |points, values| points.iter().flat_map(|p| values.iter().map(move |&v| p.iter().copied().chain([v]).collect())).collect())
 }
@@ -201,6 +262,11 @@ impl Scale {
     /// The unit of time for what nerves and muscles do: seconds, unless the recording is far from human time.
     pub fn human_time_s(&self) -> f64 {
         if (0.2..=5.0).contains(&self.time_s) { 1.0 } else { self.time_s }
+    }
+
+    /// Whether the baseline takes an entry for known, right or wrong.
+    pub(super) fn is_given(&self, matrix: Matrix, row: usize, column: usize) -> bool {
+        self.nominal.iter().chain(&self.held).any(|e| (e.0, e.1, e.2) == (matrix, row, column))
     }
 
     /// Names of all effort or motion channels in one line.

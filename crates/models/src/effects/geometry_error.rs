@@ -1,7 +1,6 @@
 //! A wrong length or angle in the kinematics.
 
-use super::card::plain;
-use super::{Card, Effect, EffectError, Injection, ParameterCard, Parameters, Setting, Side, Trace, require_known};
+use super::vocabulary::*;
 
 const NAME: ParameterCard = plain("name", "", 0.0, 0.0, None);
 const VALUE: ParameterCard = plain("value", "", f64::MIN, f64::MAX, None);

@@ -1,9 +1,7 @@
 //! Gravity that the baseline lacks.
 
-use super::card::plain;
-use super::static_force::Static;
-use super::{Action, Card, Effect, EffectError, Form, Injection, ParameterCard, Parameters, Scale, Setting, Side, Sign, Trace, Value, require_known};
-use std::sync::Arc;
+use super::static_force::{Static, shape};
+use super::vocabulary::*;
 
 const TORQUE: ParameterCard = plain("torque_nm", "N m", 0.0, 1e6, None);
 const DIRECTION: ParameterCard = plain("direction_rad", "rad", -7.0, 7.0, Some(0.0));
@@ -31,7 +29,7 @@ impl Effect for Gravity {
     fn inject(&self, parameters: &Parameters, setting: &Setting) -> Result<Injection, EffectError> {
         require_known(&CARD, parameters)?;
         let (torque, direction) = (parameters.number(CARD.name, &TORQUE)?, parameters.number(CARD.name, &DIRECTION)?);
-        let axis = setting.axis.ok_or(EffectError::Setting { effect: CARD.name, what: "an axis" })?;
+        let axis = setting.one_axis(&CARD)?;
         Ok(Injection::Force(Box::new(Static { axis, force: move |angle: f64| torque * (angle - direction).sin() })))
     }
 
@@ -44,24 +42,11 @@ impl Effect for Gravity {
             .filter(|&axis| scale.position[axis] > 0.1)
             .map(|axis| {
                 let centre = scale.centre[axis];
-                Form {
-                    label: "sine of the angle",
-                    side: Side::Limb,
-                    axis: Some(axis),
-                    knobs: vec![],
-                    grid: vec![vec![]],
-                    signs: vec![Sign::Free, Sign::Free],
-                    action: Action::Force {
-                        law: Arc::new(move |_, c| {
-                            let (s, k) = (c[0], c[1]);
-                            Box::new(Static { axis, force: move |x: f64| s * (x + centre).sin() - k * (x + centre).cos() })
-                        }),
-                        exact: vec![],
-                        tangent: None,
-                    },
-                    naming: Arc::new(|_, c| vec![("torque_nm", Value::Number(c[0].hypot(c[1]))), ("direction_rad", Value::Number(c[1].atan2(c[0])))]),
-                    floor: (0.02, 0.0),
-                }
+                let law = shape(axis, move |_, c, x| c[0] * (x + centre).sin() - c[1] * (x + centre).cos());
+                Form::new("sine of the angle", Some(axis), law)
+                    .coefficients(vec![Sign::Free, Sign::Free])
+                    .numbers(|_, c| [("torque_nm", c[0].hypot(c[1])), ("direction_rad", c[1].atan2(c[0]))])
+                    .floor(0.02, 0.0)
             })
             .collect()
     }

@@ -1,12 +1,6 @@
 //! Rate-independent hysteresis.
 
-use super::card::{mechanical, plain};
-use super::form::grid;
-use super::{
-    Action, Card, Effect, EffectError, Evidence, Form, Injection, Knob, ParameterCard, Parameters, Scale, Setting, Side, Sign, Trace, Value, require_known,
-};
-use crate::force_law::{ForceLaw, Motion};
-use std::sync::Arc;
+use super::vocabulary::*;
 
 const STIFFNESS: ParameterCard = mechanical("stiffness_n_per_m", ("N/m", "N m/rad"), 0.0, 1e9, None);
 const YIELD: ParameterCard = mechanical("yield_m", ("m", "rad"), 1e-12, 1e6, None);
@@ -89,7 +83,7 @@ impl Effect for Hysteresis {
 
     fn inject(&self, parameters: &Parameters, setting: &Setting) -> Result<Injection, EffectError> {
         require_known(&CARD, parameters)?;
-        let axis = setting.axis.ok_or(EffectError::Setting { effect: CARD.name, what: "an axis" })?;
+        let axis = setting.one_axis(&CARD)?;
         Ok(Injection::Force(Box::new(BoucWen {
             axis,
             stiffness: parameters.number(CARD.name, &STIFFNESS)?,
@@ -102,46 +96,18 @@ impl Effect for Hysteresis {
         (0..scale.axes())
             .flat_map(|axis| {
                 let x = scale.position[axis];
-                let symmetric = Form {
-                    label: "Bouc-Wen",
-                    side: Side::Limb,
-                    axis: Some(axis),
-                    knobs: vec![Knob { lo: 0.02 * x, hi: 0.9 * x, log: true, telling: false }],
-                    grid: grid(&[&[0.04, 0.08, 0.15, 0.28, 0.45, 0.7].map(|q| q * x)]),
-                    signs: vec![Sign::Positive],
-                    action: Action::Force {
-                        law: Arc::new(move |k, c| Box::new(BoucWen { axis, stiffness: c[0], width: 2.0 * k[0], shape: 1.0 })),
-                        exact: vec![],
-                        tangent: None,
-                    },
-                    naming: Arc::new(|k, c| vec![("stiffness_n_per_m", Value::Number(c[0])), ("yield_m", Value::Number(k[0])), ("shape", Value::Number(1.0))]),
-                    floor: (0.01, 0.0),
-                };
-                let shaped = Form {
-                    label: "Bouc-Wen, any shape",
-                    knobs: vec![Knob { lo: 0.025 * x, hi: 3.0 * x, log: true, telling: false }, Knob { lo: -1.5, hi: 0.9, log: false, telling: false }],
-                    grid: grid(&[&[0.15 * x, 0.4 * x, x], &[-1.1, -0.3]]),
-                    action: Action::Force {
-                        law: Arc::new(move |k, c| Box::new(BoucWen { axis, stiffness: c[0], width: 2.0 * k[0], shape: k[1] })),
-                        exact: vec![],
-                        tangent: None,
-                    },
-                    naming: Arc::new(|k, c| vec![("stiffness_n_per_m", Value::Number(c[0])), ("yield_m", Value::Number(k[0])), ("shape", Value::Number(k[1]))]),
-                    ..symmetric.clone()
-                };
-                let slip = Form {
-                    label: "Maxwell-slip",
-                    knobs: vec![Knob { lo: 0.03 * x, hi: 0.9 * x, log: true, telling: false }],
-                    grid: grid(&[&[0.06, 0.15, 0.3, 0.6].map(|q| q * x)]),
-                    action: Action::Force {
-                        law: Arc::new(move |k, c| Box::new(Slip { axis, stiffness: c[0], yields: [0.4 * k[0], k[0], 1.6 * k[0]] })),
-                        exact: vec![],
-                        tangent: None,
-                    },
-                    naming: Arc::new(|k, c| vec![("stiffness_n_per_m", Value::Number(c[0])), ("yield_m", Value::Number(k[0]))]),
-                    ..symmetric.clone()
-                };
-                [symmetric, shaped, slip]
+                let loop_of = move |k: &[f64], c: &[f64], shape: f64| BoucWen { axis, stiffness: c[0], width: 2.0 * k[0], shape };
+                let symmetric = Form::new("Bouc-Wen", Some(axis), Action::force(move |k, c| loop_of(k, c, 1.0)))
+                    .knobs(vec![Knob::log(0.02 * x, 0.9 * x)], &[&[0.04, 0.08, 0.15, 0.28, 0.45, 0.7].map(|q| q * x)])
+                    .numbers(|k, c| [("stiffness_n_per_m", c[0]), ("yield_m", k[0]), ("shape", 1.0)]);
+                let shaped = Form::new("Bouc-Wen, any shape", Some(axis), Action::force(move |k, c| loop_of(k, c, k[1])))
+                    .knobs(vec![Knob::log(0.025 * x, 3.0 * x), Knob::linear(-1.5, 0.9)], &[&[0.15 * x, 0.4 * x, x], &[-1.1, -0.3]])
+                    .numbers(|k, c| [("stiffness_n_per_m", c[0]), ("yield_m", k[0]), ("shape", k[1])]);
+                let slipping = Action::force(move |k, c| Slip { axis, stiffness: c[0], yields: [0.4 * k[0], k[0], 1.6 * k[0]] });
+                let slip = Form::new("Maxwell-slip", Some(axis), slipping)
+                    .knobs(vec![Knob::log(0.03 * x, 0.9 * x)], &[&[0.06, 0.15, 0.3, 0.6].map(|q| q * x)])
+                    .numbers(|k, c| [("stiffness_n_per_m", c[0]), ("yield_m", k[0])]);
+                [symmetric, shaped, slip].map(|form| form.coefficients(vec![Sign::Positive]))
             })
             .collect()
     }

@@ -1,5 +1,7 @@
 //! How a simulation hides an effect.
 
+use super::card::Card;
+use super::parameters::EffectError;
 use crate::force_law::{ForceLaw, Stage};
 
 /// What a simulation knows when it hides an effect.
@@ -25,6 +27,11 @@ impl Setting {
     /// The axes that the effect acts on.
     pub fn sites(&self) -> Vec<usize> {
         self.axis.map_or_else(|| (0..self.axes).collect(), |axis| vec![axis])
+    }
+
+    /// The axis, for an effect that acts on one.
+    pub(super) fn one_axis(&self, effect: &Card) -> Result<usize, EffectError> {
+        self.axis.ok_or(EffectError::Setting { effect: effect.name, what: "an axis" })
     }
 
     /// The entry `axis`, `axis` of a matrix, 0 where it is not given.

@@ -1,10 +1,8 @@
 //! Force that the limb makes by itself.
 
-use super::card::{mechanical, plain};
 use super::channel_filter::LowPass;
 use super::outside_force::Played;
-use super::{Card, Effect, EffectError, Injection, ParameterCard, Parameters, Setting, Side, Trace, require_known};
-use crate::force_law::Stage;
+use super::vocabulary::*;
 
 const RMS: ParameterCard = mechanical("rms_n", ("N", "N m"), 0.0, 1e6, None);
 const CUTOFF: ParameterCard = plain("cutoff_hz", "Hz", 1e-6, 1e6, Some(2.0));

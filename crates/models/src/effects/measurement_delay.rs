@@ -1,11 +1,7 @@
 //! Latency between channels.
 
-use super::card::plain;
-use super::form::grid;
-use super::{Action, Card, Effect, EffectError, Form, Injection, Knob, ParameterCard, Parameters, Scale, Setting, Side, Trace, Value, require_known};
-use crate::force_law::Stage;
+use super::vocabulary::*;
 use std::collections::VecDeque;
-use std::sync::Arc;
 
 const DELAY: ParameterCard = plain("delay_s", "s", -10.0, 10.0, None);
 const CHANNEL: ParameterCard = plain("channel", "", 0.0, 0.0, None);
@@ -64,21 +60,13 @@ impl Effect for MeasurementDelay {
     fn forms(&self, scale: &Scale) -> Vec<Form> {
         let unit = scale.time_s;
         let (effort, motion) = (Scale::joined(&scale.effort_names), Scale::joined(&scale.motion_names));
-        vec![Form {
-            label: "delay",
-            side: Side::Sensor,
-            axis: None,
-            knobs: vec![Knob { lo: -0.03 * unit, hi: 0.03 * unit, log: false, telling: false }],
-            grid: grid(&[
-                &[-17.0, -12.0, -8.5, -6.0, -4.2, -3.0, -2.0, -1.0, -0.3, 0.3, 1.0, 2.0, 3.0, 4.2, 6.0, 8.5, 12.0, 17.0, 24.0].map(|ms| ms * 1e-3 * unit)
-            ]),
-            signs: vec![],
-            action: Action::Effort(Arc::new(|s, k| (s * k[0]).exp())),
-            naming: Arc::new(move |k, _| {
+        let starts = [-17.0, -12.0, -8.5, -6.0, -4.2, -3.0, -2.0, -1.0, -0.3, 0.3, 1.0, 2.0, 3.0, 4.2, 6.0, 8.5, 12.0, 17.0, 24.0];
+        let form = Form::new("delay", None, Action::Effort(Arc::new(|s, k| (s * k[0]).exp())))
+            .knobs(vec![Knob::linear(-0.03 * unit, 0.03 * unit)], &[&starts.map(|ms| ms * 1e-3 * unit)])
+            .naming(move |k, _| {
                 let late = if k[0] >= 0.0 { &effort } else { &motion };
                 vec![("delay_s", Value::Number(k[0].abs())), ("channel", Value::Text(late.clone()))]
-            }),
-            floor: (0.0, 1.0e-4),
-        }]
+            });
+        vec![Form { side: Side::Sensor, ..form.floor(0.0, 1.0e-4) }]
     }
 }

@@ -6,13 +6,18 @@
 mod card;
 mod curved_arm;
 mod drift;
+mod effect;
 mod evidence;
 mod form;
 mod injection;
+mod matrix;
 mod outside_force;
 mod parameters;
+mod reflex;
 mod scheduled;
 mod static_force;
+mod vocabulary;
+mod waves;
 
 mod actuation_delay;
 mod actuator_saturation;
@@ -49,39 +54,14 @@ mod viscoelastic;
 
 pub use card::{Card, ParameterCard, Side, Trace, rotational_name};
 pub use curved_arm::{Carried, CurvedArm, Displaced};
+pub use effect::Effect;
 pub use evidence::Evidence;
-pub use form::{Action, Form, Knob, LawMaker, Matrix, MatrixMaker, Naming, Operator, Scale, Sign};
+pub use form::{Action, Form, Knob, LawMaker, MatrixMaker, Naming, Operator, Scale, Sign};
 pub use injection::{Injection, Setting};
+pub use matrix::Matrix;
 pub use parameters::{EffectError, Parameters, Value};
-pub use scheduled::{ScheduledMatrix, Waves};
-pub use varying_reflex::ScheduledReflex;
-
-/// A cause that data may hide.
-pub trait Effect: Send + Sync {
-    /// What it is, in words.
-    fn card(&self) -> &'static Card;
-
-    /// How a simulation hides it.
-    ///
-    /// # Errors
-    /// [`EffectError`] if a parameter is missing or out of bounds, or the setting lacks what the effect needs.
-    fn inject(&self, parameters: &Parameters, setting: &Setting) -> Result<Injection, EffectError>;
-
-    /// The forms that a search tries on a recording of this scale; none for effects that are detected in another way.
-    fn forms(&self, _scale: &Scale) -> Vec<Form> {
-        Vec::new()
-    }
-
-    /// Effects that a cause of this one may be in truth: where its form has gone, they would make the same response.
-    fn stands_for(&self, _evidence: &Evidence<'_>) -> &'static [&'static str] {
-        &[]
-    }
-
-    /// Its name.
-    fn name(&self) -> &'static str {
-        self.card().name
-    }
-}
+pub use reflex::ScheduledReflex;
+pub use waves::{ScheduledMatrix, Waves};
 
 /// All effects, in the order of the contract's table.
 pub static EFFECTS: &[&dyn Effect] = &[
@@ -126,13 +106,4 @@ pub static EFFECTS: &[&dyn Effect] = &[
 /// ```
 pub fn find(name: &str) -> Option<&'static dyn Effect> {
     EFFECTS.iter().copied().find(|effect| effect.name() == name)
-}
-
-/// Refuses parameters that the effect does not have.
-fn require_known(card: &'static Card, parameters: &Parameters) -> Result<(), EffectError> {
-    let known: Vec<String> = card.parameters.iter().map(|p| p.name.to_owned()).collect();
-    match parameters.0.keys().find(|given| !known.iter().any(|k| *given == k || **given == rotational_name(k))) {
-        Some(given) => Err(EffectError::Unknown { effect: card.name, given: given.clone(), known }),
-        None => Ok(()),
-    }
 }

@@ -1,8 +1,6 @@
 //! A wrong nominal parameter.
 
-use super::card::plain;
-use super::{Action, Card, Effect, EffectError, Form, Injection, Matrix, ParameterCard, Parameters, Scale, Setting, Side, Sign, Trace, Value, require_known};
-use std::sync::Arc;
+use super::vocabulary::*;
 
 const NAME: ParameterCard = plain("name", "", 0.0, 0.0, None);
 const VALUE: ParameterCard = plain("value", "", f64::MIN, f64::MAX, None);
@@ -47,17 +45,9 @@ impl Effect for ParameterError {
                 let axis = |k: usize| scale.motion_names.get(k).map_or("", |n| n.split_once('_').map_or(n.as_str(), |(_, axis)| axis)).to_owned();
                 let name = if scale.axes() == 1 { letter.to_owned() } else { format!("{letter}_{}_{}", axis(i), axis(j)) };
                 let entries = if matrix == Matrix::Mass && i != j { vec![(i, j, 1.0), (j, i, 1.0)] } else { vec![(i, j, 1.0)] };
-                Form {
-                    label: "entry of a matrix",
-                    side: Side::Limb,
-                    axis: Some(i),
-                    knobs: vec![],
-                    grid: vec![vec![]],
-                    signs: vec![Sign::Free],
-                    action: Action::Entries { matrix, entries },
-                    naming: Arc::new(move |_, c| vec![("name", Value::Text(name.clone())), ("value", Value::Number(value + c[0]))]),
-                    floor: (0.01, 0.0),
-                }
+                Form::new("entry of a matrix", Some(i), Action::Entries { matrix, entries })
+                    .coefficients(vec![Sign::Free])
+                    .naming(move |_, c| vec![("name", Value::Text(name.clone())), ("value", Value::Number(value + c[0]))])
             })
             .collect()
     }

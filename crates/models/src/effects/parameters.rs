@@ -1,6 +1,6 @@
 //! Named values of an effect's parameters.
 
-use super::card::{ParameterCard, rotational_name};
+use super::card::{Card, ParameterCard, rotational_name};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 
@@ -118,5 +118,14 @@ impl Parameters {
             Some(Value::Matrix(rows)) => Some(rows),
             _ => None,
         }
+    }
+}
+
+/// Refuses parameters that the effect does not have.
+pub(super) fn require_known(card: &'static Card, parameters: &Parameters) -> Result<(), EffectError> {
+    let known: Vec<String> = card.parameters.iter().map(|p| p.name.to_owned()).collect();
+    match parameters.0.keys().find(|given| !known.iter().any(|k| *given == k || **given == rotational_name(k))) {
+        Some(given) => Err(EffectError::Unknown { effect: card.name, given: given.clone(), known }),
+        None => Ok(()),
     }
 }

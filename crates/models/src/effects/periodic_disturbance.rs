@@ -1,8 +1,6 @@
 //! Tremor, mains, ripple.
 
-use super::card::{mechanical, plain};
-use super::{Card, Effect, EffectError, Injection, ParameterCard, Parameters, Setting, Side, Trace, require_known};
-use crate::force_law::{ForceLaw, Motion};
+use super::vocabulary::*;
 use std::f64::consts::TAU;
 
 const FREQUENCY: ParameterCard = plain("frequency_hz", "Hz", 1e-9, 1e6, None);

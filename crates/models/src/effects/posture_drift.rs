@@ -1,10 +1,7 @@
 //! A limb that creeps from its place.
 
-use super::card::mechanical;
-use super::drift::Drift;
-use super::{Action, Card, Effect, EffectError, Form, Injection, ParameterCard, Parameters, Scale, Setting, Side, Sign, Trace, Value, require_known};
-use num_complex::Complex64;
-use std::sync::Arc;
+use super::drift::{Drift, ramp};
+use super::vocabulary::*;
 
 const RATE: ParameterCard = mechanical("rate_m_per_s", ("m/s", "rad/s"), -1e3, 1e3, None);
 const CARD: Card = Card {
@@ -41,29 +38,10 @@ impl Effect for PostureDrift {
         if !scale.spring || scale.integrals > 0 {
             return Vec::new();
         }
-        let (n, middle_s) = (scale.axes(), scale.duration_s / 2.0);
-        (0..n)
+        (0..scale.axes())
             .map(|axis| {
                 let stiffness = Setting::diagonal(&scale.stiffness, axis);
-                Form {
-                    label: "creep",
-                    side: Side::Limb,
-                    axis: Some(axis),
-                    knobs: vec![],
-                    grid: vec![vec![]],
-                    signs: vec![Sign::Free],
-                    action: Action::Force {
-                        law: Arc::new(move |_, c| {
-                            let force = (0..n).map(|i| if i == axis { c[0] } else { 0.0 }).collect();
-                            Box::new(Drift { middle_s, stiffness: vec![], force })
-                        }),
-                        exact: vec![],
-                        // It follows time, whatever the motion does.
-                        tangent: Some(Arc::new(|_, _| Complex64::ZERO)),
-                    },
-                    naming: Arc::new(move |_, c| vec![("rate_m_per_s", Value::Number(-c[0] / stiffness))]),
-                    floor: (0.01, 0.0),
-                }
+                Form::new("creep", Some(axis), ramp(axis, scale)).coefficients(vec![Sign::Free]).numbers(move |_, c| [("rate_m_per_s", -c[0] / stiffness)])
             })
             .collect()
     }

@@ -1,11 +1,8 @@
 //! Joint stiffness that follows the joint angles.
 
 use super::arm_geometry::{ELBOW, FOREARM, SHOULDER, UPPER_ARM, given_arm};
-use super::card::plain;
 use super::curved_arm::CurvedArm;
-use super::{Action, Card, Effect, EffectError, Form, Injection, ParameterCard, Parameters, Scale, Setting, Side, Sign, Trace, Value, require_known};
-use crate::force_law::{ForceLaw, Motion};
-use std::sync::Arc;
+use super::vocabulary::*;
 
 const fn slope(name: &'static str) -> ParameterCard {
     plain(name, "N m/rad^2", -1e9, 1e9, Some(0.0))
@@ -73,25 +70,15 @@ impl Effect for PostureStiffness {
         let of = |label: &'static str, places: std::ops::Range<usize>| {
             let (arm, from) = (arm.clone(), places.start);
             let names = SLOPES[places.clone()].iter().map(|card| card.name).collect::<Vec<_>>();
-            Form {
-                label,
-                side: Side::Limb,
-                axis: None,
-                knobs: vec![],
-                grid: vec![vec![]],
-                signs: vec![Sign::Free; places.len()],
-                action: Action::Force {
-                    law: Arc::new(move |_, c| {
-                        let mut slopes = [0.0; 6];
-                        slopes[from..from + c.len()].copy_from_slice(c);
-                        Box::new(Turning { arm: arm.clone(), slopes })
-                    }),
-                    exact: vec![],
-                    tangent: None,
-                },
-                naming: Arc::new(move |_, c| names.iter().copied().zip(c.iter().map(|c| Value::Number(*c))).collect()),
-                floor: (0.005, 0.0),
-            }
+            let law = move |_: &[f64], c: &[f64]| {
+                let mut slopes = [0.0; 6];
+                slopes[from..from + c.len()].copy_from_slice(c);
+                Turning { arm: arm.clone(), slopes }
+            };
+            Form::new(label, None, Action::force(law))
+                .coefficients(vec![Sign::Free; places.len()])
+                .naming(move |_, c| names.iter().copied().zip(c.iter().map(|c| Value::Number(*c))).collect())
+                .floor(0.005, 0.0)
         };
         vec![of("with the shoulder's angle", 0..3), of("with the elbow's angle", 3..6), of("with both angles", 0..6)]
     }

@@ -1,8 +1,6 @@
 //! Coarse steps of a channel.
 
-use super::card::plain;
-use super::{Card, Effect, EffectError, Injection, ParameterCard, Parameters, Setting, Side, Trace, require_known};
-use crate::force_law::Stage;
+use super::vocabulary::*;
 
 const STEP: ParameterCard = plain("step", "", 0.0, 1e6, None);
 const CHANNEL: ParameterCard = plain("channel", "", 0.0, 0.0, None);

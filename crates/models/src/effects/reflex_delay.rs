@@ -1,15 +1,8 @@
 //! The stretch reflex.
 
-use super::card::{mechanical, plain};
-use super::form::grid;
-use super::scheduled::Waves;
-use super::{
-    Action, Card, Effect, EffectError, Evidence, Form, Injection, Knob, ParameterCard, Parameters, Scale, Setting, Side, Sign, Trace, Value, require_known,
-};
-use crate::force_law::{ForceLaw, Motion};
-use num_complex::Complex64;
+use super::reflex::{Gain, Reflex, activation, tangent};
+use super::vocabulary::*;
 use std::f64::consts::TAU;
-use std::sync::Arc;
 
 pub(super) const DELAY: ParameterCard = plain("delay_s", "s", 0.0, 10.0, None);
 const STIFFNESS: ParameterCard = mechanical("stiffness_n_per_m", ("N/m", "N m/rad"), -1e9, 1e9, Some(0.0));
@@ -36,82 +29,22 @@ const FAST_HZ: f64 = 15.0;
 /// Delayed feedback of one axis.
 pub struct ReflexDelay;
 
-/// Delayed feedback through critically damped activation of second order.
-pub(super) struct Reflex {
-    pub axis: usize,
-    pub delay_s: f64,
-    pub stiffness: f64,
-    pub damping: f64,
-    pub omega: f64,
-    /// 0: both directions; ±1: positive or negative velocity only.
-    pub direction: f64,
-    pub gain: Gain,
+fn named(k: &[f64], stiffness: f64, damping: f64, one_directional: bool) -> Vec<(&'static str, Value)> {
+    vec![
+        ("delay_s", Value::Number(k[0])),
+        ("stiffness_n_per_m", Value::Number(stiffness)),
+        ("damping_n_s_per_m", Value::Number(damping)),
+        ("cutoff_hz", Value::Number(k[1])),
+        ("one_directional", Value::Flag(one_directional)),
+    ]
 }
 
-/// What multiplies the stretch where it arrives: behind the delay of the nerves, before the muscle.
-pub(super) enum Gain {
-    Constant,
-    /// The mean, then a coefficient of each wave.
-    Follows(Waves, Vec<f64>),
-    /// 1 + depth cos(turn t).
-    ByClock {
-        depth: f64,
-        turn: f64,
-    },
-}
-
-impl Gain {
-    fn at(&self, motion: &Motion<'_>) -> f64 {
-        match self {
-            Gain::Constant => 1.0,
-            Gain::Follows(_, coefficients) if !motion.schedule.is_finite() => coefficients[0],
-            Gain::Follows(waves, coefficients) => coefficients[0] + waves.sum(&coefficients[1..], motion.schedule),
-            Gain::ByClock { depth, turn } => 1.0 + depth * (turn * motion.time_s).cos(),
-        }
-    }
-}
-
-impl ForceLaw for Reflex {
-    fn states(&self) -> usize {
-        2
-    }
-
-    fn delay_s(&self) -> f64 {
-        self.delay_s
-    }
-
-    fn evaluate(&self, motion: &Motion<'_>, states: &[f64], force: &mut [f64], rates: &mut [f64]) {
-        let (x, v) = (motion.delayed_position[self.axis], motion.delayed_velocity[self.axis]);
-        let drive = if self.direction == 0.0 { self.stiffness * x + self.damping * v } else { self.damping * self.direction * (self.direction * v).max(0.0) };
-        force[self.axis] += states[0];
-        rates[0] = states[1];
-        rates[1] = self.omega * (self.omega * (self.gain.at(motion) * drive - states[0]) - 2.0 * states[1]);
-    }
-
-    fn fastest_rate(&self, _motion: &Motion<'_>) -> f64 {
-        2.0 * self.omega
-    }
-}
-
-/// From displacement to the force of the velocity: half of a Gaussian velocity passes a rectifier (Bussgang).
-pub(super) fn tangent(direction: f64, s: Complex64, knobs: &[f64]) -> Complex64 {
-    if direction == 0.0 { s * activation(s, knobs) } else { 0.5 * s * activation(s, knobs) }
-}
-
-fn constant(axis: usize, knobs: &[f64], [stiffness, damping]: [f64; 2], direction: f64) -> Reflex {
-    Reflex { axis, delay_s: knobs[0], stiffness, damping, omega: TAU * knobs[1], direction, gain: Gain::Constant }
-}
-
-/// Delay and cut-off, and where a search starts.
-pub(super) fn search(scale: &Scale) -> (Vec<Knob>, Vec<Vec<f64>>) {
+/// Knobs delay and cut-off, where a search starts, and what a fit to a wrong muscle leaves.
+pub(super) fn searched(form: Form, scale: &Scale) -> Form {
     let unit = scale.human_time_s();
-    let knobs = vec![Knob { lo: 0.012 * unit, hi: 0.13 * unit, log: true, telling: true }, Knob { lo: 1.0 / unit, hi: 20.0 / unit, log: true, telling: false }];
-    (knobs, grid(&[&[0.03 * unit, 0.06 * unit], &[1.5 / unit, 3.0 / unit, 6.0 / unit]]))
-}
-
-fn activation(s: Complex64, knobs: &[f64]) -> Complex64 {
-    let omega = TAU * knobs[1];
-    (-s * knobs[0]).exp() * omega * omega / ((s + omega) * (s + omega))
+    let delay = Knob { telling: true, ..Knob::log(0.012 * unit, 0.13 * unit) };
+    let starts: [&[f64]; 2] = [&[0.03 * unit, 0.06 * unit], &[1.5 / unit, 3.0 / unit, 6.0 / unit]];
+    form.knobs(vec![delay, Knob::log(1.0 / unit, 20.0 / unit)], &starts).floor(0.02, 0.5e-3)
 }
 
 impl Effect for ReflexDelay {
@@ -122,7 +55,7 @@ impl Effect for ReflexDelay {
     fn inject(&self, parameters: &Parameters, setting: &Setting) -> Result<Injection, EffectError> {
         require_known(&CARD, parameters)?;
         Ok(Injection::Force(Box::new(Reflex {
-            axis: setting.axis.ok_or(EffectError::Setting { effect: CARD.name, what: "an axis" })?,
+            axis: setting.one_axis(&CARD)?,
             delay_s: parameters.number(CARD.name, &DELAY)?,
             stiffness: parameters.number(CARD.name, &STIFFNESS)?,
             damping: parameters.number(CARD.name, &DAMPING)?,
@@ -133,61 +66,32 @@ impl Effect for ReflexDelay {
     }
 
     fn forms(&self, scale: &Scale) -> Vec<Form> {
-        let (knobs, points) = search(scale);
-        let mut forms = Vec::new();
-        for axis in 0..scale.axes() {
-            forms.push(Form {
-                label: "both directions",
-                side: Side::Limb,
-                axis: Some(axis),
-                knobs: knobs.clone(),
-                grid: points.clone(),
-                signs: vec![Sign::Positive, Sign::Positive],
-                action: Action::Force {
-                    law: Arc::new(move |k, c| Box::new(constant(axis, k, [c[0], c[1]], 0.0))),
-                    exact: vec![Arc::new(activation), Arc::new(|s, k| s * activation(s, k))],
-                    tangent: None,
-                },
-                naming: Arc::new(|k, c| {
-                    vec![
-                        ("delay_s", Value::Number(k[0])),
-                        ("stiffness_n_per_m", Value::Number(c[0])),
-                        ("damping_n_s_per_m", Value::Number(c[1])),
-                        ("cutoff_hz", Value::Number(k[1])),
-                        ("one_directional", Value::Flag(false)),
-                    ]
-                }),
-                floor: (0.02, 0.5e-3),
-            });
-            // Beside a gain that may follow a schedule stands the constant one, which does not pay for a position that plays no part.
-            let alone = scale.closed_schedule.map(|_| (0.0, "velocity in both directions"));
-            for (direction, label) in [(1.0, "positive velocity only"), (-1.0, "negative velocity only")].into_iter().chain(alone) {
-                forms.push(Form {
-                    label,
-                    side: Side::Limb,
-                    axis: Some(axis),
-                    knobs: knobs.clone(),
-                    grid: points.clone(),
-                    signs: vec![Sign::Positive],
-                    action: Action::Force {
-                        law: Arc::new(move |k, c| Box::new(constant(axis, k, [0.0, c[0]], direction))),
-                        exact: vec![],
-                        tangent: Some(Arc::new(move |s, k| tangent(direction, s, k))),
-                    },
-                    naming: Arc::new(move |k, c| {
-                        vec![
-                            ("delay_s", Value::Number(k[0])),
-                            ("stiffness_n_per_m", Value::Number(0.0)),
-                            ("damping_n_s_per_m", Value::Number(c[0])),
-                            ("cutoff_hz", Value::Number(k[1])),
-                            ("one_directional", Value::Flag(direction != 0.0)),
-                        ]
-                    }),
-                    floor: (0.02, 0.5e-3),
+        // Beside a gain that may follow a schedule stands the constant one, which does not pay for a position that plays no part.
+        let alone = scale.closed_schedule.map(|_| (0.0, "velocity in both directions"));
+        let of_velocity = [(1.0, "positive velocity only"), (-1.0, "negative velocity only")].into_iter().chain(alone);
+        let law = |axis: usize, k: &[f64], [stiffness, damping]: [f64; 2], direction: f64| Reflex {
+            axis,
+            delay_s: k[0],
+            stiffness,
+            damping,
+            omega: TAU * k[1],
+            direction,
+            gain: Gain::Constant,
+        };
+        (0..scale.axes())
+            .flat_map(|axis| {
+                let exact: Vec<Operator> = vec![Arc::new(activation), Arc::new(|s, k| s * activation(s, k))];
+                let both = Form::new("both directions", Some(axis), Action::linear(move |k, c| law(axis, k, [c[0], c[1]], 0.0), exact))
+                    .coefficients(vec![Sign::Positive, Sign::Positive])
+                    .naming(|k, c| named(k, c[0], c[1], false));
+                let velocity = of_velocity.clone().map(move |(direction, label)| {
+                    let action = Action::tangent(move |k, c| law(axis, k, [0.0, c[0]], direction), move |s, k| tangent(direction, s, k));
+                    Form::new(label, Some(axis), action).coefficients(vec![Sign::Positive]).naming(move |k, c| named(k, 0.0, c[0], direction != 0.0))
                 });
-            }
-        }
-        forms
+                std::iter::once(both).chain(velocity)
+            })
+            .map(|form| searched(form, scale))
+            .collect()
     }
 
     fn stands_for(&self, evidence: &Evidence<'_>) -> &'static [&'static str] {

@@ -1,9 +1,6 @@
 //! A force sensor that is turned.
 
-use super::card::plain;
-use super::form::grid;
-use super::{Action, Card, Effect, EffectError, Form, Injection, Knob, ParameterCard, Parameters, Scale, Setting, Side, Trace, Value, require_known};
-use std::sync::Arc;
+use super::vocabulary::*;
 
 const ANGLE: ParameterCard = plain("angle_rad", "rad", -3.2, 3.2, Some(0.0));
 const MATRIX: ParameterCard = plain("matrix", "", 0.0, 0.0, None);
@@ -49,26 +46,19 @@ impl Effect for SensorMisalignment {
     fn forms(&self, scale: &Scale) -> Vec<Form> {
         let n = scale.axes();
         // Rotations are of space: two or three axes of one kind.
-        if !(2..=3).contains(&n) {
-            return Vec::new();
-        }
-        let pairs: &[(usize, usize)] = if n == 2 { &[(0, 1)] } else { &[(0, 1), (0, 2), (1, 2)] };
+        let pairs: &[(usize, usize)] = match n {
+            2 => &[(0, 1)],
+            3 => &[(0, 1), (0, 2), (1, 2)],
+            _ => &[],
+        };
         pairs
             .iter()
             .map(|&pair| Form {
-                label: "rotation",
                 side: Side::Sensor,
-                axis: None,
-                knobs: vec![Knob { lo: -0.6, hi: 0.6, log: false, telling: false }],
-                grid: grid(&[&[-0.15, -0.03, 0.03, 0.15]]),
-                signs: vec![],
-                action: Action::Mix(Arc::new(move |k| rotation(n, pair, -k[0]))),
-                naming: Arc::new(
-                    move |k, _| {
-                        if n == 2 { vec![("angle_rad", Value::Number(k[0]))] } else { vec![("matrix", Value::Matrix(rotation(n, pair, k[0])))] }
-                    },
-                ),
-                floor: (0.005, 1e-3),
+                ..Form::new("rotation", None, Action::Mix(Arc::new(move |k| rotation(n, pair, -k[0]))))
+                    .knobs(vec![Knob::linear(-0.6, 0.6)], &[&[-0.15, -0.03, 0.03, 0.15]])
+                    .naming(move |k, _| vec![if n == 2 { ("angle_rad", Value::Number(k[0])) } else { ("matrix", Value::Matrix(rotation(n, pair, k[0]))) }])
+                    .floor(0.005, 1e-3)
             })
             .collect()
     }

@@ -1,11 +1,7 @@
 //! A sensor's zero that wanders.
 
-use super::card::plain;
-use super::drift::Drift;
-use super::{Action, Card, Effect, EffectError, Form, Injection, ParameterCard, Parameters, Scale, Setting, Side, Sign, Trace, Value, require_known};
-use crate::force_law::Stage;
-use num_complex::Complex64;
-use std::sync::Arc;
+use super::drift::ramp;
+use super::vocabulary::*;
 
 const RATE: ParameterCard = plain("rate_per_s", "1/s", -1e6, 1e6, None);
 const CHANNEL: ParameterCard = plain("channel", "", 0.0, 0.0, None);
@@ -54,29 +50,13 @@ impl Effect for SensorOffsetDrift {
         if scale.spring || scale.integrals > 1 {
             return Vec::new();
         }
-        let (n, middle_s) = (scale.axes(), scale.duration_s / 2.0);
-        (0..n)
+        (0..scale.axes())
             .map(|axis| {
                 let channel = scale.effort_names.get(axis).cloned().unwrap_or_default();
-                Form {
-                    label: "ramp of an effort channel",
-                    side: Side::Sensor,
-                    axis: Some(axis),
-                    knobs: vec![],
-                    grid: vec![vec![]],
-                    signs: vec![Sign::Free],
-                    action: Action::Force {
-                        law: Arc::new(move |_, c| {
-                            let force = (0..n).map(|i| if i == axis { c[0] } else { 0.0 }).collect();
-                            Box::new(Drift { middle_s, stiffness: vec![], force })
-                        }),
-                        exact: vec![],
-                        // It follows time, whatever the motion does.
-                        tangent: Some(Arc::new(|_, _| Complex64::ZERO)),
-                    },
-                    naming: Arc::new(move |_, c| vec![("rate_per_s", Value::Number(c[0])), ("channel", Value::Text(channel.clone()))]),
-                    floor: (0.01, 0.0),
-                }
+                let form = Form::new("ramp of an effort channel", Some(axis), ramp(axis, scale))
+                    .coefficients(vec![Sign::Free])
+                    .naming(move |_, c| vec![("rate_per_s", Value::Number(c[0])), ("channel", Value::Text(channel.clone()))]);
+                Form { side: Side::Sensor, ..form }
             })
             .collect()
     }

@@ -1,11 +1,6 @@
 //! A wrong gain or unit of a channel.
 
-use super::Matrix;
-use super::card::plain;
-use super::form::grid;
-use super::{Action, Card, Effect, EffectError, Form, Injection, Knob, ParameterCard, Parameters, Scale, Setting, Side, Trace, Value, require_known};
-use crate::force_law::Stage;
-use std::sync::Arc;
+use super::vocabulary::*;
 
 const FACTOR: ParameterCard = plain("factor", "", -1e6, 1e6, None);
 const CHANNEL: ParameterCard = plain("channel", "", 0.0, 0.0, None);
@@ -48,36 +43,16 @@ impl Effect for SensorScale {
     fn forms(&self, scale: &Scale) -> Vec<Form> {
         let n = scale.axes();
         (0..n)
-            .filter(|&i| scale.nominal.iter().chain(&scale.held).any(|e| (e.0, e.1, e.2) == (Matrix::Mass, i, i)))
+            .filter(|&i| scale.is_given(Matrix::Mass, i, i))
             .map(|axis| {
                 let channel = scale.effort_names.get(axis).cloned().unwrap_or_default();
-                Form {
-                    label: "gain of an effort channel",
-                    side: Side::Sensor,
-                    axis: Some(axis),
-                    knobs: vec![Knob { lo: 0.1, hi: 10.0, log: true, telling: false }],
-                    grid: grid(&[&[0.2, 0.6, 0.9, 1.1, 1.6, 4.45]]),
-                    signs: vec![],
-                    action: Action::Mix(Arc::new(move |k| {
-                        (0..n)
-                            .map(|r| {
-                                (0..n)
-                                    .map(|c| {
-                                        if r != c {
-                                            0.0
-                                        } else if r == axis {
-                                            1.0 / k[0]
-                                        } else {
-                                            1.0
-                                        }
-                                    })
-                                    .collect()
-                            })
-                            .collect()
-                    })),
-                    naming: Arc::new(move |k, _| vec![("factor", Value::Number(k[0])), ("channel", Value::Text(channel.clone()))]),
-                    floor: (0.005, 0.0),
-                }
+                let entry = move |r: usize, c: usize, gain: f64| if r != c { 0.0 } else { 1.0 / if r == axis { gain } else { 1.0 } };
+                let mix = move |k: &[f64]| (0..n).map(|r| (0..n).map(|c| entry(r, c, k[0])).collect()).collect();
+                let form = Form::new("gain of an effort channel", Some(axis), Action::Mix(Arc::new(mix)))
+                    .knobs(vec![Knob::log(0.1, 10.0)], &[&[0.2, 0.6, 0.9, 1.1, 1.6, 4.45]])
+                    .naming(move |k, _| vec![("factor", Value::Number(k[0])), ("channel", Value::Text(channel.clone()))])
+                    .floor(0.005, 0.0);
+                Form { side: Side::Sensor, ..form }
             })
             .collect()
     }

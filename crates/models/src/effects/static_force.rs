@@ -1,6 +1,7 @@
 //! Forces that depend on where an axis is and on nothing else.
 
-use super::Evidence;
+use super::evidence::Evidence;
+use super::form::Action;
 use crate::force_law::{ForceLaw, Motion};
 
 /// A static force of one axis.
@@ -13,6 +14,14 @@ impl<F: Fn(f64) -> f64 + Send + Sync> ForceLaw for Static<F> {
     fn evaluate(&self, motion: &Motion<'_>, _states: &[f64], force: &mut [f64], _rates: &mut [f64]) {
         force[self.axis] += (self.force)(motion.position[self.axis]);
     }
+}
+
+/// A static force of one axis by knobs and coefficients.
+pub(super) fn shape(axis: usize, force: impl Fn(&[f64], &[f64], f64) -> f64 + Copy + Send + Sync + 'static) -> Action {
+    Action::force(move |knobs, coefficients| {
+        let (knobs, coefficients) = (knobs.to_vec(), coefficients.to_vec());
+        Static { axis, force: move |x| force(&knobs, &coefficients, x) }
+    })
 }
 
 /// Shapes of a spring's force, each with the others: any two of them on one axis make what a third is.

@@ -1,9 +1,7 @@
 //! Tone that changes during a trial.
 
-use super::card::plain;
 use super::drift::{Drift, single};
-use super::{Action, Card, Effect, EffectError, Form, Injection, ParameterCard, Parameters, Scale, Setting, Side, Sign, Trace, Value, require_known};
-use std::sync::Arc;
+use super::vocabulary::*;
 
 const FRACTION: ParameterCard = plain("fraction_per_s", "1/s", -1e3, 1e3, None);
 const CARD: Card = Card {
@@ -44,43 +42,14 @@ impl Effect for StiffnessDrift {
         let (n, middle_s) = (scale.axes(), scale.duration_s / 2.0);
         // The fitted stiffness is that of the middle of what is analysed, the fraction is told of the trial's.
         let later_s = middle_s - scale.middle_s;
-        let mut forms: Vec<Form> = (0..n)
-            .map(|axis| {
-                let stiffness = Setting::diagonal(&scale.stiffness, axis);
-                Form {
-                    label: "one axis",
-                    side: Side::Limb,
-                    axis: Some(axis),
-                    knobs: vec![],
-                    grid: vec![vec![]],
-                    signs: vec![Sign::Free],
-                    action: Action::Force {
-                        law: Arc::new(move |_, c| Box::new(Drift { middle_s, stiffness: single(n, axis, c[0]), force: vec![] })),
-                        exact: vec![],
-                        tangent: None,
-                    },
-                    naming: Arc::new(move |_, c| vec![("fraction_per_s", Value::Number(c[0] / (stiffness + c[0] * later_s)))]),
-                    floor: (0.01, 0.0),
-                }
-            })
-            .collect();
-        if n > 1 {
-            let whole = scale.stiffness.clone();
-            forms.push(Form {
-                label: "all axes",
-                axis: None,
-                action: Action::Force {
-                    law: Arc::new(move |_, c| {
-                        let stiffness = whole.iter().map(|row| row.iter().map(|k| c[0] * k).collect()).collect();
-                        Box::new(Drift { middle_s, stiffness, force: vec![] })
-                    }),
-                    exact: vec![],
-                    tangent: None,
-                },
-                naming: Arc::new(move |_, c| vec![("fraction_per_s", Value::Number(c[0] / (1.0 + c[0] * later_s)))]),
-                ..forms[0].clone()
-            });
-        }
-        forms
+        let of = |label, axis, of_one: f64, stiffness: Box<dyn Fn(f64) -> Vec<Vec<f64>> + Send + Sync>| {
+            Form::new(label, axis, Action::force(move |_, c| Drift { middle_s, stiffness: stiffness(c[0]), force: vec![] }))
+                .coefficients(vec![Sign::Free])
+                .numbers(move |_, c| [("fraction_per_s", c[0] / (of_one + c[0] * later_s))])
+        };
+        let one = |axis: usize| of("one axis", Some(axis), Setting::diagonal(&scale.stiffness, axis), Box::new(move |rate| single(n, axis, rate)));
+        let whole = scale.stiffness.clone();
+        let all = of("all axes", None, 1.0, Box::new(move |rate| whole.iter().map(|row| row.iter().map(|k| rate * k).collect()).collect()));
+        (0..n).map(one).chain((n > 1).then_some(all)).collect()
     }
 }

@@ -1,8 +1,6 @@
 //! A knock or a voluntary reaction.
 
-use super::card::{mechanical, plain};
-use super::{Card, Effect, EffectError, Injection, ParameterCard, Parameters, Setting, Side, Trace, require_known};
-use crate::force_law::{ForceLaw, Motion};
+use super::vocabulary::*;
 
 const TIME: ParameterCard = plain("time_s", "s", 0.0, 1e6, None);
 const IMPULSE: ParameterCard = mechanical("impulse_n_s", ("N s", "N m s"), -1e6, 1e6, None);

@@ -1,8 +1,7 @@
 //! Damping that follows a schedule.
 
-use super::card::mechanical;
 use super::scheduled::{CYCLE, forms, inject};
-use super::{Card, Effect, EffectError, Form, Injection, Matrix, ParameterCard, Parameters, Scale, Setting, Side, Trace};
+use super::vocabulary::*;
 
 const SWING: ParameterCard = mechanical("swing_n_s_per_m", ("N s/m", "N m s/rad"), -1e9, 1e9, None);
 const CARD: Card = Card {

@@ -1,13 +1,11 @@
 //! A stretch reflex whose gain follows a schedule.
 
-use super::card::{mechanical, plain};
-use super::reflex_delay::{self, CUTOFF, DELAY, Gain, ONE_DIRECTIONAL, Reflex, search};
-use super::scheduled::{CYCLE, Waves};
-use super::{Action, Card, Effect, EffectError, Form, Injection, ParameterCard, Parameters, Scale, Setting, Side, Sign, Trace, Value, require_known};
-use crate::force_law::ForceLaw;
-use num_complex::Complex64;
+use super::reflex::{Gain, Reflex, ScheduledReflex};
+use super::reflex_delay::{CUTOFF, DELAY, ONE_DIRECTIONAL, searched};
+use super::scheduled::CYCLE;
+use super::vocabulary::*;
+use super::waves::Waves;
 use std::f64::consts::TAU;
-use std::sync::Arc;
 
 const DAMPING: ParameterCard = mechanical("damping_n_s_per_m", ("N s/m", "N m s/rad"), -1e9, 1e9, None);
 const DEPTH: ParameterCard = plain("depth", "", -1.0, 1.0, Some(1.0));
@@ -40,33 +38,6 @@ const TRIED: [(f64, usize, &str); 9] = [
 /// A reflex over a schedule.
 pub struct VaryingReflex;
 
-/// A reflex of one axis whose gain follows the schedule, by knobs (delay, cut-off) and coefficients (mean, then those of the waves).
-///
-/// What the course of a movement changes is how the motoneurons answer when the afferent volley arrives, not how long it takes or what the muscle makes
-/// of it: the gain is that of the present place of the schedule, on a stretch of one delay ago.
-#[derive(Clone, Debug, PartialEq)]
-pub struct ScheduledReflex {
-    /// The axis that it feels and acts on.
-    pub axis: usize,
-    /// 0: both directions; ±1: positive or negative velocity only.
-    pub direction: f64,
-    /// The gain's curve about its mean.
-    pub waves: Waves,
-}
-
-impl ScheduledReflex {
-    /// The force law; where there is no schedule, it has the mean gain.
-    pub fn law(&self, knobs: &[f64], coefficients: &[f64]) -> Box<dyn ForceLaw> {
-        let gain = Gain::Follows(self.waves, coefficients.to_vec());
-        Box::new(Reflex { axis: self.axis, delay_s: knobs[0], stiffness: 0.0, damping: 1.0, omega: TAU * knobs[1], direction: self.direction, gain })
-    }
-
-    /// The best linear approximation of the mean's force, as of a constant reflex; that of a wave about the mean is left to the data.
-    pub fn tangent(&self, s: Complex64, knobs: &[f64]) -> Complex64 {
-        reflex_delay::tangent(self.direction, s, knobs)
-    }
-}
-
 impl Effect for VaryingReflex {
     fn card(&self) -> &'static Card {
         &CARD
@@ -76,7 +47,7 @@ impl Effect for VaryingReflex {
         require_known(&CARD, parameters)?;
         let number = |card: &ParameterCard| parameters.number(CARD.name, card);
         Ok(Injection::Force(Box::new(Reflex {
-            axis: setting.axis.ok_or(EffectError::Setting { effect: CARD.name, what: "an axis" })?,
+            axis: setting.one_axis(&CARD)?,
             delay_s: number(&DELAY)?,
             stiffness: 0.0,
             damping: number(&DAMPING)?,
@@ -88,24 +59,16 @@ impl Effect for VaryingReflex {
 
     fn forms(&self, scale: &Scale) -> Vec<Form> {
         let Some(closed) = scale.closed_schedule else { return Vec::new() };
-        let (knobs, points) = search(scale);
-        let form = |axis: usize, (direction, count, label): (f64, usize, &'static str)| Form {
-            label,
-            side: Side::Limb,
-            axis: Some(axis),
-            knobs: knobs.clone(),
-            grid: points.clone(),
-            signs: std::iter::once(Sign::Positive).chain(std::iter::repeat_n(Sign::Free, count)).collect(),
-            action: Action::Reflex(ScheduledReflex { axis, direction, waves: Waves { count, closed } }),
-            naming: Arc::new(move |k, c| {
-                vec![
-                    ("delay_s", Value::Number(k[0])),
-                    ("damping_n_s_per_m", Value::Number(c[0])),
-                    ("cutoff_hz", Value::Number(k[1])),
-                    ("one_directional", Value::Flag(direction != 0.0)),
-                ]
-            }),
-            floor: (0.02, 0.5e-3),
+        let form = |axis: usize, (direction, count, label): (f64, usize, &'static str)| {
+            let action = Action::Reflex(ScheduledReflex { axis, direction, waves: Waves { count, closed } });
+            let form = Form::new(label, Some(axis), action)
+                .coefficients(std::iter::once(Sign::Positive).chain(std::iter::repeat_n(Sign::Free, count)).collect())
+                .naming(move |k, c| {
+                    let number = Value::Number;
+                    let direction = Value::Flag(direction != 0.0);
+                    vec![("delay_s", number(k[0])), ("damping_n_s_per_m", number(c[0])), ("cutoff_hz", number(k[1])), ("one_directional", direction)]
+                });
+            searched(form, scale)
         };
         (0..scale.axes()).flat_map(|axis| TRIED.map(|tried| form(axis, tried))).collect()
     }

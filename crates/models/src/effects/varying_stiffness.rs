@@ -1,8 +1,7 @@
 //! Stiffness that follows a schedule.
 
-use super::card::mechanical;
 use super::scheduled::{CYCLE, forms, inject};
-use super::{Card, Effect, EffectError, Form, Injection, Matrix, ParameterCard, Parameters, Scale, Setting, Side, Trace};
+use super::vocabulary::*;
 
 const SWING: ParameterCard = mechanical("swing_n_per_m", ("N/m", "N m/rad"), -1e9, 1e9, None);
 const CARD: Card = Card {

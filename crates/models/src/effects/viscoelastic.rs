@@ -1,14 +1,8 @@
 //! Relaxation.
 
-use super::card::{mechanical, plain};
-use super::form::grid;
-use super::{
-    Action, Card, Effect, EffectError, Form, Injection, Knob, Operator, ParameterCard, Parameters, Scale, Setting, Side, Sign, Trace, Value, require_known,
-};
-use crate::force_law::{ForceLaw, Motion};
+use super::vocabulary::*;
 use num_complex::Complex64;
 use std::f64::consts::PI;
-use std::sync::Arc;
 
 const MODULUS: ParameterCard = mechanical("modulus_n_per_m", ("N/m", "N m/rad"), 0.0, 1e12, Some(0.0));
 const TIME: ParameterCard = plain("time_s", "s", 1e-9, 1e6, Some(0.1));
@@ -78,7 +72,7 @@ impl Effect for Viscoelastic {
 
     fn inject(&self, parameters: &Parameters, setting: &Setting) -> Result<Injection, EffectError> {
         require_known(&CARD, parameters)?;
-        let axis = setting.axis.ok_or(EffectError::Setting { effect: CARD.name, what: "an axis" })?;
+        let axis = setting.one_axis(&CARD)?;
         let mut law = Maxwell { axis, elements: vec![(parameters.number(CARD.name, &MODULUS)?, parameters.number(CARD.name, &TIME)?)] };
         let coefficient = parameters.number(CARD.name, &COEFFICIENT)?;
         if coefficient > 0.0 {
@@ -90,54 +84,31 @@ impl Effect for Viscoelastic {
     fn forms(&self, scale: &Scale) -> Vec<Form> {
         let unit = scale.time_s;
         let times = [0.03, 0.08, 0.2, 0.5].map(|t| t * unit);
-        let knob = Knob { lo: 0.02 * unit, hi: 1.5 * unit, log: true, telling: true };
+        let knob = Knob { telling: true, ..Knob::log(0.02 * unit, 1.5 * unit) };
         (0..scale.axes())
             .flat_map(|axis| {
-                let solid = Form {
-                    label: "standard linear solid",
-                    side: Side::Limb,
-                    axis: Some(axis),
-                    knobs: vec![knob],
-                    grid: grid(&[&times]),
-                    signs: vec![Sign::Positive],
-                    action: Action::Force {
-                        law: Arc::new(move |k, c| Box::new(Maxwell { axis, elements: vec![(c[0], k[0])] })),
-                        exact: vec![Arc::new(|s, k| relax(s, k[0]))],
-                        tangent: None,
-                    },
-                    naming: Arc::new(|k, c| vec![("modulus_n_per_m", Value::Number(c[0])), ("time_s", Value::Number(k[0]))]),
-                    floor: (0.01, 0.0),
-                };
-                let slower: Operator = Arc::new(|s, k| relax(s, 7.0 * k[0]));
-                let two = Form {
-                    label: "two relaxation times",
-                    grid: grid(&[&times[..3]]),
-                    signs: vec![Sign::Positive, Sign::Positive],
-                    action: Action::Force {
-                        law: Arc::new(move |k, c| Box::new(Maxwell { axis, elements: vec![(c[0], k[0]), (c[1], 7.0 * k[0])] })),
-                        exact: vec![Arc::new(|s, k| relax(s, k[0])), slower],
-                        tangent: None,
-                    },
-                    naming: Arc::new(|k, c| {
-                        let (total, time) = (c[0] + c[1], (c[0] * k[0] + c[1] * 7.0 * k[0]) / (c[0] + c[1]).max(f64::MIN_POSITIVE));
-                        vec![("modulus_n_per_m", Value::Number(total)), ("time_s", Value::Number(time))]
-                    }),
-                    floor: (0.1, 0.0),
-                    ..solid.clone()
-                };
-                let fraction = Form {
-                    label: "fractional",
-                    knobs: vec![Knob { lo: 0.05, hi: 0.85, log: false, telling: false }],
-                    grid: grid(&[&[0.15, 0.35, 0.6]]),
-                    action: Action::Force {
-                        law: Arc::new(move |k, c| Box::new(fractional(axis, c[0], k[0], unit))),
-                        exact: vec![Arc::new(|s, k| if s.norm() > 0.0 { (s.ln() * k[0]).exp() } else { Complex64::ZERO })],
-                        tangent: None,
-                    },
-                    naming: Arc::new(|k, c| vec![("coefficient", Value::Number(c[0])), ("order", Value::Number(k[0]))]),
-                    floor: (0.02, 0.0),
-                    ..solid.clone()
-                };
+                let maxwell = move |elements: Vec<(f64, f64)>| Maxwell { axis, elements };
+                let fast: Operator = Arc::new(|s, k| relax(s, k[0]));
+                let one = Action::linear(move |k, c| maxwell(vec![(c[0], k[0])]), vec![fast.clone()]);
+                let solid = Form::new("standard linear solid", Some(axis), one)
+                    .knobs(vec![knob], &[&times])
+                    .coefficients(vec![Sign::Positive])
+                    .numbers(|k, c| [("modulus_n_per_m", c[0]), ("time_s", k[0])]);
+                let both = vec![fast, Arc::new(|s: Complex64, k: &[f64]| relax(s, 7.0 * k[0]))];
+                let two = Form::new("two relaxation times", Some(axis), Action::linear(move |k, c| maxwell(vec![(c[0], k[0]), (c[1], 7.0 * k[0])]), both))
+                    .knobs(vec![knob], &[&times[..3]])
+                    .coefficients(vec![Sign::Positive, Sign::Positive])
+                    .numbers(|k, c| {
+                        let time = (c[0] * k[0] + c[1] * 7.0 * k[0]) / (c[0] + c[1]).max(f64::MIN_POSITIVE);
+                        [("modulus_n_per_m", c[0] + c[1]), ("time_s", time)]
+                    })
+                    .floor(0.1, 0.0);
+                let power: Operator = Arc::new(|s, k| if s.norm() > 0.0 { (s.ln() * k[0]).exp() } else { Complex64::ZERO });
+                let fraction = Form::new("fractional", Some(axis), Action::linear(move |k, c| fractional(axis, c[0], k[0], unit), vec![power]))
+                    .knobs(vec![Knob::linear(0.05, 0.85)], &[&[0.15, 0.35, 0.6]])
+                    .coefficients(vec![Sign::Positive])
+                    .numbers(|k, c| [("coefficient", c[0]), ("order", k[0])])
+                    .floor(0.02, 0.0);
                 [solid, two, fraction]
             })
             .collect()

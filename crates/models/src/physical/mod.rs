@@ -1,13 +1,9 @@
-//! What fitted matrices mean: ellipse, modes, symmetry, passivity.
+//! What fitted matrices mean: ellipse and symmetry.
 
 mod ellipse;
-mod modes;
-mod passivity;
 mod symmetry;
 
 pub use ellipse::{Ellipse, ellipse, unit_matrices};
-pub use modes::{Mode, fitted_modes, modes};
-pub use passivity::{Passivity, passivity};
 pub use symmetry::{Antisymmetric, SymmetryTest, symmetry_test};
 
 use ndarray::Array2;

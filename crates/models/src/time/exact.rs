@@ -1,7 +1,6 @@
 //! Exact steps of the linear mechanism under a force that is linear between samples.
 
 use super::Mechanism;
-use super::simulate::Runner;
 use faer::Mat;
 
 /// y⁺ = Φ y + Γ₀ u + Γ₁ u⁺ for y = (x, ẋ), and the derivatives of Φ, Γ₀, Γ₁ in each entry of M, B and K.
@@ -44,7 +43,8 @@ fn exponential(a: &Mat<f64>) -> Mat<f64> {
 }
 
 impl Stepper {
-    pub(super) fn new(runner: &Runner<'_>, mechanism: &Mechanism, entries: &[(usize, usize)], step_s: f64, derivatives: bool) -> Self {
+    /// Of M⁻¹, B and K.
+    pub(super) fn new([inverse, damping, stiffness]: [&[f64]; 3], mechanism: &Mechanism, entries: &[(usize, usize)], step_s: f64, derivatives: bool) -> Self {
         let n = mechanism.axes.len();
         let (size, per) = (4 * n, entries.len());
         // d/dt (x, ẋ, u, u̇ h) with M⁻¹K, M⁻¹B and M⁻¹ in the second row; exact over one step.
@@ -64,8 +64,8 @@ impl Stepper {
             }
             a
         };
-        let (mk, mb) = (product(&runner.inverse, &runner.stiffness), product(&runner.inverse, &runner.damping));
-        let own = generator(&mk, &mb, &runner.inverse, true);
+        let (mk, mb) = (product(inverse, stiffness), product(inverse, damping));
+        let own = generator(&mk, &mb, inverse, true);
         // u⁺ = u + u̇ h: Γ₁ is the column of u̇ h and Γ₀ that of u less it.
         let arrange = |e: &Mat<f64>, row: usize| -> Vec<f64> {
             (0..size)
@@ -89,12 +89,12 @@ impl Stepper {
                     unit[i * n + j] = 1.0;
                     unit[j * n + i] = 1.0;
                     let zero = vec![0.0; n * n];
-                    let turned = product(&runner.inverse, &unit);
+                    let turned = product(inverse, &unit);
                     let part = match p / per {
                         // d(M⁻¹ X) = −M⁻¹ dM M⁻¹ X
                         0 => {
                             let minus: Vec<f64> = turned.iter().map(|v| -v).collect();
-                            generator(&product(&minus, &mk), &product(&minus, &mb), &product(&minus, &runner.inverse), false)
+                            generator(&product(&minus, &mk), &product(&minus, &mb), &product(&minus, inverse), false)
                         }
                         1 => generator(&zero, &turned, &zero, false),
                         _ => generator(&turned, &zero, &zero, false),
@@ -122,7 +122,7 @@ impl Stepper {
         Stepper { n, step_s, step, slopes, matrix_parameters, padded, outside, derivatives }
     }
 
-    /// As [`Runner::run`].
+    /// As the run of a mechanism with laws.
     pub(super) fn run(&self, initial: &[f64], force: &[&[f64]], (offset, trend): (&[f64], &[f64]), mut sink: impl FnMut(&[f64])) {
         let n = self.n;
         let (size, parameters) = (4 * n, self.matrix_parameters + self.outside.len());

@@ -1,5 +1,6 @@
 //! Output-error fits over whole trials or windows of them.
 
+use super::error::FreeRunError;
 use super::innovations::{Disturbance, LimbNoise, filters, most_likely};
 use super::noise::{Colour, coefficients};
 use super::search::{FINE, ROUGH, begin, solve};
@@ -8,10 +9,10 @@ use super::small_sample::small_sample;
 use super::trial::Prepared;
 use super::{Causality, Mechanism, Noise, TimeTrial};
 use crate::fit::{Information, t_quantile};
-use crate::{MinimiseError, Minimum, Parameter, StopReason};
+use crate::{Minimum, Parameter, StopReason};
 use faer::Mat;
 use ndarray::Array2;
-use ndof_signal::{FilterError, Passband, SosFilter};
+use ndof_signal::{Passband, SosFilter};
 use serde::{Deserialize, Serialize};
 
 /// Settings of a free-run fit: minimises Σ (y − ŷ(θ, x₀))² / σ² where ŷ runs free from what was imposed over windows with
@@ -86,43 +87,6 @@ pub struct Score {
     pub nrmse: Vec<f64>,
     /// 100 (1 − var(y − ŷ)/var(y)) of each axis.
     pub vaf_percent: Vec<f64>,
-}
-
-/// Why a free-run fit is not possible.
-#[derive(Clone, Debug, PartialEq, thiserror::Error)]
-pub enum FreeRunError {
-    /// Channels or lengths do not agree.
-    #[error("trial {trial}: {force} force and {motion} motion channels for {axes} axes, or channels of unequal length; give one of each for every axis")]
-    Shape {
-        /// Number of the trial, from 1.
-        trial: usize,
-        /// Force channels.
-        force: usize,
-        /// Motion channels.
-        motion: usize,
-        /// Axes of the mechanism.
-        axes: usize,
-    },
-    /// Nothing to fit.
-    #[error("no trial, or none as long as two samples")]
-    Empty,
-    /// Start values do not fit.
-    #[error("{found} start values, the mechanism has {expected} parameters")]
-    StartLength {
-        /// What was given.
-        found: usize,
-        /// What the mechanism has.
-        expected: usize,
-    },
-    /// A disturbance that cannot be told.
-    #[error("a disturbance as a force needs a fit with given force that compares every sample; leave out the low-pass of the output and imposed motion")]
-    Disturbance,
-    /// A low-pass that cannot be.
-    #[error(transparent)]
-    Filter(#[from] FilterError),
-    /// The minimiser refused.
-    #[error(transparent)]
-    Minimise(#[from] MinimiseError),
 }
 
 /// Passes of noise model and mechanism by turns; each takes in nine tenths and more of what the last one left.

@@ -4,6 +4,7 @@
 //! is given and the motion comes out, or the other way round ([`Causality`]).
 
 mod deviations;
+mod error;
 mod exact;
 mod fit;
 mod innovations;
@@ -19,7 +20,8 @@ mod simulate;
 mod small_sample;
 mod trial;
 
-pub use fit::{FreeRun, FreeRunError, FreeRunFit, Score};
+pub use error::FreeRunError;
+pub use fit::{FreeRun, FreeRunFit, Score};
 pub use innovations::{Disturbance, LimbNoise};
 pub use jet::Real;
 pub use law::{Equation, LAW_VARIABLES, LOCAL_VARIABLES, Law, Local};

@@ -1,6 +1,6 @@
 //! Intervals by the profile of the likelihood: right where a threshold makes Wald's wrong.
 
-use super::fit::FreeRunError;
+use super::error::FreeRunError;
 use super::shooting::Shooting;
 use super::{FreeRun, FreeRunFit, Mechanism, TimeTrial};
 use crate::fit::Information;

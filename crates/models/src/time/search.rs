@@ -1,7 +1,7 @@
 //! The search for the minimum of a free-run fit.
 
 use super::Causality;
-use super::fit::FreeRunError;
+use super::error::FreeRunError;
 use super::shooting::Shooting;
 use crate::{LeastSquares, LevenbergMarquardt, Minimum};
 use faer::Mat;

@@ -5,11 +5,10 @@ use super::deviations::Deviations;
 use super::innovations::Innovations;
 use super::noise::{Colour, add_moments, whiten};
 use super::simulate::Runner;
-use super::small_sample::factor;
 use super::trial::{Causality, Prepared};
 use crate::levenberg_marquardt::triangle_of_rows;
 use crate::{LeastSquares, Minimum};
-use faer::Mat;
+use faer::{Mat, Side};
 use ndof_signal::SosFilter;
 use rayon::prelude::*;
 use std::ops::Range;
@@ -262,5 +261,14 @@ impl LeastSquares for Shooting<'_> {
             }
         }
         all
+    }
+}
+
+/// The lower triangle L of L Lᵀ = A for what is positive of A; zero rows and columns stay zero.
+pub(super) fn factor(a: &Mat<f64>) -> Mat<f64> {
+    let n = a.nrows();
+    match a.self_adjoint_eigen(Side::Lower) {
+        Ok(eigen) => Mat::from_fn(n, n, |r, c| eigen.U()[(r, c)] * eigen.S()[c].max(0.0).sqrt()),
+        Err(_) => Mat::zeros(n, n),
     }
 }

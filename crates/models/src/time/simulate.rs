@@ -138,7 +138,12 @@ impl<'a> Runner<'a> {
     pub(crate) fn run(&self, initial: &[f64], drive: &Drive<'_>, step_s: f64, substeps: usize, derivatives: bool, sink: impl FnMut(&[f64])) {
         match drive {
             Drive::Force(force) if self.laws.is_empty() => {
-                Stepper::new(self, self.mechanism, &self.entries, step_s, derivatives).run(initial, force, (&self.offset, &self.trend), sink);
+                Stepper::new([&self.inverse, &self.damping, &self.stiffness], self.mechanism, &self.entries, step_s, derivatives).run(
+                    initial,
+                    force,
+                    (&self.offset, &self.trend),
+                    sink,
+                );
             }
             _ => self.integrate(initial, drive, step_s, substeps, derivatives, sink),
         }

@@ -2,8 +2,8 @@
 
 use super::noise::Chain;
 use super::shooting::Shooting;
+use faer::Mat;
 use faer::linalg::solvers::DenseSolveCore;
-use faer::{Mat, Side};
 use ndof_signal::forward_transform;
 use num_complex::Complex64;
 use std::f64::consts::TAU;
@@ -148,14 +148,5 @@ fn add_weighted(into: &mut Mat<f64>, columns: &[usize], white: &[Vec<f64>], coef
         for (c, &column) in columns.iter().enumerate() {
             into[(row, column)] += transformed[r].iter().zip(&transformed[c]).map(|(a, b)| (a.conj() * b).re).sum::<f64>();
         }
-    }
-}
-
-/// The lower triangle L of L Lᵀ = A for what is positive of A; zero rows and columns stay zero.
-pub(super) fn factor(a: &Mat<f64>) -> Mat<f64> {
-    let n = a.nrows();
-    match a.self_adjoint_eigen(Side::Lower) {
-        Ok(eigen) => Mat::from_fn(n, n, |r, c| eigen.U()[(r, c)] * eigen.S()[c].max(0.0).sqrt()),
-        Err(_) => Mat::zeros(n, n),
     }
 }

@@ -1,6 +1,6 @@
 //! What a fit in time is given, and what of it drives the model.
 
-use super::fit::FreeRunError;
+use super::error::FreeRunError;
 use super::simulate::Drive;
 use ndof_signal::{Passband, SosFilter};
 use serde::{Deserialize, Serialize};

@@ -18,7 +18,6 @@ mod pieces;
 mod recovery_table;
 mod reflex_selection;
 mod schedule;
-mod state_space;
 mod support;
 mod told_six_axes;
 mod weighted_fit;

@@ -41,12 +41,3 @@ fn no_static_curve_does_what_hysteresis_does_for_the_damper() {
     let Some((curve, rows)) = at_hand(records::damper()) else { return };
     assert!(held_out(&rows, "and Bouc-Wen") > curve + 10.0, "{curve} {:?}", rows.iter().map(|r| r.held_out.vaf_percent[0]).collect::<Vec<_>>());
 }
-
-#[test]
-fn the_robot_arm_has_several_modes_and_a_linear_model_of_chosen_order_runs_with_it() {
-    let Some(found) = at_hand(records::linear("robot_arm/robot_arm.csv", &[0], &[1], 40, 12)) else { return };
-    let best = found.chosen();
-    assert!(best.held_out_nrmse[0] < 0.1, "{:?}", best.held_out_nrmse);
-    let modes = best.model.modes(1.0);
-    assert!((modes[0][0] - 0.058).abs() < 0.002 && (modes[1][0] - 0.127).abs() < 0.002, "{modes:?}");
-}

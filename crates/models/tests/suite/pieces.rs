@@ -4,7 +4,6 @@ use ndarray::{Array2, arr2};
 use ndof_models::blocks::{BLOCKS, Composite, find};
 use ndof_models::effects::Evidence;
 use ndof_models::physical::{ellipse, symmetry_test, unit_matrices};
-use ndof_models::state_space::{LinearTrial, StateSpace, Subspace, SubspaceError};
 use ndof_models::time::{FreeRunFit, Mechanism, TimeTrial, laws, simulate};
 use ndof_models::{
     Arm, Axis, Fit, FitError, InertiaDampingStiffness, InertiaDampingStiffnessModel, Kinematics, KinematicsSd, LeastSquares, LevenbergMarquardt, PaperFit,
@@ -91,36 +90,11 @@ fn each_matrix_that_is_not_symmetric_means_something_of_its_own() {
     assert!(["M is not", "B is not", "K is not"].iter().zip(&sure).all(|(start, text)| text.starts_with(start)), "{sure:?}");
     assert!(meaning([1e6; 12]).iter().all(|text| text.contains("is symmetric within")));
     assert!(symmetry_test(&InertiaDampingStiffnessModel::new(limb().axes, Symmetry::Symmetric), &fit(&model, [1.0; 12])).is_empty());
-}
-
-#[test]
-fn a_simulation_adds_what_passes_through_and_constants_and_names_only_what_swings() {
-    let turn = 0.9f64;
-    let model = StateSpace {
-        a: ndarray::array![[0.5, 0.0, 0.0], [0.0, 0.8 * turn.cos(), 0.8 * turn.sin()], [0.0, -0.8 * turn.sin(), 0.8 * turn.cos()]],
-        b: ndarray::array![[1.0, 0.0], [0.0, 1.0], [0.0, 0.0]],
-        c: ndarray::array![[1.0, 0.0, 0.0]],
-        d: ndarray::array![[2.0, -3.0]],
-        offset: vec![0.25],
-    };
-    // x = 4, then 4/2 + 1: y = x + 2 u₁ − 3 u₂ + ¼.
-    assert_eq!(model.simulate(&[&[1.0, 0.0], &[0.5, 1.0]], &[4.0, 0.0, 0.0]), [[4.75, 0.25]]);
-    let modes = model.modes(10.0);
-    let s = Complex64::new(0.8f64.ln(), turn) * 10.0;
-    assert_eq!(modes.len(), 1);
-    assert!((modes[0][0] - s.norm() / std::f64::consts::TAU).abs() < 1e-9 && (modes[0][1] + s.re / s.norm()).abs() < 1e-9, "{modes:?}");
-}
-
-#[test]
-fn trials_with_other_channels_than_the_first_are_refused() {
-    let long: Vec<f64> = (0..200).map(|k| (0.37 * f64::from(k * k)).sin()).collect();
-    let (l, s) = (&long[..], &long[..150]);
-    let of = |inputs: &[&[f64]], outputs: &[&[f64]]| {
-        let trials = [LinearTrial { inputs: vec![l], outputs: vec![l] }, LinearTrial { inputs: inputs.to_vec(), outputs: outputs.to_vec() }];
-        matches!(Subspace { past: 3 }.fit(&trials, 1), Err(SubspaceError::Shape { trial: 2 }))
-    };
-    assert!(of(&[l, l], &[l]) && of(&[l], &[l, l]) && of(&[s], &[l]) && of(&[l], &[s]) && of(&[], &[l]));
-    assert!(!of(&[s], &[s]));
+    let curl = Fit { theta: vec![2.0, 0.1, 0.1, 1.9, 10.0, 0.2, 0.1, 12.0, 300.0, 5.0, 4.0, 500.0], ..fit(&model, [0.01; 12]) };
+    let stiffness = symmetry_test(&model, &curl).swap_remove(2);
+    // Half the difference of two independent entries of variance 0.01 has the variance 0.005; (0.5)²/0.005 = 50 on one degree of freedom.
+    assert!((stiffness.antisymmetric[0].half_difference.std_error - 0.005f64.sqrt()).abs() < 1e-12);
+    assert!((stiffness.p_value / 1.537e-12 - 1.0).abs() < 0.01, "{}", stiffness.p_value);
 }
 
 #[test]
@@ -295,19 +269,6 @@ fn a_minimum_says_which_parameters_a_bound_stops() {
     }
     let found = LevenbergMarquardt::new(vec![(0.0, 1.0); 3]).minimise(&Towards, &[0.4; 3]).expect("a minimum");
     assert_eq!((found.at_bound, found.x[0], found.x[1]), (vec![true, true, false], 1.0, 0.0));
-}
-
-#[test]
-fn errors_of_a_natural_frequency_follow_those_of_stiffness_and_mass() {
-    let model = InertiaDampingStiffnessModel::new(vec![Axis::linear("x")], Symmetry::Symmetric);
-    let (m, k) = (2.0, 300.0);
-    let found = ndof_models::physical::fitted_modes(&model, &[m, 4.0, k], &arr2(&[[0.01, 0.0, 0.0], [0.0, f64::INFINITY, 0.0], [0.0, 0.0, 16.0]]), 2.0);
-    let hz = (k / m).sqrt() / std::f64::consts::TAU;
-    // d ln f = ½ (d ln K − d ln M), and B has no part in |s|.
-    let error = 0.5 * hz * ((4.0 / k).powi(2) + (0.1 / m).powi(2)).sqrt();
-    assert!(found.len() == 1 && (found[0].1.value / hz - 1.0).abs() < 1e-9, "{found:?}");
-    let own = ndof_models::physical::fitted_modes(&model, &[m, 4.0, k], &arr2(&[[0.01, 0.0, 0.0], [0.0, 0.0, 0.0], [0.0, 0.0, 16.0]]), 2.0);
-    assert!((own[0].1.std_error / error - 1.0).abs() < 1e-5, "{own:?} {error}");
 }
 
 #[test]

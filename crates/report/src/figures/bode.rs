@@ -4,67 +4,16 @@ use std::f64::consts::PI;
 use std::sync::Arc;
 
 use ndarray::{Array3, ArrayView1, Axis as Dimension};
-use num_complex::Complex64;
 
+use super::curve::Curve;
 use super::error::{FigureError, expect_shape};
 use super::frequency::{frequency_axis, known_extent, positive_extent};
 use crate::number::significant;
-use crate::plot::{Axis, Color, Dash, Figure, Mark, Panel, Series};
+use crate::plot::{Axis, Figure, Mark, Panel, Series};
 
 const PHASE: &str = "Phase";
 /// Degrees beyond the last tick, so that a curve at exactly −180° does not lie on the frame.
 const AIR_DEG: f64 = 5.0;
-
-/// How a curve is drawn: measured curves are coloured lines with bands, models are lines over them.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct CurveStyle {
-    /// Its colour.
-    pub color: Color,
-    /// How its line is broken.
-    pub dash: Dash,
-}
-
-impl CurveStyle {
-    /// The estimate that the page is about.
-    pub const MEASURED: Self = Self { color: Color::Blue, dash: Dash::Solid };
-    /// An estimate beside it.
-    pub const SECOND: Self = Self { color: Color::Orange, dash: Dash::Solid };
-    /// A fitted model.
-    pub const FITTED: Self = Self { color: Color::Vermillion, dash: Dash::Dashed };
-    /// What was simulated.
-    pub const TRUE: Self = Self { color: Color::Ink, dash: Dash::Dotted };
-}
-
-/// One response, measured or modelled; shapes are `[output][input][frequency]`, NaN where there is no value.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Curve {
-    /// As in the legend.
-    pub label: String,
-    /// |H|.
-    pub gain: Array3<f64>,
-    /// Lower and upper end of the gain's 95 % interval.
-    pub gain_ci95: Option<(Array3<f64>, Array3<f64>)>,
-    /// arg H in radians, of any turn.
-    pub phase_rad: Array3<f64>,
-    /// Lower and upper end of the phase's 95 % interval; NaN beside a finite phase is the full circle.
-    pub phase_ci95_rad: Option<(Array3<f64>, Array3<f64>)>,
-    /// How it is drawn.
-    pub style: CurveStyle,
-}
-
-impl Curve {
-    /// Gain and phase of a complex response, without intervals.
-    pub fn from_response(label: impl Into<String>, response: &Array3<Complex64>, style: CurveStyle) -> Self {
-        Self {
-            label: label.into(),
-            gain: response.mapv(|value| value.norm()),
-            gain_ci95: None,
-            phase_rad: response.mapv(|value| value.arg()),
-            phase_ci95_rad: None,
-            style,
-        }
-    }
-}
 
 /// Several responses of one plant on one frequency grid.
 #[derive(Debug, Clone, PartialEq)]
@@ -258,7 +207,9 @@ fn phase_axis(series: &[Series], band: Option<(f64, f64)>) -> Axis {
 
 #[cfg(test)]
 mod tests {
+    use super::super::curve::CurveStyle;
     use super::*;
+    use num_complex::Complex64;
 
     fn spring_with_mass(frequency_hz: &[f64]) -> Array3<Complex64> {
         let response = |f: f64| {

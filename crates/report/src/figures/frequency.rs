@@ -1,6 +1,6 @@
 //! The axis that most pictures share.
 
-use super::bode::Curve;
+use super::curve::Curve;
 use crate::plot::Axis;
 
 /// An interval from x to more than this times x says little.

@@ -6,6 +6,7 @@
 mod bode;
 mod coherence;
 mod course;
+mod curve;
 mod diagnosis;
 mod ellipse;
 mod error;
@@ -19,9 +20,10 @@ mod spectra;
 mod traces;
 
 pub(crate) use bode::capitalised;
-pub use bode::{Curve, CurveStyle, ResponseCurves, bode};
+pub use bode::{ResponseCurves, bode};
 pub use coherence::{Coherences, coherence, input_coherence};
 pub use course::{Course, course_coherence, course_slices, course_surface};
+pub use curve::{Curve, CurveStyle};
 pub use diagnosis::{Considered, HeldOut, Stretches, before_after, considered, discrepancy, shares};
 pub use ellipse::{Ellipse, ellipse};
 pub use error::FigureError;

@@ -36,7 +36,7 @@ pub(super) fn figure_html(figure: &Figure, id: &str) -> String {
 }
 
 fn legend_html(figure: &Figure) -> String {
-    legend_entries(figure)
+    legend_entries(figure.panels())
         .iter()
         .map(|entry| {
             let label = escape(&entry.label);

@@ -3,8 +3,9 @@
 use crate::figures::{Curve, CurveStyle, Trace};
 use crate::number::significant;
 use ndarray::Array3;
+use ndof_analysis::result::word;
 use ndof_signal::Recording;
-use ndof_sysid::FrequencyResponse;
+use ndof_sysid::{FrequencyResponse, ResponseKind};
 use serde::Serialize;
 use serde_json::Value;
 
@@ -54,4 +55,24 @@ pub fn settings_rows(settings: &impl Serialize) -> Vec<(String, String)> {
     }
     let Ok(Value::Object(table)) = serde_json::to_value(settings) else { return Vec::new() };
     table.into_iter().map(|(name, value)| (name, words(&value))).collect()
+}
+
+/// What a kind of response is called: "dynamic stiffness".
+pub(super) fn quantity(kind: ResponseKind) -> String {
+    word(&kind).replace('-', " ")
+}
+
+/// Its unit.
+pub(super) fn unit(kind: ResponseKind, rotational: bool) -> &'static str {
+    match (kind, rotational) {
+        (ResponseKind::Compliance, false) => "m/N",
+        (ResponseKind::Compliance, true) => "rad/(N m)",
+        (ResponseKind::DynamicStiffness, false) => "N/m",
+        (ResponseKind::DynamicStiffness, true) => "N m/rad",
+        (ResponseKind::Impedance, false) => "N s/m",
+        (ResponseKind::Impedance, true) => "N m s/rad",
+        (ResponseKind::Admittance, false) => "m/(N s)",
+        (ResponseKind::Admittance, true) => "rad/(N m s)",
+        _ => "",
+    }
 }

@@ -1,6 +1,6 @@
 //! A response that changes with time or over a cycle.
 
-use super::estimate::{quantity, unit};
+use super::convert::{quantity, unit};
 use crate::Section;
 use crate::figures::{self, Course, FigureError};
 use ndarray::Array3;

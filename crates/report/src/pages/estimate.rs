@@ -1,13 +1,12 @@
 //! The report of an estimate: response, coherences, coherence between inputs, traces.
 
-use super::convert::{UNKNOWN, channel_traces, curve, settings_rows};
+use super::convert::{UNKNOWN, channel_traces, curve, quantity, settings_rows, unit};
 use super::course::course_section;
 use crate::figures::{self, Coherences, Curve, CurveStyle, FigureError, ResponseCurves, Spectrum, Traces};
 use crate::{Report, Section};
 use ndof_analysis::estimate::result::{Coherence, EstimateResult};
-use ndof_analysis::result::word;
 use ndof_analysis::{Estimated, MeasuredResponse, Trials};
-use ndof_sysid::{FrequencyResponse, ResponseKind};
+use ndof_sysid::FrequencyResponse;
 
 /// The page of `ndof estimate`.
 ///
@@ -71,25 +70,6 @@ fn lead(result: &EstimateResult) -> String {
         result.inputs.join(", "),
         100.0 * good as f64 / all.len().max(1) as f64
     )
-}
-
-/// "dynamic stiffness".
-pub(super) fn quantity(kind: ResponseKind) -> String {
-    word(&kind).replace('-', " ")
-}
-
-pub(super) fn unit(kind: ResponseKind, rotational: bool) -> &'static str {
-    match (kind, rotational) {
-        (ResponseKind::Compliance, false) => "m/N",
-        (ResponseKind::Compliance, true) => "rad/(N m)",
-        (ResponseKind::DynamicStiffness, false) => "N/m",
-        (ResponseKind::DynamicStiffness, true) => "N m/rad",
-        (ResponseKind::Impedance, false) => "N s/m",
-        (ResponseKind::Impedance, true) => "N m s/rad",
-        (ResponseKind::Admittance, false) => "m/(N s)",
-        (ResponseKind::Admittance, true) => "rad/(N m s)",
-        _ => "",
-    }
 }
 
 /// The response with intervals, and a fitted model over it.

@@ -7,8 +7,8 @@
 use serde_json::json;
 
 use super::axis::Scale;
-use super::figure::Panel;
 use super::palette::{Color, standalone_classes};
+use super::panel::Panel;
 use super::placement::{Placement, equal, ranges};
 use super::shades::draw_shades;
 use super::shapes::draw_series;

@@ -1,12 +1,10 @@
 //! A figure: a grid of cells, each a stack of panels over one abscissa.
 
-use super::axis::{Axis, Scale};
 use super::draw::{draw_panel, left_margin, standalone_style};
 use super::legend::{draw_legend, legend_entries};
-use super::series::Series;
+use super::panel::Panel;
 use super::svg::{escape, px};
 use crate::table::Table;
-use std::sync::Arc;
 
 /// Width of a figure in its own file, in pixels, where its columns are not too many for it.
 const STANDALONE_WIDTH: f64 = 900.0;
@@ -14,128 +12,6 @@ const NARROWEST_CELL: f64 = 200.0;
 const GAP: f64 = 18.0;
 const CELL_TITLE: f64 = 20.0;
 const MARGIN: f64 = 12.0;
-
-/// A labelled straight line across the panel, e.g. a threshold.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Rule {
-    /// Where it cuts the ordinate.
-    pub y: f64,
-    /// What it means.
-    pub label: String,
-}
-
-/// A shaded stretch of the abscissa, e.g. the held-out part of a recording.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Span {
-    /// From.
-    pub from: f64,
-    /// To.
-    pub to: f64,
-    /// What it means.
-    pub label: String,
-}
-
-/// A few words at a point.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Pin {
-    /// Abscissa.
-    pub x: f64,
-    /// Ordinate.
-    pub y: f64,
-    /// The words.
-    pub label: String,
-    /// In the middle of the point, not beside it.
-    pub centred: bool,
-}
-
-/// A surface seen from above, darker where it is higher, by the logarithm.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Shades {
-    /// What it is the height of, as in the legend.
-    pub label: String,
-    /// Abscissae of its columns.
-    pub x: Arc<[f64]>,
-    /// Ordinates of its rows.
-    pub y: Vec<f64>,
-    /// Heights, row by row.
-    pub value: Vec<Vec<f64>>,
-    /// Heights at which it is lightest and darkest.
-    pub range: (f64, f64),
-}
-
-/// Two axes and what is drawn between them.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Panel {
-    /// Abscissa.
-    pub x: Axis,
-    /// Ordinate.
-    pub y: Axis,
-    /// A surface below everything else.
-    pub shades: Option<Shades>,
-    /// In the order in which they are drawn; bands come before all lines.
-    pub series: Vec<Series>,
-    /// Thresholds.
-    pub rules: Vec<Rule>,
-    /// Shaded stretches.
-    pub spans: Vec<Span>,
-    /// Words at points.
-    pub pins: Vec<Pin>,
-    /// Height in pixels.
-    pub height: f64,
-    /// One unit has the same length on both axes (ellipses, Nyquist).
-    pub equal_aspect: bool,
-    /// Height of such a plot in widths.
-    pub proportion: f64,
-    /// Panels of one figure with the same number are zoomed and read together.
-    pub link: usize,
-}
-
-impl Panel {
-    /// An empty panel.
-    pub fn new(x: Axis, y: Axis) -> Self {
-        Self {
-            x,
-            y,
-            shades: None,
-            series: Vec::new(),
-            rules: Vec::new(),
-            spans: Vec::new(),
-            pins: Vec::new(),
-            height: 200.0,
-            equal_aspect: false,
-            proportion: 1.0,
-            link: 0,
-        }
-    }
-
-    /// Not curves over a shared abscissa, but places in a plane: read by distance, zoomed alone.
-    pub(crate) fn is_free(&self) -> bool {
-        self.is_equal() || !self.y.names.is_empty() || self.series.iter().any(|series| !series.mark.is_filled() && !series.mark.ascends())
-    }
-
-    /// Equal units on both axes: asked for, and possible, as neither is logarithmic.
-    pub(crate) fn is_equal(&self) -> bool {
-        self.equal_aspect && self.x.scale != Scale::Log && self.y.scale != Scale::Log
-    }
-
-    /// With a series more.
-    pub fn with(mut self, series: Series) -> Self {
-        self.series.push(series);
-        self
-    }
-
-    /// With a labelled line across at `y`.
-    pub fn rule(mut self, y: f64, label: impl Into<String>) -> Self {
-        self.rules.push(Rule { y, label: label.into() });
-        self
-    }
-
-    /// With another height.
-    pub fn height(mut self, height: f64) -> Self {
-        self.height = height;
-        self
-    }
-}
 
 /// One place in the grid: a title and panels below each other.
 #[derive(Debug, Clone, PartialEq)]
@@ -164,6 +40,11 @@ pub struct Figure {
 }
 
 impl Figure {
+    /// The panels of all cells.
+    pub(crate) fn panels(&self) -> impl Iterator<Item = &Panel> + Clone {
+        self.cells.iter().flat_map(|cell| &cell.panels)
+    }
+
     /// An empty figure of one column.
     pub fn new(name: &str, title: impl Into<String>) -> Self {
         Self { name: stem(name), title: title.into(), caption: String::new(), columns: 1, cells: Vec::new(), table: None }
@@ -209,7 +90,7 @@ impl Figure {
     /// A sentence for those who cannot see it.
     pub(crate) fn description(&self) -> String {
         let panels: usize = self.cells.iter().map(|cell| cell.panels.len()).sum();
-        let labels = legend_entries(self).into_iter().map(|entry| entry.label).collect::<Vec<_>>().join(", ");
+        let labels = legend_entries(self.panels()).into_iter().map(|entry| entry.label).collect::<Vec<_>>().join(", ");
         let shown = if labels.is_empty() { String::new() } else { format!(" Shown: {labels}.") };
         let panels = if panels == 1 { "One panel.".to_string() } else { format!("{panels} panels.") };
         format!("{}{}{panels}{shown}", self.caption, if self.caption.is_empty() { "" } else { " " })
@@ -221,7 +102,7 @@ impl Figure {
         let panel_left = self.panel_left();
         let columns = self.columns.max(1);
         let width = (2.0 * MARGIN + columns as f64 * cell_width + (columns as f64 - 1.0) * GAP).max(320.0);
-        let (legend, legend_height) = draw_legend(&legend_entries(self), MARGIN, 44.0, width - 2.0 * MARGIN);
+        let (legend, legend_height) = draw_legend(&legend_entries(self.panels()), MARGIN, 44.0, width - 2.0 * MARGIN);
         let mut top = 38.0 + legend_height;
         let mut body = String::new();
         for row in self.cells.chunks(columns) {
@@ -274,7 +155,7 @@ fn stem(name: &str) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::plot::Color;
+    use crate::plot::{Axis, Color, Series};
 
     fn figure() -> Figure {
         let panel = || {

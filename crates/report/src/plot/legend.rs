@@ -1,7 +1,7 @@
 //! The legend: one entry for each label of the figure.
 
-use super::figure::Figure;
 use super::palette::{Color, Dash};
+use super::panel::Panel;
 use super::series::Mark;
 use super::shades::shade_swatch;
 use super::svg::{escape, px};
@@ -20,10 +20,9 @@ pub(crate) struct LegendEntry {
 }
 
 /// Entries in the order of first appearance; marks of one label are merged. Series without a label have no entry.
-pub(crate) fn legend_entries(figure: &Figure) -> Vec<LegendEntry> {
+pub(crate) fn legend_entries<'a>(panels: impl Iterator<Item = &'a Panel> + Clone) -> Vec<LegendEntry> {
     let mut entries: Vec<LegendEntry> = Vec::new();
-    let panels = figure.cells.iter().flat_map(|cell| &cell.panels);
-    for (panel, series) in panels.flat_map(|panel| panel.series.iter().map(move |series| (panel, series))) {
+    for (panel, series) in panels.clone().flat_map(|panel| panel.series.iter().map(move |series| (panel, series))) {
         if series.label.is_empty() {
             continue;
         }
@@ -51,8 +50,7 @@ pub(crate) fn legend_entries(figure: &Figure) -> Vec<LegendEntry> {
             Mark::Band { .. } | Mark::Area { .. } => entry.band = true,
         }
     }
-    let shaded = figure.cells.iter().flat_map(|cell| &cell.panels).filter_map(|panel| panel.shades.as_ref());
-    for label in shaded.map(|shades| shades.label.clone()) {
+    for label in panels.filter_map(|panel| panel.shades.as_ref()).map(|shades| shades.label.clone()) {
         if entries.iter().all(|entry| entry.label != label) {
             entries.push(LegendEntry { label, color: Color::Blue, dash: Dash::Solid, line: false, points: false, band: false, part: false, shades: true });
         }

@@ -7,6 +7,7 @@ mod draw;
 mod figure;
 mod legend;
 mod palette;
+mod panel;
 mod placement;
 mod series;
 mod shades;
@@ -15,8 +16,9 @@ mod svg;
 mod ticks;
 
 pub use axis::{Axis, Scale};
-pub use figure::{Cell, Figure, Panel, Pin, Rule, Shades, Span};
+pub use figure::{Cell, Figure};
 pub use palette::{Color, Dash};
+pub use panel::{Panel, Pin, Rule, Shades, Span};
 pub use series::{Mark, Series};
 pub use ticks::{Tick, ticks};
 

@@ -1,6 +1,6 @@
 //! Where the numbers of a panel go.
 
-use super::figure::Panel;
+use super::panel::Panel;
 use super::series::Mark;
 
 /// Coordinates further out than this are cut, which no eye can tell.

@@ -1,7 +1,7 @@
 //! A surface seen from above.
 
-use super::figure::Shades;
 use super::palette::Color;
+use super::panel::Shades;
 use super::placement::Placement;
 use super::svg::px;
 

@@ -5,6 +5,7 @@ mod described;
 pub mod excitation;
 mod length;
 mod limbs;
+mod loose_limb;
 mod motion;
 pub mod result;
 mod robot;
@@ -16,7 +17,7 @@ mod theory;
 
 pub(crate) use between::Lens;
 pub(crate) use limbs::with_limb;
-pub use motion::LooseLimb;
+pub use loose_limb::LooseLimb;
 pub use robot::{ExcitedRobot, RobotMotion};
 pub use settings::Design;
 pub use target::Target;

@@ -1,6 +1,7 @@
 //! What a perturbation does to a person, before anyone is shaken.
 
 use super::limbs::with_limb;
+use super::loose_limb::LooseLimb;
 use super::specification::Limits;
 use crate::design::result::Motion;
 use crate::error::StudyError;
@@ -9,51 +10,11 @@ use ndof_devices::{Experiment, Impedance};
 use ndof_signal::{ExpectedMotion, expected_motion};
 use num_complex::Complex64;
 use rayon::prelude::*;
-use serde::{Deserialize, Serialize};
-use std::f64::consts::TAU;
 
 /// A soft limb has this share of the nominal stiffness and damping, a stiff one its inverse.
 const SOFT: f64 = 0.5;
 /// Above this a limb's motion is that of a mass against which the perturbation has next to no power (Hz).
 const HIGHEST_HZ: f64 = 60.0;
-
-/// Inertia, damping and stiffness of every axis of a limb that is not described further.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
-#[serde(from = "[f64; 3]", into = "[f64; 3]")]
-pub struct LooseLimb {
-    /// kg, kg m².
-    pub inertia: f64,
-    /// N s/m, N m s/rad.
-    pub damping: f64,
-    /// N/m, N m/rad.
-    pub stiffness: f64,
-}
-
-impl From<[f64; 3]> for LooseLimb {
-    fn from([inertia, damping, stiffness]: [f64; 3]) -> Self {
-        LooseLimb { inertia, damping, stiffness }
-    }
-}
-
-impl From<LooseLimb> for [f64; 3] {
-    fn from(limb: LooseLimb) -> Self {
-        [limb.inertia, limb.damping, limb.stiffness]
-    }
-}
-
-impl LooseLimb {
-    /// A soft and a stiff limb: a relaxed arm and one that braces itself; about the wrist where the axes turn.
-    pub fn soft_and_stiff(rotational: bool) -> [LooseLimb; 2] {
-        let limb = |inertia, damping, stiffness| LooseLimb { inertia, damping, stiffness };
-        if rotational { [limb(0.004, 0.03, 0.5), limb(0.006, 0.1, 5.0)] } else { [limb(1.5, 8.0, 100.0), limb(2.5, 25.0, 800.0)] }
-    }
-
-    fn compliance(&self, hz: f64, axes: usize) -> Array2<Complex64> {
-        let s = Complex64::new(0.0, TAU * hz);
-        Array2::from_diag_elem(axes, (self.inertia * s * s + self.damping * s + self.stiffness).inv())
-    }
-}
 
 /// Motion of a soft and a stiff limb under the commands themselves, no robot between.
 pub(super) fn loose(commands: &[Vec<Vec<f64>>], limbs: &[LooseLimb; 2], axes: &[String], sample_rate_hz: f64) -> Result<Vec<Motion>, StudyError> {

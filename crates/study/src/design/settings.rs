@@ -1,6 +1,6 @@
 //! What a design can be asked.
 
-use super::motion::LooseLimb;
+use super::loose_limb::LooseLimb;
 use super::specification::{Limits, Specification};
 use super::target::Target;
 use crate::error::{StudyError, meaning};

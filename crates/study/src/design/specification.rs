@@ -1,6 +1,6 @@
 //! A design with nothing left open.
 
-use super::motion::LooseLimb;
+use super::loose_limb::LooseLimb;
 use super::target::Target;
 use crate::command::period_samples;
 use crate::error::{StudyError, meaning};

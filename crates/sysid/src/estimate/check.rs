@@ -1,9 +1,12 @@
 //! What every estimator refuses, in the same words.
 
-use super::EstimateError;
+use super::error::{EstimateError, LARGEST, SMALLEST};
 use crate::labels::Labels;
 use crate::ports::Ports;
 use ndof_signal::{CrossSpectra, Recording, SpectraError};
+
+/// Variation as a share of the largest value below which nothing but rounding varies.
+const ROUNDING: f64 = 1e-14;
 
 /// Channels fit the spectra, labels fit the channels.
 pub(crate) fn ports(spectra: &CrossSpectra, ports: &Ports, labels: &Labels) -> Result<(), EstimateError> {
@@ -32,12 +35,6 @@ pub(crate) fn alike(trials: &[&Recording]) -> Result<(), EstimateError> {
     }
     Ok(())
 }
-
-/// Smallest and largest variation of a channel: the squares of powers, of which coherences are made, are then still numbers.
-pub(crate) const SMALLEST: f64 = 1e-60;
-pub(crate) const LARGEST: f64 = 1e60;
-/// Variation as a share of the largest value below which nothing but rounding varies.
-const ROUNDING: f64 = 1e-14;
 
 /// Drivers move, and every channel moves by what powers can be computed of.
 pub(crate) fn sizes(trials: &[&Recording], ports: &Ports, labels: &Labels) -> Result<(), EstimateError> {

@@ -25,21 +25,6 @@ impl Coherence {
             multiple: Array2::from_elem((f, p), f64::NAN),
         }
     }
-
-    /// Multiple coherence without the bias that a fit of q inputs to n averages has:
-    /// max(0, 1 − (1 − γ²) n / (n − q)).
-    pub fn multiple_corrected(&self, effective_averages: f64, inputs: usize) -> Array2<f64> {
-        self.multiple.mapv(|g| correct(g, effective_averages, inputs as f64))
-    }
-
-    /// Partial coherence without its bias: max(0, 1 − (1 − γ²) (n − q + 1) / (n − q)).
-    pub fn partial_corrected(&self, effective_averages: f64, inputs: usize) -> Array3<f64> {
-        self.partial.mapv(|g| correct(g, effective_averages - inputs as f64 + 1.0, 1.0))
-    }
-}
-
-fn correct(coherence: f64, averages: f64, explained: f64) -> f64 {
-    if coherence.is_nan() { f64::NAN } else { (1.0 - (1.0 - coherence) * averages / (averages - explained)).max(0.0) }
 }
 
 /// Coherences that independent noise exceeds in 5 % of all cases.

@@ -1,9 +1,12 @@
 //! Why there is no estimate.
 
-use super::check::{LARGEST, SMALLEST};
 use super::direct::Direct;
 use crate::ports::PortsError;
 use ndof_signal::{MultitaperError, PeriodicError, SpectraError, WelchError};
+
+/// Smallest and largest variation of a channel: the squares of powers, of which coherences are made, are then still numbers.
+pub(crate) const SMALLEST: f64 = 1e-60;
+pub(crate) const LARGEST: f64 = 1e60;
 
 /// Why a response cannot be estimated.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]

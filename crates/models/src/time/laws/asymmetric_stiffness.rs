@@ -1,9 +1,6 @@
 //! A spring that is stiffer to one side.
 
-use super::mechanical;
-use crate::blocks::BlockParameter;
-use crate::time::jet::Real;
-use crate::time::{Equation, Local};
+use super::vocabulary::*;
 
 /// k₂ x².
 #[derive(Clone, Copy, Debug)]

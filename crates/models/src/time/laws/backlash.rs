@@ -1,9 +1,6 @@
 //! Slack that follows.
 
-use super::{length, mechanical};
-use crate::blocks::BlockParameter;
-use crate::time::jet::Real;
-use crate::time::{Equation, Local};
+use super::vocabulary::*;
 
 /// A spring k driven through a gap of half width g: the play follows once the gap is closed.
 #[derive(Clone, Copy, Debug)]

@@ -1,9 +1,6 @@
 //! A smooth hysteresis loop.
 
-use super::{length, mechanical};
-use crate::blocks::BlockParameter;
-use crate::time::jet::Real;
-use crate::time::{Equation, Local};
+use super::vocabulary::*;
 
 /// Bouc-Wen of exponent 1: f = k z, ż = v − (|v| z + a v |z|)/(2 y).
 #[derive(Clone, Copy, Debug)]

@@ -1,9 +1,6 @@
 //! Dry friction.
 
-use super::mechanical;
-use crate::blocks::BlockParameter;
-use crate::time::jet::Real;
-use crate::time::{Equation, Local};
+use super::vocabulary::*;
 
 /// F_c tanh(v/v_t): dry friction that turns around within a small velocity.
 #[derive(Clone, Copy, Debug)]

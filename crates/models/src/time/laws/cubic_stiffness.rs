@@ -1,9 +1,6 @@
 //! A spring that hardens or softens.
 
-use super::mechanical;
-use crate::blocks::BlockParameter;
-use crate::time::jet::Real;
-use crate::time::{Equation, Local};
+use super::vocabulary::*;
 
 /// k₃ x³.
 #[derive(Clone, Copy, Debug)]

@@ -1,9 +1,6 @@
 //! A spring with a gap.
 
-use super::{length, mechanical};
-use crate::blocks::BlockParameter;
-use crate::time::jet::Real;
-use crate::time::{Equation, Local};
+use super::vocabulary::*;
 
 /// A spring k beyond a gap of half width g: f = k (x − clip(x, g)).
 #[derive(Clone, Copy, Debug)]

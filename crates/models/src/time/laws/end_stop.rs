@@ -1,9 +1,6 @@
 //! A wall.
 
-use super::{length, mechanical};
-use crate::blocks::BlockParameter;
-use crate::time::jet::Real;
-use crate::time::{Equation, Local};
+use super::vocabulary::*;
 
 /// A wall of stiffness k at p: f = k max(x − p, 0), or its mirror image on the negative side.
 #[derive(Clone, Copy, Debug)]

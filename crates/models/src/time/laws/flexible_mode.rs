@@ -1,10 +1,6 @@
 //! A mass that hangs on.
 
-use crate::blocks::BlockParameter;
-use crate::time::jet::Real;
-use crate::time::{Equation, Local};
-use num_complex::Complex64;
-use std::f64::consts::TAU;
+use super::vocabulary::*;
 
 /// A mass m on a spring and damper, carried by the axis: a flexible mode of frequency f and damping ratio ζ.
 #[derive(Clone, Copy, Debug)]

@@ -1,8 +1,6 @@
 //! A force channel that is ahead.
 
-use crate::blocks::BlockParameter;
-use crate::time::jet::Real;
-use crate::time::{Equation, Local};
+use super::vocabulary::*;
 
 use num_complex::Complex64;
 

@@ -1,9 +1,6 @@
 //! Friction with bristles.
 
-use super::{mechanical, speed};
-use crate::blocks::BlockParameter;
-use crate::time::jet::Real;
-use crate::time::{Equation, Local};
+use super::vocabulary::*;
 
 /// LuGre: bristles of stiffness σ₀ that bend by z and slip at the level that Stribeck's curve allows; σ₁ = 0.
 #[derive(Clone, Copy, Debug)]

@@ -1,9 +1,6 @@
 //! Springs that slip.
 
-use super::{length, mechanical};
-use crate::blocks::BlockParameter;
-use crate::time::jet::Real;
-use crate::time::{Equation, Local};
+use super::vocabulary::*;
 
 /// Generalised Maxwell-slip: three equal springs in parallel that slip at 0.4, 1 and 1.6 of one yield.
 ///

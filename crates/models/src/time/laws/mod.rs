@@ -18,6 +18,7 @@ mod short_range_stiffness;
 mod standard_linear_solid;
 mod stiffness_drift;
 mod stribeck;
+mod vocabulary;
 
 pub use asymmetric_stiffness::AsymmetricStiffness;
 pub use backlash::Backlash;
@@ -73,29 +74,6 @@ pub fn all() -> Vec<Arc<dyn Law>> {
 /// ```
 pub fn find(name: &str) -> Option<Arc<dyn Law>> {
     all().into_iter().find(|law| law.name() == name)
-}
-
-/// `stem_n`, `stem_n_per_m3` and the like with their units; `per` is the power of the motion.
-fn mechanical(rotational: bool, stem: &str, per: u8) -> (String, String) {
-    let (effort, motion) = if rotational { ("nm", "rad") } else { ("n", "m") };
-    let (effort_unit, motion_unit) = if rotational { ("N m", "rad") } else { ("N", "m") };
-    match per {
-        0 => (format!("{stem}_{effort}"), effort_unit.to_owned()),
-        1 => (format!("{stem}_{effort}_per_{motion}"), format!("{effort_unit}/{motion_unit}")),
-        _ => (format!("{stem}_{effort}_per_{motion}{per}"), format!("{effort_unit}/{motion_unit}^{per}")),
-    }
-}
-
-/// `stem_m` or `stem_rad`.
-fn length(rotational: bool, stem: &str) -> (String, String) {
-    let unit = if rotational { "rad" } else { "m" };
-    (format!("{stem}_{unit}"), unit.to_owned())
-}
-
-/// `stem_m_per_s` or `stem_rad_per_s`.
-fn speed(rotational: bool, stem: &str) -> (String, String) {
-    let unit = if rotational { "rad" } else { "m" };
-    (format!("{stem}_{unit}_per_s"), format!("{unit}/s"))
 }
 
 #[cfg(test)]

@@ -1,11 +1,7 @@
 //! The stretch reflex.
 
-use crate::blocks::BlockParameter;
-use crate::blocks::{Block, Reflex};
-use crate::time::jet::Real;
-use crate::time::{Equation, Local};
-use num_complex::Complex64;
-use std::f64::consts::TAU;
+use super::vocabulary::*;
+use crate::blocks::Reflex;
 
 /// Delayed feedback of position and velocity through critically damped muscle of second order.
 #[derive(Clone, Copy, Debug)]

@@ -1,9 +1,6 @@
 //! A force that is clipped before it arrives.
 
-use super::mechanical;
-use crate::blocks::BlockParameter;
-use crate::time::jet::Real;
-use crate::time::{Equation, Local};
+use super::vocabulary::*;
 
 /// What is applied is clip(F, level): the missing part F − clip(F) resists.
 #[derive(Clone, Copy, Debug)]

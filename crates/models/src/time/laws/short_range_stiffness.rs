@@ -1,9 +1,6 @@
 //! Stiffness that muscle has only within a short range of where it was.
 
-use super::{length, mechanical};
-use crate::blocks::BlockParameter;
-use crate::time::jet::Real;
-use crate::time::{Equation, Local};
+use super::vocabulary::*;
 
 /// A spring k that yields beyond a range r of stretch and holds again from where the motion turns.
 #[derive(Clone, Copy, Debug)]

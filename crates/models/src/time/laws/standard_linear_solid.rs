@@ -1,10 +1,7 @@
 //! Relaxation.
 
-use crate::blocks::BlockParameter;
-use crate::blocks::{Block, StandardLinearSolid};
-use crate::time::jet::Real;
-use crate::time::{Equation, Local};
-use num_complex::Complex64;
+use super::vocabulary::*;
+use crate::blocks::StandardLinearSolid;
 
 /// The Maxwell arm of a standard linear solid: a spring k in series with a damper k τ.
 #[derive(Clone, Copy, Debug)]

@@ -1,9 +1,6 @@
 //! Tone that changes with time.
 
-use super::mechanical;
-use crate::blocks::BlockParameter;
-use crate::time::jet::Real;
-use crate::time::{Equation, Local};
+use super::vocabulary::*;
 
 /// Time-varying stiffness K(t) = K + r t: f = r t x.
 #[derive(Clone, Copy, Debug)]

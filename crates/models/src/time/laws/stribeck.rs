@@ -1,9 +1,6 @@
 //! Dry friction that falls with velocity.
 
-use super::{mechanical, speed};
-use crate::blocks::BlockParameter;
-use crate::time::jet::Real;
-use crate::time::{Equation, Local};
+use super::vocabulary::*;
 
 /// [F_c + F_e e^(−(v/v_s)²)] tanh(v/v_t): a level F_c and an excess F_e near rest.
 #[derive(Clone, Copy, Debug)]

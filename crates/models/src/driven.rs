@@ -1,0 +1,170 @@
+//! Models whose axes are driven by more inputs than one each.
+
+use crate::{Axis, Gains, ParameterInfo, ParametricModel};
+use ndarray::Array2;
+use ndof_linear::square;
+use num_complex::Complex64;
+
+/// A model whose axes are driven by more inputs than one each: C(s) W. The gains follow behind its own parameters.
+#[derive(Clone)]
+pub struct Driven<'a> {
+    /// The axes.
+    pub model: &'a dyn ParametricModel,
+    /// What drives them.
+    pub gains: Gains,
+    /// Units of the inputs.
+    pub units: Vec<String>,
+}
+
+impl Driven<'_> {
+    /// How many parameters are the model's own.
+    fn base(&self) -> usize {
+        self.model.parameters().len()
+    }
+
+    /// `gain_motor` for a single axis, `gain_x_motor` for several.
+    fn gain(&self, axis: &Axis, [effort, input]: [usize; 2]) -> ParameterInfo {
+        let name = &self.gains.inputs[input];
+        let (of, per) = (&self.units[effort], &self.units[input]);
+        ParameterInfo {
+            name: if self.gains.axes == 1 { format!("gain_{name}") } else { format!("gain_{}_{name}", axis.name) },
+            unit: if of == per { "1".to_owned() } else { format!("{of}/{per}") },
+            site: axis.name.clone(),
+            lower: f64::NEG_INFINITY,
+            upper: f64::INFINITY,
+        }
+    }
+}
+
+impl ParametricModel for Driven<'_> {
+    fn name(&self) -> &str {
+        self.model.name()
+    }
+
+    fn axes(&self) -> &[Axis] {
+        self.model.axes()
+    }
+
+    fn parameters(&self) -> Vec<ParameterInfo> {
+        let axes = self.axes();
+        let gains = self.gains.places().map(|(axis, input)| self.gain(&axes[axis], [self.gains.reference[axis], input]));
+        self.model.parameters().into_iter().chain(gains).collect()
+    }
+
+    /// A gain matters when it is as large as what else its input does.
+    fn scale(&self, theta: &[f64], parameter: usize) -> f64 {
+        let base = self.base();
+        let Some(at) = parameter.checked_sub(base) else { return self.model.scale(&theta[..base], parameter) };
+        let column = at - at % self.gains.axes;
+        theta[base..][column..column + self.gains.axes].iter().fold(0.0, |most, gain| gain.abs().max(most))
+    }
+
+    fn stiffness(&self, theta: &[f64], s: Complex64, value: &mut [Complex64], derivative: Option<&mut [Complex64]>) {
+        let base = self.base();
+        let own = derivative.map(|all| {
+            let (own, gains) = all.split_at_mut(base * value.len());
+            gains.fill(Complex64::default());
+            own
+        });
+        self.model.stiffness(&theta[..base], s, value, own);
+    }
+
+    fn gains(&self) -> Option<&Gains> {
+        Some(&self.gains)
+    }
+
+    fn internal(&self, theta: &[f64]) -> Vec<f64> {
+        let (own, gains) = theta.split_at(self.base());
+        [&self.model.internal(own), gains].concat()
+    }
+
+    fn natural(&self, internal: &[f64]) -> Vec<f64> {
+        let (own, gains) = internal.split_at(self.base());
+        [&self.model.natural(own), gains].concat()
+    }
+
+    fn natural_jacobian(&self, internal: &[f64]) -> Option<Array2<f64>> {
+        let own = self.model.natural_jacobian(&internal[..self.base()])?;
+        let base = own.nrows();
+        let identity = |i: usize, j: usize| f64::from(u8::from(i == j));
+        Some(Array2::from_shape_fn((internal.len(), internal.len()), |(i, j)| if i < base && j < base { own[[i, j]] } else { identity(i, j) }))
+    }
+}
+
+impl Gains {
+    /// C W and its derivatives by all parameters, of C (axes × axes) and its own, block after block; those by the gains take the columns of C.
+    pub(crate) fn drive(&self, theta: &[f64], compliance: &[Complex64], slopes: &[Complex64]) -> (Vec<Complex64>, Vec<Complex64>) {
+        let (n, q) = (self.axes, self.inputs.len());
+        let base = theta.len() - self.count();
+        let w: Vec<Complex64> = self.matrix(&theta[base..]).iter().map(|gain| Complex64::from(*gain)).collect();
+        let driven = |c: &[Complex64]| square::rectangular_product(c, &w, [n, q]);
+        let value = compliance.chunks_exact(n * n).flat_map(driven).collect();
+        let per_bin = theta.len() * n * n;
+        let of_bin = |(c, slopes): (&[Complex64], &[Complex64])| {
+            let mut out: Vec<Complex64> = slopes.chunks_exact(n * n).take(base).flat_map(driven).collect();
+            for (axis, input) in self.places() {
+                let at = out.len();
+                out.resize(at + n * q, Complex64::default());
+                (0..n).for_each(|i| out[at + i * q + input] = c[i * n + axis]);
+            }
+            out
+        };
+        (value, compliance.chunks_exact(n * n).zip(slopes.chunks_exact(per_bin)).flat_map(of_bin).collect())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{InertiaDampingStiffnessModel, Symmetry};
+
+    fn plane() -> InertiaDampingStiffnessModel {
+        InertiaDampingStiffnessModel::new(vec![Axis::linear("x"), Axis::linear("y")], Symmetry::Symmetric)
+    }
+
+    fn driven(model: &InertiaDampingStiffnessModel) -> Driven<'_> {
+        let inputs: Vec<String> = ["force_m", "force_x", "force_y", "valve"].map(str::to_owned).to_vec();
+        Driven { model, gains: Gains::new(2, inputs, vec![1, 2]), units: ["N", "N", "N", "V"].map(str::to_owned).to_vec() }
+    }
+
+    const THETA: [f64; 13] = [2.0, -0.4, 1.5, 12.0, 1.0, 9.0, 300.0, -50.0, 420.0, 0.7, -0.2, 3.0, 1.5];
+
+    #[test]
+    fn names_and_units_are_those_of_axis_and_input() {
+        let model = plane();
+        let driven = driven(&model);
+        let of: Vec<(String, String)> = driven.parameters().into_iter().skip(9).map(|p| (p.name, p.unit)).collect();
+        let want = [("gain_x_force_m", "1"), ("gain_y_force_m", "1"), ("gain_x_valve", "N/V"), ("gain_y_valve", "N/V")];
+        assert_eq!(of, want.map(|(name, unit)| (name.to_owned(), unit.to_owned())));
+        // The small gain matters as the large one of the same input does.
+        assert_eq!([10, 11, 12].map(|k| driven.scale(&THETA, k)), [0.7, 3.0, 3.0]);
+    }
+
+    #[test]
+    fn slopes_are_those_of_differences() {
+        let model = plane();
+        let driven = driven(&model);
+        let s = Complex64::new(0.0, 14.0);
+        let compliance = |theta: &[f64], slopes: bool| {
+            let (mut d, mut by) = (vec![Complex64::default(); 4], vec![Complex64::default(); 4 * 13]);
+            driven.stiffness(theta, s, &mut d, slopes.then_some(&mut by));
+            let c = square::inverse(&d, 2).expect("regular");
+            let by: Vec<Complex64> = by.chunks_exact(4).flat_map(|d| square::sandwich(&c, d, &c, 2)).map(|v| -v).collect();
+            driven.gains.drive(theta, &c, &by)
+        };
+        let (value, slopes) = compliance(&THETA, true);
+        assert_eq!((value.len(), slopes.len()), (8, 8 * 13));
+        for k in 0..13 {
+            let step = 1e-5 * THETA[k].abs();
+            let at = |sign: f64| {
+                let mut theta = THETA;
+                theta[k] += sign * step;
+                compliance(&theta, false).0
+            };
+            let size = value.iter().map(|v| v.norm()).fold(0.0, f64::max) / THETA[k].abs();
+            for (e, (up, down)) in at(1.0).iter().zip(at(-1.0)).enumerate() {
+                assert!((slopes[8 * k + e] - (up - down) / (2.0 * step)).norm() < 1e-8 * size, "{k} {e}");
+            }
+        }
+    }
+}
