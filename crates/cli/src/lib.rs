@@ -12,6 +12,7 @@ mod source;
 use clap::{CommandFactory, FromArgMatches, Parser, Subcommand};
 use error::CliError;
 use std::ffi::OsString;
+use std::io::Write;
 use std::process::ExitCode;
 
 /// System identification of mechanical systems with any number of degrees of freedom.
@@ -60,6 +61,16 @@ fn definition() -> clap::Command {
 /// Runs the program with these arguments (the first is its name) and returns its exit code; `studies` are the built-in
 /// ones, name and text of the file.
 pub fn run(arguments: impl IntoIterator<Item = impl Into<OsString> + Clone>, studies: &[(&str, &str)]) -> ExitCode {
+    let arguments: Vec<OsString> = arguments.into_iter().map(Into::into).collect();
+    // The definition of all subcommands would take most of the time.
+    if let [_, only] = arguments.as_slice()
+        && (only == "--version" || only == "-V")
+    {
+        return match writeln!(std::io::stdout(), "ndof {}", env!("CARGO_PKG_VERSION")) {
+            Ok(()) => ExitCode::SUCCESS,
+            Err(source) => CliError::from(source).exit_code(),
+        };
+    }
     let definition = definition();
     flags::know(&definition);
     let parsed = definition.clone().try_get_matches_from(arguments).and_then(|matches| Ok((Cli::from_arg_matches(&matches)?, matches)));

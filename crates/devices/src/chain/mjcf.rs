@@ -230,6 +230,7 @@ impl<'a> Model<'a> {
             stiffness_nm_per_rad: linear(filled, "stiffness")?,
             spring_rest_rad: unit * filled.number("springref", 0.0)?,
             torque_limit_nm: own_limit.into_iter().chain(drive.limit).reduce(f64::min).filter(|l| *l > 0.0),
+            rate_limit_rad_per_s: None,
             range_rad: self.compiler.limited(filled, "limited", range)?.then_some(range),
             home_rad: 0.0,
         })

@@ -5,6 +5,7 @@
 mod cells;
 mod header;
 mod headless;
+mod plain;
 mod read;
 mod rows;
 mod stream;

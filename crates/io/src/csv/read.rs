@@ -38,11 +38,16 @@ pub(crate) fn read_piece(text: &str, file: &str, (head, skipped): (usize, usize)
     let mut rows = Rows::new(file, named, separator);
     let mut unterminated = None;
     let mut cells = Vec::new();
-    for line in lines {
-        if !line.terminated {
-            unterminated = Some(line.number);
+    // Where the first of them stands in the text; those behind it have the numbers that follow.
+    let first = lines.peek().filter(|line| skipped == 0 || line.number > head).map(|line| (line.text.as_ptr() as usize - text.as_ptr() as usize, line.number));
+    let plain = first.is_some_and(|(begin, number)| rows.push_plain(&text[begin..], number));
+    if !plain {
+        for line in lines {
+            if !line.terminated {
+                unterminated = Some(line.number);
+            }
+            rows.push(&line, &mut cells)?;
         }
-        rows.push(&line, &mut cells)?;
     }
     let mut table = Table { metadata: facts, ..rows.finish(header.number)? };
     if let Some(line) = unterminated.filter(|line| table.lines.last() == Some(line)) {

@@ -2,6 +2,7 @@
 
 use super::cells::{Cell, Separator, split};
 use super::header::Named;
+use super::plain;
 use crate::assemble::is_time;
 use crate::error::{IoError, Place};
 use crate::note::Note;
@@ -61,6 +62,15 @@ impl<'a> Rows<'a> {
             first_point: None,
             empty_row: None,
         }
+    }
+
+    /// Keeps the numbers of `text`, whose first line has `number`, if all its lines are plain; whether they were.
+    pub fn push_plain(&mut self, text: &str, number: usize) -> bool {
+        let Some(plain) = plain::read(text, self.separator, self.width, self.time) else { return false };
+        self.columns.iter_mut().zip(plain.columns).for_each(|(column, samples)| column.samples = samples);
+        self.lines = (number..number + plain.count).collect();
+        (self.decimals, self.significant) = plain.digits;
+        true
     }
 
     /// Takes a line apart and keeps its numbers.
@@ -164,7 +174,7 @@ impl<'a> Rows<'a> {
 }
 
 /// Decimal places and significant digits of a number as it is written.
-fn digits(text: &str) -> (u32, u32) {
+pub(super) fn digits(text: &str) -> (u32, u32) {
     let (mantissa, exponent) = text.split_once(['e', 'E']).unwrap_or((text, "0"));
     let exponent: i64 = exponent.parse().unwrap_or(0);
     let fraction = mantissa.split_once('.').map_or(0, |(_, f)| f.len()) as i64;

@@ -42,6 +42,10 @@ impl Fit {
 const STEP: f64 = std::f64::consts::SQRT_2;
 /// Size, in standard deviations of the noise, below which a model error moves nothing.
 const UNSEEN: f64 = 0.1;
+/// Sizes among which the likeliest is sought first are that many steps apart, a factor of four.
+const APART: usize = 4;
+/// Logarithm of the odds against a size that no sum of numbers of 53 bits would show: e⁻⁴⁰ is a fortieth of the last of them.
+const UNLIKELY: f64 = 40.0;
 /// Keeps what the data leave undetermined from spoiling a factor.
 const RIDGE: f64 = 1e-12;
 
@@ -131,13 +135,13 @@ impl Lines {
         let steps = |from: f64, to: f64| (0..).map(move |k| from * STEP.powi(-k)).take_while(move |v| *v > to).collect::<Vec<_>>();
         let (reaches, sizes) = (steps(band, band / independent.max(2.0)), steps(1.0, UNSEEN * noise.sqrt() / largest));
         let thinned = self.thinned();
-        let grid: Vec<[f64; 2]> = reaches.iter().flat_map(|reach| sizes.iter().map(|size| [*reach, *size])).collect();
-        let likelihoods: Vec<f64> = grid.par_iter().map(|[reach, size]| thinned.likelihood(*size, *reach, noise)).collect();
-        let most = likelihoods.iter().copied().filter(|l| l.is_finite()).fold(f64::NEG_INFINITY, f64::max);
-        let shares: Vec<f64> = likelihoods.iter().map(|l| if l.is_finite() { (l - most).exp() } else { 0.0 }).collect();
-        let total: f64 = shares.iter().sum();
-        let of_reach = |reach: &f64| grid.iter().zip(&shares).filter(|([r, _], _)| r == reach).map(|([_, size], share)| size * size * share / total).sum();
-        let weights: Vec<[f64; 2]> = reaches.iter().map(|reach| [*reach, of_reach(reach)]).collect();
+        let of_reach = |reach: &f64| likely(sizes.len(), |k| thinned.likelihood(sizes[k], *reach, noise));
+        let likelihoods: Vec<Vec<f64>> = reaches.par_iter().map(of_reach).collect();
+        let most = likelihoods.iter().flatten().copied().fold(f64::NEG_INFINITY, f64::max);
+        let share = |likelihood: &f64| (likelihood - most).exp();
+        let total: f64 = likelihoods.iter().flatten().map(share).sum();
+        let squares = |row: &Vec<f64>| row.iter().zip(&sizes).map(|(likelihood, size)| size * size * share(likelihood) / total).sum();
+        let weights: Vec<[f64; 2]> = reaches.iter().zip(&likelihoods).map(|(reach, row)| [*reach, squares(row)]).collect();
         self.weighed(&weights)
     }
 
@@ -231,6 +235,25 @@ impl Lines {
     }
 }
 
+/// The likelihoods of `count` sizes in their order, −∞ for what is no number or too unlikely to be looked at: of one size it has one peak, which is
+/// sought among every [`APART`]th and walked down on both sides.
+fn likely(count: usize, of: impl Fn(usize) -> f64) -> Vec<f64> {
+    let mut all = vec![None; count];
+    let mut at = |k: usize| *all[k].get_or_insert_with(|| Some(of(k)).filter(|l| l.is_finite()).unwrap_or(f64::NEG_INFINITY));
+    let top = (0..count).step_by(APART).fold(0, |top, k| if at(k) > at(top) { k } else { top });
+    let mut most = if count > 0 { at(top) } else { f64::NEG_INFINITY };
+    let walks: [Box<dyn Iterator<Item = usize>>; 2] = [Box::new(top + 1..count), Box::new((0..top).rev())];
+    for walk in walks {
+        for k in walk {
+            most = most.max(at(k));
+            if at(k) < most - UNLIKELY {
+                break;
+            }
+        }
+    }
+    all.into_iter().map(|likelihood| likelihood.unwrap_or(f64::NEG_INFINITY)).collect()
+}
+
 /// −½ (ln|Γ| + ln|Jᵀ Γ⁻¹ J| + what is left when the score is taken up) from [J r]ᵀ Γ⁻¹ [J r], parameters without a derivative left out.
 fn restricted(log_det: f64, information: &Mat<f64>) -> f64 {
     let last = information.nrows() - 1;
@@ -270,6 +293,21 @@ mod tests {
         // The 99.9 % quantile of χ² with 100 degrees of freedom is 149.449.
         assert!(!of(149.4).misfits() && of(149.5).misfits());
         assert_eq!(WeightedFit::default().widened_by_misfit(&model, &response, of(149.0)), Ok(of(149.0)));
+    }
+
+    #[test]
+    fn no_likely_size_is_left_out_and_few_others_are_looked_at() {
+        for (count, peak, width) in [(27, 11.3, 0.7), (27, 0.0, 0.2), (27, 26.0, 2.0), (3, 1.0, 1.0), (1, 0.0, 1.0), (0, 0.0, 1.0)] {
+            let law = |k: usize| -((k as f64 - peak) / width).powi(2);
+            let looked = std::cell::Cell::new(0);
+            let found = likely(count, |k| {
+                looked.set(looked.get() + 1);
+                law(k)
+            });
+            assert!(found.len() == count && (0..count).all(|k| found[k] == law(k) || law(k) < -UNLIKELY), "{found:?}");
+            assert!(looked.get() <= count.div_ceil(APART) + 2 + (2.0 * width * UNLIKELY.sqrt()) as usize + 2, "{}", looked.get());
+        }
+        assert_eq!(likely(2, |_| f64::NAN), [f64::NEG_INFINITY; 2]);
     }
 
     /// The filter and the recursion against the matrices that they stand for.

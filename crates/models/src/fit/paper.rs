@@ -5,7 +5,8 @@ use super::{
     COST_TOLERANCE, Fit, FitError, Prediction, Smoothing, Solved, add_scores, check_shape, found, jackknife::left_out, jackknife::rescale_by_trials, shares,
 };
 use crate::{LeastSquares, ParametricModel, Slopes};
-use faer::Mat;
+use faer::linalg::matmul::triangular::{BlockStructure, matmul};
+use faer::{Accum, Mat, Par};
 use ndarray::{Array3, Axis};
 use ndof_signal::Kernel;
 use ndof_sysid::{FrequencyResponse, ResponseKind};
@@ -148,43 +149,87 @@ impl LeastSquares for Logarithmic<'_> {
     fn slopes(&self, theta: &[f64], residuals: &[f64]) -> Slopes {
         let k = self.parameters;
         let parts = self.prediction.by_bins(theta, true, |bins, value, slopes| self.sums(bins.start, &value, &slopes, residuals));
-        let mut total = vec![0.0; k * (2 * k + 1)];
-        parts.iter().for_each(|part| total.iter_mut().zip(part).for_each(|(sum, v)| *sum += v));
-        let (matrices, gradient) = total.split_at(2 * k * k);
-        let symmetric = |upper: &[f64]| Mat::from_fn(k, k, |i, j| upper[i.min(j) * k + i.max(j)]);
-        let [information, curvature] = [&matrices[..k * k], &matrices[k * k..]].map(symmetric);
-        Slopes::Curved { information, gradient: Mat::from_fn(k, 1, |i, _| gradient[i]), curvature }
+        let [mut information, mut curvature] = [(); 2].map(|()| Mat::zeros(k, k));
+        let mut gradient = Mat::zeros(k, 1);
+        for part in &parts {
+            information += &part.information;
+            curvature += &part.curvature;
+            gradient += &part.gradient;
+        }
+        let symmetric = |lower: Mat<f64>| Mat::from_fn(k, k, |i, j| lower[(i.max(j), i.min(j))]);
+        Slopes::Curved { information: symmetric(information), gradient, curvature: symmetric(curvature) }
     }
 }
 
+/// What the rows Re g and Im g of an element are multiplied with for JᵀJ and for Σ r ∂²r/∂θ²; the first of the latter is −Jᵀr too.
+fn of_row(g: Complex64, [squared_gain, squared_phase, gain, phase]: &[f64; 4]) -> [f64; 4] {
+    [squared_gain * g.re, squared_phase * g.im, gain * g.re + phase * g.im, phase * g.re - gain * g.im]
+}
+
+/// Lower triangles of JᵀJ and Σ r ∂²r/∂θ², and Jᵀr.
+struct Sums {
+    information: Mat<f64>,
+    curvature: Mat<f64>,
+    gradient: Mat<f64>,
+}
+
 impl Logarithmic<'_> {
-    /// Upper triangles of JᵀJ and Σ r ∂²r/∂θ², and Jᵀr, of the bins from `first` on. For a Z that is linear in θ the second derivative of ln Z is −g gᵀ
-    /// with g = Z⁻¹ ∂Z/∂θ, of which a row of the Jacobian is −γ a Re g and the next −γ b Im g. Residuals stay large where the estimate is poor, and
-    /// Gauss-Newton's steps shrink by little from one to the next. An element of Z has few parameters, and the others cost nothing.
-    fn sums(&self, first: usize, value: &[Complex64], slopes: &[Complex64], residuals: &[f64]) -> Vec<f64> {
-        let (k, (gain, phase), size) = (self.parameters, units(), self.prediction.elements());
-        let mut out = vec![0.0; k * (2 * k + 1)];
-        let (matrices, gradient) = out.split_at_mut(2 * k * k);
-        let (information, curvature) = matrices.split_at_mut(k * k);
-        for (bin, (value, slopes)) in value.chunks_exact(size).zip(slopes.chunks_exact(size * k)).enumerate() {
-            let [mut re, mut im] = [(); 2].map(|()| vec![0.0; size * k]);
-            for (place, slope) in slopes.iter().enumerate().filter(|(_, slope)| **slope != Complex64::ZERO) {
-                let (c, e) = (place / size, place % size);
-                let relative = slope / value[e];
-                (re[e * k + c], im[e * k + c]) = (relative.re, relative.im);
-            }
-            for (e, (re, im)) in re.chunks_exact(k).zip(im.chunks_exact(k)).enumerate() {
-                let row = (first + bin) * size + e;
+    /// Sums over the bins from `first` on. For a Z that is linear in θ the second derivative of ln Z is −g gᵀ with g = Z⁻¹ ∂Z/∂θ, of which a row of
+    /// the Jacobian is −γ a Re g and the next −γ b Im g. Residuals stay large where the estimate is poor, and Gauss-Newton's steps shrink by little
+    /// from one to the next. Both are products of one matrix, of the rows Re g and Im g, with another.
+    fn sums(&self, first: usize, value: &[Complex64], slopes: &[Complex64], residuals: &[f64]) -> Sums {
+        let (gain, phase) = units();
+        let first = first * self.prediction.elements();
+        let weights: Vec<[f64; 4]> = (first..first + value.len())
+            .map(|row| {
                 let [a, b] = [gain * self.weight[row], phase * self.weight[row]];
-                let [bent, turned] = [a * residuals[2 * row], b * residuals[2 * row + 1]];
-                for c in (0..k).filter(|&c| re[c] != 0.0 || im[c] != 0.0) {
-                    gradient[c] -= bent * re[c] + turned * im[c];
-                    let own = [a * a * re[c], b * b * im[c], bent * re[c] + turned * im[c], turned * re[c] - bent * im[c]];
-                    let rest = c * k + c..(c + 1) * k;
-                    for (((i, s), re), im) in information[rest.clone()].iter_mut().zip(&mut curvature[rest]).zip(&re[c..]).zip(&im[c..]) {
-                        *i += own[0] * re + own[1] * im;
-                        *s += own[2] * re + own[3] * im;
-                    }
+                [a * a, b * b, a * residuals[2 * row], b * residuals[2 * row + 1]]
+            })
+            .collect();
+        let inverses: Vec<Complex64> = value.iter().map(|v| v.inv()).collect();
+        let dense = 2 * slopes.iter().filter(|slope| **slope != Complex64::ZERO).count() > slopes.len();
+        if dense { self.dense_sums(&weights, &inverses, slopes) } else { self.sparse_sums(&weights, &inverses, slopes) }
+    }
+
+    fn dense_sums(&self, weights: &[[f64; 4]], inverses: &[Complex64], slopes: &[Complex64]) -> Sums {
+        let (k, size) = (self.parameters, self.prediction.elements());
+        let [mut relative, mut squared, mut bent] = [(); 3].map(|()| Mat::zeros(2 * weights.len(), k));
+        let mut gradient = Mat::zeros(k, 1);
+        for c in 0..k {
+            let [of_relative, of_squared, of_bent] = [&mut relative, &mut squared, &mut bent].map(|rows| rows.col_as_slice_mut(c));
+            for (e, (inverse, weights)) in inverses.iter().zip(weights).enumerate() {
+                let g = slopes[(e / size * k + c) * size + e % size] * inverse;
+                let [real, imaginary, bent, turned] = of_row(g, weights);
+                [of_relative[2 * e], of_relative[2 * e + 1]] = [g.re, g.im];
+                [of_squared[2 * e], of_squared[2 * e + 1]] = [real, imaginary];
+                [of_bent[2 * e], of_bent[2 * e + 1]] = [bent, turned];
+                gradient[(c, 0)] -= bent;
+            }
+        }
+        let lower = |rows: &Mat<f64>| {
+            let mut out = Mat::zeros(k, k);
+            let [whole, triangle] = [BlockStructure::Rectangular, BlockStructure::TriangularLower];
+            matmul(&mut out, triangle, Accum::Replace, relative.transpose(), whole, rows, whole, 1.0, Par::Seq);
+            out
+        };
+        Sums { information: lower(&squared), curvature: lower(&bent), gradient }
+    }
+
+    /// The same where an element of Z has few parameters, as it has of a model that is linear in them: the others cost nothing.
+    fn sparse_sums(&self, weights: &[[f64; 4]], inverses: &[Complex64], slopes: &[Complex64]) -> Sums {
+        let (k, size) = (self.parameters, self.prediction.elements());
+        let mut out = Sums { information: Mat::zeros(k, k), curvature: Mat::zeros(k, k), gradient: Mat::zeros(k, 1) };
+        let mut own: Vec<(usize, Complex64)> = Vec::with_capacity(k);
+        for (e, (inverse, weights)) in inverses.iter().zip(weights).enumerate() {
+            let of_element = slopes[e / size * k * size..].iter().skip(e % size).step_by(size).take(k).enumerate();
+            own.clear();
+            own.extend(of_element.filter(|(_, slope)| **slope != Complex64::ZERO).map(|(c, slope)| (c, slope * inverse)));
+            for (at, (c, g)) in own.iter().enumerate() {
+                let [real, imaginary, bent, turned] = of_row(*g, weights);
+                out.gradient[(*c, 0)] -= bent;
+                for (r, g) in &own[at..] {
+                    out.information[(*r, *c)] += real * g.re + imaginary * g.im;
+                    out.curvature[(*r, *c)] += bent * g.re + turned * g.im;
                 }
             }
         }
@@ -248,6 +293,12 @@ mod tests {
             parameters: k,
         };
         let jacobian = problem.jacobian(&theta);
+        let (value, slopes) = problem.prediction.evaluate(&theta, true);
+        let (weights, inverses) = (vec![[0.7, 0.4, -1.3, 0.2]; value.len()], value.iter().map(|v| v.inv()).collect::<Vec<_>>());
+        let [few, all] = [problem.sparse_sums(&weights, &inverses, &slopes), problem.dense_sums(&weights, &inverses, &slopes)];
+        for (few, all) in [(&few.information, &all.information), (&few.curvature, &all.curvature), (&few.gradient, &all.gradient)] {
+            assert!((few - all).norm_max() < 1e-13 * all.norm_max());
+        }
         let Slopes::Curved { information, gradient: own, curvature } = problem.slopes(&theta, &problem.residuals(&theta)) else { panic!("curved") };
         // Sums of 24 products of one size, in another order.
         assert!((&information - jacobian.transpose() * &jacobian).norm_max() < 1e-13 * information.norm_max());

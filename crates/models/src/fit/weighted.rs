@@ -267,10 +267,15 @@ impl Whitened<'_> {
         self.prediction.by_bins(theta, true, |bins, value, slopes| {
             let slopes = self.gains.map(|gains| gains.drive(theta, &value, &slopes).1).unwrap_or(slopes);
             let mut rows = Mat::zeros(2 * size * bins.len(), self.parameters);
+            let [p, q] = self.shape;
             for (f, (bin, blocks)) in self.bins[bins.clone()].iter().zip(slopes.chunks_exact(size * self.parameters)).enumerate() {
-                for (k, block) in blocks.chunks_exact(size).enumerate() {
+                // The blocks stand below each other, so that one product takes the right side of all.
+                let driven = square::rectangular_product(blocks, &bin.right, [q, q]);
+                let left: Vec<Complex64> = bin.left.iter().map(|v| v * -(2.0 * bin.share).sqrt()).collect();
+                for (k, block) in driven.chunks_exact(size).enumerate() {
+                    let whitened = square::rectangular_product(&left, block, [p, q]);
                     let column = &mut rows.col_as_slice_mut(k)[2 * size * f..2 * size * (f + 1)];
-                    column.chunks_exact_mut(2).zip(bin.whiten(block, self.shape)).for_each(|(at, v)| (at[0], at[1]) = (-v.re, -v.im));
+                    column.chunks_exact_mut(2).zip(&whitened).for_each(|(at, v)| (at[0], at[1]) = (v.re, v.im));
                 }
             }
             take(bins, rows)
