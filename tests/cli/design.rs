@@ -268,9 +268,11 @@ fn a_robots_motion_keeps_its_limits_and_is_the_same_on_any_number_of_threads() {
     let arm = "schema = \"ndof/robot/1\"\nname = \"arm\"\n[[joints]]\nname = \"shoulder\"\naxis = [0.0, 1.0, 0.0]\nmass_kg = 2.0\ncentre_m = [0.2, 0.0, 0.0]\nrate_limit_rad_per_s = 2.0\ntorque_limit_nm = 12.0\nviscous_nm_s_per_rad = 0.2\n";
     std::fs::write(folder.path().join("arm.toml"), arm).expect("written");
     let all = ["design", "--robot", "arm.toml", "--duration", "8", "--period", "4", "--sample-rate", "100", "--seed", "3", "--out"];
-    let with = |options: &[&str]| [&all[..], options].concat();
-    let result = json(folder.path(), &with(&["one.csv", "--threads", "1"]));
-    succeed(folder.path(), &with(&["two.csv", "--threads", "2", "--report", "page.html"]));
+    fn with<'a>(all: &[&'a str], options: &[&'a str]) -> Vec<&'a str> {
+        [all, options].concat()
+    }
+    let result = json(folder.path(), &with(&all, &["one.csv", "--threads", "1"]));
+    succeed(folder.path(), &with(&all, &["two.csv", "--threads", "2", "--report", "page.html"]));
     let [one, two] = ["one.csv", "two.csv"].map(|file| std::fs::read_to_string(folder.path().join(file)).expect("written"));
     assert_eq!(one, two);
     let schema: Value = serde_json::from_str(&succeed(folder.path(), &["schema", "excitation"])).expect("JSON");
@@ -283,7 +285,7 @@ fn a_robots_motion_keeps_its_limits_and_is_the_same_on_any_number_of_threads() {
     assert!(first[1].abs() < 1e-12 && last[1].abs() < 1e-9 && (first[0] - last[0]).abs() < 1e-9, "from rest to rest, where it began");
     assert!(values.iter().all(|v| v[0].abs() < std::f64::consts::PI && v[1].abs() <= 1.8 + 1e-9 && v[3].abs() <= 12.0));
     assert!(result["condition"].as_f64() < result["condition_random_best"].as_f64());
-    let warning = ndof(folder.path(), &with(&["three.csv"]));
+    let warning = ndof(folder.path(), &with(&all, &["three.csv"]));
     assert!(String::from_utf8_lossy(&warning.stderr).contains("no range for shoulder"));
     for (options, part) in
         [(&["--rms", "3"][..], "--rms"), (&["--duration", "7"], "--duration 8"), (&["--interest", "knee"], "\"knee\""), (&["--band", "1-2"], "--band")]

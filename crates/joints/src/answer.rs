@@ -70,7 +70,10 @@ impl Answer<'_> {
             discrepancy: self.discrepancy(&empty),
             extended: self.extended(after),
             considered: self.considered(),
-            minor: minor.into_iter().map(|m| Minor { effect: m.form.cause.card.name.to_owned(), site: self.site(&m.form), removed: m.removed, why: m.why }).collect(),
+            minor: minor
+                .into_iter()
+                .map(|m| Minor { effect: m.form.cause.card.name.to_owned(), site: self.site(&m.form), removed: m.removed, why: m.why })
+                .collect(),
             causes,
             confusable,
         };
@@ -98,7 +101,8 @@ impl Answer<'_> {
 
     /// How well a model predicts the logged torques, every sample of what was held out.
     fn score(&self, model: &Model) -> Score {
-        let parts: Vec<(usize, std::ops::Range<usize>)> = self.held.pieces.iter().filter_map(|p| Some((p.trial, *p.places.first()?..*p.places.last()? + 1))).collect();
+        let parts: Vec<(usize, std::ops::Range<usize>)> =
+            self.held.pieces.iter().filter_map(|p| Some((p.trial, *p.places.first()?..*p.places.last()? + 1))).collect();
         let runs: Vec<Vec<Vec<f64>>> = parts.iter().map(|(trial, _)| predicted(self.held, model, *trial)).collect();
         let of = |j: usize| {
             let (mut error, mut logged) = (Vec::new(), Vec::new());
@@ -175,11 +179,8 @@ impl Answer<'_> {
         told.into_iter()
             .map(|(name, unit, value, error, inverse)| {
                 let ci = error.map(|e| [value - half * e, value + half * e]);
-                let (value, ci95) = if inverse {
-                    (1.0 / value, ci.filter(|[low, _]| *low > 0.0).map(|[low, high]| [1.0 / high, 1.0 / low]))
-                } else {
-                    (value, ci)
-                };
+                let (value, ci95) =
+                    if inverse { (1.0 / value, ci.filter(|[low, _]| *low > 0.0).map(|[low, high]| [1.0 / high, 1.0 / low])) } else { (value, ci) };
                 CauseParameter { name, unit: unit.to_owned(), value: Value::Number(value), ci95: ci95.filter(|ci| ci.iter().all(|x| x.is_finite())) }
             })
             .collect()
@@ -248,9 +249,13 @@ impl Answer<'_> {
 
     /// Whether torque is left that follows from the motion, and matters.
     fn verdict(&self) -> Verdict {
-        let structured = self.left.gains.iter().zip(&self.left.removed).zip(&self.scene.joints).any(|((gain, removed), joint)| {
-            gain.ci95()[0] > 0.0 && *removed > self.options.tolerance * joint.torque
-        });
+        let structured = self
+            .left
+            .gains
+            .iter()
+            .zip(&self.left.removed)
+            .zip(&self.scene.joints)
+            .any(|((gain, removed), joint)| gain.ci95()[0] > 0.0 && *removed > self.options.tolerance * joint.torque);
         match (self.model.forms.is_empty(), structured) {
             (true, false) => Verdict::Adequate,
             (true, true) => Verdict::Unexplained,
@@ -321,7 +326,13 @@ impl Answer<'_> {
                 let p_value = rule.p_value(gained, freedoms);
                 let why_not = if p_value > self.options.false_alarms { "no more than chance" } else { "the named causes explain what it would" };
                 let explained_fraction = gained / table.total;
-                Considered { effect: self.forms[f].cause.card.name.to_owned(), site: self.site(&self.forms[f]), explained_fraction, p_value, why_not: why_not.to_owned() }
+                Considered {
+                    effect: self.forms[f].cause.card.name.to_owned(),
+                    site: self.site(&self.forms[f]),
+                    explained_fraction,
+                    p_value,
+                    why_not: why_not.to_owned(),
+                }
             })
             .collect()
     }
@@ -331,7 +342,9 @@ impl Answer<'_> {
         let rest = residual(self.held, empty);
         let (mut by_band, mut by_time) = (Vec::new(), Vec::new());
         for (j, name) in self.ports.inputs.iter().map(|i| self.trials[0].channels()[*i].name.clone()).enumerate() {
-            let Some((piece, x)) = rest.0.iter().enumerate().filter_map(|(p, joints)| Some((p, joints[j].as_ref()?))).max_by_key(|(_, x)| x.len()) else { continue };
+            let Some((piece, x)) = rest.0.iter().enumerate().filter_map(|(p, joints)| Some((p, joints[j].as_ref()?))).max_by_key(|(_, x)| x.len()) else {
+                continue;
+            };
             let total: f64 = x.iter().map(|x| x * x).sum::<f64>().max(f64::MIN_POSITIVE);
             let places = &self.held.pieces[piece].places;
             let start = places.first().copied().unwrap_or(0) as f64 / self.scene.rate_hz;
@@ -341,7 +354,11 @@ impl Answer<'_> {
                 let share = x[range.clone()].iter().map(|x| x * x).sum::<f64>() / total;
                 by_time.push(TimeShare { time_s: [time(range.start), time(range.end)], output: name.clone(), share });
             }
-            by_band.extend(bands(x, self.held.band.kept_hz(), self.held.band.pass_hz).into_iter().map(|(band_hz, share)| BandShare { band_hz, output: name.clone(), share }));
+            by_band.extend(bands(x, self.held.band.kept_hz(), self.held.band.pass_hz).into_iter().map(|(band_hz, share)| BandShare {
+                band_hz,
+                output: name.clone(),
+                share,
+            }));
         }
         let mut notes = vec![format!(
             "the motion rises above the noise of the encoders up to {:.2} Hz; torques are compared up to {:.2} Hz",

@@ -68,8 +68,7 @@ pub fn diagnose(
         return Err(JointsError::TooShort { kept: count(&fitted), held_out: count(&held), pass_hz: band.pass_hz, needed: FEWEST });
     }
     progress("searching");
-    let forms: Vec<Form> =
-        CAUSES.iter().filter(|c| !options.without.iter().any(|w| w == c.card.name)).flat_map(|c| (c.forms)(&scene)).collect();
+    let forms: Vec<Form> = CAUSES.iter().filter(|c| !options.without.iter().any(|w| w == c.card.name)).flat_map(|c| (c.forms)(&scene)).collect();
     let (noise, floor) = noise_of(&fitted, &forms);
     let [fitted, held] = [fitted, held].map(|view| view.in_noise(noise.clone()));
     let searched = Searched::new(&fitted, &forms, floor);

@@ -167,9 +167,7 @@ impl Rule<'_> {
                 let (own, freedoms) = solved.gain(self.table, &self.table.columns[chosen[at]]);
                 let own = self.worth(&self.forms[chosen[at]], own, freedoms);
                 match self.best(&solved, |k| self.free(k, &others, aside)) {
-                    Some((k, worth, gained, freedoms))
-                        if worth > 0.0 && self.p_value(gained, freedoms + self.forms[k].shape.len()) <= self.false_alarms =>
-                    {
+                    Some((k, worth, gained, freedoms)) if worth > 0.0 && self.p_value(gained, freedoms + self.forms[k].shape.len()) <= self.false_alarms => {
                         if k != chosen[at] && worth > own + 1e-9 * own.abs() {
                             chosen[at] = k;
                             changed = true;

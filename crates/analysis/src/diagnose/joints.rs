@@ -31,14 +31,18 @@ pub(super) fn diagnose(trials: &Trials, robot: &RobotConfig, settings: &Diagnose
 /// Torques and angles in the order of the robot's joints: by their names where these are the joints', else as they stand, with a warning.
 fn by_joint(ports: &Ports, recording: &Recording, joints: &[String]) -> (Ports, Option<Warning>) {
     let name = |channel: &usize| recording.channels()[*channel].name.as_str();
-    let ordered = |channels: &[usize]| -> Option<Vec<usize>> {
-        joints.iter().map(|joint| channels.iter().copied().find(|c| axis_of(name(c)) == joint)).collect()
-    };
+    let ordered =
+        |channels: &[usize]| -> Option<Vec<usize>> { joints.iter().map(|joint| channels.iter().copied().find(|c| axis_of(name(c)) == joint)).collect() };
     match (ordered(&ports.inputs), ordered(&ports.outputs)) {
         (Some(inputs), Some(outputs)) => (Ports { references: vec![], inputs, outputs }, None),
         _ => {
             let list = |channels: &[usize]| channels.iter().map(name).collect::<Vec<_>>().join(", ");
-            let message = format!("{} and {} do not carry the names of the joints {}; they are taken in this order", list(&ports.inputs), list(&ports.outputs), joints.join(", "));
+            let message = format!(
+                "{} and {} do not carry the names of the joints {}; they are taken in this order",
+                list(&ports.inputs),
+                list(&ports.outputs),
+                joints.join(", ")
+            );
             let action = "name them torque_JOINT and angle_JOINT, or check the order with `input` and `output`".to_owned();
             (Ports { references: vec![], ..ports.clone() }, Some(Warning::new("paired-by-order", message, action)))
         }

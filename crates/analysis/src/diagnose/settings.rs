@@ -167,7 +167,10 @@ impl Diagnose {
             ("plan", self.plan),
         ];
         if let Some((name, _)) = other.iter().find(|(_, given)| *given) {
-            return Err(AnalysisError::Meaning { file: format!("`{name}`"), what: "it is not for a `robot`, whose joints are judged; leave out one of the two".to_owned() });
+            return Err(AnalysisError::Meaning {
+                file: format!("`{name}`"),
+                what: "it is not for a `robot`, whose joints are judged; leave out one of the two".to_owned(),
+            });
         }
         Ok(ndof_joints::Options { held_out: self.apart(trials), tolerance: self.tolerance, without: self.without.clone(), ..ndof_joints::Options::default() })
     }

@@ -19,7 +19,8 @@ pub(super) static CAUSE: JointCause = JointCause {
             // From half a percent of the range, of which some samples are beyond, to nearly half of it, where it is a spring.
             let places = geometric(0.005, 0.45, 8);
             let forms = |above: bool| {
-                let (from, bounds) = if above { (high, [high - 0.45 * travel, high - 0.002 * travel]) } else { (low, [low + 0.002 * travel, low + 0.45 * travel]) };
+                let (from, bounds) =
+                    if above { (high, [high - 0.45 * travel, high - 0.002 * travel]) } else { (low, [low + 0.002 * travel, low + 0.45 * travel]) };
                 let toward = if above { -travel } else { travel };
                 places.iter().map(move |place| {
                     let shape = Shape { name: "stop_rad", unit: "rad", value: from + toward * place, bounds };

@@ -12,7 +12,5 @@ pub(super) static CAUSE: JointCause = JointCause {
         look_alikes: &["coulomb-friction"],
         next_experiment: "the same path with and without a payload: this friction grows with it",
     },
-    forms: |scene| {
-        each_joint(scene, |j| vec![Form::new(&CAUSE, Some(j), vec![Column::Load(j)], vec![Told::new("coefficient", "", 0).positive()])])
-    },
+    forms: |scene| each_joint(scene, |j| vec![Form::new(&CAUSE, Some(j), vec![Column::Load(j)], vec![Told::new("coefficient", "", 0).positive()])]),
 };

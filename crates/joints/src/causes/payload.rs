@@ -16,10 +16,8 @@ pub(super) static CAUSE: JointCause = JointCause {
     forms: |scene| {
         let Some(last) = scene.joints.len().checked_sub(1) else { return vec![] };
         let mass = || Told::new("mass_kg", "kg", 0).positive();
-        let point = |[x, y, z]: [f64; 3]| Column::Body {
-            link: last,
-            parts: [1.0, x, y, z, y * y + z * z, -x * y, x * x + z * z, -x * z, -y * z, x * x + y * y],
-        };
+        let point =
+            |[x, y, z]: [f64; 3]| Column::Body { link: last, parts: [1.0, x, y, z, y * y + z * z, -x * y, x * x + z * z, -x * z, -y * z, x * x + y * y] };
         let moment = |k: usize| {
             let mut parts = [0.0; TERMS_OF_A_LINK];
             parts[k] = 1.0;

@@ -12,7 +12,5 @@ pub(super) static CAUSE: JointCause = JointCause {
         look_alikes: &["link-parameters", "payload", "load-friction"],
         next_experiment: "a known weight at the flange: the gain follows from it",
     },
-    forms: |scene| {
-        each_joint(scene, |j| vec![Form::new(&CAUSE, Some(j), vec![Column::Torque(j)], vec![Told::new("scale", "", 0).on_top_of(1.0).positive()])])
-    },
+    forms: |scene| each_joint(scene, |j| vec![Form::new(&CAUSE, Some(j), vec![Column::Torque(j)], vec![Told::new("scale", "", 0).on_top_of(1.0).positive()])]),
 };

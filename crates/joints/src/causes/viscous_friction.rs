@@ -22,9 +22,10 @@ pub(super) static CAUSE: JointCause = JointCause {
             let bounds = [0.25 * scale.speed, 3.0 * scale.speed];
             for value in geometric(bounds[0], bounds[1], 4) {
                 let shape = Shape { name: "thinning_speed_rad_per_s", unit: "rad/s", value, bounds };
-                forms.push(Form::new(&CAUSE, Some(j), vec![], vec![told.clone()]).shaped(shape, |form, shape| {
-                    vec![Column::Thinning { joint: form.joint.unwrap_or(0), speed: shape[0] }]
-                }));
+                forms.push(
+                    Form::new(&CAUSE, Some(j), vec![], vec![told.clone()])
+                        .shaped(shape, |form, shape| vec![Column::Thinning { joint: form.joint.unwrap_or(0), speed: shape[0] }]),
+                );
             }
             forms
         })
