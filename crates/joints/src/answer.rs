@@ -247,15 +247,21 @@ impl Answer<'_> {
         find(form).map_or((0.0, 0), |f| rule.solve(&chosen).gain(table, &table.columns[f]))
     }
 
-    /// Whether torque is left that follows from the motion, and matters.
+    /// Whether torque is left that follows from the motion, and matters: what polynomials of angle and speed predict, or what columns of causes that
+    /// were set aside remove.
     fn verdict(&self) -> Verdict {
-        let structured = self
-            .left
-            .gains
-            .iter()
-            .zip(&self.left.removed)
-            .zip(&self.scene.joints)
-            .any(|((gain, removed), joint)| gain.ci95()[0] > 0.0 && *removed > self.options.tolerance * joint.torque);
+        let rest = residual(self.held, self.model);
+        let left = |j: usize| {
+            let (gain, removed) = (&self.left.gains[j], self.left.removed[j]);
+            let spread = self.scene.joints[j].torque;
+            let within: Vec<f64> = rest.0.iter().filter_map(|p| p[j].as_deref()).flatten().copied().collect();
+            let (error, floor) = (rms(&within).powi(2), self.searched.floor[j].powi(2));
+            // Four standard errors of a variance of as many samples as blocks of the noise's memory hold.
+            let independent = within.len() as f64 / (1 + self.held.noise[j].coefficients.len()) as f64;
+            let above = error > floor * (1.0 + 4.0 * (2.0 / independent).sqrt()) && (error - floor).max(0.0).sqrt() > self.options.tolerance * spread;
+            above || gain.ci95()[0] > 0.0 && removed > self.options.tolerance * spread
+        };
+        let structured = (0..self.joints()).any(left);
         match (self.model.forms.is_empty(), structured) {
             (true, false) => Verdict::Adequate,
             (true, true) => Verdict::Unexplained,
@@ -362,7 +368,7 @@ impl Answer<'_> {
         }
         let mut notes = vec![format!(
             "the motion rises above the noise of the encoders up to {:.2} Hz; torques are compared up to {:.2} Hz",
-            self.scene.corner_hz, self.fitted.band.pass_hz
+            self.scene.fastest_hz, self.fitted.band.pass_hz
         )];
         for (j, (gain, removed)) in self.left.gains.iter().zip(&self.left.removed).enumerate() {
             if gain.ci95()[0] > 0.0 && *removed > self.options.tolerance * self.scene.joints[j].torque {

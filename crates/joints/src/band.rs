@@ -13,8 +13,11 @@ pub(crate) struct Band {
     reach: usize,
 }
 
-/// Multiple of the fastest motion up to which torques are compared: a friction that changes its sign with the motion has lines that fall with their
-/// order, and all beyond the tenth hold a twentieth of its power.
+/// Share of the motion's corner up to which torques are compared: there the smoothing of the motion has taken 0.3 %. Beyond it a friction would be as
+/// sharp as it is, and the acceleration that answers it would not.
+const BELOW_CORNER: f64 = 0.7;
+/// Multiple of the fastest motion beyond which there is nothing to compare: a friction that changes its sign with the motion has lines that fall with
+/// their order, and all beyond the tenth hold a twentieth of its power.
 const BEYOND_MOTION: f64 = 10.0;
 /// Share of the rate that the kernel's transition leaves below Nyquist.
 const HIGHEST: f64 = 0.35;
@@ -24,8 +27,9 @@ const PERIODS: f64 = 4.0;
 const KEPT: f64 = 2.7;
 
 impl Band {
-    pub fn new(corner_hz: f64, rate_hz: f64) -> Self {
-        let pass_hz = (BEYOND_MOTION * corner_hz).min(HIGHEST * rate_hz);
+    /// For a motion whose fastest part has one frequency and which is cut off at another.
+    pub fn new([fastest_hz, corner_hz]: [f64; 2], rate_hz: f64) -> Self {
+        let pass_hz = (BEYOND_MOTION * fastest_hz).min(BELOW_CORNER * corner_hz).min(HIGHEST * rate_hz);
         let stride = ((rate_hz / (KEPT * pass_hz)).floor() as usize).max(1);
         Band { pass_hz, rate_hz, stride, reach: (PERIODS * rate_hz / pass_hz).ceil() as usize }
     }
@@ -68,7 +72,7 @@ mod tests {
 
     #[test]
     fn what_lies_in_the_band_passes_and_may_be_taken_later() {
-        let band = Band::new(1.0, 200.0);
+        let band = Band::new([1.0, 20.0], 200.0);
         let tone = |f: f64, ahead: f64| -> Vec<f64> { (0..4000).map(|k| (TAU * f * (f64::from(k) + ahead) / 200.0).sin()).collect() };
         let places = band.places(4000, 0);
         for ahead in [0.0, 0.7, -2.3] {

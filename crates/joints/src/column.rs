@@ -32,14 +32,16 @@ pub(crate) enum Column {
     Stop { joint: usize, from: f64, above: bool },
     /// A power of the angle, from its middle, over half its range.
     Power { joint: usize, power: i32 },
-    /// What the bodies behind it feel when the joint gives by the torque on it.
-    Give(usize),
+    /// What the bodies behind it feel when the joint gives by so much (rad/(N m)) of the torque on it, for each unit of that.
+    Give { joint: usize, compliance: f64 },
     /// What they feel when it falls to and fro in a play of this unit.
     Play(usize),
     /// A combination of the inertial parameters of a body ([`TERMS_OF_A_LINK`] numbers).
     Body { link: usize, parts: [f64; TERMS_OF_A_LINK] },
     /// The base turned about one of its axes.
     Tilt([f64; 3]),
+    /// A gravity of its own.
+    Weight([f64; 3]),
     /// Legendre polynomials of angle and rate, each over its range: what no cause was consulted for.
     Smooth { joint: usize, angle: usize, speed: usize },
 }
@@ -61,15 +63,18 @@ impl Column {
             Column::Velocity(j) => own(*j, &|_, v| v),
             Column::Thinning { joint, speed } => own(*joint, &|_, v| speed * (v / speed).asinh()),
             Column::Acceleration(j) => vec![(*j, motion.a[*j].clone())],
-            Column::Sign(j) => own(*j, &|_, v| sign(v, scene.joints[*j].speed_noise)),
-            Column::Stribeck { joint, velocity } => own(*joint, &|_, v| sign(v, scene.joints[*joint].speed_noise) * (-(v / velocity).powi(2)).exp()),
+            Column::Sign(j) => vec![(*j, motion.sharp[*j].iter().map(|v| sign(*v, scene.joints[*j].speed_noise)).collect())],
+            Column::Stribeck { joint, velocity } => {
+                let noise = scene.joints[*joint].speed_noise;
+                vec![(*joint, motion.sharp[*joint].iter().map(|v| sign(*v, noise) * (-(v / velocity).powi(2)).exp()).collect())]
+            }
             Column::Load(j) => {
                 let noise = scene.joints[*j].speed_noise;
-                vec![(*j, motion.rigid[*j].iter().zip(&motion.v[*j]).map(|(t, v)| t.abs() * sign(*v, noise)).collect())]
+                vec![(*j, motion.rigid[*j].iter().zip(&motion.sharp[*j]).map(|(t, v)| t.abs() * sign(*v, noise)).collect())]
             }
             Column::Torque(j) => vec![(*j, scene.nominal(motion).swap_remove(*j))],
             Column::Falling(j) => {
-                let [_, rate, _] = smooth(&motion.torque[*j], scene.rate_hz, scene.corner_hz);
+                let [_, rate, _] = smooth(&motion.torque[*j], scene.rate_hz, scene.joints[*j].corner_hz);
                 vec![(*j, rate.iter().map(|r| -r).collect())]
             }
             Column::Slip { joint, way } => vec![(*joint, slip(&motion.q[*joint], *way))],
@@ -82,7 +87,7 @@ impl Column {
                 let ([low, high], fastest) = (scene.joints[*joint].range, 3.0 * scene.joints[*joint].speed);
                 own(*joint, &|q, v| legendre(*angle, (2.0 * q - low - high) / (high - low)) * legendre(*speed, (v / fastest).clamp(-1.0, 1.0)))
             }
-            Column::Give(j) => deflected(motion, scene, *j, |torque| -torque),
+            Column::Give { joint, compliance } => given(motion, scene, *joint, *compliance),
             Column::Play(j) => {
                 let noise = scene.joints[*j].torque_noise;
                 deflected(motion, scene, *j, |torque| -0.5 * sign(torque, noise))
@@ -98,14 +103,19 @@ impl Column {
             }
             Column::Tilt(axis) => {
                 let g = scene.chain.gravity();
-                let turned = [g[1] * axis[2] - g[2] * axis[1], g[2] * axis[0] - g[0] * axis[2], g[0] * axis[1] - g[1] * axis[0]];
-                let chain = scene.chain.clone().with_gravity(turned);
-                let still = vec![0.0; chain.joints().count()];
-                let felt = each_sample(motion, still.len(), |q, _, _, out| chain.inverse_dynamics(q, &still, &still, out));
-                felt.into_iter().enumerate().collect()
+                weight([g[1] * axis[2] - g[2] * axis[1], g[2] * axis[0] - g[0] * axis[2], g[0] * axis[1] - g[1] * axis[0]], motion, scene)
             }
+            Column::Weight(gravity) => weight(*gravity, motion, scene),
         }
     }
+}
+
+/// What the bodies weigh in a gravity.
+fn weight(gravity: [f64; 3], motion: &Motion, scene: &Scene<'_>) -> Vec<(usize, Vec<f64>)> {
+    let chain = scene.chain.clone().with_gravity(gravity);
+    let still = vec![0.0; chain.joints().count()];
+    let felt = each_sample(motion, still.len(), |q, _, _, out| chain.inverse_dynamics(q, &still, &still, out));
+    felt.into_iter().enumerate().collect()
 }
 
 /// P_n(x).
@@ -153,6 +163,24 @@ fn slip(q: &[f64], way: f64) -> Vec<f64> {
 /// Largest excursion over which the torques are differenced (rad): far above round-off, and its cube far below the torques' noise.
 const EXCURSION: f64 = 1e-4;
 
+/// The change of all torques for each unit of a compliance, when the joint gives by it: by the torque on the link where it then is.
+fn given(motion: &Motion, scene: &Scene<'_>, joint: usize, compliance: f64) -> Vec<(usize, Vec<f64>)> {
+    if compliance <= 0.0 {
+        return deflected(motion, scene, joint, |torque| -torque);
+    }
+    let mut torques = motion.rigid.clone();
+    // Each pass is closer by the share of the torque that the deflection itself changes.
+    for _ in 0..3 {
+        let bent = smooth(&torques[joint], scene.rate_hz, scene.twice_hz());
+        let mut moved = motion.clone();
+        for (series, bent) in [&mut moved.q, &mut moved.v, &mut moved.a].into_iter().zip(&bent) {
+            series[joint].iter_mut().zip(bent).for_each(|(x, d)| *x -= compliance * d);
+        }
+        torques = inverse_dynamics(scene.chain, &moved);
+    }
+    torques.into_iter().zip(&motion.rigid).map(|(t, r)| t.iter().zip(r).map(|(t, r)| (t - r) / compliance).collect()).enumerate().collect()
+}
+
 /// The change of all torques for each unit of a deflection of one joint that follows from the torque on it.
 fn deflected(motion: &Motion, scene: &Scene<'_>, joint: usize, deflection: impl Fn(f64) -> f64) -> Vec<(usize, Vec<f64>)> {
     let load: Vec<f64> = motion.rigid[joint].iter().map(|t| deflection(*t)).collect();
@@ -160,7 +188,7 @@ fn deflected(motion: &Motion, scene: &Scene<'_>, joint: usize, deflection: impl 
     if size == 0.0 {
         return vec![];
     }
-    let bent = smooth(&load, scene.rate_hz, scene.corner_hz);
+    let bent = smooth(&load, scene.rate_hz, scene.twice_hz());
     let step = EXCURSION / size;
     let torques = |sign: f64| {
         let mut moved = motion.clone();

@@ -41,6 +41,9 @@ impl Default for Options {
 
 /// Fewest samples that are fitted or judged by: intervals come from blocks of them.
 const FEWEST: usize = 50;
+/// Probability, by the scatter of blocks of time, with which a cause has to predict what was held out. What was fitted has been asked before, at the
+/// rate of false alarms: by chance both say yes once in a thousand times.
+const SURE: f64 = 0.9;
 /// At most so many causes a joint: beyond it is a robot that this file is not of.
 const CAUSES_A_JOINT: usize = 6;
 
@@ -59,7 +62,7 @@ pub fn diagnose(
     check(trials, ports)?;
     progress("smoothing the motion");
     let (scene, motions) = scene(chain, trials, ports)?;
-    let band = Band::new(scene.corner_hz, scene.rate_hz);
+    let band = Band::new([scene.fastest_hz, scene.lowest_hz()], scene.rate_hz);
     let shortest = trials.iter().map(Recording::len).min().unwrap_or(0);
     let stretches = options.held_out.divide(trials.len(), shortest, scene.rate_hz)?;
     let [fitted, held] = stretches.each_ref().map(|s| View::new(&scene, &motions, &band, &ranges(s, &motions)));
@@ -191,7 +194,10 @@ fn judged(fitted: &View<'_>, held: &View<'_>, rule: &Rule<'_>, options: &Options
         let gains: Vec<Sum> = (0..forms.len()).map(|k| gain(held, &without(fitted, &model, k), &model)).collect();
         let matters: Vec<f64> = (0..forms.len()).map(|k| share(held, &model, k)).collect();
         let reason = |k: usize| -> Option<String> {
-            if gains[k].ci95()[0] <= 0.0 {
+            if !forms[k].allows(&model.factors[k]) {
+                return Some("it would need a parameter below zero".to_owned());
+            }
+            if gains[k].positive() < SURE {
                 return Some("what was held out is not predicted better with it beyond chance".to_owned());
             }
             (matters[k] < options.tolerance)
@@ -219,36 +225,31 @@ fn judged(fitted: &View<'_>, held: &View<'_>, rule: &Rule<'_>, options: &Options
     }
 }
 
+/// The logged torques without what a form takes off them.
+fn put_back(logged: &Logged, form: &Form) -> Logged {
+    let mut logged = logged.clone();
+    match (form.cause.card.name, form.joint) {
+        ("torque-delay", Some(j)) => logged.late_s[j] = 0.0,
+        ("torque-scale", Some(j)) => logged.gain[j] = 1.0,
+        ("base-tilt", _) => logged.tilt = [0.0; 3],
+        _ => {}
+    }
+    logged
+}
+
 /// The model without one of its forms, all else fitted anew.
 pub(crate) fn without(view: &View<'_>, model: &Model, k: usize) -> Model {
     let mut forms = model.forms.clone();
     let gone = forms.remove(k);
-    let mut logged = model.logged.clone();
-    if let Some(j) = gone.joint {
-        match gone.cause.card.name {
-            "torque-delay" => logged.late_s[j] = 0.0,
-            "torque-scale" => logged.gain[j] = 1.0,
-            _ => {}
-        }
-    }
-    Model::fit(view, &forms, &logged)
+    Model::fit(view, &forms, &put_back(&model.logged, &gone))
 }
 
 /// rms of a form's torque over the deviation of the joint's, where it is largest.
 pub(crate) fn share(view: &View<'_>, model: &Model, k: usize) -> f64 {
-    let form = &model.forms[k];
-    let without = {
-        let mut logged = model.logged.clone();
-        let (mut forms, mut factors) = (model.forms.clone(), model.factors.clone());
-        forms.remove(k);
-        factors.remove(k);
-        match (form.cause.card.name, form.joint) {
-            ("torque-delay", Some(j)) => logged.late_s[j] = 0.0,
-            ("torque-scale", Some(j)) => logged.gain[j] = 1.0,
-            _ => {}
-        }
-        Model { forms, factors, logged, covariance: vec![], places: vec![] }
-    };
+    let (mut forms, mut factors) = (model.forms.clone(), model.factors.clone());
+    let logged = put_back(&model.logged, &forms.remove(k));
+    factors.remove(k);
+    let without = Model { forms, factors, logged, covariance: vec![], places: vec![] };
     let mut change = residual(view, &without);
     change.add(-1.0, &residual(view, model));
     (0..view.scene.joints.len())

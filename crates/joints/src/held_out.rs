@@ -1,5 +1,6 @@
 //! How well models predict torques that no fit saw.
 
+use crate::column::Column;
 use crate::model::{Model, block_products, residual};
 use crate::table::{Series, View};
 use statrs::distribution::{ContinuousCDF, StudentsT};
@@ -55,6 +56,12 @@ pub(crate) fn gain(view: &View<'_>, without: &Model, with: &Model) -> Sum {
 pub(crate) fn predicted(view: &View<'_>, model: &Model, trial: usize) -> Vec<Vec<f64>> {
     let motion = &view.motions[trial];
     let mut torque = view.scene.nominal(motion);
+    let turned = view.scene.turned(&model.logged.tilt);
+    if turned != [0.0; 3] {
+        for (joint, felt) in Column::Weight(turned).along(motion, view.scene) {
+            torque[joint].iter_mut().zip(felt).for_each(|(t, f)| *t += f);
+        }
+    }
     for (form, factors) in model.forms.iter().zip(&model.factors) {
         // Channels were brought to what they should be; their columns are what is left of that.
         for (column, factor) in form.columns.iter().zip(factors) {

@@ -6,18 +6,20 @@ use crate::search::Solved;
 use crate::table::{Series, Table, View};
 use std::sync::Arc;
 
-/// What is taken off the logged torque of each joint before it is compared.
+/// What is taken off the logged torques before they are compared.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Logged {
     /// How late each torque is logged (s).
     pub late_s: Vec<f64>,
     /// How many times too large it is.
     pub gain: Vec<f64>,
+    /// How the base is turned: axis times angle (rad).
+    pub tilt: [f64; 3],
 }
 
 impl Logged {
     pub fn as_it_is(joints: usize) -> Self {
-        Logged { late_s: vec![0.0; joints], gain: vec![1.0; joints] }
+        Logged { late_s: vec![0.0; joints], gain: vec![1.0; joints], tilt: [0.0; 3] }
     }
 }
 
@@ -80,10 +82,10 @@ impl Model {
         let mut logged = Logged::as_it_is(view.noise.len());
         // Twice: what one shape takes from another is of second order by then.
         for _ in 0..2 {
-            settle_channels(view, &forms, &mut logged);
+            settle_channels(view, &mut forms, &mut logged);
             settle_shapes(view, &mut forms, &logged);
         }
-        settle_channels(view, &forms, &mut logged);
+        settle_channels(view, &mut forms, &mut logged);
         let mut model = Model::fit(view, &forms, &logged);
         model.intervals(view);
         model
@@ -132,6 +134,10 @@ impl Model {
             let sum = match (form.cause.card.name, form.joint) {
                 ("torque-delay", Some(j)) => self.logged.late_s[j],
                 ("torque-scale", Some(j)) => self.logged.gain[j],
+                ("base-tilt", _) => {
+                    let Column::Tilt(axis) = form.columns[told.parts[0].0] else { continue };
+                    axis.iter().zip(&self.logged.tilt).map(|(a, t)| a * t).sum()
+                }
                 _ => told.sum(factors),
             };
             let open = told.parts.iter().all(|(c, _)| places[*c].is_none());
@@ -210,19 +216,23 @@ pub(crate) fn block_products(series: &[&Series], with: &Series) -> Vec<Vec<f64>>
     blocks
 }
 
-/// Delays and gains of the logged torques: what their columns still say is added until nothing is left.
-fn settle_channels(view: &View<'_>, forms: &[Form], logged: &mut Logged) {
-    let touched = forms.iter().any(|f| matches!(f.columns.first(), Some(Column::Falling(_) | Column::Torque(_))));
-    if !touched {
+/// Delays and gains of the logged torques, tilt and compliances: what their columns still say is added until nothing is left.
+fn settle_channels(view: &View<'_>, forms: &mut [Form], logged: &mut Logged) {
+    let bent = |c: &Column| matches!(c, Column::Falling(_) | Column::Torque(_) | Column::Tilt(_) | Column::Give { .. });
+    if !forms.iter().flat_map(|f| &f.columns).any(bent) {
         return;
     }
     for _ in 0..4 {
         let model = Model::fit(view, forms, logged);
-        for (form, factors) in model.forms.iter().zip(&model.factors) {
-            match form.columns.first() {
-                Some(Column::Falling(j)) => logged.late_s[*j] += factors[0],
-                Some(Column::Torque(j)) => logged.gain[*j] *= 1.0 + factors[0],
-                _ => {}
+        for (form, factors) in forms.iter_mut().zip(&model.factors) {
+            for (column, factor) in form.columns.iter_mut().zip(factors) {
+                match column {
+                    Column::Falling(j) => logged.late_s[*j] += factor,
+                    Column::Torque(j) => logged.gain[*j] *= 1.0 + factor,
+                    Column::Tilt(axis) => logged.tilt.iter_mut().zip(axis).for_each(|(t, a)| *t += factor * *a),
+                    Column::Give { compliance, .. } => *compliance = factor.max(0.0),
+                    _ => {}
+                }
             }
         }
     }

@@ -13,6 +13,8 @@ pub(crate) struct Motion {
     pub v: Vec<Vec<f64>>,
     /// Its acceleration.
     pub a: Vec<Vec<f64>>,
+    /// Its rate up to higher frequencies, where only the sign counts.
+    pub sharp: Vec<Vec<f64>>,
     /// Torque as it was logged (N m, N).
     pub torque: Vec<Vec<f64>>,
     /// Torque that the file's bodies need for it, without friction.
@@ -96,22 +98,23 @@ const SEGMENT: usize = 256;
 /// The part of the band below Nyquist that is taken to hold nothing but noise.
 const ABOVE: f64 = 0.75;
 /// Beyond this share of Nyquist samples tell nothing of what is between them.
-const HIGHEST: f64 = 0.8;
+pub(crate) const HIGHEST: f64 = 0.8;
 
-/// Where the angle of a joint sinks into its noise: the density of its second difference is compared with that of white noise, whose level is
-/// taken above three quarters of Nyquist. Below the corner the Wiener filter passes more than half. `None` for a joint that does not move.
-pub(crate) fn encoder(trials: &[&[f64]], rate_hz: f64) -> Option<Encoder> {
-    let segment = trials.iter().map(|x| x.len()).max()?.clamp(16, 4096).min(SEGMENT.max(trials[0].len() / 8));
+/// One-sided density of all trials together, by Welch's method with half-overlapping Hann segments, of what `prepared` makes of them; `None` where they
+/// are too short.
+fn density(trials: &[&[f64]], rate_hz: f64, prepared: impl Fn(&[f64]) -> Vec<f64>) -> Option<Vec<f64>> {
+    let longest = trials.iter().map(|x| x.len()).max()?;
+    let segment = 2 * (longest.clamp(16, 4096).min(SEGMENT.max(trials[0].len() / 8)) / 2);
     let forward = forward_transform(segment);
     let mut density = vec![0.0; segment / 2 + 1];
     let mut count = 0.0;
     let taper: Vec<f64> = (0..segment).map(|k| 0.5 - 0.5 * (TAU * (k as f64 + 0.5) / segment as f64).cos()).collect();
     let power: f64 = taper.iter().map(|w| w * w).sum();
     for x in trials {
-        let second: Vec<f64> = x.windows(3).map(|w| w[0] - 2.0 * w[1] + w[2]).collect();
+        let x = prepared(x);
         let mut from = 0;
-        while from + segment <= second.len() {
-            let mut part: Vec<f64> = second[from..from + segment].iter().zip(&taper).map(|(x, w)| x * w).collect();
+        while from + segment <= x.len() {
+            let mut part: Vec<f64> = x[from..from + segment].iter().zip(&taper).map(|(x, w)| x * w).collect();
             let mut lines = forward.make_output_vec();
             forward.process(&mut part, &mut lines).ok()?;
             density.iter_mut().zip(&lines).for_each(|(d, l)| *d += 2.0 * l.norm_sqr() / (power * rate_hz));
@@ -119,12 +122,28 @@ pub(crate) fn encoder(trials: &[&[f64]], rate_hz: f64) -> Option<Encoder> {
             from += segment / 2;
         }
     }
-    if count == 0.0 {
-        return None;
-    }
+    density.iter_mut().for_each(|d| *d /= count);
+    (count > 0.0).then_some(density)
+}
+
+/// Density of a torque where there is hardly anything but noise: above three quarters of Nyquist, of its first difference, so that what is slow and
+/// large does not leak there.
+pub(crate) fn top_density(trials: &[&[f64]], rate_hz: f64) -> Option<f64> {
+    let density = density(trials, rate_hz, |x| x.windows(2).map(|w| w[1] - w[0]).collect())?;
+    let n = density.len() - 1;
+    let white = |k: usize| (2.0 * (std::f64::consts::FRAC_PI_2 * k as f64 / n as f64).sin()).powi(2);
+    let top = (ABOVE * n as f64) as usize;
+    Some((top..=n).map(|k| density[k] / white(k)).sum::<f64>() / (n + 1 - top) as f64)
+}
+
+/// Where the angle of a joint sinks into its noise: the density of its second difference is compared with that of white noise, whose level is
+/// taken above three quarters of Nyquist. Below the corner the Wiener filter passes more than half. `None` for a joint that does not move.
+pub(crate) fn encoder(trials: &[&[f64]], rate_hz: f64) -> Option<Encoder> {
+    let density = density(trials, rate_hz, |x| x.windows(3).map(|w| w[0] - 2.0 * w[1] + w[2]).collect())?;
+    let segment = 2 * (density.len() - 1);
     // What white noise of the angle is in its second difference.
     let white = |k: usize| (2.0 * (std::f64::consts::PI * k as f64 / segment as f64).sin()).powi(4);
-    let ratio: Vec<f64> = density.iter().enumerate().skip(1).map(|(k, d)| d / (count * white(k))).collect();
+    let ratio: Vec<f64> = density.iter().enumerate().skip(1).map(|(k, d)| d / white(k)).collect();
     let top = (ABOVE * ratio.len() as f64) as usize;
     let noise = ratio[top..].iter().sum::<f64>() / (ratio.len() - top) as f64;
     // Over a quarter of an octave, so that no gap between lines of a periodic movement ends the band; the highest stretch that stands out ends it.

@@ -2,7 +2,7 @@
 
 use crate::JointsError;
 use crate::column::{inverse_dynamics, sign};
-use crate::motion::{Encoder, Motion, encoder, smooth};
+use crate::motion::{Encoder, HIGHEST, Motion, encoder, smooth, top_density};
 use ndof_devices::SerialChain;
 use ndof_models::robot::{Joints, Robot};
 use ndof_signal::Recording;
@@ -11,11 +11,13 @@ use ndof_sysid::Ports;
 /// What is known of a joint over all that is fitted.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct JointScale {
+    /// Up to where its motion is told from the noise of its encoder (Hz).
+    pub corner_hz: f64,
     /// Least and greatest angle.
     pub range: [f64; 2],
     /// rms of its rate.
     pub speed: f64,
-    /// rms of the noise in its smoothed rate.
+    /// rms of the noise in the rate whose sign counts.
     pub speed_noise: f64,
     /// Standard deviation of its torque.
     pub torque: f64,
@@ -30,8 +32,8 @@ pub(crate) struct JointScale {
 pub(crate) struct Scene<'a> {
     pub chain: &'a SerialChain,
     pub rate_hz: f64,
-    /// Highest frequency at which every joint that moves rises above the noise of its encoder.
-    pub corner_hz: f64,
+    /// Highest frequency of any joint's motion that rises above the noise of its encoder.
+    pub fastest_hz: f64,
     pub joints: Vec<JointScale>,
 }
 
@@ -45,14 +47,16 @@ pub(crate) fn scene<'a>(chain: &'a SerialChain, trials: &[Recording], ports: &Po
     let rate_hz = first.sample_rate_hz();
     let angle = |j: usize| -> Vec<&[f64]> { trials.iter().map(|r| r.channels()[ports.outputs[j]].samples.as_slice()).collect() };
     let found: Vec<Option<Encoder>> = (0..n).map(|j| encoder(&angle(j), rate_hz)).collect();
-    let corner_hz = found.iter().flatten().map(|e| e.corner_hz).fold(f64::INFINITY, f64::min);
-    if !corner_hz.is_finite() {
+    let fastest_hz = found.iter().flatten().map(|e| e.corner_hz).fold(0.0, f64::max);
+    if fastest_hz <= 0.0 {
         return Err(JointsError::Still);
     }
+    let corners = corners(chain, trials, ports, &found, fastest_hz);
     let motions: Vec<Motion> = trials
         .iter()
         .map(|r| {
-            let motion = motion(r, ports, corner_hz);
+            let mut motion = motion(r, ports, &corners);
+            motion.sharp = sharp(r, ports, &motion, &found);
             let rigid = inverse_dynamics(chain, &motion);
             Motion { rigid, ..motion }
         })
@@ -61,26 +65,71 @@ pub(crate) fn scene<'a>(chain: &'a SerialChain, trials: &[Recording], ports: &Po
         .map(|j| {
             let all = |series: &dyn Fn(&Motion) -> &Vec<f64>| -> Vec<f64> { motions.iter().flat_map(|m| series(m).iter().copied()).collect() };
             let (q, v, torque) = (all(&|m| &m.q[j]), all(&|m| &m.v[j]), all(&|m| &m.torque[j]));
-            let own = Encoder { corner_hz, noise: found[j].map_or(0.0, |e| e.noise) };
+            let own = Encoder { corner_hz: corners[j], noise: found[j].map_or(0.0, |e| e.noise) };
             let speed = rms(&v);
             let deviation = deviation(&torque);
             JointScale {
+                corner_hz: corners[j],
                 range: [q.iter().copied().fold(f64::INFINITY, f64::min), q.iter().copied().fold(f64::NEG_INFINITY, f64::max)],
                 speed,
-                // Below a thousandth of the speed the sign of a velocity is as sharp as any log shows it.
-                speed_noise: own.noise_of(1).max(1e-3 * speed).max(f64::MIN_POSITIVE),
+                speed_noise: (SIGN * speed).max(f64::MIN_POSITIVE),
                 torque: deviation,
                 torque_noise: (1e-2 * deviation).max(f64::MIN_POSITIVE),
                 angle_noise: own.noise_of(0),
             }
         })
         .collect();
-    Ok((Scene { chain, rate_hz, corner_hz, joints }, motions))
+    Ok((Scene { chain, rate_hz, fastest_hz, joints }, motions))
 }
 
-fn motion(recording: &Recording, ports: &Ports, corner_hz: f64) -> Motion {
+/// Where the motion of each joint is cut off: where the noise of its encoder, seen through the joint's inertia, overtakes that of its torque,
+///
+/// H_jj (2πf)² √S_q = √S_τ,
+///
+/// below which smoothing would take more from the motion than noise from the torque; never below where the motion sinks into the encoder's noise.
+fn corners(chain: &SerialChain, trials: &[Recording], ports: &Ports, found: &[Option<Encoder>], fastest_hz: f64) -> Vec<f64> {
+    let n = found.len();
+    let rate_hz = trials[0].sample_rate_hz();
+    let mean = |c: usize| {
+        let all: Vec<f64> = trials.iter().flat_map(|r| r.channels()[c].samples.iter().copied()).collect();
+        all.iter().sum::<f64>() / all.len().max(1) as f64
+    };
+    let posture: Vec<f64> = ports.outputs.iter().map(|c| mean(*c)).collect();
+    let mut mass = vec![0.0; n * n];
+    chain.mass_matrix(&posture, &mut mass);
+    (0..n)
+        .map(|j| {
+            let Some(encoder) = found[j] else { return fastest_hz };
+            let torques: Vec<&[f64]> = trials.iter().map(|r| r.channels()[ports.inputs[j]].samples.as_slice()).collect();
+            let noise = top_density(&torques, rate_hz).unwrap_or(0.0);
+            let overtakes = (noise / (mass[j * n + j].powi(2) * encoder.noise)).powf(0.25) / std::f64::consts::TAU;
+            let most = HIGHEST * rate_hz / 2.0;
+            if overtakes.is_finite() { overtakes.clamp(encoder.corner_hz.min(most), most) } else { most }
+        })
+        .collect()
+}
+
+/// Noise of a rate, as a share of its rms, over which its sign is smoothed: at a turn a joint sticks for some samples, and a rate that were smoothed
+/// further would not see it.
+const SIGN: f64 = 0.01;
+
+/// Rates up to where their noise is that share of them.
+fn sharp(recording: &Recording, ports: &Ports, motion: &Motion, found: &[Option<Encoder>]) -> Vec<Vec<f64>> {
+    let rate_hz = recording.sample_rate_hz();
+    (0..found.len())
+        .map(|j| {
+            let Some(encoder) = found[j] else { return motion.v[j].clone() };
+            let most = HIGHEST * rate_hz / 2.0;
+            let corner_hz = (3.0 * (SIGN * rms(&motion.v[j]) / std::f64::consts::TAU).powi(2) / encoder.noise).cbrt();
+            let [_, rate, _] = smooth(&recording.channels()[ports.outputs[j]].samples, rate_hz, corner_hz.clamp(encoder.corner_hz.min(most), most));
+            rate
+        })
+        .collect()
+}
+
+fn motion(recording: &Recording, ports: &Ports, corners: &[f64]) -> Motion {
     let mut out = Motion::default();
-    for (&torque, &angle) in ports.inputs.iter().zip(&ports.outputs) {
+    for ((&torque, &angle), &corner_hz) in ports.inputs.iter().zip(&ports.outputs).zip(corners) {
         let [q, v, a] = smooth(&recording.channels()[angle].samples, recording.sample_rate_hz(), corner_hz);
         out.q.push(q);
         out.v.push(v);
@@ -91,13 +140,38 @@ fn motion(recording: &Recording, ports: &Ports, corner_hz: f64) -> Motion {
 }
 
 impl Scene<'_> {
+    /// The lowest corner: where the ends of a log are felt longest.
+    pub fn lowest_hz(&self) -> f64 {
+        self.joints.iter().map(|j| j.corner_hz).fold(f64::INFINITY, f64::min)
+    }
+
+    /// Where deflections are cut off, which are differentiated twice more than the motion: twice its fastest, the sums of two of its frequencies that
+    /// weight and Coriolis forces make.
+    pub fn twice_hz(&self) -> f64 {
+        (2.0 * self.fastest_hz).min(HIGHEST * self.rate_hz / 2.0)
+    }
+
+    /// The change of gravity when the base is turned by a rotation vector, the axis times the angle (Rodrigues).
+    pub fn turned(&self, tilt: &[f64; 3]) -> [f64; 3] {
+        let g = self.chain.gravity();
+        let angle = tilt.iter().map(|t| t * t).sum::<f64>().sqrt();
+        if angle == 0.0 {
+            return [0.0; 3];
+        }
+        // Seen from the base, gravity turns the other way.
+        let axis = tilt.map(|t| -t / angle);
+        let cross = |a: [f64; 3], b: [f64; 3]| [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]];
+        let (once, twice) = (cross(axis, g), cross(axis, cross(axis, g)));
+        std::array::from_fn(|k| angle.sin() * once[k] + (1.0 - angle.cos()) * twice[k])
+    }
+
     /// Torques of all that the file says: bodies, dry and viscous friction, `[joint][sample]`.
     pub fn nominal(&self, motion: &Motion) -> Vec<Vec<f64>> {
         let mut out = motion.rigid.clone();
         let Joints { coulomb, viscous, .. } = self.chain.joints();
         for (j, out) in out.iter_mut().enumerate() {
             let noise = self.joints[j].speed_noise;
-            out.iter_mut().zip(&motion.v[j]).for_each(|(t, v)| *t += coulomb[j] * sign(*v, noise) + viscous[j] * v);
+            out.iter_mut().zip(motion.v[j].iter().zip(&motion.sharp[j])).for_each(|(t, (v, s))| *t += coulomb[j] * sign(*s, noise) + viscous[j] * v);
         }
         out
     }

@@ -74,7 +74,7 @@ struct Kept {
 impl<'a> View<'a> {
     /// The stretch from one time to another of each of these trials, in samples of the log.
     pub fn new(scene: &'a Scene<'a>, motions: &'a [Motion], band: &'a Band, stretches: &[(usize, std::ops::Range<usize>)]) -> Self {
-        let margin = edge(scene.corner_hz, scene.rate_hz);
+        let margin = edge(scene.lowest_hz(), scene.rate_hz);
         let pieces = stretches
             .iter()
             .map(|(trial, range)| {
@@ -178,7 +178,14 @@ impl<'a> View<'a> {
 
     /// Logged torques, delays and gains taken off, less what the file says.
     pub fn missing(&self, logged: &Logged) -> Series {
-        let file = self.file();
+        let mut file = self.file();
+        let turned = self.scene.turned(&logged.tilt);
+        if turned != [0.0; 3] {
+            let mut sum = file.as_ref().clone();
+            let axes = [0, 1, 2].map(|k| Column::Weight(std::array::from_fn(|i| f64::from(u8::from(i == k)))));
+            self.series(&axes).iter().zip(turned).for_each(|(weight, g)| sum.add(g, weight));
+            file = Arc::new(sum);
+        }
         let piece = |(piece, file): (&Piece, &Vec<Option<Vec<f64>>>)| {
             (0..self.scene.joints.len())
                 .map(|j| {

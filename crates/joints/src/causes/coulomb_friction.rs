@@ -19,8 +19,8 @@ pub(super) static CAUSE: JointCause = JointCause {
             let level = || Told::new("level_nm", "N m", 0).on_top_of(file).positive();
             let mut forms = vec![Form::new(&CAUSE, Some(j), vec![Column::Sign(j)], vec![level()])];
             let scale = &scene.joints[j];
-            // From where the sign itself is smoothed to where the excess would be dry friction of another level.
-            let (least, most) = (2.0 * scale.speed_noise, 1.5 * scale.speed);
+            // From where the sign itself is smoothed to where the excess is no longer one near rest.
+            let (least, most) = (2.0 * scale.speed_noise, 0.5 * scale.speed);
             for value in geometric(least, most, 8) {
                 let at_rest = Told { name: "stribeck_level_nm".to_owned(), parts: vec![(0, 1.0), (1, 1.0)], ..level() };
                 let shape = Shape { name: "stribeck_velocity_rad_per_s", unit: "rad/s", value, bounds: [least, most] };

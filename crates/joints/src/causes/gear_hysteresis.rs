@@ -17,7 +17,7 @@ pub(super) static CAUSE: JointCause = JointCause {
             let scale = &scene.joints[j];
             let travel = scale.range[1] - scale.range[0];
             // A way of some speed noise in the time that the band resolves cannot be told from dry friction; one of a third of the range is a spring.
-            let least = (4.0 * scale.angle_noise).max(0.25 * scale.speed / scene.corner_hz).min(0.1 * travel);
+            let least = (4.0 * scale.angle_noise).max(0.25 * scale.speed / scene.fastest_hz).min(0.1 * travel);
             let most = 0.35 * travel;
             geometric(least, most, 6)
                 .into_iter()

@@ -15,7 +15,7 @@ pub(super) static CAUSE: JointCause = JointCause {
     forms: |scene| {
         each_joint(scene, |j| {
             let told = Told { inverse: true, ..Told::new("stiffness_nm_per_rad", "N m/rad", 0).positive() };
-            vec![Form::new(&CAUSE, Some(j), vec![Column::Give(j)], vec![told])]
+            vec![Form::new(&CAUSE, Some(j), vec![Column::Give { joint: j, compliance: 0.0 }], vec![told])]
         })
     },
 };
