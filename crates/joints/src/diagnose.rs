@@ -39,8 +39,8 @@ impl Default for Options {
     }
 }
 
-/// Fewest samples that are fitted or judged by: intervals come from blocks of them.
-const FEWEST: usize = 50;
+/// Samples it takes to fit and to judge by: twice the ten inertial parameters of a link, the most that one cause has.
+const FEWEST: usize = 20;
 /// Probability, by the scatter of blocks of time, with which a cause has to predict what was held out. What was fitted has been asked before, at the
 /// rate of false alarms: by chance both say yes once in a thousand times.
 const SURE: f64 = 0.9;
