@@ -7,7 +7,7 @@ use crate::held_out::{Sum, gain, losses, predicted};
 use crate::model::{Logged, Model, residual};
 use crate::pictures;
 use crate::scene::{Scene, deviation, rms};
-use crate::search::{Rule, Solved};
+use crate::search::Solved;
 use crate::table::View;
 use ndof_devices::TERMS_OF_A_LINK;
 use ndof_diagnose::{
@@ -141,13 +141,13 @@ impl Answer<'_> {
         let less = without(self.fitted, self.model, k);
         let (before, found) = (self.score(&less), gain(self.held, &less, self.model));
         let (gained, freedoms) = self.fitted_gain(&less, form);
-        let rule = Rule { table: &self.searched.table, forms: self.forms, false_alarms: self.options.false_alarms };
+        let rule = self.searched.rule(self.forms, self.options);
         Cause {
             effect: form.cause.card.name.to_owned(),
             site: self.site(form),
             parameters: self.parameters(k),
             probability,
-            p_value: rule.p_value(gained, freedoms),
+            p_value: rule.p_value(form, gained, freedoms),
             gain: Gain {
                 nrmse_before: before.nrmse,
                 nrmse_after: after.nrmse.clone(),
@@ -242,7 +242,7 @@ impl Answer<'_> {
     /// What one form more gains beside a model, by the search's own table.
     fn alone(&self, less: &Model, form: &Form) -> (f64, usize) {
         let (table, find) = (&self.searched.table, |f: &Form| self.forms.iter().position(|g| g.same_place(f) && g.columns.len() == f.columns.len()));
-        let rule = Rule { table, forms: self.forms, false_alarms: self.options.false_alarms };
+        let rule = self.searched.rule(self.forms, self.options);
         let chosen: Vec<usize> = less.forms.iter().filter_map(find).collect();
         find(form).map_or((0.0, 0), |f| rule.solve(&chosen).gain(table, &table.columns[f]))
     }
@@ -313,7 +313,7 @@ impl Answer<'_> {
     /// Hypotheses of the first step that were not named, by what each would explain alone.
     fn considered(&self) -> Vec<Considered> {
         let table = &self.searched.table;
-        let rule = Rule { table, forms: self.forms, false_alarms: self.options.false_alarms };
+        let rule = self.searched.rule(self.forms, self.options);
         let mut best: Vec<(usize, f64, usize)> = Vec::new();
         let none = Solved::default();
         for (f, columns) in table.columns.iter().enumerate() {
@@ -329,7 +329,7 @@ impl Answer<'_> {
         best.sort_by(|a, b| b.1.total_cmp(&a.1));
         best.into_iter()
             .map(|(f, gained, freedoms)| {
-                let p_value = rule.p_value(gained, freedoms);
+                let p_value = rule.p_value(&self.forms[f], gained, freedoms);
                 let why_not = if p_value > self.options.false_alarms { "no more than chance" } else { "the named causes explain what it would" };
                 let explained_fraction = gained / table.total;
                 Considered {

@@ -21,7 +21,7 @@ const BELOW_CORNER: f64 = 0.7;
 const BEYOND_MOTION: f64 = 10.0;
 /// Share of the rate that the kernel's transition leaves below Nyquist.
 const HIGHEST: f64 = 0.35;
-/// Half width of the kernel in periods of the pass band's edge: its transition is then a quarter of the band wide.
+/// Half width of the kernel in periods of the pass band's edge: its transition is then half of the band wide.
 const PERIODS: f64 = 4.0;
 /// Samples kept per period of the edge: above the 2 that it takes, so that the transition is not folded back.
 const KEPT: f64 = 2.7;

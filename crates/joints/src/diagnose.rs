@@ -39,8 +39,10 @@ impl Default for Options {
     }
 }
 
-/// Samples it takes to fit and to judge by: twice the ten inertial parameters of a link, the most that one cause has.
-const FEWEST: usize = 20;
+/// Samples that it takes to fit: twice the ten inertial parameters of a link, the most that one cause has.
+const FEWEST_TO_FIT: usize = 20;
+/// Samples that it takes to judge by: their scatter has then seven degrees of freedom.
+const FEWEST_TO_JUDGE: usize = 8;
 /// Probability, by the scatter of blocks of time, with which a cause has to predict what was held out. What was fitted has been asked before, at the
 /// rate of false alarms: by chance both say yes once in a thousand times.
 const SURE: f64 = 0.9;
@@ -67,15 +69,15 @@ pub fn diagnose(
     let stretches = options.held_out.divide(trials.len(), shortest, scene.rate_hz)?;
     let [fitted, held] = stretches.each_ref().map(|s| View::new(&scene, &motions, &band, &ranges(s, &motions)));
     let count = |view: &View<'_>| view.pieces.iter().map(|p| p.places.len()).sum::<usize>();
-    if count(&fitted) < FEWEST || count(&held) < FEWEST {
-        return Err(JointsError::TooShort { kept: count(&fitted), held_out: count(&held), pass_hz: band.pass_hz, needed: FEWEST });
+    if count(&fitted) < FEWEST_TO_FIT || count(&held) < FEWEST_TO_JUDGE {
+        return Err(JointsError::TooShort { kept: count(&fitted), held_out: count(&held), pass_hz: band.pass_hz, needed: [FEWEST_TO_FIT, FEWEST_TO_JUDGE] });
     }
     progress("searching");
     let forms: Vec<Form> = CAUSES.iter().filter(|c| !options.without.iter().any(|w| w == c.card.name)).flat_map(|c| (c.forms)(&scene)).collect();
-    let (noise, floor) = noise_of(&fitted, &forms);
+    let (noise, floor, left) = noise_of(&fitted, &forms);
     let [fitted, held] = [fitted, held].map(|view| view.in_noise(noise.clone()));
-    let searched = Searched::new(&fitted, &forms, floor);
-    let rule = Rule { table: &searched.table, forms: &forms, false_alarms: options.false_alarms };
+    let searched = Searched::new(&fitted, &forms, floor, left);
+    let rule = searched.rule(&forms, options);
     let (model, minor) = judged(&fitted, &held, &rule, options, progress);
     let left = generic::left(&fitted, &held, &model);
     let answer = Answer { scene: &scene, trials, ports, fitted: &fitted, held: &held, forms: &forms, searched: &searched, model: &model, left: &left, options };
@@ -108,29 +110,37 @@ pub(crate) struct Searched {
     pub table: Table,
     /// Deviation of each joint's torque in the band that no column explains.
     pub floor: Vec<f64>,
+    /// Samples of each joint less the factors of all columns: what its noise is known by.
+    pub left: Vec<f64>,
 }
 
 impl Searched {
-    fn new(view: &View<'_>, forms: &[Form], floor: Vec<f64>) -> Self {
+    fn new(view: &View<'_>, forms: &[Form], floor: Vec<f64>, left: Vec<f64>) -> Self {
         let (columns, places) = Table::distinct(forms);
         let missing = view.missing(&Logged::as_it_is(view.scene.joints.len())).whitened(&view.noise);
-        Searched { table: Table::new(places, &view.white(&columns), &missing), floor }
+        Searched { table: Table::new(places, &view.white(&columns), &missing), floor, left }
+    }
+
+    pub fn rule<'a>(&'a self, forms: &'a [Form], options: &Options) -> Rule<'a> {
+        Rule { table: &self.table, forms, left: &self.left, false_alarms: options.false_alarms }
     }
 }
 
-/// The noise that all columns together leave of each torque, and its deviation; weighed by the noise itself, which takes a second pass.
-fn noise_of(view: &View<'_>, forms: &[Form]) -> (Vec<Whitener>, Vec<f64>) {
+/// The noise that all columns together leave of each torque, its deviation, and the samples that it is known by; weighed by the noise itself, which
+/// takes a second pass.
+fn noise_of(view: &View<'_>, forms: &[Form]) -> (Vec<Whitener>, Vec<f64>, Vec<f64>) {
     let (columns, _) = Table::distinct(forms);
     let series = view.series(&columns);
     let missing = view.missing(&Logged::as_it_is(view.scene.joints.len()));
     let mut noise = view.noise.clone();
-    let mut floor = vec![0.0; noise.len()];
+    let (mut floor, mut left) = (vec![0.0; noise.len()], vec![0.0; noise.len()]);
     for _ in 0..2 {
         let (rest, own) = rest_of(&series, &missing, &noise);
         noise = whiteners(&rest, &own);
         floor = deviations(&rest, &own);
+        left = own.iter().enumerate().map(|(j, own)| rest.0.iter().filter_map(|p| p[j].as_deref()).map(<[f64]>::len).sum::<usize>() as f64 - own).collect();
     }
-    (noise, floor)
+    (noise, floor, left)
 }
 
 /// What columns leave of the missing torques, and how many factors each joint has been given.

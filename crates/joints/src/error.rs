@@ -27,7 +27,9 @@ pub enum JointsError {
     Still,
     /// Too little is left.
     #[error(
-        "{kept} samples are left to fit and {held_out} to judge by, in a band up to {pass_hz:.2} Hz and without the ends of the log; both need {needed}: record longer, or hold out another stretch"
+        "{kept} samples are left to fit and {held_out} to judge by, in a band up to {pass_hz:.2} Hz and without the ends of the log; it takes {} and {}: record longer, or hold out another stretch",
+        needed[0],
+        needed[1]
     )]
     TooShort {
         /// Samples that are fitted.
@@ -36,8 +38,8 @@ pub enum JointsError {
         held_out: usize,
         /// Upper edge of the band.
         pass_hz: f64,
-        /// How many each needs.
-        needed: usize,
+        /// How many it takes of each.
+        needed: [usize; 2],
     },
     /// Trials of different rates.
     #[error("trial {trial} has {found} samples a second, the first has {expected}; resample it")]

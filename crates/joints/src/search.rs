@@ -2,7 +2,7 @@
 
 use crate::causes::Form;
 use crate::table::Table;
-use statrs::distribution::{ChiSquared, ContinuousCDF};
+use statrs::distribution::{ContinuousCDF, FisherSnedecor};
 
 /// Share of a column that others do not have already, below which it is no column of its own.
 const OWN: f64 = 1e-7;
@@ -90,6 +90,8 @@ impl Solved {
 pub(crate) struct Rule<'a> {
     pub table: &'a Table,
     pub forms: &'a [Form],
+    /// Samples of each joint that no factor of the noise's model took.
+    pub left: &'a [f64],
     /// Probability with which anything may be named where nothing is missing.
     pub false_alarms: f64,
 }
@@ -104,9 +106,12 @@ impl Rule<'_> {
         self.forms.iter().enumerate().filter(|(k, f)| !self.forms[..*k].iter().any(|g| g.same_place(f))).count()
     }
 
-    /// The probability that so much is gained by chance, by the best of all hypotheses that are tried.
-    pub fn p_value(&self, gained: f64, freedoms: usize) -> f64 {
-        let tail = ChiSquared::new(freedoms.max(1) as f64).map_or(1.0, |d| d.sf(gained.max(0.0)));
+    /// The probability that a form gains so much by chance, as the best of all hypotheses that are tried: by Fisher's law, as the noise is known from
+    /// the samples that no factor took.
+    pub fn p_value(&self, form: &Form, gained: f64, freedoms: usize) -> f64 {
+        let freedoms = (freedoms + form.shape.len()).max(1) as f64;
+        let left = form.joint.map_or(self.left.iter().copied().fold(f64::INFINITY, f64::min), |j| self.left[j]);
+        let tail = FisherSnedecor::new(freedoms, left.max(1.0)).map_or(1.0, |d| d.sf(gained.max(0.0) / freedoms));
         (tail * self.hypotheses() as f64).min(1.0)
     }
 
@@ -115,20 +120,22 @@ impl Rule<'_> {
         gained - (freedoms + form.shape.len()) as f64 * (self.table.samples as f64).ln()
     }
 
-    /// The form that is worth most beside `solved`, among those that `may`.
-    fn best(&self, solved: &Solved, may: impl Fn(usize) -> bool) -> Option<(usize, f64, f64, usize)> {
-        let mut best: Option<(usize, f64, f64, usize)> = None;
+    /// The form that is worth most beside `solved`, with its worth, among those that `may`, are worth their parameters and beyond chance.
+    fn best(&self, solved: &Solved, may: impl Fn(usize) -> bool) -> Option<(usize, f64)> {
+        let mut best: Option<(usize, f64)> = None;
         for (k, form) in self.forms.iter().enumerate() {
             if !may(k) {
                 continue;
             }
-            let (gained, freedoms) = solved.gain(self.table, &self.table.columns[k]);
+            let columns = &self.table.columns[k];
+            let (gained, freedoms) = solved.gain(self.table, columns);
             let worth = self.worth(form, gained, freedoms);
-            if freedoms > 0 && best.is_none_or(|(_, most, ..)| worth > most) {
-                let factors = solved.with(self.table, &self.table.columns[k]).of(&self.table.columns[k]);
-                if form.allows(&factors) {
-                    best = Some((k, worth, gained, freedoms));
-                }
+            if freedoms > 0
+                && worth > best.map_or(0.0, |(_, most)| most)
+                && self.p_value(form, gained, freedoms) <= self.false_alarms
+                && form.allows(&solved.with(self.table, columns).of(columns))
+            {
+                best = Some((k, worth));
             }
         }
         best
@@ -138,12 +145,16 @@ impl Rule<'_> {
     /// tried again.
     pub fn search(&self, chosen: &mut Vec<usize>, aside: &[&Form], most: usize) {
         self.exchange(chosen, aside);
+        // Exchanges may take back what a step brought: a model that was there before ends the search.
+        let mut seen: Vec<Vec<usize>> = Vec::new();
         while chosen.len() < most {
-            let solved = self.solve(chosen);
-            let Some((k, worth, gained, freedoms)) = self.best(&solved, |k| self.free(k, chosen, aside)) else { break };
-            if worth <= 0.0 || self.p_value(gained, freedoms + self.forms[k].shape.len()) > self.false_alarms {
+            let mut model = chosen.clone();
+            model.sort_unstable();
+            if seen.contains(&model) {
                 break;
             }
+            seen.push(model);
+            let Some((k, _)) = self.best(&self.solve(chosen), |k| self.free(k, chosen, aside)) else { break };
             chosen.push(k);
             self.exchange(chosen, aside);
         }
@@ -167,14 +178,14 @@ impl Rule<'_> {
                 let (own, freedoms) = solved.gain(self.table, &self.table.columns[chosen[at]]);
                 let own = self.worth(&self.forms[chosen[at]], own, freedoms);
                 match self.best(&solved, |k| self.free(k, &others, aside)) {
-                    Some((k, worth, gained, freedoms)) if worth > 0.0 && self.p_value(gained, freedoms + self.forms[k].shape.len()) <= self.false_alarms => {
+                    Some((k, worth)) => {
                         if k != chosen[at] && worth > own + 1e-9 * own.abs() {
                             chosen[at] = k;
                             changed = true;
                         }
                         at += 1;
                     }
-                    _ => {
+                    None => {
                         chosen.remove(at);
                         changed = true;
                     }
