@@ -189,50 +189,96 @@ pub(crate) struct Aside {
     pub why: String,
 }
 
+/// A model and what each of its forms is worth on the held-out part.
+struct Judged {
+    model: Model,
+    gains: Vec<Sum>,
+    /// Share of the joint's torque.
+    matters: Vec<f64>,
+    /// Forms that are not to be named, and why.
+    failing: Vec<(usize, String)>,
+}
+
+impl Judged {
+    fn new(fitted: &View<'_>, held: &View<'_>, model: Model, options: &Options) -> Self {
+        let each: Vec<(Sum, f64)> = (0..model.forms.len()).into_par_iter().map(|k| worth(fitted, held, &model, k)).collect();
+        let failing = each.iter().enumerate().filter_map(|(k, worth)| Some((k, reason(&model, k, *worth, options)?))).collect();
+        let (gains, matters) = each.into_iter().unzip();
+        Judged { model, gains, matters, failing }
+    }
+}
+
+/// What a form gains on the held-out part, and its share of the joint's torque.
+fn worth(fitted: &View<'_>, held: &View<'_>, model: &Model, k: usize) -> (Sum, f64) {
+    (gain(held, &without(fitted, model, k), model), share(held, model, k))
+}
+
+/// Why a form is not to be named.
+fn reason(model: &Model, k: usize, (gain, matters): (Sum, f64), options: &Options) -> Option<String> {
+    if !model.forms[k].allows(&model.factors[k]) {
+        return Some("it would need a parameter below zero".to_owned());
+    }
+    if gain.positive() < SURE {
+        return Some("what was held out is not predicted better with it beyond chance".to_owned());
+    }
+    (matters < options.tolerance)
+        .then(|| format!("its torque is {:.2} % of the joint's, below the tolerance of {:.2} %", 100.0 * matters, 100.0 * options.tolerance))
+}
+
 /// Searches, fits and judges until each cause predicts something of what was held out and matters: the one that is worth least is set aside, and
-/// the search goes on without it.
+/// the search goes on without it. At the end those that were set aside are asked once more: beside a wrong cause a right one may look superfluous.
 fn judged(fitted: &View<'_>, held: &View<'_>, rule: &Rule<'_>, options: &Options, progress: &mut dyn FnMut(&str)) -> (Model, Vec<Aside>) {
     let mut minor: Vec<Aside> = Vec::new();
     let mut chosen = Vec::new();
     let most = CAUSES_A_JOINT * fitted.scene.joints.len() + 2;
-    loop {
+    let refined = |chosen: &[usize]| Model::refined(fitted, &chosen.iter().map(|k| rule.forms[*k].clone()).collect::<Vec<_>>());
+    let mut judged = loop {
         let aside: Vec<&Form> = minor.iter().map(|m| &m.form).collect();
         rule.search(&mut chosen, &aside, most);
         progress("fitting what was found");
-        let forms: Vec<Form> = chosen.iter().map(|k| rule.forms[*k].clone()).collect();
-        let mut model = Model::refined(fitted, &forms);
-        let gains: Vec<Sum> = (0..forms.len()).map(|k| gain(held, &without(fitted, &model, k), &model)).collect();
-        let matters: Vec<f64> = (0..forms.len()).map(|k| share(held, &model, k)).collect();
-        let reason = |k: usize| -> Option<String> {
-            if !forms[k].allows(&model.factors[k]) {
-                return Some("it would need a parameter below zero".to_owned());
-            }
-            if gains[k].positive() < SURE {
-                return Some("what was held out is not predicted better with it beyond chance".to_owned());
-            }
-            (matters[k] < options.tolerance)
-                .then(|| format!("its torque is {:.2} % of the joint's, below the tolerance of {:.2} %", 100.0 * matters[k], 100.0 * options.tolerance))
-        };
-        let mut failing: Vec<(usize, String)> = (0..forms.len()).filter_map(|k| Some((k, reason(k)?))).collect();
+        let judged = Judged::new(fitted, held, refined(&chosen), options);
+        let mut failing = judged.failing.clone();
         if failing.is_empty() {
-            model.order(&gains.iter().map(|g| g.value).collect::<Vec<_>>());
-            return (model, minor);
+            break judged;
         }
-        failing.sort_by(|(a, _), (b, _)| gains[*a].value.total_cmp(&gains[*b].value));
+        failing.sort_by(|(a, _), (b, _)| judged.gains[*a].value.total_cmp(&judged.gains[*b].value));
         // One of each place: what one joint lacks hardly changes with what another has.
         let mut gone: Vec<usize> = Vec::new();
         for (k, why) in failing {
-            if !gone.iter().any(|g| forms[*g].joint == forms[k].joint) {
-                minor.push(Aside { form: model.forms[k].clone(), removed: matters[k], why });
+            let form = &judged.model.forms[k];
+            if !gone.iter().any(|g| judged.model.forms[*g].joint == form.joint) {
+                minor.push(Aside { form: form.clone(), removed: judged.matters[k], why });
                 gone.push(k);
             }
         }
-        let mut at = 0;
-        chosen.retain(|_| {
-            at += 1;
-            !gone.contains(&(at - 1))
+        chosen = chosen.iter().enumerate().filter(|(k, _)| !gone.contains(k)).map(|(_, f)| *f).collect();
+    };
+    progress("asking again what was set aside");
+    while chosen.len() < most {
+        let solved = rule.solve(&chosen);
+        let mut again: Vec<(usize, usize, f64)> = minor
+            .iter()
+            .enumerate()
+            .filter_map(|(m, aside)| rule.best(&solved, |k| rule.forms[k].same_place(&aside.form)).map(|(k, worth)| (m, k, worth)))
+            .collect();
+        again.sort_by(|a, b| b.2.total_cmp(&a.2));
+        let better = again.into_iter().find_map(|(m, k, _)| {
+            let more: Vec<usize> = chosen.iter().copied().chain([k]).collect();
+            let model = refined(&more);
+            let last = chosen.len();
+            if reason(&model, last, worth(fitted, held, &model, last), options).is_some() {
+                return None;
+            }
+            let judged = Judged::new(fitted, held, model, options);
+            judged.failing.is_empty().then_some((m, more, judged))
         });
+        let Some((m, more, found)) = better else { break };
+        minor.remove(m);
+        (chosen, judged) = (more, found);
     }
+    let mut model = judged.model;
+    model.order(&judged.gains.iter().map(|g| g.value).collect::<Vec<_>>());
+    (model, minor)
 }
 
 /// The logged torques without what a form takes off them.

@@ -121,7 +121,7 @@ impl Rule<'_> {
     }
 
     /// The form that is worth most beside `solved`, with its worth, among those that `may`, are worth their parameters and beyond chance.
-    fn best(&self, solved: &Solved, may: impl Fn(usize) -> bool) -> Option<(usize, f64)> {
+    pub fn best(&self, solved: &Solved, may: impl Fn(usize) -> bool) -> Option<(usize, f64)> {
         let mut best: Option<(usize, f64)> = None;
         for (k, form) in self.forms.iter().enumerate() {
             if !may(k) {
