@@ -10,7 +10,7 @@ use crate::model::{Logged, Model, residual};
 use crate::motion::Motion;
 use crate::noise::Whitener;
 use crate::scene::{deviation, scene};
-use crate::search::{Rule, Solved};
+use crate::search::{Rule, Solved, hypotheses};
 use crate::table::{Series, Table, View};
 use ndof_devices::SerialChain;
 use ndof_diagnose::{Diagnosis, HeldOut, Pictures, Stretch};
@@ -112,17 +112,18 @@ pub(crate) struct Searched {
     pub floor: Vec<f64>,
     /// Samples of each joint less the factors of all columns: what its noise is known by.
     pub left: Vec<f64>,
+    hypotheses: usize,
 }
 
 impl Searched {
     fn new(view: &View<'_>, forms: &[Form], floor: Vec<f64>, left: Vec<f64>) -> Self {
         let (columns, places) = Table::distinct(forms);
         let missing = view.missing(&Logged::as_it_is(view.scene.joints.len())).whitened(&view.noise);
-        Searched { table: Table::new(places, &view.white(&columns), &missing), floor, left }
+        Searched { table: Table::new(places, &view.white(&columns), &missing), floor, left, hypotheses: hypotheses(forms) }
     }
 
     pub fn rule<'a>(&'a self, forms: &'a [Form], options: &Options) -> Rule<'a> {
-        Rule { table: &self.table, forms, left: &self.left, false_alarms: options.false_alarms }
+        Rule { table: &self.table, forms, left: &self.left, hypotheses: self.hypotheses, false_alarms: options.false_alarms }
     }
 }
 

@@ -2,6 +2,7 @@
 
 use crate::causes::Form;
 use crate::table::Table;
+use rayon::prelude::*;
 use statrs::distribution::{ContinuousCDF, FisherSnedecor};
 
 /// Share of a column that others do not have already, below which it is no column of its own.
@@ -24,20 +25,7 @@ impl Solved {
     /// Takes columns in, those that are combinations of others aside.
     pub fn with(&self, table: &Table, columns: &[usize]) -> Solved {
         let mut out = self.clone();
-        for &c in columns {
-            let mut row = Vec::with_capacity(out.kept.len() + 1);
-            for (k, &other) in out.kept.iter().enumerate() {
-                let sum: f64 = (0..k).map(|i| row[i] * out.lower[k][i]).sum();
-                row.push((table.gram[[c, other]] - sum) / out.lower[k][k]);
-            }
-            let own = table.gram[[c, c]];
-            let left = own - row.iter().map(|x: &f64| x * x).sum::<f64>();
-            if !(left > OWN * own && own > 0.0) || out.kept.contains(&c) {
-                continue;
-            }
-            let pivot = left.sqrt();
-            let z = (table.right[c] - row.iter().zip(&out.z).map(|(a, b)| a * b).sum::<f64>()) / pivot;
-            row.push(pivot);
+        for (c, row, z) in self.more(table, columns) {
             out.kept.push(c);
             out.lower.push(row);
             out.z.push(z);
@@ -46,10 +34,39 @@ impl Solved {
         out
     }
 
+    /// The columns that are their own, with their rows of the triangle and of its right side.
+    fn more(&self, table: &Table, columns: &[usize]) -> Vec<(usize, Vec<f64>, f64)> {
+        let n = self.kept.len();
+        let mut more: Vec<(usize, Vec<f64>, f64)> = Vec::with_capacity(columns.len());
+        for &c in columns {
+            if self.kept.contains(&c) || more.iter().any(|(m, ..)| *m == c) {
+                continue;
+            }
+            let mut row = Vec::with_capacity(n + more.len() + 1);
+            let triangle = self.lower.iter().chain(more.iter().map(|(_, row, _)| row));
+            for (lower, &other) in triangle.zip(self.kept.iter().chain(more.iter().map(|(m, ..)| m))) {
+                let k = row.len();
+                let sum: f64 = row.iter().zip(&lower[..k]).map(|(a, b)| a * b).sum();
+                row.push((table.gram[[c, other]] - sum) / lower[k]);
+            }
+            let own = table.gram[[c, c]];
+            let left = own - row.iter().map(|x: &f64| x * x).sum::<f64>();
+            if !(left > OWN * own && own > 0.0) {
+                continue;
+            }
+            let pivot = left.sqrt();
+            let answered = self.z.iter().chain(more.iter().map(|(.., z)| z));
+            let z = (table.right[c] - row.iter().zip(answered).map(|(a, b)| a * b).sum::<f64>()) / pivot;
+            row.push(pivot);
+            more.push((c, row, z));
+        }
+        more
+    }
+
     /// What the columns `columns` would gain beside it, twice the log-likelihood, and how many of them are their own.
     pub fn gain(&self, table: &Table, columns: &[usize]) -> (f64, usize) {
-        let more = self.with(table, columns);
-        (more.gained - self.gained, more.kept.len() - self.kept.len())
+        let more = self.more(table, columns);
+        (more.iter().map(|(.., z)| z * z).sum(), more.len())
     }
 
     /// Factors of the kept columns.
@@ -86,10 +103,17 @@ impl Solved {
     }
 }
 
+/// Places and causes that are tried: one hypothesis each, whatever its forms.
+pub(crate) fn hypotheses(forms: &[Form]) -> usize {
+    forms.iter().enumerate().filter(|(k, f)| !forms[..*k].iter().any(|g| g.same_place(f))).count()
+}
+
 /// What decides, beside the data.
 pub(crate) struct Rule<'a> {
     pub table: &'a Table,
     pub forms: &'a [Form],
+    /// How many hypotheses are tried.
+    pub hypotheses: usize,
     /// Samples of each joint that no factor of the noise's model took.
     pub left: &'a [f64],
     /// Probability with which anything may be named where nothing is missing.
@@ -101,18 +125,13 @@ impl Rule<'_> {
         chosen.iter().fold(Solved::default(), |solved, f| solved.with(self.table, &self.table.columns[*f]))
     }
 
-    /// Places and causes that are tried: one hypothesis each, whatever its forms.
-    pub fn hypotheses(&self) -> usize {
-        self.forms.iter().enumerate().filter(|(k, f)| !self.forms[..*k].iter().any(|g| g.same_place(f))).count()
-    }
-
     /// The probability that a form gains so much by chance, as the best of all hypotheses that are tried: by Fisher's law, as the noise is known from
     /// the samples that no factor took.
     pub fn p_value(&self, form: &Form, gained: f64, freedoms: usize) -> f64 {
         let freedoms = (freedoms + form.shape.len()).max(1) as f64;
         let left = form.joint.map_or(self.left.iter().copied().fold(f64::INFINITY, f64::min), |j| self.left[j]);
         let tail = FisherSnedecor::new(freedoms, left.max(1.0)).map_or(1.0, |d| d.sf(gained.max(0.0) / freedoms));
-        (tail * self.hypotheses() as f64).min(1.0)
+        (tail * self.hypotheses as f64).min(1.0)
     }
 
     /// Schwarz's criterion of a form's gain; each shape parameter counts as a factor.
@@ -121,24 +140,17 @@ impl Rule<'_> {
     }
 
     /// The form that is worth most beside `solved`, with its worth, among those that `may`, are worth their parameters and beyond chance.
-    pub fn best(&self, solved: &Solved, may: impl Fn(usize) -> bool) -> Option<(usize, f64)> {
-        let mut best: Option<(usize, f64)> = None;
-        for (k, form) in self.forms.iter().enumerate() {
-            if !may(k) {
-                continue;
-            }
-            let columns = &self.table.columns[k];
+    pub fn best(&self, solved: &Solved, may: impl Fn(usize) -> bool + Sync) -> Option<(usize, f64)> {
+        let worth = |k: usize| -> Option<(usize, f64)> {
+            let (form, columns) = (&self.forms[k], &self.table.columns[k]);
             let (gained, freedoms) = solved.gain(self.table, columns);
             let worth = self.worth(form, gained, freedoms);
-            if freedoms > 0
-                && worth > best.map_or(0.0, |(_, most)| most)
-                && self.p_value(form, gained, freedoms) <= self.false_alarms
-                && form.allows(&solved.with(self.table, columns).of(columns))
-            {
-                best = Some((k, worth));
-            }
-        }
-        best
+            let named = freedoms > 0 && worth > 0.0 && self.p_value(form, gained, freedoms) <= self.false_alarms;
+            (named && form.allows(&solved.with(self.table, columns).of(columns))).then_some((k, worth))
+        };
+        let all: Vec<(usize, f64)> = (0..self.forms.len()).into_par_iter().filter(|k| may(*k)).filter_map(worth).collect();
+        // The first of equals, however many processors there are.
+        all.into_iter().reduce(|best, other| if other.1 > best.1 { other } else { best })
     }
 
     /// Forward steps, each followed by exchanges and removals, until nothing more is worth its parameters or beyond chance. What is set aside is not

@@ -281,8 +281,11 @@ impl Table {
     /// The table with columns more than those of `series`.
     pub fn beside(&self, series: &[Arc<Series>], more: &[Series], missing: &Series) -> Table {
         let (c, m) = (series.len(), more.len());
-        let mut gram = Array2::from_shape_fn((c + m, c + m), |(i, j)| if i < c && j < c { self.gram[[i, j]] } else { 0.0 });
-        let mut right = Array1::from_shape_fn(c + m, |k| if k < c { self.right[k] } else { 0.0 });
+        let (mut gram, mut right) = (Array2::zeros((c + m, c + m)), Array1::zeros(c + m));
+        for i in 0..c {
+            right[i] = self.right[i];
+            (0..c).for_each(|j| gram[[i, j]] = self.gram[[i, j]]);
+        }
         for (i, own) in more.iter().enumerate() {
             right[c + i] = own.dot(missing);
             for (k, other) in series.iter().map(|s| s.as_ref()).chain(more).enumerate() {
