@@ -2,7 +2,7 @@
 
     python3 tests/joints/mark.py FOLDER --bin PROGRAM [--door log|columns] [--half tuning|held-back] [--seeds 0-199] [--out FILE] [--verbose]
 
-The door `log` is `diagnose log.csv --robot robot.urdf`, `columns` is `diagnose log.csv --simulated sim.csv`. An answer stands as diagnosis.json and
+The door `log` is `diagnose log.csv --robot robot.urdf`, `columns` is `diagnose log.csv --simulated sim.csv --robot robot.urdf`. An answer stands as diagnosis.json and
 diagnosis-columns.json in the question's folder and is asked for again only when the program or the recording changed. Standard library only.
 """
 
@@ -22,7 +22,7 @@ from tables import Row
 
 DOORS = {
     "log": (["diagnose", "log.csv", "--robot", "robot.urdf"], "diagnosis.json"),
-    "columns": (["diagnose", "log.csv", "--simulated", "sim.csv"], "diagnosis-columns.json"),
+    "columns": (["diagnose", "log.csv", "--simulated", "sim.csv", "--robot", "robot.urdf"], "diagnosis-columns.json"),
 }
 WITHIN = 0.05
 

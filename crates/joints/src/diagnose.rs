@@ -52,18 +52,23 @@ const CAUSES_A_JOINT: usize = 6;
 /// Says what the file of a robot gets wrong in these logs, and why; `ports` has the torques as inputs and the angles as outputs, in the order of
 /// the chain's joints. `progress` is told in words what is being done.
 ///
+/// Where a simulator logged the same commands, `simulated` are its logs, with the same channels: what is judged is then the simulator, and the file
+/// says only how its torque changes where the measured motion differs from its own. Else it is empty, and the file is the simulation.
+///
 /// # Errors
-/// [`JointsError`] if channels and joints do not match, nothing moves, or the log is too short.
+/// [`JointsError`] if channels and joints do not match, nothing moves, the log is too short, or a simulator's log is not as long as the measured one.
 pub fn diagnose(
     chain: &SerialChain,
     trials: &[Recording],
+    simulated: &[Recording],
     ports: &Ports,
     options: &Options,
     progress: &mut dyn FnMut(&str),
 ) -> Result<(Diagnosis, Pictures), JointsError> {
     check(trials, ports)?;
+    alike(trials, simulated)?;
     progress("smoothing the motion");
-    let (scene, motions) = scene(chain, trials, ports)?;
+    let (scene, motions) = scene(chain, trials, simulated, ports)?;
     let band = Band::new([scene.fastest_hz, scene.lowest_hz()], scene.rate_hz);
     let shortest = trials.iter().map(Recording::len).min().unwrap_or(0);
     let stretches = options.held_out.divide(trials.len(), shortest, scene.rate_hz)?;
@@ -93,6 +98,24 @@ fn check(trials: &[Recording], ports: &Ports) -> Result<(), JointsError> {
         }
         ports.validate(trial.channels().len()).map_err(ndof_diagnose::DiagnoseError::from)?;
         trial.require_finite(ports.inputs.iter().chain(&ports.outputs).map(|c| trial.channels()[*c].name.as_str()))?;
+    }
+    Ok(())
+}
+
+/// Refuses a simulator's logs that are not the measured ones sample by sample.
+fn alike(trials: &[Recording], simulated: &[Recording]) -> Result<(), JointsError> {
+    if simulated.is_empty() {
+        return Ok(());
+    }
+    if simulated.len() != trials.len() {
+        return Err(JointsError::SimulatedCount { measured: trials.len(), simulated: simulated.len() });
+    }
+    for (k, (trial, own)) in trials.iter().zip(simulated).enumerate() {
+        let form = |r: &Recording| (r.len(), r.sample_rate_hz());
+        if form(trial) != form(own) {
+            return Err(JointsError::SimulatedForm { trial: k + 1, measured: form(trial), simulated: form(own) });
+        }
+        own.require_finite(own.channels().iter().map(|c| c.name.as_str()))?;
     }
     Ok(())
 }

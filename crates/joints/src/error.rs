@@ -22,6 +22,27 @@ pub enum JointsError {
         /// Angle channels.
         angles: usize,
     },
+    /// A simulator's logs are not as many as the measured ones.
+    #[error("{measured} measured recordings and {simulated} simulated ones; give one of the simulator for each, in the same order")]
+    SimulatedCount {
+        /// Measured recordings.
+        measured: usize,
+        /// Simulated ones.
+        simulated: usize,
+    },
+    /// A simulator's log is not the measured one sample by sample.
+    #[error(
+        "recording {trial}: {} samples at {} Hz were measured and {} at {} Hz simulated; let the simulator log the same commands at the same times",
+        measured.0, measured.1, simulated.0, simulated.1
+    )]
+    SimulatedForm {
+        /// Its number, from 1.
+        trial: usize,
+        /// Samples and rate of the measured one.
+        measured: (usize, f64),
+        /// Of the simulated one.
+        simulated: (usize, f64),
+    },
     /// Nothing moves.
     #[error("no joint moves by more than the noise of its encoder; command a movement over a good part of each joint's range")]
     Still,

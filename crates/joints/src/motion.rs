@@ -19,6 +19,8 @@ pub(crate) struct Motion {
     pub torque: Vec<Vec<f64>>,
     /// Torque that the file's bodies need for it, without friction.
     pub rigid: Vec<Vec<f64>>,
+    /// Torque that a simulator logged beyond the file's, along its own motion; empty where the file is the simulation.
+    pub beyond: Vec<Vec<f64>>,
 }
 
 /// What is known of the angles of one joint over all trials.

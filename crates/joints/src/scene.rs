@@ -37,8 +37,8 @@ pub(crate) struct Scene<'a> {
     pub joints: Vec<JointScale>,
 }
 
-/// Logs that can be judged: the scene, and the smoothed motion of each trial.
-pub(crate) fn scene<'a>(chain: &'a SerialChain, trials: &[Recording], ports: &Ports) -> Result<(Scene<'a>, Vec<Motion>), JointsError> {
+/// Logs that can be judged: the scene, and the smoothed motion of each trial; a simulator's, if there are any, are smoothed alike.
+pub(crate) fn scene<'a>(chain: &'a SerialChain, trials: &[Recording], simulated: &[Recording], ports: &Ports) -> Result<(Scene<'a>, Vec<Motion>), JointsError> {
     let n = chain.joints().count();
     let first = trials.first().ok_or(JointsError::NoTrial)?;
     if ports.inputs.len() != n || ports.outputs.len() != n {
@@ -52,15 +52,13 @@ pub(crate) fn scene<'a>(chain: &'a SerialChain, trials: &[Recording], ports: &Po
         return Err(JointsError::Still);
     }
     let corners = corners(chain, trials, ports, &found, fastest_hz);
-    let motions: Vec<Motion> = trials
-        .iter()
-        .map(|r| {
-            let mut motion = motion(r, ports, &corners);
-            motion.sharp = sharp(r, ports, &motion, &found);
-            let rigid = inverse_dynamics(chain, &motion);
-            Motion { rigid, ..motion }
-        })
-        .collect();
+    let moved = |r: &Recording| {
+        let mut motion = motion(r, ports, &corners);
+        motion.sharp = sharp(r, ports, &motion, &found);
+        let rigid = inverse_dynamics(chain, &motion);
+        Motion { rigid, ..motion }
+    };
+    let mut motions: Vec<Motion> = trials.iter().map(moved).collect();
     let joints = (0..n)
         .map(|j| {
             let all = |series: &dyn Fn(&Motion) -> &Vec<f64>| -> Vec<f64> { motions.iter().flat_map(|m| series(m).iter().copied()).collect() };
@@ -79,7 +77,15 @@ pub(crate) fn scene<'a>(chain: &'a SerialChain, trials: &[Recording], ports: &Po
             }
         })
         .collect();
-    Ok((Scene { chain, rate_hz, fastest_hz, joints }, motions))
+    let scene = Scene { chain, rate_hz, fastest_hz, joints };
+    for (motion, own) in motions.iter_mut().zip(simulated.iter().map(moved)) {
+        let mut beyond = own.torque.clone();
+        for (beyond, file) in beyond.iter_mut().zip(scene.nominal(&own)) {
+            beyond.iter_mut().zip(file).for_each(|(b, f)| *b -= f);
+        }
+        motion.beyond = beyond;
+    }
+    Ok((scene, motions))
 }
 
 /// Where the motion of each joint is cut off: where the noise of its encoder, seen through the joint's inertia, overtakes that of its torque,
@@ -165,13 +171,17 @@ impl Scene<'_> {
         std::array::from_fn(|k| angle.sin() * once[k] + (1.0 - angle.cos()) * twice[k])
     }
 
-    /// Torques of all that the file says: bodies, dry and viscous friction, `[joint][sample]`.
+    /// Torques of the simulation, `[joint][sample]`: of the file's bodies, dry and viscous friction, and what a simulator has beyond them. The file
+    /// carries a simulator's torque from its own motion to the measured one, from which it differs little.
     pub fn nominal(&self, motion: &Motion) -> Vec<Vec<f64>> {
         let mut out = motion.rigid.clone();
         let Joints { coulomb, viscous, .. } = self.chain.joints();
         for (j, out) in out.iter_mut().enumerate() {
             let noise = self.joints[j].speed_noise;
             out.iter_mut().zip(motion.v[j].iter().zip(&motion.sharp[j])).for_each(|(t, (v, s))| *t += coulomb[j] * sign(*s, noise) + viscous[j] * v);
+        }
+        for (out, beyond) in out.iter_mut().zip(&motion.beyond) {
+            out.iter_mut().zip(beyond).for_each(|(t, b)| *t += b);
         }
         out
     }

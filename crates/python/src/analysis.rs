@@ -9,6 +9,7 @@ use ndof::analysis::result::to_json;
 use ndof::report::diagnosis_report;
 use ndof::{Diagnose, Trial};
 use pyo3::prelude::*;
+use std::path::Path;
 
 /// Looks at every channel of every recording: the result `ndof/check/1` as JSON.
 #[pyfunction]
@@ -36,14 +37,20 @@ pub fn diagnose(
     settings: &str,
     baseline: Document,
     kinematics: Document,
+    robot: Option<(String, Option<String>)>,
+    simulated: Vec<PyRecording<'_>>,
     progress: Option<Bound<'_, PyAny>>,
 ) -> PyResult<(String, String)> {
-    let settings = Diagnose { baseline: baseline.parse("baseline")?, kinematics: kinematics.parse("kinematics")?, ..from_json(settings, "diagnose")? };
+    let mut settings = Diagnose { baseline: baseline.parse("baseline")?, kinematics: kinematics.parse("kinematics")?, ..from_json(settings, "diagnose")? };
     let (trials, samples) = trials_of(&recordings)?;
+    settings.robot = robot.map(|(file, tip)| ndof::analysis::file::robot(Path::new(&file), tip.as_deref())).transpose().map_err(raise_analysis)?;
+    let (simulated, _) = trials_of(&simulated)?;
     // Even a short record takes seconds.
     work::run(py, samples + work::SMALL, progress.as_ref(), move |reporter| {
-        let trials = experiment_with(trials, roles, stretches, settings.channels())?;
-        let diagnosed = ndof::analysis::diagnose(&trials, &settings, &mut |what| reporter.report(what, 0, 0)).map_err(raise_analysis)?;
+        let channels = settings.channels();
+        let simulated = if simulated.is_empty() { None } else { Some(experiment_with(simulated, roles.clone(), stretches.clone(), channels.clone())?) };
+        let trials = experiment_with(trials, roles, stretches, channels)?;
+        let diagnosed = ndof::analysis::diagnose(&trials, simulated.as_ref(), &settings, &mut |what| reporter.report(what, 0, 0)).map_err(raise_analysis)?;
         let page = diagnosis_report(&diagnosed, "What the simulation gets wrong", "ndof.diagnose").map_err(raise)?;
         Ok((to_json(&diagnosed.result).map_err(raise)?, page.to_html()))
     })?

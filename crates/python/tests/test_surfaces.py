@@ -28,6 +28,8 @@ READING = {
     "align": (ndof.Recording.align, "other"),
     "align-by": (ndof.Recording.align, "by"),
 }
+# A robot's file and its simulator's logs: no settings of the search, and read by either surface itself.
+ROBOT = {"tip", "simulated"}
 ROLES = {"reference", "input", "output", "start", "stop", "exclude"}
 # What a program does with its result, and how it runs, which a caller in Python does himself.
 PROGRAM = {"json", "report", "plots", "out", "study", "quiet", "verbose", "threads", "stream", "exit-code", "help", "seed"}
@@ -62,9 +64,9 @@ def test_no_option_is_of_one_surface_alone(task, options):
     if task == "fit":
         keys |= set(_ndof.settings("estimate"))
     of_recordings = set() if task == "design" else ROLES | set(READING)
-    assert options[task] - keys - of_recordings - PROGRAM - (KINEMATICS if task in {"fit", "diagnose"} else set()) == set()
+    assert options[task] - keys - of_recordings - PROGRAM - ROBOT - (KINEMATICS if task in {"fit", "diagnose"} else set()) == set()
     python = asked_of_python(FUNCTIONS[task]) - {"recordings", "progress"}
-    assert python - keys - of_recordings - {"report"} == set()
+    assert python - keys - of_recordings - ROBOT - {"report"} == set()
 
 
 def test_every_option_of_reading_has_its_place(options):

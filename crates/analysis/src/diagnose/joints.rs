@@ -4,19 +4,27 @@ use super::result::DiagnosisResult;
 use super::{Diagnose, Diagnosed};
 use crate::error::AnalysisError;
 use crate::result::Head;
-use crate::trials::{Trials, axis_of};
+use crate::trials::{Trial, Trials, axis_of};
 use ndof_devices::RobotConfig;
 use ndof_models::robot::Robot;
 use ndof_signal::{Recording, Warning};
 use ndof_sysid::Ports;
 
-/// What the file of a robot gets wrong in these joint logs.
-pub(super) fn diagnose(trials: &Trials, robot: &RobotConfig, settings: &Diagnose, progress: &mut dyn FnMut(&str)) -> Result<Diagnosed, AnalysisError> {
+/// What the file of a robot, or a simulator that logged the same commands, gets wrong in these joint logs.
+pub(super) fn diagnose(
+    trials: &Trials,
+    simulated: Option<&Trials>,
+    robot: &RobotConfig,
+    settings: &Diagnose,
+    progress: &mut dyn FnMut(&str),
+) -> Result<Diagnosed, AnalysisError> {
     let options = settings.of_joints(trials)?;
     let chain = robot.chain()?;
-    let recordings: Vec<Recording> = trials.trials.iter().map(|trial| trial.recording.clone()).collect();
-    let (ports, warning) = by_joint(&trials.roles.ports, &recordings[0], &chain.joints().names);
-    let (diagnosis, pictures) = ndof_joints::diagnose(&chain, &recordings, &ports, &options, progress)?;
+    let (ports, warning) = by_joint(&trials.roles.ports, &trials.trials[0].recording, &chain.joints().names);
+    let names = [trials.names(&ports.inputs), trials.names(&ports.outputs)].concat();
+    let [measured, simulated] = [of_channels(trials, &names)?, simulated.map_or(Ok(vec![]), |own| of_channels(own, &names))?];
+    let own = Ports { references: vec![], inputs: (0..ports.inputs.len()).collect(), outputs: (ports.inputs.len()..names.len()).collect() };
+    let (diagnosis, pictures) = ndof_joints::diagnose(&chain, &measured, &simulated, &own, &options, progress)?;
     let warnings = trials.warnings.iter().cloned().chain(warning).collect();
     let result = DiagnosisResult {
         head: Head::new(DiagnosisResult::SCHEMA, "diagnose", warnings),
@@ -26,6 +34,18 @@ pub(super) fn diagnose(trials: &Trials, robot: &RobotConfig, settings: &Diagnose
         diagnosis,
     };
     Ok(Diagnosed { trials: trials.clone(), result, pictures })
+}
+
+/// Recordings of these channels alone, in this order.
+fn of_channels(trials: &Trials, names: &[String]) -> Result<Vec<Recording>, AnalysisError> {
+    let one = |trial: &Trial| -> Result<Recording, AnalysisError> {
+        let own = &trial.recording;
+        let channels = names.iter().map(|name| own.channel(name).cloned()).collect::<Result<_, _>>();
+        let recording = channels.and_then(|channels| Recording::new(own.sample_rate_hz(), channels));
+        let recording = recording.map_err(|why| AnalysisError::Meaning { file: trial.file.clone(), what: format!("{why}; what was measured has it") })?;
+        Ok(recording.starting_at(own.start_s()))
+    };
+    trials.trials.iter().map(one).collect()
 }
 
 /// Torques and angles in the order of the robot's joints: by their names where these are the joints', else as they stand, with a warning.

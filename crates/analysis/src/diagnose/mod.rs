@@ -36,13 +36,18 @@ pub struct Diagnosed {
     pub pictures: Pictures,
 }
 
-/// Says what the baseline gets wrong, and why; `progress` is told in words what is being done.
+/// Says what the baseline gets wrong, and why; `progress` is told in words what is being done. `simulated` are the logs of a robot's simulator that was
+/// given the same commands: with a `robot`, what is judged is then the simulator.
 ///
 /// # Errors
 /// [`AnalysisError`] if the channels do not make a balance of forces, the recording is too short, or the baseline does not fit.
-pub fn diagnose(trials: &Trials, settings: &Diagnose, progress: &mut dyn FnMut(&str)) -> Result<Diagnosed, AnalysisError> {
+pub fn diagnose(trials: &Trials, simulated: Option<&Trials>, settings: &Diagnose, progress: &mut dyn FnMut(&str)) -> Result<Diagnosed, AnalysisError> {
     if let Some(robot) = &settings.robot {
-        return joints::diagnose(trials, robot, settings, progress);
+        return joints::diagnose(trials, simulated, robot, settings, progress);
+    }
+    if simulated.is_some() {
+        let what = "it takes a `robot`: its file says how torques change where the measured motion is not the simulated one; give its URDF, MJCF or TOML";
+        return Err(AnalysisError::Meaning { file: "`simulated`".to_owned(), what: what.to_owned() });
     }
     let mut options = settings.options(trials)?;
     let linear = settings.baseline.as_ref().map(baseline).transpose()?;
@@ -110,7 +115,7 @@ impl<'a> Question<'a> {
     /// # Errors
     /// As [`Trials::new`] and [`diagnose`].
     pub fn run(self) -> Result<Diagnosed, AnalysisError> {
-        diagnose(&Trials::of(self.trials)?, &self.settings, &mut |_| ())
+        diagnose(&Trials::of(self.trials)?, None, &self.settings, &mut |_| ())
     }
 }
 

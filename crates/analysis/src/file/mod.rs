@@ -4,8 +4,10 @@ mod baseline;
 mod channels;
 mod kinematics;
 mod parse;
+mod robot;
 
 pub use baseline::{BaselineFile, BaselineParameter, Status, Value};
 pub use channels::{ChannelSource, ChannelTable, ChannelsFile, Transform, Transforms};
 pub use kinematics::{KinematicsFile, KinematicsSd, MeanForce};
 pub use parse::{check_schema, parse, read};
+pub use robot::robot;

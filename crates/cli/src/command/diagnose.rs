@@ -8,7 +8,7 @@ use clap::Args;
 use ndof_analysis::diagnose::result::DiagnosisResult;
 use ndof_analysis::file::{self, BaselineFile};
 use ndof_analysis::options::pair;
-use ndof_analysis::{AnalysisError, Diagnose, Estimate, Fit, HeldOut};
+use ndof_analysis::{Diagnose, Estimate, Fit, HeldOut};
 use ndof_devices::RobotConfig;
 use ndof_diagnose::{Cause, Site, Verdict};
 use ndof_models::effects::Value;
@@ -36,6 +36,9 @@ pub struct Arguments {
     /// Link at the end of the robot's chain
     #[arg(long, value_name = "LINK", requires = "robot")]
     tip: Option<String>,
+    /// What the robot's simulator logged at the same commands, one file a recording: it is judged then, by any simulator
+    #[arg(long, value_name = "FILE", num_args = 1.., requires = "robot")]
+    simulated: Vec<PathBuf>,
     /// Data that no fit sees: files, or a stretch of time in seconds
     #[arg(long, value_name = "FILE|FROM-TO", num_args = 1..)]
     held_out: Vec<String>,
@@ -67,9 +70,10 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode, CliError> {
     }
     let trials = arguments.reading.trials_with(&files, &settings.channels())?;
     settings.event_s = arguments.cycles.times(&trials)?;
+    let simulated = if arguments.simulated.is_empty() { None } else { Some(arguments.reading.trials_with(&arguments.simulated, &settings.channels())?) };
     output::understood(shared, &trials);
     let bar = progress::Spinner::new(shared.quiet);
-    let diagnosed = ndof_analysis::diagnose(&trials, &settings, &mut |what| bar.show(what))?;
+    let diagnosed = ndof_analysis::diagnose(&trials, simulated.as_ref(), &settings, &mut |what| bar.show(what))?;
     drop(bar);
     if let Some(path) = &arguments.study {
         let experiment = Recordings { files, reading: arguments.reading.clone() };
@@ -112,9 +116,7 @@ fn settings(arguments: &Arguments) -> Result<Diagnose, CliError> {
 
 fn read_robot(path: &Path, tip: Option<&str>) -> Result<RobotConfig, CliError> {
     ndof_io::keep(path);
-    let file = path.display().to_string();
-    let text = std::fs::read_to_string(path).map_err(|source| AnalysisError::Read { file: file.clone(), source })?;
-    Ok(RobotConfig::parse(&file, &text, tip).map_err(AnalysisError::from)?)
+    Ok(file::robot(path, tip)?)
 }
 
 fn read_baseline(path: &Path) -> Result<BaselineFile, CliError> {

@@ -103,6 +103,9 @@ def diagnose(
     *,
     baseline: Document | None = None,
     kinematics: Document | None = None,
+    robot: PathLike | None = None,
+    tip: str | None = None,
+    simulated: Recordings | None = None,
     held_out: Union[Stretch, PathLike, Sequence[PathLike], None] = None,
     tolerance: float = 0.01,
     without: str | Sequence[str] = (),
@@ -125,6 +128,8 @@ def diagnose(
 
     Without ``baseline`` (a file or a dictionary) the simulation is the linear inertia-damping-stiffness model, fitted.
     ``kinematics`` (a file or a dictionary, ``ndof/kinematics/1``) is the arm whose curved geometry is then a cause like any other.
+    ``robot`` is a file (URDF, MJCF or TOML) whose joints are judged, to the link ``tip``: recordings hold ``torque_JOINT`` and ``angle_JOINT`` of each
+    joint. ``simulated`` is what a simulator of that robot logged at the same commands, one recording for each: it is judged then.
     ``held_out`` is a stretch of time (two numbers, in seconds) or the files or names of the recordings that no fit may
     see; without it the last third of the recordings, or the last 30 % of a single one. ``plan`` simulates the next experiments
     that would tell confusable causes apart. ``schedule`` is what stiffness or damping may vary with, as one cause beside the others: ``phase``
@@ -152,9 +157,11 @@ def diagnose(
         trials,
         roles_of(reference, input, output),
         stretches(start, stop, exclude),
-        settings("diagnose", {**asked, "baseline": None, "kinematics": None}),
+        settings("diagnose", {**asked, "baseline": None, "kinematics": None, "robot": None}),
         document(baseline),
         document(kinematics),
+        None if robot is None else (os.fspath(robot), tip),
+        [] if simulated is None else recordings_of(simulated),
         progress,
     )
     return Diagnosis(text, page)

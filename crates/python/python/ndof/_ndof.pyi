@@ -91,6 +91,8 @@ def diagnose(
     settings: str,
     baseline: Mapping[str, Any],
     kinematics: Mapping[str, Any],
+    robot: tuple[str, str | None] | None,
+    simulated: Sequence[_Recording],
     progress: _Progress,
 ) -> tuple[str, str]: ...
 def frequency_response(
