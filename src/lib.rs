@@ -7,6 +7,7 @@ pub use ndof_analysis as analysis;
 pub use ndof_devices as devices;
 pub use ndof_diagnose as diagnose;
 pub use ndof_io as io;
+pub use ndof_joints as joints;
 pub use ndof_models as models;
 pub use ndof_report as report;
 pub use ndof_signal as signal;

@@ -1,6 +1,6 @@
 //! The examples of the help run as they stand.
 
-use crate::support::{ndof, succeed};
+use crate::support::{ARM_URDF, ndof, succeed};
 use std::path::Path;
 use std::process::Command;
 
@@ -48,6 +48,7 @@ fn prepare(folder: &Path) {
             succeed(&own, &["fit", "trial.csv", "--band", "0.5-8", "--json", "fit.json"]);
         }
     }
+    std::fs::write(folder.join("arm.urdf"), ARM_URDF).expect("written");
     std::fs::copy(Path::new(env!("CARGO_MANIFEST_DIR")).join("crates/io/tests/fixtures/plain.mat"), folder.join("trial.mat")).expect("a file of SciPy");
 }
 

@@ -11,6 +11,7 @@ mod examples;
 mod faults;
 mod fit_model;
 mod input;
+mod joints;
 mod limits;
 mod live;
 mod privacy;

@@ -1,6 +1,6 @@
 //! Every JSON that any command writes follows the schema that it names.
 
-use crate::support::{csv, ndof, noise, oscillator, succeed, trial, violation};
+use crate::support::{ARM_URDF, csv, ndof, noise, oscillator, succeed, trial, violation};
 use serde_json::Value;
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
@@ -62,6 +62,8 @@ fn every_json_that_a_command_writes_follows_its_schema() {
     run("diagnose trial.csv other.csv --json diagnosis.json --quiet");
     run("live trial.csv --wait 0.1 --every 10 --json live.json --quiet");
     run("design --axes x,y --duration 20 --out cmd.csv --json design.json --quiet");
+    std::fs::write(here.join("arm.urdf"), ARM_URDF).expect("written");
+    run("design --robot arm.urdf --duration 20 --out motion.csv --json motion.json --quiet");
     run("study s.toml --out study --quiet --json study-fit.json");
     run("simulate s.toml --out sim.csv --quiet");
     let mut files = Vec::new();

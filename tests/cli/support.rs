@@ -153,3 +153,15 @@ pub fn violation(value: &Value, schema: &Value, root: &Value, place: &str) -> Op
     let items = schema.get("items").filter(|items| items.is_object());
     value.as_array()?.iter().enumerate().find_map(|(k, item)| violation(item, items?, root, &format!("{place}/{k}")))
 }
+
+/// Two links that swing in a vertical plane, as a URDF.
+pub const ARM_URDF: &str = r#"<robot name="arm">
+  <link name="base"/>
+  <joint name="shoulder" type="revolute"><parent link="base"/><child link="upper"/><origin xyz="0 0 1"/><axis xyz="0 1 0"/>
+    <limit lower="-2" upper="2" velocity="4" effort="60"/></joint>
+  <link name="upper"><inertial><origin xyz="0 0 -0.15"/><mass value="2"/><inertia ixx="0.02" iyy="0.02" izz="0.002" ixy="0" ixz="0" iyz="0"/></inertial></link>
+  <joint name="elbow" type="revolute"><parent link="upper"/><child link="fore"/><origin xyz="0 0 -0.3"/><axis xyz="0 1 0"/>
+    <limit lower="-2" upper="2" velocity="4" effort="30"/></joint>
+  <link name="fore"><inertial><origin xyz="0 0 -0.12"/><mass value="1.2"/><inertia ixx="0.01" iyy="0.01" izz="0.001" ixy="0" ixz="0" iyz="0"/></inertial></link>
+</robot>
+"#;

@@ -5,6 +5,7 @@ use crate::diagnose::{Aside, Options, Searched, share, without};
 use crate::generic::Left;
 use crate::held_out::{Sum, gain, losses, predicted};
 use crate::model::{Logged, Model, residual};
+use crate::motion::Motion;
 use crate::pictures;
 use crate::scene::{Scene, deviation, rms};
 use crate::search::Solved;
@@ -107,9 +108,11 @@ impl Answer<'_> {
         let of = |j: usize| {
             let (mut error, mut logged) = (Vec::new(), Vec::new());
             for ((trial, range), run) in parts.iter().zip(&runs) {
-                let torque = &self.held.motions[*trial].torque[j];
-                error.extend(range.clone().map(|k| torque[k] - run[j][k]));
-                logged.extend_from_slice(&torque[range.clone()]);
+                let Motion { torque, moves, .. } = &self.held.motions[*trial];
+                for k in range.clone().filter(|k| moves[j][*k]) {
+                    error.push(torque[j][k] - run[j][k]);
+                    logged.push(torque[j][k]);
+                }
             }
             let spread = deviation(&logged);
             let finite = |x: f64| x.is_finite().then_some(x);
@@ -128,7 +131,7 @@ impl Answer<'_> {
                 let within: Vec<f64> = band.0.iter().filter_map(|p| p[j].as_deref()).flatten().copied().collect();
                 let logged: Vec<f64> = self.held.pieces.iter().flat_map(|p| p.places.iter().map(|k| self.held.motions[p.trial].torque[j][*k])).collect();
                 let spread = deviation(&logged);
-                let above = (score.nrmse[j]?.powi(2) - (rms(&within) / spread).powi(2)).max(0.0);
+                let above = (score.nrmse[j]?.powi(2) - (rms(&within) / spread).powi(2) / self.held.moving(j)).max(0.0);
                 Some((above + (self.searched.floor[j] / spread).powi(2)).sqrt()).filter(|x| x.is_finite())
             })
             .collect();
@@ -255,7 +258,7 @@ impl Answer<'_> {
             let (gain, removed) = (&self.left.gains[j], self.left.removed[j]);
             let spread = self.scene.joints[j].torque;
             let within: Vec<f64> = rest.0.iter().filter_map(|p| p[j].as_deref()).flatten().copied().collect();
-            let (error, floor) = (rms(&within).powi(2), self.searched.floor[j].powi(2));
+            let (error, floor) = (rms(&within).powi(2) / self.held.moving(j), self.searched.floor[j].powi(2));
             // Four standard errors of a variance of as many samples as blocks of the noise's memory hold.
             let independent = within.len() as f64 / (1 + self.held.noise[j].coefficients.len()) as f64;
             let above = error > floor * (1.0 + 4.0 * (2.0 / independent).sqrt()) && (error - floor).max(0.0).sqrt() > self.options.tolerance * spread;

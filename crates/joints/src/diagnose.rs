@@ -7,7 +7,7 @@ use crate::error::JointsError;
 use crate::generic;
 use crate::held_out::{Sum, gain};
 use crate::model::{Logged, Model, residual};
-use crate::motion::Motion;
+use crate::motion::{Motion, moves};
 use crate::noise::Whitener;
 use crate::scene::{deviation, scene};
 use crate::search::{Rule, Solved, hypotheses};
@@ -68,8 +68,13 @@ pub fn diagnose(
     check(trials, ports)?;
     alike(trials, simulated)?;
     progress("smoothing the motion");
-    let (scene, motions) = scene(chain, trials, simulated, ports)?;
+    let (scene, mut motions) = scene(chain, trials, simulated, ports)?;
     let band = Band::new([scene.fastest_hz, scene.lowest_hz()], scene.rate_hz);
+    // As long as a period of the band's edge: a turn is over sooner.
+    let longest = (scene.rate_hz / band.pass_hz).ceil() as usize;
+    for motion in &mut motions {
+        motion.moves = motion.sharp.iter().zip(&scene.joints).map(|(v, joint)| moves(v, joint.speed, longest)).collect();
+    }
     let shortest = trials.iter().map(Recording::len).min().unwrap_or(0);
     let stretches = options.held_out.divide(trials.len(), shortest, scene.rate_hz)?;
     let [fitted, held] = stretches.each_ref().map(|s| View::new(&scene, &motions, &band, &ranges(s, &motions)));
@@ -162,6 +167,15 @@ fn noise_of(view: &View<'_>, forms: &[Form]) -> (Vec<Whitener>, Vec<f64>, Vec<f6
         let (rest, own) = rest_of(&series, &missing, &noise);
         noise = whiteners(&rest, &own);
         floor = deviations(&rest, &own);
+        // What is not compared at rest is no sign of little noise.
+        for (j, (noise, floor)) in noise.iter_mut().zip(&mut floor).enumerate() {
+            noise.deviation /= view.moving(j).sqrt();
+            *floor /= view.moving(j).sqrt();
+            if noise.deviation == 0.0 {
+                // It never moves in what is fitted: nothing is known of its noise.
+                *noise = Whitener::plain(view.scene.joints[j].torque);
+            }
+        }
         left = own.iter().enumerate().map(|(j, own)| rest.0.iter().filter_map(|p| p[j].as_deref()).map(<[f64]>::len).sum::<usize>() as f64 - own).collect();
     }
     (noise, floor, left)

@@ -21,6 +21,26 @@ pub(crate) struct Motion {
     pub rigid: Vec<Vec<f64>>,
     /// Torque that a simulator logged beyond the file's, along its own motion; empty where the file is the simulation.
     pub beyond: Vec<Vec<f64>>,
+    /// Where it moves: at rest dry friction holds a joint at any torque, and nothing is compared.
+    pub moves: Vec<Vec<bool>>,
+}
+
+/// Share of a joint's rms speed below which it is as good as at rest, three times what its sign is smoothed over.
+const AT_REST: f64 = 0.03;
+
+/// Where a joint of that rms speed moves: all but what is slow for longer than `longest` samples.
+pub(crate) fn moves(v: &[f64], speed: f64, longest: usize) -> Vec<bool> {
+    let mut out = vec![true; v.len()];
+    let mut from = 0;
+    for to in 0..=v.len() {
+        if to == v.len() || v[to].abs() >= AT_REST * speed {
+            if to - from > longest {
+                out[from..to].fill(false);
+            }
+            from = to + 1;
+        }
+    }
+    out
 }
 
 /// What is known of the angles of one joint over all trials.

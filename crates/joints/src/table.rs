@@ -126,6 +126,23 @@ impl<'a> View<'a> {
             .collect()
     }
 
+    /// A joint's torque in the band, while it moves.
+    fn seen(&self, piece: &Piece, joint: usize, kernel: &[f64], x: &[f64]) -> Vec<f64> {
+        let moves = &self.motions[piece.trial].moves[joint];
+        if moves.iter().all(|m| *m) {
+            return self.band.apply(kernel, x, &piece.places);
+        }
+        let moving: Vec<f64> = x.iter().zip(moves).map(|(x, m)| if *m { *x } else { 0.0 }).collect();
+        self.band.apply(kernel, &moving, &piece.places)
+    }
+
+    /// Share of the samples in which a joint moves.
+    pub fn moving(&self, joint: usize) -> f64 {
+        let all = self.pieces.iter().flat_map(|p| p.places.iter().map(|k| self.motions[p.trial].moves[joint][*k]));
+        let (moving, count) = all.fold((0usize, 0usize), |(moving, count), m| (moving + usize::from(m), count + 1));
+        (moving.max(1) as f64 / count.max(1) as f64).min(1.0)
+    }
+
     /// Torques of columns that are asked for once.
     pub fn compute(&self, columns: &[Column]) -> Vec<Series> {
         let kernel = self.band.kernel(0.0);
@@ -145,7 +162,7 @@ impl<'a> View<'a> {
                 let piece = |piece: &Piece| {
                     let mut joints = vec![None; self.scene.joints.len()];
                     for (joint, x) in &felt[piece.trial] {
-                        joints[*joint] = Some(self.band.apply(&kernel, x, &piece.places));
+                        joints[*joint] = Some(self.seen(piece, *joint, &kernel, x));
                     }
                     joints
                 };
@@ -167,7 +184,7 @@ impl<'a> View<'a> {
             });
             let felt: Vec<(usize, usize)> = (0..n * width).map(|k| (k / width, k % width)).filter(|(joint, c)| *joint <= c / TERMS_OF_A_LINK).collect();
             for (p, piece) in self.pieces.iter().enumerate().filter(|(_, piece)| piece.trial == trial) {
-                let found: Vec<Vec<f64>> = felt.par_iter().map(|(joint, c)| self.band.apply(kernel, &all[joint * width + c], &piece.places)).collect();
+                let found: Vec<Vec<f64>> = felt.par_iter().map(|(joint, c)| self.seen(piece, *joint, kernel, &all[joint * width + c])).collect();
                 for ((joint, c), x) in felt.iter().zip(found) {
                     out[c / TERMS_OF_A_LINK][c % TERMS_OF_A_LINK].0[p][*joint] = Some(x);
                 }
@@ -190,7 +207,7 @@ impl<'a> View<'a> {
             (0..self.scene.joints.len())
                 .map(|j| {
                     let later = self.band.kernel(logged.late_s[j] * self.scene.rate_hz);
-                    let torque = self.band.apply(&later, &self.motions[piece.trial].torque[j], &piece.places);
+                    let torque = self.seen(piece, j, &later, &self.motions[piece.trial].torque[j]);
                     Some(torque.iter().zip(file[j].as_ref()?).map(|(a, b)| a / logged.gain[j] - b).collect())
                 })
                 .collect()
@@ -204,7 +221,7 @@ impl<'a> View<'a> {
         known.unwrap_or_else(|| {
             let kernel = self.band.kernel(0.0);
             let nominal: Vec<Vec<Vec<f64>>> = self.motions.iter().map(|m| self.scene.nominal(m)).collect();
-            let piece = |p: &Piece| nominal[p.trial].iter().map(|x| Some(self.band.apply(&kernel, x, &p.places))).collect();
+            let piece = |p: &Piece| nominal[p.trial].iter().enumerate().map(|(j, x)| Some(self.seen(p, j, &kernel, x))).collect();
             let file = Arc::new(Series(self.pieces.iter().map(piece).collect()));
             self.kept().file = Some(file.clone());
             file

@@ -9,6 +9,7 @@ use crate::work;
 use ndof::analysis::result::to_json;
 use ndof::analysis::{ComparedParameter, nearest};
 use ndof::devices::{DEVICES, LIMBS};
+use ndof::joints::CAUSES;
 use ndof::models::effects::EFFECTS;
 use ndof::signal::Recording;
 use ndof::studies::STUDIES;
@@ -193,15 +194,16 @@ pub fn settings(task: &str) -> PyResult<Vec<String>> {
     Ok(keys.into_iter().collect())
 }
 
-/// Names with a line on each, of `effects`, `devices`, `limbs` or `studies`.
+/// Names with a line on each, of `effects`, `joints`, `devices`, `limbs` or `studies`.
 #[pyfunction]
 pub fn registry(what: &str) -> PyResult<Vec<(String, String)>> {
     let pair = |name: &str, what: &str| (name.to_owned(), what.to_owned());
     Ok(match what {
         "effects" => EFFECTS.iter().map(|effect| pair(effect.card().name, effect.card().what)).collect(),
+        "joints" => CAUSES.iter().map(|cause| pair(cause.card.name, cause.card.what)).collect(),
         "devices" => DEVICES.iter().map(|device| pair(device.name, device.description)).collect(),
         "limbs" => LIMBS.iter().map(|limb| pair(limb.name, limb.description)).collect(),
         "studies" => STUDIES.iter().map(|(name, text)| pair(name, text.lines().next().unwrap_or_default().trim_start_matches("# "))).collect(),
-        _ => return Err(raise(format!("no list \"{what}\"; there are effects, devices, limbs and studies"))),
+        _ => return Err(raise(format!("no list \"{what}\"; there are effects, joints, devices, limbs and studies"))),
     })
 }

@@ -4,6 +4,7 @@ use crate::error::CliError;
 use crate::output::columns;
 use clap::{Args, ValueEnum};
 use ndof_devices::{DEVICES, LIMBS};
+use ndof_joints::CAUSES;
 use ndof_models::blocks::{BLOCKS, BlockCard};
 use ndof_models::effects::EFFECTS;
 use std::fmt::Write as _;
@@ -26,6 +27,8 @@ pub struct Arguments {
 enum Registry {
     /// Causes that data may hide
     Effects,
+    /// Causes that the log of a robot's joints may hide
+    Joints,
     /// Robots and limbs
     Devices,
     /// Parametric models
@@ -57,6 +60,7 @@ struct Entry {
 pub fn run(arguments: &Arguments) -> Result<ExitCode, CliError> {
     let entries = match arguments.what {
         Registry::Effects => effects(),
+        Registry::Joints => joints(),
         Registry::Devices => devices(),
         Registry::Models => models(),
         Registry::Methods => methods(),
@@ -198,6 +202,19 @@ fn effects() -> Vec<Entry> {
             }
         })
         .collect()
+}
+
+fn joints() -> Vec<Entry> {
+    let entry = |cause: &&ndof_joints::JointCause| {
+        let card = &cause.card;
+        let mut remarks = vec![("Sits in", card.side.to_owned())];
+        if !card.look_alikes.is_empty() {
+            remarks.push(("Look-alikes", card.look_alikes.join(", ")));
+        }
+        remarks.push(("What tells them apart", card.next_experiment.trim_end_matches('.').to_owned()));
+        Entry { name: card.name, what: card.what.to_owned(), equation: card.equation, remarks, ..Entry::default() }
+    };
+    CAUSES.iter().map(entry).collect()
 }
 
 fn devices() -> Vec<Entry> {

@@ -305,7 +305,7 @@ def study(
 
 
 def registry(what: str) -> dict[str, str]:
-    """What there is of ``effects``, ``devices``, ``limbs`` or ``studies``, each with a line on it.
+    """What there is of ``effects``, ``joints``, ``devices``, ``limbs`` or ``studies``, each with a line on it.
 
     >>> import ndof
     >>> list(ndof.registry("studies"))

@@ -1,0 +1,94 @@
+//! `ndof diagnose --robot` from outside: what a robot's own file, or its simulator, gets wrong in a log of its joints.
+
+use crate::support::{ARM_URDF, csv, json, noise, refuse, succeed};
+use serde_json::Value;
+use std::path::Path;
+
+/// A log of the arm on a designed motion: torques of its file, more at will of speed and angle of each joint, noise of 20 mN m and encoders of 14 bits.
+fn log(folder: &Path, name: &str, more: impl Fn(usize, f64, f64) -> f64) {
+    std::fs::write(folder.join("arm.urdf"), ARM_URDF).expect("written");
+    if !folder.join("motion.csv").exists() {
+        let asked = ["design", "--robot", "arm.urdf", "--sample-rate", "200", "--speed-limit", "2", "--out", "motion.csv", "--quiet"];
+        succeed(folder, &asked);
+    }
+    let text = std::fs::read_to_string(folder.join("motion.csv")).expect("written");
+    let mut lines = text.lines().filter(|line| !line.starts_with('#'));
+    let header: Vec<String> = lines.next().expect("a header").split(',').map(|name| name.split(' ').next().unwrap_or("").to_owned()).collect();
+    let rows: Vec<Vec<f64>> = lines.map(|line| line.split(',').map(|cell| cell.parse().expect("a number")).collect()).collect();
+    let column = |name: &str| -> Vec<f64> {
+        let at = header.iter().position(|h| h == name).unwrap_or_else(|| panic!("{name} in {header:?}"));
+        rows.iter().map(|row| row[at]).collect()
+    };
+    let step = std::f64::consts::TAU / f64::from(1 << 14);
+    let mut channels: Vec<(String, Vec<f64>)> = Vec::new();
+    for (j, joint) in ["shoulder", "elbow"].into_iter().enumerate() {
+        let (angle, speed) = (column(&format!("angle_{joint}")), column(&format!("vel_{joint}")));
+        let scatter = noise(7 + j as u64, angle.len());
+        let torque = column(&format!("torque_{joint}"));
+        // Uniform noise of that width has a deviation of 20 mN m.
+        let logged = (0..angle.len()).map(|k| torque[k] + more(j, speed[k], angle[k]) + 0.02 * 3.0_f64.sqrt() * scatter[k]).collect();
+        channels.push((format!("torque_{joint} [N m]"), logged));
+        channels.push((format!("angle_{joint} [rad]"), angle.iter().map(|q| (q / step).round() * step).collect()));
+    }
+    let named: Vec<(&str, &[f64])> = channels.iter().map(|(name, x)| (name.as_str(), x.as_slice())).collect();
+    csv(&folder.join(name), "# sample_rate_hz: 200\n", &named);
+}
+
+fn causes(result: &Value) -> Vec<(String, String)> {
+    let text = |v: &Value| v.as_str().unwrap_or("").to_owned();
+    result["causes"].as_array().expect("a list").iter().map(|c| (text(&c["effect"]), text(&c["site"]["axis"]))).collect()
+}
+
+/// Value and interval of a cause's parameter.
+fn parameter(result: &Value, cause: usize, name: &str) -> (f64, [f64; 2]) {
+    let all = result["causes"][cause]["parameters"].as_array().expect("a list");
+    let own = all.iter().find(|p| p["name"] == name).unwrap_or_else(|| panic!("{name} in {all:?}"));
+    let number = |v: &Value| v.as_f64().expect("a number");
+    (number(&own["value"]), [number(&own["ci95"][0]), number(&own["ci95"][1])])
+}
+
+#[test]
+fn what_the_file_says_is_adequate_and_a_hidden_friction_is_named_at_its_joint() {
+    let folder = tempfile::tempdir().expect("a folder");
+    log(folder.path(), "same.csv", |_, _, _| 0.0);
+    let same = json(folder.path(), &["diagnose", "same.csv", "--robot", "arm.urdf"]);
+    assert_eq!((same["verdict"].as_str(), causes(&same)), (Some("adequate"), vec![]));
+
+    log(folder.path(), "dry.csv", |j, v, _| if j == 1 { 0.4 * v.signum() } else { 0.0 });
+    let dry = json(folder.path(), &["diagnose", "dry.csv", "--robot", "arm.urdf"]);
+    assert_eq!((dry["verdict"].as_str(), causes(&dry)), (Some("explained"), vec![("coulomb-friction".to_owned(), "elbow".to_owned())]));
+    // The sign of a speed that is known to one per cent at its turns: the level is short by no more than the share of time that a joint spends there.
+    let (level, interval) = parameter(&dry, 0, "level_nm");
+    assert!((level - 0.4).abs() < 0.02 && interval[0] < level && level < interval[1], "{level} {interval:?}");
+    let held = |which: &str| dry[which]["held_out"]["nrmse"][1].as_f64().expect("a number");
+    assert!(held("extended") < 0.5 * held("baseline"), "the elbow's held-out error falls: {} to {}", held("baseline"), held("extended"));
+}
+
+#[test]
+fn a_simulator_s_own_friction_is_no_cause_where_its_log_is_given() {
+    let folder = tempfile::tempdir().expect("a folder");
+    // Measured: 0.9 N m s/rad at the shoulder, of which the simulator has two thirds, and the file nothing.
+    log(folder.path(), "log.csv", |j, v, _| if j == 0 { 0.9 * v } else { 0.0 });
+    log(folder.path(), "sim.csv", |j, v, _| if j == 0 { 0.6 * v } else { 0.0 });
+    for (options, lacking) in [(vec![], 0.9), (vec!["--simulated", "sim.csv"], 0.3)] {
+        let all: Vec<&str> = ["diagnose", "log.csv", "--robot", "arm.urdf"].into_iter().chain(options).collect();
+        let found = json(folder.path(), &all);
+        assert_eq!(causes(&found), vec![("viscous-friction".to_owned(), "shoulder".to_owned())], "{all:?}");
+        let (viscous, _) = parameter(&found, 0, "viscous_nm_s_per_rad");
+        assert!((viscous - lacking).abs() < 0.02, "{viscous} for {lacking}");
+    }
+}
+
+#[test]
+fn what_cannot_be_judged_is_refused_with_what_to_do() {
+    let folder = tempfile::tempdir().expect("a folder");
+    log(folder.path(), "log.csv", |_, _, _| 0.0);
+    let said = |arguments: &[&str]| refuse(folder.path(), &[&["diagnose", "log.csv"], arguments].concat());
+    assert!(said(&["--robot", "none.urdf"]).contains("none.urdf: cannot be read"));
+    assert!(said(&["--robot", "arm.urdf", "--band", "0.5-8"]).contains("it is not for a `robot`") || said(&["--robot", "arm.urdf", "--band", "0.5-8"]).contains("--band"));
+    assert!(said(&["--robot", "arm.urdf", "--without", "hysterese"]).contains("ndof list joints"));
+    assert!(said(&["--robot", "arm.urdf", "--input", "torque_elbow", "--output", "angle_elbow"]).contains("2 moving joints"));
+    csv(&folder.path().join("short.csv"), "# sample_rate_hz: 200\n", &[("torque_shoulder [N m]", &noise(1, 100))]);
+    assert!(said(&["--robot", "arm.urdf", "--simulated", "short.csv"]).contains("short.csv"));
+    assert!(said(&["--robot", "arm.urdf", "--simulated", "log.csv", "log.csv"]).contains("1 measured recordings and 2 simulated ones"));
+}
