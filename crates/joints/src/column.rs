@@ -18,7 +18,9 @@ pub(crate) enum Column {
     Acceleration(usize),
     /// The sign of q̇, over the noise of q̇.
     Sign(usize),
-    /// The same times exp(−(q̇/v)²).
+    /// The sign over a speed of its own, tanh(q̇/v).
+    Turn { joint: usize, speed: f64 },
+    /// The sign times exp(−(q̇/v)²).
     Stribeck { joint: usize, velocity: f64 },
     /// The sign of q̇ times the size of the torque that the file's bodies need.
     Load(usize),
@@ -64,6 +66,7 @@ impl Column {
             Column::Thinning { joint, speed } => own(*joint, &|_, v| speed * (v / speed).asinh()),
             Column::Acceleration(j) => vec![(*j, motion.a[*j].clone())],
             Column::Sign(j) => vec![(*j, motion.sharp[*j].iter().map(|v| sign(*v, scene.joints[*j].speed_noise)).collect())],
+            Column::Turn { joint, speed } => vec![(*joint, motion.sharp[*joint].iter().map(|v| sign(*v, *speed)).collect())],
             Column::Stribeck { joint, velocity } => {
                 let noise = scene.joints[*joint].speed_noise;
                 vec![(*joint, motion.sharp[*joint].iter().map(|v| sign(*v, noise) * (-(v / velocity).powi(2)).exp()).collect())]
