@@ -57,6 +57,42 @@ const CAUSES_A_JOINT: usize = 6;
 ///
 /// # Errors
 /// [`JointsError`] if channels and joints do not match, nothing moves, the log is too short, or a simulator's log is not as long as the measured one.
+///
+/// ```
+/// use ndof_devices::RobotConfig;
+/// use ndof_joints::{Options, diagnose};
+/// use ndof_signal::{Channel, Quantity, Recording, Unit};
+/// use ndof_sysid::Ports;
+///
+/// let file = r#"
+/// schema = "ndof/robot/1"
+/// name = "pendulum"
+/// joints = [{ name = "elbow", axis = [0.0, 1.0, 0.0], mass_kg = 2.0, centre_m = [0.3, 0.0, 0.0] }]
+/// "#;
+/// let chain = RobotConfig::parse("pendulum.toml", file, None)?.chain()?;
+///
+/// // 60 s of the real one, which has a viscous friction of 0.4 N m s/rad too; the log has steps of 0.1 mrad and 0.02 N m.
+/// let (mut angle, mut torque) = (Vec::new(), Vec::new());
+/// for k in 0..6000 {
+///     let t = f64::from(k) / 100.0;
+///     let [mut q, mut v, mut a] = [0.0; 3];
+///     for (size, w) in [(0.8, 1.3), (0.5, 2.9), (0.2, 5.3)] {
+///         q += size * (w * t).sin();
+///         v += size * w * (w * t).cos();
+///         a -= size * w * w * (w * t).sin();
+///     }
+///     angle.push((q / 1e-4).round() * 1e-4);
+///     torque.push(((0.18 * a - 2.0 * 9.81 * 0.3 * q.cos() + 0.4 * v) / 0.02).round() * 0.02);
+/// }
+///
+/// let channel = |name: &str, quantity, samples| Channel::new(name, Unit::si(quantity, true), samples);
+/// let log = Recording::new(100.0, vec![channel("torque_elbow", Quantity::Effort, torque), channel("angle_elbow", Quantity::Displacement, angle)])?;
+/// let ports = Ports { references: vec![], inputs: vec![0], outputs: vec![1] };
+/// let (found, _) = diagnose(&chain, &[log], &[], &ports, &Options::default(), &mut |_| {})?;
+/// assert_eq!(found.causes.len(), 1);
+/// assert_eq!(found.causes[0].effect, "viscous-friction");
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 pub fn diagnose(
     chain: &SerialChain,
     trials: &[Recording],

@@ -10,6 +10,9 @@ use ndof_models::robot::Robot;
 use ndof_signal::{Recording, Warning};
 use ndof_sysid::Ports;
 
+/// What only spectra suffer from; and an encoder that stands still at a turn is not clipped.
+const OF_SPECTRA: [&str; 3] = ["inputs-together", "unsteady-input", "rest"];
+
 /// What the file of a robot, or a simulator that logged the same commands, gets wrong in these joint logs.
 pub(super) fn diagnose(
     trials: &Trials,
@@ -25,7 +28,9 @@ pub(super) fn diagnose(
     let [measured, simulated] = [of_channels(trials, &names)?, simulated.map_or(Ok(vec![]), |own| of_channels(own, &names))?];
     let own = Ports { references: vec![], inputs: (0..ports.inputs.len()).collect(), outputs: (ports.inputs.len()..names.len()).collect() };
     let (diagnosis, pictures) = ndof_joints::diagnose(&chain, &measured, &simulated, &own, &options, progress)?;
-    let warnings = trials.warnings.iter().cloned().chain(warning).collect();
+    let angles = trials.names(&ports.outputs);
+    let concerns = |w: &&Warning| !OF_SPECTRA.contains(&w.code.as_str()) && !(w.code == "clipped" && angles.iter().any(|a| w.message.contains(a)));
+    let warnings = trials.warnings.iter().filter(concerns).cloned().chain(warning).collect();
     let result = DiagnosisResult {
         head: Head::new(DiagnosisResult::SCHEMA, "diagnose", warnings),
         settings: settings.recorded(),

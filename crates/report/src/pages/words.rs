@@ -39,6 +39,19 @@ fn plain(effect: &str) -> (&'static str, &'static str) {
         "gravity" => ("its weight pulls", "gravity"),
         "geometry-error" => ("the geometry in the simulation is wrong", "a corrected length or angle"),
         "cross-coupling" => ("its axes act on each other", "a coupling"),
+        "viscous-friction" => ("it drags more the faster it moves", "viscous friction"),
+        "load-friction" => ("it drags more the more it carries", "friction that grows with the load"),
+        "gear-hysteresis" => ("its gear holds back before it slips", "a gear's hysteresis"),
+        "motor-inertia" => ("its motor is harder to turn than the file says", "a motor's inertia"),
+        "joint-flexibility" => ("a joint gives under load", "a flexible joint"),
+        "backlash" => ("there is play between motor and link", "backlash"),
+        "cable-force" => ("something pulls as the joint turns", "a cable or spring"),
+        "torque-offset" => ("a torque channel does not begin at zero", "a torque offset"),
+        "torque-scale" => ("a torque channel has a wrong gain", "a wrong torque gain"),
+        "torque-delay" => ("torque and motion are logged at different times", "a torque delay"),
+        "link-parameters" => ("a link's mass or shape is not what the file says", "a link's correction"),
+        "payload" => ("it carries what the file does not have", "a payload"),
+        "base-tilt" => ("its base does not stand as the file says", "a tilt"),
         _ => ("the simulation misses something", "an effect"),
     }
 }
@@ -84,6 +97,21 @@ fn range(parameters: &[CauseParameter]) -> String {
     end("_least").zip(end("_greatest")).map_or_else(String::new, |(least, greatest)| format!(" from {least} to {greatest}"))
 }
 
+/// "dry friction at elbow, wrist; a payload": each name once, with all its places.
+fn listed<'a>(causes: impl Iterator<Item = (&'a str, &'a str)>) -> String {
+    let mut names: Vec<(&str, Vec<&str>)> = Vec::new();
+    for (effect, axis) in causes {
+        let name = plain(effect).1;
+        let at = names.iter().position(|(known, _)| *known == name).unwrap_or(names.len());
+        if at == names.len() {
+            names.push((name, Vec::new()));
+        }
+        names[at].1.extend(Some(axis).filter(|axis| !axis.is_empty()));
+    }
+    let one = |(name, places): (&str, Vec<&str>)| if places.is_empty() { name.to_owned() } else { format!("{name} at {}", places.join(", ")) };
+    names.into_iter().map(one).collect::<Vec<_>>().join("; ")
+}
+
 /// The diagnosis in one sentence.
 pub fn sentence(d: &Diagnosis) -> String {
     let Some(first) = d.causes.first() else {
@@ -105,9 +133,8 @@ pub fn sentence(d: &Diagnosis) -> String {
     };
     let unsure = if first.probability < 0.5 { "perhaps " } else { "" };
     let mut text = format!("{} {what}{with}: {unsure}{name}{of}{at} {share}.", place(&d.discrepancy.by_band));
-    let others: Vec<String> = d.causes[1..].iter().map(|c| plain(&c.effect).1.to_owned()).collect();
-    if !others.is_empty() {
-        text += &format!(" With it: {}.", others.join(", "));
+    if d.causes.len() > 1 {
+        text += &format!(" With it: {}.", listed(d.causes[1..].iter().map(|c| (c.effect.as_str(), c.site.axis.as_str()))));
     }
     if !matches!(d.verdict, Verdict::Explained | Verdict::Adequate) {
         text += " Something is left that none of the known causes explains.";
@@ -127,6 +154,20 @@ mod tests {
     #[test]
     fn a_p_value_that_is_too_small_for_a_number_is_said_to_be_small() {
         assert_eq!([p_value(0.0), p_value(0.0123)], ["< 1e-300", "= 0.012"]);
+    }
+
+    #[test]
+    fn every_cause_has_words_of_its_own() {
+        let effects = ndof_models::effects::EFFECTS.iter().map(|effect| effect.name()).chain(ndof_joints::CAUSES.iter().map(|cause| cause.card.name));
+        for effect in effects {
+            assert_ne!(plain(effect), plain("no such effect"), "{effect}");
+        }
+    }
+
+    #[test]
+    fn causes_of_one_name_are_listed_once_with_their_places() {
+        let causes = [("coulomb-friction", "elbow"), ("payload", ""), ("coulomb-friction", "wrist")];
+        assert_eq!(listed(causes.into_iter()), "dry friction at elbow, wrist; a payload");
     }
 
     #[test]
