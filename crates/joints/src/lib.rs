@@ -15,6 +15,7 @@ mod answer;
 mod band;
 mod causes;
 mod column;
+mod corrections;
 mod diagnose;
 mod error;
 mod excitation;
@@ -29,6 +30,7 @@ mod search;
 mod table;
 
 pub use causes::{CAUSES, Card, JointCause};
+pub use corrections::{Corrections, corrections};
 pub use diagnose::{Options, diagnose};
 pub use error::JointsError;
 pub use excitation::{

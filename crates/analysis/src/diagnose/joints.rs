@@ -17,6 +17,7 @@ pub(super) fn diagnose(trials: &Trials, robot: &RobotConfig, settings: &Diagnose
     let recordings: Vec<Recording> = trials.trials.iter().map(|trial| trial.recording.clone()).collect();
     let (ports, warning) = by_joint(&trials.roles.ports, &recordings[0], &chain.joints().names);
     let (diagnosis, pictures) = ndof_joints::diagnose(&chain, &recordings, &ports, &options, progress)?;
+    let corrections = ndof_joints::corrections(&chain, &recordings, &ports, &diagnosis)?;
     let warnings = trials.warnings.iter().cloned().chain(warning).collect();
     let result = DiagnosisResult {
         head: Head::new(DiagnosisResult::SCHEMA, "diagnose", warnings),
@@ -25,7 +26,7 @@ pub(super) fn diagnose(trials: &Trials, robot: &RobotConfig, settings: &Diagnose
         outputs: trials.names(&ports.inputs),
         diagnosis,
     };
-    Ok(Diagnosed { trials: trials.clone(), result, pictures })
+    Ok(Diagnosed { trials: trials.clone(), result, pictures, corrections: Some(corrections) })
 }
 
 /// Torques and angles in the order of the robot's joints: by their names where these are the joints', else as they stand, with a warning.
