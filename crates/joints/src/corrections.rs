@@ -2,6 +2,7 @@
 
 use crate::JointsError;
 use crate::causes::{link_parameters, payload};
+use crate::physical;
 use crate::scene::{scene, turned};
 use ndof_devices::{Corrected, Correction, DeviceError, SerialChain, TERMS_OF_A_LINK, Written, write_back};
 use ndof_diagnose::{Cause, CauseParameter, Diagnosis};
@@ -25,21 +26,22 @@ pub struct Corrections {
 /// The corrections that the named causes of a diagnosis ask for; `trials` and `ports` are those that it was made from.
 ///
 /// Friction, rotor and gravity become what was found, in place of what the file has. Changes of a link and a payload are added to the ten inertial
-/// parameters of their body, from which its mass, its centre and the inertia about that follow. Friction that is no straight line over speed becomes
+/// parameters of their body, from which its mass, its centre and the inertia about that follow; if no masses make that body, it becomes the one nearest to
+/// the file's that moves as it would. Friction that is no straight line over speed becomes
 /// the one that is nearest to it, by least squares over the speeds of the trials. What is of the log (offset, gain and lateness of a torque) or needs a word that files lack
 /// is told in [`Corrections::left_out`].
 ///
 /// # Errors
 /// [`JointsError`] if trials and chain do not match.
 pub fn corrections(chain: &SerialChain, trials: &[Recording], ports: &Ports, diagnosis: &Diagnosis) -> Result<Corrections, JointsError> {
-    let mut found = Found { chain, out: Corrections::default(), bodies: vec![Body::default(); chain.joints().count()] };
+    let mut found = Found { chain: chain.clone(), out: Corrections::default(), bodies: vec![Body::default(); chain.joints().count()] };
     for (joint, name) in chain.joints().names.iter().enumerate() {
         let of = |effect: &str| diagnosis.causes.iter().find(|c| c.effect == effect && c.site.axis == *name);
         found.friction(joint, [of("coulomb-friction"), of("viscous-friction")], trials, ports)?;
     }
-    for cause in &diagnosis.causes {
-        found.add(cause);
-    }
+    // Gravity first: what torques tell of a body depends on it.
+    let (tilts, others): (Vec<&Cause>, Vec<&Cause>) = diagnosis.causes.iter().partition(|c| c.effect == "base-tilt");
+    tilts.into_iter().chain(others).for_each(|cause| found.add(cause));
     found.write_bodies();
     Ok(found.out)
 }
@@ -85,13 +87,13 @@ struct Body {
 }
 
 /// Corrections as they are gathered.
-struct Found<'a> {
-    chain: &'a SerialChain,
+struct Found {
+    chain: SerialChain,
     out: Corrections,
     bodies: Vec<Body>,
 }
 
-impl Found<'_> {
+impl Found {
     fn correct(&mut self, joint: &str, what: Corrected, value: f64, why: &str) {
         self.out.list.push(Correction { joint: joint.to_owned(), what, value, why: why.to_owned() });
     }
@@ -133,7 +135,7 @@ impl Found<'_> {
             }
             return Ok(());
         }
-        let (_, motions) = scene(self.chain, trials, ports)?;
+        let (_, motions) = scene(&self.chain, trials, ports)?;
         let [dry, viscous] = curve.nearest(motions.iter().flat_map(|m| m.v[joint].iter().copied()));
         let why = causes.into_iter().flatten().map(words).collect::<Vec<_>>().join("; ");
         let nearest = format!("{why}; the nearest to it of dry and viscous friction, over the speeds of the log");
@@ -180,6 +182,7 @@ impl Found<'_> {
                 self.correct("", Corrected::Gravity(k), gravity[k] + change[k], &words(cause));
             }
         }
+        self.chain = self.chain.clone().with_gravity(std::array::from_fn(|k| gravity[k] + change[k]));
     }
 
     /// A torque that comes after its command is logged too early where the log has the command; one that is logged late is a matter of the log.
@@ -198,12 +201,11 @@ impl Found<'_> {
         let (names, own) = (self.chain.joints().names.clone(), self.chain.inertial_parameters());
         for (joint, body) in std::mem::take(&mut self.bodies).into_iter().enumerate().filter(|(_, b)| !b.why.is_empty()) {
             let before: [f64; TERMS_OF_A_LINK] = std::array::from_fn(|k| own[TERMS_OF_A_LINK * joint + k]);
-            let after: [f64; TERMS_OF_A_LINK] = std::array::from_fn(|k| before[k] + body.more[k]);
-            let why = body.why.join("; ");
-            if after[0] <= 0.0 {
-                self.out.left_out.push(format!("{why}: the mass of joint \"{}\"'s body would be {} kg; not written", names[joint], short(after[0])));
-                continue;
-            }
+            let found: [f64; TERMS_OF_A_LINK] = std::array::from_fn(|k| before[k] + body.more[k]);
+            // If no masses make it, writing it back says so.
+            let after = physical::body(&self.chain, joint, &before, &found).unwrap_or(found);
+            let open = if after == found { "" } else { "; what no torque tells of this body is as near to the file as masses allow" };
+            let why = format!("{}{open}", body.why.join("; "));
             let (old, new) = (central(&before), central(&after));
             let kinds = std::iter::once(Corrected::Mass).chain((0..3).map(Corrected::Centre)).chain((0..6).map(Corrected::Inertia));
             for ((what, old), new) in kinds.zip(old).zip(new) {
@@ -234,7 +236,10 @@ impl Curve {
     fn of((dry, viscous): (f64, f64), [coulomb, slick]: [Option<&Cause>; 2]) -> Self {
         let told = |cause: Option<&Cause>, name: &str| cause.and_then(|c| number(c, name));
         let level = told(coulomb, "level_nm").unwrap_or(dry);
-        let excess = told(coulomb, "stribeck_level_nm").zip(told(coulomb, "stribeck_velocity_rad_per_s")).map(|(most, speed)| [most - level, speed]);
+        // An excess whose range of speeds the data do not tell from none is none.
+        let speed = coulomb.and_then(|c| c.parameters.iter().find(|p| p.name == "stribeck_velocity_rad_per_s" && p.ci95.is_some_and(|[low, _]| low > 0.0)));
+        let speed = speed.and_then(|_| told(coulomb, "stribeck_velocity_rad_per_s"));
+        let excess = told(coulomb, "stribeck_level_nm").zip(speed).map(|(most, speed)| [most - level, speed]);
         let slope = told(slick, "viscous_nm_s_per_rad").unwrap_or(viscous);
         match told(slick, "thinning_speed_rad_per_s") {
             Some(speed) => Curve { dry: level, excess, viscous, thinning: Some([slope - viscous, speed]) },

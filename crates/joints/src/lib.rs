@@ -24,6 +24,7 @@ mod held_out;
 mod model;
 mod motion;
 mod noise;
+mod physical;
 mod pictures;
 mod scene;
 mod search;

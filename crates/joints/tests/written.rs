@@ -3,7 +3,6 @@
 use ndof_devices::{RobotConfig, SerialChain, Written};
 use ndof_diagnose::{Diagnosis, Verdict};
 use ndof_joints::{Corrections, Options, corrections, diagnose};
-use ndof_models::effects::Value;
 use ndof_models::robot::Robot;
 use ndof_signal::{Channel, Quantity, Recording, Unit};
 use ndof_sysid::Ports;
@@ -114,7 +113,8 @@ fn logged(truth: &SerialChain, friction: impl Fn(usize, f64) -> f64, seed: u64) 
         // Of uniform numbers between −√3 and √3: one in standard deviation.
         torque.iter_mut().for_each(|t| *t += size * 12_f64.sqrt() * (random.random::<f64>() - 0.5));
     }
-    let channel = |what: &str, quantity, samples: Vec<f64>, j: usize| Channel::new(format!("{what}_{}", ["turn", "lift", "bend"][j]), Unit::si(quantity, true), samples);
+    let channel =
+        |what: &str, quantity, samples: Vec<f64>, j: usize| Channel::new(format!("{what}_{}", ["turn", "lift", "bend"][j]), Unit::si(quantity, true), samples);
     let torques = torques.into_iter().enumerate().map(|(j, s)| channel("torque", Quantity::Effort, s, j));
     let channels = torques.chain(angles.into_iter().enumerate().map(|(j, s)| channel("angle", Quantity::Displacement, s, j)));
     vec![Recording::new(RATE_HZ, channels.collect()).expect("a recording")]
@@ -144,6 +144,11 @@ fn named(diagnosis: &Diagnosis) -> Vec<String> {
 /// The written file by itself predicts the held-out part as well as the extended model did, and lacks nothing.
 fn keeps_its_promise(file: &str, written: &Written, log: &[Recording], promised: &Diagnosis) {
     let again = judged(&robot(file, &written.text), log);
+    eprintln!(
+        "{} {:?} {:?} -> {} {:?} {:?}",
+        promised.verdict, promised.extended.held_out.nrmse, promised.discrepancy.notes, again.verdict, again.baseline.held_out.nrmse, again.discrepancy.notes
+    );
+    eprintln!("{:?}", again.noise_floor);
     assert_eq!((again.verdict, named(&again)), (Verdict::Adequate, vec![]), "{}", written.patch);
     for (kept, promised) in again.baseline.held_out.nrmse.iter().zip(&promised.extended.held_out.nrmse) {
         let (kept, promised) = (kept.expect("finite"), promised.expect("finite"));
@@ -183,7 +188,14 @@ fn a_payload_becomes_part_of_the_last_body() {
     let fore = &mut truth.joints[2];
     fore.mass_kg = own + more;
     fore.centre_m = [0.12 + more / (own + more) * away[0], 0.01 + more / (own + more) * away[1], 0.0];
-    fore.inertia_kg_m2 = [0.002 + shared * away[1].powi(2), 0.012 + shared * away[0].powi(2), 0.012 + shared * (away[0].powi(2) + away[1].powi(2)), -shared * away[0] * away[1], 0.0, 0.0];
+    fore.inertia_kg_m2 = [
+        0.002 + shared * away[1].powi(2),
+        0.012 + shared * away[0].powi(2),
+        0.012 + shared * (away[0].powi(2) + away[1].powi(2)),
+        -shared * away[0] * away[1],
+        0.0,
+        0.0,
+    ];
     let log = logged(&truth.chain().expect("builds"), as_in_the_file(&truth), 2);
     let (diagnosis, corrections) = found(&config, &log);
     assert_eq!(named(&diagnosis), ["payload"]);

@@ -372,7 +372,9 @@ impl<'a> Changes<'a> {
         // Of two corrections of one number the later counts, as in `corrected`.
         self.values.retain(|(n, _)| *n != name);
         self.values.push((name, word(value)));
-        self.why.push(&correction.why);
+        if self.why.last() != Some(&correction.why.as_str()) {
+            self.why.push(&correction.why);
+        }
     }
 }
 
