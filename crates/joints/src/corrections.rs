@@ -236,10 +236,10 @@ impl Curve {
     fn of((dry, viscous): (f64, f64), [coulomb, slick]: [Option<&Cause>; 2]) -> Self {
         let told = |cause: Option<&Cause>, name: &str| cause.and_then(|c| number(c, name));
         let level = told(coulomb, "level_nm").unwrap_or(dry);
-        // An excess whose range of speeds the data do not tell from none is none.
-        let speed = coulomb.and_then(|c| c.parameters.iter().find(|p| p.name == "stribeck_velocity_rad_per_s" && p.ci95.is_some_and(|[low, _]| low > 0.0)));
-        let speed = speed.and_then(|_| told(coulomb, "stribeck_velocity_rad_per_s"));
-        let excess = told(coulomb, "stribeck_level_nm").zip(speed).map(|(most, speed)| [most - level, speed]);
+        // An excess that the data do not tell from none is none.
+        let told_apart = |p: &CauseParameter| p.name == "stribeck_level_nm" && p.ci95.is_some_and(|[low, _]| low > level);
+        let at_rest = coulomb.filter(|c| c.parameters.iter().any(told_apart));
+        let excess = told(at_rest, "stribeck_level_nm").zip(told(at_rest, "stribeck_velocity_rad_per_s")).map(|(most, speed)| [most - level, speed]);
         let slope = told(slick, "viscous_nm_s_per_rad").unwrap_or(viscous);
         match told(slick, "thinning_speed_rad_per_s") {
             Some(speed) => Curve { dry: level, excess, viscous, thinning: Some([slope - viscous, speed]) },

@@ -22,13 +22,13 @@ const URDF: &str = r#"<robot name="arm">
   </link>
   <link name="flange"/>
   <joint name="turn" type="continuous">
-    <parent link="base"/><child link="trunk"/><axis xyz="0 0 1"/><dynamics damping="0.3" friction="0.4"/>
+    <parent link="base"/><child link="trunk"/><axis xyz="0 0 1"/><dynamics damping="0.3" friction="0.05"/>
   </joint>
   <joint name="lift" type="continuous">
-    <parent link="trunk"/><child link="upper"/><origin xyz="0 0 0.25"/><axis xyz="0 1 0"/><dynamics damping="0.4" friction="0.5"/>
+    <parent link="trunk"/><child link="upper"/><origin xyz="0 0 0.25"/><axis xyz="0 1 0"/><dynamics damping="0.4" friction="0.1"/>
   </joint>
   <joint name="bend" type="continuous">
-    <parent link="upper"/><child link="fore"/><origin xyz="0.3 0 0"/><axis xyz="0 1 0"/><dynamics damping="0.1" friction="0.2"/>
+    <parent link="upper"/><child link="fore"/><origin xyz="0.3 0 0"/><axis xyz="0 1 0"/><dynamics damping="0.1" friction="0.05"/>
   </joint>
   <joint name="tool" type="fixed"><parent link="fore"/><child link="flange"/><origin xyz="0.25 0 0"/></joint>
 </robot>
@@ -44,7 +44,7 @@ mass_kg = 4.0
 centre_m = [0.0, 0.01, 0.1]
 inertia_kg_m2 = [0.03, 0.03, 0.02, 0.0, 0.0, 0.0]
 viscous_nm_s_per_rad = 0.3
-coulomb_nm = 0.4
+coulomb_nm = 0.05
 [[joints]]
 name = "lift"
 axis = [0.0, 1.0, 0.0]
@@ -53,7 +53,7 @@ mass_kg = 3.0
 centre_m = [0.15, 0.0, 0.0]
 inertia_kg_m2 = [0.004, 0.03, 0.03, 0.0, 0.0, 0.0]
 viscous_nm_s_per_rad = 0.4
-coulomb_nm = 0.5
+coulomb_nm = 0.1
 [[joints]]
 name = "bend"
 axis = [0.0, 1.0, 0.0]
@@ -62,16 +62,17 @@ mass_kg = 1.5
 centre_m = [0.12, 0.01, 0.0]
 inertia_kg_m2 = [0.002, 0.012, 0.012, 0.0, 0.0, 0.0]
 viscous_nm_s_per_rad = 0.1
-coulomb_nm = 0.2
+coulomb_nm = 0.05
 [end_effector]
 translation_m = [0.25, 0.0, 0.0]
 "#;
 
-const RATE_HZ: f64 = 200.0;
+/// Fine enough that a turn of a joint, where dry friction jumps, is known to a sample of many.
+const RATE_HZ: f64 = 500.0;
 const DURATION_S: f64 = 40.0;
 /// Of each joint's torque, as a share of its root mean square.
 const NOISE: f64 = 0.01;
-const COUNTS: f64 = 65_536.0;
+const COUNTS: f64 = 262_144.0;
 /// Joints of the arm, the first three channels being torques.
 const JOINTS: usize = 3;
 
@@ -125,12 +126,13 @@ fn as_in_the_file(config: &RobotConfig) -> impl Fn(usize, f64) -> f64 + '_ {
     |j, v| config.joints[j].coulomb_nm * v.signum() + config.joints[j].viscous_nm_s_per_rad * v
 }
 
-fn judged(config: &RobotConfig, log: &[Recording]) -> Diagnosis {
-    diagnose(&config.chain().expect("builds"), log, &ports(), &Options::default(), &mut |_| {}).expect("judged").0
+fn judged(config: &RobotConfig, log: &[Recording], without: &[&str]) -> Diagnosis {
+    let options = Options { without: without.iter().map(|w| (*w).to_owned()).collect(), ..Options::default() };
+    diagnose(&config.chain().expect("builds"), log, &ports(), &options, &mut |_| {}).expect("judged").0
 }
 
-fn found(config: &RobotConfig, log: &[Recording]) -> (Diagnosis, Corrections) {
-    let diagnosis = judged(config, log);
+fn found(config: &RobotConfig, log: &[Recording], without: &[&str]) -> (Diagnosis, Corrections) {
+    let diagnosis = judged(config, log, without);
     let corrections = corrections(&config.chain().expect("builds"), log, &ports(), &diagnosis).expect("corrected");
     (diagnosis, corrections)
 }
@@ -143,13 +145,16 @@ fn named(diagnosis: &Diagnosis) -> Vec<String> {
 
 /// The written file by itself predicts the held-out part as well as the extended model did, and lacks nothing.
 fn keeps_its_promise(file: &str, written: &Written, log: &[Recording], promised: &Diagnosis) {
-    let again = judged(&robot(file, &written.text), log);
-    eprintln!(
-        "{} {:?} {:?} -> {} {:?} {:?}",
-        promised.verdict, promised.extended.held_out.nrmse, promised.discrepancy.notes, again.verdict, again.baseline.held_out.nrmse, again.discrepancy.notes
+    let again = judged(&robot(file, &written.text), log, &[]);
+    assert_eq!(
+        (again.verdict, named(&again)),
+        (Verdict::Adequate, vec![]),
+        "{} {:?} {:?} {:?}",
+        promised.verdict,
+        promised.extended.held_out,
+        again.baseline.held_out,
+        again.discrepancy.notes
     );
-    eprintln!("{:?}", again.noise_floor);
-    assert_eq!((again.verdict, named(&again)), (Verdict::Adequate, vec![]), "{}", written.patch);
     for (kept, promised) in again.baseline.held_out.nrmse.iter().zip(&promised.extended.held_out.nrmse) {
         let (kept, promised) = (kept.expect("finite"), promised.expect("finite"));
         // The same law along the same motion, smoothed up to a frequency that follows from the file's inertia: a tenth of the noise at most.
@@ -162,9 +167,9 @@ fn friction_and_a_rotor_are_written_and_nothing_is_missing_then() {
     let config = robot("arm.toml", TOML);
     let mut truth = config.clone();
     truth.joints[1].rotor_inertia_kg_m2 = 0.25;
-    (truth.joints[0].viscous_nm_s_per_rad, truth.joints[2].coulomb_nm) = (1.1, 0.6);
+    (truth.joints[0].viscous_nm_s_per_rad, truth.joints[2].coulomb_nm) = (1.1, 0.15);
     let log = logged(&truth.chain().expect("builds"), as_in_the_file(&truth), 1);
-    let (diagnosis, corrections) = found(&config, &log);
+    let (diagnosis, corrections) = found(&config, &log, &[]);
     assert_eq!(named(&diagnosis), ["coulomb-friction bend", "motor-inertia lift", "viscous-friction turn"]);
     let written = corrections.write("arm.toml", TOML).expect("writes");
     assert!(written.left_out.is_empty(), "{:?}", written.left_out);
@@ -174,7 +179,7 @@ fn friction_and_a_rotor_are_written_and_nothing_is_missing_then() {
     // A URDF takes the friction; that it has no rotor is told, and is all that is missing then.
     let written = corrections.write("arm.urdf", URDF).expect("writes");
     assert!(written.left_out.len() == 1 && written.left_out[0].contains("rotor inertia of joint \"lift\""), "{:?}", written.left_out);
-    assert_eq!(named(&judged(&robot("arm.urdf", &written.text), &log)), ["motor-inertia lift"]);
+    assert_eq!(named(&judged(&robot("arm.urdf", &written.text), &log, &[])), ["motor-inertia lift"]);
 }
 
 #[test]
@@ -197,7 +202,8 @@ fn a_payload_becomes_part_of_the_last_body() {
         0.0,
     ];
     let log = logged(&truth.chain().expect("builds"), as_in_the_file(&truth), 2);
-    let (diagnosis, corrections) = found(&config, &log);
+    // In the last link's own parameters it is the same body, and may go by either name.
+    let (diagnosis, corrections) = found(&config, &log, &["link-parameters"]);
     assert_eq!(named(&diagnosis), ["payload"]);
     let written = corrections.write("arm.urdf", URDF).expect("writes");
     assert!(written.left_out.is_empty(), "{:?}", written.left_out);
