@@ -156,3 +156,44 @@ fn inverse(p: &[f64; 16]) -> Option<[f64; 16]> {
 fn product(a: &[f64; 16], b: &[f64; 16]) -> [f64; 16] {
     std::array::from_fn(|at| (0..4).map(|k| a[at / 4 * 4 + k] * b[4 * k + at % 4]).sum())
 }
+
+#[cfg(test)]
+mod tests {
+    use super::{Terms, body, factor, pseudo_inertia, seen};
+    use ndof_devices::{RobotConfig, SerialChain, TERMS_OF_A_LINK};
+
+    /// An arm in a plane, whose torques see of its last body the mass, two moments and one inertia.
+    fn arm() -> (SerialChain, Terms) {
+        let joint = "[[joints]]\naxis = [0.0, 1.0, 0.0]\norigin_m = [0.3, 0.0, 0.0]\nmass_kg = 2.0\ncentre_m = [0.1, 0.0, 0.01]\ninertia_kg_m2 = [0.002, 0.01, 0.01, 0.0, 0.0, 0.0]\n";
+        let text = format!("schema = \"ndof/robot/1\"\nname = \"arm\"\n{joint}name = \"a\"\n{joint}name = \"b\"\n");
+        let chain = RobotConfig::parse("arm.toml", &text, None).and_then(|r| r.chain()).expect("builds");
+        let own = std::array::from_fn(|k| chain.inertial_parameters()[TERMS_OF_A_LINK + k]);
+        (chain, own)
+    }
+
+    #[test]
+    fn a_body_that_no_masses_make_becomes_one_that_no_torque_tells_from_it() {
+        let (chain, own) = arm();
+        assert_eq!(body(&chain, 1, &own, &own), Some(own));
+        let mut found = own;
+        // More about y than about x and z together.
+        found[6] += 0.02;
+        assert!(factor(&pseudo_inertia(&found)).is_none());
+        let after = body(&chain, 1, &own, &found).expect("there is one");
+        assert!(factor(&pseudo_inertia(&after)).is_some(), "{after:?}");
+        let seen = seen(&chain, 1, &[1.0; TERMS_OF_A_LINK]);
+        let change: Terms = std::array::from_fn(|k| after[k] - found[k]);
+        let felt: f64 = (0..100).map(|at| change[at / 10] * seen[[at / 10, at % 10]] * change[at % 10]).sum();
+        // A share of what the change that was found is seen by.
+        assert!(felt.abs().sqrt() < 1e-6 * 0.02 * seen[[6, 6]].sqrt(), "{felt}, {change:?}");
+    }
+
+    #[test]
+    fn what_no_body_moves_like_is_none() {
+        let (chain, own) = arm();
+        let mut found = own;
+        // Less than nothing about the only axis.
+        found[6] = -0.01;
+        assert_eq!(body(&chain, 1, &own, &found), None);
+    }
+}
