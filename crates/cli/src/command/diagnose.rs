@@ -39,7 +39,7 @@ pub struct Arguments {
     #[arg(long, value_name = "LINK", requires = "robot")]
     tip: Option<String>,
     /// Write the robot's file as corrected by what was found, in its own format; with the patch, and what files have no word for
-    #[arg(long, value_name = "OUT", requires = "robot", help_heading = "Output")]
+    #[arg(long, value_name = "OUT", requires = "robot")]
     write: Option<PathBuf>,
     /// Data that no fit sees: files, or a stretch of time in seconds
     #[arg(long, value_name = "FILE|FROM-TO", num_args = 1..)]
