@@ -85,7 +85,10 @@ fn what_cannot_be_judged_is_refused_with_what_to_do() {
     log(folder.path(), "log.csv", |_, _, _| 0.0);
     let said = |arguments: &[&str]| refuse(folder.path(), &[&["diagnose", "log.csv"], arguments].concat());
     assert!(said(&["--robot", "none.urdf"]).contains("none.urdf: cannot be read"));
-    assert!(said(&["--robot", "arm.urdf", "--band", "0.5-8"]).contains("it is not for a `robot`") || said(&["--robot", "arm.urdf", "--band", "0.5-8"]).contains("--band"));
+    assert!(
+        said(&["--robot", "arm.urdf", "--band", "0.5-8"]).contains("it is not for a `robot`")
+            || said(&["--robot", "arm.urdf", "--band", "0.5-8"]).contains("--band")
+    );
     assert!(said(&["--robot", "arm.urdf", "--without", "hysterese"]).contains("ndof list joints"));
     assert!(said(&["--robot", "arm.urdf", "--input", "torque_elbow", "--output", "angle_elbow"]).contains("2 moving joints"));
     csv(&folder.path().join("short.csv"), "# sample_rate_hz: 200\n", &[("torque_shoulder [N m]", &noise(1, 100))]);

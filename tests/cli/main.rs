@@ -21,3 +21,4 @@ mod schemas;
 mod stream;
 mod studies;
 mod support;
+mod written_robot;

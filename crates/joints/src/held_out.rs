@@ -2,6 +2,7 @@
 
 use crate::column::Column;
 use crate::model::{Model, block_products, residual};
+use crate::scene::turned;
 use crate::table::{Series, View};
 use statrs::distribution::{ContinuousCDF, StudentsT};
 
@@ -56,7 +57,7 @@ pub(crate) fn gain(view: &View<'_>, without: &Model, with: &Model) -> Sum {
 pub(crate) fn predicted(view: &View<'_>, model: &Model, trial: usize) -> Vec<Vec<f64>> {
     let motion = &view.motions[trial];
     let mut torque = view.scene.nominal(motion);
-    let turned = view.scene.turned(&model.logged.tilt);
+    let turned = turned(view.scene.chain.gravity(), &model.logged.tilt);
     if turned != [0.0; 3] {
         for (joint, felt) in Column::Weight(turned).along(motion, view.scene) {
             torque[joint].iter_mut().zip(felt).for_each(|(t, f)| *t += f);

@@ -15,6 +15,7 @@ mod answer;
 mod band;
 mod causes;
 mod column;
+mod corrections;
 mod diagnose;
 mod error;
 mod excitation;
@@ -23,12 +24,14 @@ mod held_out;
 mod model;
 mod motion;
 mod noise;
+mod physical;
 mod pictures;
 mod scene;
 mod search;
 mod table;
 
 pub use causes::{CAUSES, Card, JointCause};
+pub use corrections::{Corrections, corrections};
 pub use diagnose::{Options, diagnose};
 pub use error::JointsError;
 pub use excitation::{

@@ -157,20 +157,6 @@ impl Scene<'_> {
         (2.0 * self.fastest_hz).min(HIGHEST * self.rate_hz / 2.0)
     }
 
-    /// The change of gravity when the base is turned by a rotation vector, the axis times the angle (Rodrigues).
-    pub fn turned(&self, tilt: &[f64; 3]) -> [f64; 3] {
-        let g = self.chain.gravity();
-        let angle = tilt.iter().map(|t| t * t).sum::<f64>().sqrt();
-        if angle == 0.0 {
-            return [0.0; 3];
-        }
-        // Seen from the base, gravity turns the other way.
-        let axis = tilt.map(|t| -t / angle);
-        let cross = |a: [f64; 3], b: [f64; 3]| [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]];
-        let (once, twice) = (cross(axis, g), cross(axis, cross(axis, g)));
-        std::array::from_fn(|k| angle.sin() * once[k] + (1.0 - angle.cos()) * twice[k])
-    }
-
     /// Torques of the simulation, `[joint][sample]`: of the file's bodies, dry and viscous friction, and what a simulator has beyond them. The file
     /// carries a simulator's torque from its own motion to the measured one, from which it differs little.
     pub fn nominal(&self, motion: &Motion) -> Vec<Vec<f64>> {
@@ -185,6 +171,19 @@ impl Scene<'_> {
         }
         out
     }
+}
+
+/// The change of gravity `g` when the base is turned by a rotation vector, the axis times the angle (Rodrigues).
+pub(crate) fn turned(g: [f64; 3], tilt: &[f64; 3]) -> [f64; 3] {
+    let angle = tilt.iter().map(|t| t * t).sum::<f64>().sqrt();
+    if angle == 0.0 {
+        return [0.0; 3];
+    }
+    // Seen from the base, gravity turns the other way.
+    let axis = tilt.map(|t| -t / angle);
+    let cross = |a: [f64; 3], b: [f64; 3]| [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]];
+    let (once, twice) = (cross(axis, g), cross(axis, cross(axis, g)));
+    std::array::from_fn(|k| angle.sin() * once[k] + (1.0 - angle.cos()) * twice[k])
 }
 
 pub(crate) fn rms(x: &[f64]) -> f64 {

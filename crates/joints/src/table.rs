@@ -6,7 +6,7 @@ use crate::column::{Column, each_sample};
 use crate::model::Logged;
 use crate::motion::{Motion, edge};
 use crate::noise::Whitener;
-use crate::scene::Scene;
+use crate::scene::{Scene, turned};
 use ndarray::{Array1, Array2};
 use ndof_devices::TERMS_OF_A_LINK;
 use rayon::prelude::*;
@@ -196,7 +196,7 @@ impl<'a> View<'a> {
     /// Logged torques, delays and gains taken off, less what the file says.
     pub fn missing(&self, logged: &Logged) -> Series {
         let mut file = self.file();
-        let turned = self.scene.turned(&logged.tilt);
+        let turned = turned(self.scene.chain.gravity(), &logged.tilt);
         if turned != [0.0; 3] {
             let mut sum = file.as_ref().clone();
             let axes = [0, 1, 2].map(|k| Column::Weight(std::array::from_fn(|i| f64::from(u8::from(i == k)))));

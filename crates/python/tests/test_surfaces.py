@@ -32,7 +32,7 @@ READING = {
 ROBOT = {"tip", "simulated"}
 ROLES = {"reference", "input", "output", "start", "stop", "exclude"}
 # What a program does with its result, and how it runs, which a caller in Python does himself.
-PROGRAM = {"json", "report", "plots", "out", "study", "quiet", "verbose", "threads", "stream", "exit-code", "help", "seed"}
+PROGRAM = {"json", "report", "plots", "out", "study", "write", "quiet", "verbose", "threads", "stream", "exit-code", "help", "seed"}
 
 
 def asked_of_python(function):

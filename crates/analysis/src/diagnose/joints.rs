@@ -28,6 +28,7 @@ pub(super) fn diagnose(
     let [measured, simulated] = [of_channels(trials, &names)?, simulated.map_or(Ok(vec![]), |own| of_channels(own, &names))?];
     let own = Ports { references: vec![], inputs: (0..ports.inputs.len()).collect(), outputs: (ports.inputs.len()..names.len()).collect() };
     let (diagnosis, pictures) = ndof_joints::diagnose(&chain, &measured, &simulated, &own, &options, progress)?;
+    let corrections = ndof_joints::corrections(&chain, &measured, &own, &diagnosis)?;
     let angles = trials.names(&ports.outputs);
     let concerns = |w: &&Warning| !OF_SPECTRA.contains(&w.code.as_str()) && !(w.code == "clipped" && angles.iter().any(|a| w.message.contains(a)));
     let warnings = trials.warnings.iter().filter(concerns).cloned().chain(warning).collect();
@@ -38,7 +39,7 @@ pub(super) fn diagnose(
         outputs: trials.names(&ports.inputs),
         diagnosis,
     };
-    Ok(Diagnosed { trials: trials.clone(), result, pictures })
+    Ok(Diagnosed { trials: trials.clone(), result, pictures, corrections: Some(corrections) })
 }
 
 /// Recordings of these channels alone, in this order.

@@ -17,6 +17,7 @@ use linear_fit::linear_fit;
 use ndarray::Array2;
 use ndof_devices::linearise;
 use ndof_diagnose::{Baseline, DiagnoseError, Mechanism, Options, Part, Pictures};
+use ndof_joints::Corrections;
 use ndof_signal::{Quantity, Recording};
 use ndof_sysid::Ports;
 use result::DiagnosisResult;
@@ -34,6 +35,8 @@ pub struct Diagnosed {
     pub result: DiagnosisResult,
     /// The samples that show it.
     pub pictures: Pictures,
+    /// What it corrects in the robot's file; `None` without one.
+    pub corrections: Option<Corrections>,
 }
 
 /// Says what the baseline gets wrong, and why; `progress` is told in words what is being done. `simulated` are the logs of a robot's simulator that was
@@ -82,7 +85,7 @@ pub fn diagnose(trials: &Trials, simulated: Option<&Trials>, settings: &Diagnose
         outputs: trials.names(&ports.outputs),
         diagnosis: found,
     };
-    Ok(Diagnosed { trials: trials.clone(), result, pictures })
+    Ok(Diagnosed { trials: trials.clone(), result, pictures, corrections: None })
 }
 
 /// A diagnosis that is being asked for.

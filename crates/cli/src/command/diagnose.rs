@@ -8,7 +8,7 @@ use clap::Args;
 use ndof_analysis::diagnose::result::DiagnosisResult;
 use ndof_analysis::file::{self, BaselineFile};
 use ndof_analysis::options::pair;
-use ndof_analysis::{Diagnose, Estimate, Fit, HeldOut};
+use ndof_analysis::{AnalysisError, Diagnose, Diagnosed, Estimate, Fit, HeldOut};
 use ndof_devices::RobotConfig;
 use ndof_diagnose::{Cause, Site, Verdict};
 use ndof_models::effects::Value;
@@ -22,7 +22,9 @@ use std::process::ExitCode;
 /// Without --baseline the simulation is the linear inertia-damping-stiffness model, fitted. Of several files the last third
 /// is held out, of one the last 30 % of its time.
 #[derive(Debug, Args)]
-#[command(after_help = "Example:\n  ndof diagnose trial-1.csv trial-2.csv trial-3.csv --json diagnosis.json --report diagnosis.html")]
+#[command(
+    after_help = "Example:\n  ndof diagnose trial-1.csv trial-2.csv trial-3.csv --json diagnosis.json --report diagnosis.html\n  ndof diagnose log.csv --robot arm.urdf --write corrected.urdf"
+)]
 pub struct Arguments {
     /// Recordings; `-` is CSV on standard input
     #[arg(required = true, value_name = "FILE")]
@@ -39,6 +41,9 @@ pub struct Arguments {
     /// What the robot's simulator logged at the same commands, one file a recording: it is judged then, by any simulator
     #[arg(long, value_name = "FILE", num_args = 1.., requires = "robot")]
     simulated: Vec<PathBuf>,
+    /// Write the robot's file as corrected by what was found, in its own format; with the patch, and what files have no word for
+    #[arg(long, value_name = "OUT", requires = "robot")]
+    write: Option<PathBuf>,
     /// Data that no fit sees: files, or a stretch of time in seconds
     #[arg(long, value_name = "FILE|FROM-TO", num_args = 1..)]
     held_out: Vec<String>,
@@ -60,9 +65,23 @@ pub struct Arguments {
     shared: Shared,
 }
 
+impl Arguments {
+    /// Refuses to write a robot in another format than it has.
+    fn check_written(&self) -> Result<(), CliError> {
+        let (Some(out), Some(robot)) = (&self.write, &self.robot) else { return Ok(()) };
+        let format = |path: &Path| path.extension().map(|e| e.to_string_lossy().to_lowercase()).unwrap_or_default();
+        let (own, asked) = (format(robot), format(out));
+        if own == asked {
+            return Ok(());
+        }
+        Err(CliError::Usage(format!("--write {}: it keeps the format of {}; give it the ending \".{own}\", not \".{asked}\"", out.display(), robot.display())))
+    }
+}
+
 pub fn run(arguments: &Arguments) -> Result<ExitCode, CliError> {
     let shared = &arguments.shared;
     shared.apply_threads()?;
+    arguments.check_written()?;
     let mut settings = settings(arguments)?;
     let mut files = arguments.files.clone();
     if let HeldOut::Files(held_out) = &settings.held_out {
@@ -87,6 +106,9 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode, CliError> {
     output::json(shared, result)?;
     output::warnings(shared, &result.head.warnings);
     output::table(shared, &summary(result))?;
+    if let Some(written) = write_robot(arguments, &diagnosed)? {
+        output::table(shared, &written)?;
+    }
     let found = result.diagnosis.verdict != Verdict::Adequate;
     Ok(if arguments.exit_code && found { ExitCode::from(1) } else { ExitCode::SUCCESS })
 }
@@ -117,6 +139,26 @@ fn settings(arguments: &Arguments) -> Result<Diagnose, CliError> {
 fn read_robot(path: &Path, tip: Option<&str>) -> Result<RobotConfig, CliError> {
     ndof_io::keep(path);
     Ok(file::robot(path, tip)?)
+}
+
+fn read_text(path: &Path) -> Result<(String, String), CliError> {
+    let file = path.display().to_string();
+    let text = std::fs::read_to_string(path).map_err(|source| AnalysisError::Read { file: file.clone(), source })?;
+    Ok((file, text))
+}
+
+/// Writes the corrected robot where `--write` says, and tells what changed and what could not.
+fn write_robot(arguments: &Arguments, diagnosed: &Diagnosed) -> Result<Option<String>, CliError> {
+    let (Some(out), Some(robot), Some(corrections)) = (&arguments.write, &arguments.robot, &diagnosed.corrections) else { return Ok(None) };
+    let (file, text) = read_text(robot)?;
+    let written = corrections.write(&file, &text).map_err(AnalysisError::from)?;
+    ndof_io::write_atomic(out, written.text.as_bytes())?;
+    let mut told = format!("\nwritten: {}\n", out.display());
+    told += if written.text == text { "nothing in the file was corrected\n" } else { &written.patch };
+    for sentence in &written.left_out {
+        told += &format!("left out: {sentence}\n");
+    }
+    Ok(Some(told))
 }
 
 fn read_baseline(path: &Path) -> Result<BaselineFile, CliError> {

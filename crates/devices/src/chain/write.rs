@@ -90,8 +90,14 @@ pub fn write_back(file: &str, text: &str, corrections: &[Correction]) -> Result<
         toml_edit::into_toml(text, config, corrections, &mut edits, &mut left_out).map_err(wrong)?;
     }
     let text = edits.applied();
-    let reasons: String = corrections.iter().map(|c| format!("{}: {}\n", c.called(), one_line(&c.why))).collect();
+    let reasons: String = corrections.chunk_by(|a, b| a.why == b.why).map(reason).collect();
     Ok(Written { text, patch: reasons + &edits.patch(file), left_out })
+}
+
+/// Corrections for one reason.
+fn reason(alike: &[Correction]) -> String {
+    let called: Vec<String> = alike.iter().map(Correction::called).collect();
+    format!("{}: {}\n", called.join(", "), one_line(&alike[0].why))
 }
 
 impl Correction {
@@ -366,7 +372,9 @@ impl<'a> Changes<'a> {
         // Of two corrections of one number the later counts, as in `corrected`.
         self.values.retain(|(n, _)| *n != name);
         self.values.push((name, word(value)));
-        self.why.push(&correction.why);
+        if self.why.last() != Some(&correction.why.as_str()) {
+            self.why.push(&correction.why);
+        }
     }
 }
 
@@ -385,7 +393,9 @@ fn put(edits: &mut Edits<'_>, (parent, element, name): (&Element, Option<&Elemen
 }
 
 fn reasons<'a>(corrections: &[&'a Correction]) -> Vec<&'a str> {
-    corrections.iter().map(|c| c.why.as_str()).collect()
+    let mut why: Vec<&str> = corrections.iter().map(|c| c.why.as_str()).collect();
+    why.dedup();
+    why
 }
 
 fn tidy<const N: usize>(values: [f64; N]) -> [f64; N] {

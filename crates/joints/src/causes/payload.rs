@@ -16,8 +16,7 @@ pub(super) static CAUSE: JointCause = JointCause {
     forms: |scene| {
         let Some(last) = scene.joints.len().checked_sub(1) else { return vec![] };
         let mass = || Told::new("mass_kg", "kg", 0).positive();
-        let point =
-            |[x, y, z]: [f64; 3]| Column::Body { link: last, parts: [1.0, x, y, z, y * y + z * z, -x * y, x * x + z * z, -x * z, -y * z, x * x + y * y] };
+        let at_tip = Column::Body { link: last, parts: point(scene.chain.tip()) };
         let moment = |k: usize| {
             let mut parts = [0.0; TERMS_OF_A_LINK];
             parts[k] = 1.0;
@@ -25,8 +24,13 @@ pub(super) static CAUSE: JointCause = JointCause {
         };
         let told = ["x", "y", "z"].iter().enumerate().map(|(k, axis)| Told::new(format!("moment_{axis}_kg_m"), "kg m", k + 1));
         vec![
-            Form::new(&CAUSE, None, vec![point(scene.chain.tip())], vec![mass()]),
+            Form::new(&CAUSE, None, vec![at_tip], vec![mass()]),
             Form::new(&CAUSE, None, (0..4).map(moment).collect(), std::iter::once(mass()).chain(told).collect()),
         ]
     },
 };
+
+/// Inertial parameters of a point of 1 kg.
+pub(crate) fn point([x, y, z]: [f64; 3]) -> [f64; TERMS_OF_A_LINK] {
+    [1.0, x, y, z, y * y + z * z, -x * y, x * x + z * z, -x * z, -y * z, x * x + y * y]
+}
