@@ -97,7 +97,7 @@ fn motion(joint: usize, t: f64) -> [f64; 3] {
 /// The log of a robot as it is: torques of its own dynamics and `friction(joint, rate)`, with noise; angles of encoders.
 fn logged(truth: &SerialChain, friction: impl Fn(usize, f64) -> f64, seed: u64) -> Vec<Recording> {
     let samples = (RATE_HZ * DURATION_S) as usize;
-    let (mut torques, mut angles) = (vec![Vec::with_capacity(samples); JOINTS], vec![Vec::with_capacity(samples); JOINTS]);
+    let (mut torques, mut angles) = (vec![vec![]; JOINTS], vec![vec![]; JOINTS]);
     for k in 0..samples {
         let state = [0, 1, 2].map(|j| motion(j, k as f64 / RATE_HZ));
         let [q, v, a] = [0, 1, 2].map(|d| state.map(|s| s[d]));
