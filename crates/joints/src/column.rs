@@ -48,9 +48,9 @@ pub(crate) enum Column {
     Smooth { joint: usize, angle: usize, speed: usize },
 }
 
-/// The smooth sign of a velocity whose noise has this size.
-pub(crate) fn sign(v: f64, noise: f64) -> f64 {
-    (v / noise).tanh()
+/// The smooth sign of a velocity that turns over this speed.
+pub(crate) fn sign(v: f64, over: f64) -> f64 {
+    (v / over).tanh()
 }
 
 impl Column {

@@ -157,8 +157,8 @@ fn keeps_its_promise(file: &str, written: &Written, log: &[Recording], promised:
     );
     for (kept, promised) in again.baseline.held_out.nrmse.iter().zip(&promised.extended.held_out.nrmse) {
         let (kept, promised) = (kept.expect("finite"), promised.expect("finite"));
-        // The same law along the same motion, smoothed up to a frequency that follows from the file's inertia: a tenth of the noise at most.
-        assert!(kept < 1.1 * promised, "{kept} against {promised}");
+        // The same law along the same motion, smoothed up to a frequency that follows from the file's inertia: with the bound of the exam of written files.
+        assert!(kept < 1.2 * promised, "{kept} against {promised}");
     }
 }
 

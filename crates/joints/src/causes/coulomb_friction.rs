@@ -19,8 +19,8 @@ pub(super) static CAUSE: JointCause = JointCause {
             let level = || Told::new("level_nm", "N m", 0).on_top_of(file).positive();
             let mut forms = vec![Form::new(&CAUSE, Some(j), vec![Column::Sign(j)], vec![level()])];
             let scale = &scene.joints[j];
-            // From well within the noise of the rate to where it is a viscous friction that thins.
-            let (least, most) = (0.25 * scale.speed_noise, 0.25 * scale.speed);
+            // From where the noise of the rate hides it no more to where it is a viscous friction that thins.
+            let (least, most) = (2.0 * scale.speed_noise, 0.25 * scale.speed);
             for value in geometric(least, most, 5) {
                 let shape = Shape { name: "turning_speed_rad_per_s", unit: "rad/s", value, bounds: [least, most] };
                 let form = Form::new(&CAUSE, Some(j), vec![], vec![level()]);
