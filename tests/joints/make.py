@@ -246,7 +246,9 @@ def main():
                 failed.append((truth, error))
                 print(f"{truth}: {error}", file=sys.stderr)
     if failed:
-        sys.exit(f"{len(failed)} of {len(asked)} questions could not be made")
+        print(f"{len(failed)} of {len(asked)} questions could not be made, and are not asked", file=sys.stderr)
+    if len(failed) == len(asked):
+        sys.exit(1)
 
 
 if __name__ == "__main__":
