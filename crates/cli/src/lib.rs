@@ -32,10 +32,10 @@ struct Cli {
 #[derive(Debug, Subcommand)]
 enum Command {
     Check(command::check::Arguments),
-    Design(command::design::Arguments),
+    Design(Box<command::design::Arguments>),
     Study(command::study::Arguments),
     Estimate(command::estimate::Arguments),
-    Fit(command::fit::Arguments),
+    Fit(Box<command::fit::Arguments>),
     Diagnose(Box<command::diagnose::Arguments>),
     Live(command::live::Arguments),
     Compare(command::compare::Arguments),

@@ -73,7 +73,9 @@ impl Column {
             }
             Column::Load(j) => {
                 let noise = scene.joints[*j].speed_noise;
-                vec![(*j, motion.rigid[*j].iter().zip(&motion.sharp[*j]).map(|(t, v)| t.abs() * sign(*v, noise)).collect())]
+                let beyond = |k: usize| motion.beyond.get(*j).map_or(0.0, |b| b[k]);
+                let load = |k: usize| (motion.rigid[*j][k] + beyond(k)).abs();
+                vec![(*j, motion.sharp[*j].iter().enumerate().map(|(k, v)| load(k) * sign(*v, noise)).collect())]
             }
             Column::Torque(j) => vec![(*j, scene.nominal(motion).swap_remove(*j))],
             Column::Falling(j) => {

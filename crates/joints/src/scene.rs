@@ -157,7 +157,7 @@ impl Scene<'_> {
         (2.0 * self.fastest_hz).min(HIGHEST * self.rate_hz / 2.0)
     }
 
-    /// Torques of the simulation, `[joint][sample]`: of the file's bodies, dry and viscous friction, and what a simulator has beyond them. The file
+    /// Torques of the simulation, `[joint][sample]`: of the file's bodies, dry and viscous friction and springs, and what a simulator has beyond them. The file
     /// carries a simulator's torque from its own motion to the measured one, from which it differs little.
     pub fn nominal(&self, motion: &Motion) -> Vec<Vec<f64>> {
         let mut out = motion.rigid.clone();
@@ -165,6 +165,9 @@ impl Scene<'_> {
         for (j, out) in out.iter_mut().enumerate() {
             let noise = self.joints[j].speed_noise;
             out.iter_mut().zip(motion.v[j].iter().zip(&motion.sharp[j])).for_each(|(t, (v, s))| *t += coulomb[j] * sign(*s, noise) + viscous[j] * v);
+        }
+        for ((out, q), [stiffness, rest]) in out.iter_mut().zip(&motion.q).zip(self.chain.springs()) {
+            out.iter_mut().zip(q).for_each(|(t, q)| *t += stiffness * (q - rest));
         }
         for (out, beyond) in out.iter_mut().zip(&motion.beyond) {
             out.iter_mut().zip(beyond).for_each(|(t, b)| *t += b);

@@ -84,16 +84,18 @@ impl Solved {
     /// (XᵀX)⁻¹ of the kept columns.
     pub fn covariance(&self) -> Vec<Vec<f64>> {
         let n = self.kept.len();
-        // Columns of L⁻¹.
-        let mut inverse = vec![vec![0.0; n]; n];
-        for c in 0..n {
+        let column = |c: usize| -> Vec<f64> {
+            let mut column = vec![0.0; n];
             for r in c..n {
                 let unit = if r == c { 1.0 } else { 0.0 };
-                let sum: f64 = (c..r).map(|k| self.lower[r][k] * inverse[k][c]).sum();
-                inverse[r][c] = (unit - sum) / self.lower[r][r];
+                let sum: f64 = (c..r).map(|k| self.lower[r][k] * column[k]).sum();
+                column[r] = (unit - sum) / self.lower[r][r];
             }
-        }
-        (0..n).map(|i| (0..n).map(|j| (i.max(j)..n).map(|k| inverse[k][i] * inverse[k][j]).sum()).collect()).collect()
+            column
+        };
+        // Of L⁻¹.
+        let columns: Vec<Vec<f64>> = (0..n).map(column).collect();
+        columns.iter().map(|a| columns.iter().map(|b| a.iter().zip(b).map(|(a, b)| a * b).sum()).collect()).collect()
     }
 
     /// The factors of one form's columns; nought for those that are combinations of others.

@@ -50,7 +50,12 @@ pub fn diagnose(
         let channels = settings.channels();
         let simulated = if simulated.is_empty() { None } else { Some(experiment_with(simulated, roles.clone(), stretches.clone(), channels.clone())?) };
         let trials = experiment_with(trials, roles, stretches, channels)?;
-        let diagnosed = ndof::analysis::diagnose(&trials, simulated.as_ref(), &settings, &mut |what| reporter.report(what, 0, 0)).map_err(raise_analysis)?;
+        let mut progress = |what: &str| reporter.report(what, 0, 0);
+        let diagnosed = match &simulated {
+            Some(simulated) => ndof::analysis::diagnose_simulator(&trials, simulated, &settings, &mut progress),
+            None => ndof::analysis::diagnose(&trials, &settings, &mut progress),
+        };
+        let diagnosed = diagnosed.map_err(raise_analysis)?;
         let page = diagnosis_report(&diagnosed, "What the simulation gets wrong", "ndof.diagnose").map_err(raise)?;
         Ok((to_json(&diagnosed.result).map_err(raise)?, page.to_html()))
     })?

@@ -133,7 +133,7 @@ pub fn analyse<E>(study: &StudyDocument<E>, trials: Trials, progress: &Progress<
     }
     let diagnosed = study.diagnosis_settings().map(|settings| {
         progress("diagnose", 0, 1);
-        let mut diagnosed = diagnose(&trials, None, &settings, &mut |_| ())?;
+        let mut diagnosed = diagnose(&trials, &settings, &mut |_| ())?;
         diagnosed.result.head.command = COMMAND.to_owned();
         Ok::<_, StudyError>(diagnosed)
     });

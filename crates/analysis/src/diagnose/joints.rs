@@ -30,8 +30,8 @@ pub(super) fn diagnose(
     let (diagnosis, pictures) = ndof_joints::diagnose(&chain, &measured, &simulated, &own, &options, progress)?;
     let corrections = ndof_joints::corrections(&chain, &measured, &own, &diagnosis)?;
     let angles = trials.names(&ports.outputs);
-    let concerns = |w: &&Warning| !OF_SPECTRA.contains(&w.code.as_str()) && !(w.code == "clipped" && angles.iter().any(|a| w.message.contains(a)));
-    let warnings = trials.warnings.iter().filter(concerns).cloned().chain(warning).collect();
+    let concerns_others = |w: &Warning| OF_SPECTRA.contains(&w.code.as_str()) || w.code == "clipped" && angles.iter().any(|a| w.message.contains(a));
+    let warnings = trials.warnings.iter().filter(|w| !concerns_others(w)).cloned().chain(warning).collect();
     let result = DiagnosisResult {
         head: Head::new(DiagnosisResult::SCHEMA, "diagnose", warnings),
         settings: settings.recorded(),

@@ -39,18 +39,26 @@ pub struct Diagnosed {
     pub corrections: Option<Corrections>,
 }
 
-/// Says what the baseline gets wrong, and why; `progress` is told in words what is being done. `simulated` are the logs of a robot's simulator that was
-/// given the same commands: with a `robot`, what is judged is then the simulator.
+/// Says what a robot's simulator gets wrong, and why, that logged the same commands: one of its recordings for each trial. The robot's file, in
+/// [`Diagnose::robot`], says how its torques change where the measured motion is not the simulated one.
+///
+/// # Errors
+/// [`AnalysisError`] without a robot, or if its joints, the trials and the simulator's recordings do not match.
+pub fn diagnose_simulator(trials: &Trials, simulated: &Trials, settings: &Diagnose, progress: &mut dyn FnMut(&str)) -> Result<Diagnosed, AnalysisError> {
+    let Some(robot) = &settings.robot else {
+        let what = "it takes a `robot`: its file says how torques change where the measured motion is not the simulated one; give its URDF, MJCF or TOML";
+        return Err(AnalysisError::Meaning { file: "`simulated`".to_owned(), what: what.to_owned() });
+    };
+    joints::diagnose(trials, Some(simulated), robot, settings, progress)
+}
+
+/// Says what the baseline gets wrong, and why; `progress` is told in words what is being done.
 ///
 /// # Errors
 /// [`AnalysisError`] if the channels do not make a balance of forces, the recording is too short, or the baseline does not fit.
-pub fn diagnose(trials: &Trials, simulated: Option<&Trials>, settings: &Diagnose, progress: &mut dyn FnMut(&str)) -> Result<Diagnosed, AnalysisError> {
+pub fn diagnose(trials: &Trials, settings: &Diagnose, progress: &mut dyn FnMut(&str)) -> Result<Diagnosed, AnalysisError> {
     if let Some(robot) = &settings.robot {
-        return joints::diagnose(trials, simulated, robot, settings, progress);
-    }
-    if simulated.is_some() {
-        let what = "it takes a `robot`: its file says how torques change where the measured motion is not the simulated one; give its URDF, MJCF or TOML";
-        return Err(AnalysisError::Meaning { file: "`simulated`".to_owned(), what: what.to_owned() });
+        return joints::diagnose(trials, None, robot, settings, progress);
     }
     let mut options = settings.options(trials)?;
     let linear = settings.baseline.as_ref().map(baseline).transpose()?;
@@ -118,7 +126,7 @@ impl<'a> Question<'a> {
     /// # Errors
     /// As [`Trials::new`] and [`diagnose`].
     pub fn run(self) -> Result<Diagnosed, AnalysisError> {
-        diagnose(&Trials::of(self.trials)?, None, &self.settings, &mut |_| ())
+        diagnose(&Trials::of(self.trials)?, &self.settings, &mut |_| ())
     }
 }
 

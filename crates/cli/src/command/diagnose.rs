@@ -8,7 +8,7 @@ use clap::Args;
 use ndof_analysis::diagnose::result::DiagnosisResult;
 use ndof_analysis::file::{self, BaselineFile};
 use ndof_analysis::options::pair;
-use ndof_analysis::{AnalysisError, Diagnose, Diagnosed, Estimate, Fit, HeldOut};
+use ndof_analysis::{AnalysisError, Diagnose, Diagnosed, Estimate, Fit, HeldOut, diagnose_simulator};
 use ndof_devices::RobotConfig;
 use ndof_diagnose::{Cause, Site, Verdict};
 use ndof_models::effects::Value;
@@ -38,8 +38,8 @@ pub struct Arguments {
     /// Link at the end of the robot's chain
     #[arg(long, value_name = "LINK", requires = "robot")]
     tip: Option<String>,
-    /// What the robot's simulator logged at the same commands, one file a recording: it is judged then, by any simulator
-    #[arg(long, value_name = "FILE", num_args = 1.., requires = "robot")]
+    /// What a simulator of the robot, any, logged at the same commands, one file a recording: it is judged then
+    #[arg(long, value_name = "FILE", num_args = 1.., conflicts_with = "baseline")]
     simulated: Vec<PathBuf>,
     /// Write the robot's file as corrected by what was found, in its own format; with the patch, and what files have no word for
     #[arg(long, value_name = "OUT", requires = "robot")]
@@ -92,7 +92,11 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode, CliError> {
     let simulated = if arguments.simulated.is_empty() { None } else { Some(arguments.reading.trials_with(&arguments.simulated, &settings.channels())?) };
     output::understood(shared, &trials);
     let bar = progress::Spinner::new(shared.quiet);
-    let diagnosed = ndof_analysis::diagnose(&trials, simulated.as_ref(), &settings, &mut |what| bar.show(what))?;
+    let mut progress = |what: &str| bar.show(what);
+    let diagnosed = match &simulated {
+        Some(simulated) => diagnose_simulator(&trials, simulated, &settings, &mut progress)?,
+        None => ndof_analysis::diagnose(&trials, &settings, &mut progress)?,
+    };
     drop(bar);
     if let Some(path) = &arguments.study {
         let experiment = Recordings { files, reading: arguments.reading.clone() };

@@ -52,7 +52,7 @@ pub struct JointConfig {
     /// Viscous friction at the joint (N m s/rad).
     #[serde(default)]
     pub viscous_nm_s_per_rad: f64,
-    /// Stiffness of a spring at the joint (N m/rad). [`RobotConfig::chain`] is the bodies without it; the simulation has none and refuses it.
+    /// Stiffness of a spring at the joint (N m/rad): [`SerialChain::springs`](crate::SerialChain::springs); the simulation has none and refuses it.
     #[serde(default, skip_serializing_if = "nothing")]
     pub stiffness_nm_per_rad: f64,
     /// Where that spring rests (rad).

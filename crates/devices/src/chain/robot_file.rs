@@ -89,7 +89,9 @@ impl RobotConfig {
         };
         let home = self.joints.iter().map(|j| j.home_rad).collect();
         let range = self.joints.iter().map(|j| j.range_rad.unwrap_or([f64::NEG_INFINITY, f64::INFINITY])).collect();
-        SerialChain::new(links, self.end_effector.translation_m, self.gravity_m_per_s2, space, (home, range), joints)
+        let springs = self.joints.iter().map(|j| [j.stiffness_nm_per_rad, j.spring_rest_rad]).collect();
+        let chain = SerialChain::new(links, self.end_effector.translation_m, self.gravity_m_per_s2, space, (home, range), joints)?;
+        Ok(chain.with_springs(springs))
     }
 
     /// The chain, its transducer and its hold.

@@ -29,6 +29,7 @@ pub struct SerialChain {
     pub(crate) range: Vec<[f64; 2]>,
     axes: Vec<Axis>,
     joints: Joints,
+    springs: Vec<[f64; 2]>,
 }
 
 impl SerialChain {
@@ -46,9 +47,20 @@ impl SerialChain {
         if axes.is_empty() || axes.len() > links.len() {
             return Err(DeviceError::size("axes", axes.len(), format!("1 to {}, the number of joints", links.len())));
         }
-        let chain = SerialChain { links, tip, gravity, space, home, range, axes, joints };
+        let chain = SerialChain { links, tip, gravity, space, home, range, axes, joints, springs: Vec::new() };
         chain.check()?;
         Ok(chain)
+    }
+
+    /// Springs beside the joints: stiffness (N m/rad, N/m) and the angle at which each is at rest. They are no part of the bodies' dynamics.
+    pub fn springs(&self) -> &[[f64; 2]] {
+        &self.springs
+    }
+
+    /// The same chain with these springs, one a joint.
+    #[must_use]
+    pub fn with_springs(self, springs: Vec<[f64; 2]>) -> Self {
+        SerialChain { springs, ..self }
     }
 
     /// Gravity in the base's axes (m/s²).

@@ -76,7 +76,7 @@ fn range(joint: &JointConfig) -> Result<[f64; 2], ExcitationError> {
 /// One value a joint from none, one for all, or one a joint.
 fn each(what: &'static str, values: Option<&[f64]>, joints: usize) -> Result<Vec<f64>, ExcitationError> {
     let Some(values) = values else { return Ok(vec![f64::INFINITY; joints]) };
-    if let Some(value) = values.iter().find(|v| !(**v > 0.0)) {
+    if let Some(value) = values.iter().find(|v| v.is_nan() || **v <= 0.0) {
         return Err(ExcitationError::Value { what, value: *value, must: "above zero" });
     }
     match values.len() {
