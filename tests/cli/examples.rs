@@ -49,6 +49,7 @@ fn prepare(folder: &Path) {
         }
     }
     std::fs::write(folder.join("arm.urdf"), ARM_URDF).expect("written");
+    succeed(folder, &["design", "--robot", "arm.urdf", "--sample-rate", "100", "--speed-limit", "2", "--out", "log.csv", "--quiet"]);
     std::fs::copy(Path::new(env!("CARGO_MANIFEST_DIR")).join("crates/io/tests/fixtures/plain.mat"), folder.join("trial.mat")).expect("a file of SciPy");
 }
 
