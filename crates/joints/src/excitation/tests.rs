@@ -67,10 +67,10 @@ fn no_limit_is_passed_between_the_samples_and_the_margin_is_left() {
     for m in 0..samples {
         let at = found.motion.at(found.motion.period_s * m as f64 / samples as f64);
         chain.inverse_dynamics(&at.angles, &at.rates, &at.accelerations, &mut torque);
-        for j in 0..3 {
+        for (j, torque) in torque.iter().enumerate() {
             let [low, high] = limits.range[j];
             let (middle, half) = (0.5 * (low + high), 0.5 * (high - low));
-            let whole = torque[j] + chain.joints().friction(j, at.rates[j]);
+            let whole = torque + chain.joints().friction(j, at.rates[j]);
             // A torque is sampled; between two of 800 samples it turns within 1e-4 of its size.
             for (what, value, limit, more) in [
                 ("angle", at.angles[j] - middle, half, 1e-12),
