@@ -18,6 +18,7 @@ mod privacy;
 mod reference;
 mod responses;
 mod schemas;
+mod simulator;
 mod stream;
 mod studies;
 mod support;

@@ -25,7 +25,7 @@ mod trials;
 
 pub use check::check;
 pub use compare::{compare_fits, compare_sessions};
-pub use diagnose::{Diagnose, Diagnosed, HeldOut, Question, diagnose, diagnose_simulator};
+pub use diagnose::{AddedEffort, Diagnose, Diagnosed, HeldOut, Question, diagnose, diagnose_simulator};
 pub use error::{AnalysisError, in_order};
 pub use estimate::{Estimate, Estimated, MethodName, Streamed, estimate};
 pub use fit::{

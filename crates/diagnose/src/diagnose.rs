@@ -108,6 +108,7 @@ pub fn diagnose_with_pictures(
     let baseline_stand = linear.as_ref().and_then(|fit| subject.stand_at(fit)).unwrap_or(free);
     let restoring = subject.restores(&[], &baseline_stand) && subject.restores(&found.chosen, &found.stand);
     let court = Court::new(&held, &meaning, &subject, restoring);
+    let whole = (options.added && !turned).then(|| Court::new(&samples, &meaning, &subject, restoring));
     let unseen = Unseen::new(&held, &subject, &found.stand.fit.power, &findings.tones);
     progress("free runs of the held-out part");
     let answer = Answer {
@@ -115,6 +116,7 @@ pub fn diagnose_with_pictures(
         meaning: &meaning,
         options,
         court: &court,
+        whole: whole.as_ref(),
         unseen: &unseen,
         baseline: &baseline_stand,
         linear: linear.as_ref(),

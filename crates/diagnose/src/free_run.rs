@@ -255,7 +255,7 @@ impl Runner {
     pub fn predict(&self, raw: &State, state: &State, trial: usize, order: usize, motion_imposed: bool, windowed: bool) -> Option<Prediction> {
         let layout = &state.layout;
         let n = layout.axes;
-        let skip = ((2.0 * layout.time_s.max(1.0)).min(0.05 * layout.samples as f64 / layout.rate_hz) * layout.rate_hz) as usize;
+        let skip = layout.settled();
         if motion_imposed {
             let needed = self.needed(state, trial);
             // Beyond the band an imposed motion is the differentiated noise of its sensor.
@@ -268,12 +268,7 @@ impl Runner {
             return Some(Prediction { measured, predicted, scored: (0..layout.samples).map(|k| k >= skip).collect() });
         }
         let inverse_mass = inverse(&self.mass)?;
-        // The run goes from sample to sample in straight lines, which pass sinc² of a frequency.
-        let straightened = |s: Complex64| {
-            let half = 0.5 * s.im / layout.rate_hz;
-            Complex64::from(if half == 0.0 { 1.0 } else { (half / half.sin()).powi(2) })
-        };
-        let effort: Vec<Vec<f64>> = state.effort[trial].iter().map(|t| layout.filtered(t, straightened, None)).collect();
+        let effort = straightened(state, trial);
         let x = &state.x[trial];
         let v: Vec<Vec<f64>> = state.motion[trial].iter().map(|t| layout.filtered(t, |s| s, None)).collect();
         let measured: Vec<Vec<f64>> = raw.motion[trial].iter().map(|t| layout.filtered(t, |s| s.powi(order as i32), None)).collect();
@@ -303,6 +298,30 @@ impl Runner {
         let predicted = if windowed { predicted } else { predicted.into_iter().zip(&measured).map(|(p, m)| shifted(p, m, skip / 2..skip.max(1))).collect() };
         // The centre is the estimation's; what is left of the mean belongs to the offset.
         Some(Prediction { measured, predicted, scored: (0..covered).map(|k| windowed || k >= skip).collect() })
+    }
+
+    /// Effort beside the measured one with which a linear plant would run as this model does, over the whole trial, `[axis][time]`:
+    /// M ẍ + B ẋ + K x − F with the plant's matrices along the model's run. A constant is left out, which offsets have.
+    pub fn added_to(&self, plant: &Runner, state: &State, trial: usize) -> Option<Vec<Vec<f64>>> {
+        let layout = &state.layout;
+        let n = layout.axes;
+        let inverse_mass = inverse(&self.mass)?;
+        let effort = straightened(state, trial);
+        let v: Vec<Vec<f64>> = state.motion[trial].iter().map(|t| layout.filtered(t, |s| s, None)).collect();
+        let fitted = layout.settled().max(8).min(layout.samples);
+        let hidden: Vec<f64> = self.laws.iter().flat_map(|law| state.hidden(law.as_ref(), trial, 0)).collect();
+        let (x0, v0) = self.initial(&inverse_mass, &effort, 0..fitted, Clock::of(layout, trial), (&state.x[trial], &v), &hidden);
+        let run = self.run(&inverse_mass, &effort, 0..layout.samples, Clock::of(layout, trial), (&x0, &v0, &hidden));
+        let at = |i: usize, k: usize| -> f64 {
+            let of = |matrix: &[Vec<f64>], series: &[f64]| (0..n).map(|j| matrix[i][j] * series[k * n + j]).sum::<f64>();
+            of(&plant.mass, &run.a) + of(&plant.damping, &run.v) + of(&plant.stiffness, &run.x) - effort[i][k]
+        };
+        let series: Vec<Vec<f64>> = (0..n).map(|i| (0..layout.samples).map(|k| at(i, k)).collect()).collect();
+        let about_mean = |s: Vec<f64>| {
+            let mean = s.iter().sum::<f64>() / s.len() as f64;
+            s.into_iter().map(|x| x - mean).collect::<Vec<f64>>()
+        };
+        series.iter().flatten().all(|x| x.is_finite()).then(|| series.into_iter().map(about_mean).collect())
     }
 
     /// Initial displacement and velocity that fit the first samples best, by two Gauss-Newton steps.
@@ -351,6 +370,16 @@ impl Runner {
         }
         (guess[..n].to_vec(), guess[n..].to_vec())
     }
+}
+
+/// The effort of a trial for a run that goes from sample to sample in straight lines, which pass sinc² of a frequency.
+fn straightened(state: &State, trial: usize) -> Vec<Vec<f64>> {
+    let layout = &state.layout;
+    let inverse = |s: Complex64| {
+        let half = 0.5 * s.im / layout.rate_hz;
+        Complex64::from(if half == 0.0 { 1.0 } else { (half / half.sin()).powi(2) })
+    };
+    state.effort[trial].iter().map(|t| layout.filtered(t, inverse, None)).collect()
 }
 
 fn sample(series: &[f64], n: usize, axis: usize, place: f64) -> Option<f64> {

@@ -87,6 +87,17 @@ impl Court {
         (0..trials.min(self.layout.trials)).map(predict).collect()
     }
 
+    /// Effort with which a plant without causes would run as a model does with them, trial by trial at the rate of this part, `[trial][axis][time]`;
+    /// empty where a motion is imposed or nothing brings the plant back.
+    pub fn added(&self, subject: &Subject, chosen: &[Chosen], extended: &Stand, baseline: &Stand) -> Vec<Vec<Vec<f64>>> {
+        if self.motion_imposed || self.windowed {
+            return vec![];
+        }
+        let (runner, plant) = (subject.runner(chosen, extended), subject.runner(&[], baseline));
+        let added: Option<Vec<_>> = (0..self.layout.trials).map(|t| runner.added_to(&plant, &self.raw, t)).collect();
+        added.unwrap_or_default()
+    }
+
     /// A prediction about the mean movement; samples without a phase are of no error.
     fn about_movement(&self, mut prediction: Prediction, trial: usize) -> Prediction {
         let Some((splines, means)) = &self.mean else { return prediction };

@@ -188,6 +188,11 @@ impl Layout {
         self.schedule.get(trial).map_or(&[], Vec::as_slice)
     }
 
+    /// Samples of a run that its initial states are fitted to, and that are not scored: two seconds for a band to 12 Hz.
+    pub fn settled(&self) -> usize {
+        ((2.0 * self.time_s.max(1.0)).min(0.05 * self.samples as f64 / self.rate_hz) * self.rate_hz) as usize
+    }
+
     /// Blocks of all trials.
     pub fn blocks(&self) -> usize {
         self.trials * self.starts.len()

@@ -70,6 +70,8 @@ pub struct Options {
     pub schedule: Option<Schedule>,
     /// The arm, whose geometry is then a cause like any other; without it nothing of the kind is tried.
     pub arm: Option<KnownArm>,
+    /// Whether the effort that the causes add along every whole trial is computed, for a simulator that is to run with it.
+    pub added: bool,
 }
 
 impl Default for Options {
@@ -87,6 +89,7 @@ impl Default for Options {
             linear: None,
             schedule: None,
             arm: None,
+            added: false,
         }
     }
 }

@@ -36,6 +36,9 @@ pub struct Pictures {
     pub missing: Vec<Vec<f64>>,
     /// Effort of the named causes that act as one.
     pub explained: Vec<Vec<f64>>,
+    /// Effort along the extended model's run of each whole trial with which the baseline would run alike, `[trial][axis][time]`, at [`Pictures::sample_rate_hz`];
+    /// empty unless it was asked for with [`Options::added`](crate::Options::added), or where nothing runs by itself.
+    pub added: Vec<Vec<Vec<f64>>>,
 }
 
 impl Pictures {
@@ -66,6 +69,7 @@ impl Pictures {
             velocity: apart(&state.law_v[0]),
             missing: detectors::residual(extended, &[]).into_iter().next().unwrap_or_default(),
             explained,
+            added: answer.whole.map(|whole| whole.added(subject, chosen, extended, answer.baseline)).unwrap_or_default(),
         }
     }
 }

@@ -1,9 +1,10 @@
 //! Torques that a joint needs for each unit of what a simulation may lack, along the measured motion.
 
-use crate::motion::{Motion, smooth};
+use crate::motion::Motion;
 use crate::scene::Scene;
 use ndof_devices::{SerialChain, TERMS_OF_A_LINK};
 use ndof_models::robot::Robot;
+use ndof_signal::derivatives;
 
 /// One such torque, for one or several joints.
 #[derive(Clone, Debug, PartialEq)]
@@ -79,7 +80,7 @@ impl Column {
             }
             Column::Torque(j) => vec![(*j, scene.nominal(motion).swap_remove(*j))],
             Column::Falling(j) => {
-                let [_, rate, _] = smooth(&motion.torque[*j], scene.rate_hz, scene.joints[*j].corner_hz);
+                let [_, rate, _] = derivatives(&motion.torque[*j], scene.rate_hz, scene.joints[*j].corner_hz);
                 vec![(*j, rate.iter().map(|r| -r).collect())]
             }
             Column::Slip { joint, way } => vec![(*joint, slip(&motion.q[*joint], *way))],
@@ -176,7 +177,7 @@ fn given(motion: &Motion, scene: &Scene<'_>, joint: usize, compliance: f64) -> V
     let mut torques = motion.rigid.clone();
     // Each pass is closer by the share of the torque that the deflection itself changes.
     for _ in 0..3 {
-        let bent = smooth(&torques[joint], scene.rate_hz, scene.twice_hz());
+        let bent = derivatives(&torques[joint], scene.rate_hz, scene.twice_hz());
         let mut moved = motion.clone();
         for (series, bent) in [&mut moved.q, &mut moved.v, &mut moved.a].into_iter().zip(&bent) {
             series[joint].iter_mut().zip(bent).for_each(|(x, d)| *x -= compliance * d);
@@ -193,7 +194,7 @@ fn deflected(motion: &Motion, scene: &Scene<'_>, joint: usize, deflection: impl 
     if size == 0.0 {
         return vec![];
     }
-    let bent = smooth(&load, scene.rate_hz, scene.twice_hz());
+    let bent = derivatives(&load, scene.rate_hz, scene.twice_hz());
     let step = EXCURSION / size;
     let torques = |sign: f64| {
         let mut moved = motion.clone();

@@ -1,7 +1,6 @@
 //! Joint motion and its derivatives from encoders, as far as they rise above their noise.
 
-use ndof_signal::{forward_transform, inverse_transform};
-use num_complex::Complex64;
+use ndof_signal::forward_transform;
 use std::f64::consts::TAU;
 
 /// Joint angles and what follows from them, `[joint][sample]`, at the rate of the log.
@@ -58,61 +57,6 @@ impl Encoder {
         let f = self.corner_hz;
         (TAU.powi(2 * derivative) * self.noise * f.powi(2 * derivative + 1) / f64::from(2 * derivative + 1)).sqrt()
     }
-}
-
-/// Order of the low-pass: at seven tenths of the corner it takes 0.3 %.
-const ORDER: i32 = 16;
-
-/// What passes of frequency f.
-fn gain(f: f64, corner_hz: f64) -> f64 {
-    1.0 / (1.0 + (f / corner_hz).powi(ORDER))
-}
-
-/// Samples at each end that feel where the log ends: the low-pass rings for some four periods of its corner.
-pub(crate) fn edge(corner_hz: f64, rate_hz: f64) -> usize {
-    (4.0 * rate_hz / corner_hz).ceil() as usize
-}
-
-/// x smoothed, ẋ and ẍ: the sine series of what is left beside the line from the first to the last sample, which continues it oddly at both
-/// ends, below the corner. Exact for what lies below it; the ends ring ([`edge`]).
-pub(crate) fn smooth(x: &[f64], rate_hz: f64, corner_hz: f64) -> [Vec<f64>; 3] {
-    let n = x.len();
-    let (first, last) = (x[0], x[n - 1]);
-    let slope = (last - first) / (n - 1) as f64;
-    let rest: Vec<f64> = x.iter().enumerate().map(|(k, x)| x - first - slope * k as f64).collect();
-    let m = 2 * (n - 1);
-    let mut odd: Vec<f64> = rest.iter().copied().chain(rest[1..n - 1].iter().rev().map(|x| -x)).collect();
-    let forward = forward_transform(m);
-    let mut lines = forward.make_output_vec();
-    // Lengths are the plan's own.
-    if forward.process(&mut odd, &mut lines).is_err() {
-        return [x.to_vec(), vec![0.0; n], vec![0.0; n]];
-    }
-    let backward = inverse_transform(m);
-    let mut out = [Vec::new(), Vec::new(), Vec::new()];
-    for (order, out) in out.iter_mut().enumerate() {
-        let mut part: Vec<Complex64> = lines
-            .iter()
-            .enumerate()
-            .map(|(k, line)| {
-                let f = k as f64 * rate_hz / m as f64;
-                line * Complex64::new(0.0, TAU * f).powi(order as i32) * gain(f, corner_hz) / m as f64
-            })
-            .collect();
-        // Both are real for a real signal; an even derivative leaves round-off there.
-        for end in [0, part.len() - 1] {
-            part[end].im = 0.0;
-        }
-        let mut samples = vec![0.0; m];
-        if backward.process(&mut part, &mut samples).is_err() {
-            samples.fill(0.0);
-        }
-        samples.truncate(n);
-        *out = samples;
-    }
-    out[0].iter_mut().enumerate().for_each(|(k, x)| *x += first + slope * k as f64);
-    out[1].iter_mut().for_each(|v| *v += slope * rate_hz);
-    out
 }
 
 /// Fewest samples of which a spectrum says where the noise begins.
@@ -181,21 +125,6 @@ pub(crate) fn encoder(trials: &[&[f64]], rate_hz: f64) -> Option<Encoder> {
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn derivatives_are_those_of_the_movement() {
-        let (rate, f) = (100.0, 0.7);
-        let x: Vec<f64> = (0..2000).map(|k| 0.3 + 0.01 * f64::from(k) + (TAU * f * f64::from(k) / rate).sin()).collect();
-        let [q, v, a] = smooth(&x, rate, 10.0);
-        let edge = edge(10.0, rate);
-        for k in edge..2000 - edge {
-            let phase = TAU * f * k as f64 / rate;
-            // What the ends leave at four periods of the corner.
-            assert!((q[k] - x[k]).abs() < 1e-4, "{k}: {} {}", q[k], x[k]);
-            assert!((v[k] - 1.0 - TAU * f * phase.cos()).abs() < 1e-3, "{k}");
-            assert!((a[k] + (TAU * f).powi(2) * phase.sin()).abs() < 3e-2, "{k}: {}", a[k]);
-        }
-    }
 
     #[test]
     fn the_corner_is_where_the_movement_sinks_into_the_steps_of_the_encoder() {

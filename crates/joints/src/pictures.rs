@@ -2,7 +2,7 @@
 
 use crate::answer::Answer;
 use crate::held_out::predicted;
-use crate::model::{Model, residual};
+use crate::model::{Logged, Model, residual};
 use ndof_diagnose::Pictures;
 use ndof_models::robot::Robot;
 
@@ -41,5 +41,19 @@ pub(crate) fn draw(answer: &Answer<'_>, file: &Model) -> Pictures {
         velocity: at(&motion.v),
         missing,
         explained,
+        added: if motion.beyond.is_empty() { vec![] } else { added(answer, file) },
     }
+}
+
+/// Torque that a simulator would have to be given along every whole trial, `[trial][joint][sample]`: less resistance where a cause adds some. What is
+/// wrong with a channel is none.
+fn added(answer: &Answer<'_>, file: &Model) -> Vec<Vec<Vec<f64>>> {
+    let mut felt = answer.model.clone();
+    felt.logged = Logged { tilt: felt.logged.tilt, ..Logged::as_it_is(answer.joints()) };
+    (felt.forms, felt.factors) = felt.forms.into_iter().zip(felt.factors).filter(|(form, _)| form.cause.card.side != "sensor").unzip();
+    let trial = |t| {
+        let (own, more) = (predicted(answer.held, file, t), predicted(answer.held, &felt, t));
+        own.into_iter().zip(more).map(|(own, more)| own.into_iter().zip(more).map(|(own, more)| own - more).collect()).collect()
+    };
+    (0..answer.trials.len()).map(trial).collect()
 }

@@ -2,10 +2,10 @@
 
 use crate::JointsError;
 use crate::column::{inverse_dynamics, sign};
-use crate::motion::{Encoder, HIGHEST, Motion, encoder, smooth, top_density};
+use crate::motion::{Encoder, HIGHEST, Motion, encoder, top_density};
 use ndof_devices::SerialChain;
 use ndof_models::robot::{Joints, Robot};
-use ndof_signal::Recording;
+use ndof_signal::{Recording, derivatives};
 use ndof_sysid::Ports;
 
 /// What is known of a joint over all that is fitted.
@@ -127,7 +127,7 @@ fn sharp(recording: &Recording, ports: &Ports, motion: &Motion, found: &[Option<
             let Some(encoder) = found[j] else { return motion.v[j].clone() };
             let most = HIGHEST * rate_hz / 2.0;
             let corner_hz = (3.0 * (SIGN * rms(&motion.v[j]) / std::f64::consts::TAU).powi(2) / encoder.noise).cbrt();
-            let [_, rate, _] = smooth(&recording.channels()[ports.outputs[j]].samples, rate_hz, corner_hz.clamp(encoder.corner_hz.min(most), most));
+            let [_, rate, _] = derivatives(&recording.channels()[ports.outputs[j]].samples, rate_hz, corner_hz.clamp(encoder.corner_hz.min(most), most));
             rate
         })
         .collect()
@@ -136,7 +136,7 @@ fn sharp(recording: &Recording, ports: &Ports, motion: &Motion, found: &[Option<
 fn motion(recording: &Recording, ports: &Ports, corners: &[f64]) -> Motion {
     let mut out = Motion::default();
     for ((&torque, &angle), &corner_hz) in ports.inputs.iter().zip(&ports.outputs).zip(corners) {
-        let [q, v, a] = smooth(&recording.channels()[angle].samples, recording.sample_rate_hz(), corner_hz);
+        let [q, v, a] = derivatives(&recording.channels()[angle].samples, recording.sample_rate_hz(), corner_hz);
         out.q.push(q);
         out.v.push(v);
         out.a.push(a);

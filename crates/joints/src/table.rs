@@ -4,11 +4,12 @@ use crate::band::Band;
 use crate::causes::Form;
 use crate::column::{Column, each_sample};
 use crate::model::Logged;
-use crate::motion::{Motion, edge};
+use crate::motion::Motion;
 use crate::noise::Whitener;
 use crate::scene::{Scene, turned};
 use ndarray::{Array1, Array2};
 use ndof_devices::TERMS_OF_A_LINK;
+use ndof_signal::smoothing_edge;
 use rayon::prelude::*;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
@@ -74,7 +75,7 @@ struct Kept {
 impl<'a> View<'a> {
     /// The stretch from one time to another of each of these trials, in samples of the log.
     pub fn new(scene: &'a Scene<'a>, motions: &'a [Motion], band: &'a Band, stretches: &[(usize, std::ops::Range<usize>)]) -> Self {
-        let margin = edge(scene.lowest_hz(), scene.rate_hz);
+        let margin = smoothing_edge(scene.lowest_hz(), scene.rate_hz);
         let pieces = stretches
             .iter()
             .map(|(trial, range)| {

@@ -28,8 +28,8 @@ READING = {
     "align": (ndof.Recording.align, "other"),
     "align-by": (ndof.Recording.align, "by"),
 }
-# A robot's file and its simulator's logs: no settings of the search, and read by either surface itself.
-ROBOT = {"tip", "simulated"}
+# A robot's file and a simulator's logs: no settings of the search, and read by either surface itself; a function is a simulator in Python alone.
+ROBOT = {"tip", "simulated", "simulate", "parameters"}
 ROLES = {"reference", "input", "output", "start", "stop", "exclude"}
 # What a program does with its result, and how it runs, which a caller in Python does himself.
 PROGRAM = {"json", "report", "plots", "out", "study", "write", "quiet", "verbose", "threads", "stream", "exit-code", "help", "seed"}

@@ -12,6 +12,7 @@
 mod amplitudes;
 mod cache;
 mod cross_spectra;
+mod derivatives;
 mod excitation;
 mod filter;
 mod multitaper;
@@ -29,6 +30,7 @@ mod window;
 
 pub use amplitudes::Amplitudes;
 pub use cross_spectra::{CrossSpectra, Kernel, SpectraError};
+pub use derivatives::{derivatives, smoothing_edge};
 pub use excitation::{
     AxisPlan, Chirp, Decorrelated, Decorrelation, ExcitationError, ExpectedMotion, FilteredNoise, InputCoherence, Limits, Lines, Multisine, MultisineSet, Prbs,
     SeedCriterion, SeedSearch, SignalSize, Sweep, apply_response, expected_motion, input_coherence, input_coherence_at, power_share, ramp,

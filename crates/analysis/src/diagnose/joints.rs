@@ -1,7 +1,7 @@
 //! A robot's joints, judged by its file.
 
 use super::result::DiagnosisResult;
-use super::{Diagnose, Diagnosed};
+use super::{AddedEffort, Diagnose, Diagnosed};
 use crate::error::AnalysisError;
 use crate::result::Head;
 use crate::trials::{Trial, Trials, axis_of};
@@ -28,6 +28,8 @@ pub(super) fn diagnose(
     let [measured, simulated] = [of_channels(trials, &names)?, simulated.map_or(Ok(vec![]), |own| of_channels(own, &names))?];
     let own = Ports { references: vec![], inputs: (0..ports.inputs.len()).collect(), outputs: (ports.inputs.len()..names.len()).collect() };
     let (diagnosis, pictures) = ndof_joints::diagnose(&chain, &measured, &simulated, &own, &options, progress)?;
+    let efforts = trials.names(&ports.inputs);
+    let added = AddedEffort::new(trials, settings, efforts, trials.sample_rate_hz(), pictures.added.clone())?;
     let corrections = ndof_joints::corrections(&chain, &measured, &own, &diagnosis)?;
     let angles = trials.names(&ports.outputs);
     let concerns_others = |w: &Warning| OF_SPECTRA.contains(&w.code.as_str()) || w.code == "clipped" && angles.iter().any(|a| w.message.contains(a));
@@ -39,11 +41,11 @@ pub(super) fn diagnose(
         outputs: trials.names(&ports.inputs),
         diagnosis,
     };
-    Ok(Diagnosed { trials: trials.clone(), result, pictures, corrections: Some(corrections) })
+    Ok(Diagnosed { trials: trials.clone(), result, pictures, corrections: Some(corrections), added })
 }
 
 /// Recordings of these channels alone, in this order.
-fn of_channels(trials: &Trials, names: &[String]) -> Result<Vec<Recording>, AnalysisError> {
+pub(super) fn of_channels(trials: &Trials, names: &[String]) -> Result<Vec<Recording>, AnalysisError> {
     let one = |trial: &Trial| -> Result<Recording, AnalysisError> {
         let own = &trial.recording;
         let channels = names.iter().map(|name| own.channel(name).cloned()).collect::<Result<_, _>>();

@@ -1,12 +1,15 @@
 //! Trials in, diagnosis out.
 
+mod added;
 mod arm;
 mod joints;
 mod linear_fit;
 pub mod result;
 mod robot_side;
 mod settings;
+mod simulator;
 
+pub use added::AddedEffort;
 pub use settings::{Diagnose, HeldOut};
 
 use crate::error::AnalysisError;
@@ -16,12 +19,13 @@ use crate::trials::{Trial, Trials};
 use linear_fit::linear_fit;
 use ndarray::Array2;
 use ndof_devices::linearise;
-use ndof_diagnose::{Baseline, DiagnoseError, Mechanism, Options, Part, Pictures};
+use ndof_diagnose::{Baseline, DiagnoseError, Diagnosis, Mechanism, Options, Part, Pictures};
 use ndof_joints::Corrections;
-use ndof_signal::{Quantity, Recording};
+use ndof_signal::{Quantity, Recording, Warning};
 use ndof_sysid::Ports;
 use result::DiagnosisResult;
 use robot_side::{SimulatedRobot, held};
+use simulator::Simulator;
 
 /// Any rate will do to linearise a limb.
 const RATE_HZ: f64 = 500.0;
@@ -37,19 +41,31 @@ pub struct Diagnosed {
     pub pictures: Pictures,
     /// What it corrects in the robot's file; `None` without one.
     pub corrections: Option<Corrections>,
+    /// What a simulator would have to be given beside its own forces; `None` where none is judged by its log, or it cannot be computed.
+    pub added: Option<AddedEffort>,
 }
 
-/// Says what a robot's simulator gets wrong, and why, that logged the same commands: one of its recordings for each trial. The robot's file, in
-/// [`Diagnose::robot`], says how its torques change where the measured motion is not the simulated one.
+/// Says what a simulator gets wrong, and why, that logged the same commands: one of its recordings for each trial, with the same channels. How its
+/// force changes where the measured motion is not its own is what a robot's file says, in [`Diagnose::robot`], or the inertia, damping and stiffness
+/// of its own recordings.
 ///
 /// # Errors
-/// [`AnalysisError`] without a robot, or if its joints, the trials and the simulator's recordings do not match.
+/// [`AnalysisError`] if trials and recordings do not match, or beside a baseline.
 pub fn diagnose_simulator(trials: &Trials, simulated: &Trials, settings: &Diagnose, progress: &mut dyn FnMut(&str)) -> Result<Diagnosed, AnalysisError> {
-    let Some(robot) = &settings.robot else {
-        let what = "it takes a `robot`: its file says how torques change where the measured motion is not the simulated one; give its URDF, MJCF or TOML";
+    if let Some(robot) = &settings.robot {
+        return joints::diagnose(trials, Some(simulated), robot, settings, progress);
+    }
+    if settings.baseline.is_some() {
+        let what = "a `baseline` is a simulation itself; give one of the two";
         return Err(AnalysisError::Meaning { file: "`simulated`".to_owned(), what: what.to_owned() });
-    };
-    joints::diagnose(trials, Some(simulated), robot, settings, progress)
+    }
+    let options = Options { added: true, ..settings.options(trials)? };
+    progress("fitting the simulator's own response");
+    let own = Simulator::new(trials, simulated, settings.band_hz, options.tolerance)?;
+    let (found, pictures) = ndof_diagnose::diagnose_with_pictures(&own.measured, &trials.roles.ports, &options, Some(&own.baseline), progress)?;
+    let efforts = own.pairs.into_iter().map(|[effort, _]| effort).collect();
+    let added = AddedEffort::new(trials, settings, efforts, pictures.sample_rate_hz, pictures.added.clone())?;
+    Ok(Diagnosed { added, ..answered(trials, settings, found, pictures, own.warnings) })
 }
 
 /// Says what the baseline gets wrong, and why; `progress` is told in words what is being done.
@@ -86,14 +102,20 @@ pub fn diagnose(trials: &Trials, settings: &Diagnose, progress: &mut dyn FnMut(&
     if let Some(file) = &settings.baseline {
         found = robot_side(found, file, &recordings, trials.sample_rate_hz(), ports, &options, progress)?;
     }
+    Ok(answered(trials, settings, found, pictures, vec![]))
+}
+
+/// The answer to a question of forces and motions.
+fn answered(trials: &Trials, settings: &Diagnose, diagnosis: Diagnosis, pictures: Pictures, more: Vec<Warning>) -> Diagnosed {
+    let ports = &trials.roles.ports;
     let result = DiagnosisResult {
-        head: Head::new(DiagnosisResult::SCHEMA, "diagnose", trials.warnings.clone()),
+        head: Head::new(DiagnosisResult::SCHEMA, "diagnose", trials.warnings.iter().cloned().chain(more).collect()),
         settings: settings.recorded(),
         inputs: trials.names(&ports.inputs),
         outputs: trials.names(&ports.outputs),
-        diagnosis: found,
+        diagnosis,
     };
-    Ok(Diagnosed { trials: trials.clone(), result, pictures, corrections: None })
+    Diagnosed { trials: trials.clone(), result, pictures, corrections: None, added: None }
 }
 
 /// A diagnosis that is being asked for.
@@ -158,14 +180,14 @@ fn behind_transducer(recordings: &[Recording], ports: &Ports, file: &BaselineFil
 
 /// The diagnosis with the robot's side beside it, where the baseline has a device and the recordings show both of its ends.
 fn robot_side(
-    mut found: ndof_diagnose::Diagnosis,
+    mut found: Diagnosis,
     file: &BaselineFile,
     recordings: &[Recording],
     sample_rate_hz: f64,
     ports: &Ports,
     options: &Options,
     progress: &mut dyn FnMut(&str),
-) -> Result<ndof_diagnose::Diagnosis, AnalysisError> {
+) -> Result<Diagnosis, AnalysisError> {
     if file.device.is_none() {
         return Ok(found);
     }

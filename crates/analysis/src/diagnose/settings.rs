@@ -190,7 +190,7 @@ impl Diagnose {
         }
     }
 
-    fn apart(&self, trials: &Trials) -> ndof_diagnose::HeldOut {
+    pub(super) fn apart(&self, trials: &Trials) -> ndof_diagnose::HeldOut {
         match &self.held_out {
             HeldOut::Auto => ndof_diagnose::HeldOut::Auto,
             HeldOut::Time([from, to]) => ndof_diagnose::HeldOut::Time(*from, *to),

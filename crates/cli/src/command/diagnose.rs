@@ -38,7 +38,7 @@ pub struct Arguments {
     /// Link at the end of the robot's chain
     #[arg(long, value_name = "LINK", requires = "robot")]
     tip: Option<String>,
-    /// What a simulator of the robot, any, logged at the same commands, one file a recording: it is judged then
+    /// What a simulator, any, logged at the same commands, one file a recording: it is judged then, a robot's best with its --robot
     #[arg(long, value_name = "FILE", num_args = 1.., conflicts_with = "baseline")]
     simulated: Vec<PathBuf>,
     /// Write the robot's file as corrected by what was found, in its own format; with the patch, and what files have no word for

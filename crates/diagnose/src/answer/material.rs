@@ -21,6 +21,8 @@ pub(crate) struct Answer<'a> {
     pub meaning: &'a Meaning,
     pub options: &'a Options,
     pub court: &'a Court,
+    /// All trials from beginning to end, where causes are asked for what they add.
+    pub whole: Option<&'a Court>,
     pub unseen: &'a Unseen<'a>,
     pub baseline: &'a Stand,
     /// The fit that the baseline's matrices are from, if it is one.

@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import TYPE_CHECKING, Any, Union
 
 from . import _ndof
+from ._errors import NdofError
 from ._options import Document, PathLike, Stretch, document, settings, stretches
 from ._recording import Recordings, recordings_of, roles_of
 from ._result import Result
+from ._simulator import Rerun, Simulate, rerun, run
 
 if TYPE_CHECKING:
     from pandas import DataFrame as _DataFrame
@@ -25,11 +27,15 @@ class Diagnosis(Result):
     Diagnosis(adequate)
     """
 
-    __slots__ = ("_page",)
+    __slots__ = ("_page", "rerun")
 
-    def __init__(self, text: str, page: str = "") -> None:
+    rerun: Rerun | None
+    """Of a simulator that was given as a function: what it misses of the held-out part by its own run, alone and with the effort of the causes."""
+
+    def __init__(self, text: str, page: str = "", rerun: Rerun | None = None) -> None:
         super().__init__(text)
         self._page = page
+        self.rerun = rerun
 
     @property
     def verdict(self) -> str:
@@ -91,7 +97,7 @@ class Diagnosis(Result):
         return plot_gain(self, ax)
 
     def __reduce__(self) -> tuple[Any, ...]:
-        return Diagnosis, (self.to_json(), self._page)
+        return Diagnosis, (self.to_json(), self._page, self.rerun)
 
     def __repr__(self) -> str:
         causes = ", ".join(f"{c['effect']} ({c['site']['side']} {c['site']['axis']})".replace(" )", ")") for c in self.causes)
@@ -106,6 +112,8 @@ def diagnose(
     robot: PathLike | None = None,
     tip: str | None = None,
     simulated: Recordings | None = None,
+    simulate: Simulate | None = None,
+    parameters: Mapping[str, float] | None = None,
     held_out: Union[Stretch, PathLike, Sequence[PathLike], None] = None,
     tolerance: float = 0.01,
     without: str | Sequence[str] = (),
@@ -129,23 +137,48 @@ def diagnose(
     Without ``baseline`` (a file or a dictionary) the simulation is the linear inertia-damping-stiffness model, fitted.
     ``kinematics`` (a file or a dictionary, ``ndof/kinematics/1``) is the arm whose curved geometry is then a cause like any other.
     ``robot`` is a file (URDF, MJCF or TOML) whose joints are judged, to the link ``tip``: recordings hold ``torque_JOINT`` and ``angle_JOINT`` of each
-    joint. ``simulated`` is what a simulator of that robot logged at the same commands, one recording for each: it is judged then.
+    joint. ``simulated`` is what a simulator, any, logged at the same commands, one recording for each: it is judged then, a robot's best with its
+    file in ``robot``. ``simulate`` is the simulator itself, ``f(inputs, added_effort, parameters) -> outputs``: it is given every channel of a recording, and
+    gives those that it simulates; ``added_effort`` holds efforts by channel that are to act beside its own forces, none in the first run, and
+    ``parameters`` what was given here. What is found is then proved by its own run, in :attr:`Diagnosis.rerun`.
     ``held_out`` is a stretch of time (two numbers, in seconds) or the files or names of the recordings that no fit may
     see; without it the last third of the recordings, or the last 30 % of a single one. ``plan`` simulates the next experiments
     that would tell confusable causes apart. ``schedule`` is what stiffness or damping may vary with, as one cause beside the others: ``phase``
     (of a ``cycle`` in seconds, or of one that the channel ``cycle_by`` or an ``event`` begins, whose times in seconds are one list or one a trial),
     ``time`` or a channel. ``progress`` is called with what is being done; Ctrl-C ends the work at its next step.
 
-    >>> import ndof
+    >>> import numpy as np, ndof
     >>> steps = []
     >>> trials = ndof.simulate("spring-array", trials=3).recordings
     >>> ndof.diagnose(trials, progress=lambda what, done, total: steps.append(what))
     Diagnosis(adequate)
     >>> len(steps) > 0
     True
+
+    A simulation of a mass on a spring, and a recording of one with dry friction:
+
+    >>> def simulate(inputs, added_effort, parameters):
+    ...     force = inputs["force_x"] + added_effort.get("force_x", 0.0)
+    ...     x = v = 0.0
+    ...     motion = []
+    ...     for f in np.repeat(force, 10):
+    ...         v += (f - 12 * v - parameters["stiffness"] * x - parameters["dry"] * np.tanh(v / 0.005)) / 2 / 5000
+    ...         x += v / 5000
+    ...         motion.append(x)
+    ...     return {"pos_x": np.reshape(motion, (-1, 10)).mean(axis=1)}
+    >>> force = ndof.simulate("spring-array", trials=1).recordings[0]["force_x"][:15000]
+    >>> moved = simulate({"force_x": force}, {}, {"stiffness": 300, "dry": 1.0})
+    >>> measured = ndof.Recording({"force_x": force, **moved}, 500)
+    >>> found = ndof.diagnose(measured, simulate=simulate, parameters={"stiffness": 300, "dry": 0.0})
+    >>> found.causes[0]["effect"]
+    'coulomb-friction'
+    >>> found.rerun["nrmse_after"][0] < 0.5 * found.rerun["nrmse_before"][0]
+    True
     """
     asked = locals()
     trials = recordings_of(recordings)
+    if simulate is not None and simulated is not None:
+        raise NdofError("simulate and simulated are both the simulator; give one of the two")
     apart: list[Any] = [held_out] if isinstance(held_out, (str, os.PathLike)) else list(held_out or ())
     if not (len(apart) == 2 and all(isinstance(one, (int, float)) for one in apart)):
         apart = [os.fspath(one) for one in apart]
@@ -153,7 +186,11 @@ def diagnose(
         trials += recordings_of([file for file in apart if file not in known])
     asked["held_out"] = apart or None
     asked["without"] = [without] if isinstance(without, str) else list(without)
-    text, page = _ndof.diagnose(
+    given = dict(parameters or {})
+    logs = [] if simulated is None else recordings_of(simulated)
+    if simulate is not None:
+        logs = [run(simulate, trial, {}, given) for trial in trials]
+    text, page, added = _ndof.diagnose(
         trials,
         roles_of(reference, input, output),
         stretches(start, stop, exclude),
@@ -161,7 +198,10 @@ def diagnose(
         document(baseline),
         document(kinematics),
         None if robot is None else (os.fspath(robot), tip),
-        [] if simulated is None else recordings_of(simulated),
+        logs,
         progress,
     )
-    return Diagnosis(text, page)
+    found = Diagnosis(text, page)
+    if simulate is not None:
+        found.rerun = rerun(simulate, trials, logs, added, found.to_dict()["outputs"], given)
+    return found

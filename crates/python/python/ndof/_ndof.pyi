@@ -11,6 +11,7 @@ _Parts: TypeAlias = tuple[
 _Roles: TypeAlias = tuple[Sequence[str] | None, Sequence[str] | None, Sequence[str] | None]
 _Stretches: TypeAlias = tuple[float | None, float | None, Sequence[tuple[float, float]]]
 _Progress: TypeAlias = Callable[[str, int, int], object] | None
+_Added: TypeAlias = tuple[list[str], list[list[NDArray[np.float64]]], list[tuple[int, int, int]]]
 _Row: TypeAlias = tuple[str, str, float | None, float | None, list[float] | None, bool]
 
 class _Recording(Protocol):
@@ -94,7 +95,7 @@ def diagnose(
     robot: tuple[str, str | None] | None,
     simulated: Sequence[_Recording],
     progress: _Progress,
-) -> tuple[str, str]: ...
+) -> tuple[str, str, _Added | None]: ...
 def frequency_response(
     recordings: Sequence[_Recording], roles: _Roles, stretches: _Stretches, settings: str
 ) -> Estimate: ...
