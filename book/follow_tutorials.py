@@ -22,7 +22,7 @@ from pathlib import Path
 ROOT = Path(__file__).resolve().parents[1]
 TUTORIALS = ROOT / "book" / "src" / "tutorials"
 # Driven by crates/python/test, with its own environment, and by `.ci/run octave`.
-ELSEWHERE = {"python", "dask", "spark", "julia_and_matlab"}
+ELSEWHERE = {"python", "simulator", "dask", "spark", "julia_and_matlab"}
 MARK = "\x1e"
 ANSI = re.compile(r"\x1b\[[0-9;]*m")
 NUMBER = re.compile(r"[-+−±]?\d+(?:\.\d+)?(?:e[-+]?\d+)?%?")

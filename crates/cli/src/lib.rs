@@ -43,7 +43,9 @@ enum Command {
     Simulate(command::simulate::Arguments),
     Convert(command::convert::Arguments),
     List(command::list::Arguments),
+    #[cfg(not(target_family = "wasm"))]
     Schema(command::schema::Arguments),
+    #[cfg(not(target_family = "wasm"))]
     Completions(command::completions::Arguments),
 }
 
@@ -91,6 +93,7 @@ pub fn run(arguments: impl IntoIterator<Item = impl Into<OsString> + Clone>, stu
         Command::Live(arguments) => command::live::run(&arguments),
         Command::Compare(arguments) => command::compare::run(&arguments),
         Command::Cohort(arguments) => command::cohort::run(&arguments),
+        #[cfg(not(target_family = "wasm"))]
         Command::Completions(arguments) => command::completions::run(&arguments, definition),
         Command::Study(arguments) => command::study::run(&arguments, studies),
         Command::Diagnose(arguments) => command::diagnose::run(&arguments),
@@ -99,6 +102,7 @@ pub fn run(arguments: impl IntoIterator<Item = impl Into<OsString> + Clone>, stu
         Command::List(arguments) => command::list::run(&arguments),
         Command::Estimate(arguments) => command::estimate::run(&arguments),
         Command::Convert(arguments) => command::convert::run(&arguments),
+        #[cfg(not(target_family = "wasm"))]
         Command::Schema(arguments) => command::schema::run(&arguments),
     });
     match done {

@@ -32,12 +32,13 @@ impl Sum {
         [self.value - half, self.value + half]
     }
 
-    /// Probability that it is above zero.
+    /// Probability that it is above zero; none where it is not a number, as where a loss is beyond all bounds.
     pub fn positive(&self) -> f64 {
         if self.error == 0.0 {
             return if self.value > 0.0 { 1.0 } else { 0.0 };
         }
-        self.law().map_or(0.5, |law| law.cdf(self.value / self.error))
+        let t = self.value / self.error;
+        if t.is_nan() { 0.0 } else { self.law().map_or(0.5, |law| law.cdf(t)) }
     }
 }
 
@@ -91,4 +92,17 @@ fn delayed(x: &[f64], samples: f64) -> Vec<f64> {
             x[i] + part * (x[(i + 1).min(x.len() - 1)] - x[i])
         })
         .collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::Sum;
+
+    #[test]
+    fn what_is_no_number_predicts_nothing() {
+        for blocks in [vec![f64::NAN, 1.0, 2.0], vec![f64::INFINITY, 1.0, f64::NEG_INFINITY], vec![f64::INFINITY; 4]] {
+            assert_eq!(Sum::of(&blocks).positive(), 0.0, "{blocks:?}");
+        }
+        assert!(Sum::of(&[1.0, 1.1, 0.9, 1.0]).positive() > 0.99);
+    }
 }

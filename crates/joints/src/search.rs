@@ -132,7 +132,9 @@ impl Rule<'_> {
     pub fn p_value(&self, form: &Form, gained: f64, freedoms: usize) -> f64 {
         let freedoms = (freedoms + form.shape.len()).max(1) as f64;
         let left = form.joint.map_or(self.left.iter().copied().fold(f64::INFINITY, f64::min), |j| self.left[j]);
-        let tail = FisherSnedecor::new(freedoms, left.max(1.0)).map_or(1.0, |d| d.sf(gained.max(0.0) / freedoms));
+        // Beyond this ratio the tail is zero to the last bit, and the law's own quotients overflow.
+        let ratio = (gained.max(0.0) / freedoms).min(1e100);
+        let tail = FisherSnedecor::new(freedoms, left.max(1.0)).map_or(1.0, |d| d.sf(ratio));
         (tail * self.hypotheses as f64).min(1.0)
     }
 

@@ -3,6 +3,8 @@
 pub mod check;
 pub mod cohort;
 pub mod compare;
+// A page has no shell, and reads no schema: they would be a tenth of what it loads.
+#[cfg(not(target_family = "wasm"))]
 pub mod completions;
 pub mod convert;
 pub mod design;
@@ -11,6 +13,7 @@ pub mod estimate;
 pub mod fit;
 pub mod list;
 pub mod live;
+#[cfg(not(target_family = "wasm"))]
 pub mod schema;
 pub mod simulate;
 pub mod study;
