@@ -301,11 +301,13 @@ impl Answer<'_> {
                 "coulomb-friction" => (format!("coulomb_{name}_nm"), told.first()),
                 "viscous-friction" => (format!("viscous_{name}_nm_s_per_rad"), told.first()),
                 "motor-inertia" => (format!("rotor_{name}_kg_m2"), told.first()),
+                "link-parameters" => (format!("mass_{name}_kg"), told.iter().find(|(name, ..)| name == "change_of_mass_kg")),
                 _ => continue,
             };
             let (Some((_, unit, value, error, _)), Some(own)) = (found, parameters.iter_mut().find(|p| p.name == parameter)) else { continue };
-            parameter_shift.push(Shift { name: parameter, unit: (*unit).to_owned(), before: own.value, after: *value });
-            (own.value, own.std_error) = (*value, *error);
+            let after = if form.cause.card.name == "link-parameters" { own.value + value } else { *value };
+            parameter_shift.push(Shift { name: parameter, unit: (*unit).to_owned(), before: own.value, after });
+            (own.value, own.std_error) = (after, *error);
         }
         let residual_white = self.left.gains.iter().all(|g| g.ci95()[0] <= 0.0);
         let names: Vec<&str> = self.model.forms.iter().map(|f| f.cause.card.name).collect();

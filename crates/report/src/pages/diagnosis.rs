@@ -45,16 +45,69 @@ pub fn diagnosis_report(diagnosed: &Diagnosed, title: &str, command: &str) -> Re
 ///
 /// # Errors
 /// [`FigureError`] if a picture cannot be drawn.
-pub fn sections(Diagnosed { result, pictures, .. }: &Diagnosed) -> Result<Vec<Section>, FigureError> {
+pub fn sections(Diagnosed { result, pictures, corrections, .. }: &Diagnosed) -> Result<Vec<Section>, FigureError> {
     let d = &result.diagnosis;
+    let words = if corrections.is_some() { &OF_JOINTS } else { &OF_MOTION };
     let mut sections: Vec<Section> = d.causes.iter().enumerate().map(cause_section).collect::<Result<_, _>>()?;
-    sections.push(gain_section(result)?);
-    sections.extend(runs_section(result, pictures)?);
-    sections.extend(state_section(pictures)?);
+    sections.extend(corrections.is_some().then(|| file_section(d)));
+    sections.push(gain_section(result, words, corrections.is_none())?);
+    sections.extend(runs_section(result, pictures, words)?);
+    sections.extend(state_section(pictures, words)?);
     sections.push(discrepancy_section(d)?);
     sections.extend(considered_section(d)?);
     sections.extend(next_section(d));
     Ok(sections)
+}
+
+/// What a prediction is, and what it leaves over.
+struct Words {
+    gain: &'static str,
+    runs: &'static str,
+    state: &'static str,
+}
+
+const OF_MOTION: Words = Words {
+    gain: "Error of the free run on data that no fit saw, without and with the named causes.",
+    runs: "Free runs from the input alone over data that no fit saw; what is shown is within the analysed band.",
+    state: "What inertia, damping and stiffness leave over in the first trial that was fitted, as the mean over stretches of the state that hold equally many samples: friction is a step over velocity, a hysteresis a loop over displacement.",
+};
+
+const OF_JOINTS: Words = Words {
+    gain: "Error of the torques on data that no fit saw, without and with the named causes.",
+    runs: "Torques that the robot of the file needs for the measured motion, without and with the named causes, over data that no fit saw.",
+    state: "Torque that the robot of the file leaves over in the first trial that was fitted, as the mean over stretches of speed and angle that hold equally many samples: friction is a step over speed, a gear's hysteresis a loop over the angle.",
+};
+
+/// Frictions, rotors and masses of the file beside what the data say.
+fn file_section(d: &Diagnosis) -> Section {
+    let mut table = Table::new(
+        "The file and the data",
+        &[("Parameter", Align::Left), ("Unit", Align::Left), ("File", Align::Right), ("Data", Align::Right), ("95 % interval", Align::Right)],
+    );
+    for (file, data) in d.baseline.parameters.iter().zip(&d.extended.parameters) {
+        let found = told(d, &file.name);
+        let value = if found.is_some() { number(data.value) } else { "as the file".to_owned() };
+        // What is told of a mass is its change.
+        let beside = if file.name.starts_with("mass_") { file.value } else { 0.0 };
+        let interval = found.flatten().map_or_else(|| "–".to_owned(), |[low, high]| format!("{} … {}", number(beside + low), number(beside + high)));
+        table = table.row([file.name.clone(), file.unit.clone(), number(file.value), value, interval]);
+    }
+    Section::new("The file and the data", "A number that no cause calls wrong stands as in the file.").table(table)
+}
+
+/// The interval of a file's parameter, where a cause names it.
+fn told(d: &Diagnosis, parameter: &str) -> Option<Option<[f64; 2]>> {
+    let [effect, of_joint, own] = [
+        ["coulomb-friction", "coulomb_", "level_nm"],
+        ["viscous-friction", "viscous_", "viscous_nm_s_per_rad"],
+        ["motor-inertia", "rotor_", "rotor_kg_m2"],
+        ["link-parameters", "mass_", "change_of_mass_kg"],
+    ]
+    .into_iter()
+    .find(|[_, prefix, _]| parameter.starts_with(prefix))?;
+    let joint = parameter.strip_prefix(of_joint)?;
+    let cause = d.causes.iter().find(|c| c.effect == effect && joint.strip_prefix(c.site.axis.as_str()).is_some_and(|rest| rest.starts_with('_')))?;
+    cause.parameters.iter().find(|p| p.name == own).map(|p| p.ci95)
 }
 
 /// "hysteresis, limb, x".
@@ -97,7 +150,7 @@ fn cause_section((position, cause): (usize, &Cause)) -> Result<Section, FigureEr
     Ok(section.figure(figures::schedule(&format!("cause-{}-over-schedule", position + 1), &title, &data)?))
 }
 
-fn gain_section(result: &DiagnosisResult) -> Result<Section, FigureError> {
+fn gain_section(result: &DiagnosisResult, words: &Words, shifts: bool) -> Result<Section, FigureError> {
     let d = &result.diagnosis;
     let at = |values: &[Option<f64>], k: usize| values.get(k).copied().flatten().unwrap_or(f64::NAN);
     let outputs: Vec<HeldOut> = result
@@ -111,10 +164,10 @@ fn gain_section(result: &DiagnosisResult) -> Result<Section, FigureError> {
             floor: at(&d.noise_floor.nrmse, k),
         })
         .collect();
-    let mut section = Section::new("Gain", "Error of the free run on data that no fit saw, without and with the named causes.")
+    let mut section = Section::new("Gain", words.gain)
         .figure(figures::before_after("gain", "Held-out error", &outputs)?)
         .text(format!("Noise floor: {}.", d.noise_floor.how));
-    for shift in &d.extended.parameter_shift {
+    for shift in d.extended.parameter_shift.iter().filter(|_| shifts) {
         section = section.note(
             Note::Information,
             format!("{} had been biased: {} without the causes, {} {} with them.", shift.name, number(shift.before), number(shift.after), shift.unit),
@@ -131,11 +184,10 @@ fn discrepancy_section(d: &Diagnosis) -> Result<Section, FigureError> {
         ("noise", d.discrepancy.noise_share),
     ]
     .map(|(name, share)| (name.to_owned(), share));
-    let mut section = Section::new("Discrepancy", "Of what kind the error of the baseline is, and where it lies.").figure(figures::shares(
-        "shares",
-        "Kinds of error",
-        &parts,
-    )?);
+    let mut section = Section::new("Discrepancy", "Of what kind the error of the baseline is, and where it lies.");
+    if parts.iter().any(|(_, share)| share.is_finite()) {
+        section = section.figure(figures::shares("shares", "Kinds of error", &parts)?);
+    }
     let bands: Vec<Place> = d.discrepancy.by_band.iter().map(|b| (b.band_hz, b.output.as_str(), b.share)).collect();
     let times: Vec<Place> = d.discrepancy.by_time.iter().map(|t| (t.time_s, t.output.as_str(), t.share)).collect();
     let over = |label: &str, unit: &str| (label.to_owned(), unit.to_owned());
@@ -173,7 +225,7 @@ fn stretches_figure(name: &str, title: &str, over: (String, String), places: &[P
 }
 
 /// Free runs of the baseline and of the extended model over the held-out part, and what the better one leaves.
-fn runs_section(result: &DiagnosisResult, pictures: &Pictures) -> Result<Option<Section>, FigureError> {
+fn runs_section(result: &DiagnosisResult, pictures: &Pictures, words: &Words) -> Result<Option<Section>, FigureError> {
     let named = !result.diagnosis.causes.is_empty();
     let finite = |runs: &[Vec<f64>], i: usize| runs.get(i).is_some_and(|run| run.iter().any(|x| x.is_finite()));
     let runs: Vec<Compared<'_>> = pictures
@@ -196,8 +248,7 @@ fn runs_section(result: &DiagnosisResult, pictures: &Pictures) -> Result<Option<
         return Ok(None);
     }
     let clock = (pictures.sample_rate_hz, pictures.start_s);
-    let lead = "Free runs from the input alone over data that no fit saw; what is shown is within the analysed band.";
-    let mut section = Section::new("Prediction of held-out data", lead).figure(run_figure("held-out", "The first held-out trial", clock, &runs)?);
+    let mut section = Section::new("Prediction of held-out data", words.runs).figure(run_figure("held-out", "The first held-out trial", clock, &runs)?);
     let title = if named { "What the extended model leaves" } else { "What the baseline leaves" };
     if let Some(figure) = residual_figure("held-out-residual", title, (pictures.sample_rate_hz, pictures.band_hz), &runs)? {
         section = section.figure(figure);
@@ -206,18 +257,18 @@ fn runs_section(result: &DiagnosisResult, pictures: &Pictures) -> Result<Option<
 }
 
 /// What the matrices leave over, on average at each velocity and displacement of each axis, with what the causes say.
-fn state_section(pictures: &Pictures) -> Result<Option<Section>, FigureError> {
+fn state_section(pictures: &Pictures, words: &Words) -> Result<Option<Section>, FigureError> {
     let mut figure = Figure::new("missing-effort", "Missing effort").columns(2);
     for (i, (axis, missing)) in pictures.axes.iter().zip(&pictures.missing).enumerate() {
         let (Some(velocity), Some(position)) = (pictures.velocity.get(i), pictures.position.get(i)) else { continue };
         let explained = pictures.explained.get(i).filter(|force| force.iter().any(|f| *f != 0.0));
-        let words = |name: &str| if pictures.axes.len() > 1 { format!("{name} {axis}") } else { name.to_owned() };
+        let of_axis = |name: &str| if pictures.axes.len() > 1 { format!("{name} {axis}") } else { name.to_owned() };
         let curves: [(&str, &[f64], Color, Dash); 2] = [
             ("missing", missing, Color::Blue, Dash::Solid),
             ("explained by the causes", explained.map_or(&[], Vec::as_slice), Color::Vermillion, Dash::Dashed),
         ];
         for (link, (name, unit, state)) in [("Velocity", pictures.units[1], velocity), ("Displacement", pictures.units[0], position)].into_iter().enumerate() {
-            let mut panel = Panel::new(Axis::linear(words(name), unit), Axis::linear(words("Missing effort"), pictures.units[2])).height(150.0);
+            let mut panel = Panel::new(Axis::linear(of_axis(name), unit), Axis::linear(of_axis("Missing effort"), pictures.units[2])).height(150.0);
             panel.link = 2 * i + link;
             for (label, effort, color, dash) in curves {
                 // Over displacement forth and back are apart: what a loop encloses is what it takes.
@@ -238,8 +289,7 @@ fn state_section(pictures: &Pictures) -> Result<Option<Section>, FigureError> {
     if figure.cells.is_empty() {
         return Ok(None);
     }
-    let lead = "What inertia, damping and stiffness leave over in the first trial that was fitted, as the mean over stretches of the state that hold equally many samples: friction is a step over velocity, a hysteresis a loop over displacement.";
-    Ok(Some(Section::new("Missing effort over the state", lead).figure(figure)))
+    Ok(Some(Section::new("Missing effort over the state", words.state).figure(figure)))
 }
 
 /// The colour of the way back.
