@@ -43,6 +43,9 @@ impl Default for Options {
 const FEWEST_TO_FIT: usize = 20;
 /// Samples that it takes to judge by: their scatter has then seven degrees of freedom.
 const FEWEST_TO_JUDGE: usize = 8;
+/// Probability, by the scatter of blocks of time, with which a cause has to predict what was held out. What was fitted has been asked before, at the
+/// rate of false alarms: by chance both say yes once in a thousand times.
+const SURE: f64 = 0.9;
 /// At most so many causes a joint: beyond it is a robot that this file is not of.
 const CAUSES_A_JOINT: usize = 6;
 
@@ -289,9 +292,7 @@ fn reason(model: &Model, k: usize, (gain, matters): (Sum, f64), options: &Option
     if !model.forms[k].allows(&model.factors[k]) {
         return Some("it would need a parameter below zero".to_owned());
     }
-    // Its 95 % interval, by the scatter of blocks of time, is what the answer prints.
-    let beyond_chance = gain.ci95()[0] > 0.0;
-    if !beyond_chance {
+    if gain.positive() < SURE {
         return Some("what was held out is not predicted better with it beyond chance".to_owned());
     }
     (matters < options.tolerance)
