@@ -4,6 +4,7 @@ use crate::causes::Form;
 use crate::column::Column;
 use crate::search::Solved;
 use crate::table::{Series, Table, View};
+use ndof_sysid::two_sided_t;
 use std::sync::Arc;
 
 /// What is taken off the logged torques before they are compared.
@@ -182,17 +183,26 @@ fn slope(view: &View<'_>, form: &Form, factors: &[f64], shape: usize, bounds: [f
 }
 
 /// A⁻¹ S A⁻¹ with the scores S of blocks of time, each variance no less than that of white noise.
+///
+/// Fitted columns take from the scores of few blocks what they can: with p of them on the same joints the variance is short by (b − p) / b, and its law has
+/// b − p degrees of freedom (A. C. Cameron and D. L. Miller, A practitioner's guide to cluster-robust inference, J. Hum. Resour. 50(2) (2015) 317).
 fn sandwich(found: &Solved, series: &[Arc<Series>], rest: &Series) -> Vec<Vec<f64>> {
     let white = found.covariance();
-    let n = found.kept.len();
-    let scores = block_products(&found.kept.iter().map(|k| series[*k].as_ref()).collect::<Vec<_>>(), rest);
+    let own: Vec<&Series> = found.kept.iter().map(|k| series[*k].as_ref()).collect();
+    let n = own.len();
+    let scores = block_products(&own, rest);
     let b = scores.len() as f64;
     if b < 4.0 {
         return white;
     }
     let influence: Vec<Vec<f64>> = scores.iter().map(|s| (0..n).map(|i| (0..n).map(|j| white[i][j] * s[j]).sum()).collect()).collect();
-    let robust = |i: usize, j: usize| influence.iter().map(|x| x[i] * x[j]).sum::<f64>() * b / (b - 1.0);
-    let scale: Vec<f64> = (0..n).map(|i| (robust(i, i) / white[i][i]).max(1.0).sqrt()).collect();
+    let robust = |i: usize| {
+        let beside = own.iter().filter(|other| other.shares_a_joint_with(own[i])).count() as f64;
+        let freedom = (b - beside).max(2.0);
+        let wider = two_sided_t(0.95, freedom) / two_sided_t(0.95, b - 1.0);
+        influence.iter().map(|x| x[i] * x[i]).sum::<f64>() * b / freedom * wider * wider
+    };
+    let scale: Vec<f64> = (0..n).map(|i| (robust(i) / white[i][i]).max(1.0).sqrt()).collect();
     (0..n).map(|i| (0..n).map(|j| white[i][j] * scale[i] * scale[j]).collect()).collect()
 }
 

@@ -30,6 +30,11 @@ impl Series {
         Series(self.0.iter().map(|piece| piece.iter().zip(noise).map(joint).collect()).collect())
     }
 
+    /// Whether a joint feels both.
+    pub fn shares_a_joint_with(&self, other: &Series) -> bool {
+        self.0.iter().zip(&other.0).any(|(a, b)| a.iter().zip(b).any(|(a, b)| a.is_some() && b.is_some()))
+    }
+
     /// Σ over all joints and samples of the product with another.
     pub fn dot(&self, other: &Series) -> f64 {
         let joint = |(a, b): (&Option<Vec<f64>>, &Option<Vec<f64>>)| match (a, b) {
