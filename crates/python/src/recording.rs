@@ -72,12 +72,7 @@ pub fn role_names((references, inputs, outputs): Roles) -> RoleNames {
     RoleNames { references, inputs, outputs, ..RoleNames::default() }
 }
 
-/// Trials of one experiment with roles and stretches, as `ndof` reads them from files.
-pub fn experiment(trials: Vec<Trial>, roles: Roles, stretches: Stretches) -> PyResult<Trials> {
-    experiment_with(trials, roles, stretches, Vec::new())
-}
-
-/// The same with channels that are kept though they have no role.
+/// Trials of one experiment with roles and stretches, as `ndof` reads them from files; the channels `kept` stay without a role.
 pub fn experiment_with(trials: Vec<Trial>, roles: Roles, stretches: Stretches, kept: Vec<String>) -> PyResult<Trials> {
     let names = RoleNames { kept, ..role_names(roles) };
     Trials::new(trials, &names, &trim(stretches)).map_err(raise_analysis)

@@ -46,10 +46,12 @@ impl Simulator {
         let mut measured: Vec<Recording> = trials.trials.iter().map(|trial| trial.recording.clone()).collect();
         let mut powers = Powers::default();
         for (recording, simulated) in measured.iter_mut().zip(&*own.trials) {
-            let beyond = beyond(&simulated.recording, &pairs, &fitted.matrices, corner_hz)?;
-            powers.add(recording, &simulated.recording, &pairs, &beyond)?;
+            let efforts = |corner_hz| efforts(&simulated.recording, &pairs, &fitted.matrices, corner_hz);
+            // What is beyond the band, such as the noise of a simulated sensor, changes no answer.
+            powers.add(recording, &simulated.recording, &pairs, &efforts(fitted.result.band_hz[1])?)?;
+            let efforts = efforts(corner_hz)?;
             let mut channels = recording.channels().to_vec();
-            for ([effort, _], beyond) in pairs.iter().zip(&beyond) {
+            for ([effort, _], [_, beyond]) in pairs.iter().zip(&efforts) {
                 channels.iter_mut().filter(|c| c.name == *effort).for_each(|c| c.samples.iter_mut().zip(beyond).for_each(|(f, b)| *f -= b));
             }
             let made =
@@ -102,18 +104,19 @@ fn pairs(trials: &Trials) -> Result<Vec<[String; 2]>, AnalysisError> {
     })
 }
 
-/// What a simulator's effort is beyond M ẍ + B ẋ + K x along its own motion, below the corner; `[axis][time]`.
-fn beyond(simulated: &Recording, pairs: &[[String; 2]], own: &InertiaDampingStiffness, corner_hz: f64) -> Result<Vec<Vec<f64>>, AnalysisError> {
+/// A simulator's effort along each axis, and what it is beyond M ẍ + B ẋ + K x along its own motion; below the corner.
+fn efforts(simulated: &Recording, pairs: &[[String; 2]], own: &InertiaDampingStiffness, corner_hz: f64) -> Result<Vec<[Vec<f64>; 2]>, AnalysisError> {
     let series = |name: &str| -> Result<[Vec<f64>; 3], AnalysisError> { Ok(derivatives(samples(simulated, name)?, simulated.sample_rate_hz(), corner_hz)) };
     let motions = pairs.iter().map(|[_, motion]| series(motion)).collect::<Result<Vec<_>, _>>()?;
     let mut out = Vec::new();
     for (i, [effort, _]) in pairs.iter().enumerate() {
-        let [mut rest, ..] = series(effort)?;
+        let [effort, ..] = series(effort)?;
+        let mut rest = effort.clone();
         for (j, [x, v, a]) in motions.iter().enumerate() {
             let (m, b, k) = (own.inertia[[i, j]], own.damping[[i, j]], own.stiffness[[i, j]]);
             rest.iter_mut().zip(x.iter().zip(v).zip(a)).for_each(|(f, ((x, v), a))| *f -= m * a + b * v + k * x);
         }
-        out.push(rest);
+        out.push([effort, rest]);
     }
     Ok(out)
 }
@@ -130,9 +133,9 @@ struct Powers {
 }
 
 impl Powers {
-    fn add(&mut self, measured: &Recording, simulated: &Recording, pairs: &[[String; 2]], beyond: &[Vec<f64>]) -> Result<(), AnalysisError> {
+    fn add(&mut self, measured: &Recording, simulated: &Recording, pairs: &[[String; 2]], efforts: &[[Vec<f64>; 2]]) -> Result<(), AnalysisError> {
         self.of.resize(pairs.len(), [0.0; 4]);
-        for (([effort, motion], beyond), of) in pairs.iter().zip(beyond).zip(&mut self.of) {
+        for (([_, motion], [effort, beyond]), of) in pairs.iter().zip(efforts).zip(&mut self.of) {
             let power = |x: &mut dyn Iterator<Item = f64>| {
                 let (n, sum, squares) = x.fold((0.0, 0.0, 0.0), |(n, sum, squares), x| (n + 1.0, sum + x, squares + x * x));
                 squares - sum * sum / f64::max(n, 1.0)
@@ -140,7 +143,7 @@ impl Powers {
             let (x, own) = (samples(measured, motion)?, samples(simulated, motion)?);
             let more = [
                 power(&mut beyond.iter().copied()),
-                power(&mut samples(simulated, effort)?.iter().copied()),
+                power(&mut effort.iter().copied()),
                 power(&mut x.iter().zip(own).map(|(x, own)| x - own)),
                 power(&mut x.iter().copied()),
             ];
