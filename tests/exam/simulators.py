@@ -118,11 +118,13 @@ def main():
     for friction, words in ((False, "a linear simulator"), (True, "a simulator with own friction")):
         some = [r for r in rows if r[0] == friction]
         lines.append(Row(f"{words}: the cause right first", sum(r[2][:1] == [r[1]] for r in some if r[1] != "nothing"), sum(r[1] != "nothing" for r in some)).text())
-        lines.append(Row(f"{words}: nothing hidden, something named", sum(bool(r[2]) for r in some if r[1] == "nothing"), sum(r[1] == "nothing" for r in some)).text())
+        lines.append(Row(f"{words}: nothing hidden, a name", sum(bool(r[2]) for r in some if r[1] == "nothing"), sum(r[1] == "nothing" for r in some)).text())
     for hidden in HIDDEN[1:]:
         lines.append(Row(f"    {hidden}", sum(r[2][:1] == [hidden] for r in rows if r[1] == hidden), sum(r[1] == hidden for r in rows)).text())
-    judged = [r[3] for r in rows if r[3] is not None]
-    lines.append(Row("M, B, K and level of friction: inside their intervals", sum(judged), len(judged)).text())
+    for friction, words in ((False, "a linear simulator"), (True, "a simulator with own friction")):
+        for what, own in (("M, B, K", "MBK"), ("level of friction", "coulomb-friction")):
+            judged = [r[3] for r in rows if r[3] is not None and r[0] == friction and r[1] in own]
+            lines.append(Row(f"{words}: {what} inside its interval", sum(judged), len(judged)).text())
     text = "\n".join(lines) + "\n"
     print(text, end="")
     if options.out:

@@ -1,6 +1,6 @@
 """The third door: `ndof.diagnose(recordings, robot=urdf, simulate=f)` with f of the nominal MuJoCo robot, its controller inside.
 
-    python3 tests/joints/function_door.py FOLDER [--count 12] [--half tuning]
+    python3 tests/joints/function_door.py FOLDER [--count 12] [--half tuning] [--out FILE]
 
 The recording gets the reference angles that the controller followed (`reference_JOINT`), which are f's inputs; f(inputs, added_effort, parameters)
 gives `torque_JOINT` and `angle_JOINT` of the nominal robot that follows them with the added torques at its joints. `parameters` may change the
@@ -80,6 +80,7 @@ def main():
     parser.add_argument("folder", type=pathlib.Path)
     parser.add_argument("--count", type=int, default=12)
     parser.add_argument("--half", choices=("tuning", "held-back"), default="tuning")
+    parser.add_argument("--out", type=pathlib.Path, help="file that the table is added to")
     options = parser.parse_args()
     truths = [json.loads(path.read_text()) for path in sorted(options.folder.glob("*/question.json"))]
     marks, proved = [], []
@@ -90,16 +91,20 @@ def main():
             nominal = simulation(robots.ROBOTS[truth["robot"]], truth["rate_hz"])
             said = ndof.diagnose([recording], robot=options.folder / truth["id"] / "robot.urdf", simulate=nominal)
             answer = said.to_dict()
-            if marking.mark(truth, {"result": answer, "error": None, "seconds": 0.0}, "columns").exactly and said.rerun:
+            if marking.mark(truth, {"result": answer, "error": None, "seconds": 0.0}, "columns").exactly and truth["causes"] and said.rerun:
                 before, after = (np.linalg.norm(said.rerun[f"nrmse_{when}"]) for when in ("before", "after"))
                 proved.append((truth["id"], after / before))
         except ndof.NdofError as told:
             error = str(told)
         marks.append(marking.mark(truth, {"result": answer, "error": error, "seconds": time.monotonic() - began}, "columns"))
-    print(f"door: simulate=f; half: {options.half}; {len(marks)} questions\n" + marking.table(marks, True), end="")
+    told = f"door: function; half: {options.half}; {len(marks)} questions\n" + marking.table(marks)
     if proved:
         shares = sorted(share for _, share in proved)
-        print(f"\nthe simulator's own run with what was found, {len(shares)} exact answers: error over that before, median {shares[len(shares) // 2]:.2f}, largest {shares[-1]:.2f}")
+        told += f"\nthe simulator's own run with what was found, in {len(shares)} exact answers: its error over that before, median {shares[len(shares) // 2]:.2f}, largest {shares[-1]:.2f}\n"
+    print(told, end="")
+    if options.out:
+        with options.out.open("a") as out:
+            out.write("\n" + told)
 
 
 if __name__ == "__main__":

@@ -159,7 +159,7 @@ impl Powers {
         (curved * apart > tolerance).then(|| {
             let message = format!(
                 "{:.0} % of the simulator's own effort is beyond inertia, damping and stiffness, and its motion is {:.0} % of the measured one away from it: \
-                 how its force changes on that way is known to first order only",
+                 how its force changes on that way is known to first order only, and intervals do not know of that",
                 100.0 * curved,
                 100.0 * apart
             );
