@@ -73,6 +73,18 @@ fn what_a_simulator_has_of_its_own_is_no_cause() {
 }
 
 #[test]
+fn a_simulator_logs_the_same_at_the_same_commands() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let folder = folder.path();
+    log(folder, "sim-1.csv", &Limb { stiffness: 300.0, dry: 0.0 }, 0.0);
+    std::fs::copy(folder.join("sim-1.csv"), folder.join("sim-2.csv")).expect("copied");
+    log(folder, "log-1.csv", &Limb { stiffness: 300.0, dry: 0.0 }, 0.1);
+    log(folder, "log-2.csv", &Limb { stiffness: 300.0, dry: 0.0 }, 0.09);
+    let found = json(folder, &["diagnose", "log-1.csv", "log-2.csv", "--simulated", "sim-1.csv", "sim-2.csv"]);
+    assert_eq!((found["verdict"].as_str(), names(&found)), (Some("adequate"), vec![]));
+}
+
+#[test]
 fn logs_that_do_not_belong_together_are_refused() {
     let folder = tempfile::tempdir().expect("a folder");
     let folder = folder.path();
@@ -82,8 +94,9 @@ fn logs_that_do_not_belong_together_are_refused() {
     csv(&folder.join("other.csv"), "# sample_rate_hz: 500\n", &[("force_y [N]", &vec![1.0; 25_000]), ("pos_y [m]", &vec![0.0; 25_000])]);
     let said = |simulated: &[&str]| refuse(folder, &[&["diagnose", "log.csv", "--simulated"], simulated].concat());
     assert!(said(&["short.csv"]).contains("log the simulator at the same times"));
-    std::fs::copy(folder.join("log.csv"), folder.join("again.csv")).expect("copied");
-    std::fs::copy(folder.join("log.csv"), folder.join("once_more.csv")).expect("copied");
+    for again in ["again.csv", "once_more.csv"] {
+        std::fs::copy(folder.join("log.csv"), folder.join(again)).expect("copied");
+    }
     assert!(said(&["again.csv", "once_more.csv"]).contains("1 measured recordings and 2 simulated ones"));
     assert!(said(&["other.csv"]).contains("other.csv"));
 }

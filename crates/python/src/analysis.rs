@@ -7,7 +7,7 @@ use crate::recording::{PyRecording, Roles, Stretches, experiment_with, role_name
 use crate::work;
 use ndof::analysis::result::to_json;
 use ndof::report::diagnosis_report;
-use ndof::analysis::AddedEffort;
+use ndof::analysis::{AddedEffort, RoleNames, Trials};
 use ndof::diagnose::Stretch;
 use ndof::{Diagnose, Trial};
 use numpy::{IntoPyArray, PyArray1};
@@ -54,7 +54,8 @@ pub fn diagnose<'py>(
     // Even a short record takes seconds.
     let (result, page, added) = work::run(py, samples + work::SMALL, progress.as_ref(), move |reporter| {
         let channels = settings.channels();
-        let simulated = if simulated.is_empty() { None } else { Some(experiment_with(simulated, roles.clone(), stretches.clone(), channels.clone())?) };
+        let logged = |own| Trials::simulated(own, &RoleNames { kept: channels.clone(), ..role_names(roles.clone()) }, &trim(stretches.clone()));
+        let simulated = if simulated.is_empty() { None } else { Some(logged(simulated).map_err(raise_analysis)?) };
         let trials = experiment_with(trials, roles, stretches, channels)?;
         let mut progress = |what: &str| reporter.report(what, 0, 0);
         let diagnosed = match &simulated {

@@ -40,7 +40,7 @@ impl Simulator {
         let pairs = pairs(trials)?;
         let own = of_channels(simulated, &[inputs.clone(), outputs.clone()].concat())?;
         let own = own.into_iter().zip(&*simulated.trials).map(|(recording, trial)| Trial::of(trial.file.clone(), recording)).collect();
-        let own = Trials::new(own, &RoleNames { inputs: Some(inputs), outputs: Some(outputs), ..RoleNames::default() }, &Trim::default())?;
+        let own = Trials::simulated(own, &RoleNames { inputs: Some(inputs), outputs: Some(outputs), ..RoleNames::default() }, &Trim::default())?;
         let fitted = fit(&estimate(&own, &Estimate::default())?, &Fit { band_hz, ..Fit::default() })?;
         let corner_hz = (BEYOND * fitted.result.band_hz[1]).min(HIGHEST * own.sample_rate_hz() / 2.0);
         let mut measured: Vec<Recording> = trials.trials.iter().map(|trial| trial.recording.clone()).collect();

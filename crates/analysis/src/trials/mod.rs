@@ -133,11 +133,25 @@ impl Trials {
     /// # Errors
     /// [`AnalysisError`] if there is none, a role cannot be filled, trials differ, or a channel that is used holds no numbers.
     pub fn new(trials: Vec<Trial>, names: &RoleNames, trim: &Trim) -> Result<Self, AnalysisError> {
+        Trials::assembled(trials, names, trim, true)
+    }
+
+    /// The same of what a simulator logged: at the same commands it logs the same again, which no measured recording does.
+    ///
+    /// # Errors
+    /// As [`Trials::new`].
+    pub fn simulated(trials: Vec<Trial>, names: &RoleNames, trim: &Trim) -> Result<Self, AnalysisError> {
+        Trials::assembled(trials, names, trim, false)
+    }
+
+    fn assembled(trials: Vec<Trial>, names: &RoleNames, trim: &Trim, measured: bool) -> Result<Self, AnalysisError> {
         let first = trials.first().ok_or(AnalysisError::NoRecording)?;
         let mut roles = Roles::find(&first.recording, &first.file, names)?;
         let all_names = first.recording.names();
         let used: Vec<String> = roles.used().into_iter().chain(roles.kept.iter().copied()).map(|i| all_names[i].clone()).collect();
-        each_once(&trials, &used)?;
+        if measured {
+            each_once(&trials, &used)?;
+        }
         let mut warnings = roles.warnings.clone();
         warnings.extend(inferred_units(&first.recording, &used, &roles));
         let (first_file, rate) = (first.file.clone(), first.recording.sample_rate_hz());

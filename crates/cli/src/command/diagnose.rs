@@ -89,7 +89,7 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode, CliError> {
     }
     let trials = arguments.reading.trials_with(&files, &settings.channels())?;
     settings.event_s = arguments.cycles.times(&trials)?;
-    let simulated = if arguments.simulated.is_empty() { None } else { Some(arguments.reading.trials_with(&arguments.simulated, &settings.channels())?) };
+    let simulated = if arguments.simulated.is_empty() { None } else { Some(arguments.reading.simulated_with(&arguments.simulated, &settings.channels())?) };
     output::understood(shared, &trials);
     let bar = progress::Spinner::new(shared.quiet);
     let mut progress = |what: &str| bar.show(what);

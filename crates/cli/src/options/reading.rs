@@ -268,4 +268,10 @@ impl Reading {
         let names = RoleNames { kept: kept.to_vec(), ..self.roles() };
         Ok(Trials::new(self.read_all(files)?, &names, &self.trim())?)
     }
+
+    /// The same of what a simulator logged.
+    pub fn simulated_with(&self, files: &[PathBuf], kept: &[String]) -> Result<Trials, CliError> {
+        let names = RoleNames { kept: kept.to_vec(), ..self.roles() };
+        Ok(Trials::simulated(self.read_all(files)?, &names, &self.trim())?)
+    }
 }
