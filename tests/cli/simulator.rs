@@ -93,7 +93,7 @@ fn logs_that_do_not_belong_together_are_refused() {
     csv(&folder.join("short.csv"), "# sample_rate_hz: 500\n", &[("force_x [N]", &[1.0, 2.0, 0.0]), ("pos_x [m]", &[0.0, 0.1, 0.2])]);
     csv(&folder.join("other.csv"), "# sample_rate_hz: 500\n", &[("force_y [N]", &vec![1.0; 25_000]), ("pos_y [m]", &vec![0.0; 25_000])]);
     let said = |simulated: &[&str]| refuse(folder, &[&["diagnose", "log.csv", "--simulated"], simulated].concat());
-    assert!(said(&["short.csv"]).contains("log the simulator at the same times"));
+    assert!(said(&["short.csv"]).contains("let the simulator log the same commands at the same times"));
     for again in ["again.csv", "once_more.csv"] {
         std::fs::copy(folder.join("log.csv"), folder.join(again)).expect("copied");
     }

@@ -143,8 +143,11 @@ fn check(trials: &[Recording], ports: &Ports) -> Result<(), JointsError> {
     Ok(())
 }
 
-/// Refuses a simulator's logs that are not the measured ones sample by sample.
-fn alike(trials: &[Recording], simulated: &[Recording]) -> Result<(), JointsError> {
+/// Refuses a simulator's logs that are not the measured ones sample by sample; none are right as well.
+///
+/// # Errors
+/// [`JointsError::SimulatedCount`], [`JointsError::SimulatedForm`], or a sample that is no number.
+pub fn alike(trials: &[Recording], simulated: &[Recording]) -> Result<(), JointsError> {
     if simulated.is_empty() {
         return Ok(());
     }

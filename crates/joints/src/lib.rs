@@ -32,7 +32,7 @@ mod table;
 
 pub use causes::{CAUSES, Card, JointCause};
 pub use corrections::{Corrections, corrections};
-pub use diagnose::{Options, diagnose};
+pub use diagnose::{Options, alike, diagnose};
 pub use error::JointsError;
 pub use excitation::{
     Excitation, ExcitationError, ExcitationSearch, FourierMotion, FourierSeries, JointLimits, JointMotion, PredictedParameter, RANDOM_MOTIONS, UsedLimits,

@@ -7,6 +7,7 @@ use crate::fit::{Fit, fit};
 use crate::trials::{RoleNames, Trial, Trials, Trim};
 use ndarray::Array2;
 use ndof_diagnose::{Baseline, Part, Status};
+use ndof_joints::alike;
 use ndof_models::InertiaDampingStiffness;
 use ndof_signal::{Quantity, Recording, Warning, derivatives};
 
@@ -35,15 +36,15 @@ impl Simulator {
     /// # Errors
     /// [`AnalysisError`] if the recordings are not the measured ones sample by sample, or no inertia, damping and stiffness can be fitted.
     pub fn new(trials: &Trials, simulated: &Trials, band_hz: Option<[f64; 2]>, tolerance: f64) -> Result<Self, AnalysisError> {
-        alike(trials, simulated)?;
         let (inputs, outputs) = (trials.names(&trials.roles.ports.inputs), trials.names(&trials.roles.ports.outputs));
         let pairs = pairs(trials)?;
         let own = of_channels(simulated, &[inputs.clone(), outputs.clone()].concat())?;
+        let mut measured: Vec<Recording> = trials.trials.iter().map(|trial| trial.recording.clone()).collect();
+        alike(&measured, &own)?;
         let own = own.into_iter().zip(&*simulated.trials).map(|(recording, trial)| Trial::of(trial.file.clone(), recording)).collect();
         let own = Trials::simulated(own, &RoleNames { inputs: Some(inputs), outputs: Some(outputs), ..RoleNames::default() }, &Trim::default())?;
         let fitted = fit(&estimate(&own, &Estimate::default())?, &Fit { band_hz, ..Fit::default() })?;
         let corner_hz = (BEYOND * fitted.result.band_hz[1]).min(HIGHEST * own.sample_rate_hz() / 2.0);
-        let mut measured: Vec<Recording> = trials.trials.iter().map(|trial| trial.recording.clone()).collect();
         let mut powers = Powers::default();
         for (recording, simulated) in measured.iter_mut().zip(&*own.trials) {
             let efforts = |corner_hz| efforts(&simulated.recording, &pairs, &fitted.matrices, corner_hz);
@@ -60,31 +61,6 @@ impl Simulator {
         }
         Ok(Simulator { baseline: nominal(&fitted.matrices), measured, pairs, warnings: powers.warning(tolerance).into_iter().collect() })
     }
-}
-
-/// Refuses a simulator's recordings that are not the measured ones sample by sample.
-fn alike(trials: &Trials, simulated: &Trials) -> Result<(), AnalysisError> {
-    let wrong = |file: &str, what: String| Err(AnalysisError::Meaning { file: file.to_owned(), what });
-    if simulated.trials.len() != trials.trials.len() {
-        let what = format!(
-            "there are {} measured recordings and {} simulated ones; give one simulated recording for each, in the same order",
-            trials.trials.len(),
-            simulated.trials.len()
-        );
-        return wrong("`simulated`", what);
-    }
-    for (trial, own) in trials.trials.iter().zip(&*simulated.trials) {
-        let form = |r: &Recording| (r.len(), r.sample_rate_hz());
-        let (measured, found) = (form(&trial.recording), form(&own.recording));
-        if measured != found {
-            let what = format!(
-                "{} samples at {} Hz, but {} has {} at {} Hz; log the simulator at the same times",
-                found.0, found.1, trial.file, measured.0, measured.1
-            );
-            return wrong(&own.file, what);
-        }
-    }
-    Ok(())
 }
 
 /// The names of effort and displacement along each axis.

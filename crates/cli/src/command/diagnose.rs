@@ -39,7 +39,7 @@ pub struct Arguments {
     #[arg(long, value_name = "LINK", requires = "robot")]
     tip: Option<String>,
     /// What a simulator, any, logged at the same commands, one file a recording: it is judged then, a robot's best with its --robot
-    #[arg(long, value_name = "FILE", num_args = 1.., conflicts_with = "baseline")]
+    #[arg(long, value_name = "FILE", num_args = 1.., conflicts_with_all = ["baseline", "study"])]
     simulated: Vec<PathBuf>,
     /// Write the robot's file as corrected by what was found, in its own format; with the patch, and what files have no word for
     #[arg(long, value_name = "OUT", requires = "robot")]
