@@ -122,7 +122,7 @@ def main():
     for hidden in HIDDEN[1:]:
         lines.append(Row(f"    {hidden}", sum(r[2][:1] == [hidden] for r in rows if r[1] == hidden), sum(r[1] == hidden for r in rows)).text())
     for friction, words in ((False, "a linear simulator"), (True, "a simulator with own friction")):
-        for what, own in (("M, B, K", "MBK"), ("level of friction", "coulomb-friction")):
+        for what, own in (("M, B, K", "MBK"), ("friction", "coulomb-friction")):
             judged = [r[3] for r in rows if r[3] is not None and r[0] == friction and r[1] in own]
             lines.append(Row(f"{words}: {what} inside its interval", sum(judged), len(judged)).text())
     text = "\n".join(lines) + "\n"
