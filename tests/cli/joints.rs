@@ -91,6 +91,9 @@ fn what_cannot_be_judged_is_refused_with_what_to_do() {
     );
     assert!(said(&["--robot", "arm.urdf", "--without", "hysterese"]).contains("ndof list joints"));
     assert!(said(&["--robot", "arm.urdf", "--input", "torque_elbow", "--output", "angle_elbow"]).contains("2 moving joints"));
+    log(folder.path(), "mad.csv", |_, v, _| if v > 1.0 { 1e200 } else { 0.0 });
+    let mad = refuse(folder.path(), &["diagnose", "mad.csv", "--robot", "arm.urdf"]);
+    assert!(mad.contains("beyond all bounds") && mad.contains("--exclude"), "{mad}");
     csv(&folder.path().join("short.csv"), "# sample_rate_hz: 200\n", &[("torque_shoulder [N m]", &noise(1, 100))]);
     assert!(said(&["--robot", "arm.urdf", "--simulated", "short.csv"]).contains("short.csv"));
     log(folder.path(), "one.csv", |_, v, _| 0.1 * v);

@@ -55,6 +55,11 @@ pub(crate) fn sign(v: f64, over: f64) -> f64 {
 }
 
 impl Column {
+    /// Whether all that it is made with is a number: what is none is not equal to itself.
+    pub fn has_numbers(&self) -> bool {
+        self.clone() == *self
+    }
+
     /// The joints that feel it, and what they feel, sample by sample.
     pub fn along(&self, motion: &Motion, scene: &Scene<'_>) -> Vec<(usize, Vec<f64>)> {
         let own = |joint: usize, f: &dyn Fn(f64, f64) -> f64| {
@@ -205,4 +210,17 @@ fn deflected(motion: &Motion, scene: &Scene<'_>, joint: usize, deflection: impl 
     };
     let (up, down) = (torques(1.0), torques(-1.0));
     up.into_iter().zip(down).map(|(up, down)| up.iter().zip(&down).map(|(u, d)| (u - d) / (2.0 * step)).collect()).enumerate().collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::Column;
+
+    #[test]
+    fn a_law_relative_to_a_joint_that_stands_still_has_no_numbers() {
+        assert!(Column::Turn { joint: 0, speed: 0.02 }.has_numbers());
+        for nothing in [Column::Turn { joint: 0, speed: f64::NAN }, Column::Tilt([0.0, f64::NAN, 1.0])] {
+            assert!(!nothing.has_numbers(), "{nothing:?}");
+        }
+    }
 }

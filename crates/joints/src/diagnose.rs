@@ -3,6 +3,7 @@
 use crate::answer::Answer;
 use crate::band::Band;
 use crate::causes::{CAUSES, Form};
+use crate::column::Column;
 use crate::error::JointsError;
 use crate::generic;
 use crate::held_out::{Sum, gain};
@@ -119,7 +120,9 @@ pub fn diagnose(
         return Err(JointsError::TooShort { kept: count(&fitted), held_out: count(&held), pass_hz: band.pass_hz, needed: [FEWEST_TO_FIT, FEWEST_TO_JUDGE] });
     }
     progress("searching");
-    let forms: Vec<Form> = CAUSES.iter().filter(|c| !options.without.iter().any(|w| w == c.card.name)).flat_map(|c| (c.forms)(&scene)).collect();
+    let asked = CAUSES.iter().filter(|c| !options.without.iter().any(|w| w == c.card.name));
+    // A joint that stands still has no speed or range for a law to be relative to.
+    let forms: Vec<Form> = asked.flat_map(|c| (c.forms)(&scene)).filter(|form| form.columns.iter().all(Column::has_numbers)).collect();
     let (noise, floor, left) = noise_of(&fitted, &forms);
     let [fitted, held] = [fitted, held].map(|view| view.in_noise(noise.clone()));
     let searched = Searched::new(&fitted, &forms, floor, left);

@@ -22,6 +22,16 @@ pub enum JointsError {
         /// Angle channels.
         angles: usize,
     },
+    /// Numbers that no robot makes.
+    #[error(
+        "recording {trial}: angle, speed or torque of \"{joint}\" is beyond all bounds; check the units, or cut out where it swings up with `stop` or `exclude`"
+    )]
+    OutOfBounds {
+        /// Its number, from 1.
+        trial: usize,
+        /// The joint.
+        joint: String,
+    },
     /// A simulator's logs are not as many as the measured ones.
     #[error("{measured} measured recordings and {simulated} simulated ones; give one of the simulator for each, in the same order")]
     SimulatedCount {

@@ -59,6 +59,7 @@ pub(crate) fn scene<'a>(chain: &'a SerialChain, trials: &[Recording], simulated:
         Motion { rigid, ..motion }
     };
     let mut motions: Vec<Motion> = trials.iter().map(moved).collect();
+    within_bounds(&motions, chain)?;
     let joints = (0..n)
         .map(|j| {
             let all = |series: &dyn Fn(&Motion) -> &Vec<f64>| -> Vec<f64> { motions.iter().flat_map(|m| series(m).iter().copied()).collect() };
@@ -78,7 +79,9 @@ pub(crate) fn scene<'a>(chain: &'a SerialChain, trials: &[Recording], simulated:
         })
         .collect();
     let scene = Scene { chain, rate_hz, fastest_hz, joints };
-    for (motion, own) in motions.iter_mut().zip(simulated.iter().map(moved)) {
+    let simulated: Vec<Motion> = simulated.iter().map(moved).collect();
+    within_bounds(&simulated, chain)?;
+    for (motion, own) in motions.iter_mut().zip(simulated) {
         let mut beyond = own.torque.clone();
         for (beyond, file) in beyond.iter_mut().zip(scene.nominal(&own)) {
             beyond.iter_mut().zip(file).for_each(|(b, f)| *b -= f);
@@ -86,6 +89,22 @@ pub(crate) fn scene<'a>(chain: &'a SerialChain, trials: &[Recording], simulated:
         motion.beyond = beyond;
     }
     Ok((scene, motions))
+}
+
+/// Beyond this products of torques and of what follows from angles overflow.
+const LARGEST: f64 = 1e60;
+
+/// Refuses logs that no robot makes, such as those of a simulator that swung up until it ended.
+fn within_bounds(motions: &[Motion], chain: &SerialChain) -> Result<(), JointsError> {
+    for (trial, motion) in motions.iter().enumerate() {
+        for (j, joint) in chain.joints().names.iter().enumerate() {
+            let all = [&motion.q, &motion.v, &motion.a, &motion.sharp, &motion.torque, &motion.rigid];
+            if !all.iter().flat_map(|series| &series[j]).all(|x| x.abs() <= LARGEST) {
+                return Err(JointsError::OutOfBounds { trial: trial + 1, joint: joint.clone() });
+            }
+        }
+    }
+    Ok(())
 }
 
 /// Where the motion of each joint is cut off: where the noise of its encoder, seen through the joint's inertia, overtakes that of its torque,
