@@ -80,6 +80,24 @@ fn a_simulator_s_own_friction_is_no_cause_where_its_log_is_given() {
 }
 
 #[test]
+fn a_joint_that_stands_still_leaves_the_others_to_be_judged() {
+    let folder = tempfile::tempdir().expect("a folder");
+    std::fs::write(folder.path().join("arm.urdf"), ARM_URDF).expect("written");
+    let swing: Vec<f64> = (0..4000).map(|k| (0.01 * f64::from(k)).sin()).collect();
+    let channels: [(&str, &[f64]); 4] = [
+        ("torque_shoulder [N m]", &noise(1, 4000)),
+        ("torque_elbow [N m]", &noise(2, 4000)),
+        ("angle_shoulder [rad]", &swing),
+        ("angle_elbow [rad]", &vec![0.0; 4000]),
+    ];
+    csv(&folder.path().join("locked.csv"), "# sample_rate_hz: 200\n", &channels);
+    let found = json(folder.path(), &["diagnose", "locked.csv", "--robot", "arm.urdf"]);
+    // What the still link weighs is felt at the other joint, and may be wrong; a friction or gear of its own does nothing.
+    let at_rest = |c: &Value| c["site"]["side"] == "joint" && c["site"]["axis"] == "elbow";
+    assert!(!found["causes"].as_array().expect("a list").iter().any(at_rest), "{:?}", causes(&found));
+}
+
+#[test]
 fn what_cannot_be_judged_is_refused_with_what_to_do() {
     let folder = tempfile::tempdir().expect("a folder");
     log(folder.path(), "log.csv", |_, _, _| 0.0);

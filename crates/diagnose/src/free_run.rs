@@ -269,8 +269,6 @@ impl Runner {
         }
         let inverse_mass = inverse(&self.mass)?;
         let effort = straightened(state, trial);
-        let x = &state.x[trial];
-        let v: Vec<Vec<f64>> = state.motion[trial].iter().map(|t| layout.filtered(t, |s| s, None)).collect();
         let measured: Vec<Vec<f64>> = raw.motion[trial].iter().map(|t| layout.filtered(t, |s| s.powi(order as i32), None)).collect();
         let length = if windowed { ((WINDOW_S * layout.time_s.max(1.0) * layout.rate_hz) as usize).clamp(8, layout.samples) } else { layout.samples };
         let mut predicted = vec![Vec::with_capacity(layout.samples); n];
@@ -278,9 +276,7 @@ impl Runner {
         while start + length <= layout.samples {
             let range = start..start + length;
             let fitted = if windowed { length } else { skip.max(8).min(length) };
-            let hidden: Vec<f64> = self.laws.iter().flat_map(|law| state.hidden(law.as_ref(), trial, start)).collect();
-            let (x0, v0) = self.initial(&inverse_mass, &effort, range.start..range.start + fitted, Clock::of(layout, trial), (x, &v), &hidden);
-            let run = self.run(&inverse_mass, &effort, range, Clock::of(layout, trial), (&x0, &v0, &hidden));
+            let run = self.fitted_run(&inverse_mass, &effort, state, trial, range, fitted);
             let series = [&run.x, &run.v, &run.a][order];
             for (i, p) in predicted.iter_mut().enumerate() {
                 p.extend(series.iter().skip(i).step_by(n));
@@ -307,11 +303,8 @@ impl Runner {
         let n = layout.axes;
         let inverse_mass = inverse(&self.mass)?;
         let effort = straightened(state, trial);
-        let v: Vec<Vec<f64>> = state.motion[trial].iter().map(|t| layout.filtered(t, |s| s, None)).collect();
         let fitted = layout.settled().max(8).min(layout.samples);
-        let hidden: Vec<f64> = self.laws.iter().flat_map(|law| state.hidden(law.as_ref(), trial, 0)).collect();
-        let (x0, v0) = self.initial(&inverse_mass, &effort, 0..fitted, Clock::of(layout, trial), (&state.x[trial], &v), &hidden);
-        let run = self.run(&inverse_mass, &effort, 0..layout.samples, Clock::of(layout, trial), (&x0, &v0, &hidden));
+        let run = self.fitted_run(&inverse_mass, &effort, state, trial, 0..layout.samples, fitted);
         let at = |i: usize, k: usize| -> f64 {
             let of = |matrix: &[Vec<f64>], series: &[f64]| (0..n).map(|j| matrix[i][j] * series[k * n + j]).sum::<f64>();
             of(&plant.mass, &run.a) + of(&plant.damping, &run.v) + of(&plant.stiffness, &run.x) - effort[i][k]
@@ -322,6 +315,16 @@ impl Runner {
             s.into_iter().map(|x| x - mean).collect::<Vec<f64>>()
         };
         series.iter().flatten().all(|x| x.is_finite()).then(|| series.into_iter().map(about_mean).collect())
+    }
+
+    /// A run over a range of a trial, from the initial states that fit its first samples best.
+    fn fitted_run(&self, inverse_mass: &[Vec<f64>], effort: &[Vec<f64>], state: &State, trial: usize, range: std::ops::Range<usize>, fitted: usize) -> Run {
+        let layout = &state.layout;
+        let clock = Clock::of(layout, trial);
+        let v: Vec<Vec<f64>> = state.motion[trial].iter().map(|t| layout.filtered(t, |s| s, None)).collect();
+        let hidden: Vec<f64> = self.laws.iter().flat_map(|law| state.hidden(law.as_ref(), trial, range.start)).collect();
+        let (x0, v0) = self.initial(inverse_mass, effort, range.start..range.start + fitted, clock, (&state.x[trial], &v), &hidden);
+        self.run(inverse_mass, effort, range, clock, (&x0, &v0, &hidden))
     }
 
     /// Initial displacement and velocity that fit the first samples best, by two Gauss-Newton steps.

@@ -121,7 +121,7 @@ pub fn diagnose(
     }
     progress("searching");
     let asked = CAUSES.iter().filter(|c| !options.without.iter().any(|w| w == c.card.name));
-    // A joint that stands still has no speed or range for a law to be relative to.
+    // A joint that stands still has no speed for a law to be relative to, and a number that is none finds no column again.
     let forms: Vec<Form> = asked.flat_map(|c| (c.forms)(&scene)).filter(|form| form.columns.iter().all(Column::has_numbers)).collect();
     let (noise, floor, left) = noise_of(&fitted, &forms);
     let [fitted, held] = [fitted, held].map(|view| view.in_noise(noise.clone()));

@@ -1,6 +1,6 @@
 //! Joint motion and its derivatives from encoders, as far as they rise above their noise.
 
-use ndof_signal::forward_transform;
+use ndof_signal::{RESOLVED, forward_transform};
 use std::f64::consts::TAU;
 
 /// Joint angles and what follows from them, `[joint][sample]`, at the rate of the log.
@@ -63,8 +63,6 @@ impl Encoder {
 const SEGMENT: usize = 256;
 /// The part of the band below Nyquist that is taken to hold nothing but noise.
 const ABOVE: f64 = 0.75;
-/// Beyond this share of Nyquist samples tell nothing of what is between them.
-pub(crate) const HIGHEST: f64 = 0.8;
 
 /// One-sided density of all trials together, by Welch's method with half-overlapping Hann segments, of what `prepared` makes of them; `None` where they
 /// are too short.
@@ -118,7 +116,7 @@ pub(crate) fn encoder(trials: &[&[f64]], rate_hz: f64) -> Option<Encoder> {
         ratio[a..b].iter().sum::<f64>() / (b - a) as f64 > 2.0 * noise
     };
     let highest = (0..top.max(1)).rev().find(|k| stands_out(*k))?;
-    let corner_hz = ((highest + 1) as f64 * rate_hz / segment as f64).min(HIGHEST * rate_hz / 2.0);
+    let corner_hz = ((highest + 1) as f64 * rate_hz / segment as f64).min(RESOLVED * rate_hz / 2.0);
     (noise.is_finite() && ratio[0] > 0.0).then_some(Encoder { corner_hz, noise })
 }
 

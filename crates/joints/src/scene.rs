@@ -2,10 +2,10 @@
 
 use crate::JointsError;
 use crate::column::{inverse_dynamics, sign};
-use crate::motion::{Encoder, HIGHEST, Motion, encoder, top_density};
+use crate::motion::{Encoder, Motion, encoder, top_density};
 use ndof_devices::SerialChain;
 use ndof_models::robot::{Joints, Robot};
-use ndof_signal::{Recording, derivatives};
+use ndof_signal::{RESOLVED, Recording, derivatives};
 use ndof_sysid::Ports;
 
 /// What is known of a joint over all that is fitted.
@@ -128,7 +128,7 @@ fn corners(chain: &SerialChain, trials: &[Recording], ports: &Ports, found: &[Op
             let torques: Vec<&[f64]> = trials.iter().map(|r| r.channels()[ports.inputs[j]].samples.as_slice()).collect();
             let noise = top_density(&torques, rate_hz).unwrap_or(0.0);
             let overtakes = (noise / (mass[j * n + j].powi(2) * encoder.noise)).powf(0.25) / std::f64::consts::TAU;
-            let most = HIGHEST * rate_hz / 2.0;
+            let most = RESOLVED * rate_hz / 2.0;
             if overtakes.is_finite() { overtakes.clamp(encoder.corner_hz.min(most), most) } else { most }
         })
         .collect()
@@ -144,7 +144,7 @@ fn sharp(recording: &Recording, ports: &Ports, motion: &Motion, found: &[Option<
     (0..found.len())
         .map(|j| {
             let Some(encoder) = found[j] else { return motion.v[j].clone() };
-            let most = HIGHEST * rate_hz / 2.0;
+            let most = RESOLVED * rate_hz / 2.0;
             let corner_hz = (3.0 * (SIGN * rms(&motion.v[j]) / std::f64::consts::TAU).powi(2) / encoder.noise).cbrt();
             let [_, rate, _] = derivatives(&recording.channels()[ports.outputs[j]].samples, rate_hz, corner_hz.clamp(encoder.corner_hz.min(most), most));
             rate
@@ -173,7 +173,7 @@ impl Scene<'_> {
     /// Where deflections are cut off, which are differentiated twice more than the motion: twice its fastest, the sums of two of its frequencies that
     /// weight and Coriolis forces make.
     pub fn twice_hz(&self) -> f64 {
-        (2.0 * self.fastest_hz).min(HIGHEST * self.rate_hz / 2.0)
+        (2.0 * self.fastest_hz).min(RESOLVED * self.rate_hz / 2.0)
     }
 
     /// Torques of the simulation, `[joint][sample]`: of the file's bodies, dry and viscous friction and springs, and what a simulator has beyond them. The file

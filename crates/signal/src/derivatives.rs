@@ -4,6 +4,9 @@ use crate::transform::{forward_transform, inverse_transform};
 use num_complex::Complex64;
 use std::f64::consts::TAU;
 
+/// Share of Nyquist beyond which samples tell nothing of what is between them: a corner for [`derivatives`] lies below.
+pub const RESOLVED: f64 = 0.8;
+
 /// Order of the low-pass: at seven tenths of the corner it takes 0.3 %.
 const ORDER: i32 = 16;
 

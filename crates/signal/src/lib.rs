@@ -30,7 +30,7 @@ mod window;
 
 pub use amplitudes::Amplitudes;
 pub use cross_spectra::{CrossSpectra, Kernel, SpectraError};
-pub use derivatives::{derivatives, smoothing_edge};
+pub use derivatives::{RESOLVED, derivatives, smoothing_edge};
 pub use excitation::{
     AxisPlan, Chirp, Decorrelated, Decorrelation, ExcitationError, ExpectedMotion, FilteredNoise, InputCoherence, Limits, Lines, Multisine, MultisineSet, Prbs,
     SeedCriterion, SeedSearch, SignalSize, Sweep, apply_response, expected_motion, input_coherence, input_coherence_at, power_share, ramp,

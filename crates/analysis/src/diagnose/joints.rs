@@ -27,9 +27,9 @@ pub(super) fn diagnose(
     let names = [trials.names(&ports.inputs), trials.names(&ports.outputs)].concat();
     let [measured, simulated] = [of_channels(trials, &names)?, simulated.map_or(Ok(vec![]), |own| of_channels(own, &names))?];
     let own = Ports { references: vec![], inputs: (0..ports.inputs.len()).collect(), outputs: (ports.inputs.len()..names.len()).collect() };
-    let (diagnosis, pictures) = ndof_joints::diagnose(&chain, &measured, &simulated, &own, &options, progress)?;
+    let (diagnosis, mut pictures) = ndof_joints::diagnose(&chain, &measured, &simulated, &own, &options, progress)?;
     let efforts = trials.names(&ports.inputs);
-    let added = AddedEffort::new(trials, settings, efforts, trials.sample_rate_hz(), pictures.added.clone())?;
+    let added = AddedEffort::new(trials, settings, efforts, trials.sample_rate_hz(), std::mem::take(&mut pictures.added))?;
     let corrections = ndof_joints::corrections(&chain, &measured, &own, &diagnosis)?;
     let angles = trials.names(&ports.outputs);
     let concerns_others = |w: &Warning| OF_SPECTRA.contains(&w.code.as_str()) || w.code == "clipped" && angles.iter().any(|a| w.message.contains(a));

@@ -9,10 +9,8 @@ use ndarray::Array2;
 use ndof_diagnose::{Baseline, Part, Status};
 use ndof_joints::alike;
 use ndof_models::InertiaDampingStiffness;
-use ndof_signal::{Quantity, Recording, Warning, derivatives};
+use ndof_signal::{Quantity, RESOLVED, Recording, Warning, derivatives};
 
-/// Samples beyond this share of Nyquist tell nothing of what is between them.
-const HIGHEST: f64 = 0.8;
 /// How far beyond the fitted band the simulator's own force is kept: what a low-pass takes below its corner ends well above the band.
 const BEYOND: f64 = 4.0;
 
@@ -44,7 +42,7 @@ impl Simulator {
         let own = own.into_iter().zip(&*simulated.trials).map(|(recording, trial)| Trial::of(trial.file.clone(), recording)).collect();
         let own = Trials::simulated(own, &RoleNames { inputs: Some(inputs), outputs: Some(outputs), ..RoleNames::default() }, &Trim::default())?;
         let fitted = fit(&estimate(&own, &Estimate::default())?, &Fit { band_hz, ..Fit::default() })?;
-        let corner_hz = (BEYOND * fitted.result.band_hz[1]).min(HIGHEST * own.sample_rate_hz() / 2.0);
+        let corner_hz = (BEYOND * fitted.result.band_hz[1]).min(RESOLVED * own.sample_rate_hz() / 2.0);
         let mut powers = Powers::default();
         for (recording, simulated) in measured.iter_mut().zip(&*own.trials) {
             let efforts = |corner_hz| efforts(&simulated.recording, &pairs, &fitted.matrices, corner_hz);

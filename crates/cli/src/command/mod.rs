@@ -3,7 +3,7 @@
 pub mod check;
 pub mod cohort;
 pub mod compare;
-// A page has no shell, and reads no schema: they would be a tenth of what it loads.
+// A page has no shell, and reads no schema: they would be a twentieth of what it loads.
 #[cfg(not(target_family = "wasm"))]
 pub mod completions;
 pub mod convert;
