@@ -70,6 +70,12 @@ fn what_a_simulator_has_of_its_own_is_no_cause() {
     assert_eq!(names(&json(folder, &["diagnose", "log.csv"]))[0], "coulomb-friction");
     let found = json(folder, &["diagnose", "log.csv", "--simulated", "sim.csv"]);
     assert_eq!((found["verdict"].as_str(), names(&found)), (Some("adequate"), vec![]));
+
+    // Beside a friction of its own a hidden one moves the limb otherwise: that is known to first order, and said.
+    log(folder, "more.csv", &Limb { stiffness: 300.0, dry: 1.6 }, 0.05);
+    let more = json(folder, &["diagnose", "more.csv", "--simulated", "sim.csv"]);
+    assert_eq!(names(&more)[0], "coulomb-friction");
+    assert!(more["warnings"].as_array().expect("a list").iter().any(|w| w["code"] == "simulator-not-linear"), "{}", more["warnings"]);
 }
 
 #[test]
