@@ -268,7 +268,7 @@ impl Runner {
             return Some(Prediction { measured, predicted, scored: (0..layout.samples).map(|k| k >= skip).collect() });
         }
         let inverse_mass = inverse(&self.mass)?;
-        let effort = straightened(state, trial);
+        let (effort, v) = (straightened(state, trial), velocity(state, trial));
         let measured: Vec<Vec<f64>> = raw.motion[trial].iter().map(|t| layout.filtered(t, |s| s.powi(order as i32), None)).collect();
         let length = if windowed { ((WINDOW_S * layout.time_s.max(1.0) * layout.rate_hz) as usize).clamp(8, layout.samples) } else { layout.samples };
         let mut predicted = vec![Vec::with_capacity(layout.samples); n];
@@ -276,7 +276,7 @@ impl Runner {
         while start + length <= layout.samples {
             let range = start..start + length;
             let fitted = if windowed { length } else { skip.max(8).min(length) };
-            let run = self.fitted_run(&inverse_mass, &effort, state, trial, range, fitted);
+            let run = self.fitted_run(&inverse_mass, (&effort, &v), state, trial, range, fitted);
             let series = [&run.x, &run.v, &run.a][order];
             for (i, p) in predicted.iter_mut().enumerate() {
                 p.extend(series.iter().skip(i).step_by(n));
@@ -302,9 +302,9 @@ impl Runner {
         let layout = &state.layout;
         let n = layout.axes;
         let inverse_mass = inverse(&self.mass)?;
-        let effort = straightened(state, trial);
+        let (effort, v) = (straightened(state, trial), velocity(state, trial));
         let fitted = layout.settled().max(8).min(layout.samples);
-        let run = self.fitted_run(&inverse_mass, &effort, state, trial, 0..layout.samples, fitted);
+        let run = self.fitted_run(&inverse_mass, (&effort, &v), state, trial, 0..layout.samples, fitted);
         let at = |i: usize, k: usize| -> f64 {
             let of = |matrix: &[Vec<f64>], series: &[f64]| (0..n).map(|j| matrix[i][j] * series[k * n + j]).sum::<f64>();
             of(&plant.mass, &run.a) + of(&plant.damping, &run.v) + of(&plant.stiffness, &run.x) - effort[i][k]
@@ -317,13 +317,19 @@ impl Runner {
         series.iter().flatten().all(|x| x.is_finite()).then(|| series.into_iter().map(about_mean).collect())
     }
 
-    /// A run over a range of a trial, from the initial states that fit its first samples best.
-    fn fitted_run(&self, inverse_mass: &[Vec<f64>], effort: &[Vec<f64>], state: &State, trial: usize, range: std::ops::Range<usize>, fitted: usize) -> Run {
-        let layout = &state.layout;
-        let clock = Clock::of(layout, trial);
-        let v: Vec<Vec<f64>> = state.motion[trial].iter().map(|t| layout.filtered(t, |s| s, None)).collect();
+    /// A run over a range of a trial, from the initial states that fit its first samples best; by the effort and the measured velocity of the trial.
+    fn fitted_run(
+        &self,
+        inverse_mass: &[Vec<f64>],
+        (effort, v): (&[Vec<f64>], &[Vec<f64>]),
+        state: &State,
+        trial: usize,
+        range: std::ops::Range<usize>,
+        fitted: usize,
+    ) -> Run {
+        let clock = Clock::of(&state.layout, trial);
         let hidden: Vec<f64> = self.laws.iter().flat_map(|law| state.hidden(law.as_ref(), trial, range.start)).collect();
-        let (x0, v0) = self.initial(inverse_mass, effort, range.start..range.start + fitted, clock, (&state.x[trial], &v), &hidden);
+        let (x0, v0) = self.initial(inverse_mass, effort, range.start..range.start + fitted, clock, (&state.x[trial], v), &hidden);
         self.run(inverse_mass, effort, range, clock, (&x0, &v0, &hidden))
     }
 
@@ -383,6 +389,11 @@ fn straightened(state: &State, trial: usize) -> Vec<Vec<f64>> {
         Complex64::from(if half == 0.0 { 1.0 } else { (half / half.sin()).powi(2) })
     };
     state.effort[trial].iter().map(|t| layout.filtered(t, inverse, None)).collect()
+}
+
+/// The measured velocity of a trial.
+fn velocity(state: &State, trial: usize) -> Vec<Vec<f64>> {
+    state.motion[trial].iter().map(|t| state.layout.filtered(t, |s| s, None)).collect()
 }
 
 fn sample(series: &[f64], n: usize, axis: usize, place: f64) -> Option<f64> {
