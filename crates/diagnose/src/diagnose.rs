@@ -1,6 +1,6 @@
 //! The diagnosis from recordings to verdict.
 
-use crate::answer::Answer;
+use crate::answer::{Answer, Models};
 use crate::baseline::Baseline;
 use crate::detectors::{self, Findings, TONE_REACH};
 use crate::judge::Court;
@@ -127,6 +127,7 @@ pub fn diagnose_with_pictures(
         findings: &findings,
         turned,
         still,
+        models: Models::default(),
     };
     Ok(answer.write(split))
 }

@@ -98,7 +98,7 @@ impl Subject {
         let numbers = |knobs: &[f64], coefficients: &[f64]| -> Vec<f64> {
             (h.form.naming)(knobs, coefficients).into_iter().map(|(_, v)| if let Value::Number(x) = v { x } else { 0.0 }).collect()
         };
-        let joint = stand.fit.by_instruments.is_some();
+        let joint = stand.fit.joint.is_some();
         let mut variance = self.variances(chosen, stand, position, joint, &numbers);
         if !joint {
             for knob in self.profiles(chosen, stand, position) {

@@ -64,6 +64,20 @@ struct Run {
     a: Vec<f64>,
 }
 
+/// What rates of change are put together in.
+struct Scratch {
+    resist: Vec<f64>,
+    late_x: Vec<f64>,
+    late_v: Vec<f64>,
+}
+
+impl Scratch {
+    fn new(axes: usize) -> Self {
+        let [resist, late_x, late_v] = std::array::from_fn(|_| vec![0.0; axes]);
+        Scratch { resist, late_x, late_v }
+    }
+}
+
 impl Runner {
     /// Force imposed: integrates over `effort[axis][time]` from the given initial displacement and velocity by Runge and Kutta's rule.
     fn run(&self, inverse_mass: &[Vec<f64>], effort: &[Vec<f64>], range: std::ops::Range<usize>, clock: Clock<'_>, initial: (&[f64], &[f64], &[f64])) -> Run {
@@ -89,16 +103,20 @@ impl Runner {
             })
             .fold(stiffest.max(natural), f64::max);
         let samples = range.len();
+        let mut scratch = Scratch::new(n);
+        let [mut here, mut there, mut force] = std::array::from_fn(|_| vec![0.0; n]);
+        let [mut k1, mut k2, mut k3, mut k4, mut ahead] = std::array::from_fn(|_| vec![0.0; y.len()]);
         for k in 0..samples {
             let at = range.start + k;
             let next = (at + 1).min(range.end - 1);
-            let here: Vec<f64> = effort.iter().map(|f| f[at]).collect();
-            let there: Vec<f64> = effort.iter().map(|f| f[next]).collect();
+            for (i, f) in effort.iter().enumerate() {
+                (here[i], there[i]) = (f[at], f[next]);
+            }
             let time = start_s + at as f64 * dt;
-            let first = self.rates(inverse_mass, &y, &here, time, &out, k as f64, clock);
+            self.rates(inverse_mass, &y, &here, (time, k as f64), &out, clock, &mut scratch, &mut k1);
             out.x.extend_from_slice(&y[..n]);
             out.v.extend_from_slice(&y[n..2 * n]);
-            out.a.extend_from_slice(&first[n..2 * n]);
+            out.a.extend_from_slice(&k1[n..2 * n]);
             if k + 1 == samples {
                 break;
             }
@@ -119,20 +137,20 @@ impl Runner {
             let steps = ((moving * dt / 1.2).ceil() as usize).clamp(1, 24);
             let h = dt / steps as f64;
             for step in 0..steps {
-                let force = |u: f64| -> Vec<f64> {
+                let mut rates = |y: &[f64], u: f64, out_rates: &mut [f64]| {
                     let w = (step as f64 + u) / steps as f64;
-                    here.iter().zip(&there).map(|(a, b)| a + w * (b - a)).collect()
+                    force.iter_mut().zip(here.iter().zip(&there)).for_each(|(f, (a, b))| *f = a + w * (b - a));
+                    let place = (time + (step as f64 + u) * h, k as f64 + w);
+                    self.rates(inverse_mass, y, &force, place, &out, clock, &mut scratch, out_rates);
                 };
-                let place = |u: f64| (time + (step as f64 + u) * h, k as f64 + (step as f64 + u) / steps as f64);
-                let f = |y: &[f64], u: f64| {
-                    let (t, p) = place(u);
-                    self.rates(inverse_mass, y, &force(u), t, &out, p, clock)
-                };
-                let ahead = |k: &[f64], h: f64| -> Vec<f64> { y.iter().zip(k).map(|(y, k)| y + h * k).collect() };
-                let k1 = f(&y, 0.0);
-                let k2 = f(&ahead(&k1, 0.5 * h), 0.5);
-                let k3 = f(&ahead(&k2, 0.5 * h), 0.5);
-                let k4 = f(&ahead(&k3, h), 1.0);
+                let along = |y: &[f64], k: &[f64], h: f64, ahead: &mut [f64]| ahead.iter_mut().zip(y.iter().zip(k)).for_each(|(to, (y, k))| *to = y + h * k);
+                rates(&y, 0.0, &mut k1);
+                along(&y, &k1, 0.5 * h, &mut ahead);
+                rates(&ahead, 0.5, &mut k2);
+                along(&y, &k2, 0.5 * h, &mut ahead);
+                rates(&ahead, 0.5, &mut k3);
+                along(&y, &k3, h, &mut ahead);
+                rates(&ahead, 1.0, &mut k4);
                 for (q, y) in y.iter_mut().enumerate() {
                     *y += h / 6.0 * (k1[q] + 2.0 * k2[q] + 2.0 * k3[q] + k4[q]);
                 }
@@ -180,34 +198,46 @@ impl Runner {
             .sum()
     }
 
+    /// Rates of change of displacements, velocities and hidden states; `when` is the time and the place among the samples of the run so far.
     #[allow(clippy::too_many_arguments)]
-    fn rates(&self, inverse_mass: &[Vec<f64>], y: &[f64], effort: &[f64], time_s: f64, past: &Run, place: f64, clock: Clock<'_>) -> Vec<f64> {
+    fn rates(
+        &self,
+        inverse_mass: &[Vec<f64>],
+        y: &[f64],
+        effort: &[f64],
+        (time_s, place): (f64, f64),
+        past: &Run,
+        clock: Clock<'_>,
+        scratch: &mut Scratch,
+        out: &mut [f64],
+    ) {
         let n = self.mass.len();
         let (x, v) = (&y[..n], &y[n..2 * n]);
         let schedule = clock.schedule_at(time_s);
-        let mut resist = self.steady(schedule);
-        let mut out = vec![0.0; y.len()];
+        let Scratch { resist, late_x, late_v } = scratch;
+        resist.iter_mut().enumerate().for_each(|(i, force)| *force = self.steady(i, schedule));
         out[..n].copy_from_slice(v);
         let mut from = 2 * n;
         for law in &self.laws {
             let to = from + law.states();
             let delay = law.delay_s();
-            let (mut dx, mut dv) = (x.to_vec(), v.to_vec());
+            let (mut delayed_position, mut delayed_velocity) = (x, v);
             if delay > 0.0 {
                 let back = place - delay * clock.rate_hz;
                 for i in 0..n {
-                    dx[i] = sample(&past.x, n, i, back).unwrap_or(x[i]);
-                    dv[i] = sample(&past.v, n, i, back).unwrap_or(0.0);
+                    late_x[i] = sample(&past.x, n, i, back).unwrap_or(x[i]);
+                    late_v[i] = sample(&past.v, n, i, back).unwrap_or(0.0);
                 }
+                (delayed_position, delayed_velocity) = (late_x.as_slice(), late_v.as_slice());
             }
-            let motion = Motion { time_s, position: x, velocity: v, delayed_position: &dx, delayed_velocity: &dv, schedule };
-            law.evaluate(&motion, &y[from..to], &mut resist, &mut out[from..to]);
+            let motion = Motion { time_s, position: x, velocity: v, delayed_position, delayed_velocity, schedule };
+            law.evaluate(&motion, &y[from..to], resist, &mut out[from..to]);
             from = to;
         }
         if let Some(plant) = &self.curved {
             let a = plant.acceleration([x[0], x[1]], [v[0], v[1]], [effort[0] - resist[0], effort[1] - resist[1]]);
             out[n..2 * n].copy_from_slice(&a);
-            return out;
+            return;
         }
         for (i, force) in resist.iter_mut().enumerate() {
             *force += (0..n).map(|j| self.damping[i][j] * v[j] + self.stiffness[i][j] * x[j]).sum::<f64>();
@@ -215,13 +245,11 @@ impl Runner {
         for i in 0..n {
             out[n + i] = (0..n).map(|j| inverse_mass[i][j] * (effort[j] - resist[j])).sum();
         }
-        out
     }
 
-    /// Offsets and the mean force at a place of the schedule.
-    fn steady(&self, schedule: f64) -> Vec<f64> {
-        let mean = |i: usize| self.movement.as_ref().map_or(0.0, |(splines, means)| movement::at(*splines, &means[i], schedule));
-        self.offset.iter().enumerate().map(|(i, offset)| offset + mean(i)).collect()
+    /// The offset of an axis and its mean force at a place of the schedule.
+    fn steady(&self, axis: usize, schedule: f64) -> f64 {
+        self.offset[axis] + self.movement.as_ref().map_or(0.0, |(splines, means)| movement::at(*splines, &means[axis], schedule))
     }
 
     /// Effort that an imposed motion needs, `[axis][time]`.
@@ -230,12 +258,12 @@ impl Runner {
         let n = layout.axes;
         let kinematics = |power: i32| -> Vec<Vec<f64>> { state.motion[trial].iter().map(|t| layout.filtered(t, |s| s.powi(power), None)).collect() };
         let (v, a, x) = (kinematics(1), kinematics(2), &state.x[trial]);
-        let steady = |k: usize| self.steady(layout.schedule_of(trial).get(k).copied().unwrap_or(f64::NAN));
+        let steady = |i: usize, k: usize| self.steady(i, layout.schedule_of(trial).get(k).copied().unwrap_or(f64::NAN));
         let mut out: Vec<Vec<f64>> = (0..n)
             .map(|i| {
                 (0..layout.samples)
                     .map(|k| {
-                        steady(k)[i] + (0..n).map(|j| self.mass[i][j] * a[j][k] + self.damping[i][j] * v[j][k] + self.stiffness[i][j] * x[j][k]).sum::<f64>()
+                        steady(i, k) + (0..n).map(|j| self.mass[i][j] * a[j][k] + self.damping[i][j] * v[j][k] + self.stiffness[i][j] * x[j][k]).sum::<f64>()
                     })
                     .collect()
             })

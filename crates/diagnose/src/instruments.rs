@@ -44,14 +44,15 @@ impl Subject {
             let instruments = self.slopes(structure, &chosen, &theta, &foretold, along);
             let residual = self.residual(&measured, &theta);
             let precision: Vec<f64> = measured.columns().map(|c| 0.5 * c.precision).collect();
-            let (step, covariance) = self.step_and_covariance(&instruments, &slopes, &residual, (&precision, &theta), power)?;
+            let pull: Vec<f64> = precision.iter().zip(&theta).map(|(p, t)| -p * t).collect();
+            let (step, covariance) = self.step_and_covariance(&instruments, &slopes, &residual, (&precision, &pull), power)?;
             let still = step.iter().enumerate().all(|(k, d)| d.abs() <= STILL * covariance.at(k, k).sqrt());
             if still {
                 let mut fit = stand.fit.clone();
                 fit.residual = residual.chunks(self.layout.size()).map(<[Complex64]>::to_vec).collect();
-                (fit.theta, fit.by_instruments) = (theta, Some(covariance));
+                (fit.theta, fit.joint) = (theta, Some(covariance));
                 let Assembly { state, base, terms, spans } = measured;
-                let found = Stand { state, base, terms, spans, fit };
+                let found = Stand { state, base, terms, spans, fit, run: None };
                 let admitted = chosen.iter().enumerate().all(|(q, c)| self.hypotheses[c.hypothesis].form.admits(&c.knobs, self.coefficients(&found, q)));
                 return admitted.then_some((chosen, found));
             }
@@ -122,13 +123,14 @@ impl Subject {
         out
     }
 
-    /// The step of Gauss and Newton, and the covariance of what it ends at.
-    fn step_and_covariance(
+    /// The step of Gauss and Newton, and the covariance of what it ends at; `precision` is that of priors, and `pull` what they and determinants add to
+    /// the equations.
+    pub fn step_and_covariance(
         &self,
         instruments: &[Spectra],
         slopes: &[Spectra],
         residual: &[Complex64],
-        (precision, theta): (&[f64], &[f64]),
+        (precision, pull): (&[f64], &[f64]),
         power: &Power,
     ) -> Option<(Vec<f64>, Symmetric)> {
         let n = slopes.len();
@@ -137,7 +139,7 @@ impl Subject {
         let prior = |a: usize, b: usize| if a == b { precision.get(a).copied().unwrap_or(0.0) } else { 0.0 };
         let normal: Vec<f64> = (0..n * n).map(|k| inner(&instruments[k / n], &slopes[k % n]) + prior(k / n, k % n)).collect();
         let own: Vec<f64> = (0..n * n).map(|k| inner(&instruments[k / n], &instruments[k % n]) + prior(k / n, k % n)).collect();
-        let right: Vec<f64> = (0..n).map(|a| inner(&instruments[a], residual) - prior(a, a) * theta.get(a).copied().unwrap_or(0.0)).collect();
+        let right: Vec<f64> = (0..n).map(|a| inner(&instruments[a], residual) + pull.get(a).copied().unwrap_or(0.0)).collect();
         // Parameters of all sizes side by side: each in the unit in which its instrument has power one.
         let unit: Vec<f64> = (0..n).map(|a| own[a * n + a].sqrt().recip()).collect();
         let scaled = |m: &[f64]| -> Vec<f64> { (0..n * n).map(|k| m[k] * unit[k / n] * unit[k % n]).collect() };

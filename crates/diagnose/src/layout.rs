@@ -323,6 +323,11 @@ impl Layout {
         }
     }
 
+    /// Share of the power of the first block of a trial that lies behind so many samples.
+    pub fn behind(&self, samples: usize) -> f64 {
+        self.window.iter().skip(samples.saturating_sub(self.starts[0])).map(|w| w * w).sum()
+    }
+
     /// Spectra of all trials of one axis, about the mean movement.
     pub fn spectra<'a>(&self, trials: impl Iterator<Item = &'a [f64]>) -> Vec<Complex64> {
         let mut out = Vec::with_capacity(self.size());

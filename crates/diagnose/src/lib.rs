@@ -24,6 +24,7 @@ mod floor;
 mod free_run;
 mod generic;
 mod hypotheses;
+mod in_time;
 mod instruments;
 mod judge;
 mod layout;

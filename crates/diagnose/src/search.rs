@@ -21,6 +21,8 @@ const BEHIND: f64 = 60.0;
 const PROMISING: f64 = 0.25;
 /// Half of the 95 % quantile of χ² with one degree of freedom.
 const AS_LIKELY: f64 = 1.92;
+/// Knobs that differ by less than this share are of one valley.
+const SAME: f64 = 0.05;
 /// Rounds of joint refinement after a step.
 const SWEEPS: usize = 2;
 
@@ -40,6 +42,8 @@ pub(crate) struct Stand {
     /// For each chosen hypothesis the first of its terms and their number.
     pub spans: Vec<(usize, usize)>,
     pub fit: Fit,
+    /// Log-likelihood of its free run, where its parameters are from that.
+    pub run: Option<f64>,
 }
 
 /// Channels on a grid of blocks and frequencies: efforts and motions, and where the motion comes from.
@@ -109,7 +113,7 @@ impl Subject {
         let Assembly { state, base, terms, spans } = self.assemble(structure, chosen, self.own());
         let ground = Ground { state: &state, cause: &self.cause, base: &base, terms: &terms, power };
         let fit = ground.fit(rounds)?;
-        Some(Stand { state, base, terms, spans, fit })
+        Some(Stand { state, base, terms, spans, fit, run: None })
     }
 
     /// Its own channels.
@@ -217,8 +221,9 @@ impl Subject {
         found.into_iter().fold(lead.clone(), |best, next| if next.net > best.net { next } else { best })
     }
 
-    /// The same model with other knobs that the data like as well: a likelihood ratio keeps them in a 95 % interval.
-    pub fn as_likely(&self, chosen: &[Chosen], stand: &Stand) -> Vec<(Vec<Chosen>, Stand)> {
+    /// The same model with other knobs that the data like as well: a likelihood ratio keeps them in a 95 % interval. `order` derivatives of the
+    /// displacement were measured.
+    pub fn as_likely(&self, chosen: &[Chosen], stand: &Stand, order: usize) -> Vec<(Vec<Chosen>, Stand)> {
         let mut out = Vec::new();
         for (q, c) in chosen.iter().enumerate() {
             let h = &self.hypotheses[c.hypothesis];
@@ -229,13 +234,20 @@ impl Subject {
             let Some(rest) = self.stand(&others, &stand.fit.power, 1) else { continue };
             let ground = Ground { power: &stand.fit.power, ..self.ground(&rest) };
             let Some(best) = ground.evaluate(h, &c.knobs, 3) else { continue };
-            let found: Vec<Tried> = h.form.grid.par_iter().filter_map(|knobs| ground.refine(h, &ground.evaluate(h, knobs, 1)?, 28)).collect();
-            let near = found.into_iter().filter(|t| t.fit.log_likelihood > best.fit.log_likelihood - AS_LIKELY);
-            out.extend(near.filter_map(|t| {
+            let mut found: Vec<Tried> = h.form.grid.par_iter().filter_map(|knobs| ground.refine(h, &ground.evaluate(h, knobs, 1)?, 28)).collect();
+            // A free run judges anew what the balance of forces thinks possible, each valley once.
+            let behind = if stand.run.is_some() { BEHIND } else { AS_LIKELY };
+            found.retain(|t| t.fit.log_likelihood > best.fit.log_likelihood - behind);
+            if stand.run.is_some() {
+                found.sort_by(|a, b| b.fit.log_likelihood.total_cmp(&a.fit.log_likelihood));
+                found.dedup_by(|a, b| a.knobs.iter().zip(&b.knobs).all(|(a, b)| (a - b).abs() <= SAME * b.abs()));
+            }
+            out.extend(found.into_iter().filter_map(|t| {
                 let mut other = chosen.to_vec();
                 other[q].knobs = t.knobs;
-                let stand = self.stand(&other, &stand.fit.power, 3)?;
-                self.by_instruments(&other, &stand).or(Some((other, stand)))
+                let stand_there = self.stand(&other, &stand.fit.power, 3)?;
+                let Some(run) = stand.run else { return self.by_instruments(&other, &stand_there).or(Some((other, stand_there))) };
+                self.in_time(&other, &stand_there, order).filter(|(_, stand)| stand.run.is_some_and(|own| own > run - AS_LIKELY))
             }));
         }
         out

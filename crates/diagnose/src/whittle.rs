@@ -27,14 +27,14 @@ pub(crate) struct Fit {
     pub power: Power,
     pub log_likelihood: f64,
     factor: Factor,
-    /// Covariance of θ, and of the knobs after it, where the parameters come from instruments.
-    pub by_instruments: Option<Symmetric>,
+    /// Covariance of θ, and of the knobs after it, where the parameters come from instruments or from a free run.
+    pub joint: Option<Symmetric>,
 }
 
 impl Fit {
     /// Covariance of θ at a fixed S.
     pub fn covariance(&self) -> Symmetric {
-        if let Some(covariance) = &self.by_instruments {
+        if let Some(covariance) = &self.joint {
             return covariance.clone();
         }
         let mut covariance = self.factor.inverse();
@@ -187,8 +187,6 @@ impl<'a> Likelihood<'a> {
     ///
     /// Without `bias_free` the determinant is left out (ordinary least squares).
     pub fn fit(&self, columns: &[&Column], start: &Power, rounds: usize, bias_free: bool) -> Option<Fit> {
-        let layout = &self.state.layout;
-        let lines = layout.lines();
         let blocks = self.block_list();
         let n = columns.len();
         let y = self.target();
@@ -236,26 +234,30 @@ impl<'a> Likelihood<'a> {
             last = Some(factor);
         }
         let theta = theta?;
-        let log_det = if bias_free { self.determinant(columns, &theta, false)?.0.iter().sum() } else { 0.0 };
-        let mut sum = 0.0;
-        for (e, s) in residual.iter().zip(&power) {
-            for b in &blocks {
-                sum -= e[b * lines..(b + 1) * lines].iter().zip(s).map(|(e, s)| e.norm_sqr() / s).sum::<f64>();
-            }
-            sum -= blocks.len() as f64 * log_sum(s, &layout.keep);
-        }
-        sum += 2.0 * log_det * blocks.len() as f64;
+        let log_det = if bias_free { self.log_determinant(columns, &theta)? } else { 0.0 };
+        let mut sum = self.gaussian(&residual, &power) + 2.0 * log_det * blocks.len() as f64;
         sum -= columns.iter().zip(&theta).map(|(c, t)| 0.5 * c.precision * t * t).sum::<f64>();
         let factor = last?;
         let log_likelihood = INDEPENDENCE * sum;
-        (log_likelihood.is_finite() && theta.iter().all(|t| t.is_finite())).then_some(Fit {
-            theta,
-            residual,
-            power,
-            log_likelihood,
-            factor,
-            by_instruments: None,
-        })
+        (log_likelihood.is_finite() && theta.iter().all(|t| t.is_finite())).then_some(Fit { theta, residual, power, log_likelihood, factor, joint: None })
+    }
+
+    /// Σ (−ln S − |e|²/S).
+    pub fn gaussian(&self, residual: &[Vec<Complex64>], power: &Power) -> f64 {
+        let (lines, blocks) = (self.state.layout.lines(), self.block_list());
+        let mut sum = 0.0;
+        for (e, s) in residual.iter().zip(power) {
+            for b in &blocks {
+                sum -= e[b * lines..(b + 1) * lines].iter().zip(s).map(|(e, s)| e.norm_sqr() / s).sum::<f64>();
+            }
+            sum -= blocks.len() as f64 * log_sum(s, &self.state.layout.keep);
+        }
+        sum
+    }
+
+    /// Σ ln |det G| over the lines that count.
+    pub fn log_determinant(&self, columns: &[&Column], theta: &[f64]) -> Option<f64> {
+        Some(self.determinant(columns, theta, false)?.0.iter().sum())
     }
 
     /// Minus log-likelihood of other blocks under a fit, with the offsets of `free` columns re-estimated there.

@@ -10,7 +10,7 @@ use crate::unseen::Rest;
 pub(super) struct Step {
     pub group: Group,
     /// What the model with it leaves of the free run, and of the balance of forces.
-    pub errors: Option<Errors>,
+    errors: Option<Errors>,
     rest: Option<Rest>,
 }
 

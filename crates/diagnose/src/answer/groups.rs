@@ -103,7 +103,7 @@ impl Answer<'_> {
         let members = |without: Option<usize>| -> Vec<usize> {
             named.iter().enumerate().filter(|(k, _)| Some(*k) != without).flat_map(|(_, g)| g.members.iter().copied()).collect()
         };
-        let run = |without: Option<usize>| self.errors_of(&members(without)).and_then(|errors| errors.variance()).unwrap_or(f64::INFINITY);
+        let run = |without: Option<usize>| self.errors_of_balance(&members(without)).and_then(|errors| errors.variance()).unwrap_or(f64::INFINITY);
         let (run_with, with) = (if named.is_empty() { 0.0 } else { run(None) }, self.rest(members(None)));
         (0..named.len()).rev().find_map(|k| {
             let run_without = run(Some(k));

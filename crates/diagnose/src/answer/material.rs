@@ -11,9 +11,22 @@ use crate::search::{Chosen, Found, Stand};
 use crate::subject::Subject;
 use crate::unseen::Unseen;
 use ndof_models::effects::Side;
+use std::cell::RefCell;
+use std::collections::BTreeMap;
+use std::rc::Rc;
 
 /// Probability of a name that helps little on held-out data while a large error stays.
 pub(super) const UNSURE: f64 = 0.6;
+
+/// A model with its final parameters, and what it leaves of the held-out part.
+pub(crate) struct Fitted {
+    pub chosen: Vec<Chosen>,
+    pub stand: Stand,
+    pub errors: Errors,
+}
+
+/// Models by the hypotheses that they are of.
+pub(crate) type Models = RefCell<BTreeMap<Vec<usize>, Option<Rc<Fitted>>>>;
 
 /// Everything that an answer is made from.
 pub(crate) struct Answer<'a> {
@@ -36,6 +49,8 @@ pub(crate) struct Answer<'a> {
     pub turned: bool,
     /// No motion follows from what `fit` found.
     pub still: bool,
+    /// Those that were fitted so far.
+    pub models: Models,
 }
 
 impl Answer<'_> {
@@ -44,12 +59,40 @@ impl Answer<'_> {
         self.without_tones(self.court.errors(self.subject, chosen, stand))
     }
 
-    /// Errors of the model of some of the chosen hypotheses, fitted to the balance of forces as that of all of them.
-    pub(super) fn errors_of(&self, members: &[usize]) -> Option<Errors> {
+    /// The model of some of the chosen hypotheses, fitted to the balance of forces as that of all of them: its parameters by instruments, and in time
+    /// where its free run is the more likely.
+    pub(super) fn model(&self, members: &[usize]) -> Option<Rc<Fitted>> {
+        let mut members = members.to_vec();
+        members.sort_unstable();
+        if let Some(known) = self.models.borrow().get(&members) {
+            return known.clone();
+        }
+        let model = self.fitted(&members).map(Rc::new);
+        self.models.borrow_mut().insert(members, model.clone());
+        model
+    }
+
+    fn fitted(&self, members: &[usize]) -> Option<Fitted> {
+        let (subject, found) = (self.subject, self.found);
+        let chosen: Vec<Chosen> = members.iter().map(|q| found.chosen[*q].clone()).collect();
+        let stand = if chosen.len() < found.chosen.len() { subject.stand(&chosen, &found.stand.fit.power, 3)? } else { found.stand.clone() };
+        let (chosen, stand) = if chosen.is_empty() { (chosen, stand) } else { subject.by_instruments(&chosen, &stand).unwrap_or((chosen, stand)) };
+        let in_time = if chosen.is_empty() || self.court.windowed { None } else { subject.in_time(&chosen, &stand, self.order()) };
+        let (chosen, stand) = in_time.unwrap_or((chosen, stand));
+        Some(Fitted { errors: self.errors(&chosen, &stand), chosen, stand })
+    }
+
+    /// Errors of the model of some of the chosen hypotheses, fitted to the balance of forces alone: names rest on it.
+    pub(super) fn errors_of_balance(&self, members: &[usize]) -> Option<Errors> {
         let mut members = members.to_vec();
         members.sort_unstable();
         let chosen: Vec<Chosen> = members.iter().map(|q| self.found.chosen[*q].clone()).collect();
         Some(self.errors(&chosen, &self.subject.stand(&chosen, &self.found.stand.fit.power, 3)?))
+    }
+
+    /// Errors of the final model of some of the chosen hypotheses.
+    pub(super) fn errors_of(&self, members: &[usize]) -> Option<Errors> {
+        self.model(members).map(|model| model.errors.clone())
     }
 
     pub(super) fn without_tones(&self, errors: Errors) -> Errors {

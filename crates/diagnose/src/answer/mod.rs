@@ -10,7 +10,7 @@ mod material;
 mod stand_in;
 
 pub(crate) use cause::tail;
-pub(crate) use material::Answer;
+pub(crate) use material::{Answer, Models};
 
 use crate::floor;
 use crate::free_run::WINDOW_S;
@@ -61,12 +61,9 @@ impl Answer<'_> {
         // What explains most comes first; what was detected and explains nothing that can be predicted, last.
         causes.sort_by(|a, b| b.gain.explained_fraction.unwrap_or(f64::NEG_INFINITY).total_cmp(&a.gain.explained_fraction.unwrap_or(f64::NEG_INFINITY)));
         weak |= self.stand_ins(&mut causes, &mut confusable);
-        let all: Vec<Chosen> = kept.iter().map(|q| found.chosen[*q].clone()).collect();
-        let refitted = if all.len() < found.chosen.len() { subject.stand(&all, &found.stand.fit.power, 3) } else { None };
-        let extended = if all.is_empty() { self.baseline } else { refitted.as_ref().unwrap_or(&found.stand) };
-        let by_instruments = if all.is_empty() { None } else { subject.by_instruments(&all, extended) };
-        let (all, extended) = by_instruments.as_ref().map_or((&all, extended), |(all, extended)| (all, extended));
-        let others = subject.as_likely(all, extended);
+        let model = if kept.is_empty() { None } else { self.model(&kept) };
+        let (all, extended) = model.as_ref().map_or((&[][..], self.baseline), |model| (&model.chosen, &model.stand));
+        let others = subject.as_likely(all, extended, self.order());
         self.tell_parameters(&mut causes, &kept, all, extended, &others);
         let extended_score = self.errors(all, extended).score;
         for cause in causes.iter_mut().filter(|cause| self.is_geometry(cause)) {
@@ -116,8 +113,10 @@ impl Answer<'_> {
     /// The cause of each step, and whether one of them helps the free run little while a large error stays: that cannot be sure.
     fn named(&self, steps: &[Step], gains: &Gains, mut last: Errors, [level, limit, excess]: [f64; 3], confusable: &mut Vec<Confusable>) -> (Vec<Cause>, bool) {
         let mut weak = false;
+        let mut members = Vec::new();
         let of_step = |(k, step): (usize, &Step)| {
-            let after = step.errors.clone().unwrap_or_else(|| last.clone());
+            members.extend(&step.group.members);
+            let after = self.errors_of(&members).unwrap_or_else(|| last.clone());
             let mut cause = self.cause(&step.group, gains.of(k, [&last, &after]), limit, confusable);
             let little = last.mean().zip(after.mean()).is_some_and(|(last, after)| last - after < LITTLE * (last - level));
             if little && excess > 5.0 * self.options.tolerance {

@@ -64,6 +64,22 @@ fn a_hysteresis_is_measured_and_its_gain_is_nearly_all_there_is() {
     assert!(d.extended.parameter_shift.iter().any(|s| s.name == "B" && s.before > s.after));
 }
 
+/// At rest a strong friction is anything between its levels: a balance of forces along a measured velocity takes it for more than it is.
+#[test]
+fn a_friction_that_sticks_is_measured_by_its_free_run() {
+    for seed in 31..35 {
+        let made = make(&case(Plant::Force, &[("coulomb-friction", 1.0)], seed));
+        let d = answer(&made);
+        assert_eq!(names(&d), ["coulomb-friction"]);
+        let ((level, [low, high]), truth) = (number(&d, 0, "level"), made.truth[0][0].1);
+        assert!(low <= truth && truth <= high && (level / truth - 1.0).abs() < 0.02, "{seed}: {level} ({low} … {high}) for {truth}");
+        let own = d.extended.parameters.iter().find(|p| p.name == "M").expect("the mass");
+        assert!((own.value - made.mass[0][0]).abs() < 3.0 * own.std_error.expect("an error"), "{seed}: {own:?} for {:?}", made.mass);
+        let before = d.baseline.held_out.nrmse[0].expect("finite");
+        assert!(d.extended.held_out.nrmse[0].is_some_and(|after| after < 0.3 * before), "{seed}: {before} -> {:?}", d.extended.held_out);
+    }
+}
+
 #[test]
 fn nothing_hidden_is_adequate() {
     for (plant, seed) in [(Plant::Force, 1), (Plant::Force, 2), (Plant::Motion, 3), (Plant::Mass, 4), (Plant::Planar, 5)] {
