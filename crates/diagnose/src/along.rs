@@ -5,6 +5,32 @@ use ndof_models::{ForceLaw, Motion};
 use std::f64::consts::PI;
 use std::ops::Range;
 
+/// The force of a law along a motion at a rate, displacements and velocities `[axis][time]`; what a law looks back at is taken from the present.
+///
+/// A law that jumps is evaluated between the samples and low-passed, hidden states are integrated by Heun's rule.
+///
+/// ```
+/// use ndof_models::effects::{Injection, Parameters, Setting, find};
+///
+/// let setting = Setting { axes: 1, axis: Some(0), mass: vec![vec![2.0]], stiffness: vec![vec![300.0]], duration_s: 1.0, sample_rate_hz: 500.0, seed: 0 };
+/// let spring = find("cubic-stiffness").ok_or("no such effect")?.inject(&Parameters::new([("k3_n_per_m3", 1e5)]), &setting)?;
+/// let Injection::Force(law) = spring else { return Err("no force".into()) };
+/// let (x, v) = (vec![vec![0.0, 0.01, 0.02]], vec![vec![0.0; 3]]); // m, m/s
+/// let force = ndof_diagnose::force_along(law.as_ref(), 500.0, &x, &v); // N
+/// assert!((force[0][2] - 1e5 * 0.02_f64.powi(3)).abs() < 1e-12);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+pub fn force_along(law: &dyn ForceLaw, sample_rate_hz: f64, displacement: &[Vec<f64>], velocity: &[Vec<f64>]) -> Vec<Vec<f64>> {
+    let (x, v) = (interleave(displacement), interleave(velocity));
+    along(law, (sample_rate_hz, 0.0, &[]), displacement.len(), (&x, &v), (&x, &v)).0
+}
+
+/// Series axis beside axis: `[time · axes + axis]`.
+pub(crate) fn interleave(series: &[Vec<f64>]) -> Vec<f64> {
+    let n = series.first().map_or(0, Vec::len);
+    (0..n).flat_map(|k| series.iter().map(move |axis| axis[k])).collect()
+}
+
 /// The forces of a law along one motion and its last hidden states, which are integrated by Heun's rule with as many steps a sample as they need.
 pub(crate) fn along(
     law: &dyn ForceLaw,

@@ -50,6 +50,7 @@ mod subject;
 mod unseen;
 mod whittle;
 
+pub use along::force_along;
 pub use baseline::{Baseline, Part, Status};
 pub use diagnose::{diagnose, diagnose_with_pictures};
 pub use error::DiagnoseError;

@@ -1,6 +1,6 @@
 //! The recording as a search sees it: corrected channels, derivatives, and their spectra block by block.
 
-use crate::along::along;
+use crate::along::{along, interleave};
 use crate::layout::{Layout, Track};
 use crate::linear::Symmetric;
 use ndof_linear::square;
@@ -86,11 +86,6 @@ pub(crate) struct State {
     pub chain: Chain,
     /// What has been corrected, the first first.
     pub transforms: Vec<Transform>,
-}
-
-fn interleave(series: &[Vec<f64>]) -> Vec<f64> {
-    let n = series.first().map_or(0, Vec::len);
-    (0..n).flat_map(|k| series.iter().map(move |axis| axis[k])).collect()
 }
 
 impl State {

@@ -61,7 +61,7 @@ pub fn diagnose_simulator(trials: &Trials, simulated: &Trials, settings: &Diagno
     }
     let options = Options { added: true, ..settings.options(trials)? };
     progress("fitting the simulator's own response");
-    let own = Simulator::new(trials, simulated, settings.band_hz, options.tolerance)?;
+    let own = Simulator::new(trials, simulated, &options)?;
     let (found, mut pictures) = ndof_diagnose::diagnose_with_pictures(&own.measured, &trials.roles.ports, &options, Some(&own.baseline), progress)?;
     let efforts = own.pairs.into_iter().map(|[effort, _]| effort).collect();
     let added = AddedEffort::new(trials, settings, efforts, pictures.sample_rate_hz, std::mem::take(&mut pictures.added))?;
