@@ -23,7 +23,7 @@ fn log(folder: &Path, name: &str, limb: &Limb, own: f64) {
     let (mut x, mut v) = (0.0_f64, 0.0_f64);
     let step = 1.0 / (RATE * SUBSTEPS) as f64;
     let mut moved = |f: f64| {
-        v += (f - 12.0 * v - limb.stiffness * x - limb.dry * (v / 0.005).tanh()) / 2.0 * step;
+        v += (f - 12.0 * v - limb.stiffness * x - limb.dry * (v / 0.0005).tanh()) / 2.0 * step;
         x += v * step;
         x
     };

@@ -114,8 +114,9 @@ pub(crate) fn residual(stand: &Stand, beyond: &[Vec<Vec<f64>>]) -> Vec<Vec<Vec<f
                     }
                 }
             }
-            for (series, force) in e.iter_mut().zip(beyond.get(trial).into_iter().flatten()) {
-                series.iter_mut().zip(force).for_each(|(e, f)| *e -= f);
+            let known = stand.base.structure.known.0.iter().map(|law| state.forces_of(law.as_ref(), trial));
+            for force in known.chain(beyond.get(trial).cloned()) {
+                e.iter_mut().flatten().zip(force.iter().flatten()).for_each(|(e, f)| *e -= f);
             }
             for series in e.iter_mut().take(n) {
                 let mean = series.iter().sum::<f64>() / series.len() as f64;

@@ -29,6 +29,11 @@ impl Subject {
         chosen.iter().enumerate().filter_map(|(q, c)| self.hypotheses[c.hypothesis].form.action.law(&c.knobs, self.coefficients(stand, q))).collect()
     }
 
+    /// The forces that every model has.
+    fn known(&self) -> impl Iterator<Item = Box<dyn ForceLaw>> {
+        self.structure.known.0.iter().map(|law| Box::new(law.clone()) as Box<dyn ForceLaw>)
+    }
+
     /// The forces of a stand beyond its matrices along one trial: `[axis][time]`.
     pub fn beyond(&self, chosen: &[Chosen], stand: &Stand, trial: usize) -> Vec<Vec<f64>> {
         let laws = self.laws(chosen, stand);
@@ -75,7 +80,7 @@ impl Subject {
             damping: self.matrix(chosen, stand, Matrix::Damping),
             stiffness: self.matrix(chosen, stand, Matrix::Stiffness),
             offset,
-            laws: self.laws(chosen, stand),
+            laws: self.known().chain(self.laws(chosen, stand)).collect(),
             curved: self.curved(chosen, stand),
             movement: None,
         };

@@ -1,5 +1,6 @@
 //! Free run of a model over held-out data: from the input alone, with fitted initial states.
 
+use crate::along::along;
 use crate::curved::CurvedPlant;
 use crate::layout::Layout;
 use crate::linear::{Symmetric, dot};
@@ -324,8 +325,8 @@ impl Runner {
         Some(Prediction { measured, predicted, scored: (0..covered).map(|k| windowed || k >= skip).collect() })
     }
 
-    /// Effort beside the measured one with which a linear plant would run as this model does, over the whole trial, `[axis][time]`:
-    /// M ẍ + B ẋ + K x − F with the plant's matrices along the model's run. A constant is left out, which offsets have.
+    /// Effort beside the measured one with which a plant would run as this model does, over the whole trial, `[axis][time]`:
+    /// M ẍ + B ẋ + K x + g − F with the plant's matrices and laws along the model's run. A constant is left out, which offsets have.
     pub fn added_to(&self, plant: &Runner, state: &State, trial: usize) -> Option<Vec<Vec<f64>>> {
         let layout = &state.layout;
         let n = layout.axes;
@@ -333,9 +334,14 @@ impl Runner {
         let (effort, v) = (straightened(state, trial), velocity(state, trial));
         let fitted = layout.settled().max(8).min(layout.samples);
         let run = self.fitted_run(&inverse_mass, (&effort, &v), state, trial, 0..layout.samples, fitted);
+        let clock = (layout.rate_hz, layout.start_s, layout.schedule_of(trial));
+        let mut laws = vec![vec![0.0; layout.samples]; n];
+        for force in plant.laws.iter().map(|law| along(law.as_ref(), clock, n, (&run.x, &run.v), (&run.x, &run.v)).0) {
+            laws.iter_mut().flatten().zip(force.iter().flatten()).for_each(|(sum, f)| *sum += f);
+        }
         let at = |i: usize, k: usize| -> f64 {
             let of = |matrix: &[Vec<f64>], series: &[f64]| (0..n).map(|j| matrix[i][j] * series[k * n + j]).sum::<f64>();
-            of(&plant.mass, &run.a) + of(&plant.damping, &run.v) + of(&plant.stiffness, &run.x) - effort[i][k]
+            of(&plant.mass, &run.a) + of(&plant.damping, &run.v) + of(&plant.stiffness, &run.x) + laws[i][k] - effort[i][k]
         };
         let series: Vec<Vec<f64>> = (0..n).map(|i| (0..layout.samples).map(|k| at(i, k)).collect()).collect();
         let about_mean = |s: Vec<f64>| {

@@ -2,7 +2,9 @@
 
 use crate::linear_fit::LinearFit;
 use crate::movement::Schedule;
+use ndof_models::ForceLaw;
 use ndof_models::effects::Effect;
+use std::sync::Arc;
 
 /// Which part of the recordings the fit does not see.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -29,6 +31,22 @@ impl std::fmt::Debug for OwnEffects {
 impl PartialEq for OwnEffects {
     fn eq(&self, other: &Self) -> bool {
         self.0.iter().map(|effect| effect.name()).eq(other.0.iter().map(|effect| effect.name()))
+    }
+}
+
+/// Forces that a simulation has beyond its matrices.
+#[derive(Clone, Default)]
+pub struct KnownLaws(pub Vec<Arc<dyn ForceLaw>>);
+
+impl std::fmt::Debug for KnownLaws {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        write!(f, "{} laws", self.0.len())
+    }
+}
+
+impl PartialEq for KnownLaws {
+    fn eq(&self, other: &Self) -> bool {
+        self.0.len() == other.0.len() && self.0.iter().zip(&other.0).all(|(a, b)| Arc::ptr_eq(a, b))
     }
 }
 
@@ -64,6 +82,8 @@ pub struct Options {
     pub plan: bool,
     /// Effects that are tried beside those of the registry.
     pub own: OwnEffects,
+    /// Forces that every model has, the baseline, too; displacements are taken from their mean.
+    pub known: KnownLaws,
     /// The linear model that is judged where no baseline is given; without it the one that balances the forces best.
     pub linear: Option<LinearFit>,
     /// What stiffness and damping may follow; without it nothing of the kind is tried.
@@ -86,6 +106,7 @@ impl Default for Options {
             without: Vec::new(),
             plan: false,
             own: OwnEffects::default(),
+            known: KnownLaws::default(),
             linear: None,
             schedule: None,
             arm: None,

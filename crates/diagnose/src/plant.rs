@@ -3,6 +3,7 @@
 use crate::baseline::{Baseline, Status};
 use crate::curved::Curved;
 use crate::layout::Layout;
+use crate::options::KnownLaws;
 use crate::state::{Cause, Column, State, Through};
 use ndof_models::effects::{CurvedArm, Matrix};
 use num_complex::Complex64;
@@ -46,12 +47,15 @@ pub(crate) struct Structure {
     pub tolerances: bool,
     /// How many times what was measured of the motion is integrated to the displacement.
     pub integrals: usize,
+    /// Forces that every model has.
+    pub known: KnownLaws,
 }
 
 impl Structure {
     /// The structure of a fitted baseline, or of the given one.
     pub fn new(axes: usize, baseline: Option<&Baseline>, spring: bool) -> Self {
-        let mut structure = Structure { spring, given: vec![], nominal: vec![], symmetric: vec![Matrix::Mass], tolerances: true, integrals: 0 };
+        let mut structure =
+            Structure { spring, given: vec![], nominal: vec![], symmetric: vec![Matrix::Mass], tolerances: true, integrals: 0, known: KnownLaws::default() };
         let Some(baseline) = baseline else { return structure };
         for (matrix, part) in [(Matrix::Mass, &baseline.mass), (Matrix::Damping, &baseline.damping), (Matrix::Stiffness, &baseline.stiffness)] {
             let Some(part) = part else { continue };
@@ -118,6 +122,7 @@ impl Base {
         }
         base.held = structure.given.iter().map(|&(matrix, i, j, value)| (entries_column(matrix, &[(i, j, 1.0)]), value)).collect();
         base.held.extend(curved.as_ref().map(|curved| (curved.held_column(), 1.0)));
+        base.held.extend(structure.known.0.iter().map(|law| (state.force_column(&state.forces(law.as_ref()), None, None), 1.0)));
         base.offsets(layout);
         if structure.tolerances {
             base.tolerances(state, cause);

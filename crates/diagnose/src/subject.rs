@@ -84,7 +84,7 @@ impl Subject {
                 .filter(|r| r.rest < ROBOT_REST && r.part > ROBOT_PART)
                 .map_or(Cause::Effort, |r| Cause::Loop(Arc::new(r.impedance)))
         };
-        let mut structure = Structure { integrals: meaning.order, ..Structure::new(axes, baseline, true) };
+        let mut structure = Structure { integrals: meaning.order, known: options.known.clone(), ..Structure::new(axes, baseline, true) };
         let (mut base, mut fit) = settle(&state, &cause, &structure)?;
         if runs_away(&state, &fit) {
             cause = Cause::Unclear;

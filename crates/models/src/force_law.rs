@@ -47,6 +47,28 @@ pub trait ForceLaw: Send + Sync {
     fn evaluate(&self, motion: &Motion<'_>, states: &[f64], force: &mut [f64], rates: &mut [f64]);
 }
 
+impl<L: ForceLaw + ?Sized> ForceLaw for std::sync::Arc<L> {
+    fn states(&self) -> usize {
+        (**self).states()
+    }
+
+    fn delay_s(&self) -> f64 {
+        (**self).delay_s()
+    }
+
+    fn fastest_rate(&self, motion: &Motion<'_>) -> f64 {
+        (**self).fastest_rate(motion)
+    }
+
+    fn jumps(&self) -> bool {
+        (**self).jumps()
+    }
+
+    fn evaluate(&self, motion: &Motion<'_>, states: &[f64], force: &mut [f64], rates: &mut [f64]) {
+        (**self).evaluate(motion, states, force, rates);
+    }
+}
+
 /// A stage of the signal chain (delay, filter, quantiser, saturation), ticked once a sample.
 pub trait Stage: Send {
     /// Turns this sample of the stage's channel into what leaves the stage.

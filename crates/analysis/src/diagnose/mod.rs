@@ -59,9 +59,10 @@ pub fn diagnose_simulator(trials: &Trials, simulated: &Trials, settings: &Diagno
         let what = "a `baseline` is a simulation itself; give one of the two";
         return Err(AnalysisError::Meaning { file: "`simulated`".to_owned(), what: what.to_owned() });
     }
-    let options = Options { added: true, ..settings.options(trials)? };
+    let mut options = Options { added: true, ..settings.options(trials)? };
     progress("fitting the simulator's own response");
     let own = Simulator::new(trials, simulated, &options)?;
+    options.known = own.known;
     let (found, mut pictures) = ndof_diagnose::diagnose_with_pictures(&own.measured, &trials.roles.ports, &options, Some(&own.baseline), progress)?;
     let efforts = own.pairs.into_iter().map(|[effort, _]| effort).collect();
     let added = AddedEffort::new(trials, settings, efforts, pictures.sample_rate_hz, std::mem::take(&mut pictures.added))?;

@@ -6,11 +6,12 @@ use crate::estimate::{Estimate, estimate};
 use crate::fit::{Fit, fit};
 use crate::trials::{RoleNames, Trial, Trials, Trim, axis_of};
 use ndarray::Array2;
-use ndof_diagnose::{Baseline, Cause, Options, Part, Status, diagnose_with_pictures, force_along};
+use ndof_diagnose::{Baseline, Cause, KnownLaws, Options, Part, Status, diagnose_with_pictures, force_along};
 use ndof_joints::alike;
 use ndof_models::effects::{Injection, Parameters, Setting, find};
 use ndof_models::{ForceLaw, InertiaDampingStiffness};
 use ndof_signal::{Quantity, RESOLVED, Recording, Warning, derivatives};
+use std::sync::Arc;
 
 /// How far beyond the fitted band the simulator's own force is kept: what a low-pass takes below its corner ends well above the band.
 const BEYOND: f64 = 4.0;
@@ -19,7 +20,9 @@ const BEYOND: f64 = 4.0;
 pub(super) struct Simulator {
     /// Its inertia, damping and stiffness, each of which may be wrong.
     pub baseline: Baseline,
-    /// What was measured, with the forces that its other effects need taken off.
+    /// Its own forces beyond these.
+    pub known: KnownLaws,
+    /// What was measured, with the force that all else of it needs along its own motion taken off.
     pub measured: Vec<Recording>,
     /// The names of effort and displacement along each axis.
     pub pairs: Vec<[String; 2]>,
@@ -30,7 +33,7 @@ pub(super) struct Simulator {
 impl Simulator {
     /// The force that a simulator with the linear response Z = M s² + B s + K and forces g of its own needs for the measured motion x is
     /// F_s + Z (x − x_s) + g(x) − g(x_s), where F_s and x_s are what it logged: exact for what Z and g say, and for all else where the two motions are
-    /// alike. What was measured is right if its force is that; with F' = F − g(x) − (F_s − Z x_s − g(x_s)) the balance is F' = Z x.
+    /// alike. What was measured is right if its force is that; with F' = F − (F_s − Z x_s − g(x_s)) the balance is F' = Z x + g(x).
     ///
     /// # Errors
     /// [`AnalysisError`] if the recordings are not the measured ones sample by sample, or no inertia, damping and stiffness can be fitted.
@@ -59,24 +62,23 @@ impl Simulator {
             // What is beyond the band, such as the noise of a simulated sensor, changes no answer.
             powers.add(recording, &simulated.recording, &pairs, &response.efforts(&simulated.recording, &pairs, top_hz)?)?;
             let beyond = response.efforts(&simulated.recording, &pairs, response.corner_hz)?;
-            let along = response.forces(&response.motions(recording, &pairs)?, recording.sample_rate_hz());
             let mut channels = recording.channels().to_vec();
-            for ([effort, _], ([_, beyond], along)) in pairs.iter().zip(beyond.iter().zip(&along)) {
-                let taken = beyond.iter().zip(along).map(|(b, g)| b + g);
-                channels.iter_mut().filter(|c| c.name == *effort).for_each(|c| c.samples.iter_mut().zip(taken.clone()).for_each(|(f, taken)| *f -= taken));
+            for ([effort, _], [_, beyond]) in pairs.iter().zip(&beyond) {
+                channels.iter_mut().filter(|c| c.name == *effort).for_each(|c| c.samples.iter_mut().zip(beyond).for_each(|(f, b)| *f -= b));
             }
             let made =
                 Recording::new(recording.sample_rate_hz(), channels).map_err(|source| AnalysisError::Recording { file: "the recording".to_owned(), source })?;
             *recording = made.starting_at(recording.start_s());
         }
-        Ok(Simulator { baseline: nominal(&response.matrices), measured, pairs, warnings: powers.warning(options.tolerance).into_iter().collect() })
+        let warnings = powers.warning(options.tolerance).into_iter().collect();
+        Ok(Simulator { baseline: nominal(&response.matrices), known: KnownLaws(response.laws), measured, pairs, warnings })
     }
 }
 
 /// What a simulator does with a motion, as its own log tells it: inertia, damping and stiffness, and laws beyond them.
 struct Response {
     matrices: InertiaDampingStiffness,
-    laws: Vec<Box<dyn ForceLaw>>,
+    laws: Vec<Arc<dyn ForceLaw>>,
     /// Motions are taken below it.
     corner_hz: f64,
 }
@@ -98,7 +100,7 @@ impl Response {
         let matrix = |letter: &str| Array2::from_shape_fn((axes.len(), axes.len()), |place| entry(letter, place));
         let matrices = InertiaDampingStiffness { axes: near.axes.clone(), inertia: matrix("M"), damping: matrix("B"), stiffness: matrix("K") };
         let rows = |matrix: &Array2<f64>| matrix.rows().into_iter().map(|row| row.to_vec()).collect::<Vec<_>>();
-        let law = |cause: &Cause| -> Option<Box<dyn ForceLaw>> {
+        let law = |cause: &Cause| -> Option<Arc<dyn ForceLaw>> {
             let setting = Setting {
                 axes: axes.len(),
                 axis: axes.iter().position(|axis| *axis == cause.site.axis),
@@ -110,7 +112,7 @@ impl Response {
             };
             let parameters = Parameters(cause.parameters.iter().map(|p| (p.name.clone(), p.value.clone())).collect());
             match find(&cause.effect)?.inject(&parameters, &setting).ok()? {
-                Injection::Force(law) if law.delay_s() == 0.0 => Some(law),
+                Injection::Force(law) if law.delay_s() == 0.0 => Some(law.into()),
                 _ => None,
             }
         };
@@ -118,10 +120,13 @@ impl Response {
         (!laws.is_empty()).then(|| Response { matrices, laws, corner_hz: corner(pictures.band_hz[1], own.sample_rate_hz()) })
     }
 
-    /// The forces of the laws along a motion, `[axis][time]`.
+    /// The forces of the laws along a motion, `[axis][time]`; displacements are taken from their mean, as a diagnosis takes them.
     fn forces(&self, motions: &[[Vec<f64>; 3]], rate_hz: f64) -> Vec<Vec<f64>> {
-        let series = |which: usize| motions.iter().map(|motion| motion[which].clone()).collect::<Vec<_>>();
-        let (x, v) = (series(0), series(1));
+        let about_mean = |x: &Vec<f64>| {
+            let mean = x.iter().sum::<f64>() / x.len() as f64;
+            x.iter().map(|x| x - mean).collect::<Vec<f64>>()
+        };
+        let (x, v): (Vec<_>, Vec<_>) = motions.iter().map(|[x, v, _]| (about_mean(x), v.clone())).unzip();
         let mut out = vec![vec![0.0; x[0].len()]; x.len()];
         for force in self.laws.iter().map(|law| force_along(law.as_ref(), rate_hz, &x, &v)) {
             out.iter_mut().flatten().zip(force.iter().flatten()).for_each(|(sum, f)| *sum += f);
