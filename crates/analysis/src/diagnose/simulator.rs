@@ -8,7 +8,7 @@ use crate::trials::{RoleNames, Trial, Trials, Trim, axis_of};
 use ndarray::Array2;
 use ndof_diagnose::{Baseline, Cause, KnownLaws, Options, Part, Status, diagnose_with_pictures, force_along};
 use ndof_joints::alike;
-use ndof_models::effects::{Injection, Parameters, Setting, find};
+use ndof_models::effects::{Injection, Parameters, Setting, Trace, find};
 use ndof_models::{ForceLaw, InertiaDampingStiffness};
 use ndof_signal::{Quantity, RESOLVED, Recording, Warning, derivatives};
 use std::sync::Arc;
@@ -116,7 +116,9 @@ impl Response {
                 _ => None,
             }
         };
-        let laws: Vec<_> = found.causes.iter().map(law).collect::<Option<_>>()?;
+        // A noise, a line or a burst is a force of its own time, not one of the motion.
+        let of_motion = |cause: &&Cause| find(&cause.effect).is_some_and(|effect| effect.card().trace == Trace::Forms);
+        let laws: Vec<_> = found.causes.iter().filter(of_motion).map(law).collect::<Option<_>>()?;
         (!laws.is_empty()).then(|| Response { matrices, laws, corner_hz: corner(pictures.band_hz[1], own.sample_rate_hz()) })
     }
 

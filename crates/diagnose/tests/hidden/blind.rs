@@ -1,7 +1,8 @@
 //! Recordings with something hidden, made by a generator of its own, and what the diagnosis says of them.
 
 use ndof_challenge::{Case, Hidden, Made, Plant, make};
-use ndof_diagnose::{Baseline, Diagnosis, Options, Part, Status, Verdict, diagnose};
+use ndof_diagnose::{Baseline, Diagnosis, KnownLaws, Options, Part, Status, Verdict, diagnose};
+use ndof_models::effects::{Injection, Parameters, Setting, find};
 
 fn case(plant: Plant, hidden: &[(&'static str, f64)], seed: u64) -> Case {
     let hidden = hidden.iter().map(|&(name, severity)| Hidden { name, severity }).collect();
@@ -78,6 +79,30 @@ fn a_friction_that_sticks_is_measured_by_its_free_run() {
         let before = d.baseline.held_out.nrmse[0].expect("finite");
         assert!(d.extended.held_out.nrmse[0].is_some_and(|after| after < 0.3 * before), "{seed}: {before} -> {:?}", d.extended.held_out);
     }
+}
+
+#[test]
+fn a_law_that_is_known_is_no_cause() {
+    let made = make(&case(Plant::Force, &[("coulomb-friction", 0.4)], 40));
+    let (before, level) = (answer(&made), made.truth[0][0].1);
+    let rows = |m: &[Vec<f64>]| m.to_vec();
+    let setting = Setting {
+        axes: 1,
+        axis: Some(0),
+        mass: rows(&made.mass),
+        stiffness: rows(&made.stiffness),
+        duration_s: 40.0,
+        sample_rate_hz: made.recordings[0].sample_rate_hz(),
+        seed: 0,
+    };
+    let friction = find("coulomb-friction").expect("an effect").inject(&Parameters::new([("level_n", level)]), &setting);
+    let Ok(Injection::Force(law)) = friction else { panic!("a force") };
+    let options = Options { known: KnownLaws(vec![law.into()]), ..Options::default() };
+    let d = diagnose(&made.recordings, &made.ports, &options, None, &mut |_| {}).expect("a diagnosis");
+    assert!(names(&d).is_empty() && d.verdict == Verdict::Adequate, "{:?} {:?}", d.verdict, d.causes);
+    // The baseline runs with it as the extended model does that had to find it.
+    let (known, found) = (d.baseline.held_out.nrmse[0].expect("finite"), before.extended.held_out.nrmse[0].expect("finite"));
+    assert!(known < 1.1 * found, "{known} and {found}");
 }
 
 #[test]
