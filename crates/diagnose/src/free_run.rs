@@ -199,7 +199,7 @@ impl Runner {
             .sum()
     }
 
-    /// Rates of change of displacements, velocities and hidden states; `when` is the time and the place among the samples of the run so far.
+    /// Rates of change of displacements, velocities and hidden states, at a time and a place among the samples of the run so far.
     #[allow(clippy::too_many_arguments)]
     fn rates(
         &self,

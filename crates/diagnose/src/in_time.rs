@@ -5,7 +5,8 @@
 //!
 //! LL = 0.9 Σ [−ln S − |e|²/S + 2 ln |det G| − 2 ln |det D T|]
 //!
-//! is a density of the same samples as that of the balance of forces: the two are equal for a linear model, whose e_force = D T e. Laws of the balance
+//! is a density of the same samples as that of the balance of forces: the two are equal for a linear model of one axis, whose e_force = D T e. On several
+//! axes D mixes what the noise of each force makes, which S of each output by itself does not know: there the run is rated too low. Laws of the balance
 //! follow the measured motion, with the noise of its sensor; those of a free run follow its own, without what the limb does by itself. Which noise is
 //! the larger the likelihood says, and its parameters are taken.
 
@@ -159,7 +160,7 @@ impl InTime<'_> {
         Some(down?.concat().iter().zip(up?.concat()).map(|(d, u)| (d - u) / (2.0 * step)).collect())
     }
 
-    /// Derivatives of what determinants add to the likelihood.
+    /// Half the derivatives of what determinants add to the likelihood, as those of −|e|²/S are twice what the equations have.
     fn pull(&self, at: &Point, places: &[Place], steps: &[f64]) -> Option<Vec<f64>> {
         let own = self.assembly(at);
         let side = |place: Place, step: f64| {
@@ -169,7 +170,7 @@ impl InTime<'_> {
                 _ => self.determinants(&point),
             }
         };
-        places.iter().zip(steps).map(|(place, step)| Some((side(*place, *step)? - side(*place, -step)?) / (2.0 * step))).collect()
+        places.iter().zip(steps).map(|(place, step)| Some((side(*place, *step)? - side(*place, -step)?) / (4.0 * step))).collect()
     }
 
     /// The run of a point; `None` where that is out of bounds, or does not stay finite.
@@ -248,5 +249,67 @@ impl InTime<'_> {
             asked[..=a].iter().enumerate().for_each(|(b, j)| all.add(*i, *j, spread.at(a, b)));
         }
         all
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::Options;
+    use crate::samples::{Meaning, Samples};
+    use ndof_challenge::{Case, Plant, make};
+
+    /// A linear plant, and its baseline along the balance of forces.
+    fn linear(plant: Plant) -> (Subject, Stand, usize) {
+        let made = make(&Case { plant, hidden: vec![], other: false, background: false, trials: 2, duration_s: 40.0, seed: 61, command: (1.0, 1.0) });
+        let meaning = Meaning::new(&made.recordings[0], &made.ports).expect("efforts and motions");
+        let samples = Samples::new(&made.recordings, &made.ports, &meaning).expect("samples");
+        let subject = Subject::new(&samples, &meaning, &Options::default(), None).expect("a subject");
+        let stand = subject.stand(&[], &subject.start, 4).expect("a fit");
+        (subject, stand, meaning.order)
+    }
+
+    fn in_time<'a>(subject: &'a Subject, stand: &'a Stand, order: usize) -> InTime<'a> {
+        InTime { subject, stand, raw: State::new(&subject.layout, &subject.effort, &subject.motion, &subject.centre, &[]), order }
+    }
+
+    /// Without a nonlinear law e = D T ε: only the smoothing of S is another one, and what instruments may do within their tolerance. On two axes the
+    /// run is rated lower: its errors are not independent.
+    #[test]
+    fn both_likelihoods_of_a_linear_model_are_one() {
+        for (plant, lower) in [(Plant::Force, 0.1), (Plant::Planar, 1.0)] {
+            let (subject, stand, order) = linear(plant);
+            let model = in_time(&subject, &stand, order);
+            let run = model.run(Point { theta: stand.fit.theta.clone(), chosen: vec![] }).expect("a run");
+            let balance = subject.of_balance(&stand).expect("a likelihood");
+            let lines = (subject.layout.size() * subject.layout.axes) as f64;
+            assert!(
+                run.log_likelihood < balance + 0.1 * lines && run.log_likelihood > balance - lower * lines,
+                "{plant:?}: {} and {balance} of {lines} lines",
+                run.log_likelihood
+            );
+        }
+    }
+
+    /// Twice what the equations of Gauss and Newton have on their right is the slope of the likelihood, the loop's determinants in it.
+    #[test]
+    fn the_equations_are_the_slope_of_the_likelihood() {
+        let (subject, stand, order) = linear(Plant::Planar);
+        let model = in_time(&subject, &stand, order);
+        let start = Point { theta: stand.fit.theta.clone(), chosen: vec![] };
+        let places = model.places(&start);
+        let steps: Vec<f64> = places.iter().map(|place| 10.0 * model.step(&start, *place)).collect();
+        let run = model.run(start).expect("a run");
+        let pull = model.pull(&run.point, &places, &steps).expect("derivatives");
+        let size = subject.layout.size();
+        for ((place, step), pull) in places.iter().zip(&steps).zip(&pull) {
+            let slope = model.slope(&run, *place, *step).expect("a slope");
+            let fit: f64 =
+                (0..slope.len()).map(|q| (slope[q].conj() * run.error[q / size][q % size]).re / run.power[q / size][q % subject.layout.lines()]).sum();
+            let [up, down] = [*step, -*step].map(|step| model.run(run.point.moved(std::iter::once((*place, step)))).expect("a run").log_likelihood);
+            let (found, told) = ((up - down) / (2.0 * step), 2.0 * INDEPENDENCE * (fit + pull));
+            // The smoothing of S is in the one and not in the other; a step is a standard error.
+            assert!((found - told).abs() < 0.05 * found.abs() + 0.2 / step, "{found} and {told}");
+        }
     }
 }

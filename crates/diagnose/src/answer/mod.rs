@@ -41,6 +41,7 @@ impl Answer<'_> {
         let mut noise_floor = floor::floor(subject, &found.stand, &self.gate.power, self.order(), windows_hz);
         let before = self.court.errors(subject, &[], self.baseline);
         let quiet = self.without_tones(before.clone());
+        let quiet_score = quiet.score.clone();
         let final_errors = self.errors(&found.chosen, &found.stand);
         // What a model has reached is no less than what remains at best.
         noise_floor.below(&before.score);
@@ -65,7 +66,7 @@ impl Answer<'_> {
         let (all, extended) = model.as_ref().map_or((&[][..], self.baseline), |model| (&model.chosen, &model.stand));
         let others = subject.as_likely(all, extended, self.order());
         self.tell_parameters(&mut causes, &kept, all, extended, &others);
-        let extended_score = self.errors(all, extended).score;
+        let extended_score = model.as_ref().map_or(quiet_score, |model| model.errors.score.clone());
         for cause in causes.iter_mut().filter(|cause| self.is_geometry(cause)) {
             cause.parameters.extend(subject.joints(all, extended));
             if matches!(subject.cause, state::Cause::Loop(_)) {
