@@ -51,13 +51,13 @@ globalThis.ndofSystem = () => {
 
   // One run of the program: its memory, its folder and what it has open.
   class Run {
-    constructor(words, files, heard) {
+    constructor(words, files, heard, typed) {
       this.words = words.map(word => new TextEncoder().encode(`${word}\0`));
       this.folder = new Map(Object.entries(files).map(([name, held]) => [name, held instanceof Uint8Array ? new Written(held) : new Dropped(held)]));
       this.given = new Set(this.folder.values());
       this.folders = new Set(['']);
-      this.printed = [new Written(), new Written(), new Written()];
-      this.open = new Map([0, 1, 2].map(number => [number, { stream: this.printed[number] }]));
+      this.printed = [new Written(new TextEncoder().encode(typed)), new Written(), new Written()];
+      this.open = new Map([0, 1, 2].map(number => [number, { stream: this.printed[number], at: 0 }]));
       this.open.set(ROOT, { path: '' });
       this.heard = heard;
       this.line = '';
@@ -133,12 +133,11 @@ globalThis.ndofSystem = () => {
     },
     fd_filestat_set_size: (number, size) => run.withFile(number, ({ file }) => (file instanceof Written ? (file.resize(Number(size)), DONE) : UNSUPPORTED)),
     fd_read(number, list, count, place) {
-      if (number === 0) return run.put32(place, 0); // nobody types
-      return run.withFile(number, entry => {
-        const total = run.read(entry.file, entry.at, list, count);
-        entry.at += total;
-        return run.put32(place, total);
-      });
+      const entry = run.open.get(number), file = entry?.file ?? entry?.stream;
+      if (!file) return entry ? IS_FOLDER : BAD_FILE;
+      const total = run.read(file, entry.at, list, count);
+      entry.at += total;
+      return run.put32(place, total);
     },
     fd_pread: (number, list, count, at, place) => run.withFile(number, ({ file }) => run.put32(place, run.read(file, Number(at), list, count))),
     fd_write(number, list, count, place) {
@@ -202,10 +201,10 @@ globalThis.ndofSystem = () => {
     path_unlink_file: (start, place, length) => (run.folder.delete(run.path(place, length)) ? DONE : MISSING),
   });
 
-  // Runs `ndof WORDS…` once. `files` are bytes or blobs by name; `heard` gets each line of standard error as it comes.
+  // Runs `WORDS…` once. `files` are bytes or blobs by name; `heard` gets each line of standard error as it comes; `typed` is standard input.
   // Returns the exit code, what was printed, and every file that was written.
-  globalThis.ndofRun = async (module, words, files, heard = () => {}) => {
-    const run = new Run(words, files, heard), system = { ...surroundings(run), ...descriptors(run), ...paths(run) }, imports = {};
+  globalThis.ndofRun = async (module, words, files, heard = () => {}, typed = '') => {
+    const run = new Run(words, files, heard, typed), system = { ...surroundings(run), ...descriptors(run), ...paths(run) }, imports = {};
     for (const { module: from, name } of WebAssembly.Module.imports(module)) (imports[from] ??= {})[name] = system[name] ?? (() => UNSUPPORTED);
     const { exports } = await WebAssembly.instantiate(module, imports);
     run.memory = exports.memory;

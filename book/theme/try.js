@@ -34,67 +34,17 @@ parameters = { ${parameters} }
     'stiffness-drift': 'stiffness that changes while one measures',
   };
 
-  // What the worker does: a system interface with standard input and output and nothing else, so that the module cannot ask for more.
+  // What the worker does; it is made of this function's text, behind the system that the module sees (app/system.js).
   function work() {
     let compiled;
-    const run = async study => {
-      const module = await compiled, input = new TextEncoder().encode(study), output = [[], [], []];
-      let at = 0, memory;
-      const bytes = () => new Uint8Array(memory.buffer), view = () => new DataView(memory.buffer);
-      const pieces = (list, count) => Array.from({ length: count }, (_, k) => [view().getUint32(list + 8 * k, true), view().getUint32(list + 8 * k + 4, true)]);
-      const zeros = (...places) => { for (const place of places) view().setUint32(place, 0, true); return 0; };
-      const system = {
-        fd_read(file, list, count, read) {
-          let total = 0;
-          for (const [place, length] of pieces(list, count)) {
-            const part = input.subarray(at, at + length);
-            bytes().set(part, place);
-            at += part.length;
-            total += part.length;
-          }
-          view().setUint32(read, total, true);
-          return 0;
-        },
-        fd_write(file, list, count, written) {
-          let total = 0;
-          for (const [place, length] of pieces(list, count)) {
-            output[file]?.push(bytes().slice(place, place + length));
-            total += length;
-          }
-          view().setUint32(written, total, true);
-          return 0;
-        },
-        environ_sizes_get: zeros,
-        environ_get: () => 0,
-        args_sizes_get: zeros,
-        args_get: () => 0,
-        clock_time_get(id, precision, place) { view().setBigUint64(place, BigInt(Math.round(performance.now() * 1e6)), true); return 0; },
-        random_get(place, length) { bytes().fill(7, place, place + length); return 0; }, // of hash maps only: studies have seeds of their own
-        sched_yield: () => 0,
-        proc_exit(code) { if (code) throw new Error(`exit code ${code}`); },
-      };
-      const refused = 8; // "bad file descriptor": there are no files
-      const imports = {};
-      for (const { module: from, name } of WebAssembly.Module.imports(module)) (imports[from] ??= {})[name] = system[name] ?? (() => refused);
-      const { exports } = await WebAssembly.instantiate(module, imports);
-      memory = exports.memory;
-      const text = async parts => new Blob(parts).text();
-      try {
-        exports._start();
-      } catch (error) {
-        throw new Error((await text(output[2])) || error.message);
-      }
-      return JSON.parse(await text(output[1]));
-    };
     onmessage = async ({ data }) => {
       try {
         if (data.module) {
-          compiled = WebAssembly.compile(data.module);
-          await compiled;
+          compiled = await WebAssembly.compile(data.module);
           postMessage({ ready: true });
         } else {
-          const from = performance.now(), answer = await run(data.study);
-          postMessage({ id: data.id, answer, seconds: (performance.now() - from) / 1000 });
+          const from = performance.now(), { code, output, errors } = await globalThis.ndofRun(compiled, ['ndof-web'], {}, undefined, data.study);
+          postMessage({ id: data.id, answer: code ? { error: errors } : JSON.parse(output), seconds: (performance.now() - from) / 1000 });
         }
       } catch (error) {
         postMessage({ id: data.id, answer: { error: error.message }, seconds: 0 });
@@ -224,7 +174,7 @@ parameters = { ${parameters} }
       element('details', {}, element('summary', {}, "The study's file"), element('pre', {}, text)),
     );
 
-    const url = URL.createObjectURL(new Blob([`(${work})()`], { type: 'text/javascript' })), worker = new Worker(url);
+    const url = URL.createObjectURL(new Blob([`(${globalThis.ndofSystem})();(${work})();`], { type: 'text/javascript' })), worker = new Worker(url);
     let running = null, waiting = null, count = 0, hiding = null;
     const settings = () => ({ seed: 1, ...Object.fromEntries(inputs.map(i => [i.name, +i.input.value])) });
     // One study at a time; of what is asked meanwhile the last wish counts.

@@ -1,12 +1,11 @@
-// Runs the module of crates/web/build under Node on the studies that the page makes, and compares it with the program for this machine:
+// Runs the module of crates/web/build under Node as the page does, with the page's own system, on the studies that the page makes, and compares it with the program for this machine:
 //   node crates/web/test.mjs target/release/ndof
 // The module is wrong, or older than the program, where the two disagree by more than another processor's rounding explains.
 import assert from 'node:assert/strict';
 import { execFileSync } from 'node:child_process';
-import { closeSync, mkdtempSync, openSync, readFileSync, rmSync, writeFileSync } from 'node:fs';
+import { mkdtempSync, readFileSync, rmSync, writeFileSync } from 'node:fs';
 import { tmpdir } from 'node:os';
 import { dirname, join, resolve } from 'node:path';
-import { WASI } from 'node:wasi';
 import { gunzipSync } from 'node:zlib';
 
 // WebAssembly has no fused multiply-add, so last bits differ: 1e-13 where this was written. Where such a bit lies on the edge of an encoder's step
@@ -17,21 +16,17 @@ const ROUNDING = 1e-5;
 const program = resolve(process.argv[2] ?? 'target/release/ndof'), here = dirname(new URL(import.meta.url).pathname);
 const script = readFileSync(join(here, '../../book/src/browser/module.js'), 'utf8');
 new Function(script)();
-const module = new WebAssembly.Module(gunzipSync(Buffer.from(globalThis.ndofModule, 'base64')));
+globalThis.ndofSystem();
+const module = await WebAssembly.compile(gunzipSync(Buffer.from(globalThis.ndofModule, 'base64')));
 assert.equal(globalThis.ndofStudy, readFileSync(join(here, 'study.toml'), 'utf8'), 'the page starts from study.toml');
 
 const folder = mkdtempSync(join(tmpdir(), 'ndof-web-'));
 process.on('exit', () => rmSync(folder, { recursive: true }));
 
-function browser(study) {
-  const [from, to] = [join(folder, 'in.toml'), join(folder, 'out.json')];
-  writeFileSync(from, study);
-  const [stdin, stdout] = [openSync(from, 'r'), openSync(to, 'w')];
-  const system = new WASI({ version: 'preview1', stdin, stdout });
-  system.start(new WebAssembly.Instance(module, system.getImportObject()));
-  closeSync(stdin);
-  closeSync(stdout);
-  return JSON.parse(readFileSync(to, 'utf8'));
+async function browser(study) {
+  const { code, output, errors } = await globalThis.ndofRun(module, ['ndof-web'], {}, undefined, study);
+  assert.equal(code, 0, errors);
+  return JSON.parse(output);
 }
 
 function machine(study) {
@@ -60,7 +55,7 @@ for (const [name, study] of [
   ['with something hidden', `${globalThis.ndofStudy.replace(/^seed = .*/m, 'seed = 5')}\n[diagnose]\nhide = 1\n`],
 ]) {
   worst = 0;
-  const started = performance.now(), answer = browser(study), seconds = (performance.now() - started) / 1000, { estimate, fit, diagnosis } = machine(study);
+  const started = performance.now(), answer = await browser(study), seconds = (performance.now() - started) / 1000, { estimate, fit, diagnosis } = machine(study);
   assert.equal(answer.error, undefined);
   alike(answer.estimate, estimate, 'estimate');
   for (const row of answer.table) {
@@ -74,4 +69,4 @@ for (const [name, study] of [
   }
   console.log(`${name}: alike to ${worst.toExponential(1)}, ${seconds.toFixed(1)} s in WebAssembly`);
 }
-assert.match(browser('rms = 1').error, /unknown|missing/, 'what cannot be read is an answer');
+assert.match((await browser('rms = 1')).error, /unknown|missing/, 'what cannot be read is an answer');
