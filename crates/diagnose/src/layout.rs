@@ -69,6 +69,32 @@ pub(crate) struct Track {
     pub slope_per_s: f64,
 }
 
+/// Samples mirrored at both ends.
+fn mirrored(x: &[f64], pad: usize, padded: usize) -> Vec<f64> {
+    let n = x.len();
+    let mirror = |edge: f64, value: f64| 2.0 * edge - value;
+    let mut y = Vec::with_capacity(padded);
+    y.extend((1..=pad).rev().map(|k| mirror(x[0], x[k.min(n - 1)])));
+    y.extend_from_slice(x);
+    y.extend((1..=padded - n - pad).map(|k| mirror(x[n - 1], x[(n - 1).saturating_sub(k)])));
+    y
+}
+
+/// The track of mirrored samples.
+fn tracked(mut y: Vec<f64>, rate_hz: f64) -> Track {
+    let n = y.len();
+    let start = y[0];
+    let slope = (y[n - 1] - start) / (n - 1) as f64;
+    y.iter_mut().enumerate().for_each(|(k, v)| *v -= start + slope * k as f64);
+    let forward = forward_transform(n);
+    let mut spectrum = forward.make_output_vec();
+    if forward.process(&mut y, &mut spectrum).is_err() {
+        spectrum.iter_mut().for_each(|v| *v = Complex64::new(f64::NAN, 0.0));
+    }
+    spectrum.iter_mut().for_each(|v| *v /= n as f64);
+    Track { spectrum, start, slope_per_s: slope * rate_hz }
+}
+
 /// The smallest number from `n` upward whose only prime factors are 2, 3 and 5, and a multiple of 2.
 pub(crate) fn smooth_length(n: usize) -> usize {
     (n.max(2)..)
@@ -215,26 +241,15 @@ impl Layout {
 
     /// The mirrored spectrum of samples at the original rate.
     pub fn track(&self, samples: &[f64]) -> Track {
-        let n = self.samples * self.factor;
-        let (x, pad) = (&samples[..n], self.pad * self.factor);
-        let padded = self.padded * self.factor;
-        let after = padded - n - pad;
-        let mirror = |edge: f64, value: f64| 2.0 * edge - value;
-        let mut y = Vec::with_capacity(padded);
-        y.extend((1..=pad).rev().map(|k| mirror(x[0], x[k.min(n - 1)])));
-        y.extend_from_slice(x);
-        y.extend((1..=after).map(|k| mirror(x[n - 1], x[(n - 1).saturating_sub(k)])));
-        let start = y[0];
-        let slope = (y[padded - 1] - start) / (padded - 1) as f64;
-        y.iter_mut().enumerate().for_each(|(k, v)| *v -= start + slope * k as f64);
-        let forward = forward_transform(padded);
-        let mut spectrum = forward.make_output_vec();
-        if forward.process(&mut y, &mut spectrum).is_err() {
-            spectrum.iter_mut().for_each(|v| *v = Complex64::new(f64::NAN, 0.0));
-        }
-        spectrum.truncate(self.padded / 2 + 1);
-        spectrum.iter_mut().for_each(|v| *v /= padded as f64);
-        Track { spectrum, start, slope_per_s: slope * self.rate_hz * self.factor as f64 }
+        let factor = self.factor;
+        let mut track = tracked(mirrored(&samples[..self.samples * factor], self.pad * factor, self.padded * factor), self.rate_hz * factor as f64);
+        track.spectrum.truncate(self.padded / 2 + 1);
+        track
+    }
+
+    /// The same of samples at the working rate.
+    pub fn track_of(&self, samples: &[f64]) -> Track {
+        tracked(mirrored(samples, self.pad, self.padded), self.rate_hz)
     }
 
     /// The samples at the working rate of `operator` applied to a track, low-passed well above the band.
@@ -287,18 +302,8 @@ impl Layout {
     }
 
     /// The track of mirrored samples at the working rate.
-    pub fn track_of_padded(&self, mut samples: Vec<f64>) -> Track {
-        let n = samples.len();
-        let start = samples[0];
-        let slope = (samples[n - 1] - start) / (n - 1) as f64;
-        samples.iter_mut().enumerate().for_each(|(k, v)| *v -= start + slope * k as f64);
-        let forward = forward_transform(n);
-        let mut spectrum = forward.make_output_vec();
-        if forward.process(&mut samples, &mut spectrum).is_err() {
-            spectrum.iter_mut().for_each(|v| *v = Complex64::new(f64::NAN, 0.0));
-        }
-        spectrum.iter_mut().for_each(|v| *v /= n as f64);
-        Track { spectrum, start, slope_per_s: slope * self.rate_hz }
+    pub fn track_of_padded(&self, samples: Vec<f64>) -> Track {
+        tracked(samples, self.rate_hz)
     }
 
     /// Tapered spectra of one trial's samples, block after block, appended to `out`.
