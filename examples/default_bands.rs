@@ -1,7 +1,7 @@
 //! Do intervals hold when nothing is asked for, neither method nor band nor hold, over recordings as laboratories have them?
 //!
 //! `cargo run --release --example default_bands [RECORDS]` (default 100) simulates so many records of each kind, fits each with the defaults, and counts
-//! how often the 95 % intervals of M, B and K hold the truth. Kinds are inputs without power in part of the band (with local polynomials, too),
+//! how often the 95 % intervals of M, B and K hold the truth. Kinds are inputs without power in part of the band (with tapers, too),
 //! sensors with steps, inputs that are held between samples, and limbs with a friction, a flexibility or a reflex that the model lacks. The latter two
 //! are so strong that the median of reduced chi² is 2, 5 or 20 (friction scatters, which counts as noise, and leaves χ² alone). M and B of a model that
 //! is wrong have no truth, K has: the force that holds a displacement.
@@ -156,7 +156,7 @@ fn main() -> Result<(), Failure> {
     let records = std::env::args().nth(1).map_or(Ok(100), |text| text.parse())?;
     println!("{records} records a row; % of 95 % intervals that hold M, B, K; half widths in %; reduced chi²\n");
     for empty in [0.1, 0.3, 0.6] {
-        for (method, called) in [(MethodName::Auto, ""), (MethodName::LocalPolynomial, ", local")] {
+        for (method, called) in [(MethodName::Auto, ""), (MethodName::Multitaper, ", tapers")] {
             row(&format!("{:.0} % of the band empty{called}", 100.0 * empty), records, |rng| {
                 let (force, motion) = band_limited(1.0 - empty, rng)?;
                 let seen = sensed(&motion, NOISE, 0.0, rng);

@@ -5,12 +5,17 @@ use super::settings::{Estimate, MethodName};
 use crate::error::AnalysisError;
 use crate::result::word;
 use crate::trials::Trials;
-use ndof_signal::{CrossSpectra, Multitaper, Periodic, Window, detect_period, effective_averages};
+use ndof_signal::{CrossSpectra, Multitaper, Periodic, detect_period, effective_averages};
 use ndof_sysid::{Estimates, FrequencyResponse, LocalPolynomial, LocalRational, SpectralMethod, choose_method};
 
-/// Whether something is asked that only Welch's method has.
+/// Whether something is asked that only spectra of segments have.
 pub(super) fn about_welch(settings: &Estimate) -> bool {
-    settings.nperseg.is_some() || settings.noverlap.is_some() || settings.nfft.is_some() || settings.window != Window::default()
+    let default = Estimate::default();
+    let Estimate { nperseg, noverlap, nfft, .. } = settings;
+    [nperseg, noverlap, nfft].iter().any(|asked| asked.is_some())
+        || settings.window != default.window
+        || settings.detrend != default.detrend
+        || settings.estimator != default.estimator
 }
 
 /// The method with its settings, and why it was taken. Where a setting of Welch's method is given, Welch's method is meant.
@@ -27,7 +32,6 @@ pub(super) fn choose(trials: &Trials, settings: &Estimate) -> Result<(SpectralMe
             let choice = choose_method(&recordings, &trials.roles.ports);
             match choice.method {
                 SpectralMethod::Welch(_) => welch_of_length(trials, settings),
-                SpectralMethod::Multitaper(multitaper) => (SpectralMethod::Multitaper(Multitaper { detrend: settings.detrend, ..multitaper }), choice.reason),
                 other => (other, choice.reason),
             }
         }

@@ -141,7 +141,9 @@ fn fit_to(whole: &Evidence<'_>, settings: &Fit) -> Result<Fitted, AnalysisError>
     let compared = compared_models(&comparison, &model, sampling, response, &cards, &start, settings.compare);
     let weighted = match &sums {
         Some(sums) => sums.fit(&comparison, &composite, &begin)?,
-        None if evidence.errors_known() => comparison.widened_by_misfit(&composite, response, comparison.fit_trials(&composite, response, without, &begin)?)?,
+        None if evidence.errors_known() => {
+            comparison.allowing_for_misfit(&composite, response, comparison.fit_trials(&composite, response, without, &begin)?)?
+        }
         None => comparison.fit_trials(&composite, response, without, &begin)?,
     };
     let summed = sums.as_ref().map(|sums| sums.evidence(sums.gains_of(&weighted)));

@@ -68,7 +68,7 @@ impl<'a> Sums<'a> {
         // A loop that closes around sums of efforts is not told from these responses.
         let settings = WeightedFit { smoothing: if settings.smoothing == Smoothing::None { Smoothing::None } else { Smoothing::Open }, ..settings.clone() };
         let fit = settings.fit_trials(&driven, &self.whole.response, &self.whole.without, &[start, &self.found].concat())?;
-        Ok(if self.whole.errors_known() { settings.widened_by_misfit(&driven, &self.whole.response, fit)? } else { fit })
+        Ok(if self.whole.errors_known() { settings.allowing_for_misfit(&driven, &self.whole.response, fit)? } else { fit })
     }
 
     /// W of a fit to all.

@@ -135,7 +135,7 @@ fn sentence(words: &str) -> String {
 }
 
 const METHODS: &[(&str, &str, &str, &str)] = &[
-    ("auto", "periodic where the excitation repeats, multitaper for usual records, welch for long ones", "", ""),
+    ("auto", "periodic where the excitation repeats, local-polynomial for usual records, welch for long ones and where its settings are given", "", ""),
     (
         "welch",
         "averages over windowed, overlapping segments; nperseg, noverlap, nfft, window, detrend as in scipy.signal.csd",

@@ -1,11 +1,12 @@
-//! Intervals of a model that is wrong: what its own error does to the parameters, told from what it leaves (stochastic embedding).
+//! Fits of a model that is wrong: the size of its own error, told from what it leaves, in the weights and in the intervals (stochastic embedding).
 
 use super::result::t_quantile;
 use super::weighted::Whitened;
 use super::{Fit, FitError, Parameter, Solved, WeightedFit};
-use crate::ParametricModel;
+use crate::{LeastSquares, ParametricModel};
 use faer::linalg::matmul::matmul;
 use faer::{Accum, Mat, MatRef, Par};
+use ndarray::Array2;
 use ndof_linear::Cholesky;
 use ndof_sysid::FrequencyResponse;
 use num_complex::Complex64;
@@ -50,12 +51,16 @@ const UNLIKELY: f64 = 40.0;
 const RIDGE: f64 = 1e-12;
 
 impl WeightedFit {
-    /// `fit`, a minimum of [`fit_trials`](Self::fit_trials) with `response`, with wider intervals where χ² is larger than its law allows.
+    /// `fit`, a minimum of [`fit_trials`](Self::fit_trials) with `response`, weighed anew and with wider intervals where χ² is larger than its law allows.
     ///
     /// The system is taken for H (1 + δ), δ a complex random process of size a that is alike at near frequencies: at two of them its correlation is
     /// exp(−|ln f − ln f'| / ℓ) (Ornstein–Uhlenbeck), for each element by itself. Both a and ℓ are told from what the fit leaves, by the likelihood of
-    /// what no parameter takes up (restricted likelihood). What they make of θ, (JᵀJ)⁻¹ Jᵀ Σ_δ J (JᵀJ)⁻¹, is averaged over all a and ℓ by that
-    /// likelihood and added to the covariance. ℓ reaches from one independent frequency to the whole band, a to 1: an error as large as the model.
+    /// what no parameter takes up (restricted likelihood), and a² and Σ_δ are means over all a and ℓ by that likelihood. ℓ reaches from one independent
+    /// frequency to the whole band, a to 1: an error as large as the model.
+    ///
+    /// A line of noise σ² then errs by σ² + a² |H|², and weighs as much: with hardly any noise the least noisy lines would decide alone, and a wrong
+    /// model would be fitted to a corner of the band. The covariance of θ is A Jᵀ(W + W Σ_δ W) J A, A = (JᵀWJ)⁻¹ with J and Σ_δ over the noise, W the
+    /// weights σ²/(σ² + a² |H|²).
     ///
     /// # Errors
     /// As [`WeightedFit::fit`].
@@ -63,24 +68,45 @@ impl WeightedFit {
     /// # References
     /// G. C. Goodwin, M. Gevers & B. Ninness (1992), Quantifying the error in estimated transfer functions with application to model order selection,
     /// IEEE Transactions on Automatic Control 37.
-    pub fn widened_by_misfit(&self, model: &dyn ParametricModel, response: &FrequencyResponse, mut fit: Fit) -> Result<Fit, FitError> {
+    pub fn allowing_for_misfit(&self, model: &dyn ParametricModel, response: &FrequencyResponse, mut fit: Fit) -> Result<Fit, FitError> {
         if !fit.misfits() {
             return Ok(fit);
         }
-        let problem = self.problem(model, response, &fit.theta)?;
+        let mut problem = self.problem(model, response, &fit.theta)?;
         let solved = Solved::new(&problem, model, &fit.theta, self.cost_tolerance)?;
-        let inverse = solved.inverse();
-        let added = &inverse * Lines::new(&problem, &solved).meat(fit.covariance_scale.max(1.0)) * &inverse;
-        let before: Vec<f64> = fit.covariance.diag().to_vec();
-        fit.covariance.indexed_iter_mut().for_each(|((r, c), v)| *v += added[(r, c)]);
-        let sound: Vec<f64> = before.iter().zip(fit.covariance.diag()).filter(|(b, _)| b.is_finite() && **b > 0.0).map(|(b, after)| after / b).collect();
-        fit.covariance_scale *= sound.iter().sum::<f64>() / (sound.len() as f64).max(1.0);
-        fit.width = Width::Misfit;
+        let scale = fit.covariance_scale.max(1.0);
+        let lines = Lines::new(&problem, &solved);
+        let errors = lines.errors(scale);
+        // What trials and averages know of the noise beyond the plain covariance.
+        let plain = solved.inverse();
+        let noise = mean_ratio(&fit.covariance, |k| plain[(k, k)]);
+        let before = problem.residuals(&solved.theta);
+        let weights = lines.weights(errors.iter().map(|[_, square]| square).sum::<f64>() / scale);
+        problem.weigh(&weights);
+        let solved = Solved::new(&problem, model, &fit.theta, self.cost_tolerance)?;
+        let rows = solved.jacobian.nrows() / weights.len();
+        let weighed = Mat::from_fn(solved.jacobian.nrows(), solved.jacobian.ncols(), |r, c| solved.jacobian[(r, c)] * weights[r / rows].sqrt());
+        let meat = weighed.transpose() * &weighed * noise + Lines::new(&problem, &solved).weighed(&errors);
+        let covariance = solved.covariance(Some(&meat), 1.0);
+        fit.covariance_scale *= mean_ratio(&covariance, |k| fit.covariance[[k, k]]);
+        let after = problem.residuals(&solved.theta);
+        let unweighed = |(k, r): (usize, &f64)| r * r / weights[k / rows];
+        let grown = after.iter().enumerate().map(unweighed).sum::<f64>() / before.iter().map(|r| r * r).sum::<f64>();
+        (fit.chi2, fit.chi2_reduced) = (fit.chi2 * grown, fit.chi2_reduced * grown);
+        (fit.theta, fit.covariance, fit.width) = (solved.theta, covariance, Width::Misfit);
         // Of two sources with freedoms of their own, that of the smaller one is the careful choice.
         fit.interval_quantile = fit.interval_quantile.max(t_quantile(fit.degrees_of_freedom));
         fit.parameters = Parameter::describe(&model.parameters(), &fit.theta, &fit.covariance, |_| fit.interval_quantile, |k| model.scale(&fit.theta, k));
         Ok(fit)
     }
+}
+
+/// Mean of variances over others, of the parameters that have both.
+fn mean_ratio(covariance: &Array2<f64>, other: impl Fn(usize) -> f64) -> f64 {
+    let variances = covariance.diag();
+    let ratios = variances.iter().enumerate().map(|(k, v)| v / other(k)).filter(|ratio| ratio.is_finite() && *ratio > 0.0);
+    let (sum, count) = ratios.fold((0.0, 0.0), |(sum, count), ratio| (sum + ratio, count + 1.0));
+    if count > 0.0 { sum / count } else { 1.0 }
 }
 
 /// A fit's whitened lines, each turned by the phase of its model, so that a relative error is real in one part and imaginary in the other.
@@ -127,8 +153,8 @@ impl Lines {
         Lines { at, share, parts, parameters: k }
     }
 
-    /// Jᵀ Σ_δ J, its mean over sizes and reaches, beside noise of that variance.
-    fn meat(&self, noise: f64) -> Mat<f64> {
+    /// Reaches with the mean square of the model's error of each, by their likelihood beside noise of that variance.
+    fn errors(&self, noise: f64) -> Vec<[f64; 2]> {
         let band = self.at.last().zip(self.at.first()).map_or(0.0, |(last, first)| last - first);
         let independent: f64 = self.share.iter().sum();
         let largest = self.parts.iter().flat_map(|part| &part.size).zip(self.share.iter().cycle()).map(|(s, share)| s / share.sqrt()).fold(0.0, f64::max);
@@ -141,8 +167,13 @@ impl Lines {
         let share = |likelihood: &f64| (likelihood - most).exp();
         let total: f64 = likelihoods.iter().flatten().map(share).sum();
         let squares = |row: &Vec<f64>| row.iter().zip(&sizes).map(|(likelihood, size)| size * size * share(likelihood) / total).sum();
-        let weights: Vec<[f64; 2]> = reaches.iter().zip(&likelihoods).map(|(reach, row)| [*reach, squares(row)]).collect();
-        self.weighed(&weights)
+        reaches.iter().zip(&likelihoods).map(|(reach, row)| [*reach, squares(row)]).collect()
+    }
+
+    /// σ²/(σ² + a² |H|²) at each line, of a mean square a² in units of the noise, |H|² the mean over the elements.
+    fn weights(&self, square: f64) -> Vec<f64> {
+        let mean = |f: usize| self.parts.iter().map(|part| part.size[f].powi(2)).sum::<f64>() / self.parts.len() as f64;
+        self.share.iter().enumerate().map(|(f, share)| 1.0 / (1.0 + square * mean(f) / share)).collect()
     }
 
     /// Independent lines only, each of unit noise.
@@ -292,7 +323,7 @@ mod tests {
         let of = |chi2: f64| Fit { chi2, degrees_of_freedom: 100.0, chi2_reduced: chi2 / 100.0, ..fit.clone() };
         // The 99.9 % quantile of χ² with 100 degrees of freedom is 149.449.
         assert!(!of(149.4).misfits() && of(149.5).misfits());
-        assert_eq!(WeightedFit::default().widened_by_misfit(&model, &response, of(149.0)), Ok(of(149.0)));
+        assert_eq!(WeightedFit::default().allowing_for_misfit(&model, &response, of(149.0)), Ok(of(149.0)));
     }
 
     #[test]

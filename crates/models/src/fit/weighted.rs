@@ -250,6 +250,13 @@ impl Whitened<'_> {
         self.bins.iter().map(|bin| bin.hz).collect()
     }
 
+    /// Gives each frequency another weight, beside that of its noise.
+    pub fn weigh(&mut self, weights: &[f64]) {
+        for (bin, weight) in self.bins.iter_mut().zip(weights) {
+            bin.left.iter_mut().for_each(|v| *v *= weight.sqrt());
+        }
+    }
+
     /// What the model says of each frequency, whitened as the residuals are.
     pub fn whitened_model(&self, theta: &[f64]) -> Vec<Vec<Complex64>> {
         let (value, _) = self.evaluate(theta, false);

@@ -3,7 +3,7 @@
 use super::{LocalPolynomial, SpectralMethod};
 use crate::ports::Ports;
 use crate::steadiness::steadiness;
-use ndof_signal::{Multitaper, Periodic, Recording, Welch, detect_period};
+use ndof_signal::{Periodic, Recording, Welch, detect_period};
 
 /// A method and the sentence that says why it was taken.
 #[derive(Clone, Debug, PartialEq)]
@@ -19,13 +19,13 @@ const ENOUGH: f64 = 10.0;
 
 /// Chooses a spectral method from the length, number and periodicity of the recordings.
 ///
-/// Periodic commands: periodic averaging (no leakage, noise and distortion told apart). Sweeps, steps and bursts: local polynomials over the
-/// whole record, which take the input for what it is and no average over it. Otherwise multitaper with
-/// NW = 4 where the trials together give enough averages or cannot be cut into enough segments, since it resolves the
-/// most for its averages; Welch on long records, where memory and time matter.
+/// Periodic commands: periodic averaging (no leakage, noise and distortion told apart). Otherwise local polynomials over the whole record: they take
+/// an input for what it is, steady or not, and a response that bends within their width costs them nothing in first order, where every window's
+/// average is off by C″ times its width squared: an inertia without a spring, 1/f², by six times (width over f)². Welch on long records, where
+/// memory and time matter, and on those that are too short for a polynomial.
 pub fn choose_method(trials: &[&Recording], ports: &Ports) -> Choice {
     let (Some(first), drivers) = (trials.first(), if ports.references.is_empty() { &ports.inputs } else { &ports.references }) else {
-        return Choice { method: SpectralMethod::Multitaper(Multitaper::default()), reason: "there is no recording".to_owned() };
+        return Choice { method: SpectralMethod::LocalPolynomial(LocalPolynomial::default()), reason: "there is no recording".to_owned() };
     };
     let periodic = drivers.first().and_then(|&c| first.channels().get(c)).and_then(|c| repeats(&c.samples));
     if let Some(period) = periodic.filter(|_| trials.len() >= drivers.len()) {
@@ -40,22 +40,21 @@ pub fn choose_method(trials: &[&Recording], ports: &Ports) -> Choice {
         return Choice { method: SpectralMethod::LocalPolynomial(LocalPolynomial::default()), reason };
     }
     let shortest = trials.iter().map(|r| r.len()).min().unwrap_or(0);
-    let duration_s = shortest as f64 / first.sample_rate_hz();
-    let count = trials.len();
-    let needed = drivers.len() as f64 + ENOUGH;
-    // Thomson's tapers at NW = 4 give 7 averages a trial.
-    let time_bandwidth = if 7.0 * count as f64 >= needed { 4.0 } else { ((needed / count as f64 + 1.0) / 2.0).ceil() };
-    let resolution_hz = 2.0 * time_bandwidth / duration_s;
-    // Beyond this the tapers of a trial cost more time and memory than they resolve.
-    if shortest <= 1 << 19 && (time_bandwidth * 4.0) < shortest as f64 {
-        let averages = (2.0 * time_bandwidth - 1.0) * count as f64;
+    let (count, duration_s) = (trials.len(), shortest as f64 / first.sample_rate_hz());
+    let local = LocalPolynomial::default();
+    let responders = if ports.references.is_empty() { ports.outputs.len() } else { ports.inputs.len() + ports.outputs.len() };
+    let half_width = local.default_half_width(drivers.len(), responders);
+    // Beyond this a fit at every line costs more time and memory than it resolves.
+    if shortest <= 1 << 19 && 2 * (2 * half_width + 1) < shortest {
+        let resolution_hz = (2 * half_width + 1) as f64 / shortest as f64 * first.sample_rate_hz();
         return Choice {
-            method: SpectralMethod::Multitaper(Multitaper { time_bandwidth, ..Multitaper::default() }),
+            method: SpectralMethod::LocalPolynomial(local),
             reason: format!(
-                "{count} trial(s) of {duration_s:.1} s, not periodic: {averages:.0} averages at a resolution of {resolution_hz:.2} Hz with NW = {time_bandwidth}"
+                "{count} trial(s) of {duration_s:.1} s, not periodic: local polynomials over {resolution_hz:.2} Hz, which follow a response that bends within it"
             ),
         };
     }
+    let needed = drivers.len() as f64 + ENOUGH;
     let nperseg = (shortest as f64 * count as f64 / (2.0 * needed)).log2().floor().clamp(3.0, 16.0);
     let nperseg = (1_usize << nperseg as u32).min(shortest.max(1));
     Choice {

@@ -80,7 +80,9 @@ fn fit(
 ) -> Result<LocalFit, EstimateError> {
     let (q, m, s, width) = (drivers.len(), responders.len(), order + 1, 2 * half_width + 1);
     let degrees_of_freedom = freedom(trials.len() * (width - width.min(s)), s * q + denominator.div_ceil(m))?;
-    let (bins, last) = (len / 2 + 1, (len - 1) / 2);
+    // Nyquist's line of an even length is real, and none of these.
+    let last = (len - 1) / 2;
+    let bins = last + 1;
     if last < width {
         return Err(EstimateError::TooFewLines { lines: last, needed: width });
     }
@@ -91,7 +93,7 @@ fn fit(
         let mut rational = (denominator > 0).then(|| Rational::new(trials, drivers, responders, &basis, denominator, polynomial));
         let mut out = Chunk::default();
         for k in first..bins.min(first + CHUNK) {
-            if k == 0 || k > last {
+            if k == 0 {
                 out.missing(m, q);
                 continue;
             }

@@ -242,10 +242,11 @@ fn the_choice_of_method_follows_the_recordings_and_says_why() {
     let random = |seed: u64, n: usize| recording(100.0, vec![("force", noise(seed, n)), ("pos", noise(seed + 1, n))]);
     let six: Vec<Recording> = (0..6).map(|k| random(2 * k, 5000)).collect();
     let found = choice(&six);
-    assert!(matches!(&found.method, SpectralMethod::Multitaper(m) if m.time_bandwidth == 4.0), "{found:?}");
-    assert!(found.reason.contains("42 averages"), "{}", found.reason);
-    assert!(matches!(&choice(&six[..1]).method, SpectralMethod::Multitaper(m) if m.time_bandwidth == 6.0));
+    assert_eq!(found.method, SpectralMethod::LocalPolynomial(LocalPolynomial::default()));
+    // Thirteen lines of a record of 50 s.
+    assert!(found.reason.contains("0.26 Hz"), "{}", found.reason);
     assert!(matches!(choice(&[random(1, 600_000)]).method, SpectralMethod::Welch(_)));
+    assert!(matches!(choice(&[random(1, 20)]).method, SpectralMethod::Welch(_)), "too short for a polynomial");
     let period = multisine(1000, &[3, 5, 7, 20], 1);
     let force: Vec<f64> = (0..5000).map(|k| period[k % 1000]).collect();
     let found = choice(&[recording(100.0, vec![("force", force.clone()), ("pos", force)])]);
