@@ -206,7 +206,8 @@ fn auto_says_what_it_chose_and_why() {
     assert_eq!(method(&["--estimator", "h2"])["name"], "welch");
     let welch = method(&["--nperseg", "500"]);
     assert_eq!((&welch["name"], &welch["noverlap"], &welch["nfft"], &welch["window"]), (&"welch".into(), &250.into(), &500.into(), &"hann".into()));
-    assert_eq!(method(&["--method", "local-polynomial"])["order"], 2);
+    assert_eq!((&auto["order"], &method(&["--order", "4"])["order"]), (&2.into(), &4.into()));
+    assert_eq!(method(&["--tapers", "5"])["name"], "multitaper");
 }
 
 #[test]

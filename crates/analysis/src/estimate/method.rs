@@ -18,7 +18,7 @@ pub(super) fn about_welch(settings: &Estimate) -> bool {
         || settings.estimator != default.estimator
 }
 
-/// The method with its settings, and why it was taken. Where a setting of Welch's method is given, Welch's method is meant.
+/// The method with its settings, and why it was taken. Where a setting is given that one method alone has, that method is meant.
 pub(super) fn choose(trials: &Trials, settings: &Estimate) -> Result<(SpectralMethod, String), AnalysisError> {
     let asked = "as asked for".to_owned();
     let recordings = trials.recordings();
@@ -28,24 +28,18 @@ pub(super) fn choose(trials: &Trials, settings: &Estimate) -> Result<(SpectralMe
     let one_length = recordings.windows(2).all(|pair| pair[0].len() == pair[1].len());
     Ok(match settings.method {
         MethodName::Auto if about_welch(settings) || settings.robust || !one_length => welch_of_length(trials, settings),
+        MethodName::Auto if settings.time_bandwidth.is_some() || settings.tapers.is_some() || settings.adaptive => (multitaper(settings), asked),
         MethodName::Auto => {
             let choice = choose_method(&recordings, &trials.roles.ports);
             match choice.method {
                 SpectralMethod::Welch(_) => welch_of_length(trials, settings),
+                SpectralMethod::LocalPolynomial(_) => (local_polynomial(settings), choice.reason),
                 other => (other, choice.reason),
             }
         }
         MethodName::Welch => welch_of_length(trials, settings),
-        MethodName::Multitaper => {
-            let time_bandwidth = settings.time_bandwidth.unwrap_or_else(|| Multitaper::default().time_bandwidth);
-            let Estimate { tapers, adaptive, nfft, detrend, .. } = *settings;
-            (SpectralMethod::Multitaper(Multitaper { time_bandwidth, tapers, nfft, adaptive, detrend }), asked)
-        }
-        MethodName::LocalPolynomial => {
-            let order = settings.order.unwrap_or_else(|| LocalPolynomial::default().order);
-            let local = LocalPolynomial { order, half_width: settings.half_width, leave_one_out: settings.leave_one_out };
-            (SpectralMethod::LocalPolynomial(local), asked)
-        }
+        MethodName::Multitaper => (multitaper(settings), asked),
+        MethodName::LocalPolynomial => (local_polynomial(settings), asked),
         MethodName::LocalRational => {
             let default = LocalRational::default();
             let (order, denominator) = (settings.order.unwrap_or(default.order), settings.denominator.unwrap_or(default.denominator));
@@ -60,6 +54,17 @@ pub(super) fn choose(trials: &Trials, settings: &Estimate) -> Result<(SpectralMe
             (SpectralMethod::Periodic(Periodic { period, discard: 1 }), asked)
         }
     })
+}
+
+fn multitaper(settings: &Estimate) -> SpectralMethod {
+    let time_bandwidth = settings.time_bandwidth.unwrap_or_else(|| Multitaper::default().time_bandwidth);
+    let Estimate { tapers, adaptive, nfft, detrend, .. } = *settings;
+    SpectralMethod::Multitaper(Multitaper { time_bandwidth, tapers, nfft, adaptive, detrend })
+}
+
+fn local_polynomial(settings: &Estimate) -> SpectralMethod {
+    let order = settings.order.unwrap_or_else(|| LocalPolynomial::default().order);
+    SpectralMethod::LocalPolynomial(LocalPolynomial { order, half_width: settings.half_width, leave_one_out: settings.leave_one_out })
 }
 
 /// Segments as long as leave enough of them to average: resolution is bought with what is left of the random error.
