@@ -58,7 +58,7 @@ impl WeightedFit {
     /// what no parameter takes up (restricted likelihood), and a² and Σ_δ are means over all a and ℓ by that likelihood. ℓ reaches from one independent
     /// frequency to the whole band, a to 1: an error as large as the model.
     ///
-    /// A line of noise σ² then errs by σ² + a² |H|², and weighs as much: with hardly any noise the least noisy lines would decide alone, and a wrong
+    /// A line of noise σ² then errs by σ² + a² |H|², and is weighed by that: with hardly any noise the least noisy lines would decide alone, and a wrong
     /// model would be fitted to a corner of the band. The covariance of θ is A Jᵀ(W + W Σ_δ W) J A, A = (JᵀWJ)⁻¹ with J and Σ_δ over the noise, W the
     /// weights σ²/(σ² + a² |H|²).
     ///
@@ -324,6 +324,35 @@ mod tests {
         // The 99.9 % quantile of χ² with 100 degrees of freedom is 149.449.
         assert!(!of(149.4).misfits() && of(149.5).misfits());
         assert_eq!(WeightedFit::default().allowing_for_misfit(&model, &response, of(149.0)), Ok(of(149.0)));
+    }
+
+    /// A late motion, which no inertia, damping or stiffness is, seen with hardly any noise above 5 Hz: lines that are known to a millionth do not
+    /// decide over the stiffness, which shows below.
+    #[test]
+    fn the_least_noisy_lines_do_not_decide_alone() {
+        let (model, limb) = limb(300.0);
+        let hz: Vec<f64> = (1..=200).map(|k| 0.06 * k as f64).collect();
+        let mut response = limb.response(&hz, ndof_sysid::ResponseKind::Compliance);
+        let one = |value: &dyn Fn(usize) -> f64| ndarray::Array3::from_shape_fn((hz.len(), 1, 1), |(f, _, _)| Complex64::from(value(f)));
+        let noise = one(&|f| (response.value[[f, 0, 0]].norm() * if hz[f] > 5.0 { 1e-6 } else { 1e-3 }).powi(2));
+        response.uncertainty = Some(ndof_sysid::Uncertainty {
+            noise,
+            input_inverse: one(&|_| 1.0),
+            degrees_of_freedom: 20.0,
+            independent_spacing_hz: 0.06,
+            kernel: ndof_signal::Kernel::default(),
+            inverted: false,
+        });
+        let late_s = 0.0025;
+        hz.iter().enumerate().for_each(|(f, hz)| response.value[[f, 0, 0]] *= Complex64::from_polar(1.0, -std::f64::consts::TAU * hz * late_s));
+        let settings = WeightedFit { band_hz: [0.05, 12.5], ..WeightedFit::default() };
+        let alone = settings.fit(&model, &response, &model.theta(&limb)).expect("a fit");
+        let fit = settings.allowing_for_misfit(&model, &response, alone.clone()).expect("a fit");
+        assert!((alone.theta[2] / 300.0 - 1.0).abs() > 0.05, "{:?}", alone.theta);
+        assert!((fit.theta[2] / 300.0 - 1.0).abs() < 0.02, "{:?}", fit.theta);
+        // To first order a delay is a damping of -K τ.
+        let held = |k: usize, truth: f64| (fit.theta[k] - truth).abs() < fit.interval_quantile * fit.covariance[[k, k]].sqrt();
+        assert!(held(2, 300.0) && held(0, 2.0) && fit.width == Width::Misfit && fit.chi2 > alone.chi2, "{fit:?}");
     }
 
     #[test]

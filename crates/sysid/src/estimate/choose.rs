@@ -20,9 +20,9 @@ const ENOUGH: f64 = 10.0;
 /// Chooses a spectral method from the length, number and periodicity of the recordings.
 ///
 /// Periodic commands: periodic averaging (no leakage, noise and distortion told apart). Otherwise local polynomials over the whole record: they take
-/// an input for what it is, steady or not, and a response that bends within their width costs them nothing in first order, where every window's
-/// average is off by C″ times its width squared: an inertia without a spring, 1/f², by six times (width over f)². Welch on long records, where
-/// memory and time matter, and on those that are too short for a polynomial.
+/// an input for what it is, steady or not, and follow a response that bends within their width, where the average of a window of variance σ² is off
+/// by C″σ²/2: 3 (σ/f)² of an inertia without a spring, C ∝ f⁻². Welch on long records, where memory and time matter, and on those that are too
+/// short for a polynomial.
 pub fn choose_method(trials: &[&Recording], ports: &Ports) -> Choice {
     let (Some(first), drivers) = (trials.first(), if ports.references.is_empty() { &ports.inputs } else { &ports.references }) else {
         return Choice { method: SpectralMethod::LocalPolynomial(LocalPolynomial::default()), reason: "there is no recording".to_owned() };
