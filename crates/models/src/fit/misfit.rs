@@ -39,6 +39,8 @@ impl Fit {
     }
 }
 
+/// A step by which half of χ² falls by less is the last of a fit with other weights: it moves no parameter by more than √(2/1000) of its standard error.
+const SETTLED: f64 = 1e-3;
 /// Sizes and reaches that are weighed differ by this factor.
 const STEP: f64 = std::f64::consts::SQRT_2;
 /// Size, in standard deviations of the noise, below which a model error moves nothing.
@@ -83,7 +85,7 @@ impl WeightedFit {
         let before = problem.residuals(&solved.theta);
         let weights = lines.weights(errors.iter().map(|[_, square]| square).sum::<f64>() / scale);
         problem.weigh(&weights);
-        let solved = Solved::new(&problem, model, &fit.theta, self.cost_tolerance)?;
+        let solved = Solved::new(&problem, model, &fit.theta, self.cost_tolerance.max(2.0 * SETTLED / fit.degrees_of_freedom))?;
         let rows = solved.jacobian.nrows() / weights.len();
         let weighed = Mat::from_fn(solved.jacobian.nrows(), solved.jacobian.ncols(), |r, c| solved.jacobian[(r, c)] * weights[r / rows].sqrt());
         let meat = weighed.transpose() * &weighed * noise + Lines::new(&problem, &solved).weighed(&errors);
