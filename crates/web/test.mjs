@@ -1,4 +1,5 @@
-// Runs the module of crates/web/build under Node as the page does, with the page's own system, on the studies that the page makes, and compares it with the program for this machine:
+// Runs the module of crates/web/build under Node as the page does, with the page's own system, on the studies that the page makes, and compares it
+// with the program for this machine:
 //   node crates/web/test.mjs target/release/ndof
 // The module is wrong, or older than the program, where the two disagree by more than another processor's rounding explains.
 import assert from 'node:assert/strict';

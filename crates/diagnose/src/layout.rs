@@ -352,10 +352,7 @@ pub(crate) fn filter(samples: &[f64], rate_hz: f64, operator: impl Fn(Complex64)
     let n = samples.len();
     let layout = smooth_length(n + n / 2 + 2);
     let pad = (layout - n) / 2;
-    let mut y: Vec<f64> = Vec::with_capacity(layout);
-    y.extend((1..=pad).rev().map(|k| 2.0 * samples[0] - samples[k.min(n - 1)]));
-    y.extend_from_slice(samples);
-    y.extend((1..=layout - n - pad).map(|k| 2.0 * samples[n - 1] - samples[(n - 1).saturating_sub(k)]));
+    let mut y = mirrored(samples, pad, layout);
     let start = y[0];
     let slope = (y[layout - 1] - start) / (layout - 1) as f64;
     y.iter_mut().enumerate().for_each(|(k, v)| *v -= start + slope * k as f64);
@@ -385,10 +382,7 @@ pub(crate) fn finer(samples: &[f64], factor: usize) -> Vec<f64> {
     let n = samples.len();
     let pad = n / 4 + 1;
     let length = smooth_length(n + 2 * pad);
-    let mut y: Vec<f64> = Vec::with_capacity(length);
-    y.extend((1..=pad).rev().map(|k| 2.0 * samples[0] - samples[k.min(n - 1)]));
-    y.extend_from_slice(samples);
-    y.extend((1..=length - n - pad).map(|k| 2.0 * samples[n - 1] - samples[(n - 1).saturating_sub(k)]));
+    let mut y = mirrored(samples, pad, length);
     let (start, slope) = (y[0], (y[length - 1] - y[0]) / (length - 1) as f64);
     y.iter_mut().enumerate().for_each(|(k, v)| *v -= start + slope * k as f64);
     let (forward, back) = (forward_transform(length), inverse_transform(length * factor));

@@ -3,7 +3,7 @@
 use super::result::t_quantile;
 use super::weighted::Whitened;
 use super::{Fit, FitError, Parameter, Solved, WeightedFit};
-use crate::{LeastSquares, ParametricModel};
+use crate::ParametricModel;
 use faer::linalg::matmul::matmul;
 use faer::{Accum, Mat, MatRef, Par};
 use ndarray::Array2;
@@ -82,7 +82,7 @@ impl WeightedFit {
         // What trials and averages know of the noise beyond the plain covariance.
         let plain = solved.inverse();
         let noise = mean_ratio(&fit.covariance, |k| plain[(k, k)]);
-        let before = problem.residuals(&solved.theta);
+        let before = solved.minimum.residuals;
         let weights = lines.weights(errors.iter().map(|[_, square]| square).sum::<f64>() / scale);
         problem.weigh(&weights);
         let solved = Solved::new(&problem, model, &fit.theta, self.cost_tolerance.max(2.0 * SETTLED / fit.degrees_of_freedom))?;
@@ -91,9 +91,8 @@ impl WeightedFit {
         let meat = weighed.transpose() * &weighed * noise + Lines::new(&problem, &solved).weighed(&errors);
         let covariance = solved.covariance(Some(&meat), 1.0);
         fit.covariance_scale *= mean_ratio(&covariance, |k| fit.covariance[[k, k]]);
-        let after = problem.residuals(&solved.theta);
         let unweighed = |(k, r): (usize, &f64)| r * r / weights[k / rows];
-        let grown = after.iter().enumerate().map(unweighed).sum::<f64>() / before.iter().map(|r| r * r).sum::<f64>();
+        let grown = solved.minimum.residuals.iter().enumerate().map(unweighed).sum::<f64>() / before.iter().map(|r| r * r).sum::<f64>();
         (fit.chi2, fit.chi2_reduced) = (fit.chi2 * grown, fit.chi2_reduced * grown);
         (fit.theta, fit.covariance, fit.width) = (solved.theta, covariance, Width::Misfit);
         // Of two sources with freedoms of their own, that of the smaller one is the careful choice.
