@@ -76,10 +76,11 @@ def says(page, sentence):
 
 
 def front(found, truth, plots):
-    cause, shift = found["causes"][0], found["extended"]["parameter_shift"][0]
+    cause = found["causes"][0]
+    shift = next(shift for shift in found["extended"]["parameter_shift"] if shift["name"] == "K_x_x")
     hidden = truth["experiment"]["effects"][0]
     limb = truth["experiment"]["limb"]["K"][0][0]
-    assert len(found["causes"]) == 1 and cause["effect"] == hidden["name"] and shift["name"] == "K_x_x", found["causes"]
+    assert len(found["causes"]) == 1 and cause["effect"] == hidden["name"], found["causes"]
     stiffness, given_mm = cause["parameters"][0], cause["parameters"][1]
     half = (stiffness["ci95"][1] - stiffness["ci95"][0]) / 2
     before, after, floor = (100 * e["nrmse"][0] for e in (found["baseline"]["held_out"], found["extended"]["held_out"], found["noise_floor"]))

@@ -326,7 +326,14 @@ fn a_cohort_goes_on_where_it_was_and_lists_what_failed() {
     succeed(folder.path(), &all);
     assert_eq!(std::fs::read_to_string(&anna).expect("there"), marked);
     assert_eq!(std::fs::read_to_string(folder.path().join("out/cohort.csv")).expect("written"), table);
-    assert!(crate::support::refuse(folder.path(), &["cohort", "subjects", "--out", "out", "--band", "1-15"]).contains("other options"));
+    let mounted = [&all[..], &["--transducer-stiffness", "2e4"]].concat();
+    assert!(crate::support::refuse(folder.path(), &mounted).contains("other options"));
+    // A subject is fitted as `ndof fit` would.
+    succeed(folder.path(), &["cohort", "subjects", "--out", "mounted", "--band", "0.6-15", "--transducer-stiffness", "2e4"]);
+    let fitted = json(folder.path(), &["fit", "subjects/anna/trial.csv", "--band", "0.6-15", "--transducer-stiffness", "2e4"]);
+    let subject = std::fs::read_to_string(folder.path().join("mounted/subjects/anna.json")).expect("written");
+    let subject: serde_json::Value = serde_json::from_str(&subject).expect("JSON");
+    assert_eq!(subject["parameters"], fitted["parameters"]);
 }
 
 #[test]

@@ -171,7 +171,7 @@ fn an_input_is_never_overwritten() {
 fn an_option_that_would_do_nothing_is_refused() {
     let folder = tempfile::tempdir().expect("a folder");
     trial(folder.path());
-    for (command, option) in [("check", "--report"), ("check", "--plots"), ("live", "--report"), ("cohort", "--plots"), ("cohort", "--json")] {
+    for (command, option) in [("check", "--report"), ("check", "--plots"), ("live", "--report"), ("cohort", "--plots"), ("cohort", "--schedule")] {
         says(&refuse(folder.path(), &[command, "trial.csv", option, "out"]), &[command, option, "no use"]);
     }
     says(&refuse(folder.path(), &["check", "trial.csv", "--band", "1-2"]), &["check", "--band"]);

@@ -31,6 +31,8 @@ pub struct Arguments {
     #[arg(long, value_name = "DIR", default_value = "ndof-out/cohort")]
     out: PathBuf,
     #[command(flatten)]
+    fit: Fit,
+    #[command(flatten)]
     limb: Limb,
     #[command(flatten)]
     reading: Reading,
@@ -66,7 +68,7 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode, CliError> {
         output::create_folder(folder)?;
         remove_leftovers(folder)?;
     }
-    same_settings(&arguments.out.join("settings.txt"), &format!("{:?}\n{:?}\n{:?}\n{kinematics:?}\n", arguments.reading, arguments.estimate, shared.band))?;
+    same_settings(&arguments.out.join("settings.txt"), &settings(arguments, kinematics.as_ref()))?;
     let bars = progress::Steps::new(shared.quiet);
     let done = AtomicUsize::new(0);
     subjects.par_iter().try_for_each(|subject| {
@@ -165,6 +167,12 @@ fn entries(folder: &Path) -> Result<Vec<PathBuf>, CliError> {
     Ok(paths)
 }
 
+/// All that results depend on beside the files.
+fn settings(arguments: &Arguments, kinematics: Option<&KinematicsFile>) -> String {
+    let Arguments { fit, reading, estimate, shared, .. } = arguments;
+    format!("{reading:?}\n{estimate:?}\n{fit:?}\n{:?}\n{kinematics:?}\n", shared.band)
+}
+
 /// Results of other settings are not mixed with these.
 fn same_settings(path: &Path, settings: &str) -> Result<(), CliError> {
     match std::fs::read_to_string(path) {
@@ -182,8 +190,8 @@ fn fit(arguments: &Arguments, kinematics: Option<&KinematicsFile>, subject: &Sub
     }
     let trials = arguments.reading.trials(&subject.files)?;
     let estimated = ndof_analysis::estimate(&trials, &arguments.shared.estimate(&arguments.estimate))?;
-    let settings = Fit { band_hz: arguments.shared.band, kinematics: kinematics.cloned(), ..Fit::default() };
-    let mut result = settings.run(&estimated)?.result;
+    let fit = Fit { band_hz: arguments.shared.band, kinematics: kinematics.cloned(), ..arguments.fit.clone() };
+    let mut result = fit.run(&estimated)?.result;
     result.head.command = "cohort".to_owned();
     Ok(result)
 }

@@ -1,6 +1,7 @@
 //! Options of every analysis: where results go, how loud, how many threads.
 
 use crate::error::CliError;
+use clap::parser::ValueSource;
 use clap::{ArgMatches, Args};
 use ndof_analysis::Estimate;
 use ndof_analysis::options::{count, pair, whole};
@@ -48,7 +49,7 @@ pub fn unused(command: &str) -> &'static [&'static str] {
         "live" => &["report", "plots", "sliding", "sliding-step"],
         "study" => &["band"],
         "fit" => &["sliding", "sliding-step"],
-        "cohort" => &["json", "report", "plots", "sliding", "sliding-step"],
+        "cohort" => &["json", "report", "plots", "sliding", "sliding-step", "compare", "schedule", "varying", "knots"],
         _ => &[],
     }
 }
@@ -58,7 +59,7 @@ pub fn refuse_unused(matches: &ArgMatches) -> Result<(), CliError> {
     let Some((command, given)) = matches.subcommand() else { return Ok(()) };
     let asked = |name: &&&str| {
         let id = name.replace('-', "_");
-        [id.clone(), id + "_s"].iter().any(|id| given.try_contains_id(id).is_ok_and(|known| known))
+        [id.clone(), id + "_s"].iter().any(|id| given.try_contains_id(id).is_ok() && given.value_source(id) == Some(ValueSource::CommandLine))
     };
     match unused(command).iter().find(asked) {
         Some(name) => Err(CliError::Usage(format!("`ndof {command}` has no use for --{name}; leave it out (`ndof {command} --help` lists what there is)"))),
