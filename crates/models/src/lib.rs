@@ -41,6 +41,7 @@ pub mod physical;
 mod projection;
 pub mod robot;
 pub mod schedule;
+mod secant;
 mod status;
 pub mod time;
 

@@ -127,7 +127,7 @@ fn found(problem: &dyn LeastSquares, model: &dyn ParametricModel, start: &[f64],
 }
 
 fn search(model: &dyn ParametricModel, cost_tolerance: f64) -> LevenbergMarquardt {
-    LevenbergMarquardt::new(model.parameters().iter().map(|p| (p.lower, p.upper)).collect()).stopping_at(cost_tolerance)
+    LevenbergMarquardt::new(model.parameters().iter().map(|p| (p.lower, p.upper)).collect()).stopping_at(cost_tolerance).learning_curvature()
 }
 
 /// A minimum with what its covariance is made of.

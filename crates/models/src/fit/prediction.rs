@@ -80,6 +80,8 @@ impl<'a> Prediction<'a> {
         if *smoothing == Smoothing::None || offsets.is_empty() {
             offsets = vec![(0.0, 1.0)];
         }
+        // Seen at one point, R T⁻¹ and R Tᴴ (T Tᴴ)⁻¹ are C whatever closes the loop.
+        let smoothing = if matches!(offsets[..], [(0.0, _)]) { &Smoothing::None } else { smoothing };
         let total: f64 = offsets.iter().map(|o| o.1).sum();
         // Nodes closer than this are one; without a kernel only the bins themselves say what is close.
         let between_nodes = offsets.windows(2).map(|w| w[1].0 - w[0].0).fold(f64::INFINITY, f64::min);
