@@ -7,8 +7,8 @@ use crate::result::number;
 use ndof_models::blocks::Composite;
 use ndof_models::{Held, Hold, Sampling, WeightedFit};
 
-/// Odds against a hold that only seems the better one; 2 ln of them is a difference of χ² that is beyond doubt.
-const ODDS: f64 = 1000.0;
+/// Odds against what only seems the better model; 2 ln of them is a difference of χ² that is beyond doubt.
+pub(super) const ODDS: f64 = 1000.0;
 
 /// Relative decrease of χ² at which the search for a hold ends: nothing to a difference that is beyond doubt.
 const ROUGHLY: f64 = 1e-4;

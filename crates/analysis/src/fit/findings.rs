@@ -1,8 +1,9 @@
 //! What a fit has to say against itself.
 
+use super::between::ODDS;
 use super::evidence::Evidence;
 use crate::result::Warning;
-use ndof_models::InertiaDampingStiffness;
+use ndof_models::{Axis, InertiaDampingStiffness, Parameter, SeriesCompliance};
 
 /// Above this reduced χ² the model is wrong by more than the covariance's own uncertainty.
 const MISFIT: f64 = 2.0;
@@ -43,6 +44,33 @@ pub(super) fn warnings(evidence: &Evidence<'_>, fit: &ndof_models::Fit, baseline
         ));
     }
     warnings
+}
+
+/// A compliance in series beyond doubt, which explains more than it leaves of a misfit and moves a number out of its interval.
+pub(super) fn unknown_mount(fit: &ndof_models::Fit, mount: &SeriesCompliance, axes: &[Axis]) -> Option<Warning> {
+    let with = ndof_models::Fit { chi2: fit.chi2 - mount.chi2_less, ..fit.clone() };
+    let least = if with.misfits() { with.chi2 - with.degrees_of_freedom } else { 0.0 };
+    let doubt = 2.0 * ODDS.ln() * (with.chi2 / with.degrees_of_freedom).max(1.0);
+    if mount.chi2_less < doubt.max(least) || axes.iter().any(|axis| axis.rotational != axes[0].rotational) {
+        return None;
+    }
+    let moves = |(p, with): &(&Parameter, &f64)| (*with - p.value).abs() / (0.5 * (p.ci95[1] - p.ci95[0]));
+    let most = fit.parameters.iter().zip(&mount.theta).filter(|p| p.0.identifiable).max_by(|a, b| moves(a).total_cmp(&moves(b)))?;
+    let unit = if axes[0].rotational { "N m/rad" } else { "N/m" };
+    let round = |value: f64| format!("{value:.3e}").parse::<f64>().unwrap_or(value);
+    (moves(&most) > 1.0).then(|| {
+        Warning::new(
+            "unknown-mount",
+            format!(
+                "the motion holds what a mount of {:.1e} {unit} between limb and robot would add: with it {} is {} in place of {}",
+                1.0 / mount.compliance,
+                most.0.name,
+                round(*most.1),
+                round(most.0.value)
+            ),
+            "give `transducer-stiffness` as the data sheet of the transducer or handle has it; if nothing there gives way, ask `ndof diagnose` what the model lacks",
+        )
+    })
 }
 
 /// A limb with negative inertia is a transducer that reads the reaction.

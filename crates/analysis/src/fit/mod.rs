@@ -146,6 +146,11 @@ fn fit_to(whole: &Evidence<'_>, settings: &Fit) -> Result<Fitted, AnalysisError>
         }
         None => comparison.fit_trials(&composite, response, without, &begin)?,
     };
+    let mount = match &sums {
+        None if evidence.errors_known() => comparison.series_compliance(&composite, response, &weighted)?,
+        _ => None,
+    };
+    let mount = mount.and_then(|mount| findings::unknown_mount(&weighted, &mount, composite.axes()));
     let summed = sums.as_ref().map(|sums| sums.evidence(sums.gains_of(&weighted)));
     let evidence = summed.as_ref().unwrap_or(evidence);
     let (response, weight) = (&*evidence.response, evidence.weight(settings.vaf_weight));
@@ -175,7 +180,7 @@ fn fit_to(whole: &Evidence<'_>, settings: &Fit) -> Result<Fitted, AnalysisError>
     let joint: Option<Joint> =
         settings.kinematics.as_ref().map(|file| Ok::<_, AnalysisError>(project(file, &model, &baseline, &evidence.mean_effort)?.1)).transpose()?;
     let result = FitResult {
-        head: Head::new(FitResult::SCHEMA, "fit", warnings(evidence, &fit, &baseline, &matrices)),
+        head: Head::new(FitResult::SCHEMA, "fit", warnings(evidence, &fit, &baseline, &matrices).into_iter().chain(mount).collect()),
         settings: Some(Asked { estimate: evidence.asked.clone(), fit: settings.clone() }),
         model: composite.name().to_owned(),
         cost: reported.cost,
