@@ -51,12 +51,12 @@ globalThis.ndofSystem = () => {
 
   // One run of the program: its memory, its folder and what it has open.
   class Run {
-    constructor(words, files, heard, typed) {
+    constructor(words, files, heard) {
       this.words = words.map(word => new TextEncoder().encode(`${word}\0`));
       this.folder = new Map(Object.entries(files).map(([name, held]) => [name, held instanceof Uint8Array ? new Written(held) : new Dropped(held)]));
       this.given = new Set(this.folder.values());
       this.folders = new Set(['']);
-      this.printed = [new Written(new TextEncoder().encode(typed)), new Written(), new Written()];
+      this.printed = [new Written(), new Written(), new Written()];
       this.open = new Map([0, 1, 2].map(number => [number, { stream: this.printed[number], at: 0 }]));
       this.open.set(ROOT, { path: '' });
       this.heard = heard;
@@ -201,10 +201,10 @@ globalThis.ndofSystem = () => {
     path_unlink_file: (start, place, length) => (run.folder.delete(run.path(place, length)) ? DONE : MISSING),
   });
 
-  // Runs `WORDS…` once. `files` are bytes or blobs by name; `heard` gets each line of standard error as it comes; `typed` is standard input.
+  // Runs `WORDS…` once. `files` are bytes or blobs by name; `heard` gets each line of standard error as it comes.
   // Returns the exit code, what was printed, and every file that was written.
-  globalThis.ndofRun = async (module, words, files, heard = () => {}, typed = '') => {
-    const run = new Run(words, files, heard, typed), system = { ...surroundings(run), ...descriptors(run), ...paths(run) }, imports = {};
+  globalThis.ndofRun = async (module, words, files, heard = () => {}) => {
+    const run = new Run(words, files, heard), system = { ...surroundings(run), ...descriptors(run), ...paths(run) }, imports = {};
     for (const { module: from, name } of WebAssembly.Module.imports(module)) (imports[from] ??= {})[name] = system[name] ?? (() => UNSUPPORTED);
     const { exports } = await WebAssembly.instantiate(module, imports);
     run.memory = exports.memory;

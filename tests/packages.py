@@ -102,10 +102,9 @@ def versions():
     for name, entry in WORKSPACE["workspace"]["dependencies"].items():
         if name in PUBLISHED and entry["version"] != VERSION:
             yield f"Cargo.toml: {name} is asked for as {entry['version']}, the version is {VERSION}"
-    for folder in ("crates/python", "crates/web"):
-        package = toml(f"{folder}/Cargo.toml")["package"]
-        if package["version"] != VERSION or package["rust-version"] != rust:
-            yield f"{folder}/Cargo.toml has version {package['version']} and Rust {package['rust-version']}, the workspace {VERSION} and {rust}"
+    package = toml("crates/python/Cargo.toml")["package"]
+    if package["version"] != VERSION or package["rust-version"] != rust:
+        yield f"crates/python/Cargo.toml has version {package['version']} and Rust {package['rust-version']}, the workspace {VERSION} and {rust}"
     for path, line in [
         ("CITATION.cff", f"version: {VERSION}"),
         ("conda/recipe.yaml", f'  version: "{VERSION}"'),

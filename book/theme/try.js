@@ -1,7 +1,7 @@
-// The page "In the browser": sliders write the file of a study, crates/web (WebAssembly, in a worker) runs it, this file draws the answer.
+// The page "In the browser": sliders write the file of a study, the program (WebAssembly, in a worker: app/program.js) runs it, this file draws the answer.
 // Nothing is fetched: the module comes as a script that lies beside the page, so that the page also works from a folder (file://).
 (() => {
-  // crates/web/study.toml with the sliders' numbers in the place of its own.
+  // browser/study.toml with the sliders' numbers in the place of its own.
   const written = ({ seed, stiffness, delay, friction, noise, hide, diagnose }) => [
     globalThis.ndofStudy
       .replace(/^seed = .*/m, `seed = ${seed}`)
@@ -34,22 +34,13 @@ parameters = { ${parameters} }
     'stiffness-drift': 'stiffness that changes while one measures',
   };
 
-  // What the worker does; it is made of this function's text, behind the system that the module sees (app/system.js).
-  function work() {
-    let compiled;
-    onmessage = async ({ data }) => {
-      try {
-        if (data.module) {
-          compiled = await WebAssembly.compile(data.module);
-          postMessage({ ready: true });
-        } else {
-          const from = performance.now(), { code, output, errors } = await globalThis.ndofRun(compiled, ['ndof-web'], {}, undefined, data.study);
-          postMessage({ id: data.id, answer: code ? { error: errors } : JSON.parse(output), seconds: (performance.now() - from) / 1000 });
-        }
-      } catch (error) {
-        postMessage({ id: data.id, answer: { error: error.message }, seconds: 0 });
-      }
-    };
+  // `ndof study`, and of what it writes that which is shown.
+  async function studied(text) {
+    const { code, errors, files, seconds } = await app.program.run(['study', 'study.toml', '--out', 'out', '--quiet'], { 'study.toml': new TextEncoder().encode(text) });
+    if (code) return { error: app.program.sentences(errors).error };
+    const read = name => files[name] && JSON.parse(new TextDecoder().decode(files[name]));
+    const [estimate, fit, diagnosis] = ['estimate', 'fit', 'diagnosis'].map(name => read(`out/${name}.json`));
+    return { estimate, fit, diagnosis, truth: read('out/recordings/study.truth.json'), seconds };
   }
 
   const element = (name, attributes = {}, ...children) => {
@@ -111,10 +102,16 @@ parameters = { ${parameters} }
     { name: 'linear part of the limb', color: 'currentColor', dash: '1 4' },
   ];
 
-  function draw(answer) {
-    const { estimate } = answer, frequency = estimate.frequency_hz, x = [frequency[0], frequency.at(-1)];
+  // 1/(K − M ω² + j B ω)
+  function compliance({ M: [[m]], B: [[b]], K: [[k]] }, frequency) {
+    const parts = frequency.map(hz => { const w = 2 * Math.PI * hz, re = k - m * w * w, im = b * w, size = re * re + im * im; return [re / size, -im / size]; });
+    return { re: parts.map(part => part[0]), im: parts.map(part => part[1]) };
+  }
+
+  function draw({ estimate, fit, truth }) {
+    const frequency = estimate.frequency_hz, x = [frequency[0], frequency.at(-1)];
     const entry = r => ({ re: r.re[0][0], im: r.im[0][0] }), ends = (list, k) => list[0][0].map(pair => (pair ? pair[k] : NaN));
-    const curves = [estimate.derived, estimate.direct, answer.fitted, answer.simulated].map(entry), gains = curves.map(gain), phases = curves.map(degrees);
+    const curves = [...[estimate.derived, estimate.direct].map(entry), ...[fit.matrices, truth.endpoint].map(matrices => compliance(matrices, frequency))], gains = curves.map(gain), phases = curves.map(degrees);
     const shown = gains.flat().filter(v => v > 0), y = [Math.min(...shown) / 1.5, Math.max(...shown) * 1.5];
     const phaseEnd = k => ends(estimate.derived.phase_ci95_rad, k).map((v, i) => {
       const d = (v * 180) / Math.PI, middle = phases[0][i];
@@ -131,10 +128,11 @@ parameters = { ${parameters} }
 
   const number = (value, digits = 4) => (value === null || value === undefined ? '–' : plain(+value, digits));
 
-  function table(rows) {
+  function table({ fit, truth }) {
     const cell = (name, text) => element(name, {}, text);
-    const line = r => element('tr', {}, cell('th', `${r.name} (${r.unit})`), cell('td', number(r.truth)), cell('td', number(r.value)), cell('td', r.ci95 ? `${number(r.ci95[0])} … ${number(r.ci95[1])}` : '–'));
-    return element('table', {}, element('thead', {}, element('tr', {}, ...['', 'simulated', 'estimate', '95 % interval'].map(t => cell('th', t)))), element('tbody', {}, ...rows.map(line)));
+    const found = r => (r.identifiable ? [number(r.value), r.ci95 ? `${number(r.ci95[0])} … ${number(r.ci95[1])}` : '–'] : ['–', '–']);
+    const line = r => element('tr', {}, cell('th', `${r.name} (${r.unit})`), ...[number(truth.endpoint[r.name][0][0]), ...found(r)].map(text => cell('td', text)));
+    return element('table', {}, element('thead', {}, element('tr', {}, ...['', 'simulated', 'estimate', '95 % interval'].map(t => cell('th', t)))), element('tbody', {}, ...fit.parameters.map(line)));
   }
 
   const words = effect => EFFECTS[effect] ?? effect.replaceAll('-', ' ');
@@ -153,7 +151,7 @@ parameters = { ${parameters} }
 
   // ---- the page ----------------------------------------------------------------------------------------------------------------------
 
-  function start(root, module) {
+  function start(root) {
     const state = element('p', { className: 'try-state', role: 'status' }, 'loading …'), answer = element('div', { className: 'try-answer' });
     const plots = element('div', { className: 'try-plots' }), results = element('div'), text = element('code'), riddle = element('div');
     const inputs = SLIDERS.map(s => {
@@ -174,7 +172,6 @@ parameters = { ${parameters} }
       element('details', {}, element('summary', {}, "The study's file"), element('pre', {}, text)),
     );
 
-    const url = URL.createObjectURL(new Blob([`(${globalThis.ndofSystem})();(${work})();`], { type: 'text/javascript' })), worker = new Worker(url);
     let running = null, waiting = null, count = 0, hiding = null;
     const settings = () => ({ seed: 1, ...Object.fromEntries(inputs.map(i => [i.name, +i.input.value])) });
     // One study at a time; of what is asked meanwhile the last wish counts.
@@ -189,26 +186,26 @@ parameters = { ${parameters} }
       waiting = null;
       text.textContent = running.study;
       state.textContent = running.hide || running.diagnose ? 'simulating, estimating, diagnosing …' : 'simulating and estimating …';
-      worker.postMessage({ id: running.id, study: running.study });
+      studied(running.study).catch(error => ({ error: error.message })).then(finish);
     }
-    worker.onmessage = ({ data }) => {
-      if (data.ready) { count = 1; URL.revokeObjectURL(url); ask({}); return; }
+    function finish(found) {
       const done = running;
       running = null;
-      if (data.answer.error) state.textContent = `That did not work: ${data.answer.error}`;
+      if (found.error) state.textContent = `That did not work: ${found.error}`;
       else {
-        state.textContent = `90 s of recording made and analysed in ${data.seconds.toFixed(1)} s`;
-        root.dataset.seconds = data.seconds;
-        plots.innerHTML = draw(data.answer);
-        results.replaceChildren(table(data.answer.table));
-        if (!waiting && done.hide) guess(data.answer);
-        else if (!waiting && done.diagnose) answer.replaceChildren(...verdict(data.answer.diagnosis));
+        state.textContent = `90 s of recording made and analysed in ${found.seconds.toFixed(1)} s`;
+        root.dataset.seconds = found.seconds;
+        plots.innerHTML = draw(found);
+        results.replaceChildren(table(found));
+        if (!waiting && done.hide) guess(found);
+        else if (!waiting && done.diagnose) answer.replaceChildren(...verdict(found.diagnosis));
       }
       root.dataset.runs = done.id;
       next();
-    };
+    }
 
-    function guess({ hidden: [hidden], diagnosis }) {
+    function guess({ truth, diagnosis }) {
+      const hidden = truth.experiment.effects.at(-1);
       root.dataset.hidden = hidden.name;
       const choice = ([name, label]) => element('label', {}, element('input', { type: 'radio', name: 'try-guess', value: name }), ` ${label}`);
       const tell = element('button', { type: 'button' }, 'Tell me');
@@ -239,22 +236,19 @@ parameters = { ${parameters} }
       for (const i of inputs) { i.input.value = i.value; i.show(); }
       ask({});
     });
-    worker.postMessage({ module });
-  }
-
-  async function unpacked(base64) {
-    const packed = Uint8Array.from(atob(base64), c => c.charCodeAt(0));
-    return new Response(new Blob([packed]).stream().pipeThrough(new DecompressionStream('gzip'))).arrayBuffer();
+    app.program.ready.then(() => { count = 1; ask({}); });
   }
 
   document.addEventListener('DOMContentLoaded', () => {
     const root = document.getElementById('try');
     if (!root) return;
-    root.querySelector('.try-wait').textContent = 'loading …';
+    const say = text => { root.textContent = text; };
+    say('loading …');
+    globalThis.app = { say, words: { noModule: 'browser/module.js is not whole.', cancelled: 'cancelled' } };
     const script = document.createElement('script');
     script.src = `${typeof path_to_root === 'string' ? path_to_root : ''}browser/module.js`;
-    script.addEventListener('load', () => unpacked(globalThis.ndofModule).then(module => start(root, module)));
-    script.addEventListener('error', () => { root.textContent = 'browser/module.js does not lie beside this page.'; });
+    script.addEventListener('load', () => start(root));
+    script.addEventListener('error', () => say('browser/module.js does not lie beside this page.'));
     document.head.append(script);
   });
 })();
