@@ -46,7 +46,8 @@ fn minima_within_bounds_are_those_of_scipy() {
     let numbers = |case: &serde_json::Value, key: &str, none: f64| -> Vec<f64> {
         case[key].as_array().expect("array").iter().map(|v| v.as_f64().unwrap_or(none)).collect()
     };
-    for case in reference["cases"].as_array().expect("cases") {
+    let cases = reference["cases"].as_array().expect("cases");
+    for (case, learning) in cases.iter().flat_map(|case| [(case, false), (case, true)]) {
         let name = case["problem"].as_str().expect("name");
         let bounds = numbers(case, "lower", f64::NEG_INFINITY).into_iter().zip(numbers(case, "upper", f64::INFINITY)).collect();
         let problem = Problem(if name == "rosenbrock" {
@@ -56,7 +57,9 @@ fn minima_within_bounds_are_those_of_scipy() {
         } else {
             "decay"
         });
-        let minimum = LevenbergMarquardt::new(bounds).minimise(&problem, &numbers(case, "start", 0.0)).expect("runs");
+        let plain = LevenbergMarquardt::new(bounds);
+        let search = if learning { plain.learning_curvature() } else { plain };
+        let minimum = search.minimise(&problem, &numbers(case, "start", 0.0)).expect("runs");
         let (x, cost) = (numbers(case, "x", 0.0), case["cost"].as_f64().expect("cost"));
         assert!(minimum.reason.converged(), "{case}: {:?} after {}", minimum.reason, minimum.iterations);
         assert!((minimum.cost - cost).abs() <= COST * cost + 1e-20, "{case}: {} at {:?}", minimum.cost, minimum.x);
@@ -64,6 +67,26 @@ fn minima_within_bounds_are_those_of_scipy() {
         for (a, b) in minimum.x.iter().zip(&x) {
             assert!((a - b).abs() <= flat * (b.abs() + 1e-3), "{case}: {:?}", minimum.x);
         }
+    }
+}
+
+/// Dennis & Schnabel (1983), ex. 10.2.4: the minimum is at 0, where JᵀJ = 2 and Σ r r'' = -2 λ, so that steps of JᵀJ alone leave λ of the way.
+#[test]
+fn residuals_that_stay_large_are_learned_from_the_steps() {
+    struct Large(f64);
+    impl LeastSquares for Large {
+        fn residuals(&self, x: &[f64]) -> Vec<f64> {
+            vec![x[0] + 1.0, self.0 * x[0] * x[0] + x[0] - 1.0]
+        }
+        fn jacobian(&self, x: &[f64]) -> Mat<f64> {
+            Mat::from_fn(2, 1, |i, _| if i == 0 { 1.0 } else { 2.0 * self.0 * x[0] + 1.0 })
+        }
+    }
+    let free = || LevenbergMarquardt::new(vec![(f64::NEG_INFINITY, f64::INFINITY)]);
+    for share in [0.5f64, 0.6, -0.6] {
+        let [plain, learning] = [free(), free().learning_curvature()].map(|search| search.minimise(&Large(share), &[-0.3]).expect("runs"));
+        assert!(plain.x[0].abs() < 1e-4 && learning.x[0].abs() < 1e-6 && (learning.cost - 1.0).abs() < 1e-12, "{share}: {} {}", plain.x[0], learning.x[0]);
+        assert!(2 * learning.iterations < plain.iterations, "{share}: {} steps, {} before", learning.iterations, plain.iterations);
     }
 }
 
