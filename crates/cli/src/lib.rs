@@ -39,7 +39,7 @@ enum Command {
     Diagnose(Box<command::diagnose::Arguments>),
     Live(command::live::Arguments),
     Compare(command::compare::Arguments),
-    Cohort(command::cohort::Arguments),
+    Cohort(Box<command::cohort::Arguments>),
     Simulate(command::simulate::Arguments),
     Convert(command::convert::Arguments),
     List(command::list::Arguments),
