@@ -2,7 +2,7 @@
 
 use super::result::t_quantile;
 use super::weighted::Whitened;
-use super::{Fit, FitError, Parameter, Solved, WeightedFit};
+use super::{Fit, FitError, Parameter, Solved, WeightedFit, search};
 use crate::ParametricModel;
 use faer::linalg::matmul::matmul;
 use faer::{Accum, Mat, MatRef, Par};
@@ -64,9 +64,6 @@ impl WeightedFit {
     /// model would be fitted to a corner of the band. The covariance of θ is A Jᵀ(W + W Σ_δ W) J A, A = (JᵀWJ)⁻¹ with J and Σ_δ over the noise, W the
     /// weights σ²/(σ² + a² |H|²).
     ///
-    /// Both weights estimate the same parameters. Where the new ones lead out of the interval that the same law gives the old (W = 1), the model is so
-    /// wrong that a |H| is no longer small beside what it is fitted to; then the old parameters stay, with that interval.
-    ///
     /// # Errors
     /// As [`WeightedFit::fit`].
     ///
@@ -85,29 +82,23 @@ impl WeightedFit {
         // What trials and averages know of the noise beyond the plain covariance.
         let plain = solved.inverse();
         let noise = mean_ratio(&fit.covariance, |k| plain[(k, k)]);
+        let before = solved.minimum.residuals;
+        let weights = lines.weights(errors.iter().map(|[_, square]| square).sum::<f64>() / scale);
+        problem.weigh(&weights);
+        // By steps that stay near: what is learned from longer ones leads such a search away from where the weights were told.
+        let near = search(model, self.cost_tolerance.max(2.0 * SETTLED / fit.degrees_of_freedom));
+        let solved = Solved::by(near, &problem, model, &fit.theta)?;
+        let rows = solved.jacobian.nrows() / weights.len();
+        let weighed = Mat::from_fn(solved.jacobian.nrows(), solved.jacobian.ncols(), |r, c| solved.jacobian[(r, c)] * weights[r / rows].sqrt());
+        let meat = weighed.transpose() * &weighed * noise + Lines::new(&problem, &solved).weighed(&errors);
+        let covariance = solved.covariance(Some(&meat), 1.0);
+        fit.covariance_scale *= mean_ratio(&covariance, |k| fit.covariance[[k, k]]);
+        let unweighed = |(k, r): (usize, &f64)| r * r / weights[k / rows];
+        let grown = solved.minimum.residuals.iter().enumerate().map(unweighed).sum::<f64>() / before.iter().map(|r| r * r).sum::<f64>();
+        (fit.chi2, fit.chi2_reduced) = (fit.chi2 * grown, fit.chi2_reduced * grown);
+        (fit.theta, fit.covariance, fit.width) = (solved.theta, covariance, Width::Misfit);
         // Of two sources with freedoms of their own, that of the smaller one is the careful choice.
         fit.interval_quantile = fit.interval_quantile.max(t_quantile(fit.degrees_of_freedom));
-        let weights = lines.weights(errors.iter().map(|[_, square]| square).sum::<f64>() / scale);
-        let rows = solved.jacobian.nrows() / weights.len();
-        let covariance = |problem: &Whitened, solved: &Solved, weights: &[f64]| {
-            let weighed = Mat::from_fn(solved.jacobian.nrows(), solved.jacobian.ncols(), |r, c| solved.jacobian[(r, c)] * weights[r / rows].sqrt());
-            let meat = weighed.transpose() * &weighed * noise + Lines::new(problem, solved).weighed(&errors);
-            solved.covariance(Some(&meat), 1.0)
-        };
-        let by_noise = (covariance(&problem, &solved, &vec![1.0; weights.len()]), solved);
-        problem.weigh(&weights);
-        let again = Solved::new(&problem, model, &fit.theta, self.cost_tolerance.max(2.0 * SETTLED / fit.degrees_of_freedom))?;
-        let before: f64 = by_noise.1.minimum.residuals.iter().map(|r| r * r).sum();
-        let near = |k: usize| (again.theta[k] - fit.theta[k]).abs() <= fit.interval_quantile * by_noise.0[[k, k]].sqrt();
-        let (after, (covariance, solved)) = if (0..fit.theta.len()).all(near) {
-            let unweighed = |(k, r): (usize, &f64)| r * r / weights[k / rows];
-            (again.minimum.residuals.iter().enumerate().map(unweighed).sum(), (covariance(&problem, &again, &weights), again))
-        } else {
-            (before, by_noise)
-        };
-        fit.covariance_scale *= mean_ratio(&covariance, |k| fit.covariance[[k, k]]);
-        (fit.chi2, fit.chi2_reduced) = (fit.chi2 * after / before, fit.chi2_reduced * after / before);
-        (fit.theta, fit.covariance, fit.width) = (solved.theta, covariance, Width::Misfit);
         fit.parameters = Parameter::describe(&model.parameters(), &fit.theta, &fit.covariance, |_| fit.interval_quantile, |k| model.scale(&fit.theta, k));
         Ok(fit)
     }

@@ -124,12 +124,12 @@ fn to_faer(a: &Array2<f64>) -> Mat<f64> {
 
 /// The parameters of a minimum alone.
 fn found(problem: &dyn LeastSquares, model: &dyn ParametricModel, start: &[f64], cost_tolerance: f64) -> Result<Vec<f64>, FitError> {
-    let found = search(model, cost_tolerance).descend(&Internal { problem, model }, &model.internal(start))?;
+    let found = search(model, cost_tolerance).learning_curvature().descend(&Internal { problem, model }, &model.internal(start))?;
     Ok(model.natural(&found.x))
 }
 
 fn search(model: &dyn ParametricModel, cost_tolerance: f64) -> LevenbergMarquardt {
-    LevenbergMarquardt::new(model.parameters().iter().map(|p| (p.lower, p.upper)).collect()).stopping_at(cost_tolerance).learning_curvature()
+    LevenbergMarquardt::new(model.parameters().iter().map(|p| (p.lower, p.upper)).collect()).stopping_at(cost_tolerance)
 }
 
 /// A minimum with what its covariance is made of.
@@ -145,7 +145,11 @@ struct Solved {
 
 impl Solved {
     fn new(problem: &dyn LeastSquares, model: &dyn ParametricModel, start: &[f64], cost_tolerance: f64) -> Result<Self, FitError> {
-        let minimum = search(model, cost_tolerance).minimise(&Internal { problem, model }, &model.internal(start))?;
+        Self::by(search(model, cost_tolerance).learning_curvature(), problem, model, start)
+    }
+
+    fn by(search: LevenbergMarquardt, problem: &dyn LeastSquares, model: &dyn ParametricModel, start: &[f64]) -> Result<Self, FitError> {
+        let minimum = search.minimise(&Internal { problem, model }, &model.internal(start))?;
         let theta = model.natural(&minimum.x);
         let turn = model.natural_jacobian(&minimum.x).map(|t| to_faer(&t));
         let jacobian = if turn.is_some() { problem.jacobian(&theta) } else { minimum.jacobian.clone() };
