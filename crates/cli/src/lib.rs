@@ -34,7 +34,7 @@ enum Command {
     Check(command::check::Arguments),
     Design(Box<command::design::Arguments>),
     Study(command::study::Arguments),
-    Estimate(command::estimate::Arguments),
+    Estimate(Box<command::estimate::Arguments>),
     Fit(Box<command::fit::Arguments>),
     Diagnose(Box<command::diagnose::Arguments>),
     Live(command::live::Arguments),
