@@ -164,3 +164,19 @@ fn an_arm_that_makes_half_a_newton() {
 fn an_arm_that_makes_one_and_a_half_newtons() {
     check(1.5);
 }
+
+#[test]
+fn a_mount_that_nobody_told_is_named() {
+    let experiment = experiment(1, 0.2);
+    let estimated = estimate(&trials(&experiment), &Estimate::default()).expect("an estimate");
+    let mount = linearise(&experiment).expect("a linear model").transducer;
+    let warned = |settings: analysis::Fit| settings.run(&estimated).expect("a fit").result.head.warnings.into_iter().find(|w| w.code == "unknown-mount");
+    let warning = warned(analysis::Fit::default()).expect("a warning");
+    let [low, high]: [f64; 2] = std::array::from_fn(|end| {
+        let inside = warning.message.split(['(', ')']).nth(1).and_then(|inside| inside.split(" … ").nth(end));
+        inside.and_then(|text| text.parse().ok()).expect("an interval")
+    });
+    assert!((low..=high).contains(&mount.stiffness), "{}", warning.message);
+    let told = analysis::Fit { transducer_stiffness: Some(mount.stiffness), transducer_damping: Some(mount.damping), ..analysis::Fit::default() };
+    assert_eq!(warned(told), None);
+}

@@ -81,27 +81,9 @@ pub fn add_sandwich<T: Scalar>(weight: T, [a, d, b]: [&[T]; 3], n: usize, out: &
         return;
     }
     match n {
-        1 => out[0] += weight * a[0] * d[0] * b[0],
-        2 => add_known_sandwich::<T, 2>(weight, [a, d, b], out),
-        6 => add_known_sandwich::<T, 6>(weight, [a, d, b], out),
+        2 => add_sparse_sandwich(weight, [a, d, b], 2, out),
+        6 => add_sparse_sandwich(weight, [a, d, b], 6, out),
         _ => add_sparse_sandwich(weight, [a, d, b], n, out),
-    }
-}
-
-/// The same sums in the same order, of rows whose length the compiler knows.
-#[inline]
-fn add_known_sandwich<T: Scalar, const N: usize>(weight: T, all: [&[T]; 3], out: &mut [T]) {
-    let [a, d, b] = all.map(|m| m.as_chunks::<N>().0);
-    let (out, _) = out.as_chunks_mut::<N>();
-    for (column, of_row) in d.iter().enumerate() {
-        for (v, row) in of_row.iter().zip(b).filter(|(v, _)| **v != T::default()) {
-            for (left, out) in a.iter().zip(&mut *out) {
-                let factor = weight * left[column] * *v;
-                for k in 0..N {
-                    out[k] += factor * row[k];
-                }
-            }
-        }
     }
 }
 

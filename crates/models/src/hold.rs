@@ -100,10 +100,10 @@ pub struct Held<M> {
 /// Foldings that are summed one by one, to each side; the others lie where C is that of a mass.
 const FOLDS: i32 = 2;
 
-impl Sampling {
+impl<M: ParametricModel> Held<M> {
     /// s_k and its weight: that of the hold, and of all that lies beyond the outermost ones.
     fn folds(&self, s: Complex64) -> [(Complex64, Complex64); 2 * FOLDS as usize + 1] {
-        let Sampling { hold, sample_rate_hz, derivatives } = *self;
+        let Sampling { hold, sample_rate_hz, derivatives } = self.sampling;
         let turn = TAU * sample_rate_hz;
         let numerator = hold.numerator(s, 1.0 / sample_rate_hz);
         std::array::from_fn(|index| {
@@ -121,52 +121,6 @@ impl Sampling {
             }
             (folded, weight)
         })
-    }
-
-    /// D_T = C_T⁻¹ and ∂D_T = −D_T ∂C_T D_T; not a number where C does not exist.
-    fn stiffness(&self, model: &dyn ParametricModel, theta: &[f64], s: Complex64, value: &mut [Complex64], derivative: Option<&mut [Complex64]>) {
-        let n = model.axes().len();
-        let mut compliance = vec![Complex64::default(); n * n];
-        let mut slopes = vec![Complex64::default(); derivative.as_ref().map_or(0, |d| d.len())];
-        self.compliance(model, theta, s, &mut compliance, derivative.is_some().then_some(&mut slopes));
-        if square::invert_into(&mut compliance, value, n).is_none() {
-            let nan = Complex64::new(f64::NAN, f64::NAN);
-            value.fill(nan);
-            derivative.into_iter().for_each(|d| d.fill(nan));
-            return;
-        }
-        if let Some(derivative) = derivative {
-            derivative.fill(Complex64::default());
-            for (out, slope) in derivative.chunks_exact_mut(n * n).zip(slopes.chunks_exact(n * n)) {
-                square::add_sandwich(Complex64::from(-1.0), [value, slope, value], n, out);
-            }
-        }
-    }
-
-    /// C_T and ∂C_T = −Σ Z C ∂D C; not a number where C does not exist.
-    fn compliance(&self, model: &dyn ParametricModel, theta: &[f64], s: Complex64, value: &mut [Complex64], mut derivative: Option<&mut [Complex64]>) {
-        let n = model.axes().len();
-        let mut stiffness = vec![Complex64::default(); n * n];
-        let mut compliance = stiffness.clone();
-        let mut slopes = vec![Complex64::default(); derivative.as_ref().map_or(0, |d| d.len())];
-        let mut exists = true;
-        value.fill(Complex64::default());
-        derivative.iter_mut().for_each(|d| d.fill(Complex64::default()));
-        for (folded, weight) in self.folds(s) {
-            model.stiffness(theta, folded, &mut stiffness, derivative.is_some().then_some(&mut slopes));
-            exists &= square::invert_into(&mut stiffness, &mut compliance, n).is_some();
-            value.iter_mut().zip(&compliance).for_each(|(sum, c)| *sum += weight * c);
-            if let Some(derivative) = derivative.as_deref_mut() {
-                for (out, d) in derivative.chunks_exact_mut(n * n).zip(slopes.chunks_exact(n * n)) {
-                    square::add_sandwich(-weight, [&compliance, d, &compliance], n, out);
-                }
-            }
-        }
-        if !exists {
-            let nan = Complex64::new(f64::NAN, f64::NAN);
-            value.fill(nan);
-            derivative.into_iter().for_each(|d| d.fill(nan));
-        }
     }
 }
 
@@ -199,18 +153,56 @@ impl<M: ParametricModel> ParametricModel for Held<M> {
         self.model.natural_jacobian(internal)
     }
 
+    /// D_T = C_T⁻¹ and ∂D_T = −D_T ∂C_T D_T; not a number where C does not exist.
     fn stiffness(&self, theta: &[f64], s: Complex64, value: &mut [Complex64], derivative: Option<&mut [Complex64]>) {
-        match self.sampling.hold {
-            Hold::BandLimited => self.model.stiffness(theta, s, value, derivative),
-            _ => self.sampling.stiffness(&self.model, theta, s, value, derivative),
+        if self.sampling.hold == Hold::BandLimited {
+            return self.model.stiffness(theta, s, value, derivative);
+        }
+        let n = self.axes().len();
+        let mut compliance = vec![Complex64::default(); n * n];
+        let mut slopes = vec![Complex64::default(); derivative.as_ref().map_or(0, |d| d.len())];
+        self.compliance(theta, s, &mut compliance, derivative.is_some().then_some(&mut slopes));
+        if square::invert_into(&mut compliance, value, n).is_none() {
+            let nan = Complex64::new(f64::NAN, f64::NAN);
+            value.fill(nan);
+            derivative.into_iter().for_each(|d| d.fill(nan));
+            return;
+        }
+        if let Some(derivative) = derivative {
+            derivative.fill(Complex64::default());
+            for (out, slope) in derivative.chunks_exact_mut(n * n).zip(slopes.chunks_exact(n * n)) {
+                square::add_sandwich(Complex64::from(-1.0), [value, slope, value], n, out);
+            }
         }
     }
 
-    fn compliance(&self, theta: &[f64], s: Complex64, value: &mut [Complex64], derivative: Option<&mut [Complex64]>) -> bool {
+    /// C_T and ∂C_T = −Σ Z C ∂D C; not a number where C does not exist.
+    fn compliance(&self, theta: &[f64], s: Complex64, value: &mut [Complex64], mut derivative: Option<&mut [Complex64]>) -> bool {
         if self.sampling.hold == Hold::BandLimited {
             return self.model.compliance(theta, s, value, derivative);
         }
-        self.sampling.compliance(&self.model, theta, s, value, derivative);
+        let n = self.axes().len();
+        let mut stiffness = vec![Complex64::default(); n * n];
+        let mut compliance = stiffness.clone();
+        let mut slopes = vec![Complex64::default(); derivative.as_ref().map_or(0, |d| d.len())];
+        let mut exists = true;
+        value.fill(Complex64::default());
+        derivative.iter_mut().for_each(|d| d.fill(Complex64::default()));
+        for (folded, weight) in self.folds(s) {
+            self.model.stiffness(theta, folded, &mut stiffness, derivative.is_some().then_some(&mut slopes));
+            exists &= square::invert_into(&mut stiffness, &mut compliance, n).is_some();
+            value.iter_mut().zip(&compliance).for_each(|(sum, c)| *sum += weight * c);
+            if let Some(derivative) = derivative.as_deref_mut() {
+                for (out, d) in derivative.chunks_exact_mut(n * n).zip(slopes.chunks_exact(n * n)) {
+                    square::add_sandwich(-weight, [&compliance, d, &compliance], n, out);
+                }
+            }
+        }
+        if !exists {
+            let nan = Complex64::new(f64::NAN, f64::NAN);
+            value.fill(nan);
+            derivative.into_iter().for_each(|d| d.fill(nan));
+        }
         true
     }
 }

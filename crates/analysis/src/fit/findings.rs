@@ -57,16 +57,15 @@ pub(super) fn unknown_mount(fit: &ndof_models::Fit, mount: &SeriesCompliance, ax
     let moves = |(p, with): &(&Parameter, &f64)| (*with - p.value).abs() / (0.5 * (p.ci95[1] - p.ci95[0]));
     let most = fit.parameters.iter().zip(&mount.theta).filter(|p| p.0.identifiable).max_by(|a, b| moves(a).total_cmp(&moves(b)))?;
     let unit = if axes[0].rotational { "N m/rad" } else { "N/m" };
-    let round = |value: f64| format!("{value:.3e}").parse::<f64>().unwrap_or(value);
+    // χ² falls by (c / its standard error)².
+    let share = fit.interval_quantile * ((with.chi2 / with.degrees_of_freedom).max(1.0) / mount.chi2_less).sqrt();
+    let [low, k, high] = [1.0 + share, 1.0, 1.0 - share].map(|share| 1.0 / (share * mount.compliance));
     (moves(&most) > 1.0).then(|| {
         Warning::new(
             "unknown-mount",
             format!(
-                "the motion holds what a mount of {:.1e} {unit} between limb and robot would add: with it {} is {} in place of {}",
-                1.0 / mount.compliance,
-                most.0.name,
-                round(*most.1),
-                round(most.0.value)
+                "the motion holds what a mount of {k:.1e} {unit} ({low:.1e} … {high:.1e}) between limb and robot would add, and {} is off by more than its interval",
+                most.0.name
             ),
             "give `transducer-stiffness` as the data sheet of the transducer or handle has it; if nothing there gives way, ask `ndof diagnose` what the model lacks",
         )
