@@ -54,10 +54,10 @@ pub(crate) struct Column {
 pub(crate) struct Chain {
     /// Effort correction, rows of n × n.
     pub effort: Vec<Vec<Complex64>>,
-    /// Motion correction, one factor for all axes.
-    pub motion: Vec<Complex64>,
-    /// Series compliance.
-    pub series: Vec<Complex64>,
+    /// Motion correction, a factor for each axis.
+    pub motion: Vec<Vec<Complex64>>,
+    /// Series compliance, likewise.
+    pub series: Vec<Vec<Complex64>>,
 }
 
 /// A transform with the values of its knobs.
@@ -92,9 +92,9 @@ impl State {
     /// The state of measured channels under transforms, the first applied first.
     pub fn new(layout: &Arc<Layout>, effort: &Tracks, motion: &Tracks, centre: &[f64], transforms: &[Transform]) -> Self {
         let n = layout.axes;
-        let one = vec![Complex64::ONE; layout.lines()];
+        let each = |value: Complex64| vec![vec![value; n]; layout.lines()];
         let identity: Vec<Complex64> = (0..n * n).map(|k| if k / n == k % n { Complex64::ONE } else { Complex64::ZERO }).collect();
-        let mut chain = Chain { effort: vec![identity; layout.lines()], motion: one, series: vec![Complex64::ZERO; layout.lines()] };
+        let mut chain = Chain { effort: vec![identity; layout.lines()], motion: each(Complex64::ONE), series: each(Complex64::ZERO) };
         let (mut effort, mut motion) = (effort.clone(), motion.clone());
         for transform in transforms {
             apply(layout, transform, &mut effort, &mut motion, &mut chain);
@@ -213,8 +213,9 @@ impl State {
     /// What the motion channels would show of this true motion under the (corrected) effort.
     pub fn uncorrect_motion(&self, mut motion: Vec<Vec<f64>>, order: usize, effort: &[Vec<f64>]) -> Vec<Vec<f64>> {
         for transform in self.transforms.iter().rev() {
-            for (series, force) in motion.iter_mut().zip(effort) {
+            for (axis, (series, force)) in motion.iter_mut().zip(effort).enumerate() {
                 match &transform.action {
+                    Action::Motion(_) if transform.axis.is_some_and(|a| a != axis) => {}
                     Action::Motion(operator) => *series = crate::layout::filter(series, self.layout.rate_hz, |s| 1.0 / operator(s, &transform.knobs)),
                     Action::Series(operator) => {
                         let stretch =
@@ -331,12 +332,13 @@ fn apply(layout: &Layout, transform: &Transform, effort: &mut Tracks, motion: &m
             }
         }
         Action::Motion(operator) => {
-            for track in motion.iter_mut().flatten() {
+            let axes = transform.axis.map_or(0..n, |axis| axis..axis + 1);
+            for track in motion.iter_mut().flat_map(|trial| &mut trial[axes.clone()]) {
                 *track = layout.transformed(track, |s| operator(s, knobs));
             }
             for ((m, c), &s) in chain.motion.iter_mut().zip(&mut chain.series).zip(&layout.sj) {
-                *m *= operator(s, knobs);
-                *c *= operator(s, knobs);
+                let factor = operator(s, knobs);
+                m[axes.clone()].iter_mut().chain(&mut c[axes.clone()]).for_each(|value| *value *= factor);
             }
         }
         Action::Series(operator) => {
@@ -349,7 +351,8 @@ fn apply(layout: &Layout, transform: &Transform, effort: &mut Tracks, motion: &m
                 }
             }
             for (c, &s) in chain.series.iter_mut().zip(&layout.sj) {
-                *c += operator(s, knobs);
+                let stretch = operator(s, knobs);
+                c.iter_mut().for_each(|value| *value += stretch);
             }
         }
         Action::Mix(matrix) => {

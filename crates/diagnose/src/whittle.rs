@@ -148,10 +148,10 @@ impl<'a> Likelihood<'a> {
                 (false, Some(z)) => square::add_product(&chain.effort[k], z, n, &mut g),
                 (false, None) => {}
             }
-            let direct = if imposed { chain.series[k] } else { chain.motion[k] };
-            through.iter_mut().enumerate().for_each(|(q, t)| *t = if q / n == q % n { direct } else { Complex64::ZERO });
+            let direct = if imposed { &chain.series[k] } else { &chain.motion[k] };
+            through.iter_mut().enumerate().for_each(|(q, t)| *t = if q / n == q % n { direct[q % n] } else { Complex64::ZERO });
             if let Some(z) = z {
-                through.iter_mut().zip(z).for_each(|(t, z)| *t += chain.series[k] * z);
+                through.iter_mut().zip(z).enumerate().for_each(|(q, (t, z))| *t += chain.series[k][q / n] * z);
             }
             dynamics.fill(Complex64::ZERO);
             let held = self.held.iter().map(|(column, value)| (column, *value));
@@ -219,7 +219,7 @@ impl<'a> Likelihood<'a> {
             }
             let factor = gram.factor()?;
             let mut now = theta.clone().unwrap_or_else(|| factor.solve(&rhs));
-            if bias_free && !(matches!(self.cause, Cause::Motion | Cause::Unclear) && self.state.chain.series.iter().all(|c| *c == Complex64::ZERO)) {
+            if bias_free && !(matches!(self.cause, Cause::Motion | Cause::Unclear) && self.state.chain.series.iter().flatten().all(|c| *c == Complex64::ZERO)) {
                 for _ in 0..3 {
                     let (_, slope) = self.determinant(columns, &now, true)?;
                     let shifted: Vec<f64> = rhs.iter().zip(&slope).map(|(r, b)| r + b * blocks.len() as f64).collect();

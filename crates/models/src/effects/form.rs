@@ -80,9 +80,9 @@ pub enum Action {
         /// Row, column and weight of each.
         entries: Vec<(usize, usize, f64)>,
     },
-    /// The effort channels pass a filter: corrected effort = operator × measured effort.
+    /// The effort channels, or that of the axis, pass a filter: corrected effort = operator × measured effort.
     Effort(Operator),
-    /// The motion channels pass a filter: corrected motion = operator × measured motion.
+    /// The motion channels, or that of the axis, pass a filter: corrected motion = operator × measured motion.
     Motion(Operator),
     /// Compliance in series: corrected motion = measured motion - operator × effort.
     Series(Operator),

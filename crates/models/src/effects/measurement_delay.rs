@@ -18,6 +18,9 @@ const CARD: Card = Card {
     trace: Trace::Forms,
 };
 
+/// Delays (ms) of one channel that a search starts from: nearer to each other than a quarter of a period at the band's end.
+const ONE_CHANNEL: [f64; 6] = [0.5, 2.0, 5.0, 10.0, 16.0, 24.0];
+
 /// Latency of channels.
 pub struct MeasurementDelay;
 
@@ -57,16 +60,27 @@ impl Effect for MeasurementDelay {
         Ok(Injection::Stage(Box::new(DelayLine::new(delay * setting.sample_rate_hz))))
     }
 
+    /// All efforts against all motions; where there are several axes, each channel against all others, too.
     fn forms(&self, scale: &Scale) -> Vec<Form> {
         let unit = scale.time_s;
-        let (effort, motion) = (Scale::joined(&scale.effort_names), Scale::joined(&scale.motion_names));
-        let starts = [-17.0, -12.0, -8.5, -6.0, -4.2, -3.0, -2.0, -1.0, -0.3, 0.3, 1.0, 2.0, 3.0, 4.2, 6.0, 8.5, 12.0, 17.0, 24.0];
-        let form = Form::new("delay", None, Action::Effort(Arc::new(|s, k| (s * k[0]).exp())))
-            .knobs(vec![Knob::linear(-0.03 * unit, 0.03 * unit)], &[&starts.map(|ms| ms * 1e-3 * unit)])
-            .naming(move |k, _| {
-                let late = if k[0] >= 0.0 { &effort } else { &motion };
-                vec![("delay_s", Value::Number(k[0].abs())), ("channel", Value::Text(late.clone()))]
+        let advance: Operator = Arc::new(|s, k| (s * k[0]).exp());
+        let of = |axis: Option<usize>, action: Action, (lo, starts): (f64, &[f64]), [late, early]: [String; 2]| {
+            let starts: Vec<f64> = starts.iter().map(|ms| ms * 1e-3 * unit).collect();
+            let form = Form::new("delay", axis, action).knobs(vec![Knob::linear(lo * unit, 0.03 * unit)], &[&starts]).naming(move |k, _| {
+                let channel = if k[0] >= 0.0 { &late } else { &early };
+                vec![("delay_s", Value::Number(k[0].abs())), ("channel", Value::Text(channel.clone()))]
             });
-        vec![Form { side: Side::Sensor, ..form.floor(0.0, 1.0e-4) }]
+            Form { side: Side::Sensor, ..form.floor(0.0, 1.0e-4) }
+        };
+        let (effort, motion) = (&scale.effort_names, &scale.motion_names);
+        let both_ways = [-17.0, -12.0, -8.5, -6.0, -4.2, -3.0, -2.0, -1.0, -0.3, 0.3, 1.0, 2.0, 3.0, 4.2, 6.0, 8.5, 12.0, 17.0, 24.0];
+        let mut forms = vec![of(None, Action::Effort(advance.clone()), (-0.03, &both_ways), [Scale::joined(effort), Scale::joined(motion)])];
+        if scale.axes() > 1 {
+            for (axis, (effort, motion)) in effort.iter().zip(motion).enumerate() {
+                let channels = [(Action::Effort(advance.clone()), effort), (Action::Motion(advance.clone()), motion)];
+                forms.extend(channels.map(|(action, name)| of(Some(axis), action, (0.0, &ONE_CHANNEL), [name.clone(), name.clone()])));
+            }
+        }
+        forms
     }
 }
