@@ -89,26 +89,28 @@ impl Effect for ChannelFilter {
         Ok(Injection::Stage(Box::new(LowPass::butterworth(parameters.number(CARD.name, &CUTOFF)?, order, setting.sample_rate_hz))))
     }
 
+    /// All efforts against all motions; where there are several axes, each channel against all others, too.
     fn forms(&self, scale: &Scale) -> Vec<Form> {
         let unit = scale.time_s;
-        let of = |on_effort: bool, order: usize| {
+        let of = |axis: Option<usize>, on_effort: bool, order: usize| {
             // A pole's delay grows with the order: the same range of delay for each. From the fourth order a filter is a delay.
             let spread = if order == 1 { 1.0 } else { SQRT_2 };
-            let channel = Scale::joined(if on_effort { &scale.effort_names } else { &scale.motion_names });
+            let names = if on_effort { &scale.effort_names } else { &scale.motion_names };
+            let channel = axis.map_or_else(|| Scale::joined(names), |axis| names.get(axis).cloned().unwrap_or_default());
             let operator: Operator = Arc::new(move |s, k| undo(s, k[0], order));
             let action = if on_effort { Action::Effort(operator) } else { Action::Motion(operator) };
-            let form = Form::new(if order == 1 { "first order" } else { "second order" }, None, action)
-                .knobs(
-                    vec![Knob::log(5e-5 * unit, 0.05 / spread * unit)],
-                    &[&[0.3, 0.8, 1.4, 2.0, 2.8, 4.0, 5.6, 8.0, 11.0, 16.0].map(|ms| 1e-3 * ms / spread * unit)],
-                )
+            let starts: &[f64] = if axis.is_none() { &[0.3, 0.8, 1.4, 2.0, 2.8, 4.0, 5.6, 8.0, 11.0, 16.0] } else { &[0.5, 1.4, 4.0, 11.0] };
+            let starts: Vec<f64> = starts.iter().map(|ms| 1e-3 * ms / spread * unit).collect();
+            let form = Form::new(if order == 1 { "first order" } else { "second order" }, axis, action)
+                .knobs(vec![Knob::log(5e-5 * unit, 0.05 / spread * unit)], &[&starts])
                 .naming(move |k, _| {
                     let (cutoff, order) = (Value::Number(1.0 / (TAU * k[0])), Value::Number(order as f64));
                     vec![("cutoff_hz", cutoff), ("order", order), ("channel", Value::Text(channel.clone()))]
                 });
             Form { side: Side::Sensor, ..form }
         };
-        vec![of(true, 1), of(true, 2), of(false, 1), of(false, 2)]
+        let axes = std::iter::once(None).chain((0..scale.axes()).map(Some).filter(|_| scale.axes() > 1));
+        axes.flat_map(|axis| [(true, 1), (true, 2), (false, 1), (false, 2)].map(|(on_effort, order)| of(axis, on_effort, order))).collect()
     }
 
     fn stands_for(&self, evidence: &Evidence<'_>) -> &'static [&'static str] {
