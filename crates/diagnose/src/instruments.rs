@@ -167,11 +167,12 @@ impl Subject {
         if !layout.schedule.is_empty() {
             return None;
         }
-        // What an imposed motion leaves unexplained is the effort's noise: the motion is its own instrument.
-        if matches!(self.cause, Cause::Motion) {
+        // What an imposed motion leaves unexplained is the effort's noise: the motion is its own instrument, and foretells the effort.
+        let by = if matches!(self.cause, Cause::Motion) { &self.motion } else { &self.reference };
+        if std::ptr::eq(channels, by) {
             return Some(channels.clone());
         }
-        let references = self.reference.first().filter(|r| !r.is_empty())?.len();
+        let references = by.first().filter(|r| !r.is_empty())?.len();
         let spectra = |tracks: &Tracks, channel: usize| -> Spectra {
             let about_mean = |trial: &Vec<Track>| {
                 let mut x = layout.filtered(&trial[channel], |_| Complex64::ONE, None);
@@ -182,7 +183,7 @@ impl Subject {
             let trials: Vec<Vec<f64>> = tracks.iter().map(about_mean).collect();
             layout.spectra(trials.iter().map(Vec::as_slice))
         };
-        let r: Vec<Spectra> = (0..references).map(|c| spectra(&self.reference, c)).collect();
+        let r: Vec<Spectra> = (0..references).map(|c| spectra(by, c)).collect();
         let (lines, blocks) = (layout.lines(), layout.blocks());
         let reach = (AVERAGES * references).div_ceil(blocks) / 2;
         let around = |k: usize| k.saturating_sub(reach)..(k + reach + 1).min(lines);
@@ -204,7 +205,7 @@ impl Subject {
                     inverses[k].as_ref().map_or_else(|| vec![Complex64::ZERO; references], row)
                 })
                 .collect();
-            for (trial, references) in out.iter_mut().zip(&self.reference) {
+            for (trial, references) in out.iter_mut().zip(by) {
                 let measured = layout.filtered(&trial[axis], |_| Complex64::ONE, None);
                 let foretold = |s: &Complex64, k: usize| -> Complex64 {
                     let place = (s.im / std::f64::consts::TAU - layout.frequency_hz[0]) / (layout.rate_hz / layout.block as f64);

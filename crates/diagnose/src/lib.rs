@@ -47,6 +47,7 @@ mod split;
 mod state;
 mod stretch;
 mod subject;
+mod tolerances;
 mod unseen;
 mod whittle;
 

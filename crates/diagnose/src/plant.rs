@@ -23,8 +23,10 @@ pub(crate) enum Role {
     Offset(usize, usize),
     /// A power of time in an equation of a trial, which an integrated sensor leaves unknown.
     Integrated(usize, usize),
-    /// A tolerance of the instruments.
-    Tolerance,
+    /// A delay (or filter) of all effort channels that instruments may have (s).
+    Latency,
+    /// An angle between two effort channels' axes and their sensor's that instruments may have (rad).
+    Angle,
 }
 
 impl Role {
@@ -166,7 +168,7 @@ impl Base {
             through: Through::Effort,
             precision: 1.0 / (sigma * sigma),
         });
-        self.roles.push(Role::Tolerance);
+        self.roles.push(Role::Latency);
         if !(2..=3).contains(&n) {
             return;
         }
@@ -186,7 +188,7 @@ impl Base {
                     through: Through::Effort,
                     precision: 1.0 / (INSTRUMENT_ANGLE_RAD * INSTRUMENT_ANGLE_RAD),
                 });
-                self.roles.push(Role::Tolerance);
+                self.roles.push(Role::Angle);
             }
         }
     }

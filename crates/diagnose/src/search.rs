@@ -268,8 +268,10 @@ impl Subject {
                 step.judged.retain(|j| j.hypothesis != lead.hypothesis);
                 step.judged.insert(0, lead.clone());
             }
+            let lead = lead.filter(|l| l.net > ENOUGH && (l.share > SMALLEST_SHARE || self.hypotheses[l.hypothesis].corrects()));
+            let lead = lead.or_else(|| self.beyond_tolerance(&stand, &step.judged));
             steps.push(step);
-            let Some(lead) = lead.filter(|l| l.net > ENOUGH && (l.share > SMALLEST_SHARE || self.hypotheses[l.hypothesis].corrects())) else { break };
+            let Some(lead) = lead else { break };
             if chosen.len() >= most {
                 break;
             }
@@ -284,13 +286,25 @@ impl Subject {
             stand = refined;
         }
         let mut worth = self.worths(&chosen, &stand);
-        while let Some(weak) = worth.iter().enumerate().min_by(|a, b| a.1.total_cmp(b.1)).filter(|w| *w.1 <= ENOUGH).map(|w| w.0) {
+        while let Some(weak) = self.weakest(&chosen, &stand, &worth) {
             chosen.remove(weak);
             step_of.remove(weak);
             stand = self.stand(&chosen, &stand.fit.power, 4)?;
             worth = self.worths(&chosen, &stand);
         }
         Some(Found { chosen, stand, steps, step_of, worth })
+    }
+
+    /// The least worth of the chosen that is worth too little; not one without which the instruments would be beyond their tolerance.
+    fn weakest(&self, chosen: &[Chosen], stand: &Stand, worth: &[f64]) -> Option<usize> {
+        let needed = |q: usize| {
+            let others: Vec<Chosen> = chosen.iter().enumerate().filter(|(k, _)| *k != q).map(|(_, c)| c.clone()).collect();
+            let of_it = |stand: Stand| stand.absorbed().iter().any(|a| a.seen && a.beyond && a.is_of(&self.hypotheses[chosen[q].hypothesis]));
+            self.hypotheses[chosen[q].hypothesis].corrects() && self.stand(&others, &stand.fit.power, 4).is_some_and(of_it)
+        };
+        let mut weak: Vec<usize> = (0..chosen.len()).filter(|&q| worth[q] <= ENOUGH).collect();
+        weak.sort_by(|&a, &b| worth[a].total_cmp(&worth[b]));
+        weak.into_iter().find(|&q| !needed(q))
     }
 
     fn worths(&self, chosen: &[Chosen], stand: &Stand) -> Vec<f64> {

@@ -40,7 +40,9 @@ impl Answer<'_> {
         let (gain, share) = judged.map_or((group.worth, 0.0), |j| (j.gain, j.share));
         let p_value = tail(2.0 * gain, h.form.cost(), step.judged.len());
         let mut near: Vec<&'static str> = Vec::new();
-        for j in step.judged.iter().filter(|j| own - j.net < CONFUSABLE.max(0.01 * own.min(300.0)) && j.net > ENOUGH) {
+        // A correction that its tolerance hides may be worth less than enough, and so may its rivals.
+        let enough = if own > ENOUGH { ENOUGH } else { 0.0 };
+        for j in step.judged.iter().filter(|j| own - j.net < CONFUSABLE.max(0.01 * own.min(300.0)) && j.net > enough) {
             let other = subject.hypotheses[j.hypothesis].effect.name();
             if other != h.effect.name() && !near.contains(&other) {
                 near.push(other);

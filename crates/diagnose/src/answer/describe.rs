@@ -110,6 +110,16 @@ impl Answer<'_> {
         Minor { effect: h.effect.name().to_owned(), site: self.site(h.form.side, h.form.axis), removed, why: why.to_owned() }
     }
 
+    /// What the final model gives the instruments, and is more than chance.
+    pub(super) fn within_tolerance(&self) -> impl Iterator<Item = Minor> {
+        let (subject, found) = (self.subject, self.found);
+        found.stand.absorbed().into_iter().filter(|absorbed| absorbed.seen).filter_map(|absorbed| {
+            let judged = &found.steps.last()?.judged;
+            let h = judged.iter().map(|j| &subject.hypotheses[j.hypothesis]).find(|h| absorbed.is_of(h))?;
+            Some(Minor { effect: h.effect.name().to_owned(), site: self.site(h.form.side, None), removed: absorbed.size, why: absorbed.sentence() })
+        })
+    }
+
     pub(super) fn discrepancy(&self, before: &Errors, notes: Vec<String>) -> Discrepancy {
         let layout = &self.subject.layout;
         let lines = layout.lines();

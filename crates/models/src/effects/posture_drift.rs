@@ -1,6 +1,6 @@
 //! A limb that creeps from its place.
 
-use super::drift::{Drift, ramp};
+use super::drift::{Drift, SETTLING_RATE, wander};
 use super::vocabulary::*;
 
 const RATE: ParameterCard = mechanical("rate_m_per_s", ("m/s", "rad/s"), -1e3, 1e3, None);
@@ -8,11 +8,11 @@ const CARD: Card = Card {
     name: "posture-drift",
     what: "the posture that the limb holds creeps",
     sides: &[Side::Limb],
-    parameters: &[RATE],
+    parameters: &[RATE, SETTLING_RATE],
     signature: "a slow trend of the displacement that the mean force does not explain",
     look_alikes: &["sensor-offset-drift", "stiffness-drift"],
     next_experiment: "the force sensor unloaded before and after the trial: if its zero stayed, the posture crept",
-    equation: "f = -K rate (t - T/2)",
+    equation: "f = -K rate g(t), g = t - T/2, or (exp(-λ T/2) - exp(-λ t)) / λ where it settles at the rate λ",
     source: "Palazzolo et al. 2007, Stochastic estimation of arm mechanical impedance during robotic stroke rehabilitation",
     trace: Trace::Forms,
 };
@@ -30,7 +30,8 @@ impl Effect for PostureDrift {
         let rate = parameters.number(CARD.name, &RATE)?;
         let moving = setting.sites();
         let force = setting.stiffness.iter().map(|row| -rate * moving.iter().filter_map(|&j| row.get(j)).sum::<f64>()).collect();
-        Ok(Injection::Force(Box::new(Drift { middle_s: setting.duration_s / 2.0, stiffness: vec![], force })))
+        let settling_per_s = parameters.number(CARD.name, &SETTLING_RATE)?;
+        Ok(Injection::Force(Box::new(Drift { middle_s: setting.duration_s / 2.0, settling_per_s, stiffness: vec![], force })))
     }
 
     /// Not offered where the displacement is an integral: the sensor's unknown zero moves it alike.
@@ -38,11 +39,13 @@ impl Effect for PostureDrift {
         if !scale.spring || scale.integrals > 0 {
             return Vec::new();
         }
-        (0..scale.axes())
-            .map(|axis| {
-                let stiffness = Setting::diagonal(&scale.stiffness, axis);
-                Form::new("creep", Some(axis), ramp(axis, scale)).coefficients(vec![Sign::Free]).numbers(move |_, c| [("rate_m_per_s", -c[0] / stiffness)])
+        let of_axis = |axis: usize| {
+            let stiffness = Setting::diagonal(&scale.stiffness, axis);
+            wander(axis, scale, move |slope, settling| {
+                let rate = ("rate_m_per_s", Value::Number(-slope / stiffness));
+                std::iter::once(rate).chain(settling.map(|rate| ("settling_per_s", Value::Number(rate)))).collect()
             })
-            .collect()
+        };
+        (0..scale.axes()).flat_map(of_axis).collect()
     }
 }

@@ -1,6 +1,6 @@
 //! A sensor's zero that wanders.
 
-use super::drift::ramp;
+use super::drift::{SETTLING_RATE, course, wander};
 use super::vocabulary::*;
 
 const RATE: ParameterCard = plain("rate_per_s", "1/s", -1e6, 1e6, None);
@@ -9,11 +9,11 @@ const CARD: Card = Card {
     name: "sensor-offset-drift",
     what: "the zero of a channel wanders",
     sides: &[Side::Sensor],
-    parameters: &[RATE, CHANNEL],
+    parameters: &[RATE, SETTLING_RATE, CHANNEL],
     signature: "a slow trend in one channel alone",
     look_alikes: &["posture-drift"],
     next_experiment: "the force sensor unloaded before and after the trial shows its zero",
-    equation: "measured = true + rate (t - T/2), in the channel's unit",
+    equation: "measured = true + rate g(t), in the channel's unit; g = t - T/2, or (exp(-λ T/2) - exp(-λ t)) / λ where it settles at the rate λ",
     source: "calibration of a linear sensor",
     trace: Trace::Forms,
 };
@@ -21,16 +21,19 @@ const CARD: Card = Card {
 /// A wandering zero.
 pub struct SensorOffsetDrift;
 
-/// A ramp added to a channel.
-struct Ramp {
-    step: f64,
-    offset: f64,
+/// A course of time added to a channel.
+struct Wander {
+    rate: f64,
+    settling_per_s: f64,
+    middle_s: f64,
+    step_s: f64,
+    samples: usize,
 }
 
-impl Stage for Ramp {
+impl Stage for Wander {
     fn step(&mut self, sample: f64) -> f64 {
-        self.offset += self.step;
-        sample + self.offset
+        self.samples += 1;
+        sample + self.rate * course(self.settling_per_s, self.middle_s, self.samples as f64 * self.step_s)
     }
 }
 
@@ -41,8 +44,9 @@ impl Effect for SensorOffsetDrift {
 
     fn inject(&self, parameters: &Parameters, setting: &Setting) -> Result<Injection, EffectError> {
         require_known(&CARD, parameters)?;
-        let step = parameters.number(CARD.name, &RATE)? / setting.sample_rate_hz;
-        Ok(Injection::Stage(Box::new(Ramp { step, offset: -0.5 * step * setting.duration_s * setting.sample_rate_hz })))
+        let (rate, settling_per_s) = (parameters.number(CARD.name, &RATE)?, parameters.number(CARD.name, &SETTLING_RATE)?);
+        let (middle_s, step_s) = (0.5 * setting.duration_s, 1.0 / setting.sample_rate_hz);
+        Ok(Injection::Stage(Box::new(Wander { rate, settling_per_s, middle_s, step_s, samples: 0 })))
     }
 
     /// Beside a spring only the creeping posture is offered: the balance of forces cannot tell the two.
@@ -50,14 +54,14 @@ impl Effect for SensorOffsetDrift {
         if scale.spring || scale.integrals > 1 {
             return Vec::new();
         }
-        (0..scale.axes())
-            .map(|axis| {
-                let channel = scale.effort_names.get(axis).cloned().unwrap_or_default();
-                let form = Form::new("ramp of an effort channel", Some(axis), ramp(axis, scale))
-                    .coefficients(vec![Sign::Free])
-                    .naming(move |_, c| vec![("rate_per_s", Value::Number(c[0])), ("channel", Value::Text(channel.clone()))]);
-                Form { side: Side::Sensor, ..form }
-            })
-            .collect()
+        let of_axis = |axis: usize| {
+            let channel = scale.effort_names.get(axis).cloned().unwrap_or_default();
+            let forms = wander(axis, scale, move |slope, settling| {
+                let rates = std::iter::once(("rate_per_s", slope)).chain(settling.map(|rate| ("settling_per_s", rate)));
+                rates.map(|(name, rate)| (name, Value::Number(rate))).chain([("channel", Value::Text(channel.clone()))]).collect()
+            });
+            forms.map(|form| Form { side: Side::Sensor, ..form })
+        };
+        (0..scale.axes()).flat_map(of_axis).collect()
     }
 }

@@ -32,7 +32,7 @@ impl Effect for StiffnessDrift {
             Some(axis) => single(setting.axes, axis, fraction * Setting::diagonal(&setting.stiffness, axis)),
             None => setting.stiffness.iter().map(|row| row.iter().map(|k| fraction * k).collect()).collect(),
         };
-        Ok(Injection::Force(Box::new(Drift { middle_s: setting.duration_s / 2.0, stiffness, force: vec![] })))
+        Ok(Injection::Force(Box::new(Drift { middle_s: setting.duration_s / 2.0, settling_per_s: 0.0, stiffness, force: vec![] })))
     }
 
     fn forms(&self, scale: &Scale) -> Vec<Form> {
@@ -43,7 +43,7 @@ impl Effect for StiffnessDrift {
         // The fitted stiffness is that of the middle of what is analysed, the fraction is told of the trial's.
         let later_s = middle_s - scale.middle_s;
         let of = |label, axis, of_one: f64, stiffness: Box<dyn Fn(f64) -> Vec<Vec<f64>> + Send + Sync>| {
-            Form::new(label, axis, Action::force(move |_, c| Drift { middle_s, stiffness: stiffness(c[0]), force: vec![] }))
+            Form::new(label, axis, Action::force(move |_, c| Drift { middle_s, settling_per_s: 0.0, stiffness: stiffness(c[0]), force: vec![] }))
                 .coefficients(vec![Sign::Free])
                 .numbers(move |_, c| [("fraction_per_s", c[0] / (of_one + c[0] * later_s))])
         };
