@@ -45,6 +45,11 @@ impl Hypothesis {
         self.form.knobs.len() > 1 && !matches!(self.form.action, Action::Reflex(_))
     }
 
+    /// Whether it is a form of the same effect at the same place.
+    pub fn shares_a_site(&self, other: &Hypothesis) -> bool {
+        (self.effect.name(), self.form.side, self.form.axis) == (other.effect.name(), other.form.side, other.form.axis)
+    }
+
     /// The transform with these knobs.
     pub fn transform(&self, knobs: &[f64]) -> Transform {
         Transform { action: self.form.action.clone(), axis: self.form.axis, knobs: knobs.to_vec() }

@@ -205,9 +205,8 @@ impl Subject {
     fn leading(&self, stand: &Stand, lead: &Judged) -> Judged {
         let ground = self.ground(stand);
         let h = &self.hypotheses[lead.hypothesis];
-        let same = |other: &Hypothesis| other.effect.name() == h.effect.name() && (other.form.side, other.form.axis) == (h.form.side, h.form.axis);
         let starts: Vec<(usize, &Vec<f64>)> = (0..self.hypotheses.len())
-            .filter(|i| same(&self.hypotheses[*i]) && self.hypotheses[*i].bends())
+            .filter(|i| self.hypotheses[*i].shares_a_site(h) && self.hypotheses[*i].bends())
             .flat_map(|i| self.hypotheses[i].form.grid.iter().map(move |knobs| (i, knobs)))
             .collect();
         let judged = |(i, knobs): &(usize, &Vec<f64>)| -> Option<Judged> {
@@ -221,34 +220,43 @@ impl Subject {
         found.into_iter().fold(lead.clone(), |best, next| if next.net > best.net { next } else { best })
     }
 
-    /// The same model with other knobs that the data like as well: a likelihood ratio keeps them in a 95 % interval. `order` derivatives of the
-    /// displacement were measured.
+    /// The same model with other knobs, or with another form of one of its effects, that the data like as well: a likelihood ratio keeps them in a
+    /// 95 % interval. `order` derivatives of the displacement were measured.
     pub fn as_likely(&self, chosen: &[Chosen], stand: &Stand, order: usize) -> Vec<(Vec<Chosen>, Stand)> {
         let mut out = Vec::new();
         for (q, c) in chosen.iter().enumerate() {
             let h = &self.hypotheses[c.hypothesis];
-            if !h.bends() {
+            let forms: Vec<usize> = (0..self.hypotheses.len()).filter(|&i| (i != c.hypothesis || h.bends()) && self.hypotheses[i].shares_a_site(h)).collect();
+            if forms.is_empty() {
                 continue;
             }
             let others: Vec<Chosen> = chosen.iter().enumerate().filter(|(k, _)| *k != q).map(|(_, c)| c.clone()).collect();
             let Some(rest) = self.stand(&others, &stand.fit.power, 1) else { continue };
             let ground = Ground { power: &stand.fit.power, ..self.ground(&rest) };
             let Some(best) = ground.evaluate(h, &c.knobs, 3) else { continue };
-            let mut found: Vec<Tried> = h.form.grid.par_iter().filter_map(|knobs| ground.refine(h, &ground.evaluate(h, knobs, 1)?, 28)).collect();
             // A free run judges anew what the balance of forces thinks possible, each valley once.
             let behind = if stand.run.is_some() { BEHIND } else { AS_LIKELY };
-            found.retain(|t| t.fit.log_likelihood > best.fit.log_likelihood - behind);
-            if stand.run.is_some() {
-                found.sort_by(|a, b| b.fit.log_likelihood.total_cmp(&a.fit.log_likelihood));
-                found.dedup_by(|a, b| a.knobs.iter().zip(&b.knobs).all(|(a, b)| (a - b).abs() <= SAME * b.abs()));
+            for i in forms {
+                let h = &self.hypotheses[i];
+                let start = |knobs: &Vec<f64>| ground.evaluate(h, knobs, 1);
+                let mut starts: Vec<Tried> = h.form.grid.par_iter().filter_map(start).collect();
+                if !h.bends() {
+                    starts = starts.into_iter().reduce(|a, b| if b.fit.log_likelihood > a.fit.log_likelihood { b } else { a }).into_iter().collect();
+                }
+                let mut found: Vec<Tried> = starts.par_iter().filter_map(|start| ground.refine(h, start, 28)).collect();
+                found.retain(|t| t.fit.log_likelihood > best.fit.log_likelihood - behind && !optimise::tells(&h.form.knobs, &t.knobs));
+                if stand.run.is_some() {
+                    found.sort_by(|a, b| b.fit.log_likelihood.total_cmp(&a.fit.log_likelihood));
+                    found.dedup_by(|a, b| a.knobs.iter().zip(&b.knobs).all(|(a, b)| (a - b).abs() <= SAME * b.abs()));
+                }
+                out.extend(found.into_iter().filter_map(|t| {
+                    let mut other = chosen.to_vec();
+                    other[q] = Chosen { hypothesis: i, knobs: t.knobs };
+                    let stand_there = self.stand(&other, &stand.fit.power, 3)?;
+                    let Some(run) = stand.run else { return self.by_instruments(&other, &stand_there).or(Some((other, stand_there))) };
+                    self.in_time(&other, &stand_there, order).filter(|(_, stand)| stand.run.is_some_and(|own| own > run - AS_LIKELY))
+                }));
             }
-            out.extend(found.into_iter().filter_map(|t| {
-                let mut other = chosen.to_vec();
-                other[q].knobs = t.knobs;
-                let stand_there = self.stand(&other, &stand.fit.power, 3)?;
-                let Some(run) = stand.run else { return self.by_instruments(&other, &stand_there).or(Some((other, stand_there))) };
-                self.in_time(&other, &stand_there, order).filter(|(_, stand)| stand.run.is_some_and(|own| own > run - AS_LIKELY))
-            }));
         }
         out
     }

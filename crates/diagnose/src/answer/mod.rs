@@ -132,13 +132,23 @@ impl Answer<'_> {
         (causes, weak)
     }
 
-    /// The causes as they are in the final model; their intervals hold those of other knobs that the data like as well.
+    /// The causes as they are in the final model; their intervals hold those of other knobs and forms that the data like as well.
     fn tell_parameters(&self, causes: &mut [Cause], kept: &[usize], all: &[Chosen], extended: &Stand, others: &[(Vec<Chosen>, Stand)]) {
         let subject = self.subject;
         for (position, cause) in causes.iter_mut().filter_map(|cause| Some((kept.binary_search(&cause.lead?).ok()?, cause))) {
             cause.parameters = subject.named(all, extended, position);
+            let mut forms: Vec<&str> = Vec::new();
             for (chosen, stand) in others {
-                cause.parameters.iter_mut().zip(subject.named(chosen, stand, position)).for_each(|(own, other)| own.widen(&other));
+                let label = subject.hypotheses[chosen[position].hypothesis].form.label;
+                if chosen[position].hypothesis != all[position].hypothesis && !forms.contains(&label) {
+                    forms.push(label);
+                }
+                for other in subject.named(chosen, stand, position) {
+                    cause.parameters.iter_mut().filter(|own| own.name == other.name).for_each(|own| own.widen(&other));
+                }
+            }
+            if !forms.is_empty() {
+                cause.evidence.push(format!("as likely in another form ({}): its intervals hold the values of both", forms.join(", ")));
             }
             if let Some(schedule) = &self.options.schedule {
                 cause.over_schedule = subject.curves(schedule, &self.meaning.axes, all, extended, position);
