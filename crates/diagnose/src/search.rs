@@ -248,6 +248,8 @@ impl Subject {
                 if stand.run.is_some() {
                     found.sort_by(|a, b| b.fit.log_likelihood.total_cmp(&a.fit.log_likelihood));
                     found.dedup_by(|a, b| a.knobs.iter().zip(&b.knobs).all(|(a, b)| (a - b).abs() <= SAME * b.abs()));
+                    // Of another form the best valley: a free run is dear.
+                    found.truncate(if i == c.hypothesis { found.len() } else { 1 });
                 }
                 out.extend(found.into_iter().filter_map(|t| {
                     let mut other = chosen.to_vec();

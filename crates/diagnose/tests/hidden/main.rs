@@ -2,6 +2,7 @@
 
 mod arm;
 mod blind;
+mod channels;
 mod drawn;
 mod findings;
 mod measured;

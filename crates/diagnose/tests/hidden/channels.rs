@@ -1,0 +1,72 @@
+//! One channel that is late, channels that are late by little more than instruments are, and filters and drifts of one trial or of an imposed motion.
+
+use ndof_challenge::{Case, Hidden, Made, Plant, Setting, make_with};
+use ndof_diagnose::{Cause, Diagnosis, Options, diagnose};
+use ndof_models::effects::Value;
+
+fn made(plant: Plant, hidden: (&'static str, f64), trials: usize, own: f64, seed: u64) -> Made {
+    let hidden = vec![Hidden { name: hidden.0, severity: hidden.1 }];
+    let case = Case { plant, hidden, other: false, background: false, trials, duration_s: 50.0, seed, command: (1.0, 1.0) };
+    make_with(&case, &Setting { own, ..Setting::default() })
+}
+
+fn answer(made: &Made) -> Diagnosis {
+    diagnose(&made.recordings, &made.ports, &Options::default(), None, &mut |_| {}).expect("a diagnosis")
+}
+
+/// How far a parameter is above the truth, in standard errors by its own interval.
+fn above(cause: &Cause, name: &str, truth: f64) -> f64 {
+    let parameter = cause.parameters.iter().find(|p| p.name == name).expect("a parameter");
+    let (Value::Number(value), Some([low, high])) = (&parameter.value, parameter.ci95) else { panic!("{parameter:?}") };
+    (value - truth) / ((high - low) / 3.92)
+}
+
+#[test]
+fn one_late_channel_is_named_with_its_name() {
+    for seed in [31, 32] {
+        let made = made(Plant::Planar, ("measurement-delay/motion", 0.5), 2, 0.3, seed);
+        let d = answer(&made);
+        let cause = d.causes.iter().find(|c| c.effect != "limb-noise").expect("a cause");
+        assert_eq!((cause.effect.as_str(), cause.site.axis.as_str()), ("measurement-delay", made.axis_name), "{:?}", d.causes);
+        let channel = format!("pos_{}", made.axis_name);
+        assert!(cause.parameters.iter().any(|p| p.name == "channel" && p.value == Value::Text(channel.clone())), "{:?}", cause.parameters);
+        assert!(above(cause, "delay_s", 0.006).abs() < 4.0, "{:?}", cause.parameters);
+    }
+}
+
+/// Latencies of 0.2 ms are what instruments have: 1.2 ms is six of these, 0.3 ms is one and a half.
+#[test]
+fn a_latency_beyond_that_of_instruments_is_named_and_one_within_is_said() {
+    let named = answer(&made(Plant::Force, ("measurement-delay", 0.1), 3, 0.2, 33));
+    let late = ["measurement-delay", "channel-filter"];
+    assert!(named.causes.first().is_some_and(|c| late.contains(&c.effect.as_str())), "{:?} {:?}", named.causes, named.minor);
+    let said = answer(&made(Plant::Force, ("measurement-delay", 0.025), 3, 0.05, 33));
+    assert!(said.causes.iter().all(|c| !late.contains(&c.effect.as_str())), "{:?}", said.causes);
+    let minor = said.minor.iter().find(|m| late.contains(&m.effect.as_str())).expect("what the instruments did");
+    assert!(minor.why.starts_with("effort later than motion, 0.") && minor.why.ends_with("no more than instruments may do"), "{}", minor.why);
+    assert!(minor.removed > 0.0 && minor.removed < 0.1, "{}", minor.removed);
+}
+
+/// The torque that answers an imposed motion carries the limb's noise: it is no instrument for its own filter.
+#[test]
+fn the_filter_of_a_torque_that_answers_a_motion_has_no_bias() {
+    let of_seed = |seed: u64| {
+        let d = answer(&made(Plant::Motion, ("channel-filter", 0.5), 3, 0.1, seed));
+        let cause = d.causes.first().filter(|c| c.effect == "channel-filter").expect("a filter");
+        above(cause, "cutoff_hz", 24.0)
+    };
+    let seeds = 34..40;
+    let sum: f64 = seeds.clone().map(of_seed).sum();
+    assert!(sum.abs() < 3.0 * (seeds.count() as f64).sqrt(), "{sum}");
+}
+
+/// Straight lines predict the last third of what settles worse than nothing does.
+#[test]
+fn a_posture_that_settles_is_named_with_its_rate() {
+    for (plant, severity, seed) in [(Plant::Motion, 0.6, 37), (Plant::Planar, 1.0, 38), (Plant::Force, 0.8, 39)] {
+        let d = answer(&made(plant, ("posture-drift/settling", severity), 1, 0.2, seed));
+        let cause = d.causes.first().filter(|c| c.effect == "posture-drift").unwrap_or_else(|| panic!("{} {:?} {:?}", plant.word(), d.causes, d.minor));
+        // The generator's drift has a time constant of 0.4 durations.
+        assert!(above(cause, "settling_per_s", 1.0 / 20.0).abs() < 4.0, "{}: {:?}", plant.word(), cause.parameters);
+    }
+}
