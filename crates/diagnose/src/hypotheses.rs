@@ -32,6 +32,11 @@ impl Hypothesis {
         !matches!(self.form.action, Action::Force { .. } | Action::Scheduled(_) | Action::Reflex(_) | Action::Curved(_) | Action::Entries { .. })
     }
 
+    /// Whether a tolerance of the instruments hides what it removes: those of a single channel's clock and filter there are none.
+    pub fn hides(&self) -> bool {
+        self.corrects() && !(self.form.axis.is_some() && matches!(self.form.action, Action::Effort(_) | Action::Motion(_)))
+    }
+
     /// The arm along whose curve it lets the matrices of the baseline act.
     pub fn arm(&self) -> Option<&CurvedArm> {
         match &self.form.action {

@@ -13,7 +13,7 @@ use std::sync::Arc;
 
 /// Penalised gain of log-likelihood from which a hypothesis is more than chance.
 pub(crate) const ENOUGH: f64 = 6.0;
-/// Smallest share of the whitened residual that a force removes; what corrects a channel competes with the tolerances, which hide its share.
+/// Smallest share of the whitened residual that a cause removes; what corrects all channels competes with the tolerances, which hide its share.
 const SMALLEST_SHARE: f64 = 0.002;
 /// What lies further behind the best on the grid is not refined.
 const BEHIND: f64 = 60.0;
@@ -226,7 +226,12 @@ impl Subject {
         let mut out = Vec::new();
         for (q, c) in chosen.iter().enumerate() {
             let h = &self.hypotheses[c.hypothesis];
-            let forms: Vec<usize> = (0..self.hypotheses.len()).filter(|&i| (i != c.hypothesis || h.bends()) && self.hypotheses[i].shares_a_site(h)).collect();
+            // A form of more parameters fits as well as any that it holds: that is no rival.
+            let rivals = |i: &usize| {
+                let other = &self.hypotheses[*i];
+                if *i == c.hypothesis { h.bends() } else { other.shares_a_site(h) && other.form.cost() <= h.form.cost() }
+            };
+            let forms: Vec<usize> = (0..self.hypotheses.len()).filter(rivals).collect();
             if forms.is_empty() {
                 continue;
             }
@@ -278,7 +283,7 @@ impl Subject {
                 step.judged.retain(|j| j.hypothesis != lead.hypothesis);
                 step.judged.insert(0, lead.clone());
             }
-            let lead = lead.filter(|l| l.net > ENOUGH && (l.share > SMALLEST_SHARE || self.hypotheses[l.hypothesis].corrects()));
+            let lead = lead.filter(|l| l.net > ENOUGH && (l.share > SMALLEST_SHARE || self.hypotheses[l.hypothesis].hides()));
             let lead = lead.or_else(|| self.beyond_tolerance(&stand, &step.judged));
             steps.push(step);
             let Some(lead) = lead else { break };

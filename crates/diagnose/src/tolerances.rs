@@ -60,12 +60,13 @@ impl Absorbed {
     pub fn is_of(&self, hypothesis: &Hypothesis) -> bool {
         match hypothesis.form.action {
             Action::Effort(_) | Action::Motion(_) | Action::Series(_) => self.role == Role::Latency,
-            Action::Mix(_) => self.role == Role::Angle,
+            // A gain of one channel is no angle.
+            Action::Mix(_) => self.role == Role::Angle && hypothesis.form.axis.is_none(),
             _ => false,
         }
     }
 
-    /// Why it is no cause.
+    /// What it is, and why it is no cause.
     pub fn sentence(&self) -> String {
         let (factor, unit, what) = match self.role {
             Role::Angle => (180.0 / std::f64::consts::PI, "°", "an angle between the effort's channels and their axes"),
@@ -73,7 +74,8 @@ impl Absorbed {
             _ => (1e3, " ms", "effort later than motion"),
         };
         let (value, reach) = (factor * self.value.abs(), factor * Q95 * self.error);
-        format!("{what}, {value:.2}{unit} ({:.2} … {:.2}): no more than instruments may do", value - reach, value + reach)
+        let verdict = if self.beyond { "more than instruments do, beside the causes that were found" } else { "no more than instruments may do" };
+        format!("{what}, {value:.2}{unit} ({:.2} … {:.2}): {verdict}", value - reach, value + reach)
     }
 }
 
