@@ -32,8 +32,8 @@ impl Hypothesis {
         !matches!(self.form.action, Action::Force { .. } | Action::Scheduled(_) | Action::Reflex(_) | Action::Curved(_) | Action::Entries { .. })
     }
 
-    /// Whether a tolerance of the instruments hides what it removes: those of a single channel's clock and filter there are none.
-    pub fn hides(&self) -> bool {
+    /// Whether a tolerance of the instruments hides what it removes; there is none for the clock and filter of a single channel.
+    pub fn shares_a_tolerance(&self) -> bool {
         self.corrects() && !(self.form.axis.is_some() && matches!(self.form.action, Action::Effort(_) | Action::Motion(_)))
     }
 

@@ -283,7 +283,7 @@ impl Subject {
                 step.judged.retain(|j| j.hypothesis != lead.hypothesis);
                 step.judged.insert(0, lead.clone());
             }
-            let lead = lead.filter(|l| l.net > ENOUGH && (l.share > SMALLEST_SHARE || self.hypotheses[l.hypothesis].hides()));
+            let lead = lead.filter(|l| l.net > ENOUGH && (l.share > SMALLEST_SHARE || self.hypotheses[l.hypothesis].shares_a_tolerance()));
             let lead = lead.or_else(|| self.beyond_tolerance(&stand, &step.judged));
             steps.push(step);
             let Some(lead) = lead else { break };
@@ -314,7 +314,7 @@ impl Subject {
     fn weakest(&self, chosen: &[Chosen], stand: &Stand, worth: &[f64]) -> Option<usize> {
         let needed = |q: usize| {
             let others: Vec<Chosen> = chosen.iter().enumerate().filter(|(k, _)| *k != q).map(|(_, c)| c.clone()).collect();
-            let of_it = |stand: Stand| stand.absorbed().iter().any(|a| a.seen && a.beyond && a.is_of(&self.hypotheses[chosen[q].hypothesis]));
+            let of_it = |stand: Stand| stand.absorbed().iter().any(|a| a.beyond && a.is_of(&self.hypotheses[chosen[q].hypothesis]));
             self.hypotheses[chosen[q].hypothesis].corrects() && self.stand(&others, &stand.fit.power, 4).is_some_and(of_it)
         };
         let mut weak: Vec<usize> = (0..chosen.len()).filter(|&q| worth[q] <= ENOUGH).collect();

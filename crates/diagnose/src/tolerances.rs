@@ -13,16 +13,14 @@ use statrs::distribution::{ContinuousCDF, Normal};
 
 /// Chance that instruments within their tolerances are said to be beyond one of them: what an answer as a whole is allowed.
 const FALSE_ALARM: f64 = 0.01;
-/// Quantile of a 95 % interval.
-const Q95: f64 = 1.959_963_984_540_054;
 
 /// What a model gives the instruments.
 pub(crate) struct Absorbed {
+    /// Its column in the base.
+    column: usize,
     role: Role,
     value: f64,
     error: f64,
-    /// Root of the power that it removes, as a share of the effort's rms.
-    pub size: f64,
     /// Whether it is more than chance.
     pub seen: bool,
     /// Whether it is more than instruments do.
@@ -35,21 +33,11 @@ impl Stand {
         let tolerances: Vec<usize> = (0..self.base.roles.len()).filter(|&k| matches!(self.base.roles[k], Role::Latency | Role::Angle)).collect();
         let improbable = Normal::standard().inverse_cdf(1.0 - 0.5 * FALSE_ALARM / tolerances.len().max(1) as f64);
         let covariance = self.fit.covariance();
-        let of = |k: usize| {
-            let (column, value) = (&self.base.columns[k], self.fit.theta[k]);
-            let (prior, own) = (1.0 / column.precision, covariance.at(k, k));
-            let mut before = self.fit.residual.clone();
-            for (i, part) in &column.parts {
-                before[*i].iter_mut().zip(part.iter()).for_each(|(e, p)| *e += p * value);
-            }
-            Absorbed {
-                role: self.base.roles[k],
-                value,
-                error: own.sqrt(),
-                size: generic::size(self, &before, &self.fit.residual),
-                seen: value.abs() > improbable * own.sqrt(),
-                beyond: value.abs() > improbable * (prior - own).max(0.0).sqrt(),
-            }
+        let of = |column: usize| {
+            let (value, prior, own) = (self.fit.theta[column], 1.0 / self.base.columns[column].precision, covariance.at(column, column));
+            let seen = value.abs() > improbable * own.sqrt();
+            let beyond = seen && value.abs() > improbable * (prior - own).max(0.0).sqrt();
+            Absorbed { column, role: self.base.roles[column], value, error: own.sqrt(), seen, beyond }
         };
         tolerances.into_iter().map(of).collect()
     }
@@ -66,6 +54,15 @@ impl Absorbed {
         }
     }
 
+    /// Root of the power that it removes, as a share of the effort's rms.
+    pub fn size(&self, of: &Stand) -> f64 {
+        let mut before = of.fit.residual.clone();
+        for (i, part) in &of.base.columns[self.column].parts {
+            before[*i].iter_mut().zip(part.iter()).for_each(|(e, p)| *e += p * self.value);
+        }
+        generic::size(of, &before, &of.fit.residual)
+    }
+
     /// What it is, and why it is no cause.
     pub fn sentence(&self) -> String {
         let (factor, unit, what) = match self.role {
@@ -73,7 +70,7 @@ impl Absorbed {
             _ if self.value < 0.0 => (1e3, " ms", "motion later than effort"),
             _ => (1e3, " ms", "effort later than motion"),
         };
-        let (value, reach) = (factor * self.value.abs(), factor * Q95 * self.error);
+        let (value, reach) = (factor * self.value.abs(), factor * 1.96 * self.error);
         let verdict = if self.beyond { "more than instruments do, beside the causes that were found" } else { "no more than instruments may do" };
         format!("{what}, {value:.2}{unit} ({:.2} … {:.2}): {verdict}", value - reach, value + reach)
     }
@@ -82,7 +79,7 @@ impl Absorbed {
 impl Subject {
     /// The best correction of a channel, where what the model gives the instruments is more than instruments do.
     pub fn beyond_tolerance(&self, stand: &Stand, judged: &[Judged]) -> Option<Judged> {
-        let beyond: Vec<Absorbed> = stand.absorbed().into_iter().filter(|absorbed| absorbed.seen && absorbed.beyond).collect();
-        judged.iter().find(|j| beyond.iter().any(|absorbed| absorbed.is_of(&self.hypotheses[j.hypothesis]))).cloned()
+        let absorbed = stand.absorbed();
+        judged.iter().find(|j| absorbed.iter().any(|a| a.beyond && a.is_of(&self.hypotheses[j.hypothesis]))).cloned()
     }
 }

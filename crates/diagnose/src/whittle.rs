@@ -317,3 +317,33 @@ pub(crate) fn whitened_power(residual: &[Vec<Complex64>], power: &Power) -> f64 
     }
     sum / residual.len().max(1) as f64
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::layout::Layout;
+    use crate::state::Transform;
+    use ndof_models::effects::{Action, Matrix};
+    use std::sync::Arc;
+
+    /// Of masses that a force pushes G = D T: each axis adds the logarithm of its own correction, and of no other's.
+    #[test]
+    fn the_correction_of_one_axis_adds_its_own_logarithm_to_the_determinant() {
+        let layout = Arc::new(Layout::new(1, 2, 4000, 100.0, (0.5, 12.0)));
+        let tracks = vec![(0..2).map(|axis| layout.track(&(0..4000).map(|k| f64::from((k * (7 + axis) % 101) as u8)).collect::<Vec<_>>())).collect::<Vec<_>>()];
+        let operator = |s: Complex64, k: &[f64]| 1.0 + s * k[0];
+        let log_det = |transforms: &[Transform]| {
+            let state = State::new(&layout, &tracks, &tracks, &[0.0, 0.0], transforms);
+            let mass = state.entries_column(Matrix::Mass, &[(0, 0, 1.0), (1, 1, 1.0)]);
+            Likelihood::new(&state, &Cause::Effort, &[]).log_determinant(&[&mass], &[2.0]).expect("no line is singular")
+        };
+        let late = |axis: Option<usize>| Transform { action: Action::Motion(Arc::new(operator)), axis, knobs: vec![0.02] };
+        let expected: f64 = layout.sj.iter().zip(&layout.keep).filter(|(_, keep)| **keep).map(|(s, _)| operator(*s, &[0.02]).norm().ln()).sum();
+        let plain = log_det(&[]);
+        for (transforms, times) in [(vec![late(Some(0))], 1.0), (vec![late(Some(1))], 1.0), (vec![late(None)], 2.0), (vec![late(Some(0)), late(Some(1))], 2.0)]
+        {
+            let added = log_det(&transforms) - plain;
+            assert!((added - times * expected).abs() < 1e-9 * expected, "{added} of {times} times {expected}");
+        }
+    }
+}

@@ -111,12 +111,17 @@ impl Answer<'_> {
     }
 
     /// What the final model gives the instruments, and is more than chance.
-    pub(super) fn within_tolerance(&self) -> impl Iterator<Item = Minor> {
+    pub(super) fn of_instruments(&self) -> impl Iterator<Item = Minor> {
         let (subject, found) = (self.subject, self.found);
         found.stand.absorbed().into_iter().filter(|absorbed| absorbed.seen).filter_map(|absorbed| {
             let judged = &found.steps.last()?.judged;
             let h = judged.iter().map(|j| &subject.hypotheses[j.hypothesis]).find(|h| absorbed.is_of(h))?;
-            Some(Minor { effect: h.effect.name().to_owned(), site: self.site(h.form.side, None), removed: absorbed.size, why: absorbed.sentence() })
+            Some(Minor {
+                effect: h.effect.name().to_owned(),
+                site: self.site(h.form.side, None),
+                removed: absorbed.size(&found.stand),
+                why: absorbed.sentence(),
+            })
         })
     }
 

@@ -105,7 +105,7 @@ impl Answer<'_> {
             },
             causes,
             considered: self.considered(),
-            minor: small.iter().map(|(group, why)| self.minor(group, why)).chain(self.within_tolerance()).collect(),
+            minor: small.iter().map(|(group, why)| self.minor(group, why)).chain(self.of_instruments()).collect(),
             confusable,
         };
         (diagnosis, pictures)

@@ -99,6 +99,7 @@ impl Effect for ChannelFilter {
             let channel = axis.map_or_else(|| Scale::joined(names), |axis| names.get(axis).cloned().unwrap_or_default());
             let operator: Operator = Arc::new(move |s, k| undo(s, k[0], order));
             let action = if on_effort { Action::Effort(operator) } else { Action::Motion(operator) };
+            // A single channel's are a factor of three apart; the best of them is refined.
             let starts: &[f64] = if axis.is_none() { &[0.3, 0.8, 1.4, 2.0, 2.8, 4.0, 5.6, 8.0, 11.0, 16.0] } else { &[0.5, 1.4, 4.0, 11.0] };
             let starts: Vec<f64> = starts.iter().map(|ms| 1e-3 * ms / spread * unit).collect();
             let form = Form::new(if order == 1 { "first order" } else { "second order" }, axis, action)

@@ -41,8 +41,10 @@ pub(super) fn single(n: usize, i: usize, value: f64) -> Vec<Vec<f64>> {
     (0..n).map(|r| (0..n).map(|c| if r == i && c == i { value } else { 0.0 }).collect()).collect()
 }
 
-/// Rates of settling that a search starts from, over the duration.
+/// Rates of settling that a search starts from, over the duration: still on its way at the end, just at rest there, and at rest for most of it.
 const SETTLING: [f64; 3] = [2.0, 6.0, 20.0];
+/// Slower than the least it is a line, faster than the most an initial state, for all that the recording says.
+const SLOWEST_AND_FASTEST: [f64; 2] = [0.5, 60.0];
 
 /// Forms of a force of one axis that grows with time, straight and settling; it follows time whatever the motion does. `names` tells the parameters
 /// from the force's first slope and the rate at which it settles.
@@ -56,12 +58,12 @@ pub(super) fn wander(axis: usize, scale: &Scale, names: impl Fn(f64, Option<f64>
     };
     let straight = Action::tangent(move |_, c| law(0.0, c[0]), |_, _| Complex64::ZERO);
     let settling = Action::tangent(move |k, c| law(k[0], c[0]), |_, _| Complex64::ZERO);
-    let knob = Knob::log(0.5 / scale.duration_s, 60.0 / scale.duration_s);
+    let [slowest, fastest] = SLOWEST_AND_FASTEST.map(|rate| rate / scale.duration_s);
     let of_line = names.clone();
     [
         Form::new("straight", Some(axis), straight).naming(move |_, c| of_line(c[0], None)),
         Form::new("settling", Some(axis), settling)
-            .knobs(vec![knob], &[&SETTLING.map(|rate| rate / scale.duration_s)])
+            .knobs(vec![Knob::log(slowest, fastest)], &[&SETTLING.map(|rate| rate / scale.duration_s)])
             .naming(move |k, c| names(c[0], Some(k[0]))),
     ]
     .map(|form| form.coefficients(vec![Sign::Free]))
