@@ -338,6 +338,12 @@ fn a_zero_drifts_through_nothing_in_the_middle_and_a_gain_multiplies() {
         let want = 7.0 + 0.4 * (f64::from(k) / 1000.0 - 1.5);
         assert!((drift.step(7.0) - want).abs() < 1e-9, "sample {k}");
     }
+    // What settles starts with its rate, is nothing in the middle, and loses the same share of its slope each sample.
+    let mut settling = stage("sensor-offset-drift", &[("rate_per_s", 0.4), ("settling_per_s", 2.0)]);
+    let course: Vec<f64> = (0..3000).map(|_| settling.step(7.0) - 7.0).collect();
+    let slopes: Vec<f64> = course.windows(2).map(|w| (w[1] - w[0]) * 1000.0).collect();
+    assert!(course[1499].abs() < 1e-9 && (slopes[0] - 0.4).abs() < 0.4 * 4e-3, "{} {}", course[1499], slopes[0]);
+    assert!(slopes.windows(2).all(|w| (w[1] / w[0] - (-2e-3f64).exp()).abs() < 1e-6));
     assert_eq!(stage("sensor-scale", &[("factor", -1.25)]).step(3.0), -3.75);
     let mut late = stage("actuation-delay", &[("delay_s", 0.0025)]);
     let out: Vec<f64> = (0..6).map(|k| late.step(f64::from(k))).collect();
