@@ -31,6 +31,9 @@ pub struct Traces {
     pub detail_s: Option<(f64, f64)>,
 }
 
+/// A model that goes so many times as far as the measurement leaves the picture, which would else show nothing but its way out.
+const AWAY: f64 = 3.0;
+
 /// How models are drawn, the first first.
 const MODELS: [(Color, Dash); 2] = [(Color::Vermillion, Dash::Dashed), (Color::Green, Dash::Dashed)];
 
@@ -53,13 +56,26 @@ pub fn traces(name: &str, title: &str, data: &Traces) -> Result<Figure, FigureEr
             panel.link = link;
             panel.y.label = trace.label.clone();
             panel.series.push(Series::line("measured", time.clone(), trace.measured.clone(), Color::Blue));
+            let room = room(&trace.measured);
+            let mut away = false;
             for ((model, simulated), (color, dash)) in trace.simulated.iter().zip(MODELS.iter().cycle()) {
-                panel.series.push(Series::line(model.as_str(), time.clone(), simulated.clone(), *color).dash(*dash));
+                let leaves = room.is_some_and(|(low, high)| simulated.iter().any(|x| *x < low || *x > high));
+                away |= leaves;
+                let label = if leaves { format!("{model}, which leaves the picture") } else { model.clone() };
+                panel.series.push(Series::line(label, time.clone(), simulated.clone(), *color).dash(*dash));
             }
+            panel.y.range = room.filter(|_| away);
             figure = figure.panel("", panel);
         }
     }
     Ok(figure)
+}
+
+/// The measurement's extent, and around its middle so many times as much; none where it has no extent.
+fn room(measured: &[f64]) -> Option<(f64, f64)> {
+    let (low, high) = measured.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), x| (low.min(*x), high.max(*x)));
+    let (middle, half) = (0.5 * (low + high), 0.5 * AWAY * (high - low));
+    (half > 0.0 && half.is_finite()).then_some((middle - half, middle + half))
 }
 
 #[cfg(test)]
@@ -79,6 +95,21 @@ mod tests {
         assert_eq!((figure.cells.len(), figure.columns), (4, 2));
         let ranges: Vec<_> = figure.cells.iter().map(|cell| (cell.panels[0].x.range, cell.panels[0].link)).collect();
         assert_eq!(ranges, [(Some((2.0, 12.0)), 0), (Some((3.0, 4.0)), 1), (Some((2.0, 12.0)), 0), (Some((3.0, 4.0)), 1)]);
+    }
+
+    #[test]
+    fn a_model_without_bounds_does_not_hide_the_measurement() {
+        let mut unstable = data();
+        let shown = traces("t", "", &unstable).unwrap();
+        assert_eq!(shown.cells[2].panels[0].y.range, None);
+        let trace = &mut unstable.traces[1];
+        trace.simulated.push(("baseline".into(), (0..1000).map(|k| 1e-3 * (0.03 * f64::from(k)).exp()).collect()));
+        let shown = traces("t", "", &unstable).unwrap();
+        let panel = &shown.cells[2].panels[0];
+        let (low, high) = panel.y.range.unwrap();
+        assert!((low + 3.0).abs() < 0.01 && (high - 3.0).abs() < 0.01, "{low} {high}");
+        let labels: Vec<&str> = panel.series.iter().map(|series| series.label.as_str()).collect();
+        assert_eq!(labels, ["measured", "simulated", "baseline, which leaves the picture"]);
     }
 
     #[test]
