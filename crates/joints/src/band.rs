@@ -23,8 +23,9 @@ const BEYOND_MOTION: f64 = 10.0;
 const HIGHEST: f64 = 0.35;
 /// Half width of the kernel in periods of the pass band's edge: its transition is then half of the band wide.
 const PERIODS: f64 = 4.0;
-/// Samples kept per period of the edge: above the 2 that it takes, so that the transition is not folded back.
-const KEPT: f64 = 2.7;
+/// Samples kept per period of the edge: no more than it takes. What the transition folds back it folds of torques and columns alike, and more samples
+/// would leave the noise a gap below their Nyquist frequency that no autoregression of few terms makes white.
+const KEPT: f64 = 2.0;
 
 impl Band {
     /// For a motion whose fastest part has one frequency and which is cut off at another.

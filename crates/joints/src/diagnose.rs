@@ -125,6 +125,11 @@ pub fn diagnose(
     let forms: Vec<Form> = asked.flat_map(|c| (c.forms)(&scene)).filter(|form| form.columns.iter().all(Column::has_numbers)).collect();
     let (noise, floor, left) = noise_of(&fitted, &forms);
     let [fitted, held] = [fitted, held].map(|view| view.in_noise(noise.clone()));
+    let first = Searched::new(&fitted, &forms, floor.clone(), left);
+    let (model, _) = judged(&fitted, &held, &first.rule(&forms, options), options, progress);
+    // What all columns leave together is no good estimate of coloured noise where they are many: what was found leaves more samples to know it by.
+    let (noise, left) = noise_beside(&fitted, &model);
+    let [fitted, held] = [fitted, held].map(|view| view.in_noise(noise.clone()));
     let searched = Searched::new(&fitted, &forms, floor, left);
     let rule = searched.rule(&forms, options);
     let (model, minor) = judged(&fitted, &held, &rule, options, progress);
@@ -207,33 +212,66 @@ fn noise_of(view: &View<'_>, forms: &[Form]) -> (Vec<Whitener>, Vec<f64>, Vec<f6
     let (mut floor, mut left) = (vec![0.0; noise.len()], vec![0.0; noise.len()]);
     for _ in 0..2 {
         let (rest, own) = rest_of(&series, &missing, &noise);
-        noise = whiteners(&rest, &own);
-        floor = deviations(&rest, &own);
-        // What is not compared at rest is no sign of little noise.
-        for (j, (noise, floor)) in noise.iter_mut().zip(&mut floor).enumerate() {
-            noise.deviation /= view.moving(j).sqrt();
-            *floor /= view.moving(j).sqrt();
-            if noise.deviation == 0.0 {
-                // It never moves in what is fitted: nothing is known of its noise.
-                *noise = Whitener::plain(view.scene.joints[j].torque);
-            }
-        }
-        left = own.iter().enumerate().map(|(j, own)| rest.0.iter().filter_map(|p| p[j].as_deref()).map(<[f64]>::len).sum::<usize>() as f64 - own).collect();
+        (noise, left) = noise_in(view, &rest, &own);
+        floor = deviations(&rest, &own).into_iter().enumerate().map(|(j, floor)| floor / view.moving(j).sqrt()).collect();
     }
     (noise, floor, left)
 }
 
-/// What columns leave of the missing torques, and how many factors each joint has been given.
+/// The noise that a model leaves of each torque, and the samples that it is known by.
+fn noise_beside(view: &View<'_>, model: &Model) -> (Vec<Whitener>, Vec<f64>) {
+    let mut own = vec![0.0; view.noise.len()];
+    for form in &model.forms {
+        for series in view.series(&form.columns) {
+            share_out(&series, &mut own);
+        }
+    }
+    noise_in(view, &residual(view, model), &own)
+}
+
+/// The noise of what was left by so many factors of each joint, and the samples that it is known by.
+fn noise_in(view: &View<'_>, rest: &Series, own: &[f64]) -> (Vec<Whitener>, Vec<f64>) {
+    let mut noise = whiteners(rest, own);
+    for (j, noise) in noise.iter_mut().enumerate() {
+        // What is not compared at rest is no sign of little noise.
+        noise.deviation /= view.moving(j).sqrt();
+        if noise.deviation == 0.0 {
+            // It never moves in what is fitted: nothing is known of its noise.
+            *noise = Whitener::plain(view.scene.joints[j].torque);
+        }
+    }
+    let left = own.iter().enumerate().map(|(j, own)| rest.0.iter().filter_map(|p| p[j].as_deref()).map(<[f64]>::len).sum::<usize>() as f64 - own).collect();
+    (noise, left)
+}
+
+/// Adds the factor of a column to the joints that feel it, each an equal part.
+fn share_out(series: &Series, own: &mut [f64]) {
+    let felt: Vec<usize> = (0..own.len()).filter(|j| series.0.iter().any(|p| p[*j].is_some())).collect();
+    felt.iter().for_each(|j| own[*j] += 1.0 / felt.len() as f64);
+}
+
+/// Share of a joint's samples that may be given factors where its noise is asked for: more, and what they leave says little of it.
+const FITTED_SHARE: f64 = 0.25;
+
+/// What columns leave of the missing torques, and how many factors each joint has been given; those that explain most where there are too many.
 fn rest_of(series: &[Arc<Series>], missing: &Series, noise: &[Whitener]) -> (Series, Vec<f64>) {
     let white: Vec<Arc<Series>> = series.par_iter().map(|s| Arc::new(s.whitened(noise))).collect();
     let table = Table::new(vec![], &white, &missing.whitened(noise));
-    let solved = Solved::default().with(&table, &(0..series.len()).collect::<Vec<_>>());
-    let mut rest = missing.clone();
+    let most: Vec<f64> =
+        (0..noise.len()).map(|j| FITTED_SHARE * missing.0.iter().filter_map(|p| p[j].as_deref()).map(<[f64]>::len).sum::<usize>() as f64).collect();
     let mut own = vec![0.0; noise.len()];
+    let solved = Solved::greedy(&table, |k| {
+        let mut more = own.clone();
+        share_out(&series[k], &mut more);
+        let may = more.iter().zip(&own).zip(&most).all(|((more, own), most)| more == own || more <= most);
+        if may {
+            own = more;
+        }
+        may
+    });
+    let mut rest = missing.clone();
     for (k, factor) in solved.kept.iter().zip(solved.factors()) {
         rest.add(-factor, &series[*k]);
-        let felt: Vec<usize> = (0..own.len()).filter(|j| series[*k].0.iter().any(|p| p[*j].is_some())).collect();
-        felt.iter().for_each(|j| own[*j] += 1.0 / felt.len() as f64);
     }
     (rest, own)
 }

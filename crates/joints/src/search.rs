@@ -34,6 +34,40 @@ impl Solved {
         out
     }
 
+    /// Of all columns those that explain most, one after the other, as long as they `may`.
+    pub fn greedy(table: &Table, mut may: impl FnMut(usize) -> bool) -> Solved {
+        let n = table.right.len();
+        let mut out = Solved::default();
+        let mut rows: Vec<Vec<f64>> = vec![Vec::new(); n];
+        let mut left: Vec<f64> = (0..n).map(|c| table.gram[[c, c]]).collect();
+        let mut right: Vec<f64> = table.right.to_vec();
+        let mut open: Vec<usize> = (0..n).collect();
+        loop {
+            open.retain(|c| left[*c] > OWN * table.gram[[*c, *c]]);
+            let explains = |c: &usize| right[*c] * right[*c] / left[*c];
+            let Some(at) = (0..open.len()).reduce(|best, k| if explains(&open[k]) > explains(&open[best]) { k } else { best }) else { break };
+            let c = open.swap_remove(at);
+            if !may(c) {
+                continue;
+            }
+            let (mut row, pivot) = (std::mem::take(&mut rows[c]), left[c].sqrt());
+            let z = right[c] / pivot;
+            for &other in &open {
+                let known: f64 = row.iter().zip(&rows[other]).map(|(a, b)| a * b).sum();
+                let l = (table.gram[[c, other]] - known) / pivot;
+                rows[other].push(l);
+                left[other] -= l * l;
+                right[other] -= l * z;
+            }
+            row.push(pivot);
+            out.kept.push(c);
+            out.lower.push(row);
+            out.z.push(z);
+            out.gained += z * z;
+        }
+        out
+    }
+
     /// The columns that are their own, with their rows of the triangle and of its right side.
     fn more(&self, table: &Table, columns: &[usize]) -> Vec<(usize, Vec<f64>, f64)> {
         let n = self.kept.len();

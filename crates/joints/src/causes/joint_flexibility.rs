@@ -13,9 +13,16 @@ pub(super) static CAUSE: JointCause = JointCause {
         next_experiment: "fast movements of this joint alone, or an encoder on the link",
     },
     forms: |scene| {
+        let rotors = scene.chain.inertial_parameters().split_off(ndof_devices::TERMS_OF_A_LINK * scene.joints.len());
         each_joint(scene, |j| {
-            let told = Told { inverse: true, ..Told::new("stiffness_nm_per_rad", "N m/rad", 0).positive() };
-            vec![Form::new(&CAUSE, Some(j), vec![Column::Give { joint: j, compliance: 0.0 }], vec![told])]
+            let give = Column::Give { joint: j, compliance: 0.0 };
+            let stiffness = Told { inverse: true, ..Told::new("stiffness_nm_per_rad", "N m/rad", 0).positive() };
+            let rotor = Told::new("rotor_kg_m2", "kg m^2", 1).on_top_of(rotors[j]).positive();
+            // The rotor turns before the gear gives: where the link swings on it, the two are of one size.
+            vec![
+                Form::new(&CAUSE, Some(j), vec![give.clone()], vec![stiffness.clone()]),
+                Form::new(&CAUSE, Some(j), vec![give, Column::Acceleration(j)], vec![stiffness, rotor]),
+            ]
         })
     },
 };
