@@ -126,7 +126,7 @@ pub fn diagnose(
     let (noise, floor, left) = noise_of(&fitted, &forms);
     let [fitted, held] = [fitted, held].map(|view| view.in_noise(noise.clone()));
     let first = Searched::new(&fitted, &forms, floor.clone(), left);
-    let (model, _) = judged(&fitted, &held, &first.rule(&forms, options), options, progress);
+    let model = held_up(&fitted, &held, &first.rule(&forms, options), options, progress).judged.model;
     // What all columns leave together is no good estimate of coloured noise where they are many: what was found leaves more samples to know it by.
     let (noise, left) = noise_beside(&fitted, &model);
     let [fitted, held] = [fitted, held].map(|view| view.in_noise(noise.clone()));
@@ -343,21 +343,34 @@ fn reason(model: &Model, k: usize, (gain, matters): (Sum, f64), options: &Option
         .then(|| format!("its torque is {:.2} % of the joint's, below the tolerance of {:.2} %", 100.0 * matters, 100.0 * options.tolerance))
 }
 
+/// A model all of whose causes hold, by their numbers among the forms, and what was set aside for it.
+struct HeldUp {
+    judged: Judged,
+    chosen: Vec<usize>,
+    minor: Vec<Aside>,
+}
+
+/// At most so many causes of a robot.
+fn most_causes(view: &View<'_>) -> usize {
+    CAUSES_A_JOINT * view.scene.joints.len() + 2
+}
+
 /// Searches, fits and judges until each cause predicts something of what was held out and matters: the one that is worth least is set aside, and
-/// the search goes on without it. At the end those that were set aside are asked once more: beside a wrong cause a right one may look superfluous.
-fn judged(fitted: &View<'_>, held: &View<'_>, rule: &Rule<'_>, options: &Options, progress: &mut dyn FnMut(&str)) -> (Model, Vec<Aside>) {
+/// the search goes on without it.
+fn held_up(fitted: &View<'_>, held: &View<'_>, rule: &Rule<'_>, options: &Options, progress: &mut dyn FnMut(&str)) -> HeldUp {
     let mut minor: Vec<Aside> = Vec::new();
     let mut chosen = Vec::new();
-    let most = CAUSES_A_JOINT * fitted.scene.joints.len() + 2;
-    let refined = |chosen: &[usize]| Model::refined(fitted, &chosen.iter().map(|k| rule.forms[*k].clone()).collect::<Vec<_>>());
-    let mut judged = loop {
+    let most = most_causes(fitted);
+    let plain = Logged::as_it_is(fitted.noise.len());
+    let refined = |chosen: &[usize]| Model::refined(fitted, &chosen.iter().map(|k| rule.forms[*k].clone()).collect::<Vec<_>>(), &plain);
+    loop {
         let aside: Vec<&Form> = minor.iter().map(|m| &m.form).collect();
         rule.search(&mut chosen, &aside, most);
         progress("fitting what was found");
         let judged = Judged::new(fitted, held, refined(&chosen), options);
         let mut failing = judged.failing.clone();
         if failing.is_empty() {
-            break judged;
+            return HeldUp { judged, chosen, minor };
         }
         failing.sort_by(|(a, _), (b, _)| judged.gains[*a].value.total_cmp(&judged.gains[*b].value));
         // One of each place: what one joint lacks hardly changes with what another has.
@@ -370,9 +383,14 @@ fn judged(fitted: &View<'_>, held: &View<'_>, rule: &Rule<'_>, options: &Options
             }
         }
         chosen = chosen.iter().enumerate().filter(|(k, _)| !gone.contains(k)).map(|(_, f)| *f).collect();
-    };
+    }
+}
+
+/// [`held_up`], and those that were set aside asked once more: beside a wrong cause a right one may look superfluous.
+fn judged(fitted: &View<'_>, held: &View<'_>, rule: &Rule<'_>, options: &Options, progress: &mut dyn FnMut(&str)) -> (Model, Vec<Aside>) {
+    let HeldUp { mut judged, mut chosen, mut minor } = held_up(fitted, held, rule, options, progress);
     progress("asking again what was set aside");
-    while chosen.len() < most {
+    while chosen.len() < most_causes(fitted) {
         let solved = rule.solve(&chosen);
         let mut again: Vec<(usize, usize, f64)> = minor
             .iter()
@@ -381,9 +399,15 @@ fn judged(fitted: &View<'_>, held: &View<'_>, rule: &Rule<'_>, options: &Options
             .collect();
         again.sort_by(|a, b| b.2.total_cmp(&a.2));
         let better = again.into_iter().find_map(|(m, k, _)| {
-            let more: Vec<usize> = chosen.iter().copied().chain([k]).collect();
-            let model = refined(&more);
             let last = chosen.len();
+            let forms: Vec<Form> = judged.model.forms.iter().chain([&rule.forms[k]]).cloned().collect();
+            // What does not even look likely before it is moved to its best is not worth that.
+            let near = Model::fit(fitted, &forms, &judged.model.logged);
+            if worth(fitted, held, &near, last).0.positive() < 0.5 {
+                return None;
+            }
+            let more: Vec<usize> = chosen.iter().copied().chain([k]).collect();
+            let model = Model::refined(fitted, &forms, &judged.model.logged);
             if reason(&model, last, worth(fitted, held, &model, last), options).is_some() {
                 return None;
             }

@@ -77,10 +77,9 @@ impl Model {
         Model { forms: forms.to_vec(), logged: logged.clone(), factors, covariance: vec![], places: vec![] }
     }
 
-    /// Shapes and channels moved to where the likelihood is greatest, one after the other, and intervals of all.
-    pub fn refined(view: &View<'_>, forms: &[Form]) -> Model {
-        let mut forms = forms.to_vec();
-        let mut logged = Logged::as_it_is(view.noise.len());
+    /// Shapes and channels moved from where they are to where the likelihood is greatest, one after the other, and intervals of all.
+    pub fn refined(view: &View<'_>, forms: &[Form], logged: &Logged) -> Model {
+        let (mut forms, mut logged) = (forms.to_vec(), logged.clone());
         // Twice: what one shape takes from another is of second order by then.
         for _ in 0..2 {
             settle_channels(view, &mut forms, &mut logged);
@@ -226,24 +225,51 @@ pub(crate) fn block_products(series: &[&Series], with: &Series) -> Vec<Vec<f64>>
     blocks
 }
 
+/// Share of itself by which a channel's correction may still move: what a compliance changes is dear, and intervals are far wider.
+const SETTLED: f64 = 1e-5;
+
 /// Delays and gains of the logged torques, tilt and compliances: what their columns still say is added until nothing is left.
 fn settle_channels(view: &View<'_>, forms: &mut [Form], logged: &mut Logged) {
     let bent = |c: &Column| matches!(c, Column::Falling(_) | Column::Torque(_) | Column::Tilt(_) | Column::Give { .. });
     if !forms.iter().flat_map(|f| &f.columns).any(bent) {
         return;
     }
+    let mut steps: Vec<Option<(f64, f64)>> = Vec::new();
     for _ in 0..4 {
         let model = Model::fit(view, forms, logged);
+        let (mut moved, mut channel) = (false, 0);
+        let mut go = |from: &mut f64, next: &dyn Fn(f64) -> f64| {
+            let step = next(*from) - *from;
+            // By the secant of the last two steps: what is left shrinks by a share of itself, which they show.
+            let before = steps.get(channel).copied().flatten();
+            let shrinks = before.map_or(0.0, |(at, step_there)| 1.0 + (step - step_there) / (*from - at));
+            let whole = if shrinks.abs() < 0.9 { step / (1.0 - shrinks) } else { step };
+            if channel == steps.len() {
+                steps.push(None);
+            }
+            if step.abs() > SETTLED * (*from + step).abs() {
+                steps[channel] = Some((*from, step));
+                *from += whole;
+                moved = true;
+            }
+            channel += 1;
+        };
         for (form, factors) in forms.iter_mut().zip(&model.factors) {
             for (column, factor) in form.columns.iter_mut().zip(factors) {
                 match column {
-                    Column::Falling(j) => logged.late_s[*j] += factor,
-                    Column::Torque(j) => logged.gain[*j] *= 1.0 + factor,
-                    Column::Tilt(axis) => logged.tilt.iter_mut().zip(axis).for_each(|(t, a)| *t += factor * *a),
-                    Column::Give { compliance, .. } => *compliance = factor.max(0.0),
+                    Column::Falling(j) => go(&mut logged.late_s[*j], &|late| late + factor),
+                    Column::Torque(j) => go(&mut logged.gain[*j], &|gain| gain * (1.0 + factor)),
+                    Column::Tilt(axis) => logged.tilt.iter_mut().zip(axis).for_each(|(t, a)| go(t, &|t| t + factor * *a)),
+                    Column::Give { compliance, .. } => {
+                        go(compliance, &|_| factor.max(0.0));
+                        *compliance = compliance.max(0.0);
+                    }
                     _ => {}
                 }
             }
+        }
+        if !moved {
+            break;
         }
     }
 }
