@@ -6,7 +6,7 @@ use crate::causes::{CAUSES, Form};
 use crate::column::Column;
 use crate::error::JointsError;
 use crate::generic;
-use crate::held_out::{Sum, gain};
+use crate::held_out::{beyond_noise, gain};
 use crate::model::{Logged, Model, residual};
 use crate::motion::{Motion, moves};
 use crate::noise::Whitener;
@@ -44,7 +44,7 @@ impl Default for Options {
 const FEWEST_TO_FIT: usize = 20;
 /// Samples that it takes to judge by: their scatter has then seven degrees of freedom.
 const FEWEST_TO_JUDGE: usize = 8;
-/// Probability, by the scatter of blocks of time, with which a cause has to predict what was held out. What was fitted has been asked before, at the
+/// Probability with which a cause has to predict what was held out. What was fitted has been asked before, at the
 /// rate of false alarms: by chance both say yes once in a thousand times.
 const SURE: f64 = 0.9;
 /// At most so many causes a joint: beyond it is a robot that this file is not of.
@@ -310,37 +310,44 @@ pub(crate) struct Aside {
 /// A model and what each of its forms is worth on the held-out part.
 struct Judged {
     model: Model,
-    gains: Vec<Sum>,
-    /// Share of the joint's torque.
-    matters: Vec<f64>,
+    worth: Vec<Worth>,
     /// Forms that are not to be named, and why.
     failing: Vec<(usize, String)>,
 }
 
+/// What a form is worth on the held-out part.
+struct Worth {
+    /// Log-likelihood that it gains.
+    gain: f64,
+    /// Probability that this is more than noise.
+    sure: f64,
+    /// Its share of the joint's torque.
+    matters: f64,
+}
+
 impl Judged {
     fn new(fitted: &View<'_>, held: &View<'_>, model: Model, options: &Options) -> Self {
-        let each: Vec<(Sum, f64)> = (0..model.forms.len()).into_par_iter().map(|k| worth(fitted, held, &model, k)).collect();
-        let failing = each.iter().enumerate().filter_map(|(k, worth)| Some((k, reason(&model, k, *worth, options)?))).collect();
-        let (gains, matters) = each.into_iter().unzip();
-        Judged { model, gains, matters, failing }
+        let worth: Vec<Worth> = (0..model.forms.len()).into_par_iter().map(|k| worth(fitted, held, &model, k)).collect();
+        let failing = worth.iter().enumerate().filter_map(|(k, worth)| Some((k, reason(&model, k, worth, options)?))).collect();
+        Judged { model, worth, failing }
     }
 }
 
-/// What a form gains on the held-out part, and its share of the joint's torque.
-fn worth(fitted: &View<'_>, held: &View<'_>, model: &Model, k: usize) -> (Sum, f64) {
-    (gain(held, &without(fitted, model, k), model), share(held, model, k))
+fn worth(fitted: &View<'_>, held: &View<'_>, model: &Model, k: usize) -> Worth {
+    let less = without(fitted, model, k);
+    Worth { gain: gain(held, &less, model).value, sure: beyond_noise(held, &less, model), matters: share(held, model, k) }
 }
 
 /// Why a form is not to be named.
-fn reason(model: &Model, k: usize, (gain, matters): (Sum, f64), options: &Options) -> Option<String> {
+fn reason(model: &Model, k: usize, worth: &Worth, options: &Options) -> Option<String> {
     if !model.forms[k].allows(&model.factors[k]) {
         return Some("it would need a parameter below zero".to_owned());
     }
-    if gain.positive() < SURE {
+    if worth.sure < SURE {
         return Some("what was held out is not predicted better with it beyond chance".to_owned());
     }
-    (matters < options.tolerance)
-        .then(|| format!("its torque is {:.2} % of the joint's, below the tolerance of {:.2} %", 100.0 * matters, 100.0 * options.tolerance))
+    (worth.matters < options.tolerance)
+        .then(|| format!("its torque is {:.2} % of the joint's, below the tolerance of {:.2} %", 100.0 * worth.matters, 100.0 * options.tolerance))
 }
 
 /// A model all of whose causes hold, by their numbers among the forms, and what was set aside for it.
@@ -372,13 +379,13 @@ fn held_up(fitted: &View<'_>, held: &View<'_>, rule: &Rule<'_>, options: &Option
         if failing.is_empty() {
             return HeldUp { judged, chosen, minor };
         }
-        failing.sort_by(|(a, _), (b, _)| judged.gains[*a].value.total_cmp(&judged.gains[*b].value));
+        failing.sort_by(|(a, _), (b, _)| judged.worth[*a].gain.total_cmp(&judged.worth[*b].gain));
         // One of each place: what one joint lacks hardly changes with what another has.
         let mut gone: Vec<usize> = Vec::new();
         for (k, why) in failing {
             let form = &judged.model.forms[k];
             if !gone.iter().any(|g| judged.model.forms[*g].joint == form.joint) {
-                minor.push(Aside { form: form.clone(), removed: judged.matters[k], why });
+                minor.push(Aside { form: form.clone(), removed: judged.worth[k].matters, why });
                 gone.push(k);
             }
         }
@@ -403,12 +410,12 @@ fn judged(fitted: &View<'_>, held: &View<'_>, rule: &Rule<'_>, options: &Options
             let forms: Vec<Form> = judged.model.forms.iter().chain([&rule.forms[k]]).cloned().collect();
             // What does not even look likely before it is moved to its best is not worth that.
             let near = Model::fit(fitted, &forms, &judged.model.logged);
-            if worth(fitted, held, &near, last).0.positive() < 0.5 {
+            if worth(fitted, held, &near, last).sure < 0.5 {
                 return None;
             }
             let more: Vec<usize> = chosen.iter().copied().chain([k]).collect();
             let model = Model::refined(fitted, &forms, &judged.model.logged);
-            if reason(&model, last, worth(fitted, held, &model, last), options).is_some() {
+            if reason(&model, last, &worth(fitted, held, &model, last), options).is_some() {
                 return None;
             }
             let judged = Judged::new(fitted, held, model, options);
@@ -419,7 +426,7 @@ fn judged(fitted: &View<'_>, held: &View<'_>, rule: &Rule<'_>, options: &Options
         (chosen, judged) = (more, found);
     }
     let mut model = judged.model;
-    model.order(&judged.gains.iter().map(|g| g.value).collect::<Vec<_>>());
+    model.order(&judged.worth.iter().map(|w| w.gain).collect::<Vec<_>>());
     (model, minor)
 }
 

@@ -4,7 +4,7 @@ use crate::column::Column;
 use crate::model::{Model, block_products, residual};
 use crate::scene::turned;
 use crate::table::{Series, View};
-use statrs::distribution::{ContinuousCDF, StudentsT};
+use statrs::distribution::{ContinuousCDF, Normal, StudentsT};
 
 /// A mean over blocks of time with its standard error, times their number.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -52,6 +52,23 @@ pub(crate) fn losses(view: &View<'_>, rest: &Series) -> Vec<f64> {
 pub(crate) fn gain(view: &View<'_>, without: &Model, with: &Model) -> Sum {
     let (a, b) = (losses(view, &residual(view, without)), losses(view, &residual(view, with)));
     Sum::of(&a.iter().zip(&b).map(|(a, b)| a - b).collect::<Vec<_>>())
+}
+
+/// Probability, by the law of the noise, that what `with` removes of the held-out part is more than noise: of r·d/√(Σ v d²), where r is the white residual
+/// `without`, d what `with` takes from it, and v each joint's variance of what it then leaves, no less than that of the noise. Blocks of time do not tell
+/// it: what acts in one of them alone scatters as much as it gains.
+pub(crate) fn beyond_noise(view: &View<'_>, without: &Model, with: &Model) -> f64 {
+    let [a, b] = [without, with].map(|model| residual(view, model).whitened(&view.noise));
+    let (mut score, mut variance) = (0.0, 0.0);
+    for j in 0..view.noise.len() {
+        let of = |s: &Series| -> Vec<f64> { s.0.iter().filter_map(|p| p[j].as_deref()).flatten().copied().collect() };
+        let (a, b) = (of(&a), of(&b));
+        let left = b.iter().map(|x| x * x).sum::<f64>() / b.len().max(1) as f64;
+        score += a.iter().zip(&b).map(|(a, b)| a * (a - b)).sum::<f64>();
+        variance += left.max(1.0) * a.iter().zip(&b).map(|(a, b)| (a - b).powi(2)).sum::<f64>();
+    }
+    let z = score / variance.sqrt();
+    if z.is_nan() { 0.0 } else { Normal::standard().cdf(z) }
 }
 
 /// Torques of a model at every sample of a trial, `[joint][sample]`, as they would be logged.
