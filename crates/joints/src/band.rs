@@ -71,6 +71,17 @@ impl Band {
 mod tests {
     use super::*;
 
+    /// Folded back at the rate of what is kept, the kernel's power has no gap: white noise of a torque stays nearly white.
+    #[test]
+    fn white_noise_stays_nearly_white() {
+        let band = Band::new([0.7, 20.0], 200.0);
+        let kernel = band.kernel(0.0);
+        let lag = |l: usize| kernel.iter().zip(kernel.iter().skip(l * band.stride)).map(|(a, b)| a * b).sum::<f64>();
+        for l in 1..6 {
+            assert!((lag(l) / lag(0)).abs() < 0.15, "{l}: {}", lag(l) / lag(0));
+        }
+    }
+
     #[test]
     fn what_lies_in_the_band_passes_and_may_be_taken_later() {
         let band = Band::new([1.0, 20.0], 200.0);

@@ -247,3 +247,27 @@ impl Rule<'_> {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::Solved;
+    use crate::table::{Series, Table};
+    use std::sync::Arc;
+
+    #[test]
+    fn those_that_explain_most_are_taken_first_and_all_of_them_are_least_squares() {
+        // Of one joint: y = 2 a − 0.1 b, and c = a + b is no column of its own beside both.
+        let (a, b): (Vec<f64>, Vec<f64>) = (0..50).map(|k| (f64::from(k).sin(), (2.3 * f64::from(k)).cos())).unzip();
+        let sum = |p: f64, q: f64| a.iter().zip(&b).map(|(a, b)| p * a + q * b).collect::<Vec<f64>>();
+        let of = |x: Vec<f64>| Series(vec![vec![Some(x)]]);
+        let columns: Vec<Arc<Series>> = [sum(0.0, 1.0), sum(1.0, 0.0), sum(1.0, 1.0)].into_iter().map(|x| Arc::new(of(x))).collect();
+        let table = Table::new(vec![], &columns, &of(sum(2.0, -0.1)));
+        let all = Solved::greedy(&table, |_| true);
+        assert_eq!(all.kept, [1, 0]);
+        let factors = all.factors();
+        assert!((factors[0] - 2.0).abs() < 1e-12 && (factors[1] + 0.1).abs() < 1e-12, "{factors:?}");
+        let other = Solved::default().with(&table, &[1, 0, 2]);
+        assert!((all.gained - other.gained).abs() < 1e-9 * all.gained);
+        assert_eq!(Solved::greedy(&table, |c| c != 1).kept, [2, 0]);
+    }
+}

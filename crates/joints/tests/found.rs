@@ -1,0 +1,54 @@
+//! What a diagnosis of joint logs finds where little of the log shows it.
+
+use ndof_devices::RobotConfig;
+use ndof_diagnose::Diagnosis;
+use ndof_joints::{Options, diagnose};
+use ndof_signal::{Channel, Quantity, Recording, Unit};
+use ndof_sysid::Ports;
+use rand::{RngExt, SeedableRng};
+use rand_chacha::ChaCha8Rng;
+
+const PENDULUM: &str = r#"
+schema = "ndof/robot/1"
+name = "pendulum"
+joints = [{ name = "elbow", axis = [0.0, 1.0, 0.0], mass_kg = 2.0, centre_m = [0.3, 0.0, 0.0] }]
+"#;
+const RATE_HZ: f64 = 100.0;
+/// Of the torque's noise (N m).
+const NOISE: f64 = 0.05;
+
+/// A minute of a pendulum on `path`, with `beyond` on top of what its bodies need.
+fn judged(path: impl Fn(f64) -> f64, beyond: impl Fn(f64) -> f64) -> Diagnosis {
+    let mut rng = ChaCha8Rng::seed_from_u64(7);
+    let step = std::f64::consts::TAU / 16384.0;
+    let (mut angle, mut torque) = (Vec::new(), Vec::new());
+    for k in 0..6000 {
+        let (t, h) = (f64::from(k) / RATE_HZ, 1e-3);
+        let [before, q, after] = [-h, 0.0, h].map(|dt| path(t + dt));
+        let acceleration = (after - 2.0 * q + before) / (h * h);
+        let noise = 12_f64.sqrt() * (rng.random::<f64>() - 0.5);
+        angle.push((q / step).round() * step);
+        torque.push(0.18 * acceleration - 2.0 * 9.81 * 0.3 * q.cos() + beyond(q) + NOISE * noise);
+    }
+    let channel = |name: &str, quantity, samples| Channel::new(name, Unit::si(quantity, true), samples);
+    let channels = vec![channel("torque_elbow", Quantity::Effort, torque), channel("angle_elbow", Quantity::Displacement, angle)];
+    let log = Recording::new(RATE_HZ, channels).expect("channels of one length");
+    let ports = Ports { references: vec![], inputs: vec![0], outputs: vec![1] };
+    let chain = RobotConfig::parse("pendulum.toml", PENDULUM, None).and_then(|c| c.chain()).expect("a robot");
+    diagnose(&chain, &[log], &[], &ports, &Options::default(), &mut |_| {}).expect("an answer").0
+}
+
+fn wave(t: f64) -> f64 {
+    0.5 * (1.3 * t).sin() + 0.3 * (2.9 * t).sin()
+}
+
+/// What acts in one block of time scatters over the blocks as much as it gains.
+#[test]
+fn a_stop_that_is_touched_once_in_what_was_held_out_is_found() {
+    let swell = |t: f64| 1.0 + 0.4 * (-((t - 20.0) / 3.0).powi(2)).exp() + 0.4 * (-((t - 54.6) / 1.5).powi(2)).exp();
+    let found = judged(|t| swell(t) * wave(t), |q| 12.0 * (q - 0.85).max(0.0));
+    let named: Vec<&str> = found.causes.iter().map(|c| c.effect.as_str()).collect();
+    assert_eq!(named, ["end-stop"], "{:?} {:?}", found.verdict, found.minor);
+    let [low, high] = found.causes[0].parameters.iter().find(|p| p.name == "stop_rad").and_then(|p| p.ci95).expect("an interval");
+    assert!(low < 0.85 && 0.85 < high, "{low} {high}");
+}
