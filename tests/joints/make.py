@@ -1,6 +1,6 @@
 """Makes the questions of the exam:
 
-    python3 tests/joints/make.py OUT [--seeds 0-199] [--half tuning|held-back]
+    python3 tests/joints/make.py OUT [--seeds 0-299] [--half tuning|held-back|practice]
 
 A folder each with log.csv, robot.urdf (the nominal robot), sim.csv (the nominal robot under the same controller and reference, free of noise) and
 question.json (the truth). A seed makes the same question each time.
@@ -231,8 +231,8 @@ def one(asked):
 def main():
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("out", type=pathlib.Path)
-    parser.add_argument("--seeds", default="0-199", help="first-last, both included")
-    parser.add_argument("--half", choices=("tuning", "held-back"))
+    parser.add_argument("--seeds", default="0-299", help="first-last, both included")
+    parser.add_argument("--half", choices=("tuning", "held-back", "practice"))
     parser.add_argument("--jobs", type=int, default=2)
     options = parser.parse_args()
     first, last = (int(s) for s in (options.seeds.split("-") * 2)[:2])

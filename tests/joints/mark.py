@@ -1,6 +1,6 @@
 """Puts the questions to a program and marks its answers:
 
-    python3 tests/joints/mark.py FOLDER --bin PROGRAM [--door log|columns] [--half tuning|held-back] [--seeds 0-199] [--out FILE] [--verbose]
+    python3 tests/joints/mark.py FOLDER --bin PROGRAM [--door log|columns] [--half tuning|held-back|practice] [--seeds 0-199] [--out FILE] [--verbose]
 
 The door `log` is `diagnose log.csv --robot robot.urdf`, `columns` is `diagnose log.csv --simulated sim.csv --robot robot.urdf`. An answer stands as diagnosis.json and
 diagnosis-columns.json in the question's folder and is asked for again only when the program or the recording changed. Standard library only.
@@ -189,7 +189,7 @@ def main():
     parser.add_argument("folder", type=pathlib.Path)
     parser.add_argument("--bin", required=True, type=pathlib.Path, help="the program that is examined")
     parser.add_argument("--door", choices=tuple(DOORS), default="log")
-    parser.add_argument("--half", choices=("tuning", "held-back"))
+    parser.add_argument("--half", choices=("tuning", "held-back", "practice"))
     parser.add_argument("--seeds", default="0-999")
     parser.add_argument("--robot", default=None)
     parser.add_argument("--only", default="", help="questions where one of the hidden causes' names holds this")

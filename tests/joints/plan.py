@@ -1,4 +1,5 @@
-"""Which question a seed is: robot, what is hidden, how strongly; half for tuning, half held back."""
+"""Which question a seed is: robot, what is hidden, how strongly; a hundred for tuning, a hundred held back, and a hundred of the families for tuning
+with other seeds, to try a change on."""
 
 from dataclasses import dataclass
 from random import Random
@@ -6,7 +7,7 @@ from random import Random
 import causes
 
 ROBOTS = ("pendulum", "planar", "six")
-HALF = 100  # seeds of a half; below it is tuning
+HALF = 100  # seeds of each; below it is tuning
 NOTHING, PAIRS = 20, 20  # of a half; the rest has one thing hidden
 
 # Nobody can tell these from each other on one joint, so they are no pair there.
@@ -63,7 +64,7 @@ def pair(draw, half, robot):
 
 def questions():
     out = []
-    for half, first in (("tuning", 0), ("held-back", HALF)):
+    for half, first in (("tuning", 0), ("held-back", HALF), ("practice", 2 * HALF)):
         draw = Random(half)
         made = [(ROBOTS[i % 3], (), False) for i in range(NOTHING)]
         made += [(robot, ((effect, strength),), False) for effect, robot, strength in singles(half, HALF - NOTHING - PAIRS)]

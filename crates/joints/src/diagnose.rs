@@ -6,7 +6,7 @@ use crate::causes::{CAUSES, Form};
 use crate::column::Column;
 use crate::error::JointsError;
 use crate::generic;
-use crate::held_out::{beyond_noise, gain};
+use crate::held_out::{gain, sure};
 use crate::model::{Logged, Model, residual};
 use crate::motion::{Motion, moves};
 use crate::noise::Whitener;
@@ -319,7 +319,7 @@ struct Judged {
 struct Worth {
     /// Log-likelihood that it gains.
     gain: f64,
-    /// Probability that this is more than noise.
+    /// Probability that it gains at all.
     sure: f64,
     /// Its share of the joint's torque.
     matters: f64,
@@ -335,7 +335,7 @@ impl Judged {
 
 fn worth(fitted: &View<'_>, held: &View<'_>, model: &Model, k: usize) -> Worth {
     let less = without(fitted, model, k);
-    Worth { gain: gain(held, &less, model).value, sure: beyond_noise(held, &less, model), matters: share(held, model, k) }
+    Worth { gain: gain(held, &less, model).value, sure: sure(held, &less, model), matters: share(held, model, k) }
 }
 
 /// Why a form is not to be named.

@@ -4,7 +4,7 @@ use crate::column::Column;
 use crate::model::{Model, block_products, residual};
 use crate::scene::turned;
 use crate::table::{Series, View};
-use statrs::distribution::{ContinuousCDF, Normal, StudentsT};
+use statrs::distribution::{ContinuousCDF, StudentsT};
 
 /// A mean over blocks of time with its standard error, times their number.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -54,21 +54,21 @@ pub(crate) fn gain(view: &View<'_>, without: &Model, with: &Model) -> Sum {
     Sum::of(&a.iter().zip(&b).map(|(a, b)| a - b).collect::<Vec<_>>())
 }
 
-/// Probability, by the law of the noise, that what `with` removes of the held-out part is more than noise: of r·d/√(Σ v d²), where r is the white residual
-/// `without`, d what `with` takes from it, and v each joint's variance of what it then leaves, no less than that of the noise. Blocks of time do not tell
-/// it: what acts in one of them alone scatters as much as it gains.
-pub(crate) fn beyond_noise(view: &View<'_>, without: &Model, with: &Model) -> f64 {
-    let [a, b] = [without, with].map(|model| residual(view, model).whitened(&view.noise));
-    let (mut score, mut variance) = (0.0, 0.0);
-    for j in 0..view.noise.len() {
-        let of = |s: &Series| -> Vec<f64> { s.0.iter().filter_map(|p| p[j].as_deref()).flatten().copied().collect() };
-        let (a, b) = (of(&a), of(&b));
-        let left = b.iter().map(|x| x * x).sum::<f64>() / b.len().max(1) as f64;
-        score += a.iter().zip(&b).map(|(a, b)| a * (a - b)).sum::<f64>();
-        variance += left.max(1.0) * a.iter().zip(&b).map(|(a, b)| (a - b).powi(2)).sum::<f64>();
-    }
-    let z = score / variance.sqrt();
-    if z.is_nan() { 0.0 } else { Normal::standard().cdf(z) }
+/// Probability that `with` predicts the held-out part better than `without`.
+///
+/// With r the white residual without and d what is taken from it, the log-likelihood gained is Σ (r·d − d·d/2) over blocks of time. Its error is that of
+/// Σ r·d: by the scatter of r·d about its share g of d·d, no less than by noise of unit variance. The scatter of the gains themselves is as large as
+/// their sum where a cause acts in one block alone.
+pub(crate) fn sure(view: &View<'_>, without: &Model, with: &Model) -> f64 {
+    let [r, e] = [without, with].map(|model| residual(view, model).whitened(&view.noise));
+    let mut taken = r.clone();
+    taken.add(-1.0, &e);
+    let blocks: Vec<[f64; 2]> = block_products(&[&r, &taken], &taken).into_iter().map(|b| [b[0], b[1]]).collect();
+    let [score, size] = blocks.iter().fold([0.0, 0.0], |[s, q], [score, size]| [s + score, q + size]);
+    let scatter: f64 = blocks.iter().map(|[s, q]| (s - score / size * q).powi(2)).sum();
+    let freedom = (blocks.len() as f64 - 1.0).max(1.0);
+    let t = (score - 0.5 * size) / (scatter * blocks.len() as f64 / freedom).max(size).sqrt();
+    if t.is_nan() { 0.0 } else { StudentsT::new(0.0, 1.0, freedom).map_or(0.5, |law| law.cdf(t)) }
 }
 
 /// Torques of a model at every sample of a trial, `[joint][sample]`, as they would be logged.
