@@ -42,7 +42,12 @@ const TOLD_APART: f64 = 0.95;
 const SLICES: usize = 8;
 
 impl Answer<'_> {
-    pub fn write(&self, stretches: &[Stretch; 2], minor: Vec<Aside>) -> (Diagnosis, Pictures) {
+    pub fn write(&self, stretches: &[Stretch; 2], mut minor: Vec<Aside>) -> (Diagnosis, Pictures) {
+        let mut unseen = false;
+        for aside in minor.iter_mut().filter(|aside| self.is_unseen(&aside.form)) {
+            unseen = true;
+            aside.why = "it acts in what was fitted, and not in what was held out: hold out another stretch, or record longer".to_owned();
+        }
         let empty = Model { forms: vec![], logged: Logged::as_it_is(self.joints()), factors: vec![], covariance: vec![], places: vec![] };
         let [before, after] = [&empty, self.model].map(|model| self.score(model));
         let mut floor = self.floor();
@@ -65,12 +70,12 @@ impl Answer<'_> {
         let pictures = pictures::draw(self, &empty);
         let diagnosis = Diagnosis {
             split,
-            verdict: self.verdict(),
+            verdict: self.verdict(unseen),
             baseline: Told { model: "the file's rigid bodies and frictions".to_owned(), parameters: self.file(), held_out: before },
             noise_floor: floor,
             discrepancy: self.discrepancy(&empty),
             extended: self.extended(after),
-            considered: self.considered(),
+            considered: self.considered(&minor),
             minor: minor
                 .into_iter()
                 .map(|m| Minor { effect: m.form.cause.card.name.to_owned(), site: self.site(&m.form), removed: m.removed, why: m.why })
@@ -143,14 +148,14 @@ impl Answer<'_> {
         let form = &self.model.forms[k];
         let less = without(self.fitted, self.model, k);
         let (before, found) = (self.score(&less), gain(self.held, &less, self.model));
-        let (gained, freedoms) = self.fitted_gain(&less, form);
+        let (gained, freedoms) = (self.fitted_gain(&less, self.model), form.columns.len() + form.shape.len());
         let rule = self.searched.rule(self.forms, self.options);
         Cause {
             effect: form.cause.card.name.to_owned(),
             site: self.site(form),
             parameters: self.parameters(k),
             probability,
-            p_value: rule.p_value(form, gained, freedoms),
+            p_value: rule.p_value(form, gained, form.columns.len()),
             gain: Gain {
                 nrmse_before: before.nrmse,
                 nrmse_after: after.nrmse.clone(),
@@ -170,10 +175,10 @@ impl Answer<'_> {
         }
     }
 
-    /// Twice the log-likelihood of what was fitted that a cause gains beside the others, and its parameters.
-    fn fitted_gain(&self, less: &Model, form: &Form) -> (f64, usize) {
+    /// Twice the log-likelihood of what was fitted that a model gains over another.
+    fn fitted_gain(&self, less: &Model, with: &Model) -> f64 {
         let sum = |model: &Model| 2.0 * losses(self.fitted, &residual(self.fitted, model)).iter().sum::<f64>();
-        (sum(less) - sum(self.model), form.columns.len() + form.shape.len())
+        sum(less) - sum(with)
     }
 
     fn parameters(&self, k: usize) -> Vec<CauseParameter> {
@@ -250,9 +255,19 @@ impl Answer<'_> {
         find(form).map_or((0.0, 0), |f| rule.solve(&chosen).gain(table, &table.columns[f]))
     }
 
-    /// Whether torque is left that follows from the motion, and matters: what polynomials of angle and speed predict, or what columns of causes that
-    /// were set aside remove.
-    fn verdict(&self) -> Verdict {
+    /// Whether a form that was set aside is beyond chance and matters in what was fitted, and does not act in what was held out.
+    fn is_unseen(&self, form: &Form) -> bool {
+        let forms: Vec<Form> = self.model.forms.iter().chain([form]).cloned().collect();
+        let with = Model::refined(self.fitted, &forms, &self.model.logged);
+        let last = self.model.forms.len();
+        let p_value = self.searched.rule(self.forms, self.options).p_value(form, self.fitted_gain(self.model, &with), form.columns.len());
+        let [here, there] = [self.fitted, self.held].map(|view| share(view, &with, last));
+        p_value <= self.options.false_alarms && form.allows(&with.factors[last]) && here >= self.options.tolerance && there < self.options.tolerance
+    }
+
+    /// Whether torque is left that follows from the motion, and matters: what polynomials of angle and speed predict, what columns of causes that
+    /// were set aside remove, or what could not be asked of the held-out part.
+    fn verdict(&self, unseen: bool) -> Verdict {
         let rest = residual(self.held, self.model);
         let left = |j: usize| {
             let (gain, removed) = (&self.left.gains[j], self.left.removed[j]);
@@ -264,7 +279,7 @@ impl Answer<'_> {
             let above = error > floor * (1.0 + 4.0 * (2.0 / independent).sqrt()) && (error - floor).max(0.0).sqrt() > self.options.tolerance * spread;
             above || gain.ci95()[0] > 0.0 && removed > self.options.tolerance * spread
         };
-        let structured = (0..self.joints()).any(left);
+        let structured = unseen || (0..self.joints()).any(left);
         match (self.model.forms.is_empty(), structured) {
             (true, false) => Verdict::Adequate,
             (true, true) => Verdict::Unexplained,
@@ -316,7 +331,7 @@ impl Answer<'_> {
     }
 
     /// Hypotheses of the first step that were not named, by what each would explain alone.
-    fn considered(&self) -> Vec<Considered> {
+    fn considered(&self, minor: &[Aside]) -> Vec<Considered> {
         let table = &self.searched.table;
         let rule = self.searched.rule(self.forms, self.options);
         let mut best: Vec<(usize, f64, usize)> = Vec::new();
@@ -335,7 +350,12 @@ impl Answer<'_> {
         best.into_iter()
             .map(|(f, gained, freedoms)| {
                 let p_value = rule.p_value(&self.forms[f], gained, freedoms);
-                let why_not = if p_value > self.options.false_alarms { "no more than chance" } else { "the named causes explain what it would" };
+                let aside = minor.iter().find(|m| m.form.same_place(&self.forms[f]));
+                let why_not = match aside {
+                    _ if p_value > self.options.false_alarms => "no more than chance",
+                    Some(aside) => &aside.why,
+                    None => "the named causes explain what it would",
+                };
                 let explained_fraction = gained / table.total;
                 Considered {
                     effect: self.forms[f].cause.card.name.to_owned(),

@@ -1,7 +1,7 @@
 //! What a diagnosis of joint logs finds where little of the log shows it.
 
 use ndof_devices::RobotConfig;
-use ndof_diagnose::Diagnosis;
+use ndof_diagnose::{Diagnosis, Verdict};
 use ndof_joints::{Options, diagnose};
 use ndof_signal::{Channel, Quantity, Recording, Unit};
 use ndof_sysid::Ports;
@@ -51,4 +51,16 @@ fn a_stop_that_is_touched_once_in_what_was_held_out_is_found() {
     assert_eq!(named, ["end-stop"], "{:?} {:?}", found.verdict, found.minor);
     let [low, high] = found.causes[0].parameters.iter().find(|p| p.name == "stop_rad").and_then(|p| p.ci95).expect("an interval");
     assert!(low < 0.85 && 0.85 < high, "{low} {high}");
+}
+
+/// What the held-out part does not show cannot be judged by it; to call that adequate would be wrong.
+#[test]
+fn a_stop_that_is_touched_in_what_was_fitted_alone_is_told() {
+    let swell = |t: f64| 1.0 + 0.4 * (-((t - 20.0) / 3.0).powi(2)).exp();
+    let found = judged(|t| swell(t) * wave(t), |q| 12.0 * (q - 0.85).max(0.0));
+    assert_eq!((found.causes.len(), found.verdict), (0, Verdict::Unexplained), "{:?}", found.minor);
+    let why: Vec<&str> = found.minor.iter().filter(|m| m.effect == "end-stop").map(|m| m.why.as_str()).collect();
+    assert!(why.len() == 1 && why[0].contains("hold out another stretch"), "{:?}", found.minor);
+    let quiet = judged(wave, |_| 0.0);
+    assert_eq!((quiet.causes.len(), quiet.verdict), (0, Verdict::Adequate), "{:?}", quiet.minor);
 }
