@@ -21,6 +21,7 @@ mod error;
 mod excitation;
 mod generic;
 mod held_out;
+mod left_noise;
 mod model;
 mod motion;
 mod noise;
