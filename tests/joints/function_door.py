@@ -1,6 +1,6 @@
 """The third door: `ndof.diagnose(recordings, robot=urdf, simulate=f)` with f of the nominal MuJoCo robot, its controller inside.
 
-    python3 tests/joints/function_door.py FOLDER [--count 12] [--half tuning] [--out FILE]
+    python3 tests/joints/function_door.py FOLDER [--count 12] [--half tuning|held-back|practice] [--out FILE]
 
 The recording gets the reference angles that the controller followed (`reference_JOINT`), which are f's inputs; f(inputs, added_effort, parameters)
 gives `torque_JOINT` and `angle_JOINT` of the nominal robot that follows them with the added torques at its joints. `parameters` may change the
@@ -79,7 +79,7 @@ def main():
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("folder", type=pathlib.Path)
     parser.add_argument("--count", type=int, default=12)
-    parser.add_argument("--half", choices=("tuning", "held-back"), default="tuning")
+    parser.add_argument("--half", choices=("tuning", "held-back", "practice"), default="tuning")
     parser.add_argument("--out", type=pathlib.Path, help="file that the table is added to")
     options = parser.parse_args()
     truths = [json.loads(path.read_text()) for path in sorted(options.folder.glob("*/question.json"))]

@@ -1,6 +1,6 @@
 """Puts the questions to a program and marks its answers:
 
-    python3 tests/joints/mark.py FOLDER --bin PROGRAM [--door log|columns] [--half tuning|held-back|practice] [--seeds 0-199] [--out FILE] [--verbose]
+    python3 tests/joints/mark.py FOLDER --bin PROGRAM [--door log|columns] [--half tuning|held-back|practice] [--seeds 0-299] [--out FILE] [--verbose]
 
 The door `log` is `diagnose log.csv --robot robot.urdf`, `columns` is `diagnose log.csv --simulated sim.csv --robot robot.urdf`. An answer stands as diagnosis.json and
 diagnosis-columns.json in the question's folder and is asked for again only when the program or the recording changed. Standard library only.

@@ -18,7 +18,7 @@ pub(super) static CAUSE: JointCause = JointCause {
             let give = Column::Give { joint: j, compliance: 0.0 };
             let stiffness = Told { inverse: true, ..Told::new("stiffness_nm_per_rad", "N m/rad", 0).positive() };
             let rotor = Told::new("rotor_kg_m2", "kg m^2", 1).on_top_of(rotors[j]).positive();
-            // The rotor turns before the gear gives: where the link swings on it, the two are of one size.
+            // A rotor that turns before the gear gives is no inertia of the link: without it a link's mass would stand in for it.
             vec![
                 Form::new(&CAUSE, Some(j), vec![give.clone()], vec![stiffness.clone()]),
                 Form::new(&CAUSE, Some(j), vec![give, Column::Acceleration(j)], vec![stiffness, rotor]),
