@@ -54,6 +54,12 @@ impl Lanes {
         Lanes { re: lanes(|l| self.re[l] * by[l]), im: lanes(|l| self.im[l] * by[l]) }
     }
 
+    /// self + x a, a real number for all lanes.
+    #[inline(always)]
+    pub(crate) fn plus_scaled(&self, x: &Lanes, a: f64) -> Self {
+        Lanes { re: lanes(|l| self.re[l] + x.re[l] * a), im: lanes(|l| self.im[l] + x.im[l] * a) }
+    }
+
     /// self + a b*.
     #[inline(always)]
     pub(crate) fn plus_conj(&self, a: &Lanes, b: &Lanes) -> Self {

@@ -1,18 +1,15 @@
 //! The local polynomial method with instruments, for short windows of a system that feeds back.
 
 use super::direct::DirectEstimate;
-use super::fitted::{Fitted, freedom};
+use super::fitted::freedom;
 use super::local_lines::{Basis, Chunk, Lines};
 use super::{EstimateError, LocalPolynomial, check};
 use crate::labels::Labels;
 use crate::ports::Ports;
-use ndarray::Array3;
 use ndof_linear::square::{adjoint, inverse, product, rectangular_product};
 use ndof_signal::Recording;
 use num_complex::Complex64;
 use rayon::prelude::*;
-
-const NAN: Complex64 = Complex64::new(f64::NAN, f64::NAN);
 
 /// Outputs over inputs by local polynomials, with an instrument for each input: what comes of the reference alone.
 ///
@@ -72,7 +69,7 @@ pub fn instrumented(trials: &[&Recording], ports: &Ports, labels: &Labels, setti
     let lines: Vec<Lines> = trials.iter().map(|r| Lines::new(rate, &r.columns(&all), len)).collect();
     let line = |k: usize| {
         let mut out = Chunk::default();
-        let low = k.saturating_sub(half_width).clamp(1, last + 1 - width);
+        let low = basis.low(k, last);
         if k == 0 || k > last || solve(&lines, ports, &basis, (k, low), degrees_of_freedom, &mut out).is_none() {
             out = Chunk::default();
             out.missing(m, q);
@@ -80,20 +77,7 @@ pub fn instrumented(trials: &[&Recording], ports: &Ports, labels: &Labels, setti
         out
     };
     let found: Vec<Chunk> = (0..bins).into_par_iter().map(line).collect();
-    let join = |part: fn(&Chunk) -> &Vec<Complex64>, rows: usize, columns: usize| {
-        let mut all = found.iter().flat_map(|c| part(c).iter().copied());
-        Array3::from_shape_simple_fn((bins, rows, columns), || all.next().unwrap_or(NAN))
-    };
-    Fitted {
-        frequency_hz: (0..bins).map(|k| k as f64 * rate / len as f64).collect(),
-        g: join(|c| &c.g, m, q),
-        noise: join(|c| &c.noise, m, m),
-        gram_inverse: join(|c| &c.gram_inverse, q, q),
-        driver: join(|c| &c.driver, q, q),
-        degrees_of_freedom,
-        independent_spacing_hz: basis.independent_lines() * rate / len as f64,
-    }
-    .direct(labels)
+    Chunk::join(&found, (m, q), (rate, len), &basis, degrees_of_freedom).direct(labels)
 }
 
 /// Channels times each polynomial, without leakage, row by row: channels × terms, and the lines of all trials.

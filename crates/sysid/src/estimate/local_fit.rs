@@ -5,11 +5,7 @@ use super::fitted::{Fitted, freedom};
 use super::local_lines::{Basis, Chunk, Lines};
 use super::local_polynomial::{Local, LocalPolynomial};
 use super::local_rational::{LocalRational, Rational};
-use ndarray::Array3;
-use num_complex::Complex64;
 use rayon::prelude::*;
-
-const NAN: Complex64 = Complex64::new(f64::NAN, f64::NAN);
 
 /// Lines that one task treats, so that workspaces are made once for many.
 const CHUNK: usize = 256;
@@ -88,38 +84,120 @@ fn fit(
     }
     let basis = Basis::new(half_width, s);
     let solve = |first: usize| {
-        let mut local = Local::new(trials, drivers, responders, &basis);
-        let polynomial = (trials.len() * (width - s) - s * q) as f64;
-        let mut rational = (denominator > 0).then(|| Rational::new(trials, drivers, responders, &basis, denominator, polynomial));
         let mut out = Chunk::default();
-        for k in first..bins.min(first + CHUNK) {
-            if k == 0 {
-                out.missing(m, q);
-                continue;
-            }
-            let low = k.saturating_sub(half_width).clamp(1, last + 1 - width);
-            match &mut rational {
-                Some(rational) => rational.solve(k, low, &mut out),
-                None => local.solve(k, low, degrees_of_freedom, &mut out),
-            }
+        let (first, end) = (if first == 0 { 1 } else { first }, bins.min(first + CHUNK));
+        if first == 1 {
+            out.missing(m, q);
         }
+        if denominator == 0 {
+            Local::new(trials, drivers, responders, &basis, degrees_of_freedom).solve(first, end - first, last, &mut out);
+            return out;
+        }
+        let polynomial = (trials.len() * (width - s) - s * q) as f64;
+        let mut rational = Rational::new(trials, drivers, responders, &basis, denominator, polynomial);
+        (first..end).for_each(|k| rational.solve(k, basis.low(k, last), &mut out));
         out
     };
     let chunks: Vec<Chunk> = (0..bins).step_by(CHUNK).collect::<Vec<_>>().into_par_iter().map(solve).collect();
-    let join = |part: fn(&Chunk) -> &Vec<Complex64>, rows: usize, columns: usize| {
-        let mut all = chunks.iter().flat_map(|c| part(c).iter().copied());
-        Array3::from_shape_simple_fn((bins, rows, columns), || all.next().unwrap_or(NAN))
-    };
     Ok(LocalFit {
-        fitted: Fitted {
-            frequency_hz: (0..bins).map(|k| k as f64 * sample_rate_hz / len as f64).collect(),
-            g: join(|c| &c.g, m, q),
-            noise: join(|c| &c.noise, m, m),
-            gram_inverse: join(|c| &c.gram_inverse, q, q),
-            driver: join(|c| &c.driver, q, q),
-            degrees_of_freedom,
-            independent_spacing_hz: basis.independent_lines() * sample_rate_hz / len as f64,
-        },
+        fitted: Chunk::join(&chunks, (m, q), (sample_rate_hz, len), &basis, degrees_of_freedom),
         left_out: chunks.iter().flat_map(|c| c.left_out.iter().copied()).collect(),
     })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use ndof_linear::Cholesky;
+    use num_complex::Complex64;
+    use rand::{RngExt, SeedableRng};
+    use rand_chacha::ChaCha8Rng;
+
+    const ORDER: usize = 2;
+    const HALF_WIDTH: usize = 9;
+
+    /// Least squares of the equation as it is written, powers of r and leakage among the unknowns, over the window's lines but one; coefficients (per
+    /// responder), (X Xᴴ)⁻¹ and the sums of squares that are left.
+    fn written(trials: &[Lines], k: usize, low: usize, without: Option<(usize, usize)>) -> (Vec<Vec<Complex64>>, Vec<Complex64>, Vec<f64>) {
+        let (terms, width) = (ORDER + 1, 2 * HALF_WIDTH + 1);
+        let unknowns = terms * (2 + trials.len());
+        let mut rows: Vec<(Vec<Complex64>, [Complex64; 2])> = Vec::new();
+        for (t, trial) in trials.iter().enumerate() {
+            for line in (low..low + width).filter(|line| without != Some((t, *line))) {
+                let at = |channel: usize| trial.window(channel, line, 1)[0];
+                let power = |s: usize| ((line as f64 - k as f64) / HALF_WIDTH as f64).powi(s as i32);
+                let mut row = vec![Complex64::default(); unknowns];
+                for s in 0..terms {
+                    (0..2).for_each(|j| row[j * terms + s] = at(j) * power(s));
+                    row[(2 + t) * terms + s] = Complex64::from(power(s));
+                }
+                rows.push((row, [at(2), at(3)]));
+            }
+        }
+        let mut gram = Cholesky::new(unknowns);
+        assert!(gram.factor(|i, j| rows.iter().map(|(x, _)| x[i] * x[j].conj()).sum()));
+        let mut inverse = vec![Complex64::default(); unknowns * unknowns];
+        gram.inverse(&mut inverse);
+        let coefficients: Vec<Vec<Complex64>> = (0..2)
+            .map(|i| {
+                let mut b: Vec<Complex64> = (0..unknowns).map(|a| rows.iter().map(|(x, y)| y[i] * x[a].conj()).sum()).collect();
+                gram.whiten(&mut b);
+                gram.unwhiten(&mut b);
+                b
+            })
+            .collect();
+        let told = |theta: &[Complex64], x: &[Complex64]| theta.iter().zip(x).map(|(a, b)| a * b).sum::<Complex64>();
+        let left = (0..2).map(|i| rows.iter().map(|(x, y)| (y[i] - told(&coefficients[i], x)).norm_sqr()).sum()).collect();
+        (coefficients, inverse, left)
+    }
+
+    /// Every line, those whose window ends with the record and those of a last incomplete batch too, against the equation as it is written, and the
+    /// left-out error against fits that leave the line out.
+    #[test]
+    fn each_line_is_solved_as_the_equation_says() {
+        let mut rng = ChaCha8Rng::seed_from_u64(5);
+        let trials: Vec<Lines> = (0..2)
+            .map(|_| {
+                let mut channels: Vec<Vec<f64>> = (0..4).map(|_| (0..151).map(|_| rng.random_range(-1.0..1.0)).collect()).collect();
+                for n in 1..151 {
+                    channels[2][n] += 0.7 * channels[2][n - 1] + channels[0][n] - 0.3 * channels[1][n - 1];
+                    channels[3][n] += 0.5 * channels[3][n - 1] + channels[1][n];
+                }
+                Lines::new(10.0, &channels.iter().map(Vec::as_slice).collect::<Vec<_>>(), 151)
+            })
+            .collect();
+        let found = fit(&trials, (10.0, 151), &[0, 1], &[2, 3], (ORDER, 0, HALF_WIDTH)).expect("a fit");
+        let (terms, width, last) = (ORDER + 1, 2 * HALF_WIDTH + 1, 75);
+        assert_eq!(found.fitted.g.dim(), (last + 1, 2, 2));
+        assert!(found.fitted.g[[0, 0, 0]].is_nan() && found.fitted.driver[[0, 1, 1]].is_nan() && found.left_out[0].is_nan());
+        for k in 1..=last {
+            let low = (k.max(HALF_WIDTH + 1) - HALF_WIDTH).min(last + 1 - width);
+            let (coefficients, inverse, left) = written(&trials, k, low, None);
+            let unknowns = coefficients[0].len();
+            let near = |a: Complex64, b: Complex64, of: f64| assert!((a - b).norm() < 1e-9 * of, "line {k}: {a} and {b}");
+            for (i, j) in [(0, 0), (0, 1), (1, 0), (1, 1)] {
+                near(found.fitted.g[[k, i, j]], coefficients[i][j * terms], 1.0);
+                let spread = |i: usize, j: usize| inverse[i * terms * unknowns + j * terms];
+                near(found.fitted.gram_inverse[[k, i, j]], spread(i, j), spread(i, i).norm());
+            }
+            let mut left_out = 0.0;
+            for i in 0..2 {
+                near(found.fitted.noise[[k, i, i]], Complex64::from(left[i] / found.fitted.degrees_of_freedom), left[i]);
+                let own = |t: usize, line: usize| trials[t].window(2 + i, line, 1)[0];
+                // What the leakage polynomial leaves of the responder: of its power the errors are told as a share.
+                let (basis, mut power) = (Basis::new(HALF_WIDTH, terms), 0.0);
+                for trial in &trials {
+                    let mut series = trial.window(2 + i, low, width).to_vec();
+                    basis.project_out(&mut series);
+                    power += series.iter().map(|v| v.norm_sqr()).sum::<f64>();
+                }
+                for t in 0..2 {
+                    let (theta, _, _) = written(&trials, k, low, Some((t, k)));
+                    let told = theta[i][0] * trials[t].window(0, k, 1)[0] + theta[i][terms] * trials[t].window(1, k, 1)[0] + theta[i][(2 + t) * terms];
+                    left_out += (own(t, k) - told).norm_sqr() * (2 * width) as f64 / power;
+                }
+            }
+            near(Complex64::from(found.left_out[k]), Complex64::from(left_out), left_out);
+        }
+    }
 }

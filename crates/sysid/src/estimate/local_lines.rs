@@ -1,5 +1,8 @@
 //! What the local methods share: the lines of a record's transform, polynomials over a window of them, and the results line by line.
 
+use super::fitted::Fitted;
+use crate::lanes::{LANES, Lanes};
+use ndarray::Array3;
 use ndof_signal::forward_transform;
 use num_complex::Complex64;
 use rayon::prelude::*;
@@ -29,6 +32,21 @@ impl Lines {
     /// `width` lines of a channel from line `low` on.
     pub(super) fn window(&self, channel: usize, low: usize, width: usize) -> &[Complex64] {
         &self.0[channel][low..low + width]
+    }
+
+    /// Windows of a channel side by side, one a lane, each from its own line on; as wide as `to`.
+    #[inline(always)]
+    pub(super) fn windows(&self, channel: usize, low: &[usize; LANES], to: &mut [Lanes]) {
+        let lines = &self.0[channel];
+        if low.windows(2).all(|pair| pair[1] == pair[0] + 1) {
+            to.iter_mut().enumerate().for_each(|(r, to)| *to = Lanes::load(&lines[low[0] + r..low[0] + r + LANES]));
+            return;
+        }
+        for (l, &low) in low.iter().enumerate() {
+            for (to, line) in to.iter_mut().zip(&lines[low..]) {
+                (to.re[l], to.im[l]) = (line.re, line.im);
+            }
+        }
     }
 }
 
@@ -62,6 +80,11 @@ impl Basis {
         self.value[s * self.width + r]
     }
 
+    /// The first line of the window of line `k`: around it, and at the ends of what there is, lines 1 to `last`, beside it.
+    pub(super) fn low(&self, k: usize, last: usize) -> usize {
+        k.saturating_sub(self.width / 2).clamp(1, last + 1 - self.width)
+    }
+
     /// Lines that bring as much as one independent value. The response at a line is the mean of its neighbours' with weights
     /// h_r = Σ_s φ_s(0) φ_s(r), Σ h = 1: its variance is Σ h² = h₀ of a line's, that of a mean over a band 1/N of it.
     pub(super) fn independent_lines(&self) -> f64 {
@@ -74,6 +97,20 @@ impl Basis {
         for known in self.value.chunks_exact(self.width) {
             let dot: Complex64 = known.iter().zip(series.iter()).map(|(a, b)| b * a).sum();
             series.iter_mut().zip(known).for_each(|(x, a)| *x -= dot * a);
+        }
+    }
+
+    /// The same in every lane.
+    #[inline(always)]
+    pub(super) fn project_out_lanes(&self, series: &mut [Lanes]) {
+        for known in self.value.chunks_exact(self.width) {
+            let mut dot = Lanes::ZERO;
+            for (a, x) in known.iter().zip(&*series) {
+                dot = dot.plus_scaled(x, *a);
+            }
+            for (a, x) in known.iter().zip(&mut *series) {
+                *x = x.plus_scaled(&dot, -a);
+            }
         }
     }
 }
@@ -95,6 +132,25 @@ impl Chunk {
         self.gram_inverse.resize(self.gram_inverse.len() + q * q, NAN);
         self.driver.resize(self.driver.len() + q * q, NAN);
         self.left_out.push(f64::NAN);
+    }
+
+    /// The response of `m` responders to `q` drivers at the lines 0, 1 … of `len` samples, in the order of the chunks.
+    pub(super) fn join(chunks: &[Chunk], (m, q): (usize, usize), (rate_hz, len): (f64, usize), basis: &Basis, degrees_of_freedom: f64) -> Fitted {
+        let bins = chunks.iter().map(|c| c.g.len()).sum::<usize>() / (m * q);
+        let matrices = |part: fn(&Chunk) -> &[Complex64], rows: usize, columns: usize| {
+            let all: Vec<Complex64> = chunks.iter().map(part).collect::<Vec<&[Complex64]>>().concat();
+            // Each line has one matrix, so the shape always fits.
+            Array3::from_shape_vec((bins, rows, columns), all).unwrap_or_else(|_| Array3::from_elem((bins, rows, columns), NAN))
+        };
+        Fitted {
+            frequency_hz: (0..bins).map(|k| k as f64 * rate_hz / len as f64).collect(),
+            g: matrices(|c| &c.g, m, q),
+            noise: matrices(|c| &c.noise, m, m),
+            gram_inverse: matrices(|c| &c.gram_inverse, q, q),
+            driver: matrices(|c| &c.driver, q, q),
+            degrees_of_freedom,
+            independent_spacing_hz: basis.independent_lines() * rate_hz / len as f64,
+        }
     }
 }
 

@@ -1,9 +1,13 @@
 //! The local polynomial method: response and leakage as smooth functions of frequency around each line.
 
 use super::local_lines::{Basis, Chunk, Lines};
-use ndof_linear::Cholesky;
+use crate::filling::{scatter, scatter_hermitian};
+use crate::lanes::{LANES, LaneCholesky, Lanes, Reals, dot_conj, lanes, lower, map, power};
 use num_complex::Complex64;
+use pulp::{Arch, Simd, WithSimd};
 use serde::{Deserialize, Serialize};
+
+const NAN: Complex64 = Complex64::new(f64::NAN, f64::NAN);
 
 /// Settings of the local polynomial method.
 ///
@@ -49,127 +53,223 @@ impl LocalPolynomial {
     }
 }
 
-/// Workspace for one line: regressors X (unknowns × equations) and responders Y (m × equations), equations being the
+/// Workspace for [`LANES`] lines side by side: regressors X (unknowns × equations) and responders Y (m × equations), equations being the
 /// lines of the window of each trial in turn, all without the leakage polynomial.
 pub(super) struct Local<'a> {
     trials: &'a [Lines],
     drivers: &'a [usize],
     responders: &'a [usize],
     basis: &'a Basis,
-    x: Vec<Complex64>,
-    y: Vec<Complex64>,
+    degrees_of_freedom: f64,
+    /// Where each lane's window begins, and the line in it.
+    low: [usize; LANES],
+    offset: [usize; LANES],
+    window: Vec<Lanes>,
+    x: Vec<Lanes>,
+    y: Vec<Lanes>,
+    /// X Xᴴ, a lower triangle.
+    gram: Vec<Lanes>,
+    factor: LaneCholesky,
     /// Y Xᴴ, whitened by the factor of X Xᴴ, m × unknowns.
-    projection: Vec<Complex64>,
-    factor: Cholesky<Complex64>,
-    row: Vec<Complex64>,
-    evaluation: Vec<Complex64>,
+    projection: Vec<Lanes>,
+    /// What each responder has in the window.
+    power: Vec<Reals>,
+    /// What drivers leave of the responders, a lower triangle.
+    rest: Vec<Lanes>,
+    row: Vec<Lanes>,
+    evaluation: Vec<Lanes>,
 }
 
 impl<'a> Local<'a> {
-    pub(super) fn new(trials: &'a [Lines], drivers: &'a [usize], responders: &'a [usize], basis: &'a Basis) -> Self {
+    pub(super) fn new(trials: &'a [Lines], drivers: &'a [usize], responders: &'a [usize], basis: &'a Basis, degrees_of_freedom: f64) -> Self {
         let (unknowns, equations, m) = (drivers.len() * basis.terms, trials.len() * basis.width, responders.len());
-        let zeros = |n: usize| vec![Complex64::default(); n];
+        let zeros = |n: usize| vec![Lanes::ZERO; n];
         Local {
             trials,
             drivers,
             responders,
             basis,
+            degrees_of_freedom,
+            low: [0; LANES],
+            offset: [0; LANES],
+            window: zeros(basis.width),
             x: zeros(unknowns * equations),
             y: zeros(m * equations),
+            gram: zeros(unknowns * (unknowns + 1) / 2),
+            factor: LaneCholesky::new(unknowns),
             projection: zeros(m * unknowns),
-            factor: Cholesky::new(unknowns),
+            power: vec![[0.0; LANES]; m],
+            rest: zeros(m * (m + 1) / 2),
             row: zeros(unknowns),
             evaluation: zeros(drivers.len() * unknowns),
         }
     }
 
-    /// Solves line `k` from the window that begins at line `low`.
-    pub(super) fn solve(&mut self, k: usize, low: usize, degrees_of_freedom: f64, out: &mut Chunk) {
-        let Basis { terms, width, .. } = *self.basis;
-        let (q, m, equations) = (self.drivers.len(), self.responders.len(), self.trials.len() * width);
-        let unknowns = q * terms;
+    /// Appends what is found at `count` lines from `first` on, of which `last` is the last that there is.
+    pub(super) fn solve(&mut self, first: usize, count: usize, last: usize, out: &mut Chunk) {
+        for done in (0..count).step_by(LANES) {
+            // Lanes that are not asked for repeat the last line.
+            for l in 0..LANES {
+                let k = (first + done + l).min(last);
+                self.low[l] = self.basis.low(k, last);
+                self.offset[l] = k - self.low[l];
+            }
+            Arch::new().dispatch(Solve { local: self, count: LANES.min(count - done), out });
+        }
+    }
+
+    fn unknowns(&self) -> usize {
+        self.drivers.len() * self.basis.terms
+    }
+
+    fn equations(&self) -> usize {
+        self.trials.len() * self.basis.width
+    }
+
+    #[inline(always)]
+    fn solve_lanes(&mut self, count: usize, out: &mut Chunk) {
+        self.load();
+        self.regress();
+        self.write_noise(count, out);
+        self.write_response(count, out);
+        self.write_left_out(count, out);
+    }
+
+    /// X and Y.
+    #[inline(always)]
+    fn load(&mut self) {
+        let (terms, width, equations) = (self.basis.terms, self.basis.width, self.equations());
         for (t, trial) in self.trials.iter().enumerate() {
             for (j, &channel) in self.drivers.iter().enumerate() {
-                let u = trial.window(channel, low, width);
+                trial.windows(channel, &self.low, &mut self.window);
                 for s in 0..terms {
                     let at = (j * terms + s) * equations + t * width;
                     let series = &mut self.x[at..at + width];
-                    series.iter_mut().enumerate().for_each(|(r, x)| *x = u[r] * self.basis.at(s, r));
-                    self.basis.project_out(series);
+                    for (r, (x, u)) in series.iter_mut().zip(&self.window).enumerate() {
+                        *x = u.scaled(&[self.basis.at(s, r); LANES]);
+                    }
+                    self.basis.project_out_lanes(series);
                 }
             }
             for (i, &channel) in self.responders.iter().enumerate() {
-                let at = i * equations + t * width;
-                let series = &mut self.y[at..at + width];
-                series.copy_from_slice(trial.window(channel, low, width));
-                self.basis.project_out(series);
+                let series = &mut self.y[i * equations + t * width..][..width];
+                trial.windows(channel, &self.low, series);
+                self.basis.project_out_lanes(series);
             }
         }
-        let product = |a: &[Complex64], i: usize, b: &[Complex64], j: usize| -> Complex64 {
-            a[i * equations..(i + 1) * equations].iter().zip(&b[j * equations..(j + 1) * equations]).map(|(a, b)| a * b.conj()).sum()
-        };
-        if !self.factor.factor(|i, j| product(&self.x, i, &self.x, j)) {
-            return out.missing(m, q);
-        }
-        for (i, row) in self.projection.chunks_exact_mut(unknowns).enumerate() {
-            row.iter_mut().enumerate().for_each(|(j, b)| *b = product(&self.y, i, &self.x, j));
-            self.factor.whiten(row);
-        }
-        for i in 0..m {
-            for l in 0..m {
-                let explained: Complex64 = (0..unknowns).map(|a| self.projection[i * unknowns + a] * self.projection[l * unknowns + a].conj()).sum();
-                let rest = (product(&self.y, i, &self.y, l) - explained) / degrees_of_freedom;
-                out.noise.push(if i == l { Complex64::from(rest.re.max(0.0)) } else { rest });
-            }
-        }
-        // Coefficients, and the whitened rows that evaluate each driver's polynomial at the line.
-        let offset = k - low;
-        for j in 0..q {
-            let row = &mut self.evaluation[j * unknowns..(j + 1) * unknowns];
-            row.fill(Complex64::default());
-            (0..terms).for_each(|s| row[j * terms + s] = Complex64::from(self.basis.at(s, offset)));
-            self.factor.whiten(row);
-        }
-        for i in 0..m {
-            for j in 0..q {
-                let whitened = &self.evaluation[j * unknowns..(j + 1) * unknowns];
-                out.g.push(self.projection[i * unknowns..(i + 1) * unknowns].iter().zip(whitened).map(|(b, e)| b * e.conj()).sum());
-            }
-        }
-        for l in 0..q {
-            for j in 0..q {
-                let (a, b) = (&self.evaluation[l * unknowns..(l + 1) * unknowns], &self.evaluation[j * unknowns..(j + 1) * unknowns]);
-                out.gram_inverse.push(a.iter().zip(b).map(|(a, b)| a * b.conj()).sum());
-            }
-        }
-        // Drivers without leakage: their lowest regressor, whose polynomial is the constant 1/√width.
-        let averages = (self.trials.len() * (width - terms)) as f64 / width as f64;
-        for l in 0..q {
-            for j in 0..q {
-                out.driver.push(product(&self.x, l * terms, &self.x, j * terms) / averages);
-            }
-        }
-        out.left_out.push(self.left_out(offset));
     }
 
-    /// Σ_i |e_i|²/(1 − h)² / S_ii of a line of the window, the fit being that with it.
-    fn left_out(&mut self, offset: usize) -> f64 {
-        let Basis { terms, width, .. } = *self.basis;
-        let (m, equations, unknowns) = (self.responders.len(), self.trials.len() * width, self.drivers.len() * terms);
-        let mut left_out = 0.0;
-        for t in 0..self.trials.len() {
-            let at = t * width + offset;
-            (0..unknowns).for_each(|a| self.row[a] = self.x[a * equations + at].conj());
-            self.factor.whiten(&mut self.row);
-            let leakage: f64 = (0..terms).map(|s| self.basis.at(s, offset).powi(2)).sum();
-            let leverage = leakage + self.row.iter().map(|v| v.norm_sqr()).sum::<f64>();
-            for i in 0..m {
-                let fitted: Complex64 = self.projection[i * unknowns..(i + 1) * unknowns].iter().zip(&self.row).map(|(b, x)| b * x.conj()).sum();
-                let error = (self.y[i * equations + at] - fitted).norm_sqr() / (1.0 - leverage).powi(2);
-                let power: f64 = self.y[i * equations..(i + 1) * equations].iter().map(|v| v.norm_sqr()).sum();
-                left_out += error * equations as f64 / power.max(f64::MIN_POSITIVE);
+    /// The coefficients, whitened, and the rows that evaluate each driver's polynomial at the line.
+    #[inline(always)]
+    fn regress(&mut self) {
+        let (terms, unknowns, equations) = (self.basis.terms, self.unknowns(), self.equations());
+        for a in 0..unknowns {
+            for b in 0..=a {
+                self.gram[lower(a, b)] = dot_conj(&self.x[a * equations..(a + 1) * equations], &self.x[b * equations..(b + 1) * equations]);
             }
         }
-        left_out
+        self.factor.factor(|i, j| self.gram[lower(i, j)]);
+        for i in 0..self.responders.len() {
+            let row = &mut self.projection[i * unknowns..(i + 1) * unknowns];
+            for (b, x) in row.iter_mut().zip(self.x.chunks_exact(equations)) {
+                *b = dot_conj(&self.y[i * equations..(i + 1) * equations], x);
+            }
+            self.factor.whiten(row);
+        }
+        for (j, row) in self.evaluation.chunks_exact_mut(unknowns).enumerate() {
+            row.fill(Lanes::ZERO);
+            (0..terms).for_each(|s| row[j * terms + s].re = lanes(|l| self.basis.at(s, self.offset[l])));
+            self.factor.whiten(row);
+        }
+    }
+
+    /// What drivers do not explain of the responders.
+    #[inline(always)]
+    fn write_noise(&mut self, count: usize, out: &mut Chunk) {
+        let (m, unknowns, equations) = (self.responders.len(), self.unknowns(), self.equations());
+        let share = [1.0 / self.degrees_of_freedom; LANES];
+        for (own, y) in self.power.iter_mut().zip(self.y.chunks_exact(equations)) {
+            *own = power(y);
+        }
+        for i in 0..m {
+            for l in 0..=i {
+                let explained = dot_conj(&self.projection[i * unknowns..(i + 1) * unknowns], &self.projection[l * unknowns..(l + 1) * unknowns]);
+                self.rest[lower(i, l)] = if i == l {
+                    // Round-off below nought is nought; what is not a number stays none.
+                    let rest = lanes(|k| if self.power[i][k] < explained.re[k] { 0.0 } else { self.power[i][k] - explained.re[k] });
+                    Lanes { re: rest, im: [0.0; LANES] }.scaled(&share)
+                } else {
+                    let full = dot_conj(&self.y[i * equations..(i + 1) * equations], &self.y[l * equations..(l + 1) * equations]);
+                    Lanes { re: map(&full.re, &explained.re, |a, b| a - b), im: map(&full.im, &explained.im, |a, b| a - b) }.scaled(&share)
+                };
+            }
+        }
+        scatter_hermitian(matrices(&mut out.noise, count, m * m), m, |i, l| self.rest[lower(i, l)]);
+    }
+
+    /// The response, its spread and the drivers.
+    #[inline(always)]
+    fn write_response(&mut self, count: usize, out: &mut Chunk) {
+        let (q, m, terms, unknowns) = (self.drivers.len(), self.responders.len(), self.basis.terms, self.unknowns());
+        let at = |j: usize| &self.evaluation[j * unknowns..(j + 1) * unknowns];
+        let to = matrices(&mut out.g, count, m * q);
+        for (i, row) in self.projection.chunks_exact(unknowns).enumerate() {
+            (0..q).for_each(|j| scatter(to, m * q, i * q + j, &dot_conj(row, at(j))));
+        }
+        scatter_hermitian(matrices(&mut out.gram_inverse, count, q * q), q, |l, j| dot_conj(at(l), at(j)));
+        // Drivers without leakage: their lowest regressor, whose polynomial is the constant 1/√width. None where there is no response.
+        let averages = (self.trials.len() * (self.basis.width - terms)) as f64 / self.basis.width as f64;
+        let known = lanes(|l| if self.evaluation[q * unknowns - 1].re[l].is_nan() { f64::NAN } else { 1.0 / averages });
+        scatter_hermitian(matrices(&mut out.driver, count, q * q), q, |l, j| self.gram[lower(l * terms, j * terms)].scaled(&known));
+    }
+
+    /// Σ_i |e_i|²/(1 − h)² / S_ii of the line itself, the fit being that with it.
+    #[inline(always)]
+    fn write_left_out(&mut self, count: usize, out: &mut Chunk) {
+        let (terms, width, unknowns, equations) = (self.basis.terms, self.basis.width, self.unknowns(), self.equations());
+        let leakage = lanes(|l| (0..terms).map(|s| self.basis.at(s, self.offset[l]).powi(2)).sum());
+        let mut left_out = [0.0; LANES];
+        for t in 0..self.trials.len() {
+            let own = |series: &[Lanes]| {
+                let at = &series[t * width..(t + 1) * width];
+                Lanes { re: lanes(|l| at[self.offset[l]].re[l]), im: lanes(|l| at[self.offset[l]].im[l]) }
+            };
+            for (to, x) in self.row.iter_mut().zip(self.x.chunks_exact(equations)) {
+                *to = own(x).conj();
+            }
+            self.factor.whiten(&mut self.row);
+            let leverage = map(&leakage, &power(&self.row[..unknowns]), |a, b| a + b);
+            for (i, y) in self.y.chunks_exact(equations).enumerate() {
+                let (fitted, y) = (dot_conj(&self.projection[i * unknowns..(i + 1) * unknowns], &self.row), own(y));
+                for (l, sum) in left_out.iter_mut().enumerate() {
+                    let error = ((y.re[l] - fitted.re[l]).powi(2) + (y.im[l] - fitted.im[l]).powi(2)) / (1.0 - leverage[l]).powi(2);
+                    *sum += error * equations as f64 / self.power[i][l].max(f64::MIN_POSITIVE);
+                }
+            }
+        }
+        out.left_out.extend_from_slice(&left_out[..count]);
+    }
+}
+
+/// Room for `count` matrices of `size` entries at the end of `results`.
+fn matrices(results: &mut Vec<Complex64>, count: usize, size: usize) -> &mut [Complex64] {
+    let start = results.len();
+    results.resize(start + count * size, NAN);
+    &mut results[start..]
+}
+
+/// All of it is compiled for the processor's vectors.
+struct Solve<'a, 'b> {
+    local: &'a mut Local<'b>,
+    count: usize,
+    out: &'a mut Chunk,
+}
+
+impl WithSimd for Solve<'_, '_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, _: S) {
+        self.local.solve_lanes(self.count, self.out);
     }
 }
