@@ -10,10 +10,36 @@ struct Place {
     straight: [[f64; 2]; 3],
 }
 
-/// The measured motion along the curve of an arm, `[trial][time]`.
+/// The measured motion of one trial along the curve of an arm, series by series; NaN where the hand cannot be.
+#[derive(Default)]
+struct Track {
+    /// P, `[row][column][time]`.
+    turned: [[Vec<f64>; 2]; 2],
+    /// x, ẋ, ẍ along the curve and straight, `[order][axis][time]`.
+    curved: [[Vec<f64>; 2]; 3],
+    straight: [[Vec<f64>; 2]; 3],
+    coupling: [Vec<f64>; 2],
+    held: [Vec<f64>; 2],
+}
+
+impl Track {
+    fn of(places: &[Option<Place>]) -> Self {
+        let series = |value: &dyn Fn(&Place) -> f64| places.iter().map(|place| place.as_ref().map_or(f64::NAN, value)).collect();
+        let each = |value: &dyn Fn(&Place, usize) -> f64| [0, 1].map(|k| series(&|place| value(place, k)));
+        Track {
+            turned: [0, 1].map(|i| each(&|place, k| place.arm.turned[i][k])),
+            curved: [0, 1, 2].map(|order| each(&|place, j| place.carried.order[order][j])),
+            straight: [0, 1, 2].map(|order| each(&|place, j| place.straight[order][j])),
+            coupling: each(&|place, k| place.carried.coupling[k]),
+            held: each(&|place, k| place.arm.held[k]),
+        }
+    }
+}
+
+/// The measured motion along the curve of an arm.
 pub(crate) struct Curved<'a> {
     state: &'a State,
-    places: Vec<Vec<Option<Place>>>,
+    trials: Vec<Track>,
 }
 
 /// The places of one trial; none where the hand cannot be.
@@ -32,15 +58,11 @@ fn places(state: &State, arm: &CurvedArm, trial: usize) -> Vec<Option<Place>> {
 
 impl<'a> Curved<'a> {
     pub fn new(state: &'a State, arm: &CurvedArm) -> Self {
-        Curved { state, places: (0..state.layout.trials).map(|trial| places(state, arm, trial)).collect() }
+        Curved { state, trials: (0..state.layout.trials).map(|trial| Track::of(&places(state, arm, trial))).collect() }
     }
 
-    fn column(&self, force: impl Fn(&Place) -> [f64; 2]) -> Column {
-        let of_trial = |places: &Vec<Option<Place>>| {
-            let forces: Vec<[f64; 2]> = places.iter().map(|place| place.as_ref().map_or([f64::NAN; 2], &force)).collect();
-            [0, 1].map(|i| forces.iter().map(|f| f[i]).collect()).to_vec()
-        };
-        self.state.force_column(&self.places.iter().map(of_trial).collect(), None, None)
+    fn column(&self, forces: impl Fn(&Track) -> [Vec<f64>; 2]) -> Column {
+        self.state.force_column(&self.trials.iter().map(|track| forces(track).to_vec()).collect(), None, None)
     }
 
     /// The column of entries of M, B or K. What acts between noise and motion stays that of the straight one: it is a share of (amplitude / arm's
@@ -48,12 +70,15 @@ impl<'a> Curved<'a> {
     pub fn entries_column(&self, matrix: Matrix, entries: &[(usize, usize, f64)]) -> Column {
         let mut column = self.state.entries_column(matrix, entries);
         let order = order_of(matrix);
-        let bent = self.column(|place| {
-            let mut force = [0.0; 2];
+        let bent = self.column(|track| {
+            let mut force = [0, 1].map(|_| vec![0.0; self.state.layout.samples]);
             for &(i, j, weight) in entries {
-                let (turned, straight) = (place.carried.order[order][j], place.straight[order][j]);
-                force.iter_mut().zip(place.arm.turned[i]).for_each(|(force, share)| *force += weight * share * turned);
-                force[i] -= weight * straight;
+                for (k, force) in force.iter_mut().enumerate() {
+                    for ((force, turned), moved) in force.iter_mut().zip(&track.turned[i][k]).zip(&track.curved[order][j]) {
+                        *force += weight * turned * moved;
+                    }
+                }
+                force[i].iter_mut().zip(&track.straight[order][j]).for_each(|(force, straight)| *force -= weight * straight);
             }
             force
         });
@@ -63,13 +88,12 @@ impl<'a> Curved<'a> {
 
     /// The column of the inertia that follows the elbow.
     pub fn coupling_column(&self) -> Column {
-        self.column(|place| place.carried.coupling)
+        self.column(|track| track.coupling.clone())
     }
 
     /// The column of what turns with the force that holds the arm.
     pub fn held_column(&self) -> Column {
-        let column = self.column(|place| place.arm.held);
-        Column { action: vec![], ..column }
+        Column { action: vec![], ..self.column(|track| track.held.clone()) }
     }
 }
 

@@ -171,7 +171,7 @@ impl Ground<'_> {
     pub fn evaluate(&self, hypothesis: &Hypothesis, knobs: &[f64], rounds: usize) -> Option<Tried> {
         if hypothesis.corrects() {
             let state = self.state.with(&hypothesis.transform(knobs));
-            let base = Base::new(&state, self.cause, &self.base.structure, self.base.arm.as_ref());
+            let base = self.base.under(self.state, &state, self.cause);
             let columns: Vec<&Column> = base.columns.iter().chain(self.terms).collect();
             let fit = Likelihood::new(&state, self.cause, &base.held).fit(&columns, self.power, rounds, true)?;
             return hypothesis.form.admits(knobs, &[]).then(|| Tried { knobs: knobs.to_vec(), coefficients: vec![], fit });

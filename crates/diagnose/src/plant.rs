@@ -98,8 +98,30 @@ pub(crate) struct Base {
 
 impl Base {
     pub fn new(state: &State, cause: &Cause, structure: &Structure, arm: Option<&CurvedArm>) -> Self {
-        let layout = &state.layout;
-        let n = layout.axes;
+        let mut base = Base::of_motion(state, structure, arm);
+        base.offsets(&state.layout);
+        base.tolerances(state, cause);
+        base
+    }
+
+    /// That of a state which is this one's under one more transform: what the transform leaves alone is taken over.
+    pub fn under(&self, before: &State, state: &State, cause: &Cause) -> Self {
+        // A state whose motion is another has series of its own.
+        let still = Arc::ptr_eq(&before.x, &state.x);
+        let mut base = if still { Base { columns: vec![], roles: vec![], ..self.clone() } } else { Base::of_motion(state, &self.structure, self.arm.as_ref()) };
+        for (column, role) in self.columns.iter().zip(&self.roles) {
+            if role.of_a_trial() || still && matches!(role, Role::Entry(..)) {
+                base.columns.push(column.clone());
+                base.roles.push(*role);
+            }
+        }
+        base.tolerances(state, cause);
+        base
+    }
+
+    /// What depends on the motion alone: matrices and known laws.
+    fn of_motion(state: &State, structure: &Structure, arm: Option<&CurvedArm>) -> Self {
+        let n = state.layout.axes;
         let curved = arm.map(|arm| Curved::new(state, arm));
         let entries_column = |matrix: Matrix, entries: &[(usize, usize, f64)]| match &curved {
             Some(curved) => curved.entries_column(matrix, entries),
@@ -125,10 +147,6 @@ impl Base {
         base.held = structure.given.iter().map(|&(matrix, i, j, value)| (entries_column(matrix, &[(i, j, 1.0)]), value)).collect();
         base.held.extend(curved.as_ref().map(|curved| (curved.held_column(), 1.0)));
         base.held.extend(structure.known.0.iter().map(|law| (state.force_column(&state.forces(law.as_ref()), None, None), 1.0)));
-        base.offsets(layout);
-        if structure.tolerances {
-            base.tolerances(state, cause);
-        }
         base
     }
 
@@ -150,8 +168,11 @@ impl Base {
         }
     }
 
-    /// A delay (or filter) of all effort channels and a rotation of each pair, with priors as wide as instruments are good.
+    /// A delay (or filter) of all effort channels and a rotation of each pair, with priors as wide as instruments are good; where tolerances count.
     fn tolerances(&mut self, state: &State, cause: &Cause) {
+        if !self.structure.tolerances {
+            return;
+        }
         let layout = &state.layout;
         let (n, lines) = (layout.axes, layout.lines());
         let impedance = |entry: &dyn Fn(usize, &[Complex64]) -> Complex64| match cause {
@@ -159,8 +180,9 @@ impl Base {
             _ => vec![Complex64::ZERO; lines],
         };
         let looped = matches!(cause, Cause::Loop(_));
-        let times_s =
-            |spectrum: &[Complex64]| -> Arc<Vec<Complex64>> { Arc::new(spectrum.iter().enumerate().map(|(k, f)| -f * layout.sj[k % lines]).collect()) };
+        let times_s = |spectrum: &[Complex64]| -> Arc<Vec<Complex64>> {
+            Arc::new(spectrum.chunks(lines).flat_map(|block| block.iter().zip(&layout.sj).map(|(f, s)| -f * s)).collect())
+        };
         let sigma = INSTRUMENT_DELAY_S * layout.time_s;
         self.columns.push(Column {
             parts: (0..n).map(|i| (i, times_s(&state.effort_spectra[i]))).collect(),

@@ -90,12 +90,15 @@ impl CurvedArm {
         if cosine.is_nan() || cosine.abs() >= 1.0 {
             return None;
         }
-        let elbow = cosine.acos().copysign(self.posture_rad[1]);
-        let shoulder = hand[1].atan2(hand[0]) - (l2 * elbow.sin()).atan2(l1 + l2 * cosine);
-        // The angle of the upper arm may have gone round once.
-        let turn = |angle: f64| angle - std::f64::consts::TAU * (angle / std::f64::consts::TAU).round();
-        let angles = [turn(shoulder - self.posture_rad[0]), elbow - self.posture_rad[1]];
-        let (here, start) = (links(self.link_lengths_m, [shoulder, elbow]), jacobian(rest));
+        let sine = (1.0 - cosine * cosine).sqrt().copysign(self.posture_rad[1]);
+        // The upper arm stands where the bent arm's line to its hand is turned onto the hand.
+        let [along, aside] = [l1 + l2 * cosine, l2 * sine];
+        let squared = hand[0] * hand[0] + hand[1] * hand[1];
+        let upper = [l1 * (hand[0] * along + hand[1] * aside) / squared, l1 * (hand[1] * along - hand[0] * aside) / squared];
+        let here = [upper, [hand[0] - upper[0], hand[1] - upper[1]]];
+        let shoulder = (rest[0][0] * upper[1] - rest[0][1] * upper[0]).atan2(rest[0][0] * upper[0] + rest[0][1] * upper[1]);
+        let angles = [shoulder, sine.atan2(cosine) - self.posture_rad[1]];
+        let start = jacobian(rest);
         let j = jacobian(here);
         let area = j[0][0] * j[1][1] - j[0][1] * j[1][0];
         let back = [[j[1][1] / area, -j[0][1] / area], [-j[1][0] / area, j[0][0] / area]];
@@ -113,7 +116,7 @@ impl CurvedArm {
             jacobian_back: back,
             links: here,
             lengths_product: l1 * l2,
-            elbow_cosine: self.posture_rad[1].cos(),
+            elbow_cosine: (rest[0][0] * rest[1][0] + rest[0][1] * rest[1][1]) / (l1 * l2),
         })
     }
 }
