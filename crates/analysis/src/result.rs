@@ -52,6 +52,15 @@ pub fn to_json(result: &impl Serialize) -> Result<String, serde_json::Error> {
     serde_json::to_string(result).map(|text| text + "\n")
 }
 
+/// Writes what [`to_json`] returns, piece by piece.
+///
+/// # Errors
+/// If the result cannot be expressed in JSON or not be written.
+pub fn write_json(result: &impl Serialize, mut to: impl std::io::Write) -> std::io::Result<()> {
+    serde_json::to_writer(&mut to, result)?;
+    to.write_all(b"\n")
+}
+
 /// The word that serde writes for a value of an enum without fields.
 pub fn word(value: &impl Serialize) -> String {
     serde_json::to_value(value).ok().and_then(|value| value.as_str().map(str::to_owned)).unwrap_or_default()

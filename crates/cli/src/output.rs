@@ -4,10 +4,10 @@ use crate::error::CliError;
 use crate::flags::as_flags;
 use crate::options::Shared;
 use ndof_analysis::Trials;
-use ndof_analysis::result::{Warning, to_json};
+use ndof_analysis::result::{self, Warning};
 use ndof_report::Report;
 use serde::Serialize;
-use std::io::Write;
+use std::io::{BufWriter, Write};
 use std::path::Path;
 
 /// Writes the result where `--json` says.
@@ -17,14 +17,13 @@ pub fn json(shared: &Shared, result: &impl Serialize) -> Result<(), CliError> {
 }
 
 /// Writes a result as JSON to `path`, or to standard output for `-`.
-pub fn write_json(path: &Path, result: &impl Serialize) -> Result<(), CliError> {
-    let text = to_json(result).map_err(|error| CliError::Usage(format!("the result cannot be written as JSON: {error}")))?;
+pub fn write_json(path: &Path, value: &impl Serialize) -> Result<(), CliError> {
     if path.as_os_str() == "-" {
-        let mut stdout = std::io::stdout().lock();
-        stdout.write_all(text.as_bytes())?;
+        let mut stdout = BufWriter::new(std::io::stdout().lock());
+        result::write_json(value, &mut stdout)?;
         stdout.flush()?;
     } else {
-        ndof_io::write_atomic(path, text.as_bytes())?;
+        ndof_io::write_atomic_with(path, |to| result::write_json(value, to))?;
     }
     Ok(())
 }

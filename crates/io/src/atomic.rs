@@ -63,17 +63,34 @@ pub fn abandon_writes(end: impl FnOnce() -> Infallible) -> Infallible {
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 pub fn write_atomic(path: &Path, bytes: &[u8]) -> Result<(), IoError> {
+    write_atomic_with(path, |to| to.write_all(bytes))
+}
+
+/// [`write_atomic`] of what `write` writes, which need not be in memory as a whole.
+///
+/// # Errors
+/// Those of [`write_atomic`], and those of `write`.
+///
+/// ```
+/// let dir = tempfile::tempdir()?;
+/// let path = dir.path().join("lines.txt");
+/// ndof_io::write_atomic_with(&path, |to| (1..4).try_for_each(|k| writeln!(to, "{k}")))?;
+/// assert_eq!(std::fs::read(&path)?, b"1\n2\n3\n");
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+pub fn write_atomic_with(path: &Path, write: impl FnOnce(&mut dyn Write) -> io::Result<()>) -> Result<(), IoError> {
     if std::fs::canonicalize(path).is_ok_and(|own| INPUTS.lock().unwrap_or_else(PoisonError::into_inner).contains(&own)) {
         return Err(IoError::Input { file: path.display().to_string() });
     }
-    replace(path, bytes).map_err(|source| IoError::Write { file: path.display().to_string(), source })
+    replace(path, write).map_err(|source| IoError::Write { file: path.display().to_string(), source })
 }
 
-fn replace(path: &Path, bytes: &[u8]) -> io::Result<()> {
+fn replace(path: &Path, write: impl FnOnce(&mut dyn Write) -> io::Result<()>) -> io::Result<()> {
     let target = std::fs::canonicalize(path).unwrap_or_else(|_| path.to_owned());
     let existing = std::fs::metadata(&target).ok();
+    // A device or a pipe (`/dev/stdout`) has no half-written state that a rename could save; a folder is an error.
     if existing.as_ref().is_some_and(|m| !m.is_file()) {
-        return write_in_place(&target, bytes);
+        return buffered(&std::fs::OpenOptions::new().write(true).open(target)?, write);
     }
     let folder = match target.parent() {
         Some(folder) if !folder.as_os_str().is_empty() => folder,
@@ -88,14 +105,14 @@ fn replace(path: &Path, bytes: &[u8]) -> io::Result<()> {
     if let Some(permissions) = &permissions {
         builder.permissions(permissions.clone());
     }
-    let mut temporary = {
+    let temporary = {
         let mut paths = under_way();
         let temporary = builder.tempfile_in(folder)?;
         paths.push(temporary.path().to_owned());
         temporary
     };
     let own = temporary.path().to_owned();
-    let written = temporary.write_all(bytes).and_then(|()| temporary.as_file().sync_all());
+    let written = buffered(temporary.as_file(), write).and_then(|()| temporary.as_file().sync_all());
     let mut paths = under_way();
     paths.retain(|path| *path != own);
     written?;
@@ -105,10 +122,13 @@ fn replace(path: &Path, bytes: &[u8]) -> io::Result<()> {
     Ok(())
 }
 
-/// A device or a pipe (`/dev/stdout`) has no half-written state that a rename could save; a folder is an error.
-fn write_in_place(target: &Path, bytes: &[u8]) -> io::Result<()> {
-    let mut file = std::fs::OpenOptions::new().write(true).open(target)?;
-    file.write_all(bytes)
+/// Writes in pieces of this many bytes: large ones, for a system that does a costly thing at each.
+const PIECE: usize = 1 << 18;
+
+fn buffered(file: &File, write: impl FnOnce(&mut dyn Write) -> io::Result<()>) -> io::Result<()> {
+    let mut to = io::BufWriter::with_capacity(PIECE, file);
+    write(&mut to)?;
+    to.flush()
 }
 
 #[cfg(unix)]

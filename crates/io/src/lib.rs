@@ -77,7 +77,7 @@ mod write;
 #[cfg(feature = "xdf")]
 mod xdf;
 
-pub use atomic::{abandon_writes, keep, write_atomic};
+pub use atomic::{abandon_writes, keep, write_atomic, write_atomic_with};
 pub use columns::{ColumnNumber, ColumnsFile};
 #[cfg(feature = "csv")]
 pub use csv::CsvStream;

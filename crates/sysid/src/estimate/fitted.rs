@@ -9,10 +9,12 @@ use super::{EstimateError, check};
 use crate::labels::Labels;
 use crate::lanes::scaled_condition;
 use crate::response::{FrequencyResponse, ResponseKind, Uncertainty};
-use ndarray::{Array2, Array3};
+use ndarray::{Array, Array2, Array3, Axis, Dimension, Slice};
 use ndof_linear::Cholesky;
 use ndof_signal::Kernel;
 use num_complex::Complex64;
+use rayon::prelude::*;
+use std::ops::Range;
 
 const NAN: Complex64 = Complex64::new(f64::NAN, f64::NAN);
 
@@ -71,7 +73,7 @@ impl Fitted {
             }
             if condition[f] > LARGEST_CONDITION || !self.g[[f, 0, 0]].is_finite() {
                 singular_bins.push(f);
-                value.index_axis_mut(ndarray::Axis(0), f).fill(NAN);
+                value.index_axis_mut(Axis(0), f).fill(NAN);
                 continue;
             }
             for i in 0..p {
@@ -108,16 +110,22 @@ impl Fitted {
     /// [`derived`](super::derived()).
     pub(crate) fn derived(&self, direct: &Fitted, labels: &Labels) -> Result<DerivedEstimate, EstimateError> {
         let (m, p) = (self.g.dim().1, labels.outputs.len());
-        let mut line = AtLine::new(self, direct, p);
-        let mut found = Found::new(self.g.dim(), p);
-        let lines = usize::from(self.frequency_hz.first() == Some(&0.0))..self.frequency_hz.len();
-        let singular_bins: Vec<usize> = lines.filter(|&f| line.solve(f, &mut found).is_none()).collect();
+        let bins = self.frequency_hz.len();
+        let solve = |first: usize| {
+            let lines = first..bins.min(first + LINES);
+            let (mut line, mut found) = (AtLine::new(self, direct, p), Found::new(lines.clone(), self.g.dim(), p));
+            let missing = lines.filter(|&f| self.frequency_hz[f] != 0.0).filter(|&f| line.solve(f, &mut found).is_none()).collect();
+            (found, missing)
+        };
+        let (parts, missing): (Vec<Found>, Vec<Vec<usize>>) = (0..bins).step_by(LINES).collect::<Vec<_>>().into_par_iter().map(solve).unzip();
+        let (mut found, singular_bins) = (Found::new(0..bins, self.g.dim(), p), missing.concat());
+        parts.iter().for_each(|part| found.put(part));
         if found.value.iter().all(|v| v.is_nan()) {
             return Err(EstimateError::Dependent { role: "reference", names: labels.references.clone() });
         }
         let part = |from: usize, to: usize| {
             let pick: Vec<usize> = (from..to).collect();
-            (self.g.select(ndarray::Axis(1), &pick), self.noise.select(ndarray::Axis(1), &pick).select(ndarray::Axis(2), &pick))
+            (self.g.select(Axis(1), &pick), self.noise.select(Axis(1), &pick).select(Axis(2), &pick))
         };
         let wrap = |value, noise, inverse, kind, inputs: &[String], outputs: &[String]| FrequencyResponse {
             frequency_hz: self.frequency_hz.clone(),
@@ -145,8 +153,12 @@ impl Fitted {
     }
 }
 
-/// The arrays of a derived estimate while they are made.
+/// Lines that one task treats.
+const LINES: usize = 512;
+
+/// The arrays of a derived estimate while they are made, from line `first` on.
 struct Found {
+    first: usize,
     value: Array3<Complex64>,
     noise: Array3<Complex64>,
     input_inverse: Array3<Complex64>,
@@ -160,10 +172,11 @@ struct Found {
 
 impl Found {
     /// Nothing yet, for `p` of the responders being outputs.
-    fn new((bins, m, _): (usize, usize, usize), p: usize) -> Self {
-        let q = m - p;
+    fn new(lines: Range<usize>, (_, m, _): (usize, usize, usize), p: usize) -> Self {
+        let (q, bins) = (m - p, lines.len());
         let complex = |rows: usize, columns: usize| Array3::from_elem((bins, rows, columns), NAN);
         Found {
+            first: lines.start,
             value: complex(p, q),
             noise: complex(p, p),
             input_inverse: complex(q, q),
@@ -175,6 +188,28 @@ impl Found {
             weak_instrument: vec![false; bins],
         }
     }
+
+    /// Takes over what was found of a stretch of its lines.
+    fn put(&mut self, part: &Found) {
+        let lines = part.first..part.first + part.weak_instrument.len();
+        put(&mut self.value, &part.value, &lines);
+        put(&mut self.noise, &part.noise, &lines);
+        put(&mut self.input_inverse, &part.input_inverse, &lines);
+        for (all, own) in [(&mut self.paper, &part.paper), (&mut self.iv, &part.iv)] {
+            put(&mut all.ordinary, &own.ordinary, &lines);
+            put(&mut all.partial, &own.partial, &lines);
+            put(&mut all.multiple, &own.multiple, &lines);
+        }
+        put(&mut self.output_coherence, &part.output_coherence, &lines);
+        put(&mut self.input_coherence, &part.input_coherence, &lines);
+        self.instrument_strength[lines.clone()].copy_from_slice(&part.instrument_strength);
+        self.weak_instrument[lines].copy_from_slice(&part.weak_instrument);
+    }
+}
+
+/// Writes these lines of an array.
+fn put<T: Clone, D: Dimension>(all: &mut Array<T, D>, own: &Array<T, D>, lines: &Range<usize>) {
+    all.slice_axis_mut(Axis(0), Slice::from(lines.clone())).assign(own);
 }
 
 /// Workspace for one line of a derived estimate: responders are `p` outputs, then `q` inputs, drivers `qr` references.
@@ -189,6 +224,10 @@ struct AtLine<'a> {
     measured: Cholesky<Complex64>,
     /// Responders over references, whitened: rows a, b make what the references explain of them, g_a W g_bᴴ.
     white: Vec<Complex64>,
+    /// Responders over references times the references' density.
+    driven: Vec<Complex64>,
+    /// What references cause of the inputs.
+    caused: Vec<Complex64>,
     c: Vec<Complex64>,
     row: Vec<Complex64>,
     inverse_information: Vec<Complex64>,
@@ -213,6 +252,8 @@ impl<'a> AtLine<'a> {
             coherent: Cholesky::new(q),
             measured: Cholesky::new(q),
             white: zeros(m * qr),
+            driven: zeros(m * qr),
+            caused: zeros(q * q),
             c: zeros(p * q),
             row: zeros(qr.max(q)),
             inverse_information: zeros(q * q),
@@ -226,22 +267,25 @@ impl<'a> AtLine<'a> {
     /// Finds everything at line `f`; `None` where references or inputs depend on each other.
     fn solve(&mut self, f: usize, out: &mut Found) -> Option<()> {
         self.explain(f, out)?;
-        let (fit, p, qr) = (self.fit, self.p, self.qr);
-        let caused = |i: usize, j: usize| -> Complex64 {
-            let pairs = (0..qr).flat_map(|k| (0..qr).map(move |l| (k, l)));
-            pairs.map(|(k, l)| fit.g[[f, p + i, k]] * fit.driver[[f, k, l]] * fit.g[[f, p + j, l]].conj()).sum()
-        };
-        let input = |i: usize, j: usize| self.direct.driver[[f, i, j]];
-        if !self.coherent.factor(caused) || !self.measured.factor(input) {
+        let q = self.q;
+        for i in 0..q {
+            for j in 0..q {
+                self.caused[i * q + j] = self.coherent_power(f, self.p + i, self.p + j);
+            }
+        }
+        let direct = self.direct;
+        let input = |i: usize, j: usize| direct.driver[[f, i, j]];
+        if !self.coherent.factor(|i, j| self.caused[i * q + j]) || !self.measured.factor(input) {
             return None;
         }
         self.coherent.inverse(&mut self.inverse_c);
         self.measured.inverse(&mut self.inverse_u);
         self.invert(f, out)?;
         self.find_noise(f, out);
+        let at = f - out.first;
         for (i, own) in self.c.chunks_exact(self.q).enumerate() {
-            imply(&mut out.paper, (f, i), own, input, &self.inverse_u, self.direct.noise[[f, i, i]].re);
-            imply(&mut out.iv, (f, i), own, caused, &self.inverse_c, out.noise[[f, i, i]].re);
+            imply(&mut out.paper, (at, i), own, input, &self.inverse_u, direct.noise[[f, i, i]].re);
+            imply(&mut out.iv, (at, i), own, |i, j| self.caused[i * q + j], &self.inverse_c, out.noise[[at, i, i]].re);
         }
         self.judge_instrument(f, out);
         Some(())
@@ -256,12 +300,22 @@ impl<'a> AtLine<'a> {
         for (a, row) in self.white.chunks_exact_mut(qr).enumerate() {
             (0..qr).for_each(|k| row[k] = fit.g[[f, a, k]]);
             self.gram.whiten(row);
-            let pairs = (0..qr).flat_map(|k| (0..qr).map(move |l| (k, l)));
-            let power: f64 = pairs.map(|(k, l)| (fit.g[[f, a, k]] * fit.driver[[f, k, l]] * fit.g[[f, a, l]].conj()).re).sum();
+            for (l, to) in self.driven[a * qr..(a + 1) * qr].iter_mut().enumerate() {
+                *to = (0..qr).map(|k| fit.g[[f, a, k]] * fit.driver[[f, k, l]]).sum();
+            }
+        }
+        let at = f - out.first;
+        for a in 0..self.p + self.q {
+            let power = self.coherent_power(f, a, a).re;
             let share = power / (power + fit.noise[[f, a, a]].re);
-            if a < p { out.output_coherence[[f, a]] = share } else { out.input_coherence[[f, a - p]] = share }
+            if a < p { out.output_coherence[[at, a]] = share } else { out.input_coherence[[at, a - p]] = share }
         }
         Some(())
+    }
+
+    /// What the references cause of responders a and b, g_a S g_bᴴ with S the density of the references.
+    fn coherent_power(&self, f: usize, a: usize, b: usize) -> Complex64 {
+        self.driven[a * self.qr..(a + 1) * self.qr].iter().enumerate().map(|(l, driven)| driven * self.fit.g[[f, b, l]].conj()).sum()
     }
 
     fn information(&self, a: usize, b: usize) -> Complex64 {
@@ -279,7 +333,7 @@ impl<'a> AtLine<'a> {
             return None;
         }
         self.coherent.inverse(&mut self.inverse_information);
-        out.input_inverse.index_axis_mut(ndarray::Axis(0), f).iter_mut().zip(&self.inverse_information).for_each(|(to, &from)| *to = from);
+        out.input_inverse.index_axis_mut(Axis(0), f - out.first).iter_mut().zip(&self.inverse_information).for_each(|(to, &from)| *to = from);
         for i in 0..p {
             for j in 0..q {
                 self.c[i * q + j] = self.information(i, p + j);
@@ -287,7 +341,7 @@ impl<'a> AtLine<'a> {
             let row = &mut self.c[i * q..(i + 1) * q];
             self.coherent.whiten(row);
             self.coherent.unwhiten(row);
-            (0..q).for_each(|j| out.value[[f, i, j]] = row[j]);
+            (0..q).for_each(|j| out.value[[f - out.first, i, j]] = row[j]);
         }
         Some(())
     }
@@ -304,22 +358,22 @@ impl<'a> AtLine<'a> {
                     sum += c[i * q + j] * sigma(p + j, p + l) * c[k * q + l].conj();
                 }
             }
-            out.noise[[f, i, k]] = if i == k { Complex64::from(sum.re.max(0.0)) } else { sum };
+            out.noise[[f - out.first, i, k]] = if i == k { Complex64::from(sum.re.max(0.0)) } else { sum };
         }
     }
 
     /// Takes out of the noise what the error of C makes of the inputs that the references do not cause, and tells how strong the references are.
     fn judge_instrument(&mut self, f: usize, out: &mut Found) {
-        let (fit, p, q) = (self.fit, self.p, self.q);
+        let (fit, p, q, at) = (self.fit, self.p, self.q, f - out.first);
         let sigma = |a: usize, b: usize| fit.noise[[f, a, b]];
         let pairs = (0..q).flat_map(|l| (0..q).map(move |j| (l, j)));
         let taken_in: Complex64 = pairs.map(|(l, j)| self.inverse_information[l * q + j] * sigma(p + j, p + l)).sum();
-        out.noise.index_axis_mut(ndarray::Axis(0), f).mapv_inplace(|v| v / (1.0 + taken_in.re));
+        out.noise.index_axis_mut(Axis(0), f - out.first).mapv_inplace(|v| v / (1.0 + taken_in.re));
         let of_inputs = |i: usize, j: usize| sigma(p + i, p + j);
         let largest = largest_ratio(&self.coherent, of_inputs, &mut self.scratch, &mut self.inverse_u, &mut self.row, &mut self.values);
-        out.instrument_strength[f] = 1.0 / (self.qr as f64 * largest);
+        out.instrument_strength[at] = 1.0 / (self.qr as f64 * largest);
         let weakest = (0..q).map(|j| self.information(p + j, p + j).re / sigma(p + j, p + j).re).fold(f64::INFINITY, f64::min);
-        out.weak_instrument[f] = out.instrument_strength[f].min(weakest) < WEAK_INSTRUMENT;
+        out.weak_instrument[at] = out.instrument_strength[at].min(weakest) < WEAK_INSTRUMENT;
     }
 }
 
