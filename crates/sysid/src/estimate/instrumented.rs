@@ -59,12 +59,13 @@ pub fn instrumented(trials: &[&Recording], ports: &Ports, labels: &Labels, setti
     }
     let (rate, len, terms) = (first.sample_rate_hz(), trials.iter().map(|r| r.len()).min().unwrap_or(0), settings.order + 1);
     let half_width = settings.half_width.unwrap_or_else(|| settings.default_half_width(q, m));
-    let (basis, width) = (Basis::new(half_width, terms), 2 * half_width + 1);
-    let degrees_of_freedom = freedom(trials.len() * (width - width.min(terms)), terms * q)?;
+    let width = half_width.saturating_mul(2).saturating_add(1);
     let (bins, last) = (len / 2 + 1, (len - 1) / 2);
     if last < width {
         return Err(EstimateError::TooFewLines { lines: last, needed: width });
     }
+    let basis = Basis::new(half_width, terms);
+    let degrees_of_freedom = freedom(trials.len() * (width - width.min(terms)), terms * q)?;
     let all: Vec<usize> = (0..first.channels().len()).collect();
     let lines: Vec<Lines> = trials.iter().map(|r| Lines::new(rate, &r.columns(&all), len)).collect();
     let line = |k: usize| {

@@ -74,14 +74,14 @@ fn fit(
     responders: &[usize],
     (order, denominator, half_width): (usize, usize, usize),
 ) -> Result<LocalFit, EstimateError> {
-    let (q, m, s, width) = (drivers.len(), responders.len(), order + 1, 2 * half_width + 1);
-    let degrees_of_freedom = freedom(trials.len() * (width - width.min(s)), s * q + denominator.div_ceil(m))?;
+    let (q, m, s, width) = (drivers.len(), responders.len(), order + 1, half_width.saturating_mul(2).saturating_add(1));
     // Nyquist's line of an even length is real, and none of these.
     let last = (len - 1) / 2;
     let bins = last + 1;
     if last < width {
         return Err(EstimateError::TooFewLines { lines: last, needed: width });
     }
+    let degrees_of_freedom = freedom(trials.len() * (width - width.min(s)), s * q + denominator.div_ceil(m))?;
     let basis = Basis::new(half_width, s);
     let solve = |first: usize| {
         let mut out = Chunk::default();
