@@ -52,12 +52,12 @@ pub fn to_json(result: &impl Serialize) -> Result<String, serde_json::Error> {
     serde_json::to_string(result).map(|text| text + "\n")
 }
 
-/// Writes what [`to_json`] returns, piece by piece.
+/// Writes what [`to_json`] returns, piece by piece. Wherever it goes it is the same code, of which there is much for each result.
 ///
 /// # Errors
 /// If the result cannot be expressed in JSON or not be written.
-pub fn write_json(result: &impl Serialize, mut to: impl std::io::Write) -> std::io::Result<()> {
-    serde_json::to_writer(&mut to, result)?;
+pub fn write_json(result: &impl Serialize, to: &mut dyn std::io::Write) -> std::io::Result<()> {
+    serde_json::to_writer(&mut *to, result)?;
     to.write_all(b"\n")
 }
 
