@@ -67,14 +67,7 @@ impl Serialize for View<'_> {
         let View(values, intervals) = self;
         let mut list = serializer.serialize_seq(Some(values.shape()[0]))?;
         match (values.ndim(), intervals) {
-            (1, _) => {
-                let mut each = |value: &f64| list.serialize_element(&value.is_finite().then_some(value));
-                // Lines of numbers, nearly all there is to write, lie side by side.
-                match values.as_slice() {
-                    Some(values) => values.iter().try_for_each(each)?,
-                    None => values.iter().try_for_each(&mut each)?,
-                }
-            }
+            (1, _) => values.iter().try_for_each(|value| list.serialize_element(&value.is_finite().then_some(value)))?,
             (2, true) => {
                 for ends in values.outer_iter() {
                     let pair = [ends[0], ends[1]];

@@ -12,7 +12,7 @@ struct Place {
 
 /// The measured motion of one trial along the curve of an arm, series by series; NaN where the hand cannot be.
 #[derive(Default)]
-struct Track {
+struct Course {
     /// P, `[row][column][time]`.
     turned: [[Vec<f64>; 2]; 2],
     /// x, ẋ, ẍ along the curve and straight, `[order][axis][time]`.
@@ -22,11 +22,11 @@ struct Track {
     held: [Vec<f64>; 2],
 }
 
-impl Track {
+impl Course {
     fn of(places: &[Option<Place>]) -> Self {
         let series = |value: &dyn Fn(&Place) -> f64| places.iter().map(|place| place.as_ref().map_or(f64::NAN, value)).collect();
         let each = |value: &dyn Fn(&Place, usize) -> f64| [0, 1].map(|k| series(&|place| value(place, k)));
-        Track {
+        Course {
             turned: [0, 1].map(|i| each(&|place, k| place.arm.turned[i][k])),
             curved: [0, 1, 2].map(|order| each(&|place, j| place.carried.order[order][j])),
             straight: [0, 1, 2].map(|order| each(&|place, j| place.straight[order][j])),
@@ -39,7 +39,7 @@ impl Track {
 /// The measured motion along the curve of an arm.
 pub(crate) struct Curved<'a> {
     state: &'a State,
-    trials: Vec<Track>,
+    trials: Vec<Course>,
 }
 
 /// The places of one trial; none where the hand cannot be.
@@ -58,11 +58,11 @@ fn places(state: &State, arm: &CurvedArm, trial: usize) -> Vec<Option<Place>> {
 
 impl<'a> Curved<'a> {
     pub fn new(state: &'a State, arm: &CurvedArm) -> Self {
-        Curved { state, trials: (0..state.layout.trials).map(|trial| Track::of(&places(state, arm, trial))).collect() }
+        Curved { state, trials: (0..state.layout.trials).map(|trial| Course::of(&places(state, arm, trial))).collect() }
     }
 
-    fn column(&self, forces: impl Fn(&Track) -> [Vec<f64>; 2]) -> Column {
-        self.state.force_column(&self.trials.iter().map(|track| forces(track).to_vec()).collect(), None, None)
+    fn column(&self, forces: impl Fn(&Course) -> [Vec<f64>; 2]) -> Column {
+        self.state.force_column(&self.trials.iter().map(|course| forces(course).to_vec()).collect(), None, None)
     }
 
     /// The column of entries of M, B or K. What acts between noise and motion stays that of the straight one: it is a share of (amplitude / arm's
@@ -70,15 +70,15 @@ impl<'a> Curved<'a> {
     pub fn entries_column(&self, matrix: Matrix, entries: &[(usize, usize, f64)]) -> Column {
         let mut column = self.state.entries_column(matrix, entries);
         let order = order_of(matrix);
-        let bent = self.column(|track| {
+        let bent = self.column(|course| {
             let mut force = [0, 1].map(|_| vec![0.0; self.state.layout.samples]);
             for &(i, j, weight) in entries {
                 for (k, force) in force.iter_mut().enumerate() {
-                    for ((force, turned), moved) in force.iter_mut().zip(&track.turned[i][k]).zip(&track.curved[order][j]) {
+                    for ((force, turned), moved) in force.iter_mut().zip(&course.turned[i][k]).zip(&course.curved[order][j]) {
                         *force += weight * turned * moved;
                     }
                 }
-                force[i].iter_mut().zip(&track.straight[order][j]).for_each(|(force, straight)| *force -= weight * straight);
+                force[i].iter_mut().zip(&course.straight[order][j]).for_each(|(force, straight)| *force -= weight * straight);
             }
             force
         });
@@ -88,12 +88,12 @@ impl<'a> Curved<'a> {
 
     /// The column of the inertia that follows the elbow.
     pub fn coupling_column(&self) -> Column {
-        self.column(|track| track.coupling.clone())
+        self.column(|course| course.coupling.clone())
     }
 
     /// The column of what turns with the force that holds the arm.
     pub fn held_column(&self) -> Column {
-        Column { action: vec![], ..self.column(|track| track.held.clone()) }
+        Column { action: vec![], ..self.column(|course| course.held.clone()) }
     }
 }
 

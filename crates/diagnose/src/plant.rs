@@ -236,3 +236,45 @@ impl Base {
         out
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::state::Transform;
+    use ndof_models::effects::Action;
+
+    fn same(a: &Column, b: &Column) -> bool {
+        let [pa, pb] = [a, b].map(|c| c.parts.iter().map(|(i, s)| (*i, s.as_slice())).collect::<Vec<_>>());
+        let [aa, ab] = [a, b].map(|c| c.action.iter().map(|(i, j, s)| (*i, *j, s.as_slice())).collect::<Vec<_>>());
+        pa == pb && aa == ab && a.precision == b.precision
+    }
+
+    /// What is taken over from a state is what that of the transform would compute, straight or along an arm, whichever channels the transform touches.
+    #[test]
+    fn what_a_transform_leaves_alone_is_what_it_would_compute() {
+        let layout = Arc::new(Layout::new(2, 2, 4000, 100.0, (0.5, 12.0)));
+        let track = |k: usize| {
+            layout.track(&(0..4000).map(|t| 0.02 * (0.1 * (t * (k + 3)) as f64).sin() + 0.01 * (0.037 * (t * (k + 2)) as f64).cos()).collect::<Vec<_>>())
+        };
+        let tracks = |first: usize| -> Vec<Vec<_>> { (0..2).map(|trial| (0..2).map(|axis| track(first + 2 * trial + axis)).collect()).collect() };
+        let state = State::new(&layout, &tracks(0), &tracks(4), &[0.0, 0.0], &[]);
+        let arm = CurvedArm { link_lengths_m: [0.33, 0.34], posture_rad: [0.785, 1.571], mean_force_n: [5.0, -6.0] };
+        let mut structure = Structure::new(2, None, true);
+        structure.given.push((Matrix::Damping, 0, 0, 7.0));
+        let late = |s: Complex64, k: &[f64]| (-s * k[0]).exp();
+        for (action, moves) in [(Action::Effort(Arc::new(late)), false), (Action::Motion(Arc::new(late)), true)] {
+            let with = state.with(&Transform { action, axis: Some(1), knobs: vec![0.02] });
+            for arm in [None, Some(&arm)] {
+                let before = Base::new(&state, &Cause::Effort, &structure, arm);
+                let (taken, computed) = (before.under(&state, &with, &Cause::Effort), Base::new(&with, &Cause::Effort, &structure, arm));
+                assert_eq!(taken.roles, computed.roles);
+                assert!(taken.columns.iter().zip(&computed.columns).all(|(a, b)| same(a, b)));
+                assert!(taken.held.iter().zip(&computed.held).all(|(a, b)| same(&a.0, &b.0) && a.1 == b.1));
+                assert_eq!((taken.columns.len(), taken.held.len()), (computed.columns.len(), computed.held.len()));
+                // And the transform does change what it touches.
+                assert!(!before.columns.iter().zip(&computed.columns).all(|(a, b)| same(a, b)));
+                assert_eq!(!same(&before.columns[0], &computed.columns[0]) || !same(&before.columns[2], &computed.columns[2]), moves);
+            }
+        }
+    }
+}

@@ -122,11 +122,8 @@ fn replace(path: &Path, write: impl FnOnce(&mut dyn Write) -> io::Result<()>) ->
     Ok(())
 }
 
-/// Writes in pieces of this many bytes: large ones, for a system that does a costly thing at each.
-const PIECE: usize = 1 << 18;
-
 fn buffered(file: &File, write: impl FnOnce(&mut dyn Write) -> io::Result<()>) -> io::Result<()> {
-    let mut to = io::BufWriter::with_capacity(PIECE, file);
+    let mut to = io::BufWriter::new(file);
     write(&mut to)?;
     to.flush()
 }

@@ -59,25 +59,20 @@ pub fn instrumented(trials: &[&Recording], ports: &Ports, labels: &Labels, setti
     }
     let (rate, len, terms) = (first.sample_rate_hz(), trials.iter().map(|r| r.len()).min().unwrap_or(0), settings.order + 1);
     let half_width = settings.half_width.unwrap_or_else(|| settings.default_half_width(q, m));
-    let width = half_width.saturating_mul(2).saturating_add(1);
-    let (bins, last) = (len / 2 + 1, (len - 1) / 2);
-    if last < width {
-        return Err(EstimateError::TooFewLines { lines: last, needed: width });
-    }
-    let basis = Basis::new(half_width, terms);
-    let degrees_of_freedom = freedom(trials.len() * (width - width.min(terms)), terms * q)?;
+    let basis = Basis::new(half_width, terms, len)?;
+    let degrees_of_freedom = freedom(trials.len() * (basis.width - basis.width.min(terms)), terms * q)?;
     let all: Vec<usize> = (0..first.channels().len()).collect();
     let lines: Vec<Lines> = trials.iter().map(|r| Lines::new(rate, &r.columns(&all), len)).collect();
     let line = |k: usize| {
         let mut out = Chunk::default();
-        let low = basis.low(k, last);
-        if k == 0 || k > last || solve(&lines, ports, &basis, (k, low), degrees_of_freedom, &mut out).is_none() {
+        let low = basis.low(k);
+        if k == 0 || k > basis.last || solve(&lines, ports, &basis, (k, low), degrees_of_freedom, &mut out).is_none() {
             out = Chunk::default();
             out.missing(m, q);
         }
         out
     };
-    let found: Vec<Chunk> = (0..bins).into_par_iter().map(line).collect();
+    let found: Vec<Chunk> = (0..len / 2 + 1).into_par_iter().map(line).collect();
     Chunk::join(&found, (m, q), (rate, len), &basis, degrees_of_freedom).direct(labels)
 }
 

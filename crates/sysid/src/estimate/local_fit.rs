@@ -2,13 +2,10 @@
 
 use super::EstimateError;
 use super::fitted::{Fitted, freedom};
-use super::local_lines::{Basis, Chunk, Lines};
+use super::local_lines::{Basis, Chunk, Lines, TASK};
 use super::local_polynomial::{Local, LocalPolynomial};
 use super::local_rational::{LocalRational, Rational};
 use rayon::prelude::*;
-
-/// Lines that one task treats, so that workspaces are made once for many.
-const CHUNK: usize = 256;
 
 /// The fit with the settings' half width, or the best of four by prediction of left-out lines.
 pub(crate) fn fit_as_set(
@@ -74,31 +71,26 @@ fn fit(
     responders: &[usize],
     (order, denominator, half_width): (usize, usize, usize),
 ) -> Result<LocalFit, EstimateError> {
-    let (q, m, s, width) = (drivers.len(), responders.len(), order + 1, half_width.saturating_mul(2).saturating_add(1));
-    // Nyquist's line of an even length is real, and none of these.
-    let last = (len - 1) / 2;
-    let bins = last + 1;
-    if last < width {
-        return Err(EstimateError::TooFewLines { lines: last, needed: width });
-    }
+    let (q, m, s) = (drivers.len(), responders.len(), order + 1);
+    let basis = Basis::new(half_width, s, len)?;
+    let (width, bins) = (basis.width, basis.last + 1);
     let degrees_of_freedom = freedom(trials.len() * (width - width.min(s)), s * q + denominator.div_ceil(m))?;
-    let basis = Basis::new(half_width, s);
     let solve = |first: usize| {
         let mut out = Chunk::default();
-        let (first, end) = (if first == 0 { 1 } else { first }, bins.min(first + CHUNK));
-        if first == 1 {
+        let lines = first.max(1)..bins.min(first + TASK);
+        if first == 0 {
             out.missing(m, q);
         }
         if denominator == 0 {
-            Local::new(trials, drivers, responders, &basis, degrees_of_freedom).solve(first, end - first, last, &mut out);
+            Local::new(trials, drivers, responders, &basis, degrees_of_freedom).solve(lines, &mut out);
             return out;
         }
         let polynomial = (trials.len() * (width - s) - s * q) as f64;
         let mut rational = Rational::new(trials, drivers, responders, &basis, denominator, polynomial);
-        (first..end).for_each(|k| rational.solve(k, basis.low(k, last), &mut out));
+        lines.for_each(|k| rational.solve(k, basis.low(k), &mut out));
         out
     };
-    let chunks: Vec<Chunk> = (0..bins).step_by(CHUNK).collect::<Vec<_>>().into_par_iter().map(solve).collect();
+    let chunks: Vec<Chunk> = (0..bins).step_by(TASK).collect::<Vec<_>>().into_par_iter().map(solve).collect();
     Ok(LocalFit {
         fitted: Chunk::join(&chunks, (m, q), (sample_rate_hz, len), &basis, degrees_of_freedom),
         left_out: chunks.iter().flat_map(|c| c.left_out.iter().copied()).collect(),
@@ -185,7 +177,7 @@ mod tests {
                 near(found.fitted.noise[[k, i, i]], Complex64::from(left[i] / found.fitted.degrees_of_freedom), left[i]);
                 let own = |t: usize, line: usize| trials[t].window(2 + i, line, 1)[0];
                 // What the leakage polynomial leaves of the responder: of its power the errors are told as a share.
-                let (basis, mut power) = (Basis::new(HALF_WIDTH, terms), 0.0);
+                let (basis, mut power) = (Basis::new(HALF_WIDTH, terms, 151).expect("lines enough"), 0.0);
                 for trial in &trials {
                     let mut series = trial.window(2 + i, low, width).to_vec();
                     basis.project_out(&mut series);

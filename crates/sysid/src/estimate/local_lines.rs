@@ -1,5 +1,6 @@
 //! What the local methods share: the lines of a record's transform, polynomials over a window of them, and the results line by line.
 
+use super::EstimateError;
 use super::fitted::Fitted;
 use crate::lanes::{LANES, Lanes};
 use ndarray::Array3;
@@ -50,16 +51,26 @@ impl Lines {
     }
 }
 
-/// Orthonormal polynomials on 2n+1 equidistant points (Gram), row by row: `value[s * width + r]`.
+/// Lines that one task treats, so that workspaces are made once for many.
+pub(super) const TASK: usize = 256;
+
+/// Windows of 2n+1 of a record's lines, and orthonormal polynomials on them (Gram), row by row: `value[s * width + r]`.
 pub(super) struct Basis {
     pub(super) terms: usize,
     pub(super) width: usize,
+    /// The last line that is one of the windows'.
+    pub(super) last: usize,
     value: Vec<f64>,
 }
 
 impl Basis {
-    pub(super) fn new(half_width: usize, terms: usize) -> Self {
-        let width = 2 * half_width + 1;
+    /// For a record of so many samples.
+    pub(super) fn new(half_width: usize, terms: usize, samples: usize) -> Result<Self, EstimateError> {
+        // Nyquist's line of an even length is real, and none of these.
+        let (width, last) = (half_width.saturating_mul(2).saturating_add(1), (samples - 1) / 2);
+        if last < width {
+            return Err(EstimateError::TooFewLines { lines: last, needed: width });
+        }
         let mut value: Vec<f64> = Vec::with_capacity(terms * width);
         for s in 0..terms {
             let mut row: Vec<f64> = (0..width).map(|r| ((r as f64 - half_width as f64) / half_width as f64).powi(s as i32)).collect();
@@ -73,16 +84,16 @@ impl Basis {
             let norm = row.iter().map(|a| a * a).sum::<f64>().sqrt();
             value.extend(row.iter().map(|a| a / norm));
         }
-        Basis { terms, width, value }
+        Ok(Basis { terms, width, last, value })
     }
 
     pub(super) fn at(&self, s: usize, r: usize) -> f64 {
         self.value[s * self.width + r]
     }
 
-    /// The first line of the window of line `k`: around it, and at the ends of what there is, lines 1 to `last`, beside it.
-    pub(super) fn low(&self, k: usize, last: usize) -> usize {
-        k.saturating_sub(self.width / 2).clamp(1, last + 1 - self.width)
+    /// The first line of the window of line `k`: around it, and at the ends of what there is, lines 1 to the last, beside it.
+    pub(super) fn low(&self, k: usize) -> usize {
+        k.saturating_sub(self.width / 2).clamp(1, self.last + 1 - self.width)
     }
 
     /// Lines that bring as much as one independent value. The response at a line is the mean of its neighbours' with weights
@@ -166,7 +177,7 @@ mod tests {
             let (k, width) = (n as f64, 2.0 * n as f64 + 1.0);
             let middle = 3.0 * (3.0 * k * k + 3.0 * k - 1.0) / (width * (4.0 * k * k + 4.0 * k - 3.0));
             for (terms, lines) in [(1, width), (3, 1.0 / middle)] {
-                let found = Basis::new(n, terms).independent_lines();
+                let found = Basis::new(n, terms, 1000).expect("lines enough").independent_lines();
                 assert!((found / lines - 1.0).abs() < 1e-12, "n = {n}, {terms} terms: {found} and {lines}");
             }
         }

@@ -6,6 +6,7 @@ use crate::lanes::{LANES, LaneCholesky, Lanes, Reals, dot_conj, lanes, lower, ma
 use num_complex::Complex64;
 use pulp::{Arch, Simd, WithSimd};
 use serde::{Deserialize, Serialize};
+use std::ops::Range;
 
 const NAN: Complex64 = Complex64::new(f64::NAN, f64::NAN);
 
@@ -105,16 +106,16 @@ impl<'a> Local<'a> {
         }
     }
 
-    /// Appends what is found at `count` lines from `first` on, of which `last` is the last that there is.
-    pub(super) fn solve(&mut self, first: usize, count: usize, last: usize, out: &mut Chunk) {
-        for done in (0..count).step_by(LANES) {
+    /// Appends what is found at these lines.
+    pub(super) fn solve(&mut self, lines: Range<usize>, out: &mut Chunk) {
+        for first in lines.clone().step_by(LANES) {
             // Lanes that are not asked for repeat the last line.
             for l in 0..LANES {
-                let k = (first + done + l).min(last);
-                self.low[l] = self.basis.low(k, last);
+                let k = (first + l).min(self.basis.last);
+                self.low[l] = self.basis.low(k);
                 self.offset[l] = k - self.low[l];
             }
-            Arch::new().dispatch(Solve { local: self, count: LANES.min(count - done), out });
+            Arch::new().dispatch(Solve { local: self, count: LANES.min(lines.end - first), out });
         }
     }
 

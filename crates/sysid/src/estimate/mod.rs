@@ -5,6 +5,7 @@ mod choose;
 mod coherence;
 mod derived;
 mod derived_batch;
+mod derived_line;
 mod direct;
 mod error;
 mod fitted;
