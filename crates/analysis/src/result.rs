@@ -52,10 +52,20 @@ pub fn to_json(result: &impl Serialize) -> Result<String, serde_json::Error> {
     serde_json::to_string(result).map(|text| text + "\n")
 }
 
-/// Writes what [`to_json`] returns, piece by piece. Wherever it goes it is the same code, of which there is much for each result.
+/// Writes what [`to_json`] returns, piece by piece. `to` has one type, so that there is one copy of what writes each result, not one for each place to
+/// write to.
 ///
 /// # Errors
 /// If the result cannot be expressed in JSON or not be written.
+///
+/// ```
+/// use ndof_analysis::result::{Head, to_json, write_json};
+///
+/// let (head, mut file) = (Head::new("ndof/check/1", "check", vec![]), Vec::new());
+/// write_json(&head, &mut file)?;
+/// assert_eq!(file, to_json(&head)?.as_bytes());
+/// # Ok::<(), std::io::Error>(())
+/// ```
 pub fn write_json(result: &impl Serialize, to: &mut dyn std::io::Write) -> std::io::Result<()> {
     serde_json::to_writer(&mut *to, result)?;
     to.write_all(b"\n")
