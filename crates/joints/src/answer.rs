@@ -148,7 +148,7 @@ impl Answer<'_> {
         let form = &self.model.forms[k];
         let less = without(self.fitted, self.model, k);
         let (before, found) = (self.score(&less), gain(self.held, &less, self.model));
-        let (gained, freedoms) = (self.fitted_gain(&less, self.model), form.columns.len() + form.shape.len());
+        let (gained, freedoms) = (self.fitted_gain(&less, self.model), form.columns.len() + form.beside());
         let rule = self.searched.rule(self.forms, self.options);
         Cause {
             effect: form.cause.card.name.to_owned(),

@@ -1,5 +1,6 @@
 //! Torques that a joint needs for each unit of what a simulation may lack, along the measured motion.
 
+use crate::deflection::{Gear, deflected, given};
 use crate::motion::Motion;
 use crate::scene::Scene;
 use ndof_devices::{SerialChain, TERMS_OF_A_LINK};
@@ -35,8 +36,8 @@ pub(crate) enum Column {
     Stop { joint: usize, from: f64, above: bool },
     /// A power of the angle, from its middle, over half its range.
     Power { joint: usize, power: i32 },
-    /// What the bodies behind it feel when the joint gives by so much (rad/(N m)) of the torque on it, for each unit of that.
-    Give { joint: usize, compliance: f64 },
+    /// What the bodies behind it feel when the joint gives, for each unit of its compliance.
+    Give(Gear),
     /// What they feel when it falls to and fro in a play of this unit.
     Play(usize),
     /// A combination of the inertial parameters of a body ([`TERMS_OF_A_LINK`] numbers).
@@ -55,6 +56,16 @@ pub(crate) fn sign(v: f64, over: f64) -> f64 {
 }
 
 impl Column {
+    /// The factor that it is made with, where it has no other.
+    pub fn factor(&self) -> Option<f64> {
+        if let Column::Give(gear) = self { Some(gear.compliance).filter(|c| *c > 0.0) } else { None }
+    }
+
+    /// Numbers beside the factor that are fitted with it: a gear's damping, and how its link begins.
+    pub fn beside(&self) -> usize {
+        if let Column::Give(_) = self { 3 } else { 0 }
+    }
+
     /// Whether all that it is made with is a number: what is none is not equal to itself.
     pub fn has_numbers(&self) -> bool {
         self.clone() == *self
@@ -98,7 +109,7 @@ impl Column {
                 let ([low, high], fastest) = (scene.joints[*joint].range, 3.0 * scene.joints[*joint].speed);
                 own(*joint, &|q, v| legendre(*angle, (2.0 * q - low - high) / (high - low)) * legendre(*speed, (v / fastest).clamp(-1.0, 1.0)))
             }
-            Column::Give { joint, compliance } => given(motion, scene, *joint, *compliance),
+            Column::Give(gear) => given(motion, scene, gear),
             Column::Play(j) => {
                 let noise = scene.joints[*j].torque_noise;
                 deflected(motion, scene, *j, |torque| -0.5 * sign(torque, noise))
@@ -169,47 +180,6 @@ fn slip(q: &[f64], way: f64) -> Vec<f64> {
             z
         })
         .collect()
-}
-
-/// Largest excursion over which the torques are differenced (rad): far above round-off, and its cube far below the torques' noise.
-const EXCURSION: f64 = 1e-4;
-
-/// The change of all torques for each unit of a compliance, when the joint gives by it: by the torque on the link where it then is.
-fn given(motion: &Motion, scene: &Scene<'_>, joint: usize, compliance: f64) -> Vec<(usize, Vec<f64>)> {
-    if compliance <= 0.0 {
-        return deflected(motion, scene, joint, |torque| -torque);
-    }
-    let mut torques = motion.rigid.clone();
-    // Each pass is closer by the share of the torque that the deflection itself changes.
-    for _ in 0..3 {
-        let bent = derivatives(&torques[joint], scene.rate_hz, scene.twice_hz());
-        let mut moved = motion.clone();
-        for (series, bent) in [&mut moved.q, &mut moved.v, &mut moved.a].into_iter().zip(&bent) {
-            series[joint].iter_mut().zip(bent).for_each(|(x, d)| *x -= compliance * d);
-        }
-        torques = inverse_dynamics(scene.chain, &moved);
-    }
-    torques.into_iter().zip(&motion.rigid).map(|(t, r)| t.iter().zip(r).map(|(t, r)| (t - r) / compliance).collect()).enumerate().collect()
-}
-
-/// The change of all torques for each unit of a deflection of one joint that follows from the torque on it.
-fn deflected(motion: &Motion, scene: &Scene<'_>, joint: usize, deflection: impl Fn(f64) -> f64) -> Vec<(usize, Vec<f64>)> {
-    let load: Vec<f64> = motion.rigid[joint].iter().map(|t| deflection(*t)).collect();
-    let size = load.iter().fold(0.0_f64, |s, x| s.max(x.abs()));
-    if size == 0.0 {
-        return vec![];
-    }
-    let bent = derivatives(&load, scene.rate_hz, scene.twice_hz());
-    let step = EXCURSION / size;
-    let torques = |sign: f64| {
-        let mut moved = motion.clone();
-        for (series, bent) in [&mut moved.q, &mut moved.v, &mut moved.a].into_iter().zip(&bent) {
-            series[joint].iter_mut().zip(bent).for_each(|(x, d)| *x += sign * step * d);
-        }
-        inverse_dynamics(scene.chain, &moved)
-    };
-    let (up, down) = (torques(1.0), torques(-1.0));
-    up.into_iter().zip(down).map(|(up, down)| up.iter().zip(&down).map(|(u, d)| (u - d) / (2.0 * step)).collect()).enumerate().collect()
 }
 
 #[cfg(test)]

@@ -5,6 +5,7 @@ use crate::band::Band;
 use crate::causes::{CAUSES, Form};
 use crate::column::Column;
 use crate::error::JointsError;
+use crate::gears;
 use crate::generic;
 use crate::held_out::{gain, sure};
 use crate::left_noise::{noise_beside, noise_of};
@@ -19,6 +20,7 @@ use ndof_signal::Recording;
 use ndof_sysid::Ports;
 use rayon::prelude::*;
 use std::ops::Range;
+use std::sync::Mutex;
 
 /// Settings of a judgement of joint logs.
 #[derive(Clone, Debug, PartialEq)]
@@ -113,7 +115,8 @@ pub fn diagnose(
     }
     let shortest = trials.iter().map(Recording::len).min().unwrap_or(0);
     let stretches = options.held_out.divide(trials.len(), shortest, scene.rate_hz)?;
-    let [fitted, held] = stretches.each_ref().map(|s| View::new(&scene, &motions, &band, &ranges(s, &motions)));
+    let whole = Mutex::default();
+    let [fitted, held] = stretches.each_ref().map(|s| View::new(&scene, &motions, &band, &whole, &ranges(s, &motions)));
     let count = |view: &View<'_>| view.pieces.iter().map(|p| p.places.len()).sum::<usize>();
     if count(&fitted) < FEWEST_TO_FIT || count(&held) < FEWEST_TO_JUDGE {
         return Err(JointsError::TooShort { kept: count(&fitted), held_out: count(&held), pass_hz: band.pass_hz, needed: [FEWEST_TO_FIT, FEWEST_TO_JUDGE] });
@@ -121,14 +124,23 @@ pub fn diagnose(
     progress("searching");
     let asked = CAUSES.iter().filter(|c| !options.without.iter().any(|w| w == c.card.name));
     // A joint that stands still has no speed for a law to be relative to, and a number that is none finds no column again.
-    let forms: Vec<Form> = asked.flat_map(|c| (c.forms)(&scene)).filter(|form| form.columns.iter().all(Column::has_numbers)).collect();
+    let mut forms: Vec<Form> = asked.flat_map(|c| (c.forms)(&scene)).filter(|form| form.columns.iter().all(Column::has_numbers)).collect();
     let (noise, floor, left) = noise_of(&fitted, &forms);
     let [fitted, held] = [fitted, held].map(|view| view.in_noise(noise.clone()));
-    let first = Searched::new(&fitted, &forms, floor.clone(), left);
-    let model = held_up(&fitted, &held, &first.rule(&forms, options), options, progress).judged.model;
+    // Gears of other compliances than the search has look like other causes: those that it asks for settle first.
+    let mut first = Searched::new(&fitted, &forms, floor.clone(), left.clone());
+    let mut chosen = Vec::new();
+    first.rule(&forms, options).search(&mut chosen, &[], most_causes(&fitted));
+    let asked: Vec<Form> = chosen.iter().map(|k| forms[*k].clone()).collect();
+    if gears::by_themselves(&fitted, &mut forms, &asked, &Logged::as_it_is(scene.joints.len())) {
+        first = Searched::new(&fitted, &forms, floor.clone(), left);
+    }
+    let HeldUp { judged: Judged { model, .. }, minor, .. } = held_up(&fitted, &held, &first.rule(&forms, options), options, progress);
     // What all columns leave together is no good estimate of coloured noise where they are many: what was found leaves more samples to know it by.
     let (noise, left) = noise_beside(&fitted, &model);
     let [fitted, held] = [fitted, held].map(|view| view.in_noise(noise.clone()));
+    let asked: Vec<Form> = model.forms.iter().chain(minor.iter().map(|aside| &aside.form)).cloned().collect();
+    gears::by_themselves(&fitted, &mut forms, &asked, &model.logged);
     let searched = Searched::new(&fitted, &forms, floor, left);
     let rule = searched.rule(&forms, options);
     let (model, minor) = judged(&fitted, &held, &rule, options, progress);

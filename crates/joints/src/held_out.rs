@@ -84,8 +84,8 @@ pub(crate) fn predicted(view: &View<'_>, model: &Model, trial: usize) -> Vec<Vec
     for (form, factors) in model.forms.iter().zip(&model.factors) {
         // Channels were brought to what they should be; their columns are what is left of that.
         for (column, factor) in form.columns.iter().zip(factors) {
-            for (joint, felt) in column.along(motion, view.scene) {
-                torque[joint].iter_mut().zip(felt).for_each(|(t, f)| *t += factor * f);
+            for (joint, felt) in view.along(column, trial).iter() {
+                torque[*joint].iter_mut().zip(felt).for_each(|(t, f)| *t += factor * f);
             }
         }
     }

@@ -2,6 +2,7 @@
 
 use crate::causes::Form;
 use crate::column::Column;
+use crate::gears;
 use crate::search::Solved;
 use crate::table::{Series, Table, View};
 use ndof_sysid::two_sided_t;
@@ -50,8 +51,18 @@ pub(crate) fn residual(view: &View<'_>, model: &Model) -> Series {
     rest
 }
 
+/// The columns of forms whose factors are open, and what the others leave of the missing torque, whitened.
+pub(crate) fn open(view: &View<'_>, forms: &[Form], logged: &Logged) -> (Vec<Column>, Series) {
+    let mut missing = view.missing(logged).whitened(&view.noise);
+    let (made, open): (Vec<Column>, Vec<Column>) = forms.iter().flat_map(|f| f.columns.iter().cloned()).partition(|c| c.factor().is_some());
+    for (column, series) in made.iter().zip(view.white(&made)) {
+        missing.add(-column.factor().unwrap_or(0.0), &series);
+    }
+    (open, missing)
+}
+
 /// Least squares of whitened series.
-fn solved(series: &[Arc<Series>], missing: &Series) -> (Table, Solved) {
+pub(crate) fn solved(series: &[Arc<Series>], missing: &Series) -> (Table, Solved) {
     let all: Vec<usize> = (0..series.len()).collect();
     let table = Table::new(vec![all.clone()], series, missing);
     let solved = Solved::default().with(&table, &all);
@@ -61,19 +72,12 @@ fn solved(series: &[Arc<Series>], missing: &Series) -> (Table, Solved) {
 impl Model {
     /// The factors of these forms, with shapes and channels as they are.
     pub fn fit(view: &View<'_>, forms: &[Form], logged: &Logged) -> Model {
-        let columns: Vec<Column> = forms.iter().flat_map(|f| f.columns.iter().cloned()).collect();
-        let series = view.white(&columns);
-        let missing = view.missing(logged).whitened(&view.noise);
-        let (_, found) = solved(&series, &missing);
-        let mut at = 0;
-        let factors = forms
-            .iter()
-            .map(|form| {
-                let own: Vec<usize> = (at..at + form.columns.len()).collect();
-                at += form.columns.len();
-                found.of(&own)
-            })
-            .collect();
+        let (columns, missing) = open(view, forms, logged);
+        let (_, found) = solved(&view.white(&columns), &missing);
+        let mut at = 0..columns.len();
+        let factor = |c: &Column| c.factor().or_else(|| Some(found.of(&[at.next()?])[0])).unwrap_or(0.0);
+        let mut factor = factor;
+        let factors = forms.iter().map(|form| form.columns.iter().map(&mut factor).collect()).collect();
         Model { forms: forms.to_vec(), logged: logged.clone(), factors, covariance: vec![], places: vec![] }
     }
 
@@ -82,10 +86,12 @@ impl Model {
         let (mut forms, mut logged) = (forms.to_vec(), logged.clone());
         // Twice: what one shape takes from another is of second order by then.
         for _ in 0..2 {
-            settle_channels(view, &mut forms, &mut logged);
+            settle_channels(view, &forms, &mut logged);
+            gears::settle(view, &mut forms, &logged);
             settle_shapes(view, &mut forms, &logged);
         }
-        settle_channels(view, &mut forms, &mut logged);
+        settle_channels(view, &forms, &mut logged);
+        gears::settle(view, &mut forms, &logged);
         let mut model = Model::fit(view, &forms, &logged);
         model.intervals(view);
         model
@@ -98,20 +104,22 @@ impl Model {
         for (form, factors) in self.forms.iter().zip(&self.factors) {
             let first = series.len();
             series.extend(view.white(&form.columns));
+            let mut beside = Vec::new();
+            for (k, column) in form.columns.iter().enumerate().filter(|(_, c)| c.factor().is_some()) {
+                let mut changes = gears::changes(view, column).into_iter().map(|x| Arc::new(x.whitened(&view.noise)));
+                series.splice(first + k..=first + k, changes.next());
+                beside.extend(changes);
+            }
             for (k, shape) in form.shape.iter().enumerate() {
                 series.push(Arc::new(slope(view, form, factors, k, shape.bounds).whitened(&view.noise)));
             }
             places.push((first..series.len()).collect::<Vec<_>>());
+            // What is fitted beside them and not told takes its part as well.
+            series.extend(beside);
         }
-        let missing = view.missing(&self.logged).whitened(&view.noise);
-        let (_, found) = solved(&series, &missing);
+        let rest = residual(view, self).whitened(&view.noise);
+        let (_, found) = solved(&series, &rest);
         self.places = places.iter().map(|own| own.iter().map(|c| found.kept.iter().position(|k| k == c)).collect()).collect();
-        let mut rest = missing;
-        for (form, (factors, own)) in self.forms.iter().zip(self.factors.iter().zip(&places)) {
-            for (k, factor) in factors.iter().enumerate().take(form.columns.len()) {
-                rest.add(-factor, &series[own[k]]);
-            }
-        }
         self.covariance = sandwich(&found, &series, &rest);
     }
 
@@ -225,12 +233,12 @@ pub(crate) fn block_products(series: &[&Series], with: &Series) -> Vec<Vec<f64>>
     blocks
 }
 
-/// Share of itself by which a channel's correction may still move: what a compliance changes is dear, and intervals are far wider.
+/// Share of itself by which a channel's correction may still move: intervals are far wider.
 const SETTLED: f64 = 1e-5;
 
-/// Delays and gains of the logged torques, tilt and compliances: what their columns still say is added until nothing is left.
-fn settle_channels(view: &View<'_>, forms: &mut [Form], logged: &mut Logged) {
-    let bent = |c: &Column| matches!(c, Column::Falling(_) | Column::Torque(_) | Column::Tilt(_) | Column::Give { .. });
+/// Delays and gains of the logged torques and tilt: what their columns still say is added until nothing is left.
+fn settle_channels(view: &View<'_>, forms: &[Form], logged: &mut Logged) {
+    let bent = |c: &Column| matches!(c, Column::Falling(_) | Column::Torque(_) | Column::Tilt(_));
     if !forms.iter().flat_map(|f| &f.columns).any(bent) {
         return;
     }
@@ -254,16 +262,12 @@ fn settle_channels(view: &View<'_>, forms: &mut [Form], logged: &mut Logged) {
             }
             channel += 1;
         };
-        for (form, factors) in forms.iter_mut().zip(&model.factors) {
-            for (column, factor) in form.columns.iter_mut().zip(factors) {
+        for (form, factors) in forms.iter().zip(&model.factors) {
+            for (column, factor) in form.columns.iter().zip(factors) {
                 match column {
                     Column::Falling(j) => go(&mut logged.late_s[*j], &|late| late + factor),
                     Column::Torque(j) => go(&mut logged.gain[*j], &|gain| gain * (1.0 + factor)),
                     Column::Tilt(axis) => logged.tilt.iter_mut().zip(axis).for_each(|(t, a)| go(t, &|t| t + factor * *a)),
-                    Column::Give { compliance, .. } => {
-                        go(compliance, &|_| factor.max(0.0));
-                        *compliance = compliance.max(0.0);
-                    }
                     _ => {}
                 }
             }
@@ -278,8 +282,8 @@ fn settle_channels(view: &View<'_>, forms: &mut [Form], logged: &mut Logged) {
 fn settle_shapes(view: &View<'_>, forms: &mut [Form], logged: &Logged) {
     for k in 0..forms.len() {
         for s in 0..forms[k].shape.len() {
-            let missing = view.missing(logged).whitened(&view.noise);
-            let others: Vec<Column> = forms.iter().enumerate().filter(|(i, _)| *i != k).flat_map(|(_, f)| f.columns.iter().cloned()).collect();
+            let others: Vec<Form> = forms.iter().enumerate().filter(|(i, _)| *i != k).map(|(_, f)| f.clone()).collect();
+            let (others, missing) = open(view, &others, logged);
             let series = view.white(&others);
             let (table, beside) = solved(&series, &missing);
             let form = forms[k].clone();

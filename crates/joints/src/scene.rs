@@ -3,18 +3,25 @@
 use crate::JointsError;
 use crate::column::{inverse_dynamics, sign};
 use crate::motion::{Encoder, Motion, encoder, top_density};
-use ndof_devices::SerialChain;
+use ndof_devices::{SerialChain, TERMS_OF_A_LINK};
 use ndof_models::robot::{Joints, Robot};
 use ndof_signal::{RESOLVED, Recording, derivatives};
 use ndof_sysid::Ports;
+use std::sync::OnceLock;
 
 /// What is known of a joint over all that is fitted.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct JointScale {
     /// Up to where its motion is told from the noise of its encoder (Hz).
     pub corner_hz: f64,
+    /// What it turns, in the middle of its movement (kg m²).
+    pub inertia: f64,
+    /// What of it is the motor's, before a gear (kg m²).
+    pub rotor: f64,
     /// Least and greatest angle.
     pub range: [f64; 2],
+    /// How fast it moves to and fro: rms of its rate over that of its way.
+    pub pace_hz: f64,
     /// rms of its rate.
     pub speed: f64,
     /// rms of the noise in the rate whose sign counts.
@@ -51,14 +58,16 @@ pub(crate) fn scene<'a>(chain: &'a SerialChain, trials: &[Recording], simulated:
     if fastest_hz <= 0.0 {
         return Err(JointsError::Still);
     }
-    let corners = corners(chain, trials, ports, &found, fastest_hz);
-    let moved = |r: &Recording| {
-        let mut motion = motion(r, ports, &corners);
+    let inertias = inertias(chain, trials, ports);
+    let rotors = chain.inertial_parameters().split_off(TERMS_OF_A_LINK * n);
+    let corners = corners(&inertias, trials, ports, &found, fastest_hz);
+    let moved = |(trial, r): (usize, &Recording)| {
+        let mut motion = Motion { trial, loads: vec![OnceLock::new(); n], ..motion(r, ports, &corners) };
         motion.sharp = sharp(r, ports, &motion, &found);
         let rigid = inverse_dynamics(chain, &motion);
         Motion { rigid, ..motion }
     };
-    let mut motions: Vec<Motion> = trials.iter().map(moved).collect();
+    let mut motions: Vec<Motion> = trials.iter().enumerate().map(moved).collect();
     within_bounds(&motions, chain)?;
     let joints = (0..n)
         .map(|j| {
@@ -66,20 +75,23 @@ pub(crate) fn scene<'a>(chain: &'a SerialChain, trials: &[Recording], simulated:
             let (q, v, torque) = (all(&|m| &m.q[j]), all(&|m| &m.v[j]), all(&|m| &m.torque[j]));
             let own = Encoder { corner_hz: corners[j], noise: found[j].map_or(0.0, |e| e.noise) };
             let speed = rms(&v);
-            let deviation = deviation(&torque);
+            let spread = deviation(&torque);
             JointScale {
                 corner_hz: corners[j],
+                inertia: inertias[j],
+                rotor: rotors[j],
                 range: [q.iter().copied().fold(f64::INFINITY, f64::min), q.iter().copied().fold(f64::NEG_INFINITY, f64::max)],
+                pace_hz: speed / deviation(&q).max(f64::MIN_POSITIVE) / std::f64::consts::TAU,
                 speed,
                 speed_noise: (SIGN * speed).max(f64::MIN_POSITIVE),
-                torque: deviation,
-                torque_noise: (1e-2 * deviation).max(f64::MIN_POSITIVE),
+                torque: spread,
+                torque_noise: (1e-2 * spread).max(f64::MIN_POSITIVE),
                 angle_noise: own.noise_of(0),
             }
         })
         .collect();
     let scene = Scene { chain, rate_hz, fastest_hz, joints };
-    let simulated: Vec<Motion> = simulated.iter().map(moved).collect();
+    let simulated: Vec<Motion> = simulated.iter().enumerate().map(moved).collect();
     within_bounds(&simulated, chain)?;
     for (motion, own) in motions.iter_mut().zip(simulated) {
         let mut beyond = own.torque.clone();
@@ -107,14 +119,9 @@ fn within_bounds(motions: &[Motion], chain: &SerialChain) -> Result<(), JointsEr
     Ok(())
 }
 
-/// Where the motion of each joint is cut off: where the noise of its encoder, seen through the joint's inertia, overtakes that of its torque,
-///
-/// H_jj (2πf)² √S_q = √S_τ,
-///
-/// below which smoothing would take more from the motion than noise from the torque; never below where the motion sinks into the encoder's noise.
-fn corners(chain: &SerialChain, trials: &[Recording], ports: &Ports, found: &[Option<Encoder>], fastest_hz: f64) -> Vec<f64> {
-    let n = found.len();
-    let rate_hz = trials[0].sample_rate_hz();
+/// Each joint's inertia, the others at rest, in the middle of the movement.
+fn inertias(chain: &SerialChain, trials: &[Recording], ports: &Ports) -> Vec<f64> {
+    let n = ports.outputs.len();
     let mean = |c: usize| {
         let all: Vec<f64> = trials.iter().flat_map(|r| r.channels()[c].samples.iter().copied()).collect();
         all.iter().sum::<f64>() / all.len().max(1) as f64
@@ -122,12 +129,22 @@ fn corners(chain: &SerialChain, trials: &[Recording], ports: &Ports, found: &[Op
     let posture: Vec<f64> = ports.outputs.iter().map(|c| mean(*c)).collect();
     let mut mass = vec![0.0; n * n];
     chain.mass_matrix(&posture, &mut mass);
-    (0..n)
+    (0..n).map(|j| mass[j * n + j]).collect()
+}
+
+/// Where the motion of each joint is cut off: where the noise of its encoder, seen through the joint's inertia, overtakes that of its torque,
+///
+/// H_jj (2πf)² √S_q = √S_τ,
+///
+/// below which smoothing would take more from the motion than noise from the torque; never below where the motion sinks into the encoder's noise.
+fn corners(inertias: &[f64], trials: &[Recording], ports: &Ports, found: &[Option<Encoder>], fastest_hz: f64) -> Vec<f64> {
+    let rate_hz = trials[0].sample_rate_hz();
+    (0..found.len())
         .map(|j| {
             let Some(encoder) = found[j] else { return fastest_hz };
             let torques: Vec<&[f64]> = trials.iter().map(|r| r.channels()[ports.inputs[j]].samples.as_slice()).collect();
             let noise = top_density(&torques, rate_hz).unwrap_or(0.0);
-            let overtakes = (noise / (mass[j * n + j].powi(2) * encoder.noise)).powf(0.25) / std::f64::consts::TAU;
+            let overtakes = (noise / (inertias[j].powi(2) * encoder.noise)).powf(0.25) / std::f64::consts::TAU;
             let most = RESOLVED * rate_hz / 2.0;
             if overtakes.is_finite() { overtakes.clamp(encoder.corner_hz.min(most), most) } else { most }
         })

@@ -164,7 +164,7 @@ impl Rule<'_> {
     /// The probability that a form gains so much by chance, as the best of all hypotheses that are tried: by Fisher's law, as the noise is known from
     /// the samples that no factor took.
     pub fn p_value(&self, form: &Form, gained: f64, freedoms: usize) -> f64 {
-        let freedoms = (freedoms + form.shape.len()).max(1) as f64;
+        let freedoms = (freedoms + form.beside()).max(1) as f64;
         let left = form.joint.map_or(self.left.iter().copied().fold(f64::INFINITY, f64::min), |j| self.left[j]);
         // Beyond this ratio the tail is zero to the last bit, and the law's own quotients overflow.
         let ratio = (gained.max(0.0) / freedoms).min(1e100);
@@ -172,9 +172,9 @@ impl Rule<'_> {
         (tail * self.hypotheses as f64).min(1.0)
     }
 
-    /// Schwarz's criterion of a form's gain; each shape parameter counts as a factor.
+    /// Schwarz's criterion of a form's gain; what is fitted beside the factors counts as one each.
     fn worth(&self, form: &Form, gained: f64, freedoms: usize) -> f64 {
-        gained - (freedoms + form.shape.len()) as f64 * (self.table.samples as f64).ln()
+        gained - (freedoms + form.beside()) as f64 * (self.table.samples as f64).ln()
     }
 
     /// The form that is worth most beside `solved`, with its worth, among those that `may`, are worth their parameters and beyond chance.

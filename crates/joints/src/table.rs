@@ -3,6 +3,7 @@
 use crate::band::Band;
 use crate::causes::Form;
 use crate::column::{Column, each_sample};
+use crate::deflection::Gear;
 use crate::model::Logged;
 use crate::motion::Motion;
 use crate::noise::Whitener;
@@ -67,6 +68,7 @@ pub(crate) struct View<'a> {
     pub pieces: Vec<Piece>,
     pub noise: Vec<Whitener>,
     kept: Mutex<Kept>,
+    whole: &'a Mutex<Whole>,
 }
 
 /// Torques that were asked for before.
@@ -75,11 +77,16 @@ struct Kept {
     columns: Vec<(Column, Arc<Series>)>,
     white: Vec<(Column, Arc<Series>)>,
     file: Option<Arc<Series>>,
+    gears: Vec<(Gear, Gear)>,
+    slopes: Vec<(Gear, Arc<Vec<Series>>)>,
 }
+
+/// What joints feel of columns at every sample, by column and trial.
+type Whole = Vec<(Column, usize, Arc<Vec<(usize, Vec<f64>)>>)>;
 
 impl<'a> View<'a> {
     /// The stretch from one time to another of each of these trials, in samples of the log.
-    pub fn new(scene: &'a Scene<'a>, motions: &'a [Motion], band: &'a Band, stretches: &[(usize, std::ops::Range<usize>)]) -> Self {
+    pub fn new(scene: &'a Scene<'a>, motions: &'a [Motion], band: &'a Band, whole: &'a Mutex<Whole>, stretches: &[(usize, std::ops::Range<usize>)]) -> Self {
         let margin = smoothing_edge(scene.lowest_hz(), scene.rate_hz);
         let pieces = stretches
             .iter()
@@ -89,7 +96,7 @@ impl<'a> View<'a> {
             })
             .collect();
         let noise = scene.joints.iter().map(|j| Whitener::plain(j.torque)).collect();
-        View { scene, motions, band, pieces, noise, kept: Mutex::default() }
+        View { scene, motions, band, pieces, noise, kept: Mutex::default(), whole }
     }
 
     fn kept(&self) -> MutexGuard<'_, Kept> {
@@ -102,6 +109,30 @@ impl<'a> View<'a> {
         View { noise, ..self }
     }
 
+    /// Where a gear that a search began with settled last.
+    pub fn settled(&self, searched: &Gear) -> Option<Gear> {
+        self.kept().gears.iter().find(|(from, _)| from == searched).map(|(_, to)| to.clone())
+    }
+
+    /// Keeps where it settled.
+    pub fn settles(&self, searched: Gear, gear: Gear) {
+        let mut kept = self.kept();
+        kept.gears.retain(|(from, _)| *from != searched);
+        kept.gears.push((searched, gear));
+    }
+
+    /// Where the slopes of a joint's gear were made last, and what they are.
+    pub fn slopes(&self, joint: usize) -> Option<(Gear, Arc<Vec<Series>>)> {
+        self.kept().slopes.iter().find(|(at, _)| at.joint == joint).cloned()
+    }
+
+    /// Keeps them.
+    pub fn keep_slopes(&self, at: Gear, slopes: Arc<Vec<Series>>) {
+        let mut kept = self.kept();
+        kept.slopes.retain(|(other, _)| other.joint != at.joint);
+        kept.slopes.push((at, slopes));
+    }
+
     /// Torques that these columns need for each unit of them.
     pub fn series(&self, columns: &[Column]) -> Vec<Arc<Series>> {
         let new: Vec<Column> = {
@@ -112,6 +143,17 @@ impl<'a> View<'a> {
         let mut kept = self.kept();
         kept.columns.extend(new.into_iter().zip(found.into_iter().map(Arc::new)));
         columns.iter().filter_map(|c| Some(kept.columns.iter().find(|(k, _)| k == c)?.1.clone())).collect()
+    }
+
+    /// What joints feel of a column at every sample of a trial.
+    pub fn along(&self, column: &Column, trial: usize) -> Arc<Vec<(usize, Vec<f64>)>> {
+        let whole = || self.whole.lock().unwrap_or_else(PoisonError::into_inner);
+        let known = whole().iter().find(|(own, t, _)| *t == trial && own == column).map(|(.., felt)| felt.clone());
+        known.unwrap_or_else(|| {
+            let felt = Arc::new(column.along(&self.motions[trial], self.scene));
+            whole().push((column.clone(), trial, felt.clone()));
+            felt
+        })
     }
 
     /// The same, whitened.
@@ -161,13 +203,13 @@ impl<'a> View<'a> {
                 if let (Column::Body { link, parts }, false) = (column, bodies.is_empty()) {
                     return combined(&bodies[*link], parts);
                 }
-                let felt: Vec<Vec<(usize, Vec<f64>)>> = trials
-                    .iter()
-                    .map(|t| if self.pieces.iter().any(|p| p.trial == *t) { column.along(&self.motions[*t], self.scene) } else { vec![] })
-                    .collect();
+                // What a search asks of a gear both stretches ask, and it is dear.
+                let both = matches!(column, Column::Give(gear) if gear.starts.is_empty());
+                let of = |t: &usize| if both { self.along(column, *t) } else { Arc::new(column.along(&self.motions[*t], self.scene)) };
+                let felt: Vec<_> = trials.iter().map(|t| self.pieces.iter().any(|p| p.trial == *t).then(|| of(t))).collect();
                 let piece = |piece: &Piece| {
                     let mut joints = vec![None; self.scene.joints.len()];
-                    for (joint, x) in &felt[piece.trial] {
+                    for (joint, x) in felt[piece.trial].iter().flat_map(|felt| felt.iter()) {
                         joints[*joint] = Some(self.seen(piece, *joint, &kernel, x));
                     }
                     joints

@@ -17,6 +17,7 @@ mod torque_scale;
 mod viscous_friction;
 
 use crate::column::Column;
+use crate::deflection::Gear;
 use crate::scene::Scene;
 
 /// A cause in words.
@@ -76,6 +77,9 @@ pub(crate) struct Form {
     pub reshape: fn(&Form, &[f64]) -> Vec<Column>,
 }
 
+/// How many times the factor that a column is made with the data may ask for: beyond it the column is of something else.
+const NEAR: f64 = 3.0;
+
 /// A parameter that the columns hold.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Shape {
@@ -134,9 +138,20 @@ impl Form {
         form
     }
 
+    /// The gear that gives in it.
+    pub fn gear(&self) -> Option<&Gear> {
+        if let Some(Column::Give(gear)) = self.columns.first() { Some(gear) } else { None }
+    }
+
+    /// How many numbers are fitted beside its factors.
+    pub fn beside(&self) -> usize {
+        self.shape.len() + self.columns.iter().map(Column::beside).sum::<usize>()
+    }
+
     /// Whether factors are those of something that exists.
     pub fn allows(&self, factors: &[f64]) -> bool {
-        self.told.iter().all(|t| !t.positive || t.sum(factors) > 0.0)
+        let near = |(column, factor): (&Column, &f64)| column.factor().is_none_or(|own| (1.0 / NEAR..NEAR).contains(&(factor / own)));
+        self.told.iter().all(|t| !t.positive || t.sum(factors) > 0.0) && self.columns.iter().zip(factors).all(near)
     }
 
     /// Whether two forms are of one cause at one place.

@@ -13,9 +13,8 @@ pub(super) static CAUSE: JointCause = JointCause {
         next_experiment: "faster movements: what grows with the acceleration and not with the posture is the rotor",
     },
     forms: |scene| {
-        let rotors = scene.chain.inertial_parameters().split_off(ndof_devices::TERMS_OF_A_LINK * scene.joints.len());
         each_joint(scene, |j| {
-            let told = Told::new("rotor_kg_m2", "kg m^2", 0).on_top_of(rotors[j]).positive();
+            let told = Told::new("rotor_kg_m2", "kg m^2", 0).on_top_of(scene.joints[j].rotor).positive();
             vec![Form::new(&CAUSE, Some(j), vec![Column::Acceleration(j)], vec![told])]
         })
     },
