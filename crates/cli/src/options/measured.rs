@@ -3,8 +3,8 @@
 use super::Reading;
 use crate::error::CliError;
 use clap::Args;
-use ndof_analysis::file::KinematicsFile;
-use ndof_analysis::{AnalysisError, Diagnose, Fit, HeldOut, nearest};
+use ndof_analysis::file::{self, KinematicsFile};
+use ndof_analysis::{Diagnose, Fit, HeldOut, nearest};
 use ndof_study::file::{StudyDocument, StudyFile};
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
@@ -23,8 +23,7 @@ pub struct Recordings {
 impl Recordings {
     /// The study of a file, with the paths of its recordings as seen from here; `None` where it is one of what is simulated.
     pub fn study(path: &Path) -> Result<Option<StudyDocument<Self>>, CliError> {
-        let file = path.display().to_string();
-        let text = std::fs::read_to_string(path).map_err(|source| AnalysisError::Read { file: file.clone(), source })?;
+        let (file, text) = file::read_text(path)?;
         let Some(mut study) = StudyDocument::of_recordings(&text, &file)? else { return Ok(None) };
         let folder = path.parent().unwrap_or_else(|| Path::new("")).to_owned();
         change_paths(&mut study, |path| folder.join(path));
