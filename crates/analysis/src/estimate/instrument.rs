@@ -8,10 +8,10 @@ use ndof_models::schedule::{ScheduledFit, Splines, Stretch};
 use ndof_signal::Channel;
 use ndof_sysid::{Ports, ResponseKind};
 
-/// The widest band over the sample rate in which a motion is foretold.
-const WIDEST: f64 = 1.0 / 6.0;
-/// Splines of the mean over a period of the band's upper end, as for scheduled fits.
-const MEAN_KNOTS: f64 = 4.0;
+/// The widest band over the sample rate in which a motion is foretold, and in which a scheduled fit is made where none is asked for.
+pub(crate) const WIDEST: f64 = 1.0 / 6.0;
+/// Splines of the mean over a period of the band's upper end, which they follow within a hundredth.
+pub(crate) const MEAN_KNOTS: f64 = 4.0;
 
 impl Roles {
     /// From motions to efforts without a reference, where each effort has its motion; else as they are.

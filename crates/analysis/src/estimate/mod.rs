@@ -3,7 +3,7 @@
 mod course;
 mod course_result;
 mod estimated;
-mod instrument;
+pub(crate) mod instrument;
 mod left_out;
 mod limits;
 mod measured;

@@ -4,7 +4,7 @@ use super::Reading;
 use crate::error::CliError;
 use clap::Args;
 use ndof_analysis::file::{self, KinematicsFile};
-use ndof_analysis::{Diagnose, Fit, HeldOut, nearest};
+use ndof_analysis::{Diagnose, Fit, HeldOut, did_you_mean, nearest};
 use ndof_study::file::{StudyDocument, StudyFile};
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
@@ -78,7 +78,7 @@ impl TryFrom<toml::Table> for Recordings {
         let known: Vec<&str> = options.get_arguments().filter_map(clap::Arg::get_long).collect();
         for (key, value) in &table {
             if !known.contains(&key.as_str()) {
-                let meant = nearest(key, known.iter().copied()).map(|near| format!(" (did you mean \"{near}\"?)")).unwrap_or_default();
+                let meant = did_you_mean(nearest(key, known.iter().copied()).as_deref());
                 return Err(format!("[recordings] has no \"{key}\"{meant}; it takes `files` and the options of recordings by their long names"));
             }
             let alone = toml::Table::from_iter([(key.clone(), value.clone())]).try_into::<Reading>();

@@ -91,9 +91,7 @@ impl Wrist {
     /// # Errors
     /// [`DeviceError`] if a size does not fit or M is no inertia.
     pub fn new(config: &WristConfig, posture: [f64; 3]) -> Result<Self, DeviceError> {
-        if !(config.hand_mass_kg.is_finite() && config.hand_mass_kg >= 0.0) {
-            return Err(DeviceError::value("limb.hand_mass_kg", config.hand_mass_kg, "zero or positive"));
-        }
+        DeviceError::not_negative("limb.hand_mass_kg", config.hand_mass_kg)?;
         if let Some(v) = config.hand_centre_m.iter().chain(&config.gravity_m_per_s2).find(|v| !v.is_finite()) {
             return Err(DeviceError::value("limb.hand_centre_m or limb.gravity_m_per_s2", *v, "finite"));
         }
