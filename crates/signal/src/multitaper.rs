@@ -4,7 +4,7 @@ use crate::cache::Cache;
 use crate::cross_spectra::{CrossSpectra, Kernel};
 use crate::segments::{Detrend, first_not_finite};
 use crate::slepian::{SlepianError, SlepianTapers, slepian_tapers};
-use crate::transform::{RealToComplex, forward_transform};
+use crate::transform::{RealToComplex, forward_transform, spectrum_by};
 use num_complex::Complex64;
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
@@ -220,21 +220,14 @@ impl Plan {
 
     fn kernel(&self, sample_rate_hz: f64) -> Kernel {
         let step_hz = sample_rate_hz / (KERNEL_FINENESS * self.slepian.tapers[0].len()) as f64;
-        let reach = self.half_kernel.len() as isize - 1;
-        let total = self.half_kernel[0] + 2.0 * self.half_kernel[1..].iter().sum::<f64>();
-        let (offset_hz, weight) = (-reach..=reach).map(|m| (m as f64 * step_hz, self.half_kernel[m.unsigned_abs()] / total)).unzip();
-        Kernel { offset_hz, weight }
+        Kernel::of_half(&self.half_kernel, step_hz)
     }
 }
 
 fn spectrum(fft: &Arc<dyn RealToComplex<f64>>, samples: impl Iterator<Item = f64>) -> Vec<Complex64> {
     let mut input = fft.make_input_vec();
     input.iter_mut().zip(samples).for_each(|(i, x)| *i = x);
-    let mut output = fft.make_output_vec();
-    // Lengths are those of the plan, so the transform cannot refuse.
-    let done = fft.process(&mut input, &mut output);
-    debug_assert!(done.is_ok());
-    output
+    spectrum_by(fft.as_ref(), &mut input)
 }
 
 /// Weights b_k² λ_k of one channel at one frequency, summing to one, by fixed-point iteration from the mean of the

@@ -1,7 +1,7 @@
 //! Averaging over the periods of a periodic excitation.
 
 use crate::segments::first_not_finite;
-use crate::transform::{RealToComplex, forward_transform, inverse_transform};
+use crate::transform::{RealToComplex, forward_transform, inverse_transform, spectrum_by};
 use num_complex::Complex64;
 use serde::{Deserialize, Serialize};
 use std::sync::Arc;
@@ -101,11 +101,7 @@ impl Periodic {
 /// Complex amplitudes: x(t) = Re Σ_f X_f e^{j2πft}.
 pub(crate) fn amplitudes(fft: &Arc<dyn RealToComplex<f64>>, samples: &[f64]) -> Vec<Complex64> {
     let n = samples.len();
-    let mut input = samples.to_vec();
-    let mut output = fft.make_output_vec();
-    // Lengths are those of the plan, so the transform cannot refuse.
-    let done = fft.process(&mut input, &mut output);
-    debug_assert!(done.is_ok());
+    let mut output = spectrum_by(fft.as_ref(), &mut samples.to_vec());
     output.iter_mut().enumerate().for_each(|(f, x)| *x *= if f == 0 || 2 * f == n { 1.0 } else { 2.0 } / n as f64);
     output
 }
