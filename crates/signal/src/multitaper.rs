@@ -2,7 +2,7 @@
 
 use crate::cache::Cache;
 use crate::cross_spectra::{CrossSpectra, Kernel};
-use crate::segments::{Detrend, first_not_finite};
+use crate::segments::{Detrend, SamplesError, require_finite};
 use crate::slepian::{SlepianError, SlepianTapers, slepian_tapers};
 use crate::transform::{RealToComplex, forward_transform, spectrum_by};
 use num_complex::Complex64;
@@ -56,24 +56,9 @@ pub enum MultitaperError {
         /// Length of the transform.
         nfft: usize,
     },
-    /// A channel differs in length.
-    #[error("channel {channel} has {found} samples, the first has {expected}")]
-    Length {
-        /// Index of the channel.
-        channel: usize,
-        /// Samples in the first.
-        expected: usize,
-        /// Samples in this one.
-        found: usize,
-    },
-    /// A sample is not a number.
-    #[error("channel {channel} is not a finite number at sample {sample}; cut that stretch out or repair it")]
-    NotFinite {
-        /// Index of the channel.
-        channel: usize,
-        /// Index of the sample.
-        sample: usize,
-    },
+    /// Channels that cannot be analysed together.
+    #[error(transparent)]
+    Samples(#[from] SamplesError),
 }
 
 impl Multitaper {
@@ -91,14 +76,7 @@ impl Multitaper {
     /// [`MultitaperError`] if the settings do not fit the record, or it is ragged, empty or holds a NaN.
     pub fn spectra(&self, sample_rate_hz: f64, channels: &[&[f64]]) -> Result<CrossSpectra, MultitaperError> {
         let len = channels.first().map_or(0, |c| c.len());
-        for (channel, samples) in channels.iter().enumerate() {
-            if samples.len() != len {
-                return Err(MultitaperError::Length { channel, expected: len, found: samples.len() });
-            }
-            if let Some(sample) = first_not_finite(samples) {
-                return Err(MultitaperError::NotFinite { channel, sample });
-            }
-        }
+        require_finite(channels, len, 0)?;
         let nfft = self.nfft.unwrap_or(len);
         if nfft < len {
             return Err(MultitaperError::ShortTransform { len, nfft });
@@ -396,7 +374,7 @@ mod tests {
         assert!(matches!(of(Multitaper { time_bandwidth: 80.0, ..Multitaper::default() }), MultitaperError::Tapers(_)));
         assert!(matches!(Multitaper::default().spectra(1.0, &[]), Err(MultitaperError::Tapers(_))));
         let y = [f64::NAN; 100];
-        assert!(matches!(Multitaper::default().spectra(1.0, &[&x, &y]), Err(MultitaperError::NotFinite { channel: 1, sample: 0 })));
-        assert!(matches!(Multitaper::default().spectra(1.0, &[&x, &y[1..]]), Err(MultitaperError::Length { channel: 1, .. })));
+        assert!(matches!(Multitaper::default().spectra(1.0, &[&x, &y]), Err(MultitaperError::Samples(SamplesError::NotFinite { channel: 1, sample: 0 }))));
+        assert!(matches!(Multitaper::default().spectra(1.0, &[&x, &y[1..]]), Err(MultitaperError::Samples(SamplesError::Length { channel: 1, .. }))));
     }
 }

@@ -1,6 +1,6 @@
 //! Averaging over the periods of a periodic excitation.
 
-use crate::segments::first_not_finite;
+use crate::segments::{SamplesError, require_finite};
 use crate::transform::{RealToComplex, forward_transform, inverse_transform, spectrum_by};
 use num_complex::Complex64;
 use serde::{Deserialize, Serialize};
@@ -43,24 +43,9 @@ pub enum PeriodicError {
         /// Periods left out.
         discard: usize,
     },
-    /// A channel differs in length.
-    #[error("channel {channel} has {found} samples, the first has {expected}")]
-    Length {
-        /// Index of the channel.
-        channel: usize,
-        /// Samples in the first.
-        expected: usize,
-        /// Samples in this one.
-        found: usize,
-    },
-    /// A sample is not a number.
-    #[error("channel {channel} is not a finite number at sample {sample}; cut that stretch out or repair it")]
-    NotFinite {
-        /// Index of the channel.
-        channel: usize,
-        /// Index of the sample.
-        sample: usize,
-    },
+    /// Channels that cannot be analysed together.
+    #[error(transparent)]
+    Samples(#[from] SamplesError),
 }
 
 impl Periodic {
@@ -73,14 +58,7 @@ impl Periodic {
             return Err(PeriodicError::EmptyPeriod);
         }
         let len = channels.first().map_or(0, |c| c.len());
-        for (channel, samples) in channels.iter().enumerate() {
-            if samples.len() != len {
-                return Err(PeriodicError::Length { channel, expected: len, found: samples.len() });
-            }
-            if let Some(sample) = first_not_finite(samples) {
-                return Err(PeriodicError::NotFinite { channel, sample });
-            }
-        }
+        require_finite(channels, len, 0)?;
         let whole = len / self.period;
         if whole < self.discard + 2 {
             return Err(PeriodicError::TooShort { len, whole, period: self.period, discard: self.discard });

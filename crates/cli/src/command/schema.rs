@@ -37,8 +37,10 @@ enum Format {
     Markdown,
 }
 
+type Schema = fn() -> Value;
+
 /// The JSON Schemas by the short names that `ndof schema` takes.
-const SCHEMAS: &[(&str, fn() -> Value)] = &[
+const SCHEMAS: &[(&str, Schema)] = &[
     ("estimate", schema::<EstimateResult>),
     ("fit", schema::<FitResult>),
     ("diagnosis", schema::<DiagnosisResult>),

@@ -121,11 +121,6 @@ impl Wrist {
         let moment = cross(turn(&hand, self.centre), self.weight);
         axes.map(|a| dot(a, moment))
     }
-
-    /// ∂²U/∂q², what the weight adds to the stiffness (N m/rad).
-    pub fn gravity_stiffness(&self) -> &Array2<f64> {
-        &self.gravity_stiffness
-    }
 }
 
 /// Anatomical angles a of a hand that the robot holds at the angles `device_rad`, and the Jacobian ∂q/∂a from them to the robot's axes:
@@ -231,7 +226,7 @@ mod tests {
             assert!((wrist.gravity_torque(q)[i] + slope).abs() < 1e-8);
             for j in 0..3 {
                 let slope = (wrist.gravity_torque(moved(j, h, q))[i] - wrist.gravity_torque(moved(j, -h, q))[i]) / (2.0 * h);
-                assert!((wrist.gravity_stiffness()[[i, j]] + slope).abs() < 1e-8, "({i}, {j})");
+                assert!((wrist.gravity_stiffness[[i, j]] + slope).abs() < 1e-8, "({i}, {j})");
             }
         }
     }
