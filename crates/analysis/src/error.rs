@@ -1,6 +1,6 @@
 //! What can go wrong between files and results.
 
-use crate::suggest::did_you_mean;
+use crate::suggest::{did_you_mean, nearest};
 use ndof_signal::RecordingError;
 use ndof_sysid::{EstimateError, ResponseError};
 
@@ -313,6 +313,13 @@ pub enum AnalysisError {
     /// A response cannot be converted.
     #[error(transparent)]
     Response(#[from] ResponseError),
+}
+
+impl AnalysisError {
+    /// The error for a channel that `file` does not have, with the nearest of those that it has.
+    pub fn no_channel(file: &str, name: &str, available: Vec<String>) -> Self {
+        AnalysisError::NoChannel { file: file.to_owned(), name: name.to_owned(), suggestion: nearest(name, available.iter().map(String::as_str)), available }
+    }
 }
 
 fn no_file(source: &std::io::Error) -> String {

@@ -40,7 +40,7 @@ pub fn number(value: f64) -> Number {
 }
 
 /// An interval, if both ends are numbers.
-pub(crate) fn finite(interval: [f64; 2]) -> Option<[f64; 2]> {
+pub fn finite(interval: [f64; 2]) -> Option<[f64; 2]> {
     interval.iter().all(|end| end.is_finite()).then_some(interval)
 }
 

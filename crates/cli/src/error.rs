@@ -1,6 +1,6 @@
 //! One message for the user, and the exit code that goes with it.
 
-use ndof_analysis::{AnalysisError, nearest};
+use ndof_analysis::{AnalysisError, did_you_mean, nearest};
 use ndof_io::IoError;
 use ndof_report::FigureError;
 use ndof_study::StudyError;
@@ -40,8 +40,8 @@ pub enum CliError {
 impl CliError {
     /// The error for a study that does not exist.
     pub(crate) fn unknown_study(name: &str, studies: &[(&str, &str)]) -> Self {
-        let suggestion = nearest(name, studies.iter().map(|(known, _)| *known)).map(|s| format!(" (did you mean \"{s}\"?)")).unwrap_or_default();
         let known: Vec<&str> = studies.iter().map(|(known, _)| *known).collect();
+        let suggestion = did_you_mean(nearest(name, known.iter().copied()).as_deref());
         CliError::Usage(format!("no study \"{name}\"{suggestion}; built in: {}; or give a file, STUDY.toml", known.join(", ")))
     }
 

@@ -142,6 +142,14 @@ impl DeviceError {
         DeviceError::Value { what: what.into(), value, must }
     }
 
+    pub(crate) fn positive(what: impl Into<String>, value: f64) -> Result<(), Self> {
+        if value.is_finite() && value > 0.0 { Ok(()) } else { Err(DeviceError::value(what, value, "positive")) }
+    }
+
+    pub(crate) fn not_negative(what: impl Into<String>, value: f64) -> Result<(), Self> {
+        if value.is_finite() && value >= 0.0 { Ok(()) } else { Err(DeviceError::value(what, value, "zero or positive")) }
+    }
+
     pub(crate) fn size(what: impl Into<String>, found: impl ToString, expected: impl ToString) -> Self {
         DeviceError::Size { what: what.into(), found: found.to_string(), expected: expected.to_string() }
     }

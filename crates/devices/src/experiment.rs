@@ -237,13 +237,9 @@ impl Experiment {
     /// [`DeviceError`] that names what does not fit.
     pub fn build(&self) -> Result<Bench, DeviceError> {
         for (what, value) in [("duration_s", self.duration_s), ("sample_rate_hz", self.sample_rate_hz)] {
-            if !(value.is_finite() && value > 0.0) {
-                return Err(DeviceError::value(what, value, "positive"));
-            }
+            DeviceError::positive(what, value)?;
         }
-        if !(self.discard_s.is_finite() && self.discard_s >= 0.0) {
-            return Err(DeviceError::value("discard_s", self.discard_s, "zero or positive"));
-        }
+        DeviceError::not_negative("discard_s", self.discard_s)?;
         let device = self.device.build()?;
         let axes = device.robot.axes().len();
         let rest = self.rest(device.robot.as_ref())?;

@@ -206,9 +206,7 @@ fn build_planar(p: &DeviceParameters) -> Result<Device, DeviceError> {
     let robot = FiveBar::new([v("link_1_m"), v("link_2_m")], [v("base_x_m"), v("base_y_m")], inertia, joints)?;
     let transducer = translational(v("transducer_stiffness_n_per_m"), v("transducer_damping_n_s_per_m"))?;
     for name in ["stiffness_limit_n_per_m", "force_range_n", "force_limit_n"] {
-        if v(name) <= 0.0 {
-            return Err(DeviceError::value(name, v(name), "positive"));
-        }
+        DeviceError::positive(name, v(name))?;
     }
     let defaults = LoopDefaults {
         kp: 100.0,

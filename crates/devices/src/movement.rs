@@ -19,9 +19,7 @@ pub struct Movement {
 impl Movement {
     /// Checks what the types do not.
     pub(crate) fn check(&self, axes: usize) -> Result<(), DeviceError> {
-        if !(self.cycle_s.is_finite() && self.cycle_s > 0.0) {
-            return Err(DeviceError::value("controller.movement.cycle_s", self.cycle_s, "positive"));
-        }
+        DeviceError::positive("controller.movement.cycle_s", self.cycle_s)?;
         if self.to.len() != axes {
             return Err(DeviceError::size("controller.movement.to", self.to.len(), axes));
         }

@@ -74,9 +74,7 @@ struct Motors<'a> {
 
 impl<'a> Motors<'a> {
     fn new(robot: &'a dyn Robot, idle: Option<PostureHold>, quantum: f64, joints: usize) -> Result<Self, DeviceError> {
-        if !(quantum.is_finite() && quantum >= 0.0) {
-            return Err(DeviceError::value("controller.torque_quantum", quantum, "zero or positive"));
-        }
+        DeviceError::not_negative("controller.torque_quantum", quantum)?;
         let zeros = || vec![0.0; joints];
         Ok(Motors { robot, idle, compensation: robot.gravity_compensation(), quantum, still: zeros(), gravity: zeros() })
     }
@@ -200,9 +198,7 @@ fn record(
         return Err(DeviceError::value("sensors.force_range", range, "positive"));
     }
     for (what, value) in [("sensors.force_noise_rms", rms), ("sensors.force_quantum", quantum)] {
-        if !(value.is_finite() && value >= 0.0) {
-            return Err(DeviceError::value(what, value, "zero or positive"));
-        }
+        DeviceError::not_negative(what, value)?;
     }
     if let Some((map, constant)) = experiment.sensors.force_map(axes)? {
         let samples = force.first().map_or(0, Vec::len);
@@ -275,9 +271,7 @@ fn limb_noise<'a>(
         .enumerate()
         .map(|(i, level)| match level {
             Some((rms, cutoff)) => {
-                if !(rms.is_finite() && rms >= 0.0) {
-                    return Err(DeviceError::value("limb.noise.rms_n", rms, "zero or positive"));
-                }
+                DeviceError::not_negative("limb.noise.rms_n", rms)?;
                 if !(cutoff > 0.0 && cutoff < experiment.sample_rate_hz / 2.0) {
                     return Err(DeviceError::value("limb.noise.cutoff_hz", cutoff, "between 0 and half of the sample rate"));
                 }

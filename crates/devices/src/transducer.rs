@@ -13,8 +13,6 @@ pub(crate) fn translational(stiffness: f64, damping: f64) -> Result<Transducer, 
     if !(stiffness.is_finite() && stiffness >= LEAST_STIFFNESS_N_PER_M) {
         return Err(DeviceError::value("transducer_stiffness_n_per_m", stiffness, "at least 1e6 N/m"));
     }
-    if !(damping.is_finite() && damping > 0.0) {
-        return Err(DeviceError::value("transducer_damping_n_s_per_m", damping, "positive"));
-    }
+    DeviceError::positive("transducer_damping_n_s_per_m", damping)?;
     Ok(Transducer { stiffness, damping })
 }

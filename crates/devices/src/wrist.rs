@@ -55,14 +55,10 @@ impl WristRobot {
     fn new(p: &DeviceParameters) -> Result<Self, DeviceError> {
         let v = |name| p.value(name);
         for name in ["differential_ratio", "pronation_ratio", "motor_torque_limit_nm", "encoder_counts"] {
-            if v(name) <= 0.0 {
-                return Err(DeviceError::value(name, v(name), "positive"));
-            }
+            DeviceError::positive(name, v(name))?;
         }
         for name in ["rotor_inertia_kg_m2", "moving_mass_kg", "gravity_compensation"] {
-            if v(name) < 0.0 {
-                return Err(DeviceError::value(name, v(name), "zero or positive"));
-            }
+            DeviceError::not_negative(name, v(name))?;
         }
         let (differential, pronation, rotor) = (v("differential_ratio"), v("pronation_ratio"), v("rotor_inertia_kg_m2"));
         let link = |axis, [xx, yy, zz]: [f64; 3], rotor| Link { axis, inertia: [[xx, 0.0, 0.0], [0.0, yy, 0.0], [0.0, 0.0, zz]], rotor, ..Link::default() };
@@ -99,9 +95,7 @@ impl WristRobot {
 
 fn build(p: &DeviceParameters) -> Result<Device, DeviceError> {
     let v = |name| p.value(name);
-    if v("torque_limit_nm") <= 0.0 {
-        return Err(DeviceError::value("torque_limit_nm", v("torque_limit_nm"), "positive"));
-    }
+    DeviceError::positive("torque_limit_nm", v("torque_limit_nm"))?;
     let transducer = Transducer { stiffness: v("transducer_stiffness_nm_per_rad"), damping: v("transducer_damping_nm_s_per_rad") };
     if !(transducer.stiffness >= 1000.0 && transducer.damping > 0.0) {
         return Err(DeviceError::value("transducer_stiffness_nm_per_rad", transducer.stiffness, "at least 1000 N m/rad, with positive damping"));

@@ -1,5 +1,6 @@
 //! The simulation that is judged.
 
+use ndarray::Array2;
 pub use ndof_models::Status;
 use serde::{Deserialize, Serialize};
 
@@ -12,6 +13,13 @@ pub struct Part {
     pub status: Status,
     /// Whether a free matrix is symmetric.
     pub symmetric: bool,
+}
+
+impl Part {
+    /// A symmetric matrix that may be wrong.
+    pub fn nominal(matrix: &Array2<f64>) -> Self {
+        Part { value: matrix.rows().into_iter().map(|row| row.to_vec()).collect(), status: Status::Nominal, symmetric: true }
+    }
 }
 
 /// An inertia-damping-stiffness model to be judged. A part that is missing is fitted.

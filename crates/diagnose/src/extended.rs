@@ -5,7 +5,7 @@ use crate::hypotheses::{Ground, Hypothesis, Tried};
 use crate::layout::Track;
 use crate::plant::Role;
 use crate::result::CauseParameter;
-use crate::search::{Chosen, Stand};
+use crate::search::{Chosen, Stand, but};
 use crate::state::State;
 use crate::subject::Subject;
 use crate::whittle::INDEPENDENCE;
@@ -158,7 +158,7 @@ impl Subject {
     pub fn profiles(&self, chosen: &[Chosen], stand: &Stand, position: usize) -> Vec<Profile> {
         let c = &chosen[position];
         let h = relaxed(&self.hypotheses[c.hypothesis]);
-        let others: Vec<Chosen> = chosen.iter().enumerate().filter(|(k, _)| *k != position).map(|(_, c)| c.clone()).collect();
+        let others = but(chosen, position);
         let Some(rest) = (if c.knobs.is_empty() { None } else { self.stand(&others, &stand.fit.power, 1) }) else { return Vec::new() };
         let ground = Ground { state: &rest.state, cause: &self.cause, base: &rest.base, terms: &rest.terms, power: &stand.fit.power };
         let Some(middle) = ground.evaluate(&h, &c.knobs, 1) else { return Vec::new() };

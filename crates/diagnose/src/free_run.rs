@@ -394,12 +394,7 @@ impl Runner {
                     run(&g).iter().zip(&base).map(|(a, b)| (a - b) / size[q]).collect()
                 })
                 .collect();
-            let mut gram = Symmetric::zeros(2 * n);
-            for a in 0..2 * n {
-                for b in 0..=a {
-                    gram.add(a, b, dot(&slopes[a], &slopes[b]));
-                }
-            }
+            let gram = Symmetric::of(2 * n, |a, b| dot(&slopes[a], &slopes[b]));
             let rhs: Vec<f64> = slopes.iter().map(|s| dot(s, &rest)).collect();
             let Some(step) = gram.factor().map(|f| f.solve(&rhs)).filter(|s| s.iter().all(|v| v.is_finite())) else { break };
             let next: Vec<f64> = guess.iter().zip(&step).map(|(g, s)| g + s).collect();

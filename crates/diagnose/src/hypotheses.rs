@@ -1,6 +1,7 @@
 //! One hypothesis tried on the balance of forces.
 
 use crate::curved::Curved;
+use crate::linear::inner;
 use crate::optimise;
 use crate::plant::Base;
 use crate::state::{Cause, Column, Entry, State, Transform};
@@ -116,7 +117,6 @@ impl Hypothesis {
 /// their difference would be noise that costs nothing.
 fn like_the_mean(columns: &mut [Column]) {
     let Some((mean, waves)) = columns.split_first_mut() else { return };
-    let inner = |a: &[Complex64], b: &[Complex64]| a.iter().zip(b).map(|(a, b)| a.re * b.re + a.im * b.im).sum::<f64>();
     let Some((_, own)) = mean.parts.first() else { return };
     for wave in waves {
         let share = wave.parts.first().map_or(0.0, |(_, part)| inner(part, own) / inner(own, own));

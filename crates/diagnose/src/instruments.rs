@@ -152,12 +152,7 @@ impl Subject {
             (0..n * n).map(|k| crate::linear::dot(&scores[k / n], &scores[k % n]) * points / (points - n as f64) + 0.5 * prior(k / n, k % n)).collect();
         let spread = square::sandwich(&inverse, &scaled(&scatter), &square::adjoint(&inverse, n), n);
         let step = (0..n).map(|a| unit[a] * (0..n).map(|b| inverse[a * n + b] * unit[b] * right[b]).sum::<f64>()).collect();
-        let mut covariance = Symmetric::zeros(n);
-        for a in 0..n {
-            for b in 0..=a {
-                covariance.add(a, b, 1.0 / INDEPENDENCE * unit[a] * unit[b] * spread[a * n + b]);
-            }
-        }
+        let covariance = Symmetric::of(n, |a, b| 1.0 / INDEPENDENCE * unit[a] * unit[b] * spread[a * n + b]);
         covariance.a.iter().all(|v| v.is_finite()).then_some((step, covariance))
     }
 

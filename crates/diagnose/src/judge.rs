@@ -49,9 +49,8 @@ impl Court {
         layout.start_s = samples.start_s.first().copied().unwrap_or(0.0);
         layout.time_s = subject.layout.time_s;
         let layout = Arc::new(layout.following(&samples.schedule));
-        let tracks = |all: &[Vec<Vec<f64>>]| -> Tracks { all.iter().map(|trial| trial.iter().map(|x| layout.track(x)).collect()).collect() };
         let windowed = !meaning.motion_imposed && !restoring;
-        let (effort, motion) = (tracks(&samples.effort), tracks(&samples.motion));
+        let (effort, motion) = (layout.tracks(&samples.effort), layout.tracks(&samples.motion));
         Court {
             raw: State::new(&layout, &effort, &motion, &subject.centre, &[]),
             mean: subject.layout.movement.as_ref().map(|movement| {

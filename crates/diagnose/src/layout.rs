@@ -83,9 +83,7 @@ fn mirrored(x: &[f64], pad: usize, padded: usize) -> Vec<f64> {
 /// The track of mirrored samples.
 fn tracked(mut y: Vec<f64>, rate_hz: f64) -> Track {
     let n = y.len();
-    let start = y[0];
-    let slope = (y[n - 1] - start) / (n - 1) as f64;
-    y.iter_mut().enumerate().for_each(|(k, v)| *v -= start + slope * k as f64);
+    let (start, slope) = level(&mut y);
     let forward = forward_transform(n);
     let mut spectrum = forward.make_output_vec();
     if forward.process(&mut y, &mut spectrum).is_err() {
@@ -247,6 +245,11 @@ impl Layout {
         track
     }
 
+    /// The same of every channel of every trial.
+    pub fn tracks(&self, trials: &[Vec<Vec<f64>>]) -> Vec<Vec<Track>> {
+        trials.iter().map(|trial| trial.iter().map(|x| self.track(x)).collect()).collect()
+    }
+
     /// The same of samples at the working rate.
     pub fn track_of(&self, samples: &[f64]) -> Track {
         tracked(mirrored(samples, self.pad, self.padded), self.rate_hz)
@@ -259,20 +262,22 @@ impl Layout {
         if let Some(extra) = extra {
             spectrum.iter_mut().zip(extra).for_each(|(x, h)| *x *= *h);
         }
-        spectrum[0].im = 0.0;
-        if let Some(last) = spectrum.last_mut() {
-            last.im = 0.0;
-        }
-        let mut time = self.back.make_output_vec();
-        if self.back.process(&mut spectrum, &mut time).is_err() {
-            time.iter_mut().for_each(|v| *v = f64::NAN);
-        }
+        let mut time = self.in_time(spectrum);
         let (level, rate) = straight(&operator);
         time.drain(..self.pad);
         time.truncate(self.samples);
         let offset = level * track.start + rate * track.slope_per_s;
         let slope = level * track.slope_per_s / self.rate_hz;
         time.iter_mut().enumerate().for_each(|(k, v)| *v += offset + slope * (k + self.pad) as f64);
+        time
+    }
+
+    fn in_time(&self, mut spectrum: Vec<Complex64>) -> Vec<f64> {
+        real_at_ends(&mut spectrum);
+        let mut time = self.back.make_output_vec();
+        if self.back.process(&mut spectrum, &mut time).is_err() {
+            time.fill(f64::NAN);
+        }
         time
     }
 
@@ -288,15 +293,7 @@ impl Layout {
 
     /// The mirrored samples of a track at the working rate, not low-passed.
     pub fn whole(&self, track: &Track) -> Vec<f64> {
-        let mut spectrum = track.spectrum.clone();
-        spectrum[0].im = 0.0;
-        if let Some(last) = spectrum.last_mut() {
-            last.im = 0.0;
-        }
-        let mut time = self.back.make_output_vec();
-        if self.back.process(&mut spectrum, &mut time).is_err() {
-            time.iter_mut().for_each(|v| *v = f64::NAN);
-        }
+        let mut time = self.in_time(track.spectrum.clone());
         time.iter_mut().enumerate().for_each(|(k, v)| *v += track.start + track.slope_per_s * k as f64 / self.rate_hz);
         time
     }
@@ -304,6 +301,15 @@ impl Layout {
     /// The track of mirrored samples at the working rate.
     pub fn track_of_padded(&self, samples: Vec<f64>) -> Track {
         tracked(samples, self.rate_hz)
+    }
+
+    /// The spectra of samples of one trial, in all blocks: nought outside of its own.
+    pub fn in_trial(&self, trial: usize, samples: &[f64]) -> Vec<Complex64> {
+        let mut own = Vec::new();
+        self.blocks_of(trial, samples, &mut own);
+        let mut all = vec![Complex64::ZERO; self.size()];
+        all[trial * own.len()..(trial + 1) * own.len()].copy_from_slice(&own);
+        all
     }
 
     /// Tapered spectra of one trial's samples, block after block, appended to `out`.
@@ -347,15 +353,29 @@ impl Layout {
     }
 }
 
+/// What an operator leaves of imaginary parts where a real signal has none.
+fn real_at_ends(spectrum: &mut [Complex64]) {
+    spectrum[0].im = 0.0;
+    if let Some(last) = spectrum.last_mut() {
+        last.im = 0.0;
+    }
+}
+
+/// Takes the straight line from the first sample to the last away: its start and its slope a sample.
+fn level(y: &mut [f64]) -> (f64, f64) {
+    let last = y.len() - 1;
+    let (start, slope) = (y[0], (y[last] - y[0]) / last as f64);
+    y.iter_mut().enumerate().for_each(|(k, v)| *v -= start + slope * k as f64);
+    (start, slope)
+}
+
 /// Samples passed through an operator, mirrored at both ends.
 pub(crate) fn filter(samples: &[f64], rate_hz: f64, operator: impl Fn(Complex64) -> Complex64) -> Vec<f64> {
     let n = samples.len();
     let layout = smooth_length(n + n / 2 + 2);
     let pad = (layout - n) / 2;
     let mut y = mirrored(samples, pad, layout);
-    let start = y[0];
-    let slope = (y[layout - 1] - start) / (layout - 1) as f64;
-    y.iter_mut().enumerate().for_each(|(k, v)| *v -= start + slope * k as f64);
+    let (start, slope) = level(&mut y);
     let (forward, back) = (forward_transform(layout), inverse_transform(layout));
     let mut spectrum = forward.make_output_vec();
     if forward.process(&mut y, &mut spectrum).is_err() {
@@ -364,10 +384,7 @@ pub(crate) fn filter(samples: &[f64], rate_hz: f64, operator: impl Fn(Complex64)
     for (k, x) in spectrum.iter_mut().enumerate() {
         *x *= operator(Complex64::new(0.0, TAU * k as f64 * rate_hz / layout as f64)) / layout as f64;
     }
-    spectrum[0].im = 0.0;
-    if let Some(last) = spectrum.last_mut() {
-        last.im = 0.0;
-    }
+    real_at_ends(&mut spectrum);
     if back.process(&mut spectrum, &mut y).is_err() {
         return samples.to_vec();
     }
@@ -383,8 +400,7 @@ pub(crate) fn finer(samples: &[f64], factor: usize) -> Vec<f64> {
     let pad = n / 4 + 1;
     let length = smooth_length(n + 2 * pad);
     let mut y = mirrored(samples, pad, length);
-    let (start, slope) = (y[0], (y[length - 1] - y[0]) / (length - 1) as f64);
-    y.iter_mut().enumerate().for_each(|(k, v)| *v -= start + slope * k as f64);
+    let (start, slope) = level(&mut y);
     let (forward, back) = (forward_transform(length), inverse_transform(length * factor));
     let mut spectrum = forward.make_output_vec();
     let mut fine = back.make_output_vec();

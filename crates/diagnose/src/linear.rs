@@ -1,6 +1,7 @@
 //! Normal equations of least squares.
 
 use ndof_linear::Cholesky;
+use num_complex::Complex64;
 
 /// A symmetric positive definite matrix by rows, and its Cholesky factor once made.
 #[derive(Clone, Debug)]
@@ -12,6 +13,13 @@ pub(crate) struct Symmetric {
 impl Symmetric {
     pub fn zeros(n: usize) -> Self {
         Symmetric { n, a: vec![0.0; n * n] }
+    }
+
+    /// Of the entries on the diagonal and below it.
+    pub fn of(n: usize, entry: impl Fn(usize, usize) -> f64) -> Self {
+        let mut out = Symmetric::zeros(n);
+        (0..n).for_each(|i| (0..=i).for_each(|j| out.add(i, j, entry(i, j))));
+        out
     }
 
     pub fn add(&mut self, i: usize, j: usize, value: f64) {
@@ -55,6 +63,11 @@ impl Factor {
         let a = (0..n).flat_map(|j| self.solve(&(0..n).map(|i| f64::from(i == j)).collect::<Vec<_>>())).collect();
         Symmetric { n, a }
     }
+}
+
+/// Re Σ a b*.
+pub(crate) fn inner(a: &[Complex64], b: &[Complex64]) -> f64 {
+    a.iter().zip(b).map(|(a, b)| a.re * b.re + a.im * b.im).sum()
 }
 
 /// Σ a b, in eight lanes.

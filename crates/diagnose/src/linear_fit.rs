@@ -47,11 +47,9 @@ impl LinearFit {
     /// Whether a motion follows from it: no axis's inertia may as well be below zero, and M takes energy to be moved (its symmetric part is
     /// positive definite).
     pub(crate) fn moves(&self) -> bool {
-        let n = self.matrices.inertia.nrows();
-        let mut mass = Symmetric::zeros(n);
-        for (i, j) in (0..n).flat_map(|i| (0..=i).map(move |j| (i, j))) {
-            mass.add(i, j, 0.5 * (self.matrices.inertia[[i, j]] + self.matrices.inertia[[j, i]]));
-        }
+        let inertia = &self.matrices.inertia;
+        let n = inertia.nrows();
+        let mass = Symmetric::of(n, |i, j| 0.5 * (inertia[[i, j]] + inertia[[j, i]]));
         let sure = |i| {
             let (value, error) = self.entry(Matrix::Mass, i, i);
             value > SURE * self.of_sign * error || value > 0.0 && !error.is_finite()

@@ -158,11 +158,12 @@ impl Base {
         for power in 0..=powers as i32 {
             let series: Vec<f64> = (0..layout.samples).map(|k| ((k as f64 - middle) / middle).powi(power)).collect();
             for (axis, trial) in (0..layout.axes).flat_map(|axis| (0..layout.trials).map(move |trial| (axis, trial))) {
-                let mut spectrum = vec![Complex64::ZERO; layout.size()];
-                let mut own = Vec::new();
-                layout.blocks_of(trial, &series, &mut own);
-                spectrum[trial * own.len()..(trial + 1) * own.len()].copy_from_slice(&own);
-                self.columns.push(Column { parts: vec![(axis, Arc::new(spectrum))], action: vec![], through: Through::Motion, precision: 0.0 });
+                self.columns.push(Column {
+                    parts: vec![(axis, Arc::new(layout.in_trial(trial, &series)))],
+                    action: vec![],
+                    through: Through::Motion,
+                    precision: 0.0,
+                });
                 self.roles.push(if power == 0 { Role::Offset(axis, trial) } else { Role::Integrated(axis, trial) });
             }
         }

@@ -1,6 +1,6 @@
 //! The robot's impedance as the motion feels it, from commanded and measured effort.
 
-use crate::linear::Symmetric;
+use crate::linear::{Symmetric, inner};
 use crate::state::State;
 use num_complex::Complex64;
 
@@ -48,19 +48,9 @@ pub(crate) fn fit(state: &State, references: &[Vec<Vec<f64>>], unit: bool) -> Op
             columns.extend(rates.iter().cloned());
         }
         for trial in 0..layout.trials {
-            let mut column = vec![Complex64::ZERO; layout.size()];
-            let mut own = Vec::new();
-            layout.blocks_of(trial, &ones, &mut own);
-            column[trial * own.len()..(trial + 1) * own.len()].copy_from_slice(&own);
-            columns.push(column);
+            columns.push(layout.in_trial(trial, &ones));
         }
-        let inner = |a: &[Complex64], b: &[Complex64]| a.iter().zip(b).map(|(x, y)| x.re * y.re + x.im * y.im).sum::<f64>();
-        let mut gram = Symmetric::zeros(columns.len());
-        for p in 0..columns.len() {
-            for q in 0..=p {
-                gram.add(p, q, inner(&columns[p], &columns[q]));
-            }
-        }
+        let gram = Symmetric::of(columns.len(), |p, q| inner(&columns[p], &columns[q]));
         let rhs: Vec<f64> = columns.iter().map(|c| inner(c, &y)).collect();
         let theta = gram.factor()?.solve(&rhs);
         part += if unit { inner(&y, &y) / inner(&state.effort_spectra[i], &state.effort_spectra[i]).max(f64::MIN_POSITIVE) / n as f64 } else { 1.0 / n as f64 };

@@ -93,6 +93,11 @@ pub(crate) struct Found {
     pub worth: Vec<f64>,
 }
 
+/// All of them but one.
+pub(crate) fn but(chosen: &[Chosen], one: usize) -> Vec<Chosen> {
+    chosen.iter().enumerate().filter(|(k, _)| *k != one).map(|(_, c)| c.clone()).collect()
+}
+
 impl Subject {
     /// The model of these hypotheses, fitted.
     pub fn stand(&self, chosen: &[Chosen], power: &Power, rounds: usize) -> Option<Stand> {
@@ -184,7 +189,7 @@ impl Subject {
                 if h.form.knobs.is_empty() {
                     continue;
                 }
-                let others: Vec<Chosen> = chosen.iter().enumerate().filter(|(k, _)| *k != q).map(|(_, c)| c.clone()).collect();
+                let others = but(chosen, q);
                 let ground_stand = self.stand(&others, &stand.fit.power, 1)?;
                 let ground = Ground { power: &stand.fit.power, ..self.ground(&ground_stand) };
                 let Some(start) = ground.evaluate(h, &chosen[q].knobs, 1) else { continue };
@@ -235,7 +240,7 @@ impl Subject {
             if forms.is_empty() {
                 continue;
             }
-            let others: Vec<Chosen> = chosen.iter().enumerate().filter(|(k, _)| *k != q).map(|(_, c)| c.clone()).collect();
+            let others = but(chosen, q);
             let Some(rest) = self.stand(&others, &stand.fit.power, 1) else { continue };
             let ground = Ground { power: &stand.fit.power, ..self.ground(&rest) };
             let Some(best) = ground.evaluate(h, &c.knobs, 3) else { continue };
@@ -313,7 +318,7 @@ impl Subject {
     /// The least worth of the chosen that is worth too little; not one without which the instruments would be beyond their tolerance.
     fn weakest(&self, chosen: &[Chosen], stand: &Stand, worth: &[f64]) -> Option<usize> {
         let needed = |q: usize| {
-            let others: Vec<Chosen> = chosen.iter().enumerate().filter(|(k, _)| *k != q).map(|(_, c)| c.clone()).collect();
+            let others = but(chosen, q);
             let of_it = |stand: Stand| stand.absorbed().iter().any(|a| a.beyond && a.is_of(&self.hypotheses[chosen[q].hypothesis]));
             self.hypotheses[chosen[q].hypothesis].corrects() && self.stand(&others, &stand.fit.power, 4).is_some_and(of_it)
         };
@@ -326,7 +331,7 @@ impl Subject {
         (0..chosen.len())
             .into_par_iter()
             .map(|q| {
-                let others: Vec<Chosen> = chosen.iter().enumerate().filter(|(k, _)| *k != q).map(|(_, c)| c.clone()).collect();
+                let others = but(chosen, q);
                 let price = self.price(self.hypotheses[chosen[q].hypothesis].form.cost());
                 self.stand(&others, &stand.fit.power, 4).map_or(f64::INFINITY, |s| stand.fit.log_likelihood - s.fit.log_likelihood - price)
             })

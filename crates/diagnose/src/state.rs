@@ -2,7 +2,7 @@
 
 use crate::along::{along, interleave};
 use crate::layout::{Layout, Track};
-use crate::linear::Symmetric;
+use crate::linear::{Symmetric, inner};
 use ndof_linear::square;
 use ndof_models::ForceLaw;
 use ndof_models::effects::{Action, Matrix};
@@ -256,14 +256,7 @@ impl State {
         let from: Vec<usize> = if axis.is_some() { vec![equation] } else { (0..self.layout.axes).collect() };
         let regressors: Vec<(usize, usize)> = from.iter().flat_map(|&j| (0..3).map(move |order| (order, j))).collect();
         let columns: Vec<&[Complex64]> = regressors.iter().map(|&(order, j)| self.kinematics[order][j].as_slice()).collect();
-        let n = columns.len();
-        let mut gram = Symmetric::zeros(n);
-        let inner = |a: &[Complex64], b: &[Complex64]| a.iter().zip(b).map(|(x, y)| x.re * y.re + x.im * y.im).sum::<f64>();
-        for i in 0..n {
-            for j in 0..=i {
-                gram.add(i, j, inner(columns[i], columns[j]));
-            }
-        }
+        let gram = Symmetric::of(columns.len(), |i, j| inner(columns[i], columns[j]));
         let rhs: Vec<f64> = columns.iter().map(|c| inner(c, spectrum)).collect();
         let Some(factor) = gram.factor() else { return Vec::new() };
         let theta = factor.solve(&rhs);

@@ -71,8 +71,7 @@ impl Subject {
         if layout.lines() < 12 {
             return Err(DiagnoseError::NoBand { lo: band_hz.0, hi: band_hz.1 });
         }
-        let tracks = |all: &[Vec<Vec<f64>>]| -> Tracks { all.iter().map(|trial| trial.iter().map(|x| layout.track(x)).collect()).collect() };
-        let (effort, motion, reference) = (tracks(&samples.effort), tracks(&samples.motion), tracks(&samples.reference));
+        let (effort, motion, reference) = (layout.tracks(&samples.effort), layout.tracks(&samples.motion), layout.tracks(&samples.reference));
         let centre: Vec<f64> = (0..axes).map(|i| std(&samples.motion, i).0).collect();
         let state = State::new(&layout, &effort, &motion, &centre, &[]);
         let mut cause = if meaning.motion_imposed {

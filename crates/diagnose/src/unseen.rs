@@ -52,7 +52,6 @@ impl<'a> Unseen<'a> {
         layout.start_s = samples.start_s.first().copied().unwrap_or(0.0);
         layout.time_s = subject.layout.time_s;
         let layout = Arc::new(layout.following(&samples.schedule).about_movement(subject.layout.movement.as_ref().map(|m| m.splines())));
-        let tracks = |all: &[Vec<Vec<f64>>]| -> Tracks { all.iter().map(|trial| trial.iter().map(|x| layout.track(x)).collect()).collect() };
         let cause = match &subject.cause {
             Cause::Loop(z) => {
                 let entries = z.first().map_or(0, Vec::len);
@@ -64,7 +63,7 @@ impl<'a> Unseen<'a> {
         };
         let power = power.iter().map(|s| between(lines, s, &layout.frequency_hz)).collect();
         let counts = layout.frequency_hz.iter().map(|f| tones.iter().all(|tone| !reaches(tone, *f, &layout))).collect();
-        Unseen { subject, effort: tracks(&samples.effort), motion: tracks(&samples.motion), cause, power, counts, layout }
+        Unseen { subject, effort: layout.tracks(&samples.effort), motion: layout.tracks(&samples.motion), cause, power, counts, layout }
     }
 
     /// Residual over √S by equation, and ln |det G| of each line.

@@ -288,13 +288,8 @@ impl<'a> Likelihood<'a> {
                 .collect();
             let mut rest = self.weighted(e, &root, blocks);
             if !parts.is_empty() {
-                let mut gram = Symmetric::zeros(parts.len());
                 let rhs: Vec<f64> = parts.iter().map(|p| dot(&p.values, &rest.values)).collect();
-                for a in 0..parts.len() {
-                    for b in 0..=a {
-                        gram.add(a, b, dot(&parts[a].values, &parts[b].values));
-                    }
-                }
+                let gram = Symmetric::of(parts.len(), |a, b| dot(&parts[a].values, &parts[b].values));
                 for (part, value) in parts.iter().zip(gram.factor()?.solve(&rhs)) {
                     rest.values.iter_mut().zip(&part.values).for_each(|(r, p)| *r -= value * p);
                 }

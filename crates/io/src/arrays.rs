@@ -102,11 +102,7 @@ pub(crate) fn table(file: &str, entries: Vec<Entry>) -> Result<Table, IoError> {
         ));
     }
     if vectors.is_empty() {
-        return Err(IoError::Unsuitable {
-            file: file.to_owned(),
-            what: "there is no vector of numbers in it".to_owned(),
-            remedy: "save each channel as one vector under its name, such as force_x".to_owned(),
-        });
+        return Err(IoError::unsuitable(file, "there is no vector of numbers in it", "save each channel as one vector under its name, such as force_x"));
     }
     let (paths, vectors): (Vec<_>, Vec<_>) = vectors.into_iter().map(|(path, samples, rounding, unit)| (path, (samples, rounding, unit))).unzip();
     for ((path, full), (samples, rounding, own)) in paths.iter().zip(uniquely(&paths)).zip(vectors) {

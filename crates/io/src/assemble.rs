@@ -48,7 +48,7 @@ pub(crate) fn assemble(file: &str, mut table: Table, options: &ReadOptions) -> R
         }
         if let Some(first) = samples.iter().position(|s| !s.is_finite()) {
             let count = samples.iter().filter(|s| !s.is_finite()).count();
-            missing.push(MissingSamples { channel: column.name.clone(), place: table.place(first), first_sample: first, count, total: samples.len() });
+            missing.push(MissingSamples { channel: column.name.clone(), place: table.place(first), count, total: samples.len() });
         }
         if let Some((times, grid)) = &regridded {
             samples = resample::interpolate(times, &samples, grid);
@@ -85,13 +85,7 @@ fn cut(table: &mut Table, (from_s, to_s): (f64, f64), options: &ReadOptions) {
 
 fn check_names(file: &str, table: &Table) -> Result<(), IoError> {
     if table.columns.len() > MAX_CHANNELS {
-        return Err(IoError::TooLarge {
-            file: file.to_owned(),
-            what: "channels",
-            found: table.columns.len() as u64,
-            limit: MAX_CHANNELS as u64,
-            remedy: "split the file; if it has a row for each channel, transpose it",
-        });
+        return Err(IoError::too_large(file, "channels", table.columns.len(), MAX_CHANNELS, "split the file; if it has a row for each channel, transpose it"));
     }
     let mut seen = HashMap::new();
     for (i, column) in table.columns.iter().enumerate() {
@@ -101,11 +95,7 @@ fn check_names(file: &str, table: &Table) -> Result<(), IoError> {
         }
     }
     if table.columns.iter().all(|c| is_time(&c.name)) {
-        return Err(IoError::Unsuitable {
-            file: file.to_owned(),
-            what: "there is no channel in it besides the time".to_owned(),
-            remedy: "a recording needs at least one, such as `force_x [N]`".to_owned(),
-        });
+        return Err(IoError::unsuitable(file, "there is no channel in it besides the time", "a recording needs at least one, such as `force_x [N]`"));
     }
     Ok(())
 }

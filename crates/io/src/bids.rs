@@ -91,7 +91,7 @@ fn channels_of(path: &Path) -> Result<Vec<(String, Option<String>)>, IoError> {
     let mut lines = text(&bytes, &file, 0)?.lines().map(|line| line.split('\t').map(str::trim).collect::<Vec<_>>());
     let head = lines.next().unwrap_or_default();
     let find = |name: &str| {
-        let missing = || IoError::Unsuitable { file: file.clone(), what: format!("there is no column {name} in it"), remedy: "BIDS asks for it".to_owned() };
+        let missing = || IoError::unsuitable(&file, format!("there is no column {name} in it"), "BIDS asks for it");
         head.iter().position(|h| *h == name).ok_or_else(missing)
     };
     let (name, unit) = (find("name")?, find("units")?);

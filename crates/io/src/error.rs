@@ -405,6 +405,16 @@ fn said(source: &io::Error, missing: &str, folder: &str) -> String {
 }
 
 impl IoError {
+    /// The error for more of `what` than is read.
+    pub(crate) fn too_large(file: &str, what: &'static str, found: usize, limit: usize, remedy: &'static str) -> Self {
+        IoError::TooLarge { file: file.to_owned(), what, found: found as u64, limit: limit as u64, remedy }
+    }
+
+    /// The error for what is read, and is no recording.
+    pub(crate) fn unsuitable(file: &str, what: impl Into<String>, remedy: impl Into<String>) -> Self {
+        IoError::Unsuitable { file: file.to_owned(), what: what.into(), remedy: remedy.into() }
+    }
+
     /// Whether the machine failed (disk, permission) and not the file or its user: exit code 3 instead of 2.
     pub fn is_machine_failure(&self) -> bool {
         match self {

@@ -48,8 +48,7 @@ impl Walk<'_> {
             [("groups within groups", path.len(), MAX_DEPTH), ("groups", self.groups, MAX_ENTRIES), ("arrays and attributes", self.entries.len(), MAX_ENTRIES)]
         {
             if found > limit {
-                let remedy = "save the channels in one group";
-                return Err(IoError::TooLarge { file: self.file.to_owned(), what, found: found as u64, limit: limit as u64, remedy });
+                return Err(IoError::too_large(self.file, what, found, limit, "save the channels in one group"));
             }
         }
         let attributes = group.attrs().map_err(|e| self.damaged(path, &e))?;

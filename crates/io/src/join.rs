@@ -6,7 +6,6 @@ use crate::names::uniquely;
 use crate::note::Note;
 use crate::resample::{MAX_GAP_STEPS, interpolate_at};
 use crate::table::{Column, Rounding, Table};
-use crate::timing::{RATE_KEY, START_KEY};
 
 /// When the samples of a stream were taken.
 #[derive(Clone, Debug, PartialEq)]
@@ -92,12 +91,7 @@ pub(crate) fn join(file: &str, streams: Vec<Stream>, budget: &mut Budget) -> Res
         table.notes.push(note(&streams, fastest, (times[0], times[times.len() - 1])));
     }
     match &base.times {
-        Times::Regular { rate_hz, .. } => {
-            table.metadata.insert(RATE_KEY.to_owned(), rate_hz.to_string());
-            if times[0] != 0.0 {
-                table.metadata.insert(START_KEY.to_owned(), times[0].to_string());
-            }
-        }
+        Times::Regular { rate_hz, .. } => table.set_clock(*rate_hz, times[0]),
         Times::Stamps(_) => {
             table.columns.push(Column { name: "t".to_owned(), unit: Some("s".to_owned()), samples: times.clone(), rounding: Rounding::default() });
         }

@@ -31,8 +31,7 @@ pub(crate) fn read(bytes: &[u8], file: &str) -> Result<Vec<Table>, IoError> {
     let damaged = |what: String| IoError::Damaged { file: file.to_owned(), format: KINARM, what };
     let mut archive = ZipArchive::new(Cursor::new(bytes)).map_err(|e| damaged(format!("the archive cannot be opened ({e}); it may be cut off")))?;
     if archive.len() > MAX_ENTRIES {
-        let remedy = "split the archive";
-        return Err(IoError::TooLarge { file: file.to_owned(), what: "files", found: archive.len() as u64, limit: MAX_ENTRIES as u64, remedy });
+        return Err(IoError::too_large(file, "files", archive.len(), MAX_ENTRIES, "split the archive"));
     }
     let mut budget = Budget::of(bytes.len());
     let mut trials = Vec::new();
@@ -53,11 +52,7 @@ pub(crate) fn read(bytes: &[u8], file: &str) -> Result<Vec<Table>, IoError> {
         trials.push((parameters.number("TRIAL", "TRIAL_NUM"), Table { trial: Some(stem), ..table }, parameters));
     }
     if trials.is_empty() {
-        return Err(IoError::Unsuitable {
-            file: file.to_owned(),
-            what: "it is an archive of C3D without a trial".to_owned(),
-            remedy: "look whether the session was saved completely".to_owned(),
-        });
+        return Err(IoError::unsuitable(file, "it is an archive of C3D without a trial", "look whether the session was saved completely"));
     }
     if trials.iter().all(|(number, ..)| number.is_some()) {
         trials.sort_by(|a, b| a.0.unwrap_or_default().total_cmp(&b.0.unwrap_or_default()));

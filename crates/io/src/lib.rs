@@ -49,6 +49,7 @@ mod names;
 mod note;
 #[cfg(feature = "npz")]
 mod npz;
+mod number;
 #[cfg(feature = "csv")]
 mod opensim;
 mod options;
@@ -90,7 +91,7 @@ pub use options::{ReadOptions, Resample};
 pub use piece::Piece;
 #[cfg(any(feature = "csv", feature = "parquet"))]
 pub use pieces::Pieces;
-pub use prepare::{Aligned, PrepareError, align, calibrate, exclude, negate, tare, trim, without_handle};
+pub use prepare::{Aligned, PrepareError, align, calibrate, negate, tare, without_handle};
 pub use read::{from_columns, read, read_bytes, read_trials, read_trials_bytes};
 pub use recording::{MissingSamples, ReadRecording};
 #[cfg(feature = "csv")]

@@ -63,17 +63,14 @@ impl Pieces {
         (&mut file).take(HEAD).read_to_end(&mut head).map_err(failed)?;
         file.rewind().map_err(failed)?;
         if options.columns.is_some() {
-            let what = "columns are given by number, which is not read piece by piece".to_owned();
-            return Err(IoError::Unsuitable { file: name, what, remedy: "read it whole, or make CSV of it with `ndof convert`".to_owned() });
+            let what = "columns are given by number, which is not read piece by piece";
+            return Err(IoError::unsuitable(&name, what, "read it whole, or make CSV of it with `ndof convert`"));
         }
         let format = detect::detect(&head, &name)?;
         detect::reader(format, &name)?;
         if format.name == "CSV" && head.contains(&b'\r') && !head.contains(&b'\n') && head.len() as u64 == HEAD {
-            return Err(IoError::Unsuitable {
-                file: name,
-                what: "lines end with a carriage return alone and are not read piece by piece".to_owned(),
-                remedy: "write it anew with `ndof convert`, or read it whole".to_owned(),
-            });
+            let what = "lines end with a carriage return alone and are not read piece by piece";
+            return Err(IoError::unsuitable(&name, what, "write it anew with `ndof convert`, or read it whole"));
         }
         let source = match format.name {
             #[cfg(feature = "csv")]
@@ -81,11 +78,8 @@ impl Pieces {
             #[cfg(feature = "parquet")]
             "Parquet" => Source::Parquet(Box::new(ParquetStream::open(file, &name, options)?)),
             other => {
-                return Err(IoError::Unsuitable {
-                    file: name,
-                    what: format!("a {other} file has channel after channel and cannot be read piece by piece"),
-                    remedy: "make CSV or Parquet of it with `ndof convert`, or read it whole".to_owned(),
-                });
+                let what = format!("a {other} file has channel after channel and cannot be read piece by piece");
+                return Err(IoError::unsuitable(&name, what, "make CSV or Parquet of it with `ndof convert`, or read it whole"));
             }
         };
         Ok(Pieces { waiting: VecDeque::new(), source })

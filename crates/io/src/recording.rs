@@ -11,8 +11,6 @@ pub struct MissingSamples {
     pub channel: String,
     /// Where the first one is.
     pub place: Place,
-    /// Its row, from 0.
-    pub first_sample: usize,
     /// How many there are.
     pub count: usize,
     /// Out of how many.

@@ -44,13 +44,7 @@ pub(crate) fn grid(file: &str, table: &Table, stamps: &Stamps<'_>, how: Resample
     let len = ((t[t.len() - 1] - t[0]) * rate_hz + 1e-6).floor() + 1.0;
     let limit = MAX_RESAMPLE_GROWTH * t.len() as f64;
     if len > limit {
-        return Err(IoError::TooLarge {
-            file: file.to_owned(),
-            what: "samples after resampling",
-            found: len as u64,
-            limit: limit as u64,
-            remedy: "ask for a lower rate",
-        });
+        return Err(IoError::too_large(file, "samples after resampling", len as usize, limit as usize, "ask for a lower rate"));
     }
     Ok(Grid { rate_hz, start_s: t[0], len: len as usize, longest_gap_s })
 }

@@ -8,29 +8,6 @@ fn halvings(z: &Array2<f64>, size: f64) -> i32 {
     if norm > size { (norm / size).log2().ceil() as i32 } else { 0 }
 }
 
-/// e^A by scaling and squaring of its Taylor series; no numbers where A has an infinite one.
-///
-/// Terms of ‖A‖ ≤ 1/8 fall below 1e-25 after 15; each squaring doubles the round-off. N. J. Higham, Functions of Matrices (2008), ch. 10.
-///
-/// ```
-/// let turn = ndof_linear::exponential(&ndarray::array![[0.0, 0.3], [-0.3, 0.0]]);
-/// assert!((turn[[0, 0]] - 0.3f64.cos()).abs() < 1e-15 && (turn[[0, 1]] - 0.3f64.sin()).abs() < 1e-15);
-/// ```
-pub fn exponential(a: &Array2<f64>) -> Array2<f64> {
-    if a.iter().any(|v| !v.is_finite()) {
-        return Array2::from_elem(a.dim(), f64::NAN);
-    }
-    let doublings = halvings(a, 0.125);
-    let small = a / 2f64.powi(doublings);
-    let mut sum = Array2::eye(a.nrows());
-    let mut term = sum.clone();
-    for k in 1..16 {
-        term = term.dot(&small) / f64::from(k);
-        sum += &term;
-    }
-    (0..doublings).fold(sum, |sum, _| sum.dot(&sum))
-}
-
 /// φ₀ … φ₄ of z: φ₀ = eᶻ, φ_{k+1}(z) = (φ_k(z) − 1/k!)/z.
 ///
 /// Taylor series of z/2ˢ, then s doublings by φ_k(2z) = 2⁻ᵏ [φ₀ φ_k + Σ_{j=1}^{k} φ_j/(k−j)!]. N. J. Higham, Functions of
@@ -69,15 +46,6 @@ pub fn doubled([p0, p1, p2, p3, p4]: &[Array2<f64>; 5]) -> [Array2<f64>; 5] {
 mod tests {
     use super::*;
     use ndarray::array;
-
-    #[test]
-    fn the_exponential_of_a_turn_is_a_turn_and_that_of_an_infinite_number_is_none() {
-        let turn = |angle: f64| exponential(&Array2::from_shape_fn((2, 2), |(i, j)| angle * (j as f64 - i as f64)));
-        // Squared 13 times: the error of one halving, doubled as often.
-        let bound = 8192.0 * 4.0 * f64::EPSILON;
-        assert!((turn(1000.0)[[0, 0]] - 1000f64.cos()).abs() < bound && (turn(1000.0)[[0, 1]] - 1000f64.sin()).abs() < bound);
-        assert!([f64::INFINITY, f64::NEG_INFINITY, f64::NAN].iter().all(|a| turn(*a)[[0, 1]].is_nan()));
-    }
 
     #[test]
     fn the_functions_of_a_rotation_are_sine_and_cosine() {

@@ -1,12 +1,12 @@
 //! The baseline of everything: M ẍ + B ẋ + K x = F for N axes.
 
+use crate::parametric::response_of;
 use crate::{Axis, ParameterInfo, ParametricModel};
-use ndarray::{Array1, Array2, Array3, Axis as Dimension};
-use ndof_linear::{square, symmetric_eigen};
+use ndarray::{Array1, Array2};
+use ndof_linear::symmetric_eigen;
 use ndof_sysid::{FrequencyResponse, ResponseKind};
 use num_complex::Complex64;
 use serde::{Deserialize, Serialize};
-use std::f64::consts::TAU;
 
 /// Inertia, damping and stiffness of N axes: D(s) = M s² + B s + K.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -47,24 +47,7 @@ impl InertiaDampingStiffness {
     /// assert_eq!(d.value[[0, 0, 0]].re, 8.0);
     /// ```
     pub fn response(&self, frequency_hz: &[f64], kind: ResponseKind) -> FrequencyResponse {
-        let n = self.axes.len();
-        let mut value = Array3::from_elem((frequency_hz.len(), n, n), Complex64::new(f64::NAN, f64::NAN));
-        for (f, &hz) in frequency_hz.iter().enumerate() {
-            let s = Complex64::new(0.0, TAU * hz);
-            let d = self.dynamic_stiffness(s);
-            let flat: Vec<Complex64> = d.iter().copied().collect();
-            let at = match kind {
-                ResponseKind::DynamicStiffness => Some(flat),
-                ResponseKind::Impedance => Some(flat.iter().map(|v| v / s).collect()),
-                ResponseKind::Compliance | ResponseKind::Transfer => square::inverse(&flat, n),
-                ResponseKind::Admittance => square::inverse(&flat, n).map(|c| c.iter().map(|v| v * s).collect()),
-            };
-            if let Some(at) = at {
-                value.index_axis_mut(Dimension(0), f).iter_mut().zip(at).for_each(|(v, a)| *v = if a.is_finite() { a } else { *v });
-            }
-        }
-        let names: Vec<String> = self.axes.iter().map(|a| a.name.clone()).collect();
-        FrequencyResponse { frequency_hz: frequency_hz.to_vec(), inputs: names.clone(), outputs: names, kind, value, uncertainty: None }
+        response_of(&self.axes, frequency_hz, kind, |s| self.dynamic_stiffness(s).into_iter().collect())
     }
 }
 

@@ -10,13 +10,22 @@ use serde::{Deserialize, Serialize};
 /// The response of a model on a grid, of the kind asked for; not a number where that does not exist (0 Hz of an impedance).
 pub fn parametric_response(model: &dyn ParametricModel, theta: &[f64], frequency_hz: &[f64], kind: ResponseKind) -> FrequencyResponse {
     let n = model.axes().len();
+    response_of(model.axes(), frequency_hz, kind, |s| {
+        let mut stiffness = vec![Complex64::default(); n * n];
+        model.stiffness(theta, s, &mut stiffness, None);
+        stiffness
+    })
+}
+
+/// The response that a dynamic stiffness D(s), n × n in rows, stands for.
+pub(crate) fn response_of(axes: &[Axis], frequency_hz: &[f64], kind: ResponseKind, stiffness: impl Fn(Complex64) -> Vec<Complex64>) -> FrequencyResponse {
+    let n = axes.len();
     let mut value = Array3::from_elem((frequency_hz.len(), n, n), Complex64::new(f64::NAN, f64::NAN));
-    let mut flat = vec![Complex64::default(); n * n];
     for (f, &hz) in frequency_hz.iter().enumerate() {
         let s = Complex64::new(0.0, std::f64::consts::TAU * hz);
-        model.stiffness(theta, s, &mut flat, None);
+        let flat = stiffness(s);
         let at = match kind {
-            ResponseKind::DynamicStiffness => Some(flat.clone()),
+            ResponseKind::DynamicStiffness => Some(flat),
             ResponseKind::Impedance => Some(flat.iter().map(|v| v / s).collect()),
             ResponseKind::Compliance | ResponseKind::Transfer => square::inverse(&flat, n),
             ResponseKind::Admittance => square::inverse(&flat, n).map(|c| c.iter().map(|v| v * s).collect()),
@@ -24,7 +33,7 @@ pub fn parametric_response(model: &dyn ParametricModel, theta: &[f64], frequency
         let slot = value.index_axis_mut(ndarray::Axis(0), f);
         slot.into_iter().zip(at.into_iter().flatten()).filter(|(_, a)| a.is_finite()).for_each(|(v, a)| *v = a);
     }
-    let names: Vec<String> = model.axes().iter().map(|a| a.name.clone()).collect();
+    let names: Vec<String> = axes.iter().map(|a| a.name.clone()).collect();
     FrequencyResponse { frequency_hz: frequency_hz.to_vec(), inputs: names.clone(), outputs: names, kind, value, uncertainty: None }
 }
 

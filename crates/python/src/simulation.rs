@@ -7,7 +7,7 @@ use crate::fit::Fit;
 use crate::recording::{Parts, PyRecording, parts, trials_of};
 use crate::work;
 use ndof::analysis::result::to_json;
-use ndof::analysis::{ComparedParameter, nearest};
+use ndof::analysis::{ComparedParameter, did_you_mean, nearest};
 use ndof::devices::{DEVICES, LIMBS};
 use ndof::joints::CAUSES;
 use ndof::models::effects::EFFECTS;
@@ -31,8 +31,8 @@ fn unknown(name: &Path) -> Option<PyErr> {
         return None;
     }
     let name = name.display().to_string();
-    let suggestion = nearest(&name, STUDIES.iter().map(|(known, _)| *known)).map(|s| format!(" (did you mean \"{s}\"?)")).unwrap_or_default();
     let known: Vec<&str> = STUDIES.iter().map(|(known, _)| *known).collect();
+    let suggestion = did_you_mean(nearest(&name, known.iter().copied()).as_deref());
     Some(raise(format!("no study \"{name}\"{suggestion}; built in: {}; or give a file, STUDY.toml", known.join(", "))))
 }
 

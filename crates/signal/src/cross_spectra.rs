@@ -16,6 +16,16 @@ pub struct Kernel {
     pub weight: Vec<f64>,
 }
 
+impl Kernel {
+    /// The kernel whose values from the bin on to one side are known, up to a factor.
+    pub(crate) fn of_half(half: &[f64], step_hz: f64) -> Self {
+        let total = half[0] + 2.0 * half[1..].iter().sum::<f64>();
+        let reach = half.len() as isize - 1;
+        let (offset_hz, weight) = (-reach..=reach).map(|m| (m as f64 * step_hz, half[m.unsigned_abs()] / total)).unzip();
+        Kernel { offset_hz, weight }
+    }
+}
+
 /// Auto- and cross-spectral densities of all channels, with the number of averages behind them.
 ///
 /// `at(f, a, b) = ⟨A B*⟩`, one-sided, in unit_a · unit_b / Hz. Everything in `ndof-sysid` is algebra on it.

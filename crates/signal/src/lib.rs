@@ -40,7 +40,7 @@ pub use multitaper::{Multitaper, MultitaperError};
 pub use periodic::{DetectedPeriod, PeriodSpectra, Periodic, PeriodicError, detect_period};
 pub use quantity::{Quantity, Unit, UnknownUnit};
 pub use recording::{Channel, Recording, RecordingError};
-pub use segments::{Detrend, effective_averages};
+pub use segments::{Detrend, SamplesError, effective_averages};
 pub use slepian::{SlepianError, SlepianTapers, slepian_tapers};
 pub use stationarity::{Normality, ReverseArrangements, StationarityError, normality, reverse_arrangements};
 pub use transform::{ComplexToReal, RealToComplex, forward_transform, inverse_transform};

@@ -2,9 +2,9 @@
 
 use crate::cache::Cache;
 use crate::cross_spectra::{CrossSpectra, Kernel};
-use crate::segments::{Detrend, first_not_finite};
+use crate::segments::{Detrend, SamplesError, require_finite};
 use crate::slepian::{SlepianError, SlepianTapers, slepian_tapers};
-use crate::transform::{RealToComplex, forward_transform};
+use crate::transform::{RealToComplex, forward_transform, spectrum_by};
 use num_complex::Complex64;
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
@@ -56,24 +56,9 @@ pub enum MultitaperError {
         /// Length of the transform.
         nfft: usize,
     },
-    /// A channel differs in length.
-    #[error("channel {channel} has {found} samples, the first has {expected}")]
-    Length {
-        /// Index of the channel.
-        channel: usize,
-        /// Samples in the first.
-        expected: usize,
-        /// Samples in this one.
-        found: usize,
-    },
-    /// A sample is not a number.
-    #[error("channel {channel} is not a finite number at sample {sample}; cut that stretch out or repair it")]
-    NotFinite {
-        /// Index of the channel.
-        channel: usize,
-        /// Index of the sample.
-        sample: usize,
-    },
+    /// Channels that cannot be analysed together.
+    #[error(transparent)]
+    Samples(#[from] SamplesError),
 }
 
 impl Multitaper {
@@ -91,14 +76,7 @@ impl Multitaper {
     /// [`MultitaperError`] if the settings do not fit the record, or it is ragged, empty or holds a NaN.
     pub fn spectra(&self, sample_rate_hz: f64, channels: &[&[f64]]) -> Result<CrossSpectra, MultitaperError> {
         let len = channels.first().map_or(0, |c| c.len());
-        for (channel, samples) in channels.iter().enumerate() {
-            if samples.len() != len {
-                return Err(MultitaperError::Length { channel, expected: len, found: samples.len() });
-            }
-            if let Some(sample) = first_not_finite(samples) {
-                return Err(MultitaperError::NotFinite { channel, sample });
-            }
-        }
+        require_finite(channels, len, 0)?;
         let nfft = self.nfft.unwrap_or(len);
         if nfft < len {
             return Err(MultitaperError::ShortTransform { len, nfft });
@@ -220,21 +198,14 @@ impl Plan {
 
     fn kernel(&self, sample_rate_hz: f64) -> Kernel {
         let step_hz = sample_rate_hz / (KERNEL_FINENESS * self.slepian.tapers[0].len()) as f64;
-        let reach = self.half_kernel.len() as isize - 1;
-        let total = self.half_kernel[0] + 2.0 * self.half_kernel[1..].iter().sum::<f64>();
-        let (offset_hz, weight) = (-reach..=reach).map(|m| (m as f64 * step_hz, self.half_kernel[m.unsigned_abs()] / total)).unzip();
-        Kernel { offset_hz, weight }
+        Kernel::of_half(&self.half_kernel, step_hz)
     }
 }
 
 fn spectrum(fft: &Arc<dyn RealToComplex<f64>>, samples: impl Iterator<Item = f64>) -> Vec<Complex64> {
     let mut input = fft.make_input_vec();
     input.iter_mut().zip(samples).for_each(|(i, x)| *i = x);
-    let mut output = fft.make_output_vec();
-    // Lengths are those of the plan, so the transform cannot refuse.
-    let done = fft.process(&mut input, &mut output);
-    debug_assert!(done.is_ok());
-    output
+    spectrum_by(fft.as_ref(), &mut input)
 }
 
 /// Weights b_k² λ_k of one channel at one frequency, summing to one, by fixed-point iteration from the mean of the
@@ -403,7 +374,7 @@ mod tests {
         assert!(matches!(of(Multitaper { time_bandwidth: 80.0, ..Multitaper::default() }), MultitaperError::Tapers(_)));
         assert!(matches!(Multitaper::default().spectra(1.0, &[]), Err(MultitaperError::Tapers(_))));
         let y = [f64::NAN; 100];
-        assert!(matches!(Multitaper::default().spectra(1.0, &[&x, &y]), Err(MultitaperError::NotFinite { channel: 1, sample: 0 })));
-        assert!(matches!(Multitaper::default().spectra(1.0, &[&x, &y[1..]]), Err(MultitaperError::Length { channel: 1, .. })));
+        assert!(matches!(Multitaper::default().spectra(1.0, &[&x, &y]), Err(MultitaperError::Samples(SamplesError::NotFinite { channel: 1, sample: 0 }))));
+        assert!(matches!(Multitaper::default().spectra(1.0, &[&x, &y[1..]]), Err(MultitaperError::Samples(SamplesError::Length { channel: 1, .. }))));
     }
 }

@@ -1,8 +1,7 @@
 //! Averaging over the periods of a periodic excitation.
 
-use crate::cross_spectra::{CrossSpectra, Kernel};
-use crate::segments::first_not_finite;
-use crate::transform::{RealToComplex, forward_transform, inverse_transform};
+use crate::segments::{SamplesError, require_finite};
+use crate::transform::{RealToComplex, forward_transform, inverse_transform, spectrum_by};
 use num_complex::Complex64;
 use serde::{Deserialize, Serialize};
 use std::sync::Arc;
@@ -44,24 +43,9 @@ pub enum PeriodicError {
         /// Periods left out.
         discard: usize,
     },
-    /// A channel differs in length.
-    #[error("channel {channel} has {found} samples, the first has {expected}")]
-    Length {
-        /// Index of the channel.
-        channel: usize,
-        /// Samples in the first.
-        expected: usize,
-        /// Samples in this one.
-        found: usize,
-    },
-    /// A sample is not a number.
-    #[error("channel {channel} is not a finite number at sample {sample}; cut that stretch out or repair it")]
-    NotFinite {
-        /// Index of the channel.
-        channel: usize,
-        /// Index of the sample.
-        sample: usize,
-    },
+    /// Channels that cannot be analysed together.
+    #[error(transparent)]
+    Samples(#[from] SamplesError),
 }
 
 impl Periodic {
@@ -74,14 +58,7 @@ impl Periodic {
             return Err(PeriodicError::EmptyPeriod);
         }
         let len = channels.first().map_or(0, |c| c.len());
-        for (channel, samples) in channels.iter().enumerate() {
-            if samples.len() != len {
-                return Err(PeriodicError::Length { channel, expected: len, found: samples.len() });
-            }
-            if let Some(sample) = first_not_finite(samples) {
-                return Err(PeriodicError::NotFinite { channel, sample });
-            }
-        }
+        require_finite(channels, len, 0)?;
         let whole = len / self.period;
         if whole < self.discard + 2 {
             return Err(PeriodicError::TooShort { len, whole, period: self.period, discard: self.discard });
@@ -95,18 +72,14 @@ impl Periodic {
             .collect();
         let bins = self.period / 2 + 1;
         let frequency_hz = (0..bins).map(|f| f as f64 * sample_rate_hz / self.period as f64).collect();
-        Ok(PeriodSpectra { channels: channels.len(), period: self.period, sample_rate_hz, frequency_hz, lines })
+        Ok(PeriodSpectra { frequency_hz, lines })
     }
 }
 
 /// Complex amplitudes: x(t) = Re Σ_f X_f e^{j2πft}.
 pub(crate) fn amplitudes(fft: &Arc<dyn RealToComplex<f64>>, samples: &[f64]) -> Vec<Complex64> {
     let n = samples.len();
-    let mut input = samples.to_vec();
-    let mut output = fft.make_output_vec();
-    // Lengths are those of the plan, so the transform cannot refuse.
-    let done = fft.process(&mut input, &mut output);
-    debug_assert!(done.is_ok());
+    let mut output = spectrum_by(fft.as_ref(), &mut samples.to_vec());
     output.iter_mut().enumerate().for_each(|(f, x)| *x *= if f == 0 || 2 * f == n { 1.0 } else { 2.0 } / n as f64);
     output
 }
@@ -116,9 +89,6 @@ pub(crate) fn amplitudes(fft: &Arc<dyn RealToComplex<f64>>, samples: &[f64]) -> 
 /// Amplitudes are those of the cosines, x(t) = Re Σ_f X_f e^{j2πft}, in the unit of the channel.
 #[derive(Clone, Debug, PartialEq)]
 pub struct PeriodSpectra {
-    channels: usize,
-    period: usize,
-    sample_rate_hz: f64,
     frequency_hz: Vec<f64>,
     /// `[period][channel * bins + f]`.
     lines: Vec<Vec<Complex64>>,
@@ -128,11 +98,6 @@ impl PeriodSpectra {
     /// The lines' frequencies, multiples of fs/period from 0 to Nyquist.
     pub fn frequency_hz(&self) -> &[f64] {
         &self.frequency_hz
-    }
-
-    /// Number of channels.
-    pub fn channels(&self) -> usize {
-        self.channels
     }
 
     /// Number of periods P.
@@ -159,50 +124,6 @@ impl PeriodSpectra {
         let (mean_a, mean_b) = (self.mean(f, a), self.mean(f, b));
         let n = self.periods() as f64;
         (0..self.periods()).map(|p| (self.at(p, f, a) - mean_a) * (self.at(p, f, b) - mean_b).conj()).sum::<Complex64>() / (n * (n - 1.0))
-    }
-
-    /// Lines of `channel` whose mean stands out: power above `ratio` times the noise power of the mean, and above
-    /// 1e-12 of the largest line (the round-off of a noise-free command).
-    ///
-    /// Under noise alone the ratio is distributed as F(2, 2P − 2); 0 Hz is left out.
-    pub fn excited(&self, channel: usize, ratio: f64) -> Vec<usize> {
-        let bins = 1..self.frequency_hz.len();
-        let floor = 1e-12 * bins.clone().map(|f| self.mean(f, channel).norm_sqr()).fold(0.0, f64::max);
-        bins.filter(|&f| {
-            let power = self.mean(f, channel).norm_sqr();
-            power > floor && power > ratio * self.noise_covariance(f, channel, channel).re
-        })
-        .collect()
-    }
-
-    /// The periods as averages of one cross-spectral matrix, S_ab = ⟨A B*⟩ T/2 (twice that at 0 Hz and Nyquist), so
-    /// that every estimator of spectra serves: n_e = P, no leakage (the kernel is one line), bins independent.
-    ///
-    /// With several inputs, pool at least as many different experiments.
-    pub fn cross_spectra(&self) -> CrossSpectra {
-        let (bins, count) = (self.frequency_hz.len(), self.periods());
-        let duration_s = self.period as f64 / self.sample_rate_hz;
-        let mut lower = Vec::with_capacity(self.channels * (self.channels + 1) / 2 * bins);
-        for a in 0..self.channels {
-            for b in 0..=a {
-                lower.extend((0..bins).map(|f| {
-                    let density = if f == 0 || 2 * f == self.period { duration_s } else { duration_s / 2.0 };
-                    (0..count).map(|p| self.at(p, f, a) * self.at(p, f, b).conj()).sum::<Complex64>() * (density / count as f64)
-                }));
-            }
-        }
-        CrossSpectra {
-            channels: self.channels,
-            sample_rate_hz: self.sample_rate_hz,
-            frequency_hz: self.frequency_hz.clone(),
-            lower,
-            effective_averages: count as f64,
-            segments: count,
-            trials: 1,
-            independent_spacing_hz: 1.0 / duration_s,
-            kernel: Kernel { offset_hz: vec![0.0], weight: vec![1.0] },
-            mean_removed: false,
-        }
     }
 }
 
@@ -328,7 +249,7 @@ mod tests {
         let x = multisine(600);
         let [twice, thrice] = [2.0, 3.0].map(|times| x.iter().map(|x| times * x).collect::<Vec<f64>>());
         let spectra = Periodic { period: 200, discard: 1 }.spectra(100.0, &[&x, &twice, &thrice]).expect("whole periods");
-        assert_eq!((spectra.channels(), spectra.frequency_hz().len(), spectra.frequency_hz()[2], spectra.frequency_hz()[100]), (3, 101, 1.0, 50.0));
+        assert_eq!((spectra.frequency_hz().len(), spectra.frequency_hz()[2], spectra.frequency_hz()[100]), (101, 1.0, 50.0));
         for channel in 0..3 {
             let ratio = spectra.at(0, 2, channel) / spectra.at(0, 2, 0);
             assert!((ratio - (channel + 1) as f64).norm() < 1e-12, "{channel}: {ratio}");
@@ -368,18 +289,6 @@ mod tests {
         // 99 lines of 49 degrees each: one sigma is 1/√(99·49) = 1.4 %.
         assert!((mean / expected - 1.0).abs() < 4.0 * 0.0144, "{}", mean / expected);
         assert!((s.mean(5, 0) - Complex64::from_polar(0.5, 1.0)).norm() < 4.0 * expected.sqrt());
-        // F(2, 98) exceeds 20 with a probability of 4e-8.
-        assert_eq!(s.excited(0, 20.0), [2, 5]);
-    }
-
-    #[test]
-    fn densities_integrate_to_the_power() {
-        // A mean and a line at Nyquist among them.
-        let x: Vec<f64> = multisine(1000).iter().enumerate().map(|(k, x)| x + 3.0 + if k % 2 == 0 { 2.0 } else { -2.0 }).collect();
-        let s = Periodic { period: 200, discard: 0 }.spectra(100.0, &[&x]).expect("valid").cross_spectra();
-        let total: f64 = (0..101).map(|f| s.power(f, 0)).sum::<f64>() * 100.0 / 200.0;
-        assert!((total - (0.5 + 0.125 + 9.0 + 4.0)).abs() < 1e-12, "{total}");
-        assert_eq!((s.segments(), s.effective_averages(), s.independent_spacing_hz()), (5, 5.0, 0.5));
     }
 
     #[test]
@@ -410,14 +319,5 @@ mod tests {
         let s = Periodic { period: 20, discard: 0 }.spectra(100.0, &[&record(&d), &record(&e)]).expect("two periods");
         let expected = Complex64::new(0.1, 0.3) * Complex64::new(-0.2, 0.4).conj();
         assert!((s.noise_covariance(3, 0, 1) - expected).norm() < 1e-12 && (s.mean(3, 1) - Complex64::new(1.0, 0.5)).norm() < 1e-12);
-    }
-
-    #[test]
-    fn the_lines_of_a_command_are_found_in_every_unit() {
-        for unit in [1e-6, 1.0, 1e6] {
-            let x: Vec<f64> = multisine(600).iter().map(|x| x * unit).collect();
-            let s = Periodic { period: 200, discard: 0 }.spectra(100.0, &[&x, &vec![0.0; 600]]).expect("valid");
-            assert_eq!((s.excited(0, 20.0), s.excited(1, 20.0)), (vec![2, 5], vec![]), "{unit}");
-        }
     }
 }

@@ -138,6 +138,14 @@ impl Recording {
         self
     }
 
+    /// Other channels on the same clock, with the same facts.
+    ///
+    /// # Errors
+    /// [`RecordingError`] if lengths differ or names repeat.
+    pub fn with_channels(&self, channels: Vec<Channel>) -> Result<Self, RecordingError> {
+        Ok(Recording { start_s: self.start_s, metadata: self.metadata.clone(), ..Recording::new(self.sample_rate_hz, channels)? })
+    }
+
     /// Samples a second.
     pub fn sample_rate_hz(&self) -> f64 {
         self.sample_rate_hz

@@ -81,6 +81,42 @@ pub(crate) fn first_not_finite(samples: &[f64]) -> Option<usize> {
     samples[stretch * STRETCH..].iter().position(|x| !x.is_finite()).map(|i| stretch * STRETCH + i)
 }
 
+/// Why channels cannot be analysed together.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum SamplesError {
+    /// A channel differs in length.
+    #[error("channel {channel} has {found} samples, the first has {expected}")]
+    Length {
+        /// Index of the channel.
+        channel: usize,
+        /// Samples in the first.
+        expected: usize,
+        /// Samples in this one.
+        found: usize,
+    },
+    /// A sample is not a number.
+    #[error("channel {channel} is not a finite number at sample {sample}; cut that stretch out or repair it")]
+    NotFinite {
+        /// Index of the channel.
+        channel: usize,
+        /// Index of the sample.
+        sample: usize,
+    },
+}
+
+/// Refuses channels that do not have `expected` finite samples each, of which `start` is the index of the first.
+pub(crate) fn require_finite(channels: &[&[f64]], expected: usize, start: usize) -> Result<(), SamplesError> {
+    for (channel, samples) in channels.iter().enumerate() {
+        if samples.len() != expected {
+            return Err(SamplesError::Length { channel, expected, found: samples.len() });
+        }
+        if let Some(sample) = first_not_finite(samples) {
+            return Err(SamplesError::NotFinite { channel, sample: start + sample });
+        }
+    }
+    Ok(())
+}
+
 /// The number of whole segments of `nperseg` samples, `hop` apart, in `len` samples.
 pub(crate) fn count(len: usize, nperseg: usize, hop: usize) -> usize {
     if len < nperseg { 0 } else { (len - nperseg) / hop + 1 }

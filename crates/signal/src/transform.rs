@@ -2,6 +2,7 @@
 //!
 //! Their library is generic, and whoever makes a plan compiles all of it: only these three functions do.
 
+use num_complex::Complex64;
 pub use realfft::{ComplexToReal, RealToComplex};
 pub(crate) use rustfft::Fft;
 use std::sync::Arc;
@@ -29,6 +30,15 @@ pub fn forward_transform(samples: usize) -> Arc<dyn RealToComplex<f64>> {
 #[inline(never)]
 pub fn inverse_transform(samples: usize) -> Arc<dyn ComplexToReal<f64>> {
     realfft::RealFftPlanner::new().plan_fft_inverse(samples)
+}
+
+/// What a plan makes of samples, which it overwrites.
+pub(crate) fn spectrum_by(plan: &dyn RealToComplex<f64>, samples: &mut [f64]) -> Vec<Complex64> {
+    let mut spectrum = plan.make_output_vec();
+    // Lengths are those of the plan, so the transform cannot refuse.
+    let done = plan.process(samples, &mut spectrum);
+    debug_assert!(done.is_ok());
+    spectrum
 }
 
 /// The transform of `samples` complex numbers.

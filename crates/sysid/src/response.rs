@@ -89,16 +89,6 @@ pub enum ResponseError {
         /// Columns.
         inputs: usize,
     },
-    /// Two responses that do not fit behind each other.
-    #[error("a product of responses with {left} and {right} {what}; they must be the same")]
-    Mismatch {
-        /// frequencies or channels.
-        what: &'static str,
-        /// Of the one.
-        left: usize,
-        /// Of the other.
-        right: usize,
-    },
     /// A response of another size than the model that it is set against.
     #[error("a response of {outputs} outputs to {inputs} inputs beside a model of {axes} axes; give one output and one input for each axis")]
     Size {
@@ -180,52 +170,6 @@ impl FrequencyResponse {
         }
     }
 
-    /// This response after another without an error of its own (a filter, a change of axes): self · `first`.
-    ///
-    /// δ(H G) = δH G keeps the Kronecker form. The result is a transfer function; set `kind` where it means more.
-    ///
-    /// # Errors
-    /// [`ResponseError::Mismatch`] if grids differ or `first` does not give what this takes.
-    pub fn after(&self, first: &FrequencyResponse) -> Result<Self, ResponseError> {
-        self.check_product(first, self.inputs.len(), first.outputs.len())?;
-        let mut result = FrequencyResponse { inputs: first.inputs.clone(), kind: ResponseKind::Transfer, ..self.clone() };
-        result.value = Array3::from_elem((self.len(), self.outputs.len(), first.inputs.len()), Complex64::new(f64::NAN, f64::NAN));
-        if let Some(u) = &mut result.uncertainty {
-            u.input_inverse = Array3::from_elem((self.len(), first.inputs.len(), first.inputs.len()), Complex64::new(f64::NAN, f64::NAN));
-        }
-        for f in 0..self.len() {
-            let known = first.at(f);
-            result.value.index_axis_mut(Axis(0), f).assign(&self.at(f).dot(&known));
-            if let (Some(out), Some(own)) = (&mut result.uncertainty, &self.uncertainty) {
-                let hermitian = known.t().mapv(|v| v.conj());
-                out.input_inverse.index_axis_mut(Axis(0), f).assign(&hermitian.dot(&own.input_inverse.index_axis(Axis(0), f)).dot(&known));
-            }
-        }
-        Ok(result)
-    }
-
-    /// This response before another without an error of its own: `last` · self.
-    ///
-    /// # Errors
-    /// [`ResponseError::Mismatch`] if grids differ or `last` does not take what this gives.
-    pub fn before(&self, last: &FrequencyResponse) -> Result<Self, ResponseError> {
-        self.check_product(last, self.outputs.len(), last.inputs.len())?;
-        let mut result = FrequencyResponse { outputs: last.outputs.clone(), kind: ResponseKind::Transfer, ..self.clone() };
-        result.value = Array3::from_elem((self.len(), last.outputs.len(), self.inputs.len()), Complex64::new(f64::NAN, f64::NAN));
-        if let Some(u) = &mut result.uncertainty {
-            u.noise = Array3::from_elem((self.len(), last.outputs.len(), last.outputs.len()), Complex64::new(f64::NAN, f64::NAN));
-        }
-        for f in 0..self.len() {
-            let known = last.at(f);
-            result.value.index_axis_mut(Axis(0), f).assign(&known.dot(&self.at(f)));
-            if let (Some(out), Some(own)) = (&mut result.uncertainty, &self.uncertainty) {
-                let hermitian = known.t().mapv(|v| v.conj());
-                out.noise.index_axis_mut(Axis(0), f).assign(&known.dot(&own.noise.index_axis(Axis(0), f)).dot(&hermitian));
-            }
-        }
-        Ok(result)
-    }
-
     /// The response to sums of inputs, u′ = W u, as least squares find it in that to the inputs: H′ = H Ω Wᵀ (W Ω Wᵀ)⁻¹, Ω the inverse of the
     /// input side of the covariance. It is what an estimate from the sums themselves gives. W: sums × inputs; NaN where it does not exist.
     ///
@@ -266,16 +210,6 @@ impl FrequencyResponse {
         }
         let inputs = (1..=sums).map(|k| format!("sum {k}")).collect();
         FrequencyResponse { inputs, value, uncertainty, ..self.clone() }
-    }
-
-    fn check_product(&self, other: &FrequencyResponse, ours: usize, theirs: usize) -> Result<(), ResponseError> {
-        if self.frequency_hz != other.frequency_hz {
-            return Err(ResponseError::Mismatch { what: "frequencies", left: self.len(), right: other.len() });
-        }
-        if ours != theirs {
-            return Err(ResponseError::Mismatch { what: "channels", left: ours, right: theirs });
-        }
-        Ok(())
     }
 
     /// Smallest singular value of H over its error √(E‖δH‖²), `[f]`; infinite without a covariance.
@@ -400,25 +334,7 @@ mod tests {
     }
 
     #[test]
-    fn a_known_factor_carries_the_covariance_along() {
-        let known = FrequencyResponse { uncertainty: None, value: example().value.mapv(|v| v * Complex64::new(0.3, 1.1)), ..example() };
-        let undo = known.inverse().expect("square");
-        for back in [example().after(&known).expect("fits").after(&undo).expect("fits"), example().before(&known).expect("fits").before(&undo).expect("fits")] {
-            for (i, j) in [(0, 0), (0, 1), (1, 0), (1, 1)] {
-                assert!((back.value[[0, i, j]] - example().value[[0, i, j]]).norm() < 1e-13);
-                assert!((back.variance(0, i, j) / example().variance(0, i, j) - 1.0).abs() < 1e-12);
-            }
-        }
-        assert!(example().after(&known.band(10.0, 20.0)).is_err());
-    }
-
-    #[test]
-    fn a_product_has_the_channels_of_its_ends_and_no_mechanical_meaning() {
-        let names = |letter: &str| vec![format!("{letter}1"), format!("{letter}2")];
-        let known = FrequencyResponse { inputs: names("a"), outputs: names("b"), uncertainty: None, ..example() };
-        let (after, before) = (example().after(&known).expect("fits"), example().before(&known).expect("fits"));
-        assert_eq!((&after.inputs, &after.outputs, after.kind), (&known.inputs, &example().outputs, ResponseKind::Transfer));
-        assert_eq!((&before.inputs, &before.outputs, before.kind), (&example().inputs, &known.outputs, ResponseKind::Transfer));
+    fn a_transfer_function_has_no_mechanical_meaning() {
         for (from, to) in [(ResponseKind::Transfer, ResponseKind::Impedance), (ResponseKind::Compliance, ResponseKind::Transfer)] {
             assert_eq!(FrequencyResponse { kind: from, ..example() }.to_kind(to), Err(ResponseError::NoMeaning { from, to }));
         }

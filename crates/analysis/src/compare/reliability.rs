@@ -1,11 +1,10 @@
 //! Repeated sessions of several subjects: how reliable a parameter is, and what changed.
 
+use super::QUANTILE;
 use super::result::{Change, Reliability};
 use crate::result::{finite, number};
 use statrs::distribution::{ContinuousCDF, FisherSnedecor, StudentsT};
 
-/// Standard normal quantile of a two-sided 95 % interval.
-const QUANTILE: f64 = 1.959_963_984_540_054;
 /// Probability in each tail that a 95 % interval leaves out.
 const TAIL: f64 = 0.025;
 

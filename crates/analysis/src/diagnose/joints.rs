@@ -49,9 +49,8 @@ pub(super) fn of_channels(trials: &Trials, names: &[String]) -> Result<Vec<Recor
     let one = |trial: &Trial| -> Result<Recording, AnalysisError> {
         let own = &trial.recording;
         let channels = names.iter().map(|name| own.channel(name).cloned()).collect::<Result<_, _>>();
-        let recording = channels.and_then(|channels| Recording::new(own.sample_rate_hz(), channels));
-        let recording = recording.map_err(|why| AnalysisError::Meaning { file: trial.file.clone(), what: format!("{why}; what was measured has it") })?;
-        Ok(recording.starting_at(own.start_s()))
+        let recording = channels.and_then(|channels| own.with_channels(channels));
+        recording.map_err(|why| AnalysisError::Meaning { file: trial.file.clone(), what: format!("{why}; what was measured has it") })
     };
     trials.trials.iter().map(one).collect()
 }

@@ -6,7 +6,7 @@ use crate::fit::{Fit, fit};
 use crate::trials::{Trial, Trials};
 use ndof_diagnose::{LinearFit, Options, Schedule, Stretch};
 use ndof_models::InertiaDampingStiffness;
-use ndof_signal::{Channel, Recording};
+use ndof_signal::Channel;
 
 /// Inertia, damping and stiffness by the defaults of `estimate` and `fit`, and the band of that; of the deviation from the mean movement where there
 /// are cycles.
@@ -33,28 +33,19 @@ pub(super) fn linear_fit(
 }
 
 /// Takes the mean movement out of every channel, where there are cycles.
-fn about_movement(mut trials: Vec<Trial>, schedule: &Schedule) -> Result<Vec<Trial>, AnalysisError> {
+fn about_movement(trials: Vec<Trial>, schedule: &Schedule) -> Result<Vec<Trial>, AnalysisError> {
     let mut channels: Vec<Vec<Channel>> = trials.iter().map(|trial| trial.recording.channels().to_vec()).collect();
     for k in 0..channels.first().map_or(0, Vec::len) {
         let series: Vec<&[f64]> = channels.iter().map(|own| own[k].samples.as_slice()).collect();
         let Some(deviations) = schedule.deviations(&series) else { return Ok(trials) };
         channels.iter_mut().zip(deviations).for_each(|(own, samples)| own[k].samples = samples);
     }
-    for (trial, own) in trials.iter_mut().zip(channels) {
-        let made = Recording::new(trial.recording.sample_rate_hz(), own).map_err(|source| AnalysisError::Recording { file: trial.file.clone(), source })?;
-        trial.recording = made.starting_at(trial.recording.start_s());
-    }
-    Ok(trials)
+    trials.iter().zip(channels).map(|(trial, own)| trial.with_channels(own)).collect()
 }
 
 fn stretch(trials: &Trials, part: Stretch) -> Result<Vec<Trial>, AnalysisError> {
-    let range = match part {
-        Stretch::Trials(chosen) => return Ok(chosen.into_iter().map(|k| trials.trials[k].clone()).collect()),
-        Stretch::Samples(range) => range,
-    };
-    let cut = |trial: &Trial| match trial.recording.slice(range.clone()) {
-        Ok(recording) => Ok(Trial { recording, ..trial.clone() }),
-        Err(source) => Err(AnalysisError::Recording { file: trial.file.clone(), source }),
-    };
-    trials.trials.iter().map(cut).collect()
+    match part {
+        Stretch::Trials(chosen) => Ok(chosen.into_iter().map(|k| trials.trials[k].clone()).collect()),
+        Stretch::Samples(range) => trials.trials.iter().map(|trial| trial.slice(range.clone())).collect(),
+    }
 }

@@ -174,7 +174,7 @@ fn behind_transducer(recordings: &[Recording], ports: &Ports, file: &BaselineFil
                 *place -= give;
             }
         }
-        Recording::new(recording.sample_rate_hz(), channels).map_err(|source| AnalysisError::Recording { file: "the recording".to_owned(), source })
+        recording.with_channels(channels).map_err(|source| AnalysisError::Recording { file: "the recording".to_owned(), source })
     });
     corrected.collect::<Result<Vec<_>, _>>().map(Some)
 }
@@ -225,12 +225,7 @@ fn baseline(file: &BaselineFile) -> Result<Baseline, AnalysisError> {
     let part = |name: &str, simulated: Option<&Array2<f64>>| {
         let written =
             file.parameters.get(name).map(|parameter| Part { value: parameter.value.rows(), status: parameter.status, symmetric: parameter.symmetric });
-        let nominal = |matrix: &Array2<f64>| Part {
-            value: matrix.rows().into_iter().map(|row| row.to_vec()).collect(),
-            status: ndof_diagnose::Status::Nominal,
-            symmetric: true,
-        };
-        written.or_else(|| simulated.map(nominal))
+        written.or_else(|| simulated.map(Part::nominal))
     };
     let limb = limb.as_ref();
     Ok(Baseline {

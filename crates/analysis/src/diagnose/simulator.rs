@@ -6,7 +6,7 @@ use crate::estimate::{Estimate, estimate};
 use crate::fit::{Fit, fit};
 use crate::trials::{RoleNames, Trial, Trials, Trim, axis_of};
 use ndarray::Array2;
-use ndof_diagnose::{Baseline, Cause, KnownLaws, Options, Part, Status, diagnose_with_pictures, force_along};
+use ndof_diagnose::{Baseline, Cause, KnownLaws, Options, Part, diagnose_with_pictures, force_along};
 use ndof_joints::alike;
 use ndof_models::effects::{Injection, Parameters, Setting, Trace, find};
 use ndof_models::{ForceLaw, InertiaDampingStiffness};
@@ -66,9 +66,8 @@ impl Simulator {
             for ([effort, _], [_, beyond]) in pairs.iter().zip(&beyond) {
                 channels.iter_mut().filter(|c| c.name == *effort).for_each(|c| c.samples.iter_mut().zip(beyond).for_each(|(f, b)| *f -= b));
             }
-            let made =
-                Recording::new(recording.sample_rate_hz(), channels).map_err(|source| AnalysisError::Recording { file: "the recording".to_owned(), source })?;
-            *recording = made.starting_at(recording.start_s());
+            let wrap = |source| AnalysisError::Recording { file: "the recording".to_owned(), source };
+            *recording = recording.with_channels(channels).map_err(wrap)?;
         }
         let warnings = powers.warning(options.tolerance).into_iter().collect();
         Ok(Simulator { baseline: nominal(&response.matrices), known: KnownLaws(response.laws), measured, pairs, warnings })
@@ -225,7 +224,6 @@ impl Powers {
 
 /// Matrices that a diagnosis may call wrong.
 fn nominal(own: &InertiaDampingStiffness) -> Baseline {
-    let part =
-        |matrix: &Array2<f64>| Some(Part { value: matrix.rows().into_iter().map(|row| row.to_vec()).collect(), status: Status::Nominal, symmetric: true });
+    let part = |matrix| Some(Part::nominal(matrix));
     Baseline { mass: part(&own.inertia), damping: part(&own.damping), stiffness: part(&own.stiffness) }
 }

@@ -119,10 +119,7 @@ fn over_time(trials: &Trials, settings: &Estimate, (kind, window_s): (ResponseKi
     }
     let step_s = sizes(settings, window_s, longest_s)?;
     let samples = (window_s * trials.sample_rate_hz()).round().max(1.0) as usize;
-    let cut = |trial: &Trial| {
-        let recording = trial.recording.slice(0..samples.min(trial.recording.len()));
-        recording.map(|recording| Trial { recording, ..trial.clone() }).map_err(|source| AnalysisError::Recording { file: trial.file.clone(), source })
-    };
+    let cut = |trial: &Trial| trial.slice(0..samples.min(trial.recording.len()));
     let first = Trials { trials: trials.trials.iter().map(cut).collect::<Result<_, _>>()?, ..trials.clone() };
     let (method, _) = choose(&first, settings)?;
     let found = ndof_sysid::sliding(&trials.recordings(), &trials.roles.ports, &labels(trials), (&method, settings.estimator), window_s, step_s)
@@ -200,9 +197,7 @@ fn about(trials: &Trials, schedule: &Schedule, place: f64, samples: usize) -> Re
                 };
                 Channel { samples: sum.iter_mut().zip(&channel.samples[window.clone()]).map(contrast).collect(), ..channel.clone() }
             });
-            let recording = Recording::new(trials.sample_rate_hz(), contrast.collect());
-            let recording = recording.map_err(|source| AnalysisError::Recording { file: trial.file.clone(), source })?;
-            contrasts.push(Trial { recording, ..trial.clone() });
+            contrasts.push(trial.with_channels(contrast.collect())?);
         }
     }
     if contrasts.is_empty() {

@@ -36,6 +36,13 @@ impl Estimated {
         self.estimates.derived.as_ref().map_or(&self.estimates.direct.response, |derived| &derived.response)
     }
 
+    /// The highest frequency at which the inputs explain half of every output; infinite where there is none.
+    pub(crate) fn explained_to_hz(&self) -> f64 {
+        let direct = &self.estimates.direct;
+        let explains = |f: &usize| direct.coherence.multiple.row(*f).iter().all(|coherence| *coherence >= 0.5);
+        (0..direct.response.len()).rev().find(explains).map_or(f64::INFINITY, |f| direct.response.frequency_hz[f])
+    }
+
     /// From the estimates of the channels as they stand to the response that is asked for.
     ///
     /// # Errors

@@ -5,13 +5,13 @@ use crate::error::AnalysisError;
 use crate::schedule::Schedule;
 use crate::trials::{Roles, Trial, Trials};
 use ndof_models::schedule::{ScheduledFit, Splines, Stretch};
-use ndof_signal::{Channel, Recording};
+use ndof_signal::Channel;
 use ndof_sysid::{Ports, ResponseKind};
 
-/// The widest band over the sample rate in which a motion is foretold.
-const WIDEST: f64 = 1.0 / 6.0;
-/// Splines of the mean over a period of the band's upper end, as for scheduled fits.
-const MEAN_KNOTS: f64 = 4.0;
+/// The widest band over the sample rate in which a motion is foretold, and in which a scheduled fit is made where none is asked for.
+pub(crate) const WIDEST: f64 = 1.0 / 6.0;
+/// Splines of the mean over a period of the band's upper end, which they follow within a hundredth.
+pub(crate) const MEAN_KNOTS: f64 = 4.0;
 
 impl Roles {
     /// From motions to efforts without a reference, where each effort has its motion; else as they are.
@@ -66,9 +66,7 @@ pub(super) fn from_motion(trials: &Trials, schedule: &Schedule, (settings, expla
             let samples = told.into_iter().map(|x| if x.is_finite() { x } else { 0.0 }).collect();
             Channel { name: format!("{} as foretold", own[input].name), samples, ..own[input].clone() }
         });
-        let recording = Recording::new(trial.recording.sample_rate_hz(), own.iter().cloned().chain(named).collect());
-        let recording = recording.map_err(|source| AnalysisError::Recording { file: trial.file.clone(), source })?;
-        Ok(Trial { recording: recording.starting_at(trial.recording.start_s()), ..trial.clone() })
+        trial.with_channels(own.iter().cloned().chain(named).collect())
     };
     let with_told: Result<Vec<Trial>, AnalysisError> = trials.trials.iter().zip(told.motion).map(with).collect();
     roles.ports.references = (channels..channels + roles.ports.inputs.len()).collect();

@@ -3,7 +3,7 @@
 mod course;
 mod course_result;
 mod estimated;
-mod instrument;
+pub(crate) mod instrument;
 mod left_out;
 mod limits;
 mod measured;
@@ -54,13 +54,11 @@ pub fn estimate(trials: &Trials, settings: &Estimate) -> Result<Estimated, Analy
         _ => (ndof_sysid::estimate(&trials.recordings(), ports, &labels, &method, settings.estimator).map_err(failed)?, None),
     };
     let mut estimated = Estimated::new(trials, settings, estimates, why)?;
+    let explained_hz = estimated.explained_to_hz();
     let result = &mut estimated.result;
     result.robust = rejected.map(|rejected| repeat::robust(&estimated.estimates, &rejected));
     result.trial_spread = repeat::between_trials(trials, settings, &method, result.response);
-    let direct = &estimated.estimates.direct;
-    let explains = |f: &usize| direct.coherence.multiple.row(*f).iter().all(|coherence| *coherence >= 0.5);
-    let explained = (0..direct.response.len()).rev().find(explains).map_or(f64::INFINITY, |f| direct.response.frequency_hz[f]);
-    result.course = course::course(trials, settings, result.response, explained)?;
+    result.course = course::course(trials, settings, result.response, explained_hz)?;
     result.head.warnings.extend(repeat::warnings(result, &estimated.estimates));
     Ok(estimated)
 }

@@ -30,10 +30,7 @@ pub(super) fn without_rest(trials: &Trials) -> Result<Cow<'_, Trials>, AnalysisE
     if head == 0 && tail == 0 || trials.trials.is_empty() {
         return Ok(Cow::Borrowed(trials));
     }
-    let cut = |trial: &Trial| {
-        let recording = trial.recording.slice(head..trial.recording.len() - tail);
-        recording.map(|recording| Trial { recording, ..trial.clone() }).map_err(|source| AnalysisError::Recording { file: trial.file.clone(), source })
-    };
+    let cut = |trial: &Trial| trial.slice(head..trial.recording.len() - tail);
     let mut left = Trials { trials: trials.trials.iter().map(cut).collect::<Result<_, _>>()?, ..trials.clone() };
     let rate_hz = trials.sample_rate_hz();
     left.warnings.push(Warning::new(

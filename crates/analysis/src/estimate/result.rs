@@ -80,6 +80,13 @@ pub struct Units {
     pub references: Vec<String>,
 }
 
+impl Units {
+    /// Whether the inputs or the outputs are torques or angles.
+    pub fn are_rotational(&self) -> bool {
+        self.inputs.iter().chain(&self.outputs).any(|unit| unit == "N m" || unit.starts_with("rad"))
+    }
+}
+
 /// How the spectra were estimated; a setting that the method does not have is `null`.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]

@@ -2,7 +2,6 @@
 
 use super::parse::check_schema;
 use crate::error::AnalysisError;
-use crate::suggest::nearest;
 use ndof_signal::{Channel, Recording, Unit};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
@@ -145,16 +144,10 @@ impl ChannelsFile {
     /// [`AnalysisError`] if there is no such column, a name is taken, or a matrix does not fit.
     pub fn apply(&self, recording: &Recording, file: &str) -> Result<Recording, AnalysisError> {
         let available = recording.names();
-        let missing = |name: &str, available: Vec<String>| AnalysisError::NoChannel {
-            file: file.to_owned(),
-            name: name.to_owned(),
-            suggestion: nearest(name, available.iter().map(String::as_str)),
-            available,
-        };
         let mut channels: Vec<Channel> = recording.channels().to_vec();
         let mut renamed = Vec::new();
         for (old, new, _, negate) in self.sources() {
-            let index = available.iter().position(|name| name == old).ok_or_else(|| missing(old, available.clone()))?;
+            let index = available.iter().position(|name| name == old).ok_or_else(|| AnalysisError::no_channel(file, old, available.clone()))?;
             if renamed.contains(&index) {
                 return Err(AnalysisError::Meaning {
                     file: file.to_owned(),
@@ -168,11 +161,10 @@ impl ChannelsFile {
             }
         }
         let wrap = |source| AnalysisError::Recording { file: file.to_owned(), source };
-        let mut turned =
-            Recording::new(recording.sample_rate_hz(), channels).map_err(wrap)?.starting_at(recording.start_s()).with_metadata(recording.metadata().clone());
+        let mut turned = recording.with_channels(channels).map_err(wrap)?;
         for transform in self.transforms() {
             if let Some(name) = transform.from.iter().find(|name| turned.channel(name).is_err()) {
-                return Err(missing(name, turned.names()));
+                return Err(AnalysisError::no_channel(file, name, turned.names()));
             }
             turned = transform.apply(&turned, file)?;
         }

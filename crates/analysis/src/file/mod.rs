@@ -9,5 +9,5 @@ mod robot;
 pub use baseline::{BaselineFile, BaselineParameter, Status, Value};
 pub use channels::{ChannelSource, ChannelTable, ChannelsFile, Transform, Transforms};
 pub use kinematics::{KinematicsFile, KinematicsSd, MeanForce};
-pub use parse::{check_schema, parse, read};
+pub use parse::{check_schema, parse, read, read_text};
 pub use robot::robot;

@@ -10,9 +10,20 @@ use std::path::Path;
 /// # Errors
 /// [`AnalysisError::Read`] if there is no such file, [`AnalysisError::File`] with the line if it is not what `T` wants.
 pub fn read<T: DeserializeOwned>(path: &Path) -> Result<T, AnalysisError> {
-    let file = path.display().to_string();
-    let text = std::fs::read_to_string(path).map_err(|source| AnalysisError::Read { file: file.clone(), source })?;
+    let (file, text) = read_text(path)?;
     parse(&text, &file)
+}
+
+/// A file's name as errors give it, and its text.
+///
+/// # Errors
+/// [`AnalysisError::Read`] if there is no such file, or no text in it.
+pub fn read_text(path: &Path) -> Result<(String, String), AnalysisError> {
+    let file = path.display().to_string();
+    match std::fs::read_to_string(path) {
+        Ok(text) => Ok((file, text)),
+        Err(source) => Err(AnalysisError::Read { file, source }),
+    }
 }
 
 /// Reads TOML text of type `T`; `file` is the name that errors give.

@@ -1,5 +1,6 @@
 //! A robot's file.
 
+use super::parse::read_text;
 use crate::error::AnalysisError;
 use ndof_devices::RobotConfig;
 use std::path::Path;
@@ -9,7 +10,6 @@ use std::path::Path;
 /// # Errors
 /// [`AnalysisError::Read`] if there is no such file, [`AnalysisError::Device`] with what it says that is no robot of this program.
 pub fn robot(path: &Path, tip: Option<&str>) -> Result<RobotConfig, AnalysisError> {
-    let file = path.display().to_string();
-    let text = std::fs::read_to_string(path).map_err(|source| AnalysisError::Read { file: file.clone(), source })?;
+    let (file, text) = read_text(path)?;
     Ok(RobotConfig::parse(&file, &text, tip)?)
 }

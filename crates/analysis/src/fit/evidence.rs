@@ -143,8 +143,7 @@ fn excited_band(estimated: &Estimated, ports: &Ports) -> ([f64; 2], &'static str
     let direct = &estimated.estimates.direct;
     let hz = &direct.response.frequency_hz;
     let spacing = direct.response.uncertainty.as_ref().map_or(0.0, |u| u.independent_spacing_hz);
-    let explained = |f: usize| direct.coherence.multiple.row(f).iter().all(|coherence| *coherence >= 0.5);
-    let last = (0..hz.len()).rev().find(|&f| explained(f)).map_or(f64::INFINITY, |f| hz[f]);
+    let last = estimated.explained_to_hz();
     let most = |power: &dyn Fn(usize) -> f64| {
         let total: f64 = (1..hz.len()).map(power).filter(|p| p.is_finite()).sum();
         let mut beyond = 0.0;

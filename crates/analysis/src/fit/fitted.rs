@@ -88,8 +88,3 @@ impl Fitted {
         seen.to_kind(kind)
     }
 }
-
-/// The response of inertia, damping and stiffness on the grid of `like`, of its kind and with its names.
-pub fn model_response(matrices: &InertiaDampingStiffness, like: &FrequencyResponse) -> FrequencyResponse {
-    FrequencyResponse { inputs: like.inputs.clone(), outputs: like.outputs.clone(), ..matrices.response(&like.frequency_hz, like.kind) }
-}

@@ -13,7 +13,7 @@ pub(crate) mod settings;
 mod starts;
 mod sums;
 
-pub use fitted::{Fitted, model_response};
+pub use fitted::Fitted;
 pub use named_models::MODEL;
 pub use overlay::{Leftover, Overlay, Run, leftover, overlay};
 pub use project::project;

@@ -2,7 +2,6 @@
 
 use crate::error::AnalysisError;
 use crate::result::Warning;
-use crate::suggest::nearest;
 use ndof_signal::{Channel, Quantity, Recording};
 use ndof_sysid::{Ports, ResponseKind};
 
@@ -129,14 +128,7 @@ impl Roles {
     /// [`AnalysisError`] if a named channel does not exist or has two roles, or there is no input or output.
     pub fn find(recording: &Recording, file: &str, names: &RoleNames) -> Result<Self, AnalysisError> {
         let available = recording.names();
-        let index = |name: &String| {
-            available.iter().position(|n| n == name).ok_or_else(|| AnalysisError::NoChannel {
-                file: file.to_owned(),
-                name: name.clone(),
-                suggestion: nearest(name, available.iter().map(String::as_str)),
-                available: available.clone(),
-            })
-        };
+        let index = |name: &String| available.iter().position(|n| n == name).ok_or_else(|| AnalysisError::no_channel(file, name, available.clone()));
         let chosen = |list: &Option<Vec<String>>| list.as_ref().map(|list| list.iter().map(index).collect::<Result<Vec<_>, _>>()).transpose();
         let (references, inputs, outputs) = (chosen(&names.references)?, chosen(&names.inputs)?, chosen(&names.outputs)?);
         let taken: Vec<usize> = [&references, &inputs, &outputs].into_iter().flatten().flatten().copied().collect();

@@ -1,7 +1,8 @@
 //! One recording with the name that messages give it.
 
 use crate::error::AnalysisError;
-use ndof_signal::{Channel, Quantity, Recording, Unit, Warning};
+use ndof_signal::{Channel, Quantity, Recording, RecordingError, Unit, Warning};
+use std::ops::Range;
 
 /// One file's recording.
 ///
@@ -47,6 +48,21 @@ impl Trial {
     /// Several recordings as trials 1, 2 …
     pub fn numbered(what: &str, recordings: impl IntoIterator<Item = Recording>) -> Vec<Self> {
         recordings.into_iter().enumerate().map(|(k, recording)| Trial::of(format!("{what} {}", k + 1), recording)).collect()
+    }
+
+    /// The samples `range` of the same trial.
+    pub(crate) fn slice(&self, range: Range<usize>) -> Result<Self, AnalysisError> {
+        self.holding(self.recording.slice(range))
+    }
+
+    /// The same trial with these channels on its clock.
+    pub(crate) fn with_channels(&self, channels: Vec<Channel>) -> Result<Self, AnalysisError> {
+        self.holding(self.recording.with_channels(channels))
+    }
+
+    fn holding(&self, recording: Result<Recording, RecordingError>) -> Result<Self, AnalysisError> {
+        let recording = recording.map_err(|source| AnalysisError::Recording { file: self.file.clone(), source })?;
+        Ok(Trial { file: self.file.clone(), recording, warnings: self.warnings.clone() })
     }
 
     fn open(self) -> Channels {

@@ -3,7 +3,7 @@
 use crate::error::CliError;
 use crate::flags::as_flags;
 use crate::options::{Reading, Shared};
-use crate::output::{self, columns, short};
+use crate::output::{self, columns, interval, short};
 use clap::Args;
 use ndof_analysis::check::result::CheckResult;
 use ndof_io::Explanation;
@@ -85,7 +85,7 @@ fn summary(result: &CheckResult) -> String {
         text += &format!("{}: {:.3} s at {} Hz, {} channels\n", trial.file, trial.duration_s, trial.sample_rate_hz, trial.channels.len());
         let mut rows = vec![["", "unit", "role", "mean", "std", "resolution", "98 % of power, Hz", "missing"].map(str::to_owned).to_vec()];
         for c in &trial.channels {
-            let band = c.band_hz.map_or_else(|| "–".to_owned(), |[low, high]| format!("{} … {}", short(Some(low)), short(Some(high))));
+            let band = interval(c.band_hz);
             rows.push(vec![c.name.clone(), c.unit.clone(), c.role.clone(), short(c.mean), short(c.std), short(c.step), band, c.missing.to_string()]);
         }
         text += &columns(&rows);

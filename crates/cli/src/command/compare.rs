@@ -2,7 +2,7 @@
 
 use crate::error::CliError;
 use crate::options::{Shared, measured};
-use crate::output::{self, columns, p_value, short};
+use crate::output::{self, columns, interval, p_value, short};
 use clap::Args;
 use ndof_analysis::compare::result::CompareResult;
 use ndof_analysis::fit::result::FitResult;
@@ -81,8 +81,7 @@ fn summary(result: &CompareResult, files: &[PathBuf]) -> String {
     for p in &result.parameters {
         let mut row = vec![p.name.clone(), p.unit.clone(), short(p.values.first().copied().flatten())];
         for (value, d) in p.values.iter().skip(1).zip(&p.differences) {
-            let interval = d.ci95.map_or_else(|| "–".to_owned(), |[low, high]| format!("{} … {}", short(Some(low)), short(Some(high))));
-            row.extend([short(*value), short(d.value), interval, p_value(d.p_value)]);
+            row.extend([short(*value), short(d.value), interval(d.ci95), p_value(d.p_value)]);
         }
         if scatter {
             row.extend([short(p.standard_error_of_measurement), short(p.minimal_detectable_change)]);
@@ -94,7 +93,6 @@ fn summary(result: &CompareResult, files: &[PathBuf]) -> String {
 
 /// One row a parameter: agreement of the sessions, then each later session against the first.
 fn sessions(result: &CompareResult) -> String {
-    let interval = |ends: Option<[f64; 2]>| ends.map_or_else(|| "–".to_owned(), |[low, high]| format!("{} … {}", short(Some(low)), short(Some(high))));
     let mut rows = vec![["", "unit", "mean", "ICC(2,1)", "95 % interval", "SEM", "detectable"].map(str::to_owned).to_vec()];
     for change in result.reliability.first().map(|r| r.changes.as_slice()).unwrap_or_default() {
         rows[0].extend([format!("session {} − 1", change.session), "95 % interval".to_owned(), "p".to_owned()]);

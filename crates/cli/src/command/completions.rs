@@ -3,6 +3,7 @@
 use crate::error::CliError;
 use clap::Args;
 use clap_complete::Shell;
+use ndof_analysis::{did_you_mean, nearest};
 use std::fmt::Write as _;
 use std::io::Write;
 use std::path::PathBuf;
@@ -38,7 +39,7 @@ pub fn run(arguments: &Arguments, mut program: clap::Command) -> Result<ExitCode
         (name, None) => {
             let shell: Shell = name.parse().map_err(|_| {
                 let known = ["bash", "elvish", "fish", "powershell", "zsh", "man", "markdown"];
-                let suggestion = ndof_analysis::nearest(name, known).map(|s| format!(" (did you mean \"{s}\"?)")).unwrap_or_default();
+                let suggestion = did_you_mean(nearest(name, known).as_deref());
                 CliError::Usage(format!("no shell \"{name}\"{suggestion}; there are {}", known.join(", ")))
             })?;
             clap_complete::generate(shell, &mut program, "ndof", &mut text);

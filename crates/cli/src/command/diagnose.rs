@@ -145,16 +145,10 @@ fn read_robot(path: &Path, tip: Option<&str>) -> Result<RobotConfig, CliError> {
     Ok(file::robot(path, tip)?)
 }
 
-fn read_text(path: &Path) -> Result<(String, String), CliError> {
-    let file = path.display().to_string();
-    let text = std::fs::read_to_string(path).map_err(|source| AnalysisError::Read { file: file.clone(), source })?;
-    Ok((file, text))
-}
-
 /// Writes the corrected robot where `--write` says, and tells what changed and what could not.
 fn write_robot(arguments: &Arguments, diagnosed: &Diagnosed) -> Result<Option<String>, CliError> {
     let (Some(out), Some(robot), Some(corrections)) = (&arguments.write, &arguments.robot, &diagnosed.corrections) else { return Ok(None) };
-    let (file, text) = read_text(robot)?;
+    let (file, text) = file::read_text(robot)?;
     let written = corrections.write(&file, &text).map_err(AnalysisError::from)?;
     ndof_io::write_atomic(out, written.text.as_bytes())?;
     let mut told = format!("\nwritten: {}\n", out.display());

@@ -2,7 +2,7 @@
 
 use crate::error::CliError;
 use crate::options::{CycleOptions, Limb, Reading, Recordings, Shared};
-use crate::output::{self, columns, p_value, short};
+use crate::output::{self, columns, interval, p_value, short};
 use clap::Args;
 use ndof_analysis::fit::result::{ComparedModel, FitResult};
 use ndof_analysis::fit::schedule::result::ScheduleResult;
@@ -186,7 +186,7 @@ pub fn parameter_table(parameters: &[ComparedParameter]) -> String {
             row.push(short(p.truth));
         }
         row.push(short(p.value));
-        row.push(p.ci95.map_or_else(|| "–".to_owned(), |[low, high]| format!("{} … {}", short(Some(low)), short(Some(high)))));
+        row.push(interval(p.ci95));
         row.push(remark(p).to_owned());
         rows.push(row);
     }

@@ -8,11 +8,13 @@ use ndof_analysis::diagnose::result::DiagnosisResult;
 use ndof_analysis::estimate::result::EstimateResult;
 use ndof_analysis::fit::result::FitResult;
 use ndof_analysis::live::result::LiveResult;
+use ndof_analysis::{did_you_mean, nearest};
 use ndof_study::Truth;
 use ndof_study::cases::result::StudyResult;
 use ndof_study::design::excitation::ExcitationResult;
 use ndof_study::design::result::DesignResult;
 use ndof_study::sensitivity::result::SensitivityResult;
+use schemars::JsonSchema;
 use serde_json::Value;
 use std::fmt::Write as _;
 use std::io::Write;
@@ -35,34 +37,35 @@ enum Format {
     Markdown,
 }
 
-/// The JSON Schemas by the short names that `ndof schema` takes.
-const SCHEMAS: &[&str] = &["estimate", "fit", "diagnosis", "check", "compare", "live", "study-result", "design", "excitation", "sensitivity", "truth"];
+type Schema = fn() -> Value;
 
-/// The JSON Schema of the result called `name`, or nothing if there is none of that name.
-fn schema_of(name: &str) -> Option<Value> {
-    let schema = match name {
-        "estimate" => schemars::schema_for!(EstimateResult),
-        "fit" => schemars::schema_for!(FitResult),
-        "diagnosis" => schemars::schema_for!(DiagnosisResult),
-        "compare" => schemars::schema_for!(CompareResult),
-        "study-result" => schemars::schema_for!(StudyResult),
-        "design" => schemars::schema_for!(DesignResult),
-        "excitation" => schemars::schema_for!(ExcitationResult),
-        "sensitivity" => schemars::schema_for!(SensitivityResult),
-        "live" => schemars::schema_for!(LiveResult),
-        "truth" => schemars::schema_for!(Truth),
-        "check" => schemars::schema_for!(CheckResult),
-        _ => return None,
-    };
-    Some(schema.to_value())
+/// The JSON Schemas by the short names that `ndof schema` takes.
+const SCHEMAS: &[(&str, Schema)] = &[
+    ("estimate", schema::<EstimateResult>),
+    ("fit", schema::<FitResult>),
+    ("diagnosis", schema::<DiagnosisResult>),
+    ("check", schema::<CheckResult>),
+    ("compare", schema::<CompareResult>),
+    ("live", schema::<LiveResult>),
+    ("study-result", schema::<StudyResult>),
+    ("design", schema::<DesignResult>),
+    ("excitation", schema::<ExcitationResult>),
+    ("sensitivity", schema::<SensitivityResult>),
+    ("truth", schema::<Truth>),
+];
+
+fn schema<T: JsonSchema>() -> Value {
+    schemars::schema_for!(T).to_value()
 }
 
 pub fn run(arguments: &Arguments) -> Result<ExitCode, CliError> {
     let short = arguments.name.trim_start_matches("ndof/").trim_end_matches("/1");
-    let schema = schema_of(short).ok_or_else(|| {
-        let suggestion = ndof_analysis::nearest(short, SCHEMAS.iter().copied()).map(|s| format!(" (did you mean \"{s}\"?)")).unwrap_or_default();
-        CliError::Usage(format!("no schema \"{}\"{suggestion}; there are: {}", arguments.name, SCHEMAS.join(", ")))
+    let (_, schema) = SCHEMAS.iter().find(|(name, _)| *name == short).ok_or_else(|| {
+        let known: Vec<&str> = SCHEMAS.iter().map(|(name, _)| *name).collect();
+        let suggestion = did_you_mean(nearest(short, known.iter().copied()).as_deref());
+        CliError::Usage(format!("no schema \"{}\"{suggestion}; there are: {}", arguments.name, known.join(", ")))
     })?;
+    let schema = schema();
     let text = match arguments.format {
         Format::Json => serde_json::to_string_pretty(&schema).map_err(|error| CliError::Usage(error.to_string()))?,
         Format::Markdown => markdown(short, &schema),

@@ -39,15 +39,23 @@ pub fn run(arguments: &Arguments, studies: &[(&str, &str)]) -> Result<ExitCode, 
 
 /// The experiment of a file or of a built-in study.
 pub fn experiment(name: &str, studies: &[(&str, &str)]) -> Result<ExperimentFile, CliError> {
-    if let Some((name, text)) = studies.iter().find(|(known, _)| *known == name) {
-        return Ok(StudyFile::parse(text, name)?.experiment);
+    Ok(match built_in(name, studies)? {
+        Some((name, text)) => StudyFile::parse(text, name)?.experiment,
+        None => StudyFile::experiment_of(Path::new(name))?,
+    })
+}
+
+/// The built-in study of that name with its text, or nothing where it is the path of a file.
+pub fn built_in<'a>(name: &str, studies: &[(&'a str, &'a str)]) -> Result<Option<(&'a str, &'a str)>, CliError> {
+    let found = studies.iter().find(|(known, _)| *known == name).copied();
+    if found.is_none() {
+        let path = Path::new(name);
+        if !path.exists() && path.extension().is_none() {
+            return Err(CliError::unknown_study(name, studies));
+        }
+        ndof_io::keep(path);
     }
-    let path = Path::new(name);
-    if !path.exists() && path.extension().is_none() {
-        return Err(CliError::unknown_study(name, studies));
-    }
-    ndof_io::keep(path);
-    Ok(StudyFile::experiment_of(path)?)
+    Ok(found)
 }
 
 /// Writes NAME.EXT, or NAME-1.EXT …, and NAME.truth.json beside; returns the recordings' paths.

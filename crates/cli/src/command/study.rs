@@ -1,7 +1,7 @@
 //! `ndof study`.
 
 use super::fit::{over_schedule, parameter_table};
-use super::simulate::write_trials;
+use super::simulate::{built_in, write_trials};
 use crate::error::CliError;
 use crate::options::{Reading, Recordings, Shared};
 use crate::output::{self, columns, short, write_json};
@@ -141,15 +141,10 @@ fn as_text(table: &ndof_report::Table) -> String {
 }
 
 fn load(name: &str, studies: &[(&str, &str)]) -> Result<(String, StudyFile), CliError> {
-    if let Some((known, text)) = studies.iter().find(|(known, _)| *known == name) {
-        return Ok(((*known).to_owned(), StudyFile::parse(text, known)?));
-    }
-    let path = Path::new(name);
-    if !path.exists() && path.extension().is_none() {
-        return Err(CliError::unknown_study(name, studies));
-    }
-    ndof_io::keep(path);
-    Ok((stem(path), StudyFile::read(path)?))
+    Ok(match built_in(name, studies)? {
+        Some((known, text)) => (known.to_owned(), StudyFile::parse(text, known)?),
+        None => (stem(Path::new(name)), StudyFile::read(Path::new(name))?),
+    })
 }
 
 fn summary(outcome: &StudyOutcome, out: &Path) -> String {

@@ -3,9 +3,9 @@
 use crate::error::CliError;
 use clap::Args;
 use ndof_analysis::AnalysisError;
+use ndof_analysis::RoleNames;
 use ndof_analysis::file::{self, ChannelsFile};
 use ndof_analysis::options::positive;
-use ndof_analysis::{RoleNames, nearest};
 use ndof_io::ReadOptions;
 use ndof_signal::Recording;
 use serde::{Deserialize, Serialize};
@@ -49,11 +49,6 @@ fn channels_file(text: &str) -> Result<ChannelsFile, String> {
     read().map_err(|error: AnalysisError| error.to_string())
 }
 
-/// The error for a channel that `file` does not have.
-pub fn no_channel(file: &str, name: &str, available: Vec<String>) -> AnalysisError {
-    AnalysisError::NoChannel { file: file.to_owned(), name: name.to_owned(), suggestion: nearest(name, available.iter().map(String::as_str)), available }
-}
-
 impl Channels {
     /// How a file with these channels is read.
     pub fn reading(&self) -> ReadOptions {
@@ -68,7 +63,7 @@ impl Channels {
         }
         for name in &self.negate {
             let available = recording.names();
-            recording.map_channel(name, |sample| -sample).map_err(|_| no_channel(file, name, available))?;
+            recording.map_channel(name, |sample| -sample).map_err(|_| AnalysisError::no_channel(file, name, available))?;
         }
         Ok(())
     }

@@ -3,8 +3,8 @@
 use super::Reading;
 use crate::error::CliError;
 use clap::Args;
-use ndof_analysis::file::KinematicsFile;
-use ndof_analysis::{AnalysisError, Diagnose, Fit, HeldOut, nearest};
+use ndof_analysis::file::{self, KinematicsFile};
+use ndof_analysis::{Diagnose, Fit, HeldOut, did_you_mean, nearest};
 use ndof_study::file::{StudyDocument, StudyFile};
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
@@ -23,8 +23,7 @@ pub struct Recordings {
 impl Recordings {
     /// The study of a file, with the paths of its recordings as seen from here; `None` where it is one of what is simulated.
     pub fn study(path: &Path) -> Result<Option<StudyDocument<Self>>, CliError> {
-        let file = path.display().to_string();
-        let text = std::fs::read_to_string(path).map_err(|source| AnalysisError::Read { file: file.clone(), source })?;
+        let (file, text) = file::read_text(path)?;
         let Some(mut study) = StudyDocument::of_recordings(&text, &file)? else { return Ok(None) };
         let folder = path.parent().unwrap_or_else(|| Path::new("")).to_owned();
         change_paths(&mut study, |path| folder.join(path));
@@ -79,7 +78,7 @@ impl TryFrom<toml::Table> for Recordings {
         let known: Vec<&str> = options.get_arguments().filter_map(clap::Arg::get_long).collect();
         for (key, value) in &table {
             if !known.contains(&key.as_str()) {
-                let meant = nearest(key, known.iter().copied()).map(|near| format!(" (did you mean \"{near}\"?)")).unwrap_or_default();
+                let meant = did_you_mean(nearest(key, known.iter().copied()).as_deref());
                 return Err(format!("[recordings] has no \"{key}\"{meant}; it takes `files` and the options of recordings by their long names"));
             }
             let alone = toml::Table::from_iter([(key.clone(), value.clone())]).try_into::<Reading>();

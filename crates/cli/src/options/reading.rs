@@ -1,11 +1,10 @@
 //! How recordings are read, which channels are what, and which stretches are used.
 
 use super::channels::Channels;
-use super::channels::no_channel;
 use crate::error::CliError;
 use clap::Args;
 use ndof_analysis::options::{not_negative, number, pair};
-use ndof_analysis::{MeasuredResponse, RoleNames, Trial, Trials, Trim, axis_of};
+use ndof_analysis::{AnalysisError, MeasuredResponse, RoleNames, Trial, Trials, Trim, axis_of};
 use ndof_io::{ColumnsFile, IoError, PrepareError, ReadOptions, ReadRecording, Resample};
 use ndof_signal::Quantity;
 use serde::{Deserialize, Serialize};
@@ -140,13 +139,13 @@ impl Reading {
         let (mut read, second) = (ndof_io::read(path, &options)?, ndof_io::read(other, &options)?);
         let both: Vec<String> = read.recording.names().into_iter().chain(second.recording.names()).collect();
         if let Some(name) = options.units.keys().find(|name| !both.contains(name)) {
-            return Err(no_channel(&format!("{} and {}", read.file, second.file), name, both).into());
+            return Err(AnalysisError::no_channel(&format!("{} and {}", read.file, second.file), name, both).into());
         }
         let shared = by.split_once('=').unwrap_or((by, by));
         let wrong = |why: PrepareError| CliError::Usage(format!("--align {}: {why} (with {})", other.display(), read.file));
         for (file, recording, name) in [(&read.file, &read.recording, shared.0), (&second.file, &second.recording, shared.1)] {
             if recording.channel(name).is_err() {
-                return Err(no_channel(file, name, recording.names()).into());
+                return Err(AnalysisError::no_channel(file, name, recording.names()).into());
             }
         }
         let aligned = ndof_io::align(&read.recording, &second.recording, shared).map_err(wrong)?;
@@ -242,7 +241,7 @@ impl Reading {
             let unloaded = self.read(path)?;
             let available = unloaded.recording.names();
             if let Some(name) = names.iter().find(|name| !available.iter().any(|own| own == *name)) {
-                return Err(no_channel(&unloaded.file, name, available).into());
+                return Err(AnalysisError::no_channel(&unloaded.file, name, available).into());
             }
             let wrong = |why: PrepareError| CliError::Usage(format!("--tare {}: {why}", unloaded.file));
             recording = ndof_io::tare(&recording, &unloaded.recording, &names).map_err(wrong)?;

@@ -1,5 +1,6 @@
 //! A robot described in a TOML, URDF or MJCF file, read and built.
 
+use super::body::tensor;
 use super::config::{JointConfig, JointKind, RobotConfig};
 use super::link::Link;
 use super::serial::{SerialChain, Space};
@@ -114,9 +115,7 @@ impl RobotConfig {
         let stiffness = self.transducer.stiffness.unwrap_or(if at_the_tip { stiff.max(1e6) } else { stiff });
         let damping = self.transducer.damping.unwrap_or(0.6 * (stiffness * inertia).sqrt());
         for (what, value) in [("transducer.stiffness", stiffness), ("transducer.damping", damping)] {
-            if !(value.is_finite() && value > 0.0) {
-                return Err(DeviceError::value(what, value, "positive"));
-            }
+            DeviceError::positive(what, value)?;
         }
         let transducer = if at_the_tip { translational(stiffness, damping)? } else { Transducer { stiffness, damping } };
         // Natural frequency of 1.5 Hz, damping ratio 0.25: gentle beside the limb, as on the planar robot.
@@ -139,13 +138,8 @@ impl RobotConfig {
             .map(|joint| {
                 let length = dot(joint.axis, joint.axis).sqrt();
                 let named = |what: &str| format!("{what} of joint \"{}\"", joint.name);
-                if !(length.is_finite() && length > 0.0) {
-                    return Err(DeviceError::value(named("the length of the axis"), length, "positive"));
-                }
-                if !(joint.gear_ratio.is_finite() && joint.gear_ratio > 0.0) {
-                    return Err(DeviceError::value(named("gear_ratio"), joint.gear_ratio, "positive"));
-                }
-                let [xx, yy, zz, xy, xz, yz] = joint.inertia_kg_m2;
+                DeviceError::positive(named("the length of the axis"), length)?;
+                DeviceError::positive(named("gear_ratio"), joint.gear_ratio)?;
                 Ok(Link {
                     slides: joint.kind == JointKind::Prismatic,
                     axis: scale(joint.axis, 1.0 / length),
@@ -153,7 +147,7 @@ impl RobotConfig {
                     origin: joint.origin_m,
                     mass: joint.mass_kg,
                     centre: joint.centre_m,
-                    inertia: [[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]],
+                    inertia: tensor(joint.inertia_kg_m2),
                     rotor: joint.rotor_inertia_kg_m2 * joint.gear_ratio.powi(2),
                 })
             })

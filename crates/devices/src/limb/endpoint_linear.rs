@@ -93,9 +93,7 @@ impl EndpointLinear {
     /// # Errors
     /// [`DeviceError`] if a size does not fit or M is no inertia.
     pub fn new(config: &EndpointLinearConfig, axes: usize) -> Result<Self, DeviceError> {
-        if !(config.handle_mass_kg.is_finite() && config.handle_mass_kg >= 0.0) {
-            return Err(DeviceError::value("limb.handle_mass_kg", config.handle_mass_kg, "zero or positive"));
-        }
+        DeviceError::not_negative("limb.handle_mass_kg", config.handle_mass_kg)?;
         let impedance = Impedance {
             inertia: square("M", &config.M, axes)? + diagonal(&vec![config.handle_mass_kg; axes]),
             damping: square("B", &config.B, axes)?,

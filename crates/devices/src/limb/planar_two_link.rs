@@ -61,9 +61,7 @@ impl PlanarTwoLink {
     /// [`DeviceError`] if figures are missing or impossible, or the hand is out of reach.
     pub fn new(config: &PlanarTwoLinkConfig, hand_m: [f64; 2], joint_rad: Option<[f64; 2]>) -> Result<Self, DeviceError> {
         let Segments { lengths, masses, centres, inertias } = config.segments()?;
-        if !(config.handle_mass_kg.is_finite() && config.handle_mass_kg >= 0.0) {
-            return Err(DeviceError::value("limb.handle_mass_kg", config.handle_mass_kg, "zero or positive"));
-        }
+        DeviceError::not_negative("limb.handle_mass_kg", config.handle_mass_kg)?;
         let elbow_sign = if config.arm == Arm::Right { 1.0 } else { -1.0 };
         let posture = match (config.shoulder_m, joint_rad) {
             (Some(shoulder), None) => angles(lengths, elbow_sign, [hand_m[0] - shoulder[0], hand_m[1] - shoulder[1]]).ok_or_else(|| {

@@ -91,9 +91,7 @@ impl Wrist {
     /// # Errors
     /// [`DeviceError`] if a size does not fit or M is no inertia.
     pub fn new(config: &WristConfig, posture: [f64; 3]) -> Result<Self, DeviceError> {
-        if !(config.hand_mass_kg.is_finite() && config.hand_mass_kg >= 0.0) {
-            return Err(DeviceError::value("limb.hand_mass_kg", config.hand_mass_kg, "zero or positive"));
-        }
+        DeviceError::not_negative("limb.hand_mass_kg", config.hand_mass_kg)?;
         if let Some(v) = config.hand_centre_m.iter().chain(&config.gravity_m_per_s2).find(|v| !v.is_finite()) {
             return Err(DeviceError::value("limb.hand_centre_m or limb.gravity_m_per_s2", *v, "finite"));
         }
@@ -122,11 +120,6 @@ impl Wrist {
         let (axes, hand) = gimbal(q);
         let moment = cross(turn(&hand, self.centre), self.weight);
         axes.map(|a| dot(a, moment))
-    }
-
-    /// ∂²U/∂q², what the weight adds to the stiffness (N m/rad).
-    pub fn gravity_stiffness(&self) -> &Array2<f64> {
-        &self.gravity_stiffness
     }
 }
 
@@ -233,7 +226,7 @@ mod tests {
             assert!((wrist.gravity_torque(q)[i] + slope).abs() < 1e-8);
             for j in 0..3 {
                 let slope = (wrist.gravity_torque(moved(j, h, q))[i] - wrist.gravity_torque(moved(j, -h, q))[i]) / (2.0 * h);
-                assert!((wrist.gravity_stiffness()[[i, j]] + slope).abs() < 1e-8, "({i}, {j})");
+                assert!((wrist.gravity_stiffness[[i, j]] + slope).abs() < 1e-8, "({i}, {j})");
             }
         }
     }

@@ -69,7 +69,7 @@ impl Answer<'_> {
 
     /// Those of the chosen but for these.
     fn without(&self, of: &[usize], members: &[usize]) -> Vec<Chosen> {
-        of.iter().filter(|q| !members.contains(q)).map(|q| self.found.chosen[*q].clone()).collect()
+        self.chosen(of.iter().filter(|q| !members.contains(q)))
     }
 
     /// Why a group is significant and not named, beside the first one's worth and the largest size; `None` where it is to be named.
@@ -120,7 +120,7 @@ impl Answer<'_> {
     pub(super) fn rest(&self, mut members: Vec<usize>) -> Option<Rest> {
         let (subject, power) = (self.subject, &self.found.stand.fit.power);
         members.sort_unstable();
-        let chosen: Vec<Chosen> = members.iter().map(|q| self.found.chosen[*q].clone()).collect();
+        let chosen = self.chosen(&members);
         let stand = if self.corrects() { subject.strict(&chosen, power, 3) } else { subject.stand(&chosen, power, 3) };
         self.unseen.rest(&chosen, &stand?)
     }

@@ -72,9 +72,14 @@ impl Answer<'_> {
         model
     }
 
+    /// Some of the chosen hypotheses.
+    pub(super) fn chosen<'m>(&self, members: impl IntoIterator<Item = &'m usize>) -> Vec<Chosen> {
+        members.into_iter().map(|q| self.found.chosen[*q].clone()).collect()
+    }
+
     fn fitted(&self, members: &[usize]) -> Option<Fitted> {
         let (subject, found) = (self.subject, self.found);
-        let chosen: Vec<Chosen> = members.iter().map(|q| found.chosen[*q].clone()).collect();
+        let chosen = self.chosen(members);
         let stand = if chosen.len() < found.chosen.len() { subject.stand(&chosen, &found.stand.fit.power, 3)? } else { found.stand.clone() };
         let (chosen, stand) = if chosen.is_empty() { (chosen, stand) } else { subject.by_instruments(&chosen, &stand).unwrap_or((chosen, stand)) };
         let in_time = if chosen.is_empty() || self.court.windowed { None } else { subject.in_time(&chosen, &stand, self.order()) };
@@ -86,7 +91,7 @@ impl Answer<'_> {
     pub(super) fn errors_of_balance(&self, members: &[usize]) -> Option<Errors> {
         let mut members = members.to_vec();
         members.sort_unstable();
-        let chosen: Vec<Chosen> = members.iter().map(|q| self.found.chosen[*q].clone()).collect();
+        let chosen = self.chosen(&members);
         Some(self.errors(&chosen, &self.subject.stand(&chosen, &self.found.stand.fit.power, 3)?))
     }
 

@@ -3,7 +3,7 @@
 use super::material::{Answer, UNSURE};
 use crate::hypotheses::{Ground, Hypothesis};
 use crate::result::{Cause, Confusable};
-use crate::search::{Chosen, Judged};
+use crate::search::{Judged, but};
 use ndof_models::effects::{Action, Evidence, Operator, Value};
 use std::sync::Arc;
 
@@ -97,7 +97,7 @@ impl Answer<'_> {
         let mut form = h.form.clone();
         form.action = action;
         let phase = Hypothesis { effect: h.effect, form };
-        let others: Vec<Chosen> = found.chosen.iter().enumerate().filter(|(k, _)| *k != place).map(|(_, c)| c.clone()).collect();
+        let others = but(&found.chosen, place);
         let power = &found.stand.fit.power;
         let rest = subject.stand(&others, power, 1)?;
         let ground = Ground { state: &rest.state, cause: &subject.cause, base: &rest.base, terms: &rest.terms, power };

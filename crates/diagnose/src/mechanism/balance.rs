@@ -171,12 +171,7 @@ impl<'a> Balance<'a> {
                     .map(|((a, b), s)| a.iter().zip(b).enumerate().map(|(k, (x, y))| (x.re * y.re + x.im * y.im) / s[k % s.len()]).sum::<f64>())
                     .sum()
             };
-            let mut gram = Symmetric::zeros(moved.len());
-            for a in 0..moved.len() {
-                for b in 0..=a {
-                    gram.add(a, b, inner(&slopes[a], &slopes[b]));
-                }
-            }
+            let gram = Symmetric::of(moved.len(), |a, b| inner(&slopes[a], &slopes[b]));
             let rhs: Vec<f64> = slopes.iter().map(|s| -inner(s, &residual)).collect();
             let factor = gram.factor()?;
             let inverse = factor.inverse();

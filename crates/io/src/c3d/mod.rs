@@ -12,7 +12,6 @@ use crate::error::IoError;
 use crate::join::{Stream, Times, join};
 use crate::limits::MAX_CHANNELS;
 use crate::table::{Column, Rounding, Table};
-use crate::timing::{RATE_KEY, START_KEY};
 pub(crate) use parameters::Parameters;
 use parameters::{BLOCK, Processor};
 
@@ -68,16 +67,16 @@ pub(crate) fn read_with_parameters(bytes: &[u8], file: &str, budget: &mut Budget
     let damaged = |what: String| IoError::Damaged { file: file.to_owned(), format: C3D, what };
     let (processor, parameters) = open(bytes, file)?;
     let layout = layout(bytes, processor, &parameters).map_err(damaged)?;
-    let (values, remedy) = (layout.points * (OF_POINT - 1) + layout.channels, "export the points and channels that are needed");
+    let values = layout.points * (OF_POINT - 1) + layout.channels;
     if values > MAX_CHANNELS {
-        return Err(IoError::TooLarge { file: file.to_owned(), what: "channels", found: values as u64, limit: MAX_CHANNELS as u64, remedy });
+        return Err(IoError::too_large(file, "channels", values, MAX_CHANNELS, "export the points and channels that are needed"));
     }
     if values == 0 || layout.frames == 0 {
-        return Err(IoError::Unsuitable {
-            file: file.to_owned(),
-            what: "it has neither points nor analog channels over time".to_owned(),
-            remedy: "a recording needs at least one; this file may hold parameters only".to_owned(),
-        });
+        return Err(IoError::unsuitable(
+            file,
+            "it has neither points nor analog channels over time",
+            "a recording needs at least one; this file may hold parameters only",
+        ));
     }
     let samples = layout.frames as u64 * (3 * layout.points + layout.channels * layout.per_frame) as u64;
     budget.claim(file, 8 * samples)?;
@@ -89,10 +88,7 @@ pub(crate) fn read_with_parameters(bytes: &[u8], file: &str, budget: &mut Budget
         join(file, vec![stream("points", layout.rate_hz, points), stream("analog", layout.rate_hz * layout.per_frame as f64, channels)], budget)?
     } else {
         let mut table = Table { columns: points.into_iter().chain(channels).collect(), ..Table::default() };
-        table.metadata.insert(RATE_KEY.to_owned(), (layout.rate_hz * layout.per_frame as f64).to_string());
-        if start_s != 0.0 {
-            table.metadata.insert(START_KEY.to_owned(), start_s.to_string());
-        }
+        table.set_clock(layout.rate_hz * layout.per_frame as f64, start_s);
         table
     };
     table.rename_repeated();

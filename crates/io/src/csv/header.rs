@@ -49,13 +49,7 @@ pub(crate) fn names(file: &str, line: usize, text: &str, separator: Separator) -
         cells.pop();
     }
     if cells.len() > MAX_CHANNELS + 1 {
-        return Err(IoError::TooLarge {
-            file: file.to_owned(),
-            what: "columns",
-            found: cells.len() as u64,
-            limit: MAX_CHANNELS as u64,
-            remedy: "split the file; if it has a row for each channel, transpose it",
-        });
+        return Err(IoError::too_large(file, "columns", cells.len(), MAX_CHANNELS, "split the file; if it has a row for each channel, transpose it"));
     }
     let number = |c: &Cell<'_>| !c.quoted && (c.text.parse::<f64>().is_ok() || c.text.replace(',', ".").parse::<f64>().is_ok());
     // A log that begins in the middle of a line shows no separator.
@@ -78,13 +72,7 @@ pub(crate) fn names(file: &str, line: usize, text: &str, separator: Separator) -
                 return Err(IoError::UnnamedColumn { file: file.to_owned(), line, column: column + 1 });
             }
             if cell.text.len() > MAX_NAME {
-                return Err(IoError::TooLarge {
-                    file: file.to_owned(),
-                    what: "bytes in a column's name",
-                    found: cell.text.len() as u64,
-                    limit: MAX_NAME as u64,
-                    remedy: "check that the first line holds the names",
-                });
+                return Err(IoError::too_large(file, "bytes in a column's name", cell.text.len(), MAX_NAME, "check that the first line holds the names"));
             }
             Ok(Named { name: name.into_owned(), unit: unit.map(str::to_owned) })
         })

@@ -31,17 +31,16 @@ pub(super) fn read(text: &str, file: &str, columns: &ColumnsFile) -> Result<Tabl
     };
     let width = usual_width(&first, separator);
     if width > MAX_CHANNELS {
-        let remedy = "split the file; if it has a row for each channel, transpose it";
-        return Err(IoError::TooLarge { file: file.to_owned(), what: "columns", found: width as u64, limit: MAX_CHANNELS as u64, remedy });
+        return Err(IoError::too_large(file, "columns", width, MAX_CHANNELS, "split the file; if it has a row for each channel, transpose it"));
     }
     let mut asked: Vec<_> = columns.columns.iter().collect();
     asked.sort_by_key(|(_, column)| column.number);
     if let Some((name, column)) = asked.iter().find(|(_, column)| column.number > width) {
-        return Err(IoError::Unsuitable {
-            file: file.to_owned(),
-            what: format!("channel {name} is column {}, and a line has {width}", column.number),
-            remedy: "correct its number in the columns file, or take the one of this robot".to_owned(),
-        });
+        return Err(IoError::unsuitable(
+            file,
+            format!("channel {name} is column {}, and a line has {width}", column.number),
+            "correct its number in the columns file, or take the one of this robot",
+        ));
     }
     let named = asked.iter().map(|(name, column)| Named { name: (*name).clone(), unit: column.unit.clone() }).collect();
     let picked = asked.iter().map(|(_, column)| column.number - 1).collect();

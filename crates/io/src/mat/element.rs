@@ -1,5 +1,7 @@
 //! The tagged pieces that a MAT file is made of.
 
+use crate::number::Number;
+
 /// A matrix, which holds further elements.
 pub(super) const MATRIX: u32 = 14;
 /// An element packed with zlib.
@@ -64,28 +66,20 @@ impl<'a> Elements<'a> {
 
 /// The numbers of an element, whatever type they are stored in; [`None`] if it holds none.
 pub(super) fn numbers(element: Element<'_>, big: bool) -> Option<Vec<f64>> {
-    macro_rules! convert {
-        ($type:ty) => {{
-            let (chunks, rest) = element.data.as_chunks::<{ size_of::<$type>() }>();
-            if !rest.is_empty() {
-                return None;
-            }
-            chunks.iter().map(|&b| (if big { <$type>::from_be_bytes(b) } else { <$type>::from_le_bytes(b) }) as f64).collect()
-        }};
-    }
-    Some(match element.kind {
-        1 => convert!(i8),
-        2 => convert!(u8),
-        3 => convert!(i16),
-        4 => convert!(u16),
-        5 => convert!(i32),
-        6 => convert!(u32),
-        7 => convert!(f32),
-        9 => convert!(f64),
-        12 => convert!(i64),
-        13 => convert!(u64),
+    let number = match element.kind {
+        1 => Number::I8,
+        2 => Number::U8,
+        3 => Number::I16,
+        4 => Number::U16,
+        5 => Number::I32,
+        6 => Number::U32,
+        7 => Number::F32,
+        9 => Number::F64,
+        12 => Number::I64,
+        13 => Number::U64,
         _ => return None,
-    })
+    };
+    number.all(element.data, big)
 }
 
 /// The text of an element in any of the encodings that there are; [`None`] if it is none.

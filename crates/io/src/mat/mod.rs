@@ -61,13 +61,7 @@ pub(crate) fn read(bytes: &[u8], file: &str) -> Result<Vec<Table>, IoError> {
             matrix::Problem::Limit(error) => error,
         })?;
         if entries.len() > MAX_ENTRIES {
-            return Err(IoError::TooLarge {
-                file: file.to_owned(),
-                what: "arrays",
-                found: entries.len() as u64,
-                limit: MAX_ENTRIES as u64,
-                remedy: "save one array a channel",
-            });
+            return Err(IoError::too_large(file, "arrays", entries.len(), MAX_ENTRIES, "save one array a channel"));
         }
         variable += 1;
     }

@@ -1,35 +1,10 @@
 //! Message definitions as ROS writes them: a type and a name a line.
 
+use crate::number::Number;
 use std::collections::BTreeMap;
 
 /// Bytes of a type's definitions; those of ROS have a few thousand.
 const MAX_TEXT: usize = 1 << 20;
-
-/// A number's type.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Number {
-    U8,
-    I8,
-    U16,
-    I16,
-    U32,
-    I32,
-    U64,
-    I64,
-    F32,
-    F64,
-}
-
-impl Number {
-    pub fn size(self) -> usize {
-        match self {
-            Number::U8 | Number::I8 => 1,
-            Number::U16 | Number::I16 => 2,
-            Number::U32 | Number::I32 | Number::F32 => 4,
-            Number::U64 | Number::I64 | Number::F64 => 8,
-        }
-    }
-}
 
 /// What a field is.
 #[derive(Clone, Debug, PartialEq, Eq)]

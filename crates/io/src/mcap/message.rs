@@ -1,7 +1,8 @@
 //! The numbers of a message: CDR of ROS 2, or the plain bytes of ROS 1.
 
-use super::definition::{Count, Definitions, Field, Kind, Number};
+use super::definition::{Count, Definitions, Field, Kind};
 use crate::cursor::Cursor;
+use crate::number::Number;
 
 /// Messages within messages.
 const MAX_DEPTH: usize = 16;
@@ -181,19 +182,7 @@ impl<'a> Reader<'a> {
 
     fn number(&mut self, number: Number) -> Option<f64> {
         self.align(number.size())?;
-        let c = &mut self.cursor;
-        Some(match number {
-            Number::U8 => c.u8()?.into(),
-            Number::I8 => c.i8()?.into(),
-            Number::U16 => c.u16()?.into(),
-            Number::I16 => c.i16()?.into(),
-            Number::U32 => c.u32()?.into(),
-            Number::I32 => c.i32()?.into(),
-            Number::U64 => c.u64()? as f64,
-            Number::I64 => c.i64()? as f64,
-            Number::F32 => c.f32()?.into(),
-            Number::F64 => c.f64()?,
-        })
+        number.next(&mut self.cursor)
     }
 }
 

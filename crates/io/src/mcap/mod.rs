@@ -101,8 +101,7 @@ impl Gathered {
         let begin_ns = kinds().flat_map(|(_, kind)| (0..kind.log_ns.len()).map(|k| time_ns(kind, k))).min().unwrap_or(0);
         let total: usize = kinds().map(|(_, kind)| kind.columns.len()).sum();
         if total > MAX_CHANNELS {
-            let remedy = "record or filter the topics that are needed";
-            return Err(IoError::TooLarge { file: file.to_owned(), what: "channels", found: total as u64, limit: MAX_CHANNELS as u64, remedy });
+            return Err(IoError::too_large(file, "channels", total, MAX_CHANNELS, "record or filter the topics that are needed"));
         }
         for (topic, kind) in kinds() {
             let schema = self.schemas.get(&topic.schema).map_or("", |(name, _)| name.as_str());

@@ -1,6 +1,7 @@
 //! One array as NumPy writes it: a header in Python's syntax, then the numbers.
 
 use crate::arrays::Value;
+use crate::number::Number;
 use crate::table::Rounding;
 use num_complex::Complex;
 
@@ -160,34 +161,20 @@ fn text(data: &[u8], dtype: Dtype) -> Option<String> {
 }
 
 fn numbers(data: &[u8], dtype: Dtype) -> Option<(Vec<f64>, Rounding)> {
-    macro_rules! convert {
-        ($type:ty) => {
-            data.as_chunks::<{ size_of::<$type>() }>()
-                .0
-                .iter()
-                .map(|&b| (if dtype.big { <$type>::from_be_bytes(b) } else { <$type>::from_le_bytes(b) }) as f64)
-                .collect()
-        };
-    }
-    let values = match (dtype.kind, dtype.bytes) {
-        ('f', 8) => convert!(f64),
-        ('f', 4) => convert!(f32),
-        ('i', 1) => convert!(i8),
-        ('i', 2) => convert!(i16),
-        ('i', 4) => convert!(i32),
-        ('i', 8) => convert!(i64),
-        ('u' | 'b', 1) => convert!(u8),
-        ('u', 2) => convert!(u16),
-        ('u', 4) => convert!(u32),
-        ('u', 8) => convert!(u64),
+    let number = match (dtype.kind, dtype.bytes) {
+        ('f', 8) => Number::F64,
+        ('f', 4) => Number::F32,
+        ('i', 1) => Number::I8,
+        ('i', 2) => Number::I16,
+        ('i', 4) => Number::I32,
+        ('i', 8) => Number::I64,
+        ('u' | 'b', 1) => Number::U8,
+        ('u', 2) => Number::U16,
+        ('u', 4) => Number::U32,
+        ('u', 8) => Number::U64,
         _ => return None,
     };
-    let rounding = match (dtype.kind, dtype.bytes) {
-        ('f', 8) => Rounding::default(),
-        ('f', _) => Rounding::SINGLE,
-        _ => Rounding::INTEGER,
-    };
-    Some((values, rounding))
+    Some((number.all(data, dtype.big)?, number.rounding()))
 }
 
 /// An array of numbers, 1-D, or 0-D where `shape` is empty.

@@ -23,13 +23,7 @@ pub(crate) fn arrays_of(bytes: &[u8], file: &str) -> Result<Vec<(String, Vec<u8>
     let damaged = |what: String| IoError::Damaged { file: file.to_owned(), format: NPZ, what };
     let mut archive = ZipArchive::new(Cursor::new(bytes)).map_err(|e| damaged(format!("the archive cannot be opened ({e}); it may be cut off")))?;
     if archive.len() > MAX_ENTRIES {
-        return Err(IoError::TooLarge {
-            file: file.to_owned(),
-            what: "arrays",
-            found: archive.len() as u64,
-            limit: MAX_ENTRIES as u64,
-            remedy: "save one array a channel",
-        });
+        return Err(IoError::too_large(file, "arrays", archive.len(), MAX_ENTRIES, "save one array a channel"));
     }
     let mut budget = Budget::of(bytes.len());
     let mut found = Vec::new();
@@ -49,11 +43,11 @@ pub(crate) fn arrays_of(bytes: &[u8], file: &str) -> Result<Vec<(String, Vec<u8>
         found.push((name.to_owned(), data));
     }
     if found.is_empty() {
-        return Err(IoError::Unsuitable {
-            file: file.to_owned(),
-            what: "it is a ZIP archive without NumPy arrays".to_owned(),
-            remedy: "if it is a spreadsheet (.xlsx, .ods), export the sheet as CSV; else unpack it".to_owned(),
-        });
+        return Err(IoError::unsuitable(
+            file,
+            "it is a ZIP archive without NumPy arrays",
+            "if it is a spreadsheet (.xlsx, .ods), export the sheet as CSV; else unpack it",
+        ));
     }
     Ok(found)
 }

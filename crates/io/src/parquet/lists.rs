@@ -64,8 +64,7 @@ impl ListKind {
             return Ok(vec![Entry::new(vec![name], Value::Other("lists of several lengths"))]);
         }
         if width > MAX_CHANNELS {
-            let remedy = "save the elements that are needed";
-            return Err(IoError::TooLarge { file: file.to_owned(), what: "elements of a list", found: width as u64, limit: MAX_CHANNELS as u64, remedy });
+            return Err(IoError::too_large(file, "elements of a list", width, MAX_CHANNELS, "save the elements that are needed"));
         }
         budget.claim(file, 8 * (width as u64).saturating_mul(lists.lengths.len() as u64))?;
         Ok((0..width).map(|k| self.entry(&name, k, width, &lists)).collect())

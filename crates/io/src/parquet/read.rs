@@ -76,13 +76,7 @@ fn numbers(reader: &SerializedFileReader<Bytes>, place: usize, kind: Kind, file:
 fn check_size(file: &str, len: usize, metadata: &ParquetMetaData) -> Result<(), IoError> {
     let columns = metadata.file_metadata().schema_descr().num_columns();
     if columns > MAX_ENTRIES {
-        return Err(IoError::TooLarge {
-            file: file.to_owned(),
-            what: "columns",
-            found: columns as u64,
-            limit: MAX_ENTRIES as u64,
-            remedy: "save one column a channel",
-        });
+        return Err(IoError::too_large(file, "columns", columns, MAX_ENTRIES, "save one column a channel"));
     }
     let mut budget = Budget::of(len);
     for group in metadata.row_groups() {
@@ -112,11 +106,9 @@ pub(super) fn check_places(len: usize, metadata: &ParquetMetaData) -> Result<(),
 pub(super) fn check_compression(file: &str, metadata: &ParquetMetaData) -> Result<(), IoError> {
     let codecs = metadata.row_groups().iter().flat_map(|g| g.columns()).map(|c| c.compression());
     match codecs.into_iter().find(|c| !matches!(c, Compression::UNCOMPRESSED | Compression::SNAPPY)) {
-        Some(codec) => Err(IoError::Unsuitable {
-            file: file.to_owned(),
-            what: format!("it is compressed with {codec}, which is not built in"),
-            remedy: "save it with compression \"snappy\" or none".to_owned(),
-        }),
+        Some(codec) => {
+            Err(IoError::unsuitable(file, format!("it is compressed with {codec}, which is not built in"), "save it with compression \"snappy\" or none"))
+        }
         None => Ok(()),
     }
 }

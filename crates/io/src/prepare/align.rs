@@ -1,6 +1,5 @@
 //! Two recordings of one trial by two acquisition clocks, joined by a channel that both have.
 
-use super::tare::with_channels;
 use super::{PrepareError, lag};
 use crate::note::Note;
 use crate::resample::Curve;
@@ -83,7 +82,7 @@ pub fn align(first: &Recording, second: &Recording, shared: (&str, &str)) -> Res
         channels.push(Channel::new(channel.name.clone(), channel.unit.clone(), (from..to).map(|k| curve.at(tau(k))).collect()));
     }
     let offset_s = offset_s + second.start_s() - (1.0 + drift) * first.start_s();
-    Ok(Aligned { recording: with_channels(&common, channels)?, offset_s, drift, correlation })
+    Ok(Aligned { recording: common.with_channels(channels)?, offset_s, drift, correlation })
 }
 
 /// One Gauss-Newton step of x(t) = g y(τ) + c in offset and drift, with g and c fitted along.

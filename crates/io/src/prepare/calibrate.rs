@@ -1,7 +1,6 @@
 //! Several channels made of several others by a matrix.
 
 use super::PrepareError;
-use super::tare::with_channels;
 use ndof_signal::{Channel, Recording, Unit};
 
 /// Replaces the channels `inputs` by `outputs`, of which the *i*-th is Σⱼ `matrix[i][j]` · `inputs[j]`: six strain
@@ -49,7 +48,7 @@ pub fn calibrate(recording: &Recording, inputs: &[&str], matrix: &[Vec<f64>], ou
             channels.push(channel.clone());
         }
     }
-    with_channels(recording, channels)
+    Ok(recording.with_channels(channels)?)
 }
 
 #[cfg(test)]

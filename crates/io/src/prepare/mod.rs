@@ -4,13 +4,11 @@ mod align;
 mod calibrate;
 mod handle;
 mod lag;
-mod stretches;
 mod tare;
 
 pub use align::{Aligned, align};
 pub use calibrate::calibrate;
 pub use handle::without_handle;
-pub use stretches::{exclude, trim};
 pub use tare::{negate, tare};
 
 use ndof_signal::RecordingError;
@@ -19,26 +17,6 @@ use ndof_signal::RecordingError;
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum PrepareError {
-    /// A stretch of time that ends before it begins, or is no time.
-    #[error("from {from_s} s to {to_s} s is no stretch of time; give the earlier time first")]
-    Backwards {
-        /// Its beginning.
-        from_s: f64,
-        /// Its end.
-        to_s: f64,
-    },
-    /// Nothing is left.
-    #[error("no sample is left between {from_s} s and {to_s} s; the recording lasts from {start_s} s to {stop_s} s")]
-    NothingLeft {
-        /// Beginning of what was asked for.
-        from_s: f64,
-        /// Its end.
-        to_s: f64,
-        /// Beginning of the recording.
-        start_s: f64,
-        /// Its end.
-        stop_s: f64,
-    },
     /// A matrix that does not fit the channels.
     #[error("the matrix has {rows} rows, the shortest of {columns} columns; {outputs} channels from {inputs} need {outputs} rows of {inputs}")]
     MatrixShape {

@@ -1,12 +1,7 @@
 //! Offsets and signs of transducers.
 
 use super::PrepareError;
-use ndof_signal::{Channel, Recording};
-
-/// Rebuilds a recording with other channels, keeping its clock and its facts.
-pub(super) fn with_channels(recording: &Recording, channels: Vec<Channel>) -> Result<Recording, PrepareError> {
-    Ok(Recording::new(recording.sample_rate_hz(), channels)?.starting_at(recording.start_s()).with_metadata(recording.metadata().clone()))
-}
+use ndof_signal::Recording;
 
 /// Turns the sign of `channels`: for a transducer that reads the reaction instead of the force on the limb.
 ///
@@ -59,7 +54,7 @@ pub fn tare(recording: &Recording, unloaded: &Recording, channels: &[&str]) -> R
 #[cfg(test)]
 mod tests {
     use super::*;
-    use ndof_signal::{Quantity, Unit};
+    use ndof_signal::{Channel, Quantity, Unit};
 
     #[test]
     fn only_the_named_channels_are_turned() {

@@ -80,11 +80,11 @@ pub(super) fn read(bytes: &[u8], file: &str) -> Result<ResponseTable, IoError> {
     }
     let (responses, others): (Vec<Function>, Vec<Function>) = functions.into_iter().partition(|f| f.kind == RESPONSE);
     let Some(frequency_hz) = responses.first().map(|f| f.frequency_hz.clone()) else {
-        return Err(IoError::Unsuitable {
-            file: file.to_owned(),
-            what: "there is no frequency response (function type 4) in it".to_owned(),
-            remedy: "export the responses; time histories are read from CSV or MAT".to_owned(),
-        });
+        return Err(IoError::unsuitable(
+            file,
+            "there is no frequency response (function type 4) in it",
+            "export the responses; time histories are read from CSV or MAT",
+        ));
     };
     if let Some(other) = responses.iter().find(|f| f.frequency_hz != frequency_hz) {
         let (what, remedy) =

@@ -15,7 +15,7 @@ use crate::names::key;
 use crate::note::Note;
 use crate::table::{Column, Rounding, Table};
 use crate::time::simplest;
-use crate::timing::{RATE_KEY, START_KEY};
+use crate::timing::RATE_KEY;
 use crate::trials::stem;
 use segment::{Index, Kind, Property, Raw, Stamp, segments};
 use std::collections::BTreeMap;
@@ -167,9 +167,8 @@ fn channel(group: &str, name: &str, values: Values, properties: &BTreeMap<String
         _ => None,
     });
     let rounding = match values.kind {
-        Kind::F64 | Kind::Time => Rounding::default(),
-        Kind::F32 => Rounding::SINGLE,
-        _ => Rounding::INTEGER,
+        Kind::Number(number) => number.rounding(),
+        _ => Rounding::default(),
     };
     let start_s = time(properties.get("wf_start_time")).zip(begin).map_or(0.0, |(own, begin)| own.since(begin));
     let clock = number(properties.get("wf_increment")).filter(|step| *step > 0.0).map(|step_s| {
@@ -197,11 +196,7 @@ fn trials(file: &str, channels: Vec<Channel>, budget: &mut Budget) -> Result<Vec
     }
     let all: Vec<Channel> = groups.into_iter().flat_map(|(_, members)| members).collect();
     if all.is_empty() {
-        return Err(IoError::Unsuitable {
-            file: file.to_owned(),
-            what: "there is no channel of numbers in it".to_owned(),
-            remedy: "a recording needs channels of numbers over time".to_owned(),
-        });
+        return Err(IoError::unsuitable(file, "there is no channel of numbers in it", "a recording needs channels of numbers over time"));
     }
     Ok(vec![recording(file, all, budget)?])
 }
@@ -222,10 +217,7 @@ fn recording(file: &str, channels: Vec<Channel>, budget: &mut Budget) -> Result<
     if let [(clock, _, stream)] = &mut streams[..] {
         let mut table = Table { columns: std::mem::take(&mut stream.columns), ..Table::default() };
         if let Some((rate_hz, start_s)) = clock {
-            table.metadata.insert(RATE_KEY.to_owned(), rate_hz.to_string());
-            if *start_s != 0.0 {
-                table.metadata.insert(START_KEY.to_owned(), start_s.to_string());
-            }
+            table.set_clock(*rate_hz, *start_s);
         }
         table.columns.sort_by_key(|c| !is_time(&c.name));
         return Ok(table);

@@ -1,6 +1,7 @@
 //! The segments of a TDMS file: what they say of each object, and where its numbers lie.
 
 use crate::cursor::Cursor;
+use crate::number::Number;
 use std::collections::BTreeMap;
 use std::rc::Rc;
 
@@ -42,16 +43,7 @@ pub(super) enum Property {
 /// The type of values, as far as they are numbers.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Kind {
-    I8,
-    I16,
-    I32,
-    I64,
-    U8,
-    U16,
-    U32,
-    U64,
-    F32,
-    F64,
+    Number(Number),
     Time,
     /// What is no number, with the bytes of one value.
     Other(usize),
@@ -62,16 +54,16 @@ pub(super) enum Kind {
 impl Kind {
     fn of(code: u32) -> Option<Self> {
         Some(match code {
-            1 => Kind::I8,
-            2 => Kind::I16,
-            3 => Kind::I32,
-            4 => Kind::I64,
-            5 | 0x21 => Kind::U8,
-            6 => Kind::U16,
-            7 => Kind::U32,
-            8 => Kind::U64,
-            9 | 0x19 => Kind::F32,
-            10 | 0x1a => Kind::F64,
+            1 => Kind::Number(Number::I8),
+            2 => Kind::Number(Number::I16),
+            3 => Kind::Number(Number::I32),
+            4 => Kind::Number(Number::I64),
+            5 | 0x21 => Kind::Number(Number::U8),
+            6 => Kind::Number(Number::U16),
+            7 => Kind::Number(Number::U32),
+            8 => Kind::Number(Number::U64),
+            9 | 0x19 => Kind::Number(Number::F32),
+            10 | 0x1a => Kind::Number(Number::F64),
             0x44 => Kind::Time,
             0x20 => Kind::Texts,
             0x0008_000c => Kind::Other(8),
@@ -82,10 +74,7 @@ impl Kind {
 
     pub fn size(self) -> usize {
         match self {
-            Kind::I8 | Kind::U8 => 1,
-            Kind::I16 | Kind::U16 => 2,
-            Kind::I32 | Kind::U32 | Kind::F32 => 4,
-            Kind::I64 | Kind::U64 | Kind::F64 => 8,
+            Kind::Number(number) => number.size(),
             Kind::Time => 16,
             Kind::Other(size) => size,
             Kind::Texts => 0,
@@ -94,23 +83,11 @@ impl Kind {
 
     /// The next value as a number; a time as seconds since `first`, which the first one sets.
     pub fn number(self, cursor: &mut Cursor<'_>, first: &mut Option<Stamp>) -> Option<f64> {
-        Some(match self {
-            Kind::I8 => cursor.i8()?.into(),
-            Kind::I16 => cursor.i16()?.into(),
-            Kind::I32 => cursor.i32()?.into(),
-            Kind::I64 => cursor.i64()? as f64,
-            Kind::U8 => cursor.u8()?.into(),
-            Kind::U16 => cursor.u16()?.into(),
-            Kind::U32 => cursor.u32()?.into(),
-            Kind::U64 => cursor.u64()? as f64,
-            Kind::F32 => cursor.f32()?.into(),
-            Kind::F64 => cursor.f64()?,
-            Kind::Time => {
-                let stamp = stamp(cursor)?;
-                stamp.since(*first.get_or_insert(stamp))
-            }
-            Kind::Other(_) | Kind::Texts => return None,
-        })
+        match self {
+            Kind::Number(number) => number.next(cursor),
+            Kind::Time => stamp(cursor).map(|stamp| stamp.since(*first.get_or_insert(stamp))),
+            Kind::Other(_) | Kind::Texts => None,
+        }
     }
 }
 

@@ -14,7 +14,8 @@ use crate::limits::MAX_CHANNELS;
 use crate::listed::listed;
 use crate::names::{MAX_NAME, key};
 use crate::note::Note;
-use crate::table::{Column, Rounding, Table};
+use crate::number::Number;
+use crate::table::{Column, Table};
 use clock::Offsets;
 use std::collections::BTreeMap;
 
@@ -32,57 +33,25 @@ const STREAM: u16 = 2;
 const SAMPLES: u16 = 3;
 const OFFSET: u16 = 4;
 
-/// The type of a stream's values.
-#[derive(Clone, Copy, Debug, PartialEq)]
-enum Kind {
-    I8,
-    I16,
-    I32,
-    I64,
-    F32,
-    F64,
-    Text,
-}
-
-impl Kind {
-    fn of(name: &str) -> Option<Self> {
-        Some(match name {
-            "int8" => Kind::I8,
-            "int16" => Kind::I16,
-            "int32" => Kind::I32,
-            "int64" => Kind::I64,
-            "float32" => Kind::F32,
-            "double64" => Kind::F64,
-            "string" => Kind::Text,
-            _ => return None,
-        })
-    }
-
-    fn rounding(self) -> Rounding {
-        match self {
-            Kind::F64 | Kind::Text => Rounding::default(),
-            Kind::F32 => Rounding::SINGLE,
-            _ => Rounding::INTEGER,
-        }
-    }
-
-    fn number(self, cursor: &mut Cursor<'_>) -> Option<f64> {
-        Some(match self {
-            Kind::I8 => cursor.i8()?.into(),
-            Kind::I16 => cursor.i16()?.into(),
-            Kind::I32 => cursor.i32()?.into(),
-            Kind::I64 => cursor.i64()? as f64,
-            Kind::F32 => cursor.f32()?.into(),
-            Kind::F64 => cursor.f64()?,
-            Kind::Text => return None,
-        })
-    }
+/// The type of a stream's values by its name: of numbers, or of texts.
+fn kind(name: &str) -> Option<Option<Number>> {
+    Some(match name {
+        "int8" => Some(Number::I8),
+        "int16" => Some(Number::I16),
+        "int32" => Some(Number::I32),
+        "int64" => Some(Number::I64),
+        "float32" => Some(Number::F32),
+        "double64" => Some(Number::F64),
+        "string" => None,
+        _ => return None,
+    })
 }
 
 /// What is read of one stream.
 struct Open {
     name: String,
-    kind: Kind,
+    /// The type of its numbers, if it does not hold texts.
+    kind: Option<Number>,
     rate_hz: f64,
     labels: Vec<(String, Option<String>)>,
     columns: Vec<Vec<f64>>,
@@ -146,7 +115,7 @@ fn length(cursor: &mut Cursor<'_>) -> Option<usize> {
 fn open(header: &str) -> Result<Open, String> {
     let name = xml::text(header, "name").unwrap_or_else(|| "stream".to_owned());
     let format = xml::text(header, "channel_format").unwrap_or_default();
-    let kind = Kind::of(&format).ok_or_else(|| format!("{name} (values of type \"{format}\")"))?;
+    let kind = kind(&format).ok_or_else(|| format!("{name} (values of type \"{format}\")"))?;
     let count = xml::text(header, "channel_count").and_then(|text| text.parse::<usize>().ok()).filter(|n| (1..=MAX_CHANNELS).contains(n));
     let count = count.ok_or_else(|| format!("{name} (no number of channels up to {MAX_CHANNELS})"))?;
     let rate_hz = xml::text(header, "nominal_srate").and_then(|text| text.parse().ok()).filter(|rate: &f64| rate.is_finite() && *rate > 0.0).unwrap_or(0.0);
@@ -174,11 +143,11 @@ fn samples(stream: &mut Open, chunk: &mut Cursor<'_>) -> Option<()> {
         };
         stream.stamps_s.push(time_s);
         for k in 0..stream.columns.len() {
-            if stream.kind == Kind::Text {
+            if let Some(number) = stream.kind {
+                stream.columns[k].push(number.next(chunk)?);
+            } else {
                 let len = length(chunk)?;
                 stream.events.push((String::from_utf8_lossy(chunk.take(len)?).into_owned(), time_s));
-            } else {
-                stream.columns[k].push(stream.kind.number(chunk)?);
             }
         }
     }
@@ -187,17 +156,19 @@ fn samples(stream: &mut Open, chunk: &mut Cursor<'_>) -> Option<()> {
 
 fn table(file: &str, streams: Vec<Open>, mut unknown: Vec<String>, budget: &mut Budget) -> Result<Table, IoError> {
     let damaged = |what: String| IoError::Damaged { file: file.to_owned(), format: XDF, what };
-    let any_regular = streams.iter().any(|s| s.kind != Kind::Text && s.rate_hz > 0.0);
+    let any_regular = streams.iter().any(|s| s.kind.is_some() && s.rate_hz > 0.0);
     let mut facts: BTreeMap<String, String> = BTreeMap::new();
     let mut joined = Vec::new();
     let mut kept = 0;
     for stream in streams {
-        let reset = || IoError::Unsuitable {
-            file: file.to_owned(),
-            what: format!("the clock of stream \"{}\" was set anew while it was recorded", stream.name),
-            remedy: "read it with pyxdf, which takes such a recording apart, and save the parts".to_owned(),
+        let reset = || {
+            IoError::unsuitable(
+                file,
+                format!("the clock of stream \"{}\" was set anew while it was recorded", stream.name),
+                "read it with pyxdf, which takes such a recording apart, and save the parts",
+            )
         };
-        if stream.kind == Kind::Text {
+        let Some(number) = stream.kind else {
             let times = stream.offsets.apply(stream.events.iter().map(|(_, t)| *t).collect()).ok_or_else(reset)?;
             for ((text, _), time_s) in stream.events.iter().zip(times).filter(|((text, _), _)| !text.trim().is_empty()) {
                 kept += text.len() + 24;
@@ -208,7 +179,7 @@ fn table(file: &str, streams: Vec<Open>, mut unknown: Vec<String>, budget: &mut 
                 *times += &if times.is_empty() { time_s.to_string() } else { format!(", {time_s}") };
             }
             continue;
-        }
+        };
         if stream.rate_hz == 0.0 && any_regular {
             unknown.push(format!("{} (numbers without a rate)", stream.name));
             continue;
@@ -217,7 +188,7 @@ fn table(file: &str, streams: Vec<Open>, mut unknown: Vec<String>, budget: &mut 
         let increasing = |stamps: Vec<f64>| stamps.windows(2).all(|pair| pair[1] > pair[0]).then_some(Times::Stamps(stamps));
         let times = if stamps.len() > 2 && stream.rate_hz > 0.0 { clock::smooth(&stamps, stream.rate_hz) } else { increasing(stamps) };
         let times = times.ok_or_else(|| damaged(format!("time runs backwards in stream \"{}\"", stream.name)))?;
-        let column = |((name, unit), samples): ((String, Option<String>), Vec<f64>)| Column { name, unit, samples, rounding: stream.kind.rounding() };
+        let column = |((name, unit), samples): ((String, Option<String>), Vec<f64>)| Column { name, unit, samples, rounding: number.rounding() };
         joined.push(Stream { times, columns: stream.labels.into_iter().zip(stream.columns).map(column).collect(), name: stream.name });
     }
     let mut table = join(file, joined, budget)?;

@@ -96,7 +96,7 @@ impl Effect for ChannelFilter {
             // A pole's delay grows with the order: the same range of delay for each. From the fourth order a filter is a delay.
             let spread = if order == 1 { 1.0 } else { SQRT_2 };
             let names = if on_effort { &scale.effort_names } else { &scale.motion_names };
-            let channel = axis.map_or_else(|| Scale::joined(names), |axis| names.get(axis).cloned().unwrap_or_default());
+            let channel = axis.map_or_else(|| names.join(", "), |axis| names.get(axis).cloned().unwrap_or_default());
             let operator: Operator = Arc::new(move |s, k| undo(s, k[0], order));
             let action = if on_effort { Action::Effort(operator) } else { Action::Motion(operator) };
             // A single channel's are a factor of three apart; the best of them is refined.

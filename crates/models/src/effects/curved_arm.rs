@@ -70,12 +70,6 @@ fn jacobian([[x1, y1], [x2, y2]]: Matrix2) -> Matrix2 {
 }
 
 impl CurvedArm {
-    /// The arm of these kinematics; nothing where they are those of another mechanism.
-    pub fn new(kinematics: &Kinematics, mean_force_n: [f64; 2]) -> Option<Self> {
-        let Kinematics::PlanarTwoLink { link_lengths_m, posture_rad } = *kinematics else { return None };
-        Some(CurvedArm { link_lengths_m, posture_rad, mean_force_n })
-    }
-
     /// Its kinematics at the posture.
     pub fn kinematics(&self) -> Kinematics {
         Kinematics::PlanarTwoLink { link_lengths_m: self.link_lengths_m, posture_rad: self.posture_rad }

@@ -268,9 +268,4 @@ impl Scale {
     pub(super) fn is_given(&self, matrix: Matrix, row: usize, column: usize) -> bool {
         self.nominal.iter().chain(&self.held).any(|e| (e.0, e.1, e.2) == (matrix, row, column))
     }
-
-    /// Names of all effort or motion channels in one line.
-    pub fn joined(names: &[String]) -> String {
-        names.join(", ")
-    }
 }

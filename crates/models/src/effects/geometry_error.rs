@@ -1,9 +1,8 @@
 //! A wrong length or angle in the kinematics.
 
+use super::parameter_error::{NAME, VALUE, replaced};
 use super::vocabulary::*;
 
-const NAME: ParameterCard = plain("name", "", 0.0, 0.0, None);
-const VALUE: ParameterCard = plain("value", "", f64::MIN, f64::MAX, None);
 const CARD: Card = Card {
     name: "geometry-error",
     what: "a wrong link length or posture in the kinematics",
@@ -26,8 +25,6 @@ impl Effect for GeometryError {
     }
 
     fn inject(&self, parameters: &Parameters, _setting: &Setting) -> Result<Injection, EffectError> {
-        require_known(&CARD, parameters)?;
-        let name = parameters.text("name").ok_or(EffectError::Missing { effect: CARD.name, parameter: NAME.name })?;
-        Ok(Injection::Parameter { name: name.to_owned(), value: parameters.number(CARD.name, &VALUE)? })
+        replaced(&CARD, parameters)
     }
 }

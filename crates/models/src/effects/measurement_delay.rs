@@ -74,7 +74,7 @@ impl Effect for MeasurementDelay {
         };
         let (effort, motion) = (&scale.effort_names, &scale.motion_names);
         let both_ways = [-17.0, -12.0, -8.5, -6.0, -4.2, -3.0, -2.0, -1.0, -0.3, 0.3, 1.0, 2.0, 3.0, 4.2, 6.0, 8.5, 12.0, 17.0, 24.0];
-        let mut forms = vec![of(None, Action::Effort(advance.clone()), (-0.03, &both_ways), [Scale::joined(effort), Scale::joined(motion)])];
+        let mut forms = vec![of(None, Action::Effort(advance.clone()), (-0.03, &both_ways), [effort.join(", "), motion.join(", ")])];
         if scale.axes() > 1 {
             for (axis, (effort, motion)) in effort.iter().zip(motion).enumerate() {
                 let channels = [(Action::Effort(advance.clone()), effort), (Action::Motion(advance.clone()), motion)];

@@ -2,8 +2,8 @@
 
 use super::vocabulary::*;
 
-const NAME: ParameterCard = plain("name", "", 0.0, 0.0, None);
-const VALUE: ParameterCard = plain("value", "", f64::MIN, f64::MAX, None);
+pub(super) const NAME: ParameterCard = plain("name", "", 0.0, 0.0, None);
+pub(super) const VALUE: ParameterCard = plain("value", "", f64::MIN, f64::MAX, None);
 const CARD: Card = Card {
     name: "parameter-error",
     what: "a nominal parameter of the baseline is wrong",
@@ -17,6 +17,13 @@ const CARD: Card = Card {
     trace: Trace::Forms,
 };
 
+/// Another value for the named parameter of the plant.
+pub(super) fn replaced(card: &'static Card, parameters: &Parameters) -> Result<Injection, EffectError> {
+    require_known(card, parameters)?;
+    let name = parameters.text("name").ok_or(EffectError::Missing { effect: card.name, parameter: NAME.name })?;
+    Ok(Injection::Parameter { name: name.to_owned(), value: parameters.number(card.name, &VALUE)? })
+}
+
 /// A parameter whose nominal value is wrong.
 pub struct ParameterError;
 
@@ -26,9 +33,7 @@ impl Effect for ParameterError {
     }
 
     fn inject(&self, parameters: &Parameters, _setting: &Setting) -> Result<Injection, EffectError> {
-        require_known(&CARD, parameters)?;
-        let name = parameters.text("name").ok_or(EffectError::Missing { effect: CARD.name, parameter: NAME.name })?;
-        Ok(Injection::Parameter { name: name.to_owned(), value: parameters.number(CARD.name, &VALUE)? })
+        replaced(&CARD, parameters)
     }
 
     fn forms(&self, scale: &Scale) -> Vec<Form> {

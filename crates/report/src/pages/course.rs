@@ -16,7 +16,7 @@ const SLICES: usize = 4;
 /// [`FigureError`] if a picture cannot be drawn.
 pub fn course_section(result: &EstimateResult) -> Result<Option<Section>, FigureError> {
     let Some(course) = &result.course else { return Ok(None) };
-    let rotational = result.units.inputs.iter().chain(&result.units.outputs).any(|unit| unit == "N m" || unit.starts_with("rad"));
+    let rotational = result.units.are_rotational();
     let axis = if course.cycle_s.is_some() { "Time in the cycle" } else { "Time" };
     let gain = course.response.iter().map(|response| {
         let end = |end: usize| Array3::from_shape_fn(response.re.dim(), |(i, j, f)| response.gain_ci95[[i, j, f, end]]);

@@ -90,7 +90,7 @@ pub fn response_section(estimated: &Estimated, model: Option<&FrequencyResponse>
         curves.push(curve("model", &cut(model), CurveStyle::FITTED));
     }
     let result = &estimated.result;
-    let rotational = result.units.inputs.iter().chain(&result.units.outputs).any(|unit| unit == "N m" || unit.starts_with("rad"));
+    let rotational = result.units.are_rotational();
     drawn(&cut(estimated.best()), rotational, curves, model.is_some())
 }
 

@@ -2,7 +2,7 @@
 
 use super::ExcitationError;
 use crate::periodic::amplitudes;
-use crate::transform::{forward_transform, inverse_transform};
+use crate::transform::{forward_transform, inverse_transform, spectrum_by};
 use ndarray::Array2;
 use num_complex::Complex64;
 use serde::{Deserialize, Serialize};
@@ -120,11 +120,7 @@ pub fn apply_response(
         .map(|signal| {
             let mut lengthened = signal.clone();
             lengthened.resize(padded, 0.0);
-            let mut spectrum = forward.make_output_vec();
-            // Lengths are those of the plan, so the transform cannot refuse.
-            let done = forward.process(&mut lengthened, &mut spectrum);
-            debug_assert!(done.is_ok());
-            spectrum
+            spectrum_by(forward.as_ref(), &mut lengthened)
         })
         .collect();
     let mut outputs: Vec<Vec<Complex64>> = Vec::new();

@@ -9,7 +9,7 @@ mod sum;
 mod windowed;
 
 use crate::cross_spectra::CrossSpectra;
-use crate::segments::{self, Detrend, effective_averages, first_not_finite};
+use crate::segments::{self, Detrend, SamplesError, effective_averages, first_not_finite};
 use crate::window::Window;
 use in_turn::InTurn;
 use num_complex::Complex64;
@@ -71,16 +71,9 @@ pub enum WelchError {
         /// Samples in a segment.
         nperseg: usize,
     },
-    /// A channel differs in length.
-    #[error("channel {channel} has {found} samples, the first has {expected}")]
-    Length {
-        /// Index of the channel.
-        channel: usize,
-        /// Samples in the first.
-        expected: usize,
-        /// Samples in this one.
-        found: usize,
-    },
+    /// Channels that cannot be analysed together.
+    #[error(transparent)]
+    Samples(#[from] SamplesError),
     /// A piece of a stream does not have the stream's channels.
     #[error("a piece has {found} channels, the stream has {expected}")]
     Channels {
@@ -88,14 +81,6 @@ pub enum WelchError {
         expected: usize,
         /// Channels of the piece.
         found: usize,
-    },
-    /// A sample is not a number.
-    #[error("channel {channel} is not a finite number at sample {sample}; cut that stretch out or repair it")]
-    NotFinite {
-        /// Index of the channel.
-        channel: usize,
-        /// Index of the sample.
-        sample: usize,
     },
     /// Partial sums do not make a whole.
     #[error("partial sums do not fit together: {why}; merge each block of one record's one analysis once")]
@@ -159,22 +144,22 @@ impl Welch {
         self.validate()?;
         let len = channels.first().map_or(0, |c| c.len());
         if let Some((channel, samples)) = channels.iter().enumerate().find(|(_, samples)| samples.len() != len) {
-            return Err(WelchError::Length { channel, expected: len, found: samples.len() });
+            return Err(SamplesError::Length { channel, expected: len, found: samples.len() }.into());
         }
         let segments = segments::count(len, self.nperseg, self.hop());
         let summed = if segments == 0 { 0 } else { (segments - 1) * self.hop() + self.nperseg };
         let not_finite_from = |from: usize| {
-            let first = |(channel, samples): (usize, &&[f64])| Some(WelchError::NotFinite { channel, sample: from + first_not_finite(&samples[from..])? });
+            let first = |(channel, samples): (usize, &&[f64])| Some(SamplesError::NotFinite { channel, sample: from + first_not_finite(&samples[from..])? });
             channels.iter().enumerate().find_map(first)
         };
         if segments == 0 {
-            return Err(not_finite_from(0).unwrap_or(WelchError::TooShort { len, nperseg: self.nperseg }));
+            return Err(not_finite_from(0).map_or(WelchError::TooShort { len, nperseg: self.nperseg }, WelchError::from));
         }
         let plan = Plan::of(self);
         let (densities, finite) = self.densities(&plan, sample_rate_hz, channels, segments);
         // To look at every sample first would be one more pass through memory. A sum of finite samples may be infinite, too.
         if let Some(error) = not_finite_from(if finite { summed } else { 0 }) {
-            return Err(error);
+            return Err(error.into());
         }
         Ok(self.finish(&plan, sample_rate_hz, channels.len(), segments, densities))
     }
@@ -310,7 +295,7 @@ mod tests {
         assert!(matches!(Welch { nfft: 32, ..Welch::new(64) }.spectra(1.0, &[&x]), Err(WelchError::ShortTransform { .. })));
         let mut y = x;
         y[7] = f64::NAN;
-        assert!(matches!(Welch::new(64).spectra(1.0, &[&x, &y]), Err(WelchError::NotFinite { channel: 1, sample: 7 })));
+        assert!(matches!(Welch::new(64).spectra(1.0, &[&x, &y]), Err(WelchError::Samples(SamplesError::NotFinite { channel: 1, sample: 7 }))));
     }
 
     #[test]
@@ -328,7 +313,10 @@ mod tests {
                 z[3] = wrong;
                 for (second, third) in [(&y, &x), (&y, &z)] {
                     let found = welch.spectra(1.0, &[&x, second, third]);
-                    assert!(matches!(found, Err(WelchError::NotFinite { channel: 1, sample }) if sample == at), "{wrong} at {at}: {found:?}");
+                    assert!(
+                        matches!(found, Err(WelchError::Samples(SamplesError::NotFinite { channel: 1, sample })) if sample == at),
+                        "{wrong} at {at}: {found:?}"
+                    );
                 }
             }
         }

@@ -4,7 +4,7 @@ use super::plan::Plan;
 use super::sum::Sum;
 use super::{BLOCK, Welch, WelchError};
 use crate::cross_spectra::CrossSpectra;
-use crate::segments::{count, first_not_finite};
+use crate::segments::{count, require_finite};
 use num_complex::Complex64;
 use serde::{Deserialize, Serialize};
 use std::ops::Range;
@@ -59,14 +59,7 @@ impl Welch {
     pub fn partial(&self, blocks: Range<usize>, len: usize, channels: &[&[f64]]) -> Result<WelchPartial, WelchError> {
         self.validate()?;
         let stretch = self.block_samples(blocks.clone(), len);
-        for (channel, samples) in channels.iter().enumerate() {
-            if samples.len() != stretch.len() {
-                return Err(WelchError::Length { channel, expected: stretch.len(), found: samples.len() });
-            }
-            if let Some(sample) = first_not_finite(samples) {
-                return Err(WelchError::NotFinite { channel, sample: stretch.start + sample });
-            }
-        }
+        require_finite(channels, stretch.len(), stretch.start)?;
         let plan = Plan::of(self);
         let mut sum = Sum::new(&plan.transform, channels.len());
         let sums = blocks
@@ -132,6 +125,7 @@ impl WelchPartial {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::segments::SamplesError;
 
     fn record() -> [Vec<f64>; 2] {
         let x: Vec<f64> = (0..30_000).map(|k| (f64::from(k) * f64::from(k) * 0.01).sin()).collect();
@@ -183,7 +177,7 @@ mod tests {
         let other = welch.partial(1..2, short, &[&x[welch.block_samples(1..2, short)]]).expect("valid");
         assert!(matches!(long.clone().merge(two), Err(WelchError::Merge { .. })) && matches!(long.merge(other), Err(WelchError::Merge { .. })));
         assert!(matches!(part(&welch, 0..2).spectra(1.0), Err(WelchError::Merge { .. })));
-        assert!(matches!(welch.partial(0..1, x.len(), &[&x[..9]]), Err(WelchError::Length { .. })));
+        assert!(matches!(welch.partial(0..1, x.len(), &[&x[..9]]), Err(WelchError::Samples(SamplesError::Length { .. }))));
     }
 
     #[test]
@@ -202,6 +196,6 @@ mod tests {
         let mine = welch.block_samples(1..2, x.len());
         x[mine.start + 9] = f64::NAN;
         let found = welch.partial(1..2, x.len(), &[&x[mine.clone()]]);
-        assert_eq!(found.unwrap_err(), WelchError::NotFinite { channel: 0, sample: mine.start + 9 });
+        assert_eq!(found.unwrap_err(), SamplesError::NotFinite { channel: 0, sample: mine.start + 9 }.into());
     }
 }

@@ -84,10 +84,7 @@ impl Plan {
 
     pub(super) fn kernel(&self, sample_rate_hz: f64) -> Kernel {
         let step_hz = sample_rate_hz / (self.transform.window.len() * FINENESS) as f64;
-        let total = self.half_kernel[0] + 2.0 * self.half_kernel[1..].iter().sum::<f64>();
-        let reach = self.half_kernel.len() as isize - 1;
-        let (offset_hz, weight) = (-reach..=reach).map(|m| (m as f64 * step_hz, self.half_kernel[m.unsigned_abs()] / total)).unzip();
-        Kernel { offset_hz, weight }
+        Kernel::of_half(&self.half_kernel, step_hz)
     }
 }
 

@@ -4,7 +4,7 @@ use super::plan::Plan;
 use super::sum::Sum;
 use super::{BLOCK, Welch, WelchError};
 use crate::cross_spectra::CrossSpectra;
-use crate::segments::first_not_finite;
+use crate::segments::require_finite;
 use num_complex::Complex64;
 use std::sync::Arc;
 
@@ -64,14 +64,7 @@ impl WelchStream {
             return Err(WelchError::Channels { expected: self.waiting.len(), found: channels.len() });
         }
         let expected = channels.first().map_or(0, |c| c.len());
-        for (channel, samples) in channels.iter().enumerate() {
-            if samples.len() != expected {
-                return Err(WelchError::Length { channel, expected, found: samples.len() });
-            }
-            if let Some(sample) = first_not_finite(samples) {
-                return Err(WelchError::NotFinite { channel, sample: self.seen + sample });
-            }
-        }
+        require_finite(channels, expected, self.seen)?;
         self.seen += expected;
         for (waiting, samples) in self.waiting.iter_mut().zip(channels) {
             waiting.extend_from_slice(samples);
@@ -117,6 +110,7 @@ impl WelchStream {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::segments::SamplesError;
 
     #[test]
     fn a_whole_block_is_the_same_bytes_too() {
@@ -134,11 +128,11 @@ mod tests {
         let (x, y) = ([1.0, -2.0, 3.0, 0.5, 2.0, 1.0, -1.0, 4.0], [0.0, 1.0, 1.0, 2.0, 0.0, 0.0, 5.0, 1.0]);
         let mut stream = welch.stream(10.0, 2).expect("valid");
         stream.push(&[&x[..5], &y[..5]]).expect("finite");
-        assert!(matches!(stream.push(&[&x[..2], &y[..1]]), Err(WelchError::Length { channel: 1, expected: 2, found: 1 })));
+        assert!(matches!(stream.push(&[&x[..2], &y[..1]]), Err(WelchError::Samples(SamplesError::Length { channel: 1, expected: 2, found: 1 }))));
         assert_eq!(stream.push(&[&x[..2]]), Err(WelchError::Channels { expected: 2, found: 1 }));
         assert_eq!(stream.push(&[]), Err(WelchError::Channels { expected: 2, found: 0 }));
         assert_eq!(stream.push(&[&x[..2]; 3]), Err(WelchError::Channels { expected: 2, found: 3 }));
-        assert_eq!(stream.push(&[&[0.0, 1.0], &[0.0, f64::NAN]]), Err(WelchError::NotFinite { channel: 1, sample: 6 }));
+        assert_eq!(stream.push(&[&[0.0, 1.0], &[0.0, f64::NAN]]), Err(SamplesError::NotFinite { channel: 1, sample: 6 }.into()));
         stream.push(&[&x[5..], &y[5..]]).expect("finite");
         assert_eq!(stream.spectra().expect("a segment"), welch.spectra(10.0, &[&x, &y]).expect("valid"));
     }

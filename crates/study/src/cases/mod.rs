@@ -10,7 +10,7 @@ use crate::progress::Progress;
 use crate::run::{StudyOutcome, run_study};
 use ndarray::{Array2, Array3, Axis as Dimension};
 use ndof_analysis::Trial;
-use ndof_analysis::result::{Head, Number, Warning, number};
+use ndof_analysis::result::{Head, Number, Warning, finite, number};
 use ndof_analysis::{AnalysisError, Estimated, Fitted};
 use ndof_devices::Linearised;
 use ndof_models::{agreement, physical};
@@ -200,10 +200,6 @@ fn ellipse(fitted: &Fitted, truth: Option<&Array2<f64>>) -> Option<Ellipse> {
         orientation_deg: (!round).then(orientation),
         axis_ratio: compared(simulated.as_ref().map(|s| s.shape.value), found.shape.value, axis_ratio_interval(k, &covariance, symmetric)),
     })
-}
-
-fn finite(ends: [f64; 2]) -> Option<[f64; 2]> {
-    ends.iter().all(|end| end.is_finite()).then_some(ends)
 }
 
 /// The axis ratio (1 + a)/(1 − a) over the 95 % region of the anisotropy vector a = (K_xx − K_yy, 2 K_xy)/(K_xx + K_yy): unlike an

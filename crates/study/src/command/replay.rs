@@ -48,12 +48,7 @@ pub(crate) fn replay(
     axes.iter()
         .map(|axis| {
             let channel = recording.channels().iter().find(|c| c.name == format!("cmd_{axis}") || c.name == *axis);
-            let channel = channel.ok_or_else(|| AnalysisError::NoChannel {
-                file: file.clone(),
-                name: format!("cmd_{axis}"),
-                suggestion: None,
-                available: recording.names().iter().map(|name| (*name).to_owned()).collect(),
-            })?;
+            let channel = channel.ok_or_else(|| AnalysisError::no_channel(&file, &format!("cmd_{axis}"), recording.names()))?;
             let mut signal = vec![0.0; samples.saturating_sub(found)];
             signal.extend(channel.samples.iter().take(samples));
             Ok(signal)

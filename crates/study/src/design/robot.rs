@@ -5,6 +5,7 @@ use super::excitation::{ExcitationResult, ExcitedJoint, ExcitedParameter};
 use crate::error::{StudyError, meaning};
 use crate::limits;
 use ndof_analysis::AnalysisError;
+use ndof_analysis::file::read_text;
 #[cfg(feature = "clap")]
 use ndof_analysis::options::{not_negative, positive};
 use ndof_analysis::result::{Head, Warning, number};
@@ -149,8 +150,7 @@ impl RobotMotion {
 
     fn read(&self) -> Result<RobotConfig, StudyError> {
         let path = self.robot.as_ref().ok_or_else(|| meaning("the design", "give the robot's file with `robot`"))?;
-        let file = path.display().to_string();
-        let text = std::fs::read_to_string(path).map_err(|source| AnalysisError::Read { file: file.clone(), source })?;
+        let (file, text) = read_text(path)?;
         RobotConfig::parse(&file, &text, self.tip.as_deref()).map_err(|error| meaning("the design", error.to_string().replace("device.tip", "`tip`")))
     }
 }

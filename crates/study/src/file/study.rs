@@ -2,8 +2,8 @@
 
 use super::experiment::ExperimentFile;
 use crate::error::{StudyError, meaning};
-use ndof_analysis::file::{KinematicsFile, check_schema};
-use ndof_analysis::{AnalysisError, Diagnose, Estimate, Fit};
+use ndof_analysis::file::{KinematicsFile, check_schema, read_text};
+use ndof_analysis::{Diagnose, Estimate, Fit};
 use serde::de::{DeserializeOwned, IgnoredAny};
 use serde::{Deserialize, Serialize};
 use std::path::{Path, PathBuf};
@@ -157,8 +157,7 @@ impl StudyFile {
     /// # Errors
     /// [`StudyError`] with file and line.
     pub fn read(path: &Path) -> Result<Self, StudyError> {
-        let file = path.display().to_string();
-        let text = std::fs::read_to_string(path).map_err(|source| AnalysisError::Read { file: file.clone(), source })?;
+        let (file, text) = read_text(path)?;
         Self::parse(&text, &file)
     }
 
@@ -243,7 +242,7 @@ impl StudyFile {
     /// # Errors
     /// [`StudyError`] with file and line.
     pub fn experiment_of(path: &Path) -> Result<ExperimentFile, StudyError> {
-        let text = std::fs::read_to_string(path).map_err(|source| AnalysisError::Read { file: path.display().to_string(), source })?;
+        let (_, text) = read_text(path)?;
         let study = toml::from_str::<Glance>(&text).is_ok_and(|glance| glance.experiment.is_some() || glance.recordings.is_some());
         if study { Ok(Self::read(path)?.experiment) } else { ExperimentFile::read(path) }
     }

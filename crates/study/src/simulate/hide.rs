@@ -151,9 +151,8 @@ fn change(experiment: &mut Experiment, axes: &[Axis], name: &str, value: f64) {
 }
 
 /// Mixes the effort channels of a recording.
-pub(super) fn mix(recording: Recording, matrix: &[Vec<f64>]) -> Result<Recording, StudyError> {
+pub(super) fn mix(recording: &Recording, matrix: &[Vec<f64>]) -> Result<Recording, StudyError> {
     let is_effort = |channel: &Channel| channel.name.starts_with("force_") || channel.name.starts_with("torque_");
-    let (rate, metadata) = (recording.sample_rate_hz(), recording.metadata().clone());
     let efforts: Vec<&Channel> = recording.channels().iter().filter(|channel| is_effort(channel)).collect();
     let mut row = 0;
     let channels = recording
@@ -170,8 +169,7 @@ pub(super) fn mix(recording: Recording, matrix: &[Vec<f64>]) -> Result<Recording
             channel
         })
         .collect();
-    let mixed = Recording::new(rate, channels).map_err(|source| AnalysisError::Recording { file: "the simulation".to_owned(), source })?;
-    Ok(mixed.with_metadata(metadata))
+    Ok(recording.with_channels(channels).map_err(|source| AnalysisError::Recording { file: "the simulation".to_owned(), source })?)
 }
 
 /// A stage that changes nothing.

@@ -141,7 +141,7 @@ pub(crate) fn simulate_behind(file: &ExperimentFile, model: Option<&Linearised>,
             let hidden = hide(file, &axes, &linear.limb, trial)?;
             let mut recording = simulate_trial(&hidden.experiment, &command.signals, &hidden.extras, trial)?;
             for matrix in &hidden.mixing {
-                recording = mix(recording, matrix)?;
+                recording = mix(&recording, matrix)?;
             }
             progress("simulate", done.fetch_add(1, std::sync::atomic::Ordering::Relaxed) + 1, file.trials);
             Ok(recording)

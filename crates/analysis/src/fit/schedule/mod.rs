@@ -6,6 +6,7 @@ use super::axis as axis_of_channel;
 use super::project::projection;
 use super::settings::Fit;
 use crate::error::AnalysisError;
+use crate::estimate::instrument::{MEAN_KNOTS, WIDEST};
 use crate::file::KinematicsFile;
 use crate::result::{Warning, number};
 use crate::schedule::{Refused, Schedule};
@@ -19,12 +20,8 @@ use result::{HeldOutShare, MeanChannel, ScheduleEntry, ScheduleResult, Variation
 /// Splines of an entry where the settings do not say: of a movement's cycle they part what lies a twenty-fourth of it apart, finer than
 /// muscles change their force in a step.
 const KNOTS: usize = 24;
-/// Splines of the mean over a period of the band's upper end, which they follow within a hundredth.
-const MEAN_KNOTS: f64 = 4.0;
 /// A command that foretells less of a motion than this is a weak instrument.
 const WEAK: f64 = 0.1;
-/// The widest band over the sample rate where none is asked for.
-const WIDEST: f64 = 1.0 / 6.0;
 
 /// Effort and motion channels of each axis in pairs, and the commands where a robot pushes.
 struct Sides {

@@ -2,9 +2,8 @@
 
 use super::vocabulary::*;
 
-use num_complex::Complex64;
-
 /// The force arrives τ later than it was recorded: f = F(t) − F(t − τ). Sub-sample; force in, motion out.
+/// Not a force of the motion: what it does to F, e^(−sτ), is a [`Delay`](crate::blocks::Delay) of the channel.
 #[derive(Clone, Copy, Debug)]
 pub struct Latency;
 
@@ -20,10 +19,5 @@ impl Equation for Latency {
 
     fn force<R: Real>(&self, _theta: &[R], at: &Local<R>, _states: &[R], _rates: &mut [R]) -> R {
         at.force - at.delayed_force
-    }
-
-    /// Not a force of the motion: what it does to F, e^(−sτ), is a [`Delay`](crate::blocks::Delay) of the channel.
-    fn response(&self, _theta: &[f64], _s: Complex64) -> Option<Complex64> {
-        None
     }
 }
