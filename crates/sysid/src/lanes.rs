@@ -8,6 +8,7 @@
 use ndof_linear::SMALLEST_PIVOT;
 use ndof_signal::CrossSpectra;
 use num_complex::Complex64;
+use pulp::Simd;
 
 /// Frequencies treated at once.
 pub(crate) const LANES: usize = 8;
@@ -127,6 +128,52 @@ pub(crate) fn dot_conj(a: &[Lanes], b: &[Lanes]) -> Lanes {
         sum = sum.plus_conj(a, b);
     }
     sum
+}
+
+/// Rows whose products are taken together: what is read of one serves as many of the other.
+const TILE: usize = 2;
+
+/// The lower triangle of Z Zᴴ, Z being rows of `columns` numbers.
+#[inline(always)]
+pub(crate) fn hermitian_products<S: Simd>(simd: S, rows: &[Lanes], columns: usize, to: &mut [Lanes]) {
+    let last = rows.len() / columns - 1;
+    // Beyond the last row it stands again.
+    let tile = |first: usize| [0, 1].map(|k| &rows[(first + k).min(last) * columns..][..columns]);
+    for a in (0..=last).step_by(TILE) {
+        for b in (0..=a).step_by(TILE) {
+            let sums = tile_products(simd, tile(a), tile(b));
+            for (i, j) in [(a, b), (a, b + 1), (a + 1, b), (a + 1, b + 1)].into_iter().filter(|(i, j)| *i <= last && j <= i) {
+                to[lower(i, j)] = sums[i - a][j - b];
+                if i == j {
+                    to[lower(i, i)].im = [0.0; LANES];
+                }
+            }
+        }
+    }
+}
+
+/// Σ_k a_k b_k* of each row a with each row b, by fused multiplications where the processor has them.
+#[inline(always)]
+fn tile_products<S: Simd>(simd: S, [a, c]: [&[Lanes]; TILE], [b, d]: [&[Lanes]; TILE]) -> [[Lanes; TILE]; TILE] {
+    let mut out = [[Lanes::ZERO; TILE]; TILE];
+    for part in 0..LANES / S::F64_LANES {
+        let of = |v: &Lanes| [&v.re, &v.im].map(|v| S::as_simd_f64s(v).0[part]);
+        let mut sums = [[[simd.splat_f64s(0.0); 2]; TILE]; TILE];
+        for ((a, c), (b, d)) in a.iter().zip(c).zip(b.iter().zip(d)) {
+            let (rows, columns) = ([of(a), of(c)], [of(b), of(d)]);
+            for (sums, [a, turned]) in sums.iter_mut().zip(rows) {
+                for ([re, im], [b, other]) in sums.iter_mut().zip(columns) {
+                    *re = simd.mul_add_e_f64s(turned, other, simd.mul_add_e_f64s(a, b, *re));
+                    *im = simd.negate_mul_add_e_f64s(a, other, simd.mul_add_e_f64s(turned, b, *im));
+                }
+            }
+        }
+        for (to, sum) in out.iter_mut().flatten().zip(sums.iter().flatten()) {
+            S::as_mut_simd_f64s(&mut to.re).0[part] = sum[0];
+            S::as_mut_simd_f64s(&mut to.im).0[part] = sum[1];
+        }
+    }
+    out
 }
 
 /// Σ_k |a_k|².

@@ -16,8 +16,9 @@ pub(crate) fn fit_as_set(
     settings: LocalPolynomial,
 ) -> Result<LocalFit, EstimateError> {
     let default = settings.default_half_width(drivers.len(), responders.len());
-    let fit = |half_width: usize| fit(trials, rate_and_len, drivers, responders, (settings.order, 0, half_width));
-    if !settings.leave_one_out || settings.half_width.is_some() {
+    let judged = settings.leave_one_out && settings.half_width.is_none();
+    let fit = |half_width: usize| fit(trials, rate_and_len, (drivers, responders), (settings.order, 0, half_width), judged);
+    if !judged {
         return fit(settings.half_width.unwrap_or(default));
     }
     let mut best = fit(default)?;
@@ -41,13 +42,13 @@ pub(crate) fn fit_rational(
     settings: LocalRational,
 ) -> Result<Fitted, EstimateError> {
     let half_width = settings.half_width.unwrap_or_else(|| settings.default_half_width(drivers.len(), responders.len()));
-    fit(trials, rate_and_len, drivers, responders, (settings.order, settings.denominator, half_width)).map(|f| f.fitted)
+    fit(trials, rate_and_len, (drivers, responders), (settings.order, settings.denominator, half_width), false).map(|f| f.fitted)
 }
 
 /// A fit, and how well each line is predicted from its neighbours alone.
 pub(crate) struct LocalFit {
     pub(crate) fitted: Fitted,
-    /// Σ_i |e_i|²/(1 − h)² / S_ii over responders and trials, e the residual at the line and h its leverage, `[f]`.
+    /// Σ_i |e_i|²/(1 − h)² / S_ii over responders and trials, e the residual at the line and h its leverage, `[f]`; empty where nobody asks.
     pub(crate) left_out: Vec<f64>,
 }
 
@@ -67,9 +68,9 @@ impl LocalFit {
 fn fit(
     trials: &[Lines],
     (sample_rate_hz, len): (f64, usize),
-    drivers: &[usize],
-    responders: &[usize],
+    (drivers, responders): (&[usize], &[usize]),
     (order, denominator, half_width): (usize, usize, usize),
+    judged: bool,
 ) -> Result<LocalFit, EstimateError> {
     let (q, m, s) = (drivers.len(), responders.len(), order + 1);
     let basis = Basis::new(half_width, s, len)?;
@@ -82,7 +83,7 @@ fn fit(
             out.missing(m, q);
         }
         if denominator == 0 {
-            Local::new(trials, drivers, responders, &basis, degrees_of_freedom).solve(lines, &mut out);
+            Local::new(trials, (drivers, responders), &basis, degrees_of_freedom, judged).solve(lines, &mut out);
             return out;
         }
         let polynomial = (trials.len() * (width - s) - s * q) as f64;
@@ -158,7 +159,7 @@ mod tests {
                 Lines::new(10.0, &channels.iter().map(Vec::as_slice).collect::<Vec<_>>(), 151)
             })
             .collect();
-        let found = fit(&trials, (10.0, 151), &[0, 1], &[2, 3], (ORDER, 0, HALF_WIDTH)).expect("a fit");
+        let found = fit(&trials, (10.0, 151), (&[0, 1], &[2, 3]), (ORDER, 0, HALF_WIDTH), true).expect("a fit");
         let (terms, width, last) = (ORDER + 1, 2 * HALF_WIDTH + 1, 75);
         assert_eq!(found.fitted.g.dim(), (last + 1, 2, 2));
         assert!(found.fitted.g[[0, 0, 0]].is_nan() && found.fitted.driver[[0, 1, 1]].is_nan() && found.left_out[0].is_nan());
