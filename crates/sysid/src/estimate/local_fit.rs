@@ -2,10 +2,9 @@
 
 use super::EstimateError;
 use super::fitted::{Fitted, freedom};
-use super::local_lines::{Basis, Chunk, Lines, TASK};
+use super::local_lines::{Basis, Chunk, Lines, TASK, fill};
 use super::local_polynomial::{Local, LocalPolynomial};
 use super::local_rational::{LocalRational, Rational};
-use rayon::prelude::*;
 
 /// The fit with the settings' half width, or the best of four by prediction of left-out lines.
 pub(crate) fn fit_as_set(
@@ -48,7 +47,8 @@ pub(crate) fn fit_rational(
 /// A fit, and how well each line is predicted from its neighbours alone.
 pub(crate) struct LocalFit {
     pub(crate) fitted: Fitted,
-    /// Σ_i |e_i|²/(1 − h)² / S_ii over responders and trials, e the residual at the line and h its leverage, `[f]`; empty where nobody asks.
+    /// Σ_i |e_i|²/(1 − h)² / S_ii over responders and trials, e the residual at the line and h its leverage, `[f]`; of use only where lines are
+    /// judged by it.
     pub(crate) left_out: Vec<f64>,
 }
 
@@ -76,26 +76,20 @@ fn fit(
     let basis = Basis::new(half_width, s, len)?;
     let (width, bins) = (basis.width, basis.last + 1);
     let degrees_of_freedom = freedom(trials.len() * (width - width.min(s)), s * q + denominator.div_ceil(m))?;
-    let solve = |first: usize| {
-        let mut out = Chunk::default();
+    let solve = |first: usize, mut out: Chunk<'_>| {
         let lines = first.max(1)..bins.min(first + TASK);
         if first == 0 {
             out.missing(m, q);
         }
         if denominator == 0 {
-            Local::new(trials, (drivers, responders), &basis, degrees_of_freedom, judged).solve(lines, &mut out);
-            return out;
+            return Local::new(trials, (drivers, responders), &basis, degrees_of_freedom, judged).solve(lines, &mut out);
         }
         let polynomial = (trials.len() * (width - s) - s * q) as f64;
         let mut rational = Rational::new(trials, drivers, responders, &basis, denominator, polynomial);
         lines.for_each(|k| rational.solve(k, basis.low(k), &mut out));
-        out
     };
-    let chunks: Vec<Chunk> = (0..bins).step_by(TASK).collect::<Vec<_>>().into_par_iter().map(solve).collect();
-    Ok(LocalFit {
-        fitted: Chunk::join(&chunks, (m, q), (sample_rate_hz, len), &basis, degrees_of_freedom),
-        left_out: chunks.iter().flat_map(|c| c.left_out.iter().copied()).collect(),
-    })
+    let (fitted, left_out) = fill(bins, TASK, (m, q), (sample_rate_hz, len), &basis, degrees_of_freedom, solve);
+    Ok(LocalFit { fitted, left_out })
 }
 
 #[cfg(test)]

@@ -1,14 +1,11 @@
 //! The local polynomial method: response and leakage as smooth functions of frequency around each line.
 
-use super::local_lines::{Basis, Chunk, Lines};
+use super::local_lines::{Basis, Chunk, Lines, next};
 use crate::filling::{scatter, scatter_hermitian};
 use crate::lanes::{LANES, LaneCholesky, Lanes, dot_conj, hermitian_products, lanes, lower, map, power};
-use num_complex::Complex64;
 use pulp::{Arch, Simd, WithSimd};
 use serde::{Deserialize, Serialize};
 use std::ops::Range;
-
-const NAN: Complex64 = Complex64::new(f64::NAN, f64::NAN);
 
 /// Settings of the local polynomial method.
 ///
@@ -109,7 +106,7 @@ impl<'a> Local<'a> {
     }
 
     /// Appends what is found at these lines.
-    pub(super) fn solve(&mut self, lines: Range<usize>, out: &mut Chunk) {
+    pub(super) fn solve(&mut self, lines: Range<usize>, out: &mut Chunk<'_>) {
         for first in lines.clone().step_by(LANES) {
             // Lanes that are not asked for repeat the last line.
             for l in 0..LANES {
@@ -141,8 +138,8 @@ impl<'a> Local<'a> {
     }
 
     #[inline(always)]
-    fn solve_lanes<S: Simd>(&mut self, simd: S, count: usize, out: &mut Chunk) {
-        self.load();
+    fn solve_lanes<S: Simd>(&mut self, simd: S, count: usize, out: &mut Chunk<'_>) {
+        self.load(simd);
         self.regress(simd);
         self.write_noise(count, out);
         self.write_response(count, out);
@@ -153,7 +150,7 @@ impl<'a> Local<'a> {
 
     /// X and Y.
     #[inline(always)]
-    fn load(&mut self) {
+    fn load<S: Simd>(&mut self, simd: S) {
         let (terms, width, unknowns, equations) = (self.basis.terms, self.basis.width, self.unknowns(), self.equations());
         for (t, trial) in self.trials.iter().enumerate() {
             for (j, &channel) in self.drivers.iter().enumerate() {
@@ -163,13 +160,13 @@ impl<'a> Local<'a> {
                     for (r, (x, u)) in series.iter_mut().zip(&self.window).enumerate() {
                         *x = u.scaled(&[self.basis.at(s, r); LANES]);
                     }
-                    self.basis.project_out_lanes(series);
+                    self.basis.project_out_lanes(simd, series);
                 }
             }
             for (i, &channel) in self.responders.iter().enumerate() {
                 let series = &mut self.series[(unknowns + i) * equations + t * width..][..width];
                 trial.windows(channel, &self.low, series);
-                self.basis.project_out_lanes(series);
+                self.basis.project_out_lanes(simd, series);
             }
         }
     }
@@ -185,14 +182,16 @@ impl<'a> Local<'a> {
         }
         for (j, row) in self.evaluation.chunks_exact_mut(unknowns).enumerate() {
             row.fill(Lanes::ZERO);
-            (0..terms).for_each(|s| row[j * terms + s].re = lanes(|l| self.basis.at(s, self.offset[l])));
+            for s in 0..terms {
+                row[j * terms + s].re = lanes(|l| self.basis.at(s, self.offset[l]));
+            }
             self.factor.whiten(row);
         }
     }
 
     /// What drivers do not explain of the responders.
     #[inline(always)]
-    fn write_noise(&mut self, count: usize, out: &mut Chunk) {
+    fn write_noise(&mut self, count: usize, out: &mut Chunk<'_>) {
         let m = self.responders.len();
         let share = [1.0 / self.degrees_of_freedom; LANES];
         for i in 0..m {
@@ -207,28 +206,30 @@ impl<'a> Local<'a> {
                 self.rest[lower(i, l)] = rest.scaled(&share);
             }
         }
-        scatter_hermitian(matrices(&mut out.noise, count, m * m), m, |i, l| self.rest[lower(i, l)]);
+        scatter_hermitian(next(&mut out.noise, count * m * m), m, |i, l| self.rest[lower(i, l)]);
     }
 
     /// The response, its spread and the drivers.
     #[inline(always)]
-    fn write_response(&mut self, count: usize, out: &mut Chunk) {
+    fn write_response(&mut self, count: usize, out: &mut Chunk<'_>) {
         let (q, m, terms, unknowns) = (self.drivers.len(), self.responders.len(), self.basis.terms, self.unknowns());
         let at = |j: usize| &self.evaluation[j * unknowns..(j + 1) * unknowns];
-        let to = matrices(&mut out.g, count, m * q);
+        let to = next(&mut out.g, count * m * q);
         for i in 0..m {
-            (0..q).for_each(|j| scatter(to, m * q, i * q + j, &dot_conj(self.projection(i), at(j))));
+            for j in 0..q {
+                scatter(to, m * q, i * q + j, &dot_conj(self.projection(i), at(j)));
+            }
         }
-        scatter_hermitian(matrices(&mut out.gram_inverse, count, q * q), q, |l, j| dot_conj(at(l), at(j)));
+        scatter_hermitian(next(&mut out.gram_inverse, count * q * q), q, |l, j| dot_conj(at(l), at(j)));
         // Drivers without leakage: their lowest regressor, whose polynomial is the constant 1/√width. None where there is no response.
         let averages = (self.trials.len() * (self.basis.width - terms)) as f64 / self.basis.width as f64;
         let known = lanes(|l| if self.evaluation[q * unknowns - 1].re[l].is_nan() { f64::NAN } else { 1.0 / averages });
-        scatter_hermitian(matrices(&mut out.driver, count, q * q), q, |l, j| self.products[lower(l * terms, j * terms)].scaled(&known));
+        scatter_hermitian(next(&mut out.driver, count * q * q), q, |l, j| self.products[lower(l * terms, j * terms)].scaled(&known));
     }
 
     /// Σ_i |e_i|²/(1 − h)² / S_ii of the line itself, the fit being that with it.
     #[inline(always)]
-    fn write_left_out(&mut self, count: usize, out: &mut Chunk) {
+    fn write_left_out(&mut self, count: usize, out: &mut Chunk<'_>) {
         let (terms, width, unknowns, equations) = (self.basis.terms, self.basis.width, self.unknowns(), self.equations());
         let leakage = lanes(|l| (0..terms).map(|s| self.basis.at(s, self.offset[l]).powi(2)).sum());
         let mut left_out = [0.0; LANES];
@@ -250,25 +251,18 @@ impl<'a> Local<'a> {
                 }
             }
         }
-        out.left_out.extend_from_slice(&left_out[..count]);
+        next(&mut out.left_out, count).copy_from_slice(&left_out[..count]);
     }
 }
 
-/// Room for `count` matrices of `size` entries at the end of `results`.
-fn matrices(results: &mut Vec<Complex64>, count: usize, size: usize) -> &mut [Complex64] {
-    let start = results.len();
-    results.resize(start + count * size, NAN);
-    &mut results[start..]
-}
-
 /// All of it is compiled for the processor's vectors.
-struct Solve<'a, 'b> {
-    local: &'a mut Local<'b>,
+struct Solve<'a, 'b, 'c> {
+    local: &'a mut Local<'c>,
     count: usize,
-    out: &'a mut Chunk,
+    out: &'a mut Chunk<'b>,
 }
 
-impl WithSimd for Solve<'_, '_> {
+impl WithSimd for Solve<'_, '_, '_> {
     type Output = ();
 
     #[inline(always)]
