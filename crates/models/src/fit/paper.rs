@@ -2,7 +2,8 @@
 
 use super::vaf::{GAIN_WEIGHT, difference};
 use super::{
-    COST_TOLERANCE, Fit, FitError, Prediction, Smoothing, Solved, add_lower, add_scores, check_shape, found, jackknife::left_out, jackknife::rescale_by_trials, shares, summed_scores,
+    COST_TOLERANCE, Fit, FitError, Prediction, Smoothing, Solved, add_lower, add_scores, check_shape, found, jackknife::left_out, jackknife::rescale_by_trials,
+    shares, summed_scores,
 };
 use crate::{LeastSquares, ParametricModel, Slopes};
 use faer::Mat;

@@ -320,12 +320,12 @@ impl<'a> DerivedLines<'a> {
         let [half, full] = &mut self.square;
         about(&self.information, q, |i, j| entry(&self.sigma, p + i, p + j), &mut half[..q * q], full);
         let (mut matrix, mut values) = (vec![Complex64::default(); q * q], vec![0.0; q]);
-        for l in 0..count {
+        for (l, weakest) in weakest.into_iter().enumerate().take(count) {
             matrix.iter_mut().zip(&*full).for_each(|(to, from)| *to = Complex64::new(from.re[l], from.im[l]));
             hermitian_eigen(&mut matrix, &mut values, None);
             let strength = 1.0 / (self.qr as f64 * values.iter().fold(0.0_f64, |a, &b| a.max(b)));
             judged.instrument_strength.push(strength);
-            judged.weak_instrument.push(strength.min(weakest[l]) < WEAK_INSTRUMENT);
+            judged.weak_instrument.push(strength.min(weakest) < WEAK_INSTRUMENT);
         }
     }
 }
@@ -458,16 +458,17 @@ mod tests {
             let at = |a: &Array3<Complex64>| a.index_axis(Axis(0), f).to_owned();
             let (g, sigma, s) = (at(&joint.g), at(&joint.noise), at(&joint.driver));
             let (r, t) = (g.slice_axis(Axis(0), Slice::from(..p)), g.slice_axis(Axis(0), Slice::from(p..)));
-            let w = inverse(&at(&joint.gram_inverse).view()).expect("regular");
+            let w = inverse(&at(&joint.gram_inverse)).expect("regular");
             // C = R W Tᴴ (T W Tᴴ)⁻¹.
-            let information = inverse(&product(t, &w).view()).expect("regular");
+            let information = inverse(&product(t, &w)).expect("regular");
             let c = r.dot(&w).dot(&adjoint(&t.to_owned())).dot(&information);
             // A Σ Aᴴ / (1 + tr((T W Tᴴ)⁻¹ Σ_uu)) with A = [1, −C].
             let a = concatenate(Axis(1), &[Array2::eye(p).view(), c.mapv(|v| -v).view()]).expect("rows alike");
             let of_inputs = sigma.slice_axis(Axis(0), Slice::from(p..)).slice_axis(Axis(1), Slice::from(p..)).to_owned();
             let taken_in = information.dot(&of_inputs).diag().sum().re;
             let equation = product(a.view(), &sigma);
-            let near = |found: Complex64, want: Complex64, what: &str| assert!((found - want).norm() < 1e-11 * (1.0 + want.norm()), "{f} {what}: {found} {want}");
+            let near =
+                |found: Complex64, want: Complex64, what: &str| assert!((found - want).norm() < 1e-11 * (1.0 + want.norm()), "{f} {what}: {found} {want}");
             let caused = product(t, &s);
             let all = product(g.view(), &s);
             for i in 0..p {
@@ -476,7 +477,7 @@ mod tests {
                 }
                 (0..p).for_each(|k| near(arrays[1][[f, i, k]], equation[[i, k]] / (1.0 + taken_in), "noise"));
                 for (found, input, noise) in [(&paper, at(&direct.driver), direct.noise[[f, i, i]].re), (&iv, caused.clone(), equation[[i, i]].re)] {
-                    let (back, explained) = (inverse(&input.view()).expect("regular"), product(c.view(), &input)[[i, i]].re);
+                    let (back, explained) = (inverse(&input).expect("regular"), product(c.view(), &input)[[i, i]].re);
                     near(found[2][[f, 0, i]].into(), (explained / (explained + noise)).into(), "multiple");
                     for j in 0..q {
                         let (cross, alone) = (c.dot(&input)[[i, j]].norm_sqr(), c[[i, j]].norm_sqr() / back[[j, j]].re);

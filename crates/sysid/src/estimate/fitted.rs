@@ -135,13 +135,7 @@ impl Fitted {
         if found.value.is_nan() { Err(dependent()) } else { Ok(found) }
     }
 
-    fn response(
-        &self,
-        [value, noise, input_inverse]: [Array3<Complex64>; 3],
-        kind: ResponseKind,
-        inputs: &[String],
-        outputs: &[String],
-    ) -> FrequencyResponse {
+    fn response(&self, [value, noise, input_inverse]: [Array3<Complex64>; 3], kind: ResponseKind, inputs: &[String], outputs: &[String]) -> FrequencyResponse {
         FrequencyResponse {
             frequency_hz: self.frequency_hz.clone(),
             inputs: inputs.to_vec(),

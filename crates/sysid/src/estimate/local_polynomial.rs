@@ -77,13 +77,7 @@ pub(super) struct Local<'a> {
 }
 
 impl<'a> Local<'a> {
-    pub(super) fn new(
-        trials: &'a [Lines],
-        (drivers, responders): (&'a [usize], &'a [usize]),
-        basis: &'a Basis,
-        degrees_of_freedom: f64,
-        judged: bool,
-    ) -> Self {
+    pub(super) fn new(trials: &'a [Lines], (drivers, responders): (&'a [usize], &'a [usize]), basis: &'a Basis, degrees_of_freedom: f64, judged: bool) -> Self {
         let (unknowns, equations, m) = (drivers.len() * basis.terms, trials.len() * basis.width, responders.len());
         let zeros = |n: usize| vec![Lanes::ZERO; n];
         Local {
