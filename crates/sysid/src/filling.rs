@@ -34,10 +34,23 @@ impl<T: Copy> Filling<T> {
         self.flat[f * size..(f + 1) * size].fill(self.blank);
     }
 
+    /// The frequencies of another, behind these.
+    pub(crate) fn append(&mut self, other: Filling<T>) {
+        self.flat.extend(other.flat);
+        self.filled += other.filled;
+    }
+
     pub(crate) fn finish(self) -> Array3<T> {
         let shape = (self.flat.len() / (self.rows * self.columns).max(1), self.rows, self.columns);
         // The length is a multiple of rows × columns by construction, so the shape always fits.
         Array3::from_shape_vec(shape, self.flat).unwrap_or_else(|_| Array3::from_elem(shape, self.blank))
+    }
+}
+
+impl Filling<Complex64> {
+    /// Whether there is not one number.
+    pub(crate) fn is_nan(&self) -> bool {
+        self.flat.iter().all(|v| v.is_nan())
     }
 }
 

@@ -8,6 +8,7 @@
 use ndof_linear::SMALLEST_PIVOT;
 use ndof_signal::CrossSpectra;
 use num_complex::Complex64;
+use pulp::Simd;
 
 /// Frequencies treated at once.
 pub(crate) const LANES: usize = 8;
@@ -52,12 +53,6 @@ impl Lanes {
     #[inline(always)]
     pub(crate) fn scaled(&self, by: &Reals) -> Self {
         Lanes { re: lanes(|l| self.re[l] * by[l]), im: lanes(|l| self.im[l] * by[l]) }
-    }
-
-    /// self + x a, a real number for all lanes.
-    #[inline(always)]
-    pub(crate) fn plus_scaled(&self, x: &Lanes, a: f64) -> Self {
-        Lanes { re: lanes(|l| self.re[l] + x.re[l] * a), im: lanes(|l| self.im[l] + x.im[l] * a) }
     }
 
     /// self + a b*.
@@ -119,6 +114,12 @@ pub(crate) fn lower(i: usize, j: usize) -> usize {
     i * (i + 1) / 2 + j
 }
 
+/// Entry (i, j) of a Hermitian matrix of which there is the lower triangle.
+#[inline(always)]
+pub(crate) fn entry(triangle: &[Lanes], i: usize, j: usize) -> Lanes {
+    if i >= j { triangle[lower(i, j)] } else { triangle[lower(j, i)].conj() }
+}
+
 /// Σ_k a_k b_k*.
 #[inline(always)]
 pub(crate) fn dot_conj(a: &[Lanes], b: &[Lanes]) -> Lanes {
@@ -127,6 +128,60 @@ pub(crate) fn dot_conj(a: &[Lanes], b: &[Lanes]) -> Lanes {
         sum = sum.plus_conj(a, b);
     }
     sum
+}
+
+/// Rows whose products are taken together: what is read of one serves as many of the other.
+const TILE: usize = 2;
+/// Columns that are taken together, so that all rows stay in the nearest cache.
+const BLOCK: usize = 12;
+
+/// The lower triangle of Z Zᴴ, Z being rows of `columns` numbers.
+#[inline(always)]
+pub(crate) fn hermitian_products<S: Simd>(simd: S, rows: &[Lanes], columns: usize, to: &mut [Lanes]) {
+    let last = rows.len() / columns - 1;
+    to.fill(Lanes::ZERO);
+    for block in (0..columns).step_by(BLOCK) {
+        // Beyond the last row it stands again.
+        let tile = |first: usize| [0, 1].map(|k| &rows[(first + k).min(last) * columns..][block..columns.min(block + BLOCK)]);
+        for a in (0..=last).step_by(TILE) {
+            for b in (0..=a).step_by(TILE) {
+                let sums = tile_products(simd, tile(a), tile(b));
+                for (i, j) in [(a, b), (a, b + 1), (a + 1, b), (a + 1, b + 1)] {
+                    if i <= last && j <= i {
+                        let (sum, more) = (&mut to[lower(i, j)], &sums[i - a][j - b]);
+                        *sum = Lanes { re: map(&sum.re, &more.re, |x, y| x + y), im: map(&sum.im, &more.im, |x, y| x + y) };
+                    }
+                }
+            }
+        }
+    }
+    for i in 0..=last {
+        to[lower(i, i)].im = [0.0; LANES];
+    }
+}
+
+/// Σ_k a_k b_k* of each row a with each row b, by fused multiplications where the processor has them.
+#[inline(always)]
+fn tile_products<S: Simd>(simd: S, [a, c]: [&[Lanes]; TILE], [b, d]: [&[Lanes]; TILE]) -> [[Lanes; TILE]; TILE] {
+    let mut out = [[Lanes::ZERO; TILE]; TILE];
+    for part in 0..LANES / S::F64_LANES {
+        let of = |v: &Lanes| [&v.re, &v.im].map(|v| S::as_simd_f64s(v).0[part]);
+        let mut sums = [[[simd.splat_f64s(0.0); 2]; TILE]; TILE];
+        for ((a, c), (b, d)) in a.iter().zip(c).zip(b.iter().zip(d)) {
+            let (rows, columns) = ([of(a), of(c)], [of(b), of(d)]);
+            for (sums, [a, turned]) in sums.iter_mut().zip(rows) {
+                for ([re, im], [b, other]) in sums.iter_mut().zip(columns) {
+                    *re = simd.mul_add_e_f64s(turned, other, simd.mul_add_e_f64s(a, b, *re));
+                    *im = simd.negate_mul_add_e_f64s(a, other, simd.mul_add_e_f64s(turned, b, *im));
+                }
+            }
+        }
+        for (to, sum) in out.iter_mut().flatten().zip(sums.iter().flatten()) {
+            S::as_mut_simd_f64s(&mut to.re).0[part] = sum[0];
+            S::as_mut_simd_f64s(&mut to.im).0[part] = sum[1];
+        }
+    }
+    out
 }
 
 /// Σ_k |a_k|².
@@ -306,14 +361,45 @@ mod tests {
     use rand::{RngExt, SeedableRng};
     use rand_chacha::ChaCha8Rng;
 
+    fn random(rng: &mut ChaCha8Rng, count: usize) -> Vec<Lanes> {
+        let mut reals = || std::array::from_fn(|_| rng.random_range(-1.0..1.0));
+        (0..count).map(|_| Lanes { re: reals(), im: reals() }).collect()
+    }
+
+    /// Odd numbers of rows, of which a tile lacks one, too.
+    #[test]
+    fn products_of_rows_are_sums_over_their_numbers() {
+        struct Products<'a>(&'a [Lanes], usize, &'a mut [Lanes]);
+        impl pulp::WithSimd for Products<'_> {
+            type Output = ();
+            fn with_simd<S: Simd>(self, simd: S) {
+                hermitian_products(simd, self.0, self.1, self.2);
+            }
+        }
+        let (mut rng, columns) = (ChaCha8Rng::seed_from_u64(4), 2 * BLOCK + 7);
+        for n in 1..=5 {
+            let rows = random(&mut rng, n * columns);
+            let [mut scalar, mut vector] = [(); 2].map(|()| vec![Lanes::ZERO; lower(n, 0)]);
+            hermitian_products(pulp::Scalar, &rows, columns, &mut scalar);
+            pulp::Arch::new().dispatch(Products(&rows, columns, &mut vector));
+            for (i, j) in (0..n).flat_map(|i| (0..=i).map(move |j| (i, j))) {
+                let at = |row: usize, k: usize, l: usize| Complex64::new(rows[row * columns + k].re[l], rows[row * columns + k].im[l]);
+                for l in 0..LANES {
+                    let want: Complex64 = (0..columns).map(|k| at(i, k, l) * at(j, k, l).conj()).sum();
+                    for found in [&scalar, &vector].map(|all| Complex64::new(all[lower(i, j)].re[l], all[lower(i, j)].im[l])) {
+                        assert!((found - want).norm() < 1e-13 && (i != j || found.im == 0.0), "{n} {i} {j}: {found} {want}");
+                    }
+                }
+            }
+        }
+    }
+
     /// Every lane against the scalar kernel, one lane singular.
     #[test]
     fn lanes_do_what_one_frequency_at_a_time_does() {
         let mut rng = ChaCha8Rng::seed_from_u64(3);
         for n in 1..=6 {
-            let x: Vec<Lanes> = (0..2 * n * n)
-                .map(|_| Lanes { re: std::array::from_fn(|_| rng.random_range(-1.0..1.0)), im: std::array::from_fn(|_| rng.random_range(-1.0..1.0)) })
-                .collect();
+            let x = random(&mut rng, 2 * n * n);
             let mut s: Vec<Lanes> = Vec::new();
             for i in 0..n {
                 (0..=i).for_each(|j| s.push(dot_conj(&x[i * 2 * n..(i + 1) * 2 * n], &x[j * 2 * n..(j + 1) * 2 * n])));

@@ -155,17 +155,29 @@ impl FrequencyResponse {
         self.select(&keep)
     }
 
-    fn select(&self, keep: &[usize]) -> Self {
+    /// The same response at the frequencies of these indices.
+    #[must_use]
+    pub fn select(&self, keep: &[usize]) -> Self {
+        let chosen = |all: &Array3<Complex64>| {
+            let (_, rows, columns) = all.dim();
+            let mut flat = Vec::with_capacity(keep.len() * rows * columns);
+            keep.iter().for_each(|&f| flat.extend(all.index_axis(Axis(0), f)));
+            // A matrix for each, so the shape always fits.
+            Array3::from_shape_vec((keep.len(), rows, columns), flat).unwrap_or_else(|_| all.select(Axis(0), keep))
+        };
         FrequencyResponse {
             frequency_hz: keep.iter().map(|&f| self.frequency_hz[f]).collect(),
             inputs: self.inputs.clone(),
             outputs: self.outputs.clone(),
             kind: self.kind,
-            value: self.value.select(Axis(0), keep),
+            value: chosen(&self.value),
             uncertainty: self.uncertainty.as_ref().map(|u| Uncertainty {
-                noise: u.noise.select(Axis(0), keep),
-                input_inverse: u.input_inverse.select(Axis(0), keep),
-                ..u.clone()
+                noise: chosen(&u.noise),
+                input_inverse: chosen(&u.input_inverse),
+                degrees_of_freedom: u.degrees_of_freedom,
+                independent_spacing_hz: u.independent_spacing_hz,
+                kernel: u.kernel.clone(),
+                inverted: u.inverted,
             }),
         }
     }

@@ -76,6 +76,7 @@ fn written(
 ) -> EstimateResult {
     let [low_hz, high_hz] = settings.reported_hz();
     let cut = |response: &FrequencyResponse| schema::Response::from(&response.band(low_hz, high_hz));
+    let (direct_response, derived_response) = rayon::join(|| cut(direct), || derived.map(cut));
     let ports = &trials.roles.ports;
     let swapped = direct.kind.is_effort_over_motion() != trials.roles.natural_kind().is_effort_over_motion();
     let (inputs, outputs) = if swapped { (&ports.outputs, &ports.inputs) } else { (&ports.inputs, &ports.outputs) };
@@ -102,9 +103,9 @@ fn written(
         settings: settings.clone(),
         response: direct.kind,
         frequency_hz: keep.iter().map(|&f| direct.frequency_hz[f]).collect(),
-        direct: schema::Direct { response: cut(direct), coherence: direct_coherence },
-        derived: derived.map(|response| schema::Derived {
-            response: cut(response),
+        direct: schema::Direct { response: direct_response, coherence: direct_coherence },
+        derived: derived_response.map(|response| schema::Derived {
+            response,
             coherence_paper: own(&measured.derived_paper),
             coherence_iv: own(&measured.derived_iv),
         }),

@@ -46,15 +46,12 @@ pub(super) fn between_trials(trials: &Trials, settings: &Estimate, method: &Spec
         return None;
     }
     let (ports, labels) = (&trials.roles.ports, labels(trials));
-    let alone = |recording: &Recording| {
-        let estimates = match method {
-            SpectralMethod::Welch(welch) if settings.robust => {
-                let (spectra, _) = robust_spectra(&[recording], ports, welch).ok()?;
-                estimate_from_spectra(spectra, ports, &labels, method, settings.estimator)
-            }
-            _ => ndof_sysid::estimate(&[recording], ports, &labels, method, settings.estimator),
-        };
-        reported(estimates.ok()?, trials, kind)
+    let alone = |recording: &Recording| match method {
+        SpectralMethod::Welch(welch) if settings.robust => {
+            let (spectra, _) = robust_spectra(&[recording], ports, welch).ok()?;
+            reported(estimate_from_spectra(spectra, ports, &labels, method, settings.estimator).ok()?, trials, kind)
+        }
+        _ => in_kind(ndof_sysid::response(&[recording], ports, &labels, method, settings.estimator).ok()?, trials, kind),
     };
     let responses: Option<Vec<FrequencyResponse>> = trials.recordings().into_par_iter().map(alone).collect();
     let [low_hz, high_hz] = settings.reported_hz();

@@ -7,6 +7,7 @@ use crate::result::{Head, Number, number};
 use ndarray::{Array2, Array3, Array4};
 use ndof_signal::Detrend;
 use ndof_sysid::{FrequencyResponse, GainPhase, ResponseKind};
+use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
 /// A frequency response with its coherences and confidence.
@@ -163,10 +164,10 @@ impl From<&FrequencyResponse> for Response {
     fn from(response: &FrequencyResponse) -> Self {
         let (p, q) = response.shape();
         let shape = (p, q, response.len());
-        let entries: Vec<Vec<Vec<GainPhase>>> = (0..p).map(|i| (0..q).map(|j| response.gain_phase(i, j, 0.95)).collect()).collect();
-        let of = |value: &dyn Fn(&GainPhase) -> f64| Array3::from_shape_fn(shape, |(i, j, f)| value(&entries[i][j][f])).into();
+        let entries: Vec<Vec<GainPhase>> = (0..p * q).into_par_iter().map(|e| response.gain_phase(e / q, e % q, 0.95)).collect();
+        let of = |value: &dyn Fn(&GainPhase) -> f64| Array3::from_shape_fn(shape, |(i, j, f)| value(&entries[i * q + j][f])).into();
         let ends = |interval: &dyn Fn(&GainPhase) -> Option<[f64; 2]>| {
-            let end = |(i, j, f, end): (usize, usize, usize, usize)| interval(&entries[i][j][f]).map_or(f64::NAN, |ends| ends[end]);
+            let end = |(i, j, f, end): (usize, usize, usize, usize)| interval(&entries[i * q + j][f]).map_or(f64::NAN, |ends| ends[end]);
             Array4::from_shape_fn((p, q, response.len(), 2), end).into()
         };
         Response {

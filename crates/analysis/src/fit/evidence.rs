@@ -10,6 +10,7 @@ use ndarray::Array3;
 use ndof_models::{CovarianceKind, LoopModel, Smoothing};
 use ndof_signal::{CrossSpectra, Multitaper, Recording};
 use ndof_sysid::{DerivedEstimate, FrequencyResponse, Ports, ResponseKind, SpectralMethod};
+use rayon::prelude::*;
 use std::borrow::Cow;
 
 /// A response with what a fit needs to know of how it came about.
@@ -153,13 +154,18 @@ fn excited_band(estimated: &Estimated, ports: &Ports) -> ([f64; 2], &'static str
         });
         found.map(|f| hz[f])
     };
-    let whole = whole_spectra(estimated);
-    let (driven, moved) = estimated.estimates.spectra.as_ref().or(whole.as_ref()).map_or((f64::INFINITY, f64::INFINITY), |spectra| {
-        let motion = &estimated.trials.roles.output_motion;
-        let driven = ports.inputs.iter().filter_map(|&input| most(&|f| spectra.power(f, input)));
-        let moved = ports.outputs.iter().zip(motion).enumerate().filter_map(|(row, (&output, order))| {
+    let power = |channel: &usize| match &estimated.estimates.spectra {
+        Some(spectra) => Some((0..hz.len()).map(|f| spectra.power(f, *channel)).collect()),
+        None => whole_power(estimated, *channel),
+    };
+    let channels: Vec<usize> = ports.inputs.iter().chain(&ports.outputs).copied().collect();
+    let powers: Option<Vec<Vec<f64>>> = channels.par_iter().map(power).collect();
+    let (driven, moved) = powers.map_or((f64::INFINITY, f64::INFINITY), |powers| {
+        let (inputs, outputs) = powers.split_at(ports.inputs.len());
+        let driven = inputs.iter().filter_map(|power| most(&|f| power[f]));
+        let moved = outputs.iter().zip(&estimated.trials.roles.output_motion).enumerate().filter_map(|(row, (power, order))| {
             let turn = 2 * (1 - (*order)?);
-            most(&|f| spectra.power(f, output) * direct.coherence.multiple[[f, row]] * hz[f].powi(turn))
+            most(&|f| power[f] * direct.coherence.multiple[[f, row]] * hz[f].powi(turn))
         });
         (driven.fold(0.0, f64::max), moved.fold(f64::NAN, f64::max))
     });
@@ -172,15 +178,15 @@ fn excited_band(estimated: &Estimated, ports: &Ports) -> ([f64; 2], &'static str
     ([spacing.max(hz.get(1).copied().unwrap_or(0.0)), high], because)
 }
 
-/// The power of all channels at the lines of the whole records, for estimates at those lines that make no spectra.
-fn whole_spectra(estimated: &Estimated) -> Option<CrossSpectra> {
+/// The power of a channel at the lines of the whole records, for estimates at those lines that make no spectra.
+fn whole_power(estimated: &Estimated, channel: usize) -> Option<Vec<f64>> {
     let local = matches!(estimated.estimates.method, SpectralMethod::LocalPolynomial(_) | SpectralMethod::LocalRational(_));
     let recordings = estimated.trials.recordings();
     let length = recordings.iter().map(|recording| recording.len()).min().filter(|_| local)?;
     let of = |recording: &Recording| {
-        let all: Vec<usize> = (0..recording.channels().len()).collect();
-        let columns: Vec<&[f64]> = recording.columns(&all).iter().map(|samples| &samples[..length]).collect();
-        Multitaper::default().spectra(recording.sample_rate_hz(), &columns).ok()
+        let samples = &recording.channels()[channel].samples[..length];
+        Multitaper::default().spectra(recording.sample_rate_hz(), &[samples]).ok()
     };
-    CrossSpectra::pool(&recordings.into_iter().map(of).collect::<Option<Vec<_>>>()?).ok()
+    let pooled = CrossSpectra::pool(&recordings.into_iter().map(of).collect::<Option<Vec<_>>>()?).ok()?;
+    Some((0..pooled.frequency_hz().len()).map(|f| pooled.power(f, 0)).collect())
 }

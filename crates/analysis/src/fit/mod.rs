@@ -156,13 +156,15 @@ fn fit_to(whole: &Evidence<'_>, settings: &Fit) -> Result<Fitted, AnalysisError>
     let (response, weight) = (&*evidence.response, evidence.weight(settings.vaf_weight));
     let (fit, other) = by_both_costs(evidence, &composite, weighted, (settings, &weight, sums.is_none()))?;
     let own = composite.parameters().len();
+    let in_band: Vec<usize> = (0..response.len()).filter(|&f| (band_hz[0]..=band_hz[1]).contains(&response.frequency_hz[f])).collect();
+    let (measured, weight_in_band) = (FrequencyResponse { uncertainty: None, ..response.select(&in_band) }, weight.select(ndarray::Axis(0), &in_band));
     let written = |fit: &ndof_models::Fit, cost: FitCost| -> Result<OtherFit, AnalysisError> {
         let of_model = FrequencyResponse {
-            inputs: response.inputs.clone(),
-            outputs: response.outputs.clone(),
-            ..parametric_response(&composite, &fit.theta[..own], &response.frequency_hz, response.kind)
+            inputs: measured.inputs.clone(),
+            outputs: measured.outputs.clone(),
+            ..parametric_response(&composite, &fit.theta[..own], &measured.frequency_hz, measured.kind)
         };
-        let agreed = agreement(response, &of_model, &weight, band_hz)?;
+        let agreed = agreement(&measured, &of_model, &weight_in_band, band_hz)?;
         let share = |(i, j): (usize, usize)| agreed.vaf_percent[i][j].unwrap_or(f64::NAN);
         Ok(OtherFit {
             cost,

@@ -30,11 +30,13 @@ pub use vaf::{Agreement, agreement};
 pub use weighted::{CovarianceKind, WeightedFit};
 
 use crate::{Gains, LeastSquares, LevenbergMarquardt, Minimum, ParametricModel, Slopes};
-use faer::Mat;
+use faer::linalg::matmul::triangular::{BlockStructure, matmul};
+use faer::{Accum, Mat, Par};
 use ndarray::Array2;
 use ndof_linear::square;
 use ndof_sysid::{FrequencyResponse, ResponseKind};
 use num_complex::Complex64;
+use rayon::prelude::*;
 
 /// The relative decrease of a cost that rounding allows.
 const COST_TOLERANCE: f64 = 1e-12;
@@ -101,22 +103,41 @@ impl LeastSquares for Internal<'_> {
     }
 }
 
-/// Adds factor · Re(s_r Ω s_cᴴ) of all scores s (p × q each, row by row) to `meat`, Ω being the covariance of an estimate:
+/// Adds the lower triangle of factor · Re(s_r Ω s_cᴴ) of all scores s (p × q each, row by row) to `meat`, Ω being the covariance of an estimate:
 /// Ω(ij, kl) = noise_ik input_lj, so that s Ω is noiseᵀ s inputᵀ.
 fn add_scores(meat: &mut Mat<f64>, scores: &[Vec<Complex64>], [noise, input]: [&[Complex64]; 2], [p, q]: [usize; 2], factor: f64) {
     let transposed = |a: &[Complex64], n: usize| (0..n * n).map(|e| a[(e % n) * n + e / n]).collect::<Vec<_>>();
     let (left, right) = (transposed(noise, p), transposed(input, q));
-    for (r, score) in scores.iter().enumerate() {
-        let seen = square::rectangular_product(&square::rectangular_product(&left, score, [p, q]), &right, [q, q]);
-        for (c, other) in scores.iter().enumerate().take(r + 1) {
-            let form = factor * seen.iter().zip(other).map(|(a, b)| a.re * b.re + a.im * b.im).sum::<f64>();
-            meat[(r, c)] += form;
-            if r != c {
-                meat[(c, r)] += form;
-            }
+    let [mut own, mut seen] = [(); 2].map(|()| Mat::zeros(2 * p * q, scores.len()));
+    for (c, score) in scores.iter().enumerate() {
+        let through = square::rectangular_product(&square::rectangular_product(&left, score, [p, q]), &right, [q, q]);
+        for (column, of) in [(own.col_as_slice_mut(c), score), (seen.col_as_slice_mut(c), &through)] {
+            column.chunks_exact_mut(2).zip(of).for_each(|(to, v)| (to[0], to[1]) = (v.re, v.im));
         }
     }
+    add_lower(meat, &seen, &own, factor);
 }
+
+/// Adds the lower triangle of factor · Aᵀ B.
+fn add_lower(to: &mut Mat<f64>, a: &Mat<f64>, b: &Mat<f64>, factor: f64) {
+    let [whole, triangle] = [BlockStructure::Rectangular, BlockStructure::TriangularLower];
+    matmul(to, triangle, Accum::Add, a.transpose(), whole, b, whole, factor, Par::Seq);
+}
+
+/// The sum over bins of what `add` adds to the lower triangle of a matrix of `k` rows, as the whole symmetric matrix.
+fn summed_scores(bins: usize, k: usize, add: impl Fn(usize, &mut Mat<f64>) + Sync) -> Mat<f64> {
+    let part = |first: usize| {
+        let mut sum = Mat::zeros(k, k);
+        (first..bins.min(first + TOGETHER)).for_each(|bin| add(bin, &mut sum));
+        sum
+    };
+    let parts: Vec<Mat<f64>> = (0..bins).into_par_iter().step_by(TOGETHER).map(part).collect();
+    let lower = parts.iter().fold(Mat::zeros(k, k), |sum: Mat<f64>, part| sum + part);
+    Mat::from_fn(k, k, |i, j| lower[(i.max(j), i.min(j))])
+}
+
+/// Bins whose scores are summed by one thread.
+const TOGETHER: usize = 32;
 
 fn to_faer(a: &Array2<f64>) -> Mat<f64> {
     Mat::from_fn(a.nrows(), a.ncols(), |i, j| a[[i, j]])
@@ -215,8 +236,7 @@ mod tests {
         let hermitian = |k: usize| [Complex64::new(2.0, 0.0), entry(k), entry(k).conj(), Complex64::new(3.0, 0.0)];
         let (noise, input) = (hermitian(1), hermitian(2));
         let scores: Vec<Vec<Complex64>> = (0..3).map(|r| (0..4).map(|e| entry(10 * r + e + 5)).collect()).collect();
-        let mut meat = Mat::zeros(3, 3);
-        add_scores(&mut meat, &scores, [&noise, &input], [n, n], 0.5);
+        let meat = summed_scores(1, 3, |_, meat| add_scores(meat, &scores, [&noise, &input], [n, n], 0.5));
         for r in 0..3 {
             for c in 0..3 {
                 let pair = |x: usize, y: usize| scores[r][x] * scores[c][y].conj() * noise[(x / n) * n + y / n] * input[(y % n) * n + x % n];

@@ -2,11 +2,11 @@
 
 use super::vaf::{GAIN_WEIGHT, difference};
 use super::{
-    COST_TOLERANCE, Fit, FitError, Prediction, Smoothing, Solved, add_scores, check_shape, found, jackknife::left_out, jackknife::rescale_by_trials, shares,
+    COST_TOLERANCE, Fit, FitError, Prediction, Smoothing, Solved, add_lower, add_scores, check_shape, found, jackknife::left_out, jackknife::rescale_by_trials,
+    shares, summed_scores,
 };
 use crate::{LeastSquares, ParametricModel, Slopes};
-use faer::linalg::matmul::triangular::{BlockStructure, matmul};
-use faer::{Accum, Mat, Par};
+use faer::Mat;
 use ndarray::{Array3, Axis};
 use ndof_signal::Kernel;
 use ndof_sysid::{FrequencyResponse, ResponseKind};
@@ -208,8 +208,7 @@ impl Logarithmic<'_> {
         }
         let lower = |rows: &Mat<f64>| {
             let mut out = Mat::zeros(k, k);
-            let [whole, triangle] = [BlockStructure::Rectangular, BlockStructure::TriangularLower];
-            matmul(&mut out, triangle, Accum::Replace, relative.transpose(), whole, rows, whole, 1.0, Par::Seq);
+            add_lower(&mut out, &relative, rows, 1.0);
             out
         };
         Sums { information: lower(&squared), curvature: lower(&bent), gradient }
@@ -241,36 +240,27 @@ impl Logarithmic<'_> {
         let (k, size) = (self.parameters, self.prediction.elements());
         let n = impedance.shape().0;
         let (gain, phase) = units();
-        let mut meat = Mat::zeros(k, k);
-        for (b, &f) in bins.iter().enumerate() {
-            let rows = 2 * size * b;
-            // The scores of this bin as complex factors of the relative errors: Re(Σ_e s_e δZ_e/Z_e).
-            let score: Vec<Vec<Complex64>> = (0..k)
-                .map(|c| {
-                    (0..size)
-                        .map(|e| {
-                            let w = self.weight[b * size + e];
-                            Complex64::new(jacobian[(rows + 2 * e, c)] * gain * w, -jacobian[(rows + 2 * e + 1, c)] * phase * w) / self.estimate[b * size + e]
-                        })
-                        .collect()
-                })
-                .collect();
+        summed_scores(bins.len(), k, |b, meat| {
+            let (f, rows) = (bins[b], 2 * size * b);
             match &impedance.uncertainty {
                 // E[Re(a δ) Re(b δ)] = ½ Re(a Cov bᴴ) for circular δ.
                 Some(u) => {
+                    // The scores of this bin as complex factors of the relative errors: Re(Σ_e s_e δZ_e/Z_e).
+                    let inverses: Vec<Complex64> = self.estimate[b * size..(b + 1) * size].iter().map(|z| z.inv()).collect();
+                    let score = |c: usize| {
+                        let of_bin = jacobian.col_as_slice(c)[rows..rows + 2 * size].chunks_exact(2).zip(&inverses).zip(&self.weight[b * size..]);
+                        of_bin.map(|((j, inverse), w)| Complex64::new(j[0] * gain * w, -j[1] * phase * w) * inverse).collect()
+                    };
+                    let scores: Vec<Vec<Complex64>> = (0..k).map(score).collect();
                     let at = |a: &Array3<Complex64>| a.index_axis(Axis(0), f).iter().copied().collect::<Vec<_>>();
-                    add_scores(&mut meat, &score, [&at(&u.noise), &at(&u.input_inverse)], [n, n], 0.5 / share[b]);
+                    add_scores(meat, &scores, [&at(&u.noise), &at(&u.input_inverse)], [n, n], 0.5 / share[b]);
                 }
                 None => {
-                    for r in 0..k {
-                        for c in 0..k {
-                            meat[(r, c)] += (rows..rows + 2 * size).map(|row| jacobian[(row, r)] * jacobian[(row, c)] * residuals[row].powi(2)).sum::<f64>();
-                        }
-                    }
+                    let weighed = Mat::from_fn(2 * size, k, |e, c| jacobian[(rows + e, c)] * residuals[rows + e].powi(2));
+                    add_lower(meat, &jacobian.subrows(rows, 2 * size).to_owned(), &weighed, 1.0);
                 }
             }
-        }
-        meat
+        })
     }
 }
 

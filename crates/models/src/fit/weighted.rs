@@ -1,6 +1,6 @@
 //! Weighted least squares on a frequency response, with the covariance that its estimator gave it.
 
-use super::{COST_TOLERANCE, Fit, FitError, Prediction, Smoothing, Solved, Transducer, Width, add_scores, check_shape, shares};
+use super::{COST_TOLERANCE, Fit, FitError, Prediction, Smoothing, Solved, Transducer, Width, add_scores, check_shape, shares, summed_scores};
 use crate::levenberg_marquardt::{root, triangle};
 use crate::{Gains, LeastSquares, ParametricModel};
 use faer::Mat;
@@ -302,8 +302,8 @@ impl Whitened<'_> {
     fn known_meat(&self, jacobian: &Mat<f64>) -> Mat<f64> {
         let ([p, q], k) = (self.shape, self.parameters);
         let size = self.size();
-        let mut meat = Mat::zeros(k, k);
-        for (f, bin) in self.bins.iter().enumerate() {
+        summed_scores(self.bins.len(), k, |f, meat| {
+            let bin = &self.bins[f];
             let side = |whitener: &[Complex64], covariance: &[Complex64], n: usize| {
                 square::product(&square::product(whitener, covariance, n), &square::adjoint(whitener, n), n)
             };
@@ -312,9 +312,8 @@ impl Whitened<'_> {
             let input = side(&square::adjoint(&bin.right, q), &bin.input, q);
             let at = |e: usize, c: usize| Complex64::new(jacobian[(2 * (f * size + e), c)], -jacobian[(2 * (f * size + e) + 1, c)]);
             let scores: Vec<Vec<Complex64>> = (0..k).map(|c| (0..size).map(|e| at(e, c)).collect()).collect();
-            add_scores(&mut meat, &scores, [&noise, &input], [p, q], 1.0);
-        }
-        meat
+            add_scores(meat, &scores, [&noise, &input], [p, q], 1.0);
+        })
     }
 
     /// Jᵀ Ω̂ J from the residuals themselves, products of neighbouring bins included with Bartlett's weights (Newey & West

@@ -1,9 +1,9 @@
 //! The algebra of the derived estimate, for several frequencies side by side.
 
 use super::direct::LARGEST_CONDITION;
-use super::instrument::WEAK_INSTRUMENT;
+use super::instrument::{WEAK_INSTRUMENT, about};
 use crate::filling::{Filling, scatter, scatter_hermitian, scatter_real};
-use crate::lanes::{LANES, LaneCholesky, Lanes, Reals, condition, dot_conj, each, lower, map, power};
+use crate::lanes::{LANES, LaneCholesky, Lanes, Reals, condition, dot_conj, each, entry, lower, map, power};
 use num_complex::Complex64;
 use pulp::{Arch, Simd, WithSimd};
 
@@ -210,7 +210,7 @@ impl Batch {
             for j in 0..q {
                 let minus = self.sigma[lower(q + i, j)];
                 let start = Lanes { re: each(&minus.re, |v| -v), im: each(&minus.im, |v| -v) };
-                self.left[i * q + j] = (0..q).fold(start, |sum, l| times(&sum, &row[l], &self.sigma, l, j));
+                self.left[i * q + j] = (0..q).fold(start, |sum, l| sum.plus(&row[l], &entry(&self.sigma, l, j)));
             }
         }
     }
@@ -289,16 +289,8 @@ impl Batch {
         if q == 1 {
             return map(&self.explained[0].re, &self.sigma[0].re, |caused, rest| scale * caused / rest);
         }
-        // N L⁻ᴴ row by row, then the rows of its conjugate transpose.
         let [half, full] = &mut self.square;
-        for (i, row) in half.chunks_exact_mut(q).enumerate() {
-            row.iter_mut().enumerate().for_each(|(j, n)| *n = if i >= j { self.sigma[lower(i, j)] } else { self.sigma[lower(j, i)].conj() });
-            self.caused.whiten(row);
-        }
-        for (j, row) in full.chunks_exact_mut(q).enumerate() {
-            row.iter_mut().enumerate().for_each(|(i, n)| *n = half[i * q + j].conj());
-            self.caused.whiten(row);
-        }
+        about(&self.caused, q, |i, j| entry(&self.sigma, i, j), half, full);
         if q == 2 {
             let off = full[2].norm_sqr();
             return std::array::from_fn(|l| {
@@ -344,7 +336,7 @@ impl WithSimd for Solve<'_> {
 /// Ordinary, partial and multiple coherence of output `i` of `p` as a response, response · input spectrum, the diagonals
 /// of that spectrum and of its inverse, and the noise imply them.
 #[inline(always)]
-fn implied(
+pub(super) fn implied(
     (i, p): (usize, usize),
     (response, cross): (&[Lanes], &[Lanes]),
     spectrum: impl Fn(usize) -> Reals,
@@ -362,10 +354,4 @@ fn implied(
         let spread = map(noise, &inverse[lower(j, j)].re, |a, b| a * b);
         scatter_real(partial, p * q, i * q + j, &map(&response[j].norm_sqr(), &spread, |a, b| a / (a + b)));
     }
-}
-
-/// sum + a Σ_lj for a Hermitian Σ given by its lower triangle.
-#[inline(always)]
-fn times(sum: &Lanes, a: &Lanes, triangle: &[Lanes], l: usize, j: usize) -> Lanes {
-    if l >= j { sum.plus(a, &triangle[lower(l, j)]) } else { sum.plus_conj(a, &triangle[lower(j, l)]) }
 }

@@ -3,14 +3,15 @@
 
 use super::coherence::{Coherence, Significance, imply};
 use super::derived::{DerivedEstimate, ToReference};
-use super::derived_line::{DerivedLine, Found};
+use super::derived_line::{DerivedLines, Found};
 use super::direct::{DirectEstimate, LARGEST_CONDITION};
 use super::local_lines::TASK;
 use super::{EstimateError, check};
+use crate::filling::Filling;
 use crate::labels::Labels;
 use crate::lanes::scaled_condition;
 use crate::response::{FrequencyResponse, ResponseKind, Uncertainty};
-use ndarray::{Array3, Axis};
+use ndarray::{Array3, Axis, Slice};
 use ndof_linear::Cholesky;
 use ndof_signal::Kernel;
 use num_complex::Complex64;
@@ -35,17 +36,6 @@ pub(crate) struct Fitted {
 }
 
 impl Fitted {
-    fn uncertainty(&self, noise: Array3<Complex64>, input_inverse: Array3<Complex64>) -> Option<Uncertainty> {
-        Some(Uncertainty {
-            noise,
-            input_inverse,
-            degrees_of_freedom: self.degrees_of_freedom,
-            independent_spacing_hz: self.independent_spacing_hz,
-            kernel: Kernel { offset_hz: vec![0.0], weight: vec![1.0] },
-            inverted: false,
-        })
-    }
-
     /// Averages that a Welch estimate of the same degrees of freedom would have.
     fn equivalent_averages(&self) -> f64 {
         self.degrees_of_freedom + self.g.dim().2 as f64
@@ -86,14 +76,7 @@ impl Fitted {
         }
         let averages = self.equivalent_averages();
         Ok(DirectEstimate {
-            response: FrequencyResponse {
-                frequency_hz: self.frequency_hz.clone(),
-                inputs: labels.inputs.clone(),
-                outputs: labels.outputs.clone(),
-                kind: labels.kind,
-                value,
-                uncertainty: self.uncertainty(self.noise.clone(), self.gram_inverse.clone()),
-            },
+            response: self.response([value, self.noise.clone(), self.gram_inverse.clone()], labels.kind, &labels.inputs, &labels.outputs),
             coherence,
             input_coherence,
             input_condition_number: condition,
@@ -110,46 +93,64 @@ impl Fitted {
     /// [`derived`](super::derived()).
     pub(crate) fn derived(&self, direct: &Fitted, labels: &Labels) -> Result<DerivedEstimate, EstimateError> {
         let (m, p) = (self.g.dim().1, labels.outputs.len());
-        let bins = self.frequency_hz.len();
-        let solve = |first: usize| {
-            let lines = first..bins.min(first + TASK);
-            let (mut line, mut found) = (DerivedLine::new(self, direct, p), Found::new(lines.clone(), self.g.dim(), p));
-            let missing = lines.filter(|&f| self.frequency_hz[f] != 0.0).filter(|&f| line.solve(f, &mut found).is_none()).collect();
-            (found, missing)
+        let Found { value, noise, input_inverse, judged, missing } = self.by_lines(Some(direct), labels)?;
+        let to_reference = |from: usize, to: usize, outputs: &[String]| {
+            let part = Slice::from(from..to);
+            let noise = self.noise.slice_axis(Axis(1), part).slice_axis(Axis(2), part).to_owned();
+            self.response([self.g.slice_axis(Axis(1), part).to_owned(), noise, self.gram_inverse.clone()], ResponseKind::Transfer, &labels.references, outputs)
         };
-        let (parts, missing): (Vec<Found>, Vec<Vec<usize>>) = (0..bins).step_by(TASK).collect::<Vec<_>>().into_par_iter().map(solve).unzip();
-        let (mut found, singular_bins) = (Found::new(0..bins, self.g.dim(), p), missing.concat());
-        parts.iter().for_each(|part| found.put(part));
-        if found.value.iter().all(|v| v.is_nan()) {
-            return Err(EstimateError::Dependent { role: "reference", names: labels.references.clone() });
-        }
-        let part = |from: usize, to: usize| {
-            let pick: Vec<usize> = (from..to).collect();
-            (self.g.select(Axis(1), &pick), self.noise.select(Axis(1), &pick).select(Axis(2), &pick))
-        };
-        let wrap = |value, noise, inverse, kind, inputs: &[String], outputs: &[String]| FrequencyResponse {
+        let flat = |array: Filling<f64>| array.finish().remove_axis(Axis(1));
+        let coherence =
+            |[ordinary, partial, multiple]: [Filling<f64>; 3]| Coherence { ordinary: ordinary.finish(), partial: partial.finish(), multiple: flat(multiple) };
+        Ok(DerivedEstimate {
+            to_reference: ToReference {
+                r: to_reference(0, p, &labels.outputs),
+                t: to_reference(p, m, &labels.inputs),
+                output_coherence: flat(judged.output_coherence),
+                input_coherence: flat(judged.input_coherence),
+            },
+            coherence_paper: coherence(judged.paper),
+            coherence_iv: coherence(judged.iv),
+            instrument_strength: judged.instrument_strength,
+            weak_instrument: judged.weak_instrument,
+            singular_bins: missing,
+            response: self.response([value, noise, input_inverse].map(Filling::finish), labels.kind, &labels.inputs, &labels.outputs),
+        })
+    }
+
+    /// The response of [`derived`](Self::derived) alone, by which nothing is judged.
+    pub(crate) fn derived_alone(&self, labels: &Labels) -> Result<FrequencyResponse, EstimateError> {
+        let Found { value, noise, input_inverse, .. } = self.by_lines(None, labels)?;
+        Ok(self.response([value, noise, input_inverse].map(Filling::finish), labels.kind, &labels.inputs, &labels.outputs))
+    }
+
+    fn by_lines(&self, direct: Option<&Fitted>, labels: &Labels) -> Result<Found, EstimateError> {
+        let (bins, p) = (self.frequency_hz.len(), labels.outputs.len());
+        let solve = |first: usize| DerivedLines::new(self, direct, p).solve(first..bins.min(first + TASK));
+        let parts: Vec<Found> = (0..bins).step_by(TASK).collect::<Vec<_>>().into_par_iter().map(solve).collect();
+        let mut parts = parts.into_iter();
+        let dependent = || EstimateError::Dependent { role: "reference", names: labels.references.clone() };
+        let mut found = parts.next().ok_or_else(dependent)?;
+        parts.for_each(|part| found.append(part));
+        if found.value.is_nan() { Err(dependent()) } else { Ok(found) }
+    }
+
+    fn response(&self, [value, noise, input_inverse]: [Array3<Complex64>; 3], kind: ResponseKind, inputs: &[String], outputs: &[String]) -> FrequencyResponse {
+        FrequencyResponse {
             frequency_hz: self.frequency_hz.clone(),
             inputs: inputs.to_vec(),
             outputs: outputs.to_vec(),
             kind,
             value,
-            uncertainty: self.uncertainty(noise, inverse),
-        };
-        let ((r, noise_r), (t, noise_t)) = (part(0, p), part(p, m));
-        Ok(DerivedEstimate {
-            response: wrap(found.value, found.noise, found.input_inverse, labels.kind, &labels.inputs, &labels.outputs),
-            to_reference: ToReference {
-                r: wrap(r, noise_r, self.gram_inverse.clone(), ResponseKind::Transfer, &labels.references, &labels.outputs),
-                t: wrap(t, noise_t, self.gram_inverse.clone(), ResponseKind::Transfer, &labels.references, &labels.inputs),
-                output_coherence: found.output_coherence,
-                input_coherence: found.input_coherence,
-            },
-            coherence_paper: found.paper,
-            coherence_iv: found.iv,
-            instrument_strength: found.instrument_strength,
-            weak_instrument: found.weak_instrument,
-            singular_bins,
-        })
+            uncertainty: Some(Uncertainty {
+                noise,
+                input_inverse,
+                degrees_of_freedom: self.degrees_of_freedom,
+                independent_spacing_hz: self.independent_spacing_hz,
+                kernel: Kernel { offset_hz: vec![0.0], weight: vec![1.0] },
+                inverted: false,
+            }),
+        }
     }
 }
 

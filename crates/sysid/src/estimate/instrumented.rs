@@ -2,14 +2,13 @@
 
 use super::direct::DirectEstimate;
 use super::fitted::freedom;
-use super::local_lines::{Basis, Chunk, Lines};
+use super::local_lines::{Basis, Chunk, Lines, fill};
 use super::{EstimateError, LocalPolynomial, check};
 use crate::labels::Labels;
 use crate::ports::Ports;
 use ndof_linear::square::{adjoint, inverse, product, rectangular_product};
 use ndof_signal::Recording;
 use num_complex::Complex64;
-use rayon::prelude::*;
 
 /// Outputs over inputs by local polynomials, with an instrument for each input: what comes of the reference alone.
 ///
@@ -63,17 +62,13 @@ pub fn instrumented(trials: &[&Recording], ports: &Ports, labels: &Labels, setti
     let degrees_of_freedom = freedom(trials.len() * (basis.width - basis.width.min(terms)), terms * q)?;
     let all: Vec<usize> = (0..first.channels().len()).collect();
     let lines: Vec<Lines> = trials.iter().map(|r| Lines::new(rate, &r.columns(&all), len)).collect();
-    let line = |k: usize| {
-        let mut out = Chunk::default();
+    let line = |k: usize, mut out: Chunk<'_>| {
         let low = basis.low(k);
         if k == 0 || k > basis.last || solve(&lines, ports, &basis, (k, low), degrees_of_freedom, &mut out).is_none() {
-            out = Chunk::default();
             out.missing(m, q);
         }
-        out
     };
-    let found: Vec<Chunk> = (0..len / 2 + 1).into_par_iter().map(line).collect();
-    Chunk::join(&found, (m, q), (rate, len), &basis, degrees_of_freedom).direct(labels)
+    fill(len / 2 + 1, 1, (m, q), (rate, len), &basis, degrees_of_freedom, line).0.direct(labels)
 }
 
 /// Channels times each polynomial, without leakage, row by row: channels × terms, and the lines of all trials.
@@ -98,7 +93,7 @@ fn gram(a: &[Complex64], b: &[Complex64], equations: usize) -> Vec<Complex64> {
     a.chunks_exact(equations).flat_map(|a| b.chunks_exact(equations).map(move |b| product(a, b))).collect()
 }
 
-fn solve(lines: &[Lines], ports: &Ports, basis: &Basis, (k, low): (usize, usize), degrees_of_freedom: f64, out: &mut Chunk) -> Option<()> {
+fn solve(lines: &[Lines], ports: &Ports, basis: &Basis, (k, low): (usize, usize), degrees_of_freedom: f64, out: &mut Chunk<'_>) -> Option<()> {
     let (q, terms, equations) = (ports.inputs.len(), basis.terms, lines.len() * basis.width);
     let unknowns = q * terms;
     let x = regressors(lines, &ports.inputs, basis, low);
@@ -108,16 +103,16 @@ fn solve(lines: &[Lines], ports: &Ports, basis: &Basis, (k, low): (usize, usize)
     let theta = rectangular_product(&gram(&y, &z, equations), &back, [unknowns, unknowns]);
     let told = rectangular_product(&theta, &x, [unknowns, equations]);
     let rest: Vec<Complex64> = y.iter().zip(&told).map(|(y, told)| y - told).collect();
-    out.noise.extend(gram(&rest, &rest, equations).into_iter().map(|power| power / degrees_of_freedom));
+    out.noise.iter_mut().zip(gram(&rest, &rest, equations)).for_each(|(to, power)| *to = power / degrees_of_freedom);
     // Rows that evaluate each input's polynomial at the line, and their covariance.
     let mut at = vec![Complex64::default(); q * unknowns];
     (0..q).for_each(|j| (0..terms).for_each(|s| at[j * unknowns + j * terms + s] = Complex64::from(basis.at(s, k - low))));
-    out.g.extend(gram(&theta, &at, unknowns));
+    out.g.copy_from_slice(&gram(&theta, &at, unknowns));
     let spread = product(&product(&adjoint(&back, unknowns), &gram(&z, &z, equations), unknowns), &back, unknowns);
-    out.gram_inverse.extend(gram(&rectangular_product(&at, &spread, [unknowns, unknowns]), &at, unknowns));
+    out.gram_inverse.copy_from_slice(&gram(&rectangular_product(&at, &spread, [unknowns, unknowns]), &at, unknowns));
     let averages = (lines.len() * (basis.width - terms)) as f64 / basis.width as f64;
     let lowest: Vec<Complex64> = (0..q).flat_map(|j| x[j * terms * equations..(j * terms + 1) * equations].to_vec()).collect();
-    out.driver.extend(gram(&lowest, &lowest, equations).into_iter().map(|power| power / averages));
+    out.driver.iter_mut().zip(gram(&lowest, &lowest, equations)).for_each(|(to, power)| *to = power / averages);
     Some(())
 }
 

@@ -2,10 +2,9 @@
 
 use super::EstimateError;
 use super::fitted::{Fitted, freedom};
-use super::local_lines::{Basis, Chunk, Lines, TASK};
+use super::local_lines::{Basis, Chunk, Lines, TASK, fill};
 use super::local_polynomial::{Local, LocalPolynomial};
 use super::local_rational::{LocalRational, Rational};
-use rayon::prelude::*;
 
 /// The fit with the settings' half width, or the best of four by prediction of left-out lines.
 pub(crate) fn fit_as_set(
@@ -16,8 +15,9 @@ pub(crate) fn fit_as_set(
     settings: LocalPolynomial,
 ) -> Result<LocalFit, EstimateError> {
     let default = settings.default_half_width(drivers.len(), responders.len());
-    let fit = |half_width: usize| fit(trials, rate_and_len, drivers, responders, (settings.order, 0, half_width));
-    if !settings.leave_one_out || settings.half_width.is_some() {
+    let judged = settings.leave_one_out && settings.half_width.is_none();
+    let fit = |half_width: usize| fit(trials, rate_and_len, (drivers, responders), (settings.order, 0, half_width), judged);
+    if !judged {
         return fit(settings.half_width.unwrap_or(default));
     }
     let mut best = fit(default)?;
@@ -41,13 +41,14 @@ pub(crate) fn fit_rational(
     settings: LocalRational,
 ) -> Result<Fitted, EstimateError> {
     let half_width = settings.half_width.unwrap_or_else(|| settings.default_half_width(drivers.len(), responders.len()));
-    fit(trials, rate_and_len, drivers, responders, (settings.order, settings.denominator, half_width)).map(|f| f.fitted)
+    fit(trials, rate_and_len, (drivers, responders), (settings.order, settings.denominator, half_width), false).map(|f| f.fitted)
 }
 
 /// A fit, and how well each line is predicted from its neighbours alone.
 pub(crate) struct LocalFit {
     pub(crate) fitted: Fitted,
-    /// Σ_i |e_i|²/(1 − h)² / S_ii over responders and trials, e the residual at the line and h its leverage, `[f]`.
+    /// Σ_i |e_i|²/(1 − h)² / S_ii over responders and trials, e the residual at the line and h its leverage, `[f]`; of use only where lines are
+    /// judged by it.
     pub(crate) left_out: Vec<f64>,
 }
 
@@ -67,34 +68,28 @@ impl LocalFit {
 fn fit(
     trials: &[Lines],
     (sample_rate_hz, len): (f64, usize),
-    drivers: &[usize],
-    responders: &[usize],
+    (drivers, responders): (&[usize], &[usize]),
     (order, denominator, half_width): (usize, usize, usize),
+    judged: bool,
 ) -> Result<LocalFit, EstimateError> {
     let (q, m, s) = (drivers.len(), responders.len(), order + 1);
     let basis = Basis::new(half_width, s, len)?;
     let (width, bins) = (basis.width, basis.last + 1);
     let degrees_of_freedom = freedom(trials.len() * (width - width.min(s)), s * q + denominator.div_ceil(m))?;
-    let solve = |first: usize| {
-        let mut out = Chunk::default();
+    let solve = |first: usize, mut out: Chunk<'_>| {
         let lines = first.max(1)..bins.min(first + TASK);
         if first == 0 {
             out.missing(m, q);
         }
         if denominator == 0 {
-            Local::new(trials, drivers, responders, &basis, degrees_of_freedom).solve(lines, &mut out);
-            return out;
+            return Local::new(trials, (drivers, responders), &basis, degrees_of_freedom, judged).solve(lines, &mut out);
         }
         let polynomial = (trials.len() * (width - s) - s * q) as f64;
         let mut rational = Rational::new(trials, drivers, responders, &basis, denominator, polynomial);
         lines.for_each(|k| rational.solve(k, basis.low(k), &mut out));
-        out
     };
-    let chunks: Vec<Chunk> = (0..bins).step_by(TASK).collect::<Vec<_>>().into_par_iter().map(solve).collect();
-    Ok(LocalFit {
-        fitted: Chunk::join(&chunks, (m, q), (sample_rate_hz, len), &basis, degrees_of_freedom),
-        left_out: chunks.iter().flat_map(|c| c.left_out.iter().copied()).collect(),
-    })
+    let (fitted, left_out) = fill(bins, TASK, (m, q), (sample_rate_hz, len), &basis, degrees_of_freedom, solve);
+    Ok(LocalFit { fitted, left_out })
 }
 
 #[cfg(test)]
@@ -158,7 +153,7 @@ mod tests {
                 Lines::new(10.0, &channels.iter().map(Vec::as_slice).collect::<Vec<_>>(), 151)
             })
             .collect();
-        let found = fit(&trials, (10.0, 151), &[0, 1], &[2, 3], (ORDER, 0, HALF_WIDTH)).expect("a fit");
+        let found = fit(&trials, (10.0, 151), (&[0, 1], &[2, 3]), (ORDER, 0, HALF_WIDTH), true).expect("a fit");
         let (terms, width, last) = (ORDER + 1, 2 * HALF_WIDTH + 1, 75);
         assert_eq!(found.fitted.g.dim(), (last + 1, 2, 2));
         assert!(found.fitted.g[[0, 0, 0]].is_nan() && found.fitted.driver[[0, 1, 1]].is_nan() && found.left_out[0].is_nan());

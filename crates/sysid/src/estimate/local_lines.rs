@@ -6,6 +6,7 @@ use crate::lanes::{LANES, Lanes};
 use ndarray::Array3;
 use ndof_signal::forward_transform;
 use num_complex::Complex64;
+use pulp::Simd;
 use rayon::prelude::*;
 
 const NAN: Complex64 = Complex64::new(f64::NAN, f64::NAN);
@@ -113,61 +114,117 @@ impl Basis {
 
     /// The same in every lane.
     #[inline(always)]
-    pub(super) fn project_out_lanes(&self, series: &mut [Lanes]) {
-        for known in self.value.chunks_exact(self.width) {
-            let mut dot = Lanes::ZERO;
-            for (a, x) in known.iter().zip(&*series) {
-                dot = dot.plus_scaled(x, *a);
-            }
-            for (a, x) in known.iter().zip(&mut *series) {
-                *x = x.plus_scaled(&dot, -a);
+    pub(super) fn project_out_lanes<S: Simd>(&self, simd: S, series: &mut [Lanes]) {
+        for known in self.value.chunks(3 * self.width) {
+            let row = |s: usize| &known[s * self.width..][..self.width];
+            match known.len() / self.width {
+                3 => project_out(simd, [row(0), row(1), row(2)], series),
+                2 => project_out(simd, [row(0), row(1)], series),
+                _ => project_out(simd, [row(0)], series),
             }
         }
     }
 }
 
-/// Results of some lines, one after the other.
-#[derive(Default)]
-pub(super) struct Chunk {
-    pub(super) g: Vec<Complex64>,
-    pub(super) noise: Vec<Complex64>,
-    pub(super) gram_inverse: Vec<Complex64>,
-    pub(super) driver: Vec<Complex64>,
-    pub(super) left_out: Vec<f64>,
+/// Takes N orthonormal rows out of a series, all of them at once.
+#[inline(always)]
+fn project_out<S: Simd, const N: usize>(simd: S, rows: [&[f64]; N], series: &mut [Lanes]) {
+    for part in 0..LANES / S::F64_LANES {
+        let mut dots = [[simd.splat_f64s(0.0); 2]; N];
+        for (r, x) in series.iter().enumerate() {
+            let [re, im] = [&x.re, &x.im].map(|x| S::as_simd_f64s(x).0[part]);
+            for (dot, row) in dots.iter_mut().zip(rows) {
+                let a = simd.splat_f64s(row[r]);
+                *dot = [simd.mul_add_e_f64s(a, re, dot[0]), simd.mul_add_e_f64s(a, im, dot[1])];
+            }
+        }
+        for (r, x) in series.iter_mut().enumerate() {
+            for (x, k) in [(&mut x.re, 0), (&mut x.im, 1)] {
+                let x = &mut S::as_mut_simd_f64s(x).0[part];
+                for (dot, row) in dots.iter().zip(rows) {
+                    *x = simd.negate_mul_add_e_f64s(simd.splat_f64s(row[r]), dot[k], *x);
+                }
+            }
+        }
+    }
 }
 
-impl Chunk {
+/// Where the results of some lines go, one after the other.
+pub(super) struct Chunk<'a> {
+    pub(super) g: &'a mut [Complex64],
+    pub(super) noise: &'a mut [Complex64],
+    pub(super) gram_inverse: &'a mut [Complex64],
+    pub(super) driver: &'a mut [Complex64],
+    pub(super) left_out: &'a mut [f64],
+}
+
+impl Chunk<'_> {
+    /// A line without a fit.
     pub(super) fn missing(&mut self, m: usize, q: usize) {
-        self.g.resize(self.g.len() + m * q, NAN);
-        self.noise.resize(self.noise.len() + m * m, NAN);
-        self.gram_inverse.resize(self.gram_inverse.len() + q * q, NAN);
-        self.driver.resize(self.driver.len() + q * q, NAN);
-        self.left_out.push(f64::NAN);
+        next(&mut self.g, m * q).fill(NAN);
+        next(&mut self.noise, m * m).fill(NAN);
+        next(&mut self.gram_inverse, q * q).fill(NAN);
+        next(&mut self.driver, q * q).fill(NAN);
+        next(&mut self.left_out, 1).fill(f64::NAN);
     }
+}
 
-    /// The response of `m` responders to `q` drivers at the lines 0, 1 … of `len` samples, in the order of the chunks.
-    pub(super) fn join(chunks: &[Chunk], (m, q): (usize, usize), (rate_hz, len): (f64, usize), basis: &Basis, degrees_of_freedom: f64) -> Fitted {
-        let bins = chunks.iter().map(|c| c.g.len()).sum::<usize>() / (m * q);
-        let matrices = |part: fn(&Chunk) -> &[Complex64], rows: usize, columns: usize| {
-            let all: Vec<Complex64> = chunks.iter().map(part).collect::<Vec<&[Complex64]>>().concat();
-            // Each line has one matrix, so the shape always fits.
-            Array3::from_shape_vec((bins, rows, columns), all).unwrap_or_else(|_| Array3::from_elem((bins, rows, columns), NAN))
-        };
-        Fitted {
-            frequency_hz: (0..bins).map(|k| k as f64 * rate_hz / len as f64).collect(),
-            g: matrices(|c| &c.g, m, q),
-            noise: matrices(|c| &c.noise, m, m),
-            gram_inverse: matrices(|c| &c.gram_inverse, q, q),
-            driver: matrices(|c| &c.driver, q, q),
-            degrees_of_freedom,
-            independent_spacing_hz: basis.independent_lines() * rate_hz / len as f64,
-        }
+/// What `solve` finds of the response of `m` responders to `q` drivers at the lines 0, 1 … of `len` samples, `task` lines at a time from the one that it is
+/// given; and how well each was told without itself.
+pub(super) fn fill(
+    bins: usize,
+    task: usize,
+    (m, q): (usize, usize),
+    (rate_hz, len): (f64, usize),
+    basis: &Basis,
+    degrees_of_freedom: f64,
+    solve: impl Fn(usize, Chunk<'_>) + Sync,
+) -> (Fitted, Vec<f64>) {
+    let room = |(rows, columns): (usize, usize)| {
+        let shape = (bins, rows, columns);
+        // First touched by all threads; the length is that of the shape.
+        Array3::from_shape_vec(shape, rayon::iter::repeat_n(Complex64::ZERO, bins * rows * columns).collect()).unwrap_or_else(|_| Array3::zeros(shape))
+    };
+    let [mut g, mut noise, mut gram_inverse, mut driver] = [(m, q), (m, m), (q, q), (q, q)].map(room);
+    let mut left_out = vec![0.0; bins];
+    fn parts(all: &mut Array3<Complex64>, lines: usize) -> rayon::slice::ChunksMut<'_, Complex64> {
+        let (_, rows, columns) = all.dim();
+        all.as_slice_mut().unwrap_or_default().par_chunks_mut(lines * rows * columns)
     }
+    let parts = (parts(&mut g, task), parts(&mut noise, task), parts(&mut gram_inverse, task), parts(&mut driver, task), left_out.par_chunks_mut(task));
+    parts
+        .into_par_iter()
+        .enumerate()
+        .for_each(|(k, (g, noise, gram_inverse, driver, left_out))| solve(k * task, Chunk { g, noise, gram_inverse, driver, left_out }));
+    let frequency_hz = (0..bins).map(|k| k as f64 * rate_hz / len as f64).collect();
+    let independent_spacing_hz = basis.independent_lines() * rate_hz / len as f64;
+    (Fitted { frequency_hz, g, noise, gram_inverse, driver, degrees_of_freedom, independent_spacing_hz }, left_out)
+}
+
+/// The next `count` numbers of a result, which are then no longer among the rest.
+pub(super) fn next<'a, T>(rest: &mut &'a mut [T], count: usize) -> &'a mut [T] {
+    rest.split_off_mut(..count).unwrap_or_default()
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn what_is_left_in_every_lane_is_what_is_left_of_a_series() {
+        for terms in 1..=5 {
+            let basis = Basis::new(6, terms, 1000).expect("lines enough");
+            let number = |r: usize, l: usize| Complex64::new((1.3 * r as f64 + l as f64).sin(), (0.7 * (r * l) as f64).cos());
+            let mut lanes: Vec<Lanes> = (0..basis.width).map(|r| Lanes::load(&(0..LANES).map(|l| number(r, l)).collect::<Vec<_>>())).collect();
+            basis.project_out_lanes(pulp::Scalar, &mut lanes);
+            for l in 0..LANES {
+                let mut series: Vec<Complex64> = (0..basis.width).map(|r| number(r, l)).collect();
+                basis.project_out(&mut series);
+                let near = |(a, b): (&Lanes, &Complex64)| (Complex64::new(a.re[l], a.im[l]) - b).norm() < 1e-14;
+                assert!(lanes.iter().zip(&series).all(near), "{terms} terms, lane {l}");
+            }
+        }
+    }
 
     /// The weight of the middle in a least-squares parabola over 2n+1 points, h₀ = 3 (3n² + 3n − 1) / ((2n+1)(4n² + 4n − 3)) (Savitzky & Golay 1964);
     /// that of a mean is 1/(2n+1).

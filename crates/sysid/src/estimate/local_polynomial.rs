@@ -1,14 +1,11 @@
 //! The local polynomial method: response and leakage as smooth functions of frequency around each line.
 
-use super::local_lines::{Basis, Chunk, Lines};
+use super::local_lines::{Basis, Chunk, Lines, next};
 use crate::filling::{scatter, scatter_hermitian};
-use crate::lanes::{LANES, LaneCholesky, Lanes, Reals, dot_conj, lanes, lower, map, power};
-use num_complex::Complex64;
+use crate::lanes::{LANES, LaneCholesky, Lanes, dot_conj, hermitian_products, lanes, lower, map, power};
 use pulp::{Arch, Simd, WithSimd};
 use serde::{Deserialize, Serialize};
 use std::ops::Range;
-
-const NAN: Complex64 = Complex64::new(f64::NAN, f64::NAN);
 
 /// Settings of the local polynomial method.
 ///
@@ -54,27 +51,25 @@ impl LocalPolynomial {
     }
 }
 
-/// Workspace for [`LANES`] lines side by side: regressors X (unknowns × equations) and responders Y (m × equations), equations being the
-/// lines of the window of each trial in turn, all without the leakage polynomial.
+/// Workspace for [`LANES`] lines side by side.
 pub(super) struct Local<'a> {
     trials: &'a [Lines],
     drivers: &'a [usize],
     responders: &'a [usize],
     basis: &'a Basis,
     degrees_of_freedom: f64,
+    /// Whether lines are also predicted from their neighbours alone.
+    judged: bool,
     /// Where each lane's window begins, and the line in it.
     low: [usize; LANES],
     offset: [usize; LANES],
     window: Vec<Lanes>,
-    x: Vec<Lanes>,
-    y: Vec<Lanes>,
-    /// X Xᴴ, a lower triangle.
-    gram: Vec<Lanes>,
+    /// Regressors X (unknowns × equations) and below them responders Y (m × equations), equations being the lines of the window of each trial in
+    /// turn, all without the leakage polynomial.
+    series: Vec<Lanes>,
+    /// The lower triangle of their products: rows of X Xᴴ, then of Y Xᴴ, whitened by the factor of X Xᴴ, each with its part of Y Yᴴ behind it.
+    products: Vec<Lanes>,
     factor: LaneCholesky,
-    /// Y Xᴴ, whitened by the factor of X Xᴴ, m × unknowns.
-    projection: Vec<Lanes>,
-    /// What each responder has in the window.
-    power: Vec<Reals>,
     /// What drivers leave of the responders, a lower triangle.
     rest: Vec<Lanes>,
     row: Vec<Lanes>,
@@ -82,7 +77,7 @@ pub(super) struct Local<'a> {
 }
 
 impl<'a> Local<'a> {
-    pub(super) fn new(trials: &'a [Lines], drivers: &'a [usize], responders: &'a [usize], basis: &'a Basis, degrees_of_freedom: f64) -> Self {
+    pub(super) fn new(trials: &'a [Lines], (drivers, responders): (&'a [usize], &'a [usize]), basis: &'a Basis, degrees_of_freedom: f64, judged: bool) -> Self {
         let (unknowns, equations, m) = (drivers.len() * basis.terms, trials.len() * basis.width, responders.len());
         let zeros = |n: usize| vec![Lanes::ZERO; n];
         Local {
@@ -91,15 +86,13 @@ impl<'a> Local<'a> {
             responders,
             basis,
             degrees_of_freedom,
+            judged,
             low: [0; LANES],
             offset: [0; LANES],
             window: zeros(basis.width),
-            x: zeros(unknowns * equations),
-            y: zeros(m * equations),
-            gram: zeros(unknowns * (unknowns + 1) / 2),
+            series: zeros((unknowns + m) * equations),
+            products: zeros(lower(unknowns + m, 0)),
             factor: LaneCholesky::new(unknowns),
-            projection: zeros(m * unknowns),
-            power: vec![[0.0; LANES]; m],
             rest: zeros(m * (m + 1) / 2),
             row: zeros(unknowns),
             evaluation: zeros(drivers.len() * unknowns),
@@ -107,7 +100,7 @@ impl<'a> Local<'a> {
     }
 
     /// Appends what is found at these lines.
-    pub(super) fn solve(&mut self, lines: Range<usize>, out: &mut Chunk) {
+    pub(super) fn solve(&mut self, lines: Range<usize>, out: &mut Chunk<'_>) {
         for first in lines.clone().step_by(LANES) {
             // Lanes that are not asked for repeat the last line.
             for l in 0..LANES {
@@ -127,106 +120,110 @@ impl<'a> Local<'a> {
         self.trials.len() * self.basis.width
     }
 
+    /// Responder i on regressors, whitened.
+    fn projection(&self, i: usize) -> &[Lanes] {
+        let unknowns = self.unknowns();
+        &self.products[lower(unknowns + i, 0)..][..unknowns]
+    }
+
+    /// Y Yᴴ of two responders, l ≤ i.
+    fn full(&self, i: usize, l: usize) -> &Lanes {
+        &self.products[lower(self.unknowns() + i, self.unknowns() + l)]
+    }
+
     #[inline(always)]
-    fn solve_lanes(&mut self, count: usize, out: &mut Chunk) {
-        self.load();
-        self.regress();
+    fn solve_lanes<S: Simd>(&mut self, simd: S, count: usize, out: &mut Chunk<'_>) {
+        self.load(simd);
+        self.regress(simd);
         self.write_noise(count, out);
         self.write_response(count, out);
-        self.write_left_out(count, out);
+        if self.judged {
+            self.write_left_out(count, out);
+        }
     }
 
     /// X and Y.
     #[inline(always)]
-    fn load(&mut self) {
-        let (terms, width, equations) = (self.basis.terms, self.basis.width, self.equations());
+    fn load<S: Simd>(&mut self, simd: S) {
+        let (terms, width, unknowns, equations) = (self.basis.terms, self.basis.width, self.unknowns(), self.equations());
         for (t, trial) in self.trials.iter().enumerate() {
             for (j, &channel) in self.drivers.iter().enumerate() {
                 trial.windows(channel, &self.low, &mut self.window);
                 for s in 0..terms {
-                    let at = (j * terms + s) * equations + t * width;
-                    let series = &mut self.x[at..at + width];
+                    let series = &mut self.series[(j * terms + s) * equations + t * width..][..width];
                     for (r, (x, u)) in series.iter_mut().zip(&self.window).enumerate() {
                         *x = u.scaled(&[self.basis.at(s, r); LANES]);
                     }
-                    self.basis.project_out_lanes(series);
+                    self.basis.project_out_lanes(simd, series);
                 }
             }
             for (i, &channel) in self.responders.iter().enumerate() {
-                let series = &mut self.y[i * equations + t * width..][..width];
+                let series = &mut self.series[(unknowns + i) * equations + t * width..][..width];
                 trial.windows(channel, &self.low, series);
-                self.basis.project_out_lanes(series);
+                self.basis.project_out_lanes(simd, series);
             }
         }
     }
 
     /// The coefficients, whitened, and the rows that evaluate each driver's polynomial at the line.
     #[inline(always)]
-    fn regress(&mut self) {
-        let (terms, unknowns, equations) = (self.basis.terms, self.unknowns(), self.equations());
-        for a in 0..unknowns {
-            for b in 0..=a {
-                self.gram[lower(a, b)] = dot_conj(&self.x[a * equations..(a + 1) * equations], &self.x[b * equations..(b + 1) * equations]);
-            }
-        }
-        self.factor.factor(|i, j| self.gram[lower(i, j)]);
+    fn regress<S: Simd>(&mut self, simd: S) {
+        let (terms, unknowns) = (self.basis.terms, self.unknowns());
+        hermitian_products(simd, &self.series, self.equations(), &mut self.products);
+        self.factor.factor(|i, j| self.products[lower(i, j)]);
         for i in 0..self.responders.len() {
-            let row = &mut self.projection[i * unknowns..(i + 1) * unknowns];
-            for (b, x) in row.iter_mut().zip(self.x.chunks_exact(equations)) {
-                *b = dot_conj(&self.y[i * equations..(i + 1) * equations], x);
-            }
-            self.factor.whiten(row);
+            self.factor.whiten(&mut self.products[lower(unknowns + i, 0)..][..unknowns]);
         }
         for (j, row) in self.evaluation.chunks_exact_mut(unknowns).enumerate() {
             row.fill(Lanes::ZERO);
-            (0..terms).for_each(|s| row[j * terms + s].re = lanes(|l| self.basis.at(s, self.offset[l])));
+            for s in 0..terms {
+                row[j * terms + s].re = lanes(|l| self.basis.at(s, self.offset[l]));
+            }
             self.factor.whiten(row);
         }
     }
 
     /// What drivers do not explain of the responders.
     #[inline(always)]
-    fn write_noise(&mut self, count: usize, out: &mut Chunk) {
-        let (m, unknowns, equations) = (self.responders.len(), self.unknowns(), self.equations());
+    fn write_noise(&mut self, count: usize, out: &mut Chunk<'_>) {
+        let m = self.responders.len();
         let share = [1.0 / self.degrees_of_freedom; LANES];
-        for (own, y) in self.power.iter_mut().zip(self.y.chunks_exact(equations)) {
-            *own = power(y);
-        }
         for i in 0..m {
             for l in 0..=i {
-                let explained = dot_conj(&self.projection[i * unknowns..(i + 1) * unknowns], &self.projection[l * unknowns..(l + 1) * unknowns]);
-                self.rest[lower(i, l)] = if i == l {
+                let (explained, full) = (dot_conj(self.projection(i), self.projection(l)), self.full(i, l));
+                let rest = if i == l {
                     // Round-off below nought is nought; what is not a number stays none.
-                    let rest = lanes(|k| if self.power[i][k] < explained.re[k] { 0.0 } else { self.power[i][k] - explained.re[k] });
-                    Lanes { re: rest, im: [0.0; LANES] }.scaled(&share)
+                    Lanes { re: map(&full.re, &explained.re, |a, b| if a < b { 0.0 } else { a - b }), im: [0.0; LANES] }
                 } else {
-                    let full = dot_conj(&self.y[i * equations..(i + 1) * equations], &self.y[l * equations..(l + 1) * equations]);
-                    Lanes { re: map(&full.re, &explained.re, |a, b| a - b), im: map(&full.im, &explained.im, |a, b| a - b) }.scaled(&share)
+                    Lanes { re: map(&full.re, &explained.re, |a, b| a - b), im: map(&full.im, &explained.im, |a, b| a - b) }
                 };
+                self.rest[lower(i, l)] = rest.scaled(&share);
             }
         }
-        scatter_hermitian(matrices(&mut out.noise, count, m * m), m, |i, l| self.rest[lower(i, l)]);
+        scatter_hermitian(next(&mut out.noise, count * m * m), m, |i, l| self.rest[lower(i, l)]);
     }
 
     /// The response, its spread and the drivers.
     #[inline(always)]
-    fn write_response(&mut self, count: usize, out: &mut Chunk) {
+    fn write_response(&mut self, count: usize, out: &mut Chunk<'_>) {
         let (q, m, terms, unknowns) = (self.drivers.len(), self.responders.len(), self.basis.terms, self.unknowns());
         let at = |j: usize| &self.evaluation[j * unknowns..(j + 1) * unknowns];
-        let to = matrices(&mut out.g, count, m * q);
-        for (i, row) in self.projection.chunks_exact(unknowns).enumerate() {
-            (0..q).for_each(|j| scatter(to, m * q, i * q + j, &dot_conj(row, at(j))));
+        let to = next(&mut out.g, count * m * q);
+        for i in 0..m {
+            for j in 0..q {
+                scatter(to, m * q, i * q + j, &dot_conj(self.projection(i), at(j)));
+            }
         }
-        scatter_hermitian(matrices(&mut out.gram_inverse, count, q * q), q, |l, j| dot_conj(at(l), at(j)));
+        scatter_hermitian(next(&mut out.gram_inverse, count * q * q), q, |l, j| dot_conj(at(l), at(j)));
         // Drivers without leakage: their lowest regressor, whose polynomial is the constant 1/√width. None where there is no response.
         let averages = (self.trials.len() * (self.basis.width - terms)) as f64 / self.basis.width as f64;
         let known = lanes(|l| if self.evaluation[q * unknowns - 1].re[l].is_nan() { f64::NAN } else { 1.0 / averages });
-        scatter_hermitian(matrices(&mut out.driver, count, q * q), q, |l, j| self.gram[lower(l * terms, j * terms)].scaled(&known));
+        scatter_hermitian(next(&mut out.driver, count * q * q), q, |l, j| self.products[lower(l * terms, j * terms)].scaled(&known));
     }
 
     /// Σ_i |e_i|²/(1 − h)² / S_ii of the line itself, the fit being that with it.
     #[inline(always)]
-    fn write_left_out(&mut self, count: usize, out: &mut Chunk) {
+    fn write_left_out(&mut self, count: usize, out: &mut Chunk<'_>) {
         let (terms, width, unknowns, equations) = (self.basis.terms, self.basis.width, self.unknowns(), self.equations());
         let leakage = lanes(|l| (0..terms).map(|s| self.basis.at(s, self.offset[l]).powi(2)).sum());
         let mut left_out = [0.0; LANES];
@@ -235,42 +232,35 @@ impl<'a> Local<'a> {
                 let at = &series[t * width..(t + 1) * width];
                 Lanes { re: lanes(|l| at[self.offset[l]].re[l]), im: lanes(|l| at[self.offset[l]].im[l]) }
             };
-            for (to, x) in self.row.iter_mut().zip(self.x.chunks_exact(equations)) {
+            for (to, x) in self.row.iter_mut().zip(self.series.chunks_exact(equations)) {
                 *to = own(x).conj();
             }
             self.factor.whiten(&mut self.row);
             let leverage = map(&leakage, &power(&self.row[..unknowns]), |a, b| a + b);
-            for (i, y) in self.y.chunks_exact(equations).enumerate() {
-                let (fitted, y) = (dot_conj(&self.projection[i * unknowns..(i + 1) * unknowns], &self.row), own(y));
+            for (i, y) in self.series.chunks_exact(equations).skip(unknowns).enumerate() {
+                let (fitted, y) = (dot_conj(self.projection(i), &self.row), own(y));
                 for (l, sum) in left_out.iter_mut().enumerate() {
                     let error = ((y.re[l] - fitted.re[l]).powi(2) + (y.im[l] - fitted.im[l]).powi(2)) / (1.0 - leverage[l]).powi(2);
-                    *sum += error * equations as f64 / self.power[i][l].max(f64::MIN_POSITIVE);
+                    *sum += error * equations as f64 / self.full(i, i).re[l].max(f64::MIN_POSITIVE);
                 }
             }
         }
-        out.left_out.extend_from_slice(&left_out[..count]);
+        next(&mut out.left_out, count).copy_from_slice(&left_out[..count]);
     }
 }
 
-/// Room for `count` matrices of `size` entries at the end of `results`.
-fn matrices(results: &mut Vec<Complex64>, count: usize, size: usize) -> &mut [Complex64] {
-    let start = results.len();
-    results.resize(start + count * size, NAN);
-    &mut results[start..]
-}
-
 /// All of it is compiled for the processor's vectors.
-struct Solve<'a, 'b> {
-    local: &'a mut Local<'b>,
+struct Solve<'a, 'b, 'c> {
+    local: &'a mut Local<'c>,
     count: usize,
-    out: &'a mut Chunk,
+    out: &'a mut Chunk<'b>,
 }
 
-impl WithSimd for Solve<'_, '_> {
+impl WithSimd for Solve<'_, '_, '_> {
     type Output = ();
 
     #[inline(always)]
-    fn with_simd<S: Simd>(self, _: S) {
-        self.local.solve_lanes(self.count, self.out);
+    fn with_simd<S: Simd>(self, simd: S) {
+        self.local.solve_lanes(simd, self.count, self.out);
     }
 }

@@ -1,6 +1,6 @@
 //! The local rational method: a denominator common to all responders around each line, for resonances a few lines wide.
 
-use super::local_lines::{Basis, Chunk, Lines};
+use super::local_lines::{Basis, Chunk, Lines, next};
 use ndof_linear::Cholesky;
 use num_complex::Complex64;
 use serde::{Deserialize, Serialize};
@@ -320,15 +320,14 @@ impl<'a> Rational<'a> {
             (rows, columns) = factors(m, q, |i, j| 1.0 + extra[i * q + j] / (noise[i * m + i].re * gram[j * q + j].re));
         }
         for (i, l) in (0..m).flat_map(|i| (0..m).map(move |l| (i, l))) {
-            out.noise.push(noise[i * m + l] * (rows[i] * rows[l]).sqrt());
+            next(&mut out.noise, 1).fill(noise[i * m + l] * (rows[i] * rows[l]).sqrt());
         }
         for (l, j) in (0..q).flat_map(|l| (0..q).map(move |j| (l, j))) {
             gram[l * q + j] *= (columns[l] * columns[j]).sqrt();
         }
-        out.driver.extend(driver);
-        out.gram_inverse.extend(gram);
-        out.g.extend(g);
-        out.left_out.push(f64::NAN);
+        next(&mut out.driver, q * q).copy_from_slice(&driver);
+        next(&mut out.gram_inverse, q * q).copy_from_slice(&gram);
+        next(&mut out.g, m * q).copy_from_slice(&g);
     }
 
     /// What the error of d adds to the variance of each entry of G, m × q.

@@ -9,6 +9,7 @@ use super::multisine::{Distortion, Multisine, multisine};
 use super::{DerivedEstimate, Direct, DirectEstimate, EstimateError, derived, direct};
 use crate::labels::Labels;
 use crate::ports::Ports;
+use crate::response::FrequencyResponse;
 use ndof_signal::{CrossSpectra, Multitaper, PeriodSpectra, Periodic, Recording, Warning, Welch};
 use serde::{Deserialize, Serialize};
 
@@ -81,14 +82,7 @@ pub struct Estimates {
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 pub fn estimate(trials: &[&Recording], ports: &Ports, labels: &Labels, method: &SpectralMethod, estimator: Direct) -> Result<Estimates, EstimateError> {
-    let first = trials.first().ok_or(EstimateError::NoTrial)?;
-    ports.validate(first.channels().len())?;
-    let all: Vec<usize> = (0..first.channels().len()).collect();
-    if estimator != Direct::H1 && !matches!(method, SpectralMethod::Welch(_) | SpectralMethod::Multitaper(_)) {
-        return Err(EstimateError::NoSpectra { estimator, method: method.name() });
-    }
-    super::check::alike(trials)?;
-    super::check::sizes(trials, ports, labels)?;
+    let all = checked(trials, ports, labels, method, estimator)?;
     match method {
         SpectralMethod::Welch(settings) => {
             let spectra = pooled(trials, |recording, trial| {
@@ -102,16 +96,8 @@ pub fn estimate(trials: &[&Recording], ports: &Ports, labels: &Labels, method: &
             })?;
             estimate_from_spectra(spectra, ports, labels, method, estimator)
         }
-        SpectralMethod::LocalPolynomial(settings) => {
-            let fit = |lines: &[Lines], of: (f64, usize), drivers: &[usize], responders: &[usize]| {
-                fit_as_set(lines, of, drivers, responders, *settings).map(|f| f.fitted)
-            };
-            local(trials, ports, labels, method, fit)
-        }
-        SpectralMethod::LocalRational(settings) => {
-            let fit = |lines: &[Lines], of: (f64, usize), drivers: &[usize], responders: &[usize]| fit_rational(lines, of, drivers, responders, *settings);
-            local(trials, ports, labels, method, fit)
-        }
+        SpectralMethod::LocalPolynomial(settings) => local(trials, ports, labels, method, polynomial(settings)),
+        SpectralMethod::LocalRational(settings) => local(trials, ports, labels, method, rational(settings)),
         SpectralMethod::Periodic(settings) => {
             let periods: Result<Vec<PeriodSpectra>, EstimateError> = trials
                 .iter()
@@ -126,6 +112,32 @@ pub fn estimate(trials: &[&Recording], ports: &Ports, labels: &Labels, method: &
             Ok(Estimates { effective_averages, direct, derived, spectra: None, distortion: Some(distortion), method: method.clone(), warnings: own })
         }
     }
+}
+
+/// The response to build on, that of [`estimate`] by way of the references where there are enough of them, else the direct one; what a method makes only
+/// to judge it by is left out.
+///
+/// # Errors
+/// As [`estimate`].
+pub fn response(trials: &[&Recording], ports: &Ports, labels: &Labels, method: &SpectralMethod, estimator: Direct) -> Result<FrequencyResponse, EstimateError> {
+    checked(trials, ports, labels, method, estimator)?;
+    match method {
+        SpectralMethod::LocalPolynomial(settings) => local_response(trials, ports, labels, polynomial(settings)),
+        SpectralMethod::LocalRational(settings) => local_response(trials, ports, labels, rational(settings)),
+        _ => estimate(trials, ports, labels, method, estimator).map(|found| found.derived.map_or(found.direct.response, |derived| derived.response)),
+    }
+}
+
+/// All channels, of trials that are alike and have those that are asked for.
+fn checked(trials: &[&Recording], ports: &Ports, labels: &Labels, method: &SpectralMethod, estimator: Direct) -> Result<Vec<usize>, EstimateError> {
+    let channels = trials.first().ok_or(EstimateError::NoTrial)?.channels().len();
+    ports.validate(channels)?;
+    if estimator != Direct::H1 && !matches!(method, SpectralMethod::Welch(_) | SpectralMethod::Multitaper(_)) {
+        return Err(EstimateError::NoSpectra { estimator, method: method.name() });
+    }
+    super::check::alike(trials)?;
+    super::check::sizes(trials, ports, labels)?;
+    Ok((0..channels).collect())
 }
 
 /// The same from spectra that are there already: a stream's, or those without the wrecked segments
@@ -149,13 +161,21 @@ pub fn estimate_from_spectra(
     Ok(Estimates { effective_averages, direct, derived, spectra: Some(spectra), distortion: None, method: method.clone(), warnings })
 }
 
-fn local(
-    trials: &[&Recording],
-    ports: &Ports,
-    labels: &Labels,
-    method: &SpectralMethod,
-    fit: impl Fn(&[Lines], (f64, usize), &[usize], &[usize]) -> Result<Fitted, EstimateError>,
-) -> Result<Estimates, EstimateError> {
+/// A fit of responders on drivers at the lines of trials of one rate and length.
+trait LocalFit: Fn(&[Lines], (f64, usize), &[usize], &[usize]) -> Result<Fitted, EstimateError> {}
+
+impl<F: Fn(&[Lines], (f64, usize), &[usize], &[usize]) -> Result<Fitted, EstimateError>> LocalFit for F {}
+
+fn polynomial(settings: &LocalPolynomial) -> impl LocalFit {
+    |lines: &[Lines], of: (f64, usize), drivers: &[usize], responders: &[usize]| fit_as_set(lines, of, drivers, responders, *settings).map(|f| f.fitted)
+}
+
+fn rational(settings: &LocalRational) -> impl LocalFit {
+    |lines: &[Lines], of: (f64, usize), drivers: &[usize], responders: &[usize]| fit_rational(lines, of, drivers, responders, *settings)
+}
+
+/// The lines of all channels of each trial, and rate and length of what they are of.
+fn lines(trials: &[&Recording]) -> Result<(Vec<Lines>, (f64, usize)), EstimateError> {
     let first = trials.first().ok_or(EstimateError::NoTrial)?;
     let rate = first.sample_rate_hz();
     for (k, recording) in trials.iter().enumerate() {
@@ -167,17 +187,30 @@ fn local(
     }
     let len = trials.iter().map(|r| r.len()).min().unwrap_or(0);
     let all: Vec<usize> = (0..first.channels().len()).collect();
-    let lines: Vec<Lines> = trials.iter().map(|r| Lines::new(rate, &r.columns(&all), len)).collect();
-    let fitted = fit(&lines, (rate, len), &ports.inputs, &ports.outputs)?;
-    let derived = if ports.references.len() >= ports.inputs.len() {
-        let responders: Vec<usize> = ports.outputs.iter().chain(&ports.inputs).copied().collect();
-        Some(fit(&lines, (rate, len), &ports.references, &responders)?.derived(&fitted, labels)?)
-    } else {
-        None
-    };
+    Ok((trials.iter().map(|r| Lines::new(rate, &r.columns(&all), len)).collect(), (rate, len)))
+}
+
+/// The fit of outputs and inputs on the references.
+fn by_references(lines: &[Lines], of: (f64, usize), ports: &Ports, fit: &impl LocalFit) -> Option<Result<Fitted, EstimateError>> {
+    let responders: Vec<usize> = ports.outputs.iter().chain(&ports.inputs).copied().collect();
+    (ports.references.len() >= ports.inputs.len()).then(|| fit(lines, of, &ports.references, &responders))
+}
+
+fn local(trials: &[&Recording], ports: &Ports, labels: &Labels, method: &SpectralMethod, fit: impl LocalFit) -> Result<Estimates, EstimateError> {
+    let (lines, of) = lines(trials)?;
+    let fitted = fit(&lines, of, &ports.inputs, &ports.outputs)?;
+    let derived = by_references(&lines, of, ports, &fit).map(|joint| joint?.derived(&fitted, labels)).transpose()?;
     let direct = fitted.direct(labels)?;
     let warnings = warnings(&direct, derived.as_ref(), ports);
     Ok(Estimates { effective_averages: direct.effective_averages, direct, derived, spectra: None, distortion: None, method: method.clone(), warnings })
+}
+
+fn local_response(trials: &[&Recording], ports: &Ports, labels: &Labels, fit: impl LocalFit) -> Result<FrequencyResponse, EstimateError> {
+    let (lines, of) = lines(trials)?;
+    match by_references(&lines, of, ports, &fit) {
+        Some(joint) => joint?.derived_alone(labels),
+        None => Ok(fit(&lines, of, &ports.inputs, &ports.outputs)?.direct(labels)?.response),
+    }
 }
 
 fn pooled(trials: &[&Recording], transform: impl Fn(&Recording, usize) -> Result<CrossSpectra, EstimateError>) -> Result<CrossSpectra, EstimateError> {
@@ -249,4 +282,41 @@ fn warnings(direct: &DirectEstimate, derived: Option<&DerivedEstimate>, ports: &
         }
     }
     warnings
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use ndof_signal::{Channel, Quantity, Unit};
+    use rand::{RngExt, SeedableRng};
+
+    #[test]
+    fn a_response_alone_is_that_of_the_whole_estimate() {
+        let mut rng = rand_chacha::ChaCha8Rng::seed_from_u64(2);
+        let r: Vec<f64> = (0..1500).map(|_| rng.random_range(-1.0..1.0)).collect();
+        let u: Vec<f64> = r.iter().map(|r| 0.8 * r + 0.1 * rng.random_range(-1.0..1.0)).collect();
+        let y: Vec<f64> = u.iter().map(|u| 0.5 * u + 0.1 * rng.random_range(-1.0..1.0)).collect();
+        let channel = |name: &str, quantity, samples| Channel::new(name, Unit::si(quantity, true), samples);
+        let channels = vec![channel("cmd", Quantity::Effort, r), channel("torque", Quantity::Effort, u), channel("angle", Quantity::Displacement, y)];
+        let trial = Recording::new(100.0, channels).expect("channels alike");
+        let methods = [
+            SpectralMethod::Welch(Welch::new(128)),
+            SpectralMethod::LocalPolynomial(LocalPolynomial::default()),
+            SpectralMethod::LocalRational(LocalRational::default()),
+        ];
+        for (method, references) in methods.iter().flat_map(|method| [(method, vec![0]), (method, vec![])]) {
+            let ports = Ports { references, inputs: vec![1], outputs: vec![2] };
+            let labels = Labels::of(&trial, &ports);
+            let whole = estimate(&[&trial], &ports, &labels, method, Direct::H1).expect("an estimate");
+            let whole = whole.derived.map_or(whole.direct.response, |derived| derived.response);
+            let alone = response(&[&trial], &ports, &labels, method, Direct::H1).expect("a response");
+            let same = |a: &ndarray::Array3<num_complex::Complex64>, b: &ndarray::Array3<num_complex::Complex64>| {
+                a.dim() == b.dim() && a.iter().zip(b).all(|(a, b)| a == b || (a.is_nan() && b.is_nan()))
+            };
+            let [own, other] = [&alone, &whole].map(|response| response.uncertainty.as_ref().expect("with its errors"));
+            assert!(same(&alone.value, &whole.value) && alone.value[[20, 0, 0]].is_finite(), "{}", method.name());
+            assert!(same(&own.noise, &other.noise) && same(&own.input_inverse, &other.input_inverse), "{}", method.name());
+            assert_eq!((&alone.frequency_hz, &alone.inputs, &alone.outputs), (&whole.frequency_hz, &whole.inputs, &whole.outputs));
+        }
+    }
 }
