@@ -208,15 +208,19 @@ impl Answer<'_> {
     fn rivals(&self, k: usize) -> Vec<(usize, f64)> {
         let own = &self.model.forms[k];
         let less = without(self.fitted, self.model, k);
+        let table = &self.searched.table;
+        let solved = self.searched.rule(self.forms, self.options).solve(&less.forms.iter().filter_map(|f| self.searched_as(f)).collect::<Vec<_>>());
         let mut by: Vec<(usize, f64)> = self
             .forms
             .iter()
             .enumerate()
             .filter(|(_, f)| !self.model.forms.iter().any(|m| m.same_place(f)))
             .filter(|(_, f)| self.related(own, f))
-            .map(|(f, form)| {
-                let (gained, freedoms) = self.alone(&less, form);
-                (f, gained - freedoms as f64 * (self.searched.table.samples as f64).ln())
+            // A gear that has neither settled nor follows its load is no rival yet: what it changes is of another compliance.
+            .filter(|(_, f)| f.gear().is_none_or(|gear| gear.compliance == 0.0 || !gear.starts.is_empty()))
+            .map(|(f, _)| {
+                let (gained, freedoms) = solved.gain(table, &table.columns[f]);
+                (f, gained - freedoms as f64 * (table.samples as f64).ln())
             })
             .collect();
         by.sort_by(|a, b| b.1.total_cmp(&a.1));
@@ -234,7 +238,7 @@ impl Answer<'_> {
                 forms.push(self.forms[f].clone());
                 let rival = Model::fit(self.fitted, &forms, &less.logged);
                 let theirs = [self.fitted, self.held].map(|view| losses(view, &residual(view, &rival)));
-                let penalty = 0.5 * (self.forms[f].columns.len() as f64 - own.columns.len() as f64) * (self.searched.table.samples as f64).ln();
+                let penalty = 0.5 * (self.forms[f].columns.len() as f64 - own.columns.len() as f64) * (table.samples as f64).ln();
                 let blocks: Vec<f64> = theirs.iter().flatten().zip(mine.iter().flatten()).map(|(a, b)| a - b).collect();
                 let sum = Sum::of(&blocks);
                 (f, Sum { value: sum.value + penalty, ..sum }.positive())
@@ -247,12 +251,11 @@ impl Answer<'_> {
         a.joint == b.joint || a.joint.is_none() || b.joint.is_none() || [a, b].iter().any(|f| f.cause.card.side == "link")
     }
 
-    /// What one form more gains beside a model, by the search's own table.
-    fn alone(&self, less: &Model, form: &Form) -> (f64, usize) {
-        let (table, find) = (&self.searched.table, |f: &Form| self.forms.iter().position(|g| g.same_place(f) && g.columns.len() == f.columns.len()));
-        let rule = self.searched.rule(self.forms, self.options);
-        let chosen: Vec<usize> = less.forms.iter().filter_map(find).collect();
-        find(form).map_or((0.0, 0), |f| rule.solve(&chosen).gain(table, &table.columns[f]))
+    /// The form of the search that a fitted one came from; of gears the nearest.
+    fn searched_as(&self, fitted: &Form) -> Option<usize> {
+        let away = |form: &Form| form.gear().zip(fitted.gear()).map_or(0.0, |(a, b)| (a.compliance / b.compliance).ln().abs());
+        let alike = |form: &Form| form.same_place(fitted) && form.columns.len() == fitted.columns.len();
+        (0..self.forms.len()).filter(|f| alike(&self.forms[*f])).min_by(|a, b| away(&self.forms[*a]).total_cmp(&away(&self.forms[*b])))
     }
 
     /// Whether a form that was set aside is beyond chance and matters in what was fitted, and does not act in what was held out.

@@ -321,9 +321,9 @@ fn judged(fitted: &View<'_>, held: &View<'_>, rule: &Rule<'_>, options: &Options
         let better = again.into_iter().find_map(|(m, k, _)| {
             let last = chosen.len();
             let forms: Vec<Form> = judged.model.forms.iter().chain([&rule.forms[k]]).cloned().collect();
-            // What does not even look likely before it is moved to its best is not worth that.
+            // What does not even look likely before it is moved to its best is not worth that; of a gear that says nothing.
             let near = Model::fit(fitted, &forms, &judged.model.logged);
-            if worth(fitted, held, &near, last).sure < 0.5 {
+            if rule.forms[k].gear().is_none() && worth(fitted, held, &near, last).sure < 0.5 {
                 return None;
             }
             let more: Vec<usize> = chosen.iter().copied().chain([k]).collect();
