@@ -115,7 +115,7 @@ fn several_channels(given: &Given) {
     };
     let Some(found) = found else { return };
     bounded(&found);
-    used(given, &found, &ports);
+    used(given, &found);
 }
 
 fn welch(given: &Given, samples: usize) -> Welch {
@@ -192,7 +192,7 @@ fn bounded(found: &Estimates) {
 }
 
 /// One thing that is done with an estimate.
-fn used(given: &Given, found: &Estimates, ports: &Ports) {
+fn used(given: &Given, found: &Estimates) {
     let response = found.derived.as_ref().map_or(&found.direct.response, |d| &d.response);
     match given.choose(7, 32) / 2 % 6 {
         0 => crate::response::intervals(response),
