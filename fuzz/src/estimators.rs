@@ -6,8 +6,8 @@ use ndof_signal::{
     reverse_arrangements, slepian_tapers,
 };
 use ndof_sysid::{
-    Coherence, Direct, Estimates, Labels, LocalPolynomial, LocalRational, Ports, SpectralMethod, StoppingRule, choose_method, estimate,
-    estimate_from_spectra, ordered_coherence, robust_spectra, sliding, spread, unresolved,
+    Coherence, Direct, Estimates, Labels, LocalPolynomial, LocalRational, Ports, SpectralMethod, StoppingRule, choose_method, estimate, estimate_from_spectra,
+    ordered_coherence, robust_spectra, sliding, spread, unresolved,
 };
 
 /// Bytes that choose channels, method and settings.
