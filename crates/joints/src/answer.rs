@@ -2,6 +2,7 @@
 
 use crate::causes::Form;
 use crate::diagnose::{Aside, Options, Searched, share, without};
+use crate::gears;
 use crate::generic::Left;
 use crate::held_out::{Sum, gain, losses, predicted};
 use crate::model::{Logged, Model, residual};
@@ -217,7 +218,7 @@ impl Answer<'_> {
             .filter(|(_, f)| !self.model.forms.iter().any(|m| m.same_place(f)))
             .filter(|(_, f)| self.related(own, f))
             // A gear that has neither settled nor follows its load is no rival yet: what it changes is of another compliance.
-            .filter(|(_, f)| f.gear().is_none_or(|gear| gear.compliance == 0.0 || !gear.starts.is_empty()))
+            .filter(|(_, f)| f.gear().is_none_or(|gear| gear.compliance == 0.0 || !gear.is_searched()))
             .map(|(f, _)| {
                 let (gained, freedoms) = solved.gain(table, &table.columns[f]);
                 (f, gained - freedoms as f64 * (table.samples as f64).ln())
@@ -236,7 +237,8 @@ impl Answer<'_> {
             .map(|f| {
                 let mut forms = less.forms.clone();
                 forms.push(self.forms[f].clone());
-                let rival = Model::fit(self.fitted, &forms, &less.logged);
+                let mut rival = Model::fit(self.fitted, &forms, &less.logged);
+                gears::begin(self.fitted, self.held, &mut rival);
                 let theirs = [self.fitted, self.held].map(|view| losses(view, &residual(view, &rival)));
                 let penalty = 0.5 * (self.forms[f].columns.len() as f64 - own.columns.len() as f64) * (table.samples as f64).ln();
                 let blocks: Vec<f64> = theirs.iter().flatten().zip(mine.iter().flatten()).map(|(a, b)| a - b).collect();

@@ -63,7 +63,7 @@ impl Column {
 
     /// Numbers beside the factor that are fitted with it: a gear's damping, and how its link begins.
     pub fn beside(&self) -> usize {
-        if let Column::Give(_) = self { 3 } else { 0 }
+        if let Column::Give(gear) = self { 1 + 2 * gear.starts.len() } else { 0 }
     }
 
     /// Whether all that it is made with is a number: what is none is not equal to itself.

@@ -7,7 +7,7 @@ use ndof_models::robot::Robot;
 use ndof_signal::{RESOLVED, derivatives};
 use std::sync::Arc;
 
-/// Largest excursion over which the torques are differenced (rad): far above round-off, and its cube far below the torques' noise.
+/// Excursion over which torques are differenced (rad): far above round-off, and what bends over it is far below the torques' noise.
 const EXCURSION: f64 = 1e-4;
 /// Share of a spring's stiffness that the load behind it leaves at least: where it takes more, the link falls over.
 const STANDS: f64 = 0.1;
@@ -20,7 +20,7 @@ pub(crate) struct Gear {
     pub compliance: f64,
     /// What slows its deflection (N m s/rad).
     pub damping: f64,
-    /// Deflection and rate beyond those of a link that follows its load, with which each trial begins; none where it is not said.
+    /// Deflection and rate beyond those of a link that follows its load, with which each trial begins.
     pub starts: Vec<[f64; 2]>,
 }
 
@@ -29,9 +29,15 @@ const USUAL: f64 = 0.05;
 
 impl Gear {
     /// One of this compliance with what metal usually damps.
-    pub fn new(joint: usize, compliance: f64, inertia: f64) -> Self {
+    pub fn new(scene: &Scene<'_>, joint: usize, compliance: f64) -> Self {
+        let inertia = scene.joints[joint].inertia;
         let damping = if compliance > 0.0 { 2.0 * USUAL * (inertia / compliance).sqrt() } else { 0.0 };
-        Gear { joint, compliance, damping, starts: vec![] }
+        Gear { joint, compliance, damping, starts: vec![[0.0; 2]; scene.trials] }
+    }
+
+    /// Whether nothing of it was fitted but perhaps its compliance: its links begin as if they followed their load.
+    pub fn is_searched(&self) -> bool {
+        self.starts.iter().flatten().all(|x| *x == 0.0)
     }
 }
 
@@ -108,7 +114,7 @@ fn swings(motion: &Motion, scene: &Scene<'_>, gear: &Gear) -> Vec<f64> {
     };
     let growth = (rigid[1.min(n - 1)] - rigid[0]) / step_s;
     let follows = between(0).stays(rigid[0], growth);
-    let start = gear.starts.get(motion.trial).copied().unwrap_or_default();
+    let start = gear.starts[motion.trial];
     let mut state = [follows[0] + start[0], follows[1] + start[1]];
     let mut now = needed(0, state[0]);
     let mut deflection = Vec::with_capacity(n);
@@ -185,40 +191,44 @@ pub(crate) fn deflected(motion: &Motion, scene: &Scene<'_>, joint: usize, deflec
 mod tests {
     use super::*;
     use crate::scene::{rms, scene};
+    use crate::swinging::swinging;
     use ndof_devices::RobotConfig;
     use ndof_signal::{Channel, Quantity, Recording, Unit};
     use ndof_sysid::Ports;
 
-    const PENDULUM: &str = r#"
+    /// Two links of point masses in a vertical plane, rotors before both gears.
+    const TWO_LINKS: &str = r#"
 schema = "ndof/robot/1"
-name = "pendulum"
-joints = [{ name = "elbow", axis = [0.0, 1.0, 0.0], mass_kg = 2.0, centre_m = [0.3, 0.0, 0.0] }]
+name = "two links"
+joints = [
+  { name = "shoulder", axis = [0.0, 1.0, 0.0], mass_kg = 1.0, centre_m = [0.2, 0.0, 0.0], rotor_inertia_kg_m2 = 0.05 },
+  { name = "elbow", axis = [0.0, 1.0, 0.0], origin_m = [0.3, 0.0, 0.0], mass_kg = 1.5, centre_m = [0.25, 0.0, 0.0], rotor_inertia_kg_m2 = 0.02 },
+]
 "#;
 
-    fn wave(t: f64) -> [f64; 2] {
-        [0.5 * (1.3 * t).sin() + 0.3 * (2.9 * t).sin(), 0.65 * (1.3 * t).cos() + 0.87 * (2.9 * t).cos()]
+    /// Angle, rate and acceleration of a sum of sines: size, rate, phase.
+    fn sines(parts: &[[f64; 3]], t: f64) -> [f64; 3] {
+        parts.iter().fold([0.0; 3], |[q, v, a], [size, w, phase]| {
+            let (sin, cos) = (w * t + phase).sin_cos();
+            [q + size * sin, v + size * w * cos, a - size * w * w * sin]
+        })
     }
 
-    /// The torque of a gear whose link swings on it, by Runge-Kutta steps of a tenth of a millisecond.
-    fn swinging(stiffness: f64, damping: f64, samples: usize) -> Vec<f64> {
-        const STEP: f64 = 1e-4;
-        let spring = |t: f64, [q, v]: [f64; 2]| stiffness * (wave(t)[0] - q) + damping * (wave(t)[1] - v);
-        let moves = |t: f64, x: [f64; 2]| [x[1], (spring(t, x) + 2.0 * 9.81 * 0.3 * x[0].cos()) / 0.18];
-        let after = |x: [f64; 2], d: [f64; 2], h: f64| [x[0] + h * d[0], x[1] + h * d[1]];
-        let mut x = [5.886 / stiffness, 1.52];
-        let mut out = Vec::new();
-        for k in 0..100 * samples {
-            let t = k as f64 * STEP;
-            if k % 100 == 0 {
-                out.push(spring(t, x));
-            }
-            let a = moves(t, x);
-            let b = moves(t + 0.5 * STEP, after(x, a, 0.5 * STEP));
-            let c = moves(t + 0.5 * STEP, after(x, b, 0.5 * STEP));
-            let d = moves(t + STEP, after(x, c, STEP));
-            x = after(x, std::array::from_fn(|i| (a[i] + 2.0 * b[i] + 2.0 * c[i] + d[i]) / 6.0), STEP);
-        }
-        out
+    fn shoulder(t: f64) -> [f64; 3] {
+        sines(&[[0.5, 1.3, 0.0], [0.3, 2.9, 0.0]], t)
+    }
+
+    fn elbow(t: f64) -> [f64; 3] {
+        sines(&[[0.8, 1.7, 0.4], [0.3, 3.1, 1.0]], t)
+    }
+
+    /// Torques of the links in closed form, without rotors.
+    fn needed([q1, v1, a1]: [f64; 3], [q2, v2, a2]: [f64; 3]) -> [f64; 2] {
+        let (g, weight, [near, far]) = (9.81, 1.5 * 0.25, [1.5 * 0.25 * 0.25, 1.5 * 0.3 * 0.25]);
+        let (across, whole) = (near + far * q2.cos(), 1.0 * 0.2 * 0.2 + 1.5 * 0.3 * 0.3 + near + 2.0 * far * q2.cos());
+        let first = whole * a1 + across * a2 - far * q2.sin() * (2.0 * v1 * v2 + v2 * v2);
+        let second = across * a1 + near * a2 + far * q2.sin() * v1 * v1;
+        [first - g * ((0.2 + 1.5 * 0.3) * q1.cos() + weight * (q1 + q2).cos()), second - g * weight * (q1 + q2).cos()]
     }
 
     /// By their own equations of motion, from slow to fast and from none to much damping: x = e^(−αt) of one that is critically damped and begins with v = −α x.
@@ -237,24 +247,42 @@ joints = [{ name = "elbow", axis = [0.0, 1.0, 0.0], mass_kg = 2.0, centre_m = [0
         assert!((x - (-3.0_f64).exp()).abs() < 1e-12 && (v + 10.0 * (-3.0_f64).exp()).abs() < 1e-11);
     }
 
+    /// A shoulder's gear gives; what hangs on it changes with the elbow, and both joints feel how it swings.
     #[test]
     fn a_link_swings_on_its_gear_as_its_equation_says() {
-        let chain = RobotConfig::parse("pendulum.toml", PENDULUM, None).and_then(|c| c.chain()).expect("a robot");
-        let ports = Ports { references: vec![], inputs: vec![0], outputs: vec![1] };
-        let channel = |name: &str, quantity, samples| Channel::new(name, Unit::si(quantity, true), samples);
-        for (stiffness, damping) in [(16.0, 0.15), (16.0, 0.6), (40.0, 1.0), (4000.0, 1.0)] {
-            let torque = swinging(stiffness, damping, 6000);
-            let angle = (0..6000).map(|k| wave(f64::from(k) / 100.0)[0]).collect();
-            let channels = vec![channel("torque", Quantity::Effort, torque.clone()), channel("angle", Quantity::Displacement, angle)];
-            let (scene, motions) = scene(&chain, &[Recording::new(100.0, channels).expect("a log")], &[], &ports).expect("it moves");
-            // Where the swing of the beginning and the ends of the smoothing are over.
-            let left = |times: f64| {
-                let gear = Gear { joint: 0, compliance: 1.0 / stiffness, damping: times * damping, starts: vec![] };
-                let found = given(&motions[0], &scene, &gear).swap_remove(0).1;
-                rms(&(2000..5000).map(|k| torque[k] - motions[0].rigid[0][k] - found[k] / stiffness).collect::<Vec<_>>())
+        let chain = RobotConfig::parse("two.toml", TWO_LINKS, None).and_then(|c| c.chain()).expect("a robot");
+        let ports = Ports { references: vec![], inputs: vec![0, 1], outputs: vec![2, 3] };
+        let times = || (0..6000).map(|k| f64::from(k) / 100.0);
+        for (stiffness, damping) in [(40.0, 0.4), (40.0, 1.5), (100.0, 2.5), (1e4, 2.5)] {
+            let spring = |t: f64, [q, v]: [f64; 2]| stiffness * (shoulder(t)[0] - q) + damping * (shoulder(t)[1] - v);
+            // The torque is a line in the acceleration.
+            let acceleration = |t: f64, [q, v]: [f64; 2]| {
+                let [still, unit] = [0.0, 1.0].map(|a| needed([q, v, a], elbow(t))[0]);
+                (spring(t, [q, v]) - still) / (unit - still)
             };
-            // What ten percent of its small damping changes is more than ten times what is left.
-            assert!(left(1.0) < 1e-4 * rms(&torque) && left(1.0) < 0.1 * left(1.1), "{stiffness} {damping}: {} {}", left(1.0), left(1.1));
+            let link = swinging(100.0, 6000, 0.0, [shoulder(0.0)[0], shoulder(0.0)[1]], acceleration);
+            let torques: Vec<[f64; 2]> = times()
+                .zip(&link)
+                .map(|(t, x)| [spring(t, *x) + 0.05 * shoulder(t)[2], needed([x[0], x[1], acceleration(t, *x)], elbow(t))[1] + 0.02 * elbow(t)[2]])
+                .collect();
+            let channel = |name: &str, quantity, samples| Channel::new(name, Unit::si(quantity, true), samples);
+            let mut channels: Vec<Channel> =
+                (0..2).map(|j| channel(&format!("torque_{j}"), Quantity::Effort, torques.iter().map(|t| t[j]).collect())).collect();
+            channels.push(channel("angle_0", Quantity::Displacement, times().map(|t| shoulder(t)[0]).collect()));
+            channels.push(channel("angle_1", Quantity::Displacement, times().map(|t| elbow(t)[0]).collect()));
+            let (scene, motions) = scene(&chain, &[Recording::new(100.0, channels).expect("a log")], &[], &ports).expect("it moves");
+            // What is left of each torque, where the swing of the beginning and the ends of the smoothing are over.
+            let left = |times: f64| {
+                let gear = Gear { joint: 0, compliance: 1.0 / stiffness, damping: times * damping, starts: vec![[0.0; 2]] };
+                let found = given(&motions[0], &scene, &gear);
+                [0, 1].map(|j| rms(&(3000..5500).map(|k| torques[k][j] - motions[0].rigid[j][k] - found[j].1[k] / stiffness).collect::<Vec<_>>()))
+            };
+            let (right, wrong) = (left(1.0), left(1.1));
+            for j in 0..2 {
+                // What ten percent of its small damping changes is more than ten times what is left.
+                let size = rms(&torques.iter().map(|t| t[j]).collect::<Vec<_>>());
+                assert!(right[j] < 1e-4 * size && right[j] < 0.1 * wrong[j], "{stiffness} {damping} {j}: {} {}", right[j], wrong[j]);
+            }
         }
     }
 }

@@ -270,6 +270,13 @@ struct HeldUp {
     minor: Vec<Aside>,
 }
 
+/// A model at its best for what is fitted, ready to be run along what is held out.
+fn refined([fitted, held]: [&View<'_>; 2], forms: &[Form], logged: &Logged) -> Model {
+    let mut model = Model::refined(fitted, forms, logged);
+    gears::begin(fitted, held, &mut model);
+    model
+}
+
 /// At most so many causes of a robot.
 fn most_causes(view: &View<'_>) -> usize {
     CAUSES_A_JOINT * view.scene.joints.len() + 2
@@ -282,7 +289,7 @@ fn held_up(fitted: &View<'_>, held: &View<'_>, rule: &Rule<'_>, options: &Option
     let mut chosen = Vec::new();
     let most = most_causes(fitted);
     let plain = Logged::as_it_is(fitted.noise.len());
-    let refined = |chosen: &[usize]| Model::refined(fitted, &chosen.iter().map(|k| rule.forms[*k].clone()).collect::<Vec<_>>(), &plain);
+    let refined = |chosen: &[usize]| refined([fitted, held], &chosen.iter().map(|k| rule.forms[*k].clone()).collect::<Vec<_>>(), &plain);
     loop {
         let aside: Vec<&Form> = minor.iter().map(|m| &m.form).collect();
         rule.search(&mut chosen, &aside, most);
@@ -327,7 +334,7 @@ fn judged(fitted: &View<'_>, held: &View<'_>, rule: &Rule<'_>, options: &Options
                 return None;
             }
             let more: Vec<usize> = chosen.iter().copied().chain([k]).collect();
-            let model = Model::refined(fitted, &forms, &judged.model.logged);
+            let model = refined([fitted, held], &forms, &judged.model.logged);
             if reason(&model, last, &worth(fitted, held, &model, last), options).is_some() {
                 return None;
             }

@@ -3,11 +3,11 @@
 use crate::causes::Form;
 use crate::column::Column;
 use crate::deflection::Gear;
-use crate::model::{Logged, open, solved};
+use crate::model::{Logged, Model, open, residual, solved};
 use crate::search::Solved;
 use crate::table::{Series, Table, View};
 use rayon::prelude::*;
-use std::sync::Arc;
+use std::sync::{Arc, MutexGuard, PoisonError};
 
 /// Most steps: each leaves little of what the one before it left.
 const STEPS: usize = 10;
@@ -16,6 +16,19 @@ const SETTLED: f64 = 1e-4;
 /// Share of a parameter's scale over which torques are differenced.
 const DIFFERENCE: f64 = 1e-3;
 
+/// What is known of gears from settling them before.
+#[derive(Default)]
+pub(crate) struct Gears {
+    /// Those that a search began with, and where they settled last.
+    settled: Vec<(Gear, Gear)>,
+    /// Where the slopes of each joint's gear were made last, and what they are.
+    slopes: Vec<(Gear, Arc<Vec<Series>>)>,
+}
+
+fn known<'a>(view: &'a View<'_>) -> MutexGuard<'a, Gears> {
+    view.gears.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
 /// Moves compliance and damping of each gear, and how its link begins, to where the likelihood is greatest, all factors beside it fitted anew.
 pub(crate) fn settle(view: &View<'_>, forms: &mut [Form], logged: &Logged) {
     for k in 0..forms.len() {
@@ -23,18 +36,17 @@ pub(crate) fn settle(view: &View<'_>, forms: &mut [Form], logged: &Logged) {
         let mut place = Place { view, forms, k, logged };
         let mut gear = searched.clone();
         if gear.compliance == 0.0 {
-            gear = Gear::new(gear.joint, place.by_a_line(), view.scene.joints[gear.joint].inertia);
+            gear = Gear::new(view.scene, gear.joint, place.by_a_line());
         }
         if gear.compliance > 0.0 && view.scene.joints[gear.joint].inertia > 0.0 {
-            gear.starts.resize(view.motions.len(), [0.0; 2]);
             // Beside other causes it has settled before, not far from here.
-            let before = view.settled(&searched).unwrap_or_else(|| gear.clone());
-            if place.loss(&before) < place.loss(&gear) {
-                gear = before;
-            }
+            let before = known(view).settled.iter().find(|(from, _)| *from == searched).map(|(_, to)| to.clone());
+            gear = before.filter(|before| place.loss(before) < place.loss(&gear)).unwrap_or(gear);
             gear = place.settled(gear);
             place.put(&gear);
-            view.settles(searched, gear);
+            let mut known = known(view);
+            known.settled.retain(|(from, _)| *from != searched);
+            known.settled.push((searched, gear));
         }
     }
 }
@@ -63,9 +75,7 @@ fn by_itself(view: &View<'_>, searched: &[Form], asked: &[Form], logged: &Logged
     let mut place = Place { view, forms: &mut beside, k, logged: &logged };
     let nearest = own.iter().filter(|(_, gear)| gear.compliance > 0.0).map(|(_, gear)| (place.loss(gear), *gear)).min_by(|a, b| a.0.total_cmp(&b.0));
     let Some((_, nearest)) = nearest else { return vec![] };
-    let mut start = nearest.clone();
-    start.starts.resize(view.motions.len(), [0.0; 2]);
-    let settled = Column::Give(place.settled(start));
+    let settled = Column::Give(place.settled(nearest.clone()));
     let columns = |form: &Form| -> Vec<Column> { std::iter::once(settled.clone()).chain(form.columns[1..].iter().cloned()).collect() };
     let mut out: Vec<Form> = Vec::new();
     for (form, columns) in own.into_iter().map(|(form, _)| (form, columns(form))) {
@@ -74,6 +84,27 @@ fn by_itself(view: &View<'_>, searched: &[Form], asked: &[Form], logged: &Logged
         }
     }
     out
+}
+
+/// How the links behind a model's gears begin in trials of which nothing was fitted: two numbers of each that no other trial can tell.
+pub(crate) fn begin(fitted: &View<'_>, held: &View<'_>, model: &mut Model) {
+    let of = |view: &View<'_>, trial: usize| view.pieces.iter().any(|piece| piece.trial == trial);
+    let unseen: Vec<usize> = (0..held.motions.len()).filter(|t| of(held, *t) && !of(fitted, *t)).collect();
+    if unseen.is_empty() {
+        return;
+    }
+    // Where a link swings far it is no line of how it begins.
+    for _ in 0..3 {
+        for k in 0..model.forms.len() {
+            let Some(mut gear) = model.forms[k].gear().filter(|gear| gear.compliance > 0.0).cloned() else { continue };
+            let all = starts(held, &gear);
+            let slopes: Vec<Arc<Series>> = unseen.iter().flat_map(|t| &all[2 * t..2 * t + 2]).map(|x| Arc::new(x.whitened(&held.noise))).collect();
+            let (_, found) = solved(&slopes, &residual(held, model).whitened(&held.noise));
+            let steps = found.of(&(0..slopes.len()).collect::<Vec<_>>());
+            unseen.iter().zip(steps.chunks_exact(2)).for_each(|(t, step)| (0..2).for_each(|i| gear.starts[*t][i] += step[i]));
+            model.forms[k].columns[0] = Column::Give(gear);
+        }
+    }
 }
 
 /// One of the forms whose gear is looked for.
@@ -154,19 +185,21 @@ impl Place<'_, '_> {
 const DAMPING: usize = 1;
 
 /// How far from where they were made slopes serve, as a share of a gear's numbers: a step by them leaves as much of what it goes.
-const NEAR: f64 = 0.05;
+const SERVE: f64 = 0.05;
 
 /// The changes of all torques with compliance, damping, and deflection and rate with which each trial begins; made there if they are to be `fresh`.
 fn slopes(view: &View<'_>, gear: &Gear, fresh: bool) -> Arc<Vec<Series>> {
     let scale = damping_scale(view, gear);
-    let near = |at: &Gear| (at.compliance - gear.compliance).abs() < NEAR * gear.compliance && (at.damping - gear.damping).abs() < NEAR * scale;
-    let known = view.slopes(gear.joint).filter(|(at, _)| at == gear || (!fresh && near(at)));
-    known.map(|(_, slopes)| slopes).unwrap_or_else(|| {
+    let near = |at: &Gear| (at.compliance - gear.compliance).abs() < SERVE * gear.compliance && (at.damping - gear.damping).abs() < SERVE * scale;
+    let before = known(view).slopes.iter().find(|(at, _)| at == gear || (!fresh && at.joint == gear.joint && near(at))).map(|(_, slopes)| slopes.clone());
+    before.unwrap_or_else(|| {
         let given = || slope(view, gear, gear.compliance, |gear, by| gear.compliance += by);
         let damped = || slope(view, gear, scale, |gear, by| gear.damping += by);
         let ((given, damped), starts) = rayon::join(|| rayon::join(given, damped), || starts(view, gear));
         let found = Arc::new([given, damped].into_iter().chain(starts).collect::<Vec<_>>());
-        view.keep_slopes(gear.clone(), found.clone());
+        let mut known = known(view);
+        known.slopes.retain(|(at, _)| at.joint != gear.joint);
+        known.slopes.push((gear.clone(), found.clone()));
         found
     })
 }

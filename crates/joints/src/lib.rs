@@ -31,6 +31,9 @@ mod physical;
 mod pictures;
 mod scene;
 mod search;
+#[cfg(test)]
+#[path = "../tests/swinging/mod.rs"]
+mod swinging;
 mod table;
 
 pub use causes::{CAUSES, Card, JointCause};

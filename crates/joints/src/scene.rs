@@ -39,6 +39,8 @@ pub(crate) struct JointScale {
 pub(crate) struct Scene<'a> {
     pub chain: &'a SerialChain,
     pub rate_hz: f64,
+    /// How many there are.
+    pub trials: usize,
     /// Highest frequency of any joint's motion that rises above the noise of its encoder.
     pub fastest_hz: f64,
     pub joints: Vec<JointScale>,
@@ -90,7 +92,7 @@ pub(crate) fn scene<'a>(chain: &'a SerialChain, trials: &[Recording], simulated:
             }
         })
         .collect();
-    let scene = Scene { chain, rate_hz, fastest_hz, joints };
+    let scene = Scene { chain, rate_hz, trials: trials.len(), fastest_hz, joints };
     let simulated: Vec<Motion> = simulated.iter().enumerate().map(moved).collect();
     within_bounds(&simulated, chain)?;
     for (motion, own) in motions.iter_mut().zip(simulated) {

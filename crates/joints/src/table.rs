@@ -3,7 +3,7 @@
 use crate::band::Band;
 use crate::causes::Form;
 use crate::column::{Column, each_sample};
-use crate::deflection::Gear;
+use crate::gears::Gears;
 use crate::model::Logged;
 use crate::motion::Motion;
 use crate::noise::Whitener;
@@ -68,6 +68,7 @@ pub(crate) struct View<'a> {
     pub pieces: Vec<Piece>,
     pub noise: Vec<Whitener>,
     kept: Mutex<Kept>,
+    pub gears: Mutex<Gears>,
     whole: &'a Mutex<Whole>,
 }
 
@@ -77,8 +78,6 @@ struct Kept {
     columns: Vec<(Column, Arc<Series>)>,
     white: Vec<(Column, Arc<Series>)>,
     file: Option<Arc<Series>>,
-    gears: Vec<(Gear, Gear)>,
-    slopes: Vec<(Gear, Arc<Vec<Series>>)>,
 }
 
 /// What joints feel of columns at every sample, by column and trial.
@@ -96,7 +95,7 @@ impl<'a> View<'a> {
             })
             .collect();
         let noise = scene.joints.iter().map(|j| Whitener::plain(j.torque)).collect();
-        View { scene, motions, band, pieces, noise, kept: Mutex::default(), whole }
+        View { scene, motions, band, pieces, noise, kept: Mutex::default(), gears: Mutex::default(), whole }
     }
 
     fn kept(&self) -> MutexGuard<'_, Kept> {
@@ -107,30 +106,6 @@ impl<'a> View<'a> {
     pub fn in_noise(self, noise: Vec<Whitener>) -> Self {
         self.kept().white.clear();
         View { noise, ..self }
-    }
-
-    /// Where a gear that a search began with settled last.
-    pub fn settled(&self, searched: &Gear) -> Option<Gear> {
-        self.kept().gears.iter().find(|(from, _)| from == searched).map(|(_, to)| to.clone())
-    }
-
-    /// Keeps where it settled.
-    pub fn settles(&self, searched: Gear, gear: Gear) {
-        let mut kept = self.kept();
-        kept.gears.retain(|(from, _)| *from != searched);
-        kept.gears.push((searched, gear));
-    }
-
-    /// Where the slopes of a joint's gear were made last, and what they are.
-    pub fn slopes(&self, joint: usize) -> Option<(Gear, Arc<Vec<Series>>)> {
-        self.kept().slopes.iter().find(|(at, _)| at.joint == joint).cloned()
-    }
-
-    /// Keeps them.
-    pub fn keep_slopes(&self, at: Gear, slopes: Arc<Vec<Series>>) {
-        let mut kept = self.kept();
-        kept.slopes.retain(|(other, _)| other.joint != at.joint);
-        kept.slopes.push((at, slopes));
     }
 
     /// Torques that these columns need for each unit of them.
@@ -204,7 +179,7 @@ impl<'a> View<'a> {
                     return combined(&bodies[*link], parts);
                 }
                 // What a search asks of a gear both stretches ask, and it is dear.
-                let both = matches!(column, Column::Give(gear) if gear.starts.is_empty());
+                let both = matches!(column, Column::Give(gear) if gear.is_searched());
                 let of = |t: &usize| if both { self.along(column, *t) } else { Arc::new(column.along(&self.motions[*t], self.scene)) };
                 let felt: Vec<_> = trials.iter().map(|t| self.pieces.iter().any(|p| p.trial == *t).then(|| of(t))).collect();
                 let piece = |piece: &Piece| {

@@ -77,7 +77,7 @@ pub(crate) struct Form {
     pub reshape: fn(&Form, &[f64]) -> Vec<Column>,
 }
 
-/// How many times the factor that a column is made with the data may ask for: beyond it the column is of something else.
+/// How many times the factor that a column is made with the data may ask for: beyond it is the neighbour that a search has.
 const NEAR: f64 = 3.0;
 
 /// A parameter that the columns hold.

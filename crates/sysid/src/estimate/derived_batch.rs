@@ -1,6 +1,7 @@
 //! The algebra of the derived estimate, for several frequencies side by side.
 
 use super::direct::LARGEST_CONDITION;
+use super::equation_error::LeftOver;
 use super::instrument::{WEAK_INSTRUMENT, about};
 use crate::filling::{Filling, scatter, scatter_hermitian, scatter_real};
 use crate::lanes::{LANES, LaneCholesky, Lanes, Reals, condition, dot_conj, each, entry, lower, map, power};
@@ -105,8 +106,8 @@ pub(super) struct Batch {
     sigma: Vec<Lanes>,
     /// C, p × q.
     c: Vec<Lanes>,
-    /// C Σ_uu − Σ_yu, p × q.
-    left: Vec<Lanes>,
+    /// The noise of the equation that was solved, a lower triangle.
+    noise: Vec<Lanes>,
     row: Vec<Lanes>,
     square: [Vec<Lanes>; 2],
 }
@@ -132,7 +133,7 @@ impl Batch {
             explained: triangle(p + q),
             sigma: triangle(p + q),
             c: zeros(p * q),
-            left: zeros(p * q),
+            noise: triangle(p),
             row: zeros(qr.max(q)),
             square: [zeros(q * q), zeros(q * q)],
         }
@@ -207,11 +208,6 @@ impl Batch {
             self.caused.whiten(row);
             self.caused.unwhiten(row);
             row.iter().enumerate().for_each(|(j, c)| scatter(value, p * q, i * q + j, c));
-            for j in 0..q {
-                let minus = self.sigma[lower(q + i, j)];
-                let start = Lanes { re: each(&minus.re, |v| -v), im: each(&minus.im, |v| -v) };
-                self.left[i * q + j] = (0..q).fold(start, |sum, l| sum.plus(&row[l], &entry(&self.sigma, l, j)));
-            }
         }
     }
 
@@ -223,34 +219,15 @@ impl Batch {
         let responder = |a: usize, b: usize| s[lower(qr + a, qr + b)];
         let input = |i: usize, j: usize| s[lower(qr + i, qr + j)];
         // The residual holds what the error of C makes of the inputs that the references do not cause: tr((S^c)⁻¹ Σ_uu)/ν.
-        let taken_in = (0..q).fold([0.0; LANES], |sum, j| {
-            (0..=j).fold(sum, |sum, l| {
-                let (a, b) = (&self.caused_inverse[lower(j, l)], &self.sigma[lower(j, l)]);
-                let times = if j == l { 1.0 } else { 2.0 };
-                std::array::from_fn(|k| sum[k] + times * (a.re[k] * b.re[k] + a.im[k] * b.im[k]))
-            })
-        });
+        let left_over = LeftOver { sigma: &self.sigma, outputs: q, inputs: 0 };
+        left_over.noise(&self.c, q, &mut self.row[..q], &mut self.noise);
+        let taken_in = left_over.taken_in(&self.caused_inverse, q);
         let share = map(&share, &taken_in, |share, taken| share / (1.0 + share * taken));
-        let noise = out.noise.batch(count);
+        scatter_hermitian(out.noise.batch(count), p, |i, k| self.noise[lower(i, k)].scaled(&share));
         let [paper_ordinary, paper_partial, paper_multiple] = out.paper.each_mut().map(|a| a.batch(count));
         let [iv_ordinary, iv_partial, iv_multiple] = out.iv.each_mut().map(|a| a.batch(count));
         for i in 0..p {
             let own = &self.c[i * q..(i + 1) * q];
-            let mut equation_noise = [0.0; LANES];
-            for k in 0..=i {
-                // Σ_yy − C Σ_uy + (C Σ_uu − Σ_yu) Cᴴ.
-                let other = &self.c[k * q..(k + 1) * q];
-                let without = (0..q).fold(self.sigma[lower(q + i, q + k)], |sum, j| sum.minus_conj(&own[j], &self.sigma[lower(q + k, j)]));
-                let entry = (0..q).fold(without, |sum, j| sum.plus_conj(&self.left[i * q + j], &other[j]));
-                if i == k {
-                    equation_noise = each(&entry.re, |v| if v < 0.0 { 0.0 } else { v });
-                    scatter(noise, p * p, i * p + i, &Lanes { re: equation_noise, im: [0.0; LANES] }.scaled(&share));
-                } else {
-                    let entry = entry.scaled(&share);
-                    scatter(noise, p * p, i * p + k, &entry);
-                    scatter(noise, p * p, k * p + i, &entry.conj());
-                }
-            }
             let row = &mut self.row[..q];
             row.iter_mut().enumerate().for_each(|(j, w)| *w = s[lower(qr + q + i, qr + j)]);
             self.measured.whiten(row);
@@ -261,7 +238,14 @@ impl Batch {
             implied((i, p), (own, row), |j| input(j, j).re, &self.measured_inverse, &direct_noise, [paper_ordinary, paper_partial, paper_multiple]);
             // C S^c is what the references explain of S_yu.
             row.iter_mut().enumerate().for_each(|(j, w)| *w = self.explained[lower(q + i, j)]);
-            implied((i, p), (own, row), |j| self.explained[lower(j, j)].re, &self.caused_inverse, &equation_noise, [iv_ordinary, iv_partial, iv_multiple]);
+            implied(
+                (i, p),
+                (own, row),
+                |j| self.explained[lower(j, j)].re,
+                &self.caused_inverse,
+                &self.noise[lower(i, i)].re,
+                [iv_ordinary, iv_partial, iv_multiple],
+            );
         }
     }
 

@@ -1,6 +1,7 @@
 //! The derived estimate at several lines of a local fit side by side, and the arrays that it fills.
 
 use super::derived_batch::implied;
+use super::equation_error::LeftOver;
 use super::fitted::Fitted;
 use super::instrument::{WEAK_INSTRUMENT, about};
 use crate::filling::{Filling, scatter, scatter_hermitian, scatter_real};
@@ -105,8 +106,7 @@ pub(super) struct DerivedLines<'a> {
     triangle: Vec<Lanes>,
     scratch: Vec<Lanes>,
     c: Vec<Lanes>,
-    /// C Σ_uu − Σ_yu, p × q.
-    left: Vec<Lanes>,
+    row: Vec<Lanes>,
     /// The noise of the equation that was solved.
     noise: Vec<Lanes>,
     square: [Vec<Lanes>; 2],
@@ -137,7 +137,7 @@ impl<'a> DerivedLines<'a> {
             triangle: triangle(q.max(qr)),
             scratch: triangle(q),
             c: zeros(p * q),
-            left: zeros(p * q),
+            row: zeros(q),
             noise: triangle(p),
             square: [zeros(q * q.max(qr)), zeros(q * q)],
         }
@@ -162,7 +162,9 @@ impl<'a> DerivedLines<'a> {
     fn solve_lanes(&mut self, first: usize, count: usize, out: &mut Found) -> [bool; LANES] {
         self.load(first, count);
         self.invert(count, out);
-        self.find_noise();
+        let left_over = LeftOver { sigma: &self.sigma, outputs: 0, inputs: self.p };
+        left_over.noise(&self.c, self.q, &mut self.row, &mut self.noise);
+        let taken_in = left_over.taken_in(&self.inverse, self.q);
         let mut decisive = [self.g[0].re, self.inverse[0].re, [0.0; LANES], [0.0; LANES]];
         if let Some(direct) = self.direct {
             self.tell_caused(first, count, &mut out.judged);
@@ -171,7 +173,6 @@ impl<'a> DerivedLines<'a> {
             (decisive[2], decisive[3]) = (self.caused_inverse[0].re, self.measured_inverse[0].re);
         }
         // The error of C takes in what the references do not cause of the inputs.
-        let taken_in = self.taken_in();
         let share = each(&taken_in, |taken| 1.0 / (1.0 + taken));
         scatter_hermitian(out.noise.batch(count), self.p, |i, k| self.noise[lower(i, k)].scaled(&share));
         let at_rest = |l: usize| self.fit.frequency_hz[first + l.min(count - 1)] == 0.0;
@@ -224,44 +225,6 @@ impl<'a> DerivedLines<'a> {
                 scatter(value, p * q, i * q + j, c);
             }
         }
-    }
-
-    /// The noise of the equation that was solved, A Σ Aᴴ with A = [1, −C].
-    #[inline(always)]
-    fn find_noise(&mut self) {
-        let (p, q) = (self.p, self.q);
-        for i in 0..p {
-            let own = row(&self.c, i, q);
-            for j in 0..q {
-                let minus = entry(&self.sigma, i, p + j);
-                let mut sum = Lanes { re: each(&minus.re, |v| -v), im: each(&minus.im, |v| -v) };
-                for (l, c) in own.iter().enumerate() {
-                    sum = sum.plus(c, &entry(&self.sigma, p + l, p + j));
-                }
-                self.left[i * q + j] = sum;
-            }
-            for k in 0..=i {
-                let mut sum = self.sigma[lower(i, k)];
-                for (j, c) in own.iter().enumerate() {
-                    sum = sum.minus(c, &self.sigma[lower(p + j, k)]).plus_conj(&self.left[i * q + j], &self.c[k * q + j]);
-                }
-                let real = Lanes { re: each(&sum.re, |v| if v < 0.0 { 0.0 } else { v }), im: [0.0; LANES] };
-                self.noise[lower(i, k)] = if i == k { real } else { sum };
-            }
-        }
-    }
-
-    /// tr(information⁻¹ Σ_uu).
-    #[inline(always)]
-    fn taken_in(&self) -> Reals {
-        let (p, mut sum) = (self.p, [0.0; LANES]);
-        for j in 0..self.q {
-            for l in 0..=j {
-                let (a, b, times) = (&self.inverse[lower(j, l)], &self.sigma[lower(p + j, p + l)], if j == l { 1.0 } else { 2.0 });
-                sum = lanes(|k| sum[k] + times * (a.re[k] * b.re[k] + a.im[k] * b.im[k]));
-            }
-        }
-        sum
     }
 
     /// What the references cause of the inputs, g S gᴴ with S their density, and their coherence with each responder.

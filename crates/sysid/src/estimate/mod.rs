@@ -7,6 +7,7 @@ mod derived;
 mod derived_batch;
 mod derived_line;
 mod direct;
+mod equation_error;
 mod error;
 mod fitted;
 mod instrument;
