@@ -172,3 +172,12 @@ fn links_that_swing_otherwise_in_each_trial_are_of_one_gear() {
         .collect();
     assert_gear(&found(&logs), stiffness);
 }
+
+/// Beside a cause that shows little stand others that predict as well, gears too: one that follows its load, whose compliance the data may choose.
+#[test]
+fn a_gear_that_gives_a_little_is_not_told_from_a_link_that_is_a_little_heavier() {
+    let hanging = |t: f64| 1.4 + wave(t);
+    let found = logged(6000, hanging, |t| 1.012 * needed(hanging, t), white(NOISE, 7));
+    let effects: Vec<&str> = found.confusable.iter().flat_map(|c| &c.effects).map(String::as_str).collect();
+    assert!(effects.contains(&"link-parameters at elbow") && effects.contains(&"joint-flexibility at elbow"), "{effects:?}");
+}
