@@ -1,11 +1,12 @@
 //! What bodies feel behind a joint that gives between its encoder and its link.
 
-use crate::column::{each_sample, inverse_dynamics};
+use crate::column::{Column, each_sample, inverse_dynamics};
 use crate::motion::Motion;
-use crate::scene::Scene;
+use crate::scene::{Scene, turned};
+use ndof_devices::{SerialChain, TERMS_OF_A_LINK};
 use ndof_models::robot::Robot;
 use ndof_signal::{RESOLVED, derivatives};
-use std::sync::Arc;
+use std::sync::{Arc, OnceLock};
 
 /// Excursion over which torques are differenced (rad): far above round-off, and what bends over it is far below the torques' noise.
 const EXCURSION: f64 = 1e-4;
@@ -22,6 +23,8 @@ pub(crate) struct Gear {
     pub damping: f64,
     /// Deflection and rate beyond those of a link that follows its load, with which each trial begins.
     pub starts: Vec<[f64; 2]>,
+    /// What it carries.
+    pub bodies: Arc<Bodies>,
 }
 
 /// Share of critical damping that a gear is taken to have until it is fitted: metal has hundredths.
@@ -32,7 +35,7 @@ impl Gear {
     pub fn new(scene: &Scene<'_>, joint: usize, compliance: f64) -> Self {
         let inertia = scene.joints[joint].inertia;
         let damping = if compliance > 0.0 { 2.0 * USUAL * (inertia / compliance).sqrt() } else { 0.0 };
-        Gear { joint, compliance, damping, starts: vec![[0.0; 2]; scene.trials] }
+        Gear { joint, compliance, damping, starts: vec![[0.0; 2]; scene.trials], bodies: scene.bodies.clone() }
     }
 
     /// Whether nothing of it was fitted but perhaps its compliance: its links begin as if they followed their load.
@@ -53,15 +56,70 @@ pub(crate) fn given(motion: &Motion, scene: &Scene<'_>, gear: &Gear) -> Vec<(usi
         return deflected(motion, scene, joint, |torque| -torque);
     }
     let [bent, rate, curve] = derivatives(&swings(motion, scene, gear), scene.rate_hz, RESOLVED * scene.rate_hz / 2.0);
-    let mut torques = inverse_dynamics(scene.chain, &moved(motion, joint, -1.0, [&bent, &rate, &curve]));
+    let mut torques = inverse_dynamics(&gear.bodies.chain, &moved(motion, joint, -1.0, [&bent, &rate, &curve]));
     // The rotor turns with the encoder.
     torques[joint].iter_mut().zip(&curve).for_each(|(t, c)| *t += scene.joints[joint].rotor * c);
-    torques.into_iter().zip(&motion.rigid).map(|(t, r)| t.iter().zip(r).map(|(t, r)| (t - r) / compliance).collect()).enumerate().collect()
+    torques.into_iter().zip(gear.bodies.torques(motion)).map(|(t, r)| t.iter().zip(r).map(|(t, r)| (t - r) / compliance).collect()).enumerate().collect()
+}
+
+/// Bodies as a gear carries them: the file's, or as they were found to be.
+#[derive(Debug)]
+pub(crate) struct Bodies {
+    chain: SerialChain,
+    /// What is known of them in each trial, once it is asked for.
+    known: Vec<Known>,
+}
+
+#[derive(Debug)]
+struct Known {
+    /// Torques that they need without a deflection, `[joint][sample]`.
+    torques: OnceLock<Vec<Vec<f64>>>,
+    /// What hangs on each joint.
+    loads: Vec<OnceLock<Load>>,
+}
+
+impl PartialEq for Bodies {
+    fn eq(&self, other: &Bodies) -> bool {
+        self.chain == other.chain
+    }
+}
+
+impl Bodies {
+    pub fn new(chain: SerialChain, trials: usize) -> Self {
+        let joints = chain.joints().count();
+        let known = || Known { torques: OnceLock::new(), loads: (0..joints).map(|_| OnceLock::new()).collect() };
+        Bodies { chain, known: (0..trials).map(|_| known()).collect() }
+    }
+
+    /// The same with so much more of these columns' bodies; `None` where there are no such bodies.
+    pub fn with(&self, columns: &[Column], factors: &[f64]) -> Option<Self> {
+        let mut inertial = self.chain.inertial_parameters();
+        for (column, factor) in columns.iter().zip(factors) {
+            if let Column::Body { link, parts } = column {
+                inertial[TERMS_OF_A_LINK * link..].iter_mut().zip(parts).for_each(|(own, part)| *own += factor * part);
+            }
+        }
+        Some(Bodies::new(self.chain.clone().with_inertial_parameters(&inertial)?, self.known.len()))
+    }
+
+    /// The same where the base is turned.
+    pub fn turned(self, tilt: &[f64; 3]) -> Self {
+        let (gravity, change) = (self.chain.gravity(), turned(self.chain.gravity(), tilt));
+        Bodies::new(self.chain.with_gravity(std::array::from_fn(|k| gravity[k] + change[k])), self.known.len())
+    }
+
+    fn torques(&self, motion: &Motion) -> &[Vec<f64>] {
+        self.known[motion.trial].torques.get_or_init(|| inverse_dynamics(&self.chain, motion))
+    }
+
+    fn load(&self, motion: &Motion, joint: usize, rotor: f64) -> &Load {
+        self.known[motion.trial].loads[joint].get_or_init(|| Load::of(motion, self, joint, rotor))
+    }
 }
 
 /// What hangs on a joint, sample by sample.
-#[derive(Clone, Debug)]
-pub(crate) struct Load {
+#[derive(Debug)]
+struct Load {
     /// Inertia about the joint, without its rotor; it does not depend on the joint's own angle.
     inertia: Vec<f64>,
     /// How much less torque it needs for each unit of a deflection.
@@ -69,17 +127,16 @@ pub(crate) struct Load {
 }
 
 impl Load {
-    fn of(motion: &Motion, scene: &Scene<'_>, joint: usize) -> Self {
-        let n = scene.joints.len();
-        let weightless = scene.chain.clone().with_gravity([0.0; 3]);
+    fn of(motion: &Motion, bodies: &Bodies, joint: usize, rotor: f64) -> Self {
+        let n = motion.q.len();
+        let weightless = bodies.chain.clone().with_gravity([0.0; 3]);
         let (still, mut unit) = (vec![0.0; n], vec![0.0; n]);
         unit[joint] = 1.0;
         let inertia = each_sample(motion, n, |q, _, _, out| weightless.inverse_dynamics(q, &still, &unit, out)).swap_remove(joint);
-        let rotor = scene.joints[joint].rotor;
         let nothing = vec![0.0; inertia.len()];
         let bent = moved(motion, joint, EXCURSION, [&vec![1.0; inertia.len()], &nothing, &nothing]);
-        let further = inverse_dynamics(scene.chain, &bent).swap_remove(joint);
-        let slope = further.iter().zip(&motion.rigid[joint]).map(|(f, r)| (f - r) / EXCURSION).collect();
+        let further = inverse_dynamics(&bodies.chain, &bent).swap_remove(joint);
+        let slope = further.iter().zip(&bodies.torques(motion)[joint]).map(|(f, r)| (f - r) / EXCURSION).collect();
         Load { inertia: inertia.into_iter().map(|m| m - rotor).collect(), slope }
     }
 }
@@ -89,8 +146,8 @@ impl Load {
 fn swings(motion: &Motion, scene: &Scene<'_>, gear: &Gear) -> Vec<f64> {
     let Gear { joint, compliance, damping, .. } = *gear;
     let (n, step_s, stiffness) = (motion.q[joint].len(), 1.0 / scene.rate_hz, 1.0 / compliance);
-    let load = motion.loads[joint].get_or_init(|| Arc::new(Load::of(motion, scene, joint)));
-    let (rotor, rigid) = (scene.joints[joint].rotor, &motion.rigid[joint]);
+    let rotor = scene.joints[joint].rotor;
+    let (load, rigid) = (gear.bodies.load(motion, joint, rotor), &gear.bodies.torques(motion)[joint]);
     let [mut q, mut v, mut a, mut out] = [(); 4].map(|()| vec![0.0; motion.q.len()]);
     let slope = |k: usize| load.slope[k].max((STANDS - 1.0) * stiffness);
     // u where the line in δ passes through none of it.
@@ -99,7 +156,7 @@ fn swings(motion: &Motion, scene: &Scene<'_>, gear: &Gear) -> Vec<f64> {
             (q[j], v[j], a[j]) = (motion.q[j][k], motion.v[j][k], motion.a[j][k]);
         }
         q[joint] -= bent;
-        scene.chain.inverse_dynamics(&q, &v, &a, &mut out);
+        gear.bodies.chain.inverse_dynamics(&q, &v, &a, &mut out);
         // A line between samples takes (ωh)²/12 off what swings; the second difference gives it back.
         let bend = rigid[(k + 1).min(n - 1)] - 2.0 * rigid[k] + rigid[k.saturating_sub(1)];
         out[joint] - rotor * a[joint] + slope(k) * bent - bend / 12.0
@@ -273,7 +330,7 @@ joints = [
             let (scene, motions) = scene(&chain, &[Recording::new(100.0, channels).expect("a log")], &[], &ports).expect("it moves");
             // What is left of each torque, where the swing of the beginning and the ends of the smoothing are over.
             let left = |times: f64| {
-                let gear = Gear { joint: 0, compliance: 1.0 / stiffness, damping: times * damping, starts: vec![[0.0; 2]] };
+                let gear = Gear { joint: 0, compliance: 1.0 / stiffness, damping: times * damping, starts: vec![[0.0; 2]], bodies: scene.bodies.clone() };
                 let found = given(&motions[0], &scene, &gear);
                 [0, 1].map(|j| rms(&(3000..5500).map(|k| torques[k][j] - motions[0].rigid[j][k] - found[j].1[k] / stiffness).collect::<Vec<_>>()))
             };

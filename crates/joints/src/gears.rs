@@ -2,8 +2,9 @@
 
 use crate::causes::Form;
 use crate::column::Column;
-use crate::deflection::Gear;
+use crate::deflection::{Bodies, Gear};
 use crate::model::{Logged, Model, open, residual, solved};
+use crate::scene::rms;
 use crate::search::Solved;
 use crate::table::{Series, Table, View};
 use rayon::prelude::*;
@@ -16,14 +17,20 @@ const SETTLED: f64 = 1e-4;
 /// Share of a parameter's scale over which torques are differenced.
 const DIFFERENCE: f64 = 1e-3;
 
+/// Share of a joint's torque below which what it feels is nothing but rounded.
+const ROUNDED: f64 = 1e-9;
+
 /// What is known of gears from settling them before.
 #[derive(Default)]
 pub(crate) struct Gears {
     /// Those that a search began with, and where they settled last.
     settled: Vec<(Gear, Gear)>,
-    /// Where the slopes of each joint's gear were made last, and what they are.
-    slopes: Vec<(Gear, Arc<Vec<Series>>)>,
+    /// Where the slopes of each joint's gear were made last.
+    slopes: Vec<Slopes>,
 }
+
+/// A gear, the columns that hang on it, and the changes of all torques with both.
+type Slopes = (Gear, Vec<Column>, Arc<Vec<Series>>);
 
 fn known<'a>(view: &'a View<'_>) -> MutexGuard<'a, Gears> {
     view.gears.lock().unwrap_or_else(PoisonError::into_inner)
@@ -33,7 +40,7 @@ fn known<'a>(view: &'a View<'_>) -> MutexGuard<'a, Gears> {
 pub(crate) fn settle(view: &View<'_>, forms: &mut [Form], logged: &Logged) {
     for k in 0..forms.len() {
         let Some(searched) = forms[k].gear().cloned() else { continue };
-        let mut place = Place { view, forms, k, logged };
+        let mut place = Place::new(view, forms, k, logged);
         let mut gear = searched.clone();
         if gear.compliance == 0.0 {
             gear = Gear::new(view.scene, gear.joint, place.by_a_line());
@@ -41,8 +48,7 @@ pub(crate) fn settle(view: &View<'_>, forms: &mut [Form], logged: &Logged) {
         if gear.compliance > 0.0 && view.scene.joints[gear.joint].inertia > 0.0 {
             // Beside other causes it has settled before, not far from here.
             let before = known(view).settled.iter().find(|(from, _)| *from == searched).map(|(_, to)| to.clone());
-            gear = before.filter(|before| place.loss(before) < place.loss(&gear)).unwrap_or(gear);
-            gear = place.settled(gear);
+            let gear = place.settled([Some(gear), before].into_iter().flatten().collect());
             place.put(&gear);
             let mut known = known(view);
             known.settled.retain(|(from, _)| *from != searched);
@@ -67,15 +73,18 @@ fn by_itself(view: &View<'_>, searched: &[Form], asked: &[Form], logged: &Logged
     let usual = [Column::Constant(joint), Column::Velocity(joint), Column::Sign(joint)];
     let own: Vec<(&Form, &Gear)> = searched.iter().filter_map(|form| Some((form, form.gear().filter(|gear| gear.joint == joint)?))).collect();
     let Some((first, _)) = own.first() else { return vec![] };
-    let mut beside: Vec<Form> = asked.iter().filter(|form| form.joint != Some(joint)).cloned().collect();
+    let hangs = |form: &&Form| form.joint != Some(joint) || form.columns.iter().all(|c| matches!(c, Column::Body { .. }));
+    let mut beside: Vec<Form> = asked.iter().filter(hangs).cloned().collect();
     let k = beside.len();
     beside.push(Form { columns: std::iter::once(first.columns[0].clone()).chain(usual).collect(), ..(*first).clone() });
     let mut logged = logged.clone();
     (logged.late_s[joint], logged.gain[joint]) = (0.0, 1.0);
-    let mut place = Place { view, forms: &mut beside, k, logged: &logged };
-    let nearest = own.iter().filter(|(_, gear)| gear.compliance > 0.0).map(|(_, gear)| (place.loss(gear), *gear)).min_by(|a, b| a.0.total_cmp(&b.0));
-    let Some((_, nearest)) = nearest else { return vec![] };
-    let settled = Column::Give(place.settled(nearest.clone()));
+    let mut place = Place::new(view, &mut beside, k, &logged);
+    let swinging: Vec<Gear> = own.iter().map(|(_, gear)| (*gear).clone()).filter(|gear| gear.compliance > 0.0).collect();
+    if swinging.is_empty() {
+        return vec![];
+    }
+    let settled = Column::Give(place.settled(swinging));
     let columns = |form: &Form| -> Vec<Column> { std::iter::once(settled.clone()).chain(form.columns[1..].iter().cloned()).collect() };
     let mut out: Vec<Form> = Vec::new();
     for (form, columns) in own.into_iter().map(|(form, _)| (form, columns(form))) {
@@ -107,15 +116,28 @@ pub(crate) fn begin(fitted: &View<'_>, held: &View<'_>, model: &mut Model) {
     }
 }
 
-/// One of the forms whose gear is looked for.
+/// One of the forms whose gear is looked for, and the columns of the bodies that hang on it: what they lack swings, too.
 struct Place<'a, 'v> {
     view: &'a View<'v>,
     forms: &'a mut [Form],
     k: usize,
     logged: &'a Logged,
+    hanging: Vec<Column>,
 }
 
-impl Place<'_, '_> {
+/// A gear, and the factors of what hangs on it.
+#[derive(Clone)]
+struct At {
+    gear: Gear,
+    factors: Vec<f64>,
+}
+
+impl<'a, 'v> Place<'a, 'v> {
+    fn new(view: &'a View<'v>, forms: &'a mut [Form], k: usize, logged: &'a Logged) -> Self {
+        let hanging = forms[k].gear().map(|gear| hanging(view, forms, gear.joint)).unwrap_or_default();
+        Place { view, forms, k, logged, hanging }
+    }
+
     fn put(&mut self, gear: &Gear) {
         self.forms[self.k].columns[0] = Column::Give(gear.clone());
     }
@@ -127,17 +149,58 @@ impl Place<'_, '_> {
         solved(&self.view.white(&columns), &missing).1.of(&[before])[0]
     }
 
-    /// Twice what the log-likelihood is short of with this gear.
-    fn loss(&mut self, gear: &Gear) -> f64 {
-        self.put(gear);
+    /// A gear that carries the bodies as they are found beside it.
+    fn laden(&mut self, gear: Gear) -> At {
+        self.put(&gear);
         let (columns, missing) = open(self.view, self.forms, self.logged);
-        let (table, found) = solved(&self.view.white(&columns), &missing);
+        let (_, found) = solved(&self.view.white(&columns), &missing);
+        let factors: Vec<f64> = columns.iter().enumerate().filter(|(_, c)| self.hanging.contains(c)).map(|(k, _)| found.of(&[k])[0]).collect();
+        let Some(bodies) = self.bodies(&gear, &factors) else {
+            self.hanging.clear();
+            return At { gear, factors: vec![] };
+        };
+        At { gear: Gear { bodies, ..gear }, factors }
+    }
+
+    /// The file's bodies with so much more of what hangs on the gear, as the base stands; `None` where there are no such bodies.
+    fn bodies(&self, gear: &Gear, factors: &[f64]) -> Option<Arc<Bodies>> {
+        let (file, tilt) = (&self.view.scene.bodies, &self.logged.tilt);
+        if factors.is_empty() && *tilt == [0.0; 3] {
+            return Some(file.clone());
+        }
+        let found = file.with(&self.hanging, factors)?.turned(tilt);
+        // What is known of them stays known.
+        Some(if found == *gear.bodies { gear.bodies.clone() } else { Arc::new(found) })
+    }
+
+    /// What is open beside the gear and what hangs on it, and what these leave of the missing torque.
+    fn beside(&mut self, at: &At) -> (Vec<Arc<Series>>, Series) {
+        self.put(&at.gear);
+        let (columns, mut missing) = open(self.view, self.forms, self.logged);
+        for (series, factor) in self.view.white(&self.hanging).iter().zip(&at.factors) {
+            missing.add(-factor, series);
+        }
+        let open: Vec<Column> = columns.into_iter().filter(|c| !self.hanging.contains(c)).collect();
+        (self.view.white(&open), missing)
+    }
+
+    /// Twice what the log-likelihood is short of there.
+    fn loss(&mut self, at: &At) -> f64 {
+        let (open, missing) = self.beside(at);
+        let (table, found) = solved(&open, &missing);
         table.total - found.gained
     }
 
-    /// Where the likelihood is greatest from there.
-    fn settled(&mut self, mut at: Gear) -> Gear {
-        let mut least = self.loss(&at);
+    /// Where the likelihood is greatest from the best of these.
+    fn settled(&mut self, from: Vec<Gear>) -> Gear {
+        let all: Vec<At> = from.into_iter().map(|gear| self.laden(gear)).collect();
+        let (mut at, mut least) = (all[0].clone(), self.loss(&all[0]));
+        for other in &all[1..] {
+            let loss = self.loss(other);
+            if loss < least {
+                (at, least) = (other.clone(), loss);
+            }
+        }
         let mut fresh = false;
         for _ in 0..STEPS {
             let (steps, promised) = self.steps(&at, fresh);
@@ -145,10 +208,7 @@ impl Place<'_, '_> {
                 break;
             }
             let better = [1.0, 0.5, 0.25, 0.1].into_iter().find_map(|part| {
-                let mut next = at.clone();
-                next.compliance = (next.compliance + part * steps[0]).clamp(0.5 * at.compliance, 2.0 * at.compliance);
-                next.damping = (next.damping + part * steps[DAMPING]).max(0.0);
-                next.starts.iter_mut().flatten().zip(&steps[DAMPING + 1..]).for_each(|(start, step)| *start += part * step);
+                let next = self.after(&at, &steps, part)?;
                 let loss = self.loss(&next);
                 (loss < least).then_some((next, loss))
             });
@@ -159,26 +219,48 @@ impl Place<'_, '_> {
                 None => break,
             }
         }
-        at
+        at.gear
     }
 
-    /// Gauss-Newton steps of a gear's numbers, and what they promise: twice the log-likelihood that is gained.
-    fn steps(&mut self, gear: &Gear, fresh: bool) -> (Vec<f64>, f64) {
-        self.put(gear);
-        let (columns, missing) = open(self.view, self.forms, self.logged);
-        let beside = self.view.white(&columns);
-        let slopes: Vec<Arc<Series>> = slopes(self.view, gear, fresh).iter().map(|x| Arc::new(x.whitened(&self.view.noise))).collect();
+    /// Part of a step further; `None` where it leads to no bodies.
+    fn after(&self, at: &At, steps: &[f64], part: f64) -> Option<At> {
+        let (own, hanging) = steps.split_at(steps.len() - at.factors.len());
+        let factors: Vec<f64> = at.factors.iter().zip(hanging).map(|(factor, step)| factor + part * step).collect();
+        let mut gear = Gear { bodies: self.bodies(&at.gear, &factors)?, ..at.gear.clone() };
+        gear.compliance = (gear.compliance + part * own[0]).clamp(0.5 * at.gear.compliance, 2.0 * at.gear.compliance);
+        gear.damping = (gear.damping + part * own[DAMPING]).max(0.0);
+        gear.starts.iter_mut().flatten().zip(&own[DAMPING + 1..]).for_each(|(start, step)| *start += part * step);
+        Some(At { gear, factors })
+    }
+
+    /// Gauss-Newton steps of a gear's numbers and of what hangs on it, and what they promise: twice the log-likelihood that is gained.
+    fn steps(&mut self, at: &At, fresh: bool) -> (Vec<f64>, f64) {
+        let (beside, missing) = self.beside(at);
+        let slopes = slopes(self.view, &at.gear, &self.hanging, fresh);
+        let slopes: Vec<Arc<Series>> = slopes.iter().map(|x| Arc::new(x.whitened(&self.view.noise))).collect();
         let own: Vec<usize> = (beside.len()..beside.len() + slopes.len()).collect();
         let all: Vec<Arc<Series>> = beside.iter().chain(&slopes).cloned().collect();
         let table = Table::new(vec![], &all, &missing);
         let others = Solved::default().with(&table, &(0..beside.len()).collect::<Vec<_>>());
         let step = |moved: &[usize]| (others.with(&table, moved).of(&own), others.gain(&table, moved).0);
         let (steps, promised) = step(&own);
-        if gear.damping > 0.0 || steps[DAMPING] > 0.0 {
+        if at.gear.damping > 0.0 || steps[DAMPING] > 0.0 {
             return (steps, promised);
         }
         step(&[&own[..DAMPING], &own[DAMPING + 1..]].concat())
     }
+}
+
+/// Columns of the bodies behind a joint of which it feels something.
+fn hanging(view: &View<'_>, forms: &[Form], joint: usize) -> Vec<Column> {
+    let behind = |c: &&Column| matches!(c, Column::Body { link, .. } if *link >= joint) && felt(view, c, joint) > ROUNDED * view.scene.joints[joint].torque;
+    forms.iter().flat_map(|form| &form.columns).filter(behind).cloned().collect()
+}
+
+/// rms of what a joint feels of a column.
+fn felt(view: &View<'_>, column: &Column, joint: usize) -> f64 {
+    let series = view.series(std::slice::from_ref(column));
+    rms(&series.iter().flat_map(|s| &s.0).filter_map(|piece| piece[joint].as_deref()).flatten().copied().collect::<Vec<_>>())
 }
 
 /// The place of the damping among the slopes.
@@ -187,19 +269,21 @@ const DAMPING: usize = 1;
 /// How far from where they were made slopes serve, as a share of a gear's numbers: a step by them leaves as much of what it goes.
 const SERVE: f64 = 0.05;
 
-/// The changes of all torques with compliance, damping, and deflection and rate with which each trial begins; made there if they are to be `fresh`.
-fn slopes(view: &View<'_>, gear: &Gear, fresh: bool) -> Arc<Vec<Series>> {
+/// The changes of all torques with compliance, damping, and deflection and rate with which each trial begins, and with factors of what hangs on the gear; made
+/// there if they are to be `fresh`.
+fn slopes(view: &View<'_>, gear: &Gear, hanging: &[Column], fresh: bool) -> Arc<Vec<Series>> {
     let scale = damping_scale(view, gear);
     let near = |at: &Gear| (at.compliance - gear.compliance).abs() < SERVE * gear.compliance && (at.damping - gear.damping).abs() < SERVE * scale;
-    let before = known(view).slopes.iter().find(|(at, _)| at == gear || (!fresh && at.joint == gear.joint && near(at))).map(|(_, slopes)| slopes.clone());
+    let serves = |(at, beside, _): &&Slopes| beside == hanging && (at == gear || (!fresh && at.joint == gear.joint && near(at)));
+    let before = known(view).slopes.iter().find(serves).map(|(.., slopes)| slopes.clone());
     before.unwrap_or_else(|| {
         let given = || slope(view, gear, gear.compliance, |gear, by| gear.compliance += by);
         let damped = || slope(view, gear, scale, |gear, by| gear.damping += by);
-        let ((given, damped), starts) = rayon::join(|| rayon::join(given, damped), || starts(view, gear));
-        let found = Arc::new([given, damped].into_iter().chain(starts).collect::<Vec<_>>());
+        let ((given, damped), (starts, hung)) = rayon::join(|| rayon::join(given, damped), || rayon::join(|| starts(view, gear), || hung(view, gear, hanging)));
+        let found = Arc::new([given, damped].into_iter().chain(starts).chain(hung).collect::<Vec<_>>());
         let mut known = known(view);
-        known.slopes.retain(|(at, _)| at.joint != gear.joint);
-        known.slopes.push((gear.clone(), found.clone()));
+        known.slopes.retain(|(at, beside, _)| at.joint != gear.joint || beside != hanging);
+        known.slopes.push((gear.clone(), hanging.to_vec(), found.clone()));
         found
     })
 }
@@ -241,7 +325,35 @@ fn slope(view: &View<'_>, gear: &Gear, size: f64, moves: impl Fn(&mut Gear, f64)
     out
 }
 
-/// The change of all torques with the compliance of a column's gear, and with what is fitted beside it and not told.
-pub(crate) fn changes(view: &View<'_>, column: &Column) -> Vec<Series> {
-    if let Column::Give(gear) = column { slopes(view, gear, false).to_vec() } else { vec![] }
+/// The change of all torques with the factor of each column that hangs on a gear: what it needs itself, and what the swing needs that it changes.
+fn hung(view: &View<'_>, gear: &Gear, hanging: &[Column]) -> Vec<Series> {
+    let of = |(column, own): (&Column, Arc<Series>)| {
+        let size = view.scene.joints[gear.joint].torque / felt(view, column, gear.joint);
+        let Some(moved) = gear.bodies.with(std::slice::from_ref(column), &[DIFFERENCE * size]) else { return own.as_ref().clone() };
+        let moved = Arc::new(moved);
+        let mut change = slope(view, gear, size, |gear, _| gear.bodies = moved.clone());
+        change.add(1.0, &own);
+        change
+    };
+    hanging.par_iter().zip(view.series(hanging)).map(of).collect()
+}
+
+/// The changes of all torques with a column's factor where a gear makes them others than the column itself, and with what is fitted beside it and not told.
+pub(crate) fn changes(view: &View<'_>, forms: &[Form], column: &Column) -> Vec<Series> {
+    if let Column::Give(gear) = column {
+        return slopes(view, gear, &hanging(view, forms, gear.joint), false)[..1 + column.beside()].to_vec();
+    }
+    let of = |gear: &Gear| {
+        let hanging = hanging(view, forms, gear.joint);
+        let place = hanging.iter().position(|c| c == column)?;
+        let slopes = slopes(view, gear, &hanging, false);
+        Some(slopes[slopes.len() - hanging.len() + place].clone())
+    };
+    let own = view.series(std::slice::from_ref(column));
+    let sum = forms.iter().filter_map(Form::gear).filter(|gear| gear.compliance > 0.0).filter_map(of).reduce(|mut sum, other| {
+        sum.add(1.0, &other);
+        own.iter().for_each(|own| sum.add(-1.0, own));
+        sum
+    });
+    sum.into_iter().collect()
 }

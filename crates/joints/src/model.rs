@@ -105,10 +105,12 @@ impl Model {
             let first = series.len();
             series.extend(view.white(&form.columns));
             let mut beside = Vec::new();
-            for (k, column) in form.columns.iter().enumerate().filter(|(_, c)| c.factor().is_some()) {
-                let mut changes = gears::changes(view, column).into_iter().map(|x| Arc::new(x.whitened(&view.noise)));
-                series.splice(first + k..=first + k, changes.next());
-                beside.extend(changes);
+            for (k, column) in form.columns.iter().enumerate() {
+                let mut changes = gears::changes(view, &self.forms, column).into_iter().map(|x| Arc::new(x.whitened(&view.noise)));
+                if let Some(own) = changes.next() {
+                    series[first + k] = own;
+                    beside.extend(changes);
+                }
             }
             for (k, shape) in form.shape.iter().enumerate() {
                 series.push(Arc::new(slope(view, form, factors, k, shape.bounds).whitened(&view.noise)));

@@ -1,9 +1,7 @@
 //! Joint motion and its derivatives from encoders, as far as they rise above their noise.
 
-use crate::deflection::Load;
 use ndof_signal::{RESOLVED, forward_transform};
 use std::f64::consts::TAU;
-use std::sync::{Arc, OnceLock};
 
 /// Joint angles and what follows from them, `[joint][sample]`, at the rate of the log.
 #[derive(Clone, Debug, Default)]
@@ -26,8 +24,6 @@ pub(crate) struct Motion {
     pub beyond: Vec<Vec<f64>>,
     /// Where it moves: at rest dry friction holds a joint at any torque, and nothing is compared.
     pub moves: Vec<Vec<bool>>,
-    /// What hangs on each joint, once it is asked for.
-    pub loads: Vec<OnceLock<Arc<Load>>>,
 }
 
 /// Share of a joint's rms speed below which it is as good as at rest, three times what its sign is smoothed over.

@@ -2,12 +2,13 @@
 
 use crate::JointsError;
 use crate::column::{inverse_dynamics, sign};
+use crate::deflection::Bodies;
 use crate::motion::{Encoder, Motion, encoder, top_density};
 use ndof_devices::{SerialChain, TERMS_OF_A_LINK};
 use ndof_models::robot::{Joints, Robot};
 use ndof_signal::{RESOLVED, Recording, derivatives};
 use ndof_sysid::Ports;
-use std::sync::OnceLock;
+use std::sync::Arc;
 
 /// What is known of a joint over all that is fitted.
 #[derive(Clone, Copy, Debug)]
@@ -44,6 +45,8 @@ pub(crate) struct Scene<'a> {
     /// Highest frequency of any joint's motion that rises above the noise of its encoder.
     pub fastest_hz: f64,
     pub joints: Vec<JointScale>,
+    /// Those of the file.
+    pub bodies: Arc<Bodies>,
 }
 
 /// Logs that can be judged: the scene, and the smoothed motion of each trial; a simulator's, if there are any, are smoothed alike.
@@ -64,7 +67,7 @@ pub(crate) fn scene<'a>(chain: &'a SerialChain, trials: &[Recording], simulated:
     let rotors = chain.inertial_parameters().split_off(TERMS_OF_A_LINK * n);
     let corners = corners(&inertias, trials, ports, &found, fastest_hz);
     let moved = |(trial, r): (usize, &Recording)| {
-        let mut motion = Motion { trial, loads: vec![OnceLock::new(); n], ..motion(r, ports, &corners) };
+        let mut motion = Motion { trial, ..motion(r, ports, &corners) };
         motion.sharp = sharp(r, ports, &motion, &found);
         let rigid = inverse_dynamics(chain, &motion);
         Motion { rigid, ..motion }
@@ -92,7 +95,8 @@ pub(crate) fn scene<'a>(chain: &'a SerialChain, trials: &[Recording], simulated:
             }
         })
         .collect();
-    let scene = Scene { chain, rate_hz, trials: trials.len(), fastest_hz, joints };
+    let bodies = Arc::new(Bodies::new(chain.clone(), trials.len()));
+    let scene = Scene { chain, rate_hz, trials: trials.len(), fastest_hz, joints, bodies };
     let simulated: Vec<Motion> = simulated.iter().enumerate().map(moved).collect();
     within_bounds(&simulated, chain)?;
     for (motion, own) in motions.iter_mut().zip(simulated) {

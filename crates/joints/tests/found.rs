@@ -132,10 +132,11 @@ fn intervals_of_short_logs_in_coloured_noise_hold_the_truth() {
     assert!(inside >= LOGS as f64 * 0.95 - 3.0 * (LOGS as f64 * 0.95 * 0.05).sqrt(), "{inside}");
 }
 
-/// The torque of a gear of this stiffness and damping whose link swings on it, and was let go five seconds before, so far from where it would hang.
-fn on_a_gear(stiffness: f64, damping: f64, away: f64) -> Vec<f64> {
+/// The torque of a gear of this stiffness and damping whose link, so many times as long as the file's, swings on it, and was let go five seconds before, so
+/// far from where it would hang.
+fn on_a_gear(stiffness: f64, damping: f64, long: f64, away: f64) -> Vec<f64> {
     let spring = |t: f64, [q, v]: [f64; 2]| stiffness * (wave(t) - q) + damping * (rate(wave, t) - v);
-    let acceleration = |t: f64, x: [f64; 2]| (spring(t, x) + 2.0 * 9.81 * 0.3 * x[0].cos()) / 0.18;
+    let acceleration = |t: f64, x: [f64; 2]| spring(t, x) / (0.18 * long * long) + 9.81 / (0.3 * long) * x[0].cos();
     let link = swinging(RATE_HZ, 6500, -5.0, [wave(-5.0) + 5.886 / stiffness + away, 0.0], acceleration);
     link.into_iter().enumerate().skip(500).map(|(k, x)| spring(k as f64 / RATE_HZ - 5.0, x)).collect()
 }
@@ -153,8 +154,29 @@ fn assert_gear(found: &Diagnosis, stiffness: f64) {
 #[test]
 fn a_link_that_swings_on_its_gear_is_one_cause_with_its_stiffness() {
     for (stiffness, damping) in [(16.0, 0.15), (40.0, 0.3), (150.0, 0.5)] {
-        let torque = on_a_gear(stiffness, damping, 0.0);
+        let torque = on_a_gear(stiffness, damping, 1.0, 0.0);
         assert_gear(&logged(6000, wave, |t| torque[(t * RATE_HZ).round() as usize], white(NOISE, 7)), stiffness);
+    }
+}
+
+/// A gear carries the link as it is, not as the file has it.
+#[test]
+fn a_longer_link_on_a_gear_that_gives_is_two_causes() {
+    for (stiffness, damping) in [(16.0, 0.15), (40.0, 0.3), (150.0, 0.5)] {
+        let torque = on_a_gear(stiffness, damping, 1.1, 0.0);
+        let found = logged(6000, wave, |t| torque[(t * RATE_HZ).round() as usize], white(NOISE, 7));
+        let mut named: Vec<&str> = found.causes.iter().map(|c| c.effect.as_str()).collect();
+        named.sort_unstable();
+        assert_eq!((named, found.verdict), (vec!["joint-flexibility", "link-parameters"], Verdict::Explained), "{stiffness} {:?}", found.minor);
+        let told = [
+            ("joint-flexibility", "stiffness_nm_per_rad", stiffness),
+            ("link-parameters", "change_of_moment_x_kg_m", 2.0 * 0.3 * 0.1),
+            ("link-parameters", "change_of_yy_kg_m2", 0.18 * (1.1 * 1.1 - 1.0)),
+        ];
+        for (effect, name, truth) in told {
+            let [low, high] = interval(&found, effect, name).expect("an interval");
+            assert!(low < truth && truth < high && high < 1.3 * low, "{name} {low} {high}");
+        }
     }
 }
 
@@ -166,7 +188,7 @@ fn links_that_swing_otherwise_in_each_trial_are_of_one_gear() {
         .iter()
         .enumerate()
         .map(|(k, away)| {
-            let torque = on_a_gear(stiffness, damping, *away);
+            let torque = on_a_gear(stiffness, damping, 1.0, *away);
             log(3000, wave, |t| torque[(t * RATE_HZ).round() as usize], white(NOISE, k as u64))
         })
         .collect();

@@ -21,6 +21,23 @@ impl SerialChain {
         bodies.chain(self.links.iter().map(|link| link.rotor)).collect()
     }
 
+    /// The same chain with these [`SerialChain::inertial_parameters`]. They need not be those of bodies: a fit goes through others. `None` where one has a
+    /// moment and no mass.
+    #[must_use]
+    pub fn with_inertial_parameters(mut self, parameters: &[f64]) -> Option<Self> {
+        let (bodies, rotors) = parameters.split_at(TERMS_OF_A_LINK * self.links.len());
+        for ((link, own), rotor) in self.links.iter_mut().zip(bodies.chunks_exact(TERMS_OF_A_LINK)).zip(rotors) {
+            (link.mass, link.rotor) = (own[0], *rotor);
+            link.centre = [1, 2, 3].map(|k| if own[k] == 0.0 { 0.0 } else { own[k] / link.mass });
+            let shifted = steiner(link.mass, link.centre);
+            for ((r, c), entry) in ENTRIES.into_iter().zip(&own[4..]) {
+                link.inertia[r][c] = entry - shifted[r][c];
+                link.inertia[c][r] = link.inertia[r][c];
+            }
+        }
+        self.links.iter().all(|link| link.centre.iter().all(|c| c.is_finite())).then_some(self)
+    }
+
     /// The regressor Y(q, q̇, q̈), joints × 11 joints, in which the torques without friction are linear: τ = Y π with
     /// [`SerialChain::inertial_parameters`].
     ///

@@ -145,6 +145,12 @@ fn torques_are_linear_in_the_inertial_parameters_and_the_regressor_is_pinocchio_
             assert!(relative(&own, torque) < AGAINST_ANOTHER_ENGINE, "{name}: {own:?} for {torque:?}");
             let linear: Vec<f64> = regressor.outer_iter().map(|row| row.iter().zip(&inertial).map(|(y, p)| y * p).sum()).collect();
             assert!(relative(&linear, torque) < AGAINST_ANOTHER_ENGINE, "{name}: {linear:?} for {torque:?}");
+            // Other parameters, some of which no body has.
+            let others: Vec<f64> = inertial.iter().enumerate().map(|(k, p)| p + 0.3 * (k as f64).sin()).collect();
+            let linear: Vec<f64> = regressor.outer_iter().map(|row| row.iter().zip(&others).map(|(y, p)| y * p).sum()).collect();
+            let other = chain.clone().with_inertial_parameters(&others).expect("each has a mass");
+            other.inverse_dynamics(q, rates, accelerations, &mut own);
+            assert!(relative(&own, &linear) < AGAINST_ANOTHER_ENGINE, "{name}: {own:?} for {linear:?}");
         }
     }
 }
