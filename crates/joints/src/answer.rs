@@ -1,20 +1,21 @@
 //! The answer in the words of every diagnosis.
 
 use crate::causes::Form;
-use crate::diagnose::{Aside, Options, Searched, share, without};
 use crate::gears;
 use crate::generic::Left;
 use crate::held_out::{Sum, gain, losses, predicted};
-use crate::model::{Logged, Model, residual};
+use crate::judged::{Aside, Searched, share, without};
+use crate::model::{Model, residual};
 use crate::motion::Motion;
-use crate::pictures;
+use crate::options::Options;
+use crate::refined::refined;
 use crate::scene::{Scene, deviation, rms};
 use crate::search::Solved;
 use crate::table::View;
 use ndof_devices::TERMS_OF_A_LINK;
 use ndof_diagnose::{
-    BandShare, Cause, CauseParameter, Confusable, Considered, Diagnosis, Discrepancy, Extended, Gain, Minor, Model as Told, ModelParameter, NoiseFloor,
-    Pictures, Score, Shift, Site, Split, Stretch, TimeShare, Verdict,
+    BandShare, Cause, CauseParameter, Confusable, Considered, Diagnosis, Discrepancy, Extended, Gain, Minor, Model as Told, ModelParameter, NoiseFloor, Score,
+    Shift, Site, Split, Stretch, TimeShare, Verdict,
 };
 use ndof_models::effects::Value;
 use ndof_models::robot::Robot;
@@ -43,13 +44,13 @@ const TOLD_APART: f64 = 0.95;
 const SLICES: usize = 8;
 
 impl Answer<'_> {
-    pub fn write(&self, stretches: &[Stretch; 2], mut minor: Vec<Aside>) -> (Diagnosis, Pictures) {
+    pub fn write(&self, stretches: &[Stretch; 2], mut minor: Vec<Aside>) -> Diagnosis {
         let mut unseen = false;
         for aside in minor.iter_mut().filter(|aside| self.is_unseen(&aside.form)) {
             unseen = true;
             aside.why = "it acts in what was fitted, and not in what was held out: hold out another stretch, or record longer".to_owned();
         }
-        let empty = Model { forms: vec![], logged: Logged::as_it_is(self.joints()), factors: vec![], covariance: vec![], places: vec![] };
+        let empty = Model::file(self.joints());
         let [before, after] = [&empty, self.model].map(|model| self.score(model));
         let mut floor = self.floor();
         for (floor, reached) in floor.nrmse.iter_mut().zip(&after.nrmse) {
@@ -68,8 +69,7 @@ impl Answer<'_> {
             causes.push(self.cause(k, probability, total, &after));
         }
         let split = Split { estimation: self.stretch(&stretches[0]), held_out: self.stretch(&stretches[1]), windows_s: None };
-        let pictures = pictures::draw(self, &empty);
-        let diagnosis = Diagnosis {
+        Diagnosis {
             split,
             verdict: self.verdict(unseen),
             baseline: Told { model: "the file's rigid bodies and frictions".to_owned(), parameters: self.file(), held_out: before },
@@ -83,8 +83,7 @@ impl Answer<'_> {
                 .collect(),
             causes,
             confusable,
-        };
-        (diagnosis, pictures)
+        }
     }
 
     pub fn joints(&self) -> usize {
@@ -183,7 +182,7 @@ impl Answer<'_> {
     }
 
     fn parameters(&self, k: usize) -> Vec<CauseParameter> {
-        let half = Sum { value: 0.0, error: 1.0, blocks: crate::model::BLOCKS }.ci95()[1];
+        let half = Sum { value: 0.0, error: 1.0, blocks: crate::blocks::BLOCKS }.ci95()[1];
         let told = self.model.told(k);
         told.into_iter()
             .map(|(name, unit, value, error, inverse)| {
@@ -218,7 +217,7 @@ impl Answer<'_> {
             .filter(|(_, f)| !self.model.forms.iter().any(|m| m.same_place(f)))
             .filter(|(_, f)| self.related(own, f))
             // A gear that has neither settled nor follows its load is no rival yet: what it changes is of another compliance.
-            .filter(|(_, f)| f.gear().is_none_or(|gear| gear.compliance == 0.0 || !gear.is_searched()))
+            .filter(|(_, f)| f.gear().is_none_or(|gear| gear.extent == 0.0 || !gear.is_searched()))
             .map(|(f, _)| {
                 let (gained, freedoms) = solved.gain(table, &table.columns[f]);
                 (f, gained - freedoms as f64 * (table.samples as f64).ln())
@@ -255,7 +254,7 @@ impl Answer<'_> {
 
     /// The form of the search that a fitted one came from; of gears the nearest.
     fn searched_as(&self, fitted: &Form) -> Option<usize> {
-        let away = |form: &Form| form.gear().zip(fitted.gear()).map_or(0.0, |(a, b)| (a.compliance / b.compliance).ln().abs());
+        let away = |form: &Form| form.gear().zip(fitted.gear()).map_or(0.0, |(a, b)| (a.extent / b.extent).ln().abs());
         let alike = |form: &Form| form.same_place(fitted) && form.columns.len() == fitted.columns.len();
         (0..self.forms.len()).filter(|f| alike(&self.forms[*f])).min_by(|a, b| away(&self.forms[*a]).total_cmp(&away(&self.forms[*b])))
     }
@@ -263,7 +262,7 @@ impl Answer<'_> {
     /// Whether a form that was set aside is beyond chance and matters in what was fitted, and does not act in what was held out.
     fn is_unseen(&self, form: &Form) -> bool {
         let forms: Vec<Form> = self.model.forms.iter().chain([form]).cloned().collect();
-        let with = Model::refined(self.fitted, &forms, &self.model.logged);
+        let with = refined(self.fitted, &forms, &self.model.logged);
         let last = self.model.forms.len();
         let p_value = self.searched.rule(self.forms, self.options).p_value(form, self.fitted_gain(self.model, &with), form.columns.len());
         let [here, there] = [self.fitted, self.held].map(|view| share(view, &with, last));

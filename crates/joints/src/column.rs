@@ -1,9 +1,10 @@
 //! Torques that a joint needs for each unit of what a simulation may lack, along the measured motion.
 
-use crate::deflection::{Gear, deflected, given};
+use crate::deflection::{Gear, Lets, given};
+use crate::dynamics::{each_sample, sign};
 use crate::motion::Motion;
 use crate::scene::Scene;
-use ndof_devices::{SerialChain, TERMS_OF_A_LINK};
+use ndof_devices::TERMS_OF_A_LINK;
 use ndof_models::robot::Robot;
 use ndof_signal::derivatives;
 
@@ -36,10 +37,8 @@ pub(crate) enum Column {
     Stop { joint: usize, from: f64, above: bool },
     /// A power of the angle, from its middle, over half its range.
     Power { joint: usize, power: i32 },
-    /// What the bodies behind it feel when the joint gives, for each unit of its compliance.
+    /// What bodies feel behind a gear that gives or has play, for each unit of its extent.
     Give(Gear),
-    /// What they feel when it falls to and fro in a play of this unit.
-    Play(usize),
     /// A combination of the inertial parameters of a body ([`TERMS_OF_A_LINK`] numbers).
     Body { link: usize, parts: [f64; TERMS_OF_A_LINK] },
     /// The base turned about one of its axes.
@@ -50,20 +49,15 @@ pub(crate) enum Column {
     Smooth { joint: usize, angle: usize, speed: usize },
 }
 
-/// The smooth sign of a velocity that turns over this speed.
-pub(crate) fn sign(v: f64, over: f64) -> f64 {
-    (v / over).tanh()
-}
-
 impl Column {
     /// The factor that it is made with, where it has no other.
     pub fn factor(&self) -> Option<f64> {
-        if let Column::Give(gear) = self { Some(gear.compliance).filter(|c| *c > 0.0) } else { None }
+        if let Column::Give(gear) = self { Some(gear.extent).filter(|c| *c > 0.0) } else { None }
     }
 
     /// Numbers beside the factor that are fitted with it: a gear's damping, and how its link begins.
     pub fn beside(&self) -> usize {
-        if let Column::Give(gear) = self { 1 + 2 * gear.starts.len() } else { 0 }
+        if let Column::Give(gear @ Gear { lets: Lets::Give, .. }) = self { 1 + 2 * gear.starts.len() } else { 0 }
     }
 
     /// Whether all that it is made with is a number: what is none is not equal to itself.
@@ -110,10 +104,6 @@ impl Column {
                 own(*joint, &|q, v| legendre(*angle, (2.0 * q - low - high) / (high - low)) * legendre(*speed, (v / fastest).clamp(-1.0, 1.0)))
             }
             Column::Give(gear) => given(motion, scene, gear),
-            Column::Play(j) => {
-                let noise = scene.joints[*j].torque_noise;
-                deflected(motion, scene, *j, |torque| -0.5 * sign(torque, noise))
-            }
             Column::Body { link, parts } => {
                 let felt = each_sample(motion, link + 1, |q, v, a, out| {
                     let y = scene.chain.regressor(q, v, a);
@@ -147,26 +137,6 @@ fn legendre(n: usize, x: f64) -> f64 {
         (before, now) = (now, ((2 * k + 1) as f64 * x * now - k as f64 * before) / (k + 1) as f64);
     }
     now
-}
-
-/// What `torque` says of q, q̇ and q̈ at each sample, `[joint][sample]`.
-pub(crate) fn each_sample(motion: &Motion, joints: usize, torque: impl Fn(&[f64], &[f64], &[f64], &mut [f64])) -> Vec<Vec<f64>> {
-    let (n, samples) = (motion.q.len(), motion.q[0].len());
-    let mut out = vec![vec![0.0; samples]; joints];
-    let (mut q, mut v, mut a, mut t) = (vec![0.0; n], vec![0.0; n], vec![0.0; n], vec![0.0; joints]);
-    for k in 0..samples {
-        for j in 0..n {
-            (q[j], v[j], a[j]) = (motion.q[j][k], motion.v[j][k], motion.a[j][k]);
-        }
-        torque(&q, &v, &a, &mut t);
-        out.iter_mut().zip(&t).for_each(|(out, t)| out[k] = *t);
-    }
-    out
-}
-
-/// Torques of the file's bodies along a motion.
-pub(crate) fn inverse_dynamics(chain: &SerialChain, motion: &Motion) -> Vec<Vec<f64>> {
-    each_sample(motion, motion.q.len(), |q, v, a, out| chain.inverse_dynamics(q, v, a, out))
 }
 
 /// The stop operator: a spring that follows the motion until it slips, ±1 where it does after the way.

@@ -1,9 +1,10 @@
 //! What a diagnosis says against a robot's file, as corrections of it.
 
 use crate::JointsError;
+use crate::bodies::turned;
 use crate::causes::{link_parameters, payload};
 use crate::physical;
-use crate::scene::{scene, turned};
+use crate::scene::scene;
 use ndof_devices::{Corrected, Correction, DeviceError, SerialChain, TERMS_OF_A_LINK, Written, write_back};
 use ndof_diagnose::{Cause, CauseParameter, Diagnosis};
 use ndof_models::effects::Value;

@@ -1,27 +1,35 @@
 //! What bodies feel behind a joint that gives between its encoder and its link.
 
-use crate::column::{Column, each_sample, inverse_dynamics};
+use crate::bodies::{Bodies, EXCURSION, Load, moved};
+use crate::dynamics::{inverse_dynamics, sign};
 use crate::motion::Motion;
-use crate::scene::{Scene, turned};
-use ndof_devices::{SerialChain, TERMS_OF_A_LINK};
+use crate::scene::Scene;
 use ndof_models::robot::Robot;
 use ndof_signal::{RESOLVED, derivatives};
-use std::sync::{Arc, OnceLock};
+use std::sync::Arc;
 
-/// Excursion over which torques are differenced (rad): far above round-off, and what bends over it is far below the torques' noise.
-const EXCURSION: f64 = 1e-4;
 /// Share of a spring's stiffness that the load behind it leaves at least: where it takes more, the link falls over.
 const STANDS: f64 = 0.1;
 
-/// A gear that gives between the encoder of a joint and its link.
+/// How a gear lets its link move.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Lets {
+    /// It gives with the torque on it.
+    Give,
+    /// It has play, in which the link falls and on whose sides it stays where it lands.
+    Play,
+}
+
+/// A gear between the encoder of a joint and its link that is not stiff.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Gear {
     pub joint: usize,
-    /// How far it gives (rad/(N m)).
-    pub compliance: f64,
+    pub lets: Lets,
+    /// How far it gives (rad/(N m)), or the width of its play (rad).
+    pub extent: f64,
     /// What slows its deflection (N m s/rad).
     pub damping: f64,
-    /// Deflection and rate beyond those of a link that follows its load, with which each trial begins.
+    /// Deflection and rate beyond those of a link that follows its load, with which each trial begins; a link that falls lands and forgets.
     pub starts: Vec<[f64; 2]>,
     /// What it carries.
     pub bodies: Arc<Bodies>,
@@ -31,158 +39,186 @@ pub(crate) struct Gear {
 const USUAL: f64 = 0.05;
 
 impl Gear {
-    /// One of this compliance with what metal usually damps.
-    pub fn new(scene: &Scene<'_>, joint: usize, compliance: f64) -> Self {
-        let inertia = scene.joints[joint].inertia;
-        let damping = if compliance > 0.0 { 2.0 * USUAL * (inertia / compliance).sqrt() } else { 0.0 };
-        Gear { joint, compliance, damping, starts: vec![[0.0; 2]; scene.trials], bodies: scene.bodies.clone() }
+    /// One of this extent with what metal usually damps.
+    pub fn new(scene: &Scene<'_>, joint: usize, lets: Lets, extent: f64) -> Self {
+        let (inertia, bodies) = (scene.joints[joint].inertia, scene.bodies.clone());
+        let (damping, starts) = match lets {
+            Lets::Give if extent > 0.0 => (2.0 * USUAL * (inertia / extent).sqrt(), vec![[0.0; 2]; scene.trials]),
+            Lets::Give => (0.0, vec![[0.0; 2]; scene.trials]),
+            Lets::Play => (0.0, vec![]),
+        };
+        Gear { joint, lets, extent, damping, starts, bodies }
     }
 
-    /// Whether nothing of it was fitted but perhaps its compliance: its links begin as if they followed their load.
+    /// Whether its link swings, and so remembers how it began.
+    pub fn swings(&self) -> bool {
+        self.lets == Lets::Give && self.extent > 0.0
+    }
+
+    /// Whether nothing of it was fitted but perhaps its extent: its links begin as if they followed their load.
     pub fn is_searched(&self) -> bool {
         self.starts.iter().flatten().all(|x| *x == 0.0)
     }
 }
 
-/// The change of all torques for each unit of a compliance, when the joint gives by it: by the torque on the link where it then is.
+/// The change of all torques for each unit of a gear's extent: by the torque on the link where it then is.
 ///
 /// The link swings on the gear, which the encoder moves: with the deflection δ = θ − q, the torque τ(q, q̇, q̈) that its bodies need and k the inverse of
 /// the compliance,
 ///
 /// k δ + d δ̇ = τ(θ − δ, θ̇ − δ̇, θ̈ − δ̈).
+///
+/// In a play it falls, 0 = τ(θ − δ, …) while |δ| < g/2, and lands without a rebound. A gear without an extent is the line at none of it.
 pub(crate) fn given(motion: &Motion, scene: &Scene<'_>, gear: &Gear) -> Vec<(usize, Vec<f64>)> {
-    let Gear { joint, compliance, .. } = *gear;
-    if compliance <= 0.0 {
-        return deflected(motion, scene, joint, |torque| -torque);
-    }
-    let [bent, rate, curve] = derivatives(&swings(motion, scene, gear), scene.rate_hz, RESOLVED * scene.rate_hz / 2.0);
+    let Gear { joint, extent, .. } = *gear;
+    let deflection = match gear.lets {
+        Lets::Give if extent <= 0.0 => return deflected(motion, scene, joint, |torque| -torque),
+        Lets::Play if extent <= 0.0 => return deflected(motion, scene, joint, |torque| -0.5 * sign(torque, scene.joints[joint].torque_noise)),
+        Lets::Give => swings(motion, scene, gear),
+        Lets::Play => falls(motion, scene, gear),
+    };
+    let [bent, rate, curve] = derivatives(&deflection, scene.rate_hz, RESOLVED * scene.rate_hz / 2.0);
     let mut torques = inverse_dynamics(&gear.bodies.chain, &moved(motion, joint, -1.0, [&bent, &rate, &curve]));
     // The rotor turns with the encoder.
     torques[joint].iter_mut().zip(&curve).for_each(|(t, c)| *t += scene.joints[joint].rotor * c);
-    torques.into_iter().zip(gear.bodies.torques(motion)).map(|(t, r)| t.iter().zip(r).map(|(t, r)| (t - r) / compliance).collect()).enumerate().collect()
+    torques.into_iter().zip(gear.bodies.torques(motion)).map(|(t, r)| t.iter().zip(r).map(|(t, r)| (t - r) / extent).collect()).enumerate().collect()
 }
 
-/// Bodies as a gear carries them: the file's, or as they were found to be.
-#[derive(Debug)]
-pub(crate) struct Bodies {
-    chain: SerialChain,
-    /// What is known of them in each trial, once it is asked for.
-    known: Vec<Known>,
+/// What the bodies behind a gear need at each sample where only they are deflected.
+struct Needed<'a> {
+    motion: &'a Motion,
+    gear: &'a Gear,
+    rotor: f64,
+    load: &'a Load,
+    /// Without a deflection.
+    rigid: &'a [f64],
+    step_s: f64,
+    states: [Vec<f64>; 4],
 }
 
-#[derive(Debug)]
-struct Known {
-    /// Torques that they need without a deflection, `[joint][sample]`.
-    torques: OnceLock<Vec<Vec<f64>>>,
-    /// What hangs on each joint.
-    loads: Vec<OnceLock<Load>>,
-}
-
-impl PartialEq for Bodies {
-    fn eq(&self, other: &Bodies) -> bool {
-        self.chain == other.chain
-    }
-}
-
-impl Bodies {
-    pub fn new(chain: SerialChain, trials: usize) -> Self {
-        let joints = chain.joints().count();
-        let known = || Known { torques: OnceLock::new(), loads: (0..joints).map(|_| OnceLock::new()).collect() };
-        Bodies { chain, known: (0..trials).map(|_| known()).collect() }
+impl<'a> Needed<'a> {
+    fn new(motion: &'a Motion, scene: &Scene<'_>, gear: &'a Gear) -> Self {
+        let (joint, rotor) = (gear.joint, scene.joints[gear.joint].rotor);
+        let (load, rigid) = (gear.bodies.load(motion, joint, rotor), &gear.bodies.torques(motion)[joint]);
+        Needed { motion, gear, rotor, load, rigid, step_s: 1.0 / scene.rate_hz, states: [(); 4].map(|()| vec![0.0; motion.q.len()]) }
     }
 
-    /// The same with so much more of these columns' bodies; `None` where there are no such bodies.
-    pub fn with(&self, columns: &[Column], factors: &[f64]) -> Option<Self> {
-        let mut inertial = self.chain.inertial_parameters();
-        for (column, factor) in columns.iter().zip(factors) {
-            if let Column::Body { link, parts } = column {
-                inertial[TERMS_OF_A_LINK * link..].iter_mut().zip(parts).for_each(|(own, part)| *own += factor * part);
-            }
+    /// The sample after this one.
+    fn next(&self, k: usize) -> usize {
+        (k + 1).min(self.rigid.len() - 1)
+    }
+
+    /// At a deflection.
+    fn at(&mut self, k: usize, bent: f64) -> f64 {
+        let ([q, v, a, out], joint, motion) = (&mut self.states, self.gear.joint, self.motion);
+        for j in 0..q.len() {
+            (q[j], v[j], a[j]) = (motion.q[j][k], motion.v[j][k], motion.a[j][k]);
         }
-        Some(Bodies::new(self.chain.clone().with_inertial_parameters(&inertial)?, self.known.len()))
+        q[joint] -= bent;
+        self.gear.bodies.chain.inverse_dynamics(q, v, a, out);
+        out[joint] - self.rotor * a[joint]
     }
 
-    /// The same where the base is turned.
-    pub fn turned(self, tilt: &[f64; 3]) -> Self {
-        let (gravity, change) = (self.chain.gravity(), turned(self.chain.gravity(), tilt));
-        Bodies::new(self.chain.with_gravity(std::array::from_fn(|k| gravity[k] + change[k])), self.known.len())
-    }
-
-    fn torques(&self, motion: &Motion) -> &[Vec<f64>] {
-        self.known[motion.trial].torques.get_or_init(|| inverse_dynamics(&self.chain, motion))
-    }
-
-    fn load(&self, motion: &Motion, joint: usize, rotor: f64) -> &Load {
-        self.known[motion.trial].loads[joint].get_or_init(|| Load::of(motion, self, joint, rotor))
-    }
-}
-
-/// What hangs on a joint, sample by sample.
-#[derive(Debug)]
-struct Load {
-    /// Inertia about the joint, without its rotor; it does not depend on the joint's own angle.
-    inertia: Vec<f64>,
-    /// How much less torque it needs for each unit of a deflection.
-    slope: Vec<f64>,
-}
-
-impl Load {
-    fn of(motion: &Motion, bodies: &Bodies, joint: usize, rotor: f64) -> Self {
-        let n = motion.q.len();
-        let weightless = bodies.chain.clone().with_gravity([0.0; 3]);
-        let (still, mut unit) = (vec![0.0; n], vec![0.0; n]);
-        unit[joint] = 1.0;
-        let inertia = each_sample(motion, n, |q, _, _, out| weightless.inverse_dynamics(q, &still, &unit, out)).swap_remove(joint);
-        let nothing = vec![0.0; inertia.len()];
-        let bent = moved(motion, joint, EXCURSION, [&vec![1.0; inertia.len()], &nothing, &nothing]);
-        let further = inverse_dynamics(&bodies.chain, &bent).swap_remove(joint);
-        let slope = further.iter().zip(&bodies.torques(motion)[joint]).map(|(f, r)| (f - r) / EXCURSION).collect();
-        Load { inertia: inertia.into_iter().map(|m| m - rotor).collect(), slope }
+    /// M between a sample and the next, and Ṁ.
+    fn inertia(&self, k: usize) -> [f64; 2] {
+        let (here, there) = (self.load.inertia[k], self.load.inertia[self.next(k)]);
+        [0.5 * (here + there), (there - here) / self.step_s]
     }
 }
 
 /// The deflection δ of a gear, sample by sample. With M(t) the inertia behind it and u(t, δ) what its bodies need where only they are deflected,
 /// M δ̈ + (d + Ṁ) δ̇ + k δ = u(t, δ): exact in each step for coefficients in its middle and u on a line in t and δ.
 fn swings(motion: &Motion, scene: &Scene<'_>, gear: &Gear) -> Vec<f64> {
-    let Gear { joint, compliance, damping, .. } = *gear;
-    let (n, step_s, stiffness) = (motion.q[joint].len(), 1.0 / scene.rate_hz, 1.0 / compliance);
-    let rotor = scene.joints[joint].rotor;
-    let (load, rigid) = (gear.bodies.load(motion, joint, rotor), &gear.bodies.torques(motion)[joint]);
-    let [mut q, mut v, mut a, mut out] = [(); 4].map(|()| vec![0.0; motion.q.len()]);
+    let stiffness = 1.0 / gear.extent;
+    let mut needed = Needed::new(motion, scene, gear);
+    let (load, rigid, step_s) = (needed.load, needed.rigid, needed.step_s);
     let slope = |k: usize| load.slope[k].max((STANDS - 1.0) * stiffness);
+    let between = |needed: &Needed<'_>, k: usize| {
+        let [inertia, grows] = needed.inertia(k);
+        Swing { inertia, damping: gear.damping + grows, stiffness: stiffness + 0.5 * (slope(k) + slope(needed.next(k))) }
+    };
     // u where the line in δ passes through none of it.
-    let mut needed = |k: usize, bent: f64| {
-        for j in 0..q.len() {
-            (q[j], v[j], a[j]) = (motion.q[j][k], motion.v[j][k], motion.a[j][k]);
-        }
-        q[joint] -= bent;
-        gear.bodies.chain.inverse_dynamics(&q, &v, &a, &mut out);
+    let force = |needed: &mut Needed<'_>, k: usize, bent: f64| {
         // A line between samples takes (ωh)²/12 off what swings; the second difference gives it back.
-        let bend = rigid[(k + 1).min(n - 1)] - 2.0 * rigid[k] + rigid[k.saturating_sub(1)];
-        out[joint] - rotor * a[joint] + slope(k) * bent - bend / 12.0
+        let bend = rigid[needed.next(k)] - 2.0 * rigid[k] + rigid[k.saturating_sub(1)];
+        needed.at(k, bent) + slope(k) * bent - bend / 12.0
     };
-    let between = |k: usize| {
-        let next = (k + 1).min(n - 1);
-        Swing {
-            inertia: 0.5 * (load.inertia[k] + load.inertia[next]),
-            damping: damping + (load.inertia[next] - load.inertia[k]) / step_s,
-            stiffness: stiffness + 0.5 * (slope(k) + slope(next)),
-        }
-    };
-    let growth = (rigid[1.min(n - 1)] - rigid[0]) / step_s;
-    let follows = between(0).stays(rigid[0], growth);
+    let growth = (rigid[needed.next(0)] - rigid[0]) / step_s;
+    let follows = between(&needed, 0).stays(rigid[0], growth);
     let start = gear.starts[motion.trial];
     let mut state = [follows[0] + start[0], follows[1] + start[1]];
-    let mut now = needed(0, state[0]);
-    let mut deflection = Vec::with_capacity(n);
-    for k in 0..n {
+    let mut now = force(&mut needed, 0, state[0]);
+    let mut deflection = Vec::with_capacity(rigid.len());
+    for k in 0..rigid.len() {
         deflection.push(state[0]);
-        let after = needed((k + 1).min(n - 1), state[0] + step_s * state[1]);
-        state = between(k).after(state, [now, after], step_s);
+        let next = needed.next(k);
+        let after = force(&mut needed, next, state[0] + step_s * state[1]);
+        state = between(&needed, k).after(state, [now, after], step_s);
         now = after;
     }
     deflection
 }
+
+/// The deflection δ of a link in its play, sample by sample: M δ̈ + Ṁ δ̇ = u(t, δ) between ± g/2, u on a line in t in each step.
+fn falls(motion: &Motion, scene: &Scene<'_>, gear: &Gear) -> Vec<f64> {
+    let mut needed = Needed::new(motion, scene, gear);
+    let side = 0.5 * gear.extent;
+    let (samples, step_s) = (needed.rigid.len(), needed.step_s);
+    let mut fall = Fall { side, x: side.copysign(needed.rigid[0]), v: 0.0 };
+    let mut deflection = Vec::with_capacity(samples);
+    for k in 0..samples {
+        deflection.push(fall.x);
+        let next = needed.next(k);
+        let [inertia, grows] = needed.inertia(k);
+        // Where it falls, Ṁ δ̇ hardly changes over a step.
+        let [from, to] = [needed.at(k, fall.x), needed.at(next, fall.x)].map(|u| (u - grows * fall.v) / inertia);
+        fall.over(step_s, from, (to - from) / step_s);
+    }
+    deflection
+}
+
+/// A link in its play: where it is and how fast.
+struct Fall {
+    side: f64,
+    x: f64,
+    v: f64,
+}
+
+impl Fall {
+    /// A while under an acceleration that changes in a line.
+    fn over(&mut self, time: f64, mut acceleration: f64, jerk: f64) {
+        let mut left = time;
+        // It leaves a side, lands, and may leave once more.
+        for _ in 0..3 {
+            let lies = self.x.abs() >= self.side && self.v == 0.0;
+            if lies && acceleration * self.x >= 0.0 {
+                let turns = -acceleration / jerk;
+                if !(turns > 0.0 && turns < left) {
+                    return;
+                }
+                (left, acceleration) = (left - turns, 0.0);
+            }
+            let at = |t: f64| self.x + t * (self.v + t * (acceleration / 2.0 + t * jerk / 6.0));
+            // From the side on which it lies it goes inwards, whatever rounding says.
+            let lands = |t: f64| if lies { at(t) * self.x <= -self.side * self.side } else { at(t).abs() >= self.side };
+            if !lands(left) {
+                let speed = self.v + left * (acceleration + left * jerk / 2.0);
+                (self.x, self.v) = (at(left).clamp(-self.side, self.side), speed);
+                return;
+            }
+            let (mut before, mut after) = (0.0, left);
+            for _ in 0..HALVINGS {
+                let middle = 0.5 * (before + after);
+                if lands(middle) { after = middle } else { before = middle }
+            }
+            (self.x, self.v) = (self.side.copysign(at(after)), 0.0);
+            (left, acceleration) = (left - after, acceleration + after * jerk);
+        }
+    }
+}
+
+/// By then the moment of a landing is known to the last digits of a step.
+const HALVINGS: usize = 50;
 
 /// M ẍ + c ẋ + k x = u.
 struct Swing {
@@ -220,15 +256,6 @@ fn swung([x, v]: [f64; 2], decay: f64, square: f64, time: f64) -> [f64; 2] {
     // e^(−αt) sin(ωt)/ω, which is t e^(−αt) where ω is none.
     let s = if w > 1e-9 { s / w * time } else { time * (-fall).exp() };
     [x * c + (v + decay * x) * s, v * c - (decay * v + square * x) * s]
-}
-
-/// A motion in which a joint is so many times a deflection further.
-fn moved(motion: &Motion, joint: usize, times: f64, bent: [&[f64]; 3]) -> Motion {
-    let mut moved = motion.clone();
-    for (series, bent) in [&mut moved.q, &mut moved.v, &mut moved.a].into_iter().zip(bent) {
-        series[joint].iter_mut().zip(bent).for_each(|(x, d)| *x += times * d);
-    }
-    moved
 }
 
 /// The change of all torques for each unit of a deflection of one joint that follows from the torque on it.
@@ -330,7 +357,7 @@ joints = [
             let (scene, motions) = scene(&chain, &[Recording::new(100.0, channels).expect("a log")], &[], &ports).expect("it moves");
             // What is left of each torque, where the swing of the beginning and the ends of the smoothing are over.
             let left = |times: f64| {
-                let gear = Gear { joint: 0, compliance: 1.0 / stiffness, damping: times * damping, starts: vec![[0.0; 2]], bodies: scene.bodies.clone() };
+                let gear = Gear { damping: times * damping, ..Gear::new(&scene, 0, Lets::Give, 1.0 / stiffness) };
                 let found = given(&motions[0], &scene, &gear);
                 [0, 1].map(|j| rms(&(3000..5500).map(|k| torques[k][j] - motions[0].rigid[j][k] - found[j].1[k] / stiffness).collect::<Vec<_>>()))
             };

@@ -1,14 +1,17 @@
 //! How much gears give and how their links swing: by Gauss-Newton steps, as what they change is no line of either.
 
+use crate::bodies::Bodies;
 use crate::causes::Form;
 use crate::column::Column;
-use crate::deflection::{Bodies, Gear};
-use crate::model::{Logged, Model, open, residual, solved};
+use crate::deflection::{Gear, Lets};
+use crate::logged::Logged;
+use crate::model::{Model, open, residual, solved};
 use crate::scene::rms;
 use crate::search::Solved;
-use crate::table::{Series, Table, View};
+use crate::table::{Series, Slopes, Table, View};
+use ndof_devices::TERMS_OF_A_LINK;
 use rayon::prelude::*;
-use std::sync::{Arc, MutexGuard, PoisonError};
+use std::sync::Arc;
 
 /// Most steps: each leaves little of what the one before it left.
 const STEPS: usize = 10;
@@ -20,58 +23,45 @@ const DIFFERENCE: f64 = 1e-3;
 /// Share of a joint's torque below which what it feels is nothing but rounded.
 const ROUNDED: f64 = 1e-9;
 
-/// What is known of gears from settling them before.
-#[derive(Default)]
-pub(crate) struct Gears {
-    /// Those that a search began with, and where they settled last.
-    settled: Vec<(Gear, Gear)>,
-    /// Where the slopes of each joint's gear were made last.
-    slopes: Vec<Slopes>,
-}
-
-/// A gear, the columns that hang on it, and the changes of all torques with both.
-type Slopes = (Gear, Vec<Column>, Arc<Vec<Series>>);
-
-fn known<'a>(view: &'a View<'_>) -> MutexGuard<'a, Gears> {
-    view.gears.lock().unwrap_or_else(PoisonError::into_inner)
-}
-
-/// Moves compliance and damping of each gear, and how its link begins, to where the likelihood is greatest, all factors beside it fitted anew.
+/// Moves extent and damping of each gear, how its link begins, and what hangs on it, to where the likelihood is greatest, all factors beside it fitted anew.
 pub(crate) fn settle(view: &View<'_>, forms: &mut [Form], logged: &Logged) {
     for k in 0..forms.len() {
         let Some(searched) = forms[k].gear().cloned() else { continue };
         let mut place = Place::new(view, forms, k, logged);
         let mut gear = searched.clone();
-        if gear.compliance == 0.0 {
-            gear = Gear::new(view.scene, gear.joint, place.by_a_line());
+        if gear.extent == 0.0 {
+            gear = Gear::new(view.scene, gear.joint, gear.lets, place.by_a_line());
         }
-        if gear.compliance > 0.0 && view.scene.joints[gear.joint].inertia > 0.0 {
+        if gear.extent > 0.0 && view.scene.joints[gear.joint].inertia > 0.0 {
             // Beside other causes it has settled before, not far from here.
-            let before = known(view).settled.iter().find(|(from, _)| *from == searched).map(|(_, to)| to.clone());
+            let before = view.kept().settled.iter().find(|(from, _)| *from == searched).map(|(_, to)| to.clone());
             let gear = place.settled([Some(gear), before].into_iter().flatten().collect());
             place.put(&gear);
-            let mut known = known(view);
-            known.settled.retain(|(from, _)| *from != searched);
-            known.settled.push((searched, gear));
+            let mut kept = view.kept();
+            kept.settled.retain(|(from, _)| *from != searched);
+            kept.settled.push((searched, gear));
         }
     }
 }
 
-/// Adds to what is searched the gears that are `asked` for, as they settle: where a link swings, others look more like it than its own gear with another
-/// compliance. Whether there are any.
+/// Adds to what is searched the gears that are `asked` for, as they settle: where a link swings, others look more like it than its own gear of another
+/// extent. Whether there are any.
 pub(crate) fn by_themselves(view: &View<'_>, searched: &mut Vec<Form>, asked: &[Form], logged: &Logged) -> bool {
-    let joints: Vec<usize> = (0..view.scene.joints.len()).filter(|j| asked.iter().any(|form| form.gear().is_some_and(|gear| gear.joint == *j))).collect();
-    for joint in &joints {
-        let settled = by_itself(view, searched, asked, logged, *joint);
+    let mut places: Vec<(usize, Lets)> = asked.iter().filter_map(Form::gear).map(|gear| (gear.joint, gear.lets)).collect();
+    places.sort_by_key(|(joint, lets)| (*joint, *lets == Lets::Play));
+    places.dedup();
+    for place in &places {
+        let settled = by_itself(view, searched, asked, logged, *place);
         searched.extend(settled);
     }
-    !joints.is_empty()
+    !places.is_empty()
 }
 
 /// The gear of a joint beside what is asked for elsewhere and what any joint may have: an offset, dry and viscous friction.
-fn by_itself(view: &View<'_>, searched: &[Form], asked: &[Form], logged: &Logged, joint: usize) -> Vec<Form> {
+fn by_itself(view: &View<'_>, searched: &[Form], asked: &[Form], logged: &Logged, (joint, lets): (usize, Lets)) -> Vec<Form> {
     let usual = [Column::Constant(joint), Column::Velocity(joint), Column::Sign(joint)];
-    let own: Vec<(&Form, &Gear)> = searched.iter().filter_map(|form| Some((form, form.gear().filter(|gear| gear.joint == joint)?))).collect();
+    let own: Vec<(&Form, &Gear)> =
+        searched.iter().filter_map(|form| Some((form, form.gear().filter(|gear| (gear.joint, gear.lets) == (joint, lets))?))).collect();
     let Some((first, _)) = own.first() else { return vec![] };
     let hangs = |form: &&Form| form.joint != Some(joint) || form.columns.iter().all(|c| matches!(c, Column::Body { .. }));
     let mut beside: Vec<Form> = asked.iter().filter(hangs).cloned().collect();
@@ -80,7 +70,7 @@ fn by_itself(view: &View<'_>, searched: &[Form], asked: &[Form], logged: &Logged
     let mut logged = logged.clone();
     (logged.late_s[joint], logged.gain[joint]) = (0.0, 1.0);
     let mut place = Place::new(view, &mut beside, k, &logged);
-    let swinging: Vec<Gear> = own.iter().map(|(_, gear)| (*gear).clone()).filter(|gear| gear.compliance > 0.0).collect();
+    let swinging: Vec<Gear> = own.iter().map(|(_, gear)| (*gear).clone()).filter(|gear| gear.extent > 0.0).collect();
     if swinging.is_empty() {
         return vec![];
     }
@@ -105,7 +95,7 @@ pub(crate) fn begin(fitted: &View<'_>, held: &View<'_>, model: &mut Model) {
     // Where a link swings far it is no line of how it begins.
     for _ in 0..3 {
         for k in 0..model.forms.len() {
-            let Some(mut gear) = model.forms[k].gear().filter(|gear| gear.compliance > 0.0).cloned() else { continue };
+            let Some(mut gear) = model.forms[k].gear().filter(|gear| gear.swings()).cloned() else { continue };
             let all = starts(held, &gear);
             let slopes: Vec<Arc<Series>> = unseen.iter().flat_map(|t| &all[2 * t..2 * t + 2]).map(|x| Arc::new(x.whitened(&held.noise))).collect();
             let (_, found) = solved(&slopes, &residual(held, model).whitened(&held.noise));
@@ -142,7 +132,7 @@ impl<'a, 'v> Place<'a, 'v> {
         self.forms[self.k].columns[0] = Column::Give(gear.clone());
     }
 
-    /// The compliance where the bodies follow their load, which is a line.
+    /// The extent by the line at none of it.
     fn by_a_line(&self) -> f64 {
         let (columns, missing) = open(self.view, self.forms, self.logged);
         let before = self.forms[..self.k].iter().flat_map(|f| &f.columns).filter(|c| c.factor().is_none()).count();
@@ -168,7 +158,7 @@ impl<'a, 'v> Place<'a, 'v> {
         if factors.is_empty() && *tilt == [0.0; 3] {
             return Some(file.clone());
         }
-        let found = file.with(&self.hanging, factors)?.turned(tilt);
+        let found = file.with(&more(self.view, &self.hanging, factors))?.turned(tilt);
         // What is known of them stays known.
         Some(if found == *gear.bodies { gear.bodies.clone() } else { Arc::new(found) })
     }
@@ -227,9 +217,11 @@ impl<'a, 'v> Place<'a, 'v> {
         let (own, hanging) = steps.split_at(steps.len() - at.factors.len());
         let factors: Vec<f64> = at.factors.iter().zip(hanging).map(|(factor, step)| factor + part * step).collect();
         let mut gear = Gear { bodies: self.bodies(&at.gear, &factors)?, ..at.gear.clone() };
-        gear.compliance = (gear.compliance + part * own[0]).clamp(0.5 * at.gear.compliance, 2.0 * at.gear.compliance);
-        gear.damping = (gear.damping + part * own[DAMPING]).max(0.0);
-        gear.starts.iter_mut().flatten().zip(&own[DAMPING + 1..]).for_each(|(start, step)| *start += part * step);
+        gear.extent = (gear.extent + part * own[0]).clamp(0.5 * at.gear.extent, 2.0 * at.gear.extent);
+        if gear.swings() {
+            gear.damping = (gear.damping + part * own[DAMPING]).max(0.0);
+            gear.starts.iter_mut().flatten().zip(&own[DAMPING + 1..]).for_each(|(start, step)| *start += part * step);
+        }
         Some(At { gear, factors })
     }
 
@@ -244,7 +236,7 @@ impl<'a, 'v> Place<'a, 'v> {
         let others = Solved::default().with(&table, &(0..beside.len()).collect::<Vec<_>>());
         let step = |moved: &[usize]| (others.with(&table, moved).of(&own), others.gain(&table, moved).0);
         let (steps, promised) = step(&own);
-        if at.gear.damping > 0.0 || steps[DAMPING] > 0.0 {
+        if !at.gear.swings() || at.gear.damping > 0.0 || steps[DAMPING] > 0.0 {
             return (steps, promised);
         }
         step(&[&own[..DAMPING], &own[DAMPING + 1..]].concat())
@@ -255,6 +247,17 @@ impl<'a, 'v> Place<'a, 'v> {
 fn hanging(view: &View<'_>, forms: &[Form], joint: usize) -> Vec<Column> {
     let behind = |c: &&Column| matches!(c, Column::Body { link, .. } if *link >= joint) && felt(view, c, joint) > ROUNDED * view.scene.joints[joint].torque;
     forms.iter().flat_map(|form| &form.columns).filter(behind).cloned().collect()
+}
+
+/// Inertial parameters of so much of these columns.
+fn more(view: &View<'_>, columns: &[Column], factors: &[f64]) -> Vec<f64> {
+    let mut more = vec![0.0; TERMS_OF_A_LINK * view.scene.joints.len()];
+    for (column, factor) in columns.iter().zip(factors) {
+        if let Column::Body { link, parts } = column {
+            more[TERMS_OF_A_LINK * link..].iter_mut().zip(parts).for_each(|(more, part)| *more += factor * part);
+        }
+    }
+    more
 }
 
 /// rms of what a joint feels of a column.
@@ -269,37 +272,43 @@ const DAMPING: usize = 1;
 /// How far from where they were made slopes serve, as a share of a gear's numbers: a step by them leaves as much of what it goes.
 const SERVE: f64 = 0.05;
 
-/// The changes of all torques with compliance, damping, and deflection and rate with which each trial begins, and with factors of what hangs on the gear; made
+/// The changes of all torques with extent, damping, and deflection and rate with which each trial begins, and with factors of what hangs on the gear; made
 /// there if they are to be `fresh`.
 fn slopes(view: &View<'_>, gear: &Gear, hanging: &[Column], fresh: bool) -> Arc<Vec<Series>> {
     let scale = damping_scale(view, gear);
-    let near = |at: &Gear| (at.compliance - gear.compliance).abs() < SERVE * gear.compliance && (at.damping - gear.damping).abs() < SERVE * scale;
-    let serves = |(at, beside, _): &&Slopes| beside == hanging && (at == gear || (!fresh && at.joint == gear.joint && near(at)));
-    let before = known(view).slopes.iter().find(serves).map(|(.., slopes)| slopes.clone());
+    let near = |at: &Gear| (at.extent - gear.extent).abs() < SERVE * gear.extent && (at.damping - gear.damping).abs() < SERVE * scale;
+    let serves = |(at, beside, _): &&Slopes| beside == hanging && (at == gear || (!fresh && (at.joint, at.lets) == (gear.joint, gear.lets) && near(at)));
+    let before = view.kept().slopes.iter().find(serves).map(|(.., slopes)| slopes.clone());
     before.unwrap_or_else(|| {
-        let given = || slope(view, gear, gear.compliance, |gear, by| gear.compliance += by);
-        let damped = || slope(view, gear, scale, |gear, by| gear.damping += by);
-        let ((given, damped), (starts, hung)) = rayon::join(|| rayon::join(given, damped), || rayon::join(|| starts(view, gear), || hung(view, gear, hanging)));
-        let found = Arc::new([given, damped].into_iter().chain(starts).chain(hung).collect::<Vec<_>>());
-        let mut known = known(view);
-        known.slopes.retain(|(at, beside, _)| at.joint != gear.joint || beside != hanging);
-        known.slopes.push((gear.clone(), hanging.to_vec(), found.clone()));
+        let given = || slope(view, gear, gear.extent, |gear, by| gear.extent += by);
+        let swung = || if gear.swings() { swung(view, gear, scale) } else { vec![] };
+        let (given, (swung, hung)) = rayon::join(given, || rayon::join(swung, || hung(view, gear, hanging)));
+        let found = Arc::new(std::iter::once(given).chain(swung).chain(hung).collect::<Vec<_>>());
+        let mut kept = view.kept();
+        kept.slopes.retain(|(at, beside, _)| (at.joint, at.lets) != (gear.joint, gear.lets) || beside != hanging);
+        kept.slopes.push((gear.clone(), hanging.to_vec(), found.clone()));
         found
     })
 }
 
 /// Radians per second with which a link swings on its gear.
 fn swings(view: &View<'_>, gear: &Gear) -> f64 {
-    (view.scene.joints[gear.joint].inertia * gear.compliance).sqrt().recip()
+    (view.scene.joints[gear.joint].inertia * gear.extent).sqrt().recip()
 }
 
 fn damping_scale(view: &View<'_>, gear: &Gear) -> f64 {
     2.0 * view.scene.joints[gear.joint].inertia * swings(view, gear)
 }
 
+/// The changes of all torques with a gear's damping and with how its link begins.
+fn swung(view: &View<'_>, gear: &Gear, scale: f64) -> Vec<Series> {
+    let (damped, starts) = rayon::join(|| slope(view, gear, scale, |gear, by| gear.damping += by), || starts(view, gear));
+    std::iter::once(damped).chain(starts).collect()
+}
+
 /// Trials begin each by itself: all are moved at once, and taken apart.
 fn starts(view: &View<'_>, gear: &Gear) -> Vec<Series> {
-    let size = view.scene.joints[gear.joint].torque * gear.compliance;
+    let size = view.scene.joints[gear.joint].torque * gear.extent;
     let all = [size, size * swings(view, gear)];
     let all: Vec<Series> =
         (0..2).into_par_iter().map(|k| slope(view, gear, all[k], |gear, by| gear.starts.iter_mut().for_each(|start| start[k] += by))).collect();
@@ -320,8 +329,8 @@ fn slope(view: &View<'_>, gear: &Gear, size: f64, moves: impl Fn(&mut Gear, f64)
     let mut out = view.compute(&[Column::Give(moved.clone())]).swap_remove(0);
     let here = view.series(&[Column::Give(gear.clone())]);
     let unit = out.clone();
-    out.add(moved.compliance / step - 1.0, &unit);
-    here.iter().for_each(|here| out.add(-gear.compliance / step, here));
+    out.add(moved.extent / step - 1.0, &unit);
+    here.iter().for_each(|here| out.add(-gear.extent / step, here));
     out
 }
 
@@ -329,7 +338,7 @@ fn slope(view: &View<'_>, gear: &Gear, size: f64, moves: impl Fn(&mut Gear, f64)
 fn hung(view: &View<'_>, gear: &Gear, hanging: &[Column]) -> Vec<Series> {
     let of = |(column, own): (&Column, Arc<Series>)| {
         let size = view.scene.joints[gear.joint].torque / felt(view, column, gear.joint);
-        let Some(moved) = gear.bodies.with(std::slice::from_ref(column), &[DIFFERENCE * size]) else { return own.as_ref().clone() };
+        let Some(moved) = gear.bodies.with(&more(view, std::slice::from_ref(column), &[DIFFERENCE * size])) else { return own.as_ref().clone() };
         let moved = Arc::new(moved);
         let mut change = slope(view, gear, size, |gear, _| gear.bodies = moved.clone());
         change.add(1.0, &own);
@@ -350,7 +359,7 @@ pub(crate) fn changes(view: &View<'_>, forms: &[Form], column: &Column) -> Vec<S
         Some(slopes[slopes.len() - hanging.len() + place].clone())
     };
     let own = view.series(std::slice::from_ref(column));
-    let sum = forms.iter().filter_map(Form::gear).filter(|gear| gear.compliance > 0.0).filter_map(of).reduce(|mut sum, other| {
+    let sum = forms.iter().filter_map(Form::gear).filter(|gear| gear.extent > 0.0).filter_map(of).reduce(|mut sum, other| {
         sum.add(1.0, &other);
         own.iter().for_each(|own| sum.add(-1.0, own));
         sum

@@ -1,8 +1,9 @@
 //! How well models predict torques that no fit saw.
 
+use crate::blocks::block_products;
+use crate::bodies::turned;
 use crate::column::Column;
-use crate::model::{Model, block_products, residual};
-use crate::scene::turned;
+use crate::model::{Model, residual};
 use crate::table::{Series, View};
 use statrs::distribution::{ContinuousCDF, StudentsT};
 

@@ -1,7 +1,8 @@
 //! The noise of each joint's torque: what columns or a model leave of it.
 
 use crate::causes::Form;
-use crate::model::{Logged, Model, residual};
+use crate::logged::Logged;
+use crate::model::{Model, residual};
 use crate::noise::Whitener;
 use crate::scene::deviation;
 use crate::search::Solved;

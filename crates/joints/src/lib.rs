@@ -13,22 +13,29 @@
 
 mod answer;
 mod band;
+mod blocks;
+mod bodies;
 mod causes;
 mod column;
 mod corrections;
 mod deflection;
 mod diagnose;
+mod dynamics;
 mod error;
 mod excitation;
 mod gears;
 mod generic;
 mod held_out;
+mod judged;
 mod left_noise;
+mod logged;
 mod model;
 mod motion;
 mod noise;
+mod options;
 mod physical;
 mod pictures;
+mod refined;
 mod scene;
 mod search;
 #[cfg(test)]
@@ -38,9 +45,10 @@ mod table;
 
 pub use causes::{CAUSES, Card, JointCause};
 pub use corrections::{Corrections, corrections};
-pub use diagnose::{Options, alike, diagnose};
+pub use diagnose::{alike, diagnose};
 pub use error::JointsError;
 pub use excitation::{
     Excitation, ExcitationError, ExcitationSearch, FourierMotion, FourierSeries, JointLimits, JointMotion, PredictedParameter, RANDOM_MOTIONS, UsedLimits,
     excite,
 };
+pub use options::Options;

@@ -2,12 +2,14 @@
 
 use crate::answer::Answer;
 use crate::held_out::predicted;
-use crate::model::{Logged, Model, residual};
+use crate::logged::Logged;
+use crate::model::{Model, residual};
 use ndof_diagnose::Pictures;
 use ndof_models::robot::Robot;
 
 /// Torques of the first held-out stretch, logged and predicted; and what is missing at each joint over its speed and angle.
-pub(crate) fn draw(answer: &Answer<'_>, file: &Model) -> Pictures {
+pub(crate) fn draw(answer: &Answer<'_>) -> Pictures {
+    let file = &Model::file(answer.joints());
     let (scene, held, fitted) = (answer.scene, answer.held, answer.fitted);
     let piece = &held.pieces[0];
     let range = piece.places.first().copied().unwrap_or(0)..piece.places.last().map_or(0, |p| p + 1);

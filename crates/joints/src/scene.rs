@@ -1,8 +1,8 @@
 //! The robot, what its file says of it, and what is known of a log before anything is tried.
 
 use crate::JointsError;
-use crate::column::{inverse_dynamics, sign};
-use crate::deflection::Bodies;
+use crate::bodies::Bodies;
+use crate::dynamics::{inverse_dynamics, sign};
 use crate::motion::{Encoder, Motion, encoder, top_density};
 use ndof_devices::{SerialChain, TERMS_OF_A_LINK};
 use ndof_models::robot::{Joints, Robot};
@@ -216,19 +216,6 @@ impl Scene<'_> {
         }
         out
     }
-}
-
-/// The change of gravity `g` when the base is turned by a rotation vector, the axis times the angle (Rodrigues).
-pub(crate) fn turned(g: [f64; 3], tilt: &[f64; 3]) -> [f64; 3] {
-    let angle = tilt.iter().map(|t| t * t).sum::<f64>().sqrt();
-    if angle == 0.0 {
-        return [0.0; 3];
-    }
-    // Seen from the base, gravity turns the other way.
-    let axis = tilt.map(|t| -t / angle);
-    let cross = |a: [f64; 3], b: [f64; 3]| [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]];
-    let (once, twice) = (cross(axis, g), cross(axis, cross(axis, g)));
-    std::array::from_fn(|k| angle.sin() * once[k] + (1.0 - angle.cos()) * twice[k])
 }
 
 pub(crate) fn rms(x: &[f64]) -> f64 {

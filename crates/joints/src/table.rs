@@ -1,13 +1,15 @@
 //! All torques that may be lacking, side by side in one band, and what products of them say.
 
 use crate::band::Band;
+use crate::bodies::turned;
 use crate::causes::Form;
-use crate::column::{Column, each_sample};
-use crate::gears::Gears;
-use crate::model::Logged;
+use crate::column::Column;
+use crate::deflection::Gear;
+use crate::dynamics::each_sample;
+use crate::logged::Logged;
 use crate::motion::Motion;
 use crate::noise::Whitener;
-use crate::scene::{Scene, turned};
+use crate::scene::Scene;
 use ndarray::{Array1, Array2};
 use ndof_devices::TERMS_OF_A_LINK;
 use ndof_signal::smoothing_edge;
@@ -68,17 +70,23 @@ pub(crate) struct View<'a> {
     pub pieces: Vec<Piece>,
     pub noise: Vec<Whitener>,
     kept: Mutex<Kept>,
-    pub gears: Mutex<Gears>,
     whole: &'a Mutex<Whole>,
 }
 
-/// Torques that were asked for before.
+/// What was asked for before.
 #[derive(Default)]
-struct Kept {
+pub(crate) struct Kept {
     columns: Vec<(Column, Arc<Series>)>,
     white: Vec<(Column, Arc<Series>)>,
     file: Option<Arc<Series>>,
+    /// Gears that a search began with, and where they settled last.
+    pub settled: Vec<(Gear, Gear)>,
+    /// Where the slopes of each joint's gear were made last.
+    pub slopes: Vec<Slopes>,
 }
+
+/// A gear, the columns that hang on it, and the changes of all torques with both.
+pub(crate) type Slopes = (Gear, Vec<Column>, Arc<Vec<Series>>);
 
 /// What joints feel of columns at every sample, by column and trial.
 type Whole = Vec<(Column, usize, Arc<Vec<(usize, Vec<f64>)>>)>;
@@ -95,10 +103,10 @@ impl<'a> View<'a> {
             })
             .collect();
         let noise = scene.joints.iter().map(|j| Whitener::plain(j.torque)).collect();
-        View { scene, motions, band, pieces, noise, kept: Mutex::default(), gears: Mutex::default(), whole }
+        View { scene, motions, band, pieces, noise, kept: Mutex::default(), whole }
     }
 
-    fn kept(&self) -> MutexGuard<'_, Kept> {
+    pub fn kept(&self) -> MutexGuard<'_, Kept> {
         self.kept.lock().unwrap_or_else(PoisonError::into_inner)
     }
 

@@ -1,16 +1,30 @@
 //! Play between motor and link.
 
-use super::{Card, Form, JointCause, Told, each_joint};
-use crate::column::Column;
+use super::joint_flexibility::gears;
+use super::{Card, JointCause, Told, each_joint};
+use crate::deflection::Lets;
+use std::f64::consts::TAU;
+
+/// How many times as fast as its joint moves a link falls through its play where it is searched; neighbours are four times as wide. A narrower one is a line.
+const FALLS: [f64; 4] = [2.0, 3.2, 5.0, 8.0];
 
 pub(super) static CAUSE: JointCause = JointCause {
     card: Card {
         name: "backlash",
-        what: "play between an encoder on the motor's side and the link, which falls to the side to which it is loaded",
-        equation: "q_link = q − (g/2) sign τ_link",
+        what: "play between an encoder on the motor's side and the link, which falls to the side to which it is loaded and stays where it lands",
+        equation: "q_link = q − δ; τ_link = 0 while |δ| < g/2",
         side: "joint",
         look_alikes: &["joint-flexibility", "gear-hysteresis"],
         next_experiment: "a movement on which the load of this joint changes its sign often, or an encoder on the link",
     },
-    forms: |scene| each_joint(scene, |j| vec![Form::new(&CAUSE, Some(j), vec![Column::Play(j)], vec![Told::new("gap_rad", "rad", 0).positive()])]),
+    forms: |scene| {
+        each_joint(scene, |j| {
+            let joint = &scene.joints[j];
+            // A load that grows in a line turns a link over so wide a play in that time.
+            let grows = TAU * joint.pace_hz * joint.torque / joint.inertia;
+            let plays = FALLS.map(|times| grows / (TAU * joint.pace_hz * times).powi(3) / 6.0);
+            let gap = Told::new("gap_rad", "rad", 0).positive();
+            gears(scene, j, &CAUSE, Lets::Play, &plays, &gap)
+        })
+    },
 };

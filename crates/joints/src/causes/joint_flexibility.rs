@@ -2,7 +2,8 @@
 
 use super::{Card, Form, JointCause, Told, each_joint};
 use crate::column::Column;
-use crate::deflection::Gear;
+use crate::deflection::{Gear, Lets};
+use crate::scene::Scene;
 use std::f64::consts::TAU;
 
 /// How many times as fast as its joint moves a link swings on its gear where it is searched. A slower one would resonate with the movement itself; at
@@ -22,17 +23,21 @@ pub(super) static CAUSE: JointCause = JointCause {
         each_joint(scene, |j| {
             let inertia = scene.joints[j].inertia;
             let stiffness = Told { inverse: true, ..Told::new("stiffness_nm_per_rad", "N m/rad", 0).positive() };
-            let rotor = Told::new("rotor_kg_m2", "kg m^2", 1).on_top_of(scene.joints[j].rotor).positive();
-            let swinging = SWINGS.map(|times| 1.0 / (inertia * (TAU * scene.joints[j].pace_hz * times).powi(2)));
-            // The last follows its load, as stiff ones do, and is all of them where nothing is behind the joint, or nothing moves it.
-            let gears = swinging.into_iter().filter(|c| c.is_finite() && *c > 0.0).chain([0.0]).map(|compliance| Column::Give(Gear::new(scene, j, compliance)));
-            // A rotor that turns before the gear gives is no inertia of the link: without it a link's mass would stand in for it.
-            gears
-                .flat_map(|gear| {
-                    let alone = Form::new(&CAUSE, Some(j), vec![gear.clone()], vec![stiffness.clone()]);
-                    [alone, Form::new(&CAUSE, Some(j), vec![gear, Column::Acceleration(j)], vec![stiffness.clone(), rotor.clone()])]
-                })
-                .collect()
+            gears(scene, j, &CAUSE, Lets::Give, &SWINGS.map(|times| 1.0 / (inertia * (TAU * scene.joints[j].pace_hz * times).powi(2))), &stiffness)
         })
     },
 };
+
+/// A gear in forms of these extents and one that is a line, each alone and with a rotor before it, without which a link's mass would stand in for the rotor's.
+pub(super) fn gears(scene: &Scene<'_>, j: usize, cause: &'static JointCause, lets: Lets, extents: &[f64], told: &Told) -> Vec<Form> {
+    let rotor = Told::new("rotor_kg_m2", "kg m^2", 1).on_top_of(scene.joints[j].rotor).positive();
+    // The line is all of them where nothing is behind the joint, or nothing moves it.
+    let extents = extents.iter().copied().filter(|x| x.is_finite() && *x > 0.0).chain([0.0]);
+    extents
+        .map(|extent| Column::Give(Gear::new(scene, j, lets, extent)))
+        .flat_map(|gear| {
+            let alone = Form::new(cause, Some(j), vec![gear.clone()], vec![told.clone()]);
+            [alone, Form::new(cause, Some(j), vec![gear, Column::Acceleration(j)], vec![told.clone(), rotor.clone()])]
+        })
+        .collect()
+}

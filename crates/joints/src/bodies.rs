@@ -1,0 +1,107 @@
+//! The bodies behind joints, and what is known of them along each trial.
+
+use crate::dynamics::{each_sample, inverse_dynamics};
+use crate::motion::Motion;
+use ndof_devices::SerialChain;
+use ndof_models::robot::Robot;
+use std::sync::OnceLock;
+
+/// Excursion over which torques are differenced (rad): far above round-off, and what bends over it is far below the torques' noise.
+pub(crate) const EXCURSION: f64 = 1e-4;
+
+/// Bodies as a gear carries them: the file's, or as they were found to be.
+#[derive(Debug)]
+pub(crate) struct Bodies {
+    pub chain: SerialChain,
+    /// What is known of them in each trial, once it is asked for.
+    known: Vec<Known>,
+}
+
+#[derive(Debug)]
+struct Known {
+    torques: OnceLock<Vec<Vec<f64>>>,
+    loads: Vec<OnceLock<Load>>,
+}
+
+impl PartialEq for Bodies {
+    fn eq(&self, other: &Bodies) -> bool {
+        self.chain == other.chain
+    }
+}
+
+impl Bodies {
+    pub fn new(chain: SerialChain, trials: usize) -> Self {
+        let joints = chain.joints().count();
+        let known = || Known { torques: OnceLock::new(), loads: (0..joints).map(|_| OnceLock::new()).collect() };
+        Bodies { chain, known: (0..trials).map(|_| known()).collect() }
+    }
+
+    /// The same with so much more of their inertial parameters; `None` where there are no such bodies.
+    pub fn with(&self, more: &[f64]) -> Option<Self> {
+        let mut inertial = self.chain.inertial_parameters();
+        inertial.iter_mut().zip(more).for_each(|(own, more)| *own += more);
+        Some(Bodies::new(self.chain.clone().with_inertial_parameters(&inertial)?, self.known.len()))
+    }
+
+    /// The same where the base is turned.
+    pub fn turned(self, tilt: &[f64; 3]) -> Self {
+        let (gravity, change) = (self.chain.gravity(), turned(self.chain.gravity(), tilt));
+        Bodies::new(self.chain.with_gravity(std::array::from_fn(|k| gravity[k] + change[k])), self.known.len())
+    }
+
+    /// Torques that they need without a deflection, `[joint][sample]`.
+    pub fn torques(&self, motion: &Motion) -> &[Vec<f64>] {
+        self.known[motion.trial].torques.get_or_init(|| inverse_dynamics(&self.chain, motion))
+    }
+
+    /// What hangs on a joint with this rotor.
+    pub fn load(&self, motion: &Motion, joint: usize, rotor: f64) -> &Load {
+        self.known[motion.trial].loads[joint].get_or_init(|| Load::of(motion, self, joint, rotor))
+    }
+}
+
+/// What hangs on a joint, sample by sample.
+#[derive(Debug)]
+pub(crate) struct Load {
+    /// Inertia about the joint, without its rotor; it does not depend on the joint's own angle.
+    pub inertia: Vec<f64>,
+    /// How much less torque it needs for each unit of a deflection.
+    pub slope: Vec<f64>,
+}
+
+impl Load {
+    fn of(motion: &Motion, bodies: &Bodies, joint: usize, rotor: f64) -> Self {
+        let n = motion.q.len();
+        let weightless = bodies.chain.clone().with_gravity([0.0; 3]);
+        let (still, mut unit) = (vec![0.0; n], vec![0.0; n]);
+        unit[joint] = 1.0;
+        let inertia = each_sample(motion, n, |q, _, _, out| weightless.inverse_dynamics(q, &still, &unit, out)).swap_remove(joint);
+        let nothing = vec![0.0; inertia.len()];
+        let bent = moved(motion, joint, EXCURSION, [&vec![1.0; inertia.len()], &nothing, &nothing]);
+        let further = inverse_dynamics(&bodies.chain, &bent).swap_remove(joint);
+        let slope = further.iter().zip(&bodies.torques(motion)[joint]).map(|(f, r)| (f - r) / EXCURSION).collect();
+        Load { inertia: inertia.into_iter().map(|m| m - rotor).collect(), slope }
+    }
+}
+
+/// A motion in which a joint is so many times a deflection further.
+pub(crate) fn moved(motion: &Motion, joint: usize, times: f64, bent: [&[f64]; 3]) -> Motion {
+    let mut moved = motion.clone();
+    for (series, bent) in [&mut moved.q, &mut moved.v, &mut moved.a].into_iter().zip(bent) {
+        series[joint].iter_mut().zip(bent).for_each(|(x, d)| *x += times * d);
+    }
+    moved
+}
+
+/// The change of gravity `g` when the base is turned by a rotation vector, the axis times the angle (Rodrigues).
+pub(crate) fn turned(g: [f64; 3], tilt: &[f64; 3]) -> [f64; 3] {
+    let angle = tilt.iter().map(|t| t * t).sum::<f64>().sqrt();
+    if angle == 0.0 {
+        return [0.0; 3];
+    }
+    // Seen from the base, gravity turns the other way.
+    let axis = tilt.map(|t| -t / angle);
+    let cross = |a: [f64; 3], b: [f64; 3]| [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]];
+    let (once, twice) = (cross(axis, g), cross(axis, cross(axis, g)));
+    std::array::from_fn(|k| angle.sin() * once[k] + (1.0 - angle.cos()) * twice[k])
+}

@@ -1,0 +1,212 @@
+//! Which causes hold: a search, a fit, and what of it predicts what was held out.
+
+use crate::causes::Form;
+use crate::gears;
+use crate::held_out::{gain, sure};
+use crate::logged::Logged;
+use crate::model::{Model, residual};
+use crate::options::Options;
+use crate::refined;
+use crate::search::{Rule, hypotheses};
+use crate::table::{Table, View};
+use rayon::prelude::*;
+
+/// Probability with which a cause has to predict what was held out. What was fitted has been asked before, at the
+/// rate of false alarms: by chance both say yes once in a thousand times.
+const SURE: f64 = 0.9;
+/// At most so many causes a joint: beyond it is a robot that this file is not of.
+const CAUSES_A_JOINT: usize = 6;
+
+/// What a search starts from.
+pub(crate) struct Searched {
+    pub table: Table,
+    /// Deviation of each joint's torque in the band that no column explains.
+    pub floor: Vec<f64>,
+    /// Samples of each joint less the factors of all columns: what its noise is known by.
+    pub left: Vec<f64>,
+    hypotheses: usize,
+}
+
+impl Searched {
+    pub fn new(view: &View<'_>, forms: &[Form], floor: Vec<f64>, left: Vec<f64>) -> Self {
+        let (columns, places) = Table::distinct(forms);
+        let missing = view.missing(&Logged::as_it_is(view.scene.joints.len())).whitened(&view.noise);
+        Searched { table: Table::new(places, &view.white(&columns), &missing), floor, left, hypotheses: hypotheses(forms) }
+    }
+
+    pub fn rule<'a>(&'a self, forms: &'a [Form], options: &Options) -> Rule<'a> {
+        Rule { table: &self.table, forms, left: &self.left, hypotheses: self.hypotheses, false_alarms: options.false_alarms }
+    }
+}
+
+/// A cause that is significant and not named, and why.
+pub(crate) struct Aside {
+    pub form: Form,
+    pub removed: f64,
+    pub why: String,
+}
+
+/// A model and what each of its forms is worth on the held-out part.
+pub(crate) struct Judged {
+    pub model: Model,
+    worth: Vec<Worth>,
+    /// Forms that are not to be named, and why.
+    failing: Vec<(usize, String)>,
+}
+
+/// What a form is worth on the held-out part.
+struct Worth {
+    /// Log-likelihood that it gains.
+    gain: f64,
+    /// Probability that it gains at all.
+    sure: f64,
+    /// Its share of the joint's torque.
+    matters: f64,
+}
+
+impl Judged {
+    fn new(fitted: &View<'_>, held: &View<'_>, model: Model, options: &Options) -> Self {
+        let worth: Vec<Worth> = (0..model.forms.len()).into_par_iter().map(|k| worth(fitted, held, &model, k)).collect();
+        let failing = worth.iter().enumerate().filter_map(|(k, worth)| Some((k, reason(&model, k, worth, options)?))).collect();
+        Judged { model, worth, failing }
+    }
+}
+
+fn worth(fitted: &View<'_>, held: &View<'_>, model: &Model, k: usize) -> Worth {
+    let less = without(fitted, model, k);
+    Worth { gain: gain(held, &less, model).value, sure: sure(held, &less, model), matters: share(held, model, k) }
+}
+
+/// Why a form is not to be named.
+fn reason(model: &Model, k: usize, worth: &Worth, options: &Options) -> Option<String> {
+    if !model.forms[k].allows(&model.factors[k]) {
+        return Some("it would need a parameter below zero".to_owned());
+    }
+    if worth.sure < SURE {
+        return Some("what was held out is not predicted better with it beyond chance".to_owned());
+    }
+    (worth.matters < options.tolerance)
+        .then(|| format!("its torque is {:.2} % of the joint's, below the tolerance of {:.2} %", 100.0 * worth.matters, 100.0 * options.tolerance))
+}
+
+/// A model all of whose causes hold, by their numbers among the forms, and what was set aside for it.
+pub(crate) struct HeldUp {
+    pub judged: Judged,
+    chosen: Vec<usize>,
+    pub minor: Vec<Aside>,
+}
+
+/// A model at its best for what is fitted, ready to be run along what is held out.
+fn refined([fitted, held]: [&View<'_>; 2], forms: &[Form], logged: &Logged) -> Model {
+    let mut model = refined::refined(fitted, forms, logged);
+    gears::begin(fitted, held, &mut model);
+    model
+}
+
+/// At most so many causes of a robot.
+pub(crate) fn most_causes(view: &View<'_>) -> usize {
+    CAUSES_A_JOINT * view.scene.joints.len() + 2
+}
+
+/// Searches, fits and judges until each cause predicts something of what was held out and matters: the one that is worth least is set aside, and
+/// the search goes on without it.
+pub(crate) fn held_up(fitted: &View<'_>, held: &View<'_>, rule: &Rule<'_>, options: &Options, progress: &mut dyn FnMut(&str)) -> HeldUp {
+    let mut minor: Vec<Aside> = Vec::new();
+    let mut chosen = Vec::new();
+    let most = most_causes(fitted);
+    let plain = Logged::as_it_is(fitted.noise.len());
+    let refined = |chosen: &[usize]| refined([fitted, held], &chosen.iter().map(|k| rule.forms[*k].clone()).collect::<Vec<_>>(), &plain);
+    loop {
+        let aside: Vec<&Form> = minor.iter().map(|m| &m.form).collect();
+        rule.search(&mut chosen, &aside, most);
+        progress("fitting what was found");
+        let judged = Judged::new(fitted, held, refined(&chosen), options);
+        let mut failing = judged.failing.clone();
+        if failing.is_empty() {
+            return HeldUp { judged, chosen, minor };
+        }
+        failing.sort_by(|(a, _), (b, _)| judged.worth[*a].gain.total_cmp(&judged.worth[*b].gain));
+        // One of each place: what one joint lacks hardly changes with what another has.
+        let mut gone: Vec<usize> = Vec::new();
+        for (k, why) in failing {
+            let form = &judged.model.forms[k];
+            if !gone.iter().any(|g| judged.model.forms[*g].joint == form.joint) {
+                minor.push(Aside { form: form.clone(), removed: judged.worth[k].matters, why });
+                gone.push(k);
+            }
+        }
+        chosen = chosen.iter().enumerate().filter(|(k, _)| !gone.contains(k)).map(|(_, f)| *f).collect();
+    }
+}
+
+/// [`held_up`], and those that were set aside asked once more: beside a wrong cause a right one may look superfluous.
+pub(crate) fn judged(fitted: &View<'_>, held: &View<'_>, rule: &Rule<'_>, options: &Options, progress: &mut dyn FnMut(&str)) -> (Model, Vec<Aside>) {
+    let HeldUp { mut judged, mut chosen, mut minor } = held_up(fitted, held, rule, options, progress);
+    progress("asking again what was set aside");
+    while chosen.len() < most_causes(fitted) {
+        let solved = rule.solve(&chosen);
+        let mut again: Vec<(usize, usize, f64)> = minor
+            .iter()
+            .enumerate()
+            .filter_map(|(m, aside)| rule.best(&solved, |k| rule.forms[k].same_place(&aside.form)).map(|(k, worth)| (m, k, worth)))
+            .collect();
+        again.sort_by(|a, b| b.2.total_cmp(&a.2));
+        let better = again.into_iter().find_map(|(m, k, _)| {
+            let last = chosen.len();
+            let forms: Vec<Form> = judged.model.forms.iter().chain([&rule.forms[k]]).cloned().collect();
+            // What does not even look likely before it is moved to its best is not worth that; of a gear that says nothing.
+            let near = Model::fit(fitted, &forms, &judged.model.logged);
+            if rule.forms[k].gear().is_none() && worth(fitted, held, &near, last).sure < 0.5 {
+                return None;
+            }
+            let more: Vec<usize> = chosen.iter().copied().chain([k]).collect();
+            let model = refined([fitted, held], &forms, &judged.model.logged);
+            if reason(&model, last, &worth(fitted, held, &model, last), options).is_some() {
+                return None;
+            }
+            let judged = Judged::new(fitted, held, model, options);
+            judged.failing.is_empty().then_some((m, more, judged))
+        });
+        let Some((m, more, found)) = better else { break };
+        minor.remove(m);
+        (chosen, judged) = (more, found);
+    }
+    let mut model = judged.model;
+    model.order(&judged.worth.iter().map(|w| w.gain).collect::<Vec<_>>());
+    (model, minor)
+}
+
+/// The logged torques without what a form takes off them.
+fn put_back(logged: &Logged, form: &Form) -> Logged {
+    let mut logged = logged.clone();
+    match (form.cause.card.name, form.joint) {
+        ("torque-delay", Some(j)) => logged.late_s[j] = 0.0,
+        ("torque-scale", Some(j)) => logged.gain[j] = 1.0,
+        ("base-tilt", _) => logged.tilt = [0.0; 3],
+        _ => {}
+    }
+    logged
+}
+
+/// The model without one of its forms, all else fitted anew.
+pub(crate) fn without(view: &View<'_>, model: &Model, k: usize) -> Model {
+    let mut forms = model.forms.clone();
+    let gone = forms.remove(k);
+    Model::fit(view, &forms, &put_back(&model.logged, &gone))
+}
+
+/// rms of a form's torque over the deviation of the joint's, where it is largest.
+pub(crate) fn share(view: &View<'_>, model: &Model, k: usize) -> f64 {
+    let (mut forms, mut factors) = (model.forms.clone(), model.factors.clone());
+    let logged = put_back(&model.logged, &forms.remove(k));
+    factors.remove(k);
+    let without = Model { forms, factors, logged, covariance: vec![], places: vec![] };
+    let mut change = residual(view, &without);
+    change.add(-1.0, &residual(view, model));
+    (0..view.scene.joints.len())
+        .map(|j| {
+            let own: Vec<f64> = change.0.iter().filter_map(|p| p[j].as_deref()).flatten().copied().collect();
+            (own.iter().map(|x| x * x).sum::<f64>() / own.len().max(1) as f64).sqrt() / view.scene.joints[j].torque.max(f64::MIN_POSITIVE)
+        })
+        .fold(0.0, f64::max)
+}

@@ -1,0 +1,198 @@
+//! A model at its best: shapes, channels and gears moved to where the likelihood is greatest, and intervals.
+
+use crate::blocks::block_products;
+use crate::causes::Form;
+use crate::column::Column;
+use crate::gears;
+use crate::logged::Logged;
+use crate::model::{Model, open, residual, solved};
+use crate::search::Solved;
+use crate::table::{Series, View};
+use ndof_sysid::two_sided_t;
+use std::sync::Arc;
+
+/// Shapes and channels moved from where they are to where the likelihood is greatest, one after the other, and intervals of all.
+pub(crate) fn refined(view: &View<'_>, forms: &[Form], logged: &Logged) -> Model {
+    let (mut forms, mut logged) = (forms.to_vec(), logged.clone());
+    // Twice: what one shape takes from another is of second order by then.
+    for _ in 0..2 {
+        settle_channels(view, &forms, &mut logged);
+        gears::settle(view, &mut forms, &logged);
+        settle_shapes(view, &mut forms, &logged);
+    }
+    settle_channels(view, &forms, &mut logged);
+    gears::settle(view, &mut forms, &logged);
+    let mut model = Model::fit(view, &forms, &logged);
+    intervals(view, &mut model);
+    model
+}
+
+/// The covariance of factors and shapes: of white noise, or from the scatter of blocks of time where that is larger.
+fn intervals(view: &View<'_>, model: &mut Model) {
+    let mut series = Vec::new();
+    let mut places = Vec::new();
+    for (form, factors) in model.forms.iter().zip(&model.factors) {
+        let first = series.len();
+        series.extend(view.white(&form.columns));
+        let mut beside = Vec::new();
+        for (k, column) in form.columns.iter().enumerate() {
+            let mut changes = gears::changes(view, &model.forms, column).into_iter().map(|x| Arc::new(x.whitened(&view.noise)));
+            if let Some(own) = changes.next() {
+                series[first + k] = own;
+                beside.extend(changes);
+            }
+        }
+        for (k, shape) in form.shape.iter().enumerate() {
+            series.push(Arc::new(slope(view, form, factors, k, shape.bounds).whitened(&view.noise)));
+        }
+        places.push((first..series.len()).collect::<Vec<_>>());
+        // What is fitted beside them and not told takes its part as well.
+        series.extend(beside);
+    }
+    let rest = residual(view, model).whitened(&view.noise);
+    let (_, found) = solved(&series, &rest);
+    model.places = places.iter().map(|own| own.iter().map(|c| found.kept.iter().position(|k| k == c)).collect()).collect();
+    model.covariance = sandwich(&found, &series, &rest);
+}
+
+/// The change of a form's torque with one of its shapes.
+fn slope(view: &View<'_>, form: &Form, factors: &[f64], shape: usize, bounds: [f64; 2]) -> Series {
+    // A thousandth of the width: the columns have kinks, and a smaller step would see single samples.
+    let step = 1e-3 * (bounds[1] - bounds[0]);
+    let at = |by: f64| {
+        let mut values: Vec<f64> = form.shape.iter().map(|s| s.value).collect();
+        values[shape] += by;
+        let series = view.compute(&(form.reshape)(form, &values));
+        let mut sum = series[0].clone();
+        sum.add(factors[0] - 1.0, &series[0]);
+        series.iter().zip(factors).skip(1).for_each(|(s, f)| sum.add(*f, s));
+        sum
+    };
+    let (up, mut change) = (at(step), at(-step));
+    let down = change.clone();
+    change.add(-2.0, &down);
+    change.add(1.0, &up);
+    let half = change.clone();
+    change.add(0.5 / step - 1.0, &half);
+    change
+}
+
+/// A⁻¹ S A⁻¹ with the scores S of blocks of time, each variance no less than that of white noise.
+///
+/// Fitted columns take from the scores of few blocks what they can: with p of them on the same joints the variance is short by (b − p) / b, and its law has
+/// b − p degrees of freedom (A. C. Cameron and D. L. Miller, A practitioner's guide to cluster-robust inference, J. Hum. Resour. 50(2) (2015) 317).
+fn sandwich(found: &Solved, series: &[Arc<Series>], rest: &Series) -> Vec<Vec<f64>> {
+    let white = found.covariance();
+    let own: Vec<&Series> = found.kept.iter().map(|k| series[*k].as_ref()).collect();
+    let n = own.len();
+    let scores = block_products(&own, rest);
+    let b = scores.len() as f64;
+    if b < 4.0 {
+        return white;
+    }
+    let influence: Vec<Vec<f64>> = scores.iter().map(|s| (0..n).map(|i| (0..n).map(|j| white[i][j] * s[j]).sum()).collect()).collect();
+    let robust = |i: usize| {
+        let beside = own.iter().filter(|other| other.shares_a_joint_with(own[i])).count() as f64;
+        let freedom = (b - beside).max(2.0);
+        let wider = two_sided_t(0.95, freedom) / two_sided_t(0.95, b - 1.0);
+        influence.iter().map(|x| x[i] * x[i]).sum::<f64>() * b / freedom * wider * wider
+    };
+    let scale: Vec<f64> = (0..n).map(|i| (robust(i) / white[i][i]).max(1.0).sqrt()).collect();
+    (0..n).map(|i| (0..n).map(|j| white[i][j] * scale[i] * scale[j]).collect()).collect()
+}
+
+/// Share of itself by which a channel's correction may still move: intervals are far wider.
+const SETTLED: f64 = 1e-5;
+
+/// Delays and gains of the logged torques and tilt: what their columns still say is added until nothing is left.
+fn settle_channels(view: &View<'_>, forms: &[Form], logged: &mut Logged) {
+    let bent = |c: &Column| matches!(c, Column::Falling(_) | Column::Torque(_) | Column::Tilt(_));
+    if !forms.iter().flat_map(|f| &f.columns).any(bent) {
+        return;
+    }
+    let mut steps: Vec<Option<(f64, f64)>> = Vec::new();
+    for _ in 0..4 {
+        let model = Model::fit(view, forms, logged);
+        let (mut moved, mut channel) = (false, 0);
+        let mut go = |from: &mut f64, next: &dyn Fn(f64) -> f64| {
+            let step = next(*from) - *from;
+            // By the secant of the last two steps: what is left shrinks by a share of itself, which they show.
+            let before = steps.get(channel).copied().flatten();
+            let shrinks = before.map_or(0.0, |(at, step_there)| 1.0 + (step - step_there) / (*from - at));
+            let whole = if shrinks.abs() < 0.9 { step / (1.0 - shrinks) } else { step };
+            if channel == steps.len() {
+                steps.push(None);
+            }
+            if step.abs() > SETTLED * (*from + step).abs() {
+                steps[channel] = Some((*from, step));
+                *from += whole;
+                moved = true;
+            }
+            channel += 1;
+        };
+        for (form, factors) in forms.iter().zip(&model.factors) {
+            for (column, factor) in form.columns.iter().zip(factors) {
+                match column {
+                    Column::Falling(j) => go(&mut logged.late_s[*j], &|late| late + factor),
+                    Column::Torque(j) => go(&mut logged.gain[*j], &|gain| gain * (1.0 + factor)),
+                    Column::Tilt(axis) => logged.tilt.iter_mut().zip(axis).for_each(|(t, a)| go(t, &|t| t + factor * *a)),
+                    _ => {}
+                }
+            }
+        }
+        if !moved {
+            break;
+        }
+    }
+}
+
+/// Golden section for each shape.
+fn settle_shapes(view: &View<'_>, forms: &mut [Form], logged: &Logged) {
+    for k in 0..forms.len() {
+        for s in 0..forms[k].shape.len() {
+            let others: Vec<Form> = forms.iter().enumerate().filter(|(i, _)| *i != k).map(|(_, f)| f.clone()).collect();
+            let (others, missing) = open(view, &others, logged);
+            let series = view.white(&others);
+            let (table, beside) = solved(&series, &missing);
+            let form = forms[k].clone();
+            let gained = |value: f64| {
+                let mut values: Vec<f64> = form.shape.iter().map(|s| s.value).collect();
+                values[s] = value;
+                let own: Vec<Series> = view.compute(&(form.reshape)(&form, &values)).iter().map(|x| x.whitened(&view.noise)).collect();
+                let more: Vec<usize> = (series.len()..series.len() + own.len()).collect();
+                beside.with(&table.beside(&series, &own, &missing), &more).gained
+            };
+            let value = golden(form.shape[s].value, form.shape[s].bounds, gained);
+            forms[k].shape[s].value = value;
+            let values: Vec<f64> = forms[k].shape.iter().map(|s| s.value).collect();
+            forms[k].columns = (form.reshape)(&form, &values);
+        }
+    }
+}
+
+/// The place of the maximum between the neighbours of a start, to a thousandth of the bounds' width.
+fn golden(start: f64, bounds: [f64; 2], mut of: impl FnMut(f64) -> f64) -> f64 {
+    const RATIO: f64 = 0.618_033_988_749_894_8;
+    let width = bounds[1] - bounds[0];
+    let (mut a, mut b) = ((start - 0.2 * width).max(bounds[0]), (start + 0.2 * width).min(bounds[1]));
+    let (mut x, mut y) = (b - RATIO * (b - a), a + RATIO * (b - a));
+    let (mut fx, mut fy) = (of(x), of(y));
+    let (mut best, mut most) = (start, of(start));
+    while b - a > 1e-3 * width {
+        for (at, f) in [(x, fx), (y, fy)] {
+            if f > most {
+                (best, most) = (at, f);
+            }
+        }
+        if fx > fy {
+            (b, y, fy) = (y, x, fx);
+            x = b - RATIO * (b - a);
+            fx = of(x);
+        } else {
+            (a, x, fx) = (x, y, fy);
+            y = a + RATIO * (b - a);
+            fy = of(y);
+        }
+    }
+    best
+}
