@@ -1,11 +1,13 @@
 //! What bodies feel behind a joint that gives between its encoder and its link.
 
 use crate::bodies::{Bodies, EXCURSION, Load, moved};
-use crate::dynamics::{inverse_dynamics, sign};
+use crate::dynamics::{each_sample, inverse_dynamics, sign};
 use crate::motion::Motion;
 use crate::scene::Scene;
+use ndof_devices::TERMS_OF_A_LINK;
 use ndof_models::robot::Robot;
 use ndof_signal::{RESOLVED, derivatives};
+use rayon::prelude::*;
 use std::sync::Arc;
 
 /// Share of a spring's stiffness that the load behind it leaves at least: where it takes more, the link falls over.
@@ -71,17 +73,57 @@ impl Gear {
 /// In a play it falls, 0 = τ(θ − δ, …) while |δ| < g/2, and lands without a rebound. A gear without an extent is the line at none of it.
 pub(crate) fn given(motion: &Motion, scene: &Scene<'_>, gear: &Gear) -> Vec<(usize, Vec<f64>)> {
     let Gear { joint, extent, .. } = *gear;
+    match gear.lets {
+        Lets::Give if extent <= 0.0 => deflected(motion, scene, joint, |torque| -torque),
+        Lets::Play if extent <= 0.0 => deflected(motion, scene, joint, |torque| -0.5 * sign(torque, scene.joints[joint].torque_noise)),
+        _ => {
+            let [bent, rate, curve] = deflections(motion, scene, gear);
+            let mut torques = inverse_dynamics(&gear.bodies.chain, &moved(motion, joint, -1.0, [&bent, &rate, &curve]));
+            // The rotor turns with the encoder.
+            torques[joint].iter_mut().zip(&curve).for_each(|(t, c)| *t += scene.joints[joint].rotor * c);
+            torques.into_iter().zip(gear.bodies.torques(motion)).map(|(t, r)| t.iter().zip(r).map(|(t, r)| (t - r) / extent).collect()).enumerate().collect()
+        }
+    }
+}
+
+/// How far a gear is deflected, how fast, and how that changes.
+fn deflections(motion: &Motion, scene: &Scene<'_>, gear: &Gear) -> [Vec<f64>; 3] {
     let deflection = match gear.lets {
-        Lets::Give if extent <= 0.0 => return deflected(motion, scene, joint, |torque| -torque),
-        Lets::Play if extent <= 0.0 => return deflected(motion, scene, joint, |torque| -0.5 * sign(torque, scene.joints[joint].torque_noise)),
         Lets::Give => swings(motion, scene, gear),
         Lets::Play => falls(motion, scene, gear),
     };
-    let [bent, rate, curve] = derivatives(&deflection, scene.rate_hz, RESOLVED * scene.rate_hz / 2.0);
-    let mut torques = inverse_dynamics(&gear.bodies.chain, &moved(motion, joint, -1.0, [&bent, &rate, &curve]));
-    // The rotor turns with the encoder.
-    torques[joint].iter_mut().zip(&curve).for_each(|(t, c)| *t += scene.joints[joint].rotor * c);
-    torques.into_iter().zip(gear.bodies.torques(motion)).map(|(t, r)| t.iter().zip(r).map(|(t, r)| (t - r) / extent).collect()).enumerate().collect()
+    derivatives(&deflection, scene.rate_hz, RESOLVED * scene.rate_hz / 2.0)
+}
+
+/// The change of all torques for each unit more of bodies behind a gear, `[body][joint][sample]`: what they need where the link is, and what the swing needs
+/// that they change, to first order. A body is its link and its inertial parameters.
+pub(crate) fn heavier(motion: &Motion, scene: &Scene<'_>, gear: &Gear, bodies: &[(usize, [f64; TERMS_OF_A_LINK])]) -> Vec<Vec<Vec<f64>>> {
+    let (n, joint, chain) = (scene.joints.len(), gear.joint, &gear.bodies.chain);
+    let [bent, rate, curve] = deflections(motion, scene, gear);
+    let link = moved(motion, joint, -1.0, [&bent, &rate, &curve]);
+    let mut felt = each_sample(&link, n * bodies.len(), |q, v, a, out| {
+        let y = chain.regressor(q, v, a);
+        for (out, (body, parts)) in out.chunks_exact_mut(n).zip(bodies) {
+            out.iter_mut().enumerate().for_each(|(j, out)| *out = parts.iter().enumerate().map(|(k, p)| p * y[[j, TERMS_OF_A_LINK * body + k]]).sum());
+        }
+    });
+    if gear.swings() {
+        let before = inverse_dynamics(chain, &link);
+        felt.par_chunks_exact_mut(n).for_each(|felt| {
+            let more = follows(motion, scene, gear, &felt[joint]);
+            let size = more.iter().fold(0.0_f64, |s, x| s.max(x.abs()));
+            if size > 0.0 {
+                let step = EXCURSION / size;
+                let [bent, rate, curve] = derivatives(&more, scene.rate_hz, RESOLVED * scene.rate_hz / 2.0);
+                let after = inverse_dynamics(chain, &moved(&link, joint, -step, [&bent, &rate, &curve]));
+                for ((felt, after), before) in felt.iter_mut().zip(&after).zip(&before) {
+                    felt.iter_mut().zip(after.iter().zip(before)).for_each(|(f, (a, b))| *f += (a - b) / step);
+                }
+                felt[joint].iter_mut().zip(&curve).for_each(|(f, c)| *f += scene.joints[joint].rotor * c);
+            }
+        });
+    }
+    felt.chunks_exact(n).map(<[_]>::to_vec).collect()
 }
 
 /// What the bodies behind a gear need at each sample where only they are deflected.
@@ -119,6 +161,22 @@ impl<'a> Needed<'a> {
         out[joint] - self.rotor * a[joint]
     }
 
+    /// How much less they need for each unit of a deflection, as far as the link stands on its gear.
+    fn slope(&self, k: usize) -> f64 {
+        self.load.slope[k].max((STANDS - 1.0) / self.gear.extent)
+    }
+
+    /// What a line between samples takes off what swings, (ωh)²/12 of it: the second difference gives it back.
+    fn bend(&self, torque: &[f64], k: usize) -> f64 {
+        (torque[self.next(k)] - 2.0 * torque[k] + torque[k.saturating_sub(1)]) / 12.0
+    }
+
+    /// How the link swings between a sample and the next.
+    fn swing(&self, k: usize) -> Swing {
+        let [inertia, grows] = self.inertia(k);
+        Swing { inertia, damping: self.gear.damping + grows, stiffness: 1.0 / self.gear.extent + 0.5 * (self.slope(k) + self.slope(self.next(k))) }
+    }
+
     /// M between a sample and the next, and Ṁ.
     fn inertia(&self, k: usize) -> [f64; 2] {
         let (here, there) = (self.load.inertia[k], self.load.inertia[self.next(k)]);
@@ -129,22 +187,12 @@ impl<'a> Needed<'a> {
 /// The deflection δ of a gear, sample by sample. With M(t) the inertia behind it and u(t, δ) what its bodies need where only they are deflected,
 /// M δ̈ + (d + Ṁ) δ̇ + k δ = u(t, δ): exact in each step for coefficients in its middle and u on a line in t and δ.
 fn swings(motion: &Motion, scene: &Scene<'_>, gear: &Gear) -> Vec<f64> {
-    let stiffness = 1.0 / gear.extent;
     let mut needed = Needed::new(motion, scene, gear);
-    let (load, rigid, step_s) = (needed.load, needed.rigid, needed.step_s);
-    let slope = |k: usize| load.slope[k].max((STANDS - 1.0) * stiffness);
-    let between = |needed: &Needed<'_>, k: usize| {
-        let [inertia, grows] = needed.inertia(k);
-        Swing { inertia, damping: gear.damping + grows, stiffness: stiffness + 0.5 * (slope(k) + slope(needed.next(k))) }
-    };
+    let (rigid, step_s) = (needed.rigid, needed.step_s);
     // u where the line in δ passes through none of it.
-    let force = |needed: &mut Needed<'_>, k: usize, bent: f64| {
-        // A line between samples takes (ωh)²/12 off what swings; the second difference gives it back.
-        let bend = rigid[needed.next(k)] - 2.0 * rigid[k] + rigid[k.saturating_sub(1)];
-        needed.at(k, bent) + slope(k) * bent - bend / 12.0
-    };
+    let force = |needed: &mut Needed<'_>, k: usize, bent: f64| needed.at(k, bent) + needed.slope(k) * bent - needed.bend(rigid, k);
     let growth = (rigid[needed.next(0)] - rigid[0]) / step_s;
-    let follows = between(&needed, 0).stays(rigid[0], growth);
+    let follows = needed.swing(0).stays(rigid[0], growth);
     let start = gear.starts[motion.trial];
     let mut state = [follows[0] + start[0], follows[1] + start[1]];
     let mut now = force(&mut needed, 0, state[0]);
@@ -153,8 +201,21 @@ fn swings(motion: &Motion, scene: &Scene<'_>, gear: &Gear) -> Vec<f64> {
         deflection.push(state[0]);
         let next = needed.next(k);
         let after = force(&mut needed, next, state[0] + step_s * state[1]);
-        state = between(&needed, k).after(state, [now, after], step_s);
+        state = needed.swing(k).after(state, [now, after], step_s);
         now = after;
+    }
+    deflection
+}
+
+/// The deflection that a torque would add to small order.
+fn follows(motion: &Motion, scene: &Scene<'_>, gear: &Gear, torque: &[f64]) -> Vec<f64> {
+    let needed = Needed::new(motion, scene, gear);
+    let force = |k: usize| torque[k] - needed.bend(torque, k);
+    let mut state = needed.swing(0).stays(torque[0], (torque[needed.next(0)] - torque[0]) / needed.step_s);
+    let mut deflection = Vec::with_capacity(torque.len());
+    for k in 0..torque.len() {
+        deflection.push(state[0]);
+        state = needed.swing(k).after(state, [force(k), force(needed.next(k))], needed.step_s);
     }
     deflection
 }
@@ -165,14 +226,20 @@ fn falls(motion: &Motion, scene: &Scene<'_>, gear: &Gear) -> Vec<f64> {
     let side = 0.5 * gear.extent;
     let (samples, step_s) = (needed.rigid.len(), needed.step_s);
     let mut fall = Fall { side, x: side.copysign(needed.rigid[0]), v: 0.0 };
+    let (mut last, mut now) = (fall.x, needed.at(0, fall.x));
     let mut deflection = Vec::with_capacity(samples);
     for k in 0..samples {
         deflection.push(fall.x);
+        if fall.x != last {
+            (last, now) = (fall.x, needed.at(k, fall.x));
+        }
         let next = needed.next(k);
+        let after = needed.at(next, fall.x);
         let [inertia, grows] = needed.inertia(k);
         // Where it falls, Ṁ δ̇ hardly changes over a step.
-        let [from, to] = [needed.at(k, fall.x), needed.at(next, fall.x)].map(|u| (u - grows * fall.v) / inertia);
+        let [from, to] = [now, after].map(|u| (u - grows * fall.v) / inertia);
         fall.over(step_s, from, (to - from) / step_s);
+        now = after;
     }
     deflection
 }
@@ -274,6 +341,7 @@ pub(crate) fn deflected(motion: &Motion, scene: &Scene<'_>, joint: usize, deflec
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::column::Column;
     use crate::scene::{rms, scene};
     use crate::swinging::swinging;
     use ndof_devices::RobotConfig;
@@ -361,6 +429,33 @@ joints = [
                 let found = given(&motions[0], &scene, &gear);
                 [0, 1].map(|j| rms(&(3000..5500).map(|k| torques[k][j] - motions[0].rigid[j][k] - found[j].1[k] / stiffness).collect::<Vec<_>>()))
             };
+            // A heavier elbow, and one whose centre is further out, beside the differences that they make.
+            let gear = Gear { damping, ..Gear::new(&scene, 0, Lets::Give, 1.0 / stiffness) };
+            let mut more = [[0.0; TERMS_OF_A_LINK]; 2];
+            (more[0][0], more[1][1]) = (1.0, 1.0);
+            let widest = swings(&motions[0], &scene, &gear).iter().fold(0.0_f64, |s, x| s.max(x.abs()));
+            let changes = heavier(&motions[0], &scene, &gear, &more.map(|parts| (1, parts)));
+            for (change, parts) in changes.iter().zip(&more) {
+                let by = [1e-3, -1e-3].map(|by| {
+                    let all: Vec<f64> = [0.0; TERMS_OF_A_LINK].iter().chain(parts).map(|p| by * p).collect();
+                    let bodies = Arc::new(scene.bodies.with(&all).expect("bodies"));
+                    let needs = bodies.torques(&motions[0]).to_vec();
+                    let given = given(&motions[0], &scene, &Gear { bodies, ..gear.clone() });
+                    [0, 1].map(|j| needs[j].iter().zip(&given[j].1).map(|(n, g)| n + g / stiffness).collect::<Vec<_>>())
+                });
+                let still = Column::Body { link: 1, parts: *parts }.along(&motions[0], &scene);
+                for j in 0..2 {
+                    let truth: Vec<f64> = by[0][j].iter().zip(&by[1][j]).map(|(up, down)| (up - down) / 2e-3).collect();
+                    let less = |x: &[f64]| rms(&(500..5500).map(|k| x[k] - truth[k]).collect::<Vec<_>>());
+                    // Weights are sines of angles: over a deflection of a radian their slopes change by themselves. The softest resonates, which takes that further.
+                    assert!(
+                        stiffness < 100.0 || less(&change[j]) < widest * less(&still[j].1),
+                        "{stiffness} {damping} {j}: {} {}",
+                        less(&change[j]),
+                        less(&still[j].1)
+                    );
+                }
+            }
             let (right, wrong) = (left(1.0), left(1.1));
             for j in 0..2 {
                 // What ten percent of its small damping changes is more than ten times what is left.

@@ -3,7 +3,7 @@
 use crate::bodies::Bodies;
 use crate::causes::Form;
 use crate::column::Column;
-use crate::deflection::{Gear, Lets};
+use crate::deflection::{Gear, Lets, heavier};
 use crate::logged::Logged;
 use crate::model::{Model, open, residual, solved};
 use crate::scene::rms;
@@ -334,22 +334,26 @@ fn slope(view: &View<'_>, gear: &Gear, size: f64, moves: impl Fn(&mut Gear, f64)
     out
 }
 
-/// The change of all torques with the factor of each column that hangs on a gear: what it needs itself, and what the swing needs that it changes.
+/// The change of all torques with the factor of each column that hangs on a gear.
 fn hung(view: &View<'_>, gear: &Gear, hanging: &[Column]) -> Vec<Series> {
-    let of = |(column, own): (&Column, Arc<Series>)| {
-        let size = view.scene.joints[gear.joint].torque / felt(view, column, gear.joint);
-        let Some(moved) = gear.bodies.with(&more(view, std::slice::from_ref(column), &[DIFFERENCE * size])) else { return own.as_ref().clone() };
-        let moved = Arc::new(moved);
-        let mut change = slope(view, gear, size, |gear, _| gear.bodies = moved.clone());
-        change.add(1.0, &own);
-        change
-    };
-    hanging.par_iter().zip(view.series(hanging)).map(of).collect()
+    let body = |column: &Column| if let Column::Body { link, parts } = column { Some((*link, *parts)) } else { None };
+    let bodies: Vec<_> = hanging.iter().filter_map(body).collect();
+    if bodies.is_empty() {
+        return vec![];
+    }
+    view.together(bodies.len(), |motion| {
+        let joints = |felt: Vec<Vec<f64>>| felt.into_iter().enumerate().collect();
+        heavier(motion, view.scene, gear, &bodies).into_iter().map(joints).collect()
+    })
 }
 
 /// The changes of all torques with a column's factor where a gear makes them others than the column itself, and with what is fitted beside it and not told.
 pub(crate) fn changes(view: &View<'_>, forms: &[Form], column: &Column) -> Vec<Series> {
     if let Column::Give(gear) = column {
+        // One that did not settle is a line.
+        if gear.extent <= 0.0 {
+            return vec![];
+        }
         return slopes(view, gear, &hanging(view, forms, gear.joint), false)[..1 + column.beside()].to_vec();
     }
     let of = |gear: &Gear| {

@@ -10,6 +10,7 @@ use crate::refined;
 use crate::search::{Rule, hypotheses};
 use crate::table::{Table, View};
 use rayon::prelude::*;
+use statrs::distribution::{ContinuousCDF, Normal};
 
 /// Probability with which a cause has to predict what was held out. What was fitted has been asked before, at the
 /// rate of false alarms: by chance both say yes once in a thousand times.
@@ -81,6 +82,10 @@ fn worth(fitted: &View<'_>, held: &View<'_>, model: &Model, k: usize) -> Worth {
 fn reason(model: &Model, k: usize, worth: &Worth, options: &Options) -> Option<String> {
     if !model.forms[k].allows(&model.factors[k]) {
         return Some("it would need a parameter below zero".to_owned());
+    }
+    // A rotor beside it would be enough.
+    if model.gives(k).is_some_and(|errors| errors < Normal::standard().inverse_cdf(1.0 - options.false_alarms)) {
+        return Some("that the gear gives at all is not beyond chance".to_owned());
     }
     if worth.sure < SURE {
         return Some("what was held out is not predicted better with it beyond chance".to_owned());

@@ -74,6 +74,13 @@ impl Model {
         self.places = by.iter().map(|k| self.places[*k].clone()).collect();
     }
 
+    /// How many standard errors a form's gear gives more than nothing; `None` where it has none, or the data leave it open.
+    pub fn gives(&self, k: usize) -> Option<f64> {
+        self.forms[k].gear()?;
+        let place = self.places[k][0]?;
+        Some(self.factors[k][0] / self.covariance[place][place].sqrt())
+    }
+
     /// Value and standard error of each parameter of a form: of its factors, then of its shapes. A standard error is absent where the data leave
     /// the parameter open.
     pub fn told(&self, k: usize) -> Vec<(String, &'static str, f64, Option<f64>, bool)> {

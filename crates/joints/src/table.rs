@@ -88,8 +88,11 @@ pub(crate) struct Kept {
 /// A gear, the columns that hang on it, and the changes of all torques with both.
 pub(crate) type Slopes = (Gear, Vec<Column>, Arc<Vec<Series>>);
 
-/// What joints feel of columns at every sample, by column and trial.
-type Whole = Vec<(Column, usize, Arc<Vec<(usize, Vec<f64>)>>)>;
+/// Joints, and what each feels at every sample.
+pub(crate) type Felt = Vec<(usize, Vec<f64>)>;
+
+/// What joints feel of columns, by column and trial.
+type Whole = Vec<(Column, usize, Arc<Felt>)>;
 
 impl<'a> View<'a> {
     /// The stretch from one time to another of each of these trials, in samples of the log.
@@ -129,7 +132,7 @@ impl<'a> View<'a> {
     }
 
     /// What joints feel of a column at every sample of a trial.
-    pub fn along(&self, column: &Column, trial: usize) -> Arc<Vec<(usize, Vec<f64>)>> {
+    pub fn along(&self, column: &Column, trial: usize) -> Arc<Felt> {
         let whole = || self.whole.lock().unwrap_or_else(PoisonError::into_inner);
         let known = whole().iter().find(|(own, t, _)| *t == trial && own == column).map(|(.., felt)| felt.clone());
         known.unwrap_or_else(|| {
@@ -177,7 +180,6 @@ impl<'a> View<'a> {
     /// Torques of columns that are asked for once.
     pub fn compute(&self, columns: &[Column]) -> Vec<Series> {
         let kernel = self.band.kernel(0.0);
-        let trials: Vec<usize> = (0..self.motions.len()).collect();
         // One pass over the regressor serves all combinations of a body's parameters.
         let bodies = if columns.iter().filter(|c| matches!(c, Column::Body { .. })).count() > 2 { self.bodies(&kernel) } else { vec![] };
         columns
@@ -188,18 +190,33 @@ impl<'a> View<'a> {
                 }
                 // What a search asks of a gear both stretches ask, and it is dear.
                 let both = matches!(column, Column::Give(gear) if gear.is_searched());
-                let of = |t: &usize| if both { self.along(column, *t) } else { Arc::new(column.along(&self.motions[*t], self.scene)) };
-                let felt: Vec<_> = trials.iter().map(|t| self.pieces.iter().any(|p| p.trial == *t).then(|| of(t))).collect();
-                let piece = |piece: &Piece| {
-                    let mut joints = vec![None; self.scene.joints.len()];
-                    for (joint, x) in felt[piece.trial].iter().flat_map(|felt| felt.iter()) {
-                        joints[*joint] = Some(self.seen(piece, *joint, &kernel, x));
-                    }
-                    joints
-                };
-                Series(self.pieces.iter().map(piece).collect())
+                let of = |motion: &Motion| if both { self.along(column, motion.trial) } else { Arc::new(column.along(motion, self.scene)) };
+                let felt = self.by_trial(of);
+                self.in_band(|trial| felt[trial].iter().flat_map(|felt| felt.iter()))
             })
             .collect()
+    }
+
+    /// Several torques that are computed together along a motion, each as what joints feel of it.
+    pub fn together(&self, count: usize, felt: impl Fn(&Motion) -> Vec<Felt>) -> Vec<Series> {
+        let felt = self.by_trial(felt);
+        (0..count).into_par_iter().map(|k| self.in_band(|trial| felt[trial].iter().flat_map(move |felt| felt[k].iter()))).collect()
+    }
+
+    /// Of each trial of which there is a piece.
+    fn by_trial<T>(&self, of: impl Fn(&Motion) -> T) -> Vec<Option<T>> {
+        self.motions.iter().map(|motion| self.pieces.iter().any(|p| p.trial == motion.trial).then(|| of(motion))).collect()
+    }
+
+    /// What joints feel by trial, in the band.
+    fn in_band<'b, I: Iterator<Item = &'b (usize, Vec<f64>)>>(&self, felt: impl Fn(usize) -> I) -> Series {
+        let kernel = self.band.kernel(0.0);
+        let piece = |piece: &Piece| {
+            let mut joints = vec![None; self.scene.joints.len()];
+            felt(piece.trial).for_each(|(joint, x)| joints[*joint] = Some(self.seen(piece, *joint, &kernel, x)));
+            joints
+        };
+        Series(self.pieces.iter().map(piece).collect())
     }
 
     /// What each inertial parameter of each body needs, `[link][term]`.
