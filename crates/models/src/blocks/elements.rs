@@ -1,28 +1,9 @@
 //! The blocks.
 
+use super::parameter::{STIFF, damping, force};
 use super::{Block, BlockParameter, Vanishing};
 use num_complex::Complex64;
 use std::f64::consts::{SQRT_2, TAU};
-
-/// Largest stiffness (N/m, N m/rad) and damping that a limb or fixture can have.
-pub(crate) const STIFF: f64 = 1e7;
-
-fn per(rotational: bool, stem: &str, rate: bool) -> (String, String) {
-    let (effort, motion) = if rotational { ("nm", "rad") } else { ("n", "m") };
-    let (effort_unit, motion_unit) = if rotational { ("N m", "rad") } else { ("N", "m") };
-    let (name, unit) = if rate { ("_s", " s") } else { ("", "") };
-    (format!("{stem}_{effort}{name}_per_{motion}"), format!("{effort_unit}{unit}/{motion_unit}"))
-}
-
-pub(crate) fn stiffness(rotational: bool, stem: &str, bounds: (f64, f64), starts: &[f64]) -> BlockParameter {
-    let (name, unit) = per(rotational, stem, false);
-    BlockParameter::new(name, unit, bounds, starts)
-}
-
-pub(crate) fn damping(rotational: bool, stem: &str, bounds: (f64, f64), starts: &[f64]) -> BlockParameter {
-    let (name, unit) = per(rotational, stem, true);
-    BlockParameter::new(name, unit, bounds, starts)
-}
 
 /// A channel that is late: e^(−sτ).
 #[derive(Clone, Copy, Debug)]
@@ -99,7 +80,7 @@ impl Block for Reflex {
     }
     fn parameters(&self, rotational: bool) -> Vec<BlockParameter> {
         vec![
-            stiffness(rotational, "reflex_stiffness", (0.0, STIFF), &[30.0]),
+            force(rotational, "reflex_stiffness", 1, (0.0, STIFF), &[30.0]),
             damping(rotational, "reflex_damping", (0.0, STIFF), &[3.0]),
             BlockParameter::new("reflex_delay_s", "s", (0.005, 0.12), &[0.025, 0.05]),
             BlockParameter::new("reflex_cutoff_hz", "Hz", (0.95, 6.4), &[2.5, 4.0]),
@@ -131,7 +112,7 @@ impl Block for SeriesCompliance {
         "series-compliance"
     }
     fn parameters(&self, rotational: bool) -> Vec<BlockParameter> {
-        vec![stiffness(rotational, "series_stiffness", (1e-3, 1e8), &[2e4, 3e5]), damping(rotational, "series_damping", (0.0, STIFF), &[50.0])]
+        vec![force(rotational, "series_stiffness", 1, (1e-3, 1e8), &[2e4, 3e5]), damping(rotational, "series_damping", (0.0, STIFF), &[50.0])]
     }
     fn evaluate(&self, theta: &[f64], s: Complex64, slopes: &mut [Complex64]) -> Complex64 {
         let h = (theta[0] + theta[1] * s).inv();
@@ -184,7 +165,7 @@ impl Block for StandardLinearSolid {
         "standard-linear-solid"
     }
     fn parameters(&self, rotational: bool) -> Vec<BlockParameter> {
-        vec![stiffness(rotational, "modulus", (0.0, STIFF), &[50.0]), BlockParameter::new("time_s", "s", (1e-3, 30.0), &[0.03, 0.3])]
+        vec![force(rotational, "modulus", 1, (0.0, STIFF), &[50.0]), BlockParameter::new("time_s", "s", (1e-3, 30.0), &[0.03, 0.3])]
     }
     fn evaluate(&self, theta: &[f64], s: Complex64, slopes: &mut [Complex64]) -> Complex64 {
         let open = (1.0 + theta[1] * s).inv();
