@@ -30,6 +30,13 @@ impl Block for Delay {
 #[derive(Clone, Copy, Debug)]
 pub struct FirstOrderFilter;
 
+impl FirstOrderFilter {
+    /// What undoes it, at p = s/ω_c.
+    pub(crate) fn denominator(p: Complex64) -> Complex64 {
+        1.0 + p
+    }
+}
+
 impl Block for FirstOrderFilter {
     fn name(&self) -> &'static str {
         "first-order-filter"
@@ -38,8 +45,9 @@ impl Block for FirstOrderFilter {
         vec![BlockParameter::new("cutoff_hz", "Hz", (0.5, 1e4), &[20.0, 60.0])]
     }
     fn evaluate(&self, theta: &[f64], s: Complex64, slopes: &mut [Complex64]) -> Complex64 {
-        let h = (1.0 + s / (TAU * theta[0])).inv();
-        slopes[0] = h * h * s / (TAU * theta[0] * theta[0]);
+        let p = s / (TAU * theta[0]);
+        let h = Self::denominator(p).inv();
+        slopes[0] = h * h * p / theta[0];
         h
     }
     fn vanishes(&self) -> Vanishing {
@@ -51,6 +59,13 @@ impl Block for FirstOrderFilter {
 #[derive(Clone, Copy, Debug)]
 pub struct SecondOrderFilter;
 
+impl SecondOrderFilter {
+    /// What undoes it, at p = s/ω.
+    pub(crate) fn denominator(p: Complex64) -> Complex64 {
+        1.0 + SQRT_2 * p + p * p
+    }
+}
+
 impl Block for SecondOrderFilter {
     fn name(&self) -> &'static str {
         "second-order-filter"
@@ -59,10 +74,9 @@ impl Block for SecondOrderFilter {
         vec![BlockParameter::new("cutoff_hz", "Hz", (0.5, 1e4), &[20.0, 60.0])]
     }
     fn evaluate(&self, theta: &[f64], s: Complex64, slopes: &mut [Complex64]) -> Complex64 {
-        let w = TAU * theta[0];
-        let inverse = (s * s + SQRT_2 * w * s + w * w).inv();
-        let h = w * w * inverse;
-        slopes[0] = TAU * (2.0 * w - h * (SQRT_2 * s + 2.0 * w)) * inverse;
+        let p = s / (TAU * theta[0]);
+        let h = Self::denominator(p).inv();
+        slopes[0] = h * h * (SQRT_2 * p + 2.0 * p * p) / theta[0];
         h
     }
     fn vanishes(&self) -> Vanishing {
@@ -195,9 +209,10 @@ impl Block for Fractional {
             slopes.fill(Complex64::default());
             return Complex64::default();
         }
-        let power = s.powf(theta[1]);
+        let log = s.ln();
+        let power = (log * theta[1]).exp();
         slopes[0] = power;
-        slopes[1] = theta[0] * power * s.ln();
+        slopes[1] = theta[0] * power * log;
         theta[0] * power
     }
     fn vanishes(&self) -> Vanishing {

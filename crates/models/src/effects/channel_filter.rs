@@ -1,7 +1,7 @@
 //! A low-pass filter on some channels and not on others.
 
 use super::vocabulary::*;
-use crate::blocks::{Block, FirstOrderFilter, SecondOrderFilter};
+use crate::blocks::{FirstOrderFilter, SecondOrderFilter};
 use ndof_signal::{Passband, SosFilter, SosStream};
 use std::f64::consts::{SQRT_2, TAU};
 
@@ -57,8 +57,8 @@ impl Effect for ChannelFilter {
             let spread = if order == 1 { 1.0 } else { SQRT_2 };
             let names = if on_effort { &scale.effort_names } else { &scale.motion_names };
             let channel = axis.map_or_else(|| names.join(", "), |axis| names.get(axis).cloned().unwrap_or_default());
-            let filter: &dyn Block = if order == 1 { &FirstOrderFilter } else { &SecondOrderFilter };
-            let operator: Operator = Arc::new(move |s, k| filter.response(&[1.0 / (TAU * k[0])], s).inv());
+            let undo = if order == 1 { FirstOrderFilter::denominator } else { SecondOrderFilter::denominator };
+            let operator: Operator = Arc::new(move |s, k| undo(s * k[0]));
             let action = if on_effort { Action::Effort(operator) } else { Action::Motion(operator) };
             // A single channel's are a factor of three apart; the best of them is refined.
             let starts: &[f64] = if axis.is_none() { &[0.3, 0.8, 1.4, 2.0, 2.8, 4.0, 5.6, 8.0, 11.0, 16.0] } else { &[0.5, 1.4, 4.0, 11.0] };
