@@ -51,7 +51,7 @@ impl Effect for QuadraticDamping {
     }
 
     /// How a simulation hides it.
-    fn inject(&self, parameters: &Parameters, setting: &Setting) -> Result<Injection, EffectError> {
+    fn injection(&self, parameters: &Parameters, setting: &Setting) -> Result<Injection, EffectError> {
         let axis = setting.axis.ok_or(EffectError::Setting { effect: CARD.name, what: "an axis" })?;
         Ok(Injection::Force(Box::new(Drag { axis, coefficient: parameters.number(CARD.name, &COEFFICIENT)? })))
     }

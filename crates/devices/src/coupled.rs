@@ -291,9 +291,9 @@ fn apply(
     let motion = match history.filter(|_| law.delay_s() > 0.0) {
         Some(history) => {
             history.at(time_s - law.delay_s(), delayed_x, delayed_v);
-            Motion { time_s, position, velocity, delayed_position: delayed_x, delayed_velocity: delayed_v, schedule: f64::NAN }
+            Motion { delayed_position: delayed_x, delayed_velocity: delayed_v, ..Motion::now(time_s, position, velocity) }
         }
-        None => Motion { time_s, position, velocity, delayed_position: position, delayed_velocity: velocity, schedule: f64::NAN },
+        None => Motion::now(time_s, position, velocity),
     };
     law.evaluate(&motion, own, force, own_rates);
 }

@@ -4,8 +4,8 @@ use crate::device::{Device, DeviceEntry, LoopDefaults};
 use crate::error::DeviceError;
 use crate::parameters::{DeviceParameter, DeviceParameters, parameter};
 use crate::transducer::translational;
-use ndof_models::Axis;
 use ndof_models::robot::{EndpointKinematics, Joints, Meaning, Robot, RobotError, RobotParameter};
+use ndof_models::{Axis, planar_angles};
 
 /// Five-bar robot: upper link on angle q₁, forearm driven to the absolute angle q₂ by crank and coupler.
 ///
@@ -79,14 +79,11 @@ impl Robot for FiveBar {
     fn inverse_kinematics(&self, target: &[f64]) -> Result<Vec<f64>, RobotError> {
         let &[x, y] = target else { return Err(RobotError::Length { what: "hand_m", found: target.len(), expected: 2 }) };
         let ([l1, l2], x, y) = (self.links_m, x - self.base_m[0], y - self.base_m[1]);
-        let cosine = (x * x + y * y - l1 * l1 - l2 * l2) / (2.0 * l1 * l2);
-        if cosine.is_nan() || cosine.abs() >= 1.0 {
+        let Some([first, elbow]) = planar_angles(self.links_m, 1.0, [x, y]) else {
             let (near, far) = ((l1 - l2).abs(), l1 + l2);
             let why = format!("it lies {:.3} m from the base, links of {l1} m and {l2} m reach {near:.3} to {far:.3} m", x.hypot(y));
             return Err(RobotError::Reach { who: "the robot".to_owned(), target: target.to_vec(), why });
-        }
-        let elbow = cosine.acos();
-        let first = y.atan2(x) - (l2 * elbow.sin()).atan2(l1 + l2 * elbow.cos());
+        };
         Ok(vec![first, first + elbow])
     }
 

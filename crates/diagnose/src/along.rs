@@ -1,9 +1,28 @@
 //! A force law along a motion that is given.
 
+use crate::layout::Layout;
 use crate::movement::Schedule;
 use ndof_models::{ForceLaw, Motion};
 use std::f64::consts::PI;
 use std::ops::Range;
+
+/// Rate and beginning of a motion, and the schedule along it.
+#[derive(Clone, Copy)]
+pub(crate) struct Clock<'a> {
+    pub rate_hz: f64,
+    pub start_s: f64,
+    pub schedule: &'a [f64],
+}
+
+impl<'a> Clock<'a> {
+    pub fn of(layout: &'a Layout, trial: usize) -> Self {
+        Clock { rate_hz: layout.rate_hz, start_s: layout.start_s, schedule: layout.schedule_of(trial) }
+    }
+
+    pub fn schedule_at(&self, time_s: f64) -> f64 {
+        Schedule::between(self.schedule, (time_s - self.start_s) * self.rate_hz)
+    }
+}
 
 /// The force of a law along a motion at a rate, displacements and velocities `[axis][time]`; what a law looks back at is taken from the present.
 ///
@@ -22,7 +41,7 @@ use std::ops::Range;
 /// ```
 pub fn force_along(law: &dyn ForceLaw, sample_rate_hz: f64, displacement: &[Vec<f64>], velocity: &[Vec<f64>]) -> Vec<Vec<f64>> {
     let (x, v) = (interleave(displacement), interleave(velocity));
-    along(law, (sample_rate_hz, 0.0, &[]), displacement.len(), (&x, &v), (&x, &v)).0
+    along(law, Clock { rate_hz: sample_rate_hz, start_s: 0.0, schedule: &[] }, displacement.len(), (&x, &v), (&x, &v)).0
 }
 
 /// Series axis beside axis: `[time · axes + axis]`.
@@ -32,17 +51,11 @@ pub(crate) fn interleave(series: &[Vec<f64>]) -> Vec<f64> {
 }
 
 /// The forces of a law along one motion and its last hidden states, which are integrated by Heun's rule with as many steps a sample as they need.
-pub(crate) fn along(
-    law: &dyn ForceLaw,
-    (rate_hz, start_s, schedule): (f64, f64, &[f64]),
-    axes: usize,
-    (x, v): (&[f64], &[f64]),
-    (dx, dv): (&[f64], &[f64]),
-) -> (Vec<Vec<f64>>, Vec<f64>) {
-    let samples = x.len() / axes;
+pub(crate) fn along(law: &dyn ForceLaw, time: Clock<'_>, axes: usize, (x, v): (&[f64], &[f64]), (dx, dv): (&[f64], &[f64])) -> (Vec<Vec<f64>>, Vec<f64>) {
+    let (samples, Clock { rate_hz, start_s, schedule }) = (x.len() / axes, time);
     let states = law.states();
     if law.jumps() && states == 0 {
-        return (jumping(law, (rate_hz, start_s, schedule), axes, [x, v, dx, dv]), vec![]);
+        return (jumping(law, time, axes, [x, v, dx, dv]), vec![]);
     }
     let mut out = vec![vec![0.0; samples]; axes];
     let mut z = vec![0.0; states];
@@ -91,7 +104,7 @@ const FINE: usize = 8;
 const REACH: usize = 4;
 
 /// The samples of a force without states that jumps: evaluated more often than sampled and low-passed, lest what lies beyond the band fold into it.
-fn jumping(law: &dyn ForceLaw, (rate_hz, start_s, schedule): (f64, f64, &[f64]), axes: usize, series: [&[f64]; 4]) -> Vec<Vec<f64>> {
+fn jumping(law: &dyn ForceLaw, Clock { rate_hz, start_s, schedule }: Clock<'_>, axes: usize, series: [&[f64]; 4]) -> Vec<Vec<f64>> {
     let samples = series[0].len() / axes;
     let (mut place, mut force) = (vec![0.0; 4 * axes], vec![0.0; axes]);
     let mut fine = vec![Vec::with_capacity(samples * FINE); axes];

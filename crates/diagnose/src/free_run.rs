@@ -1,10 +1,9 @@
 //! Free run of a model over held-out data: from the input alone, with fitted initial states.
 
-use crate::along::along;
+use crate::along::{Clock, along};
 use crate::curved::CurvedPlant;
-use crate::layout::Layout;
 use crate::linear::{Symmetric, dot};
-use crate::movement::{self, Schedule};
+use crate::movement;
 use crate::state::State;
 use ndof_linear::square;
 use ndof_models::schedule::Splines;
@@ -26,24 +25,6 @@ pub(crate) struct Runner {
     pub curved: Option<CurvedPlant>,
     /// The mean force of each equation over the cycle, which comes back with the phase.
     pub movement: Option<(Splines, Vec<Vec<f64>>)>,
-}
-
-/// Rate and beginning of a run, and the schedule along it.
-#[derive(Clone, Copy)]
-struct Clock<'a> {
-    rate_hz: f64,
-    start_s: f64,
-    schedule: &'a [f64],
-}
-
-impl<'a> Clock<'a> {
-    fn of(layout: &'a Layout, trial: usize) -> Self {
-        Clock { rate_hz: layout.rate_hz, start_s: layout.start_s, schedule: layout.schedule_of(trial) }
-    }
-
-    fn schedule_at(&self, time_s: f64) -> f64 {
-        Schedule::between(self.schedule, (time_s - self.start_s) * self.rate_hz)
-    }
 }
 
 /// A held-out prediction: measured and predicted outputs `[output][time]` and which samples count.
@@ -89,20 +70,9 @@ impl Runner {
         let mut out = Run { x: Vec::new(), v: Vec::new(), a: Vec::new() };
         let stiffest = (0..n).map(|i| self.slope(i) * inverse_mass[i][i].abs() + self.damping[i][i].abs() * inverse_mass[i][i].abs()).fold(0.0, f64::max);
         let natural = (0..n).map(|i| (self.stiffness[i][i].abs() * inverse_mass[i][i].abs()).sqrt()).fold(0.0, f64::max);
-        let steady = self
-            .laws
-            .iter()
-            .map(|l| {
-                l.fastest_rate(&Motion {
-                    time_s: 0.0,
-                    position: &vec![0.0; n],
-                    velocity: &vec![0.0; n],
-                    delayed_position: &vec![0.0; n],
-                    delayed_velocity: &vec![0.0; n],
-                    schedule: f64::NAN,
-                })
-            })
-            .fold(stiffest.max(natural), f64::max);
+        let fastest = |motion: Motion<'_>, least: f64| self.laws.iter().map(|law| law.fastest_rate(&motion)).fold(least, f64::max);
+        let still = vec![0.0; n];
+        let steady = fastest(Motion::now(0.0, &still, &still), stiffest.max(natural));
         let samples = range.len();
         let mut scratch = Scratch::new(n);
         let [mut here, mut there, mut force] = std::array::from_fn(|_| vec![0.0; n]);
@@ -121,20 +91,7 @@ impl Runner {
             if k + 1 == samples {
                 break;
             }
-            let moving = self
-                .laws
-                .iter()
-                .map(|l| {
-                    l.fastest_rate(&Motion {
-                        time_s: time,
-                        position: &y[..n],
-                        velocity: &y[n..2 * n],
-                        delayed_position: &y[..n],
-                        delayed_velocity: &y[n..2 * n],
-                        schedule: clock.schedule_at(time),
-                    })
-                })
-                .fold(steady, f64::max);
+            let moving = fastest(Motion { schedule: clock.schedule_at(time), ..Motion::now(time, &y[..n], &y[n..2 * n]) }, steady);
             let steps = ((moving * dt / 1.2).ceil() as usize).clamp(1, 24);
             let h = dt / steps as f64;
             for step in 0..steps {
@@ -183,14 +140,9 @@ impl Runner {
                 let mut force = |v: f64| {
                     let mut velocity = vec![0.0; n];
                     velocity[axis] = v;
-                    let rest = vec![0.0; n];
-                    let mut f = vec![0.0; n];
-                    law.evaluate(
-                        &Motion { time_s: 0.0, position: &rest, velocity: &velocity, delayed_position: &rest, delayed_velocity: &rest, schedule: f64::NAN },
-                        &z,
-                        &mut f,
-                        &mut rates,
-                    );
+                    let (rest, mut f) = (vec![0.0; n], vec![0.0; n]);
+                    let motion = Motion { delayed_velocity: &rest, ..Motion::now(0.0, &rest, &velocity) };
+                    law.evaluate(&motion, &z, &mut f, &mut rates);
                     f[axis]
                 };
                 let small = 1e-7;
@@ -334,7 +286,7 @@ impl Runner {
         let (effort, v) = (straightened(state, trial), velocity(state, trial));
         let fitted = layout.settled().max(8).min(layout.samples);
         let run = self.fitted_run(&inverse_mass, (&effort, &v), state, trial, 0..layout.samples, fitted);
-        let clock = (layout.rate_hz, layout.start_s, layout.schedule_of(trial));
+        let clock = Clock::of(layout, trial);
         let mut laws = vec![vec![0.0; layout.samples]; n];
         for force in plant.laws.iter().map(|law| along(law.as_ref(), clock, n, (&run.x, &run.v), (&run.x, &run.v)).0) {
             laws.iter_mut().flatten().zip(force.iter().flatten()).for_each(|(sum, f)| *sum += f);

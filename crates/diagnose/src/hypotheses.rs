@@ -65,10 +65,6 @@ impl Hypothesis {
     pub fn columns(&self, state: &State, knobs: &[f64]) -> Vec<Column> {
         match &self.form.action {
             Action::Entries { matrix, entries } => vec![state.entries_column(*matrix, entries)],
-            Action::Force { exact, .. } if !exact.is_empty() => {
-                let axis = self.form.axis.unwrap_or(0);
-                exact.iter().map(|operator| state.operator_column(axis, |s| operator(s, knobs))).collect()
-            }
             Action::Curved(arm) => vec![Curved::new(state, arm).coupling_column()],
             action => {
                 let mut columns: Vec<Column> = (0..self.form.signs.len()).filter_map(|j| self.law_column(action, state, knobs, j)).collect();
@@ -83,15 +79,18 @@ impl Hypothesis {
     /// The column of coefficient `j` of a law along the motion.
     fn law_column(&self, action: &Action, state: &State, knobs: &[f64], j: usize) -> Option<Column> {
         let unit: Vec<f64> = (0..self.form.signs.len()).map(|k| if k == j { 1.0 } else { 0.0 }).collect();
-        let forces = state.forces(action.law(knobs, &unit)?.as_ref());
+        let law = action.law(knobs, &unit)?;
         let over = |tangent: &dyn Fn(Complex64) -> Complex64| -> Arc<Vec<Complex64>> { Arc::new(state.layout.sj.iter().map(|&s| tangent(s)).collect()) };
-        let response = match action {
-            Action::Force { tangent: Some(tangent), .. } => Some(over(&|s| tangent(s, knobs))),
-            Action::Reflex(of) if j == 0 => Some(over(&|s| of.tangent(s, knobs))),
+        let response = match (action, self.form.axis) {
+            (Action::Force { tangent: Some(tangent), .. }, _) => Some(over(&|s| tangent(s, knobs))),
+            (Action::Reflex(of), _) if j == 0 => Some(over(&|s| of.tangent(s, knobs))),
+            (Action::Force { .. }, Some(axis)) if law.response(Complex64::ONE).is_some() => {
+                return Some(state.operator_column(axis, |s| law.response(s).unwrap_or_default()));
+            }
             _ => None,
         };
         let linear: Option<Vec<Entry>> = response.zip(self.form.axis).map(|(response, axis)| vec![(axis, axis, response)]);
-        Some(state.force_column(&forces, linear, self.form.axis))
+        Some(state.force_column(&state.forces(law.as_ref()), linear, self.form.axis))
     }
 
     /// Whether another one's first columns are all of its own.

@@ -171,43 +171,31 @@ impl Samples {
 
     /// Some of the trials.
     pub fn pick(&self, trials: &[usize]) -> Self {
-        let some = |all: &Vec<Vec<Vec<f64>>>| trials.iter().map(|t| all[*t].clone()).collect();
-        Samples {
-            rate_hz: self.rate_hz,
-            effort: some(&self.effort),
-            motion: some(&self.motion),
-            measured: some(&self.measured),
-            reference: some(&self.reference),
-            schedule: trials.iter().filter_map(|t| self.schedule.get(*t).cloned()).collect(),
-            start_s: trials.iter().map(|t| self.start_s[*t]).collect(),
-            duration_s: self.duration_s,
-        }
+        let schedule = trials.iter().filter_map(|t| self.schedule.get(*t).cloned()).collect();
+        self.of(|all| trials.iter().map(|t| all[*t].clone()).collect(), schedule, trials.iter().map(|t| self.start_s[*t]).collect())
     }
 
     /// The samples from `from` to before `to` of every trial.
     pub fn cut(&self, from: usize, to: usize) -> Self {
-        let some = |all: &Vec<Vec<Vec<f64>>>| all.iter().map(|trial| trial.iter().map(|x| x[from..to.min(x.len())].to_vec()).collect()).collect();
-        Samples {
-            rate_hz: self.rate_hz,
-            effort: some(&self.effort),
-            motion: some(&self.motion),
-            measured: some(&self.measured),
-            reference: some(&self.reference),
-            schedule: self.schedule.iter().map(|s| s[from..to.min(s.len())].to_vec()).collect(),
-            start_s: self.start_s.iter().map(|s| s + from as f64 / self.rate_hz).collect(),
-            duration_s: self.duration_s,
-        }
+        let part = |x: &Vec<f64>| x[from..to.min(x.len())].to_vec();
+        let start_s = self.start_s.iter().map(|s| s + from as f64 / self.rate_hz).collect();
+        self.of(|all| all.iter().map(|trial| trial.iter().map(part).collect()).collect(), self.schedule.iter().map(part).collect(), start_s)
     }
 
     /// The same about the mean movement.
     pub fn deviations(&self, movement: &MeanOver) -> Self {
-        let of = |all: &[Vec<Vec<f64>>]| -> Vec<Vec<Vec<f64>>> {
+        let about_mean = |all: &[Vec<Vec<f64>>]| -> Vec<Vec<Vec<f64>>> {
             let channels = all.first().map_or(0, Vec::len);
             let each: Vec<Vec<Vec<f64>>> = (0..channels).map(|c| movement.deviation(&all.iter().map(|t| t[c].as_slice()).collect::<Vec<_>>())).collect();
             (0..all.len()).map(|trial| each.iter().map(|channel| channel[trial].clone()).collect()).collect()
         };
-        let (effort, motion, measured, reference) = (of(&self.effort), of(&self.motion), of(&self.measured), of(&self.reference));
-        Samples { effort, motion, measured, reference, ..self.clone() }
+        self.of(about_mean, self.schedule.clone(), self.start_s.clone())
+    }
+
+    /// Of each kind of channel what is made of it, with another schedule and beginning.
+    fn of(&self, made: impl Fn(&[Vec<Vec<f64>>]) -> Vec<Vec<Vec<f64>>>, schedule: Vec<Vec<f64>>, start_s: Vec<f64>) -> Self {
+        let [effort, motion, measured, reference] = [&self.effort, &self.motion, &self.measured, &self.reference].map(|all| made(all));
+        Samples { rate_hz: self.rate_hz, effort, motion, measured, reference, schedule, start_s, duration_s: self.duration_s }
     }
 
     /// Puts in the place of efforts that are held between their samples what acts on the plant at the frequencies that samples carry.

@@ -1,6 +1,6 @@
 //! The recording as a search sees it: corrected channels, derivatives, and their spectra block by block.
 
-use crate::along::{along, interleave};
+use crate::along::{Clock, along, interleave};
 use crate::layout::{Layout, Track};
 use crate::linear::{Symmetric, inner};
 use ndof_linear::square;
@@ -162,11 +162,7 @@ impl State {
 
     /// The forces of a law along one trial: `[axis][time]`.
     pub fn forces_of(&self, law: &dyn ForceLaw, trial: usize) -> Vec<Vec<f64>> {
-        let delay = law.delay_s();
-        let delayed = (delay > 0.0).then(|| self.delayed(trial, delay));
-        let (dx, dv) = delayed.as_ref().map_or((&self.law_x[trial], &self.law_v[trial]), |d| (&d.0, &d.1));
-        let clock = (self.layout.rate_hz, self.layout.start_s, self.layout.schedule_of(trial));
-        along(law, clock, self.layout.axes, (&self.law_x[trial], &self.law_v[trial]), (dx, dv)).0
+        self.along(law, trial, self.law_x[trial].len()).0
     }
 
     /// The hidden states of a law at a sample of one trial, from the measured motion before it.
@@ -174,12 +170,16 @@ impl State {
         if law.states() == 0 || sample == 0 {
             return vec![0.0; law.states()];
         }
+        self.along(law, trial, (sample + 1) * self.layout.axes).1
+    }
+
+    /// Forces and last hidden states of a law along the beginning of a trial, so many places of all axes.
+    fn along(&self, law: &dyn ForceLaw, trial: usize, places: usize) -> (Vec<Vec<f64>>, Vec<f64>) {
         let delay = law.delay_s();
         let delayed = (delay > 0.0).then(|| self.delayed(trial, delay));
-        let (dx, dv) = delayed.as_ref().map_or((&self.law_x[trial], &self.law_v[trial]), |d| (&d.0, &d.1));
-        let until = (sample + 1) * self.layout.axes;
-        let clock = (self.layout.rate_hz, self.layout.start_s, self.layout.schedule_of(trial));
-        along(law, clock, self.layout.axes, (&self.law_x[trial][..until], &self.law_v[trial][..until]), (&dx[..until], &dv[..until])).1
+        let (x, v) = (&self.law_x[trial][..places], &self.law_v[trial][..places]);
+        let then = delayed.as_ref().map_or((x, v), |(x, v)| (&x[..places], &v[..places]));
+        along(law, Clock::of(&self.layout, trial), self.layout.axes, (x, v), then)
     }
 
     /// What the effort channels would show of these true efforts.

@@ -1,5 +1,7 @@
 //! A force law with hidden states, and a stage of the signal chain: how simulation and diagnosis see one element.
 
+use num_complex::Complex64;
+
 /// The motion that a force law feels at one instant, axis by axis, in SI units.
 #[derive(Clone, Copy, Debug)]
 pub struct Motion<'a> {
@@ -15,6 +17,13 @@ pub struct Motion<'a> {
     pub delayed_velocity: &'a [f64],
     /// What the impedance may follow, from 0 to 1: the phase of a cycle, say. NaN where there is none.
     pub schedule: f64,
+}
+
+impl<'a> Motion<'a> {
+    /// A motion that no law looks back at, without a schedule.
+    pub fn now(time_s: f64, position: &'a [f64], velocity: &'a [f64]) -> Self {
+        Motion { time_s, position, velocity, delayed_position: position, delayed_velocity: velocity, schedule: f64::NAN }
+    }
 }
 
 /// A force with which a mechanical element resists motion, over and above M ẍ + B ẋ + K x:
@@ -45,6 +54,11 @@ pub trait ForceLaw: Send + Sync {
 
     /// Adds the resisting force of each axis to `force` and writes the rates ż to `rates`.
     fn evaluate(&self, motion: &Motion<'_>, states: &[f64], force: &mut [f64], rates: &mut [f64]);
+
+    /// f/x of a linear law of one axis in frequency.
+    fn response(&self, _s: Complex64) -> Option<Complex64> {
+        None
+    }
 }
 
 impl<L: ForceLaw + ?Sized> ForceLaw for std::sync::Arc<L> {
@@ -66,6 +80,10 @@ impl<L: ForceLaw + ?Sized> ForceLaw for std::sync::Arc<L> {
 
     fn evaluate(&self, motion: &Motion<'_>, states: &[f64], force: &mut [f64], rates: &mut [f64]) {
         (**self).evaluate(motion, states, force, rates);
+    }
+
+    fn response(&self, s: Complex64) -> Option<Complex64> {
+        (**self).response(s)
     }
 }
 

@@ -75,23 +75,16 @@ impl Kinematics {
         Ok(Kinematics::PlanarTwoLink { link_lengths_m, posture_rad })
     }
 
-    /// A planar arm with known positions of shoulder and hand (m):
-    ///
-    /// cos φ₂ = (r² − l₁² − l₂²)/(2 l₁ l₂),  φ₁ = ∠r − atan2(l₂ sin φ₂, l₁ + l₂ cos φ₂)
+    /// A planar arm with known positions of shoulder and hand (m), by [`planar_angles`].
     ///
     /// # Errors
     /// [`KinematicsError`] if a length is not positive or the hand is out of reach.
     pub fn planar_two_link_at(arm: Arm, link_lengths_m: [f64; 2], shoulder_m: [f64; 2], hand_m: [f64; 2]) -> Result<Self, KinematicsError> {
         check_lengths(link_lengths_m)?;
-        let [l1, l2] = link_lengths_m;
-        let (x, y) = (hand_m[0] - shoulder_m[0], hand_m[1] - shoulder_m[1]);
-        let cosine = (x * x + y * y - l1 * l1 - l2 * l2) / (2.0 * l1 * l2);
-        if !(-1.0..=1.0).contains(&cosine) {
-            return Err(KinematicsError::OutOfReach { distance_m: x.hypot(y), lengths_m: link_lengths_m });
-        }
-        let elbow = if arm == Arm::Right { cosine.acos() } else { -cosine.acos() };
-        let shoulder = y.atan2(x) - (l2 * elbow.sin()).atan2(l1 + l2 * elbow.cos());
-        Ok(Kinematics::PlanarTwoLink { link_lengths_m, posture_rad: [shoulder, elbow] })
+        let seen = [0, 1].map(|k| hand_m[k] - shoulder_m[k]);
+        let out_of_reach = KinematicsError::OutOfReach { distance_m: seen[0].hypot(seen[1]), lengths_m: link_lengths_m };
+        let posture_rad = planar_angles(link_lengths_m, if arm == Arm::Right { 1.0 } else { -1.0 }, seen).ok_or(out_of_reach)?;
+        Ok(Kinematics::PlanarTwoLink { link_lengths_m, posture_rad })
     }
 
     /// The joints: `shoulder` and `elbow`, or `q1`, `q2` …
@@ -113,10 +106,7 @@ impl Kinematics {
     /// J = ∂f/∂q, endpoint axes × joints.
     pub fn jacobian(&self) -> Array2<f64> {
         match self {
-            Kinematics::PlanarTwoLink { .. } => {
-                let [[x1, y1], [x2, y2]] = self.links();
-                arr2(&[[-y1 - y2, -y2], [x1 + x2, x2]])
-            }
+            Kinematics::PlanarTwoLink { .. } => arr2(&planar_jacobian(self.links())),
             Kinematics::Jacobian { matrix } => matrix.clone(),
         }
     }
@@ -149,13 +139,47 @@ impl Kinematics {
     /// Both links as vectors.
     fn links(&self) -> [[f64; 2]; 2] {
         match self {
-            Kinematics::PlanarTwoLink { link_lengths_m: [l1, l2], posture_rad: [shoulder, elbow] } => {
-                let forearm = shoulder + elbow;
-                [[l1 * shoulder.cos(), l1 * shoulder.sin()], [l2 * forearm.cos(), l2 * forearm.sin()]]
-            }
+            Kinematics::PlanarTwoLink { link_lengths_m, posture_rad } => planar_links(*link_lengths_m, *posture_rad),
             Kinematics::Jacobian { .. } => [[0.0; 2]; 2],
         }
     }
+}
+
+/// Upper arm and forearm of a planar arm as vectors (m), by lengths (m) and angles of shoulder and elbow (rad). The hand is their sum.
+///
+/// ```
+/// assert_eq!(ndof_models::planar_links([0.3, 0.4], [0.0, 0.0]), [[0.3, 0.0], [0.4, 0.0]]);
+/// ```
+pub fn planar_links([l1, l2]: [f64; 2], [shoulder, elbow]: [f64; 2]) -> [[f64; 2]; 2] {
+    let ((s1, c1), (s2, c2)) = (shoulder.sin_cos(), (shoulder + elbow).sin_cos());
+    [[l1 * c1, l1 * s1], [l2 * c2, l2 * s2]]
+}
+
+/// J, hand by angles, of the [links](planar_links) of a planar arm.
+///
+/// ```
+/// assert_eq!(ndof_models::planar_jacobian([[0.3, 0.0], [0.4, 0.0]]), [[0.0, 0.0], [0.7, 0.4]]);
+/// ```
+pub fn planar_jacobian([[x1, y1], [x2, y2]]: [[f64; 2]; 2]) -> [[f64; 2]; 2] {
+    [[-y1 - y2, -y2], [x1 + x2, x2]]
+}
+
+/// Angles of shoulder and elbow (rad) that have the hand at r, seen from the shoulder (m); `side` is the elbow's sign, 1 or −1:
+///
+/// cos φ₂ = (r² − l₁² − l₂²)/(2 l₁ l₂),  φ₁ = ∠r − atan2(l₂ sin φ₂, l₁ + l₂ cos φ₂)
+///
+/// Nothing where the hand is out of reach, or the elbow straight or folded.
+///
+/// ```
+/// assert_eq!(ndof_models::planar_angles([0.3, 0.4], 1.0, [0.0, 0.8]), None);
+/// ```
+pub fn planar_angles([l1, l2]: [f64; 2], side: f64, [x, y]: [f64; 2]) -> Option<[f64; 2]> {
+    let cosine = (x * x + y * y - l1 * l1 - l2 * l2) / (2.0 * l1 * l2);
+    if cosine.is_nan() || cosine.abs() >= 1.0 {
+        return None;
+    }
+    let elbow = side * cosine.acos();
+    Some([y.atan2(x) - (l2 * elbow.sin()).atan2(l1 + l2 * cosine), elbow])
 }
 
 fn check_lengths(lengths: [f64; 2]) -> Result<(), KinematicsError> {

@@ -9,8 +9,9 @@
 //! [`time::simulate()`] and [`time::FreeRunFit`], and in frequency by [`time::Mechanism::dynamic_stiffness`]; a linear law's
 //! [`Law::response`](time::Law::response) is the [`blocks`] element of the same name, whose parameters it shares, so that a
 //! [`blocks::Composite`] fits to a response what a mechanism fits to a record. Nonlinear laws have a face in time only; an
-//! [`effects::Effect`] gives their random-input tangent in frequency. What acts on a channel rather than on the limb (delay, filter,
-//! gain) is a [`Stage`] in time and a block at a channel's [`Place`](blocks::Place) in frequency.
+//! [`effects::Effect`] gives their random-input tangent in frequency. The law itself it takes from [`time::laws`] by
+//! [`effects::on_axis`], so that a search, a simulation and a fit mean the same. What acts on a channel rather than on the limb
+//! (delay, filter, gain) is a [`Stage`] in time and a block at a channel's [`Place`](blocks::Place) in frequency.
 //!
 //! ```
 //! use ndof_models::Axis;
@@ -55,7 +56,7 @@ pub use force_law::{ForceLaw, Motion, Stage};
 pub use gains::Gains;
 pub use hold::{Held, Hold, Sampling};
 pub use inertia_damping_stiffness::{InertiaDampingStiffness, InertiaDampingStiffnessModel, Symmetry};
-pub use kinematics::{Arm, Kinematics, KinematicsError};
+pub use kinematics::{Arm, Kinematics, KinematicsError, planar_angles, planar_jacobian, planar_links};
 pub use levenberg_marquardt::{LeastSquares, LevenbergMarquardt, MinimiseError, Minimum, Slopes, StopReason};
 pub use parametric::{ParameterInfo, ParametricModel, parametric_response};
 pub use projection::{KinematicsSd, LARGEST_JACOBIAN_CONDITION, Projected, Projection, ProjectionError};

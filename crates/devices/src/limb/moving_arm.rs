@@ -138,7 +138,7 @@ mod tests {
 
     fn force(limb: &MovingArm, time_s: f64, position: [f64; 2], velocity: [f64; 2]) -> [f64; 2] {
         let mut force = [0.0; 2];
-        let motion = Motion { time_s, position: &position, velocity: &velocity, delayed_position: &position, delayed_velocity: &velocity, schedule: f64::NAN };
+        let motion = Motion::now(time_s, &position, &velocity);
         limb.evaluate(&motion, &[], &mut force, &mut []);
         force
     }

@@ -9,7 +9,7 @@ use crate::parameters::parameter;
 use ndarray::{Array2, array};
 use ndof_linear::{inverse, is_positive_definite};
 use ndof_models::robot::RobotError;
-use ndof_models::{Arm, Kinematics};
+use ndof_models::{Arm, Kinematics, planar_angles, planar_jacobian, planar_links};
 
 /// The registry's entry.
 pub(crate) static ENTRY: LimbEntry = LimbEntry {
@@ -64,7 +64,7 @@ impl PlanarTwoLink {
         DeviceError::not_negative("limb.handle_mass_kg", config.handle_mass_kg)?;
         let elbow_sign = if config.arm == Arm::Right { 1.0 } else { -1.0 };
         let posture = match (config.shoulder_m, joint_rad) {
-            (Some(shoulder), None) => angles(lengths, elbow_sign, [hand_m[0] - shoulder[0], hand_m[1] - shoulder[1]]).ok_or_else(|| {
+            (Some(shoulder), None) => planar_angles(lengths, elbow_sign, [hand_m[0] - shoulder[0], hand_m[1] - shoulder[1]]).ok_or_else(|| {
                 let why = format!("its shoulder is at {shoulder:?} and its segments are {} m and {} m long", lengths[0], lengths[1]);
                 RobotError::Reach { who: "the arm".to_owned(), target: hand_m.to_vec(), why }
             })?,
@@ -130,20 +130,17 @@ impl PlanarTwoLink {
 
     /// Joint angles with the hand displaced by `x`, where it is in reach.
     pub(super) fn angles(&self, x: [f64; 2]) -> Option<[f64; 2]> {
-        angles(self.lengths, self.elbow_sign, [x[0] - self.shoulder[0], x[1] - self.shoulder[1]])
+        planar_angles(self.lengths, self.elbow_sign, [x[0] - self.shoulder[0], x[1] - self.shoulder[1]])
     }
 
     /// The Jacobian at joint angles, row by row.
     pub(super) fn jacobian(&self, phi: [f64; 2]) -> [[f64; 2]; 2] {
-        let [l1, l2] = self.lengths;
-        let ((s1, c1), (s2, c2)) = (phi[0].sin_cos(), (phi[0] + phi[1]).sin_cos());
-        [[-l1 * s1 - l2 * s2, -l2 * s2], [l1 * c1 + l2 * c2, l2 * c2]]
+        planar_jacobian(planar_links(self.lengths, phi))
     }
 
     fn hand(&self, phi: [f64; 2]) -> [f64; 2] {
-        let [l1, l2] = self.lengths;
-        let sum = phi[0] + phi[1];
-        [l1 * phi[0].cos() + l2 * sum.cos(), l1 * phi[0].sin() + l2 * sum.sin()]
+        let [[x1, y1], [x2, y2]] = planar_links(self.lengths, phi);
+        [x1 + x2, y1 + y2]
     }
 
     /// How the joints move the hand at the posture.
@@ -157,17 +154,6 @@ impl PlanarTwoLink {
     }
 }
 
-/// Joint angles that put the hand at `target` seen from the shoulder.
-fn angles(lengths: [f64; 2], elbow_sign: f64, [x, y]: [f64; 2]) -> Option<[f64; 2]> {
-    let [l1, l2] = lengths;
-    let cosine = (x * x + y * y - l1 * l1 - l2 * l2) / (2.0 * l1 * l2);
-    if cosine.is_nan() || cosine.abs() >= 1.0 {
-        return None;
-    }
-    let elbow = elbow_sign * cosine.acos();
-    Some([y.atan2(x) - (l2 * elbow.sin()).atan2(l1 + l2 * cosine), elbow])
-}
-
 impl Limb for PlanarTwoLink {
     fn axes(&self) -> usize {
         2
@@ -178,13 +164,10 @@ impl Limb for PlanarTwoLink {
     }
 
     fn acceleration(&self, x: &[f64], v: &[f64], force: &[f64], out: &mut [f64]) {
-        let Some(phi) = angles(self.lengths, self.elbow_sign, [x[0] - self.shoulder[0], x[1] - self.shoulder[1]]) else {
-            return out.fill(f64::NAN);
-        };
+        let Some(phi) = self.angles([x[0], x[1]]) else { return out.fill(f64::NAN) };
         let [l1, l2] = self.lengths;
-        let ((s1, c1), (s2, c2)) = (phi[0].sin_cos(), (phi[0] + phi[1]).sin_cos());
-        let (x1, y1, x2, y2) = (l1 * c1, l1 * s1, l2 * c2, l2 * s2);
-        let [[j00, j01], [j10, j11]] = [[-y1 - y2, -y2], [x1 + x2, x2]];
+        let links = planar_links(self.lengths, phi);
+        let ([[x1, y1], [x2, y2]], [[j00, j01], [j10, j11]]) = (links, planar_jacobian(links));
         // φ̇ = J⁻¹ v; det J = l₁ l₂ sin φ₂ = x₁y₂ − y₁x₂, and l₁ l₂ cos φ₂ = x₁x₂ + y₁y₂.
         let (area, along) = (x1 * y2 - y1 * x2, x1 * x2 + y1 * y2);
         let (w1, w2) = ((j11 * v[0] - j01 * v[1]) / area, (j00 * v[1] - j10 * v[0]) / area);
@@ -339,7 +322,7 @@ mod tests {
         let config = PlanarTwoLinkConfig { B: vec![vec![0.0; 2]; 2], ..Default::default() };
         let limb = PlanarTwoLink::new(&config, [0.0; 2], None).expect("valid");
         let energy = |x: [f64; 2], v: [f64; 2]| {
-            let phi = angles(limb.lengths, 1.0, [x[0] - limb.shoulder[0], x[1] - limb.shoulder[1]]).expect("reach");
+            let phi = limb.angles(x).expect("reach");
             let jacobian = Kinematics::PlanarTwoLink { link_lengths_m: limb.lengths, posture_rad: phi }.jacobian();
             let w = inverse(&jacobian).expect("regular").dot(&array![v[0], v[1]]);
             let d = array![phi[0] - limb.posture[0], phi[1] - limb.posture[1]];

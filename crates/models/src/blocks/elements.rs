@@ -1,28 +1,9 @@
 //! The blocks.
 
+use super::parameter::{STIFF, damping, force};
 use super::{Block, BlockParameter, Vanishing};
 use num_complex::Complex64;
 use std::f64::consts::{SQRT_2, TAU};
-
-/// Largest stiffness (N/m, N m/rad) and damping that a limb or fixture can have.
-pub(crate) const STIFF: f64 = 1e7;
-
-fn per(rotational: bool, stem: &str, rate: bool) -> (String, String) {
-    let (effort, motion) = if rotational { ("nm", "rad") } else { ("n", "m") };
-    let (effort_unit, motion_unit) = if rotational { ("N m", "rad") } else { ("N", "m") };
-    let (name, unit) = if rate { ("_s", " s") } else { ("", "") };
-    (format!("{stem}_{effort}{name}_per_{motion}"), format!("{effort_unit}{unit}/{motion_unit}"))
-}
-
-pub(crate) fn stiffness(rotational: bool, stem: &str, bounds: (f64, f64), starts: &[f64]) -> BlockParameter {
-    let (name, unit) = per(rotational, stem, false);
-    BlockParameter::new(name, unit, bounds, starts)
-}
-
-pub(crate) fn damping(rotational: bool, stem: &str, bounds: (f64, f64), starts: &[f64]) -> BlockParameter {
-    let (name, unit) = per(rotational, stem, true);
-    BlockParameter::new(name, unit, bounds, starts)
-}
 
 /// A channel that is late: e^(−sτ).
 #[derive(Clone, Copy, Debug)]
@@ -49,6 +30,13 @@ impl Block for Delay {
 #[derive(Clone, Copy, Debug)]
 pub struct FirstOrderFilter;
 
+impl FirstOrderFilter {
+    /// What undoes it, at p = s/ω_c.
+    pub(crate) fn denominator(p: Complex64) -> Complex64 {
+        1.0 + p
+    }
+}
+
 impl Block for FirstOrderFilter {
     fn name(&self) -> &'static str {
         "first-order-filter"
@@ -57,8 +45,9 @@ impl Block for FirstOrderFilter {
         vec![BlockParameter::new("cutoff_hz", "Hz", (0.5, 1e4), &[20.0, 60.0])]
     }
     fn evaluate(&self, theta: &[f64], s: Complex64, slopes: &mut [Complex64]) -> Complex64 {
-        let h = (1.0 + s / (TAU * theta[0])).inv();
-        slopes[0] = h * h * s / (TAU * theta[0] * theta[0]);
+        let p = s / (TAU * theta[0]);
+        let h = Self::denominator(p).inv();
+        slopes[0] = h * h * p / theta[0];
         h
     }
     fn vanishes(&self) -> Vanishing {
@@ -70,6 +59,13 @@ impl Block for FirstOrderFilter {
 #[derive(Clone, Copy, Debug)]
 pub struct SecondOrderFilter;
 
+impl SecondOrderFilter {
+    /// What undoes it, at p = s/ω.
+    pub(crate) fn denominator(p: Complex64) -> Complex64 {
+        1.0 + SQRT_2 * p + p * p
+    }
+}
+
 impl Block for SecondOrderFilter {
     fn name(&self) -> &'static str {
         "second-order-filter"
@@ -78,10 +74,9 @@ impl Block for SecondOrderFilter {
         vec![BlockParameter::new("cutoff_hz", "Hz", (0.5, 1e4), &[20.0, 60.0])]
     }
     fn evaluate(&self, theta: &[f64], s: Complex64, slopes: &mut [Complex64]) -> Complex64 {
-        let w = TAU * theta[0];
-        let inverse = (s * s + SQRT_2 * w * s + w * w).inv();
-        let h = w * w * inverse;
-        slopes[0] = TAU * (2.0 * w - h * (SQRT_2 * s + 2.0 * w)) * inverse;
+        let p = s / (TAU * theta[0]);
+        let h = Self::denominator(p).inv();
+        slopes[0] = h * h * (SQRT_2 * p + 2.0 * p * p) / theta[0];
         h
     }
     fn vanishes(&self) -> Vanishing {
@@ -99,7 +94,7 @@ impl Block for Reflex {
     }
     fn parameters(&self, rotational: bool) -> Vec<BlockParameter> {
         vec![
-            stiffness(rotational, "reflex_stiffness", (0.0, STIFF), &[30.0]),
+            force(rotational, "reflex_stiffness", 1, (0.0, STIFF), &[30.0]),
             damping(rotational, "reflex_damping", (0.0, STIFF), &[3.0]),
             BlockParameter::new("reflex_delay_s", "s", (0.005, 0.12), &[0.025, 0.05]),
             BlockParameter::new("reflex_cutoff_hz", "Hz", (0.95, 6.4), &[2.5, 4.0]),
@@ -131,7 +126,7 @@ impl Block for SeriesCompliance {
         "series-compliance"
     }
     fn parameters(&self, rotational: bool) -> Vec<BlockParameter> {
-        vec![stiffness(rotational, "series_stiffness", (1e-3, 1e8), &[2e4, 3e5]), damping(rotational, "series_damping", (0.0, STIFF), &[50.0])]
+        vec![force(rotational, "series_stiffness", 1, (1e-3, 1e8), &[2e4, 3e5]), damping(rotational, "series_damping", (0.0, STIFF), &[50.0])]
     }
     fn evaluate(&self, theta: &[f64], s: Complex64, slopes: &mut [Complex64]) -> Complex64 {
         let h = (theta[0] + theta[1] * s).inv();
@@ -184,7 +179,7 @@ impl Block for StandardLinearSolid {
         "standard-linear-solid"
     }
     fn parameters(&self, rotational: bool) -> Vec<BlockParameter> {
-        vec![stiffness(rotational, "modulus", (0.0, STIFF), &[50.0]), BlockParameter::new("time_s", "s", (1e-3, 30.0), &[0.03, 0.3])]
+        vec![force(rotational, "modulus", 1, (0.0, STIFF), &[50.0]), BlockParameter::new("time_s", "s", (1e-3, 30.0), &[0.03, 0.3])]
     }
     fn evaluate(&self, theta: &[f64], s: Complex64, slopes: &mut [Complex64]) -> Complex64 {
         let open = (1.0 + theta[1] * s).inv();
@@ -214,9 +209,10 @@ impl Block for Fractional {
             slopes.fill(Complex64::default());
             return Complex64::default();
         }
-        let power = s.powf(theta[1]);
+        let log = s.ln();
+        let power = (log * theta[1]).exp();
         slopes[0] = power;
-        slopes[1] = theta[0] * power * s.ln();
+        slopes[1] = theta[0] * power * log;
         theta[0] * power
     }
     fn vanishes(&self) -> Vanishing {

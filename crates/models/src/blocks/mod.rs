@@ -4,35 +4,16 @@
 //! like any other.
 
 mod composite;
-pub(crate) mod elements;
+mod elements;
+pub(crate) mod parameter;
 mod registry;
 
 pub use composite::{Composite, Place, Placed};
 pub use elements::{Delay, FirstOrderFilter, FlexibleMode, Fractional, Reflex, SecondOrderFilter, SeriesCompliance, StandardLinearSolid};
+pub use parameter::BlockParameter;
 pub use registry::{BLOCKS, BlockCard, find};
 
 use num_complex::Complex64;
-
-/// A parameter of a block.
-#[derive(Clone, Debug, PartialEq)]
-pub struct BlockParameter {
-    /// Name with unit.
-    pub name: String,
-    /// SI unit.
-    pub unit: String,
-    /// Least value that makes sense.
-    pub lower: f64,
-    /// Largest value that makes sense.
-    pub upper: f64,
-    /// Where searches begin; every combination with those of the other parameters is tried.
-    pub starts: Vec<f64>,
-}
-
-impl BlockParameter {
-    pub(crate) fn new(name: impl Into<String>, unit: impl Into<String>, bounds: (f64, f64), starts: &[f64]) -> Self {
-        BlockParameter { name: name.into(), unit: unit.into(), lower: bounds.0, upper: bounds.1, starts: starts.to_vec() }
-    }
-}
 
 /// How a block leaves the baseline as it is, which decides what a likelihood ratio against the model without it is compared with.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -55,6 +36,11 @@ pub trait Block: Send + Sync {
 
     /// h(s, θ), and ∂h/∂θ_k into `slopes`.
     fn evaluate(&self, theta: &[f64], s: Complex64, slopes: &mut [Complex64]) -> Complex64;
+
+    /// h(s, θ) alone, of no more than eight parameters.
+    fn response(&self, theta: &[f64], s: Complex64) -> Complex64 {
+        self.evaluate(theta, s, &mut [Complex64::default(); 8][..theta.len()])
+    }
 
     /// How it leaves the baseline as it is.
     fn vanishes(&self) -> Vanishing;

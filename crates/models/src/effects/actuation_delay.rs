@@ -2,6 +2,7 @@
 
 use super::measurement_delay::DelayLine;
 use super::vocabulary::*;
+use crate::blocks::{Block, Delay};
 
 const DELAY: ParameterCard = plain("delay_s", "s", 0.0, 10.0, None);
 const CARD: Card = Card {
@@ -25,8 +26,7 @@ impl Effect for ActuationDelay {
         &CARD
     }
 
-    fn inject(&self, parameters: &Parameters, setting: &Setting) -> Result<Injection, EffectError> {
-        require_known(&CARD, parameters)?;
+    fn injection(&self, parameters: &Parameters, setting: &Setting) -> Result<Injection, EffectError> {
         Ok(Injection::Stage(Box::new(DelayLine::new(parameters.number(CARD.name, &DELAY)? * setting.sample_rate_hz))))
     }
 
@@ -35,7 +35,7 @@ impl Effect for ActuationDelay {
             return Vec::new();
         }
         let unit = scale.time_s;
-        let form = Form::new("delay", None, Action::Effort(Arc::new(|s, k| (-s * k[0]).exp())))
+        let form = Form::new("delay", None, Action::Effort(Arc::new(|s, k| Delay.response(k, s))))
             .knobs(vec![Knob::linear(0.0, 0.05 * unit)], &[&[0.3, 1.0, 3.0, 8.0, 20.0].map(|ms| ms * 1e-3 * unit)])
             .numbers(|k, _| [("delay_s", k[0])]);
         vec![Form { side: Side::Actuator, ..form.floor(0.0, 1.5e-4) }]

@@ -33,8 +33,7 @@ impl Effect for ActuatorSaturation {
         &CARD
     }
 
-    fn inject(&self, parameters: &Parameters, _setting: &Setting) -> Result<Injection, EffectError> {
-        require_known(&CARD, parameters)?;
+    fn injection(&self, parameters: &Parameters, _setting: &Setting) -> Result<Injection, EffectError> {
         Ok(Injection::Stage(Box::new(Clip(parameters.number(CARD.name, &LEVEL)?))))
     }
 

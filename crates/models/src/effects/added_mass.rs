@@ -24,8 +24,7 @@ impl Effect for AddedMass {
         &CARD
     }
 
-    fn inject(&self, parameters: &Parameters, _setting: &Setting) -> Result<Injection, EffectError> {
-        require_known(&CARD, parameters)?;
+    fn injection(&self, parameters: &Parameters, _setting: &Setting) -> Result<Injection, EffectError> {
         Ok(Injection::Mass(parameters.number(CARD.name, &MASS)?))
     }
 

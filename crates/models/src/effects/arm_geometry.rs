@@ -55,8 +55,7 @@ impl Effect for ArmGeometry {
         &CARD
     }
 
-    fn inject(&self, parameters: &Parameters, setting: &Setting) -> Result<Injection, EffectError> {
-        require_known(&CARD, parameters)?;
+    fn injection(&self, parameters: &Parameters, setting: &Setting) -> Result<Injection, EffectError> {
         if parameters.number(CARD.name, &COUPLING)? > 0.0 {
             let what = "an inertia that follows the posture for its coupling: simulate the limb planar-two-link, or leave the coupling out";
             return Err(EffectError::Setting { effect: CARD.name, what });

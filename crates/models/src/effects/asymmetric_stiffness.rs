@@ -1,6 +1,6 @@
 //! Stiffness that differs with the direction.
 
-use super::static_force::{Static, other_shapes, shape};
+use super::static_force::{other_shapes, shape};
 use super::vocabulary::*;
 
 const K2: ParameterCard = mechanical("k2_n_per_m2", ("N/m^2", "N m/rad^2"), -1e12, 1e12, None);
@@ -25,18 +25,16 @@ impl Effect for AsymmetricStiffness {
         &CARD
     }
 
-    fn inject(&self, parameters: &Parameters, setting: &Setting) -> Result<Injection, EffectError> {
-        require_known(&CARD, parameters)?;
+    fn injection(&self, parameters: &Parameters, setting: &Setting) -> Result<Injection, EffectError> {
         let k2 = parameters.number(CARD.name, &K2)?;
-        let axis = setting.one_axis(&CARD)?;
-        Ok(Injection::Force(Box::new(Static { axis, force: move |x: f64| k2 * x * x })))
+        Ok(Injection::Force(Box::new(on_axis(setting.one_axis(&CARD)?, laws::AsymmetricStiffness, [k2]))))
     }
 
     fn forms(&self, scale: &Scale) -> Vec<Form> {
         (0..scale.axes())
             .flat_map(|axis| {
                 let spread = scale.position[axis];
-                let square = Form::new("x²", Some(axis), shape(axis, |_, c, x| c[0] * x * x));
+                let square = Form::new("x²", Some(axis), Action::force(move |_, c| on_axis(axis, laws::AsymmetricStiffness, [c[0]])));
                 // Over a Gaussian x the best parabola through |x| has the coefficient 1 / (sqrt(2 π) σ).
                 let to_square = 1.0 / ((2.0 * std::f64::consts::PI).sqrt() * spread);
                 let kink = Form::new("kink", Some(axis), shape(axis, |k, c, x| c[0] * ((x - k[0]).abs() - k[0].abs())))

@@ -73,6 +73,9 @@ pub(crate) const fn mechanical(name: &'static str, units: (&'static str, &'stati
     ParameterCard { name, unit: units.0, rotational_unit: units.1, bounds: (lo, hi), default }
 }
 
+/// The channel that a stage sits in.
+pub(crate) const CHANNEL: ParameterCard = plain("channel", "", 0.0, 0.0, None);
+
 /// What an effect is, in words that help and reports print.
 #[derive(Clone, Copy, Debug)]
 pub struct Card {

@@ -5,11 +5,12 @@ use super::vocabulary::*;
 const LEVEL: ParameterCard = mechanical("level_n", ("N", "N m"), 0.0, 1e6, None);
 const STATIC_LEVEL: ParameterCard = mechanical("stribeck_level_n", ("N", "N m"), 0.0, 1e6, Some(0.0));
 const STRIBECK_VELOCITY: ParameterCard = mechanical("stribeck_velocity_m_per_s", ("m/s", "rad/s"), 1e-9, 1e6, Some(0.01));
+const SMOOTHING: ParameterCard = plain("smoothing_m_per_s", "m/s", 1e-12, 1e3, Some(1e-3));
 const CARD: Card = Card {
     name: "coulomb-friction",
     what: "dry friction, with Stribeck's higher level at rest where the data show it",
     sides: &[Side::Limb, Side::Robot],
-    parameters: &[LEVEL, STATIC_LEVEL, STRIBECK_VELOCITY, plain("smoothing_m_per_s", "m/s", 1e-12, 1e3, Some(1e-3))],
+    parameters: &[LEVEL, STATIC_LEVEL, STRIBECK_VELOCITY, SMOOTHING],
     signature: "a residual force of one size whose sign is the velocity's; apparent damping rises as the amplitude falls",
     look_alikes: &["hysteresis", "quantisation", "dead-zone"],
     next_experiment: "the same perturbation at half the amplitude: friction doubles the apparent extra damping, hysteresis changes the stiffness",
@@ -21,44 +22,18 @@ const CARD: Card = Card {
 /// Dry friction of one axis.
 pub struct CoulombFriction;
 
-/// Friction that changes sign over a small velocity.
-struct Friction {
-    axis: usize,
-    level: f64,
-    excess: f64,
-    stribeck_velocity: f64,
-    smoothing: f64,
-}
-
-impl ForceLaw for Friction {
-    fn jumps(&self) -> bool {
-        true
-    }
-
-    fn evaluate(&self, motion: &Motion<'_>, _states: &[f64], force: &mut [f64], _rates: &mut [f64]) {
-        let v = motion.velocity[self.axis];
-        let stribeck = (v / self.stribeck_velocity).powi(2);
-        force[self.axis] += (self.level + self.excess * (-stribeck).exp()) * (v / self.smoothing).tanh();
-    }
-}
-
 impl Effect for CoulombFriction {
     fn card(&self) -> &'static Card {
         &CARD
     }
 
-    fn inject(&self, parameters: &Parameters, setting: &Setting) -> Result<Injection, EffectError> {
-        require_known(&CARD, parameters)?;
+    fn injection(&self, parameters: &Parameters, setting: &Setting) -> Result<Injection, EffectError> {
         let level = parameters.number(CARD.name, &LEVEL)?;
         let at_rest = parameters.number(CARD.name, &STATIC_LEVEL)?;
-        let axis = setting.one_axis(&CARD)?;
-        Ok(Injection::Force(Box::new(Friction {
-            axis,
-            level,
-            excess: if at_rest > 0.0 { at_rest - level } else { 0.0 },
-            stribeck_velocity: parameters.number(CARD.name, &STRIBECK_VELOCITY)?,
-            smoothing: parameters.number(CARD.name, &CARD.parameters[3])?,
-        })))
+        let excess = if at_rest > 0.0 { at_rest - level } else { 0.0 };
+        let law = laws::Stribeck { turn_velocity: parameters.number(CARD.name, &SMOOTHING)? };
+        let stribeck_velocity = parameters.number(CARD.name, &STRIBECK_VELOCITY)?;
+        Ok(Injection::Force(Box::new(on_axis(setting.one_axis(&CARD)?, law, [level, excess, stribeck_velocity]))))
     }
 
     fn forms(&self, scale: &Scale) -> Vec<Form> {
@@ -67,13 +42,13 @@ impl Effect for CoulombFriction {
                 let v = scale.velocity[axis];
                 let narrowest = 0.05 * v;
                 // Both forms turn around well within the narrowest excess near rest.
-                let smoothing = 0.2 * narrowest;
-                let law = move |level: f64, excess: f64, stribeck_velocity: f64| Friction { axis, level, excess, stribeck_velocity, smoothing };
-                let plain = Form::new("Coulomb", Some(axis), Action::force(move |_, c| law(c[0], 0.0, 1.0)))
+                let turn_velocity = 0.2 * narrowest;
+                let plain = Form::new("Coulomb", Some(axis), Action::force(move |_, c| on_axis(axis, laws::Coulomb { turn_velocity }, [c[0]])))
                     .coefficients(vec![Sign::Positive])
                     .numbers(|_, c| [("level_n", c[0])])
                     .floor(0.015, 0.0);
-                let stribeck = Form::new("Stribeck", Some(axis), Action::force(move |k, c| law(c[0], c[1], k[0])))
+                let law = move |k: &[f64], c: &[f64]| on_axis(axis, laws::Stribeck { turn_velocity }, [c[0], c[1], k[0]]);
+                let stribeck = Form::new("Stribeck", Some(axis), Action::force(law))
                     .knobs(vec![Knob::log(narrowest, 0.8 * v)], &[&[0.1 * v, 0.3 * v]])
                     .coefficients(vec![Sign::Positive, Sign::Positive])
                     .numbers(|k, c| [("level_n", c[0]), ("stribeck_level_n", c[0] + c[1]), ("stribeck_velocity_m_per_s", k[0])])

@@ -35,8 +35,7 @@ impl Effect for CrossCoupling {
         &CARD
     }
 
-    fn inject(&self, parameters: &Parameters, setting: &Setting) -> Result<Injection, EffectError> {
-        require_known(&CARD, parameters)?;
+    fn injection(&self, parameters: &Parameters, setting: &Setting) -> Result<Injection, EffectError> {
         let matrix = parameters.matrix("matrix").ok_or(EffectError::Missing { effect: CARD.name, parameter: MATRIX.name })?;
         if matrix.len() != setting.axes || matrix.iter().any(|row| row.len() != setting.axes) {
             return Err(EffectError::Kind { effect: CARD.name, parameter: MATRIX.name, expected: "a square matrix with a row for each axis" });

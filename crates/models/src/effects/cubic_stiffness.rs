@@ -1,6 +1,6 @@
 //! Stiffness that grows or falls with the amplitude.
 
-use super::static_force::{Static, other_shapes, shape};
+use super::static_force::{other_shapes, shape};
 use super::vocabulary::*;
 
 const K3: ParameterCard = mechanical("k3_n_per_m3", ("N/m^3", "N m/rad^3"), -1e15, 1e15, None);
@@ -39,11 +39,10 @@ impl Effect for CubicStiffness {
         &CARD
     }
 
-    fn inject(&self, parameters: &Parameters, setting: &Setting) -> Result<Injection, EffectError> {
-        require_known(&CARD, parameters)?;
+    fn injection(&self, parameters: &Parameters, setting: &Setting) -> Result<Injection, EffectError> {
         let k3 = parameters.number(CARD.name, &K3)?;
         Ok(Injection::Force(match setting.axis {
-            Some(axis) => Box::new(Static { axis, force: move |x: f64| k3 * x.powi(3) }),
+            Some(axis) => Box::new(on_axis(axis, laws::CubicStiffness, [k3])),
             None => Box::new(Isotropic { k3 }),
         }))
     }
@@ -57,7 +56,7 @@ impl Effect for CubicStiffness {
                 // Over a Gaussian x the best cubic through x |x| has the coefficient sqrt(2 / (9 π)) / σ.
                 let to_cubic = (2.0 / (9.0 * std::f64::consts::PI)).sqrt() / scale.position[axis];
                 [
-                    named(of("x³", shape(axis, |_, c, x| c[0] * x.powi(3))), 1.0),
+                    named(of("x³", Action::force(move |_, c| on_axis(axis, laws::CubicStiffness, [c[0]]))), 1.0),
                     named(off_centre.coefficients(vec![Sign::Free, Sign::Free]), 1.0),
                     named(of("x |x|", shape(axis, |_, c, x| c[0] * x * x.abs())), to_cubic).floor(0.1, 0.0),
                 ]

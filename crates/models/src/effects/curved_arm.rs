@@ -1,6 +1,6 @@
 //! A planar arm whose hand moves so far that its geometry is felt.
 
-use crate::Kinematics;
+use crate::{Kinematics, planar_jacobian, planar_links};
 
 type Matrix2 = [[f64; 2]; 2];
 
@@ -59,16 +59,6 @@ fn transposed_times(m: &Matrix2, v: [f64; 2]) -> [f64; 2] {
     [0, 1].map(|k| m[0][k] * v[0] + m[1][k] * v[1])
 }
 
-/// Both links as vectors.
-fn links([l1, l2]: [f64; 2], [shoulder, elbow]: [f64; 2]) -> Matrix2 {
-    let ((s1, c1), (s2, c2)) = (shoulder.sin_cos(), (shoulder + elbow).sin_cos());
-    [[l1 * c1, l1 * s1], [l2 * c2, l2 * s2]]
-}
-
-fn jacobian([[x1, y1], [x2, y2]]: Matrix2) -> Matrix2 {
-    [[-y1 - y2, -y2], [x1 + x2, x2]]
-}
-
 impl CurvedArm {
     /// Its kinematics at the posture.
     pub fn kinematics(&self) -> Kinematics {
@@ -77,7 +67,7 @@ impl CurvedArm {
 
     /// The arm with its hand displaced; nothing where the hand is out of reach, or the elbow straight or folded.
     pub fn displaced(&self, x: [f64; 2]) -> Option<Displaced> {
-        let rest = links(self.link_lengths_m, self.posture_rad);
+        let rest = planar_links(self.link_lengths_m, self.posture_rad);
         let [l1, l2] = self.link_lengths_m;
         let hand = [0, 1].map(|k| rest[0][k] + rest[1][k] + x[k]);
         let cosine = (hand[0] * hand[0] + hand[1] * hand[1] - l1 * l1 - l2 * l2) / (2.0 * l1 * l2);
@@ -92,8 +82,8 @@ impl CurvedArm {
         let here = [upper, [hand[0] - upper[0], hand[1] - upper[1]]];
         let shoulder = (rest[0][0] * upper[1] - rest[0][1] * upper[0]).atan2(rest[0][0] * upper[0] + rest[0][1] * upper[1]);
         let angles = [shoulder, sine.atan2(cosine) - self.posture_rad[1]];
-        let start = jacobian(rest);
-        let j = jacobian(here);
+        let start = planar_jacobian(rest);
+        let j = planar_jacobian(here);
         let area = j[0][0] * j[1][1] - j[0][1] * j[1][0];
         let back = [[j[1][1] / area, -j[0][1] / area], [-j[1][0] / area, j[0][0] / area]];
         let turned = [0, 1].map(|i| [0, 1].map(|k| start[i][0] * back[0][k] + start[i][1] * back[1][k]));

@@ -28,8 +28,7 @@ impl Effect for DeadZone {
         &CARD
     }
 
-    fn inject(&self, parameters: &Parameters, setting: &Setting) -> Result<Injection, EffectError> {
-        require_known(&CARD, parameters)?;
+    fn injection(&self, parameters: &Parameters, setting: &Setting) -> Result<Injection, EffectError> {
         let gap = parameters.number(CARD.name, &HALF_GAP)?;
         let axis = setting.one_axis(&CARD)?;
         let stiffness = Setting::diagonal(&setting.stiffness, axis);

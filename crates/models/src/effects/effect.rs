@@ -11,11 +11,20 @@ pub trait Effect: Send + Sync {
     /// What it is, in words.
     fn card(&self) -> &'static Card;
 
-    /// How a simulation hides it.
+    /// How a simulation hides it, by parameters that its card has.
     ///
     /// # Errors
     /// [`EffectError`] if a parameter is missing or out of bounds, or the setting lacks what the effect needs.
-    fn inject(&self, parameters: &Parameters, setting: &Setting) -> Result<Injection, EffectError>;
+    fn injection(&self, parameters: &Parameters, setting: &Setting) -> Result<Injection, EffectError>;
+
+    /// The same by any parameters.
+    ///
+    /// # Errors
+    /// Those of [`Effect::injection`], and one for a name that the card lacks.
+    fn inject(&self, parameters: &Parameters, setting: &Setting) -> Result<Injection, EffectError> {
+        parameters.require_known(self.card())?;
+        self.injection(parameters, setting)
+    }
 
     /// The forms that a search tries on a recording of this scale; none for effects that are detected in another way.
     fn forms(&self, _scale: &Scale) -> Vec<Form> {

@@ -45,8 +45,7 @@ impl Effect for EndStop {
         &CARD
     }
 
-    fn inject(&self, parameters: &Parameters, setting: &Setting) -> Result<Injection, EffectError> {
-        require_known(&CARD, parameters)?;
+    fn injection(&self, parameters: &Parameters, setting: &Setting) -> Result<Injection, EffectError> {
         let [position, stiffness, damping] = [&POSITION, &STIFFNESS, &DAMPING].map(|card| parameters.number(CARD.name, card));
         let axis = setting.one_axis(&CARD)?;
         let position = position?;

@@ -26,55 +26,20 @@ const DEAD: f64 = 0.25;
 /// A mass on a spring and damper, carried by one axis.
 pub struct ExtraResonance;
 
-/// The force with which the carried mass pulls.
-struct Carried {
-    axis: usize,
-    mass: f64,
-    omega: f64,
-    damping_ratio: f64,
-}
-
-impl ForceLaw for Carried {
-    fn states(&self) -> usize {
-        2
-    }
-
-    fn evaluate(&self, motion: &Motion<'_>, states: &[f64], force: &mut [f64], rates: &mut [f64]) {
-        let (stretch, speed) = (motion.position[self.axis] - states[0], motion.velocity[self.axis] - states[1]);
-        let acceleration = self.omega * self.omega * stretch + 2.0 * self.damping_ratio * self.omega * speed;
-        force[self.axis] += self.mass * acceleration;
-        rates[0] = states[1];
-        rates[1] = acceleration;
-    }
-
-    fn fastest_rate(&self, _motion: &Motion<'_>) -> f64 {
-        self.omega * (1.0 + 2.0 * self.damping_ratio)
-    }
-}
-
-fn carried(s: Complex64, omega: f64, damping_ratio: f64) -> Complex64 {
-    let spring = 2.0 * damping_ratio * omega * s + omega * omega;
-    s * s * spring / (s * s + spring)
-}
-
 impl Effect for ExtraResonance {
     fn card(&self) -> &'static Card {
         &CARD
     }
 
-    fn inject(&self, parameters: &Parameters, setting: &Setting) -> Result<Injection, EffectError> {
-        require_known(&CARD, parameters)?;
+    fn injection(&self, parameters: &Parameters, setting: &Setting) -> Result<Injection, EffectError> {
         let axis = setting.one_axis(&CARD)?;
         let inertia = Setting::diagonal(&setting.mass, axis);
         if inertia <= 0.0 {
             return Err(EffectError::Setting { effect: CARD.name, what: "a plant with inertia on its axis" });
         }
-        Ok(Injection::Force(Box::new(Carried {
-            axis,
-            mass: inertia * parameters.number(CARD.name, &MASS_SHARE)?,
-            omega: TAU * parameters.number(CARD.name, &FREQUENCY)?,
-            damping_ratio: parameters.number(CARD.name, &DAMPING_RATIO)?,
-        })))
+        let number = |card| parameters.number(CARD.name, card);
+        let theta = [inertia * number(&MASS_SHARE)?, number(&FREQUENCY)?, number(&DAMPING_RATIO)?];
+        Ok(Injection::Force(Box::new(on_axis(axis, laws::FlexibleMode, theta))))
     }
 
     fn forms(&self, scale: &Scale) -> Vec<Form> {
@@ -82,8 +47,7 @@ impl Effect for ExtraResonance {
         let mut forms: Vec<Form> = (0..scale.axes())
             .map(|axis| {
                 let inertia = Setting::diagonal(&scale.mass, axis).abs().max(f64::MIN_POSITIVE);
-                let law = move |k: &[f64], c: &[f64]| Carried { axis, mass: c[0], omega: TAU * k[0], damping_ratio: k[1] };
-                Form::new("carried mass", Some(axis), Action::linear(law, vec![Arc::new(|s, k| carried(s, TAU * k[0], k[1]))]))
+                Form::new("carried mass", Some(axis), Action::force(move |k, c| on_axis(axis, laws::FlexibleMode, [c[0], k[0], k[1]])))
                     .knobs(
                         vec![Knob::log(0.8 / unit, 12.5 / unit), Knob::log(0.003, 0.4)],
                         &[&[1.5, 2.2, 3.0, 4.2, 5.5, 7.0, 9.0, 11.0].map(|f| f / unit), &[0.07]],

@@ -62,9 +62,7 @@ pub enum Action {
     Force {
         /// The law; the regressor of coefficient j is the law with the j-th unit vector.
         law: LawMaker,
-        /// The exact operators from the axis' displacement to the force of each coefficient, where the law is linear.
-        exact: Vec<Operator>,
-        /// The best linear approximation of a nonlinear law, where it is known in closed form.
+        /// The best linear approximation of a law that is computed along the motion, where it is known in closed form.
         tangent: Option<Operator>,
     },
     /// Entries of a matrix that follow the schedule, as many coefficients each as there are waves.
@@ -93,14 +91,9 @@ pub enum Action {
 }
 
 impl Action {
-    /// A force without a face in frequency that is known in closed form: a law from knobs and coefficients.
+    /// A force by its law from knobs and coefficients; one that has a [response](ForceLaw::response) is taken from there.
     pub fn force<L: ForceLaw + 'static>(law: impl Fn(&[f64], &[f64]) -> L + Send + Sync + 'static) -> Self {
-        Action::linear(law, Vec::new())
-    }
-
-    /// A linear force with its operators, one a coefficient.
-    pub fn linear<L: ForceLaw + 'static>(law: impl Fn(&[f64], &[f64]) -> L + Send + Sync + 'static, exact: Vec<Operator>) -> Self {
-        Action::Force { law: Arc::new(move |knobs, coefficients| Box::new(law(knobs, coefficients))), exact, tangent: None }
+        Action::Force { law: Arc::new(move |knobs, coefficients| Box::new(law(knobs, coefficients))), tangent: None }
     }
 
     /// A force whose best linear approximation is known.
@@ -108,7 +101,7 @@ impl Action {
         law: impl Fn(&[f64], &[f64]) -> L + Send + Sync + 'static,
         tangent: impl Fn(Complex64, &[f64]) -> Complex64 + Send + Sync + 'static,
     ) -> Self {
-        Action::Force { law: Arc::new(move |knobs, coefficients| Box::new(law(knobs, coefficients))), exact: Vec::new(), tangent: Some(Arc::new(tangent)) }
+        Action::Force { law: Arc::new(move |knobs, coefficients| Box::new(law(knobs, coefficients))), tangent: Some(Arc::new(tangent)) }
     }
 
     /// The force law with these knobs and coefficients; none of what is no force along the motion.

@@ -24,7 +24,7 @@ impl Effect for GeometryError {
         &CARD
     }
 
-    fn inject(&self, parameters: &Parameters, _setting: &Setting) -> Result<Injection, EffectError> {
+    fn injection(&self, parameters: &Parameters, _setting: &Setting) -> Result<Injection, EffectError> {
         replaced(&CARD, parameters)
     }
 }

@@ -26,8 +26,7 @@ impl Effect for Gravity {
         &CARD
     }
 
-    fn inject(&self, parameters: &Parameters, setting: &Setting) -> Result<Injection, EffectError> {
-        require_known(&CARD, parameters)?;
+    fn injection(&self, parameters: &Parameters, setting: &Setting) -> Result<Injection, EffectError> {
         let (torque, direction) = (parameters.number(CARD.name, &TORQUE)?, parameters.number(CARD.name, &DIRECTION)?);
         let axis = setting.one_axis(&CARD)?;
         Ok(Injection::Force(Box::new(Static { axis, force: move |angle: f64| torque * (angle - direction).sin() })))

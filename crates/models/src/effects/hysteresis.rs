@@ -24,33 +24,6 @@ const NARROW: f64 = 0.12;
 /// Hysteresis of one axis.
 pub struct Hysteresis;
 
-/// Bouc-Wen with exponent 1.
-struct BoucWen {
-    axis: usize,
-    stiffness: f64,
-    width: f64,
-    shape: f64,
-}
-
-impl ForceLaw for BoucWen {
-    fn states(&self) -> usize {
-        1
-    }
-
-    fn evaluate(&self, motion: &Motion<'_>, states: &[f64], force: &mut [f64], rates: &mut [f64]) {
-        let (v, z) = (motion.velocity[self.axis], states[0]);
-        force[self.axis] += self.stiffness * z;
-        rates[0] = v - (v.abs() * z + self.shape * v * z.abs()) / self.width;
-        if z.abs() > 1e3 * self.width {
-            rates[0] = -z * v.abs() / self.width;
-        }
-    }
-
-    fn fastest_rate(&self, motion: &Motion<'_>) -> f64 {
-        motion.velocity[self.axis].abs() * (1.0 + self.shape.abs()) / self.width
-    }
-}
-
 /// Parallel springs that slip, with yields spread around one.
 struct Slip {
     axis: usize,
@@ -81,22 +54,17 @@ impl Effect for Hysteresis {
         &CARD
     }
 
-    fn inject(&self, parameters: &Parameters, setting: &Setting) -> Result<Injection, EffectError> {
-        require_known(&CARD, parameters)?;
-        let axis = setting.one_axis(&CARD)?;
-        Ok(Injection::Force(Box::new(BoucWen {
-            axis,
-            stiffness: parameters.number(CARD.name, &STIFFNESS)?,
-            width: 2.0 * parameters.number(CARD.name, &YIELD)?,
-            shape: parameters.number(CARD.name, &SHAPE)?,
-        })))
+    fn injection(&self, parameters: &Parameters, setting: &Setting) -> Result<Injection, EffectError> {
+        let number = |card| parameters.number(CARD.name, card);
+        let theta = [number(&STIFFNESS)?, number(&YIELD)?, number(&SHAPE)?];
+        Ok(Injection::Force(Box::new(on_axis(setting.one_axis(&CARD)?, laws::BoucWen, theta))))
     }
 
     fn forms(&self, scale: &Scale) -> Vec<Form> {
         (0..scale.axes())
             .flat_map(|axis| {
                 let x = scale.position[axis];
-                let loop_of = move |k: &[f64], c: &[f64], shape: f64| BoucWen { axis, stiffness: c[0], width: 2.0 * k[0], shape };
+                let loop_of = move |k: &[f64], c: &[f64], shape: f64| on_axis(axis, laws::BoucWen, [c[0], k[0], shape]);
                 let symmetric = Form::new("Bouc-Wen", Some(axis), Action::force(move |k, c| loop_of(k, c, 1.0)))
                     .knobs(vec![Knob::log(0.02 * x, 0.9 * x)], &[&[0.04, 0.08, 0.15, 0.28, 0.45, 0.7].map(|q| q * x)])
                     .numbers(|k, c| [("stiffness_n_per_m", c[0]), ("yield_m", k[0]), ("shape", 1.0)]);

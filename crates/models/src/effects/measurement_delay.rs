@@ -1,10 +1,10 @@
 //! Latency between channels.
 
 use super::vocabulary::*;
+use crate::blocks::{Block, Delay};
 use std::collections::VecDeque;
 
 const DELAY: ParameterCard = plain("delay_s", "s", -10.0, 10.0, None);
-const CHANNEL: ParameterCard = plain("channel", "", 0.0, 0.0, None);
 const CARD: Card = Card {
     name: "measurement-delay",
     what: "latency of some channels against the others; only the difference can be seen",
@@ -51,8 +51,7 @@ impl Effect for MeasurementDelay {
         &CARD
     }
 
-    fn inject(&self, parameters: &Parameters, setting: &Setting) -> Result<Injection, EffectError> {
-        require_known(&CARD, parameters)?;
+    fn injection(&self, parameters: &Parameters, setting: &Setting) -> Result<Injection, EffectError> {
         let delay = parameters.number(CARD.name, &DELAY)?;
         if delay < 0.0 {
             return Err(EffectError::OutOfBounds { effect: CARD.name, parameter: DELAY.name, value: delay, lo: 0.0, hi: DELAY.bounds.1 });
@@ -63,7 +62,7 @@ impl Effect for MeasurementDelay {
     /// All efforts against all motions; where there are several axes, each channel against all others, too.
     fn forms(&self, scale: &Scale) -> Vec<Form> {
         let unit = scale.time_s;
-        let advance: Operator = Arc::new(|s, k| (s * k[0]).exp());
+        let advance: Operator = Arc::new(|s, k| Delay.response(&[-k[0]], s));
         let of = |axis: Option<usize>, action: Action, (lo, starts): (f64, &[f64]), [late, early]: [String; 2]| {
             let starts: Vec<f64> = starts.iter().map(|ms| ms * 1e-3 * unit).collect();
             let form = Form::new("delay", axis, action).knobs(vec![Knob::linear(lo * unit, 0.03 * unit)], &[&starts]).naming(move |k, _| {

@@ -1,8 +1,21 @@
-//! Forces from outside, given sample by sample.
+//! Forces from outside, which follow time whatever the motion does; as resisting forces they count negative.
 
 use crate::force_law::{ForceLaw, Motion};
 
-/// Samples of a force on some axes at a fixed rate, interpolated in between; as a resisting force it counts negative.
+/// One force of time on some axes.
+pub(super) struct Timed<F: Fn(f64) -> f64 + Send + Sync> {
+    pub axes: Vec<usize>,
+    pub force: F,
+}
+
+impl<F: Fn(f64) -> f64 + Send + Sync> ForceLaw for Timed<F> {
+    fn evaluate(&self, motion: &Motion<'_>, _states: &[f64], force: &mut [f64], _rates: &mut [f64]) {
+        let own = (self.force)(motion.time_s);
+        self.axes.iter().for_each(|axis| force[*axis] -= own);
+    }
+}
+
+/// Samples of a force on some axes at a fixed rate, interpolated in between.
 pub(super) struct Played {
     pub rate_hz: f64,
     /// Axis and its samples.

@@ -19,7 +19,6 @@ const CARD: Card = Card {
 
 /// Another value for the named parameter of the plant.
 pub(super) fn replaced(card: &'static Card, parameters: &Parameters) -> Result<Injection, EffectError> {
-    require_known(card, parameters)?;
     let name = parameters.text("name").ok_or(EffectError::Missing { effect: card.name, parameter: NAME.name })?;
     Ok(Injection::Parameter { name: name.to_owned(), value: parameters.number(card.name, &VALUE)? })
 }
@@ -32,7 +31,7 @@ impl Effect for ParameterError {
         &CARD
     }
 
-    fn inject(&self, parameters: &Parameters, _setting: &Setting) -> Result<Injection, EffectError> {
+    fn injection(&self, parameters: &Parameters, _setting: &Setting) -> Result<Injection, EffectError> {
         replaced(&CARD, parameters)
     }
 

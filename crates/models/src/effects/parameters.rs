@@ -119,13 +119,13 @@ impl Parameters {
             _ => None,
         }
     }
-}
 
-/// Refuses parameters that the effect does not have.
-pub(super) fn require_known(card: &'static Card, parameters: &Parameters) -> Result<(), EffectError> {
-    let known: Vec<String> = card.parameters.iter().map(|p| p.name.to_owned()).collect();
-    match parameters.0.keys().find(|given| !known.iter().any(|k| *given == k || **given == rotational_name(k))) {
-        Some(given) => Err(EffectError::Unknown { effect: card.name, given: given.clone(), known }),
-        None => Ok(()),
+    /// Refuses names that the effect does not have.
+    pub(super) fn require_known(&self, card: &'static Card) -> Result<(), EffectError> {
+        let known: Vec<String> = card.parameters.iter().map(|p| p.name.to_owned()).collect();
+        match self.0.keys().find(|given| !known.iter().any(|k| *given == k || **given == rotational_name(k))) {
+            Some(given) => Err(EffectError::Unknown { effect: card.name, given: given.clone(), known }),
+            None => Ok(()),
+        }
     }
 }

@@ -1,5 +1,6 @@
 //! Tremor, mains, ripple.
 
+use super::outside_force::Timed;
 use super::vocabulary::*;
 use std::f64::consts::TAU;
 
@@ -21,32 +22,14 @@ const CARD: Card = Card {
 /// A sinusoidal force from outside.
 pub struct PeriodicDisturbance;
 
-/// One sine on some axes.
-struct Sine {
-    axes: Vec<usize>,
-    frequency_hz: f64,
-    amplitude: f64,
-}
-
-impl ForceLaw for Sine {
-    fn evaluate(&self, motion: &Motion<'_>, _states: &[f64], force: &mut [f64], _rates: &mut [f64]) {
-        for &axis in &self.axes {
-            force[axis] -= self.amplitude * (TAU * self.frequency_hz * motion.time_s).sin();
-        }
-    }
-}
-
 impl Effect for PeriodicDisturbance {
     fn card(&self) -> &'static Card {
         &CARD
     }
 
-    fn inject(&self, parameters: &Parameters, setting: &Setting) -> Result<Injection, EffectError> {
-        require_known(&CARD, parameters)?;
-        Ok(Injection::Force(Box::new(Sine {
-            axes: setting.sites(),
-            frequency_hz: parameters.number(CARD.name, &FREQUENCY)?,
-            amplitude: parameters.number(CARD.name, &AMPLITUDE)?,
-        })))
+    fn injection(&self, parameters: &Parameters, setting: &Setting) -> Result<Injection, EffectError> {
+        let (frequency_hz, amplitude) = (parameters.number(CARD.name, &FREQUENCY)?, parameters.number(CARD.name, &AMPLITUDE)?);
+        let force = move |time_s: f64| amplitude * (TAU * frequency_hz * time_s).sin();
+        Ok(Injection::Force(Box::new(Timed { axes: setting.sites(), force })))
     }
 }

@@ -55,8 +55,7 @@ impl Effect for PostureStiffness {
         &CARD
     }
 
-    fn inject(&self, parameters: &Parameters, setting: &Setting) -> Result<Injection, EffectError> {
-        require_known(&CARD, parameters)?;
+    fn injection(&self, parameters: &Parameters, setting: &Setting) -> Result<Injection, EffectError> {
         let arm = given_arm(CARD.name, parameters, setting)?;
         let mut slopes = [0.0; 6];
         for (value, card) in slopes.iter_mut().zip(&SLOPES) {

@@ -3,7 +3,6 @@
 use super::vocabulary::*;
 
 const STEP: ParameterCard = plain("step", "", 0.0, 1e6, None);
-const CHANNEL: ParameterCard = plain("channel", "", 0.0, 0.0, None);
 const CARD: Card = Card {
     name: "quantisation",
     what: "a channel that moves in coarse steps",
@@ -34,8 +33,7 @@ impl Effect for Quantisation {
         &CARD
     }
 
-    fn inject(&self, parameters: &Parameters, _setting: &Setting) -> Result<Injection, EffectError> {
-        require_known(&CARD, parameters)?;
+    fn injection(&self, parameters: &Parameters, _setting: &Setting) -> Result<Injection, EffectError> {
         Ok(Injection::Stage(Box::new(Steps(parameters.number(CARD.name, &STEP)?))))
     }
 }

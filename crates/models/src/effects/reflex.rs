@@ -1,19 +1,19 @@
 //! The force law of a stretch reflex.
 
+use super::on_axis::local;
 use super::waves::Waves;
 use crate::force_law::{ForceLaw, Motion};
+use crate::time::Equation;
+use crate::time::laws::{LinearReflex, OneDirectionalReflex};
 use num_complex::Complex64;
-use std::f64::consts::TAU;
 
-/// Delayed feedback through critically damped activation of second order.
+/// The reflex of one axis under a gain.
 pub(super) struct Reflex {
     pub axis: usize,
-    pub delay_s: f64,
-    pub stiffness: f64,
-    pub damping: f64,
-    pub omega: f64,
-    /// 0: both directions; ±1: positive or negative velocity only.
+    /// 0: both directions; ±1: positive or negative velocity only, which leaves the stiffness out.
     pub direction: f64,
+    /// Stiffness, damping, delay and cut-off, as those of [`LinearReflex`].
+    pub theta: [f64; 4],
     pub gain: Gain,
 }
 
@@ -46,30 +46,31 @@ impl ForceLaw for Reflex {
     }
 
     fn delay_s(&self) -> f64 {
-        self.delay_s
+        self.theta[2]
     }
 
     fn evaluate(&self, motion: &Motion<'_>, states: &[f64], force: &mut [f64], rates: &mut [f64]) {
-        let (x, v) = (motion.delayed_position[self.axis], motion.delayed_velocity[self.axis]);
-        let drive = if self.direction == 0.0 { self.stiffness * x + self.damping * v } else { self.damping * self.direction * (self.direction * v).max(0.0) };
-        force[self.axis] += states[0];
-        rates[0] = states[1];
-        rates[1] = self.omega * (self.omega * (self.gain.at(motion) * drive - states[0]) - 2.0 * states[1]);
+        let (at, gain, [stiffness, damping, delay, cutoff]) = (local(motion, self.axis), self.gain.at(motion), self.theta);
+        force[self.axis] += if self.direction == 0.0 {
+            LinearReflex.force(&[gain * stiffness, gain * damping, delay, cutoff], &at, states, rates)
+        } else {
+            OneDirectionalReflex { positive: self.direction > 0.0 }.force(&[gain * damping, delay, cutoff], &at, states, rates)
+        };
     }
 
-    fn fastest_rate(&self, _motion: &Motion<'_>) -> f64 {
-        2.0 * self.omega
+    fn fastest_rate(&self, motion: &Motion<'_>) -> f64 {
+        LinearReflex.fastest_rate(&self.theta, &local(motion, self.axis))
+    }
+
+    fn response(&self, s: Complex64) -> Option<Complex64> {
+        if self.direction == 0.0 && matches!(self.gain, Gain::Constant) { LinearReflex.response(&self.theta, s) } else { None }
     }
 }
 
 /// From displacement to the force of the velocity: half of a Gaussian velocity passes a rectifier (Bussgang).
 pub(super) fn tangent(direction: f64, s: Complex64, knobs: &[f64]) -> Complex64 {
-    if direction == 0.0 { s * activation(s, knobs) } else { 0.5 * s * activation(s, knobs) }
-}
-
-pub(super) fn activation(s: Complex64, knobs: &[f64]) -> Complex64 {
-    let omega = TAU * knobs[1];
-    (-s * knobs[0]).exp() * omega * omega / ((s + omega) * (s + omega))
+    let share = if direction == 0.0 { 1.0 } else { 0.5 };
+    LinearReflex.response(&[0.0, share, knobs[0], knobs[1]], s).unwrap_or_default()
 }
 
 /// A reflex of one axis whose gain follows the schedule, by knobs (delay, cut-off) and coefficients (mean, then those of the waves).
@@ -90,7 +91,7 @@ impl ScheduledReflex {
     /// The force law; where there is no schedule, it has the mean gain.
     pub fn law(&self, knobs: &[f64], coefficients: &[f64]) -> Box<dyn ForceLaw> {
         let gain = Gain::Follows(self.waves, coefficients.to_vec());
-        Box::new(Reflex { axis: self.axis, delay_s: knobs[0], stiffness: 0.0, damping: 1.0, omega: TAU * knobs[1], direction: self.direction, gain })
+        Box::new(Reflex { axis: self.axis, direction: self.direction, theta: [0.0, 1.0, knobs[0], knobs[1]], gain })
     }
 
     /// The best linear approximation of the mean's force, as of a constant reflex; that of a wave about the mean is left to the data.

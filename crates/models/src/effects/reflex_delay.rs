@@ -1,8 +1,7 @@
 //! The stretch reflex.
 
-use super::reflex::{Gain, Reflex, activation, tangent};
+use super::reflex::{Gain, Reflex, tangent};
 use super::vocabulary::*;
-use std::f64::consts::TAU;
 
 pub(super) const DELAY: ParameterCard = plain("delay_s", "s", 0.0, 10.0, None);
 const STIFFNESS: ParameterCard = mechanical("stiffness_n_per_m", ("N/m", "N m/rad"), -1e9, 1e9, Some(0.0));
@@ -52,36 +51,23 @@ impl Effect for ReflexDelay {
         &CARD
     }
 
-    fn inject(&self, parameters: &Parameters, setting: &Setting) -> Result<Injection, EffectError> {
-        require_known(&CARD, parameters)?;
-        Ok(Injection::Force(Box::new(Reflex {
-            axis: setting.one_axis(&CARD)?,
-            delay_s: parameters.number(CARD.name, &DELAY)?,
-            stiffness: parameters.number(CARD.name, &STIFFNESS)?,
-            damping: parameters.number(CARD.name, &DAMPING)?,
-            omega: TAU * parameters.number(CARD.name, &CUTOFF)?,
-            direction: parameters.number(CARD.name, &ONE_DIRECTIONAL)?,
-            gain: Gain::Constant,
-        })))
+    fn injection(&self, parameters: &Parameters, setting: &Setting) -> Result<Injection, EffectError> {
+        let number = |card| parameters.number(CARD.name, card);
+        let theta = [number(&STIFFNESS)?, number(&DAMPING)?, number(&DELAY)?, number(&CUTOFF)?];
+        Ok(Injection::Force(Box::new(Reflex { axis: setting.one_axis(&CARD)?, direction: number(&ONE_DIRECTIONAL)?, theta, gain: Gain::Constant })))
     }
 
     fn forms(&self, scale: &Scale) -> Vec<Form> {
         // Beside a gain that may follow a schedule stands the constant one, which does not pay for a position that plays no part.
         let alone = scale.closed_schedule.map(|_| (0.0, "velocity in both directions"));
         let of_velocity = [(1.0, "positive velocity only"), (-1.0, "negative velocity only")].into_iter().chain(alone);
-        let law = |axis: usize, k: &[f64], [stiffness, damping]: [f64; 2], direction: f64| Reflex {
-            axis,
-            delay_s: k[0],
-            stiffness,
-            damping,
-            omega: TAU * k[1],
-            direction,
-            gain: Gain::Constant,
+        let law = |axis, k: &[f64], [stiffness, damping]: [f64; 2], direction| {
+            let theta = [stiffness, damping, k[0], k[1]];
+            Reflex { axis, direction, theta, gain: Gain::Constant }
         };
         (0..scale.axes())
             .flat_map(|axis| {
-                let exact: Vec<Operator> = vec![Arc::new(activation), Arc::new(|s, k| s * activation(s, k))];
-                let both = Form::new("both directions", Some(axis), Action::linear(move |k, c| law(axis, k, [c[0], c[1]], 0.0), exact))
+                let both = Form::new("both directions", Some(axis), Action::force(move |k, c| law(axis, k, [c[0], c[1]], 0.0)))
                     .coefficients(vec![Sign::Positive, Sign::Positive])
                     .naming(|k, c| named(k, c[0], c[1], false));
                 let velocity = of_velocity.clone().map(move |(direction, label)| {

@@ -31,7 +31,6 @@ impl ForceLaw for ByClock {
 
 /// A force that a simulation hides.
 pub(super) fn inject(card: &'static Card, matrix: Matrix, parameters: &Parameters, setting: &Setting) -> Result<Injection, EffectError> {
-    require_known(card, parameters)?;
     let turn = TAU / parameters.number(card.name, &CYCLE)?;
     let swing = parameters.number(card.name, &card.parameters[0])?;
     Ok(Injection::Force(Box::new(ByClock { matrix, turn, swing, axes: setting.sites() })))

@@ -32,8 +32,7 @@ impl Effect for SensorMisalignment {
         &CARD
     }
 
-    fn inject(&self, parameters: &Parameters, setting: &Setting) -> Result<Injection, EffectError> {
-        require_known(&CARD, parameters)?;
+    fn injection(&self, parameters: &Parameters, setting: &Setting) -> Result<Injection, EffectError> {
         if let Some(matrix) = parameters.matrix("matrix") {
             return Ok(Injection::Mixing(matrix.to_vec()));
         }

@@ -4,7 +4,6 @@ use super::drift::{SETTLING_RATE, course, wander};
 use super::vocabulary::*;
 
 const RATE: ParameterCard = plain("rate_per_s", "1/s", -1e6, 1e6, None);
-const CHANNEL: ParameterCard = plain("channel", "", 0.0, 0.0, None);
 const CARD: Card = Card {
     name: "sensor-offset-drift",
     what: "the zero of a channel wanders",
@@ -42,8 +41,7 @@ impl Effect for SensorOffsetDrift {
         &CARD
     }
 
-    fn inject(&self, parameters: &Parameters, setting: &Setting) -> Result<Injection, EffectError> {
-        require_known(&CARD, parameters)?;
+    fn injection(&self, parameters: &Parameters, setting: &Setting) -> Result<Injection, EffectError> {
         let (rate, settling_per_s) = (parameters.number(CARD.name, &RATE)?, parameters.number(CARD.name, &SETTLING_RATE)?);
         let (middle_s, step_s) = (0.5 * setting.duration_s, 1.0 / setting.sample_rate_hz);
         Ok(Injection::Stage(Box::new(Wander { rate, settling_per_s, middle_s, step_s, samples: 0 })))

@@ -3,7 +3,6 @@
 use super::vocabulary::*;
 
 const FACTOR: ParameterCard = plain("factor", "", -1e6, 1e6, None);
-const CHANNEL: ParameterCard = plain("channel", "", 0.0, 0.0, None);
 const CARD: Card = Card {
     name: "sensor-scale",
     what: "a wrong gain or unit of a channel",
@@ -34,8 +33,7 @@ impl Effect for SensorScale {
         &CARD
     }
 
-    fn inject(&self, parameters: &Parameters, _setting: &Setting) -> Result<Injection, EffectError> {
-        require_known(&CARD, parameters)?;
+    fn injection(&self, parameters: &Parameters, _setting: &Setting) -> Result<Injection, EffectError> {
         Ok(Injection::Stage(Box::new(Gain(parameters.number(CARD.name, &FACTOR)?))))
     }
 

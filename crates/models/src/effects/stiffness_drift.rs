@@ -25,8 +25,7 @@ impl Effect for StiffnessDrift {
         &CARD
     }
 
-    fn inject(&self, parameters: &Parameters, setting: &Setting) -> Result<Injection, EffectError> {
-        require_known(&CARD, parameters)?;
+    fn injection(&self, parameters: &Parameters, setting: &Setting) -> Result<Injection, EffectError> {
         let fraction = parameters.number(CARD.name, &FRACTION)?;
         let stiffness = match setting.axis {
             Some(axis) => single(setting.axes, axis, fraction * Setting::diagonal(&setting.stiffness, axis)),

@@ -1,6 +1,8 @@
 //! A knock or a voluntary reaction.
 
+use super::outside_force::Timed;
 use super::vocabulary::*;
+use std::f64::consts::PI;
 
 const TIME: ParameterCard = plain("time_s", "s", 0.0, 1e6, None);
 const IMPULSE: ParameterCard = mechanical("impulse_n_s", ("N s", "N m s"), -1e6, 1e6, None);
@@ -21,38 +23,18 @@ const CARD: Card = Card {
 /// A short pulse of force.
 pub struct TransientDisturbance;
 
-/// A raised cosine pulse on some axes.
-struct Pulse {
-    axes: Vec<usize>,
-    start_s: f64,
-    duration_s: f64,
-    impulse: f64,
-}
-
-impl ForceLaw for Pulse {
-    fn evaluate(&self, motion: &Motion<'_>, _states: &[f64], force: &mut [f64], _rates: &mut [f64]) {
-        let phase = (motion.time_s - self.start_s) / self.duration_s;
-        if (0.0..1.0).contains(&phase) {
-            let pulse = 2.0 * self.impulse / self.duration_s * (std::f64::consts::PI * phase).sin().powi(2);
-            for &axis in &self.axes {
-                force[axis] -= pulse;
-            }
-        }
-    }
-}
-
 impl Effect for TransientDisturbance {
     fn card(&self) -> &'static Card {
         &CARD
     }
 
-    fn inject(&self, parameters: &Parameters, setting: &Setting) -> Result<Injection, EffectError> {
-        require_known(&CARD, parameters)?;
-        Ok(Injection::Force(Box::new(Pulse {
-            axes: setting.sites(),
-            start_s: parameters.number(CARD.name, &TIME)?,
-            duration_s: parameters.number(CARD.name, &DURATION)?,
-            impulse: parameters.number(CARD.name, &IMPULSE)?,
-        })))
+    fn injection(&self, parameters: &Parameters, setting: &Setting) -> Result<Injection, EffectError> {
+        let number = |card| parameters.number(CARD.name, card);
+        let (start_s, duration_s, impulse) = (number(&TIME)?, number(&DURATION)?, number(&IMPULSE)?);
+        let force = move |time_s: f64| {
+            let phase = (time_s - start_s) / duration_s;
+            if (0.0..1.0).contains(&phase) { 2.0 * impulse / duration_s * (PI * phase).sin().powi(2) } else { 0.0 }
+        };
+        Ok(Injection::Force(Box::new(Timed { axes: setting.sites(), force })))
     }
 }

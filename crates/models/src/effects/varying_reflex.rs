@@ -43,16 +43,12 @@ impl Effect for VaryingReflex {
         &CARD
     }
 
-    fn inject(&self, parameters: &Parameters, setting: &Setting) -> Result<Injection, EffectError> {
-        require_known(&CARD, parameters)?;
+    fn injection(&self, parameters: &Parameters, setting: &Setting) -> Result<Injection, EffectError> {
         let number = |card: &ParameterCard| parameters.number(CARD.name, card);
         Ok(Injection::Force(Box::new(Reflex {
             axis: setting.one_axis(&CARD)?,
-            delay_s: number(&DELAY)?,
-            stiffness: 0.0,
-            damping: number(&DAMPING)?,
-            omega: TAU * number(&CUTOFF)?,
             direction: number(&ONE_DIRECTIONAL)?,
+            theta: [0.0, number(&DAMPING)?, number(&DELAY)?, number(&CUTOFF)?],
             gain: Gain::ByClock { depth: number(&DEPTH)?, turn: TAU / number(&CYCLE)? },
         })))
     }

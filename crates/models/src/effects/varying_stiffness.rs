@@ -25,7 +25,7 @@ impl Effect for VaryingStiffness {
         &CARD
     }
 
-    fn inject(&self, parameters: &Parameters, setting: &Setting) -> Result<Injection, EffectError> {
+    fn injection(&self, parameters: &Parameters, setting: &Setting) -> Result<Injection, EffectError> {
         inject(&CARD, Matrix::Stiffness, parameters, setting)
     }
 

@@ -1,8 +1,10 @@
 //! Relaxation.
 
+use super::on_axis::OnAxis;
 use super::vocabulary::*;
+use crate::blocks::{Block, Fractional};
 use num_complex::Complex64;
-use std::f64::consts::PI;
+use std::f64::consts::{LN_2, PI};
 
 const MODULUS: ParameterCard = mechanical("modulus_n_per_m", ("N/m", "N m/rad"), 0.0, 1e12, Some(0.0));
 const TIME: ParameterCard = plain("time_s", "s", 1e-9, 1e6, Some(0.1));
@@ -24,11 +26,11 @@ const CARD: Card = Card {
 /// Relaxation of one axis.
 pub struct Viscoelastic;
 
-/// Parallel Maxwell elements: a spring and a damper in series each.
-pub(super) struct Maxwell {
-    pub axis: usize,
-    /// Stiffness and relaxation time of each.
-    pub elements: Vec<(f64, f64)>,
+/// Maxwell elements side by side, as (modulus, time) each.
+struct Maxwell {
+    elements: Vec<OnAxis<laws::Relaxation, 2>>,
+    /// Coefficient and order of the fractional derivative that they stand for.
+    power: Option<[f64; 2]>,
 }
 
 impl ForceLaw for Maxwell {
@@ -37,32 +39,33 @@ impl ForceLaw for Maxwell {
     }
 
     fn evaluate(&self, motion: &Motion<'_>, states: &[f64], force: &mut [f64], rates: &mut [f64]) {
-        for (k, (&(stiffness, time), &damper)) in self.elements.iter().zip(states).enumerate() {
-            let stretch = motion.position[self.axis] - damper;
-            force[self.axis] += stiffness * stretch;
-            rates[k] = stretch / time;
-        }
+        let places = states.chunks_exact(1).zip(rates.chunks_exact_mut(1));
+        self.elements.iter().zip(places).for_each(|(element, (state, rate))| element.evaluate(motion, state, force, rate));
     }
 
-    fn fastest_rate(&self, _motion: &Motion<'_>) -> f64 {
-        self.elements.iter().map(|e| 1.0 / e.1).fold(0.0, f64::max)
+    fn fastest_rate(&self, motion: &Motion<'_>) -> f64 {
+        self.elements.iter().map(|element| element.fastest_rate(motion)).fold(0.0, f64::max)
     }
+
+    fn response(&self, s: Complex64) -> Option<Complex64> {
+        self.power.map_or_else(|| self.elements.iter().map(|element| element.response(s)).sum(), |theta| Some(Fractional.response(&theta, s)))
+    }
+}
+
+fn maxwell<const N: usize>(axis: usize, elements: [[f64; 2]; N]) -> Maxwell {
+    Maxwell { elements: elements.map(|theta| on_axis(axis, laws::Relaxation, theta)).to_vec(), power: None }
 }
 
 /// The fractional derivative s^order as Maxwell elements with times spaced by a factor of 2, from 5e-4 to 1e3 units of time.
 ///
 /// s^a = (sin a π / π) ∫ s τ / (1 + s τ) τ^(-a-1) dτ; the sum over a logarithmic grid is within 0.4 % for a step of 2.
-pub(super) fn fractional(axis: usize, coefficient: f64, order: f64, time_s: f64) -> Maxwell {
-    let step = std::f64::consts::LN_2;
-    let weight = |time: f64| coefficient * (order * PI).sin() / PI * step * time.powf(-order);
-    let mut elements: Vec<(f64, f64)> = (-11..=10).map(|k| time_s * 2f64.powi(k)).map(|time| (weight(time), time)).collect();
+fn fractional(axis: usize, coefficient: f64, order: f64, time_s: f64) -> Maxwell {
+    let weight = |time: f64| coefficient * (order * PI).sin() / PI * LN_2 * time.powf(-order);
+    let relaxing = (-11..=10).map(|k| time_s * 2f64.powi(k)).map(|time| [weight(time), time]);
     // All longer times together: a geometric series of springs that do not relax any more.
-    elements.push((weight(time_s * 2f64.powi(11)) / (1.0 - 2f64.powf(-order)), f64::INFINITY));
-    Maxwell { axis, elements }
-}
-
-fn relax(s: Complex64, time: f64) -> Complex64 {
-    s * time / (1.0 + s * time)
+    let spring = [weight(time_s * 2f64.powi(11)) / (1.0 - 2f64.powf(-order)), f64::INFINITY];
+    let elements = relaxing.chain([spring]).map(|theta| on_axis(axis, laws::Relaxation, theta)).collect();
+    Maxwell { elements, power: Some([coefficient, order]) }
 }
 
 impl Effect for Viscoelastic {
@@ -70,10 +73,9 @@ impl Effect for Viscoelastic {
         &CARD
     }
 
-    fn inject(&self, parameters: &Parameters, setting: &Setting) -> Result<Injection, EffectError> {
-        require_known(&CARD, parameters)?;
+    fn injection(&self, parameters: &Parameters, setting: &Setting) -> Result<Injection, EffectError> {
         let axis = setting.one_axis(&CARD)?;
-        let mut law = Maxwell { axis, elements: vec![(parameters.number(CARD.name, &MODULUS)?, parameters.number(CARD.name, &TIME)?)] };
+        let mut law = maxwell(axis, [[parameters.number(CARD.name, &MODULUS)?, parameters.number(CARD.name, &TIME)?]]);
         let coefficient = parameters.number(CARD.name, &COEFFICIENT)?;
         if coefficient > 0.0 {
             law.elements.extend(fractional(axis, coefficient, parameters.number(CARD.name, &ORDER)?, 1.0).elements);
@@ -87,15 +89,12 @@ impl Effect for Viscoelastic {
         let knob = Knob { telling: true, ..Knob::log(0.02 * unit, 1.5 * unit) };
         (0..scale.axes())
             .flat_map(|axis| {
-                let maxwell = move |elements: Vec<(f64, f64)>| Maxwell { axis, elements };
-                let fast: Operator = Arc::new(|s, k| relax(s, k[0]));
-                let one = Action::linear(move |k, c| maxwell(vec![(c[0], k[0])]), vec![fast.clone()]);
-                let solid = Form::new("standard linear solid", Some(axis), one)
+                let solid = Form::new("standard linear solid", Some(axis), Action::force(move |k, c| maxwell(axis, [[c[0], k[0]]])))
                     .knobs(vec![knob], &[&times])
                     .coefficients(vec![Sign::Positive])
                     .numbers(|k, c| [("modulus_n_per_m", c[0]), ("time_s", k[0])]);
-                let both = vec![fast, Arc::new(|s: Complex64, k: &[f64]| relax(s, 7.0 * k[0]))];
-                let two = Form::new("two relaxation times", Some(axis), Action::linear(move |k, c| maxwell(vec![(c[0], k[0]), (c[1], 7.0 * k[0])]), both))
+                let both = Action::force(move |k, c| maxwell(axis, [[c[0], k[0]], [c[1], 7.0 * k[0]]]));
+                let two = Form::new("two relaxation times", Some(axis), both)
                     .knobs(vec![knob], &[&times[..3]])
                     .coefficients(vec![Sign::Positive, Sign::Positive])
                     .numbers(|k, c| {
@@ -103,8 +102,7 @@ impl Effect for Viscoelastic {
                         [("modulus_n_per_m", c[0] + c[1]), ("time_s", time)]
                     })
                     .floor(0.1, 0.0);
-                let power: Operator = Arc::new(|s, k| if s.norm() > 0.0 { (s.ln() * k[0]).exp() } else { Complex64::ZERO });
-                let fraction = Form::new("fractional", Some(axis), Action::linear(move |k, c| fractional(axis, c[0], k[0], unit), vec![power]))
+                let fraction = Form::new("fractional", Some(axis), Action::force(move |k, c| fractional(axis, c[0], k[0], unit)))
                     .knobs(vec![Knob::linear(0.05, 0.85)], &[&[0.15, 0.35, 0.6]])
                     .coefficients(vec![Sign::Positive])
                     .numbers(|k, c| [("coefficient", c[0]), ("order", k[0])])

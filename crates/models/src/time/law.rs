@@ -42,6 +42,8 @@ pub trait Equation: Send + Sync {
     const STATES: usize = 0;
     /// Which parameter is a delay, if one is.
     const DELAY: Option<usize> = None;
+    /// Whether f jumps with the motion: samples of it then stand for more than what a band holds.
+    const JUMPS: bool = false;
 
     /// Parameters; names and units of a rotation where `rotational`.
     fn parameters(&self, rotational: bool) -> Vec<BlockParameter>;
@@ -51,6 +53,11 @@ pub trait Equation: Send + Sync {
 
     /// States that jump: what z becomes at the end of a step (slip, play).
     fn settle<R: Real>(&self, _theta: &[R], _position: R, _states: &mut [R]) {}
+
+    /// An upper bound of |∂g/∂z| at this motion (1/s), from which an integrator takes its step; 0 without fast hidden states.
+    fn fastest_rate(&self, _theta: &[f64], _at: &Local<f64>) -> f64 {
+        0.0
+    }
 
     /// f/x of a linear law in frequency.
     fn response(&self, _theta: &[f64], _s: Complex64) -> Option<Complex64> {

@@ -9,10 +9,10 @@ use crate::figures::{self, Ellipse, FigureError, capitalised};
 use crate::number::significant;
 use crate::plot::{Color, Dash};
 use crate::{Align, Report, Section, Table, parameter_table};
-use ndarray::Array2;
 use ndof_analysis::fit::result::FitResult;
 use ndof_analysis::result::word;
 use ndof_analysis::{ComparedParameter, Estimated, Fitted, MeasuredResponse};
+use ndof_linear::cholesky_in_place;
 use statrs::distribution::{ContinuousCDF, Normal};
 
 /// The page of `ndof fit`.
@@ -168,8 +168,10 @@ fn draws(fitted: &Fitted) -> Vec<[[f64; 2]; 2]> {
     used.sort_unstable();
     used.dedup();
     let n = used.len();
-    let covariance = Array2::from_shape_fn((n, n), |(i, j)| fitted.fit.covariance[[used[i], used[j]]]);
-    let Some(root) = cholesky(&covariance) else { return Vec::new() };
+    let mut root: Vec<f64> = (0..n * n).map(|e| fitted.fit.covariance[[used[e / n], used[e % n]]]).collect();
+    if !cholesky_in_place(&mut root, n) {
+        return Vec::new();
+    }
     let Ok(normal) = Normal::new(0.0, 1.0) else { return Vec::new() };
     let golden = (0..64).fold(2.0_f64, |g, _| (1.0 + g).powf(1.0 / (n as f64 + 1.0)));
     (1..=DRAWS)
@@ -177,40 +179,9 @@ fn draws(fitted: &Fitted) -> Vec<[[f64; 2]; 2]> {
             let even: Vec<f64> = (1..=n).map(|d| normal.inverse_cdf((0.5 + k as f64 * golden.powi(-(d as i32))).fract().clamp(1e-9, 1.0 - 1e-9))).collect();
             let value = |index: usize| {
                 let i = used.iter().position(|u| *u == index).unwrap_or(0);
-                fitted.fit.theta[index] + (0..=i).map(|j| root[[i, j]] * even[j]).sum::<f64>()
+                fitted.fit.theta[index] + (0..=i).map(|j| root[i * n + j] * even[j]).sum::<f64>()
             };
             [[value(xx), value(xy)], [value(yx), value(yy)]]
         })
         .collect()
-}
-
-/// The lower triangular root of a covariance, if it has one.
-fn cholesky(matrix: &Array2<f64>) -> Option<Array2<f64>> {
-    let n = matrix.nrows();
-    let mut root = Array2::zeros((n, n));
-    for i in 0..n {
-        for j in 0..=i {
-            let rest: f64 = matrix[[i, j]] - (0..j).map(|k| root[[i, k]] * root[[j, k]]).sum::<f64>();
-            root[[i, j]] = if i == j { rest.sqrt() } else { rest / root[[j, j]] };
-            if !root[[i, j]].is_finite() || (i == j && rest <= 0.0) {
-                return None;
-            }
-        }
-    }
-    Some(root)
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use ndarray::array;
-
-    #[test]
-    fn the_root_of_a_covariance_squares_to_it() {
-        let covariance = array![[4.0, 2.0, 0.4], [2.0, 5.0, 1.0], [0.4, 1.0, 3.0]];
-        let root = cholesky(&covariance).expect("positive definite");
-        assert!((root.dot(&root.t()) - &covariance).iter().all(|e: &f64| e.abs() < 1e-14));
-        assert_eq!(cholesky(&array![[1.0, 2.0], [2.0, 1.0]]), None);
-        assert_eq!(cholesky(&array![[f64::INFINITY]]), None);
-    }
 }

@@ -12,8 +12,7 @@ impl Equation for AsymmetricStiffness {
     const SOURCE: &'static str = "Nayfeh & Mook 1979, Nonlinear oscillations, ch. 2";
 
     fn parameters(&self, rotational: bool) -> Vec<BlockParameter> {
-        let (name, unit) = mechanical(rotational, "k2", 2);
-        vec![BlockParameter::new(name, unit, (-1e12, 1e12), &[0.0, 1e3])]
+        vec![force(rotational, "k2", 2, (-1e12, 1e12), &[0.0, 1e3])]
     }
 
     fn force<R: Real>(&self, theta: &[R], at: &Local<R>, _states: &[R], _rates: &mut [R]) -> R {

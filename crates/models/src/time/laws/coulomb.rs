@@ -13,10 +13,10 @@ impl Equation for Coulomb {
     const NAME: &'static str = "coulomb-friction";
     const EQUATION: &'static str = "f = F_c tanh(v / v_t)";
     const SOURCE: &'static str = "Armstrong-Hélouvry, Dupont & Canudas de Wit 1994, A survey of models for the control of machines with friction";
+    const JUMPS: bool = true;
 
     fn parameters(&self, rotational: bool) -> Vec<BlockParameter> {
-        let (name, unit) = mechanical(rotational, "coulomb", 0);
-        vec![BlockParameter::new(name, unit, (0.0, 1e6), &[0.5])]
+        vec![force(rotational, "coulomb", 0, (0.0, 1e6), &[0.5])]
     }
 
     fn force<R: Real>(&self, theta: &[R], at: &Local<R>, _states: &[R], _rates: &mut [R]) -> R {

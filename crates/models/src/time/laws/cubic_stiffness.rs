@@ -12,8 +12,7 @@ impl Equation for CubicStiffness {
     const SOURCE: &'static str = "Duffing 1918, Erzwungene Schwingungen bei veränderlicher Eigenfrequenz";
 
     fn parameters(&self, rotational: bool) -> Vec<BlockParameter> {
-        let (name, unit) = mechanical(rotational, "k3", 3);
-        vec![BlockParameter::new(name, unit, (-1e12, 1e12), &[0.0, 1e5])]
+        vec![force(rotational, "k3", 3, (-1e12, 1e12), &[0.0, 1e5])]
     }
 
     fn force<R: Real>(&self, theta: &[R], at: &Local<R>, _states: &[R], _rates: &mut [R]) -> R {

@@ -12,8 +12,7 @@ impl Equation for DeadZone {
     const SOURCE: &'static str = "Nordin & Gutman 2002, Controlling mechanical systems with backlash: a survey";
 
     fn parameters(&self, rotational: bool) -> Vec<BlockParameter> {
-        let ((stiffness, unit), (gap, metre)) = (mechanical(rotational, "beyond", 1), length(rotational, "half_gap"));
-        vec![BlockParameter::new(stiffness, unit, (0.0, 1e7), &[150.0]), BlockParameter::new(gap, metre, (1e-6, 1e3), &[2e-3])]
+        vec![force(rotational, "beyond", 1, (0.0, 1e7), &[150.0]), length(rotational, "half_gap", (1e-6, 1e3), &[2e-3])]
     }
 
     fn force<R: Real>(&self, theta: &[R], at: &Local<R>, _states: &[R], _rates: &mut [R]) -> R {

@@ -15,8 +15,7 @@ impl Equation for EndStop {
     const SOURCE: &'static str = "Shaw & Holmes 1983, A periodically forced piecewise linear oscillator";
 
     fn parameters(&self, rotational: bool) -> Vec<BlockParameter> {
-        let ((stiffness, unit), (place, metre)) = (mechanical(rotational, "wall", 1), length(rotational, "position"));
-        vec![BlockParameter::new(stiffness, unit, (0.0, 1e7), &[500.0]), BlockParameter::new(place, metre, (-1e3, 1e3), &[5e-3])]
+        vec![force(rotational, "wall", 1, (0.0, 1e7), &[500.0]), length(rotational, "position", (-1e3, 1e3), &[5e-3])]
     }
 
     fn force<R: Real>(&self, theta: &[R], at: &Local<R>, _states: &[R], _rates: &mut [R]) -> R {

@@ -1,6 +1,7 @@
 //! A mass that hangs on.
 
 use super::vocabulary::*;
+use crate::blocks;
 
 /// A mass m on a spring and damper, carried by the axis: a flexible mode of frequency f and damping ratio ζ.
 #[derive(Clone, Copy, Debug)]
@@ -13,12 +14,7 @@ impl Equation for FlexibleMode {
     const STATES: usize = 2;
 
     fn parameters(&self, rotational: bool) -> Vec<BlockParameter> {
-        let unit = if rotational { "N m s^2/rad" } else { "N s^2/m" };
-        vec![
-            BlockParameter::new("carried_mass", unit, (0.0, 1e6), &[0.3]),
-            BlockParameter::new("frequency_hz", "Hz", (0.05, 1e3), &[4.0, 8.0]),
-            BlockParameter::new("damping_ratio", "1", (0.0, 2.0), &[0.05]),
-        ]
+        blocks::FlexibleMode.parameters(rotational)
     }
 
     fn force<R: Real>(&self, theta: &[R], at: &Local<R>, states: &[R], rates: &mut [R]) -> R {
@@ -29,9 +25,11 @@ impl Equation for FlexibleMode {
         theta[0] * acceleration
     }
 
+    fn fastest_rate(&self, theta: &[f64], _at: &Local<f64>) -> f64 {
+        TAU * theta[1] * (1.0 + 2.0 * theta[2])
+    }
+
     fn response(&self, theta: &[f64], s: Complex64) -> Option<Complex64> {
-        let omega = TAU * theta[1];
-        let spring = 2.0 * theta[2] * omega * s + omega * omega;
-        Some(theta[0] * s * s * spring / (s * s + spring))
+        Some(blocks::FlexibleMode.response(theta, s))
     }
 }

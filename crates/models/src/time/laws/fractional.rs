@@ -127,7 +127,7 @@ impl Law for FractionalDamping {
     }
 
     fn response(&self, theta: &[f64], s: Complex64) -> Option<Complex64> {
-        Some(Fractional.evaluate(theta, s, &mut [Complex64::default(); 2]))
+        Some(Fractional.response(theta, s))
     }
 }
 

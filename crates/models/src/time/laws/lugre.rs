@@ -13,13 +13,11 @@ impl Equation for LuGre {
     const STATES: usize = 1;
 
     fn parameters(&self, rotational: bool) -> Vec<BlockParameter> {
-        let ((bristle, stiff), (level, unit)) = (mechanical(rotational, "bristle", 1), mechanical(rotational, "coulomb", 0));
-        let ((excess, _), (speed, per_s)) = (mechanical(rotational, "excess", 0), speed(rotational, "stribeck"));
         vec![
-            BlockParameter::new(bristle, stiff, (1e-3, 1e7), &[1000.0]),
-            BlockParameter::new(level, unit.clone(), (1e-6, 1e6), &[0.5]),
-            BlockParameter::new(excess, unit, (0.0, 1e6), &[0.3]),
-            BlockParameter::new(speed, per_s, (1e-6, 1e3), &[0.03]),
+            force(rotational, "bristle", 1, (1e-3, 1e7), &[1000.0]),
+            force(rotational, "coulomb", 0, (1e-6, 1e6), &[0.5]),
+            force(rotational, "excess", 0, (0.0, 1e6), &[0.3]),
+            speed(rotational, "stribeck", (1e-6, 1e3), &[0.03]),
         ]
     }
 
@@ -28,5 +26,9 @@ impl Equation for LuGre {
         let level = theta[1] + theta[2] * (-(ratio * ratio)).exp();
         rates[0] = at.velocity - theta[0] * at.velocity.abs() * states[0] / level;
         theta[0] * states[0]
+    }
+
+    fn fastest_rate(&self, theta: &[f64], at: &Local<f64>) -> f64 {
+        theta[0] * at.velocity.abs() / (theta[1] + theta[2] * (-(at.velocity / theta[3]).powi(2)).exp())
     }
 }

@@ -19,8 +19,7 @@ impl Equation for MaxwellSlip {
     const STATES: usize = 3;
 
     fn parameters(&self, rotational: bool) -> Vec<BlockParameter> {
-        let ((stiffness, unit), (width, metre)) = (mechanical(rotational, "loop", 1), length(rotational, "yield"));
-        vec![BlockParameter::new(stiffness, unit, (0.0, 1e7), &[150.0]), BlockParameter::new(width, metre, (1e-6, 1e3), &[2e-3])]
+        vec![force(rotational, "loop", 1, (0.0, 1e7), &[150.0]), length(rotational, "yield", (1e-6, 1e3), &[2e-3])]
     }
 
     fn force<R: Real>(&self, theta: &[R], at: &Local<R>, states: &[R], rates: &mut [R]) -> R {

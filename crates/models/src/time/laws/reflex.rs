@@ -22,8 +22,12 @@ impl Equation for LinearReflex {
         muscle(theta[0] * at.delayed_position + theta[1] * at.delayed_velocity, theta[3], states, rates)
     }
 
+    fn fastest_rate(&self, theta: &[f64], _at: &Local<f64>) -> f64 {
+        2.0 * TAU * theta[3]
+    }
+
     fn response(&self, theta: &[f64], s: Complex64) -> Option<Complex64> {
-        Some(Reflex.evaluate(theta, s, &mut [Complex64::default(); 4]))
+        Some(Reflex.response(theta, s))
     }
 }
 
@@ -49,6 +53,10 @@ impl Equation for OneDirectionalReflex {
         let side = if self.positive { 1.0 } else { -1.0 };
         let drive = at.delayed_velocity.times(side).max(R::of(0.0)).times(side);
         muscle(theta[0] * drive, theta[2], states, rates)
+    }
+
+    fn fastest_rate(&self, theta: &[f64], _at: &Local<f64>) -> f64 {
+        2.0 * TAU * theta[2]
     }
 }
 

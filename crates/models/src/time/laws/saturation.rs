@@ -12,8 +12,7 @@ impl Equation for Saturation {
     const SOURCE: &'static str = "Khalil 2002, Nonlinear systems, ch. 1";
 
     fn parameters(&self, rotational: bool) -> Vec<BlockParameter> {
-        let (name, unit) = mechanical(rotational, "level", 0);
-        vec![BlockParameter::new(name, unit, (1e-9, 1e9), &[5.0])]
+        vec![force(rotational, "level", 0, (1e-9, 1e9), &[5.0])]
     }
 
     fn force<R: Real>(&self, theta: &[R], at: &Local<R>, _states: &[R], _rates: &mut [R]) -> R {

@@ -13,8 +13,7 @@ impl Equation for ShortRangeStiffness {
     const STATES: usize = 1;
 
     fn parameters(&self, rotational: bool) -> Vec<BlockParameter> {
-        let ((stiffness, unit), (range, metre)) = (mechanical(rotational, "short_range", 1), length(rotational, "range"));
-        vec![BlockParameter::new(stiffness, unit, (0.0, 1e7), &[150.0]), BlockParameter::new(range, metre, (1e-6, 1e3), &[2e-3])]
+        vec![force(rotational, "short_range", 1, (0.0, 1e7), &[150.0]), length(rotational, "range", (1e-6, 1e3), &[2e-3])]
     }
 
     fn force<R: Real>(&self, theta: &[R], at: &Local<R>, states: &[R], rates: &mut [R]) -> R {

@@ -23,7 +23,11 @@ impl Equation for Relaxation {
         theta[0] * stretch
     }
 
+    fn fastest_rate(&self, theta: &[f64], _at: &Local<f64>) -> f64 {
+        1.0 / theta[1]
+    }
+
     fn response(&self, theta: &[f64], s: Complex64) -> Option<Complex64> {
-        Some(StandardLinearSolid.evaluate(theta, s, &mut [Complex64::default(); 2]))
+        Some(StandardLinearSolid.response(theta, s))
     }
 }

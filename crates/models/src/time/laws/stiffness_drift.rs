@@ -12,8 +12,8 @@ impl Equation for StiffnessDrift {
     const SOURCE: &'static str = "Lacquaniti, Carrozzo & Borghese 1993, Time-varying mechanical behavior of multijointed arm in man";
 
     fn parameters(&self, rotational: bool) -> Vec<BlockParameter> {
-        let (name, unit) = mechanical(rotational, "stiffness_rate", 1);
-        vec![BlockParameter::new(format!("{name}_s"), format!("{unit} 1/s"), (-1e9, 1e9), &[0.0, 0.1])]
+        let rate = force(rotational, "stiffness_rate", 1, (-1e9, 1e9), &[0.0, 0.1]);
+        vec![BlockParameter { name: format!("{}_s", rate.name), unit: format!("{} 1/s", rate.unit), ..rate }]
     }
 
     fn force<R: Real>(&self, theta: &[R], at: &Local<R>, _states: &[R], _rates: &mut [R]) -> R {

@@ -13,14 +13,13 @@ impl Equation for Stribeck {
     const NAME: &'static str = "stribeck-friction";
     const EQUATION: &'static str = "f = [F_c + F_e exp(-(v / v_s)²)] tanh(v / v_t)";
     const SOURCE: &'static str = "Armstrong-Hélouvry, Dupont & Canudas de Wit 1994, A survey of models for the control of machines with friction";
+    const JUMPS: bool = true;
 
     fn parameters(&self, rotational: bool) -> Vec<BlockParameter> {
-        let ((level, unit), (excess, _), (speed, per_s)) =
-            (mechanical(rotational, "coulomb", 0), mechanical(rotational, "excess", 0), speed(rotational, "stribeck"));
         vec![
-            BlockParameter::new(level, unit.clone(), (0.0, 1e6), &[0.5]),
-            BlockParameter::new(excess, unit, (0.0, 1e6), &[0.3]),
-            BlockParameter::new(speed, per_s, (1e-6, 1e3), &[0.03]),
+            force(rotational, "coulomb", 0, (0.0, 1e6), &[0.5]),
+            force(rotational, "excess", 0, (0.0, 1e6), &[0.3]),
+            speed(rotational, "stribeck", (1e-6, 1e3), &[0.03]),
         ]
     }
 
