@@ -31,10 +31,10 @@ pub fn spread(trials: &[FrequencyResponse], low_hz: f64, high_hz: f64) -> Option
     let mut between = Array3::from_elem((first.len(), p, q), f64::NAN);
     let mut within = between.clone();
     let spacing_hz = first.uncertainty.as_ref()?.independent_spacing_hz;
-    let (mut sum, mut count, mut next_hz) = (0.0, 0.0, low_hz);
+    let (mut sum, mut count) = (0.0, 0.0);
+    let independent = apart(first.frequency_hz.iter().copied(), [low_hz, high_hz], spacing_hz);
     for f in 0..first.len() {
-        let at_hz = first.frequency_hz[f];
-        let counts = at_hz >= next_hz && at_hz <= high_hz;
+        let counts = independent.binary_search(&f).is_ok();
         for i in 0..p {
             for j in 0..q {
                 let mean = trials.iter().map(|t| t.value[[f, i, j]]).sum::<Complex64>() / n;
@@ -48,11 +48,21 @@ pub fn spread(trials: &[FrequencyResponse], low_hz: f64, high_hz: f64) -> Option
                 }
             }
         }
-        if counts {
-            next_hz = at_hz + spacing_hz;
-        }
     }
     let ratio = (sum / count).sqrt();
     // A scatter of n complex values has 2(n−1) degrees of freedom: relative variance 1/(n−1), halved by the root.
     Some(Spread { between, within, ratio, ratio_std_error: 0.5 / ((n - 1.0) * count).sqrt() })
+}
+
+/// Which frequencies of a band are independent: the first, and each that is `spacing_hz` beyond the one before.
+pub(crate) fn apart(frequency_hz: impl Iterator<Item = f64>, [low_hz, high_hz]: [f64; 2], spacing_hz: f64) -> Vec<usize> {
+    let mut next_hz = low_hz;
+    let mut found = Vec::new();
+    for (f, hz) in frequency_hz.enumerate() {
+        if hz >= next_hz && hz <= high_hz {
+            found.push(f);
+            next_hz = hz + spacing_hz;
+        }
+    }
+    found
 }

@@ -43,11 +43,11 @@ impl Estimated {
         (0..direct.response.len()).rev().find(explains).map_or(f64::INFINITY, |f| direct.response.frequency_hz[f])
     }
 
-    /// From the estimates of the channels as they stand to the response that is asked for.
+    /// From the estimates of the channels as they stand to the response that is asked for; a result that is not `shown` holds no frequency.
     ///
     /// # Errors
     /// [`AnalysisError`] if the kind of response does not exist, or no frequency lies in the band.
-    pub(super) fn new(trials: &Trials, settings: &Estimate, mut estimates: Estimates, why: String) -> Result<Self, AnalysisError> {
+    pub(super) fn new(trials: &Trials, settings: &Estimate, mut estimates: Estimates, why: String, shown: bool) -> Result<Self, AnalysisError> {
         to_displacement(&mut estimates.direct.response, trials);
         if let Some(derived) = &mut estimates.derived {
             to_displacement(&mut derived.response, trials);
@@ -56,11 +56,14 @@ impl Estimated {
         let direct = estimates.direct.response.to_kind(kind)?;
         let derived = estimates.derived.as_ref().map(|derived| derived.response.to_kind(kind)).transpose()?;
         let [low_hz, high_hz] = settings.reported_hz();
-        let keep: Vec<usize> = (0..direct.len()).filter(|&f| (low_hz..=high_hz).contains(&direct.frequency_hz[f])).collect();
+        let mut keep: Vec<usize> = (0..direct.len()).filter(|&f| (low_hz..=high_hz).contains(&direct.frequency_hz[f])).collect();
         if keep.is_empty() {
             return Err(AnalysisError::EmptyBand { low_hz, high_hz, nyquist_hz: trials.sample_rate_hz() / 2.0 });
         }
-        let result = written(trials, settings, &estimates, (&direct, derived.as_ref()), &keep, why);
+        let known = warnings(trials, &estimates, &keep);
+        keep.truncate(if shown { keep.len() } else { 0 });
+        let mut result = written(trials, settings, &estimates, (&direct, derived.as_ref()), &keep, why);
+        result.head.warnings = known;
         Ok(Estimated { trials: trials.clone(), estimates, direct, derived, result })
     }
 }
@@ -74,8 +77,7 @@ fn written(
     keep: &[usize],
     why: String,
 ) -> EstimateResult {
-    let [low_hz, high_hz] = settings.reported_hz();
-    let cut = |response: &FrequencyResponse| schema::Response::from(&response.band(low_hz, high_hz));
+    let cut = |response: &FrequencyResponse| schema::Response::from(&response.select(keep));
     let (direct_response, derived_response) = rayon::join(|| cut(direct), || derived.map(cut));
     let ports = &trials.roles.ports;
     let swapped = direct.kind.is_effort_over_motion() != trials.roles.natural_kind().is_effort_over_motion();
@@ -83,7 +85,7 @@ fn written(
     let (p, q) = (outputs.len(), inputs.len());
     let measured = measured_direction(trials, estimates, keep);
     // Of an inverse only what the data say in that direction: nothing of a derived estimate.
-    let backward = if swapped { backward(estimates, trials) } else { None };
+    let backward = if swapped && !keep.is_empty() { backward(estimates, trials) } else { None };
     let direct_coherence = match backward {
         Some(found) => schema::Coherence::new(&found.coherence, &found.response, &found.response, keep),
         None if swapped => schema::Coherence::unknown(p, q, keep.len()),
@@ -92,7 +94,7 @@ fn written(
     let own = |known: &Option<schema::Coherence>| known.clone().filter(|_| !swapped).unwrap_or_else(|| schema::Coherence::unknown(p, q, keep.len()));
     let significance = &estimates.direct.significance_95;
     EstimateResult {
-        head: Head::new(EstimateResult::SCHEMA, "estimate", warnings(trials, estimates, keep)),
+        head: Head::new(EstimateResult::SCHEMA, "estimate", Vec::new()),
         sample_rate_hz: trials.sample_rate_hz(),
         trials: trials.trials.len(),
         inputs: trials.names(inputs),

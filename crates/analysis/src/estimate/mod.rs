@@ -34,6 +34,39 @@ use std::borrow::Cow;
 /// # Errors
 /// [`AnalysisError`] if a trial is too short, inputs depend on each other, or the kind of response does not exist.
 pub fn estimate(trials: &Trials, settings: &Estimate) -> Result<Estimated, AnalysisError> {
+    estimated(trials, settings, true)
+}
+
+/// The same to be fitted and not to be shown: the result tells how it was made and what to know of it, at no frequency.
+///
+/// # Errors
+/// As [`estimate`].
+///
+/// ```
+/// use ndof_analysis::{Estimate, Fit, Trial, Trials, estimate, estimate_to_fit};
+/// use ndof_signal::FilteredNoise;
+///
+/// let force = FilteredNoise { axes: 1, samples: 10_000, ..FilteredNoise::default() }.generate(1)?.remove(0);
+/// let (mut x, mut v) = (0.0, 0.0);
+/// let mut step = |f: &f64| {
+///     v += (f - 12.0 * v - 300.0 * x) / 2.0 * 2e-3;
+///     x += v * 2e-3;
+///     x
+/// };
+/// let motion: Vec<f64> = force.iter().map(&mut step).collect();
+/// let trial = Trial::new(500.0).effort("x", force).displacement("x", motion)?;
+/// let (trials, settings) = (Trials::of([&trial])?, Estimate::default());
+/// let [whole, bare] = [estimate(&trials, &settings)?, estimate_to_fit(&trials, &settings)?];
+/// assert!(bare.result.frequency_hz.is_empty());
+/// assert_eq!(Fit::default().run(&bare)?.result, Fit::default().run(&whole)?.result);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+pub fn estimate_to_fit(trials: &Trials, settings: &Estimate) -> Result<Estimated, AnalysisError> {
+    estimated(trials, settings, false)
+}
+
+/// `shown` says whether the result holds what there is at each frequency.
+fn estimated(trials: &Trials, settings: &Estimate, shown: bool) -> Result<Estimated, AnalysisError> {
     let trials = &*if settings.method == MethodName::Auto { rest::without_rest(trials)? } else { Cow::Borrowed(trials) };
     for trial in &*trials.trials {
         let range = |channel: &Channel| channel.samples.iter().fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], x| [low.min(*x), high.max(*x)]);
@@ -53,11 +86,11 @@ pub fn estimate(trials: &Trials, settings: &Estimate) -> Result<Estimated, Analy
         }
         _ => (ndof_sysid::estimate(&trials.recordings(), ports, &labels, &method, settings.estimator).map_err(failed)?, None),
     };
-    let mut estimated = Estimated::new(trials, settings, estimates, why)?;
+    let mut estimated = Estimated::new(trials, settings, estimates, why, shown)?;
     let explained_hz = estimated.explained_to_hz();
     let result = &mut estimated.result;
     result.robust = rejected.map(|rejected| repeat::robust(&estimated.estimates, &rejected));
-    result.trial_spread = repeat::between_trials(trials, settings, &method, result.response);
+    result.trial_spread = repeat::between_trials(trials, settings, &method, result.response, shown);
     result.course = course::course(trials, settings, result.response, explained_hz)?;
     result.head.warnings.extend(repeat::warnings(result, &estimated.estimates));
     Ok(estimated)

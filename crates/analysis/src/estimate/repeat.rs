@@ -36,28 +36,28 @@ pub(super) fn reported(estimates: Estimates, trials: &Trials, kind: ResponseKind
 /// A response of channels as they stand, of the kind that is reported.
 pub(super) fn in_kind(mut response: FrequencyResponse, trials: &Trials, kind: ResponseKind) -> Option<FrequencyResponse> {
     to_displacement(&mut response, trials);
-    response.to_kind(kind).ok()
+    if response.kind == kind { Some(response) } else { response.to_kind(kind).ok() }
 }
 
-/// Each trial estimated alone; nothing for one trial, or where a trial alone has no estimate.
-pub(super) fn between_trials(trials: &Trials, settings: &Estimate, method: &SpectralMethod, kind: ResponseKind) -> Option<schema::TrialSpread> {
+/// Each trial estimated alone; nothing for one trial, or where a trial alone has no estimate. At no frequency unless it is `shown`.
+pub(super) fn between_trials(trials: &Trials, settings: &Estimate, method: &SpectralMethod, kind: ResponseKind, shown: bool) -> Option<schema::TrialSpread> {
     // One trial of a multisine is one column of the experiment, not a repetition.
     if trials.trials.len() < 2 || matches!(method, SpectralMethod::Periodic(_)) {
         return None;
     }
     let (ports, labels) = (&trials.roles.ports, labels(trials));
+    let [low_hz, high_hz] = settings.reported_hz();
+    let apart_hz = (!shown).then_some([low_hz, high_hz]);
     let alone = |recording: &Recording| match method {
         SpectralMethod::Welch(welch) if settings.robust => {
             let (spectra, _) = robust_spectra(&[recording], ports, welch).ok()?;
-            reported(estimate_from_spectra(spectra, ports, &labels, method, settings.estimator).ok()?, trials, kind)
+            reported(estimate_from_spectra(spectra, ports, &labels, method, settings.estimator).ok()?, trials, kind).map(|r| r.band(low_hz, high_hz))
         }
-        _ => in_kind(ndof_sysid::response(&[recording], ports, &labels, method, settings.estimator).ok()?, trials, kind),
+        _ => in_kind(ndof_sysid::response(&[recording], ports, &labels, (method, settings.estimator), apart_hz).ok()?.band(low_hz, high_hz), trials, kind),
     };
     let responses: Option<Vec<FrequencyResponse>> = trials.recordings().into_par_iter().map(alone).collect();
-    let [low_hz, high_hz] = settings.reported_hz();
-    let responses: Vec<FrequencyResponse> = responses?.iter().map(|r| r.band(low_hz, high_hz)).collect();
-    let spread = ndof_sysid::spread(&responses, low_hz, high_hz)?;
-    let all: Vec<usize> = (0..spread.between.dim().0).collect();
+    let spread = ndof_sysid::spread(&responses?, low_hz, high_hz)?;
+    let all: Vec<usize> = (0..if shown { spread.between.dim().0 } else { 0 }).collect();
     Some(schema::TrialSpread {
         between: schema::spectrum(&spread.between, &all),
         within: schema::spectrum(&spread.within, &all),
@@ -82,21 +82,17 @@ pub(super) fn warnings(result: &EstimateResult, estimates: &Estimates) -> Vec<Wa
     }
     if result.measured_direction.is_some() {
         let response = estimates.derived.as_ref().map_or(&estimates.direct.response, |d| &d.response);
-        let (low, high) = (result.frequency_hz.first().copied().unwrap_or(0.0), result.frequency_hz.last().copied().unwrap_or(0.0));
-        let weak: Vec<f64> = response
-            .invertibility()
-            .into_iter()
-            .zip(&response.frequency_hz)
-            .filter(|(share, hz)| *share < INVERTIBLE && (low..=high).contains(*hz))
-            .map(|(_, hz)| *hz)
-            .collect();
+        let [low, high] = result.settings.reported_hz();
+        let reported: Vec<(f64, f64)> =
+            response.invertibility().into_iter().zip(response.frequency_hz.iter().copied()).filter(|(_, hz)| (low..=high).contains(hz)).collect();
+        let weak: Vec<f64> = reported.iter().filter(|(share, _)| *share < INVERTIBLE).map(|(_, hz)| *hz).collect();
         if let (Some(first), Some(last)) = (weak.first(), weak.last()) {
             warnings.push(Warning::new(
                 "inverse-not-trusted",
                 format!(
                     "at {} of {} frequencies, {first:.2} to {last:.2} Hz, the measured response may be singular within its error, and its inverse is not known",
                     weak.len(),
-                    result.frequency_hz.len()
+                    reported.len()
                 ),
                 "report the measured direction there (`response`), or measure longer",
             ));

@@ -211,7 +211,7 @@ pub struct Coherence {
 impl Coherence {
     /// Those of the response `of` at the bins `keep`, with the inputs that the covariance of `inputs` knows.
     pub(super) fn new(c: &ndof_sysid::Coherence, of: &FrequencyResponse, inputs: &FrequencyResponse, keep: &[usize]) -> Self {
-        let ordered = inputs.uncertainty.as_ref().map(|u| ndof_sysid::ordered_coherence(of, &u.input_inverse, &c.multiple));
+        let ordered = inputs.uncertainty.as_ref().filter(|_| !keep.is_empty()).map(|u| ndof_sysid::ordered_coherence(of, &u.input_inverse, &c.multiple));
         let (p, q) = of.shape();
         Coherence {
             ordinary: spectrum(&c.ordinary, keep),

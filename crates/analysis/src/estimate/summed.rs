@@ -93,7 +93,7 @@ impl Summed {
         let stretches = spectra.trials();
         let estimates =
             estimate_from_spectra(spectra, &trials.roles.ports, &labels(trials), &self.method, settings.estimator).map_err(|error| in_file(error, trials))?;
-        let mut estimated = Estimated::new(trials, settings, estimates, why.to_owned())?;
+        let mut estimated = Estimated::new(trials, settings, estimates, why.to_owned(), true)?;
         let result = &mut estimated.result;
         result.trials = stretches;
         result.head.warnings.extend(repeat::warnings(result, &estimated.estimates));

@@ -73,13 +73,14 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode, CliError> {
     if estimate.sliding_s.is_none() || fit.schedule.is_some() {
         (fit.cycle_s, fit.cycle_by, fit.event_s) = (cycle_s, cycle_by, event_s);
     }
-    let estimated = ndof_analysis::estimate(&trials, &estimate)?;
+    let reported = shared.report.is_some() || shared.plots.is_some();
+    let estimated = if reported { ndof_analysis::estimate } else { ndof_analysis::estimate_to_fit }(&trials, &estimate)?;
     let fitted = fit.run(&estimated)?;
     if let Some(path) = &arguments.study {
         let experiment = Recordings { files: arguments.files.clone(), reading: arguments.reading.clone() };
         Recordings::write(StudyDocument { experiment, estimate, fit, ..StudyDocument::default() }, path)?;
     }
-    if shared.report.is_some() || shared.plots.is_some() {
+    if reported {
         output::report(shared, &ndof_report::fit_report(&estimated, &fitted, "Mechanical impedance", &output::command_line())?)?;
     }
     finish(shared, &fitted)

@@ -39,8 +39,7 @@ pub struct DerivedEstimate {
     /// Smallest eigenvalue of N^(−½) S^c_uu N^(−½) (n_e − q_r)/q_r, N = S_uu − S^c_uu (Cragg & Donald 1993), `[f]`; for more
     /// than two inputs to a few per cent.
     pub instrument_strength: Vec<f64>,
-    /// Whether at this frequency that strength, or n_e γ²/(1 − γ²) of any one input with the references, is below
-    /// [`WEAK_INSTRUMENT`](super::WEAK_INSTRUMENT), `[f]`.
+    /// Whether at this frequency that strength is below [`WEAK_INSTRUMENT`](super::WEAK_INSTRUMENT), `[f]`; no input alone is moved less.
     pub weak_instrument: Vec<bool>,
     /// Indices of bins without an estimate (0 Hz after mean removal is not listed).
     pub singular_bins: Vec<usize>,
@@ -92,7 +91,7 @@ pub fn derived(spectra: &CrossSpectra, ports: &Ports, labels: &Labels) -> Result
     let first = usize::from(spectra.mean_removed());
     out.skip(first);
     let mut batches = Batches::new(spectra, ports.references.iter().chain(&ports.inputs).chain(&ports.outputs).copied().collect());
-    let mut batch = Batch::new(p, q, qr, freedom, averages);
+    let mut batch = Batch::new(p, q, qr, freedom);
     for f in (first..bins).step_by(LANES) {
         let count = LANES.min(bins - f);
         batch.solve(batches.load(f, count), count, &mut out);

@@ -91,7 +91,6 @@ pub(super) struct Batch {
     q: usize,
     qr: usize,
     freedom: f64,
-    averages: f64,
     reference: LaneCholesky,
     caused: LaneCholesky,
     measured: LaneCholesky,
@@ -113,7 +112,7 @@ pub(super) struct Batch {
 }
 
 impl Batch {
-    pub(super) fn new(p: usize, q: usize, qr: usize, freedom: f64, averages: f64) -> Self {
+    pub(super) fn new(p: usize, q: usize, qr: usize, freedom: f64) -> Self {
         let zeros = |n: usize| vec![Lanes::ZERO; n];
         let triangle = |n: usize| zeros(n * (n + 1) / 2);
         Batch {
@@ -121,7 +120,6 @@ impl Batch {
             q,
             qr,
             freedom,
-            averages,
             reference: LaneCholesky::new(qr),
             caused: LaneCholesky::new(q),
             measured: LaneCholesky::new(q),
@@ -252,12 +250,11 @@ impl Batch {
     /// How far the instrument is to be trusted, and which frequencies have no estimate.
     #[inline(always)]
     fn judge_instrument(&mut self, condition: &Reals, count: usize, out: &mut Results) {
-        let (q, start) = (self.q, out.weak_instrument.len());
+        let start = out.weak_instrument.len();
         let strength = self.strength();
         for l in 0..count {
-            let weakest = (0..q).map(|j| self.averages * self.explained[lower(j, j)].re[l] / self.sigma[lower(j, j)].re[l]).fold(f64::INFINITY, f64::min);
             out.instrument_strength.push(strength[l]);
-            out.weak_instrument.push(strength[l].min(weakest) < WEAK_INSTRUMENT);
+            out.weak_instrument.push(strength[l] < WEAK_INSTRUMENT);
             let usable = condition[l] <= LARGEST_CONDITION && self.caused_inverse[0].re[l].is_finite() && self.measured_inverse[0].re[l].is_finite();
             if !usable {
                 out.erase(start + l);

@@ -271,24 +271,19 @@ impl<'a> DerivedLines<'a> {
         coherence(&self.c, (p, q), (&self.triangle, &self.caused_inverse), |i| self.noise[lower(i, i)].re, cross, iv);
     }
 
-    /// How strong the references are: of the inputs together, and of the one that they move least.
+    /// How strong the references are.
     #[inline(always)]
     fn judge_instrument(&mut self, count: usize, judged: &mut Judged) {
         let (p, q) = (self.p, self.q);
-        let mut weakest = [f64::INFINITY; LANES];
-        for j in 0..q {
-            let (told, left) = (self.told(p + j, p + j).re, &self.sigma[lower(p + j, p + j)].re);
-            weakest = lanes(|l| weakest[l].min(told[l] / left[l]));
-        }
         let [half, full] = &mut self.square;
         about(&self.information, q, |i, j| entry(&self.sigma, p + i, p + j), &mut half[..q * q], full);
         let (mut matrix, mut values) = (vec![Complex64::default(); q * q], vec![0.0; q]);
-        for (l, weakest) in weakest.into_iter().enumerate().take(count) {
+        for l in 0..count {
             matrix.iter_mut().zip(&*full).for_each(|(to, from)| *to = Complex64::new(from.re[l], from.im[l]));
             hermitian_eigen(&mut matrix, &mut values, None);
             let strength = 1.0 / (self.qr as f64 * values.iter().fold(0.0_f64, |a, &b| a.max(b)));
             judged.instrument_strength.push(strength);
-            judged.weak_instrument.push(strength.min(weakest) < WEAK_INSTRUMENT);
+            judged.weak_instrument.push(strength < WEAK_INSTRUMENT);
         }
     }
 }
@@ -393,29 +388,36 @@ mod tests {
         }
     }
 
-    /// Two outputs, three inputs and four references; a line at rest and one whose references depend on each other.
+    /// Two outputs, three inputs and four references; a line at rest, two whose references depend on each other, and one whose measured inputs do,
+    /// which only a judge misses. Lines are solved in two parts, as many tasks solve them.
     #[test]
     fn each_line_is_what_its_equations_say() {
         let (p, q, qr) = (2, 3, 4);
-        let (mut joint, direct) = (fit(p + q, qr, 0), fit(p, q, 900));
-        joint.gram_inverse.index_axis_mut(Axis(0), 5).fill(Complex64::ONE);
-        let found = DerivedLines::new(&joint, Some(&direct), p).solve(0..BINS);
-        let alone = DerivedLines::new(&joint, None, p).solve(0..BINS);
-        assert_eq!((&found.missing, &alone.missing), (&vec![5], &vec![5]));
+        let (mut joint, mut direct) = (fit(p + q, qr, 0), fit(p, q, 900));
+        [5, 9].into_iter().for_each(|f| joint.gram_inverse.index_axis_mut(Axis(0), f).fill(Complex64::ONE));
+        direct.driver.index_axis_mut(Axis(0), 10).fill(Complex64::ONE);
+        let solve = |direct: Option<&Fitted>| {
+            let mut found = DerivedLines::new(&joint, direct, p).solve(0..8);
+            found.append(DerivedLines::new(&joint, direct, p).solve(8..BINS));
+            found
+        };
+        let (found, alone) = (solve(Some(&direct)), solve(None));
+        assert_eq!((&found.missing, &alone.missing), (&vec![5, 9, 10], &vec![5, 9]));
         let Found { value, noise, input_inverse, judged, .. } = found;
         let arrays = [value, noise, input_inverse].map(Filling::finish);
         let bare = [alone.value, alone.noise, alone.input_inverse].map(Filling::finish);
         for (with, without) in arrays.iter().zip(&bare) {
-            assert!(with.iter().zip(without).all(|(a, b)| a == b || (a.is_nan() && b.is_nan())));
+            assert!(with.outer_iter().zip(without.outer_iter()).enumerate().all(|(f, (a, b))| f == 10 || a == b || a.iter().chain(b).all(|v| v.is_nan())));
         }
         let [paper, iv] = [judged.paper, judged.iv].map(|all| all.map(Filling::finish));
         let shares = [judged.output_coherence, judged.input_coherence].map(Filling::finish);
         let adjoint = |a: &Array2<Complex64>| a.t().mapv(|v| v.conj());
         let product = |a: ArrayView2<Complex64>, b: &Array2<Complex64>| a.dot(b).dot(&adjoint(&a.to_owned()));
         for f in 0..BINS {
-            if f == 0 || f == 5 {
+            if [0, 5, 9, 10].contains(&f) {
                 assert!(arrays.iter().all(|array| array.index_axis(Axis(0), f).iter().all(|v| v.is_nan())) && paper[0][[f, 1, 2]].is_nan());
                 assert!(judged.instrument_strength[f].is_nan() && !judged.weak_instrument[f]);
+                assert!(shares.iter().all(|share| share[[f, 0, 0]].is_nan() == [5, 9].contains(&f)));
                 continue;
             }
             let at = |a: &Array3<Complex64>| a.index_axis(Axis(0), f).to_owned();
@@ -466,9 +468,10 @@ mod tests {
                 power = power.dot(&power);
             }
             near(judged.instrument_strength[f].into(), (1.0 / (qr as f64 * logarithm.exp())).into(), "strength");
+            assert_eq!(judged.weak_instrument[f], judged.instrument_strength[f] < WEAK_INSTRUMENT);
+            // No input alone is moved less than the weakest mixture of them: xᴴ T W Tᴴ x ≥ λ xᴴ Σ_uu x of every x.
             let told = product(t, &w);
-            let weakest = (0..q).map(|j| told[[j, j]].re / of_inputs[[j, j]].re).fold(f64::INFINITY, f64::min);
-            assert_eq!(judged.weak_instrument[f], judged.instrument_strength[f].min(weakest) < WEAK_INSTRUMENT);
+            assert!((0..q).all(|j| told[[j, j]].re / of_inputs[[j, j]].re >= judged.instrument_strength[f] * qr as f64));
         }
     }
 }

@@ -68,7 +68,8 @@ pub fn instrumented(trials: &[&Recording], ports: &Ports, labels: &Labels, setti
             out.missing(m, q);
         }
     };
-    fill(len / 2 + 1, 1, (m, q), (rate, len), &basis, degrees_of_freedom, line).0.direct(labels)
+    let grid: Vec<usize> = (0..len / 2 + 1).collect();
+    fill(&grid, 1, (m, q), (rate, len), &basis, degrees_of_freedom, line).0.direct(labels)
 }
 
 /// Channels times each polynomial, without leakage, row by row: channels × terms, and the lines of all trials.

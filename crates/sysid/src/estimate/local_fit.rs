@@ -5,18 +5,21 @@ use super::fitted::{Fitted, freedom};
 use super::local_lines::{Basis, Chunk, Lines, TASK, fill};
 use super::local_polynomial::{Local, LocalPolynomial};
 use super::local_rational::{LocalRational, Rational};
+use crate::spread::apart;
 
-/// The fit with the settings' half width, or the best of four by prediction of left-out lines.
+/// The fit with the settings' half width, or the best of four by prediction of left-out lines; at independent lines of a band where one is given,
+/// unless all lines are needed to choose.
 pub(crate) fn fit_as_set(
     trials: &[Lines],
     rate_and_len: (f64, usize),
     drivers: &[usize],
     responders: &[usize],
-    settings: LocalPolynomial,
+    (settings, apart_hz): (LocalPolynomial, Option<[f64; 2]>),
 ) -> Result<LocalFit, EstimateError> {
     let default = settings.default_half_width(drivers.len(), responders.len());
     let judged = settings.leave_one_out && settings.half_width.is_none();
-    let fit = |half_width: usize| fit(trials, rate_and_len, (drivers, responders), (settings.order, 0, half_width), judged);
+    let apart_hz = apart_hz.filter(|_| !judged);
+    let fit = |half_width: usize| fit(trials, rate_and_len, (drivers, responders), (settings.order, 0, half_width), (apart_hz, judged));
     if !judged {
         return fit(settings.half_width.unwrap_or(default));
     }
@@ -38,10 +41,10 @@ pub(crate) fn fit_rational(
     rate_and_len: (f64, usize),
     drivers: &[usize],
     responders: &[usize],
-    settings: LocalRational,
+    (settings, apart_hz): (LocalRational, Option<[f64; 2]>),
 ) -> Result<Fitted, EstimateError> {
     let half_width = settings.half_width.unwrap_or_else(|| settings.default_half_width(drivers.len(), responders.len()));
-    fit(trials, rate_and_len, (drivers, responders), (settings.order, settings.denominator, half_width), false).map(|f| f.fitted)
+    fit(trials, rate_and_len, (drivers, responders), (settings.order, settings.denominator, half_width), (apart_hz, false)).map(|f| f.fitted)
 }
 
 /// A fit, and how well each line is predicted from its neighbours alone.
@@ -64,31 +67,38 @@ impl LocalFit {
     }
 }
 
-/// Fits `responders` on `drivers` at every line of trials of `len` samples, with a denominator if its degree is not zero.
+/// Fits `responders` on `drivers` at every line of trials of `len` samples, or at independent ones of a band, with a denominator if its degree is not
+/// zero.
 fn fit(
     trials: &[Lines],
     (sample_rate_hz, len): (f64, usize),
     (drivers, responders): (&[usize], &[usize]),
     (order, denominator, half_width): (usize, usize, usize),
-    judged: bool,
+    (apart_hz, judged): (Option<[f64; 2]>, bool),
 ) -> Result<LocalFit, EstimateError> {
     let (q, m, s) = (drivers.len(), responders.len(), order + 1);
     let basis = Basis::new(half_width, s, len)?;
-    let (width, bins) = (basis.width, basis.last + 1);
+    let width = basis.width;
+    let mut lines: Vec<usize> = (0..=basis.last).collect();
+    if let Some([low_hz, high_hz]) = apart_hz {
+        let step_hz = sample_rate_hz / len as f64;
+        lines = apart(lines.iter().map(|&k| k as f64 * sample_rate_hz / len as f64), [low_hz, high_hz], basis.independent_lines() * step_hz);
+    }
     let degrees_of_freedom = freedom(trials.len() * (width - width.min(s)), s * q + denominator.div_ceil(m))?;
     let solve = |first: usize, mut out: Chunk<'_>| {
-        let lines = first.max(1)..bins.min(first + TASK);
-        if first == 0 {
+        let mut lines = &lines[first..lines.len().min(first + TASK)];
+        if lines[0] == 0 {
             out.missing(m, q);
+            lines = &lines[1..];
         }
         if denominator == 0 {
             return Local::new(trials, (drivers, responders), &basis, degrees_of_freedom, judged).solve(lines, &mut out);
         }
         let polynomial = (trials.len() * (width - s) - s * q) as f64;
         let mut rational = Rational::new(trials, drivers, responders, &basis, denominator, polynomial);
-        lines.for_each(|k| rational.solve(k, basis.low(k), &mut out));
+        lines.iter().for_each(|&k| rational.solve(k, basis.low(k), &mut out));
     };
-    let (fitted, left_out) = fill(bins, TASK, (m, q), (sample_rate_hz, len), &basis, degrees_of_freedom, solve);
+    let (fitted, left_out) = fill(&lines, TASK, (m, q), (sample_rate_hz, len), &basis, degrees_of_freedom, solve);
     Ok(LocalFit { fitted, left_out })
 }
 
@@ -138,22 +148,45 @@ mod tests {
         (coefficients, inverse, left)
     }
 
+    /// Two trials of four channels, the last two of which answer the first.
+    fn answered() -> Vec<Lines> {
+        let mut rng = ChaCha8Rng::seed_from_u64(5);
+        let mut one = || {
+            let mut channels: Vec<Vec<f64>> = (0..4).map(|_| (0..151).map(|_| rng.random_range(-1.0..1.0)).collect()).collect();
+            for n in 1..151 {
+                channels[2][n] += 0.7 * channels[2][n - 1] + channels[0][n] - 0.3 * channels[1][n - 1];
+                channels[3][n] += 0.5 * channels[3][n - 1] + channels[1][n];
+            }
+            Lines::new(10.0, &channels.iter().map(Vec::as_slice).collect::<Vec<_>>(), 151)
+        };
+        vec![one(), one()]
+    }
+
+    /// What the leakage polynomial leaves of a channel in a window.
+    fn without_leakage(trial: &Lines, channel: usize, low: usize) -> Vec<Complex64> {
+        let mut series = trial.window(channel, low, 2 * HALF_WIDTH + 1).to_vec();
+        Basis::new(HALF_WIDTH, ORDER + 1, 151).expect("lines enough").project_out(&mut series);
+        series
+    }
+
+    /// A driver twice has no response, no noise and no density; a responder that is a driver has no noise, which no round-off makes negative.
+    #[test]
+    fn what_depends_on_itself_is_told_apart() {
+        let trials = answered();
+        let twice = fit(&trials, (10.0, 151), (&[0, 0], &[2, 3]), (ORDER, 0, HALF_WIDTH), (None, false)).expect("enough lines").fitted;
+        assert!([&twice.g, &twice.noise, &twice.gram_inverse, &twice.driver].iter().all(|all| all.iter().all(|v| v.is_nan())));
+        let itself = fit(&trials, (10.0, 151), (&[0, 1], &[1, 0]), (ORDER, 0, HALF_WIDTH), (None, false)).expect("enough lines").fitted;
+        for (k, noise) in itself.noise.outer_iter().enumerate().skip(1) {
+            assert!((0..2).all(|i| (0.0..1e-12).contains(&noise[[i, i]].re)), "line {k}: {noise}");
+        }
+    }
+
     /// Every line, those whose window ends with the record and those of a last incomplete batch too, against the equation as it is written, and the
     /// left-out error against fits that leave the line out.
     #[test]
     fn each_line_is_solved_as_the_equation_says() {
-        let mut rng = ChaCha8Rng::seed_from_u64(5);
-        let trials: Vec<Lines> = (0..2)
-            .map(|_| {
-                let mut channels: Vec<Vec<f64>> = (0..4).map(|_| (0..151).map(|_| rng.random_range(-1.0..1.0)).collect()).collect();
-                for n in 1..151 {
-                    channels[2][n] += 0.7 * channels[2][n - 1] + channels[0][n] - 0.3 * channels[1][n - 1];
-                    channels[3][n] += 0.5 * channels[3][n - 1] + channels[1][n];
-                }
-                Lines::new(10.0, &channels.iter().map(Vec::as_slice).collect::<Vec<_>>(), 151)
-            })
-            .collect();
-        let found = fit(&trials, (10.0, 151), (&[0, 1], &[2, 3]), (ORDER, 0, HALF_WIDTH), true).expect("a fit");
+        let trials = answered();
+        let found = fit(&trials, (10.0, 151), (&[0, 1], &[2, 3]), (ORDER, 0, HALF_WIDTH), (None, true)).expect("a fit");
         let (terms, width, last) = (ORDER + 1, 2 * HALF_WIDTH + 1, 75);
         assert_eq!(found.fitted.g.dim(), (last + 1, 2, 2));
         assert!(found.fitted.g[[0, 0, 0]].is_nan() && found.fitted.driver[[0, 1, 1]].is_nan() && found.left_out[0].is_nan());
@@ -166,18 +199,17 @@ mod tests {
                 near(found.fitted.g[[k, i, j]], coefficients[i][j * terms], 1.0);
                 let spread = |i: usize, j: usize| inverse[i * terms * unknowns + j * terms];
                 near(found.fitted.gram_inverse[[k, i, j]], spread(i, j), spread(i, i).norm());
+                // Drivers' density without leakage, which takes R + 1 lines of each trial's window.
+                let dot =
+                    |trial: &Lines| without_leakage(trial, i, low).iter().zip(without_leakage(trial, j, low)).map(|(a, b)| a * b.conj()).sum::<Complex64>();
+                near(found.fitted.driver[[k, i, j]], trials.iter().map(dot).sum::<Complex64>() / (2 * (width - terms)) as f64, 1.0);
             }
             let mut left_out = 0.0;
             for i in 0..2 {
                 near(found.fitted.noise[[k, i, i]], Complex64::from(left[i] / found.fitted.degrees_of_freedom), left[i]);
                 let own = |t: usize, line: usize| trials[t].window(2 + i, line, 1)[0];
                 // What the leakage polynomial leaves of the responder: of its power the errors are told as a share.
-                let (basis, mut power) = (Basis::new(HALF_WIDTH, terms, 151).expect("lines enough"), 0.0);
-                for trial in &trials {
-                    let mut series = trial.window(2 + i, low, width).to_vec();
-                    basis.project_out(&mut series);
-                    power += series.iter().map(|v| v.norm_sqr()).sum::<f64>();
-                }
+                let power: f64 = trials.iter().flat_map(|trial| without_leakage(trial, 2 + i, low)).map(|v| v.norm_sqr()).sum();
                 for t in 0..2 {
                     let (theta, _, _) = written(&trials, k, low, Some((t, k)));
                     let told = theta[i][0] * trials[t].window(0, k, 1)[0] + theta[i][terms] * trials[t].window(1, k, 1)[0] + theta[i][(2 + t) * terms];

@@ -169,10 +169,10 @@ impl Chunk<'_> {
     }
 }
 
-/// What `solve` finds of the response of `m` responders to `q` drivers at the lines 0, 1 … of `len` samples, `task` lines at a time from the one that it is
+/// What `solve` finds of the response of `m` responders to `q` drivers at such lines of `len` samples, `task` lines at a time from the one that it is
 /// given; and how well each was told without itself.
 pub(super) fn fill(
-    bins: usize,
+    lines: &[usize],
     task: usize,
     (m, q): (usize, usize),
     (rate_hz, len): (f64, usize),
@@ -180,6 +180,7 @@ pub(super) fn fill(
     degrees_of_freedom: f64,
     solve: impl Fn(usize, Chunk<'_>) + Sync,
 ) -> (Fitted, Vec<f64>) {
+    let bins = lines.len();
     let room = |(rows, columns): (usize, usize)| {
         let shape = (bins, rows, columns);
         // First touched by all threads; the length is that of the shape.
@@ -196,7 +197,7 @@ pub(super) fn fill(
         .into_par_iter()
         .enumerate()
         .for_each(|(k, (g, noise, gram_inverse, driver, left_out))| solve(k * task, Chunk { g, noise, gram_inverse, driver, left_out }));
-    let frequency_hz = (0..bins).map(|k| k as f64 * rate_hz / len as f64).collect();
+    let frequency_hz = lines.iter().map(|&k| k as f64 * rate_hz / len as f64).collect();
     let independent_spacing_hz = basis.independent_lines() * rate_hz / len as f64;
     (Fitted { frequency_hz, g, noise, gram_inverse, driver, degrees_of_freedom, independent_spacing_hz }, left_out)
 }
@@ -209,6 +210,21 @@ pub(super) fn next<'a, T>(rest: &mut &'a mut [T], count: usize) -> &'a mut [T] {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    /// Parseval: densities over the lines of an odd length, none of them Nyquist's, hold the variance; an offset of a billion, of which samples keep
+    /// all bits, adds nothing.
+    #[test]
+    fn lines_hold_the_variance_and_no_offset() {
+        let (rate_hz, len) = (50.0, 151);
+        let samples = |offset: f64| (0..len).map(|n| offset + ((1.3 * (n * n) as f64).sin() * 1024.0).round() / 1024.0).collect::<Vec<f64>>();
+        let [plain, moved] = [0.0, 2.0_f64.powi(30)].map(|offset| Lines::new(rate_hz, &[&samples(offset)], len));
+        let mean = samples(0.0).iter().sum::<f64>() / len as f64;
+        let variance = samples(0.0).iter().map(|v| (v - mean).powi(2)).sum::<f64>() / len as f64;
+        let lines = plain.window(0, 1, len / 2);
+        let held = lines.iter().map(|z| z.norm_sqr()).sum::<f64>() * rate_hz / len as f64;
+        assert!((held / variance - 1.0).abs() < 1e-12, "{held} and {variance}");
+        assert!(lines.iter().zip(moved.window(0, 1, len / 2)).all(|(a, b)| (a - b).norm() < 1e-12));
+    }
 
     #[test]
     fn what_is_left_in_every_lane_is_what_is_left_of_a_series() {

@@ -5,7 +5,6 @@ use crate::filling::{scatter, scatter_hermitian};
 use crate::lanes::{LANES, LaneCholesky, Lanes, dot_conj, hermitian_products, lanes, lower, map, power};
 use pulp::{Arch, Simd, WithSimd};
 use serde::{Deserialize, Serialize};
-use std::ops::Range;
 
 /// Settings of the local polynomial method.
 ///
@@ -100,15 +99,15 @@ impl<'a> Local<'a> {
     }
 
     /// Appends what is found at these lines.
-    pub(super) fn solve(&mut self, lines: Range<usize>, out: &mut Chunk<'_>) {
-        for first in lines.clone().step_by(LANES) {
+    pub(super) fn solve(&mut self, lines: &[usize], out: &mut Chunk<'_>) {
+        for batch in lines.chunks(LANES) {
             // Lanes that are not asked for repeat the last line.
             for l in 0..LANES {
-                let k = (first + l).min(self.basis.last);
+                let k = batch[l.min(batch.len() - 1)];
                 self.low[l] = self.basis.low(k);
                 self.offset[l] = k - self.low[l];
             }
-            Arch::new().dispatch(Solve { local: self, count: LANES.min(lines.end - first), out });
+            Arch::new().dispatch(Solve { local: self, count: batch.len(), out });
         }
     }
 

@@ -115,15 +115,22 @@ pub fn estimate(trials: &[&Recording], ports: &Ports, labels: &Labels, method: &
 }
 
 /// The response to build on, that of [`estimate`] by way of the references where there are enough of them, else the direct one; what a method makes only
-/// to judge it by is left out.
+/// to judge it by is left out. Of a band that is given `apart_hz`, local methods look only at independent lines, which are those that
+/// [`spread`](crate::spread()) counts.
 ///
 /// # Errors
 /// As [`estimate`].
-pub fn response(trials: &[&Recording], ports: &Ports, labels: &Labels, method: &SpectralMethod, estimator: Direct) -> Result<FrequencyResponse, EstimateError> {
+pub fn response(
+    trials: &[&Recording],
+    ports: &Ports,
+    labels: &Labels,
+    (method, estimator): (&SpectralMethod, Direct),
+    apart_hz: Option<[f64; 2]>,
+) -> Result<FrequencyResponse, EstimateError> {
     checked(trials, ports, labels, method, estimator)?;
     match method {
-        SpectralMethod::LocalPolynomial(settings) => local_response(trials, ports, labels, polynomial(settings)),
-        SpectralMethod::LocalRational(settings) => local_response(trials, ports, labels, rational(settings)),
+        SpectralMethod::LocalPolynomial(settings) => local_response(trials, ports, labels, apart_hz, polynomial(settings)),
+        SpectralMethod::LocalRational(settings) => local_response(trials, ports, labels, apart_hz, rational(settings)),
         _ => estimate(trials, ports, labels, method, estimator).map(|found| found.derived.map_or(found.direct.response, |derived| derived.response)),
     }
 }
@@ -161,17 +168,21 @@ pub fn estimate_from_spectra(
     Ok(Estimates { effective_averages, direct, derived, spectra: Some(spectra), distortion: None, method: method.clone(), warnings })
 }
 
-/// A fit of responders on drivers at the lines of trials of one rate and length.
-trait LocalFit: Fn(&[Lines], (f64, usize), &[usize], &[usize]) -> Result<Fitted, EstimateError> {}
+/// A fit of responders on drivers at the lines of trials of one rate and length, or at independent ones of a band.
+trait LocalFit: Fn(&[Lines], (f64, usize), &[usize], &[usize], Option<[f64; 2]>) -> Result<Fitted, EstimateError> {}
 
-impl<F: Fn(&[Lines], (f64, usize), &[usize], &[usize]) -> Result<Fitted, EstimateError>> LocalFit for F {}
+impl<F: Fn(&[Lines], (f64, usize), &[usize], &[usize], Option<[f64; 2]>) -> Result<Fitted, EstimateError>> LocalFit for F {}
 
 fn polynomial(settings: &LocalPolynomial) -> impl LocalFit {
-    |lines: &[Lines], of: (f64, usize), drivers: &[usize], responders: &[usize]| fit_as_set(lines, of, drivers, responders, *settings).map(|f| f.fitted)
+    |lines: &[Lines], of: (f64, usize), drivers: &[usize], responders: &[usize], apart_hz: Option<[f64; 2]>| {
+        fit_as_set(lines, of, drivers, responders, (*settings, apart_hz)).map(|f| f.fitted)
+    }
 }
 
 fn rational(settings: &LocalRational) -> impl LocalFit {
-    |lines: &[Lines], of: (f64, usize), drivers: &[usize], responders: &[usize]| fit_rational(lines, of, drivers, responders, *settings)
+    |lines: &[Lines], of: (f64, usize), drivers: &[usize], responders: &[usize], apart_hz: Option<[f64; 2]>| {
+        fit_rational(lines, of, drivers, responders, (*settings, apart_hz))
+    }
 }
 
 /// The lines of all channels of each trial, and rate and length of what they are of.
@@ -191,25 +202,31 @@ fn lines(trials: &[&Recording]) -> Result<(Vec<Lines>, (f64, usize)), EstimateEr
 }
 
 /// The fit of outputs and inputs on the references.
-fn by_references(lines: &[Lines], of: (f64, usize), ports: &Ports, fit: &impl LocalFit) -> Option<Result<Fitted, EstimateError>> {
+fn by_references(lines: &[Lines], of: (f64, usize), ports: &Ports, apart_hz: Option<[f64; 2]>, fit: &impl LocalFit) -> Option<Result<Fitted, EstimateError>> {
     let responders: Vec<usize> = ports.outputs.iter().chain(&ports.inputs).copied().collect();
-    (ports.references.len() >= ports.inputs.len()).then(|| fit(lines, of, &ports.references, &responders))
+    (ports.references.len() >= ports.inputs.len()).then(|| fit(lines, of, &ports.references, &responders, apart_hz))
 }
 
 fn local(trials: &[&Recording], ports: &Ports, labels: &Labels, method: &SpectralMethod, fit: impl LocalFit) -> Result<Estimates, EstimateError> {
     let (lines, of) = lines(trials)?;
-    let fitted = fit(&lines, of, &ports.inputs, &ports.outputs)?;
-    let derived = by_references(&lines, of, ports, &fit).map(|joint| joint?.derived(&fitted, labels)).transpose()?;
+    let fitted = fit(&lines, of, &ports.inputs, &ports.outputs, None)?;
+    let derived = by_references(&lines, of, ports, None, &fit).map(|joint| joint?.derived(&fitted, labels)).transpose()?;
     let direct = fitted.direct(labels)?;
     let warnings = warnings(&direct, derived.as_ref(), ports);
     Ok(Estimates { effective_averages: direct.effective_averages, direct, derived, spectra: None, distortion: None, method: method.clone(), warnings })
 }
 
-fn local_response(trials: &[&Recording], ports: &Ports, labels: &Labels, fit: impl LocalFit) -> Result<FrequencyResponse, EstimateError> {
+fn local_response(
+    trials: &[&Recording],
+    ports: &Ports,
+    labels: &Labels,
+    apart_hz: Option<[f64; 2]>,
+    fit: impl LocalFit,
+) -> Result<FrequencyResponse, EstimateError> {
     let (lines, of) = lines(trials)?;
-    match by_references(&lines, of, ports, &fit) {
+    match by_references(&lines, of, ports, apart_hz, &fit) {
         Some(joint) => joint?.derived_alone(labels),
-        None => Ok(fit(&lines, of, &ports.inputs, &ports.outputs)?.direct(labels)?.response),
+        None => Ok(fit(&lines, of, &ports.inputs, &ports.outputs, apart_hz)?.direct(labels)?.response),
     }
 }
 
@@ -309,7 +326,8 @@ mod tests {
             let labels = Labels::of(&trial, &ports);
             let whole = estimate(&[&trial], &ports, &labels, method, Direct::H1).expect("an estimate");
             let whole = whole.derived.map_or(whole.direct.response, |derived| derived.response);
-            let alone = response(&[&trial], &ports, &labels, method, Direct::H1).expect("a response");
+            let respond = |apart_hz| response(&[&trial], &ports, &labels, (method, Direct::H1), apart_hz).expect("a response");
+            let alone = respond(None);
             let same = |a: &ndarray::Array3<num_complex::Complex64>, b: &ndarray::Array3<num_complex::Complex64>| {
                 a.dim() == b.dim() && a.iter().zip(b).all(|(a, b)| a == b || (a.is_nan() && b.is_nan()))
             };
@@ -317,6 +335,14 @@ mod tests {
             assert!(same(&alone.value, &whole.value) && alone.value[[20, 0, 0]].is_finite(), "{}", method.name());
             assert!(same(&own.noise, &other.noise) && same(&own.input_inverse, &other.input_inverse), "{}", method.name());
             assert_eq!((&alone.frequency_hz, &alone.inputs, &alone.outputs), (&whole.frequency_hz, &whole.inputs, &whole.outputs));
+            // Of independent lines alone the spread between trials is the same, to the last bit.
+            let [all, apart] = [alone, respond(Some([2.0, 30.0]))].map(|one| {
+                let other = FrequencyResponse { value: one.value.mapv(|v| v * v), ..one.clone() };
+                crate::spread(&[one, other], 2.0, 30.0).map(|spread| (spread.ratio, spread.ratio_std_error, spread.between.dim().0))
+            });
+            let (all, apart) = (all.expect("two of a kind"), apart.expect("two of a kind"));
+            assert!((all.0, all.1) == (apart.0, apart.1) && all.0.is_finite(), "{}: {all:?} {apart:?}", method.name());
+            assert_eq!(method.name().starts_with("local"), apart.2 < all.2);
         }
     }
 }
