@@ -145,10 +145,10 @@ impl<'a, 'v> Place<'a, 'v> {
         let (columns, missing) = open(self.view, self.forms, self.logged);
         let (_, found) = solved(&self.view.white(&columns), &missing);
         let factors: Vec<f64> = columns.iter().enumerate().filter(|(_, c)| self.hanging.contains(c)).map(|(k, _)| found.of(&[k])[0]).collect();
-        let Some(bodies) = self.bodies(&gear, &factors) else {
-            self.hanging.clear();
-            return At { gear, factors: vec![] };
-        };
+        // Where there are no such bodies, it begins with the file's.
+        let nothing = vec![0.0; factors.len()];
+        let found = self.bodies(&gear, &factors).map(|bodies| (bodies, factors));
+        let (bodies, factors) = found.unwrap_or_else(|| (self.bodies(&gear, &nothing).unwrap_or_else(|| self.view.scene.bodies.clone()), nothing));
         At { gear: Gear { bodies, ..gear }, factors }
     }
 

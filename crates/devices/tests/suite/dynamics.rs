@@ -156,6 +156,14 @@ fn torques_are_linear_in_the_inertial_parameters_and_the_regressor_is_pinocchio_
 }
 
 #[test]
+fn a_body_with_a_moment_and_no_mass_is_none() {
+    let chain = chain("three_link.urdf");
+    let mut inertial = chain.inertial_parameters();
+    inertial[0] = 0.0;
+    assert!(inertial[1..4].iter().any(|moment| *moment != 0.0) && chain.with_inertial_parameters(&inertial).is_none());
+}
+
+#[test]
 fn base_parameters_say_all_that_the_torques_do_and_are_as_many_as_the_rank() {
     for name in ["three_link", "six_joint"] {
         let chain = chain(&format!("{name}.urdf"));
