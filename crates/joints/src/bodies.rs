@@ -43,12 +43,6 @@ impl Bodies {
         Some(Bodies::new(self.chain.clone().with_inertial_parameters(&inertial)?, self.known.len()))
     }
 
-    /// The same where the base is turned.
-    pub fn turned(self, tilt: &[f64; 3]) -> Self {
-        let (gravity, change) = (self.chain.gravity(), turned(self.chain.gravity(), tilt));
-        Bodies::new(self.chain.with_gravity(std::array::from_fn(|k| gravity[k] + change[k])), self.known.len())
-    }
-
     /// Torques that they need without a deflection, `[joint][sample]`.
     pub fn torques(&self, motion: &Motion) -> &[Vec<f64>] {
         self.known[motion.trial].torques.get_or_init(|| inverse_dynamics(&self.chain, motion))

@@ -35,7 +35,8 @@ pub(crate) fn settle(view: &View<'_>, forms: &mut [Form], logged: &Logged) {
         if gear.extent > 0.0 && view.scene.joints[gear.joint].inertia > 0.0 {
             // Beside other causes it has settled before, not far from here.
             let before = view.kept().settled.iter().find(|(from, _)| *from == searched).map(|(_, to)| to.clone());
-            let gear = place.settled([Some(gear), before].into_iter().flatten().collect());
+            let from: Vec<Gear> = [Some(gear), before].into_iter().flatten().collect();
+            let Some(gear) = place.settled(&from) else { continue };
             place.put(&gear);
             let mut kept = view.kept();
             kept.settled.retain(|(from, _)| *from != searched);
@@ -70,11 +71,9 @@ fn by_itself(view: &View<'_>, searched: &[Form], asked: &[Form], logged: &Logged
     let mut logged = logged.clone();
     (logged.late_s[joint], logged.gain[joint]) = (0.0, 1.0);
     let mut place = Place::new(view, &mut beside, k, &logged);
-    let swinging: Vec<Gear> = own.iter().map(|(_, gear)| (*gear).clone()).filter(|gear| gear.extent > 0.0).collect();
-    if swinging.is_empty() {
-        return vec![];
-    }
-    let settled = Column::Give(place.settled(swinging));
+    let mut from: Vec<Gear> = own.iter().map(|(_, gear)| (*gear).clone()).filter(|gear| gear.extent > 0.0).collect();
+    from.dedup();
+    let Some(settled) = place.settled(&from).map(Column::Give) else { return vec![] };
     let columns = |form: &Form| -> Vec<Column> { std::iter::once(settled.clone()).chain(form.columns[1..].iter().cloned()).collect() };
     let mut out: Vec<Form> = Vec::new();
     for (form, columns) in own.into_iter().map(|(form, _)| (form, columns(form))) {
@@ -124,7 +123,7 @@ struct At {
 
 impl<'a, 'v> Place<'a, 'v> {
     fn new(view: &'a View<'v>, forms: &'a mut [Form], k: usize, logged: &'a Logged) -> Self {
-        let hanging = forms[k].gear().map(|gear| hanging(view, forms, gear.joint)).unwrap_or_default();
+        let hanging = forms[k].gear().map(|gear| hanging(view, forms, gear)).unwrap_or_default();
         Place { view, forms, k, logged, hanging }
     }
 
@@ -146,21 +145,15 @@ impl<'a, 'v> Place<'a, 'v> {
         let (_, found) = solved(&self.view.white(&columns), &missing);
         let factors: Vec<f64> = columns.iter().enumerate().filter(|(_, c)| self.hanging.contains(c)).map(|(k, _)| found.of(&[k])[0]).collect();
         // Where there are no such bodies, it begins with the file's.
-        let nothing = vec![0.0; factors.len()];
-        let found = self.bodies(&gear, &factors).map(|bodies| (bodies, factors));
-        let (bodies, factors) = found.unwrap_or_else(|| (self.bodies(&gear, &nothing).unwrap_or_else(|| self.view.scene.bodies.clone()), nothing));
+        let found = self.bodies(&factors).map(|bodies| (bodies, factors.clone()));
+        let (bodies, factors) = found.unwrap_or_else(|| (self.view.scene.bodies.clone(), vec![0.0; factors.len()]));
         At { gear: Gear { bodies, ..gear }, factors }
     }
 
-    /// The file's bodies with so much more of what hangs on the gear, as the base stands; `None` where there are no such bodies.
-    fn bodies(&self, gear: &Gear, factors: &[f64]) -> Option<Arc<Bodies>> {
-        let (file, tilt) = (&self.view.scene.bodies, &self.logged.tilt);
-        if factors.is_empty() && *tilt == [0.0; 3] {
-            return Some(file.clone());
-        }
-        let found = file.with(&more(self.view, &self.hanging, factors))?.turned(tilt);
-        // What is known of them stays known.
-        Some(if found == *gear.bodies { gear.bodies.clone() } else { Arc::new(found) })
+    /// The file's bodies with so much more of what hangs on the gear; `None` where there are no such bodies.
+    fn bodies(&self, factors: &[f64]) -> Option<Arc<Bodies>> {
+        let file = &self.view.scene.bodies;
+        if factors.is_empty() { Some(file.clone()) } else { file.with(&more(self.view, &self.hanging, factors)).map(Arc::new) }
     }
 
     /// What is open beside the gear and what hangs on it, and what these leave of the missing torque.
@@ -182,15 +175,17 @@ impl<'a, 'v> Place<'a, 'v> {
     }
 
     /// Where the likelihood is greatest from the best of these.
-    fn settled(&mut self, from: Vec<Gear>) -> Gear {
-        let all: Vec<At> = from.into_iter().map(|gear| self.laden(gear)).collect();
-        let (mut at, mut least) = (all[0].clone(), self.loss(&all[0]));
-        for other in &all[1..] {
-            let loss = self.loss(other);
-            if loss < least {
-                (at, least) = (other.clone(), loss);
-            }
-        }
+    fn settled(&mut self, from: &[Gear]) -> Option<Gear> {
+        // Beside whatever factors of what hangs on it.
+        let mut short_of = |gear: &Gear| {
+            self.put(gear);
+            let (columns, missing) = open(self.view, self.forms, self.logged);
+            let (table, found) = solved(&self.view.white(&columns), &missing);
+            table.total - found.gained
+        };
+        let (_, nearest) = from.iter().map(|gear| (short_of(gear), gear)).min_by(|a, b| a.0.total_cmp(&b.0))?;
+        let mut at = self.laden(nearest.clone());
+        let mut least = self.loss(&at);
         let mut fresh = false;
         for _ in 0..STEPS {
             let (steps, promised) = self.steps(&at, fresh);
@@ -209,14 +204,14 @@ impl<'a, 'v> Place<'a, 'v> {
                 None => break,
             }
         }
-        at.gear
+        Some(at.gear)
     }
 
     /// Part of a step further; `None` where it leads to no bodies.
     fn after(&self, at: &At, steps: &[f64], part: f64) -> Option<At> {
         let (own, hanging) = steps.split_at(steps.len() - at.factors.len());
         let factors: Vec<f64> = at.factors.iter().zip(hanging).map(|(factor, step)| factor + part * step).collect();
-        let mut gear = Gear { bodies: self.bodies(&at.gear, &factors)?, ..at.gear.clone() };
+        let mut gear = Gear { bodies: self.bodies(&factors)?, ..at.gear.clone() };
         gear.extent = (gear.extent + part * own[0]).clamp(0.5 * at.gear.extent, 2.0 * at.gear.extent);
         if gear.swings() {
             gear.damping = (gear.damping + part * own[DAMPING]).max(0.0);
@@ -243,9 +238,13 @@ impl<'a, 'v> Place<'a, 'v> {
     }
 }
 
-/// Columns of the bodies behind a joint of which it feels something.
-fn hanging(view: &View<'_>, forms: &[Form], joint: usize) -> Vec<Column> {
-    let behind = |c: &&Column| matches!(c, Column::Body { link, .. } if *link >= joint) && felt(view, c, joint) > ROUNDED * view.scene.joints[joint].torque;
+/// Columns of the bodies on a gear of which its joint feels something; those in a play lie on its side whatever they are.
+fn hanging(view: &View<'_>, forms: &[Form], gear: &Gear) -> Vec<Column> {
+    let (joint, least) = (gear.joint, ROUNDED * view.scene.joints[gear.joint].torque);
+    let behind = |c: &&Column| matches!(c, Column::Body { link, .. } if *link >= joint) && felt(view, c, joint) > least;
+    if gear.lets == Lets::Play {
+        return vec![];
+    }
     forms.iter().flat_map(|form| &form.columns).filter(behind).cloned().collect()
 }
 
@@ -354,10 +353,10 @@ pub(crate) fn changes(view: &View<'_>, forms: &[Form], column: &Column) -> Vec<S
         if gear.extent <= 0.0 {
             return vec![];
         }
-        return slopes(view, gear, &hanging(view, forms, gear.joint), false)[..1 + column.beside()].to_vec();
+        return slopes(view, gear, &hanging(view, forms, gear), false)[..1 + column.beside()].to_vec();
     }
     let of = |gear: &Gear| {
-        let hanging = hanging(view, forms, gear.joint);
+        let hanging = hanging(view, forms, gear);
         let place = hanging.iter().position(|c| c == column)?;
         let slopes = slopes(view, gear, &hanging, false);
         Some(slopes[slopes.len() - hanging.len() + place].clone())

@@ -63,7 +63,8 @@ def main():
     print(found)
     for cause in found.causes:
         for parameter in cause["parameters"]:
-            print(parameter["name"], round(parameter["value"], 4), np.round(parameter["ci95"], 4))
+            low, high = parameter["ci95"]
+            print(f"{parameter['name']} {parameter['value']:.4f} [{low:.4f} {high:.4f}]")
     for output, before, after in zip(*found.rerun.values()):
         print(f"{output}: MuJoCo's own run misses {100 * before:.1f} %, with what was found {100 * after:.1f} %")
     # ANCHOR_END: diagnose
