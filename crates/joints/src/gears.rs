@@ -183,7 +183,9 @@ impl<'a, 'v> Place<'a, 'v> {
             let (table, found) = solved(&self.view.white(&columns), &missing);
             table.total - found.gained
         };
-        let (_, nearest) = from.iter().map(|gear| (short_of(gear), gear)).min_by(|a, b| a.0.total_cmp(&b.0))?;
+        // A link that falls over has no number.
+        let short = from.iter().map(|gear| (short_of(gear), gear)).filter(|(short, _)| short.is_finite());
+        let (_, nearest) = short.min_by(|a, b| a.0.total_cmp(&b.0))?;
         let mut at = self.laden(nearest.clone());
         let mut least = self.loss(&at);
         let mut fresh = false;
@@ -207,8 +209,11 @@ impl<'a, 'v> Place<'a, 'v> {
         Some(at.gear)
     }
 
-    /// Part of a step further; `None` where it leads to no bodies.
+    /// Part of a step further; `None` where there is no such step or it leads to no bodies.
     fn after(&self, at: &At, steps: &[f64], part: f64) -> Option<At> {
+        if !steps.iter().all(|step| step.is_finite()) {
+            return None;
+        }
         let (own, hanging) = steps.split_at(steps.len() - at.factors.len());
         let factors: Vec<f64> = at.factors.iter().zip(hanging).map(|(factor, step)| factor + part * step).collect();
         let mut gear = Gear { bodies: self.bodies(&factors)?, ..at.gear.clone() };
