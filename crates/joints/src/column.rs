@@ -38,7 +38,7 @@ pub(crate) enum Column {
     /// A power of the angle, from its middle, over half its range.
     Power { joint: usize, power: i32 },
     /// What bodies feel behind a gear that gives or has play, for each unit of its extent.
-    Give(Gear),
+    Gear(Gear),
     /// A combination of the inertial parameters of a body ([`TERMS_OF_A_LINK`] numbers).
     Body { link: usize, parts: [f64; TERMS_OF_A_LINK] },
     /// The base turned about one of its axes.
@@ -52,12 +52,12 @@ pub(crate) enum Column {
 impl Column {
     /// The factor that it is made with, where it has no other.
     pub fn factor(&self) -> Option<f64> {
-        if let Column::Give(gear) = self { Some(gear.extent).filter(|c| *c > 0.0) } else { None }
+        if let Column::Gear(gear) = self { Some(gear.extent).filter(|c| *c > 0.0) } else { None }
     }
 
     /// Numbers beside the factor that are fitted with it: a gear's damping, and how its link begins.
     pub fn beside(&self) -> usize {
-        if let Column::Give(gear @ Gear { lets: Lets::Give, .. }) = self { 1 + 2 * gear.starts.len() } else { 0 }
+        if let Column::Gear(gear @ Gear { lets: Lets::Give, .. }) = self { 1 + 2 * gear.starts.len() } else { 0 }
     }
 
     /// Whether all that it is made with is a number: what is none is not equal to itself.
@@ -103,7 +103,7 @@ impl Column {
                 let ([low, high], fastest) = (scene.joints[*joint].range, 3.0 * scene.joints[*joint].speed);
                 own(*joint, &|q, v| legendre(*angle, (2.0 * q - low - high) / (high - low)) * legendre(*speed, (v / fastest).clamp(-1.0, 1.0)))
             }
-            Column::Give(gear) => given(motion, scene, gear),
+            Column::Gear(gear) => given(motion, scene, gear),
             Column::Body { link, parts } => {
                 let felt = each_sample(motion, link + 1, |q, v, a, out| {
                     let y = scene.chain.regressor(q, v, a);

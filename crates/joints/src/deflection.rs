@@ -4,6 +4,7 @@ use crate::bodies::{Bodies, EXCURSION, Load, moved};
 use crate::dynamics::{each_sample, inverse_dynamics, sign};
 use crate::motion::Motion;
 use crate::scene::Scene;
+use crate::swing::{Fall, Swing};
 use ndof_devices::TERMS_OF_A_LINK;
 use ndof_models::robot::Robot;
 use ndof_signal::{RESOLVED, derivatives};
@@ -107,22 +108,20 @@ pub(crate) fn heavier(motion: &Motion, scene: &Scene<'_>, gear: &Gear, bodies: &
             out.iter_mut().enumerate().for_each(|(j, out)| *out = parts.iter().enumerate().map(|(k, p)| p * y[[j, TERMS_OF_A_LINK * body + k]]).sum());
         }
     });
-    if gear.swings() {
-        let before = inverse_dynamics(chain, &link);
-        felt.par_chunks_exact_mut(n).for_each(|felt| {
-            let more = follows(motion, scene, gear, &felt[joint]);
-            let size = more.iter().fold(0.0_f64, |s, x| s.max(x.abs()));
-            if size > 0.0 {
-                let step = EXCURSION / size;
-                let [bent, rate, curve] = derivatives(&more, scene.rate_hz, RESOLVED * scene.rate_hz / 2.0);
-                let after = inverse_dynamics(chain, &moved(&link, joint, -step, [&bent, &rate, &curve]));
-                for ((felt, after), before) in felt.iter_mut().zip(&after).zip(&before) {
-                    felt.iter_mut().zip(after.iter().zip(before)).for_each(|(f, (a, b))| *f += (a - b) / step);
-                }
-                felt[joint].iter_mut().zip(&curve).for_each(|(f, c)| *f += scene.joints[joint].rotor * c);
+    let before = inverse_dynamics(chain, &link);
+    felt.par_chunks_exact_mut(n).for_each(|felt| {
+        let more = follows(motion, scene, gear, &felt[joint]);
+        let size = more.iter().fold(0.0_f64, |s, x| s.max(x.abs()));
+        if size > 0.0 {
+            let step = EXCURSION / size;
+            let [bent, rate, curve] = derivatives(&more, scene.rate_hz, RESOLVED * scene.rate_hz / 2.0);
+            let after = inverse_dynamics(chain, &moved(&link, joint, -step, [&bent, &rate, &curve]));
+            for ((felt, after), before) in felt.iter_mut().zip(&after).zip(&before) {
+                felt.iter_mut().zip(after.iter().zip(before)).for_each(|(f, (a, b))| *f += (a - b) / step);
             }
-        });
-    }
+            felt[joint].iter_mut().zip(&curve).for_each(|(f, c)| *f += scene.joints[joint].rotor * c);
+        }
+    });
     felt.chunks_exact(n).map(<[_]>::to_vec).collect()
 }
 
@@ -244,87 +243,6 @@ fn falls(motion: &Motion, scene: &Scene<'_>, gear: &Gear) -> Vec<f64> {
     deflection
 }
 
-/// A link in its play: where it is and how fast.
-struct Fall {
-    side: f64,
-    x: f64,
-    v: f64,
-}
-
-impl Fall {
-    /// A while under an acceleration that changes in a line.
-    fn over(&mut self, time: f64, mut acceleration: f64, jerk: f64) {
-        let mut left = time;
-        // It leaves a side, lands, and may leave once more.
-        for _ in 0..3 {
-            let lies = self.x.abs() >= self.side && self.v == 0.0;
-            if lies && acceleration * self.x >= 0.0 {
-                let turns = -acceleration / jerk;
-                if !(turns > 0.0 && turns < left) {
-                    return;
-                }
-                (left, acceleration) = (left - turns, 0.0);
-            }
-            let at = |t: f64| self.x + t * (self.v + t * (acceleration / 2.0 + t * jerk / 6.0));
-            // From the side on which it lies it goes inwards, whatever rounding says.
-            let lands = |t: f64| if lies { at(t) * self.x <= -self.side * self.side } else { at(t).abs() >= self.side };
-            if !lands(left) {
-                let speed = self.v + left * (acceleration + left * jerk / 2.0);
-                (self.x, self.v) = (at(left).clamp(-self.side, self.side), speed);
-                return;
-            }
-            let (mut before, mut after) = (0.0, left);
-            for _ in 0..HALVINGS {
-                let middle = 0.5 * (before + after);
-                if lands(middle) { after = middle } else { before = middle }
-            }
-            (self.x, self.v) = (self.side.copysign(at(after)), 0.0);
-            (left, acceleration) = (left - after, acceleration + after * jerk);
-        }
-    }
-}
-
-/// By then the moment of a landing is known to the last digits of a step.
-const HALVINGS: usize = 50;
-
-/// M ẍ + c ẋ + k x = u.
-struct Swing {
-    inertia: f64,
-    damping: f64,
-    stiffness: f64,
-}
-
-impl Swing {
-    /// Where it stays, and how fast it moves, behind a force that grows in a line.
-    fn stays(&self, force: f64, growth: f64) -> [f64; 2] {
-        let rate = growth / self.stiffness;
-        [(force - self.damping * rate) / self.stiffness, rate]
-    }
-
-    /// x and ẋ after a time in which the force goes from one to another in a line.
-    fn after(&self, [x, v]: [f64; 2], [from, to]: [f64; 2], time: f64) -> [f64; 2] {
-        let [before, rate] = self.stays(from, (to - from) / time);
-        let [own, swing] = swung([x - before, v - rate], self.damping / (2.0 * self.inertia), self.stiffness / self.inertia, time);
-        [before + rate * time + own, rate + swing]
-    }
-}
-
-/// x and ẋ of ẍ + 2 α ẋ + ω² x = 0 a while later.
-fn swung([x, v]: [f64; 2], decay: f64, square: f64, time: f64) -> [f64; 2] {
-    let left = square - decay * decay;
-    let (w, fall) = (left.abs().sqrt() * time, decay * time);
-    let [c, s] = if left >= 0.0 {
-        [w.cos(), w.sin()].map(|x| x * (-fall).exp())
-    } else {
-        // Of cosh and sinh, which alone overflow where it falls fast.
-        let [slow, fast] = [w - fall, -w - fall].map(f64::exp);
-        [0.5 * (slow + fast), 0.5 * (slow - fast)]
-    };
-    // e^(−αt) sin(ωt)/ω, which is t e^(−αt) where ω is none.
-    let s = if w > 1e-9 { s / w * time } else { time * (-fall).exp() };
-    [x * c + (v + decay * x) * s, v * c - (decay * v + square * x) * s]
-}
-
 /// The change of all torques for each unit of a deflection of one joint that follows from the torque on it.
 pub(crate) fn deflected(motion: &Motion, scene: &Scene<'_>, joint: usize, deflection: impl Fn(f64) -> f64) -> Vec<(usize, Vec<f64>)> {
     let load: Vec<f64> = motion.rigid[joint].iter().map(|t| deflection(*t)).collect();
@@ -381,22 +299,6 @@ joints = [
         let first = whole * a1 + across * a2 - far * q2.sin() * (2.0 * v1 * v2 + v2 * v2);
         let second = across * a1 + near * a2 + far * q2.sin() * v1 * v1;
         [first - g * ((0.2 + 1.5 * 0.3) * q1.cos() + weight * (q1 + q2).cos()), second - g * weight * (q1 + q2).cos()]
-    }
-
-    /// By their own equations of motion, from slow to fast and from none to much damping: x = e^(−αt) of one that is critically damped and begins with v = −α x.
-    #[test]
-    fn what_swings_obeys_its_equation_and_what_falls_fast_stays_finite() {
-        for (decay, square) in [(0.0, 100.0), (1.0, 100.0), (10.0, 100.0), (30.0, 100.0), (1e6, 100.0), (2.0, -3.0)] {
-            let at = |t: f64| swung([1.0, -0.5], decay, square, t);
-            let [x, v] = at(0.07);
-            let h = 1e-5;
-            let [before, after] = [at(0.07 - h), at(0.07 + h)];
-            assert!(x.is_finite() && v.is_finite() && ((after[0] - before[0]) / (2.0 * h) - v).abs() < 1e-6, "{decay} {square}");
-            let acceleration = (after[1] - before[1]) / (2.0 * h);
-            assert!((acceleration + 2.0 * decay * v + square * x).abs() < 1e-4 * (1.0 + 2.0 * decay * v.abs() + square.abs()), "{decay} {square}");
-        }
-        let [x, v] = swung([1.0, -10.0], 10.0, 100.0, 0.3);
-        assert!((x - (-3.0_f64).exp()).abs() < 1e-12 && (v + 10.0 * (-3.0_f64).exp()).abs() < 1e-11);
     }
 
     /// A shoulder's gear gives; what hangs on it changes with the elbow, and both joints feel how it swings.

@@ -4,8 +4,6 @@ mod climb;
 mod fourier;
 mod information;
 mod limits;
-#[cfg(test)]
-mod tests;
 
 pub use fourier::{FourierMotion, FourierSeries, JointMotion};
 pub use limits::JointLimits;

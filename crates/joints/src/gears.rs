@@ -35,7 +35,7 @@ pub(crate) fn settle(view: &View<'_>, forms: &mut [Form], logged: &Logged) {
         if gear.extent > 0.0 && view.scene.joints[gear.joint].inertia > 0.0 {
             // Beside other causes it has settled before, not far from here.
             let before = view.kept().settled.iter().find(|(from, _)| *from == searched).map(|(_, to)| to.clone());
-            let from: Vec<Gear> = [Some(gear), before].into_iter().flatten().collect();
+            let from: Vec<Gear> = std::iter::once(gear).chain(before).collect();
             let Some(gear) = place.settled(&from) else { continue };
             place.put(&gear);
             let mut kept = view.kept();
@@ -73,7 +73,7 @@ fn by_itself(view: &View<'_>, searched: &[Form], asked: &[Form], logged: &Logged
     let mut place = Place::new(view, &mut beside, k, &logged);
     let mut from: Vec<Gear> = own.iter().map(|(_, gear)| (*gear).clone()).filter(|gear| gear.extent > 0.0).collect();
     from.dedup();
-    let Some(settled) = place.settled(&from).map(Column::Give) else { return vec![] };
+    let Some(settled) = place.settled(&from).map(Column::Gear) else { return vec![] };
     let columns = |form: &Form| -> Vec<Column> { std::iter::once(settled.clone()).chain(form.columns[1..].iter().cloned()).collect() };
     let mut out: Vec<Form> = Vec::new();
     for (form, columns) in own.into_iter().map(|(form, _)| (form, columns(form))) {
@@ -100,7 +100,7 @@ pub(crate) fn begin(fitted: &View<'_>, held: &View<'_>, model: &mut Model) {
             let (_, found) = solved(&slopes, &residual(held, model).whitened(&held.noise));
             let steps = found.of(&(0..slopes.len()).collect::<Vec<_>>());
             unseen.iter().zip(steps.chunks_exact(2)).for_each(|(t, step)| (0..2).for_each(|i| gear.starts[*t][i] += step[i]));
-            model.forms[k].columns[0] = Column::Give(gear);
+            model.forms[k].columns[0] = Column::Gear(gear);
         }
     }
 }
@@ -128,7 +128,7 @@ impl<'a, 'v> Place<'a, 'v> {
     }
 
     fn put(&mut self, gear: &Gear) {
-        self.forms[self.k].columns[0] = Column::Give(gear.clone());
+        self.forms[self.k].columns[0] = Column::Gear(gear.clone());
     }
 
     /// The extent by the line at none of it.
@@ -138,22 +138,18 @@ impl<'a, 'v> Place<'a, 'v> {
         solved(&self.view.white(&columns), &missing).1.of(&[before])[0]
     }
 
-    /// A gear that carries the bodies as they are found beside it.
-    fn laden(&mut self, gear: Gear) -> At {
-        self.put(&gear);
+    /// A gear that carries the bodies as they are found beside it; `None` where there are no such bodies.
+    fn laden(&mut self, gear: &Gear) -> Option<At> {
+        self.put(gear);
         let (columns, missing) = open(self.view, self.forms, self.logged);
         let (_, found) = solved(&self.view.white(&columns), &missing);
         let factors: Vec<f64> = columns.iter().enumerate().filter(|(_, c)| self.hanging.contains(c)).map(|(k, _)| found.of(&[k])[0]).collect();
-        // Where there are no such bodies, it begins with the file's.
-        let found = self.bodies(&factors).map(|bodies| (bodies, factors.clone()));
-        let (bodies, factors) = found.unwrap_or_else(|| (self.view.scene.bodies.clone(), vec![0.0; factors.len()]));
-        At { gear: Gear { bodies, ..gear }, factors }
+        Some(At { gear: Gear { bodies: self.bodies(&factors)?, ..gear.clone() }, factors })
     }
 
     /// The file's bodies with so much more of what hangs on the gear; `None` where there are no such bodies.
     fn bodies(&self, factors: &[f64]) -> Option<Arc<Bodies>> {
-        let file = &self.view.scene.bodies;
-        if factors.is_empty() { Some(file.clone()) } else { file.with(&more(self.view, &self.hanging, factors)).map(Arc::new) }
+        self.view.scene.bodies.with(&more(self.view, &self.hanging, factors)).map(Arc::new)
     }
 
     /// What is open beside the gear and what hangs on it, and what these leave of the missing torque.
@@ -174,20 +170,28 @@ impl<'a, 'v> Place<'a, 'v> {
         table.total - found.gained
     }
 
-    /// Where the likelihood is greatest from the best of these.
+    /// Where the likelihood is greatest from the best of these: as if what hangs on the gear did not swing, and from there or from one of these as it does.
     fn settled(&mut self, from: &[Gear]) -> Option<Gear> {
-        // Beside whatever factors of what hangs on it.
-        let mut short_of = |gear: &Gear| {
-            self.put(gear);
-            let (columns, missing) = open(self.view, self.forms, self.logged);
-            let (table, found) = solved(&self.view.white(&columns), &missing);
-            table.total - found.gained
-        };
-        // A link that falls over has no number.
-        let short = from.iter().map(|gear| (short_of(gear), gear)).filter(|(short, _)| short.is_finite());
-        let (_, nearest) = short.min_by(|a, b| a.0.total_cmp(&b.0))?;
-        let mut at = self.laden(nearest.clone());
-        let mut least = self.loss(&at);
+        let hanging = std::mem::take(&mut self.hanging);
+        let (loss, nearest) = self.best(from.iter().map(|gear| At { gear: gear.clone(), factors: vec![] }).collect())?;
+        let still = self.climbed(nearest, loss);
+        self.hanging = hanging;
+        if self.hanging.is_empty() {
+            return Some(still.gear);
+        }
+        // A gear that carries what it does not is no hypothesis, however likely: it is where there is no other.
+        let laden = from.iter().chain([&still.gear]).filter_map(|gear| self.laden(gear)).collect();
+        Some(self.best(laden).map_or(still, |(loss, at)| self.climbed(at, loss)).gear)
+    }
+
+    /// The likeliest, and what it is short of; a link that falls over has no number.
+    fn best(&mut self, all: Vec<At>) -> Option<(f64, At)> {
+        let all = all.into_iter().map(|at| (self.loss(&at), at)).filter(|(loss, _)| loss.is_finite());
+        all.min_by(|a, b| a.0.total_cmp(&b.0))
+    }
+
+    /// Where the likelihood is greatest from there, where it is so much short of.
+    fn climbed(&mut self, mut at: At, mut least: f64) -> At {
         let mut fresh = false;
         for _ in 0..STEPS {
             let (steps, promised) = self.steps(&at, fresh);
@@ -206,7 +210,7 @@ impl<'a, 'v> Place<'a, 'v> {
                 None => break,
             }
         }
-        Some(at.gear)
+        at
     }
 
     /// Part of a step further; `None` where there is no such step or it leads to no bodies.
@@ -216,7 +220,10 @@ impl<'a, 'v> Place<'a, 'v> {
         }
         let (own, hanging) = steps.split_at(steps.len() - at.factors.len());
         let factors: Vec<f64> = at.factors.iter().zip(hanging).map(|(factor, step)| factor + part * step).collect();
-        let mut gear = Gear { bodies: self.bodies(&factors)?, ..at.gear.clone() };
+        let mut gear = at.gear.clone();
+        if !factors.is_empty() {
+            gear.bodies = self.bodies(&factors)?;
+        }
         gear.extent = (gear.extent + part * own[0]).clamp(0.5 * at.gear.extent, 2.0 * at.gear.extent);
         if gear.swings() {
             gear.damping = (gear.damping + part * own[DAMPING]).max(0.0);
@@ -330,8 +337,8 @@ fn slope(view: &View<'_>, gear: &Gear, size: f64, moves: impl Fn(&mut Gear, f64)
     let step = DIFFERENCE * size;
     let mut moved = gear.clone();
     moves(&mut moved, step);
-    let mut out = view.compute(&[Column::Give(moved.clone())]).swap_remove(0);
-    let here = view.series(&[Column::Give(gear.clone())]);
+    let mut out = view.compute(&[Column::Gear(moved.clone())]).swap_remove(0);
+    let here = view.series(&[Column::Gear(gear.clone())]);
     let unit = out.clone();
     out.add(moved.extent / step - 1.0, &unit);
     here.iter().for_each(|here| out.add(-gear.extent / step, here));
@@ -353,7 +360,7 @@ fn hung(view: &View<'_>, gear: &Gear, hanging: &[Column]) -> Vec<Series> {
 
 /// The changes of all torques with a column's factor where a gear makes them others than the column itself, and with what is fitted beside it and not told.
 pub(crate) fn changes(view: &View<'_>, forms: &[Form], column: &Column) -> Vec<Series> {
-    if let Column::Give(gear) = column {
+    if let Column::Gear(gear) = column {
         // One that did not settle is a line.
         if gear.extent <= 0.0 {
             return vec![];

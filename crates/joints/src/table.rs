@@ -189,7 +189,7 @@ impl<'a> View<'a> {
                     return combined(&bodies[*link], parts);
                 }
                 // What a search asks of a gear both stretches ask, and it is dear.
-                let both = matches!(column, Column::Give(gear) if gear.is_searched());
+                let both = matches!(column, Column::Gear(gear) if gear.is_searched());
                 let of = |motion: &Motion| if both { self.along(column, motion.trial) } else { Arc::new(column.along(motion, self.scene)) };
                 let felt = self.by_trial(of);
                 self.in_band(|trial| felt[trial].iter().flat_map(|felt| felt.iter()))

@@ -1,12 +1,8 @@
 //! Play between motor and link.
 
-use super::joint_flexibility::gears;
-use super::{Card, JointCause, Told, each_joint};
+use super::{Card, JointCause, Told, each_joint, gears};
 use crate::deflection::Lets;
 use std::f64::consts::TAU;
-
-/// How many times as fast as its joint moves a link falls through its play where it is searched; neighbours are four times as wide. A narrower one is a line.
-const FALLS: [f64; 4] = [2.0, 3.2, 5.0, 8.0];
 
 pub(super) static CAUSE: JointCause = JointCause {
     card: Card {
@@ -22,9 +18,7 @@ pub(super) static CAUSE: JointCause = JointCause {
             let joint = &scene.joints[j];
             // A load that grows in a line turns a link over so wide a play in that time.
             let grows = TAU * joint.pace_hz * joint.torque / joint.inertia;
-            let plays = FALLS.map(|times| grows / (TAU * joint.pace_hz * times).powi(3) / 6.0);
-            let gap = Told::new("gap_rad", "rad", 0).positive();
-            gears(scene, j, &CAUSE, Lets::Play, &plays, &gap)
+            gears(scene, j, &CAUSE, Lets::Play, |rate| grows / rate.powi(3) / 6.0, &Told::new("gap_rad", "rad", 0).positive())
         })
     },
 };

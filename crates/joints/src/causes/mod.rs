@@ -17,8 +17,9 @@ mod torque_scale;
 mod viscous_friction;
 
 use crate::column::Column;
-use crate::deflection::Gear;
+use crate::deflection::{Gear, Lets};
 use crate::scene::Scene;
+use std::f64::consts::TAU;
 
 /// A cause in words.
 #[derive(Debug, PartialEq)]
@@ -140,7 +141,7 @@ impl Form {
 
     /// The gear that gives in it.
     pub fn gear(&self) -> Option<&Gear> {
-        if let Some(Column::Give(gear)) = self.columns.first() { Some(gear) } else { None }
+        if let Some(Column::Gear(gear)) = self.columns.first() { Some(gear) } else { None }
     }
 
     /// How many numbers are fitted beside its factors.
@@ -158,6 +159,26 @@ impl Form {
     pub fn same_place(&self, other: &Form) -> bool {
         std::ptr::eq(self.cause, other.cause) && self.joint == other.joint
     }
+}
+
+/// How many times as fast as its joint moves a link swings on its gear, or falls through its play, where it is searched. A slower one would resonate with the
+/// movement itself; at eight times it follows its load but for 1/8². Extents of neighbours are 2.6 or 4 times each other's.
+const FASTER: [f64; 4] = [2.0, 3.2, 5.0, 8.0];
+
+/// A gear in forms of several extents, each that of a rate in radians per second, and one that is a line; alone and with a rotor before it, without which a link's mass
+/// would stand in for the rotor's.
+fn gears(scene: &Scene<'_>, j: usize, cause: &'static JointCause, lets: Lets, extent: impl Fn(f64) -> f64, told: &Told) -> Vec<Form> {
+    let rotor = Told::new("rotor_kg_m2", "kg m^2", 1).on_top_of(scene.joints[j].rotor).positive();
+    let extents = FASTER.map(|times| extent(TAU * scene.joints[j].pace_hz * times));
+    // The line is all of them where nothing is behind the joint, or nothing moves it.
+    let extents = extents.into_iter().filter(|x| x.is_finite() && *x > 0.0).chain([0.0]);
+    extents
+        .map(|extent| Column::Gear(Gear::new(scene, j, lets, extent)))
+        .flat_map(|gear| {
+            let alone = Form::new(cause, Some(j), vec![gear.clone()], vec![told.clone()]);
+            [alone, Form::new(cause, Some(j), vec![gear, Column::Acceleration(j)], vec![told.clone(), rotor.clone()])]
+        })
+        .collect()
 }
 
 /// `of` of each joint.

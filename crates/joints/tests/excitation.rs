@@ -1,5 +1,11 @@
-use super::*;
+//! Motions by which a robot's parameters show.
+
 use ndof_devices::RobotConfig;
+use ndof_joints::{Excitation, ExcitationError, ExcitationSearch, JointLimits, RANDOM_MOTIONS, excite};
+use ndof_models::robot::Robot;
+
+/// Samples of each harmonic, by which sums over a period are integrals.
+const FINE: usize = 160;
 
 /// Shoulder and elbow that lift, on a base that turns, with limits that hold.
 const ARM: &str = r#"
