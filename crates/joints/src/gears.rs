@@ -173,7 +173,10 @@ impl<'a, 'v> Place<'a, 'v> {
     /// Where the likelihood is greatest from the best of these: as if what hangs on the gear did not swing, and from there or from one of these as it does.
     fn settled(&mut self, from: &[Gear]) -> Option<Gear> {
         let hanging = std::mem::take(&mut self.hanging);
-        let (loss, nearest) = self.best(from.iter().map(|gear| At { gear: gear.clone(), factors: vec![] }).collect())?;
+        // Where nothing that was found hangs on it, it carries the file's bodies, whatever it carried before.
+        let bodies = |gear: &Gear| if hanging.is_empty() { self.view.scene.bodies.clone() } else { gear.bodies.clone() };
+        let start = from.iter().map(|gear| At { gear: Gear { bodies: bodies(gear), ..gear.clone() }, factors: vec![] }).collect();
+        let (loss, nearest) = self.best(start)?;
         let still = self.climbed(nearest, loss);
         self.hanging = hanging;
         if self.hanging.is_empty() {

@@ -215,3 +215,38 @@ pub(crate) fn share(view: &View<'_>, model: &Model, k: usize) -> f64 {
         })
         .fold(0.0, f64::max)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::causes::CAUSES;
+    use crate::scene::scene;
+    use ndof_devices::RobotConfig;
+    use ndof_signal::{Channel, Quantity, Recording, Unit};
+    use ndof_sysid::Ports;
+
+    const PENDULUM: &str =
+        "schema = \"ndof/robot/1\"\nname = \"one\"\njoints = [{ name = \"elbow\", axis = [0.0, 1.0, 0.0], mass_kg = 2.0, centre_m = [0.3, 0.0, 0.0] }]";
+
+    /// A rotor beside a gear may be all that there is: one of a hundred gears that give nothing is 2.33 standard errors beyond it.
+    #[test]
+    fn a_gear_that_gives_no_more_than_chance_is_not_named_whatever_its_rotor_gains() {
+        let chain = RobotConfig::parse("one.toml", PENDULUM, None).and_then(|c| c.chain()).expect("a robot");
+        let channel =
+            |name: &str, quantity, f: fn(f64) -> f64| Channel::new(name, Unit::si(quantity, true), (0..1000).map(|k| f(0.013 * f64::from(k))).collect());
+        let channels = vec![channel("torque_elbow", Quantity::Effort, f64::cos), channel("angle_elbow", Quantity::Displacement, f64::sin)];
+        let log = Recording::new(100.0, channels).expect("a log");
+        let (scene, _) = scene(&chain, &[log], &[], &Ports { references: vec![], inputs: vec![0], outputs: vec![1] }).expect("it moves");
+        for cause in CAUSES.iter().filter(|c| ["backlash", "joint-flexibility"].contains(&c.card.name)) {
+            let form = (cause.forms)(&scene).into_iter().find(|form| form.columns.len() == 2).expect("one with a rotor");
+            let extent = form.columns[0].factor().expect("it is made with one");
+            let judged = |errors: f64| {
+                let covariance = vec![vec![(extent / errors).powi(2), 0.0], vec![0.0, 1e-6]];
+                let (forms, factors, places) = (vec![form.clone()], vec![vec![extent, 0.1]], vec![vec![Some(0), Some(1)]]);
+                let model = Model { forms, factors, covariance, places, logged: Logged::as_it_is(1) };
+                reason(&model, 0, &Worth { gain: 100.0, sure: 1.0, matters: 1.0 }, &Options::default())
+            };
+            assert!(judged(2.3).is_some_and(|why| why.contains("beyond chance")) && judged(2.4).is_none(), "{}", cause.card.name);
+        }
+    }
+}

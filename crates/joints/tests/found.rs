@@ -209,16 +209,6 @@ fn play_is_one_cause_with_its_width() {
     }
 }
 
-/// A rotor alone is no gear with a rotor before it, whatever noise would let the gear give.
-#[test]
-fn a_rotor_is_no_gear_that_gives() {
-    for seed in 0..12 {
-        let found = logged(6000, wave, |t| needed(wave, t) + 0.05 * acceleration(wave, t), white(NOISE, seed));
-        let named: Vec<&str> = found.causes.iter().map(|c| c.effect.as_str()).collect();
-        assert_eq!(named, ["motor-inertia"], "{seed} {:?}", found.minor);
-    }
-}
-
 /// Each trial begins as it may, one that is held out as well.
 #[test]
 fn links_that_swing_otherwise_in_each_trial_are_of_one_gear() {
