@@ -2,7 +2,6 @@
 
 use crate::error::Place;
 use crate::note::Note;
-use crate::timing::{RATE_KEY, START_KEY};
 use std::collections::{BTreeMap, BTreeSet};
 
 /// One column of a file in the file's own unit; a missing sample is NaN.
@@ -54,14 +53,6 @@ pub(crate) struct Table {
 }
 
 impl Table {
-    /// Says when its first sample was taken and how many follow in a second.
-    pub fn set_clock(&mut self, rate_hz: f64, start_s: f64) {
-        self.metadata.insert(RATE_KEY.to_owned(), rate_hz.to_string());
-        if start_s != 0.0 {
-            self.metadata.insert(START_KEY.to_owned(), start_s.to_string());
-        }
-    }
-
     /// Where row `row` stands in the file.
     pub fn place(&self, row: usize) -> Place {
         self.lines.get(row).map_or(Place::Sample(row), |&line| Place::Line(line))

@@ -33,6 +33,16 @@ pub(crate) struct Timing {
     pub regridded: Option<(Vec<f64>, Grid)>,
 }
 
+impl Table {
+    /// Says when its first sample was taken and how many follow in a second.
+    pub fn set_clock(&mut self, rate_hz: f64, start_s: f64) {
+        self.metadata.insert(RATE_KEY.to_owned(), rate_hz.to_string());
+        if start_s != 0.0 {
+            self.metadata.insert(START_KEY.to_owned(), start_s.to_string());
+        }
+    }
+}
+
 /// The timing of `table`, whose time column has been taken out as `time`.
 pub(crate) fn timing(file: &str, table: &Table, time: Option<Column>, options: &ReadOptions, notes: &mut Vec<Note>) -> Result<Timing, IoError> {
     let (clock, times_s, rounding) = match time {

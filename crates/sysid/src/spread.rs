@@ -66,3 +66,13 @@ pub(crate) fn apart(frequency_hz: impl Iterator<Item = f64>, [low_hz, high_hz]: 
     }
     found
 }
+
+#[cfg(test)]
+mod tests {
+    /// Every half hertz, at least 1.2 Hz apart, within 2 to 7 Hz.
+    #[test]
+    fn each_independent_frequency_is_beyond_the_one_before_and_within_the_band() {
+        assert_eq!(super::apart((0..20).map(|k| 0.5 * f64::from(k)), [2.0, 7.0], 1.2), [4, 7, 10, 13]);
+        assert_eq!(super::apart((0..20).map(|k| 0.5 * f64::from(k)), [1.9, 3.0], 0.5), [4, 5, 6]);
+    }
+}

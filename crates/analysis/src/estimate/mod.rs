@@ -1,7 +1,6 @@
 //! Trials in, frequency response with coherences and confidence out.
 
 mod course;
-mod course_result;
 mod estimated;
 pub(crate) mod instrument;
 mod left_out;

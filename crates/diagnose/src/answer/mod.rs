@@ -3,6 +3,7 @@
 mod cause;
 mod describe;
 mod detected;
+mod drawn;
 mod gains;
 mod groups;
 mod left;
@@ -89,7 +90,7 @@ impl Answer<'_> {
         let mut notes = left.notes(self, &before, level, !causes.is_empty());
         notes.extend(below_zero("baseline", &own));
         notes.extend(below_zero("extended model", &with_causes));
-        let pictures = Pictures::new(self, all, extended);
+        let pictures = self.pictures(all, extended);
         let diagnosis = Diagnosis {
             split,
             baseline: Model { model: "inertia-damping-stiffness".to_owned(), parameters: own, held_out: before.score.clone() },

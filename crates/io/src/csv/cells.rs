@@ -91,6 +91,15 @@ fn unquote(text: &str) -> Result<(String, &str), OpenQuote> {
     }
 }
 
+/// Decimal places and significant digits of a number as it is written.
+pub(super) fn digits(text: &str) -> (u32, u32) {
+    let (mantissa, exponent) = text.split_once(['e', 'E']).unwrap_or((text, "0"));
+    let exponent: i64 = exponent.parse().unwrap_or(0);
+    let fraction = mantissa.split_once('.').map_or(0, |(_, f)| f.len()) as i64;
+    let figures = mantissa.chars().filter(char::is_ascii_digit).skip_while(|&c| c == '0').count();
+    ((fraction - exponent).clamp(0, 300) as u32, figures.min(20) as u32)
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -114,5 +123,13 @@ mod tests {
     #[test]
     fn an_open_quote_is_an_error() {
         assert_eq!(split("\"a,b", Separator::Sign(','), &mut Vec::new()), Err(OpenQuote));
+    }
+
+    #[test]
+    fn digits_are_counted_as_written() {
+        assert_eq!(digits("0.00100002406"), (11, 9));
+        assert_eq!(digits("24.840"), (3, 5));
+        assert_eq!(digits("-1.5e-3"), (4, 2));
+        assert_eq!(digits("120"), (0, 3));
     }
 }

@@ -1,8 +1,7 @@
 //! Lines that hold nothing but numbers, and all of them: most of every file. They are read on all cores, and what is not so plain is left to the
 //! reader that knows everything.
 
-use super::cells::Separator;
-use super::rows::digits;
+use super::cells::{Separator, digits};
 use rayon::prelude::*;
 
 /// Bytes that a thread takes at a time: some thousand lines.

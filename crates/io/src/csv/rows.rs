@@ -1,6 +1,6 @@
 //! Lines of numbers into columns.
 
-use super::cells::{Cell, Separator, split};
+use super::cells::{Cell, Separator, digits, split};
 use super::header::Named;
 use super::plain;
 use crate::assemble::is_time;
@@ -170,27 +170,5 @@ impl<'a> Rows<'a> {
             self.columns[i].rounding = Rounding { place: 10f64.powi(-(self.decimals as i32)), significant: self.significant, ..Default::default() };
         }
         Ok(Table { columns: self.columns, lines: self.lines, notes, ..Default::default() })
-    }
-}
-
-/// Decimal places and significant digits of a number as it is written.
-pub(super) fn digits(text: &str) -> (u32, u32) {
-    let (mantissa, exponent) = text.split_once(['e', 'E']).unwrap_or((text, "0"));
-    let exponent: i64 = exponent.parse().unwrap_or(0);
-    let fraction = mantissa.split_once('.').map_or(0, |(_, f)| f.len()) as i64;
-    let figures = mantissa.chars().filter(char::is_ascii_digit).skip_while(|&c| c == '0').count();
-    ((fraction - exponent).clamp(0, 300) as u32, figures.min(20) as u32)
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn digits_are_counted_as_written() {
-        assert_eq!(digits("0.00100002406"), (11, 9));
-        assert_eq!(digits("24.840"), (3, 5));
-        assert_eq!(digits("-1.5e-3"), (4, 2));
-        assert_eq!(digits("120"), (0, 3));
     }
 }

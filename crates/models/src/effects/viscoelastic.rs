@@ -48,7 +48,9 @@ impl ForceLaw for Maxwell {
     }
 
     fn response(&self, s: Complex64) -> Option<Complex64> {
-        self.power.map_or_else(|| self.elements.iter().map(|element| element.response(s)).sum(), |theta| Some(Fractional.response(&theta, s)))
+        // A spring among them relaxes in no time that the block could divide by.
+        let sum = || self.elements.iter().map(|element| element.response(s).filter(|f| f.is_finite())).sum();
+        self.power.map_or_else(sum, |theta| Some(Fractional.response(&theta, s)))
     }
 }
 

@@ -176,6 +176,26 @@ fn force_laws_agree_with_the_oracle() {
     }
 }
 
+/// Forces add up; the sum, in which a spring that never relaxes stands for the longest times, has no response rather than one that is no number.
+#[test]
+fn what_relaxes_beside_a_power_is_the_sum_of_both() {
+    let law = |modulus: f64, coefficient: f64| {
+        let parameters = Parameters::new([("modulus_n_per_m", modulus), ("coefficient", coefficient), ("order", 0.3)]);
+        let Ok(Injection::Force(law)) = find("viscoelastic").expect("an effect").inject(&parameters, &setting()) else { panic!("no force") };
+        law
+    };
+    let [both, solid, power] = [law(250.0, 20.0), law(250.0, 0.0), law(0.0, 20.0)];
+    let times = [0.02, 0.1, 0.13];
+    let [all, one, other] = [&both, &solid, &power].map(|law| force(law.as_ref(), &times));
+    for k in 0..times.len() {
+        assert!((all[k] - one[k] - other[k]).abs() < 1e-12 * (one[k].abs() + other[k].abs()) && one[k] != 0.0 && other[k] != 0.0);
+    }
+    // Rates are those of the shortest time, 2⁻¹¹ s of the power and 0.1 s of the solid.
+    assert_eq!([&both, &solid].map(|law| law.fastest_rate(&Motion::now(0.0, &[0.0], &[0.0]))), [2048.0, 10.0]);
+    let [both, solid] = [both, solid].map(|law| law.response(num_complex::Complex64::I));
+    assert!(both.is_none() && solid.is_some_and(|response| response.is_finite()));
+}
+
 #[test]
 fn a_form_pushes_the_way_its_force_law_does() {
     // Sign of each first coefficient's regressor against the law that a simulation hides, by the work along one motion.
@@ -246,6 +266,27 @@ fn responses_agree_with_their_laws_on_a_sine() {
     assert_eq!(some, 7, "a solid, two times, a fraction, a reflex of position and velocity, one of velocity");
 }
 
+/// Of a Gaussian velocity half passes a rectifier (Bussgang): ½ s e^(−sτ) (ω/(s + ω))². A late channel is e^(−sτ), and one that is early undoes it.
+#[test]
+fn tangents_and_delays_are_what_their_equations_say() {
+    let (s, mut some) = (num_complex::Complex64::new(0.0, TAU * 1.7), [0; 3]);
+    for form in find("reflex-delay").expect("an effect").forms(&scale()) {
+        let Action::Force { tangent: Some(tangent), .. } = &form.action else { continue };
+        let (omega, share) = (TAU * 2.0, if form.label.contains("only") { 0.5 } else { 1.0 });
+        let want = share * s * (-s * 0.04).exp() * (omega / (s + omega)).powi(2);
+        assert!((tangent(s, &[0.04, 2.0]) - want).norm() < 1e-14 * want.norm(), "{}", form.label);
+        some[0] += usize::from(share < 1.0);
+    }
+    for (k, (name, sign)) in [("actuation-delay", -1.0), ("measurement-delay", 1.0)].into_iter().enumerate() {
+        for form in find(name).expect("an effect").forms(&scale()) {
+            let (Action::Effort(operator) | Action::Motion(operator)) = &form.action else { panic!("{name} is of a channel") };
+            assert!((operator(s, &[0.003]) - (sign * s * 0.003).exp()).norm() < 1e-14, "{name} {}", form.label);
+            some[1 + k] += 1;
+        }
+    }
+    assert!(some.iter().all(|count| *count > 0), "{some:?}");
+}
+
 #[test]
 fn the_gain_of_a_reflex_is_that_of_the_place_where_the_stretch_arrives() {
     for (closed, at_a_tenth) in [(true, 5.0 + 2.0 * (TAU * 0.1).cos() - (TAU * 0.1).sin()), (false, 5.0 + 2.0 * (TAU * 0.05).cos() - (TAU * 0.1).cos())] {
@@ -259,11 +300,38 @@ fn the_gain_of_a_reflex_is_that_of_the_place_where_the_stretch_arrives() {
                 let (mut force, mut rates) = ([0.0; 2], [0.0; 2]);
                 law.evaluate(&motion, &[0.7, 0.0], &mut force, &mut rates);
                 let want = (TAU * 2.0).powi(2) * (gain * drive - 0.7);
+                assert!(
+                    law.response(num_complex::Complex64::I).is_none() && law.fastest_rate(&motion) == TAU * 4.0,
+                    "not linear, and two roots at the cut-off"
+                );
                 assert!(force == [0.0, 0.7] && law.delay_s() == 0.04 && (rates[1] - want).abs() < 1e-12 * want.abs(), "{}: {rates:?} {want}", form.label);
             }
         }
     }
     assert!(find("varying-reflex").expect("an effect").forms(&Scale { closed_schedule: None, ..scale() }).is_empty());
+}
+
+/// F_c tanh(v/v_t): what has no level at rest of its own has no excess there either.
+#[test]
+fn friction_of_one_level_is_that_level_at_every_velocity() {
+    let parameters = Parameters::new([("level_n", 2.0), ("smoothing_m_per_s", 1e-3)]);
+    let Ok(Injection::Force(law)) = find("coulomb-friction").expect("an effect").inject(&parameters, &setting()) else { panic!("no force") };
+    for v in [-0.2, -1e-3, 5e-4, 3e-3, 1.0] {
+        let mut force = [0.0];
+        law.evaluate(&Motion::now(0.0, &[0.0], &[v]), &[], &mut force, &mut []);
+        assert!((force[0] - 2.0 * (v / 1e-3).tanh()).abs() < 1e-14, "{v}: {}", force[0]);
+    }
+}
+
+#[test]
+fn a_left_arm_is_the_mirror_image_of_a_right_one() {
+    let arm = |side: f64| CurvedArm { link_lengths_m: [0.33, 0.34], posture_rad: [side * 0.785, side * 1.571], mean_force_n: [5.0, -6.0 * side] };
+    let [right, left] = [1.0, -1.0].map(|side| arm(side).displaced([0.02, 0.03 * side]).expect("in reach"));
+    for k in 0..2 {
+        let mirrored = if k == 1 { -1.0 } else { 1.0 };
+        assert!((right.angles[k] + left.angles[k]).abs() < 1e-14 && right.angles[k].abs() > 1e-3);
+        assert!((right.stretch[k] - mirrored * left.stretch[k]).abs() < 1e-14 && (right.held[k] - mirrored * left.held[k]).abs() < 1e-12);
+    }
 }
 
 #[test]
@@ -321,6 +389,12 @@ fn channel_filters_of_every_order_are_butterworth_with_their_cut_off_kept() {
             assert!((sin.hypot(cos) - want).abs() < 1e-6, "order {order} at {hz} Hz: {} {want}", sin.hypot(cos));
         }
     }
+    // A corner that the samples do not hold is the highest that they do.
+    let first = |cutoff: f64| match find("channel-filter").expect("an effect").inject(&Parameters::new([("cutoff_hz", cutoff), ("order", 2.0)]), &setting()) {
+        Ok(Injection::Stage(mut stage)) => stage.step(1.0),
+        _ => panic!("no stage"),
+    };
+    assert_eq!(first(0.49 * rate), first(1e6));
 }
 
 #[test]

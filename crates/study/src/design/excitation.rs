@@ -1,6 +1,6 @@
 //! `ndof/excitation/1`: a motion of a robot's joints to be commanded, and what it will tell.
 
-use super::robot::RobotMotion;
+use super::settings::RobotMotion;
 use ndof_analysis::result::{Head, Number, number};
 use ndof_joints::PredictedParameter;
 use serde::{Deserialize, Serialize};

@@ -18,8 +18,8 @@ mod theory;
 pub(crate) use between::Lens;
 pub(crate) use limbs::with_limb;
 pub use loose_limb::LooseLimb;
-pub use robot::{ExcitedRobot, RobotMotion};
-pub use settings::Design;
+pub use robot::ExcitedRobot;
+pub use settings::{Design, RobotMotion};
 pub use target::Target;
 
 use crate::command::{Commands, Judge, Through, delivery, simulated};

@@ -1,71 +1,15 @@
 //! Motions of a robot's joints, to be commanded, that tell its parameters.
 
-use super::Design;
 use super::excitation::{ExcitationResult, ExcitedJoint, ExcitedParameter};
+use super::settings::{Design, RobotMotion};
 use crate::error::{StudyError, meaning};
 use crate::limits;
 use ndof_analysis::AnalysisError;
 use ndof_analysis::file::read_text;
-#[cfg(feature = "clap")]
-use ndof_analysis::options::{not_negative, positive};
 use ndof_analysis::result::{Head, Warning, number};
 use ndof_devices::{JointKind, Robot, RobotConfig, SerialChain};
 use ndof_joints::{Excitation, ExcitationSearch, JointLimits, excite};
 use ndof_signal::{Channel, Quantity, Recording, Unit};
-use serde::{Deserialize, Serialize};
-use std::path::PathBuf;
-
-/// What a motion of a robot's joints must keep, and what it is to tell.
-///
-/// The fields are the long options of `ndof design --robot` and the keywords in Python; those of time and seed are shared with [`Design`].
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
-#[cfg_attr(feature = "clap", derive(clap::Args), command(next_help_heading = "Motions of a robot's joints"))]
-#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
-#[serde(deny_unknown_fields, default, rename_all = "kebab-case")]
-pub struct RobotMotion {
-    /// Design a motion of this robot's joints that tells its inertial parameters and friction: a URDF or TOML file
-    #[cfg_attr(feature = "clap", arg(long, value_name = "FILE", conflicts_with_all = ["experiment", "precompensate"]))]
-    pub robot: Option<PathBuf>,
-    /// The link at the end of the chain, where a URDF has several
-    #[cfg_attr(feature = "clap", arg(long, value_name = "LINK", requires = "robot"))]
-    pub tip: Option<String>,
-    /// Largest speed (rad/s, m/s) of all joints, or of each; the file's holds where it is lower
-    #[cfg_attr(feature = "clap", arg(long, value_name = "RAD_PER_S", value_delimiter = ',', value_parser = positive, requires = "robot"))]
-    pub speed_limit: Vec<f64>,
-    /// Largest acceleration (rad/s^2, m/s^2) of all joints, or of each [default: none]
-    #[cfg_attr(feature = "clap", arg(long, value_name = "RAD_PER_S2", value_delimiter = ',', value_parser = positive, requires = "robot"))]
-    pub acceleration_limit: Vec<f64>,
-    /// Share of range, speed, acceleration and torque that stays free for the controller [default: 0.1]
-    #[cfg_attr(feature = "clap", arg(long, value_name = "SHARE", value_parser = not_negative, requires = "robot"))]
-    pub margin: Option<f64>,
-    /// Sines and cosines in the Fourier series of each joint [default: 5]
-    #[cfg_attr(feature = "clap", arg(long, value_name = "N", requires = "robot"))]
-    pub fourier_terms: Option<usize>,
-    /// Random motions that are improved [default: 4]
-    #[cfg_attr(feature = "clap", arg(long, value_name = "N", requires = "robot"))]
-    pub starts: Option<usize>,
-    /// Noise of the measured torques (N m rms), for the predicted errors [default: 1 % of each joint's torque in random motions]
-    #[cfg_attr(feature = "clap", arg(long, value_name = "NM", value_parser = positive, requires = "robot"))]
-    pub torque_noise: Option<f64>,
-    /// Joints, or parts of names of parameters, to determine best [default: all]
-    #[cfg_attr(feature = "clap", arg(long, value_name = "NAME", value_delimiter = ',', requires = "robot"))]
-    pub interest: Vec<String>,
-    /// Seconds of the whole motion [default: 50]
-    #[cfg_attr(feature = "clap", arg(skip))]
-    #[serde(rename = "duration")]
-    pub duration_s: Option<f64>,
-    /// Seconds in a period [default: 10]
-    #[cfg_attr(feature = "clap", arg(skip))]
-    #[serde(rename = "period")]
-    pub period_s: Option<f64>,
-    /// Samples per second [default: 500]
-    #[cfg_attr(feature = "clap", arg(skip))]
-    #[serde(rename = "sample-rate")]
-    pub sample_rate_hz: Option<f64>,
-    /// Of all random numbers [default: 1]
-    #[cfg_attr(feature = "clap", arg(skip))]
-    pub seed: Option<u64>,
-}
 
 /// A motion with the result that describes it.
 #[derive(Clone, Debug)]

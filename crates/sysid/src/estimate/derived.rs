@@ -1,13 +1,14 @@
 //! The derived (joint input-output, instrumental-variable) estimate, unbiased under feedback.
 
 use super::derived_batch::{Batch, Results};
+use super::judged::Judged;
 use super::{Coherence, EstimateError, check};
 use crate::filling::Filling;
 use crate::labels::Labels;
 use crate::lanes::{Batches, LANES};
 use crate::ports::Ports;
 use crate::response::{FrequencyResponse, ResponseKind, Uncertainty};
-use ndarray::Array2;
+use ndarray::{Array2, Axis};
 use ndof_signal::CrossSpectra;
 use num_complex::Complex64;
 use serde::{Deserialize, Serialize};
@@ -43,6 +44,24 @@ pub struct DerivedEstimate {
     pub weak_instrument: Vec<bool>,
     /// Indices of bins without an estimate (0 Hz after mean removal is not listed).
     pub singular_bins: Vec<usize>,
+}
+
+impl DerivedEstimate {
+    /// From C, R and T and what was judged beside them.
+    pub(super) fn new(response: FrequencyResponse, [r, t]: [FrequencyResponse; 2], judged: Judged, singular_bins: Vec<usize>) -> Self {
+        let flat = |array: Filling<f64>| array.finish().remove_axis(Axis(1));
+        let coherence =
+            |[ordinary, partial, multiple]: [Filling<f64>; 3]| Coherence { ordinary: ordinary.finish(), partial: partial.finish(), multiple: flat(multiple) };
+        DerivedEstimate {
+            response,
+            to_reference: ToReference { r, t, output_coherence: flat(judged.output_coherence), input_coherence: flat(judged.input_coherence) },
+            coherence_paper: coherence(judged.paper),
+            coherence_iv: coherence(judged.iv),
+            instrument_strength: judged.instrument_strength,
+            weak_instrument: judged.weak_instrument,
+            singular_bins,
+        }
+    }
 }
 
 /// The derived estimate from cross-spectra, for at least as many references as inputs.
@@ -114,23 +133,8 @@ pub fn derived(spectra: &CrossSpectra, ports: &Ports, labels: &Labels) -> Result
         }),
     };
     let reference_inverse = out.reference_inverse.finish();
-    let coherence = |[ordinary, partial, multiple]: [Filling<f64>; 3]| Coherence {
-        ordinary: ordinary.finish(),
-        partial: partial.finish(),
-        multiple: multiple.finish().remove_axis(ndarray::Axis(1)),
-    };
-    Ok(DerivedEstimate {
-        response: wrap(out.value, out.noise, out.input_inverse.finish(), labels.kind, &labels.inputs, &labels.outputs),
-        to_reference: ToReference {
-            r: wrap(out.r, out.noise_r, reference_inverse.clone(), ResponseKind::Transfer, &labels.references, &labels.outputs),
-            t: wrap(out.t, out.noise_t, reference_inverse, ResponseKind::Transfer, &labels.references, &labels.inputs),
-            output_coherence: out.output_coherence.finish().remove_axis(ndarray::Axis(1)),
-            input_coherence: out.input_coherence.finish().remove_axis(ndarray::Axis(1)),
-        },
-        coherence_paper: coherence(out.paper),
-        coherence_iv: coherence(out.iv),
-        instrument_strength: out.instrument_strength,
-        weak_instrument: out.weak_instrument,
-        singular_bins: out.singular_bins,
-    })
+    let r = wrap(out.r, out.noise_r, reference_inverse.clone(), ResponseKind::Transfer, &labels.references, &labels.outputs);
+    let t = wrap(out.t, out.noise_t, reference_inverse, ResponseKind::Transfer, &labels.references, &labels.inputs);
+    let response = wrap(out.value, out.noise, out.input_inverse.finish(), labels.kind, &labels.inputs, &labels.outputs);
+    Ok(DerivedEstimate::new(response, [r, t], out.judged, out.singular_bins))
 }

@@ -2,7 +2,8 @@
 
 use super::direct::LARGEST_CONDITION;
 use super::equation_error::LeftOver;
-use super::instrument::{WEAK_INSTRUMENT, about};
+use super::instrument::about;
+use super::judged::{Judged, implied};
 use crate::filling::{Filling, scatter, scatter_hermitian, scatter_real};
 use crate::lanes::{LANES, LaneCholesky, Lanes, Reals, condition, dot_conj, each, entry, lower, map, power};
 use num_complex::Complex64;
@@ -20,20 +21,13 @@ pub(super) struct Results {
     pub(super) noise_r: Filling<Complex64>,
     pub(super) noise_t: Filling<Complex64>,
     pub(super) reference_inverse: Filling<Complex64>,
-    /// Ordinary, partial, multiple.
-    pub(super) paper: [Filling<f64>; 3],
-    pub(super) iv: [Filling<f64>; 3],
-    pub(super) output_coherence: Filling<f64>,
-    pub(super) input_coherence: Filling<f64>,
-    pub(super) instrument_strength: Vec<f64>,
-    pub(super) weak_instrument: Vec<bool>,
+    pub(super) judged: Judged,
     pub(super) singular_bins: Vec<usize>,
 }
 
 impl Results {
     pub(super) fn new(bins: usize, (p, q, qr): (usize, usize, usize)) -> Self {
         let complex = |rows: usize, columns: usize| Filling::new(bins, rows, columns, NAN);
-        let real = |rows: usize, columns: usize| Filling::new(bins, rows, columns, f64::NAN);
         Results {
             value: complex(p, q),
             noise: complex(p, p),
@@ -43,12 +37,7 @@ impl Results {
             noise_r: complex(p, p),
             noise_t: complex(q, q),
             reference_inverse: complex(qr, qr),
-            paper: [real(p, q), real(p, q), real(1, p)],
-            iv: [real(p, q), real(p, q), real(1, p)],
-            output_coherence: real(1, p),
-            input_coherence: real(1, q),
-            instrument_strength: Vec::with_capacity(bins),
-            weak_instrument: Vec::with_capacity(bins),
+            judged: Judged::new(bins, p, q),
             singular_bins: Vec::new(),
         }
     }
@@ -58,28 +47,19 @@ impl Results {
         [value, noise, input_inverse, r, t, noise_r, noise_t, reference_inverse]
     }
 
-    fn real(&mut self) -> impl Iterator<Item = &mut Filling<f64>> {
-        self.paper.iter_mut().chain(&mut self.iv).chain([&mut self.output_coherence, &mut self.input_coherence])
-    }
-
     /// Frequencies that have no estimate by nature.
     pub(super) fn skip(&mut self, count: usize) {
         for array in self.complex() {
             array.batch(count);
         }
-        for array in self.real() {
-            array.batch(count);
-        }
-        self.instrument_strength.resize(count, f64::NAN);
-        self.weak_instrument.resize(count, false);
+        self.judged.skip(count);
     }
 
     /// A frequency without an estimate.
     fn erase(&mut self, f: usize) {
-        self.complex().into_iter().for_each(|a| a.erase(f));
-        self.real().for_each(|a| a.erase(f));
-        self.instrument_strength[f] = f64::NAN;
-        self.weak_instrument[f] = false;
+        self.complex().into_iter().for_each(|array| array.erase(f));
+        self.judged.erase(f);
+        [&mut self.judged.output_coherence, &mut self.judged.input_coherence].into_iter().for_each(|array| array.erase(f));
         self.singular_bins.push(f);
     }
 }
@@ -161,7 +141,7 @@ impl Batch {
         let condition = condition(qr, |i, j| s[lower(i, j)], &self.reference_inverse);
         scatter_hermitian(out.reference_inverse.batch(count), qr, |i, j| self.reference_inverse[lower(i, j)]);
         let (r, t) = (out.r.batch(count), out.t.batch(count));
-        let (output_coherence, input_coherence) = (out.output_coherence.batch(count), out.input_coherence.batch(count));
+        let (output_coherence, input_coherence) = (out.judged.output_coherence.batch(count), out.judged.input_coherence.batch(count));
         for a in 0..m {
             let row = &mut self.white[a * qr..(a + 1) * qr];
             row.iter_mut().enumerate().for_each(|(k, w)| *w = s[lower(qr + a, k)]);
@@ -222,8 +202,7 @@ impl Batch {
         let taken_in = left_over.taken_in(&self.caused_inverse, q);
         let share = map(&share, &taken_in, |share, taken| share / (1.0 + share * taken));
         scatter_hermitian(out.noise.batch(count), p, |i, k| self.noise[lower(i, k)].scaled(&share));
-        let [paper_ordinary, paper_partial, paper_multiple] = out.paper.each_mut().map(|a| a.batch(count));
-        let [iv_ordinary, iv_partial, iv_multiple] = out.iv.each_mut().map(|a| a.batch(count));
+        let [[paper_ordinary, paper_partial, paper_multiple], [iv_ordinary, iv_partial, iv_multiple]] = out.judged.coherences(count);
         for i in 0..p {
             let own = &self.c[i * q..(i + 1) * q];
             let row = &mut self.row[..q];
@@ -250,11 +229,10 @@ impl Batch {
     /// How far the instrument is to be trusted, and which frequencies have no estimate.
     #[inline(always)]
     fn judge_instrument(&mut self, condition: &Reals, count: usize, out: &mut Results) {
-        let start = out.weak_instrument.len();
+        let start = out.judged.weak_instrument.len();
         let strength = self.strength();
         for l in 0..count {
-            out.instrument_strength.push(strength[l]);
-            out.weak_instrument.push(strength[l] < WEAK_INSTRUMENT);
+            out.judged.trust(strength[l]);
             let usable = condition[l] <= LARGEST_CONDITION && self.caused_inverse[0].re[l].is_finite() && self.measured_inverse[0].re[l].is_finite();
             if !usable {
                 out.erase(start + l);
@@ -311,28 +289,5 @@ impl WithSimd for Solve<'_> {
     #[inline(always)]
     fn with_simd<S: Simd>(self, _: S) {
         self.batch.solve_lanes(self.s, self.count, self.out);
-    }
-}
-
-/// Ordinary, partial and multiple coherence of output `i` of `p` as a response, response · input spectrum, the diagonals
-/// of that spectrum and of its inverse, and the noise imply them.
-#[inline(always)]
-pub(super) fn implied(
-    (i, p): (usize, usize),
-    (response, cross): (&[Lanes], &[Lanes]),
-    spectrum: impl Fn(usize) -> Reals,
-    inverse: &[Lanes],
-    noise: &Reals,
-    [ordinary, partial, multiple]: [&mut [f64]; 3],
-) {
-    let q = response.len();
-    let explained = dot_conj(cross, response).re;
-    let total = map(&explained, noise, |a, b| a + b);
-    scatter_real(multiple, p, i, &map(&explained, &total, |a, b| a / b));
-    for j in 0..q {
-        let scale = map(&spectrum(j), &total, |a, b| a * b);
-        scatter_real(ordinary, p * q, i * q + j, &map(&cross[j].norm_sqr(), &scale, |a, b| a / b));
-        let spread = map(noise, &inverse[lower(j, j)].re, |a, b| a * b);
-        scatter_real(partial, p * q, i * q + j, &map(&response[j].norm_sqr(), &spread, |a, b| a / (a + b)));
     }
 }

@@ -1,9 +1,9 @@
 //! The derived estimate at several lines of a local fit side by side, and the arrays that it fills.
 
-use super::derived_batch::implied;
 use super::equation_error::LeftOver;
 use super::fitted::Fitted;
-use super::instrument::{WEAK_INSTRUMENT, about};
+use super::instrument::about;
+use super::judged::{Judged, implied};
 use crate::filling::{Filling, scatter, scatter_hermitian, scatter_real};
 use crate::lanes::{LANES, LaneCholesky, Lanes, Reals, dot_conj, each, entry, lanes, lower};
 use ndarray::Array3;
@@ -25,29 +25,11 @@ pub(super) struct Found {
     pub(super) missing: Vec<usize>,
 }
 
-/// What says how far to trust it; coherences are ordinary, partial, multiple.
-pub(super) struct Judged {
-    pub(super) paper: [Filling<f64>; 3],
-    pub(super) iv: [Filling<f64>; 3],
-    pub(super) output_coherence: Filling<f64>,
-    pub(super) input_coherence: Filling<f64>,
-    pub(super) instrument_strength: Vec<f64>,
-    pub(super) weak_instrument: Vec<bool>,
-}
-
 impl Found {
     /// Nothing yet, of so many lines, outputs and inputs.
     fn new(bins: usize, p: usize, q: usize, judged: bool) -> Self {
         let complex = |rows: usize, columns: usize| Filling::new(bins, rows, columns, NAN);
-        let real = |rows: usize, columns: usize| Filling::new(if judged { bins } else { 0 }, rows, columns, f64::NAN);
-        let judged = Judged {
-            paper: [real(p, q), real(p, q), real(1, p)],
-            iv: [real(p, q), real(p, q), real(1, p)],
-            output_coherence: real(1, p),
-            input_coherence: real(1, q),
-            instrument_strength: Vec::new(),
-            weak_instrument: Vec::new(),
-        };
+        let judged = Judged::new(if judged { bins } else { 0 }, p, q);
         Found { value: complex(p, q), noise: complex(p, p), input_inverse: complex(q, q), judged, missing: Vec::new() }
     }
 
@@ -57,27 +39,13 @@ impl Found {
         self.noise.append(other.noise);
         self.input_inverse.append(other.input_inverse);
         self.missing.extend(other.missing);
-        let (own, other) = (&mut self.judged, other.judged);
-        own.coherences().zip([other.paper, other.iv].into_iter().flatten()).for_each(|(own, other)| own.append(other));
-        own.output_coherence.append(other.output_coherence);
-        own.input_coherence.append(other.input_coherence);
-        own.instrument_strength.extend(other.instrument_strength);
-        own.weak_instrument.extend(other.weak_instrument);
+        self.judged.append(other.judged);
     }
 
     /// The `k`th line has no estimate; what the references do to its channels stays.
     fn erase(&mut self, k: usize) {
         [&mut self.value, &mut self.noise, &mut self.input_inverse].into_iter().for_each(|array| array.erase(k));
-        if let Some(weak) = self.judged.weak_instrument.get_mut(k) {
-            (*weak, self.judged.instrument_strength[k]) = (false, f64::NAN);
-            self.judged.coherences().for_each(|array| array.erase(k));
-        }
-    }
-}
-
-impl Judged {
-    fn coherences(&mut self) -> impl Iterator<Item = &mut Filling<f64>> {
-        self.paper.iter_mut().chain(&mut self.iv)
+        self.judged.erase(k);
     }
 }
 
@@ -265,7 +233,7 @@ impl<'a> DerivedLines<'a> {
         gather_triangle(&direct.driver, q, first, count, input);
         self.measured.factor(|i, j| input[lower(i, j)]);
         self.measured.inverse(&mut self.measured_inverse, &mut self.scratch);
-        let [paper, iv] = [&mut judged.paper, &mut judged.iv].map(|all| all.each_mut().map(|array| array.batch(count)));
+        let [paper, iv] = judged.coherences(count);
         let direct_noise = |i: usize| gather(&direct.noise, first, count, i, i).re;
         coherence(&self.c, (p, q), (input, &self.measured_inverse), direct_noise, cross, paper);
         coherence(&self.c, (p, q), (&self.triangle, &self.caused_inverse), |i| self.noise[lower(i, i)].re, cross, iv);
@@ -282,8 +250,7 @@ impl<'a> DerivedLines<'a> {
             matrix.iter_mut().zip(&*full).for_each(|(to, from)| *to = Complex64::new(from.re[l], from.im[l]));
             hermitian_eigen(&mut matrix, &mut values, None);
             let strength = 1.0 / (self.qr as f64 * values.iter().fold(0.0_f64, |a, &b| a.max(b)));
-            judged.instrument_strength.push(strength);
-            judged.weak_instrument.push(strength < WEAK_INSTRUMENT);
+            judged.trust(strength);
         }
     }
 }
@@ -356,6 +323,7 @@ impl WithSimd for Solve<'_, '_> {
 
 #[cfg(test)]
 mod tests {
+    use super::super::instrument::WEAK_INSTRUMENT;
     use super::*;
     use ndarray::{Array2, ArrayView2, Axis, Slice, concatenate};
     use ndof_linear::inverse;

@@ -2,20 +2,15 @@
 //! make it.
 
 use super::coherence::{Coherence, Significance, imply};
-use super::derived::{DerivedEstimate, ToReference};
-use super::derived_line::{DerivedLines, Found};
 use super::direct::{DirectEstimate, LARGEST_CONDITION};
-use super::local_lines::TASK;
 use super::{EstimateError, check};
-use crate::filling::Filling;
 use crate::labels::Labels;
 use crate::lanes::scaled_condition;
 use crate::response::{FrequencyResponse, ResponseKind, Uncertainty};
-use ndarray::{Array3, Axis, Slice};
+use ndarray::{Array3, Axis};
 use ndof_linear::Cholesky;
 use ndof_signal::Kernel;
 use num_complex::Complex64;
-use rayon::prelude::*;
 
 const NAN: Complex64 = Complex64::new(f64::NAN, f64::NAN);
 
@@ -86,56 +81,13 @@ impl Fitted {
         })
     }
 
-    /// Outputs over inputs by way of the references, from the fit of [outputs; inputs] on references, and the direct
-    /// fit for the paper's coherence.
-    ///
-    /// C = R W Tᴴ (T W Tᴴ)⁻¹ with W the inverse of the Gram inverse; R T⁻¹ where T is square. Noise as in
-    /// [`derived`](super::derived()).
-    pub(crate) fn derived(&self, direct: &Fitted, labels: &Labels) -> Result<DerivedEstimate, EstimateError> {
-        let (m, p) = (self.g.dim().1, labels.outputs.len());
-        let Found { value, noise, input_inverse, judged, missing } = self.by_lines(Some(direct), labels)?;
-        let to_reference = |from: usize, to: usize, outputs: &[String]| {
-            let part = Slice::from(from..to);
-            let noise = self.noise.slice_axis(Axis(1), part).slice_axis(Axis(2), part).to_owned();
-            self.response([self.g.slice_axis(Axis(1), part).to_owned(), noise, self.gram_inverse.clone()], ResponseKind::Transfer, &labels.references, outputs)
-        };
-        let flat = |array: Filling<f64>| array.finish().remove_axis(Axis(1));
-        let coherence =
-            |[ordinary, partial, multiple]: [Filling<f64>; 3]| Coherence { ordinary: ordinary.finish(), partial: partial.finish(), multiple: flat(multiple) };
-        Ok(DerivedEstimate {
-            to_reference: ToReference {
-                r: to_reference(0, p, &labels.outputs),
-                t: to_reference(p, m, &labels.inputs),
-                output_coherence: flat(judged.output_coherence),
-                input_coherence: flat(judged.input_coherence),
-            },
-            coherence_paper: coherence(judged.paper),
-            coherence_iv: coherence(judged.iv),
-            instrument_strength: judged.instrument_strength,
-            weak_instrument: judged.weak_instrument,
-            singular_bins: missing,
-            response: self.response([value, noise, input_inverse].map(Filling::finish), labels.kind, &labels.inputs, &labels.outputs),
-        })
-    }
-
-    /// The response of [`derived`](Self::derived) alone, by which nothing is judged.
-    pub(crate) fn derived_alone(&self, labels: &Labels) -> Result<FrequencyResponse, EstimateError> {
-        let Found { value, noise, input_inverse, .. } = self.by_lines(None, labels)?;
-        Ok(self.response([value, noise, input_inverse].map(Filling::finish), labels.kind, &labels.inputs, &labels.outputs))
-    }
-
-    fn by_lines(&self, direct: Option<&Fitted>, labels: &Labels) -> Result<Found, EstimateError> {
-        let (bins, p) = (self.frequency_hz.len(), labels.outputs.len());
-        let solve = |first: usize| DerivedLines::new(self, direct, p).solve(first..bins.min(first + TASK));
-        let parts: Vec<Found> = (0..bins).step_by(TASK).collect::<Vec<_>>().into_par_iter().map(solve).collect();
-        let mut parts = parts.into_iter();
-        let dependent = || EstimateError::Dependent { role: "reference", names: labels.references.clone() };
-        let mut found = parts.next().ok_or_else(dependent)?;
-        parts.for_each(|part| found.append(part));
-        if found.value.is_nan() { Err(dependent()) } else { Ok(found) }
-    }
-
-    fn response(&self, [value, noise, input_inverse]: [Array3<Complex64>; 3], kind: ResponseKind, inputs: &[String], outputs: &[String]) -> FrequencyResponse {
+    pub(super) fn response(
+        &self,
+        [value, noise, input_inverse]: [Array3<Complex64>; 3],
+        kind: ResponseKind,
+        inputs: &[String],
+        outputs: &[String],
+    ) -> FrequencyResponse {
         FrequencyResponse {
             frequency_hz: self.frequency_hz.clone(),
             inputs: inputs.to_vec(),
@@ -157,4 +109,31 @@ impl Fitted {
 /// ν > 0, or the reason why not, for a fit of `unknowns` per row to `equations`.
 pub(crate) fn freedom(equations: usize, unknowns: usize) -> Result<f64, EstimateError> {
     check::degrees_of_freedom(equations as f64, unknowns)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A line at rest and then, of two inputs of unit power and coherence c²: condition (1 + c)/(1 − c); ν + q averages.
+    #[test]
+    fn lines_at_which_inputs_depend_on_each_other_have_no_direct_response() {
+        let ports = crate::Ports { references: vec![], inputs: vec![0, 1], outputs: vec![2] };
+        let labels = Labels::numbered(&ports, ResponseKind::Transfer);
+        let fit = |c: &[f64]| Fitted {
+            frequency_hz: (0..c.len()).map(|f| f as f64).collect(),
+            g: Array3::from_shape_fn((c.len(), 1, 2), |(f, _, _)| if f > 0 && c[f] < 1.0 { Complex64::ONE } else { NAN }),
+            noise: Array3::from_elem((c.len(), 1, 1), Complex64::ONE),
+            gram_inverse: Array3::from_elem((c.len(), 2, 2), Complex64::ONE),
+            driver: Array3::from_shape_fn((c.len(), 2, 2), |(f, i, j)| if i == j { Complex64::ONE } else { c[f].into() }),
+            degrees_of_freedom: 9.0,
+            independent_spacing_hz: 1.0,
+        };
+        let found = fit(&[0.0, 0.0, 0.5, 1.0 - 1e-9, 1.0]).direct(&labels).expect("two lines are left");
+        assert_eq!((&found.singular_bins, found.effective_averages), (&vec![3, 4], 11.0));
+        assert!((found.input_condition_number[1] - 1.0).abs() < 1e-12 && (found.input_condition_number[2] - 3.0).abs() < 1e-12);
+        assert!((1.9e9..2.1e9).contains(&found.input_condition_number[3]) && found.input_condition_number[4] == f64::INFINITY);
+        assert!((1..5).all(|f| found.response.value[[f, 0, 0]].is_nan() == (f > 2)));
+        assert!(matches!(fit(&[0.0, 1.0, 1.0]).direct(&labels), Err(EstimateError::Dependent { role: "input", names }) if names == labels.inputs));
+    }
 }

@@ -2,7 +2,7 @@
 
 use super::EstimateError;
 use super::fitted::{Fitted, freedom};
-use super::local_lines::{Basis, Chunk, Lines, TASK, fill};
+use super::local_lines::{Basis, Chunk, Lines, TASK, at_hz, fill};
 use super::local_polynomial::{Local, LocalPolynomial};
 use super::local_rational::{LocalRational, Rational};
 use crate::spread::apart;
@@ -71,19 +71,19 @@ impl LocalFit {
 /// zero.
 fn fit(
     trials: &[Lines],
-    (sample_rate_hz, len): (f64, usize),
+    rate_and_len: (f64, usize),
     (drivers, responders): (&[usize], &[usize]),
     (order, denominator, half_width): (usize, usize, usize),
     (apart_hz, judged): (Option<[f64; 2]>, bool),
 ) -> Result<LocalFit, EstimateError> {
     let (q, m, s) = (drivers.len(), responders.len(), order + 1);
-    let basis = Basis::new(half_width, s, len)?;
+    let basis = Basis::new(half_width, s, rate_and_len.1)?;
     let width = basis.width;
-    let mut lines: Vec<usize> = (0..=basis.last).collect();
-    if let Some([low_hz, high_hz]) = apart_hz {
-        let step_hz = sample_rate_hz / len as f64;
-        lines = apart(lines.iter().map(|&k| k as f64 * sample_rate_hz / len as f64), [low_hz, high_hz], basis.independent_lines() * step_hz);
-    }
+    let all = 0..=basis.last;
+    let lines: Vec<usize> = match apart_hz {
+        Some(band_hz) => apart(all.map(|k| at_hz(k as f64, rate_and_len)), band_hz, at_hz(basis.independent_lines(), rate_and_len)),
+        None => all.collect(),
+    };
     let degrees_of_freedom = freedom(trials.len() * (width - width.min(s)), s * q + denominator.div_ceil(m))?;
     let solve = |first: usize, mut out: Chunk<'_>| {
         let mut lines = &lines[first..lines.len().min(first + TASK)];
@@ -98,7 +98,7 @@ fn fit(
         let mut rational = Rational::new(trials, drivers, responders, &basis, denominator, polynomial);
         lines.iter().for_each(|&k| rational.solve(k, basis.low(k), &mut out));
     };
-    let (fitted, left_out) = fill(&lines, TASK, (m, q), (sample_rate_hz, len), &basis, degrees_of_freedom, solve);
+    let (fitted, left_out) = fill(&lines, TASK, (m, q), rate_and_len, &basis, degrees_of_freedom, solve);
     Ok(LocalFit { fitted, left_out })
 }
 

@@ -169,13 +169,18 @@ impl Chunk<'_> {
     }
 }
 
-/// What `solve` finds of the response of `m` responders to `q` drivers at such lines of `len` samples, `task` lines at a time from the one that it is
+/// So many lines of a record of `len` samples in Hz.
+pub(super) fn at_hz(lines: f64, (rate_hz, len): (f64, usize)) -> f64 {
+    lines * rate_hz / len as f64
+}
+
+/// What `solve` finds of the response of `m` responders to `q` drivers at these lines, `task` of them at a time from the one that it is
 /// given; and how well each was told without itself.
 pub(super) fn fill(
     lines: &[usize],
     task: usize,
     (m, q): (usize, usize),
-    (rate_hz, len): (f64, usize),
+    rate_and_len: (f64, usize),
     basis: &Basis,
     degrees_of_freedom: f64,
     solve: impl Fn(usize, Chunk<'_>) + Sync,
@@ -197,8 +202,8 @@ pub(super) fn fill(
         .into_par_iter()
         .enumerate()
         .for_each(|(k, (g, noise, gram_inverse, driver, left_out))| solve(k * task, Chunk { g, noise, gram_inverse, driver, left_out }));
-    let frequency_hz = lines.iter().map(|&k| k as f64 * rate_hz / len as f64).collect();
-    let independent_spacing_hz = basis.independent_lines() * rate_hz / len as f64;
+    let frequency_hz = lines.iter().map(|&k| at_hz(k as f64, rate_and_len)).collect();
+    let independent_spacing_hz = at_hz(basis.independent_lines(), rate_and_len);
     (Fitted { frequency_hz, g, noise, gram_inverse, driver, degrees_of_freedom, independent_spacing_hz }, left_out)
 }
 

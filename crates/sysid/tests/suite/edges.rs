@@ -109,6 +109,20 @@ fn inputs_of_less_than_full_rank_are_named() {
 }
 
 #[test]
+fn references_that_are_one_are_named_by_every_method() {
+    let (reference, own) = (white(20), white(21));
+    let u: Vec<f64> = reference.iter().zip(&own).map(|(r, own)| r + own).collect();
+    let channels = [("a", reference.clone()), ("b", reference.iter().map(|r| 2.0 * r).collect()), ("u", u.clone()), ("y", filtered(&u, 22))];
+    let channels = channels.map(|(name, samples)| Channel::new(name, Unit::si(Quantity::Effort, false), samples));
+    let recording = Recording::new(100.0, channels.to_vec()).expect("a recording");
+    let ports = Ports { references: vec![0, 1], inputs: vec![2], outputs: vec![3] };
+    for method in methods() {
+        let error = estimate(&[&recording], &ports, &Labels::of(&recording, &ports), &method, Direct::H1).err();
+        assert!(matches!(&error, Some(EstimateError::Dependent { role: "reference", names }) if names == &["a", "b"]), "{}: {error:?}", method.name());
+    }
+}
+
+#[test]
 fn frequency_zero_has_no_answer_after_the_mean_is_gone_and_nyquist_has_a_real_one() {
     let u = white(8);
     let found = run(&[&u], &[&filtered(&u, 9)], &SpectralMethod::Welch(Welch::new(128))).expect("an estimate");

@@ -1,6 +1,6 @@
 //! Identities that hold for any cross-spectra, to round-off.
 
-use ndarray::Array2;
+use ndarray::{Array2, Axis, Slice};
 use ndof_signal::{CrossSpectra, Kernel};
 use ndof_sysid::{Direct, Labels, Ports, ResponseKind, derived, direct, ordered_coherence};
 use num_complex::Complex64;
@@ -282,28 +282,74 @@ fn order_and_units_of_channels_change_the_result_as_they_must_and_no_coherence()
     }
 }
 
+/// Σ, what the references leave of inputs and outputs, by conditioning; with A = [−C, 1] the noise is A Σ Aᴴ / (ν + tr((S^c)⁻¹ Σ_uu)).
+#[test]
+fn noise_of_a_derived_estimate_is_that_of_its_equation() {
+    let (ports, freedom) = (ports(4, 3, 2), 36.0);
+    let spectra = random_spectra(9, 3, 40, 12);
+    let found = derived(&spectra, &ports, &labels(&ports)).expect("regular");
+    let (inputs, outputs) = (Slice::from(..3), Slice::from(3..));
+    let part = |of: &Array2<Complex64>, rows: Slice, columns: Slice| of.slice_axis(Axis(0), rows).slice_axis(Axis(1), columns).to_owned();
+    for f in 1..3 {
+        let channels: Vec<usize> = (4..9).collect();
+        let left = conditioned(&spectra, f, &ports.references, &channels).expect("regular").residual;
+        let caused = spectra.block(f, &channels, &channels) - &left;
+        let inverse = ndof_linear::inverse(&part(&caused, inputs, inputs)).expect("regular");
+        let c = part(&caused, outputs, inputs).dot(&inverse);
+        // Channels stand in the order inputs, outputs.
+        let a = ndarray::concatenate![Axis(1), c.mapv(|v| -v), Array2::eye(2)];
+        let taken_in = inverse.dot(&part(&left, inputs, inputs)).diag().sum().re;
+        let noise = a.dot(&left).dot(&a.t().mapv(|v| v.conj())) / Complex64::from(freedom + taken_in);
+        let [r, t] = [outputs, inputs].map(|own| part(&left, own, own) / Complex64::from(freedom));
+        for (response, want) in [(&found.response, noise), (&found.to_reference.r, r), (&found.to_reference.t, t)] {
+            let found = response.uncertainty.as_ref().expect("with its errors").noise.index_axis(Axis(0), f).to_owned();
+            assert!((&found - &want).iter().all(|error| error.norm() < 1e3 * ROUND_OFF * want.diag().sum().re), "{found} {want}");
+        }
+    }
+}
+
 #[test]
 fn instruments_are_as_strong_as_for_the_input_that_they_reach_least() {
-    // Each reference of unit power makes a part of one input: with ν = 40 − n, strength ν/n · caused/rest of the weakest.
-    for n in 1..=5 {
+    // Each reference of unit power makes a part of one source: with ν = 40 − n, strength ν/n · caused/rest of the weakest, whether sources are inputs
+    // or what inputs are mixed of: eigenvalues of N⁻¹ S^c are those of (M N Mᴴ)⁻¹ M S^c Mᴴ.
+    let mixed = |j: usize, k: usize| Complex64::new(0.5, 0.3 * (1.0 + k as f64) - 0.2 * j as f64);
+    for (n, mix) in (1..=5).flat_map(|n| [(n, 0.0), (n, 1.0)]) {
+        let of_source = |j: usize, k: usize| if j == k { Complex64::ONE } else { mixed(j, k) * mix };
         let ports = ports(n, n, 1);
         let (channels, bins, own) = (2 * n + 1, 3, [9.0_f64, 4.0, 16.0, 7.0, 5.0]);
         let mut lower = vec![Complex64::default(); channels * (channels + 1) / 2 * bins];
-        let mut set = |a: usize, b: usize, value: f64| lower[(a * (a + 1) / 2 + b) * bins..][..bins].fill(value.into());
-        for (j, caused) in own.iter().enumerate().take(n) {
-            set(j, j, 1.0);
-            set(n + j, j, caused.sqrt());
-            set(n + j, n + j, caused + 1.0);
+        let mut set = |a: usize, b: usize, value: Complex64| lower[(a * (a + 1) / 2 + b) * bins..][..bins].fill(value);
+        for j in 0..n {
+            set(j, j, Complex64::ONE);
+            (0..n).for_each(|k| set(n + j, k, of_source(j, k) * own[k].sqrt()));
+            (0..=j).for_each(|i| set(n + j, n + i, (0..n).map(|k| of_source(j, k) * of_source(i, k).conj() * (own[k] + 1.0)).sum()));
         }
-        set(2 * n, 2 * n, 1.0);
+        set(2 * n, 2 * n, Complex64::ONE);
         let spectra = CrossSpectra::from_parts(channels, 100.0, vec![0.0, 1.0, 2.0], lower, 40.0, 40, 1.0, Kernel::default());
         let found = derived(&spectra, &ports, &labels(&ports)).expect("regular");
         let weakest = own[..n].iter().copied().fold(f64::INFINITY, f64::min);
         let expected = (40 - n) as f64 / n as f64 * weakest;
         // A dozen multiplications leave (4/5)²⁴ of the next eigenvalue's share, never above the truth by more than round-off.
         let strength = found.instrument_strength[1];
-        assert!((-1e-9..0.02).contains(&(strength / expected - 1.0)), "{n}: {strength}, exact {expected}");
+        assert!((-1e-9..0.02).contains(&(strength / expected - 1.0)), "{n} {mix}: {strength}, exact {expected}");
     }
+}
+
+#[test]
+fn an_instrument_is_weak_for_a_mixture_that_no_row_of_ones_over_numbers_sees() {
+    // Each of three references moves its input by one, the rest of which is 1 + 3 x xᴴ with x = (1, −2, 0)/√5, orthogonal to (1, 1/2, 1/3).
+    let (ports, bins) = (ports(3, 3, 1), 2);
+    let (mut lower, x) = (vec![Complex64::default(); 28 * bins], [0.2_f64.sqrt(), -0.8_f64.sqrt(), 0.0]);
+    let mut set = |a: usize, b: usize, value: f64| lower[(a * (a + 1) / 2 + b) * bins..][..bins].fill(value.into());
+    for j in 0..3 {
+        set(j, j, 1.0);
+        set(3 + j, j, 1.0);
+        (0..=j).for_each(|i| set(3 + j, 3 + i, 3.0 * x[i] * x[j] + if i == j { 2.0 } else { 0.0 }));
+    }
+    set(6, 6, 1.0);
+    let spectra = CrossSpectra::from_parts(7, 100.0, vec![0.0, 1.0], lower, 40.0, 40, 1.0, Kernel::default());
+    let found = derived(&spectra, &ports, &labels(&ports)).expect("regular");
+    assert!((found.instrument_strength[1] / (37.0 / 3.0 / 4.0) - 1.0).abs() < 1e-9, "{}", found.instrument_strength[1]);
 }
 
 #[test]

@@ -1,7 +1,7 @@
 //! What cannot be estimated is refused, with the place and the remedy.
 
 use crate::draws::{normal, seeded, spectra, stack};
-use ndof_signal::{Channel, Multitaper, Periodic, Recording, SpectraError, Unit, Welch};
+use ndof_signal::{Channel, CrossSpectra, Kernel, Multitaper, Periodic, Recording, SpectraError, Unit, Welch};
 use ndof_sysid::{
     Direct, EstimateError, Labels, LocalPolynomial, LocalRational, Ports, ResponseKind, SpectralMethod, derived, direct, estimate, robust_spectra,
 };
@@ -136,7 +136,7 @@ fn references_that_are_copies_at_one_frequency_cost_that_frequency_only() {
     let ports = Ports { references: vec![0, 1], inputs: vec![2], outputs: vec![3] };
     let found = derived(&s, &ports, &Labels::numbered(&ports, ResponseKind::Transfer)).expect("others exist");
     assert_eq!(found.singular_bins, [9, 10]);
-    for f in 1..12 {
+    for f in 0..12 {
         let all = [
             found.response.value[[f, 0, 0]].re,
             found.response.variance(f, 0, 0),
@@ -149,9 +149,22 @@ fn references_that_are_copies_at_one_frequency_cost_that_frequency_only() {
             found.coherence_iv.partial[[f, 0, 0]],
             found.instrument_strength[f],
         ];
-        assert!(all.iter().all(|v| v.is_nan() == (f == 9 || f == 10)), "{f}: {all:?}");
+        assert!(all.iter().all(|v| v.is_nan() == [0, 9, 10].contains(&f)), "{f}: {all:?}");
         assert!(!found.weak_instrument[f]);
     }
+}
+
+/// u₁ = r₁ + n₁, u₂ = 2 r₁ + a r₂ + n₂, y = u₁ + u₂ + n, all of unit power: where a is 0, both inputs are known and none of them apart.
+#[test]
+fn inputs_that_references_move_as_one_have_no_estimate_there() {
+    let of = |a: f64| [1.0, 0.0, 1.0, 1.0, 0.0, 2.0, 2.0, a, 2.0, 5.0 + a * a, 3.0, a, 4.0, 7.0 + a * a, 12.0 + a * a];
+    let lower = of(0.0).into_iter().zip(of(1.0)).flat_map(|(apart, told)| [told, apart, told]).map(Complex64::from).collect();
+    let spectra = CrossSpectra::from_parts(5, 100.0, vec![0.0, 1.0, 2.0], lower, 40.0, 40, 1.0, Kernel::default());
+    let ports = Ports { references: vec![0, 1], inputs: vec![2, 3], outputs: vec![4] };
+    let found = derived(&spectra, &ports, &Labels::numbered(&ports, ResponseKind::Transfer)).expect("one frequency is left");
+    assert_eq!(found.singular_bins, [1]);
+    assert!(found.response.value[[1, 0, 0]].is_nan() && found.instrument_strength[1].is_nan() && found.to_reference.r.value[[1, 0, 0]].is_nan());
+    assert!((0..2).all(|j| (found.response.value[[2, 0, j]] - 1.0).norm() < 1e-13));
 }
 
 #[test]

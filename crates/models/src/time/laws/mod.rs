@@ -79,7 +79,8 @@ pub fn find(name: &str) -> Option<Arc<dyn Law>> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::time::{LAW_VARIABLES, LOCAL_VARIABLES, Local};
+    use crate::time::{Equation, LAW_VARIABLES, LOCAL_VARIABLES, Local};
+    use num_complex::Complex64;
 
     fn at(x: [f64; 6]) -> Local<f64> {
         Local { time_s: 0.7, position: x[0], velocity: x[1], delayed_position: x[2], delayed_velocity: x[3], force: x[4], delayed_force: x[5] }
@@ -133,6 +134,27 @@ mod tests {
                     );
                 }
             }
+        }
+    }
+
+    /// An integrator takes its step from this bound: no eigenvalue of ∂g/∂z is larger, and the largest no smaller than half of it.
+    #[test]
+    fn hidden_states_move_as_fast_as_their_law_says() {
+        fn largest_and_bound<E: Equation>(law: &E) -> [f64; 2] {
+            let theta: Vec<f64> = Equation::parameters(law, false).iter().map(|p| p.starts[p.starts.len() - 1]).collect();
+            let (nz, columns) = (E::STATES, LOCAL_VARIABLES + E::STATES + theta.len());
+            let (local, mut rates, mut slopes) = (at([0.0123, 0.21, 0.004, 0.13, 5.3, 4.0]), vec![0.0; nz], vec![0.0; (1 + nz) * columns]);
+            law.linearise(&theta, &local, &vec![2e-3; nz], &mut rates, &mut slopes);
+            let slope = |r: usize, c: usize| slopes[(1 + r) * columns + LOCAL_VARIABLES + c];
+            let (half, determinant) =
+                if nz == 1 { (0.5 * slope(0, 0), 0.0) } else { (0.5 * (slope(0, 0) + slope(1, 1)), slope(0, 0) * slope(1, 1) - slope(0, 1) * slope(1, 0)) };
+            let root = Complex64::from(half * half - determinant).sqrt();
+            [(half + root).norm().max((half - root).norm()), law.fastest_rate(&theta, &local)]
+        }
+        let reflex = OneDirectionalReflex { positive: true };
+        let all = [largest_and_bound(&Relaxation), largest_and_bound(&FlexibleMode), largest_and_bound(&LinearReflex), largest_and_bound(&reflex)];
+        for [largest, bound] in all.into_iter().chain([largest_and_bound(&BoucWen), largest_and_bound(&LuGre)]) {
+            assert!(largest > 0.0 && ((1.0 - 1e-12) * largest..=(2.0 + 1e-12) * largest).contains(&bound), "{largest} {bound}");
         }
     }
 }
