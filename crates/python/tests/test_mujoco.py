@@ -56,3 +56,16 @@ def test_a_simulator_that_answers_wrongly_is_told_so(example):
             ndof.diagnose(log, robot=example.HERE / "arm.xml", simulate=lambda *_, answer=answer: answer)
     with pytest.raises(ndof.NdofError, match="one of the two"):
         ndof.diagnose(log, robot=example.HERE / "arm.xml", simulate=example.simulate, simulated=log)
+
+
+def test_a_simulator_that_fails_with_what_is_found_leaves_the_diagnosis(example):
+    def falls_over(inputs, added_effort, parameters):
+        if added_effort:
+            raise FloatingPointError("the simulation diverged")
+        return example.simulate(inputs, added_effort, parameters)
+
+    log, robot = example.measured(), example.HERE / "arm.xml"
+    with pytest.warns(RuntimeWarning, match="proves nothing: FloatingPointError: the simulation diverged"):
+        found = ndof.diagnose(log, robot=robot, simulate=falls_over)
+    assert found.rerun is None
+    assert found.to_dict() == ndof.diagnose(log, robot=robot, simulate=example.simulate).to_dict()

@@ -30,7 +30,8 @@ class Diagnosis(Result):
     __slots__ = ("_page", "rerun")
 
     rerun: Rerun | None
-    """Of a simulator that was given as a function: what it misses of the held-out part by its own run, alone and with the effort of the causes."""
+    """Of a simulator that was given as a function: what it misses of the held-out part by its own run, alone and with the effort of the causes.
+    ``None`` where it failed with that effort, of which a warning tells."""
 
     def __init__(self, text: str, page: str = "", rerun: Rerun | None = None) -> None:
         super().__init__(text)

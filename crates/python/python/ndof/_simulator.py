@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Callable, Mapping, Sequence
 from typing import TypedDict, Union
 
@@ -52,13 +53,19 @@ def rerun(
     outputs: Sequence[str],
     parameters: Mapping[str, float],
 ) -> Rerun | None:
-    """The held-out error of the simulator's own runs, before and with what was found; ``None`` where stretches were cut out of the recordings."""
+    """The held-out error of the simulator's own runs, before and with what was found; ``None`` where stretches were cut out of the recordings, and, with a
+    warning, where the simulator fails with what was found: the diagnosis is there without its proof."""
     if added is None or len(added[1]) != len(recordings):
         return None
     channels, efforts, held_out = added
     if any(len(series) != len(recording) for recording, trial in zip(recordings, efforts) for series in trial):
         return None
-    after = {k: run(simulate, recordings[k], dict(zip(channels, efforts[k])), parameters) for k in sorted({k for k, _, _ in held_out})}
+    try:
+        after = {k: run(simulate, recordings[k], dict(zip(channels, efforts[k])), parameters) for k in sorted({k for k, _, _ in held_out})}
+    except Exception as failed:  # the user's function, which ran before
+        told = f"simulate failed with the efforts that the diagnosis adds, so its own run proves nothing: {type(failed).__name__}: {failed}"
+        warnings.warn(told, RuntimeWarning, stacklevel=3)
+        return None
 
     def missed(runs: Union[Sequence[Recording], Mapping[int, Recording]], output: str) -> float:
         error = np.concatenate([recordings[k][output][a:b] - runs[k][output][a:b] for k, a, b in held_out])
