@@ -16,6 +16,8 @@ pub(crate) struct Filling<T> {
 
 impl<T: Copy> Filling<T> {
     /// Room for `bins` matrices; what is not written is `blank`.
+    // By itself: within a larger function the fill is not always made of whole vectors.
+    #[inline(never)]
     pub(crate) fn new(bins: usize, rows: usize, columns: usize, blank: T) -> Self {
         Filling { flat: vec![blank; bins * rows * columns], filled: 0, rows, columns, blank }
     }
