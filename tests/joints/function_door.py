@@ -83,7 +83,7 @@ def main():
     parser.add_argument("--out", type=pathlib.Path, help="file that the table is added to")
     options = parser.parse_args()
     truths = [json.loads(path.read_text()) for path in sorted(options.folder.glob("*/question.json"))]
-    marks, proved = [], []
+    marks, proved, failed = [], [], 0
     for truth in [t for t in truths if t["half"] == options.half][: options.count]:
         recording = ndof.Recording(channels(options.folder / truth["id"], truth), truth["rate_hz"], name=truth["id"])
         began, answer, error = time.monotonic(), None, None
@@ -91,6 +91,7 @@ def main():
             nominal = simulation(robots.ROBOTS[truth["robot"]], truth["rate_hz"])
             said = ndof.diagnose([recording], robot=options.folder / truth["id"] / "robot.urdf", simulate=nominal)
             answer = said.to_dict()
+            failed += said.rerun is None
             if marking.mark(truth, {"result": answer, "error": None, "seconds": 0.0}, "columns").exactly and truth["causes"] and said.rerun:
                 before, after = (np.linalg.norm(said.rerun[f"nrmse_{when}"]) for when in ("before", "after"))
                 proved.append((truth["id"], after / before))
@@ -98,9 +99,10 @@ def main():
             error = str(told)
         marks.append(marking.mark(truth, {"result": answer, "error": error, "seconds": time.monotonic() - began}, "columns"))
     told = f"door: function; half: {options.half}; {len(marks)} questions\n" + marking.table(marks)
+    told += f"\nthe simulator failed with what was found: {failed} of {len(marks)}\n"
     if proved:
         shares = sorted(share for _, share in proved)
-        told += f"\nthe simulator's own run with what was found, in {len(shares)} exact answers: its error over that before, median {shares[len(shares) // 2]:.2f}, largest {shares[-1]:.2f}\n"
+        told += f"the simulator's own run with what was found, in {len(shares)} exact answers: its error over that before, median {shares[len(shares) // 2]:.2f}, largest {shares[-1]:.2f}\n"
     print(told, end="")
     if options.out:
         with options.out.open("a") as out:

@@ -182,7 +182,7 @@ impl<'a, 'v> Place<'a, 'v> {
         if self.hanging.is_empty() {
             return Some(still.gear);
         }
-        // A gear that carries what it does not is no hypothesis, however likely: it is where there is no other.
+        // The one that stays behind does not carry what hangs on it: however likely, it is kept only where none that does runs.
         let laden = from.iter().chain([&still.gear]).filter_map(|gear| self.laden(gear)).collect();
         Some(self.best(laden).map_or(still, |(loss, at)| self.climbed(at, loss)).gear)
     }

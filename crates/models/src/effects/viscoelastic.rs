@@ -29,8 +29,8 @@ pub struct Viscoelastic;
 /// Maxwell elements side by side, as (modulus, time) each.
 struct Maxwell {
     elements: Vec<OnAxis<laws::Relaxation, 2>>,
-    /// Coefficient and order of the fractional derivative that they stand for.
-    power: Option<[f64; 2]>,
+    /// Coefficient and order of the fractional derivative that those behind the first so many stand for.
+    power: Option<(usize, [f64; 2])>,
 }
 
 impl ForceLaw for Maxwell {
@@ -48,9 +48,9 @@ impl ForceLaw for Maxwell {
     }
 
     fn response(&self, s: Complex64) -> Option<Complex64> {
-        // A spring among them relaxes in no time that the block could divide by.
-        let sum = || self.elements.iter().map(|element| element.response(s).filter(|f| f.is_finite())).sum();
-        self.power.map_or_else(sum, |theta| Some(Fractional.response(&theta, s)))
+        let (solids, power) = self.power.map_or((self.elements.len(), Complex64::ZERO), |(solids, theta)| (solids, Fractional.response(&theta, s)));
+        let sum: Option<Complex64> = self.elements[..solids].iter().map(|element| element.response(s)).sum();
+        sum.map(|sum| sum + power)
     }
 }
 
@@ -67,7 +67,7 @@ fn fractional(axis: usize, coefficient: f64, order: f64, time_s: f64) -> Maxwell
     // All longer times together: a geometric series of springs that do not relax any more.
     let spring = [weight(time_s * 2f64.powi(11)) / (1.0 - 2f64.powf(-order)), f64::INFINITY];
     let elements = relaxing.chain([spring]).map(|theta| on_axis(axis, laws::Relaxation, theta)).collect();
-    Maxwell { elements, power: Some([coefficient, order]) }
+    Maxwell { elements, power: Some((0, [coefficient, order])) }
 }
 
 impl Effect for Viscoelastic {
@@ -80,7 +80,9 @@ impl Effect for Viscoelastic {
         let mut law = maxwell(axis, [[parameters.number(CARD.name, &MODULUS)?, parameters.number(CARD.name, &TIME)?]]);
         let coefficient = parameters.number(CARD.name, &COEFFICIENT)?;
         if coefficient > 0.0 {
-            law.elements.extend(fractional(axis, coefficient, parameters.number(CARD.name, &ORDER)?, 1.0).elements);
+            let order = parameters.number(CARD.name, &ORDER)?;
+            law.power = Some((law.elements.len(), [coefficient, order]));
+            law.elements.extend(fractional(axis, coefficient, order, 1.0).elements);
         }
         Ok(Injection::Force(Box::new(law)))
     }

@@ -31,7 +31,7 @@ class Diagnosis(Result):
 
     rerun: Rerun | None
     """Of a simulator that was given as a function: what it misses of the held-out part by its own run, alone and with the effort of the causes.
-    ``None`` where it failed with that effort, of which a warning tells."""
+    ``None`` where stretches were cut out of the recordings, and, with a warning, where it failed with that effort."""
 
     def __init__(self, text: str, page: str = "", rerun: Rerun | None = None) -> None:
         super().__init__(text)
