@@ -170,27 +170,19 @@ impl<'a, 'v> Place<'a, 'v> {
         table.total - found.gained
     }
 
-    /// Where the likelihood is greatest from the best of these: as if what hangs on the gear did not swing, and from there or from one of these as it does.
+    /// Where the likelihood is greatest from the best of these: with the file's bodies, as if what else hangs on the gear did not swing, and from there as it does.
     fn settled(&mut self, from: &[Gear]) -> Option<Gear> {
-        let hanging = std::mem::take(&mut self.hanging);
-        // Where nothing that was found hangs on it, it carries the file's bodies, whatever it carried before.
-        let bodies = |gear: &Gear| if hanging.is_empty() { self.view.scene.bodies.clone() } else { gear.bodies.clone() };
-        let start = from.iter().map(|gear| At { gear: Gear { bodies: bodies(gear), ..gear.clone() }, factors: vec![] }).collect();
-        let (loss, nearest) = self.best(start)?;
+        let (hanging, file) = (std::mem::take(&mut self.hanging), &self.view.scene.bodies);
+        let start = from.iter().map(|gear| At { gear: Gear { bodies: file.clone(), ..gear.clone() }, factors: vec![] });
+        let (loss, nearest) = start.map(|at| (self.loss(&at), at)).filter(|(loss, _)| loss.is_finite()).min_by(|a, b| a.0.total_cmp(&b.0))?;
         let still = self.climbed(nearest, loss);
         self.hanging = hanging;
         if self.hanging.is_empty() {
             return Some(still.gear);
         }
-        // The one that stays behind does not carry what hangs on it: however likely, it is kept only where none that does runs.
-        let laden = from.iter().chain([&still.gear]).filter_map(|gear| self.laden(gear)).collect();
-        Some(self.best(laden).map_or(still, |(loss, at)| self.climbed(at, loss)).gear)
-    }
-
-    /// The likeliest, and what it is short of; a link that falls over has no number.
-    fn best(&mut self, all: Vec<At>) -> Option<(f64, At)> {
-        let all = all.into_iter().map(|at| (self.loss(&at), at)).filter(|(loss, _)| loss.is_finite());
-        all.min_by(|a, b| a.0.total_cmp(&b.0))
+        let laden = self.laden(&still.gear).map(|at| (self.loss(&at), at));
+        // Where there are no such bodies, or the link falls over with them, they stay behind.
+        Some(laden.filter(|(loss, _)| loss.is_finite()).map_or(still, |(loss, at)| self.climbed(at, loss)).gear)
     }
 
     /// Where the likelihood is greatest from there, where it is so much short of.
@@ -383,4 +375,39 @@ pub(crate) fn changes(view: &View<'_>, forms: &[Form], column: &Column) -> Vec<S
         sum
     });
     sum.into_iter().collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::band::Band;
+    use crate::causes::CAUSES;
+    use crate::scene::scene;
+    use ndof_devices::RobotConfig;
+    use ndof_signal::{Channel, Quantity, Recording, Unit};
+    use ndof_sysid::Ports;
+    use std::sync::Mutex;
+
+    const PENDULUM: &str =
+        "schema = \"ndof/robot/1\"\nname = \"one\"\njoints = [{ name = \"elbow\", axis = [0.0, 1.0, 0.0], mass_kg = 2.0, centre_m = [0.3, 0.0, 0.0] }]";
+
+    #[test]
+    fn bodies_that_were_found_once_do_not_stay_on_a_gear_beside_which_there_are_none() {
+        let chain = RobotConfig::parse("one.toml", PENDULUM, None).and_then(|c| c.chain()).expect("a robot");
+        let channel =
+            |name: &str, quantity, f: fn(f64) -> f64| Channel::new(name, Unit::si(quantity, true), (0..3000).map(|k| f(0.03 * f64::from(k))).collect());
+        let channels = vec![channel("torque_elbow", Quantity::Effort, f64::cos), channel("angle_elbow", Quantity::Displacement, f64::sin)];
+        let log = Recording::new(100.0, channels).expect("a log");
+        let (scene, mut motions) = scene(&chain, &[log], &[], &Ports { references: vec![], inputs: vec![0], outputs: vec![1] }).expect("it moves");
+        motions[0].moves = vec![vec![true; 3000]];
+        let (band, whole) = (Band::new([scene.fastest_hz, scene.lowest_hz()], scene.rate_hz), Mutex::default());
+        let view = View::new(&scene, &motions, &band, &whole, &[(0, 0..3000)]);
+        let cause = CAUSES.iter().find(|c| c.card.name == "joint-flexibility").expect("a cause");
+        let mut forms = vec![(cause.forms)(&scene).swap_remove(0)];
+        let searched = forms[0].gear().cloned().expect("a gear");
+        let heavier = scene.bodies.with(&[1.0, 0.3, 0.0, 0.0, 0.1, 0.1, 0.1, 0.0, 0.0, 0.0, 0.0]).map(Arc::new).expect("bodies");
+        let before = Gear { bodies: heavier, extent: 0.7 * searched.extent, ..searched };
+        let settled = Place::new(&view, &mut forms, 0, &Logged::as_it_is(1)).settled(&[before]).expect("it swings");
+        assert!(settled.bodies == scene.bodies);
+    }
 }
