@@ -27,12 +27,14 @@ fn the_study_of_an_arm_is_adequate_by_its_geometry_and_so_are_its_recordings_whe
     let folder = tempfile::tempdir().expect("a folder");
     succeed(folder.path(), &["study", "arm", "--quiet"]);
     let study: Value = serde_json::from_str(&std::fs::read_to_string(folder.path().join("ndof-out/arm/diagnosis.json")).expect("a file")).expect("JSON");
-    assert_eq!((study["verdict"].as_str(), minor(&study)), (Some("adequate"), vec!["arm-geometry"]));
+    // The robot's transducer of 10⁶ N/m is 1.7 % off at the end of the band: more than instruments are.
+    let both = vec!["extra-resonance", "arm-geometry"];
+    assert_eq!((study["verdict"].as_str(), minor(&study)), (Some("adequate"), both.clone()));
     std::fs::write(folder.path().join("arm.toml"), ARM).expect("written");
     let files = trials(folder.path());
     let asked = |more: &[&str]| json(folder.path(), &[&["diagnose"], &files.iter().map(String::as_str).collect::<Vec<_>>()[..], more].concat());
     let by_file = asked(&["--kinematics", "arm.toml"]);
-    assert_eq!((by_file["verdict"].as_str(), minor(&by_file)), (Some("adequate"), vec!["arm-geometry"]));
+    assert_eq!((by_file["verdict"].as_str(), minor(&by_file)), (Some("adequate"), both));
     assert_eq!(asked(&OPTIONS)["minor"], by_file["minor"]);
     let strange = asked(&[]);
     assert_eq!(strange["verdict"], "unexplained");

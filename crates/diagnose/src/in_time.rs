@@ -90,13 +90,27 @@ impl Subject {
     /// A model with the parameters of its most likely free run, if that is more likely than the balance of forces with its own; `order` derivatives of
     /// the displacement were measured. `None` where the motion is imposed, where it has parameters that follow a schedule, or where it does not run.
     pub fn in_time(&self, chosen: &[Chosen], stand: &Stand, order: usize) -> Option<(Vec<Chosen>, Stand)> {
-        if matches!(self.cause, Cause::Motion | Cause::Unclear) || !self.layout.schedule.is_empty() {
+        if !self.runs() {
             return None;
         }
         let model = InTime::new(self, stand, order)?;
         let (run, covariance) = model.most_likely(Point { theta: stand.fit.theta.clone(), chosen: chosen.to_vec() })?;
         let balance = self.of_balance(stand);
         (run.log_likelihood > balance?).then(|| self.with(stand, run.point, run.log_likelihood, covariance))
+    }
+
+    /// Log-likelihood of the free runs of a model with the parameters of a stand; `None` where [`Self::in_time`] has none.
+    pub fn likelihood_in_time(&self, chosen: &[Chosen], stand: &Stand, order: usize) -> Option<f64> {
+        if !self.runs() {
+            return None;
+        }
+        let run = InTime::new(self, stand, order)?.run(Point { theta: stand.fit.theta.clone(), chosen: chosen.to_vec() })?;
+        Some(run.log_likelihood)
+    }
+
+    /// Whether a free run from the effort alone says anything: the effort makes the motion, and no parameter follows a schedule.
+    fn runs(&self) -> bool {
+        !matches!(self.cause, Cause::Motion | Cause::Unclear) && self.layout.schedule.is_empty()
     }
 
     /// Log-likelihood of the balance of forces on the measured channels with the parameters of a stand.

@@ -5,6 +5,7 @@ use crate::curved::Curved;
 use crate::layout::Layout;
 use crate::options::KnownLaws;
 use crate::state::{Cause, Column, State, Through};
+use ndof_linear::square;
 use ndof_models::effects::{CurvedArm, Matrix};
 use num_complex::Complex64;
 use std::sync::Arc;
@@ -13,6 +14,9 @@ use std::sync::Arc;
 const INSTRUMENT_DELAY_S: f64 = 2e-4;
 /// Standard deviation of a force sensor's angle.
 const INSTRUMENT_ANGLE_RAD: f64 = 0.5 * std::f64::consts::PI / 180.0;
+/// Standard deviation of what gives way between the sensors of effort and motion, as a share of the motion at the end of the band: a transducer is used up
+/// to a tenth of its resonance, where it is 1 % off, and that is two of them.
+const INSTRUMENT_COMPLIANCE: f64 = 0.005;
 
 /// What a base column's coefficient is.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -27,6 +31,8 @@ pub(crate) enum Role {
     Latency,
     /// An angle between two effort channels' axes and their sensor's that instruments may have (rad).
     Angle,
+    /// What gives way between the sensors of effort and motion (m/N, rad/(N m)), the same on all axes.
+    Compliance,
 }
 
 impl Role {
@@ -47,6 +53,8 @@ pub(crate) struct Structure {
     /// Matrices whose free part is symmetric.
     pub symmetric: Vec<Matrix>,
     pub tolerances: bool,
+    /// Inertia, damping and stiffness about which a compliance of instruments is small; none where they are not known.
+    pub about: Option<[Vec<Vec<f64>>; 3]>,
     /// How many times what was measured of the motion is integrated to the displacement.
     pub integrals: usize,
     /// Forces that every model has.
@@ -56,8 +64,16 @@ pub(crate) struct Structure {
 impl Structure {
     /// The structure of a fitted baseline, or of the given one.
     pub fn new(axes: usize, baseline: Option<&Baseline>, spring: bool) -> Self {
-        let mut structure =
-            Structure { spring, given: vec![], nominal: vec![], symmetric: vec![Matrix::Mass], tolerances: true, integrals: 0, known: KnownLaws::default() };
+        let mut structure = Structure {
+            spring,
+            given: vec![],
+            nominal: vec![],
+            symmetric: vec![Matrix::Mass],
+            tolerances: true,
+            about: None,
+            integrals: 0,
+            known: KnownLaws::default(),
+        };
         let Some(baseline) = baseline else { return structure };
         for (matrix, part) in [(Matrix::Mass, &baseline.mass), (Matrix::Damping, &baseline.damping), (Matrix::Stiffness, &baseline.stiffness)] {
             let Some(part) = part else { continue };
@@ -169,7 +185,8 @@ impl Base {
         }
     }
 
-    /// A delay (or filter) of all effort channels and a rotation of each pair, with priors as wide as instruments are good; where tolerances count.
+    /// A delay (or filter) of all effort channels, a compliance and a rotation of each pair, with priors as wide as instruments are good; where tolerances
+    /// count.
     fn tolerances(&mut self, state: &State, cause: &Cause) {
         if !self.structure.tolerances {
             return;
@@ -192,6 +209,7 @@ impl Base {
             precision: 1.0 / (sigma * sigma),
         });
         self.roles.push(Role::Latency);
+        self.compliance(state, cause);
         if !(2..=3).contains(&n) {
             return;
         }
@@ -214,6 +232,32 @@ impl Base {
                 self.roles.push(Role::Angle);
             }
         }
+    }
+
+    /// F + c P F in place of F: of the motion x that is measured, c F is none of the plant's P.
+    fn compliance(&mut self, state: &State, cause: &Cause) {
+        let Some([m, b, k]) = &self.structure.about else { return };
+        let layout = &state.layout;
+        let (n, lines) = (layout.axes, layout.lines());
+        let dynamics: Vec<Vec<Complex64>> =
+            layout.sj.iter().map(|s| (0..n * n).map(|q| (s * m[q / n][q % n] + b[q / n][q % n]) * s + k[q / n][q % n]).collect()).collect();
+        let top = (0..n).map(|i| dynamics[lines - 1][i * n + i].norm()).sum::<f64>() / n as f64;
+        let precision = (top / INSTRUMENT_COMPLIANCE).powi(2);
+        if !precision.is_normal() {
+            return;
+        }
+        let part = |i: usize| -> Vec<Complex64> {
+            (0..layout.size()).map(|at| -(0..n).map(|j| dynamics[at % lines][i * n + j] * state.effort_spectra[j][at]).sum::<Complex64>()).collect()
+        };
+        let entries = |of: Vec<Vec<Complex64>>| (0..n * n).map(|q| (q / n, q % n, Arc::new(of.iter().map(|matrix| matrix[q]).collect()))).collect();
+        let action = match cause {
+            Cause::Loop(z) => entries(dynamics.iter().zip(z.iter()).map(|(p, z)| square::product(p, z, n)).collect()),
+            // The effort's density.
+            Cause::Motion => entries(dynamics.clone()),
+            Cause::Effort | Cause::Unclear => vec![],
+        };
+        self.columns.push(Column { parts: (0..n).map(|i| (i, Arc::new(part(i)))).collect(), action, through: Through::Effort, precision });
+        self.roles.push(Role::Compliance);
     }
 
     /// Full matrices of the baseline: given entries and fitted ones.

@@ -1,13 +1,17 @@
 //! The recording as a search sees it: corrected channels, derivatives, and their spectra block by block.
 
 use crate::along::{Clock, along, interleave};
-use crate::layout::{Layout, Track};
+use crate::layout::{Layout, Track, remembered};
 use crate::linear::{Symmetric, inner};
 use ndof_linear::square;
 use ndof_models::ForceLaw;
 use ndof_models::effects::{Action, Matrix};
 use num_complex::Complex64;
 use std::sync::Arc;
+
+/// Time within which the motion is thought to have come from rest, for a band to 12 Hz: what is expected of a past that was not recorded dies away with
+/// the correlation of the motion.
+const PAST_S: f64 = 0.5;
 
 /// One channel quantity: `[trial][axis]`.
 pub(crate) type Tracks = Vec<Vec<Track>>;
@@ -273,10 +277,11 @@ impl State {
             .collect()
     }
 
-    /// The column of an exact linear operator on one axis' displacement.
+    /// The column of an exact linear operator on one axis' displacement about the centre.
     pub fn operator_column(&self, axis: usize, operator: impl Fn(Complex64) -> Complex64) -> Column {
         let layout = &self.layout;
-        let trials: Vec<Vec<f64>> = self.motion.iter().map(|trial| layout.filtered(&trial[axis], &operator, None)).collect();
+        let ends = (PAST_S * layout.time_s * layout.rate_hz).ceil() as usize;
+        let trials: Vec<Vec<f64>> = self.x.iter().map(|trial| remembered(&trial[axis], ends.min(layout.samples - 1), layout.rate_hz, &operator)).collect();
         let spectrum = layout.spectra(trials.iter().map(Vec::as_slice));
         let h = layout.sj.iter().map(|&s| operator(s)).collect();
         Column { parts: vec![(axis, Arc::new(spectrum))], action: vec![(axis, axis, Arc::new(h))], through: Through::Motion, precision: 0.0 }

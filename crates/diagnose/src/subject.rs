@@ -100,6 +100,8 @@ impl Subject {
             free
         };
         let matrix = |m| base.matrix(&fit.theta, m, axes);
+        structure.about =
+            (!matches!(cause, Cause::Unclear) && !meaning.effort_is_command).then(|| [Matrix::Mass, Matrix::Damping, Matrix::Stiffness].map(matrix));
         let size = |v: &[num_complex::Complex64], i: usize| whitened_power(&[v.to_vec()], &vec![fit.power[i].clone()]).sqrt();
         let polarity = [Matrix::Stiffness, Matrix::Damping, Matrix::Mass]
             .into_iter()

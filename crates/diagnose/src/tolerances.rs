@@ -30,7 +30,8 @@ pub(crate) struct Absorbed {
 impl Stand {
     /// What this model gives the instruments, tolerance by tolerance.
     pub fn absorbed(&self) -> Vec<Absorbed> {
-        let tolerances: Vec<usize> = (0..self.base.roles.len()).filter(|&k| matches!(self.base.roles[k], Role::Latency | Role::Angle)).collect();
+        let tolerances: Vec<usize> =
+            (0..self.base.roles.len()).filter(|&k| matches!(self.base.roles[k], Role::Latency | Role::Angle | Role::Compliance)).collect();
         let improbable = Normal::standard().inverse_cdf(1.0 - 0.5 * FALSE_ALARM / tolerances.len().max(1) as f64);
         let covariance = self.fit.covariance();
         let of = |column: usize| {
@@ -47,7 +48,8 @@ impl Absorbed {
     /// Whether a hypothesis does what this tolerance does.
     pub fn is_of(&self, hypothesis: &Hypothesis) -> bool {
         match hypothesis.form.action {
-            Action::Effort(_) | Action::Motion(_) | Action::Series(_) => self.role == Role::Latency,
+            Action::Effort(_) | Action::Motion(_) => self.role == Role::Latency,
+            Action::Series(_) => self.role == Role::Compliance,
             // A gain of one channel is no angle.
             Action::Mix(_) => self.role == Role::Angle && hypothesis.form.axis.is_none(),
             _ => false,
@@ -64,8 +66,9 @@ impl Absorbed {
     }
 
     /// What it is, and why it is no cause.
-    pub fn sentence(&self) -> String {
+    pub fn sentence(&self, rotational: bool) -> String {
         let (factor, unit, what) = match self.role {
+            Role::Compliance => (1e6, if rotational { " µrad/(N m)" } else { " µm/N" }, "what lies between the sensors of effort and motion gives way"),
             Role::Angle => (180.0 / std::f64::consts::PI, "°", "an angle between the effort's channels and their axes"),
             _ if self.value < 0.0 => (1e3, " ms", "motion later than effort"),
             _ => (1e3, " ms", "effort later than motion"),
@@ -81,5 +84,51 @@ impl Subject {
     pub fn beyond_tolerance(&self, stand: &Stand, judged: &[Judged]) -> Option<Judged> {
         let absorbed = stand.absorbed();
         judged.iter().find(|j| absorbed.iter().any(|a| a.beyond && a.is_of(&self.hypotheses[j.hypothesis]))).cloned()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::Options;
+    use crate::samples::{Meaning, Samples};
+    use ndof_challenge::{Case, Plant, make};
+    use ndof_models::effects::Matrix;
+    use ndof_signal::Recording;
+
+    /// A transducer gives way under what it measures: it is told with its compliance, and the inertia is what it is without.
+    #[test]
+    fn a_transducer_that_gives_way_is_no_inertia() {
+        for plant in [Plant::Force, Plant::Planar] {
+            let made = make(&Case { plant, hidden: vec![], other: false, background: false, trials: 2, duration_s: 40.0, seed: 62, command: (1.0, 1.0) });
+            let behind = |compliance: f64, recording: &Recording| {
+                let mut channels = recording.channels().to_vec();
+                for (effort, motion) in made.ports.inputs.iter().zip(&made.ports.outputs) {
+                    let force = channels[*effort].samples.clone();
+                    channels[*motion].samples.iter_mut().zip(force).for_each(|(x, f)| *x += compliance * f);
+                }
+                Recording::new(recording.sample_rate_hz(), channels).expect("a recording")
+            };
+            let subject = |compliance: f64| {
+                let recordings: Vec<Recording> = made.recordings.iter().map(|recording| behind(compliance, recording)).collect();
+                let meaning = Meaning::new(&recordings[0], &made.ports).expect("efforts and motions");
+                let samples = Samples::new(&recordings, &made.ports, &meaning).expect("samples");
+                Subject::new(&samples, &meaning, &Options::default(), None).expect("a subject")
+            };
+            let fitted = |subject: &Subject| subject.stand(&[], &subject.start, 4).expect("a fit");
+            let told = |stand: &Stand| stand.absorbed().into_iter().find(|a| a.role == Role::Compliance).map(|a| (a.value, a.error, a.seen)).expect("told");
+            // How far the inertia is from the truth, in standard errors.
+            let off = |stand: &Stand| {
+                let place = stand.base.roles.iter().position(|role| *role == Role::Entry(Matrix::Mass, 0, 0)).expect("an inertia");
+                (stand.fit.theta[place] - made.mass[0][0]).abs() / stand.fit.covariance().at(place, place).sqrt()
+            };
+            let mut soft = subject(1e-6);
+            let (stiff, stand) = (told(&fitted(&subject(0.0))), fitted(&soft));
+            let (value, error, seen) = told(&stand);
+            assert!(seen && (value - stiff.0 - 1e-6).abs() < error, "{plant:?}: {value} beside {} ± {error}", stiff.0);
+            soft.structure.about = None;
+            let without = fitted(&soft);
+            assert!(off(&stand) < 3.0 && off(&without) > 8.0, "{plant:?}: {} and {}", off(&stand), off(&without));
+        }
     }
 }

@@ -120,7 +120,7 @@ impl Answer<'_> {
                 effect: h.effect.name().to_owned(),
                 site: self.site(h.form.side, None),
                 removed: absorbed.size(&found.stand),
-                why: absorbed.sentence(),
+                why: absorbed.sentence(subject.scale.rotational),
             })
         })
     }

@@ -2,7 +2,7 @@
 
 use super::material::Answer;
 use crate::generic;
-use crate::search::Chosen;
+use crate::search::{Chosen, Stand};
 use crate::unseen::Rest;
 
 /// A cause whose gain is below this share of the first one's is minor, if
@@ -118,14 +118,19 @@ impl Answer<'_> {
 
     /// What the model of some of the chosen hypotheses, fitted anew, leaves of the part that no fit saw.
     pub(super) fn rest(&self, mut members: Vec<usize>) -> Option<Rest> {
-        let (subject, power) = (self.subject, &self.found.stand.fit.power);
         members.sort_unstable();
         let chosen = self.chosen(&members);
-        let stand = if self.corrects() { subject.strict(&chosen, power, 3) } else { subject.stand(&chosen, power, 3) };
-        self.unseen.rest(&chosen, &stand?)
+        self.unseen.rest(&chosen, &self.refitted(&chosen)?)
     }
 
-    /// Whether a channel is corrected: tolerances would take the place of what does that.
+    /// The model of some of the chosen hypotheses, fitted anew; without tolerances where a channel is corrected, as they would take the place of what
+    /// does that.
+    pub(super) fn refitted(&self, chosen: &[Chosen]) -> Option<Stand> {
+        let (subject, power) = (self.subject, &self.found.stand.fit.power);
+        if self.corrects() { subject.strict(chosen, power, 3) } else { subject.stand(chosen, power, 3) }
+    }
+
+    /// Whether a channel is corrected.
     fn corrects(&self) -> bool {
         self.found.chosen.iter().any(|c| self.subject.hypotheses[c.hypothesis].corrects())
     }

@@ -81,10 +81,21 @@ impl Answer<'_> {
         let (subject, found) = (self.subject, self.found);
         let chosen = self.chosen(members);
         let stand = if chosen.len() < found.chosen.len() { subject.stand(&chosen, &found.stand.fit.power, 3)? } else { found.stand.clone() };
-        let (chosen, stand) = if chosen.is_empty() { (chosen, stand) } else { subject.by_instruments(&chosen, &stand).unwrap_or((chosen, stand)) };
-        let in_time = if chosen.is_empty() || self.court.windowed { None } else { subject.in_time(&chosen, &stand, self.order()) };
+        if chosen.is_empty() {
+            return Some(Fitted { errors: self.errors(&chosen, &stand), chosen, stand });
+        }
+        let by_instruments = subject.by_instruments(&chosen, &stand).filter(|(chosen, stand)| self.tells_more(chosen, stand));
+        let (chosen, stand) = by_instruments.unwrap_or((chosen, stand));
+        let in_time = if self.court.windowed { None } else { subject.in_time(&chosen, &stand, self.order()) };
         let (chosen, stand) = in_time.unwrap_or((chosen, stand));
         Some(Fitted { errors: self.errors(&chosen, &stand), chosen, stand })
+    }
+
+    /// Whether the free run of parameters that instruments found is more likely than one without any cause: weak instruments find anything.
+    fn tells_more(&self, chosen: &[Chosen], stand: &Stand) -> bool {
+        let (subject, order) = (self.subject, self.order());
+        let without = subject.stand(&[], &self.found.stand.fit.power, 3).and_then(|linear| subject.likelihood_in_time(&[], &linear, order));
+        without.is_none_or(|without| subject.likelihood_in_time(chosen, stand, order).is_some_and(|with| with > without))
     }
 
     /// Errors of the model of some of the chosen hypotheses, fitted to the balance of forces alone: names rest on it.
@@ -92,7 +103,7 @@ impl Answer<'_> {
         let mut members = members.to_vec();
         members.sort_unstable();
         let chosen = self.chosen(&members);
-        Some(self.errors(&chosen, &self.subject.stand(&chosen, &self.found.stand.fit.power, 3)?))
+        Some(self.errors(&chosen, &self.refitted(&chosen)?))
     }
 
     /// Errors of the final model of some of the chosen hypotheses.

@@ -81,6 +81,10 @@ impl Answer<'_> {
         let (own, with_causes) = (self.own_parameters(), if all.is_empty() { self.own_parameters() } else { self.parameters(all, extended, &others) });
         // Causes that do not make the free run better are not all there is, and no more are those beside a mass below zero.
         weak |= !all.is_empty() && (extended_score.is_worse_than(&before.score) || with_causes.iter().any(|p| p.flag.is_some()));
+        // A mass or a stiffness that only the causes make negative is what a wrong law is paid with.
+        if with_causes.iter().any(|p| p.flag.is_some()) && own.iter().all(|p| p.flag.is_none()) {
+            causes.iter_mut().filter(|cause| cause.lead.is_some()).for_each(|cause| cause.believe_at_most(UNSURE));
+        }
         let verdict = left.verdict(!causes.is_empty(), weak, &extended_score);
         noise_floor.below(&extended_score);
         causes.iter().for_each(|cause| noise_floor.below(&Score { nrmse: cause.gain.nrmse_after.clone(), ..Score::default() }));
@@ -122,8 +126,7 @@ impl Answer<'_> {
             let mut cause = self.cause(&step.group, gains.of(k, [&last, &after]), limit, confusable);
             let little = last.mean().zip(after.mean()).is_some_and(|(last, after)| last - after < LITTLE * (last - level));
             if little && excess > 5.0 * self.options.tolerance {
-                cause.at_most = cause.at_most.min(UNSURE);
-                cause.probability = cause.probability.min(UNSURE);
+                cause.believe_at_most(UNSURE);
                 weak = true;
             }
             last = after;

@@ -17,14 +17,10 @@ const CROWD: f64 = 0.85;
 impl Answer<'_> {
     /// Limits what is believed of such names; whether there are any.
     pub(super) fn stand_ins(&self, causes: &mut [Cause], confusable: &mut Vec<Confusable>) -> bool {
-        let limit = |cause: &mut Cause, most: f64| {
-            cause.at_most = cause.at_most.min(most);
-            cause.probability = cause.probability.min(most);
-        };
         let others: Vec<Option<(usize, &[&str])>> = causes.iter().map(|c| self.stands_for(c, causes)).collect();
         let mut any = false;
         for (cause, (place, others)) in causes.iter_mut().zip(others).filter_map(|(cause, others)| Some((cause, others?))) {
-            limit(cause, UNSURE);
+            cause.believe_at_most(UNSURE);
             any = true;
             let effects: Vec<String> = std::iter::once(cause.effect.as_str()).chain(others.iter().copied()).map(str::to_owned).collect();
             let same = |k: &Confusable| effects.iter().all(|e| k.effects.contains(e));
@@ -35,7 +31,7 @@ impl Answer<'_> {
         }
         if causes.len() >= MANY {
             let helper = |c: &&mut Cause| c.gain.explained_fraction.is_none_or(|share| share < HELPER);
-            causes.iter_mut().filter(helper).for_each(|cause| limit(cause, CROWD));
+            causes.iter_mut().filter(helper).for_each(|cause| cause.believe_at_most(CROWD));
         }
         any
     }

@@ -3,13 +3,13 @@
 use super::on_axis::OnAxis;
 use super::vocabulary::*;
 use crate::blocks::{Block, Fractional};
+use crate::time::laws::Sum;
 use num_complex::Complex64;
-use std::f64::consts::{LN_2, PI};
 
 const MODULUS: ParameterCard = mechanical("modulus_n_per_m", ("N/m", "N m/rad"), 0.0, 1e12, Some(0.0));
 const TIME: ParameterCard = plain("time_s", "s", 1e-9, 1e6, Some(0.1));
 const COEFFICIENT: ParameterCard = mechanical("coefficient", ("N s^a/m", "N m s^a/rad"), 0.0, 1e12, Some(0.0));
-const ORDER: ParameterCard = plain("order", "", 0.0, 1.0, Some(0.2));
+const ORDER: ParameterCard = plain("order", "", 0.02, 0.98, Some(0.2));
 const CARD: Card = Card {
     name: "viscoelastic",
     what: "relaxation that no viscous damper gives: a standard linear solid, or a fractional derivative",
@@ -26,48 +26,64 @@ const CARD: Card = Card {
 /// Relaxation of one axis.
 pub struct Viscoelastic;
 
-/// Maxwell elements side by side, as (modulus, time) each.
-struct Maxwell {
+/// Maxwell elements side by side, and a power of s beside them.
+struct Relaxing {
     elements: Vec<OnAxis<laws::Relaxation, 2>>,
-    /// Coefficient and order of the fractional derivative that those behind the first so many stand for.
-    power: Option<(usize, [f64; 2])>,
+    power: Option<Power>,
 }
 
-impl ForceLaw for Maxwell {
-    fn states(&self) -> usize {
-        self.elements.len()
+/// c s^order of one axis, as the sum of [`laws::FractionalDamping`] in a unit of time T: c T^-order (s T)^order.
+struct Power {
+    axis: usize,
+    theta: [f64; 2],
+    time_s: f64,
+    sum: Sum,
+}
+
+impl Power {
+    fn new(axis: usize, theta: [f64; 2], time_s: f64) -> Self {
+        Power { axis, theta, time_s, sum: laws::FractionalDamping::sum(theta[1]) }
     }
 
     fn evaluate(&self, motion: &Motion<'_>, states: &[f64], force: &mut [f64], rates: &mut [f64]) {
-        let places = states.chunks_exact(1).zip(rates.chunks_exact_mut(1));
+        let at = (motion.position[self.axis], self.time_s * motion.velocity[self.axis]);
+        force[self.axis] += self.theta[0] * self.time_s.powf(-self.theta[1]) * self.sum.force(at, states, rates);
+        rates.iter_mut().for_each(|rate| *rate /= self.time_s);
+    }
+}
+
+impl ForceLaw for Relaxing {
+    fn states(&self) -> usize {
+        self.elements.len() + self.power.as_ref().map_or(0, |_| Sum::STATES)
+    }
+
+    fn evaluate(&self, motion: &Motion<'_>, states: &[f64], force: &mut [f64], rates: &mut [f64]) {
+        let ((own, of_power), (own_rates, power_rates)) = (states.split_at(self.elements.len()), rates.split_at_mut(self.elements.len()));
+        let places = own.chunks_exact(1).zip(own_rates.chunks_exact_mut(1));
         self.elements.iter().zip(places).for_each(|(element, (state, rate))| element.evaluate(motion, state, force, rate));
+        if let Some(power) = &self.power {
+            power.evaluate(motion, of_power, force, power_rates);
+        }
     }
 
     fn fastest_rate(&self, motion: &Motion<'_>) -> f64 {
-        self.elements.iter().map(|element| element.fastest_rate(motion)).fold(0.0, f64::max)
+        let of_power = self.power.as_ref().map_or(0.0, |power| Sum::FASTEST_RATE / power.time_s);
+        self.elements.iter().map(|element| element.fastest_rate(motion)).fold(of_power, f64::max)
     }
 
     fn response(&self, s: Complex64) -> Option<Complex64> {
-        let (solids, power) = self.power.map_or((self.elements.len(), Complex64::ZERO), |(solids, theta)| (solids, Fractional.response(&theta, s)));
-        let sum: Option<Complex64> = self.elements[..solids].iter().map(|element| element.response(s)).sum();
+        let power = self.power.as_ref().map_or(Complex64::ZERO, |power| Fractional.response(&power.theta, s));
+        let sum: Option<Complex64> = self.elements.iter().map(|element| element.response(s)).sum();
         sum.map(|sum| sum + power)
     }
 }
 
-fn maxwell<const N: usize>(axis: usize, elements: [[f64; 2]; N]) -> Maxwell {
-    Maxwell { elements: elements.map(|theta| on_axis(axis, laws::Relaxation, theta)).to_vec(), power: None }
+fn maxwell<const N: usize>(axis: usize, elements: [[f64; 2]; N]) -> Relaxing {
+    Relaxing { elements: elements.map(|theta| on_axis(axis, laws::Relaxation, theta)).to_vec(), power: None }
 }
 
-/// The fractional derivative s^order as Maxwell elements with times spaced by a factor of 2, from 5e-4 to 1e3 units of time.
-///
-/// s^a = (sin a π / π) ∫ s τ / (1 + s τ) τ^(-a-1) dτ; the sum over a logarithmic grid is within 0.4 % for a step of 2.
-fn fractional(axis: usize, coefficient: f64, order: f64, time_s: f64) -> Maxwell {
-    let weight = |time: f64| coefficient * (order * PI).sin() / PI * LN_2 * time.powf(-order);
-    let relaxing = (-11..=10).map(|k| time_s * 2f64.powi(k)).map(|time| [weight(time), time]);
-    // All longer times together: a geometric series of springs that do not relax any more.
-    let spring = [weight(time_s * 2f64.powi(11)) / (1.0 - 2f64.powf(-order)), f64::INFINITY];
-    let elements = relaxing.chain([spring]).map(|theta| on_axis(axis, laws::Relaxation, theta)).collect();
-    Maxwell { elements, power: Some((0, [coefficient, order])) }
+fn fractional(axis: usize, theta: [f64; 2], time_s: f64) -> Relaxing {
+    Relaxing { elements: vec![], power: Some(Power::new(axis, theta, time_s)) }
 }
 
 impl Effect for Viscoelastic {
@@ -81,8 +97,7 @@ impl Effect for Viscoelastic {
         let coefficient = parameters.number(CARD.name, &COEFFICIENT)?;
         if coefficient > 0.0 {
             let order = parameters.number(CARD.name, &ORDER)?;
-            law.power = Some((law.elements.len(), [coefficient, order]));
-            law.elements.extend(fractional(axis, coefficient, order, 1.0).elements);
+            law.power = Some(Power::new(axis, [coefficient, order], 1.0));
         }
         Ok(Injection::Force(Box::new(law)))
     }
@@ -106,7 +121,7 @@ impl Effect for Viscoelastic {
                         [("modulus_n_per_m", c[0] + c[1]), ("time_s", time)]
                     })
                     .floor(0.1, 0.0);
-                let fraction = Form::new("fractional", Some(axis), Action::force(move |k, c| fractional(axis, c[0], k[0], unit)))
+                let fraction = Form::new("fractional", Some(axis), Action::force(move |k, c| fractional(axis, [c[0], k[0]], unit)))
                     .knobs(vec![Knob::linear(0.05, 0.85)], &[&[0.15, 0.35, 0.6]])
                     .coefficients(vec![Sign::Positive])
                     .numbers(|k, c| [("coefficient", c[0]), ("order", k[0])])

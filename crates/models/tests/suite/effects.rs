@@ -190,8 +190,8 @@ fn what_relaxes_beside_a_power_is_the_sum_of_both() {
     for k in 0..times.len() {
         assert!((all[k] - one[k] - other[k]).abs() < 1e-12 * (one[k].abs() + other[k].abs()) && one[k] != 0.0 && other[k] != 0.0);
     }
-    // Rates are those of the shortest time, 2⁻¹¹ s of the power and 0.1 s of the solid.
-    assert_eq!([&both, &solid].map(|law| law.fastest_rate(&Motion::now(0.0, &[0.0], &[0.0]))), [2048.0, 10.0]);
+    // Rates are those of the shortest time, 2⁻⁹ s of the power and 0.1 s of the solid.
+    assert_eq!([&both, &solid].map(|law| law.fastest_rate(&Motion::now(0.0, &[0.0], &[0.0]))), [512.0, 10.0]);
     let [all, one, other] = [both, solid, power].map(|law| law.response(num_complex::Complex64::I).expect("a linear law"));
     assert!((all - one - other).norm() < 1e-12 * all.norm() && one.norm() > 0.0 && other.norm() > 0.0);
 }

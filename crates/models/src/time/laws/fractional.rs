@@ -22,10 +22,28 @@ const ELEMENTS: usize = 16;
 type Sloped = (f64, f64);
 
 /// The sum for c = 1: a damper, a spring and the weight of each element.
-struct Sum {
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Sum {
     damper: Sloped,
     spring: Sloped,
     weights: [Sloped; ELEMENTS],
+}
+
+impl Sum {
+    /// States of the sum.
+    pub(crate) const STATES: usize = ELEMENTS;
+    /// Fastest rate of change of a state (1/s).
+    pub(crate) const FASTEST_RATE: f64 = (1 << -FIRST) as f64;
+
+    /// The sum's force at a position and velocity, with the rates of its states.
+    pub(crate) fn force(&self, (position, velocity): (f64, f64), states: &[f64], rates: &mut [f64]) -> f64 {
+        let mut f = self.damper.0 * velocity + self.spring.0 * position;
+        for (k, (&z, weight)) in states.iter().zip(&self.weights).enumerate() {
+            rates[k] = (position - z) / time_of(k as i32);
+            f += weight.0 * (position - z);
+        }
+        f
+    }
 }
 
 fn time_of(element: i32) -> f64 {
@@ -36,7 +54,8 @@ impl FractionalDamping {
     /// Largest relative error of the sum over that band, for α from 0.1 to 0.9.
     pub const ERROR: f64 = 0.003;
 
-    fn sum(order: f64) -> Sum {
+    /// The sum for an order.
+    pub(crate) fn sum(order: f64) -> Sum {
         let (sine, cosine) = ((order * PI).sin() * LN_2 / PI, (order * PI).cos() * LN_2);
         let (first, ratio) = (2f64.powf(-order * f64::from(FIRST)), 2f64.powf(-order));
         let weight = |element: i32| -> Sloped {
@@ -88,13 +107,7 @@ impl Law for FractionalDamping {
     }
 
     fn evaluate(&self, theta: &[f64], at: &Local<f64>, states: &[f64], rates: &mut [f64]) -> f64 {
-        let Sum { damper, spring, weights } = Self::sum(theta[1]);
-        let mut f = damper.0 * at.velocity + spring.0 * at.position;
-        for (k, (&z, weight)) in states.iter().zip(weights).enumerate() {
-            rates[k] = (at.position - z) / time_of(k as i32);
-            f += weight.0 * (at.position - z);
-        }
-        theta[0] * f
+        theta[0] * Self::sum(theta[1]).force((at.position, at.velocity), states, rates)
     }
 
     fn linearise(&self, theta: &[f64], at: &Local<f64>, states: &[f64], rates: &mut [f64], slopes: &mut [f64]) -> f64 {
