@@ -81,9 +81,8 @@ impl Answer<'_> {
         let (own, with_causes) = (self.own_parameters(), if all.is_empty() { self.own_parameters() } else { self.parameters(all, extended, &others) });
         // Causes that do not make the free run better are not all there is, and no more are those beside a mass below zero.
         weak |= !all.is_empty() && (extended_score.is_worse_than(&before.score) || with_causes.iter().any(|p| p.flag.is_some()));
-        // A mass or a stiffness that only the causes make negative is what a wrong law is paid with.
         if with_causes.iter().any(|p| p.flag.is_some()) && own.iter().all(|p| p.flag.is_none()) {
-            causes.iter_mut().filter(|cause| cause.lead.is_some()).for_each(|cause| cause.believe_at_most(UNSURE));
+            self.doubt_what_turns_signs(&mut causes, &steps, &kept);
         }
         let verdict = left.verdict(!causes.is_empty(), weak, &extended_score);
         noise_floor.below(&extended_score);
@@ -134,6 +133,18 @@ impl Answer<'_> {
         };
         let causes = steps.iter().enumerate().map(of_step).collect();
         (causes, weak)
+    }
+
+    /// A mass or a stiffness below zero is what a wrong law is paid with: a cause without which none is cannot be sure.
+    fn doubt_what_turns_signs(&self, causes: &mut [Cause], steps: &[Step], kept: &[usize]) {
+        for cause in causes {
+            let Some(step) = steps.iter().find(|step| cause.lead.is_some_and(|lead| step.group.members.contains(&lead))) else { continue };
+            let others: Vec<usize> = kept.iter().filter(|q| !step.group.members.contains(q)).copied().collect();
+            let without = self.model(&others);
+            if without.is_some_and(|model| self.parameters(&model.chosen, &model.stand, &[]).iter().all(|p| p.flag.is_none())) {
+                cause.believe_at_most(UNSURE);
+            }
+        }
     }
 
     /// The causes as they are in the final model; their intervals hold those of other knobs and forms that the data like as well.
