@@ -16,6 +16,7 @@ mod limits;
 mod live;
 mod privacy;
 mod reference;
+mod relaxation;
 mod responses;
 mod schemas;
 mod simulator;

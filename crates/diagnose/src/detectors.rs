@@ -1,6 +1,6 @@
 //! What is looked for before the registry: levels in a channel, tones and bursts in what the baseline leaves.
 
-use crate::layout::smooth_length;
+use crate::operators::{filter, smooth_length};
 use crate::plant::Role;
 use crate::samples::Samples;
 use crate::search::Stand;
@@ -204,7 +204,7 @@ fn whiten(stand: &Stand, e: &[Vec<Vec<f64>>], axis: usize) -> Vec<Vec<f64>> {
     e.iter()
         .map(|trial| {
             let faded: Vec<f64> = trial[axis].iter().enumerate().map(|(k, v)| v * fade(k)).collect();
-            crate::layout::filter(&faded, layout.rate_hz, |s| {
+            filter(&faded, layout.rate_hz, |s| {
                 let f = s.im / std::f64::consts::TAU;
                 if f > hi || f <= 0.1 / layout.time_s {
                     return Complex64::ZERO;

@@ -4,6 +4,7 @@ use crate::along::{Clock, along};
 use crate::curved::CurvedPlant;
 use crate::linear::{Symmetric, dot};
 use crate::movement;
+use crate::operators::filter;
 use crate::state::State;
 use ndof_linear::square;
 use ndof_models::schedule::Splines;
@@ -242,7 +243,7 @@ impl Runner {
             // Beyond the band an imposed motion is the differentiated noise of its sensor.
             let top = layout.frequency_hz[layout.lines() - 1];
             let inside = |s: Complex64| Complex64::from((-(s.im / std::f64::consts::TAU / (1.1 * top)).powi(16)).exp());
-            let cut = |series: Vec<Vec<f64>>| -> Vec<Vec<f64>> { series.iter().map(|x| crate::layout::filter(x, layout.rate_hz, inside)).collect() };
+            let cut = |series: Vec<Vec<f64>>| -> Vec<Vec<f64>> { series.iter().map(|x| filter(x, layout.rate_hz, inside)).collect() };
             let predicted: Vec<Vec<f64>> = cut(state.uncorrect_effort(needed));
             let measured: Vec<Vec<f64>> = raw.effort[trial].iter().map(|t| layout.filtered(t, inside, None)).collect();
             let predicted = predicted.into_iter().zip(&measured).map(|(p, m)| shifted(p, m, skip / 2..skip.max(1))).collect();

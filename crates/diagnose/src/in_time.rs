@@ -12,13 +12,12 @@
 //! likelihood says, and its parameters are taken.
 
 use crate::linear::Symmetric;
-use crate::plant::Role;
+use crate::plant::{Dynamics, Role};
 use crate::search::{Assembly, Chosen, Stand};
 use crate::state::{Cause, Column, State};
 use crate::subject::Subject;
 use crate::whittle::{INDEPENDENCE, Likelihood, Power};
 use ndof_linear::square;
-use ndof_models::effects::Matrix;
 use num_complex::Complex64;
 use rayon::prelude::*;
 
@@ -81,7 +80,7 @@ struct InTime<'a> {
     /// How many times the displacement is differentiated to what was measured.
     order: usize,
     /// D₀: inertia, damping and stiffness.
-    dynamics: [Vec<Vec<f64>>; 3],
+    dynamics: Dynamics,
     /// 2 Σ ln |det D₀|.
     determinant: f64,
 }
@@ -135,21 +134,15 @@ impl<'a> InTime<'a> {
     /// `None` where the balance's dynamics are singular at a line.
     fn new(subject: &'a Subject, stand: &'a Stand, order: usize) -> Option<Self> {
         let (layout, n) = (&subject.layout, subject.layout.axes);
-        let dynamics = [Matrix::Mass, Matrix::Damping, Matrix::Stiffness].map(|matrix| stand.base.matrix(&stand.fit.theta, matrix, n));
+        let dynamics = stand.base.dynamics(&stand.fit.theta, n);
         let raw = State::new(layout, &subject.effort, &subject.motion, &subject.centre, &[]);
         let mut model = InTime { subject, stand, raw, order, dynamics, determinant: 0.0 };
         let (mut d, mut inverse) = (vec![Complex64::ZERO; n * n], vec![Complex64::ZERO; n * n]);
         for (s, _) in layout.sj.iter().zip(&layout.keep).filter(|(_, keep)| **keep) {
-            d.iter_mut().enumerate().for_each(|(k, d)| *d = model.entry(k / n, k % n, *s));
+            d.iter_mut().enumerate().for_each(|(k, d)| *d = model.dynamics.entry(k / n, k % n, *s));
             model.determinant += 2.0 * layout.blocks() as f64 * square::invert_into(&mut d, &mut inverse, n)?;
         }
         Some(model)
-    }
-
-    /// An entry of D₀ at s.
-    fn entry(&self, i: usize, j: usize, s: Complex64) -> Complex64 {
-        let [m, b, k] = &self.dynamics;
-        (s * m[i][j] + b[i][j]) * s + k[i][j]
     }
 
     /// The forces D₀ T e that would have caused the errors of a run, `[axis][time]`.
@@ -160,7 +153,7 @@ impl<'a> InTime<'a> {
             let mut force = vec![0.0; layout.samples];
             for (j, track) in tracks.iter().enumerate() {
                 // What was integrated has no mean.
-                let operator = |s: Complex64| if self.order > 0 && s.norm() == 0.0 { s } else { self.entry(i, j, s) / s.powi(self.order as i32) };
+                let operator = |s: Complex64| if self.order > 0 && s.norm() == 0.0 { s } else { self.dynamics.entry(i, j, s) / s.powi(self.order as i32) };
                 force.iter_mut().zip(layout.filtered(track, operator, None)).for_each(|(sum, f)| *sum += f);
             }
             force

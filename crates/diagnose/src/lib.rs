@@ -32,6 +32,7 @@ mod linear;
 mod linear_fit;
 mod mechanism;
 mod movement;
+mod operators;
 mod optimise;
 mod options;
 mod pictures;

@@ -2,7 +2,8 @@
 
 use crate::Options;
 use crate::hypotheses::Cache;
-use crate::layout::{Layout, filter, finer};
+use crate::layout::Layout;
+use crate::operators::{filter, finer};
 use crate::result::Prospect;
 use crate::samples::{Meaning, Samples};
 use crate::search::{Chosen, Found, Judged, Stand};

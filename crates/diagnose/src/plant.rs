@@ -42,6 +42,18 @@ impl Role {
     }
 }
 
+/// Inertia, damping and stiffness.
+#[derive(Clone, Debug)]
+pub(crate) struct Dynamics([Vec<Vec<f64>>; 3]);
+
+impl Dynamics {
+    /// An entry of M s² + B s + K.
+    pub fn entry(&self, i: usize, j: usize, s: Complex64) -> Complex64 {
+        let [m, b, k] = &self.0;
+        (s * m[i][j] + b[i][j]) * s + k[i][j]
+    }
+}
+
 /// Which entries the baseline has, and which of them are given.
 #[derive(Clone, Debug)]
 pub(crate) struct Structure {
@@ -53,8 +65,8 @@ pub(crate) struct Structure {
     /// Matrices whose free part is symmetric.
     pub symmetric: Vec<Matrix>,
     pub tolerances: bool,
-    /// Inertia, damping and stiffness about which a compliance of instruments is small; none where they are not known.
-    pub about: Option<[Vec<Vec<f64>>; 3]>,
+    /// What a compliance of instruments is small beside; none where that is not known, or no instrument lies between effort and motion.
+    pub about: Option<Dynamics>,
     /// How many times what was measured of the motion is integrated to the displacement.
     pub integrals: usize,
     /// Forces that every model has.
@@ -236,11 +248,10 @@ impl Base {
 
     /// F + c P F in place of F: of the motion x that is measured, c F is none of the plant's P.
     fn compliance(&mut self, state: &State, cause: &Cause) {
-        let Some([m, b, k]) = &self.structure.about else { return };
+        let Some(about) = &self.structure.about else { return };
         let layout = &state.layout;
         let (n, lines) = (layout.axes, layout.lines());
-        let dynamics: Vec<Vec<Complex64>> =
-            layout.sj.iter().map(|s| (0..n * n).map(|q| (s * m[q / n][q % n] + b[q / n][q % n]) * s + k[q / n][q % n]).collect()).collect();
+        let dynamics: Vec<Vec<Complex64>> = layout.sj.iter().map(|s| (0..n * n).map(|q| about.entry(q / n, q % n, *s)).collect()).collect();
         let top = (0..n).map(|i| dynamics[lines - 1][i * n + i].norm()).sum::<f64>() / n as f64;
         let precision = (top / INSTRUMENT_COMPLIANCE).powi(2);
         if !precision.is_normal() {
@@ -258,6 +269,11 @@ impl Base {
         };
         self.columns.push(Column { parts: (0..n).map(|i| (i, Arc::new(part(i)))).collect(), action, through: Through::Effort, precision });
         self.roles.push(Role::Compliance);
+    }
+
+    /// Those of the baseline.
+    pub fn dynamics(&self, theta: &[f64], axes: usize) -> Dynamics {
+        Dynamics([Matrix::Mass, Matrix::Damping, Matrix::Stiffness].map(|matrix| self.matrix(theta, matrix, axes)))
     }
 
     /// Full matrices of the baseline: given entries and fitted ones.

@@ -363,14 +363,6 @@ pub struct Cause {
     pub lead: Option<usize>,
 }
 
-impl Cause {
-    /// Lets its probability be no more than this.
-    pub(crate) fn believe_at_most(&mut self, most: f64) {
-        self.at_most = self.at_most.min(most);
-        self.probability = self.probability.min(most);
-    }
-}
-
 /// A parameter of the baseline that the missing effect had biased.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]

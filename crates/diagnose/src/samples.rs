@@ -1,7 +1,7 @@
 //! Recordings as samples of effort, displacement and reference.
 
 use crate::DiagnoseError;
-use crate::layout::filter;
+use crate::operators::filter;
 use ndof_models::Hold;
 use ndof_models::schedule::MeanOver;
 use ndof_signal::{Quantity, Recording};

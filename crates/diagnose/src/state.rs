@@ -1,8 +1,9 @@
 //! The recording as a search sees it: corrected channels, derivatives, and their spectra block by block.
 
 use crate::along::{Clock, along, interleave};
-use crate::layout::{Layout, Track, remembered};
+use crate::layout::{Layout, Track};
 use crate::linear::{Symmetric, inner};
+use crate::operators::{filter, remembered};
 use ndof_linear::square;
 use ndof_models::ForceLaw;
 use ndof_models::effects::{Action, Matrix};
@@ -193,7 +194,7 @@ impl State {
                 Action::Effort(operator) => {
                     for (axis, series) in effort.iter_mut().enumerate() {
                         if transform.axis.is_none_or(|a| a == axis) {
-                            *series = crate::layout::filter(series, self.layout.rate_hz, |s| 1.0 / operator(s, &transform.knobs));
+                            *series = filter(series, self.layout.rate_hz, |s| 1.0 / operator(s, &transform.knobs));
                         }
                     }
                 }
@@ -220,10 +221,9 @@ impl State {
             for (axis, (series, force)) in motion.iter_mut().zip(effort).enumerate() {
                 match &transform.action {
                     Action::Motion(_) if transform.axis.is_some_and(|a| a != axis) => {}
-                    Action::Motion(operator) => *series = crate::layout::filter(series, self.layout.rate_hz, |s| 1.0 / operator(s, &transform.knobs)),
+                    Action::Motion(operator) => *series = filter(series, self.layout.rate_hz, |s| 1.0 / operator(s, &transform.knobs)),
                     Action::Series(operator) => {
-                        let stretch =
-                            crate::layout::filter(&force[..series.len()], self.layout.rate_hz, |s| s.powi(order as i32) * operator(s, &transform.knobs));
+                        let stretch = filter(&force[..series.len()], self.layout.rate_hz, |s| s.powi(order as i32) * operator(s, &transform.knobs));
                         series.iter_mut().zip(&stretch).for_each(|(x, y)| *x += y);
                     }
                     _ => {}

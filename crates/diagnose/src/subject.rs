@@ -100,8 +100,7 @@ impl Subject {
             free
         };
         let matrix = |m| base.matrix(&fit.theta, m, axes);
-        structure.about =
-            (!matches!(cause, Cause::Unclear) && !meaning.effort_is_command).then(|| [Matrix::Mass, Matrix::Damping, Matrix::Stiffness].map(matrix));
+        structure.about = (!matches!(cause, Cause::Unclear) && !meaning.effort_is_command).then(|| base.dynamics(&fit.theta, axes));
         let size = |v: &[num_complex::Complex64], i: usize| whitened_power(&[v.to_vec()], &vec![fit.power[i].clone()]).sqrt();
         let polarity = [Matrix::Stiffness, Matrix::Damping, Matrix::Mass]
             .into_iter()

@@ -91,10 +91,15 @@ impl Subject {
 mod tests {
     use super::*;
     use crate::Options;
+    use crate::plant::Dynamics;
     use crate::samples::{Meaning, Samples};
+    use crate::state::{Cause, Column};
+    use crate::whittle::Likelihood;
     use ndof_challenge::{Case, Plant, make};
+    use ndof_linear::square;
     use ndof_models::effects::Matrix;
     use ndof_signal::Recording;
+    use num_complex::Complex64;
 
     /// A transducer gives way under what it measures: it is told with its compliance, and the inertia is what it is without.
     #[test]
@@ -129,6 +134,56 @@ mod tests {
             soft.structure.about = None;
             let without = fitted(&soft);
             assert!(off(&stand) < 3.0 && off(&without) > 8.0, "{plant:?}: {} and {}", off(&stand), off(&without));
+        }
+    }
+
+    /// What a compliance c does to the density of a noisy effort: (I + c P) Z closes the loop in place of Z, and an effort that answers is (I + c P) of it.
+    #[test]
+    fn the_determinant_counts_what_a_compliance_does_to_the_effort() {
+        for plant in [Plant::Planar, Plant::Motion] {
+            let made = make(&Case { plant, hidden: vec![], other: false, background: false, trials: 1, duration_s: 30.0, seed: 63, command: (1.0, 1.0) });
+            let mut meaning = Meaning::new(&made.recordings[0], &made.ports).expect("efforts and motions");
+            let samples = Samples::new(&made.recordings, &made.ports, &meaning).expect("samples");
+            let subject = Subject::new(&samples, &meaning, &Options::default(), None).expect("a subject");
+            let Stand { state, base, fit, .. } = subject.stand(&[], &subject.start, 4).expect("a fit");
+            let theta: Vec<f64> = base
+                .roles
+                .iter()
+                .zip(&fit.theta)
+                .map(|(role, value)| match role {
+                    Role::Latency | Role::Angle => 0.0,
+                    Role::Compliance => 3e-6,
+                    _ => *value,
+                })
+                .collect();
+            let (n, about) = (subject.layout.axes, subject.structure.about.as_ref().expect("dynamics"));
+            let want: f64 = subject
+                .layout
+                .sj
+                .iter()
+                .enumerate()
+                .map(|(k, s)| {
+                    let entries = |of: &Dynamics| -> Vec<Complex64> { (0..n * n).map(|q| of.entry(q / n, q % n, *s)).collect() };
+                    let mut gives: Vec<Complex64> = entries(about).iter().map(|p| p * 3e-6).collect();
+                    (0..n).for_each(|i| gives[i * n + i] += 1.0);
+                    let mut g = match &subject.cause {
+                        Cause::Loop(z) => square::product(&gives, &z[k], n),
+                        _ => gives,
+                    };
+                    if plant == Plant::Planar {
+                        g.iter_mut().zip(entries(&base.dynamics(&theta, n))).for_each(|(g, d)| *g += d);
+                    }
+                    let mut inverse = vec![Complex64::ZERO; n * n];
+                    square::invert_into(&mut g, &mut inverse, n).expect("regular")
+                })
+                .sum();
+            let columns: Vec<&Column> = base.columns.iter().collect();
+            let got = Likelihood::new(&state, &subject.cause, &base.held).log_determinant(&columns, &theta).expect("regular");
+            assert!((got - want).abs() < 1e-9 * want.abs(), "{plant:?}: {got} and {want}");
+            // A commanded effort has no transducer.
+            meaning.effort_is_command = true;
+            let commanded = Subject::new(&samples, &meaning, &Options::default(), None).expect("a subject");
+            assert!(!commanded.stand(&[], &commanded.start, 4).expect("a fit").base.roles.contains(&Role::Compliance));
         }
     }
 }

@@ -11,6 +11,14 @@ use statrs::distribution::{ChiSquared, ContinuousCDF};
 /// Penalised gains closer than this do not tell two effects apart.
 const CONFUSABLE: f64 = 3.0;
 
+impl Cause {
+    /// Lets its probability be no more than this.
+    pub(super) fn believe_at_most(&mut self, most: f64) {
+        self.at_most = self.at_most.min(most);
+        self.probability = self.probability.min(most);
+    }
+}
+
 impl Answer<'_> {
     /// The largest penalised gain in the step that found a group: of its own effect's forms, or of all others.
     fn best(&self, group: &Group, own: bool) -> f64 {

@@ -2,7 +2,7 @@
 
 use super::material::Answer;
 use crate::generic;
-use crate::search::{Chosen, Stand};
+use crate::search::Chosen;
 use crate::unseen::Rest;
 
 /// A cause whose gain is below this share of the first one's is minor, if
@@ -121,18 +121,6 @@ impl Answer<'_> {
         members.sort_unstable();
         let chosen = self.chosen(&members);
         self.unseen.rest(&chosen, &self.refitted(&chosen)?)
-    }
-
-    /// The model of some of the chosen hypotheses, fitted anew; without tolerances where a channel is corrected, as they would take the place of what
-    /// does that.
-    pub(super) fn refitted(&self, chosen: &[Chosen]) -> Option<Stand> {
-        let (subject, power) = (self.subject, &self.found.stand.fit.power);
-        if self.corrects() { subject.strict(chosen, power, 3) } else { subject.stand(chosen, power, 3) }
-    }
-
-    /// Whether a channel is corrected.
-    fn corrects(&self) -> bool {
-        self.found.chosen.iter().any(|c| self.subject.hypotheses[c.hypothesis].corrects())
     }
 
     /// That of the baseline, of the linear model fitted anew, and that of all that was found.

@@ -84,18 +84,26 @@ impl Answer<'_> {
         if chosen.is_empty() {
             return Some(Fitted { errors: self.errors(&chosen, &stand), chosen, stand });
         }
-        let by_instruments = subject.by_instruments(&chosen, &stand).filter(|(chosen, stand)| self.tells_more(chosen, stand));
+        // Weak instruments find anything: their parameters are taken where a free run is not the less likely with them.
+        let in_time = |chosen: &[Chosen], stand: &Stand| subject.likelihood_in_time(chosen, stand, self.order());
+        let own = in_time(&chosen, &stand);
+        let by_instruments = subject.by_instruments(&chosen, &stand).filter(|(chosen, stand)| own.is_none_or(|own| in_time(chosen, stand) > Some(own)));
         let (chosen, stand) = by_instruments.unwrap_or((chosen, stand));
         let in_time = if self.court.windowed { None } else { subject.in_time(&chosen, &stand, self.order()) };
         let (chosen, stand) = in_time.unwrap_or((chosen, stand));
         Some(Fitted { errors: self.errors(&chosen, &stand), chosen, stand })
     }
 
-    /// Whether the free run of parameters that instruments found is more likely than one without any cause: weak instruments find anything.
-    fn tells_more(&self, chosen: &[Chosen], stand: &Stand) -> bool {
-        let (subject, order) = (self.subject, self.order());
-        let without = subject.stand(&[], &self.found.stand.fit.power, 3).and_then(|linear| subject.likelihood_in_time(&[], &linear, order));
-        without.is_none_or(|without| subject.likelihood_in_time(chosen, stand, order).is_some_and(|with| with > without))
+    /// The model of some of the chosen hypotheses, fitted anew; without tolerances where a channel is corrected, as they would take the place of what
+    /// does that.
+    pub(super) fn refitted(&self, chosen: &[Chosen]) -> Option<Stand> {
+        let (subject, power) = (self.subject, &self.found.stand.fit.power);
+        if self.corrects() { subject.strict(chosen, power, 3) } else { subject.stand(chosen, power, 3) }
+    }
+
+    /// Whether a channel is corrected.
+    pub(super) fn corrects(&self) -> bool {
+        self.found.chosen.iter().any(|c| self.subject.hypotheses[c.hypothesis].corrects())
     }
 
     /// Errors of the model of some of the chosen hypotheses, fitted to the balance of forces alone: names rest on it.

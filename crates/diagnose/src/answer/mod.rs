@@ -80,8 +80,9 @@ impl Answer<'_> {
         }
         let (own, with_causes) = (self.own_parameters(), if all.is_empty() { self.own_parameters() } else { self.parameters(all, extended, &others) });
         // Causes that do not make the free run better are not all there is, and no more are those beside a mass below zero.
-        weak |= !all.is_empty() && (extended_score.is_worse_than(&before.score) || with_causes.iter().any(|p| p.flag.is_some()));
-        if with_causes.iter().any(|p| p.flag.is_some()) && own.iter().all(|p| p.flag.is_none()) {
+        let flagged = |parameters: &[ModelParameter]| parameters.iter().any(|p| p.flag.is_some());
+        weak |= !all.is_empty() && (extended_score.is_worse_than(&before.score) || flagged(&with_causes));
+        if flagged(&with_causes) && !flagged(&own) {
             self.doubt_what_turns_signs(&mut causes, &steps, &kept);
         }
         let verdict = left.verdict(!causes.is_empty(), weak, &extended_score);

@@ -3,8 +3,9 @@
 use super::balance::hold_on_means;
 use super::simulated::{Endpoint, Mechanism};
 use crate::judge::Errors;
-use crate::layout::{Layout, filter};
+use crate::layout::Layout;
 use crate::linear::Symmetric;
+use crate::operators::filter;
 use crate::samples::Samples;
 
 /// Held-out trials at the working rate.

@@ -3,7 +3,7 @@
 use super::on_axis::OnAxis;
 use super::vocabulary::*;
 use crate::blocks::{Block, Fractional};
-use crate::time::laws::Sum;
+use crate::time::laws::FractionalSum;
 use num_complex::Complex64;
 
 const MODULUS: ParameterCard = mechanical("modulus_n_per_m", ("N/m", "N m/rad"), 0.0, 1e12, Some(0.0));
@@ -37,24 +37,25 @@ struct Power {
     axis: usize,
     theta: [f64; 2],
     time_s: f64,
-    sum: Sum,
+    scale: f64,
+    sum: FractionalSum,
 }
 
 impl Power {
     fn new(axis: usize, theta: [f64; 2], time_s: f64) -> Self {
-        Power { axis, theta, time_s, sum: laws::FractionalDamping::sum(theta[1]) }
+        Power { axis, theta, time_s, scale: theta[0] * time_s.powf(-theta[1]), sum: laws::FractionalDamping::sum(theta[1]) }
     }
 
     fn evaluate(&self, motion: &Motion<'_>, states: &[f64], force: &mut [f64], rates: &mut [f64]) {
         let at = (motion.position[self.axis], self.time_s * motion.velocity[self.axis]);
-        force[self.axis] += self.theta[0] * self.time_s.powf(-self.theta[1]) * self.sum.force(at, states, rates);
+        force[self.axis] += self.scale * self.sum.force(at, states, rates);
         rates.iter_mut().for_each(|rate| *rate /= self.time_s);
     }
 }
 
 impl ForceLaw for Relaxing {
     fn states(&self) -> usize {
-        self.elements.len() + self.power.as_ref().map_or(0, |_| Sum::STATES)
+        self.elements.len() + self.power.as_ref().map_or(0, |_| FractionalSum::STATES)
     }
 
     fn evaluate(&self, motion: &Motion<'_>, states: &[f64], force: &mut [f64], rates: &mut [f64]) {
@@ -67,7 +68,7 @@ impl ForceLaw for Relaxing {
     }
 
     fn fastest_rate(&self, motion: &Motion<'_>) -> f64 {
-        let of_power = self.power.as_ref().map_or(0.0, |power| Sum::FASTEST_RATE / power.time_s);
+        let of_power = self.power.as_ref().map_or(0.0, |power| FractionalSum::FASTEST_RATE / power.time_s);
         self.elements.iter().map(|element| element.fastest_rate(motion)).fold(of_power, f64::max)
     }
 

@@ -219,8 +219,8 @@ fn a_form_pushes_the_way_its_force_law_does() {
 fn responses_agree_with_their_laws_on_a_sine() {
     // After the transient the law's answer to a sine is its response; fractional elements to their stated 0.4 %, times the sum's ends.
     let mut some = 0;
-    for effect in EFFECTS {
-        for form in effect.forms(&scale()) {
+    for (effect, time_s) in EFFECTS.iter().flat_map(|effect| [(effect, 1.0), (effect, 0.25)]) {
+        for form in effect.forms(&Scale { time_s, ..scale() }) {
             let Action::Force { law, .. } = &form.action else { continue };
             if form.axis != Some(0) || form.label == "carried mass" {
                 continue;
@@ -263,7 +263,7 @@ fn responses_agree_with_their_laws_on_a_sine() {
             }
         }
     }
-    assert_eq!(some, 7, "a solid, two times, a fraction, a reflex of position and velocity, one of velocity");
+    assert_eq!(some, 2 * 7, "a solid, two times, a fraction, a reflex of position and velocity, one of velocity, each in two units of time");
 }
 
 /// Of a Gaussian velocity half passes a rectifier (Bussgang): ½ s e^(−sτ) (ω/(s + ω))². A late channel is e^(−sτ), and one that is early undoes it.

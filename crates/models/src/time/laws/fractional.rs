@@ -23,13 +23,13 @@ type Sloped = (f64, f64);
 
 /// The sum for c = 1: a damper, a spring and the weight of each element.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Sum {
+pub(crate) struct FractionalSum {
     damper: Sloped,
     spring: Sloped,
     weights: [Sloped; ELEMENTS],
 }
 
-impl Sum {
+impl FractionalSum {
     /// States of the sum.
     pub(crate) const STATES: usize = ELEMENTS;
     /// Fastest rate of change of a state (1/s).
@@ -55,7 +55,7 @@ impl FractionalDamping {
     pub const ERROR: f64 = 0.003;
 
     /// The sum for an order.
-    pub(crate) fn sum(order: f64) -> Sum {
+    pub(crate) fn sum(order: f64) -> FractionalSum {
         let (sine, cosine) = ((order * PI).sin() * LN_2 / PI, (order * PI).cos() * LN_2);
         let (first, ratio) = (2f64.powf(-order * f64::from(FIRST)), 2f64.powf(-order));
         let weight = |element: i32| -> Sloped {
@@ -77,7 +77,7 @@ impl FractionalDamping {
         let mut weights = std::array::from_fn(|k| weight(k as i32));
         weights[0] = both(weights[0], second, short.powi(-2));
         weights[ELEMENTS - 1] = both(weights[ELEMENTS - 1], inverse, long);
-        Sum { damper: both(tail(-1, 1, true), second, -1.0 / short), spring: both(tail(last + 1, 0, false), inverse, -long), weights }
+        FractionalSum { damper: both(tail(-1, 1, true), second, -1.0 / short), spring: both(tail(last + 1, 0, false), inverse, -long), weights }
     }
 }
 
@@ -113,7 +113,7 @@ impl Law for FractionalDamping {
     fn linearise(&self, theta: &[f64], at: &Local<f64>, states: &[f64], rates: &mut [f64], slopes: &mut [f64]) -> f64 {
         let columns = LOCAL_VARIABLES + ELEMENTS + 2;
         slopes[..(1 + ELEMENTS) * columns].fill(0.0);
-        let Sum { damper, spring, weights } = Self::sum(theta[1]);
+        let FractionalSum { damper, spring, weights } = Self::sum(theta[1]);
         let (mut f, mut turn) = (damper.0 * at.velocity + spring.0 * at.position, damper.1 * at.velocity + spring.1 * at.position);
         slopes[0] = theta[0] * spring.0;
         slopes[1] = theta[0] * damper.0;
@@ -155,7 +155,7 @@ mod tests {
         for order in (1..=18).map(|k| 0.05 * f64::from(k)).filter(|o| *o > 0.09) {
             for hz in (0..=100).map(|k| 0.1 * 200f64.powf(f64::from(k) / 100.0)) {
                 let s = Complex64::new(0.0, TAU * hz);
-                let Sum { damper, spring, weights } = FractionalDamping::sum(order);
+                let FractionalSum { damper, spring, weights } = FractionalDamping::sum(order);
                 let mut sum = damper.0 * s + spring.0;
                 for (k, weight) in weights.iter().enumerate() {
                     let time = time_of(k as i32);

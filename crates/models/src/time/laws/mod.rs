@@ -29,7 +29,7 @@ pub use dead_zone::DeadZone;
 pub use end_stop::EndStop;
 pub use flexible_mode::FlexibleMode;
 pub use fractional::FractionalDamping;
-pub(crate) use fractional::Sum;
+pub(crate) use fractional::FractionalSum;
 pub use latency::Latency;
 pub use lugre::LuGre;
 pub use maxwell_slip::MaxwellSlip;
