@@ -14,7 +14,10 @@ fn a_fractional_damping_is_told_with_its_numbers_in_any_band_and_beside_the_tran
         assert_eq!((d["causes"][0]["effect"].as_str(), d["causes"].as_array().map(Vec::len)), (Some("viscoelastic"), Some(1)), "{band:?}");
         let inside = |list: &serde_json::Value, name: &str, truth: f64| {
             let parameter = list.as_array().expect("a list").iter().find(|p| p["name"] == name).unwrap_or_else(|| panic!("{band:?}: no {name}"));
-            let [low, high] = [0, 1].map(|k| parameter["ci95"][k].as_f64().expect("an interval"));
+            let of = |name: &str| parameter[name].as_f64();
+            let by_error = || of("value").zip(of("std_error")).map(|(value, error)| [-1.96, 1.96].map(|z| value + z * error));
+            let ci95 = parameter["ci95"].as_array().map(|ends| [0, 1].map(|k| ends[k].as_f64().expect("an end")));
+            let [low, high] = ci95.or_else(by_error).expect("an interval");
             // An interval that says something: a quarter of the value to either side at most.
             assert!(low < truth && truth < high && high - low < 0.5 * truth, "{band:?} {name}: {low} … {high}, {truth} is true");
         };
