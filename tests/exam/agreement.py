@@ -125,6 +125,10 @@ def shares(answer):
     four = [d[name] for name in ("linear_share", "nonlinear_share", "time_varying_share", "noise_share")]
     if None not in four and abs(sum(four) - 1) > 1e-6:
         yield f"shares of the discrepancy that add up to {sum(four):.4f}"
+    for cause in answer["causes"]:
+        share = cause["gain"]["explained_fraction"]
+        if share is not None and share > 1 + ROUNDING:
+            yield f"{cause['effect']} explains {share:.4f} of all there is to gain"
 
 
 def harmonics(answer):
@@ -163,5 +167,5 @@ NAMES = {
     free_run: "a named cause makes the free run better", explained: "nothing called explained whose free run is worse than the baseline's",
     ordered: "causes in the order of what they explain", not_worse: "the extended model's free run no worse than the baseline's, and equal to it where nothing is named",
     floor_lowest: "the floor above no reported error", physical: "masses and stiffnesses not negative, or flagged", computed: "numbers computed, or null",
-    shares: "shares of the discrepancy add up", harmonics: "harmonics of the input never a cause",
+    shares: "shares of the discrepancy add up, and none is above all there is", harmonics: "harmonics of the input never a cause",
 }

@@ -134,6 +134,7 @@ class Agreement(unittest.TestCase):
             (answer(cause("coulomb-friction", parameters=[round_one])), "computed"),
             (answer(cause("coulomb-friction", probability=1.2)), "computed"),
             (drift, "shares"),
+            (answer(cause("hysteresis", fraction=1.02)), "shares"),
         ):
             self.assertEqual(self.violated(made), {check})
         self.assertEqual(self.violated(answer(cause("hysteresis"), extended=0.3)), {"not_worse", "explained"})

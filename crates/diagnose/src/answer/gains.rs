@@ -55,7 +55,9 @@ impl Answer<'_> {
 /// The gains of all steps.
 pub(super) struct Gains<'a> {
     steps: &'a [Step],
-    ends: &'a Ends,
+    baseline: Option<&'a Rest>,
+    /// The model that foretells the unseen part best: all that was found, or what is named of it. No step gains more than there is to gain.
+    best: Option<&'a Rest>,
     /// What a model without physics gains beyond the best one, and what tones take beyond their surroundings.
     more: f64,
     tones: Vec<Option<f64>>,
@@ -67,14 +69,16 @@ impl<'a> Gains<'a> {
         let beyond = if gate.beyond > 2.0 * gate.beyond_error { gate.beyond * unseen.share() } else { 0.0 };
         let tones: Vec<Option<f64>> = answer.findings.tones.iter().map(|tone| unseen.tone(tone, &found.chosen, &found.stand)).collect();
         let more = beyond + tones.iter().flatten().sum::<f64>();
-        Gains { steps, ends, more, tones }
+        let all = ends.best.iter().chain(steps.iter().filter_map(|step| step.rest.as_ref()));
+        let best = all.max_by(|a, b| a.log_likelihood.total_cmp(&b.log_likelihood));
+        Gains { steps, baseline: ends.baseline.as_ref(), best, more, tones }
     }
 
     /// The gain of a step, with the errors of free runs before and after.
     pub fn of(&self, step: usize, errors: [&Errors; 2]) -> Gain {
         let mut gain = Gain::of_runs(errors.map(|e| &e.score), 2.0 * self.steps[step].group.worth);
-        let before = if step == 0 { &self.ends.baseline } else { &self.steps[step - 1].rest };
-        if let (Some(baseline), Some(before), Some(after), Some(best)) = (&self.ends.baseline, before, &self.steps[step].rest, &self.ends.best) {
+        let before = if step == 0 { self.baseline } else { self.steps[step - 1].rest.as_ref() };
+        if let (Some(baseline), Some(before), Some(after), Some(best)) = (self.baseline, before, &self.steps[step].rest, self.best) {
             let (log_likelihood, interval) = best.gain(before, after);
             (gain.log_likelihood, gain.log_likelihood_ci95) = (Some(log_likelihood), Some(interval));
             (gain.explained_fraction, gain.explained_fraction_ci95) = best.fraction([baseline, before, after], self.more);
@@ -85,7 +89,7 @@ impl<'a> Gains<'a> {
     /// The gain of a tone.
     pub fn of_tone(&self, tone: usize, errors: [&Errors; 2]) -> Gain {
         let log_likelihood = self.tones[tone];
-        let whole = self.ends.baseline.as_ref().zip(self.ends.best.as_ref()).map(|(baseline, best)| best.log_likelihood - baseline.log_likelihood + self.more);
+        let whole = self.baseline.zip(self.best).map(|(baseline, best)| best.log_likelihood - baseline.log_likelihood + self.more);
         let share = log_likelihood.zip(whole).filter(|(tone, whole)| *tone > 0.0 && whole > tone).map(|(tone, whole)| tone / whole);
         Gain { log_likelihood, explained_fraction: share, ..Gain::of_runs(errors.map(|e| &e.score), f64::NAN) }
     }

@@ -88,7 +88,7 @@ impl Answer<'_> {
         }
         let probability = self.features(group).probability();
         if probability < LIKELY {
-            return Some(format!("its probability is {probability:.2}: something else is more likely than it"));
+            return Some(format!("its name is right with a probability of {probability:.2} only"));
         }
         let (worth, size) = top;
         if group.worth < MINOR * worth && group.size < SMALL * size {
