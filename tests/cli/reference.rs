@@ -15,7 +15,7 @@ fn generated_part(page: &str) -> String {
 fn the_reference_pages_are_what_the_program_prints() {
     let folder = tempfile::tempdir().expect("a folder");
     let print = |arguments: &[&str]| succeed(folder.path(), arguments);
-    for what in ["effects", "joints", "devices", "models", "methods"] {
+    for what in ["effects", "joints", "devices", "models", "laws", "methods"] {
         assert_eq!(generated_part(&format!("{what}.md")), print(&["list", what, "--format", "markdown"]), "run book/reference to write {what}.md anew");
     }
     let results: Vec<String> = ["estimate", "fit", "diagnosis", "check", "compare", "live", "design", "excitation", "study-result", "sensitivity", "truth"]

@@ -295,6 +295,15 @@ pub enum AnalysisError {
     /// Matrices over a schedule that the data do not determine.
     #[error("over the schedule: {0}")]
     Scheduled(#[from] ndof_models::schedule::ScheduleError),
+    /// A force law that the settings or the recordings do not allow.
+    #[error("{what}")]
+    Law {
+        /// What is wrong and what to do.
+        what: String,
+    },
+    /// A fit in time that is not possible.
+    #[error("in time: {0}")]
+    FreeRun(#[from] ndof_models::time::FreeRunError),
     /// The fit is not possible.
     #[error("fitting: {0}")]
     Fit(#[from] ndof_models::FitError),

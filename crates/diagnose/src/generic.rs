@@ -8,7 +8,6 @@ use crate::state::{Column, State};
 use crate::subject::Subject;
 use crate::whittle::{Likelihood, Power, whitened_power};
 use num_complex::Complex64;
-use std::sync::Arc;
 
 /// What a regressor is a function of.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -151,10 +150,11 @@ pub(crate) fn features(subject: &Subject, state: &State) -> Features {
         let (sx, sv) = (scale.position[i].max(f64::MIN_POSITIVE), scale.velocity[i].max(f64::MIN_POSITIVE));
         let unit = layout.time_s;
         for lag in [-0.02, 0.02, 0.05, 0.1, 0.2] {
-            let mut column = state.operator_column(i, |s| s * (-s * lag * unit).exp());
-            let h: Vec<Complex64> = layout.sj.iter().map(|&s| s * (-s * lag * unit).exp()).collect();
-            column.action = vec![(i, i, Arc::new(h))];
-            out.linear.push(Feature { axis: i, family: Family::Lag, column });
+            out.linear.push(Feature { axis: i, family: Family::Lag, column: state.operator_between([i, i], |s| s * (-s * lag * unit).exp()) });
+        }
+        // What one axis does to another and is not done back, which no symmetric matrix has.
+        for (j, lag) in (0..n).filter(|j| *j != i).flat_map(|j| [-0.02, 0.05].map(|lag| (j, lag))) {
+            out.linear.push(Feature { axis: i, family: Family::Lag, column: state.operator_between([i, j], |s| s * (-s * lag * unit).exp()) });
         }
         for (family, shape) in &shapes() {
             out.nonlinear.push(Feature { axis: i, family: *family, column: series(i, &|x, v, _| shape(x[i] / sx, v[i] / sv)) });

@@ -80,7 +80,8 @@ impl Structure {
             spring,
             given: vec![],
             nominal: vec![],
-            symmetric: vec![Matrix::Mass],
+            // As `fit` has them: what turns is a cause.
+            symmetric: vec![Matrix::Mass, Matrix::Damping, Matrix::Stiffness],
             tolerances: true,
             about: None,
             integrals: 0,
@@ -90,8 +91,8 @@ impl Structure {
         for (matrix, part) in [(Matrix::Mass, &baseline.mass), (Matrix::Damping, &baseline.damping), (Matrix::Stiffness, &baseline.stiffness)] {
             let Some(part) = part else { continue };
             if part.status == Status::Free {
-                if part.symmetric && matrix != Matrix::Mass {
-                    structure.symmetric.push(matrix);
+                if !part.symmetric && matrix != Matrix::Mass {
+                    structure.symmetric.retain(|m| *m != matrix);
                 }
                 continue;
             }

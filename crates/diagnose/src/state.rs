@@ -279,12 +279,17 @@ impl State {
 
     /// The column of an exact linear operator on one axis' displacement about the centre.
     pub fn operator_column(&self, axis: usize, operator: impl Fn(Complex64) -> Complex64) -> Column {
+        self.operator_between([axis; 2], operator)
+    }
+
+    /// That of a force on `to` that is linear in the displacement along `of`.
+    pub fn operator_between(&self, [to, of]: [usize; 2], operator: impl Fn(Complex64) -> Complex64) -> Column {
         let layout = &self.layout;
         let ends = (PAST_S * layout.time_s * layout.rate_hz).ceil() as usize;
-        let trials: Vec<Vec<f64>> = self.x.iter().map(|trial| remembered(&trial[axis], ends.min(layout.samples - 1), layout.rate_hz, &operator)).collect();
+        let trials: Vec<Vec<f64>> = self.x.iter().map(|trial| remembered(&trial[of], ends.min(layout.samples - 1), layout.rate_hz, &operator)).collect();
         let spectrum = layout.spectra(trials.iter().map(Vec::as_slice));
         let h = layout.sj.iter().map(|&s| operator(s)).collect();
-        Column { parts: vec![(axis, Arc::new(spectrum))], action: vec![(axis, axis, Arc::new(h))], through: Through::Motion, precision: 0.0 }
+        Column { parts: vec![(to, Arc::new(spectrum))], action: vec![(to, of, Arc::new(h))], through: Through::Motion, precision: 0.0 }
     }
 
     /// The column of entries of M, B or K.

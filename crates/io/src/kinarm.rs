@@ -16,8 +16,9 @@ const TRIAL: &str = ".c3d";
 /// The file whose parameters hold for every trial.
 const COMMON: &str = "common";
 
+/// A file of the session; what macOS puts beside each file of an archive is none.
 fn is_trial(name: &str) -> bool {
-    name.len() > TRIAL.len() && name.as_bytes()[name.len() - TRIAL.len()..].eq_ignore_ascii_case(TRIAL.as_bytes())
+    !stem(name).starts_with("._") && name.len() > TRIAL.len() && name.as_bytes()[name.len() - TRIAL.len()..].eq_ignore_ascii_case(TRIAL.as_bytes())
 }
 
 /// The name of a file without folders and suffix; both kinds of slash are met.

@@ -40,14 +40,7 @@ const DRAWN_BEYOND: f64 = 2.0;
 impl Fitted {
     /// The parameters, those at the joints last, each beside its truth where that is known.
     pub fn table(&self, truth: impl Fn(&str) -> Option<f64>) -> Vec<ComparedParameter> {
-        let compared = |p: &Parameter| ComparedParameter {
-            truth: truth(&p.name),
-            name: p.name.clone(),
-            unit: p.unit.clone(),
-            value: p.value,
-            ci95: p.ci95,
-            identifiable: p.identifiable,
-        };
+        let compared = |p: &Parameter| ComparedParameter { truth: truth(&p.name), ..ComparedParameter::unknown(p) };
         self.result.all_parameters().map(compared).collect()
     }
 

@@ -4,12 +4,14 @@ mod between;
 mod evidence;
 mod findings;
 mod fitted;
+pub mod in_time;
 mod named_models;
 mod overlay;
 mod project;
 pub mod result;
 pub mod schedule;
 pub(crate) mod settings;
+mod sides;
 mod starts;
 mod sums;
 
@@ -77,6 +79,10 @@ pub fn fit(estimated: &Estimated, settings: &Fit) -> Result<Fitted, AnalysisErro
         fitted.result.head.warnings.extend(warnings);
         fitted.result.schedule = Some(schedule);
     }
+    if let Some((in_time, warnings)) = in_time::in_time(&estimated.trials, settings, &fitted)? {
+        fitted.result.head.warnings.extend(warnings);
+        fitted.result.in_time = Some(in_time);
+    }
     Ok(fitted)
 }
 
@@ -115,6 +121,10 @@ pub fn fit_response(measured: &MeasuredResponse, settings: &Fit) -> Result<Fitte
     if settings.schedule.is_some() {
         let what = format!("{} is a frequency response, and a `schedule` needs recordings; give those, or leave it out", measured.file);
         return Err(AnalysisError::Schedule { what });
+    }
+    if settings.law.is_some() {
+        let what = format!("{} is a frequency response, and a `law` is fitted to recordings; give those, or leave it out", measured.file);
+        return Err(AnalysisError::Law { what });
     }
     fit_to(&Evidence::of_response(measured), settings)
 }
@@ -202,6 +212,7 @@ fn fit_to(whole: &Evidence<'_>, settings: &Fit) -> Result<Fitted, AnalysisError>
         r2: reported.r2,
         joint,
         schedule: None,
+        in_time: None,
         other_cost: other,
         comparison: compared,
     };

@@ -1,5 +1,6 @@
 //! `ndof/fit/1`: a mechanical model with its covariance.
 
+use super::in_time::InTime;
 use super::schedule::result::ScheduleResult;
 use super::settings::{Fit, FitCost};
 use crate::estimate::Estimate;
@@ -66,6 +67,9 @@ pub struct FitResult {
     /// Inertia, damping and stiffness over a schedule, with `schedule`.
     #[serde(skip_serializing_if = "Option::is_none", default)]
     pub schedule: Option<ScheduleResult>,
+    /// The same with force laws, fitted in time, with `law`.
+    #[serde(skip_serializing_if = "Option::is_none", default)]
+    pub in_time: Option<InTime>,
     /// The fit by the paper's own cost beside the weighted one, or the other way round; null with more inputs than motions.
     pub other_cost: Option<OtherFit>,
     /// This model against those that are part of it, and with `compare` against every single extension; all by the weighted cost.
@@ -314,4 +318,11 @@ pub struct ComparedParameter {
     pub ci95: Option<[f64; 2]>,
     /// Whether the data say anything about it.
     pub identifiable: bool,
+}
+
+impl ComparedParameter {
+    /// One whose truth nobody knows.
+    pub fn unknown(p: &Parameter) -> Self {
+        ComparedParameter { name: p.name.clone(), unit: p.unit.clone(), truth: None, value: p.value, ci95: p.ci95, identifiable: p.identifiable }
+    }
 }

@@ -78,6 +78,9 @@ pub struct Fit {
     /// Also fit matrices that vary with phase (of a cycle), time, or a channel such as a posture, a velocity or an EMG envelope
     #[cfg_attr(feature = "clap", arg(long, value_name = "WHAT"))]
     pub schedule: Option<String>,
+    /// Also fit in time, the model running free, with these force laws: NAME on every axis or NAME:AXIS, with commas between (`ndof list laws`)
+    #[cfg_attr(feature = "clap", arg(long, value_name = "LIST", value_delimiter = ','))]
+    pub law: Option<Vec<String>>,
     /// Duration of a cycle in seconds; the first begins at time zero of each recording.
     #[cfg_attr(feature = "clap", arg(skip))]
     #[serde(rename = "cycle")]

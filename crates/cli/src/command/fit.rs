@@ -4,6 +4,7 @@ use crate::error::CliError;
 use crate::options::{CycleOptions, Limb, Reading, Recordings, Shared};
 use crate::output::{self, columns, interval, p_value, short};
 use clap::Args;
+use ndof_analysis::fit::in_time::InTime;
 use ndof_analysis::fit::result::{ComparedModel, FitResult};
 use ndof_analysis::fit::schedule::result::ScheduleResult;
 use ndof_analysis::result::word;
@@ -107,6 +108,25 @@ fn summary(result: &FitResult, parameters: &[ComparedParameter]) -> String {
         parameter_table(parameters),
     ) + &comparison(&result.comparison)
         + &result.schedule.as_ref().map_or_else(String::new, over_schedule)
+        + &result.in_time.as_ref().map_or_else(String::new, in_time)
+}
+
+/// Matrices and force laws of the fit in time, and how near their free run stays.
+fn in_time(found: &InTime) -> String {
+    let parameters: Vec<ComparedParameter> = found.parameters.iter().map(ComparedParameter::unknown).collect();
+    let shares = |values: &[Option<f64>]| values.iter().map(|v| short(*v)).collect::<Vec<_>>().join(", ");
+    let held = &found.held_out;
+    format!(
+        "\nin time, with {}, from {}\n{}error of the free run of {}: {} of its standard deviation; held out ({}): {}, {} without the laws\n",
+        found.laws.join(", "),
+        found.imposed.join(", "),
+        parameter_table(&parameters),
+        found.outputs.join(", "),
+        shares(&found.nrmse),
+        held.what,
+        shares(&held.nrmse),
+        shares(&held.nrmse_without_laws),
+    )
 }
 
 /// Matrices that follow a schedule: what each entry is where, whether it varies, and what that explains.

@@ -5,8 +5,9 @@ use crate::output::columns;
 use clap::{Args, ValueEnum};
 use ndof_devices::{DEVICES, LIMBS};
 use ndof_joints::CAUSES;
-use ndof_models::blocks::{BLOCKS, BlockCard};
+use ndof_models::blocks::{BLOCKS, BlockCard, BlockParameter};
 use ndof_models::effects::EFFECTS;
+use ndof_models::time::{Law, laws};
 use std::fmt::Write as _;
 use std::io::Write;
 use std::process::ExitCode;
@@ -31,6 +32,8 @@ enum Registry {
     Joints,
     /// Robots and limbs
     Devices,
+    /// Force laws of a fit in time
+    Laws,
     /// Parametric models
     Models,
     /// Spectral methods
@@ -62,6 +65,7 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode, CliError> {
         Registry::Effects => effects(),
         Registry::Joints => joints(),
         Registry::Devices => devices(),
+        Registry::Laws => laws::all().iter().map(|law| law_entry(law.as_ref())).collect(),
         Registry::Models => models(),
         Registry::Methods => methods(),
     };
@@ -86,12 +90,30 @@ fn models() -> Vec<Entry> {
         name: card.name(),
         what: format!("{}; --model {}+{}", card.what, ndof_analysis::MODEL, card.name()),
         equation: card.equation,
-        header: &["parameter", "unit", "from", "to"],
-        rows: (card.block)().parameters(false).into_iter().map(|p| vec![p.name, p.unit, p.lower.to_string(), p.upper.to_string()]).collect(),
+        header: BOUNDED,
+        rows: bounded((card.block)().parameters(false)),
         source: card.source,
         ..Entry::default()
     };
     std::iter::once(baseline).chain(BLOCKS.iter().map(block)).collect()
+}
+
+fn law_entry(law: &dyn Law) -> Entry {
+    Entry {
+        name: law.name(),
+        what: format!("--law {0}, or --law {0}:x on one axis", law.name()),
+        equation: law.equation(),
+        header: BOUNDED,
+        rows: bounded(law.parameters(false)),
+        source: law.source(),
+        ..Entry::default()
+    }
+}
+
+const BOUNDED: &[&str] = &["parameter", "unit", "from", "to"];
+
+fn bounded(parameters: Vec<BlockParameter>) -> Vec<Vec<String>> {
+    parameters.into_iter().map(|p| vec![p.name, p.unit, p.lower.to_string(), p.upper.to_string()]).collect()
 }
 
 fn as_text(entry: &Entry) -> String {

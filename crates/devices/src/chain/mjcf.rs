@@ -141,7 +141,7 @@ impl<'a> Model<'a> {
         let mut ends = (0..self.bodies.len()).filter(|at| !self.bodies.iter().any(|b| b.parent == Some(*at)));
         match (ends.next(), ends.next()) {
             (Some(end), None) => Ok(end),
-            (Some(a), Some(b)) => Err(format!("bodies \"{}\" and \"{}\" are both ends; say with device.tip which carries the limb", name(a), name(b))),
+            (Some(a), Some(b)) => Err(format!("bodies \"{}\" and \"{}\" are both ends; say with `tip` which carries the limb", name(a), name(b))),
             _ => Err("no <body> in <worldbody>".to_owned()),
         }
     }
@@ -153,7 +153,7 @@ impl<'a> Model<'a> {
         match self.bodies.iter().enumerate().find(|(at, b)| !b.joints.is_empty() && !path.contains(at)) {
             Some((_, b)) => {
                 let element = b.joints[0].element;
-                Err(format!("{} branches off the way to the end effector; leave it out or choose another device.tip", element.called()))
+                Err(format!("{} branches off the way to the end effector; leave it out or choose another `tip`", element.called()))
             }
             None => Ok(path),
         }

@@ -12,7 +12,7 @@ pub(super) fn read(root: &Element, tip: Option<&str>) -> Result<RobotConfig, Str
     let path = path_to(tip_of(&names, &joints, tip)?, base, &joints)?;
     if let Some(branch) = joints.iter().find(|j| !j.is_fixed() && !path.iter().any(|p| p.child == j.child)) {
         return Err(format!(
-            "line {}: joint \"{}\" branches off the way to the end effector; make it fixed or choose another device.tip",
+            "line {}: joint \"{}\" branches off the way to the end effector; make it fixed or choose another `tip`",
             branch.element.line,
             branch.name()
         ));
@@ -102,7 +102,7 @@ fn tip_of<'a>(names: &[&'a str], joints: &[Joint<'a>], tip: Option<&'a str>) -> 
             let mut leaves = names.iter().filter(|n| !joints.iter().any(|j| j.parent == **n));
             match (leaves.next(), leaves.next()) {
                 (Some(leaf), None) => Ok(*leaf),
-                (Some(a), Some(b)) => Err(format!("links \"{a}\" and \"{b}\" are both ends; say with device.tip which carries the limb")),
+                (Some(a), Some(b)) => Err(format!("links \"{a}\" and \"{b}\" are both ends; say with `tip` which carries the limb")),
                 _ => Err("no link is an end".to_owned()),
             }
         }

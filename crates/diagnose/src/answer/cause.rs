@@ -57,6 +57,8 @@ impl Answer<'_> {
             }
         }
         let card = h.effect.card();
+        let twins = h.effect.twins();
+        near.extend(twins.iter().filter(|twin| !near.contains(twin)).copied().collect::<Vec<_>>());
         if !near.is_empty() {
             let effects = std::iter::once(card.name).chain(near.iter().copied()).map(str::to_owned).collect();
             let rival = step.judged.iter().find(|j| subject.hypotheses[j.hypothesis].effect.name() == near[0]);
@@ -83,6 +85,7 @@ impl Answer<'_> {
                 }
             ),
         ];
+        evidence.extend(twins.iter().map(|twin| format!("{twin} would be the same force: nothing in effort and motion tells the two apart")));
         if let Some(j) = step.judged.iter().find(|j| subject.hypotheses[j.hypothesis].effect.name() != h.effect.name()) {
             evidence.push(format!(
                 "the next other effect, {}, gains {:.0} after paying for its parameters",

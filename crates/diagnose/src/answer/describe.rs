@@ -30,7 +30,8 @@ impl Answer<'_> {
                 return None;
             }
             let value = values.iter().find(|(of, _)| *of == matrix).map_or(f64::NAN, |(_, rows)| rows[i][j]);
-            let column = stand.base.roles.iter().position(|r| *r == Role::Entry(matrix, i, j) || (matrix == Matrix::Mass && *r == Role::Entry(matrix, j, i)));
+            let mirrored = |r: &Role| stand.base.structure.symmetric.contains(&matrix) && *r == Role::Entry(matrix, j, i);
+            let column = stand.base.roles.iter().position(|r| *r == Role::Entry(matrix, i, j) || mirrored(r));
             // Another model that the data like as well is as far off as an error of 1.96 may be.
             let apart = others.iter().map(|(chosen, stand)| (subject.matrix(chosen, stand, matrix)[i][j] - value).abs() / 1.96).fold(0.0, f64::max);
             Some((value, column.map(|c| covariance.at(c, c).sqrt().hypot(CALIBRATION * value).hypot(apart))))

@@ -16,6 +16,8 @@ const IMPERFECT: f64 = 0.9;
 const LOST: f64 = 0.5;
 /// Share of the outputs' variance below which what a baseline misses is called little.
 const LITTLE_MISSING: f64 = 0.1;
+/// An error of this share of an output is worth a word where nothing is named for it.
+const WORTH_A_WORD: f64 = 0.1;
 /// Slow change of the residual that counts, in standard errors.
 const VARIATION: f64 = 8.0;
 
@@ -55,13 +57,16 @@ impl Left {
         let remainder = sure && gate.beyond > REMAINDER;
         let ratio = if unknown { gate.beyond / (gate.beyond + gate.named.max(0.0)).max(1.0) } else { 0.0 };
         let adrift = lost(&before.score);
+        // Of an error that is below the tolerance nothing that matters can vary.
+        let matters = all.score.nrmse.iter().any(|e| e.is_none_or(|e| e > answer.options.tolerance));
+        let varying = variation > VARIATION && !unknown && matters;
         let limit = match (ratio > 0.45, lost(&all.score)) {
             (true, _) => GATED,
             (false, true) => LOST,
             (false, false) if remainder => IMPERFECT,
             (false, false) => 1.0,
         };
-        Left { excess, unknown, remainder, variation, varying: variation > VARIATION && !unknown, ratio, adrift, limit }
+        Left { excess, unknown, remainder, variation, varying, ratio, adrift, limit }
     }
 
     /// Whether nothing is left that a model could explain.
@@ -110,6 +115,13 @@ impl Left {
             notes.push(format!(
                 "a model without physics gains {:.0} of held-out log-likelihood beyond the named causes, by a force that is too small to matter: their form may stand in for another",
                 gate.beyond
+            ));
+        }
+        let own = before.score.nrmse.iter().flatten().fold(0.0, |most: f64, e| most.max(*e));
+        if !named && self.white() && !self.adrift && own > WORTH_A_WORD {
+            notes.push(format!(
+                "{:.0} % of the held-out output (rms) is not foretold from the input, and follows from nothing that was tried: noise, or a force that the limb makes by itself",
+                100.0 * own
             ));
         }
         if self.adrift {

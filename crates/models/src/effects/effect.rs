@@ -36,6 +36,11 @@ pub trait Effect: Send + Sync {
         &[]
     }
 
+    /// Effects that make the same force wherever this one is offered: nothing in effort and motion tells them apart.
+    fn twins(&self) -> &'static [&'static str] {
+        &[]
+    }
+
     /// Its name.
     fn name(&self) -> &'static str {
         self.card().name

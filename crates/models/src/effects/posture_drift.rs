@@ -47,4 +47,9 @@ impl Effect for PostureDrift {
         };
         (0..scale.axes()).flat_map(of_axis).collect()
     }
+
+    /// K x₀(t) is a force that drifts, whoever makes it.
+    fn twins(&self) -> &'static [&'static str] {
+        &["sensor-offset-drift"]
+    }
 }

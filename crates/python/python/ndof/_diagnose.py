@@ -190,7 +190,8 @@ def diagnose(
     given = dict(parameters or {})
     logs = [] if simulated is None else recordings_of(simulated)
     if simulate is not None:
-        logs = [run(simulate, trial, {}, given) for trial in trials]
+        told: set[str] = set()
+        logs = [run(simulate, trial, {}, given, told) for trial in trials]
     text, page, added = _ndof.diagnose(
         trials,
         roles_of(reference, input, output),
@@ -204,5 +205,9 @@ def diagnose(
     )
     found = Diagnosis(text, page)
     if simulate is not None:
-        found.rerun = rerun(simulate, trials, logs, added, found.to_dict()["outputs"], given)
+        outputs = found.to_dict()["outputs"]
+        missing = [output for output in outputs if output not in told]
+        if missing:
+            raise NdofError(f'simulate returned no "{missing[0]}", which is judged; give all of: {", ".join(outputs)}')
+        found.rerun = rerun(simulate, trials, logs, added, outputs, given)
     return found

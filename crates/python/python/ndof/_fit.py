@@ -122,6 +122,19 @@ class Fit(Result):
         return schedule
 
     @property
+    def in_time(self) -> dict[str, Any] | None:
+        """The fit with force laws in time, where ``law`` was given: its ``parameters``, how near the free run stays (``nrmse``, ``vaf``), and what
+        models fitted to the rest leave of a part that is ``held_out``, with the laws and without.
+
+        >>> import ndof
+        >>> fit = ndof.fit(ndof.simulate("spring-array", trials=2).recordings, nperseg=500, band=(0.5, 8), law=["cubic-stiffness:x"])
+        >>> fit.in_time["laws"], fit.in_time["parameters"][-1]["name"]
+        (['cubic-stiffness:x'], 'k3_n_per_m3_x')
+        """
+        in_time: dict[str, Any] | None = self.to_dict().get("in_time")
+        return in_time
+
+    @property
     def joint(self) -> dict[str, NDArray[np.float64]] | None:
         """M, B and K at the joints, where the fit was projected.
 
@@ -232,6 +245,7 @@ def fit(
     symmetry: str = "symmetric",
     systematic: bool = False,
     compare: bool = False,
+    law: Sequence[str] | None = None,
     schedule: str | None = None,
     cycle: float | None = None,
     cycle_by: str | None = None,
@@ -271,7 +285,8 @@ def fit(
     dictionary) adds the matrices at the joints; ``cost`` is ``weighted`` or ``paper``; ``symmetry`` is
     ``symmetric``, ``positive-semidefinite`` or ``free``; ``hold`` is what forces do between samples, ``zero``, ``linear`` or
     ``band-limited``, else what the data say; ``systematic`` widens intervals by what calibration leaves; ``compare``
-    fits every single extension of the model too (:attr:`Fit.comparison`). ``schedule`` is what M, B and K change with, ``phase`` (of a
+    fits every single extension of the model too (:attr:`Fit.comparison`); ``law`` fits the matrices with force laws in time, ``NAME`` on every
+    axis or ``NAME:AXIS`` (:attr:`Fit.in_time`). ``schedule`` is what M, B and K change with, ``phase`` (of a
     ``cycle`` in seconds, or of one that the channel ``cycle_by`` or an ``event`` begins, whose times in seconds are one list or one a trial),
     ``time`` or a channel: then :attr:`Fit.schedule` has the matrices that are ``varying`` as curves of at most ``knots`` splines. The other
     options are those of :func:`frequency_response`.

@@ -28,8 +28,9 @@ class Rerun(TypedDict):
     nrmse_after: list[float]
 
 
-def run(simulate: Simulate, recording: Recording, effort: Channels, parameters: Mapping[str, float]) -> Recording:
-    """What the simulator logs at the commands of a recording: its channels, those that the function gives in place of the measured ones."""
+def run(simulate: Simulate, recording: Recording, effort: Channels, parameters: Mapping[str, float], told: set[str] | None = None) -> Recording:
+    """What the simulator logs at the commands of a recording: its channels, those that the function gives (their names go to ``told``) in place of the
+    measured ones."""
     given = simulate({name: recording[name] for name in recording}, effort, dict(parameters))
     if not isinstance(given, Mapping):
         raise _errors.NdofError(f"simulate returned {type(given).__name__}; give a dictionary of channels")
@@ -41,6 +42,8 @@ def run(simulate: Simulate, recording: Recording, effort: Channels, parameters: 
             raise _errors.NdofError(f'simulate returned "{name}" of shape {samples.shape}; {recording.name} has {len(recording)} samples')
         if not np.isfinite(samples).all():
             raise _errors.NdofError(f'simulate returned "{name}" with numbers that are not finite at the commands of {recording.name}')
+    if told is not None:
+        told.update(outputs)
     channels = {name: outputs.get(name, recording[name]) for name in recording}
     return Recording(channels, recording.sample_rate_hz, units=recording.units, start_s=recording.start_s, name=f"the simulator at {recording.name}")
 

@@ -9,6 +9,7 @@ use crate::figures::{self, Ellipse, FigureError, capitalised};
 use crate::number::significant;
 use crate::plot::{Color, Dash};
 use crate::{Align, Report, Section, Table, parameter_table};
+use ndof_analysis::fit::in_time::InTime;
 use ndof_analysis::fit::result::FitResult;
 use ndof_analysis::result::word;
 use ndof_analysis::{ComparedParameter, Estimated, Fitted, MeasuredResponse};
@@ -29,6 +30,7 @@ pub fn fit_report(estimated: &Estimated, fitted: &Fitted, title: &str, command: 
     if let Some(found) = &fitted.result.schedule {
         report.sections.insert(1, schedule_section(found, &fitted.result.parameters, &estimated.trials)?);
     }
+    report.sections.extend(fitted.result.in_time.as_ref().map(in_time_section));
     report.sections.extend(course_section(&estimated.result)?);
     report.sections.push(agreement_section(&fitted.result));
     report.sections.extend(overlay_section(&estimated.trials, fitted)?);
@@ -112,6 +114,24 @@ pub(super) fn lead(result: &FitResult) -> String {
 /// Parameters with intervals, beside the truth where it is known.
 pub fn parameters_section(parameters: &[ComparedParameter], title: &str) -> Section {
     Section::new(title, "Estimates with 95 % intervals.").table(parameter_table(title, parameters))
+}
+
+/// Matrices and force laws that were fitted in time, and how near their free run stays.
+fn in_time_section(found: &InTime) -> Section {
+    let lead = format!(
+        "Inertia, damping and stiffness with {}, fitted to the free run of {} from {}. Places and gaps of laws count from the mean of the motion.",
+        found.laws.join(", "),
+        found.outputs.join(", "),
+        found.imposed.join(", ")
+    );
+    let heads = [("Output", Align::Left), ("Fitted", Align::Right), ("Held out", Align::Right), ("Held out, without the laws", Align::Right)];
+    let mut errors = Table::new(format!("Error of the free run, of the output's standard deviation; held out: {}", found.held_out.what), &heads);
+    for (k, output) in found.outputs.iter().enumerate() {
+        let at = |values: &[Option<f64>]| significant(nan(values.get(k).copied().flatten()), 3);
+        errors = errors.row([output.clone(), at(&found.nrmse), at(&found.held_out.nrmse), at(&found.held_out.nrmse_without_laws)]);
+    }
+    let parameters: Vec<ComparedParameter> = found.parameters.iter().map(ComparedParameter::unknown).collect();
+    Section::new("In time", lead).table(parameter_table("In time", &parameters)).table(errors)
 }
 
 /// How well the model agrees with the estimate, as the paper measures it, for both costs.

@@ -95,7 +95,7 @@ impl RobotMotion {
     fn read(&self) -> Result<RobotConfig, StudyError> {
         let path = self.robot.as_ref().ok_or_else(|| meaning("the design", "give the robot's file with `robot`"))?;
         let (file, text) = read_text(path)?;
-        RobotConfig::parse(&file, &text, self.tip.as_deref()).map_err(|error| meaning("the design", error.to_string().replace("device.tip", "`tip`")))
+        RobotConfig::parse(&file, &text, self.tip.as_deref()).map_err(|error| meaning("the design", error.to_string()))
     }
 }
 

@@ -5,16 +5,16 @@ pub mod result;
 use super::axis as axis_of_channel;
 use super::project::projection;
 use super::settings::Fit;
+use super::sides::Sides;
 use crate::error::AnalysisError;
 use crate::estimate::instrument::{MEAN_KNOTS, WIDEST};
 use crate::file::KinematicsFile;
 use crate::result::{Warning, number};
 use crate::schedule::{Refused, Schedule};
-use crate::trials::{Trial, Trials};
+use crate::trials::Trials;
 use ndarray::Array2;
 use ndof_models::schedule::{Scheduled, ScheduledEntry, ScheduledFit, Splines, Stretch, Term};
 use ndof_models::{Axis, InertiaDampingStiffnessModel, ParameterInfo, ParametricModel, Symmetry};
-use ndof_sysid::ResponseKind;
 use result::{HeldOutShare, MeanChannel, ScheduleEntry, ScheduleResult, VariationTest};
 
 /// Splines of an entry where the settings do not say: of a movement's cycle they part what lies a twenty-fourth of it apart, finer than
@@ -22,37 +22,6 @@ use result::{HeldOutShare, MeanChannel, ScheduleEntry, ScheduleResult, Variation
 const KNOTS: usize = 24;
 /// A command that foretells less of a motion than this is a weak instrument.
 const WEAK: f64 = 0.1;
-
-/// Effort and motion channels of each axis in pairs, and the commands where a robot pushes.
-struct Sides {
-    efforts: Vec<usize>,
-    motions: Vec<usize>,
-    commands: Vec<usize>,
-    imposed: bool,
-}
-
-impl Sides {
-    fn of(trials: &Trials) -> Result<Self, Refused> {
-        let (roles, ports) = (&trials.roles, &trials.roles.ports);
-        let imposed = roles.natural_kind() == ResponseKind::DynamicStiffness;
-        let (efforts, motions, orders) =
-            if imposed { (&ports.outputs, &ports.inputs, &roles.input_motion) } else { (&ports.inputs, &ports.outputs, &roles.output_motion) };
-        if roles.natural_kind() == ResponseKind::Transfer || orders.iter().any(|order| *order != Some(0)) || efforts.len() != motions.len() {
-            return Err("a `schedule` needs one force (or torque) and one position (or angle) an axis; choose them with `input` and `output`".to_owned());
-        }
-        let commands = if imposed { Vec::new() } else { ports.references.clone() };
-        Ok(Sides { efforts: efforts.clone(), motions: motions.clone(), commands, imposed })
-    }
-}
-
-impl Sides {
-    /// The limb's displacement along each axis: what was measured, less what the force transducer gives under the force, x = d − f/k_f.
-    fn motion(&self, trial: &Trial, settings: &Fit) -> Vec<Vec<f64>> {
-        let samples = |index: &usize| &trial.recording.channels()[*index].samples;
-        let give = settings.transducer_stiffness.map_or(0.0, |stiffness| 1.0 / stiffness);
-        self.motions.iter().zip(&self.efforts).map(|(x, f)| samples(x).iter().zip(samples(f)).map(|(x, f)| x - give * f).collect()).collect()
-    }
-}
 
 /// The scheduled fit, with what the reader should know; nothing where no schedule is asked for.
 ///
@@ -66,7 +35,7 @@ pub(super) fn scheduled(trials: &Trials, settings: &Fit, excited_hz: f64) -> Res
             None => Ok(None),
         };
     };
-    let sides = Sides::of(trials).map_err(refused)?;
+    let sides = Sides::of(trials, "a `schedule`").map_err(refused)?;
     let schedule = Schedule::new(trials, word, settings.cycles()).map_err(refused)?;
     let rate_hz = trials.sample_rate_hz();
     let high_hz = settings.band_hz.map_or_else(|| excited_hz.min(WIDEST * rate_hz), |band| band[1]);
