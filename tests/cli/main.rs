@@ -3,6 +3,7 @@
 mod arm_geometry;
 mod cohort;
 mod commands;
+mod curl;
 mod cycles;
 mod damage;
 mod design;
@@ -10,6 +11,7 @@ mod errors;
 mod examples;
 mod faults;
 mod fit_model;
+mod in_time;
 mod input;
 mod joints;
 mod limits;

@@ -1,0 +1,46 @@
+//! A force that turns with the motion, as in a curl field: linear, and no symmetric matrix has it.
+
+use crate::support::{json, succeed};
+
+#[test]
+fn what_turns_between_two_axes_is_told_with_its_matrix_and_nothing_beside_it() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let experiment = |effect: &str| {
+        format!(
+            r#"
+            schema = "ndof/experiment/1"
+            trials = 2
+            duration_s = 40.0
+            [device]
+            name = "mit-manus"
+            [limb]
+            name = "endpoint-linear"
+            M = [[2.1, -0.55], [-0.55, 1.9]]
+            B = [[11.0, -2.0], [-2.0, 15.0]]
+            K = [[300.0, -60.0], [-60.0, 520.0]]
+            noise = {{ rms_n = 0.1 }}
+            [[effects]]
+            name = "cross-coupling"
+            side = "limb"
+            parameters = {{ {effect} }}
+            "#
+        )
+    };
+    for (name, effect, letter) in [("damping", "damping = [[0.0, 6.0], [-6.0, 0.0]]", "B"), ("matrix", "matrix = [[0.0, 40.0], [-40.0, 0.0]]", "K")] {
+        std::fs::write(folder.path().join("curl.toml"), experiment(effect)).expect("written");
+        succeed(folder.path(), &["simulate", "curl.toml", "--out", "curl.csv", "--quiet"]);
+        let d = json(folder.path(), &["diagnose", "curl-1.csv", "curl-2.csv"]);
+        let causes: Vec<&str> = d["causes"].as_array().expect("a list").iter().filter_map(|c| c["effect"].as_str()).collect();
+        assert_eq!(causes, ["cross-coupling"], "{effect}");
+        let told = &d["causes"][0]["parameters"][0];
+        let truth = if letter == "B" { 6.0 } else { 40.0 };
+        let entry = |i: usize, j: usize| told["value"][i][j].as_f64().expect("a number");
+        assert_eq!(told["name"], name);
+        assert!((entry(0, 1) / truth - 1.0).abs() < 0.05 && entry(1, 0) == -entry(0, 1) && entry(0, 0) == 0.0, "{told}");
+        let of = |name: String| d["extended"]["parameters"].as_array().expect("a list").iter().find(|p| p["name"] == name).expect("it is there")["value"].as_f64();
+        let turned = of(format!("{letter}_x_y")).zip(of(format!("{letter}_y_x"))).map(|(a, b)| 0.5 * (a - b));
+        assert!(turned.is_some_and(|t| (t / truth - 1.0).abs() < 0.05), "{turned:?}");
+        let error = |model: &str| d[model]["held_out"]["nrmse"][0].as_f64().expect("a share");
+        assert!(error("extended") < 0.7 * error("baseline"), "{} {}", error("baseline"), error("extended"));
+    }
+}
