@@ -170,6 +170,16 @@ impl<'a> View<'a> {
         self.band.apply(kernel, &moving, &piece.places)
     }
 
+    /// The logged torque so many samples later, as it is seen. Where the joint rests now and then, what counts is when it moves, not when the torque was
+    /// logged: it is brought to its time first.
+    fn taken_later(&self, piece: &Piece, joint: usize, samples: f64) -> Vec<f64> {
+        let motion = &self.motions[piece.trial];
+        if samples == 0.0 || motion.moves[joint].iter().all(|m| *m) {
+            return self.seen(piece, joint, &self.band.kernel(samples), &motion.torque[joint]);
+        }
+        self.seen(piece, joint, &self.band.kernel(0.0), &later(&motion.torque[joint], samples))
+    }
+
     /// Share of the samples in which a joint moves.
     pub fn moving(&self, joint: usize) -> f64 {
         let all = self.pieces.iter().flat_map(|p| p.places.iter().map(|k| self.motions[p.trial].moves[joint][*k]));
@@ -254,8 +264,7 @@ impl<'a> View<'a> {
         let piece = |(piece, file): (&Piece, &Vec<Option<Vec<f64>>>)| {
             (0..self.scene.joints.len())
                 .map(|j| {
-                    let later = self.band.kernel(logged.late_s[j] * self.scene.rate_hz);
-                    let torque = self.seen(piece, j, &later, &self.motions[piece.trial].torque[j]);
+                    let torque = self.taken_later(piece, j, logged.late_s[j] * self.scene.rate_hz);
                     Some(torque.iter().zip(file[j].as_ref()?).map(|(a, b)| a / logged.gain[j] - b).collect())
                 })
                 .collect()
@@ -275,6 +284,20 @@ impl<'a> View<'a> {
             file
         })
     }
+}
+
+/// A series so many samples later, by the cubic through four samples: what a low-pass keeps, it keeps.
+fn later(x: &[f64], samples: f64) -> Vec<f64> {
+    let last = x.len() as isize - 1;
+    (0..x.len())
+        .map(|k| {
+            let at = k as f64 + samples;
+            let (i, u) = (at.floor(), at - at.floor());
+            let value = |by: isize| x[(i as isize + by).clamp(0, last) as usize];
+            let weights = [-u * (u - 1.0) * (u - 2.0) / 6.0, (u + 1.0) * (u - 1.0) * (u - 2.0) / 2.0, -(u + 1.0) * u * (u - 2.0) / 2.0, (u + 1.0) * u * (u - 1.0) / 6.0];
+            (-1..=2).zip(weights).map(|(by, w)| w * value(by)).sum()
+        })
+        .collect()
 }
 
 /// A combination of the torques of one body's parameters.

@@ -100,6 +100,26 @@ fn a_stop_that_is_touched_in_what_was_fitted_alone_is_told() {
     assert_eq!((quiet.causes.len(), quiet.verdict), (0, Verdict::Adequate), "{:?}", quiet.minor);
 }
 
+/// From place to place and a rest at each, as robots are programmed: a weight that is held is no torque that moves.
+#[test]
+fn a_late_torque_of_a_joint_that_rests_now_and_then_is_a_delay() {
+    const PERIOD_S: f64 = 4.0;
+    const MOVING_S: f64 = 2.2;
+    let place = |k: f64| 0.7 * (2.3 * k).sin();
+    let path = |t: f64| {
+        let k = (t / PERIOD_S).floor();
+        let u = ((t - k * PERIOD_S) / MOVING_S).min(1.0);
+        place(k) + (place(k + 1.0) - place(k)) * u.powi(3) * (10.0 - 15.0 * u + 6.0 * u * u)
+    };
+    for late_s in [0.013, 0.05] {
+        let found = logged(6000, path, |t| needed(path, t - late_s), white(NOISE, 7));
+        let named: Vec<&str> = found.causes.iter().map(|c| c.effect.as_str()).collect();
+        assert_eq!((named, found.verdict), (vec!["torque-delay"], Verdict::Explained), "{late_s} {:?}", found.minor);
+        let [low, high] = interval(&found, "torque-delay", "delay_s").expect("an interval");
+        assert!(low < late_s && late_s < high && high - low < 0.5 / RATE_HZ, "{late_s}: {low} {high}");
+    }
+}
+
 /// Behind a gear that gives, before which the encoder and a rotor are.
 #[test]
 fn a_gear_that_gives_is_one_cause_with_the_rotor_before_it() {
