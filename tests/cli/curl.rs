@@ -37,7 +37,8 @@ fn what_turns_between_two_axes_is_told_with_its_matrix_and_nothing_beside_it() {
         let entry = |i: usize, j: usize| told["value"][i][j].as_f64().expect("a number");
         assert_eq!(told["name"], name);
         assert!((entry(0, 1) / truth - 1.0).abs() < 0.05 && entry(1, 0) == -entry(0, 1) && entry(0, 0) == 0.0, "{told}");
-        let of = |name: String| d["extended"]["parameters"].as_array().expect("a list").iter().find(|p| p["name"] == name).expect("it is there")["value"].as_f64();
+        let of =
+            |name: String| d["extended"]["parameters"].as_array().expect("a list").iter().find(|p| p["name"] == name).expect("it is there")["value"].as_f64();
         let turned = of(format!("{letter}_x_y")).zip(of(format!("{letter}_y_x"))).map(|(a, b)| 0.5 * (a - b));
         assert!(turned.is_some_and(|t| (t / truth - 1.0).abs() < 0.05), "{turned:?}");
         let error = |model: &str| d[model]["held_out"]["nrmse"][0].as_f64().expect("a share");

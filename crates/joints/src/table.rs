@@ -294,7 +294,8 @@ fn later(x: &[f64], samples: f64) -> Vec<f64> {
             let at = k as f64 + samples;
             let (i, u) = (at.floor(), at - at.floor());
             let value = |by: isize| x[(i as isize + by).clamp(0, last) as usize];
-            let weights = [-u * (u - 1.0) * (u - 2.0) / 6.0, (u + 1.0) * (u - 1.0) * (u - 2.0) / 2.0, -(u + 1.0) * u * (u - 2.0) / 2.0, (u + 1.0) * u * (u - 1.0) / 6.0];
+            let weights =
+                [-u * (u - 1.0) * (u - 2.0) / 6.0, (u + 1.0) * (u - 1.0) * (u - 2.0) / 2.0, -(u + 1.0) * u * (u - 2.0) / 2.0, (u + 1.0) * u * (u - 1.0) / 6.0];
             (-1..=2).zip(weights).map(|(by, w)| w * value(by)).sum()
         })
         .collect()

@@ -142,5 +142,6 @@ pub(super) fn robot(name: &str) -> RobotConfig {
         end_effector: EndEffectorConfig::default(),
         transducer: Default::default(),
         hold: Default::default(),
+        ends: Vec::new(),
     }
 }

@@ -147,6 +147,10 @@ pub struct RobotConfig {
     /// The hold.
     #[serde(default)]
     pub hold: HoldConfig,
+    /// Ends of a URDF or MJCF that all stand still on the last body, where none was named: for its joints any will do, for axes at the tip one has to
+    /// be chosen.
+    #[serde(skip)]
+    pub ends: Vec<String>,
 }
 
 fn downward() -> [f64; 3] {

@@ -19,8 +19,10 @@ const MOTORS: [&str; 6] = ["motor", "general", "position", "velocity", "intveloc
 /// Reads `<mujoco>`; `tip` names the body that carries the limb, the last of the chain where absent.
 pub(super) fn read(root: &Element, tip: Option<&str>) -> Result<RobotConfig, String> {
     let model = Model::of(root)?;
-    let path = model.path(model.tip(tip)?)?;
+    let (tip, ends) = model.tip(tip)?;
+    let path = model.path(tip)?;
     let mut config = robot(root.attribute("model").unwrap_or("robot"));
+    config.ends = ends;
     config.gravity_m_per_s2 = gravity(root)?;
     let mut lead = Pose::IDENTITY;
     for at in path {
@@ -128,21 +130,28 @@ impl<'a> Model<'a> {
         self.bodies.iter().flat_map(|b| &b.joints)
     }
 
-    fn tip(&self, tip: Option<&str>) -> Result<usize, String> {
+    /// The body that carries the limb: the one that is named, else the only end; the last body that moves, with the ends that stand still on it, where
+    /// there are several.
+    fn tip(&self, tip: Option<&str>) -> Result<(usize, Vec<String>), String> {
         let name = |at: usize| self.bodies[at].element.attribute("name").unwrap_or("without a name");
         if let Some(tip) = tip {
             let known = || (0..self.bodies.len()).map(name).collect::<Vec<_>>().join(", ");
-            return self
-                .bodies
-                .iter()
-                .position(|b| b.element.attribute("name") == Some(tip))
-                .ok_or_else(|| format!("no body \"{tip}\"; there are: {}", known()));
+            let found = self.bodies.iter().position(|b| b.element.attribute("name") == Some(tip));
+            return found.map(|at| (at, Vec::new())).ok_or_else(|| format!("no body \"{tip}\"; there are: {}", known()));
         }
-        let mut ends = (0..self.bodies.len()).filter(|at| !self.bodies.iter().any(|b| b.parent == Some(*at)));
-        match (ends.next(), ends.next()) {
-            (Some(end), None) => Ok(end),
-            (Some(a), Some(b)) => Err(format!("bodies \"{}\" and \"{}\" are both ends; say with `tip` which carries the limb", name(a), name(b))),
-            _ => Err("no <body> in <worldbody>".to_owned()),
+        let still = |at: &usize| self.bodies[*at].joints.is_empty();
+        let moved = |end: usize| std::iter::successors(Some(end), |at| self.bodies[*at].parent.filter(|_| still(at))).last().unwrap_or(end);
+        let ends = || (0..self.bodies.len()).filter(|at| !self.bodies.iter().any(|b| b.parent == Some(*at)));
+        // What stands in the world is no end of the chain, unless nothing else is.
+        let moving: Vec<usize> = ends().filter(|end| !still(&moved(*end))).collect();
+        let ends = if moving.is_empty() { ends().collect() } else { moving };
+        match ends[..] {
+            [] => Err("no <body> in <worldbody>".to_owned()),
+            [end] => Ok((end, Vec::new())),
+            [first, ..] => match ends.iter().find(|end| moved(**end) != moved(first)) {
+                None => Ok((moved(first), ends.iter().map(|end| name(*end).to_owned()).collect())),
+                Some(other) => Err(format!("bodies \"{}\" and \"{}\" are both ends; say with `tip` which carries the limb", name(first), name(*other))),
+            },
         }
     }
 

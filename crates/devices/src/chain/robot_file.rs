@@ -107,9 +107,12 @@ impl RobotConfig {
                 "zero: no spring at a joint is simulated",
             ));
         }
+        let at_the_tip = !self.axes.is_empty();
+        if at_the_tip && !self.ends.is_empty() {
+            return Err(DeviceError::Missing(format!("{} are ends of the last body; say with `tip` which carries the limb", self.ends.join(", "))));
+        }
         let chain = self.chain()?;
         let inertia = endpoint_inertia(&chain)?;
-        let at_the_tip = !self.axes.is_empty();
         // A mode near 200 Hz, damped by a third: what 1e6 N/m and 800 N s/m are to a planar robot of 0.65 kg.
         let stiff = (std::f64::consts::TAU * 200.0).powi(2) * inertia;
         let stiffness = self.transducer.stiffness.unwrap_or(if at_the_tip { stiff.max(1e6) } else { stiff });

@@ -9,7 +9,8 @@ use crate::vector3::roll_pitch_yaw;
 pub(super) fn read(root: &Element, tip: Option<&str>) -> Result<RobotConfig, String> {
     let (names, joints) = parts(root)?;
     let base = root_of(&names, &joints)?;
-    let path = path_to(tip_of(&names, &joints, tip)?, base, &joints)?;
+    let (tip, ends) = tip_of(&names, &joints, (base, tip))?;
+    let path = path_to(tip, base, &joints)?;
     if let Some(branch) = joints.iter().find(|j| !j.is_fixed() && !path.iter().any(|p| p.child == j.child)) {
         return Err(format!(
             "line {}: joint \"{}\" branches off the way to the end effector; make it fixed or choose another `tip`",
@@ -19,6 +20,7 @@ pub(super) fn read(root: &Element, tip: Option<&str>) -> Result<RobotConfig, Str
     }
     let links = Links { root, joints: &joints };
     let mut config = robot(root.attribute("name").unwrap_or("robot"));
+    config.ends = ends;
     // Fixed joints before a moving one shift its origin; what stands on the base does not move and needs no mass.
     let mut lead = Pose::IDENTITY;
     links.gather(base, &Pose::IDENTITY)?;
@@ -93,19 +95,32 @@ fn root_of<'a>(names: &[&'a str], joints: &[Joint<'a>]) -> Result<&'a str, Strin
     Ok(base)
 }
 
-/// The link that carries the limb: the one that is named, else the only end.
-fn tip_of<'a>(names: &[&'a str], joints: &[Joint<'a>], tip: Option<&'a str>) -> Result<&'a str, String> {
+/// The link that carries the limb: the one that is named, else the only end; the last link that moves, with the ends that stand still on it, where
+/// there are several.
+fn tip_of<'a>(names: &[&'a str], joints: &[Joint<'a>], (base, tip): (&'a str, Option<&'a str>)) -> Result<(&'a str, Vec<String>), String> {
     match tip {
-        Some(tip) if names.contains(&tip) => Ok(tip),
-        Some(tip) => Err(format!("no link \"{tip}\"; there are: {}", names.join(", "))),
-        None => {
-            let mut leaves = names.iter().filter(|n| !joints.iter().any(|j| j.parent == **n));
-            match (leaves.next(), leaves.next()) {
-                (Some(leaf), None) => Ok(*leaf),
-                (Some(a), Some(b)) => Err(format!("links \"{a}\" and \"{b}\" are both ends; say with `tip` which carries the limb")),
-                _ => Err("no link is an end".to_owned()),
-            }
+        Some(tip) if names.contains(&tip) => return Ok((tip, Vec::new())),
+        Some(tip) => return Err(format!("no link \"{tip}\"; there are: {}", names.join(", "))),
+        None => {}
+    }
+    let moved = |leaf: &&'a str| {
+        let mut at = *leaf;
+        while let Some(fixed) = joints.iter().find(|j| j.child == at && j.is_fixed()) {
+            at = fixed.parent;
         }
+        at
+    };
+    let leaves = || names.iter().filter(|n| !joints.iter().any(|j| j.parent == **n)).copied();
+    // What stands on the base is no end of the chain, unless nothing else is.
+    let moving: Vec<&str> = leaves().filter(|leaf| moved(leaf) != base).collect();
+    let leaves = if moving.is_empty() { leaves().collect() } else { moving };
+    match leaves[..] {
+        [] => Err("no link is an end".to_owned()),
+        [leaf] => Ok((leaf, Vec::new())),
+        [first, ..] => match leaves.iter().find(|leaf| moved(leaf) != moved(&first)) {
+            None => Ok((moved(&first), leaves.iter().map(|leaf| (*leaf).to_owned()).collect())),
+            Some(other) => Err(format!("links \"{first}\" and \"{other}\" are both ends; say with `tip` which carries the limb")),
+        },
     }
 }
 

@@ -27,6 +27,50 @@ fn friction_motors_ranges_and_springs_are_read() {
     assert!(error.contains("stiffness of joint \"tilt\""), "{error}");
 }
 
+/// A camera and a flange on the last body, and a table beside the robot: its joints are one chain, and a limb needs to be told where.
+#[test]
+fn ends_that_stand_still_on_one_body_leave_its_joints_as_they_are() {
+    let mjcf = |more: &str| {
+        format!(
+            "<mujoco><worldbody><body name=\"table\"/><body name=\"upper\"><joint name=\"a\"/><geom size=\"0.1\"/><body name=\"lower\" pos=\"0.3 0 0\">\
+             <joint name=\"b\"/><geom size=\"0.1\"/>{more}</body></body></worldbody></mujoco>"
+        )
+    };
+    let link = |name: &str| {
+        format!(
+            "<link name=\"{name}\"><inertial><mass value=\"1\"/><inertia ixx=\"0.01\" iyy=\"0.01\" izz=\"0.01\" ixy=\"0\" ixz=\"0\" iyz=\"0\"/></inertial></link>"
+        )
+    };
+    let joint = |kind: &str, name: &str, of: [&str; 2]| {
+        format!(
+            "<joint name=\"{name}\" type=\"{kind}\"><parent link=\"{}\"/><child link=\"{}\"/><axis xyz=\"0 1 0\"/><origin xyz=\"0.3 0 0\"/></joint>",
+            of[0], of[1]
+        )
+    };
+    let urdf = |more: &str| {
+        let links = ["upper", "lower"].map(link).concat() + "<link name=\"base\"/><link name=\"table\"/>";
+        let joints =
+            [joint("fixed", "stand", ["base", "table"]), joint("continuous", "a", ["base", "upper"]), joint("continuous", "b", ["upper", "lower"])].concat();
+        format!("<robot name=\"arm\">{links}{joints}{more}</robot>")
+    };
+    let fixed = |name: &str| format!("<link name=\"{name}\"/>{}", joint("fixed", &format!("to_{name}"), ["lower", name]));
+    let cases = [
+        (mjcf(""), mjcf("<body name=\"camera\" pos=\"0 0 1\"/><body name=\"flange\" pos=\"1 0 0\"/>")),
+        (urdf(""), urdf(&(fixed("camera") + &fixed("flange")))),
+    ];
+    for (plain, marked) in cases {
+        let read = |text: &str, tip| RobotConfig::parse("r.xml", text, tip).expect("reads");
+        let (plain, marked) = (read(&plain, None), [read(&marked, None), read(&marked, Some("flange"))]);
+        assert_eq!((&plain.joints, &plain.joints), (&marked[0].joints, &marked[1].joints));
+        assert!(plain.ends.is_empty() && marked[0].ends == ["camera", "flange"] && marked[1].ends.is_empty());
+        // At its joints it is a device; at its tip only once that is told.
+        let at_the_tip = |config: &RobotConfig| RobotConfig { axes: vec!["x".to_owned()], ..config.clone() }.build();
+        let asks = |config: &RobotConfig| at_the_tip(config).err().map(|error| error.to_string()).filter(|error| error.contains("say with `tip`"));
+        assert!(marked[0].build().is_ok() && asks(&marked[1]).is_none());
+        assert!(asks(&marked[0]).is_some_and(|error| error.contains("camera, flange")));
+    }
+}
+
 /// A cylinder of many slices, and the solid that rotation makes, by sums: formulas of shapes against their integrals.
 #[test]
 fn a_capsule_weighs_what_its_slices_do() {
@@ -60,7 +104,7 @@ fn what_would_change_the_motion_is_refused_with_its_line() {
         ("<geom class=\"none\"/>", "class \"none\""),
         ("<body name=\"c\" gravcomp=\"1\"/>", "line 4: <body> \"c\" has gravcomp"),
         ("<body name=\"c\" quat=\"1 0 0 0\" euler=\"1 0 0\"/>", "both quat and euler"),
-        ("<body name=\"c\"/><body name=\"d\"/>", "\"c\" and \"d\" are both ends"),
+        ("<body name=\"c\"><joint name=\"k\"/></body><body name=\"d\"><joint name=\"l\"/></body>", "\"c\" and \"d\" are both ends"),
         ("<joint name=\"k\" damping=\"1 2\"/>", "line 4: <joint> \"k\" has a damping"),
         ("<joint name=\"k\" springdamper=\"1 2\"/>", "springdamper"),
         ("<joint name=\"k\" axis=\"1 0\"/>", "not three numbers"),
