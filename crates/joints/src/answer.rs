@@ -11,6 +11,7 @@ use crate::options::Options;
 use crate::refined::refined;
 use crate::scene::{Scene, deviation, rms};
 use crate::search::Solved;
+use crate::suspicions::suspicions;
 use crate::table::View;
 use ndof_devices::TERMS_OF_A_LINK;
 use ndof_diagnose::{
@@ -399,6 +400,7 @@ impl Answer<'_> {
             "the motion rises above the noise of the encoders up to {:.2} Hz; torques are compared up to {:.2} Hz",
             self.scene.fastest_hz, self.fitted.band.pass_hz
         )];
+        notes.extend(suspicions(self.scene, self.fitted));
         for (j, (gain, removed)) in self.left.gains.iter().zip(&self.left.removed).enumerate() {
             if gain.ci95()[0] > 0.0 && *removed > self.options.tolerance * self.scene.joints[j].torque {
                 notes.push(format!(

@@ -38,6 +38,7 @@ mod pictures;
 mod refined;
 mod scene;
 mod search;
+mod suspicions;
 mod swing;
 #[cfg(test)]
 #[path = "../tests/swinging/mod.rs"]

@@ -120,6 +120,27 @@ fn a_late_torque_of_a_joint_that_rests_now_and_then_is_a_delay() {
     }
 }
 
+#[test]
+fn a_torque_with_its_sign_turned_round_is_said() {
+    let notes = |sign: f64| logged(6000, wave, |t| sign * needed(wave, t), white(NOISE, 7)).discrepancy.notes;
+    let told = |notes: &[String]| notes.iter().any(|n| n.contains("the torque of elbow goes against") && n.contains("sign"));
+    assert!(told(&notes(-1.0)) && !told(&notes(1.0)));
+}
+
+#[test]
+fn an_angle_in_degrees_that_is_called_radians_is_said() {
+    let chain = |limits: &str| {
+        let text = PENDULUM.replace("mass_kg", &format!("{limits} mass_kg"));
+        RobotConfig::parse("pendulum.toml", &text, None).and_then(|c| c.chain()).expect("a robot")
+    };
+    let ports = Ports { references: vec![], inputs: vec![0], outputs: vec![1] };
+    for (scale, said) in [(1.0, false), (180.0 / std::f64::consts::PI, true)] {
+        let own = log(6000, |t| scale * wave(t), |t| needed(wave, t), white(NOISE, 7));
+        let found = diagnose(&chain("range_rad = [-1.5, 1.5],"), &[own], &[], &ports, &Options::default(), &mut |_| {}).expect("an answer").0;
+        assert_eq!(found.discrepancy.notes.iter().any(|n| n.contains("in degrees?")), said, "{:?}", found.discrepancy.notes);
+    }
+}
+
 /// Behind a gear that gives, before which the encoder and a rotor are.
 #[test]
 fn a_gear_that_gives_is_one_cause_with_the_rotor_before_it() {

@@ -108,19 +108,28 @@ impl<'a> Amplitudes<'a> {
         (robust > 0.0).then(|| self.samples.iter().filter(|x| distance(**x) > deviations * robust).count())
     }
 
-    /// Samples in runs of `run` equal ones or more at either end of the range: a limit that was reached.
-    pub fn held_at_ends(&self, run: usize) -> usize {
+    /// Samples in runs of `run` equal ones or more at either end of the range that were reached from farther away than `from` within two samples: a limit
+    /// stops what is on its way, and what turns or rests there comes slowly.
+    pub fn held_at_ends(&self, run: usize, from: f64) -> usize {
         let [low, high] = self.range;
-        let (mut held, mut length, mut before) = (0, 0, f64::NAN);
+        let (mut held, mut length, mut abrupt) = (0, 0, true);
+        let mut last = [f64::NAN; 2];
         for &x in &*self.samples {
-            if x != before {
-                held += if length >= run { length } else { 0 };
-                length = 0;
+            if x != last[1] {
+                held += if abrupt && length >= run { length } else { 0 };
+                let way = (x - last[0]).abs();
+                (length, abrupt) = (0, way > from || way.is_nan());
             }
             length += usize::from(x == low || x == high);
-            before = x;
+            last = [last[1], x];
         }
-        held + if length >= run { length } else { 0 }
+        held + if abrupt && length >= run { length } else { 0 }
+    }
+
+    /// Root mean square of the steps from sample to sample.
+    pub fn usual_step(&self) -> f64 {
+        let steps = self.samples.len().saturating_sub(1).max(1) as f64;
+        (self.samples.windows(2).map(|x| (x[1] - x[0]).powi(2)).sum::<f64>() / steps).sqrt()
     }
 
     /// Mean squares about the mean over `intervals` stretches of equal length (a remainder at the end is left out).
@@ -207,9 +216,10 @@ mod tests {
     #[test]
     fn runs_at_the_ends_of_the_range_are_counted() {
         let held = [0.0, 2.0, 2.0, 2.0, 1.0, -1.0, -1.0, 2.0, 2.0, -1.0, -1.0, -1.0];
-        assert_eq!(Amplitudes::of(&held).held_at_ends(3), 6);
-        assert_eq!(Amplitudes::of(&held).held_at_ends(2), 10);
-        assert_eq!(Amplitudes::of(&held).held_at_ends(4), 0);
+        for (run, from, count) in [(3, 0.0, 6), (2, 0.0, 10), (4, 0.0, 0), (3, 2.5, 6), (3, 3.0, 3), (2, 3.5, 3)] {
+            assert_eq!(Amplitudes::of(&held).held_at_ends(run, from), count, "{run} {from}");
+        }
+        assert_eq!(Amplitudes::of(&[0.0, 3.0, -1.0]).usual_step(), 12.5_f64.sqrt());
     }
 
     #[test]
@@ -224,6 +234,6 @@ mod tests {
     fn nothing_has_no_sizes() {
         let none = Amplitudes::of(&[f64::NAN, f64::INFINITY]);
         assert!(none.samples.is_empty() && none.mean.is_nan() && none.quantiles(&[0.5])[0].is_nan() && none.outliers(3.0).is_none());
-        assert_eq!((none.step(), none.held_at_ends(1)), (f64::INFINITY, 0));
+        assert_eq!((none.step(), none.held_at_ends(1, 0.0)), (f64::INFINITY, 0));
     }
 }

@@ -87,9 +87,11 @@ pub(super) fn channel_findings(channel: &Channel, amplitudes: &Amplitudes, role:
     found
 }
 
-/// In words, if samples stand still at the ends of their range.
+/// In words, if samples stand still at the ends of their range, where they arrived as fast as they usually go; steps of the converter are no way to arrive.
 fn clipped(amplitudes: &Amplitudes) -> Option<String> {
-    let share = amplitudes.held_at_ends(CLIPPED_RUN) as f64 / amplitudes.samples.len() as f64;
+    let share = |from: f64| amplitudes.held_at_ends(CLIPPED_RUN, from) as f64 / amplitudes.samples.len() as f64;
+    let usual = amplitudes.usual_step();
+    let share = if share(usual) > CLIPPED_SHARE { share(usual.max(2.0 * amplitudes.step())) } else { 0.0 };
     let [low, high] = amplitudes.range;
     (share > CLIPPED_SHARE).then(|| format!("{:.1} % of its samples stand still at the ends of its range, {low} and {high}", 100.0 * share))
 }

@@ -132,6 +132,9 @@ mod tests {
     fn each_fault_is_found_by_its_name() {
         let clipped: Vec<f64> = (0..4000).map(|k| (3.0 * (f64::from(k) * 0.05).sin()).clamp(-2.0, 2.0)).collect();
         assert_eq!(codes(clipped, noise(2)), ["clipped"]);
+        // A joint that turns, as its encoder says it: for some samples it stands at the end of its way.
+        let turning = (0..4000).map(|k| ((f64::from(k) * 0.01).sin() * 1e3).round() / 1e3).collect();
+        assert!(!codes(turning, noise(2)).contains(&"clipped".to_owned()));
         assert_eq!(codes(vec![1.5; 4000], noise(2)), ["constant"]);
         let coarse = noise(3).iter().map(|s| (s * 2.0).round()).collect();
         assert!(codes(noise(1), coarse).contains(&"coarse-quantisation".to_owned()));

@@ -142,6 +142,7 @@ mod tests {
             r2: None,
             joint: None,
             schedule: None,
+            in_time: None,
             other_cost: None,
             comparison: Vec::new(),
         }

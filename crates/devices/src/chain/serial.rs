@@ -33,6 +33,11 @@ pub struct SerialChain {
 }
 
 impl SerialChain {
+    /// How far each joint may go (rad, m), as its file says; without end where it says nothing.
+    pub fn ranges(&self) -> &[[f64; 2]] {
+        &self.range
+    }
+
     pub(crate) fn new(
         links: Vec<Link>,
         tip: Vector,

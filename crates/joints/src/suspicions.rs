@@ -1,0 +1,42 @@
+//! Logs that may not mean what they say: a torque with its sign turned round, an angle in degrees.
+
+use crate::scene::Scene;
+use crate::table::View;
+use ndof_devices::Robot;
+
+/// Correlation below which a torque goes against what the bodies of the file need.
+const AGAINST: f64 = -0.5;
+/// Times the way that the file allows beyond which an angle is hardly in radians: a degree is 57 times one.
+const TOO_FAR: f64 = 10.0;
+
+/// In words, for each joint whose channels are suspect.
+pub(crate) fn suspicions(scene: &Scene<'_>, view: &View<'_>) -> Vec<String> {
+    let nominal: Vec<Vec<Vec<f64>>> = view.motions.iter().map(|motion| scene.nominal(motion)).collect();
+    let names = &scene.chain.joints().names;
+    let mut out = Vec::new();
+    for (j, (name, allowed)) in names.iter().zip(scene.chain.ranges()).enumerate() {
+        let [low, high] = scene.joints[j].range;
+        let (way, most) = (high - low, allowed[1] - allowed[0]);
+        if most.is_finite() && way > TOO_FAR * most {
+            out.push(format!(
+                "the angle of {name} goes from {low:.1} to {high:.1} where the file allows {:.2} to {:.2}: in degrees? Name its unit, as in angle_{name} [deg]; no number below is to be used before",
+                allowed[0], allowed[1]
+            ));
+        }
+        let pairs = view.motions.iter().zip(&nominal).flat_map(|(motion, nominal)| motion.torque[j].iter().copied().zip(nominal[j].iter().copied()));
+        let together = correlation(pairs.collect());
+        if together < AGAINST {
+            out.push(format!(
+                "the torque of {name} goes against what the file's bodies need (correlation {together:.2}): its sign, or the joint's axis in the file, may be turned round; no number of a link is to be used before that is settled"
+            ));
+        }
+    }
+    out
+}
+
+fn correlation(pairs: Vec<(f64, f64)>) -> f64 {
+    let n = pairs.len() as f64;
+    let (mean_a, mean_b) = (pairs.iter().map(|p| p.0).sum::<f64>() / n, pairs.iter().map(|p| p.1).sum::<f64>() / n);
+    let sum = |f: &dyn Fn(f64, f64) -> f64| pairs.iter().map(|(a, b)| f(a - mean_a, b - mean_b)).sum::<f64>();
+    sum(&|a, b| a * b) / (sum(&|a, _| a * a) * sum(&|_, b| b * b)).sqrt()
+}
