@@ -90,7 +90,7 @@ pub(super) fn in_time(trials: &Trials, settings: &Fit, fitted: &Fitted) -> Resul
     let held = |mechanism: &Mechanism, start: &[f64]| run.validate(mechanism, &run.fit(mechanism, &seen, start)?.theta, &unseen);
     let (with, without) = (held(&mechanism, &found.theta)?, held(&alone, &begin)?);
     let numbers = |values: &[f64]| values.iter().map(|v| number(*v)).collect::<Vec<Number>>();
-    let warnings = if found.reason.converged() { Vec::new() } else { vec![not_converged()] };
+    let warnings = (!found.reason.converged()).then(not_converged).into_iter().chain((!sides.commands.is_empty()).then(in_a_loop)).collect();
     let names = |indices: &[usize]| trials.names(indices);
     let (imposed, outputs) = if sides.imposed { (&sides.motions, &sides.efforts) } else { (&sides.efforts, &sides.motions) };
     let result = InTime {
@@ -226,6 +226,14 @@ fn not_converged() -> Warning {
         "in-time-not-converged",
         "the fit in time stopped at its limit of steps: its numbers are where it stood",
         "leave out a law that the data say nothing of, or give each law on its axis only",
+    )
+}
+
+fn in_a_loop() -> Warning {
+    Warning::new(
+        "in-time-in-a-loop",
+        "there is a command: a robot holds the limb and answers its noise, which the fit in time takes for part of what drives the limb; its intervals leave that bias out",
+        "compare its matrices with those of the fit in frequency; a stronger perturbation makes the bias smaller",
     )
 }
 

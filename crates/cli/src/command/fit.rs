@@ -114,18 +114,18 @@ fn summary(result: &FitResult, parameters: &[ComparedParameter]) -> String {
 /// Matrices and force laws of the fit in time, and how near their free run stays.
 fn in_time(found: &InTime) -> String {
     let parameters: Vec<ComparedParameter> = found.parameters.iter().map(ComparedParameter::unknown).collect();
-    let shares = |values: &[Option<f64>]| values.iter().map(|v| short(*v)).collect::<Vec<_>>().join(", ");
+    let mut errors = vec![["", "fitted", "held out", "held out, without the laws"].map(str::to_owned).to_vec()];
     let held = &found.held_out;
+    let each = found.nrmse.iter().zip(held.nrmse.iter().zip(&held.nrmse_without_laws));
+    errors
+        .extend(found.outputs.iter().zip(each).map(|(output, (fitted, (with, without)))| vec![output.clone(), short(*fitted), short(*with), short(*without)]));
     format!(
-        "\nin time, with {}, from {}\n{}error of the free run of {}: {} of its standard deviation; held out ({}): {}, {} without the laws\n",
+        "\nin time, with {}, from {}\n{}\nerror of the free run over the output's standard deviation; held out: {}\n{}",
         found.laws.join(", "),
         found.imposed.join(", "),
         parameter_table(&parameters),
-        found.outputs.join(", "),
-        shares(&found.nrmse),
         held.what,
-        shares(&held.nrmse),
-        shares(&held.nrmse_without_laws),
+        columns(&errors),
     )
 }
 
