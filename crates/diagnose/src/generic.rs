@@ -153,7 +153,7 @@ pub(crate) fn features(subject: &Subject, state: &State) -> Features {
             out.linear.push(Feature { axis: i, family: Family::Lag, column: state.operator_between([i, i], |s| s * (-s * lag * unit).exp()) });
         }
         // What one axis does to another and is not done back, which no symmetric matrix has.
-        for (j, lag) in (0..n).filter(|j| *j != i).flat_map(|j| [-0.02, 0.05].map(|lag| (j, lag))) {
+        for (j, lag) in (0..n).filter(|j| *j != i && subject.structure.is_symmetric()).flat_map(|j| [-0.02, 0.05].map(|lag| (j, lag))) {
             out.linear.push(Feature { axis: i, family: Family::Lag, column: state.operator_between([i, j], |s| s * (-s * lag * unit).exp()) });
         }
         for (family, shape) in &shapes() {

@@ -44,6 +44,11 @@ impl LinearFit {
         [Matrix::Mass, Matrix::Damping, Matrix::Stiffness].into_iter().flat_map(of).collect()
     }
 
+    /// Whether its damping and stiffness are symmetric, as they are unless the fit was asked otherwise.
+    pub(crate) fn is_symmetric(&self) -> bool {
+        [&self.matrices.damping, &self.matrices.stiffness].iter().all(|matrix| *matrix == matrix.t())
+    }
+
     /// Whether a motion follows from it: no axis's inertia may as well be below zero, and M takes energy to be moved (its symmetric part is
     /// positive definite).
     pub(crate) fn moves(&self) -> bool {

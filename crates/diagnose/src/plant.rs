@@ -109,6 +109,11 @@ impl Structure {
         structure
     }
 
+    /// Whether damping and stiffness are, as the inertia is.
+    pub fn is_symmetric(&self) -> bool {
+        [Matrix::Damping, Matrix::Stiffness].iter().all(|matrix| self.symmetric.contains(matrix))
+    }
+
     fn is_given(&self, matrix: Matrix, i: usize, j: usize) -> bool {
         self.given.iter().any(|e| (e.0, e.1, e.2) == (matrix, i, j))
     }

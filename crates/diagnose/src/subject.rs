@@ -4,6 +4,7 @@ use crate::band;
 use crate::baseline::Baseline;
 use crate::hypotheses::Hypothesis;
 use crate::layout::Layout;
+use crate::linear_fit::LinearFit;
 use crate::movement::mean_over;
 use crate::plant::{Base, Role, Structure};
 use crate::robot;
@@ -84,6 +85,11 @@ impl Subject {
                 .map_or(Cause::Effort, |r| Cause::Loop(Arc::new(r.impedance)))
         };
         let mut structure = Structure { integrals: meaning.order, known: options.known.clone(), ..Structure::new(axes, baseline, true) };
+        // A balance of forces that stands for itself is as free as it was: its plant need not be a mechanism.
+        let symmetric = |fit: &LinearFit| fit.is_symmetric() && (meaning.motion_imposed || fit.moves() || (-fit.clone()).moves());
+        if baseline.is_none() && !options.linear.as_ref().is_some_and(symmetric) {
+            structure.symmetric = vec![Matrix::Mass];
+        }
         let (mut base, mut fit) = settle(&state, &cause, &structure)?;
         if runs_away(&state, &fit) {
             cause = Cause::Unclear;
@@ -129,6 +135,7 @@ impl Subject {
             motion_names: meaning.motion_names.clone(),
             nominal: structure.nominal.clone(),
             held: structure.given.clone(),
+            symmetric: structure.is_symmetric(),
             arm: options.arm.filter(|_| axes == 2 && !meaning.rotational).map(|arm| arm.at_mean(samples)),
             closed_schedule: options.schedule.as_ref().filter(|_| !samples.schedule.is_empty()).map(|schedule| schedule.cycle_s.is_some()),
         };

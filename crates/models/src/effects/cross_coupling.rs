@@ -58,8 +58,8 @@ impl Effect for CrossCoupling {
         Ok(Injection::Force(Box::new(Coupling(given.map(|matrix| matrix.map(<[_]>::to_vec).unwrap_or_default())))))
     }
 
-    /// A symmetric stiffness only where the baseline holds it at zero, since a fitted one absorbs it; what turns only where entries are not given, which
-    /// may each be wrong.
+    /// A symmetric stiffness only where the baseline holds it at zero, since a fitted one absorbs it; what turns only where the baseline fits symmetric
+    /// matrices, whose given entries may each be wrong.
     fn forms(&self, scale: &Scale) -> Vec<Form> {
         let zero = |i: usize, j: usize| scale.nominal.iter().chain(&scale.held).any(|e| (e.0, e.1, e.2) == (Matrix::Stiffness, i, j) && e.3 == 0.0);
         let given = |matrix: Matrix, i: usize, j: usize| scale.nominal.iter().any(|e| (e.0, e.1, e.2) == (matrix, i, j));
@@ -74,7 +74,7 @@ impl Effect for CrossCoupling {
                 let symmetric = (zero(i, j) && zero(j, i)).then(|| form("symmetric stiffness", Matrix::Stiffness, vec![(i, j, 1.0), (j, i, 1.0)]));
                 let turning = [("turning stiffness", Matrix::Stiffness), ("turning damping", Matrix::Damping)]
                     .into_iter()
-                    .filter(|(_, matrix)| !given(*matrix, i, j))
+                    .filter(|(_, matrix)| scale.symmetric && !given(*matrix, i, j))
                     .map(|(label, matrix)| form(label, matrix, vec![(i, j, 1.0), (j, i, -1.0)]));
                 symmetric.into_iter().chain(turning).collect::<Vec<_>>()
             })

@@ -240,6 +240,8 @@ pub struct Scale {
     pub nominal: Vec<(Matrix, usize, usize, f64)>,
     /// Entries of the baseline that are held at a given value, right or wrong.
     pub held: Vec<(Matrix, usize, usize, f64)>,
+    /// Whether the damping and stiffness that the baseline fits are symmetric.
+    pub symmetric: bool,
     /// Whether the schedule's end is its beginning, as of the phase of a cycle; none where there is no schedule.
     pub closed_schedule: Option<bool>,
     /// The arm whose hand moves, at the mean of the motion; none where it is not known.

@@ -65,6 +65,7 @@ fn planar() -> Scale {
         motion_names: vec!["pos_x".to_owned(), "pos_y".to_owned()],
         nominal: vec![],
         held: vec![],
+        symmetric: false,
         closed_schedule: Some(true),
         arm: Some(CurvedArm { link_lengths_m: [0.33, 0.34], posture_rad: [0.785, 1.571], mean_force_n: [5.0, -6.0] }),
     }
@@ -502,6 +503,8 @@ fn forms_that_need_a_given_baseline_stay_away_without_one() {
     for name in ["added-mass", "parameter-error", "cross-coupling", "sensor-scale"] {
         assert!(find(name).expect("an effect").forms(&scale()).is_empty(), "{name}");
     }
+    // Of two axes with symmetric matrices, one stiffness and one damping that turn.
+    assert_eq!(find("cross-coupling").expect("an effect").forms(&Scale { symmetric: true, ..planar() }).len(), 2);
     let signs: Vec<Sign> = find("coulomb-friction").expect("an effect").forms(&scale())[0].signs.clone();
     assert_eq!(signs, [Sign::Positive]);
 }

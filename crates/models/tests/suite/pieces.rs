@@ -166,6 +166,7 @@ fn a_reflex_that_is_late_and_fast_is_judged_in_the_time_of_its_own_plant() {
             motion_names: vec!["pos".to_owned()],
             nominal: vec![],
             held: vec![],
+            symmetric: false,
             closed_schedule: None,
             arm: None,
         };
