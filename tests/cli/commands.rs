@@ -1,6 +1,6 @@
 //! Each command does what its help says; results follow their schema and do not depend on threads.
 
-use crate::support::{json, ndof, shared, succeed, trial, violation};
+use crate::support::{held_arm, json, ndof, shared, succeed, trial, violation};
 use serde_json::Value;
 
 #[test]
@@ -239,24 +239,13 @@ fn a_periodic_excitation_is_averaged_over_its_periods() {
 #[test]
 fn a_hidden_hysteresis_is_named() {
     let folder = tempfile::tempdir().expect("a folder");
-    let experiment = r#"
-        schema = "ndof/experiment/1"
-        trials = 2
-        duration_s = 40.0
-        [device]
-        name = "mit-manus"
-        [limb]
-        name = "endpoint-linear"
-        M = [[2.1, -0.55], [-0.55, 1.9]]
-        B = [[11.0, -2.0], [-2.0, 15.0]]
-        K = [[300.0, -60.0], [-60.0, 520.0]]
-        noise = { rms_n = 0.1 }
+    let hidden = r#"noise = { rms_n = 0.1 }
         [[effects]]
         name = "hysteresis"
         side = "limb"
         axis = "x"
-        parameters = { stiffness_n_per_m = 300.0, yield_m = 0.003 }
-    "#;
+        parameters = { stiffness_n_per_m = 300.0, yield_m = 0.003 }"#;
+    let experiment = held_arm("trials = 2\nduration_s = 40.0", hidden);
     std::fs::write(folder.path().join("e.toml"), experiment).expect("written");
     succeed(folder.path(), &["simulate", "e.toml", "--out", "h.csv"]);
     let all = ["diagnose", "h-1.csv", "h-2.csv", "--exit-code", "--quiet", "--json", "d.json"];

@@ -1,30 +1,13 @@
 //! A force that turns with the motion, as in a curl field: linear, and no symmetric matrix has it.
 
-use crate::support::{json, succeed};
+use crate::support::{held_arm, json, succeed};
 
 #[test]
 fn what_turns_between_two_axes_is_told_with_its_matrix_and_nothing_beside_it() {
     let folder = tempfile::tempdir().expect("a folder");
     let experiment = |effect: &str| {
-        format!(
-            r#"
-            schema = "ndof/experiment/1"
-            trials = 2
-            duration_s = 40.0
-            [device]
-            name = "mit-manus"
-            [limb]
-            name = "endpoint-linear"
-            M = [[2.1, -0.55], [-0.55, 1.9]]
-            B = [[11.0, -2.0], [-2.0, 15.0]]
-            K = [[300.0, -60.0], [-60.0, 520.0]]
-            noise = {{ rms_n = 0.1 }}
-            [[effects]]
-            name = "cross-coupling"
-            side = "limb"
-            parameters = {{ {effect} }}
-            "#
-        )
+        let hidden = format!("noise = {{ rms_n = 0.1 }}\n[[effects]]\nname = \"cross-coupling\"\nside = \"limb\"\nparameters = {{ {effect} }}");
+        held_arm("trials = 2\nduration_s = 40.0", &hidden)
     };
     for (name, effect, letter) in [("damping", "damping = [[0.0, 6.0], [-6.0, 0.0]]", "B"), ("matrix", "matrix = [[0.0, 40.0], [-40.0, 0.0]]", "K")] {
         std::fs::write(folder.path().join("curl.toml"), experiment(effect)).expect("written");

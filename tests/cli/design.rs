@@ -1,6 +1,6 @@
 //! `ndof design` from outside: every kind, every limit, what is predicted and what is delivered, and the way on to an estimate.
 
-use crate::support::{json, ndof, refuse, succeed, violation};
+use crate::support::{held_arm, json, ndof, refuse, succeed, violation};
 use serde_json::Value;
 use std::path::Path;
 
@@ -205,19 +205,7 @@ fn a_multisine_shorter_than_two_periods_is_refused_with_what_to_do() {
 #[test]
 fn what_was_designed_is_replayed_and_estimated() {
     let folder = tempfile::tempdir().expect("a folder");
-    let experiment = r#"
-        trials = 3
-        duration_s = 20.0
-        discard_s = 1.0
-        [device]
-        name = "mit-manus"
-        [limb]
-        name = "endpoint-linear"
-        M = [[2.1, -0.55], [-0.55, 1.9]]
-        B = [[11.0, -2.0], [-2.0, 15.0]]
-        K = [[300.0, -60.0], [-60.0, 520.0]]
-        [excitation]
-    "#;
+    let experiment = held_arm("trials = 3\nduration_s = 20.0\ndiscard_s = 1.0", "[excitation]");
     let write = |name: &str, text: &str| std::fs::write(folder.path().join(name), text).expect("written");
     write("plan.toml", &format!("{experiment}rms = 4.0\n"));
     write("measure.toml", &format!("{experiment}file = \"cmd.csv\"\n"));

@@ -1,6 +1,6 @@
 //! The examples of the help run as they stand.
 
-use crate::support::{ARM_URDF, ndof, succeed};
+use crate::support::{ARM_URDF, held_arm, ndof, succeed};
 use std::path::Path;
 use std::process::Command;
 
@@ -23,18 +23,7 @@ fn examples(folder: &Path) -> Vec<(String, Vec<String>)> {
 
 /// Everything that the examples name: trials, an arm, results of two sessions, a folder of subjects.
 fn prepare(folder: &Path) {
-    let experiment = r#"
-        trials = 3
-        duration_s = 20.0
-        [device]
-        name = "mit-manus"
-        [limb]
-        name = "endpoint-linear"
-        M = [[2.1, -0.55], [-0.55, 1.9]]
-        B = [[11.0, -2.0], [-2.0, 15.0]]
-        K = [[300.0, -60.0], [-60.0, 520.0]]
-        noise = { rms_n = 0.1 }
-    "#;
+    let experiment = held_arm("trials = 3\nduration_s = 20.0", "noise = { rms_n = 0.1 }");
     std::fs::write(folder.join("EXPERIMENT.toml"), experiment).expect("written");
     succeed(folder, &["simulate", "EXPERIMENT.toml", "--out", "trial.csv"]);
     std::fs::copy(folder.join("trial-1.csv"), folder.join("trial.csv")).expect("copied");

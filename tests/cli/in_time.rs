@@ -60,6 +60,27 @@ fn a_hardening_spring_is_fitted_in_time_and_foretells_what_it_has_not_seen() {
     assert!(page.contains("In time") && page.contains("Held out, without the laws"));
 }
 
+/// A robot answers the limb's noise: what a fit in time makes of that is no interval.
+#[test]
+fn where_there_is_a_command_a_fit_in_time_warns_and_has_no_intervals() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let (force, other) = (push(5, 6000), noise(6, 6000));
+    let motion: Vec<f64> = moved(&force, |_, _| 0.0).iter().zip(noise(7, force.len())).map(|(x, e)| x + 2e-5 * e).collect();
+    let command: Vec<f64> = force.iter().zip(other).map(|(f, e)| f + 0.2 * e).collect();
+    let columns: [(&str, &[f64]); 3] = [("cmd_x [N]", &command), ("force_x [N]", &force), ("pos_x [m]", &motion)];
+    csv(&folder.path().join("open.csv"), "# sample_rate_hz: 500\n", &columns[1..]);
+    csv(&folder.path().join("loop.csv"), "# sample_rate_hz: 500\n", &columns);
+    for (file, in_loop) in [("open.csv", false), ("loop.csv", true)] {
+        let found = json(folder.path(), &["fit", file, "--law", "cubic-stiffness"]);
+        assert_eq!(found["warnings"].as_array().expect("a list").iter().any(|w| w["code"] == "in-time-in-a-loop"), in_loop, "{file}");
+        let parameters = found["in_time"]["parameters"].as_array().expect("a list");
+        assert!(
+            parameters.iter().all(|p| p["value"].is_f64() && p["ci95"].is_null() == in_loop && p["std_error"].is_null() == in_loop),
+            "{file}: {parameters:?}"
+        );
+    }
+}
+
 #[test]
 fn a_law_that_is_not_there_is_refused_with_what_is() {
     let folder = tempfile::tempdir().expect("a folder");

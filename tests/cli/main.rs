@@ -16,6 +16,7 @@ mod input;
 mod joints;
 mod limits;
 mod live;
+mod nothing_hidden;
 mod privacy;
 mod reference;
 mod relaxation;

@@ -165,3 +165,20 @@ pub const ARM_URDF: &str = r#"<robot name="arm">
   <link name="fore"><inertial><origin xyz="0 0 -0.12"/><mass value="1.2"/><inertia ixx="0.01" iyy="0.01" izz="0.001" ixy="0" ixz="0" iyz="0"/></inertial></link>
 </robot>
 "#;
+
+/// A planar arm held by MIT-MANUS, as an experiment's file: what stands before its tables, and what comes behind the limb's matrices.
+pub fn held_arm(before: &str, behind: &str) -> String {
+    format!(
+        r#"
+        {before}
+        [device]
+        name = "mit-manus"
+        [limb]
+        name = "endpoint-linear"
+        M = [[2.1, -0.55], [-0.55, 1.9]]
+        B = [[11.0, -2.0], [-2.0, 15.0]]
+        K = [[300.0, -60.0], [-60.0, 520.0]]
+        {behind}
+        "#
+    )
+}

@@ -2,7 +2,6 @@
 
 use crate::curve::CALIBRATION;
 use crate::curved::CurvedPlant;
-use crate::plant::Role;
 use crate::result::CauseParameter;
 use crate::search::{Chosen, Stand};
 use crate::subject::Subject;
@@ -38,16 +37,11 @@ impl Subject {
                 continue;
             }
             let hand = self.matrix(chosen, stand, matrix);
-            let column = |r: usize, s: usize| {
-                let same =
-                    |role: &Role| *role == Role::Entry(matrix, r, s) || (self.structure.symmetric.contains(&matrix) && *role == Role::Entry(matrix, s, r));
-                stand.base.roles.iter().position(same)
-            };
             for (p, q) in [(0, 0), (0, 1), (1, 0), (1, 1)] {
                 let places = [(0, 0), (0, 1), (1, 0), (1, 1)];
                 let share = |&(r, s): &(usize, usize)| j[[r, p]] * j[[s, q]];
                 let value: f64 = places.iter().map(|at| share(at) * hand[at.0][at.1]).sum::<f64>() + if letter == "K" { geometric[[p, q]] } else { 0.0 };
-                let slopes: Vec<(usize, f64)> = places.iter().filter_map(|at| Some((column(at.0, at.1)?, share(at)))).collect();
+                let slopes: Vec<(usize, f64)> = places.iter().filter_map(|at| Some((stand.base.entry(matrix, at.0, at.1)?, share(at)))).collect();
                 let variance: f64 = slopes.iter().map(|(a, x)| slopes.iter().map(|(b, y)| x * y * covariance.at(*a, *b)).sum::<f64>()).sum();
                 let half = 1.96 * variance.max(0.0).sqrt().hypot(CALIBRATION * value);
                 let names = ["shoulder", "elbow"];

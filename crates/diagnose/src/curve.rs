@@ -2,7 +2,6 @@
 
 use crate::extended::Profile;
 use crate::movement::Schedule;
-use crate::plant::Role;
 use crate::result::{CauseParameter, Curve};
 use crate::search::{Chosen, Stand};
 use crate::subject::Subject;
@@ -40,7 +39,6 @@ impl Subject {
                 let letter = if of.matrix == Matrix::Stiffness { "K" } else { "B" };
                 let one = |(entry, places): (usize, &Vec<(usize, usize)>)| {
                     let (i, j) = places[0];
-                    let same = |role: &Role| *role == Role::Entry(of.matrix, i, j) || *role == Role::Entry(of.matrix, j, i);
                     Fitted {
                         name: if axes.len() > 1 { format!("{letter}_{}_{}", axes[i], axes[j]) } else { letter.to_owned() },
                         unit: self.unit(of.matrix),
@@ -48,7 +46,7 @@ impl Subject {
                         waves: of.waves,
                         own,
                         from: entry * of.waves.count,
-                        mean: stand.base.roles.iter().position(same),
+                        mean: stand.base.entry(of.matrix, i, j),
                         coefficients,
                     }
                 };

@@ -59,6 +59,18 @@ impl Subject {
         out
     }
 
+    /// The fitted numbers that make an entry of [`Self::matrix`], each with its weight: the baseline's own, and what causes change of it.
+    pub fn parts_of(&self, chosen: &[Chosen], stand: &Stand, (matrix, i, j): (Matrix, usize, usize)) -> Vec<(usize, f64)> {
+        let changes = chosen.iter().enumerate().flat_map(|(q, c)| {
+            let weight = match &self.hypotheses[c.hypothesis].form.action {
+                Action::Entries { matrix: which, entries } if *which == matrix => entries.iter().filter(|e| (e.0, e.1) == (i, j)).map(|e| e.2).sum(),
+                _ => 0.0,
+            };
+            (weight != 0.0).then(|| (stand.base.columns.len() + stand.spans[q].0, weight))
+        });
+        stand.base.entry(matrix, i, j).map(|column| (column, 1.0)).into_iter().chain(changes).collect()
+    }
+
     /// Whether every axis has a stiffness that brings it back, so that a free run does not drift away.
     pub fn restores(&self, chosen: &[Chosen], stand: &Stand) -> bool {
         let (k, m) = (self.matrix(chosen, stand, Matrix::Stiffness), self.matrix(chosen, stand, Matrix::Mass));
@@ -208,4 +220,39 @@ fn relaxed(h: &Hypothesis) -> Hypothesis {
     form.knobs.iter_mut().for_each(|k| (k.lo, k.hi) = (f64::NEG_INFINITY, f64::INFINITY));
     form.signs.iter_mut().for_each(|s| *s = Sign::Free);
     Hypothesis { effect: h.effect, form }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::samples::{Meaning, Samples};
+    use crate::{LinearFit, Options};
+    use ndarray::Array2;
+    use ndof_challenge::{Case, Plant, make};
+    use ndof_models::{Axis, Hold, InertiaDampingStiffness};
+
+    /// What turns is added to one entry and taken from its mirror image: both have its error, beside that of the symmetric part, which they share.
+    #[test]
+    fn an_entry_is_made_of_the_baselines_own_and_of_what_causes_change() {
+        let made =
+            make(&Case { plant: Plant::Planar, hidden: vec![], other: false, background: false, trials: 2, duration_s: 20.0, seed: 61, command: (1.0, 1.0) });
+        let meaning = Meaning::new(&made.recordings[0], &made.ports).expect("efforts and motions");
+        let samples = Samples::new(&made.recordings, &made.ports, &meaning).expect("samples");
+        let of = |rows: &[Vec<f64>]| Array2::from_shape_fn((2, 2), |(i, j)| 0.5 * (rows[i][j] + rows[j][i]));
+        let axes = vec![Axis::linear("x"), Axis::linear("y")];
+        let matrices = InertiaDampingStiffness { axes, inertia: of(&made.mass), damping: of(&made.damping), stiffness: of(&made.stiffness) };
+        let fit = LinearFit { std_errors: matrices.clone(), matrices, of_sign: 1e-3, hold: Hold::BandLimited };
+        let subject = Subject::new(&samples, &meaning, &Options { linear: Some(fit), ..Options::default() }, None).expect("a subject");
+        let turning = subject.hypotheses.iter().position(|h| h.form.label == "turning stiffness").expect("of symmetric matrices");
+        let chosen = [Chosen { hypothesis: turning, knobs: vec![] }];
+        let stand = subject.stand(&chosen, &subject.start, 4).expect("a fit");
+        let own = stand.base.entry(Matrix::Stiffness, 0, 1).expect("a stiffness");
+        assert_eq!(stand.base.entry(Matrix::Stiffness, 1, 0), Some(own));
+        let turns = stand.base.columns.len() + stand.spans[0].0;
+        let parts = |i, j| subject.parts_of(&chosen, &stand, (Matrix::Stiffness, i, j));
+        assert_eq!((parts(0, 1), parts(1, 0), parts(0, 0).len()), (vec![(own, 1.0), (turns, 1.0)], vec![(own, 1.0), (turns, -1.0)], 1));
+        let matrix = subject.matrix(&chosen, &stand, Matrix::Stiffness);
+        let made_of = |i: usize, j: usize| parts(i, j).iter().map(|(k, weight)| weight * stand.fit.theta[*k]).sum::<f64>();
+        assert!((0..4).all(|k| (matrix[k / 2][k % 2] - made_of(k / 2, k % 2)).abs() < 1e-9 * matrix[0][0]));
+    }
 }

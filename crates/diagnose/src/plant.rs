@@ -282,6 +282,12 @@ impl Base {
         Dynamics([Matrix::Mass, Matrix::Damping, Matrix::Stiffness].map(|matrix| self.matrix(theta, matrix, axes)))
     }
 
+    /// The column of an entry, that of its mirror image where the matrix is symmetric.
+    pub fn entry(&self, matrix: Matrix, i: usize, j: usize) -> Option<usize> {
+        let mirrored = |role: &Role| self.structure.symmetric.contains(&matrix) && *role == Role::Entry(matrix, j, i);
+        self.roles.iter().position(|role| *role == Role::Entry(matrix, i, j) || mirrored(role))
+    }
+
     /// Full matrices of the baseline: given entries and fitted ones.
     pub fn matrix(&self, theta: &[f64], matrix: Matrix, axes: usize) -> Vec<Vec<f64>> {
         let mut out = vec![vec![0.0; axes]; axes];

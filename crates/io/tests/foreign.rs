@@ -3,6 +3,7 @@
 #![cfg(all(feature = "csv", feature = "c3d", feature = "xdf", feature = "tdms"))]
 
 use ndof_io::{IoError, ReadOptions, ReadRecording, read, read_trials};
+use std::io::Write;
 use std::path::PathBuf;
 
 fn path(name: &str) -> PathBuf {
@@ -76,6 +77,19 @@ fn a_session_of_kinarm_is_its_trials() {
     }
     let options = ReadOptions { trial: Some("9".to_owned()), ..Default::default() };
     assert!(read(&path("kinarm.zip"), &options).unwrap_err().to_string().contains("it has: 01_01, 02_01"));
+}
+
+/// macOS puts a shadow of its own beside each file of an archive.
+#[test]
+fn a_session_that_a_mac_zipped_has_the_same_trials() {
+    let folder = tempfile::tempdir().unwrap();
+    let zipped = folder.path().join("mac.zip");
+    let mut archive = zip::ZipWriter::new_append(std::io::Cursor::new(std::fs::read(path("kinarm.zip")).unwrap())).unwrap();
+    archive.start_file("__MACOSX/S01/._01_01.c3d", zip::write::SimpleFileOptions::default()).unwrap();
+    archive.write_all(b"Mac OS X        ").unwrap();
+    std::fs::write(&zipped, archive.finish().unwrap().into_inner()).unwrap();
+    let [own, plain] = [&zipped, &path("kinarm.zip")].map(|file| read_trials(file, &ReadOptions::default()).unwrap());
+    assert_eq!(own.iter().map(|t| &t.trial).collect::<Vec<_>>(), plain.iter().map(|t| &t.trial).collect::<Vec<_>>());
 }
 
 #[test]

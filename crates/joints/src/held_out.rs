@@ -4,7 +4,7 @@ use crate::blocks::block_products;
 use crate::bodies::turned;
 use crate::column::Column;
 use crate::model::{Model, residual};
-use crate::table::{Series, View};
+use crate::table::{Series, View, later};
 use statrs::distribution::{ContinuousCDF, StudentsT};
 
 /// A mean over blocks of time with its standard error, times their number.
@@ -93,23 +93,11 @@ pub(crate) fn predicted(view: &View<'_>, model: &Model, trial: usize) -> Vec<Vec
     for (j, torque) in torque.iter_mut().enumerate() {
         let late = model.logged.late_s[j] * view.scene.rate_hz;
         if late != 0.0 {
-            *torque = delayed(torque, late);
+            *torque = later(torque, -late);
         }
         torque.iter_mut().for_each(|t| *t *= model.logged.gain[j]);
     }
     torque
-}
-
-/// The series so many samples later, linear between samples.
-fn delayed(x: &[f64], samples: f64) -> Vec<f64> {
-    let last = x.len() as f64 - 1.0;
-    (0..x.len())
-        .map(|k| {
-            let at = (k as f64 - samples).clamp(0.0, last);
-            let (i, part) = (at.floor() as usize, at.fract());
-            x[i] + part * (x[(i + 1).min(x.len() - 1)] - x[i])
-        })
-        .collect()
 }
 
 #[cfg(test)]

@@ -119,7 +119,7 @@ fn settle_channels(view: &View<'_>, forms: &[Form], logged: &mut Logged) {
             // By the secant of the last two steps: what is left shrinks by a share of itself, which they show.
             let before = steps.get(channel).copied().flatten();
             let shrinks = before.map_or(0.0, |(at, step_there)| 1.0 + (step - step_there) / (*from - at));
-            let whole = if shrinks < 0.9 { step / (1.0 - shrinks) } else { step };
+            let whole = if shrinks.abs() < 0.9 { step / (1.0 - shrinks) } else { step };
             if channel == steps.len() {
                 steps.push(None);
             }

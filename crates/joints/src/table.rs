@@ -286,8 +286,8 @@ impl<'a> View<'a> {
     }
 }
 
-/// A series so many samples later, by the cubic through four samples: what a low-pass keeps, it keeps.
-fn later(x: &[f64], samples: f64) -> Vec<f64> {
+/// A series as it is so many samples later, by the cubic through four samples: what a low-pass keeps, it keeps.
+pub(crate) fn later(x: &[f64], samples: f64) -> Vec<f64> {
     let last = x.len() as isize - 1;
     (0..x.len())
         .map(|k| {

@@ -50,6 +50,7 @@ def test_a_simulator_that_answers_wrongly_is_told_so(example):
         (None, "dictionary"),
         ({"torque_wrist": np.zeros(len(log))}, 'returned "torque_wrist"'),
         ({"torque_elbow": np.zeros(3)}, "samples"),
+        ({"angle_elbow": log["angle_elbow"]}, 'returned no "torque_'),
         ({"torque_elbow": np.full(len(log), np.nan)}, "not finite"),
     ]:
         with pytest.raises(ndof.NdofError, match=said):

@@ -26,7 +26,7 @@ pub struct InTime {
     pub origin: Vec<f64>,
     /// How long it runs, with an initial state of its own; null for whole trials.
     pub window_s: Number,
-    /// All parameters, in the order matrices, offsets, laws.
+    /// All parameters, in the order matrices, offsets, laws; without intervals where a robot answers the limb's noise.
     pub parameters: Vec<Parameter>,
     /// rms(y − ŷ)/std(y) of each output.
     pub nrmse: Vec<Number>,
@@ -87,10 +87,11 @@ pub(super) fn in_time(trials: &Trials, settings: &Fit, fitted: &Fitted) -> Resul
     let starts = mechanism.starts(&begin).into_iter().map(|start| scaled(&mechanism, start, &scale)).collect::<Vec<_>>();
     let found = run.profiled(&mechanism, &whole, run.fit_from(&mechanism, &whole, &starts)?)?;
     let (seen, unseen, what) = split(trials, &whole);
-    let held = |mechanism: &Mechanism, start: &[f64]| run.validate(mechanism, &run.fit(mechanism, &seen, start)?.theta, &unseen);
-    let (with, without) = (held(&mechanism, &found.theta)?, held(&alone, &begin)?);
+    let held = |mechanism: &Mechanism, starts: &[Vec<f64>]| run.validate(mechanism, &run.fit_from(mechanism, &seen, starts)?.theta, &unseen);
+    let (with, without) = (held(&mechanism, &starts)?, held(&alone, &[begin])?);
+    let in_loop = !sides.commands.is_empty();
     let numbers = |values: &[f64]| values.iter().map(|v| number(*v)).collect::<Vec<Number>>();
-    let warnings = (!found.reason.converged()).then(not_converged).into_iter().chain((!sides.commands.is_empty()).then(in_a_loop)).collect();
+    let warnings = (!found.reason.converged()).then(not_converged).into_iter().chain(in_loop.then(in_a_loop)).collect();
     let names = |indices: &[usize]| trials.names(indices);
     let (imposed, outputs) = if sides.imposed { (&sides.motions, &sides.efforts) } else { (&sides.efforts, &sides.motions) };
     let result = InTime {
@@ -99,12 +100,18 @@ pub(super) fn in_time(trials: &Trials, settings: &Fit, fitted: &Fitted) -> Resul
         outputs: names(outputs),
         origin,
         window_s: run.window_s,
-        parameters: found.parameters.iter().map(Parameter::from).collect(),
+        parameters: found.parameters.iter().map(|p| told(p, in_loop)).collect(),
         nrmse: numbers(&found.score.nrmse),
         vaf: numbers(&found.score.vaf_percent),
         held_out: HeldOutRun { what, nrmse: numbers(&with.nrmse), nrmse_without_laws: numbers(&without.nrmse) },
     };
     Ok(Some((result, warnings)))
+}
+
+/// A parameter as it is told: in a loop the likelihood knows its noise and not its bias, so that no interval of it would hold.
+fn told(parameter: &ndof_models::Parameter, in_loop: bool) -> Parameter {
+    let whole = Parameter::from(parameter);
+    if in_loop { Parameter { std_error: None, ci95: None, ..whole } } else { whole }
 }
 
 /// One more law, `NAME` on every axis or `NAME:AXIS` on one.
@@ -232,7 +239,7 @@ fn not_converged() -> Warning {
 fn in_a_loop() -> Warning {
     Warning::new(
         "in-time-in-a-loop",
-        "there is a command: a robot holds the limb and answers its noise, which the fit in time takes for part of what drives the limb; its intervals leave that bias out",
+        "there is a command: a robot holds the limb and answers its noise, which the fit in time takes for part of what drives the limb: its numbers are biased by that, and have no intervals",
         "compare its matrices with those of the fit in frequency; a stronger perturbation makes the bias smaller",
     )
 }

@@ -131,6 +131,23 @@ pub(super) struct Drive<'a> {
     pub(super) timestep_s: f64,
 }
 
+/// The end of a chain, or its last part that moves and the ends that stand still on it, where there are several. What stands still on a part that carries
+/// the last one, or on the base, is no end. Two ends that move apart where there is no such chain.
+///
+/// `moved` is the last part that moves on the way to one, `hangs_on` whether the first carries nothing but what the second carries, or is it.
+pub(super) fn end_of<T: Copy + PartialEq>(ends: &[T], moved: impl Fn(T) -> Option<T>, hangs_on: impl Fn(T, T) -> bool) -> Result<(T, Vec<T>), [T; 2]> {
+    let moving: Vec<(T, T)> = ends.iter().filter_map(|end| Some((*end, moved(*end)?))).collect();
+    let last = moving.iter().copied().reduce(|a, b| if hangs_on(b.1, a.1) { b } else { a });
+    let Some((end, part)) = last else {
+        return if let [first, second, ..] = ends { Err([*first, *second]) } else { Ok((ends[0], Vec::new())) };
+    };
+    if let Some((other, _)) = moving.iter().find(|(_, of)| !hangs_on(part, *of)) {
+        return Err([end, *other]);
+    }
+    let still: Vec<T> = moving.iter().filter(|(_, of)| *of == part).map(|(end, _)| *end).collect();
+    Ok(if still.len() > 1 { (part, still) } else { (end, Vec::new()) })
+}
+
 /// A robot without joints.
 pub(super) fn robot(name: &str) -> RobotConfig {
     RobotConfig {

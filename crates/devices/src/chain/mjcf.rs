@@ -1,6 +1,6 @@
 //! Robots in MuJoCo's format MJCF: the path of bodies with hinges and slides from the world to the tip.
 
-use super::body::{Body, Described, Drive, Pose, robot, six, tensor};
+use super::body::{Body, Described, Drive, Pose, end_of, robot, six, tensor};
 use super::config::{JointConfig, JointKind, RobotConfig};
 use super::mjcf_settings::{Classes, Compiler, FromGeoms};
 use super::shape;
@@ -130,8 +130,7 @@ impl<'a> Model<'a> {
         self.bodies.iter().flat_map(|b| &b.joints)
     }
 
-    /// The body that carries the limb: the one that is named, else the only end; the last body that moves, with the ends that stand still on it, where
-    /// there are several.
+    /// The body that carries the limb: the one that is named, else the end of the chain ([`end_of`]).
     fn tip(&self, tip: Option<&str>) -> Result<(usize, Vec<String>), String> {
         let name = |at: usize| self.bodies[at].element.attribute("name").unwrap_or("without a name");
         if let Some(tip) = tip {
@@ -139,19 +138,14 @@ impl<'a> Model<'a> {
             let found = self.bodies.iter().position(|b| b.element.attribute("name") == Some(tip));
             return found.map(|at| (at, Vec::new())).ok_or_else(|| format!("no body \"{tip}\"; there are: {}", known()));
         }
-        let still = |at: &usize| self.bodies[*at].joints.is_empty();
-        let moved = |end: usize| std::iter::successors(Some(end), |at| self.bodies[*at].parent.filter(|_| still(at))).last().unwrap_or(end);
-        let ends = || (0..self.bodies.len()).filter(|at| !self.bodies.iter().any(|b| b.parent == Some(*at)));
-        // What stands in the world is no end of the chain, unless nothing else is.
-        let moving: Vec<usize> = ends().filter(|end| !still(&moved(*end))).collect();
-        let ends = if moving.is_empty() { ends().collect() } else { moving };
-        match ends[..] {
-            [] => Err("no <body> in <worldbody>".to_owned()),
-            [end] => Ok((end, Vec::new())),
-            [first, ..] => match ends.iter().find(|end| moved(**end) != moved(first)) {
-                None => Ok((moved(first), ends.iter().map(|end| name(*end).to_owned()).collect())),
-                Some(other) => Err(format!("bodies \"{}\" and \"{}\" are both ends; say with `tip` which carries the limb", name(first), name(*other))),
-            },
+        let up = |at: usize| std::iter::successors(Some(at), |at| self.bodies[*at].parent);
+        let ends: Vec<usize> = (0..self.bodies.len()).filter(|at| !self.bodies.iter().any(|b| b.parent == Some(*at))).collect();
+        if ends.is_empty() {
+            return Err("no <body> in <worldbody>".to_owned());
+        }
+        match end_of(&ends, |end| up(end).find(|at| !self.bodies[*at].joints.is_empty()), |at, part| up(at).any(|at| at == part)) {
+            Ok((tip, still)) => Ok((tip, still.into_iter().map(|end| name(end).to_owned()).collect())),
+            Err([a, b]) => Err(format!("bodies \"{}\" and \"{}\" are both ends; say with `tip` which carries the limb", name(a), name(b))),
         }
     }
 

@@ -1,6 +1,6 @@
 //! Robots in the Unified Robot Description Format: the path of moving joints from the root to the tip.
 
-use super::body::{Body, Described, Drive, Pose, robot, six, tensor};
+use super::body::{Body, Described, Drive, Pose, end_of, robot, six, tensor};
 use super::config::{JointConfig, JointKind, RobotConfig};
 use super::xml::Element;
 use crate::vector3::roll_pitch_yaw;
@@ -95,32 +95,29 @@ fn root_of<'a>(names: &[&'a str], joints: &[Joint<'a>]) -> Result<&'a str, Strin
     Ok(base)
 }
 
-/// The link that carries the limb: the one that is named, else the only end; the last link that moves, with the ends that stand still on it, where
-/// there are several.
+/// The link that carries the limb: the one that is named, else the end of the chain ([`end_of`]).
 fn tip_of<'a>(names: &[&'a str], joints: &[Joint<'a>], (base, tip): (&'a str, Option<&'a str>)) -> Result<(&'a str, Vec<String>), String> {
     match tip {
         Some(tip) if names.contains(&tip) => return Ok((tip, Vec::new())),
         Some(tip) => return Err(format!("no link \"{tip}\"; there are: {}", names.join(", "))),
         None => {}
     }
-    let moved = |leaf: &&'a str| {
-        let mut at = *leaf;
-        while let Some(fixed) = joints.iter().find(|j| j.child == at && j.is_fixed()) {
+    let up = |link: &'a str| joints.iter().find(|j| j.child == link);
+    let moved = |leaf: &'a str| {
+        let mut at = leaf;
+        while let Some(fixed) = up(at).filter(|j| j.is_fixed()) {
             at = fixed.parent;
         }
-        at
+        (at != base).then_some(at)
     };
-    let leaves = || names.iter().filter(|n| !joints.iter().any(|j| j.parent == **n)).copied();
-    // What stands on the base is no end of the chain, unless nothing else is.
-    let moving: Vec<&str> = leaves().filter(|leaf| moved(leaf) != base).collect();
-    let leaves = if moving.is_empty() { leaves().collect() } else { moving };
-    match leaves[..] {
-        [] => Err("no link is an end".to_owned()),
-        [leaf] => Ok((leaf, Vec::new())),
-        [first, ..] => match leaves.iter().find(|leaf| moved(leaf) != moved(&first)) {
-            None => Ok((moved(&first), leaves.iter().map(|leaf| (*leaf).to_owned()).collect())),
-            Some(other) => Err(format!("links \"{first}\" and \"{other}\" are both ends; say with `tip` which carries the limb")),
-        },
+    let hangs_on = |link: &'a str, part: &'a str| std::iter::successors(Some(link), |at| up(at).map(|j| j.parent)).any(|at| at == part);
+    let leaves: Vec<&str> = names.iter().filter(|n| !joints.iter().any(|j| j.parent == **n)).copied().collect();
+    if leaves.is_empty() {
+        return Err("no link is an end".to_owned());
+    }
+    match end_of(&leaves, moved, hangs_on) {
+        Ok((tip, still)) => Ok((tip, still.into_iter().map(str::to_owned).collect())),
+        Err([a, b]) => Err(format!("links \"{a}\" and \"{b}\" are both ends; say with `tip` which carries the limb")),
     }
 }
 

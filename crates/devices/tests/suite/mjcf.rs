@@ -27,12 +27,12 @@ fn friction_motors_ranges_and_springs_are_read() {
     assert!(error.contains("stiffness of joint \"tilt\""), "{error}");
 }
 
-/// A camera and a flange on the last body, and a table beside the robot: its joints are one chain, and a limb needs to be told where.
+/// A camera and a flange on the last body, an eye on the one before, and a table beside the robot: its joints are one chain, and a limb needs to be told where.
 #[test]
 fn ends_that_stand_still_on_one_body_leave_its_joints_as_they_are() {
     let mjcf = |more: &str| {
         format!(
-            "<mujoco><worldbody><body name=\"table\"/><body name=\"upper\"><joint name=\"a\"/><geom size=\"0.1\"/><body name=\"lower\" pos=\"0.3 0 0\">\
+            "<mujoco><worldbody><body name=\"table\"/><body name=\"upper\"><joint name=\"a\"/><geom size=\"0.1\"/><body name=\"eye\"/><body name=\"lower\" pos=\"0.3 0 0\">\
              <joint name=\"b\"/><geom size=\"0.1\"/>{more}</body></body></worldbody></mujoco>"
         )
     };
@@ -48,9 +48,14 @@ fn ends_that_stand_still_on_one_body_leave_its_joints_as_they_are() {
         )
     };
     let urdf = |more: &str| {
-        let links = ["upper", "lower"].map(link).concat() + "<link name=\"base\"/><link name=\"table\"/>";
-        let joints =
-            [joint("fixed", "stand", ["base", "table"]), joint("continuous", "a", ["base", "upper"]), joint("continuous", "b", ["upper", "lower"])].concat();
+        let links = ["upper", "lower"].map(link).concat() + "<link name=\"base\"/><link name=\"table\"/><link name=\"eye\"/>";
+        let joints = [
+            joint("fixed", "stand", ["base", "table"]),
+            joint("fixed", "look", ["upper", "eye"]),
+            joint("continuous", "a", ["base", "upper"]),
+            joint("continuous", "b", ["upper", "lower"]),
+        ]
+        .concat();
         format!("<robot name=\"arm\">{links}{joints}{more}</robot>")
     };
     let fixed = |name: &str| format!("<link name=\"{name}\"/>{}", joint("fixed", &format!("to_{name}"), ["lower", name]));

@@ -16,8 +16,6 @@ const IMPERFECT: f64 = 0.9;
 const LOST: f64 = 0.5;
 /// Share of the outputs' variance below which what a baseline misses is called little.
 const LITTLE_MISSING: f64 = 0.1;
-/// An error of this share of an output is worth a word where nothing is named for it.
-const WORTH_A_WORD: f64 = 0.1;
 /// Slow change of the residual that counts, in standard errors.
 const VARIATION: f64 = 8.0;
 
@@ -118,7 +116,8 @@ impl Left {
             ));
         }
         let own = before.score.nrmse.iter().flatten().fold(0.0, |most: f64, e| most.max(*e));
-        if !named && self.white() && !self.adrift && own > WORTH_A_WORD {
+        // More of an output's variance than the tolerance.
+        if !named && self.white() && !self.adrift && own * own > answer.options.tolerance {
             notes.push(format!(
                 "{:.0} % of the held-out output (rms) is not foretold from the input, and follows from nothing that was tried: noise, or a force that the limb makes by itself",
                 100.0 * own

@@ -100,6 +100,8 @@ fn a_posture_that_settles_is_named_with_its_rate() {
     for (plant, severity, seed) in [(Plant::Motion, 0.6, 37), (Plant::Planar, 1.0, 38), (Plant::Force, 0.8, 39)] {
         let d = answer(&made(plant, ("posture-drift/settling", severity), 1, 0.2, seed));
         let cause = d.causes.first().filter(|c| c.effect == "posture-drift").unwrap_or_else(|| panic!("{} {:?} {:?}", plant.word(), d.causes, d.minor));
+        let twins = d.confusable.iter().any(|k| ["posture-drift", "sensor-offset-drift"].iter().all(|e| k.effects.iter().any(|own| own == e)));
+        assert!(twins && cause.evidence.iter().any(|e| e.contains("would be the same force")), "{}: {:?}", plant.word(), d.confusable);
         // The generator's drift has a time constant of 0.4 durations.
         assert!(above(cause, "settling_per_s", 1.0 / 20.0).abs() < 4.0, "{}: {:?}", plant.word(), cause.parameters);
     }
