@@ -135,6 +135,9 @@ mod tests {
         // A joint that turns, as its encoder says it: for some samples it stands at the end of its way.
         let turning = (0..4000).map(|k| ((f64::from(k) * 0.01).sin() * 1e3).round() / 1e3).collect();
         assert!(!codes(turning, noise(2)).contains(&"clipped".to_owned()));
+        // The same by ten steps in all: one of them is a long way, and no arrival.
+        let in_steps = (0..4000).map(|k| (5.0 * (f64::from(k) * 0.01).sin()).round()).collect();
+        assert!(!codes(in_steps, noise(2)).contains(&"clipped".to_owned()));
         assert_eq!(codes(vec![1.5; 4000], noise(2)), ["constant"]);
         let coarse = noise(3).iter().map(|s| (s * 2.0).round()).collect();
         let coarse = codes(noise(1), coarse);
