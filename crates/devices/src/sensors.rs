@@ -17,7 +17,7 @@ pub enum Averaging {
 }
 
 /// Settings of the sensors; what is left out is the device's.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct Sensors {
     /// White noise of each force channel (N rms, N m rms).
@@ -37,20 +37,6 @@ pub struct Sensors {
     pub encoder_bits: Option<u32>,
     /// What a sample stands for.
     pub averaging: Averaging,
-}
-
-impl Default for Sensors {
-    fn default() -> Self {
-        Sensors {
-            force_noise_rms: None,
-            force_quantum: None,
-            force_range: None,
-            force_matrix: None,
-            load: None,
-            encoder_bits: None,
-            averaging: Averaging::Interval,
-        }
-    }
 }
 
 /// Shares of the true forces in the channels, axes × axes, and what a load adds to each.

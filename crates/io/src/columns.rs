@@ -17,10 +17,8 @@ use std::collections::BTreeMap;
 #[serde(deny_unknown_fields)]
 pub struct ColumnsFile {
     /// `ndof/columns/1`.
-    #[serde(default)]
     pub schema: Option<String>,
     /// Samples a second, for a table that has no column of time.
-    #[serde(default)]
     pub sample_rate_hz: Option<f64>,
     /// By the name of a channel, where it stands; columns that are not named are not read.
     pub columns: BTreeMap<String, ColumnNumber>,
@@ -33,7 +31,6 @@ pub struct ColumnNumber {
     /// The column, from 1.
     pub number: usize,
     /// Its unit.
-    #[serde(default)]
     pub unit: Option<String>,
 }
 

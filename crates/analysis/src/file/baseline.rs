@@ -8,26 +8,20 @@ use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 
 /// A model with values, each fixed, nominal or free.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
 pub struct BaselineFile {
     /// The model's name, `inertia-damping-stiffness`.
-    #[serde(default)]
     pub model: Option<String>,
     /// A device, as in an experiment: the robot's side is judged by it. Its lengths, inertias and frictions are nominal, its settings fixed.
-    #[serde(default)]
     pub device: Option<DeviceConfig>,
     /// The limb, as in an experiment; its matrices about the posture are nominal. Without it the limb is fitted.
-    #[serde(default)]
     pub limb: Option<LimbConfig>,
     /// The posture, as in an experiment.
-    #[serde(default)]
     pub posture: Posture,
     /// The hold, as in an experiment.
-    #[serde(default)]
     pub controller: Controller,
     /// By the name of the matrix or scalar, or of the device's parameter.
-    #[serde(default)]
     pub parameters: BTreeMap<String, BaselineParameter>,
 }
 

@@ -33,10 +33,8 @@ pub enum ChannelSource {
 #[serde(deny_unknown_fields)]
 pub struct ChannelTable {
     /// The column's name; the channel's own where it is not given.
-    #[serde(default)]
     pub from: Option<String>,
     /// Its unit, where the file gives none or a wrong one.
-    #[serde(default)]
     pub unit: Option<String>,
     /// Whether the sign is turned.
     #[serde(default)]
@@ -60,13 +58,10 @@ pub struct Transform {
     /// Channels that are used up.
     pub from: Vec<String>,
     /// Channels that are made, each as `name` or `name [unit]`; those of `from` where it is not given.
-    #[serde(default)]
     pub to: Option<Vec<String>>,
     /// One row a channel that is made; not with `angle_rad`.
-    #[serde(default)]
     pub matrix: Option<Vec<Vec<f64>>>,
     /// In place of a matrix: by how much the sensor's two axes are turned counter-clockwise against those of the robot.
-    #[serde(default)]
     pub angle_rad: Option<f64>,
 }
 

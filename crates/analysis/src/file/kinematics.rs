@@ -12,27 +12,20 @@ pub struct KinematicsFile {
     #[serde(skip)]
     pub origin: String,
     /// `ndof/kinematics/1`.
-    #[serde(default)]
     pub schema: Option<String>,
     /// `planar-two-link`, `wrist` or `jacobian`.
     pub kind: String,
     /// `right` (elbow angle positive) or `left`.
-    #[serde(default)]
     pub arm: Option<String>,
     /// Upper arm and forearm.
-    #[serde(default)]
     pub link_lengths_m: Option<Vec<f64>>,
     /// Joint angles; of a wrist those of the robot.
-    #[serde(default)]
     pub posture_rad: Option<Vec<f64>>,
     /// Where the shoulder is, with `hand_m` in place of joint angles.
-    #[serde(default)]
     pub shoulder_m: Option<Vec<f64>>,
     /// Where the hand is.
-    #[serde(default)]
     pub hand_m: Option<Vec<f64>>,
     /// Endpoint rows, joint columns, of kind `jacobian`.
-    #[serde(default)]
     pub matrix: Option<Vec<Vec<f64>>>,
     /// Mass of hand and handle beyond the torque sensor, whose weight adds to the stiffness of a wrist.
     #[serde(default)]
@@ -41,16 +34,13 @@ pub struct KinematicsFile {
     #[serde(default)]
     pub hand_centre_m: [f64; 3],
     /// Gravity in the robot's frame; [0, 0, -9.81] where absent.
-    #[serde(default)]
     pub gravity_m_per_s2: Option<[f64; 3]>,
     /// Turn of the forearm, and with it of the anatomical axes, in the robot: roll, pitch, yaw.
     #[serde(default)]
     pub misalignment_rpy_rad: [f64; 3],
     /// Names of the joints; `shoulder`, `elbow` for the planar arm, `pronation`, `flexion`, `abduction` for the wrist.
-    #[serde(default)]
     pub joints: Option<Vec<String>>,
     /// Mean force on the hand, in newtons or `"measured"`.
-    #[serde(default)]
     pub mean_force_n: Option<MeanForce>,
     /// Standard deviations of what was measured with a tape.
     #[serde(default)]
@@ -107,21 +97,16 @@ pub enum MeanForce {
 
 /// Standard deviations of the geometry.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
+#[serde(deny_unknown_fields, default)]
 pub struct KinematicsSd {
     /// Of each link's length.
-    #[serde(default)]
     pub link_lengths_m: f64,
     /// Of each joint angle.
-    #[serde(default)]
     pub posture_rad: f64,
     /// Of each component of the mean force.
-    #[serde(default)]
     pub mean_force_n: f64,
     /// Of the hand's mass.
-    #[serde(default)]
     pub hand_mass_kg: f64,
     /// Of each coordinate of the hand's centre.
-    #[serde(default)]
     pub hand_centre_m: f64,
 }

@@ -87,10 +87,9 @@ fn one() -> f64 {
 
 /// The end effector, where the limb is fastened.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
+#[serde(deny_unknown_fields, default)]
 pub struct EndEffectorConfig {
     /// Its place in the last joint's frame (m).
-    #[serde(default)]
     pub translation_m: [f64; 3],
 }
 

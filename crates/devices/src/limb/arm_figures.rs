@@ -34,65 +34,52 @@ impl Tone {
 /// A planar arm of two segments. Segment figures left out follow from height and mass (Winter's tables), the
 /// defaults being Shadmehr and Mussa-Ivaldi's (1994) arm.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
+#[serde(deny_unknown_fields, default)]
 #[allow(non_snake_case, reason = "the field's own letters, as the files write them")]
 pub struct PlanarTwoLinkConfig {
     /// Which arm.
-    #[serde(default)]
     pub arm: Arm,
     /// Body height (m); with `body_mass_kg` it sets the segments.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[serde(skip_serializing_if = "Option::is_none")]
     pub height_m: Option<f64>,
     /// Body mass (kg).
-    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[serde(skip_serializing_if = "Option::is_none")]
     pub body_mass_kg: Option<f64>,
     /// Lengths of upper arm and forearm to the hand (m).
-    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[serde(skip_serializing_if = "Option::is_none")]
     pub link_lengths_m: Option<[f64; 2]>,
     /// Segment masses (kg).
-    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[serde(skip_serializing_if = "Option::is_none")]
     pub link_masses_kg: Option<[f64; 2]>,
     /// Distances from joint to centre of mass (m).
-    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[serde(skip_serializing_if = "Option::is_none")]
     pub link_centres_m: Option<[f64; 2]>,
     /// Moments of inertia about the centres of mass (kg m²).
-    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[serde(skip_serializing_if = "Option::is_none")]
     pub link_inertias_kg_m2: Option<[f64; 2]>,
     /// Joint stiffness (N m/rad), two-joint terms off the diagonal.
-    #[serde(default = "default_stiffness")]
     pub K: Vec<Vec<f64>>,
     /// Joint damping (N m s/rad).
-    #[serde(default = "default_damping")]
     pub B: Vec<Vec<f64>>,
     /// Joint stiffness over the cycle of `controller.movement`: four matrices or more, evenly over it, the coefficients of closed cubic B-splines.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[serde(skip_serializing_if = "Option::is_none")]
     pub K_over_cycle: Option<Vec<Vec<Vec<f64>>>>,
     /// Joint damping over the cycle, likewise.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[serde(skip_serializing_if = "Option::is_none")]
     pub B_over_cycle: Option<Vec<Vec<Vec<f64>>>>,
     /// Force on the hand that holds the arm at the posture, in place of that of `tone`.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[serde(skip_serializing_if = "Option::is_none")]
     pub mean_force_n: Option<Vec<f64>>,
     /// Muscle tone: what stroke adds to stiffness, damping and the pull towards the body.
-    #[serde(default)]
     pub tone: Tone,
     /// Mass of handle and trough, moving with the hand (kg).
-    #[serde(default)]
     pub handle_mass_kg: f64,
     /// Where the shoulder is; with the hand's place it sets the posture. Otherwise `posture.joint_rad` does.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[serde(skip_serializing_if = "Option::is_none")]
     pub shoulder_m: Option<[f64; 2]>,
     /// Force that the limb makes by itself.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[serde(skip_serializing_if = "Option::is_none")]
     pub noise: Option<LimbNoise>,
-}
-
-fn default_stiffness() -> Vec<Vec<f64>> {
-    vec![vec![15.0, 6.0], vec![6.0, 16.0]]
-}
-
-fn default_damping() -> Vec<Vec<f64>> {
-    vec![vec![2.3, 0.9], vec![0.9, 2.4]]
 }
 
 impl Default for PlanarTwoLinkConfig {
@@ -105,8 +92,8 @@ impl Default for PlanarTwoLinkConfig {
             link_masses_kg: None,
             link_centres_m: None,
             link_inertias_kg_m2: None,
-            K: default_stiffness(),
-            B: default_damping(),
+            K: vec![vec![15.0, 6.0], vec![6.0, 16.0]],
+            B: vec![vec![2.3, 0.9], vec![0.9, 2.4]],
             K_over_cycle: None,
             B_over_cycle: None,
             mean_force_n: None,

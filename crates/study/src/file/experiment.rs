@@ -13,7 +13,6 @@ use std::path::Path;
 #[serde(deny_unknown_fields)]
 pub struct ExperimentFile {
     /// `ndof/experiment/1`.
-    #[serde(default)]
     pub schema: Option<String>,
     /// Of all random signals.
     #[serde(default = "one_seed")]
@@ -60,7 +59,6 @@ pub struct HiddenEffect {
     /// `robot`, `limb`, `sensor`, `actuator` or `environment`.
     pub side: String,
     /// The axis, all where absent.
-    #[serde(default)]
     pub axis: Option<String>,
     /// By the names that `ndof list effects` prints.
     #[serde(default)]

@@ -16,10 +16,8 @@ pub type StudyFile = StudyDocument<ExperimentFile>;
 #[serde(deny_unknown_fields)]
 pub struct StudyDocument<E> {
     /// `ndof/study/1`.
-    #[serde(default)]
     pub schema: Option<String>,
     /// Title of the report.
-    #[serde(default)]
     pub title: Option<String>,
     /// What is simulated, or was recorded.
     #[serde(alias = "recordings")]
@@ -34,10 +32,8 @@ pub struct StudyDocument<E> {
     #[serde(default)]
     pub fit: Fit,
     /// Where the joints are.
-    #[serde(default)]
     pub kinematics: Option<KinematicsFile>,
     /// What the diagnosis is asked; without this table there is none.
-    #[serde(default)]
     pub diagnose: Option<Diagnose>,
     /// Variants of the experiment, each simulated and analysed as a whole; without any there is the experiment itself.
     #[serde(default)]
@@ -46,7 +42,6 @@ pub struct StudyDocument<E> {
     #[serde(default)]
     pub report: ReportSection,
     /// How far the limb may be from what a pre-compensation believes; without this table that is not asked.
-    #[serde(default)]
     pub sensitivity: Option<SensitivitySection>,
 }
 
