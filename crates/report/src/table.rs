@@ -28,9 +28,17 @@ pub struct Table {
 }
 
 impl Table {
-    /// An empty table.
-    pub fn new(caption: impl Into<String>, columns: &[(&str, Align)]) -> Self {
-        Self { caption: caption.into(), columns: columns.iter().map(|(head, align)| (head.to_string(), *align)).collect(), rows: Vec::new() }
+    /// A table without rows: its columns of words, then those of numbers.
+    pub fn new<W: Into<String>, N: Into<String>>(caption: impl Into<String>, words: impl IntoIterator<Item = W>, numbers: impl IntoIterator<Item = N>) -> Self {
+        let words = words.into_iter().map(|head| (head.into(), Align::Left));
+        let columns = words.chain(numbers.into_iter().map(|head| (head.into(), Align::Right))).collect();
+        Self { caption: caption.into(), columns, rows: Vec::new() }
+    }
+
+    /// With a last column of words.
+    pub fn remarks(mut self, head: &str) -> Self {
+        self.columns.push((head.to_owned(), Align::Left));
+        self
     }
 
     /// With a row more.
@@ -64,12 +72,8 @@ impl Table {
 /// make of it. The interval decides the digits of every number in its row.
 pub fn parameter_table(caption: impl Into<String>, parameters: &[ComparedParameter]) -> Table {
     let with_truth = parameters.iter().any(|parameter| parameter.truth.is_some());
-    let mut columns = vec![("Parameter", Align::Left), ("Unit", Align::Left)];
-    if with_truth {
-        columns.push(("Simulated", Align::Right));
-    }
-    columns.extend([("Estimate", Align::Right), ("95 % interval", Align::Right), (if with_truth { "Simulated is" } else { "" }, Align::Left)]);
-    let mut table = Table::new(caption, &columns);
+    let numbers = with_truth.then_some("Simulated").into_iter().chain(["Estimate", "95 % interval"]);
+    let mut table = Table::new(caption, ["Parameter", "Unit"], numbers).remarks(if with_truth { "Simulated is" } else { "" });
     for parameter in parameters {
         let [low, high] = parameter.ci95.unwrap_or([f64::NAN; 2]);
         let half = 0.5 * (high - low);
@@ -127,7 +131,7 @@ mod tests {
 
     #[test]
     fn names_from_recordings_are_escaped() {
-        let html = Table::new("a & b", &[("<h>", Align::Left), ("v", Align::Right)]).row(["<script>", "1"]).to_html();
+        let html = Table::new("a & b", ["<h>"], ["v"]).row(["<script>", "1"]).to_html();
         assert!(html.contains("&lt;script&gt;") && html.contains("a &amp; b") && html.contains("&lt;h&gt;") && !html.contains("<script"));
     }
 }

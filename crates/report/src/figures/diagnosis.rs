@@ -6,7 +6,7 @@ use super::error::{FigureError, expect_shape};
 use super::forest::{Estimate, Forest, ForestGroup, forest};
 use crate::number::significant;
 use crate::plot::{Axis, Color, Figure, Panel, Pin, Scale, Series};
-use crate::table::{Align, Table};
+use crate::table::Table;
 
 /// Shares that sum to one, as one bar: linear, nonlinear, time-varying, noise.
 ///
@@ -17,7 +17,7 @@ pub fn shares(name: &str, title: &str, parts: &[(String, f64)]) -> Result<Figure
         return Err(FigureError::Empty { what: "the list of shares" });
     }
     let mut panel = Panel::new(Axis::linear("Share of the error's power", "%").range(0.0, 100.0), Axis::names(vec![String::new()])).height(34.0);
-    let mut table = Table::new(title, &[("Part", Align::Left), ("Share [%]", Align::Right)]);
+    let mut table = Table::new(title, ["Part"], ["Share [%]"]);
     let mut from = 0.0;
     for (k, (label, share)) in parts.iter().enumerate() {
         let width = if share.is_finite() { 100.0 * share.max(0.0) } else { 0.0 };
@@ -149,8 +149,7 @@ pub fn considered(name: &str, title: &str, causes: &[Considered]) -> Result<Figu
         reference: Some((0.0, "nothing explained".into())),
     };
     let mut figure = forest(name, title, &data)?;
-    let columns = [("Cause", Align::Left), ("Explained [%]", Align::Right), ("p", Align::Right), ("", Align::Left)];
-    let mut table = Table::new(title, &columns);
+    let mut table = Table::new(title, ["Cause"], ["Explained [%]", "p"]).remarks("");
     for cause in causes {
         let judgement = if cause.named { "named" } else { cause.why_not.as_str() };
         table = table.row([cause.cause.as_str(), &significant(100.0 * cause.explained.value, 3), &significant(cause.p_value, 2), judgement]);

@@ -6,7 +6,7 @@ use std::f64::consts::TAU;
 use super::error::FigureError;
 use crate::number::significant;
 use crate::plot::{Axis, Color, Dash, Figure, Panel, Series};
-use crate::table::{Align, Table};
+use crate::table::Table;
 
 const CORNERS: usize = 181;
 
@@ -122,9 +122,7 @@ type Property = fn((f64, f64, f64)) -> f64;
 
 /// One column an ellipse, one row a property.
 fn table(title: &str, unit: &str, ellipses: &[Ellipse]) -> Table {
-    let mut columns = vec![("", Align::Left)];
-    columns.extend(ellipses.iter().map(|ellipse| (ellipse.label.as_str(), Align::Right)));
-    let mut table = Table::new(title, &columns);
+    let mut table = Table::new(title, [""], ellipses.iter().map(|ellipse| ellipse.label.as_str()));
     let properties: [(String, Property); 4] = [
         (format!("Long half-axis [{unit}]"), |(long, _, _)| long),
         (format!("Short half-axis [{unit}]"), |(_, short, _)| short),

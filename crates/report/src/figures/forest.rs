@@ -3,7 +3,7 @@
 use super::error::{FigureError, expect_shape};
 use crate::number::with_half_width;
 use crate::plot::{Axis, Color, Dash, Figure, Panel, Scale, Series};
-use crate::table::{Align, Table};
+use crate::table::Table;
 
 /// An estimate; NaN where there is none.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -90,9 +90,7 @@ fn crowded(data: &Forest) -> bool {
 
 fn table(title: &str, data: &Forest) -> Table {
     let unit = if data.unit.is_empty() { data.quantity.clone() } else { format!("{} [{}]", data.quantity, data.unit) };
-    let mut columns = vec![("", Align::Left)];
-    columns.extend(data.groups.iter().map(|group| (group.label.as_str(), Align::Right)));
-    let mut table = Table::new(format!("{title}: {unit}"), &columns);
+    let mut table = Table::new(format!("{title}: {unit}"), [""], data.groups.iter().map(|group| group.label.as_str()));
     for (row, name) in data.rows.iter().enumerate() {
         let of_group = |group: &ForestGroup| match group.estimates.get(row) {
             Some(estimate) => with_half_width(estimate.value, 0.5 * (estimate.ci95.1 - estimate.ci95.0)),

@@ -70,7 +70,7 @@ fn table(data: &ResponseCurves) -> Table {
         }
         picked.dedup();
     }
-    let mut table = Table::new(format!("{}: real and imaginary part", capitalised(&data.quantity)), &[("Frequency [Hz]", Align::Left)]);
+    let mut table = Table::new(format!("{}: real and imaginary part", capitalised(&data.quantity)), ["Frequency [Hz]"], [""; 0]);
     table.rows = picked.iter().map(|&k| vec![significant(data.frequency_hz[k], 3)]).collect();
     for (row, output) in data.outputs.iter().enumerate() {
         for (column, input) in data.inputs.iter().enumerate() {

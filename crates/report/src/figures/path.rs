@@ -4,7 +4,7 @@ use super::ellipse::{axes, outline};
 use super::error::{FigureError, expect_shape};
 use crate::number::{printed_unit, significant};
 use crate::plot::{Axis, Color, Dash, Figure, Panel, Pin, Series};
-use crate::table::{Align, Table};
+use crate::table::Table;
 
 /// A symmetric 2 × 2 matrix at a place of a path.
 #[derive(Debug, Clone, PartialEq)]
@@ -210,9 +210,8 @@ fn table(title: &str, data: &EllipsePath) -> Table {
     let own = [format!("Long half-axis [{unit}]"), format!("Short half-axis [{unit}]"), "Direction of the long one [°]".to_owned()];
     let known = data.stretches.iter().flat_map(|stretch| &stretch.ellipses).any(|ellipse| ellipse.truth.is_some());
     let simulated = own.iter().filter(|_| known).map(|head| format!("{head}, simulated"));
-    let heads: Vec<String> = std::iter::once(data.place.clone()).chain(data.axes.iter().map(caption)).chain(own.iter().cloned()).chain(simulated).collect();
-    let columns: Vec<(&str, Align)> = heads.iter().map(|head| (head.as_str(), Align::Right)).collect();
-    let mut table = Table::new(title, &columns);
+    let heads = std::iter::once(data.place.clone()).chain(data.axes.iter().map(caption)).chain(own.iter().cloned()).chain(simulated);
+    let mut table = Table::new(title, [""; 0], heads);
     let of = |matrix: [[f64; 2]; 2]| {
         let (long, short, direction) = axes(matrix);
         [long, short, direction].map(|value| significant(value, 3))

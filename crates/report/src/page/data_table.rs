@@ -36,7 +36,7 @@ fn table_over(figure: &Figure, cell: &Cell, x: &Arc<[f64]>, rows: usize) -> Tabl
     let picked = pick(cell.panels.first(), x, rows);
     let caption = if picked.len() < x.len() { format!("{of_cell} ({} of {} rows; the CSV file has all)", picked.len(), x.len()) } else { of_cell };
     let head = cell.panels.first().map(|panel| panel.x.caption()).unwrap_or_default();
-    let mut table = Table::new(caption, &[(head.as_str(), Align::Left)]);
+    let mut table = Table::new(caption, [head], [""; 0]);
     table.rows = picked.iter().map(|&k| vec![significant(x[k], 3)]).collect();
     for panel in &cell.panels {
         let mut labels: Vec<&str> = Vec::new();

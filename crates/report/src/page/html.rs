@@ -3,7 +3,7 @@
 use super::figure::figure_html;
 use super::{Block, Note, Report, Section};
 use crate::plot::{escape, page_variables};
-use crate::table::{Align, Table};
+use crate::table::Table;
 
 const PAGE_CSS: &str = include_str!("../../assets/page.css");
 const PLOT_CSS: &str = include_str!("../../assets/plot.css");
@@ -85,9 +85,8 @@ impl Report {
         let table = if self.settings.is_empty() {
             String::new()
         } else {
-            let columns = [("Setting", Align::Left), ("Value", Align::Left)];
             let rows = self.settings.iter().map(|(name, value)| vec![name.clone(), value.clone()]).collect();
-            Table { rows, ..Table::new("All settings", &columns) }.to_html()
+            Table { rows, ..Table::new("All settings", ["Setting", "Value"], [""; 0]) }.to_html()
         };
         format!("<section id=\"settings\">\n<h2>Settings</h2>\n{command}{table}</section>\n")
     }

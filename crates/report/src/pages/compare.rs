@@ -4,7 +4,7 @@ use super::convert::nan;
 use crate::figures::{Estimate, FigureError, Forest, ForestGroup, forest};
 use crate::number::{printed_unit, significant, to_interval, with_half_width};
 use crate::plot::{Color, Scale};
-use crate::{Align, Report, Section, Table};
+use crate::{Report, Section, Table};
 use ndof_analysis::compare::result::{CompareResult, Difference, ParameterComparison};
 
 /// Below it a difference is more than chance explains: the complement of the intervals' 95 %.
@@ -83,18 +83,10 @@ fn half_width(ends: Option<[f64; 2]>) -> f64 {
 /// One row a parameter: both values, the difference, its interval and the probability of as much by chance.
 fn differences(result: &CompareResult, names: &[String], later: usize) -> Table {
     let name = |k: usize| names.get(k).map_or("", String::as_str);
-    let columns = [
-        ("Parameter", Align::Left),
-        ("Unit", Align::Left),
-        (name(0), Align::Right),
-        (name(later), Align::Right),
-        ("Difference", Align::Right),
-        ("95 % interval", Align::Right),
-        ("p", Align::Right),
-        ("", Align::Left),
-    ];
+    let numbers = [name(0), name(later), "Difference", "95 % interval", "p"];
+    let empty = Table::new(format!("{} less {}", name(later), name(0)), ["Parameter", "Unit"], numbers).remarks("");
     let rows = result.parameters.iter().filter_map(|p| p.differences.get(later - 1).map(|d| (p, d)));
-    rows.fold(Table::new(format!("{} less {}", name(later), name(0)), &columns), |table, (p, d)| {
+    rows.fold(empty, |table, (p, d)| {
         let own = |k: usize| with_half_width(nan(p.values.get(k).copied().flatten()), half_width(p.ci95.get(k).copied().flatten()));
         let half = half_width(d.ci95);
         let [low, high] = d.ci95.unwrap_or([f64::NAN; 2]).map(|end| to_interval(end, half));
@@ -142,9 +134,8 @@ fn side_by_side(result: &CompareResult, names: &[String]) -> Result<Section, Fig
 
 /// Agreement of the sessions, one row a parameter.
 fn sessions(result: &CompareResult) -> Table {
-    let right = ["Mean", "ICC(2,1)", "95 % interval", "SEM", "Detectable change"].map(|head| (head, Align::Right));
-    let columns = [&[("Parameter", Align::Left), ("Unit", Align::Left)][..], &right].concat();
-    result.reliability.iter().fold(Table::new("Reliability of the sessions", &columns), |table, r| {
+    let numbers = ["Mean", "ICC(2,1)", "95 % interval", "SEM", "Detectable change"];
+    result.reliability.iter().fold(Table::new("Reliability of the sessions", ["Parameter", "Unit"], numbers), |table, r| {
         let short = |value: Option<f64>| significant(nan(value), 4);
         let interval = r.icc_ci95.map_or_else(|| "–".to_owned(), |[low, high]| format!("{} … {}", significant(low, 3), significant(high, 3)));
         table.row([

@@ -7,7 +7,7 @@ use super::words::{p_value, sentence};
 use crate::figures::{self, Considered, Estimate, FigureError, HeldOut, ScheduleCurve, ScheduleCurves, Stretches};
 use crate::number::significant;
 use crate::plot::{Axis, Color, Dash, Panel, Scale, Series};
-use crate::{Align, Figure, Note, Report, Section, Table};
+use crate::{Figure, Note, Report, Section, Table};
 use ndof_analysis::Diagnosed;
 use ndof_analysis::diagnose::result::DiagnosisResult;
 use ndof_analysis::result::VERSION;
@@ -80,10 +80,7 @@ const OF_JOINTS: Words = Words {
 
 /// Frictions, rotors and masses of the file beside what the data say.
 fn file_section(d: &Diagnosis) -> Section {
-    let mut table = Table::new(
-        "The file and the data",
-        &[("Parameter", Align::Left), ("Unit", Align::Left), ("File", Align::Right), ("Data", Align::Right), ("95 % interval", Align::Right)],
-    );
+    let mut table = Table::new("The file and the data", ["Parameter", "Unit"], ["File", "Data", "95 % interval"]);
     for (file, data) in d.baseline.parameters.iter().zip(&d.extended.parameters) {
         let found = told(d, &file.name);
         let value = if found.is_some() { number(data.value) } else { "as the file".to_owned() };
@@ -120,7 +117,7 @@ fn number(value: f64) -> String {
 }
 
 fn cause_section((position, cause): (usize, &Cause)) -> Result<Section, FigureError> {
-    let mut table = Table::new("Parameters", &[("Parameter", Align::Left), ("Unit", Align::Left), ("Estimate", Align::Right), ("95 % interval", Align::Right)]);
+    let mut table = Table::new("Parameters", ["Parameter", "Unit"], ["Estimate", "95 % interval"]);
     for p in &cause.parameters {
         let value = match &p.value {
             Value::Number(value) => number(*value),

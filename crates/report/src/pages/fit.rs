@@ -8,7 +8,7 @@ use super::schedule::schedule_section;
 use crate::figures::{self, Ellipse, FigureError, capitalised};
 use crate::number::significant;
 use crate::plot::{Color, Dash};
-use crate::{Align, Report, Section, Table, parameter_table};
+use crate::{Report, Section, Table, parameter_table};
 use ndof_analysis::fit::in_time::InTime;
 use ndof_analysis::fit::result::FitResult;
 use ndof_analysis::result::word;
@@ -124,8 +124,8 @@ fn in_time_section(found: &InTime) -> Section {
         found.outputs.join(", "),
         found.imposed.join(", ")
     );
-    let heads = [("Output", Align::Left), ("Fitted", Align::Right), ("Held out", Align::Right), ("Held out, without the laws", Align::Right)];
-    let mut errors = Table::new(format!("Error of the free run, of the output's standard deviation; held out: {}", found.held_out.what), &heads);
+    let caption = format!("Error of the free run, of the output's standard deviation; held out: {}", found.held_out.what);
+    let mut errors = Table::new(caption, ["Output"], ["Fitted", "Held out", "Held out, without the laws"]);
     for (k, output) in found.outputs.iter().enumerate() {
         let at = |values: &[Option<f64>]| significant(nan(values.get(k).copied().flatten()), 3);
         errors = errors.row([output.clone(), at(&found.nrmse), at(&found.held_out.nrmse), at(&found.held_out.nrmse_without_laws)]);
@@ -136,7 +136,7 @@ fn in_time_section(found: &InTime) -> Section {
 
 /// How well the model agrees with the estimate, as the paper measures it, for both costs.
 pub fn agreement_section(result: &FitResult) -> Section {
-    let mut table = Table::new("Variance accounted for", &[("Cost", Align::Left), ("Element", Align::Left), ("VAF, %", Align::Right), ("R²", Align::Right)]);
+    let mut table = Table::new("Variance accounted for", ["Cost", "Element"], ["VAF, %", "R²"]);
     let both = std::iter::once((&result.cost, &result.vaf, result.r2)).chain(result.other_cost.iter().map(|other| (&other.cost, &other.vaf, other.r2)));
     for (cost, vaf, r2) in both {
         for ((i, j), value) in vaf.indexed_iter() {

@@ -2,7 +2,7 @@
 
 use crate::figures::{self, FigureError, Residual, Trace, Traces};
 use crate::number::significant;
-use crate::{Align, Figure, Section, Table};
+use crate::{Figure, Section, Table};
 use ndof_analysis::Trials;
 use ndof_analysis::{Fitted, Leftover, leftover, overlay};
 use std::path::Path;
@@ -14,9 +14,7 @@ use std::path::Path;
 pub fn overlay_section(trials: &Trials, fitted: &Fitted) -> Result<Option<Section>, FigureError> {
     let mut all = trials.trials.iter().filter_map(|trial| overlay(trials, trial, fitted)).peekable();
     let Some(first) = all.peek().cloned() else { return Ok(None) };
-    let mut columns = vec![("Trial", Align::Left)];
-    columns.extend(first.outputs.iter().map(|run| (run.name.as_str(), Align::Right)));
-    let mut table = Table::new("Variance accounted for in time [%]", &columns);
+    let mut table = Table::new("Variance accounted for in time [%]", ["Trial"], first.outputs.iter().map(|run| run.name.as_str()));
     for one in all {
         let share = |measured: &[f64], simulated: &[f64]| leftover(measured, simulated, one.sample_rate_hz, one.band_hz).map_or(f64::NAN, |l| l.vaf_percent);
         let cells = one.outputs.iter().map(|run| significant(share(&run.measured, &run.simulated), 4));

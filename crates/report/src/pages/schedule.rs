@@ -4,7 +4,7 @@ use super::convert::nan;
 use super::path::path_figure;
 use crate::figures::{self, FigureError, ScheduleCurve, ScheduleCurves};
 use crate::number::significant;
-use crate::{Align, Section, Table};
+use crate::{Section, Table};
 use ndof_analysis::Trials;
 use ndof_analysis::fit::result::Parameter;
 use ndof_analysis::fit::schedule::result::{ScheduleEntry, ScheduleResult};
@@ -90,8 +90,7 @@ fn lead(found: &ScheduleResult) -> String {
 
 /// What was held constant.
 fn constants(found: &ScheduleResult) -> Table {
-    let columns = [("", Align::Left), ("Unit", Align::Left), ("Estimate", Align::Right), ("95 % interval", Align::Right)];
-    let mut table = Table::new("Constant over the schedule", &columns);
+    let mut table = Table::new("Constant over the schedule", ["", "Unit"], ["Estimate", "95 % interval"]);
     for entry in found.entries.iter().filter(|entry| !entry.varies) {
         let at = |values: &[f64]| significant(values.first().copied().unwrap_or(f64::NAN), 4);
         table = table.row([entry.name.clone(), entry.unit.clone(), at(&entry.value), format!("{} … {}", at(&entry.ci95[0]), at(&entry.ci95[1]))]);
@@ -100,8 +99,8 @@ fn constants(found: &ScheduleResult) -> Table {
 }
 
 fn held_out(found: &ScheduleResult) -> Table {
-    let columns = [("Channel", Align::Left), ("Constant matrices", Align::Right), ("Varying ones", Align::Right)];
-    let mut table = Table::new("Variance accounted for of the deviation from the mean movement, held out [%]", &columns);
+    let caption = "Variance accounted for of the deviation from the mean movement, held out [%]";
+    let mut table = Table::new(caption, ["Channel"], ["Constant matrices", "Varying ones"]);
     for held in &found.held_out {
         table = table.row([held.channel.clone(), significant(nan(held.constant_vaf), 4), significant(nan(held.varying_vaf), 4)]);
     }

@@ -6,7 +6,7 @@ use ndof_analysis::result::VERSION;
 use ndof_report::figures::{self, FigureError, Trace, Traces};
 use ndof_report::number::significant;
 use ndof_report::plot::{Axis, Color, Figure, Panel, Series};
-use ndof_report::{Align, Report, Section, Table};
+use ndof_report::{Report, Section, Table};
 use ndof_signal::Channel;
 
 /// The page of `ndof design`.
@@ -38,17 +38,14 @@ pub fn design_report(designed: &Designed, command: &str) -> Result<Report, Figur
             .sections
             .push(Section::new("Coherence between the axes", "Of each axis with all others, the largest, all trials pooled.").figure(curves(&designed.curves)));
     }
-    let mut table = Table::new(
-        "Predicted motion",
-        &[("Limb", Align::Left), ("Axis", Align::Left), ("Displacement, rms", Align::Right), ("peak", Align::Right), ("Velocity, peak", Align::Right)],
-    );
+    let mut table = Table::new("Predicted motion", ["Limb", "Axis"], ["Displacement, rms", "peak", "Velocity, peak"]);
     for m in &result.motion {
         let numbers = [m.displacement_rms, m.displacement_peak, m.velocity_peak].map(|v| significant(v, 3));
         table = table.row([m.limb.clone(), m.axis.clone()].into_iter().chain(numbers));
     }
     report.sections.push(Section::new("Motion", "What the perturbation does to a soft and a stiff limb, in m and m/s or rad and rad/s.").table(table));
     if let Some(plan) = &result.length {
-        let mut table = Table::new("Length", &[("Parameter", Align::Left), ("Value", Align::Right), ("Half width, %", Align::Right)]);
+        let mut table = Table::new("Length", ["Parameter"], ["Value", "Half width, %"]);
         for p in &plan.predicted {
             table = table.row([p.name.clone(), significant(nan(p.value), 4), significant(100.0 * nan(p.half_width), 3)]);
         }

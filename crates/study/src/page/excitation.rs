@@ -5,7 +5,7 @@ use crate::design::ExcitedRobot;
 use ndof_analysis::result::VERSION;
 use ndof_report::figures::{self, FigureError, Trace, Traces};
 use ndof_report::number::significant;
-use ndof_report::{Align, Report, Section, Table};
+use ndof_report::{Report, Section, Table};
 use ndof_signal::{Channel, Quantity};
 
 /// The page of `ndof design --robot`.
@@ -16,10 +16,7 @@ pub fn excitation_report(excited: &ExcitedRobot, command: &str) -> Result<Report
     let result = &excited.result;
     let numbers = [Some(result.condition), result.condition_random_mean, result.condition_random_best].map(|v| significant(nan(v), 3));
     let [condition, mean, best] = &numbers;
-    let mut joints = Table::new(
-        "Largest of each joint, and its limit",
-        &[("Joint", Align::Left), ("Range", Align::Right), ("Speed", Align::Right), ("Acceleration", Align::Right), ("Torque", Align::Right)],
-    );
+    let mut joints = Table::new("Largest of each joint, and its limit", ["Joint"], ["Range", "Speed", "Acceleration", "Torque"]);
     let of =
         |value: f64, limit: Option<f64>| limit.map_or_else(|| significant(value, 3), |limit| format!("{} of {}", significant(value, 3), significant(limit, 3)));
     for j in &result.joints {
@@ -32,8 +29,7 @@ pub fn excitation_report(excited: &ExcitedRobot, command: &str) -> Result<Report
             of(j.torque, j.torque_limit),
         ]);
     }
-    let mut parameters =
-        Table::new("Predicted errors", &[("Parameter", Align::Left), ("Value", Align::Right), ("Standard error", Align::Right), ("in %", Align::Right)]);
+    let mut parameters = Table::new("Predicted errors", ["Parameter"], ["Value", "Standard error", "in %"]);
     for p in &result.parameters {
         let numbers = [p.value, p.standard_error, 100.0 * nan(p.relative_standard_error)].map(|v| significant(v, 3));
         parameters = parameters.row(std::iter::once(p.name.clone()).chain(numbers));

@@ -4,28 +4,17 @@ use super::nan;
 use crate::sensitivity::result::SensitivityResult;
 use ndof_report::number::significant;
 use ndof_report::plot::{Axis, Color, Dash, Figure, Panel, Series};
-use ndof_report::{Align, Section, Table};
+use ndof_report::{Section, Table};
 use std::sync::Arc;
 
 /// Table and picture.
 pub(super) fn section(result: &SensitivityResult) -> Section {
     let [low, high] = result.band_hz;
     let low_band = result.low_band_hz[1];
-    let mut table = Table::new(
-        "Pre-compensation by a model that is not the arm",
-        &[
-            ("Model", Align::Left),
-            ("Coherence, max", Align::Right),
-            ("mean", Align::Right),
-            (&format!("max below {low_band} Hz"), Align::Right),
-            ("Simulated, max", Align::Right),
-            ("Force rms", Align::Right),
-            ("K direct, %", Align::Right),
-            ("K derived, %", Align::Right),
-            ("B direct, %", Align::Right),
-            ("B derived, %", Align::Right),
-        ],
-    );
+    let below = format!("max below {low_band} Hz");
+    let simulated = ["Simulated, max", "Force rms", "K direct, %", "K derived, %", "B direct, %", "B derived, %"];
+    let numbers = ["Coherence, max", "mean", &below].into_iter().chain(simulated);
+    let mut table = Table::new("Pre-compensation by a model that is not the arm", ["Model"], numbers);
     for row in &result.rows {
         let own = [row.coherence.max, row.coherence.mean, row.coherence_low_max].map(|v| format!("{v:.4}"));
         let simulated = row.simulated.as_ref().map(|s| {

@@ -4,8 +4,8 @@ use super::nan;
 use crate::cases::result::{BandAgreement, Case, Compared, Setting, StudyResult};
 use crate::file::ReportSection;
 use ndof_analysis::result::Number;
+use ndof_report::Table;
 use ndof_report::number::significant;
-use ndof_report::{Align, Table};
 
 /// The tables of a study with several cases: agreement, fitted matrices, elements off the diagonal, hold, steps.
 pub fn study_tables(result: &StudyResult, report: &ReportSection) -> Vec<Table> {
@@ -17,6 +17,9 @@ pub fn study_tables(result: &StudyResult, report: &ReportSection) -> Vec<Table> 
     tables.extend((!result.steps.is_empty()).then(|| steps(result)));
     tables
 }
+
+/// What a row is about.
+const LABELS: [&str; 2] = ["Case", "Setting"];
 
 fn rows(result: &StudyResult) -> impl Iterator<Item = (&Case, &Setting)> {
     result.cases.iter().flat_map(|case| case.settings.iter().map(move |setting| (case, setting)))
@@ -45,14 +48,13 @@ fn agreement(result: &StudyResult, estimate: &str) -> Option<Table> {
     let of = |setting: &Setting| -> Vec<BandAgreement> { setting.agreement.iter().filter(|a| a.estimate == estimate).cloned().collect() };
     let first = rows(result).map(|(_, setting)| of(setting)).find(|bands| !bands.is_empty())?;
     let axes = &result.cases.first()?.axes;
-    let mut heads = vec!["Case".to_owned(), "Setting".to_owned()];
+    let mut heads = Vec::new();
     for band in &first {
         let [low, high] = band.band_hz;
         heads.extend(axes.iter().flat_map(|i| axes.iter().map(move |j| format!("VAF {i}{j} {low}–{high} Hz"))));
         heads.push(format!("R² {low}–{high} Hz"));
     }
-    let columns: Vec<(&str, Align)> = heads.iter().enumerate().map(|(k, head)| (head.as_str(), if k < 2 { Align::Left } else { Align::Right })).collect();
-    let mut table = Table::new(format!("Agreement of the {estimate} estimate with the linearised plant: VAF in % and R²"), &columns);
+    let mut table = Table::new(format!("Agreement of the {estimate} estimate with the linearised plant: VAF in % and R²"), LABELS, heads);
     for (case, setting) in rows(result) {
         let mut row = vec![case.name.clone(), setting_name(setting)];
         for band in of(setting) {
@@ -67,15 +69,8 @@ fn agreement(result: &StudyResult, estimate: &str) -> Option<Table> {
 /// How far the fitted matrices are off, and how many intervals hold.
 fn fits(result: &StudyResult) -> Option<Table> {
     rows(result).find(|(_, setting)| setting.relative_error.is_some())?;
-    let columns = [
-        ("Case", Align::Left),
-        ("Setting", Align::Left),
-        ("M off by, %", Align::Right),
-        ("B off by, %", Align::Right),
-        ("K off by, %", Align::Right),
-        ("Intervals that hold", Align::Right),
-    ];
-    let mut table = Table::new("Fitted matrices against the linearised plant, relative norm", &columns);
+    let numbers = ["M off by, %", "B off by, %", "K off by, %", "Intervals that hold"];
+    let mut table = Table::new("Fitted matrices against the linearised plant, relative norm", LABELS, numbers);
     for (case, setting) in rows(result) {
         let percent = |of: fn(&crate::cases::result::MatrixNumbers) -> Number| shown(setting.relative_error.as_ref().and_then(of).map(|e| 100.0 * e), 2);
         let judged: Vec<bool> = setting.parameters.iter().filter_map(|p| p.holds).collect();
@@ -88,21 +83,8 @@ fn fits(result: &StudyResult) -> Option<Table> {
 /// Stiffness ellipses.
 fn ellipses(result: &StudyResult) -> Option<Table> {
     rows(result).find(|(_, setting)| setting.ellipse.is_some())?;
-    let columns = [
-        ("Case", Align::Left),
-        ("Setting", Align::Left),
-        ("Stiffest, N/m", Align::Right),
-        ("found", Align::Right),
-        ("Softest, N/m", Align::Right),
-        ("found", Align::Right),
-        ("Direction, °", Align::Right),
-        ("found", Align::Right),
-        ("95 % interval", Align::Right),
-        ("Axis ratio", Align::Right),
-        ("found", Align::Right),
-        ("95 % interval", Align::Right),
-    ];
-    let mut table = Table::new("Stiffness ellipses: simulated and found; a circle has no direction", &columns);
+    let numbers = ["Stiffest, N/m", "found", "Softest, N/m", "found", "Direction, °", "found", "95 % interval", "Axis ratio", "found", "95 % interval"];
+    let mut table = Table::new("Stiffness ellipses: simulated and found; a circle has no direction", LABELS, numbers);
     for (case, setting) in rows(result) {
         let Some(e) = &setting.ellipse else { continue };
         let turn = e.orientation_deg.as_ref();
@@ -126,17 +108,11 @@ fn ellipses(result: &StudyResult) -> Option<Table> {
 
 /// Whether the elements off the diagonal can be seen at all: partial coherence and the standard error in units of the element.
 fn off_diagonal(result: &StudyResult) -> Option<Table> {
-    let columns = [
-        ("Case", Align::Left),
-        ("Setting", Align::Left),
-        ("γ² on the diagonal", Align::Right),
-        ("γ² off it", Align::Right),
-        ("Error of the diagonal", Align::Right),
-        ("Error off it", Align::Right),
-    ];
+    let numbers = ["γ² on the diagonal", "γ² off it", "Error of the diagonal", "Error off it"];
     let mut table = Table::new(
         "Elements of the derived estimate in the widest band: mean partial coherence, and mean standard error of the dynamic stiffness in units of the element itself",
-        &columns,
+        LABELS,
+        numbers,
     );
     for (case, setting) in rows(result) {
         let widest = setting.agreement.iter().filter(|a| a.estimate == "derived").max_by(|a, b| a.band_hz[1].total_cmp(&b.band_hz[1]));
@@ -165,17 +141,8 @@ fn off_diagonal(result: &StudyResult) -> Option<Table> {
 fn hold(result: &StudyResult) -> Table {
     let band = rows(result).next().map_or([0.0, 0.0], |(_, setting)| setting.low_band.band_hz);
     let caption = format!("Distance from the posture at the end, coherence between the forces and errors of the compliance from {} to {} Hz", band[0], band[1]);
-    let columns = [
-        ("Case", Align::Left),
-        ("Setting", Align::Left),
-        ("Distance, cm", Align::Right),
-        ("Coherence, mean", Align::Right),
-        ("largest", Align::Right),
-        ("by chance", Align::Right),
-        ("Direct off by, %", Align::Right),
-        ("Derived off by, %", Align::Right),
-    ];
-    let mut table = Table::new(caption, &columns);
+    let numbers = ["Distance, cm", "Coherence, mean", "largest", "by chance", "Direct off by, %", "Derived off by, %"];
+    let mut table = Table::new(caption, LABELS, numbers);
     for (case, setting) in rows(result) {
         let low = &setting.low_band;
         table = table.row([
@@ -194,17 +161,8 @@ fn hold(result: &StudyResult) -> Table {
 
 /// Steps of a parameter from case to case.
 fn steps(result: &StudyResult) -> Table {
-    let columns = [
-        ("From", Align::Left),
-        ("To", Align::Left),
-        ("Setting", Align::Left),
-        ("Parameter", Align::Left),
-        ("Simulated step", Align::Right),
-        ("Found", Align::Right),
-        ("95 % interval", Align::Right),
-        ("Step over its standard error", Align::Right),
-    ];
-    let mut table = Table::new("Steps from case to case", &columns);
+    let numbers = ["Simulated step", "Found", "95 % interval", "Step over its standard error"];
+    let mut table = Table::new("Steps from case to case", ["From", "To", "Setting", "Parameter"], numbers);
     for step in &result.steps {
         table = table.row([
             step.from.clone(),
