@@ -19,28 +19,27 @@ use std::collections::BTreeMap;
 
 /// Which device, with what overridden.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
+#[serde(deny_unknown_fields, default)]
 pub struct DeviceConfig {
     /// A name of the registry; empty where a file is given.
-    #[serde(default, skip_serializing_if = "String::is_empty")]
+    #[serde(skip_serializing_if = "String::is_empty")]
     pub name: String,
     /// A robot's description in place of a name: TOML or URDF.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[serde(skip_serializing_if = "Option::is_none")]
     pub file: Option<String>,
     /// A serial robot described on the spot in place of either: the keys of a robot's file.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[serde(skip_serializing_if = "Option::is_none")]
     pub robot: Option<Box<RobotConfig>>,
     /// Overrides by the names that `ndof list devices` prints.
-    #[serde(default)]
     pub parameters: BTreeMap<String, f64>,
     /// For a file: the end effector's coordinates that are commanded (some of x, y, z), in place of the file's.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[serde(skip_serializing_if = "Option::is_none")]
     pub axes: Option<Vec<String>>,
     /// For a URDF: the link that carries the limb.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[serde(skip_serializing_if = "Option::is_none")]
     pub tip: Option<String>,
     /// For a file: the joints' home, in place of the file's.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[serde(skip_serializing_if = "Option::is_none")]
     pub home_rad: Option<Vec<f64>>,
 }
 
@@ -71,8 +70,7 @@ pub struct Posture {
 }
 
 /// All that a simulation needs to know, except excitation and hidden effects.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct Experiment {
     /// Of all random signals.
     pub seed: u64,
@@ -89,13 +87,10 @@ pub struct Experiment {
     /// The limb.
     pub limb: LimbConfig,
     /// The posture.
-    #[serde(default)]
     pub posture: Posture,
     /// The hold.
-    #[serde(default)]
     pub controller: Controller,
     /// The sensors.
-    #[serde(default)]
     pub sensors: Sensors,
 }
 

@@ -32,7 +32,7 @@
 //! let recording = simulate_trial(&experiment, &push, &Extras::default(), 0)?;
 //! assert_eq!(recording.names(), ["cmd_x", "cmd_y", "force_x", "force_y", "pos_x", "pos_y"]);
 //! assert!(recording.channel("pos_x").is_ok_and(|x| x.samples[99] > 0.0));
-//! assert_eq!(linearise(&experiment)?.a.nrows(), 8);
+//! assert_eq!(linearise(&experiment)?.limb.inertia[[0, 0]], 2.1);
 //! # Ok::<(), ndof_devices::DeviceError>(())
 //! ```
 

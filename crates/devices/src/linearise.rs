@@ -34,20 +34,12 @@ impl HoldGains {
     }
 }
 
-/// The linear model of robot, hold, transducer and limb about the posture (Palazzolo et al. 2007, eq. 3).
+/// The linear model of robot, hold, transducer and limb about the posture (Palazzolo et al. 2007, eq. 3), with the controller at its
+/// ticks.
 ///
-/// States x = [δq, δq̇, x_h, ẋ_h], input the commanded force F_Δ, output the force F on the limb. A mean force adds nothing to
-/// the robot's rows: at rest F_c = F₀; it acts in the limb's stiffness.
+/// A mean force adds nothing to the robot's rows: at rest F_c = F₀; it acts in the limb's stiffness.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Linearised {
-    /// State matrix A.
-    pub a: Array2<f64>,
-    /// Input matrix B.
-    pub b: Array2<f64>,
-    /// Output matrix C.
-    pub c: Array2<f64>,
-    /// Feed-through D, zero.
-    pub d: Array2<f64>,
     /// The limb's matrices at the endpoint, the geometric stiffness of its mean force included.
     pub limb: Impedance,
     /// The limb's matrices in its joints and the Jacobian between, where it has joints.
@@ -58,13 +50,10 @@ pub struct Linearised {
     pub transducer: Transducer,
     /// The hold.
     pub hold: HoldGains,
-    mass_matrix: Array2<f64>,
-    viscous: Vec<f64>,
-    jacobian: Array2<f64>,
     sampled: Sampled,
 }
 
-/// Exact discrete-time model of the same: controller at its ticks, held commands, interval means.
+/// Exact discrete-time model: controller at its ticks, held commands, interval means.
 #[derive(Clone, Debug, PartialEq)]
 struct Sampled {
     a: Array2<f64>,
@@ -144,7 +133,6 @@ impl Linearised {
     /// [`DeviceError`] if the robot is singular there or an inertia is not positive definite.
     pub fn new(robot: &dyn Robot, limb: &dyn Limb, transducer: Transducer, hold: HoldGains, q: &[f64]) -> Result<Self, DeviceError> {
         let (h, j) = rigid_body(robot, q);
-        let (n, m) = (j.ncols(), j.nrows());
         let singular = |what: &str| DeviceError::Inertia(format!("{what} at the posture"));
         let h_inverse = inverse(&h).ok_or_else(|| singular("the robot's mass matrix"))?;
         let reach = h_inverse.dot(&j.t());
@@ -154,44 +142,10 @@ impl Linearised {
             why: "its Jacobian is singular in this posture".to_owned(),
         })?;
         let impedance = limb.linearised();
-        let mobility = inverse(&impedance.inertia).ok_or_else(|| singular("the limb's inertia"))?;
-        let zero = |r: usize, c: usize| Array2::<f64>::zeros((r, c));
-        let diagonal = |v: &[f64]| Array2::from_diag(&ndarray::Array1::from(v.to_vec()));
-        let (kf, bf) = (transducer.stiffness, transducer.damping);
-        let eye = Array2::<f64>::eye(m);
-        let viscous = robot.joints().viscous.clone();
-        let stiffness = &eye * kf + diagonal(&hold.kp);
-        let damping = &eye * bf + diagonal(&hold.kd);
-        let a = blocks(&[
-            &[zero(n, n), Array2::eye(n), zero(n, m), zero(n, m)],
-            &[-reach.dot(&stiffness).dot(&j), -(reach.dot(&damping).dot(&j) + h_inverse.dot(&diagonal(&viscous))), reach.clone() * kf, reach.clone() * bf],
-            &[zero(m, n), zero(m, n), zero(m, m), eye.clone()],
-            &[
-                mobility.dot(&j) * kf,
-                mobility.dot(&j) * bf,
-                -mobility.dot(&(&eye * kf + &impedance.stiffness)),
-                -mobility.dot(&(&eye * bf + &impedance.damping)),
-            ],
-        ]);
-        let b = blocks(&[&[zero(n, m)], std::slice::from_ref(&reach), &[zero(m, m)], &[zero(m, m)]]);
-        let c = blocks(&[&[j.clone() * kf, j.clone() * bf, &eye * -kf, &eye * -bf]]);
+        inverse(&impedance.inertia).ok_or_else(|| singular("the limb's inertia"))?;
         let open = coupled_matrix(robot, limb, transducer, q);
         let sampled = Sampled::new(&open, &reach, &j, transducer, &hold);
-        Ok(Linearised {
-            a,
-            b,
-            c,
-            d: zero(m, m),
-            limb: impedance,
-            limb_joints: limb.joint_impedance(),
-            robot_inertia,
-            transducer,
-            hold,
-            mass_matrix: h,
-            viscous,
-            jacobian: j,
-            sampled,
-        })
+        Ok(Linearised { limb: impedance, limb_joints: limb.joint_impedance(), robot_inertia, transducer, hold, sampled })
     }
 
     /// The limb's dynamic compliance C = (M s² + B s + K)⁻¹ at `frequency_hz` (m/N), `None` where it is singular.
@@ -208,40 +162,6 @@ impl Linearised {
         let mut c = self.limb_compliance(frequency_hz)?;
         c.diag_mut().mapv_inplace(|v| v + transducer);
         Some(c)
-    }
-
-    /// Dynamic stiffness of robot and hold, Z_r = [J (H s² + B_v s)⁻¹ Jᵀ]⁻¹ + k_p + k_d s (N/m); with a continuous hold, as in eq. (3).
-    pub fn robot_stiffness(&self, frequency_hz: f64) -> Option<Array2<Complex64>> {
-        let s = Complex64::new(0.0, std::f64::consts::TAU * frequency_hz);
-        let mut free = complex(&self.mass_matrix) * (s * s);
-        for (j, b) in self.viscous.iter().enumerate() {
-            free[[j, j]] += s * b;
-        }
-        let j = complex(&self.jacobian);
-        let mut z =
-            if s == Complex64::ZERO { Array2::from_elem((j.nrows(), j.nrows()), Complex64::ZERO) } else { inverse(&j.dot(&inverse(&free)?).dot(&j.t()))? };
-        for i in 0..z.nrows() {
-            z[[i, i]] += self.hold.kd[i] * s + self.hold.kp[i];
-        }
-        Some(z)
-    }
-
-    /// T_model(f) = F/F_Δ of eq. (3): C (s − A)⁻¹ B + D.
-    pub fn force_response(&self, frequency_hz: f64) -> Option<Array2<Complex64>> {
-        let resolvent = self.resolvent(frequency_hz)?;
-        Some(complex(&self.c).dot(&resolvent) + complex(&self.d))
-    }
-
-    /// R_model(f): motion of the robot's endpoint over F_Δ (m/N).
-    pub fn motion_response(&self, frequency_hz: f64) -> Option<Array2<Complex64>> {
-        let n = self.jacobian.ncols();
-        Some(complex(&self.jacobian).dot(&rows(&self.resolvent(frequency_hz)?, 0..n)))
-    }
-
-    fn resolvent(&self, frequency_hz: f64) -> Option<Array2<Complex64>> {
-        let mut matrix = complex(&self.a) * -Complex64::ONE;
-        matrix.diag_mut().mapv_inplace(|v| v + Complex64::new(0.0, std::f64::consts::TAU * frequency_hz));
-        Some(inverse(&matrix)?.dot(&complex(&self.b)))
     }
 
     /// T and R between recorded samples, exact for small motions: sampled hold, held commands, interval means.

@@ -60,6 +60,16 @@ mod tests {
         let wrong = EXPERIMENT.replace("filtered-noise", "filtered-nose");
         let error = parse::<ExperimentFile>(&wrong, "e.toml").expect("understood").check("e.toml").unwrap_err().to_string();
         assert!(error.contains("did you mean \"filtered-noise\"?"), "{error}");
+        for (from, to, named) in [
+            ("mean_force_n", "meanforce_n", "meanforce_n"),
+            ("force_quantum", "force_quanta", "force_quanta"),
+            ("noise = { rms_n = 0.5, cutoff_hz", "noise = { rms_n = 0.5, cutoff", "cutoff"),
+            ("name = \"endpoint-linear\"", "name = \"endpoint\"", "endpoint"),
+            ("duration_s", "duration", "duration"),
+        ] {
+            let error = parse::<ExperimentFile>(&EXPERIMENT.replace(from, to), "e.toml").expect_err(named).to_string();
+            assert!(error.contains(named), "{error}");
+        }
     }
 
     #[test]
