@@ -6,33 +6,24 @@ use ndof_sysid::{EstimateError, ResponseError};
 
 /// Why a job could not be done: what is wrong, where, and what to do about it.
 #[derive(Debug, thiserror::Error)]
+#[allow(missing_docs, reason = "a message says what its fields are")]
 pub enum AnalysisError {
     /// A file that people write is not understood.
     #[error("{file}:{line}: {what}")]
     File {
-        /// The file.
         file: String,
         /// Line, from 1.
         line: usize,
-        /// What is wrong and what to do.
         what: String,
     },
     /// A file that people write is understood and makes no sense.
     #[error("{file}: {what}")]
-    Meaning {
-        /// The file.
-        file: String,
-        /// What is wrong and what to do.
-        what: String,
-    },
+    Meaning { file: String, what: String },
     /// Models cannot be compared where the sizes of the errors are unknown.
     #[error(
         "{file} says nothing of the size of its errors, and without it models cannot be compared; add columns std_OUT_IN, or coherence_OUT_IN with a line `# averages: N`"
     )]
-    ErrorsUnknown {
-        /// The response.
-        file: String,
-    },
+    ErrorsUnknown { file: String },
     /// Nothing is held between samples, or it does not matter.
     #[error(
         "`hold` is for recordings of forces that move positions or velocities; leave it out for a response from a file, for imposed motion and for accelerations"
@@ -42,12 +33,7 @@ pub enum AnalysisError {
     #[error(
         "{inputs} are more imposed motions than {outputs} are efforts: efforts add up along an axis, motions do not; leave inputs out with `input`, or measure an effort for each"
     )]
-    SumsOfMotion {
-        /// The motions.
-        inputs: String,
-        /// The efforts.
-        outputs: String,
-    },
+    SumsOfMotion { inputs: String, outputs: String },
     /// A robot's joints cannot be judged.
     #[error(transparent)]
     Joints(#[from] ndof_joints::JointsError),
@@ -56,166 +42,72 @@ pub enum AnalysisError {
     PaperSums,
     /// A file cannot be read.
     #[error("{file}: cannot be read: {}", no_file(source))]
-    Read {
-        /// The file.
-        file: String,
-        /// Why.
-        source: std::io::Error,
-    },
+    Read { file: String, source: std::io::Error },
     /// No channel of that name.
     #[error("{file}: no channel \"{name}\"{}; the recording has: {}", did_you_mean(suggestion.as_deref()), available.join(", "))]
-    NoChannel {
-        /// The recording.
-        file: String,
-        /// The name asked for.
-        name: String,
-        /// The nearest name that there is.
-        suggestion: Option<String>,
-        /// The names that there are.
-        available: Vec<String>,
-    },
+    NoChannel { file: String, name: String, suggestion: Option<String>, available: Vec<String> },
     /// No input could be told from the names.
     #[error(
         "{file}: no input channel among {}; name it with `input`, or call it force_… or torque_… (or pos_… or angle_… as the input of a position-controlled robot, with `input`)",
         available.join(", ")
     )]
-    NoInput {
-        /// The recording.
-        file: String,
-        /// The names that there are.
-        available: Vec<String>,
-    },
+    NoInput { file: String, available: Vec<String> },
     /// No output could be told from the names.
     #[error("{file}: no output channel among {}; name it with `output`, or call it pos_… or angle_…", available.join(", "))]
-    NoOutput {
-        /// The recording.
-        file: String,
-        /// The names that there are.
-        available: Vec<String>,
-    },
+    NoOutput { file: String, available: Vec<String> },
     /// A channel has two roles.
     #[error("{file}: channel \"{name}\" is used twice among references, inputs and outputs; give each channel one role with `reference`, `input` and `output`")]
-    TwoRoles {
-        /// The recording.
-        file: String,
-        /// The channel.
-        name: String,
-    },
+    TwoRoles { file: String, name: String },
     /// A channel that is called a force or a motion, in a unit of neither.
     #[error(
         "{file}: channel \"{name}\" is used as {role}, but its unit \"{unit}\" is not known; correct it in the header, or give it with `channels={name}=\"{name} [N]\"` (with the right unit)"
     )]
     UnknownUnit {
-        /// The recording.
         file: String,
-        /// The channel.
         name: String,
         /// input or output.
         role: &'static str,
-        /// Its unit.
         unit: String,
     },
     /// Trials differ in what must agree.
     #[error("{file}: {what} is {found}, in {first} it is {expected}; give only trials of one experiment together")]
-    TrialMismatch {
-        /// The trial that differs.
-        file: String,
-        /// What differs.
-        what: &'static str,
-        /// In this one.
-        found: String,
-        /// The first trial.
-        first: String,
-        /// In the first.
-        expected: String,
-    },
+    TrialMismatch { file: String, what: &'static str, found: String, first: String, expected: String },
     /// Nothing is left after trimming.
     #[error("{file}: nothing is left of its {from_s} to {to_s} s after `start`, `stop` and `exclude`; widen them")]
-    NothingLeft {
-        /// The recording.
-        file: String,
-        /// Its first time.
-        from_s: f64,
-        /// Its end.
-        to_s: f64,
-    },
+    NothingLeft { file: String, from_s: f64, to_s: f64 },
     /// A recording does not hold what is asked of it.
     #[error("{file}: {source}")]
-    Recording {
-        /// The recording.
-        file: String,
-        /// Why.
-        source: RecordingError,
-    },
+    Recording { file: String, source: RecordingError },
     /// The response cannot be estimated.
     #[error("{file}: {source}")]
-    Estimate {
-        /// The recordings.
-        file: String,
-        /// Why.
-        source: EstimateError,
-    },
+    Estimate { file: String, source: EstimateError },
     /// Nothing repeats.
     #[error("channel \"{channel}\" does not repeat itself, so there is no period to average over; give it with `period`, or choose another `method`")]
-    NoPeriod {
-        /// What drives.
-        channel: String,
-    },
+    NoPeriod { channel: String },
     /// Rejection of segments by a method that has none.
     #[error("`robust` leaves out wrecked segments, and `method={method}` has none; take `method=welch`")]
-    NoSegments {
-        /// The method.
-        method: String,
-    },
+    NoSegments { method: String },
     /// A stream by a method that needs the whole record.
     #[error("`method={method}` needs whole recordings, and `stream` reads them piece by piece; take `method=welch`")]
-    NoStream {
-        /// The method.
-        method: String,
-    },
+    NoStream { method: String },
     /// A sliding window that no recording fills.
     #[error("a window of {window_s} s is longer than the longest recording, {longest_s:.3} s; give a shorter `sliding`")]
-    LongWindow {
-        /// The window.
-        window_s: f64,
-        /// The longest recording.
-        longest_s: f64,
-    },
+    LongWindow { window_s: f64, longest_s: f64 },
     /// A sliding window without length.
     #[error("a window of {window_s} s that slides by {step_s} s; give `sliding` and `sliding_step` as seconds above zero")]
-    Sliding {
-        /// Length.
-        window_s: f64,
-        /// Step.
-        step_s: f64,
-    },
+    Sliding { window_s: f64, step_s: f64 },
     /// Fewer than two fits, or nothing in common.
     #[error("nothing to compare: give at least two fits of the same model, channels and units")]
     NothingToCompare,
     /// Fits that are not whole subjects.
     #[error("{fits} fits are not subjects of {sessions} sessions each; give at least two subjects, all sessions of one after the other")]
-    Sessions {
-        /// Fits given.
-        fits: usize,
-        /// Sessions a subject.
-        sessions: usize,
-    },
+    Sessions { fits: usize, sessions: usize },
     /// A band without frequencies.
     #[error("no frequency of the grid (0 to {nyquist_hz} Hz) lies in the band {low_hz}-{high_hz} Hz; widen `band`")]
-    EmptyBand {
-        /// Low end.
-        low_hz: f64,
-        /// High end.
-        high_hz: f64,
-        /// Half the sample rate.
-        nyquist_hz: f64,
-    },
+    EmptyBand { low_hz: f64, high_hz: f64, nyquist_hz: f64 },
     /// More than a machine holds.
     #[error("{what}")]
-    TooLarge {
-        /// What would be made, how much is the most, and what to do.
-        what: String,
-    },
+    TooLarge { what: String },
     /// No recording at all.
     #[error("no recording; give at least one file")]
     NoRecording,
@@ -224,83 +116,36 @@ pub enum AnalysisError {
     Io(#[from] ndof_io::IoError),
     /// No model of that name.
     #[error("no model \"{name}\"{}; there is {available}", did_you_mean(suggestion.as_deref()))]
-    UnknownModel {
-        /// The name asked for.
-        name: String,
-        /// The nearest name that there is.
-        suggestion: Option<String>,
-        /// What there is.
-        available: String,
-    },
+    UnknownModel { name: String, suggestion: Option<String>, available: String },
     /// A sensor that says one thing only.
     #[error("{file}: channel \"{name}\" is {value} throughout; check the sensor and its cable, or choose the channels with `input` and `output`")]
-    Constant {
-        /// The recording.
-        file: String,
-        /// The channel.
-        name: String,
-        /// Its value.
-        value: f64,
-    },
+    Constant { file: String, name: String, value: f64 },
     /// One recording given twice.
     #[error("{file} holds the same samples as {first}; give each recording once: twice the same data is no more evidence")]
-    SameTrial {
-        /// The recording.
-        file: String,
-        /// The one before.
-        first: String,
-    },
+    SameTrial { file: String, first: String },
     /// Effort and motion of one axis that do not belong together.
     #[error(
         "{file}: {effort} and {motion} are paired, but one turns and the other does not; correct the unit with `channels`, or carry one over to the other by its lever arm"
     )]
-    TurnAndShift {
-        /// The recording.
-        file: String,
-        /// The effort with its unit.
-        effort: String,
-        /// The motion with its unit.
-        motion: String,
-    },
+    TurnAndShift { file: String, effort: String, motion: String },
     /// A block twice in one model.
     #[error("model \"{name}\" has {block} twice, which no data tell apart; name it once")]
-    RepeatedBlock {
-        /// The model.
-        name: String,
-        /// The block.
-        block: String,
-    },
+    RepeatedBlock { name: String, block: String },
     /// Segments of which no frequency is seen.
     #[error("segments of {nperseg} samples see no frequency; take {least} samples or more with `nperseg`")]
-    ShortSegment {
-        /// What was asked for.
-        nperseg: usize,
-        /// The least.
-        least: usize,
-    },
+    ShortSegment { nperseg: usize, least: usize },
     /// The last seconds, if only they count, never give an estimate.
     #[error("the last {last_s} s are too few for an estimate from segments of {segment_s} s; take more with `last`, or shorter segments with `nperseg`")]
-    ShortLast {
-        /// What was asked for.
-        last_s: f64,
-        /// A segment's length.
-        segment_s: f64,
-    },
+    ShortLast { last_s: f64, segment_s: f64 },
     /// A schedule that the settings or the recordings do not allow.
     #[error("{what}")]
-    Schedule {
-        /// What is wrong and what to do.
-        what: String,
-    },
+    Schedule { what: String },
     /// Matrices over a schedule that the data do not determine.
     #[error("over the schedule: {0}")]
     Scheduled(#[from] ndof_models::schedule::ScheduleError),
     /// A force law that the settings or the recordings do not allow.
     #[error("{what}")]
-    Law {
-        /// What is wrong and what to do.
-        what: String,
-    },
+    Law { what: String },
     /// A fit in time that is not possible.
     #[error("in time: {0}")]
     FreeRun(#[from] ndof_models::time::FreeRunError),

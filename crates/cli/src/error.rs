@@ -8,6 +8,7 @@ use std::process::ExitCode;
 
 /// Why a command ended without its result.
 #[derive(Debug, thiserror::Error)]
+#[allow(missing_docs, reason = "a message says what its fields are")]
 pub enum CliError {
     /// Bad usage.
     #[error("{0}")]
@@ -26,12 +27,7 @@ pub enum CliError {
     Figure(#[from] FigureError),
     /// The machine failed.
     #[error("{what}: {source}; check disk and permissions")]
-    Machine {
-        /// What was tried.
-        what: String,
-        /// What the system says.
-        source: std::io::Error,
-    },
+    Machine { what: String, source: std::io::Error },
     /// Whoever reads our output has had enough.
     #[error("standard output was closed")]
     BrokenPipe,

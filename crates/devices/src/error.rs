@@ -4,45 +4,20 @@ use ndof_models::robot::RobotError;
 
 /// What is wrong with a device, a limb or an experiment, where, and what to do.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[allow(missing_docs, reason = "a message says what its fields are")]
 pub enum DeviceError {
     /// No device of that name.
     #[error("no device \"{name}\"; there are: {available}; or give `file = \"robot.toml\"`")]
-    UnknownDevice {
-        /// The name asked for.
-        name: String,
-        /// The names that there are.
-        available: String,
-    },
+    UnknownDevice { name: String, available: String },
     /// A parameter that the device does not have.
     #[error("device \"{device}\" has no parameter \"{name}\"; it has: {available}")]
-    UnknownParameter {
-        /// The device.
-        device: String,
-        /// The parameter asked for.
-        name: String,
-        /// The parameters that there are.
-        available: String,
-    },
+    UnknownParameter { device: String, name: String, available: String },
     /// A number outside of what physics or the simulation allows.
     #[error("{what} is {value}; it must be {must}")]
-    Value {
-        /// The quantity, as the file calls it.
-        what: String,
-        /// What was found.
-        value: f64,
-        /// What is asked of it.
-        must: &'static str,
-    },
+    Value { what: String, value: f64, must: &'static str },
     /// A list or matrix of the wrong size.
     #[error("{what} has {found}, expected {expected}")]
-    Size {
-        /// The quantity, as the file calls it.
-        what: String,
-        /// What was found.
-        found: String,
-        /// What fits the device.
-        expected: String,
-    },
+    Size { what: String, found: String, expected: String },
     /// An inertia that is not symmetric and positive definite.
     #[error("{0} is not symmetric positive definite; an inertia has to be")]
     Inertia(String),
@@ -54,16 +29,7 @@ pub enum DeviceError {
     Missing(String),
     /// The commanded excitation does not fit the experiment.
     #[error("the commanded excitation has {found_axes} axes of {found_samples} samples, the experiment needs {axes} of {samples} (discard included)")]
-    Excitation {
-        /// Axes given.
-        found_axes: usize,
-        /// Samples given.
-        found_samples: usize,
-        /// Axes of the device.
-        axes: usize,
-        /// Samples of the trial with the discarded stretch.
-        samples: usize,
-    },
+    Excitation { found_axes: usize, found_samples: usize, axes: usize, samples: usize },
     /// The motion is no number any more.
     #[error(
         "trial {} diverged at {time_s:.3} s; the limb or a hidden effect is unstable under this excitation: lower its amplitude or the effect's size", .trial + 1
@@ -83,11 +49,8 @@ pub enum DeviceError {
         trial: usize,
         /// Time since the recording's first sample.
         time_s: f64,
-        /// What passed its limit, with unit.
         what: String,
-        /// How large it was.
         value: f64,
-        /// The limit.
         limit: f64,
     },
     /// A joint came to the end of its range.
@@ -103,9 +66,7 @@ pub enum DeviceError {
         joint: usize,
         /// Where it was (rad, m).
         value: f64,
-        /// Lower end.
         lower: f64,
-        /// Upper end.
         upper: f64,
     },
     /// The samples do not make a recording.
@@ -113,28 +74,13 @@ pub enum DeviceError {
     Recording(#[from] ndof_signal::RecordingError),
     /// A file of a robot that cannot be read.
     #[error("{file}: {what}")]
-    File {
-        /// The file.
-        file: String,
-        /// What is wrong and where.
-        what: String,
-    },
+    File { file: String, what: String },
     /// A channel named by an effect that the device does not have.
     #[error("no channel \"{name}\"; the device has: {available}")]
-    NoChannel {
-        /// The name asked for.
-        name: String,
-        /// The channels that there are.
-        available: String,
-    },
+    NoChannel { name: String, available: String },
     /// A force law names an axis that the experiment does not have.
     #[error("a force law acts on {found} axes, the device has {axes}")]
-    LawAxes {
-        /// Axes of the law.
-        found: usize,
-        /// Axes of the device.
-        axes: usize,
-    },
+    LawAxes { found: usize, axes: usize },
 }
 
 impl DeviceError {

@@ -24,284 +24,117 @@ impl fmt::Display for Place {
 /// Why a file was not read or not written.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
+#[allow(missing_docs, reason = "a message says what its fields are")]
 pub enum IoError {
     /// The file could not be opened or read.
     #[error("{file}: cannot be read: {}", said(source, "there is no such file; check the path", "it is a folder; name the files in it, such as FOLDER/*.csv"))]
-    Read {
-        /// The file.
-        file: String,
-        /// What the system says.
-        source: io::Error,
-    },
+    Read { file: String, source: io::Error },
     /// The file could not be written; the target is as it was.
     #[error(
         "{file}: cannot be written: {}; what stood there before is unchanged",
         said(source, "its folder does not exist; make it first, or choose another", "it is a folder; name a file in it")
     )]
-    Write {
-        /// The file.
-        file: String,
-        /// What the system says.
-        source: io::Error,
-    },
+    Write { file: String, source: io::Error },
     /// The file is what the result would be made of.
     #[error("{file}: is an input of this command, and inputs are never overwritten; write the result to another file")]
-    Input {
-        /// The file.
-        file: String,
-    },
+    Input { file: String },
     /// The file has no data.
     #[error("{file}: the file is empty; a recording needs a line of channel names and at least two lines of numbers")]
-    Empty {
-        /// The file.
-        file: String,
-    },
+    Empty { file: String },
     /// The content belongs to no format that is read here.
     #[error("{file}: {found}; {remedy}")]
-    UnknownFormat {
-        /// The file.
-        file: String,
-        /// What it seems to be.
-        found: String,
-        /// What to do.
-        remedy: String,
-    },
+    UnknownFormat { file: String, found: String, remedy: String },
     /// The format exists, but not in this build.
     #[error("{file}: this build does not read or write {format}; build with `--features {feature}`, or convert the file to CSV")]
-    NotBuiltIn {
-        /// The file.
-        file: String,
-        /// The format's name.
-        format: &'static str,
-        /// The Cargo feature that adds it.
-        feature: &'static str,
-    },
+    NotBuiltIn { file: String, format: &'static str, feature: &'static str },
     /// A suffix of no format that can be written.
     #[error("{file}: no format is written under this suffix; known are {}", known.join(", "))]
-    UnknownSuffix {
-        /// The file.
-        file: String,
-        /// The suffixes that are.
-        known: Vec<String>,
-    },
+    UnknownSuffix { file: String, known: Vec<String> },
     /// More than the limits of this library.
     #[error("{file}: {what}: {found}, the limit is {limit}; {remedy}")]
-    TooLarge {
-        /// The file.
-        file: String,
-        /// What there is too much of.
-        what: &'static str,
-        /// How much there is.
-        found: u64,
-        /// How much is allowed.
-        limit: u64,
-        /// What to do.
-        remedy: &'static str,
-    },
+    TooLarge { file: String, what: &'static str, found: u64, limit: u64, remedy: &'static str },
     /// The bytes of a text file are not UTF-8.
     #[error("{file}, line {line}: the text is not UTF-8 (byte 0x{byte:02x}); save the file as UTF-8")]
-    NotUtf8 {
-        /// The file.
-        file: String,
-        /// The line.
-        line: usize,
-        /// The first byte that does not fit.
-        byte: u8,
-    },
+    NotUtf8 { file: String, line: usize, byte: u8 },
     /// The first line holds numbers.
     #[error(
         "{file}, line {line}: there is no line of channel names, the first line holds numbers; put one above it, such as `force_x [N],pos_x [m]`, or say which column is which with --columns FILE.toml"
     )]
-    NoHeader {
-        /// The file.
-        file: String,
-        /// The first line.
-        line: usize,
-    },
+    NoHeader { file: String, line: usize },
     /// What says which column is which is no such file.
     #[error("{file}: {what}; a columns file holds `[columns]` with lines `NAME = {{ number = 3, unit = \"N\" }}`")]
-    Columns {
-        /// The columns file.
-        file: String,
-        /// What is wrong with it.
-        what: String,
-    },
+    Columns { file: String, what: String },
     /// A file of several trials where one is read.
     #[error("{file}: it holds {} trials ({}), and one is read here; {remedy}", trials.len(), crate::listed::listed(trials))]
-    SeveralTrials {
-        /// The file.
-        file: String,
-        /// Their names.
-        trials: Vec<String>,
-        /// What to do.
-        remedy: &'static str,
-    },
+    SeveralTrials { file: String, trials: Vec<String>, remedy: &'static str },
     /// There is a header but no data.
     #[error("{file}, line {line}: there are no samples under the header; check that the file was saved and copied completely")]
-    HeaderOnly {
-        /// The file.
-        file: String,
-        /// The header's line.
-        line: usize,
-    },
+    HeaderOnly { file: String, line: usize },
     /// A column has no name.
     #[error("{file}, line {line}: column {column} has no name; name it, or delete the column")]
     UnnamedColumn {
-        /// The file.
         file: String,
-        /// The header's line.
         line: usize,
         /// The column, from 1.
         column: usize,
     },
     /// A quotation mark is never closed.
     #[error("{file}, line {line}: a quotation mark is opened and never closed; close it, or delete it")]
-    OpenQuote {
-        /// The file.
-        file: String,
-        /// The line.
-        line: usize,
-    },
+    OpenQuote { file: String, line: usize },
     /// Two columns have one name.
     #[error("{file}: two channels are called \"{name}\" (columns {first} and {second}); rename one of them")]
     DuplicateName {
-        /// The file.
         file: String,
-        /// The name.
         name: String,
         /// The first column, from 1.
         first: usize,
-        /// The second.
         second: usize,
     },
     /// A row has too many or too few cells.
     #[error("{file}, line {line}: {found} cells where the header names {expected} columns; {hint}")]
-    Ragged {
-        /// The file.
-        file: String,
-        /// The line.
-        line: usize,
-        /// Cells by the header.
-        expected: usize,
-        /// Cells in this line.
-        found: usize,
-        /// What it may be, and what to do.
-        hint: String,
-    },
+    Ragged { file: String, line: usize, expected: usize, found: usize, hint: String },
     /// The last line of the file is incomplete.
     #[error("{file}, line {line}: the file ends in the middle of a line; copy it again, or delete that line to use what is there")]
-    CutOff {
-        /// The file.
-        file: String,
-        /// The last line.
-        line: usize,
-    },
+    CutOff { file: String, line: usize },
     /// The file holds another number of samples than it says itself.
     #[error(
         "{file}: the file says that it holds {declared} samples, {found} are there; copy it again, or correct the count in its header (`# samples:`, `nRows=`) to use what is there"
     )]
-    SampleCount {
-        /// The file.
-        file: String,
-        /// As declared.
-        declared: f64,
-        /// As found.
-        found: usize,
-    },
+    SampleCount { file: String, declared: f64, found: usize },
     /// A cell is not a number.
     #[error("{file}, {place}, channel \"{channel}\": \"{text}\" is not a number; {hint}")]
-    NotANumber {
-        /// The file.
-        file: String,
-        /// Where.
-        place: Place,
-        /// The channel.
-        channel: String,
-        /// The cell's text.
-        text: String,
-        /// What it may be, and what to do.
-        hint: String,
-    },
+    NotANumber { file: String, place: Place, channel: String, text: String, hint: String },
     /// Samples are missing.
     #[error(
         "{file}, {place}, channel \"{channel}\": no number here ({count} of {total} samples of this channel are missing); cut the stretch out with --start, --stop or --exclude, or repair the file"
     )]
-    Missing {
-        /// The file.
-        file: String,
-        /// The first place.
-        place: Place,
-        /// The channel.
-        channel: String,
-        /// How many samples of it are missing.
-        count: usize,
-        /// Out of how many.
-        total: usize,
-    },
+    Missing { file: String, place: Place, channel: String, count: usize, total: usize },
     /// Nothing says how fast the samples were taken.
     #[error("{file}: {found}; give the sample rate with --sample-rate HZ, a line `# sample_rate_hz: 1000`, or a column `t [s]`")]
-    NoSampleRate {
-        /// The file.
-        file: String,
-        /// What the file says instead.
-        found: String,
-    },
+    NoSampleRate { file: String, found: String },
     /// The rate asked for is not a rate.
     #[error("{file}: {rate_hz} Hz as {what}; it must be a positive, finite number")]
-    BadRate {
-        /// The file.
-        file: String,
-        /// Which rate.
-        what: &'static str,
-        /// Its value.
-        rate_hz: f64,
-    },
+    BadRate { file: String, what: &'static str, rate_hz: f64 },
     /// The time column has a unit that is none of time.
     #[error("{file}: the column \"{column}\" is the time, but its unit \"{unit}\" is none; write `{column} [s]` or `{column} [ms]`, or rename the column")]
-    TimeUnit {
-        /// The file.
-        file: String,
-        /// The column.
-        column: String,
-        /// Its unit.
-        unit: String,
-    },
+    TimeUnit { file: String, column: String, unit: String },
     /// One sample does not make a rate.
     #[error("{file}: {rows} sample only; the time column gives a rate from two samples on")]
-    OneSample {
-        /// The file.
-        file: String,
-        /// How many samples there are.
-        rows: usize,
-    },
+    OneSample { file: String, rows: usize },
     /// Time stands still or runs backwards.
     #[error("{file}, {place}: time goes from {before_s} s to {after_s} s; it must increase: look for repeated or swapped lines, or two recordings in one file")]
-    TimeBackwards {
-        /// The file.
-        file: String,
-        /// Where.
-        place: Place,
-        /// The time before.
-        before_s: f64,
-        /// The time at the place.
-        after_s: f64,
-    },
+    TimeBackwards { file: String, place: Place, before_s: f64, after_s: f64 },
     /// The steps of time differ.
     #[error(
         "{file}, {place}: irregular time: a step of {found_s} s where {expected_s} s is expected ({count} of {steps} steps are irregular); --resample interpolates onto a regular grid, --stop and --exclude cut"
     )]
     IrregularTime {
-        /// The file.
         file: String,
-        /// The first irregular step's end.
         place: Place,
-        /// The step found.
         found_s: f64,
         /// The median step.
         expected_s: f64,
-        /// How many steps are irregular.
         count: usize,
-        /// Out of how many.
         steps: usize,
     },
     /// A gap too long to be interpolated over.
@@ -309,87 +142,34 @@ pub enum IoError {
         "{file}, {place}: a gap of {gap_s} s, {steps:.1} steps, is too long to interpolate over (at most {limit} steps); cut it out with --stop or --exclude"
     )]
     Gap {
-        /// The file.
         file: String,
-        /// The gap's end.
         place: Place,
-        /// Its length.
         gap_s: f64,
         /// Its length in median steps.
         steps: f64,
-        /// The most that is bridged.
         limit: f64,
     },
     /// Resampling below the file's own rate, which would fold high frequencies onto low ones.
     #[error("{file}: resampling to {asked_hz} Hz lies below the file's {rate_hz} Hz and would alias; ask for {rate_hz} Hz or more, or `auto`")]
-    ResampleDown {
-        /// The file.
-        file: String,
-        /// The rate asked for.
-        asked_hz: f64,
-        /// The file's median rate.
-        rate_hz: f64,
-    },
+    ResampleDown { file: String, asked_hz: f64, rate_hz: f64 },
     /// A unit was given for a channel that does not exist.
     #[error("{file}: a unit is given for \"{channel}\", which is no channel of it; it has: {}", available.join(", "))]
-    NoChannel {
-        /// The file.
-        file: String,
-        /// The channel asked for.
-        channel: String,
-        /// Those that there are.
-        available: Vec<String>,
-    },
+    NoChannel { file: String, channel: String, available: Vec<String> },
     /// A unit given by the caller is unknown.
     #[error("{file}, channel \"{channel}\": {source}")]
-    Unit {
-        /// The file.
-        file: String,
-        /// The channel.
-        channel: String,
-        /// Which unit.
-        source: ndof_signal::UnknownUnit,
-    },
+    Unit { file: String, channel: String, source: ndof_signal::UnknownUnit },
     /// A binary file is damaged.
     #[error("{file}: damaged {format} file: {what}; write or copy it again")]
-    Damaged {
-        /// The file.
-        file: String,
-        /// The format.
-        format: &'static str,
-        /// What does not fit, and where.
-        what: String,
-    },
+    Damaged { file: String, format: &'static str, what: String },
     /// The file is intact, but holds what is no recording.
     #[error("{file}: {what}; {remedy}")]
-    Unsuitable {
-        /// The file.
-        file: String,
-        /// What it holds.
-        what: String,
-        /// What to do.
-        remedy: String,
-    },
+    Unsuitable { file: String, what: String, remedy: String },
     /// A recording that the format cannot hold.
     #[error("{file}: {what} cannot be written as {format}; {remedy}")]
-    Unwritable {
-        /// The file.
-        file: String,
-        /// What.
-        what: String,
-        /// The format.
-        format: &'static str,
-        /// What to do.
-        remedy: &'static str,
-    },
+    Unwritable { file: String, what: String, format: &'static str, remedy: &'static str },
     /// The parts do not make a recording.
     #[error("{file}: {source}")]
-    Recording {
-        /// The file.
-        file: String,
-        /// Why.
-        source: ndof_signal::RecordingError,
-    },
+    Recording { file: String, source: ndof_signal::RecordingError },
 }
 
 /// What the system says, without the names of files that are only ours, and what to do about it.

@@ -35,29 +35,21 @@ pub enum Kinematics {
 
 /// Why kinematics cannot be used.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[allow(missing_docs, reason = "a message says what its fields are")]
 pub enum KinematicsError {
     /// A length that is none.
     #[error("link {link} has length {length_m} m; lengths are positive")]
     Length {
         /// 1 or 2.
         link: usize,
-        /// What was given.
         length_m: f64,
     },
     /// The hand is where the arm cannot take it.
     #[error("the hand is {distance_m:.3} m from the shoulder, links of {} and {} m reach from {:.3} to {:.3} m; check lengths and positions", lengths_m[0], lengths_m[1], (lengths_m[0] - lengths_m[1]).abs(), lengths_m[0] + lengths_m[1])]
-    OutOfReach {
-        /// From shoulder to hand.
-        distance_m: f64,
-        /// The links.
-        lengths_m: [f64; 2],
-    },
+    OutOfReach { distance_m: f64, lengths_m: [f64; 2] },
     /// Angles on the wrong side for this arm.
     #[error("elbow angle {elbow_rad} rad is that of the other arm: φ₂ is positive on a right arm, negative on a left one")]
-    WrongArm {
-        /// φ₂.
-        elbow_rad: f64,
-    },
+    WrongArm { elbow_rad: f64 },
 }
 
 impl Kinematics {

@@ -51,43 +51,26 @@ pub struct Projected {
 
 /// Why impedance cannot be projected.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[allow(missing_docs, reason = "a message says what its fields are")]
 pub enum ProjectionError {
     /// Jacobian and impedance differ in size.
     #[error(
         "the Jacobian has {rows} endpoint axes and {columns} joints, the impedance {axes} axes; give one row for each endpoint axis and one column for each joint"
     )]
-    Shape {
-        /// Endpoint axes of the Jacobian.
-        rows: usize,
-        /// Joints of the Jacobian.
-        columns: usize,
-        /// Axes of the impedance.
-        axes: usize,
-    },
+    Shape { rows: usize, columns: usize, axes: usize },
     /// More joints than the endpoint can tell apart.
     #[error("{joints} joints move {axes} endpoint axes: many joint impedances give the same impedance at the endpoint; fix joints or measure more axes")]
-    Redundant {
-        /// Number of joints.
-        joints: usize,
-        /// Number of endpoint axes.
-        axes: usize,
-    },
+    Redundant { joints: usize, axes: usize },
     /// Joints move the endpoint in fewer directions than there are axes.
     #[error("the Jacobian's condition number is {condition:.3e} (limit {limit:.0e}): the posture is singular, as a stretched arm is; bend the elbow")]
     Singular {
         /// Largest over smallest singular value.
         condition: f64,
-        /// The largest that is accepted.
         limit: f64,
     },
     /// The mean force has another number of components than the endpoint has axes.
     #[error("{found} components of mean force, the endpoint has {axes} axes")]
-    MeanForce {
-        /// What was given.
-        found: usize,
-        /// What is needed.
-        axes: usize,
-    },
+    MeanForce { found: usize, axes: usize },
 }
 
 /// Above this condition an error of a percent in geometry or data is an error as large as the result.

@@ -46,6 +46,7 @@ pub struct CrossSpectra {
 
 /// Why spectra cannot be pooled.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[allow(missing_docs, reason = "a message says what its fields are")]
 pub enum SpectraError {
     /// There is nothing to pool.
     #[error("no spectra to pool; give at least one recording")]
@@ -55,11 +56,8 @@ pub enum SpectraError {
     Mismatch {
         /// Number of the trial, from 1.
         trial: usize,
-        /// What differs.
         what: &'static str,
-        /// In the first.
         expected: f64,
-        /// In this one.
         found: f64,
     },
 }

@@ -44,18 +44,14 @@ impl Default for Multitaper {
 
 /// Why the multitaper method cannot be applied.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[allow(missing_docs, reason = "a message says what its fields are")]
 pub enum MultitaperError {
     /// There are no such tapers.
     #[error("making the tapers: {0}")]
     Tapers(#[from] SlepianError),
     /// The transform is shorter than the record.
     #[error("nfft {nfft} is below the {len} samples of the recording; a shorter transform would throw samples away")]
-    ShortTransform {
-        /// Samples in the recording.
-        len: usize,
-        /// Length of the transform.
-        nfft: usize,
-    },
+    ShortTransform { len: usize, nfft: usize },
     /// Channels that cannot be analysed together.
     #[error(transparent)]
     Samples(#[from] SamplesError),

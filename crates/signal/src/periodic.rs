@@ -27,22 +27,14 @@ pub struct Periodic {
 
 /// Why a recording cannot be averaged over periods.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[allow(missing_docs, reason = "a message says what its fields are")]
 pub enum PeriodicError {
     /// A period has no samples.
     #[error("a period of 0 samples; give the period of the excitation")]
     EmptyPeriod,
     /// No whole period is left.
     #[error("{len} samples hold {whole} periods of {period}, {discard} of them discarded; two must remain to tell noise from response")]
-    TooShort {
-        /// Samples in the recording.
-        len: usize,
-        /// Whole periods in it.
-        whole: usize,
-        /// Samples in a period.
-        period: usize,
-        /// Periods left out.
-        discard: usize,
-    },
+    TooShort { len: usize, whole: usize, period: usize, discard: usize },
     /// Channels that cannot be analysed together.
     #[error(transparent)]
     Samples(#[from] SamplesError),

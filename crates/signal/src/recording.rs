@@ -45,41 +45,26 @@ pub struct Recording {
 
 /// Why samples do not make a recording.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[allow(missing_docs, reason = "a message says what its fields are")]
 pub enum RecordingError {
     /// The sample rate is not a positive number.
     #[error("sample rate {0} Hz; it must be a positive, finite number")]
     SampleRate(f64),
     /// Channels differ in length.
     #[error("channel \"{name}\" has {found} samples, \"{first}\" has {expected}; all channels of a recording need the same number")]
-    Length {
-        /// The channel that sets the length.
-        first: String,
-        /// Its number of samples.
-        expected: usize,
-        /// The channel that differs.
-        name: String,
-        /// Its number of samples.
-        found: usize,
-    },
+    Length { first: String, expected: usize, name: String, found: usize },
     /// Two channels have one name.
     #[error("two channels are called \"{0}\"; rename one of them")]
     DuplicateName(String),
     /// There is no channel of that name.
     #[error("no channel \"{name}\"; the recording has: {}", available.join(", "))]
-    NoChannel {
-        /// The name asked for.
-        name: String,
-        /// The names that there are.
-        available: Vec<String>,
-    },
+    NoChannel { name: String, available: Vec<String> },
     /// A sample is not a number.
     #[error("channel \"{channel}\" is {value} at sample {sample} ({time_s:.4} s); cut that stretch out or repair the file")]
     NotFinite {
-        /// The channel.
         channel: String,
         /// The sample's index, from 0.
         sample: usize,
-        /// Its time.
         time_s: f64,
         /// NaN or an infinity.
         value: f64,
@@ -87,11 +72,9 @@ pub enum RecordingError {
     /// A cut lies outside of the recording.
     #[error("samples {from} to {to} were asked for, the recording has {len}")]
     Range {
-        /// First sample asked for.
         from: usize,
         /// One past the last.
         to: usize,
-        /// How many there are.
         len: usize,
     },
 }

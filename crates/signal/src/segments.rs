@@ -83,25 +83,14 @@ pub(crate) fn first_not_finite(samples: &[f64]) -> Option<usize> {
 
 /// Why channels cannot be analysed together.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[allow(missing_docs, reason = "a message says what its fields are")]
 pub enum SamplesError {
     /// A channel differs in length.
     #[error("channel {channel} has {found} samples, the first has {expected}")]
-    Length {
-        /// Index of the channel.
-        channel: usize,
-        /// Samples in the first.
-        expected: usize,
-        /// Samples in this one.
-        found: usize,
-    },
+    Length { channel: usize, expected: usize, found: usize },
     /// A sample is not a number.
     #[error("channel {channel} is not a finite number at sample {sample}; cut that stretch out or repair it")]
-    NotFinite {
-        /// Index of the channel.
-        channel: usize,
-        /// Index of the sample.
-        sample: usize,
-    },
+    NotFinite { channel: usize, sample: usize },
 }
 
 /// Refuses channels that do not have `expected` finite samples each, of which `start` is the index of the first.

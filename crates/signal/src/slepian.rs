@@ -14,23 +14,14 @@ pub struct SlepianTapers {
 
 /// Why there are no such tapers.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[allow(missing_docs, reason = "a message says what its fields are")]
 pub enum SlepianError {
     /// The time-bandwidth product is out of range.
     #[error("time-bandwidth product {time_bandwidth} with {samples} samples; it must lie above 0 and below {} (usual: 2.5 to 4)", *samples as f64 / 2.0)]
-    TimeBandwidth {
-        /// NW.
-        time_bandwidth: f64,
-        /// N.
-        samples: usize,
-    },
+    TimeBandwidth { time_bandwidth: f64, samples: usize },
     /// More tapers than samples, or none.
     #[error("{tapers} tapers of {samples} samples; ask for 1 to {samples} (usual: 2 NW − 1)")]
-    Count {
-        /// Tapers asked for.
-        tapers: usize,
-        /// N.
-        samples: usize,
-    },
+    Count { tapers: usize, samples: usize },
 }
 
 /// The first `count` Slepian tapers of `samples` samples for the time-bandwidth product NW = `time_bandwidth`.

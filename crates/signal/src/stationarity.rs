@@ -6,15 +6,11 @@ use serde::{Deserialize, Serialize};
 
 /// Why a test cannot be made.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[allow(missing_docs, reason = "a message says what its fields are")]
 pub enum StationarityError {
     /// Fewer samples than intervals, or no interval.
     #[error("{samples} samples in {intervals} intervals; every interval needs a sample (usual: 16 to 25 intervals)")]
-    Intervals {
-        /// Samples given.
-        samples: usize,
-        /// Intervals asked for.
-        intervals: usize,
-    },
+    Intervals { samples: usize, intervals: usize },
     /// The test is not defined for so few values, or its exact distribution too long to add up.
     #[error("{0} values; the reverse arrangement test takes 4 to 400 (usual: 16 to 25)")]
     Count(usize),

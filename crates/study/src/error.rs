@@ -4,6 +4,7 @@ use ndof_analysis::AnalysisError;
 
 /// Why a job could not be done: what is wrong, where, and what to do about it.
 #[derive(Debug, thiserror::Error)]
+#[allow(missing_docs, reason = "a message says what its fields are")]
 pub enum StudyError {
     /// Files, recordings and what is made of them.
     #[error(transparent)]
@@ -22,18 +23,7 @@ pub enum StudyError {
     Joints(#[from] ndof_joints::ExcitationError),
     /// The predicted motion passes a limit.
     #[error("the {limb} limb's {what} on axis {axis} would reach {value:.4}, the limit is {limit:.4}; lower `rms` to {:.3} of what it is, or raise the limit", (1000.0 * limit / value).floor() / 1000.0)]
-    Motion {
-        /// Which limb.
-        limb: String,
-        /// The axis.
-        axis: String,
-        /// Displacement or velocity.
-        what: &'static str,
-        /// What is predicted.
-        value: f64,
-        /// What is allowed.
-        limit: f64,
-    },
+    Motion { limb: String, axis: String, what: &'static str, value: f64, limit: f64 },
 }
 
 /// What `file` says is understood and makes no sense: what is wrong and what to do.

@@ -15,6 +15,7 @@ pub struct Ports {
 
 /// Why ports do not fit.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[allow(missing_docs, reason = "a message says what its fields are")]
 pub enum PortsError {
     /// No input.
     #[error("no input channel; name one with --input, or call it force_… or torque_…")]
@@ -24,12 +25,7 @@ pub enum PortsError {
     NoOutput,
     /// An index is beyond the channels.
     #[error("channel index {index} was asked for, there are {channels} channels")]
-    OutOfRange {
-        /// The index.
-        index: usize,
-        /// How many channels there are.
-        channels: usize,
-    },
+    OutOfRange { index: usize, channels: usize },
     /// One channel has two roles.
     #[error("channel index {0} is used twice; a channel can be input, output or reference once")]
     UsedTwice(usize),

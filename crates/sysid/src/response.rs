@@ -80,33 +80,17 @@ pub struct FrequencyResponse {
 
 /// Why a response cannot be converted.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[allow(missing_docs, reason = "a message says what its fields are")]
 pub enum ResponseError {
     /// An inverse of something that is not square.
     #[error("a response of {outputs} outputs to {inputs} inputs has no inverse; choose as many outputs as inputs")]
-    NotSquare {
-        /// Rows.
-        outputs: usize,
-        /// Columns.
-        inputs: usize,
-    },
+    NotSquare { outputs: usize, inputs: usize },
     /// A response of another size than the model that it is set against.
     #[error("a response of {outputs} outputs to {inputs} inputs beside a model of {axes} axes; give one output and one input for each axis")]
-    Size {
-        /// Rows.
-        outputs: usize,
-        /// Columns.
-        inputs: usize,
-        /// Axes of the model.
-        axes: usize,
-    },
+    Size { outputs: usize, inputs: usize, axes: usize },
     /// A general transfer function has no mechanical meaning to convert.
     #[error("{from:?} cannot be turned into {to:?}: the channels are not effort and motion; set their units or prefixes")]
-    NoMeaning {
-        /// What it is.
-        from: ResponseKind,
-        /// What was asked for.
-        to: ResponseKind,
-    },
+    NoMeaning { from: ResponseKind, to: ResponseKind },
 }
 
 impl FrequencyResponse {

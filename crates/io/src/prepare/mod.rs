@@ -16,57 +16,23 @@ use ndof_signal::RecordingError;
 /// Why a recording cannot be prepared so.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
+#[allow(missing_docs, reason = "a message says what its fields are")]
 pub enum PrepareError {
     /// A matrix that does not fit the channels.
     #[error("the matrix has {rows} rows, the shortest of {columns} columns; {outputs} channels from {inputs} need {outputs} rows of {inputs}")]
-    MatrixShape {
-        /// Rows found.
-        rows: usize,
-        /// Columns of the shortest row.
-        columns: usize,
-        /// Channels to make.
-        outputs: usize,
-        /// Channels to make them of.
-        inputs: usize,
-    },
+    MatrixShape { rows: usize, columns: usize, outputs: usize, inputs: usize },
     /// An entry of a matrix, or a mass, is not a number.
     #[error("{what} is {value}; it must be a finite number")]
-    NotFinite {
-        /// What.
-        what: String,
-        /// Its value.
-        value: f64,
-    },
+    NotFinite { what: String, value: f64 },
     /// Units that do not go together.
     #[error("channel \"{channel}\" is in \"{found}\", \"{other}\" in \"{expected}\"; {remedy}")]
-    Units {
-        /// The channel.
-        channel: String,
-        /// Its unit.
-        found: String,
-        /// What it is used with.
-        other: String,
-        /// The unit of that.
-        expected: String,
-        /// What to do.
-        remedy: &'static str,
-    },
+    Units { channel: String, found: String, other: String, expected: String, remedy: &'static str },
     /// Two recordings that do not seem to be of one trial.
     #[error("the shared channels correlate by {correlation:.3} at best, {needed} is needed; choose a channel that both files have of the same trial")]
-    NoOverlap {
-        /// The best correlation found.
-        correlation: f64,
-        /// The least that is accepted.
-        needed: f64,
-    },
+    NoOverlap { correlation: f64, needed: f64 },
     /// Too short to differentiate.
     #[error("{len} samples are too few to differentiate twice; {needed} are needed")]
-    TooShort {
-        /// Samples there are.
-        len: usize,
-        /// Samples needed.
-        needed: usize,
-    },
+    TooShort { len: usize, needed: usize },
     /// The recording refuses.
     #[error(transparent)]
     Recording(#[from] RecordingError),

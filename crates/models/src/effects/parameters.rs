@@ -25,57 +25,23 @@ pub struct Parameters(pub BTreeMap<String, Value>);
 
 /// Why an effect cannot be built.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[allow(missing_docs, reason = "a message says what its fields are")]
 pub enum EffectError {
     /// A parameter that has no default is missing.
     #[error("effect \"{effect}\" needs the parameter \"{parameter}\"")]
-    Missing {
-        /// The effect.
-        effect: &'static str,
-        /// What is missing.
-        parameter: &'static str,
-    },
+    Missing { effect: &'static str, parameter: &'static str },
     /// A parameter's value makes no sense.
     #[error("effect \"{effect}\": {parameter} = {value} lies outside of {lo} to {hi}")]
-    OutOfBounds {
-        /// The effect.
-        effect: &'static str,
-        /// The parameter.
-        parameter: &'static str,
-        /// What was given.
-        value: f64,
-        /// Smallest value.
-        lo: f64,
-        /// Largest value.
-        hi: f64,
-    },
+    OutOfBounds { effect: &'static str, parameter: &'static str, value: f64, lo: f64, hi: f64 },
     /// A name that the effect does not have.
     #[error("effect \"{effect}\" has no parameter \"{given}\"; it has: {}", known.join(", "))]
-    Unknown {
-        /// The effect.
-        effect: &'static str,
-        /// What was given.
-        given: String,
-        /// What there is.
-        known: Vec<String>,
-    },
+    Unknown { effect: &'static str, given: String, known: Vec<String> },
     /// The value is of the wrong kind.
     #[error("effect \"{effect}\": {parameter} must be {expected}")]
-    Kind {
-        /// The effect.
-        effect: &'static str,
-        /// The parameter.
-        parameter: &'static str,
-        /// What it must be.
-        expected: &'static str,
-    },
+    Kind { effect: &'static str, parameter: &'static str, expected: &'static str },
     /// The effect needs to know something about the plant that the setting lacks.
     #[error("effect \"{effect}\" needs {what}")]
-    Setting {
-        /// The effect.
-        effect: &'static str,
-        /// What is missing.
-        what: &'static str,
-    },
+    Setting { effect: &'static str, what: &'static str },
 }
 
 impl Parameters {

@@ -19,25 +19,14 @@ pub struct LoopModel {
 
 /// Why a loop cannot be modelled.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[allow(missing_docs, reason = "a message says what its fields are")]
 pub enum LoopModelError {
     /// The two responses do not belong to one loop.
     #[error("responses to the reference of {effort} efforts, {motion} motions and {references} references; a loop model needs as many of each")]
-    Shape {
-        /// Rows of the response of the effort.
-        effort: usize,
-        /// Rows of the response of the motion.
-        motion: usize,
-        /// Columns.
-        references: usize,
-    },
+    Shape { effort: usize, motion: usize, references: usize },
     /// There is no frequency at which the loop could be computed.
     #[error("no frequency between {low_hz} and {high_hz} Hz at which both responses to the reference exist; widen the band")]
-    NoFrequency {
-        /// Lower end of the band.
-        low_hz: f64,
-        /// Upper end of the band.
-        high_hz: f64,
-    },
+    NoFrequency { low_hz: f64, high_hz: f64 },
     /// The loop's stiffness cannot be computed.
     #[error(transparent)]
     Response(#[from] ResponseError),

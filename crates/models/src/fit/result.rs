@@ -62,17 +62,11 @@ pub struct Fit {
 
 /// Why a fit is not possible.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[allow(missing_docs, reason = "a message says what its fields are")]
 pub enum FitError {
     /// The response does not have the model's shape.
     #[error("the response has {outputs} outputs and {inputs} inputs, the model {axes} axes; choose channels so that they agree")]
-    Shape {
-        /// Rows of the response.
-        outputs: usize,
-        /// Columns of the response.
-        inputs: usize,
-        /// Axes of the model.
-        axes: usize,
-    },
+    Shape { outputs: usize, inputs: usize, axes: usize },
     /// A response that is no mechanical one.
     #[error("the response relates quantities that are not effort and motion; set the channels' units or prefixes")]
     NotMechanical,
@@ -81,15 +75,11 @@ pub enum FitError {
         "{bins} usable frequencies between {low_hz:.4} and {high_hz:.4} Hz (0 Hz and gaps never count) are worth {independent:.1} independent ones, {needed} are needed; widen the band, use longer windows or record longer"
     )]
     TooFewBins {
-        /// Usable frequencies.
         bins: usize,
         /// Those that say something of their own; windows and padding make neighbours alike.
         independent: f64,
-        /// What the model needs at least.
         needed: usize,
-        /// Lower end of the band.
         low_hz: f64,
-        /// Upper end of the band.
         high_hz: f64,
     },
     /// No covariance to weight with.
@@ -97,12 +87,7 @@ pub enum FitError {
     NoCovariance,
     /// Start values do not fit the model.
     #[error("{found} start values, the model has {expected} parameters")]
-    StartLength {
-        /// What was given.
-        found: usize,
-        /// What the model has.
-        expected: usize,
-    },
+    StartLength { found: usize, expected: usize },
     /// The response cannot be turned into an impedance.
     #[error(transparent)]
     Response(#[from] ndof_sysid::ResponseError),

@@ -5,17 +5,15 @@ use ndof_signal::FilterError;
 
 /// Why a free-run fit is not possible.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[allow(missing_docs, reason = "a message says what its fields are")]
 pub enum FreeRunError {
     /// Channels or lengths do not agree.
     #[error("trial {trial}: {force} force and {motion} motion channels for {axes} axes, or channels of unequal length; give one of each for every axis")]
     Shape {
         /// Number of the trial, from 1.
         trial: usize,
-        /// Force channels.
         force: usize,
-        /// Motion channels.
         motion: usize,
-        /// Axes of the mechanism.
         axes: usize,
     },
     /// Nothing to fit.
@@ -23,12 +21,7 @@ pub enum FreeRunError {
     Empty,
     /// Start values do not fit.
     #[error("{found} start values, the mechanism has {expected} parameters")]
-    StartLength {
-        /// What was given.
-        found: usize,
-        /// What the mechanism has.
-        expected: usize,
-    },
+    StartLength { found: usize, expected: usize },
     /// A disturbance that cannot be told.
     #[error("a disturbance as a force needs a fit with given force that compares every sample; leave out the low-pass of the output and imposed motion")]
     Disturbance,

@@ -2,25 +2,14 @@
 
 /// Data that do not fit together.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+#[allow(missing_docs, reason = "a message says what its fields are")]
 pub enum FigureError {
     /// A table has another shape than its axes.
     #[error("{what} has the shape {found:?}, but {expected:?} is needed ({meaning}); pass one value for each")]
-    Shape {
-        /// The table, with the curve's label.
-        what: String,
-        /// What the sizes stand for.
-        meaning: &'static str,
-        /// Wanted.
-        expected: Vec<usize>,
-        /// Given.
-        found: Vec<usize>,
-    },
+    Shape { what: String, meaning: &'static str, expected: Vec<usize>, found: Vec<usize> },
     /// There is nothing to draw.
     #[error("{what} is empty; leave the figure out or pass data")]
-    Empty {
-        /// The table.
-        what: &'static str,
-    },
+    Empty { what: &'static str },
     /// A model has no response of the kind that is shown.
     #[error(transparent)]
     Response(#[from] ndof_sysid::ResponseError),

@@ -23,67 +23,32 @@ use crate::{FilterError, WelchError};
 
 /// Why an excitation cannot be made.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[allow(missing_docs, reason = "a message says what its fields are")]
 pub enum ExcitationError {
     /// A number that must be positive is not.
     #[error("{what} is {value}; it must be positive and finite")]
-    NotPositive {
-        /// Its name.
-        what: &'static str,
-        /// The value given.
-        value: f64,
-    },
+    NotPositive { what: &'static str, value: f64 },
     /// No seed was to be tried.
     #[error("no seed to try; ask for at least one candidate")]
     NoCandidates,
     /// The analysis band holds no bin.
     #[error("no frequency of the analysis lies within {low_hz} to {high_hz} Hz; widen the band or lengthen the segments")]
-    EmptyBand {
-        /// Lower edge.
-        low_hz: f64,
-        /// Upper edge.
-        high_hz: f64,
-    },
+    EmptyBand { low_hz: f64, high_hz: f64 },
     /// A multisine has no line to carry an axis.
     #[error("lines {step_hz} Hz apart leave none for each of {axes} axes within {low_hz} to {high_hz} Hz; lengthen the period or widen the band")]
-    NoLines {
-        /// Lower edge.
-        low_hz: f64,
-        /// Upper edge.
-        high_hz: f64,
-        /// Distance of the lines.
-        step_hz: f64,
-        /// Axes among which the lines are shared.
-        axes: usize,
-    },
+    NoLines { low_hz: f64, high_hz: f64, step_hz: f64, axes: usize },
     /// There is no shift register of that length here.
     #[error("binary sequence of order {0}; take 2 to 20 (3 to 1 048 575 bits)")]
     PrbsOrder(usize),
     /// A frequency that the sample rate cannot hold.
     #[error("{frequency_hz} Hz with {sample_rate_hz} Hz samples; stay below {} Hz", sample_rate_hz / 2.0)]
-    AboveNyquist {
-        /// The frequency asked for.
-        frequency_hz: f64,
-        /// Sample rate.
-        sample_rate_hz: f64,
-    },
+    AboveNyquist { frequency_hz: f64, sample_rate_hz: f64 },
     /// Signals differ in length.
     #[error("signal {axis} has {found} samples, the first has {expected}")]
-    Length {
-        /// Index of the signal.
-        axis: usize,
-        /// Samples in the first.
-        expected: usize,
-        /// Samples in this one.
-        found: usize,
-    },
+    Length { axis: usize, expected: usize, found: usize },
     /// A response does not fit the signals.
     #[error("the response is {} × {}, expected {} × {} (outputs × inputs)", found.0, found.1, expected.0, expected.1)]
-    Shape {
-        /// Outputs × inputs that fit.
-        expected: (usize, usize),
-        /// Outputs × inputs given.
-        found: (usize, usize),
-    },
+    Shape { expected: (usize, usize), found: (usize, usize) },
     /// The filter of the noise cannot be made.
     #[error("filtering the noise: {0}")]
     Filter(#[from] FilterError),

@@ -43,51 +43,29 @@ pub struct Welch {
 
 /// Why Welch's method cannot be applied.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[allow(missing_docs, reason = "a message says what its fields are")]
 pub enum WelchError {
     /// A segment has no samples.
     #[error("nperseg is 0; a segment needs samples")]
     EmptySegment,
     /// The overlap leaves no step.
     #[error("noverlap {noverlap} is not below nperseg {nperseg}; take for example {}", nperseg / 2)]
-    Overlap {
-        /// Samples in a segment.
-        nperseg: usize,
-        /// Samples that neighbours share.
-        noverlap: usize,
-    },
+    Overlap { nperseg: usize, noverlap: usize },
     /// The transform is shorter than a segment.
     #[error("nfft {nfft} is below nperseg {nperseg}; a shorter transform would throw samples away")]
-    ShortTransform {
-        /// Samples in a segment.
-        nperseg: usize,
-        /// Length of the transform.
-        nfft: usize,
-    },
+    ShortTransform { nperseg: usize, nfft: usize },
     /// The record is shorter than a segment.
     #[error("the recording has {len} samples, a segment needs {nperseg}; lower nperseg to {} or record longer", (len / 2).max(1))]
-    TooShort {
-        /// Samples in the recording.
-        len: usize,
-        /// Samples in a segment.
-        nperseg: usize,
-    },
+    TooShort { len: usize, nperseg: usize },
     /// Channels that cannot be analysed together.
     #[error(transparent)]
     Samples(#[from] SamplesError),
     /// A piece of a stream does not have the stream's channels.
     #[error("a piece has {found} channels, the stream has {expected}")]
-    Channels {
-        /// Channels of the stream.
-        expected: usize,
-        /// Channels of the piece.
-        found: usize,
-    },
+    Channels { expected: usize, found: usize },
     /// Partial sums do not make a whole.
     #[error("partial sums do not fit together: {why}; merge each block of one record's one analysis once")]
-    Merge {
-        /// What is wrong.
-        why: &'static str,
-    },
+    Merge { why: &'static str },
 }
 
 impl Welch {

@@ -10,26 +10,19 @@ pub(crate) const LARGEST: f64 = 1e60;
 
 /// Why a response cannot be estimated.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[allow(missing_docs, reason = "a message says what its fields are")]
 pub enum EstimateError {
     /// The ports do not fit the channels.
     #[error(transparent)]
     Ports(#[from] PortsError),
     /// Labels and ports differ in number.
     #[error("{labels} labels for {ports} {role} channels; give one label a channel")]
-    Labels {
-        /// Which of the ports.
-        role: &'static str,
-        /// How many labels there are.
-        labels: usize,
-        /// How many channels.
-        ports: usize,
-    },
+    Labels { role: &'static str, labels: usize, ports: usize },
     /// With so few averages coherence would be identically one and no error could be told.
     #[error(
         "{averages:.2} effective averages are too few to estimate {unknowns} input(s) with an error: more than {unknowns} are needed; take shorter segments (--nperseg), a longer recording, or more trials"
     )]
     TooFewAverages {
-        /// Effective averages.
         averages: f64,
         /// Unknowns of one row of the response.
         unknowns: usize,
@@ -39,7 +32,6 @@ pub enum EstimateError {
     Size {
         /// input, output or reference.
         role: &'static str,
-        /// The channel.
         name: String,
         /// Its largest less its smallest value.
         size: f64,
@@ -49,7 +41,6 @@ pub enum EstimateError {
     Silent {
         /// input or reference.
         role: &'static str,
-        /// The channel.
         name: String,
     },
     /// Channels that drive are copies of each other, or linear combinations, at every frequency.
@@ -60,33 +51,17 @@ pub enum EstimateError {
     Dependent {
         /// input or reference.
         role: &'static str,
-        /// The channels.
         names: Vec<String>,
     },
     /// The derived estimate needs as many references as inputs.
     #[error("{references} reference(s) cannot separate {inputs} input(s); name at least {inputs} commanded channels with --reference")]
-    TooFewReferences {
-        /// References.
-        references: usize,
-        /// Inputs.
-        inputs: usize,
-    },
+    TooFewReferences { references: usize, inputs: usize },
     /// H2 needs a square system.
     #[error("H2 needs as many outputs as inputs, there are {outputs} and {inputs}; use h1 or hv")]
-    NotSquare {
-        /// Outputs.
-        outputs: usize,
-        /// Inputs.
-        inputs: usize,
-    },
+    NotSquare { outputs: usize, inputs: usize },
     /// Only spectra can be judged by where the noise is.
     #[error("{estimator:?} is defined on cross-spectra, {method} has none; use h1, or --method welch or multitaper")]
-    NoSpectra {
-        /// What was asked for.
-        estimator: Direct,
-        /// The spectral method.
-        method: &'static str,
-    },
+    NoSpectra { estimator: Direct, method: &'static str },
     /// No recording was given.
     #[error("no recording to estimate from; give at least one trial")]
     NoTrial,
@@ -95,7 +70,6 @@ pub enum EstimateError {
     Welch {
         /// Number of the trial, from 1.
         trial: usize,
-        /// What is wrong.
         source: WelchError,
     },
     /// A trial cannot be transformed by the multitaper method.
@@ -103,7 +77,6 @@ pub enum EstimateError {
     Multitaper {
         /// Number of the trial, from 1.
         trial: usize,
-        /// What is wrong.
         source: MultitaperError,
     },
     /// A trial cannot be averaged over periods.
@@ -111,33 +84,22 @@ pub enum EstimateError {
     Periodic {
         /// Number of the trial, from 1.
         trial: usize,
-        /// What is wrong.
         source: PeriodicError,
     },
     /// A record has fewer spectral lines than a local fit needs.
     #[error("{lines} spectral lines are too few for a local fit over {needed}; record longer, or lower the half width or the order")]
-    TooFewLines {
-        /// Lines between 0 Hz and Nyquist.
-        lines: usize,
-        /// Lines of the window.
-        needed: usize,
-    },
+    TooFewLines { lines: usize, needed: usize },
     /// A sample is not a number.
     #[error("trial {trial}: channel {channel} is not a finite number at sample {sample}; cut that stretch out or repair it")]
     NotFinite {
         /// Number of the trial, from 1.
         trial: usize,
-        /// Index of the channel.
         channel: usize,
-        /// Index of the sample.
         sample: usize,
     },
     /// No line of the references (or inputs) stands out of the noise.
     #[error("no line of \"{name}\" stands out of the noise; give the period of the excitation, or use another method")]
-    NoLines {
-        /// The channel.
-        name: String,
-    },
+    NoLines { name: String },
     /// Trials cannot be pooled.
     #[error(transparent)]
     Pool(#[from] SpectraError),
