@@ -116,6 +116,7 @@ impl Gains {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::shared_tests::difference;
     use crate::{InertiaDampingStiffnessModel, Symmetry};
 
     fn plane() -> InertiaDampingStiffnessModel {
@@ -155,15 +156,9 @@ mod tests {
         let (value, slopes) = compliance(&THETA, true);
         assert_eq!((value.len(), slopes.len()), (8, 8 * 13));
         for k in 0..13 {
-            let step = 1e-5 * THETA[k].abs();
-            let at = |sign: f64| {
-                let mut theta = THETA;
-                theta[k] += sign * step;
-                compliance(&theta, false).0
-            };
             let size = value.iter().map(|v| v.norm()).fold(0.0, f64::max) / THETA[k].abs();
-            for (e, (up, down)) in at(1.0).iter().zip(at(-1.0)).enumerate() {
-                assert!((slopes[8 * k + e] - (up - down) / (2.0 * step)).norm() < 1e-8 * size, "{k} {e}");
+            for (e, slope) in difference(&THETA, k, 1e-5 * THETA[k].abs(), |theta| compliance(theta, false).0).into_iter().enumerate() {
+                assert!((slopes[8 * k + e] - slope).norm() < 1e-8 * size, "{k} {e}");
             }
         }
     }

@@ -210,6 +210,7 @@ impl<M: ParametricModel> ParametricModel for Held<M> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::shared_tests::difference;
     use crate::{InertiaDampingStiffnessModel, Symmetry};
 
     /// The sampled response of an effort that is held, by the exact step of the state x' = v, v' = (F − B v − K x)/M.
@@ -267,12 +268,7 @@ mod tests {
             held.stiffness(&theta, s, &mut value, Some(&mut slopes));
             assert_eq!(value, at(&theta));
             for k in 0..9 {
-                let step = 1e-5 * theta[k].abs();
-                let (mut up, mut down) = (theta, theta);
-                up[k] += step;
-                down[k] -= step;
-                for (e, (up, down)) in at(&up).iter().zip(at(&down)).enumerate() {
-                    let difference = (up - down) / (2.0 * step);
+                for (e, difference) in difference(&theta, k, 1e-5 * theta[k].abs(), at).into_iter().enumerate() {
                     let size = value[e].norm().max(value[0].norm()) / theta[k].abs();
                     assert!((slopes[4 * k + e] - difference).norm() < 1e-8 * size, "{hold:?} {k} {e}");
                 }

@@ -247,16 +247,7 @@ impl ParametricModel for InertiaDampingStiffnessModel {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use ndarray::arr2;
-
-    fn arm() -> InertiaDampingStiffness {
-        InertiaDampingStiffness {
-            axes: vec![Axis::linear("x"), Axis::linear("y")],
-            inertia: arr2(&[[2.1, -0.55], [-0.55, 1.9]]),
-            damping: arr2(&[[11.0, -2.0], [-2.0, 15.0]]),
-            stiffness: arr2(&[[300.0, -60.0], [-60.0, 520.0]]),
-        }
-    }
+    use crate::shared_tests::{arm, difference};
 
     #[test]
     fn parameters_carry_their_entry_and_unit() {
@@ -303,13 +294,8 @@ mod tests {
         assert!(model.natural(&x).iter().zip(&theta).all(|(a, b)| (a - b).abs() < 1e-12 * 520.0));
         let slopes = model.natural_jacobian(&x).expect("factors");
         for c in 0..9 {
-            let moved = |by: f64| {
-                let mut x = x.clone();
-                x[c] += by;
-                model.natural(&x)
-            };
-            let (up, down) = (moved(1e-4), moved(-1e-4));
-            assert!((0..9).all(|r| (slopes[[r, c]] - (up[r] - down[r]) / 2e-4).abs() < 1e-8));
+            let differences = difference(&x, c, 1e-4, |x| model.natural(x));
+            assert!((0..9).all(|r| (slopes[[r, c]] - differences[r]).abs() < 1e-8));
         }
         let mut impossible = arm();
         impossible.stiffness[[0, 0]] = -50.0;

@@ -43,6 +43,8 @@ mod projection;
 pub mod robot;
 pub mod schedule;
 mod secant;
+#[cfg(test)]
+mod shared_tests;
 mod status;
 pub mod time;
 

@@ -232,6 +232,7 @@ fn check_condition(jacobian: &Array2<f64>) -> Result<(), ProjectionError> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::shared_tests::{arm as hand, difference};
     use crate::{Arm, Symmetry};
     use ndarray::arr2;
 
@@ -258,11 +259,7 @@ mod tests {
             let determinant = j[[0, 0]] * j[[1, 1]] - j[[0, 1]] * j[[1, 0]];
             [(j[[1, 1]] * torque[0] - j[[1, 0]] * torque[1]) / determinant, (-j[[0, 1]] * torque[0] + j[[0, 0]] * torque[1]) / determinant]
         };
-        let h = 1e-5;
-        let slope = Array2::from_shape_fn((2, 2), |(i, j)| {
-            let moved = |by: f64| force([rest[0] + if j == 0 { by } else { 0.0 }, rest[1] + if j == 1 { by } else { 0.0 }])[i];
-            (moved(h) - moved(-h)) / (2.0 * h)
-        });
+        let slope = Array2::from_shape_fn((2, 2), |(i, j)| difference(&rest, j, 1e-5, |q| force([q[0], q[1]]).to_vec())[i]);
         let j = at(rest);
         let determinant = j[[0, 0]] * j[[1, 1]] - j[[0, 1]] * j[[1, 0]];
         let inverse = arr2(&[[j[[1, 1]], -j[[0, 1]]], [-j[[1, 0]], j[[0, 0]]]]) / determinant;
@@ -271,15 +268,6 @@ mod tests {
         assert!((&with - &joint).iter().all(|d| d.abs() < 1e-5), "{with}");
         let without = arm([0.0; 2]).matrices_to_joints(&hand).expect("regular").stiffness;
         assert!((without[[0, 0]] - 27.1).abs() < 0.05 && (without[[0, 1]] - 11.2).abs() < 0.05 && (without[[1, 1]] - 36.2).abs() < 0.05, "{without}");
-    }
-
-    fn hand() -> InertiaDampingStiffness {
-        InertiaDampingStiffness {
-            axes: endpoint(),
-            inertia: arr2(&[[2.1, -0.55], [-0.55, 1.9]]),
-            damping: arr2(&[[11.0, -2.0], [-2.0, 15.0]]),
-            stiffness: arr2(&[[300.0, -60.0], [-60.0, 520.0]]),
-        }
     }
 
     #[test]

@@ -196,6 +196,7 @@ fn apply(place: &Place, n: usize, h: Complex64, slopes: &[Complex64], value: &mu
 mod tests {
     use super::*;
     use crate::blocks::{Delay, FirstOrderFilter, Reflex, SeriesCompliance};
+    use crate::shared_tests::difference;
     use crate::{InertiaDampingStiffnessModel, Symmetry};
 
     fn composite() -> Composite {
@@ -227,17 +228,12 @@ mod tests {
         model.stiffness(&theta, s, &mut value, Some(&mut slopes));
         let size = value.iter().map(|v| v.norm()).fold(0.0, f64::max);
         for p in 0..k {
-            let step = 1e-5 * theta[p].abs();
-            let at = |sign: f64| {
-                let mut theta = theta.clone();
-                theta[p] += sign * step;
+            let at = |theta: &[f64]| {
                 let mut out = vec![Complex64::default(); 4];
-                model.stiffness(&theta, s, &mut out, None);
+                model.stiffness(theta, s, &mut out, None);
                 out
             };
-            let (up, down) = (at(1.0), at(-1.0));
-            for e in 0..4 {
-                let difference = (up[e] - down[e]) / (2.0 * step);
+            for (e, difference) in difference(&theta, p, 1e-5 * theta[p].abs(), at).into_iter().enumerate() {
                 assert!((difference - slopes[4 * p + e]).norm() < 1e-8 * size / theta[p].abs(), "{p} {e}");
             }
         }

@@ -223,6 +223,7 @@ impl Block for Fractional {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::shared_tests::difference;
 
     const ALL: [&dyn Block; 8] = [&Delay, &FirstOrderFilter, &SecondOrderFilter, &Reflex, &SeriesCompliance, &FlexibleMode, &StandardLinearSolid, &Fractional];
 
@@ -236,17 +237,10 @@ mod tests {
                 let s = Complex64::new(0.0, TAU * hz);
                 let mut slopes = vec![Complex64::default(); n];
                 let h = block.evaluate(&theta, s, &mut slopes);
-                let mut scratch = slopes.clone();
-                assert!((block.evaluate(&theta, -s, &mut scratch) - h.conj()).norm() < 1e-12 * h.norm());
+                assert!((block.response(&theta, -s) - h.conj()).norm() < 1e-12 * h.norm());
                 for k in 0..n {
-                    let step = 1e-5 * theta[k];
-                    let mut moved = |sign: f64| {
-                        let mut theta = theta.clone();
-                        theta[k] += sign * step;
-                        block.evaluate(&theta, s, &mut scratch)
-                    };
-                    let difference = (moved(1.0) - moved(-1.0)) / (2.0 * step);
-                    assert!((difference - slopes[k]).norm() < 1e-8 * (h.norm() / theta[k] + slopes[k].norm()), "{} {k} {hz}", block.name());
+                    let difference = difference(&theta, k, 1e-5 * theta[k], |theta| vec![block.response(theta, s)]);
+                    assert!((difference[0] - slopes[k]).norm() < 1e-8 * (h.norm() / theta[k] + slopes[k].norm()), "{} {k} {hz}", block.name());
                 }
             }
         }
@@ -254,7 +248,7 @@ mod tests {
 
     #[test]
     fn blocks_at_rest_and_at_their_corner_are_what_their_names_say() {
-        let at = |block: &dyn Block, theta: &[f64], hz: f64| block.evaluate(theta, Complex64::new(0.0, TAU * hz), &mut vec![Complex64::default(); theta.len()]);
+        let at = |block: &dyn Block, theta: &[f64], hz: f64| block.response(theta, Complex64::new(0.0, TAU * hz));
         assert!((at(&FirstOrderFilter, &[20.0], 20.0).norm() - 0.5f64.sqrt()).abs() < 1e-14);
         assert!((at(&SecondOrderFilter, &[20.0], 20.0).norm() - 0.5f64.sqrt()).abs() < 1e-14);
         assert!((at(&Delay, &[0.01], 5.0).arg() + TAU * 0.05).abs() < 1e-14);

@@ -267,6 +267,7 @@ impl Logarithmic<'_> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::shared_tests::difference;
     use crate::{Axis, InertiaDampingStiffnessModel, Symmetry};
 
     /// Of a Z that is linear in θ the curvature is exact: JᵀJ + S is the slope of Jᵀr.
@@ -300,11 +301,9 @@ mod tests {
         let here = gradient(&theta);
         for c in 0..k {
             assert!((own[(c, 0)] - here[c]).abs() < 1e-12 * here[c].abs().max(1.0), "{c}");
-            let step = 1e-5 * theta[c].abs();
-            let moved = |sign: f64| gradient(&std::array::from_fn::<f64, 9, _>(|i| theta[i] + if i == c { sign * step } else { 0.0 }));
-            for (r, (up, down)) in moved(1.0).iter().zip(moved(-1.0)).enumerate() {
+            for (r, slope) in difference(&theta, c, 1e-5 * theta[c].abs(), &gradient).into_iter().enumerate() {
                 let scale = (hessian[(r, r)] * hessian[(c, c)]).abs().sqrt();
-                assert!((hessian[(r, c)] - (up - down) / (2.0 * step)).abs() < 1e-7 * scale, "{r} {c}");
+                assert!((hessian[(r, c)] - slope).abs() < 1e-7 * scale, "{r} {c}");
             }
         }
     }

@@ -350,16 +350,12 @@ fn cross_blocks(a: &[Complex64], b: &[Complex64], n: usize) -> Vec<Complex64> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::{Axis, Held, Hold, InertiaDampingStiffness, InertiaDampingStiffnessModel, Sampling, Symmetry};
-    use ndarray::arr2;
+    use crate::shared_tests::{arm, difference};
+    use crate::{Held, Hold, InertiaDampingStiffness, InertiaDampingStiffnessModel, Sampling, Symmetry};
 
     fn matrices(scale: f64) -> InertiaDampingStiffness {
-        InertiaDampingStiffness {
-            axes: vec![Axis::linear("x"), Axis::linear("y")],
-            inertia: arr2(&[[2.1, -0.55], [-0.55, 1.9]]) * scale,
-            damping: arr2(&[[11.0, -2.0], [-2.0, 15.0]]) * scale,
-            stiffness: arr2(&[[300.0, -60.0], [-60.0, 520.0]]) * scale,
-        }
+        let InertiaDampingStiffness { axes, inertia, damping, stiffness } = arm();
+        InertiaDampingStiffness { axes, inertia: inertia * scale, damping: damping * scale, stiffness: stiffness * scale }
     }
 
     fn kernel() -> Kernel {
@@ -382,16 +378,9 @@ mod tests {
                     let prediction = Prediction::new(model, kind, &[0.7, 2.1], &kernel(), &smoothing, transducer);
                     let (value, slopes) = prediction.evaluate(theta, true);
                     for (k, t) in theta.iter().enumerate() {
-                        let step = 1e-5 * t.abs();
-                        let moved = |sign: f64| {
-                            let mut theta = theta.to_vec();
-                            theta[k] += sign * step;
-                            prediction.evaluate(&theta, false).0
-                        };
-                        let (up, down) = (moved(1.0), moved(-1.0));
-                        for e in 0..8 {
+                        let differences = difference(theta, k, 1e-5 * t.abs(), |theta| prediction.evaluate(theta, false).0);
+                        for (e, difference) in differences.into_iter().enumerate() {
                             let exact = slopes[(e / 4) * 4 * theta.len() + 4 * k + e % 4];
-                            let difference = (up[e] - down[e]) / (2.0 * step);
                             let size = value.iter().map(|v| v.norm()).fold(0.0, f64::max) / t.abs();
                             assert!((exact - difference).norm() < 1e-8 * size, "{smoothing:?} {kind:?} {k} {e}: {exact} {difference}");
                         }

@@ -80,20 +80,14 @@ impl WeightedFit {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::{Axis, InertiaDampingStiffness, InertiaDampingStiffnessModel, Symmetry};
-    use ndarray::{Array3, arr2};
+    use crate::{InertiaDampingStiffnessModel, Symmetry};
+    use ndarray::Array3;
     use ndof_sysid::{ResponseKind, Uncertainty};
 
     /// An arm on a mount of 1e6 N/m, known to 0.1 %.
     fn mounted(stiffness: f64, kind: ResponseKind) -> (InertiaDampingStiffnessModel, Vec<f64>, FrequencyResponse) {
-        let axes = vec![Axis::linear("x"), Axis::linear("y")];
-        let arm = InertiaDampingStiffness {
-            axes: axes.clone(),
-            inertia: arr2(&[[2.1, -0.55], [-0.55, 1.9]]),
-            damping: arr2(&[[11.0, -2.0], [-2.0, 15.0]]),
-            stiffness: arr2(&[[300.0, -60.0], [-60.0, 520.0]]),
-        };
-        let model = InertiaDampingStiffnessModel::new(axes, Symmetry::Symmetric);
+        let arm = crate::shared_tests::arm();
+        let model = InertiaDampingStiffnessModel::new(arm.axes.clone(), Symmetry::Symmetric);
         let hz: Vec<f64> = (1..=200).map(|k| 0.06 * k as f64).collect();
         let mut response = arm.response(&hz, ResponseKind::Compliance);
         for f in 0..hz.len() {

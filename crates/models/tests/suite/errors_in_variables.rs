@@ -1,7 +1,7 @@
 //! Noise on effort and motion alike: the fit that knows of both is unbiased, the plain one is not, and intervals hold.
 
-use ndarray::arr2;
-use ndof_models::{Axis, ErrorsInVariables, InertiaDampingStiffness, InertiaDampingStiffnessModel, PeriodMeans, Symmetry};
+use crate::support::patient as limb;
+use ndof_models::{ErrorsInVariables, InertiaDampingStiffnessModel, PeriodMeans, Symmetry};
 use num_complex::Complex64;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
@@ -13,15 +13,6 @@ const RATE_HZ: f64 = 128.0;
 const PERIOD: usize = 512;
 const PERIODS: usize = 16;
 const SEEDS: u64 = 200;
-
-fn limb() -> InertiaDampingStiffness {
-    InertiaDampingStiffness {
-        axes: vec![Axis::linear("x"), Axis::linear("y")],
-        inertia: arr2(&[[2.1, -0.55], [-0.55, 1.9]]),
-        damping: arr2(&[[11.0, -2.0], [-2.0, 15.0]]),
-        stiffness: arr2(&[[300.0, -60.0], [-60.0, 520.0]]),
-    }
-}
 
 /// Lines 0.25 to 10 Hz.
 fn lines() -> Vec<usize> {

@@ -65,12 +65,7 @@ fn draw(truth: &FrequencyResponse, relative: f64, degrees: usize, seed: u64) -> 
 
 fn limb(axes: usize) -> InertiaDampingStiffness {
     if axes == 2 {
-        return InertiaDampingStiffness {
-            axes: vec![Axis::linear("x"), Axis::linear("y")],
-            inertia: arr2(&[[2.1, -0.55], [-0.55, 1.9]]),
-            damping: arr2(&[[11.0, -2.0], [-2.0, 15.0]]),
-            stiffness: arr2(&[[300.0, -60.0], [-60.0, 520.0]]),
-        };
+        return crate::support::patient();
     }
     let one = |v: f64| Array2::from_elem((1, 1), v);
     InertiaDampingStiffness { axes: vec![Axis::rotational("ankle")], inertia: one(0.02), damping: one(1.0), stiffness: one(80.0) }

@@ -1,10 +1,9 @@
 //! On data with a reflex the reflex wins, and what mends a phase that rolls off does not.
 
+use crate::support::patient;
 use ndarray::{Array2, Array3, arr2};
 use ndof_models::blocks::{Block, Composite, Delay, FirstOrderFilter, Place, Placed, Reflex, SeriesCompliance};
-use ndof_models::{
-    Axis, Fit, InertiaDampingStiffness, InertiaDampingStiffnessModel, ParametricModel, Smoothing, Symmetry, WeightedFit, likelihood_ratio, linear_start,
-};
+use ndof_models::{Fit, InertiaDampingStiffnessModel, ParametricModel, Smoothing, Symmetry, WeightedFit, likelihood_ratio, linear_start};
 use ndof_signal::Kernel;
 use ndof_sysid::{FrequencyResponse, ResponseKind, Uncertainty};
 use num_complex::Complex64;
@@ -15,15 +14,6 @@ use rand_distr::{Distribution, StandardNormal};
 /// Noise of each element relative to the largest, and its degrees of freedom: six trials of the paper's coarse setting.
 const NOISE: f64 = 0.01;
 const DEGREES: f64 = 140.0;
-
-fn patient() -> InertiaDampingStiffness {
-    InertiaDampingStiffness {
-        axes: vec![Axis::linear("x"), Axis::linear("y")],
-        inertia: arr2(&[[2.1, -0.55], [-0.55, 1.9]]),
-        damping: arr2(&[[11.0, -2.0], [-2.0, 15.0]]),
-        stiffness: arr2(&[[300.0, -60.0], [-60.0, 520.0]]),
-    }
-}
 
 /// Compliance of the patient's arm with a reflex of 50 ms in both axes, written from its equation, with circular noise.
 fn estimate(seed: u64) -> FrequencyResponse {

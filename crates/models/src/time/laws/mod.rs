@@ -80,6 +80,7 @@ pub fn find(name: &str) -> Option<Arc<dyn Law>> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::shared_tests::difference;
     use crate::time::{Equation, LAW_VARIABLES, LOCAL_VARIABLES, Local};
     use num_complex::Complex64;
 
@@ -118,15 +119,7 @@ mod tests {
             let own = value(&point);
             assert!((f - own[0]).abs() <= 1e-14 * f.abs() && rates.iter().zip(&own[1..]).all(|(a, b)| (a - b).abs() <= 1e-13 * b.abs()), "{}", law.name());
             for c in 0..columns {
-                let step = 1e-6 * point[c].abs();
-                let moved = |sign: f64| {
-                    let mut p = point.clone();
-                    p[c] += sign * step;
-                    value(&p)
-                };
-                let (up, down) = (moved(1.0), moved(-1.0));
-                for r in 0..=nz {
-                    let difference = (up[r] - down[r]) / (2.0 * step);
+                for (r, difference) in difference(&point, c, 1e-6 * point[c].abs(), value).into_iter().enumerate() {
                     let exact = slopes[r * columns + c];
                     assert!(
                         (difference - exact).abs() <= 1e-6 * exact.abs() + 1e-9 * own[r].abs() / point[c].abs(),
