@@ -20,6 +20,8 @@ mod periodic;
 mod quantity;
 mod recording;
 mod segments;
+#[cfg(test)]
+mod shared_tests;
 mod slepian;
 mod stationarity;
 mod totals;

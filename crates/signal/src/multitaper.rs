@@ -239,17 +239,11 @@ fn adaptive_weights(power: &[f64], concentration: &[f64], white: f64) -> Vec<f64
 #[cfg(test)]
 mod tests {
     use super::*;
-    use rand::{RngExt, SeedableRng};
-
-    fn noise(stream: u64, n: usize) -> Vec<f64> {
-        let mut rng = rand_chacha::ChaCha8Rng::seed_from_u64(11);
-        rng.set_stream(stream);
-        (0..n).map(|_| rng.random_range(-1.0..1.0)).collect()
-    }
+    use crate::shared_tests::noise;
 
     #[test]
     fn the_power_of_white_noise_is_its_variance() {
-        let x = noise(0, 20_000);
+        let x = noise(11, 0, 20_000);
         for adaptive in [false, true] {
             let s = Multitaper { adaptive, ..Multitaper::default() }.spectra(50.0, &[&x]).expect("valid");
             let total: f64 = (0..s.frequency_hz().len()).map(|f| s.power(f, 0)).sum::<f64>() * 50.0 / 20_000.0;
@@ -264,7 +258,7 @@ mod tests {
     fn the_power_of_all_frequencies_is_that_of_the_tapered_samples() {
         // Parseval: exact at 0 Hz and Nyquist too, for even and odd lengths.
         for (n, nfft) in [(400, 400), (401, 401), (400, 421), (401, 640)] {
-            let x = noise(4, n);
+            let x = noise(11, 4, n);
             let tapers = slepian_tapers(n, 4.0, 7).expect("valid").tapers;
             let expected = tapers.iter().map(|v| v.iter().zip(&x).map(|(v, x)| (v * x).powi(2)).sum::<f64>()).sum::<f64>() / 7.0;
             let s = Multitaper { nfft: Some(nfft), detrend: Detrend::None, ..Multitaper::default() }.spectra(50.0, &[&x]).expect("valid");
@@ -299,8 +293,8 @@ mod tests {
     fn weights_that_one_channel_lowers_still_sum_to_one_for_the_other() {
         // Beside a strong tone, which takes the leaking tapers out, noise keeps its power.
         let n = 2000;
-        let tone: Vec<f64> = noise(6, n).iter().enumerate().map(|(k, e)| (0.5 * k as f64).sin() + 1e-4 * e).collect();
-        let s = Multitaper { tapers: Some(8), adaptive: true, ..Multitaper::default() }.spectra(1.0, &[&tone, &noise(7, n)]).expect("valid");
+        let tone: Vec<f64> = noise(11, 6, n).iter().enumerate().map(|(k, e)| (0.5 * k as f64).sin() + 1e-4 * e).collect();
+        let s = Multitaper { tapers: Some(8), adaptive: true, ..Multitaper::default() }.spectra(1.0, &[&tone, &noise(11, 7, n)]).expect("valid");
         let mean = (500..=1000).map(|f| s.power(f, 1) * if f == 1000 { 2.0 } else { 1.0 }).sum::<f64>() / 501.0 / (2.0 / 3.0);
         // As above: one sigma is 6 %.
         assert!((mean - 1.0).abs() < 0.24 && s.effective_averages() < 7.5, "{mean} {}", s.effective_averages());
@@ -309,7 +303,7 @@ mod tests {
     #[test]
     fn tapers_that_do_not_leak_count_in_full() {
         // NW = 4, four tapers: 1 − λ is below 1e-4, so the weights are next to equal.
-        let x = noise(5, 1000);
+        let x = noise(11, 5, 1000);
         let s = Multitaper { tapers: Some(4), adaptive: true, ..Multitaper::default() }.spectra(50.0, &[&x]).expect("valid");
         assert!((s.effective_averages() - 4.0).abs() < 0.01, "{}", s.effective_averages());
         assert!((s.independent_spacing_hz() - 2.0 * 4.0 * 50.0 / 1000.0).abs() < 1e-12);
@@ -319,13 +313,13 @@ mod tests {
 
     #[test]
     fn whether_the_record_lost_its_mean_is_said() {
-        let mean_removed = |detrend| Multitaper { detrend, ..Multitaper::default() }.spectra(1.0, &[&noise(6, 256)]).expect("valid").mean_removed();
+        let mean_removed = |detrend| Multitaper { detrend, ..Multitaper::default() }.spectra(1.0, &[&noise(11, 6, 256)]).expect("valid").mean_removed();
         assert!(mean_removed(Detrend::Constant) && mean_removed(Detrend::Linear) && !mean_removed(Detrend::None));
     }
 
     #[test]
     fn a_linear_relation_between_channels_survives() {
-        let x = noise(1, 5000);
+        let x = noise(11, 1, 5000);
         let y: Vec<f64> = x.iter().map(|v| -3.0 * v).collect();
         for adaptive in [false, true] {
             let s = Multitaper { adaptive, ..Multitaper::default() }.spectra(50.0, &[&x, &y]).expect("valid");
@@ -339,7 +333,7 @@ mod tests {
     fn adaptive_weights_keep_leakage_out_of_the_low_parts() {
         // A strong tone off the bins in weak noise: far from it the last of eight tapers leaks.
         let n = 2000;
-        let x: Vec<f64> = noise(2, n).iter().enumerate().map(|(k, e)| (0.5 * k as f64).sin() + 1e-4 * e).collect();
+        let x: Vec<f64> = noise(11, 2, n).iter().enumerate().map(|(k, e)| (0.5 * k as f64).sin() + 1e-4 * e).collect();
         let of = |adaptive| Multitaper { tapers: Some(8), adaptive, ..Multitaper::default() }.spectra(1.0, &[&x]).expect("valid");
         let (plain, adaptive) = (of(false), of(true));
         let truth = 2.0 * 1e-8 / 3.0;
@@ -352,7 +346,7 @@ mod tests {
 
     #[test]
     fn the_kernel_holds_the_energy_within_the_half_width() {
-        let x = noise(3, 1000);
+        let x = noise(11, 3, 1000);
         let k = Multitaper::default().spectra(100.0, &[&x]).expect("valid").kernel().clone();
         assert!((k.weight.iter().sum::<f64>() - 1.0).abs() < 1e-12);
         let width_hz = 4.0 * 100.0 / 1000.0;

@@ -203,18 +203,12 @@ pub(crate) fn autocorrelation(x: &[f64], lags: usize) -> Vec<f64> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use rand::{RngExt, SeedableRng};
-
-    fn noise(stream: u64, n: usize) -> Vec<f64> {
-        let mut rng = rand_chacha::ChaCha8Rng::seed_from_u64(3);
-        rng.set_stream(stream);
-        (0..n).map(|_| rng.random_range(-1.0..1.0)).collect()
-    }
+    use crate::shared_tests::noise;
 
     #[test]
     fn autocorrelation_is_the_sum_of_products_at_every_lag() {
         for (n, lags) in [(1, 1), (7, 7), (100, 200), (100, 3), (1000, 64), (1000, 33), (64, 16)] {
-            let x = noise(5, n);
+            let x = noise(3, 5, n);
             let found = autocorrelation(&x, lags);
             assert_eq!(found.len(), lags.min(n));
             for (lag, found) in found.iter().enumerate() {
@@ -250,7 +244,7 @@ mod tests {
 
     #[test]
     fn the_mismatch_is_what_its_definition_says_whatever_the_mean() {
-        let x: Vec<f64> = multisine(1100).iter().zip(noise(4, 1100)).map(|(a, b)| 3.0 + a + 0.2 * b).collect();
+        let x: Vec<f64> = multisine(1100).iter().zip(noise(3, 4, 1100)).map(|(a, b)| 3.0 + a + 0.2 * b).collect();
         let found = detect_period(&x).expect("periodic");
         let mean = x.iter().sum::<f64>() / 1100.0;
         let pairs = || x[200..].iter().zip(&x).map(|(late, early)| (late - mean, early - mean));
@@ -265,7 +259,7 @@ mod tests {
         // 50 samples, the second time with another sign of a small part: 100 is the period, 50 is near it.
         let wave = |k: usize, period: f64| (std::f64::consts::TAU * k as f64 / period).sin();
         let exact: Vec<f64> = (0..1000).map(|k| wave(k, 50.0) + 0.08 * wave(k, 100.0)).collect();
-        let near: Vec<f64> = exact.iter().zip(noise(5, 1000)).map(|(a, b)| a + 0.28 * b).collect();
+        let near: Vec<f64> = exact.iter().zip(noise(3, 5, 1000)).map(|(a, b)| a + 0.28 * b).collect();
         assert_eq!(detect_period(&exact).map(|d| d.period), Some(100));
         assert_eq!(detect_period(&near).map(|d| d.period), Some(50), "both are within the noise");
     }
@@ -273,7 +267,7 @@ mod tests {
     #[test]
     fn lines_and_noise_are_told_apart() {
         let sigma = 0.1;
-        let x: Vec<f64> = multisine(200 * 51).iter().zip(noise(0, 200 * 51)).map(|(x, e)| x + sigma * e).collect();
+        let x: Vec<f64> = multisine(200 * 51).iter().zip(noise(3, 0, 200 * 51)).map(|(x, e)| x + sigma * e).collect();
         let s = Periodic { period: 200, discard: 1 }.spectra(100.0, &[&x]).expect("valid");
         // Var of an amplitude 2X/N under white noise of variance v: 4v/N; of the mean over P: / P.
         let expected = 4.0 * sigma * sigma / 3.0 / 200.0 / 50.0;
@@ -287,10 +281,10 @@ mod tests {
     fn a_period_is_found_under_noise_and_not_in_noise() {
         let found = detect_period(&multisine(1100)).expect("periodic");
         assert!(found.period == 200 && found.mismatch < 1e-9, "{found:?}");
-        let noisy: Vec<f64> = multisine(1100).iter().zip(noise(1, 1100)).map(|(x, e)| x + 0.2 * e).collect();
+        let noisy: Vec<f64> = multisine(1100).iter().zip(noise(3, 1, 1100)).map(|(x, e)| x + 0.2 * e).collect();
         let found = detect_period(&noisy).expect("periodic");
         assert!(found.period.abs_diff(200) <= 1, "{found:?}");
-        assert_eq!(detect_period(&noise(2, 1100)), None);
+        assert_eq!(detect_period(&noise(3, 2, 1100)), None);
         assert_eq!(detect_period(&[]), None);
         assert_eq!(detect_period(&[1.0; 50]), None);
     }

@@ -31,45 +31,32 @@ impl Color {
         Self::ALL[k % 6]
     }
 
-    pub(crate) fn name(self) -> &'static str {
+    /// Its name, its value on a light background and on a dark one. Yellow is left out: it cannot be read on white. Orange is a shade darker for contrast.
+    const fn values(self) -> [&'static str; 3] {
         match self {
-            Color::Ink => "ink",
-            Color::Blue => "blue",
-            Color::Vermillion => "vermillion",
-            Color::Green => "green",
-            Color::Orange => "orange",
-            Color::Purple => "purple",
-            Color::Sky => "sky",
-            Color::Grey => "grey",
+            Color::Ink => ["ink", "#1c2430", "#eef2f7"],
+            Color::Blue => ["blue", "#0072b2", "#4aa8e8"],
+            Color::Vermillion => ["vermillion", "#d55e00", "#f5843c"],
+            Color::Green => ["green", "#009e73", "#2cc79a"],
+            Color::Orange => ["orange", "#d68f00", "#f0b429"],
+            Color::Purple => ["purple", "#c2649a", "#e39ac3"],
+            Color::Sky => ["sky", "#3ba3de", "#8fd0f5"],
+            Color::Grey => ["grey", "#8a94a3", "#7d8896"],
         }
     }
 
-    /// On a light background. Yellow is left out: it cannot be read on white. Orange is a shade darker for contrast.
+    pub(crate) fn name(self) -> &'static str {
+        self.values()[0]
+    }
+
+    /// On a light background.
     pub(crate) fn light(self) -> &'static str {
-        match self {
-            Color::Ink => "#1c2430",
-            Color::Blue => "#0072b2",
-            Color::Vermillion => "#d55e00",
-            Color::Green => "#009e73",
-            Color::Orange => "#d68f00",
-            Color::Purple => "#c2649a",
-            Color::Sky => "#3ba3de",
-            Color::Grey => "#8a94a3",
-        }
+        self.values()[1]
     }
 
     /// On a dark background.
     pub(crate) fn dark(self) -> &'static str {
-        match self {
-            Color::Ink => "#eef2f7",
-            Color::Blue => "#4aa8e8",
-            Color::Vermillion => "#f5843c",
-            Color::Green => "#2cc79a",
-            Color::Orange => "#f0b429",
-            Color::Purple => "#e39ac3",
-            Color::Sky => "#8fd0f5",
-            Color::Grey => "#7d8896",
-        }
+        self.values()[2]
     }
 }
 

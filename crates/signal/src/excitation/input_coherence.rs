@@ -97,17 +97,11 @@ fn coupling(spectra: &CrossSpectra, f: usize, l: &mut [Complex64], column: &mut 
 mod tests {
     use super::*;
     use crate::Welch;
-    use rand::{RngExt, SeedableRng};
-
-    fn noise(stream: u64, n: usize) -> Vec<f64> {
-        let mut rng = rand_chacha::ChaCha8Rng::seed_from_u64(7);
-        rng.set_stream(stream);
-        (0..n).map(|_| rng.random_range(-1.0..1.0)).collect()
-    }
+    use crate::shared_tests::noise;
 
     #[test]
     fn two_signals_have_their_ordinary_coherence() {
-        let (x, y) = (noise(0, 4000), noise(1, 4000));
+        let (x, y) = (noise(7, 0, 4000), noise(7, 1, 4000));
         let mixed: Vec<f64> = x.iter().zip(&y).map(|(x, y)| x + 2.0 * y).collect();
         let s = Welch::new(200).spectra(100.0, &[&x, &mixed]).expect("valid");
         let found = input_coherence(&s, (10.0, 10.0)).expect("a bin");
@@ -120,7 +114,7 @@ mod tests {
 
     #[test]
     fn a_sum_of_the_others_is_wholly_predicted() {
-        let (x, y) = (noise(0, 4000), noise(1, 4000));
+        let (x, y) = (noise(7, 0, 4000), noise(7, 1, 4000));
         let sum: Vec<f64> = x.iter().zip(&y).map(|(x, y)| x - y).collect();
         let s = Welch::new(200).spectra(100.0, &[&x, &y, &sum]).expect("valid");
         assert!(input_coherence(&s, (1.0, 40.0)).expect("bins").mean > 1.0 - 1e-9);
@@ -129,7 +123,7 @@ mod tests {
 
     #[test]
     fn units_do_not_matter() {
-        let (x, y, z) = (noise(0, 4000), noise(1, 4000), noise(2, 4000));
+        let (x, y, z) = (noise(7, 0, 4000), noise(7, 1, 4000), noise(7, 2, 4000));
         let big: Vec<f64> = x.iter().map(|v| v * 1e6).collect();
         let of = |channels: &[&[f64]]| input_coherence(&Welch::new(200).spectra(100.0, channels).expect("valid"), (1.0, 40.0)).expect("bins");
         let (plain, scaled) = (of(&[&x, &y, &z]), of(&[&big, &y, &z]));
@@ -138,7 +132,7 @@ mod tests {
 
     #[test]
     fn of_three_signals_each_is_as_far_foretold_as_the_determinants_say() {
-        let [x, y, z] = [0, 1, 2].map(|stream| noise(stream, 4000));
+        let [x, y, z] = [0, 1, 2].map(|stream| noise(7, stream, 4000));
         let mix = |a: f64, b: f64| -> Vec<f64> { (0..4000).map(|k| a * x[k] + b * y[k] + if k > 2 { z[k - 3] } else { 0.0 }).collect() };
         let s = Welch::new(200).spectra(100.0, &[&x, &mix(0.5, 1.0), &mix(-1.0, 0.7)]).expect("valid");
         let at = |a, b| s.at(20, a, b);

@@ -204,16 +204,11 @@ impl Welch {
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    fn noise(seed: u64, n: usize) -> Vec<f64> {
-        use rand::{RngExt, SeedableRng};
-        let mut rng = rand_chacha::ChaCha8Rng::seed_from_u64(seed);
-        (0..n).map(|_| rng.random_range(-1.0..1.0)).collect()
-    }
+    use crate::shared_tests::noise;
 
     #[test]
     fn a_pure_delay_turns_the_phase_down() {
-        let x = noise(1, 20_000);
+        let x = noise(1, 0, 20_000);
         let late: Vec<f64> = std::iter::repeat_n(0.0, 3).chain(x.iter().copied()).take(x.len()).collect();
         let s = Welch::new(512).spectra(100.0, &[&x, &late]).expect("valid");
         let f = 20;
@@ -224,7 +219,7 @@ mod tests {
 
     #[test]
     fn the_power_of_white_noise_is_its_variance() {
-        let x = noise(2, 200_000);
+        let x = noise(2, 0, 200_000);
         let s = Welch::new(256).spectra(50.0, &[&x]).expect("valid");
         let total: f64 = (0..s.frequency_hz().len()).map(|f| s.power(f, 0)).sum::<f64>() * 50.0 / 256.0;
         let variance = x.iter().map(|v| v * v).sum::<f64>() / x.len() as f64;
@@ -234,7 +229,7 @@ mod tests {
 
     #[test]
     fn stream_and_threads_give_the_same_bytes() {
-        let (x, y) = (noise(3, 30_000), noise(4, 30_000));
+        let (x, y) = (noise(3, 0, 30_000), noise(4, 0, 30_000));
         let welch = Welch { noverlap: 96, ..Welch::new(128) };
         let all = welch.spectra(10.0, &[&x, &y]).expect("valid");
         let mut stream = welch.stream(10.0, 2).expect("valid");
@@ -250,7 +245,7 @@ mod tests {
 
     #[test]
     fn the_kernel_of_hann_has_the_variance_of_theory() {
-        let s = Welch::new(256).spectra(256.0, &[&noise(5, 1024)]).expect("valid");
+        let s = Welch::new(256).spectra(256.0, &[&noise(5, 0, 1024)]).expect("valid");
         let k = s.kernel();
         assert!((k.weight.iter().sum::<f64>() - 1.0).abs() < 1e-12);
         // σ_W² = 1/(3 T²), T = 1 s here.
@@ -261,7 +256,7 @@ mod tests {
 
     #[test]
     fn what_segments_lost_is_said() {
-        let mean_removed = |detrend| Welch { detrend, ..Welch::new(64) }.spectra(1.0, &[&noise(6, 256)]).expect("valid").mean_removed();
+        let mean_removed = |detrend| Welch { detrend, ..Welch::new(64) }.spectra(1.0, &[&noise(6, 0, 256)]).expect("valid").mean_removed();
         assert!(mean_removed(Detrend::Constant) && mean_removed(Detrend::Linear) && !mean_removed(Detrend::None));
     }
 
@@ -280,7 +275,7 @@ mod tests {
     fn a_sample_that_is_no_finite_number_is_found_wherever_it_is() {
         let blocks = Welch { noverlap: 16, ..Welch::new(32) };
         // Of the last five samples there is no whole segment.
-        let x = noise(7, 3 * BLOCK * 16 + 5);
+        let x = noise(7, 0, 3 * BLOCK * 16 + 5);
         let padded = [48, 61, 77, 128].map(|nfft| Welch { nfft, ..blocks.clone() });
         let settings = [blocks.clone(), Welch { detrend: Detrend::None, ..blocks.clone() }].into_iter().chain(padded);
         // Under a window's zero, in the last segment, after it.
@@ -307,7 +302,7 @@ mod tests {
 
     #[test]
     fn the_settings_of_the_paper_have_its_segments() {
-        let of = |welch: Welch| welch.spectra(500.0, &[&noise(8, 25_000)]).expect("valid");
+        let of = |welch: Welch| welch.spectra(500.0, &[&noise(8, 0, 25_000)]).expect("valid");
         for (found, segments, averages) in [(of(Welch::fine()), 5, 4.79), (of(Welch::smooth()), 45, 23.65)] {
             assert_eq!((found.segments(), found.frequency_hz().len(), found.frequency_hz()[4096]), (segments, 4097, 250.0));
             assert!((found.effective_averages() - averages).abs() < 0.005);
@@ -316,7 +311,7 @@ mod tests {
 
     #[test]
     fn one_segment_is_a_periodogram() {
-        let x = noise(9, 65);
+        let x = noise(9, 0, 65);
         let s = Welch { window: Window::Rectangular, detrend: Detrend::None, ..Welch::new(64) }.spectra(64.0, &[&x]).expect("one segment");
         let total: f64 = (0..33).map(|f| s.power(f, 0)).sum();
         assert!((total / (x[..64].iter().map(|x| x * x).sum::<f64>() / 64.0) - 1.0).abs() < 1e-12 && s.segments() == 1);
@@ -327,7 +322,7 @@ mod tests {
     fn the_kernel_of_a_rectangle_is_fejers_as_far_as_eight_bins_or_nyquist() {
         for (n, reach_hz) in [(1000, 8.0), (9, 4.5), (8, 4.0)] {
             let rectangle = Welch { window: Window::Rectangular, ..Welch::new(n) };
-            let s = rectangle.spectra(n as f64, &[&noise(10, n)]).expect("one segment");
+            let s = rectangle.spectra(n as f64, &[&noise(10, 0, n)]).expect("one segment");
             let kernel = s.kernel();
             let middle = kernel.weight.len() / 2;
             assert!((kernel.offset_hz[2 * middle] - reach_hz).abs() < 1e-12 && kernel.offset_hz[middle] == 0.0, "{n}: {:?}", kernel.offset_hz);
@@ -341,7 +336,7 @@ mod tests {
 
     #[test]
     fn an_analysis_of_other_channels_leaves_nothing_behind() {
-        let (x, y, welch) = (noise(11, 400), noise(12, 400), Welch::new(44));
+        let (x, y, welch) = (noise(11, 0, 400), noise(12, 0, 400), Welch::new(44));
         let alone = welch.spectra(1.0, &[&x]).expect("valid");
         let both = welch.spectra(1.0, &[&x, &y]).expect("valid");
         assert_eq!(welch.spectra(1.0, &[&x]).expect("valid"), alone);
