@@ -87,23 +87,24 @@ pub fn run(arguments: impl IntoIterator<Item = impl Into<OsString> + Clone>, stu
             };
         }
     };
+    let success = |()| ExitCode::SUCCESS;
     let done = options::refuse_unused(&matches).and_then(|()| interrupt::listen()).and_then(|()| match cli.command {
         Command::Check(arguments) => command::check::run(&arguments),
-        Command::Design(arguments) => command::design::run(&arguments, studies),
+        Command::Design(arguments) => command::design::run(&arguments, studies).map(success),
         Command::Live(arguments) => command::live::run(&arguments),
-        Command::Compare(arguments) => command::compare::run(&arguments),
-        Command::Cohort(arguments) => command::cohort::run(&arguments),
+        Command::Compare(arguments) => command::compare::run(&arguments).map(success),
+        Command::Cohort(arguments) => command::cohort::run(&arguments).map(success),
         #[cfg(not(target_family = "wasm"))]
-        Command::Completions(arguments) => command::completions::run(&arguments, definition),
-        Command::Study(arguments) => command::study::run(&arguments, studies),
+        Command::Completions(arguments) => command::completions::run(&arguments, definition).map(success),
+        Command::Study(arguments) => command::study::run(&arguments, studies).map(success),
         Command::Diagnose(arguments) => command::diagnose::run(&arguments),
-        Command::Fit(arguments) => command::fit::run(&arguments),
-        Command::Simulate(arguments) => command::simulate::run(&arguments, studies),
-        Command::List(arguments) => command::list::run(&arguments),
-        Command::Estimate(arguments) => command::estimate::run(&arguments),
-        Command::Convert(arguments) => command::convert::run(&arguments),
+        Command::Fit(arguments) => command::fit::run(&arguments).map(success),
+        Command::Simulate(arguments) => command::simulate::run(&arguments, studies).map(success),
+        Command::List(arguments) => command::list::run(&arguments).map(success),
+        Command::Estimate(arguments) => command::estimate::run(&arguments).map(success),
+        Command::Convert(arguments) => command::convert::run(&arguments).map(success),
         #[cfg(not(target_family = "wasm"))]
-        Command::Schema(arguments) => command::schema::run(&arguments),
+        Command::Schema(arguments) => command::schema::run(&arguments).map(success),
     });
     match done {
         Ok(code) => code,

@@ -73,12 +73,21 @@ pub fn command_line() -> String {
 
 /// Prints `text` for people, unless JSON goes there or nothing should be said.
 pub fn table(shared: &Shared, text: &str) -> Result<(), CliError> {
-    if !shared.quiet && !shared.json_on_stdout() {
-        let mut stdout = std::io::stdout().lock();
-        stdout.write_all(text.as_bytes())?;
-        stdout.flush()?;
-    }
-    Ok(())
+    if shared.quiet || shared.json_on_stdout() { Ok(()) } else { print(text.as_bytes()) }
+}
+
+/// Prints `text` on standard output.
+pub fn print(text: &[u8]) -> Result<(), CliError> {
+    let mut stdout = std::io::stdout().lock();
+    stdout.write_all(text)?;
+    Ok(stdout.flush()?)
+}
+
+/// What every analysis ends with: its result as JSON, its warnings, and `text` for people.
+pub fn told(shared: &Shared, result: &impl Serialize, warned: &[Warning], text: &str) -> Result<(), CliError> {
+    json(shared, result)?;
+    warnings(shared, warned);
+    table(shared, text)
 }
 
 /// Says on standard error what was read and how it was understood, for those who asked for more.

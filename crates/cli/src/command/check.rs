@@ -55,9 +55,7 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode, CliError> {
         read => read?,
     };
     let result = ndof_analysis::check(&trials, &arguments.reading.roles());
-    output::json(shared, &result)?;
-    output::warnings(shared, &result.head.warnings);
-    output::table(shared, &summary(&result))?;
+    output::told(shared, &result, &result.head.warnings, &summary(&result))?;
     Ok(if arguments.exit_code && result.verdict == "faulty" { ExitCode::from(1) } else { ExitCode::SUCCESS })
 }
 

@@ -13,7 +13,6 @@ use ndof_study::file::KinematicsFile;
 use rayon::prelude::*;
 use std::hash::{DefaultHasher, Hasher};
 use std::path::{Path, PathBuf};
-use std::process::ExitCode;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 /// Fit every subject of a folder: one row each.
@@ -51,7 +50,7 @@ struct Subject {
     files: Vec<PathBuf>,
 }
 
-pub fn run(arguments: &Arguments) -> Result<ExitCode, CliError> {
+pub fn run(arguments: &Arguments) -> Result<(), CliError> {
     let shared = &arguments.shared;
     shared.apply_threads()?;
     let subjects = subjects(&arguments.folder)?;
@@ -92,8 +91,7 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode, CliError> {
     let table = table(&subjects, &results)?;
     ndof_io::write_results_csv(&arguments.out.join("cohort.csv"), &table)?;
     ndof_io::write_results_parquet(&arguments.out.join("cohort.parquet"), &table)?;
-    output::table(shared, &printed(&table))?;
-    Ok(ExitCode::SUCCESS)
+    output::table(shared, &printed(&table))
 }
 
 /// The table for people.

@@ -10,7 +10,6 @@ use ndof_analysis::options::count;
 use ndof_analysis::{Fit, compare_fits, compare_sessions};
 use ndof_io::IoError;
 use std::path::{Path, PathBuf};
-use std::process::ExitCode;
 
 /// Compare fits with each other: before and after, left and right, session by session.
 ///
@@ -30,7 +29,7 @@ pub struct Arguments {
     shared: Shared,
 }
 
-pub fn run(arguments: &Arguments) -> Result<ExitCode, CliError> {
+pub fn run(arguments: &Arguments) -> Result<(), CliError> {
     let shared = &arguments.shared;
     shared.apply_threads()?;
     let responses = arguments.files.iter().map(|file| ndof_io::holds_response(file)).collect::<Result<Vec<_>, _>>()?;
@@ -44,14 +43,12 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode, CliError> {
         Some(sessions) => compare_sessions(&fits, sessions)?,
         None => compare_fits(&fits)?,
     };
-    if shared.report.is_some() || shared.plots.is_some() {
+    if shared.pictured() {
         let names: Vec<String> = arguments.files.iter().map(|file| file.display().to_string()).collect();
         output::report(shared, &ndof_report::compare_report(&result, &names, "Fits beside each other", &output::command_line())?)?;
     }
-    output::json(shared, &result)?;
-    output::warnings(shared, &result.head.warnings);
-    output::table(shared, &if result.reliability.is_empty() { summary(&result, &arguments.files) } else { sessions(&result) })?;
-    Ok(ExitCode::SUCCESS)
+    let text = if result.reliability.is_empty() { summary(&result, &arguments.files) } else { sessions(&result) };
+    output::told(shared, &result, &result.head.warnings, &text)
 }
 
 fn read(file: &Path) -> Result<FitResult, CliError> {

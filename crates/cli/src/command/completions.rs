@@ -5,9 +5,7 @@ use clap::Args;
 use clap_complete::Shell;
 use ndof_analysis::{did_you_mean, nearest};
 use std::fmt::Write as _;
-use std::io::Write;
 use std::path::PathBuf;
-use std::process::ExitCode;
 
 /// Print completions for a shell, the man pages, or the reference of the command line.
 #[derive(Debug, Args)]
@@ -20,7 +18,7 @@ pub struct Arguments {
     out: Option<PathBuf>,
 }
 
-pub fn run(arguments: &Arguments, mut program: clap::Command) -> Result<ExitCode, CliError> {
+pub fn run(arguments: &Arguments, mut program: clap::Command) -> Result<(), CliError> {
     let mut text = Vec::new();
     match (arguments.shell.as_str(), &arguments.out) {
         ("man", Some(folder)) => {
@@ -45,10 +43,7 @@ pub fn run(arguments: &Arguments, mut program: clap::Command) -> Result<ExitCode
             clap_complete::generate(shell, &mut program, "ndof", &mut text);
         }
     }
-    let mut stdout = std::io::stdout().lock();
-    stdout.write_all(&text)?;
-    stdout.flush()?;
-    Ok(ExitCode::SUCCESS)
+    crate::output::print(&text)
 }
 
 /// One section a command: what it does, its example, its arguments and options; options that many share stand once.

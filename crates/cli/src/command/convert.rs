@@ -4,7 +4,6 @@ use crate::error::CliError;
 use crate::options::Reading;
 use clap::Args;
 use std::path::PathBuf;
-use std::process::ExitCode;
 
 /// Convert a recording from one format to another; the suffix of OUT says which.
 #[derive(Debug, Args)]
@@ -20,12 +19,11 @@ pub struct Arguments {
     reading: Reading,
 }
 
-pub fn run(arguments: &Arguments) -> Result<ExitCode, CliError> {
+pub fn run(arguments: &Arguments) -> Result<(), CliError> {
     let read = arguments.reading.read(&arguments.from)?;
     let same = |a: &PathBuf, b: &PathBuf| matches!((a.canonicalize(), b.canonicalize()), (Ok(a), Ok(b)) if a == b);
     if same(&arguments.from, &arguments.to) {
         return Err(CliError::Usage(format!("{} is the input itself, which is never changed; give another name for the output", arguments.to.display())));
     }
-    ndof_io::write(&arguments.to, &read.recording)?;
-    Ok(ExitCode::SUCCESS)
+    Ok(ndof_io::write(&arguments.to, &read.recording)?)
 }

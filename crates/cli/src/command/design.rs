@@ -11,7 +11,6 @@ use clap::Args;
 use ndof_study::design::result::{CoherenceSize, CoherenceStages, DesignResult, Motion};
 use ndof_study::{Design, RobotMotion, design_report};
 use std::path::PathBuf;
-use std::process::ExitCode;
 
 /// Design the perturbation to command on a robot, as files with one channel cmd_… an axis.
 ///
@@ -46,7 +45,7 @@ pub struct Arguments {
     shared: Shared,
 }
 
-pub fn run(arguments: &Arguments, studies: &[(&str, &str)]) -> Result<ExitCode, CliError> {
+pub fn run(arguments: &Arguments, studies: &[(&str, &str)]) -> Result<(), CliError> {
     let shared = &arguments.shared;
     shared.apply_threads()?;
     let name = arguments.precompensate.as_deref().or(arguments.experiment.as_deref());
@@ -58,8 +57,7 @@ pub fn run(arguments: &Arguments, studies: &[(&str, &str)]) -> Result<ExitCode, 
         ..arguments.design.clone()
     };
     if arguments.robot.robot.is_some() {
-        robot::run(&arguments.robot.with(&settings)?, &arguments.out, shared)?;
-        return Ok(ExitCode::SUCCESS);
+        return robot::run(&arguments.robot.with(&settings)?, &arguments.out, shared);
     }
     let bars = progress::Steps::new(shared.quiet);
     let designed = ndof_study::design(&settings, &|what, done, total| bars.show(what, done, total))?;
@@ -68,8 +66,7 @@ pub fn run(arguments: &Arguments, studies: &[(&str, &str)]) -> Result<ExitCode, 
     output::json(shared, &designed.result)?;
     output::report(shared, &design_report(&designed, &output::command_line())?)?;
     output::warnings(shared, &designed.result.head.warnings);
-    output::table(shared, &format!("{}\n{}\n", summary(&designed.result), files.join("\n")))?;
-    Ok(ExitCode::SUCCESS)
+    output::table(shared, &format!("{}\n{}\n", summary(&designed.result), files.join("\n")))
 }
 
 /// The tables for people.

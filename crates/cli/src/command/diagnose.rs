@@ -103,13 +103,11 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode, CliError> {
         let (estimate, fit) = (shared.estimate(&Estimate::default()), Fit { band_hz: shared.band, ..Fit::default() });
         Recordings::write(StudyDocument { experiment, estimate, fit, diagnose: Some(settings), ..StudyDocument::default() }, path)?;
     }
-    if shared.report.is_some() || shared.plots.is_some() {
+    if shared.pictured() {
         output::report(shared, &diagnosis_report(&diagnosed, "What the simulation gets wrong", &output::command_line())?)?;
     }
     let result = &diagnosed.result;
-    output::json(shared, result)?;
-    output::warnings(shared, &result.head.warnings);
-    output::table(shared, &summary(result))?;
+    output::told(shared, result, &result.head.warnings, &summary(result))?;
     if let Some(written) = write_robot(arguments, &diagnosed)? {
         output::table(shared, &written)?;
     }

@@ -9,7 +9,6 @@ use ndof_analysis::result::word;
 use ndof_analysis::{Estimate, Estimated, Streamed, log_spaced};
 use ndof_io::{Piece, Pieces};
 use std::path::PathBuf;
-use std::process::ExitCode;
 
 /// Estimate the frequency response of outputs to inputs, with coherences and confidence.
 ///
@@ -39,7 +38,7 @@ pub struct Arguments {
     shared: Shared,
 }
 
-pub fn run(arguments: &Arguments) -> Result<ExitCode, CliError> {
+pub fn run(arguments: &Arguments) -> Result<(), CliError> {
     let shared = &arguments.shared;
     shared.apply_threads()?;
     if let Some(out) = &arguments.out
@@ -57,22 +56,19 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode, CliError> {
     settings.event_s = arguments.cycles.times(&trials)?;
     output::understood(shared, &trials);
     let estimated = ndof_analysis::estimate(&trials, &settings)?;
-    if shared.report.is_some() || shared.plots.is_some() {
+    if shared.pictured() {
         output::report(shared, &ndof_report::estimate_report(&estimated, "Frequency response", &output::command_line())?)?;
     }
     finish(arguments, &estimated)
 }
 
-fn finish(arguments: &Arguments, estimated: &Estimated) -> Result<ExitCode, CliError> {
+fn finish(arguments: &Arguments, estimated: &Estimated) -> Result<(), CliError> {
     let shared = &arguments.shared;
     if let Some(out) = &arguments.out {
         let notes = ndof_io::write_response(out, &estimated.response_table())?;
         output::warnings(shared, &notes);
     }
-    output::json(shared, &estimated.result)?;
-    output::warnings(shared, &estimated.result.head.warnings);
-    output::table(shared, &summary(&estimated.result))?;
-    Ok(ExitCode::SUCCESS)
+    output::told(shared, &estimated.result, &estimated.result.head.warnings, &summary(&estimated.result))
 }
 
 /// The estimate of files that are read piece by piece.

@@ -13,7 +13,6 @@ use ndof_models::NullLaw;
 use ndof_models::schedule::LEAST_PROBABILITY;
 use ndof_study::file::StudyDocument;
 use std::path::PathBuf;
-use std::process::ExitCode;
 
 /// Fit inertia, damping and stiffness to the frequency response, with intervals.
 ///
@@ -43,7 +42,7 @@ pub struct Arguments {
     shared: Shared,
 }
 
-pub fn run(arguments: &Arguments) -> Result<ExitCode, CliError> {
+pub fn run(arguments: &Arguments) -> Result<(), CliError> {
     let shared = &arguments.shared;
     shared.apply_threads()?;
     let kinematics = arguments.limb.read()?;
@@ -56,7 +55,7 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode, CliError> {
             return Err(CliError::Usage(format!("{} is a frequency response, and --study is about recordings; leave it out", measured.file)));
         }
         let fitted = measured.fit(&Fit { band_hz: shared.band, kinematics, ..arguments.fit.clone() })?;
-        if shared.report.is_some() || shared.plots.is_some() {
+        if shared.pictured() {
             output::report(shared, &ndof_report::response_fit_report(&measured, &fitted, "Mechanical impedance", &output::command_line())?)?;
         }
         return finish(shared, &fitted);
@@ -74,7 +73,7 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode, CliError> {
     if estimate.sliding_s.is_none() || fit.schedule.is_some() {
         (fit.cycle_s, fit.cycle_by, fit.event_s) = (cycle_s, cycle_by, event_s);
     }
-    let reported = shared.report.is_some() || shared.plots.is_some();
+    let reported = shared.pictured();
     let estimated = if reported { ndof_analysis::estimate } else { ndof_analysis::estimate_to_fit }(&trials, &estimate)?;
     let fitted = fit.run(&estimated)?;
     if let Some(path) = &arguments.study {
@@ -87,11 +86,8 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode, CliError> {
     finish(shared, &fitted)
 }
 
-fn finish(shared: &Shared, fitted: &Fitted) -> Result<ExitCode, CliError> {
-    output::json(shared, &fitted.result)?;
-    output::warnings(shared, &fitted.result.head.warnings);
-    output::table(shared, &summary(&fitted.result, &fitted.table(|_| None)))?;
-    Ok(ExitCode::SUCCESS)
+fn finish(shared: &Shared, fitted: &Fitted) -> Result<(), CliError> {
+    output::told(shared, &fitted.result, &fitted.result.head.warnings, &summary(&fitted.result, &fitted.table(|_| None)))
 }
 
 fn summary(result: &FitResult, parameters: &[ComparedParameter]) -> String {

@@ -1,7 +1,7 @@
 //! `ndof list`.
 
 use crate::error::CliError;
-use crate::output::columns;
+use crate::output::{self, columns};
 use clap::{Args, ValueEnum};
 use ndof_devices::{DEVICES, LIMBS};
 use ndof_joints::CAUSES;
@@ -9,8 +9,6 @@ use ndof_models::blocks::{BLOCKS, BlockCard, BlockParameter};
 use ndof_models::effects::EFFECTS;
 use ndof_models::time::{Law, laws};
 use std::fmt::Write as _;
-use std::io::Write;
-use std::process::ExitCode;
 
 /// Print what there is, with unit, equation and reference.
 #[derive(Debug, Args)]
@@ -60,7 +58,7 @@ struct Entry {
     source: &'static str,
 }
 
-pub fn run(arguments: &Arguments) -> Result<ExitCode, CliError> {
+pub fn run(arguments: &Arguments) -> Result<(), CliError> {
     let entries = match arguments.what {
         Registry::Effects => effects(),
         Registry::Joints => joints(),
@@ -69,14 +67,11 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode, CliError> {
         Registry::Models => models(),
         Registry::Methods => methods(),
     };
-    let text = match arguments.format {
+    let text: String = match arguments.format {
         Format::Text => entries.iter().map(as_text).collect(),
         Format::Markdown => entries.iter().map(as_markdown).collect::<Vec<_>>().join("\n"),
     };
-    let mut stdout = std::io::stdout().lock();
-    stdout.write_all(text.as_bytes())?;
-    stdout.flush()?;
-    Ok(ExitCode::SUCCESS)
+    output::print(text.as_bytes())
 }
 
 fn models() -> Vec<Entry> {

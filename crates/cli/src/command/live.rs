@@ -14,7 +14,7 @@ use ndof_analysis::options::positive;
 use ndof_analysis::result::word;
 use ndof_analysis::{AnalysisError, Enough, Estimate, Live};
 use ndof_io::{CsvStream, Piece};
-use std::io::{IsTerminal, Write};
+use std::io::IsTerminal;
 use std::path::PathBuf;
 use std::process::ExitCode;
 use std::time::Duration;
@@ -175,13 +175,9 @@ impl<'a> Screen<'a> {
     }
 
     fn draw(&mut self, text: &str) -> Result<(), CliError> {
-        let mut stdout = std::io::stdout().lock();
-        if self.drawn > 0 {
-            // Up to the first line that was drawn, and everything below it away.
-            write!(stdout, "\x1b[{}A\x1b[J", self.drawn)?;
-        }
-        stdout.write_all(text.as_bytes())?;
-        stdout.flush()?;
+        // Up to the first line that was drawn, and everything below it away.
+        let over = if self.drawn > 0 { format!("\x1b[{}A\x1b[J", self.drawn) } else { String::new() };
+        output::print((over + text).as_bytes())?;
         self.drawn = text.lines().count();
         Ok(())
     }

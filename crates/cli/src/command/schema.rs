@@ -18,7 +18,6 @@ use schemars::JsonSchema;
 use serde_json::Value;
 use std::fmt::Write as _;
 use std::io::Write;
-use std::process::ExitCode;
 
 /// Print the JSON Schema of a result.
 #[derive(Debug, Args)]
@@ -58,7 +57,7 @@ fn schema<T: JsonSchema>() -> Value {
     schemars::schema_for!(T).to_value()
 }
 
-pub fn run(arguments: &Arguments) -> Result<ExitCode, CliError> {
+pub fn run(arguments: &Arguments) -> Result<(), CliError> {
     let short = arguments.name.trim_start_matches("ndof/").trim_end_matches("/1");
     let (_, schema) = SCHEMAS.iter().find(|(name, _)| *name == short).ok_or_else(|| {
         let known: Vec<&str> = SCHEMAS.iter().map(|(name, _)| *name).collect();
@@ -70,8 +69,7 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode, CliError> {
         Format::Json => serde_json::to_string_pretty(&schema).map_err(|error| CliError::Usage(error.to_string()))?,
         Format::Markdown => markdown(short, &schema),
     };
-    writeln!(std::io::stdout(), "{}", text.trim_end())?;
-    Ok(ExitCode::SUCCESS)
+    Ok(writeln!(std::io::stdout(), "{}", text.trim_end())?)
 }
 
 /// A table for the result and one for each type inside it.

@@ -8,7 +8,6 @@ use ndof_signal::Recording;
 use ndof_study::Truth;
 use ndof_study::file::{ExperimentFile, StudyFile};
 use std::path::{Path, PathBuf};
-use std::process::ExitCode;
 
 /// Simulate an experiment: device, limb, controller, sensors and hidden effects to a recording.
 ///
@@ -25,7 +24,7 @@ pub struct Arguments {
     shared: Shared,
 }
 
-pub fn run(arguments: &Arguments, studies: &[(&str, &str)]) -> Result<ExitCode, CliError> {
+pub fn run(arguments: &Arguments, studies: &[(&str, &str)]) -> Result<(), CliError> {
     let shared = &arguments.shared;
     shared.apply_threads()?;
     let mut experiment = experiment(&arguments.experiment, studies)?;
@@ -33,8 +32,7 @@ pub fn run(arguments: &Arguments, studies: &[(&str, &str)]) -> Result<ExitCode, 
     let bars = progress::Steps::new(shared.quiet);
     let simulated = ndof_study::simulate(&experiment, &|what, done, total| bars.show(what, done, total))?;
     let files = write_trials(&arguments.out, &simulated.recordings, &simulated.truth)?;
-    output::table(shared, &format!("{}\n", files.iter().map(|f| f.display().to_string()).collect::<Vec<_>>().join("\n")))?;
-    Ok(ExitCode::SUCCESS)
+    output::table(shared, &format!("{}\n", files.iter().map(|f| f.display().to_string()).collect::<Vec<_>>().join("\n")))
 }
 
 /// The experiment of a file or of a built-in study.

@@ -12,7 +12,6 @@ use ndof_study::file::{HiddenEffect, StudyDocument, StudyFile};
 use ndof_study::sensitivity::result::SensitivityResult;
 use ndof_study::{StudyOutcome, analyse, cases_report, run_cases, study_report, study_result, summary_tables};
 use std::path::{Path, PathBuf};
-use std::process::ExitCode;
 
 /// Run a whole study: design, simulate, estimate, fit, project to the joints, report.
 ///
@@ -37,7 +36,7 @@ pub struct Arguments {
     shared: Shared,
 }
 
-pub fn run(arguments: &Arguments, studies: &[(&str, &str)]) -> Result<ExitCode, CliError> {
+pub fn run(arguments: &Arguments, studies: &[(&str, &str)]) -> Result<(), CliError> {
     let shared = &arguments.shared;
     shared.apply_threads()?;
     let path = Path::new(&arguments.study);
@@ -67,12 +66,12 @@ fn measured(arguments: &Arguments, study: &StudyDocument<Recordings>) -> Result<
 }
 
 /// Results in their folders and in print.
-fn finish<E>(arguments: &Arguments, name: &str, study: &StudyDocument<E>, outcomes: &[(String, StudyOutcome)]) -> Result<ExitCode, CliError> {
+fn finish<E>(arguments: &Arguments, name: &str, study: &StudyDocument<E>, outcomes: &[(String, StudyOutcome)]) -> Result<(), CliError> {
     let shared = &arguments.shared;
     let out = arguments.out.clone().unwrap_or_else(|| Path::new("ndof-out").join(name));
     outcomes.iter().for_each(|(_, outcome)| output::understood(shared, &outcome.trials));
     let result = study_result(study, outcomes)?;
-    let Some((_, outcome)) = outcomes.first() else { return Ok(ExitCode::SUCCESS) };
+    let Some((_, outcome)) = outcomes.first() else { return Ok(()) };
     let (title, command) = (study.title.as_deref().unwrap_or(name), format!("ndof study {}", arguments.study));
     let several = if outcomes.len() > 1 { cases_report(outcomes, &result, &study.report, title, &command)? } else { None };
     let report = output::with_flags(several.map_or_else(|| study_report(outcome, title, &command), Ok)?);
@@ -86,17 +85,12 @@ fn finish<E>(arguments: &Arguments, name: &str, study: &StudyDocument<E>, outcom
     ndof_io::write_atomic(&out.join("report.html"), report.to_html().as_bytes())?;
     output::report(shared, &report)?;
     if outcomes.len() == 1 {
-        output::json(shared, &outcome.fitted.result)?;
-        output::warnings(shared, &outcome.fitted.result.head.warnings);
-        output::table(shared, &summary(outcome, &out))?;
-        return Ok(ExitCode::SUCCESS);
+        let fit = &outcome.fitted.result;
+        return output::told(shared, fit, &fit.head.warnings, &summary(outcome, &out));
     }
-    output::json(shared, &result)?;
-    output::warnings(shared, &result.head.warnings);
     let tables: Vec<String> = summary_tables(&result, &study.report).iter().map(as_text).collect();
     let where_to = format!("{}\nresults in {}: report.html, study.json, plots/, and one folder a case under cases/\n", tables.join("\n"), out.display());
-    output::table(shared, &where_to)?;
-    Ok(ExitCode::SUCCESS)
+    output::told(shared, &result, &result.head.warnings, &where_to)
 }
 
 fn stem(path: &Path) -> String {

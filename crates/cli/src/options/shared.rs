@@ -91,6 +91,11 @@ impl Shared {
         }
     }
 
+    /// Whether a page or its pictures are asked for.
+    pub fn pictured(&self) -> bool {
+        self.report.is_some() || self.plots.is_some()
+    }
+
     /// Whether JSON takes the place of the table on standard output.
     pub fn json_on_stdout(&self) -> bool {
         self.json.as_ref().is_some_and(|path| path.as_os_str() == "-")
