@@ -44,7 +44,7 @@ pub(crate) type ForceMap = (Array2<f64>, Vec<f64>);
 
 impl Sensors {
     /// Encoder steps a turn: the device's own count unless bits are given, infinite for ideal encoders.
-    pub(crate) fn encoder_counts(&self, own: f64) -> f64 {
+    pub fn encoder_counts(&self, own: f64) -> f64 {
         match self.encoder_bits {
             None => own,
             Some(0) => f64::INFINITY,

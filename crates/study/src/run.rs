@@ -7,7 +7,7 @@ use crate::moving::beside_the_truth;
 use crate::progress::Progress;
 use crate::sensitivity::result::SensitivityResult;
 use crate::sensitivity::sensitivity;
-use crate::simulate::{Simulated, axis_names, draw_hidden, simulate};
+use crate::simulate::{Simulated, draw_hidden, simulate};
 use ndof_analysis::{ComparedParameter, Diagnosed, Estimate, Estimated, Fitted, RoleNames, Trial, Trials, Trim, diagnose};
 
 /// What a study gave.
@@ -71,7 +71,7 @@ pub fn run_study(study: &StudyFile, recordings: Option<Vec<Trial>>, seed: Option
             let mut experiment = study.experiment.clone();
             experiment.seed = seed.unwrap_or(experiment.seed);
             if let Some(count) = study.diagnose.as_ref().map(|asked| asked.hide).filter(|count| *count > 0) {
-                hidden = draw_hidden(count, experiment.seed, &axis_names(&experiment)?);
+                hidden = draw_hidden(count, experiment.seed, &experiment.experiment().axes()?);
                 experiment.effects.extend(hidden.iter().cloned());
             }
             let simulated = simulate(&experiment, progress)?;

@@ -165,28 +165,10 @@ fn fit_to(whole: &Evidence<'_>, settings: &Fit) -> Result<Fitted, AnalysisError>
     let evidence = summed.as_ref().unwrap_or(evidence);
     let (response, weight) = (&*evidence.response, evidence.weight(settings.vaf_weight));
     let (fit, other) = by_both_costs(evidence, &composite, weighted, (settings, &weight, sums.is_none()))?;
-    let own = composite.parameters().len();
-    let in_band: Vec<usize> = (0..response.len()).filter(|&f| (band_hz[0]..=band_hz[1]).contains(&response.frequency_hz[f])).collect();
-    let (measured, weight_in_band) = (FrequencyResponse { uncertainty: None, ..response.select(&in_band) }, weight.select(ndarray::Axis(0), &in_band));
-    let written = |fit: &ndof_models::Fit, cost: FitCost| -> Result<OtherFit, AnalysisError> {
-        let of_model = FrequencyResponse {
-            inputs: measured.inputs.clone(),
-            outputs: measured.outputs.clone(),
-            ..parametric_response(&composite, &fit.theta[..own], &measured.frequency_hz, measured.kind)
-        };
-        let agreed = agreement(&measured, &of_model, &weight_in_band, band_hz)?;
-        let share = |(i, j): (usize, usize)| agreed.vaf_percent[i][j].unwrap_or(f64::NAN);
-        Ok(OtherFit {
-            cost,
-            parameters: parameters(fit, model.parameters().len(), &cards),
-            matrices: with_errors(&model, fit),
-            vaf: ndarray::Array2::from_shape_fn((agreed.vaf_percent.len(), agreed.vaf_percent.first().map_or(0, Vec::len)), share).into(),
-            r2: agreed.r2,
-        })
-    };
-    let reported = written(&fit, settings.cost)?;
+    let report = Report::of(&composite, (&model, &cards), (response, &weight), band_hz);
+    let reported = report.write(&fit, settings.cost)?;
     let other_cost = if settings.cost == FitCost::Weighted { FitCost::Paper } else { FitCost::Weighted };
-    let other = other.map(|other| written(&other, other_cost)).transpose()?;
+    let other = other.map(|other| report.write(&other, other_cost)).transpose()?;
     let baseline = fit.marginal(model.parameters().len());
     let matrices = model.matrices(&baseline.theta);
     let joint: Option<Joint> =
@@ -218,8 +200,49 @@ fn fit_to(whole: &Evidence<'_>, settings: &Fit) -> Result<Fitted, AnalysisError>
     };
     let extensions = cards.iter().map(|card| card.name()).collect();
     let gains = sums.as_ref().map(|sums| sums.matrix(&fit));
-    let theta = fit.theta[..own].to_vec();
+    let theta = fit.theta[..composite.parameters().len()].to_vec();
     Ok(Fitted { fit: baseline, model, matrices, comparison, sampling, mean_effort: evidence.mean_effort.clone(), extensions, theta, gains, result })
+}
+
+/// What results say of a fit by one cost or the other: its parameters, and how well it agrees with the estimate within the band.
+struct Report<'a> {
+    composite: &'a Held<Composite>,
+    model: &'a InertiaDampingStiffnessModel,
+    cards: &'a [&'a BlockCard],
+    measured: FrequencyResponse,
+    weight: Array3<f64>,
+    band_hz: [f64; 2],
+}
+
+impl<'a> Report<'a> {
+    fn of(
+        composite: &'a Held<Composite>,
+        (model, cards): (&'a InertiaDampingStiffnessModel, &'a [&'a BlockCard]),
+        (response, weight): (&FrequencyResponse, &Array3<f64>),
+        band_hz: [f64; 2],
+    ) -> Self {
+        let in_band: Vec<usize> = (0..response.len()).filter(|&f| (band_hz[0]..=band_hz[1]).contains(&response.frequency_hz[f])).collect();
+        let measured = FrequencyResponse { uncertainty: None, ..response.select(&in_band) };
+        Report { composite, model, cards, measured, weight: weight.select(ndarray::Axis(0), &in_band), band_hz }
+    }
+
+    fn write(&self, fit: &ndof_models::Fit, cost: FitCost) -> Result<OtherFit, AnalysisError> {
+        let Report { composite, model, measured, .. } = self;
+        let of_model = FrequencyResponse {
+            inputs: measured.inputs.clone(),
+            outputs: measured.outputs.clone(),
+            ..parametric_response(*composite, &fit.theta[..composite.parameters().len()], &measured.frequency_hz, measured.kind)
+        };
+        let agreed = agreement(measured, &of_model, &self.weight, self.band_hz)?;
+        let share = |(i, j): (usize, usize)| agreed.vaf_percent[i][j].unwrap_or(f64::NAN);
+        Ok(OtherFit {
+            cost,
+            parameters: parameters(fit, model.parameters().len(), self.cards),
+            matrices: with_errors(model, fit),
+            vaf: ndarray::Array2::from_shape_fn((agreed.vaf_percent.len(), agreed.vaf_percent.first().map_or(0, Vec::len)), share).into(),
+            r2: agreed.r2,
+        })
+    }
 }
 
 /// The fit that is asked for, and that by the other cost; the paper's is one of an impedance, and of several inputs an axis there is none.

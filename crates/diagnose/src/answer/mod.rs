@@ -68,16 +68,7 @@ impl Answer<'_> {
         let others = subject.as_likely(all, extended, self.order());
         self.tell_parameters(&mut causes, &kept, all, extended, &others);
         let extended_score = model.as_ref().map_or(quiet_score, |model| model.errors.score.clone());
-        for cause in causes.iter_mut().filter(|cause| self.is_geometry(cause)) {
-            cause.parameters.extend(subject.joints(all, extended));
-            if matches!(subject.cause, state::Cause::Loop(_)) {
-                cause.evidence.push(BEHIND_A_HOLD.to_owned());
-            }
-        }
-        self.detected(&mut causes, &before, limit);
-        if !left.unknown {
-            self.own_force(&mut causes, &before);
-        }
+        self.complete(&mut causes, (all, extended), &before, &left);
         let (own, with_causes) = (self.own_parameters(), if all.is_empty() { self.own_parameters() } else { self.parameters(all, extended, &others) });
         // Causes that do not make the free run better are not all there is, and no more are those beside a mass below zero.
         let flagged = |parameters: &[ModelParameter]| parameters.iter().any(|p| p.flag.is_some());
@@ -114,6 +105,20 @@ impl Answer<'_> {
             confusable,
         };
         (diagnosis, pictures)
+    }
+
+    /// Adds what a curved arm tells of its joints, what was detected, and the limb's own force.
+    fn complete(&self, causes: &mut Vec<Cause>, (all, extended): (&[Chosen], &Stand), before: &Errors, left: &Left) {
+        for cause in causes.iter_mut().filter(|cause| self.is_geometry(cause)) {
+            cause.parameters.extend(self.subject.joints(all, extended));
+            if matches!(self.subject.cause, state::Cause::Loop(_)) {
+                cause.evidence.push(BEHIND_A_HOLD.to_owned());
+            }
+        }
+        self.detected(causes, before, left.limit);
+        if !left.unknown {
+            self.own_force(causes, before);
+        }
     }
 
     /// The cause of each step, and whether one of them helps the free run little while a large error stays: that cannot be sure.

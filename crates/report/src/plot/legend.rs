@@ -7,7 +7,7 @@ use super::shades::shade_swatch;
 use super::svg::{escape, px};
 
 /// What a label looks like in the panels.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, Default, PartialEq)]
 pub(crate) struct LegendEntry {
     pub label: String,
     pub color: Color,
@@ -27,16 +27,7 @@ pub(crate) fn legend_entries<'a>(panels: impl Iterator<Item = &'a Panel> + Clone
             continue;
         }
         let at = entries.iter().position(|entry| entry.label == series.label).unwrap_or_else(|| {
-            entries.push(LegendEntry {
-                label: series.label.clone(),
-                color: series.color,
-                dash: Dash::Solid,
-                line: false,
-                points: false,
-                band: false,
-                part: false,
-                shades: false,
-            });
+            entries.push(LegendEntry { label: series.label.clone(), color: series.color, ..LegendEntry::default() });
             entries.len() - 1
         });
         let entry = &mut entries[at];
@@ -52,7 +43,7 @@ pub(crate) fn legend_entries<'a>(panels: impl Iterator<Item = &'a Panel> + Clone
     }
     for label in panels.filter_map(|panel| panel.shades.as_ref()).map(|shades| shades.label.clone()) {
         if entries.iter().all(|entry| entry.label != label) {
-            entries.push(LegendEntry { label, color: Color::Blue, dash: Dash::Solid, line: false, points: false, band: false, part: false, shades: true });
+            entries.push(LegendEntry { label, shades: true, ..LegendEntry::default() });
         }
     }
     entries

@@ -2,11 +2,12 @@
 //! that no line is known by its colour alone.
 
 /// A colour of the palette, by name; its value depends on light or dark background.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub enum Color {
     /// Black on light, near-white on dark: truth and models.
     Ink,
     /// Blue: the first measured curve.
+    #[default]
     Blue,
     /// Vermillion: fitted curves.
     Vermillion,

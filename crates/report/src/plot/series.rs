@@ -6,46 +6,20 @@ use super::palette::{Color, Dash};
 
 /// The shape of a series. Abscissae are shared (`Arc`), so that a matrix of panels holds one copy of its frequencies.
 ///
-/// NaN in any place is a gap. Where lengths differ, the shorter decides.
+/// `x` are abscissae, `y` ordinates. NaN in any place is a gap. Where lengths differ, the shorter decides.
 #[derive(Debug, Clone, PartialEq)]
+#[allow(missing_docs, reason = "what x and y are is said once")]
 pub enum Mark {
     /// Points joined by straight lines.
-    Line {
-        /// Abscissae.
-        x: Arc<[f64]>,
-        /// Ordinates.
-        y: Vec<f64>,
-    },
+    Line { x: Arc<[f64]>, y: Vec<f64> },
     /// Dots.
-    Points {
-        /// Abscissae.
-        x: Arc<[f64]>,
-        /// Ordinates.
-        y: Vec<f64>,
-    },
+    Points { x: Arc<[f64]>, y: Vec<f64> },
     /// `y[k]` from `edges[k]` to `edges[k + 1]`: one edge more than ordinates.
-    Steps {
-        /// Edges.
-        edges: Arc<[f64]>,
-        /// Heights.
-        y: Vec<f64>,
-    },
+    Steps { edges: Arc<[f64]>, y: Vec<f64> },
     /// The area between two curves, e.g. a confidence interval.
-    Band {
-        /// Abscissae.
-        x: Arc<[f64]>,
-        /// Lower ends.
-        low: Vec<f64>,
-        /// Upper ends.
-        high: Vec<f64>,
-    },
+    Band { x: Arc<[f64]>, low: Vec<f64>, high: Vec<f64> },
     /// What closed outlines enclose (even-odd); outlines are separated by NaN, e.g. the ring between two ellipses.
-    Area {
-        /// Abscissae.
-        x: Arc<[f64]>,
-        /// Ordinates.
-        y: Vec<f64>,
-    },
+    Area { x: Arc<[f64]>, y: Vec<f64> },
 }
 
 impl Mark {

@@ -59,11 +59,7 @@ impl Noise {
         };
         let robot = bench.device.robot.as_ref();
         let joints = robot.joints();
-        let counts = match experiment.sensors.encoder_bits {
-            None => joints.encoder_counts,
-            Some(0) => f64::INFINITY,
-            Some(bits) => 2f64.powi(bits.min(64) as i32),
-        };
+        let counts = experiment.sensors.encoder_counts(joints.encoder_counts);
         let mut place = EndpointKinematics::new(axes, bench.rest.len());
         robot.kinematics(&bench.rest, &vec![0.0; bench.rest.len()], &mut place);
         let n = bench.rest.len();

@@ -86,14 +86,6 @@ impl From<&Impedance> for Matrices {
     }
 }
 
-/// Names of the endpoint's axes of an experiment.
-///
-/// # Errors
-/// [`StudyError`] if its parts do not fit.
-pub(crate) fn axis_names(file: &ExperimentFile) -> Result<Vec<String>, StudyError> {
-    Ok(file.experiment().build()?.device.robot.axes().iter().map(|axis| axis.name.clone()).collect())
-}
-
 /// Simulates every trial of an experiment; the same seed gives the same bytes on any number of threads.
 ///
 /// # Errors
