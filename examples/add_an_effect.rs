@@ -2,7 +2,7 @@
 //!
 //! cargo run --release --example add_an_effect
 
-use ndof::devices::{DeviceConfig, Experiment, Extras, LimbConfig, Sensors, simulate_trial};
+use ndof::devices::{DeviceConfig, Experiment, Extras, LimbConfig, simulate_trial};
 use ndof::diagnose::{Diagnosis, Options, OwnEffects, diagnose};
 use ndof::models::effects::{Action, Card, Effect, EffectError, Form, Injection, ParameterCard, Parameters, Scale, Setting, Side, Sign, Trace, Value};
 use ndof::models::{ForceLaw, Motion};
@@ -94,18 +94,7 @@ fn simulate(coefficient: f64) -> Result<Vec<Recording>, Box<dyn Error>> {
         K: vec![vec![300.0, -60.0], vec![-60.0, 520.0]],
         ..Default::default()
     });
-    let experiment = Experiment {
-        seed: 1,
-        trials: 3,
-        duration_s: 50.0,
-        sample_rate_hz: 500.0,
-        discard_s: 2.0,
-        device: DeviceConfig::named("mit-manus"),
-        limb,
-        posture: Default::default(),
-        controller: Default::default(),
-        sensors: Sensors::default(),
-    };
+    let experiment = Experiment { trials: 3, ..Experiment::new(DeviceConfig::named("mit-manus"), limb) };
     let (discarded, recorded) = experiment.samples();
     let noise = FilteredNoise { axes: 2, samples: discarded + recorded, rms: 4.0, ..FilteredNoise::default() };
     let setting = Setting { axes: 2, axis: Some(1), mass: vec![], stiffness: vec![], duration_s: 50.0, sample_rate_hz: 500.0, seed: 1 };

@@ -2,9 +2,7 @@
 //!
 //! cargo run --release --example planar_arm
 
-use ndof::devices::{
-    Controller, DeviceConfig, EndpointLinearConfig, Experiment, Extras, LimbConfig, PlanarTwoLinkConfig, Posture, Sensors, linearise, simulate_trial,
-};
+use ndof::devices::{DeviceConfig, EndpointLinearConfig, Experiment, Extras, LimbConfig, PlanarTwoLinkConfig, Posture, linearise, simulate_trial};
 use ndof::diagnose::{Options, diagnose};
 use ndof::models::{Arm, Axis, InertiaDampingStiffnessModel, Kinematics, KinematicsSd, LoopModel, Projection, Smoothing, Symmetry, Transducer};
 use ndof::models::{WeightedFit, linear_start};
@@ -70,24 +68,15 @@ fn main() -> Result<(), Box<dyn Error>> {
 
 /// A patient-like arm that pushes against MIT-MANUS with 8 N.
 fn experiment() -> Experiment {
-    Experiment {
-        seed: 1,
-        trials: 6,
-        duration_s: 50.0,
-        sample_rate_hz: 500.0,
-        discard_s: 2.0,
-        device: DeviceConfig::named("mit-manus"),
-        limb: LimbConfig::PlanarTwoLink(PlanarTwoLinkConfig {
-            K: vec![vec![67.0, 28.0], vec![28.0, 40.5]],
-            B: vec![vec![2.46, 1.05], vec![1.05, 1.27]],
-            handle_mass_kg: 0.6,
-            mean_force_n: Some(vec![5.0, -6.0]),
-            ..PlanarTwoLinkConfig::default()
-        }),
-        posture: Posture { hand_m: None, joint_rad: Some(vec![std::f64::consts::FRAC_PI_4, std::f64::consts::FRAC_PI_2]) },
-        controller: Controller::default(),
-        sensors: Sensors::default(),
-    }
+    let limb = LimbConfig::PlanarTwoLink(PlanarTwoLinkConfig {
+        K: vec![vec![67.0, 28.0], vec![28.0, 40.5]],
+        B: vec![vec![2.46, 1.05], vec![1.05, 1.27]],
+        handle_mass_kg: 0.6,
+        mean_force_n: Some(vec![5.0, -6.0]),
+        ..PlanarTwoLinkConfig::default()
+    });
+    let posture = Posture { hand_m: None, joint_rad: Some(vec![std::f64::consts::FRAC_PI_4, std::f64::consts::FRAC_PI_2]) };
+    Experiment { trials: 6, posture, ..Experiment::new(DeviceConfig::named("mit-manus"), limb) }
 }
 
 /// Each trial under filtered noise of 4 N whose two axes happen to be least coherent among 20 seeds.

@@ -3,7 +3,7 @@
 
 use ndarray::{Array2, Array3, arr2};
 use ndof::analysis::{self, Estimate, Trial, Trials, estimate};
-use ndof::devices::{Controller, DeviceConfig, EndpointLinearConfig, Experiment, Extras, LimbConfig, LimbNoise, Linearised, PerAxis, Posture, Sensors};
+use ndof::devices::{DeviceConfig, EndpointLinearConfig, Experiment, Extras, LimbConfig, LimbNoise, Linearised, PerAxis};
 use ndof::devices::{linearise, simulate_trial};
 use ndof::models::{Axis, Fit, InertiaDampingStiffnessModel, LoopModel, Smoothing, Symmetry, Transducer, WeightedFit, agreement, linear_start};
 use ndof::signal::{FilteredNoise, Welch};
@@ -26,18 +26,8 @@ fn truth() -> [Array2<f64>; 3] {
 fn experiment(seed: u64, limb_noise_rms_n: f64) -> Experiment {
     let [m, b, k] = truth().map(|matrix| matrix.rows().into_iter().map(|row| row.to_vec()).collect::<Vec<_>>());
     let noise = LimbNoise { rms_n: PerAxis::All(limb_noise_rms_n), cutoff_hz: 2.0 };
-    Experiment {
-        seed,
-        trials: 6,
-        duration_s: 50.0,
-        sample_rate_hz: 500.0,
-        discard_s: 2.0,
-        device: DeviceConfig::named("mit-manus"),
-        limb: LimbConfig::EndpointLinear(EndpointLinearConfig { M: m, B: b, K: k, noise: Some(noise), ..EndpointLinearConfig::default() }),
-        posture: Posture::default(),
-        controller: Controller::default(),
-        sensors: Sensors::default(),
-    }
+    let limb = EndpointLinearConfig { M: m, B: b, K: k, noise: Some(noise), ..EndpointLinearConfig::default() };
+    Experiment { seed, trials: 6, ..Experiment::new(DeviceConfig::named("mit-manus"), LimbConfig::EndpointLinear(limb)) }
 }
 
 fn trials(experiment: &Experiment) -> Trials {

@@ -2,7 +2,7 @@
 
 #![allow(dead_code, reason = "each program takes the part that it needs")]
 
-use ndof::devices::{Accuracy, Controller, DeviceConfig, EndpointLinearConfig, Experiment, Extras, LimbConfig, Posture, Sensors, simulate_trial};
+use ndof::devices::{Accuracy, DeviceConfig, EndpointLinearConfig, Experiment, Extras, LimbConfig, Sensors, simulate_trial};
 use ndof::signal::{FilteredNoise, Recording, Welch};
 use ndof::sysid::{Labels, Ports, ResponseKind};
 use rand::{RngExt, SeedableRng};
@@ -47,19 +47,9 @@ pub fn arm(duration_s: f64) -> Experiment {
         K: vec![vec![300.0, -60.0], vec![-60.0, 520.0]],
         ..EndpointLinearConfig::default()
     };
-    Experiment {
-        seed: 1,
-        trials: 1,
-        duration_s,
-        sample_rate_hz: 500.0,
-        discard_s: 0.0,
-        device: DeviceConfig::named("mit-manus"),
-        limb: LimbConfig::EndpointLinear(limb),
-        posture: Posture::default(),
-        controller: Controller::default(),
-        // Without steps in what is measured, so that an error of the integration is one.
-        sensors: Sensors { force_noise_rms: Some(0.0), force_quantum: Some(0.0), encoder_bits: Some(0), ..Sensors::default() },
-    }
+    // Without steps in what is measured, so that an error of the integration is one.
+    let sensors = Sensors { force_noise_rms: Some(0.0), force_quantum: Some(0.0), encoder_bits: Some(0), ..Sensors::default() };
+    Experiment { duration_s, discard_s: 0.0, sensors, ..Experiment::new(DeviceConfig::named("mit-manus"), LimbConfig::EndpointLinear(limb)) }
 }
 
 /// Filtered noise of 4 N.

@@ -7,7 +7,6 @@
 mod balance;
 mod case;
 mod clock;
-pub mod draw;
 pub mod exam;
 
 mod hide;

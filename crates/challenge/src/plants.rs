@@ -26,40 +26,36 @@ impl Plant {
     /// All of them.
     pub const ALL: [Plant; 6] = [Plant::Force, Plant::Planar, Plant::Motion, Plant::Mass, Plant::Wrist, Plant::Six];
 
+    /// Its name in tables and on the command line, the names of its axes, and whether these are angles.
+    fn facts(self) -> (&'static str, &'static [&'static str], bool) {
+        match self {
+            Plant::Planar => ("planar", &["x", "y"], false),
+            Plant::Force => ("force", &["x"], false),
+            Plant::Mass => ("mass", &["x"], false),
+            Plant::Motion => ("motion", &["x"], true),
+            Plant::Wrist => ("wrist", &["flexion", "deviation", "pronation"], true),
+            Plant::Six => ("six", &["j1", "j2", "j3", "j4", "j5", "j6"], true),
+        }
+    }
+
     /// The number of axes.
     pub fn axes(self) -> usize {
-        match self {
-            Plant::Planar => 2,
-            Plant::Wrist => 3,
-            Plant::Six => 6,
-            _ => 1,
-        }
+        self.names().len()
     }
 
     /// Its name in tables and on the command line.
     pub fn word(self) -> &'static str {
-        match self {
-            Plant::Planar => "planar",
-            Plant::Force => "force",
-            Plant::Mass => "mass",
-            Plant::Motion => "motion",
-            Plant::Wrist => "wrist",
-            Plant::Six => "six",
-        }
-    }
-
-    /// Whether its axes are angles.
-    pub fn rotational(self) -> bool {
-        matches!(self, Plant::Motion | Plant::Wrist | Plant::Six)
+        self.facts().0
     }
 
     /// The names of its axes.
     pub fn names(self) -> &'static [&'static str] {
-        match self {
-            Plant::Wrist => &["flexion", "deviation", "pronation"],
-            Plant::Six => &["j1", "j2", "j3", "j4", "j5", "j6"],
-            _ => &["x", "y"],
-        }
+        self.facts().1
+    }
+
+    /// Whether its axes are angles.
+    pub fn rotational(self) -> bool {
+        self.facts().2
     }
 
     /// The last frequency that is excited.

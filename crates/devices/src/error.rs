@@ -78,9 +78,6 @@ pub enum DeviceError {
     /// A channel named by an effect that the device does not have.
     #[error("no channel \"{name}\"; the device has: {available}")]
     NoChannel { name: String, available: String },
-    /// A force law names an axis that the experiment does not have.
-    #[error("a force law acts on {found} axes, the device has {axes}")]
-    LawAxes { found: usize, axes: usize },
 }
 
 impl DeviceError {

@@ -226,6 +226,12 @@ impl Bench {
 }
 
 impl Experiment {
+    /// One trial of 50 s at 500 Hz behind 2 s that are discarded; posture, hold and sensors are the device's.
+    pub fn new(device: DeviceConfig, limb: LimbConfig) -> Self {
+        let (posture, controller, sensors) = (Posture::default(), Controller::default(), Sensors::default());
+        Experiment { seed: 1, trials: 1, duration_s: 50.0, sample_rate_hz: 500.0, discard_s: 2.0, device, limb, posture, controller, sensors }
+    }
+
     /// Builds robot and limb at their posture.
     ///
     /// # Errors

@@ -8,26 +8,15 @@
 //! Hidden effects come as force laws and stages in [`Extras`]: no effect is known here by name.
 //!
 //! ```
-//! use ndof_devices::{Controller, DeviceConfig, EndpointLinearConfig, Experiment, Extras, LimbConfig, Posture, Sensors};
-//! use ndof_devices::{linearise, simulate_trial};
+//! use ndof_devices::{DeviceConfig, EndpointLinearConfig, Experiment, Extras, LimbConfig, linearise, simulate_trial};
 //!
-//! let experiment = Experiment {
-//!     seed: 1,
-//!     trials: 1,
-//!     duration_s: 0.2,
-//!     sample_rate_hz: 500.0,
-//!     discard_s: 0.0,
-//!     device: DeviceConfig::named("mit-manus"),
-//!     limb: LimbConfig::EndpointLinear(EndpointLinearConfig {
-//!         M: vec![vec![2.1, -0.55], vec![-0.55, 1.9]],
-//!         B: vec![vec![11.0, -2.0], vec![-2.0, 15.0]],
-//!         K: vec![vec![300.0, -60.0], vec![-60.0, 520.0]],
-//!         ..EndpointLinearConfig::default()
-//!     }),
-//!     posture: Posture::default(),
-//!     controller: Controller::default(),
-//!     sensors: Sensors::default(),
-//! };
+//! let limb = LimbConfig::EndpointLinear(EndpointLinearConfig {
+//!     M: vec![vec![2.1, -0.55], vec![-0.55, 1.9]],
+//!     B: vec![vec![11.0, -2.0], vec![-2.0, 15.0]],
+//!     K: vec![vec![300.0, -60.0], vec![-60.0, 520.0]],
+//!     ..EndpointLinearConfig::default()
+//! });
+//! let experiment = Experiment { duration_s: 0.2, discard_s: 0.0, ..Experiment::new(DeviceConfig::named("mit-manus"), limb) };
 //! let push = vec![vec![4.0; 100], vec![0.0; 100]]; // 4 N along x
 //! let recording = simulate_trial(&experiment, &push, &Extras::default(), 0)?;
 //! assert_eq!(recording.names(), ["cmd_x", "cmd_y", "force_x", "force_y", "pos_x", "pos_y"]);

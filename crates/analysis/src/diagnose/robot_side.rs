@@ -2,25 +2,14 @@
 
 use crate::error::AnalysisError;
 use crate::file::{BaselineFile, Value};
-use ndof_devices::{DeviceConfig, EndpointLinearConfig, Experiment, HoldGains, LimbConfig, Sensors};
+use ndof_devices::{DeviceConfig, EndpointLinearConfig, Experiment, HoldGains, LimbConfig};
 use ndof_diagnose::{Endpoint, Mechanism, MechanismParameter};
 use ndof_models::robot::{EndpointForce, Meaning, Robot};
 use num_complex::Complex64;
 
 /// An experiment that only holds the limb at its posture: enough to linearise it.
 pub(super) fn held(device: DeviceConfig, limb: LimbConfig, file: &BaselineFile, sample_rate_hz: f64) -> Experiment {
-    Experiment {
-        seed: 1,
-        trials: 1,
-        duration_s: 1.0,
-        sample_rate_hz,
-        discard_s: 0.0,
-        device,
-        limb,
-        posture: file.posture.clone(),
-        controller: file.controller.clone(),
-        sensors: Sensors::default(),
-    }
+    Experiment { sample_rate_hz, posture: file.posture.clone(), controller: file.controller.clone(), ..Experiment::new(device, limb) }
 }
 
 /// A device with its numbers and its hold.

@@ -67,7 +67,7 @@ fn truth(posed: &Posed, files: Vec<String>, against: bool) -> Value {
         "held_back": question.families.iter().any(|f| f.held_back),
         "class": if graded { word(posed.class()).into() } else { Value::Null },
         "plant": case.plant.word(),
-        "axes": case.plant.names()[..case.plant.axes()],
+        "axes": case.plant.names(),
         "files": files,
         "arguments": roles(posed),
         "baseline": against.then(|| format!("{}.baseline.toml", question.id)),

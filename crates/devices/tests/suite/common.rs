@@ -1,27 +1,18 @@
 //! Experiments that several tests share.
 
-use ndof_devices::{Controller, DeviceConfig, EndpointLinearConfig, Experiment, LimbConfig, PlanarTwoLinkConfig, Posture, Sensors};
+use ndof_devices::{DeviceConfig, EndpointLinearConfig, Experiment, LimbConfig, PlanarTwoLinkConfig, Sensors};
 use ndof_signal::Recording;
 
 /// The patient-like test arm P1 on MIT-MANUS, sensors ideal.
 pub fn patient_arm() -> Experiment {
-    Experiment {
-        seed: 1,
-        trials: 1,
-        duration_s: 4.0,
-        sample_rate_hz: 500.0,
-        discard_s: 0.0,
-        device: DeviceConfig::named("mit-manus"),
-        limb: LimbConfig::EndpointLinear(EndpointLinearConfig {
-            M: vec![vec![2.1, -0.55], vec![-0.55, 1.9]],
-            B: vec![vec![11.0, -2.0], vec![-2.0, 15.0]],
-            K: vec![vec![300.0, -60.0], vec![-60.0, 520.0]],
-            ..EndpointLinearConfig::default()
-        }),
-        posture: Posture::default(),
-        controller: Controller::default(),
-        sensors: Sensors { force_noise_rms: Some(0.0), force_quantum: Some(0.0), encoder_bits: Some(0), ..Sensors::default() },
-    }
+    let limb = LimbConfig::EndpointLinear(EndpointLinearConfig {
+        M: vec![vec![2.1, -0.55], vec![-0.55, 1.9]],
+        B: vec![vec![11.0, -2.0], vec![-2.0, 15.0]],
+        K: vec![vec![300.0, -60.0], vec![-60.0, 520.0]],
+        ..EndpointLinearConfig::default()
+    });
+    let sensors = Sensors { force_noise_rms: Some(0.0), force_quantum: Some(0.0), encoder_bits: Some(0), ..Sensors::default() };
+    Experiment { duration_s: 4.0, discard_s: 0.0, sensors, ..Experiment::new(DeviceConfig::named("mit-manus"), limb) }
 }
 
 /// A two-link arm with a mean force of tone, a trough and a two-joint stiffness, sensors ideal.

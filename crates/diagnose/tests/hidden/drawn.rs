@@ -1,6 +1,5 @@
-//! Cases drawn from a seed, as many as a test has time for.
+//! Cases drawn at random, as many as a test has time for.
 
-use ndof_challenge::draw::{draw, kind_of, registry_name};
 use ndof_challenge::strength::strength;
 use ndof_challenge::{Case, Hidden, Made, Plant, Setting, make, make_with};
 use ndof_diagnose::{Diagnosis, Options, diagnose};
@@ -12,27 +11,43 @@ fn sure(d: &Diagnosis) -> Vec<&str> {
     d.causes.iter().filter(|c| c.effect != "limb-noise" && c.probability > 0.9 && alone(&c.effect)).map(|c| c.effect.as_str()).collect()
 }
 
+/// Plant, what is hidden and how strong, whether in a form that the registry does not have, trials and seed: once drawn, four of each plant.
+type Drawn = (Plant, Option<(&'static str, f64)>, bool, usize, u64);
+const DRAWN: [Drawn; 16] = [
+    (Plant::Force, None, false, 3, 13136235368667205324),
+    (Plant::Force, Some(("dead-zone", 0.05070774117346547)), true, 3, 9570893167455510777),
+    (Plant::Force, Some(("x-quadratic-damping", 0.2616554632737801)), false, 1, 16535826761834385621),
+    (Plant::Force, Some(("dead-zone", 0.16812689993407148)), false, 3, 5948595845634617132),
+    (Plant::Motion, None, false, 1, 12850364187787699933),
+    (Plant::Motion, Some(("asymmetric-stiffness", 0.2973480223065097)), true, 1, 6940108586299388061),
+    (Plant::Motion, Some(("x-quadratic-damping", 0.7384386209499214)), false, 3, 851230285051144754),
+    (Plant::Motion, Some(("reflex-delay", 0.7686826917511219)), false, 3, 7131805792925467349),
+    (Plant::Mass, None, false, 3, 15334895464456256465),
+    (Plant::Mass, Some(("hysteresis", 0.34519340002098725)), true, 3, 5182670396708338501),
+    (Plant::Mass, Some(("x-van-der-pol", 0.41212644970724527)), false, 3, 16347829456659363505),
+    (Plant::Mass, Some(("coulomb-friction", 0.14789259014209827)), false, 3, 6024447732447504945),
+    (Plant::Planar, None, false, 3, 8837778460780161771),
+    (Plant::Planar, Some(("asymmetric-stiffness", 0.5474538039303849)), true, 1, 9692283667679912522),
+    (Plant::Planar, Some(("channel-filter", 0.07066708633666507)), false, 3, 14025410748268862554),
+    (Plant::Planar, Some(("extra-resonance", 0.16501427815566838)), false, 3, 448095192688274881),
+];
+
 #[test]
 fn drawn_cases_are_answered_and_no_wrong_name_is_said_for_sure() {
     let (mut clear, mut right) = (0, 0);
-    for (plant, numbers) in
-        [(Plant::Force, [0, 17, 31, 36]), (Plant::Motion, [1, 18, 32, 37]), (Plant::Mass, [2, 19, 28, 38]), (Plant::Planar, [3, 20, 34, 40])]
-    {
-        assert!(Plant::ALL.contains(&plant));
-        for number in numbers {
-            let kind = kind_of(number);
-            let case = draw(23, number, kind, Some(plant));
-            let made = make(&case);
-            let d = diagnose(&made.recordings, &made.ports, &Options::default(), None, &mut |_| {}).expect("a diagnosis");
-            let truth: Vec<&str> = case.hidden.iter().map(|h| registry_name(h.name)).collect();
-            let said = sure(&d);
-            assert!(said.iter().all(|name| truth.contains(name)), "{number} {kind} {}: {truth:?} -> {said:?}", plant.word());
-            if case.hidden.len() == 1 && kind != "outside" && strength(&case, &made).share >= 0.5 && strength(&case, &made).size >= 0.01 {
-                clear += 1;
-                let first = d.causes.iter().find(|c| c.effect != "limb-noise");
-                let beside = |name: &str| d.confusable.iter().any(|k| k.effects.iter().any(|e| e == name));
-                right += usize::from(first.is_some_and(|c| c.effect == truth[0] || beside(truth[0])));
-            }
+    for (plant, truth, other, trials, seed) in DRAWN {
+        let hidden = truth.iter().map(|&(name, severity)| Hidden { name, severity }).collect();
+        let case = Case { plant, hidden, other, background: false, trials, duration_s: 50.0, seed, command: (1.0, 1.0) };
+        let made = make(&case);
+        let d = answer(&made);
+        let said = sure(&d);
+        assert!(said.iter().all(|name| truth.is_some_and(|truth| truth.0 == *name)), "{} {seed}: {truth:?} -> {said:?}", plant.word());
+        let Some((truth, _)) = truth.filter(|(name, _)| !name.starts_with("x-")) else { continue };
+        if strength(&case, &made).share >= 0.5 && strength(&case, &made).size >= 0.01 {
+            clear += 1;
+            let first = d.causes.iter().find(|c| c.effect != "limb-noise");
+            let beside = d.confusable.iter().any(|k| k.effects.iter().any(|e| e == truth));
+            right += usize::from(first.is_some_and(|c| c.effect == truth || beside));
         }
     }
     // At the 97 % that are asked of clear ones two of eight are missed in two of a hundred such draws.

@@ -173,8 +173,14 @@ fn a_delay_a_filter_or_a_mode_that_is_taken_away_leaves_no_other_name_for_sure()
 }
 
 #[test]
-fn a_cubic_spring_or_a_reflex_that_is_taken_away_leaves_no_other_name_for_sure() {
-    for (plant, hidden, seed) in [(Plant::Force, "cubic-stiffness", 20), (Plant::Motion, "cubic-stiffness", 21), (Plant::Force, "reflex-delay", 20)] {
+fn a_spring_a_reflex_or_friction_that_is_taken_away_leaves_no_other_name_for_sure() {
+    for (plant, hidden, seed) in [
+        (Plant::Force, "cubic-stiffness", 20),
+        (Plant::Motion, "cubic-stiffness", 21),
+        (Plant::Force, "reflex-delay", 20),
+        (Plant::Force, "coulomb-friction", 20),
+        (Plant::Force, "hysteresis", 21),
+    ] {
         let made = made(plant, &[(hidden, 0.5)], seed);
         assert_eq!(answer(&made).causes.first().map(|c| c.effect.clone()).as_deref(), Some(hidden));
         let options = Options { without: vec![hidden.to_owned()], ..Options::default() };
@@ -189,19 +195,9 @@ fn a_cubic_spring_or_a_reflex_that_is_taken_away_leaves_no_other_name_for_sure()
 }
 
 #[test]
-fn an_effect_that_is_switched_off_is_not_named_and_a_hypothesis_that_is_taken_away_is_not_replaced() {
+fn an_effect_that_is_switched_off_is_not_named() {
     for (k, hidden) in ["coulomb-friction", "hysteresis"].into_iter().enumerate() {
         let off = answer(&made(Plant::Force, &[(hidden, 0.0)], 20 + k as u64));
         assert!(off.causes.is_empty() && off.verdict == Verdict::Adequate, "{hidden} at nothing: {:?}", off.causes);
-        let made = made(Plant::Force, &[(hidden, 0.5)], 20 + k as u64);
-        assert_eq!(answer(&made).causes.first().map(|c| c.effect.clone()).as_deref(), Some(hidden));
-        let options = Options { without: vec![hidden.to_owned()], ..Options::default() };
-        let d = diagnose(&made.recordings, &made.ports, &options, None, &mut |_| {}).expect("a diagnosis");
-        assert!(matches!(d.verdict, Verdict::Unexplained | Verdict::PartlyExplained), "without {hidden}: {:?} {:?}", d.verdict, names(&d));
-        assert!(
-            d.causes.iter().all(|c| c.probability <= 0.9),
-            "without {hidden}: {:?}",
-            d.causes.iter().map(|c| (&c.effect, c.probability)).collect::<Vec<_>>()
-        );
     }
 }

@@ -253,26 +253,17 @@ fn row(model: &str, curve: &Curve, simulated: Option<SimulatedSensitivity>) -> S
 #[cfg(test)]
 mod tests {
     use super::*;
-    use ndof_devices::{Controller, DeviceConfig, EndpointLinearConfig, LimbConfig, PerAxis, Posture, Sensors};
+    use ndof_devices::{Controller, DeviceConfig, EndpointLinearConfig, LimbConfig, PerAxis};
 
     fn experiment(kp: f64) -> Experiment {
-        Experiment {
-            seed: 1,
-            trials: 1,
-            duration_s: 10.0,
-            sample_rate_hz: 500.0,
-            discard_s: 0.0,
-            device: DeviceConfig::named("mit-manus"),
-            limb: LimbConfig::EndpointLinear(EndpointLinearConfig {
-                M: vec![vec![2.1, -0.55], vec![-0.55, 1.9]],
-                B: vec![vec![11.0, -2.0], vec![-2.0, 15.0]],
-                K: vec![vec![300.0, -60.0], vec![-60.0, 520.0]],
-                ..EndpointLinearConfig::default()
-            }),
-            posture: Posture::default(),
-            controller: Controller { kp: Some(PerAxis::All(kp)), ..Controller::default() },
-            sensors: Sensors::default(),
-        }
+        let limb = LimbConfig::EndpointLinear(EndpointLinearConfig {
+            M: vec![vec![2.1, -0.55], vec![-0.55, 1.9]],
+            B: vec![vec![11.0, -2.0], vec![-2.0, 15.0]],
+            K: vec![vec![300.0, -60.0], vec![-60.0, 520.0]],
+            ..EndpointLinearConfig::default()
+        });
+        let controller = Controller { kp: Some(PerAxis::All(kp)), ..Controller::default() };
+        Experiment { controller, ..Experiment::new(DeviceConfig::named("mit-manus"), limb) }
     }
 
     #[test]
