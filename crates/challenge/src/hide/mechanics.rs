@@ -73,7 +73,6 @@ pub fn law(sizes: &Sizes, name: &str, form: &'static str, s: f64, rng: &mut ChaC
         }
         "x-quadratic-damping" => ("quadratic-damping", vec![s * 2.5 * b / speed]),
         "x-van-der-pol" => ("van-der-pol", vec![s * 3.0 * b / (x * x)]),
-        "x-cogging" => ("cogging", vec![s * 0.5 * f, rng.random_range(0.8..1.5) * x]),
         _ => return None,
     };
     let mut all = [0.0; 6];

@@ -32,7 +32,6 @@ pub fn force(world: &World, law: &Law, now: Now, s: &[f64], ds: &mut [f64]) -> f
         "knock" if (0.0..p[2]).contains(&(t - p[1])) => -p[0] * (PI * (t - p[1]) / p[2]).sin(),
         "van-der-pol" => p[0] * v * x * x,
         "quadratic-damping" => p[0] * v * v.abs(),
-        "cogging" => p[0] * (TAU * x / p[1]).sin(),
         "product" => p[0] * all[law.from] * x,
         _ => 0.0,
     }

@@ -136,10 +136,6 @@ impl EndpointLinear {
 }
 
 impl Limb for EndpointLinear {
-    fn axes(&self) -> usize {
-        self.mean_force.len()
-    }
-
     fn mean_force(&self) -> &[f64] {
         &self.mean_force
     }

@@ -32,7 +32,9 @@ pub struct Impedance {
 /// Displacement x is counted from the posture, where the limb rests under its mean force.
 pub trait Limb: Send + Sync {
     /// The number of endpoint axes.
-    fn axes(&self) -> usize;
+    fn axes(&self) -> usize {
+        self.mean_force().len()
+    }
 
     /// The force on the limb that keeps it at the posture, F₀ (N, N m).
     fn mean_force(&self) -> &[f64];

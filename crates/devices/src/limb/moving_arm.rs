@@ -102,10 +102,6 @@ impl ForceLaw for MovingArm {
 }
 
 impl Limb for MovingArm {
-    fn axes(&self) -> usize {
-        self.arm.axes()
-    }
-
     fn mean_force(&self) -> &[f64] {
         self.arm.mean_force()
     }

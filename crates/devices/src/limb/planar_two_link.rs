@@ -155,10 +155,6 @@ impl PlanarTwoLink {
 }
 
 impl Limb for PlanarTwoLink {
-    fn axes(&self) -> usize {
-        2
-    }
-
     fn mean_force(&self) -> &[f64] {
         &self.mean_force
     }

@@ -203,10 +203,6 @@ impl SpringArray {
 }
 
 impl Limb for SpringArray {
-    fn axes(&self) -> usize {
-        2
-    }
-
     fn mean_force(&self) -> &[f64] {
         &self.mean_force
     }

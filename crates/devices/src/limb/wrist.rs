@@ -175,10 +175,6 @@ fn gimbal([ps, fe, aa]: [f64; 3]) -> ([Vector; 3], Matrix) {
 }
 
 impl Limb for Wrist {
-    fn axes(&self) -> usize {
-        3
-    }
-
     fn mean_force(&self) -> &[f64] {
         &self.mean_torque
     }

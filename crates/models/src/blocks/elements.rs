@@ -112,9 +112,6 @@ impl Block for Reflex {
         slopes[3] = gain * late * 2.0 * w * s / ((s + w) * (s + w) * (s + w)) * TAU;
         h
     }
-    fn vanishes(&self) -> Vanishing {
-        Vanishing::WithoutEffect
-    }
 }
 
 /// Compliance of a trough, of tissue or of a transducer in series: 1/(k + b s).
@@ -133,9 +130,6 @@ impl Block for SeriesCompliance {
         slopes[0] = -h * h;
         slopes[1] = -s * h * h;
         h
-    }
-    fn vanishes(&self) -> Vanishing {
-        Vanishing::WithoutEffect
     }
 }
 
@@ -165,9 +159,6 @@ impl Block for FlexibleMode {
         slopes[2] = by_spring * 2.0 * omega * s;
         theta[0] * slopes[0]
     }
-    fn vanishes(&self) -> Vanishing {
-        Vanishing::WithoutEffect
-    }
 }
 
 /// Relaxation: the Maxwell arm of a standard linear solid, k τ s/(1 + τ s), beside the baseline's spring.
@@ -186,9 +177,6 @@ impl Block for StandardLinearSolid {
         slopes[0] = theta[1] * s * open;
         slopes[1] = theta[0] * s * open * open;
         theta[0] * theta[1] * s * open
-    }
-    fn vanishes(&self) -> Vanishing {
-        Vanishing::WithoutEffect
     }
 }
 
@@ -214,9 +202,6 @@ impl Block for Fractional {
         slopes[0] = power;
         slopes[1] = theta[0] * power * log;
         theta[0] * power
-    }
-    fn vanishes(&self) -> Vanishing {
-        Vanishing::WithoutEffect
     }
 }
 

@@ -43,5 +43,7 @@ pub trait Block: Send + Sync {
     }
 
     /// How it leaves the baseline as it is.
-    fn vanishes(&self) -> Vanishing;
+    fn vanishes(&self) -> Vanishing {
+        Vanishing::WithoutEffect
+    }
 }
