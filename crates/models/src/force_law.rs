@@ -30,7 +30,8 @@ impl<'a> Motion<'a> {
 ///
 /// M ẍ + B ẋ + K x + f(t, x, ẋ, z) = F,   ż = g(t, x, ẋ, z)
 ///
-/// Positive `f` opposes a positive applied force `F`. Whoever integrates brings `z`, zero at the start.
+/// Positive `f` opposes a positive applied force `F`. Whoever integrates brings `z`, zero at the start. A closure of motion and force is a law
+/// without hidden states.
 pub trait ForceLaw: Send + Sync {
     /// Number of hidden states z.
     fn states(&self) -> usize {
@@ -87,8 +88,20 @@ impl<L: ForceLaw + ?Sized> ForceLaw for std::sync::Arc<L> {
     }
 }
 
-/// A stage of the signal chain (delay, filter, quantiser, saturation), ticked once a sample.
+impl<F: Fn(&Motion<'_>, &mut [f64]) + Send + Sync> ForceLaw for F {
+    fn evaluate(&self, motion: &Motion<'_>, _states: &[f64], force: &mut [f64], _rates: &mut [f64]) {
+        self(motion, force);
+    }
+}
+
+/// A stage of the signal chain (delay, filter, quantiser, saturation), ticked once a sample; a closure is one.
 pub trait Stage: Send {
     /// Turns this sample of the stage's channel into what leaves the stage.
     fn step(&mut self, sample: f64) -> f64;
+}
+
+impl<F: FnMut(f64) -> f64 + Send> Stage for F {
+    fn step(&mut self, sample: f64) -> f64 {
+        self(sample)
+    }
 }

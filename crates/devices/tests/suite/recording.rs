@@ -142,21 +142,19 @@ fn a_delayed_law_acts_late_by_its_delay() {
     }
 }
 
-/// First-order lag of one sample, to stand for any stage.
-struct Late(f64);
-
-impl Stage for Late {
-    fn step(&mut self, sample: f64) -> f64 {
-        std::mem::replace(&mut self.0, sample)
-    }
-}
-
 #[test]
 fn stages_act_on_the_channel_they_name_and_nowhere_else() {
     let experiment = noisy();
     let commands = sines(&experiment, 4.0);
     let plain = simulate_trial(&experiment, &commands, &Extras::default(), 0).expect("runs");
-    let late = |name: &str| -> (String, ndof_devices::StageMaker) { (name.to_owned(), Box::new(|| Box::new(Late(0.0)))) };
+    // One sample late, to stand for any stage.
+    let late = |name: &str| -> (String, ndof_devices::StageMaker) {
+        let stage = || {
+            let mut last = 0.0;
+            Box::new(move |sample: f64| std::mem::replace(&mut last, sample)) as Box<dyn Stage>
+        };
+        (name.to_owned(), Box::new(stage))
+    };
     let staged = simulate_trial(&experiment, &commands, &Extras { sensors: vec![late("force_y")], ..Extras::default() }, 0).expect("runs");
     for (a, b) in plain.channels().iter().zip(staged.channels()) {
         if a.name == "force_y" {

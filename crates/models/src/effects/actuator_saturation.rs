@@ -19,22 +19,14 @@ const CARD: Card = Card {
 /// Saturation of the actuator.
 pub struct ActuatorSaturation;
 
-/// A symmetric clip.
-struct Clip(f64);
-
-impl Stage for Clip {
-    fn step(&mut self, sample: f64) -> f64 {
-        sample.clamp(-self.0, self.0)
-    }
-}
-
 impl Effect for ActuatorSaturation {
     fn card(&self) -> &'static Card {
         &CARD
     }
 
     fn injection(&self, parameters: &Parameters, _setting: &Setting) -> Result<Injection, EffectError> {
-        Ok(Injection::Stage(Box::new(Clip(parameters.number(CARD.name, &LEVEL)?))))
+        let level = parameters.number(CARD.name, &LEVEL)?;
+        Ok(Injection::Stage(Box::new(move |sample: f64| sample.clamp(-level, level))))
     }
 
     fn forms(&self, scale: &Scale) -> Vec<Form> {
@@ -45,6 +37,6 @@ impl Effect for ActuatorSaturation {
         let form = Form::new("clip", None, Action::Clip)
             .knobs(vec![Knob::log(0.3 * unit, 3.2 * unit)], &[&[0.7, 1.0, 1.4, 1.9, 2.5].map(|q| q * unit)])
             .numbers(|k, _| [("level_n", k[0])]);
-        vec![Form { side: Side::Actuator, ..form }]
+        vec![form.at(Side::Actuator)]
     }
 }

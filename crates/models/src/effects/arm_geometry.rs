@@ -25,16 +25,11 @@ const CARD: Card = Card {
 pub struct ArmGeometry;
 
 /// f = Pᵀ K w₀ − K x: springs of the joints beside what they are at the posture.
-struct Springs {
-    arm: CurvedArm,
-    stiffness: [[f64; 2]; 2],
-}
-
-impl ForceLaw for Springs {
-    fn evaluate(&self, motion: &Motion<'_>, _states: &[f64], force: &mut [f64], _rates: &mut [f64]) {
+fn springs(arm: CurvedArm, stiffness: [[f64; 2]; 2]) -> impl ForceLaw {
+    move |motion: &Motion<'_>, force: &mut [f64]| {
         let x = [motion.position[0], motion.position[1]];
-        let product = |of: [f64; 2]| self.stiffness.map(|row| row[0] * of[0] + row[1] * of[1]);
-        let turned = self.arm.displaced(x).map_or([f64::NAN; 2], |arm| arm.carried(product(arm.stretch)));
+        let product = |of: [f64; 2]| stiffness.map(|row| row[0] * of[0] + row[1] * of[1]);
+        let turned = arm.displaced(x).map_or([f64::NAN; 2], |arm| arm.carried(product(arm.stretch)));
         let straight = product(x);
         force.iter_mut().zip(turned).zip(straight).for_each(|((force, turned), straight)| *force += turned - straight);
     }
@@ -62,7 +57,7 @@ impl Effect for ArmGeometry {
         }
         let arm = given_arm(CARD.name, parameters, setting)?;
         match setting.stiffness.as_slice() {
-            [first, second] => Ok(Injection::Force(Box::new(Springs { arm, stiffness: [[first[0], first[1]], [second[0], second[1]]] }))),
+            [first, second] => Ok(Injection::Force(Box::new(springs(arm, [[first[0], first[1]], [second[0], second[1]]])))),
             _ => Err(EffectError::Setting { effect: CARD.name, what: "the stiffness of two axes" }),
         }
     }

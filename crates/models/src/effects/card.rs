@@ -108,15 +108,12 @@ pub struct Card {
 /// assert_eq!(ndof_models::effects::rotational_name("delay_s"), "delay_s");
 /// ```
 pub fn rotational_name(name: &str) -> String {
-    let words: Vec<String> = name
-        .split('_')
-        .map(|word| match word {
-            "n" => "nm".to_owned(),
-            "m" => "rad".to_owned(),
-            "m2" => "rad2".to_owned(),
-            "m3" => "rad3".to_owned(),
-            other => other.to_owned(),
-        })
-        .collect();
-    words.join("_")
+    let twin = |word| match word {
+        "n" => "nm",
+        "m" => "rad",
+        "m2" => "rad2",
+        "m3" => "rad3",
+        other => other,
+    };
+    name.split('_').map(twin).collect::<Vec<&str>>().join("_")
 }

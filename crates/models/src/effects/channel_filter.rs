@@ -33,12 +33,6 @@ pub(super) fn low_pass(effect: &'static str, cutoff_hz: f64, order: usize, sampl
     SosFilter::butterworth(order, passband, sample_rate_hz).map(|filter| filter.stream()).map_err(refused)
 }
 
-impl Stage for SosStream {
-    fn step(&mut self, sample: f64) -> f64 {
-        SosStream::step(self, sample)
-    }
-}
-
 impl Effect for ChannelFilter {
     fn card(&self) -> &'static Card {
         &CARD
@@ -46,7 +40,8 @@ impl Effect for ChannelFilter {
 
     fn injection(&self, parameters: &Parameters, setting: &Setting) -> Result<Injection, EffectError> {
         let order = parameters.number(CARD.name, &ORDER)?.round() as usize;
-        Ok(Injection::Stage(Box::new(low_pass(CARD.name, parameters.number(CARD.name, &CUTOFF)?, order, setting.sample_rate_hz)?)))
+        let mut filter = low_pass(CARD.name, parameters.number(CARD.name, &CUTOFF)?, order, setting.sample_rate_hz)?;
+        Ok(Injection::Stage(Box::new(move |sample: f64| filter.step(sample))))
     }
 
     /// All efforts against all motions; where there are several axes, each channel against all others, too.
@@ -69,7 +64,7 @@ impl Effect for ChannelFilter {
                     let (cutoff, order) = (Value::Number(1.0 / (TAU * k[0])), Value::Number(order as f64));
                     vec![("cutoff_hz", cutoff), ("order", order), ("channel", Value::Text(channel.clone()))]
                 });
-            Form { side: Side::Sensor, ..form }
+            form.at(Side::Sensor)
         };
         let axes = std::iter::once(None).chain((0..scale.axes()).map(Some).filter(|_| scale.axes() > 1));
         axes.flat_map(|axis| [(true, 1), (true, 2), (false, 1), (false, 2)].map(|(on_effort, order)| of(axis, on_effort, order))).collect()

@@ -21,11 +21,9 @@ const CARD: Card = Card {
 pub struct CrossCoupling;
 
 /// A linear force of all axes: rows of stiffness and of damping.
-struct Coupling([Vec<Vec<f64>>; 2]);
-
-impl ForceLaw for Coupling {
-    fn evaluate(&self, motion: &Motion<'_>, _states: &[f64], force: &mut [f64], _rates: &mut [f64]) {
-        for (matrix, of) in self.0.iter().zip([motion.position, motion.velocity]) {
+fn coupling(matrices: [Vec<Vec<f64>>; 2]) -> impl ForceLaw {
+    move |motion: &Motion<'_>, force: &mut [f64]| {
+        for (matrix, of) in matrices.iter().zip([motion.position, motion.velocity]) {
             for (f, row) in force.iter_mut().zip(matrix) {
                 *f += row.iter().zip(of).map(|(k, x)| k * x).sum::<f64>();
             }
@@ -55,7 +53,7 @@ impl Effect for CrossCoupling {
                 return Err(EffectError::Kind { effect: CARD.name, parameter: card.name, expected: "a square matrix with a row for each axis" });
             }
         }
-        Ok(Injection::Force(Box::new(Coupling(given.map(|matrix| matrix.map(<[_]>::to_vec).unwrap_or_default())))))
+        Ok(Injection::Force(Box::new(coupling(given.map(|matrix| matrix.map(<[_]>::to_vec).unwrap_or_default())))))
     }
 
     /// A symmetric stiffness only where the baseline holds it at zero, since a fitted one absorbs it; what turns only where the baseline fits symmetric

@@ -21,16 +21,10 @@ const CARD: Card = Card {
 pub struct CubicStiffness;
 
 /// Stiffness that grows with the squared distance from the posture, in all directions.
-struct Isotropic {
-    k3: f64,
-}
-
-impl ForceLaw for Isotropic {
-    fn evaluate(&self, motion: &Motion<'_>, _states: &[f64], force: &mut [f64], _rates: &mut [f64]) {
+fn isotropic(k3: f64) -> impl ForceLaw {
+    move |motion: &Motion<'_>, force: &mut [f64]| {
         let square: f64 = motion.position.iter().map(|x| x * x).sum();
-        for (f, x) in force.iter_mut().zip(motion.position) {
-            *f += self.k3 * square * x;
-        }
+        force.iter_mut().zip(motion.position).for_each(|(f, x)| *f += k3 * square * x);
     }
 }
 
@@ -43,7 +37,7 @@ impl Effect for CubicStiffness {
         let k3 = parameters.number(CARD.name, &K3)?;
         Ok(Injection::Force(match setting.axis {
             Some(axis) => Box::new(on_axis(axis, laws::CubicStiffness, [k3])),
-            None => Box::new(Isotropic { k3 }),
+            None => Box::new(isotropic(k3)),
         }))
     }
 
@@ -63,7 +57,7 @@ impl Effect for CubicStiffness {
             })
             .collect();
         if scale.axes() > 1 {
-            let all = Form::new("|x|² x", None, Action::force(|_, c| Isotropic { k3: c[0] })).coefficients(vec![Sign::Free]);
+            let all = Form::new("|x|² x", None, Action::force(|_, c| isotropic(c[0]))).coefficients(vec![Sign::Free]);
             forms.push(all.numbers(|_, c| [("k3_n_per_m3", c[0])]));
         }
         forms

@@ -1,6 +1,6 @@
 //! Slack.
 
-use super::static_force::{Static, other_shapes, shape};
+use super::static_force::{of_place, other_shapes, shape};
 use super::vocabulary::*;
 
 const HALF_GAP: ParameterCard = mechanical("half_gap_m", ("m", "rad"), 0.0, 1e6, None);
@@ -35,7 +35,7 @@ impl Effect for DeadZone {
         if stiffness <= 0.0 {
             return Err(EffectError::Setting { effect: CARD.name, what: "a plant with stiffness on its axis" });
         }
-        Ok(Injection::Force(Box::new(Static { axis, force: move |x: f64| -stiffness * x.clamp(-gap, gap) })))
+        Ok(Injection::Force(Box::new(of_place(axis, move |x: f64| -stiffness * x.clamp(-gap, gap)))))
     }
 
     fn forms(&self, scale: &Scale) -> Vec<Form> {

@@ -23,20 +23,11 @@ const CARD: Card = Card {
 pub struct EndStop;
 
 /// A wall at `position` on one `side`: its force is depth^exponent (stiffness + damping × the depth's rate), by Hunt and Crossley.
-struct Wall {
-    axis: usize,
-    position: f64,
-    side: f64,
-    exponent: f64,
-    stiffness: f64,
-    damping: f64,
-}
-
-impl ForceLaw for Wall {
-    fn evaluate(&self, motion: &Motion<'_>, _states: &[f64], force: &mut [f64], _rates: &mut [f64]) {
-        let depth = (self.side * (motion.position[self.axis] - self.position)).max(0.0);
-        let rate = self.side * motion.velocity[self.axis];
-        force[self.axis] += self.side * depth.powf(self.exponent) * (self.stiffness + self.damping * rate);
+fn wall(axis: usize, position: f64, side: f64, exponent: f64, [stiffness, damping]: [f64; 2]) -> impl ForceLaw {
+    move |motion: &Motion<'_>, force: &mut [f64]| {
+        let depth = (side * (motion.position[axis] - position)).max(0.0);
+        let rate = side * motion.velocity[axis];
+        force[axis] += side * depth.powf(exponent) * (stiffness + damping * rate);
     }
 }
 
@@ -49,17 +40,14 @@ impl Effect for EndStop {
         let [position, stiffness, damping] = [&POSITION, &STIFFNESS, &DAMPING].map(|card| parameters.number(CARD.name, card));
         let axis = setting.one_axis(&CARD)?;
         let position = position?;
-        Ok(Injection::Force(Box::new(Wall { axis, position, side: position.signum(), exponent: 1.0, stiffness: stiffness?, damping: damping? })))
+        Ok(Injection::Force(Box::new(wall(axis, position, position.signum(), 1.0, [stiffness?, damping?]))))
     }
 
     fn forms(&self, scale: &Scale) -> Vec<Form> {
         let of = |axis: usize, side: f64, (label, exponent, coefficients): (&'static str, f64, usize)| {
             let (spread, centre) = (scale.position[axis], scale.centre[axis]);
             let damping = |c: &[f64]| c.get(1).copied();
-            let law = move |k: &[f64], c: &[f64]| {
-                let damping = damping(c).unwrap_or(0.0);
-                Wall { axis, position: side * k[0], side, exponent, stiffness: c[0], damping }
-            };
+            let law = move |k: &[f64], c: &[f64]| wall(axis, side * k[0], side, exponent, [c[0], damping(c).unwrap_or(0.0)]);
             Form::new(label, Some(axis), Action::force(law))
                 .knobs(vec![Knob::linear(0.5 * spread, 2.6 * spread)], &[&[0.6, 1.0, 1.4, 1.8].map(|q| q * spread)])
                 .coefficients(vec![Sign::Positive; coefficients])

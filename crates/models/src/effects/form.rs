@@ -154,6 +154,11 @@ impl Form {
         }
     }
 
+    /// On this side.
+    pub fn at(self, side: Side) -> Self {
+        Form { side, ..self }
+    }
+
     /// With knobs, started at all combinations of these values of each.
     pub fn knobs(self, knobs: Vec<Knob>, starts: &[&[f64]]) -> Self {
         Form { knobs, grid: grid(starts), ..self }

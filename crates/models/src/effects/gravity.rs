@@ -1,6 +1,6 @@
 //! Gravity that the baseline lacks.
 
-use super::static_force::{Static, shape};
+use super::static_force::{of_place, shape};
 use super::vocabulary::*;
 
 const TORQUE: ParameterCard = plain("torque_nm", "N m", 0.0, 1e6, None);
@@ -29,7 +29,7 @@ impl Effect for Gravity {
     fn injection(&self, parameters: &Parameters, setting: &Setting) -> Result<Injection, EffectError> {
         let (torque, direction) = (parameters.number(CARD.name, &TORQUE)?, parameters.number(CARD.name, &DIRECTION)?);
         let axis = setting.one_axis(&CARD)?;
-        Ok(Injection::Force(Box::new(Static { axis, force: move |angle: f64| torque * (angle - direction).sin() })))
+        Ok(Injection::Force(Box::new(of_place(axis, move |angle: f64| torque * (angle - direction).sin()))))
     }
 
     /// Only for angles that move enough for the sine to bend; its straight part belongs to the baseline's stiffness.

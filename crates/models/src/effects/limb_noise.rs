@@ -1,7 +1,7 @@
 //! Force that the limb makes by itself.
 
 use super::channel_filter::low_pass;
-use super::outside_force::Played;
+use super::outside_force::played;
 use super::vocabulary::*;
 
 const RMS: ParameterCard = mechanical("rms_n", ("N", "N m"), 0.0, 1e6, None);
@@ -58,7 +58,7 @@ impl Effect for LimbNoise {
                 (axis, track)
             })
             .collect();
-        Ok(Injection::Force(Box::new(Played { rate_hz, tracks })))
+        Ok(Injection::Force(Box::new(played(rate_hz, tracks))))
     }
 }
 

@@ -24,25 +24,15 @@ const ONE_CHANNEL: [f64; 6] = [0.5, 2.0, 5.0, 10.0, 16.0, 24.0];
 /// Latency of channels.
 pub struct MeasurementDelay;
 
-/// A delay of any length; fractions of a sample by linear interpolation.
-pub(super) struct DelayLine {
-    line: VecDeque<f64>,
-    fraction: f64,
-}
-
-impl DelayLine {
-    pub(super) fn new(samples: f64) -> Self {
-        let whole = samples.floor();
-        DelayLine { line: vec![0.0; whole as usize + 1].into(), fraction: samples - whole }
-    }
-}
-
-impl Stage for DelayLine {
-    fn step(&mut self, sample: f64) -> f64 {
-        self.line.push_back(sample);
-        let older = self.line.pop_front().unwrap_or(sample);
-        let newer = self.line.front().copied().unwrap_or(sample);
-        newer + self.fraction * (older - newer)
+/// A delay of so many samples; fractions of one by linear interpolation.
+pub(super) fn delay_line(samples: f64) -> impl Stage {
+    let whole = samples.floor();
+    let (mut line, fraction) = (VecDeque::from(vec![0.0; whole as usize + 1]), samples - whole);
+    move |sample: f64| {
+        line.push_back(sample);
+        let older = line.pop_front().unwrap_or(sample);
+        let newer = line.front().copied().unwrap_or(sample);
+        newer + fraction * (older - newer)
     }
 }
 
@@ -56,7 +46,7 @@ impl Effect for MeasurementDelay {
         if delay < 0.0 {
             return Err(EffectError::OutOfBounds { effect: CARD.name, parameter: DELAY.name, value: delay, lo: 0.0, hi: DELAY.bounds.1 });
         }
-        Ok(Injection::Stage(Box::new(DelayLine::new(delay * setting.sample_rate_hz))))
+        Ok(Injection::Stage(Box::new(delay_line(delay * setting.sample_rate_hz))))
     }
 
     /// All efforts against all motions; where there are several axes, each channel against all others, too.
@@ -69,7 +59,7 @@ impl Effect for MeasurementDelay {
                 let channel = if k[0] >= 0.0 { &late } else { &early };
                 vec![("delay_s", Value::Number(k[0].abs())), ("channel", Value::Text(channel.clone()))]
             });
-            Form { side: Side::Sensor, ..form.floor(0.0, 1.0e-4) }
+            form.floor(0.0, 1.0e-4).at(Side::Sensor)
         };
         let (effort, motion) = (&scale.effort_names, &scale.motion_names);
         let both_ways = [-17.0, -12.0, -8.5, -6.0, -4.2, -3.0, -2.0, -1.0, -0.3, 0.3, 1.0, 2.0, 3.0, 4.2, 6.0, 8.5, 12.0, 17.0, 24.0];

@@ -3,30 +3,19 @@
 use crate::force_law::{ForceLaw, Motion};
 
 /// One force of time on some axes.
-pub(super) struct Timed<F: Fn(f64) -> f64 + Send + Sync> {
-    pub axes: Vec<usize>,
-    pub force: F,
-}
-
-impl<F: Fn(f64) -> f64 + Send + Sync> ForceLaw for Timed<F> {
-    fn evaluate(&self, motion: &Motion<'_>, _states: &[f64], force: &mut [f64], _rates: &mut [f64]) {
-        let own = (self.force)(motion.time_s);
-        self.axes.iter().for_each(|axis| force[*axis] -= own);
+pub(super) fn timed(axes: Vec<usize>, of: impl Fn(f64) -> f64 + Send + Sync) -> impl ForceLaw {
+    move |motion: &Motion<'_>, force: &mut [f64]| {
+        let own = of(motion.time_s);
+        axes.iter().for_each(|axis| force[*axis] -= own);
     }
 }
 
-/// Samples of a force on some axes at a fixed rate, interpolated in between.
-pub(super) struct Played {
-    pub rate_hz: f64,
-    /// Axis and its samples.
-    pub tracks: Vec<(usize, Vec<f64>)>,
-}
-
-impl ForceLaw for Played {
-    fn evaluate(&self, motion: &Motion<'_>, _states: &[f64], force: &mut [f64], _rates: &mut [f64]) {
-        let place = (motion.time_s * self.rate_hz).max(0.0);
+/// Samples of a force at a fixed rate, interpolated in between: of some axes, each with its own.
+pub(super) fn played(rate_hz: f64, tracks: Vec<(usize, Vec<f64>)>) -> impl ForceLaw {
+    move |motion: &Motion<'_>, force: &mut [f64]| {
+        let place = (motion.time_s * rate_hz).max(0.0);
         let (k, fraction) = (place.floor() as usize, place.fract());
-        for (axis, samples) in &self.tracks {
+        for (axis, samples) in &tracks {
             if let (Some(a), Some(b)) = (samples.get(k % samples.len()), samples.get((k + 1) % samples.len())) {
                 force[*axis] -= a + fraction * (b - a);
             }

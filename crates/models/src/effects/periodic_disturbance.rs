@@ -1,6 +1,6 @@
 //! Tremor, mains, ripple.
 
-use super::outside_force::Timed;
+use super::outside_force::timed;
 use super::vocabulary::*;
 use std::f64::consts::TAU;
 
@@ -30,6 +30,6 @@ impl Effect for PeriodicDisturbance {
     fn injection(&self, parameters: &Parameters, setting: &Setting) -> Result<Injection, EffectError> {
         let (frequency_hz, amplitude) = (parameters.number(CARD.name, &FREQUENCY)?, parameters.number(CARD.name, &AMPLITUDE)?);
         let force = move |time_s: f64| amplitude * (TAU * frequency_hz * time_s).sin();
-        Ok(Injection::Force(Box::new(Timed { axes: setting.sites(), force })))
+        Ok(Injection::Force(Box::new(timed(setting.sites(), force))))
     }
 }

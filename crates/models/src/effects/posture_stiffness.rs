@@ -34,16 +34,11 @@ const CARD: Card = Card {
 pub struct PostureStiffness;
 
 /// f = J⁻ᵀ Σ_k u_k S_k u.
-struct Turning {
-    arm: CurvedArm,
-    slopes: [f64; 6],
-}
-
-impl ForceLaw for Turning {
-    fn evaluate(&self, motion: &Motion<'_>, _states: &[f64], force: &mut [f64], _rates: &mut [f64]) {
-        let hand = self.arm.displaced([motion.position[0], motion.position[1]]).map_or([f64::NAN; 2], |arm| {
+fn turning(arm: CurvedArm, slopes: [f64; 6]) -> impl ForceLaw {
+    move |motion: &Motion<'_>, force: &mut [f64]| {
+        let hand = arm.displaced([motion.position[0], motion.position[1]]).map_or([f64::NAN; 2], |arm| {
             let u = arm.angles;
-            let [a, b, d] = [0, 1, 2].map(|k| self.slopes[k] * u[0] + self.slopes[k + 3] * u[1]);
+            let [a, b, d] = [0, 1, 2].map(|k| slopes[k] * u[0] + slopes[k + 3] * u[1]);
             arm.at_the_hand([a * u[0] + b * u[1], b * u[0] + d * u[1]])
         });
         force.iter_mut().zip(hand).for_each(|(force, own)| *force += own);
@@ -61,7 +56,7 @@ impl Effect for PostureStiffness {
         for (value, card) in slopes.iter_mut().zip(&SLOPES) {
             *value = parameters.number(CARD.name, card)?;
         }
-        Ok(Injection::Force(Box::new(Turning { arm, slopes })))
+        Ok(Injection::Force(Box::new(turning(arm, slopes))))
     }
 
     fn forms(&self, scale: &Scale) -> Vec<Form> {
@@ -72,7 +67,7 @@ impl Effect for PostureStiffness {
             let law = move |_: &[f64], c: &[f64]| {
                 let mut slopes = [0.0; 6];
                 slopes[from..from + c.len()].copy_from_slice(c);
-                Turning { arm: arm.clone(), slopes }
+                turning(arm.clone(), slopes)
             };
             Form::new(label, None, Action::force(law))
                 .coefficients(vec![Sign::Free; places.len()])

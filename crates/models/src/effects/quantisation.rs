@@ -19,21 +19,13 @@ const CARD: Card = Card {
 /// Quantisation of channels.
 pub struct Quantisation;
 
-/// Rounding to a multiple of a step.
-struct Steps(f64);
-
-impl Stage for Steps {
-    fn step(&mut self, sample: f64) -> f64 {
-        if self.0 > 0.0 { (sample / self.0).round() * self.0 } else { sample }
-    }
-}
-
 impl Effect for Quantisation {
     fn card(&self) -> &'static Card {
         &CARD
     }
 
     fn injection(&self, parameters: &Parameters, _setting: &Setting) -> Result<Injection, EffectError> {
-        Ok(Injection::Stage(Box::new(Steps(parameters.number(CARD.name, &STEP)?))))
+        let step = parameters.number(CARD.name, &STEP)?;
+        Ok(Injection::Stage(Box::new(move |sample: f64| if step > 0.0 { (sample / step).round() * step } else { sample })))
     }
 }

@@ -13,27 +13,16 @@ const MOST_AXES: usize = 3;
 /// Most waves of each entry where all entries follow the schedule.
 const TOGETHER: usize = 8;
 
-/// f = swing cos(2π t / cycle) x, or ẋ: what a simulation, which knows time alone, hides.
-struct ByClock {
-    matrix: Matrix,
-    turn: f64,
-    swing: f64,
-    axes: Vec<usize>,
-}
-
-impl ForceLaw for ByClock {
-    fn evaluate(&self, motion: &Motion<'_>, _states: &[f64], force: &mut [f64], _rates: &mut [f64]) {
-        let of = if self.matrix == Matrix::Damping { motion.velocity } else { motion.position };
-        let swing = self.swing * (self.turn * motion.time_s).cos();
-        self.axes.iter().for_each(|axis| force[*axis] += swing * of[*axis]);
-    }
-}
-
-/// A force that a simulation hides.
+/// What a simulation, which knows time alone, hides: f = swing cos(2π t / cycle) x, or ẋ.
 pub(super) fn inject(card: &'static Card, matrix: Matrix, parameters: &Parameters, setting: &Setting) -> Result<Injection, EffectError> {
     let turn = TAU / parameters.number(card.name, &CYCLE)?;
     let swing = parameters.number(card.name, &card.parameters[0])?;
-    Ok(Injection::Force(Box::new(ByClock { matrix, turn, swing, axes: setting.sites() })))
+    let axes = setting.sites();
+    Ok(Injection::Force(Box::new(move |motion: &Motion<'_>, force: &mut [f64]| {
+        let of = if matrix == Matrix::Damping { motion.velocity } else { motion.position };
+        let swing = swing * (turn * motion.time_s).cos();
+        axes.iter().for_each(|axis| force[*axis] += swing * of[*axis]);
+    })))
 }
 
 /// Curves of each axis by itself, and of all entries of the symmetric matrix together.

@@ -52,9 +52,9 @@ impl Effect for SensorMisalignment {
         };
         pairs
             .iter()
-            .map(|&pair| Form {
-                side: Side::Sensor,
-                ..Form::new("rotation", None, Action::Mix(Arc::new(move |k| rotation(n, pair, -k[0]))))
+            .map(|&pair| {
+                Form::new("rotation", None, Action::Mix(Arc::new(move |k| rotation(n, pair, -k[0]))))
+                    .at(Side::Sensor)
                     .knobs(vec![Knob::linear(-0.6, 0.6)], &[&[-0.15, -0.03, 0.03, 0.15]])
                     .naming(move |k, _| vec![if n == 2 { ("angle_rad", Value::Number(k[0])) } else { ("matrix", Value::Matrix(rotation(n, pair, k[0]))) }])
                     .floor(0.005, 1e-3)

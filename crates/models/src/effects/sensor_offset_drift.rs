@@ -20,22 +20,6 @@ const CARD: Card = Card {
 /// A wandering zero.
 pub struct SensorOffsetDrift;
 
-/// A course of time added to a channel.
-struct Wander {
-    rate: f64,
-    settling_per_s: f64,
-    middle_s: f64,
-    step_s: f64,
-    samples: usize,
-}
-
-impl Stage for Wander {
-    fn step(&mut self, sample: f64) -> f64 {
-        self.samples += 1;
-        sample + self.rate * course(self.settling_per_s, self.middle_s, self.samples as f64 * self.step_s)
-    }
-}
-
 impl Effect for SensorOffsetDrift {
     fn card(&self) -> &'static Card {
         &CARD
@@ -44,7 +28,11 @@ impl Effect for SensorOffsetDrift {
     fn injection(&self, parameters: &Parameters, setting: &Setting) -> Result<Injection, EffectError> {
         let (rate, settling_per_s) = (parameters.number(CARD.name, &RATE)?, parameters.number(CARD.name, &SETTLING_RATE)?);
         let (middle_s, step_s) = (0.5 * setting.duration_s, 1.0 / setting.sample_rate_hz);
-        Ok(Injection::Stage(Box::new(Wander { rate, settling_per_s, middle_s, step_s, samples: 0 })))
+        let mut samples = 0_usize;
+        Ok(Injection::Stage(Box::new(move |sample: f64| {
+            samples += 1;
+            sample + rate * course(settling_per_s, middle_s, samples as f64 * step_s)
+        })))
     }
 
     /// Beside a spring only the creeping posture is offered: the balance of forces cannot tell the two.
@@ -58,7 +46,7 @@ impl Effect for SensorOffsetDrift {
                 let rates = std::iter::once(("rate_per_s", slope)).chain(settling.map(|rate| ("settling_per_s", rate)));
                 rates.map(|(name, rate)| (name, Value::Number(rate))).chain([("channel", Value::Text(channel.clone()))]).collect()
             });
-            forms.map(|form| Form { side: Side::Sensor, ..form })
+            forms.map(|form| form.at(Side::Sensor))
         };
         (0..scale.axes()).flat_map(of_axis).collect()
     }

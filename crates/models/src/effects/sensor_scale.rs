@@ -19,22 +19,14 @@ const CARD: Card = Card {
 /// A factor on channels.
 pub struct SensorScale;
 
-/// A gain.
-struct Gain(f64);
-
-impl Stage for Gain {
-    fn step(&mut self, sample: f64) -> f64 {
-        self.0 * sample
-    }
-}
-
 impl Effect for SensorScale {
     fn card(&self) -> &'static Card {
         &CARD
     }
 
     fn injection(&self, parameters: &Parameters, _setting: &Setting) -> Result<Injection, EffectError> {
-        Ok(Injection::Stage(Box::new(Gain(parameters.number(CARD.name, &FACTOR)?))))
+        let factor = parameters.number(CARD.name, &FACTOR)?;
+        Ok(Injection::Stage(Box::new(move |sample: f64| factor * sample)))
     }
 
     /// Only against a baseline whose inertia is given on the axis: a fitted one absorbs it.
@@ -46,11 +38,11 @@ impl Effect for SensorScale {
                 let channel = scale.effort_names.get(axis).cloned().unwrap_or_default();
                 let entry = move |r: usize, c: usize, gain: f64| if r != c { 0.0 } else { 1.0 / if r == axis { gain } else { 1.0 } };
                 let mix = move |k: &[f64]| (0..n).map(|r| (0..n).map(|c| entry(r, c, k[0])).collect()).collect();
-                let form = Form::new("gain of an effort channel", Some(axis), Action::Mix(Arc::new(mix)))
+                Form::new("gain of an effort channel", Some(axis), Action::Mix(Arc::new(mix)))
                     .knobs(vec![Knob::log(0.1, 10.0)], &[&[0.2, 0.6, 0.9, 1.1, 1.6, 4.45]])
                     .naming(move |k, _| vec![("factor", Value::Number(k[0])), ("channel", Value::Text(channel.clone()))])
-                    .floor(0.005, 0.0);
-                Form { side: Side::Sensor, ..form }
+                    .floor(0.005, 0.0)
+                    .at(Side::Sensor)
             })
             .collect()
     }

@@ -5,22 +5,15 @@ use super::form::Action;
 use crate::force_law::{ForceLaw, Motion};
 
 /// A static force of one axis.
-pub(super) struct Static<F: Fn(f64) -> f64 + Send + Sync> {
-    pub axis: usize,
-    pub force: F,
-}
-
-impl<F: Fn(f64) -> f64 + Send + Sync> ForceLaw for Static<F> {
-    fn evaluate(&self, motion: &Motion<'_>, _states: &[f64], force: &mut [f64], _rates: &mut [f64]) {
-        force[self.axis] += (self.force)(motion.position[self.axis]);
-    }
+pub(super) fn of_place(axis: usize, of: impl Fn(f64) -> f64 + Send + Sync) -> impl ForceLaw {
+    move |motion: &Motion<'_>, force: &mut [f64]| force[axis] += of(motion.position[axis])
 }
 
 /// A static force of one axis by knobs and coefficients.
 pub(super) fn shape(axis: usize, force: impl Fn(&[f64], &[f64], f64) -> f64 + Copy + Send + Sync + 'static) -> Action {
     Action::force(move |knobs, coefficients| {
         let (knobs, coefficients) = (knobs.to_vec(), coefficients.to_vec());
-        Static { axis, force: move |x| force(&knobs, &coefficients, x) }
+        of_place(axis, move |x| force(&knobs, &coefficients, x))
     })
 }
 

@@ -1,6 +1,6 @@
 //! A knock or a voluntary reaction.
 
-use super::outside_force::Timed;
+use super::outside_force::timed;
 use super::vocabulary::*;
 use std::f64::consts::PI;
 
@@ -35,6 +35,6 @@ impl Effect for TransientDisturbance {
             let phase = (time_s - start_s) / duration_s;
             if (0.0..1.0).contains(&phase) { 2.0 * impulse / duration_s * (PI * phase).sin().powi(2) } else { 0.0 }
         };
-        Ok(Injection::Force(Box::new(Timed { axes: setting.sites(), force })))
+        Ok(Injection::Force(Box::new(timed(setting.sites(), force))))
     }
 }

@@ -41,29 +41,20 @@ pub struct ScheduledMatrix {
 }
 
 impl ScheduledMatrix {
-    /// The force law with these coefficients, those of one entry side by side.
+    /// The force law with these coefficients, those of one entry side by side: f_i = κ(s) x_j, or κ(s) ẋ_j.
     pub fn law(&self, coefficients: &[f64]) -> Box<dyn ForceLaw> {
-        Box::new(Follows { of: self.clone(), coefficients: coefficients.to_vec() })
+        let (own, coefficients) = (self.clone(), coefficients.to_vec());
+        Box::new(move |motion: &Motion<'_>, force: &mut [f64]| {
+            let of = if own.matrix == Matrix::Damping { motion.velocity } else { motion.position };
+            for (entry, places) in own.entries.iter().enumerate().filter(|_| motion.schedule.is_finite()) {
+                let value = own.curve(&coefficients, entry, motion.schedule);
+                places.iter().filter(|_| value != 0.0).for_each(|(i, j)| force[*i] += value * of[*j]);
+            }
+        })
     }
 
     /// The curve of an entry at `u`, its mean left out.
     pub fn curve(&self, coefficients: &[f64], entry: usize, u: f64) -> f64 {
         self.waves.sum(&coefficients[entry * self.waves.count..(entry + 1) * self.waves.count], u)
-    }
-}
-
-/// f_i = κ(s) x_j, or κ(s) ẋ_j.
-struct Follows {
-    of: ScheduledMatrix,
-    coefficients: Vec<f64>,
-}
-
-impl ForceLaw for Follows {
-    fn evaluate(&self, motion: &Motion<'_>, _states: &[f64], force: &mut [f64], _rates: &mut [f64]) {
-        let of = if self.of.matrix == Matrix::Damping { motion.velocity } else { motion.position };
-        for (entry, places) in self.of.entries.iter().enumerate().filter(|_| motion.schedule.is_finite()) {
-            let value = self.of.curve(&self.coefficients, entry, motion.schedule);
-            places.iter().filter(|_| value != 0.0).for_each(|(i, j)| force[*i] += value * of[*j]);
-        }
     }
 }

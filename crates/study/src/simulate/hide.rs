@@ -6,7 +6,6 @@ use ndof_analysis::nearest;
 use ndof_analysis::{AnalysisError, did_you_mean};
 use ndof_devices::{Experiment, Extras, Impedance, LimbConfig};
 use ndof_models::Axis;
-use ndof_models::Stage;
 use ndof_models::effects::{EFFECTS, Effect, Injection, Parameters, Setting, Side, Value, find};
 use ndof_signal::{Channel, Recording};
 use std::collections::BTreeMap;
@@ -62,7 +61,7 @@ pub(super) fn hide(file: &ExperimentFile, axes: &[Axis], limb: &Impedance, trial
                     // What has succeeded above succeeds again with the same arguments.
                     let stage: ndof_devices::StageMaker = Box::new(move || match effect.inject(&parameters, &setting) {
                         Ok(Injection::Stage(stage)) => stage,
-                        _ => Box::new(Through),
+                        _ => Box::new(|sample: f64| sample),
                     });
                     stage
                 };
@@ -170,13 +169,4 @@ pub(super) fn mix(recording: &Recording, matrix: &[Vec<f64>]) -> Result<Recordin
         })
         .collect();
     Ok(recording.with_channels(channels).map_err(|source| AnalysisError::Recording { file: "the simulation".to_owned(), source })?)
-}
-
-/// A stage that changes nothing.
-struct Through;
-
-impl Stage for Through {
-    fn step(&mut self, sample: f64) -> f64 {
-        sample
-    }
 }
