@@ -301,7 +301,7 @@ mod tests {
         let here = gradient(&theta);
         for c in 0..k {
             assert!((own[(c, 0)] - here[c]).abs() < 1e-12 * here[c].abs().max(1.0), "{c}");
-            for (r, slope) in difference(&theta, c, 1e-5 * theta[c].abs(), &gradient).into_iter().enumerate() {
+            for (r, slope) in difference(&theta, c, 1e-5 * theta[c].abs(), gradient).into_iter().enumerate() {
                 let scale = (hessian[(r, r)] * hessian[(c, c)]).abs().sqrt();
                 assert!((hessian[(r, c)] - slope).abs() < 1e-7 * scale, "{r} {c}");
             }
