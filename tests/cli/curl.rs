@@ -1,4 +1,4 @@
-//! A force that turns with the motion, as in a curl field: linear, and no symmetric matrix has it.
+//! A force that turns with the motion, as in a curl field, and a wrong gain of one axis: linear, and no symmetric matrix has them.
 
 use crate::support::{held_arm, json, succeed};
 
@@ -26,5 +26,25 @@ fn what_turns_between_two_axes_is_told_with_its_matrix_and_nothing_beside_it() {
         assert!(turned.is_some_and(|t| (t / truth - 1.0).abs() < 0.05), "{turned:?}");
         let error = |model: &str| d[model]["held_out"]["nrmse"][0].as_f64().expect("a share");
         assert!(error("extended") < 0.7 * error("baseline"), "{} {}", error("baseline"), error("extended"));
+    }
+}
+
+/// Matrices that are fitted absorb a gain of all channels: symmetric ones tell that of one beside the other.
+#[test]
+fn a_wrong_gain_of_one_axis_is_told_beside_the_other() {
+    let folder = tempfile::tempdir().expect("a folder");
+    for (channel, gain, factor) in [("force_x", 1.15, 1.0 / 1.15), ("force_y", 0.96, 0.96)] {
+        let hidden = format!(
+            "noise = {{ rms_n = 0.1 }}\n[[effects]]\nname = \"sensor-scale\"\nside = \"sensor\"\nparameters = {{ factor = {gain}, channel = \"{channel}\" }}"
+        );
+        std::fs::write(folder.path().join("gain.toml"), held_arm("trials = 3\nduration_s = 40.0", &hidden)).expect("written");
+        succeed(folder.path(), &["simulate", "gain.toml", "--out", "gain.csv", "--quiet"]);
+        let d = json(folder.path(), &["diagnose", "gain-1.csv", "gain-2.csv", "gain-3.csv"]);
+        let causes: Vec<&str> = d["causes"].as_array().expect("a list").iter().filter_map(|c| c["effect"].as_str()).collect();
+        assert_eq!(causes, ["sensor-scale"], "{channel}");
+        let told = |name: &str| d["causes"][0]["parameters"].as_array().expect("a list").iter().find(|p| p["name"] == name).expect("it is there").clone();
+        assert_eq!([told("channel"), told("relative_to")].map(|p| p["value"].clone()), ["force_y", "force_x"]);
+        let interval = [0, 1].map(|k| told("factor")["ci95"][k].as_f64().expect("an interval"));
+        assert!(interval[0] <= factor && factor <= interval[1] && interval[1] - interval[0] < 0.05, "{channel}: {interval:?} for {factor}");
     }
 }

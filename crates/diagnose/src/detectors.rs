@@ -277,7 +277,7 @@ pub(crate) fn burst(stand: &Stand, e: &[Vec<Vec<f64>>]) -> Option<Burst> {
     best.map(|b| b.1)
 }
 
-/// Slow change of stiffness or damping: power of (whitened residual × motion) below 0.7 Hz against 1 to 2.5 Hz, as a z-score.
+/// Slow change of stiffness or damping: power of (whitened residual × motion) from two lines to 0.7 Hz against 1 to 2.5 Hz, as a z-score.
 pub(crate) fn variation(stand: &Stand, e: &[Vec<Vec<f64>>]) -> f64 {
     let layout = &stand.state.layout;
     let n = layout.axes;
@@ -288,7 +288,8 @@ pub(crate) fn variation(stand: &Stand, e: &[Vec<Vec<f64>>]) -> f64 {
     let forward = forward_transform(padded);
     let df = layout.rate_hz / padded as f64;
     let band = |lo: f64, hi: f64| (lo * unit / df).ceil() as usize..((hi * unit / df) as usize).max((lo * unit / df).ceil() as usize + 1).min(padded / 2);
-    let (low, high) = (band(0.08, 0.7), band(1.0, 2.5));
+    // From where the taper resolves a change: two lines of the whole length.
+    let (low, high) = (band(2.0 * layout.rate_hz / inner as f64 / unit, 0.7), band(1.0, 2.5));
     let mut worst = 0.0f64;
     for i in 0..n {
         let white = whiten(stand, e, i);

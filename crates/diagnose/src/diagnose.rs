@@ -102,7 +102,7 @@ pub fn diagnose_with_pictures(
     let found = subject.search(options.most_causes, progress).ok_or(DiagnoseError::BaselineFailed)?;
     progress("judging what remains");
     let free = subject.stand(&[], &subject.start, 4).ok_or(DiagnoseError::BaselineFailed)?;
-    let features = generic::features(&subject, &found.stand.state);
+    let features = generic::features(&subject, &found.stand);
     let gate = generic::gate(&subject, &free, &found, &features);
     let shares = generic::shares(&subject, &free, &features);
     let baseline_stand = linear.as_ref().and_then(|fit| subject.stand_at(fit)).unwrap_or(free);

@@ -143,6 +143,18 @@ impl Subject {
             .collect()
     }
 
+    /// The numbers of a chosen hypothesis with their standard errors while its knobs stay: whether what they are the size of is there at all.
+    pub fn beside_knobs(&self, chosen: &[Chosen], stand: &Stand, position: usize) -> Vec<(&'static str, f64, f64)> {
+        let naming = &self.hypotheses[chosen[position].hypothesis].form.naming;
+        let told = |knobs: &[f64], coefficients: &[f64]| -> Vec<(&'static str, f64)> {
+            naming(knobs, coefficients).into_iter().filter_map(|(name, v)| if let Value::Number(x) = v { Some((name, x)) } else { None }).collect()
+        };
+        let numbers = |knobs: &[f64], coefficients: &[f64]| told(knobs, coefficients).into_iter().map(|(_, x)| x).collect::<Vec<_>>();
+        let variances = self.variances(chosen, stand, position, false, &numbers);
+        let values = told(&chosen[position].knobs, self.coefficients(stand, position));
+        values.into_iter().zip(variances).map(|((name, value), variance)| (name, value, variance.sqrt())).collect()
+    }
+
     /// Variances from the covariance of the coefficients, and of the knobs where it is known.
     fn variances(&self, chosen: &[Chosen], stand: &Stand, position: usize, joint: bool, numbers: &Numbers<'_>) -> Vec<f64> {
         let (knobs, coefficients) = (&chosen[position].knobs, self.coefficients(stand, position));

@@ -8,6 +8,7 @@ use crate::state::{Column, State};
 use crate::subject::Subject;
 use crate::whittle::{Likelihood, Power, whitened_power};
 use num_complex::Complex64;
+use std::sync::Arc;
 
 /// What a regressor is a function of.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -124,8 +125,22 @@ fn shapes() -> Vec<(Family, Shape)> {
     shapes
 }
 
-/// The generic regressors of a state.
-pub(crate) fn features(subject: &Subject, state: &State) -> Features {
+/// The generic regressors of a stand, whose priors expect that together they make as much as it leaves: many that are alike would else cancel each
+/// other within the motion that they are fitted to, and explode beyond it.
+pub(crate) fn features(subject: &Subject, stand: &Stand) -> Features {
+    let mut features = shapes_of(subject, &stand.state);
+    let count = features.each().count() as f64 / subject.layout.axes as f64;
+    for feature in features.linear.iter_mut().chain(&mut features.nonlinear).chain(&mut features.varying) {
+        let of_part = |(i, part): &(usize, Arc<Vec<Complex64>>)| {
+            let power = &stand.fit.power[*i];
+            part.iter().enumerate().map(|(q, p)| p.norm_sqr() / power[q % power.len()]).sum::<f64>() / part.len() as f64
+        };
+        feature.column.precision = count * feature.column.parts.iter().map(of_part).sum::<f64>();
+    }
+    features
+}
+
+fn shapes_of(subject: &Subject, state: &State) -> Features {
     let layout = &state.layout;
     let n = layout.axes;
     let scale = &subject.scale;

@@ -97,6 +97,20 @@ impl Answer<'_> {
         None
     }
 
+    /// Why a group is not what it is called: a parameter without which there is no such thing, as a wall's stiffness, may be zero or less.
+    pub(super) fn absent(&self, group: &Group) -> Option<String> {
+        let (subject, found) = (self.subject, self.found);
+        let needed = |q: usize, name: &str| {
+            let card = subject.hypotheses[found.chosen[q].hypothesis].effect.card();
+            card.parameters.iter().any(|p| p.name == name && p.bounds.0 == 0.0 && p.default.is_none())
+        };
+        let absent = |q: &usize| {
+            let numbers = subject.beside_knobs(&found.chosen, &found.stand, *q);
+            numbers.into_iter().find(|(name, value, error)| needed(*q, name) && *value <= 1.96 * error.max(0.0)).map(|(name, ..)| name)
+        };
+        group.members.iter().find_map(absent).map(|name| format!("something is there, but its {name} cannot be told from zero"))
+    }
+
     /// The weakest of the groups without which the others predict the part that no fit saw better, or may be worth as much there and predict it as well;
     /// with that in words.
     pub(super) fn idle(&self, named: &[Group], ends: &Ends) -> Option<(usize, String)> {

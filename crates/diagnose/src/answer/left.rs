@@ -25,6 +25,8 @@ pub(super) struct Left {
     pub excess: f64,
     /// Whether something is missing that no known cause explains.
     pub unknown: bool,
+    /// Whether what a cause was found by is there, though the cause is not.
+    nameless: bool,
     /// Whether structure is left at all; what is too small to matter still says that the form may not be the true one.
     remainder: bool,
     /// Slow change together with the motion, in standard errors.
@@ -44,7 +46,7 @@ fn lost(score: &Score) -> bool {
 }
 
 impl Left {
-    pub fn of(answer: &Answer<'_>, before: &Errors, all: &Errors, floor: &NoiseFloor) -> Self {
+    pub fn of(answer: &Answer<'_>, before: &Errors, all: &Errors, floor: &NoiseFloor, nameless: bool) -> Self {
         let (gate, found) = (answer.gate, answer.found);
         let beyond: Vec<_> = (0..answer.subject.layout.trials).map(|trial| answer.subject.beyond(&found.chosen, &found.stand, trial)).collect();
         let variation = detectors::variation(&found.stand, &detectors::residual(&found.stand, &beyond));
@@ -64,17 +66,17 @@ impl Left {
             (false, false) if remainder => IMPERFECT,
             (false, false) => 1.0,
         };
-        Left { excess, unknown, remainder, variation, varying, ratio, adrift, limit }
+        Left { excess, unknown, nameless, remainder, variation, varying, ratio, adrift, limit }
     }
 
     /// Whether nothing is left that a model could explain.
     pub fn white(&self) -> bool {
-        !self.unknown && !self.varying
+        !self.unknown && !self.nameless && !self.varying
     }
 
     /// `weak` where a name is not sure; `extended` is the score of the model with its causes.
     pub fn verdict(&self, named: bool, weak: bool, extended: &Score) -> Verdict {
-        match (named, self.unknown, self.varying) {
+        match (named, self.unknown, self.varying || self.nameless) {
             (false, false, false) if !self.adrift => Verdict::Adequate,
             (false, ..) => Verdict::Unexplained,
             (true, true, _) if self.ratio > 0.45 => Verdict::Unexplained,

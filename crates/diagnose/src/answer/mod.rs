@@ -49,9 +49,9 @@ impl Answer<'_> {
         noise_floor.below(&final_errors.score);
         let level = noise_floor.nrmse.iter().map(|f| f.map_or(0.0, |f| f * f)).sum::<f64>() / noise_floor.nrmse.len() as f64;
         let ends = self.ends();
-        let (named, small) = self.sorted_out(&ends);
+        let (named, small, nameless) = self.sorted_out(&ends);
         let (steps, small) = self.steps(named, small, &ends, &quiet);
-        let left = Left::of(self, &before, &final_errors, &noise_floor);
+        let left = Left::of(self, &before, &final_errors, &noise_floor, nameless);
         let limit = left.limit;
         let mut confusable = Vec::new();
         let gains = Gains::new(self, &steps, &ends);
@@ -179,15 +179,18 @@ impl Answer<'_> {
         }
     }
 
-    /// Groups that are to be named, and those that are not with the reason.
-    fn sorted_out(&self, ends: &Ends) -> (Vec<Group>, Vec<(Group, String)>) {
-        let mut small = Vec::new();
+    /// Groups that are to be named, those that are not with the reason, and whether one of these matters and is not what its name says.
+    fn sorted_out(&self, ends: &Ends) -> (Vec<Group>, Vec<(Group, String)>, bool) {
+        let (mut small, mut nameless) = (Vec::new(), false);
         let mut left: Vec<usize> = (0..self.found.chosen.len()).collect();
         // One at a time, the least worth first: two that stand in for each other are small beside each other, and one of them alone is not.
         let mut named = loop {
             let mut groups = self.groups(&left);
             let top = (groups.first().map_or(0.0, |g| g.worth), groups.iter().map(|g| g.size).fold(0.0, f64::max));
-            let Some((k, why)) = (0..groups.len()).rev().find_map(|k| Some((k, self.immaterial(&groups[k], top)?))) else { break groups };
+            let small_one = (0..groups.len()).rev().find_map(|k| Some((k, self.immaterial(&groups[k], top)?, false)));
+            let absent_one = || (0..groups.len()).rev().find_map(|k| Some((k, self.absent(&groups[k])?, true)));
+            let Some((k, why, matters)) = small_one.or_else(absent_one) else { break groups };
+            nameless |= matters;
             let group = groups.remove(k);
             left.retain(|q| !group.members.contains(q));
             small.push((group, why));
@@ -196,7 +199,7 @@ impl Answer<'_> {
         while let Some((idle, why)) = self.idle(&named, ends) {
             small.push((named.remove(idle), why));
         }
-        (named, small)
+        (named, small, nameless)
     }
 }
 

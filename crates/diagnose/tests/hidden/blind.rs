@@ -81,6 +81,33 @@ fn a_friction_that_sticks_is_measured_by_its_free_run() {
     }
 }
 
+/// K (1 + r D (0.6 - e^{-t / 0.4 D})): its slope is told over K(D / 2), and how fast it settles.
+#[test]
+fn a_stiffness_that_settles_is_told_with_its_rate() {
+    for seed in [51, 52] {
+        let made = make(&Case { other: true, ..case(Plant::Force, &[("stiffness-drift", 0.5)], seed) });
+        let (d, duration) = (answer(&made), made.recordings[0].duration_s());
+        assert_eq!(names(&d).first(), Some(&"stiffness-drift"), "{:?} {:?}", d.causes, d.minor);
+        let rate = made.truth[0][0].1;
+        let fraction = 2.5 * rate / (1.0 + rate * duration * (0.6 - (-1.25f64).exp()));
+        for (parameter, truth) in [("settling", 2.5 / duration), ("fraction", fraction)] {
+            let (value, [low, high]) = number(&d, 0, parameter);
+            assert!(low <= truth && truth <= high, "{seed}: {parameter} {value} ({low} … {high}) for {truth}");
+        }
+    }
+}
+
+/// A damping that grows with the displacement is no wall without a stiffness, and not nothing either.
+#[test]
+fn a_wall_that_is_not_there_is_not_named_and_the_simulation_is_not_adequate() {
+    for seed in [62, 63, 64] {
+        let d = answer(&make(&case(Plant::Force, &[("x-van-der-pol", 0.5)], seed)));
+        let wall = d.minor.iter().find(|m| m.effect == "end-stop").expect("what it was found by");
+        assert!(wall.why.contains("its stiffness_n_per_m cannot be told from zero"), "{}", wall.why);
+        assert!(names(&d).is_empty() && d.verdict == Verdict::Unexplained, "{:?} {:?}", d.verdict, names(&d));
+    }
+}
+
 #[test]
 fn a_law_that_is_known_is_no_cause() {
     let made = make(&case(Plant::Force, &[("coulomb-friction", 0.4)], 40));

@@ -18,6 +18,13 @@ pub(super) fn course(settling_per_s: f64, middle_s: f64, time_s: f64) -> f64 {
     }
 }
 
+/// The mean of [`course`] over a part around `analysed_s` that begins with the recording.
+pub(super) fn mean_course(settling_per_s: f64, middle_s: f64, analysed_s: f64) -> f64 {
+    let reach = settling_per_s * analysed_s;
+    let spread = if reach == 0.0 { 0.0 } else { (reach.sinh() / reach - 1.0) * (-reach).exp() / settling_per_s };
+    course(settling_per_s, middle_s, analysed_s) - spread
+}
+
 /// f = course(t) (stiffness x + force), axis by axis.
 pub(super) struct Drift {
     pub middle_s: f64,
@@ -46,6 +53,12 @@ const SETTLING: [f64; 3] = [2.0, 6.0, 20.0];
 /// Slower than the least it is a line, faster than the most an initial state, for all that the recording says.
 const SLOWEST_AND_FASTEST: [f64; 2] = [0.5, 60.0];
 
+/// With the rate of settling as a knob, over this duration.
+pub(super) fn settles(form: Form, duration_s: f64) -> Form {
+    let [slowest, fastest] = SLOWEST_AND_FASTEST.map(|rate| rate / duration_s);
+    form.knobs(vec![Knob::log(slowest, fastest)], &[&SETTLING.map(|rate| rate / duration_s)])
+}
+
 /// Forms of a force of one axis that grows with time, straight and settling; it follows time whatever the motion does. `names` tells the parameters
 /// from the force's first slope and the rate at which it settles.
 pub(super) fn wander(axis: usize, scale: &Scale, names: impl Fn(f64, Option<f64>) -> Vec<(&'static str, Value)> + Clone + Send + Sync + 'static) -> [Form; 2] {
@@ -58,13 +71,10 @@ pub(super) fn wander(axis: usize, scale: &Scale, names: impl Fn(f64, Option<f64>
     };
     let straight = Action::tangent(move |_, c| law(0.0, c[0]), |_, _| Complex64::ZERO);
     let settling = Action::tangent(move |k, c| law(k[0], c[0]), |_, _| Complex64::ZERO);
-    let [slowest, fastest] = SLOWEST_AND_FASTEST.map(|rate| rate / scale.duration_s);
     let of_line = names.clone();
     [
         Form::new("straight", Some(axis), straight).naming(move |_, c| of_line(c[0], None)),
-        Form::new("settling", Some(axis), settling)
-            .knobs(vec![Knob::log(slowest, fastest)], &[&SETTLING.map(|rate| rate / scale.duration_s)])
-            .naming(move |k, c| names(c[0], Some(k[0]))),
+        settles(Form::new("settling", Some(axis), settling), scale.duration_s).naming(move |k, c| names(c[0], Some(k[0]))),
     ]
     .map(|form| form.coefficients(vec![Sign::Free]))
 }
