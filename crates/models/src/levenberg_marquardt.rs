@@ -1,6 +1,7 @@
 //! Bounded nonlinear least squares by the method of Levenberg and Marquardt.
 
 use crate::secant::Secant;
+use argmin::core::{Error as ArgminError, Executor, IterState, Jacobian, KV, Operator, Problem, Solver, State, TerminationReason, TerminationStatus};
 use faer::{Mat, MatRef, prelude::SolveLstsq};
 use ndof_linear::Cholesky;
 use rayon::prelude::*;
@@ -106,20 +107,39 @@ impl StopReason {
 
 /// Why a minimisation cannot run.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
-#[allow(missing_docs, reason = "a message says what its fields are")]
 pub enum MinimiseError {
     /// Start and bounds disagree in length.
     #[error("{parameters} start values but {bounds} bounds; give one pair of bounds for each parameter")]
-    BoundsLength { parameters: usize, bounds: usize },
+    BoundsLength {
+        /// Length of the start.
+        parameters: usize,
+        /// Number of bounds.
+        bounds: usize,
+    },
     /// A lower bound that is not below its upper bound.
     #[error("parameter {parameter}: bounds {lower} to {upper} leave nothing between them; drop the parameter or widen its bounds")]
-    EmptyBounds { parameter: usize, lower: f64, upper: f64 },
+    EmptyBounds {
+        /// Index of the parameter.
+        parameter: usize,
+        /// Its lower bound.
+        lower: f64,
+        /// Its upper bound.
+        upper: f64,
+    },
     /// The model cannot be evaluated where the search begins.
     #[error("residual {residual} is not finite at the start values; start where the model exists")]
-    StartNotFinite { residual: usize },
+    StartNotFinite {
+        /// Index of the residual.
+        residual: usize,
+    },
     /// More parameters than equations.
     #[error("{parameters} parameters but only {residuals} equations; fit fewer parameters or a wider band")]
-    Underdetermined { parameters: usize, residuals: usize },
+    Underdetermined {
+        /// Number of parameters.
+        parameters: usize,
+        /// Number of residuals.
+        residuals: usize,
+    },
 }
 
 /// A minimum of ½ ‖r(x)‖².
@@ -141,7 +161,7 @@ pub struct Minimum {
     pub iterations: u64,
 }
 
-/// Levenberg-Marquardt with bounds.
+/// Levenberg-Marquardt with bounds, as an `argmin` [`Solver`].
 ///
 /// Each step solves min ‖J p + r‖² + λ ‖D p‖² by QR, with D the largest norms that the columns of J have had (Moré
 /// 1978), so that the result does not depend on the units of the parameters. Parameters that a bound holds back are
@@ -225,21 +245,30 @@ impl LevenbergMarquardt {
         if let Some((parameter, &(lower, upper))) = self.bounds.iter().enumerate().find(|(_, b)| b.0.partial_cmp(&b.1) != Some(Ordering::Less)) {
             return Err(MinimiseError::EmptyBounds { parameter, lower, upper });
         }
-        let mut x = self.clip(start);
-        let mut residuals = problem.residuals(&x);
+        let x = self.clip(start);
+        let residuals = problem.residuals(&x);
         if let Some(residual) = residuals.iter().position(|r| !r.is_finite()) {
             return Err(MinimiseError::StartNotFinite { residual });
         }
         if residuals.len() < start.len() {
             return Err(MinimiseError::Underdetermined { parameters: start.len(), residuals: residuals.len() });
         }
-        let mut iterations = 0;
-        while self.reason.is_none() && iterations < self.max_iterations {
-            (x, residuals) = self.step(problem, &x, &residuals).unwrap_or((x, residuals));
-            iterations += 1;
-        }
-        let at_bound = x.iter().zip(&self.bounds).map(|(&v, b)| v <= b.0 || v >= b.1).collect();
-        let reason = self.reason.unwrap_or(StopReason::IterationLimit);
+        let limit = std::mem::replace(&mut self.max_iterations, u64::MAX);
+        let cost = half_square(&residuals);
+        let run = Executor::new(Adapter(problem), self.clone())
+            .configure(|state| state.param(x.clone()).residuals(residuals.clone()).cost(cost).max_iters(limit))
+            .timer(false)
+            .run();
+        // The adapter never returns an error; if argmin itself did, the start is what is left.
+        let (solver, x, residuals, iterations) = match run {
+            Ok(mut run) => {
+                let iterations = run.state.get_iter();
+                (run.solver, run.state.take_param().unwrap_or(x), run.state.take_residuals().unwrap_or(residuals), iterations)
+            }
+            Err(_) => (self, x, residuals, 0),
+        };
+        let at_bound = x.iter().zip(&solver.bounds).map(|(&v, b)| v <= b.0 || v >= b.1).collect();
+        let reason = solver.reason.unwrap_or(StopReason::IterationLimit);
         Ok(Minimum { cost: half_square(&residuals), x, residuals, jacobian: Mat::new(), at_bound, reason, iterations })
     }
 
@@ -345,6 +374,50 @@ impl Quadratic {
                 Some(p.iter().zip(scale).map(|(p, s)| p / s).collect())
             }
         }
+    }
+}
+
+type LmState = IterState<Vec<f64>, (), Mat<f64>, (), Vec<f64>, f64>;
+
+impl Solver<Adapter<'_>, LmState> for LevenbergMarquardt {
+    fn name(&self) -> &str {
+        "bounded Levenberg-Marquardt"
+    }
+
+    fn next_iter(&mut self, problem: &mut Problem<Adapter<'_>>, mut state: LmState) -> Result<(LmState, Option<KV>), ArgminError> {
+        let (Some(x), Some(residuals), Some(adapter)) = (state.take_param(), state.take_residuals(), problem.problem.as_ref()) else {
+            return Err(argmin::core::ArgminError::NotInitialized { text: "start values".to_owned() }.into());
+        };
+        Ok(match self.step(adapter.0, &x, &residuals) {
+            Some((x, residuals)) => {
+                let cost = half_square(&residuals);
+                (state.param(x).residuals(residuals).cost(cost), None)
+            }
+            None => (state.param(x).residuals(residuals), None),
+        })
+    }
+
+    fn terminate(&mut self, _state: &LmState) -> TerminationStatus {
+        if self.reason.is_some() { TerminationStatus::Terminated(TerminationReason::SolverConverged) } else { TerminationStatus::NotTerminated }
+    }
+}
+
+/// A least-squares problem as `argmin` sees it.
+struct Adapter<'a>(&'a dyn LeastSquares);
+
+impl Operator for Adapter<'_> {
+    type Param = Vec<f64>;
+    type Output = Vec<f64>;
+    fn apply(&self, x: &Vec<f64>) -> Result<Vec<f64>, ArgminError> {
+        Ok(self.0.residuals(x))
+    }
+}
+
+impl Jacobian for Adapter<'_> {
+    type Param = Vec<f64>;
+    type Jacobian = Mat<f64>;
+    fn jacobian(&self, x: &Vec<f64>) -> Result<Mat<f64>, ArgminError> {
+        Ok(self.0.jacobian(x))
     }
 }
 
