@@ -53,7 +53,7 @@ mod wrist;
 
 pub use chain::{
     BaseParameter, Corrected, Correction, EndEffectorConfig, HoldConfig, JointConfig, JointKind, MAX_JOINTS, RobotConfig, SerialChain, TERMS_OF_A_LINK,
-    TransducerConfig, Written, base_parameters, write_back,
+    TransducerConfig, Written, base_parameters, write_back, write_back_chain,
 };
 pub use controller::{Controller, PerAxis, Safety};
 pub use device::{Device, DeviceEntry, LimbEntry, LoopDefaults};

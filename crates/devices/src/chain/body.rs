@@ -148,6 +148,14 @@ pub(super) fn end_of<T: Copy + PartialEq>(ends: &[T], moved: impl Fn(T) -> Optio
     Ok(if still.len() > 1 { (part, still) } else { (end, Vec::new()) })
 }
 
+/// What is said of joints that hang on the chain and are not in it.
+pub(super) fn held<'a>(names: impl Iterator<Item = &'a str>, tip: &str) -> Option<String> {
+    let names: Vec<&str> = names.collect();
+    let them = names.join(", ");
+    (!names.is_empty())
+        .then(|| format!("{them}: not on the way to \"{tip}\", and taken as held still at zero, with what they carry part of the body on which they hang"))
+}
+
 /// A robot without joints.
 pub(super) fn robot(name: &str) -> RobotConfig {
     RobotConfig {
@@ -160,5 +168,6 @@ pub(super) fn robot(name: &str) -> RobotConfig {
         transducer: Default::default(),
         hold: Default::default(),
         ends: Vec::new(),
+        notes: Vec::new(),
     }
 }

@@ -49,6 +49,12 @@ pub struct JointConfig {
     /// Dry friction at the joint (N m).
     #[serde(default)]
     pub coulomb_nm: f64,
+    /// Time by which dry friction turns before the joint does (s), as a simulator's that makes it a soft constraint: 1/b of MuJoCo's `solreffriction`.
+    #[serde(default, skip_serializing_if = "nothing")]
+    pub friction_ahead_s: f64,
+    /// How soft that constraint is beside the joint's inertia, R/A in MuJoCo: (1 − d)/d of its `solimpfriction`.
+    #[serde(default, skip_serializing_if = "nothing")]
+    pub friction_softness: f64,
     /// Viscous friction at the joint (N m s/rad).
     #[serde(default)]
     pub viscous_nm_s_per_rad: f64,
@@ -150,6 +156,9 @@ pub struct RobotConfig {
     /// be chosen.
     #[serde(skip)]
     pub ends: Vec<String>,
+    /// What a URDF or MJCF has that is not read, or read otherwise than it says, in sentences.
+    #[serde(skip)]
+    pub notes: Vec<String>,
 }
 
 fn downward() -> [f64; 3] {

@@ -1,6 +1,6 @@
 //! Robots in MuJoCo's format MJCF: the path of bodies with hinges and slides from the world to the tip.
 
-use super::body::{Body, Described, Drive, Pose, end_of, robot, six, tensor};
+use super::body::{Body, Described, Drive, Pose, end_of, held, robot, six, tensor};
 use super::config::{JointConfig, JointKind, RobotConfig};
 use super::mjcf_settings::{Classes, Compiler, FromGeoms};
 use super::shape;
@@ -20,18 +20,23 @@ const MOTORS: [&str; 6] = ["motor", "general", "position", "velocity", "intveloc
 pub(super) fn read(root: &Element, tip: Option<&str>) -> Result<RobotConfig, String> {
     let model = Model::of(root)?;
     let (tip, ends) = model.tip(tip)?;
-    let path = model.path(tip)?;
+    let path = model.path(tip);
+    let moves = |at: usize| path.contains(&at);
+    model.check_forces(&path)?;
     let mut config = robot(root.attribute("model").unwrap_or("robot"));
     config.ends = ends;
+    let off: Vec<&str> = (0..model.bodies.len()).filter(|at| !moves(*at)).flat_map(|at| &model.bodies[at].joints).map(|j| j.name.as_str()).collect();
+    config.notes.extend(held(off.into_iter(), model.name(tip)));
+    config.notes.extend(model.floating.iter().map(|body| format!("{} floats freely, and is no part of the robot", body.called())));
     config.gravity_m_per_s2 = gravity(root)?;
     let mut lead = Pose::IDENTITY;
-    for at in path {
+    for at in path.iter().copied() {
         let body = &model.bodies[at];
         lead = lead.then(&body.pose);
         for (k, joint) in body.joints.iter().enumerate() {
             let place = joint.filled.numbers("pos", Some([0.0; 3]))?;
             lead = lead.then(&Pose::at(place));
-            let carried = if k + 1 == body.joints.len() { model.gather(at, &Pose::at(scale(place, -1.0)))? } else { Body::default() };
+            let carried = if k + 1 == body.joints.len() { model.gather(at, &Pose::at(scale(place, -1.0)), &moves)? } else { Body::default() };
             config.joints.push(model.moving(joint, &lead, &carried)?);
             lead = Pose::at(scale(place, -1.0));
         }
@@ -40,8 +45,8 @@ pub(super) fn read(root: &Element, tip: Option<&str>) -> Result<RobotConfig, Str
     Ok(config)
 }
 
-/// The joint called `name`, in a robot that may have branches.
-pub(super) fn described<'a>(root: &'a Element, name: &str) -> Result<Described<'a>, String> {
+/// The joint called `name` in a chain of joints, or, where it is empty, in a robot all of whose joints move.
+pub(super) fn described<'a>(root: &'a Element, name: &str, chain: &[String]) -> Result<Described<'a>, String> {
     let model = Model::of(root)?;
     let place = |(at, b): (usize, &Node<'a>)| b.joints.iter().position(|j| j.name == name).map(|k| (at, k));
     let names = || model.joints().map(|j| j.name.as_str()).collect::<Vec<_>>().join(", ");
@@ -49,7 +54,8 @@ pub(super) fn described<'a>(root: &'a Element, name: &str) -> Result<Described<'
     let (body, joint) = (&model.bodies[at], &model.bodies[at].joints[k]);
     let offset = scale(joint.filled.numbers("pos", Some([0.0; 3]))?, -1.0);
     let (last, inertial) = (&body.joints[body.joints.len() - 1], body.element.child("inertial"));
-    let total = if last.name == name { model.gather(at, &Pose::at(offset))? } else { Body::default() };
+    let moves = |at: usize| model.bodies[at].joints.iter().any(|j| chain.is_empty() || chain.contains(&j.name));
+    let total = if last.name == name { model.gather(at, &Pose::at(offset), &moves)? } else { Body::default() };
     let massless = match model.compiler.from_geoms {
         _ if last.name != name => Some(format!("its body has another joint, \"{}\", after it, which carries the mass", last.name)),
         FromGeoms::Always => Some("inertiafromgeom=\"true\" takes the mass of its body from shapes".to_owned()),
@@ -82,16 +88,18 @@ struct Model<'a> {
     compiler: Compiler,
     classes: Classes<'a>,
     bodies: Vec<Node<'a>>,
+    /// Those that no joint holds to anything, with all that they carry.
+    floating: Vec<&'a Element>,
 }
 
 impl<'a> Model<'a> {
     fn of(root: &'a Element) -> Result<Self, String> {
         whole(root)?;
-        let mut model = Model { root, compiler: Compiler::of(root)?, classes: Classes::of(root)?, bodies: Vec::new() };
+        let mut model = Model { root, compiler: Compiler::of(root)?, classes: Classes::of(root)?, bodies: Vec::new(), floating: Vec::new() };
         for section in &root.children {
             match section.name.as_str() {
                 "worldbody" => model.descend(section, None, section.attribute("childclass"))?,
-                name if FORCES.contains(&name) => section.children.first().map_or(Ok(()), |e| Err(refused(e)))?,
+                name if FORCES.contains(&name) => {}
                 name if SILENT.contains(&name) => {}
                 _ => return Err(refused(section)),
             }
@@ -104,6 +112,7 @@ impl<'a> Model<'a> {
     fn descend(&mut self, element: &'a Element, parent: Option<usize>, class: Option<&'a str>) -> Result<(), String> {
         for child in &element.children {
             match child.name.as_str() {
+                "body" if floats(child) => self.floating.push(child),
                 "body" => {
                     if child.number("gravcomp", 0.0)? != 0.0 {
                         return Err(format!("{} has gravcomp, which is not read", child.called()));
@@ -132,7 +141,7 @@ impl<'a> Model<'a> {
 
     /// The body that carries the limb: the one that is named, else the end of the chain ([`end_of`]).
     fn tip(&self, tip: Option<&str>) -> Result<(usize, Vec<String>), String> {
-        let name = |at: usize| self.bodies[at].element.attribute("name").unwrap_or("without a name");
+        let name = |at: usize| self.name(at);
         if let Some(tip) = tip {
             let known = || (0..self.bodies.len()).map(name).collect::<Vec<_>>().join(", ");
             let found = self.bodies.iter().position(|b| b.element.attribute("name") == Some(tip));
@@ -141,7 +150,10 @@ impl<'a> Model<'a> {
         let up = |at: usize| std::iter::successors(Some(at), |at| self.bodies[*at].parent);
         let ends: Vec<usize> = (0..self.bodies.len()).filter(|at| !self.bodies.iter().any(|b| b.parent == Some(*at))).collect();
         if ends.is_empty() {
-            return Err("no <body> in <worldbody>".to_owned());
+            return Err(match self.floating.first() {
+                Some(body) => format!("{} floats freely, and nothing else is in <worldbody>; the base of a robot stands still here", body.called()),
+                None => "no <body> in <worldbody>".to_owned(),
+            });
         }
         match end_of(&ends, |end| up(end).find(|at| !self.bodies[*at].joints.is_empty()), |at, part| up(at).any(|at| at == part)) {
             Ok((tip, still)) => Ok((tip, still.into_iter().map(|end| name(end).to_owned()).collect())),
@@ -149,24 +161,47 @@ impl<'a> Model<'a> {
         }
     }
 
-    /// Bodies from the world to the tip, which all joints have to move.
-    fn path(&self, tip: usize) -> Result<Vec<usize>, String> {
-        let mut path: Vec<usize> = std::iter::successors(Some(tip), |at| self.bodies[*at].parent).collect();
-        path.reverse();
-        match self.bodies.iter().enumerate().find(|(at, b)| !b.joints.is_empty() && !path.contains(at)) {
-            Some((_, b)) => {
-                let element = b.joints[0].element;
-                Err(format!("{} branches off the way to the end effector; leave it out or choose another `tip`", element.called()))
-            }
-            None => Ok(path),
-        }
+    fn name(&self, at: usize) -> &'a str {
+        self.bodies[at].element.attribute("name").unwrap_or("without a name")
     }
 
-    /// A body standing at `pose`, with all that hangs on it without a joint.
-    fn gather(&self, at: usize, pose: &Pose) -> Result<Body, String> {
+    /// Bodies from the world to the tip.
+    fn path(&self, tip: usize) -> Vec<usize> {
+        let mut path: Vec<usize> = std::iter::successors(Some(tip), |at| self.bodies[*at].parent).collect();
+        path.reverse();
+        path
+    }
+
+    /// Refuses forces and constraints that act on the joints of a path, or between bodies that these move against each other.
+    fn check_forces(&self, path: &[usize]) -> Result<(), String> {
+        // The last of the path's bodies with a joint that carries a body; none for the world, what stands on it and what floats.
+        let carrier = |name: Option<&str>| -> Option<usize> {
+            let at = self.bodies.iter().position(|b| name.is_some() && b.element.attribute("name") == name)?;
+            std::iter::successors(Some(at), |at| self.bodies[*at].parent).find(|at| path.contains(at) && !self.bodies[*at].joints.is_empty())
+        };
+        let in_chain = |name: &str| path.iter().flat_map(|at| &self.bodies[*at].joints).any(|j| j.name == name);
+        for force in self.root.children.iter().filter(|s| FORCES.contains(&s.name.as_str())).flat_map(|s| &s.children) {
+            let joints = |element: &Element| ["joint", "joint1", "joint2"].iter().filter_map(|name| element.attribute(name)).any(in_chain);
+            let harmless = match force.name.as_str() {
+                "connect" | "weld" | "joint" | "tendon" if force.attribute("active") == Some("false") => true,
+                "joint" | "fixed" => !joints(force) && !force.children.iter().any(joints),
+                // Joints couple tendons, which are refused themselves where they act on the chain.
+                "tendon" => true,
+                "connect" | "weld" => force.attribute("body1").is_some() && carrier(force.attribute("body1")) == carrier(force.attribute("body2")),
+                _ => false,
+            };
+            if !harmless {
+                return Err(refused(force));
+            }
+        }
+        Ok(())
+    }
+
+    /// A body standing at `pose`, with all that hangs on it and has no joint, or none that moves.
+    fn gather(&self, at: usize, pose: &Pose, moves: &dyn Fn(usize) -> bool) -> Result<Body, String> {
         let mut body = self.own(&self.bodies[at], pose)?;
-        for (child, node) in self.bodies.iter().enumerate().filter(|(_, n)| n.parent == Some(at) && n.joints.is_empty()) {
-            body.add(&self.gather(child, &pose.then(&node.pose))?);
+        for (child, node) in self.bodies.iter().enumerate().filter(|(k, n)| n.parent == Some(at) && (n.joints.is_empty() || !moves(*k))) {
+            body.add(&self.gather(child, &pose.then(&node.pose), moves)?);
         }
         Ok(body)
     }
@@ -215,6 +250,7 @@ impl<'a> Model<'a> {
         let slid = if kind == JointKind::Prismatic { turn(&pose.rotation, scale(unit_axis, -zero)) } else { [0.0; 3] };
         let pose = Pose { rotation: turned, place: sub(pose.place, slid) };
         let (range, drive) = (filled.numbers("range", Some([0.0; 2]))?.map(|v| v * unit), self.drive(joint)?);
+        let [friction_ahead_s, friction_softness] = self.soft_friction(filled)?;
         let force = filled.numbers("actuatorfrcrange", Some([0.0; 2]))?;
         let own_limit = self.compiler.limited(filled, "actuatorfrclimited", force)?.then_some(force[1].max(-force[0]));
         Ok(JointConfig {
@@ -229,6 +265,8 @@ impl<'a> Model<'a> {
             gear_ratio: 1.0,
             rotor_inertia_kg_m2: filled.number("armature", 0.0)? + drive.armature,
             coulomb_nm: filled.number("frictionloss", 0.0)?,
+            friction_ahead_s,
+            friction_softness,
             viscous_nm_s_per_rad: linear(filled, "damping")? + drive.damping,
             stiffness_nm_per_rad: linear(filled, "stiffness")?,
             spring_rest_rad: unit * filled.number("springref", 0.0)?,
@@ -239,12 +277,27 @@ impl<'a> Model<'a> {
         })
     }
 
+    /// Dry friction is a soft constraint, f = −(b q̇ + q̈)/R within the level: 1/b of its `solref` and R/A = (1 − d)/d of its `solimp`
+    /// (MuJoCo's documentation, Computation, "Parameters").
+    fn soft_friction(&self, joint: &Element) -> Result<[f64; 2], String> {
+        let list = |name: &str, absent: [f64; 2]| -> Result<[f64; 2], String> {
+            let given = if joint.attribute(name).is_some() { joint.list(name)? } else { vec![] };
+            Ok([0, 1].map(|k| given.get(k).copied().unwrap_or(absent[k])))
+        };
+        let ([time, damping], impedance) = (list("solreffriction", [0.02, 1.0])?, list("solimpfriction", [0.9, 0.95])?);
+        // The engine keeps these, and times of two steps.
+        let [least, most] = impedance.map(|d| d.clamp(1e-4, 0.9999));
+        let ahead = if time > 0.0 { 0.5 * most * time.max(2.0 * self.timestep_s()?) } else { most / (-damping).max(f64::MIN_POSITIVE) };
+        Ok([ahead, (1.0 - least) / least])
+    }
+
+    fn timestep_s(&self) -> Result<f64, String> {
+        self.root.children("option").try_fold(0.002, |step, option| option.number("timestep", step))
+    }
+
     /// What drives a joint.
     fn drive(&self, joint: &Joint<'_>) -> Result<Drive<'a>, String> {
-        let mut drive = Drive { timestep_s: 0.002, limit: Some(0.0), ..Drive::default() };
-        for option in self.root.children("option") {
-            drive.timestep_s = option.number("timestep", drive.timestep_s)?;
-        }
+        let mut drive = Drive { timestep_s: self.timestep_s()?, limit: Some(0.0), ..Drive::default() };
         for actuator in self.root.children("actuator").flat_map(|a| &a.children) {
             if joint_of(actuator) != Some(&joint.name) {
                 continue;
@@ -275,6 +328,10 @@ impl<'a> Model<'a> {
             if !MOTORS.contains(&actuator.name.as_str()) {
                 return Err(refused(actuator));
             }
+            // A fixed tendon on the chain is refused by itself.
+            if actuator.attribute("tendon").is_some() {
+                continue;
+            }
             let joint = joint_of(actuator).ok_or_else(|| format!("{} drives no joint; nothing else is read", actuator.called()))?;
             if !self.joints().any(|j| j.name == joint) {
                 return Err(format!("{} drives the joint \"{joint}\", which is not described", actuator.called()));
@@ -301,6 +358,11 @@ pub(super) fn gravity(root: &Element) -> Result<[f64; 3], String> {
         }
     }
     Ok(gravity)
+}
+
+/// Whether a body is held by nothing.
+fn floats(body: &Element) -> bool {
+    body.child("freejoint").is_some() || body.children("joint").any(|j| j.attribute("type") == Some("free"))
 }
 
 fn joint_of(actuator: &Element) -> Option<&str> {

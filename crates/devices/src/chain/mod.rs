@@ -26,4 +26,4 @@ pub use regressor::TERMS_OF_A_LINK;
 pub(crate) use robot_file::{FileChoices, read_robot};
 pub use serial::SerialChain;
 pub(crate) use serial::Space;
-pub use write::{Corrected, Correction, Written, write_back};
+pub use write::{Corrected, Correction, Written, write_back, write_back_chain};

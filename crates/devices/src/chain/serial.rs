@@ -4,8 +4,9 @@ use super::dynamics::{Bodies, Frames};
 use super::link::{Link, MAX_JOINTS};
 use super::parameters;
 use crate::error::DeviceError;
+use crate::linearise::rigid_body;
 use crate::vector3::Vector;
-use ndof_linear::{cholesky_in_place, cholesky_solve};
+use ndof_linear::{cholesky_in_place, cholesky_solve, inverse};
 use ndof_models::Axis;
 use ndof_models::robot::{EndpointKinematics, Joints, Robot, RobotError, RobotParameter};
 
@@ -30,9 +31,15 @@ pub struct SerialChain {
     axes: Vec<Axis>,
     joints: Joints,
     springs: Vec<[f64; 2]>,
+    soft_friction: Vec<[f64; 2]>,
 }
 
 impl SerialChain {
+    /// Whether a joint slides: its angle is then a way (m), its torque a force (N).
+    pub fn slides(&self, joint: usize) -> bool {
+        self.links[joint].slides
+    }
+
     /// How far each joint may go (rad, m), as its file says; without end where it says nothing.
     pub fn ranges(&self) -> &[[f64; 2]] {
         &self.range
@@ -52,7 +59,8 @@ impl SerialChain {
         if axes.is_empty() || axes.len() > links.len() {
             return Err(DeviceError::size("axes", axes.len(), format!("1 to {}, the number of joints", links.len())));
         }
-        let chain = SerialChain { links, tip, gravity, space, home, range, axes, joints, springs: Vec::new() };
+        let soft_friction = vec![[0.0; 2]; links.len()];
+        let chain = SerialChain { links, tip, gravity, space, home, range, axes, joints, springs: Vec::new(), soft_friction };
         chain.check()?;
         Ok(chain)
     }
@@ -66,6 +74,24 @@ impl SerialChain {
     #[must_use]
     pub fn with_springs(self, springs: Vec<[f64; 2]>) -> Self {
         SerialChain { springs, ..self }
+    }
+
+    /// Of each joint's dry friction the time by which it turns before the joint does (s) and the speed over which it turns for each unit of its level
+    /// (rad/s/(N m), m/s/N). It is no part of the bodies' dynamics.
+    ///
+    /// A soft constraint is f = −(b q̇ + q̈)/R within its level F: it crosses zero 1/b before q̇ and reaches F at a speed of F R/b.
+    pub fn soft_friction(&self) -> &[[f64; 2]] {
+        &self.soft_friction
+    }
+
+    /// The same chain with these times and softnesses R/A of its dry friction, A a joint's entry of the inverse of the mass matrix at home.
+    #[must_use]
+    pub(super) fn with_soft_friction(self, soft: &[[f64; 2]]) -> Self {
+        let (mass, _) = rigid_body(&self, &self.home);
+        let mobility = inverse(&mass);
+        let of = |(j, [ahead_s, softness]): (usize, &[f64; 2])| [*ahead_s, ahead_s * softness * mobility.as_ref().map_or(0.0, |a| a[[j, j]])];
+        let soft_friction = soft.iter().enumerate().map(of).collect();
+        SerialChain { soft_friction, ..self }
     }
 
     /// Gravity in the base's axes (m/s²).

@@ -24,8 +24,10 @@ pub(super) fn into_toml(
             let (key, value) = match correction.what {
                 Corrected::Viscous => ("viscous_nm_s_per_rad", format!("{:?}", joint.viscous_nm_s_per_rad)),
                 Corrected::Coulomb => ("coulomb_nm", format!("{:?}", joint.coulomb_nm)),
+                Corrected::FrictionAhead => ("friction_ahead_s", format!("{:?}", joint.friction_ahead_s)),
                 Corrected::Rotor => ("rotor_inertia_kg_m2", format!("{:?}", joint.rotor_inertia_kg_m2)),
                 Corrected::Stiffness => ("stiffness_nm_per_rad", format!("{:?}", joint.stiffness_nm_per_rad)),
+                Corrected::SpringRest => ("spring_rest_rad", format!("{:?}", joint.spring_rest_rad)),
                 Corrected::Mass => ("mass_kg", format!("{:?}", joint.mass_kg)),
                 Corrected::Centre(_) => ("centre_m", format!("{:?}", joint.centre_m)),
                 Corrected::Inertia(_) => ("inertia_kg_m2", format!("{:?}", joint.inertia_kg_m2)),

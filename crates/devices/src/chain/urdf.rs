@@ -1,26 +1,27 @@
 //! Robots in the Unified Robot Description Format: the path of moving joints from the root to the tip.
 
-use super::body::{Body, Described, Drive, Pose, end_of, robot, six, tensor};
+use super::body::{Body, Described, Drive, Pose, end_of, held, robot, six, tensor};
 use super::config::{JointConfig, JointKind, RobotConfig};
 use super::xml::Element;
 use crate::vector3::roll_pitch_yaw;
 
-/// Reads `<robot>`; `tip` names the link that carries the limb, the last of the chain where absent.
-pub(super) fn read(root: &Element, tip: Option<&str>) -> Result<RobotConfig, String> {
+/// Reads `<robot>`; `asked` names the link that carries the limb, the last of the chain where absent.
+pub(super) fn read(root: &Element, asked: Option<&str>) -> Result<RobotConfig, String> {
+    unexpanded(root).map_or(Ok(()), Err)?;
     let (names, joints) = parts(root)?;
     let base = root_of(&names, &joints)?;
-    let (tip, ends) = tip_of(&names, &joints, (base, tip))?;
-    let path = path_to(tip, base, &joints)?;
-    if let Some(branch) = joints.iter().find(|j| !j.is_fixed() && !path.iter().any(|p| p.child == j.child)) {
-        return Err(format!(
-            "line {}: joint \"{}\" branches off the way to the end effector; make it fixed or choose another `tip`",
-            branch.element.line,
-            branch.name()
-        ));
+    let (tip, ends) = tip_of(&names, &joints, (base, asked))?;
+    let mut path = path_to(tip, base, &joints)?;
+    // What mimics at the end of a chain that no one named is no part of it.
+    while let Some(last) = path.iter().rposition(|j| !j.is_fixed()).filter(|k| asked.is_none() && path[*k].mimics()) {
+        path.truncate(last);
     }
-    let links = Links { root, joints: &joints };
+    let tip = path.last().map_or(base, |j| j.child);
+    let moves = |joint: &Joint<'_>| !joint.is_fixed() && path.iter().any(|p| p.child == joint.child);
+    let links = Links { root, joints: &joints, moves: &moves };
     let mut config = robot(root.attribute("name").unwrap_or("robot"));
     config.ends = ends;
+    config.notes.extend(held(joints.iter().filter(|j| !j.is_fixed() && !moves(j)).map(Joint::name), tip));
     // Fixed joints before a moving one shift its origin; what stands on the base does not move and needs no mass.
     let mut lead = Pose::IDENTITY;
     links.gather(base, &Pose::IDENTITY)?;
@@ -31,20 +32,39 @@ pub(super) fn read(root: &Element, tip: Option<&str>) -> Result<RobotConfig, Str
             continue;
         }
         lead = Pose::IDENTITY;
-        config.joints.push(moving(joint, &pose, &links.gather(joint.child, &Pose::IDENTITY)?)?);
+        let body = links.gather(joint.child, &Pose::IDENTITY)?;
+        if body.mass == 0.0 {
+            config.notes.push(format!(
+                "line {}: nothing that joint \"{}\" moves before the next has an <inertial>: link \"{}\" weighs nothing here",
+                links.line(joint.child),
+                joint.name(),
+                joint.child
+            ));
+        }
+        config.joints.push(moving(joint, &pose, &body)?);
     }
     config.end_effector.translation_m = lead.place;
     Ok(config)
 }
 
-/// The joint called `name`, in a robot that may have branches.
-pub(super) fn described<'a>(root: &'a Element, name: &str) -> Result<Described<'a>, String> {
+/// What xacro has to expand before it is a URDF.
+fn unexpanded(element: &Element) -> Option<String> {
+    let inner = element.attributes.iter().find(|a| a.value.contains("${") || a.value.contains("$("));
+    let what =
+        inner.map(|a| format!("{}=\"{}\" of {}", a.name, a.value, element.called())).or_else(|| element.name.starts_with("xacro:").then(|| element.called()));
+    let place = what.map(|what| format!("{what} is of xacro, not of URDF; run xacro first: `xacro robot.urdf.xacro > robot.urdf`"));
+    place.or_else(|| element.children.iter().find_map(unexpanded))
+}
+
+/// The joint called `name` in a chain of joints, or, where it is empty, in a robot all of whose joints move.
+pub(super) fn described<'a>(root: &'a Element, name: &str, chain: &[String]) -> Result<Described<'a>, String> {
     let (names, joints) = parts(root)?;
     root_of(&names, &joints)?;
     let found = joints.iter().find(|j| j.name() == name && !j.is_fixed());
     let joint = found.ok_or_else(|| format!("no moving joint \"{name}\"; there are: {}", listed(joints.iter().filter(|j| !j.is_fixed()).map(Joint::name))))?;
     let body = root.children("link").find(|l| l.attribute("name") == Some(joint.child)).ok_or_else(|| format!("no link \"{}\"", joint.child))?;
-    let total = Links { root, joints: &joints }.gather(joint.child, &Pose::IDENTITY)?;
+    let moves = |joint: &Joint<'_>| !joint.is_fixed() && (chain.is_empty() || chain.iter().any(|own| own == joint.name()));
+    let total = Links { root, joints: &joints, moves: &moves }.gather(joint.child, &Pose::IDENTITY)?;
     let rest = total.without(&inertial(body, &Pose::IDENTITY)?);
     let inertial = body.child("inertial").map(|i| origin(i).map(|pose| (i, pose.rotation))).transpose()?;
     let config = moving(joint, &origin(joint.element)?, &total)?;
@@ -105,7 +125,8 @@ fn tip_of<'a>(names: &[&'a str], joints: &[Joint<'a>], (base, tip): (&'a str, Op
     let up = |link: &'a str| joints.iter().find(|j| j.child == link);
     let moved = |leaf: &'a str| {
         let mut at = leaf;
-        while let Some(fixed) = up(at).filter(|j| j.is_fixed()) {
+        // What mimics another joint has no motor: it is held.
+        while let Some(fixed) = up(at).filter(|j| j.is_fixed() || j.mimics()) {
             at = fixed.parent;
         }
         (at != base).then_some(at)
@@ -145,6 +166,10 @@ impl Joint<'_> {
         self.element.attribute("name").unwrap_or("?")
     }
 
+    fn mimics(&self) -> bool {
+        self.element.child("mimic").is_some()
+    }
+
     fn is_fixed(&self) -> bool {
         self.element.attribute("type") == Some("fixed")
     }
@@ -153,16 +178,21 @@ impl Joint<'_> {
 struct Links<'a> {
     root: &'a Element,
     joints: &'a [Joint<'a>],
+    moves: &'a dyn Fn(&Joint<'_>) -> bool,
 }
 
 impl Links<'_> {
-    /// `link`, standing at `pose` in the body's frame, and all that fixed joints hang on it.
+    fn line(&self, link: &str) -> usize {
+        self.root.children("link").find(|l| l.attribute("name") == Some(link)).map_or(0, |l| l.line)
+    }
+
+    /// `link`, standing at `pose` in the body's frame, and all that joints hang on it that do not move.
     fn gather(&self, link: &str, pose: &Pose) -> Result<Body, String> {
         let mut body = Body::default();
         if let Some(element) = self.root.children("link").find(|l| l.attribute("name") == Some(link)) {
             body.add(&inertial(element, pose)?);
         }
-        for joint in self.joints.iter().filter(|j| j.parent == link && j.is_fixed()) {
+        for joint in self.joints.iter().filter(|j| j.parent == link && !(self.moves)(j)) {
             body.add(&self.gather(joint.child, &pose.then(&origin(joint.element)?))?);
         }
         Ok(body)
@@ -193,7 +223,11 @@ fn moving(joint: &Joint<'_>, pose: &Pose, body: &Body) -> Result<JointConfig, St
         }
     };
     if let Some(mimic) = element.child("mimic") {
-        return Err(format!("line {}: joint \"{}\" mimics another; such couplings need a device of their own", mimic.line, joint.name()));
+        return Err(format!(
+            "line {}: joint \"{}\" mimics another, and is on the way to the tip; choose the link before it with `tip`",
+            mimic.line,
+            joint.name()
+        ));
     }
     let optional = |parent: &str, name: &str| match element.child(parent) {
         Some(e) if e.attribute(name).is_some() => e.numbers(name, None).map(|[v]: [f64; 1]| Some(v)),
@@ -215,6 +249,8 @@ fn moving(joint: &Joint<'_>, pose: &Pose, body: &Body) -> Result<JointConfig, St
         gear_ratio: 1.0,
         rotor_inertia_kg_m2: 0.0,
         coulomb_nm: optional("dynamics", "friction")?.unwrap_or(0.0),
+        friction_ahead_s: 0.0,
+        friction_softness: 0.0,
         viscous_nm_s_per_rad: optional("dynamics", "damping")?.unwrap_or(0.0),
         stiffness_nm_per_rad: 0.0,
         spring_rest_rad: 0.0,

@@ -31,12 +31,16 @@ pub enum Corrected {
     Viscous,
     /// Dry friction (N m, N).
     Coulomb,
+    /// Time by which dry friction turns before the joint (s).
+    FrictionAhead,
     /// Inertia of the rotor as the joint feels it, gear included (kg m², kg).
     Rotor,
     /// Time by which the torque follows its command (s).
     TorqueDelay,
     /// Stiffness of a spring at the joint (N m/rad, N/m).
     Stiffness,
+    /// Angle at which that spring rests (rad, m).
+    SpringRest,
     /// Mass of the body (kg), its centre and the inertia about it remaining.
     Mass,
     /// Centre of mass: 0, 1, 2 are x, y, z in the joint's frame (m).
@@ -79,12 +83,20 @@ pub struct Written {
 /// # Ok::<(), ndof_devices::DeviceError>(())
 /// ```
 pub fn write_back(file: &str, text: &str, corrections: &[Correction]) -> Result<Written, DeviceError> {
+    write_back_chain(file, text, &[], corrections)
+}
+
+/// [`write_back`] for a chain of some of a robot's joints: what others carry is part of the body on which they hang.
+///
+/// # Errors
+/// As there.
+pub fn write_back_chain(file: &str, text: &str, chain: &[String], corrections: &[Correction]) -> Result<Written, DeviceError> {
     let wrong = |what: String| DeviceError::File { file: file.to_owned(), what };
     corrections.iter().try_for_each(check).map_err(wrong)?;
     let (mut edits, mut left_out) = (Edits::new(text), Vec::new());
     if text.trim_start().starts_with('<') {
         let root = xml::parse(text).map_err(wrong)?;
-        into_xml(&root, corrections, &mut edits, &mut left_out).map_err(wrong)?;
+        into_xml(&root, chain, corrections, &mut edits, &mut left_out).map_err(wrong)?;
     } else {
         let config = RobotConfig::parse(file, text, None)?;
         toml_edit::into_toml(text, config, corrections, &mut edits, &mut left_out).map_err(wrong)?;
@@ -107,9 +119,11 @@ impl Correction {
         let what = match self.what {
             Corrected::Viscous => "viscous friction".to_owned(),
             Corrected::Coulomb => "dry friction".to_owned(),
+            Corrected::FrictionAhead => "time ahead of the dry friction".to_owned(),
             Corrected::Rotor => "rotor inertia".to_owned(),
             Corrected::TorqueDelay => "delay of the torque".to_owned(),
             Corrected::Stiffness => "stiffness".to_owned(),
+            Corrected::SpringRest => "rest of the spring".to_owned(),
             Corrected::Mass => "mass".to_owned(),
             Corrected::Centre(k) => format!("centre of mass {}", of(&["x", "y", "z"], k)),
             Corrected::Inertia(k) => format!("inertia {}", of(&["xx", "yy", "zz", "xy", "xz", "yz"], k)),
@@ -130,6 +144,7 @@ fn check(correction: &Correction) -> Result<(), String> {
         Corrected::Centre(k) | Corrected::Gravity(k) => (k < 3, false),
         Corrected::Inertia(k) => (k < 6, false),
         Corrected::Range(k) => (k < 2, false),
+        Corrected::SpringRest => (true, false),
         _ => (true, true),
     };
     if !count {
@@ -149,8 +164,10 @@ pub(super) fn corrected(joint: &JointConfig, corrections: &[&Correction]) -> Res
         match correction.what {
             Corrected::Viscous => target.viscous_nm_s_per_rad = value,
             Corrected::Coulomb => target.coulomb_nm = value,
+            Corrected::FrictionAhead => target.friction_ahead_s = value,
             Corrected::Rotor => target.rotor_inertia_kg_m2 = value / target.gear_ratio.powi(2),
             Corrected::Stiffness => target.stiffness_nm_per_rad = value,
+            Corrected::SpringRest => target.spring_rest_rad = value,
             Corrected::Mass => target.mass_kg = value,
             Corrected::Centre(k) => target.centre_m[k] = value,
             Corrected::Inertia(k) => target.inertia_kg_m2[k] = value,
@@ -185,10 +202,10 @@ pub(super) fn by_joint(corrections: &[Correction]) -> Vec<(&str, Vec<&Correction
     list
 }
 
-fn into_xml(root: &Element, corrections: &[Correction], edits: &mut Edits<'_>, left_out: &mut Vec<String>) -> Result<(), String> {
+fn into_xml(root: &Element, chain: &[String], corrections: &[Correction], edits: &mut Edits<'_>, left_out: &mut Vec<String>) -> Result<(), String> {
     let is_urdf = root.name == "robot";
     for (name, own) in by_joint(corrections) {
-        let joint = if is_urdf { urdf::described(root, name)? } else { mjcf::described(root, name)? };
+        let joint = if is_urdf { urdf::described(root, name, chain)? } else { mjcf::described(root, name, chain)? };
         let target = corrected(&joint.config, &own)?;
         if is_urdf {
             into_urdf(&joint, &target, &own, edits, left_out)
@@ -228,7 +245,9 @@ fn into_urdf(joint: &Described<'_>, target: &JointConfig, corrections: &[&Correc
         match correction.what {
             Corrected::Viscous => dynamics.push("damping", target.viscous_nm_s_per_rad, correction),
             Corrected::Coulomb => dynamics.push("friction", target.coulomb_nm, correction),
-            Corrected::Rotor | Corrected::TorqueDelay | Corrected::Stiffness => left_out.push(missing(correction, "URDF")),
+            Corrected::FrictionAhead | Corrected::Rotor | Corrected::TorqueDelay | Corrected::Stiffness | Corrected::SpringRest => {
+                left_out.push(missing(correction, "URDF"));
+            }
             Corrected::Range(_) if limits.is_none() => {
                 left_out.push(format!("joint \"{}\" has no <limit> that counts: the {} is not written", correction.joint, correction.called()));
             }
@@ -259,8 +278,15 @@ fn into_mjcf(
         match correction.what {
             Corrected::Viscous => changes.push("damping", beside(target.viscous_nm_s_per_rad, drive.damping, correction)?, correction),
             Corrected::Coulomb => changes.push("frictionloss", target.coulomb_nm, correction),
+            Corrected::FrictionAhead => {
+                // No shorter than the engine keeps, with its own damping ratio and impedance.
+                let time = (2.0 * correction.value / 0.95).max(2.0 * drive.timestep_s);
+                changes.say("solreffriction", format!("{} 1", word(time)), correction);
+                changes.say("solimpfriction", "0.9 0.95 0.001 0.5 2".to_owned(), correction);
+            }
             Corrected::Rotor => changes.push("armature", beside(target.rotor_inertia_kg_m2, drive.armature, correction)?, correction),
             Corrected::Stiffness => changes.push("stiffness", target.stiffness_nm_per_rad, correction),
+            Corrected::SpringRest => changes.push("springref", target.spring_rest_rad / drive.unit, correction),
             Corrected::TorqueDelay if drive.actuators.is_empty() => {
                 left_out.push(format!("no actuator drives joint \"{}\": the {} is not written", correction.joint, correction.called()));
             }
@@ -369,9 +395,13 @@ struct Changes<'a> {
 
 impl<'a> Changes<'a> {
     fn push(&mut self, name: &'static str, value: f64, correction: &'a Correction) {
+        self.say(name, word(value), correction);
+    }
+
+    fn say(&mut self, name: &'static str, value: String, correction: &'a Correction) {
         // Of two corrections of one number the later counts, as in `corrected`.
         self.values.retain(|(n, _)| *n != name);
-        self.values.push((name, word(value)));
+        self.values.push((name, value));
         if self.why.last() != Some(&correction.why.as_str()) {
             self.why.push(&correction.why);
         }

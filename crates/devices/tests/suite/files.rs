@@ -2,7 +2,10 @@
 
 use crate::common::{patient_arm, relative_error, sines};
 use crate::dynamics::reference_file;
-use ndof_devices::{Accuracy, DeviceConfig, DeviceError, EndpointLinearConfig, Extras, LimbConfig, linearise, simulate_trial};
+use ndof_devices::{
+    Accuracy, Corrected, Correction, DeviceConfig, DeviceError, EndpointLinearConfig, Extras, LimbConfig, RobotConfig, linearise, simulate_trial,
+    write_back_chain,
+};
 
 const TWO_LINK: &str = r#"
 schema = "ndof/robot/1"
@@ -106,6 +109,8 @@ fn a_robot_that_cannot_be_is_refused_with_its_place() {
         ("xyz=\"0.33 0 0\"", "xyz=\"0.33 0\"", "not three numbers"),
         ("</robot>", "", "never closed"),
         ("<parent link=\"base\"/>", "<parent link=\"tip\"/>", "circle"),
+        ("value=\"1.52\"", "value=\"${mass}\"", "run xacro first"),
+        ("</robot>", "<xacro:arm/></robot>", "<xacro:arm> is of xacro"),
     ] {
         let error = build("g.urdf", &urdf.replace(from, to), None);
         assert!(error.contains(place), "{error}");
@@ -114,4 +119,48 @@ fn a_robot_that_cannot_be_is_refused_with_its_place() {
     assert!(matches!(error, DeviceError::File { .. }), "{error}");
     assert!(DeviceConfig::default().build().is_err());
     assert!(DeviceConfig::named("mit-manu").build().err().expect("refused").to_string().contains("mit-manus"));
+}
+
+/// A gripper behind the hand: fingers that move against each other, one by a motor and one that mimics it.
+#[test]
+fn joints_off_the_way_to_the_tip_are_held_as_part_of_the_body_they_hang_on() {
+    let body = |name: &str| {
+        format!(
+            "<link name=\"{name}\"><inertial><mass value=\"1\"/><inertia ixx=\"0.01\" iyy=\"0.01\" izz=\"0.01\" ixy=\"0\" ixz=\"0\" iyz=\"0\"/></inertial></link>"
+        )
+    };
+    let joint = |kind: &str, name: &str, [parent, child]: [&str; 2], more: &str| {
+        format!(
+            "<joint name=\"{name}\" type=\"{kind}\"><parent link=\"{parent}\"/><child link=\"{child}\"/><axis xyz=\"0 1 0\"/><origin xyz=\"0.1 0 0\"/>{more}</joint>"
+        )
+    };
+    let arm = |fingers: [&str; 2], more: &str| {
+        let links = ["hand", "left", "right"].map(body).concat();
+        let right = joint(fingers[1], "slide_right", ["hand", "right"], more);
+        let joints = joint("continuous", "a", ["base", "hand"], "") + &joint(fingers[0], "slide_left", ["hand", "left"], "") + &right;
+        format!("<robot name=\"r\"><link name=\"base\"/>{links}{joints}</robot>")
+    };
+    let read = |text: &str, tip| RobotConfig::parse("r.urdf", text, tip).expect("reads");
+    let mimic = "<mimic joint=\"slide_left\"/>";
+    let (fixed, gripper) = (arm(["fixed", "fixed"], ""), arm(["prismatic", "prismatic"], mimic));
+    let held = read(&gripper, Some("hand"));
+    assert_eq!(held.joints, read(&fixed, Some("hand")).joints);
+    assert!(held.notes.len() == 1 && held.notes[0].contains("slide_left, slide_right") && held.notes[0].contains("held still"), "{:?}", held.notes);
+    // Without a motor of its own, what mimics ends no chain.
+    let alone = read(&arm(["fixed", "prismatic"], "<mimic joint=\"a\"/>"), None);
+    assert_eq!((alone.joints.len(), alone.joints[0].mass_kg), (1, 3.0));
+    let through = RobotConfig::parse("r.urdf", &gripper, Some("right")).expect_err("it mimics").to_string();
+    assert!(through.contains("\"slide_right\" mimics another") && through.contains("`tip`"), "{through}");
+    // Of 3 kg that move the hand is one: 3.5 kg are half a kilogram more in it.
+    let heavier = Correction { joint: "a".to_owned(), what: Corrected::Mass, value: 3.5, why: "weighed".to_owned() };
+    let written = write_back_chain("r.urdf", &gripper, &["a".to_owned()], &[heavier]).expect("writes");
+    assert!((read(&written.text, Some("hand")).joints[0].mass_kg - 3.5).abs() < 1e-12, "{}", written.patch);
+}
+
+#[test]
+fn a_link_without_an_inertial_is_told_with_its_line() {
+    let text = std::fs::read_to_string(reference_file("two_link.urdf")).expect("there");
+    let (from, to) = (text.rfind("<inertial>").expect("one"), text.rfind("</inertial>").expect("one") + "</inertial>".len());
+    let found = RobotConfig::parse("r.urdf", &(text[..from].to_owned() + &text[to..]), None).expect("reads");
+    assert!(found.notes.iter().any(|note| note.starts_with("line ") && note.contains("link \"fore\" weighs nothing")), "{:?}", found.notes);
 }

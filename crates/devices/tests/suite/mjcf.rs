@@ -99,7 +99,7 @@ fn a_capsule_weighs_what_its_slices_do() {
 fn what_would_change_the_motion_is_refused_with_its_line() {
     let body = |inside: &str| format!("<mujoco>\n<worldbody>\n<body name=\"b\"><joint name=\"j\"/>\n{inside}\n<geom size=\"1\"/></body></worldbody></mujoco>");
     for (inside, names) in [
-        ("<freejoint/>", "line 4: <freejoint>"),
+        ("<freejoint/>", "line 3: <body> \"b\" floats freely"),
         ("<joint name=\"k\" type=\"ball\"/>", "line 4: <joint> \"k\" is of type \"ball\""),
         ("<include file=\"x.xml\"/>", "line 4: <include>"),
         ("<composite/>", "line 4: <composite>"),
@@ -119,7 +119,9 @@ fn what_would_change_the_motion_is_refused_with_its_line() {
     }
     for (section, names) in [
         ("<equality><weld name=\"w\" body1=\"b\"/></equality>", "line 5: <weld> \"w\""),
-        ("<tendon><fixed name=\"t\"/></tendon>", "<fixed> \"t\""),
+        ("<equality><joint name=\"e\" joint1=\"j\"/></equality>", "line 5: <joint> \"e\""),
+        ("<tendon><fixed name=\"t\"><joint joint=\"j\" coef=\"1\"/></fixed></tendon>", "<fixed> \"t\""),
+        ("<tendon><spatial name=\"t\"/></tendon>", "<spatial> \"t\""),
         ("<actuator><muscle name=\"m\" joint=\"j\"/></actuator>", "<muscle> \"m\""),
         ("<actuator><motor name=\"m\" site=\"s\"/></actuator>", "drives no joint"),
         ("<actuator><motor name=\"m\" joint=\"x\"/></actuator>", "joint \"x\", which is not described"),
@@ -132,9 +134,36 @@ fn what_would_change_the_motion_is_refused_with_its_line() {
         let error = refusal(&body("").replace("</mujoco>", &format!("{section}</mujoco>")), None);
         assert!(error.contains(names), "{section}: {error}");
     }
-    let branches = body("<body name=\"c\"/><body name=\"d\"><joint name=\"side\"/></body>");
-    assert!(refusal(&branches, Some("c")).contains("<joint> \"side\" branches off"));
+    let branches = body("<body name=\"c\"/><body name=\"d\"/>");
     assert!(refusal(&branches, Some("z")).contains("no body \"z\"; there are: b, c, d"));
+}
+
+/// As in many a file: two fingers that an equality and a tendon couple, a cube on the table, a tie that is switched off.
+#[test]
+fn what_does_not_touch_the_chain_is_held_or_left_out_with_a_note() {
+    let file = |hand: &str, more: &str| {
+        format!(
+            "<mujoco><worldbody>{more}<body name=\"upper\"><joint name=\"a\" axis=\"0 1 0\"/><geom size=\"0.1\"/><body name=\"hand\" pos=\"0.3 0 0\">\
+             <joint name=\"b\" axis=\"0 1 0\"/><geom size=\"0.1\"/>{hand}</body></body></worldbody>"
+        )
+    };
+    let finger = |name: &str, joint: bool| {
+        let joint = if joint { format!("<joint name=\"{name}\" type=\"slide\"/>") } else { String::new() };
+        format!("<body name=\"{name}\" pos=\"0.1 0 0\">{joint}<geom size=\"0.02\"/></body>")
+    };
+    let gripper = |joint: bool| finger("left", joint) + &finger("right", joint);
+    let cube = "<body name=\"cube\"><freejoint/><geom size=\"0.03\"/></body>";
+    let coupled = "<equality><joint joint1=\"left\" joint2=\"right\"/><connect body1=\"left\" body2=\"right\" anchor=\"0 0 0\"/>\
+        <weld body1=\"hand\" body2=\"cube\" active=\"false\"/></equality>\
+        <tendon><fixed name=\"grip\"><joint joint=\"left\" coef=\"1\"/><joint joint=\"right\" coef=\"1\"/></fixed></tendon>\
+        <actuator><general tendon=\"grip\"/></actuator></mujoco>";
+    let read = |text: String| RobotConfig::parse("r.xml", &text, Some("hand")).expect("reads");
+    let (still, found) = (read(file(&gripper(false), "") + "</mujoco>"), read(file(&gripper(true), cube) + coupled));
+    assert_eq!(still.joints, found.joints);
+    assert!(found.notes[0].contains("left, right") && found.notes[1].contains("\"cube\" floats") && still.notes.is_empty(), "{:?}", found.notes);
+    let welded = file(&gripper(true), cube) + &coupled.replace(" active=\"false\"", "");
+    assert!(refusal(&welded, Some("hand")).contains("<weld>"));
+    assert!(refusal("<mujoco><worldbody><body name=\"dog\"><freejoint/><geom size=\"1\"/></body></worldbody></mujoco>", None).contains("\"dog\" floats"));
 }
 
 /// Every beginning of a file, and every file with a byte changed, is read or refused.

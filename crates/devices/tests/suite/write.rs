@@ -1,7 +1,7 @@
 //! Corrections written back into files: they load again, here and in other engines, and leave the rest alone.
 
 use crate::dynamics::{AGAINST_ANOTHER_ENGINE, compare, parsed, read, reference_file};
-use ndof_devices::Corrected::{Centre, Coulomb, Gravity, Inertia, Mass, Range, Rotor, Stiffness, TorqueDelay, Viscous};
+use ndof_devices::Corrected::{Centre, Coulomb, FrictionAhead, Gravity, Inertia, Mass, Range, Rotor, SpringRest, Stiffness, TorqueDelay, Viscous};
 use ndof_devices::{Corrected, Correction, JointConfig, RobotConfig, Written, write_back};
 
 fn correct(joint: &str, what: Corrected, value: f64) -> Correction {
@@ -21,6 +21,8 @@ fn target(mut robot: RobotConfig, corrections: &[Correction]) -> RobotConfig {
             Coulomb => joint.coulomb_nm = c.value,
             Rotor => joint.rotor_inertia_kg_m2 = c.value / joint.gear_ratio.powi(2),
             Stiffness => joint.stiffness_nm_per_rad = c.value,
+            SpringRest => joint.spring_rest_rad = c.value,
+            FrictionAhead => joint.friction_ahead_s = c.value,
             Mass => joint.mass_kg = c.value,
             Centre(k) => joint.centre_m[k] = c.value,
             Inertia(k) => joint.inertia_kg_m2[k] = c.value,
@@ -33,7 +35,8 @@ fn target(mut robot: RobotConfig, corrections: &[Correction]) -> RobotConfig {
 
 fn numbers(joint: &JointConfig) -> Vec<f64> {
     let own = [joint.mass_kg, joint.viscous_nm_s_per_rad, joint.coulomb_nm, joint.rotor_inertia_kg_m2, joint.stiffness_nm_per_rad];
-    own.into_iter().chain(joint.centre_m).chain(joint.inertia_kg_m2).chain(joint.origin_m).chain(joint.range_rad.unwrap_or_default()).collect()
+    let own = own.into_iter().chain([joint.spring_rest_rad, joint.friction_ahead_s]);
+    own.chain(joint.centre_m).chain(joint.inertia_kg_m2).chain(joint.origin_m).chain(joint.range_rad.unwrap_or_default()).collect()
 }
 
 /// The file with corrections, after it was read again.
@@ -131,6 +134,14 @@ fn written_files_move_in_other_engines_as_corrected() {
         let stem = file.split('.').next().unwrap_or_default();
         compare(&robot.chain().expect("builds"), &format!("chain_{stem}.csv"), [0.0; 3], &[0, 1, 2], AGAINST_ANOTHER_ENGINE);
     }
+}
+
+/// A spring with its rest, in the file's degrees where it turns, and dry friction as soft as it was found.
+#[test]
+fn springs_and_soft_friction_are_written_into_an_mjcf() {
+    checked("mjcf_gantry.xml", &[correct("tilt", Stiffness, 1.8), correct("tilt", SpringRest, -0.2)]);
+    let arm = checked("mjcf_arm.xml", &[correct("shoulder", Stiffness, 2.0), correct("shoulder", SpringRest, 0.5), correct("shoulder", FrictionAhead, 0.004)]);
+    assert!(arm.text.contains(&format!("springref=\"{:?}\"", 0.5 / 1f64.to_radians())), "{}", arm.patch);
 }
 
 #[test]
