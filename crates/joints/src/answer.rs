@@ -61,9 +61,9 @@ impl Answer<'_> {
         let (mut causes, mut confusable) = (Vec::new(), Vec::new());
         for k in 0..self.model.forms.len() {
             let rivals = self.rivals(k);
-            let unsure: Vec<String> = rivals.iter().filter(|(_, p)| *p < TOLD_APART).map(|(f, _)| words(&self.forms[*f], &self.names())).collect();
+            let unsure: Vec<String> = rivals.iter().filter(|(_, p)| *p < TOLD_APART).map(|(f, _)| self.forms[*f].words(&self.names())).collect();
             if !unsure.is_empty() {
-                let effects = std::iter::once(words(&self.model.forms[k], &self.names())).chain(unsure).collect();
+                let effects = std::iter::once(self.model.forms[k].words(&self.names())).chain(unsure).collect();
                 confusable.push(Confusable { effects, next_experiment: self.model.forms[k].cause.card.next_experiment.to_owned(), predicted: vec![] });
             }
             let probability = rivals.iter().map(|(_, p)| *p).fold(1.0, f64::min);
@@ -190,9 +190,35 @@ impl Answer<'_> {
                 let ci = error.map(|e| [value - half * e, value + half * e]);
                 let (value, ci95) =
                     if inverse { (1.0 / value, ci.filter(|[low, _]| *low > 0.0).map(|[low, high]| [1.0 / high, 1.0 / low])) } else { (value, ci) };
-                CauseParameter { name, unit: unit.to_owned(), value: Value::Number(value), ci95: ci95.filter(|ci| ci.iter().all(|x| x.is_finite())) }
+                CauseParameter {
+                    name,
+                    unit: self.unit(&self.model.forms[k], unit).to_owned(),
+                    value: Value::Number(value),
+                    ci95: ci95.filter(|ci| ci.iter().all(|x| x.is_finite())),
+                }
             })
             .collect()
+    }
+
+    /// A unit as it is where a joint slides, for what is not of a body.
+    fn unit<'u>(&self, form: &Form, unit: &'u str) -> &'u str {
+        match form.joint {
+            Some(j) if form.cause.card.side != "link" => self.unit_at(j, unit),
+            _ => unit,
+        }
+    }
+
+    fn unit_at<'u>(&self, joint: usize, unit: &'u str) -> &'u str {
+        match unit {
+            _ if !self.scene.chain.slides(joint) => unit,
+            "N m" => "N",
+            "N m/rad" => "N/m",
+            "N m s/rad" => "N s/m",
+            "rad" => "m",
+            "rad/s" => "m/s",
+            "kg m^2" => "kg",
+            other => other,
+        }
     }
 
     fn evidence(&self, k: usize, found: &Sum) -> Vec<String> {
@@ -299,11 +325,11 @@ impl Answer<'_> {
         let one = |name: String, unit: &str, value: f64| ModelParameter { name, unit: unit.to_owned(), value, std_error: None, flag: None };
         (0..self.joints())
             .flat_map(|j| {
-                let name = &joints.names[j];
+                let (name, unit) = (&joints.names[j], |unit| self.unit_at(j, unit));
                 [
-                    one(format!("coulomb_{name}_nm"), "N m", joints.coulomb[j]),
-                    one(format!("viscous_{name}_nm_s_per_rad"), "N m s/rad", joints.viscous[j]),
-                    one(format!("rotor_{name}_kg_m2"), "kg m^2", inertial[TERMS_OF_A_LINK * self.joints() + j]),
+                    one(format!("coulomb_{name}_nm"), unit("N m"), joints.coulomb[j]),
+                    one(format!("viscous_{name}_nm_s_per_rad"), unit("N m s/rad"), joints.viscous[j]),
+                    one(format!("rotor_{name}_kg_m2"), unit("kg m^2"), inertial[TERMS_OF_A_LINK * self.joints() + j]),
                     one(format!("mass_{name}_kg"), "kg", inertial[TERMS_OF_A_LINK * j]),
                 ]
             })
@@ -326,7 +352,7 @@ impl Answer<'_> {
             };
             let (Some((_, unit, value, error, _)), Some(own)) = (found, parameters.iter_mut().find(|p| p.name == parameter)) else { continue };
             let after = if form.cause.card.name == "link-parameters" { own.value + value } else { *value };
-            parameter_shift.push(Shift { name: parameter, unit: (*unit).to_owned(), before: own.value, after });
+            parameter_shift.push(Shift { name: parameter, unit: self.unit(form, unit).to_owned(), before: own.value, after });
             (own.value, own.std_error) = (after, *error);
         }
         let residual_white = self.left.gains.iter().all(|g| g.ci95()[0] <= 0.0);
@@ -404,19 +430,15 @@ impl Answer<'_> {
         for (j, (gain, removed)) in self.left.gains.iter().zip(&self.left.removed).enumerate() {
             if gain.ci95()[0] > 0.0 && *removed > self.options.tolerance * self.scene.joints[j].torque {
                 notes.push(format!(
-                    "at {} a torque of {removed:.3} N m rms is left that follows from its angle and speed and that no cause explains",
-                    self.scene.chain.joints().names[j]
+                    "at {} a torque of {removed:.3} {} rms is left that follows from its angle and speed and that no cause explains",
+                    self.scene.chain.joints().names[j],
+                    self.unit_at(j, "N m")
                 ));
             }
         }
         let none = f64::NAN;
         Discrepancy { by_band, by_time, linear_share: none, nonlinear_share: none, time_varying_share: none, noise_share: none, notes }
     }
-}
-
-/// "coulomb-friction at elbow".
-fn words(form: &Form, names: &[String]) -> String {
-    form.joint.map_or_else(|| form.cause.card.name.to_owned(), |j| format!("{} at {}", form.cause.card.name, names[j]))
 }
 
 /// Shares of a series' power in bands that double.

@@ -23,6 +23,8 @@ pub(crate) enum Column {
     Sign(usize),
     /// The sign over a speed of its own, tanh(q̇/v).
     Turn { joint: usize, speed: f64 },
+    /// (q̇ + t q̈)/v between −1 and 1: dry friction as a soft constraint.
+    Soft { joint: usize, ahead_s: f64, speed: f64 },
     /// The sign times exp(−(q̇/v)²).
     Stribeck { joint: usize, velocity: f64 },
     /// The sign of q̇ times the size of the torque that the file's bodies need.
@@ -78,6 +80,11 @@ impl Column {
             Column::Acceleration(j) => vec![(*j, motion.a[*j].clone())],
             Column::Sign(j) => vec![(*j, motion.sharp[*j].iter().map(|v| sign(*v, scene.joints[*j].speed_noise)).collect())],
             Column::Turn { joint, speed } => vec![(*joint, motion.sharp[*joint].iter().map(|v| sign(*v, *speed)).collect())],
+            Column::Soft { joint, ahead_s, speed } => {
+                // Beyond where the motion rises above the encoder's noise the acceleration would be all noise.
+                let [v, a, _] = derivatives(&motion.sharp[*joint], scene.rate_hz, scene.fastest_hz);
+                vec![(*joint, v.iter().zip(&a).map(|(v, a)| ((v + ahead_s * a) / speed).clamp(-1.0, 1.0)).collect())]
+            }
             Column::Stribeck { joint, velocity } => {
                 let noise = scene.joints[*joint].speed_noise;
                 vec![(*joint, motion.sharp[*joint].iter().map(|v| sign(*v, noise) * (-(v / velocity).powi(2)).exp()).collect())]

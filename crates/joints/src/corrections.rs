@@ -5,7 +5,7 @@ use crate::bodies::turned;
 use crate::causes::{link_parameters, payload};
 use crate::physical;
 use crate::scene::scene;
-use ndof_devices::{Corrected, Correction, DeviceError, SerialChain, TERMS_OF_A_LINK, Written, write_back};
+use ndof_devices::{Corrected, Correction, DeviceError, SerialChain, TERMS_OF_A_LINK, Written, write_back_chain};
 use ndof_diagnose::{Cause, CauseParameter, Diagnosis};
 use ndof_models::effects::Value;
 use ndof_models::robot::Robot;
@@ -22,6 +22,8 @@ pub struct Corrections {
     pub list: Vec<Correction>,
     /// A sentence for each named cause, or part of one, that a robot's file has no word for.
     pub left_out: Vec<String>,
+    /// The joints of the chain, in their order; where there are none all of the file's are.
+    pub joints: Vec<String>,
 }
 
 /// The corrections that the named causes of a diagnosis ask for; `trials` and `ports` are those that it was made from.
@@ -35,13 +37,18 @@ pub struct Corrections {
 /// # Errors
 /// [`JointsError`] if trials and chain do not match.
 pub fn corrections(chain: &SerialChain, trials: &[Recording], ports: &Ports, diagnosis: &Diagnosis) -> Result<Corrections, JointsError> {
-    let mut found = Found { chain: chain.clone(), out: Corrections::default(), bodies: vec![Body::default(); chain.joints().count()] };
+    let out = Corrections { joints: chain.joints().names.clone(), ..Corrections::default() };
+    let mut found = Found { chain: chain.clone(), out, bodies: vec![Body::default(); chain.joints().count()] };
     for (joint, name) in chain.joints().names.iter().enumerate() {
-        let of = |effect: &str| diagnosis.causes.iter().find(|c| c.effect == effect && c.site.axis == *name);
+        let of = |effect: &str| diagnosis.causes.iter().find(|c| c.is_likely() && c.effect == effect && c.site.axis == *name);
         found.friction(joint, [of("coulomb-friction"), of("viscous-friction")], trials, ports)?;
     }
     // Gravity first: what torques tell of a body depends on it.
-    let (tilts, others): (Vec<&Cause>, Vec<&Cause>) = diagnosis.causes.iter().partition(|c| c.effect == "base-tilt");
+    let (likely, unlikely): (Vec<&Cause>, Vec<&Cause>) = diagnosis.causes.iter().partition(|c| c.is_likely());
+    for cause in unlikely {
+        found.leave_out(cause, &format!("its name is right with a probability of {:.2} only", cause.probability));
+    }
+    let (tilts, others): (Vec<&Cause>, Vec<&Cause>) = likely.into_iter().partition(|c| c.effect == "base-tilt");
     tilts.into_iter().chain(others).for_each(|cause| found.add(cause));
     found.write_bodies();
     Ok(found.out)
@@ -53,19 +60,19 @@ impl Corrections {
     /// # Errors
     /// [`DeviceError`] if the text is no robot's.
     pub fn write(&self, file: &str, text: &str) -> Result<Written, DeviceError> {
-        write_back(file, text, &[])?;
+        write_back_chain(file, text, &self.joints, &[])?;
         let mut left_out = self.left_out.clone();
         let (mut taken, mut rest) = (Vec::new(), self.list.as_slice());
         while let Some(first) = rest.first() {
             let alike = rest.iter().take_while(|c| c.joint == first.joint && together(c.what) == together(first.what)).count();
             let group = if together(first.what).is_some() { &rest[..alike] } else { &rest[..1] };
-            match write_back(file, text, group) {
+            match write_back_chain(file, text, &self.joints, group) {
                 Ok(_) => taken.extend_from_slice(group),
                 Err(error) => left_out.push(format!("{}; not written: {error}", first.why)),
             }
             rest = &rest[group.len()..];
         }
-        let mut written = write_back(file, text, &taken)?;
+        let mut written = write_back_chain(file, text, &self.joints, &taken)?;
         left_out.append(&mut written.left_out);
         Ok(Written { left_out, ..written })
     }
@@ -113,6 +120,13 @@ impl Found {
                     self.correct(&cause.site.axis, Corrected::Rotor, value, &words(cause));
                 }
             }
+            ("cable-force", Some(_)) if number(cause, "spring_nm_per_rad").is_some_and(|stiffness| stiffness > 0.0) => {
+                for (what, name) in [(Corrected::Stiffness, "spring_nm_per_rad"), (Corrected::SpringRest, "rest_rad")] {
+                    if let Some(value) = number(cause, name) {
+                        self.correct(&cause.site.axis, what, value, &words(cause));
+                    }
+                }
+            }
             ("link-parameters", Some(joint)) => self.link(joint, cause),
             ("payload", _) => self.payload(cause),
             ("base-tilt", _) => self.tilt(cause),
@@ -128,6 +142,16 @@ impl Found {
         let joints = self.chain.joints();
         let curve = Curve::of((joints.coulomb[joint], joints.viscous[joint]), causes);
         let name = joints.names[joint].clone();
+        if let Some(cause) = causes[0] {
+            let own = self.chain.soft_friction()[joint][0];
+            let found = cause.parameters.iter().find(|p| p.name == "ahead_s");
+            if !found.is_some_and(|p| p.ci95.is_some_and(|[low, high]| low <= own && own <= high)) {
+                let ahead = number(cause, "ahead_s").unwrap_or(0.0);
+                if ahead != own {
+                    self.correct(&name, Corrected::FrictionAhead, ahead, &words(cause));
+                }
+            }
+        }
         if !curve.is_curved() {
             for (cause, what, key) in [(causes[0], Corrected::Coulomb, "level_nm"), (causes[1], Corrected::Viscous, "viscous_nm_s_per_rad")] {
                 if let Some((cause, value)) = cause.and_then(|c| Some((c, number(c, key)?))) {

@@ -13,6 +13,7 @@ use crate::logged::Logged;
 use crate::motion::{Motion, moves};
 use crate::options::Options;
 use crate::pictures;
+use crate::refined::shaped;
 use crate::scene::scene;
 use crate::table::View;
 use ndof_devices::SerialChain;
@@ -107,7 +108,10 @@ pub fn diagnose(
     let mut chosen = Vec::new();
     first.rule(&forms, options).search(&mut chosen, &[], most_causes(&fitted));
     let asked: Vec<Form> = chosen.iter().map(|k| forms[*k].clone()).collect();
-    if gears::by_themselves(&fitted, &mut forms, &asked, &Logged::as_it_is(scene.joints.len())) {
+    let plain = Logged::as_it_is(scene.joints.len());
+    let settled = shaped(&fitted, &first.rule(&forms, options), &chosen, &plain);
+    if gears::by_themselves(&fitted, &mut forms, &asked, &plain) || !settled.is_empty() {
+        forms.extend(settled);
         first = Searched::new(&fitted, &forms, floor.clone(), left);
     }
     let HeldUp { judged: Judged { model, .. }, minor, .. } = held_up(&fitted, &held, &first.rule(&forms, options), options, progress);
@@ -116,6 +120,7 @@ pub fn diagnose(
     let [fitted, held] = [fitted, held].map(|view| view.in_noise(noise.clone()));
     let asked: Vec<Form> = model.forms.iter().chain(minor.iter().map(|aside| &aside.form)).cloned().collect();
     gears::by_themselves(&fitted, &mut forms, &asked, &model.logged);
+    forms.extend(model.forms.iter().filter(|form| form.shape.len() > 1).cloned());
     let searched = Searched::new(&fitted, &forms, floor, left);
     let rule = searched.rule(&forms, options);
     let (model, minor) = judged(&fitted, &held, &rule, options, progress);

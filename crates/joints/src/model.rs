@@ -97,11 +97,11 @@ impl Model {
                 }
                 _ => told.sum(factors),
             };
-            let open = told.parts.iter().all(|(c, _)| places[*c].is_none());
-            let variance: f64 = told
-                .parts
+            let slopes = told.slopes(factors);
+            let open = slopes.iter().all(|(c, _)| places[*c].is_none());
+            let variance: f64 = slopes
                 .iter()
-                .flat_map(|(a, wa)| told.parts.iter().map(move |(b, wb)| (a, wa, b, wb)))
+                .flat_map(|(a, wa)| slopes.iter().map(move |(b, wb)| (a, wa, b, wb)))
                 .filter_map(|(a, wa, b, wb)| Some(wa * wb * self.covariance[places[*a]?][places[*b]?]))
                 .sum();
             if !open {

@@ -6,7 +6,7 @@ use crate::column::Column;
 use crate::gears;
 use crate::logged::Logged;
 use crate::model::{Model, open, residual, solved};
-use crate::search::Solved;
+use crate::search::{Rule, Solved};
 use crate::table::{Series, View};
 use ndof_sysid::two_sided_t;
 use std::sync::Arc;
@@ -144,6 +144,26 @@ fn settle_channels(view: &View<'_>, forms: &[Form], logged: &mut Logged) {
             break;
         }
     }
+}
+
+/// In place of what a search asks for, the likeliest forms of the same places that have several shapes, moved to their best: a grid of these is too coarse
+/// to be compared with others.
+pub(crate) fn shaped(view: &View<'_>, rule: &Rule<'_>, chosen: &[usize], logged: &Logged) -> Vec<Form> {
+    let several = |form: &Form| form.shape.len() > 1;
+    let likeliest = |(at, k): (usize, &usize)| {
+        let others: Vec<usize> = chosen.iter().copied().enumerate().filter(|(i, _)| *i != at).map(|(_, f)| f).collect();
+        let solved = rule.solve(&others);
+        let same = (0..rule.forms.len()).filter(|f| several(&rule.forms[*f]) && rule.forms[*f].same_place(&rule.forms[*k]));
+        let gained = |f: usize| (f, solved.gain(rule.table, &rule.table.columns[f]).0);
+        let best = same.map(gained).max_by(|a, b| a.1.total_cmp(&b.1)).map_or(*k, |(f, _)| f);
+        rule.forms[best].clone()
+    };
+    let mut forms: Vec<Form> = chosen.iter().enumerate().map(likeliest).collect();
+    if forms.iter().any(several) {
+        // Twice, as where all are refined.
+        (0..2).for_each(|_| settle_shapes(view, &mut forms, logged));
+    }
+    forms.into_iter().filter(several).collect()
 }
 
 /// Golden section for each shape.

@@ -2,7 +2,8 @@
 
 use crate::JointsError;
 use crate::bodies::Bodies;
-use crate::dynamics::{inverse_dynamics, sign};
+use crate::column::Column;
+use crate::dynamics::inverse_dynamics;
 use crate::motion::{Encoder, Motion, encoder, top_density};
 use ndof_devices::{SerialChain, TERMS_OF_A_LINK};
 use ndof_models::robot::{Joints, Robot};
@@ -199,14 +200,24 @@ impl Scene<'_> {
         (2.0 * self.fastest_hz).min(RESOLVED * self.rate_hz / 2.0)
     }
 
+    /// How the file's dry friction turns: where it is a soft constraint, ahead of the joint and over a speed of its own.
+    pub fn own_turn(&self, joint: usize) -> Column {
+        let [ahead_s, over] = self.chain.soft_friction()[joint];
+        let speed = (over * self.chain.joints().coulomb[joint]).max(self.joints[joint].speed_noise);
+        if ahead_s > 0.0 { Column::Soft { joint, ahead_s, speed } } else { Column::Sign(joint) }
+    }
+
     /// Torques of the simulation, `[joint][sample]`: of the file's bodies, dry and viscous friction and springs, and what a simulator has beyond them. The file
     /// carries a simulator's torque from its own motion to the measured one, from which it differs little.
     pub fn nominal(&self, motion: &Motion) -> Vec<Vec<f64>> {
         let mut out = motion.rigid.clone();
         let Joints { coulomb, viscous, .. } = self.chain.joints();
         for (j, out) in out.iter_mut().enumerate() {
-            let noise = self.joints[j].speed_noise;
-            out.iter_mut().zip(motion.v[j].iter().zip(&motion.sharp[j])).for_each(|(t, (v, s))| *t += coulomb[j] * sign(*s, noise) + viscous[j] * v);
+            out.iter_mut().zip(&motion.v[j]).for_each(|(t, v)| *t += viscous[j] * v);
+            if coulomb[j] != 0.0 {
+                let turns = self.own_turn(j).along(motion, self).swap_remove(0).1;
+                out.iter_mut().zip(turns).for_each(|(t, s)| *t += coulomb[j] * s);
+            }
         }
         for ((out, q), [stiffness, rest]) in out.iter_mut().zip(&motion.q).zip(self.chain.springs()) {
             out.iter_mut().zip(q).for_each(|(t, q)| *t += stiffness * (q - rest));

@@ -121,6 +121,44 @@ fn a_late_torque_of_a_joint_that_rests_now_and_then_is_a_delay() {
 }
 
 #[test]
+fn what_a_joint_that_slides_lacks_is_of_newtons_and_metres() {
+    let file = PENDULUM.replace("axis = [0.0, 1.0, 0.0]", "kind = \"prismatic\", axis = [1.0, 0.0, 0.0]");
+    let chain = RobotConfig::parse("slide.toml", &file, None).and_then(|c| c.chain()).expect("a robot");
+    let own = log(6000, wave, |t| 2.0 * acceleration(wave, t) + 0.9 * rate(wave, t), white(NOISE, 7));
+    let ports = Ports { references: vec![], inputs: vec![0], outputs: vec![1] };
+    let found = diagnose(&chain, &[own], &[], &ports, &Options::default(), &mut |_| {}).expect("an answer").0;
+    let units: Vec<&str> = found.causes.iter().flat_map(|c| &c.parameters).map(|p| p.unit.as_str()).collect();
+    let file: Vec<&str> = found.baseline.parameters.iter().map(|p| p.unit.as_str()).collect();
+    assert_eq!((units, file), (vec!["N s/m"], vec!["N", "N s/m", "kg", "kg"]));
+}
+
+/// As MuJoCo's dry friction is one: what turns before the joint does is no torque that is logged early.
+#[test]
+fn friction_that_is_a_soft_constraint_is_one_cause() {
+    let (ahead_s, speed) = (0.0095, 0.03);
+    let soft = |t: f64| ((rate(wave, t) + ahead_s * acceleration(wave, t)) / speed).clamp(-1.0, 1.0);
+    let found = logged(6000, wave, |t| needed(wave, t) + 1.2 * soft(t), white(NOISE, 7));
+    let named: Vec<&str> = found.causes.iter().map(|c| c.effect.as_str()).collect();
+    assert_eq!((named, found.verdict), (vec!["coulomb-friction"], Verdict::Explained), "{:?}", found.minor);
+    for (name, truth) in [("level_nm", 1.2), ("ahead_s", ahead_s), ("turning_speed_rad_per_s", speed)] {
+        let [low, high] = interval(&found, "coulomb-friction", name).expect("an interval");
+        assert!(low < truth && truth < high, "{name} {low} {high}");
+    }
+}
+
+/// What it pulls in the middle of the movement is its own, not an offset of the sensor.
+#[test]
+fn a_spring_that_rests_elsewhere_is_one_cause_with_its_rest() {
+    let found = judged(wave, |q| 4.0 * (q - 0.7));
+    let named: Vec<&str> = found.causes.iter().map(|c| c.effect.as_str()).collect();
+    assert_eq!((named, found.verdict), (vec!["cable-force"], Verdict::Explained), "{:?}", found.minor);
+    for (name, truth) in [("spring_nm_per_rad", 4.0), ("rest_rad", 0.7)] {
+        let [low, high] = interval(&found, "cable-force", name).expect("an interval");
+        assert!(low < truth && truth < high && high - low < 0.05 * truth, "{name} {low} {high}");
+    }
+}
+
+#[test]
 fn a_torque_with_its_sign_turned_round_is_said() {
     let notes = |sign: f64| logged(6000, wave, |t| sign * needed(wave, t), white(NOISE, 7)).discrepancy.notes;
     let told = |notes: &[String]| notes.iter().any(|n| n.contains("the torque of elbow goes against") && n.contains("sign"));

@@ -104,7 +104,8 @@ fn logged(truth: &SerialChain, friction: impl Fn(usize, f64) -> f64, seed: u64) 
         let mut torque = [0.0; JOINTS];
         truth.inverse_dynamics(&q, &v, &a, &mut torque);
         for j in 0..JOINTS {
-            torques[j].push(torque[j] + friction(j, v[j]));
+            let [stiffness, rest] = truth.springs()[j];
+            torques[j].push(torque[j] + friction(j, v[j]) + stiffness * (q[j] - rest));
             angles[j].push((q[j] * COUNTS / std::f64::consts::TAU).round() * std::f64::consts::TAU / COUNTS);
         }
     }
@@ -180,6 +181,30 @@ fn friction_and_a_rotor_are_written_and_nothing_is_missing_then() {
     let written = corrections.write("arm.urdf", URDF).expect("writes");
     assert!(written.left_out.len() == 1 && written.left_out[0].contains("rotor inertia of joint \"lift\""), "{:?}", written.left_out);
     assert_eq!(named(&judged(&robot("arm.urdf", &written.text), &log, &[])), ["motor-inertia lift"]);
+}
+
+/// A spring with its rest, and dry friction that turns with the joint where the engine's would turn before it.
+#[test]
+fn a_spring_and_friction_are_written_into_an_mjcf_as_the_engine_takes_them() {
+    let body = |name: &str, axis: &str, at: &str, inertial: &str, inside: &str| {
+        format!("<body name=\"{name}_body\" pos=\"{at}\"><inertial {inertial}/><joint name=\"{name}\" axis=\"{axis}\"/>{inside}</body>")
+    };
+    let fore = body("bend", "0 1 0", "0.3 0 0", "pos=\"0.12 0.01 0\" mass=\"1.5\" diaginertia=\"0.002 0.012 0.012\"", "");
+    let upper = body("lift", "0 1 0", "0 0 0.25", "pos=\"0.15 0 0\" mass=\"3\" diaginertia=\"0.004 0.03 0.03\"", &fore);
+    let arm = body("turn", "0 0 1", "0 0 0", "pos=\"0 0.01 0.1\" mass=\"4\" diaginertia=\"0.03 0.03 0.02\"", &upper);
+    let text = format!("<mujoco><worldbody>{arm}</worldbody></mujoco>");
+    let config = robot("arm.xml", &text);
+    let mut truth = config.clone();
+    (truth.joints[1].stiffness_nm_per_rad, truth.joints[1].spring_rest_rad, truth.joints[2].coulomb_nm) = (6.0, 0.4, 0.5);
+    let log = logged(&truth.chain().expect("builds"), as_in_the_file(&truth), 3);
+    let (diagnosis, corrections) = found(&config, &log, &[]);
+    assert_eq!(named(&diagnosis), ["cable-force lift", "coulomb-friction bend"]);
+    let written = corrections.write("arm.xml", &text).expect("writes");
+    assert!(written.left_out.is_empty(), "{:?}", written.left_out);
+    for word in ["stiffness=\"", "springref=\"", "frictionloss=\"", "solreffriction=\"0.004 1\""] {
+        assert!(written.text.contains(word), "{word} {}", written.patch);
+    }
+    keeps_its_promise("arm.xml", &written, &log, &diagnosis);
 }
 
 #[test]

@@ -3,12 +3,21 @@
 use super::{Card, Form, JointCause, Shape, Told, each_joint, geometric};
 use crate::column::Column;
 use ndof_models::robot::Robot;
+use std::f64::consts::TAU;
+
+/// Time by which dry friction turns ahead where it is a soft constraint, five times as soft as MuJoCo's by default (s).
+const SOFTEST_S: f64 = 0.05;
+
+/// Dry friction as a soft constraint.
+fn soft(form: &Form, shape: &[f64]) -> Column {
+    Column::Soft { joint: form.joint.unwrap_or(0), ahead_s: shape[0], speed: shape[1] }
+}
 
 pub(super) static CAUSE: JointCause = JointCause {
     card: Card {
         name: "coulomb-friction",
         what: "dry friction, with Stribeck's higher level near rest where the data show it",
-        equation: "τ = [F_c + (F_s − F_c) exp(−(q̇/v_s)²)] sign q̇, or F_c tanh(q̇/v_t) where the sign turns over a speed",
+        equation: "τ = [F_c + (F_s − F_c) exp(−(q̇/v_s)²)] sign q̇, or F_c tanh(q̇/v_t) where the sign turns over a speed, or F_c max(−1, min(1, (q̇ + t_a q̈)/v_t)) of a simulator with a soft constraint",
         side: "joint",
         look_alikes: &["gear-hysteresis", "viscous-friction", "load-friction"],
         next_experiment: "slow and fast stretches over the same path: dry friction is the same in both",
@@ -17,14 +26,37 @@ pub(super) static CAUSE: JointCause = JointCause {
         each_joint(scene, |j| {
             let file = scene.chain.joints().coulomb[j];
             let level = || Told::new("level_nm", "N m", 0).on_top_of(file).positive();
-            let mut forms = vec![Form::new(&CAUSE, Some(j), vec![Column::Sign(j)], vec![level()])];
             let scale = &scene.joints[j];
+            let own = if file > 0.0 { scene.own_turn(j) } else { Column::Sign(j) };
+            let mut forms = vec![Form::new(&CAUSE, Some(j), vec![own.clone()], vec![level()])];
+            // The file's own may turn otherwise: what is added and what is taken off are one level.
+            let whole = || Told { parts: vec![(0, 1.0), (1, 1.0)], ..level() };
+            if own != Column::Sign(j) {
+                forms.push(Form::new(&CAUSE, Some(j), vec![own.clone(), Column::Sign(j)], vec![whole()]));
+            }
+            // From what the noise over which the sign is smoothed hides to an eighth of a period, where it is of the acceleration as much as of the speed.
+            let times = [scale.speed_noise / scale.speed / TAU / scale.pace_hz, SOFTEST_S.min(0.125 / scale.pace_hz)];
+            let speeds = [scale.speed_noise, 0.25 * scale.speed];
+            for time in geometric(times[0], times[1], 3) {
+                for speed in geometric(speeds[0], speeds[1], 3) {
+                    let shapes = vec![
+                        Shape { name: "ahead_s", unit: "s", value: time, bounds: times },
+                        Shape { name: "turning_speed_rad_per_s", unit: "rad/s", value: speed, bounds: speeds },
+                    ];
+                    forms.push(if file > 0.0 {
+                        let form = Form::new(&CAUSE, Some(j), vec![own.clone()], vec![whole()]);
+                        form.shaped(shapes, |form, shape| vec![form.columns[0].clone(), soft(form, shape)])
+                    } else {
+                        Form::new(&CAUSE, Some(j), vec![], vec![level()]).shaped(shapes, |form, shape| vec![soft(form, shape)])
+                    });
+                }
+            }
             // From where the noise of the rate hides it no more to where it is a viscous friction that thins.
             let (least, most) = (2.0 * scale.speed_noise, 0.25 * scale.speed);
             for value in geometric(least, most, 5) {
                 let shape = Shape { name: "turning_speed_rad_per_s", unit: "rad/s", value, bounds: [least, most] };
                 let form = Form::new(&CAUSE, Some(j), vec![], vec![level()]);
-                forms.push(form.shaped(shape, |form, shape| vec![Column::Turn { joint: form.joint.unwrap_or(0), speed: shape[0] }]));
+                forms.push(form.shaped(vec![shape], |form, shape| vec![Column::Turn { joint: form.joint.unwrap_or(0), speed: shape[0] }]));
             }
             // From where the sign is certain, three deviations of the noise to each side, to where the excess is no longer one near rest.
             let (least, most) = (6.0 * scale.speed_noise, 0.5 * scale.speed);
@@ -34,7 +66,7 @@ pub(super) static CAUSE: JointCause = JointCause {
                 // An excess: what is less at rest than in motion is no dry friction.
                 let excess = Told { hidden: true, ..Told::new("excess_nm", "N m", 1).positive() };
                 let form = Form::new(&CAUSE, Some(j), vec![], vec![level(), at_rest, excess]);
-                forms.push(form.shaped(shape, |form, shape| {
+                forms.push(form.shaped(vec![shape], |form, shape| {
                     let joint = form.joint.unwrap_or(0);
                     vec![Column::Sign(joint), Column::Stribeck { joint, velocity: shape[0] }]
                 }));

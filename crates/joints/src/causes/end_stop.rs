@@ -30,7 +30,7 @@ pub(super) static CAUSE: JointCause = JointCause {
                     } else {
                         |form, shape| vec![Column::Stop { joint: form.joint.unwrap_or(0), from: shape[0], above: false }]
                     };
-                    Form::new(&CAUSE, Some(j), vec![], vec![told]).shaped(shape, reshape)
+                    Form::new(&CAUSE, Some(j), vec![], vec![told]).shaped(vec![shape], reshape)
                 })
             };
             forms(true).chain(forms(false)).collect()

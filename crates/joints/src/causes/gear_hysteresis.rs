@@ -24,7 +24,7 @@ pub(super) static CAUSE: JointCause = JointCause {
                 .map(|value| {
                     let shape = Shape { name: "way_rad", unit: "rad", value, bounds: [least, most] };
                     Form::new(&CAUSE, Some(j), vec![], vec![Told::new("level_nm", "N m", 0).positive()])
-                        .shaped(shape, |form, shape| vec![Column::Slip { joint: form.joint.unwrap_or(0), way: shape[0] }])
+                        .shaped(vec![shape], |form, shape| vec![Column::Slip { joint: form.joint.unwrap_or(0), way: shape[0] }])
                 })
                 .collect()
         })

@@ -99,6 +99,8 @@ pub(crate) struct Told {
     pub file: f64,
     /// Factors and their weights.
     pub parts: Vec<(usize, f64)>,
+    /// The sum that it is over, where it is a ratio: its constant, factors and weights.
+    pub over: Option<(f64, Vec<(usize, f64)>)>,
     /// Whether it is the inverse of this sum.
     pub inverse: bool,
     /// Whether there is none that is negative.
@@ -109,7 +111,7 @@ pub(crate) struct Told {
 
 impl Told {
     pub fn new(name: impl Into<String>, unit: &'static str, factor: usize) -> Self {
-        Told { name: name.into(), unit, file: 0.0, parts: vec![(factor, 1.0)], inverse: false, positive: false, hidden: false }
+        Told { name: name.into(), unit, file: 0.0, parts: vec![(factor, 1.0)], over: None, inverse: false, positive: false, hidden: false }
     }
 
     pub fn positive(self) -> Self {
@@ -122,7 +124,15 @@ impl Told {
 
     /// The sum of what the file says and what was found, before it is inverted.
     pub fn sum(&self, factors: &[f64]) -> f64 {
-        self.file + self.parts.iter().map(|(k, w)| w * factors[*k]).sum::<f64>()
+        let sum = |file: f64, parts: &[(usize, f64)]| file + parts.iter().map(|(k, w)| w * factors[*k]).sum::<f64>();
+        sum(self.file, &self.parts) / self.over.as_ref().map_or(1.0, |(file, parts)| sum(*file, parts))
+    }
+
+    /// How that changes with each factor.
+    pub fn slopes(&self, factors: &[f64]) -> Vec<(usize, f64)> {
+        let Some((file, parts)) = &self.over else { return self.parts.clone() };
+        let (over, ratio) = (file + parts.iter().map(|(k, w)| w * factors[*k]).sum::<f64>(), self.sum(factors));
+        self.parts.iter().map(|(k, w)| (*k, w / over)).chain(parts.iter().map(|(k, w)| (*k, -ratio * w / over))).collect()
     }
 }
 
@@ -131,11 +141,11 @@ impl Form {
         Form { cause, joint, columns, told, shape: Vec::new(), reshape: |form, _| form.columns.clone() }
     }
 
-    /// With a parameter that the columns hold.
-    pub fn shaped(self, shape: Shape, reshape: fn(&Form, &[f64]) -> Vec<Column>) -> Self {
-        let value = shape.value;
-        let mut form = Form { shape: vec![shape], reshape, ..self };
-        form.columns = reshape(&form, &[value]);
+    /// With parameters that the columns hold.
+    pub fn shaped(self, shape: Vec<Shape>, reshape: fn(&Form, &[f64]) -> Vec<Column>) -> Self {
+        let values: Vec<f64> = shape.iter().map(|s| s.value).collect();
+        let mut form = Form { shape, reshape, ..self };
+        form.columns = reshape(&form, &values);
         form
     }
 
@@ -153,6 +163,11 @@ impl Form {
     pub fn allows(&self, factors: &[f64]) -> bool {
         let near = |(column, factor): (&Column, &f64)| column.factor().is_none_or(|own| (1.0 / NEAR..NEAR).contains(&(factor / own)));
         self.told.iter().all(|t| !t.positive || t.sum(factors) > 0.0) && self.columns.iter().zip(factors).all(near)
+    }
+
+    /// "coulomb-friction at elbow".
+    pub fn words(&self, joints: &[String]) -> String {
+        self.joint.map_or_else(|| self.cause.card.name.to_owned(), |j| format!("{} at {}", self.cause.card.name, joints[j]))
     }
 
     /// Whether two forms are of one cause at one place.

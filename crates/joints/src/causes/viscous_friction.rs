@@ -24,7 +24,7 @@ pub(super) static CAUSE: JointCause = JointCause {
                 let shape = Shape { name: "thinning_speed_rad_per_s", unit: "rad/s", value, bounds };
                 forms.push(
                     Form::new(&CAUSE, Some(j), vec![], vec![told.clone()])
-                        .shaped(shape, |form, shape| vec![Column::Thinning { joint: form.joint.unwrap_or(0), speed: shape[0] }]),
+                        .shaped(vec![shape], |form, shape| vec![Column::Thinning { joint: form.joint.unwrap_or(0), speed: shape[0] }]),
                 );
             }
             forms
