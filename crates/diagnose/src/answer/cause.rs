@@ -12,6 +12,14 @@ use statrs::distribution::{ChiSquared, ContinuousCDF};
 const CONFUSABLE: f64 = 3.0;
 
 impl Cause {
+    /// A name is given where it is more likely right than wrong.
+    pub const LIKELY: f64 = 0.5;
+
+    /// Whether its name is more likely right than wrong.
+    pub fn is_likely(&self) -> bool {
+        self.probability >= Cause::LIKELY
+    }
+
     /// Lets its probability be no more than this.
     pub(super) fn believe_at_most(&mut self, most: f64) {
         self.at_most = self.at_most.min(most);

@@ -2,6 +2,7 @@
 
 use super::material::Answer;
 use crate::generic;
+use crate::result::Cause;
 use crate::search::Chosen;
 use crate::unseen::Rest;
 
@@ -9,8 +10,6 @@ use crate::unseen::Rest;
 const MINOR: f64 = 0.05;
 /// its size is below this share of the largest.
 const SMALL: f64 = 0.2;
-/// A name is given where it is more likely right than wrong.
-const LIKELY: f64 = 0.5;
 /// Share of a free run's error (its power) below which another one is clearly better.
 const CLEARLY: f64 = 0.97;
 /// Beyond this share of the tolerance a prediction has to change where what is corrected is only a channel.
@@ -87,7 +86,7 @@ impl Answer<'_> {
             return Some(format!("it changes the prediction by {:.2} % of the output: below the tolerance", 100.0 * change));
         }
         let probability = self.features(group).probability();
-        if probability < LIKELY {
+        if probability < Cause::LIKELY {
             return Some(format!("its name is right with a probability of {probability:.2} only"));
         }
         let (worth, size) = top;

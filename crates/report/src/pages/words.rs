@@ -114,7 +114,7 @@ fn listed<'a>(causes: impl Iterator<Item = (&'a str, &'a str)>) -> String {
 
 /// The diagnosis in one sentence.
 pub fn sentence(d: &Diagnosis) -> String {
-    let Some(first) = d.causes.first() else {
+    let Some(first) = d.causes.iter().find(|c| c.is_likely()).or(d.causes.first()) else {
         return match d.verdict {
             Verdict::Adequate => "The simulation is adequate: nothing beyond the tolerance is missing.".to_owned(),
             _ => format!("{} the simulation misses something that none of the known causes explains.", place(&d.discrepancy.by_band)),
@@ -133,8 +133,11 @@ pub fn sentence(d: &Diagnosis) -> String {
     };
     let unsure = if first.probability < 0.5 { "perhaps " } else { "" };
     let mut text = format!("{} {what}{with}: {unsure}{name}{of}{at} {share}.", place(&d.discrepancy.by_band));
-    if d.causes.len() > 1 {
-        text += &format!(" With it: {}.", listed(d.causes[1..].iter().map(|c| (c.effect.as_str(), c.site.axis.as_str()))));
+    for (words, likely) in [("With it", true), ("Also possible", false)] {
+        let others = listed(d.causes.iter().filter(|c| !std::ptr::eq(*c, first) && c.is_likely() == likely).map(|c| (c.effect.as_str(), c.site.axis.as_str())));
+        if !others.is_empty() {
+            text += &format!(" {words}: {others}.");
+        }
     }
     if !matches!(d.verdict, Verdict::Explained | Verdict::Adequate) {
         text += " Something is left that none of the known causes explains.";
