@@ -1,6 +1,6 @@
 //! `ndof diagnose --robot` from outside: what a robot's own file, or its simulator, gets wrong in a log of its joints.
 
-use crate::support::{ARM_URDF, csv, json, noise, refuse, succeed};
+use crate::support::{ARM_URDF, csv, json, ndof, noise, refuse, succeed};
 use serde_json::Value;
 use std::path::Path;
 
@@ -117,4 +117,46 @@ fn what_cannot_be_judged_is_refused_with_what_to_do() {
     log(folder.path(), "one.csv", |_, v, _| 0.1 * v);
     log(folder.path(), "two.csv", |_, v, _| 0.2 * v);
     assert!(said(&["--robot", "arm.urdf", "--simulated", "one.csv", "two.csv"]).contains("1 measured recordings and 2 simulated ones"));
+}
+
+#[test]
+fn what_is_wrong_with_a_robot_s_file_is_said_with_its_place_and_what_to_do() {
+    let folder = tempfile::tempdir().expect("a folder");
+    log(folder.path(), "log.csv", |_, _, _| 0.0);
+    let said = |text: &[u8]| {
+        std::fs::write(folder.path().join("wrong.urdf"), text).expect("written");
+        let message = refuse(folder.path(), &["diagnose", "log.csv", "--robot", "wrong.urdf"]);
+        assert!(!message.contains("simulating") && message.contains("wrong.urdf"), "{message}");
+        message
+    };
+    assert!(said(ARM_URDF.replace("<robot", "<robot xmlns:xacro=\"x\"").replacen("value=\"", "value=\"${m} ", 1).as_bytes()).contains("run xacro first"));
+    let latin: Vec<u8> = ARM_URDF.replacen("<link", "<!-- \u{e9} --><link", 1).chars().map(|c| c as u8).collect();
+    assert!(said(&latin).contains("not UTF-8 but probably Latin-1"));
+    let wide: Vec<u8> = std::iter::once(0xfeff).chain(ARM_URDF.encode_utf16()).flat_map(u16::to_le_bytes).collect();
+    assert!(said(&wide).contains("line 1: the text is not UTF-8 but UTF-16"));
+}
+
+#[test]
+fn a_joint_log_without_a_robot_says_what_is_missing() {
+    let folder = tempfile::tempdir().expect("a folder");
+    log(folder.path(), "log.csv", |_, _, _| 0.0);
+    let told = |arguments: &[&str]| String::from_utf8_lossy(&ndof(folder.path(), &[&["diagnose", "log.csv"], arguments].concat()).stderr).into_owned();
+    assert!(told(&[]).contains("warning[no-robot]") && told(&[]).contains("--robot"), "{}", told(&[]));
+    assert!(!told(&["--robot", "arm.urdf"]).contains("no-robot"));
+}
+
+/// With a finger that slides on the hand and is not in the log.
+#[test]
+fn a_gripper_that_is_not_logged_is_held_still_with_a_note() {
+    let folder = tempfile::tempdir().expect("a folder");
+    log(folder.path(), "log.csv", |_, _, _| 0.0);
+    let tip = ARM_URDF.rsplit_once("<child link=\"").and_then(|(_, rest)| rest.split_once('"')).expect("a last link").0;
+    let finger = format!(
+        "<link name=\"finger\"/><joint name=\"slide\" type=\"prismatic\"><parent link=\"{tip}\"/><child link=\"finger\"/><mimic joint=\"elbow\"/></joint></robot>"
+    );
+    std::fs::write(folder.path().join("grip.urdf"), ARM_URDF.replace("</robot>", &finger)).expect("written");
+    let found = json(folder.path(), &["diagnose", "log.csv", "--robot", "grip.urdf"]);
+    let warned =
+        found["warnings"].as_array().expect("a list").iter().any(|w| w["code"] == "robot-file" && w["message"].as_str().is_some_and(|m| m.contains("slide")));
+    assert!(warned && found["verdict"] == "adequate", "{} {}", found["verdict"], found["warnings"]);
 }

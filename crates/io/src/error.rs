@@ -54,7 +54,7 @@ pub enum IoError {
     #[error("{file}: {what}: {found}, the limit is {limit}; {remedy}")]
     TooLarge { file: String, what: &'static str, found: u64, limit: u64, remedy: &'static str },
     /// The bytes of a text file are not UTF-8.
-    #[error("{file}, line {line}: the text is not UTF-8 (byte 0x{byte:02x}); save the file as UTF-8")]
+    #[error("{file}, line {line}: the text is not UTF-8 but {} (byte 0x{byte:02x}); save the file as UTF-8", encoding(*byte))]
     NotUtf8 { file: String, line: usize, byte: u8 },
     /// The first line holds numbers.
     #[error(
@@ -203,4 +203,9 @@ impl IoError {
             _ => false,
         }
     }
+}
+
+/// What a text is whose first byte that is no UTF-8 this is: the mark of UTF-16, or a letter of one byte.
+fn encoding(byte: u8) -> &'static str {
+    if byte >= 0xfe { "UTF-16" } else { "probably Latin-1 (Windows-1252)" }
 }

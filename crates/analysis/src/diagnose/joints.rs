@@ -33,7 +33,8 @@ pub(super) fn diagnose(
     let corrections = ndof_joints::corrections(&chain, &measured, &own, &diagnosis)?;
     let angles = trials.names(&ports.outputs);
     let concerns_others = |w: &Warning| OF_SPECTRA.contains(&w.code.as_str()) || w.code == "clipped" && angles.iter().any(|a| w.message.contains(a));
-    let warnings = trials.warnings.iter().filter(|w| !concerns_others(w)).cloned().chain(warning).collect();
+    let warnings = trials.warnings.iter().filter(|w| !concerns_others(w)).cloned().chain(warning);
+    let warnings = warnings.chain(robot.notes.iter().map(of_file)).collect();
     let result = DiagnosisResult {
         head: Head::new(DiagnosisResult::SCHEMA, "diagnose", warnings),
         settings: settings.recorded(),
@@ -42,6 +43,21 @@ pub(super) fn diagnose(
         diagnosis,
     };
     Ok(Diagnosed { trials: trials.clone(), result, pictures, corrections: Some(corrections), added })
+}
+
+/// What the robot's file has and is not read as it stands.
+fn of_file(note: &String) -> Warning {
+    Warning::new("robot-file", note, "look whether it is so, or choose the end of the chain with `tip`")
+}
+
+/// That these are the torques and angles of several joints, which are judged by a robot's file where there is one.
+pub(super) fn no_robot(trials: &Trials) -> Option<Warning> {
+    let recording = &trials.trials[0].recording;
+    let joints =
+        |channels: &[usize], prefix: &str| -> Option<Vec<&str>> { channels.iter().map(|c| recording.channels()[*c].name.strip_prefix(prefix)).collect() };
+    let [torques, angles] = [joints(&trials.roles.ports.inputs, "torque_")?, joints(&trials.roles.ports.outputs, "angle_")?];
+    let message = || format!("torques and angles of the joints {}, and no robot: joints are taken as axes of a limb about one posture", torques.join(", "));
+    (torques.len() > 1 && torques == angles).then(|| Warning::new("no-robot", message(), "give the robot's URDF, MJCF or TOML with `robot`"))
 }
 
 /// Recordings of these channels alone, in this order.

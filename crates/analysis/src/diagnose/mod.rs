@@ -103,7 +103,8 @@ pub fn diagnose(trials: &Trials, settings: &Diagnose, progress: &mut dyn FnMut(&
     if let Some(file) = &settings.baseline {
         found = robot_side(found, file, &recordings, trials.sample_rate_hz(), ports, &options, progress)?;
     }
-    Ok(answered(trials, settings, found, pictures, vec![]))
+    let warning = joints::no_robot(trials).filter(|_| settings.baseline.is_none() && settings.kinematics.is_none());
+    Ok(answered(trials, settings, found, pictures, warning.into_iter().collect()))
 }
 
 /// The answer to a question of forces and motions.

@@ -17,12 +17,21 @@ pub fn read<T: DeserializeOwned>(path: &Path) -> Result<T, AnalysisError> {
 /// A file's name as errors give it, and its text.
 ///
 /// # Errors
-/// [`AnalysisError::Read`] if there is no such file, or no text in it.
+/// [`AnalysisError::Read`] if there is no such file, [`ndof_io::IoError::NotUtf8`] with what it seems to be where it is text of another kind.
 pub fn read_text(path: &Path) -> Result<(String, String), AnalysisError> {
     let file = path.display().to_string();
-    match std::fs::read_to_string(path) {
-        Ok(text) => Ok((file, text)),
-        Err(source) => Err(AnalysisError::Read { file, source }),
+    let bytes = match std::fs::read(path) {
+        Ok(bytes) => bytes,
+        Err(source) => return Err(AnalysisError::Read { file, source }),
+    };
+    let bytes = bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(&bytes);
+    match std::str::from_utf8(bytes) {
+        Ok(text) => Ok((file, text.to_owned())),
+        Err(wrong) => {
+            let at = wrong.valid_up_to();
+            let line = 1 + bytes[..at].iter().filter(|b| **b == b'\n').count();
+            Err(ndof_io::IoError::NotUtf8 { file, line, byte: bytes[at] }.into())
+        }
     }
 }
 

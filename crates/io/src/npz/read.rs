@@ -21,7 +21,8 @@ pub(crate) fn read(bytes: &[u8], file: &str) -> Result<Table, IoError> {
 /// The arrays of an NPZ file by name, as bytes.
 pub(crate) fn arrays_of(bytes: &[u8], file: &str) -> Result<Vec<(String, Vec<u8>)>, IoError> {
     let damaged = |what: String| IoError::Damaged { file: file.to_owned(), format: NPZ, what };
-    let mut archive = ZipArchive::new(Cursor::new(bytes)).map_err(|e| damaged(format!("the archive cannot be opened ({e}); it may be cut off")))?;
+    let mut archive =
+        ZipArchive::new(Cursor::new(bytes)).map_err(|e| IoError::Damaged { file: file.to_owned(), format: "ZIP", what: format!("it is incomplete ({e})") })?;
     if archive.len() > MAX_ENTRIES {
         return Err(IoError::too_large(file, "arrays", archive.len(), MAX_ENTRIES, "save one array a channel"));
     }

@@ -77,7 +77,7 @@ impl RobotMotion {
         let found = excite(&chain, &limits, &search)?;
         let samples = (duration_s * rate_hz).round();
         let result = ExcitationResult {
-            head: Head::new(ExcitationResult::SCHEMA, "design", warnings(&unlimited)),
+            head: Head::new(ExcitationResult::SCHEMA, "design", warnings(&unlimited, &robot.notes)),
             settings: self.clone(),
             robot: robot.name.clone(),
             sample_rate_hz: rate_hz,
@@ -99,12 +99,13 @@ impl RobotMotion {
     }
 }
 
-fn warnings(unlimited: &[String]) -> Vec<Warning> {
+fn warnings(unlimited: &[String], notes: &[String]) -> Vec<Warning> {
     let mut warnings = vec![Warning::new(
         "collisions",
         "nothing is known here of what the links may touch".to_owned(),
         "look at the motion in a simulation first, and play it slowly before it is played at speed",
     )];
+    warnings.extend(notes.iter().map(|note| Warning::new("robot-file", note.clone(), "look whether it is so, or choose the end of the chain with `tip`")));
     if !unlimited.is_empty() {
         warnings.push(Warning::new(
             "no-range",

@@ -156,10 +156,10 @@ fn limb(text: &str) -> Result<LooseLimb, String> {
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields, default, rename_all = "kebab-case")]
 pub struct RobotMotion {
-    /// Design a motion of this robot's joints that tells its inertial parameters and friction: a URDF or TOML file
+    /// Design a motion of this robot's joints that tells its inertial parameters and friction: a URDF, MJCF or TOML file
     #[cfg_attr(feature = "clap", arg(long, value_name = "FILE", conflicts_with_all = ["experiment", "precompensate"]))]
     pub robot: Option<PathBuf>,
-    /// The link at the end of the chain, where a URDF has several
+    /// The link at the end of the chain, where a URDF or MJCF has several
     #[cfg_attr(feature = "clap", arg(long, value_name = "LINK", requires = "robot"))]
     pub tip: Option<String>,
     /// Largest speed (rad/s, m/s) of all joints, or of each; the file's holds where it is lower
