@@ -260,16 +260,18 @@ impl Answer<'_> {
         let mine = [self.fitted, self.held].map(|view| losses(view, &residual(view, self.model)));
         places
             .into_iter()
-            .map(|f| {
+            .filter_map(|f| {
                 let mut forms = less.forms.clone();
                 forms.push(self.forms[f].clone());
                 let mut rival = Model::fit(self.fitted, &forms, &less.logged);
+                // A spring that rests turns away, or a friction that pushes, rivals nothing.
+                self.forms[f].allows(rival.factors.last()?).then_some(())?;
                 gears::begin(self.fitted, self.held, &mut rival);
                 let theirs = [self.fitted, self.held].map(|view| losses(view, &residual(view, &rival)));
                 let penalty = 0.5 * (self.forms[f].columns.len() as f64 - own.columns.len() as f64) * (table.samples as f64).ln();
                 let blocks: Vec<f64> = theirs.iter().flatten().zip(mine.iter().flatten()).map(|(a, b)| a - b).collect();
                 let sum = Sum::of(&blocks);
-                (f, Sum { value: sum.value + penalty, ..sum }.positive())
+                Some((f, Sum { value: sum.value + penalty, ..sum }.positive()))
             })
             .collect()
     }

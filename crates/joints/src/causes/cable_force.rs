@@ -2,6 +2,7 @@
 
 use super::{Card, Form, JointCause, Told, each_joint};
 use crate::column::Column;
+use std::f64::consts::TAU;
 
 pub(super) static CAUSE: JointCause = JointCause {
     card: Card {
@@ -22,7 +23,11 @@ pub(super) static CAUSE: JointCause = JointCause {
             // Together with the file's own it is one spring: its stiffness, and what it pulls at nought over that.
             let ([stiffness, rest], middle) = (scene.chain.springs()[j], 0.5 * (low + high));
             let (spring, pulls) = (vec![(1, 1.0 / half)], vec![(0, -1.0), (1, middle / half)]);
-            let at_rest = Told { file: stiffness * rest, parts: pulls, over: Some((stiffness, spring.clone())), ..Told::new("rest_rad", "rad", 0) };
+            // A joint that turns is at most a turn from where its spring rests: what pulls alike everywhere is an offset.
+            let turn = if scene.chain.slides(j) { f64::INFINITY } else { TAU };
+            let reach = [low - turn, high + turn];
+            let at_rest =
+                Told { file: stiffness * rest, parts: pulls, over: Some((stiffness, spring.clone())), ..Told::new("rest_rad", "rad", 0) }.within(reach);
             let spring = Told { file: stiffness, parts: spring, ..Told::new("spring_nm_per_rad", "N m/rad", 1).positive() };
             // What rests elsewhere pulls in the middle: as an offset of the sensor it would be a second cause.
             let powers = |most: i32| (1..=most).map(|power| Column::Power { joint: j, power }).collect::<Vec<_>>();

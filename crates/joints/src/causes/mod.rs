@@ -103,19 +103,36 @@ pub(crate) struct Told {
     pub over: Option<(f64, Vec<(usize, f64)>)>,
     /// Whether it is the inverse of this sum.
     pub inverse: bool,
-    /// Whether there is none that is negative.
-    pub positive: bool,
+    /// It lies between these.
+    pub within: [f64; 2],
     /// Whether it follows from others and is not told.
     pub hidden: bool,
 }
 
 impl Told {
     pub fn new(name: impl Into<String>, unit: &'static str, factor: usize) -> Self {
-        Told { name: name.into(), unit, file: 0.0, parts: vec![(factor, 1.0)], over: None, inverse: false, positive: false, hidden: false }
+        Told {
+            name: name.into(),
+            unit,
+            file: 0.0,
+            parts: vec![(factor, 1.0)],
+            over: None,
+            inverse: false,
+            within: [f64::NEG_INFINITY, f64::INFINITY],
+            hidden: false,
+        }
     }
 
     pub fn positive(self) -> Self {
-        Told { positive: true, ..self }
+        self.within([0.0, f64::INFINITY])
+    }
+
+    pub fn within(self, within: [f64; 2]) -> Self {
+        Told { within, ..self }
+    }
+
+    fn lies_within(&self, sum: f64) -> bool {
+        self.within[0] < sum && sum < self.within[1]
     }
 
     pub fn on_top_of(self, file: f64) -> Self {
@@ -162,7 +179,7 @@ impl Form {
     /// Whether factors are those of something that exists.
     pub fn allows(&self, factors: &[f64]) -> bool {
         let near = |(column, factor): (&Column, &f64)| column.factor().is_none_or(|own| (1.0 / NEAR..NEAR).contains(&(factor / own)));
-        self.told.iter().all(|t| !t.positive || t.sum(factors) > 0.0) && self.columns.iter().zip(factors).all(near)
+        self.told.iter().all(|t| t.lies_within(t.sum(factors))) && self.columns.iter().zip(factors).all(near)
     }
 
     /// "coulomb-friction at elbow".
