@@ -188,6 +188,6 @@ fn the_same_recording_in_every_format_gives_the_same_bytes_of_result() {
 fn an_archive_that_is_cut_off_is_called_an_incomplete_zip() {
     let folder = tempfile::tempdir().expect("a folder");
     std::fs::write(folder.path().join("trials.zip"), [&b"PK\x03\x04"[..], &[0; 200]].concat()).expect("written");
-    let message = refuse(folder.path(), &["check", "trials.zip"]);
+    let message = refuse(folder.path(), &["estimate", "trials.zip"]);
     assert!(message.contains("damaged ZIP file: it is incomplete") && !message.contains("NPZ"), "{message}");
 }

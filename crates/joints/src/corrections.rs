@@ -120,6 +120,8 @@ impl Found {
                     self.correct(&cause.site.axis, Corrected::Rotor, value, &words(cause));
                 }
             }
+            // The file's spring is not there.
+            ("cable-force", Some(_)) if may_be_zero(cause, "spring_nm_per_rad") => self.correct(&cause.site.axis, Corrected::Stiffness, 0.0, &words(cause)),
             ("cable-force", Some(_)) if number(cause, "spring_nm_per_rad").is_some_and(|stiffness| stiffness > 0.0) => {
                 for (what, name) in [(Corrected::Stiffness, "spring_nm_per_rad"), (Corrected::SpringRest, "rest_rad")] {
                     if let Some(value) = number(cause, name) {
@@ -142,21 +144,18 @@ impl Found {
         let joints = self.chain.joints();
         let curve = Curve::of((joints.coulomb[joint], joints.viscous[joint]), causes);
         let name = joints.names[joint].clone();
-        if let Some(cause) = causes[0] {
-            let own = self.chain.soft_friction()[joint][0];
-            let found = cause.parameters.iter().find(|p| p.name == "ahead_s");
-            if !found.is_some_and(|p| p.ci95.is_some_and(|[low, high]| low <= own && own <= high)) {
-                let ahead = number(cause, "ahead_s").unwrap_or(0.0);
-                if ahead != own {
-                    self.correct(&name, Corrected::FrictionAhead, ahead, &words(cause));
-                }
+        // Where the file has dry friction, how it turns was not asked; where it has none, its format's own turn is not what was found.
+        if let Some(cause) = causes[0].filter(|_| joints.coulomb[joint] == 0.0) {
+            let ahead = number(cause, "ahead_s").unwrap_or(0.0);
+            if ahead != self.chain.soft_friction()[joint][0] {
+                self.correct(&name, Corrected::FrictionAhead, ahead, &words(cause));
             }
         }
         if !curve.is_curved() {
             for (cause, what, key) in [(causes[0], Corrected::Coulomb, "level_nm"), (causes[1], Corrected::Viscous, "viscous_nm_s_per_rad")] {
                 if let Some((cause, value)) = cause.and_then(|c| Some((c, number(c, key)?))) {
                     self.correct(&name, what, value, &words(cause));
-                    if number(cause, "turning_speed_rad_per_s").is_some() {
+                    if number(cause, "turning_speed_rad_per_s").is_some() && number(cause, "ahead_s").is_none() {
                         self.out
                             .left_out
                             .push(format!("{}: the speed over which its sign turns has no word in robots' files; its level is written", words(cause)));
@@ -303,6 +302,11 @@ impl Curve {
             _ => both,
         }
     }
+}
+
+/// Whether a parameter's interval has nothing in it.
+fn may_be_zero(cause: &Cause, name: &str) -> bool {
+    cause.parameters.iter().any(|p| p.name == name && p.ci95.is_some_and(|[low, high]| low <= 0.0 && 0.0 <= high))
 }
 
 fn number(cause: &Cause, name: &str) -> Option<f64> {

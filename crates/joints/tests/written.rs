@@ -1,6 +1,6 @@
 //! What a diagnosis promises is what the corrected file keeps: written back and judged again, nothing is missing.
 
-use ndof_devices::{RobotConfig, SerialChain, Written};
+use ndof_devices::{Corrected, RobotConfig, SerialChain, Written};
 use ndof_diagnose::{Diagnosis, Verdict};
 use ndof_joints::{Corrections, Options, corrections, diagnose};
 use ndof_models::robot::Robot;
@@ -205,6 +205,12 @@ fn a_spring_and_friction_are_written_into_an_mjcf_as_the_engine_takes_them() {
         assert!(written.text.contains(word), "{word} {}", written.patch);
     }
     keeps_its_promise("arm.xml", &written, &log, &diagnosis);
+    // A file that has dry friction says how it turns; another level says nothing of that.
+    truth.joints[2].coulomb_nm = 0.8;
+    let (more, level) = found(&robot("arm.xml", &written.text), &logged(&truth.chain().expect("builds"), as_in_the_file(&truth), 4), &[]);
+    assert_eq!(named(&more), ["coulomb-friction bend"]);
+    let asked: Vec<Corrected> = level.list.iter().map(|c| c.what).collect();
+    assert_eq!(asked, [Corrected::Coulomb]);
 }
 
 #[test]

@@ -152,8 +152,11 @@ pub(super) fn end_of<T: Copy + PartialEq>(ends: &[T], moved: impl Fn(T) -> Optio
 pub(super) fn held<'a>(names: impl Iterator<Item = &'a str>, tip: &str) -> Option<String> {
     let names: Vec<&str> = names.collect();
     let them = names.join(", ");
-    (!names.is_empty())
-        .then(|| format!("{them}: not on the way to \"{tip}\", and taken as held still at zero, with what they carry part of the body on which they hang"))
+    (!names.is_empty()).then(|| {
+        format!(
+            "{them}: not on the way to \"{tip}\", and taken as held still where the file has them, with what they carry part of the body on which they hang"
+        )
+    })
 }
 
 /// A robot without joints.

@@ -285,9 +285,12 @@ impl<'a> Model<'a> {
             Ok([0, 1].map(|k| given.get(k).copied().unwrap_or(absent[k])))
         };
         let ([time, damping], impedance) = (list("solreffriction", [0.02, 1.0])?, list("solimpfriction", [0.9, 0.95])?);
+        if time <= 0.0 && damping >= 0.0 {
+            return Err(format!("{} has a solreffriction without damping: nothing of its dry friction follows from the speed", joint.called()));
+        }
         // The engine keeps these, and times of two steps.
         let [least, most] = impedance.map(|d| d.clamp(1e-4, 0.9999));
-        let ahead = if time > 0.0 { 0.5 * most * time.max(2.0 * self.timestep_s()?) } else { most / (-damping).max(f64::MIN_POSITIVE) };
+        let ahead = if time > 0.0 { 0.5 * most * time.max(2.0 * self.timestep_s()?) } else { most / -damping };
         Ok([ahead, (1.0 - least) / least])
     }
 
@@ -333,7 +336,8 @@ impl<'a> Model<'a> {
                 continue;
             }
             let joint = joint_of(actuator).ok_or_else(|| format!("{} drives no joint; nothing else is read", actuator.called()))?;
-            if !self.joints().any(|j| j.name == joint) {
+            let floats = self.floating.iter().any(|body| has_joint(body, joint));
+            if !floats && !self.joints().any(|j| j.name == joint) {
                 return Err(format!("{} drives the joint \"{joint}\", which is not described", actuator.called()));
             }
         }
@@ -363,6 +367,11 @@ pub(super) fn gravity(root: &Element) -> Result<[f64; 3], String> {
 /// Whether a body is held by nothing.
 fn floats(body: &Element) -> bool {
     body.child("freejoint").is_some() || body.children("joint").any(|j| j.attribute("type") == Some("free"))
+}
+
+/// Whether a body or what it carries has this joint.
+fn has_joint(body: &Element, name: &str) -> bool {
+    body.children.iter().any(|e| if e.name == "body" { has_joint(e, name) } else { e.name.ends_with("joint") && e.attribute("name") == Some(name) })
 }
 
 fn joint_of(actuator: &Element) -> Option<&str> {

@@ -92,6 +92,13 @@ impl RobotConfig {
         let range = self.joints.iter().map(|j| j.range_rad.unwrap_or([f64::NEG_INFINITY, f64::INFINITY])).collect();
         let springs = self.joints.iter().map(|j| [j.stiffness_nm_per_rad, j.spring_rest_rad]).collect();
         let chain = SerialChain::new(links, self.end_effector.translation_m, self.gravity_m_per_s2, space, (home, range), joints)?;
+        for joint in &self.joints {
+            for (what, value) in [("friction_ahead_s", joint.friction_ahead_s), ("friction_softness", joint.friction_softness)] {
+                if !(value.is_finite() && value >= 0.0) {
+                    return Err(DeviceError::value(format!("{what} of joint \"{}\"", joint.name), value, "zero or more"));
+                }
+            }
+        }
         let soft: Vec<[f64; 2]> = self.joints.iter().map(|j| [j.friction_ahead_s, j.friction_softness]).collect();
         Ok(chain.with_springs(springs).with_soft_friction(&soft))
     }

@@ -59,8 +59,8 @@ impl SerialChain {
         if axes.is_empty() || axes.len() > links.len() {
             return Err(DeviceError::size("axes", axes.len(), format!("1 to {}, the number of joints", links.len())));
         }
-        let soft_friction = vec![[0.0; 2]; links.len()];
-        let chain = SerialChain { links, tip, gravity, space, home, range, axes, joints, springs: Vec::new(), soft_friction };
+        let nothing = vec![[0.0; 2]; links.len()];
+        let chain = SerialChain { links, tip, gravity, space, home, range, axes, joints, springs: nothing.clone(), soft_friction: nothing };
         chain.check()?;
         Ok(chain)
     }
@@ -70,9 +70,10 @@ impl SerialChain {
         &self.springs
     }
 
-    /// The same chain with these springs, one a joint.
+    /// The same chain with these springs, one a joint; joints beyond the list have none.
     #[must_use]
-    pub fn with_springs(self, springs: Vec<[f64; 2]>) -> Self {
+    pub fn with_springs(self, mut springs: Vec<[f64; 2]>) -> Self {
+        springs.resize(self.links.len(), [0.0; 2]);
         SerialChain { springs, ..self }
     }
 

@@ -47,11 +47,15 @@ pub(super) fn read(root: &Element, asked: Option<&str>) -> Result<RobotConfig, S
     Ok(config)
 }
 
+/// Whether xacro puts something in this element's place; what it only defines may have been left over.
+fn asks_for_more(name: &str) -> bool {
+    name.strip_prefix("xacro:").is_some_and(|what| !["property", "arg", "macro"].contains(&what))
+}
+
 /// What xacro has to expand before it is a URDF.
 fn unexpanded(element: &Element) -> Option<String> {
     let inner = element.attributes.iter().find(|a| a.value.contains("${") || a.value.contains("$("));
-    let what =
-        inner.map(|a| format!("{}=\"{}\" of {}", a.name, a.value, element.called())).or_else(|| element.name.starts_with("xacro:").then(|| element.called()));
+    let what = inner.map(|a| format!("{}=\"{}\" of {}", a.name, a.value, element.called())).or_else(|| asks_for_more(&element.name).then(|| element.called()));
     let place = what.map(|what| format!("{what} is of xacro, not of URDF; run xacro first: `xacro robot.urdf.xacro > robot.urdf`"));
     place.or_else(|| element.children.iter().find_map(unexpanded))
 }

@@ -181,7 +181,7 @@ impl Answer<'_> {
 
     /// Groups that are to be named, those that are not with the reason, and whether one of these matters and is not what its name says.
     fn sorted_out(&self, ends: &Ends) -> (Vec<Group>, Vec<(Group, String)>, bool) {
-        let (mut small, mut nameless) = (Vec::new(), false);
+        let (mut small, mut absent): (Vec<(Group, String)>, Vec<Vec<usize>>) = (Vec::new(), Vec::new());
         let mut left: Vec<usize> = (0..self.found.chosen.len()).collect();
         // One at a time, the least worth first: two that stand in for each other are small beside each other, and one of them alone is not.
         let mut named = loop {
@@ -189,16 +189,24 @@ impl Answer<'_> {
             let top = (groups.first().map_or(0.0, |g| g.worth), groups.iter().map(|g| g.size).fold(0.0, f64::max));
             let small_one = (0..groups.len()).rev().find_map(|k| Some((k, self.immaterial(&groups[k], top)?, false)));
             let absent_one = || (0..groups.len()).rev().find_map(|k| Some((k, self.absent(&groups[k])?, true)));
-            let Some((k, why, matters)) = small_one.or_else(absent_one) else { break groups };
-            nameless |= matters;
+            let Some((k, why, is_absent)) = small_one.or_else(absent_one) else { break groups };
             let group = groups.remove(k);
             left.retain(|q| !group.members.contains(q));
+            if is_absent {
+                absent.push(group.members.clone());
+            }
             small.push((group, why));
         };
         // What helps to predict data that no fit saw in no way is not named.
         while let Some((idle, why)) = self.idle(&named, ends) {
             small.push((named.remove(idle), why));
         }
+        // What it was found by may be there no more beside what is named.
+        let matters = |members: &Vec<usize>| {
+            let beside: Vec<usize> = named.iter().flat_map(|g| &g.members).chain(members).copied().collect();
+            self.groups(&beside).iter().any(|g| g.members == *members && g.worth > 0.0 && self.immaterial(g, (0.0, 0.0)).is_none())
+        };
+        let nameless = absent.iter().any(matters);
         (named, small, nameless)
     }
 }

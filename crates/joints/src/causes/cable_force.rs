@@ -25,10 +25,12 @@ pub(super) static CAUSE: JointCause = JointCause {
             let (spring, pulls) = (vec![(1, 1.0 / half)], vec![(0, -1.0), (1, middle / half)]);
             // A joint that turns is at most a turn from where its spring rests: what pulls alike everywhere is an offset.
             let turn = if scene.chain.slides(j) { f64::INFINITY } else { TAU };
-            let reach = [low - turn, high + turn];
+            let anywhere = [f64::NEG_INFINITY, f64::INFINITY];
+            // A file's spring that is not there rests nowhere.
+            let (reach, some) = if stiffness > 0.0 { (anywhere, anywhere) } else { ([low - turn, high + turn], [0.0, f64::INFINITY]) };
             let at_rest =
                 Told { file: stiffness * rest, parts: pulls, over: Some((stiffness, spring.clone())), ..Told::new("rest_rad", "rad", 0) }.within(reach);
-            let spring = Told { file: stiffness, parts: spring, ..Told::new("spring_nm_per_rad", "N m/rad", 1).positive() };
+            let spring = Told { file: stiffness, parts: spring, ..Told::new("spring_nm_per_rad", "N m/rad", 1) }.within(some);
             // What rests elsewhere pulls in the middle: as an offset of the sensor it would be a second cause.
             let powers = |most: i32| (1..=most).map(|power| Column::Power { joint: j, power }).collect::<Vec<_>>();
             let told = (0..3).map(|k| Told::new(format!("force_{}_nm", k + 1), "N m", k)).collect();

@@ -29,26 +29,17 @@ pub(super) static CAUSE: JointCause = JointCause {
             let scale = &scene.joints[j];
             let own = if file > 0.0 { scene.own_turn(j) } else { Column::Sign(j) };
             let mut forms = vec![Form::new(&CAUSE, Some(j), vec![own.clone()], vec![level()])];
-            // The file's own may turn otherwise: what is added and what is taken off are one level.
-            let whole = || Told { parts: vec![(0, 1.0), (1, 1.0)], ..level() };
-            if own != Column::Sign(j) {
-                forms.push(Form::new(&CAUSE, Some(j), vec![own.clone(), Column::Sign(j)], vec![whole()]));
-            }
             // From what the noise over which the sign is smoothed hides to an eighth of a period, where it is of the acceleration as much as of the speed.
+            // Where the file has one, what is added turns as that does.
             let times = [scale.speed_noise / scale.speed / TAU / scale.pace_hz, SOFTEST_S.min(0.125 / scale.pace_hz)];
             let speeds = [scale.speed_noise, 0.25 * scale.speed];
-            for time in geometric(times[0], times[1], 3) {
+            for time in if file > 0.0 { vec![] } else { geometric(times[0], times[1], 3) } {
                 for speed in geometric(speeds[0], speeds[1], 3) {
                     let shapes = vec![
                         Shape { name: "ahead_s", unit: "s", value: time, bounds: times },
                         Shape { name: "turning_speed_rad_per_s", unit: "rad/s", value: speed, bounds: speeds },
                     ];
-                    forms.push(if file > 0.0 {
-                        let form = Form::new(&CAUSE, Some(j), vec![own.clone()], vec![whole()]);
-                        form.shaped(shapes, |form, shape| vec![form.columns[0].clone(), soft(form, shape)])
-                    } else {
-                        Form::new(&CAUSE, Some(j), vec![], vec![level()]).shaped(shapes, |form, shape| vec![soft(form, shape)])
-                    });
+                    forms.push(Form::new(&CAUSE, Some(j), vec![], vec![level()]).shaped(shapes, |form, shape| vec![soft(form, shape)]));
                 }
             }
             // From where the noise of the rate hides it no more to where it is a viscous friction that thins.

@@ -31,6 +31,13 @@ impl Effect for SensorScale {
     }
 
     fn injection(&self, parameters: &Parameters, _setting: &Setting) -> Result<Injection, EffectError> {
+        if parameters.text(RELATIVE.name).is_some() {
+            return Err(EffectError::Kind {
+                effect: CARD.name,
+                parameter: RELATIVE.name,
+                expected: "left out: answers alone have it, and a gain is hidden in one channel",
+            });
+        }
         let factor = parameters.number(CARD.name, &FACTOR)?;
         Ok(Injection::Stage(Box::new(move |sample: f64| factor * sample)))
     }

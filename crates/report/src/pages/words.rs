@@ -131,7 +131,7 @@ pub fn sentence(d: &Diagnosis) -> String {
         Some(share) if share >= 0.01 => format!("explains {:.0} % of what the simulation missed", 100.0 * share),
         _ => "is part of what the simulation missed".to_owned(),
     };
-    let unsure = if first.probability < 0.5 { "perhaps " } else { "" };
+    let unsure = if !first.is_likely() { "perhaps " } else { "" };
     let mut text = format!("{} {what}{with}: {unsure}{name}{of}{at} {share}.", place(&d.discrepancy.by_band));
     for (words, likely) in [("With it", true), ("Also possible", false)] {
         let others = listed(d.causes.iter().filter(|c| !std::ptr::eq(*c, first) && c.is_likely() == likely).map(|c| (c.effect.as_str(), c.site.axis.as_str())));
