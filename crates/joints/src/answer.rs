@@ -252,26 +252,26 @@ impl Answer<'_> {
             .collect();
         by.sort_by(|a, b| b.1.total_cmp(&a.1));
         let mut places: Vec<usize> = Vec::new();
+        // A spring that rests turns away, or a friction that pushes, rivals nothing; of a gear the data choose the compliance.
+        let possible = |f: usize| self.forms[f].gear().is_some() || self.forms[f].allows(&solved.with(table, &table.columns[f]).of(&table.columns[f]));
         for (f, worth) in by {
-            if worth > 0.0 && places.len() < RIVALS && !places.iter().any(|p| self.forms[*p].same_place(&self.forms[f])) {
+            if worth > 0.0 && possible(f) && places.len() < RIVALS && !places.iter().any(|p| self.forms[*p].same_place(&self.forms[f])) {
                 places.push(f);
             }
         }
         let mine = [self.fitted, self.held].map(|view| losses(view, &residual(view, self.model)));
         places
             .into_iter()
-            .filter_map(|f| {
+            .map(|f| {
                 let mut forms = less.forms.clone();
                 forms.push(self.forms[f].clone());
                 let mut rival = Model::fit(self.fitted, &forms, &less.logged);
-                // A spring that rests turns away, or a friction that pushes, rivals nothing.
-                self.forms[f].allows(rival.factors.last()?).then_some(())?;
                 gears::begin(self.fitted, self.held, &mut rival);
                 let theirs = [self.fitted, self.held].map(|view| losses(view, &residual(view, &rival)));
                 let penalty = 0.5 * (self.forms[f].columns.len() as f64 - own.columns.len() as f64) * (table.samples as f64).ln();
                 let blocks: Vec<f64> = theirs.iter().flatten().zip(mine.iter().flatten()).map(|(a, b)| a - b).collect();
                 let sum = Sum::of(&blocks);
-                Some((f, Sum { value: sum.value + penalty, ..sum }.positive()))
+                (f, Sum { value: sum.value + penalty, ..sum }.positive())
             })
             .collect()
     }
