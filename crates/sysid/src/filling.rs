@@ -58,10 +58,10 @@ impl Filling<Complex64> {
 
 /// Writes entry `at` of `size` of each of `count` frequencies.
 #[inline(always)]
-fn scatter_each<T>(to: &mut [T], size: usize, at: usize, lane: impl Fn(usize) -> T) {
+pub(crate) fn scatter(to: &mut [Complex64], size: usize, at: usize, from: &Lanes) {
     if to.len() == LANES * size {
         for l in 0..LANES {
-            to[l * size + at] = lane(l);
+            to[l * size + at] = Complex64::new(from.re[l], from.im[l]);
         }
         return;
     }
@@ -69,21 +69,9 @@ fn scatter_each<T>(to: &mut [T], size: usize, at: usize, lane: impl Fn(usize) ->
     let mut k = at;
     for l in 0..LANES {
         let Some(entry) = to.get_mut(k) else { return };
-        *entry = lane(l);
+        *entry = Complex64::new(from.re[l], from.im[l]);
         k += size;
     }
-}
-
-/// The same of complex numbers.
-#[inline(always)]
-pub(crate) fn scatter(to: &mut [Complex64], size: usize, at: usize, from: &Lanes) {
-    scatter_each(to, size, at, |l| Complex64::new(from.re[l], from.im[l]));
-}
-
-/// The same of real numbers.
-#[inline(always)]
-pub(crate) fn scatter_real(to: &mut [f64], size: usize, at: usize, from: &Reals) {
-    scatter_each(to, size, at, |l| from[l]);
 }
 
 /// Writes a Hermitian matrix from its lower triangle.
@@ -96,5 +84,22 @@ pub(crate) fn scatter_hermitian(to: &mut [Complex64], n: usize, triangle: impl F
             scatter(to, n * n, j * n + i, &entry.conj());
         }
         scatter(to, n * n, i * n + i, &triangle(i, i));
+    }
+}
+
+/// The same for real numbers.
+#[inline(always)]
+pub(crate) fn scatter_real(to: &mut [f64], size: usize, at: usize, from: &Reals) {
+    if to.len() == LANES * size {
+        for l in 0..LANES {
+            to[l * size + at] = from[l];
+        }
+        return;
+    }
+    let mut k = at;
+    for value in from {
+        let Some(entry) = to.get_mut(k) else { return };
+        *entry = *value;
+        k += size;
     }
 }
