@@ -171,19 +171,8 @@ fn delivered_forces_of_arm_and_wrist_are_incoherent() {
 #[test]
 fn without_compensation_a_stiff_hold_couples_the_forces_and_a_warning_says_so() {
     let folder = tempfile::tempdir().expect("a folder");
-    let experiment = r#"
-        trials = 2
-        duration_s = 30.0
-        [device]
-        name = "mit-manus"
-        [limb]
-        name = "endpoint-linear"
-        M = [[2.1, -0.55], [-0.55, 1.9]]
-        B = [[11.0, -2.0], [-2.0, 15.0]]
-        K = [[150.0, -100.0], [-100.0, 300.0]]
-        [controller]
-        kp = 400.0
-    "#;
+    let experiment =
+        held_arm("trials = 2\nduration_s = 30.0", "[controller]\nkp = 400.0").replace("[300.0, -60.0], [-60.0, 520.0]", "[150.0, -100.0], [-100.0, 300.0]");
     std::fs::write(folder.path().join("stiff.toml"), experiment).expect("written");
     let of = |flag: &str| json(folder.path(), &["design", flag, "stiff.toml", "--decorrelate", "--out", "cmd.csv"]);
     let (plain, compensated) = (of("--experiment"), of("--precompensate"));

@@ -5,6 +5,7 @@ use crate::curved::CurvedPlant;
 use crate::result::CauseParameter;
 use crate::search::{Chosen, Stand};
 use crate::subject::Subject;
+use crate::whittle::variance_of;
 use ndof_models::effects::{CurvedArm, Matrix, Value};
 
 const ORDERS: [Matrix; 3] = [Matrix::Stiffness, Matrix::Damping, Matrix::Mass];
@@ -41,9 +42,11 @@ impl Subject {
                 let places = [(0, 0), (0, 1), (1, 0), (1, 1)];
                 let share = |&(r, s): &(usize, usize)| j[[r, p]] * j[[s, q]];
                 let value: f64 = places.iter().map(|at| share(at) * hand[at.0][at.1]).sum::<f64>() + if letter == "K" { geometric[[p, q]] } else { 0.0 };
-                let slopes: Vec<(usize, f64)> = places.iter().filter_map(|at| Some((stand.base.entry(matrix, at.0, at.1)?, share(at)))).collect();
-                let variance: f64 = slopes.iter().map(|(a, x)| slopes.iter().map(|(b, y)| x * y * covariance.at(*a, *b)).sum::<f64>()).sum();
-                let half = 1.96 * variance.max(0.0).sqrt().hypot(CALIBRATION * value);
+                let of = |at: &(usize, usize)| {
+                    self.parts_of(chosen, stand, (matrix, at.0, at.1)).into_iter().map(|(k, weight)| (k, weight * share(at))).collect::<Vec<_>>()
+                };
+                let slopes = places.iter().flat_map(of).collect::<Vec<_>>();
+                let half = 1.96 * variance_of(&covariance, &slopes).sqrt().hypot(CALIBRATION * value);
                 let names = ["shoulder", "elbow"];
                 out.push(CauseParameter {
                     name: format!("{letter}_{}_{}", names[p], names[q]),

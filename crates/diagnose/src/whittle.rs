@@ -43,6 +43,11 @@ impl Fit {
     }
 }
 
+/// The variance of a sum of fitted numbers with these weights.
+pub(crate) fn variance_of(covariance: &Symmetric, parts: &[(usize, f64)]) -> f64 {
+    parts.iter().map(|(a, x)| parts.iter().map(|(b, y)| x * y * covariance.at(*a, *b)).sum::<f64>()).sum::<f64>().max(0.0)
+}
+
 /// The part of a problem that all hypotheses of a step share.
 pub(crate) struct Likelihood<'a> {
     pub state: &'a State,

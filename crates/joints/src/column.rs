@@ -25,6 +25,9 @@ pub(crate) enum Column {
     Turn { joint: usize, speed: f64 },
     /// (q̇ + t q̈)/v between −1 and 1: dry friction as a soft constraint.
     Soft { joint: usize, ahead_s: f64, speed: f64 },
+    /// What another level adds to such a friction, for each unit of it: over v at its own level F, over v' at F v'/v, as x = q̇ + t q̈ within ± v' less x
+    /// within ± v, over v' − v.
+    Firmer { joint: usize, ahead_s: f64, own: f64, speed: f64 },
     /// The sign times exp(−(q̇/v)²).
     Stribeck { joint: usize, velocity: f64 },
     /// The sign of q̇ times the size of the torque that the file's bodies need.
@@ -73,6 +76,11 @@ impl Column {
             let felt = motion.q[joint].iter().zip(&motion.v[joint]).map(|(q, v)| f(*q, *v)).collect();
             vec![(joint, felt)]
         };
+        // Beyond where the motion rises above the encoder's noise the acceleration would be all noise.
+        let ahead = |joint: usize, by_s: f64| {
+            let [v, a, _] = derivatives(&motion.sharp[joint], scene.rate_hz, scene.fastest_hz);
+            v.into_iter().zip(a).map(move |(v, a)| v + by_s * a)
+        };
         match self {
             Column::Constant(j) => own(*j, &|_, _| 1.0),
             Column::Velocity(j) => own(*j, &|_, v| v),
@@ -80,10 +88,12 @@ impl Column {
             Column::Acceleration(j) => vec![(*j, motion.a[*j].clone())],
             Column::Sign(j) => vec![(*j, motion.sharp[*j].iter().map(|v| sign(*v, scene.joints[*j].speed_noise)).collect())],
             Column::Turn { joint, speed } => vec![(*joint, motion.sharp[*joint].iter().map(|v| sign(*v, *speed)).collect())],
-            Column::Soft { joint, ahead_s, speed } => {
-                // Beyond where the motion rises above the encoder's noise the acceleration would be all noise.
-                let [v, a, _] = derivatives(&motion.sharp[*joint], scene.rate_hz, scene.fastest_hz);
-                vec![(*joint, v.iter().zip(&a).map(|(v, a)| ((v + ahead_s * a) / speed).clamp(-1.0, 1.0)).collect())]
+            Column::Soft { joint, ahead_s, speed } => vec![(*joint, ahead(*joint, *ahead_s).map(|x| (x / speed).clamp(-1.0, 1.0)).collect())],
+            Column::Firmer { joint, ahead_s, own, speed } => {
+                // At its own level the tangent.
+                let speed = if speed == own { own * (1.0 + f64::EPSILON.sqrt()) } else { *speed };
+                let more = |x: f64| (x.clamp(-speed, speed) - x.clamp(-own, *own)) / (speed - own);
+                vec![(*joint, ahead(*joint, *ahead_s).map(more).collect())]
             }
             Column::Stribeck { joint, velocity } => {
                 let noise = scene.joints[*joint].speed_noise;

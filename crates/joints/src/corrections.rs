@@ -144,10 +144,11 @@ impl Found {
         let joints = self.chain.joints();
         let curve = Curve::of((joints.coulomb[joint], joints.viscous[joint]), causes);
         let name = joints.names[joint].clone();
+        let (none, own) = (joints.coulomb[joint] == 0.0, self.chain.soft_friction()[joint][0]);
         // Where the file has dry friction, how it turns was not asked; where it has none, its format's own turn is not what was found.
-        if let Some(cause) = causes[0].filter(|_| joints.coulomb[joint] == 0.0) {
+        if let Some(cause) = causes[0].filter(|_| none) {
             let ahead = number(cause, "ahead_s").unwrap_or(0.0);
-            if ahead != self.chain.soft_friction()[joint][0] {
+            if ahead != own {
                 self.correct(&name, Corrected::FrictionAhead, ahead, &words(cause));
             }
         }
@@ -155,7 +156,9 @@ impl Found {
             for (cause, what, key) in [(causes[0], Corrected::Coulomb, "level_nm"), (causes[1], Corrected::Viscous, "viscous_nm_s_per_rad")] {
                 if let Some((cause, value)) = cause.and_then(|c| Some((c, number(c, key)?))) {
                     self.correct(&name, what, value, &words(cause));
-                    if number(cause, "turning_speed_rad_per_s").is_some() && number(cause, "ahead_s").is_none() {
+                    // That of a soft constraint follows from its level.
+                    let soft = number(cause, "ahead_s").is_some() || !none && own > 0.0;
+                    if number(cause, "turning_speed_rad_per_s").is_some() && !soft {
                         self.out
                             .left_out
                             .push(format!("{}: the speed over which its sign turns has no word in robots' files; its level is written", words(cause)));

@@ -158,6 +158,34 @@ fn a_spring_that_rests_elsewhere_is_one_cause_with_its_rest() {
     }
 }
 
+/// A soft spring that rests many turns away pulls alike everywhere, and is none.
+#[test]
+fn a_torque_that_is_alike_everywhere_is_an_offset_and_no_spring() {
+    for seed in [7, 8, 9] {
+        let found = logged(6000, wave, |t| needed(wave, t) + 0.4, white(NOISE, seed));
+        let named: Vec<(&str, bool)> = found.causes.iter().map(|c| (c.effect.as_str(), c.probability > 0.95)).collect();
+        assert_eq!(named, [("torque-offset", true)], "{:?}", found.confusable);
+    }
+}
+
+/// A file with such a friction whose level is wrong: the speed over which it turns is wrong with it, and is no second cause.
+#[test]
+fn another_level_of_a_soft_constraint_is_one_cause() {
+    let (ahead_s, own, level) = (0.0095, 0.8, 1.2);
+    // It turns over 0.02 rad/s at its own level; the mobility is 1/0.18.
+    let softness = 0.02 * 0.18 / (own * ahead_s);
+    let file = PENDULUM.replace("mass_kg", &format!("coulomb_nm = {own}, friction_ahead_s = {ahead_s}, friction_softness = {softness}, mass_kg"));
+    let chain = RobotConfig::parse("soft.toml", &file, None).and_then(|c| c.chain()).expect("a robot");
+    let soft = |t: f64| ((rate(wave, t) + ahead_s * acceleration(wave, t)) / (0.02 * level / own)).clamp(-1.0, 1.0);
+    let own = log(6000, wave, |t| needed(wave, t) + level * soft(t), white(0.01, 7));
+    let ports = Ports { references: vec![], inputs: vec![0], outputs: vec![1] };
+    let found = diagnose(&chain, &[own], &[], &ports, &Options::default(), &mut |_| {}).expect("an answer").0;
+    let named: Vec<&str> = found.causes.iter().map(|c| c.effect.as_str()).collect();
+    assert_eq!((named, found.verdict), (vec!["coulomb-friction"], Verdict::Explained), "{:?} {:?}", found.causes, found.minor);
+    let [low, high] = interval(&found, "coulomb-friction", "level_nm").expect("an interval");
+    assert!(low < level && level < high && high - low < 0.05, "{low} {high}");
+}
+
 #[test]
 fn a_torque_with_its_sign_turned_round_is_said() {
     let notes = |sign: f64| logged(6000, wave, |t| sign * needed(wave, t), white(NOISE, 7)).discrepancy.notes;

@@ -211,6 +211,12 @@ fn a_spring_and_friction_are_written_into_an_mjcf_as_the_engine_takes_them() {
     assert_eq!(named(&more), ["coulomb-friction bend"]);
     let asked: Vec<Corrected> = level.list.iter().map(|c| c.what).collect();
     assert_eq!(asked, [Corrected::Coulomb]);
+    // The file's spring is not there.
+    (truth.joints[1].stiffness_nm_per_rad, truth.joints[2].coulomb_nm) = (0.0, 0.5);
+    let (gone, stiffness) = found(&robot("arm.xml", &written.text), &logged(&truth.chain().expect("builds"), as_in_the_file(&truth), 5), &[]);
+    assert_eq!(named(&gone), ["cable-force lift"]);
+    let asked: Vec<(Corrected, f64)> = stiffness.list.iter().map(|c| (c.what, c.value)).collect();
+    assert_eq!(asked, [(Corrected::Stiffness, 0.0)]);
 }
 
 #[test]

@@ -113,6 +113,7 @@ fn what_would_change_the_motion_is_refused_with_its_line() {
         ("<joint name=\"k\" damping=\"1 2\"/>", "line 4: <joint> \"k\" has a damping"),
         ("<joint name=\"k\" springdamper=\"1 2\"/>", "springdamper"),
         ("<joint name=\"k\" axis=\"1 0\"/>", "not three numbers"),
+        ("<joint name=\"k\" frictionloss=\"1\" solreffriction=\"-1000 0\"/>", "solreffriction without damping"),
     ] {
         let error = refusal(&body(inside), None);
         assert!(error.starts_with("r.xml: ") && error.contains(names), "{inside}: {error}");
@@ -152,11 +153,11 @@ fn what_does_not_touch_the_chain_is_held_or_left_out_with_a_note() {
         format!("<body name=\"{name}\" pos=\"0.1 0 0\">{joint}<geom size=\"0.02\"/></body>")
     };
     let gripper = |joint: bool| finger("left", joint) + &finger("right", joint);
-    let cube = "<body name=\"cube\"><freejoint/><geom size=\"0.03\"/></body>";
+    let cube = "<body name=\"cube\"><freejoint/><geom size=\"0.03\"/><body name=\"lid\"><joint name=\"hinge\"/><geom size=\"0.01\"/></body></body>";
     let coupled = "<equality><joint joint1=\"left\" joint2=\"right\"/><connect body1=\"left\" body2=\"right\" anchor=\"0 0 0\"/>\
         <weld body1=\"hand\" body2=\"cube\" active=\"false\"/></equality>\
         <tendon><fixed name=\"grip\"><joint joint=\"left\" coef=\"1\"/><joint joint=\"right\" coef=\"1\"/></fixed></tendon>\
-        <actuator><general tendon=\"grip\"/></actuator></mujoco>";
+        <actuator><general tendon=\"grip\"/><motor joint=\"hinge\"/></actuator></mujoco>";
     let read = |text: String| RobotConfig::parse("r.xml", &text, Some("hand")).expect("reads");
     let (still, found) = (read(file(&gripper(false), "") + "</mujoco>"), read(file(&gripper(true), cube) + coupled));
     assert_eq!(still.joints, found.joints);

@@ -7,6 +7,7 @@ use crate::curve::CALIBRATION;
 use crate::judge::Errors;
 use crate::result::{BandShare, Considered, Discrepancy, Minor, ModelParameter, Shift, TimeShare};
 use crate::search::{Chosen, ENOUGH, Stand};
+use crate::whittle::variance_of;
 use ndof_models::effects::{Matrix, Side};
 
 impl Answer<'_> {
@@ -30,10 +31,9 @@ impl Answer<'_> {
             }
             let value = values.iter().find(|(of, _)| *of == matrix).map_or(f64::NAN, |(_, rows)| rows[i][j]);
             let parts = subject.parts_of(chosen, stand, (matrix, i, j));
-            let variance: f64 = parts.iter().flat_map(|(a, x)| parts.iter().map(move |(b, y)| (a, b, x * y))).map(|(a, b, w)| w * covariance.at(*a, *b)).sum();
             // Another model that the data like as well is as far off as an error of 1.96 may be.
             let apart = others.iter().map(|(chosen, stand)| (subject.matrix(chosen, stand, matrix)[i][j] - value).abs() / 1.96).fold(0.0, f64::max);
-            Some((value, (!parts.is_empty()).then(|| variance.max(0.0).sqrt().hypot(CALIBRATION * value).hypot(apart))))
+            Some((value, (!parts.is_empty()).then(|| variance_of(&covariance, &parts).sqrt().hypot(CALIBRATION * value).hypot(apart))))
         })
     }
 

@@ -8,9 +8,20 @@ use std::f64::consts::TAU;
 /// Time by which dry friction turns ahead where it is a soft constraint, five times as soft as MuJoCo's by default (s).
 const SOFTEST_S: f64 = 0.05;
 
+/// How much firmer or looser than the file's a soft constraint is looked for.
+const FIRMER: f64 = 4.0;
+
 /// Dry friction as a soft constraint.
 fn soft(form: &Form, shape: &[f64]) -> Column {
     Column::Soft { joint: form.joint.unwrap_or(0), ahead_s: shape[0], speed: shape[1] }
+}
+
+/// What another level of the file's soft constraint adds.
+fn firmer(form: &Form, shape: &[f64]) -> Column {
+    match form.columns[0] {
+        Column::Soft { joint, ahead_s, speed: own } | Column::Firmer { joint, ahead_s, own, .. } => Column::Firmer { joint, ahead_s, own, speed: shape[0] },
+        ref other => other.clone(),
+    }
 }
 
 pub(super) static CAUSE: JointCause = JointCause {
@@ -29,8 +40,17 @@ pub(super) static CAUSE: JointCause = JointCause {
             let scale = &scene.joints[j];
             let own = if file > 0.0 { scene.own_turn(j) } else { Column::Sign(j) };
             let mut forms = vec![Form::new(&CAUSE, Some(j), vec![own.clone()], vec![level()])];
+            // The speed over which a soft constraint turns grows with its level.
+            if let Column::Soft { speed, .. } = own
+                && speed > scale.speed_noise
+            {
+                let bounds = [speed / FIRMER, speed * FIRMER];
+                for value in geometric(bounds[0], bounds[1], 4) {
+                    let shape = Shape { name: "turning_speed_rad_per_s", unit: "rad/s", value, bounds };
+                    forms.push(Form::new(&CAUSE, Some(j), vec![own.clone()], vec![level()]).shaped(vec![shape], |form, shape| vec![firmer(form, shape)]));
+                }
+            }
             // From what the noise over which the sign is smoothed hides to an eighth of a period, where it is of the acceleration as much as of the speed.
-            // Where the file has one, what is added turns as that does.
             let times = [scale.speed_noise / scale.speed / TAU / scale.pace_hz, SOFTEST_S.min(0.125 / scale.pace_hz)];
             let speeds = [scale.speed_noise, 0.25 * scale.speed];
             for time in if file > 0.0 { vec![] } else { geometric(times[0], times[1], 3) } {

@@ -18,9 +18,7 @@ const CARD: Card = Card {
 };
 
 /// Gains that a search starts from: units that were mistaken for each other, and calibrations.
-const STARTS: [f64; 6] = [0.2, 0.6, 0.9, 1.1, 1.6, 4.45];
-/// Those of one channel beside another, of which little shows.
-const RELATIVE_STARTS: [f64; 8] = [0.2, 0.6, 0.9, 0.97, 1.03, 1.1, 1.6, 4.45];
+const STARTS: [f64; 8] = [0.2, 0.6, 0.9, 0.97, 1.03, 1.1, 1.6, 4.45];
 
 /// A factor on channels.
 pub struct SensorScale;
@@ -56,7 +54,7 @@ impl Effect for SensorScale {
                 let entry = move |r: usize, c: usize, gain: f64| if r != c { 0.0 } else { 1.0 / if r == axis { gain } else { 1.0 } };
                 let mix = move |k: &[f64]| (0..n).map(|r| (0..n).map(|c| entry(r, c, k[0])).collect()).collect();
                 Form::new("gain of an effort channel", Some(axis), Action::Mix(Arc::new(mix)))
-                    .knobs(vec![Knob::log(0.1, 10.0)], &[if relative { &RELATIVE_STARTS } else { &STARTS }])
+                    .knobs(vec![Knob::log(0.1, 10.0)], &[&STARTS])
                     .naming(move |k, _| [("factor", Value::Number(k[0]))].into_iter().chain(told.clone()).collect())
                     .floor(0.005, 0.0)
                     .at(Side::Sensor)

@@ -2,7 +2,7 @@
 //!
 //! `reference/effects.json` holds the force of each law for one motion, computed by `reference/effects.py` from the equations alone.
 
-use ndof_models::effects::{Action, CurvedArm, EFFECTS, Effect, Evidence, Injection, Parameters, Scale, Setting, Sign, Trace, find, rotational_name};
+use ndof_models::effects::{Action, CurvedArm, EFFECTS, Effect, Evidence, Injection, Parameters, Scale, Setting, Sign, Trace, Value, find, rotational_name};
 use ndof_models::{ForceLaw, Motion};
 use std::f64::consts::TAU;
 
@@ -344,6 +344,11 @@ fn unknown_and_impossible_parameters_are_refused() {
     assert!(friction.inject(&Parameters::default(), &setting()).is_err());
     assert!(friction.inject(&Parameters::new([("level_nm", 1.0)]), &setting()).is_ok(), "the rotational twin of a name");
     assert_eq!(rotational_name("damping_n_s_per_m"), "damping_nm_s_per_rad");
+    let mut beside = Parameters::new([("factor", 1.1)]);
+    let scale = find("sensor-scale").expect("an effect");
+    assert!(scale.inject(&beside, &setting()).is_ok());
+    beside.0.insert("relative_to".to_owned(), Value::Text("force_x".to_owned()));
+    assert!(scale.inject(&beside, &setting()).is_err(), "what an answer alone has");
 }
 
 #[test]
