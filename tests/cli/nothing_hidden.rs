@@ -1,6 +1,6 @@
-//! Recordings of a linear limb: what a diagnosis says where nothing is missing.
+//! Recordings of a linear limb: what a diagnosis says where nothing is missing, and where all that is missing comes now and then.
 
-use crate::support::{csv, json, noise, oscillator};
+use crate::support::{csv, json, noise, oscillator, oscillator_that_changes};
 
 /// Each force stays until the next, and has power up to Nyquist's frequency, where nothing of the limb follows it between the samples.
 #[test]
@@ -29,4 +29,67 @@ fn how_much_of_a_noisy_motion_is_not_foretold_is_said() {
         let notes = d["discrepancy"]["notes"].as_array().expect("a list");
         assert_eq!(notes.iter().filter_map(|n| n.as_str()).any(|n| n.contains("is not foretold from the input")), said, "{share}: {} {notes:?}", d["verdict"]);
     }
+}
+
+/// A controller that runs at 100 Hz beside forces at 500 Hz: held for 10 ms its position would be late by four rows.
+#[test]
+fn a_position_that_is_read_more_slowly_is_no_filter() {
+    let folder = tempfile::tempdir().expect("a folder");
+    for (seed, every, said) in [(1, 5, true), (2, 1, false)] {
+        let force = slow_noise(seed, 30_000);
+        let motion = oscillator(&force);
+        let read: Vec<f64> = (0..motion.len()).map(|k| motion[k / every * every]).collect();
+        csv(&folder.path().join("a.csv"), "# sample_rate_hz: 500\n", &[("force_x [N]", &force), ("pos_x [m]", &read)]);
+        let d = json(folder.path(), &["diagnose", "a.csv"]);
+        assert_eq!((d["verdict"].as_str(), d["causes"].as_array().map(Vec::len)), (Some("adequate"), Some(0)), "{}", d["causes"]);
+        let warnings: Vec<&str> = d["warnings"].as_array().expect("a list").iter().filter_map(|w| w["code"].as_str()).collect();
+        assert_eq!(warnings.contains(&"slow-readings"), said, "{warnings:?}");
+        let fit = json(folder.path(), &["fit", "a.csv"]);
+        let stiffness = fit["parameters"].as_array().expect("a list").iter().find(|p| p["name"] == "K").expect("a stiffness");
+        assert!((stiffness["value"].as_f64().expect("a number") / 300.0 - 1.0).abs() < 0.01, "{stiffness}");
+    }
+}
+
+/// A person pulls once in each trial, each time at another moment.
+#[test]
+fn one_pull_a_trial_is_a_knock_in_each() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let files = ["one.csv", "two.csv", "three.csv"];
+    for ((seed, name), from) in (1..).zip(files).zip([9_000, 4_000, 13_000]) {
+        let force = slow_noise(seed, 20_000);
+        let pull = |k: usize| if (from..from + 400).contains(&k) { 25.0 * (std::f64::consts::PI * (k - from) as f64 / 400.0).sin().powi(2) } else { 0.0 };
+        let felt: Vec<f64> = force.iter().enumerate().map(|(k, f)| f + pull(k)).collect();
+        let motion: Vec<f64> = oscillator(&felt).iter().zip(noise(10 + seed, felt.len())).map(|(x, e)| x + 5e-6 * e).collect();
+        csv(&folder.path().join(name), "# sample_rate_hz: 500\n", &[("force_x [N]", &force), ("pos_x [m]", &motion)]);
+    }
+    let d = json(folder.path(), &[&["diagnose"][..], &files].concat());
+    let causes = d["causes"].as_array().expect("a list");
+    let times: Vec<(&str, Option<f64>)> = causes.iter().map(|c| (c["effect"].as_str().expect("a name"), c["parameters"][0]["value"].as_f64())).collect();
+    assert_eq!(times.iter().map(|(name, _)| *name).collect::<Vec<_>>(), ["transient-disturbance"; 2], "{times:?}");
+}
+
+/// A stiffness that swings once in 20 s, of which a diagnosis that was told of no schedule has no law.
+#[test]
+fn what_changes_slowly_is_said_and_leaves_nothing_adequate() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let force = slow_noise(1, 20_000);
+    let motion = oscillator_that_changes(|k| [2.0, 12.0, 300.0 + 90.0 * (std::f64::consts::TAU * k as f64 / 10_000.0).sin()], &force);
+    let noisy: Vec<f64> = motion.iter().zip(noise(2, force.len())).map(|(x, e)| x + 5e-6 * e).collect();
+    csv(&folder.path().join("a.csv"), "# sample_rate_hz: 500\n", &[("force_x [N]", &force), ("pos_x [m]", &noisy)]);
+    let d = json(folder.path(), &["diagnose", "a.csv"]);
+    let notes = d["discrepancy"]["notes"].as_array().expect("a list");
+    assert!(notes.iter().filter_map(|n| n.as_str()).any(|n| n.contains("changes slowly")), "{notes:?}");
+    assert_ne!(d["verdict"], "adequate");
+    assert_ne!(d["verdict"], "explained");
+}
+
+/// Noise below some 10 Hz, of about 4 N.
+fn slow_noise(seed: u64, samples: usize) -> Vec<f64> {
+    let mut levels = [0.0; 2];
+    let smooth = |f: &f64| {
+        levels[0] += 0.12 * (40.0 * f - levels[0]);
+        levels[1] += 0.12 * (levels[0] - levels[1]);
+        levels[1]
+    };
+    noise(seed, samples).iter().map(smooth).collect()
 }

@@ -1,11 +1,11 @@
 //! What is looked for before the registry: levels in a channel, tones and bursts in what the baseline leaves.
 
-use crate::operators::{filter, smooth_length};
+use crate::operators::filter;
 use crate::plant::Role;
 use crate::samples::Samples;
 use crate::search::Stand;
 use ndof_models::effects::Matrix;
-use ndof_signal::forward_transform;
+use ndof_signal::{forward_transform, smooth_length};
 use num_complex::Complex64;
 
 /// What was seen before any hypothesis was tried.
@@ -225,13 +225,13 @@ const FEWEST_WINDOWS: usize = 24;
 /// A burst is no longer than this many half windows.
 const MOST_HOT: usize = 10;
 
-/// The strongest burst in the whitened residual, if it is short and stands out by far.
-pub(crate) fn burst(stand: &Stand, e: &[Vec<Vec<f64>>]) -> Option<Burst> {
+/// The strongest bursts in the whitened residual, one of a trial at most, if they are short and stand out by far.
+pub(crate) fn bursts(stand: &Stand, e: &[Vec<Vec<f64>>]) -> Vec<Burst> {
     let layout = &stand.state.layout;
     let length = ((0.4 * layout.time_s * layout.rate_hz) as usize).max(4);
     // Derivatives are less sure at the ends of a trial.
     let inside = layout.starts[0] + 2 * length..(layout.starts[layout.starts.len() - 1] + layout.block).saturating_sub(4 * length);
-    let mut best: Option<(f64, Burst)> = None;
+    let mut best: (f64, Vec<Burst>) = (0.0, Vec::new());
     for axis in 0..layout.axes {
         let white = whiten(stand, e, axis);
         let windows: Vec<(usize, usize, f64)> = white
@@ -244,37 +244,34 @@ pub(crate) fn burst(stand: &Stand, e: &[Vec<Vec<f64>>]) -> Option<Burst> {
         }
         let mut sorted: Vec<f64> = windows.iter().map(|w| w.2).collect();
         sorted.sort_by(f64::total_cmp);
-        let typical = sorted[sorted.len() * 3 / 4];
-        let total: f64 = sorted.iter().sum();
+        let (typical, highest, total) = (sorted[sorted.len() * 3 / 4], sorted[sorted.len() - 1], sorted.iter().sum::<f64>());
         let hot: Vec<&(usize, usize, f64)> = windows.iter().filter(|w| w.2 > HOT * typical).collect();
-        let share = hot.iter().map(|w| w.2).sum::<f64>() / total;
-        // One stretch of one trial: an effect of the motion comes back with the motion.
-        let alone = hot.windows(2).all(|w| w[0].0 == w[1].0 && w[1].1 - w[0].1 <= length);
-        if hot.is_empty() || !alone || hot.len() > MOST_HOT || sorted[sorted.len() - 1] < PEAK * typical {
+        let of_trials: Vec<&[&(usize, usize, f64)]> = hot.chunk_by(|a, b| a.0 == b.0).collect();
+        // One stretch of a trial: an effect of the motion comes back with the motion.
+        let short = |hot: &&[&(usize, usize, f64)]| hot.len() <= MOST_HOT && hot.windows(2).all(|w| w[1].1 - w[0].1 <= length);
+        if highest <= best.0 || highest < PEAK * typical || !of_trials.iter().all(short) {
             continue;
         }
-        let peak = hot.iter().max_by(|a, b| a.2.total_cmp(&b.2))?;
-        let range: (usize, usize) = (hot[0].1, hot[hot.len() - 1].1 + length);
-        let series = &e[peak.0][axis];
         let energy = |x: &[f64]| x.iter().map(|v| v * v).sum::<f64>();
         let effort: f64 = stand.state.effort.iter().map(|trial| energy(&layout.filtered(&trial[axis], |_| Complex64::ONE, None))).sum();
-        let size = (energy(&series[range.0..range.1]) / effort.max(f64::MIN_POSITIVE)).sqrt();
-        let impulse = series[range.0..range.1].iter().sum::<f64>() / layout.rate_hz;
-        let found = Burst {
-            trial: peak.0,
-            axis,
-            from_s: range.0 as f64 / layout.rate_hz,
-            to_s: range.1 as f64 / layout.rate_hz,
-            impulse: -impulse,
-            share,
-            peak: peak.2 / typical,
-            size,
+        let burst = |hot: &&[&(usize, usize, f64)]| {
+            let (first, last) = (hot.first()?, hot.last()?);
+            let peak = hot.iter().map(|w| w.2).fold(0.0, f64::max);
+            let stretch = &e[first.0][axis][first.1..last.1 + length];
+            (peak >= PEAK * typical).then(|| Burst {
+                trial: first.0,
+                axis,
+                from_s: first.1 as f64 / layout.rate_hz,
+                to_s: (last.1 + length) as f64 / layout.rate_hz,
+                impulse: -stretch.iter().sum::<f64>() / layout.rate_hz,
+                share: hot.iter().map(|w| w.2).sum::<f64>() / total,
+                peak: peak / typical,
+                size: (energy(stretch) / effort.max(f64::MIN_POSITIVE)).sqrt(),
+            })
         };
-        if best.as_ref().is_none_or(|b| peak.2 > b.0) {
-            best = Some((peak.2, found));
-        }
+        best = (highest, of_trials.iter().filter_map(burst).collect());
     }
-    best.map(|b| b.1)
+    best.1
 }
 
 /// Slow change of stiffness or damping: power of (whitened residual × motion) from two lines to 0.7 Hz against 1 to 2.5 Hz, as a z-score.

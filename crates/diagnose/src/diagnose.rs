@@ -181,17 +181,19 @@ fn before_registry(subject: &mut Subject, samples: &Samples, options: &Options) 
         }
     }
     let stand = stand(subject)?;
-    let burst = if tried(Trace::Burst) { detectors::burst(&stand, &detectors::residual(&stand, &[])) } else { None };
-    if let Some(burst) = burst.filter(|b| b.size > options.tolerance) {
+    let bursts = if tried(Trace::Burst) { detectors::bursts(&stand, &detectors::residual(&stand, &[])) } else { vec![] };
+    findings.bursts = bursts.into_iter().filter(|b| b.size > options.tolerance).collect();
+    if !findings.bursts.is_empty() {
         let layout = Arc::make_mut(&mut subject.layout);
         layout.weights = vec![vec![1.0; layout.samples]; layout.trials];
         let margin = 0.5 * layout.time_s;
-        for (k, w) in layout.weights[burst.trial].iter_mut().enumerate() {
-            let t = k as f64 / layout.rate_hz;
-            let outside = (burst.from_s - t).max(t - burst.to_s).max(0.0);
-            *w = if outside >= margin { 1.0 } else { 0.5 - 0.5 * (std::f64::consts::PI * outside / margin).cos() };
+        for burst in &findings.bursts {
+            for (k, w) in layout.weights[burst.trial].iter_mut().enumerate() {
+                let t = k as f64 / layout.rate_hz;
+                let outside = (burst.from_s - t).max(t - burst.to_s).max(0.0);
+                *w = if outside >= margin { 1.0 } else { 0.5 - 0.5 * (std::f64::consts::PI * outside / margin).cos() };
+            }
         }
-        findings.bursts.push(burst);
     }
     if !findings.tones.is_empty() || !findings.bursts.is_empty() {
         subject.restart()?;

@@ -1,9 +1,9 @@
 //! The grid of samples, blocks and frequencies that a whole diagnosis works on.
 
 use crate::movement::mean_over;
-use crate::operators::{level, mirrored, real_at_ends, smooth_length, straight};
+use crate::operators::{real_at_ends, straight};
 use ndof_models::schedule::{MeanOver, Splines};
-use ndof_signal::{ComplexToReal, RealToComplex, forward_transform, inverse_transform};
+use ndof_signal::{ComplexToReal, RealToComplex, forward_transform, inverse_transform, mirrored, smooth_length, without_line};
 use num_complex::Complex64;
 use std::f64::consts::{PI, TAU};
 use std::ops::Range;
@@ -73,7 +73,7 @@ pub(crate) struct Track {
 /// The track of mirrored samples.
 fn tracked(mut y: Vec<f64>, rate_hz: f64) -> Track {
     let n = y.len();
-    let (start, slope) = level(&mut y);
+    let (start, slope) = without_line(&mut y);
     let forward = forward_transform(n);
     let mut spectrum = forward.make_output_vec();
     if forward.process(&mut y, &mut spectrum).is_err() {

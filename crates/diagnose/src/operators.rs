@@ -1,34 +1,8 @@
 //! Samples passed through operators on their spectrum, and what is thought to lie before and after them.
 
-use ndof_signal::{forward_transform, inverse_transform};
+use ndof_signal::{forward_transform, inverse_transform, mirrored, smooth_length, without_line};
 use num_complex::Complex64;
 use std::f64::consts::{PI, TAU};
-
-/// The smallest number from `n` upward whose only prime factors are 2, 3 and 5, and a multiple of 2.
-pub(crate) fn smooth_length(n: usize) -> usize {
-    (n.max(2)..)
-        .find(|&m| {
-            let mut rest = m;
-            for prime in [2, 3, 5] {
-                while rest % prime == 0 {
-                    rest /= prime;
-                }
-            }
-            rest == 1 && m % 2 == 0
-        })
-        .unwrap_or(n)
-}
-
-/// Samples mirrored at both ends.
-pub(crate) fn mirrored(x: &[f64], pad: usize, padded: usize) -> Vec<f64> {
-    let n = x.len();
-    let mirror = |edge: f64, value: f64| 2.0 * edge - value;
-    let mut y = Vec::with_capacity(padded);
-    y.extend((1..=pad).rev().map(|k| mirror(x[0], x[k.min(n - 1)])));
-    y.extend_from_slice(x);
-    y.extend((1..=padded - n - pad).map(|k| mirror(x[n - 1], x[(n - 1).saturating_sub(k)])));
-    y
-}
 
 /// What an operator leaves of imaginary parts where a real signal has none.
 pub(crate) fn real_at_ends(spectrum: &mut [Complex64]) {
@@ -36,14 +10,6 @@ pub(crate) fn real_at_ends(spectrum: &mut [Complex64]) {
     if let Some(last) = spectrum.last_mut() {
         last.im = 0.0;
     }
-}
-
-/// Takes the straight line from the first sample to the last away: its start and its slope a sample.
-pub(crate) fn level(y: &mut [f64]) -> (f64, f64) {
-    let last = y.len() - 1;
-    let (start, slope) = (y[0], (y[last] - y[0]) / last as f64);
-    y.iter_mut().enumerate().for_each(|(k, v)| *v -= start + slope * k as f64);
-    (start, slope)
 }
 
 /// Samples about a place of rest, passed through an operator that remembers: before the first sample and after the last the motion comes from rest and
@@ -81,7 +47,7 @@ pub(crate) fn filter(samples: &[f64], rate_hz: f64, operator: impl Fn(Complex64)
     let layout = smooth_length(n + n / 2 + 2);
     let pad = (layout - n) / 2;
     let mut y = mirrored(samples, pad, layout);
-    let (start, slope) = level(&mut y);
+    let (start, slope) = without_line(&mut y);
     let Some(y) = passed(y, rate_hz, &operator) else { return samples.to_vec() };
     let (level, rate) = straight(&operator);
     let per_sample = slope * level;
@@ -89,26 +55,19 @@ pub(crate) fn filter(samples: &[f64], rate_hz: f64, operator: impl Fn(Complex64)
     y.iter().enumerate().skip(pad).take(n).map(|(k, v)| v + offset + per_sample * k as f64).collect()
 }
 
-/// The samples at `factor` times their rate, band-limited, mirrored at both ends.
-pub(crate) fn finer(samples: &[f64], factor: usize) -> Vec<f64> {
-    let n = samples.len();
-    let pad = n / 4 + 1;
-    let length = smooth_length(n + 2 * pad);
-    let mut y = mirrored(samples, pad, length);
-    let (start, slope) = level(&mut y);
-    let (forward, back) = (forward_transform(length), inverse_transform(length * factor));
-    let mut spectrum = forward.make_output_vec();
-    let mut fine = back.make_output_vec();
-    if forward.process(&mut y, &mut spectrum).is_err() {
-        return vec![f64::NAN; n * factor];
+/// The value at a place among samples, by Lagrange's polynomial through the eight around it; beyond an end the value there.
+pub(crate) fn between(samples: &[f64], place: f64) -> f64 {
+    // (−1)^k times the binomial coefficients of 7: the barycentric weights of equal steps (Berrut & Trefethen 2004).
+    const WEIGHTS: [f64; 8] = [1.0, -7.0, 21.0, -35.0, 35.0, -21.0, 7.0, -1.0];
+    let place = place.clamp(0.0, (samples.len() - 1) as f64);
+    let first = (place as usize).saturating_sub(3).min(samples.len().saturating_sub(8));
+    let near = &samples[first..samples.len().min(first + 8)];
+    let u = place - first as f64;
+    if u.fract() == 0.0 || near.len() < 8 {
+        return near[(u as usize).min(near.len() - 1)];
     }
-    spectrum.iter_mut().for_each(|x| *x /= length as f64);
-    spectrum[length / 2] = Complex64::ZERO;
-    spectrum.resize(length * factor / 2 + 1, Complex64::ZERO);
-    if back.process(&mut spectrum, &mut fine).is_err() {
-        return vec![f64::NAN; n * factor];
-    }
-    (0..n * factor).map(|k| fine[pad * factor + k] + start + slope * (pad as f64 + k as f64 / factor as f64)).collect()
+    let (above, below) = near.iter().zip(WEIGHTS).enumerate().fold((0.0, 0.0), |(a, b), (k, (y, w))| (a + w * y / (u - k as f64), b + w / (u - k as f64)));
+    above / below
 }
 
 /// H(0) and dH/ds at 0, which is what an operator does to a ramp; a derivative without bound counts as none.
@@ -124,15 +83,13 @@ mod tests {
     use super::*;
 
     #[test]
-    fn finer_samples_lie_on_the_same_curve() {
-        let at = |t: f64| (TAU * 31.0 * t).sin() + 0.3 * t;
-        let x: Vec<f64> = (0..4000).map(|k| at(k as f64 / 200.0)).collect();
-        let fine = finer(&x, 4);
-        // Far from the mirrored ends, whose kinks are felt as 1 / distance.
-        for k in 6000..10_000 {
-            assert!((fine[k] - at(k as f64 / 800.0)).abs() < 2e-3, "{k}");
-            assert!(k % 4 != 0 || (fine[k] - x[k / 4]).abs() < 2e-3);
+    fn between_samples_polynomials_of_seventh_degree_are_exact() {
+        let at = |t: f64| (0..8).fold(0.0, |sum, k| sum * (0.1 * t - 1.0) + f64::from(k - 3));
+        let samples: Vec<f64> = (0..20).map(|k| at(f64::from(k))).collect();
+        for place in [0.0, 0.3, 3.5, 7.0, 11.9, 18.6, 19.0] {
+            assert!((between(&samples, place) - at(place)).abs() < 1e-9, "{place}");
         }
+        assert_eq!((between(&samples, -2.0), between(&samples, 25.0)), (samples[0], samples[19]));
     }
 
     /// The fractional derivative of ramps (Caputo): D^a of t is t^(1 - a) / Γ(2 - a).
@@ -152,10 +109,5 @@ mod tests {
             // What is left of the record a period ago is 1e-3 of it, as its area is none; a band-limited kink rings.
             assert!((creep[k] - level - want).abs() < 5e-3, "{k}: {} {want}", creep[k]);
         }
-    }
-
-    #[test]
-    fn lengths_have_small_factors_only() {
-        assert_eq!([smooth_length(7), smooth_length(121), smooth_length(1024)], [8, 128, 1024]);
     }
 }

@@ -3,13 +3,14 @@
 use crate::Options;
 use crate::hypotheses::Cache;
 use crate::layout::Layout;
-use crate::operators::{filter, finer};
+use crate::operators::filter;
 use crate::result::Prospect;
 use crate::samples::{Meaning, Samples};
 use crate::search::{Chosen, Found, Judged, Stand};
 use crate::state::State;
 use crate::subject::Subject;
 use ndof_models::effects::EFFECTS;
+use ndof_signal::finer;
 use num_complex::Complex64;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;

@@ -3,11 +3,12 @@
 use crate::along::{Clock, along, interleave};
 use crate::layout::{Layout, Track};
 use crate::linear::{Symmetric, inner};
-use crate::operators::{filter, remembered};
+use crate::operators::{between, filter, remembered};
 use ndof_linear::square;
 use ndof_models::ForceLaw;
 use ndof_models::effects::{Action, Matrix};
 use num_complex::Complex64;
+use std::f64::consts::TAU;
 use std::sync::Arc;
 
 /// Time within which the motion is thought to have come from rest, for a band to 12 Hz: what is expected of a past that was not recorded dies away with
@@ -146,7 +147,7 @@ impl State {
         let (mut effort, mut motion, mut chain) = (self.effort.clone(), self.motion.clone(), self.chain.clone());
         apply(&self.layout, transform, &mut effort, &mut motion, &mut chain);
         let transforms: Vec<Transform> = self.transforms.iter().chain([transform]).cloned().collect();
-        if matches!(transform.action, Action::Effort(_) | Action::Mix(_) | Action::Clip) {
+        if matches!(transform.action, Action::Effort(_) | Action::Mode(_) | Action::Lag | Action::Mix(_) | Action::Clip) {
             // The motion stays as it is: only the effort's spectra are new.
             let layout = &self.layout;
             let effort_spectra = (0..layout.axes)
@@ -187,15 +188,28 @@ impl State {
         along(law, Clock::of(&self.layout, trial), self.layout.axes, (x, v), then)
     }
 
+    /// The poles −ζ ω + i ω √(1 − ζ²) of the modes that efforts pass, each with its axis.
+    pub fn modes(&self) -> impl Iterator<Item = (usize, Complex64)> {
+        self.transforms.iter().filter(|t| matches!(t.action, Action::Mode(_))).map(|t| {
+            let (w, ratio) = (TAU * t.knobs[0], t.knobs[1]);
+            (t.axis.unwrap_or(0), Complex64::new(-ratio, (1.0 - ratio * ratio).max(0.0).sqrt()) * w)
+        })
+    }
+
     /// What the effort channels would show of these true efforts.
     pub fn uncorrect_effort(&self, mut effort: Vec<Vec<f64>>) -> Vec<Vec<f64>> {
         for transform in self.transforms.iter().rev() {
             match &transform.action {
-                Action::Effort(operator) => {
+                Action::Effort(operator) | Action::Mode(operator) => {
                     for (axis, series) in effort.iter_mut().enumerate() {
                         if transform.axis.is_none_or(|a| a == axis) {
                             *series = filter(series, self.layout.rate_hz, |s| 1.0 / operator(s, &transform.knobs));
                         }
+                    }
+                }
+                Action::Lag => {
+                    for series in &mut effort {
+                        *series = lagging(series, &self.layout, 0, [-transform.knobs[0], -transform.knobs[1]]);
                     }
                 }
                 Action::Mix(matrix) => {
@@ -315,10 +329,19 @@ pub(crate) fn order_of(matrix: Matrix) -> usize {
     }
 }
 
+/// Samples at t + a + b t of those at t, `before` of which lie before the record.
+fn lagging(samples: &[f64], layout: &Layout, before: usize, [a, b]: [f64; 2]) -> Vec<f64> {
+    let at = |k: usize| {
+        let time_s = layout.start_s + (k as f64 - before as f64) / layout.rate_hz;
+        between(samples, k as f64 + layout.rate_hz * (a + b * time_s))
+    };
+    (0..samples.len()).map(at).collect()
+}
+
 fn apply(layout: &Layout, transform: &Transform, effort: &mut Tracks, motion: &mut Tracks, chain: &mut Chain) {
     let (n, knobs) = (layout.axes, transform.knobs.as_slice());
     match &transform.action {
-        Action::Effort(operator) => {
+        Action::Effort(operator) | Action::Mode(operator) => {
             for trial in effort.iter_mut() {
                 for (axis, track) in trial.iter_mut().enumerate() {
                     if transform.axis.is_none_or(|a| a == axis) {
@@ -372,6 +395,15 @@ fn apply(layout: &Layout, transform: &Transform, effort: &mut Tracks, motion: &m
             let dense: Vec<Complex64> = mix.iter().flatten().map(|&w| w.into()).collect();
             for matrix in &mut chain.effort {
                 *matrix = square::product(&dense, matrix, n);
+            }
+        }
+        Action::Lag => {
+            for track in effort.iter_mut().flatten() {
+                *track = layout.track_of_padded(lagging(&layout.whole(track), layout, layout.pad, [knobs[0], knobs[1]]));
+            }
+            let middle = knobs[0] + knobs[1] * (layout.start_s + 0.5 * layout.samples as f64 / layout.rate_hz);
+            for (matrix, &s) in chain.effort.iter_mut().zip(&layout.sj) {
+                matrix.iter_mut().for_each(|entry| *entry *= (s * middle).exp());
             }
         }
         Action::Clip => {

@@ -48,7 +48,7 @@ impl Absorbed {
     /// Whether a hypothesis does what this tolerance does.
     pub fn is_of(&self, hypothesis: &Hypothesis) -> bool {
         match hypothesis.form.action {
-            Action::Effort(_) | Action::Motion(_) => self.role == Role::Latency,
+            Action::Effort(_) | Action::Motion(_) | Action::Lag => self.role == Role::Latency,
             Action::Series(_) => self.role == Role::Compliance,
             // A gain of one channel is no angle.
             Action::Mix(_) => self.role == Role::Angle && hypothesis.form.axis.is_none(),

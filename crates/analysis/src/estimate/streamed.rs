@@ -6,7 +6,6 @@ use super::summed::{Summed, segment};
 use crate::error::AnalysisError;
 use crate::result::{Warning, word};
 use crate::trials::RoleNames;
-use crate::trials::Trim;
 use crate::trials::{Trial, Trials, other_unit, require_motion};
 use ndof_signal::Recording;
 
@@ -68,7 +67,7 @@ impl Streamed {
         let Some(begun) = &mut self.begun else {
             let rate_hz = piece.sample_rate_hz();
             let trial = Trial { file: file.to_owned(), recording: piece, warnings: notes.into_iter().collect() };
-            let first = Trials::new(vec![trial], &self.names, &Trim::default())?;
+            let first = Trials::of_stream(vec![trial], &self.names)?;
             let columns: Vec<&[f64]> = first.trials[0].recording.channels().iter().map(|c| c.samples.as_slice()).collect();
             let summed = Summed::new(&self.settings, segment(&self.settings, rate_hz), (rate_hz, columns.len()), file)?;
             let mut begun = Begun { first: first.clone(), summed, file: file.to_owned(), ranges: vec![NOTHING; columns.len()] };
@@ -115,6 +114,7 @@ impl Streamed {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::trials::Trim;
     use ndof_signal::{Channel, Unit};
 
     fn settings() -> Estimate {

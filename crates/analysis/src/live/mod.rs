@@ -10,7 +10,7 @@ use crate::fit::{Fit, unknown_parameters};
 #[cfg(feature = "clap")]
 use crate::options::positive;
 use crate::result::{Head, Warning, number};
-use crate::trials::{RoleNames, Roles, Trial, Trials, Trim, add_each};
+use crate::trials::{RoleNames, Roles, Trial, Trials, add_each};
 use kept::{Keep, Kept};
 use ndof_signal::{CrossSpectra, Recording, RecordingError};
 use ndof_sysid::{ResponseKind, StoppingRule};
@@ -189,7 +189,7 @@ impl Live {
         }
         let robust = self.settings.robust;
         let long = self.kept.long(nperseg).map(|recording| Trial::of(self.file.clone(), recording.clone())).collect();
-        let trials = Trials::new(long, &self.names, &Trim::default())?;
+        let trials = Trials::of_stream(long, &self.names)?;
         let band_hz = self.band(&trials, &spectra, nperseg);
         let kind = self.settings.response.unwrap_or_else(|| impedance(&trials));
         let settings = Estimate {

@@ -1,5 +1,6 @@
 //! Repeated trials of one experiment, with the roles of their channels.
 
+mod readings;
 pub(crate) mod roles;
 pub(crate) mod trial;
 mod trim;
@@ -28,8 +29,7 @@ pub struct Trials {
 
 /// A channel's unit; one that says nothing of it takes the one of its role: an effort as input, a displacement as output.
 fn unit_of(channel: &Channel, role: usize, roles: &Roles) -> Unit {
-    let motion = roles.input_motion.iter().chain(&roles.output_motion).nth(role.wrapping_sub(roles.ports.references.len()));
-    match motion {
+    match roles.motion(role) {
         Some(order) if channel.unit.symbol().is_empty() => {
             let rotational = channel.name.starts_with("angle_") || channel.name.starts_with("torque_");
             let quantity = match order {
@@ -127,13 +127,21 @@ pub(crate) fn add_each(warnings: &mut Vec<Warning>, more: impl IntoIterator<Item
     }
 }
 
+/// Where recordings come from.
+#[derive(Clone, Copy, PartialEq)]
+enum Source {
+    Record,
+    Stream,
+    Simulator,
+}
+
 impl Trials {
     /// Trials from recordings: roles found, stretches cut out, channels without a role left out, the others checked.
     ///
     /// # Errors
     /// [`AnalysisError`] if there is none, a role cannot be filled, trials differ, or a channel that is used holds no numbers.
     pub fn new(trials: Vec<Trial>, names: &RoleNames, trim: &Trim) -> Result<Self, AnalysisError> {
-        Trials::assembled(trials, names, trim, true)
+        Trials::assembled(trials, names, trim, Source::Record)
     }
 
     /// The same of what a simulator logged: at the same commands it logs the same again, which no measured recording does.
@@ -141,15 +149,20 @@ impl Trials {
     /// # Errors
     /// As [`Trials::new`].
     pub fn simulated(trials: Vec<Trial>, names: &RoleNames, trim: &Trim) -> Result<Self, AnalysisError> {
-        Trials::assembled(trials, names, trim, false)
+        Trials::assembled(trials, names, trim, Source::Simulator)
     }
 
-    fn assembled(trials: Vec<Trial>, names: &RoleNames, trim: &Trim, measured: bool) -> Result<Self, AnalysisError> {
+    /// The same of pieces of a stream, whose channels stay as they are.
+    pub(crate) fn of_stream(pieces: Vec<Trial>, names: &RoleNames) -> Result<Self, AnalysisError> {
+        Trials::assembled(pieces, names, &Trim::default(), Source::Stream)
+    }
+
+    fn assembled(trials: Vec<Trial>, names: &RoleNames, trim: &Trim, source: Source) -> Result<Self, AnalysisError> {
         let first = trials.first().ok_or(AnalysisError::NoRecording)?;
         let mut roles = Roles::find(&first.recording, &first.file, names)?;
         let all_names = first.recording.names();
         let used: Vec<String> = roles.used().into_iter().chain(roles.kept.iter().copied()).map(|i| all_names[i].clone()).collect();
-        if measured {
+        if source != Source::Simulator {
             each_once(&trials, &used)?;
         }
         let mut warnings = roles.warnings.clone();
@@ -175,7 +188,10 @@ impl Trials {
                     channel.unit = unit_of(&channel, role, &roles);
                     Some(channel)
                 };
-                let channels: Vec<Channel> = order.iter().enumerate().filter_map(taken).collect();
+                let mut channels: Vec<Channel> = order.iter().enumerate().filter_map(taken).collect();
+                for (_, channel) in channels.iter_mut().enumerate().filter(|(role, _)| roles.motion(*role).flatten().is_some()) {
+                    add_each(&mut warnings, readings::between_readings(channel, rate, &file, source == Source::Stream));
+                }
                 if let Some((own, first)) = stretches.first().and_then(|first| other_unit(&channels, &first.recording)) {
                     return Err(mismatch.of("a channel", own, first));
                 }

@@ -122,6 +122,12 @@ pub struct Roles {
 }
 
 impl Roles {
+    /// Of what fills a role (references, inputs, outputs): `Some(None)` of an effort, of a motion how often its displacement was differentiated; nothing
+    /// is known of references.
+    pub(super) fn motion(&self, role: usize) -> Option<Option<i32>> {
+        self.input_motion.iter().chain(&self.output_motion).nth(role.wrapping_sub(self.ports.references.len())).copied()
+    }
+
     /// Finds the roles in `recording`, which `file` names in errors.
     ///
     /// # Errors

@@ -66,6 +66,32 @@ fn filtered(recording: &Recording, channel: usize, cutoff_hz: f64) -> Recording 
     Recording::new(recording.sample_rate_hz(), channels).expect("columns of one length")
 }
 
+/// Two loggers whose clocks were set together: 300 of a million samples a second go missing between them, 15 ms at the end.
+#[test]
+fn a_clock_that_falls_behind_is_a_delay_that_grows() {
+    for (seed, drift, of_effort) in [(51, 3e-4, true), (52, 3e-4, false), (53, 2e-4, true)] {
+        let mut made = made(Plant::Force, ("limb-noise", 0.1), 2, 0.3, seed);
+        let channel = if of_effort { made.ports.inputs[0] } else { made.ports.outputs[0] };
+        for recording in &mut made.recordings {
+            let mut channels = recording.channels().to_vec();
+            let samples = channels[channel].samples.clone();
+            for (k, x) in channels[channel].samples.iter_mut().enumerate() {
+                let place = k as f64 * (1.0 - drift);
+                let below = place as usize;
+                *x = samples[below] + place.fract() * (samples[(below + 1).min(samples.len() - 1)] - samples[below]);
+            }
+            *recording = Recording::new(recording.sample_rate_hz(), channels).expect("columns of one length");
+        }
+        let late = made.recordings[0].channels()[channel].name.clone();
+        let d = answer(&made);
+        let causes: Vec<&Cause> = d.causes.iter().filter(|c| c.effect != "limb-noise").collect();
+        let [cause] = causes[..] else { panic!("{:?}", d.causes) };
+        assert_eq!(cause.effect, "measurement-delay");
+        assert!(cause.parameters.iter().any(|p| p.name == "channel" && p.value == Value::Text(late.clone())), "{:?}", cause.parameters);
+        assert!(above(cause, "drift_s_per_s", drift).abs() < 4.0 && above(cause, "delay_s", 0.0).abs() < 4.0, "{:?}", cause.parameters);
+    }
+}
+
 /// Latencies of 0.2 ms are what instruments have: 0.84 ms is 4.2 of these, which the price of a hypothesis hides, 0.3 ms is one and a half.
 #[test]
 fn a_latency_beyond_that_of_instruments_is_named_and_one_within_is_said() {

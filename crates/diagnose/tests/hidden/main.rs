@@ -4,6 +4,7 @@ mod arm;
 mod blind;
 mod channels;
 mod drawn;
+mod elsewhere;
 mod findings;
 mod measured;
 mod records;

@@ -7,15 +7,16 @@ use std::f64::consts::TAU;
 const FREQUENCY: ParameterCard = plain("frequency_hz", "Hz", 1e-9, 1e6, None);
 const DAMPING_RATIO: ParameterCard = plain("damping_ratio", "", 0.0, 2.0, Some(0.05));
 const MASS_SHARE: ParameterCard = plain("mass_share", "", 0.0, 1e3, None);
+const GAIN_BEYOND: ParameterCard = plain("gain_beyond", "", -3.0, 3.0, None);
 const CARD: Card = Card {
     name: "extra-resonance",
     what: "an unmodelled flexible mode, or compliance of a transducer, a handle or tissue in series",
     sides: &[Side::Limb, Side::Robot],
-    parameters: &[FREQUENCY, DAMPING_RATIO, MASS_SHARE],
+    parameters: &[FREQUENCY, DAMPING_RATIO, MASS_SHARE, GAIN_BEYOND],
     signature: "a peak and a notch in the response, inertia that changes across it; in series: phase that rolls off with the inertia's gain",
     look_alikes: &["measurement-delay", "channel-filter", "periodic-disturbance"],
     next_experiment: "the same perturbation with a known mass added to the handle: a mode moves, a delay does not",
-    equation: "f = m2 s² (2 ζ ω s + ω²) / (s² + 2 ζ ω s + ω²) x; in series: x measured = x + F / k",
+    equation: "f = m2 s² (2 ζ ω s + ω²) / (s² + 2 ζ ω s + ω²) x; in series: x measured = x + F / k; between: F felt = (g s² + 2 ζ ω s + ω²) / (s² + 2 ζ ω s + ω²) F",
     source: "Den Hartog 1934, Mechanical vibrations, ch. 3",
     trace: Trace::Forms,
 };
@@ -32,6 +33,13 @@ impl Effect for ExtraResonance {
     }
 
     fn injection(&self, parameters: &Parameters, setting: &Setting) -> Result<Injection, EffectError> {
+        if parameters.find(GAIN_BEYOND.name).is_some() {
+            return Err(EffectError::Kind {
+                effect: CARD.name,
+                parameter: GAIN_BEYOND.name,
+                expected: "left out: answers alone have it, and a mass is what is hidden",
+            });
+        }
         let axis = setting.one_axis(&CARD)?;
         let inertia = Setting::diagonal(&setting.mass, axis);
         if inertia <= 0.0 {
@@ -70,6 +78,20 @@ impl Effect for ExtraResonance {
                 [("frequency_hz", frequency), ("damping_ratio", 0.0), ("mass_share", 1.0)]
             });
         forms.push(series.floor(0.02, 0.0));
+        // Where the motion is measured elsewhere than the effort acts, what lies between them may push either way beyond its mode.
+        forms.extend((0..axes).map(|axis| {
+            let between: Operator = Arc::new(|s, k| {
+                let w = TAU * k[0];
+                let spring = w * (2.0 * k[1] * s + w);
+                (k[2] * s * s + spring) / (s * s + spring)
+            });
+            Form::new("between effort and motion", Some(axis), Action::Mode(between))
+                .knobs(
+                    vec![Knob::log(0.8 / unit, 12.5 / unit), Knob::log(0.003, 0.4), Knob::linear(GAIN_BEYOND.bounds.0, GAIN_BEYOND.bounds.1)],
+                    &[&[1.5, 2.2, 3.0, 4.2, 5.5, 7.0, 9.0, 11.0].map(|f| f / unit), &[0.02], &[-1.0, 0.3]],
+                )
+                .numbers(|k, _| [("frequency_hz", k[0]), ("damping_ratio", k[1]), ("gain_beyond", k[2])])
+        }));
         forms
     }
 

@@ -80,6 +80,11 @@ pub enum Action {
     },
     /// The effort channels, or that of the axis, pass a filter: corrected effort = operator × measured effort.
     Effort(Operator),
+    /// The effort of the axis passes a resonance that rings on from before the record: corrected effort = operator × measured effort, whose first knobs are
+    /// frequency (Hz) and damping ratio.
+    Mode(Operator),
+    /// The effort channels fall behind as time goes on: corrected effort at t = measured effort at t + a + b t, of the knobs a (s) and b.
+    Lag,
     /// The motion channels, or that of the axis, pass a filter: corrected motion = operator × measured motion.
     Motion(Operator),
     /// Compliance in series: corrected motion = measured motion - operator × effort.

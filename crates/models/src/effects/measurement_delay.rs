@@ -5,15 +5,16 @@ use crate::blocks::{Block, Delay};
 use std::collections::VecDeque;
 
 const DELAY: ParameterCard = plain("delay_s", "s", -10.0, 10.0, None);
+const DRIFT: ParameterCard = plain("drift_s_per_s", "s/s", 0.0, 0.01, Some(0.0));
 const CARD: Card = Card {
     name: "measurement-delay",
-    what: "latency of some channels against the others; only the difference can be seen",
+    what: "latency of some channels against the others, one that grows where each has a clock of its own; only the difference can be seen",
     sides: &[Side::Sensor],
-    parameters: &[DELAY, CHANNEL],
+    parameters: &[DELAY, DRIFT, CHANNEL],
     signature: "a phase that falls in proportion to frequency while the gain stays",
     look_alikes: &["channel-filter", "extra-resonance", "viscoelastic"],
     next_experiment: "a perturbation with more power from 15 to 30 Hz, or the same one on a known spring: a delay keeps its straight phase",
-    equation: "measured(t) = true(t - delay)",
+    equation: "measured(t) = true(t - delay - drift t)",
     source: "Oppenheim & Schafer 1989, Discrete-time signal processing",
     trace: Trace::Forms,
 };
@@ -46,7 +47,17 @@ impl Effect for MeasurementDelay {
         if delay < 0.0 {
             return Err(EffectError::OutOfBounds { effect: CARD.name, parameter: DELAY.name, value: delay, lo: 0.0, hi: DELAY.bounds.1 });
         }
-        Ok(Injection::Stage(Box::new(delay_line(delay * setting.sample_rate_hz))))
+        let drift = parameters.number(CARD.name, &DRIFT)?;
+        if drift == 0.0 {
+            return Ok(Injection::Stage(Box::new(delay_line(delay * setting.sample_rate_hz))));
+        }
+        let (mut past, late) = (Vec::new(), delay * setting.sample_rate_hz);
+        Ok(Injection::Stage(Box::new(move |sample: f64| {
+            past.push(sample);
+            let place = ((past.len() - 1) as f64 * (1.0 - drift) - late).max(0.0);
+            let (below, fraction) = (place as usize, place.fract());
+            past[below] + fraction * (past[(below + 1).min(past.len() - 1)] - past[below])
+        })))
     }
 
     /// All efforts against all motions; where there are several axes, each channel against all others, too.
@@ -64,6 +75,18 @@ impl Effect for MeasurementDelay {
         let (effort, motion) = (&scale.effort_names, &scale.motion_names);
         let both_ways = [-17.0, -12.0, -8.5, -6.0, -4.2, -3.0, -2.0, -1.0, -0.3, 0.3, 1.0, 2.0, 3.0, 4.2, 6.0, 8.5, 12.0, 17.0, 24.0];
         let mut forms = vec![of(None, Action::Effort(advance.clone()), (-0.03, &both_ways), [effort.join(", "), motion.join(", ")])];
+        // Of clocks that were set together: as much at the record's end as a delay may be.
+        let most = 0.03 * unit / scale.duration_s;
+        let growing = [-0.6, -0.3, -0.12, -0.04, 0.04, 0.12, 0.3, 0.6].map(|share| share * most);
+        let names = [effort.join(", "), motion.join(", ")];
+        let growing = Form::new("growing delay", None, Action::Lag)
+            .knobs(vec![Knob::linear(-0.03 * unit, 0.03 * unit), Knob::linear(-most, most)], &[&[0.0], &growing])
+            .naming(move |k, _| {
+                let late = usize::from(k[1] < 0.0);
+                let delay = if late == 0 { k[0] } else { -k[0] };
+                vec![("delay_s", Value::Number(delay)), ("drift_s_per_s", Value::Number(k[1].abs())), ("channel", Value::Text(names[late].clone()))]
+            });
+        forms.push(growing.floor(0.0, 1.0e-4).at(Side::Sensor));
         if scale.axes() > 1 {
             for (axis, (effort, motion)) in effort.iter().zip(motion).enumerate() {
                 let channels = [(Action::Effort(advance.clone()), effort), (Action::Motion(advance.clone()), motion)];
