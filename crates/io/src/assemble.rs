@@ -18,7 +18,7 @@ pub(crate) const RESERVED_KEYS: [&str; 3] = [RATE_KEY, START_KEY, SAMPLES_KEY];
 
 /// Whether a column of this name is the time.
 pub(crate) fn is_time(name: &str) -> bool {
-    name == "t" || name.eq_ignore_ascii_case("time")
+    name == "t" || ["time", "time_s", "t_s"].iter().any(|own| name.eq_ignore_ascii_case(own))
 }
 
 /// Understands units and time of `table` and checks what a recording promises.

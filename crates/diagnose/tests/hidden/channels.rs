@@ -89,6 +89,7 @@ fn a_clock_that_falls_behind_is_a_delay_that_grows() {
         assert_eq!(cause.effect, "measurement-delay");
         assert!(cause.parameters.iter().any(|p| p.name == "channel" && p.value == Value::Text(late.clone())), "{:?}", cause.parameters);
         assert!(above(cause, "drift_s_per_s", drift).abs() < 4.0 && above(cause, "delay_s", 0.0).abs() < 4.0, "{:?}", cause.parameters);
+        assert!(above(cause, "drift_s_per_s", 0.0) > 20.0, "{:?}", cause.parameters);
     }
 }
 

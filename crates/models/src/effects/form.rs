@@ -141,6 +141,8 @@ pub struct Form {
     pub naming: Naming,
     /// How far a parameter's systematic error goes, beyond its statistical one: relative, absolute (SI).
     pub floor: (f64, f64),
+    /// Parameters whose absolute one is another.
+    pub floors: Vec<(&'static str, f64)>,
 }
 
 impl Form {
@@ -156,6 +158,7 @@ impl Form {
             action,
             naming: Arc::new(|_, _| Vec::new()),
             floor: (0.01, 0.0),
+            floors: Vec::new(),
         }
     }
 
@@ -187,6 +190,12 @@ impl Form {
     /// With systematic errors of this size: relative, absolute (SI).
     pub fn floor(self, relative: f64, absolute: f64) -> Self {
         Form { floor: (relative, absolute), ..self }
+    }
+
+    /// With another absolute error of a parameter.
+    pub fn floor_of(mut self, parameter: &'static str, absolute: f64) -> Self {
+        self.floors.push((parameter, absolute));
+        self
     }
 
     /// The number of parameters that a search pays for.

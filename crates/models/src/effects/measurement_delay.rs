@@ -84,9 +84,9 @@ impl Effect for MeasurementDelay {
             .naming(move |k, _| {
                 let late = usize::from(k[1] < 0.0);
                 let delay = if late == 0 { k[0] } else { -k[0] };
-                vec![("delay_s", Value::Number(delay)), ("drift_s_per_s", Value::Number(k[1].abs())), ("channel", Value::Text(names[late].clone()))]
+                vec![("drift_s_per_s", Value::Number(k[1].abs())), ("delay_s", Value::Number(delay)), ("channel", Value::Text(names[late].clone()))]
             });
-        forms.push(growing.floor(0.0, 1.0e-4).at(Side::Sensor));
+        forms.push(growing.floor(0.0, 1.0e-4).floor_of("drift_s_per_s", 1.0e-4 / scale.duration_s).at(Side::Sensor));
         if scale.axes() > 1 {
             for (axis, (effort, motion)) in effort.iter().zip(motion).enumerate() {
                 let channels = [(Action::Effort(advance.clone()), effort), (Action::Motion(advance.clone()), motion)];

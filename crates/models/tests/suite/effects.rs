@@ -279,7 +279,8 @@ fn tangents_and_delays_are_what_their_equations_say() {
         some[0] += usize::from(share < 1.0);
     }
     for (k, (name, sign)) in [("actuation-delay", -1.0), ("measurement-delay", 1.0)].into_iter().enumerate() {
-        for form in find(name).expect("an effect").forms(&scale()) {
+        // One that grows is no operator.
+        for form in find(name).expect("an effect").forms(&scale()).into_iter().filter(|form| !matches!(form.action, Action::Lag)) {
             let (Action::Effort(operator) | Action::Motion(operator)) = &form.action else { panic!("{name} is of a channel") };
             assert!((operator(s, &[0.003]) - (sign * s * 0.003).exp()).norm() < 1e-14, "{name} {}", form.label);
             some[1 + k] += 1;
@@ -349,6 +350,11 @@ fn unknown_and_impossible_parameters_are_refused() {
     assert!(scale.inject(&beside, &setting()).is_ok());
     beside.0.insert("relative_to".to_owned(), Value::Text("force_x".to_owned()));
     assert!(scale.inject(&beside, &setting()).is_err(), "what an answer alone has");
+    let mode = |more: &[(&'static str, f64)]| {
+        let pairs = [("frequency_hz", 5.0), ("mass_share", 0.2)].into_iter().chain(more.iter().copied());
+        find("extra-resonance").expect("an effect").inject(&Parameters::new(pairs), &setting()).is_ok()
+    };
+    assert!(mode(&[]) && !mode(&[("gain_beyond", 0.4)]), "what an answer alone has");
 }
 
 #[test]
@@ -361,6 +367,12 @@ fn stages_do_what_their_equations_say() {
     let mut late = stage("measurement-delay", &[("delay_s", 0.0025)]);
     let out: Vec<f64> = (0..6).map(|k| late.step(f64::from(k))).collect();
     assert!((out[5] - 2.5).abs() < 1e-12, "{out:?}");
+    // A ramp's own clock: k less what it is late by, 2 samples and a hundredth of those that came.
+    let mut growing = stage("measurement-delay", &[("delay_s", 0.002), ("drift_s_per_s", 0.01)]);
+    for k in 0..400 {
+        let want = (0.99 * f64::from(k) - 2.0).max(0.0);
+        assert!((growing.step(f64::from(k)) - want).abs() < 1e-12 * want.max(1.0), "{k}");
+    }
     let mut none = stage("measurement-delay", &[("delay_s", 0.0)]);
     assert_eq!((none.step(1.5), none.step(-2.0)), (1.5, -2.0));
     let mut steps = stage("quantisation", &[("step", 0.5)]);

@@ -124,7 +124,10 @@ pub fn sentence(d: &Diagnosis) -> String {
     let with = first.over_schedule.first().map(|curve| format!(" with {}", curve.over)).unwrap_or_default();
     let of = match first.over_schedule.first() {
         Some(_) => range(&first.parameters),
-        None => amount(&first.parameters).map(|amount| format!(" of {amount}")).unwrap_or_default(),
+        None => {
+            let word = if first.parameters.first().is_some_and(|p| p.name == "time_s") { "after" } else { "of" };
+            amount(&first.parameters).map(|amount| format!(" {word} {amount}")).unwrap_or_default()
+        }
     };
     let at = if first.site.axis.is_empty() { format!(" ({})", first.site.side) } else { format!(" at {} ({})", first.site.axis, first.site.side) };
     let share = match first.gain.explained_fraction {
