@@ -4,6 +4,7 @@ use std::sync::Arc;
 
 use super::error::{FigureError, expect_shape};
 use super::frequency::{frequency_axis, positive_extent};
+use crate::number::density_unit;
 use crate::plot::{Axis, Color, Dash, Figure, Panel, Series};
 use ndof_analysis::Leftover;
 
@@ -40,8 +41,7 @@ pub fn residual(name: &str, title: &str, sample_rate_hz: f64, residuals: &[Resid
             Color::Vermillion,
         ));
         trace.link = 3 * row + 1;
-        let unit = if one.unit.contains([' ', '/', '·']) { format!("({})²/Hz", one.unit) } else { format!("{}²/Hz", one.unit) };
-        let mut density = Panel::new(frequency_axis(positive_extent(&frequency)), Axis::log("Density", unit))
+        let mut density = Panel::new(frequency_axis(positive_extent(&frequency)), Axis::log("Density", density_unit(&one.unit)))
             .with(Series::line("output", frequency.clone(), left.output_density.clone(), Color::Grey))
             .with(Series::line("residual", frequency.clone(), left.density.clone(), Color::Vermillion));
         density.link = 0;

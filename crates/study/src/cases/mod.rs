@@ -12,7 +12,7 @@ use ndarray::{Array2, Array3, Axis as Dimension};
 use ndof_analysis::Trial;
 use ndof_analysis::result::{Head, Number, Warning, finite, number};
 use ndof_analysis::{AnalysisError, Estimated, Fitted};
-use ndof_devices::Linearised;
+use ndof_devices::{Impedance, Linearised};
 use ndof_models::{agreement, physical};
 use ndof_sysid::{FrequencyResponse, ResponseKind};
 use num_complex::Complex64;
@@ -110,17 +110,18 @@ fn setting(report: &ReportSection, name: String, estimated: &Estimated, fitted: 
         segments_per_trial: (method.name == "welch").then(|| method.segments / outcome.trials.trials.len().max(1)),
         effective_averages: number(method.effective_averages),
         parameters,
-        relative_error: truth.map(|s| relative_error(fitted, &s.linear)),
+        relative_error: truth.map(|s| relative_error(fitted, &s.linear.limb)),
         agreement: truth.map_or(Ok(Vec::new()), |s| agreements(&report.bands_hz, estimated, &s.linear))?,
         ellipse: ellipse(fitted, truth.map(|s| &s.linear.limb.stiffness)),
         low_band: low_band(report.low_band_hz, estimated, truth.map(|s| &s.linear)),
     })
 }
 
-fn relative_error(fitted: &Fitted, linear: &Linearised) -> MatrixNumbers {
+/// ‖X̂ − X‖/‖X‖ of the fitted matrices.
+pub(crate) fn relative_error(fitted: &Fitted, truth: &Impedance) -> MatrixNumbers {
     let norm = |a: &Array2<f64>| a.iter().map(|v| v * v).sum::<f64>().sqrt();
     let error = |found: &Array2<f64>, truth: &Array2<f64>| if found.dim() == truth.dim() { number(norm(&(found - truth)) / norm(truth)) } else { None };
-    let (found, truth) = (&fitted.matrices, &linear.limb);
+    let found = &fitted.matrices;
     MatrixNumbers { M: error(&found.inertia, &truth.inertia), B: error(&found.damping, &truth.damping), K: error(&found.stiffness, &truth.stiffness) }
 }
 
