@@ -119,11 +119,15 @@ impl FrequencyResponse {
         self.uncertainty.as_ref().map_or(f64::NAN, |u| u.noise[[f, output, output]].re * u.input_inverse[[f, input, input]].re)
     }
 
+    /// Indices of the frequencies `low_hz..=high_hz`.
+    pub fn within(&self, [low_hz, high_hz]: [f64; 2]) -> Vec<usize> {
+        (0..self.len()).filter(|&f| (low_hz..=high_hz).contains(&self.frequency_hz[f])).collect()
+    }
+
     /// The same response on the frequencies `low_hz..=high_hz` only.
     #[must_use]
     pub fn band(&self, low_hz: f64, high_hz: f64) -> Self {
-        let keep: Vec<usize> = (0..self.len()).filter(|&f| (low_hz..=high_hz).contains(&self.frequency_hz[f])).collect();
-        self.select(&keep)
+        self.select(&self.within([low_hz, high_hz]))
     }
 
     /// Every how many frequencies there are `dense` an independent one; 1 on a grid that is coarser, or without a covariance.

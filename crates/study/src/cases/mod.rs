@@ -136,6 +136,11 @@ fn plant(linear: &Linearised, like: &FrequencyResponse) -> FrequencyResponse {
     FrequencyResponse { value, kind: ResponseKind::Compliance, uncertainty: None, ..like.clone() }
 }
 
+/// The frequencies of a band without 0 Hz.
+fn above_zero(response: &FrequencyResponse, band_hz: [f64; 2]) -> Vec<usize> {
+    response.within(band_hz).into_iter().filter(|&f| response.frequency_hz[f] > 0.0).collect()
+}
+
 fn agreements(bands_hz: &[[f64; 2]], estimated: &Estimated, linear: &Linearised) -> Result<Vec<BandAgreement>, StudyError> {
     let direct = &estimated.estimates.direct;
     let derived = estimated.estimates.derived.as_ref();
@@ -149,8 +154,7 @@ fn agreements(bands_hz: &[[f64; 2]], estimated: &Estimated, linear: &Linearised)
         let (p, q) = response.shape();
         for &band in bands_hz {
             let agreed = agreement(response, &plant, partial, band).map_err(AnalysisError::from)?;
-            let used: Vec<usize> =
-                (0..response.len()).filter(|&f| response.frequency_hz[f] > 0.0 && (band[0]..=band[1]).contains(&response.frequency_hz[f])).collect();
+            let used = above_zero(response, band);
             let mean = |of: &dyn Fn(usize, usize, usize) -> f64| -> Vec<Vec<Number>> {
                 let element = |i: usize, j: usize| {
                     let values: Vec<f64> = used.iter().map(|&f| of(f, i, j)).filter(|v| v.is_finite()).collect();
@@ -238,8 +242,7 @@ fn axis_ratio_interval(k: &Array2<f64>, covariance: &Array2<f64>, symmetric: boo
 fn low_band(band_hz: [f64; 2], estimated: &Estimated, linear: Option<&Linearised>) -> LowBand {
     let direct = &estimated.estimates.direct;
     let response = &direct.response;
-    let used: Vec<usize> =
-        (0..response.len()).filter(|&f| response.frequency_hz[f] > 0.0 && (band_hz[0]..=band_hz[1]).contains(&response.frequency_hz[f])).collect();
+    let used = above_zero(response, band_hz);
     let inputs = direct.input_coherence.dim().1;
     let between = |f: usize| (0..inputs).flat_map(|i| (0..i).map(move |j| (i, j))).map(|(i, j)| direct.input_coherence[[f, i, j]]).fold(f64::NAN, f64::max);
     let coherences: Vec<f64> = used.iter().map(|&f| between(f)).filter(|c| c.is_finite()).collect();
