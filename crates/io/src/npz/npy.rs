@@ -133,6 +133,7 @@ fn shape(text: &str) -> Option<Vec<usize>> {
     inside.split(',').map(str::trim).filter(|s| !s.is_empty()).map(|s| s.trim_end_matches('L').parse().ok()).collect()
 }
 
+/// The type that a header's field names, in quotes.
 fn dtype(field: &str) -> Option<Dtype> {
     let descr = field.strip_prefix(['\'', '"'])?.split(['\'', '"']).next()?;
     let (order, rest) = match descr.chars().next()? {
@@ -241,8 +242,8 @@ mod tests {
 
     #[test]
     fn types_of_numpy_are_understood() {
-        assert_eq!(dtype(">i2"), Some(Dtype { kind: 'i', bytes: 2, big: true }));
-        assert_eq!(dtype("|O"), Some(Dtype { kind: 'O', bytes: 0, big: false }));
+        assert_eq!(dtype("'>i2'"), Some(Dtype { kind: 'i', bytes: 2, big: true }));
+        assert_eq!(dtype("'|O'"), Some(Dtype { kind: 'O', bytes: 0, big: false }));
         assert_eq!(shape("(5,)"), Some(vec![5]));
         assert_eq!(shape("()"), Some(vec![]));
         assert_eq!(shape("(2, 3)"), Some(vec![2, 3]));
