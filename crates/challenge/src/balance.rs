@@ -1,7 +1,7 @@
 //! What inertia, damping and stiffness leave of a recording's efforts: least squares in the frequency domain.
 
 use super::{Case, Made, Plant};
-use ndof_signal::{Quantity, Recording, forward_transform};
+use ndof_signal::{Quantity, Recording, forward_transform, spectrum_by};
 use num_complex::Complex64;
 use std::f64::consts::{PI, TAU};
 
@@ -70,9 +70,7 @@ fn lines(case: &Case, made: &Made, recording: &Recording) -> Lines {
         let x = &recording.channels()[channel].samples;
         let mean = x.iter().sum::<f64>() / samples as f64;
         let mut buffer: Vec<f64> = x.iter().enumerate().map(|(k, v)| (v - mean) * window(order, k)).collect();
-        let mut out = forward.make_output_vec();
-        forward.process(&mut buffer, &mut out).expect("a series of the right length");
-        out[range.clone()].to_vec()
+        spectrum_by(forward.as_ref(), &mut buffer)[range.clone()].to_vec()
     };
     // Nothing leaks: F{w x'} = s F{w x} - F{w' x}, and F{w x''} = s² F{w x} - 2 s F{w' x} + F{w'' x}.
     let orders = |channel: usize| -> [Vec<Complex64>; 3] {

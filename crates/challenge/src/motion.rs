@@ -2,7 +2,7 @@
 
 use super::laws::{Rates, World};
 use crate::clock::{FINE_HZ, FS, SUB};
-use ndof_signal::inverse_transform;
+use ndof_signal::{inverse_transform, signal_by};
 use num_complex::Complex64;
 use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
@@ -171,9 +171,7 @@ pub fn along(lines: &[Complex64], fine: usize, duration: f64) -> Imposed {
         for (k, line) in lines.iter().enumerate() {
             spectrum[k + 1] = line * Complex64::new(0.0, TAU * (k + 1) as f64 / duration).powi(order);
         }
-        let mut out = back.make_output_vec();
-        back.process(&mut spectrum, &mut out).expect("a spectrum of the right length");
-        out
+        signal_by(back.as_ref(), &mut spectrum)
     };
     Imposed { x: series(0), v: series(1), a: series(2) }
 }

@@ -5,7 +5,7 @@ use super::plants::Plant;
 use super::record::Scene;
 use crate::case::Made;
 use crate::clock::{FINE_HZ, FS, SUB};
-use ndof_signal::forward_transform;
+use ndof_signal::{forward_transform, spectrum_by};
 use num_complex::Complex64;
 use std::f64::consts::{PI, TAU};
 
@@ -171,9 +171,7 @@ fn imposed(scene: &Scene, made: &Made, played: &[Played], trial: usize, from: us
 /// A measured motion on the fine grid, up to the end of the band: each sample is the mean over its interval.
 fn within_band(read: &[f64], rate_hz: f64, band_hz: f64, fine: usize) -> Imposed {
     let duration = read.len() as f64 / rate_hz;
-    let forward = forward_transform(read.len());
-    let mut spectrum = forward.make_output_vec();
-    forward.process(&mut read.to_vec(), &mut spectrum).expect("a series of the right length");
+    let spectrum = spectrum_by(forward_transform(read.len()).as_ref(), &mut read.to_vec());
     let lines: Vec<Complex64> = (1..=(band_hz * duration) as usize)
         .map(|k| {
             let f = k as f64 / duration;

@@ -125,8 +125,7 @@ impl<'a> Coupled<'a> {
     /// The matrix of ẏ = L y + … at the posture, without dry friction and force laws.
     pub(crate) fn linear_part(&self) -> Array2<f64> {
         let small = coupled_matrix(self.robot, self.limb, self.transducer, &self.rest);
-        let n = small.nrows();
-        Array2::from_shape_fn((self.dimension(), self.dimension()), |(i, j)| if i < n && j < n { small[[i, j]] } else { 0.0 })
+        Array2::from_shape_fn((self.dimension(), self.dimension()), |place| small.get(place).copied().unwrap_or(0.0))
     }
 
     /// Writes ẏ at time `time_s` since the recording's first sample.

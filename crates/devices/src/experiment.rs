@@ -264,16 +264,11 @@ impl Experiment {
         if !(cutoff > 0.0 && cutoff < self.sample_rate_hz / 2.0) {
             return Err(DeviceError::value("controller.velocity_cutoff_hz", cutoff, "between 0 and half of the sample rate"));
         }
-        let limit = device.defaults.stiffness_limit;
-        if let Some(kp) = gains("kp", &self.controller.kp, device.defaults.kp)?.into_iter().find(|kp| *kp > limit) {
-            return Err(DeviceError::value("controller.kp", kp, "at most what the device is made for (2000 N/m on mit-manus, 5000 on inmotion2)"));
+        let kp = gains("kp", &self.controller.kp, device.defaults.kp)?;
+        if let Some(kp) = kp.iter().find(|kp| **kp > device.defaults.stiffness_limit) {
+            return Err(DeviceError::value("controller.kp", *kp, "at most what the device is made for (2000 N/m on mit-manus, 5000 on inmotion2)"));
         }
-        let hold = HoldGains {
-            kp: gains("kp", &self.controller.kp, device.defaults.kp)?,
-            kd: gains("kd", &self.controller.kd, device.defaults.kd)?,
-            velocity_cutoff_hz: cutoff,
-            sample_rate_hz: self.sample_rate_hz,
-        };
+        let hold = HoldGains { kp, kd: gains("kd", &self.controller.kd, device.defaults.kd)?, velocity_cutoff_hz: cutoff, sample_rate_hz: self.sample_rate_hz };
         Ok(Bench { device, limb, rest, hold })
     }
 

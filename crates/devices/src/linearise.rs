@@ -3,12 +3,11 @@
 use crate::error::DeviceError;
 use crate::limb::{Impedance, Limb};
 use crate::velocity::velocity_filter;
-use ndarray::Array2;
+use ndarray::{Array2, Axis};
 use ndof_linear::{inverse, phi_functions};
 use ndof_models::Transducer;
 use ndof_models::robot::{EndpointKinematics, Robot, RobotError};
 use num_complex::Complex64;
-use std::ops::Range;
 
 /// Gains and clock of the hold, as the linear model needs them.
 #[derive(Clone, Debug, PartialEq)]
@@ -80,34 +79,11 @@ fn put(out: &mut Array2<f64>, top: usize, left: usize, block: &Array2<f64>) {
     }
 }
 
-/// Some rows of a matrix.
-fn rows(a: &Array2<Complex64>, range: Range<usize>) -> Array2<Complex64> {
-    Array2::from_shape_fn((range.len(), a.ncols()), |(i, j)| a[[range.start + i, j]])
-}
-
-/// A matrix of blocks; all blocks of a row share their height, all of a column their width.
-fn blocks(rows: &[&[Array2<f64>]]) -> Array2<f64> {
-    let height = rows.iter().map(|r| r[0].nrows()).sum();
-    let width = rows[0].iter().map(Array2::ncols).sum();
-    let mut out = Array2::zeros((height, width));
-    let mut top = 0;
-    for row in rows {
-        let (mut left, h) = (0, row[0].nrows());
-        for block in *row {
-            put(&mut out, top, left, block);
-            left += block.ncols();
-        }
-        top += h;
-    }
-    out
-}
-
 /// The linear part of the coupled system in its states [δq, q̇, e, ė], without hold.
 pub(crate) fn coupled_matrix(robot: &dyn Robot, limb: &dyn Limb, transducer: Transducer, q: &[f64]) -> Array2<f64> {
     let (h, j) = rigid_body(robot, q);
     let (n, m) = (j.ncols(), j.nrows());
     let impedance = limb.linearised();
-    let eye = |n: usize| Array2::<f64>::eye(n);
     let zero = |r: usize, c: usize| Array2::<f64>::zeros((r, c));
     // A singular inertia gives no useful linear part; zero keeps the integrator right, only slower.
     let h_inverse = inverse(&h).unwrap_or_else(|| zero(n, n));
@@ -118,8 +94,14 @@ pub(crate) fn coupled_matrix(robot: &dyn Robot, limb: &dyn Limb, transducer: Tra
     let robot_rows = [zero(n, n), -h_inverse.dot(&viscous), reach.clone() * -k, reach.clone() * -b];
     let (mk, mb) = (mobility.dot(&impedance.stiffness), mobility.dot(&impedance.damping));
     let limb_rows = [-mk.dot(&j), -mb.dot(&j), &mobility * k + &mk, &mobility * b + &mb];
-    let deflection_rows: Vec<Array2<f64>> = robot_rows.iter().zip(&limb_rows).map(|(r, l)| j.dot(r) - l).collect();
-    blocks(&[&[zero(n, n), eye(n), zero(n, m), zero(n, m)], &robot_rows, &[zero(m, n), zero(m, n), zero(m, m), eye(m)], &deflection_rows])
+    let mut out = zero(2 * (n + m), 2 * (n + m));
+    put(&mut out, 0, n, &Array2::eye(n));
+    put(&mut out, 2 * n, 2 * n + m, &Array2::eye(m));
+    for (left, (robot, limb)) in [0, n, 2 * n, 2 * n + m].into_iter().zip(robot_rows.iter().zip(&limb_rows)) {
+        put(&mut out, n, left, robot);
+        put(&mut out, 2 * n + m, left, &(j.dot(robot) - limb));
+    }
+    out
 }
 
 fn complex(a: &Array2<f64>) -> Array2<Complex64> {
@@ -171,8 +153,8 @@ impl Linearised {
         let mut matrix = complex(a) * -Complex64::ONE;
         matrix.diag_mut().mapv_inplace(|v| v + z);
         let all = complex(c).dot(&inverse(&matrix)?).dot(&complex(b)) + complex(d);
-        let m = self.robot_inertia.nrows();
-        Some((rows(&all, 0..m), rows(&all, m..2 * m)))
+        let (t, r) = all.view().split_at(Axis(0), self.robot_inertia.nrows());
+        Some((t.to_owned(), r.to_owned()))
     }
 
     /// T⁻¹ between recorded samples: commands F_Δ = T⁻¹ F that deliver the forces F for small motions. Without stiffness of the
@@ -200,24 +182,20 @@ impl Sampled {
         let mut position = Array2::<f64>::zeros((m, size));
         put(&mut position, 0, 0, j);
         let mut velocity = &position * fs;
-        let mut filtered = Array2::<f64>::zeros((m, size));
-        let mut force = Array2::<f64>::zeros((m, size));
+        (0..m).for_each(|i| velocity[[i, total + i]] -= fs);
+        let mut filtered = &velocity * g;
         for i in 0..m {
-            velocity[[i, total + i]] -= fs;
-            for k in 0..size {
-                filtered[[i, k]] = g * velocity[[i, k]];
-            }
             filtered[[i, total + m + i]] += g;
             filtered[[i, total + 2 * m + i]] += p;
-            for k in 0..size {
-                force[[i, k]] = -hold.kp[i] * position[[i, k]] - hold.kd[i] * filtered[[i, k]];
-            }
         }
+        let force = Array2::from_shape_fn((m, size), |(i, k)| -hold.kp[i] * position[[i, k]] - hold.kd[i] * filtered[[i, k]]);
         let mut plant = Array2::<f64>::zeros((total, size));
         put(&mut plant, 0, 0, &exponential);
-        let next = plant + gamma.dot(&force);
-        let a = blocks(&[&[next], std::slice::from_ref(&position), &[velocity], &[filtered]]);
-        let b = blocks(&[&[gamma], &[Array2::zeros((3 * m, m))]]);
+        let (mut a, mut b) = (Array2::zeros((size, size)), Array2::zeros((size, m)));
+        for (top, rows) in [(0, &(plant + gamma.dot(&force))), (total, &position), (total + m, &velocity), (total + 2 * m, &filtered)] {
+            put(&mut a, top, 0, rows);
+        }
+        put(&mut b, 0, 0, &gamma);
         let mut mean = Array2::<f64>::zeros((total, size));
         put(&mut mean, 0, 0, &first);
         let mean = mean + mean_gamma.dot(&force);

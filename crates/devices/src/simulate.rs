@@ -109,8 +109,9 @@ pub fn simulate_trial(experiment: &Experiment, commanded: &[Vec<f64>], extras: &
     let total = discarded + recorded;
     require_shape(commanded, m, total)?;
     let (fs, defaults) = (experiment.sample_rate_hz, bench.device.defaults);
-    let noise = limb_noise(experiment, extras, trial, total, robot.axes().iter().map(|a| a.name.as_str()))?;
-    let mut actuators = stages(&extras.actuators, robot.axes().iter().map(|a| a.name.clone()).collect())?;
+    let axes: Vec<&str> = robot.axes().iter().map(|a| a.name.as_str()).collect();
+    let noise = limb_noise(experiment, extras, trial, total, &axes)?;
+    let mut actuators = stages(&extras.actuators, &axes)?;
 
     let laws = [extras.robot.as_slice(), extras.limb.as_slice()];
     let shortest = Stepper::shortest_step_s(1.0 / fs, extras.accuracy);
@@ -226,7 +227,8 @@ fn record(
         positions.push(Channel::new(format!("{p}_{}", axis.name), motion, position));
     }
     let mut channels: Vec<Channel> = commands.into_iter().chain(forces).chain(positions).collect();
-    for (index, mut stage) in stages(&extras.sensors, channels.iter().map(|c| c.name.clone()).collect())? {
+    let sensors = stages(&extras.sensors, &channels.iter().map(|c| c.name.as_str()).collect::<Vec<_>>())?;
+    for (index, mut stage) in sensors {
         channels[index].samples.iter_mut().for_each(|s| *s = stage.step(*s));
     }
     Ok(Recording::new(experiment.sample_rate_hz, channels)?)
@@ -236,35 +238,23 @@ fn record(
 type Placed = (usize, Box<dyn Stage>);
 
 /// Fresh stages with the index of their channel among `names`.
-fn stages(makers: &[(String, StageMaker)], names: Vec<String>) -> Result<Vec<Placed>, DeviceError> {
-    makers
-        .iter()
-        .map(|(name, make)| {
-            let index = names.iter().position(|n| n == name);
-            let index = index.ok_or_else(|| DeviceError::NoChannel { name: name.clone(), available: names.join(", ") })?;
-            Ok((index, make()))
-        })
-        .collect()
+fn stages(makers: &[(String, StageMaker)], names: &[&str]) -> Result<Vec<Placed>, DeviceError> {
+    makers.iter().map(|(name, make)| Ok((channel(names, name)?, make()))).collect()
+}
+
+fn channel(names: &[&str], name: &str) -> Result<usize, DeviceError> {
+    names.iter().position(|n| *n == name).ok_or_else(|| DeviceError::NoChannel { name: name.to_owned(), available: names.join(", ") })
 }
 
 /// The limb's own force, one signal an axis, `None` where it makes none.
-fn limb_noise<'a>(
-    experiment: &Experiment,
-    extras: &Extras,
-    trial: usize,
-    count: usize,
-    axes: impl Iterator<Item = &'a str>,
-) -> Result<Vec<Option<Vec<f64>>>, DeviceError> {
-    let axes: Vec<&str> = axes.collect();
+fn limb_noise(experiment: &Experiment, extras: &Extras, trial: usize, count: usize, axes: &[&str]) -> Result<Vec<Option<Vec<f64>>>, DeviceError> {
     let mut levels = vec![None; axes.len()];
     if let Some(noise) = experiment.limb.noise() {
         let rms = noise.rms_n.values(axes.len()).ok_or_else(|| DeviceError::size("limb.noise.rms_n", "another number of axes", axes.len()))?;
         levels = rms.into_iter().map(|rms| Some((rms, noise.cutoff_hz))).collect();
     }
     for (name, rms, cutoff) in &extras.limb_noise {
-        let index = axes.iter().position(|a| a == name);
-        let index = index.ok_or_else(|| DeviceError::NoChannel { name: name.clone(), available: axes.join(", ") })?;
-        levels[index] = Some((*rms, *cutoff));
+        levels[channel(axes, name)?] = Some((*rms, *cutoff));
     }
     levels
         .into_iter()

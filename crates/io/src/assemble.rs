@@ -24,7 +24,8 @@ pub(crate) fn is_time(name: &str) -> bool {
 /// Understands units and time of `table` and checks what a recording promises.
 pub(crate) fn assemble(file: &str, mut table: Table, options: &ReadOptions) -> Result<ReadRecording, IoError> {
     check_names(file, &table)?;
-    let incomplete = check_sample_count(file, &table);
+    let declared = table.metadata.get(SAMPLES_KEY).and_then(|text| number(text));
+    let incomplete = require_count(file, declared, table.columns.first().map_or(0, |c| c.samples.len()));
     if !options.any_timing {
         incomplete?;
     } else if let Err(error) = incomplete {
@@ -100,9 +101,9 @@ fn check_names(file: &str, table: &Table) -> Result<(), IoError> {
     Ok(())
 }
 
-fn check_sample_count(file: &str, table: &Table) -> Result<(), IoError> {
-    let found = table.columns.first().map_or(0, |c| c.samples.len());
-    match table.metadata.get(SAMPLES_KEY).and_then(|text| number(text)) {
+/// Refuses a file that says how many samples it has, and has another number of them.
+pub(crate) fn require_count(file: &str, declared: Option<f64>, found: usize) -> Result<(), IoError> {
+    match declared {
         Some(declared) if declared != found as f64 => Err(IoError::SampleCount { file: file.to_owned(), declared, found }),
         _ => Ok(()),
     }

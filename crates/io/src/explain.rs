@@ -103,7 +103,7 @@ pub fn explain(path: &Path) -> Result<Explanation, IoError> {
         file,
     };
     #[cfg(feature = "csv")]
-    if let Some(name) = format_name(&bytes, &told.file) {
+    if let Some(name) = format_name(&bytes) {
         told.format = Some(name);
         told.response(&bytes);
         return Ok(told);

@@ -178,18 +178,7 @@ fn sorted(attributes: &HashMap<String, AttrValue>) -> BTreeMap<&String, &AttrVal
 
 /// An attribute that is a single text or number.
 fn fact(value: &AttrValue) -> Option<Value> {
-    let number = match value {
-        AttrValue::F64(x) => *x,
-        AttrValue::F32(x) => f64::from(*x),
-        AttrValue::I8(x) => f64::from(*x),
-        AttrValue::I16(x) => f64::from(*x),
-        AttrValue::I32(x) => f64::from(*x),
-        AttrValue::I64(x) => *x as f64,
-        AttrValue::U8(x) => f64::from(*x),
-        AttrValue::U16(x) => f64::from(*x),
-        AttrValue::U32(x) => f64::from(*x),
-        AttrValue::U64(x) => *x as f64,
-        other => return other.as_str().map(|text| Value::Text(text.to_owned())),
-    };
+    let number = value.as_f64().or_else(|| value.as_i64().map(|whole| whole as f64));
+    let Some(number) = number else { return value.as_str().map(|text| Value::Text(text.to_owned())) };
     Some(Value::Numbers { shape: Vec::new(), values: vec![number], rounding: Rounding::default() })
 }

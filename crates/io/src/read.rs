@@ -99,7 +99,7 @@ fn tables(bytes: &[u8], file: &str, options: &ReadOptions) -> Result<Vec<Table>,
         return Err(unsuitable(format!("columns are given by number, and a file of {} names its own", format.name), "leave --columns out".to_owned()));
     }
     #[cfg(feature = "csv")]
-    if options.sample_rate_hz.is_none() && crate::response::is_response(bytes, file) {
+    if options.sample_rate_hz.is_none() && crate::response::is_response(bytes) {
         return Err(unsuitable("it is a frequency response and no recording over time".to_owned(), "read it as one: fit and compare do".to_owned()));
     }
     let mut tables = (detect::reader(format, file)?)(bytes, file, options)?;

@@ -1,7 +1,6 @@
 //! Models whose axes are driven by more inputs than one each.
 
 use crate::{Axis, Gains, ParameterInfo, ParametricModel};
-use ndarray::Array2;
 use ndof_linear::square;
 use num_complex::Complex64;
 
@@ -17,11 +16,6 @@ pub struct Driven<'a> {
 }
 
 impl Driven<'_> {
-    /// How many parameters are the model's own.
-    fn base(&self) -> usize {
-        self.model.parameters().len()
-    }
-
     /// `gain_motor` for a single axis, `gain_x_motor` for several.
     fn gain(&self, axis: &Axis, [effort, input]: [usize; 2]) -> ParameterInfo {
         let name = &self.gains.inputs[input];
@@ -51,16 +45,20 @@ impl ParametricModel for Driven<'_> {
         self.model.parameters().into_iter().chain(gains).collect()
     }
 
+    fn base(&self) -> Option<&dyn ParametricModel> {
+        Some(self.model)
+    }
+
     /// A gain matters when it is as large as what else its input does.
     fn scale(&self, theta: &[f64], parameter: usize) -> f64 {
-        let base = self.base();
+        let base = self.model.parameters().len();
         let Some(at) = parameter.checked_sub(base) else { return self.model.scale(&theta[..base], parameter) };
         let column = at - at % self.gains.axes;
         theta[base..][column..column + self.gains.axes].iter().fold(0.0, |most, gain| gain.abs().max(most))
     }
 
     fn stiffness(&self, theta: &[f64], s: Complex64, value: &mut [Complex64], derivative: Option<&mut [Complex64]>) {
-        let base = self.base();
+        let base = self.model.parameters().len();
         let own = derivative.map(|all| {
             let (own, gains) = all.split_at_mut(base * value.len());
             gains.fill(Complex64::default());
@@ -71,23 +69,6 @@ impl ParametricModel for Driven<'_> {
 
     fn gains(&self) -> Option<&Gains> {
         Some(&self.gains)
-    }
-
-    fn internal(&self, theta: &[f64]) -> Vec<f64> {
-        let (own, gains) = theta.split_at(self.base());
-        [&self.model.internal(own), gains].concat()
-    }
-
-    fn natural(&self, internal: &[f64]) -> Vec<f64> {
-        let (own, gains) = internal.split_at(self.base());
-        [&self.model.natural(own), gains].concat()
-    }
-
-    fn natural_jacobian(&self, internal: &[f64]) -> Option<Array2<f64>> {
-        let own = self.model.natural_jacobian(&internal[..self.base()])?;
-        let base = own.nrows();
-        let identity = |i: usize, j: usize| f64::from(u8::from(i == j));
-        Some(Array2::from_shape_fn((internal.len(), internal.len()), |(i, j)| if i < base && j < base { own[[i, j]] } else { identity(i, j) }))
     }
 }
 

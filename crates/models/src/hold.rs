@@ -1,7 +1,6 @@
 //! What an effort does between its samples, and a model as sampled channels show it.
 
 use crate::{Axis, ParameterInfo, ParametricModel};
-use ndarray::Array2;
 use ndof_linear::square;
 use num_complex::Complex64;
 use serde::{Deserialize, Serialize};
@@ -137,20 +136,8 @@ impl<M: ParametricModel> ParametricModel for Held<M> {
         self.model.parameters()
     }
 
-    fn scale(&self, theta: &[f64], parameter: usize) -> f64 {
-        self.model.scale(theta, parameter)
-    }
-
-    fn internal(&self, theta: &[f64]) -> Vec<f64> {
-        self.model.internal(theta)
-    }
-
-    fn natural(&self, internal: &[f64]) -> Vec<f64> {
-        self.model.natural(internal)
-    }
-
-    fn natural_jacobian(&self, internal: &[f64]) -> Option<Array2<f64>> {
-        self.model.natural_jacobian(internal)
+    fn base(&self) -> Option<&dyn ParametricModel> {
+        Some(&self.model)
     }
 
     /// D_T = C_T⁻¹ and ∂D_T = −D_T ∂C_T D_T; not a number where C does not exist.

@@ -65,10 +65,18 @@ pub trait ParametricModel: Send + Sync {
     /// The parameters, in the order of `theta`.
     fn parameters(&self) -> Vec<ParameterInfo>;
 
+    /// The model whose parameters stand first, where this one is made of another: they matter and move as they do there, those behind them as they are.
+    fn base(&self) -> Option<&dyn ParametricModel> {
+        None
+    }
+
     /// How large parameter `parameter` would have to be to matter: its own size, unless the model knows better.
     /// An interval wider than that says nothing.
     fn scale(&self, theta: &[f64], parameter: usize) -> f64 {
-        theta[parameter].abs()
+        match self.base().map(|base| (base, base.parameters().len())) {
+            Some((base, own)) if parameter < own => base.scale(&theta[..own], parameter),
+            _ => theta[parameter].abs(),
+        }
     }
 
     /// Writes D(s) to `value` (N × N, row-major) and, where asked, ∂D/∂θₖ to the k-th block of `derivative`.
@@ -87,18 +95,24 @@ pub trait ParametricModel: Send + Sync {
     /// Coordinates in which a minimiser moves freely where `theta` obeys constraints that are no bounds; `theta` itself
     /// unless the model knows better.
     fn internal(&self, theta: &[f64]) -> Vec<f64> {
-        theta.to_vec()
+        let Some(base) = self.base() else { return theta.to_vec() };
+        let (own, rest) = theta.split_at(base.parameters().len());
+        [&base.internal(own), rest].concat()
     }
 
     /// `theta` of such coordinates.
     fn natural(&self, internal: &[f64]) -> Vec<f64> {
-        internal.to_vec()
+        let Some(base) = self.base() else { return internal.to_vec() };
+        let (own, rest) = internal.split_at(base.parameters().len());
+        [&base.natural(own), rest].concat()
     }
 
     /// ∂θ/∂x of such coordinates; `None` for the identity.
     fn natural_jacobian(&self, internal: &[f64]) -> Option<Array2<f64>> {
-        let _ = internal;
-        None
+        let base = self.base()?;
+        let own = base.natural_jacobian(&internal[..base.parameters().len()])?;
+        let identity = |i: usize, j: usize| f64::from(u8::from(i == j));
+        Some(Array2::from_shape_fn((internal.len(), internal.len()), |place| own.get(place).copied().unwrap_or_else(|| identity(place.0, place.1))))
     }
 }
 

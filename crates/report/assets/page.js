@@ -117,7 +117,7 @@ class Panel {
     this.map = { kx, ox, ky, oy };
     this.view.setAttribute('transform', `matrix(${kx} 0 0 ${ky} ${ox} ${oy})`);
     for (const pin of svg.querySelectorAll('.pin')) {
-      const kind = pin.dataset.kind, px = kind === 'rule' ? w : pin.dataset.x * kx + ox, py = kind === 'span' ? 0 : pin.dataset.y * ky + oy;
+      const kind = pin.dataset.kind, px = kind === 'rule' ? w : pin.dataset.x * kx + ox, py = pin.dataset.y * ky + oy;
       pin.setAttribute('x', px); pin.setAttribute('y', py);
       pin.style.display = px < -1 || px > w + 1 || py < -1 || py > h + 1 ? 'none' : '';
     }

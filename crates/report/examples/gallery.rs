@@ -6,7 +6,7 @@
 use std::f64::consts::{PI, TAU};
 
 use ndarray::{Array2, Array3, Axis};
-use ndof_analysis::ComparedParameter;
+use ndof_analysis::{ComparedParameter, Leftover};
 use ndof_report::figures::*;
 use ndof_report::plot::{Color, Dash, Scale};
 use ndof_report::{Note, Report, Section, Warning, parameter_table};
@@ -145,7 +145,7 @@ fn gallery() -> Result<Report, FigureError> {
                 .figure(spectra("spectra", "Power by frequency", &frequency_hz, &powers, Some((0.5, 10.0)))?),
             diagnosis()?,
             sessions(&mut noise)?,
-            Section::new("What remains", "The residual is white above 2 Hz.").figure(residual("residual", "Residual", RATE_HZ, &frequency_hz, &leftovers(&mut noise, &frequency_hz))?),
+            Section::new("What remains", "The residual is white above 2 Hz.").figure(residual("residual", "Residual", RATE_HZ, &leftovers(&mut noise, &frequency_hz))?),
         ],
         settings: [("method", "welch"), ("nperseg", "8192"), ("noverlap", "4096"), ("nfft", "8192"), ("window", "hann"), ("detrend", "constant"), ("band_hz", "0.25 – 10")]
             .map(|(name, value)| (name.into(), value.into()))
@@ -275,12 +275,16 @@ fn leftovers(noise: &mut Noise, frequency_hz: &[f64]) -> Vec<Residual> {
     let one = |axis: &str, noise: &mut Noise| Residual {
         output: format!("pos_{axis}"),
         unit: "m".into(),
-        samples: coloured(noise, 25_000, 0.4, 8e-4),
-        density: frequency_hz.iter().map(|f| 1e-7 / (1.0 + (f / 0.4).powi(2)) * (1.0 + 0.5 * noise.uniform())).collect(),
-        output_density: frequency_hz.iter().map(|f| 2e-5 / (1.0 + (f / 2.5).powi(4)) * (1.0 + 0.5 * noise.uniform())).collect(),
-        autocorrelation: Array2::from_shape_fn((1, 500), |(_, k)| (-(k as f64) / 200.0).exp() * (PI * k as f64 / 400.0).cos()).into_raw_vec_and_offset().0,
-        lag_rate_hz: RATE_HZ,
-        white_95: 0.06,
+        left: Leftover {
+            samples: coloured(noise, 25_000, 0.4, 8e-4),
+            frequency_hz: frequency_hz.to_vec(),
+            density: frequency_hz.iter().map(|f| 1e-7 / (1.0 + (f / 0.4).powi(2)) * (1.0 + 0.5 * noise.uniform())).collect(),
+            output_density: frequency_hz.iter().map(|f| 2e-5 / (1.0 + (f / 2.5).powi(4)) * (1.0 + 0.5 * noise.uniform())).collect(),
+            autocorrelation: Array2::from_shape_fn((1, 500), |(_, k)| (-(k as f64) / 200.0).exp() * (PI * k as f64 / 400.0).cos()).into_raw_vec_and_offset().0,
+            lag_rate_hz: RATE_HZ,
+            white_95: 0.06,
+            vaf_percent: 96.0,
+        },
     };
     vec![one("x", noise), one("y", noise)]
 }

@@ -36,6 +36,15 @@ pub(crate) fn printed_unit(unit: &str) -> String {
     printed
 }
 
+/// The unit of a power density: `N²/Hz`, `(N m)²/Hz`.
+pub(crate) fn density_unit(symbol: &str) -> String {
+    match symbol {
+        "" => "1/Hz".to_owned(),
+        plain if plain.chars().all(char::is_alphanumeric) => format!("{plain}²/Hz"),
+        product => format!("({product})²/Hz"),
+    }
+}
+
 /// A number with `decimals` places and a typographic minus; never "−0".
 pub(crate) fn fixed(value: f64, decimals: usize) -> String {
     let text = format!("{value:.decimals$}");

@@ -1,6 +1,6 @@
 //! Derivatives of sampled signals.
 
-use crate::transform::{forward_transform, inverse_transform};
+use crate::transform::{forward_transform, inverse_transform, signal_by, spectrum_by};
 use num_complex::Complex64;
 use std::f64::consts::TAU;
 
@@ -47,34 +47,20 @@ pub fn derivatives(x: &[f64], rate_hz: f64, corner_hz: f64) -> [Vec<f64>; 3] {
     let rest: Vec<f64> = x.iter().enumerate().map(|(k, x)| x - first - slope * k as f64).collect();
     let m = 2 * (n - 1);
     let mut odd: Vec<f64> = rest.iter().copied().chain(rest[1..n - 1].iter().rev().map(|x| -x)).collect();
-    let forward = forward_transform(m);
-    let mut lines = forward.make_output_vec();
-    // Lengths are the plan's own.
-    if forward.process(&mut odd, &mut lines).is_err() {
-        return [x.to_vec(), vec![0.0; n], vec![0.0; n]];
-    }
-    let backward = inverse_transform(m);
-    let mut out = [Vec::new(), Vec::new(), Vec::new()];
-    for (order, out) in out.iter_mut().enumerate() {
+    let (lines, backward) = (spectrum_by(forward_transform(m).as_ref(), &mut odd), inverse_transform(m));
+    let mut out = [0, 1, 2].map(|order| {
         let mut part: Vec<Complex64> = lines
             .iter()
             .enumerate()
             .map(|(k, line)| {
                 let f = k as f64 * rate_hz / m as f64;
-                line * Complex64::new(0.0, TAU * f).powi(order as i32) * gain(f, corner_hz) / m as f64
+                line * Complex64::new(0.0, TAU * f).powi(order) * gain(f, corner_hz) / m as f64
             })
             .collect();
-        // Both are real for a real signal; an even derivative leaves round-off there.
-        for end in [0, part.len() - 1] {
-            part[end].im = 0.0;
-        }
-        let mut samples = vec![0.0; m];
-        if backward.process(&mut part, &mut samples).is_err() {
-            samples.fill(0.0);
-        }
+        let mut samples = signal_by(backward.as_ref(), &mut part);
         samples.truncate(n);
-        *out = samples;
-    }
+        samples
+    });
     out[0].iter_mut().enumerate().for_each(|(k, x)| *x += first + slope * k as f64);
     out[1].iter_mut().for_each(|v| *v += slope * rate_hz);
     out

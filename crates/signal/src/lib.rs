@@ -47,7 +47,7 @@ pub use recording::{Channel, Recording, RecordingError};
 pub use segments::{Detrend, SamplesError, effective_averages};
 pub use slepian::{SlepianError, SlepianTapers, slepian_tapers};
 pub use stationarity::{Normality, ReverseArrangements, StationarityError, normality, reverse_arrangements};
-pub use transform::{ComplexToReal, RealToComplex, forward_transform, inverse_transform};
+pub use transform::{ComplexToReal, RealToComplex, forward_transform, inverse_transform, signal_by, spectrum_by};
 pub use warning::Warning;
 pub use welch::{Welch, WelchError, WelchPartial, WelchStream};
 pub use window::{ParseWindowError, Window};

@@ -32,13 +32,27 @@ pub fn inverse_transform(samples: usize) -> Arc<dyn ComplexToReal<f64>> {
     realfft::RealFftPlanner::new().plan_fft_inverse(samples)
 }
 
-/// What a plan makes of samples, which it overwrites.
-pub(crate) fn spectrum_by(plan: &dyn RealToComplex<f64>, samples: &mut [f64]) -> Vec<Complex64> {
+/// The lines that a plan makes of samples, which it overwrites.
+pub fn spectrum_by(plan: &dyn RealToComplex<f64>, samples: &mut [f64]) -> Vec<Complex64> {
     let mut spectrum = plan.make_output_vec();
     // Lengths are those of the plan, so the transform cannot refuse.
     let done = plan.process(samples, &mut spectrum);
     debug_assert!(done.is_ok());
     spectrum
+}
+
+/// The samples that a plan makes of lines, which it overwrites. Those of a real signal are real at 0 Hz and at half the rate: what they hold there of
+/// an imaginary part is left out.
+pub fn signal_by(plan: &dyn ComplexToReal<f64>, lines: &mut [Complex64]) -> Vec<f64> {
+    lines[0].im = 0.0;
+    if plan.len().is_multiple_of(2) {
+        lines[plan.len() / 2].im = 0.0;
+    }
+    let mut samples = plan.make_output_vec();
+    // Lengths are those of the plan, so the transform cannot refuse.
+    let done = plan.process(lines, &mut samples);
+    debug_assert!(done.is_ok());
+    samples
 }
 
 /// The transform of `samples` complex numbers.

@@ -1,7 +1,7 @@
 //! Standard errors, confidence intervals and regions of a response.
 
 use crate::quantile::{fisher, two_sided_t};
-use crate::response::FrequencyResponse;
+use crate::response::{FrequencyResponse, places};
 use num_complex::Complex64;
 use serde::{Deserialize, Serialize};
 
@@ -120,8 +120,7 @@ impl FrequencyResponse {
         let (n, columns) = self.shape();
         let Some(u) = self.uncertainty.as_ref().filter(|u| u.inverted && n == columns) else { return straight };
         let Some(estimated) = ndof_linear::inverse(&self.at(f)) else { return straight };
-        let inner: Complex64 =
-            (0..n).flat_map(|a| (0..n).map(move |b| (a, b))).map(|(a, b)| u.input_inverse[[f, j, a]] * estimated[[a, b]] * u.noise[[f, b, i]]).sum();
+        let inner: Complex64 = places(n, n).map(|(a, b)| u.input_inverse[[f, j, a]] * estimated[[a, b]] * u.noise[[f, b, i]]).sum();
         let bend = self.value[[f, i, j]] * inner / (u.noise[[f, i, i]].re * u.input_inverse[[f, j, j]].re);
         if bend.is_finite() { bend } else { straight }
     }

@@ -1,7 +1,7 @@
 //! How long to measure, and when to stop.
 
 use crate::interval::Confidence;
-use crate::response::FrequencyResponse;
+use crate::response::{FrequencyResponse, places};
 use serde::{Deserialize, Serialize};
 
 /// Effective averages at which the gain's interval is ± `relative_half_width` (0.1 for 10 %):
@@ -72,7 +72,7 @@ impl StoppingRule {
         let confidence = Confidence::new(self.level, freedom);
         let (p, q) = response.shape();
         let (mut reached, mut good, mut all, mut times) = (true, 0, 0, 1.0_f64);
-        for (i, j) in (0..p).flat_map(|i| (0..q).map(move |j| (i, j))).filter(|(i, j)| !self.diagonal_only || i == j) {
+        for (i, j) in places(p, q).filter(|(i, j)| !self.diagonal_only || i == j) {
             let mut widths: Vec<f64> = (0..response.len())
                 .filter(|&f| (self.low_hz..=self.high_hz).contains(&response.frequency_hz[f]))
                 .map(|f| {

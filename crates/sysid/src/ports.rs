@@ -32,6 +32,17 @@ pub enum PortsError {
 }
 
 impl Ports {
+    /// What drives: the references, or the inputs where there are none.
+    pub fn drivers(&self) -> &[usize] {
+        if self.references.is_empty() { &self.inputs } else { &self.references }
+    }
+
+    /// What answers to [`Ports::drivers`]: the outputs, and then the inputs where references drive.
+    pub fn responders(&self) -> Vec<usize> {
+        let inputs = if self.references.is_empty() { &[][..] } else { &self.inputs };
+        self.outputs.iter().chain(inputs).copied().collect()
+    }
+
     /// Checks the ports against a number of channels.
     ///
     /// # Errors

@@ -1,6 +1,6 @@
 //! Where the window was too wide for the response.
 
-use crate::response::FrequencyResponse;
+use crate::response::{FrequencyResponse, places};
 use num_complex::Complex64;
 use serde::{Deserialize, Serialize};
 
@@ -43,7 +43,7 @@ pub fn unresolved(response: &FrequencyResponse, share: f64, low_hz: f64, high_hz
         if share < 1e-9 { value(k) } else { Some(value(k)? * (1.0 - share) + value(k + 1)? * share) }
     };
     let mut found = Vec::new();
-    for (i, j) in (0..p).flat_map(|i| (0..q).map(move |j| (i, j))) {
+    for (i, j) in places(p, q) {
         let mut worst: Option<Unresolved> = None;
         for f in 0..response.len() {
             let f_hz = response.frequency_hz[f];

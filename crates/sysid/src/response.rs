@@ -1,10 +1,19 @@
 //! A frequency response with its covariance.
 
 use ndarray::{Array2, Array3, Axis};
-use ndof_signal::Kernel;
+use ndof_signal::{CrossSpectra, Kernel};
 use num_complex::Complex64;
 use serde::{Deserialize, Serialize};
 use std::f64::consts::TAU;
+
+/// What is not known.
+pub(crate) const NAN: Complex64 = Complex64::new(f64::NAN, f64::NAN);
+
+/// The places of a matrix, row by row.
+#[inline]
+pub(crate) fn places(rows: usize, columns: usize) -> impl Iterator<Item = (usize, usize)> {
+    (0..rows).flat_map(move |i| (0..columns).map(move |j| (i, j)))
+}
 
 /// The physical meaning of a response between effort F and displacement d.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
@@ -93,6 +102,14 @@ pub enum ResponseError {
     NoMeaning { from: ResponseKind, to: ResponseKind },
 }
 
+impl Uncertainty {
+    /// That of an estimate from spectra.
+    pub(crate) fn of_spectra(spectra: &CrossSpectra, noise: Array3<Complex64>, input_inverse: Array3<Complex64>, degrees_of_freedom: f64) -> Self {
+        let (independent_spacing_hz, kernel) = (spectra.independent_spacing_hz(), spectra.kernel().clone());
+        Uncertainty { noise, input_inverse, degrees_of_freedom, independent_spacing_hz, kernel, inverted: false }
+    }
+}
+
 impl FrequencyResponse {
     /// Number of frequencies.
     pub fn len(&self) -> usize {
@@ -119,11 +136,15 @@ impl FrequencyResponse {
         self.uncertainty.as_ref().map_or(f64::NAN, |u| u.noise[[f, output, output]].re * u.input_inverse[[f, input, input]].re)
     }
 
+    /// Indices of the frequencies `low_hz..=high_hz`.
+    pub fn within(&self, [low_hz, high_hz]: [f64; 2]) -> Vec<usize> {
+        (0..self.len()).filter(|&f| (low_hz..=high_hz).contains(&self.frequency_hz[f])).collect()
+    }
+
     /// The same response on the frequencies `low_hz..=high_hz` only.
     #[must_use]
     pub fn band(&self, low_hz: f64, high_hz: f64) -> Self {
-        let keep: Vec<usize> = (0..self.len()).filter(|&f| (low_hz..=high_hz).contains(&self.frequency_hz[f])).collect();
-        self.select(&keep)
+        self.select(&self.within([low_hz, high_hz]))
     }
 
     /// Every how many frequencies there are `dense` an independent one; 1 on a grid that is coarser, or without a covariance.
@@ -158,10 +179,8 @@ impl FrequencyResponse {
             uncertainty: self.uncertainty.as_ref().map(|u| Uncertainty {
                 noise: chosen(&u.noise),
                 input_inverse: chosen(&u.input_inverse),
-                degrees_of_freedom: u.degrees_of_freedom,
-                independent_spacing_hz: u.independent_spacing_hz,
                 kernel: u.kernel.clone(),
-                inverted: u.inverted,
+                ..*u
             }),
         }
     }
@@ -185,12 +204,11 @@ impl FrequencyResponse {
     /// ```
     #[must_use]
     pub fn to_sums(&self, w: &Array2<f64>) -> Self {
-        let nan = Complex64::new(f64::NAN, f64::NAN);
         let (sums, w) = (w.nrows(), w.mapv(Complex64::from));
-        let mut value = Array3::from_elem((self.len(), self.outputs.len(), sums), nan);
+        let mut value = Array3::from_elem((self.len(), self.outputs.len(), sums), NAN);
         let mut uncertainty = self.uncertainty.clone();
         if let Some(u) = &mut uncertainty {
-            u.input_inverse = Array3::from_elem((self.len(), sums, sums), nan);
+            u.input_inverse = Array3::from_elem((self.len(), sums, sums), NAN);
         }
         for f in 0..self.len() {
             let power = match &self.uncertainty {
@@ -218,7 +236,7 @@ impl FrequencyResponse {
         let (mut gram, mut values) = (vec![Complex64::default(); q * q], vec![0.0; q]);
         (0..self.len())
             .map(|f| {
-                for (i, j) in (0..q).flat_map(|i| (0..q).map(move |j| (i, j))) {
+                for (i, j) in places(q, q) {
                     gram[i * q + j] = (0..p).map(|k| self.value[[f, k, i]].conj() * self.value[[f, k, j]]).sum();
                 }
                 ndof_linear::hermitian_eigen(&mut gram, &mut values, None);
@@ -239,7 +257,7 @@ impl FrequencyResponse {
         if p != q {
             return Err(ResponseError::NotSquare { outputs: p, inputs: q });
         }
-        let mut value = Array3::from_elem((self.len(), q, p), Complex64::new(f64::NAN, f64::NAN));
+        let mut value = Array3::from_elem((self.len(), q, p), NAN);
         let mut uncertainty = self.uncertainty.clone().map(|u| Uncertainty { inverted: !u.inverted, ..u });
         for f in 0..self.len() {
             let Some(inverse) = ndof_linear::inverse(&self.at(f)) else { continue };

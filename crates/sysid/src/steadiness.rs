@@ -1,6 +1,6 @@
 //! Does a signal's power come evenly in time? What sweeps, steps and stretches of rest do to averages over segments.
 
-use ndof_signal::{Window, forward_transform, reverse_arrangements};
+use ndof_signal::{Window, forward_transform, reverse_arrangements, spectrum_by};
 use serde::{Deserialize, Serialize};
 use statrs::distribution::{ChiSquared, ContinuousCDF};
 use std::ops::Range;
@@ -79,7 +79,7 @@ pub fn steadiness(signal: &[f64], sample_rate_hz: f64) -> Option<Steadiness> {
         return None;
     }
     // The first two lines hold what the window makes of a mean.
-    let periodograms = periodograms(signal, length, 2..2 + lines)?;
+    let periodograms = periodograms(signal, length, 2..2 + lines);
     let mean: Vec<f64> = (0..lines).map(|f| periodograms.iter().map(|p| p[f]).sum::<f64>() / STRETCHES as f64).collect();
     let total: f64 = mean.iter().sum();
     if total <= 0.0 {
@@ -107,14 +107,12 @@ pub fn steadiness(signal: &[f64], sample_rate_hz: f64) -> Option<Steadiness> {
 }
 
 /// |X(f)|² of each stretch less its mean, behind a Hann window.
-fn periodograms(signal: &[f64], length: usize, lines: Range<usize>) -> Option<Vec<Vec<f64>>> {
+fn periodograms(signal: &[f64], length: usize, lines: Range<usize>) -> Vec<Vec<f64>> {
     let (window, transform) = (Window::Hann.samples(length, false), forward_transform(length));
     let of = |stretch: &[f64]| {
         let mean = stretch.iter().sum::<f64>() / length as f64;
         let mut faded: Vec<f64> = stretch.iter().zip(&window).map(|(x, w)| w * (x - mean)).collect();
-        let mut spectrum = transform.make_output_vec();
-        transform.process(&mut faded, &mut spectrum).ok()?;
-        Some(spectrum[lines.clone()].iter().map(|v| v.norm_sqr()).collect())
+        spectrum_by(transform.as_ref(), &mut faded)[lines.clone()].iter().map(|v| v.norm_sqr()).collect()
     };
     signal.chunks_exact(length).take(STRETCHES).map(of).collect()
 }

@@ -7,11 +7,6 @@ use ndof_signal::Recording;
 use ndof_sysid::{Steadiness, repeats, steadiness};
 use rayon::prelude::*;
 
-/// What drives a recording: its references, or its inputs where there are none.
-fn drivers(roles: &Roles) -> &[usize] {
-    if roles.ports.references.is_empty() { &roles.ports.inputs } else { &roles.ports.references }
-}
-
 /// How evenly each driver of a recording drives, where that can be told. What repeats itself comes and goes on purpose: averages over its periods
 /// hold.
 pub(crate) fn evenness(recording: &Recording, roles: &Roles) -> Vec<(usize, Steadiness)> {
@@ -21,7 +16,7 @@ pub(crate) fn evenness(recording: &Recording, roles: &Roles) -> Vec<(usize, Stea
         let uneven = seen.is_unsteady() || !seen.rest.is_empty();
         (!uneven || repeats(samples).is_none()).then_some((index, seen))
     };
-    drivers(roles).par_iter().filter_map(of).collect()
+    roles.ports.drivers().par_iter().filter_map(of).collect()
 }
 
 /// Findings of a recording.

@@ -63,7 +63,6 @@ pub(super) fn course(trials: &Trials, settings: &Estimate, kind: ResponseKind, e
         }
         (None, None) => return Ok(None),
     };
-    let [low_hz, high_hz] = settings.reported_hz();
     let mut course = schema::Course {
         window_s: windows.window_s,
         step_s: windows.step_s,
@@ -79,14 +78,11 @@ pub(super) fn course(trials: &Trials, settings: &Estimate, kind: ResponseKind, e
     };
     for (middle_s, Window { response, coherence, averages }) in windows.found {
         let Some(response) = response else { continue };
-        let keep: Vec<usize> = (0..response.len()).filter(|&f| (low_hz..=high_hz).contains(&response.frequency_hz[f])).collect();
-        if keep.is_empty() {
-            return Err(AnalysisError::EmptyBand { low_hz, high_hz, nyquist_hz: trials.sample_rate_hz() / 2.0 });
-        }
+        let keep = settings.reported_of(&response, trials)?;
         course.time_s.push(middle_s);
         course.effective_averages.push(number(averages));
         course.multiple_coherence.push(schema::by_output(&coherence, &keep));
-        let response = response.band(low_hz, high_hz);
+        let response = response.select(&keep);
         course.response.push(schema::Response::from(&response));
         course.frequency_hz = response.frequency_hz;
     }

@@ -55,11 +55,7 @@ impl Estimated {
         let kind = settings.response.unwrap_or_else(|| trials.roles.default_kind());
         let direct = estimates.direct.response.to_kind(kind)?;
         let derived = estimates.derived.as_ref().map(|derived| derived.response.to_kind(kind)).transpose()?;
-        let [low_hz, high_hz] = settings.reported_hz();
-        let mut keep: Vec<usize> = (0..direct.len()).filter(|&f| (low_hz..=high_hz).contains(&direct.frequency_hz[f])).collect();
-        if keep.is_empty() {
-            return Err(AnalysisError::EmptyBand { low_hz, high_hz, nyquist_hz: trials.sample_rate_hz() / 2.0 });
-        }
+        let mut keep = settings.reported_of(&direct, trials)?;
         let known = warnings(trials, &estimates, &keep);
         keep.truncate(if shown { keep.len() } else { 0 });
         let mut result = written(trials, settings, &estimates, (&direct, derived.as_ref()), &keep, why);

@@ -1,11 +1,13 @@
 //! What an estimate can be asked.
 
+use crate::error::AnalysisError;
 #[cfg(feature = "clap")]
 use crate::options::{count, positive, whole, words};
 use crate::schedule::{Cycles, Events};
 use crate::suggest::window_named;
+use crate::trials::Trials;
 use ndof_signal::{Detrend, Welch, Window};
-use ndof_sysid::{Direct, ResponseKind};
+use ndof_sysid::{Direct, FrequencyResponse, ResponseKind};
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
 /// The words that name a spectral method.
@@ -151,6 +153,14 @@ impl Estimate {
     /// The band that is reported; all frequencies where none is given.
     pub(crate) fn reported_hz(&self) -> [f64; 2] {
         self.band_hz.unwrap_or([0.0, f64::INFINITY])
+    }
+
+    /// Which frequencies of a response are told.
+    pub(super) fn reported_of(&self, response: &FrequencyResponse, trials: &Trials) -> Result<Vec<usize>, AnalysisError> {
+        let [low_hz, high_hz] = self.reported_hz();
+        let keep = response.within([low_hz, high_hz]);
+        let nyquist_hz = trials.sample_rate_hz() / 2.0;
+        if keep.is_empty() { Err(AnalysisError::EmptyBand { low_hz, high_hz, nyquist_hz }) } else { Ok(keep) }
     }
 
     /// Welch's method with segments of `nperseg` samples and what else is asked for.

@@ -221,7 +221,7 @@ impl<'a> Report<'a> {
         (response, weight): (&FrequencyResponse, &Array3<f64>),
         band_hz: [f64; 2],
     ) -> Self {
-        let in_band: Vec<usize> = (0..response.len()).filter(|&f| (band_hz[0]..=band_hz[1]).contains(&response.frequency_hz[f])).collect();
+        let in_band = response.within(band_hz);
         let measured = FrequencyResponse { uncertainty: None, ..response.select(&in_band) };
         Report { composite, model, cards, measured, weight: weight.select(ndarray::Axis(0), &in_band), band_hz }
     }

@@ -4,7 +4,7 @@ use super::fitted::Fitted;
 use crate::trials::{Trial, Trials};
 use ndarray::Array3;
 use ndof_models::{Smoothing, WeightedFit};
-use ndof_signal::{Kernel, forward_transform, inverse_transform};
+use ndof_signal::{Kernel, forward_transform, inverse_transform, signal_by, spectrum_by};
 use ndof_sysid::ResponseKind;
 use num_complex::Complex64;
 use std::f64::consts::{PI, TAU};
@@ -118,10 +118,7 @@ fn lines(samples: &[f64], fade: usize, first: usize, last: usize) -> Option<Vec<
             weight * (x - mean)
         })
         .collect();
-    let forward = forward_transform(count);
-    let mut spectrum = forward.make_output_vec();
-    forward.process(&mut faded, &mut spectrum).ok()?;
-    Some(spectrum.get(first..=last)?.to_vec())
+    Some(spectrum_by(forward_transform(count).as_ref(), &mut faded).get(first..=last)?.to_vec())
 }
 
 /// The signal whose transform over `samples` samples has these lines from `first` on, as `points` samples of the same time.
@@ -129,8 +126,7 @@ fn synthesis(lines: &[Complex64], first: usize, samples: usize, points: usize) -
     let backward = inverse_transform(points);
     let mut spectrum = backward.make_input_vec();
     spectrum.get_mut(first..first + lines.len())?.copy_from_slice(lines);
-    let mut out = backward.make_output_vec();
-    backward.process(&mut spectrum, &mut out).ok()?;
+    let mut out = signal_by(backward.as_ref(), &mut spectrum);
     out.iter_mut().for_each(|x| *x /= samples as f64);
     Some(out)
 }

@@ -253,9 +253,7 @@ impl Live {
         let rate_hz = trials.sample_rate_hz();
         let lowest_hz = LOWEST_BINS * rate_hz / nperseg as f64;
         self.settings.band_hz.unwrap_or_else(|| {
-            let ports = &trials.roles.ports;
-            let drivers = if ports.references.is_empty() { &ports.inputs } else { &ports.references };
-            let tops = drivers.iter().filter_map(|&channel| power_band_of(spectra, channel)).map(|[_, high]| high);
+            let tops = trials.roles.ports.drivers().iter().filter_map(|&channel| power_band_of(spectra, channel)).map(|[_, high]| high);
             [lowest_hz, tops.fold(f64::INFINITY, f64::min).clamp(2.0 * lowest_hz, rate_hz / 2.0)]
         })
     }

@@ -15,6 +15,15 @@ pub struct Trim {
 }
 
 impl Trim {
+    /// What is left of any recording, from and to, on the clock of its file.
+    pub fn stretches_s(&self) -> Vec<(f64, f64)> {
+        let mut kept = vec![(self.start_s.unwrap_or(f64::NEG_INFINITY), self.stop_s.unwrap_or(f64::INFINITY))];
+        for &[from, to] in &self.exclude_s {
+            kept = kept.into_iter().flat_map(|(a, b)| [(a, b.min(from)), (a.max(to), b)]).filter(|(a, b)| a < b).collect();
+        }
+        kept
+    }
+
     /// The stretches that are left, in order; each is a recording of its own whose clock goes on.
     ///
     /// # Errors
@@ -22,15 +31,10 @@ impl Trim {
     pub fn apply(&self, recording: Recording, file: &str) -> Result<Vec<Recording>, AnalysisError> {
         let rate = recording.sample_rate_hz();
         let sample = |time_s: f64| ((time_s - recording.start_s()) * rate).round().clamp(0.0, recording.len() as f64) as usize;
-        let mut kept = vec![(self.start_s.map_or(0, sample), self.stop_s.map_or(recording.len(), sample))];
-        for &[from_s, to_s] in &self.exclude_s {
-            let (from, to) = (sample(from_s), sample(to_s));
-            kept = kept.into_iter().flat_map(|(a, b)| [(a, b.min(from)), (a.max(to), b)]).filter(|(a, b)| a < b).collect();
-        }
-        let nothing = || AnalysisError::NothingLeft { file: file.to_owned(), from_s: recording.start_s(), to_s: recording.start_s() + recording.duration_s() };
-        kept.retain(|(a, b)| a < b);
+        let kept: Vec<(usize, usize)> = self.stretches_s().into_iter().map(|(a, b)| (sample(a), sample(b))).filter(|(a, b)| a < b).collect();
         if kept.is_empty() {
-            return Err(nothing());
+            let from_s = recording.start_s();
+            return Err(AnalysisError::NothingLeft { file: file.to_owned(), from_s, to_s: from_s + recording.duration_s() });
         }
         // What is kept whole is not copied.
         if kept == [(0, recording.len())] {

@@ -3,7 +3,7 @@
 use crate::error::CliError;
 use crate::options::{Limb, Reading, Shared};
 use crate::output::{self, columns, short};
-use crate::progress;
+use crate::progress::Progress;
 use clap::Args;
 use ndof_analysis::AnalysisError;
 use ndof_analysis::fit::result::FitResult;
@@ -68,7 +68,7 @@ pub fn run(arguments: &Arguments) -> Result<(), CliError> {
         remove_leftovers(folder)?;
     }
     same_settings(&arguments.out.join("settings.txt"), &settings(arguments, kinematics.as_ref()))?;
-    let bars = progress::Steps::new(shared.quiet);
+    let bars = Progress::steps(shared.quiet);
     let done = AtomicUsize::new(0);
     subjects.par_iter().try_for_each(|subject| {
         let (good, bad) = (results.join(format!("{}.json", subject.name)), results.join(format!("{}.error", subject.name)));

@@ -63,7 +63,7 @@ fn markdown(mut program: clap::Command) -> String {
         text += &table(&own);
         let groups: Vec<String> = shared
             .iter()
-            .filter(|heading| visible(command).any(|argument| argument.get_help_heading() == Some(heading)))
+            .filter(|heading| under(command, heading).next().is_some())
             .map(|heading| {
                 let own: Vec<&str> = under(command, heading).filter_map(clap::Arg::get_long).collect();
                 let mut others: Vec<&str> = Vec::new();
@@ -83,7 +83,7 @@ fn markdown(mut program: clap::Command) -> String {
     }
     for heading in shared {
         let mut options: Vec<&clap::Arg> = Vec::new();
-        for argument in commands.iter().flat_map(|command| visible(command)).filter(|argument| argument.get_help_heading() == Some(heading)) {
+        for argument in commands.iter().flat_map(|command| under(command, heading)) {
             if !options.iter().any(|known| known.get_id() == argument.get_id()) {
                 options.push(argument);
             }

@@ -6,7 +6,7 @@ use super::simulate::{experiment, write_recordings};
 use crate::error::CliError;
 use crate::options::Shared;
 use crate::output::{self, columns, short};
-use crate::progress;
+use crate::progress::Progress;
 use clap::Args;
 use ndof_study::design::result::{CoherenceSize, CoherenceStages, DesignResult, Motion};
 use ndof_study::{Design, RobotMotion, design_report};
@@ -59,7 +59,7 @@ pub fn run(arguments: &Arguments, studies: &[(&str, &str)]) -> Result<(), CliErr
     if arguments.robot.robot.is_some() {
         return robot::run(&arguments.robot.with(&settings)?, &arguments.out, shared);
     }
-    let bars = progress::Steps::new(shared.quiet);
+    let bars = Progress::steps(shared.quiet);
     let designed = ndof_study::design(&settings, &|what, done, total| bars.show(what, done, total))?;
     let files = write_recordings(&arguments.out, &designed.recordings)?;
     let files: Vec<String> = files.iter().map(|file| file.display().to_string()).collect();

@@ -3,7 +3,7 @@
 use crate::error::CliError;
 use crate::options::{CycleOptions, Limb, Reading, Recordings, Shared};
 use crate::output::{self, columns, p_value, short};
-use crate::progress;
+use crate::progress::Progress;
 use clap::Args;
 use ndof_analysis::diagnose::result::DiagnosisResult;
 use ndof_analysis::file::{self, BaselineFile};
@@ -91,8 +91,8 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode, CliError> {
     settings.event_s = arguments.cycles.times(&trials)?;
     let simulated = if arguments.simulated.is_empty() { None } else { Some(arguments.reading.simulated_with(&arguments.simulated, &settings.channels())?) };
     output::understood(shared, &trials);
-    let bar = progress::Spinner::new(shared.quiet);
-    let mut progress = |what: &str| bar.show(what);
+    let bar = Progress::spinner(shared.quiet);
+    let mut progress = |what: &str| bar.say(what);
     let diagnosed = match &simulated {
         Some(simulated) => diagnose_simulator(&trials, simulated, &settings, &mut progress)?,
         None => ndof_analysis::diagnose(&trials, &settings, &mut progress)?,

@@ -199,11 +199,7 @@ fn effects() -> Vec<Entry> {
                 false => format!("{} or {}", p.unit, p.rotational_unit),
             };
             let sides: Vec<&str> = card.sides.iter().map(|side| side.word()).collect();
-            let mut remarks = vec![("Sits in", sides.join(", ")), ("Signature", card.signature.to_owned())];
-            if !card.look_alikes.is_empty() {
-                remarks.push(("Look-alikes", card.look_alikes.join(", ")));
-            }
-            remarks.push(("What tells them apart", card.next_experiment.trim_end_matches('.').to_owned()));
+            let own = [("Sits in", sides.join(", ")), ("Signature", card.signature.to_owned())];
             Entry {
                 name: card.name,
                 what: card.what.to_owned(),
@@ -214,21 +210,23 @@ fn effects() -> Vec<Entry> {
                     .iter()
                     .map(|p| vec![p.name.to_owned(), unit(p), p.default.map_or_else(String::new, |d| format!("default {d}"))])
                     .collect(),
-                remarks,
+                remarks: own.into_iter().chain(apart(card.look_alikes, card.next_experiment)).collect(),
                 source: card.source,
             }
         })
         .collect()
 }
 
+/// What an effect may be taken for, and what tells them apart.
+fn apart(look_alikes: &[&str], next_experiment: &str) -> impl Iterator<Item = (&'static str, String)> {
+    let look_alikes = (!look_alikes.is_empty()).then(|| ("Look-alikes", look_alikes.join(", ")));
+    look_alikes.into_iter().chain([("What tells them apart", next_experiment.trim_end_matches('.').to_owned())])
+}
+
 fn joints() -> Vec<Entry> {
     let entry = |cause: &&ndof_joints::JointCause| {
         let card = &cause.card;
-        let mut remarks = vec![("Sits in", card.side.to_owned())];
-        if !card.look_alikes.is_empty() {
-            remarks.push(("Look-alikes", card.look_alikes.join(", ")));
-        }
-        remarks.push(("What tells them apart", card.next_experiment.trim_end_matches('.').to_owned()));
+        let remarks = [("Sits in", card.side.to_owned())].into_iter().chain(apart(card.look_alikes, card.next_experiment)).collect();
         Entry { name: card.name, what: card.what.to_owned(), equation: card.equation, remarks, ..Entry::default() }
     };
     CAUSES.iter().map(entry).collect()

@@ -2,7 +2,8 @@
 
 use crate::error::CliError;
 use crate::options::Shared;
-use crate::{output, progress};
+use crate::output;
+use crate::progress::Progress;
 use clap::Args;
 use ndof_signal::Recording;
 use ndof_study::Truth;
@@ -29,7 +30,7 @@ pub fn run(arguments: &Arguments, studies: &[(&str, &str)]) -> Result<(), CliErr
     shared.apply_threads()?;
     let mut experiment = experiment(&arguments.experiment, studies)?;
     experiment.seed = shared.seed.unwrap_or(experiment.seed);
-    let bars = progress::Steps::new(shared.quiet);
+    let bars = Progress::steps(shared.quiet);
     let simulated = ndof_study::simulate(&experiment, &|what, done, total| bars.show(what, done, total))?;
     let files = write_trials(&arguments.out, &simulated.recordings, &simulated.truth)?;
     output::table(shared, &format!("{}\n", files.iter().map(|f| f.display().to_string()).collect::<Vec<_>>().join("\n")))

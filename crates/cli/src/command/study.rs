@@ -5,7 +5,7 @@ use super::simulate::{built_in, write_trials};
 use crate::error::CliError;
 use crate::options::{Reading, Recordings, Shared};
 use crate::output::{self, columns, short, write_json};
-use crate::progress;
+use crate::progress::Progress;
 use clap::Args;
 use ndof_analysis::{Diagnose, Trials};
 use ndof_study::file::{HiddenEffect, StudyDocument, StudyFile};
@@ -40,7 +40,7 @@ pub fn run(arguments: &Arguments, studies: &[(&str, &str)]) -> Result<(), CliErr
     let shared = &arguments.shared;
     shared.apply_threads()?;
     let path = Path::new(&arguments.study);
-    let bars = progress::Steps::new(shared.quiet);
+    let bars = Progress::steps(shared.quiet);
     let progress = |what: &'static str, done: usize, total: usize| bars.show(what, done, total);
     if !studies.iter().any(|(known, _)| *known == arguments.study)
         && path.exists()

@@ -194,15 +194,12 @@ impl Reading {
 
     /// What --start, --stop and --exclude leave of a recording whose clock is irregular elsewhere.
     fn read_stretches(&self, path: &Path, error: IoError) -> Result<Vec<ReadRecording>, CliError> {
-        let mut kept = vec![(self.start.unwrap_or(f64::NEG_INFINITY), self.stop.unwrap_or(f64::INFINITY))];
-        for &[from, to] in &self.exclude {
-            kept = kept.into_iter().flat_map(|(a, b)| [(a, b.min(from)), (a.max(to), b)]).filter(|(a, b)| a < b).collect();
-        }
-        if path.as_os_str() == "-" || (self.start.is_none() && self.stop.is_none() && self.exclude.is_empty()) {
+        if path.as_os_str() == "-" || self.trim() == Trim::default() {
             return Err(error.into());
         }
         let read = |window| self.read_with(path, &ReadOptions { window_s: Some(window), ..self.options() });
-        let (found, empty): (Vec<_>, Vec<_>) = kept.into_iter().map(read).partition(|read| !matches!(read, Err(CliError::Io(IoError::OneSample { .. }))));
+        let (found, empty): (Vec<_>, Vec<_>) =
+            self.trim().stretches_s().into_iter().map(read).partition(|read| !matches!(read, Err(CliError::Io(IoError::OneSample { .. }))));
         if found.is_empty() { empty } else { found }.into_iter().collect()
     }
 

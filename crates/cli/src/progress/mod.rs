@@ -6,6 +6,6 @@ mod lines;
 mod terminal;
 
 #[cfg(target_family = "wasm")]
-pub use lines::{Spinner, Steps};
+pub use lines::Progress;
 #[cfg(not(target_family = "wasm"))]
-pub use terminal::{Spinner, Steps};
+pub use terminal::Progress;

@@ -3,58 +3,39 @@
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use std::io::IsTerminal;
 
-/// One bar that shows the step that is under way; silent where nobody looks, gone when dropped.
-pub struct Steps {
-    bar: ProgressBar,
-}
+/// One bar or line that shows what is under way; silent where nobody looks, gone when dropped.
+pub struct Progress(ProgressBar);
 
-impl Steps {
+impl Progress {
     /// A bar, hidden if `quiet` or standard error is no terminal.
-    pub fn new(quiet: bool) -> Self {
+    pub fn steps(quiet: bool) -> Self {
+        Self::new(quiet, "{msg:<12} {bar:30} {pos}/{len} {elapsed}")
+    }
+
+    /// A line, for work whose length is not known; hidden like the bar.
+    pub fn spinner(quiet: bool) -> Self {
+        Self::new(quiet, "{spinner} {msg}")
+    }
+
+    fn new(quiet: bool, template: &str) -> Self {
         let shown = !quiet && std::io::stderr().is_terminal();
         let bar = ProgressBar::with_draw_target(Some(1), if shown { ProgressDrawTarget::stderr() } else { ProgressDrawTarget::hidden() });
-        if let Ok(style) = ProgressStyle::with_template("{msg:<12} {bar:30} {pos}/{len} {elapsed}") {
-            bar.set_style(style);
-        }
-        Steps { bar }
+        Progress(match ProgressStyle::with_template(template) {
+            Ok(style) => bar.with_style(style),
+            Err(_) => bar,
+        })
     }
 
     /// Says that `done` of `total` of the step `what` are done.
-    pub fn show(&self, what: &'static str, done: usize, total: usize) {
-        self.bar.set_message(what);
-        self.bar.set_length(total as u64);
-        self.bar.set_position(done as u64);
-    }
-}
-
-impl Drop for Steps {
-    fn drop(&mut self) {
-        self.bar.finish_and_clear();
-    }
-}
-
-/// A line that says what is under way, for work whose length is not known.
-pub struct Spinner {
-    bar: ProgressBar,
-}
-
-impl Spinner {
-    /// A line, hidden if `quiet` or standard error is no terminal.
-    pub fn new(quiet: bool) -> Self {
-        let shown = !quiet && std::io::stderr().is_terminal();
-        let bar = ProgressBar::with_draw_target(None, if shown { ProgressDrawTarget::stderr() } else { ProgressDrawTarget::hidden() });
-        Spinner { bar }
+    pub fn show(&self, what: &str, done: usize, total: usize) {
+        self.0.set_length(total as u64);
+        self.0.set_position(done as u64);
+        self.say(what);
     }
 
     /// Says what is being done.
-    pub fn show(&self, what: &str) {
-        self.bar.set_message(what.to_owned());
-        self.bar.tick();
-    }
-}
-
-impl Drop for Spinner {
-    fn drop(&mut self) {
-        self.bar.finish_and_clear();
+    pub fn say(&self, what: &str) {
+        self.0.set_message(what.to_owned());
+        self.0.tick();
     }
 }

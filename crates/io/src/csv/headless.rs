@@ -2,7 +2,6 @@
 
 use super::cells::{Cell, Separator, split};
 use super::header::{Named, separator};
-use super::read::drop_last;
 use super::rows::{Line, Rows};
 use crate::columns::ColumnsFile;
 use crate::error::IoError;
@@ -47,19 +46,8 @@ pub(super) fn read(text: &str, file: &str, columns: &ColumnsFile) -> Result<Tabl
     let mut cells = Vec::new();
     let begin = first.iter().position(|line| cells_of(line, separator, &mut cells) == Some(width)).unwrap_or(first.len());
     let begin_line = first.get(begin).map_or(last.number, |line| line.number);
-    let mut rows = Rows::of_some(file, named, separator, width, picked);
-    let mut unterminated = None;
-    let mut row = Vec::new();
-    for line in first[begin..].iter().map(|l| Line { ..*l }).chain(lines) {
-        if !line.terminated {
-            unterminated = Some(line.number);
-        }
-        rows.push(&line, &mut row)?;
-    }
-    let mut table = rows.finish(begin_line)?;
-    if let Some(line) = unterminated.filter(|line| table.lines.last() == Some(line)) {
-        drop_last(file, &mut table, line)?;
-    }
+    let rows = first[begin..].iter().map(|l| Line { ..*l }).chain(lines);
+    let mut table = Rows::of_some(file, named, separator, width, picked).read(rows, begin_line)?;
     if begin > 0 {
         let numbers: Vec<String> = first[..begin].iter().map(|l| l.number.to_string()).collect();
         table.notes.push(Note::new(

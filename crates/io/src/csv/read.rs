@@ -3,7 +3,6 @@
 use super::header::{metadata, names, separator};
 use super::rows::{Line, Rows};
 use crate::error::IoError;
-use crate::note::Note;
 use crate::table::Table;
 use std::collections::BTreeMap;
 
@@ -36,41 +35,11 @@ pub(crate) fn read_piece(text: &str, file: &str, (head, skipped): (usize, usize)
     let separator = separator(header.text, lines.peek().map(|l| l.text));
     let named = names(file, header.number, header.text, separator)?;
     let mut rows = Rows::new(file, named, separator);
-    let mut unterminated = None;
-    let mut cells = Vec::new();
     // Where the first of them stands in the text; those behind it have the numbers that follow.
     let first = lines.peek().filter(|line| skipped == 0 || line.number > head).map(|line| (line.text.as_ptr() as usize - text.as_ptr() as usize, line.number));
     let plain = first.is_some_and(|(begin, number)| rows.push_plain(&text[begin..], number));
-    if !plain {
-        for line in lines {
-            if !line.terminated {
-                unterminated = Some(line.number);
-            }
-            rows.push(&line, &mut cells)?;
-        }
-    }
-    let mut table = Table { metadata: facts, ..rows.finish(header.number)? };
-    if let Some(line) = unterminated.filter(|line| table.lines.last() == Some(line)) {
-        drop_last(file, &mut table, line)?;
-    }
-    Ok(table)
-}
-
-/// The last number of a line without an end may be cut short, "12" instead of "12.5": nothing shows it.
-pub(super) fn drop_last(file: &str, table: &mut Table, line: usize) -> Result<(), IoError> {
-    table.lines.pop();
-    table.columns.iter_mut().for_each(|c| {
-        c.samples.pop();
-    });
-    if table.lines.is_empty() {
-        return Err(IoError::CutOff { file: file.to_owned(), line });
-    }
-    table.notes.push(Note::new(
-        "unterminated-line",
-        format!("line {line}, the last, has no line end, so that its last number may be cut off; this sample is left out"),
-        "end the last line if the file is complete, else copy the file again",
-    ));
-    Ok(())
+    let table = if plain { rows.finish(header.number)? } else { rows.read(lines, header.number)? };
+    Ok(Table { metadata: facts, ..table })
 }
 
 /// The text of what comes behind `lines` lines of a file.

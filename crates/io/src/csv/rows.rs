@@ -154,6 +154,32 @@ impl<'a> Rows<'a> {
         Err(IoError::NotANumber { file: self.file.to_owned(), place: Place::Line(line), channel: self.columns[column].name.clone(), text: shown, hint })
     }
 
+    /// The table of these lines. The last number of a line without an end may be cut short, "12" instead of "12.5": nothing shows it.
+    pub fn read<'l>(mut self, lines: impl Iterator<Item = Line<'l>>, header: usize) -> Result<Table, IoError> {
+        let (mut unterminated, mut cells, file) = (None, Vec::new(), self.file);
+        for line in lines {
+            if !line.terminated {
+                unterminated = Some(line.number);
+            }
+            self.push(&line, &mut cells)?;
+        }
+        let mut table = self.finish(header)?;
+        let Some(line) = unterminated.filter(|line| table.lines.last() == Some(line)) else { return Ok(table) };
+        table.lines.pop();
+        table.columns.iter_mut().for_each(|c| {
+            c.samples.pop();
+        });
+        if table.lines.is_empty() {
+            return Err(IoError::CutOff { file: file.to_owned(), line });
+        }
+        table.notes.push(Note::new(
+            "unterminated-line",
+            format!("line {line}, the last, has no line end, so that its last number may be cut off; this sample is left out"),
+            "end the last line if the file is complete, else copy the file again",
+        ));
+        Ok(table)
+    }
+
     /// The table; `header` is the line of names.
     pub fn finish(mut self, header: usize) -> Result<Table, IoError> {
         if self.lines.is_empty() {

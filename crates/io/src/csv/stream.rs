@@ -1,7 +1,7 @@
 //! CSV that is still being written: samples as they come.
 
 use super::read::{read_piece, text};
-use crate::assemble::{SAMPLES_KEY, assemble, is_time};
+use crate::assemble::{SAMPLES_KEY, assemble, is_time, require_count};
 use crate::csv::header::metadata;
 use crate::error::{IoError, Place};
 use crate::note::Note;
@@ -126,10 +126,8 @@ impl CsvStream {
             (true, 0) if self.lines.is_empty() => return Err(IoError::HeaderOnly { file: self.file.clone(), line: self.head_lines }),
             (true, _) => self.pieces()?,
         };
-        match self.declared {
-            Some(declared) if declared != self.seen as f64 => Err(IoError::SampleCount { file: self.file.clone(), declared, found: self.seen }),
-            _ => Ok(pieces),
-        }
+        require_count(&self.file, self.declared, self.seen)?;
+        Ok(pieces)
     }
 
     fn take_lines(&mut self, bytes: &[u8]) -> Result<(), IoError> {

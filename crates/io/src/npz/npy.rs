@@ -23,7 +23,7 @@ pub(crate) fn parse(bytes: &[u8]) -> Result<Value, String> {
     let (header, data) = split_header(bytes)?;
     let descr = field(header, "descr").ok_or("its header has no descr")?;
     let shape = shape(field(header, "shape").ok_or("its header has no shape")?).ok_or("its shape is no tuple of sizes")?;
-    let Some(dtype) = descr.strip_prefix(['\'', '"']).and_then(|d| d.split(['\'', '"']).next()).and_then(dtype) else {
+    let Some(dtype) = dtype(descr) else {
         return Ok(Value::Other("a structured or Python type"));
     };
     let count = shape.iter().try_fold(1usize, |n, &size| n.checked_mul(size));
@@ -49,7 +49,7 @@ pub(crate) fn parse(bytes: &[u8]) -> Result<Value, String> {
 pub(crate) fn complex(bytes: &[u8]) -> Option<(Vec<usize>, Vec<Complex<f64>>)> {
     let (header, data) = split_header(bytes).ok()?;
     let shape = shape(field(header, "shape")?)?;
-    let plain = dtype(field(header, "descr")?.strip_prefix(['\'', '"'])?.split(['\'', '"']).next()?)?;
+    let plain = dtype(field(header, "descr")?)?;
     let parts = if plain.kind == 'c' { Dtype { kind: 'f', bytes: plain.bytes / 2, ..plain } } else { plain };
     let count = shape.iter().try_fold(1usize, |n, &size| n.checked_mul(size))?;
     if Some(data.len()) != count.checked_mul(plain.bytes) {
@@ -82,7 +82,7 @@ pub(crate) fn complex(bytes: &[u8]) -> Option<(Vec<usize>, Vec<Complex<f64>>)> {
 /// An array of texts; [`None`] for anything else.
 pub(crate) fn texts(bytes: &[u8]) -> Option<Vec<String>> {
     let (header, data) = split_header(bytes).ok()?;
-    let dtype = dtype(field(header, "descr")?.strip_prefix(['\'', '"'])?.split(['\'', '"']).next()?)?;
+    let dtype = dtype(field(header, "descr")?)?;
     if !matches!(dtype.kind, 'U' | 'S') || dtype.bytes == 0 {
         return None;
     }
@@ -96,12 +96,12 @@ pub(crate) fn encode_complex(shape: &[usize], values: impl Iterator<Item = Compl
     out
 }
 
-/// A list of texts.
-pub(crate) fn encode_texts(texts: &[String]) -> Vec<u8> {
-    let width = texts.iter().map(|t| t.chars().count()).max().unwrap_or(0).max(1);
-    let mut out = header(&format!("<U{width}"), &[texts.len()]);
+/// Texts, or a single one without a shape. NumPy knows no text of width 0 in a file; it pads with NUL.
+pub(crate) fn encode_texts(shape: &[usize], texts: &[impl AsRef<str>]) -> Vec<u8> {
+    let width = texts.iter().map(|t| t.as_ref().chars().count()).max().unwrap_or(0).max(1);
+    let mut out = header(&format!("<U{width}"), shape);
     for text in texts {
-        let mut codes: Vec<u32> = text.chars().map(u32::from).collect();
+        let mut codes: Vec<u32> = text.as_ref().chars().map(u32::from).collect();
         codes.resize(width, 0);
         codes.iter().for_each(|c| out.extend_from_slice(&c.to_le_bytes()));
     }
@@ -133,7 +133,9 @@ fn shape(text: &str) -> Option<Vec<usize>> {
     inside.split(',').map(str::trim).filter(|s| !s.is_empty()).map(|s| s.trim_end_matches('L').parse().ok()).collect()
 }
 
-fn dtype(descr: &str) -> Option<Dtype> {
+/// The type that a header's field names, in quotes.
+fn dtype(field: &str) -> Option<Dtype> {
+    let descr = field.strip_prefix(['\'', '"'])?.split(['\'', '"']).next()?;
     let (order, rest) = match descr.chars().next()? {
         c @ ('<' | '>' | '|' | '=') => (c, &descr[1..]),
         _ => ('<', descr),
@@ -184,17 +186,6 @@ pub(crate) fn encode_numbers(shape: &[usize], values: &[f64]) -> Vec<u8> {
     out
 }
 
-/// A single text.
-pub(crate) fn encode_text(text: &str) -> Vec<u8> {
-    // NumPy knows no text of width 0 in a file; it pads with NUL.
-    let mut out = header(&format!("<U{}", text.chars().count().max(1)), &[]);
-    text.chars().for_each(|c| out.extend_from_slice(&u32::from(c).to_le_bytes()));
-    if text.is_empty() {
-        out.extend_from_slice(&[0; 4]);
-    }
-    out
-}
-
 fn header(descr: &str, shape: &[usize]) -> Vec<u8> {
     let sizes = shape.iter().map(|n| format!("{n},")).collect::<String>();
     let mut text = format!("{{'descr': '{descr}', 'fortran_order': False, 'shape': ({sizes}), }}");
@@ -219,7 +210,7 @@ mod tests {
         let Value::Numbers { shape, values, .. } = parse(&encode_numbers(&[3], &[1.0, -0.5, 1e300])).unwrap() else { panic!("numbers") };
         assert_eq!((shape, values), (vec![3], vec![1.0, -0.5, 1e300]));
         for text in ["", "N m", "größe °", "two\nlines"] {
-            let Value::Text(back) = parse(&encode_text(text)).unwrap() else { panic!("text") };
+            let Value::Text(back) = parse(&encode_texts(&[], &[text])).unwrap() else { panic!("text") };
             assert_eq!(back, text);
         }
     }
@@ -235,7 +226,7 @@ mod tests {
         let (_, columns) = complex(&fortran).unwrap();
         let order: Vec<f64> = columns.iter().map(|v| v.re).collect();
         assert_eq!(order, [0.0, 2.0, 4.0, 1.0, 3.0, 5.0]);
-        assert_eq!(texts(&encode_texts(&["a".to_owned(), "größe".to_owned()])), Some(vec!["a".to_owned(), "größe".to_owned()]));
+        assert_eq!(texts(&encode_texts(&[2], &["a", "größe"])), Some(vec!["a".to_owned(), "größe".to_owned()]));
     }
 
     #[test]
@@ -251,8 +242,8 @@ mod tests {
 
     #[test]
     fn types_of_numpy_are_understood() {
-        assert_eq!(dtype(">i2"), Some(Dtype { kind: 'i', bytes: 2, big: true }));
-        assert_eq!(dtype("|O"), Some(Dtype { kind: 'O', bytes: 0, big: false }));
+        assert_eq!(dtype("'>i2'"), Some(Dtype { kind: 'i', bytes: 2, big: true }));
+        assert_eq!(dtype("'|O'"), Some(Dtype { kind: 'O', bytes: 0, big: false }));
         assert_eq!(shape("(5,)"), Some(vec![5]));
         assert_eq!(shape("()"), Some(vec![]));
         assert_eq!(shape("(2, 3)"), Some(vec![2, 3]));

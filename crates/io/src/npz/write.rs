@@ -24,7 +24,7 @@ pub(crate) fn write(recording: &Recording, file: &str) -> Result<Vec<u8>, IoErro
         if key.is_empty() || key.contains(['\0', '\\']) || value.contains('\0') {
             return Err(unwritable(format!("metadata {key:?}"), "use a key of one word and text without NUL"));
         }
-        arrays.push((format!("metadata/{key}"), npy::encode_text(value)));
+        arrays.push((format!("metadata/{key}"), npy::encode_texts(&[], &[value])));
     }
     for channel in recording.channels() {
         let name = &channel.name;
@@ -39,7 +39,7 @@ pub(crate) fn write(recording: &Recording, file: &str) -> Result<Vec<u8>, IoErro
             return Err(unwritable(format!("channel {name:?} in {:?}", channel.unit.symbol()), "give it another name or unit"));
         }
         arrays.push((name.clone(), npy::encode_numbers(&[channel.samples.len()], &channel.samples)));
-        arrays.push((format!("unit/{name}"), npy::encode_text(channel.unit.symbol())));
+        arrays.push((format!("unit/{name}"), npy::encode_texts(&[], &[channel.unit.symbol()])));
     }
     zip(&arrays).map_err(|e| unwritable(format!("the recording ({e})"), "use shorter names, or CSV"))
 }

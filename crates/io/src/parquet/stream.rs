@@ -4,7 +4,7 @@ use super::PARQUET;
 use super::kind::{Kind, append};
 use super::read::{caught, check_compression, check_places, facts};
 use crate::arrays::{self, Entry, Value};
-use crate::assemble::{SAMPLES_KEY, assemble, is_time};
+use crate::assemble::{SAMPLES_KEY, assemble, is_time, require_count};
 use crate::error::{IoError, Place};
 use crate::options::ReadOptions;
 use crate::piece::Piece;
@@ -111,10 +111,7 @@ impl ParquetStream {
             new += wanted;
         }
         if new == 0 && self.seen > 0 {
-            return match self.declared {
-                Some(declared) if declared != self.seen as f64 => Err(IoError::SampleCount { file: self.file.clone(), declared, found: self.seen }),
-                _ => Ok(None),
-            };
+            return require_count(&self.file, self.declared, self.seen).map(|()| None);
         }
         let kept = overlap + new - OVERLAP.min(overlap + new);
         self.kept = values.iter().map(|column| column[kept..].to_vec()).collect();

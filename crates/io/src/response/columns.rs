@@ -65,11 +65,11 @@ pub(super) fn read(bytes: &[u8], file: &str) -> Result<ResponseTable, IoError> {
         }
     }
     let mut names: Vec<String> = Vec::new();
-    columns.iter().filter(|(_, pair, _)| !names.contains(pair)).map(|(_, pair, _)| pair.clone()).collect::<Vec<_>>().into_iter().for_each(|pair| {
-        if !names.contains(&pair) {
-            names.push(pair);
+    for (_, pair, _) in &columns {
+        if !names.contains(pair) {
+            names.push(pair.clone());
         }
-    });
+    }
     let listed = |key: &str| table.metadata.get(key).map(|list| list.split(',').map(|name| name.trim().to_owned()).collect::<Vec<String>>());
     let (outputs, inputs) = match (listed("outputs"), listed("inputs")) {
         (Some(outputs), Some(inputs)) => (outputs, inputs),

@@ -49,7 +49,7 @@ pub fn read_response_bytes(bytes: &[u8], file: &str) -> Result<ResponseTable, Io
     if bytes.is_empty() {
         return Err(IoError::Empty { file: file.to_owned() });
     }
-    let response = match kind(bytes, file) {
+    let response = match kind(bytes) {
         Some(Kind::Universal) => universal::read(bytes, file)?,
         Some(Kind::Touchstone) => touchstone::read(bytes, file)?,
         #[cfg(feature = "npz")]
@@ -63,13 +63,13 @@ pub fn read_response_bytes(bytes: &[u8], file: &str) -> Result<ResponseTable, Io
 }
 
 /// Whether these are the bytes of a frequency response, and of no recording.
-pub fn is_response(bytes: &[u8], file: &str) -> bool {
-    kind(bytes, file).is_some()
+pub fn is_response(bytes: &[u8]) -> bool {
+    kind(bytes).is_some()
 }
 
 /// What the format of these bytes is called, if they are a frequency response.
-pub(crate) fn format_name(bytes: &[u8], file: &str) -> Option<&'static str> {
-    kind(bytes, file).map(|kind| match kind {
+pub(crate) fn format_name(bytes: &[u8]) -> Option<&'static str> {
+    kind(bytes).map(|kind| match kind {
         Kind::Universal => "Universal File 58",
         Kind::Touchstone => "Touchstone",
         Kind::Npz => "NPZ",
@@ -90,9 +90,9 @@ pub fn holds_response(path: &Path) -> Result<bool, IoError> {
     let opened = std::fs::File::open(path).and_then(|opened| opened.take(LOOKED_AT).read_to_end(&mut head));
     opened.map_err(|source| IoError::Read { file: file.clone(), source })?;
     if head.starts_with(ZIP) {
-        return Ok(is_response(&contents(path)?.0, &file));
+        return Ok(is_response(&contents(path)?.0));
     }
-    Ok(is_response(&head, &file))
+    Ok(is_response(&head))
 }
 
 /// Writes a frequency response in the format of the suffix (`.csv`, `.tsv`, `.npz`, `.uff`, `.unv`, `.sNp`), atomically. What the format has
@@ -136,7 +136,7 @@ enum Kind {
 }
 
 /// What kind of a response these bytes are; [`None`] if they are none.
-fn kind(bytes: &[u8], _file: &str) -> Option<Kind> {
+fn kind(bytes: &[u8]) -> Option<Kind> {
     if universal::is(bytes) {
         Some(Kind::Universal)
     } else if touchstone::is(bytes) {

@@ -87,7 +87,7 @@ pub(super) fn write(response: &ResponseTable, file: &str) -> Result<Vec<u8>, IoE
         if texts.iter().any(|text| text.contains('\0')) {
             return Err(IoError::Unwritable { file: file.to_owned(), what: format!("a name with NUL in {name}"), format: NPZ, remedy: "give it another name" });
         }
-        arrays.push((name.to_owned(), npy::encode_texts(texts)));
+        arrays.push((name.to_owned(), npy::encode_texts(&[texts.len()], texts)));
     }
     for (name, values) in [("std", &response.std), ("coherence", &response.coherence)] {
         if let Some(values) = values {

@@ -2,7 +2,6 @@
 
 use super::{Block, BlockParameter};
 use crate::{Axis, ParameterInfo, ParametricModel};
-use ndarray::Array2;
 use ndof_linear::square;
 use num_complex::Complex64;
 
@@ -96,25 +95,8 @@ impl ParametricModel for Composite {
         self.parameters.clone()
     }
 
-    fn scale(&self, theta: &[f64], parameter: usize) -> f64 {
-        let base = self.baseline.parameters().len();
-        if parameter < base { self.baseline.scale(&theta[..base], parameter) } else { theta[parameter].abs() }
-    }
-
-    fn internal(&self, theta: &[f64]) -> Vec<f64> {
-        let base = self.baseline.parameters().len();
-        self.baseline.internal(&theta[..base]).into_iter().chain(theta[base..].iter().copied()).collect()
-    }
-
-    fn natural(&self, internal: &[f64]) -> Vec<f64> {
-        let base = self.baseline.parameters().len();
-        self.baseline.natural(&internal[..base]).into_iter().chain(internal[base..].iter().copied()).collect()
-    }
-
-    fn natural_jacobian(&self, internal: &[f64]) -> Option<Array2<f64>> {
-        let base = self.baseline.parameters().len();
-        let own = self.baseline.natural_jacobian(&internal[..base])?;
-        Some(Array2::from_shape_fn((internal.len(), internal.len()), |(i, j)| if i < base && j < base { own[[i, j]] } else { f64::from(u8::from(i == j)) }))
+    fn base(&self) -> Option<&dyn ParametricModel> {
+        Some(&*self.baseline)
     }
 
     fn stiffness(&self, theta: &[f64], s: Complex64, value: &mut [Complex64], mut derivative: Option<&mut [Complex64]>) {

@@ -4,7 +4,7 @@ use super::{COST_TOLERANCE, Fit, FitError, Solved};
 use crate::{LeastSquares, ParametricModel};
 use faer::Mat;
 use ndof_linear::{Cholesky, square};
-use ndof_signal::forward_transform;
+use ndof_signal::{forward_transform, spectrum_by};
 use num_complex::Complex64;
 use serde::{Deserialize, Serialize};
 
@@ -37,8 +37,7 @@ impl PeriodMeans {
         let mut each = vec![vec![vec![Complex64::default(); size]; lines.len()]; periods];
         for (c, channel) in channels.iter().enumerate() {
             for (p, own) in channel.chunks_exact(period).enumerate() {
-                let mut spectrum = plan.make_output_vec();
-                plan.process(&mut own.to_vec(), &mut spectrum).ok()?;
+                let spectrum = spectrum_by(plan.as_ref(), &mut own.to_vec());
                 lines.iter().enumerate().for_each(|(k, &line)| each[p][k][c] = spectrum[line]);
             }
         }

@@ -56,8 +56,8 @@ impl PaperFit {
         start: &[f64],
     ) -> Result<Prepared<'a>, FitError> {
         let [n, _] = check_shape(model, response, start)?;
-        let in_band: Vec<usize> = (0..response.len()).filter(|&f| (self.band_hz[0]..=self.band_hz[1]).contains(&response.frequency_hz[f])).collect();
-        let impedance = response.band(self.band_hz[0], self.band_hz[1]).to_kind(ResponseKind::Impedance)?;
+        let in_band = response.within(self.band_hz);
+        let impedance = response.select(&in_band).to_kind(ResponseKind::Impedance)?;
         let weight = weight.select(Axis(0), &in_band);
         let parameters = model.parameters().len();
         let bins: Vec<usize> = (0..impedance.len())

@@ -4,7 +4,7 @@ use super::noise::Chain;
 use super::shooting::Shooting;
 use faer::Mat;
 use faer::linalg::solvers::DenseSolveCore;
-use ndof_signal::forward_transform;
+use ndof_signal::{forward_transform, spectrum_by};
 use num_complex::Complex64;
 use std::f64::consts::TAU;
 
@@ -138,10 +138,7 @@ fn add_weighted(into: &mut Mat<f64>, columns: &[usize], white: &[Vec<f64>], coef
         .map(|column| {
             let mut input = column.clone();
             input.resize(length, 0.0);
-            let mut output = plan.make_output_vec();
-            // Lengths are the plan's own.
-            let _ = plan.process(&mut input, &mut output);
-            output.iter().zip(&root).map(|(v, r)| v * r).collect()
+            spectrum_by(plan.as_ref(), &mut input).iter().zip(&root).map(|(v, r)| v * r).collect()
         })
         .collect();
     for (r, &row) in columns.iter().enumerate() {

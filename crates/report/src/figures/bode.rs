@@ -32,6 +32,25 @@ pub struct ResponseCurves {
     pub curves: Vec<Curve>,
 }
 
+impl ResponseCurves {
+    pub(super) fn check(&self) -> Result<(), FigureError> {
+        let shape = [self.outputs.len(), self.inputs.len(), self.frequency_hz.len()];
+        if shape.contains(&0) {
+            return Err(FigureError::Empty { what: "the list of outputs, of inputs or of frequencies" });
+        }
+        for curve in &self.curves {
+            let tables = [("gain", &curve.gain), ("phase", &curve.phase_rad)]
+                .into_iter()
+                .chain(curve.gain_ci95.iter().flat_map(|(low, high)| [("lower gain", low), ("upper gain", high)]))
+                .chain(curve.phase_ci95_rad.iter().flat_map(|(low, high)| [("lower phase", low), ("upper phase", high)]));
+            for (word, table) in tables {
+                expect_shape(format!("the {word} of \"{}\"", curve.label), "outputs × inputs × frequencies", &shape, table.shape())?;
+            }
+        }
+        Ok(())
+    }
+}
+
 /// The Bode matrix: in row p and column q the gain (log-log) and the phase of H_pq(f), bands at 95 %.
 ///
 /// Phase is wrapped to that turn in which its curve is cut least often, so that a response around −180° does not
@@ -63,13 +82,8 @@ pub struct ResponseCurves {
 /// # Errors
 /// [`FigureError`] where a table does not have the shape `[outputs][inputs][frequencies]` or one of them is empty.
 pub fn bode(name: &str, data: &ResponseCurves) -> Result<Figure, FigureError> {
-    let (p, q, f) = (data.outputs.len(), data.inputs.len(), data.frequency_hz.len());
-    if p * q * f == 0 {
-        return Err(FigureError::Empty { what: "the list of outputs, of inputs or of frequencies" });
-    }
-    for curve in &data.curves {
-        check(curve, &[p, q, f])?;
-    }
+    data.check()?;
+    let q = data.inputs.len();
     let frequency: Arc<[f64]> = data.frequency_hz.clone().into();
     let known = known_extent(&frequency, &data.curves);
     let band = known.or_else(|| positive_extent(&frequency));
@@ -126,19 +140,6 @@ pub(super) fn element(table: &Array3<f64>, row: usize, column: usize) -> ArrayVi
     table.index_axis(Dimension(0), row).index_axis_move(Dimension(0), column)
 }
 
-pub(super) fn check(curve: &Curve, shape: &[usize]) -> Result<(), FigureError> {
-    let tables = [("gain", Some(&curve.gain)), ("phase", Some(&curve.phase_rad))]
-        .into_iter()
-        .chain(curve.gain_ci95.iter().flat_map(|(low, high)| [("lower gain", Some(low)), ("upper gain", Some(high))]))
-        .chain(curve.phase_ci95_rad.iter().flat_map(|(low, high)| [("lower phase", Some(low)), ("upper phase", Some(high))]));
-    for (word, table) in tables {
-        if let Some(table) = table {
-            expect_shape(format!("the {word} of \"{}\"", curve.label), "outputs × inputs × frequencies", shape, table.shape())?;
-        }
-    }
-    Ok(())
-}
-
 /// One range for all gains, if they lie within six decades.
 fn common_gain_range(data: &ResponseCurves, band: Option<(f64, f64)>) -> Option<(f64, f64)> {
     let inside = |k: usize| data.frequency_hz.get(k).is_some_and(|frequency| band.is_none_or(|(low, high)| (low..=high).contains(frequency)));
@@ -163,14 +164,7 @@ fn best_cut<'a>(phases: impl Iterator<Item = ArrayView1<'a, f64>>) -> f64 {
         phases.iter().map(of_one).sum()
     };
     let candidates = [-180.0, -225.0, -135.0, -270.0, -90.0, -315.0, -45.0, -360.0, 0.0];
-    let mut best = (usize::MAX, -180.0);
-    for cut in candidates {
-        let count = jumps(cut);
-        if count < best.0 {
-            best = (count, cut);
-        }
-    }
-    best.1
+    candidates.into_iter().min_by_key(|cut| jumps(*cut)).unwrap_or(-180.0)
 }
 
 /// The phase's interval around the wrapped curve, in degrees; unknown ends beside a known phase are the full circle.

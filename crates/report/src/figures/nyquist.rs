@@ -1,6 +1,6 @@
 //! Responses in the complex plane.
 
-use super::bode::{ResponseCurves, capitalised, check, element};
+use super::bode::{ResponseCurves, capitalised, element};
 use super::error::FigureError;
 use super::frequency::known_extent;
 use crate::number::{printed_unit, significant};
@@ -20,13 +20,7 @@ const TABLE_ROWS: usize = 12;
 /// # Errors
 /// As [`bode`](super::bode).
 pub fn nyquist(name: &str, data: &ResponseCurves) -> Result<Figure, FigureError> {
-    let shape = [data.outputs.len(), data.inputs.len(), data.frequency_hz.len()];
-    if shape.contains(&0) {
-        return Err(FigureError::Empty { what: "the list of outputs, of inputs or of frequencies" });
-    }
-    for curve in &data.curves {
-        check(curve, &shape)?;
-    }
+    data.check()?;
     let (low, high) = known_extent(&data.frequency_hz, &data.curves).unwrap_or((0.0, f64::INFINITY));
     let mut figure = Figure::new(name, format!("{} in the complex plane", capitalised(&data.quantity)))
         .columns(data.inputs.len())

@@ -42,7 +42,7 @@ pub fn spectra(name: &str, title: &str, frequency_hz: &[f64], spectra: &[Spectru
         }
         if let (Some((from, to)), Some((low, high))) = (band_hz, extent) {
             let outside = [(low, from.min(high)), (to.max(low), high)];
-            panel.spans = outside.into_iter().filter(|(from, to)| from < to).map(|(from, to)| crate::plot::Span { from, to, label: String::new() }).collect();
+            panel.spans = outside.into_iter().filter(|(from, to)| from < to).collect();
         }
         figure = figure.panel("", panel);
     }

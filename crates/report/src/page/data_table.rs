@@ -89,16 +89,8 @@ fn pick(panel: Option<&Panel>, x: &[f64], rows: usize) -> Vec<usize> {
     let mut picked = Vec::new();
     for row in 0..rows {
         let wanted = low + (high - low) * row as f64 / (rows - 1) as f64;
-        let (mut nearest, mut least) = (0, f64::INFINITY);
-        for (k, even) in even.iter().enumerate() {
-            let away = (even - wanted).abs();
-            if away < least {
-                (nearest, least) = (k, away);
-            }
-        }
-        if !picked.contains(&nearest) {
-            picked.push(nearest);
-        }
+        let away = |k: &usize| (even[*k] - wanted).abs();
+        picked.extend((0..x.len()).min_by(|a, b| away(a).total_cmp(&away(b))).filter(|nearest| !picked.contains(nearest)));
     }
     picked
 }

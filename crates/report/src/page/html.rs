@@ -65,8 +65,8 @@ impl Report {
     }
 
     fn sections_html(&self) -> String {
-        let mut ids = FigureIds::default();
-        self.sections.iter().enumerate().map(|(k, section)| section_html(k + 1, section, &mut ids)).collect()
+        let mut names = self.figure_names().into_iter();
+        self.sections.iter().enumerate().map(|(k, section)| section_html(k + 1, section, &mut names)).collect()
     }
 
     fn has_settings(&self) -> bool {
@@ -96,18 +96,6 @@ impl Report {
     }
 }
 
-/// Anchors of figures: their names, numbered where two are alike.
-#[derive(Default)]
-struct FigureIds(std::collections::BTreeMap<String, usize>);
-
-impl FigureIds {
-    fn next(&mut self, name: &str) -> String {
-        let count = self.0.entry(name.to_string()).or_insert(0);
-        *count += 1;
-        if *count == 1 { format!("figure-{name}") } else { format!("figure-{name}-{count}") }
-    }
-}
-
 fn styles() -> String {
     let page = [":root{", &page_variables(false), "}\n@media screen and (prefers-color-scheme:dark){:root{", &page_variables(true), "}}\n"].concat();
     let classes = ["ink", "blue", "vermillion", "green", "orange", "purple", "sky", "grey"].map(|name| format!(".c-{name}{{color:var(--{name})}}")).concat();
@@ -118,13 +106,13 @@ fn paragraph(class: &str, text: &str) -> String {
     if text.is_empty() { String::new() } else { format!("<p class=\"{class}\">{}</p>\n", escape(text)) }
 }
 
-fn section_html(number: usize, section: &Section, ids: &mut FigureIds) -> String {
-    let blocks: String = section.blocks.iter().map(|block| block_html(block, ids)).collect();
+fn section_html(number: usize, section: &Section, names: &mut impl Iterator<Item = String>) -> String {
+    let blocks: String = section.blocks.iter().map(|block| block_html(block, names)).collect();
     let lead = paragraph("lead", &section.lead);
     format!("<section id=\"section-{number}\">\n<h2>{}</h2>\n{lead}{blocks}</section>\n", escape(&section.title))
 }
 
-fn block_html(block: &Block, ids: &mut FigureIds) -> String {
+fn block_html(block: &Block, names: &mut impl Iterator<Item = String>) -> String {
     match block {
         Block::Text(text) => paragraph("text", text),
         Block::Note(Note::Information, text) => paragraph("note", text),
@@ -133,7 +121,7 @@ fn block_html(block: &Block, ids: &mut FigureIds) -> String {
             let items: String = sentences.iter().map(|sentence| format!("<li>{}</li>", escape(sentence))).collect();
             format!("<ul class=\"sentences\">{items}</ul>\n")
         }
-        Block::Figure(figure) => figure_html(figure, &ids.next(&figure.name)),
+        Block::Figure(figure) => figure_html(figure, &format!("figure-{}", names.next().unwrap_or_default())),
         Block::Table(table) => table.to_html(),
     }
 }

@@ -132,20 +132,21 @@ impl Report {
         })
     }
 
+    /// Their names, numbered where two are alike.
+    fn figure_names(&self) -> Vec<String> {
+        let mut names: Vec<String> = Vec::new();
+        for Figure { name, .. } in self.figures() {
+            let numbered = (2..).map(|count| format!("{name}-{count}"));
+            names.extend(std::iter::once(name.clone()).chain(numbered).find(|name| !names.contains(name)));
+        }
+        names
+    }
+
     /// Each figure as SVG and as CSV, named after it; figures of one name are numbered.
     pub fn plot_files(&self) -> Vec<PlotFile> {
-        let mut taken = std::collections::BTreeSet::new();
-        let mut files = Vec::new();
-        for figure in self.figures() {
-            let mut name = figure.name.clone();
-            let mut count = 1;
-            while !taken.insert(name.clone()) {
-                count += 1;
-                name = format!("{}-{count}", figure.name);
-            }
-            files.push(PlotFile { name: format!("{name}.svg"), contents: figure.to_svg() });
-            files.push(PlotFile { name: format!("{name}.csv"), contents: figure.to_csv() });
-        }
-        files
+        let both = |(figure, name): (&Figure, String)| {
+            [("svg", figure.to_svg()), ("csv", figure.to_csv())].map(|(suffix, contents)| PlotFile { name: format!("{name}.{suffix}"), contents })
+        };
+        self.figures().zip(self.figure_names()).flat_map(both).collect()
     }
 }

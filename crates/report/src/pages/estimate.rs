@@ -3,6 +3,7 @@
 use super::convert::{UNKNOWN, channel_traces, curve, quantity, settings_rows, unit};
 use super::course::course_section;
 use crate::figures::{self, Coherences, Curve, CurveStyle, FigureError, ResponseCurves, Spectrum, Traces};
+use crate::number::density_unit;
 use crate::{Report, Section};
 use ndof_analysis::estimate::result::{Coherence, EstimateResult};
 use ndof_analysis::{Estimated, MeasuredResponse, Trials};
@@ -147,15 +148,6 @@ pub fn power_section(estimated: &Estimated) -> Result<Option<Section>, FigureErr
     let band_hz = estimated.result.method.band_hz.map(|[low, high]| (low, high));
     let figure = figures::spectra("power", "Power of the channels", hz, &spectra, band_hz)?;
     Ok(Some(Section::new("Power", "Where the perturbation put its energy, and where the motion answered.").figure(figure)))
-}
-
-/// `N²/Hz`, `(N m)²/Hz`.
-fn density_unit(symbol: &str) -> String {
-    match symbol {
-        "" => "1/Hz".to_owned(),
-        plain if plain.chars().all(char::is_alphanumeric) => format!("{plain}²/Hz"),
-        product => format!("({product})²/Hz"),
-    }
 }
 
 /// Coherences of the estimate that is shown.

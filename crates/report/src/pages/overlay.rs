@@ -78,20 +78,9 @@ pub(super) fn residual_figure(name: &str, title: &str, (rate_hz, band_hz): (f64,
     let left: Option<Vec<Leftover>> =
         runs.iter().map(|run| run.models.last().and_then(|(_, simulated)| leftover(run.measured, simulated, rate_hz, band_hz))).collect();
     let Some(left) = left else { return Ok(None) };
-    let Some(first) = left.first() else { return Ok(None) };
-    let residuals: Vec<Residual> = runs
-        .iter()
-        .zip(&left)
-        .map(|(run, left)| Residual {
-            output: run.output.clone(),
-            unit: run.unit.clone(),
-            samples: left.samples.clone(),
-            density: left.density.clone(),
-            output_density: left.output_density.clone(),
-            autocorrelation: left.autocorrelation.clone(),
-            lag_rate_hz: left.lag_rate_hz,
-            white_95: left.white_95,
-        })
-        .collect();
-    Ok(Some(figures::residual(name, title, rate_hz, &first.frequency_hz, &residuals)?))
+    if left.is_empty() {
+        return Ok(None);
+    }
+    let residuals: Vec<Residual> = runs.iter().zip(left).map(|(run, left)| Residual { output: run.output.clone(), unit: run.unit.clone(), left }).collect();
+    Ok(Some(figures::residual(name, title, rate_hz, &residuals)?))
 }

@@ -6,9 +6,8 @@
 pub(crate) fn min_max(points: &[(f64, f64)], bucket: f64) -> Vec<(f64, f64)> {
     let mut kept = Vec::new();
     let mut start = 0;
-    while start < points.len() {
-        let column = (points[start].0 / bucket).floor();
-        let end = start + points[start..].iter().take_while(|point| (point.0 / bucket).floor() == column).count().max(1);
+    for run in points.chunk_by(|a, b| (a.0 / bucket).floor() == (b.0 / bucket).floor()) {
+        let end = start + run.len();
         let (mut low, mut high) = (start, start);
         for k in start..end {
             if points[k].1 < points[low].1 {
@@ -18,20 +17,10 @@ pub(crate) fn min_max(points: &[(f64, f64)], bucket: f64) -> Vec<(f64, f64)> {
                 high = k;
             }
         }
-        let mut indices = [low.min(high), low.max(high), low.max(high), low.max(high)];
-        if start == 0 {
-            indices = [0, low.min(high), low.max(high), low.max(high)];
-        }
-        if end == points.len() {
-            indices[3] = end - 1;
-        }
-        let mut last = None;
-        for index in indices {
-            if last != Some(index) {
-                kept.push(points[index]);
-                last = Some(index);
-            }
-        }
+        let ends = [(start == 0).then_some(0), (end == points.len()).then_some(end - 1)];
+        let mut indices: Vec<usize> = ends[0].into_iter().chain([low.min(high), low.max(high)]).chain(ends[1]).collect();
+        indices.dedup();
+        kept.extend(indices.into_iter().map(|k| points[k]));
         start = end;
     }
     kept
@@ -40,22 +29,18 @@ pub(crate) fn min_max(points: &[(f64, f64)], bucket: f64) -> Vec<(f64, f64)> {
 /// Of each pixel column: its middle, the lowest of the lower ends and the highest of the upper ends.
 pub(crate) fn envelope(points: &[(f64, f64, f64)], bucket: f64) -> Vec<(f64, f64, f64)> {
     let mut kept = Vec::new();
-    let mut start = 0;
-    while start < points.len() {
-        let column = (points[start].0 / bucket).floor();
-        let end = start + points[start..].iter().take_while(|point| (point.0 / bucket).floor() == column).count().max(1);
-        let run = &points[start..end];
-        let x = if start == 0 {
-            run[0].0
-        } else if end == points.len() {
-            run[run.len() - 1].0
-        } else {
-            0.5 * (run[0].0 + run[run.len() - 1].0)
+    let mut seen = 0;
+    for run in points.chunk_by(|a, b| (a.0 / bucket).floor() == (b.0 / bucket).floor()) {
+        seen += run.len();
+        let (first, last) = (run[0].0, run[run.len() - 1].0);
+        let x = match (kept.is_empty(), seen == points.len()) {
+            (true, _) => first,
+            (false, true) => last,
+            (false, false) => 0.5 * (first + last),
         };
         let low = run.iter().fold(f64::INFINITY, |low, point| low.min(point.1));
         let high = run.iter().fold(f64::NEG_INFINITY, |high, point| high.max(point.2));
         kept.push((x, low, high));
-        start = end;
     }
     kept
 }

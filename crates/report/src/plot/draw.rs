@@ -57,8 +57,7 @@ pub(crate) struct PanelFrame {
 /// and its name.
 pub(crate) fn draw_panel(panel: &Panel, width: f64, left: f64, labelled: bool) -> PanelFrame {
     let bottom = if labelled { BOTTOM_LABELLED } else { BOTTOM_BARE };
-    let worded = !panel.y.caption().is_empty() || panel.spans.iter().any(|span| !span.label.is_empty());
-    let top = if worded { TOP } else { TOP_BARE };
+    let top = if panel.y.caption().is_empty() { TOP_BARE } else { TOP };
     let plot_width = width - left - RIGHT;
     let plot_height = if panel.is_equal() { plot_width * panel.proportion } else { panel.height };
     let (x, y) = ranges(panel);
@@ -122,8 +121,8 @@ fn frame(at: &Placement, x_ticks: &[Tick], y_ticks: &[Tick], labelled: bool) -> 
 
 fn annotations(at: &Placement) -> String {
     let mut svg = String::new();
-    for span in at.panel.spans.iter().filter(|span| at.x(span.from).is_finite() && at.x(span.to).is_finite()) {
-        svg += &format!("<path class=\"span\" d=\"M{} 0H{}V{}H{}Z\"/>", px(at.x(span.from)), px(at.x(span.to)), px(at.height), px(at.x(span.from)));
+    for (from, to) in at.panel.spans.iter().map(|(from, to)| (at.x(*from), at.x(*to))).filter(|(from, to)| from.is_finite() && to.is_finite()) {
+        svg += &format!("<path class=\"span\" d=\"M{} 0H{}V{}H{}Z\"/>", px(from), px(to), px(at.height), px(from));
     }
     for rule in at.panel.rules.iter().filter(|rule| at.y(rule.y).is_finite()) {
         svg += &format!("<path class=\"line rule c-{} dashed\" d=\"M0 {y}H{}\"/>", Color::Grey.name(), px(at.width), y = px(at.y(rule.y)));
@@ -179,7 +178,7 @@ fn sideways_ticks(scale: Scale, (from, to): (f64, f64), width: f64) -> Vec<Tick>
     }
 }
 
-/// Words beside rules, spans and pins; `data-x` and `data-y` are their places in pixels before any zoom.
+/// Words beside rules and pins; `data-x` and `data-y` are their places in pixels before any zoom.
 fn words(at: &Placement) -> String {
     let mut svg = String::new();
     let mut word = |kind: &str, (x, y): (f64, f64), (dx, dy): (f64, f64), label: &str| {
@@ -199,9 +198,6 @@ fn words(at: &Placement) -> String {
     };
     for rule in &at.panel.rules {
         word("rule", (at.width, at.y(rule.y)), (-3.0, -4.0), &rule.label);
-    }
-    for span in &at.panel.spans {
-        word("span", (at.x(span.from).max(0.0), 0.0), (0.0, -6.0), &span.label);
     }
     for pin in &at.panel.pins {
         let (kind, offset) = if pin.centred { ("centre", (0.0, 4.0)) } else { ("pin", (6.0, -6.0)) };

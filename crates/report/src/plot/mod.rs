@@ -18,7 +18,7 @@ mod ticks;
 pub use axis::{Axis, Scale};
 pub use figure::{Cell, Figure};
 pub use palette::{Color, Dash};
-pub use panel::{Panel, Pin, Rule, Shades, Span};
+pub use panel::{Panel, Pin, Rule, Shades};
 pub use series::{Mark, Series};
 pub use ticks::{Tick, ticks};
 

@@ -13,17 +13,6 @@ pub struct Rule {
     pub label: String,
 }
 
-/// A shaded stretch of the abscissa, e.g. the held-out part of a recording.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Span {
-    /// From.
-    pub from: f64,
-    /// To.
-    pub to: f64,
-    /// What it means.
-    pub label: String,
-}
-
 /// A few words at a point.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Pin {
@@ -66,7 +55,7 @@ pub struct Panel {
     /// Thresholds.
     pub rules: Vec<Rule>,
     /// Shaded stretches.
-    pub spans: Vec<Span>,
+    pub spans: Vec<(f64, f64)>,
     /// Words at points.
     pub pins: Vec<Pin>,
     /// Height in pixels.

@@ -42,7 +42,7 @@ impl<'a> Placement<'a> {
 /// The ranges of both axes. Bands widen the ordinate by at most 40 % beyond the lines: an interval without bounds
 /// should not hide what is known.
 pub(super) fn ranges(panel: &Panel) -> ((f64, f64), (f64, f64)) {
-    let spans = panel.spans.iter().flat_map(|span| [span.from, span.to]);
+    let spans = panel.spans.iter().flat_map(|(from, to)| [*from, *to]);
     let x = panel.x.resolve(panel.series.iter().flat_map(|series| series.mark.x().iter().copied()).chain(spans));
     let dotted = panel.series.iter().any(|series| matches!(series.mark, Mark::Points { .. }));
     let x = match (panel.is_equal(), panel.is_free() || dotted) {

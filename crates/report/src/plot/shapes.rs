@@ -16,37 +16,28 @@ pub(super) fn draw_series(at: &Placement, series: &Series, index: usize) -> Stri
         let inside = |k: usize| x.get(k).is_some_and(|value| (x_range.0..=x_range.1).contains(value));
         inside(k) || inside(k + 1) || (k > 0 && inside(k - 1))
     };
+    let point = |(&x, &y): (&f64, &f64)| Some((at.x(x), at.y(y))).filter(|(x, y)| x.is_finite() && y.is_finite());
     let color = series.color.name();
     let dash = series.dash.class();
     let (class, path) = match &series.mark {
         Mark::Line { x, y } => {
             let ascending = series.mark.ascends();
-            let runs = runs(x.iter().zip(y).enumerate().map(|(k, (&x_k, &y_k))| {
-                let point = (at.x(x_k), at.y(y_k));
-                ((!ascending || near(x, k)) && point.0.is_finite() && point.1.is_finite()).then_some(point)
-            }));
+            let runs = runs(x.iter().zip(y).enumerate().map(|(k, pair)| point(pair).filter(|_| !ascending || near(x, k))));
             let runs = split_at_turns(runs, at, |point| point.1);
             ("line", runs.iter().map(|run| polyline(&if ascending { min_max(run, 1.0) } else { run.clone() })).collect())
         }
         Mark::Steps { edges, y } => {
-            let corners = edges.windows(2).zip(y).flat_map(|(pair, &y_k)| [(pair[0], y_k), (pair[1], y_k)]);
-            let runs = runs(corners.map(|(x_k, y_k)| {
-                let point = (at.x(x_k), at.y(y_k));
-                (point.0.is_finite() && point.1.is_finite()).then_some(point)
-            }));
+            let corners = edges.windows(2).zip(y).flat_map(|(pair, y)| [(&pair[0], y), (&pair[1], y)]);
+            let runs = runs(corners.map(point));
             ("line", runs.iter().map(|run| polyline(&min_max(run, 1.0))).collect())
         }
         Mark::Points { x, y } => {
-            let dots = x.iter().zip(y).map(|(&x_k, &y_k)| (at.x(x_k), at.y(y_k))).filter(|point| point.0.is_finite() && point.1.is_finite());
             let mut taken = std::collections::BTreeSet::new();
-            let apart = dots.filter(|(x, y)| taken.insert(((x / NEAR).round() as i64, (y / NEAR).round() as i64)));
+            let apart = x.iter().zip(y).filter_map(point).filter(|(x, y)| taken.insert(((x / NEAR).round() as i64, (y / NEAR).round() as i64)));
             ("points", apart.map(|(x, y)| format!("M{} {}h0", px(x), px(y))).collect())
         }
         Mark::Area { x, y } => {
-            let rings = runs(x.iter().zip(y).map(|(&x_k, &y_k)| {
-                let point = (at.x(x_k), at.y(y_k));
-                (point.0.is_finite() && point.1.is_finite()).then_some(point)
-            }));
+            let rings = runs(x.iter().zip(y).map(point));
             (if at.panel.y.names.is_empty() { "band" } else { "band part" }, rings.iter().map(|ring| polyline(ring) + "Z").collect::<String>())
         }
         Mark::Band { x, low, high } => {

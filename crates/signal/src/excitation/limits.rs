@@ -2,7 +2,7 @@
 
 use super::ExcitationError;
 use crate::periodic::amplitudes;
-use crate::transform::{forward_transform, inverse_transform, spectrum_by};
+use crate::transform::{forward_transform, inverse_transform, signal_by, spectrum_by};
 use ndarray::Array2;
 use num_complex::Complex64;
 use serde::{Deserialize, Serialize};
@@ -139,14 +139,7 @@ pub fn apply_response(
     Ok(outputs
         .into_iter()
         .map(|mut spectrum| {
-            // A real signal has real values there; a response sampled at these two points need not.
-            spectrum[0].im = 0.0;
-            if padded.is_multiple_of(2) {
-                spectrum[padded / 2].im = 0.0;
-            }
-            let mut signal = inverse.make_output_vec();
-            let done = inverse.process(&mut spectrum, &mut signal);
-            debug_assert!(done.is_ok());
+            let mut signal = signal_by(inverse.as_ref(), &mut spectrum);
             signal.truncate(len);
             signal.iter_mut().for_each(|s| *s /= padded as f64);
             signal

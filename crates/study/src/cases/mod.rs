@@ -12,7 +12,7 @@ use ndarray::{Array2, Array3, Axis as Dimension};
 use ndof_analysis::Trial;
 use ndof_analysis::result::{Head, Number, Warning, finite, number};
 use ndof_analysis::{AnalysisError, Estimated, Fitted};
-use ndof_devices::Linearised;
+use ndof_devices::{Impedance, Linearised};
 use ndof_models::{agreement, physical};
 use ndof_sysid::{FrequencyResponse, ResponseKind};
 use num_complex::Complex64;
@@ -110,17 +110,18 @@ fn setting(report: &ReportSection, name: String, estimated: &Estimated, fitted: 
         segments_per_trial: (method.name == "welch").then(|| method.segments / outcome.trials.trials.len().max(1)),
         effective_averages: number(method.effective_averages),
         parameters,
-        relative_error: truth.map(|s| relative_error(fitted, &s.linear)),
+        relative_error: truth.map(|s| relative_error(fitted, &s.linear.limb)),
         agreement: truth.map_or(Ok(Vec::new()), |s| agreements(&report.bands_hz, estimated, &s.linear))?,
         ellipse: ellipse(fitted, truth.map(|s| &s.linear.limb.stiffness)),
         low_band: low_band(report.low_band_hz, estimated, truth.map(|s| &s.linear)),
     })
 }
 
-fn relative_error(fitted: &Fitted, linear: &Linearised) -> MatrixNumbers {
+/// ‖X̂ − X‖/‖X‖ of the fitted matrices.
+pub(crate) fn relative_error(fitted: &Fitted, truth: &Impedance) -> MatrixNumbers {
     let norm = |a: &Array2<f64>| a.iter().map(|v| v * v).sum::<f64>().sqrt();
     let error = |found: &Array2<f64>, truth: &Array2<f64>| if found.dim() == truth.dim() { number(norm(&(found - truth)) / norm(truth)) } else { None };
-    let (found, truth) = (&fitted.matrices, &linear.limb);
+    let found = &fitted.matrices;
     MatrixNumbers { M: error(&found.inertia, &truth.inertia), B: error(&found.damping, &truth.damping), K: error(&found.stiffness, &truth.stiffness) }
 }
 
@@ -133,6 +134,11 @@ fn plant(linear: &Linearised, like: &FrequencyResponse) -> FrequencyResponse {
         }
     }
     FrequencyResponse { value, kind: ResponseKind::Compliance, uncertainty: None, ..like.clone() }
+}
+
+/// The frequencies of a band without 0 Hz.
+fn above_zero(response: &FrequencyResponse, band_hz: [f64; 2]) -> Vec<usize> {
+    response.within(band_hz).into_iter().filter(|&f| response.frequency_hz[f] > 0.0).collect()
 }
 
 fn agreements(bands_hz: &[[f64; 2]], estimated: &Estimated, linear: &Linearised) -> Result<Vec<BandAgreement>, StudyError> {
@@ -148,8 +154,7 @@ fn agreements(bands_hz: &[[f64; 2]], estimated: &Estimated, linear: &Linearised)
         let (p, q) = response.shape();
         for &band in bands_hz {
             let agreed = agreement(response, &plant, partial, band).map_err(AnalysisError::from)?;
-            let used: Vec<usize> =
-                (0..response.len()).filter(|&f| response.frequency_hz[f] > 0.0 && (band[0]..=band[1]).contains(&response.frequency_hz[f])).collect();
+            let used = above_zero(response, band);
             let mean = |of: &dyn Fn(usize, usize, usize) -> f64| -> Vec<Vec<Number>> {
                 let element = |i: usize, j: usize| {
                     let values: Vec<f64> = used.iter().map(|&f| of(f, i, j)).filter(|v| v.is_finite()).collect();
@@ -237,8 +242,7 @@ fn axis_ratio_interval(k: &Array2<f64>, covariance: &Array2<f64>, symmetric: boo
 fn low_band(band_hz: [f64; 2], estimated: &Estimated, linear: Option<&Linearised>) -> LowBand {
     let direct = &estimated.estimates.direct;
     let response = &direct.response;
-    let used: Vec<usize> =
-        (0..response.len()).filter(|&f| response.frequency_hz[f] > 0.0 && (band_hz[0]..=band_hz[1]).contains(&response.frequency_hz[f])).collect();
+    let used = above_zero(response, band_hz);
     let inputs = direct.input_coherence.dim().1;
     let between = |f: usize| (0..inputs).flat_map(|i| (0..i).map(move |j| (i, j))).map(|(i, j)| direct.input_coherence[[f, i, j]]).fold(f64::NAN, f64::max);
     let coherences: Vec<f64> = used.iter().map(|&f| between(f)).filter(|c| c.is_finite()).collect();

@@ -3,11 +3,11 @@
 use super::nan;
 use crate::design::Designed;
 use ndof_analysis::result::VERSION;
-use ndof_report::figures::{self, FigureError, Trace, Traces};
+use ndof_report::figures::{self, FigureError, Traces};
 use ndof_report::number::significant;
+use ndof_report::pages::channel_traces;
 use ndof_report::plot::{Axis, Color, Figure, Panel, Series};
 use ndof_report::{Report, Section, Table};
-use ndof_signal::Channel;
 
 /// The page of `ndof design`.
 ///
@@ -56,11 +56,10 @@ pub fn design_report(designed: &Designed, command: &str) -> Result<Report, Figur
         report.sections.push(Section::new("Length", lead).table(table));
     }
     if let Some(first) = designed.recordings.first() {
-        let trace = |c: &Channel| Trace { label: c.name.clone(), unit: c.unit.symbol().to_owned(), measured: c.samples.clone(), simulated: Vec::new() };
         let traces = Traces {
             sample_rate_hz: first.sample_rate_hz(),
             start_s: -result.lead_in_s,
-            traces: first.channels().iter().map(trace).collect(),
+            traces: channel_traces(first),
             detail_s: Some((0.0, 5.0_f64.min(result.duration_s))),
         };
         report.sections.push(Section::new("Commands", "The first trial.").figure(figures::traces("commands", "Commands", &traces)?));

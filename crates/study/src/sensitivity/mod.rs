@@ -3,20 +3,20 @@
 pub mod result;
 
 use crate::analysed::{COMMAND, analysed, fitted};
+use crate::cases::relative_error;
 use crate::command::forces_of;
 use crate::design::result::CoherenceSize;
 use crate::design::{Lens, with_limb};
 use crate::error::{StudyError, meaning};
 use crate::file::{SensitivitySection, StudyFile};
 use crate::progress::Progress;
-use crate::sensitivity::result::{ParameterErrors, SensitivityResult, SensitivityRow, SimulatedSensitivity};
+use crate::sensitivity::result::{SensitivityResult, SensitivityRow, SimulatedSensitivity};
 use crate::simulate::{Simulated, simulate_behind};
 use ndarray::Array2;
 use ndof_analysis::Trials;
-use ndof_analysis::result::{Head, number};
-use ndof_analysis::{Estimated, Fitted, Trial};
+use ndof_analysis::result::Head;
+use ndof_analysis::{Estimated, Trial};
 use ndof_devices::{Experiment, Impedance, Linearised, linearise};
-use ndof_models::InertiaDampingStiffness;
 use ndof_signal::{CrossSpectra, ExcitationError, Kernel, input_coherence_at};
 use num_complex::Complex64;
 use rand::{RngExt, SeedableRng};
@@ -233,17 +233,9 @@ fn simulated(
     Ok(SimulatedSensitivity {
         coherence: CoherenceSize { max: pooled.max, mean: pooled.mean },
         force_rms: (variances.iter().sum::<f64>() / variances.len().max(1) as f64).sqrt(),
-        direct: errors(&direct, &truth.limb),
-        derived: errors(&derived, &truth.limb),
+        direct: relative_error(&direct, &truth.limb),
+        derived: relative_error(&derived, &truth.limb),
     })
-}
-
-/// ‖X̂ − X‖/‖X‖ of each matrix.
-fn errors(found: &Fitted, limb: &Impedance) -> ParameterErrors {
-    let InertiaDampingStiffness { inertia, damping, stiffness, .. } = &found.matrices;
-    let norm = |m: &Array2<f64>| m.iter().map(|v| v * v).sum::<f64>().sqrt();
-    let error = |found: &Array2<f64>, truth: &Array2<f64>| number(norm(&(found - truth)) / norm(truth));
-    ParameterErrors { M: error(inertia, &limb.inertia), B: error(damping, &limb.damping), K: error(stiffness, &limb.stiffness) }
 }
 
 fn row(model: &str, curve: &Curve, simulated: Option<SimulatedSensitivity>) -> SensitivityRow {

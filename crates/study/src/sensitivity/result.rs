@@ -1,7 +1,8 @@
 //! `ndof/sensitivity/1`: what pre-compensation by a wrong model does.
 
+use crate::cases::result::MatrixNumbers;
 use crate::design::result::CoherenceSize;
-use ndof_analysis::result::{Head, Number};
+use ndof_analysis::result::Head;
 use serde::{Deserialize, Serialize};
 
 /// The table of sensitivity.
@@ -54,21 +55,8 @@ pub struct SimulatedSensitivity {
     pub coherence: CoherenceSize,
     /// Root mean square of the delivered forces about their means.
     pub force_rms: f64,
-    /// Errors of the fit to the direct estimate.
-    pub direct: ParameterErrors,
-    /// Errors of the fit to the derived one.
-    pub derived: ParameterErrors,
-}
-
-/// Relative errors ‖X̂ − X‖/‖X‖.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
-#[expect(non_snake_case, reason = "the field's own symbols")]
-pub struct ParameterErrors {
-    /// Of the inertia.
-    pub M: Number,
-    /// Of the damping.
-    pub B: Number,
-    /// Of the stiffness.
-    pub K: Number,
+    /// ‖X̂ − X‖/‖X‖ of the fit to the direct estimate.
+    pub direct: MatrixNumbers,
+    /// The same of the fit to the derived one.
+    pub derived: MatrixNumbers,
 }

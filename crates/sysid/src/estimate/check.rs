@@ -8,19 +8,18 @@ use ndof_signal::{CrossSpectra, Recording, SpectraError};
 /// Variation as a share of the largest value below which nothing but rounding varies.
 const ROUNDING: f64 = 1e-14;
 
+/// Channels and labels of each role.
+fn roles<'a>(ports: &'a Ports, labels: &'a Labels) -> [(&'static str, &'a [usize], &'a [String]); 3] {
+    [("reference", &ports.references, &labels.references), ("input", &ports.inputs, &labels.inputs), ("output", &ports.outputs, &labels.outputs)]
+}
+
 /// Channels fit the spectra, labels fit the channels.
 pub(crate) fn ports(spectra: &CrossSpectra, ports: &Ports, labels: &Labels) -> Result<(), EstimateError> {
     ports.validate(spectra.channels())?;
-    for (role, labels, ports) in [
-        ("input", labels.inputs.len(), ports.inputs.len()),
-        ("output", labels.outputs.len(), ports.outputs.len()),
-        ("reference", labels.references.len(), ports.references.len()),
-    ] {
-        if labels != ports {
-            return Err(EstimateError::Labels { role, labels, ports });
-        }
+    match roles(ports, labels).into_iter().find(|(_, channels, names)| channels.len() != names.len()) {
+        Some((role, channels, names)) => Err(EstimateError::Labels { role, labels: names.len(), ports: channels.len() }),
+        None => Ok(()),
     }
-    Ok(())
 }
 
 /// Trials have as many channels as the first, at its sample rate.
@@ -38,8 +37,7 @@ pub(crate) fn alike(trials: &[&Recording]) -> Result<(), EstimateError> {
 
 /// Drivers move, and every channel moves by what powers can be computed of.
 pub(crate) fn sizes(trials: &[&Recording], ports: &Ports, labels: &Labels) -> Result<(), EstimateError> {
-    let roles = [("reference", &ports.references, &labels.references), ("input", &ports.inputs, &labels.inputs), ("output", &ports.outputs, &labels.outputs)];
-    for (role, channels, names) in roles {
+    for (role, channels, names) in roles(ports, labels) {
         for (&channel, name) in channels.iter().zip(names) {
             let (mut size, mut still) = (0.0_f64, true);
             for samples in trials.iter().filter_map(|trial| trial.channels().get(channel)).map(|channel| &channel.samples) {
@@ -63,8 +61,7 @@ pub(crate) fn sizes(trials: &[&Recording], ports: &Ports, labels: &Labels) -> Re
 pub(crate) fn powers(spectra: &CrossSpectra, ports: &Ports, labels: &Labels) -> Result<(), EstimateError> {
     let hz = spectra.frequency_hz();
     let step_hz = if let [first, second, ..] = hz { second - first } else { 1.0 };
-    let roles = [("reference", &ports.references, &labels.references), ("input", &ports.inputs, &labels.inputs), ("output", &ports.outputs, &labels.outputs)];
-    for (role, channels, names) in roles {
+    for (role, channels, names) in roles(ports, labels) {
         for (&channel, name) in channels.iter().zip(names) {
             let size = (step_hz * (0..hz.len()).map(|f| spectra.power(f, channel)).sum::<f64>()).sqrt();
             // The root mean square of a single peak is a small share of its height.

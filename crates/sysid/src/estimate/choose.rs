@@ -24,7 +24,7 @@ const ENOUGH: f64 = 10.0;
 /// by C″σ²/2: 3 (σ/f)² of an inertia without a spring, C ∝ f⁻². Welch on long records, where memory and time matter, and on those that are too
 /// short for a polynomial.
 pub fn choose_method(trials: &[&Recording], ports: &Ports) -> Choice {
-    let (Some(first), drivers) = (trials.first(), if ports.references.is_empty() { &ports.inputs } else { &ports.references }) else {
+    let (Some(first), drivers) = (trials.first(), ports.drivers()) else {
         return Choice { method: SpectralMethod::LocalPolynomial(LocalPolynomial::default()), reason: "there is no recording".to_owned() };
     };
     let periodic = drivers.first().and_then(|&c| first.channels().get(c)).and_then(|c| repeats(&c.samples));
@@ -42,8 +42,7 @@ pub fn choose_method(trials: &[&Recording], ports: &Ports) -> Choice {
     let shortest = trials.iter().map(|r| r.len()).min().unwrap_or(0);
     let (count, duration_s) = (trials.len(), shortest as f64 / first.sample_rate_hz());
     let local = LocalPolynomial::default();
-    let responders = if ports.references.is_empty() { ports.outputs.len() } else { ports.inputs.len() + ports.outputs.len() };
-    let half_width = local.default_half_width(drivers.len(), responders);
+    let half_width = local.default_half_width(drivers.len(), ports.responders().len());
     // Beyond this a fit at every line costs more time and memory than it resolves.
     if shortest <= 1 << 19 && 2 * (2 * half_width + 1) < shortest {
         let resolution_hz = (2 * half_width + 1) as f64 / shortest as f64 * first.sample_rate_hz();

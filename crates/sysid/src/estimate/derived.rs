@@ -123,14 +123,7 @@ pub fn derived(spectra: &CrossSpectra, ports: &Ports, labels: &Labels) -> Result
         outputs: outputs.to_vec(),
         kind,
         value: value.finish(),
-        uncertainty: Some(Uncertainty {
-            noise: noise.finish(),
-            input_inverse: inverse,
-            degrees_of_freedom: freedom,
-            independent_spacing_hz: spectra.independent_spacing_hz(),
-            kernel: spectra.kernel().clone(),
-            inverted: false,
-        }),
+        uncertainty: Some(Uncertainty::of_spectra(spectra, noise.finish(), inverse, freedom)),
     };
     let reference_inverse = out.reference_inverse.finish();
     let r = wrap(out.r, out.noise_r, reference_inverse.clone(), ResponseKind::Transfer, &labels.references, &labels.outputs);

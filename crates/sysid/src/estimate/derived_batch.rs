@@ -6,10 +6,9 @@ use super::instrument::about;
 use super::judged::{Judged, implied};
 use crate::filling::{Filling, scatter, scatter_hermitian, scatter_real};
 use crate::lanes::{LANES, LaneCholesky, Lanes, Reals, condition, dot_conj, each, entry, lower, map, power};
+use crate::response::NAN;
 use num_complex::Complex64;
 use pulp::{Arch, Simd, WithSimd};
-
-const NAN: Complex64 = Complex64::new(f64::NAN, f64::NAN);
 
 /// The arrays of a derived estimate while they are made.
 pub(super) struct Results {

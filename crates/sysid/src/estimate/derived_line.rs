@@ -6,13 +6,12 @@ use super::instrument::about;
 use super::judged::{Judged, implied};
 use crate::filling::{Filling, scatter, scatter_hermitian, scatter_real};
 use crate::lanes::{LANES, LaneCholesky, Lanes, Reals, dot_conj, each, entry, lanes, lower};
+use crate::response::NAN;
 use ndarray::Array3;
 use ndof_linear::hermitian_eigen;
 use num_complex::Complex64;
 use pulp::{Arch, Simd, WithSimd};
 use std::ops::Range;
-
-const NAN: Complex64 = Complex64::new(f64::NAN, f64::NAN);
 
 /// The arrays of a derived estimate while they are made.
 pub(super) struct Found {

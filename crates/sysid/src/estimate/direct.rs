@@ -5,7 +5,7 @@ use crate::filling::{Filling, scatter, scatter_hermitian, scatter_real};
 use crate::labels::Labels;
 use crate::lanes::{Batches, LANES, LaneCholesky, Lanes, Reals, condition, dot_conj, each, lanes, lower, map, power};
 use crate::ports::Ports;
-use crate::response::{FrequencyResponse, Uncertainty};
+use crate::response::{FrequencyResponse, NAN, Uncertainty};
 use ndarray::{Array2, Array3};
 use ndof_linear::hermitian_eigen;
 use ndof_signal::CrossSpectra;
@@ -15,8 +15,6 @@ use serde::{Deserialize, Serialize};
 
 /// Above this condition number of the scaled input matrix a bin has no estimate.
 pub const LARGEST_CONDITION: f64 = 1e8;
-
-const NAN: Complex64 = Complex64::new(f64::NAN, f64::NAN);
 
 /// Where the noise is thought to be.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
@@ -91,14 +89,7 @@ fn h1(spectra: &CrossSpectra, ports: &Ports, labels: &Labels) -> Result<DirectEs
             outputs: labels.outputs.clone(),
             kind: labels.kind,
             value: out.value.finish(),
-            uncertainty: Some(Uncertainty {
-                noise: out.noise.finish(),
-                input_inverse: out.input_inverse.finish(),
-                degrees_of_freedom: freedom,
-                independent_spacing_hz: spectra.independent_spacing_hz(),
-                kernel: spectra.kernel().clone(),
-                inverted: false,
-            }),
+            uncertainty: Some(Uncertainty::of_spectra(spectra, out.noise.finish(), out.input_inverse.finish(), freedom)),
         },
         coherence: Coherence { ordinary: out.ordinary.finish(), partial: out.partial.finish(), multiple: out.multiple.finish().remove_axis(ndarray::Axis(1)) },
         input_coherence: out.input_coherence.finish(),

@@ -6,13 +6,11 @@ use super::direct::{DirectEstimate, LARGEST_CONDITION};
 use super::{EstimateError, check};
 use crate::labels::Labels;
 use crate::lanes::scaled_condition;
-use crate::response::{FrequencyResponse, ResponseKind, Uncertainty};
+use crate::response::{FrequencyResponse, NAN, ResponseKind, Uncertainty, places};
 use ndarray::{Array3, Axis};
 use ndof_linear::Cholesky;
 use ndof_signal::Kernel;
 use num_complex::Complex64;
-
-const NAN: Complex64 = Complex64::new(f64::NAN, f64::NAN);
 
 /// A response of `m` responders to `q` drivers with Cov(vec G) = gram_inverseᵀ ⊗ noise, NaN where there is none.
 #[derive(Clone, Debug)]
@@ -48,7 +46,7 @@ impl Fitted {
         let mut value = self.g.clone();
         for f in usize::from(self.frequency_hz.first() == Some(&0.0))..bins {
             let input = |i: usize, j: usize| self.driver[[f, i, j]];
-            for (i, j) in (0..q).flat_map(|i| (0..q).map(move |j| (i, j))) {
+            for (i, j) in places(q, q) {
                 input_coherence[[f, i, j]] = input(i, j).norm_sqr() / (input(i, i).re * input(j, j).re);
             }
             condition[f] = f64::INFINITY;

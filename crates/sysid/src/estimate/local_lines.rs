@@ -3,13 +3,12 @@
 use super::EstimateError;
 use super::fitted::Fitted;
 use crate::lanes::{LANES, Lanes};
+use crate::response::NAN;
 use ndarray::Array3;
-use ndof_signal::forward_transform;
+use ndof_signal::{forward_transform, spectrum_by};
 use num_complex::Complex64;
 use pulp::Simd;
 use rayon::prelude::*;
-
-const NAN: Complex64 = Complex64::new(f64::NAN, f64::NAN);
 
 /// The transforms of one trial, one a channel, 0 to Nyquist, scaled so that |Z|² is a one-sided density.
 pub(crate) struct Lines(Vec<Vec<Complex64>>);
@@ -21,12 +20,7 @@ impl Lines {
         let scale = (2.0 / (sample_rate_hz * len as f64)).sqrt();
         let transform = |samples: &&[f64]| {
             let mean = samples[..len].iter().sum::<f64>() / len as f64;
-            let mut input: Vec<f64> = samples[..len].iter().map(|v| (v - mean) * scale).collect();
-            let mut output = fft.make_output_vec();
-            // Lengths are those of the plan, so the transform cannot refuse.
-            let done = fft.process(&mut input, &mut output);
-            debug_assert!(done.is_ok());
-            output
+            spectrum_by(fft.as_ref(), &mut samples[..len].iter().map(|v| (v - mean) * scale).collect::<Vec<f64>>())
         };
         Lines(channels.par_iter().map(transform).collect())
     }

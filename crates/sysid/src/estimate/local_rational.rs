@@ -1,6 +1,7 @@
 //! The local rational method: a denominator common to all responders around each line, for resonances a few lines wide.
 
 use super::local_lines::{Basis, Chunk, Lines, next};
+use crate::response::places;
 use ndof_linear::Cholesky;
 use num_complex::Complex64;
 use serde::{Deserialize, Serialize};
@@ -290,8 +291,7 @@ impl<'a> Rational<'a> {
         }
         // Drivers without leakage: their lowest regressor, whose polynomial is the constant 1/√width.
         let averages = (self.trials.len() * (width - terms)) as f64 / width as f64;
-        let driver: Vec<Complex64> =
-            (0..q).flat_map(|l| (0..q).map(move |j| (l, j))).map(|(l, j)| dot(&self.x, l * terms, &self.x, j * terms, equations) / averages).collect();
+        let driver: Vec<Complex64> = places(q, q).map(|(l, j)| dot(&self.x, l * terms, &self.x, j * terms, equations) / averages).collect();
         let d = self.seek(low, m as f64);
         let rational = d.iter().any(|d| *d != Complex64::default());
         // The search left the workspace at its last trial.
@@ -299,8 +299,7 @@ impl<'a> Rational<'a> {
             return out.missing(m, q);
         }
         let freedom = self.freedom[usize::from(!rational)];
-        let noise: Vec<Complex64> =
-            (0..m).flat_map(|i| (0..m).map(move |l| (i, l))).map(|(i, l)| dot(&self.residual, i, &self.residual, l, equations) / freedom).collect();
+        let noise: Vec<Complex64> = places(m, m).map(|(i, l)| dot(&self.residual, i, &self.residual, l, equations) / freedom).collect();
 
         let offset = k - low;
         let mut evaluation = vec![Complex64::default(); q * unknowns];
@@ -309,20 +308,18 @@ impl<'a> Rational<'a> {
             self.factor.whiten(row);
         }
         let across = |b: &[Complex64], j: usize| -> Complex64 { b.iter().zip(&evaluation[j * unknowns..]).map(|(b, e)| b * e.conj()).sum() };
-        let g: Vec<Complex64> =
-            (0..m).flat_map(|i| (0..q).map(move |j| (i, j))).map(|(i, j)| across(&self.projection[i * unknowns..(i + 1) * unknowns], j)).collect();
-        let mut gram: Vec<Complex64> =
-            (0..q).flat_map(|l| (0..q).map(move |j| (l, j))).map(|(l, j)| across(&evaluation[l * unknowns..(l + 1) * unknowns], j)).collect();
+        let g: Vec<Complex64> = places(m, q).map(|(i, j)| across(&self.projection[i * unknowns..(i + 1) * unknowns], j)).collect();
+        let mut gram: Vec<Complex64> = places(q, q).map(|(l, j)| across(&evaluation[l * unknowns..(l + 1) * unknowns], j)).collect();
         let (mut rows, mut columns) = (vec![1.0; m], vec![1.0; q]);
         if rational {
             self.differentiate(low, false);
             let extra = self.denominator_variance(&noise, &g, &evaluation, offset);
             (rows, columns) = factors(m, q, |i, j| 1.0 + extra[i * q + j] / (noise[i * m + i].re * gram[j * q + j].re));
         }
-        for (i, l) in (0..m).flat_map(|i| (0..m).map(move |l| (i, l))) {
+        for (i, l) in places(m, m) {
             next(&mut out.noise, 1).fill(noise[i * m + l] * (rows[i] * rows[l]).sqrt());
         }
-        for (l, j) in (0..q).flat_map(|l| (0..q).map(move |j| (l, j))) {
+        for (l, j) in places(q, q) {
             gram[l * q + j] *= (columns[l] * columns[j]).sqrt();
         }
         next(&mut out.driver, q * q).copy_from_slice(&driver);
@@ -339,7 +336,7 @@ impl<'a> Rational<'a> {
         let Some(normal) = self.normal() else { return vec![0.0; m * q] };
         let mut found = Vec::with_capacity(m * q);
         let mut slope = vec![Complex64::default(); degree];
-        for (i, j) in (0..m).flat_map(|i| (0..q).map(move |j| (i, j))) {
+        for (i, j) in places(m, q) {
             for (s, to) in slope.iter_mut().enumerate() {
                 let absorbed = &self.absorbed[(i * degree + s) * unknowns..][..unknowns];
                 let numerator: Complex64 = absorbed.iter().zip(&evaluation[j * unknowns..(j + 1) * unknowns]).map(|(b, e)| b * e.conj()).sum();
@@ -348,9 +345,8 @@ impl<'a> Rational<'a> {
             normal.whiten(&mut slope);
             normal.unwhiten(&mut slope);
             let mut variance = 0.0;
-            for (k, h) in (0..m).flat_map(|k| (0..m).map(move |h| (k, h))) {
-                let between: Complex64 =
-                    (0..degree).flat_map(|s| (0..degree).map(move |t| (s, t))).map(|(s, t)| slope[s].conj() * self.inner(h, t, k, s) * slope[t]).sum();
+            for (k, h) in places(m, m) {
+                let between: Complex64 = places(degree, degree).map(|(s, t)| slope[s].conj() * self.inner(h, t, k, s) * slope[t]).sum();
                 variance += (between * noise[k * m + h]).re / (self.scale[k] * self.scale[h]);
             }
             found.push(variance.max(0.0));

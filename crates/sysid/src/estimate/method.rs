@@ -203,8 +203,7 @@ fn lines(trials: &[&Recording]) -> Result<(Vec<Lines>, (f64, usize)), EstimateEr
 
 /// The fit of outputs and inputs on the references.
 fn by_references(lines: &[Lines], of: (f64, usize), ports: &Ports, apart_hz: Option<[f64; 2]>, fit: &impl LocalFit) -> Option<Result<Fitted, EstimateError>> {
-    let responders: Vec<usize> = ports.outputs.iter().chain(&ports.inputs).copied().collect();
-    (ports.references.len() >= ports.inputs.len()).then(|| fit(lines, of, &ports.references, &responders, apart_hz))
+    (ports.references.len() >= ports.inputs.len()).then(|| fit(lines, of, &ports.references, &ports.responders(), apart_hz))
 }
 
 fn local(trials: &[&Recording], ports: &Ports, labels: &Labels, method: &SpectralMethod, fit: impl LocalFit) -> Result<Estimates, EstimateError> {

@@ -5,15 +5,13 @@ use super::fitted::{Fitted, freedom};
 use super::{DerivedEstimate, DirectEstimate, EstimateError};
 use crate::labels::Labels;
 use crate::ports::Ports;
-use crate::response::FrequencyResponse;
+use crate::response::{FrequencyResponse, NAN, places};
 use ndarray::{Array2, Array3};
 use ndof_linear::Cholesky;
 use ndof_signal::{PeriodSpectra, Warning};
 use num_complex::Complex64;
 use serde::{Deserialize, Serialize};
 use statrs::distribution::{ContinuousCDF, FisherSnedecor};
-
-const NAN: Complex64 = Complex64::new(f64::NAN, f64::NAN);
 
 /// Lines of a commanded reference below this share of the strongest are round-off of its synthesis (−80 dB).
 const COMMANDED: f64 = 1e-8;
@@ -89,8 +87,7 @@ pub(crate) fn multisine(trials: &[PeriodSpectra], ports: &Ports, labels: &Labels
     let by_inputs = fit(trials, &lines, &ports.inputs, &ports.outputs)?;
     let direct = by_inputs.fitted.direct(labels)?;
     let (derived, best) = if has_references {
-        let responders: Vec<usize> = ports.outputs.iter().chain(&ports.inputs).copied().collect();
-        let joint = fit(trials, &lines, &ports.references, &responders)?;
+        let joint = fit(trials, &lines, &ports.references, &ports.responders())?;
         let derived = joint.fitted.derived(&by_inputs.fitted, labels)?;
         (Some(derived), joint)
     } else {
@@ -154,11 +151,11 @@ fn fit(trials: &[PeriodSpectra], lines: &[usize], drivers: &[usize], responders:
     let mut rows: Vec<Complex64> = vec![NAN; m * q];
     for (l, &f) in lines.iter().enumerate() {
         let sum = |a: usize, b: usize| -> Complex64 { trials.iter().map(|t| t.mean(f, a) * t.mean(f, b).conj()).sum::<Complex64>() * (root * root) };
-        for (i, j) in (0..m).flat_map(|i| (0..m).map(move |j| (i, j))) {
+        for (i, j) in places(m, m) {
             let scatter: Complex64 = trials.iter().map(|t| t.noise_covariance(f, responders[i], responders[j])).sum();
             period_noise[[l, i, j]] = scatter * (root * root / experiments as f64);
         }
-        for (i, j) in (0..q).flat_map(|i| (0..q).map(move |j| (i, j))) {
+        for (i, j) in places(q, q) {
             driver[[l, i, j]] = sum(drivers[i], drivers[j]) / experiments as f64;
         }
         if !cholesky.factor(|i, j| sum(drivers[i], drivers[j])) {
@@ -173,7 +170,7 @@ fn fit(trials: &[PeriodSpectra], lines: &[usize], drivers: &[usize], responders:
             cholesky.unwhiten(&mut row);
             (0..q).for_each(|j| g[[l, i, j]] = row[j]);
         }
-        for (i, j) in (0..m).flat_map(|i| (0..m).map(move |j| (i, j))) {
+        for (i, j) in places(m, m) {
             noise[[l, i, j]] = if has_total {
                 let explained: Complex64 = (0..q).map(|k| rows[i * q + k] * rows[j * q + k].conj()).sum();
                 let rest = (sum(responders[i], responders[j]) - explained) / degrees_of_freedom;
@@ -208,7 +205,7 @@ fn distortion(
 
     for (l, &f) in lines.iter().enumerate() {
         let at = equation(&response.at(l), f);
-        for (i, j) in (0..p).flat_map(|i| (0..q).map(move |j| (i, j))) {
+        for (i, j) in places(p, q) {
             let inverse = input_inverse(l, j);
             found.noise_std[[l, i, j]] = (at.noise[i] * unit * inverse).sqrt();
             if best.has_total {

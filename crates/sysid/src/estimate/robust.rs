@@ -63,11 +63,7 @@ pub fn robust_spectra(trials: &[&Recording], ports: &Ports, welch: &Welch) -> Re
     if segments.len() < FEWEST {
         return Ok((clean, Vec::new()));
     }
-    let (drivers, responders): (Vec<usize>, Vec<usize>) = if ports.references.is_empty() {
-        (ports.inputs.clone(), ports.outputs.clone())
-    } else {
-        (ports.references.clone(), ports.outputs.iter().chain(&ports.inputs).copied().collect())
-    };
+    let (drivers, responders) = (ports.drivers(), ports.responders());
     let one = |s: &Segment| whole(trials[s.trial], s.start, s.start + welch.nperseg, s.trial + 1);
     let pooled = |kept: &[bool]| -> Result<CrossSpectra, EstimateError> {
         let runs: Result<Vec<CrossSpectra>, EstimateError> =
@@ -94,7 +90,7 @@ pub fn robust_spectra(trials: &[&Recording], ports: &Ports, welch: &Welch) -> Re
             judgement = vec![(0.0, 0.0); segments.len()];
             break;
         }
-        let judge = Judge::new(&pooled(&kept)?, &drivers, &responders);
+        let judge = Judge::new(&pooled(&kept)?, drivers, &responders);
         let measures: Result<Vec<(f64, f64)>, EstimateError> = segments.par_iter().map(|s| one(s).map(|s| judge.measure(&s))).collect();
         let (residual, leverage): (Vec<f64>, Vec<f64>) = measures?.into_iter().unzip();
         let (residual, leverage) = (scores(&residual, &kept), scores(&leverage, &kept));
