@@ -17,12 +17,15 @@ fn slow(samples: &[f64]) -> Option<(usize, usize)> {
             return None;
         }
     }
-    let readings: Vec<f64> = samples.iter().skip(first % every.max(1)).step_by(every.max(1)).copied().collect();
+    if every == 0 || count < CHANGES {
+        return None;
+    }
+    let readings: Vec<f64> = samples.iter().skip(first % every).step_by(every).copied().collect();
     let mean = readings.iter().sum::<f64>() / readings.len() as f64;
     let power: f64 = readings.iter().map(|x| (x - mean).powi(2)).sum();
     let steps: f64 = readings.windows(2).map(|w| (w[1] - w[0]).powi(2)).sum();
     // Twice the power where readings know nothing of each other.
-    (every > 1 && count >= CHANGES && steps < power).then_some((every, first % every))
+    (steps < power).then_some((every, first % every))
 }
 
 fn common_divisor(a: usize, b: usize) -> usize {
