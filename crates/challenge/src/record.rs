@@ -114,7 +114,7 @@ impl<'a> Scene<'a> {
         let (spec, hiding, tremor) = (&self.spec, &self.hiding, &self.hiding.tremor);
         let others = if self.setting.quiet { 0.0 } else { self.setting.own };
         let size = |i: usize| if i == hiding.axis { hiding.own } else { spec.own[i] * others };
-        let mut own: Vec<Vec<f64>> = (0..self.world.n).map(|i| band_noise(rng, ticks + 1, 2.0, size(i), FS, 2)).collect();
+        let mut own: Vec<Vec<f64>> = (0..self.world.n).map(|i| band_noise(rng, ticks + 1, 2.0, size(i), 2)).collect();
         let mut phase: f64 = rng.random_range(0.0..6.0);
         let swelling = tremor.form == "swelling";
         let wander = if swelling { 0.03 } else { 0.01 };
@@ -143,7 +143,7 @@ impl<'a> Scene<'a> {
             _ => (15.0, 8),
         };
         let size = |i: usize| case.command.0 * self.spec.command[i];
-        let mut command: Vec<Vec<f64>> = (0..self.world.n).map(|i| band_noise(rng, ticks, case.command.1 * cutoff, size(i), FS, order)).collect();
+        let mut command: Vec<Vec<f64>> = (0..self.world.n).map(|i| band_noise(rng, ticks, case.command.1 * cutoff, size(i), order)).collect();
         if self.setting.bursts {
             for (i, command) in command.iter_mut().enumerate() {
                 let swell = |k: usize| 0.75 * (0.8 * ((TAU * k as f64 / FS / 4.3 + i as f64).sin() + (TAU * k as f64 / FS / 7.1).sin())).exp();

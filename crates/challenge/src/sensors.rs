@@ -1,16 +1,16 @@
 //! Noise, sensors and their faults.
 
-use crate::clock::FINE_HZ;
+use crate::clock::{FINE_HZ, FS};
 use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
 use rand_distr::StandardNormal;
 use std::f64::consts::{PI, TAU};
 
 /// Uniform noise through a cascade of second-order Butterworth sections, scaled to `rms`.
-pub fn band_noise(rng: &mut ChaCha8Rng, n: usize, cutoff: f64, rms: f64, fs: f64, order: usize) -> Vec<f64> {
+pub fn band_noise(rng: &mut ChaCha8Rng, n: usize, cutoff: f64, rms: f64, order: usize) -> Vec<f64> {
     let run_in = 2000;
     let mut x: Vec<f64> = (0..n + run_in).map(|_| rng.random_range(-1.0..1.0)).collect();
-    let w = (PI * cutoff / fs).tan();
+    let w = (PI * cutoff / FS).tan();
     for q in 0..order / 2 {
         let d = 2.0 * (PI * (2 * q + 1) as f64 / (2 * order) as f64).sin();
         let norm = 1.0 + d * w + w * w;

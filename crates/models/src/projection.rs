@@ -90,7 +90,7 @@ impl Projection {
     /// # Errors
     /// [`ProjectionError`] if sizes differ, joints are redundant or the posture is singular.
     pub fn fit_to_joints(&self, model: &InertiaDampingStiffnessModel, fit: &Fit) -> Result<Projected, ProjectionError> {
-        self.project(model, &fit.theta, &fit.covariance, fit.interval_quantile, self.kinematics.joints(), Direction::ToJoints)
+        self.project(model, &fit.theta, &fit.covariance, fit.interval_quantile)
     }
 
     /// M, B, K at the joints taken to the hand: X_x = J⁻ᵀ X_q J⁻¹, K_x from K_q − Γ.
@@ -109,17 +109,9 @@ impl Projection {
         self.transform(endpoint, self.kinematics.joints(), Direction::ToJoints)
     }
 
-    fn project(
-        &self,
-        model: &InertiaDampingStiffnessModel,
-        theta: &[f64],
-        covariance: &Array2<f64>,
-        quantile: f64,
-        axes: Vec<Axis>,
-        direction: Direction,
-    ) -> Result<Projected, ProjectionError> {
-        let target = InertiaDampingStiffnessModel::new(axes.clone(), model.symmetry());
-        let at = |theta: &[f64], own: &Projection| own.transform(&model.matrices(theta), axes.clone(), direction).map(|m| target.theta(&m));
+    fn project(&self, model: &InertiaDampingStiffnessModel, theta: &[f64], covariance: &Array2<f64>, quantile: f64) -> Result<Projected, ProjectionError> {
+        let target = InertiaDampingStiffnessModel::new(self.kinematics.joints(), model.symmetry());
+        let at = |theta: &[f64], own: &Projection| own.matrices_to_joints(&model.matrices(theta)).map(|m| target.theta(&m));
         let projected = at(theta, self)?;
         let (k, n) = (theta.len(), projected.len());
         // The map is affine in θ, so unit steps are exact.
@@ -301,7 +293,7 @@ mod tests {
         let theta = model.theta(&hand());
         let covariance = Array2::from_shape_fn((12, 12), |(r, c)| if r == c { 1.0 + r as f64 } else { 0.1 });
         let mut own = arm([8.0, -5.0]);
-        let plain = own.project(&model, &theta, &covariance, 1.96, own.kinematics.joints(), Direction::ToJoints).expect("regular");
+        let plain = own.project(&model, &theta, &covariance, 1.96).expect("regular");
         // vec(Jᵀ X J) = (Jᵀ ⊗ Jᵀ) vec X, row by row.
         let j = own.kinematics.jacobian();
         let map = Array2::from_shape_fn((4, 4), |(a, b)| j[[b / 2, a / 2]] * j[[b % 2, a % 2]]);
@@ -310,7 +302,7 @@ mod tests {
         let found = last(&plain.covariance);
         assert!((&found - &expected).iter().all(|d| d.abs() < 1e-9), "{found} {expected}");
         own.sd = KinematicsSd { link_lengths_m: 0.01, posture_rad: 0.05, mean_force_n: 0.5 };
-        let uncertain = own.project(&model, &theta, &covariance, 1.96, own.kinematics.joints(), Direction::ToJoints).expect("regular");
+        let uncertain = own.project(&model, &theta, &covariance, 1.96).expect("regular");
         // Γ_22 = −(F · second link): its part of the variance of K_22 is known.
         let second = [0.34 * 135f64.to_radians().cos(), 0.34 * 135f64.to_radians().sin()];
         let from_force = 0.25 * (second[0] * second[0] + second[1] * second[1]);

@@ -75,14 +75,14 @@ pub(super) fn diagonal(values: &[f64]) -> Array2<f64> {
     Array2::from_diag(&ndarray::Array1::from(values.to_vec()))
 }
 
-/// Reads a vector of `n` numbers, zero where absent.
-pub(super) fn vector(name: &str, values: Option<&[f64]>, n: usize) -> Result<Vec<f64>, DeviceError> {
+/// The mean force on `n` axes, zero where it is not given.
+pub(super) fn mean_force(values: Option<&[f64]>, n: usize) -> Result<Vec<f64>, DeviceError> {
     let Some(values) = values else { return Ok(vec![0.0; n]) };
     if values.len() != n {
-        return Err(DeviceError::size(format!("limb.{name}"), values.len(), n));
+        return Err(DeviceError::size("limb.mean_force_n", values.len(), n));
     }
     match values.iter().find(|v| !v.is_finite()) {
-        Some(v) => Err(DeviceError::value(format!("an entry of limb.{name}"), *v, "finite")),
+        Some(v) => Err(DeviceError::value("an entry of limb.mean_force_n", *v, "finite")),
         None => Ok(values.to_vec()),
     }
 }
@@ -99,7 +99,7 @@ impl EndpointLinear {
             damping: square("B", &config.B, axes)?,
             stiffness: square("K", &config.K, axes)?,
         };
-        EndpointLinear::from_matrices(impedance, vector("mean_force_n", config.mean_force_n.as_deref(), axes)?)
+        EndpointLinear::from_matrices(impedance, mean_force(config.mean_force_n.as_deref(), axes)?)
     }
 
     /// The limb with these matrices, all of one size, and mean force.

@@ -1,7 +1,7 @@
 //! The human arm in the plane: upper arm and forearm with joint inertia, damping and stiffness.
 
 use super::arm_figures::{PlanarTwoLinkConfig, Segments};
-use super::endpoint_linear::{square, vector};
+use super::endpoint_linear::{mean_force, square};
 use super::{Impedance, Limb};
 use crate::device::LimbEntry;
 use crate::error::DeviceError;
@@ -105,7 +105,7 @@ impl PlanarTwoLink {
         // Tone pulls the hand towards the shoulder; the force that holds it points away.
         let reach = hand[0].hypot(hand[1]);
         arm.mean_force = match &config.mean_force_n {
-            Some(given) => vector("mean_force_n", Some(given), 2)?,
+            Some(given) => mean_force(Some(given), 2)?,
             None => hand.iter().map(|h| pull * h / reach).collect(),
         };
         let j = arm.kinematics().jacobian();

@@ -28,7 +28,7 @@ const FEW_GAPS: usize = 3;
 /// assert_eq!(pieces[0].recording.channel("pos_x")?.samples, [0.002, 0.0025]);
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Default)]
 pub struct CsvStream {
     file: String,
     options: ReadOptions,
@@ -65,25 +65,7 @@ pub struct CsvStream {
 impl CsvStream {
     /// A stream that `file` names in errors; missing samples are kept, and nothing is resampled.
     pub fn new(file: &str, options: ReadOptions) -> Self {
-        CsvStream {
-            file: file.to_owned(),
-            options: ReadOptions { allow_nan: true, resample: None, window_s: None, ..options },
-            complete: false,
-            declared: None,
-            pending: Vec::new(),
-            head: String::new(),
-            head_lines: 0,
-            named: false,
-            timed: false,
-            lines: Vec::new(),
-            dropped: 0,
-            last_line: 0,
-            rate_hz: None,
-            stretch: None,
-            seen: 0,
-            gaps: Vec::new(),
-            notes: Vec::new(),
-        }
+        CsvStream { file: file.to_owned(), options: ReadOptions { allow_nan: true, resample: None, window_s: None, ..options }, ..CsvStream::default() }
     }
 
     /// A file that is complete, piece by piece: gaps, a wrong count of samples and a cut last line are what they are to a whole read.

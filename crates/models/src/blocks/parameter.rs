@@ -51,8 +51,8 @@ pub(crate) fn length(rotational: bool, stem: &str, bounds: (f64, f64), starts: &
     BlockParameter::new(format!("{stem}_{motion}"), motion, bounds, starts)
 }
 
-/// A velocity: `stem_m_per_s`.
-pub(crate) fn speed(rotational: bool, stem: &str, bounds: (f64, f64), starts: &[f64]) -> BlockParameter {
+/// The velocity below which friction rises: `stribeck_m_per_s`.
+pub(crate) fn stribeck(rotational: bool) -> BlockParameter {
     let [_, _, motion] = effort_and_motion(rotational);
-    BlockParameter::new(format!("{stem}_{motion}_per_s"), format!("{motion}/s"), bounds, starts)
+    BlockParameter::new(format!("stribeck_{motion}_per_s"), format!("{motion}/s"), (1e-6, 1e3), &[0.03])
 }

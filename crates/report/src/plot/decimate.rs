@@ -1,12 +1,12 @@
 //! Long traces, drawn with no more points than pixels can show.
 
-/// Of each run of points in one pixel column of width `bucket`: the lowest and the highest, in their order.
+/// Of each run of points in one pixel column: the lowest and the highest, in their order.
 ///
 /// Points must ascend in x; the first and the last point are kept, so that the curve spans what it spanned.
-pub(crate) fn min_max(points: &[(f64, f64)], bucket: f64) -> Vec<(f64, f64)> {
+pub(crate) fn min_max(points: &[(f64, f64)]) -> Vec<(f64, f64)> {
     let mut kept = Vec::new();
     let mut start = 0;
-    for run in points.chunk_by(|a, b| (a.0 / bucket).floor() == (b.0 / bucket).floor()) {
+    for run in points.chunk_by(|a, b| a.0.floor() == b.0.floor()) {
         let end = start + run.len();
         let (mut low, mut high) = (start, start);
         for k in start..end {
@@ -27,10 +27,10 @@ pub(crate) fn min_max(points: &[(f64, f64)], bucket: f64) -> Vec<(f64, f64)> {
 }
 
 /// Of each pixel column: its middle, the lowest of the lower ends and the highest of the upper ends.
-pub(crate) fn envelope(points: &[(f64, f64, f64)], bucket: f64) -> Vec<(f64, f64, f64)> {
+pub(crate) fn envelope(points: &[(f64, f64, f64)]) -> Vec<(f64, f64, f64)> {
     let mut kept = Vec::new();
     let mut seen = 0;
-    for run in points.chunk_by(|a, b| (a.0 / bucket).floor() == (b.0 / bucket).floor()) {
+    for run in points.chunk_by(|a, b| a.0.floor() == b.0.floor()) {
         seen += run.len();
         let (first, last) = (run[0].0, run[run.len() - 1].0);
         let x = match (kept.is_empty(), seen == points.len()) {
@@ -62,7 +62,7 @@ mod tests {
     #[test]
     fn every_column_keeps_its_extremes_and_the_trace_its_ends() {
         let points = noise(25_000);
-        let kept = min_max(&points, 1.0);
+        let kept = min_max(&points);
         assert!(kept.len() <= 2 * 400 + 2, "{}", kept.len());
         assert_eq!((kept[0], kept[kept.len() - 1]), (points[0], points[points.len() - 1]));
         for column in 0..400 {
@@ -78,14 +78,14 @@ mod tests {
     #[test]
     fn a_short_trace_is_kept_as_it_is() {
         let points = noise(100);
-        assert_eq!(min_max(&points, 1.0), points);
-        assert!(min_max(&[], 1.0).is_empty());
+        assert_eq!(min_max(&points), points);
+        assert!(min_max(&[]).is_empty());
     }
 
     #[test]
     fn a_band_keeps_its_widest_extent() {
         let band: Vec<_> = noise(10_000).into_iter().map(|(x, y)| (x, -y, y + 1.0)).collect();
-        let kept = envelope(&band, 1.0);
+        let kept = envelope(&band);
         assert!(kept.len() <= 401);
         let widest = |set: &[(f64, f64, f64)]| set.iter().fold((0.0f64, 0.0f64), |best, point| (best.0.min(point.1), best.1.max(point.2)));
         assert_eq!(widest(&band), widest(&kept));

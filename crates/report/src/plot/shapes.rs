@@ -24,12 +24,12 @@ pub(super) fn draw_series(at: &Placement, series: &Series, index: usize) -> Stri
             let ascending = series.mark.ascends();
             let runs = runs(x.iter().zip(y).enumerate().map(|(k, pair)| point(pair).filter(|_| !ascending || near(x, k))));
             let runs = split_at_turns(runs, at, |point| point.1);
-            ("line", runs.iter().map(|run| polyline(&if ascending { min_max(run, 1.0) } else { run.clone() })).collect())
+            ("line", runs.iter().map(|run| polyline(&if ascending { min_max(run) } else { run.clone() })).collect())
         }
         Mark::Steps { edges, y } => {
             let corners = edges.windows(2).zip(y).flat_map(|(pair, y)| [(&pair[0], y), (&pair[1], y)]);
             let runs = runs(corners.map(point));
-            ("line", runs.iter().map(|run| polyline(&min_max(run, 1.0))).collect())
+            ("line", runs.iter().map(|run| polyline(&min_max(run))).collect())
         }
         Mark::Points { x, y } => {
             let mut taken = std::collections::BTreeSet::new();
@@ -48,7 +48,7 @@ pub(super) fn draw_series(at: &Placement, series: &Series, index: usize) -> Stri
                 (near(x, k) && point.0.is_finite() && point.1.is_finite() && point.2.is_finite()).then_some(point)
             }));
             let runs = split_at_turns(runs, at, |point| 0.5 * (point.1 + point.2));
-            ("band", runs.iter().map(|run| area(&envelope(run, 1.0))).collect::<String>())
+            ("band", runs.iter().map(|run| area(&envelope(run))).collect::<String>())
         }
     };
     if path.is_empty() {

@@ -17,7 +17,7 @@ impl Equation for LuGre {
             force(rotational, "bristle", 1, (1e-3, 1e7), &[1000.0]),
             force(rotational, "coulomb", 0, (1e-6, 1e6), &[0.5]),
             force(rotational, "excess", 0, (0.0, 1e6), &[0.3]),
-            speed(rotational, "stribeck", (1e-6, 1e3), &[0.03]),
+            stribeck(rotational),
         ]
     }
 

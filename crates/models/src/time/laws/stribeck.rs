@@ -16,11 +16,7 @@ impl Equation for Stribeck {
     const JUMPS: bool = true;
 
     fn parameters(&self, rotational: bool) -> Vec<BlockParameter> {
-        vec![
-            force(rotational, "coulomb", 0, (0.0, 1e6), &[0.5]),
-            force(rotational, "excess", 0, (0.0, 1e6), &[0.3]),
-            speed(rotational, "stribeck", (1e-6, 1e3), &[0.03]),
-        ]
+        vec![force(rotational, "coulomb", 0, (0.0, 1e6), &[0.5]), force(rotational, "excess", 0, (0.0, 1e6), &[0.3]), stribeck(rotational)]
     }
 
     fn force<R: Real>(&self, theta: &[R], at: &Local<R>, _states: &[R], _rates: &mut [R]) -> R {

@@ -1,6 +1,6 @@
 //! The words in which a law is written.
 
-pub(super) use crate::blocks::parameter::{force, length, speed};
+pub(super) use crate::blocks::parameter::{force, length, stribeck};
 pub(super) use crate::blocks::{Block, BlockParameter};
 pub(super) use crate::time::jet::Real;
 pub(super) use crate::time::{Equation, Local};
