@@ -44,6 +44,12 @@ fn a_position_that_is_read_more_slowly_is_no_filter() {
         assert_eq!((d["verdict"].as_str(), d["causes"].as_array().map(Vec::len)), (Some("adequate"), Some(0)), "{}", d["causes"]);
         let warnings: Vec<&str> = d["warnings"].as_array().expect("a list").iter().filter_map(|w| w["code"].as_str()).collect();
         assert_eq!(warnings.contains(&"slow-readings"), said, "{warnings:?}");
+        let findings = json(folder.path(), &["check", "a.csv"])["findings"].clone();
+        assert_eq!(findings.as_array().expect("a list").iter().any(|f| f["code"] == "slow-readings"), said, "{findings}");
+        // A stream takes what is held as it is, and says so.
+        let streamed = json(folder.path(), &["estimate", "a.csv", "--stream"]);
+        let told = streamed["warnings"].as_array().expect("a list").iter().filter_map(|w| w["message"].as_str());
+        assert_eq!(told.filter(|m| m.contains("it is 4 ms late")).count(), usize::from(said));
         let fit = json(folder.path(), &["fit", "a.csv"]);
         let stiffness = fit["parameters"].as_array().expect("a list").iter().find(|p| p["name"] == "K").expect("a stiffness");
         assert!((stiffness["value"].as_f64().expect("a number") / 300.0 - 1.0).abs() < 0.01, "{stiffness}");
@@ -64,8 +70,12 @@ fn one_pull_a_trial_is_a_knock_in_each() {
     }
     let d = json(folder.path(), &[&["diagnose"][..], &files].concat());
     let causes = d["causes"].as_array().expect("a list");
-    let times: Vec<(&str, Option<f64>)> = causes.iter().map(|c| (c["effect"].as_str().expect("a name"), c["parameters"][0]["value"].as_f64())).collect();
-    assert_eq!(times.iter().map(|(name, _)| *name).collect::<Vec<_>>(), ["transient-disturbance"; 2], "{times:?}");
+    let told: Vec<(&str, f64)> =
+        causes.iter().map(|c| (c["effect"].as_str().expect("a name"), c["parameters"][0]["value"].as_f64().expect("a time"))).collect();
+    // Of the trials that were fitted, each where its person pulled.
+    let [(a, first), (b, second)] = told[..] else { panic!("{told:?}") };
+    assert_eq!([a, b], ["transient-disturbance"; 2]);
+    assert!(first.min(second) > 7.0 && first.min(second) < 8.8 && first.max(second) > 17.0 && first.max(second) < 18.8, "{told:?}");
 }
 
 /// A stiffness that swings once in 20 s, of which a diagnosis that was told of no schedule has no law.

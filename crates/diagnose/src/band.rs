@@ -1,7 +1,7 @@
 //! The excited band: where the recording says anything about the plant.
 
 use ndof_linear::square;
-use ndof_signal::forward_transform;
+use ndof_signal::{forward_transform, spectrum_by};
 use num_complex::Complex64;
 
 /// Share of the effort's explained power that lies within the band.
@@ -24,11 +24,7 @@ fn spectra(channels: &[Vec<&[f64]>], samples: usize, segment: usize) -> Spectra 
         let part = &x[start..start + segment];
         let mean = part.iter().sum::<f64>() / segment as f64;
         let mut buffer: Vec<f64> = part.iter().zip(&window).map(|(x, w)| (x - mean) * w).collect();
-        let mut spectrum = forward.make_output_vec();
-        if forward.process(&mut buffer, &mut spectrum).is_err() {
-            spectrum.fill(Complex64::ZERO);
-        }
-        spectrum
+        spectrum_by(forward.as_ref(), &mut buffer)
     };
     let starts = || (0..).step_by((segment / 2).max(1)).take_while(|start| start + segment <= samples);
     channels.iter().flat_map(|trial| starts().map(|start| trial.iter().map(|x| of(x, start)).collect())).collect()

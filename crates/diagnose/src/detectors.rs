@@ -5,7 +5,7 @@ use crate::plant::Role;
 use crate::samples::Samples;
 use crate::search::Stand;
 use ndof_models::effects::Matrix;
-use ndof_signal::{forward_transform, smooth_length};
+use ndof_signal::{forward_transform, smooth_length, spectrum_by};
 use num_complex::Complex64;
 
 /// What was seen before any hypothesis was tried.
@@ -152,11 +152,7 @@ pub(crate) fn tone(stand: &Stand, e: &[Vec<Vec<f64>>], repeated: Option<(f64, f6
         for trial in e {
             let mut buffer: Vec<f64> = trial[axis].iter().zip(&window).map(|(x, w)| x * w).collect();
             buffer.resize(padded, 0.0);
-            let mut spectrum = forward.make_output_vec();
-            if forward.process(&mut buffer, &mut spectrum).is_err() {
-                return None;
-            }
-            power.iter_mut().zip(&spectrum).for_each(|(p, x)| *p += x.norm_sqr() / e.len() as f64);
+            power.iter_mut().zip(&spectrum_by(forward.as_ref(), &mut buffer)).for_each(|(p, x)| *p += x.norm_sqr() / e.len() as f64);
         }
         for k in first.max(far)..top.min(power.len() - far - 1) {
             let harmonic = |(own_hz, error_hz): (f64, f64)| {
@@ -300,11 +296,7 @@ pub(crate) fn variation(stand: &Stand, e: &[Vec<Vec<f64>>]) -> f64 {
                     let mut buffer: Vec<f64> =
                         product.iter().enumerate().map(|(k, p)| (p - mean) * (std::f64::consts::PI * (k as f64 + 0.5) / inner as f64).sin().powi(2)).collect();
                     buffer.resize(padded, 0.0);
-                    let mut spectrum = forward.make_output_vec();
-                    if forward.process(&mut buffer, &mut spectrum).is_err() {
-                        return 0.0;
-                    }
-                    power.iter_mut().zip(&spectrum).for_each(|(p, x)| *p += x.norm_sqr());
+                    power.iter_mut().zip(&spectrum_by(forward.as_ref(), &mut buffer)).for_each(|(p, x)| *p += x.norm_sqr());
                 }
                 let mean = |r: &std::ops::Range<usize>| power[r.clone()].iter().sum::<f64>() / r.len().max(1) as f64;
                 let count = (low.len() * e.len()) as f64;

@@ -131,9 +131,7 @@ impl Subject {
                 let unit = card.map_or("", |p| if self.scale.rotational { p.rotational_unit } else { p.unit });
                 let ci95 = match value {
                     Value::Number(x) if variance > 0.0 && variance.is_finite() => {
-                        let absolute = h.form.floors.iter().find(|(of, _)| *of == name).map_or(h.form.floor.1, |(_, own)| *own);
-                        let floor = (h.form.floor.0 * x).hypot(absolute);
-                        let half = 1.96 * variance.sqrt().hypot(floor);
+                        let half = 1.96 * variance.sqrt().hypot(h.form.systematic(name, x));
                         Some([x - half, x + half])
                     }
                     _ => None,

@@ -2,7 +2,6 @@
 
 use crate::along::{Clock, along};
 use crate::curved::CurvedPlant;
-use crate::linear::{Symmetric, dot};
 use crate::movement;
 use crate::operators::filter;
 use crate::state::State;
@@ -10,7 +9,6 @@ use ndof_linear::square;
 use ndof_models::schedule::Splines;
 use ndof_models::{ForceLaw, Motion};
 use num_complex::Complex64;
-use std::borrow::Cow;
 
 /// Length of a window for plants without a restoring force, for a band to 12 Hz.
 pub(crate) const WINDOW_S: f64 = 2.0;
@@ -42,10 +40,10 @@ fn inverse(matrix: &[Vec<f64>]) -> Option<Vec<Vec<f64>>> {
 }
 
 /// One run: displacement, velocity and acceleration, axis beside axis.
-struct Run {
-    x: Vec<f64>,
-    v: Vec<f64>,
-    a: Vec<f64>,
+pub(crate) struct Run {
+    pub x: Vec<f64>,
+    pub v: Vec<f64>,
+    pub a: Vec<f64>,
 }
 
 /// What rates of change are put together in.
@@ -64,7 +62,14 @@ impl Scratch {
 
 impl Runner {
     /// Force imposed: integrates over `effort[axis][time]` from the given initial displacement and velocity by Runge and Kutta's rule.
-    fn run(&self, inverse_mass: &[Vec<f64>], effort: &[Vec<f64>], range: std::ops::Range<usize>, clock: Clock<'_>, initial: (&[f64], &[f64], &[f64])) -> Run {
+    pub fn run(
+        &self,
+        inverse_mass: &[Vec<f64>],
+        effort: &[Vec<f64>],
+        range: std::ops::Range<usize>,
+        clock: Clock<'_>,
+        initial: (&[f64], &[f64], &[f64]),
+    ) -> Run {
         let n = self.mass.len();
         let Clock { rate_hz, start_s, .. } = clock;
         let dt = 1.0 / rate_hz;
@@ -258,7 +263,7 @@ impl Runner {
         let mut start = 0;
         while start + length <= layout.samples {
             let range = start..start + length;
-            let fitted = if windowed { length } else { self.felt(state) };
+            let fitted = if windowed { length } else { self.felt(&inverse_mass, state) };
             let run = self.fitted_run(&inverse_mass, (&effort, &v), state, trial, range, fitted);
             let series = [&run.x, &run.v, &run.a][order];
             for (i, p) in predicted.iter_mut().enumerate() {
@@ -286,7 +291,7 @@ impl Runner {
         let n = layout.axes;
         let inverse_mass = inverse(&self.mass)?;
         let (effort, v) = (straightened(state, trial), velocity(state, trial));
-        let run = self.fitted_run(&inverse_mass, (&effort, &v), state, trial, 0..layout.samples, self.felt(state));
+        let run = self.fitted_run(&inverse_mass, (&effort, &v), state, trial, 0..layout.samples, self.felt(&inverse_mass, state));
         let clock = Clock::of(layout, trial);
         let mut laws = vec![vec![0.0; layout.samples]; n];
         for force in plant.laws.iter().map(|law| along(law.as_ref(), clock, n, (&run.x, &run.v), (&run.x, &run.v)).0) {
@@ -303,109 +308,6 @@ impl Runner {
         };
         series.iter().flatten().all(|x| x.is_finite()).then(|| series.into_iter().map(about_mean).collect())
     }
-
-    /// A run over a range of a trial, from the initial states that fit its first samples best; by the effort and the measured velocity of the trial.
-    fn fitted_run(
-        &self,
-        inverse_mass: &[Vec<f64>],
-        (effort, v): (&[Vec<f64>], &[Vec<f64>]),
-        state: &State,
-        trial: usize,
-        range: std::ops::Range<usize>,
-        fitted: usize,
-    ) -> Run {
-        let clock = Clock::of(&state.layout, trial);
-        let hidden: Vec<f64> = self.laws.iter().flat_map(|law| state.hidden(law.as_ref(), trial, range.start)).collect();
-        let rings: Vec<Ring> = state.modes().map(|(axis, pole)| Ring { axis, pole, rate_hz: clock.rate_hz, from: range.start }).collect();
-        let initial = self.initial(inverse_mass, (effort, &rings), range.start..range.start + fitted, clock, (&state.x[trial], v), &hidden);
-        let (place, ringing) = initial.split_at(2 * v.len());
-        let (x0, v0) = place.split_at(v.len());
-        self.run(inverse_mass, &rung(effort, &rings, ringing, range.clone()), range, clock, (x0, v0, &hidden))
-    }
-
-    /// Samples of a trial in which its initial state is felt: three times the time in which the slowest of its modes dies away, at least until the filters
-    /// of the channels have settled.
-    fn felt(&self, state: &State) -> usize {
-        let layout = &state.layout;
-        let of_axis = |i: usize| {
-            let [m, b, k] = [&self.mass, &self.damping, &self.stiffness].map(|matrix| matrix[i][i]);
-            let (half, square) = (0.5 * b / m, 0.25 * (b / m).powi(2) - k / m);
-            half - square.max(0.0).sqrt()
-        };
-        let slowest = (0..self.mass.len()).map(of_axis).chain(state.modes().map(|(_, pole)| -pole.re)).fold(f64::INFINITY, f64::min);
-        let samples = if slowest > 0.0 { (3.0 / slowest * layout.rate_hz).ceil() as usize } else { layout.samples };
-        samples.max(layout.settled()).max(8).min(layout.samples)
-    }
-
-    /// Initial displacements and velocities, and the sizes of what rings, that fit the first samples best, by two Gauss-Newton steps.
-    fn initial(
-        &self,
-        inverse_mass: &[Vec<f64>],
-        (effort, rings): (&[Vec<f64>], &[Ring]),
-        range: std::ops::Range<usize>,
-        clock: Clock<'_>,
-        (x, v): (&[Vec<f64>], &[Vec<f64>]),
-        hidden: &[f64],
-    ) -> Vec<f64> {
-        let n = x.len();
-        let mut guess: Vec<f64> = x.iter().chain(v).map(|s| s[range.start]).chain(vec![0.0; 2 * rings.len()]).collect();
-        let run = |g: &[f64]| {
-            let effort = rung(effort, rings, &g[2 * n..], range.clone());
-            self.run(inverse_mass, &effort, range.clone(), clock, (&g[..n], &g[n..2 * n], hidden)).x
-        };
-        let target: Vec<f64> = range.clone().flat_map(|k| x.iter().map(move |s| s[k])).collect();
-        let rest_of = |base: &[f64]| -> Vec<f64> { target.iter().zip(base).map(|(t, b)| t - b).collect() };
-        let mut base = run(&guess);
-        let mut rest = rest_of(&base);
-        for _ in 0..2 {
-            let felt = rings.iter().flat_map(|ring| [&effort[ring.axis]; 2]);
-            let size: Vec<f64> = x
-                .iter()
-                .chain(v)
-                .chain(felt)
-                .map(|s| 1e-3 * (s[range.clone()].iter().map(|v| v * v).sum::<f64>() / range.len() as f64).sqrt().max(1e-12))
-                .collect();
-            let slopes: Vec<Vec<f64>> = (0..guess.len())
-                .map(|q| {
-                    let mut g = guess.clone();
-                    g[q] += size[q];
-                    run(&g).iter().zip(&base).map(|(a, b)| (a - b) / size[q]).collect()
-                })
-                .collect();
-            let gram = Symmetric::of(guess.len(), |a, b| dot(&slopes[a], &slopes[b]));
-            let rhs: Vec<f64> = slopes.iter().map(|s| dot(s, &rest)).collect();
-            let Some(step) = gram.factor().map(|f| f.solve(&rhs)).filter(|s| s.iter().all(|v| v.is_finite())) else { break };
-            let next: Vec<f64> = guess.iter().zip(&step).map(|(g, s)| g + s).collect();
-            let moved = run(&next);
-            let left = rest_of(&moved);
-            // Friction that sticks has no slope to follow: a step that does not help is not taken.
-            if dot(&left, &left).total_cmp(&dot(&rest, &rest)).is_ge() {
-                break;
-            }
-            (guess, base, rest) = (next, moved, left);
-        }
-        guess
-    }
-}
-
-/// A mode of the effort that rings on from before a sample.
-struct Ring {
-    axis: usize,
-    pole: Complex64,
-    rate_hz: f64,
-    from: usize,
-}
-
-/// Efforts with what rings in them over a range: each ring by the sizes of its cosine and sine at the beginning.
-fn rung<'a>(effort: &'a [Vec<f64>], rings: &[Ring], sizes: &[f64], range: std::ops::Range<usize>) -> Cow<'a, [Vec<f64>]> {
-    let mut out = Cow::Borrowed(effort);
-    for (ring, size) in rings.iter().zip(sizes.chunks(2)) {
-        for k in range.clone() {
-            let turned = (ring.pole * ((k - ring.from) as f64 / ring.rate_hz)).exp();
-            out.to_mut()[ring.axis][k] += size[0] * turned.re + size[1] * turned.im;
-        }
-    }
-    out
 }
 
 /// The effort of a trial for a run that goes from sample to sample in straight lines, which pass sinc² of a frequency.

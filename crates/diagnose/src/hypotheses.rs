@@ -35,7 +35,7 @@ impl Hypothesis {
 
     /// Whether a tolerance of the instruments hides what it removes; there is none for the clock and filter of a single channel.
     pub fn shares_a_tolerance(&self) -> bool {
-        self.corrects() && !(self.form.axis.is_some() && matches!(self.form.action, Action::Effort(_) | Action::Mode(_) | Action::Motion(_)))
+        self.corrects() && !(self.form.axis.is_some() && matches!(self.form.action, Action::Effort(_) | Action::Mode { .. } | Action::Motion(_)))
     }
 
     /// The arm along whose curve it lets the matrices of the baseline act.

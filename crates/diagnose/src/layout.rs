@@ -1,9 +1,9 @@
 //! The grid of samples, blocks and frequencies that a whole diagnosis works on.
 
 use crate::movement::mean_over;
-use crate::operators::{real_at_ends, straight};
+use crate::operators::straight;
 use ndof_models::schedule::{MeanOver, Splines};
-use ndof_signal::{ComplexToReal, RealToComplex, forward_transform, inverse_transform, mirrored, smooth_length, without_line};
+use ndof_signal::{ComplexToReal, RealToComplex, forward_transform, inverse_transform, mirrored, signal_by, smooth_length, spectrum_by, without_line};
 use num_complex::Complex64;
 use std::f64::consts::{PI, TAU};
 use std::ops::Range;
@@ -74,11 +74,7 @@ pub(crate) struct Track {
 fn tracked(mut y: Vec<f64>, rate_hz: f64) -> Track {
     let n = y.len();
     let (start, slope) = without_line(&mut y);
-    let forward = forward_transform(n);
-    let mut spectrum = forward.make_output_vec();
-    if forward.process(&mut y, &mut spectrum).is_err() {
-        spectrum.iter_mut().for_each(|v| *v = Complex64::new(f64::NAN, 0.0));
-    }
+    let mut spectrum = spectrum_by(forward_transform(n).as_ref(), &mut y);
     spectrum.iter_mut().for_each(|v| *v /= n as f64);
     Track { spectrum, start, slope_per_s: slope * rate_hz }
 }
@@ -248,12 +244,7 @@ impl Layout {
     }
 
     fn in_time(&self, mut spectrum: Vec<Complex64>) -> Vec<f64> {
-        real_at_ends(&mut spectrum);
-        let mut time = self.back.make_output_vec();
-        if self.back.process(&mut spectrum, &mut time).is_err() {
-            time.fill(f64::NAN);
-        }
-        time
+        signal_by(self.back.as_ref(), &mut spectrum)
     }
 
     /// The track that an operator makes of a track.

@@ -25,6 +25,7 @@ mod free_run;
 mod generic;
 mod hypotheses;
 mod in_time;
+mod initial;
 mod instruments;
 mod judge;
 mod layout;

@@ -1,16 +1,8 @@
 //! Samples passed through operators on their spectrum, and what is thought to lie before and after them.
 
-use ndof_signal::{forward_transform, inverse_transform, mirrored, smooth_length, without_line};
+use ndof_signal::{forward_transform, inverse_transform, mirrored, signal_by, smooth_length, spectrum_by, without_line};
 use num_complex::Complex64;
 use std::f64::consts::{PI, TAU};
-
-/// What an operator leaves of imaginary parts where a real signal has none.
-pub(crate) fn real_at_ends(spectrum: &mut [Complex64]) {
-    spectrum[0].im = 0.0;
-    if let Some(last) = spectrum.last_mut() {
-        last.im = 0.0;
-    }
-}
 
 /// Samples about a place of rest, passed through an operator that remembers: before the first sample and after the last the motion comes from rest and
 /// goes back to it within `ends` samples, and rests as long as the record is.
@@ -24,21 +16,17 @@ pub(crate) fn remembered(samples: &[f64], ends: usize, rate_hz: f64, operator: i
     (0..ends).for_each(|k| y[k] *= fade(k));
     (0..ends).for_each(|k| y[n + 2 * ends - 1 - k] *= fade(k));
     y.resize(length, 0.0);
-    passed(y, rate_hz, operator).map_or_else(|| samples.to_vec(), |y| y[ends..ends + n].to_vec())
+    passed(y, rate_hz, operator)[ends..ends + n].to_vec()
 }
 
 /// Samples of a period passed through an operator.
-fn passed(mut y: Vec<f64>, rate_hz: f64, operator: impl Fn(Complex64) -> Complex64) -> Option<Vec<f64>> {
+fn passed(mut y: Vec<f64>, rate_hz: f64, operator: impl Fn(Complex64) -> Complex64) -> Vec<f64> {
     let length = y.len();
-    let (forward, back) = (forward_transform(length), inverse_transform(length));
-    let mut spectrum = forward.make_output_vec();
-    forward.process(&mut y, &mut spectrum).ok()?;
+    let mut spectrum = spectrum_by(forward_transform(length).as_ref(), &mut y);
     for (k, x) in spectrum.iter_mut().enumerate() {
         *x *= operator(Complex64::new(0.0, TAU * k as f64 * rate_hz / length as f64)) / length as f64;
     }
-    real_at_ends(&mut spectrum);
-    back.process(&mut spectrum, &mut y).ok()?;
-    Some(y)
+    signal_by(inverse_transform(length).as_ref(), &mut spectrum)
 }
 
 /// Samples passed through an operator, mirrored at both ends.
@@ -48,7 +36,7 @@ pub(crate) fn filter(samples: &[f64], rate_hz: f64, operator: impl Fn(Complex64)
     let pad = (layout - n) / 2;
     let mut y = mirrored(samples, pad, layout);
     let (start, slope) = without_line(&mut y);
-    let Some(y) = passed(y, rate_hz, &operator) else { return samples.to_vec() };
+    let y = passed(y, rate_hz, &operator);
     let (level, rate) = straight(&operator);
     let per_sample = slope * level;
     let offset = level * start + rate * slope * rate_hz;

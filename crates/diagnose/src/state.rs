@@ -8,7 +8,6 @@ use ndof_linear::square;
 use ndof_models::ForceLaw;
 use ndof_models::effects::{Action, Matrix};
 use num_complex::Complex64;
-use std::f64::consts::TAU;
 use std::sync::Arc;
 
 /// Time within which the motion is thought to have come from rest, for a band to 12 Hz: what is expected of a past that was not recorded dies away with
@@ -147,7 +146,7 @@ impl State {
         let (mut effort, mut motion, mut chain) = (self.effort.clone(), self.motion.clone(), self.chain.clone());
         apply(&self.layout, transform, &mut effort, &mut motion, &mut chain);
         let transforms: Vec<Transform> = self.transforms.iter().chain([transform]).cloned().collect();
-        if matches!(transform.action, Action::Effort(_) | Action::Mode(_) | Action::Lag | Action::Mix(_) | Action::Clip) {
+        if matches!(transform.action, Action::Effort(_) | Action::Mode { .. } | Action::Lag | Action::Mix(_) | Action::Clip) {
             // The motion stays as it is: only the effort's spectra are new.
             let layout = &self.layout;
             let effort_spectra = (0..layout.axes)
@@ -188,19 +187,16 @@ impl State {
         along(law, Clock::of(&self.layout, trial), self.layout.axes, (x, v), then)
     }
 
-    /// The poles −ζ ω + i ω √(1 − ζ²) of the modes that efforts pass, each with its axis.
+    /// The poles of the modes that efforts pass, each with its axis.
     pub fn modes(&self) -> impl Iterator<Item = (usize, Complex64)> {
-        self.transforms.iter().filter(|t| matches!(t.action, Action::Mode(_))).map(|t| {
-            let (w, ratio) = (TAU * t.knobs[0], t.knobs[1]);
-            (t.axis.unwrap_or(0), Complex64::new(-ratio, (1.0 - ratio * ratio).max(0.0).sqrt()) * w)
-        })
+        self.transforms.iter().filter_map(|t| if let Action::Mode { pole, .. } = t.action { Some((t.axis?, pole(&t.knobs))) } else { None })
     }
 
     /// What the effort channels would show of these true efforts.
     pub fn uncorrect_effort(&self, mut effort: Vec<Vec<f64>>) -> Vec<Vec<f64>> {
         for transform in self.transforms.iter().rev() {
             match &transform.action {
-                Action::Effort(operator) | Action::Mode(operator) => {
+                Action::Effort(operator) | Action::Mode { passes: operator, .. } => {
                     for (axis, series) in effort.iter_mut().enumerate() {
                         if transform.axis.is_none_or(|a| a == axis) {
                             *series = filter(series, self.layout.rate_hz, |s| 1.0 / operator(s, &transform.knobs));
@@ -341,7 +337,7 @@ fn lagging(samples: &[f64], layout: &Layout, before: usize, [a, b]: [f64; 2]) ->
 fn apply(layout: &Layout, transform: &Transform, effort: &mut Tracks, motion: &mut Tracks, chain: &mut Chain) {
     let (n, knobs) = (layout.axes, transform.knobs.as_slice());
     match &transform.action {
-        Action::Effort(operator) | Action::Mode(operator) => {
+        Action::Effort(operator) | Action::Mode { passes: operator, .. } => {
             for trial in effort.iter_mut() {
                 for (axis, track) in trial.iter_mut().enumerate() {
                     if transform.axis.is_none_or(|a| a == axis) {

@@ -50,8 +50,10 @@ fn separators_line_ends_bom_quotes_and_blank_lines_change_nothing() {
 fn a_time_column_gives_rate_and_start() {
     let read = csv("t [ms],force_x [N]\n100,1\n102,2\n104,3\n").unwrap();
     assert_eq!((read.recording.sample_rate_hz(), read.recording.start_s()), (500.0, 0.1));
-    let read = csv("time,force_x [N]\n0,1\n0.004,2\n0.008,3\n").unwrap();
-    assert_eq!(read.recording.sample_rate_hz(), 250.0);
+    for name in ["time", "Time_s", "t_s"] {
+        let read = csv(&format!("{name},force_x [N]\n0,1\n0.004,2\n0.008,3\n")).unwrap();
+        assert_eq!((read.recording.sample_rate_hz(), read.recording.channels().len()), (250.0, 1), "{name}");
+    }
     assert!(matches!(error("t [N],force_x [N]\n0,1\n1,2\n"), IoError::TimeUnit { .. }));
 }
 

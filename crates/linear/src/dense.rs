@@ -2,6 +2,7 @@
 
 use faer::{Mat, Side};
 use ndarray::{Array1, Array2};
+use num_complex::Complex64;
 
 fn of(a: &Array2<f64>) -> Mat<f64> {
     Mat::from_fn(a.nrows(), a.ncols(), |i, j| a[[i, j]])
@@ -13,6 +14,19 @@ pub fn symmetric_eigen(a: &Array2<f64>) -> Option<(Vec<f64>, Array2<f64>)> {
     let eigen = of(a).self_adjoint_eigen(Side::Lower).ok()?;
     let n = a.nrows();
     Some(((0..n).map(|i| eigen.S()[i]).collect(), Array2::from_shape_fn((n, n), |(i, j)| eigen.U()[(i, j)])))
+}
+
+/// Eigenvalues of a square matrix, in no order; `None` for what holds no numbers.
+///
+/// ```
+/// use ndarray::array;
+/// let mut found = ndof_linear::eigenvalues(&array![[0.0, 1.0], [-25.0, -6.0]]).ok_or("no numbers")?;
+/// found.sort_by(|a, b| a.im.total_cmp(&b.im));
+/// assert!((found[1] - num_complex::Complex64::new(-3.0, 4.0)).norm() < 1e-13);
+/// # Ok::<(), &str>(())
+/// ```
+pub fn eigenvalues(a: &Array2<f64>) -> Option<Vec<Complex64>> {
+    of(a).eigenvalues().ok()
 }
 
 /// Singular values, largest first; `None` for what holds no numbers.

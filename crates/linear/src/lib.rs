@@ -4,7 +4,7 @@
 //!   counts: thousands of matrices of two to twelve rows, one a frequency or one a time step.
 //! - [`Cholesky`]: Hermitian positive definite systems of the same kind; it refuses every other matrix.
 //! - [`hermitian_eigen`]: eigenvalues and vectors of the same.
-//! - [`inverse`], [`symmetric_eigen`] and [`singular_values`] of matrices of any size, by `faer`; [`independent_columns`].
+//! - [`inverse`], [`eigenvalues`], [`symmetric_eigen`] and [`singular_values`] of matrices of any size, by `faer`; [`independent_columns`].
 //! - [`phi_functions`], the first of them the exponential of a matrix.
 //!
 //! ```
@@ -21,7 +21,7 @@ mod scalar;
 pub mod square;
 
 pub use cholesky::{Cholesky, SMALLEST_PIVOT, cholesky_in_place, cholesky_solve};
-pub use dense::{independent_columns, singular_values, symmetric_eigen};
+pub use dense::{eigenvalues, independent_columns, singular_values, symmetric_eigen};
 pub use exponential::{doubled, phi_functions};
 pub use hermitian::hermitian_eigen;
 pub use scalar::Scalar;

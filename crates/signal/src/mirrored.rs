@@ -1,6 +1,6 @@
 //! A record about its ends: mirrored, so that a transform, which repeats it, finds no jump there.
 
-use crate::transform::{forward_transform, inverse_transform};
+use crate::transform::{forward_transform, inverse_transform, signal_by, spectrum_by};
 use num_complex::Complex64;
 
 /// The smallest even number from `n` upward whose only prime factors are 2, 3 and 5: transforms of this length are fast.
@@ -46,25 +46,23 @@ pub fn without_line(y: &mut [f64]) -> (f64, f64) {
 }
 
 /// The samples at `factor` times their rate, on the curve through them that has nothing above half of it; about the ends that of the
-/// [mirrored] record. NaN of what holds no numbers.
+/// [mirrored] record.
+///
+/// ```
+/// let fine = ndof_signal::finer(&[0.0, 1.0, 2.0, 3.0], 2);
+/// assert!(fine.len() == 8 && (fine[3] - 1.5).abs() < 1e-12);
+/// ```
 pub fn finer(samples: &[f64], factor: usize) -> Vec<f64> {
     let n = samples.len();
     let pad = n / 4 + 1;
     let length = smooth_length(n + 2 * pad);
     let mut y = mirrored(samples, pad, length);
     let (start, slope) = without_line(&mut y);
-    let (forward, back) = (forward_transform(length), inverse_transform(length * factor));
-    let mut spectrum = forward.make_output_vec();
-    let mut fine = back.make_output_vec();
-    if forward.process(&mut y, &mut spectrum).is_err() {
-        return vec![f64::NAN; n * factor];
-    }
+    let mut spectrum = spectrum_by(forward_transform(length).as_ref(), &mut y);
     spectrum.iter_mut().for_each(|x| *x /= length as f64);
     spectrum[length / 2] = Complex64::ZERO;
     spectrum.resize(length * factor / 2 + 1, Complex64::ZERO);
-    if back.process(&mut spectrum, &mut fine).is_err() {
-        return vec![f64::NAN; n * factor];
-    }
+    let fine = signal_by(inverse_transform(length * factor).as_ref(), &mut spectrum);
     (0..n * factor).map(|k| fine[pad * factor + k] + start + slope * (pad as f64 + k as f64 / factor as f64)).collect()
 }
 

@@ -4,6 +4,7 @@ use super::channel::{channel_findings, role};
 use super::evenness::unsteady;
 use super::pairs::{pairs, spectra, together};
 use super::result::{Finding, Lag};
+use crate::trials::readings::{ACTION, SlowReadings};
 use crate::trials::roles::Roles;
 use ndof_signal::{Amplitudes, CrossSpectra, Recording, Warning};
 use rayon::prelude::*;
@@ -24,6 +25,12 @@ pub(super) fn findings(
     let channels = recording.channels().par_iter().zip(sizes).enumerate();
     let mut found: Vec<Finding> = channels.flat_map_iter(|(index, (channel, sizes))| channel_findings(channel, sizes, role(roles, index), trial)).collect();
     let Some(roles) = roles else { return (Vec::new(), found) };
+    let slow = |index: usize| {
+        let channel = &recording.channels()[index];
+        let told = SlowReadings::of(&channel.samples)?.told(recording.sample_rate_hz());
+        Some(Finding::new("slow-readings", "remark", trial, Some(&channel.name), told, ACTION))
+    };
+    found.extend(roles.motions().filter_map(slow));
     found.extend(unsteady(recording, roles, trial));
     found.extend(together(recording, spectra, roles, trial));
     let (lags, of_pairs) = pairs(recording, spectra, roles, trial);

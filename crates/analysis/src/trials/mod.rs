@@ -1,6 +1,6 @@
 //! Repeated trials of one experiment, with the roles of their channels.
 
-mod readings;
+pub(crate) mod readings;
 pub(crate) mod roles;
 pub(crate) mod trial;
 mod trim;
@@ -189,8 +189,10 @@ impl Trials {
                     Some(channel)
                 };
                 let mut channels: Vec<Channel> = order.iter().enumerate().filter_map(taken).collect();
-                for (_, channel) in channels.iter_mut().enumerate().filter(|(role, _)| roles.motion(*role).flatten().is_some()) {
-                    add_each(&mut warnings, readings::between_readings(channel, rate, &file, source == Source::Stream));
+                // Of pieces of a stream the curve is not known.
+                let whole = source != Source::Stream;
+                for (_, channel) in channels.iter_mut().enumerate().filter(|(role, _)| whole && roles.motion(*role).flatten().is_some()) {
+                    add_each(&mut warnings, readings::between_readings(channel, rate, &file));
                 }
                 if let Some((own, first)) = stretches.first().and_then(|first| other_unit(&channels, &first.recording)) {
                     return Err(mismatch.of("a channel", own, first));

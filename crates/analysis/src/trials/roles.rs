@@ -128,6 +128,13 @@ impl Roles {
         self.input_motion.iter().chain(&self.output_motion).nth(role.wrapping_sub(self.ports.references.len())).copied()
     }
 
+    /// Channels that hold a motion.
+    pub(crate) fn motions(&self) -> impl Iterator<Item = usize> {
+        let [inputs, outputs] =
+            [(&self.ports.inputs, &self.input_motion), (&self.ports.outputs, &self.output_motion)].map(|(channels, motion)| channels.iter().zip(motion));
+        inputs.chain(outputs).filter(|(_, motion)| motion.is_some()).map(|(channel, _)| *channel)
+    }
+
     /// Finds the roles in `recording`, which `file` names in errors.
     ///
     /// # Errors

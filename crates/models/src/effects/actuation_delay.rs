@@ -27,7 +27,7 @@ impl Effect for ActuationDelay {
     }
 
     fn injection(&self, parameters: &Parameters, setting: &Setting) -> Result<Injection, EffectError> {
-        Ok(Injection::Stage(Box::new(delay_line(parameters.number(CARD.name, &DELAY)? * setting.sample_rate_hz))))
+        Ok(Injection::Stage(Box::new(delay_line(parameters.number(CARD.name, &DELAY)? * setting.sample_rate_hz, 0.0))))
     }
 
     fn forms(&self, scale: &Scale) -> Vec<Form> {
@@ -38,6 +38,6 @@ impl Effect for ActuationDelay {
         let form = Form::new("delay", None, Action::Effort(Arc::new(|s, k| Delay.response(k, s))))
             .knobs(vec![Knob::linear(0.0, 0.05 * unit)], &[&[0.3, 1.0, 3.0, 8.0, 20.0].map(|ms| ms * 1e-3 * unit)])
             .numbers(|k, _| [("delay_s", k[0])]);
-        vec![form.floor(0.0, 1.5e-4).at(Side::Actuator)]
+        vec![form.floor(0.0).absolute(DELAY.name, 1.5e-4).at(Side::Actuator)]
     }
 }

@@ -35,6 +35,6 @@ impl Effect for AddedMass {
             return Vec::new();
         }
         let form = Form::new("point mass", None, Action::Entries { matrix: Matrix::Mass, entries: (0..n).map(|i| (i, i, 1.0)).collect() });
-        vec![form.coefficients(vec![Sign::Positive]).numbers(|_, c| [("mass_kg", c[0])]).floor(0.005, 0.0)]
+        vec![form.coefficients(vec![Sign::Positive]).numbers(|_, c| [("mass_kg", c[0])]).floor(0.005)]
     }
 }

@@ -65,6 +65,6 @@ impl Effect for ArmGeometry {
     fn forms(&self, scale: &Scale) -> Vec<Form> {
         let Some(arm) = &scale.arm else { return Vec::new() };
         let form = Form::new("two links", None, Action::Curved(arm.clone())).coefficients(vec![Sign::Positive]);
-        vec![form.numbers(|_, c| [(COUPLING.name, c[0])]).floor(0.005, 0.0)]
+        vec![form.numbers(|_, c| [(COUPLING.name, c[0])]).floor(0.005)]
     }
 }

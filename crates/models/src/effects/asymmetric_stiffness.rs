@@ -39,7 +39,7 @@ impl Effect for AsymmetricStiffness {
                 let to_square = 1.0 / ((2.0 * std::f64::consts::PI).sqrt() * spread);
                 let kink = Form::new("kink", Some(axis), shape(axis, |k, c, x| c[0] * ((x - k[0]).abs() - k[0].abs())))
                     .knobs(vec![Knob::linear(-0.6 * spread, 0.6 * spread)], &[&[-0.3 * spread, 0.0, 0.3 * spread]])
-                    .floor(0.1, 0.0);
+                    .floor(0.1);
                 [(square, 1.0), (kink, to_square)]
                     .map(|(form, factor)| form.coefficients(vec![Sign::Free]).numbers(move |_, c| [("k2_n_per_m2", c[0] * factor)]))
             })

@@ -46,13 +46,13 @@ impl Effect for CoulombFriction {
                 let plain = Form::new("Coulomb", Some(axis), Action::force(move |_, c| on_axis(axis, laws::Coulomb { turn_velocity }, [c[0]])))
                     .coefficients(vec![Sign::Positive])
                     .numbers(|_, c| [("level_n", c[0])])
-                    .floor(0.015, 0.0);
+                    .floor(0.015);
                 let law = move |k: &[f64], c: &[f64]| on_axis(axis, laws::Stribeck { turn_velocity }, [c[0], c[1], k[0]]);
                 let stribeck = Form::new("Stribeck", Some(axis), Action::force(law))
                     .knobs(vec![Knob::log(narrowest, 0.8 * v)], &[&[0.1 * v, 0.3 * v]])
                     .coefficients(vec![Sign::Positive, Sign::Positive])
                     .numbers(|k, c| [("level_n", c[0]), ("stribeck_level_n", c[0] + c[1]), ("stribeck_velocity_m_per_s", k[0])])
-                    .floor(0.03, 0.0);
+                    .floor(0.03);
                 [plain, stribeck]
             })
             .collect()

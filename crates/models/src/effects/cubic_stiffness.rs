@@ -52,7 +52,7 @@ impl Effect for CubicStiffness {
                 [
                     named(of("x³", Action::force(move |_, c| on_axis(axis, laws::CubicStiffness, [c[0]]))), 1.0),
                     named(off_centre.coefficients(vec![Sign::Free, Sign::Free]), 1.0),
-                    named(of("x |x|", shape(axis, |_, c, x| c[0] * x * x.abs())), to_cubic).floor(0.1, 0.0),
+                    named(of("x |x|", shape(axis, |_, c, x| c[0] * x * x.abs())), to_cubic).floor(0.1),
                 ]
             })
             .collect();

@@ -45,12 +45,12 @@ impl Effect for DeadZone {
         (0..scale.axes())
             .flat_map(|axis| {
                 let spread = scale.position[axis];
-                let hard = Form::new("gap", Some(axis), shape(axis, |k, c, x| c[0] * (x - k[1]).clamp(-k[0], k[0]))).floor(0.02, 0.0);
+                let hard = Form::new("gap", Some(axis), shape(axis, |k, c, x| c[0] * (x - k[1]).clamp(-k[0], k[0]))).floor(0.02);
                 let soft = shape(axis, |k, c, x| {
                     let u = (x - k[1]) / k[0];
                     c[0] * k[0] * u / (1.0 + u * u).sqrt()
                 });
-                [hard, Form::new("soft gap", Some(axis), soft).floor(0.1, 0.0)].map(|form| {
+                [hard, Form::new("soft gap", Some(axis), soft).floor(0.1)].map(|form| {
                     form.knobs(
                         vec![Knob::log(0.05 * spread, 1.8 * spread), Knob::linear(-0.8 * spread, 0.8 * spread)],
                         &[&[0.1, 0.2, 0.4, 0.7, 1.1].map(|q| q * spread), &[0.0]],

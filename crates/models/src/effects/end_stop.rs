@@ -56,7 +56,7 @@ impl Effect for EndStop {
                     let stiffness = ("stiffness_n_per_m", Value::Number(c[0] * spread.powf(exponent - 1.0)));
                     [place, stiffness].into_iter().chain(damping(c).map(|c| ("damping_n_s_per_m2", Value::Number(c)))).collect()
                 })
-                .floor(0.02, 0.0)
+                .floor(0.02)
         };
         let shapes = [("wall", 1.0, 1), ("soft wall", 1.5, 1), ("damped wall", 1.0, 2)];
         (0..scale.axes()).flat_map(|axis| [1.0, -1.0].into_iter().flat_map(move |side| shapes.map(|shape| of(axis, side, shape)))).collect()

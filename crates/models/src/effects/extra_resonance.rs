@@ -7,6 +7,8 @@ use std::f64::consts::TAU;
 const FREQUENCY: ParameterCard = plain("frequency_hz", "Hz", 1e-9, 1e6, None);
 const DAMPING_RATIO: ParameterCard = plain("damping_ratio", "", 0.0, 2.0, Some(0.05));
 const MASS_SHARE: ParameterCard = plain("mass_share", "", 0.0, 1e3, None);
+/// Of two modes either may be taken for the one between: the gain of the one is that of the other times the square of their frequencies' ratio, so that
+/// one of them is small.
 const GAIN_BEYOND: ParameterCard = plain("gain_beyond", "", -3.0, 3.0, None);
 const CARD: Card = Card {
     name: "extra-resonance",
@@ -77,17 +79,20 @@ impl Effect for ExtraResonance {
                 let frequency = (1.0 / (k[0] * inertia.max(f64::MIN_POSITIVE))).sqrt() / TAU;
                 [("frequency_hz", frequency), ("damping_ratio", 0.0), ("mass_share", 1.0)]
             });
-        forms.push(series.floor(0.02, 0.0));
+        forms.push(series.floor(0.02));
         // Where the motion is measured elsewhere than the effort acts, what lies between them may push either way beyond its mode.
         forms.extend((0..axes).map(|axis| {
-            let between: Operator = Arc::new(|s, k| {
+            let passes: Operator = Arc::new(|s, k| {
                 let w = TAU * k[0];
                 let spring = w * (2.0 * k[1] * s + w);
                 (k[2] * s * s + spring) / (s * s + spring)
             });
-            Form::new("between effort and motion", Some(axis), Action::Mode(between))
+            let pole = |k: &[f64]| Complex64::new(-k[1], (1.0 - k[1] * k[1]).sqrt()) * TAU * k[0];
+            let gain = Knob::linear(GAIN_BEYOND.bounds.0, GAIN_BEYOND.bounds.1);
+            Form::new("between effort and motion", Some(axis), Action::Mode { passes, pole })
                 .knobs(
-                    vec![Knob::log(0.8 / unit, 12.5 / unit), Knob::log(0.003, 0.4), Knob::linear(GAIN_BEYOND.bounds.0, GAIN_BEYOND.bounds.1)],
+                    vec![Knob::log(0.8 / unit, 12.5 / unit), Knob::log(0.003, 0.4), gain],
+                    // A gain on either side of nought, between a mode that nothing passes and one that is hardly there.
                     &[&[1.5, 2.2, 3.0, 4.2, 5.5, 7.0, 9.0, 11.0].map(|f| f / unit), &[0.02], &[-1.0, 0.3]],
                 )
                 .numbers(|k, _| [("frequency_hz", k[0]), ("damping_ratio", k[1]), ("gain_beyond", k[2])])

@@ -80,9 +80,13 @@ pub enum Action {
     },
     /// The effort channels, or that of the axis, pass a filter: corrected effort = operator × measured effort.
     Effort(Operator),
-    /// The effort of the axis passes a resonance that rings on from before the record: corrected effort = operator × measured effort, whose first knobs are
-    /// frequency (Hz) and damping ratio.
-    Mode(Operator),
+    /// The effort of the axis passes a resonance that rings on from before the record: corrected effort = operator × measured effort.
+    Mode {
+        /// The operator.
+        passes: Operator,
+        /// Its pole above the real axis, from the knobs.
+        pole: fn(&[f64]) -> Complex64,
+    },
     /// The effort channels fall behind as time goes on: corrected effort at t = measured effort at t + a + b t, of the knobs a (s) and b.
     Lag,
     /// The motion channels, or that of the axis, pass a filter: corrected motion = operator × measured motion.
@@ -139,10 +143,10 @@ pub struct Form {
     pub action: Action,
     /// The contract's parameters from knobs and coefficients.
     pub naming: Naming,
-    /// How far a parameter's systematic error goes, beyond its statistical one: relative, absolute (SI).
-    pub floor: (f64, f64),
-    /// Parameters whose absolute one is another.
-    pub floors: Vec<(&'static str, f64)>,
+    /// How far parameters' systematic errors go, beyond their statistical ones, as a share of each.
+    pub floor: f64,
+    /// Parameters that have an error of this size (SI) as well.
+    pub absolute: Vec<(&'static str, f64)>,
 }
 
 impl Form {
@@ -157,8 +161,8 @@ impl Form {
             signs: Vec::new(),
             action,
             naming: Arc::new(|_, _| Vec::new()),
-            floor: (0.01, 0.0),
-            floors: Vec::new(),
+            floor: 0.01,
+            absolute: Vec::new(),
         }
     }
 
@@ -187,15 +191,20 @@ impl Form {
         self.naming(move |knobs, coefficients| numbers(knobs, coefficients).map(|(name, value)| (name, Value::Number(value))).to_vec())
     }
 
-    /// With systematic errors of this size: relative, absolute (SI).
-    pub fn floor(self, relative: f64, absolute: f64) -> Self {
-        Form { floor: (relative, absolute), ..self }
+    /// With systematic errors of this share of each parameter.
+    pub fn floor(self, floor: f64) -> Self {
+        Form { floor, ..self }
     }
 
-    /// With another absolute error of a parameter.
-    pub fn floor_of(mut self, parameter: &'static str, absolute: f64) -> Self {
-        self.floors.push((parameter, absolute));
+    /// With a systematic error of a parameter (SI) beside its share.
+    pub fn absolute(mut self, parameter: &'static str, error: f64) -> Self {
+        self.absolute.push((parameter, error));
         self
+    }
+
+    /// The systematic error of a parameter of this value (SI).
+    pub fn systematic(&self, parameter: &str, value: f64) -> f64 {
+        self.absolute.iter().filter(|(name, _)| *name == parameter).fold(self.floor * value, |sum, (_, error)| sum.hypot(*error))
     }
 
     /// The number of parameters that a search pays for.

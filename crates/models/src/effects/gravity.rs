@@ -45,7 +45,7 @@ impl Effect for Gravity {
                 Form::new("sine of the angle", Some(axis), law)
                     .coefficients(vec![Sign::Free, Sign::Free])
                     .numbers(|_, c| [("torque_nm", c[0].hypot(c[1])), ("direction_rad", c[1].atan2(c[0]))])
-                    .floor(0.02, 0.0)
+                    .floor(0.02)
             })
             .collect()
     }

@@ -22,18 +22,25 @@ const CARD: Card = Card {
 /// Delays (ms) of one channel that a search starts from: nearer to each other than a quarter of a period at the band's end.
 const ONE_CHANNEL: [f64; 6] = [0.5, 2.0, 5.0, 10.0, 16.0, 24.0];
 
+/// Half of what instruments may be late by (s): no delay is known to less.
+const CLOCK_S: f64 = 1.0e-4;
+
 /// Latency of channels.
 pub struct MeasurementDelay;
 
-/// A delay of so many samples; fractions of one by linear interpolation.
-pub(super) fn delay_line(samples: f64) -> impl Stage {
-    let whole = samples.floor();
-    let (mut line, fraction) = (VecDeque::from(vec![0.0; whole as usize + 1]), samples - whole);
+/// A delay of so many samples that grows by `drift` of each that comes; fractions of one by linear interpolation, nought before the first.
+pub(super) fn delay_line(samples: f64, drift: f64) -> impl Stage {
+    let (mut past, mut come) = (VecDeque::new(), 0.0);
     move |sample: f64| {
-        line.push_back(sample);
-        let older = line.pop_front().unwrap_or(sample);
-        let newer = line.front().copied().unwrap_or(sample);
-        newer + fraction * (older - newer)
+        past.push_back(sample);
+        let late: f64 = samples + drift * come;
+        come += 1.0;
+        let (whole, fraction) = (late.floor() as usize, late.fract());
+        while past.len() > whole + 2 {
+            past.pop_front();
+        }
+        let ago = |steps: usize| past.len().checked_sub(steps + 1).map_or(0.0, |k| past[k]);
+        ago(whole) + fraction * (ago(whole + 1) - ago(whole))
     }
 }
 
@@ -48,16 +55,7 @@ impl Effect for MeasurementDelay {
             return Err(EffectError::OutOfBounds { effect: CARD.name, parameter: DELAY.name, value: delay, lo: 0.0, hi: DELAY.bounds.1 });
         }
         let drift = parameters.number(CARD.name, &DRIFT)?;
-        if drift == 0.0 {
-            return Ok(Injection::Stage(Box::new(delay_line(delay * setting.sample_rate_hz))));
-        }
-        let (mut past, late) = (Vec::new(), delay * setting.sample_rate_hz);
-        Ok(Injection::Stage(Box::new(move |sample: f64| {
-            past.push(sample);
-            let place = ((past.len() - 1) as f64 * (1.0 - drift) - late).max(0.0);
-            let (below, fraction) = (place as usize, place.fract());
-            past[below] + fraction * (past[(below + 1).min(past.len() - 1)] - past[below])
-        })))
+        Ok(Injection::Stage(Box::new(delay_line(delay * setting.sample_rate_hz, drift))))
     }
 
     /// All efforts against all motions; where there are several axes, each channel against all others, too.
@@ -70,12 +68,13 @@ impl Effect for MeasurementDelay {
                 let channel = if k[0] >= 0.0 { &late } else { &early };
                 vec![("delay_s", Value::Number(k[0].abs())), ("channel", Value::Text(channel.clone()))]
             });
-            form.floor(0.0, 1.0e-4).at(Side::Sensor)
+            form.floor(0.0).absolute(DELAY.name, CLOCK_S).at(Side::Sensor)
         };
         let (effort, motion) = (&scale.effort_names, &scale.motion_names);
         let both_ways = [-17.0, -12.0, -8.5, -6.0, -4.2, -3.0, -2.0, -1.0, -0.3, 0.3, 1.0, 2.0, 3.0, 4.2, 6.0, 8.5, 12.0, 17.0, 24.0];
         let mut forms = vec![of(None, Action::Effort(advance.clone()), (-0.03, &both_ways), [effort.join(", "), motion.join(", ")])];
-        // Of clocks that were set together: as much at the record's end as a delay may be.
+        // Of clocks that were set together: as much at the record's end as a delay may be, from starts that are nearer to each other there than a quarter of
+        // a period at the band's end (9 ms of 21).
         let most = 0.03 * unit / scale.duration_s;
         let growing = [-0.6, -0.3, -0.12, -0.04, 0.04, 0.12, 0.3, 0.6].map(|share| share * most);
         let names = [effort.join(", "), motion.join(", ")];
@@ -86,7 +85,7 @@ impl Effect for MeasurementDelay {
                 let delay = if late == 0 { k[0] } else { -k[0] };
                 vec![("drift_s_per_s", Value::Number(k[1].abs())), ("delay_s", Value::Number(delay)), ("channel", Value::Text(names[late].clone()))]
             });
-        forms.push(growing.floor(0.0, 1.0e-4).floor_of("drift_s_per_s", 1.0e-4 / scale.duration_s).at(Side::Sensor));
+        forms.push(growing.floor(0.0).absolute(DELAY.name, CLOCK_S).absolute(DRIFT.name, CLOCK_S / scale.duration_s).at(Side::Sensor));
         if scale.axes() > 1 {
             for (axis, (effort, motion)) in effort.iter().zip(motion).enumerate() {
                 let channels = [(Action::Effort(advance.clone()), effort), (Action::Motion(advance.clone()), motion)];

@@ -72,7 +72,7 @@ impl Effect for PostureStiffness {
             Form::new(label, None, Action::force(law))
                 .coefficients(vec![Sign::Free; places.len()])
                 .naming(move |_, c| names.iter().copied().zip(c.iter().map(|c| Value::Number(*c))).collect())
-                .floor(0.005, 0.0)
+                .floor(0.005)
         };
         vec![of("with the shoulder's angle", 0..3), of("with the elbow's angle", 3..6), of("with both angles", 0..6)]
     }

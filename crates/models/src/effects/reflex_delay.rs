@@ -43,7 +43,7 @@ pub(super) fn searched(form: Form, scale: &Scale) -> Form {
     let unit = scale.human_time_s();
     let delay = Knob { telling: true, ..Knob::log(0.012 * unit, 0.13 * unit) };
     let starts: [&[f64]; 2] = [&[0.03 * unit, 0.06 * unit], &[1.5 / unit, 3.0 / unit, 6.0 / unit]];
-    form.knobs(vec![delay, Knob::log(1.0 / unit, 20.0 / unit)], &starts).floor(0.02, 0.5e-3)
+    form.knobs(vec![delay, Knob::log(1.0 / unit, 20.0 / unit)], &starts).floor(0.02).absolute(DELAY.name, 0.5e-3)
 }
 
 impl Effect for ReflexDelay {

@@ -31,7 +31,7 @@ pub(super) fn forms(matrix: Matrix, scale: &Scale) -> Vec<Form> {
     let n = scale.axes();
     let of = |axis: Option<usize>, entries: Vec<Vec<(usize, usize)>>, (count, label): (usize, &'static str)| {
         let signs = vec![Sign::Free; count * entries.len()];
-        Form::new(label, axis, Action::Scheduled(ScheduledMatrix { matrix, entries, waves: Waves { count, closed } })).coefficients(signs).floor(0.0, 0.0)
+        Form::new(label, axis, Action::Scheduled(ScheduledMatrix { matrix, entries, waves: Waves { count, closed } })).coefficients(signs).floor(0.0)
     };
     let each = (0..n).flat_map(|axis| SIZES.map(|size| of(Some(axis), vec![vec![(axis, axis)]], size)));
     let mirrored = |i: usize, j: usize| if i == j { vec![(i, i)] } else { vec![(i, j), (j, i)] };

@@ -57,7 +57,8 @@ impl Effect for SensorMisalignment {
                     .at(Side::Sensor)
                     .knobs(vec![Knob::linear(-0.6, 0.6)], &[&[-0.15, -0.03, 0.03, 0.15]])
                     .naming(move |k, _| vec![if n == 2 { ("angle_rad", Value::Number(k[0])) } else { ("matrix", Value::Matrix(rotation(n, pair, k[0]))) }])
-                    .floor(0.005, 1e-3)
+                    .floor(0.005)
+                    .absolute(ANGLE.name, 1e-3)
             })
             .collect()
     }

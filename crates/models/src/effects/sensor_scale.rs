@@ -56,7 +56,7 @@ impl Effect for SensorScale {
                 Form::new("gain of an effort channel", Some(axis), Action::Mix(Arc::new(mix)))
                     .knobs(vec![Knob::log(0.1, 10.0)], &[&STARTS])
                     .naming(move |k, _| [("factor", Value::Number(k[0]))].into_iter().chain(told.clone()).collect())
-                    .floor(0.005, 0.0)
+                    .floor(0.005)
                     .at(Side::Sensor)
             })
             .collect()

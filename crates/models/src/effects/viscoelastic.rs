@@ -121,12 +121,12 @@ impl Effect for Viscoelastic {
                         let time = (c[0] * k[0] + c[1] * 7.0 * k[0]) / (c[0] + c[1]).max(f64::MIN_POSITIVE);
                         [("modulus_n_per_m", c[0] + c[1]), ("time_s", time)]
                     })
-                    .floor(0.1, 0.0);
+                    .floor(0.1);
                 let fraction = Form::new("fractional", Some(axis), Action::force(move |k, c| fractional(axis, [c[0], k[0]], unit)))
                     .knobs(vec![Knob::linear(0.05, 0.85)], &[&[0.15, 0.35, 0.6]])
                     .coefficients(vec![Sign::Positive])
                     .numbers(|k, c| [("coefficient", c[0]), ("order", k[0])])
-                    .floor(0.02, 0.0);
+                    .floor(0.02);
                 [solid, two, fraction]
             })
             .collect()

@@ -91,6 +91,12 @@ fn amount(parameters: &[CauseParameter]) -> Option<String> {
     })
 }
 
+/// " between 23.66 and 25.26 s": when it was, of what has a time.
+fn stretch(parameters: &[CauseParameter]) -> Option<String> {
+    let [from, to] = parameters.first().filter(|p| p.name == "time_s")?.ci95?;
+    Some(format!(" between {from:.2} and {to:.2} s"))
+}
+
 /// " from 3.1 ± 0.2 N m/rad to 90.2 ± 1.1 N m/rad".
 fn range(parameters: &[CauseParameter]) -> String {
     let end = |word: &str| parameters.iter().position(|p| p.name.ends_with(word)).and_then(|k| amount(&parameters[k..=k]));
@@ -124,10 +130,7 @@ pub fn sentence(d: &Diagnosis) -> String {
     let with = first.over_schedule.first().map(|curve| format!(" with {}", curve.over)).unwrap_or_default();
     let of = match first.over_schedule.first() {
         Some(_) => range(&first.parameters),
-        None => {
-            let word = if first.parameters.first().is_some_and(|p| p.name == "time_s") { "after" } else { "of" };
-            amount(&first.parameters).map(|amount| format!(" {word} {amount}")).unwrap_or_default()
-        }
+        None => stretch(&first.parameters).or_else(|| amount(&first.parameters).map(|amount| format!(" of {amount}"))).unwrap_or_default(),
     };
     let at = if first.site.axis.is_empty() { format!(" ({})", first.site.side) } else { format!(" at {} ({})", first.site.axis, first.site.side) };
     let share = match first.gain.explained_fraction {
@@ -174,6 +177,13 @@ mod tests {
     fn causes_of_one_name_are_listed_once_with_their_places() {
         let causes = [("coulomb-friction", "elbow"), ("payload", ""), ("coulomb-friction", "wrist")];
         assert_eq!(listed(causes.into_iter()), "dry friction at elbow, wrist; a payload");
+    }
+
+    #[test]
+    fn a_knock_is_told_by_when_it_was() {
+        let knock = CauseParameter { name: "time_s".into(), unit: "s".into(), value: Value::Number(23.66), ci95: Some([23.66, 25.26]) };
+        assert_eq!(stretch(std::slice::from_ref(&knock)).as_deref(), Some(" between 23.66 and 25.26 s"));
+        assert_eq!(stretch(&[CauseParameter { name: "level_n".into(), ..knock }]), None);
     }
 
     #[test]
