@@ -1,7 +1,8 @@
 //! Torques that a joint needs for each unit of what a simulation may lack, along the measured motion.
 
+use crate::bodies::EXCURSION;
 use crate::deflection::{Gear, Lets, given};
-use crate::dynamics::{each_sample, sign};
+use crate::dynamics::{each_sample, inverse_dynamics, sign};
 use crate::motion::Motion;
 use crate::scene::Scene;
 use ndof_devices::TERMS_OF_A_LINK;
@@ -46,6 +47,10 @@ pub(crate) enum Column {
     Gear(Gear),
     /// A combination of the inertial parameters of a body ([`TERMS_OF_A_LINK`] numbers).
     Body { link: usize, parts: [f64; TERMS_OF_A_LINK] },
+    /// What bodies and springs need more for each unit by which the zero of an angle is off, along the line to where it is off so much.
+    Zero { joint: usize, at: f64 },
+    /// The same of all angles, at such zeros.
+    Zeros(Vec<f64>),
     /// The base turned about one of its axes.
     Tilt([f64; 3]),
     /// A gravity of its own.
@@ -130,6 +135,15 @@ impl Column {
                 });
                 felt.into_iter().enumerate().collect()
             }
+            Column::Zero { joint, at } => {
+                let off = |by: f64| (0..motion.q.len()).map(|k| if k == *joint { by } else { 0.0 }).collect::<Vec<_>>();
+                // At none the tangent.
+                let [from, to] = if *at == 0.0 { [-EXCURSION, EXCURSION] } else { [0.0, *at] };
+                let mut change = elsewhere([&off(from), &off(to)], motion, scene);
+                change.iter_mut().flat_map(|(_, felt)| felt).for_each(|t| *t /= to - from);
+                change
+            }
+            Column::Zeros(off) => elsewhere([&vec![0.0; off.len()], off], motion, scene),
             Column::Tilt(axis) => {
                 let g = scene.chain.gravity();
                 weight([g[1] * axis[2] - g[2] * axis[1], g[2] * axis[0] - g[0] * axis[2], g[0] * axis[1] - g[1] * axis[0]], motion, scene)
@@ -137,6 +151,20 @@ impl Column {
             Column::Weight(gravity) => weight(*gravity, motion, scene),
         }
     }
+}
+
+/// What bodies and springs need more where each angle is so much less than its channel says, at the second of two places than at the first.
+fn elsewhere(places: [&[f64]; 2], motion: &Motion, scene: &Scene<'_>) -> Vec<(usize, Vec<f64>)> {
+    let [here, there] = places.map(|off| {
+        let mut moved = motion.clone();
+        moved.q.iter_mut().zip(off).for_each(|(q, off)| q.iter_mut().for_each(|q| *q -= off));
+        let mut felt = inverse_dynamics(scene.chain, &moved);
+        for ((felt, off), [stiffness, _]) in felt.iter_mut().zip(off).zip(scene.chain.springs()) {
+            felt.iter_mut().for_each(|t| *t -= stiffness * off);
+        }
+        felt
+    });
+    there.into_iter().zip(here).map(|(there, here)| there.into_iter().zip(here).map(|(there, here)| there - here).collect()).enumerate().collect()
 }
 
 /// What the bodies weigh in a gravity.

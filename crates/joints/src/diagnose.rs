@@ -16,6 +16,7 @@ use crate::pictures;
 use crate::refined::shaped;
 use crate::scene::scene;
 use crate::table::View;
+use crate::zeros;
 use ndof_devices::SerialChain;
 use ndof_diagnose::{Diagnosis, Pictures, Stretch};
 use ndof_signal::Recording;
@@ -103,6 +104,7 @@ pub fn diagnose(
     let mut forms: Vec<Form> = asked.flat_map(|c| (c.forms)(&scene)).filter(|form| form.columns.iter().all(Column::has_numbers)).collect();
     let (noise, floor, left) = noise_of(&fitted, &forms);
     let [fitted, held] = [fitted, held].map(|view| view.in_noise(noise.clone()));
+    forms.extend(zeros::by_themselves(&fitted, &forms));
     // Gears of other compliances than the search has look like other causes: those that it asks for settle first.
     let mut first = Searched::new(&fitted, &forms, floor.clone(), left.clone());
     let mut chosen = Vec::new();

@@ -82,6 +82,11 @@ pub(crate) fn predicted(view: &View<'_>, model: &Model, trial: usize) -> Vec<Vec
             torque[joint].iter_mut().zip(felt).for_each(|(t, f)| *t += f);
         }
     }
+    if model.logged.zero.iter().any(|zero| *zero != 0.0) {
+        for (joint, felt) in Column::Zeros(model.logged.zero.clone()).along(motion, view.scene) {
+            torque[joint].iter_mut().zip(felt).for_each(|(t, f)| *t += f);
+        }
+    }
     for (form, factors) in model.forms.iter().zip(&model.factors) {
         // Channels were brought to what they should be; their columns are what is left of that.
         for (column, factor) in form.columns.iter().zip(factors) {

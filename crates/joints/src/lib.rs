@@ -44,6 +44,7 @@ mod swing;
 #[path = "../tests/swinging/mod.rs"]
 mod swinging;
 mod table;
+mod zeros;
 
 pub use causes::{CAUSES, Card, JointCause};
 pub use corrections::{Corrections, corrections};

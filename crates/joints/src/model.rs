@@ -96,6 +96,7 @@ impl Model {
             let sum = match (form.cause.card.name, form.joint) {
                 ("torque-delay", Some(j)) => self.logged.late_s[j],
                 ("torque-scale", Some(j)) => self.logged.gain[j],
+                ("angle-offset", Some(j)) => self.logged.zero[j],
                 ("base-tilt", _) => {
                     let Column::Tilt(axis) = form.columns[told.parts[0].0] else { continue };
                     axis.iter().zip(&self.logged.tilt).map(|(a, t)| a * t).sum()

@@ -104,9 +104,9 @@ fn sandwich(found: &Solved, series: &[Arc<Series>], rest: &Series) -> Vec<Vec<f6
 /// Share of itself by which a channel's correction may still move: intervals are far wider.
 const SETTLED: f64 = 1e-5;
 
-/// Delays and gains of the logged torques and tilt: what their columns still say is added until nothing is left.
+/// Delays and gains of the logged torques, zeros of the angles and tilt: what their columns still say is added until nothing is left.
 fn settle_channels(view: &View<'_>, forms: &[Form], logged: &mut Logged) {
-    let bent = |c: &Column| matches!(c, Column::Falling(_) | Column::Torque(_) | Column::Tilt(_));
+    let bent = |c: &Column| matches!(c, Column::Falling(_) | Column::Torque(_) | Column::Zero { .. } | Column::Tilt(_));
     if !forms.iter().flat_map(|f| &f.columns).any(bent) {
         return;
     }
@@ -135,6 +135,7 @@ fn settle_channels(view: &View<'_>, forms: &[Form], logged: &mut Logged) {
                 match column {
                     Column::Falling(j) => go(&mut logged.late_s[*j], &|late| late + factor),
                     Column::Torque(j) => go(&mut logged.gain[*j], &|gain| gain * (1.0 + factor)),
+                    Column::Zero { joint, .. } => go(&mut logged.zero[*joint], &|zero| zero + factor),
                     Column::Tilt(axis) => logged.tilt.iter_mut().zip(axis).for_each(|(t, a)| go(t, &|t| t + factor * *a)),
                     _ => {}
                 }

@@ -20,7 +20,7 @@ pub(crate) fn suspicions(scene: &Scene<'_>, view: &View<'_>) -> Vec<String> {
         let (way, most) = (high - low, allowed[1] - allowed[0]);
         if most.is_finite() && way > TOO_FAR * most {
             out.push(format!(
-                "the angle of {name} goes from {low:.1} to {high:.1} where the file allows {:.2} to {:.2}: in degrees? Name its unit, as in angle_{name} [deg]; no number below is to be used before",
+                "the angle of {name} goes from {low:.1} to {high:.1} where the file allows {:.2} to {:.2}: in degrees? Name its unit, as in angle_{name} [deg]; no number of this answer is to be used before",
                 allowed[0], allowed[1]
             ));
         }

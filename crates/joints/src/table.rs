@@ -261,6 +261,11 @@ impl<'a> View<'a> {
             self.series(&axes).iter().zip(turned).for_each(|(weight, g)| sum.add(g, weight));
             file = Arc::new(sum);
         }
+        if logged.zero.iter().any(|zero| *zero != 0.0) {
+            let mut sum = file.as_ref().clone();
+            self.series(&[Column::Zeros(logged.zero.clone())]).iter().for_each(|moved| sum.add(1.0, moved));
+            file = Arc::new(sum);
+        }
         let piece = |(piece, file): (&Piece, &Vec<Option<Vec<f64>>>)| {
             (0..self.scene.joints.len())
                 .map(|j| {

@@ -3,6 +3,7 @@
 use ndof_devices::RobotConfig;
 use ndof_diagnose::{Diagnosis, Verdict};
 use ndof_joints::{Options, diagnose};
+use ndof_models::robot::Robot;
 use ndof_signal::{Channel, Quantity, Recording, Unit};
 use ndof_sysid::Ports;
 use rand::{RngExt, SeedableRng};
@@ -338,4 +339,42 @@ fn a_gear_that_gives_a_little_is_not_told_from_a_link_that_is_a_little_heavier()
     let found = logged(6000, hanging, |t| 1.012 * needed(hanging, t), white(NOISE, 7));
     let effects: Vec<&str> = found.confusable.iter().flat_map(|c| &c.effects).map(String::as_str).collect();
     assert!(effects.contains(&"link-parameters at elbow") && effects.contains(&"joint-flexibility at elbow"), "{effects:?}");
+}
+
+/// An elbow whose zero is three degrees off moves the weight of all that hangs on it; its own link's masses may stay as they are.
+#[test]
+fn the_zero_of_an_angle_is_no_link() {
+    let file = r#"
+schema = "ndof/robot/1"
+name = "two"
+joints = [
+    { name = "shoulder", axis = [0.0, 1.0, 0.0], mass_kg = 2.0, centre_m = [0.15, 0.0, 0.02], inertia_kg_m2 = [0.002, 0.02, 0.02, 0.0, 0.0, 0.0] },
+    { name = "elbow", axis = [0.0, 1.0, 0.0], origin_m = [0.3, 0.0, 0.0], mass_kg = 1.2, centre_m = [0.12, 0.0, 0.01], inertia_kg_m2 = [0.001, 0.01, 0.01, 0.0, 0.0, 0.0] },
+]
+"#;
+    let chain = RobotConfig::parse("two.toml", file, None).and_then(|c| c.chain()).expect("a robot");
+    let paths: [fn(f64) -> f64; 2] = [|t| 0.8 * (2.1 * t).sin() + 0.3 * (5.3 * t).cos(), |t| 0.9 * (1.7 * t + 0.4).cos() + 0.4 * (4.4 * t).sin()];
+    let (samples, off, step) = (4000_u32, 0.05, std::f64::consts::TAU / 16384.0);
+    let mut random = ChaCha8Rng::seed_from_u64(12);
+    let mut series = vec![Vec::new(); 4];
+    for k in 0..samples {
+        let t = f64::from(k) / RATE_HZ;
+        let mut torque = [0.0; 2];
+        let [q, v, a] = [paths.map(|p| p(t)), paths.map(|p| rate(p, t)), paths.map(|p| acceleration(p, t))];
+        chain.inverse_dynamics(&q, &v, &a, &mut torque);
+        let angle = [q[0], q[1] + off].map(|q| (q / step).round() * step);
+        let mut noise = || 0.03 * (random.random::<f64>() + random.random::<f64>() + random.random::<f64>() - 1.5) * 2.0;
+        series.iter_mut().zip([torque[0] + noise(), torque[1] + noise(), angle[0], angle[1]]).for_each(|(s, x)| s.push(x));
+    }
+    let names = ["torque_shoulder", "torque_elbow", "angle_shoulder", "angle_elbow"];
+    let unit = |name: &str| Unit::si(if name.starts_with("torque") { Quantity::Effort } else { Quantity::Displacement }, true);
+    let channels = names.into_iter().zip(series).map(|(name, samples)| Channel::new(name, unit(name), samples)).collect();
+    let log = Recording::new(RATE_HZ, channels).expect("channels of one length");
+    let ports = Ports { references: vec![], inputs: vec![0, 1], outputs: vec![2, 3] };
+    let found = diagnose(&chain, &[log], &[], &ports, &Options::default(), &mut |_| {}).expect("an answer").0;
+    let first = &found.causes[0];
+    assert_eq!((first.effect.as_str(), first.site.axis.as_str(), found.causes.len()), ("angle-offset", "elbow", 1), "{found:#?}");
+    let [low, high] = first.parameters[0].ci95.expect("an interval");
+    assert!(low < off && off < high && high - low < 0.01, "{low} … {high}");
+    assert_eq!(found.verdict, Verdict::Explained);
 }

@@ -6,10 +6,10 @@ use crate::column::Column;
 pub(super) static CAUSE: JointCause = JointCause {
     card: Card {
         name: "base-tilt",
-        what: "a base that is not mounted as the file says: its weight pulls elsewhere",
+        what: "a base that is not mounted as the file says, or a first joint whose zero is elsewhere: weight pulls elsewhere",
         equation: "g' = g + g × θ",
         side: "environment",
-        look_alikes: &["torque-offset", "link-parameters"],
+        look_alikes: &["torque-offset", "angle-offset", "link-parameters"],
         next_experiment: "a turn of the first joint by half a turn: what the base does changes its sign",
     },
     forms: |scene| {

@@ -1,5 +1,6 @@
 //! What a robot's simulation may lack, one file each: a card in words, and the forms in which a search tries it.
 
+mod angle_offset;
 mod backlash;
 mod base_tilt;
 mod cable_force;
@@ -56,6 +57,7 @@ pub static CAUSES: &[&JointCause] = &[
     &backlash::CAUSE,
     &end_stop::CAUSE,
     &cable_force::CAUSE,
+    &angle_offset::CAUSE,
     &torque_offset::CAUSE,
     &torque_scale::CAUSE,
     &torque_delay::CAUSE,

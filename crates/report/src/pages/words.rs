@@ -49,6 +49,7 @@ fn plain(effect: &str) -> (&'static str, &'static str) {
         "torque-offset" => ("a torque channel does not begin at zero", "a torque offset"),
         "torque-scale" => ("a torque channel has a wrong gain", "a wrong torque gain"),
         "torque-delay" => ("torque and motion are logged at different times", "a torque delay"),
+        "angle-offset" => ("an angle's zero is not where the file has it", "a shifted zero of an angle"),
         "link-parameters" => ("a link's mass or shape is not what the file says", "a link's correction"),
         "payload" => ("it carries what the file does not have", "a payload"),
         "base-tilt" => ("its base does not stand as the file says", "a tilt"),
