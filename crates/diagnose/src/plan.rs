@@ -10,7 +10,7 @@ use crate::search::{Chosen, Found, Judged, Stand};
 use crate::state::State;
 use crate::subject::Subject;
 use ndof_models::effects::EFFECTS;
-use ndof_signal::finer;
+use ndof_signal::curve_through;
 use num_complex::Complex64;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
@@ -176,7 +176,7 @@ fn simulated(subject: &Subject, meaning: &Meaning, rival: &Rival<'_>, change: Ch
         } else {
             let forced: Vec<Vec<f64>> = given.iter().zip(&noise).map(|(f, w)| f.iter().zip(w).map(|(f, w)| f - w).collect()).collect();
             // Straight lines between samples would smooth the force, which is what the channels are suspected of.
-            let fine: Vec<Vec<f64>> = forced.iter().map(|f| finer(f, FINER)).collect();
+            let fine: Vec<Vec<f64>> = forced.iter().map(|f| curve_through(f, (0..f.len() * FINER).map(|k| k as f64 / FINER as f64))).collect();
             let run = runner.drive(&fine, rate_hz * FINER as f64)?;
             let motion = run.iter().map(|x| x.iter().step_by(FINER).copied().collect()).collect();
             let motion = state.uncorrect_motion(motion, 0, &given);

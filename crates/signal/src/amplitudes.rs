@@ -13,6 +13,11 @@ const MANY: usize = 1 << 17;
 /// Bins that samples are counted into, at most: their counts stay in the nearest cache.
 const BINS: usize = 1 << 12;
 
+/// A run of at least so many equal samples at the end of a channel's range is a limit that was reached.
+const CLIPPED_RUN: usize = 4;
+/// Share of the samples in such runs above which a channel is clipped.
+const CLIPPED_SHARE: f64 = 1e-3;
+
 /// The finite samples of a signal, and what is known of their sizes. Every method takes a few passes. Sorted are only the values of
 /// the step, 131 072 at a time, and for quantiles and outliers the samples of the bins that hold them: few, unless one sample lies so far off that all
 /// others share a bin.
@@ -124,6 +129,15 @@ impl<'a> Amplitudes<'a> {
             last = [last[1], x];
         }
         held + if abrupt && length >= run { length } else { 0 }
+    }
+
+    /// Share of the samples that stand still at the ends of the range, where they arrived as fast as they usually go; steps of the converter are no way to
+    /// arrive. Zero below a thousandth: a limit is reached more often.
+    pub fn clipped(&self) -> f64 {
+        let share = |from: f64| self.held_at_ends(CLIPPED_RUN, from) as f64 / self.samples.len() as f64;
+        let usual = self.usual_step();
+        let share = if share(usual) > CLIPPED_SHARE { share(usual.max(2.0 * self.step())) } else { 0.0 };
+        if share > CLIPPED_SHARE { share } else { 0.0 }
     }
 
     /// Root mean square of the steps from sample to sample.

@@ -39,7 +39,7 @@ pub use excitation::{
     SeedCriterion, SeedSearch, SignalSize, Sweep, apply_response, expected_motion, input_coherence, input_coherence_at, power_share, ramp,
 };
 pub use filter::{FilterError, Passband, Section, SosFilter, SosStream};
-pub use mirrored::{finer, mirrored, smooth_length, without_line};
+pub use mirrored::{curve_through, mirrored, smooth_length, without_line};
 pub use multitaper::{Multitaper, MultitaperError};
 pub use periodic::{DetectedPeriod, PeriodSpectra, Periodic, PeriodicError, detect_period};
 pub use quantity::{Quantity, Unit, UnknownUnit};
