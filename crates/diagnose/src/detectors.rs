@@ -5,13 +5,15 @@ use crate::plant::Role;
 use crate::samples::Samples;
 use crate::search::Stand;
 use ndof_models::effects::Matrix;
-use ndof_signal::{forward_transform, smooth_length, spectrum_by};
+use ndof_signal::{Amplitudes, forward_transform, smooth_length, spectrum_by};
 use num_complex::Complex64;
 
 /// What was seen before any hypothesis was tried.
 #[derive(Default)]
 pub(crate) struct Findings {
     pub levels: Vec<Levels>,
+    /// Effort or motion, the axis, and the share of the samples at a limit of the sensor.
+    pub clipped: Vec<(bool, usize, f64)>,
     pub tones: Vec<Tone>,
     pub bursts: Vec<Burst>,
 }
@@ -88,6 +90,14 @@ pub(crate) fn levels(samples: &Samples, share: f64) -> Vec<Levels> {
         }
     }
     out
+}
+
+/// Sensors that reach their limits: effort or motion, the axis, and the share of the samples that stand still there.
+pub(crate) fn clipped(samples: &Samples, effort_is_command: bool) -> Vec<(bool, usize, f64)> {
+    let sensors = [(true, &samples.effort), (false, &samples.measured)].into_iter().filter(|(effort, _)| !(*effort && effort_is_command));
+    let share = |all: &[Vec<Vec<f64>>], axis: usize| all.iter().map(|t| Amplitudes::of(&t[axis]).clipped()).fold(0.0, f64::max);
+    let of = |(effort, all): (bool, &Vec<Vec<Vec<f64>>>)| (0..all[0].len()).map(|axis| (effort, axis, share(all, axis))).collect::<Vec<_>>();
+    sensors.flat_map(of).filter(|(.., share)| *share > 0.0).collect()
 }
 
 /// A model's residual force in time about the mean movement: `[trial][axis][time]`; `beyond` is what it has beyond its matrices, trial by trial.

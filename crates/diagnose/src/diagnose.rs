@@ -106,7 +106,7 @@ pub fn diagnose_with_pictures(
     let gate = generic::gate(&subject, &free, &found, &features);
     let shares = generic::shares(&subject, &free, &features);
     let baseline_stand = linear.as_ref().and_then(|fit| subject.stand_at(fit)).unwrap_or(free);
-    let restoring = subject.restores(&[], &baseline_stand) && subject.restores(&found.chosen, &found.stand);
+    let restoring = subject.restores(&[], &baseline_stand, meaning.order) && subject.restores(&found.chosen, &found.stand, meaning.order);
     let court = Court::new(&held, &meaning, &subject, restoring);
     let whole = (options.added && !turned).then(|| Court::new(&samples, &meaning, &subject, restoring));
     let unseen = Unseen::new(&held, &subject, &found.stand.fit.power, &findings.tones);
@@ -154,7 +154,8 @@ fn repetition(samples: &Samples, motion_imposed: bool) -> Option<(f64, f64)> {
 fn before_registry(subject: &mut Subject, samples: &Samples, options: &Options) -> Result<Findings, DiagnoseError> {
     let tried = |trace: Trace| EFFECTS.iter().any(|e| e.card().trace == trace && !options.without.iter().any(|w| w == e.name()));
     let levels = if tried(Trace::Levels) { detectors::levels(samples, options.tolerance) } else { vec![] };
-    let mut findings = Findings { levels, ..Findings::default() };
+    let clipped = detectors::clipped(samples, subject.scale.effort_is_command);
+    let mut findings = Findings { levels, clipped, ..Findings::default() };
     let repeated = repetition(samples, matches!(subject.cause, Cause::Motion));
     for _ in 0..if tried(Trace::Tone) { 3 } else { 0 } {
         let stand = stand(subject)?;

@@ -71,11 +71,13 @@ impl Subject {
         stand.base.entry(matrix, i, j).map(|column| (column, 1.0)).into_iter().chain(changes).collect()
     }
 
-    /// Whether every axis has a stiffness that brings it back, so that a free run does not drift away.
-    pub fn restores(&self, chosen: &[Chosen], stand: &Stand) -> bool {
-        let (k, m) = (self.matrix(chosen, stand, Matrix::Stiffness), self.matrix(chosen, stand, Matrix::Mass));
-        let slowest = (std::f64::consts::TAU * SLOWEST / self.layout.time_s).powi(2);
-        (0..self.layout.axes).all(|i| k[i][i] > slowest * m[i][i].abs())
+    /// Whether every axis has a stiffness that brings it back, so that a free run does not drift away; of a measured velocity, whether damping does, and a
+    /// stiffness below zero is too weak to carry it off within a trial.
+    pub fn restores(&self, chosen: &[Chosen], stand: &Stand, order: usize) -> bool {
+        let [k, b, m] = [Matrix::Stiffness, Matrix::Damping, Matrix::Mass].map(|matrix| self.matrix(chosen, stand, matrix));
+        let slowest = std::f64::consts::TAU * SLOWEST / self.layout.time_s;
+        let stays = |k: f64, b: f64, m: f64| k > slowest.powi(2) * m || order == 1 && b > slowest * m && k * self.scale.duration_s > -b;
+        (0..self.layout.axes).all(|i| stays(k[i][i], b[i][i], m[i][i].abs()))
     }
 
     /// A stand that runs by itself.

@@ -49,6 +49,17 @@ fn std(series: &[Vec<Vec<f64>>], axis: usize) -> (f64, f64) {
     (mean, (spread.sum::<f64>() / n as f64).sqrt())
 }
 
+/// How far from the mean of its trial a series goes, but for seven of a hundred samples.
+fn far(series: &[Vec<Vec<f64>>], axis: usize) -> f64 {
+    let ways = |t: &Vec<Vec<f64>>| {
+        let own = t[axis].iter().sum::<f64>() / t[axis].len() as f64;
+        t[axis].iter().map(move |x| (x - own).abs()).collect::<Vec<_>>()
+    };
+    let mut all: Vec<f64> = series.iter().flat_map(ways).collect();
+    let place = (0.93 * all.len() as f64) as usize;
+    *all.select_nth_unstable_by(place, f64::total_cmp).1
+}
+
 impl KnownArm {
     fn at_mean(&self, samples: &Samples) -> CurvedArm {
         let mean_force_n = self.mean_force_n.unwrap_or_else(|| [0, 1].map(|axis| std(&samples.effort, axis).0));
@@ -118,6 +129,7 @@ impl Subject {
             .sum();
         let scale = Scale {
             position: (0..axes).map(|i| std(&samples.motion, i).1).collect(),
+            far: (0..axes).map(|i| far(&samples.motion, i)).collect(),
             centre: centre.clone(),
             velocity: (0..axes).map(|i| spread(&state.law_v, axes, i)).collect(),
             effort: (0..axes).map(|i| std(&samples.effort, i).1).collect(),

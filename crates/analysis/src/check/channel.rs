@@ -6,10 +6,6 @@ use crate::trials::roles::Roles;
 use ndof_signal::{Amplitudes, Channel, Quantity, reverse_arrangements};
 use std::f64::consts::TAU;
 
-/// A run of at least so many equal samples at the end of a channel's range is a limit that was reached.
-const CLIPPED_RUN: usize = 4;
-/// Share of the samples in such runs above which a channel is clipped.
-const CLIPPED_SHARE: f64 = 1e-3;
 /// Resolution as a share of the standard deviation above which it is coarse: its noise is a tenth of a hundredth of the power.
 const COARSE: f64 = 0.1;
 /// Distance from the median, in robust standard deviations, at which a single sample is an outlier.
@@ -63,8 +59,9 @@ pub(super) fn channel_findings(channel: &Channel, amplitudes: &Amplitudes, role:
     }
     // Commands may hold a level on purpose; a sensor that does has reached its limit.
     if role != "reference"
-        && let Some(message) = clipped(amplitudes)
+        && let share @ f64::MIN_POSITIVE.. = amplitudes.clipped()
     {
+        let message = format!("{:.1} % of its samples stand still at the ends of its range, {low} and {high}", 100.0 * share);
         say("clipped", severity, message, "lower the amplifier's gain or the perturbation");
     }
     if !used {
@@ -85,13 +82,4 @@ pub(super) fn channel_findings(channel: &Channel, amplitudes: &Amplitudes, role:
         say("not-stationary", "remark", message, "leave the beginning out with `start`, or expect a limb that changes");
     }
     found
-}
-
-/// In words, if samples stand still at the ends of their range, where they arrived as fast as they usually go; steps of the converter are no way to arrive.
-fn clipped(amplitudes: &Amplitudes) -> Option<String> {
-    let share = |from: f64| amplitudes.held_at_ends(CLIPPED_RUN, from) as f64 / amplitudes.samples.len() as f64;
-    let usual = amplitudes.usual_step();
-    let share = if share(usual) > CLIPPED_SHARE { share(usual.max(2.0 * amplitudes.step())) } else { 0.0 };
-    let [low, high] = amplitudes.range;
-    (share > CLIPPED_SHARE).then(|| format!("{:.1} % of its samples stand still at the ends of its range, {low} and {high}", 100.0 * share))
 }

@@ -36,6 +36,8 @@ pub(super) struct Left {
     ratio: f64,
     /// Whether the baseline predicts worse than no prediction.
     adrift: bool,
+    /// Whether a sensor does not show all.
+    clipped: bool,
     /// What the probability of any name may be at most.
     pub limit: f64,
 }
@@ -66,7 +68,7 @@ impl Left {
             (false, false) if remainder => IMPERFECT,
             (false, false) => 1.0,
         };
-        Left { excess, unknown, nameless, remainder, variation, varying, ratio, adrift, limit }
+        Left { excess, unknown, nameless, remainder, variation, varying, ratio, adrift, clipped: !answer.findings.clipped.is_empty(), limit }
     }
 
     /// Whether nothing is left that a model could explain.
@@ -77,7 +79,7 @@ impl Left {
     /// `weak` where a name is not sure; `extended` is the score of the model with its causes.
     pub fn verdict(&self, named: bool, weak: bool, extended: &Score) -> Verdict {
         match (named, self.unknown, self.varying || self.nameless) {
-            (false, false, false) if !self.adrift => Verdict::Adequate,
+            (false, false, false) if !self.adrift && !self.clipped => Verdict::Adequate,
             (false, ..) => Verdict::Unexplained,
             (true, true, _) if self.ratio > 0.45 => Verdict::Unexplained,
             (true, true, _) if self.ratio > 0.23 => Verdict::PartlyExplained,
@@ -93,6 +95,14 @@ impl Left {
         let mut notes = Vec::new();
         if answer.turned {
             notes.push("inertia, damping and stiffness came out negative, so the effort was counted the other way round (force-sign)".to_owned());
+        }
+        for (effort, axis, share) in &answer.findings.clipped {
+            let names = if *effort { &answer.meaning.effort_names } else { &answer.meaning.motion_names };
+            notes.push(format!(
+                "{} stands still at its limits in {:.1} % of its samples: no model is adequate to what a sensor does not show",
+                names[*axis],
+                100.0 * share
+            ));
         }
         if answer.still {
             let note =

@@ -9,4 +9,5 @@ mod findings;
 mod measured;
 mod records;
 mod robot;
+mod sensors;
 mod varying;

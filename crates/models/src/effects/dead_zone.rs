@@ -44,7 +44,7 @@ impl Effect for DeadZone {
         }
         (0..scale.axes())
             .flat_map(|axis| {
-                let spread = scale.position[axis];
+                let (spread, far) = (scale.position[axis], scale.far[axis]);
                 let hard = Form::new("gap", Some(axis), shape(axis, |k, c, x| c[0] * (x - k[1]).clamp(-k[0], k[0]))).floor(0.02);
                 let soft = shape(axis, |k, c, x| {
                     let u = (x - k[1]) / k[0];
@@ -52,8 +52,8 @@ impl Effect for DeadZone {
                 });
                 [hard, Form::new("soft gap", Some(axis), soft).floor(0.1)].map(|form| {
                     form.knobs(
-                        vec![Knob::log(0.05 * spread, 1.8 * spread), Knob::linear(-0.8 * spread, 0.8 * spread)],
-                        &[&[0.1, 0.2, 0.4, 0.7, 1.1].map(|q| q * spread), &[0.0]],
+                        vec![Knob::log(0.05 * spread, far), Knob::linear(-0.8 * spread, 0.8 * spread)],
+                        &[&[0.1, 0.2, 0.4, 0.7, 1.1].map(|q| (q * spread).min(far)), &[0.0]],
                     )
                     .coefficients(vec![Sign::Negative])
                     .numbers(|k, _| [("half_gap_m", k[0])])

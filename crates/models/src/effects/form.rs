@@ -234,6 +234,8 @@ fn grid(axes: &[&[f64]]) -> Vec<Vec<f64>> {
 pub struct Scale {
     /// Standard deviation of each axis' displacement.
     pub position: Vec<f64>,
+    /// How far from its mean each axis goes, but for seven of a hundred samples: 1.8 standard deviations, of Gaussian ones.
+    pub far: Vec<f64>,
     /// Mean of each axis' displacement, which laws are centred on.
     pub centre: Vec<f64>,
     /// Standard deviation of each velocity.

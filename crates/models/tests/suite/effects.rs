@@ -48,6 +48,7 @@ fn setting() -> Setting {
 fn planar() -> Scale {
     Scale {
         position: vec![0.008, 0.006],
+        far: vec![0.0144, 0.0108],
         centre: vec![0.001, -0.002],
         velocity: vec![0.09, 0.08],
         effort: vec![4.0, 3.0],

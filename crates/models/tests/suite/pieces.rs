@@ -149,6 +149,7 @@ fn a_reflex_that_is_late_and_fast_is_judged_in_the_time_of_its_own_plant() {
     let told = |time_s: f64, parameters: &[(&str, f64)]| {
         let scale = ndof_models::effects::Scale {
             position: vec![0.01],
+            far: vec![0.018],
             centre: vec![0.0],
             velocity: vec![0.1],
             effort: vec![3.0],
