@@ -6,10 +6,10 @@ use crate::note::Note;
 use crate::options::ReadOptions;
 use crate::recording::{MissingSamples, ReadRecording};
 use crate::resample;
-use crate::table::Table;
+use crate::table::{Column, Table};
 use crate::timing::{RATE_KEY, START_KEY, Timing, number, timing};
 use crate::units::resolve;
-use ndof_signal::{Channel, Recording, Unit};
+use ndof_signal::{Channel, Quantity, Recording, Unit};
 use std::collections::HashMap;
 
 /// Metadata that say what the recording keeps in fields of its own.
@@ -17,7 +17,11 @@ pub(crate) const SAMPLES_KEY: &str = "samples";
 pub(crate) const RESERVED_KEYS: [&str; 3] = [RATE_KEY, START_KEY, SAMPLES_KEY];
 
 /// Whether a column of this name is the time.
-pub(crate) fn is_time(name: &str) -> bool {
+///
+/// ```
+/// assert!(ndof_io::is_time("Time_s") && !ndof_io::is_time("delay_s"));
+/// ```
+pub fn is_time(name: &str) -> bool {
     name == "t" || ["time", "time_s", "t_s"].iter().any(|own| name.eq_ignore_ascii_case(own))
 }
 
@@ -32,6 +36,7 @@ pub(crate) fn assemble(file: &str, mut table: Table, options: &ReadOptions) -> R
         table.notes.push(Note::new("sample-timing", error.to_string(), "copy the file again, or use what is there"));
     }
     check_overrides(file, &table, options)?;
+    name_time(&mut table, options);
     if let Some(window_s) = options.window_s {
         cut(&mut table, window_s, options);
     }
@@ -70,6 +75,20 @@ pub(crate) fn assemble(file: &str, mut table: Table, options: &ReadOptions) -> R
     Ok(read)
 }
 
+/// Names the time where nothing else says how fast rows were taken: the only column whose unit is one of time, and that grows from row to row.
+fn name_time(table: &mut Table, options: &ReadOptions) {
+    let told = options.sample_rate_hz.is_some() || table.metadata.contains_key(RATE_KEY) || table.columns.iter().any(|c| is_time(&c.name));
+    let unit = |c: &Column| options.units.get(&c.name).or(c.unit.as_ref()).cloned();
+    let of_time = |c: &Column| unit(c).is_some_and(|unit| Unit::parse(&unit).is_ok_and(|(unit, _)| unit.quantity() == Quantity::Time));
+    let mut found = (0..table.columns.len()).filter(|k| of_time(&table.columns[*k]));
+    if let (false, Some(only), None) = (told || table.columns.len() < 2, found.next(), found.next())
+        && table.columns[only].samples.windows(2).all(|t| t[1] > t[0])
+    {
+        let column = &mut table.columns[only];
+        (column.unit, column.name) = (unit(column), "t".to_owned());
+    }
+}
+
 /// Drops the rows outside of a window of time; a unit that is none of time is told later.
 fn cut(table: &mut Table, (from_s, to_s): (f64, f64), options: &ReadOptions) {
     let Some(time) = table.columns.iter().find(|c| is_time(&c.name)) else { return };
@@ -96,7 +115,9 @@ fn check_names(file: &str, table: &Table) -> Result<(), IoError> {
         }
     }
     if table.columns.iter().all(|c| is_time(&c.name)) {
-        return Err(IoError::unsuitable(file, "there is no channel in it besides the time", "a recording needs at least one, such as `force_x [N]`"));
+        let ignored: Vec<&str> = table.notes.iter().filter(|note| note.code == "ignored-arrays").map(|note| note.message.as_str()).collect();
+        let what = std::iter::once("there is no channel in it besides the time").chain(ignored).collect::<Vec<_>>().join("; ");
+        return Err(IoError::unsuitable(file, what, "a recording needs at least one, such as `force_x [N]`"));
     }
     Ok(())
 }

@@ -162,7 +162,7 @@ impl Explanation {
         let without: Vec<String> = self.trials.first().into_iter().flat_map(|t| t.channels.iter().filter(|c| unitless(c))).map(|c| c.name.clone()).collect();
         if !without.is_empty() {
             self.not_understood.push(format!("nothing says the unit of {}", listed(&without)));
-            self.remedies.push("--unit NAME=UNIT gives a unit, --channels NEW=\"OLD [UNIT]\" a name and a unit".to_owned());
+            self.remedies.push("--channels NEW=\"OLD [UNIT]\" gives a name and a unit".to_owned());
         }
         for note in seen {
             let plain = PLAIN.contains(&note.code.as_str());

@@ -78,6 +78,7 @@ mod write;
 #[cfg(feature = "xdf")]
 mod xdf;
 
+pub use assemble::is_time;
 pub use atomic::{abandon_writes, keep, write_atomic, write_atomic_with};
 pub use columns::{ColumnNumber, ColumnsFile};
 #[cfg(feature = "csv")]

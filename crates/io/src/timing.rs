@@ -189,7 +189,7 @@ fn from_rate(file: &str, table: &Table, options: &ReadOptions, notes: &mut Vec<N
             file: file.to_owned(),
             found: match (written, table.columns.iter().find(|c| looks_like_time(&c.name))) {
                 (Some(text), _) => format!("the sample rate is \"{text}\", which is no number"),
-                (None, Some(column)) => format!("there is no time column (if \"{}\" is the time, call it `t`)", column.name),
+                (None, Some(column)) => format!("there is no time column (if \"{0}\" is the time, call it `t`, as by --channels t=\"{0} [s]\")", column.name),
                 (None, None) => "neither a time column nor a sample rate says how fast the samples were taken".to_owned(),
             },
         }),

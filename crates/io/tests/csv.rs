@@ -57,6 +57,16 @@ fn a_time_column_gives_rate_and_start() {
     assert!(matches!(error("t [N],force_x [N]\n0,1\n1,2\n"), IoError::TimeUnit { .. }));
 }
 
+/// In whatever language: its unit says what it is. A time that does not grow is a channel, and where two are of time neither is chosen.
+#[test]
+fn the_only_column_of_time_that_grows_is_the_time() {
+    let read = csv("Zeit [ms],force_x [N]\n0,1\n4,2\n8,3\n").unwrap();
+    assert_eq!((read.recording.sample_rate_hz(), read.recording.names()), (250.0, vec!["force_x".to_owned()]));
+    for wrong in ["delay [ms],force_x [N]\n4,1\n4,2\n3,3\n", "Zeit [ms],age [s],force_x [N]\n0,1,1\n4,2,2\n8,3,3\n", "Zeit [ms]\n0\n4\n8\n"] {
+        assert!(matches!(error(wrong), IoError::NoSampleRate { .. }), "{wrong}");
+    }
+}
+
 #[test]
 fn a_rate_that_is_no_number_is_not_taken_for_one() {
     let text = "# sample_rate_hz: unknown, 1 nominal\nforce_x,pos_x\n1,2\n3,4\n";

@@ -2,6 +2,7 @@
 
 use super::parse::check_schema;
 use crate::error::AnalysisError;
+use ndof_io::is_time;
 use ndof_signal::{Channel, Recording, Unit};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
@@ -141,7 +142,8 @@ impl ChannelsFile {
         let available = recording.names();
         let mut channels: Vec<Channel> = recording.channels().to_vec();
         let mut renamed = Vec::new();
-        for (old, new, _, negate) in self.sources() {
+        // The time is no channel.
+        for (old, new, _, negate) in self.sources().filter(|(_, new, ..)| !is_time(new)) {
             let index = available.iter().position(|name| name == old).ok_or_else(|| AnalysisError::no_channel(file, old, available.clone()))?;
             if renamed.contains(&index) {
                 return Err(AnalysisError::Meaning {

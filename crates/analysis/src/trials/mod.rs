@@ -100,7 +100,7 @@ fn inferred_units(first: &Recording, used: &[String], roles: &Roles) -> Vec<Warn
         let channel = first.channel(name).ok().filter(|channel| channel.unit.symbol().is_empty() && prefix(name).is_none())?;
         let unit = unit_of(channel, role, roles);
         let message = format!("channel \"{name}\" says nothing of its unit and is taken in {}", unit.symbol());
-        let action = format!("write it into the header, or give it with `channels={name}=\"{name} [N]\"` (with the right unit)");
+        let action = format!("write it into the header, or give it with `channels={name}=\"{name} [{}]\"` (with the right unit)", unit.symbol());
         (!unit.symbol().is_empty()).then(|| Warning::new("unit-inferred", message, action))
     };
     used.iter().enumerate().filter_map(inferred).collect()

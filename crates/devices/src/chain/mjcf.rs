@@ -393,7 +393,8 @@ fn linear(element: &Element, name: &str) -> Result<f64, String> {
 /// Refuses what stands in other files and programs, wherever it is asked for.
 fn whole(element: &Element) -> Result<(), String> {
     match element.name.as_str() {
-        "include" | "plugin" => Err(refused(element)),
+        "include" => Err(format!("{}: other files are not read; save the model in one, as MuJoCo's mj_saveLastXML does", element.called())),
+        "plugin" => Err(refused(element)),
         _ => element.children.iter().try_for_each(whole),
     }
 }

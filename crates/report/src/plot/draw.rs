@@ -158,10 +158,15 @@ pub(crate) fn left_margin<'a>(panels: impl Iterator<Item = &'a Panel>, width: f6
     left
 }
 
-/// A name that fits into the left margin.
+/// A name that fits into the left margin: what it begins and ends with, as names of joints begin alike.
 fn shortened(name: &str, left: f64) -> String {
     let most = ((left - 12.0) / LETTER).floor().max(1.0) as usize;
-    if name.chars().count() <= most { name.to_string() } else { name.chars().take(most.saturating_sub(1)).chain(['…']).collect() }
+    let letters: Vec<char> = name.chars().collect();
+    if letters.len() <= most {
+        return name.to_string();
+    }
+    let end = (most - 1) / 2;
+    letters[..most - 1 - end].iter().chain(&['…']).chain(&letters[letters.len() - end..]).collect()
 }
 
 /// Ticks whose labels do not touch: fewer where the labels are long.

@@ -40,7 +40,10 @@ pub(super) fn scheduled(trials: &Trials, settings: &Fit, excited_hz: f64) -> Res
     let rate_hz = trials.sample_rate_hz();
     let high_hz = settings.band_hz.map_or_else(|| excited_hz.min(WIDEST * rate_hz), |band| band[1]);
     let varying = settings.varying.clone().unwrap_or_else(|| vec![Term::Stiffness, Term::Damping]);
-    let knots = settings.knots.unwrap_or(KNOTS).max(Splines::FEWEST);
+    let knots = settings.knots.unwrap_or(KNOTS);
+    if knots < Splines::FEWEST {
+        return Err(refused(format!("`knots` is {knots}, and curves have {} at least", Splines::FEWEST)));
+    }
     let fit = ScheduledFit {
         rate_hz,
         high_hz,
