@@ -45,7 +45,7 @@ fn what_cannot_be_read_says_which_option_would_help() {
         ("log.csv", b"force_x [N],pos_x [m]\n1,2\n3,4\n", "how fast the samples were taken", "--sample-rate"),
         ("log.csv", b"t,force_x [N]\n0,1\n0.01,2\n0.05,3\n0.06,4\n", "gaps", "--resample"),
         ("log.csv", b"t,force_x\n0,1\n0.01,\n0.02,3\n", "misses 1 of 3", "--exclude"),
-        ("log.csv", b"t,a,b\n0,1,2\n0.01,2,3\n", "the unit of a, b", "--unit"),
+        ("log.csv", b"t,a,b\n0,1,2\n0.01,2,3\n", "the unit of a, b", "--channels"),
         ("log.bag", b"#ROSBAG V2.0\n", "ROS 1", "mcap convert"),
         ("log.h5", b"\x89HDF\r\n\x1a\nnothing", "", ""),
         ("log.bin", b"\x00\x01\x02", "binary", "CSV"),
