@@ -66,7 +66,7 @@ pub(crate) fn read(bytes: &[u8], file: &str) -> Result<Table, IoError> {
         table.notes.push(Note::new(
             "unit-inferred",
             format!("the header says inDegrees=yes, so these are read as angles: {}", listed(&angles)),
-            "give a column's unit with --unit where it is none",
+            "give a column's unit with --channels NEW=\"OLD [UNIT]\" where it is none",
         ));
     }
     Ok(table)

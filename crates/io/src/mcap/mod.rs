@@ -133,7 +133,7 @@ impl Gathered {
         ));
         if rotating {
             let text = "joint states are read as rotating joints, in rad, rad/s and N m";
-            table.notes.push(Note::new("unit-inferred", text, "give the unit of a sliding joint with --unit"));
+            table.notes.push(Note::new("unit-inferred", text, "give the unit of a sliding joint with --channels NEW=\"OLD [UNIT]\""));
         }
         if dropped > 0 {
             let text = format!("{dropped} messages with the time of another one of their topic are left out");
