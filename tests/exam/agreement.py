@@ -6,6 +6,7 @@ Each check returns a sentence where it is violated.
 import math
 import re
 
+UNSURE = 0.6  # of a name that the program doubts
 TOLERANCE = 0.01  # the program's default
 ROUNDING = 1e-9
 # They leave no trace that a prediction of held-out data could have: noise, and what happened once.
@@ -45,6 +46,14 @@ def worsening(answer):
         may_be_nothing = interval is None or interval[0] <= 0
         if effect not in UNPREDICTABLE and may_be_nothing and not runs_better(gain) and not (interval is None and (gain["log_likelihood"] or 0) > 0):
             yield f"{effect} named, and neither the likelihood ({gain['log_likelihood']}, {interval}) nor the free run of the held-out part is better with it"
+
+
+def contradicted(answer):
+    """No name is sure that the held-out part speaks against beyond its interval, whatever the free run says."""
+    for cause in answer["causes"]:
+        interval = cause["gain"]["log_likelihood_ci95"]
+        if interval is not None and interval[1] < 0 and cause["probability"] > UNSURE:
+            yield f"{cause['effect']} at {cause['probability']:.3f}, and the held-out part is less likely with it ({interval})"
 
 
 def free_run(answer):
@@ -161,9 +170,10 @@ def like_the_fit(answer, fit):
     return True
 
 
-ALL = (adequate, worsening, free_run, ordered, not_worse, explained, floor_lowest, physical, computed, shares)
+ALL = (adequate, worsening, contradicted, free_run, ordered, not_worse, explained, floor_lowest, physical, computed, shares)
 NAMES = {
     adequate: "no 'adequate' above the floor by more than the tolerance", worsening: "a named cause's removal worsens the held-out likelihood beyond its interval, or the free run",
+    contradicted: "no name above 0.6 that the held-out likelihood speaks against",
     free_run: "a named cause makes the free run better", explained: "nothing called explained whose free run is worse than the baseline's",
     ordered: "causes in the order of what they explain", not_worse: "the extended model's free run no worse than the baseline's, and equal to it where nothing is named",
     floor_lowest: "the floor above no reported error", physical: "masses and stiffnesses not negative, or flagged", computed: "numbers computed, or null",

@@ -125,6 +125,7 @@ class Agreement(unittest.TestCase):
         for made, check in (
             (answer(verdict="adequate", baseline=0.07, extended=0.07), "adequate"),
             (answer(cause("hysteresis", after=0.2)), "free_run"),
+            (answer(cause("hysteresis", gained=(-5.0, -7.0, -3.0))), "contradicted"),
             (answer(cause("hysteresis", fraction=0.3), cause("dead-zone", fraction=0.6)), "ordered"),
             (answer(cause("hysteresis"), verdict="partly-explained", extended=0.3), "not_worse"),
             (answer(verdict="unexplained", extended=0.19), "not_worse"),

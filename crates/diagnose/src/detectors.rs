@@ -1,5 +1,6 @@
 //! What is looked for before the registry: levels in a channel, tones and bursts in what the baseline leaves.
 
+use crate::layout::Layout;
 use crate::operators::filter;
 use crate::plant::Role;
 use crate::samples::Samples;
@@ -12,10 +13,19 @@ use num_complex::Complex64;
 #[derive(Default)]
 pub(crate) struct Findings {
     pub levels: Vec<Levels>,
-    /// Effort or motion, the axis, and the share of the samples at a limit of the sensor.
-    pub clipped: Vec<(bool, usize, f64)>,
+    pub clipped: Vec<Clipped>,
     pub tones: Vec<Tone>,
     pub bursts: Vec<Burst>,
+}
+
+/// A force that stands still at the limits of its channel: of its sensor, or of what drives it.
+#[derive(Clone, Debug)]
+pub(crate) struct Clipped {
+    pub axis: usize,
+    /// Share of its samples there.
+    pub share: f64,
+    /// 1 at its upper limit, -1 at its lower one, else 0: `[trial][time]`.
+    sides: Vec<Vec<f64>>,
 }
 
 /// A channel that moves in steps.
@@ -92,12 +102,37 @@ pub(crate) fn levels(samples: &Samples, share: f64) -> Vec<Levels> {
     out
 }
 
-/// Sensors that reach their limits: effort or motion, the axis, and the share of the samples that stand still there.
-pub(crate) fn clipped(samples: &Samples, effort_is_command: bool) -> Vec<(bool, usize, f64)> {
-    let sensors = [(true, &samples.effort), (false, &samples.measured)].into_iter().filter(|(effort, _)| !(*effort && effort_is_command));
-    let share = |all: &[Vec<Vec<f64>>], axis: usize| all.iter().map(|t| Amplitudes::of(&t[axis]).clipped()).fold(0.0, f64::max);
-    let of = |(effort, all): (bool, &Vec<Vec<Vec<f64>>>)| (0..all[0].len()).map(|axis| (effort, axis, share(all, axis))).collect::<Vec<_>>();
-    sensors.flat_map(of).filter(|(.., share)| *share > 0.0).collect()
+/// Standard errors that one mean in a thousand is away by chance.
+const BY_CHANCE: f64 = 3.29;
+
+/// Forces that stand still at the limits of their channels.
+pub(crate) fn clipped(samples: &Samples) -> Vec<Clipped> {
+    let of = |axis: usize| {
+        let trials: Vec<Amplitudes<'_>> = samples.effort.iter().map(|t| Amplitudes::of(&t[axis])).collect();
+        let share = trials.iter().map(Amplitudes::clipped).fold(0.0, f64::max);
+        let side = |x: f64, [low, high]: [f64; 2]| f64::from(u8::from(x == high)) - f64::from(u8::from(x == low));
+        let sides = |own: &Amplitudes<'_>| own.samples.iter().map(|x| side(*x, own.range)).collect();
+        (share > 0.0).then(|| Clipped { axis, share, sides: trials.iter().map(sides).collect() })
+    };
+    (0..samples.effort[0].len()).filter_map(of).collect()
+}
+
+impl Clipped {
+    /// Whether more acts at the limits than the channel shows: what a model leaves, `[trial][axis][time]`, takes their side, second by second, beyond chance. Where a motor gives no
+    /// more and its sensor shows that, it does not.
+    pub fn hides(&self, layout: &Layout, e: &[Vec<Vec<f64>>]) -> bool {
+        let inside = layout.starts[0]..layout.starts[layout.starts.len() - 1] + layout.block;
+        let per = ((layout.time_s * layout.rate_hz) as usize).max(1);
+        let sided = |trial: &Vec<Vec<f64>>, sides: &Vec<f64>| -> Vec<f64> {
+            let both: Vec<f64> = trial[self.axis].iter().zip(sides).map(|(e, side)| e * side).collect();
+            both[inside.start.min(both.len())..inside.end.min(both.len())].chunks(per).map(|second| second.iter().sum()).collect()
+        };
+        let sums: Vec<f64> = e.iter().zip(&self.sides).flat_map(|(trial, sides)| sided(trial, sides)).collect();
+        let count = sums.len() as f64;
+        let mean = sums.iter().sum::<f64>() / count;
+        let variance = sums.iter().map(|s| (s - mean).powi(2)).sum::<f64>() / (count - 1.0).max(1.0);
+        mean.abs() > BY_CHANCE * (variance / count).sqrt()
+    }
 }
 
 /// A model's residual force in time about the mean movement: `[trial][axis][time]`; `beyond` is what it has beyond its matrices, trial by trial.

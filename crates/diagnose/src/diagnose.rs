@@ -83,6 +83,7 @@ pub fn diagnose_with_pictures(
         samples.schedule.clone_from(&schedule.values);
     }
     let (mut estimation, mut held, split) = divide(&samples, &options.held_out)?;
+    let clipped = if meaning.effort_is_command { vec![] } else { detectors::clipped(&estimation) };
     let mut linear = options.linear.clone().filter(|_| baseline.is_none());
     if let Some(fit) = &linear {
         [&mut estimation, &mut held].into_iter().for_each(|part| part.hold(fit.hold, meaning.motion_imposed));
@@ -98,7 +99,8 @@ pub fn diagnose_with_pictures(
         subject = Subject::new(&estimation, &meaning, options, baseline)?;
     }
     let still = !meaning.motion_imposed && linear.take_if(|fit| !fit.moves()).is_some();
-    let findings = before_registry(&mut subject, &samples, options)?;
+    let mut findings = before_registry(&mut subject, &samples, options)?;
+    findings.clipped = clipped;
     let found = subject.search(options.most_causes, progress).ok_or(DiagnoseError::BaselineFailed)?;
     progress("judging what remains");
     let free = subject.stand(&[], &subject.start, 4).ok_or(DiagnoseError::BaselineFailed)?;
@@ -154,8 +156,7 @@ fn repetition(samples: &Samples, motion_imposed: bool) -> Option<(f64, f64)> {
 fn before_registry(subject: &mut Subject, samples: &Samples, options: &Options) -> Result<Findings, DiagnoseError> {
     let tried = |trace: Trace| EFFECTS.iter().any(|e| e.card().trace == trace && !options.without.iter().any(|w| w == e.name()));
     let levels = if tried(Trace::Levels) { detectors::levels(samples, options.tolerance) } else { vec![] };
-    let clipped = detectors::clipped(samples, subject.scale.effort_is_command);
-    let mut findings = Findings { levels, clipped, ..Findings::default() };
+    let mut findings = Findings { levels, ..Findings::default() };
     let repeated = repetition(samples, matches!(subject.cause, Cause::Motion));
     for _ in 0..if tried(Trace::Tone) { 3 } else { 0 } {
         let stand = stand(subject)?;

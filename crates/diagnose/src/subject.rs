@@ -13,6 +13,7 @@ use crate::state::{Cause, Column, State, Tracks};
 use crate::whittle::{Fit, Likelihood, Power, whitened_power};
 use crate::{DiagnoseError, KnownArm, Options};
 use ndof_models::effects::{CurvedArm, Matrix, Scale};
+use ndof_signal::Amplitudes;
 use std::sync::Arc;
 
 /// Share of the effort's power that a linear robot may leave unexplained and still be believed.
@@ -55,9 +56,8 @@ fn far(series: &[Vec<Vec<f64>>], axis: usize) -> f64 {
         let own = t[axis].iter().sum::<f64>() / t[axis].len() as f64;
         t[axis].iter().map(move |x| (x - own).abs()).collect::<Vec<_>>()
     };
-    let mut all: Vec<f64> = series.iter().flat_map(ways).collect();
-    let place = (0.93 * all.len() as f64) as usize;
-    *all.select_nth_unstable_by(place, f64::total_cmp).1
+    let all: Vec<f64> = series.iter().flat_map(ways).collect();
+    Amplitudes::of(&all).quantiles(&[0.93])[0]
 }
 
 impl KnownArm {

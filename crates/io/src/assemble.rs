@@ -27,6 +27,8 @@ pub fn is_time(name: &str) -> bool {
 
 /// Understands units and time of `table` and checks what a recording promises.
 pub(crate) fn assemble(file: &str, mut table: Table, options: &ReadOptions) -> Result<ReadRecording, IoError> {
+    check_overrides(file, &table, options)?;
+    name_time(&mut table, options);
     check_names(file, &table)?;
     let declared = table.metadata.get(SAMPLES_KEY).and_then(|text| number(text));
     let incomplete = require_count(file, declared, table.columns.first().map_or(0, |c| c.samples.len()));
@@ -35,8 +37,6 @@ pub(crate) fn assemble(file: &str, mut table: Table, options: &ReadOptions) -> R
     } else if let Err(error) = incomplete {
         table.notes.push(Note::new("sample-timing", error.to_string(), "copy the file again, or use what is there"));
     }
-    check_overrides(file, &table, options)?;
-    name_time(&mut table, options);
     if let Some(window_s) = options.window_s {
         cut(&mut table, window_s, options);
     }
@@ -75,18 +75,21 @@ pub(crate) fn assemble(file: &str, mut table: Table, options: &ReadOptions) -> R
     Ok(read)
 }
 
-/// Names the time where nothing else says how fast rows were taken: the only column whose unit is one of time, and that grows from row to row.
-fn name_time(table: &mut Table, options: &ReadOptions) {
+/// Calls the time `t` where its name does not say that it is, and returns that name: the column that is given as the time; else, where nothing says how fast rows
+/// were taken, the only column whose unit is one of time, and that grows from row to row.
+pub(crate) fn name_time(table: &mut Table, options: &ReadOptions) -> Option<String> {
     let told = options.sample_rate_hz.is_some() || table.metadata.contains_key(RATE_KEY) || table.columns.iter().any(|c| is_time(&c.name));
     let unit = |c: &Column| options.units.get(&c.name).or(c.unit.as_ref()).cloned();
     let of_time = |c: &Column| unit(c).is_some_and(|unit| Unit::parse(&unit).is_ok_and(|(unit, _)| unit.quantity() == Quantity::Time));
     let mut found = (0..table.columns.len()).filter(|k| of_time(&table.columns[*k]));
-    if let (false, Some(only), None) = (told || table.columns.len() < 2, found.next(), found.next())
-        && table.columns[only].samples.windows(2).all(|t| t[1] > t[0])
-    {
-        let column = &mut table.columns[only];
-        (column.unit, column.name) = (unit(column), "t".to_owned());
-    }
+    let time = match (&options.time, found.next(), found.next()) {
+        (Some(name), ..) => table.columns.iter().position(|c| c.name == *name)?,
+        (None, Some(only), None) if !told && table.columns[only].samples.windows(2).all(|t| t[1] > t[0]) => only,
+        _ => return None,
+    };
+    let column = &mut table.columns[time];
+    column.unit = unit(column);
+    Some(std::mem::replace(&mut column.name, "t".to_owned()))
 }
 
 /// Drops the rows outside of a window of time; a unit that is none of time is told later.
@@ -131,7 +134,9 @@ pub(crate) fn require_count(file: &str, declared: Option<f64>, found: usize) -> 
 }
 
 fn check_overrides(file: &str, table: &Table, options: &ReadOptions) -> Result<(), IoError> {
-    match options.units.keys().find(|name| !table.columns.iter().any(|c| c.name == **name)) {
+    // A stream has called its time `t` by now.
+    let there = |name: &String| table.columns.iter().any(|c| c.name == *name || options.time.as_ref() == Some(name) && is_time(&c.name));
+    match options.units.keys().chain(&options.time).find(|name| !there(name)) {
         Some(name) if !options.units_elsewhere => {
             Err(IoError::NoChannel { file: file.to_owned(), channel: name.clone(), available: table.columns.iter().map(|c| c.name.clone()).collect() })
         }

@@ -29,11 +29,13 @@ pub struct ReadOptions {
     pub resample: Option<Resample>,
     /// The unit of a channel where the file gives none or a wrong one, by channel name.
     pub units: BTreeMap<String, String>,
+    /// The column that is the time, where its name does not say so.
+    pub time: Option<String>,
     /// What the columns of a table of text without a header are.
     pub columns: Option<ColumnsFile>,
     /// Which trial to read of a file that holds several, by its name or by its number from 1.
     pub trial: Option<String>,
-    /// Whether `units` may name channels that the file does not have, those of another that is read beside it.
+    /// Whether `units` and `time` may name channels that the file does not have, those of another that is read beside it.
     pub units_elsewhere: bool,
     /// Keep only the rows from this time to before that, on the clock of the file: what lies outside may be irregular. It has
     /// no effect on a file without a time column.

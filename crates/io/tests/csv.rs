@@ -62,9 +62,19 @@ fn a_time_column_gives_rate_and_start() {
 fn the_only_column_of_time_that_grows_is_the_time() {
     let read = csv("Zeit [ms],force_x [N]\n0,1\n4,2\n8,3\n").unwrap();
     assert_eq!((read.recording.sample_rate_hz(), read.recording.names()), (250.0, vec!["force_x".to_owned()]));
-    for wrong in ["delay [ms],force_x [N]\n4,1\n4,2\n3,3\n", "Zeit [ms],age [s],force_x [N]\n0,1,1\n4,2,2\n8,3,3\n", "Zeit [ms]\n0\n4\n8\n"] {
+    for wrong in ["delay [ms],force_x [N]\n4,1\n4,2\n3,3\n", "Zeit [ms],age [s],force_x [N]\n0,1,1\n4,2,2\n8,3,3\n"] {
         assert!(matches!(error(wrong), IoError::NoSampleRate { .. }), "{wrong}");
     }
+    assert!(error("Zeit [ms]\n0\n4\n8\n").to_string().contains("no channel in it besides the time"));
+    // Where two are, or none has a unit, the caller says which.
+    let given =
+        |name: &str, unit: &str| ReadOptions { time: Some(name.to_owned()), units: [(name.to_owned(), unit.to_owned())].into(), ..ReadOptions::default() };
+    let read = |text: &str, options: &ReadOptions| read_bytes(text.as_bytes(), "a.csv", options);
+    let two = read("Zeit [ms],age [s],force_x [N]\n0,1,1\n4,2,2\n8,3,3\n", &given("Zeit", "ms")).unwrap().recording;
+    assert_eq!((two.sample_rate_hz(), two.names().len()), (250.0, 2));
+    assert_eq!(read("stamp,force_x [N]\n0,1\n4,2\n8,3\n", &given("stamp", "ms")).unwrap().recording.sample_rate_hz(), 250.0);
+    assert!(matches!(read("stamp,force_x [N]\n0,1\n4,2\n8,3\n", &given("steps", "ms")), Err(IoError::NoChannel { .. })));
+    assert!(matches!(read("t,stamp,force_x [N]\n0,0,1\n1,4,2\n", &given("stamp", "ms")), Err(IoError::DuplicateName { .. })));
 }
 
 #[test]

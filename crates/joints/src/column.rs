@@ -52,7 +52,7 @@ pub(crate) enum Column {
     /// The same of all angles, at such zeros.
     Zeros(Vec<f64>),
     /// The base turned about one of its axes.
-    Tilt([f64; 3]),
+    Tilt(usize),
     /// A gravity of its own.
     Weight([f64; 3]),
     /// Legendre polynomials of angle and rate, each over its range: what no cause was consulted for.
@@ -145,8 +145,11 @@ impl Column {
             }
             Column::Zeros(off) => elsewhere([&vec![0.0; off.len()], off], motion, scene),
             Column::Tilt(axis) => {
-                let g = scene.chain.gravity();
-                weight([g[1] * axis[2] - g[2] * axis[1], g[2] * axis[0] - g[0] * axis[2], g[0] * axis[1] - g[1] * axis[0]], motion, scene)
+                // g × e: what is along the axis stays, and the other two change places.
+                let (g, [next, last]) = (scene.chain.gravity(), [(axis + 1) % 3, (axis + 2) % 3]);
+                let mut turned = [0.0; 3];
+                (turned[next], turned[last]) = (g[last], -g[next]);
+                weight(turned, motion, scene)
             }
             Column::Weight(gravity) => weight(*gravity, motion, scene),
         }
@@ -204,7 +207,7 @@ mod tests {
     #[test]
     fn a_law_relative_to_a_joint_that_stands_still_has_no_numbers() {
         assert!(Column::Turn { joint: 0, speed: 0.02 }.has_numbers());
-        for nothing in [Column::Turn { joint: 0, speed: f64::NAN }, Column::Tilt([0.0, f64::NAN, 1.0])] {
+        for nothing in [Column::Turn { joint: 0, speed: f64::NAN }, Column::Weight([0.0, f64::NAN, 1.0])] {
             assert!(!nothing.has_numbers(), "{nothing:?}");
         }
     }

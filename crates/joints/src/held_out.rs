@@ -1,8 +1,6 @@
 //! How well models predict torques that no fit saw.
 
 use crate::blocks::block_products;
-use crate::bodies::turned;
-use crate::column::Column;
 use crate::model::{Model, residual};
 use crate::table::{Series, View, later};
 use statrs::distribution::{ContinuousCDF, StudentsT};
@@ -76,15 +74,9 @@ pub(crate) fn sure(view: &View<'_>, without: &Model, with: &Model) -> f64 {
 pub(crate) fn predicted(view: &View<'_>, model: &Model, trial: usize) -> Vec<Vec<f64>> {
     let motion = &view.motions[trial];
     let mut torque = view.scene.nominal(motion);
-    let turned = turned(view.scene.chain.gravity(), &model.logged.tilt);
-    if turned != [0.0; 3] {
-        for (joint, felt) in Column::Weight(turned).along(motion, view.scene) {
-            torque[joint].iter_mut().zip(felt).for_each(|(t, f)| *t += f);
-        }
-    }
-    if model.logged.zero.iter().any(|zero| *zero != 0.0) {
-        for (joint, felt) in Column::Zeros(model.logged.zero.clone()).along(motion, view.scene) {
-            torque[joint].iter_mut().zip(felt).for_each(|(t, f)| *t += f);
+    for (factor, column) in model.logged.columns(view.scene) {
+        for (joint, felt) in column.along(motion, view.scene) {
+            torque[joint].iter_mut().zip(felt).for_each(|(t, f)| *t += factor * f);
         }
     }
     for (form, factors) in model.forms.iter().zip(&model.factors) {

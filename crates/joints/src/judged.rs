@@ -184,13 +184,7 @@ pub(crate) fn judged(fitted: &View<'_>, held: &View<'_>, rule: &Rule<'_>, option
 /// The log without what a form takes off them.
 fn put_back(logged: &Logged, form: &Form) -> Logged {
     let mut logged = logged.clone();
-    match (form.cause.card.name, form.joint) {
-        ("torque-delay", Some(j)) => logged.late_s[j] = 0.0,
-        ("torque-scale", Some(j)) => logged.gain[j] = 1.0,
-        ("angle-offset", Some(j)) => logged.zero[j] = 0.0,
-        ("base-tilt", _) => logged.tilt = [0.0; 3],
-        _ => {}
-    }
+    form.columns.iter().for_each(|column| logged.put_back(column));
     logged
 }
 

@@ -1,5 +1,9 @@
 //! What may be wrong with a log itself.
 
+use crate::bodies::turned;
+use crate::column::Column;
+use crate::scene::Scene;
+
 /// What is taken off a log before it is compared.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Logged {
@@ -16,5 +20,46 @@ pub(crate) struct Logged {
 impl Logged {
     pub fn as_it_is(joints: usize) -> Self {
         Logged { late_s: vec![0.0; joints], gain: vec![1.0; joints], zero: vec![0.0; joints], tilt: [0.0; 3] }
+    }
+
+    /// The correction whose line a column is, along which it is fitted; none of what is wrong with the robot.
+    pub fn of(&self, column: &Column) -> Option<f64> {
+        self.clone().at(column).map(|correction| *correction)
+    }
+
+    /// Sets the correction whose line a column is.
+    pub fn set(&mut self, column: &Column, value: f64) {
+        if let Some(correction) = self.at(column) {
+            *correction = value;
+        }
+    }
+
+    /// Takes the correction whose line a column is back.
+    pub fn put_back(&mut self, column: &Column) {
+        let none = Logged::as_it_is(self.gain.len()).of(column);
+        none.into_iter().for_each(|none| self.set(column, none));
+    }
+
+    fn at(&mut self, column: &Column) -> Option<&mut f64> {
+        match column {
+            Column::Falling(j) => Some(&mut self.late_s[*j]),
+            Column::Torque(j) => Some(&mut self.gain[*j]),
+            Column::Zero { joint, .. } => Some(&mut self.zero[*joint]),
+            Column::Tilt(axis) => Some(&mut self.tilt[*axis]),
+            _ => None,
+        }
+    }
+
+    /// What it is once so much of a column is found beside it: a torque is that much of itself larger, all else is added.
+    pub fn beyond(&self, column: &Column, factor: f64) -> Option<f64> {
+        self.of(column).map(|now| if matches!(column, Column::Torque(_)) { now * (1.0 + factor) } else { now + factor })
+    }
+
+    /// What bodies need more along a motion whose base and angles are corrected, as columns with their factors.
+    pub fn columns(&self, scene: &Scene<'_>) -> Vec<(f64, Column)> {
+        let weights = turned(scene.chain.gravity(), &self.tilt).into_iter().enumerate().filter(|(_, g)| *g != 0.0);
+        let weights = weights.map(|(k, g)| (g, Column::Weight(std::array::from_fn(|i| f64::from(u8::from(i == k))))));
+        let zeros = self.zero.iter().any(|zero| *zero != 0.0).then(|| (1.0, Column::Zeros(self.zero.clone())));
+        weights.chain(zeros).collect()
     }
 }

@@ -93,16 +93,8 @@ impl Model {
         let places = &self.places[k];
         let mut out = Vec::new();
         for told in form.told.iter().filter(|t| !t.hidden) {
-            let sum = match (form.cause.card.name, form.joint) {
-                ("torque-delay", Some(j)) => self.logged.late_s[j],
-                ("torque-scale", Some(j)) => self.logged.gain[j],
-                ("angle-offset", Some(j)) => self.logged.zero[j],
-                ("base-tilt", _) => {
-                    let Column::Tilt(axis) = form.columns[told.parts[0].0] else { continue };
-                    axis.iter().zip(&self.logged.tilt).map(|(a, t)| a * t).sum()
-                }
-                _ => told.sum(factors),
-            };
+            let corrected = told.parts.first().and_then(|(column, _)| self.logged.of(&form.columns[*column]));
+            let sum = corrected.unwrap_or_else(|| told.sum(factors));
             let slopes = told.slopes(factors);
             let open = slopes.iter().all(|(c, _)| places[*c].is_none());
             let variance: f64 = slopes

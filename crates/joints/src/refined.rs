@@ -2,7 +2,6 @@
 
 use crate::blocks::block_products;
 use crate::causes::Form;
-use crate::column::Column;
 use crate::gears;
 use crate::logged::Logged;
 use crate::model::{Model, open, residual, solved};
@@ -106,40 +105,29 @@ const SETTLED: f64 = 1e-5;
 
 /// Delays and gains of the logged torques, zeros of the angles and tilt: what their columns still say is added until nothing is left.
 fn settle_channels(view: &View<'_>, forms: &[Form], logged: &mut Logged) {
-    let bent = |c: &Column| matches!(c, Column::Falling(_) | Column::Torque(_) | Column::Zero { .. } | Column::Tilt(_));
-    if !forms.iter().flat_map(|f| &f.columns).any(bent) {
+    if !forms.iter().flat_map(|f| &f.columns).any(|column| logged.of(column).is_some()) {
         return;
     }
     let mut steps: Vec<Option<(f64, f64)>> = Vec::new();
     for _ in 0..4 {
         let model = Model::fit(view, forms, logged);
         let (mut moved, mut channel) = (false, 0);
-        let mut go = |from: &mut f64, next: &dyn Fn(f64) -> f64| {
-            let step = next(*from) - *from;
+        for (column, factor) in forms.iter().zip(&model.factors).flat_map(|(form, factors)| form.columns.iter().zip(factors)) {
+            let (Some(from), Some(next)) = (logged.of(column), logged.beyond(column, *factor)) else { continue };
+            let step = next - from;
             // By the secant of the last two steps: what is left shrinks by a share of itself, which they show.
             let before = steps.get(channel).copied().flatten();
-            let shrinks = before.map_or(0.0, |(at, step_there)| 1.0 + (step - step_there) / (*from - at));
+            let shrinks = before.map_or(0.0, |(at, step_there)| 1.0 + (step - step_there) / (from - at));
             let whole = if shrinks.abs() < 0.9 { step / (1.0 - shrinks) } else { step };
             if channel == steps.len() {
                 steps.push(None);
             }
-            if step.abs() > SETTLED * (*from + step).abs() {
-                steps[channel] = Some((*from, step));
-                *from += whole;
+            if step.abs() > SETTLED * next.abs() {
+                steps[channel] = Some((from, step));
+                logged.set(column, from + whole);
                 moved = true;
             }
             channel += 1;
-        };
-        for (form, factors) in forms.iter().zip(&model.factors) {
-            for (column, factor) in form.columns.iter().zip(factors) {
-                match column {
-                    Column::Falling(j) => go(&mut logged.late_s[*j], &|late| late + factor),
-                    Column::Torque(j) => go(&mut logged.gain[*j], &|gain| gain * (1.0 + factor)),
-                    Column::Zero { joint, .. } => go(&mut logged.zero[*joint], &|zero| zero + factor),
-                    Column::Tilt(axis) => logged.tilt.iter_mut().zip(axis).for_each(|(t, a)| go(t, &|t| t + factor * *a)),
-                    _ => {}
-                }
-            }
         }
         if !moved {
             break;

@@ -1,7 +1,6 @@
 //! All torques that may be lacking, side by side in one band, and what products of them say.
 
 use crate::band::Band;
-use crate::bodies::turned;
 use crate::causes::Form;
 use crate::column::Column;
 use crate::deflection::Gear;
@@ -251,19 +250,13 @@ impl<'a> View<'a> {
         out
     }
 
-    /// Logged torques, delays and gains taken off, less what the file says.
+    /// Logged torques, delays and gains taken off, less what the file says of the corrected motion.
     pub fn missing(&self, logged: &Logged) -> Series {
+        let (factors, columns): (Vec<f64>, Vec<Column>) = logged.columns(self.scene).into_iter().unzip();
         let mut file = self.file();
-        let turned = turned(self.scene.chain.gravity(), &logged.tilt);
-        if turned != [0.0; 3] {
+        if !columns.is_empty() {
             let mut sum = file.as_ref().clone();
-            let axes = [0, 1, 2].map(|k| Column::Weight(std::array::from_fn(|i| f64::from(u8::from(i == k)))));
-            self.series(&axes).iter().zip(turned).for_each(|(weight, g)| sum.add(g, weight));
-            file = Arc::new(sum);
-        }
-        if logged.zero.iter().any(|zero| *zero != 0.0) {
-            let mut sum = file.as_ref().clone();
-            self.series(&[Column::Zeros(logged.zero.clone())]).iter().for_each(|moved| sum.add(1.0, moved));
+            self.series(&columns).iter().zip(factors).for_each(|(felt, factor)| sum.add(factor, felt));
             file = Arc::new(sum);
         }
         let piece = |(piece, file): (&Piece, &Vec<Option<Vec<f64>>>)| {

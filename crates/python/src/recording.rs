@@ -125,7 +125,8 @@ pub fn read_trials<'py>(
 ) -> PyResult<Vec<Parts<'py>>> {
     let channels: Option<ChannelsFile> = channels.parse("channels")?;
     let units = channels.iter().flat_map(ChannelsFile::units).chain(units).collect();
-    let options = ReadOptions { columns: columns.columns()?, trial, ..options(sample_rate_hz, resample, units) };
+    let time = channels.iter().find_map(ChannelsFile::time);
+    let options = ReadOptions { columns: columns.columns()?, trial, time, ..options(sample_rate_hz, resample, units) };
     let mut read = py.detach(|| ndof::io::read_trials(&path, &options)).map_err(raise_io)?;
     if let Some(channels) = channels {
         channels.check("channels").map_err(raise_analysis)?;

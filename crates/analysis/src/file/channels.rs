@@ -134,6 +134,11 @@ impl ChannelsFile {
         self.sources().filter_map(|(old, _, unit, _)| Some((old.to_owned(), unit?.to_owned()))).collect()
     }
 
+    /// The column that is called the time, for the reader of the recording.
+    pub fn time(&self) -> Option<String> {
+        self.sources().find(|(_, new, ..)| is_time(new)).map(|(old, ..)| old.to_owned())
+    }
+
     /// Renames, turns and transforms the channels of `recording`, which `file` names in errors.
     ///
     /// # Errors
@@ -142,7 +147,7 @@ impl ChannelsFile {
         let available = recording.names();
         let mut channels: Vec<Channel> = recording.channels().to_vec();
         let mut renamed = Vec::new();
-        // The time is no channel.
+        // The time is the reader's.
         for (old, new, _, negate) in self.sources().filter(|(_, new, ..)| !is_time(new)) {
             let index = available.iter().position(|name| name == old).ok_or_else(|| AnalysisError::no_channel(file, old, available.clone()))?;
             if renamed.contains(&index) {

@@ -36,8 +36,8 @@ impl SlowReadings {
         let power: f64 = readings.iter().map(|x| (x - mean).powi(2)).sum();
         let steps = || readings.windows(2).map(|w| (w[1] - w[0]).powi(2));
         let widest = steps().fold(0.0, f64::max);
-        // Twice the power where readings know nothing of each other.
-        (steps().sum::<f64>() < power && steps().any(|step| step > 0.0 && step < 0.9 * widest)).then_some(own)
+        // Twice the power where readings know nothing of each other; two steps of an encoder have four times the square of one.
+        (steps().sum::<f64>() < power && steps().any(|step| step > 0.0 && step < 0.5 * widest)).then_some(own)
     }
 
     /// The readings, each in the first row that holds it.

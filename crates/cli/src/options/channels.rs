@@ -52,8 +52,8 @@ fn channels_file(text: &str) -> Result<ChannelsFile, String> {
 impl Channels {
     /// How a file with these channels is read.
     pub fn reading(&self) -> ReadOptions {
-        let units = self.channels.as_ref().map(ChannelsFile::units).unwrap_or_default();
-        ReadOptions { sample_rate_hz: self.sample_rate, allow_nan: true, units, ..ReadOptions::default() }
+        let (units, time) = self.channels.as_ref().map(|channels| (channels.units(), channels.time())).unwrap_or_default();
+        ReadOptions { sample_rate_hz: self.sample_rate, allow_nan: true, units, time, ..ReadOptions::default() }
     }
 
     /// Turns what was recorded into what the analysis needs; `file` names it in errors.

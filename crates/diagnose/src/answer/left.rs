@@ -36,8 +36,8 @@ pub(super) struct Left {
     ratio: f64,
     /// Whether the baseline predicts worse than no prediction.
     adrift: bool,
-    /// Whether a sensor does not show all.
-    clipped: bool,
+    /// Forces whose sensors do not show all: the axis, and the share of the samples at their limits.
+    clipped: Vec<(usize, f64)>,
     /// What the probability of any name may be at most.
     pub limit: f64,
 }
@@ -51,7 +51,10 @@ impl Left {
     pub fn of(answer: &Answer<'_>, before: &Errors, all: &Errors, floor: &NoiseFloor, nameless: bool) -> Self {
         let (gate, found) = (answer.gate, answer.found);
         let beyond: Vec<_> = (0..answer.subject.layout.trials).map(|trial| answer.subject.beyond(&found.chosen, &found.stand, trial)).collect();
-        let variation = detectors::variation(&found.stand, &detectors::residual(&found.stand, &beyond));
+        let rest = detectors::residual(&found.stand, &beyond);
+        let variation = detectors::variation(&found.stand, &rest);
+        let hiding = answer.findings.clipped.iter().filter(|clipped| clipped.hides(&answer.subject.layout, &rest));
+        let clipped = hiding.map(|clipped| (clipped.axis, clipped.share)).collect();
         let beyond = |(e, f): (&Option<f64>, &Option<f64>)| e.map_or(1.0, |e| (e * e - f.unwrap_or(0.0).powi(2)).max(0.0).sqrt());
         let excess = all.score.nrmse.iter().zip(&floor.nrmse).map(beyond).fold(0.0, f64::max);
         let sure = gate.beyond > 2.0 * gate.beyond_error;
@@ -68,7 +71,7 @@ impl Left {
             (false, false) if remainder => IMPERFECT,
             (false, false) => 1.0,
         };
-        Left { excess, unknown, nameless, remainder, variation, varying, ratio, adrift, clipped: !answer.findings.clipped.is_empty(), limit }
+        Left { excess, unknown, nameless, remainder, variation, varying, ratio, adrift, clipped, limit }
     }
 
     /// Whether nothing is left that a model could explain.
@@ -79,7 +82,7 @@ impl Left {
     /// `weak` where a name is not sure; `extended` is the score of the model with its causes.
     pub fn verdict(&self, named: bool, weak: bool, extended: &Score) -> Verdict {
         match (named, self.unknown, self.varying || self.nameless) {
-            (false, false, false) if !self.adrift && !self.clipped => Verdict::Adequate,
+            (false, false, false) if !self.adrift && self.clipped.is_empty() => Verdict::Adequate,
             (false, ..) => Verdict::Unexplained,
             (true, true, _) if self.ratio > 0.45 => Verdict::Unexplained,
             (true, true, _) if self.ratio > 0.23 => Verdict::PartlyExplained,
@@ -96,12 +99,10 @@ impl Left {
         if answer.turned {
             notes.push("inertia, damping and stiffness came out negative, so the effort was counted the other way round (force-sign)".to_owned());
         }
-        for (effort, axis, share) in &answer.findings.clipped {
-            let names = if *effort { &answer.meaning.effort_names } else { &answer.meaning.motion_names };
+        for (axis, share) in &self.clipped {
+            let (name, share) = (&answer.meaning.effort_names[*axis], 100.0 * share);
             notes.push(format!(
-                "{} stands still at its limits in {:.1} % of its samples: no model is adequate to what a sensor does not show",
-                names[*axis],
-                100.0 * share
+                "{name} stands still at its limits in {share:.1} % of its samples, and more acts there than it shows: no model is adequate to what a sensor does not show"
             ));
         }
         if answer.still {

@@ -129,13 +129,10 @@ impl Answer<'_> {
             members.extend(&step.group.members);
             let after = self.errors_of(&members).unwrap_or_else(|| last.clone());
             let mut cause = self.cause(&step.group, gains.of(k, [&last, &after]), limit, confusable);
-            // What the part that no fit saw speaks against and the free run for cannot be sure.
-            if cause.gain.log_likelihood_ci95.is_some_and(|[_, high]| high < 0.0) {
-                cause.believe_at_most(UNSURE);
-                weak = true;
-            }
+            // Nor can one that the part that no fit saw speaks against, whatever the free run says.
+            let against = cause.gain.log_likelihood_ci95.is_some_and(|[_, high]| high < 0.0);
             let little = last.mean().zip(after.mean()).is_some_and(|(last, after)| last - after < LITTLE * (last - level));
-            if little && excess > 5.0 * self.options.tolerance {
+            if against || little && excess > 5.0 * self.options.tolerance {
                 cause.believe_at_most(UNSURE);
                 weak = true;
             }

@@ -10,11 +10,12 @@ use std::f64::consts::TAU;
 const RATE_HZ: f64 = 200.0;
 const SAMPLES: usize = 12_000;
 
-/// The force on a body of 2 kg with a damper of 8 N s/m on a spring of so much, and its place and speed, from zero on.
-fn body(stiffness: f64, seed: u64) -> [Vec<f64>; 3] {
+/// The force, no more than `most` deviations, on a body of 2 kg with a damper of 8 N s/m on a spring of so much, and its place and speed, from zero on.
+fn body(stiffness: f64, most: f64, seed: u64) -> [Vec<f64>; 3] {
     let mut random = ChaCha8Rng::seed_from_u64(seed);
     let lines: Vec<(f64, f64)> = (1..200).map(|k| (0.05 * f64::from(k), random.random_range(0.0..TAU))).collect();
-    let force = |t: f64| lines.iter().map(|(f, phase)| (TAU * f * t + phase).sin()).sum::<f64>();
+    let most = most * (0.5 * lines.len() as f64).sqrt();
+    let force = |t: f64| lines.iter().map(|(f, phase)| (TAU * f * t + phase).sin()).sum::<f64>().clamp(-most, most);
     let rates = |f: f64, [x, v]: [f64; 2]| [v, (f - 8.0 * v - stiffness * x) / 2.0];
     let (h, mut state, mut out) = (1.0 / RATE_HZ, [0.0; 2], <[Vec<f64>; 3]>::default());
     let mut before = force(0.0);
@@ -48,7 +49,7 @@ fn answer(force: Vec<f64>, name: &str, quantity: Quantity, motion: Vec<f64>) -> 
 /// A damper brings a speed back, though no spring brings the place back: the whole held-out part is run from its beginning, and leaves what is noise.
 #[test]
 fn a_speed_that_damping_brings_back_is_run_from_beginning_to_end() {
-    let [force, _, mut speed] = body(0.0, 3);
+    let [force, _, mut speed] = body(0.0, f64::INFINITY, 3);
     let mut random = ChaCha8Rng::seed_from_u64(4);
     let spread = deviation(&speed);
     // Of uniform noise the deviation is its width over √12.
@@ -62,12 +63,16 @@ fn a_speed_that_damping_brings_back_is_run_from_beginning_to_end() {
 
 #[test]
 fn no_model_is_adequate_to_a_force_that_its_sensor_cuts_off() {
-    let [force, place, _] = body(300.0, 5);
+    let [force, place, _] = body(300.0, f64::INFINITY, 5);
     let most = 0.8 * deviation(&force);
     let cut = force.iter().map(|f| f.clamp(-most, most)).collect();
     let d = answer(cut, "pos_x", Quantity::Displacement, place.clone());
     assert_ne!(d.verdict, Verdict::Adequate);
     assert!(d.discrepancy.notes.iter().any(|note| note.contains("force_x stands still at its limits")), "{:?}", d.discrepancy.notes);
+    // A motor that gives no more, and a sensor that shows it, hide nothing.
+    let [limited, moved, _] = body(300.0, 0.8, 5);
+    let shown = answer(limited, "pos_x", Quantity::Displacement, moved);
+    assert_eq!((shown.verdict, shown.discrepancy.notes), (Verdict::Adequate, vec![]));
     let whole = answer(force, "pos_x", Quantity::Displacement, place);
     assert_eq!((whole.verdict, whole.discrepancy.notes), (Verdict::Adequate, vec![]));
 }

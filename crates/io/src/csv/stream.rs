@@ -1,7 +1,7 @@
 //! CSV that is still being written: samples as they come.
 
 use super::read::{read_piece, text};
-use crate::assemble::{SAMPLES_KEY, assemble, is_time, require_count};
+use crate::assemble::{SAMPLES_KEY, assemble, is_time, name_time, require_count};
 use crate::csv::header::metadata;
 use crate::error::{IoError, Place};
 use crate::note::Note;
@@ -177,10 +177,13 @@ impl CsvStream {
             return Ok(None);
         }
         let text = self.head.clone() + &self.lines.concat();
-        let table = match read_piece(&text, &self.file, (self.head_lines, self.dropped)) {
+        let mut table = match read_piece(&text, &self.file, (self.head_lines, self.dropped)) {
             Err(IoError::HeaderOnly { .. }) => return Ok(None),
             table => table?,
         };
+        if let Some(name) = name_time(&mut table, &self.options) {
+            self.options.time = Some(name);
+        }
         self.timed = table.columns.iter().any(|c| is_time(&c.name));
         let new = table.lines.iter().any(|line| *line > self.last_line);
         Ok((new && (table.lines.len() > 1 || !self.timed)).then_some(table))
@@ -256,6 +259,17 @@ mod tests {
             assert_eq!(samples, whole.channel("pos_x").unwrap().samples, "{size}");
             assert!(pieces.iter().skip(1).all(|p| p.follows) && !pieces[0].follows, "{size}");
             assert!(pieces.iter().all(|p| p.recording.sample_rate_hz() == 500.0), "{size}");
+        }
+    }
+
+    /// Its later pieces are not looked at anew.
+    #[test]
+    fn the_time_of_a_stream_is_the_column_that_its_beginning_tells() {
+        let rows = text(0..3000);
+        let [own, other] = ["t [s],force_x [N],pos_x [mm]\n", "Zeit [s],force_x [N],pos_x [mm]\n"].map(|head| all(&format!("{head}{rows}"), 4096).unwrap());
+        assert!(own.len() > 1 && own.len() == other.len());
+        for (own, other) in own.iter().zip(&other) {
+            assert_eq!((own.recording.names(), own.recording.start_s()), (other.recording.names(), other.recording.start_s()));
         }
     }
 

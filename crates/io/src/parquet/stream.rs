@@ -4,7 +4,7 @@ use super::PARQUET;
 use super::kind::{Kind, append};
 use super::read::{caught, check_compression, check_places, facts};
 use crate::arrays::{self, Entry, Value};
-use crate::assemble::{SAMPLES_KEY, assemble, is_time, require_count};
+use crate::assemble::{SAMPLES_KEY, assemble, is_time, name_time, require_count};
 use crate::error::{IoError, Place};
 use crate::options::ReadOptions;
 use crate::piece::Piece;
@@ -119,10 +119,13 @@ impl ParquetStream {
             unit: kind.unit.map(str::to_owned),
             ..Entry::new(vec![name.clone()], Value::Numbers { shape: vec![values.len()], values, rounding: kind.rounding })
         });
-        let table = arrays::table(&self.file, numbers.chain(self.others.iter().cloned()).collect())?;
+        let mut table = arrays::table(&self.file, numbers.chain(self.others.iter().cloned()).collect())?;
+        if let Some(name) = name_time(&mut table, &self.options) {
+            self.options.time = Some(name);
+        }
         let read = assemble(&self.file, table, &self.options)?;
         let (rate_hz, start_s) = *self.clock.get_or_insert((read.recording.sample_rate_hz(), read.recording.start_s()));
-        let timed = self.columns.iter().any(|(_, name, _)| is_time(name));
+        let timed = self.columns.iter().any(|(_, name, _)| is_time(name) || self.options.time.as_ref() == Some(name));
         let (elapsed_s, own_s) = (self.seen as f64 / rate_hz, read.recording.start_s() + overlap as f64 / read.recording.sample_rate_hz() - start_s);
         if timed && (own_s - elapsed_s).abs() > 0.5 / rate_hz + RATE_AGREEMENT * elapsed_s {
             return Err(IoError::IrregularTime {

@@ -17,8 +17,7 @@ pub(super) static CAUSE: JointCause = JointCause {
         // Turning about gravity itself changes nothing.
         let along = |k: usize| g[k].abs() > 0.999 * (g[0] * g[0] + g[1] * g[1] + g[2] * g[2]).sqrt();
         let axes: Vec<usize> = (0..3).filter(|k| !along(*k)).collect();
-        let axis = |k: usize| std::array::from_fn(|i| f64::from(u8::from(i == k)));
         let told = axes.iter().enumerate().map(|(i, k)| Told::new(format!("tilt_{}_rad", ["x", "y", "z"][*k]), "rad", i)).collect();
-        vec![Form::new(&CAUSE, None, axes.iter().map(|k| Column::Tilt(axis(*k))).collect(), told)]
+        vec![Form::new(&CAUSE, None, axes.iter().map(|k| Column::Tilt(*k)).collect(), told)]
     },
 };

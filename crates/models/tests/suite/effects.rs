@@ -516,6 +516,19 @@ fn what_an_arm_adds_grows_with_the_square_and_needs_a_plane() {
     assert!(find("arm-geometry").expect("an effect").inject(&inertia, &setting).is_err(), "what a linear limb cannot have");
 }
 
+/// Within a gap that all of the movement lies in, no spring is felt: any stiffness would do beyond it.
+#[test]
+fn a_gap_is_sought_where_the_movement_goes() {
+    let steps = Scale { far: vec![0.009, 0.0066], ..scale() };
+    let forms = find("dead-zone").expect("an effect").forms(&steps);
+    assert_eq!(forms.len(), 4);
+    for form in forms {
+        let far = steps.far[form.axis.expect("one axis")];
+        assert_eq!(form.knobs[0].hi, far);
+        assert!(form.grid.iter().all(|start| start[0] <= far), "{:?}", form.grid);
+    }
+}
+
 #[test]
 fn forms_that_need_a_given_baseline_stay_away_without_one() {
     for name in ["added-mass", "parameter-error", "cross-coupling", "sensor-scale"] {

@@ -221,6 +221,13 @@ mod tests {
         Panel::new(Axis::linear("Time", "s"), Axis::linear("Force", "N").range(0.0, 1.0)).with(Series::line("force", x, y, Color::Blue))
     }
 
+    #[test]
+    fn a_long_name_keeps_how_it_begins_and_how_it_ends() {
+        let left = 12.0 + 11.0 * LETTER;
+        assert_eq!(shortened("end-stop, ur_wrist_1", left), "end-s…ist_1");
+        assert_eq!(shortened("end-stop, a", left), "end-stop, a");
+    }
+
     fn path_of(body: &str) -> &str {
         let start = body.find(" d=\"M").map(|_| body.rfind("data-s=\"0\" d=\"").unwrap()).unwrap();
         &body[start..start + body[start..].find("/>").unwrap()]
