@@ -91,5 +91,5 @@ fn a_file_of_times_begins_cycles_as_the_clock_does() {
     }
     let message =
         refuse(folder.path(), &["fit", "trial.csv", "--input", "pos_x", "--output", "force_x", "--schedule", "phase", "--cycle", "1.25", "--knots", "3"]);
-    assert!(message.contains("`knots` is 3, and curves have 4 at least"), "{message}");
+    assert!(message.contains("--knots is 3, and curves have 4 at least"), "{message}");
 }

@@ -1,7 +1,7 @@
 //! What is looked for before the registry: levels in a channel, tones and bursts in what the baseline leaves.
 
 use crate::layout::Layout;
-use crate::operators::filter;
+use crate::operators::passed;
 use crate::plant::Role;
 use crate::samples::Samples;
 use crate::search::Stand;
@@ -244,15 +244,19 @@ fn whiten(stand: &Stand, e: &[Vec<Vec<f64>>], axis: usize) -> Vec<Vec<f64>> {
     };
     e.iter()
         .map(|trial| {
-            let faded: Vec<f64> = trial[axis].iter().enumerate().map(|(k, v)| v * fade(k)).collect();
-            filter(&faded, layout.rate_hz, |s| {
+            // Nothing beside it: a mirrored record would begin with some sample of its middle, and a line through that.
+            let mut faded: Vec<f64> = trial[axis].iter().enumerate().map(|(k, v)| v * fade(k)).collect();
+            faded.resize(smooth_length(faded.len() + 2 * reach as usize), 0.0);
+            let mut white = passed(faded, layout.rate_hz, |s| {
                 let f = s.im / std::f64::consts::TAU;
                 if f > hi || f <= 0.1 / layout.time_s {
                     return Complex64::ZERO;
                 }
                 let place = ((f - lo) / (hi - lo) * last as f64).clamp(0.0, last as f64);
                 (1.0 / power[place.round() as usize].sqrt()).into()
-            })
+            });
+            white.truncate(trial[axis].len());
+            white
         })
         .collect()
 }

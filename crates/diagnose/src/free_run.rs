@@ -34,7 +34,7 @@ pub(crate) struct Prediction {
     pub scored: Vec<bool>,
 }
 
-fn inverse(matrix: &[Vec<f64>]) -> Option<Vec<Vec<f64>>> {
+pub(crate) fn inverse(matrix: &[Vec<f64>]) -> Option<Vec<Vec<f64>>> {
     let n = matrix.len();
     Some(square::inverse(&matrix.concat(), n)?.chunks(n).map(<[f64]>::to_vec).collect())
 }
@@ -284,14 +284,19 @@ impl Runner {
         Some(Prediction { measured, predicted, scored: (0..covered).map(|k| windowed || k >= skip).collect() })
     }
 
+    /// The run over a whole trial; `None` where the mass is singular.
+    pub fn from_beginning(&self, state: &State, trial: usize) -> Option<Run> {
+        let inverse_mass = inverse(&self.mass)?;
+        let (effort, v) = (straightened(state, trial), velocity(state, trial));
+        Some(self.fitted_run(&inverse_mass, (&effort, &v), state, trial, 0..state.layout.samples, self.felt(&inverse_mass, state)))
+    }
+
     /// Effort beside the measured one with which a plant would run as this model does, over the whole trial, `[axis][time]`:
     /// M ẍ + B ẋ + K x + g − F with the plant's matrices and laws along the model's run. A constant is left out, which offsets have.
     pub fn added_to(&self, plant: &Runner, state: &State, trial: usize) -> Option<Vec<Vec<f64>>> {
         let layout = &state.layout;
         let n = layout.axes;
-        let inverse_mass = inverse(&self.mass)?;
-        let (effort, v) = (straightened(state, trial), velocity(state, trial));
-        let run = self.fitted_run(&inverse_mass, (&effort, &v), state, trial, 0..layout.samples, self.felt(&inverse_mass, state));
+        let (effort, run) = (straightened(state, trial), self.from_beginning(state, trial)?);
         let clock = Clock::of(layout, trial);
         let mut laws = vec![vec![0.0; layout.samples]; n];
         for force in plant.laws.iter().map(|law| along(law.as_ref(), clock, n, (&run.x, &run.v), (&run.x, &run.v)).0) {

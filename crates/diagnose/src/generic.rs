@@ -4,7 +4,7 @@
 //! gain on blocks that they were not fitted to is structure that nobody has named.
 
 use crate::search::{Found, Stand};
-use crate::state::{Column, State};
+use crate::state::{Cause, Column, State};
 use crate::subject::Subject;
 use crate::whittle::{Likelihood, Power, whitened_power};
 use num_complex::Complex64;
@@ -72,6 +72,13 @@ pub(crate) struct Gate {
     pub power: Power,
 }
 
+impl Gate {
+    /// Whether it gains anything beyond chance.
+    pub fn sure(&self) -> bool {
+        self.beyond > 2.0 * self.beyond_error
+    }
+}
+
 /// Shares of the baseline's residual.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Shares {
@@ -128,7 +135,12 @@ fn shapes() -> Vec<(Family, Shape)> {
 /// The generic regressors of a stand, whose priors expect that together they make as much as it leaves: many that are alike would else cancel each
 /// other within the motion that they are fitted to, and explode beyond it.
 pub(crate) fn features(subject: &Subject, stand: &Stand) -> Features {
-    let mut features = shapes_of(subject, &stand.state);
+    features_along(subject, stand, &stand.state)
+}
+
+/// The same along another motion than the measured one.
+fn features_along(subject: &Subject, stand: &Stand, state: &State) -> Features {
+    let mut features = shapes_of(subject, state);
     let count = features.each().count() as f64 / subject.layout.axes as f64;
     for feature in features.linear.iter_mut().chain(&mut features.nonlinear).chain(&mut features.varying) {
         let of_part = |(i, part): &(usize, Arc<Vec<Complex64>>)| {
@@ -211,6 +223,30 @@ fn shapes_of(subject: &Subject, state: &State) -> Features {
     out
 }
 
+/// The generic regressors along the motion that follows from the efforts alone, where these move what brings itself back. Between strong efforts a limb
+/// moves by its own noise, which a function of the measured motion foretells: less of a damper where it is slow is what made it move.
+fn driven(subject: &Subject, found: &Found) -> Option<Features> {
+    let state = &found.stand.state;
+    if matches!(subject.cause, Cause::Motion) || !subject.restores(&found.chosen, &found.stand, subject.scale.integrals) {
+        return None;
+    }
+    let runner = subject.runner(&found.chosen, &found.stand);
+    let trial = |trial: usize| {
+        let run = runner.from_beginning(state, trial)?;
+        let of_axis = |(i, centre): (usize, &f64)| run.x.iter().skip(i).step_by(subject.layout.axes).map(|x| x + centre).collect::<Vec<f64>>();
+        let places: Vec<Vec<f64>> = state.centre.iter().enumerate().map(of_axis).collect();
+        places.iter().flatten().all(|x| x.is_finite()).then_some(places)
+    };
+    let places: Vec<Vec<Vec<f64>>> = (0..subject.layout.trials).map(trial).collect::<Option<_>>()?;
+    let tracks = places.iter().map(|trial| trial.iter().map(|x| subject.layout.track_of(x)).collect()).collect();
+    let mut features = features_along(subject, &found.stand, &State::new(&state.layout, &state.effort, &tracks, &state.centre, &[]));
+    // What is known without the measured motion changes nothing of how that follows from a force.
+    for feature in features.linear.iter_mut().chain(&mut features.nonlinear).chain(&mut features.varying) {
+        feature.column.action.clear();
+    }
+    Some(features)
+}
+
 /// Groups of blocks that are left out in turn: trials, or stretches of the only one.
 fn folds(subject: &Subject) -> Vec<Vec<usize>> {
     let blocks = subject.layout.blocks();
@@ -240,6 +276,14 @@ pub(crate) fn held_out(subject: &Subject, stand: &Stand, extra: &[&Column]) -> O
         .collect()
 }
 
+/// What one model gains of held-out log-likelihood over another, and the standard error of that over folds.
+fn gained(before: &[f64], after: &[f64]) -> (f64, f64) {
+    let gains: Vec<f64> = before.iter().zip(after).map(|(b, a)| b - a).collect();
+    let (sum, count) = (gains.iter().sum::<f64>(), gains.len() as f64);
+    let squares: f64 = gains.iter().map(|g| (g - sum / count).powi(2)).sum();
+    (sum, (squares / (count - 1.0).max(1.0) * count).sqrt())
+}
+
 /// Gains of the named causes over the baseline, and of the generic model over them.
 pub(crate) fn gate(subject: &Subject, baseline: &Stand, found: &Found, features: &Features) -> Gate {
     let all = features.all();
@@ -252,11 +296,15 @@ pub(crate) fn gate(subject: &Subject, baseline: &Stand, found: &Found, features:
     let mut gate =
         Gate { removed: (1.0 - after / before).max(0.0), size: size(stand, &stand.fit.residual, &full.residual), power: full.power.clone(), ..Gate::default() };
     if let (Some(base), Some(named), Some(generic)) = (held_out(subject, baseline, &[]), held_out(subject, stand, &[]), held_out(subject, stand, &all)) {
-        let gains: Vec<f64> = named.iter().zip(&generic).map(|(n, g)| n - g).collect();
-        let mean = gains.iter().sum::<f64>() / gains.len() as f64;
-        gate.beyond = gains.iter().sum();
-        gate.beyond_error = (gains.iter().map(|g| (g - mean).powi(2)).sum::<f64>() / (gains.len() as f64 - 1.0).max(1.0) * gains.len() as f64).sqrt();
         gate.named = base.iter().zip(&named).map(|(b, n)| b - n).sum();
+        (gate.beyond, gate.beyond_error) = gained(&named, &generic);
+        if gate.sure() {
+            let along = driven(subject, found).and_then(|features| held_out(subject, stand, &features.all()));
+            let (beyond, beyond_error) = along.map_or((gate.beyond, gate.beyond_error), |along| gained(&named, &along));
+            if beyond <= 2.0 * beyond_error {
+                gate = Gate { named: gate.named, beyond, beyond_error, power: stand.fit.power.clone(), ..Gate::default() };
+            }
+        }
     } else {
         // Too few blocks to hold any back: the gain less its price.
         gate.beyond = full.log_likelihood - stand.fit.log_likelihood - subject.price(all.len());

@@ -116,3 +116,28 @@ fn rung<'a>(effort: &'a [Vec<f64>], rings: &[Ring], sizes: &[f64], range: std::o
     }
     out
 }
+
+#[cfg(test)]
+mod tests {
+    use crate::Options;
+    use crate::free_run::inverse;
+    use crate::samples::{Meaning, Samples};
+    use crate::subject::Subject;
+    use ndof_challenge::{Case, Plant, make};
+
+    /// A body of 2 kg with 1 N s/m: its motion dies away as exp(-t / 4 s).
+    #[test]
+    fn a_beginning_is_felt_for_three_times_as_long_as_the_slowest_mode_takes_to_die_away() {
+        let made =
+            make(&Case { plant: Plant::Planar, hidden: vec![], other: false, background: false, trials: 2, duration_s: 20.0, seed: 61, command: (1.0, 1.0) });
+        let meaning = Meaning::new(&made.recordings[0], &made.ports).expect("efforts and motions");
+        let samples = Samples::new(&made.recordings, &made.ports, &meaning).expect("samples");
+        let subject = Subject::new(&samples, &meaning, &Options::default(), None).expect("a subject");
+        let stand = subject.stand(&[], &subject.start, 4).expect("a fit");
+        let mut runner = subject.runner(&[], &stand);
+        let both = |value: f64| vec![vec![value, 0.0], vec![0.0, value]];
+        (runner.mass, runner.damping, runner.stiffness) = (both(2.0), both(1.0), both(300.0));
+        let felt = runner.felt(&inverse(&runner.mass).expect("a mass"), &stand.state);
+        assert!((felt as f64 - 12.0 * subject.layout.rate_hz).abs() <= 1.0, "{felt}");
+    }
+}

@@ -20,7 +20,7 @@ pub(crate) fn remembered(samples: &[f64], ends: usize, rate_hz: f64, operator: i
 }
 
 /// Samples of a period passed through an operator.
-fn passed(mut y: Vec<f64>, rate_hz: f64, operator: impl Fn(Complex64) -> Complex64) -> Vec<f64> {
+pub(crate) fn passed(mut y: Vec<f64>, rate_hz: f64, operator: impl Fn(Complex64) -> Complex64) -> Vec<f64> {
     let length = y.len();
     let mut spectrum = spectrum_by(forward_transform(length).as_ref(), &mut y);
     for (k, x) in spectrum.iter_mut().enumerate() {

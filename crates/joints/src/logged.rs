@@ -63,3 +63,28 @@ impl Logged {
         weights.chain(zeros).collect()
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_column_is_the_line_of_its_own_correction() {
+        let mut logged = Logged::as_it_is(2);
+        for (column, found, then) in [
+            (Column::Falling(0), 0.002, 0.003),
+            (Column::Torque(1), 0.1, 1.21),
+            (Column::Zero { joint: 1, at: 0.0 }, 0.05, 0.06),
+            (Column::Tilt(2), -0.02, -0.01),
+        ] {
+            let untouched = logged.clone();
+            logged.set(&column, logged.beyond(&column, found).expect("a correction"));
+            // A tenth more of a torque that is a tenth too large, and a hundredth or a thousandth more of all else.
+            let more = if then == 1.21 { 0.1 } else { then - found };
+            assert!((logged.beyond(&column, more).expect("a correction") - then).abs() < 1e-12, "{column:?}");
+            logged.put_back(&column);
+            assert_eq!(logged, untouched, "{column:?}");
+        }
+        assert_eq!((logged.of(&Column::Velocity(0)), logged.beyond(&Column::Constant(1), 1.0)), (None, None));
+    }
+}

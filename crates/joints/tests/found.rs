@@ -349,7 +349,7 @@ schema = "ndof/robot/1"
 name = "two"
 joints = [
     { name = "shoulder", axis = [0.0, 1.0, 0.0], mass_kg = 2.0, centre_m = [0.15, 0.0, 0.02], inertia_kg_m2 = [0.002, 0.02, 0.02, 0.0, 0.0, 0.0] },
-    { name = "elbow", axis = [0.0, 1.0, 0.0], origin_m = [0.3, 0.0, 0.0], mass_kg = 1.2, centre_m = [0.12, 0.0, 0.01], inertia_kg_m2 = [0.001, 0.01, 0.01, 0.0, 0.0, 0.0] },
+    { name = "elbow", axis = [0.0, 1.0, 0.0], origin_m = [0.3, 0.0, 0.0], mass_kg = 1.2, centre_m = [0.12, 0.0, 0.01], inertia_kg_m2 = [0.001, 0.01, 0.01, 0.0, 0.0, 0.0], stiffness_nm_per_rad = 4.0, spring_rest_rad = 0.1 },
 ]
 "#;
     let chain = RobotConfig::parse("two.toml", file, None).and_then(|c| c.chain()).expect("a robot");
@@ -362,6 +362,8 @@ joints = [
         let mut torque = [0.0; 2];
         let [q, v, a] = [paths.map(|p| p(t)), paths.map(|p| rate(p, t)), paths.map(|p| acceleration(p, t))];
         chain.inverse_dynamics(&q, &v, &a, &mut torque);
+        // The spring of the file feels the elbow as it stands, too.
+        torque[1] += 4.0 * (q[1] - 0.1);
         let angle = [q[0], q[1] + off].map(|q| (q / step).round() * step);
         let mut noise = || 0.03 * (random.random::<f64>() + random.random::<f64>() + random.random::<f64>() - 1.5) * 2.0;
         series.iter_mut().zip([torque[0] + noise(), torque[1] + noise(), angle[0], angle[1]]).for_each(|(s, x)| s.push(x));

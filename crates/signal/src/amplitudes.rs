@@ -99,18 +99,19 @@ impl<'a> Amplitudes<'a> {
         places.zip(found.chunks_exact(2)).map(between).collect()
     }
 
-    /// How many samples lie further from the median than so many robust standard deviations (1.4826 times the median distance); `None` where
-    /// half of all are the same, or there is none.
+    /// How many samples lie further from the median than so many robust standard deviations: 1.4826 times the median distance or, of a signal that rests
+    /// at its median or goes between levels, the distance of nine in ten over 1.645. `None` where half of all are the same, or there is none.
     pub fn outliers(&self, deviations: f64) -> Option<usize> {
         if self.samples.is_empty() {
             return None;
         }
-        let middle = self.samples.len() / 2;
+        let (middle, far) = (self.samples.len() / 2, 9 * self.samples.len() / 10);
         let median = in_order(&self.samples, self.range, &[middle], |x| x)[0];
         let distance = |x: f64| (x - median).abs();
         let furthest = distance(self.range[0]).max(distance(self.range[1]));
-        let robust = 1.4826 * in_order(&self.samples, [0.0, furthest], &[middle], distance)[0];
-        (robust > 0.0).then(|| self.samples.iter().filter(|x| distance(**x) > deviations * robust).count())
+        let distances = in_order(&self.samples, [0.0, furthest], &[middle, far], distance);
+        let robust = (1.4826 * distances[0]).max(distances[1] / 1.645);
+        (distances[0] > 0.0).then(|| self.samples.iter().filter(|x| distance(**x) > deviations * robust).count())
     }
 
     /// Samples in runs of `run` equal ones or more at either end of the range that were reached from farther away than `from` within two samples: a limit

@@ -66,7 +66,7 @@ pub(super) struct Gains<'a> {
 impl<'a> Gains<'a> {
     pub fn new(answer: &Answer<'_>, steps: &'a [Step], ends: &'a Ends) -> Self {
         let (unseen, gate, found) = (answer.unseen, answer.gate, answer.found);
-        let beyond = if gate.beyond > 2.0 * gate.beyond_error { gate.beyond * unseen.share() } else { 0.0 };
+        let beyond = if gate.sure() { gate.beyond * unseen.share() } else { 0.0 };
         let tones: Vec<Option<f64>> = answer.findings.tones.iter().map(|tone| unseen.tone(tone, &found.chosen, &found.stand)).collect();
         let more = beyond + tones.iter().flatten().sum::<f64>();
         let all = ends.best.iter().chain(steps.iter().filter_map(|step| step.rest.as_ref()));

@@ -57,7 +57,7 @@ impl Left {
         let clipped = hiding.map(|clipped| (clipped.axis, clipped.share)).collect();
         let beyond = |(e, f): (&Option<f64>, &Option<f64>)| e.map_or(1.0, |e| (e * e - f.unwrap_or(0.0).powi(2)).max(0.0).sqrt());
         let excess = all.score.nrmse.iter().zip(&floor.nrmse).map(beyond).fold(0.0, f64::max);
-        let sure = gate.beyond > 2.0 * gate.beyond_error;
+        let sure = gate.sure();
         let unknown = sure && gate.beyond > 20.0 && gate.size > answer.options.tolerance && excess > answer.options.tolerance;
         let remainder = sure && gate.beyond > REMAINDER;
         let ratio = if unknown { gate.beyond / (gate.beyond + gate.named.max(0.0)).max(1.0) } else { 0.0 };

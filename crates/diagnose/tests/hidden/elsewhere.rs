@@ -12,15 +12,30 @@ const RATE_HZ: f64 = 200.0;
 /// A hundredth of the motion.
 const NOISE_M: f64 = 2e-3;
 
-/// The motion of the second of two masses of 1 kg, the first pushed and sprung to the ground: both on springs and light dampers.
-fn far_mass(seed: u64) -> Recording {
-    let (mass, [ground, between], [slow, light]) = (1.0, [300.0, 1500.0], [2.0, 1.0]);
+/// Two masses of which the first is pushed.
+struct Two {
+    masses_kg: [f64; 2],
+    /// From the ground to the first, between them, from the second to the ground.
+    springs: [f64; 3],
+    dampers: [f64; 3],
+    /// Whose motion is measured.
+    seen: usize,
+}
+
+/// Two masses of 1 kg, the first sprung to the ground, on springs and light dampers, the second as light as is said, whose motion is measured.
+fn far_mass(light: f64, seed: u64) -> Recording {
+    shaken(&Two { masses_kg: [1.0; 2], springs: [300.0, 1500.0, 0.0], dampers: [2.0, light, 0.0], seen: 1 }, seed)
+}
+
+fn shaken(two: &Two, seed: u64) -> Recording {
+    let Two { masses_kg, springs, dampers, seen } = *two;
     let mut random = ChaCha8Rng::seed_from_u64(seed);
     let lines: Vec<(f64, f64)> = (4..400).map(|k| (0.025 * f64::from(k), random.random_range(0.0..TAU))).collect();
     let force = |t: f64| lines.iter().map(|(f, phase)| (TAU * f * t + phase).sin()).sum::<f64>();
     let rates = |t: f64, [x, y, v, w]: [f64; 4]| {
-        let spring = between * (y - x) + light * (w - v);
-        [v, w, (force(t) - ground * x - slow * v + spring) / mass, -spring / mass]
+        let pulls = |i: usize, x: f64, v: f64| springs[i] * x + dampers[i] * v;
+        let [first, between, second] = [pulls(0, x, v), pulls(1, y - x, w - v), pulls(2, y, w)];
+        [v, w, (force(t) - first + between) / masses_kg[0], (-between - second) / masses_kg[1]]
     };
     let h = 0.5 / RATE_HZ;
     let mut state = [0.0; 4];
@@ -31,7 +46,7 @@ fn far_mass(seed: u64) -> Recording {
         // What is transient has gone after ten seconds.
         if step % 2 == 0 && t >= 10.0 {
             efforts.push(force(t));
-            motion.push(state[1] + NOISE_M * (random.random::<f64>() - 0.5));
+            motion.push(state[seen] + NOISE_M * (random.random::<f64>() - 0.5));
         }
         let k1 = rates(t, state);
         let k2 = rates(t + 0.5 * h, along(state, k1, 0.5 * h));
@@ -56,7 +71,7 @@ fn a_mode_between_effort_and_motion_is_named_with_its_numbers() {
     let q = (1800.0 - w * w) / 1500.0;
     let ratio = (3.0 - 2.0 * q + q * q) / (1.0 + q * q) / (2.0 * w);
     for seed in [1, 2, 3] {
-        let d = answer(far_mass(seed));
+        let d = answer(far_mass(1.0, seed));
         let first = d.causes.first().expect("a cause");
         assert_eq!((first.effect.as_str(), &d.verdict), ("extra-resonance", &Verdict::Explained), "{:?}", d.causes);
         for (name, truth) in [("frequency_hz", w / TAU), ("damping_ratio", ratio)] {
@@ -66,5 +81,38 @@ fn a_mode_between_effort_and_motion_is_named_with_its_numbers() {
         }
         let [before, after] = [&d.baseline.held_out, &d.extended.held_out].map(|score| score.nrmse[0].expect("runs"));
         assert!(before > 0.5 && after < 0.01, "{before} {after}");
+    }
+}
+
+/// What rings on from before the record: of the second damper the fast mode takes some ten seconds to die away.
+#[test]
+fn a_light_mode_rings_on_from_before() {
+    let d = answer(far_mass(0.02, 1));
+    assert_eq!((d.causes[0].effect.as_str(), &d.verdict), ("extra-resonance", &Verdict::Explained), "{:?}", d.causes);
+    let after = d.extended.held_out.nrmse[0].expect("runs");
+    assert!(after < 0.01, "{after}");
+}
+
+/// A handle that holds a limb softly: from outside a mode, with the handle's inertia, and the hold's stiffness and damping, in front of it.
+#[test]
+fn a_limb_behind_a_soft_hold_is_a_mode_with_the_hold_before_it() {
+    let ([handle, limb], [hold, spring], [soft, damper]) = ([0.3, 2.0], [1700.0, 400.0], [5.0, 18.0]);
+    let w = f64::sqrt((hold + spring) / limb);
+    for seed in [1, 2] {
+        let d = answer(shaken(&Two { masses_kg: [handle, limb], springs: [0.0, hold, spring], dampers: [0.0, soft, damper], seen: 0 }, seed));
+        let [mode] = &d.causes[..] else { panic!("{:?}", d.causes) };
+        assert_eq!((mode.effect.as_str(), &d.verdict), ("extra-resonance", &Verdict::Explained));
+        for (name, truth) in [("frequency_hz", w / TAU), ("damping_ratio", (soft + damper) / (2.0 * w * limb))] {
+            let told = mode.parameters.iter().find(|p| p.name == name).expect("a number of the mode");
+            let (Value::Number(value), Some([low, high])) = (&told.value, told.ci95) else { panic!("{told:?}") };
+            assert!(low < truth && truth < high && (value / truth - 1.0).abs() < 0.05, "{truth}: {told:?}");
+        }
+        // Of (c s + k)² / (m s² + (b + c) s + K + k) a constant c² / m is no mode's.
+        for (name, truth) in [("M", handle), ("B", soft), ("K", hold - soft * soft / limb)] {
+            let told = d.extended.parameters.iter().find(|p| p.name == name).expect("an entry");
+            assert!((told.value - truth).abs() < 4.0 * told.std_error.expect("an error"), "{truth}: {told:?}");
+        }
+        let after = d.extended.held_out.nrmse[0].expect("runs");
+        assert!(after < 0.02, "{after}");
     }
 }

@@ -1,6 +1,7 @@
 //! A flexible mode, or compliance in series.
 
 use super::vocabulary::*;
+use crate::force_law::{ForceLaw, Motion};
 use num_complex::Complex64;
 use std::f64::consts::TAU;
 
@@ -18,13 +19,44 @@ const CARD: Card = Card {
     signature: "a peak and a notch in the response, inertia that changes across it; in series: phase that rolls off with the inertia's gain",
     look_alikes: &["measurement-delay", "channel-filter", "periodic-disturbance"],
     next_experiment: "the same perturbation with a known mass added to the handle: a mode moves, a delay does not",
-    equation: "f = m2 s² (2 ζ ω s + ω²) / (s² + 2 ζ ω s + ω²) x; in series: x measured = x + F / k; between: F felt = (g s² + 2 ζ ω s + ω²) / (s² + 2 ζ ω s + ω²) F",
+    equation: "f = m2 s² (2 ζ ω s + ω²) / (s² + 2 ζ ω s + ω²) x; held softly: f = (k + c s) Z / (Z + k + c s) x; in series: x measured = x + F / k; between: F felt = (g s² + 2 ζ ω s + ω²) / (s² + 2 ζ ω s + ω²) F",
     source: "Den Hartog 1934, Mechanical vibrations, ch. 3",
     trace: Trace::Forms,
 };
 
 /// A mode damped more than this does not swing: a reflex or a relaxation answers alike.
 const DEAD: f64 = 0.25;
+
+/// What has an impedance Z of its own behind a spring k and a damper c, of which those of the axis are taken off, as they are found with its inertia:
+/// f = (k + c s) Z / (Z + k + c s) x - (k' + c' s) x = (gains[0] + gains[1] s) ω² / (s² + 2 ζ ω s + ω²) x.
+#[derive(Clone, Copy, Debug)]
+struct Behind {
+    axis: usize,
+    omega: f64,
+    damping_ratio: f64,
+    gains: [f64; 2],
+}
+
+impl ForceLaw for Behind {
+    fn states(&self) -> usize {
+        2
+    }
+
+    fn fastest_rate(&self, _motion: &Motion<'_>) -> f64 {
+        self.omega * (1.0 + 2.0 * self.damping_ratio)
+    }
+
+    fn evaluate(&self, motion: &Motion<'_>, states: &[f64], force: &mut [f64], rates: &mut [f64]) {
+        rates[0] = states[1];
+        rates[1] = self.omega * (self.omega * (motion.position[self.axis] - states[0]) - 2.0 * self.damping_ratio * states[1]);
+        force[self.axis] += self.gains[0] * states[0] + self.gains[1] * states[1];
+    }
+
+    fn response(&self, s: Complex64) -> Option<Complex64> {
+        let square = self.omega * self.omega;
+        Some((self.gains[0] + self.gains[1] * s) * square / (s * s + 2.0 * self.damping_ratio * self.omega * s + square))
+    }
+}
 
 /// A mass on a spring and damper, carried by one axis.
 pub struct ExtraResonance;
@@ -66,6 +98,13 @@ impl Effect for ExtraResonance {
                     .numbers(move |k, c| [("frequency_hz", k[0]), ("damping_ratio", k[1]), ("mass_share", c[0] / inertia)])
             })
             .collect();
+        // Behind a soft hold stands what has a ground of its own; beside it M, B and K are those of the hold and of what lies before it.
+        forms.extend((0..scale.axes()).map(|axis| {
+            Form::new("held softly", Some(axis), Action::force(move |k, c| Behind { axis, omega: TAU * k[0], damping_ratio: k[1], gains: [c[0], c[1]] }))
+                .knobs(vec![Knob::log(0.8 / unit, 12.5 / unit), Knob::log(0.003, 0.4)], &[&[1.5, 2.2, 3.0, 4.2, 5.5, 7.0, 9.0, 11.0].map(|f| f / unit), &[0.1]])
+                .coefficients(vec![Sign::Negative, Sign::Free])
+                .numbers(|k, _| [("frequency_hz", k[0]), ("damping_ratio", k[1])])
+        }));
         if scale.motion_imposed {
             // The measured effort would stand on both sides of the balance.
             return forms;
