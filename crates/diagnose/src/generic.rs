@@ -301,7 +301,7 @@ pub(crate) fn gate(subject: &Subject, baseline: &Stand, found: &Found, features:
         if gate.sure() {
             let along = driven(subject, found).and_then(|features| held_out(subject, stand, &features.all()));
             let (beyond, beyond_error) = along.map_or((gate.beyond, gate.beyond_error), |along| gained(&named, &along));
-            if beyond <= 2.0 * beyond_error {
+            if beyond <= 0.0 {
                 gate = Gate { named: gate.named, beyond, beyond_error, power: stand.fit.power.clone(), ..Gate::default() };
             }
         }

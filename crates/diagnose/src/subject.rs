@@ -57,7 +57,8 @@ fn far(series: &[Vec<Vec<f64>>], axis: usize) -> f64 {
         t[axis].iter().map(move |x| (x - own).abs()).collect::<Vec<_>>()
     };
     let all: Vec<f64> = series.iter().flat_map(ways).collect();
-    Amplitudes::of(&all).quantiles(&[0.93])[0]
+    let amplitudes = Amplitudes::of(&all);
+    amplitudes.mean + amplitudes.std * amplitudes.quantiles(&[0.93])[0]
 }
 
 impl KnownArm {
@@ -222,5 +223,17 @@ pub(crate) fn find_band(samples: &Samples, meaning: &Meaning) -> (f64, f64) {
         band::excited(&effort, &effort, &motion, (meaning.order, false), samples.rate_hz)
     } else {
         band::excited(&effort, &reference, &motion, (meaning.order, false), samples.rate_hz)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn far_is_a_way_and_no_number_of_deviations() {
+        // From 5 mm a millimetre to either side, evenly: 93 of a hundred go no farther than 0.93 mm.
+        let even: Vec<f64> = (-1000..=1000).map(|k| 5e-3 + 1e-6 * f64::from(k)).collect();
+        assert!((far(&[vec![even]], 0) - 0.93e-3).abs() < 1e-6);
     }
 }
