@@ -1,8 +1,9 @@
-//! CSV and TSV: a line of names, then a line of numbers for each sample; or no names, and a file that says what the columns are.
+//! CSV and TSV: a line of names, or one and a row of units, then a line of numbers for each sample; or no names, and a file that says what the columns are.
 //!
 //! The separator and the decimal sign follow from the file. What could be read in two ways is an error.
 
 mod cells;
+mod head;
 mod header;
 mod headless;
 mod plain;

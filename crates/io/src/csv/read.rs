@@ -1,8 +1,10 @@
-//! A line of names, then lines of numbers.
+//! What stands before the names, a line of names, perhaps one of units, then lines of numbers.
 
+use super::head::Head;
 use super::header::{metadata, names, separator};
 use super::rows::{Line, Rows};
 use crate::error::IoError;
+use crate::note::Note;
 use crate::table::Table;
 use std::collections::BTreeMap;
 
@@ -10,35 +12,49 @@ use std::collections::BTreeMap;
 pub(crate) fn read_piece(text: &str, file: &str, (head, skipped): (usize, usize)) -> Result<Table, IoError> {
     let end = if text.contains('\n') { '\n' } else { '\r' };
     let mut facts = BTreeMap::new();
-    let mut lines = text
-        .split_inclusive(end)
-        .enumerate()
-        .filter_map(|(i, line)| {
-            let terminated = line.ends_with(end);
-            let text = line.trim_end_matches(['\n', '\r']);
-            if let Some(comment) = text.trim_start().strip_prefix('#').filter(|_| !text.trim_start().starts_with("#N/A")) {
-                if let Some((key, value)) = metadata(comment) {
-                    facts.entry(key).or_insert(value);
-                }
-                return None;
+    let mut lines = text.split_inclusive(end).enumerate().filter_map(|(i, line)| {
+        let terminated = line.ends_with(end);
+        let text = line.trim_end_matches(['\n', '\r']);
+        if let Some(comment) = text.trim_start().strip_prefix('#').filter(|_| !text.trim_start().starts_with("#N/A")) {
+            if let Some((key, value)) = metadata(comment) {
+                facts.entry(key).or_insert(value);
             }
-            // Spreadsheets name their separator in a line of its own; it shows in the header too.
-            let is_directive = i == 0 && text.trim().len() <= 5 && text.starts_with("sep=");
-            let number = if i < head { i + 1 } else { i + 1 + skipped };
-            (!is_directive).then_some(Line { number, text, terminated })
-        })
-        .peekable();
-    let Some(header) = lines.find(|l| !l.text.trim().is_empty()) else {
+            return None;
+        }
+        // Spreadsheets name their separator in a line of its own; it shows in the header too.
+        let is_directive = i == 0 && text.trim().len() <= 5 && text.starts_with("sep=");
+        let number = if i < head { i + 1 } else { i + 1 + skipped };
+        (!is_directive).then_some(Line { number, text, terminated })
+    });
+    let first: Vec<Line<'_>> = lines.by_ref().take(Head::LOOKED_AT).collect();
+    let Head { before, units } = Head::of(first.iter().filter(|line| !line.text.trim().is_empty()));
+    let mut lines = first.into_iter().chain(lines).peekable();
+    let mut words = lines.by_ref().filter(|line| !line.text.trim().is_empty());
+    let left_out: Vec<usize> = words.by_ref().take(before).map(|line| line.number).collect();
+    let Some(header) = words.next() else {
         return Err(IoError::Empty { file: file.to_owned() });
     };
+    let below = (!units.is_empty()).then(|| words.next()).flatten();
     while lines.next_if(|l| l.text.trim().is_empty()).is_some() {}
     let separator = separator(header.text, lines.peek().map(|l| l.text));
-    let named = names(file, header.number, header.text, separator)?;
+    let mut named = names(file, header.number, header.text, separator)?;
+    for (column, unit) in named.iter_mut().zip(units).filter(|(_, unit)| !unit.is_empty()) {
+        column.unit.get_or_insert(unit);
+    }
     let mut rows = Rows::new(file, named, separator);
     // Where the first of them stands in the text; those behind it have the numbers that follow.
     let first = lines.peek().filter(|line| skipped == 0 || line.number > head).map(|line| (line.text.as_ptr() as usize - text.as_ptr() as usize, line.number));
     let plain = first.is_some_and(|(begin, number)| rows.push_plain(&text[begin..], number));
-    let table = if plain { rows.finish(header.number)? } else { rows.read(lines, header.number)? };
+    let mut table = if plain { rows.finish(header.number)? } else { rows.read(lines, header.number)? };
+    if let (Some(from), Some(to)) = (left_out.first(), left_out.last()) {
+        let which = if from == to { format!("line {from} stands") } else { format!("lines {from} to {to} stand") };
+        let message = format!("{which} before the names in line {}: left out", header.number);
+        table.notes.push(Note::new("preamble", message, "begin lines that are no numbers with #, and facts with # key: value"));
+    }
+    if let Some(line) = below {
+        let message = format!("line {} below the names is taken as their units", line.number);
+        table.notes.push(Note::new("units-row", message, "write units beside the names, such as `force_x [N]`, if it is none"));
+    }
     Ok(Table { metadata: facts, ..table })
 }
 

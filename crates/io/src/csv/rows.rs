@@ -12,6 +12,11 @@ use std::borrow::Cow;
 /// What people and programs write where a sample is missing.
 const MISSING: [&str; 9] = ["nan", "na", "n/a", "#n/a", "null", "none", "-", "--", "?"];
 
+/// Whether a cell says that its sample is missing.
+pub(super) fn is_missing(text: &str) -> bool {
+    text.is_empty() || (text.len() <= 4 && MISSING.iter().any(|m| text.eq_ignore_ascii_case(m)))
+}
+
 /// One line of the text that is neither blank nor a comment.
 pub(super) struct Line<'a> {
     pub number: usize,
@@ -119,7 +124,7 @@ impl<'a> Rows<'a> {
     }
 
     fn number(&mut self, text: &str, column: usize, line: usize) -> Result<f64, IoError> {
-        if text.is_empty() || (text.len() <= 4 && MISSING.iter().any(|m| text.eq_ignore_ascii_case(m))) {
+        if is_missing(text) {
             return Ok(f64::NAN);
         }
         let comma = text.contains(',');

@@ -1,5 +1,6 @@
 //! CSV that is still being written: samples as they come.
 
+use super::head::{Head, is_row};
 use super::read::{read_piece, text};
 use crate::assemble::{SAMPLES_KEY, assemble, is_time, name_time, require_count};
 use crate::csv::header::metadata;
@@ -38,10 +39,12 @@ pub struct CsvStream {
     declared: Option<f64>,
     /// Bytes behind the last line end; of a complete file the last line too, which may be all that is new at the end.
     pending: Vec<u8>,
-    /// Comments and the line of names.
+    /// All that comes before the first line of numbers: comments, names, units.
     head: String,
     head_lines: usize,
-    /// Nothing before the line of names is known.
+    /// Its lines that are neither blank nor comments.
+    words: usize,
+    /// Whether it is whole.
     named: bool,
     timed: bool,
     /// Lines behind the head that are kept: those of the overlap, then those that wait.
@@ -103,11 +106,11 @@ impl CsvStream {
             let rest = std::mem::take(&mut self.pending);
             self.take_lines(&rest)?;
         }
-        let pieces = match (self.named, self.seen) {
-            (false, _) => return Err(IoError::Empty { file: self.file.clone() }),
-            (true, 0) if self.lines.is_empty() => return Err(IoError::HeaderOnly { file: self.file.clone(), line: self.head_lines }),
-            (true, _) => self.pieces()?,
-        };
+        if !self.named {
+            read_piece(&self.head, &self.file, (0, 0))?;
+            return Err(IoError::HeaderOnly { file: self.file.clone(), line: self.head_lines });
+        }
+        let pieces = self.pieces()?;
         require_count(&self.file, self.declared, self.seen)?;
         Ok(pieces)
     }
@@ -120,6 +123,13 @@ impl CsvStream {
                 continue;
             }
             let comment = line.trim_start().strip_prefix('#');
+            let words = comment.is_none() && !line.trim().is_empty() && !line.starts_with("sep=");
+            if words && (self.words > 0 && is_row(line.trim_end()) || self.words >= Head::LOOKED_AT) {
+                self.named = true;
+                self.lines.push(line.to_owned());
+                continue;
+            }
+            self.words += usize::from(words);
             // Blank in place of a count that no piece has, so that lines keep their numbers.
             let count = comment.and_then(metadata).filter(|(key, _)| key == SAMPLES_KEY);
             self.head += if count.is_some() { "#\n" } else { line };
@@ -127,9 +137,6 @@ impl CsvStream {
                 self.declared = self.declared.or(number(&text));
             }
             self.head_lines += 1;
-            if comment.is_none() && !line.trim().is_empty() && !line.starts_with("sep=") {
-                self.named = true;
-            }
         }
         Ok(())
     }
@@ -270,6 +277,18 @@ mod tests {
         assert!(own.len() > 1 && own.len() == other.len());
         for (own, other) in own.iter().zip(&other) {
             assert_eq!((own.recording.names(), own.recording.start_s()), (other.recording.names(), other.recording.start_s()));
+        }
+    }
+
+    #[test]
+    fn a_stream_knows_what_stands_before_and_below_its_names() {
+        let (rows, plain) = (text(0..3000), "t [s],force_x [N],pos_x [mm]\n");
+        let own = all(&format!("{plain}{rows}"), 4096).unwrap();
+        for size in [1, 4096] {
+            let other = all(&format!("Robot 3\nDate: today\nt,force_x,pos_x\ns,N,mm\n{rows}"), size).unwrap();
+            let count = |pieces: &[Piece]| pieces.iter().map(|p| p.recording.len()).sum::<usize>();
+            assert_eq!((count(&other), other[0].recording.channels()[1].unit.symbol()), (count(&own), "m"));
+            assert!(other[0].notes.iter().any(|n| n.code == "preamble") && other[0].notes.iter().any(|n| n.code == "units-row"));
         }
     }
 
