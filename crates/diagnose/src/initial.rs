@@ -6,6 +6,7 @@ use crate::linear::{Symmetric, dot};
 use crate::state::State;
 use ndarray::Array2;
 use ndof_linear::eigenvalues;
+use ndof_models::{ForceLaw, Motion};
 use num_complex::Complex64;
 use std::borrow::Cow;
 
@@ -30,20 +31,45 @@ impl Runner {
     }
 
     /// Samples of a trial in which its initial state is felt: three times the time in which the slowest mode of inertia, damping and stiffness, or of what
-    /// efforts pass, dies away, at least until the filters of the channels have settled.
+    /// efforts pass, dies away, at least until the filters of the channels have settled. Where these alone do not come to rest, linear laws are counted in.
     pub fn felt(&self, inverse_mass: &[Vec<f64>], state: &State) -> usize {
         let layout = &state.layout;
-        let n = layout.axes;
-        // Rates of change of displacements, then of velocities.
-        let rates = Array2::from_shape_fn((2 * n, 2 * n), |(i, j)| match (i.checked_sub(n), j.checked_sub(n)) {
-            (None, _) => f64::from(u8::from(j == i + n)),
-            (Some(i), None) => -(0..n).map(|k| inverse_mass[i][k] * self.stiffness[k][j]).sum::<f64>(),
-            (Some(i), Some(j)) => -(0..n).map(|k| inverse_mass[i][k] * self.damping[k][j]).sum::<f64>(),
-        });
-        let own = eigenvalues(&rates).unwrap_or_default();
-        let slowest = own.into_iter().chain(state.modes().map(|(_, pole)| pole)).map(|pole| -pole.re).fold(f64::INFINITY, f64::min);
-        let samples = if slowest > 0.0 { (3.0 / slowest * layout.rate_hz).ceil() as usize } else { layout.samples };
+        let slowest = |laws: &[&dyn ForceLaw]| {
+            let own = eigenvalues(&self.linear(inverse_mass, laws)).unwrap_or_default();
+            own.into_iter().chain(state.modes().map(|(_, pole)| pole)).map(|pole| -pole.re).fold(f64::INFINITY, f64::min)
+        };
+        let linear = || self.laws.iter().map(AsRef::as_ref).filter(|law| law.delay_s() == 0.0 && law.response(Complex64::I).is_some()).collect::<Vec<_>>();
+        let rate = Some(slowest(&[])).filter(|rate| *rate > 0.0).unwrap_or_else(|| slowest(&linear()));
+        let samples = if rate > 0.0 { (3.0 / rate * layout.rate_hz).ceil() as usize } else { layout.samples };
         samples.max(layout.settled()).max(8).min(layout.samples)
+    }
+
+    /// The matrix that makes rates of change of displacements, velocities and the hidden states of some laws, which have to be linear.
+    fn linear(&self, inverse_mass: &[Vec<f64>], laws: &[&dyn ForceLaw]) -> Array2<f64> {
+        let n = inverse_mass.len();
+        let size = 2 * n + laws.iter().map(|law| law.states()).sum::<usize>();
+        let mut matrix = Array2::zeros((size, size));
+        for j in 0..size {
+            let mut y = vec![0.0; size];
+            y[j] = 1.0;
+            let (x, v) = (&y[..n], &y[n..2 * n]);
+            let mut rates = vec![0.0; size];
+            rates[..n].copy_from_slice(v);
+            let mut force: Vec<f64> = (0..n).map(|i| -(0..n).map(|k| self.damping[i][k] * v[k] + self.stiffness[i][k] * x[k]).sum::<f64>()).collect();
+            let mut from = 2 * n;
+            for law in laws {
+                let to = from + law.states();
+                let mut resists = vec![0.0; n];
+                law.evaluate(&Motion::now(0.0, x, v), &y[from..to], &mut resists, &mut rates[from..to]);
+                force.iter_mut().zip(&resists).for_each(|(f, r)| *f -= r);
+                from = to;
+            }
+            for i in 0..n {
+                rates[n + i] = (0..n).map(|k| inverse_mass[i][k] * force[k]).sum();
+            }
+            (0..size).for_each(|i| matrix[(i, j)] = rates[i]);
+        }
+        matrix
     }
 
     /// Initial displacements and velocities, and the sizes of what rings, that fit the first samples best, by two Gauss-Newton steps.
@@ -124,6 +150,9 @@ mod tests {
     use crate::samples::{Meaning, Samples};
     use crate::subject::Subject;
     use ndof_challenge::{Case, Plant, make};
+    use ndof_models::ForceLaw;
+    use ndof_models::effects::on_axis;
+    use ndof_models::time::laws::Relaxation;
 
     /// A body of 2 kg with 1 N s/m: its motion dies away as exp(-t / 4 s).
     #[test]
@@ -139,5 +168,11 @@ mod tests {
         (runner.mass, runner.damping, runner.stiffness) = (both(2.0), both(1.0), both(300.0));
         let felt = runner.felt(&inverse(&runner.mass).expect("a mass"), &stand.state);
         assert!((felt as f64 - 12.0 * subject.layout.rate_hz).abs() <= 1.0, "{felt}");
+        // Without a damper they never rest, but a relaxation of 1000 N/m in 10 ms damps as 10 N s/m do.
+        runner.damping = both(0.0);
+        assert_eq!(runner.felt(&inverse(&runner.mass).expect("a mass"), &stand.state), subject.layout.samples);
+        runner.laws = (0..2).map(|axis| Box::new(on_axis(axis, Relaxation, [1000.0, 0.01])) as Box<dyn ForceLaw>).collect();
+        let damped = runner.felt(&inverse(&runner.mass).expect("a mass"), &stand.state);
+        assert!(damped < subject.layout.samples / 2, "{damped}");
     }
 }
