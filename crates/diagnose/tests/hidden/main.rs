@@ -1,6 +1,7 @@
 //! What the diagnosis says of recordings whose cause is known: hidden by a generator of its own, or measured by others.
 
 mod arm;
+mod between;
 mod blind;
 mod channels;
 mod drawn;
