@@ -25,8 +25,8 @@ impl Head {
         let alike = |k: usize| lines.get(k + 1).is_none_or(|next| is_numbers(next) && cells(next, next).len() == cells(lines[k], lines[k]).len());
         let Some(first) = (1..lines.len()).find(|&k| is_numbers(lines[k]) && alike(k)) else { return Head::default() };
         let units_of = |names: usize| if first == names + 2 { units(lines[names], lines[names + 1], lines[first]) } else { None };
-        let ordinary = [0].into_iter().chain((first >= 3).then(|| first - 2)).find_map(|names| units_of(names).map(|units| Head { before: names, units }));
-        ordinary.unwrap_or_else(|| {
+        let with_units = [0].into_iter().chain((first >= 3).then(|| first - 2)).find_map(|names| units_of(names).map(|units| Head { before: names, units }));
+        with_units.unwrap_or_else(|| {
             let behind = first > 1 && !fits(lines[0], lines[first]) && fits(lines[first - 1], lines[first]);
             let before = if behind { first - 1 } else { 0 };
             Head { before, units: Vec::new() }
@@ -56,7 +56,8 @@ fn is_number(cell: &Cell<'_>) -> bool {
 
 /// Whether a line has nothing but numbers and what stands for missing ones.
 pub(super) fn is_row(line: &str) -> bool {
-    cells(line, line).iter().all(|c| is_number(c) || is_missing(&c.text))
+    let cells = cells(line, line);
+    cells.iter().any(|c| !c.text.is_empty()) && cells.iter().all(|c| is_number(c) || is_missing(&c.text))
 }
 
 /// Whether one of them at least is a number.

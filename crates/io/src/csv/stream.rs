@@ -285,7 +285,7 @@ mod tests {
         let (rows, plain) = (text(0..3000), "t [s],force_x [N],pos_x [mm]\n");
         let own = all(&format!("{plain}{rows}"), 4096).unwrap();
         for size in [1, 4096] {
-            let other = all(&format!("Robot 3\nDate: today\nt,force_x,pos_x\ns,N,mm\n{rows}"), size).unwrap();
+            let other = all(&format!("Robot 3,,\nDate: today,,\n,,\nt,force_x,pos_x\ns,N,mm\n{rows}"), size).unwrap();
             let count = |pieces: &[Piece]| pieces.iter().map(|p| p.recording.len()).sum::<usize>();
             assert_eq!((count(&other), other[0].recording.channels()[1].unit.symbol()), (count(&own), "m"));
             assert!(other[0].notes.iter().any(|n| n.code == "preamble") && other[0].notes.iter().any(|n| n.code == "units-row"));
