@@ -285,7 +285,7 @@ impl Runner {
     }
 
     /// The run over a whole trial; `None` where the mass is singular.
-    pub fn from_beginning(&self, state: &State, trial: usize) -> Option<Run> {
+    pub fn over_trial(&self, state: &State, trial: usize) -> Option<Run> {
         let inverse_mass = inverse(&self.mass)?;
         let (effort, v) = (straightened(state, trial), velocity(state, trial));
         Some(self.fitted_run(&inverse_mass, (&effort, &v), state, trial, 0..state.layout.samples, self.felt(&inverse_mass, state)))
@@ -296,7 +296,7 @@ impl Runner {
     pub fn added_to(&self, plant: &Runner, state: &State, trial: usize) -> Option<Vec<Vec<f64>>> {
         let layout = &state.layout;
         let n = layout.axes;
-        let (effort, run) = (straightened(state, trial), self.from_beginning(state, trial)?);
+        let (effort, run) = (straightened(state, trial), self.over_trial(state, trial)?);
         let clock = Clock::of(layout, trial);
         let mut laws = vec![vec![0.0; layout.samples]; n];
         for force in plant.laws.iter().map(|law| along(law.as_ref(), clock, n, (&run.x, &run.v), (&run.x, &run.v)).0) {

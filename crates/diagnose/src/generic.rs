@@ -232,7 +232,7 @@ fn driven(subject: &Subject, found: &Found) -> Option<Features> {
     }
     let runner = subject.runner(&found.chosen, &found.stand);
     let trial = |trial: usize| {
-        let run = runner.from_beginning(state, trial)?;
+        let run = runner.over_trial(state, trial)?;
         let of_axis = |(i, centre): (usize, &f64)| run.x.iter().skip(i).step_by(subject.layout.axes).map(|x| x + centre).collect::<Vec<f64>>();
         let places: Vec<Vec<f64>> = state.centre.iter().enumerate().map(of_axis).collect();
         places.iter().flatten().all(|x| x.is_finite()).then_some(places)
