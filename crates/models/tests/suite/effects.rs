@@ -265,7 +265,7 @@ fn responses_agree_with_their_laws_on_a_sine() {
             }
         }
     }
-    assert_eq!(some, 2 * 7, "a solid, two times, a fraction, a reflex of position and velocity, one of velocity, each in two units of time");
+    assert_eq!(some, 2 * 9, "a solid, two times, a fraction, reflexes with three gains, a soft hold with two, each in two units of time");
 }
 
 /// Of a Gaussian velocity half passes a rectifier (Bussgang): ½ s e^(−sτ) (ω/(s + ω))². A late channel is e^(−sτ), and one that is early undoes it.
