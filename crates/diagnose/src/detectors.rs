@@ -244,7 +244,7 @@ fn whiten(stand: &Stand, e: &[Vec<Vec<f64>>], axis: usize) -> Vec<Vec<f64>> {
     };
     e.iter()
         .map(|trial| {
-            // Nothing beside it: a mirrored record would begin with some sample of its middle, and a line through that.
+            // It ends at nought, and nothing is beside it: of a mirrored record the straight line would go through two samples of its middle.
             let mut faded: Vec<f64> = trial[axis].iter().enumerate().map(|(k, v)| v * fade(k)).collect();
             faded.resize(smooth_length(faded.len() + 2 * reach as usize), 0.0);
             let mut white = passed(faded, layout.rate_hz, |s| {

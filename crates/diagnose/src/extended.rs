@@ -238,19 +238,17 @@ fn relaxed(h: &Hypothesis) -> Hypothesis {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::samples::{Meaning, Samples};
+    use crate::shared_tests::{known, linear};
     use crate::{LinearFit, Options};
     use ndarray::Array2;
-    use ndof_challenge::{Case, Plant, make};
+    use ndof_challenge::Plant;
     use ndof_models::{Axis, Hold, InertiaDampingStiffness};
 
     /// What turns is added to one entry and taken from its mirror image: both have its error, beside that of the symmetric part, which they share.
     #[test]
     fn an_entry_is_made_of_the_baselines_own_and_of_what_causes_change() {
-        let made =
-            make(&Case { plant: Plant::Planar, hidden: vec![], other: false, background: false, trials: 2, duration_s: 20.0, seed: 61, command: (1.0, 1.0) });
-        let meaning = Meaning::new(&made.recordings[0], &made.ports).expect("efforts and motions");
-        let samples = Samples::new(&made.recordings, &made.ports, &meaning).expect("samples");
+        let made = linear(Plant::Planar, (2, 20.0), 61);
+        let (samples, meaning) = known(&made, &made.recordings);
         let of = |rows: &[Vec<f64>]| Array2::from_shape_fn((2, 2), |(i, j)| 0.5 * (rows[i][j] + rows[j][i]));
         let axes = vec![Axis::linear("x"), Axis::linear("y")];
         let matrices = InertiaDampingStiffness { axes, inertia: of(&made.mass), damping: of(&made.damping), stiffness: of(&made.stiffness) };

@@ -5,6 +5,7 @@ use crate::curved::CurvedPlant;
 use crate::movement;
 use crate::operators::filter;
 use crate::state::State;
+use ndarray::Array2;
 use ndof_linear::square;
 use ndof_models::schedule::Splines;
 use ndof_models::{ForceLaw, Motion};
@@ -134,6 +135,21 @@ impl Runner {
         let hidden = vec![0.0; self.laws.iter().map(|law| law.states()).sum()];
         let run = self.run(&inverse(&self.mass)?, effort, 0..effort[0].len(), Clock { rate_hz, start_s: 0.0, schedule: &[] }, (&still, &still, &hidden));
         Some((0..n).map(|i| run.x.iter().skip(i).step_by(n).copied().collect()).collect())
+    }
+
+    /// Slopes of the rates of change of displacements, velocities and hidden states, at rest.
+    pub fn slopes_at_rest(&self, inverse_mass: &[Vec<f64>], clock: Clock<'_>) -> Array2<f64> {
+        let n = self.mass.len();
+        let size = 2 * n + self.laws.iter().map(|law| law.states()).sum::<usize>();
+        let (still, none, mut scratch) = (vec![0.0; n], Run { x: vec![], v: vec![], a: vec![] }, Scratch::new(n));
+        let mut rates = |y: &[f64]| {
+            let mut out = vec![0.0; size];
+            self.rates(inverse_mass, y, &still, (clock.start_s, 0.0), &none, clock, &mut scratch, &mut out);
+            out
+        };
+        let (at_rest, small) = (rates(&vec![0.0; size]), 1e-7);
+        let beside: Vec<Vec<f64>> = (0..size).map(|j| rates(&(0..size).map(|k| if k == j { small } else { 0.0 }).collect::<Vec<_>>())).collect();
+        Array2::from_shape_fn((size, size), |(i, j)| (beside[j][i] - at_rest[i]) / small)
     }
 
     /// The steepest rise of an axis' resisting force with velocity, at rest.

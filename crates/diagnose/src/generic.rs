@@ -343,24 +343,20 @@ pub(crate) fn shares(subject: &Subject, baseline: &Stand, features: &Features) -
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::Options;
-    use crate::samples::{Meaning, Samples};
-    use ndof_challenge::{Case, Plant, make};
+    use crate::shared_tests::{baseline, known, linear};
+    use ndof_challenge::Plant;
 
     /// Where nothing is hidden, a number costs about one of log-likelihood in a trial that it was not fitted to; in one that moves three times as far a cube
     /// is 27 times as large, and costs 27² times as much. Regressors that cancel each other in one trial explode in the other.
     #[test]
     fn what_is_alike_does_not_explode_where_a_trial_moves_farther() {
         for seed in [81, 82, 83] {
-            let mut made =
-                make(&Case { plant: Plant::Force, hidden: vec![], other: false, background: false, trials: 2, duration_s: 40.0, seed, command: (1.0, 1.0) });
+            let mut made = linear(Plant::Force, (2, 40.0), seed);
             for name in made.recordings[1].names() {
                 made.recordings[1].map_channel(&name, |v| 3.0 * v).expect("a channel");
             }
-            let meaning = Meaning::new(&made.recordings[0], &made.ports).expect("efforts and motions");
-            let samples = Samples::new(&made.recordings, &made.ports, &meaning).expect("samples");
-            let subject = Subject::new(&samples, &meaning, &Options::default(), None).expect("a subject");
-            let stand = subject.stand(&[], &subject.start, 4).expect("a fit");
+            let (samples, meaning) = known(&made, &made.recordings);
+            let (subject, stand) = baseline(&samples, &meaning);
             let features = features(&subject, &stand);
             let held = |extra: &[&Column]| held_out(&subject, &stand, extra).expect("two trials").iter().sum::<f64>();
             let cost = |columns: &[&Column]| held(columns) - held(&[]);

@@ -303,17 +303,13 @@ impl<'a> InTime<'a> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::Options;
-    use crate::samples::{Meaning, Samples};
-    use ndof_challenge::{Case, Plant, make};
+    use crate::shared_tests::{baseline, known, linear};
+    use ndof_challenge::Plant;
 
-    /// A linear plant, and its baseline along the balance of forces.
-    fn linear(plant: Plant) -> (Subject, Stand, usize) {
-        let made = make(&Case { plant, hidden: vec![], other: false, background: false, trials: 2, duration_s: 40.0, seed: 61, command: (1.0, 1.0) });
-        let meaning = Meaning::new(&made.recordings[0], &made.ports).expect("efforts and motions");
-        let samples = Samples::new(&made.recordings, &made.ports, &meaning).expect("samples");
-        let subject = Subject::new(&samples, &meaning, &Options::default(), None).expect("a subject");
-        let stand = subject.stand(&[], &subject.start, 4).expect("a fit");
+    fn fitted(plant: Plant) -> (Subject, Stand, usize) {
+        let made = linear(plant, (2, 40.0), 61);
+        let (samples, meaning) = known(&made, &made.recordings);
+        let (subject, stand) = baseline(&samples, &meaning);
         (subject, stand, meaning.order)
     }
 
@@ -321,7 +317,7 @@ mod tests {
     #[test]
     fn both_likelihoods_of_a_linear_model_are_one() {
         for plant in [Plant::Force, Plant::Planar] {
-            let (subject, stand, order) = linear(plant);
+            let (subject, stand, order) = fitted(plant);
             let model = InTime::new(&subject, &stand, order).expect("dynamics");
             let run = model.run(Point { theta: stand.fit.theta.clone(), chosen: vec![] }).expect("a run");
             let balance = subject.of_balance(&stand).expect("a likelihood");
@@ -333,7 +329,7 @@ mod tests {
     /// Twice what the equations of Gauss and Newton have on their right is the slope of the likelihood, the loop's determinants in it.
     #[test]
     fn the_equations_are_the_slope_of_the_likelihood() {
-        let (subject, stand, order) = linear(Plant::Planar);
+        let (subject, stand, order) = fitted(Plant::Planar);
         let model = InTime::new(&subject, &stand, order).expect("dynamics");
         let start = Point { theta: stand.fit.theta.clone(), chosen: vec![] };
         let places = model.places(&start);

@@ -6,7 +6,6 @@ use crate::linear::{Symmetric, dot};
 use crate::state::State;
 use ndarray::Array2;
 use ndof_linear::eigenvalues;
-use ndof_models::{ForceLaw, Motion};
 use num_complex::Complex64;
 use std::borrow::Cow;
 
@@ -31,45 +30,23 @@ impl Runner {
     }
 
     /// Samples of a trial in which its initial state is felt: three times the time in which the slowest mode of inertia, damping and stiffness, or of what
-    /// efforts pass, dies away, at least until the filters of the channels have settled. Where these alone do not come to rest, linear laws are counted in.
+    /// efforts pass, dies away, at least until the filters of the channels have settled. Where these alone do not come to rest, the laws are counted in.
     pub fn felt(&self, inverse_mass: &[Vec<f64>], state: &State) -> usize {
         let layout = &state.layout;
-        let slowest = |laws: &[&dyn ForceLaw]| {
-            let own = eigenvalues(&self.linear(inverse_mass, laws)).unwrap_or_default();
+        let n = layout.axes;
+        let slowest = |rates: &Array2<f64>| {
+            let own = eigenvalues(rates).unwrap_or_default();
             own.into_iter().chain(state.modes().map(|(_, pole)| pole)).map(|pole| -pole.re).fold(f64::INFINITY, f64::min)
         };
-        let linear = || self.laws.iter().map(AsRef::as_ref).filter(|law| law.delay_s() == 0.0 && law.response(Complex64::I).is_some()).collect::<Vec<_>>();
-        let rate = Some(slowest(&[])).filter(|rate| *rate > 0.0).unwrap_or_else(|| slowest(&linear()));
+        // Rates of change of displacements, then of velocities.
+        let without_laws = Array2::from_shape_fn((2 * n, 2 * n), |(i, j)| match (i.checked_sub(n), j.checked_sub(n)) {
+            (None, _) => f64::from(u8::from(j == i + n)),
+            (Some(i), None) => -(0..n).map(|k| inverse_mass[i][k] * self.stiffness[k][j]).sum::<f64>(),
+            (Some(i), Some(j)) => -(0..n).map(|k| inverse_mass[i][k] * self.damping[k][j]).sum::<f64>(),
+        });
+        let rate = Some(slowest(&without_laws)).filter(|rate| *rate > 0.0).unwrap_or_else(|| slowest(&self.slopes_at_rest(inverse_mass, Clock::of(layout, 0))));
         let samples = if rate > 0.0 { (3.0 / rate * layout.rate_hz).ceil() as usize } else { layout.samples };
         samples.max(layout.settled()).max(8).min(layout.samples)
-    }
-
-    /// The matrix that makes rates of change of displacements, velocities and the hidden states of some laws, which have to be linear.
-    fn linear(&self, inverse_mass: &[Vec<f64>], laws: &[&dyn ForceLaw]) -> Array2<f64> {
-        let n = inverse_mass.len();
-        let size = 2 * n + laws.iter().map(|law| law.states()).sum::<usize>();
-        let mut matrix = Array2::zeros((size, size));
-        for j in 0..size {
-            let mut y = vec![0.0; size];
-            y[j] = 1.0;
-            let (x, v) = (&y[..n], &y[n..2 * n]);
-            let mut rates = vec![0.0; size];
-            rates[..n].copy_from_slice(v);
-            let mut force: Vec<f64> = (0..n).map(|i| -(0..n).map(|k| self.damping[i][k] * v[k] + self.stiffness[i][k] * x[k]).sum::<f64>()).collect();
-            let mut from = 2 * n;
-            for law in laws {
-                let to = from + law.states();
-                let mut resists = vec![0.0; n];
-                law.evaluate(&Motion::now(0.0, x, v), &y[from..to], &mut resists, &mut rates[from..to]);
-                force.iter_mut().zip(&resists).for_each(|(f, r)| *f -= r);
-                from = to;
-            }
-            for i in 0..n {
-                rates[n + i] = (0..n).map(|k| inverse_mass[i][k] * force[k]).sum();
-            }
-            (0..size).for_each(|i| matrix[(i, j)] = rates[i]);
-        }
-        matrix
     }
 
     /// Initial displacements and velocities, and the sizes of what rings, that fit the first samples best, by two Gauss-Newton steps.
@@ -145,11 +122,9 @@ fn rung<'a>(effort: &'a [Vec<f64>], rings: &[Ring], sizes: &[f64], range: std::o
 
 #[cfg(test)]
 mod tests {
-    use crate::Options;
     use crate::free_run::inverse;
-    use crate::samples::{Meaning, Samples};
-    use crate::subject::Subject;
-    use ndof_challenge::{Case, Plant, make};
+    use crate::shared_tests::{baseline, known, linear};
+    use ndof_challenge::Plant;
     use ndof_models::ForceLaw;
     use ndof_models::effects::on_axis;
     use ndof_models::time::laws::Relaxation;
@@ -157,12 +132,9 @@ mod tests {
     /// A body of 2 kg with 1 N s/m: its motion dies away as exp(-t / 4 s).
     #[test]
     fn a_beginning_is_felt_for_three_times_as_long_as_the_slowest_mode_takes_to_die_away() {
-        let made =
-            make(&Case { plant: Plant::Planar, hidden: vec![], other: false, background: false, trials: 2, duration_s: 20.0, seed: 61, command: (1.0, 1.0) });
-        let meaning = Meaning::new(&made.recordings[0], &made.ports).expect("efforts and motions");
-        let samples = Samples::new(&made.recordings, &made.ports, &meaning).expect("samples");
-        let subject = Subject::new(&samples, &meaning, &Options::default(), None).expect("a subject");
-        let stand = subject.stand(&[], &subject.start, 4).expect("a fit");
+        let made = linear(Plant::Planar, (2, 20.0), 61);
+        let (samples, meaning) = known(&made, &made.recordings);
+        let (subject, stand) = baseline(&samples, &meaning);
         let mut runner = subject.runner(&[], &stand);
         let both = |value: f64| vec![vec![value, 0.0], vec![0.0, value]];
         (runner.mass, runner.damping, runner.stiffness) = (both(2.0), both(1.0), both(300.0));

@@ -45,6 +45,8 @@ mod result;
 mod robot;
 mod samples;
 mod search;
+#[cfg(test)]
+mod shared_tests;
 mod split;
 mod state;
 mod stretch;

@@ -92,10 +92,11 @@ mod tests {
     use super::*;
     use crate::Options;
     use crate::plant::Dynamics;
-    use crate::samples::{Meaning, Samples};
+    use crate::shared_tests::{baseline, known, linear};
     use crate::state::{Cause, Column};
+    use crate::subject::Subject;
     use crate::whittle::Likelihood;
-    use ndof_challenge::{Case, Plant, make};
+    use ndof_challenge::Plant;
     use ndof_linear::square;
     use ndof_models::effects::Matrix;
     use ndof_signal::Recording;
@@ -105,7 +106,7 @@ mod tests {
     #[test]
     fn a_transducer_that_gives_way_is_no_inertia() {
         for plant in [Plant::Force, Plant::Planar] {
-            let made = make(&Case { plant, hidden: vec![], other: false, background: false, trials: 2, duration_s: 40.0, seed: 62, command: (1.0, 1.0) });
+            let made = linear(plant, (2, 40.0), 62);
             let behind = |compliance: f64, recording: &Recording| {
                 let mut channels = recording.channels().to_vec();
                 for (effort, motion) in made.ports.inputs.iter().zip(&made.ports.outputs) {
@@ -116,8 +117,7 @@ mod tests {
             };
             let subject = |compliance: f64| {
                 let recordings: Vec<Recording> = made.recordings.iter().map(|recording| behind(compliance, recording)).collect();
-                let meaning = Meaning::new(&recordings[0], &made.ports).expect("efforts and motions");
-                let samples = Samples::new(&recordings, &made.ports, &meaning).expect("samples");
+                let (samples, meaning) = known(&made, &recordings);
                 Subject::new(&samples, &meaning, &Options::default(), None).expect("a subject")
             };
             let fitted = |subject: &Subject| subject.stand(&[], &subject.start, 4).expect("a fit");
@@ -141,11 +141,9 @@ mod tests {
     #[test]
     fn the_determinant_counts_what_a_compliance_does_to_the_effort() {
         for plant in [Plant::Planar, Plant::Motion] {
-            let made = make(&Case { plant, hidden: vec![], other: false, background: false, trials: 1, duration_s: 30.0, seed: 63, command: (1.0, 1.0) });
-            let mut meaning = Meaning::new(&made.recordings[0], &made.ports).expect("efforts and motions");
-            let samples = Samples::new(&made.recordings, &made.ports, &meaning).expect("samples");
-            let subject = Subject::new(&samples, &meaning, &Options::default(), None).expect("a subject");
-            let Stand { state, base, fit, .. } = subject.stand(&[], &subject.start, 4).expect("a fit");
+            let made = linear(plant, (1, 30.0), 63);
+            let (samples, mut meaning) = known(&made, &made.recordings);
+            let (subject, Stand { state, base, fit, .. }) = baseline(&samples, &meaning);
             let theta: Vec<f64> = base
                 .roles
                 .iter()
@@ -182,8 +180,7 @@ mod tests {
             assert!((got - want).abs() < 1e-9 * want.abs(), "{plant:?}: {got} and {want}");
             // A commanded effort has no transducer.
             meaning.effort_is_command = true;
-            let commanded = Subject::new(&samples, &meaning, &Options::default(), None).expect("a subject");
-            assert!(!commanded.stand(&[], &commanded.start, 4).expect("a fit").base.roles.contains(&Role::Compliance));
+            assert!(!baseline(&samples, &meaning).1.base.roles.contains(&Role::Compliance));
         }
     }
 }

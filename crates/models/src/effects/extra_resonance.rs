@@ -1,7 +1,6 @@
 //! A flexible mode, or compliance in series.
 
 use super::vocabulary::*;
-use crate::force_law::{ForceLaw, Motion};
 use num_complex::Complex64;
 use std::f64::consts::TAU;
 
@@ -27,35 +26,14 @@ const CARD: Card = Card {
 /// A mode damped more than this does not swing: a reflex or a relaxation answers alike.
 const DEAD: f64 = 0.25;
 
-/// What has an impedance Z of its own behind a spring k and a damper c, of which those of the axis are taken off, as they are found with its inertia:
-/// f = (k + c s) Z / (Z + k + c s) x - (k' + c' s) x = (gains[0] + gains[1] s) ω² / (s² + 2 ζ ω s + ω²) x.
-#[derive(Clone, Copy, Debug)]
-struct Behind {
-    axis: usize,
-    omega: f64,
-    damping_ratio: f64,
-    gains: [f64; 2],
+/// Where modes are looked for, in units of [`Scale::time_s`], and how much they are damped.
+fn modes(unit: f64) -> Vec<Knob> {
+    vec![Knob::log(0.8 / unit, 12.5 / unit), Knob::log(0.003, 0.4)]
 }
 
-impl ForceLaw for Behind {
-    fn states(&self) -> usize {
-        2
-    }
-
-    fn fastest_rate(&self, _motion: &Motion<'_>) -> f64 {
-        self.omega * (1.0 + 2.0 * self.damping_ratio)
-    }
-
-    fn evaluate(&self, motion: &Motion<'_>, states: &[f64], force: &mut [f64], rates: &mut [f64]) {
-        rates[0] = states[1];
-        rates[1] = self.omega * (self.omega * (motion.position[self.axis] - states[0]) - 2.0 * self.damping_ratio * states[1]);
-        force[self.axis] += self.gains[0] * states[0] + self.gains[1] * states[1];
-    }
-
-    fn response(&self, s: Complex64) -> Option<Complex64> {
-        let square = self.omega * self.omega;
-        Some((self.gains[0] + self.gains[1] * s) * square / (s * s + 2.0 * self.damping_ratio * self.omega * s + square))
-    }
+/// Frequencies from which the search begins, likewise.
+fn starts(unit: f64) -> [f64; 8] {
+    [1.5, 2.2, 3.0, 4.2, 5.5, 7.0, 9.0, 11.0].map(|f| f / unit)
 }
 
 /// A mass on a spring and damper, carried by one axis.
@@ -90,19 +68,16 @@ impl Effect for ExtraResonance {
             .map(|axis| {
                 let inertia = Setting::diagonal(&scale.mass, axis).abs().max(f64::MIN_POSITIVE);
                 Form::new("carried mass", Some(axis), Action::force(move |k, c| on_axis(axis, laws::FlexibleMode, [c[0], k[0], k[1]])))
-                    .knobs(
-                        vec![Knob::log(0.8 / unit, 12.5 / unit), Knob::log(0.003, 0.4)],
-                        &[&[1.5, 2.2, 3.0, 4.2, 5.5, 7.0, 9.0, 11.0].map(|f| f / unit), &[0.07]],
-                    )
+                    .knobs(modes(unit), &[&starts(unit), &[0.07]])
                     .coefficients(vec![Sign::Positive])
                     .numbers(move |k, c| [("frequency_hz", k[0]), ("damping_ratio", k[1]), ("mass_share", c[0] / inertia)])
             })
             .collect();
-        // Behind a soft hold stands what has a ground of its own; beside it M, B and K are those of the hold and of what lies before it.
+        // Beside what is held softly, M is of what lies before the hold, B and K are the hold's.
         forms.extend((0..scale.axes()).map(|axis| {
-            Form::new("held softly", Some(axis), Action::force(move |k, c| Behind { axis, omega: TAU * k[0], damping_ratio: k[1], gains: [c[0], c[1]] }))
-                .knobs(vec![Knob::log(0.8 / unit, 12.5 / unit), Knob::log(0.003, 0.4)], &[&[1.5, 2.2, 3.0, 4.2, 5.5, 7.0, 9.0, 11.0].map(|f| f / unit), &[0.1]])
-                .coefficients(vec![Sign::Negative, Sign::Free])
+            Form::new("held softly", Some(axis), Action::force(move |k, c| on_axis(axis, laws::SoftHold, [c[0], c[1], k[0], k[1]])))
+                .knobs(modes(unit), &[&starts(unit), &[0.1]])
+                .coefficients(vec![Sign::Positive, Sign::Free])
                 .numbers(|k, _| [("frequency_hz", k[0]), ("damping_ratio", k[1])])
         }));
         if scale.motion_imposed {
@@ -130,9 +105,9 @@ impl Effect for ExtraResonance {
             let gain = Knob::linear(GAIN_BEYOND.bounds.0, GAIN_BEYOND.bounds.1);
             Form::new("between effort and motion", Some(axis), Action::Mode { passes, pole })
                 .knobs(
-                    vec![Knob::log(0.8 / unit, 12.5 / unit), Knob::log(0.003, 0.4), gain],
+                    [modes(unit), vec![gain]].concat(),
                     // A gain on either side of nought, between a mode that nothing passes and one that is hardly there.
-                    &[&[1.5, 2.2, 3.0, 4.2, 5.5, 7.0, 9.0, 11.0].map(|f| f / unit), &[0.02], &[-1.0, 0.3]],
+                    &[&starts(unit), &[0.02], &[-1.0, 0.3]],
                 )
                 .numbers(|k, _| [("frequency_hz", k[0]), ("damping_ratio", k[1]), ("gain_beyond", k[2])])
         }));

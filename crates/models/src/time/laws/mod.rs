@@ -15,6 +15,7 @@ mod maxwell_slip;
 mod reflex;
 mod saturation;
 mod short_range_stiffness;
+mod soft_hold;
 mod standard_linear_solid;
 mod stiffness_drift;
 mod stribeck;
@@ -36,6 +37,7 @@ pub use maxwell_slip::MaxwellSlip;
 pub use reflex::{LinearReflex, OneDirectionalReflex};
 pub use saturation::Saturation;
 pub use short_range_stiffness::ShortRangeStiffness;
+pub use soft_hold::SoftHold;
 pub use standard_linear_solid::Relaxation;
 pub use stiffness_drift::StiffnessDrift;
 pub use stribeck::Stribeck;
@@ -49,6 +51,7 @@ pub fn all() -> Vec<Arc<dyn Law>> {
         Arc::new(Relaxation),
         Arc::new(FractionalDamping),
         Arc::new(FlexibleMode),
+        Arc::new(SoftHold),
         Arc::new(LinearReflex),
         Arc::new(OneDirectionalReflex { positive: true }),
         Arc::new(Latency),
@@ -147,7 +150,7 @@ mod tests {
         }
         let reflex = OneDirectionalReflex { positive: true };
         let all = [largest_and_bound(&Relaxation), largest_and_bound(&FlexibleMode), largest_and_bound(&LinearReflex), largest_and_bound(&reflex)];
-        for [largest, bound] in all.into_iter().chain([largest_and_bound(&BoucWen), largest_and_bound(&LuGre)]) {
+        for [largest, bound] in all.into_iter().chain([largest_and_bound(&BoucWen), largest_and_bound(&LuGre), largest_and_bound(&SoftHold)]) {
             assert!(largest > 0.0 && ((1.0 - 1e-12) * largest..=(2.0 + 1e-12) * largest).contains(&bound), "{largest} {bound}");
         }
     }

@@ -60,10 +60,8 @@ impl Equation for OneDirectionalReflex {
     }
 }
 
-/// z₁ follows the drive through (ω/(s + ω))².
+/// What critically damped muscle makes of a drive.
 fn muscle<R: Real>(drive: R, cutoff_hz: R, states: &[R], rates: &mut [R]) -> R {
-    let omega = cutoff_hz.times(TAU);
-    rates[0] = states[1];
-    rates[1] = omega * (omega * (drive - states[0]) - states[1].times(2.0));
+    second_order(drive, [cutoff_hz.times(TAU), R::of(1.0)], states, rates);
     states[0]
 }
