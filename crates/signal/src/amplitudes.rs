@@ -226,6 +226,11 @@ mod tests {
         assert_eq!(Amplitudes::of(&samples).outliers(15.0), Some(1));
         samples[..600].fill(0.0);
         assert_eq!(Amplitudes::of(&samples).outliers(15.0), None);
+        // More than half lie within a hundredth of one of two levels, none of them an outlier; a knock beside them is one.
+        let mut levels: Vec<f64> = (0..1001).map(|k| f64::from(k % 11) * 1e-3 + if k % 5 < 3 { 4.0 } else { -4.0 }).collect();
+        assert_eq!(Amplitudes::of(&levels).outliers(15.0), Some(0));
+        levels[17] = 400.0;
+        assert_eq!(Amplitudes::of(&levels).outliers(15.0), Some(1));
     }
 
     #[test]

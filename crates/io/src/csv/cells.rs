@@ -20,6 +20,13 @@ pub(crate) struct Cell<'a> {
     pub quoted: bool,
 }
 
+impl Cell<'_> {
+    /// Whether it is a number, with a decimal point or comma; in quotes it may be a name.
+    pub fn is_number(&self) -> bool {
+        self.text.parse::<f64>().is_ok() || self.text.replacen(',', ".", 1).parse::<f64>().is_ok()
+    }
+}
+
 /// A quotation mark that is never closed.
 #[derive(Debug, PartialEq, Eq)]
 pub(crate) struct OpenQuote;

@@ -5,6 +5,10 @@ use super::header::separator;
 use super::rows::{Line, is_missing};
 use ndof_signal::Unit;
 
+/// Lines that tell how a file begins: what laboratories' programs write before the numbers is shorter, and of a log that was begun in the middle of a line one
+/// or two are.
+pub(super) const LOOKED_AT: usize = 64;
+
 /// The beginning of a file's lines.
 #[derive(Debug, Default, PartialEq, Eq)]
 pub(super) struct Head {
@@ -15,9 +19,6 @@ pub(super) struct Head {
 }
 
 impl Head {
-    /// Lines among which the first numbers are looked for.
-    pub const LOOKED_AT: usize = 64;
-
     /// Of lines that are neither blank nor comments: the first has the names if it has one for each number of the first line of numbers, else the last line of
     /// words before that, if it has; units may stand between. What fits nowhere is left to the reader, which says so.
     pub fn of<'l>(lines: impl Iterator<Item = &'l Line<'l>>) -> Self {
@@ -50,31 +51,27 @@ fn cells<'l>(line: &'l str, row: &str) -> Vec<Cell<'l>> {
     cells
 }
 
-fn is_number(cell: &Cell<'_>) -> bool {
-    !cell.quoted && (cell.text.parse::<f64>().is_ok() || cell.text.replacen(',', ".", 1).parse::<f64>().is_ok())
-}
-
 /// Whether a line has nothing but numbers and what stands for missing ones.
 pub(super) fn is_row(line: &str) -> bool {
     let cells = cells(line, line);
-    cells.iter().any(|c| !c.text.is_empty()) && cells.iter().all(|c| is_number(c) || is_missing(&c.text))
+    cells.iter().any(|c| !c.text.is_empty()) && cells.iter().all(|c| c.is_number() || is_missing(&c.text))
 }
 
 /// Whether one of them at least is a number.
 fn is_numbers(line: &str) -> bool {
-    is_row(line) && cells(line, line).iter().any(|c| is_number(c) && !is_missing(&c.text))
+    is_row(line) && cells(line, line).iter().any(|c| c.is_number() && !is_missing(&c.text))
 }
 
 /// Whether a line of words has a name for each number of another.
 fn fits(names: &str, row: &str) -> bool {
     let names = cells(names, row);
-    names.len() == cells(row, row).len() && names.iter().all(|c| !c.text.is_empty() && !is_number(c))
+    names.len() == cells(row, row).len() && names.iter().all(|c| !c.text.is_empty() && (c.quoted || !c.is_number()))
 }
 
 /// The units in the line between names and numbers, of which one at least is one of mechanics.
 fn units(names: &str, line: &str, row: &str) -> Option<Vec<String>> {
     let found: Vec<String> = cells(line, row).iter().map(|c| c.text.trim_matches(['[', ']', '(', ')']).trim().to_owned()).collect();
-    let all = fits(names, row) && found.len() <= cells(row, row).len() && !cells(line, row).iter().any(is_number);
+    let all = fits(names, row) && found.len() <= cells(row, row).len() && !cells(line, row).iter().any(Cell::is_number);
     (all && found.iter().any(|unit| Unit::parse(unit).is_ok())).then_some(found)
 }
 

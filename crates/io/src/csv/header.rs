@@ -51,10 +51,9 @@ pub(crate) fn names(file: &str, line: usize, text: &str, separator: Separator) -
     if cells.len() > MAX_CHANNELS + 1 {
         return Err(IoError::too_large(file, "columns", cells.len(), MAX_CHANNELS, "split the file; if it has a row for each channel, transpose it"));
     }
-    let number = |c: &Cell<'_>| !c.quoted && (c.text.parse::<f64>().is_ok() || c.text.replace(',', ".").parse::<f64>().is_ok());
     // A log that begins in the middle of a line shows no separator.
     let numbers_only = separator == Separator::None && text.split_whitespace().all(|word| word.parse::<f64>().is_ok());
-    if numbers_only || cells.iter().all(|c| number(c) || (c.text.is_empty() && !c.quoted)) {
+    if numbers_only || cells.iter().all(|c| !c.quoted && (c.is_number() || c.text.is_empty())) {
         return Err(IoError::NoHeader { file: file.to_owned(), line });
     }
     // Among other indices, `q [1]` is one as well.

@@ -1,6 +1,7 @@
 //! A table without names, read by the numbers of its columns.
 
 use super::cells::{Cell, Separator, split};
+use super::head::LOOKED_AT;
 use super::header::{Named, separator};
 use super::rows::{Line, Rows};
 use crate::columns::ColumnsFile;
@@ -9,9 +10,6 @@ use crate::limits::MAX_CHANNELS;
 use crate::note::Note;
 use crate::table::Table;
 use crate::timing::RATE_KEY;
-
-/// Lines that tell how many columns there are: a log that was begun in the middle of a line has one or two that are shorter.
-const LOOKED_AT: usize = 64;
 
 /// Reads a table without names. Lines at its beginning that are not as wide as the others, or not numbers, are left out and told.
 pub(super) fn read(text: &str, file: &str, columns: &ColumnsFile) -> Result<Table, IoError> {
@@ -68,8 +66,7 @@ fn cells_of<'l>(line: &Line<'l>, separator: Separator, cells: &mut Vec<Cell<'l>>
     while cells.last().is_some_and(|c| c.text.is_empty()) {
         cells.pop();
     }
-    let number = |c: &Cell<'_>| c.text.parse::<f64>().is_ok() || c.text.replace(',', ".").parse::<f64>().is_ok();
-    cells.iter().any(number).then_some(cells.len())
+    cells.iter().any(Cell::is_number).then_some(cells.len())
 }
 
 /// The number of cells that most of these lines have; the larger of two as frequent ones.

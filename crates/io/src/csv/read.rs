@@ -1,6 +1,6 @@
 //! What stands before the names, a line of names, perhaps one of units, then lines of numbers.
 
-use super::head::Head;
+use super::head::{Head, LOOKED_AT};
 use super::header::{metadata, names, separator};
 use super::rows::{Line, Rows};
 use crate::error::IoError;
@@ -26,7 +26,7 @@ pub(crate) fn read_piece(text: &str, file: &str, (head, skipped): (usize, usize)
         let number = if i < head { i + 1 } else { i + 1 + skipped };
         (!is_directive).then_some(Line { number, text, terminated })
     });
-    let first: Vec<Line<'_>> = lines.by_ref().take(Head::LOOKED_AT).collect();
+    let first: Vec<Line<'_>> = lines.by_ref().take(LOOKED_AT).collect();
     let Head { before, units } = Head::of(first.iter().filter(|line| !line.text.trim().is_empty()));
     let mut lines = first.into_iter().chain(lines).peekable();
     let mut words = lines.by_ref().filter(|line| !line.text.trim().is_empty());

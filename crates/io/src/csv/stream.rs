@@ -1,6 +1,6 @@
 //! CSV that is still being written: samples as they come.
 
-use super::head::{Head, is_row};
+use super::head::{LOOKED_AT, is_row};
 use super::read::{read_piece, text};
 use crate::assemble::{SAMPLES_KEY, assemble, is_time, name_time, require_count};
 use crate::csv::header::metadata;
@@ -124,7 +124,7 @@ impl CsvStream {
             }
             let comment = line.trim_start().strip_prefix('#');
             let words = comment.is_none() && !line.trim().is_empty() && !line.starts_with("sep=");
-            if words && (self.words > 0 && is_row(line.trim_end()) || self.words >= Head::LOOKED_AT) {
+            if words && (self.words > 0 && is_row(line.trim_end()) || self.words >= LOOKED_AT) {
                 self.named = true;
                 self.lines.push(line.to_owned());
                 continue;
@@ -247,7 +247,11 @@ mod tests {
     }
 
     fn all(text: &str, size: usize) -> Result<Vec<Piece>, IoError> {
-        let mut stream = CsvStream::new("live", ReadOptions::default());
+        all_by(text, size, ReadOptions::default())
+    }
+
+    fn all_by(text: &str, size: usize, options: ReadOptions) -> Result<Vec<Piece>, IoError> {
+        let mut stream = CsvStream::new("live", options);
         let mut pieces = Vec::new();
         for bytes in text.as_bytes().chunks(size) {
             pieces.extend(stream.push(bytes)?);
@@ -273,10 +277,14 @@ mod tests {
     #[test]
     fn the_time_of_a_stream_is_the_column_that_its_beginning_tells() {
         let rows = text(0..3000);
-        let [own, other] = ["t [s],force_x [N],pos_x [mm]\n", "Zeit [s],force_x [N],pos_x [mm]\n"].map(|head| all(&format!("{head}{rows}"), 4096).unwrap());
-        assert!(own.len() > 1 && own.len() == other.len());
-        for (own, other) in own.iter().zip(&other) {
-            assert_eq!((own.recording.names(), own.recording.start_s()), (other.recording.names(), other.recording.start_s()));
+        let own = all(&format!("t [s],force_x [N],pos_x [mm]\n{rows}"), 4096).unwrap();
+        let told = ReadOptions { units: [("Zeit".to_owned(), "s".to_owned())].into(), ..Default::default() };
+        let seen = all(&format!("Zeit [s],force_x [N],pos_x [mm]\n{rows}"), 4096).unwrap();
+        for other in [seen, all_by(&format!("Zeit,force_x [N],pos_x [mm]\n{rows}"), 4096, told).unwrap()] {
+            assert!(own.len() > 1 && own.len() == other.len());
+            for (own, other) in own.iter().zip(&other) {
+                assert_eq!((own.recording.names(), own.recording.start_s()), (other.recording.names(), other.recording.start_s()));
+            }
         }
     }
 
@@ -284,6 +292,8 @@ mod tests {
     fn a_stream_knows_what_stands_before_and_below_its_names() {
         let (rows, plain) = (text(0..3000), "t [s],force_x [N],pos_x [mm]\n");
         let own = all(&format!("{plain}{rows}"), 4096).unwrap();
+        let quoted: String = (0..100).map(|k| format!("\"{:.3}\",\"{k}\"\n", f64::from(k) * 0.002)).collect();
+        assert_eq!(all(&format!("t [s],force_x [N]\n{quoted}"), 64).unwrap().iter().map(|p| p.recording.len()).sum::<usize>(), 100);
         for size in [1, 4096] {
             let other = all(&format!("Robot 3,,\nDate: today,,\n,,\nt,force_x,pos_x\ns,N,mm\n{rows}"), size).unwrap();
             let count = |pieces: &[Piece]| pieces.iter().map(|p| p.recording.len()).sum::<usize>();
