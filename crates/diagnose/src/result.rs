@@ -393,7 +393,7 @@ pub struct Extended {
     pub held_out: Score,
     /// Whether what is left has no structure that the tests see.
     pub residual_white: bool,
-    /// What had been biased.
+    /// Entries of the baseline that are others with the causes.
     pub parameter_shift: Vec<Shift>,
 }
 

@@ -93,6 +93,7 @@ impl Answer<'_> {
                 }
             ),
         ];
+        evidence.extend(h.form.remark.map(str::to_owned));
         evidence.extend(twins.iter().map(|twin| format!("{twin} would be the same force: nothing in effort and motion tells the two apart")));
         if let Some(j) = step.judged.iter().find(|j| subject.hypotheses[j.hypothesis].effect.name() != h.effect.name()) {
             evidence.push(format!(

@@ -102,6 +102,7 @@ fn a_limb_behind_a_soft_hold_is_a_mode_with_the_hold_before_it() {
         let d = answer(shaken(&Two { masses_kg: [handle, limb], springs: [0.0, hold, spring], dampers: [0.0, soft, damper], seen: 0 }, seed));
         let [mode] = &d.causes[..] else { panic!("{:?}", d.causes) };
         assert_eq!((mode.effect.as_str(), &d.verdict), ("extra-resonance", &Verdict::Explained));
+        assert!(mode.evidence.iter().any(|said| said.contains("B and K are the hold's")), "{:?}", mode.evidence);
         for (name, truth) in [("frequency_hz", w / TAU), ("damping_ratio", (soft + damper) / (2.0 * w * limb))] {
             let told = mode.parameters.iter().find(|p| p.name == name).expect("a number of the mode");
             let (Value::Number(value), Some([low, high])) = (&told.value, told.ci95) else { panic!("{told:?}") };

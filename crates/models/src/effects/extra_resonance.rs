@@ -73,12 +73,12 @@ impl Effect for ExtraResonance {
                     .numbers(move |k, c| [("frequency_hz", k[0]), ("damping_ratio", k[1]), ("mass_share", c[0] / inertia)])
             })
             .collect();
-        // Beside what is held softly, M is of what lies before the hold, B and K are the hold's.
         forms.extend((0..scale.axes()).map(|axis| {
             Form::new("held softly", Some(axis), Action::force(move |k, c| on_axis(axis, laws::SoftHold, [c[0], c[1], k[0], k[1]])))
                 .knobs(modes(unit), &[&starts(unit), &[0.1]])
                 .coefficients(vec![Sign::Positive, Sign::Free])
                 .numbers(|k, _| [("frequency_hz", k[0]), ("damping_ratio", k[1])])
+                .remark("M of the extended model is that of what lies before the hold, B and K are the hold's; what is held is the mode")
         }));
         if scale.motion_imposed {
             // The measured effort would stand on both sides of the balance.

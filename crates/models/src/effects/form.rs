@@ -147,6 +147,8 @@ pub struct Form {
     pub floor: f64,
     /// Parameters that have an error of this size (SI) as well.
     pub absolute: Vec<(&'static str, f64)>,
+    /// What a reader of the model with it has to know.
+    pub remark: Option<&'static str>,
 }
 
 impl Form {
@@ -163,6 +165,7 @@ impl Form {
             naming: Arc::new(|_, _| Vec::new()),
             floor: 0.01,
             absolute: Vec::new(),
+            remark: None,
         }
     }
 
@@ -200,6 +203,11 @@ impl Form {
     pub fn absolute(mut self, parameter: &'static str, error: f64) -> Self {
         self.absolute.push((parameter, error));
         self
+    }
+
+    /// With what a reader of the model with it has to know.
+    pub fn remark(self, remark: &'static str) -> Self {
+        Form { remark: Some(remark), ..self }
     }
 
     /// The systematic error of a parameter of this value (SI).

@@ -167,7 +167,7 @@ fn gain_section(result: &DiagnosisResult, words: &Words, shifts: bool) -> Result
     for shift in d.extended.parameter_shift.iter().filter(|_| shifts) {
         section = section.note(
             Note::Information,
-            format!("{} had been biased: {} without the causes, {} {} with them.", shift.name, number(shift.before), number(shift.after), shift.unit),
+            format!("{} is {} without the causes, {} {} with them.", shift.name, number(shift.before), number(shift.after), shift.unit),
         );
     }
     Ok(section)
