@@ -83,7 +83,7 @@ fn models() -> Vec<Entry> {
     };
     let block = |card: &BlockCard| Entry {
         name: card.name(),
-        what: format!("{}; --model {}+{}", card.what, ndof_analysis::MODEL, card.name()),
+        what: format!("{}; `--model {}+{}`", card.what, ndof_analysis::MODEL, card.name()),
         equation: card.equation,
         header: BOUNDED,
         rows: bounded((card.block)().parameters(false)),
@@ -96,7 +96,7 @@ fn models() -> Vec<Entry> {
 fn law_entry(law: &dyn Law) -> Entry {
     Entry {
         name: law.name(),
-        what: format!("--law {0}, or --law {0}:x on one axis", law.name()),
+        what: format!("`--law {0}`, or `--law {0}:x` on one axis", law.name()),
         equation: law.equation(),
         header: BOUNDED,
         rows: bounded(law.parameters(false)),
@@ -112,7 +112,7 @@ fn bounded(parameters: Vec<BlockParameter>) -> Vec<Vec<String>> {
 }
 
 fn as_text(entry: &Entry) -> String {
-    let mut text = format!("{}\n    {}\n", entry.name, entry.what);
+    let mut text = format!("{}\n    {}\n", entry.name, entry.what.replace('`', ""));
     if !entry.equation.is_empty() {
         let _ = writeln!(text, "    {}", entry.equation);
     }
