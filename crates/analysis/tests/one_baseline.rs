@@ -11,8 +11,8 @@ const SAMPLES: usize = 6000;
 const FITTED: usize = 4200;
 
 /// 2 kg, 15 N s/m and 500 N/m moved by a force that stays between its samples, by midpoint steps of 0.1 ms; noise of the sensor of 0.5 %.
-fn record(sign: f64) -> (Vec<f64>, Vec<f64>) {
-    let mut random = ChaCha8Rng::seed_from_u64(11);
+fn record(seed: u64, sign: f64) -> (Vec<f64>, Vec<f64>) {
+    let mut random = ChaCha8Rng::seed_from_u64(seed);
     let white: Vec<f64> = (0..SAMPLES + 4).map(|_| StandardNormal.sample(&mut random)).collect();
     let force: Vec<f64> = white.windows(4).take(SAMPLES).map(|w| 2.5 * w.iter().sum::<f64>()).collect();
     let slope = |f: f64, x: f64, v: f64| (f - 15.0 * v - 500.0 * x) / 2.0;
@@ -37,7 +37,7 @@ fn trial((force, motion): (&[f64], &[f64])) -> Trial {
 
 #[test]
 fn a_diagnosis_judges_what_fit_finds_and_half_a_sample_is_no_cause() {
-    let (force, motion) = record(1.0);
+    let (force, motion) = record(11, 1.0);
     let found = Question::new([&trial((&force, &motion))]).run().expect("a diagnosis").result.diagnosis;
     assert_eq!(found.verdict, Verdict::Adequate, "{:?}", found.causes);
     assert!(found.causes.is_empty() && found.extended.parameters == found.baseline.parameters);
@@ -50,8 +50,33 @@ fn a_diagnosis_judges_what_fit_finds_and_half_a_sample_is_no_cause() {
 
 #[test]
 fn an_effort_that_was_counted_the_other_way_is_turned_and_said() {
-    let (force, motion) = record(-1.0);
+    let (force, motion) = record(11, -1.0);
     let found = Question::new([&trial((&force, &motion))]).run().expect("a diagnosis").result.diagnosis;
     assert!(found.discrepancy.notes.iter().any(|note| note.contains("force-sign")), "{:?}", found.discrepancy.notes);
     assert!(found.baseline.parameters.iter().all(|p| p.value > 0.0), "{:?}", found.baseline.parameters);
+}
+
+/// Of one axis of two, by whichever of its channels: its inertia, damping and stiffness would be below zero.
+#[test]
+fn an_axis_whose_effort_goes_against_its_motion_is_said_and_turned() {
+    let [(fx, x), (fy, y)] = [record(11, 1.0), record(12, 1.0)];
+    let turned = |series: &[f64]| series.iter().map(|v| -v).collect::<Vec<f64>>();
+    let (fy_turned, y_turned) = (turned(&fy), turned(&y));
+    let trial = |fx: &[f64], fy: &[f64], x: &[f64], y: &[f64]| {
+        let trial = Trial::new(RATE_HZ).effort("x", fx).effort("y", fy).displacement("x", x);
+        trial.and_then(|trial| trial.displacement("y", y)).expect("a trial")
+    };
+    for (fy, y) in [(&fy_turned, &y), (&fy, &y_turned)] {
+        let trial = trial(&fx, fy, &x, y);
+        let fitted = Fit::default().run(&Estimate::default().run([&trial]).expect("an estimate")).expect("a fit");
+        let warnings = &fitted.result.head.warnings;
+        assert_eq!(fitted.opposed, ["force_y"]);
+        assert!(warnings.iter().any(|w| w.code == "force-sign" && w.message.contains("force_y")) && warnings.iter().all(|w| w.code != "negative-diagonal"));
+        let found = Question::new([&trial]).run().expect("a diagnosis").result.diagnosis;
+        assert_eq!((found.verdict, found.causes.len()), (Verdict::Adequate, 0), "{:?}", found.causes);
+        assert!(found.discrepancy.notes.iter().any(|note| note.contains("force-sign") && note.contains("force_y")), "{:?}", found.discrepancy.notes);
+        for name in ["M_x_x", "M_y_y", "K_y_y"] {
+            assert!(found.baseline.parameters.iter().any(|p| p.name == name && p.value > 0.0), "{name}");
+        }
+    }
 }

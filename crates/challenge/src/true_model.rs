@@ -11,7 +11,7 @@ use std::f64::consts::{PI, TAU};
 
 /// The true model's held-out error, by output.
 pub struct TrueModel {
-    /// rms(y - ŷ) / std(y), with one constant that is fitted to the first 2 s (or 5 %), which are not scored.
+    /// rms(y - ŷ) / std(y), with one constant that is fitted, too; the first 2 s (or 5 %) are not scored.
     pub nrmse: Vec<f64>,
     /// The part of it that the limb's own force makes.
     pub own: Vec<f64>,
@@ -75,16 +75,15 @@ pub fn judged(scene: &Scene, made: &Made, played: &[Played]) -> Option<TrueModel
     Some(TrueModel { nrmse: sums.iter().map(|s| s.over_std(s.error)).collect(), own: sums.iter().map(|s| s.over_std(s.own)).collect(), how })
 }
 
-/// The first of the held-out samples that is scored: an offset is fitted to those before.
+/// The first of the held-out samples that is scored.
 fn first_scored(scene: &Scene, samples: usize, from: usize) -> usize {
     from + (2.0 * scene.setting.rate_hz).min(0.05 * (samples - from) as f64).round() as usize
 }
 
 /// Adds a held-out stretch of one output, an offset taken off.
-fn score(sums: &mut Sums, (y, told, without_noise): (&[f64], &[f64], &[f64]), from: usize, scored: usize) {
-    let count = (scored - from).max(1) as f64;
-    let offset = (from..scored).map(|k| y[k] - told[k]).sum::<f64>() / count;
-    let own_offset = (from..scored).map(|k| without_noise[k] - told[k]).sum::<f64>() / count;
+fn score(sums: &mut Sums, (y, told, without_noise): (&[f64], &[f64], &[f64]), scored: usize) {
+    let mean = |of: &dyn Fn(usize) -> f64| (scored..told.len()).map(of).sum::<f64>() / (told.len() - scored).max(1) as f64;
+    let [offset, own_offset] = [mean(&|k| y[k] - told[k]), mean(&|k| without_noise[k] - told[k])];
     (scored..told.len()).for_each(|k| sums.add(y[k], y[k] - told[k] - offset, without_noise[k] - told[k] - own_offset));
 }
 
@@ -112,7 +111,7 @@ fn run(scene: &Scene, made: &Made, played: &[Played], trial: usize, from: usize,
         let told = scene.seen(trial, i, &motion[i], &played.force[i]);
         let happened = scene.seen(trial, i, &played.motion[i], &played.force[i]);
         let y = &made.recordings[trial].channels()[made.ports.outputs[i]].samples;
-        score(sums, (y, &told, &happened), from, first_scored(scene, y.len(), from));
+        score(sums, (y, &told, &happened), first_scored(scene, y.len(), from));
     }
 }
 
@@ -165,7 +164,7 @@ fn imposed(scene: &Scene, made: &Made, played: &[Played], trial: usize, from: us
     let mass = scene.spec.m[0][0] + scene.hiding.added_mass;
     let told = scene.felt(trial, &[torque(&limb, &path, &own, mass)]);
     let happened = scene.felt(trial, &played[trial].force);
-    score(&mut sums[0], (y, &told[0], &happened[0]), from, first_scored(scene, y.len(), from));
+    score(&mut sums[0], (y, &told[0], &happened[0]), first_scored(scene, y.len(), from));
 }
 
 /// A measured motion on the fine grid, up to the end of the band: each sample is the mean over its interval.

@@ -124,7 +124,7 @@ impl Clipped {
         let inside = layout.starts[0]..layout.starts[layout.starts.len() - 1] + layout.block;
         let per = ((layout.time_s * layout.rate_hz) as usize).max(1);
         let sided = |trial: &Vec<Vec<f64>>, sides: &Vec<f64>| -> Vec<f64> {
-            let both: Vec<f64> = trial[self.axis].iter().zip(sides).map(|(e, side)| e * side).collect();
+            let both: Vec<f64> = trial[self.axis].iter().zip(sides.iter().step_by(layout.factor)).map(|(e, side)| e * side).collect();
             both[inside.start.min(both.len())..inside.end.min(both.len())].chunks(per).map(|second| second.iter().sum()).collect()
         };
         let sums: Vec<f64> = e.iter().zip(&self.sides).flat_map(|(trial, sides)| sided(trial, sides)).collect();
@@ -354,4 +354,24 @@ pub(crate) fn variation(stand: &Stand, e: &[Vec<Vec<f64>>]) -> f64 {
         }
     }
     worst
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use rand::{RngExt, SeedableRng};
+    use rand_chacha::ChaCha8Rng;
+
+    /// At half the rate of the record: what a model leaves is of every second of its samples.
+    #[test]
+    fn a_force_that_is_cut_off_is_looked_for_where_it_is() {
+        let layout = Layout::new(1, 1, 8000, 200.0, (0.0, 5.0));
+        assert_eq!(layout.factor, 2);
+        let mut random = ChaCha8Rng::seed_from_u64(1);
+        let sides: Vec<f64> = (0..8000).map(|_| f64::from(random.random_range(-1..=1_i32))).collect();
+        let mut left = |more: f64| vec![vec![(0..4000).map(|k| more * sides[2 * k] + random.random::<f64>() - 0.5).collect::<Vec<f64>>()]];
+        let clipped = |sides: &[f64]| Clipped { axis: 0, share: 0.3, sides: vec![sides.to_vec()] };
+        let [hidden, none] = [left(0.1), left(0.0)];
+        assert!(clipped(&sides).hides(&layout, &hidden) && !clipped(&sides).hides(&layout, &none));
+    }
 }

@@ -1,5 +1,6 @@
 //! The part of the outputs that no model predicts: the residual force's power, carried to the output.
 
+use crate::layout::Layout;
 use crate::result::NoiseFloor;
 use crate::search::Stand;
 use crate::state::{Cause, Through};
@@ -7,6 +8,11 @@ use crate::subject::Subject;
 use crate::whittle::Power;
 use ndof_linear::square;
 use num_complex::Complex64;
+
+/// Where the first line that counts begins: what is slower makes no line of a block.
+pub(crate) fn slowest_hz(layout: &Layout) -> f64 {
+    layout.frequency_hz[0] + 0.5 * layout.rate_hz / layout.block as f64
+}
 
 /// rms of the unpredictable part over the output's, per output.
 ///

@@ -268,7 +268,7 @@ impl Runner {
             let cut = |series: Vec<Vec<f64>>| -> Vec<Vec<f64>> { series.iter().map(|x| filter(x, layout.rate_hz, inside)).collect() };
             let predicted: Vec<Vec<f64>> = cut(state.uncorrect_effort(needed));
             let measured: Vec<Vec<f64>> = raw.effort[trial].iter().map(|t| layout.filtered(t, inside, None)).collect();
-            let predicted = predicted.into_iter().zip(&measured).map(|(p, m)| shifted(p, m, skip / 2..skip.max(1))).collect();
+            let predicted = predicted.into_iter().zip(&measured).map(|(p, m)| shifted(p, m, skip..m.len())).collect();
             return Some(Prediction { measured, predicted, scored: (0..layout.samples).map(|k| k >= skip).collect() });
         }
         let inverse_mass = inverse(&self.mass)?;
@@ -295,8 +295,7 @@ impl Runner {
             }
         }
         let predicted = state.uncorrect_motion(predicted, order, &effort);
-        let predicted = if windowed { predicted } else { predicted.into_iter().zip(&measured).map(|(p, m)| shifted(p, m, skip / 2..skip.max(1))).collect() };
-        // The centre is the estimation's; what is left of the mean belongs to the offset.
+        let predicted = if windowed { predicted } else { predicted.into_iter().zip(&measured).map(|(p, m)| shifted(p, m, skip..covered)).collect() };
         Some(Prediction { measured, predicted, scored: (0..covered).map(|k| windowed || k >= skip).collect() })
     }
 
@@ -356,7 +355,8 @@ fn sample(series: &[f64], n: usize, axis: usize, place: f64) -> Option<f64> {
     Some(a + place.fract() * (b - a))
 }
 
-/// Adds the constant that fits best over a range.
+/// Adds the constant that fits best over a range: where a sensor begins to count and a limb comes to rest is no part of a model, and what a limb does by
+/// itself in the first moments would offset all that follows.
 fn shifted(predicted: Vec<f64>, measured: &[f64], range: std::ops::Range<usize>) -> Vec<f64> {
     let count = range.len().max(1) as f64;
     let offset = range.map(|k| measured[k] - predicted[k]).sum::<f64>() / count;

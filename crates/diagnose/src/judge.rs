@@ -10,6 +10,7 @@ use crate::search::{Chosen, Stand};
 use crate::state::{State, Tracks};
 use crate::subject::Subject;
 use ndof_models::schedule::Splines;
+use num_complex::Complex64;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use std::sync::Arc;
@@ -171,6 +172,25 @@ impl Errors {
         Some(out)
     }
 
+    /// Shares of each output's variance that its error and it itself have below a frequency, `[output]`; nothing where time has gaps.
+    ///
+    /// The error's share holds its mean, as the error does.
+    pub fn slower_than(&self, below_hz: f64) -> Vec<[f64; 2]> {
+        let Some(rate_hz) = self.rate_hz else { return vec![] };
+        let of_output = |(error, predicted): (&Vec<f64>, &Vec<f64>)| {
+            let measured: Vec<f64> = error.iter().zip(predicted).map(|(e, p)| e + p).collect();
+            let mean = measured.iter().sum::<f64>() / measured.len().max(1) as f64;
+            let centred: Vec<f64> = measured.iter().map(|m| m - mean).collect();
+            let per = (error.len() / self.trials.max(1)).max(1);
+            [error, &centred].map(|series| {
+                let trials = series.chunks_exact(per);
+                let count = trials.len().max(1) as f64;
+                trials.map(|trial| slow_power(trial, below_hz / rate_hz)).sum::<f64>() / count
+            })
+        };
+        self.signed.iter().zip(&self.predicted).map(of_output).collect()
+    }
+
     /// rms difference of two predictions on the output where it is largest, as a share of the output's standard deviation; nothing where one of them is
     /// not finite.
     pub fn distance(&self, other: &Errors) -> Option<f64> {
@@ -251,4 +271,32 @@ pub(crate) fn explained(
     let at = |q: f64| draws[((q * (draws.len() - 1) as f64).round() as usize).min(draws.len() - 1)];
     // A step that leaves what the best model leaves is all there is to explain in every draw: that is no interval.
     (Some(share(&means)), (!draws.is_empty()).then(|| [at(0.025), at(0.975)]).filter(|[low, _]| *low < 1.0))
+}
+
+/// Mean square of what is slower than so many periods a sample, by the lines of the whole series.
+fn slow_power(series: &[f64], below: f64) -> f64 {
+    let count = series.len() as f64;
+    let line = |k: usize| {
+        let turn = std::f64::consts::TAU * k as f64 / count;
+        let sum: Complex64 = series.iter().enumerate().map(|(t, x)| *x * Complex64::cis(turn * t as f64)).sum();
+        (if k == 0 { 1.0 } else { 2.0 }) * (sum / count).norm_sqr()
+    };
+    (0..).take_while(|k| (*k as f64) < below * count).map(line).sum()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Two trials of ten seconds: an error of a constant, a period of a sine and fifty of another, and an output that is fast alone.
+    #[test]
+    fn of_an_error_its_mean_and_what_is_slower_count() {
+        let wave = |periods: f64, k: usize| (std::f64::consts::TAU * periods * k as f64 / 1000.0).sin();
+        let error: Vec<f64> = (0..2000).map(|k| 0.1 + 0.3 * wave(1.0, k) + 0.2 * wave(50.0, k)).collect();
+        let predicted: Vec<f64> = error.iter().enumerate().map(|(k, e)| 1.4 * wave(30.0, k) - e).collect();
+        let errors = Errors { score: Score::default(), signed: vec![error], predicted: vec![predicted], trials: 2, rate_hz: Some(100.0) };
+        let [[slow, of_output]] = errors.slower_than(0.15)[..] else { panic!("an output") };
+        assert!((slow - (0.01 + 0.5 * 0.09)).abs() < 1e-12 && of_output.abs() < 1e-12, "{slow} {of_output}");
+        assert!(Errors { rate_hz: None, ..errors }.slower_than(0.15).is_empty());
+    }
 }

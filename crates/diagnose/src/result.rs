@@ -129,6 +129,16 @@ pub struct NoiseFloor {
 }
 
 impl NoiseFloor {
+    /// Adds what is too slow for blocks to tell of: the shares of each output's variance that a model's error, and the output itself, have there.
+    pub(crate) fn add_what_is_slow(&mut self, slow: &[[f64; 2]]) {
+        for (floor, [error, output]) in self.nrmse.iter_mut().zip(slow) {
+            *floor = floor.map(|floor| (floor * floor * (1.0 - output).max(0.0) + error).sqrt().min(1.0));
+        }
+        if !slow.is_empty() {
+            self.how += "; slower than its blocks, what the named causes leave";
+        }
+    }
+
     /// What a model has reached is no less than what remains at best.
     pub(crate) fn below(&mut self, score: &Score) {
         for (floor, reached) in self.nrmse.iter_mut().zip(&score.nrmse) {
@@ -309,9 +319,12 @@ impl Gain {
     }
 }
 
+/// Probability of a name that is in doubt by itself, and not for its rivals: one that helps little on held-out data while a large error stays, say.
+pub(crate) const UNSURE: f64 = 0.6;
+
 impl Score {
     /// Whether its errors are larger than another's, over all outputs together.
-    pub(crate) fn is_worse_than(&self, other: &Score) -> bool {
+    pub fn is_worse_than(&self, other: &Score) -> bool {
         together(&self.nrmse) > together(&other.nrmse)
     }
 

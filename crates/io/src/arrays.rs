@@ -2,6 +2,7 @@
 
 use crate::assemble::is_time;
 use crate::error::IoError;
+use crate::limits::MAX_CHANNELS;
 use crate::listed::listed;
 use crate::names::{indexed, split_name, uniquely};
 use crate::note::Note;
@@ -64,6 +65,8 @@ pub(crate) fn table(file: &str, entries: Vec<Entry>) -> Result<Table, IoError> {
     let mut units = BTreeMap::new();
     let mut vectors = Vec::new();
     let mut ignored = Vec::new();
+    let vector = entries.iter().filter_map(|e| vector_len(&e.value)).max().filter(|n| *n > 1);
+    let entries: Vec<Entry> = entries.into_iter().flat_map(|entry| apart(entry, vector)).collect();
     let longest = entries.iter().filter_map(|e| vector_len(&e.value)).max().unwrap_or(0);
     for Entry { path, value, unit } in entries {
         let Some(name) = path.last() else { continue };
@@ -127,6 +130,42 @@ fn metadata_key(path: &[String]) -> String {
     }
 }
 
+/// Numbers of which the first index runs fastest, in the order of C, where it runs slowest.
+pub(crate) fn in_c_order<T: Copy>(shape: &[usize], values: &[T]) -> Vec<T> {
+    let at = |k: usize| {
+        let (mut k, mut place, mut inner, mut stride) = (k, 0, values.len(), 1);
+        for size in shape {
+            inner /= size;
+            place += k / inner * stride;
+            k %= inner;
+            stride *= size;
+        }
+        values[place]
+    };
+    (0..values.len()).map(at).collect()
+}
+
+/// A table of as many rows, or columns, as the recording has samples is a channel each of its columns, or rows: `q` is `q_0`, `q_1` …
+fn apart(entry: Entry, samples: Option<usize>) -> Vec<Entry> {
+    let Value::Numbers { shape, values, rounding } = &entry.value else { return vec![entry] };
+    let long: Vec<usize> = shape.iter().copied().filter(|n| *n != 1).collect();
+    let &[rows, columns] = &long[..] else { return vec![entry] };
+    let samples = samples.unwrap_or(rows.max(columns));
+    if (rows == samples) == (columns == samples) || rows.min(columns) > MAX_CHANNELS {
+        return vec![entry];
+    }
+    let [each, step, from] = if rows == samples { [columns, columns, 1] } else { [rows, 1, columns] };
+    let one = |k: usize| {
+        let values: Vec<f64> = values.iter().skip(k * from).step_by(step).take(samples).copied().collect();
+        let mut path = entry.path.clone();
+        if let Some(name) = path.last_mut() {
+            *name = format!("{name}_{k}");
+        }
+        Entry { path, value: Value::Numbers { shape: vec![samples], values, rounding: *rounding }, unit: entry.unit.clone() }
+    };
+    (0..each).map(one).collect()
+}
+
 fn is_vector(shape: &[usize]) -> bool {
     shape.iter().filter(|&&n| n != 1).count() <= 1 && !shape.is_empty()
 }
@@ -179,6 +218,21 @@ mod tests {
         assert_eq!(table.metadata.get("sample_rate_hz").map(String::as_str), Some("0"));
         assert_eq!(table.metadata.get("arm").map(String::as_str), Some("left"));
         assert!(table.notes[0].message.contains("K (2 × 2)") && table.notes[0].message.contains("gains (3 numbers)"), "{}", table.notes[0].message);
+    }
+
+    #[test]
+    fn a_table_as_long_as_the_recording_is_a_channel_a_column() {
+        let both = table("f", vec![numbers(&["t"], &[5]), numbers(&["q"], &[5, 2]), numbers(&["tau"], &[2, 5]), numbers(&["K"], &[3, 3])]).unwrap();
+        let of = |name: &str| both.columns.iter().find(|c| c.name == name).map(|c| c.samples.clone());
+        assert_eq!(of("q_1"), Some(vec![1.0, 3.0, 5.0, 7.0, 9.0]));
+        assert_eq!(of("tau_1"), Some(vec![5.0, 6.0, 7.0, 8.0, 9.0]));
+        assert_eq!(both.columns.len(), 5, "K is no channel");
+        // Without a vector the longer side is of samples; of a square neither is.
+        let alone = table("f", vec![numbers(&["q"], &[2, 4])]).unwrap();
+        assert_eq!(alone.columns.iter().map(|c| c.samples.clone()).collect::<Vec<_>>(), [[0.0, 1.0, 2.0, 3.0], [4.0, 5.0, 6.0, 7.0]]);
+        assert!(table("f", vec![numbers(&["q"], &[3, 3])]).is_err());
+        // Of MAT and of Fortran the first index runs fastest.
+        assert_eq!(in_c_order(&[2, 3], &[0, 3, 1, 4, 2, 5]), [0, 1, 2, 3, 4, 5]);
     }
 
     #[test]

@@ -70,14 +70,6 @@ pub enum IoError {
     /// There is a header but no data.
     #[error("{file}, line {line}: there are no samples under the header; check that the file was saved and copied completely")]
     HeaderOnly { file: String, line: usize },
-    /// A column has no name.
-    #[error("{file}, line {line}: column {column} has no name; name it, or delete the column")]
-    UnnamedColumn {
-        file: String,
-        line: usize,
-        /// The column, from 1.
-        column: usize,
-    },
     /// A quotation mark is never closed.
     #[error("{file}, line {line}: a quotation mark is opened and never closed; close it, or delete it")]
     OpenQuote { file: String, line: usize },

@@ -224,11 +224,15 @@ impl Answer<'_> {
     fn evidence(&self, k: usize, found: &Sum) -> Vec<String> {
         let form = &self.model.forms[k];
         let [low, high] = found.ci95();
-        vec![
+        let below = form.told.iter().filter(|told| told.amount && told.sum(&self.model.factors[k]) < 0.0);
+        let below: Vec<&str> = below.map(|told| told.name.as_str()).collect();
+        let more = (!below.is_empty()).then(|| format!("{} below zero: so much more than the robot has is in the simulation", below.join(", ")));
+        let sentences = [
             format!("{}: {}", form.cause.card.what, form.cause.card.equation),
             format!("its torque is {:.1} % of the joint's where it is largest", 100.0 * share(self.held, self.model, k)),
-            format!("the part that no fit saw is likelier by {:.0} ({low:.0} … {high:.0}) with it", found.value),
-        ]
+            format!("the part that no fit saw gains {:.0} ({low:.0} … {high:.0}) of log-likelihood with it", found.value),
+        ];
+        sentences.into_iter().chain(more).collect()
     }
 
     /// Other causes in place of one: their forms, and the probability that the one is better, by blocks of time of all that there is.
@@ -428,7 +432,7 @@ impl Answer<'_> {
             "the motion rises above the noise of the encoders up to {:.2} Hz; torques are compared up to {:.2} Hz",
             self.scene.fastest_hz, self.fitted.band.pass_hz
         )];
-        notes.extend(suspicions(self.scene, self.fitted));
+        notes.extend(suspicions(self.scene, self.fitted, &self.model.logged));
         for (j, (gain, removed)) in self.left.gains.iter().zip(&self.left.removed).enumerate() {
             if gain.ci95()[0] > 0.0 && *removed > self.options.tolerance * self.scene.joints[j].torque {
                 notes.push(format!(

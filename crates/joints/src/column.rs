@@ -35,6 +35,8 @@ pub(crate) enum Column {
     Load(usize),
     /// The torque itself, as the file has it.
     Torque(usize),
+    /// The torques of all joints.
+    Torques,
     /// The rate at which the logged torque falls.
     Falling(usize),
     /// Force of springs that slip one by one: the play operator's stop over this way, −1 … 1.
@@ -58,6 +60,9 @@ pub(crate) enum Column {
     /// Legendre polynomials of angle and rate, each over its range: what no cause was consulted for.
     Smooth { joint: usize, angle: usize, speed: usize },
 }
+
+/// Of the largest term of a sum, what is left where all of them cancel: some hundred products of the machine's numbers.
+const ROUND_OFF: f64 = 256.0 * f64::EPSILON;
 
 impl Column {
     /// The factor that it is made with, where it has no other.
@@ -111,6 +116,7 @@ impl Column {
                 vec![(*j, motion.sharp[*j].iter().enumerate().map(|(k, v)| load(k) * sign(*v, noise)).collect())]
             }
             Column::Torque(j) => vec![(*j, scene.nominal(motion).swap_remove(*j))],
+            Column::Torques => scene.nominal(motion).into_iter().enumerate().collect(),
             Column::Falling(j) => {
                 let [_, rate, _] = derivatives(&motion.torque[*j], scene.rate_hz, scene.joints[*j].corner_hz);
                 vec![(*j, rate.iter().map(|r| -r).collect())]
@@ -127,13 +133,19 @@ impl Column {
             }
             Column::Gear(gear) => given(motion, scene, gear),
             Column::Body { link, parts } => {
-                let felt = each_sample(motion, link + 1, |q, v, a, out| {
+                // Behind the joints the largest that any joint feels of any of the body's terms.
+                let mut felt = each_sample(motion, link + 2, |q, v, a, out| {
                     let y = scene.chain.regressor(q, v, a);
-                    for (j, out) in out.iter_mut().enumerate() {
-                        *out = parts.iter().enumerate().map(|(k, p)| p * y[[j, TERMS_OF_A_LINK * link + k]]).sum();
+                    let of = |j: usize, k: usize| y[[j, TERMS_OF_A_LINK * link + k]];
+                    for (j, out) in out[..=*link].iter_mut().enumerate() {
+                        *out = parts.iter().enumerate().map(|(k, p)| p * of(j, k)).sum();
                     }
+                    out[link + 1] = (0..=*link).flat_map(|j| (0..TERMS_OF_A_LINK).map(move |k| of(j, k).abs())).fold(0.0, f64::max);
                 });
-                felt.into_iter().enumerate().collect()
+                let largest = felt.pop().into_iter().flatten().fold(0.0, f64::max);
+                // What cancels but for round-off is felt by none.
+                let real = felt.iter().flatten().any(|t| t.abs() > ROUND_OFF * largest);
+                felt.into_iter().map(|t| if real { t } else { vec![0.0; t.len()] }).enumerate().collect()
             }
             Column::Zero { joint, at } => {
                 let off = |by: f64| (0..motion.q.len()).map(|k| if k == *joint { by } else { 0.0 }).collect::<Vec<_>>();

@@ -146,7 +146,7 @@ impl Found {
         let name = joints.names[joint].clone();
         let (none, own) = (joints.coulomb[joint] == 0.0, self.chain.soft_friction()[joint][0]);
         // Where the file has dry friction, how it turns was not asked; where it has none, its format's own turn is not what was found.
-        if let Some(cause) = causes[0].filter(|_| none) {
+        if let Some(cause) = causes[0].filter(|cause| none && !may_be_zero(cause, "ahead_s")) {
             let ahead = number(cause, "ahead_s").unwrap_or(0.0);
             if ahead != own {
                 self.correct(&name, Corrected::FrictionAhead, ahead, &words(cause));

@@ -102,6 +102,9 @@ pub fn diagnose(
     let asked = CAUSES.iter().filter(|c| !options.without.iter().any(|w| w == c.card.name));
     // A joint that stands still has no speed for a law to be relative to, and a number that is none finds no column again.
     let mut forms: Vec<Form> = asked.flat_map(|c| (c.forms)(&scene)).filter(|form| form.columns.iter().all(Column::has_numbers)).collect();
+    if !simulated.is_empty() {
+        forms.iter_mut().for_each(Form::either_way);
+    }
     let (noise, floor, left) = noise_of(&fitted, &forms);
     let [fitted, held] = [fitted, held].map(|view| view.in_noise(noise.clone()));
     forms.extend(zeros::by_themselves(&fitted, &forms));

@@ -92,7 +92,8 @@ pub(crate) fn predicted(view: &View<'_>, model: &Model, trial: usize) -> Vec<Vec
         if late != 0.0 {
             *torque = later(torque, -late);
         }
-        torque.iter_mut().for_each(|t| *t *= model.logged.gain[j]);
+        let gain = model.logged.gain_of(j);
+        torque.iter_mut().for_each(|t| *t *= gain);
     }
     torque
 }

@@ -9,8 +9,9 @@ use crate::scene::Scene;
 pub(crate) struct Logged {
     /// How late each torque is logged (s).
     pub late_s: Vec<f64>,
-    /// How many times too large it is.
+    /// How many times too large it is, and all of them are beside that.
     pub gain: Vec<f64>,
+    pub common: f64,
     /// How far the zero of each angle is off (rad).
     pub zero: Vec<f64>,
     /// How the base is turned: axis times angle (rad).
@@ -19,7 +20,12 @@ pub(crate) struct Logged {
 
 impl Logged {
     pub fn as_it_is(joints: usize) -> Self {
-        Logged { late_s: vec![0.0; joints], gain: vec![1.0; joints], zero: vec![0.0; joints], tilt: [0.0; 3] }
+        Logged { late_s: vec![0.0; joints], gain: vec![1.0; joints], common: 1.0, zero: vec![0.0; joints], tilt: [0.0; 3] }
+    }
+
+    /// How many times too large the torque of a joint is in all.
+    pub fn gain_of(&self, joint: usize) -> f64 {
+        self.gain[joint] * self.common
     }
 
     /// The correction whose line a column is, along which it is fitted; none of what is wrong with the robot.
@@ -44,6 +50,7 @@ impl Logged {
         match column {
             Column::Falling(j) => Some(&mut self.late_s[*j]),
             Column::Torque(j) => Some(&mut self.gain[*j]),
+            Column::Torques => Some(&mut self.common),
             Column::Zero { joint, .. } => Some(&mut self.zero[*joint]),
             Column::Tilt(axis) => Some(&mut self.tilt[*axis]),
             _ => None,
@@ -52,7 +59,7 @@ impl Logged {
 
     /// What it is once so much of a column is found beside it: a torque is that much of itself larger, all else is added.
     pub fn beyond(&self, column: &Column, factor: f64) -> Option<f64> {
-        self.of(column).map(|now| if matches!(column, Column::Torque(_)) { now * (1.0 + factor) } else { now + factor })
+        self.of(column).map(|now| if matches!(column, Column::Torque(_) | Column::Torques) { now * (1.0 + factor) } else { now + factor })
     }
 
     /// What bodies need more along a motion whose base and angles are corrected, as columns with their factors.
@@ -74,6 +81,7 @@ mod tests {
         for (column, found, then) in [
             (Column::Falling(0), 0.002, 0.003),
             (Column::Torque(1), 0.1, 1.21),
+            (Column::Torques, 0.1, 1.21),
             (Column::Zero { joint: 1, at: 0.0 }, 0.05, 0.06),
             (Column::Tilt(2), -0.02, -0.01),
         ] {

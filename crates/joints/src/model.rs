@@ -29,7 +29,7 @@ pub(crate) fn residual(view: &View<'_>, model: &Model) -> Series {
     }
     // In the torque's units as they were logged, in which its noise is: a gain taken off would else buy likelihood by making all smaller.
     for piece in &mut rest.0 {
-        let scaled = piece.iter_mut().zip(&model.logged.gain).filter(|(_, gain)| **gain != 1.0);
+        let scaled = piece.iter_mut().enumerate().map(|(j, rest)| (rest, model.logged.gain_of(j))).filter(|(_, gain)| *gain != 1.0);
         scaled.for_each(|(rest, gain)| rest.iter_mut().flatten().for_each(|x| *x *= gain));
     }
     rest

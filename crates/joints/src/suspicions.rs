@@ -1,5 +1,6 @@
 //! Logs that may not mean what they say: a torque with its sign turned round, an angle in degrees.
 
+use crate::logged::Logged;
 use crate::scene::Scene;
 use crate::table::View;
 use ndof_devices::Robot;
@@ -11,7 +12,7 @@ const AGAINST: f64 = -0.5;
 const TOO_FAR: f64 = 10.0;
 
 /// In words, for each joint whose channels are suspect.
-pub(crate) fn suspicions(scene: &Scene<'_>, view: &View<'_>) -> Vec<String> {
+pub(crate) fn suspicions(scene: &Scene<'_>, view: &View<'_>, logged: &Logged) -> Vec<String> {
     let nominal: Vec<Vec<Vec<f64>>> = view.motions.iter().map(|motion| scene.nominal(motion)).collect();
     let names = &scene.chain.joints().names;
     let mut out = Vec::new();
@@ -26,7 +27,8 @@ pub(crate) fn suspicions(scene: &Scene<'_>, view: &View<'_>) -> Vec<String> {
         }
         let pairs = view.motions.iter().zip(&nominal).flat_map(|(motion, nominal)| motion.torque[j].iter().copied().zip(nominal[j].iter().copied()));
         let together = correlation(pairs.collect());
-        if together < AGAINST {
+        // One that is found to be turned round is taken so.
+        if together < AGAINST && logged.gain_of(j) > 0.0 {
             out.push(format!(
                 "the torque of {name} goes against what the file's bodies need (correlation {together:.2}): its sign, or the joint's axis in the file, may be turned round; no number of a link is to be used before that is settled"
             ));

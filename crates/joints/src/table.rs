@@ -263,7 +263,7 @@ impl<'a> View<'a> {
             (0..self.scene.joints.len())
                 .map(|j| {
                     let torque = self.taken_later(piece, j, logged.late_s[j] * self.scene.rate_hz);
-                    Some(torque.iter().zip(file[j].as_ref()?).map(|(a, b)| a / logged.gain[j] - b).collect())
+                    Some(torque.iter().zip(file[j].as_ref()?).map(|(a, b)| a / logged.gain_of(j) - b).collect())
                 })
                 .collect()
         };

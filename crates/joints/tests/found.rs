@@ -188,10 +188,63 @@ fn another_level_of_a_soft_constraint_is_one_cause() {
 }
 
 #[test]
-fn a_torque_with_its_sign_turned_round_is_said() {
-    let notes = |sign: f64| logged(6000, wave, |t| sign * needed(wave, t), white(NOISE, 7)).discrepancy.notes;
-    let told = |notes: &[String]| notes.iter().any(|n| n.contains("the torque of elbow goes against") && n.contains("sign"));
-    assert!(told(&notes(-1.0)) && !told(&notes(1.0)));
+fn a_torque_with_its_sign_turned_round_is_a_gain_below_zero() {
+    let found = logged(6000, wave, |t| -needed(wave, t), white(NOISE, 7));
+    assert_eq!((found.verdict, found.causes.len()), (Verdict::Explained, 1), "{:?}", found.causes);
+    let [low, high] = interval(&found, "torque-scale", "scale").expect("an interval");
+    assert!(low < -1.0 && -1.0 < high && high - low < 0.05, "{low} {high}");
+    // What is corrected is no suspicion any more.
+    assert!(found.discrepancy.notes.iter().all(|note| !note.contains("goes against")), "{:?}", found.discrepancy.notes);
+}
+
+/// Of both joints: two masses and two frictions too large by as much would be four causes that are not there.
+#[test]
+fn one_gain_of_all_torques_is_one_cause() {
+    let text = r#"
+schema = "ndof/robot/1"
+name = "two"
+joints = [
+  { name = "shoulder", axis = [0.0, 1.0, 0.0], mass_kg = 2.0, centre_m = [0.3, 0.0, 0.0], viscous_nm_s_per_rad = 0.4 },
+  { name = "elbow", position_m = [0.6, 0.0, 0.0], axis = [0.0, 1.0, 0.0], mass_kg = 1.0, centre_m = [0.2, 0.0, 0.0], viscous_nm_s_per_rad = 0.2 },
+]
+"#;
+    let chain = RobotConfig::parse("two.toml", text, None).and_then(|c| c.chain()).expect("a robot");
+    let paths: [fn(f64) -> f64; 2] = [wave, |t| 0.8 * wave(1.3 * t + 0.7)];
+    let (mut noise, times) = (white(NOISE, 8), (0..6000).map(|k| f64::from(k) / RATE_HZ));
+    let [mut torques, mut angles] = [[vec![], vec![]], [vec![], vec![]]];
+    for t in times {
+        let [q, v, a] = [paths.map(|path| path(t)), paths.map(|path| rate(path, t)), paths.map(|path| acceleration(path, t))];
+        let mut torque = [0.0; 2];
+        chain.inverse_dynamics(&q, &v, &a, &mut torque);
+        for j in 0..2 {
+            torques[j].push(2.0 * (torque[j] + [0.4, 0.2][j] * v[j]) + noise());
+            angles[j].push(q[j]);
+        }
+    }
+    let channel = |name: &str, quantity, samples: &[f64]| Channel::new(name, Unit::si(quantity, true), samples.to_vec());
+    let channels = ["shoulder", "elbow"].iter().zip(&torques).map(|(name, torque)| channel(&format!("torque_{name}"), Quantity::Effort, torque));
+    let channels =
+        channels.chain(["shoulder", "elbow"].iter().zip(&angles).map(|(name, angle)| channel(&format!("angle_{name}"), Quantity::Displacement, angle)));
+    let log = Recording::new(RATE_HZ, channels.collect()).expect("channels of one length");
+    let ports = Ports { references: vec![], inputs: vec![0, 1], outputs: vec![2, 3] };
+    let found = diagnose(&chain, &[log], &[], &ports, &Options::default(), &mut |_| {}).expect("an answer").0;
+    assert_eq!((found.verdict, found.causes.len()), (Verdict::Explained, 1), "{:?}", found.causes);
+    assert!(found.causes[0].site.axis.is_empty(), "{:?}", found.causes[0].site);
+    let [low, high] = interval(&found, "torque-scale", "scale").expect("an interval");
+    assert!(low < 2.0 && 2.0 < high && high - low < 0.05, "{low} {high}");
+}
+
+/// What it has too much of the robot has less of, as none has by itself.
+#[test]
+fn what_a_simulator_has_and_the_robot_has_not_is_found() {
+    let of = |dry: f64, seed: u64| log(6000, wave, move |t| needed(wave, t) + dry * rate(wave, t).signum(), white(NOISE, seed));
+    let chain = RobotConfig::parse("pendulum.toml", PENDULUM, None).and_then(|c| c.chain()).expect("a robot");
+    let ports = Ports { references: vec![], inputs: vec![0], outputs: vec![1] };
+    let found = diagnose(&chain, &[of(0.0, 9)], &[of(1.0, 10)], &ports, &Options::default(), &mut |_| {}).expect("an answer").0;
+    assert_eq!((found.verdict, found.causes.len()), (Verdict::Explained, 1), "{:?}", found.causes);
+    let [low, high] = interval(&found, "coulomb-friction", "level_nm").expect("an interval");
+    assert!(low < -1.0 && -1.0 < high && high - low < 0.1, "{low} {high}");
+    assert!(found.causes[0].evidence.iter().any(|said| said.contains("in the simulation")), "{:?}", found.causes[0].evidence);
 }
 
 #[test]

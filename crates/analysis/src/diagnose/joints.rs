@@ -71,11 +71,25 @@ pub(super) fn of_channels(trials: &Trials, names: &[String]) -> Result<Vec<Recor
     trials.trials.iter().map(one).collect()
 }
 
+/// Whether a channel's name has that of a joint in it, as in `j1_effort` or `/joint_states/j1/position`.
+fn tells(channel: &str, joint: &str) -> bool {
+    let part = |c: char| !c.is_alphanumeric() && c != '_';
+    channel.split(part).any(|word| {
+        word == joint || word.strip_prefix(joint).is_some_and(|rest| rest.starts_with('_')) || word.strip_suffix(joint).is_some_and(|rest| rest.ends_with('_'))
+    })
+}
+
 /// Torques and angles in the order of the robot's joints: by their names where these are the joints', else as they stand, with a warning.
 fn by_joint(ports: &Ports, recording: &Recording, joints: &[String]) -> (Ports, Option<Warning>) {
     let name = |channel: &usize| recording.channels()[*channel].name.as_str();
-    let ordered =
-        |channels: &[usize]| -> Option<Vec<usize>> { joints.iter().map(|joint| channels.iter().copied().find(|c| axis_of(name(c)) == joint)).collect() };
+    let ordered = |channels: &[usize]| -> Option<Vec<usize>> {
+        let of = |joint: &String| {
+            let named = channels.iter().copied().find(|c| axis_of(name(c)) == joint);
+            let mut telling = channels.iter().copied().filter(|c| tells(name(c), joint));
+            named.or_else(|| telling.next().filter(|_| telling.next().is_none()))
+        };
+        joints.iter().map(of).collect()
+    };
     match (ordered(&ports.inputs), ordered(&ports.outputs)) {
         (Some(inputs), Some(outputs)) => (Ports { references: vec![], inputs, outputs }, None),
         _ => {

@@ -2,19 +2,23 @@
 
 use crate::error::AnalysisError;
 use crate::estimate::{Estimate, estimate};
-use crate::fit::{Fit, fit};
+use crate::fit::{Fit, fit, turned_round};
 use crate::trials::{Trial, Trials};
 use ndof_diagnose::{LinearFit, Options, Schedule, Stretch};
 use ndof_models::InertiaDampingStiffness;
 use ndof_signal::Channel;
 
+/// What `fit` finds.
+pub(super) struct Found {
+    pub linear: LinearFit,
+    pub band_hz: [f64; 2],
+    /// Efforts that are counted against the motions of their axes, and not in what was found.
+    pub opposed: Vec<String>,
+}
+
 /// Inertia, damping and stiffness by the defaults of `estimate` and `fit`, and the band of that; of the deviation from the mean movement where there
 /// are cycles.
-pub(super) fn linear_fit(
-    trials: &Trials,
-    band_hz: Option<[f64; 2]>,
-    Options { held_out, schedule, .. }: &Options,
-) -> Result<(LinearFit, [f64; 2]), AnalysisError> {
+pub(super) fn linear_fit(trials: &Trials, band_hz: Option<[f64; 2]>, Options { held_out, schedule, .. }: &Options) -> Result<Found, AnalysisError> {
     let shortest = trials.trials.iter().map(|trial| trial.recording.len()).min().unwrap_or(0);
     let [fitted, _] = held_out.divide(trials.trials.len(), shortest, trials.sample_rate_hz())?;
     let schedule = schedule.as_ref().map(|schedule| schedule.part(&fitted));
@@ -25,11 +29,17 @@ pub(super) fn linear_fit(
         band_hz = Some(band_hz.map_or_else(|| Ok(fit(&estimate(&part, &Estimate::default())?, &Fit::default())?.result.band_hz), Ok::<_, AnalysisError>)?);
         part.trials = about_movement(part.trials.to_vec(), &schedule)?.into();
     }
-    let fitted = fit(&estimate(&part, &Estimate::default())?, &Fit { band_hz, ..Fit::default() })?;
+    let of = |part: &Trials| fit(&estimate(part, &Estimate::default())?, &Fit { band_hz, ..Fit::default() });
+    let mut fitted = of(&part)?;
+    let opposed = std::mem::take(&mut fitted.opposed);
+    if !opposed.is_empty() {
+        fitted = of(&turned_round(&part, &opposed)?)?;
+    }
     let errors: Vec<f64> = fitted.fit.parameters.iter().map(|parameter| parameter.std_error).collect();
     let std_errors: InertiaDampingStiffness = fitted.model.matrices(&errors);
     let of_sign = (fitted.fit.chi2_reduced.max(1.0) / fitted.fit.covariance_scale.max(1.0)).sqrt().min(1.0);
-    Ok((LinearFit { of_sign, matrices: fitted.matrices, std_errors, hold: fitted.sampling.hold }, fitted.result.band_hz))
+    let linear = LinearFit { of_sign, matrices: fitted.matrices, std_errors, hold: fitted.sampling.hold };
+    Ok(Found { linear, band_hz: fitted.result.band_hz, opposed })
 }
 
 /// Takes the mean movement out of every channel, where there are cycles.

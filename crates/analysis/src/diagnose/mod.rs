@@ -14,6 +14,7 @@ pub use settings::{Diagnose, HeldOut};
 
 use crate::error::AnalysisError;
 use crate::file::BaselineFile;
+use crate::fit::turned_round;
 use crate::result::Head;
 use crate::trials::{Trial, Trials};
 use linear_fit::linear_fit;
@@ -79,23 +80,30 @@ pub fn diagnose(trials: &Trials, settings: &Diagnose, progress: &mut dyn FnMut(&
     }
     let mut options = settings.options(trials)?;
     let linear = settings.baseline.as_ref().map(baseline).transpose()?;
-    let mut not_fitted = None;
+    let mut notes = Vec::new();
+    let mut turned = None;
     if linear.is_none() {
         progress("fitting the baseline");
         match linear_fit(trials, settings.band_hz, &options) {
-            Ok((fit, band_hz)) => {
-                options.linear = Some(fit);
+            Ok(found) => {
+                options.linear = Some(found.linear);
                 // A schedule is judged where `fit` finds its curves; the inertia that rules beyond it follows none.
-                options.band_hz = options.band_hz.or_else(|| options.schedule.as_ref().map(|_| (0.0, band_hz[1])));
+                options.band_hz = options.band_hz.or_else(|| options.schedule.as_ref().map(|_| (0.0, found.band_hz[1])));
+                if !found.opposed.is_empty() {
+                    turned = Some(turned_round(trials, &found.opposed)?);
+                    let names = found.opposed.join(", ");
+                    notes.push(format!("{names} and the motion along it are counted in opposite directions: the effort was turned round (force-sign)"));
+                }
             }
-            Err(error) => not_fitted = Some(format!("the baseline is the one that balances the forces best, for `fit` finds none: {error}")),
+            Err(error) => notes.push(format!("the baseline is the one that balances the forces best, for `fit` finds none: {error}")),
         }
     }
+    let trials = turned.as_ref().unwrap_or(trials);
     let recordings: Vec<Recording> = trials.trials.iter().map(|trial| trial.recording.clone()).collect();
     let ports = &trials.roles.ports;
     let beyond = settings.baseline.as_ref().map(|file| behind_transducer(&recordings, ports, file)).transpose()?.flatten();
     let (mut found, pictures) = ndof_diagnose::diagnose_with_pictures(beyond.as_ref().unwrap_or(&recordings), ports, &options, linear.as_ref(), progress)?;
-    found.discrepancy.notes.extend(not_fitted);
+    found.discrepancy.notes.extend(notes);
     if beyond.is_some() {
         let note = "the give of the device's force transducer was taken off the measured displacements; pictures and numbers are of the limb behind it";
         found.discrepancy.notes.push(note.to_owned());

@@ -3,18 +3,18 @@
 use super::between::ODDS;
 use super::evidence::Evidence;
 use crate::result::Warning;
-use ndof_models::{Axis, InertiaDampingStiffness, Parameter, SeriesCompliance};
+use ndof_models::{Axis, Parameter, SeriesCompliance};
 
 /// Above this reduced χ² the model is wrong by more than the covariance's own uncertainty.
 const MISFIT: f64 = 2.0;
 
 /// What is known of the evidence, and what the fitted numbers say.
-pub(super) fn warnings(evidence: &Evidence<'_>, fit: &ndof_models::Fit, baseline: &ndof_models::Fit, matrices: &InertiaDampingStiffness) -> Vec<Warning> {
+pub(super) fn warnings(evidence: &Evidence<'_>, fit: &ndof_models::Fit, baseline: &ndof_models::Fit) -> Vec<Warning> {
     let mut warnings = evidence.warnings.clone();
     if !evidence.weak_in_band(fit.band_hz) {
         warnings.retain(|warning| warning.code != "weak-instrument");
     }
-    warnings.extend(force_sign(matrices));
+    warnings.extend(force_sign(baseline));
     let unknown: Vec<&str> = fit.parameters.iter().filter(|p| !p.identifiable).map(|p| p.name.as_str()).collect();
     if !unknown.is_empty() {
         warnings.push(Warning::new(
@@ -72,13 +72,14 @@ pub(super) fn unknown_mount(fit: &ndof_models::Fit, mount: &SeriesCompliance, ax
     })
 }
 
-/// A limb with negative inertia is a transducer that reads the reaction.
-fn force_sign(matrices: &InertiaDampingStiffness) -> Option<Warning> {
-    let negative = matrices.inertia.diag().iter().all(|m| *m < 0.0);
+/// A limb whose inertia is below zero beyond its interval along every axis is a transducer that reads the reaction.
+fn force_sign(baseline: &ndof_models::Fit) -> Option<Warning> {
+    let mut inertias = baseline.parameters.iter().filter(|p| p.name.starts_with('M') && !p.site.contains(',')).peekable();
+    let negative = inertias.peek().is_some() && inertias.all(|p| p.ci95[1] < 0.0);
     negative.then(|| {
         Warning::new(
             "force-sign",
-            "the fitted inertia is negative definite: the force channels seem to hold the reaction, not the force on the limb",
+            "the fitted inertia is below zero beyond its interval along every axis: the force channels seem to hold the reaction, not the force on the limb",
             "turn them with `negate=CHANNEL` if that is how they were recorded",
         )
     })

@@ -30,6 +30,8 @@ pub struct Fitted {
     pub theta: Vec<f64>,
     /// With more inputs than motions, what the inputs make of the effort along each axis: F = W u.
     pub gains: Option<Array2<f64>>,
+    /// Efforts that are counted against the motions of their axes, beyond doubt; only where others are not.
+    pub opposed: Vec<String>,
     /// The result.
     pub result: FitResult,
 }

@@ -12,6 +12,7 @@ pub mod result;
 pub mod schedule;
 pub(crate) mod settings;
 mod sides;
+mod signs;
 mod starts;
 mod sums;
 
@@ -22,6 +23,7 @@ pub use project::project;
 pub(crate) use project::projection;
 pub use result::ComparedParameter;
 pub use settings::{Fit, FitCost, VafWeight};
+pub(crate) use signs::turned_round;
 
 use crate::error::AnalysisError;
 use crate::estimate::Estimated;
@@ -75,6 +77,12 @@ pub const DELAY_FLOOR_S: f64 = 1e-4;
 pub fn fit(estimated: &Estimated, settings: &Fit) -> Result<Fitted, AnalysisError> {
     let evidence = Evidence::of_recordings(estimated, settings.band_hz)?;
     let mut fitted = fit_to(&evidence, settings)?;
+    if let Some((opposed, warning)) = signs::opposed(estimated, settings, &fitted) {
+        fitted.opposed = opposed;
+        // It says why.
+        fitted.result.head.warnings.retain(|warning| warning.code != "negative-diagonal");
+        fitted.result.head.warnings.push(warning);
+    }
     if let Some((schedule, warnings)) = schedule::scheduled(&estimated.trials, settings, evidence.band_hz[1])? {
         fitted.result.head.warnings.extend(warnings);
         fitted.result.schedule = Some(schedule);
@@ -174,7 +182,7 @@ fn fit_to(whole: &Evidence<'_>, settings: &Fit) -> Result<Fitted, AnalysisError>
     let joint: Option<Joint> =
         settings.kinematics.as_ref().map(|file| Ok::<_, AnalysisError>(project(file, &model, &baseline, &evidence.mean_effort)?.1)).transpose()?;
     let result = FitResult {
-        head: Head::new(FitResult::SCHEMA, "fit", warnings(evidence, &fit, &baseline, &matrices).into_iter().chain(mount).collect()),
+        head: Head::new(FitResult::SCHEMA, "fit", warnings(evidence, &fit, &baseline).into_iter().chain(mount).collect()),
         settings: Some(Asked { estimate: evidence.asked.clone(), fit: settings.clone() }),
         model: composite.name().to_owned(),
         cost: reported.cost,
@@ -201,7 +209,8 @@ fn fit_to(whole: &Evidence<'_>, settings: &Fit) -> Result<Fitted, AnalysisError>
     let extensions = cards.iter().map(|card| card.name()).collect();
     let gains = sums.as_ref().map(|sums| sums.matrix(&fit));
     let theta = fit.theta[..composite.parameters().len()].to_vec();
-    Ok(Fitted { fit: baseline, model, matrices, comparison, sampling, mean_effort: evidence.mean_effort.clone(), extensions, theta, gains, result })
+    let (mean_effort, opposed) = (evidence.mean_effort.clone(), Vec::new());
+    Ok(Fitted { fit: baseline, model, matrices, comparison, sampling, mean_effort, extensions, theta, gains, opposed, result })
 }
 
 /// What results say of a fit by one cost or the other: its parameters, and how well it agrees with the estimate within the band.

@@ -167,6 +167,8 @@ impl Trials {
         }
         let mut warnings = roles.warnings.clone();
         warnings.extend(inferred_units(&first.recording, &used, &roles));
+        let span = |trial: &Trial| [trial.recording.start_s(), trial.recording.start_s() + trial.recording.duration_s()];
+        warnings.extend(trim.beside(&trials.iter().map(span).collect::<Vec<_>>()));
         let (first_file, rate) = (first.file.clone(), first.recording.sample_rate_hz());
         let mut stretches: Vec<Trial> = Vec::new();
         for Trial { file, recording, warnings: notes } in trials {

@@ -1,6 +1,7 @@
 //! Cutting the stretches that are to be used out of a recording.
 
 use crate::error::AnalysisError;
+use crate::result::Warning;
 use ndof_signal::Recording;
 
 /// What to keep of each recording, on the clock of its file.
@@ -22,6 +23,21 @@ impl Trim {
             kept = kept.into_iter().flat_map(|(a, b)| [(a, b.min(from)), (a.max(to), b)]).filter(|(a, b)| a < b).collect();
         }
         kept
+    }
+
+    /// Says what cuts nothing out of any recording, of which these are the beginnings and ends: perhaps its time is of another clock.
+    pub(crate) fn beside(&self, spans: &[[f64; 2]]) -> Vec<Warning> {
+        let first = spans.iter().map(|[from, _]| *from).fold(f64::INFINITY, f64::min);
+        let last = spans.iter().map(|[_, to]| *to).fold(f64::NEG_INFINITY, f64::max);
+        // From nought on is from the beginning, wherever that is.
+        let start = self.start_s.filter(|start| *start != 0.0 && *start < first).map(|start| format!("`start` at {start} s"));
+        let outside = |[from, to]: &&[f64; 2]| spans.iter().all(|[begin, end]| to <= begin || from >= end);
+        let excluded = self.exclude_s.iter().filter(outside).map(|[from, to]| format!("`exclude` from {from} to {to} s"));
+        let said = |what: String| {
+            let message = format!("{what} cuts nothing: the clock of the recordings goes from {first} to {last} s");
+            Warning::new("nothing-cut", message, "give times on the clock of the file")
+        };
+        start.into_iter().chain(excluded).map(said).collect()
     }
 
     /// The stretches that are left, in order; each is a recording of its own whose clock goes on.
@@ -55,6 +71,10 @@ mod tests {
         let trim = Trim { start_s: Some(101.0), stop_s: Some(109.0), exclude_s: vec![[103.0, 105.0]] };
         let parts: Vec<Vec<f64>> = trim.apply(ten.clone(), "a").expect("left").iter().map(|r| r.channels()[0].samples.clone()).collect();
         assert_eq!(parts, [vec![1.0, 2.0], vec![5.0, 6.0, 7.0, 8.0]]);
+        assert!(trim.beside(&[[100.0, 110.0]]).is_empty() && Trim { start_s: Some(0.0), ..Trim::default() }.beside(&[[100.0, 110.0]]).is_empty());
+        // Seconds since the beginning, and a clock that counts from long before.
+        let outside = trim.beside(&[[1e9, 1e9 + 10.0]]);
+        assert!(outside.len() == 2 && outside.iter().all(|w| w.code == "nothing-cut" && w.message.contains("1000000000")), "{outside:?}");
         let all = Trim { exclude_s: vec![[0.0, 200.0]], ..Trim::default() };
         assert!(matches!(all.apply(ten.clone(), "a"), Err(AnalysisError::NothingLeft { .. })));
     }

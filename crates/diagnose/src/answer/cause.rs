@@ -4,7 +4,7 @@ use super::groups::Group;
 use super::material::Answer;
 use crate::plan;
 use crate::probability::Features;
-use crate::result::{Cause, Confusable, Curve, Gain};
+use crate::result::{Cause, Confusable, Curve, Gain, UNSURE};
 use crate::search::{ENOUGH, Judged};
 use statrs::distribution::{ChiSquared, ContinuousCDF};
 
@@ -18,6 +18,11 @@ impl Cause {
     /// Whether its name is more likely right than wrong.
     pub fn is_likely(&self) -> bool {
         self.probability >= Cause::LIKELY
+    }
+
+    /// Whether its name is in doubt by itself, and not for its rivals.
+    pub fn is_in_doubt(&self) -> bool {
+        self.probability <= UNSURE
     }
 
     /// Lets its probability be no more than this.
@@ -93,7 +98,6 @@ impl Answer<'_> {
                 }
             ),
         ];
-        evidence.extend(h.form.remark.map(str::to_owned));
         evidence.extend(twins.iter().map(|twin| format!("{twin} would be the same force: nothing in effort and motion tells the two apart")));
         if let Some(j) = step.judged.iter().find(|j| subject.hypotheses[j.hypothesis].effect.name() != h.effect.name()) {
             evidence.push(format!(

@@ -4,7 +4,7 @@ use super::material::Answer;
 use crate::detectors;
 use crate::judge::Errors;
 use crate::remains::remains;
-use crate::result::{NoiseFloor, Score, Verdict};
+use crate::result::{NoiseFloor, Score, UNSURE, Verdict};
 
 /// Probability of a name beyond which as much is left unexplained: of 257 names, one in nine of these was right.
 const GATED: f64 = 0.2;
@@ -54,7 +54,7 @@ impl Left {
         let rest = detectors::residual(&found.stand, &beyond);
         let variation = detectors::variation(&found.stand, &rest);
         let hiding = answer.findings.clipped.iter().filter(|clipped| clipped.hides(&answer.subject.layout, &rest));
-        let clipped = hiding.map(|clipped| (clipped.axis, clipped.share)).collect();
+        let clipped: Vec<(usize, f64)> = hiding.map(|clipped| (clipped.axis, clipped.share)).collect();
         let beyond = |(e, f): (&Option<f64>, &Option<f64>)| e.map_or(1.0, |e| (e * e - f.unwrap_or(0.0).powi(2)).max(0.0).sqrt());
         let excess = all.score.nrmse.iter().zip(&floor.nrmse).map(beyond).fold(0.0, f64::max);
         let sure = gate.sure();
@@ -68,6 +68,8 @@ impl Left {
         let limit = match (ratio > 0.45, lost(&all.score)) {
             (true, _) => GATED,
             (false, true) => LOST,
+            // What a sensor does not show bends the matrices and looks like a law.
+            (false, false) if !clipped.is_empty() => UNSURE,
             (false, false) if remainder => IMPERFECT,
             (false, false) => 1.0,
         };
@@ -87,7 +89,7 @@ impl Left {
             (true, true, _) if self.ratio > 0.45 => Verdict::Unexplained,
             (true, true, _) if self.ratio > 0.23 => Verdict::PartlyExplained,
             (true, _, true) => Verdict::PartlyExplained,
-            (true, ..) if weak || lost(extended) => Verdict::PartlyExplained,
+            (true, ..) if weak || lost(extended) || !self.clipped.is_empty() => Verdict::PartlyExplained,
             (true, ..) => Verdict::Explained,
         }
     }

@@ -15,9 +15,6 @@ use std::cell::RefCell;
 use std::collections::BTreeMap;
 use std::rc::Rc;
 
-/// Probability of a name that helps little on held-out data while a large error stays.
-pub(super) const UNSURE: f64 = 0.6;
-
 /// A model with its final parameters, and what it leaves of the held-out part.
 pub(crate) struct Fitted {
     pub chosen: Vec<Chosen>,

@@ -17,13 +17,13 @@ use crate::floor;
 use crate::free_run::WINDOW_S;
 use crate::judge::Errors;
 use crate::pictures::Pictures;
-use crate::result::{Cause, Confusable, Curve, Diagnosis, Extended, Model, ModelParameter, NoiseFloor, Score, Split, Verdict};
+use crate::result::{Cause, Confusable, Curve, Diagnosis, Extended, Model, ModelParameter, NoiseFloor, Score, Split, UNSURE, Verdict};
 use crate::search::{Chosen, Stand};
 use crate::state;
 use gains::{Gains, Step};
 use groups::{Ends, Group};
 use left::Left;
-use material::UNSURE;
+use ndof_models::effects::Matrix;
 
 /// What the intervals of matrices from the balance of forces do not know.
 const BEHIND_A_HOLD: &str =
@@ -44,6 +44,7 @@ impl Answer<'_> {
         let quiet = self.without_tones(before.clone());
         let quiet_score = quiet.score.clone();
         let final_errors = self.errors(&found.chosen, &found.stand);
+        noise_floor.add_what_is_slow(&final_errors.slower_than(floor::slowest_hz(&subject.layout)));
         // What a model has reached is no less than what remains at best.
         noise_floor.below(&before.score);
         noise_floor.below(&final_errors.score);
@@ -73,7 +74,10 @@ impl Answer<'_> {
         // Causes that do not make the free run better are not all there is, and no more are those beside a mass below zero.
         let flagged = |parameters: &[ModelParameter]| parameters.iter().any(|p| p.flag.is_some());
         weak |= !all.is_empty() && (extended_score.is_worse_than(&before.score) || flagged(&with_causes));
-        if flagged(&with_causes) && !flagged(&own) {
+        if flagged(&with_causes) && flagged(&own) {
+            // Beside matrices of no body a name proves nothing.
+            causes.iter_mut().for_each(|cause| cause.believe_at_most(UNSURE));
+        } else if flagged(&with_causes) {
             self.doubt_what_turns_signs(&mut causes, &steps, &kept);
         }
         let verdict = left.verdict(!causes.is_empty(), weak, &extended_score);
@@ -169,6 +173,12 @@ impl Answer<'_> {
                 for other in subject.named(chosen, stand, position) {
                     cause.parameters.iter_mut().filter(|own| own.name == other.name).for_each(|own| own.widen(&other));
                 }
+            }
+            let own = &all[position];
+            let form = &subject.hypotheses[own.hypothesis].form;
+            if let Some((remark, axis)) = form.remark.zip(form.axis) {
+                let of = [Matrix::Mass, Matrix::Damping, Matrix::Stiffness].map(|matrix| subject.matrix(all, extended, matrix)[axis][axis]);
+                cause.evidence.push(remark(&own.knobs, subject.coefficients(extended, position), of, subject.scale.rotational));
             }
             if !forms.is_empty() {
                 cause.evidence.push(format!("as likely in another form ({}): its intervals hold the values of both", forms.join(", ")));

@@ -1,8 +1,8 @@
 //! Names whose form has gone where another cause would make the same response: they are said, but not for sure.
 
-use super::material::{Answer, UNSURE};
+use super::material::Answer;
 use crate::hypotheses::{Ground, Hypothesis};
-use crate::result::{Cause, Confusable};
+use crate::result::{Cause, Confusable, UNSURE};
 use crate::search::{Judged, but};
 use ndof_models::effects::{Action, Evidence, Operator, Value};
 use std::sync::Arc;

@@ -102,7 +102,15 @@ fn a_limb_behind_a_soft_hold_is_a_mode_with_the_hold_before_it() {
         let d = answer(shaken(&Two { masses_kg: [handle, limb], springs: [0.0, hold, spring], dampers: [0.0, soft, damper], seen: 0 }, seed));
         let [mode] = &d.causes[..] else { panic!("{:?}", d.causes) };
         assert_eq!((mode.effect.as_str(), &d.verdict), ("extra-resonance", &Verdict::Explained));
-        assert!(mode.evidence.iter().any(|said| said.contains("B and K are the hold's")), "{:?}", mode.evidence);
+        // The limb behind the hold, and the hold.
+        let said = mode.evidence.iter().find(|said| said.contains("behind a hold of")).expect("what is behind");
+        let numbers: Vec<f64> = said.split_whitespace().filter_map(|word| word.parse().ok()).collect();
+        // A spring and a damper behind are what is left of the sums that a mode shows.
+        let truths = [(limb, limb), (damper, damper + soft), (spring, spring + hold), (hold, hold), (soft, damper + soft)];
+        for (told, (truth, of)) in numbers.iter().zip(truths) {
+            assert!((told - truth).abs() < 0.1 * of, "{truth}: {said}");
+        }
+        assert_eq!(numbers.len(), 5, "{said}");
         for (name, truth) in [("frequency_hz", w / TAU), ("damping_ratio", (soft + damper) / (2.0 * w * limb))] {
             let told = mode.parameters.iter().find(|p| p.name == name).expect("a number of the mode");
             let (Value::Number(value), Some([low, high])) = (&told.value, told.ci95) else { panic!("{told:?}") };

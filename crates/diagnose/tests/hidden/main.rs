@@ -11,4 +11,5 @@ mod measured;
 mod records;
 mod robot;
 mod sensors;
+mod slow_force;
 mod varying;

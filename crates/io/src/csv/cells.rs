@@ -1,5 +1,6 @@
 //! A line into its cells.
 
+use super::rows::is_missing;
 use std::borrow::Cow;
 
 /// What stands between two cells.
@@ -24,6 +25,12 @@ impl Cell<'_> {
     /// Whether it is a number, with a decimal point or comma; in quotes it may be a name.
     pub fn is_number(&self) -> bool {
         self.text.parse::<f64>().is_ok() || self.text.replacen(',', ".", 1).parse::<f64>().is_ok()
+    }
+
+    /// Whether it is a word or a date, and neither a missing number nor one that is written in a way that is not read.
+    pub fn is_words(&self) -> bool {
+        let number = self.text.starts_with(|c: char| c.is_ascii_digit() || matches!(c, '+' | '-' | '.' | ','));
+        !self.is_number() && !is_missing(&self.text) && (!number || self.text.contains(':'))
     }
 }
 

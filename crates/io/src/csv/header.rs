@@ -67,9 +67,8 @@ pub(crate) fn names(file: &str, line: usize, text: &str, separator: Separator) -
         .map(|(column, cell)| {
             let of_list = list(cell).filter(|(name, _)| lists.contains(name)).map(|_| indexed(&cell.text));
             let (name, unit) = of_list.map_or_else(|| split_name(&cell.text), |name| (name, None));
-            if name.is_empty() {
-                return Err(IoError::UnnamedColumn { file: file.to_owned(), line, column: column + 1 });
-            }
+            // Tables are often saved with the numbers of their rows, which have no name.
+            let name = if name.is_empty() { format!("column_{}", column + 1).into() } else { name };
             if cell.text.len() > MAX_NAME {
                 return Err(IoError::too_large(file, "bytes in a column's name", cell.text.len(), MAX_NAME, "check that the first line holds the names"));
             }

@@ -45,7 +45,7 @@ pub(super) fn read(text: &str, file: &str, columns: &ColumnsFile) -> Result<Tabl
     let begin = first.iter().position(|line| cells_of(line, separator, &mut cells) == Some(width)).unwrap_or(first.len());
     let begin_line = first.get(begin).map_or(last.number, |line| line.number);
     let rows = first[begin..].iter().map(|l| Line { ..*l }).chain(lines);
-    let mut table = Rows::of_some(file, named, separator, width, picked).read(rows, begin_line)?;
+    let mut table = Rows::new(file, named, separator, width, picked).read(rows, begin_line)?;
     if begin > 0 {
         let numbers: Vec<String> = first[..begin].iter().map(|l| l.number.to_string()).collect();
         table.notes.push(Note::new(

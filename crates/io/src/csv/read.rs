@@ -1,9 +1,12 @@
 //! What stands before the names, a line of names, perhaps one of units, then lines of numbers.
 
+use super::cells::{Separator, split};
 use super::head::{Head, LOOKED_AT};
-use super::header::{metadata, names, separator};
-use super::rows::{Line, Rows};
+use super::header::{Named, metadata, names, separator};
+use super::rows::{Line, Rows, is_missing};
+use crate::assemble::is_time;
 use crate::error::IoError;
+use crate::listed::listed;
 use crate::note::Note;
 use crate::table::Table;
 use std::collections::BTreeMap;
@@ -28,6 +31,7 @@ pub(crate) fn read_piece(text: &str, file: &str, (head, skipped): (usize, usize)
     });
     let first: Vec<Line<'_>> = lines.by_ref().take(LOOKED_AT).collect();
     let Head { before, units } = Head::of(first.iter().filter(|line| !line.text.trim().is_empty()));
+    let looked_at: Vec<(usize, &str)> = first.iter().map(|line| (line.number, line.text)).collect();
     let mut lines = first.into_iter().chain(lines).peekable();
     let mut words = lines.by_ref().filter(|line| !line.text.trim().is_empty());
     let left_out: Vec<usize> = words.by_ref().take(before).map(|line| line.number).collect();
@@ -41,7 +45,13 @@ pub(crate) fn read_piece(text: &str, file: &str, (head, skipped): (usize, usize)
     for (column, unit) in named.iter_mut().zip(units).filter(|(_, unit)| !unit.is_empty()) {
         column.unit.get_or_insert(unit);
     }
-    let mut rows = Rows::new(file, named, separator);
+    let behind = below.as_ref().map_or(header.number, |line| line.number);
+    let of_words = of_words(looked_at.iter().filter(|(number, _)| *number > behind).map(|(_, text)| *text), separator, &named);
+    let width = named.len();
+    let picked: Vec<usize> = (0..width).filter(|column| !of_words.contains(column)).collect();
+    let names_of_words: Vec<String> = of_words.iter().map(|column| named[*column].name.clone()).collect();
+    let named = named.into_iter().enumerate().filter(|(column, _)| picked.contains(column)).map(|(_, named)| named).collect();
+    let mut rows = Rows::new(file, named, separator, width, picked);
     // Where the first of them stands in the text; those behind it have the numbers that follow.
     let first = lines.peek().filter(|line| skipped == 0 || line.number > head).map(|line| (line.text.as_ptr() as usize - text.as_ptr() as usize, line.number));
     let plain = first.is_some_and(|(begin, number)| rows.push_plain(&text[begin..], number));
@@ -51,11 +61,31 @@ pub(crate) fn read_piece(text: &str, file: &str, (head, skipped): (usize, usize)
         let message = format!("{which} before the names in line {}: left out", header.number);
         table.notes.push(Note::new("preamble", message, "begin lines that are no numbers with #, and facts with # key: value"));
     }
+    if !names_of_words.is_empty() {
+        let message = format!("{} holds words: left out", listed(&names_of_words));
+        table.notes.push(Note::new("words", message, "write numbers, if it is a signal"));
+    }
     if let Some(line) = below {
         let message = format!("line {} below the names is taken as their units", line.number);
         table.notes.push(Note::new("units-row", message, "write units beside the names, such as `force_x [N]`, if it is none"));
     }
     Ok(Table { metadata: facts, ..table })
+}
+
+/// Columns that hold words in all of these rows, and are none of times; none where no column would be left.
+fn of_words<'l>(rows: impl Iterator<Item = &'l str>, separator: Separator, named: &[Named]) -> Vec<usize> {
+    let mut cells = Vec::new();
+    let mut open: Vec<usize> = (0..named.len()).filter(|column| !is_time(&named[*column].name)).collect();
+    let mut seen = vec![false; named.len()];
+    for row in rows.filter(|row| !row.trim().is_empty()) {
+        if split(row, separator, &mut cells).is_err() || cells.len() != named.len() {
+            continue;
+        }
+        seen.iter_mut().zip(&cells).for_each(|(seen, cell)| *seen |= cell.is_words());
+        open.retain(|column| cells[*column].is_words() || is_missing(&cells[*column].text));
+    }
+    open.retain(|column| seen[*column]);
+    if open.len() < named.len() { open } else { Vec::new() }
 }
 
 /// The text of what comes behind `lines` lines of a file.

@@ -43,14 +43,8 @@ pub(super) struct Rows<'a> {
 }
 
 impl<'a> Rows<'a> {
-    /// Columns for all cells of a line.
-    pub fn new(file: &'a str, named: Vec<Named>, separator: Separator) -> Self {
-        let width = named.len();
-        Rows::of_some(file, named, separator, width, (0..width).collect())
-    }
-
     /// Columns for the cells `picked` of lines of `width`.
-    pub fn of_some(file: &'a str, named: Vec<Named>, separator: Separator, width: usize, picked: Vec<usize>) -> Self {
+    pub fn new(file: &'a str, named: Vec<Named>, separator: Separator, width: usize, picked: Vec<usize>) -> Self {
         let time = named.iter().position(|n| is_time(&n.name));
         let columns = named.into_iter().map(|n| Column { name: n.name, unit: n.unit, ..Default::default() }).collect();
         Rows {

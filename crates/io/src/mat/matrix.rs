@@ -1,7 +1,7 @@
 //! A MATLAB variable into named arrays: numbers, texts, and structs of them.
 
 use super::element::{Element, Elements, MATRIX, numbers, text};
-use crate::arrays::{Entry, Value};
+use crate::arrays::{Entry, Value, in_c_order};
 use crate::budget::{Budget, MAX_ENTRIES};
 use crate::error::IoError;
 use crate::names::MAX_NAME;
@@ -88,6 +88,7 @@ impl Matrices<'_> {
                     SINGLE => Rounding::SINGLE,
                     _ => Rounding::INTEGER,
                 };
+                let values = if shape.iter().filter(|n| **n > 1).count() > 1 { in_c_order(&shape, &values) } else { values };
                 Value::Numbers { shape, values, rounding }
             }
             CHAR if shape.first() == Some(&1) || count == 0 => match parts.next()?.map(|part| text(part, self.big)) {

@@ -1,6 +1,6 @@
 //! One array as NumPy writes it: a header in Python's syntax, then the numbers.
 
-use crate::arrays::Value;
+use crate::arrays::{Value, in_c_order};
 use crate::number::Number;
 use crate::table::Rounding;
 use num_complex::Complex;
@@ -39,10 +39,18 @@ pub(crate) fn parse(bytes: &[u8]) -> Result<Value, String> {
         'U' | 'S' => Ok(Value::Other("several texts")),
         'c' => Ok(Value::Other("complex numbers")),
         _ => Ok(match numbers(data, dtype) {
-            Some((values, rounding)) => Value::Numbers { shape, values, rounding },
+            Some((values, rounding)) => {
+                let values = if is_fortran(header) { in_c_order(&shape, &values) } else { values };
+                Value::Numbers { shape, values, rounding }
+            }
             None => Value::Other("a type of numbers that is not known here"),
         }),
     }
+}
+
+/// Whether the first index of its arrays runs fastest.
+fn is_fortran(header: &str) -> bool {
+    field(header, "fortran_order").is_some_and(|order| order.starts_with("True"))
 }
 
 /// An array of complex or real numbers, in C's order, with its sizes; [`None`] for anything else.
@@ -60,23 +68,8 @@ pub(crate) fn complex(bytes: &[u8]) -> Option<(Vec<usize>, Vec<Complex<f64>>)> {
         'c' => numbers.as_chunks::<2>().0.iter().map(|&[re, im]| Complex::new(re, im)).collect(),
         _ => numbers.into_iter().map(Complex::from).collect(),
     };
-    if !field(header, "fortran_order").is_some_and(|order| order.starts_with("True")) {
-        return Some((shape, values));
-    }
-    let at = |k: usize| {
-        // The first index runs fastest in the file, and slowest in C's order.
-        let (mut k, mut place, mut inner) = (k, 0, count);
-        let mut stride = 1;
-        for size in &shape {
-            inner /= size;
-            place += k / inner * stride;
-            k %= inner;
-            stride *= size;
-        }
-        place
-    };
-    let reordered: Option<Vec<Complex<f64>>> = (0..count).map(|k| values.get(at(k)).copied()).collect();
-    Some((shape, reordered?))
+    let values = if is_fortran(header) { in_c_order(&shape, &values) } else { values };
+    Some((shape, values))
 }
 
 /// An array of texts; [`None`] for anything else.

@@ -109,6 +109,8 @@ pub(crate) struct Told {
     pub within: [f64; 2],
     /// Whether it follows from others and is not told.
     pub hidden: bool,
+    /// Whether it is an amount, of which nothing has less than none.
+    pub amount: bool,
 }
 
 impl Told {
@@ -122,11 +124,12 @@ impl Told {
             inverse: false,
             within: [f64::NEG_INFINITY, f64::INFINITY],
             hidden: false,
+            amount: false,
         }
     }
 
     pub fn positive(self) -> Self {
-        self.within([0.0, f64::INFINITY])
+        Told { amount: true, ..self.within([0.0, f64::INFINITY]) }
     }
 
     pub fn within(self, within: [f64; 2]) -> Self {
@@ -182,6 +185,14 @@ impl Form {
     pub fn allows(&self, factors: &[f64]) -> bool {
         let near = |(column, factor): (&Column, &f64)| column.factor().is_none_or(|own| (1.0 / NEAR..NEAR).contains(&(factor / own)));
         self.told.iter().all(|t| t.lies_within(t.sum(factors))) && self.columns.iter().zip(factors).all(near)
+    }
+
+    /// Without the bounds of what exists: a simulator may have more of it than the robot, which is so much less.
+    pub fn either_way(&mut self) {
+        if self.gear().is_none() {
+            let amounts = self.told.iter_mut().filter(|told| told.amount && !told.hidden && !told.inverse);
+            amounts.for_each(|told| told.within[0] = f64::NEG_INFINITY);
+        }
     }
 
     /// "coulomb-friction at elbow".

@@ -36,6 +36,32 @@ fn starts(unit: f64) -> [f64; 8] {
     [1.5, 2.2, 3.0, 4.2, 5.5, 7.0, 9.0, 11.0].map(|f| f / unit)
 }
 
+/// What is held and what holds it, from what is seen before the hold. With a mass m, a damper b and a spring k_l behind a spring k and a damper c, the
+/// axis has B = c and K = k - c²/m beside the mode, ω² = (k + k_l)/m and 2 ζ ω = (c + b)/m, and the mode's force at rest is g ω² m = k² - c² ω². One m above
+/// zero agrees: of g ω² m³ - (K² - c² ω²) m² - 2 K c² m - c⁴ = 0 signs change once.
+fn behind_hold(knobs: &[f64], coefficients: &[f64], [_, c, stiffness]: [f64; 3], rotational: bool) -> String {
+    let (w, ratio) = (TAU * knobs[0], knobs[1]);
+    let cubic = [coefficients[0] * w * w, (c * w).powi(2) - stiffness * stiffness, -2.0 * stiffness * c * c, -c.powi(4)];
+    let bound = 1.0 + cubic[1..].iter().fold(0.0, |most: f64, a| most.max((a / cubic[0]).abs()));
+    // From above the largest root Newton's steps fall to it.
+    let step = |m: f64| {
+        let (value, slope) = cubic.iter().fold((0.0, 0.0), |(value, slope), a| (value * m + a, slope * m + value));
+        m - value / slope
+    };
+    let m = (0..200).fold(bound, |m, _| step(m));
+    let hold = stiffness + c * c / m;
+    let numbers = [m, 2.0 * ratio * w * m - c, m * w * w - hold, hold, c];
+    if !numbers.iter().all(|x| x.is_finite()) {
+        return "M of the extended model is that of what lies before the hold".to_owned();
+    }
+    let three = |x: f64| format!("{x:.0$}", (2.0 - x.abs().max(1e-12).log10().floor()).clamp(0.0, 12.0) as usize);
+    let [mass, damper, spring] = if rotational { ["kg m²", "N m s/rad", "N m/rad"] } else { ["kg", "N s/m", "N/m"] };
+    let [m, b, k, hold, c] = numbers.map(three);
+    format!(
+        "{m} {mass}, {b} {damper} and {k} {spring} behind a hold of {hold} {spring} and {c} {damper} answer so; M of the extended model is that of what lies before the hold"
+    )
+}
+
 /// A mass on a spring and damper, carried by one axis.
 pub struct ExtraResonance;
 
@@ -78,7 +104,7 @@ impl Effect for ExtraResonance {
                 .knobs(modes(unit), &[&starts(unit), &[0.1]])
                 .coefficients(vec![Sign::Positive, Sign::Free])
                 .numbers(|k, _| [("frequency_hz", k[0]), ("damping_ratio", k[1])])
-                .remark("M of the extended model is that of what lies before the hold, B and K are the hold's; what is held is the mode")
+                .remark(behind_hold)
         }));
         if scale.motion_imposed {
             // The measured effort would stand on both sides of the balance.

@@ -19,6 +19,9 @@ pub type MatrixMaker = Arc<dyn Fn(&[f64]) -> Vec<Vec<f64>> + Send + Sync>;
 /// Named parameters from knobs and coefficients.
 pub type Naming = Arc<dyn Fn(&[f64], &[f64]) -> Vec<(&'static str, Value)> + Send + Sync>;
 
+/// A sentence from knobs, coefficients and the inertia, damping and stiffness that the axis has in the same model; whether the axis turns.
+pub type Remark = fn(&[f64], &[f64], [f64; 3], bool) -> String;
+
 /// A nonlinear parameter of a form.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Knob {
@@ -147,8 +150,8 @@ pub struct Form {
     pub floor: f64,
     /// Parameters that have an error of this size (SI) as well.
     pub absolute: Vec<(&'static str, f64)>,
-    /// What a reader of the model with it has to know.
-    pub remark: Option<&'static str>,
+    /// What its numbers say beside those of the model that it is in.
+    pub remark: Option<Remark>,
 }
 
 impl Form {
@@ -205,8 +208,8 @@ impl Form {
         self
     }
 
-    /// With what a reader of the model with it has to know.
-    pub fn remark(self, remark: &'static str) -> Self {
+    /// With what its numbers say beside those of the model that it is in.
+    pub fn remark(self, remark: Remark) -> Self {
         Form { remark: Some(remark), ..self }
     }
 

@@ -57,7 +57,7 @@ pub use card::{Card, ParameterCard, Side, Trace, rotational_name};
 pub use curved_arm::{Carried, CurvedArm, Displaced};
 pub use effect::Effect;
 pub use evidence::Evidence;
-pub use form::{Action, Form, Knob, LawMaker, MatrixMaker, Naming, Operator, Scale, Sign};
+pub use form::{Action, Form, Knob, LawMaker, MatrixMaker, Naming, Operator, Remark, Scale, Sign};
 pub use injection::{Injection, Setting};
 pub use matrix::Matrix;
 pub use on_axis::{OnAxis, on_axis};

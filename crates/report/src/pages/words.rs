@@ -1,5 +1,6 @@
 //! A diagnosis in one sentence, for people who do not read likelihoods.
 
+use crate::figures::capitalised;
 use crate::number::significant;
 use ndof_diagnose::{BandShare, CauseParameter, Diagnosis, Verdict};
 use ndof_models::effects::Value;
@@ -22,7 +23,7 @@ fn plain(effect: &str) -> (&'static str, &'static str) {
         "channel-filter" => ("one channel is smoothed", "a filter"),
         "actuation-delay" => ("the force comes later than commanded", "an actuation delay"),
         "actuator-saturation" => ("the force does not reach what is commanded", "a saturation"),
-        "sensor-misalignment" => ("the force sensor is turned", "a misalignment"),
+        "sensor-misalignment" => ("the force sensor is turned or mixes its channels", "a misalignment"),
         "sensor-scale" => ("a channel's unit or gain is wrong", "a wrong scale"),
         "sensor-offset-drift" => ("a sensor's zero wanders", "a drift"),
         "quantisation" => ("a channel moves in coarse steps", "a quantisation"),
@@ -75,7 +76,9 @@ fn place(bands: &[BandShare]) -> String {
 
 /// "0.60 ± 0.10 N m", to the digits that the interval allows.
 fn amount(parameters: &[CauseParameter]) -> Option<String> {
-    parameters.iter().find_map(|p| {
+    // What may be nothing is not what was found.
+    let sure = parameters.iter().find(|p| matches!(p.value, Value::Number(_)) && p.ci95.is_some_and(|[low, high]| low > 0.0 || high < 0.0));
+    sure.into_iter().chain(parameters).find_map(|p| {
         let Value::Number(value) = p.value else { return None };
         let unit = if p.unit.is_empty() { String::new() } else { format!(" {}", p.unit) };
         let half = p.ci95.map(|[low, high]| 0.5 * (high - low)).filter(|half| *half > 0.0);
@@ -139,7 +142,7 @@ pub fn sentence(d: &Diagnosis) -> String {
         _ => "is part of what the simulation missed".to_owned(),
     };
     let unsure = if !first.is_likely() { "perhaps " } else { "" };
-    let mut text = format!("{} {what}{with}: {unsure}{name}{of}{at} {share}.", place(&d.discrepancy.by_band));
+    let mut text = capitalised(&format!("{what}{with}: {unsure}{name}{of}{at} {share}."));
     for (words, likely) in [("With it", true), ("Also possible", false)] {
         let others = listed(d.causes.iter().filter(|c| !std::ptr::eq(*c, first) && c.is_likely() == likely).map(|c| (c.effect.as_str(), c.site.axis.as_str())));
         if !others.is_empty() {
@@ -147,7 +150,11 @@ pub fn sentence(d: &Diagnosis) -> String {
         }
     }
     if !matches!(d.verdict, Verdict::Explained | Verdict::Adequate) {
-        text += " Something is left that none of the known causes explains.";
+        text += match () {
+            () if first.is_in_doubt() => " That this is its name is not sure.",
+            () if d.extended.held_out.is_worse_than(&d.baseline.held_out) => " The free run is no better with it.",
+            () => " Something is left that none of the known causes explains.",
+        };
     }
     text
 }
