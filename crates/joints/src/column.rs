@@ -61,8 +61,8 @@ pub(crate) enum Column {
     Smooth { joint: usize, angle: usize, speed: usize },
 }
 
-/// Of the largest term of a sum, what is left where all of them cancel: some hundred products of the machine's numbers.
-const ROUND_OFF: f64 = 256.0 * f64::EPSILON;
+/// Of the largest term of a body, what is left of one that cancels: directions in files have ten digits at most.
+const ROUND_OFF: f64 = 1e-10;
 
 impl Column {
     /// The factor that it is made with, where it has no other.

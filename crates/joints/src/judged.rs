@@ -1,6 +1,7 @@
 //! Which causes hold: a search, a fit, and what of it predicts what was held out.
 
 use crate::causes::Form;
+use crate::column::Column;
 use crate::gears;
 use crate::held_out::{gain, sure};
 use crate::logged::Logged;
@@ -17,6 +18,13 @@ use statrs::distribution::{ContinuousCDF, Normal};
 const SURE: f64 = 0.9;
 /// At most so many causes a joint: beyond it is a robot that this file is not of.
 const CAUSES_A_JOINT: usize = 6;
+
+/// Standard errors within which a gain may be none: odds of 1000 by the normal law.
+const WIDE: f64 = 3.3;
+
+fn form_of_gain(form: &Form) -> bool {
+    matches!(form.columns[..], [Column::Torque(_) | Column::Torques])
+}
 
 /// What a search starts from.
 pub(crate) struct Searched {
@@ -86,6 +94,10 @@ fn reason(model: &Model, k: usize, worth: &Worth, options: &Options) -> Option<S
     // A rotor beside it would be enough.
     if model.gives(k).is_some_and(|errors| errors < Normal::standard().inverse_cdf(1.0 - options.false_alarms)) {
         return Some("that the gear gives at all is not beyond chance".to_owned());
+    }
+    // A log of nothing has any gain beside masses and frictions that are as much too large.
+    if form_of_gain(&model.forms[k]) && model.told(k).first().is_some_and(|(_, _, gain, error, _)| error.is_none_or(|error| gain.abs() < WIDE * error)) {
+        return Some("that its log is of the robot's torque at all is not beyond chance".to_owned());
     }
     if worth.sure < SURE {
         return Some("what was held out is not predicted better with it beyond chance".to_owned());
