@@ -62,7 +62,7 @@ pub(crate) enum Column {
 }
 
 /// Of the largest term of a body, what is left of one that cancels: directions in files have ten digits at most.
-const ROUND_OFF: f64 = 1e-10;
+pub(crate) const ROUND_OFF: f64 = 1e-10;
 
 impl Column {
     /// The factor that it is made with, where it has no other.

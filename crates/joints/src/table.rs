@@ -2,7 +2,7 @@
 
 use crate::band::Band;
 use crate::causes::Form;
-use crate::column::Column;
+use crate::column::{Column, ROUND_OFF};
 use crate::deflection::Gear;
 use crate::dynamics::each_sample;
 use crate::logged::Logged;
@@ -304,6 +304,10 @@ fn combined(terms: &[Series], parts: &[f64]) -> Series {
     let mut sum = terms[0].clone();
     sum.add(parts[0] - 1.0, &terms[0]);
     terms.iter().zip(parts).skip(1).filter(|(_, part)| **part != 0.0).for_each(|(term, part)| sum.add(*part, term));
+    let largest = |series: &Series| series.0.iter().flatten().flatten().flatten().fold(0.0, |most: f64, x| most.max(x.abs()));
+    if largest(&sum) <= ROUND_OFF * terms.iter().map(largest).fold(0.0, f64::max) {
+        sum.0.iter_mut().flatten().flatten().flatten().for_each(|x| *x = 0.0);
+    }
     sum
 }
 
