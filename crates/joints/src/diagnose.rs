@@ -15,6 +15,7 @@ use crate::options::Options;
 use crate::pictures;
 use crate::refined::shaped;
 use crate::scene::scene;
+use crate::suspicions::{against, one_gain};
 use crate::table::View;
 use crate::zeros;
 use ndof_devices::SerialChain;
@@ -102,6 +103,10 @@ pub fn diagnose(
     let asked = CAUSES.iter().filter(|c| !options.without.iter().any(|w| w == c.card.name));
     // A joint that stands still has no speed for a law to be relative to, and a number that is none finds no column again.
     let mut forms: Vec<Form> = asked.flat_map(|c| (c.forms)(&scene)).filter(|form| form.columns.iter().all(Column::has_numbers)).collect();
+    let one_gain = one_gain(&scene, &fitted);
+    forms.retain(|form| one_gain || form.columns[..] != [Column::Torques]);
+    let against = against(&scene, &fitted);
+    forms.iter_mut().for_each(|form| form.turned_round(&against));
     if !simulated.is_empty() {
         forms.iter_mut().for_each(Form::either_way);
     }

@@ -22,6 +22,11 @@ const CAUSES_A_JOINT: usize = 6;
 /// Standard errors within which a gain may be none: odds of 1000 by the normal law.
 const WIDE: f64 = 3.3;
 
+/// Whether what is judged logged motions and torques of its own.
+fn of_a_simulator(view: &View<'_>) -> bool {
+    view.motions.iter().any(|motion| !motion.beyond.is_empty())
+}
+
 fn form_of_gain(form: &Form) -> bool {
     matches!(form.columns[..], [Column::Torque(_) | Column::Torques])
 }
@@ -76,7 +81,8 @@ struct Worth {
 impl Judged {
     fn new(fitted: &View<'_>, held: &View<'_>, model: Model, options: &Options) -> Self {
         let worth: Vec<Worth> = (0..model.forms.len()).into_par_iter().map(|k| worth(fitted, held, &model, k)).collect();
-        let failing = worth.iter().enumerate().filter_map(|(k, worth)| Some((k, reason(&model, k, worth, options)?))).collect();
+        let simulated = of_a_simulator(fitted);
+        let failing = worth.iter().enumerate().filter_map(|(k, worth)| Some((k, reason(&model, k, worth, options, simulated)?))).collect();
         Judged { model, worth, failing }
     }
 }
@@ -87,7 +93,7 @@ fn worth(fitted: &View<'_>, held: &View<'_>, model: &Model, k: usize) -> Worth {
 }
 
 /// Why a form is not to be named.
-fn reason(model: &Model, k: usize, worth: &Worth, options: &Options) -> Option<String> {
+fn reason(model: &Model, k: usize, worth: &Worth, options: &Options, simulated: bool) -> Option<String> {
     if !model.forms[k].allows(&model.factors[k]) {
         return Some("it would need a parameter below zero".to_owned());
     }
@@ -95,8 +101,11 @@ fn reason(model: &Model, k: usize, worth: &Worth, options: &Options) -> Option<S
     if model.gives(k).is_some_and(|errors| errors < Normal::standard().inverse_cdf(1.0 - options.false_alarms)) {
         return Some("that the gear gives at all is not beyond chance".to_owned());
     }
-    // A log of nothing has any gain beside masses and frictions that are as much too large.
-    if form_of_gain(&model.forms[k]) && model.told(k).first().is_some_and(|(_, _, gain, error, _)| error.is_none_or(|error| gain.abs() < WIDE * error)) {
+    // Beside a simulator's own forces, which keep their size, a gain of none and bodies without end would be one more way to fit.
+    if simulated
+        && form_of_gain(&model.forms[k])
+        && model.told(k).first().is_some_and(|(_, _, gain, error, _)| error.is_none_or(|error| gain.abs() < WIDE * error))
+    {
         return Some("that its log is of the robot's torque at all is not beyond chance".to_owned());
     }
     if worth.sure < SURE {
@@ -178,7 +187,7 @@ pub(crate) fn judged(fitted: &View<'_>, held: &View<'_>, rule: &Rule<'_>, option
             }
             let more: Vec<usize> = chosen.iter().copied().chain([k]).collect();
             let model = refined([fitted, held], &forms, &judged.model.logged);
-            if reason(&model, last, &worth(fitted, held, &model, last), options).is_some() {
+            if reason(&model, last, &worth(fitted, held, &model, last), options, of_a_simulator(fitted)).is_some() {
                 return None;
             }
             let judged = Judged::new(fitted, held, model, options);

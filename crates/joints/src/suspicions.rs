@@ -13,7 +13,7 @@ const TOO_FAR: f64 = 10.0;
 
 /// In words, for each joint whose channels are suspect.
 pub(crate) fn suspicions(scene: &Scene<'_>, view: &View<'_>, logged: &Logged) -> Vec<String> {
-    let nominal: Vec<Vec<Vec<f64>>> = view.motions.iter().map(|motion| scene.nominal(motion)).collect();
+    let together = together(scene, view);
     let names = &scene.chain.joints().names;
     let mut out = Vec::new();
     for (j, (name, allowed)) in names.iter().zip(scene.chain.ranges()).enumerate() {
@@ -25,9 +25,8 @@ pub(crate) fn suspicions(scene: &Scene<'_>, view: &View<'_>, logged: &Logged) ->
                 allowed[0], allowed[1]
             ));
         }
-        let pairs = view.motions.iter().zip(&nominal).flat_map(|(motion, nominal)| motion.torque[j].iter().copied().zip(nominal[j].iter().copied()));
-        let together = correlation(pairs.collect());
         // One that is found to be turned round is taken so.
+        let together = together[j];
         if together < AGAINST && logged.gain_of(j) > 0.0 {
             out.push(format!(
                 "the torque of {name} goes against what the file's bodies need (correlation {together:.2}): its sign, or the joint's axis in the file, may be turned round; no number of a link is to be used before that is settled"
@@ -35,6 +34,36 @@ pub(crate) fn suspicions(scene: &Scene<'_>, view: &View<'_>, logged: &Logged) ->
         }
     }
     out
+}
+
+/// For each joint, whether its torque goes against what the file's bodies need.
+pub(crate) fn against(scene: &Scene<'_>, view: &View<'_>) -> Vec<bool> {
+    together(scene, view).into_iter().map(|together| together < AGAINST).collect()
+}
+
+/// Whether a gain, above one or below it in all joints, makes most of what each of them misses: one gain of all torques is asked for.
+pub(crate) fn one_gain(scene: &Scene<'_>, view: &View<'_>) -> bool {
+    let mut sums = vec![[0.0; 3]; scene.joints.len()];
+    for motion in view.motions {
+        for ((sums, torque), needed) in sums.iter_mut().zip(&motion.torque).zip(scene.nominal(motion)) {
+            for (t, n) in torque.iter().zip(needed) {
+                let missed = t - n;
+                [missed * missed, missed * n, n * n].iter().zip(sums.iter_mut()).for_each(|(x, sum)| *sum += x);
+            }
+        }
+    }
+    let most = |[missed, both, needed]: &[f64; 3]| both * both > 0.5 * missed * needed;
+    sums.iter().all(most) && (sums.iter().all(|sum| sum[1] > 0.0) || sums.iter().all(|sum| sum[1] < 0.0))
+}
+
+/// The correlation of each joint's torque with what the file's bodies need.
+fn together(scene: &Scene<'_>, view: &View<'_>) -> Vec<f64> {
+    let nominal: Vec<Vec<Vec<f64>>> = view.motions.iter().map(|motion| scene.nominal(motion)).collect();
+    let of = |j: usize| {
+        let pairs = view.motions.iter().zip(&nominal).flat_map(|(motion, nominal)| motion.torque[j].iter().copied().zip(nominal[j].iter().copied()));
+        correlation(pairs.collect())
+    };
+    (0..scene.joints.len()).map(of).collect()
 }
 
 fn correlation(pairs: Vec<(f64, f64)>) -> f64 {

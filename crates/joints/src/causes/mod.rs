@@ -187,6 +187,18 @@ impl Form {
         self.told.iter().all(|t| t.lies_within(t.sum(factors))) && self.columns.iter().zip(factors).all(near)
     }
 
+    /// A gain may be below zero where a torque goes against what the file's bodies need, joint by joint; that of all torques where all do.
+    pub fn turned_round(&mut self, against: &[bool]) {
+        let turned = match self.columns[..] {
+            [Column::Torque(joint)] => against[joint],
+            [Column::Torques] => against.iter().all(|against| *against),
+            _ => false,
+        };
+        if turned {
+            self.told.iter_mut().for_each(|told| told.within[0] = f64::NEG_INFINITY);
+        }
+    }
+
     /// Without the bounds of what exists: a simulator may have more of it than the robot, which is so much less.
     pub fn either_way(&mut self) {
         if self.gear().is_none() {

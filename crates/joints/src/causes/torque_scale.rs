@@ -12,9 +12,11 @@ pub(super) static CAUSE: JointCause = JointCause {
         look_alikes: &["link-parameters", "payload", "load-friction"],
         next_experiment: "a known weight at the flange: the gain follows from it",
     },
-    // A sign that is turned round is a gain, too; one supply or one unit of all torques is one number.
+    // One supply or one unit of all torques is one number. Below zero it is where a torque goes against what the bodies need (`Form::turned_round`).
     forms: |scene| {
-        let of = |joint: Option<usize>, column: Column| Form::new(&CAUSE, joint, vec![column], vec![Told::new("scale", "", 0).on_top_of(1.0)]);
+        let of = |joint: Option<usize>, column: Column| {
+            Form::new(&CAUSE, joint, vec![column], vec![Told::new("scale", "", 0).on_top_of(1.0).within([0.0, f64::INFINITY])])
+        };
         let all = (scene.joints.len() > 1).then(|| of(None, Column::Torques));
         all.into_iter().chain(each_joint(scene, |j| vec![of(Some(j), Column::Torque(j))])).collect()
     },
