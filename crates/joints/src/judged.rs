@@ -260,7 +260,7 @@ mod tests {
                 let covariance = vec![vec![(extent / errors).powi(2), 0.0], vec![0.0, 1e-6]];
                 let (forms, factors, places) = (vec![form.clone()], vec![vec![extent, 0.1]], vec![vec![Some(0), Some(1)]]);
                 let model = Model { forms, factors, covariance, places, logged: Logged::as_it_is(1) };
-                reason(&model, 0, &Worth { gain: 100.0, sure: 1.0, matters: 1.0 }, &Options::default())
+                reason(&model, 0, &Worth { gain: 100.0, sure: 1.0, matters: 1.0 }, &Options::default(), false)
             };
             assert!(judged(2.3).is_some_and(|why| why.contains("beyond chance")) && judged(2.4).is_none(), "{}", cause.card.name);
         }
