@@ -72,14 +72,16 @@ pub(super) fn unknown_mount(fit: &ndof_models::Fit, mount: &SeriesCompliance, ax
     })
 }
 
-/// A limb whose inertia is below zero beyond its interval along every axis is a transducer that reads the reaction.
+/// A limb that along every axis has an inertia below zero, beyond its interval or with damping and stiffness, is a transducer that reads the reaction.
 fn force_sign(baseline: &ndof_models::Fit) -> Option<Warning> {
-    let mut inertias = baseline.parameters.iter().filter(|p| p.name.starts_with('M') && !p.site.contains(',')).peekable();
-    let negative = inertias.peek().is_some() && inertias.all(|p| p.ci95[1] < 0.0);
+    let own = |site: &str| baseline.parameters.iter().filter(move |p| p.site == site).collect::<Vec<&Parameter>>();
+    let turned = |inertia: &&Parameter| inertia.value < 0.0 && (inertia.ci95[1] < 0.0 || own(&inertia.site).iter().all(|p| p.value < 0.0));
+    let inertias: Vec<&Parameter> = baseline.parameters.iter().filter(|p| p.name.starts_with('M') && !p.site.contains(',')).collect();
+    let negative = !inertias.is_empty() && inertias.iter().all(turned);
     negative.then(|| {
         Warning::new(
             "force-sign",
-            "the fitted inertia is below zero beyond its interval along every axis: the force channels seem to hold the reaction, not the force on the limb",
+            "the fitted inertia is below zero along every axis: the force channels seem to hold the reaction, not the force on the limb",
             "turn them with `negate=CHANNEL` if that is how they were recorded",
         )
     })
