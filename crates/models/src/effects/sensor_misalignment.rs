@@ -96,6 +96,7 @@ impl Effect for SensorMisalignment {
                     .knobs(vec![Knob::linear(-0.6, 0.6)], &[&[-0.15, -0.03, 0.03, 0.15]])
                     .naming(told)
                     .floor(0.005)
+                    .in_open_loop()
             };
             let (i, j) = pair;
             // Matrices that need not be symmetric absorb it.
