@@ -13,6 +13,7 @@ use ndof_models::schedule::Splines;
 use num_complex::Complex64;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
+use statrs::distribution::{ContinuousCDF, StudentsT};
 use std::sync::Arc;
 
 /// The held-out part on the grid of the search.
@@ -67,6 +68,11 @@ impl Court {
             motion_imposed: meaning.motion_imposed,
             windowed,
         }
+    }
+
+    /// Samples of a block as the search takes them: what is slower makes one differ from the next.
+    pub fn block(&self) -> usize {
+        self.layout.block
     }
 
     /// Rate of the held-out samples, and the time of the first of them since its recording began.
@@ -170,6 +176,28 @@ impl Errors {
             out.score.vaf_percent[i] = Some(100.0 * (1.0 - (power - mean * mean))).filter(|v| v.is_finite());
         }
         Some(out)
+    }
+
+    /// Root of the error's power that is gone in another's beyond chance, of the output where it is most, as a share of its standard deviation: the lower end
+    /// of Student's 95 % interval of the mean over blocks of so many samples. A prediction worse than none errs by no more than that.
+    ///
+    /// Of what a limb does by itself the power differs from one stretch to the next by far more than from one model to another.
+    pub fn removed_by(&self, other: &Errors, per: usize) -> f64 {
+        let of_output = |(before, after): (&Vec<f64>, &Vec<f64>)| {
+            let trial = (before.len() / self.trials.max(1)).max(1);
+            let blocks = |errors: &Vec<f64>| -> Vec<f64> {
+                let power = |block: &[f64]| (block.iter().map(|e| e * e).sum::<f64>() / block.len() as f64).min(1.0);
+                errors.chunks_exact(trial).flat_map(|trial| trial.chunks_exact(per.min(trial.len())).map(power)).collect()
+            };
+            let gone: Vec<f64> = blocks(before).iter().zip(blocks(after)).map(|(before, after)| before - after).collect();
+            let count = gone.len() as f64;
+            let mean = gone.iter().sum::<f64>() / count;
+            let variance = gone.iter().map(|x| (x - mean).powi(2)).sum::<f64>() / (count - 1.0);
+            let quantile = StudentsT::new(0.0, 1.0, count - 1.0).map_or(f64::INFINITY, |t| t.inverse_cdf(0.975));
+            let least = mean - quantile * (variance / count).sqrt();
+            if least.is_finite() { least.max(0.0).sqrt() } else { 0.0 }
+        };
+        self.signed.iter().zip(&other.signed).map(of_output).fold(0.0, f64::max)
     }
 
     /// Shares of each output's variance that its error and it itself have below a frequency, `[output]`; nothing where time has gaps.

@@ -327,12 +327,6 @@ impl Score {
     pub fn is_worse_than(&self, other: &Score) -> bool {
         together(&self.nrmse) > together(&other.nrmse)
     }
-
-    /// Root of the error's power that is gone in another score, of the output where it is most; a prediction worse than none errs by no more than that.
-    pub(crate) fn removed_by(&self, other: &Score) -> f64 {
-        let power = |e: &Option<f64>| e.map_or(1.0, |e| e.min(1.0).powi(2));
-        self.nrmse.iter().zip(&other.nrmse).map(|(before, after)| (power(before) - power(after)).max(0.0).sqrt()).fold(0.0, f64::max)
-    }
 }
 
 /// Sum of squares; infinite where there is no error that is finite.

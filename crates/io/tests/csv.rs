@@ -1,7 +1,7 @@
 //! CSV as people and programs write it: a right answer, or an error that says what, where and what to do.
 #![cfg(feature = "csv")]
 
-use ndof_io::{IoError, Place, ReadOptions, ReadRecording, Resample, encode, read, read_bytes};
+use ndof_io::{CsvStream, IoError, Place, ReadOptions, ReadRecording, Resample, encode, read, read_bytes};
 use ndof_signal::{Channel, Quantity, Recording, Unit};
 use std::path::Path;
 
@@ -41,6 +41,19 @@ fn columns_without_a_name_and_columns_of_words_are_no_obstacle() {
     assert_eq!((samples(&words, "force_x"), words.recording.channels().len()), (vec![1.0, 2.0, 4.0], 1));
     let note = words.notes.iter().find(|note| note.code == "words").expect("a note");
     assert!(note.message.contains("name, stamp"), "{}", note.message);
+    // The same as it comes, be it shorter than what is looked at or longer.
+    for count in [10, 300] {
+        let text: String = (0..count).map(|k| format!("{},{:.1},arm,{}\n", k, 0.5 * f64::from(k), k * k % 7)).collect();
+        let text = format!(",time,name,force_x [N]\n{text}");
+        let mut stream = CsvStream::new("arm", ReadOptions::default());
+        let mut pieces = Vec::new();
+        for part in text.as_bytes().chunks(50) {
+            pieces.extend(stream.push(part).unwrap_or_else(|error| panic!("{error}")));
+        }
+        pieces.extend(stream.finish().unwrap_or_else(|error| panic!("{error}")));
+        let streamed: Vec<f64> = pieces.iter().flat_map(|piece| piece.recording.channel("force_x").expect("a force").samples.clone()).collect();
+        assert_eq!(streamed, samples(&csv(&text).unwrap(), "force_x"), "{count}");
+    }
     // A column of numbers with a word in it is damaged.
     assert!(matches!(error("time,force_x [N]\n0.0,1\n0.5,off\n1.0,4\n"), IoError::NotANumber { .. }));
 }

@@ -6,8 +6,7 @@ use super::{Fit, Fitted, fit_to};
 use crate::error::AnalysisError;
 use crate::estimate::{Estimated, estimate_to_fit};
 use crate::result::Warning;
-use crate::trials::{Trial, Trials};
-use ndof_signal::Channel;
+use crate::trials::Trials;
 
 /// The efforts that some axes of a fit, and not all of them, count against their motions: with these turned round no axis has an inertia, a damping or a
 /// stiffness below zero, and what the model leaves is not less likely by odds of 1000. With a warning that says so.
@@ -58,13 +57,5 @@ fn below_zero(fitted: &Fitted) -> Vec<bool> {
 
 /// Trials with these channels turned round.
 pub(crate) fn turned_round(trials: &Trials, names: &[String]) -> Result<Trials, AnalysisError> {
-    let turn = |channel: &Channel| {
-        let mut channel = channel.clone();
-        if names.contains(&channel.name) {
-            channel.samples.iter_mut().for_each(|sample| *sample = -*sample);
-        }
-        channel
-    };
-    let turned = |trial: &Trial| trial.with_channels(trial.recording.channels().iter().map(turn).collect());
-    Ok(Trials { trials: trials.trials.iter().map(turned).collect::<Result<_, _>>()?, ..trials.clone() })
+    Ok(Trials { trials: trials.trials.iter().map(|trial| trial.negated(names)).collect::<Result<_, _>>()?, ..trials.clone() })
 }

@@ -60,6 +60,13 @@ impl Trial {
         self.holding(self.recording.with_channels(channels))
     }
 
+    /// The same trial with these channels turned round.
+    pub(crate) fn negated(&self, names: &[String]) -> Result<Self, AnalysisError> {
+        let mut recording = self.recording.clone();
+        let turned = names.iter().try_for_each(|name| recording.map_channel(name, |sample| -sample));
+        self.holding(turned.map(|()| recording))
+    }
+
     fn holding(&self, recording: Result<Recording, RecordingError>) -> Result<Self, AnalysisError> {
         let recording = recording.map_err(|source| AnalysisError::Recording { file: self.file.clone(), source })?;
         Ok(Trial { file: self.file.clone(), recording, warnings: self.warnings.clone() })

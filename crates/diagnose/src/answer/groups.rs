@@ -22,7 +22,7 @@ pub(super) struct Group {
     pub worth: f64,
     /// Root of the power that it removes, as a share of the effort's rms.
     pub size: f64,
-    /// Root of the power that it removes of the held-out prediction's error, as a share of the output's standard deviation.
+    /// Root of the power that it removes, beyond chance, of the held-out prediction's error, as a share of the output's standard deviation.
     pub helps: f64,
     /// rms by which it changes the held-out prediction, as a share of the output's standard deviation; nothing where a prediction is not finite.
     pub change: Option<f64>,
@@ -59,7 +59,7 @@ impl Answer<'_> {
                 group.size = generic::size(&without, &without.fit.residual, &with.fit.residual);
                 let before = self.court.errors(subject, &rest, &without);
                 group.change = predicted.as_ref().and_then(|after| before.distance(after));
-                group.helps = predicted.as_ref().map_or(0.0, |after| before.score.removed_by(&after.score));
+                group.helps = predicted.as_ref().map_or(0.0, |after| before.removed_by(after, self.court.block()));
             }
         }
         groups.sort_by(|a, b| b.worth.total_cmp(&a.worth));

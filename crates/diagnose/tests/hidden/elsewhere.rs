@@ -103,7 +103,7 @@ fn a_limb_behind_a_soft_hold_is_a_mode_with_the_hold_before_it() {
         let [mode] = &d.causes[..] else { panic!("{:?}", d.causes) };
         assert_eq!((mode.effect.as_str(), &d.verdict), ("extra-resonance", &Verdict::Explained));
         // The limb behind the hold, and the hold.
-        let said = mode.evidence.iter().find(|said| said.contains("behind a hold of")).expect("what is behind");
+        let said = mode.evidence.iter().find(|said| said.contains("behind a hold of about")).expect("what is behind");
         let numbers: Vec<f64> = said.split_whitespace().filter_map(|word| word.parse().ok()).collect();
         // A spring and a damper behind are what is left of the sums that a mode shows.
         let truths = [(limb, limb), (damper, damper + soft), (spring, spring + hold), (hold, hold), (soft, damper + soft)];

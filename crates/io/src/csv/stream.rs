@@ -108,6 +108,9 @@ impl CsvStream {
         }
         if !self.named {
             read_piece(&self.head, &self.file, (0, 0))?;
+            self.rows_have_words();
+        }
+        if !self.named {
             return Err(IoError::HeaderOnly { file: self.file.clone(), line: self.head_lines });
         }
         let pieces = self.pieces()?;
@@ -125,6 +128,7 @@ impl CsvStream {
             let comment = line.trim_start().strip_prefix('#');
             let words = comment.is_none() && !line.trim().is_empty() && !line.starts_with("sep=");
             if words && (self.words > 0 && is_row(line.trim_end()) || self.words >= LOOKED_AT) {
+                self.rows_have_words();
                 self.named = true;
                 self.lines.push(line.to_owned());
                 continue;
@@ -139,6 +143,19 @@ impl CsvStream {
             self.head_lines += 1;
         }
         Ok(())
+    }
+
+    /// Where no line is of numbers alone, but lines behind the names can be read: each of them has a column of words, and is a row.
+    fn rows_have_words(&mut self) {
+        if self.words < 2 || read_piece(&self.head, &self.file, (0, 0)).map_or(0, |table| table.lines.len()) + 1 < self.words {
+            return;
+        }
+        let lines: Vec<&str> = self.head.split_inclusive('\n').collect();
+        let is_words = |line: &&&str| !line.trim_start().starts_with('#') && !line.trim().is_empty() && !line.starts_with("sep=");
+        let names = lines.iter().position(|line| is_words(&line)).map_or(0, |k| k + 1);
+        self.lines = lines[names..].iter().map(|line| (*line).to_owned()).collect();
+        self.head = lines[..names].concat();
+        (self.head_lines, self.words, self.named) = (names, 1, true);
     }
 
     /// Hands out what waits: more than one piece where there is a gap within.

@@ -58,7 +58,7 @@ fn behind_hold(knobs: &[f64], coefficients: &[f64], [_, c, stiffness]: [f64; 3],
     let [mass, damper, spring] = if rotational { ["kg m²", "N m s/rad", "N m/rad"] } else { ["kg", "N s/m", "N/m"] };
     let [m, b, k, hold, c] = numbers.map(three);
     format!(
-        "{m} {mass}, {b} {damper} and {k} {spring} behind a hold of {hold} {spring} and {c} {damper} answer so; M of the extended model is that of what lies before the hold"
+        "about {m} {mass}, {b} {damper} and {k} {spring} behind a hold of about {hold} {spring} and {c} {damper} answer so; M of the extended model is that of what lies before the hold"
     )
 }
 

@@ -152,8 +152,6 @@ pub struct Form {
     pub absolute: Vec<(&'static str, f64)>,
     /// What its numbers say beside those of the model that it is in.
     pub remark: Option<Remark>,
-    /// Whether it is not tried where a robot holds the limb: there what a limb does by itself bends a balance of forces as it would.
-    pub open_loop: bool,
 }
 
 impl Form {
@@ -171,7 +169,6 @@ impl Form {
             floor: 0.01,
             absolute: Vec::new(),
             remark: None,
-            open_loop: false,
         }
     }
 
@@ -209,11 +206,6 @@ impl Form {
     pub fn absolute(mut self, parameter: &'static str, error: f64) -> Self {
         self.absolute.push((parameter, error));
         self
-    }
-
-    /// Not to be tried where a robot holds the limb.
-    pub fn in_open_loop(self) -> Self {
-        Form { open_loop: true, ..self }
     }
 
     /// With what its numbers say beside those of the model that it is in.

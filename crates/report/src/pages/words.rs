@@ -23,7 +23,7 @@ fn plain(effect: &str) -> (&'static str, &'static str) {
         "channel-filter" => ("one channel is smoothed", "a filter"),
         "actuation-delay" => ("the force comes later than commanded", "an actuation delay"),
         "actuator-saturation" => ("the force does not reach what is commanded", "a saturation"),
-        "sensor-misalignment" => ("the force sensor is turned or mixes its channels", "a misalignment"),
+        "sensor-misalignment" => ("the force sensor is turned", "a misalignment"),
         "sensor-scale" => ("a channel's unit or gain is wrong", "a wrong scale"),
         "sensor-offset-drift" => ("a sensor's zero wanders", "a drift"),
         "quantisation" => ("a channel moves in coarse steps", "a quantisation"),
@@ -150,10 +150,12 @@ pub fn sentence(d: &Diagnosis) -> String {
         }
     }
     if !matches!(d.verdict, Verdict::Explained | Verdict::Adequate) {
-        text += match () {
-            () if first.is_in_doubt() => " That this is its name is not sure.",
-            () if d.extended.held_out.is_worse_than(&d.baseline.held_out) => " The free run is no better with it.",
-            () => " Something is left that none of the known causes explains.",
+        text += if first.is_in_doubt() {
+            " That this is its name is not sure."
+        } else if d.extended.held_out.is_worse_than(&d.baseline.held_out) {
+            " The free run is no better with it."
+        } else {
+            " Something is left that none of the known causes explains."
         };
     }
     text
