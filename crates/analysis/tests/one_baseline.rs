@@ -80,3 +80,16 @@ fn an_axis_whose_effort_goes_against_its_motion_is_said_and_turned() {
         }
     }
 }
+
+/// Two motions that stand in each other's place: no body's matrices, and no name that is sure.
+#[test]
+fn beside_matrices_of_no_body_no_name_is_sure() {
+    let [(fx, x), (fy, y)] = [record(11, 1.0), record(12, 1.0)];
+    let (cos, sin) = (0.3_f64.cos(), 0.3_f64.sin());
+    let turned = |a: &[f64], b: &[f64], sin: f64| a.iter().zip(b).map(|(a, b)| cos * a + sin * b).collect::<Vec<f64>>();
+    let trial = Trial::new(RATE_HZ).effort("x", &turned(&fx, &fy, sin)).effort("y", &turned(&fy, &fx, -sin));
+    let trial = trial.displacement("x", &turned(&y, &x, -sin)).and_then(|trial| trial.displacement("y", &turned(&x, &y, sin))).expect("a trial");
+    let found = Question::new([&trial]).run().expect("a diagnosis").result.diagnosis;
+    assert!(found.baseline.parameters.iter().any(|p| p.flag.is_some()), "{:?}", found.baseline.parameters);
+    assert!(found.causes.iter().all(|cause| cause.probability <= 0.6) && found.verdict != Verdict::Explained, "{:?}", found.causes);
+}

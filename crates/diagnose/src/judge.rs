@@ -327,4 +327,22 @@ mod tests {
         assert!((slow - (0.01 + 0.5 * 0.09)).abs() < 1e-12 && of_output.abs() < 1e-12, "{slow} {of_output}");
         assert!(Errors { rate_hz: None, ..errors }.slower_than(0.15).is_empty());
     }
+
+    /// An error of 0.5 that is 0.4 in every block of another model, and one that is more in one block and less in the next.
+    #[test]
+    fn what_differs_from_block_to_block_removes_nothing() {
+        let of = |level: &dyn Fn(usize) -> f64| Errors {
+            score: Score::default(),
+            signed: vec![(0..1000).map(|k| level(k / 100) * if k % 2 == 0 { 1.0 } else { -1.0 }).collect()],
+            predicted: vec![vec![0.0; 1000]],
+            trials: 2,
+            rate_hz: Some(100.0),
+        };
+        let before = of(&|_| 0.5);
+        assert!((before.removed_by(&of(&|_| 0.4), 100) - 0.3).abs() < 1e-9);
+        let by_chance = of(&|block| if block % 2 == 0 { 0.3 } else { 0.6 });
+        let power = |errors: &Errors| errors.signed[0].iter().map(|e| e * e).sum::<f64>();
+        assert!(power(&by_chance) < power(&before) && before.removed_by(&by_chance, 100) == 0.0);
+        assert_eq!(before.removed_by(&before, 500), 0.0);
+    }
 }

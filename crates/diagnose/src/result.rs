@@ -72,7 +72,7 @@ pub struct Split {
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct Score {
-    /// rms(y - ŷ) / std(y) of each output; `None` where the prediction diverges.
+    /// rms(y - ŷ) / std(y) of each output, a constant of each trial taken off where the whole is one run; `None` where the prediction diverges.
     pub nrmse: Vec<Option<f64>>,
     /// 100 (1 - var(y - ŷ) / var(y)) of each output.
     pub vaf_percent: Vec<Option<f64>>,

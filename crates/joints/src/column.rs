@@ -61,9 +61,6 @@ pub(crate) enum Column {
     Smooth { joint: usize, angle: usize, speed: usize },
 }
 
-/// Of the largest term of a body, what is left of one that cancels: directions in files have ten digits at most.
-pub(crate) const ROUND_OFF: f64 = 1e-10;
-
 impl Column {
     /// The factor that it is made with, where it has no other.
     pub fn factor(&self) -> Option<f64> {
@@ -133,19 +130,13 @@ impl Column {
             }
             Column::Gear(gear) => given(motion, scene, gear),
             Column::Body { link, parts } => {
-                // Behind the joints the largest that any joint feels of any of the body's terms.
-                let mut felt = each_sample(motion, link + 2, |q, v, a, out| {
+                let felt = each_sample(motion, link + 1, |q, v, a, out| {
                     let y = scene.chain.regressor(q, v, a);
-                    let of = |j: usize, k: usize| y[[j, TERMS_OF_A_LINK * link + k]];
-                    for (j, out) in out[..=*link].iter_mut().enumerate() {
-                        *out = parts.iter().enumerate().map(|(k, p)| p * of(j, k)).sum();
+                    for (j, out) in out.iter_mut().enumerate() {
+                        *out = parts.iter().enumerate().map(|(k, p)| p * y[[j, TERMS_OF_A_LINK * link + k]]).sum();
                     }
-                    out[link + 1] = (0..=*link).flat_map(|j| (0..TERMS_OF_A_LINK).map(move |k| of(j, k).abs())).fold(0.0, f64::max);
                 });
-                let largest = felt.pop().into_iter().flatten().fold(0.0, f64::max);
-                // What cancels but for round-off is felt by none.
-                let real = felt.iter().flatten().any(|t| t.abs() > ROUND_OFF * largest);
-                felt.into_iter().map(|t| if real { t } else { vec![0.0; t.len()] }).enumerate().collect()
+                felt.into_iter().enumerate().collect()
             }
             Column::Zero { joint, at } => {
                 let off = |by: f64| (0..motion.q.len()).map(|k| if k == *joint { by } else { 0.0 }).collect::<Vec<_>>();

@@ -2,7 +2,7 @@
 
 use crate::band::Band;
 use crate::causes::Form;
-use crate::column::{Column, ROUND_OFF};
+use crate::column::Column;
 use crate::deflection::Gear;
 use crate::dynamics::each_sample;
 use crate::logged::Logged;
@@ -299,7 +299,10 @@ pub(crate) fn later(x: &[f64], samples: f64) -> Vec<f64> {
         .collect()
 }
 
-/// A combination of the torques of one body's parameters.
+/// Of the largest term of a body, what is left of a combination that cancels: directions in files have ten digits at most.
+const ROUND_OFF: f64 = 1e-10;
+
+/// A combination of the torques of one body's parameters; nothing at all where they cancel.
 fn combined(terms: &[Series], parts: &[f64]) -> Series {
     let mut sum = terms[0].clone();
     sum.add(parts[0] - 1.0, &terms[0]);

@@ -1,6 +1,6 @@
 //! What a diagnosis of joint logs finds where little of the log shows it.
 
-use ndof_devices::RobotConfig;
+use ndof_devices::{RobotConfig, SerialChain};
 use ndof_diagnose::{Diagnosis, Verdict};
 use ndof_joints::{Options, diagnose};
 use ndof_models::robot::Robot;
@@ -200,6 +200,7 @@ fn a_torque_with_its_sign_turned_round_is_a_gain_below_zero() {
 /// Of both joints: two masses and two frictions too large by as much would be four causes that are not there.
 #[test]
 fn one_gain_of_all_torques_is_one_cause() {
+    let friction = [0.4, 0.2];
     let text = r#"
 schema = "ndof/robot/1"
 name = "two"
@@ -208,30 +209,38 @@ joints = [
   { name = "elbow", origin_m = [0.6, 0.0, 0.0], axis = [0.0, 1.0, 0.0], mass_kg = 1.0, centre_m = [0.2, 0.0, 0.0], viscous_nm_s_per_rad = 0.2 },
 ]
 "#;
-    let chain = RobotConfig::parse("two.toml", text, None).and_then(|c| c.chain()).expect("a robot");
-    let paths: [fn(f64) -> f64; 2] = [wave, |t| 0.8 * wave(1.3 * t + 0.7)];
-    let (mut noise, times) = (white(NOISE, 8), (0..6000).map(|k| f64::from(k) / RATE_HZ));
-    let [mut torques, mut angles] = [[vec![], vec![]], [vec![], vec![]]];
-    for t in times {
-        let [q, v, a] = [paths.map(|path| path(t)), paths.map(|path| rate(path, t)), paths.map(|path| acceleration(path, t))];
-        let mut torque = [0.0; 2];
-        chain.inverse_dynamics(&q, &v, &a, &mut torque);
-        for j in 0..2 {
-            torques[j].push(2.0 * (torque[j] + [0.4, 0.2][j] * v[j]) + noise());
-            angles[j].push(q[j]);
-        }
-    }
-    let channel = |name: &str, quantity, samples: &[f64]| Channel::new(name, Unit::si(quantity, true), samples.to_vec());
-    let channels = ["shoulder", "elbow"].iter().zip(&torques).map(|(name, torque)| channel(&format!("torque_{name}"), Quantity::Effort, torque));
-    let channels =
-        channels.chain(["shoulder", "elbow"].iter().zip(&angles).map(|(name, angle)| channel(&format!("angle_{name}"), Quantity::Displacement, angle)));
-    let log = Recording::new(RATE_HZ, channels.collect()).expect("channels of one length");
-    let ports = Ports { references: vec![], inputs: vec![0, 1], outputs: vec![2, 3] };
-    let found = diagnose(&chain, &[log], &[], &ports, &Options::default(), &mut |_| {}).expect("an answer").0;
+    let found = of_two(text, |[q, v, _], torque| ([0, 1].map(|j| 2.0 * (torque[j] + friction[j] * v[j])), q));
     assert_eq!((found.verdict, found.causes.len()), (Verdict::Explained, 1), "{:?}", found.causes);
     assert!(found.causes[0].site.axis.is_empty(), "{:?}", found.causes[0].site);
     let [low, high] = interval(&found, "torque-scale", "scale").expect("an interval");
-    assert!((0.5 * (low + high) - 2.0).abs() < 1e-3 && high - low < 1e-3, "{low} {high}");
+    assert!((0.5 * (low + high) - 2.0).abs() < 1e-3 && high - low < 5e-3, "{low} {high}");
+}
+
+/// Of a link on an axis that meets the upright one before it, a first moment along the second axis makes no torque but for round-off.
+#[test]
+fn what_no_joint_feels_of_a_link_is_not_told() {
+    let text = |mass: f64| {
+        format!(
+            r#"
+schema = "ndof/robot/1"
+name = "two"
+joints = [
+  {{ name = "shoulder", axis = [0.0, 0.0, 1.0], mass_kg = 2.0, centre_m = [0.0, 0.0, 0.1], inertia_kg_m2 = [0.01, 0.01, 0.01, 0.0, 0.0, 0.0] }},
+  {{ name = "elbow", origin_m = [0.0, 0.0, 0.2], axis = [0.0, 1.0, 0.0], mass_kg = {mass}, centre_m = [0.2, 0.0, 0.0], inertia_kg_m2 = [0.001, 0.01, 0.01, 0.0, 0.0, 0.0] }},
+]
+"#
+        )
+    };
+    let heavier = chain_of(&text(1.4));
+    let found = of_two(&text(1.0), |[q, v, a], _| {
+        let mut torque = [0.0; 2];
+        heavier.inverse_dynamics(&q, &v, &a, &mut torque);
+        // A little of what the file's shape cannot say.
+        (torque.map(|t| t + 0.02), q)
+    });
+    assert_eq!((found.causes[0].effect.as_str(), found.causes[0].site.axis.as_str()), ("link-parameters", "elbow"), "{:?}", found.causes);
+    let names = || found.causes.iter().flat_map(|cause| &cause.parameters);
+    assert!(names().all(|p| !p.name.ends_with("moment_y_kg_m")), "{:?}", names().collect::<Vec<_>>());
 }
 
 /// What it has too much of the robot has less of, as none has by itself.
@@ -394,6 +403,35 @@ fn a_gear_that_gives_a_little_is_not_told_from_a_link_that_is_a_little_heavier()
     assert!(effects.contains(&"link-parameters at elbow") && effects.contains(&"joint-flexibility at elbow"), "{effects:?}");
 }
 
+fn chain_of(text: &str) -> SerialChain {
+    RobotConfig::parse("two.toml", text, None).and_then(|c| c.chain()).expect("a robot")
+}
+
+/// What is found in 40 s of a robot of two joints: `logged` makes torques and angles of angles, rates and accelerations, and of what the file's bodies need.
+fn of_two(text: &str, logged: impl Fn([[f64; 2]; 3], [f64; 2]) -> ([f64; 2], [f64; 2])) -> Diagnosis {
+    let chain = chain_of(text);
+    let paths: [fn(f64) -> f64; 2] = [|t| 0.8 * (2.1 * t).sin() + 0.3 * (5.3 * t).cos(), |t| 0.9 * (1.7 * t + 0.4).cos() + 0.4 * (4.4 * t).sin()];
+    let (samples, step) = (4000_u32, std::f64::consts::TAU / 16384.0);
+    let mut random = ChaCha8Rng::seed_from_u64(12);
+    let mut series = vec![Vec::new(); 4];
+    for k in 0..samples {
+        let t = f64::from(k) / RATE_HZ;
+        let mut needed = [0.0; 2];
+        let moves = [paths.map(|p| p(t)), paths.map(|p| rate(p, t)), paths.map(|p| acceleration(p, t))];
+        chain.inverse_dynamics(&moves[0], &moves[1], &moves[2], &mut needed);
+        let (torque, angle) = logged(moves, needed);
+        let angle = angle.map(|q| (q / step).round() * step);
+        let mut noise = || 0.03 * (random.random::<f64>() + random.random::<f64>() + random.random::<f64>() - 1.5) * 2.0;
+        series.iter_mut().zip([torque[0] + noise(), torque[1] + noise(), angle[0], angle[1]]).for_each(|(s, x)| s.push(x));
+    }
+    let names = ["torque_shoulder", "torque_elbow", "angle_shoulder", "angle_elbow"];
+    let unit = |name: &str| Unit::si(if name.starts_with("torque") { Quantity::Effort } else { Quantity::Displacement }, true);
+    let channels = names.into_iter().zip(series).map(|(name, samples)| Channel::new(name, unit(name), samples)).collect();
+    let log = Recording::new(RATE_HZ, channels).expect("channels of one length");
+    let ports = Ports { references: vec![], inputs: vec![0, 1], outputs: vec![2, 3] };
+    diagnose(&chain, &[log], &[], &ports, &Options::default(), &mut |_| {}).expect("an answer").0
+}
+
 /// An elbow whose zero is three degrees off moves the weight of all that hangs on it; its own link's masses may stay as they are.
 #[test]
 fn the_zero_of_an_angle_is_no_link() {
@@ -405,28 +443,9 @@ joints = [
     { name = "elbow", axis = [0.0, 1.0, 0.0], origin_m = [0.3, 0.0, 0.0], mass_kg = 1.2, centre_m = [0.12, 0.0, 0.01], inertia_kg_m2 = [0.001, 0.01, 0.01, 0.0, 0.0, 0.0], stiffness_nm_per_rad = 4.0, spring_rest_rad = 0.1 },
 ]
 "#;
-    let chain = RobotConfig::parse("two.toml", file, None).and_then(|c| c.chain()).expect("a robot");
-    let paths: [fn(f64) -> f64; 2] = [|t| 0.8 * (2.1 * t).sin() + 0.3 * (5.3 * t).cos(), |t| 0.9 * (1.7 * t + 0.4).cos() + 0.4 * (4.4 * t).sin()];
-    let (samples, off, step) = (4000_u32, 0.05, std::f64::consts::TAU / 16384.0);
-    let mut random = ChaCha8Rng::seed_from_u64(12);
-    let mut series = vec![Vec::new(); 4];
-    for k in 0..samples {
-        let t = f64::from(k) / RATE_HZ;
-        let mut torque = [0.0; 2];
-        let [q, v, a] = [paths.map(|p| p(t)), paths.map(|p| rate(p, t)), paths.map(|p| acceleration(p, t))];
-        chain.inverse_dynamics(&q, &v, &a, &mut torque);
-        // The spring of the file feels the elbow as it stands, too.
-        torque[1] += 4.0 * (q[1] - 0.1);
-        let angle = [q[0], q[1] + off].map(|q| (q / step).round() * step);
-        let mut noise = || 0.03 * (random.random::<f64>() + random.random::<f64>() + random.random::<f64>() - 1.5) * 2.0;
-        series.iter_mut().zip([torque[0] + noise(), torque[1] + noise(), angle[0], angle[1]]).for_each(|(s, x)| s.push(x));
-    }
-    let names = ["torque_shoulder", "torque_elbow", "angle_shoulder", "angle_elbow"];
-    let unit = |name: &str| Unit::si(if name.starts_with("torque") { Quantity::Effort } else { Quantity::Displacement }, true);
-    let channels = names.into_iter().zip(series).map(|(name, samples)| Channel::new(name, unit(name), samples)).collect();
-    let log = Recording::new(RATE_HZ, channels).expect("channels of one length");
-    let ports = Ports { references: vec![], inputs: vec![0, 1], outputs: vec![2, 3] };
-    let found = diagnose(&chain, &[log], &[], &ports, &Options::default(), &mut |_| {}).expect("an answer").0;
+    let off = 0.05;
+    // The spring of the file feels the elbow as it stands, too.
+    let found = of_two(file, |[q, ..], torque| ([torque[0], torque[1] + 4.0 * (q[1] - 0.1)], [q[0], q[1] + off]));
     let first = &found.causes[0];
     assert_eq!((first.effect.as_str(), first.site.axis.as_str(), found.causes.len()), ("angle-offset", "elbow", 1), "{found:#?}");
     let [low, high] = first.parameters[0].ci95.expect("an interval");

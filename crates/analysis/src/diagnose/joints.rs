@@ -105,3 +105,16 @@ fn by_joint(ports: &Ports, recording: &Recording, joints: &[String]) -> (Ports, 
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_channel_tells_its_joint_by_a_whole_word() {
+        for channel in ["j1_effort", "effort_j1", "/joint_states/j1/position", "j1"] {
+            assert!(tells(channel, "j1") && !tells(channel, "j"), "{channel}");
+        }
+        assert!(!tells("j10_effort", "j1") && !tells("myj1", "j1") && tells("left_arm_q", "left_arm"));
+    }
+}

@@ -176,6 +176,18 @@ mod tests {
     }
 
     #[test]
+    fn the_amount_that_is_told_is_one_that_is_beyond_doubt() {
+        let of = |value: f64, half: f64| CauseParameter {
+            name: "tilt_rad".to_owned(),
+            unit: "rad".to_owned(),
+            value: Value::Number(value),
+            ci95: Some([value - half, value + half]),
+        };
+        assert_eq!(amount(&[of(1e-6, 1e-4), of(0.2, 0.01)]).as_deref(), Some("0.200 ± 0.010 rad"));
+        assert!(amount(&[of(1e-6, 1e-4)]).is_some(), "where none is, the first");
+    }
+
+    #[test]
     fn every_cause_has_words_of_its_own() {
         let effects = ndof_models::effects::EFFECTS.iter().map(|effect| effect.name()).chain(ndof_joints::CAUSES.iter().map(|cause| cause.card.name));
         for effect in effects {
