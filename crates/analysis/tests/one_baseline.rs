@@ -87,9 +87,11 @@ fn beside_matrices_of_no_body_no_name_is_sure() {
     let [(fx, x), (fy, y)] = [record(11, 1.0), record(12, 1.0)];
     let (cos, sin) = (0.3_f64.cos(), 0.3_f64.sin());
     let turned = |a: &[f64], b: &[f64], sin: f64| a.iter().zip(b).map(|(a, b)| cos * a + sin * b).collect::<Vec<f64>>();
-    let trial = Trial::new(RATE_HZ).effort("x", &turned(&fx, &fy, sin)).effort("y", &turned(&fy, &fx, -sin));
-    let trial = trial.displacement("x", &turned(&y, &x, -sin)).and_then(|trial| trial.displacement("y", &turned(&x, &y, sin))).expect("a trial");
+    let trial = Trial::new(RATE_HZ).effort("x", turned(&fx, &fy, sin)).effort("y", turned(&fy, &fx, -sin));
+    let trial = trial.displacement("x", turned(&y, &x, -sin)).and_then(|trial| trial.displacement("y", turned(&x, &y, sin))).expect("a trial");
+    let fitted = Fit::default().run(&Estimate::default().run([&trial]).expect("an estimate")).expect("a fit");
+    assert!(fitted.result.head.warnings.iter().any(|w| w.code == "inertia-of-no-body" && w.message.starts_with("M_x_y")), "{:?}", fitted.result.head.warnings);
     let found = Question::new([&trial]).run().expect("a diagnosis").result.diagnosis;
-    assert!(found.baseline.parameters.iter().any(|p| p.flag.is_some()), "{:?}", found.baseline.parameters);
+    assert!(found.baseline.parameters.iter().any(|p| p.name == "M_x_y" && p.flag.as_deref() == Some("of-no-body")), "{:?}", found.baseline.parameters);
     assert!(found.causes.iter().all(|cause| cause.probability <= 0.6) && found.verdict != Verdict::Explained, "{:?}", found.causes);
 }

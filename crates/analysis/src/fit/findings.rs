@@ -43,7 +43,30 @@ pub(super) fn warnings(evidence: &Evidence<'_>, fit: &ndof_models::Fit, baseline
             "look at the response with `report`, fit another band with `band`, or ask `ndof diagnose` what the model lacks",
         ));
     }
+    let too_large = of_no_body(baseline);
+    if !too_large.is_empty() {
+        warnings.push(Warning::new(
+            "inertia-of-no-body",
+            format!(
+                "{} larger by more than the intervals than any body with these inertias along its axes has: two channels may stand in each other's place",
+                too_large.join(", ")
+            ),
+            "look at which columns are taken for which axis, and exchange them with `input` or `output`; if they are right, fit another band with `band`",
+        ));
+    }
     warnings
+}
+
+/// Inertias between two axes of which none is below zero, squared above the product of theirs beyond all intervals.
+fn of_no_body(baseline: &ndof_models::Fit) -> Vec<&str> {
+    let inertias = || baseline.parameters.iter().filter(|p| p.name.starts_with('M'));
+    let most = |axis: &str| inertias().find(|p| p.site == axis).map_or(f64::INFINITY, |p| p.ci95[1]);
+    let larger = |p: &&Parameter| {
+        let Some((a, b)) = p.site.split_once(',') else { return false };
+        let least = p.ci95[0].max(-p.ci95[1]);
+        most(a) >= 0.0 && most(b) >= 0.0 && least > (most(a) * most(b)).sqrt()
+    };
+    inertias().filter(larger).map(|p| p.name.as_str()).collect()
 }
 
 /// A compliance in series beyond doubt, which explains more than it leaves of a misfit and moves a number out of its interval.

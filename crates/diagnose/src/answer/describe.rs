@@ -44,9 +44,13 @@ impl Answer<'_> {
         let axes = &self.meaning.axes;
         let mut out = Vec::new();
         for ((letter, matrix), unit) in [("M", Matrix::Mass), ("B", Matrix::Damping), ("K", Matrix::Stiffness)].into_iter().zip(units) {
-            for (i, j) in (0..n).flat_map(|i| (0..n).map(move |j| (i, j))) {
+            let entries: Vec<_> = (0..n * n).map(|e| entry(matrix, e / n, e % n)).collect();
+            for (e, found) in entries.iter().enumerate() {
+                let Some((value, std_error)) = *found else { continue };
+                let [i, j] = [e / n, e % n];
                 let name = if n == 1 { letter.to_owned() } else { format!("{letter}_{}_{}", axes[i], axes[j]) };
-                out.extend(entry(matrix, i, j).map(|(value, error)| ModelParameter::entry(name, unit, value, error, i == j)));
+                let flag = (matrix != Matrix::Damping).then(|| ModelParameter::flag(&entries, n, [i, j], matrix == Matrix::Mass)).flatten();
+                out.push(ModelParameter { name, unit: unit.to_owned(), value, std_error, flag });
             }
         }
         out

@@ -87,8 +87,8 @@ impl Answer<'_> {
             noise_floor = NoiseFloor::of_the_rest(&extended_score);
         }
         let mut notes = left.notes(self, &before, level, !causes.is_empty());
-        notes.extend(below_zero("baseline", &own));
-        notes.extend(below_zero("extended model", &with_causes));
+        notes.extend(of_no_body("baseline", &own));
+        notes.extend(of_no_body("extended model", &with_causes));
         let pictures = self.pictures(all, extended);
         let diagnosis = Diagnosis {
             split,
@@ -224,10 +224,17 @@ impl Answer<'_> {
 }
 
 /// What to think of inertias and stiffnesses that no body has.
-fn below_zero(model: &str, parameters: &[ModelParameter]) -> Option<String> {
-    let names: Vec<&str> = parameters.iter().filter(|p| p.flag.is_some()).map(|p| p.name.as_str()).collect();
-    let verb = if names.len() == 1 { "is" } else { "are" };
-    (!names.is_empty()).then(|| format!("{} of the {model} {verb} below zero beyond doubt: a sign, the band or the model is wrong there", names.join(", ")))
+fn of_no_body(model: &str, parameters: &[ModelParameter]) -> Vec<String> {
+    let note = |(flag, what): (&str, &str)| {
+        let names: Vec<&str> = parameters.iter().filter(|p| p.flag.as_deref() == Some(flag)).map(|p| p.name.as_str()).collect();
+        let verb = if names.len() == 1 { "is" } else { "are" };
+        (!names.is_empty()).then(|| format!("{} of the {model} {verb} {what}", names.join(", ")))
+    };
+    let kinds = [
+        ("below-zero", "below zero beyond doubt: a sign, the band or the model is wrong there"),
+        ("of-no-body", "larger beyond doubt than any body with these inertias along its axes has: two channels may stand in each other's place"),
+    ];
+    kinds.into_iter().filter_map(note).collect()
 }
 
 fn extended_name(causes: &[Cause]) -> String {
