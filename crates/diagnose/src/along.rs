@@ -127,8 +127,14 @@ fn jumping(law: &dyn ForceLaw, Clock { rate_hz, start_s, schedule }: Clock<'_>, 
     let sum: f64 = kernel.iter().sum();
     let last = (samples * FINE) as isize - 1;
     let low_passed = |fine: &Vec<f64>| -> Vec<f64> {
-        let around = |k: usize| (-half..=half).map(move |j| ((k * FINE) as isize + j).clamp(0, last) as usize);
-        (0..samples).map(|k| around(k).zip(&kernel).map(|(at, h)| fine[at] * h).sum::<f64>() / sum).collect()
+        let at = |k: usize| -> f64 {
+            let first = (k * FINE) as isize - half;
+            if first >= 0 && first + 2 * half <= last {
+                return fine[first as usize..].iter().zip(&kernel).map(|(f, h)| f * h).sum();
+            }
+            kernel.iter().zip(first..).map(|(h, at)| fine[at.clamp(0, last) as usize] * h).sum()
+        };
+        (0..samples).map(|k| at(k) / sum).collect()
     };
     fine.iter().map(low_passed).collect()
 }

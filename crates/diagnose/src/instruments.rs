@@ -15,6 +15,7 @@ use crate::subject::Subject;
 use crate::whittle::{INDEPENDENCE, Likelihood, Power};
 use ndof_linear::square;
 use num_complex::Complex64;
+use rayon::prelude::*;
 
 /// Averages for each reference in what it foretells: of the noise one part in so many stays in the instruments.
 const AVERAGES: usize = 20;
@@ -38,10 +39,12 @@ impl Subject {
         let mut theta = stand.fit.theta.clone();
         let power = &stand.fit.power;
         for _ in 0..STEPS {
-            let measured = self.assemble(structure, &chosen, self.own());
-            let foretold = self.assemble(structure, &chosen, along);
-            let slopes = self.slopes(structure, &chosen, &theta, &measured, self.own());
-            let instruments = self.slopes(structure, &chosen, &theta, &foretold, along);
+            let model_along = |channels: Channels<'_>| {
+                let model = self.assemble(structure, &chosen, channels);
+                let slopes = self.slopes(structure, &chosen, &theta, &model, channels);
+                (model, slopes)
+            };
+            let ((measured, slopes), (_, instruments)) = rayon::join(|| model_along(self.own()), || model_along(along));
             let residual = self.residual(&measured, &theta);
             let precision: Vec<f64> = measured.columns().map(|c| 0.5 * c.precision).collect();
             let pull: Vec<f64> = precision.iter().zip(&theta).map(|(p, t)| -p * t).collect();
@@ -100,26 +103,27 @@ impl Subject {
                 own
             })
             .collect();
-        for (q, c) in chosen.iter().enumerate() {
-            let h = &self.hypotheses[c.hypothesis];
-            for (k, knob) in h.form.knobs.iter().enumerate() {
-                let step = MOVED * if knob.log { c.knobs[k] } else { knob.hi - knob.lo };
-                let side = |sign: f64| -> Spectra {
-                    let mut moved = chosen.to_vec();
-                    moved[q].knobs[k] += sign * step;
-                    if h.corrects() {
-                        return self.residual(&self.assemble(structure, &moved, channels), theta);
-                    }
-                    let (first, count) = at.spans[q];
-                    let own = &theta[at.base.columns.len() + first..][..count];
-                    let mut left = nought();
-                    h.columns(&at.state, &moved[q].knobs).iter().zip(own).for_each(|(column, value)| self.add(column, -value, &mut left));
-                    left
-                };
-                let (up, down) = (side(1.0), side(-1.0));
-                out.push(down.iter().zip(&up).map(|(d, u)| (d - u) / (2.0 * step)).collect());
-            }
-        }
+        let places: Vec<(usize, usize)> = chosen.iter().enumerate().flat_map(|(q, c)| (0..c.knobs.len()).map(move |k| (q, k))).collect();
+        let by_knob = |&(q, k): &(usize, usize)| -> Spectra {
+            let h = &self.hypotheses[chosen[q].hypothesis];
+            let knob = &h.form.knobs[k];
+            let step = MOVED * if knob.log { chosen[q].knobs[k] } else { knob.hi - knob.lo };
+            let side = |sign: f64| -> Spectra {
+                let mut moved = chosen.to_vec();
+                moved[q].knobs[k] += sign * step;
+                if h.corrects() {
+                    return self.residual(&self.assemble(structure, &moved, channels), theta);
+                }
+                let (first, count) = at.spans[q];
+                let own = &theta[at.base.columns.len() + first..][..count];
+                let mut left = nought();
+                h.columns(&at.state, &moved[q].knobs).iter().zip(own).for_each(|(column, value)| self.add(column, -value, &mut left));
+                left
+            };
+            let (up, down) = rayon::join(|| side(1.0), || side(-1.0));
+            down.iter().zip(&up).map(|(d, u)| (d - u) / (2.0 * step)).collect()
+        };
+        out.par_extend(places.par_iter().map(by_knob));
         out
     }
 

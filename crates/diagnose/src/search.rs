@@ -261,7 +261,7 @@ impl Subject {
                     // Of another form the best valley: a free run is dear.
                     found.truncate(if i == c.hypothesis { found.len() } else { 1 });
                 }
-                out.extend(found.into_iter().filter_map(|t| {
+                out.par_extend(found.into_par_iter().filter_map(|t| {
                     let mut other = chosen.to_vec();
                     other[q] = Chosen { hypothesis: i, knobs: t.knobs };
                     let stand_there = self.stand(&other, &stand.fit.power, 3)?;

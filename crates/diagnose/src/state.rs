@@ -8,6 +8,7 @@ use ndof_linear::square;
 use ndof_models::ForceLaw;
 use ndof_models::effects::{Action, Matrix};
 use num_complex::Complex64;
+use rayon::prelude::*;
 use std::sync::Arc;
 
 /// Time within which the motion is thought to have come from rest, for a band to 12 Hz: what is expected of a past that was not recorded dies away with
@@ -162,7 +163,7 @@ impl State {
 
     /// The forces of a law along the measured motion: `[trial][axis][time]`.
     pub fn forces(&self, law: &dyn ForceLaw) -> Series {
-        (0..self.layout.trials).map(|trial| self.forces_of(law, trial)).collect()
+        (0..self.layout.trials).into_par_iter().map(|trial| self.forces_of(law, trial)).collect()
     }
 
     /// The forces of a law along one trial: `[axis][time]`.

@@ -5,7 +5,26 @@
 use num_complex::Complex64;
 pub use realfft::{ComplexToReal, RealToComplex};
 pub(crate) use rustfft::Fft;
+use std::cell::RefCell;
 use std::sync::Arc;
+
+/// Plans that each thread keeps for each direction: the lengths of a trial, of its mirrored samples, of a block and of one more.
+const KEPT: usize = 4;
+/// The longest that is kept, whose factors fill some MB: longer records are transformed a few times and not thousands of times.
+const LONGEST: usize = 1 << 18;
+
+/// The plan of a length that a thread made lately, or else a new one; a plan costs as much as some transforms by it.
+fn kept<T: ?Sized>(plans: &RefCell<Vec<(usize, Arc<T>)>>, samples: usize, plan: impl FnOnce() -> Arc<T>) -> Arc<T> {
+    if samples > LONGEST {
+        return plan();
+    }
+    let mut plans = plans.borrow_mut();
+    let place = plans.iter().position(|(length, _)| *length == samples);
+    let lately = place.map_or_else(|| (samples, plan()), |place| plans.remove(place));
+    plans.truncate(KEPT - 1);
+    plans.insert(0, lately.clone());
+    lately.1
+}
 
 /// The transform X_k = Σ_n x_n e^(−2πjkn/N), k = 0 … N/2, of N = `samples` real numbers.
 ///
@@ -22,14 +41,16 @@ use std::sync::Arc;
 /// ```
 #[inline(never)]
 pub fn forward_transform(samples: usize) -> Arc<dyn RealToComplex<f64>> {
-    realfft::RealFftPlanner::new().plan_fft_forward(samples)
+    thread_local!(static PLANS: RefCell<Vec<(usize, Arc<dyn RealToComplex<f64>>)>> = const { RefCell::new(vec![]) });
+    PLANS.with(|plans| kept(plans, samples, || realfft::RealFftPlanner::new().plan_fft_forward(samples)))
 }
 
 /// The way back, x_n = Σ_k X_k e^(2πjkn/N) over all N lines, of which k = 0 … N/2 are given. It is not divided by N = `samples`: the forward
 /// transform and this one make N times the samples.
 #[inline(never)]
 pub fn inverse_transform(samples: usize) -> Arc<dyn ComplexToReal<f64>> {
-    realfft::RealFftPlanner::new().plan_fft_inverse(samples)
+    thread_local!(static PLANS: RefCell<Vec<(usize, Arc<dyn ComplexToReal<f64>>)>> = const { RefCell::new(vec![]) });
+    PLANS.with(|plans| kept(plans, samples, || realfft::RealFftPlanner::new().plan_fft_inverse(samples)))
 }
 
 /// The lines that a plan makes of samples, which it overwrites.
