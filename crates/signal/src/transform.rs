@@ -13,8 +13,11 @@ const KEPT: usize = 4;
 /// The longest that is kept, whose factors fill some MB: longer records are transformed a few times and not thousands of times.
 const LONGEST: usize = 1 << 18;
 
+/// Plans with their lengths, the one that was asked for last in front.
+type Plans<T> = RefCell<Vec<(usize, Arc<T>)>>;
+
 /// The plan of a length that a thread made lately, or else a new one; a plan costs as much as some transforms by it.
-fn kept<T: ?Sized>(plans: &RefCell<Vec<(usize, Arc<T>)>>, samples: usize, plan: impl FnOnce() -> Arc<T>) -> Arc<T> {
+fn kept<T: ?Sized>(plans: &Plans<T>, samples: usize, plan: impl FnOnce() -> Arc<T>) -> Arc<T> {
     if samples > LONGEST {
         return plan();
     }
@@ -41,7 +44,7 @@ fn kept<T: ?Sized>(plans: &RefCell<Vec<(usize, Arc<T>)>>, samples: usize, plan: 
 /// ```
 #[inline(never)]
 pub fn forward_transform(samples: usize) -> Arc<dyn RealToComplex<f64>> {
-    thread_local!(static PLANS: RefCell<Vec<(usize, Arc<dyn RealToComplex<f64>>)>> = const { RefCell::new(vec![]) });
+    thread_local!(static PLANS: Plans<dyn RealToComplex<f64>> = const { RefCell::new(vec![]) });
     PLANS.with(|plans| kept(plans, samples, || realfft::RealFftPlanner::new().plan_fft_forward(samples)))
 }
 
@@ -49,7 +52,7 @@ pub fn forward_transform(samples: usize) -> Arc<dyn RealToComplex<f64>> {
 /// transform and this one make N times the samples.
 #[inline(never)]
 pub fn inverse_transform(samples: usize) -> Arc<dyn ComplexToReal<f64>> {
-    thread_local!(static PLANS: RefCell<Vec<(usize, Arc<dyn ComplexToReal<f64>>)>> = const { RefCell::new(vec![]) });
+    thread_local!(static PLANS: Plans<dyn ComplexToReal<f64>> = const { RefCell::new(vec![]) });
     PLANS.with(|plans| kept(plans, samples, || realfft::RealFftPlanner::new().plan_fft_inverse(samples)))
 }
 
