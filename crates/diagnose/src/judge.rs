@@ -179,15 +179,16 @@ impl Errors {
     }
 
     /// Root of the error's power that is gone in another's beyond chance, of the output where it is most, as a share of its standard deviation: the lower end
-    /// of Student's 95 % interval of the mean over blocks of so many samples. A prediction worse than none errs by no more than that.
+    /// of Student's 95 % interval of the mean over blocks of so many samples, at least four a trial. A prediction worse than none errs by no more than that.
     ///
     /// Of what a limb does by itself the power differs from one stretch to the next by far more than from one model to another.
     pub fn removed_by(&self, other: &Errors, per: usize) -> f64 {
         let of_output = |(before, after): (&Vec<f64>, &Vec<f64>)| {
             let trial = (before.len() / self.trials.max(1)).max(1);
+            let per = per.min(trial / 4).max(1);
             let blocks = |errors: &Vec<f64>| -> Vec<f64> {
                 let power = |block: &[f64]| (block.iter().map(|e| e * e).sum::<f64>() / block.len() as f64).min(1.0);
-                errors.chunks_exact(trial).flat_map(|trial| trial.chunks_exact(per.min(trial.len())).map(power)).collect()
+                errors.chunks_exact(trial).flat_map(|trial| trial.chunks_exact(per).map(power)).collect()
             };
             let gone: Vec<f64> = blocks(before).iter().zip(blocks(after)).map(|(before, after)| before - after).collect();
             let count = gone.len() as f64;
@@ -339,7 +340,8 @@ mod tests {
             rate_hz: Some(100.0),
         };
         let before = of(&|_| 0.5);
-        assert!((before.removed_by(&of(&|_| 0.4), 100) - 0.3).abs() < 1e-9);
+        // Blocks as long as the record are divided.
+        assert!([100, 1000].iter().all(|per| (before.removed_by(&of(&|_| 0.4), *per) - 0.3).abs() < 1e-9));
         let by_chance = of(&|block| if block % 2 == 0 { 0.3 } else { 0.6 });
         let power = |errors: &Errors| errors.signed[0].iter().map(|e| e * e).sum::<f64>();
         assert!(power(&by_chance) < power(&before) && before.removed_by(&by_chance, 100) == 0.0);
