@@ -3,7 +3,7 @@
 use super::assumptions::INTERVALS;
 use super::result::Finding;
 use crate::trials::roles::Roles;
-use ndof_signal::{Amplitudes, Channel, Quantity, reverse_arrangements};
+use ndof_signal::{Amplitudes, Channel, Quantity, lone_samples, reverse_arrangements};
 use std::f64::consts::TAU;
 
 /// Resolution as a share of the standard deviation above which it is coarse: its noise is a tenth of a hundredth of the power.
@@ -12,6 +12,8 @@ const COARSE: f64 = 0.1;
 const OUTLIER: f64 = 15.0;
 /// A jump of an angle within this share of a turn is one.
 const NEARLY_A_TURN: f64 = 0.05;
+/// Metres that no arm of a person spans (2.7 m is the longest known).
+const BEYOND_ARMS_M: f64 = 3.0;
 /// Probability below which a trend is no chance.
 const CHANCE: f64 = 1e-3;
 
@@ -75,6 +77,15 @@ pub(super) fn channel_findings(channel: &Channel, amplitudes: &Amplitudes, role:
     if let Some(outliers @ 1..) = amplitudes.outliers(OUTLIER) {
         let message = format!("{outliers} sample(s) lie more than {OUTLIER} robust standard deviations from the median");
         say("outliers", "remark", message, "look at the trace; cut a knock or a glitch out with `exclude`");
+    }
+    let alone = if role == "reference" { Vec::new() } else { lone_samples(&channel.samples, OUTLIER) };
+    if let Some(first) = alone.first() {
+        let message = format!("{} sample(s) stand alone, far off the line between their neighbours, the first is sample {first}", alone.len());
+        say("lone-samples", "remark", message, "a bit may have been lost on the way: repair the file, or cut the place out with `exclude`");
+    }
+    if channel.unit.quantity() == Quantity::Displacement && !channel.unit.is_rotational() && high - low > BEYOND_ARMS_M {
+        let message = format!("it moves over {:.3} m, more than any arm does", high - low);
+        say("unlikely-unit", "remark", message, "if it is in millimetres or centimetres, write so in its header, as in `pos_x [mm]`");
     }
     let trend = amplitudes.mean_squares(INTERVALS).and_then(|squares| reverse_arrangements(&squares));
     if let Some(trend) = trend.ok().filter(|trend| trend.p_value < CHANCE) {

@@ -145,10 +145,17 @@ mod tests {
         let mut knocked = noise(4);
         knocked[100] = 50.0;
         assert!(codes(noise(1), knocked).contains(&"outliers".to_owned()));
+        // A bit that was lost, small beside the motion; a step and a turn of the same size are motions.
+        let slow = |k: usize| (k as f64 * 0.02).sin() + 1e-3 * (k % 7) as f64;
+        let lost = (0..4000).map(|k| slow(k) + if k == 2000 { 0.25 } else { 0.0 }).collect();
+        let moved = (0..4000).map(|k| slow(k) + if k >= 2000 { 0.25 } else { 0.0 }).collect();
+        assert_eq!([codes(noise(1), lost), codes(noise(1), moved)].map(|codes| codes.contains(&"lone-samples".to_owned())), [true, false]);
+        let in_millimetres = noise(7).iter().map(|x| x * 20.0).collect();
+        assert_eq!(codes(noise(1), in_millimetres), ["unlikely-unit"]);
         let mut holey = noise(5);
         holey[7] = f64::NAN;
         assert_eq!(codes(noise(1), holey), ["missing-samples"]);
-        let growing = noise(6).iter().enumerate().map(|(k, s)| s * (1.0 + k as f64 / 500.0)).collect();
+        let growing = noise(6).iter().enumerate().map(|(k, s)| 0.1 * s * (1.0 + k as f64 / 500.0)).collect();
         assert_eq!(codes(noise(1), growing), ["not-stationary"]);
     }
 }

@@ -1,0 +1,44 @@
+//! Samples that stand alone, as a bit that was lost on the way makes them.
+
+/// Places at most at which the scatter is looked at,
+const PLACES: usize = 1 << 16;
+/// and places on either side of a sample, without those of which it is part.
+const AROUND: usize = 8;
+
+/// Where a single sample lies off the line between its neighbours, d_k = x_k - (x_{k-1} + x_{k+1})/2, by more than so many standard deviations of what
+/// samples usually do and of what those around it do, while its neighbours lie off by half of it the other way: as beside one wrong sample, and not beside a
+/// step, a turn or in a burst. What samples usually do is 1.4826 times the median of |d| or, of a signal that mostly rests, that of nine in ten over 1.645.
+///
+/// Empty where nine in ten places have no scatter at all.
+///
+/// ```
+/// let mut x: Vec<f64> = (0..1000).map(|k| f64::from(k * 7 % 11) + (f64::from(k) * 0.1).sin() * 500.0).collect();
+/// x[300] += 400.0;
+/// x[600..].iter_mut().for_each(|x| *x += 400.0); // a step
+/// (800..820).for_each(|k| x[k] += if k % 2 == 0 { 400.0 } else { -400.0 }); // a burst
+/// assert_eq!(ndof_signal::lone_samples(&x, 15.0), [300]);
+/// ```
+pub fn lone_samples(samples: &[f64], deviations: f64) -> Vec<usize> {
+    let off = |k: usize| samples[k] - 0.5 * (samples[k - 1] + samples[k + 1]);
+    let inner = samples.len().saturating_sub(2);
+    let mut sizes: Vec<f64> = (1..=inner).step_by(inner.div_ceil(PLACES).max(1)).map(|k| off(k).abs()).filter(|size| size.is_finite()).collect();
+    if sizes.is_empty() {
+        return Vec::new();
+    }
+    let (middle, far) = (sizes.len() / 2, 9 * sizes.len() / 10);
+    let far = *sizes.select_nth_unstable_by(far, f64::total_cmp).1;
+    let middle = *sizes.select_nth_unstable_by(middle, f64::total_cmp).1;
+    let least = deviations * (1.4826 * middle).max(far / 1.645);
+    let alone = |k: &usize| {
+        let size = off(*k);
+        // A half, as far as the signal itself can hide it.
+        let beside = |k: usize| (-0.75..=-0.25).contains(&(off(k) / size));
+        let around = (k.saturating_sub(AROUND).max(1)..k - 1).chain(k + 2..(k + AROUND + 1).min(inner + 1));
+        let quiet = || {
+            let (count, power) = around.fold((0.0, 0.0), |(count, power), k| (count + 1.0, power + off(k).powi(2)));
+            size.powi(2) * count > deviations.powi(2) * power
+        };
+        size.abs() > least && beside(k - 1) && beside(k + 1) && quiet()
+    };
+    if least > 0.0 { (2..inner).filter(alone).collect() } else { Vec::new() }
+}
