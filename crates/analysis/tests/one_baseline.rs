@@ -1,7 +1,7 @@
 //! What `fit` finds is what a diagnosis begins from, and a force that is held between its samples is no cause.
 
 use ndof_analysis::{Estimate, Fit, Question, Trial};
-use ndof_diagnose::Verdict;
+use ndof_diagnose::{ParameterFlag, Verdict};
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, StandardNormal};
@@ -81,17 +81,23 @@ fn an_axis_whose_effort_goes_against_its_motion_is_said_and_turned() {
     }
 }
 
-/// Two motions that stand in each other's place: no body's matrices, and no name that is sure.
+/// Two motions that stand in each other's place, of axes without a coupling and of axes whose inertias, dampings and stiffnesses between them are negative: no
+/// body's matrices, no effort that was turned, and no name that is sure.
 #[test]
 fn beside_matrices_of_no_body_no_name_is_sure() {
     let [(fx, x), (fy, y)] = [record(11, 1.0), record(12, 1.0)];
-    let (cos, sin) = (0.3_f64.cos(), 0.3_f64.sin());
-    let turned = |a: &[f64], b: &[f64], sin: f64| a.iter().zip(b).map(|(a, b)| cos * a + sin * b).collect::<Vec<f64>>();
-    let trial = Trial::new(RATE_HZ).effort("x", turned(&fx, &fy, sin)).effort("y", turned(&fy, &fx, -sin));
-    let trial = trial.displacement("x", turned(&y, &x, -sin)).and_then(|trial| trial.displacement("y", turned(&x, &y, sin))).expect("a trial");
-    let fitted = Fit::default().run(&Estimate::default().run([&trial]).expect("an estimate")).expect("a fit");
-    assert!(fitted.result.head.warnings.iter().any(|w| w.code == "inertia-of-no-body" && w.message.starts_with("M_x_y")), "{:?}", fitted.result.head.warnings);
-    let found = Question::new([&trial]).run().expect("a diagnosis").result.diagnosis;
-    assert!(found.baseline.parameters.iter().any(|p| p.name == "M_x_y" && p.flag.as_deref() == Some("of-no-body")), "{:?}", found.baseline.parameters);
-    assert!(found.causes.iter().all(|cause| cause.probability <= 0.6) && found.verdict != Verdict::Explained, "{:?}", found.causes);
+    for (between, flag) in [(0.0, ParameterFlag::OfNoBody), (-0.4, ParameterFlag::BelowZero)] {
+        // With x = q_x + c q_y and y = s q_y, s² = 1 - c², 2 kg along x and y is 2 kg along q_x and q_y and 2 c kg between them.
+        let (c, s) = (between, f64::sqrt(1.0 - between * between));
+        let mixed = |a: &[f64], b: &[f64], [along, across]: [f64; 2]| a.iter().zip(b).map(|(a, b)| along * a + across * b).collect::<Vec<f64>>();
+        let trial = Trial::new(RATE_HZ).effort("x", &*fx).effort("y", mixed(&fx, &fy, [c, s]));
+        let trial = trial.displacement("x", mixed(&x, &y, [0.0, 1.0 / s])).and_then(|trial| trial.displacement("y", mixed(&x, &y, [1.0, -c / s])));
+        let trial = trial.expect("a trial");
+        let fitted = Fit::default().run(&Estimate::default().run([&trial]).expect("an estimate")).expect("a fit");
+        assert!(fitted.result.head.warnings.iter().all(|w| w.code != "force-sign"), "{:?}", fitted.result.head.warnings);
+        let found = Question::new([&trial]).run().expect("a diagnosis").result.diagnosis;
+        assert!(found.discrepancy.notes.iter().all(|note| !note.contains("force-sign")), "{:?}", found.discrepancy.notes);
+        assert!(found.baseline.parameters.iter().any(|p| p.flag == Some(flag)), "{:?}", found.baseline.parameters);
+        assert!(found.causes.iter().all(|cause| cause.probability <= 0.6) && found.verdict != Verdict::Explained, "{:?}", found.causes);
+    }
 }

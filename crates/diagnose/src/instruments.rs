@@ -120,7 +120,7 @@ impl Subject {
                 h.columns(&at.state, &moved[q].knobs).iter().zip(own).for_each(|(column, value)| self.add(column, -value, &mut left));
                 left
             };
-            let (up, down) = rayon::join(|| side(1.0), || side(-1.0));
+            let (up, down) = (side(1.0), side(-1.0));
             down.iter().zip(&up).map(|(d, u)| (d - u) / (2.0 * step)).collect()
         };
         out.par_extend(places.par_iter().map(by_knob));

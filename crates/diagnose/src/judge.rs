@@ -1,7 +1,7 @@
 //! Held-out judgement: errors of free runs, their gain and its interval.
 
 use crate::free_run::Prediction;
-use crate::layout::Layout;
+use crate::layout::{FEWEST_BLOCKS, Layout};
 use crate::linear::Symmetric;
 use crate::movement;
 use crate::result::Score;
@@ -185,7 +185,7 @@ impl Errors {
     pub fn removed_by(&self, other: &Errors, per: usize) -> f64 {
         let of_output = |(before, after): (&Vec<f64>, &Vec<f64>)| {
             let trial = (before.len() / self.trials.max(1)).max(1);
-            let per = per.min(trial / 4).max(1);
+            let per = per.min(trial / FEWEST_BLOCKS).max(1);
             let blocks = |errors: &Vec<f64>| -> Vec<f64> {
                 let power = |block: &[f64]| (block.iter().map(|e| e * e).sum::<f64>() / block.len() as f64).min(1.0);
                 errors.chunks_exact(trial).flat_map(|trial| trial.chunks_exact(per).map(power)).collect()
@@ -340,8 +340,10 @@ mod tests {
             rate_hz: Some(100.0),
         };
         let before = of(&|_| 0.5);
-        // Blocks as long as the record are divided.
-        assert!([100, 1000].iter().all(|per| (before.removed_by(&of(&|_| 0.4), *per) - 0.3).abs() < 1e-9));
+        assert!((before.removed_by(&of(&|_| 0.4), 100) - 0.3).abs() < 1e-9);
+        // One trial of one block is divided: a single number has no interval.
+        let alone = |level: f64| Errors { trials: 1, ..of(&|_| level) };
+        assert!((alone(0.5).removed_by(&alone(0.4), 1000) - 0.3).abs() < 1e-9);
         let by_chance = of(&|block| if block % 2 == 0 { 0.3 } else { 0.6 });
         let power = |errors: &Errors| errors.signed[0].iter().map(|e| e * e).sum::<f64>();
         assert!(power(&by_chance) < power(&before) && before.removed_by(&by_chance, 100) == 0.0);

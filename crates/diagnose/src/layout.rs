@@ -15,6 +15,8 @@ pub(crate) const REFERENCE_BAND_HZ: f64 = 12.0;
 const RATE_OVER_BAND: f64 = 14.0;
 /// Length of a block, for a band to 12 Hz.
 const BLOCK_S: f64 = 12.0;
+/// Blocks that are compared: of fewer than four the spread of a mean is hardly known (Student's quantile is 3.2 with four, 4.3 with three, 12.7 with two).
+pub(crate) const FEWEST_BLOCKS: usize = 4;
 /// What is dropped at both ends, for a band to 12 Hz.
 const TRIM_S: f64 = 1.25;
 /// Share of a block that is tapered.
@@ -122,7 +124,7 @@ impl Layout {
         let wanted = ((BLOCK_S * time_s * rate_hz) as usize).max(16);
         let mut blocks = (inner / wanted).max(1);
         // A trial alone still wants blocks to compare, if they keep 40 bins or more each.
-        while trials * blocks < 4 && band_hz.1 * (inner / (blocks + 1)) as f64 / rate_hz >= 60.0 {
+        while trials * blocks < FEWEST_BLOCKS && band_hz.1 * (inner / (blocks + 1)) as f64 / rate_hz >= 60.0 {
             blocks += 1;
         }
         // At most 4 % shorter, for a fast transform.

@@ -2,6 +2,7 @@
 
 use crate::linear::Symmetric;
 use ndof_models::effects::Matrix;
+use ndof_models::physical::is_of_no_body;
 use ndof_models::{Hold, InertiaDampingStiffness};
 use std::ops::Neg;
 
@@ -63,13 +64,20 @@ impl LinearFit {
     }
 
     /// Whether the effort can have been counted the other way round: each axis has an inertia or a damping that is below zero beyond doubt. A
-    /// plant that takes energy up has neither; which of the two a missing law bends to the other side is not for a linear fit to say.
+    /// plant that takes energy up has neither; which of the two a missing law bends to the other side is not for a linear fit to say. And turned round it
+    /// is a body's: of motions in each other's place it is not.
     pub(crate) fn reversed(&self) -> bool {
-        let below = |matrix, i| {
-            let (value, error) = self.entry(matrix, i, i);
-            value < -SURE * self.of_sign * error
+        let axes = self.matrices.inertia.nrows();
+        let turned = |matrix, i, j| {
+            let (value, error) = self.entry(matrix, i, j);
+            let half = SURE * self.of_sign * error;
+            [-value - half, -value + half]
         };
-        (0..self.matrices.inertia.nrows()).all(|i| below(Matrix::Mass, i) || below(Matrix::Damping, i))
+        let below = |matrix, i| turned(matrix, i, i)[0] > 0.0;
+        let most = |i| turned(Matrix::Mass, i, i)[1];
+        let mut pairs = (0..axes).flat_map(|i| (0..i).map(move |j| (i, j)));
+        (0..axes).all(|i| below(Matrix::Mass, i) || below(Matrix::Damping, i))
+            && !pairs.any(|(i, j)| is_of_no_body(turned(Matrix::Mass, i, j), [most(i), most(j)]))
     }
 }
 
@@ -109,5 +117,16 @@ mod tests {
         assert!(fit(2.0, -10.0, 0.1, 0.1).reversed(), "a damping of the other side outweighs what a missing law makes of the inertia");
         assert!(!fit(-0.2, -0.2, -300.0, 0.1).reversed(), "an inertia and a damping within two errors of zero");
         assert!(!fit(2.0, 10.0, 300.0, 0.1).reversed() && (-fit(2.0, 10.0, 300.0, 0.1)).reversed());
+        // 2 kg along each axis and 0.8 between them, by motions in each other's place and by efforts that were turned.
+        let of_two = |along: f64, between: f64| {
+            let of = |a: f64, b: f64| InertiaDampingStiffness {
+                axes: vec![Axis::linear("x"), Axis::linear("y")],
+                inertia: arr2(&[[a, b], [b, a]]),
+                damping: arr2(&[[a, b], [b, a]]),
+                stiffness: arr2(&[[a, b], [b, a]]),
+            };
+            LinearFit { matrices: of(along, between), std_errors: of(0.1, 0.1), of_sign: 1.0, hold: Hold::BandLimited }
+        };
+        assert!(of_two(-2.0, 0.8).reversed() && !of_two(-0.8, 2.0).reversed());
     }
 }

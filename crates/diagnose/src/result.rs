@@ -92,25 +92,20 @@ pub struct ModelParameter {
     pub value: f64,
     /// Its standard error, where it was fitted.
     pub std_error: Option<f64>,
-    /// `below-zero` where an inertia or a stiffness of one axis is below zero by more than two standard errors, `of-no-body` where an inertia between
-    /// two axes is larger than those of the axes allow, likewise: a sign, a channel's place or the model is wrong, and the number is not to be used.
+    /// What is wrong with it.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub flag: Option<String>,
+    pub flag: Option<ParameterFlag>,
 }
 
-impl ModelParameter {
-    /// What is wrong with an entry of an inertia or a stiffness whose rows of values and standard errors these are, none where it was not fitted.
-    pub(crate) fn flag(entries: &[Option<(f64, Option<f64>)>], axes: usize, [i, j]: [usize; 2], inertia: bool) -> Option<String> {
-        let of = |i: usize, j: usize| entries[i * axes + j].map(|(value, error)| (value, 2.0 * error.unwrap_or(0.0)));
-        let most = |i: usize| of(i, i).map_or(f64::INFINITY, |(value, error)| value + error);
-        if i == j {
-            return (most(i) < 0.0).then(|| "below-zero".to_owned());
-        }
-        // Of a body at rest the inertia between two axes squared is at most the product of theirs.
-        let ((a, ea), (b, eb)) = (of(i, j)?, of(j, i)?);
-        let least = 0.5 * ((a + b).abs() - ea - eb);
-        (inertia && most(i) >= 0.0 && most(j) >= 0.0 && least > (most(i) * most(j)).sqrt()).then(|| "of-no-body".to_owned())
-    }
+/// Why an inertia or a stiffness is not to be used: by more than two standard errors, no body has it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+#[serde(rename_all = "kebab-case")]
+pub enum ParameterFlag {
+    /// Along one axis it is below zero: a sign, the band or the model is wrong.
+    BelowZero,
+    /// Between two axes it is larger than the inertias along them allow: two channels may stand in each other's place.
+    OfNoBody,
 }
 
 /// A model with its held-out score.

@@ -84,3 +84,19 @@ pub fn signal_by(plan: &dyn ComplexToReal<f64>, lines: &mut [Complex64]) -> Vec<
 pub(crate) fn complex_transform(samples: usize) -> Arc<dyn Fft<f64>> {
     rustfft::FftPlanner::new().plan_fft_forward(samples)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_last_few_plans_are_kept_and_long_ones_are_not() {
+        let first = forward_transform(30);
+        (31..30 + KEPT).for_each(|samples| drop(forward_transform(samples)));
+        assert!(Arc::ptr_eq(&first, &forward_transform(30)));
+        (31..=30 + KEPT).for_each(|samples| drop(forward_transform(samples)));
+        assert!(!Arc::ptr_eq(&first, &forward_transform(30)) && forward_transform(30).len() == 30);
+        let long = inverse_transform(LONGEST + 2);
+        assert!(!Arc::ptr_eq(&long, &inverse_transform(LONGEST + 2)));
+    }
+}

@@ -3,6 +3,7 @@
 use super::between::ODDS;
 use super::evidence::Evidence;
 use crate::result::Warning;
+use ndof_models::physical::is_of_no_body;
 use ndof_models::{Axis, Parameter, SeriesCompliance};
 
 /// Above this reduced χ² the model is wrong by more than the covariance's own uncertainty.
@@ -43,30 +44,7 @@ pub(super) fn warnings(evidence: &Evidence<'_>, fit: &ndof_models::Fit, baseline
             "look at the response with `report`, fit another band with `band`, or ask `ndof diagnose` what the model lacks",
         ));
     }
-    let too_large = of_no_body(baseline);
-    if !too_large.is_empty() {
-        warnings.push(Warning::new(
-            "inertia-of-no-body",
-            format!(
-                "{} larger by more than the intervals than any body with these inertias along its axes has: two channels may stand in each other's place",
-                too_large.join(", ")
-            ),
-            "look at which columns are taken for which axis, and exchange them with `input` or `output`; if they are right, fit another band with `band`",
-        ));
-    }
     warnings
-}
-
-/// Inertias between two axes of which none is below zero, squared above the product of theirs beyond all intervals.
-fn of_no_body(baseline: &ndof_models::Fit) -> Vec<&str> {
-    let inertias = || baseline.parameters.iter().filter(|p| p.name.starts_with('M'));
-    let most = |axis: &str| inertias().find(|p| p.site == axis).map_or(f64::INFINITY, |p| p.ci95[1]);
-    let larger = |p: &&Parameter| {
-        let Some((a, b)) = p.site.split_once(',') else { return false };
-        let least = p.ci95[0].max(-p.ci95[1]);
-        most(a) >= 0.0 && most(b) >= 0.0 && least > (most(a) * most(b)).sqrt()
-    };
-    inertias().filter(larger).map(|p| p.name.as_str()).collect()
 }
 
 /// A compliance in series beyond doubt, which explains more than it leaves of a misfit and moves a number out of its interval.
@@ -95,13 +73,17 @@ pub(super) fn unknown_mount(fit: &ndof_models::Fit, mount: &SeriesCompliance, ax
     })
 }
 
-/// A limb that along every axis has an inertia below zero, beyond its interval or with damping and stiffness, is a transducer that reads the reaction.
+/// A limb that along every axis has an inertia below zero, beyond its interval or with damping and stiffness, is a transducer that reads the reaction; unless turned
+/// round it would be no body's, as that of motions in each other's place is.
 fn force_sign(baseline: &ndof_models::Fit) -> Option<Warning> {
     let own = |site: &str| baseline.parameters.iter().filter(move |p| p.site == site).collect::<Vec<&Parameter>>();
     let turned = |inertia: &&Parameter| inertia.value < 0.0 && (inertia.ci95[1] < 0.0 || own(&inertia.site).iter().all(|p| p.value < 0.0));
     let inertias: Vec<&Parameter> = baseline.parameters.iter().filter(|p| p.name.starts_with('M') && !p.site.contains(',')).collect();
+    let turned_most = |axis: &str| inertias.iter().find(|p| p.site == axis).map_or(f64::INFINITY, |p| -p.ci95[0]);
+    let between =
+        |p: &Parameter| p.site.split_once(',').filter(|_| p.name.starts_with('M')).is_some_and(|(a, b)| is_of_no_body(p.ci95, [a, b].map(turned_most)));
     let negative = !inertias.is_empty() && inertias.iter().all(turned);
-    negative.then(|| {
+    (negative && !baseline.parameters.iter().any(between)).then(|| {
         Warning::new(
             "force-sign",
             "the fitted inertia is below zero along every axis: the force channels seem to hold the reaction, not the force on the limb",

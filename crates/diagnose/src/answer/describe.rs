@@ -5,10 +5,11 @@ use super::groups::Group;
 use super::material::Answer;
 use crate::curve::CALIBRATION;
 use crate::judge::Errors;
-use crate::result::{BandShare, Considered, Discrepancy, Minor, ModelParameter, Shift, TimeShare};
+use crate::result::{BandShare, Considered, Discrepancy, Minor, ModelParameter, ParameterFlag, Shift, TimeShare};
 use crate::search::{Chosen, ENOUGH, Stand};
 use crate::whittle::variance_of;
 use ndof_models::effects::{Matrix, Side};
+use ndof_models::physical::is_of_no_body;
 
 impl Answer<'_> {
     /// Those of the baseline.
@@ -49,7 +50,7 @@ impl Answer<'_> {
                 let Some((value, std_error)) = *found else { continue };
                 let [i, j] = [e / n, e % n];
                 let name = if n == 1 { letter.to_owned() } else { format!("{letter}_{}_{}", axes[i], axes[j]) };
-                let flag = (matrix != Matrix::Damping).then(|| ModelParameter::flag(&entries, n, [i, j], matrix == Matrix::Mass)).flatten();
+                let flag = flag(matrix, &entries, n, [i, j]);
                 out.push(ModelParameter { name, unit: unit.to_owned(), value, std_error, flag });
             }
         }
@@ -162,4 +163,16 @@ impl Answer<'_> {
     fn output(&self, i: usize) -> String {
         if self.meaning.motion_imposed { self.meaning.effort_names[i].clone() } else { self.meaning.motion_names[i].clone() }
     }
+}
+
+/// What is wrong with an inertia or a stiffness: rows of values and standard errors, none where there is no such parameter.
+fn flag(matrix: Matrix, entries: &[Option<(f64, Option<f64>)>], axes: usize, [i, j]: [usize; 2]) -> Option<ParameterFlag> {
+    let of = |i: usize, j: usize| entries[i * axes + j].map(|(value, error)| (value, 2.0 * error.unwrap_or(0.0)));
+    let most = |i: usize| of(i, i).map_or(f64::INFINITY, |(value, half)| value + half);
+    if i == j {
+        return (matrix != Matrix::Damping && most(i) < 0.0).then_some(ParameterFlag::BelowZero);
+    }
+    let ((a, half_a), (b, half_b)) = (of(i, j)?, of(j, i)?);
+    let (between, half) = (0.5 * (a + b), 0.5 * (half_a + half_b));
+    (matrix == Matrix::Mass && is_of_no_body([between - half, between + half], [most(i), most(j)])).then_some(ParameterFlag::OfNoBody)
 }

@@ -77,7 +77,7 @@ impl Answer<'_> {
         let corrects = group.members.iter().all(|q| self.subject.hypotheses[self.found.chosen[*q].hypothesis].corrects());
         if group.size.max(group.helps) <= tolerance {
             return Some(format!(
-                "it removes {:.2} % of the effort's rms and {:.2} % of the output's from the error of the prediction: below the tolerance",
+                "it removes {:.2} % of the effort's rms and, beyond chance, {:.2} % of the output's from the error of the prediction: below the tolerance",
                 100.0 * group.size,
                 100.0 * group.helps
             ));

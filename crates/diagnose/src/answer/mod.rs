@@ -17,7 +17,7 @@ use crate::floor;
 use crate::free_run::WINDOW_S;
 use crate::judge::Errors;
 use crate::pictures::Pictures;
-use crate::result::{Cause, Confusable, Curve, Diagnosis, Extended, Model, ModelParameter, NoiseFloor, Score, Split, UNSURE, Verdict};
+use crate::result::{Cause, Confusable, Curve, Diagnosis, Extended, Model, ModelParameter, NoiseFloor, ParameterFlag, Score, Split, UNSURE, Verdict};
 use crate::search::{Chosen, Stand};
 use crate::state;
 use gains::{Gains, Step};
@@ -225,14 +225,14 @@ impl Answer<'_> {
 
 /// What to think of inertias and stiffnesses that no body has.
 fn of_no_body(model: &str, parameters: &[ModelParameter]) -> Vec<String> {
-    let note = |(flag, what): (&str, &str)| {
-        let names: Vec<&str> = parameters.iter().filter(|p| p.flag.as_deref() == Some(flag)).map(|p| p.name.as_str()).collect();
+    let note = |(flag, what): (ParameterFlag, &str)| {
+        let names: Vec<&str> = parameters.iter().filter(|p| p.flag == Some(flag)).map(|p| p.name.as_str()).collect();
         let verb = if names.len() == 1 { "is" } else { "are" };
         (!names.is_empty()).then(|| format!("{} of the {model} {verb} {what}", names.join(", ")))
     };
     let kinds = [
-        ("below-zero", "below zero beyond doubt: a sign, the band or the model is wrong there"),
-        ("of-no-body", "larger beyond doubt than any body with these inertias along its axes has: two channels may stand in each other's place"),
+        (ParameterFlag::BelowZero, "below zero beyond doubt: a sign, the band or the model is wrong there"),
+        (ParameterFlag::OfNoBody, "larger beyond doubt than any body with these inertias along its axes has: two channels may stand in each other's place"),
     ];
     kinds.into_iter().filter_map(note).collect()
 }

@@ -51,6 +51,11 @@ fn cells<'l>(line: &'l str, row: &str) -> Vec<Cell<'l>> {
     cells
 }
 
+/// Whether a line says something: it is not blank, no comment, and not where a spreadsheet names its separator.
+pub(super) fn is_words(line: &str) -> bool {
+    !line.trim().is_empty() && !line.trim_start().starts_with('#') && !line.starts_with("sep=")
+}
+
 /// Whether a line has nothing but numbers and what stands for missing ones.
 pub(super) fn is_row(line: &str) -> bool {
     let cells = cells(line, line);

@@ -1,6 +1,6 @@
 //! CSV that is still being written: samples as they come.
 
-use super::head::{LOOKED_AT, is_row};
+use super::head::{LOOKED_AT, is_row, is_words};
 use super::read::{read_piece, text};
 use crate::assemble::{SAMPLES_KEY, assemble, is_time, name_time, require_count};
 use crate::csv::header::metadata;
@@ -125,8 +125,7 @@ impl CsvStream {
                 self.lines.push(line.to_owned());
                 continue;
             }
-            let comment = line.trim_start().strip_prefix('#');
-            let words = comment.is_none() && !line.trim().is_empty() && !line.starts_with("sep=");
+            let words = is_words(line);
             if words && (self.words > 0 && is_row(line.trim_end()) || self.words >= LOOKED_AT) {
                 self.rows_have_words();
                 self.named = true;
@@ -135,7 +134,7 @@ impl CsvStream {
             }
             self.words += usize::from(words);
             // Blank in place of a count that no piece has, so that lines keep their numbers.
-            let count = comment.and_then(metadata).filter(|(key, _)| key == SAMPLES_KEY);
+            let count = line.trim_start().strip_prefix('#').and_then(metadata).filter(|(key, _)| key == SAMPLES_KEY);
             self.head += if count.is_some() { "#\n" } else { line };
             if let Some((_, text)) = count.filter(|_| self.complete) {
                 self.declared = self.declared.or(number(&text));
@@ -151,8 +150,7 @@ impl CsvStream {
             return;
         }
         let lines: Vec<&str> = self.head.split_inclusive('\n').collect();
-        let is_words = |line: &&&str| !line.trim_start().starts_with('#') && !line.trim().is_empty() && !line.starts_with("sep=");
-        let names = lines.iter().position(|line| is_words(&line)).map_or(0, |k| k + 1);
+        let names = lines.iter().position(|line| is_words(line)).map_or(0, |k| k + 1);
         self.lines = lines[names..].iter().map(|line| (*line).to_owned()).collect();
         self.head = lines[..names].concat();
         (self.head_lines, self.words, self.named) = (names, 1, true);

@@ -6,13 +6,13 @@ const ANGLE: ParameterCard = plain("angle_rad", "rad", -3.2, 3.2, Some(0.0));
 const MATRIX: ParameterCard = plain("matrix", "", 0.0, 0.0, None);
 const CARD: Card = Card {
     name: "sensor-misalignment",
-    what: "a rotated or cross-talking force sensor",
+    what: "a rotated force sensor",
     sides: &[Side::Sensor],
     parameters: &[ANGLE, MATRIX],
     signature: "inertia, damping and stiffness asymmetric by the same angle",
     look_alikes: &["cross-coupling", "parameter-error"],
     next_experiment: "pull the handle along one axis with a cord: the other axis' force shows the angle",
-    equation: "measured force = R(angle) force",
+    equation: "measured force = R(angle) force; simulated, any `matrix` of the forces",
     source: "rotation of axes; tan φ = (M_yx - M_xy) / (M_xx + M_yy)",
     trace: Trace::Forms,
 };

@@ -1,4 +1,4 @@
-//! What fitted matrices mean: ellipse and symmetry.
+//! What fitted matrices mean: ellipse, symmetry, and whether a body has them.
 
 mod ellipse;
 mod symmetry;
@@ -31,6 +31,22 @@ impl Derived {
         let std_error = variance.max(0.0).sqrt();
         Derived { value, std_error, ci95: [value - quantile * std_error, value + quantile * std_error] }
     }
+}
+
+/// Whether no body has an inertia between two axes that lies within this interval, beside inertias along them of at most so much: M_ij² ≤ M_ii M_jj, since a body
+/// cannot be moved without work. Where one along an axis is below zero itself, that is what is wrong, and the answer is no.
+///
+/// ```
+/// use ndof_models::physical::is_of_no_body;
+///
+/// assert!(is_of_no_body([1.9, 2.1], [0.1, 0.1])); // kg: two channels in each other's place
+/// assert!(is_of_no_body([-2.1, -1.9], [0.1, 0.1]));
+/// assert!(!is_of_no_body([0.9, 1.1], [1.0, 1.0])); // 0.9 < √(1 · 1)
+/// assert!(!is_of_no_body([1.9, 2.1], [-0.1, 0.1]));
+/// ```
+pub fn is_of_no_body(between: [f64; 2], [along, across]: [f64; 2]) -> bool {
+    let least = between[0].max(-between[1]);
+    along >= 0.0 && across >= 0.0 && least > (along * across).sqrt()
 }
 
 /// Eigenvalues, ascending, and eigenvectors (columns) of the symmetric part of a matrix.
