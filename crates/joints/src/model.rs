@@ -21,7 +21,7 @@ pub(crate) struct Model {
 
 /// What remains of the missing torque beside a model, not whitened.
 pub(crate) fn residual(view: &View<'_>, model: &Model) -> Series {
-    let mut rest = view.missing(&model.logged);
+    let mut rest = view.missing(&model.logged).as_ref().clone();
     for (form, factors) in model.forms.iter().zip(&model.factors) {
         for (series, factor) in view.series(&form.columns).iter().zip(factors) {
             rest.add(-factor, series);

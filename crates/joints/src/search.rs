@@ -4,6 +4,7 @@ use crate::causes::Form;
 use crate::table::Table;
 use rayon::prelude::*;
 use statrs::distribution::{ContinuousCDF, FisherSnedecor};
+use std::sync::OnceLock;
 
 /// Share of a column that others do not have already, below which it is no column of its own.
 const OWN: f64 = 1e-7;
@@ -21,17 +22,28 @@ pub(crate) struct Solved {
     pub gained: f64,
 }
 
+/// A column that is its own beside a model: its row of the triangle, and that of the right side.
+struct More {
+    column: usize,
+    row: Vec<f64>,
+    z: f64,
+}
+
 impl Solved {
     /// Takes columns in, those that are combinations of others aside.
     pub fn with(&self, table: &Table, columns: &[usize]) -> Solved {
         let mut out = self.clone();
-        for (c, row, z) in self.more(table, columns) {
-            out.kept.push(c);
-            out.lower.push(row);
-            out.z.push(z);
-            out.gained += z * z;
-        }
+        out.take(table, columns);
         out
+    }
+
+    fn take(&mut self, table: &Table, columns: &[usize]) {
+        for More { column, row, z } in self.more(table, columns, |c| self.row(table, c)) {
+            self.kept.push(column);
+            self.lower.push(row);
+            self.z.push(z);
+            self.gained += z * z;
+        }
     }
 
     /// Of all columns those that explain most, one after the other, as long as they `may`.
@@ -68,20 +80,30 @@ impl Solved {
         out
     }
 
-    /// The columns that are their own, with their rows of the triangle and of its right side.
-    fn more(&self, table: &Table, columns: &[usize]) -> Vec<(usize, Vec<f64>, f64)> {
-        let n = self.kept.len();
-        let mut more: Vec<(usize, Vec<f64>, f64)> = Vec::with_capacity(columns.len());
+    /// The next entry of a column's row of the triangle, L⁻¹ of its products: that of the column whose own row is `lower`.
+    fn entry(product: f64, row: &[f64], lower: &[f64]) -> f64 {
+        (product - row.iter().zip(lower).map(|(a, b)| a * b).sum::<f64>()) / lower[row.len()]
+    }
+
+    /// A column's row of the triangle beside those that are kept.
+    fn row(&self, table: &Table, c: usize) -> Vec<f64> {
+        let mut row = Vec::with_capacity(self.kept.len() + 1);
+        for (lower, &other) in self.lower.iter().zip(&self.kept) {
+            row.push(Self::entry(table.gram[[c, other]], &row, lower));
+        }
+        row
+    }
+
+    /// The columns that are their own, by their rows beside those that are kept.
+    fn more(&self, table: &Table, columns: &[usize], row: impl Fn(usize) -> Vec<f64>) -> Vec<More> {
+        let mut more: Vec<More> = Vec::with_capacity(columns.len());
         for &c in columns {
-            if self.kept.contains(&c) || more.iter().any(|(m, ..)| *m == c) {
+            if self.kept.contains(&c) || more.iter().any(|m| m.column == c) {
                 continue;
             }
-            let mut row = Vec::with_capacity(n + more.len() + 1);
-            let triangle = self.lower.iter().chain(more.iter().map(|(_, row, _)| row));
-            for (lower, &other) in triangle.zip(self.kept.iter().chain(more.iter().map(|(m, ..)| m))) {
-                let k = row.len();
-                let sum: f64 = row.iter().zip(&lower[..k]).map(|(a, b)| a * b).sum();
-                row.push((table.gram[[c, other]] - sum) / lower[k]);
+            let mut row = row(c);
+            for other in &more {
+                row.push(Self::entry(table.gram[[c, other.column]], &row, &other.row));
             }
             let own = table.gram[[c, c]];
             let left = own - row.iter().map(|x: &f64| x * x).sum::<f64>();
@@ -89,18 +111,18 @@ impl Solved {
                 continue;
             }
             let pivot = left.sqrt();
-            let answered = self.z.iter().chain(more.iter().map(|(.., z)| z));
+            let answered = self.z.iter().chain(more.iter().map(|m| &m.z));
             let z = (table.right[c] - row.iter().zip(answered).map(|(a, b)| a * b).sum::<f64>()) / pivot;
             row.push(pivot);
-            more.push((c, row, z));
+            more.push(More { column: c, row, z });
         }
         more
     }
 
     /// What the columns `columns` would gain beside it, twice the log-likelihood, and how many of them are their own.
     pub fn gain(&self, table: &Table, columns: &[usize]) -> (f64, usize) {
-        let more = self.more(table, columns);
-        (more.iter().map(|(.., z)| z * z).sum(), more.len())
+        let more = self.more(table, columns, |c| self.row(table, c));
+        (more.iter().map(|m| m.z * m.z).sum(), more.len())
     }
 
     /// Factors of the kept columns.
@@ -139,6 +161,52 @@ impl Solved {
     }
 }
 
+/// Columns beside a model, each of which several forms have.
+struct Beside<'a> {
+    solved: &'a Solved,
+    table: &'a Table,
+    /// The triangle below its diagonal, column by column: whole columns are added up at once.
+    below: Vec<Vec<f64>>,
+    rows: Vec<OnceLock<Vec<f64>>>,
+}
+
+impl<'a> Beside<'a> {
+    fn new(solved: &'a Solved, table: &'a Table) -> Self {
+        let below = |k: usize| solved.lower[k + 1..].iter().map(|row| row[k]).collect();
+        Beside { solved, table, below: (0..solved.kept.len()).map(below).collect(), rows: table.right.iter().map(|_| OnceLock::new()).collect() }
+    }
+
+    /// As [`Solved::row`].
+    fn row(&self, c: usize) -> Vec<f64> {
+        let of = || {
+            let mut sums = vec![0.0; self.below.len()];
+            for (k, below) in self.below.iter().enumerate() {
+                let x = (self.table.gram[[c, self.solved.kept[k]]] - sums[k]) / self.solved.lower[k][k];
+                sums[k] = x;
+                sums[k + 1..].iter_mut().zip(below).for_each(|(sum, l)| *sum += x * l);
+            }
+            sums
+        };
+        self.rows[c].get_or_init(of).clone()
+    }
+
+    /// The factors of a form's columns, of which these are `more`; nought for those that are combinations of others.
+    fn factors(&self, columns: &[usize], more: &[More]) -> Vec<f64> {
+        let n = self.solved.kept.len();
+        if columns.iter().any(|c| self.solved.kept.contains(c)) {
+            return self.solved.with(self.table, columns).of(columns);
+        }
+        let mut x: Vec<f64> = more.iter().map(|m| m.z).collect();
+        for k in (0..x.len()).rev() {
+            x[k] /= more[k].row[n + k];
+            for i in 0..k {
+                x[i] -= more[k].row[n + i] * x[k];
+            }
+        }
+        columns.iter().map(|c| more.iter().position(|m| m.column == *c).map_or(0.0, |k| x[k])).collect()
+    }
+}
+
 /// Places and causes that are tried: one hypothesis each, whatever its forms.
 pub(crate) fn hypotheses(forms: &[Form]) -> usize {
     forms.iter().enumerate().filter(|(k, f)| !forms[..*k].iter().any(|g| g.same_place(f))).count()
@@ -158,7 +226,9 @@ pub(crate) struct Rule<'a> {
 
 impl Rule<'_> {
     pub fn solve(&self, chosen: &[usize]) -> Solved {
-        chosen.iter().fold(Solved::default(), |solved, f| solved.with(self.table, &self.table.columns[*f]))
+        let mut solved = Solved::default();
+        chosen.iter().for_each(|f| solved.take(self.table, &self.table.columns[*f]));
+        solved
     }
 
     /// The probability that a form gains so much by chance, as the best of all hypotheses that are tried: by Fisher's law, as the noise is known from
@@ -179,12 +249,14 @@ impl Rule<'_> {
 
     /// The form that is worth most beside `solved`, with its worth, among those that `may`, are worth their parameters and beyond chance.
     pub fn best(&self, solved: &Solved, may: impl Fn(usize) -> bool + Sync) -> Option<(usize, f64)> {
+        let beside = Beside::new(solved, self.table);
         let worth = |k: usize| -> Option<(usize, f64)> {
             let (form, columns) = (&self.forms[k], &self.table.columns[k]);
-            let (gained, freedoms) = solved.gain(self.table, columns);
+            let more = solved.more(self.table, columns, |c| beside.row(c));
+            let (gained, freedoms) = (more.iter().map(|m| m.z * m.z).sum(), more.len());
             let worth = self.worth(form, gained, freedoms);
             let named = freedoms > 0 && worth > 0.0 && self.p_value(form, gained, freedoms) <= self.false_alarms;
-            (named && form.allows(&solved.with(self.table, columns).of(columns))).then_some((k, worth))
+            (named && form.allows(&beside.factors(columns, &more))).then_some((k, worth))
         };
         let all: Vec<(usize, f64)> = (0..self.forms.len()).into_par_iter().filter(|k| may(*k)).filter_map(worth).collect();
         // The first of equals, however many processors there are.
@@ -250,7 +322,7 @@ impl Rule<'_> {
 
 #[cfg(test)]
 mod tests {
-    use super::Solved;
+    use super::{Beside, Solved};
     use crate::table::{Series, Table};
     use std::sync::Arc;
 
@@ -269,5 +341,21 @@ mod tests {
         let other = Solved::default().with(&table, &[1, 0, 2]);
         assert!((all.gained - other.gained).abs() < 1e-9 * all.gained);
         assert_eq!(Solved::greedy(&table, |c| c != 1).kept, [2, 0]);
+    }
+
+    #[test]
+    fn columns_beside_a_model_have_the_factors_that_they_have_in_it() {
+        let of = |f: &dyn Fn(f64) -> f64| Series(vec![vec![Some((0..50).map(|k| f(f64::from(k))).collect())]]);
+        let columns =
+            [of(&|k| k.sin()), of(&|k| (2.3 * k).cos()), of(&|k| k.sin() + (2.3 * k).cos()), of(&|k| k.cos()), of(&|k| (0.7 * k).sin())].map(Arc::new);
+        let table = Table::new(vec![], &columns, &of(&|k| 2.0 * (k + 0.3).sin() - (0.7 * k + 0.1).sin()));
+        let model = Solved::default().with(&table, &[0, 1]);
+        let beside = Beside::new(&model, &table);
+        for columns in [vec![3], vec![3, 4], vec![4, 2, 3], vec![3, 3], vec![1, 4], vec![2]] {
+            let more = model.more(&table, &columns, |c| beside.row(c));
+            let whole = model.with(&table, &columns);
+            assert_eq!(beside.factors(&columns, &more), whole.of(&columns), "{columns:?}");
+            assert_eq!(model.gained + more.iter().map(|m| m.z * m.z).sum::<f64>(), whole.gained, "{columns:?}");
+        }
     }
 }

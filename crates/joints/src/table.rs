@@ -13,6 +13,7 @@ use ndarray::{Array1, Array2};
 use ndof_devices::TERMS_OF_A_LINK;
 use ndof_signal::smoothing_edge;
 use rayon::prelude::*;
+use std::collections::VecDeque;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 /// One stretch of a log in which something is compared: samples of the log, by trial.
@@ -78,11 +79,16 @@ pub(crate) struct Kept {
     columns: Vec<(Column, Arc<Series>)>,
     white: Vec<(Column, Arc<Series>)>,
     file: Option<Arc<Series>>,
+    /// Logs that were corrected last, and what is missing of them.
+    missing: VecDeque<(Logged, Arc<Series>)>,
     /// Gears that a search began with, and where they settled last.
     pub settled: Vec<(Gear, Gear)>,
     /// Where the slopes of each joint's gear were made last.
     pub slopes: Vec<Slopes>,
 }
+
+/// Logs that are kept corrected: a model and its like without one of its forms are asked in turns.
+const LOGS: usize = 8;
 
 /// A gear, the columns that hang on it, and the changes of all torques with both.
 pub(crate) type Slopes = (Gear, Vec<Column>, Arc<Vec<Series>>);
@@ -251,7 +257,18 @@ impl<'a> View<'a> {
     }
 
     /// Logged torques, delays and gains taken off, less what the file says of the corrected motion.
-    pub fn missing(&self, logged: &Logged) -> Series {
+    pub fn missing(&self, logged: &Logged) -> Arc<Series> {
+        let known = self.kept().missing.iter().find(|(own, _)| own == logged).map(|(_, missing)| missing.clone());
+        known.unwrap_or_else(|| {
+            let missing = Arc::new(self.find_missing(logged));
+            let mut kept = self.kept();
+            kept.missing.truncate(LOGS - 1);
+            kept.missing.push_front((logged.clone(), missing.clone()));
+            missing
+        })
+    }
+
+    fn find_missing(&self, logged: &Logged) -> Series {
         let (factors, columns): (Vec<f64>, Vec<Column>) = logged.columns(self.scene).into_iter().unzip();
         let mut file = self.file();
         if !columns.is_empty() {
