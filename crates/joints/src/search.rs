@@ -14,8 +14,8 @@ const OWN: f64 = 1e-7;
 pub(crate) struct Solved {
     /// Columns that are its own, in the order in which they were taken.
     pub kept: Vec<usize>,
-    /// Their triangle L of L Lᵀ, row by row.
-    lower: Vec<Vec<f64>>,
+    /// Their triangle L of L Lᵀ, column by column from the diagonal on: whole columns are added up at once.
+    triangle: Vec<Vec<f64>>,
     /// L⁻¹ of the right side.
     z: Vec<f64>,
     /// Log-likelihood that it gains, twice.
@@ -39,11 +39,17 @@ impl Solved {
 
     fn take(&mut self, table: &Table, columns: &[usize]) {
         for More { column, row, z } in self.more(table, columns, |c| self.row(table, c)) {
-            self.kept.push(column);
-            self.lower.push(row);
-            self.z.push(z);
-            self.gained += z * z;
+            self.push(column, &row, z);
         }
+    }
+
+    /// Takes one in, by its row of the triangle and that of the right side.
+    fn push(&mut self, column: usize, row: &[f64], z: f64) {
+        self.triangle.push(Vec::new());
+        self.triangle.iter_mut().zip(row).for_each(|(column, l)| column.push(*l));
+        self.kept.push(column);
+        self.z.push(z);
+        self.gained += z * z;
     }
 
     /// Of all columns those that explain most, one after the other, as long as they `may`.
@@ -72,26 +78,26 @@ impl Solved {
                 right[other] -= l * z;
             }
             row.push(pivot);
-            out.kept.push(c);
-            out.lower.push(row);
-            out.z.push(z);
-            out.gained += z * z;
+            out.push(c, &row, z);
         }
         out
     }
 
-    /// The next entry of a column's row of the triangle, L⁻¹ of its products: that of the column whose own row is `lower`.
-    fn entry(product: f64, row: &[f64], lower: &[f64]) -> f64 {
-        (product - row.iter().zip(lower).map(|(a, b)| a * b).sum::<f64>()) / lower[row.len()]
+    /// L⁻¹ of a right side that is nought before its `first` entry.
+    fn forward(&self, first: usize, right: impl Fn(usize) -> f64) -> Vec<f64> {
+        let mut x = vec![0.0; self.kept.len()];
+        for k in first..x.len() {
+            let below = &self.triangle[k];
+            let own = (right(k) - x[k]) / below[0];
+            x[k] = own;
+            x[k + 1..].iter_mut().zip(&below[1..]).for_each(|(sum, l)| *sum += l * own);
+        }
+        x
     }
 
     /// A column's row of the triangle beside those that are kept.
     fn row(&self, table: &Table, c: usize) -> Vec<f64> {
-        let mut row = Vec::with_capacity(self.kept.len() + 1);
-        for (lower, &other) in self.lower.iter().zip(&self.kept) {
-            row.push(Self::entry(table.gram[[c, other]], &row, lower));
-        }
-        row
+        self.forward(0, |k| table.gram[[c, self.kept[k]]])
     }
 
     /// The columns that are their own, by their rows beside those that are kept.
@@ -103,7 +109,8 @@ impl Solved {
             }
             let mut row = row(c);
             for other in &more {
-                row.push(Self::entry(table.gram[[c, other.column]], &row, &other.row));
+                let known: f64 = row.iter().zip(&other.row).map(|(a, b)| a * b).sum();
+                row.push((table.gram[[c, other.column]] - known) / other.row[row.len()]);
             }
             let own = table.gram[[c, c]];
             let left = own - row.iter().map(|x: &f64| x * x).sum::<f64>();
@@ -128,29 +135,18 @@ impl Solved {
     /// Factors of the kept columns.
     pub fn factors(&self) -> Vec<f64> {
         let mut x = self.z.clone();
-        for k in (0..x.len()).rev() {
-            x[k] /= self.lower[k][k];
-            for i in 0..k {
-                x[i] -= self.lower[k][i] * x[k];
-            }
+        for (i, below) in self.triangle.iter().enumerate().rev() {
+            let (own, known) = x.split_at_mut(i + 1);
+            known.iter().zip(&below[1..]).rev().for_each(|(x, l)| own[i] -= l * x);
+            own[i] /= below[0];
         }
         x
     }
 
     /// (XᵀX)⁻¹ of the kept columns.
     pub fn covariance(&self) -> Vec<Vec<f64>> {
-        let n = self.kept.len();
-        let column = |c: usize| -> Vec<f64> {
-            let mut column = vec![0.0; n];
-            for r in c..n {
-                let unit = if r == c { 1.0 } else { 0.0 };
-                let sum: f64 = (c..r).map(|k| self.lower[r][k] * column[k]).sum();
-                column[r] = (unit - sum) / self.lower[r][r];
-            }
-            column
-        };
         // Of L⁻¹.
-        let columns: Vec<Vec<f64>> = (0..n).map(column).collect();
+        let columns: Vec<Vec<f64>> = (0..self.kept.len()).map(|c| self.forward(c, |k| if k == c { 1.0 } else { 0.0 })).collect();
         columns.iter().map(|a| columns.iter().map(|b| a.iter().zip(b).map(|(a, b)| a * b).sum()).collect()).collect()
     }
 
@@ -161,49 +157,32 @@ impl Solved {
     }
 }
 
-/// Columns beside a model, each of which several forms have.
+/// Columns beside a model, of which several forms have the same.
 struct Beside<'a> {
     solved: &'a Solved,
     table: &'a Table,
-    /// The triangle below its diagonal, column by column: whole columns are added up at once.
-    below: Vec<Vec<f64>>,
     rows: Vec<OnceLock<Vec<f64>>>,
 }
 
 impl<'a> Beside<'a> {
     fn new(solved: &'a Solved, table: &'a Table) -> Self {
-        let below = |k: usize| solved.lower[k + 1..].iter().map(|row| row[k]).collect();
-        Beside { solved, table, below: (0..solved.kept.len()).map(below).collect(), rows: table.right.iter().map(|_| OnceLock::new()).collect() }
+        Beside { solved, table, rows: table.right.iter().map(|_| OnceLock::new()).collect() }
     }
 
-    /// As [`Solved::row`].
-    fn row(&self, c: usize) -> Vec<f64> {
-        let of = || {
-            let mut sums = vec![0.0; self.below.len()];
-            for (k, below) in self.below.iter().enumerate() {
-                let x = (self.table.gram[[c, self.solved.kept[k]]] - sums[k]) / self.solved.lower[k][k];
-                sums[k] = x;
-                sums[k + 1..].iter_mut().zip(below).for_each(|(sum, l)| *sum += x * l);
-            }
-            sums
-        };
-        self.rows[c].get_or_init(of).clone()
+    /// Those that are their own.
+    fn more(&self, columns: &[usize]) -> Vec<More> {
+        self.solved.more(self.table, columns, |c| self.rows[c].get_or_init(|| self.solved.row(self.table, c)).clone())
     }
 
     /// The factors of a form's columns, of which these are `more`; nought for those that are combinations of others.
     fn factors(&self, columns: &[usize], more: &[More]) -> Vec<f64> {
-        let n = self.solved.kept.len();
         if columns.iter().any(|c| self.solved.kept.contains(c)) {
             return self.solved.with(self.table, columns).of(columns);
         }
-        let mut x: Vec<f64> = more.iter().map(|m| m.z).collect();
-        for k in (0..x.len()).rev() {
-            x[k] /= more[k].row[n + k];
-            for i in 0..k {
-                x[i] -= more[k].row[n + i] * x[k];
-            }
-        }
-        columns.iter().map(|c| more.iter().position(|m| m.column == *c).map_or(0.0, |k| x[k])).collect()
+        // Those that were taken last depend on each other alone.
+        let mut last = Solved::default();
+        more.iter().for_each(|m| last.push(m.column, &m.row[self.solved.kept.len()..], m.z));
+        last.of(columns)
     }
 }
 
@@ -252,7 +231,7 @@ impl Rule<'_> {
         let beside = Beside::new(solved, self.table);
         let worth = |k: usize| -> Option<(usize, f64)> {
             let (form, columns) = (&self.forms[k], &self.table.columns[k]);
-            let more = solved.more(self.table, columns, |c| beside.row(c));
+            let more = beside.more(columns);
             let (gained, freedoms) = (more.iter().map(|m| m.z * m.z).sum(), more.len());
             let worth = self.worth(form, gained, freedoms);
             let named = freedoms > 0 && worth > 0.0 && self.p_value(form, gained, freedoms) <= self.false_alarms;
@@ -352,7 +331,7 @@ mod tests {
         let model = Solved::default().with(&table, &[0, 1]);
         let beside = Beside::new(&model, &table);
         for columns in [vec![3], vec![3, 4], vec![4, 2, 3], vec![3, 3], vec![1, 4], vec![2]] {
-            let more = model.more(&table, &columns, |c| beside.row(c));
+            let more = beside.more(&columns);
             let whole = model.with(&table, &columns);
             assert_eq!(beside.factors(&columns, &more), whole.of(&columns), "{columns:?}");
             assert_eq!(model.gained + more.iter().map(|m| m.z * m.z).sum::<f64>(), whole.gained, "{columns:?}");

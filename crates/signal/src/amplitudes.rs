@@ -99,8 +99,7 @@ impl<'a> Amplitudes<'a> {
         places.zip(found.chunks_exact(2)).map(between).collect()
     }
 
-    /// How many samples lie further from the median than so many robust standard deviations: 1.4826 times the median distance or, of a signal that rests
-    /// at its median or goes between levels, the distance of nine in ten over 1.645. `None` where half of all are the same, or there is none.
+    /// How many samples lie further from the median than so many robust standard deviations. `None` where half of all are the same, or there is none.
     pub fn outliers(&self, deviations: f64) -> Option<usize> {
         if self.samples.is_empty() {
             return None;
@@ -110,8 +109,8 @@ impl<'a> Amplitudes<'a> {
         let distance = |x: f64| (x - median).abs();
         let furthest = distance(self.range[0]).max(distance(self.range[1]));
         let distances = in_order(&self.samples, [0.0, furthest], &[middle, far], distance);
-        let robust = (1.4826 * distances[0]).max(distances[1] / 1.645);
-        (distances[0] > 0.0).then(|| self.samples.iter().filter(|x| distance(**x) > deviations * robust).count())
+        let far = deviations * robust_deviation(distances[0], distances[1]);
+        (distances[0] > 0.0).then(|| self.samples.iter().filter(|x| distance(**x) > far).count())
     }
 
     /// Samples in runs of `run` equal ones or more at either end of the range that were reached from farther away than `from` within two samples: a limit
@@ -159,6 +158,11 @@ impl<'a> Amplitudes<'a> {
         let square = |stretch: &[f64]| total(stretch, |x| [(x - self.mean).powi(2)])[0] / length as f64;
         Ok(self.samples.chunks_exact(length).take(intervals).map(square).collect())
     }
+}
+
+/// A robust standard deviation: 1.4826 times the median distance or, of what rests or goes between levels, the distance of nine in ten over 1.645.
+pub(crate) fn robust_deviation(median: f64, nine_in_ten: f64) -> f64 {
+    (1.4826 * median).max(nine_in_ten / 1.645)
 }
 
 /// The values that stand at some places once all are in order. They are counted into bins over their range, and only the bins that hold a

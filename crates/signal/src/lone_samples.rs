@@ -1,13 +1,15 @@
 //! Samples that stand alone, as a bit that was lost on the way makes them.
 
-/// Places at most at which the scatter is looked at,
+use crate::amplitudes::robust_deviation;
+
+/// Places at most at which the scatter of all is looked at: its deviation is known to a hundredth by them.
 const PLACES: usize = 1 << 16;
-/// and places on either side of a sample, without those of which it is part.
+/// Places on either side, without those of which the sample itself is part: by fourteen of them a deviation is known to a fifth.
 const AROUND: usize = 8;
 
 /// Where a single sample lies off the line between its neighbours, d_k = x_k - (x_{k-1} + x_{k+1})/2, by more than so many standard deviations of what
-/// samples usually do and of what those around it do, while its neighbours lie off by half of it the other way: as beside one wrong sample, and not beside a
-/// step, a turn or in a burst. What samples usually do is 1.4826 times the median of |d| or, of a signal that mostly rests, that of nine in ten over 1.645.
+/// samples usually do (a robust one) and of what those around it do, while its neighbours lie off by half of it the other way: as beside one wrong sample, and
+/// not beside a step, a turn or in a burst.
 ///
 /// Empty where nine in ten places have no scatter at all.
 ///
@@ -15,7 +17,7 @@ const AROUND: usize = 8;
 /// let mut x: Vec<f64> = (0..1000).map(|k| f64::from(k * 7 % 11) + (f64::from(k) * 0.1).sin() * 500.0).collect();
 /// x[300] += 400.0;
 /// x[600..].iter_mut().for_each(|x| *x += 400.0); // a step
-/// (800..820).for_each(|k| x[k] += if k % 2 == 0 { 400.0 } else { -400.0 }); // a burst
+/// (800..820).step_by(4).for_each(|k| x[k] += 400.0); // a burst
 /// assert_eq!(ndof_signal::lone_samples(&x, 15.0), [300]);
 /// ```
 pub fn lone_samples(samples: &[f64], deviations: f64) -> Vec<usize> {
@@ -28,7 +30,7 @@ pub fn lone_samples(samples: &[f64], deviations: f64) -> Vec<usize> {
     let (middle, far) = (sizes.len() / 2, 9 * sizes.len() / 10);
     let far = *sizes.select_nth_unstable_by(far, f64::total_cmp).1;
     let middle = *sizes.select_nth_unstable_by(middle, f64::total_cmp).1;
-    let least = deviations * (1.4826 * middle).max(far / 1.645);
+    let least = deviations * robust_deviation(middle, far);
     let alone = |k: &usize| {
         let size = off(*k);
         // A half, as far as the signal itself can hide it.

@@ -12,7 +12,7 @@ const COARSE: f64 = 0.1;
 const OUTLIER: f64 = 15.0;
 /// A jump of an angle within this share of a turn is one.
 const NEARLY_A_TURN: f64 = 0.05;
-/// Metres that no arm of a person spans (2.7 m is the longest known).
+/// Metres that no person spans with both arms: 2.9 m is the longest known span.
 const BEYOND_ARMS_M: f64 = 3.0;
 /// Probability below which a trend is no chance.
 const CHANCE: f64 = 1e-3;
