@@ -24,6 +24,17 @@ fn what_turns_between_two_axes_is_told_with_its_matrix_and_nothing_beside_it() {
             |name: String| d["extended"]["parameters"].as_array().expect("a list").iter().find(|p| p["name"] == name).expect("it is there")["value"].as_f64();
         let turned = of(format!("{letter}_x_y")).zip(of(format!("{letter}_y_x"))).map(|(a, b)| 0.5 * (a - b));
         assert!(turned.is_some_and(|t| (t / truth - 1.0).abs() < 0.05), "{turned:?}");
+        // The same by a fit that assumes no symmetry: a matrix that is not symmetric beyond chance is one that no passive limb has.
+        let free = json(folder.path(), &["fit", "curl-1.csv", "curl-2.csv", "--symmetry", "free"]);
+        for mirrored in free["symmetry"].as_array().expect("three matrices") {
+            let p = mirrored["p_value"].as_f64().expect("a probability");
+            assert_eq!(mirrored["matrix"] == letter, p < 1e-3, "{effect}: {mirrored}");
+            if mirrored["matrix"] == letter {
+                let half = &mirrored["half_differences"][0];
+                let [value, error] = ["value", "std_error"].map(|field| half[field].as_f64().expect("a number"));
+                assert!((value - truth).abs() < 4.0 * error && half["name"] == format!("{letter}_x_y"), "{half}");
+            }
+        }
         let error = |model: &str| d[model]["held_out"]["nrmse"][0].as_f64().expect("a share");
         assert!(error("extended") < 0.7 * error("baseline"), "{} {}", error("baseline"), error("extended"));
     }

@@ -82,5 +82,11 @@ fn every_json_that_a_command_writes_follows_its_schema() {
     let listed: Vec<&str> = known.rsplit("there are: ").next().expect("a list").trim().split(", ").collect();
     for name in listed {
         assert!(used.contains(&format!("ndof/{name}/1")), "no command wrote {name}");
+        // Each type that a table names has a table, records and words alike.
+        let schema: Value = serde_json::from_str(&succeed(here, &["schema", name])).expect("JSON");
+        let tables = succeed(here, &["schema", name, "--format", "markdown"]);
+        for inner in schema["$defs"].as_object().into_iter().flatten().map(|(inner, _)| inner) {
+            assert!(tables.contains(&format!("\n### {inner} in {name}\n")), "{inner} of {name} is told nowhere");
+        }
     }
 }

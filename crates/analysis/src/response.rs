@@ -71,9 +71,11 @@ impl MeasuredResponse {
         let averages = number("averages");
         let mut warnings = channels.warnings.clone();
         let variance = match (&std, &coherence) {
-            (Some(std), _) => std.mapv(|std| 2.0 * std * std),
+            (Some(std), _) => std.mapv(|std| 2.0 * std * std.max(0.0)),
             (None, Some(coherence)) => {
-                let relative = coherence.mapv(|c| (1.0 - c).max(f64::EPSILON) / c / averages.unwrap_or(1.0));
+                // What n averages show of two signals that have nothing in common; a file may have rounded it to none.
+                let least = averages.map_or(f64::EPSILON, |n| 1.0 / n).min(1.0);
+                let relative = coherence.mapv(|c| (1.0 - c).max(f64::EPSILON) / if c < least { least } else { c } / averages.unwrap_or(1.0));
                 relative * value.mapv(|h: Complex64| h.norm_sqr())
             }
             (None, None) => value.mapv(|h| h.norm_sqr()),
@@ -167,15 +169,28 @@ fn product_form(variance: &Array3<f64>, warnings: &mut Vec<Warning>, given: bool
     let (frequencies, p, q) = variance.dim();
     let mut noise = Array3::from_elem((frequencies, p, p), Complex64::default());
     let mut input_inverse = Array3::from_elem((frequencies, q, q), Complex64::default());
-    let mut apart: f64 = 0.0;
+    let (mut apart, mut unknown): (f64, usize) = (0.0, 0);
     for (f, of) in variance.axis_iter(Axis(0)).enumerate() {
-        let logarithm = of.mapv(|v| v.max(f64::MIN_POSITIVE).ln());
+        if !of.iter().all(|v| v.is_normal() && *v > 0.0) {
+            // Without a variance it has no weight; an error of zero would have all of it.
+            noise.index_axis_mut(Axis(0), f).fill(Complex64::new(f64::NAN, 0.0));
+            unknown += 1;
+            continue;
+        }
+        let logarithm = of.mapv(f64::ln);
         let mean = logarithm.mean().unwrap_or(0.0);
         let (rows, columns) = (logarithm.mean_axis(Axis(1)), logarithm.mean_axis(Axis(0)));
         let (Some(rows), Some(columns)) = (rows, columns) else { continue };
         rows.iter().enumerate().for_each(|(i, row)| noise[[f, i, i]] = (*row - mean).exp().into());
         columns.iter().enumerate().for_each(|(j, column)| input_inverse[[f, j, j]] = column.exp().into());
         apart = logarithm.indexed_iter().map(|((i, j), v)| ((v - rows[i] - columns[j] + mean) / 2.0).abs()).fold(apart, f64::max);
+    }
+    if unknown > 0 {
+        warnings.push(Warning::new(
+            "errors-missing",
+            format!("{file} gives no error above zero at {unknown} of {frequencies} frequencies, which are left out of every fit"),
+            "write the standard errors there, or the coherence between 0 and 1",
+        ));
     }
     if given && apart > PRODUCT {
         warnings.push(Warning::new(
@@ -246,4 +261,40 @@ fn response_units(kind: ResponseKind, inputs: &[String], outputs: &[String]) -> 
         symbols.iter().map(unit).collect()
     };
     (of(inputs), of(outputs))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn measured(csv: &str) -> MeasuredResponse {
+        let table = ndof_io::read_response_bytes(csv.as_bytes(), "frf.csv").expect("a table");
+        MeasuredResponse::of(&table, "frf.csv").expect("a response")
+    }
+
+    fn noise(measured: &MeasuredResponse, f: usize, i: usize) -> f64 {
+        measured.response.uncertainty.as_ref().expect("errors").noise[[f, i, i]].re
+    }
+
+    /// An error of zero is no error that anybody has measured: with it, one frequency would decide the fit.
+    #[test]
+    fn a_frequency_without_an_error_has_no_weight_and_that_is_said() {
+        let rows = ["1,0.01,0,0.001", "2,0.02,0,0", "3,0.01,0,-1", "4,0.01,0,0.002"].join("\n");
+        let found = measured(&format!("# unit/x: m\n# unit/f: N\nfrequency_hz,re_x_f,im_x_f,std_x_f\n{rows}\n"));
+        assert_eq!([0, 1, 2, 3].map(|f| noise(&found, f, 0).is_finite()), [true, false, false, true]);
+        let said = found.warnings.iter().find(|warning| warning.code == "errors-missing").expect("a warning");
+        assert!(said.message.contains("at 2 of 4 frequencies"), "{}", said.message);
+    }
+
+    /// Of two signals that have nothing in common, 25 averages show a coherence of 1/25; a file may round less than that to nothing.
+    #[test]
+    fn a_coherence_of_zero_does_not_take_the_rest_of_its_frequency_along() {
+        let head = "# averages: 25\n# unit/x: m\n# unit/y: m\n# unit/f: N\n# unit/g: N\n";
+        let of = |name: &str| format!("re_{name},im_{name},coherence_{name}");
+        let names = ["x_f", "x_g", "y_f", "y_g"].map(of).join(",");
+        let with = |cross: f64| measured(&format!("{head}frequency_hz,{names}\n1,0.01,0,0.9,0.001,0,{cross},0.001,0,0.5,0.01,0,0.9\n"));
+        let (none, least) = (with(0.0), with(0.04));
+        assert!(noise(&none, 0, 0).is_normal() && noise(&none, 0, 1).is_normal());
+        assert_eq!(none.response.uncertainty, least.response.uncertainty);
+    }
 }

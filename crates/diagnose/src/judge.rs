@@ -10,10 +10,10 @@ use crate::search::{Chosen, Stand};
 use crate::state::{State, Tracks};
 use crate::subject::Subject;
 use ndof_models::schedule::Splines;
+use ndof_sysid::two_sided_t;
 use num_complex::Complex64;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
-use statrs::distribution::{ContinuousCDF, StudentsT};
 use std::sync::Arc;
 
 /// The held-out part on the grid of the search.
@@ -194,8 +194,7 @@ impl Errors {
             let count = gone.len() as f64;
             let mean = gone.iter().sum::<f64>() / count;
             let variance = gone.iter().map(|x| (x - mean).powi(2)).sum::<f64>() / (count - 1.0);
-            let quantile = StudentsT::new(0.0, 1.0, count - 1.0).map_or(f64::INFINITY, |t| t.inverse_cdf(0.975));
-            let least = mean - quantile * (variance / count).sqrt();
+            let least = mean - two_sided_t(0.95, count - 1.0) * (variance / count).sqrt();
             if least.is_finite() { least.max(0.0).sqrt() } else { 0.0 }
         };
         self.signed.iter().zip(&other.signed).map(of_output).fold(0.0, f64::max)

@@ -3,6 +3,7 @@
 use crate::blocks::block_products;
 use crate::model::{Model, residual};
 use crate::table::{Series, View, later};
+use ndof_sysid::two_sided_t;
 use statrs::distribution::{ContinuousCDF, StudentsT};
 
 /// A mean over blocks of time with its standard error, times their number.
@@ -27,7 +28,7 @@ impl Sum {
 
     /// Its 95 % interval, by the scatter of the blocks.
     pub fn ci95(&self) -> [f64; 2] {
-        let half = self.law().map_or(f64::NAN, |law| law.inverse_cdf(0.975)) * self.error;
+        let half = two_sided_t(0.95, (self.blocks as f64 - 1.0).max(1.0)) * self.error;
         [self.value - half, self.value + half]
     }
 

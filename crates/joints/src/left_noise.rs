@@ -43,7 +43,7 @@ fn noise_in(view: &View<'_>, rest: &Series, own: &[f64]) -> (Vec<Whitener>, Vec<
     for (j, noise) in noise.iter_mut().enumerate() {
         // What is not compared at rest is no sign of little noise.
         noise.deviation /= view.moving(j).sqrt();
-        if noise.deviation == 0.0 {
+        if noise.deviation.is_nan() || noise.deviation <= 0.0 {
             // It never moves in what is fitted: nothing is known of its noise.
             *noise = Whitener::plain(view.scene.joints[j].torque);
         }

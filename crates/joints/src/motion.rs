@@ -88,7 +88,9 @@ fn density(trials: &[&[f64]], rate_hz: f64, prepared: impl Fn(&[f64]) -> Vec<f64
             from += segment / 2;
         }
     }
-    density.iter_mut().for_each(|d| *d /= count);
+    // 0 Hz and half the rate have no line on the other side.
+    let last = segment / 2;
+    density.iter_mut().enumerate().for_each(|(k, d)| *d /= if k == 0 || k == last { 2.0 * count } else { count });
     (count > 0.0).then_some(density)
 }
 

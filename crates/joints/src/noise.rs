@@ -18,50 +18,37 @@ impl Whitener {
         Whitener { coefficients: vec![], deviation: deviation.max(f64::MIN_POSITIVE) }
     }
 
-    /// The autoregression of stretches of noise, its order by BIC; least squares over all stretches together.
+    /// The autoregression of stretches of noise, its order by BIC; least squares over all stretches together. Of silence it has no deviation.
     pub fn of(stretches: &[&[f64]]) -> Self {
         let count: usize = stretches.iter().map(|x| x.len()).sum();
         let most = LARGEST.min(count / 10);
+        // Σ x_{k−i} x_{k−j}, over the samples that every order has a past for.
+        let mut moments = vec![vec![0.0; most + 1]; most + 1];
+        for window in stretches.iter().flat_map(|x| x.windows(most + 1)) {
+            for (i, row) in moments.iter_mut().enumerate() {
+                row.iter_mut().enumerate().for_each(|(j, sum)| *sum += window[most - i] * window[most - j]);
+            }
+        }
+        let n = stretches.iter().map(|x| x.len().saturating_sub(most)).sum::<usize>() as f64;
         let mut best: Option<(f64, Whitener)> = None;
         for order in 0..=most {
-            let mut normal = vec![0.0; order * order];
-            let mut right = vec![0.0; order];
-            // All orders are compared on the same samples.
-            for x in stretches {
-                for k in most..x.len() {
-                    for i in 0..order {
-                        right[i] += x[k] * x[k - 1 - i];
-                        for j in 0..=i {
-                            normal[i * order + j] += x[k - 1 - i] * x[k - 1 - j];
-                        }
-                    }
-                }
-            }
-            for i in 0..order {
-                for j in 0..i {
-                    normal[j * order + i] = normal[i * order + j];
-                }
-            }
+            let past = 1..=order;
+            let mut normal: Vec<f64> = past.clone().flat_map(|i| moments[i][past.clone()].to_vec()).collect();
             if order > 0 && !cholesky_in_place(&mut normal, order) {
                 break;
             }
-            cholesky_solve(&normal, order, &mut right);
-            let mut whitener = Whitener { coefficients: right, deviation: 1.0 };
-            let (sum, n) = stretches.iter().fold((0.0, 0.0), |(sum, n), x| {
-                let e = whitener.apply(x);
-                let skip = most - order;
-                (sum + e.iter().skip(skip).map(|e| e * e).sum::<f64>(), n + e.len().saturating_sub(skip) as f64)
-            });
-            if n <= 0.0 || sum <= 0.0 {
+            let mut coefficients = moments[0][past.clone()].to_vec();
+            cholesky_solve(&normal, order, &mut coefficients);
+            let variance = (moments[0][0] - coefficients.iter().zip(&moments[0][past]).map(|(c, m)| c * m).sum::<f64>()) / n;
+            if variance.is_nan() || variance <= 0.0 {
                 break;
             }
-            whitener.deviation = (sum / n).sqrt();
-            let bic = n * (sum / n).ln() + order as f64 * n.ln();
+            let bic = n * variance.ln() + order as f64 * n.ln();
             if best.as_ref().is_none_or(|(least, _)| bic < *least) {
-                best = Some((bic, whitener));
+                best = Some((bic, Whitener { coefficients, deviation: variance.sqrt() }));
             }
         }
-        best.map_or(Whitener { coefficients: vec![], deviation: 1.0 }, |(_, whitener)| whitener)
+        best.map_or(Whitener { coefficients: vec![], deviation: 0.0 }, |(_, whitener)| whitener)
     }
 
     /// The white sequence of a stretch, shorter by the order.

@@ -140,6 +140,7 @@ mod tests {
             matrices: Matrices { M: none.clone(), B: none.clone(), K: none.clone(), std_error, delay_s: None },
             vaf: none,
             r2: None,
+            symmetry: Vec::new(),
             joint: None,
             schedule: None,
             in_time: None,

@@ -28,7 +28,7 @@ pub(crate) use signs::turned_round;
 use crate::error::AnalysisError;
 use crate::estimate::Estimated;
 use crate::response::MeasuredResponse;
-use crate::result::{Head, number};
+use crate::result::{Head, finite, number};
 use crate::trials::{Trials, axis_of};
 use between::{Sampled, sampled};
 use evidence::Evidence;
@@ -36,13 +36,14 @@ use findings::warnings;
 use named_models::{blocks_of, compared_models};
 use ndarray::Array3;
 use ndof_models::blocks::{BlockCard, Composite};
+use ndof_models::physical::{Antisymmetric, Derived, SymmetryTest, symmetry_test};
 use ndof_models::{
     Axis, Held, InertiaDampingStiffness, InertiaDampingStiffnessModel, PaperFit, ParameterInfo, ParametricModel, Symmetry, WeightedFit, agreement,
     parametric_response,
 };
 use ndof_signal::Unit;
 use ndof_sysid::{FrequencyResponse, ResponseKind};
-use result::{Asked, FitResult, Joint, Matrices, OtherFit, Parameter, Site};
+use result::{Asked, FitResult, Joint, Matrices, Mirrored, OtherFit, Parameter, Site};
 use sums::Sums;
 
 /// What is added in quadrature to standard errors for systematic errors: 0.5 % of inertia, 1 % of damping and of stiffness.
@@ -200,6 +201,7 @@ fn fit_to(whole: &Evidence<'_>, settings: &Fit) -> Result<Fitted, AnalysisError>
         matrices: reported.matrices,
         vaf: reported.vaf,
         r2: reported.r2,
+        symmetry: mirrored(&model, &baseline),
         joint,
         schedule: None,
         in_time: None,
@@ -328,6 +330,22 @@ fn parameters(fit: &ndof_models::Fit, base: usize, cards: &[&BlockCard]) -> Vec<
     let mut out: Vec<Parameter> = fit.parameters.iter().map(Parameter::from).collect();
     out.iter_mut().zip(sides).for_each(|(p, side)| p.site.side = side.to_owned());
     out
+}
+
+/// What the mirrored entries of each matrix differ by.
+fn mirrored(model: &InertiaDampingStiffnessModel, fit: &ndof_models::Fit) -> Vec<Mirrored> {
+    let half = |one: Antisymmetric| {
+        let of_entry = fit.parameters.iter().find(|p| p.name == one.name)?;
+        let Derived { value, std_error, ci95 } = one.half_difference;
+        Some(Parameter { value: number(value), std_error: number(std_error), ci95: finite(ci95), ..Parameter::from(of_entry) })
+    };
+    let told = |SymmetryTest { matrix, antisymmetric, p_value, meaning }: SymmetryTest| Mirrored {
+        matrix,
+        half_differences: antisymmetric.into_iter().filter_map(half).collect(),
+        p_value: number(p_value),
+        meaning,
+    };
+    symmetry_test(model, fit).into_iter().map(told).collect()
 }
 
 /// The axes that move.

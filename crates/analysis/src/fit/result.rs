@@ -62,6 +62,9 @@ pub struct FitResult {
     /// R² over all elements, of gains in decibels of one SI unit as in the paper: it depends on the unit and says little on the
     /// intervals; 1 for the model that is the estimate.
     pub r2: Number,
+    /// Of M, B and K in turn whether it is symmetric; with `symmetry` free, of more than one axis.
+    #[serde(skip_serializing_if = "Vec::is_empty", default)]
+    pub symmetry: Vec<Mirrored>,
     /// The same matrices at the joints, with `kinematics`.
     pub joint: Option<Joint>,
     /// Inertia, damping and stiffness over a schedule, with `schedule`.
@@ -90,6 +93,10 @@ impl FitResult {
             let others: Vec<&str> = self.inputs.iter().filter(|input| !self.reference_inputs.contains(input)).map(String::as_str).collect();
             out.push(format!("efforts add up: {} with gain 1, {} with gains that are fitted", self.reference_inputs.join(", "), others.join(", ")));
         }
+        out.extend(self.symmetry.iter().map(|of| match of.p_value {
+            Some(p) => format!("{} (p = {p:.1e})", of.meaning),
+            None => of.meaning.clone(),
+        }));
         out.extend(match self.interval_width {
             Width::Covariance => None,
             Width::Residuals => Some("intervals: as wide as the residuals".to_owned()),
@@ -103,6 +110,20 @@ impl FitResult {
     pub fn all_parameters(&self) -> impl Iterator<Item = &Parameter> {
         self.parameters.iter().chain(self.joint.iter().flat_map(|joint| &joint.parameters))
     }
+}
+
+/// Whether a matrix is symmetric, of which that was not assumed: a limb's is as long as nothing in it acts by itself.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+pub struct Mirrored {
+    /// `M`, `B` or `K`.
+    pub matrix: String,
+    /// `K_x_y` for (K_xy − K_yx)/2: half of what mirrored entries differ by.
+    pub half_differences: Vec<Parameter>,
+    /// Probability of half differences as large if it were symmetric (χ² test); null where they are not determined.
+    pub p_value: Number,
+    /// What follows.
+    pub meaning: String,
 }
 
 /// What efforts do between their samples.

@@ -74,25 +74,34 @@ pub fn run(arguments: &Arguments) -> Result<(), CliError> {
 
 /// A table for the result and one for each type inside it.
 fn markdown(name: &str, schema: &Value) -> String {
-    let mut text = format!("## {name}\n{}", fields(schema));
+    let mut text = format!("## {name}\n{}", table(schema));
     for (inner, definition) in schema["$defs"].as_object().into_iter().flatten() {
-        let table = fields(definition);
-        if !table.is_empty() {
-            let _ = write!(text, "\n### {inner} in {name}\n{table}");
-        }
+        let _ = write!(text, "\n### {inner} in {name}\n{}", table(definition));
     }
     text
 }
 
-fn fields(object: &Value) -> String {
-    let Some(properties) = object["properties"].as_object().filter(|p| !p.is_empty()) else { return String::new() };
-    let mut text = object["description"].as_str().map(|words| format!("\n{}\n", plain(words))).unwrap_or_default();
-    text += "\n| field | holds | |\n|---|---|---|\n";
-    for (name, property) in properties {
-        let words = property["description"].as_str().map(plain).unwrap_or_default();
-        let _ = writeln!(text, "| `{name}` | {} | {} |", kind(property), words.replace('|', "\\|"));
-    }
-    text
+/// The fields of a record, or the values of what is one of several.
+fn table(object: &Value) -> String {
+    let words = |value: &Value| value["description"].as_str().map(plain).unwrap_or_default();
+    let cell = |value: &Value| words(value).replace('|', "\\|");
+    let (head, rows): (_, Vec<String>) = match (object["properties"].as_object().filter(|p| !p.is_empty()), choices(object)) {
+        (Some(properties), _) => {
+            ("| field | holds | |\n|---|---|---|", properties.iter().map(|(name, p)| format!("| `{name}` | {} | {} |", kind(p), cell(p))).collect())
+        }
+        (None, Some(choices)) => {
+            let value = |choice: &Value| choice["const"].as_str().map_or_else(|| kind(choice), |word| format!("`{word}`"));
+            ("| value | |\n|---|---|", choices.iter().map(|choice| format!("| {} | {} |", value(choice), cell(choice))).collect())
+        }
+        (None, None) => return format!("\n{} It is a {}.\n", words(object), kind(object)),
+    };
+    let description = words(object);
+    let above = if description.is_empty() { description } else { format!("\n{description}\n") };
+    format!("{above}\n{head}\n{}\n", rows.join("\n"))
+}
+
+fn choices(value: &Value) -> Option<&Vec<Value>> {
+    value["anyOf"].as_array().or_else(|| value["oneOf"].as_array())
 }
 
 /// On one line, and without the brackets of a link.
@@ -105,7 +114,7 @@ fn kind(property: &Value) -> String {
     if let Some(reference) = property["$ref"].as_str() {
         return reference.rsplit('/').next().unwrap_or(reference).to_owned();
     }
-    if let Some(choices) = property["anyOf"].as_array().or_else(|| property["oneOf"].as_array()) {
+    if let Some(choices) = choices(property) {
         return choices.iter().map(kind).collect::<Vec<_>>().join(" or ");
     }
     let word = |word: &str| match word {

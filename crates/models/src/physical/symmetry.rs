@@ -23,7 +23,7 @@ pub struct SymmetryTest {
     pub matrix: String,
     /// One for each pair of axes.
     pub antisymmetric: Vec<Antisymmetric>,
-    /// Probability of so large an antisymmetric part if the matrix were symmetric (χ² test).
+    /// Probability of so large an antisymmetric part if the matrix were symmetric (χ² test); NaN where a direction is not determined.
     pub p_value: f64,
     /// What a violation means.
     pub meaning: String,
@@ -63,6 +63,7 @@ pub fn symmetry_test(model: &InertiaDampingStiffnessModel, fit: &Fit) -> Vec<Sym
                 .collect();
             let p_value = p_value(&antisymmetric, &gradients, &fit.covariance);
             let meaning = match *matrix {
+                _ if p_value.is_nan() => format!("the data do not tell whether {matrix} is symmetric"),
                 _ if p_value >= 0.05 => format!("{matrix} is symmetric within its interval, as a passive mechanical system requires"),
                 "M" => {
                     "M is not symmetric: no mechanism has such an inertia; a turned or cross-talking sensor does (then B and K are turned by the same angle)"
@@ -88,6 +89,5 @@ fn p_value(parts: &[Antisymmetric], gradients: &[Vec<f64>], covariance: &Array2<
     let matrix = Array2::from_shape_fn((n, n), |(i, j)| used(&gradients[i], &gradients[j]));
     let a = Array1::from_shape_fn(n, |i| parts[i].half_difference.value);
     let chi2 = inverse(&matrix).map_or(f64::NAN, |inverse| a.dot(&inverse.dot(&a)));
-    // A direction that the data do not determine says nothing against symmetry.
-    ChiSquared::new(n as f64).map_or(1.0, |d| if chi2.is_finite() { 1.0 - d.cdf(chi2) } else { 1.0 })
+    ChiSquared::new(n as f64).map_or(f64::NAN, |d| if chi2.is_finite() { d.sf(chi2) } else { f64::NAN })
 }

@@ -1,11 +1,11 @@
 //! The local rational method: a denominator common to all responders around each line, for resonances a few lines wide.
 
 use super::local_lines::{Basis, Chunk, Lines, next};
+use crate::quantile::fisher;
 use crate::response::places;
 use ndof_linear::Cholesky;
 use num_complex::Complex64;
 use serde::{Deserialize, Serialize};
-use statrs::distribution::{ContinuousCDF, FisherSnedecor};
 
 /// Steps in which the denominator is sought at most; it settles in three to five.
 const STEPS: usize = 12;
@@ -108,7 +108,6 @@ impl<'a> Rational<'a> {
         let zeros = |n: usize| vec![Complex64::default(); n];
         let half = (basis.width / 2) as f64;
         let left = freedom - degree as f64 / m as f64;
-        let quantile = |f: FisherSnedecor| f.inverse_cdf(1.0 - BY_CHANCE);
         Rational {
             trials,
             drivers,
@@ -116,7 +115,7 @@ impl<'a> Rational<'a> {
             basis,
             degree,
             freedom: [left, freedom],
-            threshold: FisherSnedecor::new(2.0 * degree as f64, 2.0 * left * m as f64).map_or(f64::INFINITY, quantile),
+            threshold: fisher(1.0 - BY_CHANCE, degree, left * m as f64),
             rho: (0..basis.width).map(|r| (r as f64 - half) / half).collect(),
             weight: zeros(basis.width),
             leakage: zeros(basis.terms * basis.width),

@@ -5,6 +5,7 @@ use super::fitted::{Fitted, freedom};
 use super::{DerivedEstimate, DirectEstimate, EstimateError};
 use crate::labels::Labels;
 use crate::ports::Ports;
+use crate::quantile::fisher;
 use crate::response::{FrequencyResponse, NAN, places};
 use ndarray::{Array2, Array3};
 use ndof_linear::Cholesky;
@@ -109,8 +110,7 @@ pub(crate) fn multisine(trials: &[PeriodSpectra], ports: &Ports, labels: &Labels
 fn driven_lines(trials: &[PeriodSpectra], drivers: &[usize], floor: f64) -> Vec<usize> {
     let bins = trials[0].frequency_hz().len();
     let (experiments, periods) = (trials.len() as f64, trials[0].periods() as f64);
-    let quantile = |f: FisherSnedecor| f.inverse_cdf(1.0 - 0.01 / bins as f64);
-    let ratio = FisherSnedecor::new(2.0 * experiments, 2.0 * experiments * (periods - 1.0)).map_or(f64::INFINITY, quantile);
+    let ratio = fisher(1.0 - 0.01 / bins as f64, trials.len(), experiments * (periods - 1.0));
     let mut lines: Vec<usize> = drivers
         .iter()
         .flat_map(|&channel| {
