@@ -177,9 +177,9 @@ pub(crate) fn residual(stand: &Stand, beyond: &[Vec<Vec<f64>>]) -> Vec<Vec<Vec<f
     left
 }
 
-/// The highest line in the residual, if it is a tone and not a resonance. Where what drives the plant repeats, `repeated` its frequency and the
+/// The highest line in the residual along axes without a `known` one, if it is a tone and not a resonance. Where what drives the plant repeats, `repeated` its frequency and the
 /// uncertainty of that, a line at one of its harmonics is what a plant makes of it, and none.
-pub(crate) fn tone(stand: &Stand, e: &[Vec<Vec<f64>>], repeated: Option<(f64, f64)>) -> Option<Tone> {
+pub(crate) fn tone(stand: &Stand, e: &[Vec<Vec<f64>>], repeated: Option<(f64, f64)>, known: &[Tone]) -> Option<Tone> {
     let layout = &stand.state.layout;
     let n = layout.samples;
     let padded = smooth_length(n);
@@ -192,7 +192,7 @@ pub(crate) fn tone(stand: &Stand, e: &[Vec<Vec<f64>>], repeated: Option<(f64, f6
     let (near, far) = (((0.3 * unit / df) as usize).max(3), ((0.9 * unit / df) as usize).max(12));
     let smooth = ((0.12 * unit / df).round() as usize).max(2);
     let mut best: Option<Tone> = None;
-    for axis in 0..layout.axes {
+    for axis in (0..layout.axes).filter(|axis| known.iter().all(|tone| tone.axis != *axis)) {
         let mut power = vec![0.0; padded / 2 + 1];
         for trial in e {
             let mut buffer: Vec<f64> = trial[axis].iter().zip(&window).map(|(x, w)| x * w).collect();

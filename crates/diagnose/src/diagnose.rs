@@ -158,29 +158,19 @@ fn before_registry(subject: &mut Subject, samples: &Samples, options: &Options) 
     let levels = if tried(Trace::Levels) { detectors::levels(samples, options.tolerance) } else { vec![] };
     let mut findings = Findings { levels, ..Findings::default() };
     let repeated = repetition(samples, matches!(subject.cause, Cause::Motion));
-    for _ in 0..if tried(Trace::Tone) { 3 } else { 0 } {
+    // One line an axis: what trembles may tremble along all of them.
+    for _ in 0..if tried(Trace::Tone) { subject.layout.axes } else { 0 } {
         let stand = stand(subject)?;
-        let Some(tone) = detectors::tone(&stand, &detectors::residual(&stand, &[]), repeated) else { break };
-        let effort = subject.scale.effort[tone.axis];
-        // The same line once more is not another one.
-        let again = findings.tones.iter().any(|t| t.axis == tone.axis && (t.frequency_hz - tone.frequency_hz).abs() < TONE_REACH / subject.layout.time_s);
-        if again || tone.share < TONE_SHARE || tone.amplitude < options.tolerance * effort {
+        let Some(tone) = detectors::tone(&stand, &detectors::residual(&stand, &[]), repeated, &findings.tones) else { break };
+        if tone.share < TONE_SHARE || tone.amplitude < options.tolerance * subject.scale.effort[tone.axis] {
             break;
         }
         let reach = TONE_REACH / subject.layout.time_s;
         let layout = Arc::make_mut(&mut subject.layout);
-        let mut masked = 0;
         for (keep, f) in layout.keep.iter_mut().zip(&layout.frequency_hz) {
-            if (f - tone.frequency_hz).abs() < reach {
-                masked += usize::from(*keep);
-                *keep = false;
-            }
+            *keep &= (f - tone.frequency_hz).abs() >= reach;
         }
-        let inside = masked > 0;
         findings.tones.push(tone);
-        if !inside {
-            break;
-        }
     }
     let stand = stand(subject)?;
     let bursts = if tried(Trace::Burst) { detectors::bursts(&stand, &detectors::residual(&stand, &[])) } else { vec![] };

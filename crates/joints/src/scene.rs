@@ -4,10 +4,10 @@ use crate::JointsError;
 use crate::bodies::Bodies;
 use crate::column::Column;
 use crate::dynamics::inverse_dynamics;
-use crate::motion::{Encoder, Motion, encoder, top_density};
+use crate::motion::Motion;
 use ndof_devices::{SerialChain, TERMS_OF_A_LINK};
 use ndof_models::robot::{Joints, Robot};
-use ndof_signal::{RESOLVED, Recording, derivatives};
+use ndof_signal::{MotionNoise, RESOLVED, Recording, derivatives};
 use ndof_sysid::Ports;
 use std::sync::Arc;
 
@@ -59,7 +59,7 @@ pub(crate) fn scene<'a>(chain: &'a SerialChain, trials: &[Recording], simulated:
     }
     let rate_hz = first.sample_rate_hz();
     let angle = |j: usize| -> Vec<&[f64]> { trials.iter().map(|r| r.channels()[ports.outputs[j]].samples.as_slice()).collect() };
-    let found: Vec<Option<Encoder>> = (0..n).map(|j| encoder(&angle(j), rate_hz)).collect();
+    let found: Vec<Option<MotionNoise>> = (0..n).map(|j| MotionNoise::of(&angle(j), rate_hz)).collect();
     let fastest_hz = found.iter().flatten().map(|e| e.corner_hz).fold(0.0, f64::max);
     if fastest_hz <= 0.0 {
         return Err(JointsError::Still);
@@ -79,7 +79,7 @@ pub(crate) fn scene<'a>(chain: &'a SerialChain, trials: &[Recording], simulated:
         .map(|j| {
             let all = |series: &dyn Fn(&Motion) -> &Vec<f64>| -> Vec<f64> { motions.iter().flat_map(|m| series(m).iter().copied()).collect() };
             let (q, v, torque) = (all(&|m| &m.q[j]), all(&|m| &m.v[j]), all(&|m| &m.torque[j]));
-            let own = Encoder { corner_hz: corners[j], noise: found[j].map_or(0.0, |e| e.noise) };
+            let own = MotionNoise { corner_hz: corners[j], density: found[j].map_or(0.0, |e| e.density) };
             let speed = rms(&v);
             let spread = deviation(&torque);
             JointScale {
@@ -92,7 +92,7 @@ pub(crate) fn scene<'a>(chain: &'a SerialChain, trials: &[Recording], simulated:
                 speed_noise: (SIGN * speed).max(f64::MIN_POSITIVE),
                 torque: spread,
                 torque_noise: (1e-2 * spread).max(f64::MIN_POSITIVE),
-                angle_noise: own.noise_of(0),
+                angle_noise: own.rms_of_derivative(0),
             }
         })
         .collect();
@@ -139,23 +139,12 @@ fn inertias(chain: &SerialChain, trials: &[Recording], ports: &Ports) -> Vec<f64
     (0..n).map(|j| mass[j * n + j]).collect()
 }
 
-/// Where the motion of each joint is cut off: where the noise of its encoder, seen through the joint's inertia, overtakes that of its torque,
-///
-/// H_jj (2πf)² √S_q = √S_τ,
-///
-/// below which smoothing would take more from the motion than noise from the torque; never below where the motion sinks into the encoder's noise.
-fn corners(inertias: &[f64], trials: &[Recording], ports: &Ports, found: &[Option<Encoder>], fastest_hz: f64) -> Vec<f64> {
-    let rate_hz = trials[0].sample_rate_hz();
-    (0..found.len())
-        .map(|j| {
-            let Some(encoder) = found[j] else { return fastest_hz };
-            let torques: Vec<&[f64]> = trials.iter().map(|r| r.channels()[ports.inputs[j]].samples.as_slice()).collect();
-            let noise = top_density(&torques, rate_hz).unwrap_or(0.0);
-            let overtakes = (noise / (inertias[j].powi(2) * encoder.noise)).powf(0.25) / std::f64::consts::TAU;
-            let most = RESOLVED * rate_hz / 2.0;
-            if overtakes.is_finite() { overtakes.clamp(encoder.corner_hz.min(most), most) } else { most }
-        })
-        .collect()
+/// Where the motion of each joint is cut off: where the noise of its encoder, seen through the joint's inertia, overtakes that of its torque.
+fn corners(inertias: &[f64], trials: &[Recording], ports: &Ports, found: &[Option<MotionNoise>], fastest_hz: f64) -> Vec<f64> {
+    let torques = |j: usize| -> Vec<&[f64]> { trials.iter().map(|r| r.channels()[ports.inputs[j]].samples.as_slice()).collect() };
+    let of =
+        |(j, found): (usize, &Option<MotionNoise>)| found.map_or(fastest_hz, |noise| noise.overtakes_hz(inertias[j], &torques(j), trials[0].sample_rate_hz()));
+    found.iter().enumerate().map(of).collect()
 }
 
 /// Noise of a rate, as a share of its rms, over which its sign is smoothed: at a turn a joint sticks for some samples, and a rate that were smoothed
@@ -163,13 +152,13 @@ fn corners(inertias: &[f64], trials: &[Recording], ports: &Ports, found: &[Optio
 const SIGN: f64 = 0.01;
 
 /// Rates up to where their noise is that share of them.
-fn sharp(recording: &Recording, ports: &Ports, motion: &Motion, found: &[Option<Encoder>]) -> Vec<Vec<f64>> {
+fn sharp(recording: &Recording, ports: &Ports, motion: &Motion, found: &[Option<MotionNoise>]) -> Vec<Vec<f64>> {
     let rate_hz = recording.sample_rate_hz();
     (0..found.len())
         .map(|j| {
             let Some(encoder) = found[j] else { return motion.v[j].clone() };
             let most = RESOLVED * rate_hz / 2.0;
-            let corner_hz = (3.0 * (SIGN * rms(&motion.v[j]) / std::f64::consts::TAU).powi(2) / encoder.noise).cbrt();
+            let corner_hz = (3.0 * (SIGN * rms(&motion.v[j]) / std::f64::consts::TAU).powi(2) / encoder.density).cbrt();
             let [_, rate, _] = derivatives(&recording.channels()[ports.outputs[j]].samples, rate_hz, corner_hz.clamp(encoder.corner_hz.min(most), most));
             rate
         })

@@ -230,7 +230,7 @@ pub fn without_handle<'py>(py: Python<'py>, recording: PyRecording<'py>, mass: f
     let motions = of_quantity(&own, Quantity::Displacement);
     for effort in of_quantity(&own, Quantity::Effort) {
         if let Some(motion) = motions.iter().find(|motion| axis_of(motion) == axis_of(&effort)) {
-            own = ndof::io::without_handle(&own, &effort, motion, mass).map_err(raise)?;
+            (own, _) = ndof::io::without_handle(&own, &effort, motion, mass).map_err(raise)?;
         }
     }
     Ok(parts(py, &file, own, recording.warnings))

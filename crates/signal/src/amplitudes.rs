@@ -151,12 +151,24 @@ impl<'a> Amplitudes<'a> {
     /// # Errors
     /// [`StationarityError::Intervals`] if there are fewer samples than intervals, or no interval.
     pub fn mean_squares(&self, intervals: usize) -> Result<Vec<f64>, StationarityError> {
+        self.over(intervals, |x| (x - self.mean).powi(2))
+    }
+
+    /// Means of `intervals` stretches of equal length (a remainder at the end is left out).
+    ///
+    /// # Errors
+    /// As [`Self::mean_squares`].
+    pub fn means(&self, intervals: usize) -> Result<Vec<f64>, StationarityError> {
+        self.over(intervals, |x| x)
+    }
+
+    fn over(&self, intervals: usize, of: impl Fn(f64) -> f64) -> Result<Vec<f64>, StationarityError> {
         let length = self.samples.len().checked_div(intervals).unwrap_or(0);
         if length == 0 {
             return Err(StationarityError::Intervals { samples: self.samples.len(), intervals });
         }
-        let square = |stretch: &[f64]| total(stretch, |x| [(x - self.mean).powi(2)])[0] / length as f64;
-        Ok(self.samples.chunks_exact(length).take(intervals).map(square).collect())
+        let mean = |stretch: &[f64]| total(stretch, |x| [of(x)])[0] / length as f64;
+        Ok(self.samples.chunks_exact(length).take(intervals).map(mean).collect())
     }
 }
 

@@ -33,7 +33,8 @@ fn channel<'a>(trials: &[Trial], sizes: &'a [Vec<Amplitudes<'a>>], name: &str) -
     let of = |value: &dyn Fn(&ndof_signal::Normality) -> f64| -> Vec<Number> { shapes.iter().map(|s| s.as_ref().and_then(|s| number(value(s)))).collect() };
     Some(ChannelAssumptions {
         name: name.to_owned(),
-        trend_p_value: courses.iter().map(|c| reverse_arrangements(c).ok().and_then(|r| number(r.p_value))).collect(),
+        drift_p_value: amplitudes.iter().map(|a| p_value(&a.means(INTERVALS).ok()?)).collect(),
+        trend_p_value: courses.iter().map(|course| p_value(course)).collect(),
         skewness: of(&|s| s.skewness),
         excess_kurtosis: of(&|s| s.excess_kurtosis),
         normal_p_value: of(&|s| s.p_value),
@@ -43,6 +44,11 @@ fn channel<'a>(trials: &[Trial], sizes: &'a [Vec<Amplitudes<'a>>], name: &str) -
         squared_correlation_of_mean_squares: table(&courses.iter().map(Vec::as_slice).collect::<Vec<_>>()),
         mean_squares: courses,
     })
+}
+
+/// Probability of so much of a trend by chance.
+fn p_value(course: &[f64]) -> Number {
+    reverse_arrangements(course).ok().and_then(|test| number(test.p_value))
 }
 
 /// R² of each pair, over the length that both have.

@@ -3,7 +3,8 @@
 use super::assumptions::INTERVALS;
 use super::result::Finding;
 use crate::trials::roles::Roles;
-use ndof_signal::{Amplitudes, Channel, Quantity, lone_samples, reverse_arrangements};
+use crate::trials::unit_of;
+use ndof_signal::{Amplitudes, Channel, Quantity, Unit, lone_samples, reverse_arrangements};
 use std::f64::consts::TAU;
 
 /// Resolution as a share of the standard deviation above which it is coarse: its noise is a tenth of a hundredth of the power.
@@ -28,8 +29,14 @@ pub(super) fn role(roles: Option<&Roles>, index: usize) -> &'static str {
     }
 }
 
-/// What is wrong with a channel, and what is worth knowing of one that is used.
-pub(super) fn channel_findings(channel: &Channel, amplitudes: &Amplitudes, role: &str, trial: usize) -> Vec<Finding> {
+/// A channel's unit; of one that says nothing of it the one that an analysis takes it in.
+pub(super) fn meant(roles: Option<&Roles>, index: usize, channel: &Channel) -> Unit {
+    let found = roles.and_then(|roles| Some(unit_of(channel, roles.used().iter().position(|used| *used == index)?, roles)));
+    found.unwrap_or_else(|| channel.unit.clone())
+}
+
+/// What is wrong with a channel in that role and unit, and what is worth knowing of one that is used.
+pub(super) fn channel_findings(channel: &Channel, amplitudes: &Amplitudes, (role, unit): (&str, &Unit), trial: usize) -> Vec<Finding> {
     let mut found = Vec::new();
     let used = role != "none";
     let severity = if used { "fault" } else { "remark" };
@@ -52,7 +59,7 @@ pub(super) fn channel_findings(channel: &Channel, amplitudes: &Amplitudes, role:
         say("constant", severity, format!("it is {low} throughout"), "check the sensor and its cable");
         return found;
     }
-    let angle = channel.unit.quantity() == Quantity::Displacement && channel.unit.is_rotational();
+    let angle = unit.quantity() == Quantity::Displacement && unit.is_rotational();
     let turns = channel.samples.windows(2).filter(|pair| angle && ((pair[1] - pair[0]).abs() / TAU - 1.0).abs() < NEARLY_A_TURN).count();
     if turns > 0 {
         let message = format!("it jumps by a whole turn {turns} times: the encoder begins anew at its end");
@@ -83,12 +90,16 @@ pub(super) fn channel_findings(channel: &Channel, amplitudes: &Amplitudes, role:
         let message = format!("{} sample(s) stand alone, far off the line between their neighbours, the first is sample {first}", alone.len());
         say("lone-samples", "remark", message, "a bit may have been lost on the way: repair the file, or cut the place out with `exclude`");
     }
-    if channel.unit.quantity() == Quantity::Displacement && !channel.unit.is_rotational() && high - low > BEYOND_ARMS_M {
+    if unit.quantity() == Quantity::Displacement && !unit.is_rotational() && high - low > BEYOND_ARMS_M {
         let message = format!("it moves over {:.3} m, more than any arm does", high - low);
         say("unlikely-unit", "remark", message, "if it is in millimetres or centimetres, write so in its header, as in `pos_x [mm]`");
     }
-    let trend = amplitudes.mean_squares(INTERVALS).and_then(|squares| reverse_arrangements(&squares));
-    if let Some(trend) = trend.ok().filter(|trend| trend.p_value < CHANCE) {
+    let trend = |course: Result<Vec<f64>, _>| course.and_then(|course| reverse_arrangements(&course)).ok().filter(|trend| trend.p_value < CHANCE);
+    if let Some(trend) = trend(amplitudes.means(INTERVALS)) {
+        let message = format!("its mean has a trend over the record (reverse arrangements, p = {:.0e})", trend.p_value);
+        say("drift", "remark", message, "let the sensor warm up and set its zero before a trial; a limb that gives way drifts as well");
+    }
+    if let Some(trend) = trend(amplitudes.mean_squares(INTERVALS)) {
         let message = format!("its mean square has a trend over the record (reverse arrangements, p = {:.0e})", trend.p_value);
         say("not-stationary", "remark", message, "leave the beginning out with `start`, or expect a limb that changes");
     }

@@ -6,6 +6,7 @@ mod evenness;
 mod pairs;
 mod quality;
 pub mod result;
+mod sign;
 
 pub(crate) use evenness::evenness;
 pub(crate) use quality::quality;
@@ -43,6 +44,8 @@ pub fn check(trials: &[Trial], names: &RoleNames) -> CheckResult {
         let channels = channels.map(|(index, (channel, sizes))| look(channel, sizes, role(roles.as_ref(), index), (sample_rate_hz, of_all, index))).collect();
         let (lags, of_trial) = findings(&trial.recording, sizes, of_all, roles.as_ref(), k);
         found.extend(of_trial);
+        let against = of_all.zip(roles.as_ref()).map(|(spectra, roles)| sign::against(spectra, trial.recording.channels(), roles, k));
+        found.extend(against.into_iter().flatten());
         checked.push(TrialCheck { file: trial.file.clone(), lags, sample_rate_hz, duration_s: trial.recording.duration_s(), channels });
     }
     let faulty = found.iter().any(|finding| finding.severity == "fault");
@@ -106,6 +109,7 @@ pub(crate) fn power_band_of(spectra: &CrossSpectra, channel: usize) -> Option<[f
 #[cfg(test)]
 mod tests {
     use super::*;
+    use ndof_signal::{Quantity, Recording, Unit};
 
     fn codes(force: Vec<f64>, motion: Vec<f64>) -> Vec<String> {
         let trial = Trial::new(100.0).effort("x", force).displacement("x", motion).expect("valid");
@@ -157,5 +161,41 @@ mod tests {
         assert_eq!(codes(noise(1), holey), ["missing-samples"]);
         let growing = noise(6).iter().enumerate().map(|(k, s)| 0.1 * s * (1.0 + k as f64 / 500.0)).collect();
         assert_eq!(codes(noise(1), growing), ["not-stationary"]);
+        // A sensor that warms up: the mean square about the mean of the record falls and rises again.
+        let drifting = noise(6).iter().enumerate().map(|(k, s)| s + k as f64 / 4000.0).collect();
+        assert_eq!(codes(noise(1), drifting), ["drift"]);
+    }
+
+    #[test]
+    fn an_effort_that_goes_against_its_motion_is_said_of_every_motion() {
+        let force = noise(8);
+        let (mut x, mut v) = (0.0, 0.0);
+        let step = |f: &f64| {
+            v += (f - 12.0 * v - 300.0 * x) / 2.0 * 1e-2;
+            x += v * 1e-2;
+            [x, v]
+        };
+        let moved: Vec<[f64; 2]> = force.iter().map(step).collect();
+        let turned: Vec<f64> = force.iter().map(|f| -f).collect();
+        let [x, v] = [0, 1].map(|k| moved.iter().map(|m| m[k]).collect::<Vec<f64>>());
+        let found = |force: &[f64], name: &str, quantity: Quantity, motion: &[f64]| {
+            let channels = [("force_x", Quantity::Effort, force), (name, quantity, motion)];
+            let channels = channels.map(|(name, quantity, samples)| Channel::new(name, Unit::si(quantity, false), samples.to_vec()));
+            let trial = Trial::of("trial.csv", Recording::new(100.0, channels.to_vec()).expect("valid"));
+            check(&[trial], &RoleNames::default()).findings.iter().any(|finding| finding.code == "force-sign")
+        };
+        assert_eq!([&force, &turned].map(|force| found(force, "pos_x", Quantity::Displacement, &x)), [false, true]);
+        assert_eq!([&force, &turned].map(|force| found(force, "vel_x", Quantity::Velocity, &v)), [false, true]);
+    }
+
+    /// A name that the user gives says what a column is as well as a header does.
+    #[test]
+    fn a_unit_that_follows_from_a_role_is_looked_at_as_well() {
+        let channel = |name: &str, samples| Channel::new(name, Unit::other(""), samples);
+        let millimetres = noise(7).iter().map(|x| x * 20.0).collect();
+        let recording = Recording::new(100.0, vec![channel("Fx", noise(1)), channel("X", millimetres)]).expect("valid");
+        let names = RoleNames { inputs: Some(vec!["Fx".to_owned()]), outputs: Some(vec!["X".to_owned()]), ..RoleNames::default() };
+        let found = check(&[Trial::of("trial.csv", recording)], &names);
+        assert!(found.findings.iter().any(|finding| finding.code == "unlikely-unit"), "{:?}", found.findings);
     }
 }

@@ -14,7 +14,7 @@ const BELONG: f64 = 0.3;
 /// Coherence between two inputs, averaged over the band that they excite, above which they move together.
 const TOGETHER: f64 = 0.5;
 /// Frequencies that are needed for a slope.
-const FEWEST: usize = 8;
+pub(super) const FEWEST: usize = 8;
 /// Slope of log |effort/motion|² over log f below which the effort is smoother than the motion: no mechanism does that, since
 /// inertia, damping and stiffness make slopes of 4, 2 and 0.
 const SMOOTHER: f64 = -1.5;
@@ -74,12 +74,12 @@ fn motion(recording: &Recording, index: usize) -> Option<i32> {
     if named { motion_order(recording, index) } else { None }
 }
 
-fn coherence(spectra: &CrossSpectra, f: usize, a: usize, b: usize) -> f64 {
+pub(super) fn coherence(spectra: &CrossSpectra, f: usize, a: usize, b: usize) -> f64 {
     spectra.at(f, a, b).norm_sqr() / (spectra.power(f, a) * spectra.power(f, b))
 }
 
 /// Frequencies at which two channels are coherent.
-fn telling(spectra: &CrossSpectra, a: usize, b: usize) -> Vec<usize> {
+pub(super) fn telling(spectra: &CrossSpectra, a: usize, b: usize) -> Vec<usize> {
     (1..spectra.frequency_hz().len()).filter(|&f| coherence(spectra, f, a, b) > TELLING).collect()
 }
 

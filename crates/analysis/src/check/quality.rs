@@ -1,6 +1,6 @@
 //! Everything that is found in one recording.
 
-use super::channel::{channel_findings, role};
+use super::channel::{channel_findings, meant, role};
 use super::evenness::unsteady;
 use super::pairs::{pairs, spectra, together};
 use super::result::{Finding, Lag};
@@ -23,7 +23,9 @@ pub(super) fn findings(
     trial: usize,
 ) -> (Vec<Lag>, Vec<Finding>) {
     let channels = recording.channels().par_iter().zip(sizes).enumerate();
-    let mut found: Vec<Finding> = channels.flat_map_iter(|(index, (channel, sizes))| channel_findings(channel, sizes, role(roles, index), trial)).collect();
+    let mut found: Vec<Finding> = channels
+        .flat_map_iter(|(index, (channel, sizes))| channel_findings(channel, sizes, (role(roles, index), &meant(roles, index, channel)), trial))
+        .collect();
     let Some(roles) = roles else { return (Vec::new(), found) };
     let slow = |index: usize| {
         let channel = &recording.channels()[index];

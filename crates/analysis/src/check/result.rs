@@ -31,6 +31,9 @@ impl CheckResult {
 pub struct ChannelAssumptions {
     /// Its name.
     pub name: String,
+    /// Probability of as many or as few reverse arrangements among its means over 20 equal intervals by chance.
+    #[serde(default)]
+    pub drift_p_value: Vec<Number>,
     /// Mean squares over 20 equal intervals, the mean taken off.
     pub mean_squares: Vec<Vec<f64>>,
     /// Probability of as many or as few reverse arrangements among them by chance.

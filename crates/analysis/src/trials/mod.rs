@@ -28,7 +28,7 @@ pub struct Trials {
 }
 
 /// A channel's unit; one that says nothing of it takes the one of its role: an effort as input, a displacement as output.
-fn unit_of(channel: &Channel, role: usize, roles: &Roles) -> Unit {
+pub(crate) fn unit_of(channel: &Channel, role: usize, roles: &Roles) -> Unit {
     match roles.motion(role) {
         Some(order) if channel.unit.symbol().is_empty() => {
             let rotational = channel.name.starts_with("angle_") || channel.name.starts_with("torque_");

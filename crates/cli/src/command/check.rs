@@ -93,8 +93,11 @@ fn summary(result: &CheckResult) -> String {
         text.push('\n');
     }
     if !result.assumptions.is_empty() {
-        let mut rows =
-            vec![["", "trend, p", "skewness", "excess kurtosis", "Gaussian, p", "R² between trials", "of their mean squares"].map(str::to_owned).to_vec()];
+        let mut rows = vec![
+            ["", "drift, p", "trend, p", "skewness", "excess kurtosis", "Gaussian, p", "R² between trials", "of their mean squares"]
+                .map(str::to_owned)
+                .to_vec(),
+        ];
         for a in &result.assumptions {
             let least = |values: &[Option<f64>]| short(values.iter().flatten().copied().reduce(f64::min));
             let furthest = |values: &[Option<f64>]| short(values.iter().flatten().copied().reduce(|x, y| if y.abs() > x.abs() { y } else { x }));
@@ -104,6 +107,7 @@ fn summary(result: &CheckResult) -> String {
             };
             rows.push(vec![
                 a.name.clone(),
+                least(&a.drift_p_value),
                 least(&a.trend_p_value),
                 furthest(&a.skewness),
                 furthest(&a.excess_kurtosis),

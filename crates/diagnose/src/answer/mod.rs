@@ -129,13 +129,16 @@ impl Answer<'_> {
     fn named(&self, steps: &[Step], gains: &Gains, mut last: Errors, [level, limit, excess]: [f64; 3], confusable: &mut Vec<Confusable>) -> (Vec<Cause>, bool) {
         let mut weak = false;
         let mut members = Vec::new();
+        // What stays once all of them are there: of several causes none takes most of the error by itself.
+        let all: Vec<usize> = steps.iter().flat_map(|step| step.group.members.iter().copied()).collect();
+        let stays = self.errors_of(&all).and_then(|errors| errors.mean()).map_or(0.0, |all| (all - level).max(0.0));
         let of_step = |(k, step): (usize, &Step)| {
             members.extend(&step.group.members);
             let after = self.errors_of(&members).unwrap_or_else(|| last.clone());
             let mut cause = self.cause(&step.group, gains.of(k, [&last, &after]), limit, confusable);
             // Nor can one that the part that no fit saw speaks against, whatever the free run says.
             let against = cause.gain.log_likelihood_ci95.is_some_and(|[_, high]| high < 0.0);
-            let little = last.mean().zip(after.mean()).is_some_and(|(last, after)| last - after < LITTLE * (last - level));
+            let little = last.mean().zip(after.mean()).is_some_and(|(last, after)| last - after < LITTLE * (last - after + stays));
             if against || little && excess > 5.0 * self.options.tolerance {
                 cause.believe_at_most(UNSURE);
                 weak = true;

@@ -48,6 +48,34 @@ fn what_rolls_the_phase_off_above_five_hertz_is_named() {
     asked(&[("series-compliance", 0.8)], &["extra-resonance"], 8);
 }
 
+/// A tremor goes along both axes; the weaker one is there as well.
+#[test]
+fn a_tremor_is_told_along_every_axis_that_has_it() {
+    let mut made = made(Plant::Planar, &[], 12);
+    for recording in &mut made.recordings {
+        let rate_hz = recording.sample_rate_hz();
+        for (input, amplitude) in made.ports.inputs.clone().into_iter().zip([1.0, 0.6]) {
+            let name = recording.channels()[input].name.clone();
+            let mut k = 0.0;
+            // A force of the limb is missing from what was measured.
+            recording
+                .map_channel(&name, |force| {
+                    k += 1.0;
+                    force - amplitude * (std::f64::consts::TAU * 6.0 * k / rate_hz).sin()
+                })
+                .expect("it is there");
+        }
+    }
+    let d = answer(&made);
+    let mut axes: Vec<(&str, f64)> = Vec::new();
+    for cause in d.causes.iter().filter(|c| c.effect == "periodic-disturbance") {
+        let amplitude = cause.parameters.iter().find(|p| p.name == "amplitude_n").and_then(|p| p.ci95).expect("an interval");
+        axes.push((&cause.site.axis, 0.5 * (amplitude[0] + amplitude[1])));
+    }
+    axes.sort_by(|a, b| a.0.cmp(b.0));
+    assert!(axes.len() == 2 && (axes[0].1 - 1.0).abs() < 0.1 && (axes[1].1 - 0.6).abs() < 0.06, "{axes:?}");
+}
+
 #[test]
 fn a_reflex_is_named_and_is_no_delay_of_a_channel() {
     let made = made(Plant::Planar, &[("reflex-delay", 0.6)], 9);

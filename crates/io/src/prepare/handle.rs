@@ -1,21 +1,26 @@
 //! The handle: what moves with the limb but lies beyond the transducer.
 
 use super::PrepareError;
-use ndof_signal::{Quantity, Recording, Unit};
+use ndof_signal::{MotionNoise, Passband, Quantity, RESOLVED, Recording, SosFilter, Unit};
 
 /// Samples that the one-sided differences at the ends need.
 const STENCIL: usize = 6;
 
-/// Takes the force that accelerates the handle off `effort`: F − m a, with a the second difference of `displacement`.
+/// Order of the low-pass, which acts twice: at seven tenths of its corner it takes 0.3 %.
+const ORDER: usize = 8;
+
+/// Takes the force that accelerates the handle off `effort`: F − m a, with a the second difference of `displacement`. Beside it up to which
+/// frequency (Hz) it is taken off; `None` where that is the whole band.
 ///
 /// A transducer between robot and handle reads the force on limb *and* handle. `mass` is in kg, or in kg m² for a
-/// torque and an angle. The difference is of fourth order: at 1/20 of the sample rate it lacks 10⁻⁴ of a; noise of the
-/// position is amplified with the square of the frequency, as in any differentiation.
+/// torque and an angle. The difference is of fourth order: at 1/20 of the sample rate it lacks 10⁻⁴ of a. Noise of the position grows in it with
+/// the square of the frequency: beyond where it would overtake the noise of the effort ([`MotionNoise::overtakes_hz`]) the effort would be little but
+/// that noise, and agree with the motion for it. There nothing is taken off.
 ///
 /// # Errors
 /// [`PrepareError::Units`] unless force goes with position or torque with angle, [`PrepareError::TooShort`],
 /// [`PrepareError::NotFinite`] for the mass, [`PrepareError::Recording`] for an unknown channel.
-pub fn without_handle(recording: &Recording, effort: &str, displacement: &str, mass: f64) -> Result<Recording, PrepareError> {
+pub fn without_handle(recording: &Recording, effort: &str, displacement: &str, mass: f64) -> Result<(Recording, Option<f64>), PrepareError> {
     if !mass.is_finite() {
         return Err(PrepareError::NotFinite { what: "the handle's mass".to_owned(), value: mass });
     }
@@ -30,11 +35,17 @@ pub fn without_handle(recording: &Recording, effort: &str, displacement: &str, m
             remedy: "a force goes with a position, a torque with an angle",
         });
     }
-    let acceleration = second_difference(&motion.samples, recording.sample_rate_hz())?;
+    let rate_hz = recording.sample_rate_hz();
+    let mut acceleration = second_difference(&motion.samples, rate_hz)?;
+    let noise = MotionNoise::of(&[&motion.samples], rate_hz);
+    let corner_hz = noise.map(|noise| noise.overtakes_hz(mass, &[&force.samples], rate_hz)).filter(|hz| *hz < RESOLVED * rate_hz / 2.0);
+    if let Some(smoothed) = corner_hz.and_then(|hz| SosFilter::butterworth(ORDER, Passband::Low(hz), rate_hz).ok()?.filter_zero_phase(&acceleration).ok()) {
+        acceleration = smoothed;
+    }
     let mut accelerations = acceleration.iter();
     let mut clean = recording.clone();
     clean.map_channel(effort, |f| f - mass * accelerations.next().copied().unwrap_or(0.0))?;
-    Ok(clean)
+    Ok((clean, corner_hz))
 }
 
 /// The second derivative at each sample, of fourth order everywhere (Fornberg 1988, Generation of finite difference
@@ -89,7 +100,7 @@ mod tests {
         let force = x.iter().map(|x| -m * w * w * x).collect();
         let channels =
             vec![Channel::new("force_x", Unit::si(Quantity::Effort, false), force), Channel::new("pos_x", Unit::si(Quantity::Displacement, false), x)];
-        let clean = without_handle(&Recording::new(rate, channels).unwrap(), "force_x", "pos_x", m).unwrap();
+        let clean = without_handle(&Recording::new(rate, channels).unwrap(), "force_x", "pos_x", m).unwrap().0;
         // The leading error of the central difference is (w T)^4 / 90 of a; of the one-sided one at the ends, 137/180.
         let (peak, step) = (m * w * w * 0.01, w / rate);
         let samples = &clean.channel("force_x").unwrap().samples;

@@ -138,7 +138,9 @@ pub fn sentence(d: &Diagnosis) -> String {
     };
     let at = if first.site.axis.is_empty() { format!(" ({})", first.site.side) } else { format!(" at {} ({})", first.site.axis, first.site.side) };
     let share = match first.gain.explained_fraction {
-        Some(share) if share >= 0.01 => format!("explains {:.0} % of what the simulation missed", 100.0 * share),
+        Some(share) if share >= 0.01 && !d.extended.held_out.is_worse_than(&d.baseline.held_out) => {
+            format!("explains {:.0} % of what the simulation missed", 100.0 * share)
+        }
         _ => "is part of what the simulation missed".to_owned(),
     };
     let unsure = if !first.is_likely() { "perhaps " } else { "" };

@@ -258,9 +258,14 @@ fn warnings(direct: &DirectEstimate, derived: Option<&DerivedEstimate>, ports: &
         ));
     }
     if ports.references.is_empty() {
+        let when = if direct.response.kind.is_effort_over_motion() {
+            "unless the motion is imposed whatever the effort"
+        } else {
+            "if a controller feeds the motion back to the force"
+        };
         warnings.push(Warning::new(
             "no-reference",
-            "no reference channel: if a controller feeds the motion back to the force, the direct estimate is biased towards the controller",
+            format!("no reference channel: {when}, the direct estimate is biased towards what drives it"),
             "record the commanded perturbation and name it with --reference",
         ));
     } else if derived.is_none() {
