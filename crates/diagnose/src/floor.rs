@@ -3,7 +3,7 @@
 use crate::layout::Layout;
 use crate::result::NoiseFloor;
 use crate::search::Stand;
-use crate::state::{Cause, Through};
+use crate::state::{Cause, Column, State, Through};
 use crate::subject::Subject;
 use crate::whittle::Power;
 use ndof_linear::square;
@@ -14,29 +14,44 @@ pub(crate) fn slowest_hz(layout: &Layout) -> f64 {
     layout.frequency_hz[0] + 0.5 * layout.rate_hz / layout.block as f64
 }
 
+/// The floor of the part that was fitted.
+pub(crate) fn floor(subject: &Subject, stand: &Stand, power: &Power, order: usize, from_hz: f64) -> NoiseFloor {
+    let columns = stand.base.columns.iter().chain(&stand.terms).zip(stand.fit.theta.iter().copied());
+    let all: Vec<(&Column, f64)> = columns.chain(stand.base.held.iter().map(|(c, v)| (c, *v))).collect();
+    NoiseFloor {
+        nrmse: carried((&subject.layout, &subject.cause), &stand.state, &all, power, order, from_hz),
+        how: "power of the force that the best model found (named causes and a model without physics) leaves, carried to the output".to_owned(),
+    }
+}
+
 /// rms of the unpredictable part over the output's, per output.
 ///
-/// Effort as output: √(Σ S / Σ S_FF). Motion as output: √(Σ [D⁻¹ S D⁻ᴴ] / Σ S_xx) over the band, from `from_hz` upward.
-pub(crate) fn floor(subject: &Subject, stand: &Stand, power: &Power, order: usize, from_hz: f64) -> NoiseFloor {
-    let layout = &subject.layout;
+/// Effort as output: √(Σ S / Σ S_FF). Motion as output: √(Σ [D⁻¹ S D⁻ᴴ] / Σ S_xx) over the band, from `from_hz` upward; D of columns with their values.
+pub(crate) fn carried(
+    (layout, cause): (&Layout, &Cause),
+    state: &State,
+    columns: &[(&Column, f64)],
+    power: &Power,
+    order: usize,
+    from_hz: f64,
+) -> Vec<Option<f64>> {
     let (n, lines) = (layout.axes, layout.lines());
     let mean = |spectrum: &[Complex64], k: usize| (0..layout.blocks()).map(|b| spectrum[b * lines + k].norm_sqr()).sum::<f64>() / layout.blocks() as f64;
     let mut noise = vec![0.0; n];
     let mut signal = vec![0.0; n];
     for k in (0..lines).filter(|&k| layout.frequency_hz[k] >= from_hz.max(layout.frequency_hz[0] + 1e-9)) {
-        if matches!(subject.cause, Cause::Motion) {
+        if matches!(cause, Cause::Motion) {
             for i in 0..n {
                 noise[i] += power[i][k];
-                signal[i] += mean(&stand.state.effort_spectra[i], k);
+                signal[i] += mean(&state.effort_spectra[i], k);
             }
             continue;
         }
         let mut dynamics = vec![Complex64::ZERO; n * n];
-        let columns = stand.base.columns.iter().chain(&stand.terms).zip(stand.fit.theta.iter().copied());
-        for (column, value) in columns.chain(stand.base.held.iter().map(|(c, v)| (c, *v))) {
+        for (column, value) in columns {
             if matches!(column.through, Through::Motion) {
                 for (i, j, h) in &column.action {
-                    dynamics[i * n + j] += h[k] * value;
+                    dynamics[i * n + j] += h[k] * *value;
                 }
             }
         }
@@ -44,13 +59,10 @@ pub(crate) fn floor(subject: &Subject, stand: &Stand, power: &Power, order: usiz
         for i in 0..n {
             let rate = layout.sj[k].norm_sqr().powi(order as i32);
             noise[i] += rate * (0..n).map(|j| compliance[i * n + j].norm_sqr() * power[j][k]).sum::<f64>();
-            signal[i] += mean(&stand.state.kinematics[order][i], k);
+            signal[i] += mean(&state.kinematics[order][i], k);
         }
     }
-    NoiseFloor {
-        nrmse: noise.iter().zip(&signal).map(|(n, s)| (*s > 0.0 && n.is_finite()).then(|| (n / s).sqrt().min(1.0))).collect(),
-        how: "power of the force that the best model found (named causes and a model without physics) leaves, carried to the output".to_owned(),
-    }
+    noise.iter().zip(&signal).map(|(n, s)| (*s > 0.0 && n.is_finite()).then(|| (n / s).sqrt().min(1.0))).collect()
 }
 
 /// Share of the motion's power below 1.5 Hz that the residual force makes by itself, and its low over high power.

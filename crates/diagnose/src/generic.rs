@@ -68,7 +68,7 @@ pub(crate) struct Gate {
     pub removed: f64,
     /// The same as a share of the effort's rms.
     pub size: f64,
-    /// Power that it leaves.
+    /// Power that it leaves, or the named causes where it gains nothing beyond chance.
     pub power: Power,
 }
 
@@ -304,6 +304,9 @@ pub(crate) fn gate(subject: &Subject, baseline: &Stand, found: &Found, features:
             if beyond <= 0.0 {
                 gate = Gate { named: gate.named, beyond, beyond_error, power: stand.fit.power.clone(), ..Gate::default() };
             }
+        } else {
+            // What it takes off the part that it was fitted to may be noise.
+            gate.power = stand.fit.power.clone();
         }
     } else {
         // Too few blocks to hold any back: the gain less its price.

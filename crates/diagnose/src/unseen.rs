@@ -9,10 +9,12 @@
 //! of 1.8 φ Σ |δ|² / S, for the noise is Gaussian and of this spectrum, but for its size φ, that of what all causes leave here.
 
 use crate::detectors::Tone;
+use crate::floor;
 use crate::layout::Layout;
 use crate::linear::dot;
+use crate::result::NoiseFloor;
 use crate::samples::Samples;
-use crate::search::{Channels, Chosen, Stand};
+use crate::search::{Assembly, Channels, Chosen, Stand};
 use crate::state::{Cause, Column, Tracks};
 use crate::subject::Subject;
 use crate::whittle::{INDEPENDENCE, Likelihood, Power};
@@ -66,17 +68,44 @@ impl<'a> Unseen<'a> {
         Unseen { subject, effort: layout.tracks(&samples.effort), motion: layout.tracks(&samples.motion), cause, power, counts, layout }
     }
 
-    /// Residual over √S by equation, and ln |det G| of each line.
-    fn left(&self, chosen: &[Chosen], stand: &Stand) -> Option<(Vec<Vec<f64>>, Vec<f64>)> {
+    /// A model's columns along this part, and their values but for what each trial has of its own.
+    fn assembled(&self, chosen: &[Chosen], stand: &Stand) -> Option<(Assembly, Vec<f64>)> {
         let channels = Channels { layout: &self.layout, cause: &self.cause, effort: &self.effort, motion: &self.motion };
         let assembly = self.subject.assemble(&stand.base.structure, chosen, channels);
         let mut fitted = stand.base.roles.iter().zip(&stand.fit.theta).filter(|(role, _)| !role.of_a_trial()).map(|(_, value)| *value);
         let mut theta: Vec<f64> = assembly.base.roles.iter().map(|role| if role.of_a_trial() { Some(0.0) } else { fitted.next() }).collect::<Option<_>>()?;
         theta.extend(&stand.fit.theta[stand.base.columns.len()..]);
-        let columns: Vec<&Column> = assembly.columns().collect();
+        (assembly.columns().count() == theta.len()).then_some((assembly, theta))
+    }
+
+    /// Residual over √S by equation, and ln |det G| of each line.
+    fn left(&self, chosen: &[Chosen], stand: &Stand) -> Option<(Vec<Vec<f64>>, Vec<f64>)> {
+        let (assembly, theta) = self.assembled(chosen, stand)?;
         let free: Vec<usize> = assembly.base.roles.iter().enumerate().filter(|(_, role)| role.of_a_trial()).map(|(k, _)| k).collect();
-        (columns.len() == theta.len()).then_some(())?;
-        Likelihood::new(&assembly.state, &self.cause, &assembly.base.held).left(&columns, &theta, &self.power, &free)
+        Likelihood::new(&assembly.state, &self.cause, &assembly.base.held).left(&assembly.columns().collect::<Vec<_>>(), &theta, &self.power, &free)
+    }
+
+    /// What remains at best of this part: the power of the force that a model leaves in it, carried to the output from `from_hz` upward. A limb does not
+    /// move by itself as much in one trial as in the next.
+    pub fn floor(&self, chosen: &[Chosen], stand: &Stand, order: usize, from_hz: f64) -> Option<NoiseFloor> {
+        let (residual, _) = self.left(chosen, stand)?;
+        let (assembly, theta) = self.assembled(chosen, stand)?;
+        let (lines, blocks) = (self.layout.lines(), self.layout.blocks());
+        let of_equation = |(of, own): (&Vec<f64>, &Vec<f64>)| -> Vec<f64> {
+            let here = |k: usize| (0..blocks).map(|b| 2 * (b * lines + k)).map(|q| own[q].powi(2) + own[q + 1].powi(2)).sum::<f64>() / blocks as f64;
+            // Where a tone is the lines around it tell, as they did where the model was fitted.
+            of.iter().enumerate().map(|(k, s)| if self.counts[k] { s * here(k) } else { *s }).collect()
+        };
+        let power = self.power.iter().zip(&residual).map(of_equation).collect();
+        let held = assembly.base.held.iter().map(|(column, value)| (column, *value));
+        let columns: Vec<(&Column, f64)> = assembly.columns().zip(theta.iter().copied()).chain(held).collect();
+        let nrmse = floor::carried((&self.layout, &self.cause), &assembly.state, &columns, &power, order, from_hz);
+        Some(NoiseFloor { nrmse, how: "power of the force that the best model found leaves in the held-out part, carried to the output".to_owned() })
+    }
+
+    /// What is slower makes no line here.
+    pub fn slowest_hz(&self) -> f64 {
+        floor::slowest_hz(&self.layout)
     }
 
     /// What a model leaves there; nothing where its balance has no likelihood.

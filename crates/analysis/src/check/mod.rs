@@ -31,7 +31,9 @@ pub fn check(trials: &[Trial], names: &RoleNames) -> CheckResult {
     for (k, (trial, sizes)) in trials.iter().zip(&sizes).enumerate() {
         let roles = Roles::find(&trial.recording, &trial.file, names);
         if let Err(error) = &roles {
-            found.push(Finding::new("roles", "fault", k, None, error.to_string(), "name channels with `input`, `output` and `reference`"));
+            // A finding is told with its file.
+            let message = error.to_string().trim_start_matches(&format!("{}: ", trial.file)).to_owned();
+            found.push(Finding::new("roles", "fault", k, None, message, "name channels with `input`, `output` and `reference`"));
         }
         let roles = roles.ok();
         let (timing, notes): (Vec<_>, Vec<_>) = trial.warnings.iter().cloned().partition(|note| note.code == TIMING);

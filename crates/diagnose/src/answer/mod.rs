@@ -39,12 +39,15 @@ impl Answer<'_> {
             split.windows_s = Some(WINDOW_S * subject.layout.time_s.max(1.0));
         }
         let windows_hz = split.windows_s.map_or(0.0, |w| 1.0 / w);
-        let mut noise_floor = floor::floor(subject, &found.stand, &self.gate.power, self.order(), windows_hz);
+        // Where something is missing, the force that is left is no noise; what a model without physics leaves of the part that it was fitted to is.
+        let unseen = if self.gate.sure() { None } else { self.unseen.floor(&found.chosen, &found.stand, self.order(), windows_hz) };
+        let fitted = || (floor::floor(subject, &found.stand, &self.gate.power, self.order(), windows_hz), floor::slowest_hz(&subject.layout));
+        let (mut noise_floor, slowest_hz) = unseen.map(|floor| (floor, self.unseen.slowest_hz())).unwrap_or_else(fitted);
         let before = self.court.errors(subject, &[], self.baseline);
         let quiet = self.without_tones(before.clone());
         let quiet_score = quiet.score.clone();
         let final_errors = self.errors(&found.chosen, &found.stand);
-        noise_floor.add_what_is_slow(&final_errors.slower_than(floor::slowest_hz(&subject.layout)));
+        noise_floor.add_what_is_slow(&final_errors.slower_than(slowest_hz));
         // What a model has reached is no less than what remains at best.
         noise_floor.below(&before.score);
         noise_floor.below(&final_errors.score);

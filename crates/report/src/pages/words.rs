@@ -87,9 +87,12 @@ fn amount(parameters: &[CauseParameter]) -> Option<String> {
         let scaled = |x: f64| x / 10f64.powi(power);
         let digits = |size: f64| (1.0 - scaled(size).abs().max(1e-12).log10().floor()).clamp(0.0, 12.0) as usize;
         let times = if power == 0 { String::new() } else { format!("e{power}") };
-        (value != 0.0).then(|| match half {
-            Some(half) if power == 0 => format!("{value:.0$} ± {half:.0$}{unit}", digits(half)),
-            Some(half) => format!("({1:.0$} ± {2:.0$}){times}{unit}", digits(half), scaled(value), scaled(half)),
+        // An interval that is not about the value is told by its ends.
+        let ends = p.ci95.filter(|[low, high]| power == 0 && half.is_some_and(|half| (value - 0.5 * (low + high)).abs() > 0.25 * half));
+        (value != 0.0).then(|| match half.map(|half| (half, ends)) {
+            Some((half, Some([low, high]))) => format!("{value:.0$}{unit} ({low:.0$} to {high:.0$})", digits(half)),
+            Some((half, None)) if power == 0 => format!("{value:.0$} ± {half:.0$}{unit}", digits(half)),
+            Some((half, None)) => format!("({1:.0$} ± {2:.0$}){times}{unit}", digits(half), scaled(value), scaled(half)),
             None => format!("{0:.1$}{times}{unit}", scaled(value), digits(value)),
         })
     })
@@ -218,5 +221,7 @@ mod tests {
         };
         assert_eq!(of(297.123, 8.31), "297.1 ± 8.3 N/m");
         assert_eq!(of(2_315_261.0, 57_584.0), "(2.315 ± 0.058)e6 N/m");
+        let skew = CauseParameter { name: "cutoff_hz".into(), unit: "Hz".into(), value: Value::Number(74.61), ci95: Some([44.64, 87.21]) };
+        assert_eq!(amount(&[skew]).as_deref(), Some("75 Hz (45 to 87)"));
     }
 }
