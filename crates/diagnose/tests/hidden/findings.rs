@@ -48,24 +48,28 @@ fn what_rolls_the_phase_off_above_five_hertz_is_named() {
     asked(&[("series-compliance", 0.8)], &["extra-resonance"], 8);
 }
 
+/// Forces of the limb's own that a transducer does not read: what they are at a time, by trial and input.
+fn own_force(made: &mut Made, of: impl Fn(usize, usize, f64) -> f64) {
+    let inputs = made.ports.inputs.clone();
+    for (trial, recording) in made.recordings.iter_mut().enumerate() {
+        let step_s = 1.0 / recording.sample_rate_hz();
+        for (axis, &input) in inputs.iter().enumerate() {
+            let name = recording.channels()[input].name.clone();
+            let mut t = 0.0;
+            let less = |force| {
+                t += step_s;
+                force - of(trial, axis, t)
+            };
+            recording.map_channel(&name, less).expect("it is there");
+        }
+    }
+}
+
 /// A tremor goes along both axes; the weaker one is there as well.
 #[test]
 fn a_tremor_is_told_along_every_axis_that_has_it() {
     let mut made = made(Plant::Planar, &[], 12);
-    for recording in &mut made.recordings {
-        let rate_hz = recording.sample_rate_hz();
-        for (input, amplitude) in made.ports.inputs.clone().into_iter().zip([1.0, 0.6]) {
-            let name = recording.channels()[input].name.clone();
-            let mut k = 0.0;
-            // A force of the limb is missing from what was measured.
-            recording
-                .map_channel(&name, |force| {
-                    k += 1.0;
-                    force - amplitude * (std::f64::consts::TAU * 6.0 * k / rate_hz).sin()
-                })
-                .expect("it is there");
-        }
-    }
+    own_force(&mut made, |_, axis, t| [1.0, 0.6][axis] * (std::f64::consts::TAU * 6.0 * t).sin());
     let d = answer(&made);
     let mut axes: Vec<(&str, f64)> = Vec::new();
     for cause in d.causes.iter().filter(|c| c.effect == "periodic-disturbance") {
@@ -74,6 +78,21 @@ fn a_tremor_is_told_along_every_axis_that_has_it() {
     }
     axes.sort_by(|a, b| a.0.cmp(b.0));
     assert!(axes.len() == 2 && (axes[0].1 - 1.0).abs() < 0.1 && (axes[1].1 - 0.6).abs() < 0.06, "{axes:?}");
+}
+
+/// A limb does not move by itself as much in one trial as in the next: what remains at best is that of the trial that is compared.
+#[test]
+fn the_noise_floor_is_that_of_the_part_that_no_fit_saw() {
+    let mut made = made(Plant::Planar, &[("coulomb-friction", 0.4)], 5);
+    // Twelve lines below 2 Hz, which no multiple of another is: in the trial that is held out alone.
+    let own = |axis: usize, t: f64| (0..12).map(|k| (std::f64::consts::TAU * (0.3 + 0.137 * k as f64) * t + 2.3 * (k + 5 * axis) as f64).sin()).sum::<f64>();
+    own_force(&mut made, |trial, axis, t| if trial == 1 { 0.15 * own(axis, t) } else { 0.0 });
+    let d = answer(&made);
+    assert_eq!(names(&d).first().map(String::as_str), Some("coulomb-friction"), "{:?}", d.causes);
+    for (floor, reached) in d.noise_floor.nrmse.iter().zip(&d.extended.held_out.nrmse) {
+        let (floor, reached) = (floor.expect("a floor"), reached.expect("an error"));
+        assert!(floor > 0.8 * reached && floor <= reached, "{floor} {reached}");
+    }
 }
 
 #[test]
