@@ -1,10 +1,12 @@
 //! The answer in the words of every diagnosis.
 
+use crate::again::Again;
 use crate::causes::Form;
 use crate::gears;
 use crate::generic::Left;
 use crate::held_out::{Sum, gain, losses, predicted};
 use crate::judged::{Aside, Searched, share, without};
+use crate::mistaken::Mistaken;
 use crate::model::{Model, residual};
 use crate::motion::Motion;
 use crate::options::Options;
@@ -15,10 +17,9 @@ use crate::suspicions::suspicions;
 use crate::table::View;
 use ndof_devices::TERMS_OF_A_LINK;
 use ndof_diagnose::{
-    BandShare, Cause, CauseParameter, Confusable, Considered, Diagnosis, Discrepancy, Extended, Gain, Minor, Model as Told, ModelParameter, NoiseFloor, Score,
-    Shift, Site, Split, Stretch, TimeShare, Verdict,
+    BandShare, Cause, Confusable, Considered, Diagnosis, Discrepancy, Extended, Gain, Minor, Model as Told, ModelParameter, NoiseFloor, Score, Shift, Site,
+    Split, Stretch, TimeShare, Verdict,
 };
-use ndof_models::effects::Value;
 use ndof_models::robot::Robot;
 use ndof_signal::{Recording, forward_transform};
 use ndof_sysid::Ports;
@@ -34,9 +35,14 @@ pub(crate) struct Answer<'a> {
     pub searched: &'a Searched,
     pub model: &'a Model,
     pub left: &'a Left,
+    pub again: &'a [Again],
+    /// Channels that are not what they are called.
+    pub mistaken: Option<Mistaken>,
     pub options: &'a Options,
 }
 
+/// Most that a name is believed where the channels, or the body that it makes, are none that can be: more likely right than wrong, and in doubt.
+const UNSURE: f64 = 0.6;
 /// Others that are compared with a cause, the best first.
 const RIVALS: usize = 3;
 /// Two models are told apart where one is better with this probability.
@@ -54,10 +60,13 @@ impl Answer<'_> {
         let empty = Model::file(self.joints());
         let [before, after] = [&empty, self.model].map(|model| self.score(model));
         let mut floor = self.floor();
-        for (floor, reached) in floor.nrmse.iter_mut().zip(&after.nrmse) {
-            *floor = floor.zip(*reached).map(|(f, r)| f.min(r));
+        for (j, (floor, reached)) in floor.nrmse.iter_mut().zip(&after.nrmse).enumerate() {
+            // What comes again is no noise; what no past foretells is.
+            let [known, new] = [self.comes_again(j), self.held.noise[j].deviation].map(|x| x / self.scene.joints[j].torque);
+            *floor = floor.zip(*reached).map(|(f, r)| f.min(r).min((r * r - known * known).max(new * new).sqrt()));
         }
         let total = gain(self.held, &empty, self.model).value;
+        let removed = removed(&before, &after, &floor);
         let (mut causes, mut confusable) = (Vec::new(), Vec::new());
         for k in 0..self.model.forms.len() {
             let rivals = self.rivals(k);
@@ -67,7 +76,13 @@ impl Answer<'_> {
                 confusable.push(Confusable { effects, next_experiment: self.model.forms[k].cause.card.next_experiment.to_owned(), predicted: vec![] });
             }
             let probability = rivals.iter().map(|(_, p)| *p).fold(1.0, f64::min);
-            causes.push(self.cause(k, probability, total, &after));
+            causes.push(self.cause(k, probability, total / removed, &after));
+        }
+        for (k, cause) in causes.iter_mut().enumerate() {
+            if self.mistaken.is_some() || !self.is_possible(k) {
+                cause.at_most = UNSURE;
+                cause.probability = cause.probability.min(UNSURE);
+            }
         }
         let split = Split { estimation: self.stretch(&stretches[0]), held_out: self.stretch(&stretches[1]), windows_s: None };
         Diagnosis {
@@ -182,26 +197,8 @@ impl Answer<'_> {
         sum(less) - sum(with)
     }
 
-    fn parameters(&self, k: usize) -> Vec<CauseParameter> {
-        let half = Sum { value: 0.0, error: 1.0, blocks: crate::blocks::BLOCKS }.ci95()[1];
-        let told = self.model.told(k);
-        told.into_iter()
-            .map(|(name, unit, value, error, inverse)| {
-                let ci = error.map(|e| [value - half * e, value + half * e]);
-                let (value, ci95) =
-                    if inverse { (1.0 / value, ci.filter(|[low, _]| *low > 0.0).map(|[low, high]| [1.0 / high, 1.0 / low])) } else { (value, ci) };
-                CauseParameter {
-                    name,
-                    unit: self.unit(&self.model.forms[k], unit).to_owned(),
-                    value: Value::Number(value),
-                    ci95: ci95.filter(|ci| ci.iter().all(|x| x.is_finite())),
-                }
-            })
-            .collect()
-    }
-
     /// A unit as it is where a joint slides, for what is not of a body.
-    fn unit<'u>(&self, form: &Form, unit: &'u str) -> &'u str {
+    pub fn unit<'u>(&self, form: &Form, unit: &'u str) -> &'u str {
         match form.joint {
             Some(j) if form.cause.card.side != "link" => self.unit_at(j, unit),
             _ => unit,
@@ -232,7 +229,7 @@ impl Answer<'_> {
             format!("its torque is {:.1} % of the joint's where it is largest", 100.0 * share(self.held, self.model, k)),
             format!("the part that no fit saw gains {:.0} ({low:.0} … {high:.0}) of log-likelihood with it", found.value),
         ];
-        sentences.into_iter().chain(more).collect()
+        sentences.into_iter().chain(more).chain(self.open(k)).collect()
     }
 
     /// Other causes in place of one: their forms, and the probability that the one is better, by blocks of time of all that there is.
@@ -302,8 +299,8 @@ impl Answer<'_> {
         p_value <= self.options.false_alarms && form.allows(&with.factors[last]) && here >= self.options.tolerance && there < self.options.tolerance
     }
 
-    /// Whether torque is left that follows from the motion, and matters: what polynomials of angle and speed predict, what columns of causes that
-    /// were set aside remove, or what could not be asked of the held-out part.
+    /// Whether torque is left that follows from the motion, and matters: what polynomials of angle and speed predict, what comes again with them whatever its form, what
+    /// columns of causes that were set aside remove, or what could not be asked of the held-out part.
     fn verdict(&self, unseen: bool) -> Verdict {
         let rest = residual(self.held, self.model);
         let left = |j: usize| {
@@ -314,7 +311,7 @@ impl Answer<'_> {
             // Four standard errors of a variance of as many samples as blocks of the noise's memory hold.
             let independent = within.len() as f64 / (1 + self.held.noise[j].coefficients.len()) as f64;
             let above = error > floor * (1.0 + 4.0 * (2.0 / independent).sqrt()) && (error - floor).max(0.0).sqrt() > self.options.tolerance * spread;
-            above || gain.ci95()[0] > 0.0 && removed > self.options.tolerance * spread
+            above || gain.ci95()[0] > 0.0 && removed > self.options.tolerance * spread || self.comes_again(j) > 0.0
         };
         let structured = unseen || (0..self.joints()).any(left);
         match (self.model.forms.is_empty(), structured) {
@@ -325,9 +322,16 @@ impl Answer<'_> {
         }
     }
 
+    /// Torque of a joint that is left and comes again with its motion, where it is beyond chance, of all joints, that it matters (N m).
+    fn comes_again(&self, j: usize) -> f64 {
+        let matters = self.again[j].is_beyond(self.options.tolerance * self.scene.joints[j].torque, self.options.false_alarms / self.joints() as f64);
+        if matters { self.again[j].rms } else { 0.0 }
+    }
+
     /// Frictions, rotors and masses as the file has them.
     fn file(&self) -> Vec<ModelParameter> {
         let (joints, inertial) = (self.scene.chain.joints(), self.scene.chain.inertial_parameters());
+        let springs: Vec<f64> = self.scene.chain.springs().iter().map(|[stiffness, _]| *stiffness).collect();
         let one = |name: String, unit: &str, value: f64| ModelParameter { name, unit: unit.to_owned(), value, std_error: None, flag: None };
         (0..self.joints())
             .flat_map(|j| {
@@ -338,6 +342,8 @@ impl Answer<'_> {
                     one(format!("rotor_{name}_kg_m2"), unit("kg m^2"), inertial[TERMS_OF_A_LINK * self.joints() + j]),
                     one(format!("mass_{name}_kg"), "kg", inertial[TERMS_OF_A_LINK * j]),
                 ]
+                .into_iter()
+                .chain((springs[j] > 0.0).then(|| one(format!("spring_{name}_nm_per_rad"), unit("N m/rad"), springs[j])))
             })
             .collect()
     }
@@ -348,11 +354,12 @@ impl Answer<'_> {
         for (k, form) in self.model.forms.iter().enumerate() {
             let Some(j) = form.joint else { continue };
             let name = &self.scene.chain.joints().names[j];
-            let told = self.model.told(k);
+            let told = self.told(k);
             let (parameter, found) = match form.cause.card.name {
                 "coulomb-friction" => (format!("coulomb_{name}_nm"), told.first()),
                 "viscous-friction" => (format!("viscous_{name}_nm_s_per_rad"), told.first()),
                 "motor-inertia" => (format!("rotor_{name}_kg_m2"), told.first()),
+                "cable-force" => (format!("spring_{name}_nm_per_rad"), told.iter().find(|(name, ..)| name == "spring_nm_per_rad")),
                 "link-parameters" => (format!("mass_{name}_kg"), told.iter().find(|(name, ..)| name == "change_of_mass_kg")),
                 _ => continue,
             };
@@ -433,18 +440,27 @@ impl Answer<'_> {
             self.scene.fastest_hz, self.fitted.band.pass_hz
         )];
         notes.extend(suspicions(self.scene, self.fitted, &self.model.logged));
+        notes.extend(self.mistaken.map(|mistaken| mistaken.words(&self.names())));
         for (j, (gain, removed)) in self.left.gains.iter().zip(&self.left.removed).enumerate() {
+            let (name, unit, again) = (&self.scene.chain.joints().names[j], self.unit_at(j, "N m"), self.comes_again(j));
             if gain.ci95()[0] > 0.0 && *removed > self.options.tolerance * self.scene.joints[j].torque {
+                notes.push(format!("at {name} a torque of {removed:.3} {unit} rms is left that follows from its angle and speed and that no cause explains"));
+            } else if again > 0.0 {
                 notes.push(format!(
-                    "at {} a torque of {removed:.3} {} rms is left that follows from its angle and speed and that no cause explains",
-                    self.scene.chain.joints().names[j],
-                    self.unit_at(j, "N m")
+                    "at {name} a torque of {again:.3} {unit} rms is left that lasts, or comes again with its angle and speed, and that no cause explains"
                 ));
             }
         }
         let none = f64::NAN;
         Discrepancy { by_band, by_time, linear_share: none, nonlinear_share: none, time_varying_share: none, noise_share: none, notes }
     }
+}
+
+/// Share of the error above its floor, squared and of all joints, that is gone.
+fn removed(before: &Score, after: &Score, floor: &NoiseFloor) -> f64 {
+    let sum = |nrmse: &[Option<f64>]| nrmse.iter().flatten().map(|x| x * x).sum::<f64>();
+    let [before, after, floor] = [&before.nrmse, &after.nrmse, &floor.nrmse].map(|nrmse| sum(nrmse));
+    if before > floor { ((before - after) / (before - floor)).clamp(0.0, 1.0) } else { 0.0 }
 }
 
 /// Shares of a series' power in bands that double.

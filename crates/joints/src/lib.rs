@@ -11,6 +11,7 @@
 //!
 //! J. Swevers, W. Verdonck and J. De Schutter, Dynamic model identification for industrial robots, IEEE Control Syst. Mag. 27(5) (2007) 58.
 
+mod again;
 mod answer;
 mod band;
 mod blocks;
@@ -29,6 +30,7 @@ mod held_out;
 mod judged;
 mod left_noise;
 mod logged;
+mod mistaken;
 mod model;
 mod motion;
 mod noise;
@@ -44,6 +46,7 @@ mod swing;
 #[path = "../tests/swinging/mod.rs"]
 mod swinging;
 mod table;
+mod told;
 mod zeros;
 
 pub use causes::{CAUSES, Card, JointCause};

@@ -2,6 +2,7 @@
 
 use crate::JointsError;
 use crate::bodies::Bodies;
+use crate::causes::Form;
 use crate::column::Column;
 use crate::dynamics::inverse_dynamics;
 use crate::motion::{Encoder, Motion, encoder, top_density};
@@ -28,8 +29,10 @@ pub(crate) struct JointScale {
     pub speed: f64,
     /// rms of the noise in the rate whose sign counts.
     pub speed_noise: f64,
-    /// Standard deviation of its torque.
+    /// Standard deviation of its torque; of one that is not driven, that of what its bodies exchange with it.
     pub torque: f64,
+    /// The only value that its torque has, if there is one: of a joint that is not driven none.
+    pub constant: Option<f64>,
     /// What of its torque is no more than its noise: the size over which the sign of a torque is smoothed.
     pub torque_noise: f64,
     /// Smallest way of the encoder that is more than its noise.
@@ -81,7 +84,8 @@ pub(crate) fn scene<'a>(chain: &'a SerialChain, trials: &[Recording], simulated:
             let (q, v, torque) = (all(&|m| &m.q[j]), all(&|m| &m.v[j]), all(&|m| &m.torque[j]));
             let own = Encoder { corner_hz: corners[j], noise: found[j].map_or(0.0, |e| e.noise) };
             let speed = rms(&v);
-            let spread = deviation(&torque);
+            let constant = torque.first().copied().filter(|first| torque.iter().all(|t| t == first));
+            let spread = if constant.is_some() { deviation(&all(&|m| &m.rigid[j])) } else { deviation(&torque) };
             JointScale {
                 corner_hz: corners[j],
                 inertia: inertias[j],
@@ -91,6 +95,7 @@ pub(crate) fn scene<'a>(chain: &'a SerialChain, trials: &[Recording], simulated:
                 speed,
                 speed_noise: (SIGN * speed).max(f64::MIN_POSITIVE),
                 torque: spread,
+                constant,
                 torque_noise: (1e-2 * spread).max(f64::MIN_POSITIVE),
                 angle_noise: own.noise_of(0),
             }
@@ -150,6 +155,10 @@ fn corners(inertias: &[f64], trials: &[Recording], ports: &Ports, found: &[Optio
         .map(|j| {
             let Some(encoder) = found[j] else { return fastest_hz };
             let torques: Vec<&[f64]> = trials.iter().map(|r| r.channels()[ports.inputs[j]].samples.as_slice()).collect();
+            // One that is not driven has no noise to be overtaken.
+            if torques.iter().all(|torque| torque.iter().all(|t| *t == torques[0][0])) {
+                return fastest_hz;
+            }
             let noise = top_density(&torques, rate_hz).unwrap_or(0.0);
             let overtakes = (noise / (inertias[j].powi(2) * encoder.noise)).powf(0.25) / std::f64::consts::TAU;
             let most = RESOLVED * rate_hz / 2.0;
@@ -198,6 +207,21 @@ impl Scene<'_> {
     /// weight and Coriolis forces make.
     pub fn twice_hz(&self) -> f64 {
         (2.0 * self.fastest_hz).min(RESOLVED * self.rate_hz / 2.0)
+    }
+
+    /// Whether a form may be what is wrong: a torque that is nothing throughout is known to be that, and one that never changes has neither a gain nor a time. Where it is
+    /// nothing all at the joint is known up to a factor, nothing at all included: the inertia that it turns is the measure of the rest.
+    pub fn may_be_wrong(&self, form: &Form) -> bool {
+        let constant = |j: &usize| self.joints[*j].constant;
+        let measure = |column: &Column| matches!(column, Column::Body { link: j, .. } | Column::Acceleration(j) if constant(j) == Some(0.0));
+        if form.joint.is_some() && form.columns.iter().any(measure) {
+            return false;
+        }
+        match &form.columns[..] {
+            [Column::Torque(j) | Column::Falling(j)] => constant(j).is_none(),
+            [Column::Constant(j)] => constant(j) != Some(0.0),
+            _ => true,
+        }
     }
 
     /// How the file's dry friction turns: where it is a soft constraint, ahead of the joint and over a speed of its own.
