@@ -21,6 +21,7 @@ mod column;
 mod corrections;
 mod deflection;
 mod diagnose;
+mod discrepancy;
 mod dynamics;
 mod error;
 mod excitation;
@@ -47,6 +48,7 @@ mod swing;
 mod swinging;
 mod table;
 mod told;
+mod verdict;
 mod zeros;
 
 pub use causes::{CAUSES, Card, JointCause};

@@ -74,21 +74,25 @@ impl Mistaken {
     }
 }
 
-/// What puts most of the file's error right, if it is two thirds of it and leaves no joint with more: a simulator's log has the same channels, and none is asked then.
+/// What puts two thirds or more of the file's error right, where it misses more than the last third of a torque: a simulator's log has the same channels, and none is asked
+/// then. A joint that is not driven has a torque that is no other's.
 pub(crate) fn mistaken(scene: &Scene<'_>, motions: &[Motion]) -> Option<Mistaken> {
-    let n = scene.joints.len();
+    let driven: Vec<usize> = (0..scene.joints.len()).filter(|j| scene.joints[*j].constant.is_none()).collect();
     if motions.iter().any(|motion| !motion.beyond.is_empty()) {
         return None;
     }
     let nominal: Vec<Vec<Vec<f64>>> = motions.iter().map(|motion| scene.nominal(motion)).collect();
-    let before = errors(motions, &nominal);
-    let pairs = || (0..n).flat_map(|a| (a + 1..n).map(move |b| [a, b]));
-    let one = (0..n).flat_map(|j| [Mistaken::Angle(j), Mistaken::Joint(j)]);
-    let all = pairs().flat_map(|pair| [Mistaken::Torques(pair), Mistaken::Angles(pair), Mistaken::Joints(pair)]).chain(one);
+    let before = errors(&driven, motions, &nominal);
+    if before.iter().all(|missed| *missed < LEFT) {
+        return None;
+    }
+    let pairs = driven.iter().flat_map(|&a| driven.iter().filter(move |b| **b > a).map(move |&b| [a, b]));
+    let one = driven.iter().flat_map(|&j| [Mistaken::Angle(j), Mistaken::Joint(j)]);
+    let all = pairs.flat_map(|pair| [Mistaken::Torques(pair), Mistaken::Angles(pair), Mistaken::Joints(pair)]).chain(one);
     let after = |way: Mistaken| {
         let undone: Vec<Motion> = motions.iter().map(|motion| way.undone(motion)).collect();
         if !way.moves() {
-            return errors(&undone, &nominal);
+            return errors(&driven, &undone, &nominal);
         }
         let moved = |mut motion: Motion| {
             motion.rigid = inverse_dynamics(scene.chain, &motion);
@@ -96,22 +100,21 @@ pub(crate) fn mistaken(scene: &Scene<'_>, motions: &[Motion]) -> Option<Mistaken
             (motion, needed)
         };
         let (undone, needed): (Vec<Motion>, Vec<_>) = undone.into_iter().map(moved).unzip();
-        errors(&undone, &needed)
+        errors(&driven, &undone, &needed)
     };
     let sum = |errors: &[f64]| errors.iter().sum::<f64>();
     let right = |way: Mistaken| Some((way, after(way))).filter(|(_, after)| sum(after) < LEFT * sum(&before)).map(|(way, after)| (way, sum(&after)));
     all.filter_map(right).min_by(|a, b| a.1.total_cmp(&b.1)).map(|(way, _)| way)
 }
 
-/// For each joint the mean square of what the file misses over the variance of the larger of both torques, so that none counts more than by its noise.
-fn errors(motions: &[Motion], needed: &[Vec<Vec<f64>>]) -> Vec<f64> {
-    let joints = motions.first().map_or(0, |motion| motion.torque.len());
-    let of = |j: usize| {
+/// For each of these joints the mean square of what the file misses over the variance of the larger of both torques, so that none counts more than by its noise.
+fn errors(joints: &[usize], motions: &[Motion], needed: &[Vec<Vec<f64>>]) -> Vec<f64> {
+    let of = |&j: &usize| {
         let both = || motions.iter().zip(needed).flat_map(move |(motion, needed)| motion.torque[j].iter().zip(&needed[j]));
         let missed = both().map(|(t, n)| (t - n).powi(2)).sum::<f64>() / both().count().max(1) as f64;
         let [logged, file]: [Vec<f64>; 2] = [both().map(|(t, _)| *t).collect(), both().map(|(_, n)| *n).collect()];
         let spread = deviation(&logged).max(deviation(&file)).powi(2);
         if spread > 0.0 { missed / spread } else { 0.0 }
     };
-    (0..joints).map(of).collect()
+    joints.iter().map(of).collect()
 }

@@ -33,6 +33,8 @@ pub(crate) struct JointScale {
     pub torque: f64,
     /// The only value that its torque has, if there is one: of a joint that is not driven none.
     pub constant: Option<f64>,
+    /// One-sided density of its torque's noise, as it is above all motion.
+    pub hiss: f64,
     /// What of its torque is no more than its noise: the size over which the sign of a torque is smoothed.
     pub torque_noise: f64,
     /// Smallest way of the encoder that is more than its noise.
@@ -96,6 +98,7 @@ pub(crate) fn scene<'a>(chain: &'a SerialChain, trials: &[Recording], simulated:
                 speed_noise: (SIGN * speed).max(f64::MIN_POSITIVE),
                 torque: spread,
                 constant,
+                hiss: top_density(&trials.iter().map(|r| r.channels()[ports.inputs[j]].samples.as_slice()).collect::<Vec<_>>(), rate_hz).unwrap_or(0.0),
                 torque_noise: (1e-2 * spread).max(f64::MIN_POSITIVE),
                 angle_noise: own.noise_of(0),
             }

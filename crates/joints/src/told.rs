@@ -85,9 +85,12 @@ impl Answer<'_> {
         let terms: Vec<usize> = (0..TERMS_OF_A_LINK).filter(|i| form.told.iter().any(|told| told.name == format!("change_of_{}", NAMES[*i]))).collect();
         let own = self.scene.chain.inertial_parameters();
         let before: [f64; TERMS_OF_A_LINK] = std::array::from_fn(|i| own[TERMS_OF_A_LINK * link + i]);
+        // What no torque feels is not told at all.
+        let felt = physical::felt(self.scene.chain, link, &before);
         let of_form = physical::open(self.scene.chain, link, &before, &terms);
+        let told_open = |of: [bool; TERMS_OF_A_LINK]| -> [bool; TERMS_OF_A_LINK] { std::array::from_fn(|i| of[i] && felt[i]) };
         let all: Vec<usize> = (0..TERMS_OF_A_LINK).collect();
-        of_form.iter().any(|open| *open).then(|| (link, physical::open(self.scene.chain, link, &before, &all)))
+        told_open(of_form).contains(&true).then(|| (link, told_open(physical::open(self.scene.chain, link, &before, &all))))
     }
 
     /// In words, what torques leave open of a link.
