@@ -1,26 +1,23 @@
 //! The answer in the words of every diagnosis.
 
+use crate::again::Again;
 use crate::causes::Form;
 use crate::gears;
 use crate::generic::Left;
 use crate::held_out::{Sum, gain, losses, predicted};
 use crate::judged::{Aside, Searched, share, without};
+use crate::mistaken::Mistaken;
 use crate::model::{Model, residual};
 use crate::motion::Motion;
 use crate::options::Options;
-use crate::refined::refined;
 use crate::scene::{Scene, deviation, rms};
 use crate::search::Solved;
-use crate::suspicions::suspicions;
 use crate::table::View;
+use crate::verdict::removed;
 use ndof_devices::TERMS_OF_A_LINK;
-use ndof_diagnose::{
-    BandShare, Cause, CauseParameter, Confusable, Considered, Diagnosis, Discrepancy, Extended, Gain, Minor, Model as Told, ModelParameter, NoiseFloor, Score,
-    Shift, Site, Split, Stretch, TimeShare, Verdict,
-};
-use ndof_models::effects::Value;
+use ndof_diagnose::{Cause, Confusable, Considered, Diagnosis, Extended, Gain, Minor, Model as Told, ModelParameter, Score, Shift, Site, Split, Stretch};
 use ndof_models::robot::Robot;
-use ndof_signal::{Recording, forward_transform};
+use ndof_signal::Recording;
 use ndof_sysid::Ports;
 
 /// All that an answer is written from.
@@ -34,15 +31,18 @@ pub(crate) struct Answer<'a> {
     pub searched: &'a Searched,
     pub model: &'a Model,
     pub left: &'a Left,
+    pub again: &'a [Again],
+    /// Channels that are not what they are called.
+    pub mistaken: Option<Mistaken>,
     pub options: &'a Options,
 }
 
+/// Most that a name is believed where the channels, or the body that it makes, are none that can be: more likely right than wrong, and in doubt.
+const UNSURE: f64 = 0.6;
 /// Others that are compared with a cause, the best first.
 const RIVALS: usize = 3;
 /// Two models are told apart where one is better with this probability.
 const TOLD_APART: f64 = 0.95;
-/// Stretches of time, and bands, in which the file's error is shown.
-const SLICES: usize = 8;
 
 impl Answer<'_> {
     pub fn write(&self, stretches: &[Stretch; 2], mut minor: Vec<Aside>) -> Diagnosis {
@@ -53,11 +53,9 @@ impl Answer<'_> {
         }
         let empty = Model::file(self.joints());
         let [before, after] = [&empty, self.model].map(|model| self.score(model));
-        let mut floor = self.floor();
-        for (floor, reached) in floor.nrmse.iter_mut().zip(&after.nrmse) {
-            *floor = floor.zip(*reached).map(|(f, r)| f.min(r));
-        }
+        let floor = self.floor(&after);
         let total = gain(self.held, &empty, self.model).value;
+        let removed = removed(&before, &after, &floor);
         let (mut causes, mut confusable) = (Vec::new(), Vec::new());
         for k in 0..self.model.forms.len() {
             let rivals = self.rivals(k);
@@ -67,7 +65,13 @@ impl Answer<'_> {
                 confusable.push(Confusable { effects, next_experiment: self.model.forms[k].cause.card.next_experiment.to_owned(), predicted: vec![] });
             }
             let probability = rivals.iter().map(|(_, p)| *p).fold(1.0, f64::min);
-            causes.push(self.cause(k, probability, total, &after));
+            causes.push(self.cause(k, probability, total / removed, &after));
+        }
+        for (k, cause) in causes.iter_mut().enumerate() {
+            if self.mistaken.is_some() || !self.is_possible(k) {
+                cause.at_most = UNSURE;
+                cause.probability = cause.probability.min(UNSURE);
+            }
         }
         let split = Split { estimation: self.stretch(&stretches[0]), held_out: self.stretch(&stretches[1]), windows_s: None };
         Diagnosis {
@@ -91,7 +95,7 @@ impl Answer<'_> {
         self.scene.joints.len()
     }
 
-    fn names(&self) -> Vec<String> {
+    pub fn names(&self) -> Vec<String> {
         self.scene.chain.joints().names.clone()
     }
 
@@ -107,7 +111,7 @@ impl Answer<'_> {
     }
 
     /// How well a model predicts the logged torques, every sample of what was held out.
-    fn score(&self, model: &Model) -> Score {
+    pub fn score(&self, model: &Model) -> Score {
         let parts: Vec<(usize, std::ops::Range<usize>)> =
             self.held.pieces.iter().filter_map(|p| Some((p.trial, *p.places.first()?..*p.places.last()? + 1))).collect();
         let runs: Vec<Vec<Vec<f64>>> = parts.iter().map(|(trial, _)| predicted(self.held, model, *trial)).collect();
@@ -126,23 +130,6 @@ impl Answer<'_> {
         };
         let (nrmse, vaf_percent) = (0..self.joints()).map(of).unzip();
         Score { nrmse, vaf_percent }
-    }
-
-    /// What no column of any cause removes, and the noise above the band.
-    fn floor(&self) -> NoiseFloor {
-        let band = residual(self.held, self.model);
-        let score = self.score(self.model);
-        let nrmse = (0..self.joints())
-            .map(|j| {
-                let within: Vec<f64> = band.0.iter().filter_map(|p| p[j].as_deref()).flatten().copied().collect();
-                let logged: Vec<f64> = self.held.pieces.iter().flat_map(|p| p.places.iter().map(|k| self.held.motions[p.trial].torque[j][*k])).collect();
-                let spread = deviation(&logged);
-                let above = (score.nrmse[j]?.powi(2) - (rms(&within) / spread).powi(2) / self.held.moving(j)).max(0.0);
-                Some((above + (self.searched.floor[j] / spread).powi(2)).sqrt()).filter(|x| x.is_finite())
-            })
-            .collect();
-        let how = format!("what all causes together leave of what was fitted, and the torque above {:.2} Hz", self.fitted.band.pass_hz);
-        NoiseFloor { nrmse, how }
     }
 
     fn cause(&self, k: usize, probability: f64, total: f64, after: &Score) -> Cause {
@@ -177,38 +164,20 @@ impl Answer<'_> {
     }
 
     /// Twice the log-likelihood of what was fitted that a model gains over another.
-    fn fitted_gain(&self, less: &Model, with: &Model) -> f64 {
+    pub fn fitted_gain(&self, less: &Model, with: &Model) -> f64 {
         let sum = |model: &Model| 2.0 * losses(self.fitted, &residual(self.fitted, model)).iter().sum::<f64>();
         sum(less) - sum(with)
     }
 
-    fn parameters(&self, k: usize) -> Vec<CauseParameter> {
-        let half = Sum { value: 0.0, error: 1.0, blocks: crate::blocks::BLOCKS }.ci95()[1];
-        let told = self.model.told(k);
-        told.into_iter()
-            .map(|(name, unit, value, error, inverse)| {
-                let ci = error.map(|e| [value - half * e, value + half * e]);
-                let (value, ci95) =
-                    if inverse { (1.0 / value, ci.filter(|[low, _]| *low > 0.0).map(|[low, high]| [1.0 / high, 1.0 / low])) } else { (value, ci) };
-                CauseParameter {
-                    name,
-                    unit: self.unit(&self.model.forms[k], unit).to_owned(),
-                    value: Value::Number(value),
-                    ci95: ci95.filter(|ci| ci.iter().all(|x| x.is_finite())),
-                }
-            })
-            .collect()
-    }
-
     /// A unit as it is where a joint slides, for what is not of a body.
-    fn unit<'u>(&self, form: &Form, unit: &'u str) -> &'u str {
+    pub fn unit<'u>(&self, form: &Form, unit: &'u str) -> &'u str {
         match form.joint {
             Some(j) if form.cause.card.side != "link" => self.unit_at(j, unit),
             _ => unit,
         }
     }
 
-    fn unit_at<'u>(&self, joint: usize, unit: &'u str) -> &'u str {
+    pub fn unit_at<'u>(&self, joint: usize, unit: &'u str) -> &'u str {
         match unit {
             _ if !self.scene.chain.slides(joint) => unit,
             "N m" => "N",
@@ -232,7 +201,7 @@ impl Answer<'_> {
             format!("its torque is {:.1} % of the joint's where it is largest", 100.0 * share(self.held, self.model, k)),
             format!("the part that no fit saw gains {:.0} ({low:.0} … {high:.0}) of log-likelihood with it", found.value),
         ];
-        sentences.into_iter().chain(more).collect()
+        sentences.into_iter().chain(more).chain(self.open(k)).collect()
     }
 
     /// Other causes in place of one: their forms, and the probability that the one is better, by blocks of time of all that there is.
@@ -292,42 +261,10 @@ impl Answer<'_> {
         (0..self.forms.len()).filter(|f| alike(&self.forms[*f])).min_by(|a, b| away(&self.forms[*a]).total_cmp(&away(&self.forms[*b])))
     }
 
-    /// Whether a form that was set aside is beyond chance and matters in what was fitted, and does not act in what was held out.
-    fn is_unseen(&self, form: &Form) -> bool {
-        let forms: Vec<Form> = self.model.forms.iter().chain([form]).cloned().collect();
-        let with = refined(self.fitted, &forms, &self.model.logged);
-        let last = self.model.forms.len();
-        let p_value = self.searched.rule(self.forms, self.options).p_value(form, self.fitted_gain(self.model, &with), form.columns.len());
-        let [here, there] = [self.fitted, self.held].map(|view| share(view, &with, last));
-        p_value <= self.options.false_alarms && form.allows(&with.factors[last]) && here >= self.options.tolerance && there < self.options.tolerance
-    }
-
-    /// Whether torque is left that follows from the motion, and matters: what polynomials of angle and speed predict, what columns of causes that
-    /// were set aside remove, or what could not be asked of the held-out part.
-    fn verdict(&self, unseen: bool) -> Verdict {
-        let rest = residual(self.held, self.model);
-        let left = |j: usize| {
-            let (gain, removed) = (&self.left.gains[j], self.left.removed[j]);
-            let spread = self.scene.joints[j].torque;
-            let within: Vec<f64> = rest.0.iter().filter_map(|p| p[j].as_deref()).flatten().copied().collect();
-            let (error, floor) = (rms(&within).powi(2) / self.held.moving(j), self.searched.floor[j].powi(2));
-            // Four standard errors of a variance of as many samples as blocks of the noise's memory hold.
-            let independent = within.len() as f64 / (1 + self.held.noise[j].coefficients.len()) as f64;
-            let above = error > floor * (1.0 + 4.0 * (2.0 / independent).sqrt()) && (error - floor).max(0.0).sqrt() > self.options.tolerance * spread;
-            above || gain.ci95()[0] > 0.0 && removed > self.options.tolerance * spread
-        };
-        let structured = unseen || (0..self.joints()).any(left);
-        match (self.model.forms.is_empty(), structured) {
-            (true, false) => Verdict::Adequate,
-            (true, true) => Verdict::Unexplained,
-            (false, false) => Verdict::Explained,
-            (false, true) => Verdict::PartlyExplained,
-        }
-    }
-
     /// Frictions, rotors and masses as the file has them.
     fn file(&self) -> Vec<ModelParameter> {
         let (joints, inertial) = (self.scene.chain.joints(), self.scene.chain.inertial_parameters());
+        let springs: Vec<f64> = self.scene.chain.springs().iter().map(|[stiffness, _]| *stiffness).collect();
         let one = |name: String, unit: &str, value: f64| ModelParameter { name, unit: unit.to_owned(), value, std_error: None, flag: None };
         (0..self.joints())
             .flat_map(|j| {
@@ -338,6 +275,8 @@ impl Answer<'_> {
                     one(format!("rotor_{name}_kg_m2"), unit("kg m^2"), inertial[TERMS_OF_A_LINK * self.joints() + j]),
                     one(format!("mass_{name}_kg"), "kg", inertial[TERMS_OF_A_LINK * j]),
                 ]
+                .into_iter()
+                .chain((springs[j] > 0.0).then(|| one(format!("spring_{name}_nm_per_rad"), unit("N m/rad"), springs[j])))
             })
             .collect()
     }
@@ -348,11 +287,12 @@ impl Answer<'_> {
         for (k, form) in self.model.forms.iter().enumerate() {
             let Some(j) = form.joint else { continue };
             let name = &self.scene.chain.joints().names[j];
-            let told = self.model.told(k);
+            let told = self.told(k);
             let (parameter, found) = match form.cause.card.name {
                 "coulomb-friction" => (format!("coulomb_{name}_nm"), told.first()),
                 "viscous-friction" => (format!("viscous_{name}_nm_s_per_rad"), told.first()),
                 "motor-inertia" => (format!("rotor_{name}_kg_m2"), told.first()),
+                "cable-force" => (format!("spring_{name}_nm_per_rad"), told.iter().find(|(name, ..)| name == "spring_nm_per_rad")),
                 "link-parameters" => (format!("mass_{name}_kg"), told.iter().find(|(name, ..)| name == "change_of_mass_kg")),
                 _ => continue,
             };
@@ -404,61 +344,4 @@ impl Answer<'_> {
             })
             .collect()
     }
-
-    /// Where the file's error lies.
-    fn discrepancy(&self, empty: &Model) -> Discrepancy {
-        let rest = residual(self.held, empty);
-        let (mut by_band, mut by_time) = (Vec::new(), Vec::new());
-        for (j, name) in self.ports.inputs.iter().map(|i| self.trials[0].channels()[*i].name.clone()).enumerate() {
-            let Some((piece, x)) = rest.0.iter().enumerate().filter_map(|(p, joints)| Some((p, joints[j].as_ref()?))).max_by_key(|(_, x)| x.len()) else {
-                continue;
-            };
-            let total: f64 = x.iter().map(|x| x * x).sum::<f64>().max(f64::MIN_POSITIVE);
-            let places = &self.held.pieces[piece].places;
-            let start = places.first().copied().unwrap_or(0) as f64 / self.scene.rate_hz;
-            for s in 0..SLICES {
-                let range = s * x.len() / SLICES..(s + 1) * x.len() / SLICES;
-                let time = |k: usize| places[k.min(places.len() - 1)] as f64 / self.scene.rate_hz - start;
-                let share = x[range.clone()].iter().map(|x| x * x).sum::<f64>() / total;
-                by_time.push(TimeShare { time_s: [time(range.start), time(range.end)], output: name.clone(), share });
-            }
-            by_band.extend(bands(x, self.held.band.kept_hz(), self.held.band.pass_hz).into_iter().map(|(band_hz, share)| BandShare {
-                band_hz,
-                output: name.clone(),
-                share,
-            }));
-        }
-        let mut notes = vec![format!(
-            "the motion rises above the noise of the encoders up to {:.2} Hz; torques are compared up to {:.2} Hz",
-            self.scene.fastest_hz, self.fitted.band.pass_hz
-        )];
-        notes.extend(suspicions(self.scene, self.fitted, &self.model.logged));
-        for (j, (gain, removed)) in self.left.gains.iter().zip(&self.left.removed).enumerate() {
-            if gain.ci95()[0] > 0.0 && *removed > self.options.tolerance * self.scene.joints[j].torque {
-                notes.push(format!(
-                    "at {} a torque of {removed:.3} {} rms is left that follows from its angle and speed and that no cause explains",
-                    self.scene.chain.joints().names[j],
-                    self.unit_at(j, "N m")
-                ));
-            }
-        }
-        let none = f64::NAN;
-        Discrepancy { by_band, by_time, linear_share: none, nonlinear_share: none, time_varying_share: none, noise_share: none, notes }
-    }
-}
-
-/// Shares of a series' power in bands that double.
-fn bands(x: &[f64], rate_hz: f64, most_hz: f64) -> Vec<([f64; 2], f64)> {
-    let forward = forward_transform(x.len());
-    let mut lines = forward.make_output_vec();
-    if forward.process(&mut x.to_vec(), &mut lines).is_err() {
-        return vec![];
-    }
-    let edges: Vec<f64> = std::iter::once(0.0).chain((0..5).map(|k| most_hz / f64::from(1 << (4 - k)))).collect();
-    let total: f64 = lines.iter().map(|l| l.norm_sqr()).sum::<f64>().max(f64::MIN_POSITIVE);
-    let within = |low: f64, high: f64| {
-        let hz = |k: usize| k as f64 * rate_hz / x.len() as f64;
-        lines.iter().enumerate().filter(|(k, _)| hz(*k) >= low && hz(*k) < high).map(|(_, l)| l.norm_sqr()).sum::<f64>() / total
-    };
-    edges.windows(2).map(|e| ([e[0], e[1]], within(e[0], e[1]))).collect()
 }

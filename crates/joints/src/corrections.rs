@@ -40,11 +40,12 @@ pub fn corrections(chain: &SerialChain, trials: &[Recording], ports: &Ports, dia
     let out = Corrections { joints: chain.joints().names.clone(), ..Corrections::default() };
     let mut found = Found { chain: chain.clone(), out, bodies: vec![Body::default(); chain.joints().count()] };
     for (joint, name) in chain.joints().names.iter().enumerate() {
-        let of = |effect: &str| diagnosis.causes.iter().find(|c| c.is_likely() && c.effect == effect && c.site.axis == *name);
-        found.friction(joint, [of("coulomb-friction"), of("viscous-friction")], trials, ports)?;
+        let of = |effect: &str| diagnosis.causes.iter().find(|c| may_be_written(c) && c.effect == effect && c.site.axis == *name);
+        let frictions = [of("coulomb-friction"), of("viscous-friction")].map(|cause| cause.filter(|cause| !found.is_open(cause, joint)));
+        found.friction(joint, frictions, trials, ports)?;
     }
     // Gravity first: what torques tell of a body depends on it.
-    let (likely, unlikely): (Vec<&Cause>, Vec<&Cause>) = diagnosis.causes.iter().partition(|c| c.is_likely());
+    let (likely, unlikely): (Vec<&Cause>, Vec<&Cause>) = diagnosis.causes.iter().partition(|c| may_be_written(c));
     for cause in unlikely {
         found.leave_out(cause, &format!("its name is right with a probability of {:.2} only", cause.probability));
     }
@@ -110,10 +111,22 @@ impl Found {
         self.out.left_out.push(format!("{}: {why}", words(cause)));
     }
 
+    /// Whether a cause of one number says nothing against the file's.
+    fn is_open(&self, cause: &Cause, joint: usize) -> bool {
+        let joints = self.chain.joints();
+        match cause.effect.as_str() {
+            "motor-inertia" => says_nothing(cause, "rotor_kg_m2", self.chain.inertial_parameters()[TERMS_OF_A_LINK * joints.count() + joint]),
+            "coulomb-friction" => says_nothing(cause, "level_nm", joints.coulomb[joint]),
+            "viscous-friction" => says_nothing(cause, "viscous_nm_s_per_rad", joints.viscous[joint]),
+            _ => false,
+        }
+    }
+
     /// What is not friction that a file can say.
     fn add(&mut self, cause: &Cause) {
         let joint = self.chain.joints().names.iter().position(|name| *name == cause.site.axis);
         match (cause.effect.as_str(), joint) {
+            (_, Some(joint)) if self.is_open(cause, joint) => self.leave_out(cause, "its interval has zero and what the file says in it"),
             ("coulomb-friction" | "viscous-friction", Some(_)) => {}
             ("motor-inertia", Some(_)) => {
                 if let Some(value) = number(cause, "rotor_kg_m2") {
@@ -130,6 +143,7 @@ impl Found {
                 }
             }
             ("link-parameters", Some(joint)) => self.link(joint, cause),
+            ("payload", _) if says_nothing(cause, "mass_kg", 0.0) => self.leave_out(cause, "its interval has zero in it"),
             ("payload", _) => self.payload(cause),
             ("base-tilt", _) => self.tilt(cause),
             ("torque-delay", Some(_)) => self.delay(cause),
@@ -305,6 +319,16 @@ impl Curve {
             _ => both,
         }
     }
+}
+
+/// Whether a cause is likely, and not so only as far as channels or bodies that cannot be are.
+fn may_be_written(cause: &Cause) -> bool {
+    cause.is_likely() && cause.at_most >= 1.0
+}
+
+/// Whether a parameter's interval goes from none to beyond what the file has: it says neither that there is some nor that the file is wrong.
+fn says_nothing(cause: &Cause, name: &str, file: f64) -> bool {
+    cause.parameters.iter().any(|p| p.name == name && p.ci95.is_some_and(|[low, high]| low <= 0.0 && 0.0 <= high && file <= high))
 }
 
 /// Whether a parameter's interval has nothing in it.

@@ -1,5 +1,6 @@
 //! From joint logs to a verdict.
 
+use crate::again::again;
 use crate::answer::Answer;
 use crate::band::Band;
 use crate::causes::{CAUSES, Form};
@@ -10,6 +11,7 @@ use crate::generic;
 use crate::judged::{HeldUp, Judged, Searched, held_up, judged, most_causes};
 use crate::left_noise::{noise_beside, noise_of};
 use crate::logged::Logged;
+use crate::mistaken::mistaken;
 use crate::motion::{Motion, moves};
 use crate::options::Options;
 use crate::pictures;
@@ -104,7 +106,7 @@ pub fn diagnose(
     // A joint that stands still has no speed for a law to be relative to, and a number that is none finds no column again.
     let mut forms: Vec<Form> = asked.flat_map(|c| (c.forms)(&scene)).filter(|form| form.columns.iter().all(Column::has_numbers)).collect();
     let one_gain = one_gain(&scene, &fitted);
-    forms.retain(|form| one_gain || form.columns[..] != [Column::Torques]);
+    forms.retain(|form| (one_gain || form.columns[..] != [Column::Torques]) && scene.may_be_wrong(form));
     let against = against(&scene, &fitted);
     forms.iter_mut().for_each(|form| form.turned_round(&against));
     if !simulated.is_empty() {
@@ -134,8 +136,21 @@ pub fn diagnose(
     let searched = Searched::new(&fitted, &forms, floor, left);
     let rule = searched.rule(&forms, options);
     let (model, minor) = judged(&fitted, &held, &rule, options, progress);
-    let left = generic::left(&fitted, &held, &model);
-    let answer = Answer { scene: &scene, trials, ports, fitted: &fitted, held: &held, forms: &forms, searched: &searched, model: &model, left: &left, options };
+    let (left, again) = (generic::left(&fitted, &held, &model), again([&fitted, &held], &model));
+    let answer = Answer {
+        scene: &scene,
+        trials,
+        ports,
+        fitted: &fitted,
+        held: &held,
+        forms: &forms,
+        searched: &searched,
+        model: &model,
+        left: &left,
+        again: &again,
+        mistaken: mistaken(&scene, &motions),
+        options,
+    };
     Ok((answer.write(&stretches, minor), pictures::draw(&answer)))
 }
 

@@ -2,6 +2,8 @@
 
 use crate::blocks::block_products;
 use crate::model::{Model, residual};
+use crate::noise::Whitener;
+use crate::scene::rms;
 use crate::table::{Series, View, later};
 use ndof_sysid::two_sided_t;
 use statrs::distribution::{ContinuousCDF, StudentsT};
@@ -60,7 +62,19 @@ pub(crate) fn gain(view: &View<'_>, without: &Model, with: &Model) -> Sum {
 /// Σ r·d: by the scatter of r·d about its share g of d·d, no less than by noise of unit variance. The scatter of the gains themselves is as large as
 /// their sum where a cause acts in one block alone.
 pub(crate) fn sure(view: &View<'_>, without: &Model, with: &Model) -> f64 {
-    let [r, e] = [without, with].map(|model| residual(view, model).whitened(&view.noise));
+    better(&view.noise, [without, with].map(|model| residual(view, model)))
+}
+
+/// The same of the plain error, each joint's over what `with` leaves of it: noise that is taken for slow would let a cause be wrong about all that is slow.
+pub(crate) fn falls(view: &View<'_>, without: &Model, with: &Model) -> f64 {
+    let rests = [without, with].map(|model| residual(view, model));
+    let left = |j: usize| rms(&rests[1].0.iter().filter_map(|piece| piece[j].as_deref()).flatten().copied().collect::<Vec<_>>());
+    let plain: Vec<Whitener> = (0..view.noise.len()).map(|j| Whitener::plain(left(j))).collect();
+    better(&plain, rests)
+}
+
+fn better(noise: &[Whitener], rests: [Series; 2]) -> f64 {
+    let [r, e] = rests.map(|rest| rest.whitened(noise));
     let mut taken = r.clone();
     taken.add(-1.0, &e);
     let blocks: Vec<[f64; 2]> = block_products(&[&r, &taken], &taken).into_iter().map(|b| [b[0], b[1]]).collect();

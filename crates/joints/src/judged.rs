@@ -3,7 +3,7 @@
 use crate::causes::Form;
 use crate::column::Column;
 use crate::gears;
-use crate::held_out::{gain, sure};
+use crate::held_out::{falls, gain, sure};
 use crate::logged::Logged;
 use crate::model::{Model, residual};
 use crate::options::Options;
@@ -13,9 +13,10 @@ use crate::table::{Table, View};
 use rayon::prelude::*;
 use statrs::distribution::{ContinuousCDF, Normal};
 
-/// Probability with which a cause has to predict what was held out. What was fitted has been asked before, at the
-/// rate of false alarms: by chance both say yes once in a thousand times.
-const SURE: f64 = 0.9;
+/// Probability with which a cause has to predict what was held out: a gain whose 95 % interval has nothing in it is none. What was fitted has been asked before.
+const SURE: f64 = 0.975;
+/// Probability with which the plain error has to fall as well: more likely than not, as slow noise hides from it what the likelihood sees.
+const FALLS: f64 = 0.5;
 /// At most so many causes a joint: beyond it is a robot that this file is not of.
 const CAUSES_A_JOINT: usize = 6;
 
@@ -74,6 +75,8 @@ struct Worth {
     gain: f64,
     /// Probability that it gains at all.
     sure: f64,
+    /// Probability that the plain error falls.
+    falls: f64,
     /// Its share of the joint's torque.
     matters: f64,
 }
@@ -89,12 +92,14 @@ impl Judged {
 
 fn worth(fitted: &View<'_>, held: &View<'_>, model: &Model, k: usize) -> Worth {
     let less = without(fitted, model, k);
-    Worth { gain: gain(held, &less, model).value, sure: sure(held, &less, model), matters: share(held, model, k) }
+    Worth { gain: gain(held, &less, model).value, sure: sure(held, &less, model), falls: falls(held, &less, model), matters: share(held, model, k) }
 }
 
 /// Why a form is not to be named.
 fn reason(model: &Model, k: usize, worth: &Worth, options: &Options, simulated: bool) -> Option<String> {
-    if !model.forms[k].allows(&model.factors[k]) {
+    // Of what the file has, less than none by no more than chance is none.
+    let too_little = model.forms[k].least(&model.factors[k]).is_some() && model.beyond[k] > WIDE;
+    if too_little || !model.forms[k].allows(&model.factors[k]) {
         return Some("it would need a parameter below zero".to_owned());
     }
     // A rotor beside it would be enough.
@@ -110,6 +115,9 @@ fn reason(model: &Model, k: usize, worth: &Worth, options: &Options, simulated: 
     }
     if worth.sure < SURE {
         return Some("what was held out is not predicted better with it beyond chance".to_owned());
+    }
+    if worth.falls < FALLS {
+        return Some("the error of what was held out does not fall with it".to_owned());
     }
     (worth.matters < options.tolerance)
         .then(|| format!("its torque is {:.2} % of the joint's, below the tolerance of {:.2} %", 100.0 * worth.matters, 100.0 * options.tolerance))
@@ -221,7 +229,7 @@ pub(crate) fn share(view: &View<'_>, model: &Model, k: usize) -> f64 {
     let (mut forms, mut factors) = (model.forms.clone(), model.factors.clone());
     let logged = put_back(&model.logged, &forms.remove(k));
     factors.remove(k);
-    let without = Model { forms, factors, logged, covariance: vec![], places: vec![] };
+    let without = Model { forms, factors, logged, covariance: vec![], places: vec![], beyond: vec![] };
     let mut change = residual(view, &without);
     change.add(-1.0, &residual(view, model));
     (0..view.scene.joints.len())
@@ -259,8 +267,8 @@ mod tests {
             let judged = |errors: f64| {
                 let covariance = vec![vec![(extent / errors).powi(2), 0.0], vec![0.0, 1e-6]];
                 let (forms, factors, places) = (vec![form.clone()], vec![vec![extent, 0.1]], vec![vec![Some(0), Some(1)]]);
-                let model = Model { forms, factors, covariance, places, logged: Logged::as_it_is(1) };
-                reason(&model, 0, &Worth { gain: 100.0, sure: 1.0, matters: 1.0 }, &Options::default(), false)
+                let model = Model { forms, factors, covariance, places, logged: Logged::as_it_is(1), beyond: vec![0.0] };
+                reason(&model, 0, &Worth { gain: 100.0, sure: 1.0, falls: 1.0, matters: 1.0 }, &Options::default(), false)
             };
             assert!(judged(2.3).is_some_and(|why| why.contains("beyond chance")) && judged(2.4).is_none(), "{}", cause.card.name);
         }

@@ -11,6 +11,7 @@
 //!
 //! J. Swevers, W. Verdonck and J. De Schutter, Dynamic model identification for industrial robots, IEEE Control Syst. Mag. 27(5) (2007) 58.
 
+mod again;
 mod answer;
 mod band;
 mod blocks;
@@ -20,6 +21,7 @@ mod column;
 mod corrections;
 mod deflection;
 mod diagnose;
+mod discrepancy;
 mod dynamics;
 mod error;
 mod excitation;
@@ -29,6 +31,7 @@ mod held_out;
 mod judged;
 mod left_noise;
 mod logged;
+mod mistaken;
 mod model;
 mod motion;
 mod noise;
@@ -44,6 +47,8 @@ mod swing;
 #[path = "../tests/swinging/mod.rs"]
 mod swinging;
 mod table;
+mod told;
+mod verdict;
 mod zeros;
 
 pub use causes::{CAUSES, Card, JointCause};

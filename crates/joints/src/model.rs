@@ -17,6 +17,8 @@ pub(crate) struct Model {
     pub covariance: Vec<Vec<f64>>,
     /// Where each form's factors and shapes stand in it; `None` for what the data leave open.
     pub places: Vec<Vec<Option<usize>>>,
+    /// By how many standard errors each form's first factor would go beyond where it stands, where a bound holds it.
+    pub beyond: Vec<f64>,
 }
 
 /// What remains of the missing torque beside a model, not whitened.
@@ -53,21 +55,37 @@ pub(crate) fn solved(series: &[Arc<Series>], missing: &Series) -> (Table, Solved
     (table, solved)
 }
 
+/// Factors of forms, some of which have theirs.
+fn factors(view: &View<'_>, forms: &[Form], logged: &Logged, least: &[Option<f64>]) -> Vec<Vec<f64>> {
+    let free: Vec<Form> = forms.iter().zip(least).filter(|(_, least)| least.is_none()).map(|(form, _)| form.clone()).collect();
+    let (columns, mut missing) = open(view, &free, logged);
+    for (form, least) in forms.iter().zip(least) {
+        least.iter().for_each(|least| missing.add(-least, &view.white(&form.columns)[0]));
+    }
+    let (_, found) = solved(&view.white(&columns), &missing);
+    let mut at = 0..columns.len();
+    let mut factor = |c: &Column| c.factor().or_else(|| Some(found.of(&[at.next()?])[0])).unwrap_or(0.0);
+    let of = |(form, least): (&Form, &Option<f64>)| least.map_or_else(|| form.columns.iter().map(&mut factor).collect(), |least| vec![least]);
+    forms.iter().zip(least).map(of).collect()
+}
+
 impl Model {
     /// The file as it is, of so many joints.
     pub fn file(joints: usize) -> Model {
-        Model { forms: vec![], logged: Logged::as_it_is(joints), factors: vec![], covariance: vec![], places: vec![] }
+        Model { forms: vec![], logged: Logged::as_it_is(joints), factors: vec![], covariance: vec![], places: vec![], beyond: vec![] }
     }
 
-    /// The factors of these forms, with shapes and channels as they are.
+    /// The factors of these forms, with shapes and channels as they are; one that would leave less than none of what the file has leaves none.
     pub fn fit(view: &View<'_>, forms: &[Form], logged: &Logged) -> Model {
-        let (columns, missing) = open(view, forms, logged);
-        let (_, found) = solved(&view.white(&columns), &missing);
-        let mut at = 0..columns.len();
-        let factor = |c: &Column| c.factor().or_else(|| Some(found.of(&[at.next()?])[0])).unwrap_or(0.0);
-        let mut factor = factor;
-        let factors = forms.iter().map(|form| form.columns.iter().map(&mut factor).collect()).collect();
-        Model { forms: forms.to_vec(), logged: logged.clone(), factors, covariance: vec![], places: vec![] }
+        let mut least: Vec<Option<f64>> = vec![None; forms.len()];
+        loop {
+            let factors = factors(view, forms, logged, &least);
+            let crossed = (0..forms.len()).find_map(|k| if least[k].is_none() { Some((k, forms[k].least(&factors[k])?)) } else { None });
+            let Some((k, bound)) = crossed else {
+                return Model { forms: forms.to_vec(), logged: logged.clone(), factors, covariance: vec![], places: vec![], beyond: vec![] };
+            };
+            least[k] = Some(bound);
+        }
     }
 
     /// Forms in the order of these gains, the largest first.
@@ -77,6 +95,7 @@ impl Model {
         self.forms = by.iter().map(|k| self.forms[*k].clone()).collect();
         self.factors = by.iter().map(|k| self.factors[*k].clone()).collect();
         self.places = by.iter().map(|k| self.places[*k].clone()).collect();
+        self.beyond = by.iter().map(|k| self.beyond[*k]).collect();
     }
 
     /// How many standard errors a form's gear gives more than nothing; `None` where it has none, or the data leave it open.

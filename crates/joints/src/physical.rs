@@ -13,6 +13,8 @@ type Terms = [f64; TERMS_OF_A_LINK];
 const STATES: usize = 3 * TERMS_OF_A_LINK;
 /// Torque that a completed body may change, as a share of what it needs: far above round-off, far below any log's noise.
 const UNSEEN: f64 = 1e-9;
+/// Share of a number's torques that the others do not make, below which it is none of its own; as in the search.
+const OWN: f64 = 1e-7;
 /// Weight of the torques beside the distance from the file, both of size one: parameters that torques see by a thousandth settle in a step of the
 /// multipliers, which make them exact; round-off of those that torques do not see stays far below one.
 const WEIGHT: f64 = 1e6;
@@ -28,15 +30,51 @@ const STEPS: usize = 60;
 /// tr(P_own⁻¹ P) − log det P of all with Y π = Y π_found (T. Lee and F. C. Park, A geometric algorithm for robust multibody inertial parameter
 /// identification, IEEE Robot. Autom. Lett. 3 (2018) 2455).
 pub(crate) fn body(chain: &SerialChain, link: usize, own: &Terms, found: &Terms) -> Option<Terms> {
-    if factor(&pseudo_inertia(found)).is_some() {
-        return Some(*found);
-    }
-    // Numbers of size one: masses over the file's, lengths over its radius of gyration.
+    if is_body(found) { Some(*found) } else { nearest(chain, link, own, found) }
+}
+
+/// Whether masses make it.
+pub(crate) fn is_body(terms: &Terms) -> bool {
+    factor(&pseudo_inertia(terms)).is_some()
+}
+
+/// Which of these numbers of a body no torque tells by themselves, in some motion with all others of them.
+pub(crate) fn open(chain: &SerialChain, link: usize, own: &Terms, terms: &[usize]) -> [bool; TERMS_OF_A_LINK] {
+    let seen = seen(chain, link, &units(own).unwrap_or([1.0; TERMS_OF_A_LINK]));
+    let is_open = |k: usize| {
+        let (mut left, mut others) = (seen.clone(), terms.iter().copied().filter(|other| *other != k).collect::<Vec<usize>>());
+        while let Some(at) = (0..others.len()).max_by(|a, b| left[[others[*a], others[*a]]].total_cmp(&left[[others[*b], others[*b]]])) {
+            let pivot = others.swap_remove(at);
+            // Numbers of size one: beside what is left of others it is round-off.
+            if left[[pivot, pivot]] <= UNSEEN {
+                break;
+            }
+            let row: Vec<f64> = (0..TERMS_OF_A_LINK).map(|i| left[[pivot, i]]).collect();
+            for i in 0..TERMS_OF_A_LINK {
+                (0..TERMS_OF_A_LINK).for_each(|j| left[[i, j]] -= row[i] * row[j] / row[pivot]);
+            }
+        }
+        terms.contains(&k) && left[[k, k]] <= UNSEEN.max(OWN * seen[[k, k]])
+    };
+    std::array::from_fn(is_open)
+}
+
+/// Which numbers of a body any torque feels at all.
+pub(crate) fn felt(chain: &SerialChain, link: usize, own: &Terms) -> [bool; TERMS_OF_A_LINK] {
+    let seen = seen(chain, link, &units(own).unwrap_or([1.0; TERMS_OF_A_LINK]));
+    std::array::from_fn(|k| seen[[k, k]] > UNSEEN)
+}
+
+/// Sizes of a body's numbers: masses over the file's, lengths over its radius of gyration; `None` where it has none.
+fn units(own: &Terms) -> Option<Terms> {
     let length = ((own[4] + own[6] + own[9]) / (2.0 * own[0])).sqrt();
-    if !(length.is_finite() && length > 0.0) {
-        return None;
-    }
     let unit: Terms = std::array::from_fn(|k| own[0] * length.powi([0, 1, 2][usize::from(k > 0) + usize::from(k > 3)]));
+    (length.is_finite() && length > 0.0).then_some(unit)
+}
+
+/// The body nearest to the file's `own` of all that move as `found` does.
+pub(crate) fn nearest(chain: &SerialChain, link: usize, own: &Terms, found: &Terms) -> Option<Terms> {
+    let unit = units(own)?;
     let [own, goal] = [own, found].map(|x| -> Terms { std::array::from_fn(|k| x[k] / unit[k]) });
     let seen = seen(chain, link, &unit);
     let nearest = Nearest { start: inverse(&pseudo_inertia(&own))?, seen: &seen, goal };

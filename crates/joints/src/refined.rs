@@ -52,6 +52,9 @@ fn intervals(view: &View<'_>, model: &mut Model) {
     let (_, found) = solved(&series, &rest);
     model.places = places.iter().map(|own| own.iter().map(|c| found.kept.iter().position(|k| k == c)).collect()).collect();
     model.covariance = sandwich(&found, &series, &rest);
+    let factors = found.factors();
+    let beyond = |place: &Vec<Option<usize>>| place.first().copied().flatten().map_or(0.0, |at| factors[at].abs() / model.covariance[at][at].sqrt());
+    model.beyond = model.places.iter().map(beyond).collect();
 }
 
 /// The change of a form's torque with one of its shapes.

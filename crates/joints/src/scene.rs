@@ -2,12 +2,13 @@
 
 use crate::JointsError;
 use crate::bodies::Bodies;
+use crate::causes::Form;
 use crate::column::Column;
 use crate::dynamics::inverse_dynamics;
 use crate::motion::Motion;
 use ndof_devices::{SerialChain, TERMS_OF_A_LINK};
 use ndof_models::robot::{Joints, Robot};
-use ndof_signal::{MotionNoise, RESOLVED, Recording, derivatives};
+use ndof_signal::{MotionNoise, RESOLVED, Recording, derivatives, effort_noise};
 use ndof_sysid::Ports;
 use std::sync::Arc;
 
@@ -28,8 +29,12 @@ pub(crate) struct JointScale {
     pub speed: f64,
     /// rms of the noise in the rate whose sign counts.
     pub speed_noise: f64,
-    /// Standard deviation of its torque.
+    /// Standard deviation of its torque; of one that is not driven, that of what its bodies exchange with it.
     pub torque: f64,
+    /// The only value that its torque has, if there is one: of a joint that is not driven none.
+    pub constant: Option<f64>,
+    /// One-sided density of its torque's noise, as it is above all motion.
+    pub hiss: f64,
     /// What of its torque is no more than its noise: the size over which the sign of a torque is smoothed.
     pub torque_noise: f64,
     /// Smallest way of the encoder that is more than its noise.
@@ -81,7 +86,8 @@ pub(crate) fn scene<'a>(chain: &'a SerialChain, trials: &[Recording], simulated:
             let (q, v, torque) = (all(&|m| &m.q[j]), all(&|m| &m.v[j]), all(&|m| &m.torque[j]));
             let own = MotionNoise { corner_hz: corners[j], density: found[j].map_or(0.0, |e| e.density) };
             let speed = rms(&v);
-            let spread = deviation(&torque);
+            let constant = torque.first().copied().filter(|first| torque.iter().all(|t| t == first));
+            let spread = if constant.is_some() { deviation(&all(&|m| &m.rigid[j])) } else { deviation(&torque) };
             JointScale {
                 corner_hz: corners[j],
                 inertia: inertias[j],
@@ -91,6 +97,8 @@ pub(crate) fn scene<'a>(chain: &'a SerialChain, trials: &[Recording], simulated:
                 speed,
                 speed_noise: (SIGN * speed).max(f64::MIN_POSITIVE),
                 torque: spread,
+                constant,
+                hiss: hiss(trials, ports, j),
                 torque_noise: (1e-2 * spread).max(f64::MIN_POSITIVE),
                 angle_noise: own.rms_of_derivative(0),
             }
@@ -139,11 +147,22 @@ fn inertias(chain: &SerialChain, trials: &[Recording], ports: &Ports) -> Vec<f64
     (0..n).map(|j| mass[j * n + j]).collect()
 }
 
-/// Where the motion of each joint is cut off: where the noise of its encoder, seen through the joint's inertia, overtakes that of its torque.
+fn torques<'a>(trials: &'a [Recording], ports: &Ports, j: usize) -> Vec<&'a [f64]> {
+    trials.iter().map(|r| r.channels()[ports.inputs[j]].samples.as_slice()).collect()
+}
+
+/// Density of a torque's noise.
+fn hiss(trials: &[Recording], ports: &Ports, j: usize) -> f64 {
+    effort_noise(&torques(trials, ports, j), trials[0].sample_rate_hz()).unwrap_or(0.0)
+}
+
+/// Where the motion of each joint is cut off: where the noise of its encoder, seen through the joint's inertia, overtakes that of its torque. One that is
+/// not driven has no noise to be overtaken.
 fn corners(inertias: &[f64], trials: &[Recording], ports: &Ports, found: &[Option<MotionNoise>], fastest_hz: f64) -> Vec<f64> {
-    let torques = |j: usize| -> Vec<&[f64]> { trials.iter().map(|r| r.channels()[ports.inputs[j]].samples.as_slice()).collect() };
-    let of =
-        |(j, found): (usize, &Option<MotionNoise>)| found.map_or(fastest_hz, |noise| noise.overtakes_hz(inertias[j], &torques(j), trials[0].sample_rate_hz()));
+    let of = |(j, found): (usize, &Option<MotionNoise>)| {
+        let noise = found.filter(|_| torques(trials, ports, j).iter().flat_map(|torque| torque.windows(2)).any(|pair| pair[0] != pair[1]));
+        noise.map_or(fastest_hz, |noise| noise.overtakes_hz(inertias[j], hiss(trials, ports, j), trials[0].sample_rate_hz()))
+    };
     found.iter().enumerate().map(of).collect()
 }
 
@@ -187,6 +206,21 @@ impl Scene<'_> {
     /// weight and Coriolis forces make.
     pub fn twice_hz(&self) -> f64 {
         (2.0 * self.fastest_hz).min(RESOLVED * self.rate_hz / 2.0)
+    }
+
+    /// Whether a form may be what is wrong: a torque that is nothing throughout is known to be that, and one that never changes has neither a gain nor a time. Where it is
+    /// nothing all at the joint is known up to a factor, nothing at all included: the inertia that it turns is the measure of the rest.
+    pub fn may_be_wrong(&self, form: &Form) -> bool {
+        let constant = |j: &usize| self.joints[*j].constant;
+        let measure = |column: &Column| matches!(column, Column::Body { link: j, .. } | Column::Acceleration(j) if constant(j) == Some(0.0));
+        if form.joint.is_some() && form.columns.iter().any(measure) {
+            return false;
+        }
+        match &form.columns[..] {
+            [Column::Torque(j) | Column::Falling(j)] => constant(j).is_none(),
+            [Column::Constant(j)] => constant(j) != Some(0.0),
+            _ => true,
+        }
     }
 
     /// How the file's dry friction turns: where it is a soft constraint, ahead of the joint and over a speed of its own.

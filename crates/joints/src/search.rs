@@ -232,10 +232,16 @@ impl Rule<'_> {
         let worth = |k: usize| -> Option<(usize, f64)> {
             let (form, columns) = (&self.forms[k], &self.table.columns[k]);
             let more = beside.more(columns);
-            let (gained, freedoms) = (more.iter().map(|m| m.z * m.z).sum(), more.len());
+            let (mut gained, freedoms): (f64, usize) = (more.iter().map(|m| m.z * m.z).sum(), more.len());
+            let factors = beside.factors(columns, &more);
+            let least = form.least(&factors);
+            // At a bound it gains so much less as it is away from where it would go.
+            if let (Some(least), [own]) = (least, &more[..]) {
+                gained -= (own.row.last().unwrap_or(&0.0) * (factors[0] - least)).powi(2);
+            }
             let worth = self.worth(form, gained, freedoms);
             let named = freedoms > 0 && worth > 0.0 && self.p_value(form, gained, freedoms) <= self.false_alarms;
-            (named && form.allows(&beside.factors(columns, &more))).then_some((k, worth))
+            (named && (least.is_some() || form.allows(&factors))).then_some((k, worth))
         };
         let all: Vec<(usize, f64)> = (0..self.forms.len()).into_par_iter().filter(|k| may(*k)).filter_map(worth).collect();
         // The first of equals, however many processors there are.

@@ -53,7 +53,9 @@ pub(crate) fn one_gain(scene: &Scene<'_>, view: &View<'_>) -> bool {
         }
     }
     let most = |[missed, both, needed]: &[f64; 3]| both * both > 0.5 * missed * needed;
-    sums.iter().all(most) && (sums.iter().all(|sum| sum[1] > 0.0) || sums.iter().all(|sum| sum[1] < 0.0))
+    // A joint that is not driven says nothing of it.
+    let sums: Vec<[f64; 3]> = sums.into_iter().zip(&scene.joints).filter(|(_, joint)| joint.constant.is_none()).map(|(sum, _)| sum).collect();
+    !sums.is_empty() && sums.iter().all(most) && (sums.iter().all(|sum| sum[1] > 0.0) || sums.iter().all(|sum| sum[1] < 0.0))
 }
 
 /// The correlation of each joint's torque with what the file's bodies need.

@@ -314,7 +314,7 @@ fn on_a_gear(stiffness: f64, damping: f64, long: f64, away: f64) -> Vec<f64> {
 /// Whether a flexible joint is all that is named, by a stiffness whose interval, of less than a tenth, has the true one.
 fn assert_gear(found: &Diagnosis, stiffness: f64) {
     let named: Vec<&str> = found.causes.iter().map(|c| c.effect.as_str()).collect();
-    assert_eq!((named, found.verdict), (vec!["joint-flexibility"], Verdict::Explained), "{:?}", found.minor);
+    assert_eq!((named, found.verdict), (vec!["joint-flexibility"], Verdict::Explained), "{:?} {:?}", found.minor, found.discrepancy.notes);
     let [low, high] = interval(found, "joint-flexibility", "stiffness_nm_per_rad").expect("an interval");
     assert!(low < stiffness && stiffness < high && high < 1.1 * low, "{low} {high}");
 }

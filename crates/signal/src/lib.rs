@@ -43,7 +43,7 @@ pub use excitation::{
 pub use filter::{FilterError, Passband, Section, SosFilter, SosStream};
 pub use lone_samples::lone_samples;
 pub use mirrored::{curve_through, mirrored, smooth_length, without_line};
-pub use motion_noise::MotionNoise;
+pub use motion_noise::{MotionNoise, effort_noise};
 pub use multitaper::{Multitaper, MultitaperError};
 pub use periodic::{DetectedPeriod, PeriodSpectra, Periodic, PeriodicError, detect_period};
 pub use quantity::{Quantity, Unit, UnknownUnit};

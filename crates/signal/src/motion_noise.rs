@@ -60,9 +60,9 @@ impl MotionNoise {
     }
 
     /// Where this noise, accelerating an inertia, overtakes that of the effort (Hz): m (2πf)² √S_x = √S_F. Below it smoothing would take more from
-    /// the motion than noise from the effort. Never below the corner, nor beyond what samples resolve.
-    pub fn overtakes_hz(&self, inertia: f64, efforts: &[&[f64]], rate_hz: f64) -> f64 {
-        let found = (top_density(efforts, rate_hz).unwrap_or(0.0) / (inertia.powi(2) * self.density)).powf(0.25) / TAU;
+    /// the motion than noise from the effort, of which `effort` is the density ([`effort_noise`]). Never below the corner, nor beyond what samples resolve.
+    pub fn overtakes_hz(&self, inertia: f64, effort: f64, rate_hz: f64) -> f64 {
+        let found = (effort / (inertia.powi(2) * self.density)).powf(0.25) / TAU;
         let most = RESOLVED * rate_hz / 2.0;
         if found.is_finite() { found.clamp(self.corner_hz.min(most), most) } else { most }
     }
@@ -78,9 +78,9 @@ fn density(trials: &[&[f64]], rate_hz: f64, prepared: impl Fn(&[f64]) -> Vec<f64
     Some((0..pooled.frequency_hz().len()).map(|f| pooled.power(f, 0)).collect())
 }
 
-/// Density of an effort where there is hardly anything but noise: above three quarters of Nyquist, of its first difference, so that what is slow and
-/// large does not leak there.
-fn top_density(trials: &[&[f64]], rate_hz: f64) -> Option<f64> {
+/// One-sided density (unit²/Hz) of an effort where there is hardly anything but noise: above three quarters of Nyquist, of its first difference, so that
+/// what is slow and large does not leak there. `None` where trials are too short.
+pub fn effort_noise(trials: &[&[f64]], rate_hz: f64) -> Option<f64> {
     let density = density(trials, rate_hz, |x| x.windows(2).map(|w| w[1] - w[0]).collect())?;
     let n = density.len() - 1;
     let white = |k: usize| (2.0 * (FRAC_PI_2 * k as f64 / n as f64).sin()).powi(2);
@@ -109,6 +109,6 @@ mod tests {
         assert!(MotionNoise::of(&[&vec![1.0; 4000]], rate).is_none());
         // White noise of an effort of variance 1 has the density 2/rate; 3000 lines of 31 segments scatter by 1 %.
         let effort: Vec<f64> = (0..8000).map(|_| 12_f64.sqrt() * (random() - 0.5)).collect();
-        assert!((top_density(&[&effort], rate).expect("long enough") * rate / 2.0 - 1.0).abs() < 0.05);
+        assert!((effort_noise(&[&effort], rate).expect("long enough") * rate / 2.0 - 1.0).abs() < 0.05);
     }
 }

@@ -1,7 +1,7 @@
 //! The handle: what moves with the limb but lies beyond the transducer.
 
 use super::PrepareError;
-use ndof_signal::{MotionNoise, Passband, Quantity, RESOLVED, Recording, SosFilter, Unit};
+use ndof_signal::{MotionNoise, Passband, Quantity, RESOLVED, Recording, SosFilter, Unit, effort_noise};
 
 /// Samples that the one-sided differences at the ends need.
 const STENCIL: usize = 6;
@@ -38,7 +38,9 @@ pub fn without_handle(recording: &Recording, effort: &str, displacement: &str, m
     let rate_hz = recording.sample_rate_hz();
     let mut acceleration = second_difference(&motion.samples, rate_hz)?;
     let noise = MotionNoise::of(&[&motion.samples], rate_hz);
-    let corner_hz = noise.map(|noise| noise.overtakes_hz(mass, &[&force.samples], rate_hz)).filter(|hz| *hz < RESOLVED * rate_hz / 2.0);
+    let corner_hz = noise
+        .map(|noise| noise.overtakes_hz(mass, effort_noise(&[&force.samples], rate_hz).unwrap_or(0.0), rate_hz))
+        .filter(|hz| *hz < RESOLVED * rate_hz / 2.0);
     if let Some(smoothed) = corner_hz.and_then(|hz| SosFilter::butterworth(ORDER, Passband::Low(hz), rate_hz).ok()?.filter_zero_phase(&acceleration).ok()) {
         acceleration = smoothed;
     }

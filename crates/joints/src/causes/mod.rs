@@ -136,8 +136,9 @@ impl Told {
         Told { within, ..self }
     }
 
+    /// At its least only where the file has more: what the file does not have either is none.
     fn lies_within(&self, sum: f64) -> bool {
-        self.within[0] < sum && sum < self.within[1]
+        (self.within[0] < sum || self.within[0] == sum && self.file > sum) && sum < self.within[1]
     }
 
     pub fn on_top_of(self, file: f64) -> Self {
@@ -185,6 +186,12 @@ impl Form {
     pub fn allows(&self, factors: &[f64]) -> bool {
         let near = |(column, factor): (&Column, &f64)| column.factor().is_none_or(|own| (1.0 / NEAR..NEAR).contains(&(factor / own)));
         self.told.iter().all(|t| t.lies_within(t.sum(factors))) && self.columns.iter().zip(factors).all(near)
+    }
+
+    /// The factor at which the robot has none of what the file has, where one factor is all that there is and asks for less than none.
+    pub fn least(&self, factors: &[f64]) -> Option<f64> {
+        let ([_], [Told { file, parts, over: None, inverse: false, within: [least, _], .. }]) = (&self.columns[..], &self.told[..]) else { return None };
+        (parts[..] == [(0, 1.0)] && file > least && file + factors[0] <= *least && self.columns[0].factor().is_none()).then_some(least - file)
     }
 
     /// A gain may be below zero where a torque goes against what the file's bodies need, joint by joint; that of all torques where all do.

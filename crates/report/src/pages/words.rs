@@ -2,7 +2,7 @@
 
 use crate::figures::capitalised;
 use crate::number::significant;
-use ndof_diagnose::{BandShare, CauseParameter, Diagnosis, Verdict};
+use ndof_diagnose::{BandShare, Cause, CauseParameter, Diagnosis, Verdict};
 use ndof_models::effects::Value;
 
 /// What the plant does and what the effect is called, in plain words.
@@ -56,6 +56,19 @@ fn plain(effect: &str) -> (&'static str, &'static str) {
         "base-tilt" => ("its base does not stand as the file says", "a tilt"),
         _ => ("the simulation misses something", "an effect"),
     }
+}
+
+/// What is said where the robot has less of it than the file.
+fn less(d: &Diagnosis, cause: &Cause) -> Option<&'static str> {
+    let (parameter, words) = match cause.effect.as_str() {
+        "coulomb-friction" => ("coulomb", "it sticks less than the file says"),
+        "viscous-friction" => ("viscous", "it drags less than the file says"),
+        "motor-inertia" => ("rotor", "its motor is easier to turn than the file says"),
+        "cable-force" => ("spring", "a spring pulls less than the file says"),
+        _ => return None,
+    };
+    let name = format!("{parameter}_{}_", cause.site.axis);
+    d.extended.parameter_shift.iter().any(|shift| shift.name.starts_with(&name) && shift.after < shift.before).then_some(words)
 }
 
 /// Where most of what is missed lies.
@@ -133,7 +146,8 @@ pub fn sentence(d: &Diagnosis) -> String {
             _ => format!("{} the simulation misses something that none of the known causes explains.", place(&d.discrepancy.by_band)),
         };
     };
-    let (what, name) = plain(&first.effect);
+    let (more, name) = plain(&first.effect);
+    let what = less(d, first).unwrap_or(more);
     let with = first.over_schedule.first().map(|curve| format!(" with {}", curve.over)).unwrap_or_default();
     let of = match first.over_schedule.first() {
         Some(_) => range(&first.parameters),

@@ -1,0 +1,72 @@
+//! Where the file's error lies, and what is to be known of the log.
+
+use crate::answer::Answer;
+use crate::model::{Model, residual};
+use crate::suspicions::suspicions;
+use ndof_diagnose::{BandShare, Discrepancy, TimeShare};
+use ndof_models::robot::Robot;
+use ndof_signal::forward_transform;
+
+/// Stretches of time, and bands, in which the file's error is shown.
+const SLICES: usize = 8;
+
+impl Answer<'_> {
+    /// Where the file's error lies.
+    pub fn discrepancy(&self, empty: &Model) -> Discrepancy {
+        let rest = residual(self.held, empty);
+        let (mut by_band, mut by_time) = (Vec::new(), Vec::new());
+        for (j, name) in self.ports.inputs.iter().map(|i| self.trials[0].channels()[*i].name.clone()).enumerate() {
+            let Some((piece, x)) = rest.0.iter().enumerate().filter_map(|(p, joints)| Some((p, joints[j].as_ref()?))).max_by_key(|(_, x)| x.len()) else {
+                continue;
+            };
+            let total: f64 = x.iter().map(|x| x * x).sum::<f64>().max(f64::MIN_POSITIVE);
+            let places = &self.held.pieces[piece].places;
+            let start = places.first().copied().unwrap_or(0) as f64 / self.scene.rate_hz;
+            for s in 0..SLICES {
+                let range = s * x.len() / SLICES..(s + 1) * x.len() / SLICES;
+                let time = |k: usize| places[k.min(places.len() - 1)] as f64 / self.scene.rate_hz - start;
+                let share = x[range.clone()].iter().map(|x| x * x).sum::<f64>() / total;
+                by_time.push(TimeShare { time_s: [time(range.start), time(range.end)], output: name.clone(), share });
+            }
+            by_band.extend(bands(x, self.held.band.kept_hz(), self.held.band.pass_hz).into_iter().map(|(band_hz, share)| BandShare {
+                band_hz,
+                output: name.clone(),
+                share,
+            }));
+        }
+        let mut notes = vec![format!(
+            "the motion rises above the noise of the encoders up to {:.2} Hz; torques are compared up to {:.2} Hz",
+            self.scene.fastest_hz, self.fitted.band.pass_hz
+        )];
+        notes.extend(suspicions(self.scene, self.fitted, &self.model.logged));
+        notes.extend(self.mistaken.map(|mistaken| mistaken.words(&self.names())));
+        for (j, (gain, removed)) in self.left.gains.iter().zip(&self.left.removed).enumerate() {
+            let (name, unit, again) = (&self.scene.chain.joints().names[j], self.unit_at(j, "N m"), self.comes_again(j));
+            if gain.ci95()[0] > 0.0 && *removed > self.options.tolerance * self.scene.joints[j].torque {
+                notes.push(format!("at {name} a torque of {removed:.3} {unit} rms is left that follows from its angle and speed and that no cause explains"));
+            } else if again > 0.0 {
+                notes.push(format!(
+                    "at {name} a torque of {again:.3} {unit} rms is left that lasts, or comes again with its angle and speed, and that no cause explains"
+                ));
+            }
+        }
+        let none = f64::NAN;
+        Discrepancy { by_band, by_time, linear_share: none, nonlinear_share: none, time_varying_share: none, noise_share: none, notes }
+    }
+}
+
+/// Shares of a series' power in bands that double.
+fn bands(x: &[f64], rate_hz: f64, most_hz: f64) -> Vec<([f64; 2], f64)> {
+    let forward = forward_transform(x.len());
+    let mut lines = forward.make_output_vec();
+    if forward.process(&mut x.to_vec(), &mut lines).is_err() {
+        return vec![];
+    }
+    let edges: Vec<f64> = std::iter::once(0.0).chain((0..5).map(|k| most_hz / f64::from(1 << (4 - k)))).collect();
+    let total: f64 = lines.iter().map(|l| l.norm_sqr()).sum::<f64>().max(f64::MIN_POSITIVE);
+    let within = |low: f64, high: f64| {
+        let hz = |k: usize| k as f64 * rate_hz / x.len() as f64;
+        lines.iter().enumerate().filter(|(k, _)| hz(*k) >= low && hz(*k) < high).map(|(_, l)| l.norm_sqr()).sum::<f64>() / total
+    };
+    edges.windows(2).map(|e| ([e[0], e[1]], within(e[0], e[1]))).collect()
+}

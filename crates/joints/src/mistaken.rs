@@ -1,0 +1,120 @@
+//! Channels that are not what they are called: two that changed places, a joint whose axis is turned round.
+
+use crate::dynamics::inverse_dynamics;
+use crate::motion::Motion;
+use crate::scene::{Scene, deviation};
+
+/// What may have happened to the channels of a log.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) enum Mistaken {
+    /// The torques of two joints changed places.
+    Torques([usize; 2]),
+    /// The angles of two joints did.
+    Angles([usize; 2]),
+    /// Both did: the joints are called by each other's names.
+    Joints([usize; 2]),
+    /// The angle of a joint counts the other way.
+    Angle(usize),
+    /// Angle and torque do.
+    Joint(usize),
+}
+
+/// Share of the error that is left, at most, of channels that are put right: as of a torque that is turned round, two thirds are gone.
+const LEFT: f64 = 1.0 / 3.0;
+
+impl Mistaken {
+    /// In words, with what to do.
+    pub fn words(self, joints: &[String]) -> String {
+        let changed = |what: &str, [a, b]: [usize; 2]| {
+            let (a, b) = (&joints[a], &joints[b]);
+            let pair = format!("{what}_{a}={what}_{b},{what}_{b}={what}_{a}");
+            (format!("the {what} channels of {a} and {b} are as if they had changed places"), format!("--channels {pair}"))
+        };
+        let (what, remedy) = match self {
+            Mistaken::Torques(pair) => changed("torque", pair),
+            Mistaken::Angles(pair) => changed("angle", pair),
+            Mistaken::Joints(pair) => {
+                let ((_, torque), (_, angle)) = (changed("torque", pair), changed("angle", pair));
+                let names = pair.map(|j| joints[j].as_str());
+                (format!("{} and {} are as if each were called by the other's name", names[0], names[1]), format!("{torque},{}", &angle["--channels ".len()..]))
+            }
+            Mistaken::Angle(j) => (format!("the angle of {} is as if it counted the other way", joints[j]), format!("--negate angle_{}", joints[j])),
+            Mistaken::Joint(j) => (
+                format!("the angle and the torque of {} are as if the joint's axis were turned round", joints[j]),
+                format!("--negate angle_{0},torque_{0}, or turn its axis in the file", joints[j]),
+            ),
+        };
+        format!(
+            "{what}: so read, two thirds or more of what the file's robot misses are gone; try it with {remedy}; no number of this answer is to be used before that is settled"
+        )
+    }
+
+    /// The logs as they would be if this had not happened.
+    fn undone(self, motion: &Motion) -> Motion {
+        let mut out = motion.clone();
+        let back = |series: &mut Vec<f64>| series.iter_mut().for_each(|x| *x = -*x);
+        if let Mistaken::Torques([a, b]) | Mistaken::Joints([a, b]) = self {
+            out.torque.swap(a, b);
+        }
+        if let Mistaken::Angles([a, b]) | Mistaken::Joints([a, b]) = self {
+            [&mut out.q, &mut out.v, &mut out.a, &mut out.sharp].into_iter().for_each(|series| series.swap(a, b));
+        }
+        if let Mistaken::Angle(j) | Mistaken::Joint(j) = self {
+            [&mut out.q, &mut out.v, &mut out.a, &mut out.sharp].into_iter().for_each(|series| back(&mut series[j]));
+        }
+        if let Mistaken::Joint(j) = self {
+            back(&mut out.torque[j]);
+        }
+        out
+    }
+
+    /// Whether the file's torques change with it, and not the places of the logged ones alone.
+    fn moves(self) -> bool {
+        !matches!(self, Mistaken::Torques(_))
+    }
+}
+
+/// What puts two thirds or more of the file's error right, where it misses more than the last third of a torque: a simulator's log has the same channels, and none is asked
+/// then. A joint that is not driven has a torque that is no other's.
+pub(crate) fn mistaken(scene: &Scene<'_>, motions: &[Motion]) -> Option<Mistaken> {
+    let driven: Vec<usize> = (0..scene.joints.len()).filter(|j| scene.joints[*j].constant.is_none()).collect();
+    if motions.iter().any(|motion| !motion.beyond.is_empty()) {
+        return None;
+    }
+    let nominal: Vec<Vec<Vec<f64>>> = motions.iter().map(|motion| scene.nominal(motion)).collect();
+    let before = errors(&driven, motions, &nominal);
+    if before.iter().all(|missed| *missed < LEFT) {
+        return None;
+    }
+    let pairs = driven.iter().flat_map(|&a| driven.iter().filter(move |b| **b > a).map(move |&b| [a, b]));
+    let one = driven.iter().flat_map(|&j| [Mistaken::Angle(j), Mistaken::Joint(j)]);
+    let all = pairs.flat_map(|pair| [Mistaken::Torques(pair), Mistaken::Angles(pair), Mistaken::Joints(pair)]).chain(one);
+    let after = |way: Mistaken| {
+        let undone: Vec<Motion> = motions.iter().map(|motion| way.undone(motion)).collect();
+        if !way.moves() {
+            return errors(&driven, &undone, &nominal);
+        }
+        let moved = |mut motion: Motion| {
+            motion.rigid = inverse_dynamics(scene.chain, &motion);
+            let needed = scene.nominal(&motion);
+            (motion, needed)
+        };
+        let (undone, needed): (Vec<Motion>, Vec<_>) = undone.into_iter().map(moved).unzip();
+        errors(&driven, &undone, &needed)
+    };
+    let sum = |errors: &[f64]| errors.iter().sum::<f64>();
+    let right = |way: Mistaken| Some((way, after(way))).filter(|(_, after)| sum(after) < LEFT * sum(&before)).map(|(way, after)| (way, sum(&after)));
+    all.filter_map(right).min_by(|a, b| a.1.total_cmp(&b.1)).map(|(way, _)| way)
+}
+
+/// For each of these joints the mean square of what the file misses over the variance of the larger of both torques, so that none counts more than by its noise.
+fn errors(joints: &[usize], motions: &[Motion], needed: &[Vec<Vec<f64>>]) -> Vec<f64> {
+    let of = |&j: &usize| {
+        let both = || motions.iter().zip(needed).flat_map(move |(motion, needed)| motion.torque[j].iter().zip(&needed[j]));
+        let missed = both().map(|(t, n)| (t - n).powi(2)).sum::<f64>() / both().count().max(1) as f64;
+        let [logged, file]: [Vec<f64>; 2] = [both().map(|(t, _)| *t).collect(), both().map(|(_, n)| *n).collect()];
+        let spread = deviation(&logged).max(deviation(&file)).powi(2);
+        if spread > 0.0 { missed / spread } else { 0.0 }
+    };
+    joints.iter().map(of).collect()
+}
