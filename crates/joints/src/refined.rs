@@ -11,8 +11,8 @@ use ndof_sysid::two_sided_t;
 use std::sync::Arc;
 
 /// Shapes and channels moved from where they are to where the likelihood is greatest, one after the other, and intervals of all.
-pub(crate) fn refined(view: &View<'_>, forms: &[Form], logged: &Logged) -> Model {
-    let (mut forms, mut logged) = (forms.to_vec(), logged.clone());
+pub(crate) fn refined(view: &View<'_>, searched: &[Form], log: &Logged) -> Model {
+    let (mut forms, mut logged) = (searched.to_vec(), log.clone());
     // Twice: what one shape takes from another is of second order by then.
     for _ in 0..2 {
         settle_channels(view, &forms, &mut logged);
@@ -22,6 +22,10 @@ pub(crate) fn refined(view: &View<'_>, forms: &[Form], logged: &Logged) -> Model
     settle_channels(view, &forms, &mut logged);
     gears::settle(view, &mut forms, &logged);
     let mut model = Model::fit(view, &forms, &logged);
+    if model.factors.iter().flatten().any(|factor| !factor.is_finite()) {
+        // A link that swings on its gear fell over on the way: what was searched is left as it was.
+        model = Model::fit(view, searched, log);
+    }
     intervals(view, &mut model);
     model
 }
