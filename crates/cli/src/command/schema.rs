@@ -106,7 +106,7 @@ fn choices(value: &Value) -> Option<&Vec<Value>> {
 
 /// On one line, and without the brackets of a link.
 fn plain(words: &str) -> String {
-    words.split_whitespace().collect::<Vec<_>>().join(" ")
+    words.split_whitespace().collect::<Vec<_>>().join(" ").replace("[`", "`").replace("`]", "`")
 }
 
 /// What a property holds, in words: `number`, `list of list of number or null`, the name of another table.
