@@ -204,12 +204,10 @@ fn a_joint_that_is_not_driven_has_its_spring_and_no_channel_with_a_wrong_gain() 
 #[test]
 fn channels_that_changed_places_or_sign_are_told_and_nothing_is_sure_beside_them() {
     let file = chain(&file(LIFT, BEND));
-    let cases: [(&str, fn(&mut [f64; 3], &mut [f64; 3])); 2] = [
-        ("--channels torque_lift=torque_bend,torque_bend=torque_lift", |torque, _| torque.swap(1, 2)),
-        ("--negate angle_lift,torque_lift", |torque, angle| (torque[1], angle[1]) = (-torque[1], -angle[1])),
-    ];
-    for (remedy, change) in cases {
-        let log = log(&file, 7, |_, _, _, _| 0.0, change);
+    let swapped = log(&file, 7, |_, _, _, _| 0.0, |torque, _| torque.swap(1, 2));
+    let turned = log(&file, 7, |_, _, _, _| 0.0, |torque, angle| (torque[1], angle[1]) = (-torque[1], -angle[1]));
+    let remedies = ["--channels torque_lift=torque_bend,torque_bend=torque_lift", "--negate angle_lift,torque_lift"];
+    for (remedy, log) in remedies.into_iter().zip([swapped, turned]) {
         let found = found(&file, log.clone());
         assert!(found.discrepancy.notes.iter().any(|note| note.contains(remedy)), "{remedy} {:?}", found.discrepancy.notes);
         assert!(found.causes.iter().all(|c| c.probability <= 0.6), "{:?}", found.causes);

@@ -10,6 +10,9 @@ use std::f64::consts::TAU;
 /// Standard errors below zero at which a sign is no chance: once in 1000, one-sided, for each of two numbers.
 const BEYOND: f64 = 3.1;
 
+/// Share of the velocity's power up to which lines are looked at: beyond, there is inertia alone, and a sample's delay turns it round.
+const MOVING: f64 = 0.9;
+
 /// Inertia and damping of each axis by itself, the least squares of D = F/x ≈ K − M ω² + i B ω where the two are coherent; where both are below zero, the
 /// effort seems to be counted against the motion. Of an axis that another drives, or of a limb that works by itself, only a fit of all axes tells.
 pub(super) fn against(spectra: &CrossSpectra, channels: &[Channel], roles: &Roles, trial: usize) -> Vec<Finding> {
@@ -31,14 +34,23 @@ pub(super) fn against(spectra: &CrossSpectra, channels: &[Channel], roles: &Role
 
 /// Whether inertia and damping of the effort over the motion, differentiated so often, are both below zero beyond chance.
 fn pushes(spectra: &CrossSpectra, (effort, motion, order): (usize, usize, i32)) -> bool {
-    let bins = telling(spectra, effort, motion);
+    let hz = spectra.frequency_hz();
+    let power = |f: usize| spectra.power(f, motion) * hz[f].powi(2 * (1 - order));
+    let total: f64 = (1..hz.len()).map(power).sum();
+    let mut below = 0.0;
+    let slower = |f: &usize| {
+        below += power(*f);
+        below <= MOVING * total
+    };
+    let last = (1..hz.len()).take_while(slower).last().unwrap_or(0);
+    let bins: Vec<usize> = telling(spectra, effort, motion).into_iter().filter(|f| *f <= last).collect();
     if bins.len() < FEWEST {
         return false;
     }
     let points: Vec<(f64, Complex64, f64)> = bins
         .into_iter()
         .map(|f| {
-            let omega = TAU * spectra.frequency_hz()[f];
+            let omega = TAU * hz[f];
             let stiffness = spectra.at(f, effort, motion) / spectra.power(f, motion) * Complex64::new(0.0, omega).powi(order);
             let coherence = coherence(spectra, f, effort, motion);
             (omega, stiffness, coherence / (stiffness.norm_sqr() * (1.0 - coherence).max(f64::EPSILON)))
