@@ -75,7 +75,10 @@ impl MeasuredResponse {
             (None, Some(coherence)) => {
                 // What n averages show of two signals that have nothing in common; a file may have rounded it to none.
                 let least = averages.map_or(f64::EPSILON, |n| 1.0 / n).min(1.0);
-                let relative = coherence.mapv(|c| (1.0 - c).max(f64::EPSILON) / if c < least { least } else { c } / averages.unwrap_or(1.0));
+                let relative = coherence.mapv(|c| {
+                    let c = if c < least { least } else { c };
+                    (1.0 - c).max(f64::EPSILON) / c / averages.unwrap_or(1.0)
+                });
                 relative * value.mapv(|h: Complex64| h.norm_sqr())
             }
             (None, None) => value.mapv(|h| h.norm_sqr()),
