@@ -47,15 +47,7 @@ pub(crate) fn carried(
             }
             continue;
         }
-        let mut dynamics = vec![Complex64::ZERO; n * n];
-        for (column, value) in columns {
-            if matches!(column.through, Through::Motion) {
-                for (i, j, h) in &column.action {
-                    dynamics[i * n + j] += h[k] * *value;
-                }
-            }
-        }
-        let Some(compliance) = square::inverse(&dynamics, n) else { continue };
+        let Some(compliance) = response(vec![Complex64::ZERO; n * n], columns.iter().copied(), k, n) else { continue };
         for i in 0..n {
             let rate = layout.sj[k].norm_sqr().powi(order as i32);
             noise[i] += rate * (0..n).map(|j| compliance[i * n + j].norm_sqr() * power[j][k]).sum::<f64>();
@@ -63,6 +55,14 @@ pub(crate) fn carried(
         }
     }
     noise.iter().zip(&signal).map(|(n, s)| (*s > 0.0 && n.is_finite()).then(|| (n / s).sqrt().min(1.0))).collect()
+}
+
+/// What moves with a force at a line: the inverse of `dynamics` and what columns with their values add to it; `None` where there is none.
+fn response<'a>(mut dynamics: Vec<Complex64>, columns: impl Iterator<Item = (&'a Column, f64)>, k: usize, n: usize) -> Option<Vec<Complex64>> {
+    for (column, value) in columns.filter(|(column, _)| matches!(column.through, Through::Motion)) {
+        column.action.iter().for_each(|(i, j, h)| dynamics[i * n + j] += h[k] * value);
+    }
+    square::inverse(&dynamics, n)
 }
 
 /// Share of the motion's power below 1.5 Hz that the residual force makes by itself, and its low over high power.
@@ -77,15 +77,8 @@ pub(crate) fn own_motion(subject: &Subject, stand: &Stand, power: &Power, axis: 
     let mean = |spectrum: &[Complex64], k: usize| (0..layout.blocks()).map(|b| spectrum[b * lines + k].norm_sqr()).sum::<f64>() / layout.blocks() as f64;
     let (mut made, mut all) = (0.0, 0.0);
     for k in (0..lines).filter(|&k| (0.25 * unit..1.5 * unit).contains(&layout.frequency_hz[k])) {
-        let mut dynamics = impedance.map_or_else(|| vec![Complex64::ZERO; n * n], |z| z[k].clone());
-        for (column, value) in stand.base.columns.iter().chain(&stand.terms).zip(&stand.fit.theta) {
-            if matches!(column.through, Through::Motion) {
-                for (i, j, h) in &column.action {
-                    dynamics[i * n + j] += h[k] * *value;
-                }
-            }
-        }
-        let Some(response) = square::inverse(&dynamics, n) else { continue };
+        let held = impedance.map_or_else(|| vec![Complex64::ZERO; n * n], |z| z[k].clone());
+        let Some(response) = response(held, stand.base.columns.iter().chain(&stand.terms).zip(stand.fit.theta.iter().copied()), k, n) else { continue };
         made += (0..n).map(|j| response[axis * n + j].norm_sqr() * power[j][k]).sum::<f64>();
         all += mean(&stand.state.kinematics[0][axis], k);
     }

@@ -67,6 +67,6 @@ pub use pictures::Pictures;
 pub use probability::Features;
 pub use result::{
     BandShare, Cause, CauseParameter, Confusable, Considered, Curve, Diagnosis, Discrepancy, Extended, Gain, Minor, Model, ModelParameter, NoiseFloor,
-    ParameterFlag, Prospect, Score, Shift, Site, Split, TimeShare, Verdict,
+    ParameterFlag, Prospect, Score, Shift, Site, Split, TimeShare, UNSURE, Verdict,
 };
 pub use stretch::Stretch;

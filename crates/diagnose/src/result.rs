@@ -322,7 +322,23 @@ impl Gain {
 }
 
 /// Probability of a name that is in doubt by itself, and not for its rivals: one that helps little on held-out data while a large error stays, say.
-pub(crate) const UNSURE: f64 = 0.6;
+pub const UNSURE: f64 = 0.6;
+
+impl Cause {
+    /// Lets its probability be no more than this.
+    ///
+    /// ```
+    /// # fn doubted(mut cause: ndof_diagnose::Cause) -> ndof_diagnose::Cause {
+    /// cause.believe_at_most(ndof_diagnose::UNSURE);
+    /// assert!(cause.probability <= 0.6);
+    /// # cause
+    /// # }
+    /// ```
+    pub fn believe_at_most(&mut self, most: f64) {
+        self.at_most = self.at_most.min(most);
+        self.probability = self.probability.min(most);
+    }
+}
 
 impl Score {
     /// Whether its errors are larger than another's, over all outputs together.

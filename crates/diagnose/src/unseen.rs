@@ -81,15 +81,19 @@ impl<'a> Unseen<'a> {
     /// Residual over √S by equation, and ln |det G| of each line.
     fn left(&self, chosen: &[Chosen], stand: &Stand) -> Option<(Vec<Vec<f64>>, Vec<f64>)> {
         let (assembly, theta) = self.assembled(chosen, stand)?;
+        self.left_of(&assembly, &theta)
+    }
+
+    fn left_of(&self, assembly: &Assembly, theta: &[f64]) -> Option<(Vec<Vec<f64>>, Vec<f64>)> {
         let free: Vec<usize> = assembly.base.roles.iter().enumerate().filter(|(_, role)| role.of_a_trial()).map(|(k, _)| k).collect();
-        Likelihood::new(&assembly.state, &self.cause, &assembly.base.held).left(&assembly.columns().collect::<Vec<_>>(), &theta, &self.power, &free)
+        Likelihood::new(&assembly.state, &self.cause, &assembly.base.held).left(&assembly.columns().collect::<Vec<_>>(), theta, &self.power, &free)
     }
 
     /// What remains at best of this part: the power of the force that a model leaves in it, carried to the output from `from_hz` upward. A limb does not
     /// move by itself as much in one trial as in the next.
     pub fn floor(&self, chosen: &[Chosen], stand: &Stand, order: usize, from_hz: f64) -> Option<NoiseFloor> {
-        let (residual, _) = self.left(chosen, stand)?;
         let (assembly, theta) = self.assembled(chosen, stand)?;
+        let (residual, _) = self.left_of(&assembly, &theta)?;
         let (lines, blocks) = (self.layout.lines(), self.layout.blocks());
         let of_equation = |(of, own): (&Vec<f64>, &Vec<f64>)| -> Vec<f64> {
             let here = |k: usize| (0..blocks).map(|b| 2 * (b * lines + k)).map(|q| own[q].powi(2) + own[q + 1].powi(2)).sum::<f64>() / blocks as f64;

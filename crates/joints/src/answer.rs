@@ -15,7 +15,9 @@ use crate::search::Solved;
 use crate::table::View;
 use crate::verdict::removed;
 use ndof_devices::TERMS_OF_A_LINK;
-use ndof_diagnose::{Cause, Confusable, Considered, Diagnosis, Extended, Gain, Minor, Model as Told, ModelParameter, Score, Shift, Site, Split, Stretch};
+use ndof_diagnose::{
+    Cause, Confusable, Considered, Diagnosis, Extended, Gain, Minor, Model as Told, ModelParameter, Score, Shift, Site, Split, Stretch, UNSURE,
+};
 use ndof_models::robot::Robot;
 use ndof_signal::Recording;
 use ndof_sysid::Ports;
@@ -37,8 +39,6 @@ pub(crate) struct Answer<'a> {
     pub options: &'a Options,
 }
 
-/// Most that a name is believed where the channels, or the body that it makes, are none that can be: more likely right than wrong, and in doubt.
-const UNSURE: f64 = 0.6;
 /// Others that are compared with a cause, the best first.
 const RIVALS: usize = 3;
 /// Two models are told apart where one is better with this probability.
@@ -67,12 +67,9 @@ impl Answer<'_> {
             let probability = rivals.iter().map(|(_, p)| *p).fold(1.0, f64::min);
             causes.push(self.cause(k, probability, total / removed, &after));
         }
-        for (k, cause) in causes.iter_mut().enumerate() {
-            if self.mistaken.is_some() || !self.is_possible(k) {
-                cause.at_most = UNSURE;
-                cause.probability = cause.probability.min(UNSURE);
-            }
-        }
+        // Of channels that are none that can be, or a body that is none, a name proves nothing.
+        let doubted = causes.iter_mut().enumerate().filter(|(k, _)| self.mistaken.is_some() || !self.is_possible(*k));
+        doubted.for_each(|(_, cause)| cause.believe_at_most(UNSURE));
         let split = Split { estimation: self.stretch(&stretches[0]), held_out: self.stretch(&stretches[1]), windows_s: None };
         Diagnosis {
             split,

@@ -328,7 +328,7 @@ fn may_be_written(cause: &Cause) -> bool {
 
 /// Whether a parameter's interval goes from none to beyond what the file has: it says neither that there is some nor that the file is wrong.
 fn says_nothing(cause: &Cause, name: &str, file: f64) -> bool {
-    cause.parameters.iter().any(|p| p.name == name && p.ci95.is_some_and(|[low, high]| low <= 0.0 && 0.0 <= high && file <= high))
+    may_be_zero(cause, name) && cause.parameters.iter().any(|p| p.name == name && p.ci95.is_some_and(|[_, high]| file <= high))
 }
 
 /// Whether a parameter's interval has nothing in it.

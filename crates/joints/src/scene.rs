@@ -86,7 +86,7 @@ pub(crate) fn scene<'a>(chain: &'a SerialChain, trials: &[Recording], simulated:
             let (q, v, torque) = (all(&|m| &m.q[j]), all(&|m| &m.v[j]), all(&|m| &m.torque[j]));
             let own = MotionNoise { corner_hz: corners[j], density: found[j].map_or(0.0, |e| e.density) };
             let speed = rms(&v);
-            let constant = torque.first().copied().filter(|first| torque.iter().all(|t| t == first));
+            let constant = constant(trials, ports, j);
             let spread = if constant.is_some() { deviation(&all(&|m| &m.rigid[j])) } else { deviation(&torque) };
             JointScale {
                 corner_hz: corners[j],
@@ -151,6 +151,12 @@ fn torques<'a>(trials: &'a [Recording], ports: &Ports, j: usize) -> Vec<&'a [f64
     trials.iter().map(|r| r.channels()[ports.inputs[j]].samples.as_slice()).collect()
 }
 
+/// The only value of a torque, if there is one.
+fn constant(trials: &[Recording], ports: &Ports, j: usize) -> Option<f64> {
+    let all = torques(trials, ports, j);
+    all.iter().flat_map(|torque| torque.first()).next().copied().filter(|first| all.iter().all(|torque| torque.iter().all(|t| t == first)))
+}
+
 /// Density of a torque's noise.
 fn hiss(trials: &[Recording], ports: &Ports, j: usize) -> f64 {
     effort_noise(&torques(trials, ports, j), trials[0].sample_rate_hz()).unwrap_or(0.0)
@@ -160,7 +166,7 @@ fn hiss(trials: &[Recording], ports: &Ports, j: usize) -> f64 {
 /// not driven has no noise to be overtaken.
 fn corners(inertias: &[f64], trials: &[Recording], ports: &Ports, found: &[Option<MotionNoise>], fastest_hz: f64) -> Vec<f64> {
     let of = |(j, found): (usize, &Option<MotionNoise>)| {
-        let noise = found.filter(|_| torques(trials, ports, j).iter().flat_map(|torque| torque.windows(2)).any(|pair| pair[0] != pair[1]));
+        let noise = found.filter(|_| constant(trials, ports, j).is_none());
         noise.map_or(fastest_hz, |noise| noise.overtakes_hz(inertias[j], hiss(trials, ports, j), trials[0].sample_rate_hz()))
     };
     found.iter().enumerate().map(of).collect()

@@ -10,7 +10,7 @@ use ndof_diagnose::CauseParameter;
 use ndof_models::effects::Value;
 
 /// Name, unit, value, standard error and whether it is the inverse that is told.
-type Told = (String, &'static str, f64, Option<f64>, bool);
+type Number = (String, &'static str, f64, Option<f64>, bool);
 
 impl Answer<'_> {
     pub fn parameters(&self, k: usize) -> Vec<CauseParameter> {
@@ -37,11 +37,10 @@ impl Answer<'_> {
 
     /// What a model says of a form; of a link of which torques tell combinations alone, the body nearest to the file's that moves as was found, and no error of what
     /// is open.
-    pub fn told(&self, k: usize) -> Vec<Told> {
+    pub fn told(&self, k: usize) -> Vec<Number> {
         let told = self.model.told(k);
         let Some((link, open)) = self.open_terms(k) else { return told };
-        let own = self.scene.chain.inertial_parameters();
-        let before: [f64; TERMS_OF_A_LINK] = std::array::from_fn(|i| own[TERMS_OF_A_LINK * link + i]);
+        let before = self.own_body(link);
         let Some(after) = self.body(k).and_then(|found| physical::nearest(self.scene.chain, link, &before, &found)) else {
             return told
                 .into_iter()
@@ -57,12 +56,17 @@ impl Answer<'_> {
         (0..TERMS_OF_A_LINK).filter(|i| felt[*i]).map(term).collect()
     }
 
+    /// The inertial parameters of a link as the file has them.
+    fn own_body(&self, link: usize) -> [f64; TERMS_OF_A_LINK] {
+        let all = self.scene.chain.inertial_parameters();
+        std::array::from_fn(|i| all[TERMS_OF_A_LINK * link + i])
+    }
+
     /// The inertial parameters of the link that a form corrects.
     fn body(&self, k: usize) -> Option<[f64; TERMS_OF_A_LINK]> {
         let (form, factors) = (&self.model.forms[k], &self.model.factors[k]);
         let link = form.joint.filter(|_| form.cause.card.name == "link-parameters")?;
-        let own = self.scene.chain.inertial_parameters();
-        let mut body: [f64; TERMS_OF_A_LINK] = std::array::from_fn(|i| own[TERMS_OF_A_LINK * link + i]);
+        let mut body = self.own_body(link);
         for (column, factor) in form.columns.iter().zip(factors) {
             let Column::Body { parts, .. } = column else { return None };
             body.iter_mut().zip(parts).for_each(|(body, part)| *body += factor * part);
@@ -73,8 +77,7 @@ impl Answer<'_> {
     /// Whether masses make the body that a form corrects, whatever its torques leave open; so does a link that the file says nothing of.
     pub fn is_possible(&self, k: usize) -> bool {
         let (Some(found), Some(link)) = (self.body(k), self.model.forms[k].joint) else { return true };
-        let own = self.scene.chain.inertial_parameters();
-        let before: [f64; TERMS_OF_A_LINK] = std::array::from_fn(|i| own[TERMS_OF_A_LINK * link + i]);
+        let before = self.own_body(link);
         !physical::is_body(&before) || physical::body(self.scene.chain, link, &before, &found).is_some()
     }
 
@@ -83,8 +86,7 @@ impl Answer<'_> {
         let form = &self.model.forms[k];
         let link = form.joint.filter(|_| form.cause.card.name == "link-parameters" && form.columns.len() > 1)?;
         let terms: Vec<usize> = (0..TERMS_OF_A_LINK).filter(|i| form.told.iter().any(|told| told.name == format!("change_of_{}", NAMES[*i]))).collect();
-        let own = self.scene.chain.inertial_parameters();
-        let before: [f64; TERMS_OF_A_LINK] = std::array::from_fn(|i| own[TERMS_OF_A_LINK * link + i]);
+        let before = self.own_body(link);
         // What no torque feels is not told at all.
         let felt = physical::felt(self.scene.chain, link, &before);
         let of_form = physical::open(self.scene.chain, link, &before, &terms);

@@ -46,7 +46,16 @@ fn path(j: usize, t: f64) -> f64 {
     [0.0, -0.4, 0.7][j] + 0.8 * (slow * t + phase).sin() + 0.3 * (fast * t).cos()
 }
 
+/// Half of the time over which derivatives are differences (s).
 const H: f64 = 1e-3;
+
+fn rate(j: usize, t: f64) -> f64 {
+    (path(j, t + H) - path(j, t - H)) / (2.0 * H)
+}
+
+fn acceleration(j: usize, t: f64) -> f64 {
+    (path(j, t + H) - 2.0 * path(j, t) + path(j, t - H)) / (H * H)
+}
 
 /// A log of a robot with `more` of joint, time, angle and rate at its joints, and what becomes of torques and angles on the way into it.
 fn log(real: &SerialChain, seed: u64, more: impl Fn(usize, f64, f64, f64) -> f64, logged: impl Fn(&mut [f64; 3], &mut [f64; 3])) -> Recording {
@@ -56,8 +65,7 @@ fn log(real: &SerialChain, seed: u64, more: impl Fn(usize, f64, f64, f64) -> f64
         let t = f64::from(k) / RATE_HZ;
         let of = |f: &dyn Fn(usize) -> f64| [f(0), f(1), f(2)];
         let q = of(&|j| path(j, t));
-        let v = of(&|j| (path(j, t + H) - path(j, t - H)) / (2.0 * H));
-        let a = of(&|j| (path(j, t + H) - 2.0 * path(j, t) + path(j, t - H)) / (H * H));
+        let (v, a) = (of(&|j| rate(j, t)), of(&|j| acceleration(j, t)));
         let mut torque = [0.0; 3];
         real.inverse_dynamics(&q, &v, &a, &mut torque);
         let (joints, springs) = (real.joints(), real.springs());
@@ -160,14 +168,12 @@ fn of_a_link_whose_mass_no_torque_tells_the_mass_has_no_interval() {
 fn a_joint_that_is_not_driven_has_its_spring_and_no_channel_with_a_wrong_gain() {
     let sprung = |stiffness: f64| chain(&file(LIFT, &format!("viscous_nm_s_per_rad = 0.1, stiffness_nm_per_rad = {stiffness}, spring_rest_rad = 0.2")));
     let own = sprung(8.0);
+    // Of the last joint, which moves as it will: its acceleration there, and all torques.
     let spring = |real: &SerialChain, t: f64, [q, v]: [f64; 2]| {
-        let at = |j: usize| if j == 2 { q } else { path(j, t) };
-        let rate = |j: usize| if j == 2 { v } else { (path(j, t + H) - path(j, t - H)) / (2.0 * H) };
         let needs = |a: f64| {
-            let acceleration = |j: usize| if j == 2 { a } else { (path(j, t + H) - 2.0 * path(j, t) + path(j, t - H)) / (H * H) };
-            let all = |f: &dyn Fn(usize) -> f64| [f(0), f(1), f(2)];
             let mut torque = [0.0; 3];
-            real.inverse_dynamics(&all(&at), &all(&rate), &all(&acceleration), &mut torque);
+            let of = |f: fn(usize, f64) -> f64, own: f64| [f(0, t), f(1, t), own];
+            real.inverse_dynamics(&of(path, q), &of(rate, v), &of(acceleration, a), &mut torque);
             torque
         };
         let [at_rest, moved] = [needs(0.0), needs(1.0)];
@@ -183,15 +189,12 @@ fn a_joint_that_is_not_driven_has_its_spring_and_no_channel_with_a_wrong_gain() 
         let logged = |torque: &mut [f64; 3], angle: &mut [f64; 3]| {
             let k = at.replace(at.get() + 1);
             let t = (k as f64 - 500.0) / RATE_HZ;
-            let noise = {
-                let (q, v) = ([0, 1, 2].map(|j| path(j, t)), [0, 1, 2].map(|j| (path(j, t + H) - path(j, t - H)) / (2.0 * H)));
-                let a = [0, 1, 2].map(|j| (path(j, t + H) - 2.0 * path(j, t) + path(j, t - H)) / (H * H));
-                let mut own = [0.0; 3];
-                none.inverse_dynamics(&q, &v, &a, &mut own);
-                [torque[0] - own[0], torque[1] - own[1]]
-            };
+            // The noise of the other two: what their torques are beyond what the motion of a driven joint needs.
+            let mut driven = [0.0; 3];
+            let of = |f: fn(usize, f64) -> f64| [0, 1, 2].map(|j| f(j, t));
+            none.inverse_dynamics(&of(path), &of(rate), &of(acceleration), &mut driven);
             let needed = spring(&real, t, swings[k]).1;
-            *torque = [needed[0] + noise[0], needed[1] + noise[1], 0.0];
+            *torque = [needed[0] + torque[0] - driven[0], needed[1] + torque[1] - driven[1], 0.0];
             angle[2] = (swings[k][0] / STEP).round() * STEP;
         };
         let found = found(&own, log(&none, 6, |_, _, _, _| 0.0, logged));

@@ -227,11 +227,14 @@ pub fn tare<'py>(py: Python<'py>, recording: PyRecording<'py>, unloaded: PyRecor
 #[pyfunction]
 pub fn without_handle<'py>(py: Python<'py>, recording: PyRecording<'py>, mass: f64) -> PyResult<Parts<'py>> {
     let Trial { file, recording: mut own, .. } = recording.trial()?;
+    let mut notes = Vec::new();
     let motions = of_quantity(&own, Quantity::Displacement);
     for effort in of_quantity(&own, Quantity::Effort) {
         if let Some(motion) = motions.iter().find(|motion| axis_of(motion) == axis_of(&effort)) {
-            (own, _) = ndof::io::without_handle(&own, &effort, motion, mass).map_err(raise)?;
+            let note;
+            (own, note) = ndof::io::without_handle(&own, &effort, motion, mass).map_err(raise)?;
+            notes.extend(note);
         }
     }
-    Ok(parts(py, &file, own, recording.warnings))
+    Ok(parts(py, &file, own, recording.warnings.into_iter().chain(warnings(notes)).collect()))
 }

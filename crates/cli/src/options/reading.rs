@@ -5,7 +5,7 @@ use crate::error::CliError;
 use clap::Args;
 use ndof_analysis::options::{not_negative, number, pair};
 use ndof_analysis::{AnalysisError, MeasuredResponse, RoleNames, Trial, Trials, Trim, axis_of};
-use ndof_io::{ColumnsFile, IoError, Note, PrepareError, ReadOptions, ReadRecording, Resample};
+use ndof_io::{ColumnsFile, IoError, PrepareError, ReadOptions, ReadRecording, Resample};
 use ndof_signal::Quantity;
 use serde::{Deserialize, Serialize};
 use std::path::{Path, PathBuf};
@@ -246,9 +246,9 @@ impl Reading {
         if let Some(mass) = self.handle_mass {
             for effort in &efforts {
                 if let Some(motion) = motions.iter().find(|motion| axis_of(motion) == axis_of(effort)) {
-                    let (clean, corner_hz) = ndof_io::without_handle(&recording, effort, motion, mass).map_err(wrong)?;
-                    recording = clean;
-                    read.notes.extend(corner_hz.map(|hz| beyond_noise(effort, motion, hz)));
+                    let note;
+                    (recording, note) = ndof_io::without_handle(&recording, effort, motion, mass).map_err(wrong)?;
+                    read.notes.extend(note);
                 }
             }
         }
@@ -272,13 +272,4 @@ impl Reading {
         let names = RoleNames { kept: kept.to_vec(), ..self.roles() };
         Ok(Trials::simulated(self.read_all(files)?, &names, &self.trim())?)
     }
-}
-
-/// Where the handle's inertia is not taken off any more.
-fn beyond_noise(effort: &str, motion: &str, corner_hz: f64) -> Note {
-    Note::new(
-        "handle-mass",
-        format!("{effort}: the force on the handle's mass is taken off up to {corner_hz:.1} Hz, where the noise of {motion} would overtake that of {effort}"),
-        "end a band below it; beyond it the handle counts as part of the limb",
-    )
 }

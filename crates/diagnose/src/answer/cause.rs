@@ -24,12 +24,6 @@ impl Cause {
     pub fn is_in_doubt(&self) -> bool {
         self.probability <= UNSURE
     }
-
-    /// Lets its probability be no more than this.
-    pub(super) fn believe_at_most(&mut self, most: f64) {
-        self.at_most = self.at_most.min(most);
-        self.probability = self.probability.min(most);
-    }
 }
 
 impl Answer<'_> {

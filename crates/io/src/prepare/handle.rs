@@ -1,6 +1,7 @@
 //! The handle: what moves with the limb but lies beyond the transducer.
 
 use super::PrepareError;
+use crate::note::Note;
 use ndof_signal::{MotionNoise, Passband, Quantity, RESOLVED, Recording, SosFilter, Unit, effort_noise};
 
 /// Samples that the one-sided differences at the ends need.
@@ -9,8 +10,8 @@ const STENCIL: usize = 6;
 /// Order of the low-pass, which acts twice: at seven tenths of its corner it takes 0.3 %.
 const ORDER: usize = 8;
 
-/// Takes the force that accelerates the handle off `effort`: F − m a, with a the second difference of `displacement`. Beside it up to which
-/// frequency (Hz) it is taken off; `None` where that is the whole band.
+/// Takes the force that accelerates the handle off `effort`: F − m a, with a the second difference of `displacement`. Beside it a note up to which
+/// frequency that goes, where it is not the whole band.
 ///
 /// A transducer between robot and handle reads the force on limb *and* handle. `mass` is in kg, or in kg m² for a
 /// torque and an angle. The difference is of fourth order: at 1/20 of the sample rate it lacks 10⁻⁴ of a. Noise of the position grows in it with
@@ -20,7 +21,7 @@ const ORDER: usize = 8;
 /// # Errors
 /// [`PrepareError::Units`] unless force goes with position or torque with angle, [`PrepareError::TooShort`],
 /// [`PrepareError::NotFinite`] for the mass, [`PrepareError::Recording`] for an unknown channel.
-pub fn without_handle(recording: &Recording, effort: &str, displacement: &str, mass: f64) -> Result<(Recording, Option<f64>), PrepareError> {
+pub fn without_handle(recording: &Recording, effort: &str, displacement: &str, mass: f64) -> Result<(Recording, Option<Note>), PrepareError> {
     if !mass.is_finite() {
         return Err(PrepareError::NotFinite { what: "the handle's mass".to_owned(), value: mass });
     }
@@ -50,7 +51,13 @@ pub fn without_handle(recording: &Recording, effort: &str, displacement: &str, m
     let mut accelerations = acceleration.iter();
     let mut clean = recording.clone();
     clean.map_channel(effort, |f| f - mass * accelerations.next().copied().unwrap_or(0.0))?;
-    Ok((clean, corner_hz))
+    let note = corner_hz.map(|hz| {
+        let message = format!(
+            "{effort}: the force on the handle's mass is taken off up to {hz:.1} Hz, where the noise of {displacement} would overtake that of {effort}"
+        );
+        Note::new("handle-mass", message, "end a band below it; beyond it the handle counts as part of the limb")
+    });
+    Ok((clean, note))
 }
 
 /// The second derivative at each sample, of fourth order everywhere (Fornberg 1988, Generation of finite difference
@@ -123,11 +130,11 @@ mod tests {
         let force = (0..x.len()).map(|k| if k == 0 { 0.0 } else { m * acceleration(k) + hiss(k) }).collect();
         let channels =
             vec![Channel::new("force_x", Unit::si(Quantity::Effort, false), force), Channel::new("pos_x", Unit::si(Quantity::Displacement, false), x)];
-        let (clean, corner_hz) = without_handle(&Recording::new(rate, channels).unwrap(), "force_x", "pos_x", m).unwrap();
+        let (clean, note) = without_handle(&Recording::new(rate, channels).unwrap(), "force_x", "pos_x", m).unwrap();
         let left = &clean.channel("force_x").unwrap().samples[100..19_900];
         let rms = (left.iter().map(|f| f * f).sum::<f64>() / left.len() as f64).sqrt();
         // The transducer's own noise of 0.0058 N, and as much again at most.
-        assert!(rms < 0.0058 * 2.0_f64.sqrt() * 1.1 && corner_hz.is_some_and(|hz| hz > 5.8), "{rms} {corner_hz:?}");
+        assert!(rms < 0.0058 * 2.0_f64.sqrt() * 1.1 && note.as_ref().is_some_and(|note| note.message.contains(" Hz")), "{rms} {note:?}");
     }
 
     #[test]
