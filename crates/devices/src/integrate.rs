@@ -3,7 +3,8 @@
 use crate::coupled::Coupled;
 use ndarray::{Array2, Axis};
 use ndof_linear::{doubled, phi_functions};
-use pulp::{Arch, Simd, WithSimd};
+use ndof_signal::vectorized;
+use pulp::{Simd, WithSimd};
 
 /// Weights of one step length, for ẏ = L y + N(t, y) (Cox and Matthews, J. Comput. Phys. 176 (2002) 430, eqs. 26-29, written in increments).
 /// Those of changes of N have columns for its own rows only.
@@ -225,7 +226,7 @@ impl Stepper {
 
     /// Takes the state `y` over the sample interval that begins at `time_s` and writes the means of force and motion.
     pub(crate) fn interval(&mut self, system: &mut Coupled<'_>, time_s: f64, y: &mut [f64], means: &mut Means) {
-        Arch::new().dispatch(Interval { stepper: self, system, time_s, y, means });
+        vectorized(Interval { stepper: self, system, time_s, y, means });
     }
 
     #[inline(always)]

@@ -18,7 +18,7 @@ pub enum Detrend {
 impl Detrend {
     /// `samples` without their trend, times `window`, into `out`; all three of equal length.
     pub(crate) fn apply_windowed(self, samples: &[f64], window: &[f64], out: &mut [f64]) {
-        pulp::Arch::new().dispatch(Windowed { detrend: self, samples, window, out });
+        crate::vectorized(Windowed { detrend: self, samples, window, out });
     }
 
     /// Takes the trend off `segment`.

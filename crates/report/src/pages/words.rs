@@ -206,6 +206,41 @@ mod tests {
         assert!(amount(&[of(1e-6, 1e-4)]).is_some(), "where none is, the first");
     }
 
+    /// A likely friction that takes `share` of what was missed; the free run's error was 1 and is `error`, the file's friction was 1 and is `level`.
+    fn friction(share: f64, error: f64, level: f64) -> Diagnosis {
+        let none = serde_json::json!([]);
+        let score = |error: f64| serde_json::json!({ "nrmse": [error], "vaf_percent": [100.0 * (1.0 - error * error)] });
+        let gain = serde_json::json!({ "nrmse_before": [1.0], "nrmse_after": [error], "vaf_before": [0.0], "vaf_after": [0.0], "log_likelihood": null,
+            "log_likelihood_ci95": null, "explained_fraction": share, "explained_fraction_ci95": null, "delta_bic": -9.0 });
+        let cause = serde_json::json!({ "effect": "coulomb-friction", "site": { "side": "robot", "axis": "elbow" }, "parameters": none, "probability": 0.99,
+            "p_value": 0.0, "gain": gain, "evidence": none });
+        let shift = serde_json::json!({ "name": "coulomb_elbow_nm", "unit": "N m", "before": 1.0, "after": level });
+        serde_json::from_value(serde_json::json!({
+            "split": { "estimation": "", "held_out": "", "windows_s": null },
+            "baseline": { "model": "", "parameters": none, "held_out": score(1.0) },
+            "noise_floor": { "nrmse": [0.0], "how": "" },
+            "discrepancy": { "by_band": none, "by_time": none, "linear_share": 0.0, "nonlinear_share": 1.0, "time_varying_share": 0.0, "noise_share": 0.0, "notes": none },
+            "verdict": "explained",
+            "causes": [cause],
+            "extended": { "model": "", "parameters": none, "held_out": score(error), "residual_white": true, "parameter_shift": [shift] },
+            "considered": none, "minor": none, "confusable": none,
+        }))
+        .expect("a diagnosis")
+    }
+
+    #[test]
+    fn a_share_is_told_where_the_free_run_is_better_for_it() {
+        assert!(sentence(&friction(0.6, 0.5, 2.0)).contains("explains 60 % of what"));
+        assert!(sentence(&friction(0.6, 1.1, 2.0)).contains("is part of what"), "a free run that is worse");
+        assert!(sentence(&friction(0.001, 0.99, 2.0)).contains("is part of what"), "next to nothing");
+    }
+
+    #[test]
+    fn less_friction_than_the_file_has_is_called_less() {
+        assert!(sentence(&friction(0.6, 0.5, 2.0)).starts_with("It sticks before it moves"));
+        assert!(sentence(&friction(0.6, 0.5, 0.3)).starts_with("It sticks less than the file says"));
+    }
+
     #[test]
     fn every_cause_has_words_of_its_own() {
         let effects = ndof_models::effects::EFFECTS.iter().map(|effect| effect.name()).chain(ndof_joints::CAUSES.iter().map(|cause| cause.card.name));

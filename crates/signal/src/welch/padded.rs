@@ -1,8 +1,9 @@
 //! The transform of a segment with zeros behind it, without computing with the zeros.
 
 use crate::transform::{Fft, RealToComplex, complex_transform, forward_transform};
+use crate::vectorized;
 use num_complex::Complex64;
-use pulp::{Arch, Simd, WithSimd};
+use pulp::{Simd, WithSimd};
 use std::f64::consts::TAU;
 use std::sync::Arc;
 
@@ -78,7 +79,7 @@ impl PaddedTransform {
         if let Some(whole) = &self.whole {
             while turns.len() >= m {
                 let (part, after) = std::mem::take(&mut rest).split_at_mut(m);
-                Arch::new().dispatch(Turned { samples: input, turns: &turns[..m], out: turned });
+                vectorized(Turned { samples: input, turns: &turns[..m], out: turned });
                 whole.process_outofplace_with_scratch(turned, part, scratch);
                 (rest, turns) = (after, &turns[m..]);
             }

@@ -7,8 +7,9 @@ use super::judged::{Judged, implied};
 use crate::filling::{Filling, scatter, scatter_hermitian, scatter_real};
 use crate::lanes::{LANES, LaneCholesky, Lanes, Reals, condition, dot_conj, each, entry, lower, map, power};
 use crate::response::NAN;
+use ndof_signal::vectorized;
 use num_complex::Complex64;
-use pulp::{Arch, Simd, WithSimd};
+use pulp::{Simd, WithSimd};
 
 /// The arrays of a derived estimate while they are made.
 pub(super) struct Results {
@@ -118,7 +119,7 @@ impl Batch {
 
     /// Appends the results of `count` frequencies whose spectra are `s`.
     pub(super) fn solve(&mut self, s: &[Lanes], count: usize, out: &mut Results) {
-        Arch::new().dispatch(Solve { batch: self, s, count, out });
+        vectorized(Solve { batch: self, s, count, out });
     }
 
     #[inline(always)]

@@ -9,8 +9,9 @@ use crate::lanes::{LANES, LaneCholesky, Lanes, Reals, dot_conj, each, entry, lan
 use crate::response::NAN;
 use ndarray::Array3;
 use ndof_linear::hermitian_eigen;
+use ndof_signal::vectorized;
 use num_complex::Complex64;
-use pulp::{Arch, Simd, WithSimd};
+use pulp::{Simd, WithSimd};
 use std::ops::Range;
 
 /// The arrays of a derived estimate while they are made.
@@ -115,7 +116,7 @@ impl<'a> DerivedLines<'a> {
         let mut out = Found::new(lines.len(), self.p, self.q, self.direct.is_some());
         for first in lines.clone().step_by(LANES) {
             let count = LANES.min(lines.end - first);
-            let sound = Arch::new().dispatch(Solve { lines: self, first, count, out: &mut out });
+            let sound = vectorized(Solve { lines: self, first, count, out: &mut out });
             for l in (0..count).filter(|&l| !sound[l]) {
                 out.erase(first - lines.start + l);
                 out.missing.extend((self.fit.frequency_hz[first + l] != 0.0).then_some(first + l));

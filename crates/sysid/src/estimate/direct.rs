@@ -9,8 +9,9 @@ use crate::response::{FrequencyResponse, NAN, Uncertainty};
 use ndarray::{Array2, Array3};
 use ndof_linear::hermitian_eigen;
 use ndof_signal::CrossSpectra;
+use ndof_signal::vectorized;
 use num_complex::Complex64;
-use pulp::{Arch, Simd, WithSimd};
+use pulp::{Simd, WithSimd};
 use serde::{Deserialize, Serialize};
 
 /// Above this condition number of the scaled input matrix a bin has no estimate.
@@ -80,7 +81,7 @@ fn h1(spectra: &CrossSpectra, ports: &Ports, labels: &Labels) -> Result<DirectEs
     let freedom = check::degrees_of_freedom(averages, q)?;
     let mut out = Results::new(bins, p, q);
     let channels = ports.inputs.iter().chain(&ports.outputs).copied().collect();
-    let singular_bins = Arch::new().dispatch(Solve { spectra, channels, freedom, out: &mut out, p, q });
+    let singular_bins = vectorized(Solve { spectra, channels, freedom, out: &mut out, p, q });
     check::not_all_singular(spectra, &ports.inputs, &labels.inputs, "input", &singular_bins)?;
     Ok(DirectEstimate {
         response: FrequencyResponse {
