@@ -2,6 +2,7 @@
 
 use crate::again::Again;
 use crate::causes::Form;
+use crate::explained::explained;
 use crate::gears;
 use crate::generic::Left;
 use crate::held_out::{Sum, gain, losses, predicted};
@@ -56,6 +57,7 @@ impl Answer<'_> {
         let floor = self.floor(&after);
         let total = gain(self.held, &empty, self.model).value;
         let removed = removed(&before, &after, &floor);
+        let gains = explained(self.fitted, self.held, self.model);
         let (mut causes, mut confusable) = (Vec::new(), Vec::new());
         for k in 0..self.model.forms.len() {
             let rivals = self.rivals(k);
@@ -65,11 +67,13 @@ impl Answer<'_> {
                 confusable.push(Confusable { effects, next_experiment: self.model.forms[k].cause.card.next_experiment.to_owned(), predicted: vec![] });
             }
             let probability = rivals.iter().map(|(_, p)| *p).fold(1.0, f64::min);
-            causes.push(self.cause(k, probability, total / removed, &after));
+            let share = (total > 0.0).then(|| (gains[k].value * removed / total).clamp(0.0, 1.0));
+            causes.push(self.cause(k, probability, &gains[k], share, &after));
         }
         // Of channels that are none that can be, or a body that is none, a name proves nothing.
         let doubted = causes.iter_mut().enumerate().filter(|(k, _)| self.mistaken.is_some() || !self.is_possible(*k));
         doubted.for_each(|(_, cause)| cause.believe_at_most(UNSURE));
+        causes.sort_by(|a, b| b.gain.explained_fraction.unwrap_or(0.0).total_cmp(&a.gain.explained_fraction.unwrap_or(0.0)));
         let split = Split { estimation: self.stretch(&stretches[0]), held_out: self.stretch(&stretches[1]), windows_s: None };
         Diagnosis {
             split,
@@ -129,7 +133,7 @@ impl Answer<'_> {
         Score { nrmse, vaf_percent }
     }
 
-    fn cause(&self, k: usize, probability: f64, total: f64, after: &Score) -> Cause {
+    fn cause(&self, k: usize, probability: f64, gains: &Sum, explained_fraction: Option<f64>, after: &Score) -> Cause {
         let form = &self.model.forms[k];
         let less = without(self.fitted, self.model, k);
         let (before, found) = (self.score(&less), gain(self.held, &less, self.model));
@@ -146,9 +150,9 @@ impl Answer<'_> {
                 nrmse_after: after.nrmse.clone(),
                 vaf_before: before.vaf_percent,
                 vaf_after: after.vaf_percent.clone(),
-                log_likelihood: Some(found.value).filter(|x| x.is_finite()),
-                log_likelihood_ci95: Some(found.ci95()).filter(|ci| ci.iter().all(|x| x.is_finite())),
-                explained_fraction: (total > 0.0).then(|| (found.value / total).clamp(0.0, 1.0)),
+                log_likelihood: Some(gains.value).filter(|x| x.is_finite()),
+                log_likelihood_ci95: Some(gains.ci95()).filter(|ci| ci.iter().all(|x| x.is_finite())),
+                explained_fraction,
                 explained_fraction_ci95: None,
                 delta_bic: gained - freedoms as f64 * (self.searched.table.samples as f64).ln(),
             },

@@ -25,6 +25,7 @@ mod discrepancy;
 mod dynamics;
 mod error;
 mod excitation;
+mod explained;
 mod gears;
 mod generic;
 mod held_out;

@@ -119,6 +119,17 @@ fn a_cause_with_which_what_was_held_out_is_further_off_is_not_named() {
     assert_ne!(found.verdict, Verdict::Explained, "{:?}", named(&found));
 }
 
+/// Dry friction is in part what damping is: beside each other both explain little, and one after the other all that is gone.
+#[test]
+fn shares_of_causes_add_up_to_what_is_gone() {
+    let file = chain(&file(LIFT, BEND));
+    let more = |j: usize, _: f64, _: f64, v: f64| if j == 1 { 0.8 * (v / 0.02).tanh() + 0.6 * v } else { 0.0 };
+    let found = found(&file, log(&file, 8, more, |_, _| {}));
+    assert_eq!(named(&found), [("viscous-friction", "lift"), ("coulomb-friction", "lift")]);
+    let shares: Vec<f64> = found.causes.iter().filter_map(|c| c.gain.explained_fraction).collect();
+    assert!(shares.is_sorted_by(|a, b| a >= b) && (0.95..=1.0 + 1e-9).contains(&shares.iter().sum()), "{shares:?}");
+}
+
 /// A drift of a sensor is no offset alone.
 #[test]
 fn an_offset_does_not_explain_a_drift() {
