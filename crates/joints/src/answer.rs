@@ -59,7 +59,7 @@ impl Answer<'_> {
         let removed = removed(&before, &after, &floor);
         let gains = explained(self.fitted, self.held, self.model);
         let (mut causes, mut confusable) = (Vec::new(), Vec::new());
-        for k in 0..self.model.forms.len() {
+        for (k, gained) in gains.iter().enumerate() {
             let rivals = self.rivals(k);
             let unsure: Vec<String> = rivals.iter().filter(|(_, p)| *p < TOLD_APART).map(|(f, _)| self.forms[*f].words(&self.names())).collect();
             if !unsure.is_empty() {
@@ -67,8 +67,8 @@ impl Answer<'_> {
                 confusable.push(Confusable { effects, next_experiment: self.model.forms[k].cause.card.next_experiment.to_owned(), predicted: vec![] });
             }
             let probability = rivals.iter().map(|(_, p)| *p).fold(1.0, f64::min);
-            let share = (total > 0.0).then(|| (gains[k].value * removed / total).clamp(0.0, 1.0));
-            causes.push(self.cause(k, probability, &gains[k], share, &after));
+            let share = (total > 0.0).then(|| (gained.value * removed / total).clamp(0.0, 1.0));
+            causes.push(self.cause(k, probability, gained, share, &after));
         }
         // Of channels that are none that can be, or a body that is none, a name proves nothing.
         let doubted = causes.iter_mut().enumerate().filter(|(k, _)| self.mistaken.is_some() || !self.is_possible(*k));
