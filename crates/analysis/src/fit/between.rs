@@ -5,7 +5,7 @@ use super::result::Between;
 use crate::error::AnalysisError;
 use crate::result::number;
 use ndof_models::blocks::Composite;
-use ndof_models::{Held, Hold, Sampling, WeightedFit};
+use ndof_models::{Fit, Held, Hold, Sampling, WeightedFit};
 
 /// Odds against what only seems the better model; 2 ln of them is a difference of χ² that is beyond doubt.
 pub(super) const ODDS: f64 = 1000.0;
@@ -18,10 +18,33 @@ pub(super) struct Sampled {
     pub sampling: Sampling,
     pub theta: Vec<f64>,
     pub said: Option<Between>,
+    /// Holds that may be the true one as well.
+    rivals: Vec<Rival>,
+}
+
+/// A hold that the data do not exclude: its share of the likelihood, and how far its parameters are from those that were taken.
+struct Rival {
+    hold: Hold,
+    share: f64,
+    apart: Vec<f64>,
+}
+
+impl Sampled {
+    /// Gives intervals what is unknown of the hold, Σ p_h (θ_h − θ)(θ_h − θ)ᵀ over holds of likelihood p_h, and says so where a value may be off by more
+    /// than its standard error.
+    pub(super) fn widen(&mut self, fit: &mut Fit) {
+        let moves = |rival: &&Rival| rival.apart.iter().zip(&fit.parameters).any(|(apart, p)| apart.abs() > p.std_error);
+        if let Some(said) = &mut self.said {
+            said.also = self.rivals.iter().filter(moves).map(|rival| rival.hold).collect();
+        }
+        let entry = |rival: &Rival, k: usize| rival.apart.get(k).copied().unwrap_or(0.0);
+        fit.add_covariance(|r, c| self.rivals.iter().map(|rival| rival.share * entry(rival, r) * entry(rival, c)).sum());
+    }
 }
 
 /// Fits `model` with each hold to independent frequencies, and takes the plainest that no other beats. Where the model leaves more than noise, a
-/// hold must explain more of it than it leaves: a delay or a filter that the model lacks makes one hold look better than another.
+/// hold must explain more of it than it leaves: a delay or a filter that the model lacks makes one hold look better than another. What is not taken
+/// and not a thousand times less likely remains a rival.
 pub(super) fn sampled(
     comparison: &WeightedFit,
     model: Composite,
@@ -34,16 +57,16 @@ pub(super) fn sampled(
         return Err(AnalysisError::Hold);
     }
     let mut model = Held { model, sampling: held(asked.unwrap_or_default()) };
-    let comparison = &WeightedFit { cost_tolerance: ROUGHLY, ..comparison.clone() };
+    let rough = &WeightedFit { cost_tolerance: ROUGHLY, ..comparison.clone() };
     let few = evidence.response.independent();
-    let (response, first) = match comparison.fit_from(&model, &few, starts) {
+    let (response, first) = match rough.fit_from(&model, &few, starts) {
         Ok(first) => (&few, first),
         // What few frequencies cannot carry, all may.
-        Err(_) => (&*evidence.response, comparison.fit_from(&model, &evidence.response, starts)?),
+        Err(_) => (&*evidence.response, rough.fit_from(&model, &evidence.response, starts)?),
     };
-    let plain = Sampled { sampling: model.sampling, theta: first.theta.clone(), said: None };
+    let plain = Sampled { sampling: model.sampling, theta: first.theta.clone(), said: None, rivals: Vec::new() };
     if let Some(hold) = asked {
-        return Ok(Sampled { said: Some(Between { hold, chi2_less: None }), ..plain });
+        return Ok(Sampled { said: Some(Between { hold, chi2_less: None, also: Vec::new() }), ..plain });
     }
     if evidence.sampled.is_none() || !evidence.errors_known() {
         return Ok(plain);
@@ -53,7 +76,7 @@ pub(super) fn sampled(
         model.sampling = held(hold);
         // A hold under which the model cannot be fitted is none.
         let from: Vec<Vec<f64>> = std::iter::once(fits[0].1.theta.clone()).chain(starts.iter().filter(|_| starts.len() > 1).cloned()).collect();
-        fits.extend(comparison.fit_from(&model, response, &from).ok().map(|fit| (model.sampling, fit)));
+        fits.extend(rough.fit_from(&model, response, &from).ok().map(|fit| (model.sampling, fit)));
     }
     let chi2 = |k: usize| fits[k].1.chi2;
     let best = (1..fits.len()).fold(0, |best, k| if chi2(k) < chi2(best) { k } else { best });
@@ -61,7 +84,18 @@ pub(super) fn sampled(
     let noise = fits[best].1.chi2 / fits[best].1.chi2_reduced;
     let doubt = (2.0 * ODDS.ln() * fits[best].1.chi2_reduced.max(1.0)).max(fits[best].1.chi2 - noise);
     let taken = if chi2(0) - chi2(best) > doubt { best } else { 0 };
+    let chi2_less = (taken == best).then_some(other - chi2(best)).filter(|less| *less > doubt).and_then(number);
+    let likelihood = |k: usize| (0.5 * (chi2(best) - chi2(k)) / fits[best].1.chi2_reduced.max(1.0)).exp();
+    let all: f64 = (0..fits.len()).map(likelihood).sum();
+    let open: Vec<(usize, f64)> = (0..fits.len()).filter(|k| *k != taken).map(|k| (k, likelihood(k) / all)).filter(|(_, share)| share * ODDS > 1.0).collect();
+    let mut settled = |k: usize| {
+        model.sampling = fits[k].0;
+        comparison.fit(&model, response, &fits[k].1.theta).map_or_else(|_| fits[k].1.theta.clone(), |fit| fit.theta)
+    };
+    let own = if open.is_empty() { Vec::new() } else { settled(taken) };
+    let mut rival =
+        |(k, share): (usize, f64)| Rival { hold: fits[k].0.hold, share, apart: settled(k).iter().zip(&own).map(|(there, own)| there - own).collect() };
+    let rivals = open.into_iter().map(&mut rival).collect();
     let (sampling, fit) = fits.swap_remove(taken);
-    let chi2_less = (taken == best).then_some(other - fit.chi2).filter(|less| *less > doubt).and_then(number);
-    Ok(Sampled { sampling, theta: fit.theta, said: Some(Between { hold: sampling.hold, chi2_less }) })
+    Ok(Sampled { sampling, theta: fit.theta, said: Some(Between { hold: sampling.hold, chi2_less, also: Vec::new() }), rivals })
 }

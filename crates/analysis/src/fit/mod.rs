@@ -30,7 +30,7 @@ use crate::estimate::Estimated;
 use crate::response::MeasuredResponse;
 use crate::result::{Head, finite, number};
 use crate::trials::{Trials, axis_of};
-use between::{Sampled, sampled};
+use between::sampled;
 use evidence::Evidence;
 use findings::warnings;
 use named_models::{blocks_of, compared_models};
@@ -155,16 +155,18 @@ fn fit_to(whole: &Evidence<'_>, settings: &Fit) -> Result<Fitted, AnalysisError>
     let comparison = WeightedFit { band_hz, smoothing, transducer, covariance: evidence.covariance, ..WeightedFit::default() };
     let composite = Composite::of_cards(&model, &cards);
     let (start, starts) = starts::starts(&model, &composite, &cards, evidence, band_hz)?;
-    let Sampled { sampling, theta: begin, said } = sampled(&comparison, composite, &starts, evidence, settings.hold)?;
+    let mut sampled = sampled(&comparison, composite, &starts, evidence, settings.hold)?;
+    let (sampling, begin) = (sampled.sampling, std::mem::take(&mut sampled.theta));
     let composite = Held { model: Composite::of_cards(&model, &cards), sampling };
     let compared = compared_models(&comparison, &model, sampling, response, &cards, &start, settings.compare);
-    let weighted = match &sums {
+    let mut weighted = match &sums {
         Some(sums) => sums.fit(&comparison, &composite, &begin)?,
         None if evidence.errors_known() => {
             comparison.allowing_for_misfit(&composite, response, comparison.fit_trials(&composite, response, without, &begin)?)?
         }
         None => comparison.fit_trials(&composite, response, without, &begin)?,
     };
+    sampled.widen(&mut weighted);
     let mount = match &sums {
         None if evidence.errors_known() => comparison.series_compliance(&composite, response, &weighted)?,
         _ => None,
@@ -194,7 +196,7 @@ fn fit_to(whole: &Evidence<'_>, settings: &Fit) -> Result<Fitted, AnalysisError>
         band_hz: fit.band_hz,
         band_because: evidence.band_because.filter(|_| settings.band_hz.is_none()).map(str::to_owned),
         frequencies: fit.bins,
-        between_samples: said,
+        between_samples: sampled.said,
         interval_width: fit.width,
         chi2_reduced: number(fit.chi2_reduced).filter(|_| evidence.errors_known()),
         parameters: reported.parameters,
@@ -310,17 +312,13 @@ impl Estimated {
 
 /// Adds the floors of systematic errors to the covariance.
 fn add_floors(fit: &mut ndof_models::Fit) {
-    for (k, p) in fit.parameters.iter_mut().enumerate() {
-        let floor = match FLOORS.iter().find(|(matrix, _)| p.name == matrix.to_string() || p.name.starts_with(&format!("{matrix}_"))) {
-            Some((_, share)) => share * p.value.abs(),
-            None if p.name.starts_with("delay_s") => DELAY_FLOOR_S,
-            None => continue,
-        };
-        let half = fit.interval_quantile * p.std_error.hypot(floor);
-        fit.covariance[[k, k]] += floor * floor;
-        p.std_error = p.std_error.hypot(floor);
-        p.ci95 = [p.value - half, p.value + half];
-    }
+    let floor = |p: &ndof_models::Parameter| match FLOORS.iter().find(|(matrix, _)| p.name == matrix.to_string() || p.name.starts_with(&format!("{matrix}_"))) {
+        Some((_, share)) => share * p.value.abs(),
+        None if p.name.starts_with("delay_s") => DELAY_FLOOR_S,
+        None => 0.0,
+    };
+    let floors: Vec<f64> = fit.parameters.iter().map(floor).collect();
+    fit.add_covariance(|r, c| if r == c { floors[r].powi(2) } else { 0.0 });
 }
 
 /// Parameters of the whole model; those of a channel's block belong to the sensor, and the gains behind them to the actuators.

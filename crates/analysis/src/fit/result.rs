@@ -135,18 +135,30 @@ pub struct Between {
     pub hold: Hold,
     /// By how much χ² is less than with any other; null where it was asked for, or where the data do not tell beyond doubt.
     pub chi2_less: Number,
+    /// Others that the data do not exclude, and with which a parameter would be off by more than its standard error: intervals hold its values there too.
+    #[serde(skip_serializing_if = "Vec::is_empty", default)]
+    #[cfg_attr(feature = "schema", schemars(with = "Vec<String>"))]
+    pub also: Vec<Hold>,
 }
 
 impl Between {
     /// In words; nothing where it is what everybody assumes.
     fn words(&self) -> Option<String> {
-        let what = match self.hold {
-            Hold::BandLimited => return None,
+        let what = |hold: Hold| match hold {
+            Hold::BandLimited => "a curve without jumps",
             Hold::Zero => "each value stays until the next",
             Hold::Linear => "a straight line from value to value",
         };
+        let own = what(self.hold);
+        if !self.also.is_empty() {
+            let also: Vec<&str> = self.also.iter().map(|hold| what(*hold)).collect();
+            let also = also.join(", or ");
+            return Some(format!(
+                "forces between samples: {own}, or {also}; the data do not tell, so that intervals hold the values of all (give `hold` where it is known)"
+            ));
+        }
         let why = self.chi2_less.map_or_else(|| "as asked".to_owned(), |less| format!("χ² is {less:.0} less than otherwise"));
-        Some(format!("forces between samples: {what} ({why})"))
+        (self.hold != Hold::BandLimited).then(|| format!("forces between samples: {own} ({why})"))
     }
 }
 

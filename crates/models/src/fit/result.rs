@@ -102,6 +102,16 @@ impl Fit {
         self.parameters.iter().find(|p| p.name == name)
     }
 
+    /// Adds `more` to the covariance, by row and column: errors that the data do not show. Standard errors and intervals follow.
+    pub fn add_covariance(&mut self, more: impl Fn(usize, usize) -> f64) {
+        self.covariance.indexed_iter_mut().for_each(|((r, c), entry)| *entry += more(r, c));
+        for (k, p) in self.parameters.iter_mut().enumerate() {
+            p.std_error = self.covariance[[k, k]].sqrt();
+            let half = self.interval_quantile * p.std_error;
+            p.ci95 = [p.value - half, p.value + half];
+        }
+    }
+
     /// The fit seen as one of its first `count` parameters alone, whatever the others are: their marginal covariance. χ² and its
     /// degrees of freedom stay those of the whole fit.
     pub fn marginal(&self, count: usize) -> Fit {
