@@ -2,7 +2,7 @@
 //! truth as often as they say, and the paper's agreement, in both of its Welch settings, with and without force made by the limb.
 
 use ndarray::{Array2, Array3, arr2};
-use ndof::analysis::{self, Estimate, Trial, Trials, estimate};
+use ndof::analysis::{self, Estimate, Fitted, Trial, Trials, estimate};
 use ndof::devices::{DeviceConfig, EndpointLinearConfig, Experiment, Extras, LimbConfig, LimbNoise, Linearised, PerAxis};
 use ndof::devices::{linearise, simulate_trial};
 use ndof::models::{Axis, Fit, InertiaDampingStiffnessModel, LoopModel, Smoothing, Symmetry, Transducer, WeightedFit, agreement, linear_start};
@@ -160,13 +160,22 @@ fn a_mount_that_nobody_told_is_named() {
     let experiment = experiment(1, 0.2);
     let estimated = estimate(&trials(&experiment), &Estimate::default()).expect("an estimate");
     let mount = linearise(&experiment).expect("a linear model").transducer;
-    let warned = |settings: analysis::Fit| settings.run(&estimated).expect("a fit").result.head.warnings.into_iter().find(|w| w.code == "unknown-mount");
-    let warning = warned(analysis::Fit::default()).expect("a warning");
+    let fitted = |settings: analysis::Fit| settings.run(&estimated).expect("a fit");
+    let warned = |fitted: &Fitted| fitted.result.head.warnings.iter().find(|w| w.code == "unknown-mount").cloned();
+    let untold = fitted(analysis::Fit::default());
+    let warning = warned(&untold).expect("a warning");
     let [low, high]: [f64; 2] = std::array::from_fn(|end| {
         let inside = warning.message.split(['(', ')']).nth(1).and_then(|inside| inside.split(" … ").nth(end));
         inside.and_then(|text| text.parse().ok()).expect("an interval")
     });
     assert!((low..=high).contains(&mount.stiffness), "{}", warning.message);
     let told = analysis::Fit { transducer_stiffness: Some(mount.stiffness), transducer_damping: Some(mount.damping), ..analysis::Fit::default() };
-    assert_eq!(warned(told), None);
+    let told = fitted(told);
+    assert_eq!(warned(&told), None);
+    // Nobody has told it, and yet the inertia is where its interval says; told, its interval is a fraction of that.
+    let [m, ..] = truth();
+    for (k, true_mass) in [(0, m[[0, 0]]), (2, m[[1, 1]])] {
+        let (wide, narrow) = (&untold.fit.parameters[k], &told.fit.parameters[k]);
+        assert!((wide.ci95[0]..=wide.ci95[1]).contains(&true_mass) && narrow.std_error < 0.5 * wide.std_error, "{wide:?} {narrow:?} {true_mass}");
+    }
 }

@@ -65,8 +65,8 @@ pub(super) fn unknown_mount(fit: &ndof_models::Fit, mount: &SeriesCompliance, ax
         Warning::new(
             "unknown-mount",
             format!(
-                "the motion holds what a mount of {k:.1e} {unit} ({low:.1e} … {high:.1e}) between limb and robot would add, and {} is off by more than its interval",
-                most.0.name
+                "the motion holds what a mount of {k:.1e} {unit} ({low:.1e} … {high:.1e}) between limb and robot would add: {} is {:.4} with it, and {:.4} without; intervals hold both",
+                most.0.name, most.1, most.0.value
             ),
             "give `transducer-stiffness` as the data sheet of the transducer or handle has it; if nothing there gives way, ask `ndof diagnose` what the model lacks",
         )
