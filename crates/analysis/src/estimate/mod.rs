@@ -1,5 +1,6 @@
 //! Trials in, frequency response with coherences and confidence out.
 
+mod apart;
 mod course;
 mod estimated;
 pub(crate) mod instrument;
@@ -14,6 +15,7 @@ mod settings;
 mod streamed;
 mod summed;
 
+pub use apart::{ApartRecording, estimate_apart};
 pub use estimated::Estimated;
 pub(crate) use left_out::without_each;
 pub(crate) use measured::to_displacement;
