@@ -183,9 +183,9 @@ mod tests {
     #[test]
     fn what_depends_on_itself_is_told_apart() {
         let trials = answered();
-        let twice = fit(&trials, (10.0, 151), (&[0, 0], &[2, 3]), (ORDER, 0, HALF_WIDTH), (None, false)).expect("enough lines").fitted;
+        let twice = fit(&trials, (10.0, 151), (&[0, 0], &[2, 3]), (ORDER, 0, HALF_WIDTH), (At::All, false)).expect("enough lines").fitted;
         assert!([&twice.g, &twice.noise, &twice.gram_inverse, &twice.driver].iter().all(|all| all.iter().all(|v| v.is_nan())));
-        let itself = fit(&trials, (10.0, 151), (&[0, 1], &[1, 0]), (ORDER, 0, HALF_WIDTH), (None, false)).expect("enough lines").fitted;
+        let itself = fit(&trials, (10.0, 151), (&[0, 1], &[1, 0]), (ORDER, 0, HALF_WIDTH), (At::All, false)).expect("enough lines").fitted;
         for (k, noise) in itself.noise.outer_iter().enumerate().skip(1) {
             assert!((0..2).all(|i| (0.0..1e-12).contains(&noise[[i, i]].re)), "line {k}: {noise}");
         }
@@ -196,7 +196,7 @@ mod tests {
     #[test]
     fn each_line_is_solved_as_the_equation_says() {
         let trials = answered();
-        let found = fit(&trials, (10.0, 151), (&[0, 1], &[2, 3]), (ORDER, 0, HALF_WIDTH), (None, true)).expect("a fit");
+        let found = fit(&trials, (10.0, 151), (&[0, 1], &[2, 3]), (ORDER, 0, HALF_WIDTH), (At::All, true)).expect("a fit");
         let (terms, width, last) = (ORDER + 1, 2 * HALF_WIDTH + 1, 75);
         assert_eq!(found.fitted.g.dim(), (last + 1, 2, 2));
         assert!(found.fitted.g[[0, 0, 0]].is_nan() && found.fitted.driver[[0, 1, 1]].is_nan() && found.left_out[0].is_nan());
