@@ -73,7 +73,7 @@ impl Alone {
     }
 }
 
-/// As [`quality`], by what each channel of the only trial tells and the spectra of all, [`by_segments`].
+/// As [`quality`], by what each channel of the only trial tells and the spectra of all, `by_segments`.
 pub(crate) fn quality_apart(recording: &Recording, alone: &[Alone], spectra: &CrossSpectra, roles: &Roles) -> Vec<Warning> {
     told(of_all(recording, alone, Some(spectra), Some(roles), 0).1)
 }
