@@ -27,7 +27,7 @@ pub use check::check;
 pub use compare::{compare_fits, compare_sessions};
 pub use diagnose::{AddedEffort, Diagnose, Diagnosed, HeldOut, Question, diagnose, diagnose_simulator};
 pub use error::{AnalysisError, in_order};
-pub use estimate::{Estimate, Estimated, MethodName, Streamed, estimate, estimate_to_fit};
+pub use estimate::{ApartRecording, Estimate, Estimated, MethodName, Streamed, estimate, estimate_apart, estimate_to_fit};
 pub use fit::{
     ComparedParameter, DELAY_FLOOR_S, FLOORS, Fit, FitCost, Fitted, Leftover, MODEL, Overlay, Run, VafWeight, fit, fit_response, leftover, overlay, project,
 };

@@ -28,7 +28,7 @@ fn it_warns_of_the_same_and_fits_the_same_at_no_frequency() {
     let trials = Trials::of([&one, &other]).expect("trials alike");
     for method in [MethodName::Welch, MethodName::LocalPolynomial] {
         let settings = Estimate { method, band_hz: Some([1.0, 30.0]), response: Some(ResponseKind::Impedance), ..Estimate::default() };
-        let [whole, bare] = [estimate, estimate_to_fit].map(|estimate| estimate(&trials, &settings).expect("an estimate"));
+        let [whole, bare] = [estimate(&trials, &settings), estimate_to_fit(&trials, &settings, &Fit::default())].map(|made| made.expect("an estimate"));
         let codes: Vec<&str> = bare.result.head.warnings.iter().map(|warning| warning.code.as_str()).collect();
         assert!(["weak-instrument", "inverse-not-trusted", "trials-differ"].iter().all(|code| codes.contains(code)), "{codes:?}");
         assert_eq!(bare.result.head.warnings, whole.result.head.warnings);
@@ -38,5 +38,22 @@ fn it_warns_of_the_same_and_fits_the_same_at_no_frequency() {
         assert_eq!((all.ratio, all.ratio_std_error), (none.ratio, none.ratio_std_error));
         assert!(bare.result.frequency_hz.is_empty() && none.between.is_empty() && !all.between.is_empty());
         assert_eq!(Fit::default().run(&bare).expect("a fit").result, Fit::default().run(&whole).expect("a fit").result);
+    }
+}
+
+/// Beyond the band that is fitted the derived response is not made, and the fit is the same: of the band that the data tell, and of one that is asked for.
+#[test]
+fn its_derived_response_ends_with_the_band() {
+    let [one, other] = [(150.0, 1), (150.0, 2)].map(|(stiffness, seed)| trial(stiffness, seed));
+    let trials = Trials::of([&one, &other]).expect("trials alike");
+    let settings = Estimate { method: MethodName::LocalPolynomial, ..Estimate::default() };
+    let whole = estimate(&trials, &settings).expect("an estimate");
+    for band_hz in [None, Some([1.0, 12.0]), Some([2.0, 60.0])] {
+        let fit = Fit { band_hz, ..Fit::default() };
+        let bare = estimate_to_fit(&trials, &settings, &fit).expect("an estimate");
+        let [expected, found] = [&whole, &bare].map(|estimated| fit.run(estimated).expect("a fit").result);
+        assert_eq!(found, expected);
+        let last_hz = bare.best().frequency_hz.last().copied().expect("lines");
+        assert!(last_hz < 99.0 && last_hz >= found.band_hz[1], "{last_hz} Hz of {:?}", found.band_hz);
     }
 }

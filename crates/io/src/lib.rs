@@ -17,6 +17,8 @@
 #![cfg_attr(docsrs, feature(doc_cfg))]
 #![cfg_attr(not(feature = "full"), allow(dead_code, reason = "a build without a format leaves what only that one uses"))]
 
+#[cfg(any(feature = "csv", feature = "parquet"))]
+mod apart;
 mod arrays;
 mod assemble;
 mod atomic;
@@ -78,6 +80,8 @@ mod write;
 #[cfg(feature = "xdf")]
 mod xdf;
 
+#[cfg(any(feature = "csv", feature = "parquet"))]
+pub use apart::Apart;
 pub use assemble::is_time;
 pub use atomic::{abandon_writes, keep, write_atomic, write_atomic_with};
 pub use columns::{ColumnNumber, ColumnsFile};

@@ -62,7 +62,8 @@ pub(crate) fn timing(file: &str, table: &Table, time: Option<Column>, options: &
         }
         None => {
             let clock = from_rate(file, table, options, notes)?;
-            let len = table.columns.first().map_or(0, |c| c.samples.len());
+            // As large as a channel, and of use only where samples are moved.
+            let len = options.resample.and(table.columns.first()).map_or(0, |c| c.samples.len());
             (Ok(clock), (0..len).map(|k| clock.start_s + k as f64 / clock.rate_hz).collect(), Rounding::default())
         }
     };

@@ -69,7 +69,8 @@ pub fn fit(
     let (trials, samples) = trials_of(&recordings)?;
     let (fitted, page) = work::run(py, samples, None, move |_| {
         let trials = experiment_with(trials, roles, stretches, settings.channels())?;
-        let estimated = if page { ndof::analysis::estimate } else { ndof::analysis::estimate_to_fit }(&trials, &estimate).map_err(raise_analysis)?;
+        let estimated = if page { ndof::analysis::estimate(&trials, &estimate) } else { ndof::analysis::estimate_to_fit(&trials, &estimate, &settings) };
+        let estimated = estimated.map_err(raise_analysis)?;
         let fitted = settings.run(&estimated).map_err(raise_analysis)?;
         let report = || fit_report(&estimated, &fitted, "Mechanical impedance", "ndof.fit").map(|report| report.to_html());
         let page = page.then(report).transpose().map_err(raise)?;

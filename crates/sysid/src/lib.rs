@@ -21,7 +21,7 @@ mod steadiness;
 pub use estimate::{
     Choice, Coherence, DerivedEstimate, Detection, Direct, DirectEstimate, Distortion, EstimateError, Estimates, LARGEST_CONDITION, LocalPolynomial,
     LocalRational, RejectedSegment, Significance, SpectralMethod, ToReference, WEAK_INSTRUMENT, choose_method, derived, direct, estimate,
-    estimate_from_spectra, instrumented, repeats, response, robust_spectra, sliding,
+    estimate_from_spectra, estimate_up_to, instrumented, repeats, response, robust_spectra, sliding,
 };
 pub use interval::{Confidence, GainPhase};
 pub use labels::Labels;

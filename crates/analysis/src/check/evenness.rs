@@ -9,21 +9,23 @@ use rayon::prelude::*;
 
 /// How evenly each driver of a recording drives, where that can be told. What repeats itself comes and goes on purpose: averages over its periods
 /// hold.
-pub(crate) fn evenness(recording: &Recording, roles: &Roles) -> Vec<(usize, Steadiness)> {
-    let of = |&index: &usize| {
-        let samples = &recording.channels()[index].samples;
-        let seen = steadiness(samples, recording.sample_rate_hz())?;
-        let uneven = seen.is_unsteady() || !seen.rest.is_empty();
-        (!uneven || repeats(samples).is_none()).then_some((index, seen))
-    };
+pub(crate) fn evenness(recording: &Recording, roles: &Roles) -> Vec<Steadiness> {
+    let of = |&index: &usize| even(&recording.channels()[index].samples, recording.sample_rate_hz());
     roles.ports.drivers().par_iter().filter_map(of).collect()
 }
 
-/// Findings of a recording.
-pub(super) fn unsteady(recording: &Recording, roles: &Roles, trial: usize) -> Vec<Finding> {
+/// The same of one driver.
+pub(super) fn even(samples: &[f64], sample_rate_hz: f64) -> Option<Steadiness> {
+    let seen = steadiness(samples, sample_rate_hz)?;
+    let uneven = seen.is_unsteady() || !seen.rest.is_empty();
+    (!uneven || repeats(samples).is_none()).then_some(seen)
+}
+
+/// Findings of a recording, by how evenly its drivers drive.
+pub(super) fn unsteady<'a>(recording: &Recording, roles: &Roles, trial: usize, evenness: impl IntoIterator<Item = (usize, &'a Steadiness)>) -> Vec<Finding> {
     let mut found = Vec::new();
     let second = |sample: usize| recording.start_s() + sample as f64 / recording.sample_rate_hz();
-    for (index, seen) in evenness(recording, roles) {
+    for (index, seen) in evenness {
         let (name, role) = (recording.channels()[index].name.as_str(), role(Some(roles), index));
         let share = 100.0 * seen.share;
         let mut say = |code: &str, message: String, action: &str| found.push(Finding::new(code, "remark", trial, Some(name), message, action));

@@ -9,7 +9,8 @@ pub mod result;
 mod sign;
 
 pub(crate) use evenness::evenness;
-pub(crate) use quality::quality;
+pub(crate) use pairs::by_segments;
+pub(crate) use quality::{Alone, quality, quality_apart};
 
 use crate::result::{Head, number};
 use crate::trials::{RoleNames, Roles, Trial, add_each};

@@ -27,14 +27,19 @@ const LATE: f64 = 0.5;
 pub(super) const LONGEST: usize = 1 << 16;
 
 /// Length of the segments that channels are compared with; none for a short recording.
-fn segment(recording: &Recording, fewest_bits: u32) -> Option<usize> {
-    (recording.len() / 16).checked_ilog2().filter(|bits| *bits >= fewest_bits).map(|bits| LONGEST.min(1 << bits))
+fn segment(samples: usize, fewest_bits: u32) -> Option<usize> {
+    (samples / 16).checked_ilog2().filter(|bits| *bits >= fewest_bits).map(|bits| LONGEST.min(1 << bits))
+}
+
+/// How channels of so many samples are compared, if they are long enough.
+pub(crate) fn by_segments(samples: usize) -> Option<Welch> {
+    segment(samples, 5).map(Welch::new)
 }
 
 /// Spectra of all channels, if the recording is long enough and holds no missing sample.
 pub(super) fn spectra(recording: &Recording) -> Option<CrossSpectra> {
     let all: Vec<usize> = (0..recording.channels().len()).collect();
-    Welch::new(segment(recording, 5)?).spectra(recording.sample_rate_hz(), &recording.columns(&all)).ok()
+    by_segments(recording.len())?.spectra(recording.sample_rate_hz(), &recording.columns(&all)).ok()
 }
 
 /// Lags and findings of all pairs of one trial, by its [`spectra`].
@@ -181,7 +186,7 @@ fn crossed(spectra: &CrossSpectra, channels: &[Channel], roles: &Roles, trial: u
 pub(super) fn together(recording: &Recording, all: Option<&CrossSpectra>, roles: &Roles, trial: usize) -> Vec<Finding> {
     let inputs = &roles.ports.inputs;
     let of_inputs = |nperseg| Welch::new(nperseg).spectra(recording.sample_rate_hz(), &recording.columns(inputs)).ok();
-    let own = if all.is_none() { segment(recording, 4).and_then(of_inputs) } else { None };
+    let own = if all.is_none() { segment(recording.len(), 4).and_then(of_inputs) } else { None };
     let places: Vec<usize> = if all.is_some() { inputs.clone() } else { (0..inputs.len()).collect() };
     let Some(spectra) = all.or(own.as_ref()) else { return Vec::new() };
     let mut found = Vec::new();

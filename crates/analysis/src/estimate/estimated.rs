@@ -1,5 +1,6 @@
 //! An estimate as values to go on with, and as the result to be written.
 
+use super::excited::Excited;
 use super::measured::to_displacement;
 use super::method::record;
 use super::result::{self as schema, EstimateResult, spectrum};
@@ -23,6 +24,8 @@ pub struct Estimated {
     pub derived: Option<FrequencyResponse>,
     /// The result, cut to the band.
     pub result: EstimateResult,
+    /// The band to fit, where it is known already.
+    pub(crate) excited: Option<Excited>,
 }
 
 impl Estimated {
@@ -34,13 +37,6 @@ impl Estimated {
     /// The same as the channels stand, brought to displacement: what a model is fitted to.
     pub(crate) fn measured(&self) -> &FrequencyResponse {
         self.estimates.derived.as_ref().map_or(&self.estimates.direct.response, |derived| &derived.response)
-    }
-
-    /// The highest frequency at which the inputs explain half of every output; infinite where there is none.
-    pub(crate) fn explained_to_hz(&self) -> f64 {
-        let direct = &self.estimates.direct;
-        let explains = |f: &usize| direct.coherence.multiple.row(*f).iter().all(|coherence| *coherence >= 0.5);
-        (0..direct.response.len()).rev().find(explains).map_or(f64::INFINITY, |f| direct.response.frequency_hz[f])
     }
 
     /// From the estimates of the channels as they stand to the response that is asked for; a result that is not `shown` holds no frequency.
@@ -60,7 +56,7 @@ impl Estimated {
         keep.truncate(if shown { keep.len() } else { 0 });
         let mut result = written(trials, settings, &estimates, (&direct, derived.as_ref()), &keep, why);
         result.head.warnings = known;
-        Ok(Estimated { trials: trials.clone(), estimates, direct, derived, result })
+        Ok(Estimated { trials: trials.clone(), estimates, direct, derived, result, excited: None })
     }
 }
 

@@ -5,8 +5,8 @@ use super::settings::{Estimate, MethodName};
 use crate::error::AnalysisError;
 use crate::result::word;
 use crate::trials::Trials;
-use ndof_signal::{CrossSpectra, Multitaper, Periodic, detect_period, effective_averages};
-use ndof_sysid::{Estimates, FrequencyResponse, LocalPolynomial, LocalRational, SpectralMethod, choose_method};
+use ndof_signal::{CrossSpectra, Multitaper, Periodic, Welch, detect_period, effective_averages};
+use ndof_sysid::{Estimates, FrequencyResponse, LocalPolynomial, LocalRational, Ports, SpectralMethod, choose_method};
 
 /// Whether something is asked that only spectra of segments have.
 pub(super) fn about_welch(settings: &Estimate) -> bool {
@@ -69,9 +69,14 @@ fn local_polynomial(settings: &Estimate) -> SpectralMethod {
 
 /// Segments as long as leave enough of them to average: resolution is bought with what is left of the random error.
 fn welch_of_length(trials: &Trials, settings: &Estimate) -> (SpectralMethod, String) {
-    let (inputs, references) = (trials.roles.ports.inputs.len(), trials.roles.ports.references.len());
-    let enough = (16 + 2 * inputs.max(references)) as f64;
     let lengths: Vec<usize> = trials.trials.iter().map(|trial| trial.recording.len()).collect();
+    let (welch, why) = welch_of(&lengths, &trials.roles.ports, settings);
+    (SpectralMethod::Welch(welch), why)
+}
+
+/// The same by the lengths of the trials.
+pub(super) fn welch_of(lengths: &[usize], ports: &Ports, settings: &Estimate) -> (Welch, String) {
+    let enough = (16 + 2 * ports.inputs.len().max(ports.references.len())) as f64;
     let averages = |nperseg: usize| -> f64 {
         let window = settings.window.samples(nperseg, settings.window_symmetric);
         let hop = nperseg - nperseg / 2;
@@ -85,7 +90,7 @@ fn welch_of_length(trials: &Trials, settings: &Estimate) -> (SpectralMethod, Str
         Some(_) => "segments as asked for".to_owned(),
         None => format!("the longest segments (a power of two) that leave at least {enough:.0} effective averages"),
     };
-    (SpectralMethod::Welch(settings.segments_of(nperseg)), why)
+    (settings.segments_of(nperseg), why)
 }
 
 /// The method and its settings as the result holds them.

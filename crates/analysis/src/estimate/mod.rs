@@ -1,7 +1,9 @@
 //! Trials in, frequency response with coherences and confidence out.
 
+mod apart;
 mod course;
 mod estimated;
+mod excited;
 pub(crate) mod instrument;
 mod left_out;
 mod limits;
@@ -14,7 +16,9 @@ mod settings;
 mod streamed;
 mod summed;
 
+pub use apart::{ApartRecording, estimate_apart};
 pub use estimated::Estimated;
+pub(crate) use excited::Excited;
 pub(crate) use left_out::without_each;
 pub(crate) use measured::to_displacement;
 pub use settings::{Estimate, MethodName};
@@ -22,21 +26,25 @@ pub use streamed::Streamed;
 pub(crate) use summed::{Summed, segment};
 
 use crate::error::AnalysisError;
+use crate::fit::Fit;
 use crate::trials::{Trial, Trials, require_motion};
+use excited::explained_to_hz;
 use measured::{in_file, labels};
 use ndof_signal::Channel;
-use ndof_sysid::{SpectralMethod, estimate_from_spectra, robust_spectra};
+use ndof_sysid::{DirectEstimate, EstimateError, Estimates, Labels, SpectralMethod, estimate_from_spectra, estimate_up_to, robust_spectra};
 use std::borrow::Cow;
+use std::cell::OnceCell;
 
 /// Estimates the response of the outputs to the inputs.
 ///
 /// # Errors
 /// [`AnalysisError`] if a trial is too short, inputs depend on each other, or the kind of response does not exist.
 pub fn estimate(trials: &Trials, settings: &Estimate) -> Result<Estimated, AnalysisError> {
-    estimated(trials, settings, true)
+    estimated(trials, settings, None)
 }
 
-/// The same to be fitted and not to be shown: the result tells how it was made and what to know of it, at no frequency.
+/// The same for `fit` and not to be shown: the result tells how it was made and what to know of it, at no frequency, and a derived response ends with the
+/// band that is fitted.
 ///
 /// # Errors
 /// As [`estimate`].
@@ -54,18 +62,19 @@ pub fn estimate(trials: &Trials, settings: &Estimate) -> Result<Estimated, Analy
 /// };
 /// let motion: Vec<f64> = force.iter().map(&mut step).collect();
 /// let trial = Trial::new(500.0).effort("x", force).displacement("x", motion)?;
-/// let (trials, settings) = (Trials::of([&trial])?, Estimate::default());
-/// let [whole, bare] = [estimate(&trials, &settings)?, estimate_to_fit(&trials, &settings)?];
+/// let (trials, settings, fit) = (Trials::of([&trial])?, Estimate::default(), Fit::default());
+/// let [whole, bare] = [estimate(&trials, &settings)?, estimate_to_fit(&trials, &settings, &fit)?];
 /// assert!(bare.result.frequency_hz.is_empty());
-/// assert_eq!(Fit::default().run(&bare)?.result, Fit::default().run(&whole)?.result);
+/// assert_eq!(fit.run(&bare)?.result, fit.run(&whole)?.result);
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
-pub fn estimate_to_fit(trials: &Trials, settings: &Estimate) -> Result<Estimated, AnalysisError> {
-    estimated(trials, settings, false)
+pub fn estimate_to_fit(trials: &Trials, settings: &Estimate, fit: &Fit) -> Result<Estimated, AnalysisError> {
+    estimated(trials, settings, Some(fit))
 }
 
-/// `shown` says whether the result holds what there is at each frequency.
-fn estimated(trials: &Trials, settings: &Estimate, shown: bool) -> Result<Estimated, AnalysisError> {
+/// For a fit, or to be shown: then the result holds what there is at each frequency.
+fn estimated(trials: &Trials, settings: &Estimate, fit: Option<&Fit>) -> Result<Estimated, AnalysisError> {
+    let shown = fit.is_none();
     let trials = &*if settings.method == MethodName::Auto { rest::without_rest(trials)? } else { Cow::Borrowed(trials) };
     for trial in &*trials.trials {
         let range = |channel: &Channel| channel.samples.iter().fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], x| [low.min(*x), high.max(*x)]);
@@ -76,23 +85,42 @@ fn estimated(trials: &Trials, settings: &Estimate, shown: bool) -> Result<Estima
     let ports = &trials.roles.ports;
     let longest = trials.trials.iter().map(|trial| trial.recording.len()).max().unwrap_or(0);
     limits::estimate(&method, longest, trials.roles.used().len()).map_err(|what| AnalysisError::TooLarge { what })?;
-    let labels = labels(trials);
+    let (labels, excited) = (labels(trials), OnceCell::new());
     let failed = |error| in_file(error, trials);
     let (estimates, rejected) = match &method {
         SpectralMethod::Welch(welch) if settings.robust => {
             let (spectra, rejected) = robust_spectra(&trials.recordings(), ports, welch).map_err(failed)?;
             (estimate_from_spectra(spectra, ports, &labels, &method, settings.estimator).map_err(failed)?, Some(rejected))
         }
-        _ => (ndof_sysid::estimate(&trials.recordings(), ports, &labels, &method, settings.estimator).map_err(failed)?, None),
+        _ => (of_method(trials, &labels, (&method, settings), fit, &excited).map_err(failed)?, None),
     };
     let mut estimated = Estimated::new(trials, settings, estimates, why, shown)?;
-    let explained_hz = estimated.explained_to_hz();
+    estimated.excited = excited.into_inner();
+    let explained_hz = explained_to_hz(&estimated.estimates.direct);
     let result = &mut estimated.result;
     result.robust = rejected.map(|rejected| repeat::robust(&estimated.estimates, &rejected));
     result.trial_spread = repeat::between_trials(trials, settings, &method, result.response, shown);
     result.course = course::course(trials, settings, result.response, explained_hz)?;
     result.head.warnings.extend(repeat::warnings(result, &estimated.estimates));
     Ok(estimated)
+}
+
+/// The estimates of a method; where a fit needs no more, derived ones up to the end of the band that is asked for, or else `excited`.
+fn of_method(
+    trials: &Trials,
+    labels: &Labels,
+    (method, settings): (&SpectralMethod, &Estimate),
+    fit: Option<&Fit>,
+    excited: &OnceCell<Excited>,
+) -> Result<Estimates, EstimateError> {
+    let (recordings, ports) = (trials.recordings(), &trials.roles.ports);
+    // What is to be said of an inverse is said of all frequencies.
+    let Some(fit) = fit.filter(|_| settings.response.is_none()) else {
+        return ndof_sysid::estimate(&recordings, ports, labels, method, settings.estimator);
+    };
+    let excited_hz = |direct: &DirectEstimate| excited.get_or_init(|| Excited::of(trials, direct, None, method)).band_hz;
+    let highest_hz = |direct: &DirectEstimate| fit.band_hz.unwrap_or_else(|| excited_hz(direct))[1];
+    estimate_up_to(&recordings, ports, labels, (method, settings.estimator), &highest_hz)
 }
 
 impl Estimate {

@@ -4,6 +4,7 @@ use crate::check::evenness;
 use crate::error::AnalysisError;
 use crate::result::Warning;
 use crate::trials::{Trial, Trials};
+use ndof_sysid::Steadiness;
 use std::borrow::Cow;
 
 /// The trials without the rest that all of them begin or end with; the trials themselves where there is none.
@@ -16,15 +17,7 @@ use std::borrow::Cow;
 pub(super) fn without_rest(trials: &Trials) -> Result<Cow<'_, Trials>, AnalysisError> {
     let [mut head, mut tail] = [usize::MAX; 2];
     for trial in &*trials.trials {
-        let samples = trial.recording.len();
-        let evenness = evenness(&trial.recording, &trials.roles);
-        // A driver that cannot be judged never rests.
-        let ends = evenness.iter().map(|(_, seen)| {
-            let first = seen.rest.first().filter(|rest| rest.start == 0 && rest.end < samples).map_or(0, |rest| rest.end);
-            let last = seen.rest.last().filter(|rest| rest.end == samples && rest.start > 0).map_or(0, |rest| samples - rest.start);
-            [first, last]
-        });
-        let [first, last] = ends.reduce(|a, b| [a[0].min(b[0]), a[1].min(b[1])]).unwrap_or_default();
+        let [first, last] = ends(trial.recording.len(), &evenness(&trial.recording, &trials.roles));
         (head, tail) = (head.min(first), tail.min(last));
     }
     if head == 0 && tail == 0 || trials.trials.is_empty() {
@@ -39,6 +32,16 @@ pub(super) fn without_rest(trials: &Trials) -> Result<Cow<'_, Trials>, AnalysisE
         "nothing; `start`, `stop` or `method` keep what you want",
     ));
     Ok(Cow::Owned(left))
+}
+
+/// Samples at the beginning and at the end of so many that no driver drives; one that cannot be judged never rests.
+pub(super) fn ends<'a>(samples: usize, evenness: impl IntoIterator<Item = &'a Steadiness>) -> [usize; 2] {
+    let ends = evenness.into_iter().map(|seen| {
+        let first = seen.rest.first().filter(|rest| rest.start == 0 && rest.end < samples).map_or(0, |rest| rest.end);
+        let last = seen.rest.last().filter(|rest| rest.end == samples && rest.start > 0).map_or(0, |rest| samples - rest.start);
+        [first, last]
+    });
+    ends.reduce(|a, b| [a[0].min(b[0]), a[1].min(b[1])]).unwrap_or_default()
 }
 
 #[cfg(test)]

@@ -54,7 +54,7 @@ impl Summed {
     /// [`AnalysisError`] in the name of `file` if it is shorter than a segment and so gives nothing.
     pub fn end(&mut self, file: &str) -> Result<(), AnalysisError> {
         let stretch = std::mem::replace(&mut self.growing, self.blank.clone());
-        self.ended.push(stretch.spectra().map_err(|source| failed(file, source))?);
+        self.ended.push(stretch.finish().map_err(|source| failed(file, source))?);
         Ok(())
     }
 

@@ -12,8 +12,9 @@ const MISFIT: f64 = 2.0;
 /// What is known of the evidence, and what the fitted numbers say.
 pub(super) fn warnings(evidence: &Evidence<'_>, fit: &ndof_models::Fit, baseline: &ndof_models::Fit) -> Vec<Warning> {
     let mut warnings = evidence.warnings.clone();
-    if !evidence.weak_in_band(fit.band_hz) {
-        warnings.retain(|warning| warning.code != "weak-instrument");
+    // Of other frequencies than those that were fitted nothing is to be known here.
+    if let Some(k) = warnings.iter().position(|warning| warning.code == "weak-instrument") {
+        warnings.splice(k..=k, evidence.weakness(fit.band_hz));
     }
     warnings.extend(force_sign(baseline));
     let unknown: Vec<&str> = fit.parameters.iter().filter(|p| !p.identifiable).map(|p| p.name.as_str()).collect();

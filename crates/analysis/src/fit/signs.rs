@@ -25,7 +25,7 @@ pub(super) fn opposed(estimated: &Estimated, settings: &Fit, fitted: &Fitted) ->
     let names = trials.names(&turned);
     let asked = estimated.result.settings.clone();
     let again = turned_round(trials, &names).and_then(|trials| {
-        let estimated = estimate_to_fit(&trials, &asked)?;
+        let estimated = estimate_to_fit(&trials, &asked, settings)?;
         fit_to(&Evidence::of_recordings(&estimated, settings.band_hz)?, settings)
     });
     let again = again.ok()?;

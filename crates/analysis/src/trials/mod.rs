@@ -141,7 +141,7 @@ impl Trials {
     /// # Errors
     /// [`AnalysisError`] if there is none, a role cannot be filled, trials differ, or a channel that is used holds no numbers.
     pub fn new(trials: Vec<Trial>, names: &RoleNames, trim: &Trim) -> Result<Self, AnalysisError> {
-        Trials::assembled(trials, names, trim, Source::Record)
+        Trials::judged(trials, names, trim, Source::Record)
     }
 
     /// The same of what a simulator logged: at the same commands it logs the same again, which no measured recording does.
@@ -149,12 +149,24 @@ impl Trials {
     /// # Errors
     /// As [`Trials::new`].
     pub fn simulated(trials: Vec<Trial>, names: &RoleNames, trim: &Trim) -> Result<Self, AnalysisError> {
-        Trials::assembled(trials, names, trim, Source::Simulator)
+        Trials::judged(trials, names, trim, Source::Simulator)
     }
 
     /// The same of pieces of a stream, whose channels stay as they are.
     pub(crate) fn of_stream(pieces: Vec<Trial>, names: &RoleNames) -> Result<Self, AnalysisError> {
-        Trials::assembled(pieces, names, &Trim::default(), Source::Stream)
+        Trials::judged(pieces, names, &Trim::default(), Source::Stream)
+    }
+
+    /// The same of the first piece, by which nothing of the signals is judged.
+    pub(crate) fn of_piece(piece: Trial, names: &RoleNames) -> Result<Self, AnalysisError> {
+        Trials::assembled(vec![piece], names, &Trim::default(), Source::Stream)
+    }
+
+    /// With what is to be known of the signals.
+    fn judged(trials: Vec<Trial>, names: &RoleNames, trim: &Trim, source: Source) -> Result<Self, AnalysisError> {
+        let mut trials = Trials::assembled(trials, names, trim, source)?;
+        trials.warnings.extend(quality(&trials.recordings(), &trials.roles));
+        Ok(trials)
     }
 
     fn assembled(trials: Vec<Trial>, names: &RoleNames, trim: &Trim, source: Source) -> Result<Self, AnalysisError> {
@@ -212,8 +224,6 @@ impl Trials {
         };
         roles.kept = (references + inputs + outputs..used.len()).collect();
         leave_out_short(&mut stretches, &mut warnings);
-        let looked_at: Vec<&Recording> = stretches.iter().map(|trial| &trial.recording).collect();
-        warnings.extend(quality(&looked_at, &roles));
         Ok(Trials { trials: stretches.into(), roles, warnings })
     }
 

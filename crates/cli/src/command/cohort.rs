@@ -187,8 +187,8 @@ fn fit(arguments: &Arguments, kinematics: Option<&KinematicsFile>, subject: &Sub
         return Err(AnalysisError::NoRecording.into());
     }
     let trials = arguments.reading.trials(&subject.files)?;
-    let estimated = ndof_analysis::estimate_to_fit(&trials, &arguments.shared.estimate(&arguments.estimate))?;
     let fit = Fit { band_hz: arguments.shared.band, kinematics: kinematics.cloned(), ..arguments.fit.clone() };
+    let estimated = ndof_analysis::estimate_to_fit(&trials, &arguments.shared.estimate(&arguments.estimate), &fit)?;
     let mut result = fit.run(&estimated)?.result;
     result.head.command = "cohort".to_owned();
     Ok(result)

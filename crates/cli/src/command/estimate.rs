@@ -48,9 +48,16 @@ pub fn run(arguments: &Arguments) -> Result<(), CliError> {
     }
     let mut settings = shared.estimate(&arguments.estimate);
     (settings.cycle_s, settings.cycle_by) = (arguments.cycles.cycle, arguments.cycles.cycle_by.clone());
+    arguments.files.iter().for_each(|file| ndof_io::keep(file));
     if arguments.stream {
-        arguments.files.iter().for_each(|file| ndof_io::keep(file));
         return finish(arguments, &streamed(arguments, settings)?);
+    }
+    let of_whole = shared.verbose || shared.pictured() || arguments.cycles.given();
+    if !of_whole
+        && let Some(file) = arguments.reading.in_file(&arguments.files)
+        && let Some(estimated) = ndof_analysis::estimate_apart(&file.name, &file, &arguments.reading.roles(), &settings)
+    {
+        return finish(arguments, &estimated);
     }
     let trials = arguments.reading.trials_with(&arguments.files, &settings.channels())?;
     settings.event_s = arguments.cycles.times(&trials)?;

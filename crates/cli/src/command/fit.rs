@@ -74,7 +74,7 @@ pub fn run(arguments: &Arguments) -> Result<(), CliError> {
         (fit.cycle_s, fit.cycle_by, fit.event_s) = (cycle_s, cycle_by, event_s);
     }
     let reported = shared.pictured();
-    let estimated = if reported { ndof_analysis::estimate } else { ndof_analysis::estimate_to_fit }(&trials, &estimate)?;
+    let estimated = if reported { ndof_analysis::estimate(&trials, &estimate)? } else { ndof_analysis::estimate_to_fit(&trials, &estimate, &fit)? };
     let fitted = fit.run(&estimated)?;
     if let Some(path) = &arguments.study {
         let experiment = Recordings { files: arguments.files.clone(), reading: arguments.reading.clone() };

@@ -2,6 +2,7 @@
 
 mod channels;
 mod cycles;
+mod in_file;
 mod limb;
 mod measured;
 mod reading;

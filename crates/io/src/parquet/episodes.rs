@@ -9,6 +9,11 @@ const EPISODE: &str = "episode_index";
 /// What these data sets call the time.
 const TIMESTAMP: &str = "timestamp";
 
+/// Whether a column of this name tells of several trials, or is the time of one.
+pub(super) fn are_told_by(name: &str) -> bool {
+    [EPISODE, TIMESTAMP].contains(&name)
+}
+
 /// A table for each episode, where a column counts several.
 pub(super) fn split(mut table: Table) -> Vec<Table> {
     if !table.columns.iter().any(|c| is_time(&c.name))

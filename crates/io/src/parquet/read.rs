@@ -73,7 +73,7 @@ fn numbers(reader: &SerializedFileReader<Bytes>, place: usize, kind: Kind, file:
 }
 
 /// Refuses what a directory claims before memory is taken for it.
-fn check_size(file: &str, len: usize, metadata: &ParquetMetaData) -> Result<(), IoError> {
+pub(super) fn check_size(file: &str, len: usize, metadata: &ParquetMetaData) -> Result<(), IoError> {
     let columns = metadata.file_metadata().schema_descr().num_columns();
     if columns > MAX_ENTRIES {
         return Err(IoError::too_large(file, "columns", columns, MAX_ENTRIES, "save one column a channel"));

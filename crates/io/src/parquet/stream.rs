@@ -1,11 +1,12 @@
 //! Parquet piece by piece: a page of each column at a time.
 
-use super::PARQUET;
 use super::kind::{Kind, append};
-use super::read::{caught, check_compression, check_places, facts};
+use super::read::{caught, check_compression, check_places, check_size, facts};
+use super::{PARQUET, episodes};
 use crate::arrays::{self, Entry, Value};
 use crate::assemble::{SAMPLES_KEY, assemble, is_time, name_time, require_count};
 use crate::error::{IoError, Place};
+use crate::names::split_name;
 use crate::options::ReadOptions;
 use crate::piece::Piece;
 use crate::timing::{RATE_AGREEMENT, number};
@@ -27,6 +28,8 @@ pub(crate) struct ParquetStream {
     reader: SerializedFileReader<File>,
     /// Columns of numbers: place, name and how they are taken.
     columns: Vec<(usize, String, Kind)>,
+    /// Rows of a piece.
+    rows: usize,
     /// The samples that the file says it has, besides its directory.
     declared: Option<f64>,
     /// What is no column of numbers.
@@ -76,6 +79,7 @@ impl ParquetStream {
                 options,
                 reader,
                 columns,
+                rows: ROWS,
                 declared,
                 others,
                 group: 0,
@@ -88,6 +92,30 @@ impl ParquetStream {
         })
     }
 
+    /// The samples of each channel where the channels can be read one by one, and are then what they are in the whole file; `None` of a file that also holds
+    /// something else, or several trials.
+    pub fn samples_apart(&self, bytes: usize) -> Option<usize> {
+        let plain = self.others.iter().all(|entry| !matches!(entry.value, Value::Other(_)));
+        let told = self.columns.iter().any(|(_, name, _)| episodes::are_told_by(name));
+        (plain && !told && check_size(&self.file, bytes, self.reader.metadata()).is_ok()).then(|| self.total())
+    }
+
+    /// The rows of all row groups, as the directory claims them.
+    fn total(&self) -> usize {
+        self.reader.metadata().row_groups().iter().filter_map(|group| usize::try_from(group.num_rows()).ok()).fold(0, usize::saturating_add)
+    }
+
+    /// The same file as one piece that holds a single channel, and the time.
+    pub fn of_channel(mut self, name: &str) -> Self {
+        let time = |own: &str| is_time(own) || self.options.time.as_deref() == Some(own);
+        self.columns.retain(|(_, own, _)| [own.as_str(), &split_name(own).0].into_iter().any(|own| own == name || time(own)));
+        // Room for all, since a vector that grows is there twice.
+        self.kept = self.columns.iter().map(|_| Vec::with_capacity(self.total())).collect();
+        self.options.units_elsewhere = true;
+        self.rows = usize::MAX;
+        self
+    }
+
     /// The next rows; nothing at the end.
     pub fn next_piece(&mut self) -> Result<Option<Piece>, IoError> {
         let file = self.file.clone();
@@ -98,8 +126,8 @@ impl ParquetStream {
         let overlap = self.kept.first().map_or(0, Vec::len);
         let mut values = std::mem::take(&mut self.kept);
         let mut new = 0;
-        while new < ROWS && self.advance()? {
-            let wanted = self.left.min(ROWS - new);
+        while new < self.rows && self.advance()? {
+            let wanted = self.left.min(self.rows - new);
             for ((column, values), (_, name, kind)) in self.open.iter_mut().zip(&mut values).zip(&self.columns) {
                 let damaged = |what: String| IoError::Damaged { file: self.file.clone(), format: PARQUET, what: format!("column \"{name}\"{what}") };
                 let read = append(column, *kind, wanted, values).map_err(|e| damaged(format!(": {e}")))?;
@@ -138,11 +166,9 @@ impl ParquetStream {
             });
         }
         let wrap = |source: RecordingError| IoError::Recording { file: self.file.clone(), source };
-        let own = read.recording.slice(overlap..overlap + new).map_err(wrap)?;
-        let recording = Recording::new(rate_hz, own.channels().to_vec())
-            .map_err(wrap)?
-            .starting_at(start_s + self.seen as f64 / rate_hz)
-            .with_metadata(own.metadata().clone());
+        let own = if overlap == 0 { read.recording } else { read.recording.slice(overlap..overlap + new).map_err(wrap)? };
+        let metadata = own.metadata().clone();
+        let recording = Recording::new(rate_hz, own.into_channels()).map_err(wrap)?.starting_at(start_s + self.seen as f64 / rate_hz).with_metadata(metadata);
         let follows = self.seen > 0;
         self.seen += new;
         Ok(Some(Piece { recording, follows, notes: read.notes }))

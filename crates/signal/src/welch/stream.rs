@@ -93,13 +93,21 @@ impl WelchStream {
     /// # Errors
     /// [`WelchError::TooShort`] while there is no whole segment.
     pub fn spectra(&self) -> Result<CrossSpectra, WelchError> {
+        self.clone().finish()
+    }
+
+    /// The spectra of all samples, without a copy of their sums.
+    ///
+    /// # Errors
+    /// [`WelchError::TooShort`] if there is no whole segment.
+    pub fn finish(mut self) -> Result<CrossSpectra, WelchError> {
         if self.segments == 0 {
             return Err(WelchError::TooShort { len: self.seen, nperseg: self.settings.nperseg });
         }
         let scale = self.plan.scale(self.sample_rate_hz, self.segments);
-        let mut lower = self.total.clone();
+        let mut lower = self.total;
         if !self.segments.is_multiple_of(BLOCK) {
-            self.sum.clone().drain_into(&self.plan.transform, scale, &mut lower);
+            self.sum.drain_into(&self.plan.transform, scale, &mut lower);
         } else {
             lower.iter_mut().for_each(|s| *s *= scale);
         }

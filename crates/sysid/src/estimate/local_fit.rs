@@ -7,19 +7,28 @@ use super::local_polynomial::{Local, LocalPolynomial};
 use super::local_rational::{LocalRational, Rational};
 use crate::spread::apart;
 
-/// The fit with the settings' half width, or the best of four by prediction of left-out lines; at independent lines of a band where one is given,
-/// unless all lines are needed to choose.
+/// The lines of a record at which a fit is made.
+#[derive(Clone, Copy)]
+pub(crate) enum At {
+    All,
+    /// Those up to a frequency, and as many as a window has.
+    UpTo(f64),
+    /// Independent ones of a band.
+    Apart([f64; 2]),
+}
+
+/// The fit with the settings' half width, or the best of four by prediction of left-out lines, for which all lines are needed.
 pub(crate) fn fit_as_set(
     trials: &[Lines],
     rate_and_len: (f64, usize),
     drivers: &[usize],
     responders: &[usize],
-    (settings, apart_hz): (LocalPolynomial, Option<[f64; 2]>),
+    (settings, at): (LocalPolynomial, At),
 ) -> Result<LocalFit, EstimateError> {
     let default = settings.default_half_width(drivers.len(), responders.len());
     let judged = settings.leave_one_out && settings.half_width.is_none();
-    let apart_hz = apart_hz.filter(|_| !judged);
-    let fit = |half_width: usize| fit(trials, rate_and_len, (drivers, responders), (settings.order, 0, half_width), (apart_hz, judged));
+    let at = if judged { At::All } else { at };
+    let fit = |half_width: usize| fit(trials, rate_and_len, (drivers, responders), (settings.order, 0, half_width), (at, judged));
     if !judged {
         return fit(settings.half_width.unwrap_or(default));
     }
@@ -41,10 +50,10 @@ pub(crate) fn fit_rational(
     rate_and_len: (f64, usize),
     drivers: &[usize],
     responders: &[usize],
-    (settings, apart_hz): (LocalRational, Option<[f64; 2]>),
+    (settings, at): (LocalRational, At),
 ) -> Result<Fitted, EstimateError> {
     let half_width = settings.half_width.unwrap_or_else(|| settings.default_half_width(drivers.len(), responders.len()));
-    fit(trials, rate_and_len, (drivers, responders), (settings.order, settings.denominator, half_width), (apart_hz, false)).map(|f| f.fitted)
+    fit(trials, rate_and_len, (drivers, responders), (settings.order, settings.denominator, half_width), (at, false)).map(|f| f.fitted)
 }
 
 /// A fit, and how well each line is predicted from its neighbours alone.
@@ -67,22 +76,23 @@ impl LocalFit {
     }
 }
 
-/// Fits `responders` on `drivers` at every line of trials of `len` samples, or at independent ones of a band, with a denominator if its degree is not
-/// zero.
+/// Fits `responders` on `drivers` at lines of trials of `len` samples, with a denominator if its degree is not zero.
 fn fit(
     trials: &[Lines],
     rate_and_len: (f64, usize),
     (drivers, responders): (&[usize], &[usize]),
     (order, denominator, half_width): (usize, usize, usize),
-    (apart_hz, judged): (Option<[f64; 2]>, bool),
+    (at, judged): (At, bool),
 ) -> Result<LocalFit, EstimateError> {
     let (q, m, s) = (drivers.len(), responders.len(), order + 1);
     let basis = Basis::new(half_width, s, rate_and_len.1)?;
     let width = basis.width;
     let all = 0..=basis.last;
-    let lines: Vec<usize> = match apart_hz {
-        Some(band_hz) => apart(all.map(|k| at_hz(k as f64, rate_and_len)), band_hz, at_hz(basis.independent_lines(), rate_and_len)),
-        None => all.collect(),
+    let hz = |k: usize| at_hz(k as f64, rate_and_len);
+    let lines: Vec<usize> = match at {
+        At::All => all.collect(),
+        At::UpTo(highest_hz) => all.take_while(|&k| k < width || hz(k) <= highest_hz).collect(),
+        At::Apart(band_hz) => apart(all.map(hz), band_hz, at_hz(basis.independent_lines(), rate_and_len)),
     };
     let degrees_of_freedom = freedom(trials.len() * (width - width.min(s)), s * q + denominator.div_ceil(m))?;
     let solve = |first: usize, mut out: Chunk<'_>| {
@@ -173,9 +183,9 @@ mod tests {
     #[test]
     fn what_depends_on_itself_is_told_apart() {
         let trials = answered();
-        let twice = fit(&trials, (10.0, 151), (&[0, 0], &[2, 3]), (ORDER, 0, HALF_WIDTH), (None, false)).expect("enough lines").fitted;
+        let twice = fit(&trials, (10.0, 151), (&[0, 0], &[2, 3]), (ORDER, 0, HALF_WIDTH), (At::All, false)).expect("enough lines").fitted;
         assert!([&twice.g, &twice.noise, &twice.gram_inverse, &twice.driver].iter().all(|all| all.iter().all(|v| v.is_nan())));
-        let itself = fit(&trials, (10.0, 151), (&[0, 1], &[1, 0]), (ORDER, 0, HALF_WIDTH), (None, false)).expect("enough lines").fitted;
+        let itself = fit(&trials, (10.0, 151), (&[0, 1], &[1, 0]), (ORDER, 0, HALF_WIDTH), (At::All, false)).expect("enough lines").fitted;
         for (k, noise) in itself.noise.outer_iter().enumerate().skip(1) {
             assert!((0..2).all(|i| (0.0..1e-12).contains(&noise[[i, i]].re)), "line {k}: {noise}");
         }
@@ -186,7 +196,7 @@ mod tests {
     #[test]
     fn each_line_is_solved_as_the_equation_says() {
         let trials = answered();
-        let found = fit(&trials, (10.0, 151), (&[0, 1], &[2, 3]), (ORDER, 0, HALF_WIDTH), (None, true)).expect("a fit");
+        let found = fit(&trials, (10.0, 151), (&[0, 1], &[2, 3]), (ORDER, 0, HALF_WIDTH), (At::All, true)).expect("a fit");
         let (terms, width, last) = (ORDER + 1, 2 * HALF_WIDTH + 1, 75);
         assert_eq!(found.fitted.g.dim(), (last + 1, 2, 2));
         assert!(found.fitted.g[[0, 0, 0]].is_nan() && found.fitted.driver[[0, 1, 1]].is_nan() && found.left_out[0].is_nan());

@@ -1,7 +1,7 @@
 //! One call for every spectral method: trials in, estimates out.
 
 use super::fitted::Fitted;
-use super::local_fit::{fit_as_set, fit_rational};
+use super::local_fit::{At, fit_as_set, fit_rational};
 use super::local_lines::Lines;
 use super::local_polynomial::LocalPolynomial;
 use super::local_rational::LocalRational;
@@ -82,6 +82,34 @@ pub struct Estimates {
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 pub fn estimate(trials: &[&Recording], ports: &Ports, labels: &Labels, method: &SpectralMethod, estimator: Direct) -> Result<Estimates, EstimateError> {
+    estimated(trials, ports, labels, (method, estimator), None)
+}
+
+/// The same where nothing of the derived estimate is of use beyond the frequency that `highest_hz` tells by the direct one: local methods leave its lines
+/// beyond out, and the grid of the derived estimate ends there.
+///
+/// # Errors
+/// As [`estimate`].
+pub fn estimate_up_to(
+    trials: &[&Recording],
+    ports: &Ports,
+    labels: &Labels,
+    how: (&SpectralMethod, Direct),
+    highest_hz: Highest<'_>,
+) -> Result<Estimates, EstimateError> {
+    estimated(trials, ports, labels, how, Some(highest_hz))
+}
+
+/// What tells a frequency by the direct estimate.
+type Highest<'a> = &'a dyn Fn(&DirectEstimate) -> f64;
+
+fn estimated(
+    trials: &[&Recording],
+    ports: &Ports,
+    labels: &Labels,
+    (method, estimator): (&SpectralMethod, Direct),
+    highest_hz: Option<Highest<'_>>,
+) -> Result<Estimates, EstimateError> {
     let all = checked(trials, ports, labels, method, estimator)?;
     match method {
         SpectralMethod::Welch(settings) => {
@@ -96,8 +124,8 @@ pub fn estimate(trials: &[&Recording], ports: &Ports, labels: &Labels, method: &
             })?;
             estimate_from_spectra(spectra, ports, labels, method, estimator)
         }
-        SpectralMethod::LocalPolynomial(settings) => local(trials, ports, labels, method, polynomial(settings)),
-        SpectralMethod::LocalRational(settings) => local(trials, ports, labels, method, rational(settings)),
+        SpectralMethod::LocalPolynomial(settings) => local(trials, ports, labels, (method, highest_hz), polynomial(settings)),
+        SpectralMethod::LocalRational(settings) => local(trials, ports, labels, (method, highest_hz), rational(settings)),
         SpectralMethod::Periodic(settings) => {
             let periods: Result<Vec<PeriodSpectra>, EstimateError> = trials
                 .iter()
@@ -168,21 +196,19 @@ pub fn estimate_from_spectra(
     Ok(Estimates { effective_averages, direct, derived, spectra: Some(spectra), distortion: None, method: method.clone(), warnings })
 }
 
-/// A fit of responders on drivers at the lines of trials of one rate and length, or at independent ones of a band.
-trait LocalFit: Fn(&[Lines], (f64, usize), &[usize], &[usize], Option<[f64; 2]>) -> Result<Fitted, EstimateError> {}
+/// A fit of responders on drivers at lines of trials of one rate and length.
+trait LocalFit: Fn(&[Lines], (f64, usize), &[usize], &[usize], At) -> Result<Fitted, EstimateError> {}
 
-impl<F: Fn(&[Lines], (f64, usize), &[usize], &[usize], Option<[f64; 2]>) -> Result<Fitted, EstimateError>> LocalFit for F {}
+impl<F: Fn(&[Lines], (f64, usize), &[usize], &[usize], At) -> Result<Fitted, EstimateError>> LocalFit for F {}
 
 fn polynomial(settings: &LocalPolynomial) -> impl LocalFit {
-    |lines: &[Lines], of: (f64, usize), drivers: &[usize], responders: &[usize], apart_hz: Option<[f64; 2]>| {
-        fit_as_set(lines, of, drivers, responders, (*settings, apart_hz)).map(|f| f.fitted)
+    |lines: &[Lines], of: (f64, usize), drivers: &[usize], responders: &[usize], at: At| {
+        fit_as_set(lines, of, drivers, responders, (*settings, at)).map(|f| f.fitted)
     }
 }
 
 fn rational(settings: &LocalRational) -> impl LocalFit {
-    |lines: &[Lines], of: (f64, usize), drivers: &[usize], responders: &[usize], apart_hz: Option<[f64; 2]>| {
-        fit_rational(lines, of, drivers, responders, (*settings, apart_hz))
-    }
+    |lines: &[Lines], of: (f64, usize), drivers: &[usize], responders: &[usize], at: At| fit_rational(lines, of, drivers, responders, (*settings, at))
 }
 
 /// The lines of all channels of each trial, and rate and length of what they are of.
@@ -202,15 +228,22 @@ fn lines(trials: &[&Recording]) -> Result<(Vec<Lines>, (f64, usize)), EstimateEr
 }
 
 /// The fit of outputs and inputs on the references.
-fn by_references(lines: &[Lines], of: (f64, usize), ports: &Ports, apart_hz: Option<[f64; 2]>, fit: &impl LocalFit) -> Option<Result<Fitted, EstimateError>> {
-    (ports.references.len() >= ports.inputs.len()).then(|| fit(lines, of, &ports.references, &ports.responders(), apart_hz))
+fn by_references(lines: &[Lines], of: (f64, usize), ports: &Ports, at: impl FnOnce() -> At, fit: &impl LocalFit) -> Option<Result<Fitted, EstimateError>> {
+    (ports.references.len() >= ports.inputs.len()).then(|| fit(lines, of, &ports.references, &ports.responders(), at()))
 }
 
-fn local(trials: &[&Recording], ports: &Ports, labels: &Labels, method: &SpectralMethod, fit: impl LocalFit) -> Result<Estimates, EstimateError> {
+fn local(
+    trials: &[&Recording],
+    ports: &Ports,
+    labels: &Labels,
+    (method, highest_hz): (&SpectralMethod, Option<Highest<'_>>),
+    fit: impl LocalFit,
+) -> Result<Estimates, EstimateError> {
     let (lines, of) = lines(trials)?;
-    let fitted = fit(&lines, of, &ports.inputs, &ports.outputs, None)?;
-    let derived = by_references(&lines, of, ports, None, &fit).map(|joint| joint?.derived(&fitted, labels)).transpose()?;
+    let fitted = fit(&lines, of, &ports.inputs, &ports.outputs, At::All)?;
     let direct = fitted.direct(labels)?;
+    let at = || highest_hz.map_or(At::All, |highest_hz| At::UpTo(highest_hz(&direct)));
+    let derived = by_references(&lines, of, ports, at, &fit).map(|joint| joint?.derived(&fitted, labels)).transpose()?;
     let warnings = warnings(&direct, derived.as_ref(), ports);
     Ok(Estimates { effective_averages: direct.effective_averages, direct, derived, spectra: None, distortion: None, method: method.clone(), warnings })
 }
@@ -223,9 +256,10 @@ fn local_response(
     fit: impl LocalFit,
 ) -> Result<FrequencyResponse, EstimateError> {
     let (lines, of) = lines(trials)?;
-    match by_references(&lines, of, ports, apart_hz, &fit) {
+    let at = apart_hz.map_or(At::All, At::Apart);
+    match by_references(&lines, of, ports, || at, &fit) {
         Some(joint) => joint?.derived_alone(labels),
-        None => Ok(fit(&lines, of, &ports.inputs, &ports.outputs, apart_hz)?.direct(labels)?.response),
+        None => Ok(fit(&lines, of, &ports.inputs, &ports.outputs, at)?.direct(labels)?.response),
     }
 }
 
@@ -242,18 +276,10 @@ fn pooled(trials: &[&Recording], transform: impl Fn(&Recording, usize) -> Result
 
 fn warnings(direct: &DirectEstimate, derived: Option<&DerivedEstimate>, ports: &Ports) -> Vec<Warning> {
     let mut warnings = Vec::new();
-    let frequencies = |bins: &[usize]| -> String {
-        let hz = |f: usize| direct.response.frequency_hz[f];
-        match bins {
-            [one] => format!("{:.3} Hz", hz(*one)),
-            [first, .., last] => format!("{} frequencies between {:.3} and {:.3} Hz", bins.len(), hz(*first), hz(*last)),
-            [] => String::new(),
-        }
-    };
     if !direct.singular_bins.is_empty() {
         warnings.push(Warning::new(
             "singular-inputs",
-            format!("inputs depend on each other, or are silent, at {}; there is no estimate there", frequencies(&direct.singular_bins)),
+            format!("inputs depend on each other, or are silent, at {}; there is no estimate there", frequencies(&direct.response, &direct.singular_bins)),
             "excite those frequencies with independent signals, or leave them out with --band",
         ));
     }
@@ -292,17 +318,33 @@ fn warnings(direct: &DirectEstimate, derived: Option<&DerivedEstimate>, ports: &
             "take longer segments (--nperseg), --method multitaper or local-polynomial, or a longer recording",
         ));
     }
-    if let Some(derived) = derived {
-        let weak: Vec<usize> = (0..derived.weak_instrument.len()).filter(|&f| derived.weak_instrument[f]).collect();
-        if !weak.is_empty() {
-            warnings.push(Warning::new(
-                "weak-instrument",
-                format!("the references hardly reach the inputs at {}; the derived estimate is uncertain and biased there", frequencies(&weak)),
-                "perturb more strongly there, add trials, or leave those frequencies out with --band",
-            ));
-        }
-    }
+    warnings.extend(derived.and_then(|derived| derived.weakness([0.0, f64::INFINITY])));
     warnings
+}
+
+impl DerivedEstimate {
+    /// A warning `weak-instrument`, where the references hardly reach the inputs at a frequency of a band.
+    pub fn weakness(&self, [low_hz, high_hz]: [f64; 2]) -> Option<Warning> {
+        let weak = |f: &usize| self.weak_instrument[*f] && (low_hz..=high_hz).contains(&self.response.frequency_hz[*f]);
+        let weak: Vec<usize> = (0..self.weak_instrument.len()).filter(weak).collect();
+        (!weak.is_empty()).then(|| {
+            Warning::new(
+                "weak-instrument",
+                format!("the references hardly reach the inputs at {}; the derived estimate is uncertain and biased there", frequencies(&self.response, &weak)),
+                "perturb more strongly there, add trials, or leave those frequencies out with --band",
+            )
+        })
+    }
+}
+
+/// Which frequencies of a response these are, in words.
+fn frequencies(response: &FrequencyResponse, bins: &[usize]) -> String {
+    let hz = |f: usize| response.frequency_hz[f];
+    match bins {
+        [one] => format!("{:.3} Hz", hz(*one)),
+        [first, .., last] => format!("{} frequencies between {:.3} and {:.3} Hz", bins.len(), hz(*first), hz(*last)),
+        [] => String::new(),
+    }
 }
 
 #[cfg(test)]

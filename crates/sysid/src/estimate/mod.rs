@@ -32,7 +32,7 @@ pub use instrument::WEAK_INSTRUMENT;
 pub use instrumented::instrumented;
 pub use local_polynomial::LocalPolynomial;
 pub use local_rational::LocalRational;
-pub use method::{Estimates, SpectralMethod, estimate, estimate_from_spectra, response};
+pub use method::{Estimates, SpectralMethod, estimate, estimate_from_spectra, estimate_up_to, response};
 pub use multisine::{Detection, Distortion};
 pub use robust::{RejectedSegment, robust_spectra};
 pub use sliding::sliding;
