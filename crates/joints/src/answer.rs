@@ -11,9 +11,11 @@ use crate::mistaken::Mistaken;
 use crate::model::{Model, residual};
 use crate::motion::Motion;
 use crate::options::Options;
+use crate::passing::Passing;
 use crate::scene::{Scene, deviation, rms};
 use crate::search::Solved;
 use crate::table::View;
+use crate::taken::Taken;
 use crate::verdict::removed;
 use ndof_devices::TERMS_OF_A_LINK;
 use ndof_diagnose::{
@@ -37,6 +39,12 @@ pub(crate) struct Answer<'a> {
     pub again: &'a [Again],
     /// Channels that are not what they are called.
     pub mistaken: Option<Mistaken>,
+    /// How the log is taken.
+    pub taken: &'a Taken,
+    /// Joints that hardly move.
+    pub unmoved: &'a [bool],
+    /// What acts at each joint for a while.
+    pub passing: &'a [Option<Passing>],
     pub options: &'a Options,
 }
 
@@ -71,7 +79,8 @@ impl Answer<'_> {
             causes.push(self.cause(k, probability, gained, share, &after));
         }
         // Of channels that are none that can be, or a body that is none, a name proves nothing.
-        let doubted = causes.iter_mut().enumerate().filter(|(k, _)| self.mistaken.is_some() || !self.is_possible(*k));
+        let doubtful = self.mistaken.is_some() || !self.taken.is_as_it_is();
+        let doubted = causes.iter_mut().enumerate().filter(|(k, _)| doubtful || !self.is_possible(*k));
         doubted.for_each(|(_, cause)| cause.believe_at_most(UNSURE));
         causes.sort_by(|a, b| b.gain.explained_fraction.unwrap_or(0.0).total_cmp(&a.gain.explained_fraction.unwrap_or(0.0)));
         let split = Split { estimation: self.stretch(&stretches[0]), held_out: self.stretch(&stretches[1]), windows_s: None };
@@ -202,7 +211,7 @@ impl Answer<'_> {
             format!("its torque is {:.1} % of the joint's where it is largest", 100.0 * share(self.held, self.model, k)),
             format!("the part that no fit saw gains {:.0} ({low:.0} … {high:.0}) of log-likelihood with it", found.value),
         ];
-        sentences.into_iter().chain(more).chain(self.open(k)).collect()
+        sentences.into_iter().chain(more).chain(self.open(k)).chain(self.of_the_file(form)).collect()
     }
 
     /// Other causes in place of one: their forms, and the probability that the one is better, by blocks of time of all that there is.

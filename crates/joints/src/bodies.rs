@@ -95,7 +95,72 @@ pub(crate) fn turned(g: [f64; 3], tilt: &[f64; 3]) -> [f64; 3] {
     }
     // Seen from the base, gravity turns the other way.
     let axis = tilt.map(|t| -t / angle);
-    let cross = |a: [f64; 3], b: [f64; 3]| [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]];
     let (once, twice) = (cross(axis, g), cross(axis, cross(axis, g)));
     std::array::from_fn(|k| angle.sin() * once[k] + (1.0 - angle.cos()) * twice[k])
+}
+
+/// How that changes with a turn about each axis.
+pub(crate) fn turning(g: [f64; 3], tilt: &[f64; 3]) -> [[f64; 3]; 3] {
+    std::array::from_fn(|axis| {
+        let at = |by: f64| turned(g, &std::array::from_fn(|k| tilt[k] + if k == axis { by } else { 0.0 }));
+        let (up, down) = (at(EXCURSION), at(-EXCURSION));
+        std::array::from_fn(|k| (up[k] - down[k]) / (2.0 * EXCURSION))
+    })
+}
+
+/// The same as lines that lead from no tilt to this one (C. G. Broyden, A class of methods for solving nonlinear simultaneous equations, Math. Comput. 19 (1965) 577).
+pub(crate) fn leading(g: [f64; 3], tilt: &[f64; 3]) -> [[f64; 3]; 3] {
+    let (mut lines, whole) = (turning(g, tilt), turned(g, tilt));
+    let square: f64 = tilt.iter().map(|t| t * t).sum();
+    if square > 0.0 {
+        let short: [f64; 3] = std::array::from_fn(|k| whole[k] - (0..3).map(|axis| lines[axis][k] * tilt[axis]).sum::<f64>());
+        lines.iter_mut().zip(tilt).for_each(|(line, t)| line.iter_mut().zip(short).for_each(|(x, short)| *x += short * t / square));
+    }
+    lines
+}
+
+/// The tilt that turns gravity to another direction by the shortest way; to nearly the other way up about an axis of the base, as any axis across leads there.
+pub(crate) fn tilt_to(g: [f64; 3], other: [f64; 3], nearly: f64) -> [f64; 3] {
+    let along: f64 = g.iter().zip(other).map(|(a, b)| a * b).sum();
+    let mut axis = cross(other, g);
+    let angle = if along < 0.0 && size(axis) < nearly * size(g) * size(other) {
+        axis = cross(most_across(g), g);
+        std::f64::consts::PI
+    } else {
+        size(axis).atan2(along)
+    };
+    if angle == 0.0 { [0.0; 3] } else { axis.map(|x| x / size(axis) * angle) }
+}
+
+/// The axis of the base that is most across a direction.
+pub(crate) fn most_across(g: [f64; 3]) -> [f64; 3] {
+    let least = (0..3).min_by(|a, b| g[*a].abs().total_cmp(&g[*b].abs()));
+    std::array::from_fn(|k| f64::from(u8::from(Some(k) == least)))
+}
+
+pub(crate) fn cross(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
+    [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
+}
+
+pub(crate) fn size(x: [f64; 3]) -> f64 {
+    x.iter().map(|x| x * x).sum::<f64>().sqrt()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const G: [f64; 3] = [0.0, 0.0, -9.81];
+
+    #[test]
+    fn a_tilt_turns_gravity_where_it_is_to() {
+        for other in [[1.0, 2.0, -9.0], [9.0, 0.0, 0.0], [-3.0, 2.0, 8.0], [0.0, 0.0, 9.81], [0.0, 0.0, -9.81]] {
+            let tilt = tilt_to(G, other, 1e-9);
+            let (more, lines) = (turned(G, &tilt), leading(G, &tilt));
+            for k in 0..3 {
+                assert!((G[k] + more[k] - 9.81 * other[k] / size(other)).abs() < 1e-7, "{other:?} {tilt:?}");
+                assert!((more[k] - (0..3).map(|axis| lines[axis][k] * tilt[axis]).sum::<f64>()).abs() < 1e-7, "{other:?}");
+            }
+        }
+    }
 }

@@ -1,6 +1,6 @@
 //! Torques that a joint needs for each unit of what a simulation may lack, along the measured motion.
 
-use crate::bodies::EXCURSION;
+use crate::bodies::{EXCURSION, leading};
 use crate::deflection::{Gear, Lets, given};
 use crate::dynamics::{each_sample, inverse_dynamics, sign};
 use crate::motion::Motion;
@@ -53,8 +53,8 @@ pub(crate) enum Column {
     Zero { joint: usize, at: f64 },
     /// The same of all angles, at such zeros.
     Zeros(Vec<f64>),
-    /// The base turned about one of its axes.
-    Tilt(usize),
+    /// The base turned about one of its axes, on the way from none to this tilt.
+    Tilt { axis: usize, at: [f64; 3] },
     /// A gravity of its own.
     Weight([f64; 3]),
     /// Legendre polynomials of angle and rate, each over its range: what no cause was consulted for.
@@ -147,13 +147,7 @@ impl Column {
                 change
             }
             Column::Zeros(off) => elsewhere([&vec![0.0; off.len()], off], motion, scene),
-            Column::Tilt(axis) => {
-                // g × e: what is along the axis stays, and the other two change places.
-                let (g, [next, last]) = (scene.chain.gravity(), [(axis + 1) % 3, (axis + 2) % 3]);
-                let mut turned = [0.0; 3];
-                (turned[next], turned[last]) = (g[last], -g[next]);
-                weight(turned, motion, scene)
-            }
+            Column::Tilt { axis, at } => weight(leading(scene.chain.gravity(), at)[*axis], motion, scene),
             Column::Weight(gravity) => weight(*gravity, motion, scene),
         }
     }

@@ -14,11 +14,15 @@ use crate::logged::Logged;
 use crate::mistaken::mistaken;
 use crate::motion::{Motion, moves};
 use crate::options::Options;
+use crate::passing::passing;
 use crate::pictures;
 use crate::refined::shaped;
-use crate::scene::scene;
+use crate::scene::{Scene, scene};
 use crate::suspicions::{against, one_gain};
 use crate::table::View;
+use crate::taken::Taken;
+use crate::tilts;
+use crate::unmoved::{needs_motion, unmoved};
 use crate::zeros;
 use ndof_devices::SerialChain;
 use ndof_diagnose::{Diagnosis, Pictures, Stretch};
@@ -86,7 +90,26 @@ pub fn diagnose(
     check(trials, ports)?;
     alike(trials, simulated)?;
     progress("smoothing the motion");
-    let (scene, mut motions) = scene(chain, trials, simulated, ports)?;
+    let (seen, motions) = scene(chain, trials, simulated, ports)?;
+    let taken = Taken::of(&seen, &motions);
+    if taken.is_as_it_is() {
+        return judge(&seen, motions, trials, ports, &taken, options, progress);
+    }
+    let (chain, trials) = (taken.chain(chain), taken.trials(trials, ports)?);
+    let (seen, motions) = scene(&chain, &trials, &[], ports)?;
+    judge(&seen, motions, &trials, ports, &taken, options, progress)
+}
+
+/// The same of logs that are taken as they are.
+fn judge(
+    scene: &Scene<'_>,
+    mut motions: Vec<Motion>,
+    trials: &[Recording],
+    ports: &Ports,
+    taken: &Taken,
+    options: &Options,
+    progress: &mut dyn FnMut(&str),
+) -> Result<(Diagnosis, Pictures), JointsError> {
     let band = Band::new([scene.fastest_hz, scene.lowest_hz()], scene.rate_hz);
     // As long as a period of the band's edge: a turn is over sooner.
     let longest = (scene.rate_hz / band.pass_hz).ceil() as usize;
@@ -96,7 +119,7 @@ pub fn diagnose(
     let shortest = trials.iter().map(Recording::len).min().unwrap_or(0);
     let stretches = options.held_out.divide(trials.len(), shortest, scene.rate_hz)?;
     let whole = Mutex::default();
-    let [fitted, held] = stretches.each_ref().map(|s| View::new(&scene, &motions, &band, &whole, &ranges(s, &motions)));
+    let [fitted, held] = stretches.each_ref().map(|s| View::new(scene, &motions, &band, &whole, &ranges(s, &motions)));
     let count = |view: &View<'_>| view.pieces.iter().map(|p| p.places.len()).sum::<usize>();
     if count(&fitted) < FEWEST_TO_FIT || count(&held) < FEWEST_TO_JUDGE {
         return Err(JointsError::TooShort { kept: count(&fitted), held_out: count(&held), pass_hz: band.pass_hz, needed: [FEWEST_TO_FIT, FEWEST_TO_JUDGE] });
@@ -104,14 +127,19 @@ pub fn diagnose(
     progress("searching");
     let asked = CAUSES.iter().filter(|c| !options.without.iter().any(|w| w == c.card.name));
     // A joint that stands still has no speed for a law to be relative to, and a number that is none finds no column again.
-    let mut forms: Vec<Form> = asked.flat_map(|c| (c.forms)(&scene)).filter(|form| form.columns.iter().all(Column::has_numbers)).collect();
-    let one_gain = one_gain(&scene, &fitted);
+    let mut forms: Vec<Form> = asked.flat_map(|c| (c.forms)(scene)).filter(|form| form.columns.iter().all(Column::has_numbers)).collect();
+    let unmoved = unmoved(&fitted, trials, ports);
+    forms.retain(|form| !needs_motion(form, &unmoved));
+    let one_gain = one_gain(scene, &fitted);
     forms.retain(|form| (one_gain || form.columns[..] != [Column::Torques]) && scene.may_be_wrong(form));
-    let against = against(&scene, &fitted);
+    let against = against(scene, &fitted);
     forms.iter_mut().for_each(|form| form.turned_round(&against));
-    if !simulated.is_empty() {
+    if motions.iter().any(|motion| !motion.beyond.is_empty()) {
         forms.iter_mut().for_each(Form::either_way);
     }
+    let tilted = tilts::by_itself(&fitted, &forms, options.tolerance);
+    let tilt = tilted.as_ref().map_or([0.0; 3], tilts::tilt_of);
+    forms.extend(tilted);
     let (noise, floor, left) = noise_of(&fitted, &forms);
     let [fitted, held] = [fitted, held].map(|view| view.in_noise(noise.clone()));
     forms.extend(zeros::by_themselves(&fitted, &forms));
@@ -137,8 +165,9 @@ pub fn diagnose(
     let rule = searched.rule(&forms, options);
     let (model, minor) = judged(&fitted, &held, &rule, options, progress);
     let (left, again) = (generic::left(&fitted, &held, &model), again([&fitted, &held], &model));
+    let passing = passing([&fitted, &held], &model, options);
     let answer = Answer {
-        scene: &scene,
+        scene,
         trials,
         ports,
         fitted: &fitted,
@@ -148,7 +177,10 @@ pub fn diagnose(
         model: &model,
         left: &left,
         again: &again,
-        mistaken: mistaken(&scene, &motions),
+        mistaken: mistaken(scene, &motions, &tilt),
+        taken,
+        unmoved: &unmoved,
+        passing: &passing,
         options,
     };
     Ok((answer.write(&stretches, minor), pictures::draw(&answer)))

@@ -2,7 +2,9 @@
 
 use crate::answer::Answer;
 use crate::model::{Model, residual};
+use crate::passing::Passing;
 use crate::suspicions::suspicions;
+use crate::unmoved;
 use ndof_diagnose::{BandShare, Discrepancy, TimeShare};
 use ndof_models::robot::Robot;
 use ndof_signal::forward_transform;
@@ -39,7 +41,12 @@ impl Answer<'_> {
             self.scene.fastest_hz, self.fitted.band.pass_hz
         )];
         notes.extend(suspicions(self.scene, self.fitted, &self.model.logged));
+        let torques: Vec<&str> = self.ports.inputs.iter().map(|i| self.trials[0].channels()[*i].name.as_str()).collect();
+        notes.extend(self.taken.words(&torques));
         notes.extend(self.mistaken.map(|mistaken| mistaken.words(&self.names())));
+        notes.extend(self.passed_stops());
+        notes.extend(self.names().iter().zip(self.unmoved).filter(|(_, unmoved)| **unmoved).map(|(name, _)| unmoved::words(name)));
+        notes.extend(self.passing.iter().enumerate().filter_map(|(j, passing)| Some(self.of_passing(j, passing.as_ref()?))));
         for (j, (gain, removed)) in self.left.gains.iter().zip(&self.left.removed).enumerate() {
             let (name, unit, again) = (&self.scene.chain.joints().names[j], self.unit_at(j, "N m"), self.comes_again(j));
             if gain.ci95()[0] > 0.0 && *removed > self.options.tolerance * self.scene.joints[j].torque {
@@ -52,6 +59,21 @@ impl Answer<'_> {
         }
         let none = f64::NAN;
         Discrepancy { by_band, by_time, linear_share: none, nonlinear_share: none, time_varying_share: none, noise_share: none, notes }
+    }
+}
+
+impl Answer<'_> {
+    /// In words, what acts at a joint for a while.
+    fn of_passing(&self, j: usize, passing: &Passing) -> String {
+        let trial = &self.trials[passing.trial];
+        let [from, to] = passing.samples.map(|k| trial.start_s() + k as f64 / self.scene.rate_hz);
+        let of_trial = if self.trials.len() > 1 { format!(" of trial {}", passing.trial + 1) } else { String::new() };
+        format!(
+            "at {} a torque of {:.3} {} more is left from {from:.1} to {to:.1} s{of_trial} than at all other times: did someone lean on the robot, or did it touch something? Leave that stretch out with --exclude {from:.1}-{to:.1}",
+            self.scene.chain.joints().names[j],
+            passing.mean,
+            self.unit_at(j, "N m")
+        )
     }
 }
 

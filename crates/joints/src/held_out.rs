@@ -85,6 +85,17 @@ fn better(noise: &[Whitener], rests: [Series; 2]) -> f64 {
     if t.is_nan() { 0.0 } else { StudentsT::new(0.0, 1.0, freedom).map_or(0.5, |law| law.cdf(t)) }
 }
 
+/// rms of what a model misses of a joint's held-out torque as it was logged, over the deviation of that.
+pub(crate) fn missed(view: &View<'_>, model: &Model, joint: usize) -> f64 {
+    let mut all = Vec::new();
+    for piece in &view.pieces {
+        let (Some(first), Some(last)) = (piece.places.first(), piece.places.last()) else { continue };
+        let (run, motion) = (predicted(view, model, piece.trial), &view.motions[piece.trial]);
+        all.extend((*first..=*last).filter(|k| motion.moves[joint][*k]).map(|k| motion.torque[joint][k] - run[joint][k]));
+    }
+    rms(&all) / view.scene.joints[joint].torque
+}
+
 /// Torques of a model at every sample of a trial, `[joint][sample]`, as they would be logged.
 pub(crate) fn predicted(view: &View<'_>, model: &Model, trial: usize) -> Vec<Vec<f64>> {
     let motion = &view.motions[trial];

@@ -3,7 +3,7 @@
 use crate::causes::Form;
 use crate::column::Column;
 use crate::gears;
-use crate::held_out::{falls, gain, sure};
+use crate::held_out::{falls, gain, missed, sure};
 use crate::logged::Logged;
 use crate::model::{Model, residual};
 use crate::options::Options;
@@ -77,6 +77,8 @@ struct Worth {
     sure: f64,
     /// Probability that the plain error falls.
     falls: f64,
+    /// By how much of the joint's torque its error rises as it was logged, above the band as well: where a joint hardly moves, a cause makes torque of the noise of its encoder.
+    rises: f64,
     /// Its share of the joint's torque.
     matters: f64,
 }
@@ -92,7 +94,9 @@ impl Judged {
 
 fn worth(fitted: &View<'_>, held: &View<'_>, model: &Model, k: usize) -> Worth {
     let less = without(fitted, model, k);
-    Worth { gain: gain(held, &less, model).value, sure: sure(held, &less, model), falls: falls(held, &less, model), matters: share(held, model, k) }
+    let own = model.forms[k].joint.filter(|_| model.forms[k].cause.card.side == "joint");
+    let rises = own.map_or(0.0, |j| missed(held, model, j) - missed(held, &less, j));
+    Worth { gain: gain(held, &less, model).value, sure: sure(held, &less, model), falls: falls(held, &less, model), rises, matters: share(held, model, k) }
 }
 
 /// Why a form is not to be named.
@@ -116,7 +120,7 @@ fn reason(model: &Model, k: usize, worth: &Worth, options: &Options, simulated: 
     if worth.sure < SURE {
         return Some("what was held out is not predicted better with it beyond chance".to_owned());
     }
-    if worth.falls < FALLS {
+    if worth.falls < FALLS || worth.rises > options.tolerance {
         return Some("the error of what was held out does not fall with it".to_owned());
     }
     (worth.matters < options.tolerance)
@@ -268,7 +272,7 @@ mod tests {
                 let covariance = vec![vec![(extent / errors).powi(2), 0.0], vec![0.0, 1e-6]];
                 let (forms, factors, places) = (vec![form.clone()], vec![vec![extent, 0.1]], vec![vec![Some(0), Some(1)]]);
                 let model = Model { forms, factors, covariance, places, logged: Logged::as_it_is(1), beyond: vec![0.0] };
-                reason(&model, 0, &Worth { gain: 100.0, sure: 1.0, falls: 1.0, matters: 1.0 }, &Options::default(), false)
+                reason(&model, 0, &Worth { gain: 100.0, sure: 1.0, falls: 1.0, rises: 0.0, matters: 1.0 }, &Options::default(), false)
             };
             assert!(judged(2.3).is_some_and(|why| why.contains("beyond chance")) && judged(2.4).is_none(), "{}", cause.card.name);
         }

@@ -37,18 +37,23 @@ mod model;
 mod motion;
 mod noise;
 mod options;
+mod passing;
 mod physical;
 mod pictures;
 mod refined;
 mod scene;
 mod search;
+mod stops;
 mod suspicions;
 mod swing;
 #[cfg(test)]
 #[path = "../tests/swinging/mod.rs"]
 mod swinging;
 mod table;
+mod taken;
+mod tilts;
 mod told;
+mod unmoved;
 mod verdict;
 mod zeros;
 

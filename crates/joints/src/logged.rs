@@ -52,7 +52,7 @@ impl Logged {
             Column::Torque(j) => Some(&mut self.gain[*j]),
             Column::Torques => Some(&mut self.common),
             Column::Zero { joint, .. } => Some(&mut self.zero[*joint]),
-            Column::Tilt(axis) => Some(&mut self.tilt[*axis]),
+            Column::Tilt { axis, .. } => Some(&mut self.tilt[*axis]),
             _ => None,
         }
     }
@@ -83,7 +83,7 @@ mod tests {
             (Column::Torque(1), 0.1, 1.21),
             (Column::Torques, 0.1, 1.21),
             (Column::Zero { joint: 1, at: 0.0 }, 0.05, 0.06),
-            (Column::Tilt(2), -0.02, -0.01),
+            (Column::Tilt { axis: 2, at: [0.0; 3] }, -0.02, -0.01),
         ] {
             let untouched = logged.clone();
             logged.set(&column, logged.beyond(&column, found).expect("a correction"));

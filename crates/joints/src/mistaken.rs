@@ -1,5 +1,7 @@
 //! Channels that are not what they are called: two that changed places, a joint whose axis is turned round.
 
+use crate::bodies::turned;
+use crate::column::Column;
 use crate::dynamics::inverse_dynamics;
 use crate::motion::Motion;
 use crate::scene::{Scene, deviation};
@@ -20,7 +22,7 @@ pub(crate) enum Mistaken {
 }
 
 /// Share of the error that is left, at most, of channels that are put right: as of a torque that is turned round, two thirds are gone.
-const LEFT: f64 = 1.0 / 3.0;
+pub(crate) const LEFT: f64 = 1.0 / 3.0;
 
 impl Mistaken {
     /// In words, with what to do.
@@ -75,9 +77,9 @@ impl Mistaken {
 }
 
 /// What puts two thirds or more of the file's error right, where it misses more than the last third of a torque: a simulator's log has the same channels, and none is asked
-/// then. A joint that is not driven has a torque that is no other's.
-pub(crate) fn mistaken(scene: &Scene<'_>, motions: &[Motion]) -> Option<Mistaken> {
-    let driven: Vec<usize> = (0..scene.joints.len()).filter(|j| scene.joints[*j].constant.is_none()).collect();
+/// then. A joint that is not driven has a torque that is no other's. Where a base that is tilted so far leaves less, it is that.
+pub(crate) fn mistaken(scene: &Scene<'_>, motions: &[Motion], tilt: &[f64; 3]) -> Option<Mistaken> {
+    let driven = driven(scene);
     if motions.iter().any(|motion| !motion.beyond.is_empty()) {
         return None;
     }
@@ -104,11 +106,27 @@ pub(crate) fn mistaken(scene: &Scene<'_>, motions: &[Motion]) -> Option<Mistaken
     };
     let sum = |errors: &[f64]| errors.iter().sum::<f64>();
     let right = |way: Mistaken| Some((way, after(way))).filter(|(_, after)| sum(after) < LEFT * sum(&before)).map(|(way, after)| (way, sum(&after)));
-    all.filter_map(right).min_by(|a, b| a.1.total_cmp(&b.1)).map(|(way, _)| way)
+    let (found, left) = all.filter_map(right).min_by(|a, b| a.1.total_cmp(&b.1))?;
+    let on_a_slope: Vec<Vec<Vec<f64>>> = motions.iter().map(|motion| on_a_slope(scene, motion, tilt)).collect();
+    (left < sum(&errors(&driven, motions, &on_a_slope))).then_some(found)
+}
+
+/// What the file's robot needs on a base that is tilted.
+pub(crate) fn on_a_slope(scene: &Scene<'_>, motion: &Motion, tilt: &[f64; 3]) -> Vec<Vec<f64>> {
+    let mut out = scene.nominal(motion);
+    for (joint, weight) in Column::Weight(turned(scene.chain.gravity(), tilt)).along(motion, scene) {
+        out[joint].iter_mut().zip(weight).for_each(|(torque, weight)| *torque += weight);
+    }
+    out
+}
+
+/// Joints whose torque is logged.
+pub(crate) fn driven(scene: &Scene<'_>) -> Vec<usize> {
+    (0..scene.joints.len()).filter(|j| scene.joints[*j].constant.is_none()).collect()
 }
 
 /// For each of these joints the mean square of what the file misses over the variance of the larger of both torques, so that none counts more than by its noise.
-fn errors(joints: &[usize], motions: &[Motion], needed: &[Vec<Vec<f64>>]) -> Vec<f64> {
+pub(crate) fn errors(joints: &[usize], motions: &[Motion], needed: &[Vec<Vec<f64>>]) -> Vec<f64> {
     let of = |&j: &usize| {
         let both = || motions.iter().zip(needed).flat_map(move |(motion, needed)| motion.torque[j].iter().zip(&needed[j]));
         let missed = both().map(|(t, n)| (t - n).powi(2)).sum::<f64>() / both().count().max(1) as f64;

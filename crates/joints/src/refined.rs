@@ -1,7 +1,9 @@
 //! A model at its best: shapes, channels and gears moved to where the likelihood is greatest, and intervals.
 
 use crate::blocks::block_products;
+use crate::bodies::turning;
 use crate::causes::Form;
+use crate::column::Column;
 use crate::gears;
 use crate::logged::Logged;
 use crate::model::{Model, open, residual, solved};
@@ -39,6 +41,11 @@ fn intervals(view: &View<'_>, model: &mut Model) {
         series.extend(view.white(&form.columns));
         let mut beside = Vec::new();
         for (k, column) in form.columns.iter().enumerate() {
+            if let Column::Tilt { axis, .. } = column {
+                let there = Column::Weight(turning(view.scene.chain.gravity(), &model.logged.tilt)[*axis]);
+                series[first + k] = view.white(&[there]).swap_remove(0);
+                continue;
+            }
             let mut changes = gears::changes(view, &model.forms, column).into_iter().map(|x| Arc::new(x.whitened(&view.noise)));
             if let Some(own) = changes.next() {
                 series[first + k] = own;
@@ -117,7 +124,7 @@ fn settle_channels(view: &View<'_>, forms: &[Form], logged: &mut Logged) {
     }
     let mut steps: Vec<Option<(f64, f64)>> = Vec::new();
     for _ in 0..4 {
-        let model = Model::fit(view, forms, logged);
+        let model = Model::fit(view, &as_they_stand(view, forms, logged), logged);
         let (mut moved, mut channel) = (false, 0);
         for (column, factor) in forms.iter().zip(&model.factors).flat_map(|(form, factors)| form.columns.iter().zip(factors)) {
             let (Some(from), Some(next)) = (logged.of(column), logged.beyond(column, *factor)) else { continue };
@@ -140,6 +147,20 @@ fn settle_channels(view: &View<'_>, forms: &[Form], logged: &mut Logged) {
             break;
         }
     }
+}
+
+/// Forms with the lines of a tilt as they are where it is, once it is anywhere: those that lead there are other ones.
+fn as_they_stand(view: &View<'_>, forms: &[Form], logged: &Logged) -> Vec<Form> {
+    let mut out = forms.to_vec();
+    if logged.tilt != [0.0; 3] {
+        let lines = turning(view.scene.chain.gravity(), &logged.tilt);
+        for column in out.iter_mut().flat_map(|form| &mut form.columns) {
+            if let Column::Tilt { axis, .. } = column {
+                *column = Column::Weight(lines[*axis]);
+            }
+        }
+    }
+    out
 }
 
 /// In place of what a search asks for, the likeliest forms of the same places that have several shapes, moved to their best: a grid of these is too coarse

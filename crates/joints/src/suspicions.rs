@@ -1,6 +1,7 @@
 //! Logs that may not mean what they say: a torque with its sign turned round, an angle in degrees.
 
 use crate::logged::Logged;
+use crate::mistaken::on_a_slope;
 use crate::scene::Scene;
 use crate::table::View;
 use ndof_devices::Robot;
@@ -13,7 +14,7 @@ const TOO_FAR: f64 = 10.0;
 
 /// In words, for each joint whose channels are suspect.
 pub(crate) fn suspicions(scene: &Scene<'_>, view: &View<'_>, logged: &Logged) -> Vec<String> {
-    let together = together(scene, view);
+    let together = together(scene, view, &logged.tilt);
     let names = &scene.chain.joints().names;
     let mut out = Vec::new();
     for (j, (name, allowed)) in names.iter().zip(scene.chain.ranges()).enumerate() {
@@ -38,7 +39,7 @@ pub(crate) fn suspicions(scene: &Scene<'_>, view: &View<'_>, logged: &Logged) ->
 
 /// For each joint, whether its torque goes against what the file's bodies need.
 pub(crate) fn against(scene: &Scene<'_>, view: &View<'_>) -> Vec<bool> {
-    together(scene, view).into_iter().map(|together| together < AGAINST).collect()
+    together(scene, view, &[0.0; 3]).into_iter().map(|together| together < AGAINST).collect()
 }
 
 /// Whether a gain, above one or below it in all joints, makes most of what each of them misses: one gain of all torques is asked for.
@@ -58,9 +59,9 @@ pub(crate) fn one_gain(scene: &Scene<'_>, view: &View<'_>) -> bool {
     !sums.is_empty() && sums.iter().all(most) && (sums.iter().all(|sum| sum[1] > 0.0) || sums.iter().all(|sum| sum[1] < 0.0))
 }
 
-/// The correlation of each joint's torque with what the file's bodies need.
-fn together(scene: &Scene<'_>, view: &View<'_>) -> Vec<f64> {
-    let nominal: Vec<Vec<Vec<f64>>> = view.motions.iter().map(|motion| scene.nominal(motion)).collect();
+/// The correlation of each joint's torque with what the file's bodies need on a base that is tilted.
+fn together(scene: &Scene<'_>, view: &View<'_>, tilt: &[f64; 3]) -> Vec<f64> {
+    let nominal: Vec<Vec<Vec<f64>>> = view.motions.iter().map(|motion| on_a_slope(scene, motion, tilt)).collect();
     let of = |j: usize| {
         let pairs = view.motions.iter().zip(&nominal).flat_map(|(motion, nominal)| motion.torque[j].iter().copied().zip(nominal[j].iter().copied()));
         correlation(pairs.collect())

@@ -40,7 +40,7 @@ impl Answer<'_> {
     }
 
     /// Whether torque is left that follows from the motion, and matters: what polynomials of angle and speed predict, what comes again with them whatever its form, what
-    /// columns of causes that were set aside remove, or what could not be asked of the held-out part.
+    /// columns of causes that were set aside remove, what acts for a while, or what could not be asked of the held-out part; or whether the log is not of the file's torques.
     pub fn verdict(&self, unseen: bool) -> Verdict {
         let rest = residual(self.held, self.model);
         let left = |j: usize| {
@@ -53,7 +53,7 @@ impl Answer<'_> {
             let above = error > floor * (1.0 + 4.0 * (2.0 / independent).sqrt()) && (error - floor).max(0.0).sqrt() > self.options.tolerance * spread;
             above || gain.ci95()[0] > 0.0 && removed > self.options.tolerance * spread || self.comes_again(j) > 0.0
         };
-        let structured = unseen || (0..self.joints()).any(left);
+        let structured = unseen || !self.taken.is_as_it_is() || self.passing.iter().any(Option::is_some) || (0..self.joints()).any(left);
         match (self.model.forms.is_empty(), structured) {
             (true, false) => Verdict::Adequate,
             (true, true) => Verdict::Unexplained,

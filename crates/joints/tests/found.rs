@@ -452,3 +452,26 @@ joints = [
     assert!(low < off && off < high && high - low < 0.01, "{low} … {high}");
     assert_eq!(found.verdict, Verdict::Explained);
 }
+
+/// What the file says of a stop stands beside what the data say; of one that the motion does not reach nothing is said.
+#[test]
+fn a_stop_is_told_beside_the_files_range() {
+    let of = |range: &str, stopped: bool| {
+        let text = PENDULUM.replace("mass_kg", &format!("range_rad = {range}, mass_kg"));
+        let chain = RobotConfig::parse("pendulum.toml", &text, None).and_then(|c| c.chain()).expect("a robot");
+        let own = log(6000, wave, |t| needed(wave, t) + if stopped { 12.0 * (wave(t) - 0.6).max(0.0) } else { 0.0 }, white(NOISE, 7));
+        let ports = Ports { references: vec![], inputs: vec![0], outputs: vec![1] };
+        diagnose(&chain, &[own], &[], &ports, &Options::default(), &mut |_| {}).expect("an answer").0
+    };
+    let told = |found: &Diagnosis| {
+        found
+            .causes
+            .iter()
+            .flat_map(|c| &c.evidence)
+            .any(|said| said.contains("the file says that the joint goes to 1.5000 rad, the data that it is stopped at 0.6"))
+    };
+    let passed = |found: &Diagnosis| found.discrepancy.notes.iter().filter(|note| note.contains("no stop is felt")).count();
+    let (stopped, free, narrow) = (of("[-1.5, 1.5]", true), of("[-1.5, 1.5]", false), of("[-1.5, 0.5]", false));
+    assert!(told(&stopped) && stopped.causes[0].effect == "end-stop", "{:?}", stopped.causes);
+    assert_eq!((free.causes.len(), passed(&stopped), passed(&free), passed(&narrow)), (0, 0, 0, 1), "{:?}", narrow.discrepancy.notes);
+}

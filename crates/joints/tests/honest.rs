@@ -231,3 +231,94 @@ fn channels_that_changed_places_or_sign_are_told_and_nothing_is_sure_beside_them
     let right = found(&file, log(&file, 7, |_, _, _, _| 0.0, |_, _| {}));
     assert!(right.discrepancy.notes.iter().all(|note| !note.contains("--channels") && !note.contains("--negate")), "{:?}", right.discrepancy.notes);
 }
+
+fn notes(found: &Diagnosis, what: &str) -> usize {
+    found.discrepancy.notes.iter().filter(|note| note.contains(what)).count()
+}
+
+/// What is hidden is found in the file's unit, whatever the log's; until the unit is named nothing is sure.
+#[test]
+fn torques_in_another_unit_or_before_their_gears_are_told_and_taken_so() {
+    let (real, file) = (chain(&file(LIFT, "viscous_nm_s_per_rad = 0.5")), chain(&file(LIFT, BEND)));
+    for (times, said) in [(1e3, "--channels \"torque_turn=torque_turn [N mm],"), (1.0 / 80.0, "of motors before their gears"), (-1e3, "[N mm]")] {
+        let log = log(&real, 9, |_, _, _, _| 0.0, |torque, _| torque.iter_mut().for_each(|t| *t *= times));
+        let found = found(&file, log.clone());
+        assert_eq!(notes(&found, said), 1, "{times} {:?}", found.discrepancy.notes);
+        assert!(!matches!(found.verdict, Verdict::Adequate | Verdict::Explained), "{times} {:?}", found.verdict);
+        assert!(found.causes.iter().all(|c| c.probability <= 0.6), "{times} {:?}", named(&found));
+        assert!(corrections(&file, &[log], &ports(), &found).expect("of these").list.is_empty(), "{times}");
+        let friction = found.causes.iter().find(|c| (c.effect.as_str(), c.site.axis.as_str()) == ("viscous-friction", "bend"));
+        let Some(Value::Number(value)) = friction.map(|c| c.parameters[0].value.clone()) else { panic!("{times} {:?}", named(&found)) };
+        // A median of three joints may be that much off where the unit is none.
+        assert!((value - 0.5).abs() < 0.1, "{times} {value}");
+    }
+    let right = found(&file, log(&real, 9, |_, _, _, _| 0.0, |_, _| {}));
+    assert_eq!((notes(&right, "times what the file's robot needs"), notes(&right, "weight"), right.verdict), (0, 0, Verdict::Explained), "{:?}", named(&right));
+}
+
+/// Who leans on a robot while it is fitted is no law of its motion, and no noise.
+#[test]
+fn a_push_in_what_was_fitted_is_told_with_its_time() {
+    let file = chain(&file(LIFT, BEND));
+    let found = |size: f64| found(&file, log(&file, 10, |j, t, _, _| if j == 1 && (9.0..12.0).contains(&t) { size } else { 0.0 }, |_, _| {}));
+    let (pushed, quiet) = (found(1.5), found(0.0));
+    assert_eq!((notes(&pushed, "--exclude"), pushed.verdict), (1, Verdict::Unexplained), "{:?} {:?}", pushed.discrepancy.notes, named(&pushed));
+    assert_eq!((notes(&quiet, "--exclude"), quiet.verdict), (0, Verdict::Adequate), "{:?}", quiet.discrepancy.notes);
+}
+
+/// A controller that compensates gravity reports what is left.
+#[test]
+fn torques_without_weight_are_told_and_taken_so() {
+    let (real, file) = (chain(&file(LIFT, "viscous_nm_s_per_rad = 0.5")), chain(&file(LIFT, BEND)));
+    for times in [1.0, 1e3] {
+        let scaled = |torque: &mut [f64; 3], _: &mut [f64; 3]| torque.iter_mut().for_each(|t| *t *= times);
+        let found = found(&file, log(&real.clone().with_gravity([0.0; 3]), 11, |_, _, _, _| 0.0, scaled));
+        assert_eq!(
+            (notes(&found, "left out what carries the robot's weight"), notes(&found, "[N mm]")),
+            (1, usize::from(times > 1.0)),
+            "{:?}",
+            found.discrepancy.notes
+        );
+        assert_eq!(named(&found), [("viscous-friction", "bend")], "{times}");
+        assert!(found.causes[0].probability <= 0.6 && found.verdict == Verdict::PartlyExplained, "{times} {:?}", found.verdict);
+    }
+}
+
+/// Torques are no lines of a tilt, but of gravity they are.
+#[test]
+fn a_base_on_a_slope_or_a_wall_is_one_tilt() {
+    let file = chain(&file(LIFT, BEND));
+    for tilt in [0.9, std::f64::consts::FRAC_PI_2, 2.4] {
+        let found = found(&file, log(&file.clone().with_gravity([0.0, -9.81 * tilt.sin(), -9.81 * tilt.cos()]), 12, |_, _, _, _| 0.0, |_, _| {}));
+        assert_eq!((named(&found), found.verdict), (vec![("base-tilt", "")], Verdict::Explained), "{tilt} {:?}", found.minor);
+        assert_eq!(notes(&found, "no number of this answer"), 0, "{:?}", found.discrepancy.notes);
+        for (parameter, truth) in found.causes[0].parameters.iter().zip([tilt, 0.0]) {
+            let [low, high] = parameter.ci95.expect("an interval");
+            assert!(low < truth && truth < high && high - low < 0.05, "{tilt} {parameter:?}");
+        }
+    }
+}
+
+/// What follows from steps of an encoder is no friction.
+#[test]
+fn of_a_joint_that_hardly_moves_nothing_is_named_that_its_motion_would_tell() {
+    let file = chain(&file(LIFT, BEND));
+    let still = |t: f64| 0.7 + 1.5 * STEP * (2.0 * t).sin();
+    let creeps = |t: f64| (still(t + H) - still(t - H)) / (2.0 * H);
+    let at = std::cell::Cell::new(0_u32);
+    let logged = |torque: &mut [f64; 3], angle: &mut [f64; 3]| {
+        let t = f64::from(at.replace(at.get() + 1)) / RATE_HZ;
+        let of = |f: fn(usize, f64) -> f64, own: f64| [f(0, t), f(1, t), own];
+        let (mut moved, mut needed) = ([0.0; 3], [0.0; 3]);
+        file.inverse_dynamics(&of(path, path(2, t)), &of(rate, rate(2, t)), &of(acceleration, acceleration(2, t)), &mut moved);
+        moved[2] += 0.1 * rate(2, t);
+        file.inverse_dynamics(&of(path, still(t)), &of(rate, creeps(t)), &of(acceleration, 0.0), &mut needed);
+        // It sticks, and gives a little.
+        needed[2] += 1.0 * creeps(t) / (3.0 * STEP);
+        torque.iter_mut().zip(needed.iter().zip(moved)).for_each(|(torque, (needed, moved))| *torque += needed - moved);
+        angle[2] = (still(t) / STEP).round() * STEP;
+    };
+    let found = found(&file, log(&file, 13, |_, _, _, _| 0.0, logged));
+    assert_eq!((notes(&found, "bend hardly moves"), notes(&found, "hardly moves")), (1, 1), "{:?}", found.discrepancy.notes);
+    assert!(found.causes.iter().all(|c| c.site.axis != "bend" || c.site.side != "joint"), "{:?}", named(&found));
+}

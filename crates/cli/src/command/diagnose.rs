@@ -12,7 +12,7 @@ use ndof_analysis::{AnalysisError, Diagnose, Diagnosed, Estimate, Fit, HeldOut, 
 use ndof_devices::RobotConfig;
 use ndof_diagnose::{Cause, Site, Verdict};
 use ndof_models::effects::Value;
-use ndof_report::{diagnosis_report, sentence};
+use ndof_report::{diagnosis_report, percent, sentence};
 use ndof_study::file::StudyDocument;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
@@ -214,7 +214,7 @@ fn cause_lines(cause: &Cause) -> String {
     }
     if let Some(share) = cause.gain.explained_fraction {
         let interval = cause.gain.explained_fraction_ci95.map(|[low, high]| format!(" ({:.0} … {:.0} %)", 100.0 * low, 100.0 * high)).unwrap_or_default();
-        text += &format!("  explains {:.0} %{interval} of what there is to gain on the held-out part\n", 100.0 * share);
+        text += &format!("  explains {}{interval} of what there is to gain on the held-out part\n", percent(share));
     }
     for sentence in &cause.evidence {
         text += &format!("  - {sentence}\n");

@@ -14,10 +14,13 @@ pub(super) static CAUSE: JointCause = JointCause {
     },
     forms: |scene| {
         let g = scene.chain.gravity();
-        // Turning about gravity itself changes nothing.
-        let along = |k: usize| g[k].abs() > 0.999 * (g[0] * g[0] + g[1] * g[1] + g[2] * g[2]).sqrt();
-        let axes: Vec<usize> = (0..3).filter(|k| !along(*k)).collect();
+        let size = (g[0] * g[0] + g[1] * g[1] + g[2] * g[2]).sqrt();
+        // Turning about gravity itself changes nothing, nor any turn where there is none.
+        let axes: Vec<usize> = (0..3).filter(|k| g[*k].abs() < 0.999 * size).collect();
+        if axes.is_empty() {
+            return vec![];
+        }
         let told = axes.iter().enumerate().map(|(i, k)| Told::new(format!("tilt_{}_rad", ["x", "y", "z"][*k]), "rad", i)).collect();
-        vec![Form::new(&CAUSE, None, axes.iter().map(|k| Column::Tilt(*k)).collect(), told)]
+        vec![Form::new(&CAUSE, None, axes.iter().map(|axis| Column::Tilt { axis: *axis, at: [0.0; 3] }).collect(), told)]
     },
 };

@@ -19,4 +19,4 @@ pub use estimate::{coherence_section, estimate_report, frame, power_section, res
 pub use fit::{agreement_section, ellipse_section, fit_report, parameters_section, response_fit_report};
 pub use overlay::overlay_section;
 pub use schedule::schedule_section;
-pub use words::{p_value, sentence};
+pub use words::{p_value, percent, sentence};

@@ -180,6 +180,12 @@ pub fn sentence(d: &Diagnosis) -> String {
     text
 }
 
+/// A share in percent as people read it: what rounds to none is "< 1 %".
+pub fn percent(share: f64) -> String {
+    let whole = (100.0 * share).round();
+    if whole < 1.0 { "< 1 %".to_owned() } else { format!("{whole:.0} %") }
+}
+
 /// A p-value as people read it: what is too small for a number is "< 1e-300".
 pub fn p_value(p: f64) -> String {
     if p < 1e-300 { "< 1e-300".to_owned() } else { format!("= {}", significant(p, 2)) }
@@ -192,6 +198,11 @@ mod tests {
     #[test]
     fn a_p_value_that_is_too_small_for_a_number_is_said_to_be_small() {
         assert_eq!([p_value(0.0), p_value(0.0123)], ["< 1e-300", "= 0.012"]);
+    }
+
+    #[test]
+    fn a_share_that_is_small_is_not_said_to_be_none() {
+        assert_eq!([0.9, 0.006, 0.004, 0.0].map(percent), ["90 %", "1 %", "< 1 %", "< 1 %"]);
     }
 
     #[test]
