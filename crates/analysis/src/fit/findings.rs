@@ -66,8 +66,9 @@ pub(super) fn unknown_mount(fit: &ndof_models::Fit, mount: &SeriesCompliance, ax
         Warning::new(
             "unknown-mount",
             format!(
-                "the motion holds what a mount of {k:.1e} {unit} ({low:.1e} … {high:.1e}) between limb and robot would add: {} is {:.4} with it, and {:.4} without; intervals hold both",
-                most.0.name, most.1, most.0.value
+                "the motion holds what a mount of {k:.1e} {unit} ({low:.1e} … {high:.1e}) between limb and robot would add: with it {} changes by {:.1} %; intervals hold the values with it and without it",
+                most.0.name,
+                100.0 * (most.1 / most.0.value - 1.0)
             ),
             "give `transducer-stiffness` as the data sheet of the transducer or handle has it; if nothing there gives way, ask `ndof diagnose` what the model lacks",
         )

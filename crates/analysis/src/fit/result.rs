@@ -154,7 +154,7 @@ impl Between {
             let also: Vec<&str> = self.also.iter().map(|hold| what(*hold)).collect();
             let also = also.join(", or ");
             return Some(format!(
-                "forces between samples: {own}, or {also}; the data do not tell, so that intervals hold the values of all (give `hold` where it is known)"
+                "forces between samples: {own}, or {also}; the data do not tell, and intervals hold the values of all; telling the hold narrows them"
             ));
         }
         let why = self.chi2_less.map_or_else(|| "as asked".to_owned(), |less| format!("χ² is {less:.0} less than otherwise"));
