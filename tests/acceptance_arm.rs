@@ -5,7 +5,7 @@ use ndarray::{Array2, Array3, arr2};
 use ndof::analysis::{self, Estimate, Fitted, Trial, Trials, estimate};
 use ndof::devices::{DeviceConfig, EndpointLinearConfig, Experiment, Extras, LimbConfig, LimbNoise, Linearised, PerAxis};
 use ndof::devices::{linearise, simulate_trial};
-use ndof::models::{Axis, Fit, InertiaDampingStiffnessModel, LoopModel, Smoothing, Symmetry, Transducer, WeightedFit, agreement, linear_start};
+use ndof::models::{Axis, Fit, Hold, InertiaDampingStiffnessModel, LoopModel, Smoothing, Symmetry, Transducer, WeightedFit, agreement, linear_start};
 use ndof::signal::{FilteredNoise, Welch};
 use ndof::sysid::{FrequencyResponse, ResponseKind};
 use num_complex::Complex64;
@@ -69,8 +69,14 @@ fn analyse(trials: &Trials, linear: &Linearised, welch: &Welch) -> Outcome {
     let settings = Estimate { nperseg: Some(welch.nperseg), noverlap: Some(welch.noverlap), nfft: Some(welch.nfft), ..Estimate::default() };
     let estimated = estimate(trials, &settings).expect("an estimate");
     let Transducer { stiffness, damping } = Transducer { stiffness: linear.transducer.stiffness, damping: linear.transducer.damping };
-    let settings =
-        analysis::Fit { band_hz: Some(BAND_HZ), transducer_stiffness: Some(stiffness), transducer_damping: Some(damping), ..analysis::Fit::default() };
+    // The hold is told: where nobody tells it, intervals have room for others.
+    let settings = analysis::Fit {
+        band_hz: Some(BAND_HZ),
+        hold: Some(Hold::BandLimited),
+        transducer_stiffness: Some(stiffness),
+        transducer_damping: Some(damping),
+        ..analysis::Fit::default()
+    };
     let fitted = settings.run(&estimated).expect("a fit").fit;
     let transducer = Some(Transducer { stiffness, damping });
 
