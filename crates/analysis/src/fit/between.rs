@@ -30,10 +30,10 @@ struct Rival {
 }
 
 impl Sampled {
-    /// Gives intervals what is unknown of the hold, Σ p_h (θ_h − θ)(θ_h − θ)ᵀ over holds of likelihood p_h, and says so where a value may be off by more
-    /// than its standard error.
+    /// Gives intervals what is unknown of the hold, Σ p_h (θ_h − θ)(θ_h − θ)ᵀ over holds of likelihood p_h, and says so where that is
+    /// more than there was.
     pub(super) fn widen(&mut self, fit: &mut Fit) {
-        let moves = |rival: &&Rival| rival.apart.iter().zip(&fit.parameters).any(|(apart, p)| apart.abs() > p.std_error);
+        let moves = |rival: &&Rival| rival.apart.iter().zip(&fit.parameters).any(|(apart, p)| rival.share * apart * apart > p.std_error * p.std_error);
         if let Some(said) = &mut self.said {
             said.also = self.rivals.iter().filter(moves).map(|rival| rival.hold).collect();
         }

@@ -135,7 +135,8 @@ pub struct Between {
     pub hold: Hold,
     /// By how much χ² is less than with any other; null where it was asked for, or where the data do not tell beyond doubt.
     pub chi2_less: Number,
-    /// Others that the data do not exclude, and with which a parameter would be off by more than its standard error: intervals hold its values there too.
+    /// Others that the data do not exclude, where what is unknown of them adds more to the variance of a parameter than there was: intervals hold its
+    /// values there too.
     #[serde(skip_serializing_if = "Vec::is_empty", default)]
     #[cfg_attr(feature = "schema", schemars(with = "Vec<String>"))]
     pub also: Vec<Hold>,
