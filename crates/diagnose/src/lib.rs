@@ -45,7 +45,6 @@ mod result;
 mod robot;
 mod samples;
 mod search;
-#[cfg(test)]
 mod shared_tests;
 mod split;
 mod state;

@@ -1,4 +1,5 @@
 //! What unit tests share.
+#![cfg(test)]
 
 use crate::Options;
 use crate::samples::{Meaning, Samples};

@@ -45,8 +45,9 @@ impl Apart {
         None
     }
 
+    /// The same of a file of any length.
     #[cfg(feature = "parquet")]
-    fn of(path: &Path, options: &ReadOptions) -> Option<Self> {
+    pub(crate) fn of(path: &Path, options: &ReadOptions) -> Option<Self> {
         let mut own = Apart { path: path.to_owned(), options: options.clone(), samples: 0 };
         let bytes = usize::try_from(std::fs::metadata(path).ok()?.len()).ok()?;
         own.samples = own.stream().ok()?.samples_apart(bytes)?;
@@ -86,34 +87,5 @@ impl Apart {
     /// As [`Pieces::open`].
     pub fn pieces(&self) -> Result<Pieces, IoError> {
         Pieces::open(&self.path, self.options.clone())
-    }
-}
-
-#[cfg(all(test, feature = "parquet"))]
-mod tests {
-    use super::*;
-    use crate::{encode, read};
-    use ndof_signal::{Channel, Quantity, Recording, Unit};
-
-    #[test]
-    fn a_channel_apart_is_the_channel_of_the_whole() {
-        let samples = |seed: usize| (0..100_000).map(|k| ((k * seed) % 1009) as f64 - 500.0).collect::<Vec<f64>>();
-        let channel = |name: &str, quantity, seed| Channel::new(name, Unit::si(quantity, false), samples(seed));
-        let channels = vec![channel("force_x", Quantity::Effort, 7), channel("pos_x", Quantity::Displacement, 31)];
-        let recording = Recording::new(1000.0, channels).unwrap().starting_at(2.5);
-        let folder = tempfile::tempdir().unwrap();
-        let path = folder.path().join("long.parquet");
-        std::fs::write(&path, encode(&recording, "long.parquet").unwrap()).unwrap();
-        let options = ReadOptions::default();
-        let whole = read(&path, &options).unwrap().recording;
-        let apart = Apart::of(&path, &options).unwrap();
-        assert_eq!(apart.samples(), whole.len());
-        for name in ["force_x", "pos_x"] {
-            let alone = apart.channel(name).unwrap().unwrap().recording;
-            assert_eq!(alone.channels(), [whole.channel(name).unwrap().clone()]);
-            assert_eq!((alone.sample_rate_hz(), alone.start_s()), (whole.sample_rate_hz(), whole.start_s()));
-        }
-        assert!(apart.channel("pos_y").is_err());
-        assert!(Apart::open(&path, &options).is_none(), "it is short");
     }
 }

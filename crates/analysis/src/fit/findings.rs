@@ -48,8 +48,9 @@ pub(super) fn warnings(evidence: &Evidence<'_>, fit: &ndof_models::Fit, baseline
     warnings
 }
 
-/// A compliance in series beyond doubt, which explains more than it leaves of a misfit and moves a number out of its interval.
-pub(super) fn unknown_mount(fit: &ndof_models::Fit, mount: &SeriesCompliance, axes: &[Axis]) -> Option<Warning> {
+/// A compliance in series beyond doubt, which explains more than it leaves of a misfit and moves a number out of its interval. Whether it is one is not for
+/// the data to say: the fit's intervals then hold the values with it and without it.
+pub(super) fn unknown_mount(fit: &mut ndof_models::Fit, mount: &SeriesCompliance, axes: &[Axis]) -> Option<Warning> {
     let with = ndof_models::Fit { chi2: fit.chi2 - mount.chi2_less, ..fit.clone() };
     let least = if with.misfits() { with.chi2 - with.degrees_of_freedom } else { 0.0 };
     let doubt = 2.0 * ODDS.ln() * (with.chi2 / with.degrees_of_freedom).max(1.0);
@@ -62,17 +63,20 @@ pub(super) fn unknown_mount(fit: &ndof_models::Fit, mount: &SeriesCompliance, ax
     // χ² falls by (c / its standard error)².
     let share = fit.interval_quantile * ((with.chi2 / with.degrees_of_freedom).max(1.0) / mount.chi2_less).sqrt();
     let [low, k, high] = [1.0 + share, 1.0, 1.0 - share].map(|share| 1.0 / (share * mount.compliance));
-    (moves(&most) > 1.0).then(|| {
-        Warning::new(
-            "unknown-mount",
-            format!(
-                "the motion holds what a mount of {k:.1e} {unit} ({low:.1e} … {high:.1e}) between limb and robot would add: with it {} changes by {:.1} %; intervals hold the values with it and without it",
-                most.0.name,
-                100.0 * (most.1 / most.0.value - 1.0)
-            ),
-            "give `transducer-stiffness` as the data sheet of the transducer or handle has it; if nothing there gives way, ask `ndof diagnose` what the model lacks",
-        )
-    })
+    if moves(&most) <= 1.0 {
+        return None;
+    }
+    let (name, change) = (&most.0.name, 100.0 * (most.1 / most.0.value - 1.0));
+    let warning = Warning::new(
+        "unknown-mount",
+        format!(
+            "the motion holds what a mount of {k:.1e} {unit} ({low:.1e} … {high:.1e}) between limb and robot would add: with it {name} changes by {change:.1} %; intervals hold the values with it and without it"
+        ),
+        "give `transducer-stiffness` as the data sheet of the transducer or handle has it; if nothing there gives way, ask `ndof diagnose` what the model lacks",
+    );
+    let apart: Vec<f64> = mount.theta.iter().zip(&fit.theta).map(|(with, without)| with - without).collect();
+    fit.add_covariance(|r, c| apart[r] * apart[c]);
+    Some(warning)
 }
 
 /// A limb that along every axis has an inertia below zero, beyond its interval or with damping and stiffness, is a transducer that reads the reaction; unless turned

@@ -171,13 +171,7 @@ fn fit_to(whole: &Evidence<'_>, settings: &Fit) -> Result<Fitted, AnalysisError>
         None if evidence.errors_known() => comparison.series_compliance(&composite, response, &weighted)?,
         _ => None,
     };
-    let mount = mount.and_then(|mount| Some((findings::unknown_mount(&weighted, &mount, composite.axes())?, mount)));
-    let mount = mount.map(|(warning, mount)| {
-        // Whether it is one is not for the data to say: intervals hold the values with it and without it.
-        let apart: Vec<f64> = mount.theta.iter().zip(&weighted.theta).map(|(with, without)| with - without).collect();
-        weighted.add_covariance(|r, c| apart[r] * apart[c]);
-        warning
-    });
+    let mount = mount.and_then(|mount| findings::unknown_mount(&mut weighted, &mount, composite.axes()));
     let summed = sums.as_ref().map(|sums| sums.evidence(sums.gains_of(&weighted)));
     let evidence = summed.as_ref().unwrap_or(evidence);
     let (response, weight) = (&*evidence.response, evidence.weight(settings.vaf_weight));

@@ -192,11 +192,14 @@ impl ParquetStream {
 
 #[cfg(test)]
 mod tests {
-    use crate::{Pieces, ReadOptions, encode};
+    use crate::{Apart, Pieces, ReadOptions, encode, read};
     use ndof_signal::{Channel, Quantity, Recording, Unit};
+    use std::path::PathBuf;
 
-    #[test]
-    fn the_pieces_of_a_file_are_the_file() {
+    const NAMES: [&str; 2] = ["force_x", "pos_x"];
+
+    /// A recording of 200 s, in a file.
+    fn long() -> (tempfile::TempDir, PathBuf, Recording) {
         let samples = |seed: usize| (0..200_000).map(|k| ((k * seed) % 1009) as f64 - 500.0).collect::<Vec<f64>>();
         let channel = |name: &str, quantity, seed| Channel::new(name, Unit::si(quantity, false), samples(seed));
         let channels = vec![channel("force_x", Quantity::Effort, 7), channel("pos_x", Quantity::Displacement, 31)];
@@ -204,9 +207,31 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("long.parquet");
         std::fs::write(&path, encode(&whole, "long.parquet").unwrap()).unwrap();
+        (folder, path, whole)
+    }
+
+    #[test]
+    fn a_channel_apart_is_the_channel_of_the_whole() {
+        let (_folder, path, _) = long();
+        let options = ReadOptions::default();
+        let whole = read(&path, &options).unwrap().recording;
+        let apart = Apart::of(&path, &options).unwrap();
+        assert_eq!(apart.samples(), whole.len());
+        for name in NAMES {
+            let alone = apart.channel(name).unwrap().unwrap().recording;
+            assert_eq!(alone.channels(), [whole.channel(name).unwrap().clone()]);
+            assert_eq!((alone.sample_rate_hz(), alone.start_s()), (whole.sample_rate_hz(), whole.start_s()));
+        }
+        assert!(apart.channel("pos_y").is_err());
+        assert!(Apart::open(&path, &options).is_none(), "it is short");
+    }
+
+    #[test]
+    fn the_pieces_of_a_file_are_the_file() {
+        let (_folder, path, whole) = long();
         let pieces: Vec<_> = Pieces::open(&path, ReadOptions::default()).unwrap().map(Result::unwrap).collect();
         assert_eq!(pieces.len(), 4);
-        for name in ["force_x", "pos_x"] {
+        for name in NAMES {
             let joined: Vec<f64> = pieces.iter().flat_map(|piece| piece.recording.channel(name).unwrap().samples.clone()).collect();
             assert_eq!(joined, whole.channel(name).unwrap().samples);
         }

@@ -102,7 +102,8 @@ impl Fit {
         self.parameters.iter().find(|p| p.name == name)
     }
 
-    /// Adds `more` to the covariance, by row and column: errors that the data do not show. Standard errors and intervals follow.
+    /// Adds `more` to the covariance, by row and column: errors that the data do not show. Standard errors and
+    /// intervals follow; whether a parameter is identifiable stays what the data say.
     pub fn add_covariance(&mut self, more: impl Fn(usize, usize) -> f64) {
         self.covariance.indexed_iter_mut().for_each(|((r, c), entry)| *entry += more(r, c));
         for (k, p) in self.parameters.iter_mut().enumerate() {
