@@ -99,12 +99,18 @@ pub(crate) fn turned(g: [f64; 3], tilt: &[f64; 3]) -> [f64; 3] {
     std::array::from_fn(|k| angle.sin() * once[k] + (1.0 - angle.cos()) * twice[k])
 }
 
-/// How that changes with a turn about each axis.
+/// How that changes with a turn about each axis (G. Gallego and A. Yezzi, A compact formula for the derivative of a 3-D rotation in exponential
+/// coordinates, J. Math. Imaging Vis. 51 (2015) 378).
 pub(crate) fn turning(g: [f64; 3], tilt: &[f64; 3]) -> [[f64; 3]; 3] {
+    let (angle, more) = (size(*tilt), turned(g, tilt));
+    let there = std::array::from_fn(|k| g[k] + more[k]);
+    // Of the turn that is there, and what a turn about another axis is beside it.
+    let [once, twice] = if angle == 0.0 { [0.0; 2] } else { [(1.0 - angle.cos()) / angle.powi(2), (angle - angle.sin()) / angle.powi(3)] };
     std::array::from_fn(|axis| {
-        let at = |by: f64| turned(g, &std::array::from_fn(|k| tilt[k] + if k == axis { by } else { 0.0 }));
-        let (up, down) = (at(EXCURSION), at(-EXCURSION));
-        std::array::from_fn(|k| (up[k] - down[k]) / (2.0 * EXCURSION))
+        let own = std::array::from_fn(|k| f64::from(u8::from(k == axis)));
+        let across = cross(*tilt, own);
+        let again = cross(*tilt, across);
+        cross(there, std::array::from_fn(|k| own[k] - once * across[k] + twice * again[k]))
     })
 }
 
@@ -156,10 +162,16 @@ mod tests {
     fn a_tilt_turns_gravity_where_it_is_to() {
         for other in [[1.0, 2.0, -9.0], [9.0, 0.0, 0.0], [-3.0, 2.0, 8.0], [0.0, 0.0, 9.81], [0.0, 0.0, -9.81]] {
             let tilt = tilt_to(G, other, 1e-9);
-            let (more, lines) = (turned(G, &tilt), leading(G, &tilt));
+            let (more, lines, slopes) = (turned(G, &tilt), leading(G, &tilt), turning(G, &tilt));
             for k in 0..3 {
                 assert!((G[k] + more[k] - 9.81 * other[k] / size(other)).abs() < 1e-7, "{other:?} {tilt:?}");
                 assert!((more[k] - (0..3).map(|axis| lines[axis][k] * tilt[axis]).sum::<f64>()).abs() < 1e-7, "{other:?}");
+                for (axis, slope) in slopes.iter().enumerate() {
+                    // What bends over the excursion is of its square.
+                    let at = |by: f64| turned(G, &std::array::from_fn(|i| tilt[i] + if i == axis { by } else { 0.0 }))[k];
+                    let change = (at(EXCURSION) - at(-EXCURSION)) / (2.0 * EXCURSION);
+                    assert!((slope[k] - change).abs() < 9.81 * EXCURSION.powi(2), "{other:?} {axis} {k}");
+                }
             }
         }
     }
