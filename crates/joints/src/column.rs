@@ -77,6 +77,20 @@ impl Column {
         self.clone() == *self
     }
 
+    /// The weight of bodies in a gravity of one along an axis.
+    pub fn upright(axis: usize) -> Column {
+        Column::Weight(std::array::from_fn(|k| f64::from(u8::from(k == axis))))
+    }
+
+    /// The gravity whose weight it is, beside the file's.
+    pub fn gravity(&self, file: [f64; 3]) -> Option<[f64; 3]> {
+        match self {
+            Column::Tilt { axis, at } => Some(leading(file, at)[*axis]),
+            Column::Weight(gravity) => Some(*gravity),
+            _ => None,
+        }
+    }
+
     /// The joints that feel it, and what they feel, sample by sample.
     pub fn along(&self, motion: &Motion, scene: &Scene<'_>) -> Vec<(usize, Vec<f64>)> {
         let own = |joint: usize, f: &dyn Fn(f64, f64) -> f64| {

@@ -101,8 +101,8 @@ pub(crate) fn predicted(view: &View<'_>, model: &Model, trial: usize) -> Vec<Vec
     let motion = &view.motions[trial];
     let mut torque = view.scene.nominal(motion);
     for (factor, column) in model.logged.columns(view.scene) {
-        for (joint, felt) in column.along(motion, view.scene) {
-            torque[joint].iter_mut().zip(felt).for_each(|(t, f)| *t += factor * f);
+        for (joint, felt) in view.along(&column, trial).iter() {
+            torque[*joint].iter_mut().zip(felt).for_each(|(t, f)| *t += factor * f);
         }
     }
     for (form, factors) in model.forms.iter().zip(&model.factors) {

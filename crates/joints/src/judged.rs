@@ -9,6 +9,7 @@ use crate::model::{Model, residual};
 use crate::options::Options;
 use crate::refined;
 use crate::search::{Rule, hypotheses};
+use crate::sizes::Sizes;
 use crate::table::{Table, View};
 use rayon::prelude::*;
 use statrs::distribution::{ContinuousCDF, Normal};
@@ -39,6 +40,7 @@ pub(crate) struct Searched {
     pub floor: Vec<f64>,
     /// Samples of each joint less the factors of all columns: what its noise is known by.
     pub left: Vec<f64>,
+    sizes: Sizes,
     hypotheses: usize,
 }
 
@@ -46,11 +48,11 @@ impl Searched {
     pub fn new(view: &View<'_>, forms: &[Form], floor: Vec<f64>, left: Vec<f64>) -> Self {
         let (columns, places) = Table::distinct(forms);
         let missing = view.missing(&Logged::as_it_is(view.scene.joints.len())).whitened(&view.noise);
-        Searched { table: Table::new(places, &view.white(&columns), &missing), floor, left, hypotheses: hypotheses(forms) }
+        Searched { table: Table::new(places, &view.white(&columns), &missing), floor, left, sizes: Sizes::new(view, forms), hypotheses: hypotheses(forms) }
     }
 
-    pub fn rule<'a>(&'a self, forms: &'a [Form], options: &Options) -> Rule<'a> {
-        Rule { table: &self.table, forms, left: &self.left, hypotheses: self.hypotheses, false_alarms: options.false_alarms }
+    pub fn rule<'a>(&'a self, forms: &'a [Form], options: &'a Options) -> Rule<'a> {
+        Rule { table: &self.table, forms, left: &self.left, sizes: &self.sizes, hypotheses: self.hypotheses, options }
     }
 }
 
@@ -79,7 +81,7 @@ struct Worth {
     falls: f64,
     /// By how much of the joint's torque its error rises as it was logged, above the band as well: where a joint hardly moves, a cause makes torque of the noise of its encoder.
     rises: f64,
-    /// Its share of the joint's torque.
+    /// What only it explains, as a share of the joint's torque.
     matters: f64,
 }
 
@@ -94,9 +96,11 @@ impl Judged {
 
 fn worth(fitted: &View<'_>, held: &View<'_>, model: &Model, k: usize) -> Worth {
     let less = without(fitted, model, k);
-    let own = model.forms[k].joint.filter(|_| model.forms[k].cause.card.side == "joint");
+    let (sure, falls) = (sure(held, &less, model), falls(held, &less, model));
+    // A whole run along the log is dear, and what fails before is not asked for it.
+    let own = model.forms[k].joint.filter(|_| model.forms[k].cause.card.side == "joint" && sure >= SURE && falls >= FALLS);
     let rises = own.map_or(0.0, |j| missed(held, model, j) - missed(held, &less, j));
-    Worth { gain: gain(held, &less, model).value, sure: sure(held, &less, model), falls: falls(held, &less, model), rises, matters: share(held, model, k) }
+    Worth { gain: gain(held, &less, model).value, sure, falls, rises, matters: difference(held, &less, model) }
 }
 
 /// Why a form is not to be named.
@@ -123,8 +127,9 @@ fn reason(model: &Model, k: usize, worth: &Worth, options: &Options, simulated: 
     if worth.falls < FALLS || worth.rises > options.tolerance {
         return Some("the error of what was held out does not fall with it".to_owned());
     }
-    (worth.matters < options.tolerance)
-        .then(|| format!("its torque is {:.2} % of the joint's, below the tolerance of {:.2} %", 100.0 * worth.matters, 100.0 * options.tolerance))
+    (worth.matters < options.tolerance).then(|| {
+        format!("what only it explains is {:.2} % of the joint's torque, below the tolerance of {:.2} %", 100.0 * worth.matters, 100.0 * options.tolerance)
+    })
 }
 
 /// A model all of whose causes hold, by their numbers among the forms, and what was set aside for it.
@@ -233,9 +238,13 @@ pub(crate) fn share(view: &View<'_>, model: &Model, k: usize) -> f64 {
     let (mut forms, mut factors) = (model.forms.clone(), model.factors.clone());
     let logged = put_back(&model.logged, &forms.remove(k));
     factors.remove(k);
-    let without = Model { forms, factors, logged, covariance: vec![], places: vec![], beyond: vec![] };
-    let mut change = residual(view, &without);
-    change.add(-1.0, &residual(view, model));
+    difference(view, &Model { forms, factors, logged, covariance: vec![], places: vec![], beyond: vec![] }, model)
+}
+
+/// rms of the difference of two models' torques over the deviation of the joint's, where it is largest.
+fn difference(view: &View<'_>, one: &Model, other: &Model) -> f64 {
+    let mut change = residual(view, one);
+    change.add(-1.0, &residual(view, other));
     (0..view.scene.joints.len())
         .map(|j| {
             let own: Vec<f64> = change.0.iter().filter_map(|p| p[j].as_deref()).flatten().copied().collect();

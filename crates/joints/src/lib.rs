@@ -43,6 +43,7 @@ mod pictures;
 mod refined;
 mod scene;
 mod search;
+mod sizes;
 mod stops;
 mod suspicions;
 mod swing;

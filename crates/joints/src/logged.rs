@@ -65,7 +65,7 @@ impl Logged {
     /// What bodies need more along a motion whose base and angles are corrected, as columns with their factors.
     pub fn columns(&self, scene: &Scene<'_>) -> Vec<(f64, Column)> {
         let weights = turned(scene.chain.gravity(), &self.tilt).into_iter().enumerate().filter(|(_, g)| *g != 0.0);
-        let weights = weights.map(|(k, g)| (g, Column::Weight(std::array::from_fn(|i| f64::from(u8::from(i == k))))));
+        let weights = weights.map(|(k, g)| (g, Column::upright(k)));
         let zeros = self.zero.iter().any(|zero| *zero != 0.0).then(|| (1.0, Column::Zeros(self.zero.clone())));
         weights.chain(zeros).collect()
     }

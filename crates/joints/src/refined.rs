@@ -24,10 +24,10 @@ pub(crate) fn refined(view: &View<'_>, searched: &[Form], log: &Logged) -> Model
     }
     settle_channels(view, &forms, &mut logged);
     gears::settle(view, &mut forms, &logged);
-    let (mut model, plain) = (Model::fit(view, &forms, &logged), Model::fit(view, searched, log));
-    if !(short(view, &model) <= short(view, &plain) + LOST) {
-        // As where a link that swings on its gear fell over on the way: what was searched is left as it was.
-        model = plain;
+    let mut model = Model::fit(view, &forms, &logged);
+    if model.factors.iter().flatten().any(|factor| !factor.is_finite()) {
+        // A link that swings on its gear fell over on the way: what was searched is left as it was.
+        model = Model::fit(view, searched, log);
     }
     intervals(view, &mut model);
     model

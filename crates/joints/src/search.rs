@@ -1,6 +1,8 @@
 //! Which causes the data ask for: whole models, step by step, by the products of their columns.
 
 use crate::causes::Form;
+use crate::options::Options;
+use crate::sizes::Sizes;
 use crate::table::Table;
 use rayon::prelude::*;
 use statrs::distribution::{ContinuousCDF, FisherSnedecor};
@@ -199,8 +201,8 @@ pub(crate) struct Rule<'a> {
     pub hypotheses: usize,
     /// Samples of each joint that no factor of the noise's model took.
     pub left: &'a [f64],
-    /// Probability with which anything may be named where nothing is missing.
-    pub false_alarms: f64,
+    pub sizes: &'a Sizes,
+    pub options: &'a Options,
 }
 
 impl Rule<'_> {
@@ -226,7 +228,7 @@ impl Rule<'_> {
         gained - (freedoms + form.beside()) as f64 * (self.table.samples as f64).ln()
     }
 
-    /// The form that is worth most beside `solved`, with its worth, among those that `may`, are worth their parameters and beyond chance.
+    /// The form that is worth most beside `solved`, with its worth, among those that `may`, are worth their parameters, beyond chance and not below the tolerance.
     pub fn best(&self, solved: &Solved, may: impl Fn(usize) -> bool + Sync) -> Option<(usize, f64)> {
         let beside = Beside::new(solved, self.table);
         let worth = |k: usize| -> Option<(usize, f64)> {
@@ -240,7 +242,10 @@ impl Rule<'_> {
                 gained -= (own.row.last().unwrap_or(&0.0) * (factors[0] - least)).powi(2);
             }
             let worth = self.worth(form, gained, freedoms);
-            let named = freedoms > 0 && worth > 0.0 && self.p_value(form, gained, freedoms) <= self.false_alarms;
+            let named = freedoms > 0
+                && worth > 0.0
+                && self.sizes.share(k, &factors) >= self.options.tolerance
+                && self.p_value(form, gained, freedoms) <= self.options.false_alarms;
             (named && (least.is_some() || form.allows(&factors))).then_some((k, worth))
         };
         let all: Vec<(usize, f64)> = (0..self.forms.len()).into_par_iter().filter(|k| may(*k)).filter_map(worth).collect();

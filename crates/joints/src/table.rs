@@ -136,8 +136,21 @@ impl<'a> View<'a> {
         columns.iter().filter_map(|c| Some(kept.columns.iter().find(|(k, _)| k == c)?.1.clone())).collect()
     }
 
-    /// What joints feel of a column at every sample of a trial.
+    /// What joints feel of a column at every sample of a trial; kept, but for zeros, which move on, and gravities, which are sums of three.
     pub fn along(&self, column: &Column, trial: usize) -> Arc<Felt> {
+        let uprights = [0, 1, 2].map(Column::upright);
+        if let Some(gravity) = column.gravity(self.scene.chain.gravity()).filter(|_| !uprights.contains(column)) {
+            let mut sum: Felt = (0..self.scene.joints.len()).map(|joint| (joint, vec![0.0; self.motions[trial].q[joint].len()])).collect();
+            for (axis, times) in uprights.iter().zip(gravity).filter(|(_, times)| *times != 0.0) {
+                for ((_, sum), (_, felt)) in sum.iter_mut().zip(self.along(axis, trial).iter()) {
+                    sum.iter_mut().zip(felt).for_each(|(sum, felt)| *sum += times * felt);
+                }
+            }
+            return Arc::new(sum);
+        }
+        if matches!(column, Column::Zeros(_)) {
+            return Arc::new(column.along(&self.motions[trial], self.scene));
+        }
         let whole = || self.whole.lock().unwrap_or_else(PoisonError::into_inner);
         let known = whole().iter().find(|(own, t, _)| *t == trial && own == column).map(|(.., felt)| felt.clone());
         known.unwrap_or_else(|| {
@@ -203,8 +216,8 @@ impl<'a> View<'a> {
                 if let (Column::Body { link, parts }, false) = (column, bodies.is_empty()) {
                     return combined(&bodies[*link], parts);
                 }
-                // What a search asks of a gear both stretches ask, and it is dear.
-                let both = matches!(column, Column::Gear(gear) if gear.is_searched());
+                // What a search asks of a gear both stretches ask, and it is dear; so is weight.
+                let both = matches!(column, Column::Gear(gear) if gear.is_searched()) || column.gravity(self.scene.chain.gravity()).is_some();
                 let of = |motion: &Motion| if both { self.along(column, motion.trial) } else { Arc::new(column.along(motion, self.scene)) };
                 let felt = self.by_trial(of);
                 self.in_band(|trial| felt[trial].iter().flat_map(|felt| felt.iter()))
