@@ -3,15 +3,15 @@
 use crate::again::Again;
 use crate::causes::Form;
 use crate::explained::explained;
-use crate::gears;
 use crate::generic::Left;
 use crate::held_out::{Sum, gain, losses, predicted};
-use crate::judged::{Aside, Searched, share, without};
+use crate::judged::{Aside, Searched, share};
 use crate::mistaken::Mistaken;
 use crate::model::{Model, residual};
 use crate::motion::Motion;
 use crate::options::Options;
 use crate::passing::Passing;
+use crate::rivals::{TOLD_APART, rivals};
 use crate::scene::{Scene, deviation, rms};
 use crate::search::Solved;
 use crate::table::View;
@@ -48,11 +48,6 @@ pub(crate) struct Answer<'a> {
     pub options: &'a Options,
 }
 
-/// Others that are compared with a cause, the best first.
-const RIVALS: usize = 3;
-/// Two models are told apart where one is better with this probability.
-const TOLD_APART: f64 = 0.95;
-
 impl Answer<'_> {
     pub fn write(&self, stretches: &[Stretch; 2], mut minor: Vec<Aside>) -> Diagnosis {
         let mut unseen = false;
@@ -68,7 +63,7 @@ impl Answer<'_> {
         let gains = explained(self.fitted, self.held, self.model);
         let (mut causes, mut confusable) = (Vec::new(), Vec::new());
         for (k, gained) in gains.iter().enumerate() {
-            let rivals = self.rivals(k);
+            let rivals = rivals([self.fitted, self.held], &self.searched.rule(self.forms, self.options), self.model, k);
             let unsure: Vec<String> = rivals.iter().filter(|(_, p)| *p < TOLD_APART).map(|(f, _)| self.forms[*f].words(&self.names())).collect();
             if !unsure.is_empty() {
                 let effects = std::iter::once(self.model.forms[k].words(&self.names())).chain(unsure).collect();
@@ -144,7 +139,7 @@ impl Answer<'_> {
 
     fn cause(&self, k: usize, probability: f64, gains: &Sum, explained_fraction: Option<f64>, after: &Score) -> Cause {
         let form = &self.model.forms[k];
-        let less = without(self.fitted, self.model, k);
+        let less = self.model.without(self.fitted, k);
         let (before, found) = (self.score(&less), gain(self.held, &less, self.model));
         let (gained, freedoms) = (self.fitted_gain(&less, self.model), form.columns.len() + form.beside());
         let rule = self.searched.rule(self.forms, self.options);
@@ -212,63 +207,6 @@ impl Answer<'_> {
             format!("the part that no fit saw gains {:.0} ({low:.0} … {high:.0}) of log-likelihood with it", found.value),
         ];
         sentences.into_iter().chain(more).chain(self.open(k)).chain(self.of_the_file(form)).collect()
-    }
-
-    /// Other causes in place of one: their forms, and the probability that the one is better, by blocks of time of all that there is.
-    fn rivals(&self, k: usize) -> Vec<(usize, f64)> {
-        let own = &self.model.forms[k];
-        let less = without(self.fitted, self.model, k);
-        let table = &self.searched.table;
-        let solved = self.searched.rule(self.forms, self.options).solve(&less.forms.iter().filter_map(|f| self.searched_as(f)).collect::<Vec<_>>());
-        let mut by: Vec<(usize, f64)> = self
-            .forms
-            .iter()
-            .enumerate()
-            .filter(|(_, f)| !self.model.forms.iter().any(|m| m.same_place(f)))
-            .filter(|(_, f)| self.related(own, f))
-            // A gear that has neither settled nor follows its load is no rival yet: what it changes is of another compliance.
-            .filter(|(_, f)| f.gear().is_none_or(|gear| gear.extent == 0.0 || !gear.is_searched()))
-            .map(|(f, _)| {
-                let (gained, freedoms) = solved.gain(table, &table.columns[f]);
-                (f, gained - freedoms as f64 * (table.samples as f64).ln())
-            })
-            .collect();
-        by.sort_by(|a, b| b.1.total_cmp(&a.1));
-        let mut places: Vec<usize> = Vec::new();
-        // A spring that rests turns away, or a friction that pushes, rivals nothing; of a gear the data choose the compliance.
-        let possible = |f: usize| self.forms[f].gear().is_some() || self.forms[f].allows(&solved.with(table, &table.columns[f]).of(&table.columns[f]));
-        for (f, worth) in by {
-            if worth > 0.0 && possible(f) && places.len() < RIVALS && !places.iter().any(|p| self.forms[*p].same_place(&self.forms[f])) {
-                places.push(f);
-            }
-        }
-        let mine = [self.fitted, self.held].map(|view| losses(view, &residual(view, self.model)));
-        places
-            .into_iter()
-            .map(|f| {
-                let mut forms = less.forms.clone();
-                forms.push(self.forms[f].clone());
-                let mut rival = Model::fit(self.fitted, &forms, &less.logged);
-                gears::begin(self.fitted, self.held, &mut rival);
-                let theirs = [self.fitted, self.held].map(|view| losses(view, &residual(view, &rival)));
-                let penalty = 0.5 * (self.forms[f].columns.len() as f64 - own.columns.len() as f64) * (table.samples as f64).ln();
-                let blocks: Vec<f64> = theirs.iter().flatten().zip(mine.iter().flatten()).map(|(a, b)| a - b).collect();
-                let sum = Sum::of(&blocks);
-                (f, Sum { value: sum.value + penalty, ..sum }.positive())
-            })
-            .collect()
-    }
-
-    /// Whether two forms act on a joint in common.
-    fn related(&self, a: &Form, b: &Form) -> bool {
-        a.joint == b.joint || a.joint.is_none() || b.joint.is_none() || [a, b].iter().any(|f| f.cause.card.side == "link")
-    }
-
-    /// The form of the search that a fitted one came from; of gears the nearest.
-    fn searched_as(&self, fitted: &Form) -> Option<usize> {
-        let away = |form: &Form| form.gear().zip(fitted.gear()).map_or(0.0, |(a, b)| (a.extent / b.extent).ln().abs());
-        let alike = |form: &Form| form.same_place(fitted) && form.columns.len() == fitted.columns.len();
-        (0..self.forms.len()).filter(|f| alike(&self.forms[*f])).min_by(|a, b| away(&self.forms[*a]).total_cmp(&away(&self.forms[*b])))
     }
 
     /// Frictions, rotors and masses as the file has them.

@@ -154,7 +154,7 @@ fn judge(
         forms.extend(settled);
         first = Searched::new(&fitted, &forms, floor.clone(), left);
     }
-    let HeldUp { judged: Judged { model, .. }, minor, .. } = held_up(&fitted, &held, &first.rule(&forms, options), options, progress);
+    let HeldUp { judged: Judged { model, .. }, minor, .. } = held_up([&fitted, &held], &first.rule(&forms, options), options, (vec![], vec![]), progress);
     // What all columns leave together is no good estimate of coloured noise where they are many: what was found leaves more samples to know it by.
     let (noise, left) = noise_beside(&fitted, &model);
     let [fitted, held] = [fitted, held].map(|view| view.in_noise(noise.clone()));
@@ -163,7 +163,7 @@ fn judge(
     forms.extend(model.forms.iter().filter(|form| form.shape.len() > 1).cloned());
     let searched = Searched::new(&fitted, &forms, floor, left);
     let rule = searched.rule(&forms, options);
-    let (model, minor) = judged(&fitted, &held, &rule, options, progress);
+    let (model, minor) = judged([&fitted, &held], &rule, options, progress);
     let (left, again) = (generic::left(&fitted, &held, &model), again([&fitted, &held], &model));
     let passing = passing([&fitted, &held], &model, options);
     let answer = Answer {

@@ -1,7 +1,6 @@
 //! What each cause explains beside the causes that explain more.
 
 use crate::held_out::{Sum, gain};
-use crate::judged::without;
 use crate::model::Model;
 use crate::table::View;
 use rayon::prelude::*;
@@ -16,7 +15,7 @@ pub(crate) fn explained(fitted: &View<'_>, held: &View<'_>, model: &Model) -> Ve
     let mut whole = model.clone();
     while !left.is_empty() {
         let one_less = |k: usize| {
-            let less = without(fitted, &whole, k);
+            let less = whole.without(fitted, k);
             (k, gain(held, &less, &whole), less)
         };
         let all: Vec<(usize, Sum, Model)> = (0..left.len()).into_par_iter().map(one_less).collect();

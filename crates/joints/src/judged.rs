@@ -5,9 +5,10 @@ use crate::column::Column;
 use crate::gears;
 use crate::held_out::{falls, gain, missed, sure};
 use crate::logged::Logged;
-use crate::model::{Model, residual};
+use crate::model::{Model, put_back, residual};
 use crate::options::Options;
 use crate::refined;
+use crate::rivals::{TOLD_APART, better, rivals};
 use crate::search::{Rule, hypotheses};
 use crate::sizes::Sizes;
 use crate::table::{Table, View};
@@ -57,6 +58,7 @@ impl Searched {
 }
 
 /// A cause that is significant and not named, and why.
+#[derive(Clone)]
 pub(crate) struct Aside {
     pub form: Form,
     pub removed: f64,
@@ -95,7 +97,7 @@ impl Judged {
 }
 
 fn worth(fitted: &View<'_>, held: &View<'_>, model: &Model, k: usize) -> Worth {
-    let less = without(fitted, model, k);
+    let less = model.without(fitted, k);
     let (sure, falls) = (sure(held, &less, model), falls(held, &less, model));
     // A whole run along the log is dear, and what fails before is not asked for it.
     let own = model.forms[k].joint.filter(|_| model.forms[k].cause.card.side == "joint" && sure >= SURE && falls >= FALLS);
@@ -152,10 +154,14 @@ pub(crate) fn most_causes(view: &View<'_>) -> usize {
 }
 
 /// Searches, fits and judges until each cause predicts something of what was held out and matters: the one that is worth least is set aside, and
-/// the search goes on without it.
-pub(crate) fn held_up(fitted: &View<'_>, held: &View<'_>, rule: &Rule<'_>, options: &Options, progress: &mut dyn FnMut(&str)) -> HeldUp {
-    let mut minor: Vec<Aside> = Vec::new();
-    let mut chosen = Vec::new();
+/// the search goes on without it. It begins with what was chosen and set aside before.
+pub(crate) fn held_up(
+    [fitted, held]: [&View<'_>; 2],
+    rule: &Rule<'_>,
+    options: &Options,
+    (mut chosen, mut minor): (Vec<usize>, Vec<Aside>),
+    progress: &mut dyn FnMut(&str),
+) -> HeldUp {
     let most = most_causes(fitted);
     let plain = Logged::as_it_is(fitted.noise.len());
     let refined = |chosen: &[usize]| refined([fitted, held], &chosen.iter().map(|k| rule.forms[*k].clone()).collect::<Vec<_>>(), &plain);
@@ -182,55 +188,80 @@ pub(crate) fn held_up(fitted: &View<'_>, held: &View<'_>, rule: &Rule<'_>, optio
     }
 }
 
-/// [`held_up`], and those that were set aside asked once more: beside a wrong cause a right one may look superfluous.
-pub(crate) fn judged(fitted: &View<'_>, held: &View<'_>, rule: &Rule<'_>, options: &Options, progress: &mut dyn FnMut(&str)) -> (Model, Vec<Aside>) {
-    let HeldUp { mut judged, mut chosen, mut minor } = held_up(fitted, held, rule, options, progress);
-    progress("asking again what was set aside");
-    while chosen.len() < most_causes(fitted) {
-        let solved = rule.solve(&chosen);
-        let mut again: Vec<(usize, usize, f64)> = minor
+/// [`held_up`], those that were set aside asked once more, and what another cause beats put out for it: beside a wrong cause a right one may look superfluous.
+pub(crate) fn judged(views: [&View<'_>; 2], rule: &Rule<'_>, options: &Options, progress: &mut dyn FnMut(&str)) -> (Model, Vec<Aside>) {
+    let mut found = held_up(views, rule, options, (vec![], vec![]), progress);
+    let mut put_out = Vec::new();
+    loop {
+        progress("asking again what was set aside");
+        ask_again(views, rule, options, &mut found);
+        let Some(next) = exchanged(views, rule, options, &found, &mut put_out, progress) else { break };
+        found = next;
+    }
+    let Judged { mut model, worth, .. } = found.judged;
+    model.order(&worth.iter().map(|w| w.gain).collect::<Vec<_>>());
+    (model, found.minor)
+}
+
+/// Takes in what was set aside and holds beside what was found.
+fn ask_again([fitted, held]: [&View<'_>; 2], rule: &Rule<'_>, options: &Options, found: &mut HeldUp) {
+    while found.chosen.len() < most_causes(fitted) {
+        let solved = rule.solve(&found.chosen);
+        let mut again: Vec<(usize, usize, f64)> = found
+            .minor
             .iter()
             .enumerate()
             .filter_map(|(m, aside)| rule.best(&solved, |k| rule.forms[k].same_place(&aside.form)).map(|(k, worth)| (m, k, worth)))
             .collect();
         again.sort_by(|a, b| b.2.total_cmp(&a.2));
+        let (last, model) = (found.chosen.len(), &found.judged.model);
         let better = again.into_iter().find_map(|(m, k, _)| {
-            let last = chosen.len();
-            let forms: Vec<Form> = judged.model.forms.iter().chain([&rule.forms[k]]).cloned().collect();
+            let forms: Vec<Form> = model.forms.iter().chain([&rule.forms[k]]).cloned().collect();
             // What does not even look likely before it is moved to its best is not worth that; of a gear that says nothing.
-            let near = Model::fit(fitted, &forms, &judged.model.logged);
+            let near = Model::fit(fitted, &forms, &model.logged);
             if rule.forms[k].gear().is_none() && worth(fitted, held, &near, last).sure < 0.5 {
                 return None;
             }
-            let more: Vec<usize> = chosen.iter().copied().chain([k]).collect();
-            let model = refined([fitted, held], &forms, &judged.model.logged);
+            let model = refined([fitted, held], &forms, &model.logged);
             if reason(&model, last, &worth(fitted, held, &model, last), options, of_a_simulator(fitted)).is_some() {
                 return None;
             }
             let judged = Judged::new(fitted, held, model, options);
-            judged.failing.is_empty().then_some((m, more, judged))
+            judged.failing.is_empty().then_some((m, k, judged))
         });
-        let Some((m, more, found)) = better else { break };
-        minor.remove(m);
-        (chosen, judged) = (more, found);
+        let Some((m, k, judged)) = better else { break };
+        found.minor.remove(m);
+        found.chosen.push(k);
+        found.judged = judged;
     }
-    let mut model = judged.model;
-    model.order(&judged.worth.iter().map(|w| w.gain).collect::<Vec<_>>());
-    (model, minor)
 }
 
-/// The log without what a form takes off them.
-fn put_back(logged: &Logged, form: &Form) -> Logged {
-    let mut logged = logged.clone();
-    form.columns.iter().for_each(|column| logged.put_back(column));
-    logged
-}
-
-/// The model without one of its forms, all else fitted anew.
-pub(crate) fn without(view: &View<'_>, model: &Model, k: usize) -> Model {
-    let mut forms = model.forms.clone();
-    let gone = forms.remove(k);
-    Model::fit(view, &forms, &put_back(&model.logged, &gone))
+/// What holds with another cause in place of one that it beats, if that is likelier in all; each is put out once.
+fn exchanged(
+    views: [&View<'_>; 2],
+    rule: &Rule<'_>,
+    options: &Options,
+    found: &HeldUp,
+    put_out: &mut Vec<Form>,
+    progress: &mut dyn FnMut(&str),
+) -> Option<HeldUp> {
+    let model = &found.judged.model;
+    for (k, own) in model.forms.iter().enumerate() {
+        if put_out.iter().any(|form| form.same_place(own)) {
+            continue;
+        }
+        let Some((other, _)) = rivals(views, rule, model, k).into_iter().find(|(_, better)| *better < 1.0 - TOLD_APART) else { continue };
+        put_out.push(own.clone());
+        let (mut chosen, mut minor) = (found.chosen.clone(), found.minor.clone());
+        chosen[k] = other;
+        minor.retain(|aside| !aside.form.same_place(&rule.forms[other]));
+        minor.push(Aside { form: own.clone(), removed: found.judged.worth[k].matters, why: "another cause in its place predicts better".to_owned() });
+        let next = held_up(views, rule, options, (chosen, minor), progress);
+        if better(views, rule, &next.judged.model, model).value > 0.0 {
+            return Some(next);
+        }
+    }
+    None
 }
 
 /// rms of a form's torque over the deviation of the joint's, where it is largest.

@@ -41,6 +41,7 @@ mod passing;
 mod physical;
 mod pictures;
 mod refined;
+mod rivals;
 mod scene;
 mod search;
 mod sizes;

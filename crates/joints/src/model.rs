@@ -37,6 +37,13 @@ pub(crate) fn residual(view: &View<'_>, model: &Model) -> Series {
     rest
 }
 
+/// The log without what a form takes off it.
+pub(crate) fn put_back(logged: &Logged, form: &Form) -> Logged {
+    let mut logged = logged.clone();
+    form.columns.iter().for_each(|column| logged.put_back(column));
+    logged
+}
+
 /// The columns of forms whose factors are open, and what the others leave of the missing torque, whitened.
 pub(crate) fn open(view: &View<'_>, forms: &[Form], logged: &Logged) -> (Vec<Column>, Series) {
     let mut missing = view.missing(logged).whitened(&view.noise);
@@ -86,6 +93,13 @@ impl Model {
             };
             least[k] = Some(bound);
         }
+    }
+
+    /// The same without one of its forms, all else fitted anew.
+    pub fn without(&self, view: &View<'_>, k: usize) -> Model {
+        let mut forms = self.forms.clone();
+        let gone = forms.remove(k);
+        Model::fit(view, &forms, &put_back(&self.logged, &gone))
     }
 
     /// Forms in the order of these gains, the largest first.

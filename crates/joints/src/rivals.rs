@@ -1,0 +1,71 @@
+//! Other causes in place of one that is named.
+
+use crate::causes::Form;
+use crate::gears;
+use crate::held_out::{Sum, losses};
+use crate::model::{Model, residual};
+use crate::search::Rule;
+use crate::table::View;
+
+/// Others that are compared with a cause, the best first.
+const MOST: usize = 3;
+/// Two models are told apart where one is better with this probability.
+pub(crate) const TOLD_APART: f64 = 0.95;
+
+/// Their forms, and the probability that the one is better.
+pub(crate) fn rivals(views: [&View<'_>; 2], rule: &Rule<'_>, model: &Model, k: usize) -> Vec<(usize, f64)> {
+    let own = &model.forms[k];
+    let less = model.without(views[0], k);
+    let solved = rule.solve(&less.forms.iter().filter_map(|f| searched_as(rule.forms, f)).collect::<Vec<_>>());
+    let mut by: Vec<(usize, f64)> = rule
+        .forms
+        .iter()
+        .enumerate()
+        .filter(|(_, f)| !model.forms.iter().any(|m| m.same_place(f)))
+        .filter(|(_, f)| related(own, f))
+        // A gear that has neither settled nor follows its load is no rival yet: what it changes is of another compliance.
+        .filter(|(_, f)| f.gear().is_none_or(|gear| gear.extent == 0.0 || !gear.is_searched()))
+        .map(|(f, _)| {
+            let (gained, freedoms) = solved.gain(rule.table, &rule.table.columns[f]);
+            (f, gained - freedoms as f64 * (rule.table.samples as f64).ln())
+        })
+        .collect();
+    by.sort_by(|a, b| b.1.total_cmp(&a.1));
+    let mut places: Vec<usize> = Vec::new();
+    // A spring that rests turns away, or a friction that pushes, rivals nothing; of a gear the data choose the compliance.
+    let columns = |f: usize| &rule.table.columns[f];
+    let possible = |f: usize| rule.forms[f].gear().is_some() || rule.forms[f].allows(&solved.with(rule.table, columns(f)).of(columns(f)));
+    for (f, worth) in by {
+        if worth > 0.0 && possible(f) && places.len() < MOST && !places.iter().any(|p| rule.forms[*p].same_place(&rule.forms[f])) {
+            places.push(f);
+        }
+    }
+    let in_place = |f: usize| {
+        let forms: Vec<Form> = less.forms.iter().chain([&rule.forms[f]]).cloned().collect();
+        let mut rival = Model::fit(views[0], &forms, &less.logged);
+        gears::begin(views[0], views[1], &mut rival);
+        (f, better(views, rule, model, &rival).positive())
+    };
+    places.into_iter().map(in_place).collect()
+}
+
+/// How much likelier a model is than another, by blocks of time of all that there is, less what its columns more would gain by chance.
+pub(crate) fn better(views: [&View<'_>; 2], rule: &Rule<'_>, one: &Model, other: &Model) -> Sum {
+    let short = |model: &Model| views.iter().flat_map(|view| losses(view, &residual(view, model))).collect::<Vec<_>>();
+    let columns = |model: &Model| model.forms.iter().map(|form| form.columns.len()).sum::<usize>() as f64;
+    let penalty = 0.5 * (columns(other) - columns(one)) * (rule.table.samples as f64).ln();
+    let sum = Sum::of(&short(other).iter().zip(&short(one)).map(|(a, b)| a - b).collect::<Vec<_>>());
+    Sum { value: sum.value + penalty, ..sum }
+}
+
+/// Whether two forms act on a joint in common.
+fn related(a: &Form, b: &Form) -> bool {
+    a.joint == b.joint || a.joint.is_none() || b.joint.is_none() || [a, b].iter().any(|f| f.cause.card.side == "link")
+}
+
+/// The form of the search that a fitted one came from; of gears the nearest.
+fn searched_as(forms: &[Form], fitted: &Form) -> Option<usize> {
+    let away = |form: &Form| form.gear().zip(fitted.gear()).map_or(0.0, |(a, b)| (a.extent / b.extent).ln().abs());
+    let alike = |form: &Form| form.same_place(fitted) && form.columns.len() == fitted.columns.len();
+    (0..forms.len()).filter(|f| alike(&forms[*f])).min_by(|a, b| away(&forms[*a]).total_cmp(&away(&forms[*b])))
+}
