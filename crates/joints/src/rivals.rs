@@ -4,7 +4,7 @@ use crate::causes::Form;
 use crate::gears;
 use crate::held_out::{Sum, losses};
 use crate::model::{Model, residual};
-use crate::search::Rule;
+use crate::search::{Rule, Solved};
 use crate::table::View;
 
 /// Others that are compared with a cause, the best first.
@@ -16,7 +16,7 @@ pub(crate) const TOLD_APART: f64 = 0.95;
 pub(crate) fn rivals(views: [&View<'_>; 2], rule: &Rule<'_>, model: &Model, k: usize) -> Vec<(usize, f64)> {
     let own = &model.forms[k];
     let less = model.without(views[0], k);
-    let solved = rule.solve(&less.forms.iter().filter_map(|f| searched_as(rule.forms, f)).collect::<Vec<_>>());
+    let solved = searched_as(rule, &less);
     let mut by: Vec<(usize, f64)> = rule
         .forms
         .iter()
@@ -49,10 +49,10 @@ pub(crate) fn rivals(views: [&View<'_>; 2], rule: &Rule<'_>, model: &Model, k: u
     places.into_iter().map(in_place).collect()
 }
 
-/// How much likelier a model is than another, by blocks of time of all that there is, less what its columns more would gain by chance.
+/// How much likelier a model is than another, by blocks of time of all that there is, less what the columns that are its own would gain by chance.
 pub(crate) fn better(views: [&View<'_>; 2], rule: &Rule<'_>, one: &Model, other: &Model) -> Sum {
     let short = |model: &Model| views.iter().flat_map(|view| losses(view, &residual(view, model))).collect::<Vec<_>>();
-    let columns = |model: &Model| model.forms.iter().map(|form| form.columns.len()).sum::<usize>() as f64;
+    let columns = |model: &Model| searched_as(rule, model).kept.len() as f64;
     let penalty = 0.5 * (columns(other) - columns(one)) * (rule.table.samples as f64).ln();
     let sum = Sum::of(&short(other).iter().zip(&short(one)).map(|(a, b)| a - b).collect::<Vec<_>>());
     Sum { value: sum.value + penalty, ..sum }
@@ -63,9 +63,12 @@ fn related(a: &Form, b: &Form) -> bool {
     a.joint == b.joint || a.joint.is_none() || b.joint.is_none() || [a, b].iter().any(|f| f.cause.card.side == "link")
 }
 
-/// The form of the search that a fitted one came from; of gears the nearest.
-fn searched_as(forms: &[Form], fitted: &Form) -> Option<usize> {
-    let away = |form: &Form| form.gear().zip(fitted.gear()).map_or(0.0, |(a, b)| (a.extent / b.extent).ln().abs());
-    let alike = |form: &Form| form.same_place(fitted) && form.columns.len() == fitted.columns.len();
-    (0..forms.len()).filter(|f| alike(&forms[*f])).min_by(|a, b| away(&forms[*a]).total_cmp(&away(&forms[*b])))
+/// The model of the forms that fitted ones came from; of gears the nearest.
+fn searched_as(rule: &Rule<'_>, model: &Model) -> Solved {
+    let of = |fitted: &Form| {
+        let away = |form: &Form| form.gear().zip(fitted.gear()).map_or(0.0, |(a, b)| (a.extent / b.extent).ln().abs());
+        let alike = |form: &Form| form.same_place(fitted) && form.columns.len() == fitted.columns.len();
+        (0..rule.forms.len()).filter(|f| alike(&rule.forms[*f])).min_by(|a, b| away(&rule.forms[*a]).total_cmp(&away(&rule.forms[*b])))
+    };
+    rule.solve(&model.forms.iter().filter_map(of).collect::<Vec<_>>())
 }
