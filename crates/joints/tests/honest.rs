@@ -286,13 +286,19 @@ fn torques_without_weight_are_told_and_taken_so() {
 
 /// Torques are no lines of a tilt, but of gravity they are.
 #[test]
-fn a_base_on_a_slope_or_a_wall_is_one_tilt() {
+fn a_base_on_a_slope_a_wall_or_a_ceiling_is_one_tilt() {
     let file = chain(&file(LIFT, BEND));
-    for tilt in [0.9, std::f64::consts::FRAC_PI_2, 2.4] {
+    for tilt in [0.9, std::f64::consts::FRAC_PI_2, 2.4, std::f64::consts::PI] {
         let found = found(&file, log(&file.clone().with_gravity([0.0, -9.81 * tilt.sin(), -9.81 * tilt.cos()]), 12, |_, _, _, _| 0.0, |_, _| {}));
         assert_eq!((named(&found), found.verdict), (vec![("base-tilt", "")], Verdict::Explained), "{tilt} {:?}", found.minor);
-        assert_eq!(notes(&found, "no number of this answer"), 0, "{:?}", found.discrepancy.notes);
-        for (parameter, truth) in found.causes[0].parameters.iter().zip([tilt, 0.0]) {
+        assert!(found.causes[0].probability > 0.9, "{tilt} {}", found.causes[0].probability);
+        for wrong in ["no number of this answer", "goes against", "as if"] {
+            assert_eq!(notes(&found, wrong), 0, "{tilt} {:?}", found.discrepancy.notes);
+        }
+        // Upside down, a turn about any axis across is the same.
+        let truths = if tilt < 3.0 { vec![tilt, 0.0] } else { vec![tilt] };
+        assert_eq!(found.causes[0].parameters.len(), truths.len(), "{tilt}");
+        for (parameter, truth) in found.causes[0].parameters.iter().zip(truths) {
             let [low, high] = parameter.ci95.expect("an interval");
             assert!(low < truth && truth < high && high - low < 0.05, "{tilt} {parameter:?}");
         }
