@@ -83,7 +83,7 @@ struct Worth {
     falls: f64,
     /// By how much of the joint's torque its error rises as it was logged, above the band as well: where a joint hardly moves, a cause makes torque of the noise of its encoder.
     rises: f64,
-    /// What only it explains, as a share of the joint's torque.
+    /// Its share of the joint's torque.
     matters: f64,
 }
 
@@ -102,7 +102,7 @@ fn worth(fitted: &View<'_>, held: &View<'_>, model: &Model, k: usize) -> Worth {
     // A whole run along the log is dear, and what fails before is not asked for it.
     let own = model.forms[k].joint.filter(|_| model.forms[k].cause.card.side == "joint" && sure >= SURE && falls >= FALLS);
     let rises = own.map_or(0.0, |j| missed(held, model, j) - missed(held, &less, j));
-    Worth { gain: gain(held, &less, model).value, sure, falls, rises, matters: difference(held, &less, model) }
+    Worth { gain: gain(held, &less, model).value, sure, falls, rises, matters: share(held, model, k) }
 }
 
 /// Why a form is not to be named.
@@ -129,9 +129,8 @@ fn reason(model: &Model, k: usize, worth: &Worth, options: &Options, simulated: 
     if worth.falls < FALLS || worth.rises > options.tolerance {
         return Some("the error of what was held out does not fall with it".to_owned());
     }
-    (worth.matters < options.tolerance).then(|| {
-        format!("what only it explains is {:.2} % of the joint's torque, below the tolerance of {:.2} %", 100.0 * worth.matters, 100.0 * options.tolerance)
-    })
+    (worth.matters < options.tolerance)
+        .then(|| format!("its torque is {:.2} % of the joint's, below the tolerance of {:.2} %", 100.0 * worth.matters, 100.0 * options.tolerance))
 }
 
 /// A model all of whose causes hold, by their numbers among the forms, and what was set aside for it.
@@ -269,13 +268,9 @@ pub(crate) fn share(view: &View<'_>, model: &Model, k: usize) -> f64 {
     let (mut forms, mut factors) = (model.forms.clone(), model.factors.clone());
     let logged = put_back(&model.logged, &forms.remove(k));
     factors.remove(k);
-    difference(view, &Model { forms, factors, logged, covariance: vec![], places: vec![], beyond: vec![] }, model)
-}
-
-/// rms of the difference of two models' torques over the deviation of the joint's, where it is largest.
-fn difference(view: &View<'_>, one: &Model, other: &Model) -> f64 {
-    let mut change = residual(view, one);
-    change.add(-1.0, &residual(view, other));
+    let without = Model { forms, factors, logged, covariance: vec![], places: vec![], beyond: vec![] };
+    let mut change = residual(view, &without);
+    change.add(-1.0, &residual(view, model));
     (0..view.scene.joints.len())
         .map(|j| {
             let own: Vec<f64> = change.0.iter().filter_map(|p| p[j].as_deref()).flatten().copied().collect();
