@@ -305,23 +305,6 @@ fn a_base_on_a_slope_a_wall_or_a_ceiling_is_one_tilt() {
     }
 }
 
-/// What is beyond chance and below the tolerance is neither named nor fitted: on long logs there is such a thing of every kind.
-#[test]
-fn what_is_below_the_tolerance_is_not_looked_for() {
-    let file = chain(&file(LIFT, BEND));
-    let offsets = |tolerance: f64| {
-        // The torques' rms is about 2 to 20 N m.
-        let log = log(&file, 14, |j, _, _, v| if j == 2 { 0.4 * v } else { 0.02 }, |_, _| {});
-        let options = Options { tolerance, ..Options::default() };
-        let found = diagnose(&file, &[log], &[], &ports(), &options, &mut |_| {}).expect("an answer").0;
-        let offset = |effect: &str| effect == "torque-offset";
-        let (named, minor) = (found.causes.iter().filter(|c| offset(&c.effect)).count(), found.minor.iter().filter(|m| offset(&m.effect)).count());
-        (found.causes[0].effect.clone(), named, minor)
-    };
-    assert_eq!(offsets(0.01), ("viscous-friction".to_owned(), 0, 0));
-    assert_eq!(offsets(1e-5), ("viscous-friction".to_owned(), 2, 0));
-}
-
 /// What follows from steps of an encoder is no friction.
 #[test]
 fn of_a_joint_that_hardly_moves_nothing_is_named_that_its_motion_would_tell() {
