@@ -279,7 +279,7 @@ impl Answer<'_> {
                 let why_not = match aside {
                     _ if p_value > self.options.false_alarms => "no more than chance",
                     Some(aside) => &aside.why,
-                    None => "the named causes explain what it would, but for less than the tolerance",
+                    None => "the named causes explain what it would, but for less than the tolerance or chance",
                 };
                 let explained_fraction = gained / table.total;
                 Considered {

@@ -161,8 +161,7 @@ impl Column {
                 change
             }
             Column::Zeros(off) => elsewhere([&vec![0.0; off.len()], off], motion, scene),
-            Column::Tilt { axis, at } => weight(leading(scene.chain.gravity(), at)[*axis], motion, scene),
-            Column::Weight(gravity) => weight(*gravity, motion, scene),
+            Column::Tilt { .. } | Column::Weight(_) => weight(self.gravity(scene.chain.gravity()).unwrap_or_default(), motion, scene),
         }
     }
 }

@@ -15,6 +15,8 @@ use std::sync::Arc;
 
 /// Most steps: each leaves little of what the one before it left.
 const STEPS: usize = 10;
+/// Parts of a step that are tried where the whole fits worse.
+pub(crate) const PARTS: [f64; 4] = [1.0, 0.5, 0.25, 0.1];
 /// Settled is what would raise twice the log-likelihood by less: the square of a hundredth of a standard error.
 const SETTLED: f64 = 1e-4;
 /// Share of a parameter's scale over which torques are differenced.
@@ -193,7 +195,7 @@ impl<'a, 'v> Place<'a, 'v> {
             if promised < SETTLED {
                 break;
             }
-            let better = [1.0, 0.5, 0.25, 0.1].into_iter().find_map(|part| {
+            let better = PARTS.into_iter().find_map(|part| {
                 let next = self.after(&at, &steps, part)?;
                 let loss = self.loss(&next);
                 (loss < least).then_some((next, loss))
@@ -380,34 +382,20 @@ pub(crate) fn changes(view: &View<'_>, forms: &[Form], column: &Column) -> Vec<S
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::band::Band;
     use crate::causes::CAUSES;
-    use crate::scene::scene;
-    use ndof_devices::RobotConfig;
-    use ndof_signal::{Channel, Quantity, Recording, Unit};
-    use ndof_sysid::Ports;
-    use std::sync::Mutex;
-
-    const PENDULUM: &str =
-        "schema = \"ndof/robot/1\"\nname = \"one\"\njoints = [{ name = \"elbow\", axis = [0.0, 1.0, 0.0], mass_kg = 2.0, centre_m = [0.3, 0.0, 0.0] }]";
+    use crate::shared_tests::of_a_pendulum;
 
     #[test]
     fn bodies_that_were_found_once_do_not_stay_on_a_gear_beside_which_there_are_none() {
-        let chain = RobotConfig::parse("one.toml", PENDULUM, None).and_then(|c| c.chain()).expect("a robot");
-        let channel =
-            |name: &str, quantity, f: fn(f64) -> f64| Channel::new(name, Unit::si(quantity, true), (0..3000).map(|k| f(0.03 * f64::from(k))).collect());
-        let channels = vec![channel("torque_elbow", Quantity::Effort, f64::cos), channel("angle_elbow", Quantity::Displacement, f64::sin)];
-        let log = Recording::new(100.0, channels).expect("a log");
-        let (scene, mut motions) = scene(&chain, &[log], &[], &Ports { references: vec![], inputs: vec![0], outputs: vec![1] }).expect("it moves");
-        motions[0].moves = vec![vec![true; 3000]];
-        let (band, whole) = (Band::new([scene.fastest_hz, scene.lowest_hz()], scene.rate_hz), Mutex::default());
-        let view = View::new(&scene, &motions, &band, &whole, &[(0, 0..3000)]);
-        let cause = CAUSES.iter().find(|c| c.card.name == "joint-flexibility").expect("a cause");
-        let mut forms = vec![(cause.forms)(&scene).swap_remove(0)];
-        let searched = forms[0].gear().cloned().expect("a gear");
-        let heavier = scene.bodies.with(&[1.0, 0.3, 0.0, 0.0, 0.1, 0.1, 0.1, 0.0, 0.0, 0.0, 0.0]).map(Arc::new).expect("bodies");
-        let before = Gear { bodies: heavier, extent: 0.7 * searched.extent, ..searched };
-        let settled = Place::new(&view, &mut forms, 0, &Logged::as_it_is(1)).settled(&[before]).expect("it swings");
-        assert!(settled.bodies == scene.bodies);
+        let at = |f: fn(f64) -> f64| (0..3000).map(|k| f(0.03 * f64::from(k))).collect();
+        of_a_pendulum(at(f64::sin), at(f64::cos), |scene, view| {
+            let cause = CAUSES.iter().find(|c| c.card.name == "joint-flexibility").expect("a cause");
+            let mut forms = vec![(cause.forms)(scene).swap_remove(0)];
+            let searched = forms[0].gear().cloned().expect("a gear");
+            let heavier = scene.bodies.with(&[1.0, 0.3, 0.0, 0.0, 0.1, 0.1, 0.1, 0.0, 0.0, 0.0, 0.0]).map(Arc::new).expect("bodies");
+            let before = Gear { bodies: heavier, extent: 0.7 * searched.extent, ..searched };
+            let settled = Place::new(&view, &mut forms, 0, &Logged::as_it_is(1)).settled(&[before]).expect("it swings");
+            assert!(settled.bodies == scene.bodies);
+        });
     }
 }

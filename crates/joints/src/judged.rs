@@ -282,61 +282,45 @@ pub(crate) fn share(view: &View<'_>, model: &Model, k: usize) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::band::Band;
     use crate::causes::CAUSES;
     use crate::noise::Whitener;
-    use crate::scene::scene;
-    use ndof_devices::RobotConfig;
-    use ndof_signal::{Channel, Quantity, Recording, Unit};
-    use ndof_sysid::Ports;
-    use std::sync::Mutex;
-
-    const PENDULUM: &str =
-        "schema = \"ndof/robot/1\"\nname = \"one\"\njoints = [{ name = \"elbow\", axis = [0.0, 1.0, 0.0], mass_kg = 2.0, centre_m = [0.3, 0.0, 0.0] }]";
+    use crate::shared_tests::of_a_pendulum;
 
     /// A rotor beside a gear may be all that there is: one of a hundred gears that give nothing is 2.33 standard errors beyond it.
     #[test]
     fn a_gear_that_gives_no_more_than_chance_is_not_named_whatever_its_rotor_gains() {
-        let chain = RobotConfig::parse("one.toml", PENDULUM, None).and_then(|c| c.chain()).expect("a robot");
-        let channel =
-            |name: &str, quantity, f: fn(f64) -> f64| Channel::new(name, Unit::si(quantity, true), (0..1000).map(|k| f(0.013 * f64::from(k))).collect());
-        let channels = vec![channel("torque_elbow", Quantity::Effort, f64::cos), channel("angle_elbow", Quantity::Displacement, f64::sin)];
-        let log = Recording::new(100.0, channels).expect("a log");
-        let (scene, _) = scene(&chain, &[log], &[], &Ports { references: vec![], inputs: vec![0], outputs: vec![1] }).expect("it moves");
-        for cause in CAUSES.iter().filter(|c| ["backlash", "joint-flexibility"].contains(&c.card.name)) {
-            let form = (cause.forms)(&scene).into_iter().find(|form| form.columns.len() == 2).expect("one with a rotor");
-            let extent = form.columns[0].factor().expect("it is made with one");
-            let judged = |errors: f64| {
-                let covariance = vec![vec![(extent / errors).powi(2), 0.0], vec![0.0, 1e-6]];
-                let (forms, factors, places) = (vec![form.clone()], vec![vec![extent, 0.1]], vec![vec![Some(0), Some(1)]]);
-                let model = Model { forms, factors, covariance, places, logged: Logged::as_it_is(1), beyond: vec![0.0] };
-                reason(&model, 0, &Worth { gain: 100.0, sure: 1.0, falls: 1.0, rises: 0.0, matters: 1.0 }, &Options::default(), false)
-            };
-            assert!(judged(2.3).is_some_and(|why| why.contains("beyond chance")) && judged(2.4).is_none(), "{}", cause.card.name);
-        }
+        let at = |f: fn(f64) -> f64| (0..1000).map(|k| f(0.013 * f64::from(k))).collect();
+        of_a_pendulum(at(f64::sin), at(f64::cos), |scene, _| {
+            for cause in CAUSES.iter().filter(|c| ["backlash", "joint-flexibility"].contains(&c.card.name)) {
+                let form = (cause.forms)(scene).into_iter().find(|form| form.columns.len() == 2).expect("one with a rotor");
+                let extent = form.columns[0].factor().expect("it is made with one");
+                let judged = |errors: f64| {
+                    let covariance = vec![vec![(extent / errors).powi(2), 0.0], vec![0.0, 1e-6]];
+                    let (forms, factors, places) = (vec![form.clone()], vec![vec![extent, 0.1]], vec![vec![Some(0), Some(1)]]);
+                    let model = Model { forms, factors, covariance, places, logged: Logged::as_it_is(1), beyond: vec![0.0] };
+                    reason(&model, 0, &Worth { gain: 100.0, sure: 1.0, falls: 1.0, rises: 0.0, matters: 1.0 }, &Options::default(), false)
+                };
+                assert!(judged(2.3).is_some_and(|why| why.contains("beyond chance")) && judged(2.4).is_none(), "{}", cause.card.name);
+            }
+        });
     }
 
     /// On long logs there is something of every kind that is beyond chance.
     #[test]
     fn what_is_below_the_tolerance_is_not_looked_for() {
-        let chain = RobotConfig::parse("one.toml", PENDULUM, None).and_then(|c| c.chain()).expect("a robot");
         let angle: Vec<f64> = (0..2000).map(|k| (0.03 * f64::from(k)).sin()).collect();
         // The body weighs up to 5.9 N m, and 5 mN m are a thousandth of it and beyond this noise.
         let torque = angle.iter().enumerate().map(|(k, q)| -0.18 * 9.0 * q - 5.886 * q.cos() + 5e-3 + 1e-4 * (1.7 * k as f64).sin()).collect();
-        let channel = |name: &str, quantity, x| Channel::new(name, Unit::si(quantity, true), x);
-        let log = Recording::new(100.0, vec![channel("torque_elbow", Quantity::Effort, torque), channel("angle_elbow", Quantity::Displacement, angle)]);
-        let (scene, mut motions) =
-            scene(&chain, &[log.expect("a log")], &[], &Ports { references: vec![], inputs: vec![0], outputs: vec![1] }).expect("it moves");
-        motions[0].moves = vec![vec![true; 2000]];
-        let (band, whole) = (Band::new([scene.fastest_hz, scene.lowest_hz()], scene.rate_hz), Mutex::default());
-        let view = View::new(&scene, &motions, &band, &whole, &[(0, 0..2000)]).in_noise(vec![Whitener::plain(1e-3)]);
-        let forms: Vec<Form> = CAUSES.iter().filter(|c| c.card.name == "torque-offset").flat_map(|c| (c.forms)(&scene)).collect();
-        let searched = Searched::new(&view, &forms, vec![1e-3], vec![2000.0]);
-        let chosen = |tolerance: f64| {
-            let (mut chosen, options) = (Vec::new(), Options { tolerance, ..Options::default() });
-            searched.rule(&forms, &options).search(&mut chosen, &[], 8);
-            chosen.len()
-        };
-        assert_eq!([0.01, 1e-4].map(chosen), [0, 1]);
+        of_a_pendulum(angle, torque, |scene, view| {
+            let view = view.in_noise(vec![Whitener::plain(1e-3)]);
+            let forms: Vec<Form> = CAUSES.iter().filter(|c| c.card.name == "torque-offset").flat_map(|c| (c.forms)(scene)).collect();
+            let searched = Searched::new(&view, &forms, vec![1e-3], vec![2000.0]);
+            let chosen = |tolerance: f64| {
+                let (mut chosen, options) = (Vec::new(), Options { tolerance, ..Options::default() });
+                searched.rule(&forms, &options).search(&mut chosen, &[], 8);
+                chosen.len()
+            };
+            assert_eq!([0.01, 1e-4].map(chosen), [0, 1]);
+        });
     }
 }

@@ -44,6 +44,7 @@ mod refined;
 mod rivals;
 mod scene;
 mod search;
+mod shared_tests;
 mod sizes;
 mod stops;
 mod suspicions;

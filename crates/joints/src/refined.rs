@@ -177,7 +177,7 @@ fn settle_channels(view: &View<'_>, forms: &[Form], logged: &mut Logged) {
             whole.iter().for_each(|(column, from, step)| logged.set(column, from + part * step));
             Some(Corrected::new(view, forms, logged)).filter(|next| next.short <= at.short + LOST)
         };
-        let Some(next) = [1.0, 0.5, 0.25, 0.1].into_iter().find_map(after) else { break };
+        let Some(next) = gears::PARTS.into_iter().find_map(after) else { break };
         at = next;
     }
     *logged = at.logged;
@@ -271,35 +271,21 @@ fn golden(start: f64, bounds: [f64; 2], mut of: impl FnMut(f64) -> f64) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::band::Band;
     use crate::causes::{CAUSES, Told};
-    use crate::scene::scene;
-    use ndof_devices::RobotConfig;
-    use ndof_signal::{Channel, Quantity, Recording, Unit};
-    use ndof_sysid::Ports;
-    use std::sync::Mutex;
+    use crate::shared_tests::of_a_pendulum;
 
-    const PENDULUM: &str =
-        "schema = \"ndof/robot/1\"\nname = \"one\"\njoints = [{ name = \"elbow\", axis = [0.0, 1.0, 0.0], mass_kg = 2.0, centre_m = [0.3, 0.0, 0.0] }]";
-
-    /// Held out near its widest reach a pendulum's weight hardly changes with its angle: what a lighter one lacks would be an angle that is far off, by a line
+    /// Held near its widest reach a pendulum's weight hardly changes with its angle: what a lighter one lacks would be an angle that is far off, by a line
     /// that ends long before.
     #[test]
     fn a_step_that_fits_worse_is_not_taken() {
-        let chain = RobotConfig::parse("one.toml", PENDULUM, None).and_then(|c| c.chain()).expect("a robot");
         let angle: Vec<f64> = (0..2000).map(|k| 0.05 + 0.02 * (0.03 * f64::from(k)).sin()).collect();
         let torque = angle.iter().enumerate().map(|(k, q)| -5.3 * q.cos() + 1e-3 * (1.7 * k as f64).sin()).collect();
-        let channel = |name: &str, quantity, x| Channel::new(name, Unit::si(quantity, true), x);
-        let log = Recording::new(100.0, vec![channel("torque_elbow", Quantity::Effort, torque), channel("angle_elbow", Quantity::Displacement, angle)]);
-        let ports = Ports { references: vec![], inputs: vec![0], outputs: vec![1] };
-        let (scene, mut motions) = scene(&chain, &[log.expect("a log")], &[], &ports).expect("it moves");
-        motions[0].moves = vec![vec![true; 2000]];
-        let (band, whole) = (Band::new([scene.fastest_hz, scene.lowest_hz()], scene.rate_hz), Mutex::default());
-        let view = View::new(&scene, &motions, &band, &whole, &[(0, 0..2000)]);
-        let plain = Logged::as_it_is(1);
-        let cause = CAUSES.iter().find(|c| c.card.name == "angle-offset").expect("it is in the registry");
-        let forms = [Form::new(cause, Some(0), vec![Column::Zero { joint: 0, at: 0.0 }], vec![Told::new("offset_rad", "rad", 0)])];
-        let [before, after] = [Model::fit(&view, &forms, &plain), refined(&view, &forms, &plain)].map(|model| short(&view, &model));
-        assert!(after <= before + LOST, "{before} {after}");
+        of_a_pendulum(angle, torque, |_, view| {
+            let cause = CAUSES.iter().find(|c| c.card.name == "angle-offset").expect("it is in the registry");
+            let forms = [Form::new(cause, Some(0), vec![Column::Zero { joint: 0, at: 0.0 }], vec![Told::new("offset_rad", "rad", 0)])];
+            let plain = Logged::as_it_is(1);
+            let [before, after] = [Model::fit(&view, &forms, &plain), refined(&view, &forms, &plain)].map(|model| short(&view, &model));
+            assert!(after <= before + LOST, "{before} {after}");
+        });
     }
 }
