@@ -45,12 +45,13 @@ pub struct Amplitudes<'a> {
 impl<'a> Amplitudes<'a> {
     /// Looks at the samples that are numbers.
     pub fn of(signal: &'a [f64]) -> Self {
-        let all = signal.iter().all(|x| x.is_finite());
+        // The sum of zeros is no number if one of them is of no number.
+        let all = total(signal, |x| [0.0 * x])[0] == 0.0;
         let samples: Cow<[f64]> = if all { Cow::Borrowed(signal) } else { signal.iter().copied().filter(|x| x.is_finite()).collect() };
         let count = samples.len() as f64;
         let mean = total(&samples, |x| [x])[0] / count;
         let std = (total(&samples, |x| [(x - mean).powi(2)])[0] / count).sqrt();
-        let range = samples.iter().fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], x| [low.min(*x), high.max(*x)]);
+        let range = range_of(&samples);
         Amplitudes { samples, mean, std, range, step: OnceLock::new() }
     }
 
@@ -67,9 +68,10 @@ impl<'a> Amplitudes<'a> {
             values.dedup();
         };
         // What came last under the same place: most samples of a sensor with few steps end here.
-        let mut lately = vec![f64::NAN; 1 << 16];
+        let bits = (usize::BITS - self.samples.len().leading_zeros()).clamp(1, 16);
+        let mut lately = vec![f64::NAN; 1 << bits];
         for &x in &*self.samples {
-            let place = &mut lately[(x.to_bits().wrapping_mul(0x9e37_79b9_7f4a_7c15) >> 48) as usize];
+            let place = &mut lately[(x.to_bits().wrapping_mul(0x9e37_79b9_7f4a_7c15) >> (64 - bits)) as usize];
             if *place != x {
                 *place = x;
                 values.push(x);
@@ -105,12 +107,27 @@ impl<'a> Amplitudes<'a> {
             return None;
         }
         let (middle, far) = (self.samples.len() / 2, 9 * self.samples.len() / 10);
+        if self.none_beyond(deviations, [middle, far]) {
+            return Some(0);
+        }
         let median = in_order(&self.samples, self.range, &[middle], |x| x)[0];
         let distance = |x: f64| (x - median).abs();
         let furthest = distance(self.range[0]).max(distance(self.range[1]));
         let distances = in_order(&self.samples, [0.0, furthest], &[middle, far], distance);
         let far = deviations * robust_deviation(distances[0], distances[1]);
         (distances[0] > 0.0).then(|| self.samples.iter().filter(|x| distance(**x) > far).count())
+    }
+
+    /// Whether surely none lies so far from the median, by counts alone: `places` are those of the median and of the distances that tell the deviation.
+    fn none_beyond(&self, deviations: f64, places: [usize; 2]) -> bool {
+        let Bins { counts, .. } = Bins::of(&self.samples, self.range, SAME);
+        let median = bin_of(&counts, places[0]);
+        let mut away = vec![0; counts.len()];
+        counts.iter().enumerate().for_each(|(bin, count)| away[bin.abs_diff(median)] += count);
+        // Within a bin the median and a sample lie anywhere, and round-off moves the ends of bins.
+        let [middle, far] = places.map(|place| bin_of(&away, place).saturating_sub(2) as f64);
+        let furthest = (median.max(counts.len() - median) + 2) as f64;
+        middle > 0.0 && deviations * robust_deviation(middle, far) > furthest
     }
 
     /// Samples in runs of `run` equal ones or more at either end of the range that were reached from farther away than `from` within two samples: a limit
@@ -134,7 +151,12 @@ impl<'a> Amplitudes<'a> {
     /// Share of the samples that stand still at the ends of the range, where they arrived as fast as they usually go; steps of the converter are no way to
     /// arrive. Zero below a thousandth: a limit is reached more often.
     pub fn clipped(&self) -> f64 {
-        let share = |from: f64| self.held_at_ends(CLIPPED_RUN, from) as f64 / self.samples.len() as f64;
+        let [low, high] = self.range;
+        let share = |held: f64| held / self.samples.len() as f64;
+        if share(total(&self.samples, |x| [f64::from(u8::from(x == low || x == high))])[0]) <= CLIPPED_SHARE {
+            return 0.0;
+        }
+        let share = |from: f64| share(self.held_at_ends(CLIPPED_RUN, from) as f64);
         let usual = self.usual_step();
         let share = if share(usual) > CLIPPED_SHARE { share(usual.max(2.0 * self.step())) } else { 0.0 };
         if share > CLIPPED_SHARE { share } else { 0.0 }
@@ -177,27 +199,68 @@ pub(crate) fn robust_deviation(median: f64, nine_in_ten: f64) -> f64 {
     (1.4826 * median).max(nine_in_ten / 1.645)
 }
 
+/// The least and the greatest of the samples; +∞ and −∞ where there is none.
+fn range_of(samples: &[f64]) -> [f64; 2] {
+    let wider = |[low, high]: [f64; 2], x: f64| [if x < low { x } else { low }, if x > high { x } else { high }];
+    let (eights, rest) = samples.as_chunks::<8>();
+    let none = [f64::INFINITY, f64::NEG_INFINITY];
+    let mut ranges = [none; 8];
+    for eight in eights {
+        ranges.iter_mut().zip(eight).for_each(|(range, x)| *range = wider(*range, *x));
+    }
+    ranges.iter().flatten().chain(rest).fold(none, |range, x| wider(range, *x))
+}
+
+/// How many samples lie in each of many equal parts of a range.
+struct Bins {
+    low: f64,
+    scale: f64,
+    counts: Vec<usize>,
+}
+
+impl Bins {
+    fn of(samples: &[f64], [low, high]: [f64; 2], value: impl Fn(f64) -> f64) -> Self {
+        let bins = samples.len().clamp(1, BINS);
+        let mut own = Bins { low, scale: bins as f64 / (high - low), counts: vec![0; bins] };
+        for x in samples {
+            let place = own.place(value(*x));
+            own.counts[place] += 1;
+        }
+        own
+    }
+
+    /// No number, where all are the same or their range is beyond numbers, is the first bin.
+    fn place(&self, x: f64) -> usize {
+        (((x - self.low) * self.scale) as usize).min(self.counts.len() - 1)
+    }
+}
+
+/// The bin that holds the value at this place in the order.
+fn bin_of(counts: &[usize], place: usize) -> usize {
+    let mut above = 0;
+    let until = counts.iter().position(|count| {
+        above += count;
+        above > place
+    });
+    until.unwrap_or(0)
+}
+
 /// The values that stand at some places once all are in order. They are counted into bins over their range, and only the bins that hold a
 /// place are put in order.
-fn in_order(samples: &[f64], [low, high]: [f64; 2], places: &[usize], value: impl Fn(f64) -> f64) -> Vec<f64> {
-    let bins = samples.len().clamp(1, BINS);
-    let scale = bins as f64 / (high - low);
-    // No number, where all are the same or their range is beyond numbers, is the first bin.
-    let bin = |x: f64| (((x - low) * scale) as usize).min(bins - 1);
-    let mut counts = vec![0_usize; bins];
-    samples.iter().for_each(|x| counts[bin(value(*x))] += 1);
+fn in_order(samples: &[f64], range: [f64; 2], places: &[usize], value: impl Fn(f64) -> f64) -> Vec<f64> {
+    let bins = Bins::of(samples, range, &value);
+    let (bin, counts) = (|x: f64| bins.place(x), &bins.counts);
     // The first place of each bin.
     let starts: Vec<usize> = counts.iter().scan(0, |below, count| Some(std::mem::replace(below, *below + count))).collect();
     let of_place = |place: usize| starts.partition_point(|start| *start <= place) - 1;
-    let mut wanted = vec![false; bins];
+    let mut wanted = vec![false; counts.len()];
     places.iter().for_each(|place| wanted[of_place(*place)] = true);
     let mut kept: Vec<f64> = samples.iter().map(|x| value(*x)).filter(|x| wanted[bin(*x)]).collect();
     let left_out = |place: usize| (0..of_place(place)).filter(|bin| !wanted[*bin]).map(|bin| counts[bin]).sum::<usize>();
     let among: Vec<usize> = places.iter().map(|place| place - left_out(*place)).collect();
     // A sample that lies far off leaves too many in too few bins: without it the rest has a range of its own.
     if (MANY..samples.len()).contains(&kept.len()) {
-        let range = kept.iter().fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], x| [low.min(*x), high.max(*x)]);
-        return in_order(&kept, range, &among, SAME);
+        return in_order(&kept, range_of(&kept), &among, SAME);
     }
     kept.sort_unstable_by(f64::total_cmp);
     among.iter().map(|place| kept[*place]).collect()
@@ -247,6 +310,28 @@ mod tests {
         assert_eq!(Amplitudes::of(&levels).outliers(15.0), Some(0));
         levels[17] = 400.0;
         assert_eq!(Amplitudes::of(&levels).outliers(15.0), Some(1));
+    }
+
+    #[test]
+    fn what_counts_exclude_is_not_there() {
+        let mut rng = rand_chacha::ChaCha8Rng::seed_from_u64(3);
+        let noise: Vec<f64> = (0..20_000).map(|_| rng.sample(rand_distr::StandardNormal)).collect();
+        let knocked = noise.iter().enumerate().map(|(k, x)| if k == 9 { 16.0 } else { *x }).collect();
+        let few = (0..9).map(|k| f64::from(k % 4)).collect();
+        for (samples, excluded) in [(noise, true), (knocked, false), (few, true), (vec![1.0; 50], false)] {
+            let amplitudes = Amplitudes::of(&samples);
+            let places = [samples.len() / 2, 9 * samples.len() / 10];
+            assert_eq!(amplitudes.none_beyond(15.0, places), excluded);
+            // Wherever counts say so, none is there.
+            let mut sorted = samples.clone();
+            sorted.sort_by(f64::total_cmp);
+            let mut distances: Vec<f64> = samples.iter().map(|x| (x - sorted[places[0]]).abs()).collect();
+            distances.sort_by(f64::total_cmp);
+            let deviation = robust_deviation(distances[places[0]], distances[places[1]]);
+            for deviations in (10..200).map(|k| f64::from(k) / 10.0).filter(|k| amplitudes.none_beyond(*k, places)) {
+                assert!(distances[samples.len() - 1] < deviations * deviation, "{deviations}");
+            }
+        }
     }
 
     #[test]

@@ -1,11 +1,14 @@
 //! Samples that stand alone, as a bit that was lost on the way makes them.
 
 use crate::amplitudes::robust_deviation;
+use std::ops::Range;
 
 /// Places at most at which the scatter of all is looked at: its deviation is known to a hundredth by them.
 const PLACES: usize = 1 << 16;
 /// Places on either side, without those of which the sample itself is part: by fourteen of them a deviation is known to a fifth.
 const AROUND: usize = 8;
+/// Places that are looked at together.
+const STRETCH: usize = 256;
 
 /// Where a single sample lies off the line between its neighbours, d_k = x_k - (x_{k-1} + x_{k+1})/2, by more than so many standard deviations of what
 /// samples usually do (a robust one) and of what those around it do, while its neighbours lie off by half of it the other way: as beside one wrong sample, and
@@ -42,5 +45,15 @@ pub fn lone_samples(samples: &[f64], deviations: f64) -> Vec<usize> {
         };
         size.abs() > least && beside(k - 1) && beside(k + 1) && quiet()
     };
-    if least > 0.0 { (2..inner).filter(alone).collect() } else { Vec::new() }
+    if least.is_nan() || least <= 0.0 {
+        return Vec::new();
+    }
+    // Most stretches hold none that far off, which is seen at once.
+    let stretches = (2..inner).step_by(STRETCH).map(|first| first..(first + STRETCH).min(inner));
+    let far_off = |[before, x, after]: [f64; 3]| (x - 0.5 * (before + after)).abs() > least;
+    let any = |stretch: &Range<usize>| {
+        let around = &samples[stretch.start - 1..=stretch.end];
+        around.windows(3).fold(false, |any, x| any | far_off([x[0], x[1], x[2]]))
+    };
+    stretches.filter(any).flatten().filter(alone).collect()
 }
