@@ -99,10 +99,14 @@ fn streamed(arguments: &Arguments, settings: Estimate) -> Result<Estimated, CliE
     let mut streamed = Streamed::new(reading.roles(), settings)?;
     for path in &arguments.files {
         let name = path.display().to_string();
-        for piece in Pieces::open(path, reading.channels.reading())? {
+        let mut pieces = Pieces::open(path, reading.channels.reading())?;
+        let mut next = pieces.next();
+        while let Some(piece) = next {
             let Piece { mut recording, follows, notes } = piece?;
             reading.channels.apply(&mut recording, &name)?;
-            streamed.push(&name, recording, follows, notes)?;
+            let (pushed, read) = rayon::join(|| streamed.push(&name, recording, follows, notes), || pieces.next());
+            pushed?;
+            next = read;
         }
     }
     Ok(streamed.finish()?)
