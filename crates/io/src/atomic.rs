@@ -10,6 +10,9 @@ use std::sync::{Mutex, MutexGuard, PoisonError};
 /// Temporary files that are being written; held while one is made or renamed, so that an end in between leaves none.
 static UNDER_WAY: Mutex<Vec<PathBuf>> = Mutex::new(Vec::new());
 
+/// Bytes that are handed to the system at once.
+const AT_ONCE: usize = 1 << 16;
+
 /// Files that [`write_atomic`] leaves alone.
 static INPUTS: Mutex<Vec<PathBuf>> = Mutex::new(Vec::new());
 
@@ -123,7 +126,7 @@ fn replace(path: &Path, write: impl FnOnce(&mut dyn Write) -> io::Result<()>) ->
 }
 
 fn buffered(file: &File, write: impl FnOnce(&mut dyn Write) -> io::Result<()>) -> io::Result<()> {
-    let mut to = io::BufWriter::new(file);
+    let mut to = io::BufWriter::with_capacity(AT_ONCE, file);
     write(&mut to)?;
     to.flush()
 }

@@ -64,7 +64,7 @@ impl<'a> Amplitudes<'a> {
     fn least_distance(&self) -> f64 {
         let mut values = Vec::new();
         let sort = |values: &mut Vec<f64>| {
-            values.sort_unstable_by(f64::total_cmp);
+            *values = sorted(values, self.range);
             values.dedup();
         };
         // What came last under the same place: most samples of a sensor with few steps end here.
@@ -233,6 +233,28 @@ impl Bins {
     fn place(&self, x: f64) -> usize {
         (((x - self.low) * self.scale) as usize).min(self.counts.len() - 1)
     }
+
+    /// The first place of each bin, once all are in order.
+    fn starts(&self) -> Vec<usize> {
+        self.counts.iter().scan(0, |below, count| Some(std::mem::replace(below, *below + count))).collect()
+    }
+}
+
+/// The samples in order: each goes to its bin, and few are left to be sorted there.
+fn sorted(samples: &[f64], range: [f64; 2]) -> Vec<f64> {
+    let bins = Bins::of(samples, range, SAME);
+    let (mut next, mut out) = (bins.starts(), vec![0.0; samples.len()]);
+    for x in samples {
+        let next = &mut next[bins.place(*x)];
+        out[*next] = *x;
+        *next += 1;
+    }
+    let mut from = 0;
+    for until in next {
+        out[from..until].sort_unstable_by(f64::total_cmp);
+        from = until;
+    }
+    out
 }
 
 /// The bin that holds the value at this place in the order.
@@ -250,8 +272,7 @@ fn bin_of(counts: &[usize], place: usize) -> usize {
 fn in_order(samples: &[f64], range: [f64; 2], places: &[usize], value: impl Fn(f64) -> f64) -> Vec<f64> {
     let bins = Bins::of(samples, range, &value);
     let (bin, counts) = (|x: f64| bins.place(x), &bins.counts);
-    // The first place of each bin.
-    let starts: Vec<usize> = counts.iter().scan(0, |below, count| Some(std::mem::replace(below, *below + count))).collect();
+    let starts = bins.starts();
     let of_place = |place: usize| starts.partition_point(|start| *start <= place) - 1;
     let mut wanted = vec![false; counts.len()];
     places.iter().for_each(|place| wanted[of_place(*place)] = true);
@@ -279,11 +300,12 @@ mod tests {
         let far = noise.iter().enumerate().map(|(k, x)| if k == 7 { 1e300 } else { *x }).collect();
         let wide = vec![-1.7e308, 1.7e308, 0.0, 5.0, -3.0];
         for samples in [noise.clone(), coarse, far, wide, vec![2.0; 9], vec![1.0], vec![-0.0, 0.0, 1.0]] {
-            let mut sorted = samples.clone();
-            sorted.sort_by(f64::total_cmp);
-            let places: Vec<usize> = (0..sorted.len()).step_by(1 + sorted.len() / 97).collect();
+            let mut expected = samples.clone();
+            expected.sort_by(f64::total_cmp);
+            let places: Vec<usize> = (0..samples.len()).step_by(1 + samples.len() / 97).collect();
             let found = in_order(&samples, Amplitudes::of(&samples).range, &places, |x| x);
-            assert!(places.iter().zip(&found).all(|(place, x)| sorted[*place] == *x), "{found:?}");
+            assert!(places.iter().zip(&found).all(|(place, x)| expected[*place] == *x), "{found:?}");
+            assert_eq!(sorted(&samples, Amplitudes::of(&samples).range), expected);
         }
     }
 
@@ -323,9 +345,8 @@ mod tests {
             let places = [samples.len() / 2, 9 * samples.len() / 10];
             assert_eq!(amplitudes.none_beyond(15.0, places), excluded);
             // Wherever counts say so, none is there.
-            let mut sorted = samples.clone();
-            sorted.sort_by(f64::total_cmp);
-            let mut distances: Vec<f64> = samples.iter().map(|x| (x - sorted[places[0]]).abs()).collect();
+            let median = sorted(&samples, amplitudes.range)[places[0]];
+            let mut distances: Vec<f64> = samples.iter().map(|x| (x - median).abs()).collect();
             distances.sort_by(f64::total_cmp);
             let deviation = robust_deviation(distances[places[0]], distances[places[1]]);
             for deviations in (10..200).map(|k| f64::from(k) / 10.0).filter(|k| amplitudes.none_beyond(*k, places)) {

@@ -96,24 +96,26 @@ fn half_kernel(window: &[f64]) -> Vec<f64> {
     const REACH_BINS: usize = 8;
     /// Samples over which the turning factor is multiplied up, before it is taken afresh.
     const STRETCH: usize = 256;
+    /// Nodes side by side: one product would wait for the one before.
+    const SIDE_BY_SIDE: usize = 8;
     let n = window.len();
-    (0..=(REACH_BINS * FINENESS).min(n * FINENESS / 2))
-        .map(|m| {
-            let turn = TAU * m as f64 / (n * FINENESS) as f64;
-            let step = Complex64::cis(-turn);
-            let sum: Complex64 = window
-                .chunks(STRETCH)
-                .enumerate()
-                .map(|(i, stretch)| {
-                    let mut factor = Complex64::cis(-turn * (i * STRETCH) as f64);
-                    stretch.iter().fold(Complex64::default(), |sum, w| {
-                        let sum = sum + factor * w;
-                        factor *= step;
-                        sum
-                    })
-                })
-                .sum();
-            sum.norm_sqr()
-        })
-        .collect()
+    let nodes = 1 + (REACH_BINS * FINENESS).min(n * FINENESS / 2);
+    let of = |first: usize| -> [f64; SIDE_BY_SIDE] {
+        let turns: [f64; SIDE_BY_SIDE] = std::array::from_fn(|k| TAU * (first + k) as f64 / (n * FINENESS) as f64);
+        let steps = turns.map(|turn| Complex64::cis(-turn));
+        let mut totals = [Complex64::default(); SIDE_BY_SIDE];
+        for (i, stretch) in window.chunks(STRETCH).enumerate() {
+            let mut factors = turns.map(|turn| Complex64::cis(-turn * (i * STRETCH) as f64));
+            let mut sums = [Complex64::default(); SIDE_BY_SIDE];
+            for w in stretch {
+                for ((sum, factor), step) in sums.iter_mut().zip(&mut factors).zip(&steps) {
+                    *sum += *factor * w;
+                    *factor *= step;
+                }
+            }
+            totals.iter_mut().zip(sums).for_each(|(total, sum)| *total += sum);
+        }
+        totals.map(|total| total.norm_sqr())
+    };
+    (0..nodes).step_by(SIDE_BY_SIDE).flat_map(of).take(nodes).collect()
 }
