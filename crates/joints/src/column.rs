@@ -169,6 +169,9 @@ impl Column {
 /// What bodies and springs need more where each angle is so much less than its channel says, at the second of two places than at the first.
 fn elsewhere(places: [&[f64]; 2], motion: &Motion, scene: &Scene<'_>) -> Vec<(usize, Vec<f64>)> {
     let [here, there] = places.map(|off| {
+        if off.iter().all(|off| *off == 0.0) {
+            return motion.rigid.clone();
+        }
         let mut moved = motion.clone();
         moved.q.iter_mut().zip(off).for_each(|(q, off)| q.iter_mut().for_each(|q| *q -= off));
         let mut felt = inverse_dynamics(scene.chain, &moved);

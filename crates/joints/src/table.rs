@@ -136,7 +136,7 @@ impl<'a> View<'a> {
         columns.iter().filter_map(|c| Some(kept.columns.iter().find(|(k, _)| k == c)?.1.clone())).collect()
     }
 
-    /// What joints feel of a column at every sample of a trial; kept, but for zeros, which move on, and gravities, which are sums of three.
+    /// What joints feel of a column at every sample of a trial; kept, but for gravities, which are sums of three. Zeros move on, and the last are kept.
     pub fn along(&self, column: &Column, trial: usize) -> Arc<Felt> {
         let uprights = [0, 1, 2].map(Column::upright);
         if let Some(gravity) = column.gravity(self.scene.chain.gravity()).filter(|_| !uprights.contains(column)) {
@@ -148,14 +148,16 @@ impl<'a> View<'a> {
             }
             return Arc::new(sum);
         }
-        if matches!(column, Column::Zeros(_)) {
-            return Arc::new(column.along(&self.motions[trial], self.scene));
-        }
         let whole = || self.whole.lock().unwrap_or_else(PoisonError::into_inner);
         let known = whole().iter().find(|(own, t, _)| *t == trial && own == column).map(|(.., felt)| felt.clone());
         known.unwrap_or_else(|| {
             let felt = Arc::new(column.along(&self.motions[trial], self.scene));
-            whole().push((column.clone(), trial, felt.clone()));
+            let (mut whole, moves_on) = (whole(), |(own, ..): &(Column, usize, Arc<Felt>)| matches!(own, Column::Zeros(_)));
+            if matches!(column, Column::Zeros(_)) && whole.iter().filter(|kept| moves_on(kept)).count() >= LOGS * self.motions.len() {
+                let oldest = whole.iter().position(moves_on);
+                oldest.map(|oldest| whole.remove(oldest));
+            }
+            whole.push((column.clone(), trial, felt.clone()));
             felt
         })
     }
@@ -216,8 +218,9 @@ impl<'a> View<'a> {
                 if let (Column::Body { link, parts }, false) = (column, bodies.is_empty()) {
                     return combined(&bodies[*link], parts);
                 }
-                // What a search asks of a gear both stretches ask, and it is dear; so is weight.
-                let both = matches!(column, Column::Gear(gear) if gear.is_searched()) || column.gravity(self.scene.chain.gravity()).is_some();
+                // What a search asks of a gear both stretches ask, and it is dear; so are weight and zeros.
+                let searched = matches!(column, Column::Gear(gear) if gear.is_searched());
+                let both = searched || matches!(column, Column::Zeros(_)) || column.gravity(self.scene.chain.gravity()).is_some();
                 let of = |motion: &Motion| if both { self.along(column, motion.trial) } else { Arc::new(column.along(motion, self.scene)) };
                 let felt = self.by_trial(of);
                 self.in_band(|trial| felt[trial].iter().flat_map(|felt| felt.iter()))
