@@ -244,9 +244,12 @@ impl Answer<'_> {
                 "link-parameters" => (format!("mass_{name}_kg"), told.iter().find(|(name, ..)| name == "change_of_mass_kg")),
                 _ => continue,
             };
-            let (Some((_, unit, value, error, _)), Some(own)) = (found, parameters.iter_mut().find(|p| p.name == parameter)) else { continue };
+            let (Some((called, unit, value, error, _)), Some(own)) = (found, parameters.iter_mut().find(|p| p.name == parameter)) else { continue };
             let after = if form.cause.card.name == "link-parameters" { own.value + value } else { *value };
-            parameter_shift.push(Shift { name: parameter, unit: self.unit(form, unit).to_owned(), before: own.value, after });
+            // A simulator that is judged has its own, beside which it was found.
+            let beside = form.told.iter().find(|told| told.name == *called).filter(|_| form.cause.card.name != "link-parameters");
+            let before = beside.map_or(own.value, |told| told.file);
+            parameter_shift.push(Shift { name: parameter, unit: self.unit(form, unit).to_owned(), before, after });
             (own.value, own.std_error) = (after, *error);
         }
         let residual_white = self.left.gains.iter().all(|g| g.ci95()[0] <= 0.0);

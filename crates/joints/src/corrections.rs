@@ -1,6 +1,7 @@
 //! What a diagnosis says against a robot's file, as corrections of it.
 
 use crate::JointsError;
+use crate::Options;
 use crate::bodies::turned;
 use crate::causes::{link_parameters, payload};
 use crate::physical;
@@ -31,7 +32,7 @@ pub struct Corrections {
 /// Friction, rotor and gravity become what was found, in place of what the file has. Changes of a link and a payload are added to the ten inertial
 /// parameters of their body, from which its mass, its centre and the inertia about that follow; if no masses make that body, it becomes the one nearest to
 /// the file's that moves as it would. Friction that is no straight line over speed becomes
-/// the one that is nearest to it, by least squares over the speeds of the trials. What is of the log (offset, gain and lateness of a torque) or needs a word that files lack
+/// the one that is nearest to it, by least squares over the speeds of the trials. A stop becomes the end of the range that the file has. What is of the log (offset, gain and lateness of a torque) or needs a word that files lack
 /// is told in [`Corrections::left_out`].
 ///
 /// # Errors
@@ -43,6 +44,9 @@ pub fn corrections(chain: &SerialChain, trials: &[Recording], ports: &Ports, dia
         let of = |effect: &str| diagnosis.causes.iter().find(|c| may_be_written(c) && c.effect == effect && c.site.axis == *name);
         let frictions = [of("coulomb-friction"), of("viscous-friction")].map(|cause| cause.filter(|cause| !found.is_open(cause, joint)));
         found.friction(joint, frictions, trials, ports)?;
+        if let Some(cause) = of("end-stop") {
+            found.stop(joint, cause, trials, ports)?;
+        }
     }
     // Gravity first: what torques tell of a body depends on it.
     let (likely, unlikely): (Vec<&Cause>, Vec<&Cause>) = diagnosis.causes.iter().partition(|c| may_be_written(c));
@@ -111,7 +115,7 @@ impl Found {
         self.out.left_out.push(format!("{}: {why}", words(cause)));
     }
 
-    /// Whether a cause of one number says nothing against the file's.
+    /// Whether a cause of one number says nothing against the file's, as where it is a simulator that has another.
     fn is_open(&self, cause: &Cause, joint: usize) -> bool {
         let joints = self.chain.joints();
         match cause.effect.as_str() {
@@ -126,8 +130,8 @@ impl Found {
     fn add(&mut self, cause: &Cause) {
         let joint = self.chain.joints().names.iter().position(|name| *name == cause.site.axis);
         match (cause.effect.as_str(), joint) {
-            (_, Some(joint)) if self.is_open(cause, joint) => self.leave_out(cause, "its interval has zero and what the file says in it"),
-            ("coulomb-friction" | "viscous-friction", Some(_)) => {}
+            (_, Some(joint)) if self.is_open(cause, joint) => self.leave_out(cause, "it says nothing against the number in the file"),
+            ("coulomb-friction" | "viscous-friction" | "end-stop", Some(_)) => {}
             ("motor-inertia", Some(_)) => {
                 if let Some(value) = number(cause, "rotor_kg_m2") {
                     self.correct(&cause.site.axis, Corrected::Rotor, value, &words(cause));
@@ -190,6 +194,20 @@ impl Found {
         self.out
             .left_out
             .push(format!("{why}: friction that bends over speed has no word in robots' files; dry and viscous friction nearest to it are written"));
+        Ok(())
+    }
+
+    /// The end of a range that the file has, on the side of the movement on which the stop is.
+    fn stop(&mut self, joint: usize, cause: &Cause, trials: &[Recording], ports: &Ports) -> Result<(), JointsError> {
+        let Some(stop) = number(cause, "stop_rad") else { return Ok(()) };
+        if !self.chain.ranges()[joint].iter().all(|end| end.is_finite()) {
+            self.leave_out(cause, "the file gives this joint no range that would end there");
+            return Ok(());
+        }
+        let (scene, _) = scene(&self.chain, trials, &[], ports)?;
+        let [low, high] = scene.joints[joint].range;
+        self.correct(&cause.site.axis, Corrected::Range(usize::from(stop > 0.5 * (low + high))), stop, &words(cause));
+        self.out.left_out.push(format!("{}: its stiffness has no word in robots' files; where it is is written", words(cause)));
         Ok(())
     }
 
@@ -326,9 +344,13 @@ fn may_be_written(cause: &Cause) -> bool {
     cause.is_likely() && cause.at_most >= 1.0
 }
 
-/// Whether a parameter's interval goes from none to beyond what the file has: it says neither that there is some nor that the file is wrong.
+/// Whether a parameter's interval goes from none to beyond what the file has: it says neither that there is some nor that the file is wrong. Nor does one that
+/// is the file's, where it is the simulator's that was wrong.
 fn says_nothing(cause: &Cause, name: &str, file: f64) -> bool {
-    may_be_zero(cause, name) && cause.parameters.iter().any(|p| p.name == name && p.ci95.is_some_and(|[_, high]| file <= high))
+    let own = || cause.parameters.iter().filter(|p| p.name == name);
+    let holds = |p: &CauseParameter| p.ci95.is_some_and(|[low, high]| file <= high && (low <= 0.0 || low <= file));
+    let is_the_files = number(cause, name).is_some_and(|value| (value - file).abs() <= Options::default().tolerance * file.abs());
+    own().any(holds) || is_the_files
 }
 
 /// Whether a parameter's interval has nothing in it.

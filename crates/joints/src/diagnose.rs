@@ -18,6 +18,7 @@ use crate::passing::passing;
 use crate::pictures;
 use crate::refined::shaped;
 use crate::scene::{Scene, scene};
+use crate::simulated::beside_the_file;
 use crate::suspicions::{against, one_gain};
 use crate::table::View;
 use crate::taken::Taken;
@@ -137,6 +138,7 @@ fn judge(
     if motions.iter().any(|motion| !motion.beyond.is_empty()) {
         forms.iter_mut().for_each(Form::either_way);
     }
+    beside_the_file(&fitted, &mut forms, options.tolerance);
     let tilted = tilts::by_itself(&fitted, &forms, options.tolerance);
     let tilt = tilted.as_ref().map_or([0.0; 3], tilts::tilt_of);
     forms.extend(tilted);

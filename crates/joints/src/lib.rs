@@ -45,6 +45,7 @@ mod rivals;
 mod scene;
 mod search;
 mod shared_tests;
+mod simulated;
 mod sizes;
 mod stops;
 mod suspicions;

@@ -43,10 +43,12 @@ pub(crate) fn rivals(views: [&View<'_>; 2], rule: &Rule<'_>, model: &Model, k: u
     let in_place = |f: usize| {
         let forms: Vec<Form> = less.forms.iter().chain([&rule.forms[f]]).cloned().collect();
         let mut rival = Model::fit(views[0], &forms, &less.logged);
+        // A gear that would give the other way is none.
+        let exists = rival.forms.last().zip(rival.factors.last()).is_some_and(|(form, factors)| form.allows(factors));
         gears::begin(views[0], views[1], &mut rival);
-        (f, better(views, rule, model, &rival).positive())
+        exists.then(|| (f, better(views, rule, model, &rival).positive()))
     };
-    places.into_iter().map(in_place).collect()
+    places.into_iter().filter_map(in_place).collect()
 }
 
 /// How much likelier a model is than another, by blocks of time of all that there is, less what the columns that are its own would gain by chance.

@@ -6,7 +6,7 @@ use clap::Args;
 use ndof_analysis::options::{not_negative, number, pair};
 use ndof_analysis::{AnalysisError, MeasuredResponse, RoleNames, Trial, Trials, Trim, axis_of};
 use ndof_io::{ColumnsFile, IoError, PrepareError, ReadOptions, ReadRecording, Resample};
-use ndof_signal::Quantity;
+use ndof_signal::{Quantity, Recording};
 use serde::{Deserialize, Serialize};
 use std::path::{Path, PathBuf};
 
@@ -179,10 +179,7 @@ impl Reading {
         for (k, path) in files.iter().enumerate() {
             let read = match (self.align.get(k), &self.align_by) {
                 (Some(other), Some(by)) => vec![self.read_aligned(path, other, by)?],
-                _ => match self.read_each(path, &self.options()) {
-                    Err(CliError::Io(error @ (IoError::IrregularTime { .. } | IoError::Gap { .. }))) => self.read_stretches(path, error)?,
-                    read => read?,
-                },
+                _ => self.or_stretches(path, self.read_each(path, &self.options()))?,
             };
             for mut read in read {
                 self.correct(&mut read)?;
@@ -190,6 +187,29 @@ impl Reading {
             }
         }
         Ok(trials)
+    }
+
+    /// Reads one recording, offsets and handle taken off, and cuts out the stretches that are asked for.
+    pub fn stretches(&self, path: &Path) -> Result<Vec<Recording>, CliError> {
+        let read = match (self.align.as_slice(), &self.align_by) {
+            ([], _) => self.or_stretches(path, self.read(path).map(|read| vec![read]))?,
+            ([other], Some(by)) => vec![self.read_aligned(path, other, by)?],
+            _ => return Err(CliError::Usage("one recording is read here; give --align once".to_owned())),
+        };
+        let mut stretches = Vec::new();
+        for mut read in read {
+            self.correct(&mut read)?;
+            stretches.extend(self.trim().apply(read.recording, &read.file)?);
+        }
+        Ok(stretches)
+    }
+
+    /// What was read or, where the clock is irregular, the stretches that are asked for.
+    fn or_stretches(&self, path: &Path, read: Result<Vec<ReadRecording>, CliError>) -> Result<Vec<ReadRecording>, CliError> {
+        match read {
+            Err(CliError::Io(error @ (IoError::IrregularTime { .. } | IoError::Gap { .. }))) => self.read_stretches(path, error),
+            read => read,
+        }
     }
 
     /// What --start, --stop and --exclude leave of a recording whose clock is irregular elsewhere.

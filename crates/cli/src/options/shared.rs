@@ -45,7 +45,9 @@ fn threads(text: &str) -> Result<usize, String> {
 /// Options that a command has in common with others and does not use, by their long names; its help does not show them.
 pub fn unused(command: &str) -> &'static [&'static str] {
     match command {
-        "check" | "simulate" => &["report", "plots", "band"],
+        "check" => &["report", "plots", "band"],
+        "simulate" => &["json", "report", "plots", "band"],
+        "convert" => &["input", "output", "reference"],
         "live" => &["report", "plots", "sliding", "sliding-step"],
         "study" => &["band"],
         "fit" => &["sliding", "sliding-step"],

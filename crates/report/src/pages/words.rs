@@ -43,7 +43,7 @@ fn plain(effect: &str) -> (&'static str, &'static str) {
         "viscous-friction" => ("it drags more the faster it moves", "viscous friction"),
         "load-friction" => ("it drags more the more it carries", "friction that grows with the load"),
         "gear-hysteresis" => ("its gear holds back before it slips", "a gear's hysteresis"),
-        "motor-inertia" => ("its motor is harder to turn than the file says", "a motor's inertia"),
+        "motor-inertia" => ("its motor is harder to turn than simulated", "a motor's inertia"),
         "joint-flexibility" => ("a joint gives under load", "a flexible joint"),
         "backlash" => ("there is play between motor and link", "backlash"),
         "cable-force" => ("something pulls as the joint turns", "a cable or spring"),
@@ -61,10 +61,10 @@ fn plain(effect: &str) -> (&'static str, &'static str) {
 /// What is said where the robot has less of it than the file.
 fn less(d: &Diagnosis, cause: &Cause) -> Option<&'static str> {
     let (parameter, words) = match cause.effect.as_str() {
-        "coulomb-friction" => ("coulomb", "it sticks less than the file says"),
-        "viscous-friction" => ("viscous", "it drags less than the file says"),
-        "motor-inertia" => ("rotor", "its motor is easier to turn than the file says"),
-        "cable-force" => ("spring", "a spring pulls less than the file says"),
+        "coulomb-friction" => ("coulomb", "it sticks less than simulated"),
+        "viscous-friction" => ("viscous", "it drags less than simulated"),
+        "motor-inertia" => ("rotor", "its motor is easier to turn than simulated"),
+        "cable-force" => ("spring", "a spring pulls less than simulated"),
         _ => return None,
     };
     let name = format!("{parameter}_{}_", cause.site.axis);
@@ -249,7 +249,7 @@ mod tests {
     #[test]
     fn less_friction_than_the_file_has_is_called_less() {
         assert!(sentence(&friction(0.6, 0.5, 2.0)).starts_with("It sticks before it moves"));
-        assert!(sentence(&friction(0.6, 0.5, 0.3)).starts_with("It sticks less than the file says"));
+        assert!(sentence(&friction(0.6, 0.5, 0.3)).starts_with("It sticks less than simulated"));
     }
 
     #[test]
