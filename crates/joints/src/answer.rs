@@ -5,7 +5,7 @@ use crate::causes::Form;
 use crate::explained::explained;
 use crate::generic::Left;
 use crate::held_out::{Sum, gain, losses, predicted};
-use crate::judged::{Aside, Searched, share};
+use crate::judged::{of_a_simulator, Aside, Searched, share};
 use crate::mistaken::Mistaken;
 use crate::model::{Model, residual};
 use crate::motion::Motion;
@@ -198,9 +198,9 @@ impl Answer<'_> {
     fn evidence(&self, k: usize, found: &Sum) -> Vec<String> {
         let form = &self.model.forms[k];
         let [low, high] = found.ci95();
-        let below = form.told.iter().filter(|told| told.amount && told.sum(&self.model.factors[k]) < 0.0);
-        let below: Vec<&str> = below.map(|told| told.name.as_str()).collect();
-        let more = (!below.is_empty()).then(|| format!("{} below zero: so much more than the robot has is in the simulation", below.join(", ")));
+        let less = form.told.iter().filter(|told| told.amount && !told.hidden && !told.inverse && told.sum(&self.model.factors[k]) < told.file);
+        let less: Vec<&str> = less.map(|told| told.name.as_str()).filter(|_| of_a_simulator(self.fitted)).collect();
+        let more = (!less.is_empty()).then(|| format!("the simulation has more of it than the robot: {}", less.join(", ")));
         let sentences = [
             format!("{}: {}", form.cause.card.what, form.cause.card.equation),
             format!("its torque is {:.1} % of the joint's where it is largest", 100.0 * share(self.held, self.model, k)),

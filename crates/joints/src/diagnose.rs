@@ -8,7 +8,7 @@ use crate::column::Column;
 use crate::error::JointsError;
 use crate::gears;
 use crate::generic;
-use crate::judged::{HeldUp, Judged, Searched, held_up, judged, most_causes};
+use crate::judged::{HeldUp, Judged, Searched, held_up, judged, most_causes, of_a_simulator};
 use crate::left_noise::{noise_beside, noise_of};
 use crate::logged::Logged;
 use crate::mistaken::mistaken;
@@ -135,10 +135,10 @@ fn judge(
     forms.retain(|form| (one_gain || form.columns[..] != [Column::Torques]) && scene.may_be_wrong(form));
     let against = against(scene, &fitted);
     forms.iter_mut().for_each(|form| form.turned_round(&against));
-    if motions.iter().any(|motion| !motion.beyond.is_empty()) {
+    if of_a_simulator(&fitted) {
         forms.iter_mut().for_each(Form::either_way);
+        beside_the_file(&fitted, &mut forms, options.tolerance);
     }
-    beside_the_file(&fitted, &mut forms, options.tolerance);
     let tilted = tilts::by_itself(&fitted, &forms, options.tolerance);
     let tilt = tilted.as_ref().map_or([0.0; 3], tilts::tilt_of);
     forms.extend(tilted);

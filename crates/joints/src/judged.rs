@@ -26,7 +26,7 @@ const CAUSES_A_JOINT: usize = 6;
 const WIDE: f64 = 3.3;
 
 /// Whether what is judged logged motions and torques of its own.
-fn of_a_simulator(view: &View<'_>) -> bool {
+pub(crate) fn of_a_simulator(view: &View<'_>) -> bool {
     view.motions.iter().any(|motion| !motion.beyond.is_empty())
 }
 

@@ -32,9 +32,9 @@ pub(crate) fn rivals(views: [&View<'_>; 2], rule: &Rule<'_>, model: &Model, k: u
         .collect();
     by.sort_by(|a, b| b.1.total_cmp(&a.1));
     let mut places: Vec<usize> = Vec::new();
-    // A spring that rests turns away, or a friction that pushes, rivals nothing; of a gear the data choose the compliance.
+    // A spring that rests turns away, a friction that pushes, or a gear that gives the other way rivals nothing; of one that settled the data chose the compliance.
     let columns = |f: usize| &rule.table.columns[f];
-    let possible = |f: usize| rule.forms[f].gear().is_some() || rule.forms[f].allows(&solved.with(rule.table, columns(f)).of(columns(f)));
+    let possible = |f: usize| rule.forms[f].gear().is_some_and(|gear| gear.extent > 0.0) || rule.forms[f].allows(&solved.with(rule.table, columns(f)).of(columns(f)));
     for (f, worth) in by {
         if worth > 0.0 && possible(f) && places.len() < MOST && !places.iter().any(|p| rule.forms[*p].same_place(&rule.forms[f])) {
             places.push(f);
@@ -43,12 +43,10 @@ pub(crate) fn rivals(views: [&View<'_>; 2], rule: &Rule<'_>, model: &Model, k: u
     let in_place = |f: usize| {
         let forms: Vec<Form> = less.forms.iter().chain([&rule.forms[f]]).cloned().collect();
         let mut rival = Model::fit(views[0], &forms, &less.logged);
-        // A gear that would give the other way is none.
-        let exists = rival.forms.last().zip(rival.factors.last()).is_some_and(|(form, factors)| form.allows(factors));
         gears::begin(views[0], views[1], &mut rival);
-        exists.then(|| (f, better(views, rule, model, &rival).positive()))
+        (f, better(views, rule, model, &rival).positive())
     };
-    places.into_iter().filter_map(in_place).collect()
+    places.into_iter().map(in_place).collect()
 }
 
 /// How much likelier a model is than another, by blocks of time of all that there is, less what the columns that are its own would gain by chance.

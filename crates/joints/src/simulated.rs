@@ -11,9 +11,6 @@ use crate::table::View;
 ///
 /// All forces that files have words for are fitted together to the simulator's torques less the file's, along its own motion.
 pub(crate) fn beside_the_file(view: &View<'_>, forms: &mut [Form], tolerance: f64) {
-    if view.motions.iter().all(|motion| motion.beyond.is_empty()) {
-        return;
-    }
     let plain = |form: &&Form| form.shape.is_empty() && form.cause.card.side != "sensor" && form.columns.iter().all(is_of_a_file);
     let own: Vec<Form> = forms.iter().filter(plain).cloned().collect();
     let mut columns: Vec<Column> = Vec::new();

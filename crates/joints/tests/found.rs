@@ -1,8 +1,8 @@
 //! What a diagnosis of joint logs finds where little of the log shows it.
 
-use ndof_devices::{RobotConfig, SerialChain};
+use ndof_devices::{Corrected, Correction, RobotConfig, SerialChain};
 use ndof_diagnose::{Diagnosis, Verdict};
-use ndof_joints::{Options, diagnose};
+use ndof_joints::{Options, corrections, diagnose};
 use ndof_models::robot::Robot;
 use ndof_signal::{Channel, Quantity, Recording, Unit};
 use ndof_sysid::Ports;
@@ -243,17 +243,43 @@ joints = [
     assert!(names().all(|p| !p.name.ends_with("moment_y_kg_m")), "{:?}", names().collect::<Vec<_>>());
 }
 
-/// What it has too much of the robot has less of, as none has by itself.
+/// What was found beside a simulator's own friction is the robot's, whatever the file says: the simulator has none of the file's, or more than the robot.
 #[test]
-fn what_a_simulator_has_and_the_robot_has_not_is_found() {
-    let of = |dry: f64, noise: f64| log(6000, wave, move |t| needed(wave, t) + dry * (rate(wave, t) / 0.05).tanh(), white(noise, 9));
-    let chain = RobotConfig::parse("pendulum.toml", PENDULUM, None).and_then(|c| c.chain()).expect("a robot");
+fn frictions_are_the_robots_whatever_a_simulator_has() {
+    let file = PENDULUM.replace("mass_kg", "viscous_nm_s_per_rad = 0.5, mass_kg");
+    let chain = RobotConfig::parse("pendulum.toml", &file, None).and_then(|c| c.chain()).expect("a robot");
     let ports = Ports { references: vec![], inputs: vec![0], outputs: vec![1] };
-    let found = diagnose(&chain, &[of(0.0, NOISE)], &[of(1.0, 0.0)], &ports, &Options::default(), &mut |_| {}).expect("an answer").0;
-    assert_eq!((found.verdict, found.causes.len()), (Verdict::Explained, 1), "{:?}", found.causes);
-    let [low, high] = interval(&found, "coulomb-friction", "level_nm").expect("an interval");
-    assert!(low < -1.0 && -1.0 < high && high - low < 0.1, "{low} {high}");
-    assert!(found.causes[0].evidence.iter().any(|said| said.contains("in the simulation")), "{:?}", found.causes[0].evidence);
+    let of = |slope: f64, dry: f64, noise: f64| {
+        log(6000, wave, move |t| needed(wave, t) + slope * rate(wave, t) + dry * (rate(wave, t) / 0.05).tanh(), white(noise, 9))
+    };
+    for (robot, simulator) in [([0.5, 0.0], [0.0, 0.0]), ([0.5, 0.0], [1.4, 0.0]), ([0.5, 0.0], [0.5, 1.0])] {
+        let (log, simulated) = (of(robot[0], robot[1], NOISE), of(simulator[0], simulator[1], 0.0));
+        let found = diagnose(&chain, &[log.clone()], &[simulated], &ports, &Options::default(), &mut |_| {}).expect("an answer").0;
+        assert_eq!((found.verdict, found.causes.len()), (Verdict::Explained, 1), "{simulator:?} {:?}", found.causes);
+        let slope = robot[0] != simulator[0];
+        let (effect, name, truth) =
+            if slope { ("viscous-friction", "viscous_nm_s_per_rad", robot[0]) } else { ("coulomb-friction", "level_nm", robot[1]) };
+        let [low, high] = interval(&found, effect, name).expect("an interval");
+        // The sign of the simulator's friction turns over a speed, and its level is read without that.
+        assert!(high - low < 0.1 && (0.5 * (low + high) - truth).abs() < 0.05, "{simulator:?} {low} {high}");
+        let more = simulator[0] > robot[0] || simulator[1] > robot[1];
+        assert_eq!(found.causes[0].evidence.iter().any(|said| said.contains("the simulation has more of it")), more, "{:?}", found.causes[0].evidence);
+        if slope {
+            let asked = corrections(&chain, &[log], &ports, &found).expect("corrections");
+            assert!(asked.list.is_empty() && asked.left_out.len() == 1, "the file is right: {asked:?}");
+        }
+    }
+}
+
+/// A gear that would give the other way fits the noise of derivatives as well, and is none.
+#[test]
+fn a_rotor_before_a_slide_has_no_rival_that_cannot_be() {
+    let file = PENDULUM.replace("axis = [0.0, 1.0, 0.0]", "kind = \"prismatic\", axis = [0.0, 0.0, 1.0]");
+    let chain = RobotConfig::parse("slide.toml", &file, None).and_then(|c| c.chain()).expect("a robot");
+    let own = log(6000, wave, |t| (2.0 + 1.5) * acceleration(wave, t) + 2.0 * 9.81, white(NOISE, 7));
+    let ports = Ports { references: vec![], inputs: vec![0], outputs: vec![1] };
+    let found = diagnose(&chain, &[own], &[], &ports, &Options::default(), &mut |_| {}).expect("an answer").0;
+    assert!(found.causes.len() == 1 && found.causes[0].effect == "motor-inertia" && found.causes[0].probability > 0.9, "{:?}", found.causes);
 }
 
 #[test]
@@ -394,13 +420,20 @@ fn links_that_swing_otherwise_in_each_trial_are_of_one_gear() {
     assert_gear(&found(&logs), stiffness);
 }
 
-/// Beside a cause that shows little stand others that predict as well, gears too: one that follows its load, whose compliance the data may choose.
+/// Beside a cause that shows little stand others that predict as well, gears too: one that follows its load, whose compliance the data may choose. That of
+/// a heavier link would have to give the other way.
 #[test]
-fn a_gear_that_gives_a_little_is_not_told_from_a_link_that_is_a_little_heavier() {
+fn a_gear_that_gives_a_little_is_not_told_from_a_link_that_is_a_little_lighter() {
     let hanging = |t: f64| 1.4 + wave(t);
-    let found = logged(6000, hanging, |t| 1.012 * needed(hanging, t), white(NOISE, 7));
-    let effects: Vec<&str> = found.confusable.iter().flat_map(|c| &c.effects).map(String::as_str).collect();
-    assert!(effects.contains(&"link-parameters at elbow") && effects.contains(&"joint-flexibility at elbow"), "{effects:?}");
+    let confusable = |share: f64, noise: f64| {
+        let found = logged(6000, hanging, |t| share * needed(hanging, t), white(noise, 7));
+        found.confusable.into_iter().flat_map(|c| c.effects).collect::<Vec<String>>()
+    };
+    for (share, noise, gives) in [(0.988, 3.0 * NOISE, true), (1.012, 3.0 * NOISE, false), (1.012, NOISE, false)] {
+        let effects = confusable(share, noise);
+        let has = |name: &str| effects.iter().any(|effect| effect == name);
+        assert_eq!([has("link-parameters at elbow"), has("joint-flexibility at elbow")], [true, gives], "{share} {noise} {effects:?}");
+    }
 }
 
 fn chain_of(text: &str) -> SerialChain {
@@ -461,7 +494,10 @@ fn a_stop_is_told_beside_the_files_range() {
         let chain = RobotConfig::parse("pendulum.toml", &text, None).and_then(|c| c.chain()).expect("a robot");
         let own = log(6000, wave, |t| needed(wave, t) + if stopped { 12.0 * (wave(t) - 0.6).max(0.0) } else { 0.0 }, white(NOISE, 7));
         let ports = Ports { references: vec![], inputs: vec![0], outputs: vec![1] };
-        diagnose(&chain, &[own], &[], &ports, &Options::default(), &mut |_| {}).expect("an answer").0
+        let found = diagnose(&chain, std::slice::from_ref(&own), &[], &ports, &Options::default(), &mut |_| {}).expect("an answer").0;
+        let written = corrections(&chain, &[own], &ports, &found).expect("corrections").list;
+        assert!(if stopped { matches!(written[..], [Correction { what: Corrected::Range(1), value: 0.59..0.61, .. }]) } else { written.is_empty() }, "{written:?}");
+        found
     };
     let told = |found: &Diagnosis| {
         found
