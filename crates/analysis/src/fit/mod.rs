@@ -154,11 +154,11 @@ fn fit_to(whole: &Evidence<'_>, settings: &Fit) -> Result<Fitted, AnalysisError>
     let (smoothing, transducer) = (evidence.smoothing(band_hz), settings.transducer());
     let comparison = WeightedFit { band_hz, smoothing, transducer, covariance: evidence.covariance, ..WeightedFit::default() };
     let composite = Composite::of_cards(&model, &cards);
-    let (start, starts) = starts::starts(&model, &composite, &cards, evidence, band_hz)?;
+    let starts = starts::starts(&model, &composite, &cards, evidence, band_hz)?;
     let mut sampled = sampled(&comparison, composite, &starts, evidence, settings.hold)?;
     let (sampling, begin) = (sampled.sampling, std::mem::take(&mut sampled.theta));
     let composite = Held { model: Composite::of_cards(&model, &cards), sampling };
-    let compared = compared_models(&comparison, &model, sampling, response, &cards, &start, settings.compare);
+    let compared = compared_models(&comparison, (&model, sampling), evidence, (&cards, &begin), settings.compare);
     let mut weighted = match &sums {
         Some(sums) => sums.fit(&comparison, &composite, &begin)?,
         None if evidence.errors_known() => {

@@ -1,12 +1,12 @@
 //! Models by their names, `inertia-damping-stiffness+delay`, and how those that contain each other compare.
 
-use super::result as schema;
+use super::evidence::Evidence;
+use super::{result as schema, starts};
 use crate::error::AnalysisError;
 use crate::result::number;
 use crate::suggest::nearest;
 use ndof_models::blocks::{self, BLOCKS, BlockCard, Composite};
 use ndof_models::{Fit, Held, InertiaDampingStiffnessModel, NullLaw, ParametricModel, Sampling, WeightedFit, likelihood_ratio};
-use ndof_sysid::FrequencyResponse;
 
 /// The model that blocks are added to.
 pub const MODEL: &str = "inertia-damping-stiffness";
@@ -36,17 +36,16 @@ pub(super) fn blocks_of(name: &str) -> Result<Vec<&'static BlockCard>, AnalysisE
     }
 }
 
-/// Fits of the models that are part of this one, of this one, and of each single block where `all`; likelihood ratios against
-/// the largest of those before that each contains.
+/// Fits of the models that are part of this one, of this one, which begins where it is fitted as well, and of each single block where `all`; likelihood
+/// ratios against the largest of those before that each contains.
 pub(super) fn compared_models(
     settings: &WeightedFit,
-    model: &InertiaDampingStiffnessModel,
-    sampling: Sampling,
-    response: &FrequencyResponse,
-    cards: &[&'static BlockCard],
-    start: &[f64],
+    (model, sampling): (&InertiaDampingStiffnessModel, Sampling),
+    evidence: &Evidence<'_>,
+    (cards, begin): (&[&'static BlockCard], &[f64]),
     all: bool,
 ) -> Vec<schema::ComparedModel> {
+    let response = &*evidence.response;
     if cards.is_empty() && !all {
         return Vec::new();
     }
@@ -64,7 +63,13 @@ pub(super) fn compared_models(
             continue;
         }
         let composite = Composite::of_cards(model, &set);
-        let starts = composite.starts(start);
+        let mut starts = starts::starts(model, &composite, &set, evidence, settings.band_hz).unwrap_or_default();
+        // What a model contains fits no better than the model does.
+        let inside = done.iter().filter(|(own, _)| own.iter().all(|name| names(&set).contains(name)));
+        starts.extend(inside.flat_map(|(_, fit)| composite.starts(&fit.theta[..model.parameters().len()])));
+        if names(&set) == names(cards) {
+            starts.push(begin.to_vec());
+        }
         let composite = Held { model: composite, sampling };
         match settings.fit_from(&composite, response, &starts) {
             Ok(fit) => done.push((names(&set), fit)),

@@ -19,7 +19,7 @@ pub(super) fn starts(
     cards: &[&BlockCard],
     evidence: &Evidence<'_>,
     band_hz: [f64; 2],
-) -> Result<(Vec<f64>, Vec<Vec<f64>>), AnalysisError> {
+) -> Result<Vec<Vec<f64>>, AnalysisError> {
     let response = evidence.response.band(band_hz[0], band_hz[1]);
     let start = linear_start(model, &response)?;
     let mut starts = composite.starts(&start);
@@ -33,7 +33,7 @@ pub(super) fn starts(
             starts.extend(Some(first).filter(|start| start.iter().all(|v| v.is_finite())));
         }
     }
-    Ok((start, starts))
+    Ok(starts)
 }
 
 /// A response of motion to effort whose effort is no longer late.
