@@ -1,6 +1,6 @@
 //! Each command does what its help says; results follow their schema and do not depend on threads.
 
-use crate::support::{held_arm, json, ndof, shared, succeed, trial, violation};
+use crate::support::{held_arm, json, ndof, refuse, shared, succeed, trial, violation};
 use serde_json::Value;
 
 #[test]
@@ -369,6 +369,25 @@ fn a_pipe_that_closes_early_is_no_error() {
     let script = format!("set -o pipefail; '{program}' estimate trial.csv --spectra --nfft 65536 --quiet --json - | head -c 10 > /dev/null");
     let status = std::process::Command::new("bash").args(["-c", &script]).current_dir(folder.path()).status().expect("a shell");
     assert!(status.success(), "{status}");
+}
+
+/// What the other commands would analyse is what is written.
+#[test]
+fn a_converted_recording_is_cut_and_corrected_as_asked() {
+    let folder = tempfile::tempdir().expect("a folder");
+    trial(folder.path());
+    let rows = |name: &str| std::fs::read_to_string(folder.path().join(name)).expect("written").lines().filter(|line| !line.starts_with('#')).count() - 1;
+    succeed(folder.path(), &["convert", "trial.csv", "cut.csv", "--start", "2", "--stop", "6"]);
+    succeed(folder.path(), &["convert", "trial.csv", "two.csv", "--exclude", "2-6"]);
+    let all = rows("trial.csv");
+    assert_eq!((rows("cut.csv"), rows("two-1.csv") + rows("two-2.csv")), (2000, all - 2000));
+    succeed(folder.path(), &["convert", "trial.csv", "bare.csv", "--handle-mass", "0.5"]);
+    let inertia = |name: &str, options: &[&str]| json(folder.path(), &[&["fit", name, "--nperseg", "1024"], options].concat())["parameters"][0]["value"].clone();
+    assert_eq!(inertia("bare.csv", &[]), inertia("trial.csv", &["--handle-mass", "0.5"]));
+    for [command, option] in [["convert", "--input"], ["simulate", "--json"]] {
+        let other = if command == "convert" { ["trial.csv", "other.csv"] } else { ["arm", "--out=arm.csv"] };
+        assert!(refuse(folder.path(), &[command, other[0], other[1], option, "x"]).contains("has no use for"), "{command}");
+    }
 }
 
 #[test]

@@ -52,6 +52,21 @@ fn a_late_force_channel_is_measured_by_its_model_and_wins_against_every_other() 
     assert!(table.contains("likelihood ratio") && table.contains("against inertia-damping-stiffness"), "{table}");
 }
 
+/// A motion that is five samples late: from the fit without a delay the search ends in another minimum.
+#[test]
+fn the_model_that_is_fitted_is_compared_as_it_is_fitted() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let force: Vec<f64> = noise(10, 25_000).iter().map(|f| 6.0 * f).collect();
+    let (motion, own) = (oscillator(&force), noise(50, 25_000));
+    let mut text = "# sample_rate_hz: 500\nforce_x [N],pos_x [m]\n".to_owned();
+    (5..force.len()).for_each(|k| writeln!(text, "{},{}", force[k], motion[k - 5] + 2e-5 * own[k]).expect("a string"));
+    std::fs::write(folder.path().join("late.csv"), text).expect("written");
+    let result = json(folder.path(), &["fit", "late.csv", "--model", "inertia-damping-stiffness+delay"]);
+    let compared = result["comparison"].as_array().expect("a comparison").last().expect("the model itself");
+    let [fitted, beside] = [&result["chi2_reduced"], &compared["chi2_reduced"]].map(|x| x.as_f64().expect("a number"));
+    assert!(compared["model"] == result["model"] && (fitted - beside).abs() < 1e-3 * fitted && fitted < 2.0, "{fitted} {beside}");
+}
+
 #[test]
 fn a_model_that_there_is_not_is_refused_with_the_name_it_may_have_been() {
     let folder = tempfile::tempdir().expect("a folder");

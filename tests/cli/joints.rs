@@ -65,17 +65,45 @@ fn what_the_file_says_is_adequate_and_a_hidden_friction_is_named_at_its_joint() 
 }
 
 #[test]
-fn a_simulator_s_own_friction_is_no_cause_where_its_log_is_given() {
+fn a_friction_is_the_robots_whatever_a_simulator_has_of_it() {
     let folder = tempfile::tempdir().expect("a folder");
     // Measured: 0.9 N m s/rad at the shoulder, of which the simulator has two thirds, and the file nothing.
     log(folder.path(), "log.csv", |j, v, _| if j == 0 { 0.9 * v } else { 0.0 });
     log(folder.path(), "sim.csv", |j, v, _| if j == 0 { 0.6 * v } else { 0.0 });
-    for (options, lacking) in [(vec![], 0.9), (vec!["--simulated", "sim.csv"], 0.3)] {
+    for (options, before) in [(vec![], 0.0), (vec!["--simulated", "sim.csv"], 0.6)] {
         let all: Vec<&str> = ["diagnose", "log.csv", "--robot", "arm.urdf"].into_iter().chain(options).collect();
         let found = json(folder.path(), &all);
         assert_eq!(causes(&found), vec![("viscous-friction".to_owned(), "shoulder".to_owned())], "{all:?}");
         let (viscous, _) = parameter(&found, 0, "viscous_nm_s_per_rad");
-        assert!((viscous - lacking).abs() < 0.02, "{viscous} for {lacking}");
+        let shift = &found["extended"]["parameter_shift"][0];
+        let was = shift["before"].as_f64().expect("a number");
+        assert!((viscous - 0.9).abs() < 0.02 && (was - before).abs() < 0.02, "{viscous} {shift}");
+    }
+}
+
+/// A finger that hangs on the chain pulls at the joints before it.
+#[test]
+fn what_moves_beside_the_chain_is_told_and_no_name_is_sure() {
+    let folder = tempfile::tempdir().expect("a folder");
+    log(folder.path(), "log.csv", |j, v, _| if j == 1 { 0.4 * v } else { 0.0 });
+    let finger = r#"<link name="finger"><inertial><mass value="0.1"/><inertia ixx="0.001" iyy="0.001" izz="0.001"/></inertial></link>
+  <joint name="grip" type="continuous"><parent link="upper"/><child link="finger"/><axis xyz="0 0 1"/></joint>
+</robot>"#;
+    let text = std::fs::read_to_string(folder.path().join("arm.urdf")).expect("written");
+    std::fs::write(folder.path().join("hand.urdf"), text.replace("</robot>", finger)).expect("written");
+    let own = std::fs::read_to_string(folder.path().join("log.csv")).expect("written");
+    let mut rows = own.lines().filter(|line| !line.starts_with('#'));
+    let names = rows.next().expect("a header");
+    let rows: Vec<&str> = rows.collect();
+    for (reach, moves) in [(0.0, false), (0.8, true)] {
+        let angle = |k: usize| reach * (0.02 * k as f64).sin();
+        let with: Vec<String> = rows.iter().enumerate().map(|(k, row)| format!("{row},{:.6},0.0{}", angle(k), k % 2)).collect();
+        let text = format!("# sample_rate_hz: 200\n{names},angle_grip [rad],torque_grip [N m]\n{}\n", with.join("\n"));
+        std::fs::write(folder.path().join("held.csv"), text).expect("written");
+        let found = json(folder.path(), &["diagnose", "held.csv", "--robot", "hand.urdf", "--tip", "fore"]);
+        let told = found["warnings"].as_array().expect("a list").iter().any(|warning| warning["code"] == "moves-beside");
+        let sure = found["causes"][0]["probability"].as_f64().expect("a number") > 0.6;
+        assert_eq!((told, sure), (moves, !moves), "{reach}: {}", found["warnings"]);
     }
 }
 

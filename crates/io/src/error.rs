@@ -114,7 +114,7 @@ pub enum IoError {
     #[error("{file}: {rows} sample only; the time column gives a rate from two samples on")]
     OneSample { file: String, rows: usize },
     /// Time stands still or runs backwards.
-    #[error("{file}, {place}: time goes from {before_s} s to {after_s} s; it must increase: look for repeated or swapped lines, or two recordings in one file")]
+    #[error("{file}, {place}: time goes from {before_s} s to {after_s} s; it must increase: look for repeated or swapped lines, or two recordings in one file; where times are rounded to less than a step, write more decimals, or delete the column and give the rate by --sample-rate")]
     TimeBackwards { file: String, place: Place, before_s: f64, after_s: f64 },
     /// The steps of time differ.
     #[error(
@@ -142,7 +142,7 @@ pub enum IoError {
         limit: f64,
     },
     /// Resampling below the file's own rate, which would fold high frequencies onto low ones.
-    #[error("{file}: resampling to {asked_hz} Hz lies below the file's {rate_hz} Hz and would alias; ask for {rate_hz} Hz or more, or `auto`")]
+    #[error("{file}: resampling to {asked_hz} Hz lies below the file's {rate_hz:.6} Hz and would alias; ask for {rate_hz:.6} Hz or more, or `auto`")]
     ResampleDown { file: String, asked_hz: f64, rate_hz: f64 },
     /// A unit was given for a channel that does not exist.
     #[error("{file}: a unit is given for \"{channel}\", which is no channel of it; it has: {}", available.join(", "))]

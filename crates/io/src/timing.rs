@@ -109,7 +109,7 @@ fn by_median(table: &Table, times_s: &[f64], rounding: Rounding, error: &str, no
     if backwards > 0 {
         notes.push(note(
             format!("time stands still or runs backwards {backwards} times ({error})"),
-            "look for repeated or swapped lines, or two recordings in one file",
+            "look for repeated or swapped lines, or two recordings in one file; where times are rounded to less than a step, write more decimals, or delete the column and give the rate by --sample-rate",
         ));
     }
     let gaps: Vec<usize> = (0..steps.len()).filter(|&k| steps[k] > GAP * median_s).collect();

@@ -64,16 +64,20 @@ impl Mistaken {
         if let Mistaken::Angle(j) | Mistaken::Joint(j) = self {
             [&mut out.q, &mut out.v, &mut out.a, &mut out.sharp].into_iter().for_each(|series| back(&mut series[j]));
         }
-        if let Mistaken::Joint(j) = self {
-            back(&mut out.torque[j]);
-        }
-        out
+        if let Mistaken::Joint(j) = self { turned_round(&out, j) } else { out }
     }
 
     /// Whether the file's torques change with it, and not the places of the logged ones alone.
     fn moves(self) -> bool {
         !matches!(self, Mistaken::Torques(_))
     }
+}
+
+/// A motion whose torque at a joint counts the other way.
+fn turned_round(motion: &Motion, joint: usize) -> Motion {
+    let mut out = motion.clone();
+    out.torque[joint].iter_mut().for_each(|torque| *torque = -*torque);
+    out
 }
 
 /// What puts two thirds or more of the file's error right, where it misses more than the last third of a torque: a simulator's log has the same channels, and none is asked
@@ -88,7 +92,9 @@ pub(crate) fn mistaken(scene: &Scene<'_>, motions: &[Motion], tilt: &[f64; 3]) -
     if before.iter().all(|missed| *missed < LEFT) {
         return None;
     }
-    let pairs = driven.iter().flat_map(|&a| driven.iter().filter(move |b| **b > a).map(move |&b| [a, b]));
+    // Metres are nobody's radians.
+    let alike = |[a, b]: &[usize; 2]| scene.chain.slides(*a) == scene.chain.slides(*b);
+    let pairs = driven.iter().flat_map(|&a| driven.iter().filter(move |b| **b > a).map(move |&b| [a, b])).filter(alike);
     let one = driven.iter().flat_map(|&j| [Mistaken::Angle(j), Mistaken::Joint(j)]);
     let all = pairs.flat_map(|pair| [Mistaken::Torques(pair), Mistaken::Angles(pair), Mistaken::Joints(pair)]).chain(one);
     let after = |way: Mistaken| {
@@ -107,6 +113,14 @@ pub(crate) fn mistaken(scene: &Scene<'_>, motions: &[Motion], tilt: &[f64; 3]) -
     let sum = |errors: &[f64]| errors.iter().sum::<f64>();
     let right = |way: Mistaken| Some((way, after(way))).filter(|(_, after)| sum(after) < LEFT * sum(&before)).map(|(way, after)| (way, sum(&after)));
     let (found, left) = all.filter_map(right).min_by(|a, b| a.1.total_cmp(&b.1))?;
+    // A torque alone that counts the other way is a gain below zero, which is found as one.
+    let turned = |j: &usize| {
+        let turned: Vec<Motion> = motions.iter().map(|motion| turned_round(motion, *j)).collect();
+        sum(&errors(&driven, &turned, &nominal))
+    };
+    if driven.iter().map(turned).any(|turned| turned <= left) {
+        return None;
+    }
     let on_a_slope: Vec<Vec<Vec<f64>>> = motions.iter().map(|motion| on_a_slope(scene, motion, tilt)).collect();
     (left < sum(&errors(&driven, motions, &on_a_slope))).then_some(found)
 }

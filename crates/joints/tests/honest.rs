@@ -228,6 +228,11 @@ fn channels_that_changed_places_or_sign_are_told_and_nothing_is_sure_beside_them
         let written = corrections(&file, &[log], &ports(), &found).expect("of these");
         assert!(written.list.is_empty(), "{written:?}");
     }
+    // A torque alone that counts the other way is a gain, and no angle is to be turned for it.
+    let negated = found(&file, log(&file, 7, |_, _, _, _| 0.0, |torque, _| torque[1] = -torque[1]));
+    let first = &negated.causes[0];
+    assert!(first.effect == "torque-scale" && first.site.axis == "lift" && first.probability > 0.9, "{:?}", negated.causes);
+    assert_eq!(notes(&negated, "as if"), 0, "{:?}", negated.discrepancy.notes);
     let right = found(&file, log(&file, 7, |_, _, _, _| 0.0, |_, _| {}));
     assert!(right.discrepancy.notes.iter().all(|note| !note.contains("--channels") && !note.contains("--negate")), "{:?}", right.discrepancy.notes);
 }

@@ -19,11 +19,13 @@ pub(super) fn warnings(evidence: &Evidence<'_>, fit: &ndof_models::Fit, baseline
     warnings.extend(force_sign(baseline));
     let unknown: Vec<&str> = fit.parameters.iter().filter(|p| !p.identifiable).map(|p| p.name.as_str()).collect();
     if !unknown.is_empty() {
-        warnings.push(Warning::new(
-            "not-identifiable",
-            format!("the data say next to nothing about {}", unknown.join(", ")),
-            "record longer or excite the axis more strongly or over a wider band, or fix the parameter",
-        ));
+        // Intervals that a misfit makes wide become narrow by another model, and not by more data.
+        let (beside, action) = if fit.chi2_reduced > MISFIT && evidence.errors_known() {
+            (" beside a misfit as large as this one", "fit a model without that misfit first: `compare`, or ask `ndof diagnose` what this one lacks")
+        } else {
+            ("", "record longer or excite the axis more strongly or over a wider band, or fix the parameter")
+        };
+        warnings.push(Warning::new("not-identifiable", format!("the data say next to nothing about {}{beside}", unknown.join(", ")), action));
     }
     if fit.chi2_reduced > MISFIT && evidence.errors_known() {
         let width = fit.covariance_scale.sqrt();

@@ -54,7 +54,14 @@ impl Limb {
                 KinematicsFile { origin: path.display().to_string(), ..file }
             }
             None if given => {
-                KinematicsFile { kind: "planar-two-link".to_owned(), origin: "--link-lengths, --shoulder, --hand".to_owned(), ..Default::default() }
+                let asked = [
+                    ("--arm", self.arm.is_some()),
+                    ("--link-lengths", self.link_lengths.is_some()),
+                    ("--shoulder, --hand", self.shoulder.is_some()),
+                    ("--posture", self.posture.is_some()),
+                ];
+                let origin: Vec<&str> = asked.iter().filter(|(_, asked)| *asked).map(|(option, _)| *option).collect();
+                KinematicsFile { kind: "planar-two-link".to_owned(), origin: origin.join(", "), ..Default::default() }
             }
             None if self.mean_force.is_some() => {
                 return Err(CliError::Usage(

@@ -148,15 +148,16 @@ pub(super) fn end_of<T: Copy + PartialEq>(ends: &[T], moved: impl Fn(T) -> Optio
     Ok(if still.len() > 1 { (part, still) } else { (end, Vec::new()) })
 }
 
-/// What is said of joints that hang on the chain and are not in it.
-pub(super) fn held<'a>(names: impl Iterator<Item = &'a str>, tip: &str) -> Option<String> {
-    let names: Vec<&str> = names.collect();
-    let them = names.join(", ");
-    (!names.is_empty()).then(|| {
+/// Notes joints that hang on the chain and are not in it.
+pub(super) fn hold<'a>(config: &mut RobotConfig, names: impl Iterator<Item = &'a str>, tip: &str) {
+    config.held = names.map(str::to_owned).collect();
+    let them = config.held.join(", ");
+    let said = || {
         format!(
             "{them}: not on the way to \"{tip}\", and taken as held still where the file has them, with what they carry part of the body on which they hang"
         )
-    })
+    };
+    config.notes.extend((!config.held.is_empty()).then(said));
 }
 
 /// A robot without joints.
@@ -171,6 +172,7 @@ pub(super) fn robot(name: &str) -> RobotConfig {
         transducer: Default::default(),
         hold: Default::default(),
         ends: Vec::new(),
+        held: Vec::new(),
         notes: Vec::new(),
     }
 }

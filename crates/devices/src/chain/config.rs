@@ -156,6 +156,9 @@ pub struct RobotConfig {
     /// be chosen.
     #[serde(skip)]
     pub ends: Vec<String>,
+    /// Joints of a URDF or MJCF that hang on the chain and are not in it.
+    #[serde(skip)]
+    pub held: Vec<String>,
     /// What a URDF or MJCF has that is not read, or read otherwise than it says, in sentences.
     #[serde(skip)]
     pub notes: Vec<String>,
