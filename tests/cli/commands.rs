@@ -382,7 +382,8 @@ fn a_converted_recording_is_cut_and_corrected_as_asked() {
     let all = rows("trial.csv");
     assert_eq!((rows("cut.csv"), rows("two-1.csv") + rows("two-2.csv")), (2000, all - 2000));
     succeed(folder.path(), &["convert", "trial.csv", "bare.csv", "--handle-mass", "0.5"]);
-    let inertia = |name: &str, options: &[&str]| json(folder.path(), &[&["fit", name, "--nperseg", "1024"], options].concat())["parameters"][0]["value"].clone();
+    let inertia =
+        |name: &str, options: &[&str]| json(folder.path(), &[&["fit", name, "--nperseg", "1024"], options].concat())["parameters"][0]["value"].clone();
     assert_eq!(inertia("bare.csv", &[]), inertia("trial.csv", &["--handle-mass", "0.5"]));
     for [command, option] in [["convert", "--input"], ["simulate", "--json"]] {
         let other = if command == "convert" { ["trial.csv", "other.csv"] } else { ["arm", "--out=arm.csv"] };

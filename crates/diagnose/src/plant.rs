@@ -219,9 +219,7 @@ impl Base {
         let times_s = |spectrum: &[Complex64]| -> Arc<Vec<Complex64>> {
             Arc::new(spectrum.chunks(lines).flat_map(|block| block.iter().zip(&layout.sj).map(|(f, s)| -f * s)).collect())
         };
-        // In which order a tick reads its sensors and writes its command no recording tells: anything up to half of one, either way.
-        let within_a_tick_s = 1.0 / (layout.rate_hz * layout.factor as f64) / 12_f64.sqrt();
-        let sigma = (INSTRUMENT_DELAY_S * layout.time_s).hypot(within_a_tick_s);
+        let sigma = INSTRUMENT_DELAY_S * layout.time_s;
         self.columns.push(Column {
             parts: (0..n).map(|i| (i, times_s(&state.effort_spectra[i]))).collect(),
             action: if looped { (0..n * n).map(|q| (q / n, q % n, Arc::new(impedance(&|k, z| layout.sj[k] * z[q])))).collect() } else { vec![] },

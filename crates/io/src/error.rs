@@ -114,7 +114,9 @@ pub enum IoError {
     #[error("{file}: {rows} sample only; the time column gives a rate from two samples on")]
     OneSample { file: String, rows: usize },
     /// Time stands still or runs backwards.
-    #[error("{file}, {place}: time goes from {before_s} s to {after_s} s; it must increase: look for repeated or swapped lines, or two recordings in one file; where times are rounded to less than a step, write more decimals, or delete the column and give the rate by --sample-rate")]
+    #[error(
+        "{file}, {place}: time goes from {before_s} s to {after_s} s; it must increase: look for repeated or swapped lines, or two recordings in one file; where times are rounded to less than a step, write more decimals, or delete the column and give the rate by --sample-rate"
+    )]
     TimeBackwards { file: String, place: Place, before_s: f64, after_s: f64 },
     /// The steps of time differ.
     #[error(

@@ -5,7 +5,7 @@ use crate::causes::Form;
 use crate::explained::explained;
 use crate::generic::Left;
 use crate::held_out::{Sum, gain, losses, predicted};
-use crate::judged::{of_a_simulator, Aside, Searched, share};
+use crate::judged::{Aside, Searched, of_a_simulator, share};
 use crate::mistaken::Mistaken;
 use crate::model::{Model, residual};
 use crate::motion::Motion;

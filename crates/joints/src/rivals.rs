@@ -34,7 +34,8 @@ pub(crate) fn rivals(views: [&View<'_>; 2], rule: &Rule<'_>, model: &Model, k: u
     let mut places: Vec<usize> = Vec::new();
     // A spring that rests turns away, a friction that pushes, or a gear that gives the other way rivals nothing; of one that settled the data chose the compliance.
     let columns = |f: usize| &rule.table.columns[f];
-    let possible = |f: usize| rule.forms[f].gear().is_some_and(|gear| gear.extent > 0.0) || rule.forms[f].allows(&solved.with(rule.table, columns(f)).of(columns(f)));
+    let possible =
+        |f: usize| rule.forms[f].gear().is_some_and(|gear| gear.extent > 0.0) || rule.forms[f].allows(&solved.with(rule.table, columns(f)).of(columns(f)));
     for (f, worth) in by {
         if worth > 0.0 && possible(f) && places.len() < MOST && !places.iter().any(|p| rule.forms[*p].same_place(&rule.forms[f])) {
             places.push(f);

@@ -257,8 +257,7 @@ fn frictions_are_the_robots_whatever_a_simulator_has() {
         let found = diagnose(&chain, &[log.clone()], &[simulated], &ports, &Options::default(), &mut |_| {}).expect("an answer").0;
         assert_eq!((found.verdict, found.causes.len()), (Verdict::Explained, 1), "{simulator:?} {:?}", found.causes);
         let slope = robot[0] != simulator[0];
-        let (effect, name, truth) =
-            if slope { ("viscous-friction", "viscous_nm_s_per_rad", robot[0]) } else { ("coulomb-friction", "level_nm", robot[1]) };
+        let (effect, name, truth) = if slope { ("viscous-friction", "viscous_nm_s_per_rad", robot[0]) } else { ("coulomb-friction", "level_nm", robot[1]) };
         let [low, high] = interval(&found, effect, name).expect("an interval");
         // The sign of the simulator's friction turns over a speed, and its level is read without that.
         assert!(high - low < 0.1 && (0.5 * (low + high) - truth).abs() < 0.05, "{simulator:?} {low} {high}");
@@ -496,7 +495,10 @@ fn a_stop_is_told_beside_the_files_range() {
         let ports = Ports { references: vec![], inputs: vec![0], outputs: vec![1] };
         let found = diagnose(&chain, std::slice::from_ref(&own), &[], &ports, &Options::default(), &mut |_| {}).expect("an answer").0;
         let written = corrections(&chain, &[own], &ports, &found).expect("corrections").list;
-        assert!(if stopped { matches!(written[..], [Correction { what: Corrected::Range(1), value: 0.59..0.61, .. }]) } else { written.is_empty() }, "{written:?}");
+        assert!(
+            if stopped { matches!(written[..], [Correction { what: Corrected::Range(1), value: 0.59..0.61, .. }]) } else { written.is_empty() },
+            "{written:?}"
+        );
         found
     };
     let told = |found: &Diagnosis| {

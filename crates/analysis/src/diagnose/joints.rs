@@ -64,7 +64,8 @@ fn swinging(trials: &Trials, (held, tolerance): (&[String], f64), ports: &Ports)
     let moving: Vec<&str> = held.iter().filter(|joint| spread(&format!("angle_{joint}")) > tolerance * widest).map(String::as_str).collect();
     let them = moving.join(", ");
     (!moving.is_empty()).then(|| {
-        let message = format!("{them}: taken as held still, and moving in the log: what hangs there pulls at the joints before it, and no name is surer than 0.6");
+        let message =
+            format!("{them}: taken as held still, and moving in the log: what hangs there pulls at the joints before it, and no name is surer than 0.6");
         Warning::new("moves-beside", message, "record with it at rest, or judge a file that ends before it branches")
     })
 }
