@@ -301,9 +301,7 @@ fn into_mjcf(
             }
             Corrected::Range(_) => {
                 changes.why.push(&correction.why);
-                // To twelve digits: the end that stays is the one that was read, but for round-off.
-                let digits = |v: f64| format!("{v:.11e}").parse().unwrap_or(v);
-                let range = target.range_rad.unwrap_or_default().map(|v| digits(v / drive.unit));
+                let range = target.range_rad.unwrap_or_default().map(|v| v / drive.unit);
                 changes.values.retain(|(name, _)| *name != "range" && *name != "limited");
                 changes.values.extend([("range", words(&range)), ("limited", "true".to_owned())]);
             }
