@@ -254,7 +254,7 @@ fn frictions_are_the_robots_whatever_a_simulator_has() {
     };
     for (robot, simulator) in [([0.5, 0.0], [0.0, 0.0]), ([0.5, 0.0], [1.4, 0.0]), ([0.5, 0.0], [0.5, 1.0])] {
         let (log, simulated) = (of(robot[0], robot[1], NOISE), of(simulator[0], simulator[1], 0.0));
-        let found = diagnose(&chain, &[log.clone()], &[simulated], &ports, &Options::default(), &mut |_| {}).expect("an answer").0;
+        let found = diagnose(&chain, std::slice::from_ref(&log), &[simulated], &ports, &Options::default(), &mut |_| {}).expect("an answer").0;
         assert_eq!((found.verdict, found.causes.len()), (Verdict::Explained, 1), "{simulator:?} {:?}", found.causes);
         let slope = robot[0] != simulator[0];
         let (effect, name, truth) = if slope { ("viscous-friction", "viscous_nm_s_per_rad", robot[0]) } else { ("coulomb-friction", "level_nm", robot[1]) };
