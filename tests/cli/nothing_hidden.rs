@@ -31,6 +31,36 @@ fn how_much_of_a_noisy_motion_is_not_foretold_is_said() {
     }
 }
 
+/// A loop that reads force and position and then writes the command that it holds: what is read is of before the command, by half a tick. In which order
+/// it is no recording tells, and no delay or filter is sure.
+#[test]
+fn half_a_tick_is_no_sure_delay() {
+    const STEPS: usize = 50;
+    let folder = tempfile::tempdir().expect("a folder");
+    for (name, rate_hz) in [("slow.csv", 100.0), ("fast.csv", 500.0)] {
+        let command = noise(1, (50.0 * rate_hz) as usize);
+        let (mut x, mut v, mut held, step_s) = (0.0, 0.0, 0.0, 1.0 / rate_hz / STEPS as f64);
+        let acceleration = |x: f64, v: f64, held: f64| (held - (200.0 + 300.0) * x - (15.0 + 12.0) * v) / (1.0 + 2.0);
+        let (mut force, mut motion) = (Vec::new(), Vec::new());
+        for (f, own) in command.iter().zip(noise(2, command.len())) {
+            force.push(2.0 * acceleration(x, v, held) + 12.0 * v + 300.0 * x + 0.02 * own);
+            motion.push((x * 1e5).round() / 1e5);
+            held = 4.0 * f;
+            for _ in 0..STEPS {
+                v += acceleration(x, v, held) * step_s;
+                x += v * step_s;
+            }
+        }
+        csv(&folder.path().join(name), &format!("# sample_rate_hz: {rate_hz}\n"), &[("force_x [N]", &force), ("pos_x [m]", &motion)]);
+        let d = json(folder.path(), &["diagnose", name]);
+        let causes = d["causes"].as_array().expect("a list");
+        let late = causes.iter().filter(|c| ["measurement-delay", "channel-filter"].iter().any(|effect| c["effect"] == *effect));
+        assert!(late.clone().all(|c| c["probability"].as_f64().expect("a number") <= 0.6 && c["evidence"].to_string().contains("half a sample")), "{d}");
+        // At 100 Hz it is there to be seen.
+        assert!(rate_hz > 100.0 || late.count() == 1, "{causes:?}");
+    }
+}
+
 /// A controller that runs at 100 Hz beside forces at 500 Hz: held for 10 ms its position would be late by four rows.
 #[test]
 fn a_position_that_is_read_more_slowly_is_no_filter() {

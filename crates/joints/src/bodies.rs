@@ -45,13 +45,22 @@ impl Bodies {
 
     /// Torques that they need without a deflection, `[joint][sample]`.
     pub fn torques(&self, motion: &Motion) -> &[Vec<f64>] {
-        self.known[motion.trial].torques.get_or_init(|| inverse_dynamics(&self.chain, motion))
+        kept(&self.known[motion.trial].torques, || inverse_dynamics(&self.chain, motion)).as_slice()
     }
 
     /// What hangs on a joint with this rotor.
     pub fn load(&self, motion: &Motion, joint: usize, rotor: f64) -> &Load {
-        self.known[motion.trial].loads[joint].get_or_init(|| Load::of(motion, self, joint, rotor))
+        kept(&self.known[motion.trial].loads[joint], || Load::of(motion, self, joint, rotor))
     }
+}
+
+/// What is kept, made if it is not there, and never inside of the lock: who makes it by several threads takes other work while it waits for them, which may ask
+/// for the same.
+fn kept<T>(lock: &OnceLock<T>, make: impl FnOnce() -> T) -> &T {
+    lock.get().unwrap_or_else(|| {
+        let made = make();
+        lock.get_or_init(|| made)
+    })
 }
 
 /// What hangs on a joint, sample by sample.
@@ -155,8 +164,27 @@ pub(crate) fn size(x: [f64; 3]) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::shared_tests::of_a_pendulum;
+    use rayon::prelude::*;
 
     const G: [f64; 3] = [0.0, 0.0, -9.81];
+
+    /// Whoever makes what is kept takes other work while it waits for other threads, and that may ask for the same.
+    #[test]
+    fn many_may_ask_for_what_several_threads_make() {
+        let at = |f: fn(f64) -> f64| (0..4000).map(|k| f(0.013 * f64::from(k))).collect();
+        of_a_pendulum(at(f64::sin), at(f64::cos), |scene, view| {
+            let pool = rayon::ThreadPoolBuilder::new().num_threads(4).build().expect("threads");
+            let ask = |tasks: usize| {
+                let bodies = Bodies::new(scene.chain.clone(), 1);
+                (0..tasks)
+                    .into_par_iter()
+                    .for_each(|_| assert!(bodies.load(&view.motions[0], 0, 0.0).inertia.len() == bodies.torques(&view.motions[0])[0].len()));
+            };
+            // Few tasks leave threads that take parts of one.
+            (0..200).for_each(|k| pool.install(|| ask(2 + k % 7)));
+        });
+    }
 
     #[test]
     fn a_tilt_turns_gravity_where_it_is_to() {

@@ -27,7 +27,7 @@ pub struct Corrections {
     pub joints: Vec<String>,
 }
 
-/// The corrections that the named causes of a diagnosis ask for; `trials` and `ports` are those that it was made from.
+/// The corrections that the named causes of a diagnosis ask for; `trials`, `ports` and `options` are those that it was made from.
 ///
 /// Friction, rotor and gravity become what was found, in place of what the file has. Changes of a link and a payload are added to the ten inertial
 /// parameters of their body, from which its mass, its centre and the inertia about that follow; if no masses make that body, it becomes the one nearest to
@@ -37,15 +37,15 @@ pub struct Corrections {
 ///
 /// # Errors
 /// [`JointsError`] if trials and chain do not match.
-pub fn corrections(chain: &SerialChain, trials: &[Recording], ports: &Ports, diagnosis: &Diagnosis) -> Result<Corrections, JointsError> {
+pub fn corrections(chain: &SerialChain, trials: &[Recording], ports: &Ports, diagnosis: &Diagnosis, options: &Options) -> Result<Corrections, JointsError> {
     let out = Corrections { joints: chain.joints().names.clone(), ..Corrections::default() };
-    let mut found = Found { chain: chain.clone(), out, bodies: vec![Body::default(); chain.joints().count()] };
+    let mut found = Found { chain: chain.clone(), out, bodies: vec![Body::default(); chain.joints().count()], diagnosis, tolerance: options.tolerance };
     for (joint, name) in chain.joints().names.iter().enumerate() {
         let of = |effect: &str| diagnosis.causes.iter().find(|c| may_be_written(c) && c.effect == effect && c.site.axis == *name);
         let frictions = [of("coulomb-friction"), of("viscous-friction")].map(|cause| cause.filter(|cause| !found.is_open(cause, joint)));
         found.friction(joint, frictions, trials, ports)?;
         if let Some(cause) = of("end-stop") {
-            found.stop(joint, cause, trials, ports)?;
+            found.stop(joint, cause, trials, ports.outputs[joint]);
         }
     }
     // Gravity first: what torques tell of a body depends on it.
@@ -100,13 +100,15 @@ struct Body {
 }
 
 /// Corrections as they are gathered.
-struct Found {
+struct Found<'a> {
     chain: SerialChain,
     out: Corrections,
     bodies: Vec<Body>,
+    diagnosis: &'a Diagnosis,
+    tolerance: f64,
 }
 
-impl Found {
+impl Found<'_> {
     fn correct(&mut self, joint: &str, what: Corrected, value: f64, why: &str) {
         self.out.list.push(Correction { joint: joint.to_owned(), what, value, why: why.to_owned() });
     }
@@ -115,15 +117,19 @@ impl Found {
         self.out.left_out.push(format!("{}: {why}", words(cause)));
     }
 
-    /// Whether a cause of one number says nothing against the file's, as where it is a simulator that has another.
+    /// Whether a cause of one number says nothing against the file's: its interval goes from none to beyond it, or it is a simulator that has another, from which
+    /// the file's number is as far as what was found, but for the tolerance.
     fn is_open(&self, cause: &Cause, joint: usize) -> bool {
         let joints = self.chain.joints();
-        match cause.effect.as_str() {
-            "motor-inertia" => says_nothing(cause, "rotor_kg_m2", self.chain.inertial_parameters()[TERMS_OF_A_LINK * joints.count() + joint]),
-            "coulomb-friction" => says_nothing(cause, "level_nm", joints.coulomb[joint]),
-            "viscous-friction" => says_nothing(cause, "viscous_nm_s_per_rad", joints.viscous[joint]),
-            _ => false,
-        }
+        let (kind, name, file) = match cause.effect.as_str() {
+            "motor-inertia" => ("rotor", "rotor_kg_m2", self.chain.inertial_parameters()[TERMS_OF_A_LINK * joints.count() + joint]),
+            "coulomb-friction" => ("coulomb", "level_nm", joints.coulomb[joint]),
+            "viscous-friction" => ("viscous", "viscous_nm_s_per_rad", joints.viscous[joint]),
+            _ => return false,
+        };
+        let shift = self.diagnosis.extended.parameter_shift.iter().find(|shift| shift.name.starts_with(&format!("{kind}_{}_", cause.site.axis)));
+        let is_the_files = shift.is_some_and(|shift| (shift.after - file).abs() < self.tolerance * (shift.after - shift.before).abs());
+        says_nothing(cause, name, file) || is_the_files
     }
 
     /// What is not friction that a file can say.
@@ -198,17 +204,15 @@ impl Found {
     }
 
     /// The end of a range that the file has, on the side of the movement on which the stop is.
-    fn stop(&mut self, joint: usize, cause: &Cause, trials: &[Recording], ports: &Ports) -> Result<(), JointsError> {
-        let Some(stop) = number(cause, "stop_rad") else { return Ok(()) };
+    fn stop(&mut self, joint: usize, cause: &Cause, trials: &[Recording], angle: usize) {
+        let Some(stop) = number(cause, "stop_rad") else { return };
         if !self.chain.ranges()[joint].iter().all(|end| end.is_finite()) {
-            self.leave_out(cause, "the file gives this joint no range that would end there");
-            return Ok(());
+            return self.leave_out(cause, "the file gives this joint no range that would end there");
         }
-        let (scene, _) = scene(&self.chain, trials, &[], ports)?;
-        let [low, high] = scene.joints[joint].range;
-        self.correct(&cause.site.axis, Corrected::Range(usize::from(stop > 0.5 * (low + high))), stop, &words(cause));
+        let angles = || trials.iter().flat_map(|trial| trial.channels()[angle].samples.iter().copied());
+        let middle = 0.5 * (angles().fold(f64::INFINITY, f64::min) + angles().fold(f64::NEG_INFINITY, f64::max));
+        self.correct(&cause.site.axis, Corrected::Range(usize::from(stop > middle)), stop, &words(cause));
         self.out.left_out.push(format!("{}: its stiffness has no word in robots' files; where it is is written", words(cause)));
-        Ok(())
     }
 
     fn link(&mut self, joint: usize, cause: &Cause) {
@@ -344,13 +348,9 @@ fn may_be_written(cause: &Cause) -> bool {
     cause.is_likely() && cause.at_most >= 1.0
 }
 
-/// Whether a parameter's interval goes from none to beyond what the file has: it says neither that there is some nor that the file is wrong. Nor does one that
-/// is the file's, where it is the simulator's that was wrong.
+/// Whether a parameter's interval goes from none to beyond what the file has: it says neither that there is some nor that the file is wrong.
 fn says_nothing(cause: &Cause, name: &str, file: f64) -> bool {
-    let own = || cause.parameters.iter().filter(|p| p.name == name);
-    let holds = |p: &CauseParameter| p.ci95.is_some_and(|[low, high]| file <= high && (low <= 0.0 || low <= file));
-    let is_the_files = number(cause, name).is_some_and(|value| (value - file).abs() <= Options::default().tolerance * file.abs());
-    own().any(holds) || is_the_files
+    may_be_zero(cause, name) && cause.parameters.iter().any(|p| p.name == name && p.ci95.is_some_and(|[_, high]| file <= high))
 }
 
 /// Whether a parameter's interval has nothing in it.

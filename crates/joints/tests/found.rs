@@ -264,7 +264,7 @@ fn frictions_are_the_robots_whatever_a_simulator_has() {
         let more = simulator[0] > robot[0] || simulator[1] > robot[1];
         assert_eq!(found.causes[0].evidence.iter().any(|said| said.contains("the simulation has more of it")), more, "{:?}", found.causes[0].evidence);
         if slope {
-            let asked = corrections(&chain, &[log], &ports, &found).expect("corrections");
+            let asked = corrections(&chain, &[log], &ports, &found, &Options::default()).expect("corrections");
             assert!(asked.list.is_empty() && asked.left_out.len() == 1, "the file is right: {asked:?}");
         }
     }
@@ -485,6 +485,18 @@ joints = [
     assert_eq!(found.verdict, Verdict::Explained);
 }
 
+/// The end of the file's range that is written is on the side of the movement on which the stop is.
+#[test]
+fn a_stop_below_is_the_lower_end() {
+    let text = PENDULUM.replace("mass_kg", "range_rad = [-1.5, 1.5], mass_kg");
+    let chain = RobotConfig::parse("pendulum.toml", &text, None).and_then(|c| c.chain()).expect("a robot");
+    let own = log(6000, wave, |t| needed(wave, t) + 12.0 * (wave(t) + 0.6).min(0.0), white(NOISE, 7));
+    let ports = Ports { references: vec![], inputs: vec![0], outputs: vec![1] };
+    let found = diagnose(&chain, std::slice::from_ref(&own), &[], &ports, &Options::default(), &mut |_| {}).expect("an answer").0;
+    let written = corrections(&chain, &[own], &ports, &found, &Options::default()).expect("corrections").list;
+    assert!(matches!(written[..], [Correction { what: Corrected::Range(0), value: -0.61..-0.59, .. }]), "{written:?}");
+}
+
 /// What the file says of a stop stands beside what the data say; of one that the motion does not reach nothing is said.
 #[test]
 fn a_stop_is_told_beside_the_files_range() {
@@ -494,7 +506,7 @@ fn a_stop_is_told_beside_the_files_range() {
         let own = log(6000, wave, |t| needed(wave, t) + if stopped { 12.0 * (wave(t) - 0.6).max(0.0) } else { 0.0 }, white(NOISE, 7));
         let ports = Ports { references: vec![], inputs: vec![0], outputs: vec![1] };
         let found = diagnose(&chain, std::slice::from_ref(&own), &[], &ports, &Options::default(), &mut |_| {}).expect("an answer").0;
-        let written = corrections(&chain, &[own], &ports, &found).expect("corrections").list;
+        let written = corrections(&chain, &[own], &ports, &found, &Options::default()).expect("corrections").list;
         assert!(
             if stopped { matches!(written[..], [Correction { what: Corrected::Range(1), value: 0.59..0.61, .. }]) } else { written.is_empty() },
             "{written:?}"

@@ -150,7 +150,7 @@ fn what_the_file_has_and_the_robot_has_not_is_found_whatever_the_noise() {
         let own = &found.causes[0].parameters[0];
         let (Value::Number(value), Some([low, high])) = (own.value.clone(), own.ci95) else { panic!("{own:?}") };
         assert!((0.0..0.01).contains(&low) && (0.0..0.02).contains(&value) && high < 0.04, "{seed} {own:?}");
-        let written = corrections(&file, &[log], &ports(), &found).expect("of these");
+        let written = corrections(&file, &[log], &ports(), &found, &Options::default()).expect("of these");
         assert!(written.list.len() == 1 && written.list[0].value == value, "{seed} {written:?}");
     }
 }
@@ -169,7 +169,7 @@ fn of_a_link_whose_mass_no_torque_tells_the_mass_has_no_interval() {
     let moment = link.parameters.iter().find(|p| p.name == "change_of_moment_x_kg_m").and_then(|p| p.ci95).expect("an interval");
     assert!(moment[0] < 0.045 && 0.045 < moment[1], "{moment:?}");
     // What is told is what is written.
-    let written = corrections(&file, &[log(&real, 5, |_, _, _, _| 0.0, |_, _| {})], &ports(), &found).expect("of these");
+    let written = corrections(&file, &[log(&real, 5, |_, _, _, _| 0.0, |_, _| {})], &ports(), &found, &Options::default()).expect("of these");
     let mass = written.list.iter().find(|c| c.what == ndof_devices::Corrected::Mass).expect("its mass");
     assert!((mass.value - 3.0 - value).abs() < 1e-9, "{} {value}", mass.value);
 }
@@ -225,7 +225,7 @@ fn channels_that_changed_places_or_sign_are_told_and_nothing_is_sure_beside_them
         let found = found(&file, log.clone());
         assert!(found.discrepancy.notes.iter().any(|note| note.contains(remedy)), "{remedy} {:?}", found.discrepancy.notes);
         assert!(found.causes.iter().all(|c| c.probability <= 0.6), "{:?}", found.causes);
-        let written = corrections(&file, &[log], &ports(), &found).expect("of these");
+        let written = corrections(&file, &[log], &ports(), &found, &Options::default()).expect("of these");
         assert!(written.list.is_empty(), "{written:?}");
     }
     // A torque alone that counts the other way is a gain, and no angle is to be turned for it.
@@ -251,7 +251,7 @@ fn torques_in_another_unit_or_before_their_gears_are_told_and_taken_so() {
         assert_eq!(notes(&found, said), 1, "{times} {:?}", found.discrepancy.notes);
         assert!(!matches!(found.verdict, Verdict::Adequate | Verdict::Explained), "{times} {:?}", found.verdict);
         assert!(found.causes.iter().all(|c| c.probability <= 0.6), "{times} {:?}", named(&found));
-        assert!(corrections(&file, &[log], &ports(), &found).expect("of these").list.is_empty(), "{times}");
+        assert!(corrections(&file, &[log], &ports(), &found, &Options::default()).expect("of these").list.is_empty(), "{times}");
         let friction = found.causes.iter().find(|c| (c.effect.as_str(), c.site.axis.as_str()) == ("viscous-friction", "bend"));
         let Some(Value::Number(value)) = friction.map(|c| c.parameters[0].value.clone()) else { panic!("{times} {:?}", named(&found)) };
         // A median of three joints may be that much off where the unit is none.

@@ -134,7 +134,7 @@ fn judged(config: &RobotConfig, log: &[Recording], without: &[&str]) -> Diagnosi
 
 fn found(config: &RobotConfig, log: &[Recording], without: &[&str]) -> (Diagnosis, Corrections) {
     let diagnosis = judged(config, log, without);
-    let corrections = corrections(&config.chain().expect("builds"), log, &ports(), &diagnosis).expect("corrected");
+    let corrections = corrections(&config.chain().expect("builds"), log, &ports(), &diagnosis, &Options::default()).expect("corrected");
     (diagnosis, corrections)
 }
 

@@ -57,3 +57,20 @@ pub fn lone_samples(samples: &[f64], deviations: f64) -> Vec<usize> {
     };
     stretches.filter(any).flatten().filter(alone).collect()
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Wherever it lies in what is looked at together, but for the ends of the signal.
+    #[test]
+    fn a_lone_sample_is_found_wherever_it_is() {
+        let quiet: Vec<f64> = (0..3 * STRETCH + 7).map(|k| (k * 7 % 11) as f64).collect();
+        assert_eq!(lone_samples(&quiet, 15.0), []);
+        for at in 3..quiet.len() - 3 {
+            let mut samples = quiet.clone();
+            samples[at] += 400.0;
+            assert_eq!(lone_samples(&samples, 15.0), [at]);
+        }
+    }
+}

@@ -6,8 +6,9 @@ use crate::error::AnalysisError;
 use crate::result::Head;
 use crate::trials::{Trial, Trials, axis_of};
 use ndof_devices::RobotConfig;
+use ndof_diagnose::UNSURE;
 use ndof_models::robot::Robot;
-use ndof_signal::{Amplitudes, Recording, Warning};
+use ndof_signal::{Amplitudes, Channel, Quantity, Recording, Warning};
 use ndof_sysid::Ports;
 
 /// What only spectra suffer from; and an encoder that stands still at a turn is not clipped.
@@ -28,17 +29,17 @@ pub(super) fn diagnose(
     let [measured, simulated] = [of_channels(trials, &names)?, simulated.map_or(Ok(vec![]), |own| of_channels(own, &names))?];
     let own = Ports { references: vec![], inputs: (0..ports.inputs.len()).collect(), outputs: (ports.inputs.len()..names.len()).collect() };
     let (mut diagnosis, mut pictures) = ndof_joints::diagnose(&chain, &measured, &simulated, &own, &options, progress)?;
-    let swinging = swinging(trials, (&robot.held, options.tolerance), &ports);
-    if swinging.is_some() {
-        diagnosis.causes.iter_mut().for_each(|cause| cause.believe_at_most(ndof_diagnose::UNSURE));
+    let beside = moving_beside(trials, (&robot.held, options.tolerance), &ports);
+    if beside.is_some() {
+        diagnosis.causes.iter_mut().for_each(|cause| cause.believe_at_most(UNSURE));
     }
     let efforts = trials.names(&ports.inputs);
     let added = AddedEffort::new(trials, settings, efforts, trials.sample_rate_hz(), std::mem::take(&mut pictures.added))?;
-    let corrections = ndof_joints::corrections(&chain, &measured, &own, &diagnosis)?;
+    let corrections = ndof_joints::corrections(&chain, &measured, &own, &diagnosis, &options)?;
     let angles = trials.names(&ports.outputs);
     let concerns_others = |w: &Warning| OF_SPECTRA.contains(&w.code.as_str()) || w.code == "clipped" && angles.iter().any(|a| w.message.contains(a));
     let warnings = trials.warnings.iter().filter(|w| !concerns_others(w)).cloned().chain(warning);
-    let warnings = warnings.chain(robot.notes.iter().map(of_file)).chain(swinging).collect();
+    let warnings = warnings.chain(robot.notes.iter().map(of_file)).chain(beside).collect();
     let result = DiagnosisResult {
         head: Head::new(DiagnosisResult::SCHEMA, "diagnose", warnings),
         settings: settings.recorded(),
@@ -55,17 +56,21 @@ fn of_file(note: &String) -> Warning {
 }
 
 /// Says that joints which are taken as held still move in the log, by as much as matters beside what the chain's joints do.
-fn swinging(trials: &Trials, (held, tolerance): (&[String], f64), ports: &Ports) -> Option<Warning> {
-    let spread = |name: &str| {
-        let of = |trial: &Trial| trial.recording.channel(name).map_or(0.0, |channel| Amplitudes::of(&channel.samples).std);
-        trials.trials.iter().map(of).fold(0.0, f64::max)
+fn moving_beside(trials: &Trials, (held, tolerance): (&[String], f64), ports: &Ports) -> Option<Warning> {
+    let spread = |concerns: &dyn Fn(&Channel) -> bool| {
+        let channels = trials.trials.iter().flat_map(|trial| trial.recording.channels());
+        channels.filter(|channel| concerns(channel)).map(|channel| Amplitudes::of(&channel.samples).std).fold(0.0, f64::max)
     };
-    let widest = trials.names(&ports.outputs).iter().map(|name| spread(name)).fold(0.0, f64::max);
-    let moving: Vec<&str> = held.iter().filter(|joint| spread(&format!("angle_{joint}")) > tolerance * widest).map(String::as_str).collect();
+    let angles = trials.names(&ports.outputs);
+    let widest = spread(&|channel| angles.contains(&channel.name));
+    let of = |joint: &str, channel: &Channel| {
+        channel.unit.quantity() == Quantity::Displacement && !angles.contains(&channel.name) && (axis_of(&channel.name) == joint || tells(&channel.name, joint))
+    };
+    let moving: Vec<&str> = held.iter().filter(|joint| spread(&|channel| of(joint, channel)) > tolerance * widest).map(String::as_str).collect();
     let them = moving.join(", ");
     (!moving.is_empty()).then(|| {
         let message =
-            format!("{them}: taken as held still, and moving in the log: what hangs there pulls at the joints before it, and no name is surer than 0.6");
+            format!("{them}: taken as held still, and moving in the log: what hangs there pulls at the joints before it, and no name is surer than {UNSURE}");
         Warning::new("moves-beside", message, "record with it at rest, or judge a file that ends before it branches")
     })
 }

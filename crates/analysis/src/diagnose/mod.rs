@@ -8,7 +8,6 @@ pub mod result;
 mod robot_side;
 mod settings;
 mod simulator;
-mod within_a_tick;
 
 pub use added::AddedEffort;
 pub use settings::{Diagnose, HeldOut};
@@ -112,7 +111,6 @@ pub fn diagnose(trials: &Trials, settings: &Diagnose, progress: &mut dyn FnMut(&
     if let Some(file) = &settings.baseline {
         found = robot_side(found, file, &recordings, trials.sample_rate_hz(), ports, &options, progress)?;
     }
-    within_a_tick::doubt(&mut found.causes, trials.sample_rate_hz());
     let warning = joints::no_robot(trials).filter(|_| settings.baseline.is_none() && settings.kinematics.is_none());
     Ok(answered(trials, settings, found, pictures, warning.into_iter().collect()))
 }

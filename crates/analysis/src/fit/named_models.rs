@@ -64,7 +64,7 @@ pub(super) fn compared_models(
         }
         let composite = Composite::of_cards(model, &set);
         let mut starts = starts::starts(model, &composite, &set, evidence, settings.band_hz).unwrap_or_default();
-        // What a model contains fits no better than the model does.
+        // From what it contains, too.
         let inside = done.iter().filter(|(own, _)| own.iter().all(|name| names(&set).contains(name)));
         starts.extend(inside.flat_map(|(_, fit)| composite.starts(&fit.theta[..model.parameters().len()])));
         if names(&set) == names(cards) {

@@ -149,7 +149,7 @@ pub(super) fn end_of<T: Copy + PartialEq>(ends: &[T], moved: impl Fn(T) -> Optio
 }
 
 /// Notes joints that hang on the chain and are not in it.
-pub(super) fn hold<'a>(config: &mut RobotConfig, names: impl Iterator<Item = &'a str>, tip: &str) {
+pub(super) fn hold_still<'a>(config: &mut RobotConfig, names: impl Iterator<Item = &'a str>, tip: &str) {
     config.held = names.map(str::to_owned).collect();
     let them = config.held.join(", ");
     let said = || {

@@ -1,6 +1,6 @@
 //! Robots in MuJoCo's format MJCF: the path of bodies with hinges and slides from the world to the tip.
 
-use super::body::{Body, Described, Drive, Pose, end_of, hold, robot, six, tensor};
+use super::body::{Body, Described, Drive, Pose, end_of, hold_still, robot, six, tensor};
 use super::config::{JointConfig, JointKind, RobotConfig};
 use super::mjcf_settings::{Classes, Compiler, FromGeoms};
 use super::shape;
@@ -26,7 +26,7 @@ pub(super) fn read(root: &Element, tip: Option<&str>) -> Result<RobotConfig, Str
     let mut config = robot(root.attribute("model").unwrap_or("robot"));
     config.ends = ends;
     let off: Vec<&str> = (0..model.bodies.len()).filter(|at| !moves(*at)).flat_map(|at| &model.bodies[at].joints).map(|j| j.name.as_str()).collect();
-    hold(&mut config, off.into_iter(), model.name(tip));
+    hold_still(&mut config, off.into_iter(), model.name(tip));
     config.notes.extend(model.floating.iter().map(|body| format!("{} floats freely, and is no part of the robot", body.called())));
     config.gravity_m_per_s2 = gravity(root)?;
     let mut lead = Pose::IDENTITY;

@@ -1,6 +1,6 @@
 //! Robots in the Unified Robot Description Format: the path of moving joints from the root to the tip.
 
-use super::body::{Body, Described, Drive, Pose, end_of, hold, robot, six, tensor};
+use super::body::{Body, Described, Drive, Pose, end_of, hold_still, robot, six, tensor};
 use super::config::{JointConfig, JointKind, RobotConfig};
 use super::xml::Element;
 use crate::vector3::roll_pitch_yaw;
@@ -21,7 +21,7 @@ pub(super) fn read(root: &Element, asked: Option<&str>) -> Result<RobotConfig, S
     let links = Links { root, joints: &joints, moves: &moves };
     let mut config = robot(root.attribute("name").unwrap_or("robot"));
     config.ends = ends;
-    hold(&mut config, joints.iter().filter(|j| !j.is_fixed() && !moves(j)).map(Joint::name), tip);
+    hold_still(&mut config, joints.iter().filter(|j| !j.is_fixed() && !moves(j)).map(Joint::name), tip);
     // Fixed joints before a moving one shift its origin; what stands on the base does not move and needs no mass.
     let mut lead = Pose::IDENTITY;
     links.gather(base, &Pose::IDENTITY)?;

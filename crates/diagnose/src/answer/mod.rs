@@ -9,6 +9,7 @@ mod groups;
 mod left;
 mod material;
 mod stand_in;
+mod within_a_tick;
 
 pub(crate) use cause::tail;
 pub(crate) use material::{Answer, Models};
@@ -92,6 +93,7 @@ impl Answer<'_> {
         let mut notes = left.notes(self, &before, level, !causes.is_empty());
         notes.extend(of_no_body("baseline", &own));
         notes.extend(of_no_body("extended model", &with_causes));
+        within_a_tick::doubt(&mut causes, subject.layout.rate_hz * subject.layout.factor as f64);
         let pictures = self.pictures(all, extended);
         let diagnosis = Diagnosis {
             split,

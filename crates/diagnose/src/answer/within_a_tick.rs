@@ -1,6 +1,6 @@
 //! What the order of a controller's tick makes of a recording, and no recording tells.
 
-use ndof_diagnose::{Cause, UNSURE};
+use crate::result::{Cause, UNSURE};
 use ndof_models::effects::Value;
 use std::f64::consts::{SQRT_2, TAU};
 
@@ -34,7 +34,7 @@ fn least_delay_s(cause: &Cause) -> Option<f64> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use ndof_diagnose::CauseParameter;
+    use crate::result::CauseParameter;
 
     fn doubted(effect: &str, name: &str, ci95: [f64; 2]) -> bool {
         let gain = serde_json::json!({ "nrmse_before": [1.0], "nrmse_after": [0.1], "vaf_before": [0.0], "vaf_after": [99.0], "log_likelihood": null,
