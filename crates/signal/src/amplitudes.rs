@@ -362,6 +362,9 @@ mod tests {
             assert_eq!(Amplitudes::of(&held).held_at_ends(run, from), count, "{run} {from}");
         }
         assert_eq!(Amplitudes::of(&[0.0, 3.0, -1.0]).usual_step(), 12.5_f64.sqrt());
+        let swing = |reach: f64| (0..4000).map(|k| (3.0 * (f64::from(k) * 0.05).sin()).clamp(-reach, reach)).collect::<Vec<f64>>();
+        // Beyond two thirds of its amplitude a sine is for 2/π arccos(2/3) of the time.
+        assert!((Amplitudes::of(&swing(2.0)).clipped() - 0.535).abs() < 0.01 && Amplitudes::of(&swing(3.0)).clipped() == 0.0);
     }
 
     #[test]
