@@ -66,7 +66,7 @@ mod tests {
     #[test]
     fn a_lone_sample_is_found_wherever_it_is() {
         let quiet: Vec<f64> = (0..3 * STRETCH + 7).map(|k| (k * 7 % 11) as f64).collect();
-        assert_eq!(lone_samples(&quiet, 15.0), []);
+        assert!(lone_samples(&quiet, 15.0).is_empty());
         for at in 3..quiet.len() - 3 {
             let mut samples = quiet.clone();
             samples[at] += 400.0;
