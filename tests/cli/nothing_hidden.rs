@@ -31,8 +31,8 @@ fn how_much_of_a_noisy_motion_is_not_foretold_is_said() {
     }
 }
 
-/// A loop that reads force and position and then writes the command that it holds: what is read is of before the command, by half a tick. In which order
-/// it is no recording tells, and no delay or filter is sure.
+/// A loop that reads force and position and then writes the command that it holds: what is read is of before the command, by half a tick. Where the
+/// command was recorded nothing is missing; without it, in which order it is no recording tells, and no delay or filter is sure.
 #[test]
 fn half_a_tick_is_no_sure_delay() {
     const STEPS: usize = 50;
@@ -52,6 +52,12 @@ fn half_a_tick_is_no_sure_delay() {
             }
         }
         csv(&folder.path().join(name), &format!("# sample_rate_hz: {rate_hz}\n"), &[("force_x [N]", &force), ("pos_x [m]", &motion)]);
+        let seen: Vec<f64> = command.iter().map(|f| 4.0 * f).collect();
+        let channels: [(&str, &[f64]); 3] = [("cmd_x [N]", &seen), ("force_x [N]", &force), ("pos_x [m]", &motion)];
+        csv(&folder.path().join("commanded.csv"), &format!("# sample_rate_hz: {rate_hz}\n"), &channels);
+        let d = json(folder.path(), &["diagnose", "commanded.csv"]);
+        assert_eq!((d["verdict"].as_str(), d["causes"].as_array().map(Vec::len)), (Some("adequate"), Some(0)), "{}", d["causes"]);
+        assert!(d["notes"].to_string().contains("late by half a sample"), "{}", d["notes"]);
         let d = json(folder.path(), &["diagnose", name]);
         let causes = d["causes"].as_array().expect("a list");
         let late = causes.iter().filter(|c| ["measurement-delay", "channel-filter"].iter().any(|effect| c["effect"] == *effect));

@@ -29,6 +29,11 @@ pub enum AnalysisError {
         "`hold` is for recordings of forces that move positions or velocities; leave it out for a response from a file, for imposed motion and for accelerations"
     )]
     Hold,
+    /// Ticks without what is held from one to the next.
+    #[error(
+        "a `hold` of read-after or read-before is for a command (`reference`) in the unit of the efforts, one an effort, that moves the limb with what holds it: here is none; leave `hold` out"
+    )]
+    Ticks,
     /// Several motions that would add up.
     #[error(
         "{inputs} are more imposed motions than {outputs} are efforts: efforts add up along an axis, motions do not; leave inputs out with `input`, or measure an effort for each"

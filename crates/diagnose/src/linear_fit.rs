@@ -1,6 +1,7 @@
 //! A linear model that was fitted elsewhere, with its errors: what a diagnosis judges where no simulation is given.
 
 use crate::linear::Symmetric;
+use ndarray::Array2;
 use ndof_models::effects::Matrix;
 use ndof_models::physical::is_of_no_body;
 use ndof_models::{Hold, InertiaDampingStiffness};
@@ -21,11 +22,13 @@ pub struct LinearFit {
     pub of_sign: f64,
     /// What efforts do between their samples.
     pub hold: Hold,
+    /// Of an effort that is read at the ticks of a command, how much of the command's jump reaches it; efforts by references.
+    pub jump: Option<Array2<f64>>,
 }
 
 impl LinearFit {
     /// One of the matrices, with its standard errors.
-    fn part(&self, matrix: Matrix) -> [&ndarray::Array2<f64>; 2] {
+    fn part(&self, matrix: Matrix) -> [&Array2<f64>; 2] {
         [&self.matrices, &self.std_errors].map(|of| match matrix {
             Matrix::Mass => &of.inertia,
             Matrix::Damping => &of.damping,
@@ -100,7 +103,7 @@ mod tests {
 
     fn fit(mass: f64, damping: f64, stiffness: f64, error: f64) -> LinearFit {
         let of = |m, b, k| InertiaDampingStiffness { axes: vec![Axis::linear("x")], inertia: arr2(&[[m]]), damping: arr2(&[[b]]), stiffness: arr2(&[[k]]) };
-        LinearFit { matrices: of(mass, damping, stiffness), std_errors: of(error, error, error), of_sign: 1.0, hold: Hold::BandLimited }
+        LinearFit { matrices: of(mass, damping, stiffness), std_errors: of(error, error, error), of_sign: 1.0, hold: Hold::BandLimited, jump: None }
     }
 
     #[test]
@@ -125,7 +128,7 @@ mod tests {
                 damping: arr2(&[[a, b], [b, a]]),
                 stiffness: arr2(&[[a, b], [b, a]]),
             };
-            LinearFit { matrices: of(along, between), std_errors: of(0.1, 0.1), of_sign: 1.0, hold: Hold::BandLimited }
+            LinearFit { matrices: of(along, between), std_errors: of(0.1, 0.1), of_sign: 1.0, hold: Hold::BandLimited, jump: None }
         };
         assert!(of_two(-2.0, 0.8).reversed() && !of_two(-0.8, 2.0).reversed());
     }

@@ -198,13 +198,22 @@ impl Samples {
         Samples { rate_hz: self.rate_hz, effort, motion, measured, reference, schedule, start_s, duration_s: self.duration_s }
     }
 
-    /// Puts in the place of efforts that are held between their samples what acts on the plant at the frequencies that samples carry.
-    pub fn hold(&mut self, hold: Hold, motion_imposed: bool) {
+    /// Puts in the place of efforts that are held between their samples, or read at the ticks of a command of which `jump` of each unit reaches them, what
+    /// acts on the plant at the frequencies that samples carry.
+    pub fn hold(&mut self, hold: Hold, jump: Option<&ndarray::Array2<f64>>, motion_imposed: bool) {
         if hold == Hold::BandLimited || motion_imposed {
             return;
         }
-        let rate_hz = self.rate_hz;
-        self.effort.iter_mut().flatten().for_each(|f| *f = filter(f, rate_hz, |s| hold.response(s, 1.0 / rate_hz)));
+        let (rate_hz, step_s) = (self.rate_hz, 1.0 / self.rate_hz);
+        for (effort, command) in self.effort.iter_mut().zip(&self.reference) {
+            let jumps: Vec<Vec<f64>> = jump.iter().flat_map(|_| command).map(|c| filter(c, rate_hz, |s| hold.jump(s, step_s))).collect();
+            for (i, f) in effort.iter_mut().enumerate() {
+                for (share, c) in jump.iter().flat_map(|jump| jump.row(i)).zip(&jumps) {
+                    f.iter_mut().zip(c).for_each(|(f, c)| *f += share * c);
+                }
+                *f = filter(f, rate_hz, |s| hold.response(s, step_s));
+            }
+        }
     }
 
     /// Counts effort the other way round.

@@ -17,21 +17,39 @@ pub enum Hold {
     Zero,
     /// From value to value by a straight line. A held effort whose motion is the mean over the same interval looks the same.
     Linear,
+    /// A straight line, but for the share of a command that a loop holds from tick to tick; channels are read just after it is written.
+    ReadAfter,
+    /// The same, read just before the next command is written.
+    ReadBefore,
 }
 
 impl Hold {
     /// All of them, the plainest first.
-    pub const ALL: [Hold; 3] = [Hold::BandLimited, Hold::Zero, Hold::Linear];
+    pub const ALL: [Hold; 5] = [Hold::BandLimited, Hold::Zero, Hold::Linear, Hold::ReadAfter, Hold::ReadBefore];
+
+    /// κ(s): what is added to an effort's samples, for each unit of its jump Γ c with a command c, so that they act as those of [`Hold::Linear`] do.
+    ///
+    /// Between ticks F(t) = Γ c_k + s(t), s without jumps. Read just after a command (d = 0) or just before the next (d = 1), a sample is
+    /// Γ c_(k−d) + s_k; what acts is Γ ρ c + s, ρ = sT/(e^(sT) − 1) the response of a held value over that of a straight line. κ = ρ − e^(−dsT), about
+    /// half a jump that is not there yet or was there already. 0 where nothing is held beside the effort.
+    pub fn jump(self, s: Complex64, step_s: f64) -> Complex64 {
+        let read = match self {
+            Hold::ReadAfter => Complex64::ONE,
+            Hold::ReadBefore => (-s * step_s).exp(),
+            Hold::BandLimited | Hold::Zero | Hold::Linear => return Complex64::ZERO,
+        };
+        Hold::Zero.response(s, step_s) / Hold::Linear.response(s, step_s) - read
+    }
 
     /// s^p Z(s) of the response Z of the hold, p its order: the same at s and wherever it folds to. Z(s) = (1 − e^(−sT))/(sT) for
-    /// [`Hold::Zero`], Z² e^(sT) for [`Hold::Linear`].
+    /// [`Hold::Zero`], Z² e^(sT) for [`Hold::Linear`] and what is left of an effort beside its jumps.
     fn numerator(self, s: Complex64, step_s: f64) -> Complex64 {
         let x = s * step_s;
         let zero = || (Complex64::new(1.0, 0.0) - (-x).exp()) / step_s;
         match self {
             Hold::BandLimited => Complex64::new(1.0, 0.0),
             Hold::Zero => zero(),
-            Hold::Linear => zero().powi(2) * x.exp(),
+            Hold::Linear | Hold::ReadAfter | Hold::ReadBefore => zero().powi(2) * x.exp(),
         }
     }
 
@@ -45,7 +63,7 @@ impl Hold {
         match self {
             Hold::BandLimited => 0,
             Hold::Zero => 1,
-            Hold::Linear => 2,
+            Hold::Linear | Hold::ReadAfter | Hold::ReadBefore => 2,
         }
     }
 }
@@ -200,8 +218,8 @@ mod tests {
     use crate::shared_tests::difference;
     use crate::{InertiaDampingStiffnessModel, Symmetry};
 
-    /// The sampled response of an effort that is held, by the exact step of the state x' = v, v' = (F − B v − K x)/M.
-    fn exact(m: f64, b: f64, k: f64, step_s: f64, hz: f64) -> Complex64 {
+    /// The sampled response of an effort that is held, by the exact step of the state x' = v, v' = (F − B v − K x)/M: displacement, speed.
+    fn state(m: f64, b: f64, k: f64, step_s: f64, hz: f64) -> [Complex64; 2] {
         // Powers of the state's matrix with its input, [A B; 0 0], summed to e^(that T).
         let a = [[0.0, 1.0, 0.0], [-k / m, -b / m, 1.0 / m], [0.0; 3]].map(|row| row.map(|v| v * step_s));
         let product = |p: [[f64; 3]; 3]| [0, 1, 2].map(|i: usize| [0, 1, 2].map(|j: usize| (0..3).map(|l| p[i][l] * a[l][j]).sum::<f64>()));
@@ -212,9 +230,13 @@ mod tests {
             e.iter_mut().flatten().zip(term.iter().flatten()).for_each(|(e, t)| *e += t);
         }
         let z = Complex64::new(0.0, TAU * hz * step_s).exp();
-        // (z I − Φ)⁻¹ Γ, its first row.
+        // (z I − Φ)⁻¹ Γ.
         let determinant = (z - e[0][0]) * (z - e[1][1]) - e[0][1] * e[1][0];
-        ((z - e[1][1]) * e[0][2] + e[0][1] * e[1][2]) / determinant
+        [((z - e[1][1]) * e[0][2] + e[0][1] * e[1][2]) / determinant, ((z - e[0][0]) * e[1][2] + e[1][0] * e[0][2]) / determinant]
+    }
+
+    fn exact(m: f64, b: f64, k: f64, step_s: f64, hz: f64) -> Complex64 {
+        state(m, b, k, step_s, hz)[0]
     }
 
     fn model() -> InertiaDampingStiffnessModel {
@@ -263,10 +285,35 @@ mod tests {
         }
     }
 
+    /// A mass m that is a share of all that a held command moves, on springs and dampers: what is read of its force at the ticks moves it as a straight
+    /// line would, once the jumps are made up for.
+    #[test]
+    fn what_is_read_at_ticks_moves_a_mass_once_its_jumps_are_made_up_for() {
+        let ([m, b, k], [all_m, all_b, all_k]) = ([2.0, 12.0, 300.0], [3.0, 29.0, 500.0]);
+        for rate in [100.0, 250.0, 1000.0] {
+            for share in [0.02, 0.05, 0.1] {
+                let (hz, step_s) = (share * rate, 1.0 / rate);
+                let s = Complex64::new(0.0, TAU * hz);
+                let [x, v] = state(all_m, all_b, all_k, step_s, hz);
+                let force = |command: Complex64| m * (command - all_b * v - all_k * x) / all_m + b * v + k * x;
+                let held = Held { model: model(), sampling: Sampling { hold: Hold::Linear, sample_rate_hz: rate, derivatives: 0 } };
+                let mut d = [Complex64::default()];
+                held.stiffness(&[m, b, k], s, &mut d, None);
+                for (hold, command) in [(Hold::ReadAfter, Complex64::ONE), (Hold::ReadBefore, (-s * step_s).exp())] {
+                    let acting = force(command) + m / all_m * hold.jump(s, step_s);
+                    let error = (acting / x / d[0] - 1.0).norm();
+                    // A curve is a straight line to a twelfth of (ωT)², and what folds is a share of (f/f_s)³.
+                    let within = (TAU * share).powi(2) / 12.0 + share.powi(3);
+                    assert!(error < within && (force(command) / x / d[0] - 1.0).norm() > 4.0 * error, "{hold:?} {rate} {share}: {error}");
+                }
+            }
+        }
+    }
+
     #[test]
     fn a_straight_line_is_not_late_and_a_step_half_a_sample() {
         let (rate, s) = (100.0, Complex64::new(0.0, TAU * 2.0));
-        for (hold, late) in [(Hold::BandLimited, 0.0), (Hold::Linear, 0.0), (Hold::Zero, 0.5)] {
+        for (hold, late) in Hold::ALL.map(|hold| (hold, if hold == Hold::Zero { 0.5 } else { 0.0 })) {
             let response = hold.numerator(s, 1.0 / rate) / s.powi(hold.order());
             assert!((response.arg() + late * s.im / rate).abs() < 1e-12 && (response.norm() - 1.0).abs() < 2e-3, "{hold:?}");
         }

@@ -226,6 +226,21 @@ impl FrequencyResponse {
         FrequencyResponse { inputs, value, uncertainty, ..self.clone() }
     }
 
+    /// The response to inputs u' of which these are made, u = W u', `W[f]`: H' = H W, covariance carried along. `self` may end before W does.
+    #[must_use]
+    pub fn to_parts(&self, w: &Array3<Complex64>) -> Self {
+        let mut out = self.clone();
+        for f in 0..self.len() {
+            let w = w.index_axis(Axis(0), f);
+            out.value.index_axis_mut(Axis(0), f).assign(&self.at(f).dot(&w));
+            if let (Some(out), Some(own)) = (&mut out.uncertainty, &self.uncertainty) {
+                let input = w.t().mapv(|v| v.conj()).dot(&own.input_inverse.index_axis(Axis(0), f)).dot(&w);
+                out.input_inverse.index_axis_mut(Axis(0), f).assign(&input);
+            }
+        }
+        out
+    }
+
     /// Smallest singular value of H over its error √(E‖δH‖²), `[f]`; infinite without a covariance.
     ///
     /// Below about 3 the inverse cannot be trusted: its error is no longer small, and the covariance that

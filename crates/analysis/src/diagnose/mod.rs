@@ -86,6 +86,7 @@ pub fn diagnose(trials: &Trials, settings: &Diagnose, progress: &mut dyn FnMut(&
         progress("fitting the baseline");
         match linear_fit(trials, settings.band_hz, &options) {
             Ok(found) => {
+                notes.extend(found.linear.jump.as_ref().map(|_| AT_TICKS.to_owned()));
                 options.linear = Some(found.linear);
                 // A schedule is judged where `fit` finds its curves; the inertia that rules beyond it follows none.
                 options.band_hz = options.band_hz.or_else(|| options.schedule.as_ref().map(|_| (0.0, found.band_hz[1])));
@@ -114,6 +115,10 @@ pub fn diagnose(trials: &Trials, settings: &Diagnose, progress: &mut dyn FnMut(&
     let warning = joints::no_robot(trials).filter(|_| settings.baseline.is_none() && settings.kinematics.is_none());
     Ok(answered(trials, settings, found, pictures, warning.into_iter().collect()))
 }
+
+/// What is said of channels that are read at the ticks of a loop.
+const AT_TICKS: &str = "channels look as a loop reads them, just before or just after it writes the command that it holds (`between_samples` of `ndof fit`): a \
+                        channel that is late by half a sample looks the same, and is not named";
 
 /// The answer to a question of forces and motions.
 fn answered(trials: &Trials, settings: &Diagnose, diagnosis: Diagnosis, pictures: Pictures, more: Vec<Warning>) -> Diagnosed {

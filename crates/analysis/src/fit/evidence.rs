@@ -3,6 +3,7 @@
 use crate::error::AnalysisError;
 use crate::estimate::{Estimate, Estimated, Excited, without_each};
 use crate::fit::settings::VafWeight;
+use crate::fit::ticks::Ticks;
 use crate::response::MeasuredResponse;
 use crate::result::Warning;
 use crate::trials::Trials;
@@ -89,6 +90,17 @@ impl<'a> Evidence<'a> {
             asked: Estimate::default(),
             warnings: measured.warnings.clone(),
         }
+    }
+
+    /// The responses to efforts as they act, in a straight line from sample to sample.
+    pub fn on(&self, ticks: &Ticks) -> Self {
+        let without = self.without.iter().map(|response| ticks.of(response)).collect();
+        Evidence { response: Cow::Owned(ticks.of(&self.response)), without, ..self.clone() }
+    }
+
+    /// What closes a loop around the limb.
+    pub fn derived(&self) -> Option<&'a DerivedEstimate> {
+        self.derived
     }
 
     /// Whether the response says how large its errors are.

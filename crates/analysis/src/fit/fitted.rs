@@ -1,6 +1,7 @@
 //! A fit as values to go on with.
 
 use super::result::{ComparedParameter, FitResult, Parameter};
+use super::ticks::Ticks;
 use crate::estimate::Estimated;
 use crate::response::MeasuredResponse;
 use ndarray::{Array2, Array3};
@@ -22,6 +23,8 @@ pub struct Fitted {
     pub comparison: WeightedFit,
     /// How the channels were sampled.
     pub sampling: Sampling,
+    /// What of a held command efforts that are read at its ticks do not show, where that was fitted.
+    pub ticks: Option<Ticks>,
     /// The mean of each effort, which a projection may take off; empty where it is unknown.
     pub mean_effort: Vec<f64>,
     /// The blocks that were fitted with the baseline, by their names in the registry.
@@ -72,7 +75,10 @@ impl Fitted {
     fn seen_as(&self, like: &FrequencyResponse, kind: ResponseKind) -> Result<FrequencyResponse, ResponseError> {
         let kernel = like.uncertainty.as_ref().map(|u| u.kernel.clone()).unwrap_or_default();
         let drawn = like.frequency_hz.partition_point(|hz| *hz <= DRAWN_BEYOND * self.fit.band_hz[1]);
-        let near = self.comparison.seen(&self.whole(), &self.theta, like.kind, &like.frequency_hz[..drawn], &kernel);
+        let mut near = self.comparison.seen(&self.whole(), &self.theta, like.kind, &like.frequency_hz[..drawn], &kernel);
+        if let Some(ticks) = &self.ticks {
+            ticks.seen(&mut near);
+        }
         let nowhere = Complex64::new(f64::NAN, f64::NAN);
         let at = |f: usize, i: usize, j: usize| match &self.gains {
             Some(w) => (0..w.nrows()).map(|axis| near[[f, i, axis]] * w[[axis, j]]).sum(),

@@ -15,6 +15,7 @@ mod sides;
 mod signs;
 mod starts;
 mod sums;
+mod ticks;
 
 pub use fitted::Fitted;
 pub use named_models::MODEL;
@@ -24,6 +25,7 @@ pub(crate) use project::projection;
 pub use result::ComparedParameter;
 pub use settings::{Fit, FitCost, VafWeight};
 pub(crate) use signs::turned_round;
+pub use ticks::Ticks;
 
 use crate::error::AnalysisError;
 use crate::estimate::Estimated;
@@ -146,7 +148,7 @@ fn fit_to(whole: &Evidence<'_>, settings: &Fit) -> Result<Fitted, AnalysisError>
     }
     let summed = sums.as_ref().map(Sums::first);
     let evidence = summed.as_ref().unwrap_or(whole);
-    let (channels, response) = (evidence.channels, &*evidence.response);
+    let channels = evidence.channels;
     let ports = &channels.roles.ports;
     let model = InertiaDampingStiffnessModel::new(motion_axes(channels), settings.symmetry);
     let band_hz = settings.band_hz.unwrap_or(evidence.band_hz);
@@ -155,7 +157,10 @@ fn fit_to(whole: &Evidence<'_>, settings: &Fit) -> Result<Fitted, AnalysisError>
     let comparison = WeightedFit { band_hz, smoothing, transducer, covariance: evidence.covariance, ..WeightedFit::default() };
     let composite = Composite::of_cards(&model, &cards);
     let starts = starts::starts(&model, &composite, &cards, evidence, band_hz)?;
-    let mut sampled = sampled(&comparison, composite, &starts, evidence, settings.hold)?;
+    let mut sampled = sampled(&comparison, (&model, composite), &starts, evidence, settings.hold)?;
+    let ticked = sampled.ticks.as_ref().map(|ticks| evidence.on(ticks));
+    let evidence = ticked.as_ref().unwrap_or(evidence);
+    let response = &*evidence.response;
     let (sampling, begin) = (sampled.sampling, std::mem::take(&mut sampled.theta));
     let composite = Held { model: Composite::of_cards(&model, &cards), sampling };
     let compared = compared_models(&comparison, (&model, sampling), evidence, (&cards, &begin), settings.compare);
@@ -214,7 +219,7 @@ fn fit_to(whole: &Evidence<'_>, settings: &Fit) -> Result<Fitted, AnalysisError>
     let gains = sums.as_ref().map(|sums| sums.matrix(&fit));
     let theta = fit.theta[..composite.parameters().len()].to_vec();
     let (mean_effort, opposed) = (evidence.mean_effort.clone(), Vec::new());
-    Ok(Fitted { fit: baseline, model, matrices, comparison, sampling, mean_effort, extensions, theta, gains, opposed, result })
+    Ok(Fitted { fit: baseline, model, matrices, comparison, sampling, ticks: sampled.ticks, mean_effort, extensions, theta, gains, opposed, result })
 }
 
 /// What results say of a fit by one cost or the other: its parameters, and how well it agrees with the estimate within the band.

@@ -2,7 +2,7 @@
 
 use super::fitted::Fitted;
 use crate::trials::{Trial, Trials};
-use ndarray::Array3;
+use ndarray::{Array2, Array3};
 use ndof_models::{Smoothing, WeightedFit};
 use ndof_signal::{Kernel, forward_transform, inverse_transform, signal_by, spectrum_by};
 use ndof_sysid::ResponseKind;
@@ -61,8 +61,19 @@ pub fn overlay(trials: &Trials, trial: &Trial, fitted: &Fitted) -> Option<Overla
     }
     let fade = ((FADE_S * rate).min(FADE_SHARE * samples as f64) as usize).max(1);
     let spectrum = |channel: usize| lines(&recording.channels()[channel].samples, fade, first, last);
-    let inputs = efforts(roles.ports.inputs.iter().map(|&c| spectrum(c)).collect::<Option<_>>()?, fitted);
+    let spectra = |channels: &[usize]| channels.iter().map(|&c| spectrum(c)).collect::<Option<Vec<_>>>();
     let frequency_hz: Vec<f64> = (first..=last).map(|k| k as f64 * spacing).collect();
+    let mut inputs = efforts(spectra(&roles.ports.inputs)?, fitted);
+    if let Some(ticks) = &fitted.ticks {
+        let (command, motion) = (spectra(&roles.ports.references)?, spectra(&roles.ports.outputs)?);
+        for (f, hz) in frequency_hz.iter().enumerate() {
+            let at = |spectra: &[Vec<Complex64>]| Array2::from_shape_fn((spectra.len(), 1), |(k, _)| spectra[k][f]);
+            let s = Complex64::new(0.0, TAU * hz);
+            let motion = at(&motion) / s.powi(fitted.sampling.derivatives);
+            let acting = ticks.acting((s, 1.0 / rate), [&at(&command), &at(&inputs), &motion])?;
+            inputs.iter_mut().zip(acting).for_each(|(lines, acting)| lines[f] = acting);
+        }
+    }
     let response = response(trials, fitted, &frequency_hz);
     let points = (SAMPLES_A_PERIOD * last).min(samples);
     let cut = (fade * points).div_ceil(samples);

@@ -65,8 +65,9 @@ pub struct Fit {
     #[cfg_attr(feature = "schema", schemars(with = "String"))]
     pub symmetry: Symmetry,
     /// How forces go between samples: zero where each value stays until the next, as a computer commands it; linear where straight lines join
-    /// them; band-limited behind an anti-alias filter [default: what the data clearly show, else band-limited]
-    #[cfg_attr(feature = "clap", arg(long, value_parser = words::<Hold>(&["zero", "linear", "band-limited"])))]
+    /// them; band-limited behind an anti-alias filter; read-after or read-before where straight lines join what a held command leaves and channels are
+    /// read just after it is written, or just before [default: what the data clearly show, else band-limited]
+    #[cfg_attr(feature = "clap", arg(long, value_parser = words::<Hold>(&["zero", "linear", "band-limited", "read-after", "read-before"])))]
     #[cfg_attr(feature = "schema", schemars(with = "Option<String>"))]
     pub hold: Option<Hold>,
     /// Stiffness of the force transducer's mount (N/m; N m/rad), so that its deflection is not mistaken for inertia
