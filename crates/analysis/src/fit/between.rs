@@ -103,7 +103,7 @@ pub(super) fn sampled(
         let from: Vec<Vec<f64>> = std::iter::once(fits[0].fit.theta.clone()).chain(starts.iter().filter(|_| starts.len() > 1).cloned()).collect();
         fits.extend(rough.fit_from(&model, &on(None), &from).ok().map(|fit| Tried { hold, ticks: None, fit }));
     }
-    let tick = Tick::of(base, evidence, comparison.band_hz);
+    let tick = Tick::of(base, evidence, (rough, &fits[0].fit.theta));
     let places = [Hold::ReadAfter, Hold::ReadBefore].into_iter().filter(|hold| asked.is_none_or(|asked| asked == *hold));
     for (hold, motors) in places.flat_map(|hold| [(hold, true), (hold, false)]) {
         model.sampling = held(hold);

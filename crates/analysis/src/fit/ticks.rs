@@ -2,7 +2,7 @@
 
 use super::evidence::Evidence;
 use ndarray::{Array2, Array3, Axis};
-use ndof_models::{Hold, InertiaDampingStiffness, InertiaDampingStiffnessModel, ParametricModel, linear_start};
+use ndof_models::{Hold, InertiaDampingStiffness, InertiaDampingStiffnessModel, ParametricModel, Smoothing, WeightedFit, linear_start};
 use ndof_sysid::{DerivedEstimate, FrequencyResponse};
 use num_complex::Complex64;
 use std::f64::consts::TAU;
@@ -18,20 +18,28 @@ pub struct Ticks {
     pub motors: Option<Array2<f64>>,
     /// Efforts as they act of efforts as they were read, `[f]`.
     pub acting: Array3<Complex64>,
+    /// Motion that comes of each unit of effort that was read by what of the jumps folds, `[f]`.
+    pub folded: Array3<Complex64>,
 }
 
 impl Ticks {
     /// Efforts as they act of efforts as they were read, where each unit of effort comes with some command and some motion.
     ///
     /// F̃ = F + Γ κ u, u the command; or, where all that the motors do is held, ρ u = F̃ + M_r s² x, so that
-    /// (1 − Γ κ/ρ) F̃ = F + Γ (κ/ρ) M_r s² x. `None` where that has no solution.
-    pub(super) fn acting(&self, (s, step_s): (Complex64, f64), [command, effort, motion]: [&Array2<Complex64>; 3]) -> Option<Array2<Complex64>> {
+    /// (1 − Γ κ/ρ) F̃ = F + Γ (κ/ρ) M_r s² x. With Γ u beside them. `None` where that has no solution.
+    pub(super) fn acting(&self, (s, step_s): (Complex64, f64), [command, effort, motion]: [&Array2<Complex64>; 3]) -> Option<[Array2<Complex64>; 2]> {
         let of = |factor: Complex64| self.jump.mapv(|share| share * factor);
         let kappa = self.hold.jump(s, step_s);
-        let Some(before) = &self.motors else { return Some(effort + of(kappa).dot(command)) };
-        let missing = of(kappa * Hold::Linear.response(s, step_s) / Hold::Zero.response(s, step_s));
-        let acting = effort + missing.dot(&before.mapv(|m| m * s * s)).dot(motion);
-        Some(ndof_linear::inverse(&(Array2::eye(missing.nrows()) - missing))?.dot(&acting))
+        let Some(before) = &self.motors else {
+            let jumps = of(Complex64::ONE).dot(command);
+            return Some([effort + &jumps * kappa, jumps]);
+        };
+        let rho = Hold::Zero.response(s, step_s) / Hold::Linear.response(s, step_s);
+        let moved = before.mapv(|m| m * s * s).dot(motion);
+        let missing = of(kappa / rho);
+        let acting = ndof_linear::inverse(&(Array2::eye(missing.nrows()) - &missing))?.dot(&(effort + missing.dot(&moved)));
+        let jumps = of(rho.inv()).dot(&(&acting + moved));
+        Some([acting, jumps])
     }
 
     /// A response to efforts as they were read, as one to what acts.
@@ -41,13 +49,15 @@ impl Ticks {
         for (mut read, acting) in read.outer_iter_mut().zip(self.acting.outer_iter()) {
             read.assign(&ndof_linear::inverse(&acting.to_owned()).unwrap_or_else(|| unknown(acting.nrows())));
         }
+        let mut response = response.clone();
+        response.value.outer_iter_mut().zip(self.folded.outer_iter()).for_each(|(mut value, folded)| value -= &folded);
         response.to_parts(&read)
     }
 
     /// A response to what acts, as one to efforts as they are read.
     pub(super) fn seen(&self, response: &mut Array3<Complex64>) {
-        for (mut seen, acting) in response.outer_iter_mut().zip(self.acting.outer_iter()) {
-            let whole = seen.dot(&acting);
+        for ((mut seen, acting), folded) in response.outer_iter_mut().zip(self.acting.outer_iter()).zip(self.folded.outer_iter()) {
+            let whole = seen.dot(&acting) + folded;
             seen.assign(&whole);
         }
     }
@@ -64,20 +74,28 @@ pub(super) struct Tick<'a> {
 
 impl<'a> Tick<'a> {
     /// From the responses to the command; `None` where none is held that could be told.
-    pub fn of(model: &'a InertiaDampingStiffnessModel, evidence: &Evidence<'a>, [low, high]: [f64; 2]) -> Option<Self> {
-        let (derived, (rate_hz, _)) = (evidence.derived()?, evidence.sampled?);
+    pub fn of(model: &'a InertiaDampingStiffnessModel, evidence: &Evidence<'a>, (settings, theta): (&WeightedFit, &[f64])) -> Option<Self> {
+        let (derived, (rate_hz, derivatives)) = (evidence.derived()?, evidence.sampled?);
         let (channels, ports) = (evidence.channels, &evidence.channels.roles.ports);
         if channels.units(&ports.references) != channels.units(&ports.inputs) || ports.inputs.len() != ports.outputs.len() {
             return None;
         }
-        // R = C T, without the half sample that what is held is late.
-        let mut moved = FrequencyResponse { uncertainty: None, ..evidence.response.clone().into_owned() };
-        for (f, mut value) in moved.value.outer_iter_mut().enumerate() {
-            let held = Hold::Zero.response(Complex64::new(0.0, TAU * moved.frequency_hz[f]), 1.0 / rate_hz);
-            let response = value.dot(&derived.to_reference.t.at(f)) / held;
-            value.assign(&response);
+        // R = C T of displacement, without the half sample that what is held is late.
+        let (r, t) = (&derived.to_reference.r, &derived.to_reference.t);
+        let mut moved = FrequencyResponse { uncertainty: r.uncertainty.clone(), ..evidence.response.clone().into_owned() };
+        for f in 0..moved.len() {
+            let s = Complex64::new(0.0, TAU * moved.frequency_hz[f]);
+            let response = moved.at(f).dot(&t.at(f)) / Hold::Zero.response(s, 1.0 / rate_hz);
+            moved.value.index_axis_mut(Axis(0), f).assign(&response);
+            if let Some(u) = &mut moved.uncertainty {
+                u.noise.index_axis_mut(Axis(0), f).mapv_inplace(|v| v / s.norm_sqr().powi(derivatives));
+            }
         }
-        let whole = model.matrices(&linear_start(model, &moved.band(low, high)).ok()?);
+        // What is read late is no transducer's give, and the window sees no loop here.
+        let settings = WeightedFit { smoothing: Smoothing::Open, transducer: None, ..settings.clone() };
+        let start = linear_start(model, &moved.band(settings.band_hz[0], settings.band_hz[1]));
+        let starts: Vec<Vec<f64>> = start.into_iter().chain([theta[..model.parameters().len()].to_vec()]).collect();
+        let whole = model.matrices(&settings.fit_from(model, &moved.independent(), &starts).ok()?.theta);
         Some(Tick { derived, model, rate_hz, whole })
     }
 
@@ -93,12 +111,17 @@ impl<'a> Tick<'a> {
         }
         let jump = own.inertia.dot(&ndof_linear::inverse(&all)?);
         let (n, response) = (jump.nrows(), &evidence.response);
-        let unknown = || Array2::from_elem((n, n), Complex64::new(f64::NAN, f64::NAN));
-        let mut ticks = Ticks { hold, jump, motors: motors.then_some(before), acting: Array3::zeros((response.len(), n, n)) };
+        let lightness = ndof_linear::inverse(&own.inertia)?.mapv(Complex64::from);
+        let (derivatives, unknown) = (evidence.sampled?.1, || Array2::from_elem((n, n), Complex64::new(f64::NAN, f64::NAN)));
+        let (acting, folded) = (Array3::zeros((response.len(), n, n)), Array3::zeros((response.len(), n, n)));
+        let mut ticks = Ticks { hold, jump, motors: motors.then_some(before), acting, folded };
         for (f, hz) in response.frequency_hz.iter().enumerate() {
+            let s = Complex64::new(0.0, TAU * hz);
             let command = ndof_linear::inverse(&self.derived.to_reference.t.at(f)).unwrap_or_else(unknown);
-            let acting = ticks.acting((Complex64::new(0.0, TAU * hz), step_s), [&command, &Array2::eye(n), &response.at(f)]);
-            ticks.acting.index_axis_mut(Axis(0), f).assign(&acting.unwrap_or_else(unknown));
+            let found = ticks.acting((s, step_s), [&command, &Array2::eye(n), &response.at(f)]);
+            let [acting, jumps] = found.unwrap_or_else(|| [unknown(), unknown()]);
+            ticks.folded.index_axis_mut(Axis(0), f).assign(&(lightness.dot(&jumps) * Hold::folded(s, step_s, derivatives)));
+            ticks.acting.index_axis_mut(Axis(0), f).assign(&acting);
         }
         Some(ticks)
     }

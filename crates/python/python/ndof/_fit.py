@@ -283,8 +283,8 @@ def fit(
 
     Several recordings are repeated trials of one experiment. ``band`` (Hz) is what is fitted; ``kinematics`` (a file or a
     dictionary) adds the matrices at the joints; ``cost`` is ``weighted`` or ``paper``; ``symmetry`` is
-    ``symmetric``, ``positive-semidefinite`` or ``free``; ``hold`` is what forces do between samples, ``zero``, ``linear`` or
-    ``band-limited``, else what the data say; ``systematic`` widens intervals by what calibration leaves; ``compare``
+    ``symmetric``, ``positive-semidefinite`` or ``free``; ``hold`` is what forces do between samples, ``zero``, ``linear``,
+    ``band-limited``, ``read-after`` or ``read-before``, else what the data say; ``systematic`` widens intervals by what calibration leaves; ``compare``
     fits every single extension of the model too (:attr:`Fit.comparison`); ``law`` fits the matrices with force laws in time, ``NAME`` on every
     axis or ``NAME:AXIS`` (:attr:`Fit.in_time`). ``schedule`` is what M, B and K change with, ``phase`` (of a
     ``cycle`` in seconds, or of one that the channel ``cycle_by`` or an ``event`` begins, whose times in seconds are one list or one a trial),
