@@ -7,6 +7,7 @@ use crate::error::AnalysisError;
 use crate::result::number;
 use ndof_models::blocks::Composite;
 use ndof_models::{Fit, Held, Hold, InertiaDampingStiffnessModel, Sampling, WeightedFit};
+use ndof_sysid::FrequencyResponse;
 
 /// Odds against what only seems the better model; 2 ln of them is a difference of χ² that is beyond doubt.
 pub(super) const ODDS: f64 = 1000.0;
@@ -59,6 +60,64 @@ struct Tried {
     fit: Fit,
 }
 
+impl Tried {
+    /// The mean of χ² by its law.
+    fn noise(&self) -> f64 {
+        self.fit.chi2 / self.fit.chi2_reduced
+    }
+
+    /// By how much χ² is beyond that by chance, and may differ for the errors of a response that is read in one way or another.
+    fn chance(&self) -> f64 {
+        SPREAD * (2.0 * self.noise()).sqrt()
+    }
+}
+
+/// Fits of one model under one hold after the other.
+struct Search<'a> {
+    rough: WeightedFit,
+    model: Held<Composite>,
+    evidence: &'a Evidence<'a>,
+    /// Whether independent frequencies carry no fit, and all are taken.
+    all: bool,
+}
+
+impl Search<'_> {
+    fn held(&self, hold: Hold) -> Sampling {
+        self.evidence.sampled.map_or(Sampling::CONTINUOUS, |(sample_rate_hz, derivatives)| Sampling { hold, sample_rate_hz, derivatives })
+    }
+
+    fn response(&self, ticks: Option<&Ticks>) -> FrequencyResponse {
+        let own = ticks.map(|ticks| self.evidence.on(ticks));
+        let response = &own.as_ref().unwrap_or(self.evidence).response;
+        if self.all { response.clone().into_owned() } else { response.independent() }
+    }
+
+    /// A hold under which the model cannot be fitted is none.
+    fn under(&mut self, hold: Hold, ticks: Option<Ticks>, starts: &[Vec<f64>]) -> Option<Tried> {
+        self.model.sampling = self.held(hold);
+        let fit = self.rough.fit_from(&self.model, &self.response(ticks.as_ref()), starts).ok()?;
+        Some(Tried { hold, ticks, fit })
+    }
+
+    /// The share that jumps follows from the inertia, and the inertia, a little, from what jumps.
+    fn at_ticks(&mut self, tick: &Tick<'_>, (hold, motors): (Hold, bool), start: &[f64]) -> Option<Tried> {
+        let mut found: Option<Tried> = None;
+        for _ in 0..ROUNDS {
+            let theta = found.map_or_else(|| start.to_vec(), |tried| tried.fit.theta);
+            let ticks = tick.at(&theta, self.evidence, hold, motors)?;
+            found = self.under(hold, Some(ticks), &[theta]);
+            found.as_ref()?;
+        }
+        found
+    }
+
+    /// Where the search ends that was rough.
+    fn settled(&mut self, comparison: &WeightedFit, Tried { hold, ticks, fit }: &Tried) -> Vec<f64> {
+        self.model.sampling = self.held(*hold);
+        comparison.fit(&self.model, &self.response(ticks.as_ref()), &fit.theta).map_or_else(|_| fit.theta.clone(), |fit| fit.theta)
+    }
+}
+
 /// Fits `model` with each hold to independent frequencies, and takes the plainest that no other beats. Where the model leaves more than noise, a
 /// hold must explain more of it than it leaves: a delay or a filter that the model lacks makes one hold look better than another. What is not taken
 /// and not a thousand times less likely remains a rival.
@@ -69,97 +128,73 @@ pub(super) fn sampled(
     evidence: &Evidence<'_>,
     asked: Option<Hold>,
 ) -> Result<Sampled, AnalysisError> {
-    let held = |hold| evidence.sampled.map_or(Sampling::CONTINUOUS, |(sample_rate_hz, derivatives)| Sampling { hold, sample_rate_hz, derivatives });
     if evidence.sampled.is_none() && asked.is_some_and(|hold| hold != Hold::BandLimited) {
         return Err(AnalysisError::Hold);
     }
-    let read_at_ticks = |hold: Hold| matches!(hold, Hold::ReadAfter | Hold::ReadBefore);
-    let mut model = Held { model, sampling: held(asked.unwrap_or_default()) };
-    let rough = &WeightedFit { cost_tolerance: ROUGHLY, ..comparison.clone() };
-    let few = evidence.response.independent();
-    let (all, first) = match rough.fit_from(&model, &few, starts) {
-        Ok(first) => (false, first),
-        // What few frequencies cannot carry, all may.
-        Err(_) => (true, rough.fit_from(&model, &evidence.response, starts)?),
+    let rough = WeightedFit { cost_tolerance: ROUGHLY, ..comparison.clone() };
+    let mut search = Search { rough, model: Held { model, sampling: Sampling::CONTINUOUS }, evidence, all: false };
+    let own = asked.unwrap_or_default();
+    let first = match search.under(own, None, starts) {
+        Some(first) => first,
+        None => {
+            search.all = true;
+            let fit = search.rough.fit_from(&search.model, &evidence.response, starts)?;
+            Tried { hold: own, ticks: None, fit }
+        }
     };
-    let plain = |theta, chi2_less| {
-        let said = asked.map(|hold| Between { hold, chi2_less, also: Vec::new() });
-        Sampled { sampling: model.sampling, ticks: None, theta, said, rivals: Vec::new() }
-    };
-    let ticked = asked.is_some_and(read_at_ticks);
+    let ticked = matches!(asked, Some(Hold::ReadAfter | Hold::ReadBefore));
     if !ticked && (asked.is_some() || evidence.sampled.is_none() || !evidence.errors_known()) {
-        return Ok(plain(first.theta, None));
+        let said = asked.map(|hold| Between { hold, chi2_less: None, also: Vec::new() });
+        return Ok(Sampled { sampling: search.held(own), ticks: None, theta: first.fit.theta, said, rivals: Vec::new() });
     }
-    let on = |ticks: Option<&Ticks>| {
-        let own = ticks.map(|ticks| evidence.on(ticks));
-        let response = &own.as_ref().unwrap_or(evidence).response;
-        if all { response.clone().into_owned() } else { response.independent() }
+    let begin = first.fit.theta.clone();
+    let from: Vec<Vec<f64>> = std::iter::once(begin.clone()).chain(starts.iter().filter(|_| starts.len() > 1).cloned()).collect();
+    let mut fits = vec![first];
+    fits.extend([Hold::Zero, Hold::Linear].into_iter().filter(|_| !ticked).filter_map(|hold| search.under(hold, None, &from)));
+    if let Some(tick) = Tick::of(base, evidence, (&search.rough, &begin)) {
+        let places = [Hold::ReadAfter, Hold::ReadBefore].into_iter().filter(|hold| asked.is_none_or(|asked| asked == *hold));
+        fits.extend(places.flat_map(|hold| [(hold, true), (hold, false)]).filter_map(|place| search.at_ticks(&tick, place, &begin)));
+    }
+    let fits = if ticked { fits.split_off(1) } else { possible(fits) };
+    // Whether all that the motors do is held, or the command alone, changes M and B and hardly what is left, less than what no equation here has: they are
+    // as likely as each other.
+    let levels: Vec<f64> = fits.iter().map(|tried| least(&fits, tried.hold)).collect();
+    let order = |a: &usize, b: &usize| levels[*a].total_cmp(&levels[*b]).then(fits[*a].fit.chi2.total_cmp(&fits[*b].fit.chi2));
+    let best = (0..fits.len()).min_by(order).unwrap_or_default();
+    let Some(Tried { hold, fit, .. }) = fits.get(best) else { return Err(AnalysisError::Ticks) };
+    let misfit = fit.chi2_reduced.max(1.0);
+    let other = (0..fits.len()).filter(|k| fits[*k].hold != *hold).map(|k| levels[k]).fold(f64::INFINITY, f64::min);
+    let doubt = (2.0 * ODDS.ln() * misfit).max(levels[best] - fits[best].noise());
+    let taken = if ticked || levels[0] - levels[best] > doubt { best } else { 0 };
+    let chi2_less = (taken == best).then_some(other - levels[best]).filter(|less| *less > doubt).and_then(number);
+    let alike = |k: usize| fits.iter().filter(|tried| tried.hold == fits[k].hold).count() as f64;
+    let likelihoods: Vec<f64> = (0..fits.len()).map(|k| (0.5 * (levels[best] - levels[k]) / misfit).exp() / alike(k)).collect();
+    let all: f64 = likelihoods.iter().sum();
+    let open: Vec<usize> = (0..fits.len()).filter(|k| *k != taken && likelihoods[*k] / all * ODDS > 1.0).collect();
+    let settled = if open.is_empty() { Vec::new() } else { search.settled(comparison, &fits[taken]) };
+    let mut rival = |k: usize| {
+        let apart = search.settled(comparison, &fits[k]).iter().zip(&settled).map(|(there, own)| there - own).collect();
+        Rival { hold: fits[k].hold, share: likelihoods[k] / all, apart }
     };
-    let mut fits = vec![Tried { hold: model.sampling.hold, ticks: None, fit: first }];
-    let others = [Hold::Zero, Hold::Linear].into_iter().filter(|_| asked.is_none());
-    for hold in others {
-        model.sampling = held(hold);
-        // A hold under which the model cannot be fitted is none.
-        let from: Vec<Vec<f64>> = std::iter::once(fits[0].fit.theta.clone()).chain(starts.iter().filter(|_| starts.len() > 1).cloned()).collect();
-        fits.extend(rough.fit_from(&model, &on(None), &from).ok().map(|fit| Tried { hold, ticks: None, fit }));
-    }
-    let tick = Tick::of(base, evidence, (rough, &fits[0].fit.theta));
-    let places = [Hold::ReadAfter, Hold::ReadBefore].into_iter().filter(|hold| asked.is_none_or(|asked| asked == *hold));
-    for (hold, motors) in places.flat_map(|hold| [(hold, true), (hold, false)]) {
-        model.sampling = held(hold);
-        // The share that jumps follows from the inertia, and the inertia, a little, from what jumps.
-        let mut found: Option<Tried> = None;
-        for _ in 0..ROUNDS {
-            let theta = &found.as_ref().unwrap_or(&fits[0]).fit.theta;
-            let Some(ticks) = tick.as_ref().and_then(|tick| tick.at(theta, evidence, hold, motors)) else { break };
-            let fit = rough.fit(&model, &on(Some(&ticks)), theta).ok();
-            found = fit.map(|fit| Tried { hold, ticks: Some(ticks), fit });
-            if found.is_none() {
-                break;
-            }
-        }
-        fits.extend(found);
-    }
-    if ticked {
-        // Fitted as it is only to begin with.
-        fits.remove(0);
-        if fits.is_empty() {
-            return Err(AnalysisError::Ticks);
-        }
-    }
-    // By how much χ² may be less for the errors of a sampling, which each shapes otherwise, and for no better model.
-    let noise = |fit: &Fit| fit.chi2 / fit.chi2_reduced;
-    let spread = |fit: &Fit| SPREAD * (2.0 * noise(fit)).sqrt();
+    let rivals = open.into_iter().map(&mut rival).collect();
+    let Tried { hold, ticks, fit } = &fits[taken];
+    let said = Some(Between { hold: *hold, chi2_less, also: Vec::new() });
+    Ok(Sampled { sampling: search.held(*hold), ticks: ticks.clone(), theta: fit.theta.clone(), said, rivals })
+}
+
+/// Without what cannot be.
+fn possible(mut fits: Vec<Tried>) -> Vec<Tried> {
     // What is read at ticks has nothing that is free: where more than noise is left it is not that, or not that alone.
-    fits.retain(|Tried { ticks, fit, .. }| ticked || ticks.is_none() || fit.chi2 - noise(fit) < spread(fit));
-    let least = |fits: &[Tried], hold: Hold| fits.iter().filter(|tried| tried.hold == hold).map(|tried| tried.fit.chi2).fold(f64::INFINITY, f64::min);
+    let enough = |tried: &Tried| tried.fit.chi2 - tried.noise() < tried.chance();
+    let explained: Vec<Hold> = fits.iter().filter(|tried| enough(tried)).map(|tried| tried.hold).collect();
+    fits.retain(|tried| tried.ticks.is_none() || explained.contains(&tried.hold));
     // What stays whole until the next is the limit in which nothing is before the effort; inertia has said how much is.
     let after = least(&fits, Hold::ReadAfter);
-    fits.retain(|tried| tried.hold != Hold::Zero || after - tried.fit.chi2 > spread(&tried.fit) * tried.fit.chi2_reduced.max(1.0));
-    // Whether all that the motors do is held, or the command alone, changes M and B and hardly what is left: they are as likely as each other.
-    let as_likely = |tried: &Tried| {
-        let least = least(&fits, tried.hold);
-        if tried.fit.chi2 - least < spread(&tried.fit) * tried.fit.chi2_reduced.max(1.0) { least } else { tried.fit.chi2 }
-    };
-    let levels: Vec<f64> = fits.iter().map(as_likely).collect();
-    let chi2 = |k: usize| levels[k];
-    let best = (1..fits.len()).fold(0, |best, k| if chi2(k) < chi2(best) { k } else { best });
-    let other = (0..fits.len()).filter(|k| fits[*k].hold != fits[best].hold).map(chi2).fold(f64::INFINITY, f64::min);
-    let doubt = (2.0 * ODDS.ln() * fits[best].fit.chi2_reduced.max(1.0)).max(chi2(best) - noise(&fits[best].fit));
-    let taken = if ticked || chi2(0) - chi2(best) > doubt { best } else { 0 };
-    let chi2_less = (taken == best).then_some(other - chi2(best)).filter(|less| *less > doubt).and_then(number);
-    let likelihood = |k: usize| (0.5 * (chi2(best) - chi2(k)) / fits[best].fit.chi2_reduced.max(1.0)).exp();
-    let sum: f64 = (0..fits.len()).map(likelihood).sum();
-    let open: Vec<(usize, f64)> = (0..fits.len()).filter(|k| *k != taken).map(|k| (k, likelihood(k) / sum)).filter(|(_, share)| share * ODDS > 1.0).collect();
-    let mut settled = |k: usize| {
-        let Tried { hold, ticks, fit } = &fits[k];
-        model.sampling = held(*hold);
-        comparison.fit(&model, &on(ticks.as_ref()), &fit.theta).map_or_else(|_| fit.theta.clone(), |fit| fit.theta)
-    };
-    let own = if open.is_empty() { Vec::new() } else { settled(taken) };
-    let mut rival =
-        |(k, share): (usize, f64)| Rival { hold: fits[k].hold, share, apart: settled(k).iter().zip(&own).map(|(there, own)| there - own).collect() };
-    let rivals = open.into_iter().map(&mut rival).collect();
-    let Tried { hold, ticks, fit } = fits.swap_remove(taken);
-    Ok(Sampled { sampling: held(hold), ticks, theta: fit.theta, said: Some(Between { hold, chi2_less, also: Vec::new() }), rivals })
+    fits.retain(|tried| tried.hold != Hold::Zero || after - tried.fit.chi2 > tried.chance() * tried.fit.chi2_reduced.max(1.0));
+    fits
+}
+
+/// The least χ² of a hold.
+fn least(fits: &[Tried], hold: Hold) -> f64 {
+    fits.iter().filter(|tried| tried.hold == hold).map(|tried| tried.fit.chi2).fold(f64::INFINITY, f64::min)
 }
