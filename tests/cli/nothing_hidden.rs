@@ -57,7 +57,8 @@ fn half_a_tick_is_no_sure_delay() {
         csv(&folder.path().join("commanded.csv"), &format!("# sample_rate_hz: {rate_hz}\n"), &channels);
         let d = json(folder.path(), &["diagnose", "commanded.csv"]);
         assert_eq!((d["verdict"].as_str(), d["causes"].as_array().map(Vec::len)), (Some("adequate"), Some(0)), "{}", d["causes"]);
-        assert!(d["notes"].to_string().contains("late by half a sample"), "{}", d["notes"]);
+        let notes = d["discrepancy"]["notes"].to_string();
+        assert!(notes.contains("late by half a sample"), "{notes}");
         let d = json(folder.path(), &["diagnose", name]);
         let causes = d["causes"].as_array().expect("a list");
         let late = causes.iter().filter(|c| ["measurement-delay", "channel-filter"].iter().any(|effect| c["effect"] == *effect));

@@ -15,6 +15,10 @@ pub(super) const ODDS: f64 = 1000.0;
 /// Deviations of χ² from its mean that one in a thousand exceeds, by the normal law.
 const SPREAD: f64 = 3.09;
 
+/// Share of the misfit of a curve without jumps that the equations of jumps may leave: of a tick's half, ωT/2, a straight line in place of a curve is
+/// (ωT)²/12, at a tenth of the sample rate its tenth, and χ² goes by squares.
+const LEFT: f64 = 0.01;
+
 /// Fits from which the share of a command that jumps follows: each leaves some thousandths of the error of that before.
 const ROUNDS: usize = 2;
 
@@ -184,8 +188,10 @@ pub(super) fn sampled(
 
 /// Without what cannot be.
 fn possible(mut fits: Vec<Tried>) -> Vec<Tried> {
-    // What is read at ticks has nothing that is free: where more than noise is left it is not that, or not that alone.
-    let enough = |tried: &Tried| tried.fit.chi2 - tried.noise() < tried.chance();
+    // What is read at ticks has nothing that is free: where more than noise is left, and more than its equations leave, it is not that, or not that alone.
+    let left = |tried: &Tried| tried.fit.chi2 - tried.noise();
+    let otherwise = left(&fits[0]);
+    let enough = |tried: &Tried| left(tried) < tried.chance().max(LEFT * otherwise);
     let explained: Vec<Hold> = fits.iter().filter(|tried| enough(tried)).map(|tried| tried.hold).collect();
     fits.retain(|tried| tried.ticks.is_none() || explained.contains(&tried.hold));
     // What stays whole until the next is the limit in which nothing is before the effort; inertia has said how much is.
