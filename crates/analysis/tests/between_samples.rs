@@ -211,7 +211,7 @@ fn jumps_at_the_ticks_of_a_loop_are_found_and_bias_nothing() {
     for (before, hold) in [(true, Hold::ReadBefore), (false, Hold::ReadAfter)] {
         for by_ticks in [true, false] {
             for rate_hz in [100.0, 250.0] {
-                let mut inside = 0;
+                let (mut inside, mut half_widths) = (0, [0.0; 2]);
                 for seed in 0..8 {
                     let estimated = Estimate::default().run(&on_a_robot([before, by_ticks], rate_hz, seed)).expect("an estimate");
                     let found = Fit::default().run(&estimated).expect("a fit");
@@ -220,6 +220,8 @@ fn jumps_at_the_ticks_of_a_loop_are_found_and_bias_nothing() {
                     inside += found.fit.parameters.iter().zip(truth).filter(|(p, truth)| (p.ci95[0]..=p.ci95[1]).contains(truth)).count();
                     // A curve without jumps leaves more than noise.
                     let smooth = Fit { hold: Some(Hold::BandLimited), ..Fit::default() }.run(&estimated).expect("a fit");
+                    let half_width = |fit: &Fitted| 0.5 * (fit.fit.parameters[3].ci95[1] - fit.fit.parameters[3].ci95[0]) / truth[3] / 8.0;
+                    [&smooth, &found].into_iter().zip(&mut half_widths).for_each(|(fit, sum)| *sum += half_width(fit));
                     let chi2 = [&found, &smooth].map(|fit| fit.result.chi2_reduced.expect("errors are known"));
                     assert!(chi2[1] > 1.5 * chi2[0], "{before} {by_ticks} {rate_hz}: {chi2:?}");
                     // What is drawn, response and motion, is what was read; without the jumps it is not.
@@ -227,7 +229,8 @@ fn jumps_at_the_ticks_of_a_loop_are_found_and_bias_nothing() {
                     let missed = [&found, &plain].map(|fit| [apart(&estimated, fit), left(&estimated, fit)]);
                     assert!((0..2).all(|k| missed[0][k] < 0.5 * missed[1][k]), "{before} {by_ticks} {rate_hz}: {missed:?}");
                 }
-                println!("{hold:?}, all by ticks {by_ticks}, {rate_hz} Hz: {inside} of 72");
+                let [smooth, jumping] = half_widths.map(|width| 100.0 * width);
+                println!("{hold:?}, all by ticks {by_ticks}, {rate_hz} Hz: {inside} of 72, B_x_x ± {jumping:.0} %, without jumps {smooth:.0} %");
                 // Of 72 intervals of 95 %, 61 or more hold the truth with a probability of 99.9 %.
                 assert!(inside >= 61, "{before} {by_ticks} {rate_hz}: {inside} of 72");
             }

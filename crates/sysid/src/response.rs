@@ -227,6 +227,22 @@ impl FrequencyResponse {
     }
 
     /// The response to inputs u' of which these are made, u = W u', `W[f]`: H' = H W, covariance carried along. `self` may end before W does.
+    ///
+    /// ```
+    /// use ndof_sysid::{FrequencyResponse, ResponseKind};
+    /// use num_complex::Complex;
+    ///
+    /// let one = FrequencyResponse {
+    ///     frequency_hz: vec![1.0],
+    ///     inputs: vec!["a".into()],
+    ///     outputs: vec!["x".into()],
+    ///     kind: ResponseKind::Compliance,
+    ///     value: ndarray::Array3::from_elem((1, 1, 1), Complex::new(0.0, 2.0)),
+    ///     uncertainty: None,
+    /// };
+    /// let part = one.to_parts(&ndarray::Array3::from_elem((1, 1, 1), Complex::new(0.0, 0.5))); // a = j a'/2
+    /// assert_eq!(part.value[[0, 0, 0]], Complex::new(-1.0, 0.0));
+    /// ```
     #[must_use]
     pub fn to_parts(&self, w: &Array3<Complex64>) -> Self {
         let mut out = self.clone();
@@ -349,6 +365,22 @@ mod tests {
                 kernel: Kernel::default(),
                 inverted: false,
             }),
+        }
+    }
+
+    /// (H W)⁻¹ = W⁻¹ H⁻¹: what W does to the input side of H it does to the output side of H⁻¹.
+    #[test]
+    fn parts_carry_values_and_covariance_along() {
+        let own = example();
+        let c = Complex64::new;
+        let w = arr2(&[[c(1.0, 0.4), c(-0.3, 0.2)], [c(0.1, -0.6), c(0.8, 0.0)]]);
+        let parts = own.to_parts(&w.clone().insert_axis(Axis(0)));
+        let back = ndof_linear::inverse(&w).expect("not singular");
+        let [inverse, of_parts] = [&own, &parts].map(|response| response.inverse().expect("square"));
+        let [noise, expected] = [&of_parts, &inverse].map(|response| response.uncertainty.as_ref().expect("errors").noise.index_axis(Axis(0), 0).to_owned());
+        let conjugate = back.t().mapv(|v| v.conj());
+        for (found, expected) in [(of_parts.at(0), back.dot(&inverse.at(0))), (noise, back.dot(&expected).dot(&conjugate))] {
+            found.iter().zip(&expected).for_each(|(f, e)| assert!((f - e).norm() < 1e-12 * e.norm().max(1e-3), "{f} {e}"));
         }
     }
 

@@ -22,6 +22,7 @@ use ndarray::Array2;
 use ndof_devices::linearise;
 use ndof_diagnose::{Baseline, DiagnoseError, Diagnosis, Mechanism, Options, Part, Pictures};
 use ndof_joints::Corrections;
+use ndof_models::Hold;
 use ndof_signal::{Quantity, Recording, Warning};
 use ndof_sysid::Ports;
 use result::DiagnosisResult;
@@ -86,7 +87,7 @@ pub fn diagnose(trials: &Trials, settings: &Diagnose, progress: &mut dyn FnMut(&
         progress("fitting the baseline");
         match linear_fit(trials, settings.band_hz, &options) {
             Ok(found) => {
-                notes.extend(found.linear.jump.as_ref().map(|_| AT_TICKS.to_owned()));
+                notes.extend(at_ticks(found.linear.hold));
                 options.linear = Some(found.linear);
                 // A schedule is judged where `fit` finds its curves; the inertia that rules beyond it follows none.
                 options.band_hz = options.band_hz.or_else(|| options.schedule.as_ref().map(|_| (0.0, found.band_hz[1])));
@@ -117,8 +118,16 @@ pub fn diagnose(trials: &Trials, settings: &Diagnose, progress: &mut dyn FnMut(&
 }
 
 /// What is said of channels that are read at the ticks of a loop.
-const AT_TICKS: &str = "channels look as a loop reads them, just before or just after it writes the command that it holds (`between_samples` of `ndof fit`): a \
-                        channel that is late by half a sample looks the same, and is not named";
+fn at_ticks(hold: Hold) -> Option<String> {
+    let when = match hold {
+        Hold::ReadAfter => "after it writes the command",
+        Hold::ReadBefore => "before it writes the next command",
+        Hold::BandLimited | Hold::Zero | Hold::Linear => return None,
+    };
+    Some(format!(
+        "channels look as a loop reads them just {when} that it holds (`fit`): a channel that is late by half a sample looks the same, and is not named"
+    ))
+}
 
 /// The answer to a question of forces and motions.
 fn answered(trials: &Trials, settings: &Diagnose, diagnosis: Diagnosis, pictures: Pictures, more: Vec<Warning>) -> Diagnosed {

@@ -19,7 +19,7 @@ const SPREAD: f64 = 3.09;
 /// (ωT)²/12, at a tenth of the sample rate its tenth, and χ² goes by squares.
 const LEFT: f64 = 0.01;
 
-/// Fits from which the share of a command that jumps follows: each leaves some thousandths of the error of that before.
+/// Fits from which the share of a command that jumps follows: at a tenth of the sample rate each leaves a tenth of the error of that before.
 const ROUNDS: usize = 2;
 
 /// Relative decrease of χ² at which the search for a hold ends: nothing to a difference that is beyond doubt.
@@ -91,9 +91,9 @@ impl Search<'_> {
     }
 
     fn response(&self, ticks: Option<&Ticks>) -> FrequencyResponse {
-        let own = ticks.map(|ticks| self.evidence.on(ticks));
-        let response = &own.as_ref().unwrap_or(self.evidence).response;
-        if self.all { response.clone().into_owned() } else { response.independent() }
+        let own = ticks.map(|ticks| ticks.of(&self.evidence.response, &ticks.read()));
+        let response = own.as_ref().unwrap_or(&self.evidence.response);
+        if self.all { response.clone() } else { response.independent() }
     }
 
     /// A hold under which the model cannot be fitted is none.

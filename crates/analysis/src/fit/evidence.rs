@@ -28,7 +28,7 @@ pub(super) struct Evidence<'a> {
     /// What ends it above.
     pub band_because: Option<&'static str>,
     /// What closes a loop around the limb.
-    derived: Option<&'a DerivedEstimate>,
+    pub derived: Option<&'a DerivedEstimate>,
     /// Whether a window smoothed it.
     smoothed: bool,
     /// Rate of its efforts and derivatives of its motions, where what efforts do between samples can be told.
@@ -94,13 +94,9 @@ impl<'a> Evidence<'a> {
 
     /// The responses to efforts as they act, in a straight line from sample to sample.
     pub fn on(&self, ticks: &Ticks) -> Self {
-        let without = self.without.iter().map(|response| ticks.of(response)).collect();
-        Evidence { response: Cow::Owned(ticks.of(&self.response)), without, ..self.clone() }
-    }
-
-    /// What closes a loop around the limb.
-    pub fn derived(&self) -> Option<&'a DerivedEstimate> {
-        self.derived
+        let read = ticks.read();
+        let of = |response: &FrequencyResponse| ticks.of(response, &read);
+        Evidence { response: Cow::Owned(of(&self.response)), without: self.without.iter().map(of).collect(), ..self.clone() }
     }
 
     /// Whether the response says how large its errors are.

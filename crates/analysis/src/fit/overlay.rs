@@ -70,7 +70,7 @@ pub fn overlay(trials: &Trials, trial: &Trial, fitted: &Fitted) -> Option<Overla
             let at = |spectra: &[Vec<Complex64>]| Array2::from_shape_fn((spectra.len(), 1), |(k, _)| spectra[k][f]);
             let s = Complex64::new(0.0, TAU * hz);
             let motion = at(&motion) / s.powi(fitted.sampling.derivatives);
-            let [acting, _] = ticks.acting((s, 1.0 / rate), [&at(&command), &at(&inputs), &motion])?;
+            let [acting, _] = ticks.act((s, 1.0 / rate), [&at(&command), &at(&inputs), &motion])?;
             inputs.iter_mut().zip(acting).for_each(|(lines, acting)| lines[f] = acting);
         }
     }

@@ -27,7 +27,7 @@ impl Ticks {
     ///
     /// F̃ = F + Γ κ u, u the command; or, where all that the motors do is held, ρ u = F̃ + M_r s² x, so that
     /// (1 − Γ κ/ρ) F̃ = F + Γ (κ/ρ) M_r s² x. With Γ u beside them. `None` where that has no solution.
-    pub(super) fn acting(&self, (s, step_s): (Complex64, f64), [command, effort, motion]: [&Array2<Complex64>; 3]) -> Option<[Array2<Complex64>; 2]> {
+    pub(super) fn act(&self, (s, step_s): (Complex64, f64), [command, effort, motion]: [&Array2<Complex64>; 3]) -> Option<[Array2<Complex64>; 2]> {
         let of = |factor: Complex64| self.jump.mapv(|share| share * factor);
         let kappa = self.hold.jump(s, step_s);
         let Some(before) = &self.motors else {
@@ -42,16 +42,20 @@ impl Ticks {
         Some([acting, jumps])
     }
 
-    /// A response to efforts as they were read, as one to what acts.
-    pub(super) fn of(&self, response: &FrequencyResponse) -> FrequencyResponse {
-        let unknown = |n| Array2::from_elem((n, n), Complex64::new(f64::NAN, f64::NAN));
+    /// Efforts as they were read of efforts as they act, `[f]`.
+    pub(super) fn read(&self) -> Array3<Complex64> {
         let mut read = self.acting.clone();
         for (mut read, acting) in read.outer_iter_mut().zip(self.acting.outer_iter()) {
             read.assign(&ndof_linear::inverse(&acting.to_owned()).unwrap_or_else(|| unknown(acting.nrows())));
         }
+        read
+    }
+
+    /// A response to efforts as they were read, as one to what acts.
+    pub(super) fn of(&self, response: &FrequencyResponse, read: &Array3<Complex64>) -> FrequencyResponse {
         let mut response = response.clone();
         response.value.outer_iter_mut().zip(self.folded.outer_iter()).for_each(|(mut value, folded)| value -= &folded);
-        response.to_parts(&read)
+        response.to_parts(read)
     }
 
     /// A response to what acts, as one to efforts as they are read.
@@ -75,7 +79,7 @@ pub(super) struct Tick<'a> {
 impl<'a> Tick<'a> {
     /// From the responses to the command; `None` where none is held that could be told.
     pub fn of(model: &'a InertiaDampingStiffnessModel, evidence: &Evidence<'a>, (settings, theta): (&WeightedFit, &[f64])) -> Option<Self> {
-        let (derived, (rate_hz, derivatives)) = (evidence.derived()?, evidence.sampled?);
+        let (derived, (rate_hz, derivatives)) = (evidence.derived?, evidence.sampled?);
         let (channels, ports) = (evidence.channels, &evidence.channels.roles.ports);
         if channels.units(&ports.references) != channels.units(&ports.inputs) || ports.inputs.len() != ports.outputs.len() {
             return None;
@@ -112,17 +116,22 @@ impl<'a> Tick<'a> {
         let jump = own.inertia.dot(&ndof_linear::inverse(&all)?);
         let (n, response) = (jump.nrows(), &evidence.response);
         let lightness = ndof_linear::inverse(&own.inertia)?.mapv(Complex64::from);
-        let (derivatives, unknown) = (evidence.sampled?.1, || Array2::from_elem((n, n), Complex64::new(f64::NAN, f64::NAN)));
+        let (derivatives, unknown) = (evidence.sampled?.1, || unknown(n));
         let (acting, folded) = (Array3::zeros((response.len(), n, n)), Array3::zeros((response.len(), n, n)));
         let mut ticks = Ticks { hold, jump, motors: motors.then_some(before), acting, folded };
         for (f, hz) in response.frequency_hz.iter().enumerate() {
             let s = Complex64::new(0.0, TAU * hz);
             let command = ndof_linear::inverse(&self.derived.to_reference.t.at(f)).unwrap_or_else(unknown);
-            let found = ticks.acting((s, step_s), [&command, &Array2::eye(n), &response.at(f)]);
+            let found = ticks.act((s, step_s), [&command, &Array2::eye(n), &response.at(f)]);
             let [acting, jumps] = found.unwrap_or_else(|| [unknown(), unknown()]);
             ticks.folded.index_axis_mut(Axis(0), f).assign(&(lightness.dot(&jumps) * Hold::folded(s, step_s, derivatives)));
             ticks.acting.index_axis_mut(Axis(0), f).assign(&acting);
         }
         Some(ticks)
     }
+}
+
+/// What has no value.
+fn unknown(n: usize) -> Array2<Complex64> {
+    Array2::from_elem((n, n), Complex64::new(f64::NAN, f64::NAN))
 }
