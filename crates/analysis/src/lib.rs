@@ -29,8 +29,7 @@ pub use diagnose::{AddedEffort, Diagnose, Diagnosed, HeldOut, Question, diagnose
 pub use error::{AnalysisError, in_order};
 pub use estimate::{ApartRecording, Estimate, Estimated, MethodName, Streamed, estimate, estimate_apart, estimate_to_fit};
 pub use fit::{
-    ComparedParameter, DELAY_FLOOR_S, FLOORS, Fit, FitCost, Fitted, Leftover, MODEL, Overlay, Run, Ticks, VafWeight, fit, fit_response, leftover, overlay,
-    project,
+    ComparedParameter, DELAY_FLOOR_S, FLOORS, Fit, FitCost, Fitted, Leftover, MODEL, Overlay, Run, VafWeight, fit, fit_response, leftover, overlay, project,
 };
 pub use live::{Enough, Live};
 pub use response::MeasuredResponse;

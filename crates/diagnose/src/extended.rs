@@ -252,7 +252,7 @@ mod tests {
         let of = |rows: &[Vec<f64>]| Array2::from_shape_fn((2, 2), |(i, j)| 0.5 * (rows[i][j] + rows[j][i]));
         let axes = vec![Axis::linear("x"), Axis::linear("y")];
         let matrices = InertiaDampingStiffness { axes, inertia: of(&made.mass), damping: of(&made.damping), stiffness: of(&made.stiffness) };
-        let fit = LinearFit { std_errors: matrices.clone(), matrices, of_sign: 1e-3, hold: Hold::BandLimited, jump: None };
+        let fit = LinearFit { std_errors: matrices.clone(), matrices, of_sign: 1e-3, hold: Hold::BandLimited, ticks: None };
         let subject = Subject::new(&samples, &meaning, &Options { linear: Some(fit), ..Options::default() }, None).expect("a subject");
         let turning = subject.hypotheses.iter().position(|h| h.form.label == "turning stiffness").expect("of symmetric matrices");
         let chosen = [Chosen { hypothesis: turning, knobs: vec![] }];

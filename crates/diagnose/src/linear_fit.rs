@@ -4,7 +4,7 @@ use crate::linear::Symmetric;
 use ndarray::Array2;
 use ndof_models::effects::Matrix;
 use ndof_models::physical::is_of_no_body;
-use ndof_models::{Hold, InertiaDampingStiffness};
+use ndof_models::{Hold, InertiaDampingStiffness, Ticks};
 use std::ops::Neg;
 
 /// Standard errors beyond which a sign is not in doubt: odds of 1000 by the normal law.
@@ -22,8 +22,8 @@ pub struct LinearFit {
     pub of_sign: f64,
     /// What efforts do between their samples.
     pub hold: Hold,
-    /// Of an effort that is read at the ticks of a command, how much of the command's jump reaches it; efforts by references.
-    pub jump: Option<Array2<f64>>,
+    /// The loop at whose ticks channels are read, where there is one.
+    pub ticks: Option<Ticks>,
 }
 
 impl LinearFit {
@@ -103,7 +103,7 @@ mod tests {
 
     fn fit(mass: f64, damping: f64, stiffness: f64, error: f64) -> LinearFit {
         let of = |m, b, k| InertiaDampingStiffness { axes: vec![Axis::linear("x")], inertia: arr2(&[[m]]), damping: arr2(&[[b]]), stiffness: arr2(&[[k]]) };
-        LinearFit { matrices: of(mass, damping, stiffness), std_errors: of(error, error, error), of_sign: 1.0, hold: Hold::BandLimited, jump: None }
+        LinearFit { matrices: of(mass, damping, stiffness), std_errors: of(error, error, error), of_sign: 1.0, hold: Hold::BandLimited, ticks: None }
     }
 
     #[test]
@@ -128,7 +128,7 @@ mod tests {
                 damping: arr2(&[[a, b], [b, a]]),
                 stiffness: arr2(&[[a, b], [b, a]]),
             };
-            LinearFit { matrices: of(along, between), std_errors: of(0.1, 0.1), of_sign: 1.0, hold: Hold::BandLimited, jump: None }
+            LinearFit { matrices: of(along, between), std_errors: of(0.1, 0.1), of_sign: 1.0, hold: Hold::BandLimited, ticks: None }
         };
         assert!(of_two(-2.0, 0.8).reversed() && !of_two(-0.8, 2.0).reversed());
     }

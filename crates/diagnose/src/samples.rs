@@ -2,10 +2,13 @@
 
 use crate::DiagnoseError;
 use crate::operators::filter;
-use ndof_models::Hold;
 use ndof_models::schedule::MeanOver;
+use ndof_models::{Hold, Ticks};
 use ndof_signal::{Quantity, Recording};
 use ndof_sysid::Ports;
+use num_complex::Complex64;
+use std::cell::RefCell;
+use std::collections::BTreeMap;
 
 /// Channels of some stretches of recordings: `[trial][axis][time]`.
 #[derive(Clone, Debug)]
@@ -198,20 +201,25 @@ impl Samples {
         Samples { rate_hz: self.rate_hz, effort, motion, measured, reference, schedule, start_s, duration_s: self.duration_s }
     }
 
-    /// Puts in the place of efforts that are held between their samples, or read at the ticks of a command of which `jump` of each unit reaches them, what
-    /// acts on the plant at the frequencies that samples carry.
-    pub fn hold(&mut self, hold: Hold, jump: Option<&ndarray::Array2<f64>>, motion_imposed: bool) {
+    /// Puts in the place of efforts that are held between their samples, or read at the ticks of a loop whose command is held, what acts on the plant at the
+    /// frequencies that samples carry.
+    pub fn hold(&mut self, hold: Hold, ticks: Option<&Ticks>, motion_imposed: bool) {
         if hold == Hold::BandLimited || motion_imposed {
             return;
         }
         let (rate_hz, step_s) = (self.rate_hz, 1.0 / self.rate_hz);
+        self.effort.iter_mut().flatten().for_each(|f| *f = filter(f, rate_hz, |s| hold.response(s, step_s)));
+        let Some(ticks) = ticks else { return };
+        // Every pair of channels asks for the same frequencies.
+        let known = RefCell::new(BTreeMap::new());
         for (effort, command) in self.effort.iter_mut().zip(&self.reference) {
-            let jumps: Vec<Vec<f64>> = jump.iter().flat_map(|_| command).map(|c| filter(c, rate_hz, |s| hold.jump(s, step_s))).collect();
-            for (i, f) in effort.iter_mut().enumerate() {
-                for (share, c) in jump.iter().flat_map(|jump| jump.row(i)).zip(&jumps) {
-                    f.iter_mut().zip(c).for_each(|(f, c)| *f += share * c);
-                }
-                *f = filter(f, rate_hz, |s| hold.response(s, step_s));
+            for (i, j) in (0..effort.len()).flat_map(|i| (0..command.len()).map(move |j| (i, j))) {
+                let missing = filter(&command[j], rate_hz, |s| {
+                    let mut known = known.borrow_mut();
+                    let missing = known.entry(s.im.to_bits()).or_insert_with(|| ticks.missing(s));
+                    missing.as_ref().map_or(Complex64::ZERO, |missing| missing[[i, j]])
+                });
+                effort[i].iter_mut().zip(missing).for_each(|(f, missing)| *f += missing);
             }
         }
     }

@@ -17,7 +17,7 @@ pub enum Hold {
     Zero,
     /// From value to value by a straight line. A held effort whose motion is the mean over the same interval looks the same.
     Linear,
-    /// A straight line, but for the share of a command that a loop holds from tick to tick; channels are read just after it is written.
+    /// Jumps with a command that a loop holds from tick to tick, and channels are read just after it is written: [`Ticks`](crate::Ticks).
     ReadAfter,
     /// The same, read just before the next command is written.
     ReadBefore,
@@ -27,40 +27,15 @@ impl Hold {
     /// All of them, the plainest first.
     pub const ALL: [Hold; 5] = [Hold::BandLimited, Hold::Zero, Hold::Linear, Hold::ReadAfter, Hold::ReadBefore];
 
-    /// κ(s): what is added to an effort's samples, for each unit of its jump Γ c with a command c, so that they act as those of [`Hold::Linear`] do.
-    ///
-    /// Between ticks F(t) = Γ c_k + s(t), s without jumps. Read just after a command (d = 0) or just before the next (d = 1), a sample is
-    /// Γ c_(k−d) + s_k; what acts is Γ ρ c + s, ρ = sT/(e^(sT) − 1) the response of a held value over that of a straight line. κ = ρ − e^(−dsT), about
-    /// half a jump that is not there yet or was there already. 0 where nothing is held beside the effort.
-    pub fn jump(self, s: Complex64, step_s: f64) -> Complex64 {
-        let read = match self {
-            Hold::ReadAfter => Complex64::ONE,
-            Hold::ReadBefore => (-s * step_s).exp(),
-            Hold::BandLimited | Hold::Zero | Hold::Linear => return Complex64::ZERO,
-        };
-        Hold::Zero.response(s, step_s) / Hold::Linear.response(s, step_s) - read
-    }
-
-    /// Motion, times the inertia, for each unit of a held jump that folds onto a frequency and is not in [`Hold::jump`]: a jump has more above half the
-    /// sample rate than a straight line, Σ_(k≠0) (Z_zero − ρ Z_linear)(s_k) s_k⁻² (s_k/s)^d, since there C falls as that of a mass.
-    pub fn folded(s: Complex64, step_s: f64, derivatives: i32) -> Complex64 {
-        let rho = Hold::Zero.response(s, step_s) / Hold::Linear.response(s, step_s);
-        let fold = |k: i32| {
-            let folded = s + Complex64::new(0.0, TAU / step_s * f64::from(k));
-            (Hold::Zero.response(folded, step_s) - rho * Hold::Linear.response(folded, step_s)) * (folded / s).powi(derivatives) / (folded * folded)
-        };
-        if s == Complex64::ZERO { Complex64::ZERO } else { (1..=FOLDED).map(|k| fold(k) + fold(-k)).sum() }
-    }
-
     /// s^p Z(s) of the response Z of the hold, p its order: the same at s and wherever it folds to. Z(s) = (1 − e^(−sT))/(sT) for
-    /// [`Hold::Zero`], Z² e^(sT) for [`Hold::Linear`] and what is left of an effort beside its jumps.
+    /// [`Hold::Zero`], Z² e^(sT) for [`Hold::Linear`], 1 for what [`Ticks`](crate::Ticks) has made of an effort.
     fn numerator(self, s: Complex64, step_s: f64) -> Complex64 {
         let x = s * step_s;
         let zero = || (Complex64::new(1.0, 0.0) - (-x).exp()) / step_s;
         match self {
-            Hold::BandLimited => Complex64::new(1.0, 0.0),
+            Hold::BandLimited | Hold::ReadAfter | Hold::ReadBefore => Complex64::ONE,
             Hold::Zero => zero(),
-            Hold::Linear | Hold::ReadAfter | Hold::ReadBefore => zero().powi(2) * x.exp(),
+            Hold::Linear => zero().powi(2) * x.exp(),
         }
     }
 
@@ -72,9 +47,9 @@ impl Hold {
     /// By which power of s it falls.
     fn order(self) -> i32 {
         match self {
-            Hold::BandLimited => 0,
+            Hold::BandLimited | Hold::ReadAfter | Hold::ReadBefore => 0,
             Hold::Zero => 1,
-            Hold::Linear | Hold::ReadAfter | Hold::ReadBefore => 2,
+            Hold::Linear => 2,
         }
     }
 }
@@ -125,29 +100,27 @@ pub struct Held<M> {
     pub sampling: Sampling,
 }
 
-/// Foldings of a jump that are summed, to each side: what is left of a sum of 1/k³ is 1/(2 k²), a thousandth.
-const FOLDED: i32 = 20;
-
 /// Foldings that are summed one by one, to each side; the others lie where C is that of a mass.
 const FOLDS: i32 = 2;
 
-impl<M: ParametricModel> Held<M> {
-    /// s_k and its weight: that of the hold, and of all that lies beyond the outermost ones.
-    fn folds(&self, s: Complex64) -> [(Complex64, Complex64); 2 * FOLDS as usize + 1] {
-        let Sampling { hold, sample_rate_hz, derivatives } = self.sampling;
+impl Sampling {
+    /// s_k and its weight Z(s_k) (s_k/s)^d, for what falls as s^(−falls) beyond them: the outermost ones stand for all that lies there.
+    pub(crate) fn folds(&self, s: Complex64, falls: i32) -> [(Complex64, Complex64); 2 * FOLDS as usize + 1] {
+        let Sampling { hold, sample_rate_hz, derivatives } = *self;
         let turn = TAU * sample_rate_hz;
         let numerator = hold.numerator(s, 1.0 / sample_rate_hz);
         std::array::from_fn(|index| {
             let k = index as i32 - FOLDS;
             let folded = s + Complex64::new(0.0, turn * f64::from(k));
             // At 0 Hz the hold is 1 and what folds there is 0, and so is the numerator: there it says nothing.
-            let mut weight = if s.norm() > 1e-9 * turn { numerator / folded.powi(hold.order()) } else { Complex64::from(f64::from(u8::from(k == 0))) };
-            if k != 0 {
+            let at_rest = s.norm() <= 1e-9 * turn;
+            let mut weight = if at_rest { Complex64::from(f64::from(u8::from(k == 0))) } else { numerator / folded.powi(hold.order()) };
+            if k != 0 && !at_rest {
                 weight *= (folded / s).powi(derivatives);
             }
             if k.abs() == FOLDS {
-                // Σ_{i>0} (s_k / s_(k+i))^p of the same side, p the power by which C and hold fall together.
-                let (from, power) = (folded.im.abs() / turn, 2 + hold.order() - derivatives);
+                // Σ_{i>0} (s_k / s_(k+i))^p of the same side, p the power by which all of it falls.
+                let (from, power) = (folded.im.abs() / turn, falls + hold.order() - derivatives);
                 weight *= 1.0 + from.powi(power) / (f64::from(power - 1) * (from + 0.5).powi(power - 1));
             }
             (folded, weight)
@@ -174,7 +147,7 @@ impl<M: ParametricModel> ParametricModel for Held<M> {
 
     /// D_T = C_T⁻¹ and ∂D_T = −D_T ∂C_T D_T; not a number where C does not exist.
     fn stiffness(&self, theta: &[f64], s: Complex64, value: &mut [Complex64], derivative: Option<&mut [Complex64]>) {
-        if self.sampling.hold == Hold::BandLimited {
+        if self.sampling.hold.order() == 0 {
             return self.model.stiffness(theta, s, value, derivative);
         }
         let n = self.axes().len();
@@ -197,7 +170,7 @@ impl<M: ParametricModel> ParametricModel for Held<M> {
 
     /// C_T and ∂C_T = −Σ Z C ∂D C; not a number where C does not exist.
     fn compliance(&self, theta: &[f64], s: Complex64, value: &mut [Complex64], mut derivative: Option<&mut [Complex64]>) -> bool {
-        if self.sampling.hold == Hold::BandLimited {
+        if self.sampling.hold.order() == 0 {
             return self.model.compliance(theta, s, value, derivative);
         }
         let n = self.axes().len();
@@ -207,7 +180,7 @@ impl<M: ParametricModel> ParametricModel for Held<M> {
         let mut exists = true;
         value.fill(Complex64::default());
         derivative.iter_mut().for_each(|d| d.fill(Complex64::default()));
-        for (folded, weight) in self.folds(s) {
+        for (folded, weight) in self.sampling.folds(s, 2) {
             self.model.stiffness(theta, folded, &mut stiffness, derivative.is_some().then_some(&mut slopes));
             exists &= square::invert_into(&mut stiffness, &mut compliance, n).is_some();
             value.iter_mut().zip(&compliance).for_each(|(sum, c)| *sum += weight * c);
@@ -227,13 +200,13 @@ impl<M: ParametricModel> ParametricModel for Held<M> {
 }
 
 #[cfg(test)]
-mod tests {
+pub(crate) mod tests {
     use super::*;
     use crate::shared_tests::difference;
     use crate::{InertiaDampingStiffnessModel, Symmetry};
 
     /// The sampled response of an effort that is held, by the exact step of the state x' = v, v' = (F − B v − K x)/M: displacement, speed.
-    fn state(m: f64, b: f64, k: f64, step_s: f64, hz: f64) -> [Complex64; 2] {
+    pub(crate) fn state(m: f64, b: f64, k: f64, step_s: f64, hz: f64) -> [Complex64; 2] {
         // Powers of the state's matrix with its input, [A B; 0 0], summed to e^(that T).
         let a = [[0.0, 1.0, 0.0], [-k / m, -b / m, 1.0 / m], [0.0; 3]].map(|row| row.map(|v| v * step_s));
         let product = |p: [[f64; 3]; 3]| [0, 1, 2].map(|i: usize| [0, 1, 2].map(|j: usize| (0..3).map(|l| p[i][l] * a[l][j]).sum::<f64>()));
@@ -294,34 +267,6 @@ mod tests {
                 for (e, difference) in difference(&theta, k, 1e-5 * theta[k].abs(), at).into_iter().enumerate() {
                     let size = value[e].norm().max(value[0].norm()) / theta[k].abs();
                     assert!((slopes[4 * k + e] - difference).norm() < 1e-8 * size, "{hold:?} {k} {e}");
-                }
-            }
-        }
-    }
-
-    /// A mass m that is a share of all that a held command moves, on springs and dampers: what is read of its force at the ticks moves it as a straight
-    /// line would, once the jumps are made up for.
-    #[test]
-    fn what_is_read_at_ticks_moves_a_mass_once_its_jumps_are_made_up_for() {
-        let ([m, b, k], [all_m, all_b, all_k]) = ([2.0, 12.0, 300.0], [3.0, 29.0, 500.0]);
-        for rate in [100.0, 250.0, 1000.0] {
-            for share in [0.02, 0.1, 0.25, 0.4] {
-                let (hz, step_s) = (share * rate, 1.0 / rate);
-                let s = Complex64::new(0.0, TAU * hz);
-                let [x, v] = state(all_m, all_b, all_k, step_s, hz);
-                let force = |command: Complex64| m * (command - all_b * v - all_k * x) / all_m + b * v + k * x;
-                let held = Held { model: model(), sampling: Sampling { hold: Hold::Linear, sample_rate_hz: rate, derivatives: 0 } };
-                let mut d = [Complex64::default()];
-                held.stiffness(&[m, b, k], s, &mut d, None);
-                for (hold, command) in [(Hold::ReadAfter, Complex64::ONE), (Hold::ReadBefore, (-s * step_s).exp())] {
-                    let jump = m / all_m;
-                    let acting = force(command) + jump * hold.jump(s, step_s);
-                    let error = (acting / (x - jump * Hold::folded(s, step_s, 0) / m) / d[0] - 1.0).norm();
-                    // A curve is a straight line to a twelfth of (ωT)², and an acceleration that a spring and a damper change is one; what folds is that of a
-                    // mass but for terms of B/(M s).
-                    let curved = (TAU * share).powi(2) / 12.0 * ((all_k / all_m).sqrt() / s.im).powi(2).min(1.0);
-                    let within = curved + share.powi(2) * all_b / all_m * step_s;
-                    assert!(error < within && (force(command) / x / d[0] - 1.0).norm() > 4.0 * error, "{hold:?} {rate} {share}: {error} {within}");
                 }
             }
         }

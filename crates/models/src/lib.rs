@@ -46,6 +46,7 @@ mod secant;
 #[cfg(test)]
 mod shared_tests;
 mod status;
+mod ticks;
 pub mod time;
 
 pub use axis::Axis;
@@ -63,3 +64,4 @@ pub use levenberg_marquardt::{LeastSquares, LevenbergMarquardt, MinimiseError, M
 pub use parametric::{ParameterInfo, ParametricModel, parametric_response};
 pub use projection::{KinematicsSd, LARGEST_JACOBIAN_CONDITION, Projected, Projection, ProjectionError};
 pub use status::Status;
+pub use ticks::Ticks;

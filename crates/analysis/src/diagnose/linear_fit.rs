@@ -38,8 +38,7 @@ pub(super) fn linear_fit(trials: &Trials, band_hz: Option<[f64; 2]>, Options { h
     let errors: Vec<f64> = fitted.fit.parameters.iter().map(|parameter| parameter.std_error).collect();
     let std_errors: InertiaDampingStiffness = fitted.model.matrices(&errors);
     let of_sign = (fitted.fit.chi2_reduced.max(1.0) / fitted.fit.covariance_scale.max(1.0)).sqrt().min(1.0);
-    let jump = fitted.ticks.map(|ticks| ticks.jump);
-    let linear = LinearFit { of_sign, matrices: fitted.matrices, std_errors, hold: fitted.sampling.hold, jump };
+    let linear = LinearFit { of_sign, matrices: fitted.matrices, std_errors, hold: fitted.sampling.hold, ticks: fitted.ticks };
     Ok(Found { linear, band_hz: fitted.result.band_hz, opposed })
 }
 

@@ -2,11 +2,11 @@
 
 use super::evidence::Evidence;
 use super::result::Between;
-use super::ticks::{Tick, Ticks};
+use super::ticks::{Tick, of_acting};
 use crate::error::AnalysisError;
 use crate::result::number;
 use ndof_models::blocks::Composite;
-use ndof_models::{Fit, Held, Hold, InertiaDampingStiffnessModel, Sampling, WeightedFit};
+use ndof_models::{Fit, Held, Hold, InertiaDampingStiffnessModel, Sampling, Ticks, WeightedFit};
 use ndof_sysid::FrequencyResponse;
 
 /// Odds against what only seems the better model; 2 ln of them is a difference of χ² that is beyond doubt.
@@ -15,12 +15,12 @@ pub(super) const ODDS: f64 = 1000.0;
 /// Deviations of χ² from its mean that one in a thousand exceeds, by the normal law.
 const SPREAD: f64 = 3.09;
 
-/// Share of the misfit of a curve without jumps that the equations of jumps may leave: of a tick's half, ωT/2, a straight line in place of a curve is
-/// (ωT)²/12, at a tenth of the sample rate its tenth, and χ² goes by squares.
+/// Share of the misfit of a curve without jumps that a loop at ticks may leave: what answers the motion half a tick late is an inertia to the first order
+/// of that, and the second, (ωT/2)²/2, is less than a tenth at a tenth of the sample rate; χ² goes by squares.
 const LEFT: f64 = 0.01;
 
-/// Fits from which the share of a command that jumps follows: at a tenth of the sample rate each leaves a tenth of the error of that before.
-const ROUNDS: usize = 2;
+/// Fits after which what acts at ticks follows from the limb no further. At a tenth of the sample rate each leaves a tenth of the error of that before.
+const ROUNDS: usize = 5;
 
 /// Relative decrease of χ² at which the search for a hold ends: nothing to a difference that is beyond doubt.
 const ROUGHLY: f64 = 1e-4;
@@ -91,7 +91,7 @@ impl Search<'_> {
     }
 
     fn response(&self, ticks: Option<&Ticks>) -> FrequencyResponse {
-        let own = ticks.map(|ticks| ticks.of(&self.evidence.response, &ticks.read()));
+        let own = ticks.map(|ticks| of_acting(ticks, &self.evidence.response));
         let response = own.as_ref().unwrap_or(&self.evidence.response);
         if self.all { response.clone() } else { response.independent() }
     }
@@ -103,16 +103,19 @@ impl Search<'_> {
         Some(Tried { hold, ticks, fit })
     }
 
-    /// The share that jumps follows from the inertia, and the inertia, a little, from what jumps.
+    /// What acts follows from the limb, and the limb, a little, from what acts: until χ² changes by less than a standard error makes.
     fn at_ticks(&mut self, tick: &Tick<'_>, (hold, motors): (Hold, bool), start: &[f64]) -> Option<Tried> {
-        let mut found: Option<Tried> = None;
-        for _ in 0..ROUNDS {
-            let theta = found.map_or_else(|| start.to_vec(), |tried| tried.fit.theta);
-            let ticks = tick.at(&theta, self.evidence, hold, motors)?;
-            found = self.under(hold, Some(ticks), &[theta]);
-            found.as_ref()?;
+        let mut next = |theta: &[f64]| self.under(hold, Some(tick.at(theta, hold, motors)?), &[theta.to_vec()]);
+        let mut found = next(start)?;
+        for _ in 1..ROUNDS {
+            let better = next(&found.fit.theta)?;
+            let settled = (better.fit.chi2 - found.fit.chi2).abs() < 1.0;
+            found = better;
+            if settled {
+                break;
+            }
         }
-        found
+        Some(found)
     }
 
     /// Where the search ends that was rough.
@@ -160,8 +163,8 @@ pub(super) fn sampled(
         fits.extend(places.flat_map(|hold| [(hold, true), (hold, false)]).filter_map(|place| search.at_ticks(&tick, place, &begin)));
     }
     let fits = if ticked { fits.split_off(1) } else { possible(fits) };
-    // Whether all that the motors do is held, or the command alone, changes M and B and hardly what is left, less than what no equation here has: they are
-    // as likely as each other.
+    // Whether all that the motors do is held, or the command alone, changes M and B and little of what is left, and neither is quite what a controller does:
+    // they are as likely as each other.
     let levels: Vec<f64> = fits.iter().map(|tried| least(&fits, tried.hold)).collect();
     let order = |a: &usize, b: &usize| levels[*a].total_cmp(&levels[*b]).then(fits[*a].fit.chi2.total_cmp(&fits[*b].fit.chi2));
     let best = (0..fits.len()).min_by(order).unwrap_or_default();

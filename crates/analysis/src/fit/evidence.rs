@@ -3,12 +3,12 @@
 use crate::error::AnalysisError;
 use crate::estimate::{Estimate, Estimated, Excited, without_each};
 use crate::fit::settings::VafWeight;
-use crate::fit::ticks::Ticks;
+use crate::fit::ticks::of_acting;
 use crate::response::MeasuredResponse;
 use crate::result::Warning;
 use crate::trials::Trials;
 use ndarray::Array3;
-use ndof_models::{CovarianceKind, LoopModel, Smoothing};
+use ndof_models::{CovarianceKind, LoopModel, Smoothing, Ticks};
 use ndof_sysid::{DerivedEstimate, FrequencyResponse, ResponseKind};
 use std::borrow::Cow;
 
@@ -92,10 +92,9 @@ impl<'a> Evidence<'a> {
         }
     }
 
-    /// The responses to efforts as they act, in a straight line from sample to sample.
+    /// The responses to efforts as they act.
     pub fn on(&self, ticks: &Ticks) -> Self {
-        let read = ticks.read();
-        let of = |response: &FrequencyResponse| ticks.of(response, &read);
+        let of = |response: &FrequencyResponse| of_acting(ticks, response);
         Evidence { response: Cow::Owned(of(&self.response)), without: self.without.iter().map(of).collect(), ..self.clone() }
     }
 

@@ -1,12 +1,12 @@
 //! A fit as values to go on with.
 
 use super::result::{ComparedParameter, FitResult, Parameter};
-use super::ticks::Ticks;
+use super::ticks;
 use crate::estimate::Estimated;
 use crate::response::MeasuredResponse;
 use ndarray::{Array2, Array3};
 use ndof_models::blocks::{self, BlockCard, Composite};
-use ndof_models::{Held, InertiaDampingStiffness, InertiaDampingStiffnessModel, Sampling, WeightedFit};
+use ndof_models::{Held, InertiaDampingStiffness, InertiaDampingStiffnessModel, Sampling, Ticks, WeightedFit};
 use ndof_sysid::{FrequencyResponse, ResponseError, ResponseKind};
 use num_complex::Complex64;
 
@@ -23,7 +23,7 @@ pub struct Fitted {
     pub comparison: WeightedFit,
     /// How the channels were sampled.
     pub sampling: Sampling,
-    /// What of a held command efforts that are read at its ticks do not show, where that was fitted.
+    /// The loop at whose ticks channels are read, where there is one.
     pub ticks: Option<Ticks>,
     /// The mean of each effort, which a projection may take off; empty where it is unknown.
     pub mean_effort: Vec<f64>,
@@ -77,7 +77,7 @@ impl Fitted {
         let drawn = like.frequency_hz.partition_point(|hz| *hz <= DRAWN_BEYOND * self.fit.band_hz[1]);
         let mut near = self.comparison.seen(&self.whole(), &self.theta, like.kind, &like.frequency_hz[..drawn], &kernel);
         if let Some(ticks) = &self.ticks {
-            ticks.seen(&mut near);
+            ticks::seen(ticks, &mut near, &like.frequency_hz[..drawn]);
         }
         let nowhere = Complex64::new(f64::NAN, f64::NAN);
         let at = |f: usize, i: usize, j: usize| match &self.gains {

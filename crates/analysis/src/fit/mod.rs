@@ -25,7 +25,6 @@ pub(crate) use project::projection;
 pub use result::ComparedParameter;
 pub use settings::{Fit, FitCost, VafWeight};
 pub(crate) use signs::turned_round;
-pub use ticks::Ticks;
 
 use crate::error::AnalysisError;
 use crate::estimate::Estimated;

@@ -1,8 +1,9 @@
 //! The fitted model run over a trial, and what is left of it in time and frequency.
 
 use super::fitted::Fitted;
+use super::ticks;
 use crate::trials::{Trial, Trials};
-use ndarray::{Array2, Array3};
+use ndarray::Array3;
 use ndof_models::{Smoothing, WeightedFit};
 use ndof_signal::{Kernel, forward_transform, inverse_transform, signal_by, spectrum_by};
 use ndof_sysid::ResponseKind;
@@ -63,17 +64,7 @@ pub fn overlay(trials: &Trials, trial: &Trial, fitted: &Fitted) -> Option<Overla
     let spectrum = |channel: usize| lines(&recording.channels()[channel].samples, fade, first, last);
     let spectra = |channels: &[usize]| channels.iter().map(|&c| spectrum(c)).collect::<Option<Vec<_>>>();
     let frequency_hz: Vec<f64> = (first..=last).map(|k| k as f64 * spacing).collect();
-    let mut inputs = efforts(spectra(&roles.ports.inputs)?, fitted);
-    if let Some(ticks) = &fitted.ticks {
-        let (command, motion) = (spectra(&roles.ports.references)?, spectra(&roles.ports.outputs)?);
-        for (f, hz) in frequency_hz.iter().enumerate() {
-            let at = |spectra: &[Vec<Complex64>]| Array2::from_shape_fn((spectra.len(), 1), |(k, _)| spectra[k][f]);
-            let s = Complex64::new(0.0, TAU * hz);
-            let motion = at(&motion) / s.powi(fitted.sampling.derivatives);
-            let [acting, _] = ticks.act((s, 1.0 / rate), [&at(&command), &at(&inputs), &motion])?;
-            inputs.iter_mut().zip(acting).for_each(|(lines, acting)| lines[f] = acting);
-        }
-    }
+    let inputs = efforts(spectra(&roles.ports.inputs)?, fitted);
     let response = response(trials, fitted, &frequency_hz);
     let points = (SAMPLES_A_PERIOD * last).min(samples);
     let cut = (fade * points).div_ceil(samples);
@@ -109,6 +100,9 @@ fn response(trials: &Trials, fitted: &Fitted, frequency_hz: &[f64]) -> Array3<Co
     let kind = if driven_by_motion { ResponseKind::DynamicStiffness } else { ResponseKind::Compliance };
     let exact = WeightedFit { smoothing: Smoothing::None, ..fitted.comparison.clone() };
     let mut response = exact.seen(&fitted.whole(), &fitted.theta, kind, frequency_hz, &Kernel::default());
+    if let Some(ticks) = &fitted.ticks {
+        ticks::seen(ticks, &mut response, frequency_hz);
+    }
     for ((f, i, j), value) in response.indexed_iter_mut() {
         let order = if driven_by_motion { roles.input_motion[j].map(|order| -order) } else { roles.output_motion[i] };
         *value *= Complex64::new(0.0, TAU * frequency_hz[f]).powi(order.unwrap_or(0));

@@ -130,7 +130,7 @@ pub struct Mirrored {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct Between {
-    /// `band-limited`, `zero` (each value stays until the next), `linear`, or `read-after` and `read-before` (linear beside the jumps of a held command).
+    /// `band-limited`, `zero` (each value stays until the next), `linear`, or `read-after` and `read-before` (jumps with a held command).
     #[cfg_attr(feature = "schema", schemars(with = "String"))]
     pub hold: Hold,
     /// By how much χ² is less than with any other; null where it was asked for, or where the data do not tell beyond doubt.
@@ -149,8 +149,8 @@ impl Between {
             Hold::BandLimited => "a curve without jumps",
             Hold::Zero => "each value stays until the next",
             Hold::Linear => "a straight line from value to value",
-            Hold::ReadAfter => "a straight line beside the jumps of a held command, read just after each",
-            Hold::ReadBefore => "a straight line beside the jumps of a held command, read just before each",
+            Hold::ReadAfter => "smooth but for the jumps of a held command, read just after each",
+            Hold::ReadBefore => "smooth but for the jumps of a held command, read just before each",
         };
         let own = what(self.hold);
         if !self.also.is_empty() {
