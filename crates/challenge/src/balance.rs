@@ -1,5 +1,6 @@
 //! What inertia, damping and stiffness leave of a recording's efforts: least squares in the frequency domain.
 
+use super::laws::eliminated;
 use super::{Case, Made, Plant};
 use ndof_signal::{Quantity, Recording, forward_transform, spectrum_by};
 use num_complex::Complex64;
@@ -134,21 +135,9 @@ fn through(force: &[Vec<Complex64>], hz: &[f64], made: &Made) -> Vec<Vec<Complex
     let mut out = vec![Vec::with_capacity(hz.len()); n];
     for (q, f) in hz.iter().enumerate() {
         let s = Complex64::new(0.0, TAU * f);
-        let mut a: Vec<Vec<Complex64>> = (0..n)
-            .map(|i| {
-                let row = (0..n).map(|j| s * s * made.mass[i][j] + s * made.damping[i][j] + made.stiffness[i][j]);
-                row.chain([force[i][q]]).collect()
-            })
-            .collect();
-        for c in 0..n {
-            let pivot: Vec<Complex64> = a[c].iter().map(|v| v / a[c][c]).collect();
-            for row in a.iter_mut() {
-                let w = row[c];
-                row.iter_mut().zip(&pivot).for_each(|(v, p)| *v -= w * p);
-            }
-            a[c] = pivot;
-        }
-        out.iter_mut().zip(&a).for_each(|(out, row)| out.push(row[n]));
+        let row = |i: usize| (0..n).map(move |j| s * s * made.mass[i][j] + s * made.damping[i][j] + made.stiffness[i][j]);
+        let moved = eliminated((0..n).map(|i| row(i).chain([force[i][q]]).collect()).collect());
+        out.iter_mut().zip(moved).for_each(|(out, moved)| out.push(moved[0]));
     }
     out
 }

@@ -149,54 +149,37 @@ impl Spec {
         let n = plant.axes();
         let [m, b, k, robot] = matrices(plant, rng);
         let (m, b, k) = (times(&m, jm), times(&b, jb), times(&k, jk));
-        let same = |v: f64| vec![v; n];
         let loud = rng.random_range(0.0..1.0);
         let own = match plant {
             Plant::Planar if loud < 0.5 => rng.random_range(0.01..0.15),
             Plant::Planar => rng.random_range(0.15..0.5),
             _ => rng.random_range(0.02..0.06) / 4.0,
         };
-        let part = |kp: f64, kd: f64, x: f64, f: f64, command: f64, instruments: [f64; 3], own: f64| (kp, kd, x, f, command, instruments, own);
         let (kp, kd, x, f, command, [f_noise, f_step, x_step], own) = match plant {
-            Plant::Planar => part(100.0, 5.0, 4.5e-3, 2.7, 4.0, [0.03, 0.025, 5e-5], own),
-            Plant::Wrist => part(1.0, 0.01, 0.04, 0.09, 0.13, [8e-4, 6e-4, 1e-4], 0.09 * own),
-            Plant::Force => part(0.0, 0.0, 8e-3, 4.0, 4.0, [0.03, 0.025, 5e-5], 4.0 * own),
-            Plant::Mass => part(300.0, 20.0, 2e-2, 5.0, 2e-2, [0.03, 0.025, 2e-5], 5.0 * own),
-            Plant::Motion => part(0.0, 0.0, 0.02, 1.5, 0.0, [0.015, 0.005, 2e-5], 1.5 * own),
-            Plant::Six => {
-                let size: Vec<f64> = (0..6).map(|i| 0.04 * k[i][i]).collect();
-                let of = |share: f64| size.iter().map(|f| share * f).collect::<Vec<f64>>();
-                return Spec {
-                    kp: (0..6).map(|i| 0.3 * k[i][i]).collect(),
-                    kd: (0..6).map(|i| 0.3 * b[i][i]).collect(),
-                    x: same(0.03),
-                    f: of(1.0),
-                    command: of(1.6),
-                    f_noise: of(0.01),
-                    f_step: of(0.008),
-                    x_step: same(1e-4),
-                    own: of(own),
-                    m,
-                    b,
-                    k,
-                    robot,
-                };
-            }
+            Plant::Planar => (100.0, 5.0, 4.5e-3, 2.7, 4.0, [0.03, 0.025, 5e-5], own),
+            Plant::Wrist => (1.0, 0.01, 0.04, 0.09, 0.13, [8e-4, 6e-4, 1e-4], 0.09 * own),
+            Plant::Force => (0.0, 0.0, 8e-3, 4.0, 4.0, [0.03, 0.025, 5e-5], 4.0 * own),
+            Plant::Mass => (300.0, 20.0, 2e-2, 5.0, 2e-2, [0.03, 0.025, 2e-5], 5.0 * own),
+            Plant::Motion => (0.0, 0.0, 0.02, 1.5, 0.0, [0.015, 0.005, 2e-5], 1.5 * own),
+            // Gains as shares of stiffness and damping, efforts of what bends a joint by 0.04.
+            Plant::Six => (0.3, 0.3, 0.03, 1.0, 1.6, [0.01, 0.008, 1e-4], own),
         };
+        let by = |share: f64, of: &dyn Fn(usize) -> f64| (0..n).map(|i| share * if plant == Plant::Six { of(i) } else { 1.0 }).collect::<Vec<f64>>();
+        let effort = |share: f64| by(share, &|i| 0.04 * k[i][i]);
         Spec {
+            kp: by(kp, &|i| k[i][i]),
+            kd: by(kd, &|i| b[i][i]),
+            x: vec![x; n],
+            f: effort(f),
+            command: effort(command),
+            f_noise: effort(f_noise),
+            f_step: effort(f_step),
+            x_step: vec![x_step; n],
+            own: effort(own),
             m,
             b,
             k,
             robot,
-            kp: same(kp),
-            kd: same(kd),
-            x: same(x),
-            f: same(f),
-            command: same(command),
-            f_noise: same(f_noise),
-            f_step: same(f_step),
-            x_step: same(x_step),
-            own: same(own),
         }
     }
 

@@ -49,42 +49,32 @@ impl Hiding {
     /// Stages of channels: latencies and filters of all efforts, the rest of the axis alone.
     fn stage(&mut self, name: &'static str, form: &'static str, s: f64, own: &mut Truth) {
         let (x, f, duration) = (self.sizes.x, self.sizes.f, self.sizes.duration);
-        match (name, form) {
-            ("measurement-delay", "motion") => {
-                own.push(("delay", s * 0.012));
-                self.motion.push(Stage::Delay(s * 0.012));
-            }
-            ("measurement-delay", _) => {
-                own.push(("delay", s * 0.012));
-                self.efforts.push(if form == "swaying" { Stage::SwayingDelay(s * 0.012) } else { Stage::Delay(s * 0.012) });
-            }
+        let late = 0.012 * s;
+        let drift = |size: f64| s * 4.0 * size / duration;
+        let (place, stage, told) = match (name, form) {
+            ("measurement-delay", "motion") => (&mut self.motion, Stage::Delay(late), Some(("delay", late))),
+            ("measurement-delay", "swaying") => (&mut self.efforts, Stage::SwayingDelay(late), Some(("delay", late))),
+            ("measurement-delay", _) => (&mut self.efforts, Stage::Delay(late), Some(("delay", late))),
             ("channel-filter", _) => {
                 let cutoff = 12.0 / s;
-                own.push(("cutoff", cutoff));
-                self.efforts.push(match form {
+                let filter = match form {
                     "twice" => Stage::LowPass(1.55 * cutoff, 2),
                     "second" => Stage::Second(cutoff, 0.5f64.sqrt()),
                     "ringing" => Stage::Second(cutoff, 0.35),
                     "moving-average" => Stage::MovingAverage(0.4 / cutoff),
                     _ => Stage::LowPass(cutoff, 1),
-                });
+                };
+                (&mut self.efforts, filter, Some(("cutoff", cutoff)))
             }
-            ("sensor-scale", _) => {
-                own.push(("factor", 1.0 + 0.4 * s));
-                self.effort.push(Stage::Scale(1.0 + 0.4 * s));
-            }
-            ("sensor-offset-drift", "motion") => {
-                own.push(("rate", s * 4.0 * x / duration));
-                self.motion.push(Stage::Drift(s * 4.0 * x / duration, ""));
-            }
-            ("sensor-offset-drift", _) => {
-                own.push(("rate", s * 4.0 * f / duration));
-                self.effort.push(Stage::Drift(s * 4.0 * f / duration, form));
-            }
-            ("x-held-samples", _) => self.motion.push(Stage::Held(0.6 * s)),
-            ("x-clock-wander", _) => self.efforts.push(Stage::ClockWander(0.03 * s)),
-            ("x-slew", _) => self.effort.push(Stage::Slew(f * 6.0 / s)),
-            _ => self.efforts.push(Stage::AmplitudeDelay(0.015 * s, f)),
-        }
+            ("sensor-scale", _) => (&mut self.effort, Stage::Scale(1.0 + 0.4 * s), Some(("factor", 1.0 + 0.4 * s))),
+            ("sensor-offset-drift", "motion") => (&mut self.motion, Stage::Drift(drift(x), ""), Some(("rate", drift(x)))),
+            ("sensor-offset-drift", _) => (&mut self.effort, Stage::Drift(drift(f), form), Some(("rate", drift(f)))),
+            ("x-held-samples", _) => (&mut self.motion, Stage::Held(0.6 * s), None),
+            ("x-clock-wander", _) => (&mut self.efforts, Stage::ClockWander(0.03 * s), None),
+            ("x-slew", _) => (&mut self.effort, Stage::Slew(f * 6.0 / s), None),
+            _ => (&mut self.efforts, Stage::AmplitudeDelay(0.015 * s, f), None),
+        };
+        place.push(stage);
+        own.extend(told);
     }
 }

@@ -7,6 +7,7 @@ use crate::stages::Stage;
 pub type Truth = Vec<(&'static str, f64)>;
 
 /// Everything that is hidden in one recording.
+#[derive(Default)]
 pub struct Hiding {
     pub axis: usize,
     pub laws: Vec<Law>,
@@ -41,7 +42,7 @@ pub struct Tremor {
 }
 
 /// Typical numbers of the hidden axis: stiffness, mass, damping, displacement, effort, velocity, and a trial's length.
-#[derive(Clone, Copy)]
+#[derive(Clone, Copy, Default)]
 pub(super) struct Sizes {
     pub k: f64,
     pub m: f64,

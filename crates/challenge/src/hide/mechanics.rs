@@ -75,7 +75,5 @@ pub fn law(sizes: &Sizes, name: &str, form: &'static str, s: f64, rng: &mut ChaC
         "x-van-der-pol" => ("van-der-pol", vec![s * 3.0 * b / (x * x)]),
         _ => return None,
     };
-    let mut all = [0.0; 6];
-    all[..p.len()].copy_from_slice(&p);
-    Some(Law { kind, p: all, ..Law::default() })
+    Some(Law::new(kind, &p))
 }

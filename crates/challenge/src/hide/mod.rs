@@ -5,7 +5,7 @@ mod hiding;
 mod mechanics;
 mod outside;
 
-pub use hiding::{Hiding, Tremor, Truth};
+pub use hiding::{Hiding, Truth};
 
 use super::laws::Law;
 use super::plants::{Plant, Spec};
@@ -35,22 +35,10 @@ impl Hiding {
         };
         Hiding {
             axis,
-            laws: vec![],
-            truth: vec![],
-            efforts: vec![],
-            effort: vec![],
-            motion: vec![],
-            series: None,
-            angle: 0.0,
-            one_way: false,
-            tremor: Tremor::default(),
-            reflex_delay: 0.0,
-            added_mass: 0.0,
             own: if setting.quiet { 0.0 } else { spec.own[axis] * setting.own },
             robot_friction: spec.f.iter().map(|f| friction * f).collect(),
-            x_step: None,
-            uneven_steps: false,
             sizes,
+            ..Hiding::default()
         }
     }
 
@@ -82,7 +70,7 @@ impl Hiding {
     /// What every real experiment has a little of: a van der Pol damping, a cubic spring, a late channel.
     pub fn small_imperfections(&mut self, rng: &mut ChaCha8Rng) {
         let Sizes { k, b, x, .. } = self.sizes;
-        let mut small = |kind: &'static str, value: f64| self.laws.push(Law { kind, p: [value, 0.0, 0.0, 0.0, 0.0, 0.0], ..Law::default() });
+        let mut small = |kind: &'static str, value: f64| self.laws.push(Law::new(kind, &[value]));
         small("van-der-pol", rng.random_range(0.0..0.012) * b / (x * x));
         small("cubic", rng.random_range(-0.5..1.0) * 0.01 * k / (3.0 * x * x));
         self.efforts.push(Stage::Delay(rng.random_range(0.0..2e-4)));

@@ -16,6 +16,15 @@ pub struct Law {
     pub schedule: Vec<f64>,
 }
 
+impl Law {
+    /// One of the registry's form with these numbers first.
+    pub fn new(kind: &'static str, numbers: &[f64]) -> Self {
+        let mut law = Law { kind, ..Law::default() };
+        law.p[..numbers.len()].copy_from_slice(numbers);
+        law
+    }
+}
+
 /// What a law sees of the limb at an instant.
 #[derive(Clone, Copy)]
 pub struct Now<'a> {

@@ -8,6 +8,8 @@ mod registry;
 pub use law::{Law, Now, STATES, World};
 pub use other::course;
 
+use std::ops::{Div, Mul, SubAssign};
+
 /// Applied force, and where the answer goes: accelerations, rates of the laws' states, the limb's resistance.
 pub struct Rates<'a> {
     pub applied: &'a [f64],
@@ -75,20 +77,22 @@ impl World {
     }
 }
 
+/// A⁻¹ B of rows [A B], by Gauss and Jordan without a search for pivots.
+pub fn eliminated<T: Copy + Div<Output = T> + Mul<Output = T> + SubAssign>(mut a: Vec<Vec<T>>) -> Vec<Vec<T>> {
+    let n = a.len();
+    for c in 0..n {
+        let pivot: Vec<T> = a[c].iter().map(|v| *v / a[c][c]).collect();
+        for row in &mut a {
+            let w = row[c];
+            row.iter_mut().zip(&pivot).for_each(|(v, p)| *v -= w * *p);
+        }
+        a[c] = pivot;
+    }
+    a.into_iter().map(|row| row[n..].to_vec()).collect()
+}
+
 /// Inverse of a small matrix.
 pub fn invert(m: &[Vec<f64>]) -> Vec<Vec<f64>> {
-    let n = m.len();
-    let mut a: Vec<Vec<f64>> = m.iter().enumerate().map(|(i, r)| r.iter().copied().chain((0..n).map(|j| f64::from(u8::from(i == j)))).collect()).collect();
-    for c in 0..n {
-        let p = a[c][c];
-        a[c].iter_mut().for_each(|v| *v /= p);
-        let pivot = a[c].clone();
-        for (r, row) in a.iter_mut().enumerate() {
-            if r != c {
-                let f = row[c];
-                row.iter_mut().zip(&pivot).for_each(|(v, p)| *v -= f * p);
-            }
-        }
-    }
-    a.into_iter().map(|r| r[n..].to_vec()).collect()
+    let one = |i: usize| (0..m.len()).map(move |j| f64::from(u8::from(i == j)));
+    eliminated(m.iter().enumerate().map(|(i, row)| row.iter().copied().chain(one(i)).collect()).collect())
 }
