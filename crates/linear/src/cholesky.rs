@@ -15,7 +15,7 @@ pub fn cholesky_in_place<T: Scalar>(a: &mut [T], n: usize) -> bool {
             return false;
         }
         let root = pivot.sqrt();
-        a[j * n + j] = T::from_re(root);
+        a[j * n + j] = T::from(root);
         for i in j + 1..n {
             let mut sum = a[i * n + j];
             for k in 0..j {

@@ -9,6 +9,7 @@ pub trait Scalar:
     Copy
     + Default
     + PartialEq
+    + From<f64>
     + Add<Output = Self>
     + Sub<Output = Self>
     + Mul<Output = Self>
@@ -29,8 +30,6 @@ pub trait Scalar:
     fn norm_sqr(self) -> f64;
     /// Re z.
     fn re(self) -> f64;
-    /// A real number as one of this kind.
-    fn from_re(re: f64) -> Self;
 }
 
 impl Scalar for f64 {
@@ -47,10 +46,6 @@ impl Scalar for f64 {
     fn re(self) -> f64 {
         self
     }
-    #[inline(always)]
-    fn from_re(re: f64) -> f64 {
-        re
-    }
 }
 
 impl Scalar for Complex64 {
@@ -66,9 +61,5 @@ impl Scalar for Complex64 {
     #[inline(always)]
     fn re(self) -> f64 {
         self.re
-    }
-    #[inline(always)]
-    fn from_re(re: f64) -> Complex64 {
-        Complex64::new(re, 0.0)
     }
 }
