@@ -12,19 +12,24 @@ pub fn band_noise(rng: &mut ChaCha8Rng, n: usize, cutoff: f64, rms: f64, order: 
     let mut x: Vec<f64> = (0..n + run_in).map(|_| rng.random_range(-1.0..1.0)).collect();
     let w = (PI * cutoff / FS).tan();
     for q in 0..order / 2 {
-        let d = 2.0 * (PI * (2 * q + 1) as f64 / (2 * order) as f64).sin();
-        let norm = 1.0 + d * w + w * w;
-        let (g, a1, a2) = (w * w / norm, 2.0 * (w * w - 1.0) / norm, (1.0 - d * w + w * w) / norm);
-        let (mut x1, mut x2, mut y1, mut y2) = (0.0, 0.0, 0.0, 0.0);
-        for v in &mut x {
-            let y = g * (*v + 2.0 * x1 + x2) - a1 * y1 - a2 * y2;
-            (x2, x1, y2, y1) = (x1, *v, y1, y);
-            *v = y;
-        }
+        second_order(&mut x, w, 2.0 * (PI * (2 * q + 1) as f64 / (2 * order) as f64).sin(), 0.0);
     }
     let x = &x[run_in..];
     let size = (x.iter().map(|v| v * v).sum::<f64>() / n as f64).sqrt();
     x.iter().map(|v| v / size * rms).collect()
+}
+
+/// A low-pass of second order by the bilinear transform, of w the tangent of half the corner's angle and twice the damping ratio, as if what came before
+/// had been `before`.
+pub fn second_order(x: &mut [f64], w: f64, damping: f64, before: f64) {
+    let norm = 1.0 + damping * w + w * w;
+    let (g, a1, a2) = (w * w / norm, 2.0 * (w * w - 1.0) / norm, (1.0 - damping * w + w * w) / norm);
+    let [mut x1, mut x2, mut y1, mut y2] = [before; 4];
+    for v in x {
+        let y = g * (*v + 2.0 * x1 + x2) - a1 * y1 - a2 * y2;
+        (x2, x1, y2, y1) = (x1, *v, y1, y);
+        *v = y;
+    }
 }
 
 /// Means over the samples' intervals of `sub` steps.

@@ -1,7 +1,7 @@
 //! What stands between a quantity and its channel: latencies, filters, drifts, and the faults that no registry has.
 
 use super::laws::course;
-use super::sensors::late;
+use super::sensors::{late, second_order, smoothed};
 use crate::clock::FINE_HZ;
 use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
@@ -42,8 +42,14 @@ impl Stage {
         match *self {
             Stage::Delay(delay) => late(fine, delay),
             Stage::SwayingDelay(delay) => warped(fine, |k| delay * (1.0 + 0.4 * (TAU * at(k) / 17.0).sin())),
-            Stage::LowPass(cutoff, times) => (0..times).fold(fine.to_vec(), |x, _| super::sensors::smoothed(&x, cutoff)),
-            Stage::Second(cutoff, ratio) => second(fine, cutoff, ratio),
+            Stage::LowPass(cutoff, times) => (0..times).fold(fine.to_vec(), |x, _| smoothed(&x, cutoff)),
+            // Too fast for the grid to show.
+            Stage::Second(cutoff, _) if cutoff > FINE_HZ / 8.0 => fine.to_vec(),
+            Stage::Second(cutoff, ratio) => {
+                let mut out = fine.to_vec();
+                second_order(&mut out, (PI * cutoff / FINE_HZ).tan(), 2.0 * ratio, fine[0]);
+                out
+            }
             Stage::MovingAverage(width) => {
                 let count = ((width / h) as usize).max(1);
                 let mut sum = count as f64 * fine[0];
@@ -93,26 +99,6 @@ fn warped(fine: &[f64], delay_s: impl Fn(usize) -> f64) -> Vec<f64> {
             let at = (k as f64 - delay_s(k) * FINE_HZ).clamp(0.0, last as f64);
             let (whole, rest) = (at as usize, at.fract());
             (1.0 - rest) * fine[whole] + rest * fine[(whole + 1).min(last)]
-        })
-        .collect()
-}
-
-/// A low-pass of second order, by the bilinear transform.
-fn second(fine: &[f64], cutoff: f64, ratio: f64) -> Vec<f64> {
-    // Too fast for the grid to show.
-    if cutoff > FINE_HZ / 8.0 {
-        return fine.to_vec();
-    }
-    let w = (PI * cutoff / FINE_HZ).tan();
-    let norm = 1.0 + 2.0 * ratio * w + w * w;
-    let (g, a1, a2) = (w * w / norm, 2.0 * (w * w - 1.0) / norm, (1.0 - 2.0 * ratio * w + w * w) / norm);
-    let first = fine[0];
-    let (mut x1, mut x2, mut y1, mut y2) = (first, first, first, first);
-    fine.iter()
-        .map(|v| {
-            let y = g * (v + 2.0 * x1 + x2) - a1 * y1 - a2 * y2;
-            (x2, x1, y2, y1) = (x1, *v, y1, y);
-            y
         })
         .collect()
 }
