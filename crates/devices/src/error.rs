@@ -2,7 +2,8 @@
 
 use ndof_models::robot::RobotError;
 
-/// What is wrong with a device, a limb or an experiment, where, and what to do.
+/// What is wrong with a device, a limb or an experiment, where, and what to do. Trials count from 0, and are read from 1; time is that since the recording's
+/// first sample.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[allow(missing_docs, reason = "a message says what its fields are")]
 pub enum DeviceError {
@@ -34,33 +35,18 @@ pub enum DeviceError {
     #[error(
         "trial {} diverged at {time_s:.3} s; the limb or a hidden effect is unstable under this excitation: lower its amplitude or the effect's size", .trial + 1
     )]
-    Diverged {
-        /// The trial, from 0; people read it from 1.
-        trial: usize,
-        /// Time since the recording's first sample.
-        time_s: f64,
-    },
+    Diverged { trial: usize, time_s: f64 },
     /// A safety limit was passed.
     #[error(
         "trial {} was stopped at {time_s:.3} s: {what} was {value:.4}, the limit is {limit}; lower the perturbation, hold more firmly, or move the limit under [controller.safety]", .trial + 1
     )]
-    Stopped {
-        /// The trial, from 0; people read it from 1.
-        trial: usize,
-        /// Time since the recording's first sample.
-        time_s: f64,
-        what: String,
-        value: f64,
-        limit: f64,
-    },
+    Stopped { trial: usize, time_s: f64, what: String, value: f64, limit: f64 },
     /// A joint came to the end of its range.
     #[error(
         "trial {} was stopped at {time_s:.3} s: joint {joint} was at {value:.4}, its range is {lower} to {upper}; lower the perturbation or choose another posture", .trial + 1
     )]
     Range {
-        /// The trial, from 0; people read it from 1.
         trial: usize,
-        /// Time since the recording's first sample.
         time_s: f64,
         /// The joint, from 1.
         joint: usize,

@@ -149,22 +149,20 @@ impl DeviceConfig {
 impl LimbConfig {
     /// The limb's own force noise.
     pub fn noise(&self) -> Option<&LimbNoise> {
-        match self {
-            LimbConfig::EndpointLinear(c) => c.noise.as_ref(),
-            LimbConfig::PlanarTwoLink(c) => c.noise.as_ref(),
-            LimbConfig::SpringArray(c) => c.noise.as_ref(),
-            LimbConfig::Wrist(c) => c.noise.as_ref(),
-        }
+        let (LimbConfig::EndpointLinear(EndpointLinearConfig { noise, .. })
+        | LimbConfig::PlanarTwoLink(PlanarTwoLinkConfig { noise, .. })
+        | LimbConfig::SpringArray(SpringArrayConfig { noise, .. })
+        | LimbConfig::Wrist(WristConfig { noise, .. })) = self;
+        noise.as_ref()
     }
 
     /// The same limb without force of its own.
     pub fn silent(mut self) -> Self {
-        *match &mut self {
-            LimbConfig::EndpointLinear(c) => &mut c.noise,
-            LimbConfig::PlanarTwoLink(c) => &mut c.noise,
-            LimbConfig::SpringArray(c) => &mut c.noise,
-            LimbConfig::Wrist(c) => &mut c.noise,
-        } = None;
+        let (LimbConfig::EndpointLinear(EndpointLinearConfig { noise, .. })
+        | LimbConfig::PlanarTwoLink(PlanarTwoLinkConfig { noise, .. })
+        | LimbConfig::SpringArray(SpringArrayConfig { noise, .. })
+        | LimbConfig::Wrist(WristConfig { noise, .. })) = &mut self;
+        *noise = None;
         self
     }
 

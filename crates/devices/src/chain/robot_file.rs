@@ -168,13 +168,11 @@ impl RobotConfig {
     fn joint_figures(&self) -> Joints {
         let of = |f: fn(&JointConfig) -> f64| self.joints.iter().map(f).collect::<Vec<_>>();
         Joints {
-            names: self.joints.iter().map(|j| j.name.clone()).collect(),
             coulomb: of(|j| j.coulomb_nm),
             viscous: of(|j| j.viscous_nm_s_per_rad),
-            smoothing: vec![0.005; self.joints.len()],
             torque_limit: of(|j| j.torque_limit_nm.unwrap_or(f64::INFINITY)),
             encoder_range: of(|j| std::f64::consts::TAU / j.gear_ratio),
-            encoder_counts: 65_536.0,
+            ..Joints::ideal(&self.joints.iter().map(|j| &j.name).collect::<Vec<_>>())
         }
     }
 }

@@ -127,7 +127,7 @@ fn segments_of_body(height_m: f64, mass_kg: f64) -> Segments {
 impl PlanarTwoLinkConfig {
     /// The segments: as given, else from height and mass, else the defaults.
     pub(super) fn segments(&self) -> Result<Segments, DeviceError> {
-        let body = match (self.height_m, self.body_mass_kg) {
+        let mut segments = match (self.height_m, self.body_mass_kg) {
             (Some(height), Some(mass)) if height > 0.0 && mass > 0.0 => segments_of_body(height, mass),
             (None, None) => Segments { lengths: [0.33, 0.34], masses: [1.93, 1.52], centres: [0.165, 0.19], inertias: [0.0141, 0.0188] },
             (Some(height), Some(mass)) => {
@@ -135,15 +135,16 @@ impl PlanarTwoLinkConfig {
             }
             _ => return Err(DeviceError::Missing("limb.height_m and limb.body_mass_kg set the segments together; give both or none".to_owned())),
         };
-        let lengths = self.link_lengths_m.unwrap_or(body.lengths);
-        let masses = self.link_masses_kg.unwrap_or(body.masses);
-        let centres = self.link_centres_m.unwrap_or(body.centres);
-        let inertias = self.link_inertias_kg_m2.unwrap_or(body.inertias);
-        for (name, values) in [("link_lengths_m", lengths), ("link_masses_kg", masses), ("link_centres_m", centres), ("link_inertias_kg_m2", inertias)] {
-            if let Some(v) = values.iter().find(|v| !(v.is_finite() && **v > 0.0)) {
-                return Err(DeviceError::value(format!("limb.{name}"), *v, "positive"));
-            }
+        let Segments { lengths, masses, centres, inertias } = &mut segments;
+        for (name, values, given) in [
+            ("link_lengths_m", lengths, self.link_lengths_m),
+            ("link_masses_kg", masses, self.link_masses_kg),
+            ("link_centres_m", centres, self.link_centres_m),
+            ("link_inertias_kg_m2", inertias, self.link_inertias_kg_m2),
+        ] {
+            *values = given.unwrap_or(*values);
+            values.iter().try_for_each(|v| DeviceError::positive(format!("limb.{name}"), *v))?;
         }
-        Ok(Segments { lengths, masses, centres, inertias })
+        Ok(segments)
     }
 }

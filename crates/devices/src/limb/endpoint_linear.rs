@@ -70,11 +70,6 @@ pub(super) fn square(name: &str, rows: &[Vec<f64>], n: usize) -> Result<Array2<f
     }
 }
 
-/// A diagonal matrix.
-pub(super) fn diagonal(values: &[f64]) -> Array2<f64> {
-    Array2::from_diag(&ndarray::Array1::from(values.to_vec()))
-}
-
 /// The mean force on `n` axes, zero where it is not given.
 pub(super) fn mean_force(values: Option<&[f64]>, n: usize) -> Result<Vec<f64>, DeviceError> {
     let Some(values) = values else { return Ok(vec![0.0; n]) };
@@ -95,7 +90,7 @@ impl EndpointLinear {
     pub fn new(config: &EndpointLinearConfig, axes: usize) -> Result<Self, DeviceError> {
         DeviceError::not_negative("limb.handle_mass_kg", config.handle_mass_kg)?;
         let impedance = Impedance {
-            inertia: square("M", &config.M, axes)? + diagonal(&vec![config.handle_mass_kg; axes]),
+            inertia: square("M", &config.M, axes)? + Array2::<f64>::eye(axes) * config.handle_mass_kg,
             damping: square("B", &config.B, axes)?,
             stiffness: square("K", &config.K, axes)?,
         };

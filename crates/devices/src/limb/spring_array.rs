@@ -1,12 +1,11 @@
 //! The paper's validation rig: a handle held by up to eight springs between an inner and an outer square.
 
-use super::endpoint_linear::diagonal;
 use super::{Impedance, Limb};
 use crate::device::LimbEntry;
 use crate::error::DeviceError;
 use crate::noise::LimbNoise;
 use crate::parameters::parameter;
-use ndarray::Array2;
+use ndarray::{Array2, arr1};
 use serde::{Deserialize, Serialize};
 
 /// The registry's entry.
@@ -215,7 +214,7 @@ impl Limb for SpringArray {
     }
 
     fn linearised(&self) -> Impedance {
-        Impedance { inertia: diagonal(&[self.mass; 2]), damping: diagonal(&self.damping), stiffness: self.stiffness.clone() }
+        Impedance { inertia: Array2::eye(2) * self.mass, damping: Array2::from_diag(&arr1(&self.damping)), stiffness: self.stiffness.clone() }
     }
 }
 

@@ -1,6 +1,6 @@
 //! The human wrist: hand and handle in a gimbal, with coupled passive impedance and weight.
 
-use super::endpoint_linear::{diagonal, square};
+use super::endpoint_linear::square;
 use super::{EndpointLinear, Impedance, Limb};
 use crate::device::LimbEntry;
 use crate::error::DeviceError;
@@ -107,7 +107,7 @@ impl Wrist {
             posture,
             weight: config.gravity_m_per_s2.map(|g| config.hand_mass_kg * g),
             centre: config.hand_centre_m,
-            gravity_stiffness: diagonal(&[0.0; 3]),
+            gravity_stiffness: Array2::zeros((3, 3)),
             mean_torque: vec![0.0; 3],
         };
         wrist.mean_torque = wrist.gravity_torque(posture).iter().map(|t| -t).collect();
