@@ -107,39 +107,20 @@ impl StopReason {
 
 /// Why a minimisation cannot run.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[allow(missing_docs, reason = "a message says what its fields are")]
 pub enum MinimiseError {
     /// Start and bounds disagree in length.
     #[error("{parameters} start values but {bounds} bounds; give one pair of bounds for each parameter")]
-    BoundsLength {
-        /// Length of the start.
-        parameters: usize,
-        /// Number of bounds.
-        bounds: usize,
-    },
+    BoundsLength { parameters: usize, bounds: usize },
     /// A lower bound that is not below its upper bound.
     #[error("parameter {parameter}: bounds {lower} to {upper} leave nothing between them; drop the parameter or widen its bounds")]
-    EmptyBounds {
-        /// Index of the parameter.
-        parameter: usize,
-        /// Its lower bound.
-        lower: f64,
-        /// Its upper bound.
-        upper: f64,
-    },
+    EmptyBounds { parameter: usize, lower: f64, upper: f64 },
     /// The model cannot be evaluated where the search begins.
     #[error("residual {residual} is not finite at the start values; start where the model exists")]
-    StartNotFinite {
-        /// Index of the residual.
-        residual: usize,
-    },
+    StartNotFinite { residual: usize },
     /// More parameters than equations.
     #[error("{parameters} parameters but only {residuals} equations; fit fewer parameters or a wider band")]
-    Underdetermined {
-        /// Number of parameters.
-        parameters: usize,
-        /// Number of residuals.
-        residuals: usize,
-    },
+    Underdetermined { parameters: usize, residuals: usize },
 }
 
 /// A minimum of ½ ‖r(x)‖².

@@ -14,7 +14,8 @@ pub(crate) struct Information {
     /// Inverse over the determined directions.
     inverse: Mat<f64>,
     undetermined: Vec<bool>,
-    condition: f64,
+    /// Condition number of the scaled Jacobian.
+    pub(crate) condition: f64,
 }
 
 impl Information {
@@ -45,11 +46,6 @@ impl Information {
             undetermined.fill(true);
         }
         Information { scale, inverse, undetermined, condition }
-    }
-
-    /// Condition number of the scaled Jacobian.
-    pub(crate) fn condition(&self) -> f64 {
-        self.condition
     }
 
     /// (JᵀJ)⁻¹ over the determined directions.
@@ -92,7 +88,7 @@ mod tests {
         let covariance = information.covariance(1.0);
         assert!(covariance[[0, 0]].is_infinite() && covariance[[1, 1]].is_infinite());
         assert!((covariance[[2, 2]] - 1.0 / 25.0).abs() < 1e-15);
-        assert!(information.condition() > 1e7);
+        assert!(information.condition > 1e7);
     }
 
     #[test]

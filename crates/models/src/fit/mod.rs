@@ -209,7 +209,7 @@ impl Solved {
             chi2,
             degrees_of_freedom,
             chi2_reduced: chi2 / degrees_of_freedom,
-            condition: self.information.condition(),
+            condition: self.information.condition,
             reason: self.minimum.reason,
             iterations: self.minimum.iterations,
         }

@@ -23,14 +23,15 @@ pub struct Derived {
 impl Derived {
     /// A function's value with its gradient in the parameters.
     fn new(value: f64, gradient: &[f64], covariance: &Array2<f64>, quantile: f64) -> Self {
-        let n = gradient.len();
-        let variance: f64 = (0..n * n)
-            .filter(|e| gradient[e / n] != 0.0 && gradient[e % n] != 0.0)
-            .map(|e| gradient[e / n] * covariance[[e / n, e % n]] * gradient[e % n])
-            .sum();
-        let std_error = variance.max(0.0).sqrt();
+        let std_error = product(gradient, covariance, gradient).max(0.0).sqrt();
         Derived { value, std_error, ci95: [value - quantile * std_error, value + quantile * std_error] }
     }
+}
+
+/// gᵀ C h, of the entries that both have: what is not determined has an infinite variance.
+fn product(g: &[f64], covariance: &Array2<f64>, h: &[f64]) -> f64 {
+    let used = |e: &usize| g[e / h.len()] != 0.0 && h[e % h.len()] != 0.0;
+    (0..g.len() * h.len()).filter(used).map(|e| g[e / h.len()] * covariance[[e / h.len(), e % h.len()]] * h[e % h.len()]).sum()
 }
 
 /// Whether no body has an inertia between two axes that lies within this interval, beside inertias along them of at most so much: M_ij² ≤ M_ii M_jj, since a body

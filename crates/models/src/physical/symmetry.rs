@@ -1,6 +1,6 @@
 //! Are the fitted matrices symmetric?
 
-use super::Derived;
+use super::{Derived, product};
 use crate::{Fit, InertiaDampingStiffnessModel, ParametricModel, Symmetry};
 use ndarray::{Array1, Array2};
 use ndof_linear::inverse;
@@ -79,14 +79,7 @@ pub fn symmetry_test(model: &InertiaDampingStiffnessModel, fit: &Fit) -> Vec<Sym
 
 fn p_value(parts: &[Antisymmetric], gradients: &[Vec<f64>], covariance: &Array2<f64>) -> f64 {
     let n = parts.len();
-    let used = |g: &[f64], h: &[f64]| -> f64 {
-        (0..g.len())
-            .filter(|&r| g[r] != 0.0)
-            .flat_map(|r| (0..h.len()).filter(|&c| h[c] != 0.0).map(move |c| (r, c)))
-            .map(|(r, c)| g[r] * covariance[[r, c]] * h[c])
-            .sum()
-    };
-    let matrix = Array2::from_shape_fn((n, n), |(i, j)| used(&gradients[i], &gradients[j]));
+    let matrix = Array2::from_shape_fn((n, n), |(i, j)| product(&gradients[i], covariance, &gradients[j]));
     let a = Array1::from_shape_fn(n, |i| parts[i].half_difference.value);
     let chi2 = inverse(&matrix).map_or(f64::NAN, |inverse| a.dot(&inverse.dot(&a)));
     ChiSquared::new(n as f64).map_or(f64::NAN, |d| if chi2.is_finite() { d.sf(chi2) } else { f64::NAN })

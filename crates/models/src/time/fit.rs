@@ -277,7 +277,7 @@ impl FreeRunFit {
             score: problem.score(&minimum.x),
             bic: deviance + columns * rows.ln(),
             deviance,
-            condition: information.condition(),
+            condition: information.condition,
             reason: minimum.reason,
             initial: minimum.x[expected..].to_vec(),
             profiled: vec![false; expected],

@@ -1,7 +1,7 @@
 //! The mechanism that a fit in time simulates.
 
 use super::Law;
-use crate::{Axis, ParameterInfo};
+use crate::{Axis, InertiaDampingStiffnessModel, ParameterInfo, ParametricModel, Symmetry};
 use ndarray::Array2;
 use num_complex::Complex64;
 use std::sync::Arc;
@@ -74,10 +74,14 @@ impl Mechanism {
         self
     }
 
+    /// Inertia, damping and stiffness alone, as a model in frequency.
+    fn matrices_alone(&self) -> InertiaDampingStiffnessModel {
+        InertiaDampingStiffnessModel::new(self.axes.clone(), Symmetry::Symmetric)
+    }
+
     /// Entries of one matrix.
     pub(crate) fn entries(&self) -> Vec<(usize, usize)> {
-        let n = self.axes.len();
-        (0..n).flat_map(|i| (i..n).map(move |j| (i, j))).collect()
+        self.matrices_alone().entries().to_vec()
     }
 
     /// Number of matrices: M, B and perhaps K.
@@ -93,25 +97,18 @@ impl Mechanism {
 
     /// What the parameters are.
     pub fn parameters(&self) -> Vec<ParameterInfo> {
-        let single = self.axes.len() == 1;
-        let free = |name: String, unit: String, site: String, lower: f64| ParameterInfo { name, unit, site, lower, upper: f64::INFINITY };
-        let mut out = Vec::new();
-        for (matrix, rate) in [("M", 2), ("B", 1), ("K", 0)].into_iter().take(self.matrices()) {
-            for (i, j) in self.entries() {
-                let (row, column) = (&self.axes[i], &self.axes[j]);
-                let name = if single { matrix.to_owned() } else { format!("{matrix}_{}_{}", row.name, column.name) };
-                let site = if i == j { row.name.clone() } else { format!("{},{}", row.name, column.name) };
-                // A mass of nothing would fly off.
-                let lower = if matrix == "M" && i == j { 1e-9 } else { f64::NEG_INFINITY };
-                out.push(free(name, row.unit_per(column, rate), site, lower));
-            }
-        }
+        let (single, entries) = (self.axes.len() == 1, self.entries());
+        let mut out = self.matrices_alone().parameters();
+        out.truncate(self.matrices() * entries.len());
+        // A mass of nothing would fly off.
+        out.iter_mut().zip(entries).filter(|(_, (i, j))| i == j).for_each(|(mass, _)| mass.lower = 1e-9);
         for (stem, rate, used) in [("offset", "", self.offset), ("trend", "/s", self.trend)] {
             for axis in self.axes.iter().filter(|_| used) {
                 let (suffix, unit) = if axis.rotational { ("nm", "N m") } else { ("n", "N") };
                 let stem = if rate.is_empty() { format!("{stem}_{suffix}") } else { format!("{stem}_{suffix}_per_s") };
                 let name = if single { stem } else { format!("{stem}_{}", axis.name) };
-                out.push(free(name, format!("{unit}{rate}"), axis.name.clone(), f64::NEG_INFINITY));
+                let unit = format!("{unit}{rate}");
+                out.push(ParameterInfo { name, unit, site: axis.name.clone(), lower: f64::NEG_INFINITY, upper: f64::INFINITY });
             }
         }
         for PlacedLaw { law, axis } in &self.laws {
@@ -140,16 +137,12 @@ impl Mechanism {
     /// If `theta` does not have the mechanism's length.
     pub fn dynamic_stiffness(&self, theta: &[f64], s: Complex64) -> Option<Array2<Complex64>> {
         assert_eq!(theta.len(), self.parameters().len(), "parameters of the mechanism");
-        let (n, entries) = (self.axes.len(), self.entries());
-        let mut out = Array2::zeros((n, n));
-        for (matrix, power) in [s * s, s, Complex64::new(1.0, 0.0)].into_iter().enumerate().take(self.matrices()) {
-            for (&(i, j), value) in entries.iter().zip(&theta[matrix * entries.len()..]) {
-                out[[i, j]] += power * value;
-                if i != j {
-                    out[[j, i]] += power * value;
-                }
-            }
-        }
+        let (n, per) = (self.axes.len(), self.entries().len());
+        let mut of_matrices = theta[..self.matrices() * per].to_vec();
+        of_matrices.resize(3 * per, 0.0);
+        let mut rows = vec![Complex64::default(); n * n];
+        self.matrices_alone().stiffness(&of_matrices, s, &mut rows, None);
+        let mut out = Array2::from_shape_fn((n, n), |(i, j)| rows[i * n + j]);
         let mut at = self.baseline_parameters();
         for PlacedLaw { law, axis } in &self.laws {
             let count = law.parameters(false).len();
@@ -161,14 +154,8 @@ impl Mechanism {
 
     /// How large a parameter would have to be to matter: for entries of a matrix, the size of its diagonal.
     pub(crate) fn scale(&self, theta: &[f64], parameter: usize) -> f64 {
-        let entries = self.entries();
-        let (per, own) = (entries.len(), theta[parameter].abs());
-        if parameter >= self.matrices() * per {
-            return own;
-        }
-        let (i, j) = entries[parameter % per];
-        let diagonal = |k: usize| entries.iter().position(|e| *e == (k, k)).map_or(own, |at| theta[parameter / per * per + at].abs());
-        (diagonal(i) * diagonal(j)).sqrt()
+        let of_matrices = parameter < self.matrices() * self.entries().len();
+        if of_matrices { self.matrices_alone().scale(theta, parameter) } else { theta[parameter].abs() }
     }
 }
 
