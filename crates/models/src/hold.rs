@@ -202,7 +202,7 @@ impl<M: ParametricModel> ParametricModel for Held<M> {
 #[cfg(test)]
 pub(crate) mod tests {
     use super::*;
-    use crate::shared_tests::difference;
+    use crate::shared_tests::assert_slopes;
     use crate::{InertiaDampingStiffnessModel, Symmetry};
 
     /// The sampled response of an effort that is held, by the exact step of the state x' = v, v' = (F − B v − K x)/M: displacement, speed.
@@ -253,22 +253,7 @@ pub(crate) mod tests {
         for hold in Hold::ALL {
             let sampling = Sampling { hold, sample_rate_hz: 40.0, derivatives: 0 };
             let held = Held { model: InertiaDampingStiffnessModel::new(axes.clone(), Symmetry::Symmetric), sampling };
-            let theta = [2.1, -0.5, 1.9, 11.0, -2.0, 15.0, 300.0, -60.0, 520.0];
-            let s = Complex64::new(0.0, TAU * 7.0);
-            let at = |theta: &[f64]| {
-                let mut d = vec![Complex64::default(); 4];
-                held.stiffness(theta, s, &mut d, None);
-                d
-            };
-            let (mut value, mut slopes) = (vec![Complex64::default(); 4], vec![Complex64::default(); 36]);
-            held.stiffness(&theta, s, &mut value, Some(&mut slopes));
-            assert_eq!(value, at(&theta));
-            for k in 0..9 {
-                for (e, difference) in difference(&theta, k, 1e-5 * theta[k].abs(), at).into_iter().enumerate() {
-                    let size = value[e].norm().max(value[0].norm()) / theta[k].abs();
-                    assert!((slopes[4 * k + e] - difference).norm() < 1e-8 * size, "{hold:?} {k} {e}");
-                }
-            }
+            assert_slopes(&held, &[2.1, -0.5, 1.9, 11.0, -2.0, 15.0, 300.0, -60.0, 520.0], Complex64::new(0.0, TAU * 7.0));
         }
     }
 

@@ -178,7 +178,7 @@ fn apply(place: &Place, n: usize, h: Complex64, slopes: &[Complex64], value: &mu
 mod tests {
     use super::*;
     use crate::blocks::{Delay, FirstOrderFilter, Reflex, SeriesCompliance};
-    use crate::shared_tests::difference;
+    use crate::shared_tests::assert_slopes;
     use crate::{InertiaDampingStiffnessModel, Symmetry};
 
     fn composite() -> Composite {
@@ -204,21 +204,7 @@ mod tests {
         let mut theta = model.starts(&BASE)[0].clone();
         theta[18] = 0.004;
         theta[20] = -0.002;
-        let s = Complex64::new(0.0, 25.0);
-        let k = theta.len();
-        let (mut value, mut slopes) = (vec![Complex64::default(); 4], vec![Complex64::default(); 4 * k]);
-        model.stiffness(&theta, s, &mut value, Some(&mut slopes));
-        let size = value.iter().map(|v| v.norm()).fold(0.0, f64::max);
-        for p in 0..k {
-            let at = |theta: &[f64]| {
-                let mut out = vec![Complex64::default(); 4];
-                model.stiffness(theta, s, &mut out, None);
-                out
-            };
-            for (e, difference) in difference(&theta, p, 1e-5 * theta[p].abs(), at).into_iter().enumerate() {
-                assert!((difference - slopes[4 * p + e]).norm() < 1e-8 * size / theta[p].abs(), "{p} {e}");
-            }
-        }
+        assert_slopes(&model, &theta, Complex64::new(0.0, 25.0));
     }
 
     #[test]

@@ -128,8 +128,7 @@ impl WeightedFit {
 mod tests {
     use super::*;
     use crate::blocks::{Delay, FirstOrderFilter, Reflex};
-    use crate::{Axis, InertiaDampingStiffness, InertiaDampingStiffnessModel, Symmetry, linear_start};
-    use ndarray::{Array3, arr2};
+    use crate::shared_tests::fitted_limb;
 
     #[test]
     fn several_blocks_have_a_known_law_only_where_each_vanishes_inside() {
@@ -171,12 +170,7 @@ mod tests {
 
     #[test]
     fn criteria_add_to_chi_squared_what_they_say() {
-        let limb = InertiaDampingStiffness { axes: vec![Axis::linear("x")], inertia: arr2(&[[2.0]]), damping: arr2(&[[12.0]]), stiffness: arr2(&[[300.0]]) };
-        let response = limb.response(&[0.5, 1.0, 2.0, 4.0, 6.0], ndof_sysid::ResponseKind::Compliance);
-        let model = InertiaDampingStiffnessModel::new(limb.axes.clone(), Symmetry::Symmetric);
-        let start = linear_start(&model, &response).expect("a start");
-        let weight = Array3::from_elem(response.value.dim(), 1.0);
-        let mut fit = crate::PaperFit::default().fit(&model, &response, &weight, &start).expect("a fit");
+        let (.., mut fit) = fitted_limb();
         (fit.chi2, fit.degrees_of_freedom) = (50.0, 17.0);
         assert_eq!((fit.data(), fit.aic()), (20.0, 56.0));
         assert!((fit.bic() - 50.0 - 3.0 * 20f64.ln()).abs() < 1e-12);

@@ -69,21 +69,14 @@ pub(crate) fn rescale_by_trials(model: &dyn ParametricModel, mut fit: Fit, left:
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::{Axis, InertiaDampingStiffness, InertiaDampingStiffnessModel, Symmetry};
+    use crate::shared_tests::fitted_limb;
     use ndarray::arr2;
-
-    /// A fit with that covariance.
-    fn fit(model: &InertiaDampingStiffnessModel, covariance: ndarray::Array2<f64>) -> Fit {
-        let limb = InertiaDampingStiffness { axes: model.axes().to_vec(), inertia: arr2(&[[2.0]]), damping: arr2(&[[12.0]]), stiffness: arr2(&[[300.0]]) };
-        let response = limb.response(&[0.5, 1.0, 2.0, 4.0], ndof_sysid::ResponseKind::Compliance);
-        let weight = ndarray::Array3::from_elem(response.value.dim(), 1.0);
-        Fit { covariance, ..crate::PaperFit::default().fit(model, &response, &weight, &model.theta(&limb)).expect("a fit") }
-    }
 
     #[test]
     fn the_width_is_the_jackknifes_and_the_shape_the_models() {
-        let model = InertiaDampingStiffnessModel::new(vec![Axis::linear("x")], Symmetry::Symmetric);
-        let plain = fit(&model, arr2(&[[4.0, 1.0, 0.0], [1.0, 1.0, 0.0], [0.0, 0.0, 9.0]]));
+        let (model, _, own) = fitted_limb();
+        let fit = |covariance: [[f64; 3]; 3]| Fit { covariance: arr2(&covariance), ..own.clone() };
+        let plain = fit([[4.0, 1.0, 0.0], [1.0, 1.0, 0.0], [0.0, 0.0, 9.0]]);
         let left = [[1.0, 5.0, 10.0], [2.0, 5.0, 14.0], [3.0, 8.0, 12.0], [2.0, 2.0, 16.0]].map(|l| l.to_vec());
         // Sums of squares about the means 2, 5 and 13: 2, 18 and 20; (m − 1)/m = 3/4 of them over the model's variances.
         let ratio = (0.75 * 2.0 / 4.0 + 0.75 * 18.0 / 1.0 + 0.75 * 20.0 / 9.0) / 3.0;
@@ -97,11 +90,11 @@ mod tests {
         assert_ne!(rescale_by_trials(&model, plain.clone(), &left[..3]).covariance, plain.covariance);
         assert_eq!(rescale_by_trials(&model, plain.clone(), &left[..2]), plain);
         // What the data do not determine has no say.
-        let open = fit(&model, arr2(&[[4.0, 0.0, 0.0], [0.0, f64::INFINITY, 0.0], [0.0, 0.0, 9.0]]));
+        let open = fit([[4.0, 0.0, 0.0], [0.0, f64::INFINITY, 0.0], [0.0, 0.0, 9.0]]);
         let ratio = (0.75 * 2.0 / 4.0 + 0.75 * 20.0 / 9.0) / 2.0;
         let found = rescale_by_trials(&model, open, &left);
         assert!((found.covariance_scale / ratio - 1.0).abs() < 1e-12 && (found.interval_quantile / t_quantile(6.0) - 1.0).abs() < 1e-12);
-        let nothing = fit(&model, arr2(&[[0.0, 0.0, 0.0], [0.0, f64::INFINITY, 0.0], [0.0, 0.0, f64::INFINITY]]));
+        let nothing = fit([[0.0, 0.0, 0.0], [0.0, f64::INFINITY, 0.0], [0.0, 0.0, f64::INFINITY]]);
         assert_eq!(rescale_by_trials(&model, nothing.clone(), &left).covariance_scale, nothing.covariance_scale);
     }
 }

@@ -308,21 +308,11 @@ fn restricted(log_det: f64, information: &Mat<f64>) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::{Axis, InertiaDampingStiffness, InertiaDampingStiffnessModel, Symmetry};
-    use ndarray::arr2;
-
-    fn limb(k: f64) -> (InertiaDampingStiffnessModel, InertiaDampingStiffness) {
-        let model = InertiaDampingStiffnessModel::new(vec![Axis::linear("x")], Symmetry::Symmetric);
-        let limb = InertiaDampingStiffness { axes: model.axes().to_vec(), inertia: arr2(&[[2.0]]), damping: arr2(&[[12.0]]), stiffness: arr2(&[[k]]) };
-        (model, limb)
-    }
+    use crate::shared_tests::{add_noise, fitted_limb, limb};
 
     #[test]
     fn chance_is_no_misfit() {
-        let (model, limb) = limb(300.0);
-        let response = limb.response(&[0.5, 1.0, 2.0, 4.0], ndof_sysid::ResponseKind::Compliance);
-        let weight = ndarray::Array3::from_elem(response.value.dim(), 1.0);
-        let fit = crate::PaperFit::default().fit(&model, &response, &weight, &model.theta(&limb)).expect("a fit");
+        let (model, response, fit) = fitted_limb();
         let of = |chi2: f64| Fit { chi2, degrees_of_freedom: 100.0, chi2_reduced: chi2 / 100.0, ..fit.clone() };
         // The 99.9 % quantile of χ² with 100 degrees of freedom is 149.449.
         assert!(!of(149.4).misfits() && of(149.5).misfits());
@@ -333,19 +323,10 @@ mod tests {
     /// decide over the stiffness, which shows below.
     #[test]
     fn the_least_noisy_lines_do_not_decide_alone() {
-        let (model, limb) = limb(300.0);
+        let (model, limb) = limb();
         let hz: Vec<f64> = (1..=200).map(|k| 0.06 * k as f64).collect();
         let mut response = limb.response(&hz, ndof_sysid::ResponseKind::Compliance);
-        let one = |value: &dyn Fn(usize) -> f64| ndarray::Array3::from_shape_fn((hz.len(), 1, 1), |(f, _, _)| Complex64::from(value(f)));
-        let noise = one(&|f| (response.value[[f, 0, 0]].norm() * if hz[f] > 5.0 { 1e-6 } else { 1e-3 }).powi(2));
-        response.uncertainty = Some(ndof_sysid::Uncertainty {
-            noise,
-            input_inverse: one(&|_| 1.0),
-            degrees_of_freedom: 20.0,
-            independent_spacing_hz: 0.06,
-            kernel: ndof_signal::Kernel::default(),
-            inverted: false,
-        });
+        add_noise(&mut response, 20.0, |hz| if hz > 5.0 { 1e-6 } else { 1e-3 });
         let late_s = 0.0025;
         hz.iter().enumerate().for_each(|(f, hz)| response.value[[f, 0, 0]] *= Complex64::from_polar(1.0, -std::f64::consts::TAU * hz * late_s));
         let settings = WeightedFit { band_hz: [0.05, 12.5], ..WeightedFit::default() };

@@ -80,13 +80,13 @@ impl WeightedFit {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::shared_tests::{add_noise, arm};
     use crate::{InertiaDampingStiffnessModel, Symmetry};
-    use ndarray::Array3;
-    use ndof_sysid::{ResponseKind, Uncertainty};
+    use ndof_sysid::ResponseKind;
 
     /// An arm on a mount of 1e6 N/m, known to 0.1 %.
     fn mounted(stiffness: f64, kind: ResponseKind) -> (InertiaDampingStiffnessModel, Vec<f64>, FrequencyResponse) {
-        let arm = crate::shared_tests::arm();
+        let arm = arm();
         let model = InertiaDampingStiffnessModel::new(arm.axes.clone(), Symmetry::Symmetric);
         let hz: Vec<f64> = (1..=200).map(|k| 0.06 * k as f64).collect();
         let mut response = arm.response(&hz, ResponseKind::Compliance);
@@ -94,16 +94,7 @@ mod tests {
             (0..2).for_each(|i| response.value[[f, i, i]] += 1.0 / stiffness);
         }
         let mut response = response.to_kind(kind).expect("regular");
-        let diagonal =
-            |value: &dyn Fn(usize, usize) -> f64| Array3::from_shape_fn((hz.len(), 2, 2), |(f, i, j)| Complex64::from(if i == j { value(f, i) } else { 0.0 }));
-        response.uncertainty = Some(Uncertainty {
-            noise: diagonal(&|f, i| (1e-3 * response.value[[f, i, i]].norm()).powi(2)),
-            input_inverse: diagonal(&|_, _| 1.0),
-            degrees_of_freedom: 30.0,
-            independent_spacing_hz: 0.06,
-            kernel: ndof_signal::Kernel::default(),
-            inverted: false,
-        });
+        add_noise(&mut response, 30.0, |_| 1e-3);
         let theta = model.theta(&arm);
         (model, theta, response)
     }
