@@ -1,6 +1,6 @@
 //! Slepian tapers: of all sequences of N samples, those with the most energy within ±W.
 
-use crate::transform::{forward_transform, inverse_transform, signal_by, spectrum_by};
+use crate::periodic::autocorrelation;
 use std::f64::consts::{PI, TAU};
 
 /// Discrete prolate spheroidal sequences with their concentrations.
@@ -48,7 +48,7 @@ pub fn slepian_tapers(samples: usize, time_bandwidth: f64, count: usize) -> Resu
     }
     let path = WeightedPath::new(samples, time_bandwidth);
     let tapers: Vec<Vec<f64>> = (0..count).map(|k| oriented(path.eigenvector(k), k)).collect();
-    let concentration = concentrations(&tapers, time_bandwidth / samples as f64);
+    let concentration = tapers.iter().map(|taper| concentration(taper, time_bandwidth / samples as f64)).collect();
     Ok(SlepianTapers { tapers, concentration })
 }
 
@@ -211,23 +211,11 @@ fn oriented(mut v: Vec<f64>, k: usize) -> Vec<f64> {
     v
 }
 
-/// λ = Σ_lag r(lag) sin(2πW lag)/(π lag), r the autocorrelation of the taper (by zero-padded transforms).
-fn concentrations(tapers: &[Vec<f64>], half_bandwidth: f64) -> Vec<f64> {
-    let n = tapers.first().map_or(0, Vec::len);
-    let length = (2 * n).next_power_of_two();
-    let (forward, inverse) = (forward_transform(length), inverse_transform(length));
-    tapers
-        .iter()
-        .map(|taper| {
-            let mut series = taper.clone();
-            series.resize(length, 0.0);
-            let mut spectrum = spectrum_by(forward.as_ref(), &mut series);
-            spectrum.iter_mut().for_each(|s| *s = s.norm_sqr().into());
-            let series = signal_by(inverse.as_ref(), &mut spectrum);
-            let lags: f64 = (1..n).map(|lag| series[lag] * (TAU * half_bandwidth * lag as f64).sin() / (PI * lag as f64)).sum();
-            ((2.0 * half_bandwidth * series[0] + 2.0 * lags) / length as f64).min(1.0)
-        })
-        .collect()
+/// λ = 2W r(0) + 2 Σ_lag r(lag) sin(2πW lag)/(π lag), r the autocorrelation of the taper.
+fn concentration(taper: &[f64], half_bandwidth: f64) -> f64 {
+    let series = autocorrelation(taper, taper.len());
+    let lags: f64 = (1..series.len()).map(|lag| series[lag] * (TAU * half_bandwidth * lag as f64).sin() / (PI * lag as f64)).sum();
+    (2.0 * half_bandwidth * series[0] + 2.0 * lags).min(1.0)
 }
 
 #[cfg(test)]
