@@ -87,40 +87,28 @@ impl Unit {
             .chars()
             .filter(|c| !c.is_whitespace() && *c != '.' && *c != '(' && *c != ')')
             .collect();
-        let unknown = || UnknownUnit(text.trim().to_owned());
-        let si = Unit::si;
-        let (unit, factor) = match plain.as_str() {
-            "s" | "sec" | "second" | "seconds" => (si(Quantity::Time, false), 1.0),
-            "ms" => (si(Quantity::Time, false), 1e-3),
-            "us" | "µs" | "μs" => (si(Quantity::Time, false), 1e-6),
-            "ns" => (si(Quantity::Time, false), 1e-9),
-            "min" => (si(Quantity::Time, false), 60.0),
-            "" | "1" | "-" => (Unit::other(""), 1.0),
-            _ => {
-                let (base, quantity) = match plain.strip_suffix("/s^2").or_else(|| plain.strip_suffix("/s2")).or_else(|| plain.strip_suffix("/s/s")) {
-                    Some(base) => (base, Quantity::Acceleration),
-                    None => match plain.strip_suffix("/s") {
-                        Some(base) => (base, Quantity::Velocity),
-                        None => (plain.as_str(), Quantity::Displacement),
-                    },
+        let (quantity, rotational, factor) = match plain.as_str() {
+            "s" | "sec" | "second" | "seconds" => (Quantity::Time, false, 1.0),
+            "ms" => (Quantity::Time, false, 1e-3),
+            "us" | "µs" | "μs" => (Quantity::Time, false, 1e-6),
+            "ns" => (Quantity::Time, false, 1e-9),
+            "min" => (Quantity::Time, false, 60.0),
+            "g" | "gn" => (Quantity::Acceleration, false, 9.806_65),
+            "rpm" => (Quantity::Velocity, true, std::f64::consts::TAU / 60.0),
+            "" | "1" | "-" => return Ok((Unit::other(""), 1.0)),
+            plain => {
+                let per = |ends: &[&str], quantity: Quantity| {
+                    let (rotational, factor) = ends.iter().find_map(|end| displacement(plain.strip_suffix(*end)?))?;
+                    Some((quantity, rotational, factor))
                 };
-                if let Some((rotational, factor)) = displacement(base) {
-                    (si(quantity, rotational), factor)
-                } else if quantity == Quantity::Displacement {
-                    if plain == "g" || plain == "gn" {
-                        (si(Quantity::Acceleration, false), 9.806_65)
-                    } else if plain == "rpm" {
-                        (si(Quantity::Velocity, true), std::f64::consts::TAU / 60.0)
-                    } else {
-                        let (rotational, factor) = effort(base).ok_or_else(unknown)?;
-                        (si(Quantity::Effort, rotational), factor)
-                    }
-                } else {
-                    return Err(unknown());
-                }
+                per(&["/s^2", "/s2", "/s/s"], Quantity::Acceleration)
+                    .or_else(|| per(&["/s"], Quantity::Velocity))
+                    .or_else(|| per(&[""], Quantity::Displacement))
+                    .or_else(|| effort(plain).map(|(rotational, factor)| (Quantity::Effort, rotational, factor)))
+                    .ok_or_else(|| UnknownUnit(text.trim().to_owned()))?
             }
         };
-        Ok((unit, factor))
+        Ok((Unit::si(quantity, rotational), factor))
     }
 
     /// The SI symbol (`m`, `N m`, …); for [`Quantity::Other`] the text as given.
