@@ -39,11 +39,8 @@ static PLANS: Cache<Key, Plan> = Cache::new();
 impl Plan {
     pub(super) fn of(settings: &Welch) -> Arc<Self> {
         let &Welch { nperseg, nfft, window, window_symmetric: symmetric, detrend, .. } = settings;
-        let made = PLANS.get_or_try_make(Key { nperseg, nfft, window, symmetric, detrend }, || Ok::<_, Infallible>(Plan::new(settings)));
-        match made {
-            Ok(plan) => plan,
-            Err(never) => match never {},
-        }
+        let Ok(plan) = PLANS.get_or_try_make(Key { nperseg, nfft, window, symmetric, detrend }, || Ok::<_, Infallible>(Plan::new(settings)));
+        plan
     }
 
     fn new(settings: &Welch) -> Self {
