@@ -59,9 +59,20 @@ impl Filling<Complex64> {
 /// Writes entry `at` of `size` of each of `count` frequencies.
 #[inline(always)]
 pub(crate) fn scatter(to: &mut [Complex64], size: usize, at: usize, from: &Lanes) {
+    write(to, size, at, |l| Complex64::new(from.re[l], from.im[l]));
+}
+
+/// The same for real numbers.
+#[inline(always)]
+pub(crate) fn scatter_real(to: &mut [f64], size: usize, at: usize, from: &Reals) {
+    write(to, size, at, |l| from[l]);
+}
+
+#[inline(always)]
+fn write<T>(to: &mut [T], size: usize, at: usize, value: impl Fn(usize) -> T) {
     if to.len() == LANES * size {
         for l in 0..LANES {
-            to[l * size + at] = Complex64::new(from.re[l], from.im[l]);
+            to[l * size + at] = value(l);
         }
         return;
     }
@@ -69,7 +80,7 @@ pub(crate) fn scatter(to: &mut [Complex64], size: usize, at: usize, from: &Lanes
     let mut k = at;
     for l in 0..LANES {
         let Some(entry) = to.get_mut(k) else { return };
-        *entry = Complex64::new(from.re[l], from.im[l]);
+        *entry = value(l);
         k += size;
     }
 }
@@ -84,22 +95,5 @@ pub(crate) fn scatter_hermitian(to: &mut [Complex64], n: usize, triangle: impl F
             scatter(to, n * n, j * n + i, &entry.conj());
         }
         scatter(to, n * n, i * n + i, &triangle(i, i));
-    }
-}
-
-/// The same for real numbers.
-#[inline(always)]
-pub(crate) fn scatter_real(to: &mut [f64], size: usize, at: usize, from: &Reals) {
-    if to.len() == LANES * size {
-        for l in 0..LANES {
-            to[l * size + at] = from[l];
-        }
-        return;
-    }
-    let mut k = at;
-    for value in from {
-        let Some(entry) = to.get_mut(k) else { return };
-        *entry = *value;
-        k += size;
     }
 }
