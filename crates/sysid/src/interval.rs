@@ -30,8 +30,6 @@ pub struct GainPhase {
 /// estimate ([`Uncertainty::degrees_of_freedom`](crate::Uncertainty)).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Confidence {
-    level: f64,
-    degrees_of_freedom: f64,
     t: f64,
     f: f64,
 }
@@ -39,7 +37,7 @@ pub struct Confidence {
 impl Confidence {
     /// Quantiles for `level` (0.95) and ν complex degrees of freedom; NaN outside of 0 < level < 1 or ν > 0.
     pub fn new(level: f64, degrees_of_freedom: f64) -> Self {
-        Confidence { level, degrees_of_freedom, t: two_sided_t(level, 2.0 * degrees_of_freedom), f: fisher(level, 1, degrees_of_freedom) }
+        Confidence { t: two_sided_t(level, 2.0 * degrees_of_freedom), f: fisher(level, 1, degrees_of_freedom) }
     }
 
     /// Gain, phase and their intervals for a value with complex variance E|δH|².

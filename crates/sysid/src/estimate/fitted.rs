@@ -1,9 +1,9 @@
 //! Estimates from a least-squares fit of a response at each frequency, as the local polynomial and the periodic method
 //! make it.
 
+use super::EstimateError;
 use super::coherence::{Coherence, Significance, imply};
 use super::direct::{DirectEstimate, LARGEST_CONDITION};
-use super::{EstimateError, check};
 use crate::labels::Labels;
 use crate::lanes::scaled_condition;
 use crate::response::{FrequencyResponse, NAN, ResponseKind, Uncertainty, places};
@@ -102,11 +102,6 @@ impl Fitted {
             }),
         }
     }
-}
-
-/// ν > 0, or the reason why not, for a fit of `unknowns` per row to `equations`.
-pub(crate) fn freedom(equations: usize, unknowns: usize) -> Result<f64, EstimateError> {
-    check::degrees_of_freedom(equations as f64, unknowns)
 }
 
 #[cfg(test)]

@@ -1,7 +1,6 @@
 //! The local polynomial method with instruments, for short windows of a system that feeds back.
 
 use super::direct::DirectEstimate;
-use super::fitted::freedom;
 use super::local_lines::{Basis, Chunk, Lines, fill};
 use super::{EstimateError, LocalPolynomial, check};
 use crate::labels::Labels;
@@ -59,7 +58,7 @@ pub fn instrumented(trials: &[&Recording], ports: &Ports, labels: &Labels, setti
     let (rate, len, terms) = (first.sample_rate_hz(), trials.iter().map(|r| r.len()).min().unwrap_or(0), settings.order + 1);
     let half_width = settings.half_width.unwrap_or_else(|| settings.default_half_width(q, m));
     let basis = Basis::new(half_width, terms, len)?;
-    let degrees_of_freedom = freedom(trials.len() * (basis.width - basis.width.min(terms)), terms * q)?;
+    let degrees_of_freedom = check::degrees_of_freedom((trials.len() * (basis.width - basis.width.min(terms))) as f64, terms * q)?;
     let all: Vec<usize> = (0..first.channels().len()).collect();
     let lines: Vec<Lines> = trials.iter().map(|r| Lines::new(rate, &r.columns(&all), len)).collect();
     let line = |k: usize, mut out: Chunk<'_>| {

@@ -1,10 +1,10 @@
 //! A local fit at every line of a record.
 
-use super::EstimateError;
-use super::fitted::{Fitted, freedom};
+use super::fitted::Fitted;
 use super::local_lines::{Basis, Chunk, Lines, TASK, at_hz, fill};
 use super::local_polynomial::{Local, LocalPolynomial};
 use super::local_rational::{LocalRational, Rational};
+use super::{EstimateError, check};
 use crate::spread::apart;
 
 /// The lines of a record at which a fit is made.
@@ -94,7 +94,7 @@ fn fit(
         At::UpTo(highest_hz) => all.take_while(|&k| k < width || hz(k) <= highest_hz).collect(),
         At::Apart(band_hz) => apart(all.map(hz), band_hz, at_hz(basis.independent_lines(), rate_and_len)),
     };
-    let degrees_of_freedom = freedom(trials.len() * (width - width.min(s)), s * q + denominator.div_ceil(m))?;
+    let degrees_of_freedom = check::degrees_of_freedom((trials.len() * (width - width.min(s))) as f64, s * q + denominator.div_ceil(m))?;
     let solve = |first: usize, mut out: Chunk<'_>| {
         let mut lines = &lines[first..lines.len().min(first + TASK)];
         if lines[0] == 0 {

@@ -1,7 +1,8 @@
 //! Periodic excitation: noise from the scatter between periods, nonlinear distortion from the scatter between
 //! realisations and from the lines that were left out.
 
-use super::fitted::{Fitted, freedom};
+use super::check::degrees_of_freedom;
+use super::fitted::Fitted;
 use super::{DerivedEstimate, DirectEstimate, EstimateError};
 use crate::labels::Labels;
 use crate::ports::Ports;
@@ -136,7 +137,7 @@ struct LineFit {
 fn fit(trials: &[PeriodSpectra], lines: &[usize], drivers: &[usize], responders: &[usize]) -> Result<LineFit, EstimateError> {
     let (q, m, experiments) = (drivers.len(), responders.len(), trials.len());
     if experiments < q {
-        freedom(experiments, q)?;
+        degrees_of_freedom(experiments as f64, q)?;
     }
     let has_total = experiments >= q + 2;
     let periods = trials.iter().map(PeriodSpectra::periods).sum::<usize>();
