@@ -270,8 +270,7 @@ fn more(view: &View<'_>, columns: &[Column], factors: &[f64]) -> Vec<f64> {
 
 /// rms of what a joint feels of a column.
 fn felt(view: &View<'_>, column: &Column, joint: usize) -> f64 {
-    let series = view.series(std::slice::from_ref(column));
-    rms(&series.iter().flat_map(|s| &s.0).filter_map(|piece| piece[joint].as_deref()).flatten().copied().collect::<Vec<_>>())
+    rms(&view.series(std::slice::from_ref(column))[0].of_joint(joint))
 }
 
 /// The place of the damping among the slopes.

@@ -24,13 +24,13 @@ impl Sum {
         Sum { value: n * mean, error: (n * variance).sqrt(), blocks: blocks.len() }
     }
 
-    fn law(&self) -> Option<StudentsT> {
-        StudentsT::new(0.0, 1.0, (self.blocks as f64 - 1.0).max(1.0)).ok()
+    fn freedom(&self) -> f64 {
+        (self.blocks as f64 - 1.0).max(1.0)
     }
 
     /// Its 95 % interval, by the scatter of the blocks.
     pub fn ci95(&self) -> [f64; 2] {
-        let half = two_sided_t(0.95, (self.blocks as f64 - 1.0).max(1.0)) * self.error;
+        let half = two_sided_t(0.95, self.freedom()) * self.error;
         [self.value - half, self.value + half]
     }
 
@@ -39,9 +39,13 @@ impl Sum {
         if self.error == 0.0 {
             return if self.value > 0.0 { 1.0 } else { 0.0 };
         }
-        let t = self.value / self.error;
-        if t.is_nan() { 0.0 } else { self.law().map_or(0.5, |law| law.cdf(t)) }
+        probability(self.value / self.error, self.freedom())
     }
+}
+
+/// Student's distribution of what is so many standard errors above zero; none where that is not a number.
+fn probability(t: f64, freedom: f64) -> f64 {
+    if t.is_nan() { 0.0 } else { StudentsT::new(0.0, 1.0, freedom).map_or(0.5, |law| law.cdf(t)) }
 }
 
 /// Half the squares of the white residual of each block of time: what its log-likelihood is short of.
@@ -68,8 +72,7 @@ pub(crate) fn sure(view: &View<'_>, without: &Model, with: &Model) -> f64 {
 /// The same of the plain error, each joint's over what `with` leaves of it: noise that is taken for slow would let a cause be wrong about all that is slow.
 pub(crate) fn falls(view: &View<'_>, without: &Model, with: &Model) -> f64 {
     let rests = [without, with].map(|model| residual(view, model));
-    let left = |j: usize| rms(&rests[1].0.iter().filter_map(|piece| piece[j].as_deref()).flatten().copied().collect::<Vec<_>>());
-    let plain: Vec<Whitener> = (0..view.noise.len()).map(|j| Whitener::plain(left(j))).collect();
+    let plain: Vec<Whitener> = (0..view.noise.len()).map(|j| Whitener::plain(rms(&rests[1].of_joint(j)))).collect();
     better(&plain, rests)
 }
 
@@ -81,8 +84,7 @@ fn better(noise: &[Whitener], rests: [Series; 2]) -> f64 {
     let [score, size] = blocks.iter().fold([0.0, 0.0], |[s, q], [score, size]| [s + score, q + size]);
     let scatter: f64 = blocks.iter().map(|[s, q]| (s - score / size * q).powi(2)).sum();
     let freedom = (blocks.len() as f64 - 1.0).max(1.0);
-    let t = (score - 0.5 * size) / (scatter * blocks.len() as f64 / freedom).max(size).sqrt();
-    if t.is_nan() { 0.0 } else { StudentsT::new(0.0, 1.0, freedom).map_or(0.5, |law| law.cdf(t)) }
+    probability((score - 0.5 * size) / (scatter * blocks.len() as f64 / freedom).max(size).sqrt(), freedom)
 }
 
 /// rms of what a model misses of a joint's held-out torque as it was logged, over the deviation of that.
@@ -100,17 +102,12 @@ pub(crate) fn missed(view: &View<'_>, model: &Model, joint: usize) -> f64 {
 pub(crate) fn predicted(view: &View<'_>, model: &Model, trial: usize) -> Vec<Vec<f64>> {
     let motion = &view.motions[trial];
     let mut torque = view.scene.nominal(motion);
-    for (factor, column) in model.logged.columns(view.scene) {
-        for (joint, felt) in view.along(&column, trial).iter() {
+    let logged = model.logged.columns(view.scene);
+    // Channels were brought to what they should be; the columns of their forms are what is left of that.
+    let of_forms = model.forms.iter().zip(&model.factors).flat_map(|(form, factors)| factors.iter().zip(&form.columns));
+    for (factor, column) in logged.iter().map(|(factor, column)| (factor, column)).chain(of_forms) {
+        for (joint, felt) in view.along(column, trial).iter() {
             torque[*joint].iter_mut().zip(felt).for_each(|(t, f)| *t += factor * f);
-        }
-    }
-    for (form, factors) in model.forms.iter().zip(&model.factors) {
-        // Channels were brought to what they should be; their columns are what is left of that.
-        for (column, factor) in form.columns.iter().zip(factors) {
-            for (joint, felt) in view.along(column, trial).iter() {
-                torque[*joint].iter_mut().zip(felt).for_each(|(t, f)| *t += factor * f);
-            }
         }
     }
     for (j, torque) in torque.iter_mut().enumerate() {

@@ -9,6 +9,7 @@ use crate::model::{Model, put_back, residual};
 use crate::options::Options;
 use crate::refined;
 use crate::rivals::{TOLD_APART, better, rivals};
+use crate::scene::rms;
 use crate::search::{Rule, hypotheses};
 use crate::sizes::Sizes;
 use crate::table::{Table, View};
@@ -271,12 +272,7 @@ pub(crate) fn share(view: &View<'_>, model: &Model, k: usize) -> f64 {
     let without = Model { forms, factors, logged, covariance: vec![], places: vec![], beyond: vec![] };
     let mut change = residual(view, &without);
     change.add(-1.0, &residual(view, model));
-    (0..view.scene.joints.len())
-        .map(|j| {
-            let own: Vec<f64> = change.0.iter().filter_map(|p| p[j].as_deref()).flatten().copied().collect();
-            (own.iter().map(|x| x * x).sum::<f64>() / own.len().max(1) as f64).sqrt() / view.scene.joints[j].torque.max(f64::MIN_POSITIVE)
-        })
-        .fold(0.0, f64::max)
+    (0..view.scene.joints.len()).map(|j| rms(&change.of_joint(j)) / view.scene.joints[j].torque.max(f64::MIN_POSITIVE)).fold(0.0, f64::max)
 }
 
 #[cfg(test)]

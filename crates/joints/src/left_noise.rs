@@ -48,7 +48,7 @@ fn noise_in(view: &View<'_>, rest: &Series, own: &[f64]) -> (Vec<Whitener>, Vec<
             *noise = Whitener::plain(view.scene.joints[j].torque);
         }
     }
-    let left = own.iter().enumerate().map(|(j, own)| rest.0.iter().filter_map(|p| p[j].as_deref()).map(<[f64]>::len).sum::<usize>() as f64 - own).collect();
+    let left = own.iter().enumerate().map(|(j, own)| rest.of_joint(j).len() as f64 - own).collect();
     (noise, left)
 }
 
@@ -65,8 +65,7 @@ const FITTED_SHARE: f64 = 0.25;
 fn rest_of(series: &[Arc<Series>], missing: &Series, noise: &[Whitener]) -> (Series, Vec<f64>) {
     let white: Vec<Arc<Series>> = series.par_iter().map(|s| Arc::new(s.whitened(noise))).collect();
     let table = Table::new(vec![], &white, &missing.whitened(noise));
-    let most: Vec<f64> =
-        (0..noise.len()).map(|j| FITTED_SHARE * missing.0.iter().filter_map(|p| p[j].as_deref()).map(<[f64]>::len).sum::<usize>() as f64).collect();
+    let most: Vec<f64> = (0..noise.len()).map(|j| FITTED_SHARE * missing.of_joint(j).len() as f64).collect();
     let mut own = vec![0.0; noise.len()];
     let solved = Solved::greedy(&table, |k| {
         let mut more = own.clone();
@@ -102,7 +101,7 @@ fn deviations(rest: &Series, own: &[f64]) -> Vec<f64> {
     own.iter()
         .enumerate()
         .map(|(j, own)| {
-            let all: Vec<f64> = rest.0.iter().filter_map(|p| p[j].as_deref()).flatten().copied().collect();
+            let all = rest.of_joint(j);
             deviation(&all) * (all.len() as f64 / (all.len() as f64 - own).max(0.1 * all.len() as f64)).sqrt()
         })
         .collect()

@@ -56,6 +56,11 @@ impl Series {
         }
     }
 
+    /// Samples of a joint, piece after piece.
+    pub fn of_joint(&self, j: usize) -> Vec<f64> {
+        self.0.iter().filter_map(|piece| piece[j].as_deref()).flatten().copied().collect()
+    }
+
     /// Samples of all joints.
     pub fn count(&self) -> usize {
         self.0.iter().flatten().flatten().map(Vec::len).sum()

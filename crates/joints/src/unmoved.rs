@@ -11,7 +11,7 @@ use ndof_sysid::Ports;
 pub(crate) fn unmoved(view: &View<'_>, trials: &[Recording], ports: &Ports) -> Vec<bool> {
     let of = |(j, angle): (usize, &usize)| {
         let step = trials.iter().map(|trial| step(&trial.channels()[*angle].samples)).fold(f64::INFINITY, f64::min);
-        let rate: Vec<f64> = view.series(&[Column::Velocity(j)])[0].0.iter().filter_map(|piece| piece[j].as_deref()).flatten().copied().collect();
+        let rate = view.series(&[Column::Velocity(j)])[0].of_joint(j);
         rms(&rate) / view.moving(j).sqrt() < step * 2.0 * view.band.pass_hz
     };
     ports.outputs.iter().enumerate().map(of).collect()

@@ -14,7 +14,7 @@ impl Answer<'_> {
         let band = residual(self.held, self.model);
         let nrmse = (0..self.joints())
             .map(|j| {
-                let within: Vec<f64> = band.0.iter().filter_map(|p| p[j].as_deref()).flatten().copied().collect();
+                let within = band.of_joint(j);
                 let logged: Vec<f64> = self.held.pieces.iter().flat_map(|p| p.places.iter().map(|k| self.held.motions[p.trial].torque[j][*k])).collect();
                 let spread = deviation(&logged);
                 let above = (reached.nrmse[j]?.powi(2) - (rms(&within) / spread).powi(2) / self.held.moving(j)).max(0.0);
@@ -46,7 +46,7 @@ impl Answer<'_> {
         let left = |j: usize| {
             let (gain, removed) = (&self.left.gains[j], self.left.removed[j]);
             let spread = self.scene.joints[j].torque;
-            let within: Vec<f64> = rest.0.iter().filter_map(|p| p[j].as_deref()).flatten().copied().collect();
+            let within = rest.of_joint(j);
             let (error, floor) = (rms(&within).powi(2) / self.held.moving(j), self.searched.floor[j].powi(2));
             // Four standard errors of a variance of as many samples as blocks of the noise's memory hold.
             let independent = within.len() as f64 / (1 + self.held.noise[j].coefficients.len()) as f64;
