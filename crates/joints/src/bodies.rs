@@ -116,7 +116,7 @@ pub(crate) fn turning(g: [f64; 3], tilt: &[f64; 3]) -> [[f64; 3]; 3] {
     // Of the turn that is there, and what a turn about another axis is beside it.
     let [once, twice] = if angle == 0.0 { [0.0; 2] } else { [(1.0 - angle.cos()) / angle.powi(2), (angle - angle.sin()) / angle.powi(3)] };
     std::array::from_fn(|axis| {
-        let own = std::array::from_fn(|k| f64::from(u8::from(k == axis)));
+        let own = unit(axis);
         let across = cross(*tilt, own);
         let again = cross(*tilt, across);
         cross(there, std::array::from_fn(|k| own[k] - once * across[k] + twice * again[k]))
@@ -149,8 +149,12 @@ pub(crate) fn tilt_to(g: [f64; 3], other: [f64; 3], nearly: f64) -> [f64; 3] {
 
 /// The axis of the base that is most across a direction.
 pub(crate) fn most_across(g: [f64; 3]) -> [f64; 3] {
-    let least = (0..3).min_by(|a, b| g[*a].abs().total_cmp(&g[*b].abs()));
-    std::array::from_fn(|k| f64::from(u8::from(Some(k) == least)))
+    (0..3).min_by(|a, b| g[*a].abs().total_cmp(&g[*b].abs())).map_or([0.0; 3], unit)
+}
+
+/// One at a place, and nothing elsewhere.
+pub(crate) fn unit<const N: usize>(k: usize) -> [f64; N] {
+    std::array::from_fn(|i| f64::from(u8::from(i == k)))
 }
 
 pub(crate) fn cross(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {

@@ -1,6 +1,6 @@
 //! Torques that a joint needs for each unit of what a simulation may lack, along the measured motion.
 
-use crate::bodies::{EXCURSION, leading};
+use crate::bodies::{EXCURSION, leading, unit};
 use crate::deflection::{Gear, Lets, given};
 use crate::dynamics::{each_sample, inverse_dynamics, sign};
 use crate::motion::Motion;
@@ -77,9 +77,14 @@ impl Column {
         self.clone() == *self
     }
 
+    /// What one unit of one of a link's inertial parameters needs.
+    pub fn term(link: usize, term: usize) -> Column {
+        Column::Body { link, parts: unit(term) }
+    }
+
     /// The weight of bodies in a gravity of one along an axis.
     pub fn upright(axis: usize) -> Column {
-        Column::Weight(std::array::from_fn(|k| f64::from(u8::from(k == axis))))
+        Column::Weight(unit(axis))
     }
 
     /// The gravity whose weight it is, beside the file's.

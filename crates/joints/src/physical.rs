@@ -1,5 +1,6 @@
 //! Inertial parameters of a body that masses can make, among those that no torque tells apart.
 
+use crate::bodies::unit;
 use ndarray::Array2;
 use ndof_devices::{SerialChain, TERMS_OF_A_LINK};
 use ndof_linear::{cholesky_in_place, cholesky_solve};
@@ -135,7 +136,7 @@ impl Nearest<'_> {
     }
 
     fn newton(&self, mut at: Terms, pull: &Terms) -> Option<Terms> {
-        let parts: [[f64; 16]; TERMS_OF_A_LINK] = std::array::from_fn(|k| pseudo_inertia(&std::array::from_fn(|i| f64::from(u8::from(i == k)))));
+        let parts: [[f64; 16]; TERMS_OF_A_LINK] = std::array::from_fn(|k| pseudo_inertia(&unit(k)));
         let mut value = self.value(&at, pull)?;
         for _ in 0..STEPS {
             let inverse = inverse(&pseudo_inertia(&at))?;

@@ -1,6 +1,6 @@
 //! The base: how far it is tilted by itself.
 
-use crate::bodies::{cross, most_across, size, tilt_to, turned, turning};
+use crate::bodies::{cross, most_across, size, tilt_to, turned, turning, unit};
 use crate::causes::{Form, Told};
 use crate::column::Column;
 use crate::logged::Logged;
@@ -26,7 +26,7 @@ pub(crate) fn by_itself(view: &View<'_>, forms: &[Form], tolerance: f64) -> Opti
         let sum = |k: usize| gravities.iter().zip(&factors).map(|(gravity, factor)| gravity[k] * factor).sum::<f64>();
         [0, 1, 2].map(sum)
     };
-    let upright = [0, 1, 2].map(|k| std::array::from_fn(|i| f64::from(u8::from(i == k))));
+    let upright = [0, 1, 2].map(unit);
     let mut gravity = plus(file, more(&upright, [0.0; 3]));
     for _ in 0..STEPS {
         let tilt = tilt_to(file, gravity, 0.0);

@@ -1,7 +1,7 @@
 //! The numbers of a cause as they are told, with their intervals.
 
 use crate::answer::Answer;
-use crate::causes::link_parameters::NAMES;
+use crate::causes::link_parameters::{NAMES, unit_of};
 use crate::column::Column;
 use crate::held_out::Sum;
 use crate::physical;
@@ -108,9 +108,4 @@ impl Answer<'_> {
 
 fn is_open(name: &str, open: &[bool; TERMS_OF_A_LINK]) -> bool {
     NAMES.iter().zip(open).any(|(own, open)| *open && name == format!("change_of_{own}"))
-}
-
-/// Of the k-th inertial parameter.
-fn unit_of(k: usize) -> &'static str {
-    ["kg", "kg m", "kg m^2"][if k == 0 { 0 } else { 1 + usize::from(k > 3) }]
 }

@@ -11,6 +11,9 @@ const SOFTEST_S: f64 = 0.05;
 /// How much firmer or looser than the file's a soft constraint is looked for.
 const FIRMER: f64 = 4.0;
 
+/// Name and unit of the speed over which the sign turns.
+const TURNING: (&str, &str) = ("turning_speed_rad_per_s", "rad/s");
+
 /// Dry friction as a soft constraint.
 fn soft(form: &Form, shape: &[f64]) -> Column {
     Column::Soft { joint: form.joint.unwrap_or(0), ahead_s: shape[0], speed: shape[1] }
@@ -45,10 +48,7 @@ pub(super) static CAUSE: JointCause = JointCause {
                 && speed > scale.speed_noise
             {
                 let bounds = [speed / FIRMER, speed * FIRMER];
-                for value in geometric(bounds[0], bounds[1], 4) {
-                    let shape = Shape { name: "turning_speed_rad_per_s", unit: "rad/s", value, bounds };
-                    forms.push(Form::new(&CAUSE, Some(j), vec![own.clone()], vec![level()]).shaped(vec![shape], |form, shape| vec![firmer(form, shape)]));
-                }
+                forms.extend(forms[0].clone().over(TURNING, bounds, 4, |form, shape| vec![firmer(form, shape)]));
             }
             // From what the noise over which the sign is smoothed hides to an eighth of a period, where it is of the acceleration as much as of the speed.
             let times = [scale.speed_noise / scale.speed / TAU / scale.pace_hz, SOFTEST_S.min(0.125 / scale.pace_hz)];
@@ -57,31 +57,25 @@ pub(super) static CAUSE: JointCause = JointCause {
                 for speed in geometric(speeds[0], speeds[1], 3) {
                     let shapes = vec![
                         Shape { name: "ahead_s", unit: "s", value: time, bounds: times },
-                        Shape { name: "turning_speed_rad_per_s", unit: "rad/s", value: speed, bounds: speeds },
+                        Shape { name: TURNING.0, unit: TURNING.1, value: speed, bounds: speeds },
                     ];
                     forms.push(Form::new(&CAUSE, Some(j), vec![], vec![level()]).shaped(shapes, |form, shape| vec![soft(form, shape)]));
                 }
             }
             // From where the noise of the rate hides it no more to where it is a viscous friction that thins.
-            let (least, most) = (2.0 * scale.speed_noise, 0.25 * scale.speed);
-            for value in geometric(least, most, 5) {
-                let shape = Shape { name: "turning_speed_rad_per_s", unit: "rad/s", value, bounds: [least, most] };
-                let form = Form::new(&CAUSE, Some(j), vec![], vec![level()]);
-                forms.push(form.shaped(vec![shape], |form, shape| vec![Column::Turn { joint: form.joint.unwrap_or(0), speed: shape[0] }]));
-            }
+            let bounds = [2.0 * scale.speed_noise, 0.25 * scale.speed];
+            let turn = |form: &Form, shape: &[f64]| vec![Column::Turn { joint: form.joint.unwrap_or(0), speed: shape[0] }];
+            forms.extend(Form::new(&CAUSE, Some(j), vec![], vec![level()]).over(TURNING, bounds, 5, turn));
             // From where the sign is certain, three deviations of the noise to each side, to where the excess is no longer one near rest.
-            let (least, most) = (6.0 * scale.speed_noise, 0.5 * scale.speed);
-            for value in geometric(least, most, 5) {
-                let at_rest = Told { name: "stribeck_level_nm".to_owned(), parts: vec![(0, 1.0), (1, 1.0)], ..level() };
-                let shape = Shape { name: "stribeck_velocity_rad_per_s", unit: "rad/s", value, bounds: [least, most] };
-                // An excess: what is less at rest than in motion is no dry friction.
-                let excess = Told { hidden: true, ..Told::new("excess_nm", "N m", 1).positive() };
-                let form = Form::new(&CAUSE, Some(j), vec![], vec![level(), at_rest, excess]);
-                forms.push(form.shaped(vec![shape], |form, shape| {
-                    let joint = form.joint.unwrap_or(0);
-                    vec![Column::Sign(joint), Column::Stribeck { joint, velocity: shape[0] }]
-                }));
-            }
+            let bounds = [6.0 * scale.speed_noise, 0.5 * scale.speed];
+            let at_rest = Told { name: "stribeck_level_nm".to_owned(), parts: vec![(0, 1.0), (1, 1.0)], ..level() };
+            // An excess: what is less at rest than in motion is no dry friction.
+            let excess = Told { hidden: true, ..Told::new("excess_nm", "N m", 1).positive() };
+            let form = Form::new(&CAUSE, Some(j), vec![], vec![level(), at_rest, excess]);
+            forms.extend(form.over(("stribeck_velocity_rad_per_s", "rad/s"), bounds, 5, |form, shape| {
+                let joint = form.joint.unwrap_or(0);
+                vec![Column::Sign(joint), Column::Stribeck { joint, velocity: shape[0] }]
+            }));
             forms
         })
     },

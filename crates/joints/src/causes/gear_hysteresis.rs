@@ -1,6 +1,6 @@
 //! A gear whose friction builds up over a way.
 
-use super::{Card, Form, JointCause, Shape, Told, each_joint, geometric};
+use super::{Card, Form, JointCause, Told, each_joint};
 use crate::column::Column;
 
 pub(super) static CAUSE: JointCause = JointCause {
@@ -18,15 +18,9 @@ pub(super) static CAUSE: JointCause = JointCause {
             let travel = scale.range[1] - scale.range[0];
             // A way of some speed noise in the time that the band resolves cannot be told from dry friction; one of a third of the range is a spring.
             let least = (4.0 * scale.angle_noise).max(0.25 * scale.speed / scene.fastest_hz).min(0.1 * travel);
-            let most = 0.35 * travel;
-            geometric(least, most, 6)
-                .into_iter()
-                .map(|value| {
-                    let shape = Shape { name: "way_rad", unit: "rad", value, bounds: [least, most] };
-                    Form::new(&CAUSE, Some(j), vec![], vec![Told::new("level_nm", "N m", 0).positive()])
-                        .shaped(vec![shape], |form, shape| vec![Column::Slip { joint: form.joint.unwrap_or(0), way: shape[0] }])
-                })
-                .collect()
+            let slip = |form: &Form, shape: &[f64]| vec![Column::Slip { joint: form.joint.unwrap_or(0), way: shape[0] }];
+            let form = Form::new(&CAUSE, Some(j), vec![], vec![Told::new("level_nm", "N m", 0).positive()]);
+            form.over(("way_rad", "rad"), [least, 0.35 * travel], 6, slip).collect()
         })
     },
 };

@@ -8,6 +8,11 @@ use ndof_devices::TERMS_OF_A_LINK;
 pub(crate) const NAMES: [&str; TERMS_OF_A_LINK] =
     ["mass_kg", "moment_x_kg_m", "moment_y_kg_m", "moment_z_kg_m", "xx_kg_m2", "xy_kg_m2", "yy_kg_m2", "xz_kg_m2", "yz_kg_m2", "zz_kg_m2"];
 
+/// Of the k-th of them.
+pub(crate) fn unit_of(k: usize) -> &'static str {
+    ["kg", "kg m", "kg m^2"][if k == 0 { 0 } else { 1 + usize::from(k > 3) }]
+}
+
 pub(super) static CAUSE: JointCause = JointCause {
     card: Card {
         name: "link-parameters",
@@ -19,12 +24,6 @@ pub(super) static CAUSE: JointCause = JointCause {
     },
     forms: |scene| {
         let inertial = scene.chain.inertial_parameters();
-        let one = |link: usize, term: usize| {
-            let mut parts = [0.0; TERMS_OF_A_LINK];
-            parts[term] = 1.0;
-            Column::Body { link, parts }
-        };
-        let unit = |k: usize| ["kg", "kg m", "kg m^2"][if k == 0 { 0 } else { 1 + usize::from(k > 3) }];
         each_joint(scene, |j| {
             let own: [f64; TERMS_OF_A_LINK] = std::array::from_fn(|k| inertial[TERMS_OF_A_LINK * j + k]);
             let mut forms = Vec::new();
@@ -32,9 +31,10 @@ pub(super) static CAUSE: JointCause = JointCause {
                 let scaled = Column::Body { link: j, parts: own };
                 forms.push(Form::new(&CAUSE, Some(j), vec![scaled], vec![Told::new("mass_scale", "", 0).on_top_of(1.0).positive()]));
             }
-            let told = |terms: &[usize]| terms.iter().enumerate().map(|(k, term)| Told::new(format!("change_of_{}", NAMES[*term]), unit(*term), k)).collect();
+            let told =
+                |terms: &[usize]| terms.iter().enumerate().map(|(k, term)| Told::new(format!("change_of_{}", NAMES[*term]), unit_of(*term), k)).collect();
             for terms in [vec![0, 1, 2, 3], (0..TERMS_OF_A_LINK).collect::<Vec<_>>()] {
-                forms.push(Form::new(&CAUSE, Some(j), terms.iter().map(|t| one(j, *t)).collect(), told(&terms)));
+                forms.push(Form::new(&CAUSE, Some(j), terms.iter().map(|t| Column::term(j, *t)).collect(), told(&terms)));
             }
             forms
         })

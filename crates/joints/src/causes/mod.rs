@@ -172,6 +172,18 @@ impl Form {
         form
     }
 
+    /// Forms of its kind with a parameter that the columns hold, at so many values within bounds, each the same multiple of the one before.
+    pub fn over(
+        self,
+        (name, unit): (&'static str, &'static str),
+        bounds: [f64; 2],
+        count: usize,
+        reshape: fn(&Form, &[f64]) -> Vec<Column>,
+    ) -> impl Iterator<Item = Form> {
+        let shape = move |value: f64| vec![Shape { name, unit, value, bounds }];
+        geometric(bounds[0], bounds[1], count).into_iter().map(move |value| self.clone().shaped(shape(value), reshape))
+    }
+
     /// The gear that gives in it.
     pub fn gear(&self) -> Option<&Gear> {
         if let Some(Column::Gear(gear)) = self.columns.first() { Some(gear) } else { None }

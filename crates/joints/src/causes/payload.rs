@@ -17,15 +17,10 @@ pub(super) static CAUSE: JointCause = JointCause {
         let Some(last) = scene.joints.len().checked_sub(1) else { return vec![] };
         let mass = || Told::new("mass_kg", "kg", 0).positive();
         let at_tip = Column::Body { link: last, parts: point(scene.chain.tip()) };
-        let moment = |k: usize| {
-            let mut parts = [0.0; TERMS_OF_A_LINK];
-            parts[k] = 1.0;
-            Column::Body { link: last, parts }
-        };
         let told = ["x", "y", "z"].iter().enumerate().map(|(k, axis)| Told::new(format!("moment_{axis}_kg_m"), "kg m", k + 1));
         vec![
             Form::new(&CAUSE, None, vec![at_tip], vec![mass()]),
-            Form::new(&CAUSE, None, (0..4).map(moment).collect(), std::iter::once(mass()).chain(told).collect()),
+            Form::new(&CAUSE, None, (0..4).map(|k| Column::term(last, k)).collect(), std::iter::once(mass()).chain(told).collect()),
         ]
     },
 };

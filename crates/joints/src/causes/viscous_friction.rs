@@ -1,6 +1,6 @@
 //! Friction that grows with speed.
 
-use super::{Card, Form, JointCause, Shape, Told, each_joint, geometric};
+use super::{Card, Form, JointCause, Told, each_joint};
 use crate::column::Column;
 use ndof_models::robot::Robot;
 
@@ -20,13 +20,8 @@ pub(super) static CAUSE: JointCause = JointCause {
             let scale = &scene.joints[j];
             // Far below the speeds of the movement it is dry friction by another name, far above them a straight line.
             let bounds = [0.25 * scale.speed, 3.0 * scale.speed];
-            for value in geometric(bounds[0], bounds[1], 4) {
-                let shape = Shape { name: "thinning_speed_rad_per_s", unit: "rad/s", value, bounds };
-                forms.push(
-                    Form::new(&CAUSE, Some(j), vec![], vec![told.clone()])
-                        .shaped(vec![shape], |form, shape| vec![Column::Thinning { joint: form.joint.unwrap_or(0), speed: shape[0] }]),
-                );
-            }
+            let thinning = |form: &Form, shape: &[f64]| vec![Column::Thinning { joint: form.joint.unwrap_or(0), speed: shape[0] }];
+            forms.extend(Form::new(&CAUSE, Some(j), vec![], vec![told]).over(("thinning_speed_rad_per_s", "rad/s"), bounds, 4, thinning));
             forms
         })
     },
