@@ -60,9 +60,7 @@ impl Answer<'_> {
         let none = f64::NAN;
         Discrepancy { by_band, by_time, linear_share: none, nonlinear_share: none, time_varying_share: none, noise_share: none, notes }
     }
-}
 
-impl Answer<'_> {
     /// In words, what acts at a joint for a while.
     fn of_passing(&self, j: usize, passing: &Passing) -> String {
         let trial = &self.trials[passing.trial];

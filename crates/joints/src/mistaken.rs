@@ -127,8 +127,13 @@ pub(crate) fn mistaken(scene: &Scene<'_>, motions: &[Motion], tilt: &[f64; 3]) -
 
 /// What the file's robot needs on a base that is tilted.
 pub(crate) fn on_a_slope(scene: &Scene<'_>, motion: &Motion, tilt: &[f64; 3]) -> Vec<Vec<f64>> {
+    needed_with(scene, motion, turned(scene.chain.gravity(), tilt))
+}
+
+/// What the file's robot needs in a gravity that is so much more than the file's.
+pub(crate) fn needed_with(scene: &Scene<'_>, motion: &Motion, more: [f64; 3]) -> Vec<Vec<f64>> {
     let mut out = scene.nominal(motion);
-    for (joint, weight) in Column::Weight(turned(scene.chain.gravity(), tilt)).along(motion, scene) {
+    for (joint, weight) in Column::Weight(more).along(motion, scene) {
         out[joint].iter_mut().zip(weight).for_each(|(torque, weight)| *torque += weight);
     }
     out

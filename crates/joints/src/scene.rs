@@ -109,11 +109,9 @@ pub(crate) fn scene<'a>(chain: &'a SerialChain, trials: &[Recording], simulated:
     let simulated: Vec<Motion> = simulated.iter().enumerate().map(moved).collect();
     within_bounds(&simulated, chain)?;
     for (motion, own) in motions.iter_mut().zip(simulated) {
-        let mut beyond = own.torque.clone();
-        for (beyond, file) in beyond.iter_mut().zip(scene.nominal(&own)) {
-            beyond.iter_mut().zip(file).for_each(|(b, f)| *b -= f);
-        }
-        motion.beyond = beyond;
+        let file = scene.nominal(&own);
+        motion.beyond = own.torque;
+        motion.beyond.iter_mut().flatten().zip(file.iter().flatten()).for_each(|(beyond, file)| *beyond -= file);
     }
     Ok((scene, motions))
 }
@@ -251,9 +249,7 @@ impl Scene<'_> {
         for ((out, q), [stiffness, rest]) in out.iter_mut().zip(&motion.q).zip(self.chain.springs()) {
             out.iter_mut().zip(q).for_each(|(t, q)| *t += stiffness * (q - rest));
         }
-        for (out, beyond) in out.iter_mut().zip(&motion.beyond) {
-            out.iter_mut().zip(beyond).for_each(|(t, b)| *t += b);
-        }
+        out.iter_mut().flatten().zip(motion.beyond.iter().flatten()).for_each(|(t, b)| *t += b);
         out
     }
 }

@@ -1,7 +1,6 @@
 //! How a log is taken whose torques are not those that its robot needs: in another unit, before a gear, or without weight.
 
-use crate::column::Column;
-use crate::mistaken::{LEFT, driven, errors};
+use crate::mistaken::{LEFT, driven, errors, needed_with};
 use crate::motion::Motion;
 use crate::scene::Scene;
 use ndof_devices::SerialChain;
@@ -36,7 +35,7 @@ impl Taken {
             return Taken::AS_IT_IS;
         }
         let whole: Vec<Vec<Vec<f64>>> = motions.iter().map(|motion| scene.nominal(motion)).collect();
-        let light: Vec<Vec<Vec<f64>>> = motions.iter().zip(&whole).map(|(motion, whole)| weightless(scene, motion, whole)).collect();
+        let light: Vec<Vec<Vec<f64>>> = motions.iter().map(|motion| needed_with(scene, motion, scene.chain.gravity().map(|g| -g))).collect();
         let read = |needed: &[Vec<Vec<f64>>]| {
             let times = times(&joints, motions, needed);
             let scaled: Vec<Motion> = motions.iter().map(|motion| divided(motion, times)).collect();
@@ -137,14 +136,5 @@ fn times(joints: &[usize], motions: &[Motion], needed: &[Vec<Vec<f64>>]) -> f64 
 fn divided(motion: &Motion, times: f64) -> Motion {
     let mut out = motion.clone();
     out.torque.iter_mut().flatten().for_each(|torque| *torque /= times);
-    out
-}
-
-/// What is needed without the robot's weight.
-fn weightless(scene: &Scene<'_>, motion: &Motion, whole: &[Vec<f64>]) -> Vec<Vec<f64>> {
-    let mut out = whole.to_vec();
-    for (joint, weight) in Column::Weight(scene.chain.gravity()).along(motion, scene) {
-        out[joint].iter_mut().zip(weight).for_each(|(torque, weight)| *torque -= weight);
-    }
     out
 }
