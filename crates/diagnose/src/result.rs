@@ -301,7 +301,7 @@ pub struct Gain {
 
 impl Gain {
     /// Scores of free runs before and after, and nothing else that is known but the BIC.
-    pub(crate) fn of_runs([before, after]: [&Score; 2], delta_bic: f64) -> Self {
+    pub fn of_runs([before, after]: [&Score; 2], delta_bic: f64) -> Self {
         Gain {
             nrmse_before: before.nrmse.clone(),
             nrmse_after: after.nrmse.clone(),

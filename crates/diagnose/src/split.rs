@@ -52,7 +52,8 @@ impl Stretch {
         }
     }
 
-    fn words(&self, rate_hz: f64) -> String {
+    /// "trials 1, 2" or "0.00 to 4.20 s", at samples of this rate.
+    pub fn words(&self, rate_hz: f64) -> String {
         match self {
             Stretch::Trials(trials) => format!("trials {}", trials.iter().map(|t| (t + 1).to_string()).collect::<Vec<_>>().join(", ")),
             Stretch::Samples(range) => format!("{:.2} to {:.2} s", range.start as f64 / rate_hz, range.end as f64 / rate_hz),

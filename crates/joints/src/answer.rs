@@ -78,7 +78,8 @@ impl Answer<'_> {
         let doubted = causes.iter_mut().enumerate().filter(|(k, _)| doubtful || !self.is_possible(*k));
         doubted.for_each(|(_, cause)| cause.believe_at_most(UNSURE));
         causes.sort_by(|a, b| b.gain.explained_fraction.unwrap_or(0.0).total_cmp(&a.gain.explained_fraction.unwrap_or(0.0)));
-        let split = Split { estimation: self.stretch(&stretches[0]), held_out: self.stretch(&stretches[1]), windows_s: None };
+        let [estimation, held_out] = stretches.each_ref().map(|stretch| stretch.words(self.scene.rate_hz));
+        let split = Split { estimation, held_out, windows_s: None };
         Diagnosis {
             split,
             verdict: self.verdict(unseen),
@@ -106,13 +107,6 @@ impl Answer<'_> {
 
     fn site(&self, form: &Form) -> Site {
         Site { side: form.cause.card.side.to_owned(), axis: form.joint.map(|j| self.names().swap_remove(j)).unwrap_or_default() }
-    }
-
-    fn stretch(&self, stretch: &Stretch) -> String {
-        match stretch {
-            Stretch::Trials(trials) => format!("trials {}", trials.iter().map(|t| (t + 1).to_string()).collect::<Vec<_>>().join(", ")),
-            Stretch::Samples(range) => format!("{:.2} to {:.2} s", range.start as f64 / self.scene.rate_hz, range.end as f64 / self.scene.rate_hz),
-        }
     }
 
     /// How well a model predicts the logged torques, every sample of what was held out.
@@ -150,15 +144,10 @@ impl Answer<'_> {
             probability,
             p_value: rule.p_value(form, gained, form.columns.len()),
             gain: Gain {
-                nrmse_before: before.nrmse,
-                nrmse_after: after.nrmse.clone(),
-                vaf_before: before.vaf_percent,
-                vaf_after: after.vaf_percent.clone(),
                 log_likelihood: Some(gains.value).filter(|x| x.is_finite()),
                 log_likelihood_ci95: Some(gains.ci95()).filter(|ci| ci.iter().all(|x| x.is_finite())),
                 explained_fraction,
-                explained_fraction_ci95: None,
-                delta_bic: gained - freedoms as f64 * (self.searched.table.samples as f64).ln(),
+                ..Gain::of_runs([&before, after], gained - freedoms as f64 * (self.searched.table.samples as f64).ln())
             },
             evidence: self.evidence(k, &found),
             over_schedule: vec![],
