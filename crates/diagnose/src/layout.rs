@@ -103,7 +103,7 @@ impl Layout {
         let pad = ((2.0 * time_s * rate_hz) as usize).clamp(1, (kept / 3).max(1));
         let padded = smooth_length(kept + 2 * pad);
         let s: Vec<Complex64> = (0..=padded / 2).map(|k| Complex64::new(0.0, TAU * k as f64 * rate_hz / padded as f64)).collect();
-        let top = (0.42 * rate_hz).min(0.49 * rate_hz);
+        let top = 0.42 * rate_hz;
         let low_pass = s
             .iter()
             .map(|s| {
@@ -208,6 +208,11 @@ impl Layout {
     /// Complex numbers in the spectra of one axis.
     pub fn size(&self) -> usize {
         self.blocks() * self.lines()
+    }
+
+    /// What a number of parameters has to gain of log-likelihood (G. Schwarz, Estimating the dimension of a model, Ann. Stat. 6 (1978) 461).
+    pub fn price(&self, parameters: usize) -> f64 {
+        0.5 * parameters as f64 * (self.size() as f64).ln()
     }
 
     /// The mirrored spectrum of samples at the original rate.

@@ -9,6 +9,7 @@ use crate::movement::mean_over;
 use crate::plant::{Base, Role, Structure};
 use crate::robot;
 use crate::samples::{Meaning, Samples};
+use crate::search::ENOUGH;
 use crate::state::{Cause, Column, State, Tracks};
 use crate::whittle::{Fit, Likelihood, Power, whitened_power};
 use crate::{DiagnoseError, KnownArm, Options};
@@ -163,14 +164,9 @@ impl Subject {
         Ok(())
     }
 
-    /// Complex numbers that a likelihood counts, per equation.
-    pub fn information(&self) -> f64 {
-        self.layout.size() as f64
-    }
-
     /// What a number of parameters has to gain.
     pub fn price(&self, parameters: usize) -> f64 {
-        0.5 * parameters as f64 * self.information().ln()
+        self.layout.price(parameters)
     }
 }
 
@@ -204,10 +200,8 @@ fn runs_away(state: &State, fit: &Fit) -> bool {
 fn needs_spring(state: &State, cause: &Cause, structure: &Structure, base: &Base, fit: &Fit) -> bool {
     let without = Structure { spring: false, ..structure.clone() };
     let Ok((_, free)) = settle(state, cause, &without) else { return true };
-    let layout = &state.layout;
     let entries = base.roles.iter().filter(|r| matches!(r, Role::Entry(Matrix::Stiffness, _, _))).count();
-    let price = 0.5 * entries as f64 * (layout.size() as f64).ln();
-    fit.log_likelihood - free.log_likelihood > price + 6.0
+    fit.log_likelihood - free.log_likelihood > state.layout.price(entries) + ENOUGH
 }
 
 /// The excited band of samples.
@@ -217,13 +211,14 @@ pub(crate) fn find_band(samples: &Samples, meaning: &Meaning) -> (f64, f64) {
     }
     let (effort, motion) = (view(&samples.effort), view(&samples.measured));
     let reference = view(&samples.reference);
-    if meaning.motion_imposed {
-        band::excited(&effort, &motion, &motion, (meaning.order, true), samples.rate_hz)
+    let by = if meaning.motion_imposed {
+        &motion
     } else if reference[0].is_empty() {
-        band::excited(&effort, &effort, &motion, (meaning.order, false), samples.rate_hz)
+        &effort
     } else {
-        band::excited(&effort, &reference, &motion, (meaning.order, false), samples.rate_hz)
-    }
+        &reference
+    };
+    band::excited(&effort, by, &motion, (meaning.order, meaning.motion_imposed), samples.rate_hz)
 }
 
 #[cfg(test)]

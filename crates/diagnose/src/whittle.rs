@@ -58,11 +58,6 @@ pub(crate) struct Likelihood<'a> {
     pub blocks: Option<&'a [usize]>,
 }
 
-struct Weighted {
-    /// Weighted real and imaginary parts, one after the other.
-    values: Vec<f64>,
-}
-
 impl<'a> Likelihood<'a> {
     pub fn new(state: &'a State, cause: &'a Cause, held: &'a [(Column, f64)]) -> Self {
         Likelihood { state, cause, held, blocks: None }
@@ -96,29 +91,14 @@ impl<'a> Likelihood<'a> {
 
     /// Smoothed mean power over the blocks in use.
     pub fn power(&self, residual: &[Vec<Complex64>]) -> Power {
-        let lines = self.state.layout.lines();
         let blocks = self.block_list();
-        let keep = &self.state.layout.keep;
         // Enough neighbours for 40 averages.
         let half = (40usize.div_ceil(blocks.len().max(1)) / 2).clamp(5, 20);
-        residual
-            .iter()
-            .map(|e| {
-                let mean: Vec<f64> = (0..lines).map(|k| blocks.iter().map(|b| e[b * lines + k].norm_sqr()).sum::<f64>() / blocks.len() as f64).collect();
-                (0..lines)
-                    .map(|k| {
-                        let reach = if k < 8 { 2.min(half) } else { half };
-                        let range = k.saturating_sub(reach)..(k + reach + 1).min(lines);
-                        let kept = range.clone().filter(|q| keep[*q]).count().max(1) as f64;
-                        mean[range].iter().sum::<f64>() / kept
-                    })
-                    .map(|p| p.max(1e-300))
-                    .collect()
-            })
-            .collect()
+        smoothed(residual, &blocks, half, &self.state.layout.keep)
     }
 
-    fn weighted(&self, spectrum: &[Complex64], root: &[f64], blocks: &[usize]) -> Weighted {
+    /// Weighted real and imaginary parts, one after the other.
+    fn weighted(&self, spectrum: &[Complex64], root: &[f64], blocks: &[usize]) -> Vec<f64> {
         let lines = root.len();
         let mut values = Vec::with_capacity(2 * lines * blocks.len());
         for b in blocks {
@@ -127,7 +107,7 @@ impl<'a> Likelihood<'a> {
                 values.push(x.im * w);
             }
         }
-        Weighted { values }
+        values
     }
 
     /// ln |det G| at each line, and the derivative of their sum by each coefficient.
@@ -137,10 +117,7 @@ impl<'a> Likelihood<'a> {
         let mut slope = vec![0.0; columns.len()];
         let mut logs = vec![0.0; layout.lines()];
         let imposed = matches!(self.cause, Cause::Motion | Cause::Unclear);
-        let impedance = match self.cause {
-            Cause::Loop(z) => Some(z),
-            _ => None,
-        };
+        let impedance = self.cause.impedance();
         let chain = &self.state.chain;
         let mut g = vec![Complex64::ZERO; n * n];
         let (mut through, mut dynamics, mut inv, mut back) = (g.clone(), g.clone(), g.clone(), g.clone());
@@ -196,6 +173,9 @@ impl<'a> Likelihood<'a> {
         let n = columns.len();
         let y = self.target();
         let mut power = start.clone();
+        // Where the motion is imposed and nothing lies in series, the determinant does not change with the coefficients.
+        let rigid = || self.state.chain.series.iter().flatten().all(|c| *c == Complex64::ZERO);
+        let shifts = bias_free && !(matches!(self.cause, Cause::Motion | Cause::Unclear) && rigid());
         let mut theta: Option<Vec<f64>> = None;
         let mut residual = y.clone();
         let mut last = None;
@@ -204,7 +184,7 @@ impl<'a> Likelihood<'a> {
             let mut rhs = vec![0.0; n];
             for (i, (y, s)) in y.iter().zip(&power).enumerate() {
                 let root: Vec<f64> = s.iter().map(|s| 1.0 / s.sqrt()).collect();
-                let here: Vec<(usize, Weighted)> = columns
+                let here: Vec<(usize, Vec<f64>)> = columns
                     .iter()
                     .enumerate()
                     .flat_map(|(c, column)| column.parts.iter().filter(|p| p.0 == i).map(move |p| (c, p)))
@@ -212,9 +192,9 @@ impl<'a> Likelihood<'a> {
                     .collect();
                 let target = self.weighted(y, &root, &blocks);
                 for (p, (c, u)) in here.iter().enumerate() {
-                    rhs[*c] += dot(&u.values, &target.values);
+                    rhs[*c] += dot(u, &target);
                     for (d, w) in &here[..=p] {
-                        let value = dot(&u.values, &w.values);
+                        let value = dot(u, w);
                         gram.add(*c, *d, if c == d && !std::ptr::eq(u, w) { 2.0 * value } else { value });
                     }
                 }
@@ -223,15 +203,11 @@ impl<'a> Likelihood<'a> {
                 gram.a[c * n + c] += column.precision / 2.0;
             }
             let factor = gram.factor()?;
-            let mut now = theta.clone().unwrap_or_else(|| factor.solve(&rhs));
-            if bias_free && !(matches!(self.cause, Cause::Motion | Cause::Unclear) && self.state.chain.series.iter().flatten().all(|c| *c == Complex64::ZERO)) {
-                for _ in 0..3 {
-                    let (_, slope) = self.determinant(columns, &now, true)?;
-                    let shifted: Vec<f64> = rhs.iter().zip(&slope).map(|(r, b)| r + b * blocks.len() as f64).collect();
-                    now = factor.solve(&shifted);
-                }
-            } else {
-                now = factor.solve(&rhs);
+            let mut now = theta.filter(|_| shifts).unwrap_or_else(|| factor.solve(&rhs));
+            for _ in 0..if shifts { 3 } else { 0 } {
+                let (_, slope) = self.determinant(columns, &now, true)?;
+                let shifted: Vec<f64> = rhs.iter().zip(&slope).map(|(r, b)| r + b * blocks.len() as f64).collect();
+                now = factor.solve(&shifted);
             }
             residual = self.residual(columns, &now);
             power = self.power(&residual);
@@ -249,15 +225,7 @@ impl<'a> Likelihood<'a> {
 
     /// Σ (−ln S − |e|²/S).
     pub fn gaussian(&self, residual: &[Vec<Complex64>], power: &Power) -> f64 {
-        let (lines, blocks) = (self.state.layout.lines(), self.block_list());
-        let mut sum = 0.0;
-        for (e, s) in residual.iter().zip(power) {
-            for b in &blocks {
-                sum -= e[b * lines..(b + 1) * lines].iter().zip(s).map(|(e, s)| e.norm_sqr() / s).sum::<f64>();
-            }
-            sum -= blocks.len() as f64 * log_sum(s, &self.state.layout.keep);
-        }
-        sum
+        gaussian(residual, power, &self.block_list(), &self.state.layout.keep)
     }
 
     /// Σ ln |det G| over the lines that count.
@@ -269,8 +237,8 @@ impl<'a> Likelihood<'a> {
     pub fn score(&self, columns: &[&Column], fit: &Fit, free: &[usize], blocks: &[usize]) -> Option<f64> {
         let rest = self.whitened(columns, &fit.residual, &fit.power, free, blocks)?;
         let logs: f64 = fit.power.iter().map(|s| log_sum(s, &self.state.layout.keep)).sum();
-        let log_det: f64 = self.determinant(columns, &fit.theta, false)?.0.iter().sum();
-        let score = INDEPENDENCE * (rest.iter().map(|w| dot(&w.values, &w.values)).sum::<f64>() + (logs - 2.0 * log_det) * blocks.len() as f64);
+        let log_det = self.log_determinant(columns, &fit.theta)?;
+        let score = INDEPENDENCE * (rest.iter().map(|w| dot(w, w)).sum::<f64>() + (logs - 2.0 * log_det) * blocks.len() as f64);
         score.is_finite().then_some(score)
     }
 
@@ -278,31 +246,60 @@ impl<'a> Likelihood<'a> {
     /// of all blocks, by equation. And its ln |det G| at each line.
     pub fn left(&self, columns: &[&Column], theta: &[f64], power: &Power, free: &[usize]) -> Option<(Vec<Vec<f64>>, Vec<f64>)> {
         let rest = self.whitened(columns, &self.residual(columns, theta), power, free, &self.block_list())?;
-        let finite = rest.iter().all(|w| w.values.iter().all(|v| v.is_finite()));
-        finite.then_some((rest.into_iter().map(|w| w.values).collect(), self.determinant(columns, theta, false)?.0))
+        let finite = rest.iter().flatten().all(|v| v.is_finite());
+        finite.then_some((rest, self.determinant(columns, theta, false)?.0))
     }
 
-    fn whitened(&self, columns: &[&Column], residual: &[Vec<Complex64>], power: &Power, free: &[usize], blocks: &[usize]) -> Option<Vec<Weighted>> {
+    fn whitened(&self, columns: &[&Column], residual: &[Vec<Complex64>], power: &Power, free: &[usize], blocks: &[usize]) -> Option<Vec<Vec<f64>>> {
         let of = |(i, e): (usize, &Vec<Complex64>)| {
             let root: Vec<f64> = power[i].iter().map(|s| 1.0 / s.sqrt()).collect();
-            let parts: Vec<Weighted> = free
+            let parts: Vec<Vec<f64>> = free
                 .iter()
                 .flat_map(|&c| columns[c].parts.iter().filter(|p| p.0 == i))
                 .map(|p| self.weighted(&p.1, &root, blocks))
-                .filter(|w| w.values.iter().any(|v| *v != 0.0))
+                .filter(|w| w.iter().any(|v| *v != 0.0))
                 .collect();
             let mut rest = self.weighted(e, &root, blocks);
             if !parts.is_empty() {
-                let rhs: Vec<f64> = parts.iter().map(|p| dot(&p.values, &rest.values)).collect();
-                let gram = Symmetric::of(parts.len(), |a, b| dot(&parts[a].values, &parts[b].values));
+                let rhs: Vec<f64> = parts.iter().map(|p| dot(p, &rest)).collect();
+                let gram = Symmetric::of(parts.len(), |a, b| dot(&parts[a], &parts[b]));
                 for (part, value) in parts.iter().zip(gram.factor()?.solve(&rhs)) {
-                    rest.values.iter_mut().zip(&part.values).for_each(|(r, p)| *r -= value * p);
+                    rest.iter_mut().zip(part).for_each(|(r, p)| *r -= value * p);
                 }
             }
             Some(rest)
         };
         residual.iter().enumerate().map(of).collect()
     }
+}
+
+/// Mean power over these blocks and over the lines that count within `half` of each, two among the lowest eight.
+pub(crate) fn smoothed(residual: &[Vec<Complex64>], blocks: &[usize], half: usize, keep: &[bool]) -> Power {
+    let lines = keep.len();
+    let of = |e: &Vec<Complex64>| {
+        let mean: Vec<f64> = (0..lines).map(|k| blocks.iter().map(|b| e[b * lines + k].norm_sqr()).sum::<f64>() / blocks.len() as f64).collect();
+        let near = |k: usize| {
+            let reach = if k < 8 { 2 } else { half };
+            let range = k.saturating_sub(reach)..(k + reach + 1).min(lines);
+            let kept = range.clone().filter(|q| keep[*q]).count().max(1) as f64;
+            (mean[range].iter().sum::<f64>() / kept).max(1e-300)
+        };
+        (0..lines).map(near).collect()
+    };
+    residual.iter().map(of).collect()
+}
+
+/// Σ (−ln S − |e|²/S) over these blocks.
+pub(crate) fn gaussian(residual: &[Vec<Complex64>], power: &Power, blocks: &[usize], keep: &[bool]) -> f64 {
+    let lines = keep.len();
+    let mut sum = 0.0;
+    for (e, s) in residual.iter().zip(power) {
+        for b in blocks {
+            sum -= e[b * lines..(b + 1) * lines].iter().zip(s).map(|(e, s)| e.norm_sqr() / s).sum::<f64>();
+        }
+        sum -= blocks.len() as f64 * log_sum(s, keep);
+    }
+    sum
 }
 
 fn log_sum(power: &[f64], keep: &[bool]) -> f64 {

@@ -1,10 +1,11 @@
 //! What a simulated robot lacks, as a force on its endpoint, block by block.
 
 use super::simulated::Mechanism;
+use crate::along::interleave;
 use crate::layout::Layout;
 use crate::linear::Symmetric;
 use crate::samples::Samples;
-use crate::whittle::{INDEPENDENCE, Power};
+use crate::whittle::{INDEPENDENCE, Power, gaussian, smoothed};
 use num_complex::Complex64;
 
 /// Step of a numerical derivative, as a share of the parameter.
@@ -51,10 +52,8 @@ impl<'a> Balance<'a> {
         for trial in 0..trials {
             let tracks: Vec<_> = samples.motion[trial].iter().map(|x| layout.track(x)).collect();
             let smooth = Some(layout.smooth.as_slice());
-            let beside = |order: i32, extra: Option<&[f64]>| -> Vec<f64> {
-                let series: Vec<Vec<f64>> = tracks.iter().map(|t| layout.filtered(t, |s| s.powi(order), extra)).collect();
-                (0..layout.samples).flat_map(|k| series.iter().map(move |x| x[k])).collect()
-            };
+            let series = |order: i32, extra: Option<&[f64]>| tracks.iter().map(|t| layout.filtered(t, |s| s.powi(order), extra)).collect::<Vec<_>>();
+            let beside = |order: i32, extra: Option<&[f64]>| interleave(&series(order, extra));
             motion.push([beside(0, None), beside(1, smooth), beside(2, smooth)]);
             given.push(
                 (0..axes)
@@ -115,35 +114,17 @@ impl<'a> Balance<'a> {
         }
     }
 
+    /// Mean power over all blocks and five lines to either side.
     fn power(&self, residual: &[Vec<Complex64>]) -> Power {
-        let (lines, blocks) = (self.layout.lines(), self.layout.blocks());
-        residual
-            .iter()
-            .map(|e| {
-                let mean: Vec<f64> = (0..lines).map(|k| (0..blocks).map(|b| e[b * lines + k].norm_sqr()).sum::<f64>() / blocks as f64).collect();
-                (0..lines)
-                    .map(|k| {
-                        let reach = if k < 8 { 2 } else { 5 };
-                        let near = &mean[k.saturating_sub(reach)..(k + reach + 1).min(lines)];
-                        (near.iter().sum::<f64>() / near.len() as f64).max(1e-300)
-                    })
-                    .collect()
-            })
-            .collect()
+        smoothed(residual, &self.blocks(), 5, &self.layout.keep)
     }
 
     fn log_likelihood(&self, residual: &[Vec<Complex64>], power: &Power) -> f64 {
-        let lines = self.layout.lines();
-        let blocks = self.layout.blocks() as f64;
-        let sum: f64 = residual
-            .iter()
-            .zip(power)
-            .map(|(e, s)| {
-                e.chunks(lines).map(|b| b.iter().zip(s).map(|(e, s)| e.norm_sqr() / s).sum::<f64>()).sum::<f64>()
-                    + blocks * s.iter().map(|s| s.ln()).sum::<f64>()
-            })
-            .sum();
-        -INDEPENDENCE * sum
+        INDEPENDENCE * gaussian(residual, power, &self.blocks(), &self.layout.keep)
+    }
+
+    fn blocks(&self) -> Vec<usize> {
+        (0..self.layout.blocks()).collect()
     }
 
     /// The likeliest values of the parameters `moved`, all others as in `start`, by `rounds` - 1 steps of Gauss and Newton.
@@ -206,11 +187,6 @@ impl<'a> Balance<'a> {
             (values, residual, power, level) = next;
         }
         Some(Fitted { values, log_likelihood: level, residual, power, covariance })
-    }
-
-    /// What a parameter has to gain.
-    pub fn price(&self) -> f64 {
-        0.5 * (self.layout.size() as f64).ln()
     }
 }
 

@@ -3,6 +3,7 @@
 use super::balance::{Balance, Fitted, rms};
 use crate::baseline::Status;
 use crate::search::ENOUGH;
+use crate::whittle::whitened_power;
 use rayon::prelude::*;
 
 /// Rounds of a fit that only compares, and of one that counts.
@@ -41,16 +42,6 @@ pub(super) struct Found {
     pub all: Option<Fitted>,
 }
 
-/// Σ |e|² / S over all axes.
-fn whitened(fit: &Fitted, by: &Fitted) -> f64 {
-    fit.residual
-        .iter()
-        .zip(&by.power)
-        .map(|(e, s)| e.iter().enumerate().map(|(k, e)| e.norm_sqr() / s[k % s.len()]).sum::<f64>() / e.len().max(1) as f64)
-        .sum::<f64>()
-        / fit.residual.len().max(1) as f64
-}
-
 fn size(balance: &Balance<'_>, without: &Fitted, with: &Fitted) -> f64 {
     let pairs = without.residual.iter().zip(&with.residual).zip(&balance.given_rms);
     pairs.map(|((b, a), f)| (rms(b).powi(2) - rms(a).powi(2)).max(0.0).sqrt() / f.max(f64::MIN_POSITIVE)).fold(0.0, f64::max)
@@ -67,15 +58,16 @@ pub(super) fn search(balance: &Balance<'_>) -> Option<Found> {
     let fitted = |wrong: &[usize]| -> Vec<usize> { free.iter().chain(wrong).copied().collect() };
     loop {
         let level = &found.end;
-        let before = whitened(level, level);
+        let whitened = |fit: &Fitted| whitened_power(&fit.residual, &level.power);
+        let before = whitened(level);
         let mut step: Vec<Tried> = nominal
             .par_iter()
             .filter(|p| !found.wrong.contains(p))
             .filter_map(|&p| {
                 let moved = fitted(&[found.wrong.as_slice(), &[p]].concat());
                 let fit = balance.fit(&level.values, &moved, SCREEN)?;
-                let net = fit.log_likelihood - level.log_likelihood - balance.price();
-                Some(Tried { parameter: p, value: fit.values[p], net, share: 1.0 - whitened(&fit, level) / before })
+                let net = fit.log_likelihood - level.log_likelihood - balance.layout.price(1);
+                Some(Tried { parameter: p, value: fit.values[p], net, share: 1.0 - whitened(&fit) / before })
             })
             .collect();
         step.sort_by(|a, b| b.net.total_cmp(&a.net).then(a.parameter.cmp(&b.parameter)));
@@ -96,8 +88,9 @@ pub(super) fn search(balance: &Balance<'_>) -> Option<Found> {
                 let mut from = found.end.values.clone();
                 from[found.wrong[k]] = values[found.wrong[k]];
                 let without = balance.fit(&from, &fitted(&rest), SCREEN);
-                without
-                    .map_or((f64::INFINITY, f64::INFINITY), |f| (found.end.log_likelihood - f.log_likelihood - balance.price(), size(balance, &f, &found.end)))
+                without.map_or((f64::INFINITY, f64::INFINITY), |f| {
+                    (found.end.log_likelihood - f.log_likelihood - balance.layout.price(1), size(balance, &f, &found.end))
+                })
             })
             .collect();
         (found.worth, found.size) = judged.into_iter().unzip();

@@ -137,7 +137,7 @@ pub(super) fn write(balance: &Balance<'_>, found: &Found, held: &Held<'_>, meani
             site: site(),
             parameters: corrected(&parameters[p], found.end.values[p], deviation(p).unwrap_or(0.0)),
             probability,
-            p_value: tail(2.0 * (found.worth[k] + balance.price()), 1, step.len()),
+            p_value: tail(2.0 * (found.worth[k] + balance.layout.price(1)), 1, step.len()),
             gain: Gain { explained_fraction, explained_fraction_ci95, ..Gain::of_runs([&last.score, &after.score], 2.0 * found.worth[k]) },
             evidence: evidence(parameters, found, k),
             over_schedule: Vec::new(),
@@ -156,7 +156,7 @@ pub(super) fn write(balance: &Balance<'_>, found: &Found, held: &Held<'_>, meani
         effect: effect(t.parameter).to_owned(),
         site: site(),
         explained_fraction: t.share.max(0.0),
-        p_value: tail(2.0 * (t.net + balance.price()), 1, found.steps[0].len()),
+        p_value: tail(2.0 * (t.net + balance.layout.price(1)), 1, found.steps[0].len()),
         why_not: format!("{}: it gains {:.1} after paying for the parameter; with the named ones it is not needed", parameters[t.parameter].name, t.net),
     });
     RobotSide {
