@@ -5,6 +5,7 @@ use crate::movement::Schedule;
 use crate::result::{CauseParameter, Curve};
 use crate::search::{Chosen, Stand};
 use crate::subject::Subject;
+use crate::whittle::variance_of;
 use ndof_models::effects::{Action, Matrix, Value, Waves};
 
 /// Curves are given at each hundredth of the schedule, as those of `fit` are.
@@ -68,12 +69,15 @@ impl Subject {
         fitted.iter().map(|of| of.over(schedule, stand, &knobs)).collect()
     }
 
-    fn unit(&self, matrix: Matrix) -> &'static str {
-        match (matrix == Matrix::Stiffness, self.scale.rotational) {
-            (true, false) => "N/m",
-            (true, true) => "N m/rad",
-            (false, false) => "N s/m",
-            (false, true) => "N m s/rad",
+    /// That of the matrix's entries.
+    pub fn unit(&self, matrix: Matrix) -> &'static str {
+        match (matrix, self.scale.rotational) {
+            (Matrix::Mass, false) => "N s^2/m",
+            (Matrix::Mass, true) => "N m s^2/rad",
+            (Matrix::Damping, false) => "N s/m",
+            (Matrix::Damping, true) => "N m s/rad",
+            (Matrix::Stiffness, false) => "N/m",
+            (Matrix::Stiffness, true) => "N m/rad",
         }
     }
 }
@@ -101,11 +105,10 @@ impl Fitted<'_> {
         let covariance = stand.fit.covariance();
         let mut slope: Vec<(usize, f64)> = (0..self.waves.count).map(|k| (self.own + self.from + k, self.waves.at(k, u))).collect();
         slope.extend(self.mean.map(|k| (k, 1.0)));
-        let variance: f64 = slope.iter().map(|(a, x)| slope.iter().map(|(b, y)| x * y * covariance.at(*a, *b)).sum::<f64>()).sum();
         let change =
             |up: &[f64], down: &[f64]| slope.iter().filter(|(k, _)| *k >= self.own).map(|(k, x)| x * (up[k - self.own] - down[k - self.own])).sum::<f64>();
         let moved = |knob: &Profile| (change(&knob.up.1, &knob.down.1) / (2.0 * knob.step)).powi(2) * knob.variance;
-        (variance.max(0.0) + knobs.iter().map(moved).sum::<f64>()).sqrt()
+        (variance_of(&covariance, &slope) + knobs.iter().map(moved).sum::<f64>()).sqrt()
     }
 }
 

@@ -185,7 +185,7 @@ impl Subject {
         let h = relaxed(&self.hypotheses[c.hypothesis]);
         let others = but(chosen, position);
         let Some(rest) = (if c.knobs.is_empty() { None } else { self.stand(&others, &stand.fit.power, 1) }) else { return Vec::new() };
-        let ground = Ground { state: &rest.state, cause: &self.cause, base: &rest.base, terms: &rest.terms, power: &stand.fit.power };
+        let ground = Ground { power: &stand.fit.power, ..self.ground(&rest) };
         let Some(middle) = ground.evaluate(&h, &c.knobs, 1) else { return Vec::new() };
         let one = |(k, knob): (usize, &Knob)| -> Option<Profile> {
             let step = if knob.log { 0.03 * c.knobs[k] } else { 0.01 * (knob.hi - knob.lo) };

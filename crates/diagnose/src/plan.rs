@@ -6,7 +6,7 @@ use crate::layout::Layout;
 use crate::operators::filter;
 use crate::result::Prospect;
 use crate::samples::{Meaning, Samples};
-use crate::search::{Chosen, Found, Judged, Stand};
+use crate::search::{Chosen, Found, Judged, Stand, but};
 use crate::state::State;
 use crate::subject::Subject;
 use ndof_models::effects::EFFECTS;
@@ -93,19 +93,12 @@ pub(crate) fn prospects(subject: &Subject, meaning: &Meaning, options: &Options,
 fn leads(subject: &Subject, meaning: &Meaning, options: &Options, samples: &Samples, rivals: &[Rival<'_>; 2], truth: usize, position: usize) -> Option<f64> {
     let there = Subject::new(samples, meaning, options, None).ok()?;
     // The causes that both have in common stay in the model.
-    let taken: Vec<Chosen> = rivals[0]
-        .chosen
-        .iter()
-        .enumerate()
-        .filter(|(k, _)| *k != position)
-        .filter_map(|(_, c)| {
-            let old = &subject.hypotheses[c.hypothesis];
-            let same = |h: &crate::hypotheses::Hypothesis| {
-                (h.effect.name(), h.form.label, h.form.side, h.form.axis) == (old.effect.name(), old.form.label, old.form.side, old.form.axis)
-            };
-            there.hypotheses.iter().position(same).map(|hypothesis| Chosen { hypothesis, knobs: c.knobs.clone() })
-        })
-        .collect();
+    let again = |c: Chosen| {
+        let old = &subject.hypotheses[c.hypothesis];
+        let hypothesis = there.hypotheses.iter().position(|h| h.shares_a_site(old) && h.form.label == old.form.label)?;
+        Some(Chosen { hypothesis, ..c })
+    };
+    let taken: Vec<Chosen> = but(&rivals[0].chosen, position).into_iter().filter_map(again).collect();
     let stand = there.stand(&taken, &there.start, 4)?;
     let step = there.step(&stand, &taken, &Cache::new(&there.hypotheses));
     let best =

@@ -64,6 +64,13 @@ pub(crate) struct Assembly {
     pub spans: Vec<(usize, usize)>,
 }
 
+impl Stand {
+    /// Columns of the baseline and then those of the causes.
+    pub fn columns(&self) -> impl Iterator<Item = &Column> {
+        self.base.columns.iter().chain(&self.terms)
+    }
+}
+
 /// A hypothesis as judged in a step.
 #[derive(Clone)]
 pub(crate) struct Judged {
@@ -142,7 +149,8 @@ impl Subject {
         Assembly { state, base, terms, spans }
     }
 
-    fn ground<'a>(&'a self, stand: &'a Stand) -> Ground<'a> {
+    /// What hypotheses are added to, in the noise that it leaves.
+    pub fn ground<'a>(&'a self, stand: &'a Stand) -> Ground<'a> {
         Ground { state: &stand.state, cause: &self.cause, base: &stand.base, terms: &stand.terms, power: &stand.fit.power }
     }
 
@@ -150,8 +158,6 @@ impl Subject {
     pub fn step(&self, stand: &Stand, taken: &[Chosen], cache: &Cache) -> Step {
         let ground = self.ground(stand);
         let level = stand.fit.log_likelihood;
-        let whitened = |fit: &Fit| -> f64 { whitened_power(&fit.residual, &stand.fit.power) };
-        let before = whitened(&stand.fit);
         let net = |h: &Hypothesis, t: &Tried| t.fit.log_likelihood - level - self.price(h.form.cost());
         let open: Vec<usize> = (0..self.hypotheses.len())
             .filter(|i| taken.iter().all(|c| c.hypothesis != *i && !self.hypotheses[*i].repeats(&self.hypotheses[c.hypothesis])))
@@ -166,19 +172,21 @@ impl Subject {
                 let gain = start.fit.log_likelihood - level;
                 let promising = gain >= PROMISING * (ENOUGH + self.price(h.form.cost())) && (net(h, start) >= bar || h.corrects());
                 let tried = if promising { ground.refine(h, start, 28)? } else { start.clone() };
-                (!optimise::tells(&h.form.knobs, &tried.knobs)).then(|| Judged {
-                    hypothesis: *i,
-                    gain: tried.fit.log_likelihood - level,
-                    net: net(h, &tried),
-                    share: 1.0 - whitened(&tried.fit) / before,
-                    tried,
-                })
+                self.judged(*i, tried, &stand.fit)
             })
             .collect();
         judged.sort_by(|a, b| b.net.total_cmp(&a.net).then(a.hypothesis.cmp(&b.hypothesis)));
         // Spectra of all but the leaders are no longer needed.
         judged.iter_mut().skip(1).for_each(|j| j.tried.fit.residual = Vec::new());
         Step { judged }
+    }
+
+    /// A hypothesis beside the fit without it; `None` where a knob rests at an end that tells of something else.
+    fn judged(&self, hypothesis: usize, tried: Tried, without: &Fit) -> Option<Judged> {
+        let form = &self.hypotheses[hypothesis].form;
+        let gain = tried.fit.log_likelihood - without.log_likelihood;
+        let share = 1.0 - whitened_power(&tried.fit.residual, &without.power) / whitened_power(&without.residual, &without.power);
+        (!optimise::tells(&form.knobs, &tried.knobs)).then(|| Judged { hypothesis, gain, net: gain - self.price(form.cost()), share, tried })
     }
 
     /// Refines the knobs of each chosen hypothesis beside all others, in turns.
@@ -216,10 +224,7 @@ impl Subject {
             .collect();
         let judged = |(i, knobs): &(usize, &Vec<f64>)| -> Option<Judged> {
             let h = &self.hypotheses[*i];
-            let tried = ground.refine(h, &ground.evaluate(h, knobs, 1)?, 28)?;
-            let gain = tried.fit.log_likelihood - stand.fit.log_likelihood;
-            let share = 1.0 - whitened_power(&tried.fit.residual, &stand.fit.power) / whitened_power(&stand.fit.residual, &stand.fit.power);
-            (!optimise::tells(&h.form.knobs, &tried.knobs)).then(|| Judged { hypothesis: *i, gain, net: gain - self.price(h.form.cost()), share, tried })
+            self.judged(*i, ground.refine(h, &ground.evaluate(h, knobs, 1)?, 28)?, &stand.fit)
         };
         let found: Vec<Judged> = starts.par_iter().filter_map(judged).collect();
         found.into_iter().fold(lead.clone(), |best, next| if next.net > best.net { next } else { best })

@@ -48,7 +48,7 @@ impl Answer<'_> {
     pub(super) fn cause(&self, group: &Group, on_unseen: Gain, limit: f64, confusable: &mut Vec<Confusable>) -> Cause {
         let (subject, found) = (self.subject, self.found);
         let lead = group.members[0];
-        let h = &subject.hypotheses[found.chosen[lead].hypothesis];
+        let h = self.hypothesis(lead);
         let step = &found.steps[found.step_of[lead]];
         let own = self.best(group, true);
         let judged = step.judged.iter().find(|j| j.hypothesis == found.chosen[lead].hypothesis);

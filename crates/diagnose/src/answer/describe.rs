@@ -4,11 +4,12 @@ use super::cause::tail;
 use super::groups::Group;
 use super::material::Answer;
 use crate::curve::CALIBRATION;
+use crate::hypotheses::Hypothesis;
 use crate::judge::Errors;
 use crate::result::{BandShare, Considered, Discrepancy, Minor, ModelParameter, ParameterFlag, Shift, TimeShare};
 use crate::search::{Chosen, ENOUGH, Stand};
 use crate::whittle::variance_of;
-use ndof_models::effects::{Matrix, Side};
+use ndof_models::effects::Matrix;
 use ndof_models::physical::is_of_no_body;
 
 impl Answer<'_> {
@@ -41,17 +42,16 @@ impl Answer<'_> {
     /// The entries of M, B and K that there are, with their standard errors.
     fn entries(&self, entry: &dyn Fn(Matrix, usize, usize) -> Option<(f64, Option<f64>)>) -> Vec<ModelParameter> {
         let n = self.subject.layout.axes;
-        let units = if self.subject.scale.rotational { ["N m s^2/rad", "N m s/rad", "N m/rad"] } else { ["N s^2/m", "N s/m", "N/m"] };
         let axes = &self.meaning.axes;
         let mut out = Vec::new();
-        for ((letter, matrix), unit) in [("M", Matrix::Mass), ("B", Matrix::Damping), ("K", Matrix::Stiffness)].into_iter().zip(units) {
+        for (letter, matrix) in [("M", Matrix::Mass), ("B", Matrix::Damping), ("K", Matrix::Stiffness)] {
             let entries: Vec<_> = (0..n * n).map(|e| entry(matrix, e / n, e % n)).collect();
             for (e, found) in entries.iter().enumerate() {
                 let Some((value, std_error)) = *found else { continue };
                 let [i, j] = [e / n, e % n];
                 let name = if n == 1 { letter.to_owned() } else { format!("{letter}_{}_{}", axes[i], axes[j]) };
                 let flag = flag(matrix, &entries, n, [i, j]);
-                out.push(ModelParameter { name, unit: unit.to_owned(), value, std_error, flag });
+                out.push(ModelParameter { name, unit: self.subject.unit(matrix).to_owned(), value, std_error, flag });
             }
         }
         out
@@ -74,23 +74,15 @@ impl Answer<'_> {
     pub(super) fn considered(&self) -> Vec<Considered> {
         let subject = self.subject;
         let Some(step) = self.found.steps.first() else { return Vec::new() };
-        let mut seen: Vec<(&str, Side, Option<usize>)> = Vec::new();
+        let mut seen: Vec<&Hypothesis> = (0..self.found.chosen.len()).map(|place| self.hypothesis(place)).collect();
         let mut out = Vec::new();
         let lead = step.judged.first().map_or(0.0, |j| j.net);
         for j in &step.judged {
             let h = &subject.hypotheses[j.hypothesis];
-            let key = (h.effect.name(), h.form.side, h.form.axis);
-            if seen.contains(&key) {
+            if seen.iter().any(|other| other.shares_a_site(h)) {
                 continue;
             }
-            seen.push(key);
-            let named = self.found.chosen.iter().any(|c| {
-                let k = &subject.hypotheses[c.hypothesis];
-                (k.effect.name(), k.form.side, k.form.axis) == key
-            });
-            if named {
-                continue;
-            }
+            seen.push(h);
             let why_not = if j.net <= 0.0 {
                 format!("it gains {:.1}, less than its {} parameters cost", j.gain, h.form.cost())
             } else if j.net <= ENOUGH {
@@ -110,7 +102,7 @@ impl Answer<'_> {
     }
 
     pub(super) fn minor(&self, group: &Group, why: &str) -> Minor {
-        let h = &self.subject.hypotheses[self.found.chosen[group.members[0]].hypothesis];
+        let h = self.hypothesis(group.members[0]);
         let removed = group.size.max(group.helps);
         Minor { effect: h.effect.name().to_owned(), site: self.site(h.form.side, h.form.axis), removed, why: why.to_owned() }
     }

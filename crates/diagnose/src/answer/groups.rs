@@ -32,13 +32,9 @@ impl Answer<'_> {
     /// Chosen hypotheses of one effect, side and axis together, strongest first: `of` them, as they are beside each other alone.
     pub(super) fn groups(&self, of: &[usize]) -> Vec<Group> {
         let (subject, found) = (self.subject, self.found);
-        let key = |q: usize| {
-            let h = &subject.hypotheses[found.chosen[q].hypothesis];
-            (h.effect.name(), h.form.side, h.form.axis)
-        };
         let mut groups: Vec<Group> = Vec::new();
         for q in of.iter().copied() {
-            match groups.iter_mut().find(|g| key(g.members[0]) == key(q)) {
+            match groups.iter_mut().find(|g| self.hypothesis(g.members[0]).shares_a_site(self.hypothesis(q))) {
                 Some(group) => group.members.push(q),
                 None => groups.push(Group { members: vec![q], worth: found.worth[q], size: 0.0, helps: 0.0, change: None }),
             }
@@ -52,7 +48,7 @@ impl Answer<'_> {
         for group in &mut groups {
             let rest = self.without(of, &group.members);
             if let (Some(without), Some(with)) = (subject.stand(&rest, power, 4), stand) {
-                let price: f64 = group.members.iter().map(|q| subject.price(subject.hypotheses[found.chosen[*q].hypothesis].form.cost())).sum();
+                let price: f64 = group.members.iter().map(|q| subject.price(self.hypothesis(*q).form.cost())).sum();
                 group.worth = with.fit.log_likelihood - without.fit.log_likelihood - price;
             }
             if let (Some(without), Some(with)) = (subject.strict(&rest, power, 2), &strict) {
@@ -74,7 +70,7 @@ impl Answer<'_> {
     /// Why a group is significant and not named, beside the first one's worth and the largest size; `None` where it is to be named.
     pub(super) fn immaterial(&self, group: &Group, top: (f64, f64)) -> Option<String> {
         let tolerance = self.options.tolerance;
-        let corrects = group.members.iter().all(|q| self.subject.hypotheses[self.found.chosen[*q].hypothesis].corrects());
+        let corrects = group.members.iter().all(|q| self.hypothesis(*q).corrects());
         if group.size.max(group.helps) <= tolerance {
             return Some(format!(
                 "it removes {:.2} % of the effort's rms and, beyond chance, {:.2} % of the output's from the error of the prediction: below the tolerance",
@@ -100,7 +96,7 @@ impl Answer<'_> {
     pub(super) fn absent(&self, group: &Group) -> Option<String> {
         let (subject, found) = (self.subject, self.found);
         let needed = |q: usize, name: &str| {
-            let card = subject.hypotheses[found.chosen[q].hypothesis].effect.card();
+            let card = self.hypothesis(q).effect.card();
             card.parameters.iter().any(|p| p.name == name && p.bounds.0 == 0.0 && p.default.is_none())
         };
         let absent = |q: &usize| {

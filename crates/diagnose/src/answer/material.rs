@@ -2,6 +2,7 @@
 
 use crate::detectors::Findings;
 use crate::generic::{Features, Gate, Shares};
+use crate::hypotheses::Hypothesis;
 use crate::judge::{Court, Errors};
 use crate::linear_fit::LinearFit;
 use crate::options::Options;
@@ -69,6 +70,11 @@ impl Answer<'_> {
         model
     }
 
+    /// A chosen hypothesis, by its place among the chosen.
+    pub(super) fn hypothesis(&self, place: usize) -> &Hypothesis {
+        &self.subject.hypotheses[self.found.chosen[place].hypothesis]
+    }
+
     /// Some of the chosen hypotheses.
     pub(super) fn chosen<'m>(&self, members: impl IntoIterator<Item = &'m usize>) -> Vec<Chosen> {
         members.into_iter().map(|q| self.found.chosen[*q].clone()).collect()
@@ -100,7 +106,7 @@ impl Answer<'_> {
 
     /// Whether a channel is corrected.
     pub(super) fn corrects(&self) -> bool {
-        self.found.chosen.iter().any(|c| self.subject.hypotheses[c.hypothesis].corrects())
+        (0..self.found.chosen.len()).any(|place| self.hypothesis(place).corrects())
     }
 
     /// Errors of the model of some of the chosen hypotheses, fitted to the balance of forces alone: names rest on it.

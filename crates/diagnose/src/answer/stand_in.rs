@@ -60,10 +60,6 @@ impl Answer<'_> {
         (!others.is_empty()).then_some((place, others))
     }
 
-    fn hypothesis(&self, place: usize) -> &Hypothesis {
-        &self.subject.hypotheses[self.found.chosen[place].hypothesis]
-    }
-
     /// The best form of another effect on the axis of a cause in the step that chose it.
     fn rival(&self, place: usize, other: &str) -> Option<&Judged> {
         let axis = self.hypothesis(place).form.axis;
@@ -96,7 +92,7 @@ impl Answer<'_> {
         let others = but(&found.chosen, place);
         let power = &found.stand.fit.power;
         let rest = subject.stand(&others, power, 1)?;
-        let ground = Ground { state: &rest.state, cause: &subject.cause, base: &rest.base, terms: &rest.terms, power };
+        let ground = Ground { power, ..subject.ground(&rest) };
         let best = |h: &Hypothesis| -> Option<f64> {
             let start = ground.evaluate(h, &found.chosen[place].knobs, 1)?;
             ground.refine(h, &start, 28).or(Some(start)).map(|t| t.fit.log_likelihood)
