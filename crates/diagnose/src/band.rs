@@ -47,12 +47,7 @@ fn explained(what: &Spectra, by: &Spectra, channel: usize, k: usize) -> (f64, f6
         }
     }
     let Some(inverse) = square::inverse(&gram, n) else { return (0.0, power) };
-    let mut sum = Complex64::ZERO;
-    for i in 0..n {
-        for j in 0..n {
-            sum += cross[i] * inverse[i * n + j] * cross[j].conj();
-        }
-    }
+    let sum: Complex64 = (0..n * n).map(|q| cross[q / n] * inverse[q] * cross[q % n].conj()).sum();
     (sum.re.clamp(0.0, power), power)
 }
 

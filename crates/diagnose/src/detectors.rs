@@ -5,6 +5,7 @@ use crate::operators::passed;
 use crate::plant::Role;
 use crate::samples::Samples;
 use crate::search::Stand;
+use crate::state::order_of;
 use ndof_models::effects::Matrix;
 use ndof_signal::{Amplitudes, forward_transform, smooth_length, spectrum_by};
 use num_complex::Complex64;
@@ -145,9 +146,8 @@ pub(crate) fn residual(stand: &Stand, beyond: &[Vec<Vec<f64>>]) -> Vec<Vec<Vec<f
             let kinematics: Vec<Vec<Vec<f64>>> =
                 (0..3).map(|p| state.motion[trial].iter().map(|t| layout.filtered(t, |s| s.powi(p), None)).collect()).collect();
             let mut e: Vec<Vec<f64>> = state.effort[trial].iter().map(|t| layout.filtered(t, |_| Complex64::ONE, None)).collect();
-            let order = |m: Matrix| crate::state::order_of(m);
             let take = |e: &mut Vec<Vec<f64>>, m: Matrix, i: usize, j: usize, value: f64| {
-                e[i].iter_mut().zip(&kinematics[order(m)][j]).for_each(|(e, x)| *e -= value * x);
+                e[i].iter_mut().zip(&kinematics[order_of(m)][j]).for_each(|(e, x)| *e -= value * x);
             };
             for &(m, i, j, value) in &stand.base.structure.given {
                 take(&mut e, m, i, j, value);

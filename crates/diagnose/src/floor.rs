@@ -16,7 +16,7 @@ pub(crate) fn slowest_hz(layout: &Layout) -> f64 {
 
 /// The floor of the part that was fitted.
 pub(crate) fn floor(subject: &Subject, stand: &Stand, power: &Power, order: usize, from_hz: f64) -> NoiseFloor {
-    let columns = stand.base.columns.iter().chain(&stand.terms).zip(stand.fit.theta.iter().copied());
+    let columns = stand.columns().zip(stand.fit.theta.iter().copied());
     let all: Vec<(&Column, f64)> = columns.chain(stand.base.held.iter().map(|(c, v)| (c, *v))).collect();
     NoiseFloor {
         nrmse: carried((&subject.layout, &subject.cause), &stand.state, &all, power, order, from_hz),
@@ -70,15 +70,12 @@ pub(crate) fn own_motion(subject: &Subject, stand: &Stand, power: &Power, axis: 
     let layout = &subject.layout;
     let (n, lines) = (layout.axes, layout.lines());
     let unit = 1.0 / layout.time_s;
-    let impedance = match &subject.cause {
-        Cause::Loop(z) => Some(z),
-        _ => None,
-    };
+    let impedance = subject.cause.impedance();
     let mean = |spectrum: &[Complex64], k: usize| (0..layout.blocks()).map(|b| spectrum[b * lines + k].norm_sqr()).sum::<f64>() / layout.blocks() as f64;
     let (mut made, mut all) = (0.0, 0.0);
     for k in (0..lines).filter(|&k| (0.25 * unit..1.5 * unit).contains(&layout.frequency_hz[k])) {
         let held = impedance.map_or_else(|| vec![Complex64::ZERO; n * n], |z| z[k].clone());
-        let Some(response) = response(held, stand.base.columns.iter().chain(&stand.terms).zip(stand.fit.theta.iter().copied()), k, n) else { continue };
+        let Some(response) = response(held, stand.columns().zip(stand.fit.theta.iter().copied()), k, n) else { continue };
         made += (0..n).map(|j| response[axis * n + j].norm_sqr() * power[j][k]).sum::<f64>();
         all += mean(&stand.state.kinematics[0][axis], k);
     }

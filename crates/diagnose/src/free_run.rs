@@ -244,13 +244,9 @@ impl Runner {
                     .collect()
             })
             .collect();
-        for (series, force) in out.iter_mut().zip(self.curved.iter().flat_map(|plant| plant.beyond(state, trial))) {
-            series.iter_mut().zip(&force).for_each(|(s, f)| *s += f);
-        }
-        for law in &self.laws {
-            for (series, force) in out.iter_mut().zip(&state.forces_of(law.as_ref(), trial)) {
-                series.iter_mut().zip(force).for_each(|(s, f)| *s += f);
-            }
+        let of_laws = self.laws.iter().map(|law| state.forces_of(law.as_ref(), trial));
+        for force in self.curved.iter().map(|plant| plant.beyond(state, trial)).chain(of_laws) {
+            out.iter_mut().flatten().zip(force.iter().flatten()).for_each(|(sum, f)| *sum += f);
         }
         out
     }

@@ -48,6 +48,10 @@ impl Features {
         self.linear.iter().chain(&self.nonlinear).chain(&self.varying)
     }
 
+    fn each_mut(&mut self) -> impl Iterator<Item = &mut Feature> {
+        self.linear.iter_mut().chain(&mut self.nonlinear).chain(&mut self.varying)
+    }
+
     pub fn all(&self) -> Vec<&Column> {
         self.each().map(|f| &f.column).collect()
     }
@@ -142,7 +146,7 @@ pub(crate) fn features(subject: &Subject, stand: &Stand) -> Features {
 fn features_along(subject: &Subject, stand: &Stand, state: &State) -> Features {
     let mut features = shapes_of(subject, state);
     let count = features.each().count() as f64 / subject.layout.axes as f64;
-    for feature in features.linear.iter_mut().chain(&mut features.nonlinear).chain(&mut features.varying) {
+    for feature in features.each_mut() {
         let of_part = |(i, part): &(usize, Arc<Vec<Complex64>>)| {
             let power = &stand.fit.power[*i];
             part.iter().enumerate().map(|(q, p)| p.norm_sqr() / power[q % power.len()]).sum::<f64>() / part.len() as f64
@@ -241,7 +245,7 @@ fn driven(subject: &Subject, found: &Found) -> Option<Features> {
     let tracks = places.iter().map(|trial| trial.iter().map(|x| subject.layout.track_of(x)).collect()).collect();
     let mut features = features_along(subject, &found.stand, &State::new(&state.layout, &state.effort, &tracks, &state.centre, &[]));
     // What is known without the measured motion changes nothing of how that follows from a force.
-    for feature in features.linear.iter_mut().chain(&mut features.nonlinear).chain(&mut features.varying) {
+    for feature in features.each_mut() {
         feature.column.action.clear();
     }
     Some(features)
@@ -259,7 +263,7 @@ fn folds(subject: &Subject) -> Vec<Vec<usize>> {
 
 /// Minus log-likelihood of each fold under a model fitted to the others.
 pub(crate) fn held_out(subject: &Subject, stand: &Stand, extra: &[&Column]) -> Option<Vec<f64>> {
-    let columns: Vec<&Column> = stand.base.columns.iter().chain(&stand.terms).chain(extra.iter().copied()).collect();
+    let columns: Vec<&Column> = stand.columns().chain(extra.iter().copied()).collect();
     let free: Vec<usize> = stand.base.roles.iter().enumerate().filter(|(_, role)| role.of_a_trial()).map(|(k, _)| k).collect();
     let blocks = subject.layout.blocks();
     if blocks < FEWEST_BLOCKS {
@@ -288,7 +292,7 @@ fn gained(before: &[f64], after: &[f64]) -> (f64, f64) {
 pub(crate) fn gate(subject: &Subject, baseline: &Stand, found: &Found, features: &Features) -> Gate {
     let all = features.all();
     let stand = &found.stand;
-    let columns: Vec<&Column> = stand.base.columns.iter().chain(&stand.terms).chain(all.iter().copied()).collect();
+    let columns: Vec<&Column> = stand.columns().chain(all.iter().copied()).collect();
     let Some(full) = Likelihood::new(&stand.state, &subject.cause, &stand.base.held).fit(&columns, &stand.fit.power, 2, true) else {
         return Gate { power: stand.fit.power.clone(), ..Gate::default() };
     };

@@ -114,7 +114,7 @@ impl Subject {
 
     /// Log-likelihood of the balance of forces on the measured channels with the parameters of a stand.
     fn of_balance(&self, stand: &Stand) -> Option<f64> {
-        let columns: Vec<&Column> = stand.base.columns.iter().chain(&stand.terms).collect();
+        let columns: Vec<&Column> = stand.columns().collect();
         let likelihood = Likelihood::new(&stand.state, &self.cause, &stand.base.held);
         let power = likelihood.power(&stand.fit.residual);
         let log_det: f64 = likelihood.log_determinant(&columns, &stand.fit.theta)?;

@@ -65,7 +65,7 @@ impl Remains {
 /// Takes what the generic model gains on a stand apart.
 pub(crate) fn remains(subject: &Subject, stand: &Stand, features: &Features) -> Option<Remains> {
     let fit = |extra: &[&Column]| -> Option<Fit> {
-        let columns: Vec<&Column> = stand.base.columns.iter().chain(&stand.terms).chain(extra.iter().copied()).collect();
+        let columns: Vec<&Column> = stand.columns().chain(extra.iter().copied()).collect();
         Likelihood::new(&stand.state, &subject.cause, &stand.base.held).fit(&columns, &stand.fit.power, 2, true)
     };
     let whole = fit(&features.all())?;

@@ -37,19 +37,11 @@ pub(crate) fn fit(state: &State, references: &[Vec<Vec<f64>>], unit: bool) -> Op
     for i in 0..n {
         let y: Vec<Complex64> =
             if unit { r[i].iter().zip(state.effort_spectra[i].iter()).map(|(r, f)| f - r).collect() } else { state.effort_spectra[i].to_vec() };
-        let mut columns: Vec<Vec<Complex64>> = Vec::new();
-        for j in 0..n {
-            for order in 0..3 {
-                columns.push(state.kinematics[order][j].iter().map(|v| -v).collect());
-            }
-        }
+        let mut columns: Vec<Vec<Complex64>> = (0..3 * n).map(|q| state.kinematics[q % 3][q / 3].iter().map(|v| -v).collect()).collect();
         if !unit {
-            columns.extend(r.iter().cloned());
-            columns.extend(rates.iter().cloned());
+            columns.extend(r.iter().chain(&rates).cloned());
         }
-        for trial in 0..layout.trials {
-            columns.push(layout.in_trial(trial, &ones));
-        }
+        columns.extend((0..layout.trials).map(|trial| layout.in_trial(trial, &ones)));
         let gram = Symmetric::of(columns.len(), |p, q| inner(&columns[p], &columns[q]));
         let rhs: Vec<f64> = columns.iter().map(|c| inner(c, &y)).collect();
         let theta = gram.factor()?.solve(&rhs);

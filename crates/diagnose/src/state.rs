@@ -33,6 +33,13 @@ pub(crate) enum Cause {
     Loop(Arc<Vec<Vec<Complex64>>>),
 }
 
+impl Cause {
+    /// The robot's, where one closes the loop.
+    pub fn impedance(&self) -> Option<&[Vec<Complex64>]> {
+        if let Cause::Loop(z) = self { Some(z) } else { None }
+    }
+}
+
 /// How a column's coefficient enters the dynamics that lie between noise and motion.
 #[derive(Clone, Debug)]
 pub(crate) enum Through {
@@ -256,12 +263,9 @@ impl State {
     /// The column of a series of forces, with its best linear approximation where `linear` is not given.
     pub fn force_column(&self, forces: &Series, linear: Option<Vec<Entry>>, axis: Option<usize>) -> Column {
         let layout = &self.layout;
-        let mut parts = Vec::new();
-        for i in 0..layout.axes {
-            if forces.iter().any(|trial| trial[i].iter().any(|f| *f != 0.0)) {
-                parts.push((i, Arc::new(layout.spectra(forces.iter().map(|trial| trial[i].as_slice())))));
-            }
-        }
+        let acts = |i: &usize| forces.iter().any(|trial| trial[*i].iter().any(|f| *f != 0.0));
+        let part = |i: usize| (i, Arc::new(layout.spectra(forces.iter().map(|trial| trial[i].as_slice()))));
+        let parts: Vec<_> = (0..layout.axes).filter(acts).map(part).collect();
         let action = linear.unwrap_or_else(|| parts.iter().flat_map(|(i, spectrum)| self.approximation(*i, spectrum, axis)).collect());
         Column { parts, action, through: Through::Motion, precision: 0.0 }
     }
