@@ -131,6 +131,12 @@ pub fn columns(rows: &[Vec<String>]) -> String {
     text
 }
 
+/// The same under a head.
+pub fn headed(head: &[&str], rows: impl IntoIterator<Item = Vec<String>>) -> String {
+    let head = head.iter().map(|cell| (*cell).to_owned()).collect();
+    columns(&std::iter::once(head).chain(rows).collect::<Vec<_>>())
+}
+
 /// A number with four significant digits, a dash where there is none.
 pub fn short(value: impl Into<Option<f64>>) -> String {
     match value.into().filter(|value| value.is_finite()) {

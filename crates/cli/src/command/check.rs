@@ -3,7 +3,7 @@
 use crate::error::CliError;
 use crate::flags::as_flags;
 use crate::options::{Reading, Shared};
-use crate::output::{self, columns, interval, short};
+use crate::output::{self, columns, headed, interval, short};
 use clap::Args;
 use ndof_analysis::check::result::CheckResult;
 use ndof_io::Explanation;
@@ -81,31 +81,25 @@ fn summary(result: &CheckResult) -> String {
     let mut text = String::new();
     for trial in &result.trials {
         text += &format!("{}: {:.3} s at {} Hz, {} channels\n", trial.file, trial.duration_s, trial.sample_rate_hz, trial.channels.len());
-        let mut rows = vec![["", "unit", "role", "mean", "std", "resolution", "98 % of power, Hz", "missing"].map(str::to_owned).to_vec()];
-        for c in &trial.channels {
+        let rows = trial.channels.iter().map(|c| {
             let band = interval(c.band_hz);
-            rows.push(vec![c.name.clone(), c.unit.clone(), c.role.clone(), short(c.mean), short(c.std), short(c.step), band, c.missing.to_string()]);
-        }
-        text += &columns(&rows);
+            vec![c.name.clone(), c.unit.clone(), c.role.clone(), short(c.mean), short(c.std), short(c.step), band, c.missing.to_string()]
+        });
+        text += &headed(&["", "unit", "role", "mean", "std", "resolution", "98 % of power, Hz", "missing"], rows);
         for lag in &trial.lags {
             text += &format!("{} → {}: {} ms late (coherence {:.2})\n", lag.from, lag.to, short(lag.lag_s.map(|s| 1e3 * s)), lag.coherence);
         }
         text.push('\n');
     }
     if !result.assumptions.is_empty() {
-        let mut rows = vec![
-            ["", "drift, p", "trend, p", "skewness", "excess kurtosis", "Gaussian, p", "R² between trials", "of their mean squares"]
-                .map(str::to_owned)
-                .to_vec(),
-        ];
-        for a in &result.assumptions {
-            let least = |values: &[Option<f64>]| short(values.iter().flatten().copied().reduce(f64::min));
-            let furthest = |values: &[Option<f64>]| short(values.iter().flatten().copied().reduce(|x, y| if y.abs() > x.abs() { y } else { x }));
-            let between = |table: &[Vec<Option<f64>>]| {
-                let pairs: Vec<f64> = (0..table.len()).flat_map(|i| (0..i).filter_map(move |j| table[i][j])).collect();
-                short((!pairs.is_empty()).then(|| pairs.iter().sum::<f64>() / pairs.len() as f64))
-            };
-            rows.push(vec![
+        let least = |values: &[Option<f64>]| short(values.iter().flatten().copied().reduce(f64::min));
+        let furthest = |values: &[Option<f64>]| short(values.iter().flatten().copied().reduce(|x, y| if y.abs() > x.abs() { y } else { x }));
+        let between = |table: &[Vec<Option<f64>>]| {
+            let pairs: Vec<f64> = (0..table.len()).flat_map(|i| (0..i).filter_map(move |j| table[i][j])).collect();
+            short((!pairs.is_empty()).then(|| pairs.iter().sum::<f64>() / pairs.len() as f64))
+        };
+        let rows = result.assumptions.iter().map(|a| {
+            vec![
                 a.name.clone(),
                 least(&a.drift_p_value),
                 least(&a.trend_p_value),
@@ -114,9 +108,10 @@ fn summary(result: &CheckResult) -> String {
                 least(&a.normal_p_value),
                 between(&a.squared_correlation),
                 between(&a.squared_correlation_of_mean_squares),
-            ]);
-        }
-        text += &format!("{}\n", columns(&rows));
+            ]
+        });
+        let head = ["", "drift, p", "trend, p", "skewness", "excess kurtosis", "Gaussian, p", "R² between trials", "of their mean squares"];
+        text += &format!("{}\n", headed(&head, rows));
     }
     for f in &result.findings {
         let file = result.trials.get(f.trial - 1).map(|trial| trial.file.as_str()).unwrap_or_default();

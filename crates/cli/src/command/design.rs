@@ -5,7 +5,7 @@ mod robot;
 use super::simulate::{experiment, write_recordings};
 use crate::error::CliError;
 use crate::options::Shared;
-use crate::output::{self, columns, short};
+use crate::output::{self, headed, short};
 use crate::progress::Progress;
 use clap::Args;
 use ndof_study::design::result::{CoherenceSize, CoherenceStages, DesignResult, Motion};
@@ -78,11 +78,6 @@ fn summary(result: &DesignResult) -> String {
     tables.join("\n")
 }
 
-fn table(head: &[&str], rows: Vec<Vec<String>>) -> String {
-    let all: Vec<Vec<String>> = std::iter::once(head.iter().map(|cell| (*cell).to_owned()).collect()).chain(rows).collect();
-    columns(&all)
-}
-
 fn signals(result: &DesignResult) -> String {
     let rows = result.trials.iter().enumerate().flat_map(|(k, trial)| {
         trial.signals.iter().map(move |signal| {
@@ -101,7 +96,7 @@ fn signals(result: &DesignResult) -> String {
     let unit = &result.unit;
     let [low, high] = result.analysis.band_hz;
     let (rms, peak, slew) = (format!("rms {unit}"), format!("peak {unit}"), format!("slew {unit}/s"));
-    table(&["", "seed", &rms, &peak, "crest", &slew, &format!("power in {low}-{high} Hz"), "delivered rms"], rows.collect())
+    headed(&["", "seed", &rms, &peak, "crest", &slew, &format!("power in {low}-{high} Hz"), "delivered rms"], rows)
 }
 
 fn coherences(result: &DesignResult) -> Option<String> {
@@ -120,7 +115,7 @@ fn coherences(result: &DesignResult) -> Option<String> {
         format!("{}-{} Hz, segments of {} samples that share {}", analysis.band_hz[0], analysis.band_hz[1], analysis.nperseg, analysis.noverlap)
     };
     let head = ["largest coherence", "commanded", "delivered, linear", "delivered, simulated", "restless limb", "by chance"];
-    Some(format!("coherence of each axis with the others, {how}\n{}", table(&head, rows)))
+    Some(format!("coherence of each axis with the others, {how}\n{}", headed(&head, rows)))
 }
 
 fn motion(result: &DesignResult) -> Option<String> {
@@ -131,23 +126,23 @@ fn motion(result: &DesignResult) -> Option<String> {
     };
     let head = [format!("displacement rms {length}"), format!("peak {length}"), format!("peak velocity {speed}")];
     let head = ["predicted motion", &head[0], &head[1], &head[2]];
-    (!result.motion.is_empty()).then(|| table(&head, result.motion.iter().map(cells).collect()))
+    (!result.motion.is_empty()).then(|| headed(&head, result.motion.iter().map(cells)))
 }
 
 fn length(result: &DesignResult) -> Option<String> {
     let plan = result.length.as_ref()?;
     let percent = |share: f64| format!("± {} %", short(Some(100.0 * share)));
     let seconds = |s: Option<f64>| s.map_or_else(|| "out of reach".to_owned(), |s| format!("{s:.0}"));
-    let wanted = plan.wanted.iter().map(|w| vec![w.what.clone(), percent(w.half_width), short(w.effective_averages), seconds(w.duration_s)]).collect();
+    let wanted = plan.wanted.iter().map(|w| vec![w.what.clone(), percent(w.half_width), short(w.effective_averages), seconds(w.duration_s)]);
     let each = format!("s, each of {}", plan.trials);
-    let predicted = plan.predicted.iter().map(|p| vec![p.name.clone(), short(p.value), p.half_width.map_or_else(|| "–".to_owned(), percent)]).collect();
+    let predicted = plan.predicted.iter().map(|p| vec![p.name.clone(), short(p.value), p.half_width.map_or_else(|| "–".to_owned(), percent)]);
     let all = match (plan.duration_s, plan.trials_of_this_length) {
         (Some(s), Some(trials)) => format!("all of them: {} trial(s) of {s:.0} s, or {trials} of {} s\n", plan.trials, result.duration_s),
         _ => "all of them: out of reach; make the perturbation larger or the interval wider\n".to_owned(),
     };
     Some(format!(
         "{}{all}\n{}",
-        table(&["wanted 95 % interval", "half width", "effective averages", &each], wanted),
-        table(&["this design gives", "value", "half width"], predicted)
+        headed(&["wanted 95 % interval", "half width", "effective averages", &each], wanted),
+        headed(&["this design gives", "value", "half width"], predicted)
     ))
 }

@@ -2,7 +2,7 @@
 
 use crate::error::CliError;
 use crate::options::{CycleOptions, Reading, Shared};
-use crate::output::{self, columns, short};
+use crate::output::{self, columns, headed, short};
 use clap::Args;
 use ndof_analysis::estimate::result::{EstimateResult, Response};
 use ndof_analysis::result::word;
@@ -149,10 +149,9 @@ fn summary(result: &EstimateResult) -> String {
     let (gain, phase) = (response.gain(), response.phase_rad());
     for (i, output) in result.outputs.iter().enumerate() {
         for (j, input) in result.inputs.iter().enumerate() {
-            let mut rows = vec![["Hz", "gain", "±95 %", "phase °", "partial γ²", "multiple γ²"].map(str::to_owned).to_vec()];
-            for f in log_spaced(&usable, &result.frequency_hz, ROWS) {
+            let rows = log_spaced(&usable, &result.frequency_hz, ROWS).into_iter().map(|f| {
                 let degrees = phase[[i, j, f]].to_degrees();
-                rows.push(vec![
+                vec![
                     short(result.frequency_hz[f]),
                     short(gain[[i, j, f]]),
                     short(half_width(response, [i, j, f])),
@@ -160,9 +159,9 @@ fn summary(result: &EstimateResult) -> String {
                     fraction(coherence.partial[[i, j, f]]),
                     // Where the response was inverted, rows are no longer the measured outputs.
                     fraction(coherence.multiple.get((i, f)).copied().unwrap_or(f64::NAN)),
-                ]);
-            }
-            text += &format!("{output} ← {input}\n{}\n", columns(&rows));
+                ]
+            });
+            text += &format!("{output} ← {input}\n{}\n", headed(&["Hz", "gain", "±95 %", "phase °", "partial γ²", "multiple γ²"], rows));
         }
     }
     text + &repetition(result)
@@ -199,7 +198,7 @@ fn repetition(result: &EstimateResult) -> String {
     if let Some(course) = &result.course {
         let at = log_spaced(&course.known(), &course.frequency_hz, 4);
         let unit = if course.cycle_s.is_some() { "s of the cycle" } else { "s" };
-        let header: Vec<String> = std::iter::once(unit.to_owned()).chain(at.iter().map(|&f| format!("{} Hz", short(Some(course.frequency_hz[f]))))).collect();
+        let header = std::iter::once(unit.to_owned()).chain(at.iter().map(|&f| format!("{} Hz", short(course.frequency_hz[f])))).collect();
         let cycles = course.cycles.map_or_else(String::new, |cycles| format!(" about each phase of {cycles} cycles"));
         text += &format!(
             "\n{} gain of {} ← {} in windows of {} s{cycles} ({})\n",

@@ -2,7 +2,7 @@
 
 use crate::error::CliError;
 use crate::options::{CycleOptions, Limb, Reading, Recordings, Shared};
-use crate::output::{self, columns, interval, p_value, short};
+use crate::output::{self, columns, headed, interval, p_value, short};
 use clap::Args;
 use ndof_analysis::fit::in_time::InTime;
 use ndof_analysis::fit::result::{ComparedModel, FitResult};
@@ -110,18 +110,16 @@ fn summary(result: &FitResult, parameters: &[ComparedParameter]) -> String {
 /// Matrices and force laws of the fit in time, and how near their free run stays.
 fn in_time(found: &InTime) -> String {
     let parameters: Vec<ComparedParameter> = found.parameters.iter().map(ComparedParameter::unknown).collect();
-    let mut errors = vec![["", "fitted", "held out", "held out, without the laws"].map(str::to_owned).to_vec()];
     let held = &found.held_out;
     let each = found.nrmse.iter().zip(held.nrmse.iter().zip(&held.nrmse_without_laws));
-    errors
-        .extend(found.outputs.iter().zip(each).map(|(output, (fitted, (with, without)))| vec![output.clone(), short(*fitted), short(*with), short(*without)]));
+    let errors = found.outputs.iter().zip(each).map(|(output, (fitted, (with, without)))| vec![output.clone(), short(*fitted), short(*with), short(*without)]);
     format!(
         "\nin time, with {}, from {}\n{}\nerror of the free run over the output's standard deviation; held out: {}\n{}",
         found.laws.join(", "),
         found.imposed.join(", "),
         parameter_table(&parameters),
         held.what,
-        columns(&errors),
+        headed(&["", "fitted", "held out", "held out, without the laws"], errors),
     )
 }
 
@@ -169,10 +167,9 @@ fn comparison(models: &[ComparedModel]) -> String {
     if models.is_empty() {
         return String::new();
     }
-    let mut rows = vec![["model", "parameters", "chi²", "AIC", "BIC", "likelihood ratio", "p"].map(str::to_owned).to_vec()];
-    for m in models {
+    let rows = models.iter().map(|m| {
         let ratio = m.likelihood_ratio.as_ref();
-        rows.push(vec![
+        vec![
             m.model.clone(),
             m.parameters.to_string(),
             short(m.chi2),
@@ -184,9 +181,9 @@ fn comparison(models: &[ComparedModel]) -> String {
                 .unwrap_or_else(|| "–".to_owned()),
             // Where no law is known, p is a guide.
             ratio.map_or_else(|| "–".to_owned(), |r| p_value(r.p_value) + if r.law == NullLaw::Unknown.name() { " (a guide)" } else { "" }),
-        ]);
-    }
-    format!("\n{}", columns(&rows))
+        ]
+    });
+    format!("\n{}", headed(&["model", "parameters", "chi²", "AIC", "BIC", "likelihood ratio", "p"], rows))
 }
 
 /// Parameters with intervals, and with the truth where it is known.

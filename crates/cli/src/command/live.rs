@@ -4,15 +4,14 @@ use super::estimate::fraction;
 use crate::error::CliError;
 use crate::interrupt;
 use crate::options::{Channels, Shared};
-use crate::output::{self, columns, interval, short};
+use crate::output::{self, columns, headed, interval, short};
 use crate::source::{Arrival, Source};
 use clap::Args;
 use ndof_analysis::fit::result::Parameter;
 use ndof_analysis::live::result::LiveResult;
-use ndof_analysis::log_spaced;
 use ndof_analysis::options::positive;
 use ndof_analysis::result::word;
-use ndof_analysis::{AnalysisError, Enough, Estimate, Live};
+use ndof_analysis::{AnalysisError, Enough, Estimate, Live, log_spaced};
 use ndof_io::{CsvStream, Piece};
 use std::io::IsTerminal;
 use std::path::PathBuf;
@@ -214,23 +213,19 @@ fn table(state: &LiveResult) -> String {
     for (i, output) in state.outputs.iter().enumerate() {
         for (j, input) in state.inputs.iter().enumerate() {
             let usable: Vec<usize> = (0..state.frequency_hz.len()).filter(|&f| state.frequency_hz[f] > 0.0 && state.gain[[i, j, f]].is_finite()).collect();
-            let mut rows = vec![["Hz", &word(&state.response), "95 % interval", "±", "coherence"].map(str::to_owned).to_vec()];
-            for f in log_spaced(&usable, &state.frequency_hz, ROWS) {
+            let rows = log_spaced(&usable, &state.frequency_hz, ROWS).into_iter().map(|f| {
                 let (gain, [low, high]) = (state.gain[[i, j, f]], [0, 1].map(|end| state.gain_ci95[[i, j, f, end]]));
-                rows.push(vec![
-                    short(Some(state.frequency_hz[f])),
+                vec![
+                    short(state.frequency_hz[f]),
                     short(gain),
                     interval((low.is_finite() && high.is_finite()).then_some([low, high])),
                     if high.is_finite() { format!("{:.0} %", 100.0 * (high - gain) / gain) } else { "–".to_owned() },
                     fraction(state.partial_coherence[[i, j, f]]),
-                ]);
-            }
-            text += &format!("{output} ← {input}\n{}\n", columns(&rows));
+                ]
+            });
+            text += &format!("{output} ← {input}\n{}\n", headed(&["Hz", &word(&state.response), "95 % interval", "±", "coherence"], rows));
         }
     }
-    let mut rows = Vec::new();
-    for p in &state.parameters {
-        rows.push(vec![p.name.clone(), p.unit.clone(), short(p.value), interval(p.ci95)]);
-    }
+    let rows: Vec<_> = state.parameters.iter().map(|p| vec![p.name.clone(), p.unit.clone(), short(p.value), interval(p.ci95)]).collect();
     text + &columns(&rows)
 }

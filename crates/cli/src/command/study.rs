@@ -4,7 +4,7 @@ use super::fit::{over_schedule, parameter_table};
 use super::simulate::{built_in, write_trials};
 use crate::error::CliError;
 use crate::options::{Reading, Recordings, Shared};
-use crate::output::{self, columns, short, write_json};
+use crate::output::{self, headed, short, write_json};
 use crate::progress::Progress;
 use clap::Args;
 use ndof_analysis::{Diagnose, Trials};
@@ -129,9 +129,8 @@ fn told(hidden: &HiddenEffect) -> String {
 
 /// A table in columns, its caption above.
 fn as_text(table: &ndof_report::Table) -> String {
-    let head: Vec<String> = table.columns.iter().map(|(head, _)| head.clone()).collect();
-    let rows: Vec<Vec<String>> = std::iter::once(head).chain(table.rows.iter().cloned()).collect();
-    format!("{}\n{}", table.caption, output::columns(&rows))
+    let head: Vec<&str> = table.columns.iter().map(|(head, _)| head.as_str()).collect();
+    format!("{}\n{}", table.caption, headed(&head, table.rows.iter().cloned()))
 }
 
 fn load(name: &str, studies: &[(&str, &str)]) -> Result<(String, StudyFile), CliError> {
@@ -176,8 +175,7 @@ fn summary(outcome: &StudyOutcome, out: &Path) -> String {
 fn sensitivity_table(result: &SensitivityResult) -> String {
     let low = format!("max < {} Hz", result.low_band_hz[1]);
     let head = ["pre-compensation by", "coherence max", "mean", &low, "simulated max", "force rms", "K direct %", "K derived %", "B direct %", "B derived %"];
-    let mut rows = vec![head.map(str::to_owned).to_vec()];
-    for row in &result.rows {
+    let rows = result.rows.iter().map(|row| {
         let mut cells = vec![row.model.clone()];
         cells.extend([row.coherence.max, row.coherence.mean, row.coherence_low_max].map(|v| format!("{v:.4}")));
         if let Some(s) = &row.simulated {
@@ -185,7 +183,7 @@ fn sensitivity_table(result: &SensitivityResult) -> String {
             cells.push(short(Some(s.force_rms)));
             cells.extend([s.direct.K, s.derived.K, s.direct.B, s.derived.B].map(|share| share.map_or_else(|| "–".to_owned(), |v| format!("{:.2}", 100.0 * v))));
         }
-        rows.push(cells);
-    }
-    format!("\n{}", columns(&rows))
+        cells
+    });
+    format!("\n{}", headed(&head, rows))
 }

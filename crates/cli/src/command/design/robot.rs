@@ -2,8 +2,8 @@
 
 use crate::error::CliError;
 use crate::options::Shared;
-use crate::output::{self, columns, short};
-use ndof_study::design::excitation::ExcitationResult;
+use crate::output::{self, headed, short};
+use ndof_study::design::excitation::{ExcitationResult, ExcitedParameter};
 use ndof_study::{RobotMotion, excitation_report};
 use std::path::Path;
 
@@ -24,8 +24,7 @@ pub fn run(motion: &RobotMotion, out: &Path, shared: &Shared) -> Result<(), CliE
 fn summary(result: &ExcitationResult) -> String {
     let of = |value: f64, limit: Option<f64>| limit.map_or_else(|| short(value), |limit| format!("{} of {}", short(value), short(limit)));
     let head = ["largest of a joint, and its limit", "from", "to", "range", "speed", "acceleration", "torque"];
-    let mut limits = vec![head.map(str::to_owned).to_vec()];
-    limits.extend(result.joints.iter().map(|j| {
+    let limits = result.joints.iter().map(|j| {
         vec![
             format!("{} ({})", j.name, j.unit),
             short(j.range_used[0]),
@@ -35,22 +34,16 @@ fn summary(result: &ExcitationResult) -> String {
             of(j.acceleration, j.acceleration_limit),
             of(j.torque, j.torque_limit),
         ]
-    }));
+    });
     let mut worst: Vec<_> = result.parameters.iter().filter(|p| p.of_interest && p.relative_standard_error.is_some()).collect();
     worst.sort_by(|a, b| b.relative_standard_error.unwrap_or(0.0).total_cmp(&a.relative_standard_error.unwrap_or(0.0)));
-    let mut errors = vec![["known worst", "value", "standard error"].map(str::to_owned).to_vec()];
-    errors.extend(
-        worst
-            .into_iter()
-            .take(WORST)
-            .map(|p| vec![p.name.clone(), short(p.value), format!("± {} %", short(p.relative_standard_error.map(|share| 100.0 * share)))]),
-    );
+    let error = |p: &ExcitedParameter| vec![p.name.clone(), short(p.value), format!("± {} %", short(p.relative_standard_error.map(|share| 100.0 * share)))];
     format!(
         "{}\ncondition of the regressor: {}; of random motions {} in the mean, {} at best\n\n{}",
-        columns(&limits),
+        headed(&head, limits),
         short(result.condition),
         short(result.condition_random_mean),
         short(result.condition_random_best),
-        columns(&errors)
+        headed(&["known worst", "value", "standard error"], worst.into_iter().take(WORST).map(error))
     )
 }
