@@ -46,23 +46,20 @@ fn force(text: &str) -> Result<MeanForce, String> {
 impl Limb {
     /// The arm, if one is described; what is said on the command line takes the place of what the file says.
     pub fn read(&self) -> Result<Option<KinematicsFile>, CliError> {
-        let given = self.arm.is_some() || self.link_lengths.is_some() || self.shoulder.is_some() || self.posture.is_some();
+        let asked = [
+            ("--arm", self.arm.is_some()),
+            ("--link-lengths", self.link_lengths.is_some()),
+            ("--shoulder, --hand", self.shoulder.is_some()),
+            ("--posture", self.posture.is_some()),
+        ];
+        let given: Vec<&str> = asked.iter().filter(|(_, asked)| *asked).map(|(option, _)| *option).collect();
         let mut arm = match &self.kinematics {
             Some(path) => {
                 ndof_io::keep(path);
                 let file = file::read::<KinematicsFile>(path)?;
                 KinematicsFile { origin: path.display().to_string(), ..file }
             }
-            None if given => {
-                let asked = [
-                    ("--arm", self.arm.is_some()),
-                    ("--link-lengths", self.link_lengths.is_some()),
-                    ("--shoulder, --hand", self.shoulder.is_some()),
-                    ("--posture", self.posture.is_some()),
-                ];
-                let origin: Vec<&str> = asked.iter().filter(|(_, asked)| *asked).map(|(option, _)| *option).collect();
-                KinematicsFile { kind: "planar-two-link".to_owned(), origin: origin.join(", "), ..Default::default() }
-            }
+            None if !given.is_empty() => KinematicsFile { kind: "planar-two-link".to_owned(), origin: given.join(", "), ..Default::default() },
             None if self.mean_force.is_some() => {
                 return Err(CliError::Usage(
                     "--mean-force says nothing without an arm; add --kinematics, or --link-lengths with --shoulder and --hand".to_owned(),
