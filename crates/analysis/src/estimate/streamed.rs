@@ -5,8 +5,7 @@ use super::settings::{Estimate, MethodName};
 use super::summed::{Summed, segment};
 use crate::error::AnalysisError;
 use crate::result::{Warning, word};
-use crate::trials::RoleNames;
-use crate::trials::{Trial, Trials, other_unit, require_motion};
+use crate::trials::{RoleNames, Trial, Trials, add_each, other_unit, require_motion};
 use ndof_signal::Recording;
 
 /// Welch's method on recordings that come piece by piece; the estimate is that of the whole recordings, to the last bit.
@@ -87,11 +86,7 @@ impl Streamed {
         let names = own.recording.names();
         let columns: Option<Vec<&[f64]>> = names.iter().map(find).collect();
         let columns = columns.ok_or_else(|| mismatch("the list of channels", piece.names().join(", "), names.join(", ")))?;
-        for note in notes {
-            if !begun.first.warnings.contains(&note) {
-                begun.first.warnings.push(note);
-            }
-        }
+        add_each(&mut begun.first.warnings, notes);
         if !follows {
             begun.end()?;
             begun.file = file.to_owned();

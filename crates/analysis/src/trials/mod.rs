@@ -106,18 +106,6 @@ fn inferred_units(first: &Recording, used: &[String], roles: &Roles) -> Vec<Warn
     used.iter().enumerate().filter_map(inferred).collect()
 }
 
-/// What differs between a trial and the first one.
-struct Mismatch<'a> {
-    file: &'a str,
-    first: &'a str,
-}
-
-impl Mismatch<'_> {
-    fn of(&self, what: &'static str, found: String, expected: String) -> AnalysisError {
-        AnalysisError::TrialMismatch { file: self.file.to_owned(), what, found, first: self.first.to_owned(), expected }
-    }
-}
-
 /// Adds what is not among them yet.
 pub(crate) fn add_each(warnings: &mut Vec<Warning>, more: impl IntoIterator<Item = Warning>) {
     for warning in more {
@@ -184,14 +172,14 @@ impl Trials {
         let (first_file, rate) = (first.file.clone(), first.recording.sample_rate_hz());
         let mut stretches: Vec<Trial> = Vec::new();
         for Trial { file, recording, warnings: notes } in trials {
-            let mismatch = Mismatch { file: &file, first: &first_file };
+            let mismatch = |what, found, expected| AnalysisError::TrialMismatch { file: file.clone(), what, found, first: first_file.clone(), expected };
             add_each(&mut warnings, notes);
             if recording.sample_rate_hz() != rate {
-                return Err(mismatch.of("the sample rate", format!("{} Hz", recording.sample_rate_hz()), format!("{rate} Hz")));
+                return Err(mismatch("the sample rate", format!("{} Hz", recording.sample_rate_hz()), format!("{rate} Hz")));
             }
             let own = recording.names();
             let order: Option<Vec<usize>> = used.iter().map(|name| own.iter().position(|n| n == name)).collect();
-            let order = order.ok_or_else(|| mismatch.of("the list of channels", own.join(", "), all_names.join(", ")))?;
+            let order = order.ok_or_else(|| mismatch("the list of channels", own.join(", "), all_names.join(", ")))?;
             for stretch in trim.apply(recording, &file)? {
                 let wrap = |source| AnalysisError::Recording { file: file.clone(), source };
                 let (start_s, metadata) = (stretch.start_s(), stretch.metadata().clone());
@@ -209,7 +197,7 @@ impl Trials {
                     add_each(&mut warnings, readings::between_readings(channel, rate, &file));
                 }
                 if let Some((own, first)) = stretches.first().and_then(|first| other_unit(&channels, &first.recording)) {
-                    return Err(mismatch.of("a channel", own, first));
+                    return Err(mismatch("a channel", own, first));
                 }
                 let stretch = Recording::new(rate, channels).map_err(wrap)?.starting_at(start_s).with_metadata(metadata);
                 stretch.require_finite(used.iter().map(String::as_str)).map_err(wrap)?;
