@@ -2,9 +2,7 @@
 
 use super::result::ChannelAssumptions;
 use crate::result::{Number, number};
-use crate::trials::RoleNames;
-use crate::trials::Roles;
-use crate::trials::Trial;
+use crate::trials::{RoleNames, Roles, Trial};
 use ndof_signal::{Amplitudes, normality, reverse_arrangements};
 use rayon::prelude::*;
 use statrs::distribution::{ContinuousCDF, Normal};
@@ -56,17 +54,12 @@ fn table(signals: &[&[f64]]) -> Vec<Vec<Number>> {
     let mut out = vec![vec![None; signals.len()]; signals.len()];
     for a in 0..signals.len() {
         for b in 0..=a {
-            out[a][b] = if a == b { with_itself(signals[a]) } else { squared_correlation(signals[a], signals[b]) };
+            // What varies has 1 with itself.
+            out[a][b] = if a != b { squared_correlation(signals[a], signals[b]) } else { signals[a].windows(2).any(|x| x[1] != x[0]).then_some(1.0) };
             out[b][a] = out[a][b];
         }
     }
     out
-}
-
-/// 1 of what varies.
-fn with_itself(x: &[f64]) -> Number {
-    let first = x.first()?;
-    x.iter().any(|v| v != first).then_some(1.0)
 }
 
 fn squared_correlation(a: &[f64], b: &[f64]) -> Number {

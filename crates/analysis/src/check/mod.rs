@@ -110,7 +110,7 @@ pub(crate) fn power_band_of(spectra: &CrossSpectra, channel: usize) -> Option<[f
 }
 
 #[cfg(test)]
-mod tests {
+pub(crate) mod tests {
     use super::*;
     use ndof_signal::{Quantity, Recording, Unit};
 
@@ -120,14 +120,17 @@ mod tests {
     }
 
     /// Uniform noise, which has no outliers and no trend.
-    fn noise(seed: u64) -> Vec<f64> {
-        let mut state = seed;
-        (0..4000)
+    pub(crate) fn uniform(samples: usize, mut state: u64) -> Vec<f64> {
+        (0..samples)
             .map(|_| {
                 state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
                 (state >> 11) as f64 / (1_u64 << 52) as f64 - 1.0
             })
             .collect()
+    }
+
+    fn noise(seed: u64) -> Vec<f64> {
+        uniform(4000, seed)
     }
 
     #[test]

@@ -284,13 +284,7 @@ mod tests {
     use super::*;
 
     fn recording(samples: usize) -> Recording {
-        let mut state = 7_u64;
-        let force: Vec<f64> = (0..samples)
-            .map(|_| {
-                state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
-                (state >> 11) as f64 / (1_u64 << 52) as f64 - 1.0
-            })
-            .collect();
+        let force = crate::check::tests::uniform(samples, 7);
         let motion: Vec<f64> = force.iter().enumerate().map(|(k, f)| f / 300.0 + 1e-3 * ((k * k % 101) as f64 / 101.0 - 0.5)).collect();
         Trial::new(100.0).effort("x", force).displacement("x", motion).expect("valid").recording
     }
