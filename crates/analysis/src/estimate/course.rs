@@ -23,18 +23,8 @@ const OF_CYCLE: f64 = 0.25;
 /// turn, which cubics follow within a hundredth and parabolas within a tenth.
 const CUBIC: usize = 3;
 
-/// The windows, and the response in each of them.
-struct Windows {
-    window_s: f64,
-    step_s: f64,
-    method: SpectralMethod,
-    /// `direct` or `derived`.
-    estimate: &'static str,
-    /// Middle, since the beginning of the trials or of the cycle.
-    found: Vec<(f64, Window)>,
-    /// Duration of a cycle and number of cycles.
-    cycles: Option<(f64, usize)>,
-}
+/// The course without its responses, and what each window says: its middle is since the beginning of the trials or of the cycle.
+type Windows = (schema::Course, Vec<(f64, Window)>);
 
 /// What one window says.
 struct Window {
@@ -55,7 +45,7 @@ impl Window {
 
 /// Estimates in windows along time or along the cycle; nothing unless one of them is asked for. The inputs explain the outputs up to `explained` Hz.
 pub(super) fn course(trials: &Trials, settings: &Estimate, kind: ResponseKind, explained: f64) -> Result<Option<schema::Course>, AnalysisError> {
-    let windows = match (settings.cycles().given(), settings.sliding_s) {
+    let (mut course, windows) = match (settings.cycles().given(), settings.sliding_s) {
         (Some(_), _) => over_cycle(trials, settings, (kind, explained))?,
         (None, Some(window_s)) => over_time(trials, settings, (kind, window_s))?,
         (None, None) if settings.sliding_step_s.is_some() => {
@@ -63,20 +53,7 @@ pub(super) fn course(trials: &Trials, settings: &Estimate, kind: ResponseKind, e
         }
         (None, None) => return Ok(None),
     };
-    let mut course = schema::Course {
-        window_s: windows.window_s,
-        step_s: windows.step_s,
-        estimate: windows.estimate.to_owned(),
-        method: windows.method.name().to_owned(),
-        cycle_s: windows.cycles.map(|(cycle_s, _)| cycle_s),
-        cycles: windows.cycles.map(|(_, count)| count),
-        time_s: Vec::new(),
-        frequency_hz: Vec::new(),
-        effective_averages: Vec::new(),
-        response: Vec::new(),
-        multiple_coherence: Vec::new(),
-    };
-    for (middle_s, Window { response, coherence, averages }) in windows.found {
+    for (middle_s, Window { response, coherence, averages }) in windows {
         let Some(response) = response else { continue };
         let keep = settings.reported_of(&response, trials)?;
         course.time_s.push(middle_s);
@@ -89,9 +66,10 @@ pub(super) fn course(trials: &Trials, settings: &Estimate, kind: ResponseKind, e
     Ok(Some(course))
 }
 
-/// The word for an estimate that goes through the references, or not.
-fn named(derived: bool) -> &'static str {
-    if derived { "derived" } else { "direct" }
+/// A course without responses; its estimate goes through the references, or not.
+fn empty(window_s: f64, step_s: f64, method: &SpectralMethod, derived: bool) -> schema::Course {
+    let estimate = if derived { "derived" } else { "direct" }.to_owned();
+    schema::Course { window_s, step_s, estimate, method: method.name().to_owned(), ..schema::Course::default() }
 }
 
 /// Length and step of the windows; `whole_s` is what they slide along.
@@ -120,9 +98,9 @@ fn over_time(trials: &Trials, settings: &Estimate, (kind, window_s): (ResponseKi
     let (method, _) = choose(&first, settings)?;
     let found = ndof_sysid::sliding(&trials.recordings(), &trials.roles.ports, &labels(trials), (&method, settings.estimator), window_s, step_s)
         .map_err(|error| in_file(error, trials))?;
-    let estimate = named(found.iter().all(|(_, estimates)| estimates.derived.is_some()));
+    let course = empty(window_s, step_s, &method, found.iter().all(|(_, estimates)| estimates.derived.is_some()));
     let found = found.into_iter().map(|(middle_s, estimates)| (middle_s, Window::of(estimates, trials, kind))).collect();
-    Ok(Windows { window_s, step_s, method, estimate, found, cycles: None })
+    Ok((course, found))
 }
 
 /// Windows about the same phase of all cycles, which are the averages there: one of each cycle, about the mean of all.
@@ -166,9 +144,8 @@ fn over_cycle(trials: &Trials, settings: &Estimate, (kind, explained): (Response
         found.map(|found| (place * cycle_s, found)).map_err(|error| in_file(error, trials))
     };
     let found: Vec<Result<_, AnalysisError>> = (0..count).into_par_iter().map(one).collect();
-    let found: Vec<(f64, Window)> = found.into_iter().collect::<Result<_, _>>()?;
-    let estimate = named(ports.references.len() >= ports.inputs.len());
-    Ok(Windows { window_s, step_s: cycle_s / count as f64, method, estimate, found, cycles: Some((cycle_s, schedule.count)) })
+    let course = empty(window_s, cycle_s / count as f64, &method, ports.references.len() >= ports.inputs.len());
+    Ok((schema::Course { cycle_s: Some(cycle_s), cycles: Some(schedule.count), ..course }, found.into_iter().collect::<Result<_, _>>()?))
 }
 
 /// What deviates from the mean of all windows about one phase. Of N windows these are N − 1 contrasts of Helmert, orthogonal to the mean and to each

@@ -193,7 +193,7 @@ impl Response {
 }
 
 /// A response that changes with time, or over a cycle; arrays by window first.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct Course {
     /// Length of the window.
