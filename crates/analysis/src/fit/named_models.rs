@@ -77,12 +77,8 @@ pub(super) fn compared_models(
             Err(error) => failed.push(schema::ComparedModel {
                 model: composite.name().to_owned(),
                 parameters: starts.first().map_or(0, Vec::len),
-                chi2: None,
-                chi2_reduced: None,
-                aic: None,
-                bic: None,
                 failed: Some(error.to_string()),
-                likelihood_ratio: None,
+                ..schema::ComparedModel::default()
             }),
         }
     }

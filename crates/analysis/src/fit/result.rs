@@ -176,7 +176,7 @@ pub struct Asked {
 }
 
 /// One model of a comparison on the same data.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct ComparedModel {
     /// The model's name.

@@ -5,7 +5,7 @@ use ndof_models::schedule::Term;
 use serde::{Deserialize, Serialize};
 
 /// Inertia, damping and stiffness over a schedule.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct ScheduleResult {
     /// `phase`, `time` or the channel.
