@@ -21,9 +21,6 @@ pub(super) struct SimulatedRobot {
 
 impl SimulatedRobot {
     /// The robot of a baseline file; `None` without a device, or where its joints do not follow from the endpoint.
-    ///
-    /// # Errors
-    /// [`AnalysisError`] if the device cannot be built.
     pub fn new(file: &BaselineFile, sample_rate_hz: f64) -> Result<Option<Self>, AnalysisError> {
         let Some(config) = &file.device else { return Ok(None) };
         let built = config.build()?;

@@ -34,9 +34,6 @@ impl Simulator {
     /// The force that a simulator with the linear response Z = M s² + B s + K and forces g of its own needs for the measured motion x is
     /// F_s + Z (x − x_s) + g(x) − g(x_s), where F_s and x_s are what it logged: exact for what Z and g say, and for all else where the two motions are
     /// alike. What was measured is right if its force is that; with F' = F − (F_s − Z x_s − g(x_s)) the balance is F' = Z x + g(x).
-    ///
-    /// # Errors
-    /// [`AnalysisError`] if the recordings are not the measured ones sample by sample, or no inertia, damping and stiffness can be fitted.
     pub fn new(trials: &Trials, simulated: &Trials, options: &Options) -> Result<Self, AnalysisError> {
         let (inputs, outputs) = (trials.names(&trials.roles.ports.inputs), trials.names(&trials.roles.ports.outputs));
         let pairs = pairs(trials)?;

@@ -40,9 +40,6 @@ impl Estimated {
     }
 
     /// From the estimates of the channels as they stand to the response that is asked for; a result that is not `shown` holds no frequency.
-    ///
-    /// # Errors
-    /// [`AnalysisError`] if the kind of response does not exist, or no frequency lies in the band.
     pub(super) fn new(trials: &Trials, settings: &Estimate, mut estimates: Estimates, why: String, shown: bool) -> Result<Self, AnalysisError> {
         to_displacement(&mut estimates.direct.response, trials);
         if let Some(derived) = &mut estimates.derived {

@@ -11,9 +11,6 @@ use std::borrow::Cow;
 ///
 /// What all have in common, so that trials of one length remain so. A rest in between stays: two stretches say less of what lies between
 /// frequencies than one that holds both.
-///
-/// # Errors
-/// [`AnalysisError::Recording`] if what is left is no recording.
 pub(super) fn without_rest(trials: &Trials) -> Result<Cow<'_, Trials>, AnalysisError> {
     let [mut head, mut tail] = [usize::MAX; 2];
     for trial in &*trials.trials {

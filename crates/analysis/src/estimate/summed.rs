@@ -29,9 +29,6 @@ pub(crate) struct Summed {
 
 impl Summed {
     /// Nothing yet, of segments of `nperseg` samples.
-    ///
-    /// # Errors
-    /// [`AnalysisError`] in the name of `file` if segments, overlap and transform do not fit, or would be more than a machine holds.
     pub fn new(settings: &Estimate, nperseg: usize, (rate_hz, channels): (f64, usize), file: &str) -> Result<Self, AnalysisError> {
         let welch = settings.segments_of(nperseg);
         let blank = welch.stream(rate_hz, channels).map_err(|source| failed(file, source))?;
@@ -41,17 +38,11 @@ impl Summed {
     }
 
     /// Takes the next samples, one slice a channel.
-    ///
-    /// # Errors
-    /// [`AnalysisError`] in the name of `file` if one of them is no number.
     pub fn push(&mut self, columns: &[&[f64]], file: &str) -> Result<(), AnalysisError> {
         self.growing.push(columns).map_err(|source| failed(file, source))
     }
 
     /// Ends the stretch: what comes next does not follow.
-    ///
-    /// # Errors
-    /// [`AnalysisError`] in the name of `file` if it is shorter than a segment and so gives nothing.
     pub fn end(&mut self, file: &str) -> Result<(), AnalysisError> {
         let stretch = std::mem::replace(&mut self.growing, self.blank.clone());
         self.ended.push(stretch.finish().map_err(|source| failed(file, source))?);
@@ -59,9 +50,6 @@ impl Summed {
     }
 
     /// The spectra of everything so far; nothing while no stretch is as long as a segment.
-    ///
-    /// # Errors
-    /// [`AnalysisError`] in the name of `file` if stretches differ.
     pub fn spectra(&self, file: &str) -> Result<Option<CrossSpectra>, AnalysisError> {
         let all: Vec<CrossSpectra> = self.ended.iter().cloned().chain(self.growing.spectra().ok()).collect();
         match all.as_slice() {
@@ -82,9 +70,6 @@ impl Summed {
     }
 
     /// The estimate from `spectra`; `trials` says what the channels are.
-    ///
-    /// # Errors
-    /// [`AnalysisError`] if the estimate does not exist.
     pub fn estimate(&self, spectra: CrossSpectra, trials: &Trials, settings: &Estimate) -> Result<Estimated, AnalysisError> {
         let why = match settings.nperseg {
             Some(_) => "segments as asked for",

@@ -63,9 +63,6 @@ const SMOOTHED: f64 = 0.8;
 const USUAL: [f64; 2] = [4.0, 0.008];
 
 /// The fit in time, beginning at the one in frequency; nothing where no law is asked for.
-///
-/// # Errors
-/// [`AnalysisError::Law`] where law or axis is unknown or the channels do not allow it, [`AnalysisError::FreeRun`] where the fit is impossible.
 pub(super) fn in_time(trials: &Trials, settings: &Fit, fitted: &Fitted) -> Result<Option<(InTime, Vec<Warning>)>, AnalysisError> {
     let Some(asked) = &settings.law else { return Ok(None) };
     let sides = Sides::of(trials, "`law`").map_err(|what| AnalysisError::Law { what })?;

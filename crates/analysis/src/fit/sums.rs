@@ -19,9 +19,6 @@ pub(super) struct Sums<'a> {
 impl<'a> Sums<'a> {
     /// The gains of a response that has more inputs than motions, from the frequencies of a band: those with which one response to the sums
     /// explains that to each input best. `None` where each motion has an input of its own.
-    ///
-    /// # Errors
-    /// [`AnalysisError::SumsOfMotion`] where several motions are imposed and fewer efforts measured.
     pub fn of(whole: &'a Evidence<'a>, band_hz: [f64; 2]) -> Result<Option<Self>, AnalysisError> {
         let response = &*whole.response;
         let (outputs, inputs) = response.shape();
@@ -60,9 +57,6 @@ impl<'a> Sums<'a> {
     }
 
     /// Axes and gains together, from the response to each input and those without each trial.
-    ///
-    /// # Errors
-    /// As [`WeightedFit::fit`].
     pub fn fit(&self, settings: &WeightedFit, model: &dyn ParametricModel, start: &[f64]) -> Result<Fit, AnalysisError> {
         let driven = Driven { model, gains: self.gains.clone(), units: self.units.clone() };
         // A loop that closes around sums of efforts is not told from these responses.

@@ -3,8 +3,7 @@
 use crate::figures::{self, FigureError, Residual, Trace, Traces};
 use crate::number::significant;
 use crate::{Figure, Section, Table};
-use ndof_analysis::Trials;
-use ndof_analysis::{Fitted, Leftover, leftover, overlay};
+use ndof_analysis::{Fitted, Leftover, Trials, leftover, overlay};
 use std::path::Path;
 
 /// The fitted model over the first trial, its residual, and how well it runs on every trial; nothing where the band is too narrow.

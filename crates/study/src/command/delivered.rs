@@ -1,8 +1,8 @@
 //! Forces that commands deliver on the simulated device.
 
 use super::Device;
+use crate::Progress;
 use crate::error::StudyError;
-use crate::progress::Progress;
 use ndof_analysis::in_order;
 use ndof_devices::{Averaging, Experiment, Extras, Sensors, simulate_trial};
 use ndof_signal::Recording;

@@ -66,9 +66,6 @@ impl Commands<'_> {
     ///
     /// Fading comes first, then the removal of coherence and the compensation, so that all of them hold for what is delivered;
     /// limits come last and scale everything that belongs together by one factor. Of several good seeds the judge takes the best.
-    ///
-    /// # Errors
-    /// [`StudyError::Excitation`] if a setting makes no sense, [`AnalysisError::Meaning`](ndof_analysis::AnalysisError) for an unknown kind.
     pub(crate) fn trial(&self, trial: usize) -> Result<Command, StudyError> {
         let excitation = self.excitation;
         if let Some(file) = &excitation.file {

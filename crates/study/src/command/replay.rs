@@ -20,9 +20,6 @@ fn file_of(excitation: &Excitation, name: &str, trial: usize) -> PathBuf {
 
 /// `samples` samples of channel `cmd_AXIS` (or `AXIS`) for each axis. A file that is shorter by no more than `lead` samples
 /// begins that much later, silence before it; what is longer is not played to its end.
-///
-/// # Errors
-/// [`StudyError`] if the file cannot be read, has another rate, lacks an axis or is too short.
 pub(crate) fn replay(
     excitation: &Excitation,
     name: &str,

@@ -38,9 +38,6 @@ pub(super) fn unit(turning: &[bool], axis: usize) -> Unit {
 }
 
 /// The commands as recordings, one a trial.
-///
-/// # Errors
-/// [`AnalysisError::Recording`] if axes share a name.
 pub(super) fn recordings(asked: &Specification, commanded: Vec<Vec<Vec<f64>>>, turning: &[bool]) -> Result<Vec<Recording>, AnalysisError> {
     let recording = |signals: Vec<Vec<f64>>| {
         let channels = asked.axes.iter().zip(signals).enumerate();

@@ -18,9 +18,6 @@ use ndof_sysid::averages_for_interval;
 /// transducer and the encoders' steps, S_εε = C (S_ww + S_nn) Cᴴ + S_dd. From both the covariance of the derived estimate for
 /// n_e effective averages of the paper's second setting, Cov(vec C) = (S^c)⁻ᵀ ⊗ S_εε / (n_e − q), on which the fit of M, B and K
 /// is run as it is run on data. Dry friction of the robot is left out.
-///
-/// # Errors
-/// [`StudyError`] if the experiment cannot be built, a target names nothing, or the band is empty.
 pub(super) fn plan(asked: &Specification, experiment: &Experiment, commanded: &[Vec<Vec<f64>>]) -> Result<LengthPlan, StudyError> {
     let linear = linearise(experiment)?;
     let fs = asked.sample_rate_hz;

@@ -1,6 +1,6 @@
 //! A design with nothing left open.
 
-use super::loose_limb::LooseLimb;
+use super::limbs::LooseLimb;
 use super::target::Target;
 use crate::command::period_samples;
 use crate::error::{StudyError, meaning};
@@ -74,9 +74,6 @@ impl Specification {
     }
 
     /// Which axes turn.
-    ///
-    /// # Errors
-    /// [`StudyError`] if they are not those of the experiment's device.
     pub(super) fn turning(&self) -> Result<Vec<bool>, StudyError> {
         let Some(experiment) = self.experiment() else { return Ok(vec![self.rotational; self.axes.len()]) };
         let bench = experiment.build()?;
@@ -96,9 +93,6 @@ impl Specification {
     }
 
     /// Noise is what differs from period to period, so a multisine needs two of them.
-    ///
-    /// # Errors
-    /// What to change, in words.
     pub(super) fn two_periods(&self) -> Result<(), String> {
         let fs = self.sample_rate_hz;
         let (period, samples) = (period_samples(&self.excitation, fs), (self.duration_s * fs).round() as usize);

@@ -75,8 +75,6 @@ fn adjoint(a: &Array2<Complex64>) -> Array2<Complex64> {
 }
 
 impl Theory {
-    /// # Errors
-    /// [`StudyError`] if the experiment cannot be built or the band of the fit is empty.
     pub(super) fn new(asked: &Specification, experiment: &Experiment, linear: Linearised, spectra: CrossSpectra) -> Result<Self, StudyError> {
         let q = asked.axes.len();
         let band_hz = asked.fit_band_hz;

@@ -24,9 +24,6 @@ const KNOTS: usize = 24;
 const WEAK: f64 = 0.1;
 
 /// The scheduled fit, with what the reader should know; nothing where no schedule is asked for.
-///
-/// # Errors
-/// [`AnalysisError::Schedule`] where the settings or the recordings do not allow it, [`AnalysisError::Scheduled`] where the data do not.
 pub(super) fn scheduled(trials: &Trials, settings: &Fit, excited_hz: f64) -> Result<Option<(ScheduleResult, Vec<Warning>)>, AnalysisError> {
     let refused = |what: Refused| AnalysisError::Schedule { what };
     let Some(word) = settings.schedule.as_deref() else {
