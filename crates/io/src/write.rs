@@ -1,8 +1,10 @@
 //! Writing a recording in any format.
 
+use crate::assemble::RESERVED_KEYS;
 use crate::atomic::write_atomic;
 use crate::detect;
 use crate::error::IoError;
+use crate::timing::{RATE_KEY, START_KEY};
 use ndof_signal::Recording;
 use std::path::Path;
 
@@ -28,6 +30,17 @@ pub fn write(path: &Path, recording: &Recording) -> Result<(), IoError> {
         return crate::bids::write(path, recording);
     }
     write_atomic(path, &encode(recording, &path.display().to_string())?)
+}
+
+/// What every file says of the time of a recording: its rate and, unless it is zero, its start.
+pub(crate) fn times(recording: &Recording) -> impl Iterator<Item = (&'static str, f64)> {
+    let start_s = recording.start_s();
+    std::iter::once((RATE_KEY, recording.sample_rate_hz())).chain((start_s != 0.0).then_some((START_KEY, start_s)))
+}
+
+/// The metadata of a recording that a file does not say in another way.
+pub(crate) fn own_metadata(recording: &Recording) -> impl Iterator<Item = (&String, &String)> {
+    recording.metadata().iter().filter(|(key, _)| !RESERVED_KEYS.contains(&key.as_str()))
 }
 
 /// The bytes of a recording in the format of the suffix of `file`.

@@ -1,11 +1,11 @@
 //! A recording as CSV, such that reading it gives the same recording bit for bit.
 
 use super::header::{escape, is_key};
-use crate::assemble::{RESERVED_KEYS, SAMPLES_KEY, is_time};
+use crate::assemble::{SAMPLES_KEY, is_time};
 use crate::error::IoError;
 use crate::names::{read_back, split_name};
-use crate::timing::{RATE_KEY, START_KEY};
 use crate::units::infer_unit;
+use crate::write::{own_metadata, times};
 use ndof_signal::{Channel, Recording};
 use std::fmt::Write;
 
@@ -17,18 +17,14 @@ pub(crate) fn write(recording: &Recording, file: &str) -> Result<Vec<u8>, IoErro
     }
     let separator = if file.to_ascii_lowercase().ends_with(".tsv") { '\t' } else { ',' };
     let mut out = String::with_capacity(recording.len() * recording.channels().len() * 20);
-    for (key, value) in recording.metadata() {
-        if RESERVED_KEYS.contains(&key.as_str()) {
-            continue;
-        }
+    for (key, value) in own_metadata(recording) {
         if !is_key(key) {
             return Err(unwritable(format!("metadata key {key:?}"), "use letters, digits, blanks and _ - . / in keys"));
         }
         let _ = writeln!(out, "# {key}: {}", escape(value));
     }
-    let _ = writeln!(out, "# {RATE_KEY}: {}", Shortest(recording.sample_rate_hz()));
-    if recording.start_s() != 0.0 {
-        let _ = writeln!(out, "# {START_KEY}: {}", Shortest(recording.start_s()));
+    for (key, value) in times(recording) {
+        let _ = writeln!(out, "# {key}: {}", Shortest(value));
     }
     let _ = writeln!(out, "# {SAMPLES_KEY}: {}", recording.len());
     for (i, channel) in recording.channels().iter().enumerate() {

@@ -8,7 +8,7 @@ use super::{HEADER, MAT, OWN};
 use crate::assemble::{RESERVED_KEYS, is_time};
 use crate::error::IoError;
 use crate::names::{indexed, read_back};
-use crate::timing::{RATE_KEY, START_KEY};
+use crate::write::{own_metadata, times};
 use ndof_signal::Recording;
 
 /// Types of elements.
@@ -38,10 +38,7 @@ pub(crate) fn write(recording: &Recording, file: &str) -> Result<Vec<u8>, IoErro
     let mut out = OWN.as_bytes().to_vec();
     out.resize(HEADER - 4, b' ');
     out.extend_from_slice(&[0, 1, b'I', b'M']);
-    out.extend(numbers(RATE_KEY, &[recording.sample_rate_hz()]));
-    if recording.start_s() != 0.0 {
-        out.extend(numbers(START_KEY, &[recording.start_s()]));
-    }
+    out.extend(times(recording).flat_map(|(key, value)| numbers(key, &[value])));
     let mut units = Vec::new();
     for channel in recording.channels() {
         let (name, symbol) = (&channel.name, channel.unit.symbol());
@@ -52,7 +49,7 @@ pub(crate) fn write(recording: &Recording, file: &str) -> Result<Vec<u8>, IoErro
         units.push((identifier, text("", symbol)));
     }
     let mut metadata = Vec::new();
-    for (key, value) in recording.metadata().iter().filter(|(key, _)| !RESERVED_KEYS.contains(&key.as_str())) {
+    for (key, value) in own_metadata(recording) {
         let identifier = escape(key).filter(|_| !value.contains('\0'));
         let identifier = identifier.ok_or_else(|| unwritable(format!("metadata {key:?}"), "use a shorter key, and text without NUL"))?;
         metadata.push((identifier, text("", value)));

@@ -4,7 +4,7 @@ use super::{NPZ, npy};
 use crate::assemble::{RESERVED_KEYS, is_time};
 use crate::error::IoError;
 use crate::names::{indexed, read_back};
-use crate::timing::{RATE_KEY, START_KEY};
+use crate::write::{own_metadata, times};
 use ndof_signal::Recording;
 use std::io::{Cursor, Write};
 use zip::write::SimpleFileOptions;
@@ -16,11 +16,8 @@ pub(crate) fn write(recording: &Recording, file: &str) -> Result<Vec<u8>, IoErro
     if recording.is_empty() {
         return Err(unwritable("a recording without samples".to_owned(), "record or keep at least one"));
     }
-    let mut arrays = vec![(RATE_KEY.to_owned(), npy::encode_numbers(&[], &[recording.sample_rate_hz()]))];
-    if recording.start_s() != 0.0 {
-        arrays.push((START_KEY.to_owned(), npy::encode_numbers(&[], &[recording.start_s()])));
-    }
-    for (key, value) in recording.metadata().iter().filter(|(key, _)| !RESERVED_KEYS.contains(&key.as_str())) {
+    let mut arrays: Vec<_> = times(recording).map(|(key, value)| (key.to_owned(), npy::encode_numbers(&[], &[value]))).collect();
+    for (key, value) in own_metadata(recording) {
         if key.is_empty() || key.contains(['\0', '\\']) || value.contains('\0') {
             return Err(unwritable(format!("metadata {key:?}"), "use a key of one word and text without NUL"));
         }

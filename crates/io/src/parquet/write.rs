@@ -1,10 +1,10 @@
 //! A recording as Parquet, such that reading it gives the same recording bit for bit.
 
 use super::{FOREIGN_KEYS, PARQUET, UNIT_KEY, UNITS_KEY};
-use crate::assemble::{RESERVED_KEYS, is_time};
+use crate::assemble::is_time;
 use crate::error::IoError;
 use crate::names::{indexed, read_back};
-use crate::timing::{RATE_KEY, START_KEY};
+use crate::write::{own_metadata, times};
 use ::parquet::basic::{Compression, Repetition, Type as Physical};
 use ::parquet::data_type::DoubleType;
 use ::parquet::errors::ParquetError;
@@ -24,10 +24,7 @@ pub(crate) fn write(recording: &Recording, file: &str) -> Result<Vec<u8>, IoErro
     if recording.is_empty() {
         return Err(unwritable("a recording without samples".to_owned(), "record or keep at least one"));
     }
-    let mut facts = vec![(RATE_KEY.to_owned(), recording.sample_rate_hz().to_string())];
-    if recording.start_s() != 0.0 {
-        facts.push((START_KEY.to_owned(), recording.start_s().to_string()));
-    }
+    let mut facts: Vec<_> = times(recording).map(|(key, value)| (key.to_owned(), value.to_string())).collect();
     for channel in recording.channels() {
         let (name, unit) = (&channel.name, channel.unit.symbol());
         if name.is_empty() || is_time(name) || indexed(name) != *name || read_back(unit) != channel.unit {
@@ -35,7 +32,7 @@ pub(crate) fn write(recording: &Recording, file: &str) -> Result<Vec<u8>, IoErro
         }
         facts.push((format!("{UNIT_KEY}{name}"), unit.to_owned()));
     }
-    for (key, value) in recording.metadata().iter().filter(|(key, _)| !RESERVED_KEYS.contains(&key.as_str())) {
+    for (key, value) in own_metadata(recording) {
         if key.is_empty() || key.starts_with(UNIT_KEY) || key == UNITS_KEY || FOREIGN_KEYS.contains(&key.as_str()) {
             return Err(unwritable(format!("metadata key {key:?}"), "use another key"));
         }
