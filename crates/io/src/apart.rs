@@ -4,8 +4,7 @@ use crate::error::IoError;
 use crate::options::ReadOptions;
 #[cfg(feature = "parquet")]
 use crate::parquet::ParquetStream;
-use crate::piece::Piece;
-use crate::pieces::Pieces;
+use crate::pieces::{Piece, Pieces};
 #[cfg(feature = "parquet")]
 use std::fs::File;
 use std::path::{Path, PathBuf};

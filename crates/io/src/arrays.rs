@@ -1,11 +1,10 @@
 //! From the named arrays of a binary file to columns and metadata: one rule for NPZ, MAT and HDF5.
 
 use crate::assemble::is_time;
-use crate::error::IoError;
+use crate::error::{IoError, listed};
 use crate::limits::MAX_CHANNELS;
-use crate::listed::listed;
 use crate::names::{indexed, split_name, uniquely};
-use crate::note::Note;
+use crate::recording::Note;
 use crate::table::{Column, Rounding, Table};
 use crate::timing::RATE_KEY;
 use std::collections::BTreeMap;

@@ -2,9 +2,8 @@
 
 use crate::error::IoError;
 use crate::limits::MAX_CHANNELS;
-use crate::note::Note;
 use crate::options::ReadOptions;
-use crate::recording::{MissingSamples, ReadRecording};
+use crate::recording::{MissingSamples, Note, ReadRecording};
 use crate::resample;
 use crate::table::{Column, Table};
 use crate::timing::{RATE_KEY, START_KEY, Timing, number, timing};

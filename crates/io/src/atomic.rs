@@ -121,7 +121,8 @@ fn replace(path: &Path, write: impl FnOnce(&mut dyn Write) -> io::Result<()>) ->
     written?;
     temporary.persist(&target).map_err(|e| e.error)?;
     drop(paths);
-    sync_folder(folder);
+    // Makes the rename itself durable; where a folder cannot be synced the data are still whole.
+    let _ = File::open(folder).and_then(|handle| handle.sync_all());
     Ok(())
 }
 
@@ -140,13 +141,6 @@ fn usual_permissions() -> Option<std::fs::Permissions> {
 #[cfg(not(unix))]
 fn usual_permissions() -> Option<std::fs::Permissions> {
     None
-}
-
-/// Makes the rename itself durable; where a folder cannot be synced the data are still whole.
-fn sync_folder(folder: &Path) {
-    if let Ok(handle) = File::open(folder) {
-        let _ = handle.sync_all();
-    }
 }
 
 #[cfg(test)]

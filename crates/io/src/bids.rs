@@ -48,12 +48,11 @@ pub(crate) fn is_name(path: &Path) -> bool {
 pub(crate) fn read(path: &Path, options: &ReadOptions) -> Result<ReadRecording, IoError> {
     let Some([channels, facts]) = beside(path) else { return Err(IoError::Empty { file: path.display().to_string() }) };
     let (bytes, file) = contents(path)?;
-    let unsuitable =
-        |what: String| IoError::Unsuitable { file: file.clone(), what, remedy: "compare the three files of BIDS motion with one another".to_owned() };
+    let unsuitable = |what| IoError::unsuitable(&file, what, "compare the three files of BIDS motion with one another");
     let listed = channels_of(&channels)?;
     let (json, json_file) = contents(&facts)?;
     let json: Value = serde_json::from_slice(&json).map_err(|e| IoError::Damaged { file: json_file, format: "JSON", what: e.to_string() })?;
-    let rate_hz = json.get("SamplingFrequency").and_then(Value::as_f64).ok_or_else(|| unsuitable("its JSON file says no SamplingFrequency".to_owned()))?;
+    let rate_hz = json.get("SamplingFrequency").and_then(Value::as_f64).ok_or_else(|| unsuitable("its JSON file says no SamplingFrequency"))?;
     // The samples have no line of names, so that theirs are put above.
     let body = text(&bytes, &file, 0)?;
     let header: Vec<String> = (0..listed.len()).map(|k| format!("column {k}")).collect();
@@ -71,7 +70,7 @@ pub(crate) fn read(path: &Path, options: &ReadOptions) -> Result<ReadRecording, 
                 let facts = own.get("metadata").and_then(Value::as_object).into_iter().flatten();
                 table.metadata.extend(facts.filter_map(|(key, value)| Some((key.clone(), value.as_str()?.to_owned()))));
             }
-            (_, Value::String(text)) if !is_own(key) => {
+            (_, Value::String(text)) if !OWN.contains(&key.as_str()) => {
                 table.metadata.insert(key.clone(), text.clone());
             }
             _ => {}
@@ -81,9 +80,7 @@ pub(crate) fn read(path: &Path, options: &ReadOptions) -> Result<ReadRecording, 
 }
 
 /// Facts that every file has which is written here.
-fn is_own(key: &str) -> bool {
-    ["TaskName", "MotionChannelCount", "TrackedPointsCount"].contains(&key)
-}
+const OWN: [&str; 3] = ["TaskName", "MotionChannelCount", "TrackedPointsCount"];
 
 /// Name and unit of each column.
 fn channels_of(path: &Path) -> Result<Vec<(String, Option<String>)>, IoError> {

@@ -1,7 +1,6 @@
 //! What can be wrong with a file, where, and what to do about it.
 
-use std::fmt;
-use std::io;
+use std::{fmt, io};
 
 /// Where in a file something is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -65,7 +64,7 @@ pub enum IoError {
     #[error("{file}: {what}; a columns file holds `[columns]` with lines `NAME = {{ number = 3, unit = \"N\" }}`")]
     Columns { file: String, what: String },
     /// A file of several trials where one is read.
-    #[error("{file}: it holds {} trials ({}), and one is read here; {remedy}", trials.len(), crate::listed::listed(trials))]
+    #[error("{file}: it holds {} trials ({}), and one is read here; {remedy}", trials.len(), crate::error::listed(trials))]
     SeveralTrials { file: String, trials: Vec<String>, remedy: &'static str },
     /// There is a header but no data.
     #[error("{file}, line {line}: there are no samples under the header; check that the file was saved and copied completely")]
@@ -202,4 +201,14 @@ impl IoError {
 /// What a text is whose first byte that is no UTF-8 this is: the mark of UTF-16, or a letter of one byte.
 fn encoding(byte: u8) -> &'static str {
     if byte >= 0xfe { "UTF-16" } else { "probably Latin-1 (Windows-1252)" }
+}
+
+/// The first few of a list that may be long.
+pub(crate) fn listed(items: &[String]) -> String {
+    const SHOWN: usize = 8;
+    let mut text = items.iter().take(SHOWN).cloned().collect::<Vec<_>>().join(", ");
+    if items.len() > SHOWN {
+        text.push_str(&format!(" and {} more", items.len() - SHOWN));
+    }
+    text
 }

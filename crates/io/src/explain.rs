@@ -2,12 +2,10 @@
 
 use crate::contents::contents;
 use crate::detect::detect;
-use crate::error::IoError;
-use crate::listed::listed;
-use crate::note::Note;
+use crate::error::{IoError, listed};
 use crate::options::ReadOptions;
 use crate::read::read_trials;
-use crate::recording::ReadRecording;
+use crate::recording::{Note, ReadRecording};
 #[cfg(feature = "csv")]
 use crate::response::{format_name, read_response_bytes};
 use serde::Serialize;
@@ -17,7 +15,7 @@ use std::path::Path;
 const PLAIN: [&str; 5] = ["unit-converted", "unit-given", "clocks-joined", "clock-of-messages", "decimal-comma"];
 
 /// What a file holds.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Holds {
     /// Channels over time.
@@ -25,11 +23,12 @@ pub enum Holds {
     /// A frequency response.
     Response,
     /// Nothing that is read here.
+    #[default]
     Unknown,
 }
 
 /// What a file is.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize)]
 pub struct Explanation {
     /// The file.
     pub file: String,
@@ -91,17 +90,7 @@ pub struct ExplainedChannel {
 pub fn explain(path: &Path) -> Result<Explanation, IoError> {
     let (bytes, file) = contents(path)?;
     let format = detect(&bytes, &file);
-    let mut told = Explanation {
-        bytes: bytes.len() as u64,
-        format: format.as_ref().ok().map(|f| f.name),
-        holds: Holds::Unknown,
-        trials: Vec::new(),
-        understood: Vec::new(),
-        not_understood: Vec::new(),
-        remedies: Vec::new(),
-        readable: false,
-        file,
-    };
+    let mut told = Explanation { bytes: bytes.len() as u64, format: format.as_ref().ok().map(|f| f.name), file, ..Explanation::default() };
     #[cfg(feature = "csv")]
     if let Some(name) = format_name(&bytes) {
         told.format = Some(name);

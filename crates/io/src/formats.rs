@@ -1,8 +1,8 @@
 //! The formats that there are.
 
+use crate::detect::{is_c3d, is_opensim, is_zip, is_zip_of_c3d};
 use crate::error::IoError;
 use crate::options::ReadOptions;
-use crate::recognise::{is_c3d, is_opensim, is_zip, is_zip_of_c3d};
 use crate::table::Table;
 use ndof_signal::Recording;
 

@@ -4,12 +4,12 @@
 //! a group, or there is a vector `t`. Other texts and numbers that stand alone are facts.
 
 use crate::arrays::{Entry, Value};
-use crate::budget::{Budget, MAX_ENTRIES};
 use crate::error::IoError;
+use crate::limits::{Budget, MAX_ENTRIES};
 use crate::table::{Rounding, Table};
 use crate::trials;
 use hdf5_pure::{AttrValue, DType, Dataset, Error, File, Group, Layout, Object};
-use std::collections::{BTreeMap, HashMap};
+use std::collections::BTreeMap;
 
 /// The format's name in messages.
 const HDF5: &str = "HDF5";
@@ -52,7 +52,8 @@ impl Walk<'_> {
             }
         }
         let attributes = group.attrs().map_err(|e| self.damaged(path, &e))?;
-        for (name, value) in sorted(&attributes).into_iter().filter(|(name, _)| !name.starts_with("MATLAB_")) {
+        // In the order of their names, so that the same file gives the same result.
+        for (name, value) in attributes.iter().collect::<BTreeMap<_, _>>().into_iter().filter(|(name, _)| !name.starts_with("MATLAB_")) {
             if let Some(value) = fact(value) {
                 self.entries.push(Entry::new([path.as_slice(), std::slice::from_ref(name)].concat(), value));
             }
@@ -169,11 +170,6 @@ fn unwritten(dataset: &Dataset, shape: &[usize]) -> Option<String> {
         }
         _ => None,
     }
-}
-
-/// Attributes in the order of their names, so that the same file gives the same result.
-fn sorted(attributes: &HashMap<String, AttrValue>) -> BTreeMap<&String, &AttrValue> {
-    attributes.iter().collect()
 }
 
 /// An attribute that is a single text or number.

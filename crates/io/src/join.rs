@@ -1,9 +1,9 @@
 //! Streams of several rates, or of several clocks that are set to one time, in one table.
 
-use crate::budget::Budget;
 use crate::error::IoError;
+use crate::limits::Budget;
 use crate::names::uniquely;
-use crate::note::Note;
+use crate::recording::Note;
 use crate::resample::{MAX_GAP_STEPS, interpolate_at};
 use crate::table::{Column, Rounding, Table};
 

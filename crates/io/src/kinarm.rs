@@ -1,8 +1,8 @@
 //! KINARM's archive: a ZIP with one C3D file a trial, and `common.c3d` with what all of them share.
 
-use crate::budget::{Budget, MAX_ENTRIES};
 use crate::c3d;
 use crate::error::IoError;
+use crate::limits::{Budget, MAX_ENTRIES};
 use crate::table::Table;
 use std::io::Cursor;
 use zip::ZipArchive;

@@ -24,7 +24,6 @@ mod assemble;
 mod atomic;
 #[cfg(feature = "csv")]
 mod bids;
-mod budget;
 #[cfg(feature = "c3d")]
 mod c3d;
 mod columns;
@@ -42,13 +41,11 @@ mod join;
 #[cfg(feature = "c3d")]
 mod kinarm;
 mod limits;
-mod listed;
 #[cfg(feature = "mat")]
 mod mat;
 #[cfg(feature = "mcap")]
 mod mcap;
 mod names;
-mod note;
 #[cfg(feature = "npz")]
 mod npz;
 mod number;
@@ -58,12 +55,9 @@ mod options;
 #[cfg(feature = "parquet")]
 mod parquet;
 #[cfg(any(feature = "csv", feature = "parquet"))]
-mod piece;
-#[cfg(any(feature = "csv", feature = "parquet"))]
 mod pieces;
 mod prepare;
 mod read;
-mod recognise;
 mod recording;
 mod resample;
 #[cfg(feature = "csv")]
@@ -90,15 +84,12 @@ pub use csv::CsvStream;
 pub use error::{IoError, Place};
 pub use explain::{ExplainedChannel, ExplainedTrial, Explanation, Holds, explain};
 pub use formats::{Format, formats};
-pub use note::Note;
 pub use options::{ReadOptions, Resample};
 #[cfg(any(feature = "csv", feature = "parquet"))]
-pub use piece::Piece;
-#[cfg(any(feature = "csv", feature = "parquet"))]
-pub use pieces::Pieces;
+pub use pieces::{Piece, Pieces};
 pub use prepare::{Aligned, PrepareError, align, calibrate, negate, tare, without_handle};
 pub use read::{from_columns, read, read_bytes, read_trials, read_trials_bytes};
-pub use recording::{MissingSamples, ReadRecording};
+pub use recording::{MissingSamples, Note, ReadRecording};
 #[cfg(feature = "csv")]
 pub use response::{ResponseTable, encode_response, holds_response, is_response, read_response, read_response_bytes, write_response};
 pub use results::{ResultColumn, write_results_csv, write_results_parquet};

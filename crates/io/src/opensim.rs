@@ -6,10 +6,9 @@
 
 use crate::assemble::{SAMPLES_KEY, is_time};
 use crate::csv;
-use crate::error::IoError;
-use crate::listed::listed;
+use crate::error::{IoError, listed};
 use crate::names::key;
-use crate::note::Note;
+use crate::recording::Note;
 use crate::table::Table;
 use std::collections::BTreeMap;
 use std::fmt::Write;

@@ -7,7 +7,8 @@ use crate::error::IoError;
 use crate::options::ReadOptions;
 #[cfg(feature = "parquet")]
 use crate::parquet::ParquetStream;
-use crate::piece::Piece;
+use crate::recording::Note;
+use ndof_signal::Recording;
 use std::collections::VecDeque;
 use std::fs::File;
 use std::io::{Read, Seek};
@@ -19,6 +20,17 @@ const CHUNK: usize = 1 << 20;
 
 /// Bytes that tell a format.
 const HEAD: u64 = 4096;
+
+/// Samples that arrived together.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Piece {
+    /// The samples in SI units, on the clock of the file; a missing one is NaN.
+    pub recording: Recording,
+    /// Whether it goes on where the piece before ended, without a gap.
+    pub follows: bool,
+    /// What was done to read it.
+    pub notes: Vec<Note>,
+}
 
 /// A recording in a file, piece by piece: memory does not grow with its length.
 ///

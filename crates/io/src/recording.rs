@@ -1,8 +1,9 @@
 //! A recording with what was done to get it.
 
 use crate::error::{IoError, Place};
-use crate::note::Note;
 use ndof_signal::Recording;
+/// What reading a file did that its user should know.
+pub use ndof_signal::Warning as Note;
 
 /// Samples of a channel that the file does not have.
 #[derive(Clone, Debug, PartialEq, Eq)]

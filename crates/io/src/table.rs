@@ -1,7 +1,7 @@
 //! What every reader hands over: named columns, before units and time are understood.
 
 use crate::error::Place;
-use crate::note::Note;
+use crate::recording::Note;
 use std::collections::{BTreeMap, BTreeSet};
 
 /// One column of a file in the file's own unit; a missing sample is NaN.

@@ -88,16 +88,13 @@ fn tidy(value: f64) -> f64 {
 /// The rate with the fewest digits, as a rate or as a step, among those that the stamps cannot tell from `rate_hz`.
 pub(crate) fn simplest(rate_hz: f64, relative_error: f64) -> f64 {
     let margin = relative_error + 4.0 * f64::EPSILON;
+    let round_to = |value: f64, digits: usize| format!("{value:.digits$e}").parse().unwrap_or(value);
     let shortest = |value: f64| (0..17).map(|digits| (digits, round_to(value, digits))).find(|(_, r)| (r / value - 1.0).abs() <= margin);
     match (shortest(rate_hz), shortest(1.0 / rate_hz)) {
         (Some((d_rate, _)), Some((d_step, step))) if d_step < d_rate => 1.0 / step,
         (Some((_, rate)), _) => rate,
         (None, _) => rate_hz,
     }
-}
-
-fn round_to(value: f64, digits: usize) -> f64 {
-    format!("{value:.digits$e}").parse().unwrap_or(value)
 }
 
 #[cfg(test)]

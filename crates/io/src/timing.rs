@@ -1,8 +1,8 @@
 //! When the samples of a file were taken: by its time column, its facts or its reader's word.
 
-use crate::error::IoError;
-use crate::note::Note;
+use crate::error::{IoError, Place};
 use crate::options::{ReadOptions, Resample};
+use crate::recording::Note;
 use crate::resample::{self, Grid};
 use crate::table::{Column, Rounding, Table};
 use crate::time::{Clock, Stamps, simplest};
@@ -26,6 +26,11 @@ const JITTER: f64 = 1e-3;
 
 /// An interpolation grid may be this far from the median step: it is ours to choose, so it gets a round rate.
 const GRID_ROUNDING: f64 = 1e-3;
+
+/// The error for one step of `found_s` among `steps` that are even.
+pub(crate) fn irregular(file: &str, place: Place, found_s: f64, rate_hz: f64, steps: usize) -> IoError {
+    IoError::IrregularTime { file: file.to_owned(), place, found_s, expected_s: 1.0 / rate_hz, count: 1, steps }
+}
 
 /// The clock of a recording, and the times of the file's samples with the grid to interpolate onto, if any.
 pub(crate) struct Timing {

@@ -1,8 +1,8 @@
 //! Which unit a channel has, from what the file says or from its name.
 
 use crate::error::IoError;
-use crate::note::Note;
 use crate::options::ReadOptions;
+use crate::recording::Note;
 use ndof_signal::{Quantity, Unit};
 
 /// The SI unit that a channel's name stands for, by its prefix: `pos_` m, `angle_` rad, `force_` N, `torque_` N m.

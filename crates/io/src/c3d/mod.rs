@@ -7,10 +7,9 @@
 mod events;
 mod parameters;
 
-use crate::budget::Budget;
 use crate::error::IoError;
 use crate::join::{Stream, Times, join};
-use crate::limits::MAX_CHANNELS;
+use crate::limits::{Budget, MAX_CHANNELS};
 use crate::table::{Column, Rounding, Table};
 pub(crate) use parameters::Parameters;
 use parameters::{BLOCK, Processor};

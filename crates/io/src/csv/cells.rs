@@ -4,13 +4,14 @@ use super::rows::is_missing;
 use std::borrow::Cow;
 
 /// What stands between two cells.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(crate) enum Separator {
     /// `,`, `;` or a tab.
     Sign(char),
     /// Any run of spaces.
     Spaces,
     /// There is one column only.
+    #[default]
     None,
 }
 

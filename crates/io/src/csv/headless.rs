@@ -3,23 +3,17 @@
 use super::cells::{Cell, Separator, split};
 use super::head::LOOKED_AT;
 use super::header::{Named, separator};
-use super::rows::{Line, Rows};
+use super::rows::{Line, Rows, lines};
 use crate::columns::ColumnsFile;
 use crate::error::IoError;
 use crate::limits::MAX_CHANNELS;
-use crate::note::Note;
+use crate::recording::Note;
 use crate::table::Table;
 use crate::timing::RATE_KEY;
 
 /// Reads a table without names. Lines at its beginning that are not as wide as the others, or not numbers, are left out and told.
 pub(super) fn read(text: &str, file: &str, columns: &ColumnsFile) -> Result<Table, IoError> {
-    let end = if text.contains('\n') { '\n' } else { '\r' };
-    let mut lines = text.split_inclusive(end).enumerate().filter_map(|(i, line)| {
-        let terminated = line.ends_with(end);
-        let text = line.trim_end_matches(['\n', '\r']);
-        let plain = text.trim_start();
-        (!plain.is_empty() && !plain.starts_with('#')).then_some(Line { number: i + 1, text, terminated })
-    });
+    let mut lines = lines(text).filter(|line| !line.text.trim_start().is_empty() && !line.text.trim_start().starts_with('#'));
     let first: Vec<Line<'_>> = lines.by_ref().take(LOOKED_AT).collect();
     let Some(last) = first.last() else { return Err(IoError::Empty { file: file.to_owned() }) };
     let separator = match separator(last.text, Some(last.text)) {

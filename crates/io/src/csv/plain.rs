@@ -65,7 +65,7 @@ fn lines(text: &str, sign: u8, width: usize, time: Option<usize>) -> Option<Plai
     while at < bytes.len() {
         for (column, samples) in out.columns.iter_mut().enumerate() {
             let from = at;
-            while is_numeric(*bytes.get(at)?) {
+            while matches!(bytes.get(at)?, b'0'..=b'9' | b'.' | b'-' | b'+' | b'e' | b'E') {
                 at += 1;
             }
             let cell = &text[from..at];
@@ -90,11 +90,6 @@ fn lines(text: &str, sign: u8, width: usize, time: Option<usize>) -> Option<Plai
         out.count += 1;
     }
     Some(out)
-}
-
-/// Whether a byte may stand in a number with a decimal point.
-fn is_numeric(byte: u8) -> bool {
-    matches!(byte, b'0'..=b'9' | b'.' | b'-' | b'+' | b'e' | b'E')
 }
 
 #[cfg(test)]

@@ -3,21 +3,17 @@
 use super::cells::{Separator, split};
 use super::head::{Head, LOOKED_AT};
 use super::header::{Named, metadata, names, separator};
-use super::rows::{Line, Rows, is_missing};
+use super::rows::{Line, Rows, is_missing, lines};
 use crate::assemble::is_time;
-use crate::error::IoError;
-use crate::listed::listed;
-use crate::note::Note;
+use crate::error::{IoError, listed};
+use crate::recording::Note;
 use crate::table::Table;
 use std::collections::BTreeMap;
 
 /// Reads a piece of a CSV file: its head, then lines of which `skipped` come behind the first `head` lines in the file.
 pub(crate) fn read_piece(text: &str, file: &str, (head, skipped): (usize, usize)) -> Result<Table, IoError> {
-    let end = if text.contains('\n') { '\n' } else { '\r' };
     let mut facts = BTreeMap::new();
-    let mut lines = text.split_inclusive(end).enumerate().filter_map(|(i, line)| {
-        let terminated = line.ends_with(end);
-        let text = line.trim_end_matches(['\n', '\r']);
+    let mut lines = lines(text).filter_map(|Line { number, text, terminated }| {
         if let Some(comment) = text.trim_start().strip_prefix('#').filter(|_| !text.trim_start().starts_with("#N/A")) {
             if let Some((key, value)) = metadata(comment) {
                 facts.entry(key).or_insert(value);
@@ -25,8 +21,8 @@ pub(crate) fn read_piece(text: &str, file: &str, (head, skipped): (usize, usize)
             return None;
         }
         // Spreadsheets name their separator in a line of its own; it shows in the header too.
-        let is_directive = i == 0 && text.trim().len() <= 5 && text.starts_with("sep=");
-        let number = if i < head { i + 1 } else { i + 1 + skipped };
+        let is_directive = number == 1 && text.trim().len() <= 5 && text.starts_with("sep=");
+        let number = if number <= head { number } else { number + skipped };
         (!is_directive).then_some(Line { number, text, terminated })
     });
     let first: Vec<Line<'_>> = lines.by_ref().take(LOOKED_AT).collect();

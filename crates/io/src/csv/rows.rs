@@ -5,7 +5,7 @@ use super::header::Named;
 use super::plain;
 use crate::assemble::is_time;
 use crate::error::{IoError, Place};
-use crate::note::Note;
+use crate::recording::Note;
 use crate::table::{Column, Rounding, Table};
 use std::borrow::Cow;
 
@@ -17,14 +17,25 @@ pub(super) fn is_missing(text: &str) -> bool {
     text.is_empty() || (text.len() <= 4 && MISSING.iter().any(|m| text.eq_ignore_ascii_case(m)))
 }
 
-/// One line of the text that is neither blank nor a comment.
+/// One line of the text.
 pub(super) struct Line<'a> {
     pub number: usize,
     pub text: &'a str,
     pub terminated: bool,
 }
 
+/// The lines of a text, which may end with a carriage return alone.
+pub(super) fn lines(text: &str) -> impl Iterator<Item = Line<'_>> {
+    let end = if text.contains('\n') { '\n' } else { '\r' };
+    text.split_inclusive(end).enumerate().map(move |(i, line)| Line {
+        number: i + 1,
+        text: line.trim_end_matches(['\n', '\r']),
+        terminated: line.ends_with(end),
+    })
+}
+
 /// Columns that grow line by line.
+#[derive(Default)]
 pub(super) struct Rows<'a> {
     file: &'a str,
     separator: Separator,
@@ -47,20 +58,7 @@ impl<'a> Rows<'a> {
     pub fn new(file: &'a str, named: Vec<Named>, separator: Separator, width: usize, picked: Vec<usize>) -> Self {
         let time = named.iter().position(|n| is_time(&n.name));
         let columns = named.into_iter().map(|n| Column { name: n.name, unit: n.unit, ..Default::default() }).collect();
-        Rows {
-            file,
-            separator,
-            width,
-            picked,
-            columns,
-            lines: Vec::new(),
-            time,
-            decimals: 0,
-            significant: 0,
-            first_comma: None,
-            first_point: None,
-            empty_row: None,
-        }
+        Rows { file, separator, width, picked, columns, time, ..Rows::default() }
     }
 
     /// Keeps the numbers of `text`, whose first line has `number`, if all its lines are plain; whether they were.

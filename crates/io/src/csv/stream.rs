@@ -5,11 +5,11 @@ use super::read::{read_piece, text};
 use crate::assemble::{SAMPLES_KEY, assemble, is_time, name_time, require_count};
 use crate::csv::header::metadata;
 use crate::error::{IoError, Place};
-use crate::note::Note;
 use crate::options::ReadOptions;
-use crate::piece::Piece;
+use crate::pieces::Piece;
+use crate::recording::Note;
 use crate::table::Table;
-use crate::timing::{RATE_AGREEMENT, number};
+use crate::timing::{RATE_AGREEMENT, irregular, number};
 use ndof_signal::{Recording, RecordingError};
 
 /// Rows from which the rate is read where there is a time column: stamps in whole milliseconds then give it to a thousandth.
@@ -225,14 +225,8 @@ impl CsvStream {
         });
         if self.complete && !follows && self.seen > 0 {
             let (begin_s, count) = self.stretch.unwrap_or((start_s, 0));
-            return Err(IoError::IrregularTime {
-                file: self.file.clone(),
-                place: Place::Line(lines.get(first).copied().unwrap_or(self.last_line)),
-                found_s: start_s - begin_s - (count as f64 - 1.0) / rate_hz,
-                expected_s: 1.0 / rate_hz,
-                count: 1,
-                steps: self.seen,
-            });
+            let place = Place::Line(lines.get(first).copied().unwrap_or(self.last_line));
+            return Err(irregular(&self.file, place, start_s - begin_s - (count as f64 - 1.0) / rate_hz, rate_hz, self.seen));
         }
         self.stretch = match self.stretch.filter(|_| follows) {
             Some((begin_s, count)) => Some((begin_s, count + own.len())),
@@ -352,24 +346,24 @@ mod tests {
         assert_eq!(unended.last().unwrap().notes[0].code, "unterminated-line");
     }
 
+    /// 3000 rows of which every second one is late from `from` on.
+    fn jittered(from: usize) -> String {
+        (0..3000).fold("t [s],force_x [N]\n".to_owned(), |mut text, k| {
+            writeln!(text, "{},1", k as f64 * 0.002 + if k < from || k % 2 == 0 { 0.0 } else { 0.0007 }).unwrap();
+            text
+        })
+    }
+
     #[test]
     fn jitter_behind_a_good_beginning_is_no_series_of_gaps() {
-        let jittered = (0..3000).fold("t [s],force_x [N]\n".to_owned(), |mut text, k| {
-            writeln!(text, "{},1", k as f64 * 0.002 + if k < 2000 || k % 2 == 0 { 0.0 } else { 0.0007 }).unwrap();
-            text
-        });
         for size in [64, 1 << 20] {
-            assert!(matches!(all(&jittered, size), Err(IoError::IrregularTime { .. })), "{size}");
+            assert!(matches!(all(&jittered(2000), size), Err(IoError::IrregularTime { .. })), "{size}");
         }
     }
 
     #[test]
     fn a_clock_that_is_none_and_text_are_refused_with_their_line() {
-        let jittered = (0..2000).fold("t [s],force_x [N]\n".to_owned(), |mut text, k| {
-            writeln!(text, "{},1", k as f64 * 0.002 + if k % 2 == 0 { 0.0 } else { 0.0007 }).unwrap();
-            text
-        });
-        assert!(matches!(all(&jittered, 100), Err(IoError::IrregularTime { .. })));
+        assert!(matches!(all(&jittered(0), 100), Err(IoError::IrregularTime { .. })));
         let wrong = format!("t [s],force_x [N],pos_x [m]\n{}3,oops,1\n", text(0..2000));
         assert!(all(&wrong, 100).unwrap_err().to_string().contains("line 2002"), "{}", all(&wrong, 100).unwrap_err());
         assert!(matches!(all("t,a\n", 100), Err(IoError::HeaderOnly { .. })));

@@ -2,8 +2,8 @@
 
 use super::element::{Element, Elements, MATRIX, numbers, text};
 use crate::arrays::{Entry, Value, in_c_order};
-use crate::budget::{Budget, MAX_ENTRIES};
 use crate::error::IoError;
+use crate::limits::{Budget, MAX_ENTRIES};
 use crate::names::MAX_NAME;
 use crate::table::Rounding;
 

@@ -9,8 +9,8 @@ mod matrix;
 mod write;
 
 use crate::arrays::Entry;
-use crate::budget::{Budget, MAX_ENTRIES};
 use crate::error::IoError;
+use crate::limits::{Budget, MAX_ENTRIES};
 use crate::table::Table;
 use crate::trials;
 use element::{COMPRESSED, Elements, MATRIX};

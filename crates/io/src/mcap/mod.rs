@@ -9,12 +9,10 @@ mod message;
 mod naming;
 mod records;
 
-use crate::budget::{Budget, MAX_ENTRIES};
-use crate::error::IoError;
+use crate::error::{IoError, listed};
 use crate::join::{Stream, Times, join};
-use crate::limits::MAX_CHANNELS;
-use crate::listed::listed;
-use crate::note::Note;
+use crate::limits::{Budget, MAX_CHANNELS, MAX_ENTRIES};
+use crate::recording::Note;
 use crate::table::{Column, Rounding, Table};
 use definition::Definitions;
 use message::{Encoding, Numbers, numbers};

@@ -1,8 +1,8 @@
 //! The records of an MCAP file, chunks unpacked: schemas, channels and messages in the order of the file.
 
-use crate::budget::Budget;
 use crate::cursor::Cursor;
 use crate::error::IoError;
+use crate::limits::Budget;
 use flate2::Crc;
 use std::io::Read;
 

@@ -2,8 +2,8 @@
 
 use super::{NPZ, npy};
 use crate::arrays::{self, Entry};
-use crate::budget::{Budget, MAX_ENTRIES};
 use crate::error::IoError;
+use crate::limits::{Budget, MAX_ENTRIES};
 use crate::names::MAX_NAME;
 use crate::table::Table;
 use std::io::Cursor;

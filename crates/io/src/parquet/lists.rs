@@ -3,9 +3,8 @@
 use super::PARQUET;
 use super::kind::Kind;
 use crate::arrays::{Entry, Value};
-use crate::budget::Budget;
 use crate::error::IoError;
-use crate::limits::MAX_CHANNELS;
+use crate::limits::{Budget, MAX_CHANNELS};
 use ::parquet::column::reader::{ColumnReader, ColumnReaderImpl};
 use ::parquet::data_type::DataType;
 use ::parquet::errors::ParquetError;

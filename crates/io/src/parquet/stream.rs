@@ -8,8 +8,8 @@ use crate::assemble::{SAMPLES_KEY, assemble, is_time, name_time, require_count};
 use crate::error::{IoError, Place};
 use crate::names::split_name;
 use crate::options::ReadOptions;
-use crate::piece::Piece;
-use crate::timing::{RATE_AGREEMENT, number};
+use crate::pieces::Piece;
+use crate::timing::{RATE_AGREEMENT, irregular, number};
 use ::parquet::column::reader::ColumnReader;
 use ::parquet::file::metadata::KeyValue;
 use ::parquet::file::reader::{FileReader, SerializedFileReader};
@@ -156,14 +156,7 @@ impl ParquetStream {
         let timed = self.columns.iter().any(|(_, name, _)| is_time(name) || self.options.time.as_ref() == Some(name));
         let (elapsed_s, own_s) = (self.seen as f64 / rate_hz, read.recording.start_s() + overlap as f64 / read.recording.sample_rate_hz() - start_s);
         if timed && (own_s - elapsed_s).abs() > 0.5 / rate_hz + RATE_AGREEMENT * elapsed_s {
-            return Err(IoError::IrregularTime {
-                file: self.file.clone(),
-                place: Place::Sample(self.seen),
-                found_s: own_s - elapsed_s + 1.0 / rate_hz,
-                expected_s: 1.0 / rate_hz,
-                count: 1,
-                steps: self.seen,
-            });
+            return Err(irregular(&self.file, Place::Sample(self.seen), own_s - elapsed_s + 1.0 / rate_hz, rate_hz, self.seen));
         }
         let wrap = |source: RecordingError| IoError::Recording { file: self.file.clone(), source };
         let own = if overlap == 0 { read.recording } else { read.recording.slice(overlap..overlap + new).map_err(wrap)? };

@@ -1,7 +1,7 @@
 //! Two recordings of one trial by two acquisition clocks, joined by a channel that both have.
 
 use super::{PrepareError, lag};
-use crate::note::Note;
+use crate::recording::Note;
 use crate::resample::Curve;
 use ndof_signal::{Channel, Recording};
 

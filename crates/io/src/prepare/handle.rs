@@ -1,7 +1,7 @@
 //! The handle: what moves with the limb but lies beyond the transducer.
 
 use super::PrepareError;
-use crate::note::Note;
+use crate::recording::Note;
 use ndof_signal::{MotionNoise, Passband, Quantity, RESOLVED, Recording, SosFilter, Unit, effort_noise};
 
 /// Samples that the one-sided differences at the ends need.

@@ -12,7 +12,7 @@ mod universal;
 use crate::atomic::write_atomic;
 use crate::contents::contents;
 use crate::error::IoError;
-use crate::note::Note;
+use crate::recording::Note;
 use std::io::Read;
 use std::path::Path;
 

@@ -29,8 +29,7 @@ pub(super) fn is(bytes: &[u8]) -> bool {
 
 /// Reads a response.
 pub(super) fn read(bytes: &[u8], file: &str) -> Result<ResponseTable, IoError> {
-    let unsuitable =
-        |what: String| IoError::Unsuitable { file: file.to_owned(), what, remedy: "save response[output, input, frequency] beside frequency_hz".to_owned() };
+    let unsuitable = |what: String| IoError::unsuitable(file, what, "save response[output, input, frequency] beside frequency_hz");
     let arrays: BTreeMap<String, Vec<u8>> = arrays_of(bytes, file)?.into_iter().collect();
     let array = |name: &str| arrays.get(name).and_then(|data| npy::complex(data));
     let found = FREQUENCIES.iter().find_map(|(name, factor)| Some((array(name)?.1, *factor)));

@@ -8,7 +8,7 @@ use super::bins::{Pair, response};
 use super::table::ResponseTable;
 use crate::csv::{Shortest, text};
 use crate::error::IoError;
-use crate::note::Note;
+use crate::recording::Note;
 use num_complex::Complex;
 use std::fmt::Write;
 

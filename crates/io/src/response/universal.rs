@@ -8,7 +8,7 @@ use super::table::ResponseTable;
 use super::touchstone::left_out;
 use crate::cursor::Cursor;
 use crate::error::IoError;
-use crate::note::Note;
+use crate::recording::Note;
 use num_complex::Complex;
 use std::fmt::Write;
 

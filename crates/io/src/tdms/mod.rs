@@ -6,13 +6,12 @@
 mod segment;
 
 use crate::assemble::is_time;
-use crate::budget::Budget;
 use crate::cursor::Cursor;
-use crate::error::IoError;
+use crate::error::{IoError, listed};
 use crate::join::{Stream, Times, join};
-use crate::listed::listed;
+use crate::limits::Budget;
 use crate::names::key;
-use crate::note::Note;
+use crate::recording::Note;
 use crate::table::{Column, Rounding, Table};
 use crate::time::simplest;
 use crate::timing::RATE_KEY;

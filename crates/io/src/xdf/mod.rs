@@ -6,15 +6,13 @@
 mod clock;
 mod xml;
 
-use crate::budget::{Budget, MAX_ENTRIES};
 use crate::cursor::Cursor;
-use crate::error::IoError;
+use crate::error::{IoError, listed};
 use crate::join::{Stream, Times, join};
-use crate::limits::MAX_CHANNELS;
-use crate::listed::listed;
+use crate::limits::{Budget, MAX_CHANNELS, MAX_ENTRIES};
 use crate::names::{MAX_NAME, key};
-use crate::note::Note;
 use crate::number::Number;
+use crate::recording::Note;
 use crate::table::{Column, Table};
 use clock::Offsets;
 use std::collections::BTreeMap;

@@ -1,3 +1,0 @@
-//! What reading a file did that its user should know.
-
-pub use ndof_signal::Warning as Note;
