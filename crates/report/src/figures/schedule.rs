@@ -5,7 +5,7 @@ use crate::plot::{Axis, Color, Dash, Figure, Panel, Series};
 use std::sync::Arc;
 
 /// One curve.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, Default, PartialEq)]
 pub struct ScheduleCurve {
     /// Its name.
     pub label: String,

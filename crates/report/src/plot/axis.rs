@@ -6,9 +6,10 @@ use crate::number::printed_unit;
 const LARGEST: f64 = 1e150;
 
 /// How numbers are laid along an axis.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub enum Scale {
     /// Evenly.
+    #[default]
     Linear,
     /// By their logarithm; numbers that are not positive are not drawn.
     Log,
@@ -48,7 +49,7 @@ impl Scale {
 }
 
 /// An axis of a panel.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, Default, PartialEq)]
 pub struct Axis {
     /// The quantity, e.g. "Frequency".
     pub label: String,
@@ -65,7 +66,7 @@ pub struct Axis {
 impl Axis {
     /// An even axis.
     pub fn linear(label: impl Into<String>, unit: impl Into<String>) -> Self {
-        Self { label: label.into(), unit: unit.into(), scale: Scale::Linear, range: None, names: Vec::new() }
+        Self { label: label.into(), unit: unit.into(), ..Self::default() }
     }
 
     /// A logarithmic axis.

@@ -42,7 +42,7 @@ pub struct Shades {
 }
 
 /// Two axes and what is drawn between them.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, Default, PartialEq)]
 pub struct Panel {
     /// Abscissa.
     pub x: Axis,
@@ -71,19 +71,7 @@ pub struct Panel {
 impl Panel {
     /// An empty panel.
     pub fn new(x: Axis, y: Axis) -> Self {
-        Self {
-            x,
-            y,
-            shades: None,
-            series: Vec::new(),
-            rules: Vec::new(),
-            spans: Vec::new(),
-            pins: Vec::new(),
-            height: 200.0,
-            equal_aspect: false,
-            proportion: 1.0,
-            link: 0,
-        }
+        Self { x, y, height: 200.0, proportion: 1.0, ..Self::default() }
     }
 
     /// Not curves over a shared abscissa, but places in a plane: read by distance, zoomed alone.
