@@ -6,6 +6,7 @@ use std::sync::Arc;
 use ndarray::{Array3, ArrayView1, Axis as Dimension};
 
 use super::curve::Curve;
+use super::entries;
 use super::error::{FigureError, expect_shape};
 use super::frequency::{frequency_axis, known_extent, positive_extent};
 use crate::number::significant;
@@ -100,31 +101,29 @@ pub fn bode(name: &str, data: &ResponseCurves) -> Result<Figure, FigureError> {
         data.outputs.join(", "),
         data.inputs.join(", ")
     ));
-    for (row, output) in data.outputs.iter().enumerate() {
-        for (column, input) in data.inputs.iter().enumerate() {
-            let mut gain = Panel::new(frequency_axis(band), Axis::log("Gain", data.unit.as_str())).height(gain_height);
-            if let Some((low, high)) = gains {
-                gain.y = gain.y.range(low, high);
-            }
-            let mut phase = Panel::new(frequency_axis(band), Axis::degrees(PHASE)).height(phase_height);
-            let cut = best_cut(data.curves.iter().map(|curve| element(&curve.phase_rad, row, column)));
-            for curve in &data.curves {
-                let at = |table: &Array3<f64>| element(table, row, column).to_vec();
-                let (color, dash, label) = (curve.style.color, curve.style.dash, curve.label.as_str());
-                if let Some((low, high)) = &curve.gain_ci95 {
-                    gain.series.push(Series::band(label, frequency.clone(), at(low), at(high), color));
-                }
-                gain.series.push(Series::line(label, frequency.clone(), at(&curve.gain), color).dash(dash));
-                let turns: Vec<f64> = element(&curve.phase_rad, row, column).iter().map(|&angle| wrap(angle, cut)).collect();
-                if let Some((low, high)) = &curve.phase_ci95_rad {
-                    let (low, high) = phase_band(element(&curve.phase_rad, row, column), element(low, row, column), element(high, row, column), &turns);
-                    phase.series.push(Series::band(label, frequency.clone(), low, high, color));
-                }
-                phase.series.push(Series::line(label, frequency.clone(), turns, color).dash(dash));
-            }
-            phase.y = phase_axis(&phase.series, band);
-            figure = figure.cell(format!("{output} ← {input}"), vec![gain, phase]);
+    for (row, column, title) in entries(&data.outputs, &data.inputs) {
+        let mut gain = Panel::new(frequency_axis(band), Axis::log("Gain", data.unit.as_str())).height(gain_height);
+        if let Some((low, high)) = gains {
+            gain.y = gain.y.range(low, high);
         }
+        let mut phase = Panel::new(frequency_axis(band), Axis::degrees(PHASE)).height(phase_height);
+        let cut = best_cut(data.curves.iter().map(|curve| element(&curve.phase_rad, row, column)));
+        for curve in &data.curves {
+            let at = |table: &Array3<f64>| element(table, row, column).to_vec();
+            let (color, dash, label) = (curve.style.color, curve.style.dash, curve.label.as_str());
+            if let Some((low, high)) = &curve.gain_ci95 {
+                gain.series.push(Series::band(label, frequency.clone(), at(low), at(high), color));
+            }
+            gain.series.push(Series::line(label, frequency.clone(), at(&curve.gain), color).dash(dash));
+            let turns: Vec<f64> = element(&curve.phase_rad, row, column).iter().map(|&angle| wrap(angle, cut)).collect();
+            if let Some((low, high)) = &curve.phase_ci95_rad {
+                let (low, high) = phase_band(element(&curve.phase_rad, row, column), element(low, row, column), element(high, row, column), &turns);
+                phase.series.push(Series::band(label, frequency.clone(), low, high, color));
+            }
+            phase.series.push(Series::line(label, frequency.clone(), turns, color).dash(dash));
+        }
+        phase.y = phase_axis(&phase.series, band);
+        figure = figure.cell(title, vec![gain, phase]);
     }
     Ok(figure)
 }

@@ -5,6 +5,7 @@ use std::sync::Arc;
 use ndarray::{Array2, Array3, Axis as Dimension};
 
 use super::bode::element;
+use super::entries;
 use super::error::{FigureError, expect_shape};
 use super::frequency::{frequency_axis, positive_extent};
 use crate::plot::{Axis, Color, Dash, Figure, Panel, Series};
@@ -47,22 +48,20 @@ pub fn coherence(name: &str, title: &str, data: Coherences<'_>) -> Result<Figure
     } else {
         "Share of the output's power that is linear in the input. 1 is perfect."
     });
-    for (row, output) in data.outputs.iter().enumerate() {
-        for (column, input) in data.inputs.iter().enumerate() {
-            let mut panel = unit_panel(band, if data.inputs.len() > 3 { 90.0 } else { 120.0 });
-            if several {
-                let multiple = data.multiple.index_axis(Dimension(0), row).to_vec();
-                panel.series.push(Series::line("multiple", frequency.clone(), multiple, Color::Grey));
-                panel.series.push(Series::line("ordinary", frequency.clone(), element(data.ordinary, row, column).to_vec(), Color::Orange).dash(Dash::Dashed));
-                panel.series.push(Series::line("partial", frequency.clone(), element(data.partial, row, column).to_vec(), Color::Blue));
-            } else {
-                panel.series.push(Series::line("coherence", frequency.clone(), element(data.ordinary, row, column).to_vec(), Color::Blue));
-            }
-            if let Some(threshold) = data.significance_95 {
-                panel = panel.rule(threshold, if row + column == 0 { "95 % significance" } else { "" });
-            }
-            figure = figure.panel(format!("{output} ← {input}"), panel);
+    for (row, column, title) in entries(data.outputs, data.inputs) {
+        let mut panel = unit_panel(band, if data.inputs.len() > 3 { 90.0 } else { 120.0 });
+        if several {
+            let multiple = data.multiple.index_axis(Dimension(0), row).to_vec();
+            panel.series.push(Series::line("multiple", frequency.clone(), multiple, Color::Grey));
+            panel.series.push(Series::line("ordinary", frequency.clone(), element(data.ordinary, row, column).to_vec(), Color::Orange).dash(Dash::Dashed));
+            panel.series.push(Series::line("partial", frequency.clone(), element(data.partial, row, column).to_vec(), Color::Blue));
+        } else {
+            panel.series.push(Series::line("coherence", frequency.clone(), element(data.ordinary, row, column).to_vec(), Color::Blue));
         }
+        if let Some(threshold) = data.significance_95 {
+            panel = panel.rule(threshold, if row + column == 0 { "95 % significance" } else { "" });
+        }
+        figure = figure.panel(title, panel);
     }
     Ok(figure)
 }

@@ -1,6 +1,7 @@
 //! A response that changes: its surface from above, slices of it, and coherence.
 
 use super::bode::capitalised;
+use super::entries;
 use super::error::{FigureError, expect_shape};
 use crate::number::significant;
 use crate::plot::{Axis, Color, Figure, Panel, Series, Shades};
@@ -29,10 +30,6 @@ pub struct Course {
 }
 
 impl Course {
-    fn entries(&self) -> impl Iterator<Item = (usize, usize, String)> {
-        (0..self.outputs.len()).flat_map(move |i| (0..self.inputs.len()).map(move |j| (i, j, format!("{} \u{2190} {}", self.outputs[i], self.inputs[j]))))
-    }
-
     fn along(&self, which: usize, entry: [usize; 3]) -> Vec<f64> {
         self.gain.iter().map(|gain| gain[which][entry]).collect()
     }
@@ -55,7 +52,7 @@ pub fn course_surface(data: &Course) -> Result<Figure, FigureError> {
         let known = |f: usize| data.gain.iter().map(move |[gain, low, _]| if low[[i, j, f]] > 0.0 { gain[[i, j, f]] } else { f64::NAN });
         rows.iter().map(|f| known(*f).collect()).collect()
     };
-    let all: Vec<Vec<Vec<f64>>> = data.entries().map(|(i, j, _)| of(i, j)).collect();
+    let all: Vec<Vec<Vec<f64>>> = entries(&data.outputs, &data.inputs).map(|(i, j, _)| of(i, j)).collect();
     let finite = || all.iter().flatten().flatten().copied().filter(|v| v.is_finite());
     let (low, high) = (finite().fold(f64::INFINITY, f64::min), finite().fold(0.0, f64::max));
     // Frequencies at which most places say nothing are no part of the picture.
@@ -70,7 +67,7 @@ pub fn course_surface(data: &Course) -> Result<Figure, FigureError> {
     let range = |values: &[f64], step: f64| (values[0] - 0.5 * step, values[values.len() - 1] + 0.5 * step);
     let ((x0, x1), (y0, y1)) = (range(&data.at, width), range(&hz, step));
     let mut figure = Figure::new("response-course", format!("{} from above", capitalised(&data.quantity))).columns(data.inputs.len());
-    for ((_, _, title), values) in data.entries().zip(&all) {
+    for ((_, _, title), values) in entries(&data.outputs, &data.inputs).zip(&all) {
         let mut panel =
             Panel::new(Axis::linear(data.axis.0.as_str(), data.axis.1.as_str()).range(x0, x1), Axis::linear("Frequency", "Hz").range(y0.max(0.0), y1));
         panel.shades = Some(Shades { label: label.clone(), x: at.clone(), y: hz.clone(), value: values[first..=last].to_vec(), range: (low, high) });
@@ -87,7 +84,7 @@ pub fn course_slices(data: &Course, frequencies: &[usize]) -> Result<Figure, Fig
     check(data)?;
     let at: Arc<[f64]> = data.at.clone().into();
     let mut figure = Figure::new("response-slices", format!("{} at some frequencies", capitalised(&data.quantity))).columns(data.inputs.len());
-    for (i, j, title) in data.entries() {
+    for (i, j, title) in entries(&data.outputs, &data.inputs) {
         let mut panel = Panel::new(Axis::linear(data.axis.0.as_str(), data.axis.1.as_str()), Axis::log("Gain", data.unit.as_str()));
         for (k, &f) in frequencies.iter().enumerate() {
             let [value, low, high] = [0, 1, 2].map(|which| data.along(which, [i, j, f]));

@@ -34,3 +34,8 @@ pub use residual::{Residual, residual};
 pub use schedule::{ScheduleCurve, ScheduleCurves, schedule};
 pub use spectra::{Spectrum, spectra};
 pub use traces::{Trace, Traces, traces};
+
+/// The elements of a matrix of responses, row by row: row, column and title.
+fn entries(outputs: &[String], inputs: &[String]) -> impl Iterator<Item = (usize, usize, String)> {
+    outputs.iter().enumerate().flat_map(move |(i, output)| inputs.iter().enumerate().map(move |(j, input)| (i, j, format!("{output} ← {input}"))))
+}

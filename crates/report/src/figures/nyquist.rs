@@ -1,11 +1,13 @@
 //! Responses in the complex plane.
 
 use super::bode::{ResponseCurves, capitalised, element};
+use super::entries;
 use super::error::FigureError;
 use super::frequency::known_extent;
 use crate::number::{printed_unit, significant};
 use crate::plot::{Axis, Figure, Panel, Pin, Series};
 use crate::table::{Align, Table};
+use ndof_analysis::log_spaced;
 
 /// Frequencies that are named along the first curve.
 const MARKED_HZ: [f64; 7] = [0.5, 1.0, 2.0, 5.0, 10.0, 20.0, 50.0];
@@ -25,27 +27,25 @@ pub fn nyquist(name: &str, data: &ResponseCurves) -> Result<Figure, FigureError>
     let mut figure = Figure::new(name, format!("{} in the complex plane", capitalised(&data.quantity)))
         .columns(data.inputs.len())
         .caption("Imaginary over real part; small numbers are frequencies in hertz.");
-    for (row, output) in data.outputs.iter().enumerate() {
-        for (column, input) in data.inputs.iter().enumerate() {
-            let unit = data.unit.as_str();
-            let mut panel = Panel::new(Axis::linear("Real part", unit), Axis::linear("Imaginary part", unit));
-            panel.equal_aspect = true;
-            for (index, curve) in data.curves.iter().enumerate() {
-                let polar = || element(&curve.gain, row, column).into_iter().zip(element(&curve.phase_rad, row, column)).zip(&data.frequency_hz);
-                let usable = |frequency: f64| frequency > 0.0 && (low..=high).contains(&frequency);
-                let real: Vec<f64> = polar().map(|((gain, phase), &f)| if usable(f) { gain * phase.cos() } else { f64::NAN }).collect();
-                let imaginary: Vec<f64> = polar().map(|((gain, phase), &f)| if usable(f) { gain * phase.sin() } else { f64::NAN }).collect();
-                if index + 1 == data.curves.len() {
-                    panel.pins = pins(&data.frequency_hz, &real, &imaginary);
-                }
-                // What was measured scatters: dots. What was computed is a line.
-                panel.series.push(match curve.gain_ci95 {
-                    Some(_) => Series::points(curve.label.as_str(), real, imaginary, curve.style.color),
-                    None => Series::line(curve.label.as_str(), real, imaginary, curve.style.color).dash(curve.style.dash),
-                });
+    for (row, column, title) in entries(&data.outputs, &data.inputs) {
+        let unit = data.unit.as_str();
+        let mut panel = Panel::new(Axis::linear("Real part", unit), Axis::linear("Imaginary part", unit));
+        panel.equal_aspect = true;
+        for (index, curve) in data.curves.iter().enumerate() {
+            let polar = || element(&curve.gain, row, column).into_iter().zip(element(&curve.phase_rad, row, column)).zip(&data.frequency_hz);
+            let usable = |frequency: f64| frequency > 0.0 && (low..=high).contains(&frequency);
+            let real: Vec<f64> = polar().map(|((gain, phase), &f)| if usable(f) { gain * phase.cos() } else { f64::NAN }).collect();
+            let imaginary: Vec<f64> = polar().map(|((gain, phase), &f)| if usable(f) { gain * phase.sin() } else { f64::NAN }).collect();
+            if index + 1 == data.curves.len() {
+                panel.pins = pins(&data.frequency_hz, &real, &imaginary);
             }
-            figure = figure.panel(format!("{output} ← {input}"), panel);
+            // What was measured scatters: dots. What was computed is a line.
+            panel.series.push(match curve.gain_ci95 {
+                Some(_) => Series::points(curve.label.as_str(), real, imaginary, curve.style.color),
+                None => Series::line(curve.label.as_str(), real, imaginary, curve.style.color).dash(curve.style.dash),
+            });
         }
+        figure = figure.panel(title, panel);
     }
     figure.table = Some(table(data));
     Ok(figure)
@@ -54,26 +54,15 @@ pub fn nyquist(name: &str, data: &ResponseCurves) -> Result<Figure, FigureError>
 /// Real and imaginary parts at a few frequencies, evenly spread by their logarithm.
 fn table(data: &ResponseCurves) -> Table {
     let positive: Vec<usize> = (0..data.frequency_hz.len()).filter(|&k| data.frequency_hz[k] > 0.0).collect();
-    let mut picked: Vec<usize> = Vec::new();
-    if let (Some(&first), Some(&last)) = (positive.first(), positive.last()) {
-        let (low, high) = (data.frequency_hz[first].ln(), data.frequency_hz[last].ln());
-        for row in 0..TABLE_ROWS {
-            let wanted = low + (high - low) * row as f64 / (TABLE_ROWS - 1) as f64;
-            let away = |k: usize| (data.frequency_hz[k].ln() - wanted).abs();
-            picked.extend(positive.iter().copied().min_by(|&a, &b| away(a).total_cmp(&away(b))));
-        }
-        picked.dedup();
-    }
+    let picked = log_spaced(&positive, &data.frequency_hz, TABLE_ROWS);
     let mut table = Table::new(format!("{}: real and imaginary part", capitalised(&data.quantity)), ["Frequency [Hz]"], [""; 0]);
     table.rows = picked.iter().map(|&k| vec![significant(data.frequency_hz[k], 3)]).collect();
-    for (row, output) in data.outputs.iter().enumerate() {
-        for (column, input) in data.inputs.iter().enumerate() {
-            for curve in &data.curves {
-                table.columns.push((format!("{output} ← {input} [{}]: {}", printed_unit(&data.unit), curve.label), Align::Right));
-                for (cells, &k) in table.rows.iter_mut().zip(&picked) {
-                    let (gain, phase) = (curve.gain[[row, column, k]], curve.phase_rad[[row, column, k]]);
-                    cells.push(format!("{}; {}", significant(gain * phase.cos(), 3), significant(gain * phase.sin(), 3)));
-                }
+    for (row, column, title) in entries(&data.outputs, &data.inputs) {
+        for curve in &data.curves {
+            table.columns.push((format!("{title} [{}]: {}", printed_unit(&data.unit), curve.label), Align::Right));
+            for (cells, &k) in table.rows.iter_mut().zip(&picked) {
+                let (gain, phase) = (curve.gain[[row, column, k]], curve.phase_rad[[row, column, k]]);
+                cells.push(format!("{}; {}", significant(gain * phase.cos(), 3), significant(gain * phase.sin(), 3)));
             }
         }
     }
