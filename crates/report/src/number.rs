@@ -55,6 +55,11 @@ pub(crate) fn fixed(value: f64, decimals: usize) -> String {
     }
 }
 
+/// The number, or the one that is shown as a dash.
+pub fn nan(value: Option<f64>) -> f64 {
+    value.unwrap_or(f64::NAN)
+}
+
 /// A number with `digits` significant digits, in powers of ten outside 10⁻³ … 10⁵; "–" where it does not exist.
 ///
 /// ```

@@ -4,6 +4,7 @@ mod data_table;
 mod figure;
 mod html;
 
+use ndof_analysis::result::Head;
 use ndof_signal::Warning;
 
 use crate::plot::Figure;
@@ -124,6 +125,12 @@ pub struct Report {
 }
 
 impl Report {
+    /// A page without sections: what every result knows of itself.
+    pub fn of(head: &Head, title: &str, command: &str) -> Self {
+        let (version, warnings) = (head.ndof_version.clone(), head.warnings.clone());
+        Report { title: title.to_owned(), command: command.to_owned(), version, warnings, ..Report::default() }
+    }
+
     /// Every figure, in the order of the page.
     pub fn figures(&self) -> impl Iterator<Item = &Figure> {
         self.sections.iter().flat_map(|section| &section.blocks).filter_map(|block| match block {

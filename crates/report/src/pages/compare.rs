@@ -1,8 +1,7 @@
 //! The report of a comparison: what differs between fits, and by how much.
 
-use super::convert::nan;
 use crate::figures::{Estimate, FigureError, Forest, ForestGroup, forest};
-use crate::number::{printed_unit, significant, to_interval, with_half_width};
+use crate::number::{nan, printed_unit, significant, to_interval, with_half_width};
 use crate::plot::{Color, Scale};
 use crate::{Report, Section, Table};
 use ndof_analysis::compare::result::{CompareResult, Difference, ParameterComparison};
@@ -15,15 +14,7 @@ const SIGNIFICANT: f64 = 0.05;
 /// # Errors
 /// [`FigureError`] if a picture cannot be drawn.
 pub fn compare_report(result: &CompareResult, names: &[String], title: &str, command: &str) -> Result<Report, FigureError> {
-    let mut report = Report {
-        title: title.to_owned(),
-        lead: lead(result, names),
-        facts: vec![("Fits".to_owned(), names.join(", "))],
-        command: command.to_owned(),
-        version: result.head.ndof_version.clone(),
-        warnings: result.head.warnings.clone(),
-        ..Report::default()
-    };
+    let mut report = Report { lead: lead(result, names), facts: vec![("Fits".to_owned(), names.join(", "))], ..Report::of(&result.head, title, command) };
     if !result.reliability.is_empty() {
         report.sections.push(Section::new("Sessions", "Agreement of the sessions over all subjects.").table(sessions(result)));
         return Ok(report);

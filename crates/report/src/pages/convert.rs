@@ -1,17 +1,13 @@
 //! Values of analyses to the plain data that pictures are drawn from.
 
 use crate::figures::{Curve, CurveStyle, Trace};
-use crate::number::significant;
+use crate::number::{nan, significant};
 use ndarray::Array3;
 use ndof_analysis::result::word;
 use ndof_signal::Recording;
 use ndof_sysid::{FrequencyResponse, ResponseKind};
 use serde::Serialize;
 use serde_json::Value;
-
-pub(super) fn nan(value: Option<f64>) -> f64 {
-    value.unwrap_or(f64::NAN)
-}
 
 /// A response as a curve, with its 95 % intervals where it has a covariance.
 pub(super) fn curve(label: &str, response: &FrequencyResponse, style: CurveStyle) -> Curve {

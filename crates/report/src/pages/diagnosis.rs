@@ -1,18 +1,16 @@
 //! The report of a diagnosis: verdict, causes with evidence, gain, what else was tried.
 
-use super::convert::{nan, settings_rows};
+use super::convert::settings_rows;
 use super::estimate::traces_section;
 use super::overlay::{Compared, residual_figure, run_figure};
 use super::words::{p_value, sentence};
 use crate::figures::{self, Considered, Estimate, FigureError, HeldOut, ScheduleCurve, ScheduleCurves, Stretches};
-use crate::number::significant;
+use crate::number::{nan, significant};
 use crate::plot::{Axis, Color, Dash, Panel, Scale, Series};
 use crate::{Figure, Note, Report, Section, Table};
 use ndof_analysis::Diagnosed;
 use ndof_analysis::diagnose::result::DiagnosisResult;
-use ndof_analysis::result::VERSION;
-use ndof_diagnose::Pictures;
-use ndof_diagnose::{Cause, Confusable, Curve, Diagnosis, Site};
+use ndof_diagnose::{Cause, Confusable, Curve, Diagnosis, Pictures, Site};
 use ndof_models::effects::Value;
 
 /// The page of `ndof diagnose`.
@@ -23,7 +21,6 @@ pub fn diagnosis_report(diagnosed: &Diagnosed, title: &str, command: &str) -> Re
     let result = &diagnosed.result;
     let d = &result.diagnosis;
     let mut report = Report {
-        title: title.to_owned(),
         lead: sentence(d),
         facts: vec![
             ("Inputs".to_owned(), result.inputs.join(", ")),
@@ -31,11 +28,9 @@ pub fn diagnosis_report(diagnosed: &Diagnosed, title: &str, command: &str) -> Re
             ("Fitted".to_owned(), d.split.estimation.clone()),
             ("Held out".to_owned(), d.split.held_out.clone()),
         ],
-        command: command.to_owned(),
-        version: VERSION.to_owned(),
-        warnings: result.head.warnings.clone(),
         settings: settings_rows(&result.settings),
         sections: sections(diagnosed)?,
+        ..Report::of(&result.head, title, command)
     };
     report.sections.push(traces_section(&diagnosed.trials)?);
     Ok(report)
@@ -136,8 +131,7 @@ fn cause_section((position, cause): (usize, &Cause)) -> Result<Section, FigureEr
         unit: curve.unit.clone(),
         value: curve.value.clone(),
         ci95: Some(curve.ci95.clone()),
-        band95: None,
-        references: Vec::new(),
+        ..ScheduleCurve::default()
     };
     let axis = first.over.strip_prefix("the ").unwrap_or(&first.over).to_owned();
     let title = format!("{} over {}", first.name, first.over);

@@ -29,18 +29,14 @@ pub fn frame(estimated: &Estimated, title: &str, command: &str) -> Report {
     let seconds: f64 = estimated.trials.trials.iter().map(|trial| trial.recording.duration_s()).sum();
     let what = format!("{} in, {} out, {} trial(s), {seconds:.1} s at {} Hz", result.inputs.len(), result.outputs.len(), result.trials, result.sample_rate_hz);
     Report {
-        title: title.to_owned(),
         facts: vec![
             ("Recording".to_owned(), what),
             ("Inputs".to_owned(), result.inputs.join(", ")),
             ("Outputs".to_owned(), result.outputs.join(", ")),
             ("References".to_owned(), if result.references.is_empty() { "none".to_owned() } else { result.references.join(", ") }),
         ],
-        command: command.to_owned(),
-        version: ndof_analysis::result::VERSION.to_owned(),
-        warnings: result.head.warnings.clone(),
         settings: settings(result),
-        ..Report::default()
+        ..Report::of(&result.head, title, command)
     }
 }
 
@@ -96,9 +92,6 @@ pub fn response_section(estimated: &Estimated, model: Option<&FrequencyResponse>
 }
 
 /// A response that was measured elsewhere, and the fitted model over it.
-///
-/// # Errors
-/// [`FigureError`] if a picture cannot be drawn.
 pub(super) fn measured_section(measured: &MeasuredResponse, model: &FrequencyResponse) -> Result<Section, FigureError> {
     let mut response = measured.response.to_kind(measured.kind)?;
     if !measured.errors_known {

@@ -1,12 +1,12 @@
 //! The report of a fit: the model over the response, its parameters, the stiffness ellipse.
 
-use super::convert::{nan, settings_rows};
+use super::convert::settings_rows;
 use super::course::course_section;
 use super::estimate::{coherence_section, frame, measured_section, power_section, response_section, traces_section};
 use super::overlay::overlay_section;
 use super::schedule::schedule_section;
 use crate::figures::{self, Ellipse, FigureError, capitalised};
-use crate::number::significant;
+use crate::number::{nan, significant};
 use crate::plot::{Color, Dash};
 use crate::{Report, Section, Table, parameter_table};
 use ndof_analysis::fit::in_time::InTime;
@@ -57,14 +57,10 @@ pub fn response_fit_report(measured: &MeasuredResponse, fitted: &Fitted, title: 
     );
     let facts = [("Response", what), ("Inputs", response.inputs.join(", ")), ("Outputs", response.outputs.join(", "))];
     let mut report = Report {
-        title: title.to_owned(),
         facts: facts.map(|(name, value)| (name.to_owned(), value)).to_vec(),
-        command: command.to_owned(),
-        version: ndof_analysis::result::VERSION.to_owned(),
-        warnings: result.head.warnings.clone(),
         settings: result.settings.iter().flat_map(|asked| settings_rows(&asked.fit)).collect(),
         lead: lead(result),
-        ..Report::default()
+        ..Report::of(&result.head, title, command)
     };
     report.sections = vec![parameters_section(&fitted.table(|_| None), "Parameters"), measured_section(measured, &fitted.seen_in(measured)?)?];
     report.sections.push(agreement_section(result));

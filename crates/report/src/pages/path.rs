@@ -2,9 +2,8 @@
 
 use crate::Figure;
 use crate::figures::{self, EllipsePath, FigureError, PathEllipse, PathStretch};
-use ndof_analysis::TIME;
-use ndof_analysis::Trials;
 use ndof_analysis::fit::schedule::result::{MeanChannel, ScheduleEntry, ScheduleResult};
+use ndof_analysis::{TIME, Trials};
 
 /// Ellipses on a path.
 const ELLIPSES: usize = 10;
@@ -15,9 +14,6 @@ const AT_REST: f64 = 6.0;
 ///
 /// Nothing where there are not just two translations, where the schedule is time (what changes over minutes is no path), where the mean does
 /// not move beyond what the deviations of `trials` leave of it, or where no symmetric stiffness exists.
-///
-/// # Errors
-/// [`FigureError`] if the picture cannot be drawn.
 pub(super) fn path_figure(found: &ScheduleResult, trials: &Trials) -> Result<Option<Figure>, FigureError> {
     let Some((motions, entries)) = plane(found) else { return Ok(None) };
     let path: Vec<[f64; 2]> = motions[0].value.iter().zip(&motions[1].value).map(|(x, y)| [*x, *y]).collect();
@@ -170,19 +166,14 @@ mod tests {
         };
         ScheduleResult {
             schedule: "phase".to_owned(),
-            unit: String::new(),
             at: (0..PLACES).map(phase).collect(),
             cycle_s: Some(1.0),
             blocks: 25,
             high_hz: 10.0,
             samples: 1000,
-            noise_order: Vec::new(),
-            command_share: None,
             entries: [("K_x_x", 300.0), ("K_x_y", xy), ("K_y_x", yx), ("K_y_y", 400.0)].map(|(name, value)| entry(name, value)).to_vec(),
-            joint: Vec::new(),
-            tests: Vec::new(),
-            held_out: Vec::new(),
             mean_movement: vec![mean("pos_x", 0.02), mean("pos_y", 0.0)],
+            ..ScheduleResult::default()
         }
     }
 

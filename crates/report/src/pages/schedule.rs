@@ -1,9 +1,8 @@
 //! Inertia, damping and stiffness over a schedule: curves with bands, the mean movement, whether they vary.
 
-use super::convert::nan;
 use super::path::path_figure;
 use crate::figures::{self, FigureError, ScheduleCurve, ScheduleCurves};
-use crate::number::significant;
+use crate::number::{nan, significant};
 use crate::{Section, Table};
 use ndof_analysis::Trials;
 use ndof_analysis::fit::result::Parameter;
@@ -46,9 +45,7 @@ pub fn schedule_section(found: &ScheduleResult, constant: &[Parameter], trials: 
         label: m.channel.clone(),
         unit: m.unit.clone(),
         value: m.value.clone(),
-        ci95: None,
-        band95: None,
-        references: Vec::new(),
+        ..ScheduleCurve::default()
     });
     section = section.figure(figures::schedule("mean-movement", "Mean movement", &grid(mean.collect(), 1))?);
     if let Some(figure) = path_figure(found, trials)? {

@@ -1,13 +1,11 @@
 //! The report of a study with several cases.
 
 use super::tables::study_tables;
-use crate::cases::result::Setting;
-use crate::cases::result::StudyResult;
+use crate::cases::result::{Setting, StudyResult};
 use crate::file::ReportSection;
 use crate::run::StudyOutcome;
 use ndof_report::figures::{self, Ellipse, FigureError};
-use ndof_report::pages::parameters_section;
-use ndof_report::pages::{coherence_section, frame, response_section, traces_section};
+use ndof_report::pages::{coherence_section, frame, parameters_section, response_section, traces_section};
 use ndof_report::plot::{Axis, Color, Dash, Panel, Series};
 use ndof_report::{Figure, Report, Section, Table};
 

@@ -1,10 +1,8 @@
 //! The report of a design: how coherent the axes are, what will move.
 
-use super::nan;
 use crate::design::Designed;
-use ndof_analysis::result::VERSION;
 use ndof_report::figures::{self, FigureError, Traces};
-use ndof_report::number::significant;
+use ndof_report::number::{nan, significant};
 use ndof_report::pages::channel_traces;
 use ndof_report::plot::{Axis, Color, Figure, Panel, Series};
 use ndof_report::{Report, Section, Table};
@@ -20,7 +18,6 @@ pub fn design_report(designed: &Designed, command: &str) -> Result<Report, Figur
         None => "One perturbation an axis.".to_owned(),
     };
     let mut report = Report {
-        title: "Perturbation".to_owned(),
         lead,
         facts: vec![
             ("Kind".to_owned(), result.kind.clone()),
@@ -28,10 +25,7 @@ pub fn design_report(designed: &Designed, command: &str) -> Result<Report, Figur
             ("Trials".to_owned(), format!("{} of {} s at {} Hz", result.trials.len(), result.duration_s, result.sample_rate_hz)),
             ("Pre-compensated".to_owned(), if result.precompensated { "yes" } else { "no" }.to_owned()),
         ],
-        command: command.to_owned(),
-        version: VERSION.to_owned(),
-        warnings: result.head.warnings.clone(),
-        ..Report::default()
+        ..Report::of(&result.head, "Perturbation", command)
     };
     if !designed.curves.is_empty() {
         report

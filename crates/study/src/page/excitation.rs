@@ -1,10 +1,8 @@
 //! The report of a robot's motion: what it keeps, what it tells, how it looks.
 
-use super::nan;
 use crate::design::ExcitedRobot;
-use ndof_analysis::result::VERSION;
 use ndof_report::figures::{self, FigureError, Trace, Traces};
-use ndof_report::number::significant;
+use ndof_report::number::{nan, significant};
 use ndof_report::{Report, Section, Table};
 use ndof_signal::{Channel, Quantity};
 
@@ -41,21 +39,17 @@ pub fn excitation_report(excited: &ExcitedRobot, command: &str) -> Result<Report
         detail_s: None,
     };
     Ok(Report {
-        title: "Motion of a robot".to_owned(),
         lead: format!("The condition of the regressor is {condition}; that of random motions within the same limits is {mean} in the mean and {best} at best."),
         facts: vec![
             ("Robot".to_owned(), result.robot.clone()),
             ("Motion".to_owned(), format!("{} s in periods of {} s at {} Hz", result.duration_s, result.period_s, result.sample_rate_hz)),
         ],
-        command: command.to_owned(),
-        version: VERSION.to_owned(),
-        warnings: result.head.warnings.clone(),
         sections: vec![
             Section::new("Limits", "In rad, rad/s, rad/s² and N m; of sliding joints in m, m/s, m/s² and N.").table(joints),
             Section::new("What it determines", "With torque noise that is white from sample to sample, of the nominal model's size.").table(parameters),
             Section::new("Angles", "The first period.").figure(figures::traces("angles", "Angles", &traces)?),
         ],
-        ..Report::default()
+        ..Report::of(&result.head, "Motion of a robot", command)
     })
 }
 

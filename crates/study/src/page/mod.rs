@@ -11,7 +11,3 @@ pub use cases::{cases_report, summary_tables};
 pub use design::design_report;
 pub use excitation::excitation_report;
 pub use study::study_report;
-
-fn nan(value: Option<f64>) -> f64 {
-    value.unwrap_or(f64::NAN)
-}

@@ -1,8 +1,7 @@
 //! What pre-compensation by a wrong model does, as a section.
 
-use super::nan;
 use crate::sensitivity::result::SensitivityResult;
-use ndof_report::number::significant;
+use ndof_report::number::{nan, significant};
 use ndof_report::plot::{Axis, Color, Dash, Figure, Panel, Series};
 use ndof_report::{Section, Table};
 use std::sync::Arc;

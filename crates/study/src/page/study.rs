@@ -2,9 +2,10 @@
 
 use crate::file::HiddenEffect;
 use crate::run::StudyOutcome;
-use ndof_report::pages::{agreement_section, ellipse_section, parameters_section, schedule_section};
-use ndof_report::pages::{coherence_section, course_section, frame, power_section, response_section, traces_section};
-use ndof_report::pages::{diagnosis_sections, overlay_section};
+use ndof_report::pages::{
+    agreement_section, coherence_section, course_section, diagnosis_sections, ellipse_section, frame, overlay_section, parameters_section, power_section,
+    response_section, schedule_section, traces_section,
+};
 use ndof_report::{FigureError, Report, Section};
 
 /// The page of `ndof study`.

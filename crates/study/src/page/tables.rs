@@ -1,11 +1,10 @@
 //! What the cases of a study show, as tables for the page and for the terminal.
 
-use super::nan;
 use crate::cases::result::{BandAgreement, Case, Compared, Setting, StudyResult};
 use crate::file::ReportSection;
 use ndof_analysis::result::Number;
 use ndof_report::Table;
-use ndof_report::number::significant;
+use ndof_report::number::{nan, significant};
 
 /// The tables of a study with several cases: agreement, fitted matrices, elements off the diagonal, hold, steps.
 pub fn study_tables(result: &StudyResult, report: &ReportSection) -> Vec<Table> {
