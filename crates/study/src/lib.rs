@@ -13,7 +13,6 @@ pub mod file;
 mod limits;
 mod moving;
 mod page;
-mod progress;
 mod run;
 pub mod sensitivity;
 mod simulate;
@@ -22,6 +21,8 @@ pub use cases::{run_cases, study_result};
 pub use design::{Design, Designed, ExcitedRobot, LooseLimb, RobotMotion, Target, design};
 pub use error::StudyError;
 pub use page::{cases_report, design_report, excitation_report, study_report, summary_tables};
-pub use progress::Progress;
 pub use run::{StudyOutcome, analyse, run_study};
 pub use simulate::{JointTruth, Matrices, Simulated, Truth, simulate};
+
+/// Called with what is done, how much of it and of how much; from any thread.
+pub type Progress<'a> = dyn Fn(&'static str, usize, usize) + Sync + 'a;

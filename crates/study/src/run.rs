@@ -1,10 +1,10 @@
 //! A whole study: simulate (or take recordings), estimate, fit, compare with the truth.
 
+use crate::Progress;
 use crate::analysed::{COMMAND, analysed};
 use crate::error::StudyError;
 use crate::file::{HiddenEffect, StudyDocument, StudyFile};
 use crate::moving::beside_the_truth;
-use crate::progress::Progress;
 use crate::sensitivity::result::SensitivityResult;
 use crate::sensitivity::sensitivity;
 use crate::simulate::{Simulated, draw_hidden, simulate};

@@ -2,16 +2,15 @@
 
 pub mod result;
 
+use crate::Progress;
 use crate::analysed::COMMAND;
 use crate::cases::result::{BandAgreement, Case, Compared, Ellipse, LowBand, MatrixNumbers, Parameter, Setting, Step, StudyResult};
 use crate::error::StudyError;
 use crate::file::{ReportSection, StepsSection, StudyDocument, StudyFile};
-use crate::progress::Progress;
 use crate::run::{StudyOutcome, run_study};
 use ndarray::{Array2, Array3, Axis as Dimension};
-use ndof_analysis::Trial;
 use ndof_analysis::result::{Head, Number, Warning, finite, number};
-use ndof_analysis::{AnalysisError, Estimated, Fitted};
+use ndof_analysis::{AnalysisError, Estimated, Fitted, Trial};
 use ndof_devices::{Impedance, Linearised};
 use ndof_models::{agreement, physical};
 use ndof_sysid::{FrequencyResponse, ResponseKind};

@@ -5,7 +5,6 @@ mod described;
 pub mod excitation;
 mod length;
 mod limbs;
-mod loose_limb;
 mod motion;
 pub mod result;
 mod robot;
@@ -16,15 +15,15 @@ mod target;
 mod theory;
 
 pub(crate) use between::Lens;
+pub use limbs::LooseLimb;
 pub(crate) use limbs::with_limb;
-pub use loose_limb::LooseLimb;
 pub use robot::ExcitedRobot;
 pub use settings::{Design, RobotMotion};
 pub use target::Target;
 
+use crate::Progress;
 use crate::command::{Commands, Judge, Through, delivery, simulated};
 use crate::error::{self, StudyError};
-use crate::progress::Progress;
 use described::{described, recordings, unit, warnings};
 use ndof_analysis::result::Head;
 use ndof_devices::{Experiment, Linearised, linearise};

@@ -1,7 +1,6 @@
 //! What a perturbation does to a person, before anyone is shaken.
 
-use super::limbs::with_limb;
-use super::loose_limb::LooseLimb;
+use super::limbs::{LooseLimb, with_limb};
 use super::specification::Limits;
 use crate::design::result::Motion;
 use crate::error::StudyError;

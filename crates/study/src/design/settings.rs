@@ -1,6 +1,6 @@
 //! What a design can be asked.
 
-use super::loose_limb::LooseLimb;
+use super::limbs::LooseLimb;
 use super::specification::{Limits, Specification};
 use super::target::Target;
 use crate::error::{StudyError, meaning};
@@ -202,9 +202,6 @@ pub struct RobotMotion {
 
 impl Design {
     /// What is asked for, in front of what the experiment says, in front of the defaults.
-    ///
-    /// # Errors
-    /// [`StudyError`] if a value would make nothing, or more than a machine holds.
     pub(super) fn specification(&self) -> Result<Specification, StudyError> {
         let experiment = self.experiment.as_ref();
         let from = |value: Option<f64>, own: fn(&ExperimentFile) -> f64, default| value.or(experiment.map(own)).unwrap_or(default);

@@ -3,10 +3,10 @@
 use super::between::{Between, Lens, excited_lines};
 use super::result::{CoherenceSize, CoherenceStages};
 use super::specification::Specification;
+use crate::Progress;
 use crate::command::{Commands, Through, period_samples, simulated};
 use crate::error::StudyError;
 use crate::file::Excitation;
-use crate::progress::Progress;
 use ndof_devices::{Experiment, Linearised};
 use ndof_signal::InputCoherence;
 
@@ -14,9 +14,6 @@ use ndof_signal::InputCoherence;
 pub(super) type Signals = [Vec<Vec<f64>>];
 
 /// How coherence is looked at: on the lines of a multisine, else as a recording will be analysed.
-///
-/// # Errors
-/// [`StudyError`] if the lines cannot be found.
 pub(super) fn lens(asked: &Specification, commands: &Commands<'_>) -> Result<Lens, StudyError> {
     let (lead, samples) = asked.samples();
     if !asked.is_multisine() {
@@ -48,9 +45,6 @@ pub(super) struct Delivered {
 
 impl Delivered {
     /// Those of the commands; none without an experiment.
-    ///
-    /// # Errors
-    /// [`StudyError`] if the simulation is not possible.
     pub(super) fn of(commanded: &Signals, benches: Option<(&Experiment, &Experiment, &Linearised)>, progress: &Progress<'_>) -> Result<Self, StudyError> {
         let Some((experiment, quiet, linear)) = benches else { return Ok(Delivered { linear: None, simulated: None, restless: None }) };
         let through = Through::delivery(linear, commanded.first().and_then(|trial| trial.first()).map_or(0, Vec::len));
@@ -77,9 +71,6 @@ fn size(found: InputCoherence) -> CoherenceSize {
 
 impl Stages {
     /// Looks at commands and forces; nothing for one axis, or where the records resolve no frequency of the band.
-    ///
-    /// # Errors
-    /// [`StudyError`] if there is no spectrum.
     pub(super) fn of(asked: &Specification, lens: &Lens, commanded: &Signals, delivered: &Delivered) -> Result<Option<Self>, StudyError> {
         let (fs, (lead, _)) = (asked.sample_rate_hz, asked.samples());
         let resolved = match lens {

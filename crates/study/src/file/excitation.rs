@@ -1,7 +1,6 @@
 //! The commanded perturbation, as experiments and `ndof design` describe it.
 
-use ndof_analysis::did_you_mean;
-use ndof_analysis::nearest;
+use ndof_analysis::{did_you_mean, nearest};
 use ndof_signal::{AxisPlan, Lines, Sweep};
 use serde::{Deserialize, Serialize};
 use std::path::PathBuf;

@@ -15,19 +15,19 @@ pub struct ExperimentFile {
     /// `ndof/experiment/1`.
     pub schema: Option<String>,
     /// Of all random signals.
-    #[serde(default = "one_seed")]
+    #[serde(default = "given::<1, _>")]
     pub seed: u64,
     /// Repeated trials.
-    #[serde(default = "one")]
+    #[serde(default = "given::<1, _>")]
     pub trials: usize,
     /// Length of a trial's recording.
-    #[serde(default = "fifty")]
+    #[serde(default = "given::<50, _>")]
     pub duration_s: f64,
     /// Rate of controller and recording.
-    #[serde(default = "five_hundred")]
+    #[serde(default = "given::<500, _>")]
     pub sample_rate_hz: f64,
     /// Simulated before the recording begins.
-    #[serde(default = "two")]
+    #[serde(default = "given::<2, _>")]
     pub discard_s: f64,
     /// The robot.
     pub device: DeviceConfig,
@@ -129,22 +129,7 @@ impl ExperimentFile {
     }
 }
 
-fn one_seed() -> u64 {
-    1
-}
-
-fn one() -> usize {
-    1
-}
-
-fn two() -> f64 {
-    2.0
-}
-
-fn fifty() -> f64 {
-    50.0
-}
-
-fn five_hundred() -> f64 {
-    500.0
+/// What holds where the file gives nothing.
+fn given<const VALUE: u16, T: From<u16>>() -> T {
+    VALUE.into()
 }

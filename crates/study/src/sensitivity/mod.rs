@@ -2,6 +2,7 @@
 
 pub mod result;
 
+use crate::Progress;
 use crate::analysed::{COMMAND, analysed, fitted};
 use crate::cases::relative_error;
 use crate::command::forces_of;
@@ -9,13 +10,11 @@ use crate::design::result::CoherenceSize;
 use crate::design::{Lens, with_limb};
 use crate::error::{StudyError, meaning};
 use crate::file::{SensitivitySection, StudyFile};
-use crate::progress::Progress;
 use crate::sensitivity::result::{SensitivityResult, SensitivityRow, SimulatedSensitivity};
 use crate::simulate::{Simulated, simulate_behind};
 use ndarray::Array2;
-use ndof_analysis::Trials;
 use ndof_analysis::result::Head;
-use ndof_analysis::{Estimated, Trial};
+use ndof_analysis::{Estimated, Trial, Trials};
 use ndof_devices::{Experiment, Impedance, Linearised, linearise};
 use ndof_signal::{CrossSpectra, ExcitationError, Kernel, input_coherence_at};
 use num_complex::Complex64;
@@ -52,9 +51,6 @@ struct Curve {
 /// The designed forces are independent and white. Commands T_model⁻¹ F deliver T T_model⁻¹ F, whose coherence follows from the
 /// two linear models alone, without the scatter of a sample. Rows with a simulation pool the study's trials on the
 /// device itself and fit the limb from the direct and from the derived estimate.
-///
-/// # Errors
-/// [`StudyError`] if the experiment cannot be built or simulated.
 pub(crate) fn sensitivity(
     study: &StudyFile,
     section: &SensitivitySection,

@@ -2,8 +2,7 @@
 
 use crate::error::{StudyError, meaning};
 use crate::file::{ExperimentFile, HiddenEffect};
-use ndof_analysis::nearest;
-use ndof_analysis::{AnalysisError, did_you_mean};
+use ndof_analysis::{AnalysisError, did_you_mean, nearest};
 use ndof_devices::{Experiment, Extras, Impedance, LimbConfig};
 use ndof_models::Axis;
 use ndof_models::effects::{EFFECTS, Effect, Injection, Parameters, Setting, Side, Value, find};

@@ -6,10 +6,10 @@ mod hide;
 pub(crate) use drawn::draw_hidden;
 use hide::{hide, mix};
 
+use crate::Progress;
 use crate::command::{Command, Commands, Through, delivery};
 use crate::error::StudyError;
 use crate::file::ExperimentFile;
-use crate::progress::Progress;
 use ndarray::Array2;
 use ndof_analysis::in_order;
 use ndof_analysis::result::VERSION;
