@@ -2,10 +2,9 @@
 
 use crate::error::CliError;
 use clap::Args;
-use ndof_analysis::AnalysisError;
-use ndof_analysis::RoleNames;
 use ndof_analysis::file::{self, ChannelsFile};
 use ndof_analysis::options::positive;
+use ndof_analysis::{AnalysisError, RoleNames};
 use ndof_io::ReadOptions;
 use ndof_signal::Recording;
 use serde::{Deserialize, Serialize};
