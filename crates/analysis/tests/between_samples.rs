@@ -1,6 +1,6 @@
 //! Forces that are held between samples, default bands and misfits: what a fit of a recording finds without being told anything.
 
-use ndof_analysis::{Estimate, Estimated, Fit, Fitted, Trial, overlay};
+use ndof_analysis::{Estimate, Estimated, Fit, Fitted, Question, Trial, overlay};
 use ndof_models::{Hold, Width};
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
@@ -210,8 +210,8 @@ fn jumps_at_the_ticks_of_a_loop_are_found_and_bias_nothing() {
     let truth = [2.0, -0.5, 1.8, 12.0, -2.0, 15.0, 300.0, -60.0, 400.0];
     for (before, hold) in [(true, Hold::ReadBefore), (false, Hold::ReadAfter)] {
         for by_ticks in [true, false] {
-            // The last command is white.
-            for (rate_hz, mean_over) in [(100.0, 4), (250.0, 10), (100.0, 1)] {
+            // The first command is white.
+            for (rate_hz, mean_over) in [(100.0, 1), (250.0, 10)] {
                 let (mut inside, mut half_widths) = (0, [0.0; 2]);
                 for seed in 0..8 {
                     let estimated = Estimate::default().run(&on_a_robot([before, by_ticks], (rate_hz, mean_over), seed)).expect("an estimate");
@@ -237,6 +237,17 @@ fn jumps_at_the_ticks_of_a_loop_are_found_and_bias_nothing() {
                 // Of 72 intervals of 95 %, 61 or more hold the truth with a probability of 99.9 %.
                 assert!(inside >= 61, "{before} {by_ticks} {rate_hz}: {inside} of 72");
             }
+        }
+    }
+}
+
+#[test]
+fn nothing_is_missing_in_a_linear_limb_that_is_read_at_ticks() {
+    // A command that is white up to 25 Hz: what folds and what jumps are as large as what is not held.
+    for place in [[true, true], [true, false], [false, true], [false, false]] {
+        for seed in 0..2 {
+            let found = Question::new(&on_a_robot(place, (50.0, 1), seed)).run().expect("an answer").result.diagnosis;
+            assert!(found.causes.is_empty(), "before, by ticks: {place:?}, {seed}: {:?}", found.causes.iter().map(|c| &c.effect).collect::<Vec<_>>());
         }
     }
 }

@@ -208,19 +208,23 @@ impl Samples {
             return;
         }
         let (rate_hz, step_s) = (self.rate_hz, 1.0 / self.rate_hz);
-        self.effort.iter_mut().flatten().for_each(|f| *f = filter(f, rate_hz, |s| hold.response(s, step_s)));
-        let Some(ticks) = ticks else { return };
+        let Some(ticks) = ticks else {
+            return self.effort.iter_mut().flatten().for_each(|f| *f = filter(f, rate_hz, |s| hold.response(s, step_s)));
+        };
         // Every pair of channels asks for the same frequencies.
         let known = RefCell::new(BTreeMap::new());
-        for (effort, command) in self.effort.iter_mut().zip(&self.reference) {
-            for (i, j) in (0..effort.len()).flat_map(|i| (0..command.len()).map(move |j| (i, j))) {
-                let missing = filter(&command[j], rate_hz, |s| {
-                    let mut known = known.borrow_mut();
-                    let missing = known.entry(s.im.to_bits()).or_insert_with(|| ticks.missing(s));
-                    missing.as_ref().map_or(Complex64::ZERO, |missing| missing[[i, j]])
-                });
-                effort[i].iter_mut().zip(missing).for_each(|(f, missing)| *f += missing);
-            }
+        let acting = |s: Complex64, i, j| {
+            let mut known = known.borrow_mut();
+            let acting = known.entry(s.im.to_bits()).or_insert_with(|| ticks.acting(s));
+            acting.as_ref().map_or(Complex64::from(f64::from(u8::from(i == j))), |acting| acting[[i, j]])
+        };
+        for effort in &mut self.effort {
+            let read = std::mem::take(effort);
+            let of = |i| {
+                let parts = read.iter().enumerate().map(|(j, read)| filter(read, rate_hz, |s| acting(s, i, j)));
+                parts.reduce(|sum, part| sum.iter().zip(&part).map(|(a, b)| a + b).collect()).unwrap_or_default()
+            };
+            *effort = (0..read.len()).map(of).collect();
         }
     }
 
