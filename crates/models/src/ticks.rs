@@ -84,8 +84,9 @@ mod tests {
                         let sampling = Sampling { hold, sample_rate_hz: rate, derivatives };
                         let ticks = Ticks { sampling, limb: of([m, b, k]), before: of([all_m - m, all_b - b, all_k - k]) };
                         let [r, t] = ticks.read(s).expect("responses");
-                        // At most a tenth of a sum lies beyond two foldings, which its integral gives to a hundredth, and there terms of B T/(2π k M) are left out.
-                        let within = 1e-3 + 0.1 * all_b / all_m * step_s / (3.0 * TAU);
+                        // Of a sum of 1/(k + a)², π²/sin²(πa), the integral beyond two foldings leaves (f + 1/2)⁻³/12 to each side, f = 2 ± a: at most 1.4e-3. A
+                        // tenth of the sum lies there, without its terms of B T/(2π k M).
+                        let within = 1.4e-3 + 0.1 * all_b / all_m * step_s / (3.0 * TAU);
                         let error = (r[[0, 0]] / motion - 1.0).norm().max((t[[0, 0]] / force - 1.0).norm());
                         assert!(error < within, "{hold:?} {rate} {share} {derivatives}: {error}");
                         let acting = ticks.acting(s).expect("a response")[[0, 0]] * force;
