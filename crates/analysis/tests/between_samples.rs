@@ -149,7 +149,7 @@ fn a_stiffness_below_zero_is_flagged() {
     assert!(found.result.head.warnings.iter().any(|w| w.code == "negative-diagonal" && w.message.starts_with('K')), "{:?}", found.result.parameters);
 }
 
-/// A limb of two axes on a robot that pushes back softly, from tick to tick by what it read or as a spring and a damper would; force and position of 40 s,
+/// A limb of two axes on a robot that pushes back softly, from tick to tick by what it read and its differences or as a spring and a damper would; force and position of 40 s,
 /// read just before each command is written or just after, with noise.
 fn on_a_robot([before, by_ticks]: [bool; 2], (rate_hz, mean_over): (f64, usize), seed: u64) -> [Trial; 1] {
     const STEPS: usize = 20;
@@ -170,11 +170,12 @@ fn on_a_robot([before, by_ticks]: [bool; 2], (rate_hz, mean_over): (f64, usize),
     let count = (40.0 * rate_hz) as usize;
     let mut draw = |mean_over| [noise(&mut rng, count, mean_over), noise(&mut rng, count, mean_over)];
     let (command, own) = (draw(mean_over), draw(1));
-    let (mut x, mut v, mut motors) = ([0.0; 2], [0.0; 2], [0.0; 2]);
+    let (mut x, mut v, mut motors, mut last) = ([0.0; 2], [0.0; 2], [0.0; 2], [0.0; 2]);
     let mut read = [const { Vec::new() }; 4];
     for k in 0..count {
         let next = [0, 1].map(|axis| 4.0 * command[axis][k]);
-        let next = if by_ticks { sum(next, answer(x, v)) } else { next };
+        let next = if by_ticks { sum(next, answer(x, [0, 1].map(|k| (x[k] - last[k]) * rate_hz))) } else { next };
+        last = x;
         let seen = force(x, v, if before { motors } else { next });
         (0..2).for_each(|axis| read[axis].push(seen[axis] + 0.02 * own[axis][k]));
         (0..2).for_each(|axis| read[2 + axis].push((x[axis] * 1e5).round() / 1e5));

@@ -86,7 +86,7 @@ pub fn diagnose_with_pictures(
     let clipped = if meaning.effort_is_command { vec![] } else { detectors::clipped(&estimation) };
     let mut linear = options.linear.clone().filter(|_| baseline.is_none());
     if let Some(fit) = &linear {
-        [&mut estimation, &mut held].into_iter().for_each(|part| part.hold(fit.hold, fit.ticks.as_ref(), meaning.motion_imposed));
+        [&mut estimation, &mut held].into_iter().for_each(|part| part.hold(fit.hold, fit.ticks.as_ref(), &meaning));
     }
     progress("preparing");
     let mut subject = Subject::new(&estimation, &meaning, options, baseline)?;

@@ -3,7 +3,7 @@
 use crate::DiagnoseError;
 use crate::operators::filter;
 use ndof_models::schedule::MeanOver;
-use ndof_models::{Hold, Ticks};
+use ndof_models::{Hold, Sampling, Ticks};
 use ndof_signal::{Quantity, Recording};
 use ndof_sysid::Ports;
 use num_complex::Complex64;
@@ -203,19 +203,20 @@ impl Samples {
 
     /// Puts in the place of efforts that are held between their samples, or read at the ticks of a loop whose command is held, what acts on the plant at the
     /// frequencies that samples carry.
-    pub fn hold(&mut self, hold: Hold, ticks: Option<&Ticks>, motion_imposed: bool) {
-        if hold == Hold::BandLimited || motion_imposed {
+    pub fn hold(&mut self, hold: Hold, ticks: Option<&Ticks>, meaning: &Meaning) {
+        if hold == Hold::BandLimited || meaning.motion_imposed {
             return;
         }
         let (rate_hz, step_s) = (self.rate_hz, 1.0 / self.rate_hz);
         let Some(ticks) = ticks else {
             return self.effort.iter_mut().flatten().for_each(|f| *f = filter(f, rate_hz, |s| hold.response(s, step_s)));
         };
+        let sampling = Sampling { hold, sample_rate_hz: rate_hz, derivatives: meaning.order as i32 };
         // Every pair of channels asks for the same frequencies.
         let known = RefCell::new(BTreeMap::new());
         let acting = |s: Complex64, i, j| {
             let mut known = known.borrow_mut();
-            let acting = known.entry(s.im.to_bits()).or_insert_with(|| ticks.acting(s));
+            let acting = known.entry(s.im.to_bits()).or_insert_with(|| ticks.acting(sampling, s));
             acting.as_ref().map_or(Complex64::from(f64::from(u8::from(i == j))), |acting| acting[[i, j]])
         };
         for effort in &mut self.effort {

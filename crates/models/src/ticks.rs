@@ -18,8 +18,6 @@ use num_complex::Complex64;
 /// K. J. Åström & B. Wittenmark (1997), Computer-Controlled Systems, ch. 2.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Ticks {
-    /// When channels are read, how often, and which derivative of the motion.
-    pub sampling: Sampling,
     /// What is behind the force.
     pub limb: InertiaDampingStiffness,
     /// What is before it, held or not.
@@ -27,30 +25,30 @@ pub struct Ticks {
 }
 
 impl Ticks {
-    /// R and T at s: displacement and force as they are read, for each unit of what is held. `None` where they do not exist.
-    pub fn read(&self, s: Complex64) -> Option<[Array2<Complex64>; 2]> {
+    /// R and T at s: displacement and force as they are read by a sampling, for each unit of what is held. `None` where they do not exist.
+    pub fn read(&self, sampling: Sampling, s: Complex64) -> Option<[Array2<Complex64>; 2]> {
         let mass = &self.before.inertia;
         let all = ndof_linear::inverse(&(mass + &self.limb.inertia))?;
         // What of the force before it jumps, M_r (M + M_r)⁻¹; the rest of it does not, and falls as 1/s.
         let jump = mass.dot(&all).mapv(Complex64::from);
-        let held = |derivatives| Sampling { hold: Hold::Zero, derivatives, ..self.sampling };
+        let held = |derivatives| Sampling { hold: Hold::Zero, derivatives, ..sampling };
         let n = jump.nrows();
         let (mut motion, mut smooth) = (Array2::zeros((n, n)), Array2::zeros((n, n)));
-        let folds = held(self.sampling.derivatives).folds(s, 2).into_iter().zip(held(0).folds(s, 1));
+        let folds = held(sampling.derivatives).folds(s, 2).into_iter().zip(held(0).folds(s, 1));
         for ((folded, of_motion), (_, of_force)) in folds {
             let before = self.before.dynamic_stiffness(folded);
             let moved = ndof_linear::inverse(&(&before + &self.limb.dynamic_stiffness(folded)))?;
             smooth.scaled_add(of_force, &(before.dot(&moved) - &jump));
             motion.scaled_add(of_motion, &moved);
         }
-        let late = if self.sampling.hold == Hold::ReadBefore { (-s / self.sampling.sample_rate_hz).exp() } else { Complex64::ONE };
+        let late = if sampling.hold == Hold::ReadBefore { (-s / sampling.sample_rate_hz).exp() } else { Complex64::ONE };
         let force = (Array2::eye(n) - jump) * late - smooth;
         Some([motion, force])
     }
 
     /// G at s: what acts for each unit of force that is read, D R T⁻¹, so that motion is D⁻¹ G F without samples.
-    pub fn acting(&self, s: Complex64) -> Option<Array2<Complex64>> {
-        let [motion, force] = self.read(s)?;
+    pub fn acting(&self, sampling: Sampling, s: Complex64) -> Option<Array2<Complex64>> {
+        let [motion, force] = self.read(sampling, s)?;
         Some(self.limb.dynamic_stiffness(s).dot(&motion).dot(&ndof_linear::inverse(&force)?))
     }
 }
@@ -82,14 +80,14 @@ mod tests {
                     let force = m * (command - all_b * v - all_k * x) / all_m + b * v + k * x;
                     for (derivatives, motion) in [(0, x), (1, v / s)] {
                         let sampling = Sampling { hold, sample_rate_hz: rate, derivatives };
-                        let ticks = Ticks { sampling, limb: of([m, b, k]), before: of([all_m - m, all_b - b, all_k - k]) };
-                        let [r, t] = ticks.read(s).expect("responses");
+                        let ticks = Ticks { limb: of([m, b, k]), before: of([all_m - m, all_b - b, all_k - k]) };
+                        let [r, t] = ticks.read(sampling, s).expect("responses");
                         // Of a sum of 1/(k + a)², π²/sin²(πa), the integral beyond two foldings leaves (f + 1/2)⁻³/12 to each side, f = 2 ± a: at most 1.4e-3. A
                         // tenth of the sum lies there, without its terms of B T/(2π k M).
                         let within = 1.4e-3 + 0.1 * all_b / all_m * step_s / (3.0 * TAU);
                         let error = (r[[0, 0]] / motion - 1.0).norm().max((t[[0, 0]] / force - 1.0).norm());
                         assert!(error < within, "{hold:?} {rate} {share} {derivatives}: {error}");
-                        let acting = ticks.acting(s).expect("a response")[[0, 0]] * force;
+                        let acting = ticks.acting(sampling, s).expect("a response")[[0, 0]] * force;
                         assert!((acting / ((s * s * m + s * b + k) * motion) - 1.0).norm() < 3.0 * within);
                     }
                 }

@@ -2,7 +2,7 @@
 
 use super::evidence::Evidence;
 use super::result::Between;
-use super::ticks::{Tick, of_acting};
+use super::ticks::{self, Tick};
 use crate::error::AnalysisError;
 use crate::result::number;
 use ndof_models::blocks::Composite;
@@ -90,22 +90,25 @@ impl Search<'_> {
         self.evidence.sampled.map_or(Sampling::CONTINUOUS, |(sample_rate_hz, derivatives)| Sampling { hold, sample_rate_hz, derivatives })
     }
 
-    fn response(&self, ticks: Option<&Ticks>) -> FrequencyResponse {
-        let own = ticks.map(|ticks| of_acting(ticks, &self.evidence.response));
-        let response = own.as_ref().unwrap_or(&self.evidence.response);
-        if self.all { response.clone() } else { response.independent() }
+    /// The response to efforts as they act.
+    fn response(&self, hold: Hold, ticks: Option<&Ticks>) -> FrequencyResponse {
+        let response = if self.all { self.evidence.response.clone().into_owned() } else { self.evidence.response.independent() };
+        match ticks {
+            Some(ticks) => response.to_parts(&ticks::read(ticks, self.held(hold), &response.frequency_hz)),
+            None => response,
+        }
     }
 
     /// A hold under which the model cannot be fitted is none.
     fn under(&mut self, hold: Hold, ticks: Option<Ticks>, starts: &[Vec<f64>]) -> Option<Tried> {
         self.model.sampling = self.held(hold);
-        let fit = self.rough.fit_from(&self.model, &self.response(ticks.as_ref()), starts).ok()?;
+        let fit = self.rough.fit_from(&self.model, &self.response(hold, ticks.as_ref()), starts).ok()?;
         Some(Tried { hold, ticks, fit })
     }
 
     /// What acts follows from the limb, and the limb, a little, from what acts: until χ² changes by less than a standard error makes.
     fn at_ticks(&mut self, tick: &Tick<'_>, (hold, motors): (Hold, bool), start: &[f64]) -> Option<Tried> {
-        let mut next = |theta: &[f64]| self.under(hold, Some(tick.at(theta, hold, motors)?), &[theta.to_vec()]);
+        let mut next = |theta: &[f64]| self.under(hold, Some(tick.at(theta, motors)?), &[theta.to_vec()]);
         let mut found = next(start)?;
         for _ in 1..ROUNDS {
             let better = next(&found.fit.theta)?;
@@ -121,7 +124,7 @@ impl Search<'_> {
     /// Where the search ends that was rough.
     fn settled(&mut self, comparison: &WeightedFit, Tried { hold, ticks, fit }: &Tried) -> Vec<f64> {
         self.model.sampling = self.held(*hold);
-        comparison.fit(&self.model, &self.response(ticks.as_ref()), &fit.theta).map_or_else(|_| fit.theta.clone(), |fit| fit.theta)
+        comparison.fit(&self.model, &self.response(*hold, ticks.as_ref()), &fit.theta).map_or_else(|_| fit.theta.clone(), |fit| fit.theta)
     }
 }
 

@@ -3,12 +3,12 @@
 use crate::error::AnalysisError;
 use crate::estimate::{Estimate, Estimated, Excited, without_each};
 use crate::fit::settings::VafWeight;
-use crate::fit::ticks::of_acting;
+use crate::fit::ticks;
 use crate::response::MeasuredResponse;
 use crate::result::Warning;
 use crate::trials::Trials;
 use ndarray::Array3;
-use ndof_models::{CovarianceKind, LoopModel, Smoothing, Ticks};
+use ndof_models::{CovarianceKind, LoopModel, Sampling, Smoothing, Ticks};
 use ndof_sysid::{DerivedEstimate, FrequencyResponse, ResponseKind};
 use std::borrow::Cow;
 
@@ -93,8 +93,9 @@ impl<'a> Evidence<'a> {
     }
 
     /// The responses to efforts as they act.
-    pub fn on(&self, ticks: &Ticks) -> Self {
-        let of = |response: &FrequencyResponse| of_acting(ticks, response);
+    pub fn on(&self, ticks: &Ticks, sampling: Sampling) -> Self {
+        let read = ticks::read(ticks, sampling, &self.response.frequency_hz);
+        let of = |response: &FrequencyResponse| response.to_parts(&read);
         Evidence { response: Cow::Owned(of(&self.response)), without: self.without.iter().map(of).collect(), ..self.clone() }
     }
 

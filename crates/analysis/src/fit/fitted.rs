@@ -77,7 +77,7 @@ impl Fitted {
         let drawn = like.frequency_hz.partition_point(|hz| *hz <= DRAWN_BEYOND * self.fit.band_hz[1]);
         let mut near = self.comparison.seen(&self.whole(), &self.theta, like.kind, &like.frequency_hz[..drawn], &kernel);
         if let Some(ticks) = &self.ticks {
-            ticks::seen(ticks, &mut near, &like.frequency_hz[..drawn]);
+            ticks::seen(ticks, self.sampling, &mut near, &like.frequency_hz[..drawn]);
         }
         let nowhere = Complex64::new(f64::NAN, f64::NAN);
         let at = |f: usize, i: usize, j: usize| match &self.gains {

@@ -157,7 +157,7 @@ fn fit_to(whole: &Evidence<'_>, settings: &Fit) -> Result<Fitted, AnalysisError>
     let composite = Composite::of_cards(&model, &cards);
     let starts = starts::starts(&model, &composite, &cards, evidence, band_hz)?;
     let mut sampled = sampled(&comparison, (&model, composite), &starts, evidence, settings.hold)?;
-    let ticked = sampled.ticks.as_ref().map(|ticks| evidence.on(ticks));
+    let ticked = sampled.ticks.as_ref().map(|ticks| evidence.on(ticks, sampled.sampling));
     let evidence = ticked.as_ref().unwrap_or(evidence);
     let response = &*evidence.response;
     let (sampling, begin) = (sampled.sampling, std::mem::take(&mut sampled.theta));

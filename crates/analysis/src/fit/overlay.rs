@@ -101,7 +101,7 @@ fn response(trials: &Trials, fitted: &Fitted, frequency_hz: &[f64]) -> Array3<Co
     let exact = WeightedFit { smoothing: Smoothing::None, ..fitted.comparison.clone() };
     let mut response = exact.seen(&fitted.whole(), &fitted.theta, kind, frequency_hz, &Kernel::default());
     if let Some(ticks) = &fitted.ticks {
-        ticks::seen(ticks, &mut response, frequency_hz);
+        ticks::seen(ticks, fitted.sampling, &mut response, frequency_hz);
     }
     for ((f, i, j), value) in response.indexed_iter_mut() {
         let order = if driven_by_motion { roles.input_motion[j].map(|order| -order) } else { roles.output_motion[i] };

@@ -7,28 +7,24 @@ use ndof_sysid::FrequencyResponse;
 use num_complex::Complex64;
 use std::f64::consts::TAU;
 
-/// Efforts as they act of efforts as they are read, `[f]`; not a number where there is none.
-pub(super) fn acting(ticks: &Ticks, frequency_hz: &[f64]) -> Array3<Complex64> {
-    let n = ticks.limb.axes.len();
-    let mut acting = Array3::from_elem((frequency_hz.len(), n, n), Complex64::new(f64::NAN, f64::NAN));
-    for (mut at, hz) in acting.outer_iter_mut().zip(frequency_hz) {
-        ticks.acting(Complex64::new(0.0, TAU * hz)).into_iter().for_each(|found| at.assign(&found));
+/// A matrix of each frequency, `[f]`; not a number where there is none.
+fn each(frequency_hz: &[f64], n: usize, of: impl Fn(Complex64) -> Option<Array2<Complex64>>) -> Array3<Complex64> {
+    let mut out = Array3::from_elem((frequency_hz.len(), n, n), Complex64::new(f64::NAN, f64::NAN));
+    for (mut at, hz) in out.outer_iter_mut().zip(frequency_hz) {
+        of(Complex64::new(0.0, TAU * hz)).into_iter().for_each(|found| at.assign(&found));
     }
-    acting
+    out
 }
 
-/// A response to efforts as they are read, as one to what acts.
-pub(super) fn of_acting(ticks: &Ticks, response: &FrequencyResponse) -> FrequencyResponse {
-    let mut read = acting(ticks, &response.frequency_hz);
-    for mut at in read.outer_iter_mut() {
-        ndof_linear::inverse(&at.to_owned()).into_iter().for_each(|read| at.assign(&read));
-    }
-    response.to_parts(&read)
+/// Efforts as they are read of efforts as they act, `[f]`.
+pub(super) fn read(ticks: &Ticks, sampling: Sampling, frequency_hz: &[f64]) -> Array3<Complex64> {
+    each(frequency_hz, ticks.limb.axes.len(), |s| ndof_linear::inverse(&ticks.acting(sampling, s)?))
 }
 
 /// A response to what acts, as one to efforts as they are read.
-pub(super) fn seen(ticks: &Ticks, response: &mut Array3<Complex64>, frequency_hz: &[f64]) {
-    for (mut seen, acting) in response.outer_iter_mut().zip(acting(ticks, frequency_hz).outer_iter()) {
+pub(super) fn seen(ticks: &Ticks, sampling: Sampling, response: &mut Array3<Complex64>, frequency_hz: &[f64]) {
+    let acting = each(frequency_hz, ticks.limb.axes.len(), |s| ticks.acting(sampling, s));
+    for (mut seen, acting) in response.outer_iter_mut().zip(acting.outer_iter()) {
         let whole = seen.dot(&acting);
         seen.assign(&whole);
     }
@@ -37,7 +33,7 @@ pub(super) fn seen(ticks: &Ticks, response: &mut Array3<Complex64>, frequency_hz
 /// What a command moves that a loop holds from tick to tick.
 pub(super) struct Tick<'a> {
     model: &'a InertiaDampingStiffnessModel,
-    sampling: Sampling,
+    sample_rate_hz: f64,
     whole: InertiaDampingStiffness,
 }
 
@@ -66,12 +62,12 @@ impl<'a> Tick<'a> {
         let starts: Vec<Vec<f64>> = start.into_iter().chain([theta[..model.parameters().len()].to_vec()]).collect();
         let sampling = Sampling { hold: Hold::Zero, sample_rate_hz, derivatives };
         let whole = settings.fit_from(&Held { model: model.clone(), sampling }, &moved.independent(), &starts).ok()?;
-        Some(Tick { model, sampling, whole: model.matrices(&whole.theta) })
+        Some(Tick { model, sample_rate_hz, whole: model.matrices(&whole.theta) })
     }
 
     /// With the parameters of a limb; `None` where its inertia is not a part of all that moves. Before the force is what all that is moved has more than the
     /// limb, and where all that the motors do is held, the inertia of that.
-    pub fn at(&self, theta: &[f64], hold: Hold, motors: bool) -> Option<Ticks> {
+    pub fn at(&self, theta: &[f64], motors: bool) -> Option<Ticks> {
         let limb = self.model.matrices(&theta[..self.model.parameters().len()]);
         let less = |all: &Array2<f64>, own: &Array2<f64>| all - own;
         let mut before = InertiaDampingStiffness {
@@ -82,10 +78,10 @@ impl<'a> Tick<'a> {
         };
         if motors {
             // What answers speed half a sample late is an inertia of −B T/2.
-            before.inertia.scaled_add(0.5 / self.sampling.sample_rate_hz, &before.damping);
+            before.inertia.scaled_add(0.5 / self.sample_rate_hz, &before.damping);
             [&mut before.damping, &mut before.stiffness].into_iter().for_each(|none| none.fill(0.0));
         }
         let is_part = [&limb, &before].into_iter().all(|part| part.inertia.diag().iter().all(|m| *m > 0.0));
-        is_part.then(|| Ticks { sampling: Sampling { hold, ..self.sampling }, limb, before })
+        is_part.then_some(Ticks { limb, before })
     }
 }
