@@ -4,8 +4,9 @@ use crate::error::IoError;
 use crate::limits::Budget;
 use crate::names::uniquely;
 use crate::recording::Note;
-use crate::resample::{MAX_GAP_STEPS, interpolate_at};
+use crate::resample::MAX_GAP_STEPS;
 use crate::table::{Column, Rounding, Table};
+use ndof_signal::interpolated;
 
 /// When the samples of a stream were taken.
 #[derive(Clone, Debug, PartialEq)]
@@ -104,7 +105,7 @@ pub(crate) fn join(file: &str, streams: Vec<Stream>, budget: &mut Budget) -> Res
         for column in stream.columns {
             let samples = match &stamps {
                 None => column.samples.get(from..to).map(<[f64]>::to_vec).unwrap_or_default(),
-                Some(stamps) => without_gaps(stamps, &times, interpolate_at(stamps, &column.samples, times.iter().copied())),
+                Some(stamps) => without_gaps(stamps, &times, interpolated(stamps, &column.samples, times.iter().copied())),
             };
             table.columns.push(Column { name: names.next().unwrap_or(column.name), samples, ..column });
         }

@@ -5,6 +5,7 @@ use crate::limits::MAX_RESAMPLE_GROWTH;
 use crate::options::Resample;
 use crate::table::Table;
 use crate::time::Stamps;
+use ndof_signal::interpolated;
 
 /// The longest gap that is interpolated over, in median steps: beyond it the curve between is invention.
 pub(crate) const MAX_GAP_STEPS: f64 = 10.0;
@@ -49,24 +50,9 @@ pub(crate) fn grid(file: &str, table: &Table, stamps: &Stamps<'_>, how: Resample
     Ok(Grid { rate_hz, start_s: t[0], len: len as usize, longest_gap_s })
 }
 
-/// Samples `values`, taken at `times_s`, on `grid` by cubic Hermite interpolation with the slopes of the parabola
-/// through three neighbours: exact for parabolas, and local, so that a missing sample (NaN) spoils only its own
-/// neighbourhood.
+/// Samples `values`, taken at `times_s`, on `grid`.
 pub(crate) fn interpolate(times_s: &[f64], values: &[f64], grid: &Grid) -> Vec<f64> {
-    interpolate_at(times_s, values, (0..grid.len).map(|i| grid.start_s + i as f64 / grid.rate_hz))
-}
-
-/// As [`interpolate`], at times that do not decrease; beyond the ends the value there. There are at least two samples.
-pub(crate) fn interpolate_at(times_s: &[f64], values: &[f64], at_s: impl Iterator<Item = f64>) -> Vec<f64> {
-    let n = times_s.len();
-    let mut k = 0;
-    at_s.map(|t| {
-        while k + 2 < n && times_s[k + 1] <= t {
-            k += 1;
-        }
-        hermite(times_s, values, k, t)
-    })
-    .collect()
+    interpolated(times_s, values, (0..grid.len).map(|i| grid.start_s + i as f64 / grid.rate_hz))
 }
 
 /// Samples at a regular rate as a curve in time from the first sample on.
@@ -101,33 +87,6 @@ impl<'a> Curve<'a> {
     }
 }
 
-fn hermite(x: &[f64], y: &[f64], k: usize, t: f64) -> f64 {
-    let h = x[k + 1] - x[k];
-    let u = ((t - x[k]) / h).clamp(0.0, 1.0);
-    if u == 0.0 {
-        return y[k];
-    }
-    if u == 1.0 {
-        return y[k + 1];
-    }
-    let (m0, m1) = (slope(x, y, k), slope(x, y, k + 1));
-    let v = 1.0 - u;
-    y[k] * v * v * (1.0 + 2.0 * u) + y[k + 1] * u * u * (1.0 + 2.0 * v) + h * u * v * (m0 * v - m1 * u)
-}
-
-/// The slope at `k` of the parabola through it and its neighbours; at an end, of the parabola of its neighbour.
-fn slope(x: &[f64], y: &[f64], k: usize) -> f64 {
-    let n = x.len();
-    if n == 2 {
-        return (y[1] - y[0]) / (x[1] - x[0]);
-    }
-    let c = k.clamp(1, n - 2);
-    let (h0, h1) = (x[c] - x[c - 1], x[c + 1] - x[c]);
-    let (d0, d1) = ((y[c] - y[c - 1]) / h0, (y[c + 1] - y[c]) / h1);
-    let curvature = (d1 - d0) / (h0 + h1);
-    d0 + curvature * (2.0 * x[k] - x[c - 1] - x[c])
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -135,18 +94,6 @@ mod tests {
 
     /// Round-off of a handful of operations on numbers of order one.
     const IDENTITY: f64 = 1e-13;
-
-    #[test]
-    fn a_parabola_is_reproduced_exactly_between_uneven_samples() {
-        let times: Vec<f64> = (0..40).map(|k| k as f64 + 0.3 * (k as f64 * 1.7).sin()).collect();
-        let parabola = |t: f64| (1.0 + 0.5 * t - 0.02 * t * t) / 40.0;
-        let values: Vec<f64> = times.iter().map(|&t| parabola(t)).collect();
-        let grid = Grid { rate_hz: 1.0, start_s: times[0], len: 39, longest_gap_s: 1.3 };
-        for (i, v) in interpolate(&times, &values, &grid).iter().enumerate() {
-            let truth = parabola(times[0] + i as f64);
-            assert!((v - truth).abs() < IDENTITY, "{i}: {v} {truth}");
-        }
-    }
 
     #[test]
     fn a_regular_curve_is_exact_for_cubics_up_to_its_ends() {

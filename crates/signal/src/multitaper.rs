@@ -257,6 +257,16 @@ mod tests {
     }
 
     #[test]
+    fn the_power_of_white_noise_is_its_variance_by_adaptive_weights_as_well() {
+        let x = noise(11, 0, 20_000);
+        let s = Multitaper { adaptive: true, ..Multitaper::default() }.spectra(50.0, &[&x]).expect("valid");
+        let total: f64 = (0..s.frequency_hz().len()).map(|f| s.power(f, 0)).sum::<f64>() * 50.0 / 20_000.0;
+        let variance = x.iter().map(|v| v * v).sum::<f64>() / x.len() as f64;
+        // The sum of the spectrum has a relative variance of 1/N within a factor of two; four sigma of 2/20 000.
+        assert!((total / variance - 1.0).abs() < 0.04, "{}", total / variance);
+    }
+
+    #[test]
     fn adaptive_weights_are_settled() {
         let (power, concentration, white): ([f64; 4], [f64; 4], f64) = ([0.02, 0.03, 0.5, 0.9], [0.999_999, 0.99, 0.9, 0.7], 1.0);
         let weights = adaptive_weights(&power, &concentration, white);
