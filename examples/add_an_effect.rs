@@ -43,29 +43,23 @@ impl ForceLaw for Drag {
 // ANCHOR_END: law
 
 // ANCHOR: effect
-struct QuadraticDamping;
+static QUADRATIC_DAMPING: Effect = Effect { forms, ..Effect::new(&CARD, injection) };
 
-impl Effect for QuadraticDamping {
-    fn card(&self) -> &'static Card {
-        &CARD
-    }
+/// How a simulation hides it.
+fn injection(parameters: &Parameters, setting: &Setting) -> Result<Injection, EffectError> {
+    let axis = setting.axis.ok_or(EffectError::Setting { effect: CARD.name, what: "an axis" })?;
+    Ok(Injection::Force(Box::new(Drag { axis, coefficient: parameters.number(CARD.name, &COEFFICIENT)? })))
+}
 
-    /// How a simulation hides it.
-    fn injection(&self, parameters: &Parameters, setting: &Setting) -> Result<Injection, EffectError> {
-        let axis = setting.axis.ok_or(EffectError::Setting { effect: CARD.name, what: "an axis" })?;
-        Ok(Injection::Force(Box::new(Drag { axis, coefficient: parameters.number(CARD.name, &COEFFICIENT)? })))
-    }
-
-    /// What a search tries: one regressor an axis, whose coefficient is positive.
-    fn forms(&self, scale: &Scale) -> Vec<Form> {
-        (0..scale.axes())
-            .map(|axis| {
-                Form::new("v |v|", Some(axis), Action::force(move |_, c| Drag { axis, coefficient: c[0] }))
-                    .coefficients(vec![Sign::Positive])
-                    .numbers(|_, c| [("coefficient", c[0])])
-            })
-            .collect()
-    }
+/// What a search tries: one regressor an axis, whose coefficient is positive.
+fn forms(scale: &Scale) -> Vec<Form> {
+    (0..scale.axes())
+        .map(|axis| {
+            Form::new("v |v|", Some(axis), Action::force(move |_, c| Drag { axis, coefficient: c[0] }))
+                .coefficients(vec![Sign::Positive])
+                .numbers(|_, c| [("coefficient", c[0])])
+        })
+        .collect()
 }
 // ANCHOR_END: effect
 
@@ -74,7 +68,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     let ports = Ports { references: vec![0, 1], inputs: vec![2, 3], outputs: vec![4, 5] };
     let ask = |options: &Options| diagnose(&trials, &ports, options, None, &mut |_| {});
     tell("with the registry alone", &ask(&Options::default())?);
-    tell("with the effect added", &ask(&Options { own: OwnEffects(vec![&QuadraticDamping]), ..Options::default() })?);
+    tell("with the effect added", &ask(&Options { own: OwnEffects(vec![&QUADRATIC_DAMPING]), ..Options::default() })?);
     Ok(())
 }
 
@@ -101,7 +95,7 @@ fn simulate(coefficient: f64) -> Result<Vec<Recording>, Box<dyn Error>> {
     (0..experiment.trials)
         .map(|trial| {
             let parameters = Parameters(BTreeMap::from([("coefficient".to_owned(), Value::Number(coefficient))]));
-            let Injection::Force(law) = QuadraticDamping.inject(&parameters, &setting)? else { return Err("a force".into()) };
+            let Injection::Force(law) = QUADRATIC_DAMPING.inject(&parameters, &setting)? else { return Err("a force".into()) };
             let extras = Extras { limb: vec![law], ..Extras::default() };
             Ok(simulate_trial(&experiment, &noise.generate(1 + trial as u64)?, &extras, trial)?)
         })

@@ -5,8 +5,8 @@ use crate::response::arbitrary;
 use ndarray::Array3;
 use ndof_models::time::{Causality, FreeRunFit, Mechanism, Noise, TimeTrial, laws};
 use ndof_models::{
-    Arm, Axis, CovarianceKind, ErrorsInVariables, Fit, InertiaDampingStiffness, InertiaDampingStiffnessModel, Kinematics, KinematicsSd, LoopModel, PaperFit,
-    ParametricModel, PeriodMeans, Projection, Smoothing, Symmetry, Transducer, WeightedFit, agreement, linear_start,
+    Arm, Axis, CovarianceKind, Fit, InertiaDampingStiffness, InertiaDampingStiffnessModel, Kinematics, KinematicsSd, LoopModel, PaperFit, ParametricModel,
+    Projection, Smoothing, Symmetry, Transducer, WeightedFit, agreement, linear_start,
 };
 use ndof_sysid::{FrequencyResponse, ResponseKind};
 
@@ -25,7 +25,6 @@ pub fn fits(data: &[u8]) {
     let symmetry = given.one_of(1, &[Symmetry::Symmetric, Symmetry::Free, Symmetry::PositiveSemidefinite]);
     let model = InertiaDampingStiffnessModel::new((0..axes).map(|k| Axis::linear(&format!("x{k}"))).collect(), symmetry);
     match given.choose(0, 8) {
-        0 => periods(&given, &model, axes),
         1 => in_time(&given),
         kind => to_response(&given, &model, axes, kind),
     }
@@ -113,19 +112,6 @@ fn joints(given: &Given, model: &InertiaDampingStiffnessModel, fit: &Fit, axes: 
     if let Ok(projected) = projection.fit_to_joints(model, fit) {
         assert_eq!(projected.parameters.len(), fit.parameters.len());
         let _ = projection.matrices_to_endpoint(&projected.matrices, model.axes().to_vec());
-    }
-}
-
-/// Errors in variables, from periods.
-fn periods(given: &Given, model: &InertiaDampingStiffnessModel, axes: usize) {
-    let columns = given.columns(2 * axes);
-    let columns: Vec<&[f64]> = columns.iter().map(|c| c.as_slice()).collect();
-    let (effort, motion) = columns.split_at(axes);
-    let lines = [1, 2, 3, 5, given.choose(3, 32)];
-    let Some(spectra) = PeriodMeans::of_periods(10.0, given.choose(2, 32), effort, motion, &lines) else { return };
-    let start: Vec<f64> = (0..3 * model.entries().len()).map(|k| if given.bit(4, 0) { given.value(k) } else { 1.0 }).collect();
-    if let Ok(fit) = (ErrorsInVariables { band_hz: BAND_HZ }).fit(model, &[spectra], &start) {
-        sound(&fit, &start);
     }
 }
 

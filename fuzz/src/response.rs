@@ -34,6 +34,7 @@ pub fn arbitrary(given: &Given, (outputs, inputs): (usize, usize), bins: usize) 
         kind: given.one_of(3, &KINDS),
         value: at(0, (outputs, inputs)),
         uncertainty: given.bit(2, 5).then(|| Uncertainty {
+            unexplained: given.bit(2, 2).then(|| square(7 + bins * size, outputs + inputs)),
             noise,
             input_inverse,
             degrees_of_freedom: if given.bit(2, 4) { given.value(2) } else { 20.0 },

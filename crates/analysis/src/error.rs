@@ -65,7 +65,9 @@ pub enum AnalysisError {
     TwoRoles { file: String, name: String },
     /// A channel that is called a force or a motion, in a unit of neither.
     #[error(
-        "{file}: channel \"{name}\" is used as {role}, but its unit \"{unit}\" is not known; correct it in the header, or give it with `channels={name}=\"{name} [N]\"` (with the right unit)"
+        "{file}: channel \"{name}\" is used as {role}, but its unit \"{unit}\" is not {}; correct it in the header, or give it with `channels={channels}` (with the right unit){}",
+        if *current { "one of a force or motion" } else { "known" },
+        if *current { "; a motor's current is that once it is multiplied by its constant and gear, as by a [transform] in a file for `channels`" } else { "" }
     )]
     UnknownUnit {
         file: String,
@@ -73,6 +75,10 @@ pub enum AnalysisError {
         /// input or output.
         role: &'static str,
         unit: String,
+        /// All such channels with units that they may have, as `channels` takes them.
+        channels: String,
+        /// Whether it is a unit of electric current.
+        current: bool,
     },
     /// Trials differ in what must agree.
     #[error("{file}: {what} is {found}, in {first} it is {expected}; give only trials of one experiment together")]

@@ -58,6 +58,9 @@ pub fn not_negative(text: &str) -> Result<f64, String> {
     text.trim().parse().ok().filter(|value: &f64| value.is_finite() && *value >= 0.0).ok_or_else(|| "write a number that is not negative".to_owned())
 }
 
+/// What forces may do between samples, as `hold` says it.
+pub const HOLDS: [&str; 5] = ["zero", "linear", "band-limited", "read-after", "read-before"];
+
 /// A parser for the words of an enum, as serde writes them.
 pub fn words<T: DeserializeOwned + Clone + Send + Sync + 'static>(known: &'static [&'static str]) -> impl TypedValueParser<Value = T> {
     PossibleValuesParser::new(known).try_map(|word| serde_json::from_value::<T>(serde_json::Value::String(word)))

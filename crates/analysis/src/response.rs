@@ -103,6 +103,7 @@ impl MeasuredResponse {
             degrees_of_freedom: number("degrees_of_freedom").unwrap_or(KNOWN),
             independent_spacing_hz: spacing.unwrap_or(0.0),
             kernel: Kernel::default(),
+            unexplained: None,
             inverted: false,
             ..product_form(&variance, &mut warnings, std.is_some(), file)
         };
@@ -205,7 +206,7 @@ fn product_form(variance: &Array3<f64>, warnings: &mut Vec<Warning>, given: bool
             "fit the elements one by one where that matters",
         ));
     }
-    Uncertainty { noise, input_inverse, degrees_of_freedom: KNOWN, independent_spacing_hz: 0.0, kernel: Kernel::default(), inverted: false }
+    Uncertainty { noise, input_inverse, degrees_of_freedom: KNOWN, independent_spacing_hz: 0.0, kernel: Kernel::default(), unexplained: None, inverted: false }
 }
 
 impl Estimated {

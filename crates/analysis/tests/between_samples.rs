@@ -1,6 +1,6 @@
 //! Forces that are held between samples, default bands and misfits: what a fit of a recording finds without being told anything.
 
-use ndof_analysis::{Estimate, Estimated, Fit, Fitted, Question, Trial, overlay};
+use ndof_analysis::{Diagnose, Estimate, Estimated, Fit, Fitted, Question, Trial, overlay};
 use ndof_models::{Hold, Width};
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
@@ -58,8 +58,7 @@ struct Record {
     seed: u64,
 }
 
-/// A fit to such a record.
-fn fitted(plant: Plant, record: &Record, settings: &Fit) -> Fitted {
+fn recorded(plant: Plant, record: &Record) -> Trial {
     let Record { rate_hz, count, mean_over, late, share, straight, seed } = *record;
     let mut rng = ChaCha8Rng::seed_from_u64(seed);
     let command: Vec<f64> = noise(&mut rng, count, mean_over).iter().map(|f| 5.0 * f).collect();
@@ -67,7 +66,12 @@ fn fitted(plant: Plant, record: &Record, settings: &Fit) -> Fitted {
     let size = (motion.iter().map(|x| x * x).sum::<f64>() / count as f64).sqrt();
     let seen: Vec<f64> =
         (0..count).map(|k| if k < late { 0.0 } else { motion[k - late] }).zip(noise(&mut rng, count, 1)).map(|(x, e)| x + share * size * e).collect();
-    let trial = Trial::new(rate_hz).effort("x", force).displacement("x", seen).expect("a trial");
+    Trial::new(rate_hz).effort("x", force).displacement("x", seen).expect("a trial")
+}
+
+/// A fit to such a record.
+fn fitted(plant: Plant, record: &Record, settings: &Fit) -> Fitted {
+    let trial = recorded(plant, record);
     settings.run(&Estimate::default().run([&trial]).expect("an estimate")).expect("a fit")
 }
 
@@ -251,4 +255,39 @@ fn nothing_is_missing_in_a_linear_limb_that_is_read_at_ticks() {
             assert!(found.causes.is_empty(), "before, by ticks: {place:?}, {seed}: {:?}", found.causes.iter().map(|c| &c.effect).collect::<Vec<_>>());
         }
     }
+}
+
+/// What is late hides how forces go between samples, and half a sample with it, until that is said: till then the interval holds both.
+#[test]
+fn a_delay_is_that_of_the_channel_where_the_hold_is_said_and_half_a_sample_is_in_its_interval_where_not() {
+    let plant = Plant { m: 1.5, b: 12.0, k: 350.0, held: 0.0 };
+    for seed in 0..4 {
+        let trial = recorded(plant, &Record { rate_hz: 250.0, count: 12_000, mean_over: 4, late: 2, share: 0.03, straight: false, seed });
+        let delay = |hold: Option<Hold>| {
+            let found = Question::new([&trial]).settings(Diagnose { hold, ..Diagnose::default() }).run().expect("an answer");
+            let causes = &found.result.diagnosis.causes;
+            assert_eq!(causes.iter().map(|c| c.effect.as_str()).collect::<Vec<_>>(), ["measurement-delay"], "{seed}");
+            causes[0].parameters.iter().find(|p| p.name == "delay_s").and_then(|p| p.ci95).expect("an interval")
+        };
+        let [low, high] = delay(Some(Hold::Zero));
+        // 8 ms, and no half sample of 2 ms more. Twice the interval: four standard errors.
+        assert!((0.5 * (low + high) - 0.008).abs() < high - low && high - low < 0.002, "{seed}: {low} {high}");
+        let [open_low, open_high] = delay(None);
+        assert!((open_low..=open_high).contains(&0.008) && open_high - open_low > 0.002, "{seed}: {open_low} {open_high}");
+    }
+}
+
+/// The wider the band, the less of a delay that an instrument has was looked for: 16 ms beside a white command were a resonance, or nothing.
+#[test]
+fn a_delay_of_a_whole_period_at_the_bands_end_is_found() {
+    let plant = Plant { m: 1.5, b: 12.0, k: 350.0, held: 0.0 };
+    let first = |seed: &u64| {
+        let trial = recorded(plant, &Record { rate_hz: 250.0, count: 12_000, mean_over: 1, late: 4, share: 1e-4, straight: false, seed: *seed });
+        let found = Question::new([&trial]).settings(Diagnose { hold: Some(Hold::Zero), ..Diagnose::default() }).run().expect("an answer").result;
+        let cause = found.diagnosis.causes.iter().find(|c| c.effect == "measurement-delay").expect("a delay");
+        let [low, high] = cause.parameters.iter().find(|p| p.name == "delay_s").and_then(|p| p.ci95).expect("an interval");
+        assert!((0.5 * (low + high) - 0.016).abs() < high - low && high - low < 0.002, "{seed}: {low} {high}");
+        found.diagnosis.causes[0].effect == "measurement-delay"
+    };
+    assert!((0..4).filter(first).count() >= 3);
 }

@@ -1,7 +1,8 @@
 //! What `fit` finds is what a diagnosis begins from, and a force that is held between its samples is no cause.
 
-use ndof_analysis::{Estimate, Fit, Question, Trial};
+use ndof_analysis::{Diagnose, Estimate, Fit, Question, Trial, Trials, diagnose_simulator};
 use ndof_diagnose::{ParameterFlag, Verdict};
+use ndof_models::Hold;
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, StandardNormal};
@@ -46,6 +47,41 @@ fn a_diagnosis_judges_what_fit_finds_and_half_a_sample_is_no_cause() {
     let told: Vec<(&str, f64, Option<f64>)> = found.baseline.parameters.iter().map(|p| (p.name.as_str(), p.value, p.std_error)).collect();
     let there: Vec<(&str, f64, Option<f64>)> = fitted.result.parameters.iter().map(|p| (p.name.as_str(), p.value.unwrap_or(f64::NAN), p.std_error)).collect();
     assert_eq!(told, there);
+}
+
+/// How a recording was sampled is told by all of it, where the part that is fitted does not: that is said, and `fit` finds the same with it.
+#[test]
+fn the_whole_recording_says_how_it_was_sampled() {
+    // Noise by which 21 s tell too little now and then, and 30 s enough.
+    let mut told = 0;
+    for (seed, share) in (0..12).flat_map(|seed| [0.22, 0.28, 0.34].map(|share| (seed, share))) {
+        let (force, motion) = record(seed, 1.0);
+        let (count, fitted) = (3000, 2100);
+        let mut random = ChaCha8Rng::seed_from_u64(100 + seed);
+        let size = (motion.iter().map(|x| x * x).sum::<f64>() / SAMPLES as f64).sqrt();
+        let seen: Vec<f64> =
+            motion[..count].iter().map(|x| x + share * size * <StandardNormal as Distribution<f64>>::sample(&StandardNormal, &mut random)).collect();
+        let found = Question::new([&trial((&force[..count], &seen))]).run().expect("a diagnosis").result.diagnosis;
+        if !found.discrepancy.notes.iter().any(|note| note.contains("the whole recording shows")) {
+            continue;
+        }
+        told += 1;
+        let part = trial((&force[..fitted], &seen[..fitted]));
+        let alone = Fit { hold: Some(Hold::Zero), ..Fit::default() }.run(&Estimate::default().run([&part]).expect("an estimate")).expect("a fit");
+        let numbers: Vec<f64> = found.baseline.parameters.iter().map(|p| p.value).collect();
+        assert_eq!(numbers, alone.result.parameters.iter().map(|p| p.value.unwrap_or(f64::NAN)).collect::<Vec<_>>());
+    }
+    assert!(told > 0);
+}
+
+#[test]
+fn a_hold_is_of_the_linear_model_alone() {
+    let (force, motion) = record(11, 1.0);
+    let trial = trial((&force, &motion));
+    let settings = Diagnose { hold: Some(Hold::Zero), ..Diagnose::default() };
+    let trials = Trials::of([&trial]).expect("roles");
+    let error = diagnose_simulator(&trials, &trials, &settings, &mut |_| {}).expect_err("a simulator stands for the model").to_string();
+    assert!(error.contains("hold") && error.contains("simulator"), "{error}");
 }
 
 #[test]

@@ -86,7 +86,7 @@ pub fn diagnose_with_pictures(
     let clipped = if meaning.effort_is_command { vec![] } else { detectors::clipped(&estimation) };
     let mut linear = options.linear.clone().filter(|_| baseline.is_none());
     if let Some(fit) = &linear {
-        [&mut estimation, &mut held].into_iter().for_each(|part| part.hold(fit.hold, fit.ticks.as_ref(), &meaning));
+        [&mut estimation, &mut held].into_iter().for_each(|part| part.hold(fit.hold.unwrap_or_default(), fit.ticks.as_ref(), &meaning));
     }
     progress("preparing");
     let mut subject = Subject::new(&estimation, &meaning, options, baseline)?;
@@ -154,7 +154,7 @@ fn repetition(samples: &Samples, motion_imposed: bool) -> Option<(f64, f64)> {
 
 /// Levels, tones and bursts, in this order; tones and bursts are masked before anything else is tried.
 fn before_registry(subject: &mut Subject, samples: &Samples, options: &Options) -> Result<Findings, DiagnoseError> {
-    let tried = |trace: Trace| EFFECTS.iter().any(|e| e.card().trace == trace && !options.without.iter().any(|w| w == e.name()));
+    let tried = |trace: Trace| EFFECTS.iter().any(|e| e.card.trace == trace && !options.without.iter().any(|w| w == e.name()));
     let levels = if tried(Trace::Levels) { detectors::levels(samples, options.tolerance) } else { vec![] };
     let mut findings = Findings { levels, ..Findings::default() };
     let repeated = repetition(samples, matches!(subject.cause, Cause::Motion));

@@ -129,7 +129,7 @@ impl Subject {
             .into_iter()
             .zip(variance)
             .map(|((name, value), variance)| {
-                let card = h.effect.card().parameters.iter().find(|p| p.name == name);
+                let card = h.effect.card.parameters.iter().find(|p| p.name == name);
                 let unit = card.map_or("", |p| if self.scale.rotational { p.rotational_unit } else { p.unit });
                 let ci95 = match value {
                     Value::Number(x) if variance > 0.0 && variance.is_finite() => {
@@ -242,7 +242,7 @@ mod tests {
     use crate::{LinearFit, Options};
     use ndarray::Array2;
     use ndof_challenge::Plant;
-    use ndof_models::{Axis, Hold, InertiaDampingStiffness};
+    use ndof_models::{Axis, InertiaDampingStiffness};
 
     /// What turns is added to one entry and taken from its mirror image: both have its error, beside that of the symmetric part, which they share.
     #[test]
@@ -252,7 +252,7 @@ mod tests {
         let of = |rows: &[Vec<f64>]| Array2::from_shape_fn((2, 2), |(i, j)| 0.5 * (rows[i][j] + rows[j][i]));
         let axes = vec![Axis::linear("x"), Axis::linear("y")];
         let matrices = InertiaDampingStiffness { axes, inertia: of(&made.mass), damping: of(&made.damping), stiffness: of(&made.stiffness) };
-        let fit = LinearFit { std_errors: matrices.clone(), matrices, of_sign: 1e-3, hold: Hold::BandLimited, ticks: None };
+        let fit = LinearFit { std_errors: matrices.clone(), matrices, of_sign: 1e-3, hold: None, ticks: None };
         let subject = Subject::new(&samples, &meaning, &Options { linear: Some(fit), ..Options::default() }, None).expect("a subject");
         let turning = subject.hypotheses.iter().position(|h| h.form.label == "turning stiffness").expect("of symmetric matrices");
         let chosen = [Chosen { hypothesis: turning, knobs: vec![] }];

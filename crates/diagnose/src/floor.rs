@@ -19,12 +19,17 @@ pub(crate) fn floor(subject: &Subject, stand: &Stand, power: &Power, order: usiz
     let columns = stand.columns().zip(stand.fit.theta.iter().copied());
     let all: Vec<(&Column, f64)> = columns.chain(stand.base.held.iter().map(|(c, v)| (c, *v))).collect();
     NoiseFloor {
-        nrmse: carried((&subject.layout, &subject.cause), &stand.state, &all, power, order, from_hz),
+        nrmse: at_most_all(carried((&subject.layout, &subject.cause), &stand.state, &all, power, order, from_hz)),
         how: "power of the force that the best model found (named causes and a model without physics) leaves, carried to the output".to_owned(),
     }
 }
 
-/// rms of the unpredictable part over the output's, per output.
+/// A floor is no higher than what no prediction at all leaves.
+pub(crate) fn at_most_all(nrmse: Vec<Option<f64>>) -> Vec<Option<f64>> {
+    nrmse.into_iter().map(|e| e.map(|e| e.min(1.0))).collect()
+}
+
+/// rms of the unpredictable part over the output's, per output; beyond 1 where a hold answers what a limb does by itself.
 ///
 /// Effort as output: √(Σ S / Σ S_FF). Motion as output: √(Σ [D⁻¹ S D⁻ᴴ] / Σ S_xx) over the band, from `from_hz` upward; D of columns with their values.
 pub(crate) fn carried(
@@ -54,7 +59,7 @@ pub(crate) fn carried(
             signal[i] += mean(&state.kinematics[order][i], k);
         }
     }
-    noise.iter().zip(&signal).map(|(n, s)| (*s > 0.0 && n.is_finite()).then(|| (n / s).sqrt().min(1.0))).collect()
+    noise.iter().zip(&signal).map(|(n, s)| (*s > 0.0 && n.is_finite()).then(|| (n / s).sqrt())).collect()
 }
 
 /// What moves with a force at a line: the inverse of `dynamics` and what columns with their values add to it; `None` where there is none.

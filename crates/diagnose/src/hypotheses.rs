@@ -12,13 +12,13 @@ use std::sync::{Arc, OnceLock};
 
 /// A form of an effect at a site.
 pub(crate) struct Hypothesis {
-    pub effect: &'static dyn Effect,
+    pub effect: &'static Effect,
     pub form: Form,
 }
 
 impl Hypothesis {
     /// Every form that the registry and the `own` effects offer at this scale, except of the effects in `without`.
-    pub fn all(scale: &Scale, own: &[&'static dyn Effect], without: &[String]) -> Vec<Hypothesis> {
+    pub fn all(scale: &Scale, own: &[&'static Effect], without: &[String]) -> Vec<Hypothesis> {
         EFFECTS
             .iter()
             .chain(own)

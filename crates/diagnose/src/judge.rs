@@ -184,20 +184,37 @@ impl Errors {
     /// Of what a limb does by itself the power differs from one stretch to the next by far more than from one model to another.
     pub fn removed_by(&self, other: &Errors, per: usize) -> f64 {
         let of_output = |(before, after): (&Vec<f64>, &Vec<f64>)| {
-            let trial = (before.len() / self.trials.max(1)).max(1);
-            let per = per.min(trial / FEWEST_BLOCKS).max(1);
-            let blocks = |errors: &Vec<f64>| -> Vec<f64> {
-                let power = |block: &[f64]| (block.iter().map(|e| e * e).sum::<f64>() / block.len() as f64).min(1.0);
-                errors.chunks_exact(trial).flat_map(|trial| trial.chunks_exact(per).map(power)).collect()
-            };
-            let gone: Vec<f64> = blocks(before).iter().zip(blocks(after)).map(|(before, after)| before - after).collect();
-            let count = gone.len() as f64;
-            let mean = gone.iter().sum::<f64>() / count;
-            let variance = gone.iter().map(|x| (x - mean).powi(2)).sum::<f64>() / (count - 1.0);
-            let least = mean - two_sided_t(0.95, count - 1.0) * (variance / count).sqrt();
+            let gone: Vec<f64> = self.powers(before, per).zip(self.powers(after, per)).map(|(before, after)| before.min(1.0) - after.min(1.0)).collect();
+            let least = least_mean(&gone);
             if least.is_finite() { least.max(0.0).sqrt() } else { 0.0 }
         };
         self.signed.iter().zip(&other.signed).map(of_output).fold(0.0, f64::max)
+    }
+
+    /// Whether an output is predicted worse than by nothing at all.
+    pub fn is_worse_than_none(&self) -> bool {
+        self.score.nrmse.iter().any(|e| e.is_none_or(|e| e > 1.0))
+    }
+
+    /// Whether an output is predicted worse than by nothing at all: such a model is not adequate, even where chance alone might have made it so. Where more is
+    /// `expected` of what a limb does by itself, the lower end of Student's 95 % interval of the error's power over blocks of so many samples, at least four a
+    /// trial, has to be beyond that, too.
+    pub fn is_lost(&self, expected: &[Option<f64>], per: usize) -> bool {
+        let errors = self.score.nrmse.iter().zip(&self.signed).enumerate();
+        let beyond = |(i, (nrmse, signed)): (usize, (&Option<f64>, &Vec<f64>))| {
+            let by_itself = expected.get(i).copied().flatten().filter(|by_itself| *by_itself > 1.0);
+            let is_more = |by_itself: f64| least_mean(&self.powers(signed, per).collect::<Vec<_>>()) > by_itself * by_itself;
+            nrmse.is_none_or(|e| e > 1.0 && by_itself.is_none_or(is_more))
+        };
+        errors.into_iter().any(beyond)
+    }
+
+    /// Power of an output's error in each block of so many samples, at least four a trial.
+    fn powers<'a>(&self, errors: &'a [f64], per: usize) -> impl Iterator<Item = f64> + use<'a> {
+        let trial = (errors.len() / self.trials.max(1)).max(1);
+        let per = per.min(trial / FEWEST_BLOCKS).max(1);
+        let power = |block: &[f64]| block.iter().map(|e| e * e).sum::<f64>() / block.len() as f64;
+        errors.chunks_exact(trial).flat_map(move |trial| trial.chunks_exact(per).map(power))
     }
 
     /// Shares of each output's variance that its error and it itself have below a frequency, `[output]`; nothing where time has gaps.
@@ -301,6 +318,14 @@ pub(crate) fn explained(
     (Some(share(&means)), (!draws.is_empty()).then(|| [at(0.025), at(0.975)]).filter(|[low, _]| *low < 1.0))
 }
 
+/// Lower end of Student's 95 % interval of a mean.
+fn least_mean(values: &[f64]) -> f64 {
+    let count = values.len() as f64;
+    let mean = values.iter().sum::<f64>() / count;
+    let variance = values.iter().map(|x| (x - mean).powi(2)).sum::<f64>() / (count - 1.0);
+    mean - two_sided_t(0.95, count - 1.0) * (variance / count).sqrt()
+}
+
 /// Mean square of what is slower than so many periods a sample, by the lines of the whole series.
 fn slow_power(series: &[f64], below: f64) -> f64 {
     let count = series.len() as f64;
@@ -326,6 +351,27 @@ mod tests {
         let [[slow, of_output]] = errors.slower_than(0.15)[..] else { panic!("an output") };
         assert!((slow - (0.01 + 0.5 * 0.09)).abs() < 1e-12 && of_output.abs() < 1e-12, "{slow} {of_output}");
         assert!(Errors { rate_hz: None, ..errors }.slower_than(0.15).is_empty());
+    }
+
+    /// Errors that are somewhat larger from block to block of a second: 1.4 and 1.2 are worse than none, and where the limb's own force lets 1.3 expect, 1.4
+    /// alone is lost. One block of four beyond 1.3 is chance, and no prediction that is worth anything.
+    #[test]
+    fn a_prediction_is_lost_beyond_what_the_limb_does_by_itself() {
+        let of = |level: &dyn Fn(usize) -> f64| {
+            let at = |k: usize| (level(k / 100) * (1.0 + 0.01 * (k / 100) as f64) * if k.is_multiple_of(2) { 1.0 } else { -1.0 }, 0.0);
+            let errors: Vec<(f64, f64)> = (0..400).map(at).collect();
+            let nrmse = (errors.iter().map(|(e, _)| e * e).sum::<f64>() / 400.0).sqrt();
+            let (score, signed) = (Score { nrmse: vec![Some(nrmse)], ..Score::default() }, vec![errors.iter().map(|(e, _)| *e).collect()]);
+            Errors { score, signed, predicted: vec![vec![0.0; 400]], trials: 1, rate_hz: Some(100.0) }
+        };
+        let told = |errors: &Errors| [errors.is_worse_than_none(), errors.is_lost(&[], 100), errors.is_lost(&[Some(1.3)], 100)];
+        assert_eq!(told(&of(&|_| 1.4)), [true, true, true]);
+        assert_eq!(told(&of(&|_| 1.2)), [true, true, false]);
+        assert_eq!(told(&of(&|block| if block == 0 { 2.4 } else { 0.9 })), [true, true, false]);
+        assert_eq!(told(&of(&|_| 0.9)), [false; 3]);
+        // Nothing excuses a model that does not run.
+        let none = Errors { score: Score { nrmse: vec![None], ..Score::default() }, ..of(&|_| 1.2) };
+        assert_eq!(told(&none), [true; 3]);
     }
 
     /// An error of 0.5 that is 0.4 in every block of another model, and one that is more in one block and less in the next.

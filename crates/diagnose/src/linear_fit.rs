@@ -20,8 +20,8 @@ pub struct LinearFit {
     /// The share of the standard errors that counts where a sign is asked for: what noise of the size of all that is left does. The rest of them,
     /// an error of the model that is smaller than the model, changes sizes and no sign.
     pub of_sign: f64,
-    /// What efforts do between their samples.
-    pub hold: Hold,
+    /// What efforts do between their samples, where that was said or the data say it; else they are taken as they are, and may as well stay until the next.
+    pub hold: Option<Hold>,
     /// The loop at whose ticks channels are read, where there is one.
     pub ticks: Option<Ticks>,
 }
@@ -103,7 +103,7 @@ mod tests {
 
     fn fit(mass: f64, damping: f64, stiffness: f64, error: f64) -> LinearFit {
         let of = |m, b, k| InertiaDampingStiffness { axes: vec![Axis::linear("x")], inertia: arr2(&[[m]]), damping: arr2(&[[b]]), stiffness: arr2(&[[k]]) };
-        LinearFit { matrices: of(mass, damping, stiffness), std_errors: of(error, error, error), of_sign: 1.0, hold: Hold::BandLimited, ticks: None }
+        LinearFit { matrices: of(mass, damping, stiffness), std_errors: of(error, error, error), of_sign: 1.0, hold: None, ticks: None }
     }
 
     #[test]
@@ -128,7 +128,7 @@ mod tests {
                 damping: arr2(&[[a, b], [b, a]]),
                 stiffness: arr2(&[[a, b], [b, a]]),
             };
-            LinearFit { matrices: of(along, between), std_errors: of(0.1, 0.1), of_sign: 1.0, hold: Hold::BandLimited, ticks: None }
+            LinearFit { matrices: of(along, between), std_errors: of(0.1, 0.1), of_sign: 1.0, hold: None, ticks: None }
         };
         assert!(of_two(-2.0, 0.8).reversed() && !of_two(-0.8, 2.0).reversed());
     }

@@ -20,7 +20,7 @@ pub enum HeldOut {
 
 /// Effects of one's own, tried beside the registry's.
 #[derive(Clone, Default)]
-pub struct OwnEffects(pub Vec<&'static dyn Effect>);
+pub struct OwnEffects(pub Vec<&'static Effect>);
 
 impl std::fmt::Debug for OwnEffects {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {

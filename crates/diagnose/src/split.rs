@@ -7,6 +7,9 @@ use crate::samples::Samples;
 use crate::stretch::Stretch;
 
 impl HeldOut {
+    /// Share of one recording's time that is held out where nothing is asked for: so that what is fitted, which tells the parameters, is some twice as long.
+    pub const SHARE: f64 = 0.3;
+
     /// What is fitted and what is held out of so many trials of so many samples.
     ///
     /// # Errors
@@ -30,7 +33,7 @@ impl HeldOut {
         };
         match self {
             HeldOut::Auto if trials > 1 => by_trial((trials - trials.div_ceil(3)..trials).collect()),
-            HeldOut::Auto => by_time((0.7 * samples as f64).round() as usize, samples),
+            HeldOut::Auto => by_time(((1.0 - HeldOut::SHARE) * samples as f64).round() as usize, samples),
             HeldOut::Trials(held) => by_trial(held.clone()),
             HeldOut::Time(from, to) => by_time((from * sample_rate_hz).round() as usize, ((to * sample_rate_hz).round() as usize).min(samples)),
         }

@@ -101,10 +101,23 @@ impl<'a> Unseen<'a> {
             of.iter().enumerate().map(|(k, s)| if self.counts[k] { s * here(k) } else { *s }).collect()
         };
         let power = self.power.iter().zip(&residual).map(of_equation).collect();
+        let nrmse = floor::at_most_all(self.carried(&assembly, &theta, &power, order, from_hz));
+        Some(NoiseFloor { nrmse, how: "power of the force that the best model found leaves in the held-out part, carried to the output".to_owned() })
+    }
+
+    /// The error here, over the output's rms, of a model that leaves the force that it left where it was fitted, if that is the limb's own. In a hold it may be
+    /// more than the output, which the hold keeps small.
+    pub fn expected(&self, chosen: &[Chosen], stand: &Stand, order: usize, from_hz: f64) -> Option<Vec<Option<f64>>> {
+        let (assembly, theta) = self.assembled(chosen, stand)?;
+        let lines = &self.subject.layout.frequency_hz;
+        let power = stand.fit.power.iter().map(|s| between(lines, s, &self.layout.frequency_hz)).collect();
+        Some(self.carried(&assembly, &theta, &power, order, from_hz))
+    }
+
+    fn carried(&self, assembly: &Assembly, theta: &[f64], power: &Power, order: usize, from_hz: f64) -> Vec<Option<f64>> {
         let held = assembly.base.held.iter().map(|(column, value)| (column, *value));
         let columns: Vec<(&Column, f64)> = assembly.columns().zip(theta.iter().copied()).chain(held).collect();
-        let nrmse = floor::carried((&self.layout, &self.cause), &assembly.state, &columns, &power, order, from_hz);
-        Some(NoiseFloor { nrmse, how: "power of the force that the best model found leaves in the held-out part, carried to the output".to_owned() })
+        floor::carried((&self.layout, &self.cause), &assembly.state, &columns, power, order, from_hz)
     }
 
     /// What is slower makes no line here.

@@ -52,8 +52,8 @@ pub mod time;
 pub use axis::Axis;
 pub use driven::Driven;
 pub use fit::{
-    Agreement, CovarianceKind, ErrorsInVariables, Fit, FitError, LikelihoodRatio, LoopModel, LoopModelError, NullLaw, PaperFit, Parameter, PeriodMeans,
-    SeriesCompliance, Smoothing, Transducer, WeightedFit, Width, agreement, gains_start, likelihood_ratio, linear_start,
+    Agreement, CovarianceKind, Fit, FitError, LikelihoodRatio, LoopModel, LoopModelError, NullLaw, PaperFit, Parameter, SeriesCompliance, Smoothing,
+    Transducer, WeightedFit, Width, agreement, gains_start, likelihood_ratio, linear_start,
 };
 pub use force_law::{ForceLaw, Motion, Stage};
 pub use gains::Gains;

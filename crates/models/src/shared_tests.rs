@@ -42,6 +42,7 @@ pub(crate) fn add_noise(response: &mut FrequencyResponse, degrees_of_freedom: f6
         degrees_of_freedom,
         independent_spacing_hz: spacing,
         kernel: ndof_signal::Kernel::default(),
+        unexplained: None,
         inverted: false,
     });
 }

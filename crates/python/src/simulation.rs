@@ -199,7 +199,7 @@ pub fn settings(task: &str) -> PyResult<Vec<String>> {
 pub fn registry(what: &str) -> PyResult<Vec<(String, String)>> {
     let pair = |name: &str, what: &str| (name.to_owned(), what.to_owned());
     Ok(match what {
-        "effects" => EFFECTS.iter().map(|effect| pair(effect.card().name, effect.card().what)).collect(),
+        "effects" => EFFECTS.iter().map(|effect| pair(effect.card.name, effect.card.what)).collect(),
         "joints" => CAUSES.iter().map(|cause| pair(cause.card.name, cause.card.what)).collect(),
         "devices" => DEVICES.iter().map(|device| pair(device.name, device.description)).collect(),
         "limbs" => LIMBS.iter().map(|limb| pair(limb.name, limb.description)).collect(),

@@ -151,6 +151,7 @@ mod tests {
                 input_inverse: ndarray::Array3::from_elem((2, 1, 1), Complex64::from(0.5)),
                 degrees_of_freedom: 9.0,
                 independent_spacing_hz: 0.1,
+                unexplained: None,
                 kernel: ndof_signal::Kernel::default(),
                 inverted: false,
             }),

@@ -17,6 +17,7 @@ mod resolution;
 mod response;
 mod spread;
 mod steadiness;
+mod uncertainty;
 
 pub use estimate::{
     Choice, Coherence, DerivedEstimate, Detection, Direct, DirectEstimate, Distortion, EstimateError, Estimates, LARGEST_CONDITION, LocalPolynomial,
@@ -31,6 +32,7 @@ pub use planning::{Progress, StoppingRule, averages_for_interval};
 pub use ports::{Ports, PortsError};
 pub use quantile::two_sided_t;
 pub use resolution::{Unresolved, unresolved};
-pub use response::{FrequencyResponse, ResponseError, ResponseKind, Uncertainty};
+pub use response::{FrequencyResponse, ResponseError, ResponseKind};
 pub use spread::{Spread, spread};
 pub use steadiness::{Steadiness, steadiness};
+pub use uncertainty::Uncertainty;

@@ -1,13 +1,10 @@
 //! A frequency response with its covariance.
 
+use crate::uncertainty::{NAN, Uncertainty, chosen, scale};
 use ndarray::{Array2, Array3, Axis};
-use ndof_signal::{CrossSpectra, Kernel};
 use num_complex::Complex64;
 use serde::{Deserialize, Serialize};
 use std::f64::consts::TAU;
-
-/// What is not known.
-pub(crate) const NAN: Complex64 = Complex64::new(f64::NAN, f64::NAN);
 
 /// The places of a matrix, row by row.
 #[inline]
@@ -47,29 +44,6 @@ impl ResponseKind {
     }
 }
 
-/// Covariance of a response at each frequency, as a Kronecker product:
-///
-/// E\[δH_ij δH_kl*\] = `noise[f][i][k] · input_inverse[f][l][j]`
-///
-/// The form survives inversion and multiplication by known matrices, so that nothing larger is ever stored.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Uncertainty {
-    /// Output side, Hermitian, `[f][p][p]`; the number of averages is already divided out.
-    pub noise: Array3<Complex64>,
-    /// Input side, Hermitian, `[f][q][q]`.
-    pub input_inverse: Array3<Complex64>,
-    /// Complex degrees of freedom ν of the noise estimate (n_e − q for Welch); intervals use t and F with 2ν.
-    pub degrees_of_freedom: f64,
-    /// Bins closer than this are correlated; a band holds as many independent values as this fits into it.
-    pub independent_spacing_hz: f64,
-    /// The window that the response was seen through.
-    pub kernel: Kernel,
-    /// Whether the value is the matrix inverse of what was estimated, so that its errors are lopsided: intervals are those
-    /// of the estimate, inverted.
-    #[serde(default)]
-    pub inverted: bool,
-}
-
 /// The response of outputs to inputs at each frequency: `H[f][output][input]`, NaN where it does not exist.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct FrequencyResponse {
@@ -100,14 +74,6 @@ pub enum ResponseError {
     /// A general transfer function has no mechanical meaning to convert.
     #[error("{from:?} cannot be turned into {to:?}: the channels are not effort and motion; set their units or prefixes")]
     NoMeaning { from: ResponseKind, to: ResponseKind },
-}
-
-impl Uncertainty {
-    /// That of an estimate from spectra.
-    pub(crate) fn of_spectra(spectra: &CrossSpectra, noise: Array3<Complex64>, input_inverse: Array3<Complex64>, degrees_of_freedom: f64) -> Self {
-        let (independent_spacing_hz, kernel) = (spectra.independent_spacing_hz(), spectra.kernel().clone());
-        Uncertainty { noise, input_inverse, degrees_of_freedom, independent_spacing_hz, kernel, inverted: false }
-    }
 }
 
 impl FrequencyResponse {
@@ -163,25 +129,13 @@ impl FrequencyResponse {
     /// The same response at the frequencies of these indices.
     #[must_use]
     pub fn select(&self, keep: &[usize]) -> Self {
-        let chosen = |all: &Array3<Complex64>| {
-            let (_, rows, columns) = all.dim();
-            let mut flat = Vec::with_capacity(keep.len() * rows * columns);
-            keep.iter().for_each(|&f| flat.extend(all.index_axis(Axis(0), f)));
-            // A matrix for each, so the shape always fits.
-            Array3::from_shape_vec((keep.len(), rows, columns), flat).unwrap_or_else(|_| all.select(Axis(0), keep))
-        };
         FrequencyResponse {
             frequency_hz: keep.iter().map(|&f| self.frequency_hz[f]).collect(),
             inputs: self.inputs.clone(),
             outputs: self.outputs.clone(),
             kind: self.kind,
-            value: chosen(&self.value),
-            uncertainty: self.uncertainty.as_ref().map(|u| Uncertainty {
-                noise: chosen(&u.noise),
-                input_inverse: chosen(&u.input_inverse),
-                kernel: u.kernel.clone(),
-                ..*u
-            }),
+            value: chosen(&self.value, keep),
+            uncertainty: self.uncertainty.as_ref().map(|u| u.select(keep)),
         }
     }
 
@@ -222,6 +176,9 @@ impl FrequencyResponse {
                 u.input_inverse.index_axis_mut(Axis(0), f).assign(&inverse);
             }
         }
+        if let Some(u) = &mut uncertainty {
+            u.turn_inputs(sums, |_| Some(w.clone()));
+        }
         let inputs = (1..=sums).map(|k| format!("sum {k}")).collect();
         FrequencyResponse { inputs, value, uncertainty, ..self.clone() }
     }
@@ -253,6 +210,9 @@ impl FrequencyResponse {
                 let input = w.t().mapv(|v| v.conj()).dot(&own.input_inverse.index_axis(Axis(0), f)).dot(&w);
                 out.input_inverse.index_axis_mut(Axis(0), f).assign(&input);
             }
+        }
+        if let Some(u) = &mut out.uncertainty {
+            u.turn_inputs(w.dim().2, |f| ndof_linear::inverse(&w.index_axis(Axis(0), f).to_owned()));
         }
         out
     }
@@ -289,7 +249,7 @@ impl FrequencyResponse {
             return Err(ResponseError::NotSquare { outputs: p, inputs: q });
         }
         let mut value = Array3::from_elem((self.len(), q, p), NAN);
-        let mut uncertainty = self.uncertainty.clone().map(|u| Uncertainty { inverted: !u.inverted, ..u });
+        let mut uncertainty = self.uncertainty.clone().map(|u| Uncertainty { inverted: !u.inverted, unexplained: None, ..u });
         for f in 0..self.len() {
             let Some(inverse) = ndof_linear::inverse(&self.at(f)) else { continue };
             if let (Some(out), Some(own)) = (&mut uncertainty, &self.uncertainty) {
@@ -330,16 +290,25 @@ impl FrequencyResponse {
         }
         let mut response = if kind.is_effort_over_motion() == self.kind.is_effort_over_motion() { self.clone() } else { self.inverse()? };
         let power = kind.power_of_s() - response.kind.power_of_s();
-        for f in 0..response.len() {
-            let s = Complex64::new(0.0, TAU * response.frequency_hz[f]);
-            let factor = if power == 0 { Complex64::new(1.0, 0.0) } else { s.powi(power) };
-            response.value.index_axis_mut(Axis(0), f).mapv_inplace(|v| v * factor);
-            if let Some(u) = &mut response.uncertainty {
-                u.noise.index_axis_mut(Axis(0), f).mapv_inplace(|v| v * factor.norm_sqr());
-            }
-        }
+        response.differentiate(&vec![power; response.outputs.len()], &[]);
         response.kind = kind;
         Ok(response)
+    }
+
+    /// The response of such derivatives of the outputs to such derivatives of the inputs, covariance carried along; of channels beyond the last, none.
+    pub fn differentiate(&mut self, outputs: &[i32], inputs: &[i32]) {
+        if outputs.iter().chain(inputs).all(|power| *power == 0) {
+            return;
+        }
+        let (p, q) = self.shape();
+        for f in 0..self.len() {
+            let s = Complex64::new(0.0, TAU * self.frequency_hz[f]);
+            let factor = |power: Option<&i32>| power.filter(|power| **power != 0).map_or(Complex64::ONE, |power| s.powi(*power));
+            let factors = |powers: &[i32], count: usize| (0..count).map(|k| factor(powers.get(k))).collect::<Vec<_>>();
+            let (rows, columns) = (factors(outputs, p), factors(inputs, q));
+            scale(self.value.index_axis_mut(Axis(0), f), &rows, &columns.iter().map(|column| column.inv()).collect::<Vec<_>>());
+            self.uncertainty.iter_mut().for_each(|u| u.scale(f, &rows, &columns));
+        }
     }
 }
 
@@ -347,6 +316,7 @@ impl FrequencyResponse {
 mod tests {
     use super::*;
     use ndarray::arr2;
+    use ndof_signal::Kernel;
 
     fn example() -> FrequencyResponse {
         let c = |re: f64, im: f64| Complex64::new(re, im);
@@ -362,6 +332,7 @@ mod tests {
                 input_inverse: arr2(&[[c(1.0, 0.0), c(0.2, 0.1)], [c(0.2, -0.1), c(0.7, 0.0)]]).insert_axis(Axis(0)),
                 degrees_of_freedom: 20.0,
                 independent_spacing_hz: 0.1,
+                unexplained: None,
                 kernel: Kernel::default(),
                 inverted: false,
             }),

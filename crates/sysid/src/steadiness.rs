@@ -19,7 +19,7 @@ const FALSE_ALARM: f64 = 1e-3;
 const HALF: f64 = 0.5;
 /// A stretch with less than this share of a band's mean power adds nothing to it, nor does a band with less of all: a fiftieth, as at the ends of a
 /// band that is fitted.
-const NOTHING: f64 = 0.02;
+pub(crate) const NOTHING: f64 = 0.02;
 
 /// How evenly a signal's power comes in time.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]

@@ -66,10 +66,9 @@ pub(super) fn channel_findings(channel: &Channel, amplitudes: &Amplitudes, (role
         say("angle-wrapped", severity, message, "unwrap the angle before, or set the encoder's zero elsewhere");
         return found;
     }
-    // Commands may hold a level on purpose; a sensor that does has reached its limit.
-    if role != "reference"
-        && let share @ f64::MIN_POSITIVE.. = amplitudes.clipped()
-    {
+    // Commands may hold a level on purpose, or have few; a sensor that does has reached its limit, or is coarse.
+    let sensed = role != "reference";
+    if sensed && let share @ f64::MIN_POSITIVE.. = amplitudes.clipped() {
         let message = format!("{:.1} % of its samples stand still at the ends of its range, {low} and {high}", 100.0 * share);
         say("clipped", severity, message, "lower the amplifier's gain or the perturbation");
     }
@@ -77,7 +76,7 @@ pub(super) fn channel_findings(channel: &Channel, amplitudes: &Amplitudes, (role
         return found;
     }
     let (step, std) = (amplitudes.step(), amplitudes.std);
-    if step > COARSE * std {
+    if sensed && step > COARSE * std {
         let message = format!("its values are {step:.3e} apart, {:.0} % of its standard deviation", 100.0 * step / std);
         say("coarse-quantisation", "remark", message, "use a finer range of the sensor, or perturb more strongly");
     }
@@ -85,7 +84,7 @@ pub(super) fn channel_findings(channel: &Channel, amplitudes: &Amplitudes, (role
         let message = format!("{outliers} sample(s) lie more than {OUTLIER} robust standard deviations from the median");
         say("outliers", "remark", message, "look at the trace; cut a knock or a glitch out with `exclude`");
     }
-    let alone = if role == "reference" { Vec::new() } else { lone_samples(&channel.samples, OUTLIER) };
+    let alone = if sensed { lone_samples(&channel.samples, OUTLIER) } else { Vec::new() };
     if let Some(first) = alone.first() {
         let message = format!("{} sample(s) stand alone, far off the line between their neighbours, the first is sample {first}", alone.len());
         say("lone-samples", "remark", message, "a bit may have been lost on the way: repair the file, or cut the place out with `exclude`");

@@ -29,7 +29,7 @@ pub(super) fn unsteady<'a>(recording: &Recording, roles: &Roles, trial: usize, e
         let (name, role) = (recording.channels()[index].name.as_str(), role(Some(roles), index));
         let share = 100.0 * seen.share;
         let mut say = |code: &str, message: String, action: &str| found.push(Finding::new(code, "remark", trial, Some(name), message, action));
-        let averages = "leave `method` out: averages over segments (welch) each see another input, local polynomials take it for what it is";
+        let averages = "leave `method` out: averages over segments (welch) each see another input; local polynomials take it for what it is, and multitaper where what comes early could be taken for the record's beginning";
         match seen.sweep {
             Some(up) if seen.is_unsteady() => {
                 let way = if up { "upwards" } else { "downwards" };

@@ -152,6 +152,11 @@ pub(crate) mod tests {
         let coarse = noise(3).iter().map(|s| (s * 2.0).round()).collect();
         let coarse = codes(noise(1), coarse);
         assert!(coarse.contains(&"coarse-quantisation".to_owned()) && !coarse.contains(&"clipped".to_owned()), "{coarse:?}");
+        // A command has the levels that it was given.
+        let levels: Vec<f64> = noise(5).iter().map(|s| s.signum()).collect();
+        let commanded = Trial::new(100.0).command("x", levels).effort("x", noise(1)).displacement("x", noise(2)).expect("valid");
+        let found = check(&[commanded], &RoleNames::default()).findings;
+        assert!(found.iter().all(|finding| finding.code != "coarse-quantisation"), "{found:?}");
         let mut knocked = noise(4);
         knocked[100] = 50.0;
         assert!(codes(noise(1), knocked).contains(&"outliers".to_owned()));

@@ -15,7 +15,7 @@ pub use settings::{Diagnose, HeldOut};
 use crate::error::AnalysisError;
 use crate::file::BaselineFile;
 use crate::fit::turned_round;
-use crate::result::Head;
+use crate::result::{Head, word};
 use crate::trials::{Trial, Trials};
 use linear_fit::linear_fit;
 use ndarray::Array2;
@@ -61,6 +61,7 @@ pub fn diagnose_simulator(trials: &Trials, simulated: &Trials, settings: &Diagno
         let what = "a `baseline` is a simulation itself; give one of the two";
         return Err(AnalysisError::Meaning { file: "`simulated`".to_owned(), what: what.to_owned() });
     }
+    settings.refuse_hold_beside("a simulator's log")?;
     let mut options = Options { added: true, ..settings.options(trials)? };
     progress("fitting the simulator's own response");
     let own = Simulator::new(trials, simulated, &options)?;
@@ -85,9 +86,13 @@ pub fn diagnose(trials: &Trials, settings: &Diagnose, progress: &mut dyn FnMut(&
     let mut turned = None;
     if linear.is_none() {
         progress("fitting the baseline");
-        match linear_fit(trials, settings.band_hz, &options) {
+        match linear_fit(trials, settings, &options) {
             Ok(found) => {
-                notes.extend(at_ticks(found.linear.hold));
+                notes.extend(found.linear.hold.and_then(at_ticks));
+                if let Some(hold) = found.linear.hold.filter(|_| found.hold_of_whole) {
+                    let hold = word(&hold);
+                    notes.push(format!("how forces go between samples the whole recording shows, and the part that is fitted does not: `hold` is {hold}"));
+                }
                 options.linear = Some(found.linear);
                 // A schedule is judged where `fit` finds its curves; the inertia that rules beyond it follows none.
                 options.band_hz = options.band_hz.or_else(|| options.schedule.as_ref().map(|_| (0.0, found.band_hz[1])));

@@ -3,12 +3,15 @@
 use super::arm::known_arm;
 use crate::error::AnalysisError;
 use crate::file::{BaselineFile, KinematicsFile};
+#[cfg(feature = "clap")]
+use crate::options::{HOLDS, words};
 use crate::schedule::{Cycles, Events, PHASE, Schedule, TIME, schedule_channels};
 use crate::suggest::{did_you_mean, nearest};
 use crate::trials::Trials;
 use ndof_devices::RobotConfig;
 use ndof_diagnose::Options;
 use ndof_joints::CAUSES;
+use ndof_models::Hold;
 use ndof_models::effects::EFFECTS;
 use serde::{Deserialize, Serialize};
 use std::path::Path;
@@ -21,7 +24,7 @@ const FEWEST_CYCLES: usize = 4;
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(untagged)]
 pub enum HeldOut {
-    /// Of several files the last third, of one the last 30 % of its time.
+    /// Of several files the last third, of one the last 30 % of its time; of joints that move one after the other, of each of as few stretches as it takes.
     #[default]
     Auto,
     /// This stretch of every file, in seconds.
@@ -51,6 +54,10 @@ pub struct Diagnose {
     /// Seed of the bootstrap.
     #[cfg_attr(feature = "clap", arg(skip))]
     pub seed: u64,
+    /// How forces go between samples, as in `fit`: zero, linear, band-limited, read-after or read-before [default: what the data clearly show, else band-limited]
+    #[cfg_attr(feature = "clap", arg(long, value_parser = words::<Hold>(&HOLDS)))]
+    #[cfg_attr(feature = "schema", schemars(with = "Option<String>"))]
+    pub hold: Option<Hold>,
     /// Effects that the search leaves out
     #[cfg_attr(feature = "clap", arg(long, value_name = "EFFECTS", value_delimiter = ','))]
     pub without: Vec<String>,
@@ -96,6 +103,7 @@ impl Default for Diagnose {
             held_out: HeldOut::Auto,
             tolerance,
             seed,
+            hold: None,
             without: Vec::new(),
             plan,
             schedule: None,
@@ -143,6 +151,9 @@ impl Diagnose {
     /// The same for the search, which knows trials by number.
     pub(super) fn options(&self, trials: &Trials) -> Result<Options, AnalysisError> {
         self.check(EFFECTS.iter().map(|effect| effect.name()).collect(), "effects")?;
+        if self.baseline.is_some() {
+            self.refuse_hold_beside("a `baseline`")?;
+        }
         Ok(Options {
             band_hz: self.band_hz.map(|[low, high]| (low, high)),
             held_out: self.apart(trials),
@@ -156,12 +167,19 @@ impl Diagnose {
         })
     }
 
+    /// Refuses a `hold` beside what stands for the linear model that it is of.
+    pub(super) fn refuse_hold_beside(&self, simulation: &str) -> Result<(), AnalysisError> {
+        let what = format!("it is of the linear model that is fitted, and {simulation} stands for that; leave one of the two out");
+        if self.hold.is_some() { Err(AnalysisError::Meaning { file: "`hold`".to_owned(), what }) } else { Ok(()) }
+    }
+
     /// The same where a robot's joints are judged; what is of other tasks is refused.
     pub(super) fn of_joints(&self, trials: &Trials) -> Result<ndof_joints::Options, AnalysisError> {
         self.check(CAUSES.iter().map(|cause| cause.card.name).collect(), "joints")?;
         let other = [
             ("band", self.band_hz.is_some()),
             ("baseline", self.baseline.is_some()),
+            ("hold", self.hold.is_some()),
             ("kinematics", self.kinematics.is_some()),
             ("schedule", self.schedule.is_some()),
             ("plan", self.plan),

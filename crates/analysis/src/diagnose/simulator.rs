@@ -113,7 +113,7 @@ impl Response {
             }
         };
         // A noise, a line or a burst is a force of its own time, not one of the motion.
-        let of_motion = |cause: &&Cause| find(&cause.effect).is_some_and(|effect| effect.card().trace == Trace::Forms);
+        let of_motion = |cause: &&Cause| find(&cause.effect).is_some_and(|effect| effect.card.trace == Trace::Forms);
         let laws: Vec<_> = found.causes.iter().filter(of_motion).map(law).collect::<Option<_>>()?;
         (!laws.is_empty()).then(|| Response { matrices, laws, corner_hz: corner(pictures.band_hz[1], own.sample_rate_hz()) })
     }

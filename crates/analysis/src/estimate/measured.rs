@@ -3,8 +3,6 @@
 use crate::error::AnalysisError;
 use crate::trials::Trials;
 use ndof_sysid::{EstimateError, FrequencyResponse, Labels, ResponseKind};
-use num_complex::Complex64;
-use std::f64::consts::TAU;
 
 /// Names of the channels by role, and what outputs over inputs are.
 pub(super) fn labels(trials: &Trials) -> Labels {
@@ -38,31 +36,6 @@ pub(crate) fn to_displacement(response: &mut FrequencyResponse, trials: &Trials)
     if response.kind == ResponseKind::Transfer {
         return;
     }
-    let power = |order: &Option<i32>| order.unwrap_or(0);
-    let rows: Vec<i32> = trials.roles.output_motion.iter().map(|order| -power(order)).collect();
-    let columns: Vec<i32> = trials.roles.input_motion.iter().map(power).collect();
-    if rows.iter().chain(&columns).all(|power| *power == 0) {
-        return;
-    }
-    for f in 0..response.len() {
-        let s = Complex64::new(0.0, TAU * response.frequency_hz[f]);
-        let factor = |power: i32| if power == 0 { Complex64::new(1.0, 0.0) } else { s.powi(power) };
-        for (i, &row) in rows.iter().enumerate() {
-            for (j, &column) in columns.iter().enumerate() {
-                response.value[[f, i, j]] *= factor(row) * factor(column);
-            }
-        }
-        if let Some(u) = &mut response.uncertainty {
-            for (i, &a) in rows.iter().enumerate() {
-                for (k, &b) in rows.iter().enumerate() {
-                    u.noise[[f, i, k]] *= factor(a) * factor(b).conj();
-                }
-            }
-            for (l, &b) in columns.iter().enumerate() {
-                for (j, &a) in columns.iter().enumerate() {
-                    u.input_inverse[[f, l, j]] *= factor(b).conj() * factor(a);
-                }
-            }
-        }
-    }
+    let back = |orders: &[Option<i32>]| orders.iter().map(|order| -order.unwrap_or(0)).collect::<Vec<_>>();
+    response.differentiate(&back(&trials.roles.output_motion), &back(&trials.roles.input_motion));
 }

@@ -3,7 +3,7 @@
 use super::named_models::MODEL;
 use crate::file::KinematicsFile;
 #[cfg(feature = "clap")]
-use crate::options::{count, not_negative, positive, words};
+use crate::options::{HOLDS, count, not_negative, positive, words};
 use crate::schedule::{Cycles, Events, schedule_channels};
 use ndof_models::schedule::Term;
 use ndof_models::{Hold, Symmetry, Transducer};
@@ -67,7 +67,7 @@ pub struct Fit {
     /// How forces go between samples: zero where each value stays until the next, as a computer commands it; linear where straight lines join
     /// them; band-limited behind an anti-alias filter; read-after or read-before where straight lines join what a held command leaves and channels are
     /// read just after it is written, or just before [default: what the data clearly show, else band-limited]
-    #[cfg_attr(feature = "clap", arg(long, value_parser = words::<Hold>(&["zero", "linear", "band-limited", "read-after", "read-before"])))]
+    #[cfg_attr(feature = "clap", arg(long, value_parser = words::<Hold>(&HOLDS)))]
     #[cfg_attr(feature = "schema", schemars(with = "Option<String>"))]
     pub hold: Option<Hold>,
     /// Stiffness of the force transducer's mount (N/m; N m/rad), so that its deflection is not mistaken for inertia

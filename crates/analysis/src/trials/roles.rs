@@ -2,7 +2,7 @@
 
 use crate::error::AnalysisError;
 use crate::result::Warning;
-use ndof_signal::{Channel, Quantity, Recording};
+use ndof_signal::{Channel, Quantity, Recording, Unit};
 use ndof_sysid::{Ports, ResponseKind};
 
 /// Prefixes that give a channel its role, with what they measure.
@@ -52,15 +52,48 @@ pub struct RoleNames {
     pub kept: Vec<String>,
 }
 
-/// Refuses a channel that is called a force or a motion and has a unit that nobody knows.
-fn known_units(recording: &Recording, file: &str, roles: [(&'static str, &Vec<usize>); 2]) -> Result<(), AnalysisError> {
-    for (role, channel) in roles.into_iter().flat_map(|(role, indices)| indices.iter().map(move |&i| (role, &recording.channels()[i]))) {
-        let (name, unit) = (channel.name.clone(), &channel.unit);
-        if matches!(unit.quantity(), Quantity::Other | Quantity::Time) && !unit.symbol().is_empty() && prefix(&name).is_some() {
-            return Err(AnalysisError::UnknownUnit { file: file.to_owned(), name, role, unit: unit.symbol().to_owned() });
-        }
-    }
-    Ok(())
+/// Refuses channels that are called forces or motions and have a unit that nobody knows; what is said to do is said of all of them.
+fn known_units(recording: &Recording, file: &str, inputs: &[usize], outputs: &[usize]) -> Result<(), AnalysisError> {
+    let channels = recording.channels();
+    let is_unknown = |&i: &usize| {
+        let unit = &channels[i].unit;
+        matches!(unit.quantity(), Quantity::Other | Quantity::Time) && !unit.symbol().is_empty() && prefix(&channels[i].name).is_some()
+    };
+    let unknown = |role: &'static str, own: &[usize]| own.iter().copied().filter(is_unknown).map(|i| (role, i)).collect::<Vec<_>>();
+    let all = [unknown("input", inputs), unknown("output", outputs)].concat();
+    let Some((role, first)) = all.first().map(|(role, i)| (*role, &channels[*i])) else { return Ok(()) };
+    let beside = |i: usize| {
+        let pairs = inputs.iter().zip(outputs);
+        pairs.flat_map(|(a, b)| [(*a, *b), (*b, *a)]).find(|(own, _)| *own == i).map(|(_, other)| &channels[other].unit)
+    };
+    let named = |(_, i): &(&str, usize)| format!("{0}=\"{0} [{1}]\"", channels[*i].name, would_be(&channels[*i].name, beside(*i)));
+    Err(AnalysisError::UnknownUnit {
+        file: file.to_owned(),
+        name: first.name.clone(),
+        role,
+        unit: first.unit.symbol().to_owned(),
+        channels: all.iter().map(named).collect::<Vec<_>>().join(","),
+        current: is_current(first.unit.symbol()),
+    })
+}
+
+/// The unit that a channel of such a name has beside its partner's.
+fn would_be(name: &str, beside: Option<&Unit>) -> String {
+    let quantity = match prefix(name) {
+        Some(Prefix::Effort) => Quantity::Effort,
+        Some(Prefix::Velocity) => Quantity::Velocity,
+        Some(Prefix::Acceleration) => Quantity::Acceleration,
+        Some(Prefix::Displacement) | None => Quantity::Displacement,
+        Some(Prefix::Command) => Quantity::Other,
+    };
+    let partner = beside.filter(|unit| !matches!(unit.quantity(), Quantity::Other | Quantity::Time)).map(|unit| Unit::si(quantity, unit.is_rotational()));
+    let unit = partner.filter(|_| quantity != Quantity::Other).or_else(|| ndof_io::infer_unit(name));
+    unit.map_or_else(|| "UNIT".to_owned(), |unit| unit.symbol().to_owned())
+}
+
+/// Whether a unit is one of electric current.
+fn is_current(symbol: &str) -> bool {
+    ["A", "mA", "kA"].contains(&symbol)
 }
 
 /// Refuses a force beside an angle, or a torque beside a distance.
@@ -173,7 +206,6 @@ impl Roles {
         if outputs.is_empty() {
             return Err(AnalysisError::NoOutput { file: file.to_owned(), available });
         }
-        known_units(recording, file, [("input", &inputs), ("output", &outputs)])?;
         let mut warnings = Vec::new();
         let axes = |indices: &[usize]| indices.iter().map(|&i| axis_of(&available[i])).collect::<Vec<_>>();
         let input_axes = axes(&inputs);
@@ -197,6 +229,7 @@ impl Roles {
         let outputs = pair(outputs, "outputs");
         let references = pair(references, "references");
         let used: Vec<usize> = references.iter().chain(&inputs).chain(&outputs).copied().collect();
+        known_units(recording, file, &inputs, &outputs)?;
         turn_or_shift(recording, file, &inputs, &outputs)?;
         let kept: Vec<usize> = names.kept.iter().map(index).collect::<Result<Vec<_>, _>>()?.into_iter().filter(|i| !used.contains(i)).collect();
         warnings.extend(ignored(&available, &used, &kept));
@@ -291,6 +324,25 @@ mod tests {
     fn recording(channels: &[(&str, &str)]) -> Recording {
         let channels = channels.iter().map(|(name, unit)| Channel::new(*name, Unit::parse(unit).expect("unit").0, vec![0.0, 1.0])).collect();
         Recording::new(10.0, channels).expect("valid")
+    }
+
+    /// What an error advises is taken, whatever the channels' own unit is.
+    #[test]
+    fn a_unit_that_nobody_knows_is_refused_with_what_is_then_taken() {
+        let units = |own: &dyn Fn(&str) -> Unit| {
+            let names = ["torque_a", "torque_b", "angle_b", "angle_a"];
+            let channel =
+                |name: &str| Channel::new(name, if name.starts_with("angle") { Unit::parse("rad").expect("unit").0 } else { own(name) }, vec![0.0, 1.0]);
+            Recording::new(10.0, names.map(channel).to_vec()).expect("valid")
+        };
+        for unit in ["A", "counts"] {
+            let error = Roles::find(&units(&|_| Unit::other(unit)), "a.csv", &RoleNames::default()).unwrap_err().to_string();
+            assert_eq!(error.contains("[transform]"), unit == "A", "{error}");
+            let advice = error.split_once("`channels=").and_then(|(_, rest)| rest.split_once('`')).expect("advice").0.replace('"', "");
+            let named = crate::file::ChannelsFile::from_pairs(&advice).expect("pairs").units();
+            let taken = units(&|name| Unit::parse(&named[name]).expect("a unit").0);
+            assert!(Roles::find(&taken, "a.csv", &RoleNames::default()).is_ok(), "{advice}");
+        }
     }
 
     fn find(channels: &[(&str, &str)], inputs: Option<&str>, outputs: Option<&str>) -> Result<(Recording, Roles), AnalysisError> {

@@ -20,7 +20,8 @@ use std::process::ExitCode;
 /// Say what the simulation gets wrong, name the cause, extend the model and measure the gain on held-out data.
 ///
 /// Without --baseline the simulation is the linear inertia-damping-stiffness model, fitted. Of several files the last third
-/// is held out, of one the last 30 % of its time.
+/// is held out, of one the last 30 % of its time; of a robot whose joints move one after the other, of each of as few
+/// stretches as it takes.
 #[derive(Debug, Args)]
 #[command(
     after_help = "Example:\n  ndof diagnose trial-1.csv trial-2.csv trial-3.csv --json diagnosis.json --report diagnosis.html\n  ndof diagnose log.csv --robot arm.urdf --write corrected.urdf"

@@ -193,7 +193,7 @@ fn effects() -> Vec<Entry> {
     EFFECTS
         .iter()
         .map(|effect| {
-            let card = effect.card();
+            let card = effect.card;
             let unit = |p: &ndof_models::effects::ParameterCard| match p.unit == p.rotational_unit {
                 true => p.unit.to_owned(),
                 false => format!("{} or {}", p.unit, p.rotational_unit),

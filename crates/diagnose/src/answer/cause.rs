@@ -63,8 +63,8 @@ impl Answer<'_> {
                 near.push(other);
             }
         }
-        let card = h.effect.card();
-        let twins = h.effect.twins();
+        let card = h.effect.card;
+        let twins = h.effect.twins;
         near.extend(twins.iter().filter(|twin| !near.contains(twin)).copied().collect::<Vec<_>>());
         if !near.is_empty() {
             let effects = std::iter::once(card.name).chain(near.iter().copied()).map(str::to_owned).collect();
@@ -88,7 +88,8 @@ impl Answer<'_> {
                 100.0 * group.size,
                 match group.change {
                     Some(change) => format!("it changes the held-out prediction by {:.2} % of the output", 100.0 * change),
-                    None => "with it or without it no prediction of the held-out part stays finite".to_owned(),
+                    None => "how far it changes the held-out prediction is not known: with it or without it that part could not be fitted or run by itself"
+                        .to_owned(),
                 }
             ),
         ];

@@ -23,7 +23,7 @@ impl Answer<'_> {
     /// A cause that a detector found, with what it gains.
     fn quiet(
         &self,
-        effect: &'static dyn Effect,
+        effect: &'static Effect,
         axis: Option<usize>,
         parameters: Vec<Named>,
         (probability, p_value): (f64, f64),
@@ -33,13 +33,13 @@ impl Answer<'_> {
         let rotational = self.subject.scale.rotational;
         let named = |(name, value, ci95): Named| CauseParameter {
             name: if rotational { ndof_models::effects::rotational_name(name) } else { name.to_owned() },
-            unit: effect.card().parameters.iter().find(|p| p.name == name).map_or("", |p| if rotational { p.rotational_unit } else { p.unit }).to_owned(),
+            unit: effect.card.parameters.iter().find(|p| p.name == name).map_or("", |p| if rotational { p.rotational_unit } else { p.unit }).to_owned(),
             value,
             ci95,
         };
         Cause {
             effect: effect.name().to_owned(),
-            site: self.site(effect.card().sides[0], axis),
+            site: self.site(effect.card.sides[0], axis),
             parameters: parameters.into_iter().map(named).collect(),
             probability,
             p_value,
@@ -140,6 +140,6 @@ fn unpredicted(before: &Errors) -> Gain {
     Gain::of_runs([&before.score; 2], f64::NAN)
 }
 
-fn traced(trace: Trace) -> Option<&'static dyn Effect> {
-    EFFECTS.iter().copied().find(|e| e.card().trace == trace)
+fn traced(trace: Trace) -> Option<&'static Effect> {
+    EFFECTS.iter().copied().find(|e| e.card.trace == trace)
 }

@@ -96,7 +96,7 @@ impl Answer<'_> {
     pub(super) fn absent(&self, group: &Group) -> Option<String> {
         let (subject, found) = (self.subject, self.found);
         let needed = |q: usize, name: &str| {
-            let card = self.hypothesis(q).effect.card();
+            let card = self.hypothesis(q).effect.card;
             card.parameters.iter().any(|p| p.name == name && p.bounds.0 == 0.0 && p.default.is_none())
         };
         let absent = |q: &usize| {

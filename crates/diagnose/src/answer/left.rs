@@ -4,7 +4,8 @@ use super::material::Answer;
 use crate::detectors;
 use crate::judge::Errors;
 use crate::remains::remains;
-use crate::result::{NoiseFloor, Score, UNSURE, Verdict};
+use crate::result::{NoiseFloor, UNSURE, Verdict};
+use crate::search::{Chosen, Stand};
 
 /// Probability of a name beyond which as much is left unexplained: of 257 names, one in nine of these was right.
 const GATED: f64 = 0.2;
@@ -34,7 +35,7 @@ pub(super) struct Left {
     varying: bool,
     /// What no cause explains, beside what the named ones do.
     ratio: f64,
-    /// Whether the baseline predicts worse than no prediction.
+    /// Whether the baseline predicts worse than no prediction, and than what the limb does by itself makes it.
     adrift: bool,
     /// Forces whose sensors do not show all: the axis, and the share of the samples at their limits.
     clipped: Vec<(usize, f64)>,
@@ -42,13 +43,17 @@ pub(super) struct Left {
     pub limit: f64,
 }
 
-/// A simulation that predicts worse than none at all is wrong, whatever the balance of forces says.
-fn lost(score: &Score) -> bool {
-    score.nrmse.iter().any(|e| e.is_none_or(|e| e > 1.0))
+impl Answer<'_> {
+    /// A simulation that predicts worse than none at all is wrong, whatever the balance of forces says, but for what the limb does by itself: that a hold
+    /// answers, so that no model foretells the motion from the force. This is the error of each output by that, if what a model leaves is no more.
+    pub(super) fn by_itself(&self, (chosen, stand): (&[Chosen], &Stand), slowest_hz: f64) -> Vec<Option<f64>> {
+        let expected = || self.unseen.expected(chosen, stand, self.order(), slowest_hz);
+        if self.gate.sure() { vec![] } else { expected().unwrap_or_default() }
+    }
 }
 
 impl Left {
-    pub fn of(answer: &Answer<'_>, before: &Errors, all: &Errors, floor: &NoiseFloor, nameless: bool) -> Self {
+    pub fn of(answer: &Answer<'_>, before: &Errors, all: &Errors, floor: &NoiseFloor, nameless: bool, by_itself: &[Option<f64>]) -> Self {
         let (gate, found) = (answer.gate, answer.found);
         let beyond: Vec<_> = (0..answer.subject.layout.trials).map(|trial| answer.subject.beyond(&found.chosen, &found.stand, trial)).collect();
         let rest = detectors::residual(&found.stand, &beyond);
@@ -61,19 +66,24 @@ impl Left {
         let unknown = sure && gate.beyond > 20.0 && gate.size > answer.options.tolerance && excess > answer.options.tolerance;
         let remainder = sure && gate.beyond > REMAINDER;
         let ratio = if unknown { gate.beyond / (gate.beyond + gate.named.max(0.0)).max(1.0) } else { 0.0 };
-        let adrift = lost(&before.score);
+        let adrift = before.is_lost(by_itself, answer.court.block());
         // Of an error that is below the tolerance nothing that matters can vary.
         let matters = all.score.nrmse.iter().any(|e| e.is_none_or(|e| e > answer.options.tolerance));
         let varying = variation > VARIATION && !unknown && matters;
-        let limit = match (ratio > 0.45, lost(&all.score)) {
+        let limit = match (ratio > 0.45, all.is_worse_than_none()) {
             (true, _) => GATED,
             (false, true) => LOST,
-            // What a sensor does not show bends the matrices and looks like a law.
-            (false, false) if !clipped.is_empty() => UNSURE,
+            // What a sensor does not show bends the matrices and looks like a law, and so does a stiffness that comes and goes.
+            (false, false) if !clipped.is_empty() || varying => UNSURE,
             (false, false) if remainder => IMPERFECT,
             (false, false) => 1.0,
         };
         Left { excess, unknown, nameless, remainder, variation, varying, ratio, adrift, clipped, limit }
+    }
+
+    /// Whether what is left may be a force of the limb's own: one that comes and goes with the motion is none.
+    pub fn may_be_its_own(&self) -> bool {
+        !self.unknown && !self.varying
     }
 
     /// Whether nothing is left that a model could explain.
@@ -81,15 +91,15 @@ impl Left {
         !self.unknown && !self.nameless && !self.varying
     }
 
-    /// `weak` where a name is not sure; `extended` is the score of the model with its causes.
-    pub fn verdict(&self, named: bool, weak: bool, extended: &Score) -> Verdict {
+    /// `weak` where a name is not sure; `lost` where the model with its causes predicts worse than the limb's own force makes it.
+    pub fn verdict(&self, named: bool, weak: bool, lost: bool) -> Verdict {
         match (named, self.unknown, self.varying || self.nameless) {
             (false, false, false) if !self.adrift && self.clipped.is_empty() => Verdict::Adequate,
             (false, ..) => Verdict::Unexplained,
             (true, true, _) if self.ratio > 0.45 => Verdict::Unexplained,
             (true, true, _) if self.ratio > 0.23 => Verdict::PartlyExplained,
             (true, _, true) => Verdict::PartlyExplained,
-            (true, ..) if weak || lost(extended) || !self.clipped.is_empty() => Verdict::PartlyExplained,
+            (true, ..) if weak || lost || !self.clipped.is_empty() => Verdict::PartlyExplained,
             (true, ..) => Verdict::Explained,
         }
     }
@@ -132,7 +142,12 @@ impl Left {
         }
         let own = before.score.nrmse.iter().flatten().fold(0.0, |most: f64, e| most.max(*e));
         // More of an output's variance than the tolerance.
-        if !named && self.white() && !self.adrift && own * own > answer.options.tolerance {
+        if !named && self.white() && !self.adrift && own > 1.0 {
+            notes.push(format!(
+                "the held-out part does not judge the model: there the limb moves more by its own force than by the input, and a hold keeps that motion small, so that the free run errs by {:.0} % of it, as that force lets expect; hold out another part",
+                100.0 * own
+            ));
+        } else if !named && self.white() && !self.adrift && own * own > answer.options.tolerance {
             notes.push(format!(
                 "{:.0} % of the held-out output (rms) is not foretold from the input, and follows from nothing that was tried: noise, or a force that the limb makes by itself",
                 100.0 * own

@@ -46,7 +46,6 @@ impl Answer<'_> {
         let (mut noise_floor, slowest_hz) = unseen.map(|floor| (floor, self.unseen.slowest_hz())).unwrap_or_else(fitted);
         let before = self.court.errors(subject, &[], self.baseline);
         let quiet = self.without_tones(before.clone());
-        let quiet_score = quiet.score.clone();
         let final_errors = self.errors(&found.chosen, &found.stand);
         noise_floor.add_what_is_slow(&final_errors.slower_than(slowest_hz));
         // What a model has reached is no less than what remains at best.
@@ -56,12 +55,13 @@ impl Answer<'_> {
         let ends = self.ends();
         let (named, small, nameless) = self.sorted_out(&ends);
         let (steps, small) = self.steps(named, small, &ends, &quiet);
-        let left = Left::of(self, &before, &final_errors, &noise_floor, nameless);
+        let unmodelled = self.by_itself((&[], self.baseline), windows_hz);
+        let left = Left::of(self, &before, &final_errors, &noise_floor, nameless, &unmodelled);
         let limit = left.limit;
         let mut confusable = Vec::new();
         let gains = Gains::new(self, &steps, &ends);
         let mut causes = self.tones(&before, &quiet, &gains, limit);
-        let (named, mut weak) = self.named(&steps, &gains, quiet, [level, limit, left.excess], &mut confusable);
+        let (named, mut weak) = self.named(&steps, &gains, quiet.clone(), [level, limit, left.excess], &mut confusable);
         causes.extend(named);
         let mut kept: Vec<usize> = steps.iter().flat_map(|step| step.group.members.iter().copied()).collect();
         kept.sort_unstable();
@@ -72,7 +72,8 @@ impl Answer<'_> {
         let (all, extended) = model.as_ref().map_or((&[][..], self.baseline), |model| (&model.chosen, &model.stand));
         let others = subject.as_likely(all, extended, self.order());
         self.tell_parameters(&mut causes, &kept, all, extended, &others);
-        let extended_score = model.as_ref().map_or(quiet_score, |model| model.errors.score.clone());
+        let with_all = model.as_ref().map_or(&quiet, |model| &model.errors);
+        let extended_score = with_all.score.clone();
         self.complete(&mut causes, (all, extended), &before, &left);
         let (own, with_causes) = (self.own_parameters(), if all.is_empty() { self.own_parameters() } else { self.parameters(all, extended, &others) });
         // Causes that do not make the free run better are not all there is, and no more are those beside a mass below zero.
@@ -84,7 +85,9 @@ impl Answer<'_> {
         } else if flagged(&with_causes) {
             self.doubt_what_turns_signs(&mut causes, &steps, &kept);
         }
-        let verdict = left.verdict(!causes.is_empty(), weak, &extended_score);
+        let by_itself = if model.is_none() { unmodelled } else { self.by_itself((all, extended), windows_hz) };
+        let lost = with_all.is_lost(&by_itself, self.court.block());
+        let verdict = left.verdict(!causes.is_empty(), weak, lost);
         noise_floor.below(&extended_score);
         causes.iter().for_each(|cause| noise_floor.below(&Score { nrmse: cause.gain.nrmse_after.clone(), ..Score::default() }));
         if verdict == Verdict::Adequate {
@@ -93,7 +96,13 @@ impl Answer<'_> {
         let mut notes = left.notes(self, &before, level, !causes.is_empty());
         notes.extend(of_no_body("baseline", &own));
         notes.extend(of_no_body("extended model", &with_causes));
-        within_a_tick::doubt(&mut causes, subject.layout.rate_hz * subject.layout.factor as f64);
+        let sample_rate_hz = subject.layout.rate_hz * subject.layout.factor as f64;
+        let open = self.linear.is_some_and(|fit| fit.hold.is_none()) && !self.meaning.motion_imposed;
+        for cause in &mut causes {
+            let latency = cause.lead.and_then(|lead| self.hypothesis(lead).effect.latency);
+            let efforts = open.then_some(&self.meaning.effort_names[..]);
+            latency.into_iter().for_each(|latency| within_a_tick::told(cause, &latency, efforts, 0.5 / sample_rate_hz));
+        }
         let pictures = self.pictures(all, extended);
         let diagnosis = Diagnosis {
             split,
@@ -125,7 +134,7 @@ impl Answer<'_> {
             }
         }
         self.detected(causes, before, left.limit);
-        if !left.unknown {
+        if left.may_be_its_own() {
             self.own_force(causes, before);
         }
     }

@@ -25,7 +25,7 @@ impl Answer<'_> {
             let effects: Vec<String> = std::iter::once(cause.effect.as_str()).chain(others.iter().copied()).map(str::to_owned).collect();
             let same = |k: &Confusable| effects.iter().all(|e| k.effects.contains(e));
             if !confusable.iter().any(same) {
-                let card = self.hypothesis(place).effect.card();
+                let card = self.hypothesis(place).effect.card;
                 confusable.push(self.decided(effects, card.next_experiment, self.rival(place, others[0]).map(|j| (place, j))));
             }
         }

@@ -1,6 +1,6 @@
 //! Latency from command to force.
 
-use super::measurement_delay::delay_line;
+use super::measurement_delay::{delay_line, delays_s, most_s};
 use super::vocabulary::*;
 use crate::blocks::{Block, Delay};
 
@@ -19,25 +19,19 @@ const CARD: Card = Card {
 };
 
 /// Latency of the actuator.
-pub struct ActuationDelay;
+pub(super) const EFFECT: Effect = Effect { forms, ..Effect::new(&CARD, injection) };
 
-impl Effect for ActuationDelay {
-    fn card(&self) -> &'static Card {
-        &CARD
-    }
+fn injection(parameters: &Parameters, setting: &Setting) -> Result<Injection, EffectError> {
+    Ok(Injection::Stage(Box::new(delay_line(parameters.number(CARD.name, &DELAY)? * setting.sample_rate_hz, 0.0))))
+}
 
-    fn injection(&self, parameters: &Parameters, setting: &Setting) -> Result<Injection, EffectError> {
-        Ok(Injection::Stage(Box::new(delay_line(parameters.number(CARD.name, &DELAY)? * setting.sample_rate_hz, 0.0))))
+fn forms(scale: &Scale) -> Vec<Form> {
+    if !scale.effort_is_command {
+        return Vec::new();
     }
-
-    fn forms(&self, scale: &Scale) -> Vec<Form> {
-        if !scale.effort_is_command {
-            return Vec::new();
-        }
-        let unit = scale.time_s;
-        let form = Form::new("delay", None, Action::Effort(Arc::new(|s, k| Delay.response(k, s))))
-            .knobs(vec![Knob::linear(0.0, 0.05 * unit)], &[&[0.3, 1.0, 3.0, 8.0, 20.0].map(|ms| ms * 1e-3 * unit)])
-            .numbers(|k, _| [("delay_s", k[0])]);
-        vec![form.floor(0.0).absolute(DELAY.name, 1.5e-4).at(Side::Actuator)]
-    }
+    let most = most_s(scale).max(0.05 * scale.time_s);
+    let form = Form::new("delay", None, Action::Effort(Arc::new(|s, k| Delay.response(k, s))))
+        .knobs(vec![Knob::linear(0.0, most)], &[&delays_s(scale, &[0.3, 1.0, 3.0, 8.0, 20.0])])
+        .numbers(|k, _| [("delay_s", k[0])]);
+    vec![form.floor(0.0).absolute(DELAY.name, 1.5e-4).at(Side::Actuator)]
 }

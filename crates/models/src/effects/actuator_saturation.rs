@@ -17,26 +17,20 @@ const CARD: Card = Card {
 };
 
 /// Saturation of the actuator.
-pub struct ActuatorSaturation;
+pub(super) const EFFECT: Effect = Effect { forms, ..Effect::new(&CARD, injection) };
 
-impl Effect for ActuatorSaturation {
-    fn card(&self) -> &'static Card {
-        &CARD
-    }
+fn injection(parameters: &Parameters, _setting: &Setting) -> Result<Injection, EffectError> {
+    let level = parameters.number(CARD.name, &LEVEL)?;
+    Ok(Injection::Stage(Box::new(move |sample: f64| sample.clamp(-level, level))))
+}
 
-    fn injection(&self, parameters: &Parameters, _setting: &Setting) -> Result<Injection, EffectError> {
-        let level = parameters.number(CARD.name, &LEVEL)?;
-        Ok(Injection::Stage(Box::new(move |sample: f64| sample.clamp(-level, level))))
+fn forms(scale: &Scale) -> Vec<Form> {
+    if !scale.effort_is_command {
+        return Vec::new();
     }
-
-    fn forms(&self, scale: &Scale) -> Vec<Form> {
-        if !scale.effort_is_command {
-            return Vec::new();
-        }
-        let unit = scale.effort.iter().sum::<f64>() / scale.axes() as f64;
-        let form = Form::new("clip", None, Action::Clip)
-            .knobs(vec![Knob::log(0.3 * unit, 3.2 * unit)], &[&[0.7, 1.0, 1.4, 1.9, 2.5].map(|q| q * unit)])
-            .numbers(|k, _| [("level_n", k[0])]);
-        vec![form.at(Side::Actuator)]
-    }
+    let unit = scale.effort.iter().sum::<f64>() / scale.axes() as f64;
+    let form = Form::new("clip", None, Action::Clip)
+        .knobs(vec![Knob::log(0.3 * unit, 3.2 * unit)], &[&[0.7, 1.0, 1.4, 1.9, 2.5].map(|q| q * unit)])
+        .numbers(|k, _| [("level_n", k[0])]);
+    vec![form.at(Side::Actuator)]
 }

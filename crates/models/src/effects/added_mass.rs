@@ -17,24 +17,18 @@ const CARD: Card = Card {
 };
 
 /// Mass beyond the sensor.
-pub struct AddedMass;
+pub(super) const EFFECT: Effect = Effect { forms, ..Effect::new(&CARD, injection) };
 
-impl Effect for AddedMass {
-    fn card(&self) -> &'static Card {
-        &CARD
-    }
+fn injection(parameters: &Parameters, _setting: &Setting) -> Result<Injection, EffectError> {
+    Ok(Injection::Mass(parameters.number(CARD.name, &MASS)?))
+}
 
-    fn injection(&self, parameters: &Parameters, _setting: &Setting) -> Result<Injection, EffectError> {
-        Ok(Injection::Mass(parameters.number(CARD.name, &MASS)?))
+/// Only against a baseline whose whole inertia is given: a fitted one absorbs it.
+fn forms(scale: &Scale) -> Vec<Form> {
+    let n = scale.axes();
+    if !(0..n).all(|i| scale.is_given(Matrix::Mass, i, i)) {
+        return Vec::new();
     }
-
-    /// Only against a baseline whose whole inertia is given: a fitted one absorbs it.
-    fn forms(&self, scale: &Scale) -> Vec<Form> {
-        let n = scale.axes();
-        if !(0..n).all(|i| scale.is_given(Matrix::Mass, i, i)) {
-            return Vec::new();
-        }
-        let form = Form::new("point mass", None, Action::Entries { matrix: Matrix::Mass, entries: (0..n).map(|i| (i, i, 1.0)).collect() });
-        vec![form.coefficients(vec![Sign::Positive]).numbers(|_, c| [("mass_kg", c[0])]).floor(0.005)]
-    }
+    let form = Form::new("point mass", None, Action::Entries { matrix: Matrix::Mass, entries: (0..n).map(|i| (i, i, 1.0)).collect() });
+    vec![form.coefficients(vec![Sign::Positive]).numbers(|_, c| [("mass_kg", c[0])]).floor(0.005)]
 }

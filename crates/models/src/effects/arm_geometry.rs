@@ -22,7 +22,7 @@ const CARD: Card = Card {
 };
 
 /// Curved geometry of an arm; looked for where the arm's kinematics are given.
-pub struct ArmGeometry;
+pub(super) const EFFECT: Effect = Effect { forms, ..Effect::new(&CARD, injection) };
 
 /// f = Pᵀ K w₀ − K x: springs of the joints beside what they are at the posture.
 fn springs(arm: CurvedArm, stiffness: [[f64; 2]; 2]) -> impl ForceLaw {
@@ -45,26 +45,20 @@ pub(super) fn given_arm(effect: &'static str, parameters: &Parameters, setting: 
     Ok(CurvedArm { link_lengths_m, posture_rad, mean_force_n: [0.0; 2] })
 }
 
-impl Effect for ArmGeometry {
-    fn card(&self) -> &'static Card {
-        &CARD
+fn injection(parameters: &Parameters, setting: &Setting) -> Result<Injection, EffectError> {
+    if parameters.number(CARD.name, &COUPLING)? > 0.0 {
+        let what = "an inertia that follows the posture for its coupling: simulate the limb planar-two-link, or leave the coupling out";
+        return Err(EffectError::Setting { effect: CARD.name, what });
     }
+    let arm = given_arm(CARD.name, parameters, setting)?;
+    match setting.stiffness.as_slice() {
+        [first, second] => Ok(Injection::Force(Box::new(springs(arm, [[first[0], first[1]], [second[0], second[1]]])))),
+        _ => Err(EffectError::Setting { effect: CARD.name, what: "the stiffness of two axes" }),
+    }
+}
 
-    fn injection(&self, parameters: &Parameters, setting: &Setting) -> Result<Injection, EffectError> {
-        if parameters.number(CARD.name, &COUPLING)? > 0.0 {
-            let what = "an inertia that follows the posture for its coupling: simulate the limb planar-two-link, or leave the coupling out";
-            return Err(EffectError::Setting { effect: CARD.name, what });
-        }
-        let arm = given_arm(CARD.name, parameters, setting)?;
-        match setting.stiffness.as_slice() {
-            [first, second] => Ok(Injection::Force(Box::new(springs(arm, [[first[0], first[1]], [second[0], second[1]]])))),
-            _ => Err(EffectError::Setting { effect: CARD.name, what: "the stiffness of two axes" }),
-        }
-    }
-
-    fn forms(&self, scale: &Scale) -> Vec<Form> {
-        let Some(arm) = &scale.arm else { return Vec::new() };
-        let form = Form::new("two links", None, Action::Curved(arm.clone())).coefficients(vec![Sign::Positive]);
-        vec![form.numbers(|_, c| [(COUPLING.name, c[0])]).floor(0.005)]
-    }
+fn forms(scale: &Scale) -> Vec<Form> {
+    let Some(arm) = &scale.arm else { return Vec::new() };
+    let form = Form::new("two links", None, Action::Curved(arm.clone())).coefficients(vec![Sign::Positive]);
+    vec![form.numbers(|_, c| [(COUPLING.name, c[0])]).floor(0.005)]
 }

@@ -20,41 +20,35 @@ const CARD: Card = Card {
 };
 
 /// Dry friction of one axis.
-pub struct CoulombFriction;
+pub(super) const EFFECT: Effect = Effect { forms, ..Effect::new(&CARD, injection) };
 
-impl Effect for CoulombFriction {
-    fn card(&self) -> &'static Card {
-        &CARD
-    }
+fn injection(parameters: &Parameters, setting: &Setting) -> Result<Injection, EffectError> {
+    let level = parameters.number(CARD.name, &LEVEL)?;
+    let at_rest = parameters.number(CARD.name, &STATIC_LEVEL)?;
+    let excess = if at_rest > 0.0 { at_rest - level } else { 0.0 };
+    let law = laws::Stribeck { turn_velocity: parameters.number(CARD.name, &SMOOTHING)? };
+    let stribeck_velocity = parameters.number(CARD.name, &STRIBECK_VELOCITY)?;
+    Ok(Injection::Force(Box::new(on_axis(setting.one_axis(&CARD)?, law, [level, excess, stribeck_velocity]))))
+}
 
-    fn injection(&self, parameters: &Parameters, setting: &Setting) -> Result<Injection, EffectError> {
-        let level = parameters.number(CARD.name, &LEVEL)?;
-        let at_rest = parameters.number(CARD.name, &STATIC_LEVEL)?;
-        let excess = if at_rest > 0.0 { at_rest - level } else { 0.0 };
-        let law = laws::Stribeck { turn_velocity: parameters.number(CARD.name, &SMOOTHING)? };
-        let stribeck_velocity = parameters.number(CARD.name, &STRIBECK_VELOCITY)?;
-        Ok(Injection::Force(Box::new(on_axis(setting.one_axis(&CARD)?, law, [level, excess, stribeck_velocity]))))
-    }
-
-    fn forms(&self, scale: &Scale) -> Vec<Form> {
-        (0..scale.axes())
-            .flat_map(|axis| {
-                let v = scale.velocity[axis];
-                let narrowest = 0.05 * v;
-                // Both forms turn around well within the narrowest excess near rest.
-                let turn_velocity = 0.2 * narrowest;
-                let plain = Form::new("Coulomb", Some(axis), Action::force(move |_, c| on_axis(axis, laws::Coulomb { turn_velocity }, [c[0]])))
-                    .coefficients(vec![Sign::Positive])
-                    .numbers(|_, c| [("level_n", c[0])])
-                    .floor(0.015);
-                let law = move |k: &[f64], c: &[f64]| on_axis(axis, laws::Stribeck { turn_velocity }, [c[0], c[1], k[0]]);
-                let stribeck = Form::new("Stribeck", Some(axis), Action::force(law))
-                    .knobs(vec![Knob::log(narrowest, 0.8 * v)], &[&[0.1 * v, 0.3 * v]])
-                    .coefficients(vec![Sign::Positive, Sign::Positive])
-                    .numbers(|k, c| [("level_n", c[0]), ("stribeck_level_n", c[0] + c[1]), ("stribeck_velocity_m_per_s", k[0])])
-                    .floor(0.03);
-                [plain, stribeck]
-            })
-            .collect()
-    }
+fn forms(scale: &Scale) -> Vec<Form> {
+    (0..scale.axes())
+        .flat_map(|axis| {
+            let v = scale.velocity[axis];
+            let narrowest = 0.05 * v;
+            // Both forms turn around well within the narrowest excess near rest.
+            let turn_velocity = 0.2 * narrowest;
+            let plain = Form::new("Coulomb", Some(axis), Action::force(move |_, c| on_axis(axis, laws::Coulomb { turn_velocity }, [c[0]])))
+                .coefficients(vec![Sign::Positive])
+                .numbers(|_, c| [("level_n", c[0])])
+                .floor(0.015);
+            let law = move |k: &[f64], c: &[f64]| on_axis(axis, laws::Stribeck { turn_velocity }, [c[0], c[1], k[0]]);
+            let stribeck = Form::new("Stribeck", Some(axis), Action::force(law))
+                .knobs(vec![Knob::log(narrowest, 0.8 * v)], &[&[0.1 * v, 0.3 * v]])
+                .coefficients(vec![Sign::Positive, Sign::Positive])
+                .numbers(|k, c| [("level_n", c[0]), ("stribeck_level_n", c[0] + c[1]), ("stribeck_velocity_m_per_s", k[0])])
+                .floor(0.03);
+            [plain, stribeck]
+        })
+        .collect()
 }

@@ -18,7 +18,7 @@ const CARD: Card = Card {
 };
 
 /// Stiffness and damping between axes.
-pub struct CrossCoupling;
+pub(super) const EFFECT: Effect = Effect { forms, ..Effect::new(&CARD, injection) };
 
 /// A linear force of all axes: rows of stiffness and of damping.
 fn coupling(matrices: [Vec<Vec<f64>>; 2]) -> impl ForceLaw {
@@ -38,44 +38,38 @@ fn told(name: &'static str, n: usize, entries: &[(usize, usize, f64)], value: f6
     vec![(name, Value::Matrix(matrix))]
 }
 
-impl Effect for CrossCoupling {
-    fn card(&self) -> &'static Card {
-        &CARD
+fn injection(parameters: &Parameters, setting: &Setting) -> Result<Injection, EffectError> {
+    let given = [MATRIX.name, DAMPING.name].map(|name| parameters.matrix(name));
+    if given.iter().all(Option::is_none) {
+        return Err(EffectError::Missing { effect: CARD.name, parameter: MATRIX.name });
     }
-
-    fn injection(&self, parameters: &Parameters, setting: &Setting) -> Result<Injection, EffectError> {
-        let given = [MATRIX.name, DAMPING.name].map(|name| parameters.matrix(name));
-        if given.iter().all(Option::is_none) {
-            return Err(EffectError::Missing { effect: CARD.name, parameter: MATRIX.name });
+    for (matrix, card) in given.iter().zip([MATRIX, DAMPING]) {
+        if matrix.is_some_and(|rows| rows.len() != setting.axes || rows.iter().any(|row| row.len() != setting.axes)) {
+            return Err(EffectError::Kind { effect: CARD.name, parameter: card.name, expected: "a square matrix with a row for each axis" });
         }
-        for (matrix, card) in given.iter().zip([MATRIX, DAMPING]) {
-            if matrix.is_some_and(|rows| rows.len() != setting.axes || rows.iter().any(|row| row.len() != setting.axes)) {
-                return Err(EffectError::Kind { effect: CARD.name, parameter: card.name, expected: "a square matrix with a row for each axis" });
-            }
-        }
-        Ok(Injection::Force(Box::new(coupling(given.map(|matrix| matrix.map(<[_]>::to_vec).unwrap_or_default())))))
     }
+    Ok(Injection::Force(Box::new(coupling(given.map(|matrix| matrix.map(<[_]>::to_vec).unwrap_or_default())))))
+}
 
-    /// A symmetric stiffness only where the baseline holds it at zero, since a fitted one absorbs it; what turns only where the baseline fits symmetric
-    /// matrices, whose given entries may each be wrong.
-    fn forms(&self, scale: &Scale) -> Vec<Form> {
-        let zero = |i: usize, j: usize| scale.nominal.iter().chain(&scale.held).any(|e| (e.0, e.1, e.2) == (Matrix::Stiffness, i, j) && e.3 == 0.0);
-        let given = |matrix: Matrix, i: usize, j: usize| scale.nominal.iter().any(|e| (e.0, e.1, e.2) == (matrix, i, j));
-        let n = scale.axes();
-        let form = |label: &'static str, matrix: Matrix, entries: Vec<(usize, usize, f64)>| {
-            let (name, of) = (if matrix == Matrix::Damping { DAMPING.name } else { MATRIX.name }, entries.clone());
-            Form::new(label, None, Action::Entries { matrix, entries }).coefficients(vec![Sign::Free]).naming(move |_, c| told(name, n, &of, c[0]))
-        };
-        let pairs = (0..n).flat_map(|i| (i + 1..n).map(move |j| (i, j)));
-        pairs
-            .flat_map(|(i, j)| {
-                let symmetric = (zero(i, j) && zero(j, i)).then(|| form("symmetric stiffness", Matrix::Stiffness, vec![(i, j, 1.0), (j, i, 1.0)]));
-                let turning = [("turning stiffness", Matrix::Stiffness), ("turning damping", Matrix::Damping)]
-                    .into_iter()
-                    .filter(|(_, matrix)| scale.symmetric && !given(*matrix, i, j))
-                    .map(|(label, matrix)| form(label, matrix, vec![(i, j, 1.0), (j, i, -1.0)]));
-                symmetric.into_iter().chain(turning).collect::<Vec<_>>()
-            })
-            .collect()
-    }
+/// A symmetric stiffness only where the baseline holds it at zero, since a fitted one absorbs it; what turns only where the baseline fits symmetric
+/// matrices, whose given entries may each be wrong.
+fn forms(scale: &Scale) -> Vec<Form> {
+    let zero = |i: usize, j: usize| scale.nominal.iter().chain(&scale.held).any(|e| (e.0, e.1, e.2) == (Matrix::Stiffness, i, j) && e.3 == 0.0);
+    let given = |matrix: Matrix, i: usize, j: usize| scale.nominal.iter().any(|e| (e.0, e.1, e.2) == (matrix, i, j));
+    let n = scale.axes();
+    let form = |label: &'static str, matrix: Matrix, entries: Vec<(usize, usize, f64)>| {
+        let (name, of) = (if matrix == Matrix::Damping { DAMPING.name } else { MATRIX.name }, entries.clone());
+        Form::new(label, None, Action::Entries { matrix, entries }).coefficients(vec![Sign::Free]).naming(move |_, c| told(name, n, &of, c[0]))
+    };
+    let pairs = (0..n).flat_map(|i| (i + 1..n).map(move |j| (i, j)));
+    pairs
+        .flat_map(|(i, j)| {
+            let symmetric = (zero(i, j) && zero(j, i)).then(|| form("symmetric stiffness", Matrix::Stiffness, vec![(i, j, 1.0), (j, i, 1.0)]));
+            let turning = [("turning stiffness", Matrix::Stiffness), ("turning damping", Matrix::Damping)]
+                .into_iter()
+                .filter(|(_, matrix)| scale.symmetric && !given(*matrix, i, j))
+                .map(|(label, matrix)| form(label, matrix, vec![(i, j, 1.0), (j, i, -1.0)]));
+            symmetric.into_iter().chain(turning).collect::<Vec<_>>()
+        })
+        .collect()
 }

@@ -20,7 +20,7 @@ const CARD: Card = Card {
 };
 
 /// A wall on one side of one axis.
-pub struct EndStop;
+pub(super) const EFFECT: Effect = Effect { forms, stands_for, ..Effect::new(&CARD, injection) };
 
 /// A wall at `position` on one `side`: its force is depth^exponent (stiffness + damping × the depth's rate), by Hunt and Crossley.
 fn wall(axis: usize, position: f64, side: f64, exponent: f64, [stiffness, damping]: [f64; 2]) -> impl ForceLaw {
@@ -31,38 +31,32 @@ fn wall(axis: usize, position: f64, side: f64, exponent: f64, [stiffness, dampin
     }
 }
 
-impl Effect for EndStop {
-    fn card(&self) -> &'static Card {
-        &CARD
-    }
+fn injection(parameters: &Parameters, setting: &Setting) -> Result<Injection, EffectError> {
+    let [position, stiffness, damping] = [&POSITION, &STIFFNESS, &DAMPING].map(|card| parameters.number(CARD.name, card));
+    let axis = setting.one_axis(&CARD)?;
+    let position = position?;
+    Ok(Injection::Force(Box::new(wall(axis, position, position.signum(), 1.0, [stiffness?, damping?]))))
+}
 
-    fn injection(&self, parameters: &Parameters, setting: &Setting) -> Result<Injection, EffectError> {
-        let [position, stiffness, damping] = [&POSITION, &STIFFNESS, &DAMPING].map(|card| parameters.number(CARD.name, card));
-        let axis = setting.one_axis(&CARD)?;
-        let position = position?;
-        Ok(Injection::Force(Box::new(wall(axis, position, position.signum(), 1.0, [stiffness?, damping?]))))
-    }
+fn forms(scale: &Scale) -> Vec<Form> {
+    let of = |axis: usize, side: f64, (label, exponent, coefficients): (&'static str, f64, usize)| {
+        let (spread, centre) = (scale.position[axis], scale.centre[axis]);
+        let damping = |c: &[f64]| c.get(1).copied();
+        let law = move |k: &[f64], c: &[f64]| wall(axis, side * k[0], side, exponent, [c[0], damping(c).unwrap_or(0.0)]);
+        Form::new(label, Some(axis), Action::force(law))
+            .knobs(vec![Knob::linear(0.5 * spread, 2.6 * spread)], &[&[0.6, 1.0, 1.4, 1.8].map(|q| q * spread)])
+            .coefficients(vec![Sign::Positive; coefficients])
+            .naming(move |k, c| {
+                let place = ("position_m", Value::Number(side * k[0] + centre));
+                let stiffness = ("stiffness_n_per_m", Value::Number(c[0] * spread.powf(exponent - 1.0)));
+                [place, stiffness].into_iter().chain(damping(c).map(|c| ("damping_n_s_per_m2", Value::Number(c)))).collect()
+            })
+            .floor(0.02)
+    };
+    let shapes = [("wall", 1.0, 1), ("soft wall", 1.5, 1), ("damped wall", 1.0, 2)];
+    (0..scale.axes()).flat_map(|axis| [1.0, -1.0].into_iter().flat_map(move |side| shapes.map(|shape| of(axis, side, shape)))).collect()
+}
 
-    fn forms(&self, scale: &Scale) -> Vec<Form> {
-        let of = |axis: usize, side: f64, (label, exponent, coefficients): (&'static str, f64, usize)| {
-            let (spread, centre) = (scale.position[axis], scale.centre[axis]);
-            let damping = |c: &[f64]| c.get(1).copied();
-            let law = move |k: &[f64], c: &[f64]| wall(axis, side * k[0], side, exponent, [c[0], damping(c).unwrap_or(0.0)]);
-            Form::new(label, Some(axis), Action::force(law))
-                .knobs(vec![Knob::linear(0.5 * spread, 2.6 * spread)], &[&[0.6, 1.0, 1.4, 1.8].map(|q| q * spread)])
-                .coefficients(vec![Sign::Positive; coefficients])
-                .naming(move |k, c| {
-                    let place = ("position_m", Value::Number(side * k[0] + centre));
-                    let stiffness = ("stiffness_n_per_m", Value::Number(c[0] * spread.powf(exponent - 1.0)));
-                    [place, stiffness].into_iter().chain(damping(c).map(|c| ("damping_n_s_per_m2", Value::Number(c)))).collect()
-                })
-                .floor(0.02)
-        };
-        let shapes = [("wall", 1.0, 1), ("soft wall", 1.5, 1), ("damped wall", 1.0, 2)];
-        (0..scale.axes()).flat_map(|axis| [1.0, -1.0].into_iter().flat_map(move |side| shapes.map(|shape| of(axis, side, shape)))).collect()
-    }
-
-    fn stands_for(&self, evidence: &Evidence<'_>) -> &'static [&'static str] {
-        other_shapes(CARD.name, evidence)
-    }
+fn stands_for(evidence: &Evidence<'_>) -> &'static [&'static str] {
+    other_shapes(CARD.name, evidence)
 }

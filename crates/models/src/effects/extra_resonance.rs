@@ -63,86 +63,80 @@ fn behind_hold(knobs: &[f64], coefficients: &[f64], [_, c, stiffness]: [f64; 3],
 }
 
 /// A mass on a spring and damper, carried by one axis.
-pub struct ExtraResonance;
+pub(super) const EFFECT: Effect = Effect { forms, stands_for, ..Effect::new(&CARD, injection) };
 
-impl Effect for ExtraResonance {
-    fn card(&self) -> &'static Card {
-        &CARD
+fn injection(parameters: &Parameters, setting: &Setting) -> Result<Injection, EffectError> {
+    if parameters.find(GAIN_BEYOND.name).is_some() {
+        return Err(EffectError::Kind {
+            effect: CARD.name,
+            parameter: GAIN_BEYOND.name,
+            expected: "left out: answers alone have it, and a mass is what is hidden",
+        });
     }
+    let axis = setting.one_axis(&CARD)?;
+    let inertia = Setting::diagonal(&setting.mass, axis);
+    if inertia <= 0.0 {
+        return Err(EffectError::Setting { effect: CARD.name, what: "a plant with inertia on its axis" });
+    }
+    let number = |card| parameters.number(CARD.name, card);
+    let theta = [inertia * number(&MASS_SHARE)?, number(&FREQUENCY)?, number(&DAMPING_RATIO)?];
+    Ok(Injection::Force(Box::new(on_axis(axis, laws::FlexibleMode, theta))))
+}
 
-    fn injection(&self, parameters: &Parameters, setting: &Setting) -> Result<Injection, EffectError> {
-        if parameters.find(GAIN_BEYOND.name).is_some() {
-            return Err(EffectError::Kind {
-                effect: CARD.name,
-                parameter: GAIN_BEYOND.name,
-                expected: "left out: answers alone have it, and a mass is what is hidden",
-            });
-        }
-        let axis = setting.one_axis(&CARD)?;
-        let inertia = Setting::diagonal(&setting.mass, axis);
-        if inertia <= 0.0 {
-            return Err(EffectError::Setting { effect: CARD.name, what: "a plant with inertia on its axis" });
-        }
-        let number = |card| parameters.number(CARD.name, card);
-        let theta = [inertia * number(&MASS_SHARE)?, number(&FREQUENCY)?, number(&DAMPING_RATIO)?];
-        Ok(Injection::Force(Box::new(on_axis(axis, laws::FlexibleMode, theta))))
+fn forms(scale: &Scale) -> Vec<Form> {
+    let unit = scale.time_s;
+    let mut forms: Vec<Form> = (0..scale.axes())
+        .map(|axis| {
+            let inertia = Setting::diagonal(&scale.mass, axis).abs().max(f64::MIN_POSITIVE);
+            Form::new("carried mass", Some(axis), Action::force(move |k, c| on_axis(axis, laws::FlexibleMode, [c[0], k[0], k[1]])))
+                .knobs(modes(unit), &[&starts(unit), &[0.07]])
+                .coefficients(vec![Sign::Positive])
+                .numbers(move |k, c| [("frequency_hz", k[0]), ("damping_ratio", k[1]), ("mass_share", c[0] / inertia)])
+        })
+        .collect();
+    forms.extend((0..scale.axes()).map(|axis| {
+        Form::new("held softly", Some(axis), Action::force(move |k, c| on_axis(axis, laws::SoftHold, [c[0], c[1], k[0], k[1]])))
+            .knobs(modes(unit), &[&starts(unit), &[0.1]])
+            .coefficients(vec![Sign::Positive, Sign::Free])
+            .numbers(|k, _| [("frequency_hz", k[0]), ("damping_ratio", k[1])])
+            .remark(behind_hold)
+    }));
+    if scale.motion_imposed {
+        // The measured effort would stand on both sides of the balance.
+        return forms;
     }
+    let axes = scale.axes();
+    let gain = (0..axes).map(|i| scale.effort[i] / scale.position[i].max(f64::MIN_POSITIVE)).sum::<f64>() / axes as f64;
+    let inertia = (0..axes).map(|i| Setting::diagonal(&scale.mass, i).abs()).sum::<f64>() / axes as f64;
+    let series = Form::new("series compliance", None, Action::Series(Arc::new(|_, k| Complex64::new(k[0], 0.0))))
+        .knobs(vec![Knob::log(1e-3 / gain, 0.5 / gain)], &[&[160.0, 40.0, 10.0].map(|q| 1.0 / (q * gain))])
+        .numbers(move |k, _| {
+            let frequency = (1.0 / (k[0] * inertia.max(f64::MIN_POSITIVE))).sqrt() / TAU;
+            [("frequency_hz", frequency), ("damping_ratio", 0.0), ("mass_share", 1.0)]
+        });
+    forms.push(series.floor(0.02));
+    // Where the motion is measured elsewhere than the effort acts, what lies between them may push either way beyond its mode.
+    forms.extend((0..axes).map(|axis| {
+        let passes: Operator = Arc::new(|s, k| {
+            let w = TAU * k[0];
+            let spring = w * (2.0 * k[1] * s + w);
+            (k[2] * s * s + spring) / (s * s + spring)
+        });
+        let pole = |k: &[f64]| Complex64::new(-k[1], (1.0 - k[1] * k[1]).sqrt()) * TAU * k[0];
+        let gain = Knob::linear(GAIN_BEYOND.bounds.0, GAIN_BEYOND.bounds.1);
+        Form::new("between effort and motion", Some(axis), Action::Mode { passes, pole })
+            .knobs(
+                [modes(unit), vec![gain]].concat(),
+                // A gain on either side of nought, between a mode that nothing passes and one that is hardly there.
+                &[&starts(unit), &[0.02], &[-1.0, 0.3]],
+            )
+            .numbers(|k, _| [("frequency_hz", k[0]), ("damping_ratio", k[1]), ("gain_beyond", k[2])])
+    }));
+    forms
+}
 
-    fn forms(&self, scale: &Scale) -> Vec<Form> {
-        let unit = scale.time_s;
-        let mut forms: Vec<Form> = (0..scale.axes())
-            .map(|axis| {
-                let inertia = Setting::diagonal(&scale.mass, axis).abs().max(f64::MIN_POSITIVE);
-                Form::new("carried mass", Some(axis), Action::force(move |k, c| on_axis(axis, laws::FlexibleMode, [c[0], k[0], k[1]])))
-                    .knobs(modes(unit), &[&starts(unit), &[0.07]])
-                    .coefficients(vec![Sign::Positive])
-                    .numbers(move |k, c| [("frequency_hz", k[0]), ("damping_ratio", k[1]), ("mass_share", c[0] / inertia)])
-            })
-            .collect();
-        forms.extend((0..scale.axes()).map(|axis| {
-            Form::new("held softly", Some(axis), Action::force(move |k, c| on_axis(axis, laws::SoftHold, [c[0], c[1], k[0], k[1]])))
-                .knobs(modes(unit), &[&starts(unit), &[0.1]])
-                .coefficients(vec![Sign::Positive, Sign::Free])
-                .numbers(|k, _| [("frequency_hz", k[0]), ("damping_ratio", k[1])])
-                .remark(behind_hold)
-        }));
-        if scale.motion_imposed {
-            // The measured effort would stand on both sides of the balance.
-            return forms;
-        }
-        let axes = scale.axes();
-        let gain = (0..axes).map(|i| scale.effort[i] / scale.position[i].max(f64::MIN_POSITIVE)).sum::<f64>() / axes as f64;
-        let inertia = (0..axes).map(|i| Setting::diagonal(&scale.mass, i).abs()).sum::<f64>() / axes as f64;
-        let series = Form::new("series compliance", None, Action::Series(Arc::new(|_, k| Complex64::new(k[0], 0.0))))
-            .knobs(vec![Knob::log(1e-3 / gain, 0.5 / gain)], &[&[160.0, 40.0, 10.0].map(|q| 1.0 / (q * gain))])
-            .numbers(move |k, _| {
-                let frequency = (1.0 / (k[0] * inertia.max(f64::MIN_POSITIVE))).sqrt() / TAU;
-                [("frequency_hz", frequency), ("damping_ratio", 0.0), ("mass_share", 1.0)]
-            });
-        forms.push(series.floor(0.02));
-        // Where the motion is measured elsewhere than the effort acts, what lies between them may push either way beyond its mode.
-        forms.extend((0..axes).map(|axis| {
-            let passes: Operator = Arc::new(|s, k| {
-                let w = TAU * k[0];
-                let spring = w * (2.0 * k[1] * s + w);
-                (k[2] * s * s + spring) / (s * s + spring)
-            });
-            let pole = |k: &[f64]| Complex64::new(-k[1], (1.0 - k[1] * k[1]).sqrt()) * TAU * k[0];
-            let gain = Knob::linear(GAIN_BEYOND.bounds.0, GAIN_BEYOND.bounds.1);
-            Form::new("between effort and motion", Some(axis), Action::Mode { passes, pole })
-                .knobs(
-                    [modes(unit), vec![gain]].concat(),
-                    // A gain on either side of nought, between a mode that nothing passes and one that is hardly there.
-                    &[&starts(unit), &[0.02], &[-1.0, 0.3]],
-                )
-                .numbers(|k, _| [("frequency_hz", k[0]), ("damping_ratio", k[1]), ("gain_beyond", k[2])])
-        }));
-        forms
-    }
-
-    fn stands_for(&self, evidence: &Evidence<'_>) -> &'static [&'static str] {
-        if evidence.number(&DAMPING_RATIO).is_some_and(|ratio| ratio > DEAD) { &["reflex-delay", "viscoelastic"] } else { &[] }
-    }
+fn stands_for(evidence: &Evidence<'_>) -> &'static [&'static str] {
+    if evidence.number(&DAMPING_RATIO).is_some_and(|ratio| ratio > DEAD) { &["reflex-delay", "viscoelastic"] } else { &[] }
 }
 
 #[cfg(test)]

@@ -17,14 +17,4 @@ const CARD: Card = Card {
 };
 
 /// A wrong parameter of the geometry. It can be named only against a plant that has the parameter.
-pub struct GeometryError;
-
-impl Effect for GeometryError {
-    fn card(&self) -> &'static Card {
-        &CARD
-    }
-
-    fn injection(&self, parameters: &Parameters, _setting: &Setting) -> Result<Injection, EffectError> {
-        replaced(&CARD, parameters)
-    }
-}
+pub(super) const EFFECT: Effect = Effect::new(&CARD, |parameters, _| replaced(&CARD, parameters));

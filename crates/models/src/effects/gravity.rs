@@ -19,34 +19,28 @@ const CARD: Card = Card {
 };
 
 /// Gravity torque of one angular axis.
-pub struct Gravity;
+pub(super) const EFFECT: Effect = Effect { forms, ..Effect::new(&CARD, injection) };
 
-impl Effect for Gravity {
-    fn card(&self) -> &'static Card {
-        &CARD
-    }
+fn injection(parameters: &Parameters, setting: &Setting) -> Result<Injection, EffectError> {
+    let (torque, direction) = (parameters.number(CARD.name, &TORQUE)?, parameters.number(CARD.name, &DIRECTION)?);
+    let axis = setting.one_axis(&CARD)?;
+    Ok(Injection::Force(Box::new(of_place(axis, move |angle: f64| torque * (angle - direction).sin()))))
+}
 
-    fn injection(&self, parameters: &Parameters, setting: &Setting) -> Result<Injection, EffectError> {
-        let (torque, direction) = (parameters.number(CARD.name, &TORQUE)?, parameters.number(CARD.name, &DIRECTION)?);
-        let axis = setting.one_axis(&CARD)?;
-        Ok(Injection::Force(Box::new(of_place(axis, move |angle: f64| torque * (angle - direction).sin()))))
+/// Only for angles that move enough for the sine to bend; its straight part belongs to the baseline's stiffness.
+fn forms(scale: &Scale) -> Vec<Form> {
+    if !scale.rotational {
+        return Vec::new();
     }
-
-    /// Only for angles that move enough for the sine to bend; its straight part belongs to the baseline's stiffness.
-    fn forms(&self, scale: &Scale) -> Vec<Form> {
-        if !scale.rotational {
-            return Vec::new();
-        }
-        (0..scale.axes())
-            .filter(|&axis| scale.position[axis] > 0.1)
-            .map(|axis| {
-                let centre = scale.centre[axis];
-                let law = shape(axis, move |_, c, x| c[0] * (x + centre).sin() - c[1] * (x + centre).cos());
-                Form::new("sine of the angle", Some(axis), law)
-                    .coefficients(vec![Sign::Free, Sign::Free])
-                    .numbers(|_, c| [("torque_nm", c[0].hypot(c[1])), ("direction_rad", c[1].atan2(c[0]))])
-                    .floor(0.02)
-            })
-            .collect()
-    }
+    (0..scale.axes())
+        .filter(|&axis| scale.position[axis] > 0.1)
+        .map(|axis| {
+            let centre = scale.centre[axis];
+            let law = shape(axis, move |_, c, x| c[0] * (x + centre).sin() - c[1] * (x + centre).cos());
+            Form::new("sine of the angle", Some(axis), law)
+                .coefficients(vec![Sign::Free, Sign::Free])
+                .numbers(|_, c| [("torque_nm", c[0].hypot(c[1])), ("direction_rad", c[1].atan2(c[0]))])
+                .floor(0.02)
+        })
+        .collect()
 }

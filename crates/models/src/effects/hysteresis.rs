@@ -22,7 +22,7 @@ const CARD: Card = Card {
 const NARROW: f64 = 0.12;
 
 /// Hysteresis of one axis.
-pub struct Hysteresis;
+pub(super) const EFFECT: Effect = Effect { forms, stands_for, ..Effect::new(&CARD, injection) };
 
 /// Parallel springs that slip, with yields spread around one.
 struct Slip {
@@ -49,39 +49,33 @@ impl ForceLaw for Slip {
     }
 }
 
-impl Effect for Hysteresis {
-    fn card(&self) -> &'static Card {
-        &CARD
-    }
+fn injection(parameters: &Parameters, setting: &Setting) -> Result<Injection, EffectError> {
+    let number = |card| parameters.number(CARD.name, card);
+    let theta = [number(&STIFFNESS)?, number(&YIELD)?, number(&SHAPE)?];
+    Ok(Injection::Force(Box::new(on_axis(setting.one_axis(&CARD)?, laws::BoucWen, theta))))
+}
 
-    fn injection(&self, parameters: &Parameters, setting: &Setting) -> Result<Injection, EffectError> {
-        let number = |card| parameters.number(CARD.name, card);
-        let theta = [number(&STIFFNESS)?, number(&YIELD)?, number(&SHAPE)?];
-        Ok(Injection::Force(Box::new(on_axis(setting.one_axis(&CARD)?, laws::BoucWen, theta))))
-    }
+fn forms(scale: &Scale) -> Vec<Form> {
+    (0..scale.axes())
+        .flat_map(|axis| {
+            let x = scale.position[axis];
+            let loop_of = move |k: &[f64], c: &[f64], shape: f64| on_axis(axis, laws::BoucWen, [c[0], k[0], shape]);
+            let symmetric = Form::new("Bouc-Wen", Some(axis), Action::force(move |k, c| loop_of(k, c, 1.0)))
+                .knobs(vec![Knob::log(0.02 * x, 0.9 * x)], &[&[0.04, 0.08, 0.15, 0.28, 0.45, 0.7].map(|q| q * x)])
+                .numbers(|k, c| [("stiffness_n_per_m", c[0]), ("yield_m", k[0]), ("shape", 1.0)]);
+            let shaped = Form::new("Bouc-Wen, any shape", Some(axis), Action::force(move |k, c| loop_of(k, c, k[1])))
+                .knobs(vec![Knob::log(0.025 * x, 3.0 * x), Knob::linear(-1.5, 0.9)], &[&[0.15 * x, 0.4 * x, x], &[-1.1, -0.3]])
+                .numbers(|k, c| [("stiffness_n_per_m", c[0]), ("yield_m", k[0]), ("shape", k[1])]);
+            let slipping = Action::force(move |k, c| Slip { axis, stiffness: c[0], yields: [0.4 * k[0], k[0], 1.6 * k[0]] });
+            let slip = Form::new("Maxwell-slip", Some(axis), slipping)
+                .knobs(vec![Knob::log(0.03 * x, 0.9 * x)], &[&[0.06, 0.15, 0.3, 0.6].map(|q| q * x)])
+                .numbers(|k, c| [("stiffness_n_per_m", c[0]), ("yield_m", k[0])]);
+            [symmetric, shaped, slip].map(|form| form.coefficients(vec![Sign::Positive]))
+        })
+        .collect()
+}
 
-    fn forms(&self, scale: &Scale) -> Vec<Form> {
-        (0..scale.axes())
-            .flat_map(|axis| {
-                let x = scale.position[axis];
-                let loop_of = move |k: &[f64], c: &[f64], shape: f64| on_axis(axis, laws::BoucWen, [c[0], k[0], shape]);
-                let symmetric = Form::new("Bouc-Wen", Some(axis), Action::force(move |k, c| loop_of(k, c, 1.0)))
-                    .knobs(vec![Knob::log(0.02 * x, 0.9 * x)], &[&[0.04, 0.08, 0.15, 0.28, 0.45, 0.7].map(|q| q * x)])
-                    .numbers(|k, c| [("stiffness_n_per_m", c[0]), ("yield_m", k[0]), ("shape", 1.0)]);
-                let shaped = Form::new("Bouc-Wen, any shape", Some(axis), Action::force(move |k, c| loop_of(k, c, k[1])))
-                    .knobs(vec![Knob::log(0.025 * x, 3.0 * x), Knob::linear(-1.5, 0.9)], &[&[0.15 * x, 0.4 * x, x], &[-1.1, -0.3]])
-                    .numbers(|k, c| [("stiffness_n_per_m", c[0]), ("yield_m", k[0]), ("shape", k[1])]);
-                let slipping = Action::force(move |k, c| Slip { axis, stiffness: c[0], yields: [0.4 * k[0], k[0], 1.6 * k[0]] });
-                let slip = Form::new("Maxwell-slip", Some(axis), slipping)
-                    .knobs(vec![Knob::log(0.03 * x, 0.9 * x)], &[&[0.06, 0.15, 0.3, 0.6].map(|q| q * x)])
-                    .numbers(|k, c| [("stiffness_n_per_m", c[0]), ("yield_m", k[0])]);
-                [symmetric, shaped, slip].map(|form| form.coefficients(vec![Sign::Positive]))
-            })
-            .collect()
-    }
-
-    fn stands_for(&self, evidence: &Evidence<'_>) -> &'static [&'static str] {
-        let narrow = evidence.number(&YIELD).is_some_and(|width| width < NARROW * evidence.position());
-        if narrow && !evidence.beside.contains(&"coulomb-friction") { &["coulomb-friction"] } else { &[] }
-    }
+fn stands_for(evidence: &Evidence<'_>) -> &'static [&'static str] {
+    let narrow = evidence.number(&YIELD).is_some_and(|width| width < NARROW * evidence.position());
+    if narrow && !evidence.beside.contains(&"coulomb-friction") { &["coulomb-friction"] } else { &[] }
 }

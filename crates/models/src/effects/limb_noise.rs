@@ -20,7 +20,7 @@ const CARD: Card = Card {
 };
 
 /// Low-pass noise force.
-pub struct LimbNoise;
+pub(super) const EFFECT: Effect = Effect::new(&CARD, injection);
 
 /// Numbers between 0 and 1 from a seed (SplitMix64, Steele, Lea & Flood 2014).
 struct SplitMix(u64);
@@ -35,31 +35,25 @@ impl SplitMix {
     }
 }
 
-impl Effect for LimbNoise {
-    fn card(&self) -> &'static Card {
-        &CARD
-    }
-
-    fn injection(&self, parameters: &Parameters, setting: &Setting) -> Result<Injection, EffectError> {
-        let (rms, cutoff) = (parameters.number(CARD.name, &RMS)?, parameters.number(CARD.name, &CUTOFF)?);
-        let rate_hz = (50.0 * cutoff).min(setting.sample_rate_hz);
-        let run_in = (20.0 * rate_hz / cutoff) as usize;
-        let length = (setting.duration_s * rate_hz) as usize + 2;
-        let filter = low_pass(CARD.name, cutoff, 2, rate_hz)?;
-        let tracks = setting
-            .sites()
-            .into_iter()
-            .map(|axis| {
-                let mut random = SplitMix(setting.seed ^ (axis as u64).wrapping_mul(0xa076_1d64_78bd_642f));
-                let mut filter = filter.clone();
-                let mut track: Vec<f64> = (0..run_in + length).map(|_| filter.step(2.0 * random.uniform() - 1.0)).skip(run_in).collect();
-                let size = (track.iter().map(|x| x * x).sum::<f64>() / track.len() as f64).sqrt().max(f64::MIN_POSITIVE);
-                track.iter_mut().for_each(|x| *x *= rms / size);
-                (axis, track)
-            })
-            .collect();
-        Ok(Injection::Force(Box::new(played(rate_hz, tracks))))
-    }
+fn injection(parameters: &Parameters, setting: &Setting) -> Result<Injection, EffectError> {
+    let (rms, cutoff) = (parameters.number(CARD.name, &RMS)?, parameters.number(CARD.name, &CUTOFF)?);
+    let rate_hz = (50.0 * cutoff).min(setting.sample_rate_hz);
+    let run_in = (20.0 * rate_hz / cutoff) as usize;
+    let length = (setting.duration_s * rate_hz) as usize + 2;
+    let filter = low_pass(CARD.name, cutoff, 2, rate_hz)?;
+    let tracks = setting
+        .sites()
+        .into_iter()
+        .map(|axis| {
+            let mut random = SplitMix(setting.seed ^ (axis as u64).wrapping_mul(0xa076_1d64_78bd_642f));
+            let mut filter = filter.clone();
+            let mut track: Vec<f64> = (0..run_in + length).map(|_| filter.step(2.0 * random.uniform() - 1.0)).skip(run_in).collect();
+            let size = (track.iter().map(|x| x * x).sum::<f64>() / track.len() as f64).sqrt().max(f64::MIN_POSITIVE);
+            track.iter_mut().for_each(|x| *x *= rms / size);
+            (axis, track)
+        })
+        .collect();
+    Ok(Injection::Force(Box::new(played(rate_hz, tracks))))
 }
 
 #[cfg(test)]

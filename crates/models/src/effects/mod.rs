@@ -1,7 +1,8 @@
 //! Effects: what a recording may hide and a simulation may lack.
 //!
-//! An [`Effect`] is described once. A simulation hides it through its [`Injection`]; a diagnosis looks for it through its
-//! [`Form`]s. Each integrates in a way of its own. [`EFFECTS`] is the registry; a new effect is one file and one line here.
+//! An [`Effect`] is described once, by a card and a few functions. A simulation hides it through its
+//! [`Injection`]; a diagnosis looks for it through its [`Form`]s. Each integrates in a way of its own. [`EFFECTS`] is the registry; a
+//! new effect is one file and one line here.
 
 mod card;
 mod curved_arm;
@@ -10,6 +11,7 @@ mod effect;
 mod evidence;
 mod form;
 mod injection;
+mod latency;
 mod matrix;
 mod on_axis;
 mod outside_force;
@@ -59,6 +61,7 @@ pub use effect::Effect;
 pub use evidence::Evidence;
 pub use form::{Action, Form, Knob, LawMaker, MatrixMaker, Naming, Operator, Remark, Scale, Sign};
 pub use injection::{Injection, Setting};
+pub use latency::Latency;
 pub use matrix::Matrix;
 pub use on_axis::{OnAxis, on_axis};
 pub use parameters::{EffectError, Parameters, Value};
@@ -66,39 +69,39 @@ pub use reflex::ScheduledReflex;
 pub use waves::{ScheduledMatrix, Waves};
 
 /// All effects, in the order of the contract's table.
-pub static EFFECTS: &[&dyn Effect] = &[
-    &parameter_error::ParameterError,
-    &added_mass::AddedMass,
-    &coulomb_friction::CoulombFriction,
-    &hysteresis::Hysteresis,
-    &cubic_stiffness::CubicStiffness,
-    &asymmetric_stiffness::AsymmetricStiffness,
-    &dead_zone::DeadZone,
-    &end_stop::EndStop,
-    &viscoelastic::Viscoelastic,
-    &extra_resonance::ExtraResonance,
-    &reflex_delay::ReflexDelay,
-    &measurement_delay::MeasurementDelay,
-    &channel_filter::ChannelFilter,
-    &actuation_delay::ActuationDelay,
-    &actuator_saturation::ActuatorSaturation,
-    &sensor_misalignment::SensorMisalignment,
-    &sensor_scale::SensorScale,
-    &sensor_offset_drift::SensorOffsetDrift,
-    &quantisation::Quantisation,
-    &periodic_disturbance::PeriodicDisturbance,
-    &limb_noise::LimbNoise,
-    &transient_disturbance::TransientDisturbance,
-    &stiffness_drift::StiffnessDrift,
-    &posture_drift::PostureDrift,
-    &varying_stiffness::VaryingStiffness,
-    &varying_damping::VaryingDamping,
-    &varying_reflex::VaryingReflex,
-    &arm_geometry::ArmGeometry,
-    &posture_stiffness::PostureStiffness,
-    &gravity::Gravity,
-    &geometry_error::GeometryError,
-    &cross_coupling::CrossCoupling,
+pub static EFFECTS: &[&Effect] = &[
+    &parameter_error::EFFECT,
+    &added_mass::EFFECT,
+    &coulomb_friction::EFFECT,
+    &hysteresis::EFFECT,
+    &cubic_stiffness::EFFECT,
+    &asymmetric_stiffness::EFFECT,
+    &dead_zone::EFFECT,
+    &end_stop::EFFECT,
+    &viscoelastic::EFFECT,
+    &extra_resonance::EFFECT,
+    &reflex_delay::EFFECT,
+    &measurement_delay::EFFECT,
+    &channel_filter::EFFECT,
+    &actuation_delay::EFFECT,
+    &actuator_saturation::EFFECT,
+    &sensor_misalignment::EFFECT,
+    &sensor_scale::EFFECT,
+    &sensor_offset_drift::EFFECT,
+    &quantisation::EFFECT,
+    &periodic_disturbance::EFFECT,
+    &limb_noise::EFFECT,
+    &transient_disturbance::EFFECT,
+    &stiffness_drift::EFFECT,
+    &posture_drift::EFFECT,
+    &varying_stiffness::EFFECT,
+    &varying_damping::EFFECT,
+    &varying_reflex::EFFECT,
+    &arm_geometry::EFFECT,
+    &posture_stiffness::EFFECT,
+    &gravity::EFFECT,
+    &geometry_error::EFFECT,
+    &cross_coupling::EFFECT,
 ];
 
 /// The effect of that name.
@@ -106,6 +109,6 @@ pub static EFFECTS: &[&dyn Effect] = &[
 /// ```
 /// assert!(ndof_models::effects::find("hysteresis").is_some());
 /// ```
-pub fn find(name: &str) -> Option<&'static dyn Effect> {
+pub fn find(name: &str) -> Option<&'static Effect> {
     EFFECTS.iter().copied().find(|effect| effect.name() == name)
 }

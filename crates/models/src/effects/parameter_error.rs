@@ -24,35 +24,25 @@ pub(super) fn replaced(card: &'static Card, parameters: &Parameters) -> Result<I
 }
 
 /// A parameter whose nominal value is wrong.
-pub struct ParameterError;
+pub(super) const EFFECT: Effect = Effect { forms, ..Effect::new(&CARD, |parameters, _| replaced(&CARD, parameters)) };
 
-impl Effect for ParameterError {
-    fn card(&self) -> &'static Card {
-        &CARD
-    }
-
-    fn injection(&self, parameters: &Parameters, _setting: &Setting) -> Result<Injection, EffectError> {
-        replaced(&CARD, parameters)
-    }
-
-    fn forms(&self, scale: &Scale) -> Vec<Form> {
-        scale
-            .nominal
-            .iter()
-            .filter(|entry| entry.1 <= entry.2 || entry.0 != Matrix::Mass)
-            .map(|&(matrix, i, j, value)| {
-                let letter = match matrix {
-                    Matrix::Mass => "M",
-                    Matrix::Damping => "B",
-                    Matrix::Stiffness => "K",
-                };
-                let axis = |k: usize| scale.motion_names.get(k).map_or("", |n| n.split_once('_').map_or(n.as_str(), |(_, axis)| axis)).to_owned();
-                let name = if scale.axes() == 1 { letter.to_owned() } else { format!("{letter}_{}_{}", axis(i), axis(j)) };
-                let entries = if matrix == Matrix::Mass && i != j { vec![(i, j, 1.0), (j, i, 1.0)] } else { vec![(i, j, 1.0)] };
-                Form::new("entry of a matrix", Some(i), Action::Entries { matrix, entries })
-                    .coefficients(vec![Sign::Free])
-                    .naming(move |_, c| vec![("name", Value::Text(name.clone())), ("value", Value::Number(value + c[0]))])
-            })
-            .collect()
-    }
+fn forms(scale: &Scale) -> Vec<Form> {
+    scale
+        .nominal
+        .iter()
+        .filter(|entry| entry.1 <= entry.2 || entry.0 != Matrix::Mass)
+        .map(|&(matrix, i, j, value)| {
+            let letter = match matrix {
+                Matrix::Mass => "M",
+                Matrix::Damping => "B",
+                Matrix::Stiffness => "K",
+            };
+            let axis = |k: usize| scale.motion_names.get(k).map_or("", |n| n.split_once('_').map_or(n.as_str(), |(_, axis)| axis)).to_owned();
+            let name = if scale.axes() == 1 { letter.to_owned() } else { format!("{letter}_{}_{}", axis(i), axis(j)) };
+            let entries = if matrix == Matrix::Mass && i != j { vec![(i, j, 1.0), (j, i, 1.0)] } else { vec![(i, j, 1.0)] };
+            Form::new("entry of a matrix", Some(i), Action::Entries { matrix, entries })
+                .coefficients(vec![Sign::Free])
+                .naming(move |_, c| vec![("name", Value::Text(name.clone())), ("value", Value::Number(value + c[0]))])
+        })
+        .collect()
 }

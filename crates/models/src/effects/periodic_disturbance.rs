@@ -20,16 +20,10 @@ const CARD: Card = Card {
 };
 
 /// A sinusoidal force from outside.
-pub struct PeriodicDisturbance;
+pub(super) const EFFECT: Effect = Effect::new(&CARD, injection);
 
-impl Effect for PeriodicDisturbance {
-    fn card(&self) -> &'static Card {
-        &CARD
-    }
-
-    fn injection(&self, parameters: &Parameters, setting: &Setting) -> Result<Injection, EffectError> {
-        let (frequency_hz, amplitude) = (parameters.number(CARD.name, &FREQUENCY)?, parameters.number(CARD.name, &AMPLITUDE)?);
-        let force = move |time_s: f64| amplitude * (TAU * frequency_hz * time_s).sin();
-        Ok(Injection::Force(Box::new(timed(setting.sites(), force))))
-    }
+fn injection(parameters: &Parameters, setting: &Setting) -> Result<Injection, EffectError> {
+    let (frequency_hz, amplitude) = (parameters.number(CARD.name, &FREQUENCY)?, parameters.number(CARD.name, &AMPLITUDE)?);
+    let force = move |time_s: f64| amplitude * (TAU * frequency_hz * time_s).sin();
+    Ok(Injection::Force(Box::new(timed(setting.sites(), force))))
 }

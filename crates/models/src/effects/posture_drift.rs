@@ -18,38 +18,32 @@ const CARD: Card = Card {
 };
 
 /// Creeping posture.
-pub struct PostureDrift;
+pub(super) const EFFECT: Effect = Effect {
+    forms,
+    // K x₀(t) is a force that drifts, whoever makes it.
+    twins: &["sensor-offset-drift"],
+    ..Effect::new(&CARD, injection)
+};
 
-impl Effect for PostureDrift {
-    fn card(&self) -> &'static Card {
-        &CARD
-    }
+fn injection(parameters: &Parameters, setting: &Setting) -> Result<Injection, EffectError> {
+    let rate = parameters.number(CARD.name, &RATE)?;
+    let moving = setting.sites();
+    let force = setting.stiffness.iter().map(|row| -rate * moving.iter().filter_map(|&j| row.get(j)).sum::<f64>()).collect();
+    let settling_per_s = parameters.number(CARD.name, &SETTLING_RATE)?;
+    Ok(Injection::Force(Box::new(Drift { middle_s: setting.duration_s / 2.0, settling_per_s, stiffness: vec![], force })))
+}
 
-    fn injection(&self, parameters: &Parameters, setting: &Setting) -> Result<Injection, EffectError> {
-        let rate = parameters.number(CARD.name, &RATE)?;
-        let moving = setting.sites();
-        let force = setting.stiffness.iter().map(|row| -rate * moving.iter().filter_map(|&j| row.get(j)).sum::<f64>()).collect();
-        let settling_per_s = parameters.number(CARD.name, &SETTLING_RATE)?;
-        Ok(Injection::Force(Box::new(Drift { middle_s: setting.duration_s / 2.0, settling_per_s, stiffness: vec![], force })))
+/// Not offered where the displacement is an integral: the sensor's unknown zero moves it alike.
+fn forms(scale: &Scale) -> Vec<Form> {
+    if !scale.spring || scale.integrals > 0 {
+        return Vec::new();
     }
-
-    /// Not offered where the displacement is an integral: the sensor's unknown zero moves it alike.
-    fn forms(&self, scale: &Scale) -> Vec<Form> {
-        if !scale.spring || scale.integrals > 0 {
-            return Vec::new();
-        }
-        let of_axis = |axis: usize| {
-            let stiffness = Setting::diagonal(&scale.stiffness, axis);
-            wander(axis, scale, move |slope, settling| {
-                let rate = ("rate_m_per_s", Value::Number(-slope / stiffness));
-                std::iter::once(rate).chain(settling.map(|rate| ("settling_per_s", Value::Number(rate)))).collect()
-            })
-        };
-        (0..scale.axes()).flat_map(of_axis).collect()
-    }
-
-    /// K x₀(t) is a force that drifts, whoever makes it.
-    fn twins(&self) -> &'static [&'static str] {
-        &["sensor-offset-drift"]
-    }
+    let of_axis = |axis: usize| {
+        let stiffness = Setting::diagonal(&scale.stiffness, axis);
+        wander(axis, scale, move |slope, settling| {
+            let rate = ("rate_m_per_s", Value::Number(-slope / stiffness));
+            std::iter::once(rate).chain(settling.map(|rate| ("settling_per_s", Value::Number(rate)))).collect()
+        })
+    };
+    (0..scale.axes()).flat_map(of_axis).collect()
 }

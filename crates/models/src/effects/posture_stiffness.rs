@@ -31,7 +31,7 @@ const CARD: Card = Card {
 };
 
 /// Stiffness over joint angles; looked for where the arm's kinematics are given.
-pub struct PostureStiffness;
+pub(super) const EFFECT: Effect = Effect { forms, ..Effect::new(&CARD, injection) };
 
 /// f = J⁻ᵀ Σ_k u_k S_k u.
 fn turning(arm: CurvedArm, slopes: [f64; 6]) -> impl ForceLaw {
@@ -45,35 +45,29 @@ fn turning(arm: CurvedArm, slopes: [f64; 6]) -> impl ForceLaw {
     }
 }
 
-impl Effect for PostureStiffness {
-    fn card(&self) -> &'static Card {
-        &CARD
+fn injection(parameters: &Parameters, setting: &Setting) -> Result<Injection, EffectError> {
+    let arm = given_arm(CARD.name, parameters, setting)?;
+    let mut slopes = [0.0; 6];
+    for (value, card) in slopes.iter_mut().zip(&SLOPES) {
+        *value = parameters.number(CARD.name, card)?;
     }
+    Ok(Injection::Force(Box::new(turning(arm, slopes))))
+}
 
-    fn injection(&self, parameters: &Parameters, setting: &Setting) -> Result<Injection, EffectError> {
-        let arm = given_arm(CARD.name, parameters, setting)?;
-        let mut slopes = [0.0; 6];
-        for (value, card) in slopes.iter_mut().zip(&SLOPES) {
-            *value = parameters.number(CARD.name, card)?;
-        }
-        Ok(Injection::Force(Box::new(turning(arm, slopes))))
-    }
-
-    fn forms(&self, scale: &Scale) -> Vec<Form> {
-        let Some(arm) = scale.arm.as_ref().filter(|_| scale.spring) else { return Vec::new() };
-        let of = |label: &'static str, places: std::ops::Range<usize>| {
-            let (arm, from) = (arm.clone(), places.start);
-            let names = SLOPES[places.clone()].iter().map(|card| card.name).collect::<Vec<_>>();
-            let law = move |_: &[f64], c: &[f64]| {
-                let mut slopes = [0.0; 6];
-                slopes[from..from + c.len()].copy_from_slice(c);
-                turning(arm.clone(), slopes)
-            };
-            Form::new(label, None, Action::force(law))
-                .coefficients(vec![Sign::Free; places.len()])
-                .naming(move |_, c| names.iter().copied().zip(c.iter().map(|c| Value::Number(*c))).collect())
-                .floor(0.005)
+fn forms(scale: &Scale) -> Vec<Form> {
+    let Some(arm) = scale.arm.as_ref().filter(|_| scale.spring) else { return Vec::new() };
+    let of = |label: &'static str, places: std::ops::Range<usize>| {
+        let (arm, from) = (arm.clone(), places.start);
+        let names = SLOPES[places.clone()].iter().map(|card| card.name).collect::<Vec<_>>();
+        let law = move |_: &[f64], c: &[f64]| {
+            let mut slopes = [0.0; 6];
+            slopes[from..from + c.len()].copy_from_slice(c);
+            turning(arm.clone(), slopes)
         };
-        vec![of("with the shoulder's angle", 0..3), of("with the elbow's angle", 3..6), of("with both angles", 0..6)]
-    }
+        Form::new(label, None, Action::force(law))
+            .coefficients(vec![Sign::Free; places.len()])
+            .naming(move |_, c| names.iter().copied().zip(c.iter().map(|c| Value::Number(*c))).collect())
+            .floor(0.005)
+    };
+    vec![of("with the shoulder's angle", 0..3), of("with the elbow's angle", 3..6), of("with both angles", 0..6)]
 }

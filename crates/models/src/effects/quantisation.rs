@@ -17,15 +17,9 @@ const CARD: Card = Card {
 };
 
 /// Quantisation of channels.
-pub struct Quantisation;
+pub(super) const EFFECT: Effect = Effect::new(&CARD, injection);
 
-impl Effect for Quantisation {
-    fn card(&self) -> &'static Card {
-        &CARD
-    }
-
-    fn injection(&self, parameters: &Parameters, _setting: &Setting) -> Result<Injection, EffectError> {
-        let step = parameters.number(CARD.name, &STEP)?;
-        Ok(Injection::Stage(Box::new(move |sample: f64| if step > 0.0 { (sample / step).round() * step } else { sample })))
-    }
+fn injection(parameters: &Parameters, _setting: &Setting) -> Result<Injection, EffectError> {
+    let step = parameters.number(CARD.name, &STEP)?;
+    Ok(Injection::Stage(Box::new(move |sample: f64| if step > 0.0 { (sample / step).round() * step } else { sample })))
 }

@@ -26,7 +26,7 @@ const LATE_S: f64 = 0.1;
 const FAST_HZ: f64 = 15.0;
 
 /// Delayed feedback of one axis.
-pub struct ReflexDelay;
+pub(super) const EFFECT: Effect = Effect { forms, stands_for, ..Effect::new(&CARD, injection) };
 
 fn named(k: &[f64], stiffness: f64, damping: f64, one_directional: bool) -> Vec<(&'static str, Value)> {
     vec![
@@ -46,44 +46,38 @@ pub(super) fn searched(form: Form, scale: &Scale) -> Form {
     form.knobs(vec![delay, Knob::log(1.0 / unit, 20.0 / unit)], &starts).floor(0.02).absolute(DELAY.name, 0.5e-3)
 }
 
-impl Effect for ReflexDelay {
-    fn card(&self) -> &'static Card {
-        &CARD
-    }
+fn injection(parameters: &Parameters, setting: &Setting) -> Result<Injection, EffectError> {
+    let number = |card| parameters.number(CARD.name, card);
+    let theta = [number(&STIFFNESS)?, number(&DAMPING)?, number(&DELAY)?, number(&CUTOFF)?];
+    Ok(Injection::Force(Box::new(Reflex { axis: setting.one_axis(&CARD)?, direction: number(&ONE_DIRECTIONAL)?, theta, gain: Gain::Constant })))
+}
 
-    fn injection(&self, parameters: &Parameters, setting: &Setting) -> Result<Injection, EffectError> {
-        let number = |card| parameters.number(CARD.name, card);
-        let theta = [number(&STIFFNESS)?, number(&DAMPING)?, number(&DELAY)?, number(&CUTOFF)?];
-        Ok(Injection::Force(Box::new(Reflex { axis: setting.one_axis(&CARD)?, direction: number(&ONE_DIRECTIONAL)?, theta, gain: Gain::Constant })))
-    }
+fn forms(scale: &Scale) -> Vec<Form> {
+    // Beside a gain that may follow a schedule stands the constant one, which does not pay for a position that plays no part.
+    let alone = scale.closed_schedule.map(|_| (0.0, "velocity in both directions"));
+    let of_velocity = [(1.0, "positive velocity only"), (-1.0, "negative velocity only")].into_iter().chain(alone);
+    let law = |axis, k: &[f64], [stiffness, damping]: [f64; 2], direction| {
+        let theta = [stiffness, damping, k[0], k[1]];
+        Reflex { axis, direction, theta, gain: Gain::Constant }
+    };
+    (0..scale.axes())
+        .flat_map(|axis| {
+            let both = Form::new("both directions", Some(axis), Action::force(move |k, c| law(axis, k, [c[0], c[1]], 0.0)))
+                .coefficients(vec![Sign::Positive, Sign::Positive])
+                .naming(|k, c| named(k, c[0], c[1], false));
+            let velocity = of_velocity.clone().map(move |(direction, label)| {
+                let action = Action::tangent(move |k, c| law(axis, k, [0.0, c[0]], direction), move |s, k| tangent(direction, s, k));
+                Form::new(label, Some(axis), action).coefficients(vec![Sign::Positive]).naming(move |k, c| named(k, 0.0, c[0], direction != 0.0))
+            });
+            std::iter::once(both).chain(velocity)
+        })
+        .map(|form| searched(form, scale))
+        .collect()
+}
 
-    fn forms(&self, scale: &Scale) -> Vec<Form> {
-        // Beside a gain that may follow a schedule stands the constant one, which does not pay for a position that plays no part.
-        let alone = scale.closed_schedule.map(|_| (0.0, "velocity in both directions"));
-        let of_velocity = [(1.0, "positive velocity only"), (-1.0, "negative velocity only")].into_iter().chain(alone);
-        let law = |axis, k: &[f64], [stiffness, damping]: [f64; 2], direction| {
-            let theta = [stiffness, damping, k[0], k[1]];
-            Reflex { axis, direction, theta, gain: Gain::Constant }
-        };
-        (0..scale.axes())
-            .flat_map(|axis| {
-                let both = Form::new("both directions", Some(axis), Action::force(move |k, c| law(axis, k, [c[0], c[1]], 0.0)))
-                    .coefficients(vec![Sign::Positive, Sign::Positive])
-                    .naming(|k, c| named(k, c[0], c[1], false));
-                let velocity = of_velocity.clone().map(move |(direction, label)| {
-                    let action = Action::tangent(move |k, c| law(axis, k, [0.0, c[0]], direction), move |s, k| tangent(direction, s, k));
-                    Form::new(label, Some(axis), action).coefficients(vec![Sign::Positive]).naming(move |k, c| named(k, 0.0, c[0], direction != 0.0))
-                });
-                std::iter::once(both).chain(velocity)
-            })
-            .map(|form| searched(form, scale))
-            .collect()
-    }
-
-    fn stands_for(&self, evidence: &Evidence<'_>) -> &'static [&'static str] {
-        let unit = evidence.scale.human_time_s();
-        let late = evidence.number(&DELAY).is_some_and(|delay| delay > LATE_S * unit);
-        let fast = evidence.number(&CUTOFF).is_some_and(|cutoff| cutoff * unit > FAST_HZ);
-        if late || fast { &["extra-resonance", "channel-filter"] } else { &[] }
-    }
+fn stands_for(evidence: &Evidence<'_>) -> &'static [&'static str] {
+    let unit = evidence.scale.human_time_s();
+    let late = evidence.number(&DELAY).is_some_and(|delay| delay > LATE_S * unit);
+    let fast = evidence.number(&CUTOFF).is_some_and(|cutoff| cutoff * unit > FAST_HZ);
+    if late || fast { &["extra-resonance", "channel-filter"] } else { &[] }
 }

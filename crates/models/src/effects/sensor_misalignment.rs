@@ -18,7 +18,7 @@ const CARD: Card = Card {
 };
 
 /// Rotation of the effort channels.
-pub struct SensorMisalignment;
+pub(super) const EFFECT: Effect = Effect { forms, ..Effect::new(&CARD, injection) };
 
 fn rotation(n: usize, (i, j): (usize, usize), angle: f64) -> Vec<Vec<f64>> {
     let mut matrix: Vec<Vec<f64>> = (0..n).map(|r| (0..n).map(|c| if r == c { 1.0 } else { 0.0 }).collect()).collect();
@@ -27,39 +27,33 @@ fn rotation(n: usize, (i, j): (usize, usize), angle: f64) -> Vec<Vec<f64>> {
     matrix
 }
 
-impl Effect for SensorMisalignment {
-    fn card(&self) -> &'static Card {
-        &CARD
+fn injection(parameters: &Parameters, setting: &Setting) -> Result<Injection, EffectError> {
+    if let Some(matrix) = parameters.matrix("matrix") {
+        return Ok(Injection::Mixing(matrix.to_vec()));
     }
+    if setting.axes < 2 {
+        return Err(EffectError::Setting { effect: CARD.name, what: "at least two axes" });
+    }
+    Ok(Injection::Mixing(rotation(setting.axes, (0, 1), parameters.number(CARD.name, &ANGLE)?)))
+}
 
-    fn injection(&self, parameters: &Parameters, setting: &Setting) -> Result<Injection, EffectError> {
-        if let Some(matrix) = parameters.matrix("matrix") {
-            return Ok(Injection::Mixing(matrix.to_vec()));
-        }
-        if setting.axes < 2 {
-            return Err(EffectError::Setting { effect: CARD.name, what: "at least two axes" });
-        }
-        Ok(Injection::Mixing(rotation(setting.axes, (0, 1), parameters.number(CARD.name, &ANGLE)?)))
-    }
-
-    fn forms(&self, scale: &Scale) -> Vec<Form> {
-        let n = scale.axes();
-        // Rotations are of space: two or three axes of one kind.
-        let pairs: &[(usize, usize)] = match n {
-            2 => &[(0, 1)],
-            3 => &[(0, 1), (0, 2), (1, 2)],
-            _ => &[],
-        };
-        pairs
-            .iter()
-            .map(|&pair| {
-                Form::new("rotation", None, Action::Mix(Arc::new(move |k| rotation(n, pair, -k[0]))))
-                    .at(Side::Sensor)
-                    .knobs(vec![Knob::linear(-0.6, 0.6)], &[&[-0.15, -0.03, 0.03, 0.15]])
-                    .naming(move |k, _| vec![if n == 2 { ("angle_rad", Value::Number(k[0])) } else { ("matrix", Value::Matrix(rotation(n, pair, k[0]))) }])
-                    .floor(0.005)
-                    .absolute(ANGLE.name, 1e-3)
-            })
-            .collect()
-    }
+fn forms(scale: &Scale) -> Vec<Form> {
+    let n = scale.axes();
+    // Rotations are of space: two or three axes of one kind.
+    let pairs: &[(usize, usize)] = match n {
+        2 => &[(0, 1)],
+        3 => &[(0, 1), (0, 2), (1, 2)],
+        _ => &[],
+    };
+    pairs
+        .iter()
+        .map(|&pair| {
+            Form::new("rotation", None, Action::Mix(Arc::new(move |k| rotation(n, pair, -k[0]))))
+                .at(Side::Sensor)
+                .knobs(vec![Knob::linear(-0.6, 0.6)], &[&[-0.15, -0.03, 0.03, 0.15]])
+                .naming(move |k, _| vec![if n == 2 { ("angle_rad", Value::Number(k[0])) } else { ("matrix", Value::Matrix(rotation(n, pair, k[0]))) }])
+                .floor(0.005)
+                .absolute(ANGLE.name, 1e-3)
+        })
+        .collect()
 }

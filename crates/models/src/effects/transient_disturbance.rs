@@ -21,20 +21,14 @@ const CARD: Card = Card {
 };
 
 /// A short pulse of force.
-pub struct TransientDisturbance;
+pub(super) const EFFECT: Effect = Effect::new(&CARD, injection);
 
-impl Effect for TransientDisturbance {
-    fn card(&self) -> &'static Card {
-        &CARD
-    }
-
-    fn injection(&self, parameters: &Parameters, setting: &Setting) -> Result<Injection, EffectError> {
-        let number = |card| parameters.number(CARD.name, card);
-        let (start_s, duration_s, impulse) = (number(&TIME)?, number(&DURATION)?, number(&IMPULSE)?);
-        let force = move |time_s: f64| {
-            let phase = (time_s - start_s) / duration_s;
-            if (0.0..1.0).contains(&phase) { 2.0 * impulse / duration_s * (PI * phase).sin().powi(2) } else { 0.0 }
-        };
-        Ok(Injection::Force(Box::new(timed(setting.sites(), force))))
-    }
+fn injection(parameters: &Parameters, setting: &Setting) -> Result<Injection, EffectError> {
+    let number = |card| parameters.number(CARD.name, card);
+    let (start_s, duration_s, impulse) = (number(&TIME)?, number(&DURATION)?, number(&IMPULSE)?);
+    let force = move |time_s: f64| {
+        let phase = (time_s - start_s) / duration_s;
+        if (0.0..1.0).contains(&phase) { 2.0 * impulse / duration_s * (PI * phase).sin().powi(2) } else { 0.0 }
+    };
+    Ok(Injection::Force(Box::new(timed(setting.sites(), force))))
 }

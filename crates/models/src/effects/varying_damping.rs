@@ -18,18 +18,5 @@ const CARD: Card = Card {
 };
 
 /// Damping over a schedule.
-pub struct VaryingDamping;
-
-impl Effect for VaryingDamping {
-    fn card(&self) -> &'static Card {
-        &CARD
-    }
-
-    fn injection(&self, parameters: &Parameters, setting: &Setting) -> Result<Injection, EffectError> {
-        inject(&CARD, Matrix::Damping, parameters, setting)
-    }
-
-    fn forms(&self, scale: &Scale) -> Vec<Form> {
-        forms(Matrix::Damping, scale)
-    }
-}
+pub(super) const EFFECT: Effect =
+    Effect { forms: |scale| forms(Matrix::Damping, scale), ..Effect::new(&CARD, |parameters, setting| inject(&CARD, Matrix::Damping, parameters, setting)) };

@@ -36,36 +36,30 @@ const TRIED: [(f64, usize, &str); 9] = [
 ];
 
 /// A reflex over a schedule.
-pub struct VaryingReflex;
+pub(super) const EFFECT: Effect = Effect { forms, ..Effect::new(&CARD, injection) };
 
-impl Effect for VaryingReflex {
-    fn card(&self) -> &'static Card {
-        &CARD
-    }
+fn injection(parameters: &Parameters, setting: &Setting) -> Result<Injection, EffectError> {
+    let number = |card: &ParameterCard| parameters.number(CARD.name, card);
+    Ok(Injection::Force(Box::new(Reflex {
+        axis: setting.one_axis(&CARD)?,
+        direction: number(&ONE_DIRECTIONAL)?,
+        theta: [0.0, number(&DAMPING)?, number(&DELAY)?, number(&CUTOFF)?],
+        gain: Gain::ByClock { depth: number(&DEPTH)?, turn: TAU / number(&CYCLE)? },
+    })))
+}
 
-    fn injection(&self, parameters: &Parameters, setting: &Setting) -> Result<Injection, EffectError> {
-        let number = |card: &ParameterCard| parameters.number(CARD.name, card);
-        Ok(Injection::Force(Box::new(Reflex {
-            axis: setting.one_axis(&CARD)?,
-            direction: number(&ONE_DIRECTIONAL)?,
-            theta: [0.0, number(&DAMPING)?, number(&DELAY)?, number(&CUTOFF)?],
-            gain: Gain::ByClock { depth: number(&DEPTH)?, turn: TAU / number(&CYCLE)? },
-        })))
-    }
-
-    fn forms(&self, scale: &Scale) -> Vec<Form> {
-        let Some(closed) = scale.closed_schedule else { return Vec::new() };
-        let form = |axis: usize, (direction, count, label): (f64, usize, &'static str)| {
-            let action = Action::Reflex(ScheduledReflex { axis, direction, waves: Waves { count, closed } });
-            let form = Form::new(label, Some(axis), action)
-                .coefficients(std::iter::once(Sign::Positive).chain(std::iter::repeat_n(Sign::Free, count)).collect())
-                .naming(move |k, c| {
-                    let number = Value::Number;
-                    let direction = Value::Flag(direction != 0.0);
-                    vec![("delay_s", number(k[0])), ("damping_n_s_per_m", number(c[0])), ("cutoff_hz", number(k[1])), ("one_directional", direction)]
-                });
-            searched(form, scale)
-        };
-        (0..scale.axes()).flat_map(|axis| TRIED.map(|tried| form(axis, tried))).collect()
-    }
+fn forms(scale: &Scale) -> Vec<Form> {
+    let Some(closed) = scale.closed_schedule else { return Vec::new() };
+    let form = |axis: usize, (direction, count, label): (f64, usize, &'static str)| {
+        let action = Action::Reflex(ScheduledReflex { axis, direction, waves: Waves { count, closed } });
+        let form = Form::new(label, Some(axis), action)
+            .coefficients(std::iter::once(Sign::Positive).chain(std::iter::repeat_n(Sign::Free, count)).collect())
+            .naming(move |k, c| {
+                let number = Value::Number;
+                let direction = Value::Flag(direction != 0.0);
+                vec![("delay_s", number(k[0])), ("damping_n_s_per_m", number(c[0])), ("cutoff_hz", number(k[1])), ("one_directional", direction)]
+            });
+        searched(form, scale)
+    };
+    (0..scale.axes()).flat_map(|axis| TRIED.map(|tried| form(axis, tried))).collect()
 }

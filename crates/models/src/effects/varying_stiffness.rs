@@ -18,18 +18,7 @@ const CARD: Card = Card {
 };
 
 /// Stiffness over a schedule.
-pub struct VaryingStiffness;
-
-impl Effect for VaryingStiffness {
-    fn card(&self) -> &'static Card {
-        &CARD
-    }
-
-    fn injection(&self, parameters: &Parameters, setting: &Setting) -> Result<Injection, EffectError> {
-        inject(&CARD, Matrix::Stiffness, parameters, setting)
-    }
-
-    fn forms(&self, scale: &Scale) -> Vec<Form> {
-        if scale.spring { forms(Matrix::Stiffness, scale) } else { Vec::new() }
-    }
-}
+pub(super) const EFFECT: Effect = Effect {
+    forms: |scale| if scale.spring { forms(Matrix::Stiffness, scale) } else { Vec::new() },
+    ..Effect::new(&CARD, |parameters, setting| inject(&CARD, Matrix::Stiffness, parameters, setting))
+};

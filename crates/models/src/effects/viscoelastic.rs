@@ -24,7 +24,7 @@ const CARD: Card = Card {
 };
 
 /// Relaxation of one axis.
-pub struct Viscoelastic;
+pub(super) const EFFECT: Effect = Effect { forms, ..Effect::new(&CARD, injection) };
 
 /// Maxwell elements side by side, and a power of s beside them.
 struct Relaxing {
@@ -87,48 +87,42 @@ fn fractional(axis: usize, theta: [f64; 2], time_s: f64) -> Relaxing {
     Relaxing { elements: vec![], power: Some(Power::new(axis, theta, time_s)) }
 }
 
-impl Effect for Viscoelastic {
-    fn card(&self) -> &'static Card {
-        &CARD
+fn injection(parameters: &Parameters, setting: &Setting) -> Result<Injection, EffectError> {
+    let axis = setting.one_axis(&CARD)?;
+    let mut law = maxwell(axis, [[parameters.number(CARD.name, &MODULUS)?, parameters.number(CARD.name, &TIME)?]]);
+    let coefficient = parameters.number(CARD.name, &COEFFICIENT)?;
+    if coefficient > 0.0 {
+        let order = parameters.number(CARD.name, &ORDER)?;
+        law.power = Some(Power::new(axis, [coefficient, order], 1.0));
     }
+    Ok(Injection::Force(Box::new(law)))
+}
 
-    fn injection(&self, parameters: &Parameters, setting: &Setting) -> Result<Injection, EffectError> {
-        let axis = setting.one_axis(&CARD)?;
-        let mut law = maxwell(axis, [[parameters.number(CARD.name, &MODULUS)?, parameters.number(CARD.name, &TIME)?]]);
-        let coefficient = parameters.number(CARD.name, &COEFFICIENT)?;
-        if coefficient > 0.0 {
-            let order = parameters.number(CARD.name, &ORDER)?;
-            law.power = Some(Power::new(axis, [coefficient, order], 1.0));
-        }
-        Ok(Injection::Force(Box::new(law)))
-    }
-
-    fn forms(&self, scale: &Scale) -> Vec<Form> {
-        let unit = scale.time_s;
-        let times = [0.03, 0.08, 0.2, 0.5].map(|t| t * unit);
-        let knob = Knob { telling: true, ..Knob::log(0.02 * unit, 1.5 * unit) };
-        (0..scale.axes())
-            .flat_map(|axis| {
-                let solid = Form::new("standard linear solid", Some(axis), Action::force(move |k, c| maxwell(axis, [[c[0], k[0]]])))
-                    .knobs(vec![knob], &[&times])
-                    .coefficients(vec![Sign::Positive])
-                    .numbers(|k, c| [("modulus_n_per_m", c[0]), ("time_s", k[0])]);
-                let both = Action::force(move |k, c| maxwell(axis, [[c[0], k[0]], [c[1], 7.0 * k[0]]]));
-                let two = Form::new("two relaxation times", Some(axis), both)
-                    .knobs(vec![knob], &[&times[..3]])
-                    .coefficients(vec![Sign::Positive, Sign::Positive])
-                    .numbers(|k, c| {
-                        let time = (c[0] * k[0] + c[1] * 7.0 * k[0]) / (c[0] + c[1]).max(f64::MIN_POSITIVE);
-                        [("modulus_n_per_m", c[0] + c[1]), ("time_s", time)]
-                    })
-                    .floor(0.1);
-                let fraction = Form::new("fractional", Some(axis), Action::force(move |k, c| fractional(axis, [c[0], k[0]], unit)))
-                    .knobs(vec![Knob::linear(0.05, 0.85)], &[&[0.15, 0.35, 0.6]])
-                    .coefficients(vec![Sign::Positive])
-                    .numbers(|k, c| [("coefficient", c[0]), ("order", k[0])])
-                    .floor(0.02);
-                [solid, two, fraction]
-            })
-            .collect()
-    }
+fn forms(scale: &Scale) -> Vec<Form> {
+    let unit = scale.time_s;
+    let times = [0.03, 0.08, 0.2, 0.5].map(|t| t * unit);
+    let knob = Knob { telling: true, ..Knob::log(0.02 * unit, 1.5 * unit) };
+    (0..scale.axes())
+        .flat_map(|axis| {
+            let solid = Form::new("standard linear solid", Some(axis), Action::force(move |k, c| maxwell(axis, [[c[0], k[0]]])))
+                .knobs(vec![knob], &[&times])
+                .coefficients(vec![Sign::Positive])
+                .numbers(|k, c| [("modulus_n_per_m", c[0]), ("time_s", k[0])]);
+            let both = Action::force(move |k, c| maxwell(axis, [[c[0], k[0]], [c[1], 7.0 * k[0]]]));
+            let two = Form::new("two relaxation times", Some(axis), both)
+                .knobs(vec![knob], &[&times[..3]])
+                .coefficients(vec![Sign::Positive, Sign::Positive])
+                .numbers(|k, c| {
+                    let time = (c[0] * k[0] + c[1] * 7.0 * k[0]) / (c[0] + c[1]).max(f64::MIN_POSITIVE);
+                    [("modulus_n_per_m", c[0] + c[1]), ("time_s", time)]
+                })
+                .floor(0.1);
+            let fraction = Form::new("fractional", Some(axis), Action::force(move |k, c| fractional(axis, [c[0], k[0]], unit)))
+                .knobs(vec![Knob::linear(0.05, 0.85)], &[&[0.15, 0.35, 0.6]])
+                .coefficients(vec![Sign::Positive])
+                .numbers(|k, c| [("coefficient", c[0]), ("order", k[0])])
+                .floor(0.02);
+            [solid, two, fraction]
+        })
+        .collect()
 }

@@ -5,6 +5,7 @@ pub(super) use super::effect::Effect;
 pub(super) use super::evidence::Evidence;
 pub(super) use super::form::{Action, Form, Knob, Operator, Scale, Sign};
 pub(super) use super::injection::{Injection, Setting};
+pub(super) use super::latency::Latency;
 pub(super) use super::matrix::Matrix;
 pub(super) use super::on_axis::on_axis;
 pub(super) use super::parameters::{EffectError, Parameters, Value};

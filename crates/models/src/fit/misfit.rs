@@ -1,7 +1,7 @@
 //! Fits of a model that is wrong: the size of its own error, told from what it leaves, in the weights and in the intervals (stochastic embedding).
 
 use super::result::t_quantile;
-use super::weighted::Whitened;
+use super::whitened::Whitened;
 use super::{Fit, FitError, Parameter, Solved, WeightedFit, search};
 use crate::ParametricModel;
 use faer::linalg::matmul::matmul;

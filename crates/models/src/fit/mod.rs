@@ -1,7 +1,6 @@
 //! Fitting parametric models to frequency responses.
 
 mod compare;
-mod errors_in_variables;
 mod information;
 mod jackknife;
 mod loop_model;
@@ -13,9 +12,9 @@ mod series;
 mod start;
 mod vaf;
 mod weighted;
+mod whitened;
 
 pub use compare::{LikelihoodRatio, NullLaw, likelihood_ratio};
-pub use errors_in_variables::{ErrorsInVariables, PeriodMeans};
 pub(crate) use information::Information;
 pub use loop_model::{LoopModel, LoopModelError};
 pub use misfit::Width;

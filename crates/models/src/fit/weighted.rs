@@ -1,27 +1,30 @@
 //! Weighted least squares on a frequency response, with the covariance that its estimator gave it.
 
-use super::{COST_TOLERANCE, Fit, FitError, Prediction, Smoothing, Solved, Transducer, Width, add_scores, check_shape, shares, summed_scores};
-use crate::levenberg_marquardt::{root, triangle};
-use crate::{Gains, LeastSquares, ParametricModel};
-use faer::Mat;
+use super::whitened::{Known, Whitened, bins};
+use super::{COST_TOLERANCE, Fit, FitError, Prediction, Smoothing, Solved, Transducer, Width, check_shape};
+use crate::ParametricModel;
 use ndarray::Array3;
-use ndof_linear::{Cholesky, square};
 use ndof_signal::Kernel;
-use ndof_sysid::{FrequencyResponse, ResponseKind, Uncertainty};
+use ndof_sysid::{FrequencyResponse, ResponseKind};
 use num_complex::Complex64;
 use serde::{Deserialize, Serialize};
-use std::ops::Range;
 
 /// Settings of the weighted fit.
 ///
 /// Minimises Σ_f s_f ‖√2 Lᴴ (Ĥ(f) − H(f, θ)) G‖² over the band, where (L Lᴴ)⁻¹ is the covariance of the estimate on its
 /// output side and (G Gᴴ)⁻¹ on its input side, H is the model seen through the estimate's window, and
-/// s_f = bin spacing / independent spacing counts neighbouring bins once. Of a finer grid, four bins an independent one are used: what lies
+/// s_f = bin spacing / independent spacing counts neighbouring bins once. Where references drive inputs that the system's own motion reaches, too, the
+/// estimate errs by E = R̂ − H T̂ divided by T̂, and N = \[1, −H\] Σ \[1, −H\]ᴴ is the covariance of E: it goes by the model, not by the estimate, since
+/// lines whose estimate happens to be small would seem to be sure otherwise, and inertia, damping and stiffness would come out too large (sample maximum
+/// likelihood with noise on both sides). Of a finer grid, four bins an independent one are used: what lies
 /// between says nothing more, while thinning to independent bins would lose some.
 ///
 /// The estimated covariance makes χ² larger by ν/(ν − p) and the scatter of θ by ν²/((ν − p)² − 1) (moments of the
 /// inverse complex Wishart distribution); both are taken into account. With fewer than p + 4 degrees of freedom only the
 /// variances are used, and the covariance of θ allows for what that ignores.
+///
+/// # References
+/// R. Pintelon & J. Schoukens (2012), System identification: a frequency domain approach, ch. 9 and 12.
 ///
 /// ```
 /// use ndof_models::{Axis, InertiaDampingStiffnessModel, Symmetry, WeightedFit};
@@ -66,8 +69,6 @@ impl Default for WeightedFit {
     }
 }
 
-/// Bins an independent one that are used at most.
-const DENSE: f64 = 4.0;
 /// Degrees of freedom beyond the outputs that a full covariance needs to be worth its noise.
 const FULL_COVARIANCE_MARGIN: f64 = 4.0;
 
@@ -106,7 +107,7 @@ impl WeightedFit {
         let uncertainty = response.uncertainty.as_ref().ok_or(FitError::NoCovariance)?;
         let degrees = uncertainty.degrees_of_freedom;
         let full = degrees >= n as f64 + FULL_COVARIANCE_MARGIN;
-        let bins = self.bins(response, uncertainty, full);
+        let bins = bins(self.band_hz, response, uncertainty, full);
         let independent: f64 = bins.iter().map(|b| b.share).sum();
         if bins.is_empty() || 2.0 * independent * (n * inputs) as f64 <= parameters as f64 {
             let needed = parameters / (2 * n * inputs) + 1;
@@ -135,227 +136,37 @@ impl WeightedFit {
         let (values, _) = Prediction::new(model, kind, frequency_hz, kernel, &self.smoothing, self.transducer).evaluate(theta, false);
         Array3::from_shape_fn((frequency_hz.len(), n, n), |(f, i, j)| values[(f * n + i) * n + j])
     }
-
-    /// The usable bins of the band with what whitens them.
-    fn bins(&self, response: &FrequencyResponse, uncertainty: &Uncertainty, full: bool) -> Vec<Bin> {
-        let (p, q) = response.shape();
-        let usable: Vec<usize> = (0..response.len())
-            .filter(|&f| {
-                let hz = response.frequency_hz[f];
-                hz > 0.0 && (self.band_hz[0]..=self.band_hz[1]).contains(&hz) && response.value.index_axis(ndarray::Axis(0), f).iter().all(|v| v.is_finite())
-            })
-            .collect();
-        let stride = response.stride(DENSE);
-        let mut bins = Vec::with_capacity(usable.len().div_ceil(stride));
-        for &f in usable.iter().step_by(stride) {
-            let matrix = |a: &ndarray::Array3<Complex64>| a.index_axis(ndarray::Axis(0), f).iter().copied().collect::<Vec<_>>();
-            let (noise, input) = (matrix(&uncertainty.noise), matrix(&uncertainty.input_inverse));
-            let diagonal = |a: &[Complex64], n: usize| (0..n * n).map(|e| if e / n == e % n { a[e] } else { Complex64::default() }).collect();
-            let whitener = |a: &[Complex64], n: usize| Cholesky::of(&if full { a.to_vec() } else { diagonal(a, n) }, n).map(|c| c.whitener());
-            let (Some(left), Some(right)) = (whitener(&noise, p), whitener(&input, q)) else {
-                continue;
-            };
-            bins.push(Bin {
-                hz: response.frequency_hz[f],
-                share: 0.0,
-                estimate: matrix(&response.value),
-                right: square::adjoint(&right, q),
-                left,
-                noise,
-                input,
-            });
-        }
-        let hz: Vec<f64> = bins.iter().map(|b| b.hz).collect();
-        bins.iter_mut().zip(shares(&hz, uncertainty.independent_spacing_hz)).for_each(|(b, share)| b.share = share);
-        bins
-    }
 }
 
-/// One frequency of an estimate with what whitens it: √(2 share) · left · δ · right has unit variance.
-pub(super) struct Bin {
-    pub hz: f64,
-    pub share: f64,
-    estimate: Vec<Complex64>,
-    left: Vec<Complex64>,
-    right: Vec<Complex64>,
-    noise: Vec<Complex64>,
-    input: Vec<Complex64>,
-}
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::shared_tests::{add_noise, arm, difference};
+    use crate::{InertiaDampingStiffnessModel, LeastSquares, Symmetry};
+    use num_complex::Complex64;
 
-impl Bin {
-    fn whiten(&self, delta: &[Complex64], [p, q]: [usize; 2]) -> Vec<Complex64> {
-        let factor = (2.0 * self.share).sqrt();
-        let left = square::rectangular_product(&self.left, delta, [p, q]);
-        square::rectangular_product(&left, &self.right, [q, q]).iter().map(|v| v * factor).collect()
-    }
-}
-
-pub(super) struct Whitened<'a> {
-    prediction: Prediction<'a>,
-    pub bins: Vec<Bin>,
-    gains: Option<&'a Gains>,
-    /// Rows and columns of the estimate.
-    pub shape: [usize; 2],
-    pub parameters: usize,
-    known: Known,
-}
-
-/// How well the estimate's covariance is known.
-#[derive(Clone, Copy)]
-struct Known {
-    degrees: f64,
-    /// Whether as a matrix, not as variances only.
-    full: bool,
-    /// Independent frequencies.
-    independent: f64,
-}
-
-impl LeastSquares for Whitened<'_> {
-    /// Real and imaginary part of each element, bin after bin.
-    fn residuals(&self, theta: &[f64]) -> Vec<f64> {
-        let size = self.size();
-        let (value, _) = self.evaluate(theta, false);
-        let mut out = Vec::with_capacity(2 * value.len());
-        for (bin, model) in self.bins.iter().zip(value.chunks_exact(size)) {
-            let delta: Vec<Complex64> = bin.estimate.iter().zip(model).map(|(e, m)| e - m).collect();
-            out.extend(bin.whiten(&delta, self.shape).iter().flat_map(|v| [v.re, v.im]));
-        }
-        out
-    }
-
-    fn jacobian(&self, theta: &[f64]) -> Mat<f64> {
-        let mut out = Mat::zeros(2 * self.size() * self.bins.len(), self.parameters);
-        for (first, rows) in self.rows(theta, |bins, rows| (2 * self.size() * bins.start, rows)) {
-            out.subrows_mut(first, rows.nrows()).copy_from(rows);
-        }
-        out
-    }
-
-    /// From sums of products, which are the same work on each thread; where those do not serve, from the whole Jacobian.
-    fn triangle(&self, theta: &[f64], residuals: &[f64]) -> Mat<f64> {
-        let k = self.parameters;
-        let parts = self.rows(theta, |bins, rows| {
-            let first = 2 * self.size() * bins.start;
-            let all = Mat::from_fn(rows.nrows(), k + 1, |i, j| if j < k { rows[(i, j)] } else { residuals[first + i] });
-            all.transpose() * &all
-        });
-        let mut products = Mat::zeros(k + 1, k + 1);
-        parts.iter().for_each(|part| products += part);
-        root(&products).unwrap_or_else(|| triangle(&self.jacobian(theta), residuals))
-    }
-}
-
-impl Whitened<'_> {
-    fn frequency_hz(&self) -> Vec<f64> {
-        self.bins.iter().map(|bin| bin.hz).collect()
-    }
-
-    /// Gives each frequency another weight, beside that of its noise.
-    pub fn weigh(&mut self, weights: &[f64]) {
-        for (bin, weight) in self.bins.iter_mut().zip(weights) {
-            bin.left.iter_mut().for_each(|v| *v *= weight.sqrt());
+    /// Jᵀ r is the slope of ½ ‖r‖² where the weights follow the model, although J is not ∂r/∂θ.
+    #[test]
+    fn where_weights_follow_the_model_the_slope_of_the_cost_is_right() {
+        let mut response = arm().response(&[1.0, 2.0, 3.5, 5.0, 7.0], ResponseKind::Compliance);
+        add_noise(&mut response, 20.0, |_| 0.2);
+        let number = |k: usize| Complex64::new((1.3 * k as f64).sin(), (0.7 * k as f64).cos());
+        let size = |i: usize| if i < 2 { 1e-3 } else { 0.5 };
+        let half = Array3::from_shape_fn((5, 4, 4), |(f, i, j)| number(16 * f + 4 * i + j) * size(i));
+        let product = |f: usize, i: usize, j: usize| (0..4).map(|l| half[[f, i, l]] * half[[f, j, l]].conj()).sum::<Complex64>();
+        response.uncertainty.as_mut().expect("errors").unexplained = Some(Array3::from_shape_fn((5, 4, 4), |(f, i, j)| product(f, i, j)));
+        let model = InertiaDampingStiffnessModel::new(arm().axes, Symmetry::Free);
+        let theta: Vec<f64> = model.theta(&arm()).iter().enumerate().map(|(k, v)| v * (1.0 + 0.2 * (k as f64).sin())).collect();
+        let settings = WeightedFit { smoothing: Smoothing::None, ..WeightedFit::default() };
+        let mut problem = settings.problem(&model, &response, &theta).expect("a problem");
+        problem.weigh(&[1.0, 0.5, 2.0, 1.0, 0.1]);
+        let cost = |theta: &[f64]| vec![0.5 * problem.residuals(theta).iter().map(|r| r * r).sum::<f64>()];
+        let (jacobian, residuals) = (problem.jacobian(&theta), problem.residuals(&theta));
+        for k in 0..theta.len() {
+            let slope: f64 = (0..residuals.len()).map(|i| jacobian[(i, k)] * residuals[i]).sum();
+            let expected = difference(&theta, k, 1e-5 * theta[k].abs(), cost)[0];
+            // Second differences of a cost whose slopes change by their own size over a fifth of a parameter.
+            assert!((slope - expected).abs() < 1e-6 * (expected.abs() + cost(&theta)[0] / theta[k].abs()), "{k}: {slope} {expected}");
         }
     }
-
-    /// What the model says of each frequency, whitened as the residuals are.
-    pub fn whitened_model(&self, theta: &[f64]) -> Vec<Vec<Complex64>> {
-        let (value, _) = self.evaluate(theta, false);
-        self.bins.iter().zip(value.chunks_exact(self.size())).map(|(bin, model)| bin.whiten(model, self.shape)).collect()
-    }
-
-    /// Elements of one frequency.
-    fn size(&self) -> usize {
-        self.shape.iter().product()
-    }
-
-    /// What `take` makes of the rows of the Jacobian for a few bins at a time, in their order.
-    fn rows<T: Send>(&self, theta: &[f64], take: impl Fn(Range<usize>, Mat<f64>) -> T + Sync) -> Vec<T> {
-        let size = self.size();
-        self.prediction.by_bins(theta, true, |bins, value, slopes| {
-            let slopes = self.gains.map(|gains| gains.drive(theta, &value, &slopes).1).unwrap_or(slopes);
-            let mut rows = Mat::zeros(2 * size * bins.len(), self.parameters);
-            let [p, q] = self.shape;
-            for (f, (bin, blocks)) in self.bins[bins.clone()].iter().zip(slopes.chunks_exact(size * self.parameters)).enumerate() {
-                // The blocks stand below each other, so that one product takes the right side of all.
-                let driven = square::rectangular_product(blocks, &bin.right, [q, q]);
-                let left: Vec<Complex64> = bin.left.iter().map(|v| v * -(2.0 * bin.share).sqrt()).collect();
-                for (k, block) in driven.chunks_exact(size).enumerate() {
-                    let whitened = square::rectangular_product(&left, block, [p, q]);
-                    let column = &mut rows.col_as_slice_mut(k)[2 * size * f..2 * size * (f + 1)];
-                    column.chunks_exact_mut(2).zip(&whitened).for_each(|(at, v)| (at[0], at[1]) = (v.re, v.im));
-                }
-            }
-            take(bins, rows)
-        })
-    }
-
-    /// The expected estimate and its derivatives, of the shape of the estimate.
-    fn evaluate(&self, theta: &[f64], derivatives: bool) -> (Vec<Complex64>, Vec<Complex64>) {
-        let (value, slopes) = self.prediction.evaluate(theta, derivatives);
-        match self.gains {
-            Some(gains) => gains.drive(theta, &value, &slopes),
-            None => (value, slopes),
-        }
-    }
-
-    /// Jᵀ Ω J where Ω is the covariance that the residuals have by the estimate's full covariance.
-    fn known_meat(&self, jacobian: &Mat<f64>) -> Mat<f64> {
-        let ([p, q], k) = (self.shape, self.parameters);
-        let size = self.size();
-        summed_scores(self.bins.len(), k, |f, meat| {
-            let bin = &self.bins[f];
-            let side = |whitener: &[Complex64], covariance: &[Complex64], n: usize| {
-                square::product(&square::product(whitener, covariance, n), &square::adjoint(whitener, n), n)
-            };
-            // E[e_ij e_kl*] of the whitened residual, 1 on the diagonal.
-            let noise = side(&bin.left, &bin.noise, p);
-            let input = side(&square::adjoint(&bin.right, q), &bin.input, q);
-            let at = |e: usize, c: usize| Complex64::new(jacobian[(2 * (f * size + e), c)], -jacobian[(2 * (f * size + e) + 1, c)]);
-            let scores: Vec<Vec<Complex64>> = (0..k).map(|c| (0..size).map(|e| at(e, c)).collect()).collect();
-            add_scores(meat, &scores, [&noise, &input], [p, q], 1.0);
-        })
-    }
-
-    /// Jᵀ Ω̂ J from the residuals themselves, products of neighbouring bins included with Bartlett's weights (Newey & West
-    /// 1987). Each bin's residual is first divided by the root of I − H, H its leverage, because a fit makes the
-    /// residuals of influential bins small (Bell & McCaffrey 2002).
-    fn neighbour_meat(&self, solved: &Solved) -> Mat<f64> {
-        let (jacobian, residuals) = (&solved.jacobian, &solved.minimum.residuals);
-        let (size, k) = (2 * self.size(), self.parameters);
-        let inverse = solved.inverse();
-        let scores: Vec<Vec<f64>> = (0..self.bins.len())
-            .map(|f| {
-                let block = jacobian.subrows(f * size, size);
-                let opened = open_leverage(&(block * &inverse * block.transpose()), &residuals[f * size..(f + 1) * size]);
-                (0..k).map(|c| (0..size).map(|row| block[(row, c)] * opened[row]).sum()).collect()
-            })
-            .collect();
-        let share = self.bins.iter().map(|b| b.share).fold(f64::INFINITY, f64::min).max(1e-3);
-        let reach = if share < 1.0 { (2.0 / share).ceil() as usize } else { 0 };
-        let mut meat = Mat::zeros(k, k);
-        for (f, score) in scores.iter().enumerate() {
-            for (lag, other) in scores[f..].iter().take(reach + 1).enumerate() {
-                let weight = (1.0 - lag as f64 / (reach + 1) as f64) * if lag == 0 { 0.5 } else { 1.0 };
-                for r in 0..k {
-                    for c in 0..k {
-                        meat[(r, c)] += weight * (score[r] * other[c] + other[r] * score[c]);
-                    }
-                }
-            }
-        }
-        meat
-    }
-}
-
-/// (I − H)^(−½) r for the leverage H of one bin; r itself where that does not exist.
-fn open_leverage(leverage: &Mat<f64>, residual: &[f64]) -> Vec<f64> {
-    let n = residual.len();
-    let Ok(eigen) = leverage.self_adjoint_eigen(faer::Side::Lower) else { return residual.to_vec() };
-    let mut out = vec![0.0; n];
-    for e in 0..n {
-        // A bin that alone determines a parameter has h = 1 and no residual left to enlarge.
-        let part = (0..n).map(|i| eigen.U()[(i, e)] * residual[i]).sum::<f64>() / (1.0 - eigen.S()[e]).max(1e-6).sqrt();
-        out.iter_mut().enumerate().for_each(|(i, o)| *o += eigen.U()[(i, e)] * part);
-    }
-    out
 }

@@ -33,6 +33,7 @@ fn estimated(matrices: &InertiaDampingStiffness, from_hz: f64, to_hz: f64) -> Fr
         degrees_of_freedom: 40.0,
         independent_spacing_hz: hz[1] - hz[0],
         kernel: Kernel::default(),
+        unexplained: None,
         inverted: false,
     };
     FrequencyResponse { uncertainty: Some(uncertainty), ..response }

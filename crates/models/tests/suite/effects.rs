@@ -122,7 +122,7 @@ fn the_registry_has_every_name_of_the_contract_once_and_in_order() {
 #[test]
 fn every_card_is_complete_and_its_look_alikes_exist() {
     for effect in EFFECTS {
-        let card = effect.card();
+        let card = effect.card;
         for text in [card.what, card.signature, card.next_experiment, card.equation, card.source] {
             assert!(text.len() > 5, "{}", card.name);
         }
@@ -134,8 +134,8 @@ fn every_card_is_complete_and_its_look_alikes_exist() {
 #[test]
 fn what_an_effect_stands_for_exists_and_a_plain_finding_stands_for_nothing_else() {
     let scale = scale();
-    let told = |effect: &dyn Effect, size: f64, beside: &[&str], gain: f64| {
-        let parameters: Vec<(&str, f64)> = effect.card().parameters.iter().map(|p| (p.name, size)).collect();
+    let told = |effect: &Effect, size: f64, beside: &[&str], gain: f64| {
+        let parameters: Vec<(&str, f64)> = effect.card.parameters.iter().map(|p| (p.name, size)).collect();
         let coefficients: [&[f64]; 1] = [&[1.0, size / scale.position[0]]];
         let gain_worth = || Some(gain);
         effect.stands_for(&Evidence { parameters: &parameters, coefficients: &coefficients, axis: Some(0), scale: &scale, beside, gain_worth: &gain_worth })
@@ -201,7 +201,7 @@ fn what_relaxes_beside_a_power_is_the_sum_of_both() {
 #[test]
 fn a_form_pushes_the_way_its_force_law_does() {
     // Sign of each first coefficient's regressor against the law that a simulation hides, by the work along one motion.
-    for effect in EFFECTS.iter().filter(|e| e.card().trace == Trace::Forms) {
+    for effect in EFFECTS.iter().filter(|e| e.card.trace == Trace::Forms) {
         for form in effect.forms(&scale()) {
             let knobs = &form.grid[0];
             let unit: Vec<f64> = (0..form.signs.len()).map(|k| if k == 0 { 1.0 } else { 0.0 }).collect();

@@ -25,6 +25,12 @@ fn complex(rng: &mut ChaCha8Rng) -> Complex64 {
     Complex64::new(normal(), normal()) * 0.5f64.sqrt()
 }
 
+/// Output and input side of a covariance, known by so many averages on independent lines.
+fn errors([noise, input_inverse]: [Array3<Complex64>; 2], degrees: usize, unexplained: Option<Array3<Complex64>>) -> Uncertainty {
+    let kernel = Kernel { offset_hz: vec![0.0], weight: vec![1.0] };
+    Uncertainty { noise, input_inverse, degrees_of_freedom: degrees as f64, independent_spacing_hz: 0.1, unexplained, kernel, inverted: false }
+}
+
 /// The true response with circular noise whose covariance is `noise` ⊗ `input`, the noise part estimated with
 /// `degrees` complex degrees of freedom.
 fn draw(truth: &FrequencyResponse, relative: f64, degrees: usize, seed: u64) -> FrequencyResponse {
@@ -57,9 +63,7 @@ fn draw(truth: &FrequencyResponse, relative: f64, degrees: usize, seed: u64) -> 
         input.index_axis_mut(ndarray::Axis(0), f).assign(&right.dot(&adjoint(&right)));
         out.value.index_axis_mut(ndarray::Axis(0), f).zip_mut_with(&error, |v, e| *v += e);
     }
-    let kernel = Kernel { offset_hz: vec![0.0], weight: vec![1.0] };
-    out.uncertainty =
-        Some(Uncertainty { noise, input_inverse: input, degrees_of_freedom: degrees as f64, independent_spacing_hz: 0.1, kernel, inverted: false });
+    out.uncertainty = Some(errors([noise, input], degrees, None));
     out
 }
 
@@ -224,4 +228,86 @@ fn a_likelihood_ratio_is_wrong_as_often_as_it_says_within_the_bounds_and_at_one(
     assert_eq!(NullLaw::of(&[(reflex.block)().as_ref()]), NullLaw::Unknown);
     let filters = [find("first-order-filter"), find("delay")].map(|c| (c.expect("in the registry").block)());
     assert_eq!(NullLaw::of(&[filters[0].as_ref(), filters[1].as_ref()]), NullLaw::Unknown);
+}
+
+/// P1 on a robot, moved by a command and, at each frequency by a force of that size, by itself: what both do to motion and force, and what the command leaves
+/// of them by so many averages.
+fn held(size: f64, degrees: usize, seed: u64) -> FrequencyResponse {
+    let mut rng = ChaCha8Rng::seed_from_u64(seed);
+    let robot = InertiaDampingStiffness {
+        inertia: arr2(&[[1.0, 0.0], [0.0, 1.0]]),
+        damping: arr2(&[[10.0, 0.0], [0.0, 10.0]]),
+        stiffness: arr2(&[[100.0, 0.0], [0.0, 100.0]]),
+        ..limb(2)
+    };
+    let grid: Vec<f64> = (0..BINS).map(|k| 0.5 + 0.1 * k as f64).collect();
+    let mut out = limb(2).response(&grid, ResponseKind::Compliance);
+    let adjoint = |a: &Array2<Complex64>| a.t().mapv(|v| v.conj());
+    let inverse = |a: &Array2<Complex64>| ndof_linear::inverse(a).expect("regular");
+    let [mut noise, mut input] = [(); 2].map(|()| Array3::zeros((BINS, 2, 2)));
+    let mut unexplained = Array3::zeros((BINS, 4, 4));
+    for (f, hz) in grid.iter().enumerate() {
+        let at = |mut all: Array3<Complex64>| all.index_axis_mut(ndarray::Axis(0), 0).to_owned();
+        let d_robot = at(robot.response(&[*hz], ResponseKind::DynamicStiffness).value);
+        let both = inverse(&(&d_robot + &inverse(&out.at(f))));
+        let gone = d_robot.dot(&both);
+        // Of each column, motions and then forces of what the limb does by itself; and of a force sensor.
+        let mut left = |columns: usize| {
+            let own = Array2::from_shape_fn((2, columns), |_| complex(&mut rng) * size);
+            let sensor = Array2::from_shape_fn((2, columns), |_| complex(&mut rng) * (0.02 * size));
+            ndarray::concatenate(ndarray::Axis(0), &[both.dot(&own).view(), (sensor - gone.dot(&own)).view()]).expect("alike")
+        };
+        let (error, rest) = (left(2), left(degrees));
+        let sigma = rest.dot(&adjoint(&rest)) / Complex64::from(degrees as f64);
+        let cut = |a: &Array2<Complex64>, rows: [usize; 2]| a.slice_axis(ndarray::Axis(0), ndarray::Slice::from(rows[0]..rows[1])).to_owned();
+        let r = both + cut(&error, [0, 2]);
+        let t = Array2::<Complex64>::eye(2) - gone + cut(&error, [2, 4]);
+        let c = r.dot(&inverse(&t));
+        let a = ndarray::concatenate(ndarray::Axis(1), &[Array2::eye(2).view(), c.mapv(|v| -v).view()]).expect("alike");
+        let told = inverse(&t.dot(&adjoint(&t)));
+        let of_inputs = cut(&cut(&sigma, [2, 4]).t().to_owned(), [2, 4]).t().to_owned();
+        let taken_in = told.dot(&of_inputs).diag().sum().re;
+        let put = |to: &mut Array3<Complex64>, what: &Array2<Complex64>| to.index_axis_mut(ndarray::Axis(0), f).assign(what);
+        put(&mut noise, &(a.dot(&sigma).dot(&adjoint(&a)) / Complex64::from(1.0 + taken_in)));
+        put(&mut input, &told);
+        put(&mut unexplained, &sigma);
+        put(&mut out.value, &c);
+    }
+    out.uncertainty = Some(errors([noise, input], degrees, Some(unexplained)));
+    out
+}
+
+#[test]
+fn weights_that_follow_the_model_have_no_bias_and_those_of_the_estimate_have() {
+    let model = InertiaDampingStiffnessModel::new(limb(2).axes, Symmetry::Symmetric);
+    let theta = model.theta(&limb(2));
+    let fits: Vec<[Fit; 2]> = (0..DRAWS)
+        .into_par_iter()
+        .map(|seed| {
+            let response = held(0.25, 20, seed);
+            let mut alone = response.clone();
+            alone.uncertainty.iter_mut().for_each(|u| u.unexplained = None);
+            [response, alone].map(|response| weighted(CovarianceKind::Model)(&model, &response, &linear_start(&model, &response).expect("start")))
+        })
+        .collect();
+    let count = DRAWS as f64;
+    // Of each parameter mean, scatter and the mean's error in standard errors of it.
+    let told = |of: usize, k: usize| {
+        let mean = fits.iter().map(|both| both[of].theta[k]).sum::<f64>() / count;
+        let scatter = (fits.iter().map(|both| (both[of].theta[k] - mean).powi(2)).sum::<f64>() / (count - 1.0)).sqrt();
+        (mean, scatter, (mean - theta[k]) * count.sqrt() / scatter)
+    };
+    for (k, truth) in theta.iter().enumerate() {
+        let held = |of: usize| fits.iter().filter(|both| (both[of].parameters[k].ci95[0]..=both[of].parameters[k].ci95[1]).contains(truth)).count();
+        let ([(mean, scatter, bias), (own, _, own_bias)], [held, held_own]) =
+            ([told(0, k), told(1, k)], [held(0), held(1)].map(|held| 100.0 * held as f64 / count));
+        let name = &model.parameters()[k].name;
+        println!("| {name} | {truth} | {mean:.4} ± {scatter:.4} | {bias:+.1} | {held:.1} % | {own:.4} | {own_bias:+.1} | {held_own:.1} % |");
+        // 99.99 % of 300 trials of 95 %.
+        assert!((89.0..=99.5).contains(&held), "{name} {held}");
+        assert!(bias.abs() < 4.0, "{name} {bias}");
+    }
+    let chi2 = fits.iter().map(|both| both[0].chi2_reduced).sum::<f64>() / count;
+    assert!((chi2 - 1.0).abs() < 0.02, "{chi2}");
+    assert!((0..theta.len()).any(|k| told(1, k).2 > 10.0));
 }

@@ -5,7 +5,6 @@
 mod ankle;
 mod edges;
 mod effects;
-mod errors_in_variables;
 mod estimates;
 mod fit_statistics;
 mod free_run;

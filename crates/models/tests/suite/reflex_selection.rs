@@ -41,7 +41,8 @@ fn estimate(seed: u64) -> FrequencyResponse {
         }
     }
     let kernel = Kernel { offset_hz: vec![0.0], weight: vec![1.0] };
-    response.uncertainty = Some(Uncertainty { noise, input_inverse: input, degrees_of_freedom: DEGREES, independent_spacing_hz: 0.1, kernel, inverted: false });
+    response.uncertainty =
+        Some(Uncertainty { noise, input_inverse: input, degrees_of_freedom: DEGREES, independent_spacing_hz: 0.1, kernel, unexplained: None, inverted: false });
     response
 }
 

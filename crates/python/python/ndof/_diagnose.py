@@ -117,6 +117,7 @@ def diagnose(
     parameters: Mapping[str, float] | None = None,
     held_out: Union[Stretch, PathLike, Sequence[PathLike], None] = None,
     tolerance: float = 0.01,
+    hold: str | None = None,
     without: str | Sequence[str] = (),
     plan: bool = False,
     schedule: str | None = None,
@@ -143,7 +144,8 @@ def diagnose(
     gives those that it simulates; ``added_effort`` holds efforts by channel that are to act beside its own forces, none in the first run, and
     ``parameters`` what was given here. What is found is then proved by its own run, in :attr:`Diagnosis.rerun`.
     ``held_out`` is a stretch of time (two numbers, in seconds) or the files or names of the recordings that no fit may
-    see; without it the last third of the recordings, or the last 30 % of a single one. ``plan`` simulates the next experiments
+    see; without it the last third of the recordings, or the last 30 % of a single one. ``hold`` is what forces do between samples, as in
+    :func:`fit`, where neither ``baseline``, ``robot`` nor a simulator is given. ``plan`` simulates the next experiments
     that would tell confusable causes apart. ``schedule`` is what stiffness or damping may vary with, as one cause beside the others: ``phase``
     (of a ``cycle`` in seconds, or of one that the channel ``cycle_by`` or an ``event`` begins, whose times in seconds are one list or one a trial),
     ``time`` or a channel. ``progress`` is called with what is being done; Ctrl-C ends the work at its next step.

@@ -47,6 +47,7 @@ fn plain(effect: &str) -> (&'static str, &'static str) {
         "joint-flexibility" => ("a joint gives under load", "a flexible joint"),
         "backlash" => ("there is play between motor and link", "backlash"),
         "cable-force" => ("something pulls as the joint turns", "a cable or spring"),
+        "spring-rest" => ("a spring rests elsewhere than simulated", "a spring's rest"),
         "torque-offset" => ("a torque channel does not begin at zero", "a torque offset"),
         "torque-scale" => ("a torque channel has a wrong gain", "a wrong torque gain"),
         "torque-delay" => ("torque and motion are logged at different times", "a torque delay"),
@@ -160,7 +161,7 @@ pub fn sentence(d: &Diagnosis) -> String {
         }
         _ => "is part of what the simulation missed".to_owned(),
     };
-    let unsure = if !first.is_likely() { "perhaps " } else { "" };
+    let unsure = if first.probability > Cause::LIKELY { "" } else { "perhaps " };
     let mut text = capitalised(&format!("{what}{with}: {unsure}{name}{of}{at} {share}."));
     for (words, likely) in [("With it", true), ("Also possible", false)] {
         let others = listed(d.causes.iter().filter(|c| !std::ptr::eq(*c, first) && c.is_likely() == likely).map(|c| (c.effect.as_str(), c.site.axis.as_str())));

@@ -189,6 +189,7 @@ impl Theory {
                 degrees_of_freedom: freedom,
                 independent_spacing_hz: self.independent_spacing_hz,
                 kernel: self.kernel.clone(),
+                unexplained: None,
                 inverted: false,
             }),
         };

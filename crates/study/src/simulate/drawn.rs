@@ -60,7 +60,7 @@ mod tests {
             for (a, b) in drawn.iter().zip(&again) {
                 assert_eq!((&a.name, &a.axis, &a.parameters), (&b.name, &b.axis, &b.parameters));
                 assert_eq!(a.axis.is_none(), a.side == "sensor");
-                let card = ndof_models::effects::find(&a.name).expect("in the registry").card();
+                let card = ndof_models::effects::find(&a.name).expect("in the registry").card;
                 assert!(a.parameters.keys().all(|name| card.parameters.iter().any(|p| p.name == name)), "{:?}", a.parameters);
             }
             seen.extend(drawn.into_iter().map(|hidden| hidden.name));

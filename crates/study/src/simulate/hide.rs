@@ -85,8 +85,8 @@ fn names(axes: &[Axis]) -> String {
 }
 
 /// The side that the file names, if the effect can sit there.
-fn side(effect: &dyn Effect, name: &str) -> Result<Side, String> {
-    let sides = effect.card().sides;
+fn side(effect: &Effect, name: &str) -> Result<Side, String> {
+    let sides = effect.card.sides;
     sides
         .iter()
         .copied()

@@ -1,9 +1,10 @@
 //! The method that fits the recordings, and why.
 
+use super::beginning::drives_like_a_beginning;
 use super::{LocalPolynomial, SpectralMethod};
 use crate::ports::Ports;
 use crate::steadiness::steadiness;
-use ndof_signal::{Periodic, Recording, Welch, detect_period};
+use ndof_signal::{Multitaper, Periodic, Recording, Welch, detect_period};
 
 /// A method and the sentence that says why it was taken.
 #[derive(Clone, Debug, PartialEq)]
@@ -16,35 +17,50 @@ pub struct Choice {
 
 /// Effective averages beyond the number of inputs that an estimate should have.
 const ENOUGH: f64 = 10.0;
+/// Periods to average for each input: the scatter of fewer has a law without a variance.
+const ENOUGH_PERIODS: usize = 4;
 
 /// Chooses a spectral method from the length, number and periodicity of the recordings.
 ///
 /// Periodic commands: periodic averaging (no leakage, noise and distortion told apart). Otherwise local polynomials over the whole record: they take
 /// an input for what it is, steady or not, and follow a response that bends within their width, where the average of a window of variance σ² is off
-/// by C″σ²/2: 3 (σ/f)² of an inertia without a spring, C ∝ f⁻². Welch on long records, where memory and time matter, and on those that are too
-/// short for a polynomial.
+/// by C″σ²/2: 3 (σ/f)² of an inertia without a spring, C ∝ f⁻². Multitaper where a command is as smooth over their width as what a record begins
+/// with, as a sweep is that begins with it: as an instrument it would be weak. Welch on long records, where memory and time matter, and on those that
+/// are too short for a polynomial.
 pub fn choose_method(trials: &[&Recording], ports: &Ports) -> Choice {
     let (Some(first), drivers) = (trials.first(), ports.drivers()) else {
         return Choice { method: SpectralMethod::LocalPolynomial(LocalPolynomial::default()), reason: "there is no recording".to_owned() };
     };
     let periodic = drivers.first().and_then(|&c| first.channels().get(c)).and_then(|c| repeats(&c.samples));
-    if let Some(period) = periodic.filter(|_| trials.len() >= drivers.len()) {
+    let averages = |period: usize| trials.iter().map(|trial| (trial.len() / period).saturating_sub(1)).sum::<usize>();
+    if let Some(period) = periodic.filter(|p| trials.len() >= drivers.len() && averages(*p) >= ENOUGH_PERIODS * drivers.len()) {
         let (seconds, whole) = (period as f64 / first.sample_rate_hz(), first.len() / period);
         return Choice {
             method: SpectralMethod::Periodic(Periodic { period, discard: 1 }),
             reason: format!("the excitation repeats every {seconds:.3} s ({whole} periods): averaged over periods, the first one left out"),
         };
     }
-    if let Some(what) = unsteady(trials, drivers) {
-        let reason = format!("{what}: local polynomials over the whole record, which need no steady input");
-        return Choice { method: SpectralMethod::LocalPolynomial(LocalPolynomial::default()), reason };
-    }
     let shortest = trials.iter().map(|r| r.len()).min().unwrap_or(0);
-    let (count, duration_s) = (trials.len(), shortest as f64 / first.sample_rate_hz());
     let local = LocalPolynomial::default();
     let half_width = local.default_half_width(drivers.len(), ports.responders().len());
     // Beyond this a fit at every line costs more time and memory than it resolves.
-    if shortest <= 1 << 19 && 2 * (2 * half_width + 1) < shortest {
+    let resolves = shortest <= 1 << 19 && 2 * (2 * half_width + 1) < shortest;
+    let unsteady = unsteady(trials, drivers);
+    if (resolves || unsteady.is_some())
+        && let Some((channel, [low, high])) = drives_like_a_beginning(trials, &ports.references, &local, half_width)
+    {
+        let name = &first.channels()[channel].name;
+        let reason = format!(
+            "{name} drives {low:.2} to {high:.2} Hz at an end of the record, where local polynomials could not tell its response from what the record begins with: multitaper"
+        );
+        return Choice { method: SpectralMethod::Multitaper(Multitaper::default()), reason };
+    }
+    if let Some(what) = unsteady {
+        let reason = format!("{what}: local polynomials over the whole record, which need no steady input");
+        return Choice { method: SpectralMethod::LocalPolynomial(LocalPolynomial::default()), reason };
+    }
+    let (count, duration_s) = (trials.len(), shortest as f64 / first.sample_rate_hz());
+    if resolves {
         let resolution_hz = (2 * half_width + 1) as f64 / shortest as f64 * first.sample_rate_hz();
         return Choice {
             method: SpectralMethod::LocalPolynomial(local),

@@ -7,8 +7,9 @@ use crate::filling::Filling;
 use crate::labels::Labels;
 use crate::lanes::{Batches, LANES};
 use crate::ports::Ports;
-use crate::response::{FrequencyResponse, ResponseKind, Uncertainty};
-use ndarray::{Array2, Axis};
+use crate::response::{FrequencyResponse, ResponseKind};
+use crate::uncertainty::Uncertainty;
+use ndarray::{Array2, Array3, Axis, Slice};
 use ndof_signal::CrossSpectra;
 use num_complex::Complex64;
 use serde::{Deserialize, Serialize};
@@ -117,17 +118,28 @@ pub fn derived(spectra: &CrossSpectra, ports: &Ports, labels: &Labels) -> Result
     }
     check::not_all_singular(spectra, &ports.references, &labels.references, "reference", &out.singular_bins)?;
 
-    let wrap = |value: Filling<Complex64>, noise: Filling<Complex64>, inverse, kind, inputs: &[String], outputs: &[String]| FrequencyResponse {
+    let wrap = |value: Filling<Complex64>, noise: Array3<Complex64>, inverse, kind, inputs: &[String], outputs: &[String]| FrequencyResponse {
         frequency_hz: spectra.frequency_hz().to_vec(),
         inputs: inputs.to_vec(),
         outputs: outputs.to_vec(),
         kind,
         value: value.finish(),
-        uncertainty: Some(Uncertainty::of_spectra(spectra, noise.finish(), inverse, freedom)),
+        uncertainty: Some(Uncertainty::of_spectra(spectra, noise, inverse, freedom)),
     };
     let reference_inverse = out.reference_inverse.finish();
-    let r = wrap(out.r, out.noise_r, reference_inverse.clone(), ResponseKind::Transfer, &labels.references, &labels.outputs);
-    let t = wrap(out.t, out.noise_t, reference_inverse, ResponseKind::Transfer, &labels.references, &labels.inputs);
-    let response = wrap(out.value, out.noise, out.input_inverse.finish(), labels.kind, &labels.inputs, &labels.outputs);
+    let unexplained = out.unexplained.finish();
+    let [of_outputs, of_inputs] = [(0, p), (p, p + q)].map(|part| part_of(&unexplained, part));
+    let r = wrap(out.r, of_outputs, reference_inverse.clone(), ResponseKind::Transfer, &labels.references, &labels.outputs);
+    let t = wrap(out.t, of_inputs, reference_inverse, ResponseKind::Transfer, &labels.references, &labels.inputs);
+    let mut response = wrap(out.value, out.noise.finish(), out.input_inverse.finish(), labels.kind, &labels.inputs, &labels.outputs);
+    if let Some(u) = &mut response.uncertainty {
+        u.unexplained = Some(unexplained);
+    }
     Ok(DerivedEstimate::new(response, [r, t], out.judged, out.singular_bins))
+}
+
+/// What is unexplained of some responders, of that of all.
+pub(super) fn part_of(unexplained: &Array3<Complex64>, (from, to): (usize, usize)) -> Array3<Complex64> {
+    let part = Slice::from(from..to);
+    unexplained.slice_axis(Axis(1), part).slice_axis(Axis(2), part).to_owned()
 }

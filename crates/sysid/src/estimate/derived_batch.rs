@@ -6,7 +6,7 @@ use super::instrument::about;
 use super::judged::{Judged, implied};
 use crate::filling::{Filling, scatter, scatter_hermitian, scatter_real};
 use crate::lanes::{LANES, LaneCholesky, Lanes, Reals, condition, dot_conj, each, entry, lower, map, power};
-use crate::response::NAN;
+use crate::uncertainty::NAN;
 use ndof_signal::vectorized;
 use num_complex::Complex64;
 use pulp::{Simd, WithSimd};
@@ -18,8 +18,8 @@ pub(super) struct Results {
     pub(super) input_inverse: Filling<Complex64>,
     pub(super) r: Filling<Complex64>,
     pub(super) t: Filling<Complex64>,
-    pub(super) noise_r: Filling<Complex64>,
-    pub(super) noise_t: Filling<Complex64>,
+    /// Of outputs, then inputs.
+    pub(super) unexplained: Filling<Complex64>,
     pub(super) reference_inverse: Filling<Complex64>,
     pub(super) judged: Judged,
     pub(super) singular_bins: Vec<usize>,
@@ -34,17 +34,16 @@ impl Results {
             input_inverse: complex(q, q),
             r: complex(p, qr),
             t: complex(q, qr),
-            noise_r: complex(p, p),
-            noise_t: complex(q, q),
+            unexplained: complex(p + q, p + q),
             reference_inverse: complex(qr, qr),
             judged: Judged::new(bins, p, q),
             singular_bins: Vec::new(),
         }
     }
 
-    fn complex(&mut self) -> [&mut Filling<Complex64>; 8] {
-        let Results { value, noise, input_inverse, r, t, noise_r, noise_t, reference_inverse, .. } = self;
-        [value, noise, input_inverse, r, t, noise_r, noise_t, reference_inverse]
+    fn complex(&mut self) -> [&mut Filling<Complex64>; 7] {
+        let Results { value, noise, input_inverse, r, t, unexplained, reference_inverse, .. } = self;
+        [value, noise, input_inverse, r, t, unexplained, reference_inverse]
     }
 
     /// Frequencies that have no estimate by nature.
@@ -165,8 +164,8 @@ impl Batch {
             let coherence = map(&self.explained[lower(a, a)].re, &responder(a, a).re, |x, y| if x > y { 1.0 } else { x / y });
             if a < q { scatter_real(input_coherence, q, a, &coherence) } else { scatter_real(output_coherence, p, a - q, &coherence) }
         }
-        scatter_hermitian(out.noise_t.batch(count), q, |i, j| self.sigma[lower(i, j)].scaled(&share));
-        scatter_hermitian(out.noise_r.batch(count), p, |i, j| self.sigma[lower(q + i, q + j)].scaled(&share));
+        let place = |a: usize| if a < p { q + a } else { a - p };
+        scatter_hermitian(out.unexplained.batch(count), m, |a, b| entry(&self.sigma, place(a), place(b)).scaled(&share));
         condition
     }
 

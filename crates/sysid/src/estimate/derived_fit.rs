@@ -1,7 +1,7 @@
 //! The derived estimate of a fit at each line.
 
 use super::EstimateError;
-use super::derived::DerivedEstimate;
+use super::derived::{DerivedEstimate, part_of};
 use super::derived_line::{DerivedLines, Found};
 use super::fitted::Fitted;
 use super::local_lines::TASK;
@@ -9,6 +9,7 @@ use crate::filling::Filling;
 use crate::labels::Labels;
 use crate::response::{FrequencyResponse, ResponseKind};
 use ndarray::{Axis, Slice};
+use num_complex::Complex64;
 use rayon::prelude::*;
 
 impl Fitted {
@@ -22,17 +23,29 @@ impl Fitted {
         let Found { value, noise, input_inverse, judged, missing } = self.by_lines(Some(direct), labels)?;
         let to_reference = |from: usize, to: usize, outputs: &[String]| {
             let part = Slice::from(from..to);
-            let noise = self.noise.slice_axis(Axis(1), part).slice_axis(Axis(2), part).to_owned();
-            self.response([self.g.slice_axis(Axis(1), part).to_owned(), noise, self.gram_inverse.clone()], ResponseKind::Transfer, &labels.references, outputs)
+            self.response(
+                [self.g.slice_axis(Axis(1), part).to_owned(), part_of(&self.noise, (from, to)), self.gram_inverse.clone()],
+                ResponseKind::Transfer,
+                &labels.references,
+                outputs,
+            )
         };
-        let response = self.response([value, noise, input_inverse].map(Filling::finish), labels.kind, &labels.inputs, &labels.outputs);
+        let response = self.derived_response([value, noise, input_inverse], labels);
         Ok(DerivedEstimate::new(response, [to_reference(0, p, &labels.outputs), to_reference(p, m, &labels.inputs)], judged, missing))
     }
 
     /// The response of [`derived`](Self::derived) alone, by which nothing is judged.
     pub(crate) fn derived_alone(&self, labels: &Labels) -> Result<FrequencyResponse, EstimateError> {
         let Found { value, noise, input_inverse, .. } = self.by_lines(None, labels)?;
-        Ok(self.response([value, noise, input_inverse].map(Filling::finish), labels.kind, &labels.inputs, &labels.outputs))
+        Ok(self.derived_response([value, noise, input_inverse], labels))
+    }
+
+    fn derived_response(&self, found: [Filling<Complex64>; 3], labels: &Labels) -> FrequencyResponse {
+        let mut response = self.response(found.map(Filling::finish), labels.kind, &labels.inputs, &labels.outputs);
+        if let Some(u) = &mut response.uncertainty {
+            u.unexplained = Some(self.noise.clone());
+        }
+        response
     }
 
     fn by_lines(&self, direct: Option<&Fitted>, labels: &Labels) -> Result<Found, EstimateError> {

@@ -6,7 +6,7 @@ use super::instrument::about;
 use super::judged::{Judged, implied};
 use crate::filling::{Filling, scatter, scatter_hermitian, scatter_real};
 use crate::lanes::{LANES, LaneCholesky, Lanes, Reals, dot_conj, each, entry, lanes, lower};
-use crate::response::NAN;
+use crate::uncertainty::NAN;
 use ndarray::Array3;
 use ndof_linear::hermitian_eigen;
 use ndof_signal::vectorized;

@@ -6,7 +6,8 @@ use super::coherence::{Coherence, Significance, imply};
 use super::direct::{DirectEstimate, LARGEST_CONDITION};
 use crate::labels::Labels;
 use crate::lanes::scaled_condition;
-use crate::response::{FrequencyResponse, NAN, ResponseKind, Uncertainty, places};
+use crate::response::{FrequencyResponse, ResponseKind, places};
+use crate::uncertainty::{NAN, Uncertainty};
 use ndarray::{Array3, Axis};
 use ndof_linear::Cholesky;
 use ndof_signal::Kernel;
@@ -97,6 +98,7 @@ impl Fitted {
                 input_inverse,
                 degrees_of_freedom: self.degrees_of_freedom,
                 independent_spacing_hz: self.independent_spacing_hz,
+                unexplained: None,
                 kernel: Kernel { offset_hz: vec![0.0], weight: vec![1.0] },
                 inverted: false,
             }),

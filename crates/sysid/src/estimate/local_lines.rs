@@ -3,7 +3,7 @@
 use super::EstimateError;
 use super::fitted::Fitted;
 use crate::lanes::{LANES, Lanes};
-use crate::response::NAN;
+use crate::uncertainty::NAN;
 use ndarray::Array3;
 use ndof_signal::{forward_transform, spectrum_by};
 use num_complex::Complex64;

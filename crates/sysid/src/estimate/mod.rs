@@ -1,5 +1,6 @@
 //! From spectra, or straight from recordings, to a response with its coherences and covariance.
 
+mod beginning;
 pub(crate) mod check;
 mod choose;
 mod coherence;

@@ -1,8 +1,8 @@
 //! Identities that hold for any cross-spectra, to round-off.
 
-use ndarray::{Array2, Axis, Slice};
-use ndof_signal::{CrossSpectra, Kernel};
-use ndof_sysid::{Direct, Labels, Ports, ResponseKind, derived, direct, ordered_coherence};
+use ndarray::{Array2, Array3, Axis, Slice};
+use ndof_signal::{Channel, CrossSpectra, Kernel, Quantity, Recording, Unit};
+use ndof_sysid::{Direct, FrequencyResponse, Labels, LocalPolynomial, Ports, ResponseKind, SpectralMethod, derived, direct, estimate, ordered_coherence};
 use num_complex::Complex64;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
@@ -130,6 +130,51 @@ fn the_derived_estimate_is_r_over_t_and_the_instrumental_variable_estimate() {
                 assert!((from_instrument[[i, j]] - s_yr).norm() < 1e-13 * condition.max(10.0), "n = {n}, f = {f}");
             }
         }
+    }
+}
+
+/// [1, −H] Σ [1, −H]ᴴ, what the references leave of outputs beyond what H makes of inputs.
+fn left_over(response: &FrequencyResponse, f: usize) -> Array2<Complex64> {
+    let sigma = response.uncertainty.as_ref().and_then(|u| u.unexplained.as_ref()).expect("what references leave").index_axis(Axis(0), f).to_owned();
+    let (h, p) = (response.at(f), response.outputs.len());
+    let a = Array2::from_shape_fn((p, sigma.nrows()), |(i, j)| if j >= p { -h[[i, j - p]] } else { Complex64::from(f64::from(u8::from(i == j))) });
+    a.dot(&sigma).dot(&a.t().mapv(|v| v.conj()))
+}
+
+fn alike(a: &Array2<Complex64>, b: &Array2<Complex64>) -> bool {
+    let size = a.iter().map(|v| v.norm()).fold(0.0, f64::max);
+    a.iter().zip(b).all(|(a, b)| (a - b).norm() < 1e-11 * size)
+}
+
+/// By spectra and by local polynomials, the noise of the derived estimate is what [1, −C] leaves of Σ, less what the error of C took in; and it goes with the
+/// response to other inputs and to derivatives.
+#[test]
+fn what_references_leave_gives_the_noise_of_any_response() {
+    let mut rng = ChaCha8Rng::seed_from_u64(17);
+    let channels = (0..6).map(|c| Channel::new(format!("c{c}"), Unit::si(Quantity::Effort, false), (0..400).map(|_| rng.random_range(-1.0..1.0)).collect()));
+    let recording = Recording::new(100.0, channels.collect()).expect("a recording");
+    let ports = ports(2, 2, 2);
+    let method = SpectralMethod::LocalPolynomial(LocalPolynomial::default());
+    let local = estimate(&[&recording], &ports, &labels(&ports), &method, Direct::H1).expect("an estimate").derived.expect("references");
+    let spectra = derived(&random_spectra(6, 8, 30, 3), &ports, &labels(&ports)).expect("enough averages");
+    for response in [local.response, spectra.response] {
+        let w = Array3::from_shape_fn((response.len(), 2, 2), |(f, i, j)| Complex64::new(if i == j { 2.0 } else { 0.3 }, 0.1 * (f % 5) as f64));
+        let real = ndarray::arr2(&[[1.0, 0.4], [-0.2, 3.0]]);
+        let (parts, sums) = (response.to_parts(&w), response.to_sums(&real));
+        let mut moved = response.clone();
+        moved.differentiate(&[-1, -2], &[1, 0]);
+        for f in 1..response.len() - 1 {
+            let (u, own) = (response.uncertainty.as_ref().expect("errors"), left_over(&response, f));
+            let sigma = u.unexplained.as_ref().expect("what references leave");
+            let taken: Complex64 = (0..4).map(|e| u.input_inverse[[f, e / 2, e % 2]] * sigma[[f, 2 + e % 2, 2 + e / 2]]).sum();
+            assert!(alike(&u.noise.index_axis(Axis(0), f).mapv(|v| v * (1.0 + taken.re)), &own), "{f}");
+            assert!(alike(&left_over(&parts, f), &own) && alike(&left_over(&sums, f), &own), "{f}");
+            let s = Complex64::new(0.0, std::f64::consts::TAU * response.frequency_hz[f]);
+            let scaled = Array2::from_shape_fn((2, 2), |(i, j)| own[[i, j]] * [s.inv(), s.powi(-2)][i] * [s.inv(), s.powi(-2)][j].conj());
+            assert!(alike(&left_over(&moved, f), &scaled), "{f}");
+            assert!((moved.value[[f, 1, 0]] - response.value[[f, 1, 0]] / s.powi(3)).norm() < 1e-12 * moved.value[[f, 1, 0]].norm(), "{f}");
+        }
+        assert!(response.inverse().expect("square").uncertainty.expect("errors").unexplained.is_none());
     }
 }
 
