@@ -7,6 +7,8 @@ use crate::table::View;
 
 /// What a joint lacks at one time, and where it is then.
 struct Point {
+    /// Trial and sample.
+    when: [usize; 2],
     /// Angle and rate, each over its deviation.
     at: [f64; 2],
     left: f64,
@@ -45,9 +47,14 @@ pub(crate) fn again(views: [&View<'_>; 2], model: &Model) -> Vec<Again> {
             for (piece, rest) in view.pieces.iter().zip(&rest.0) {
                 let motion = &view.motions[piece.trial];
                 let seen = piece.places.iter().zip(rest[j].iter().flatten()).filter(|(place, _)| motion.moves[j][**place]);
-                points.extend(seen.map(|(&place, &left)| Point { at: [motion.q[j][place] / size[0], motion.v[j][place] / size[1]], left }));
+                points.extend(seen.map(|(&place, &left)| Point {
+                    when: [piece.trial, place],
+                    at: [motion.q[j][place] / size[0], motion.v[j][place] / size[1]],
+                    left,
+                }));
             }
         }
+        points.sort_by_key(|point| point.when);
         of(&points)
     };
     (0..views[0].scene.joints.len()).map(joint).collect()
@@ -96,7 +103,7 @@ mod tests {
     #[test]
     fn the_nearest_later_point_is_that_of_all_later_ones() {
         let mut rng = rand_chacha::ChaCha8Rng::seed_from_u64(1);
-        let points: Vec<Point> = (0..500).map(|_| Point { at: [0, 1].map(|_| rng.random_range(0..30) as f64), left: 0.0 }).collect();
+        let points: Vec<Point> = (0..500).map(|_| Point { when: [0; 2], at: [0, 1].map(|_| rng.random_range(0..30) as f64), left: 0.0 }).collect();
         let away = |a: &Point, b: &Point| (0..2).map(|i| (a.at[i] - b.at[i]).powi(2)).sum::<f64>();
         let of_all = |k: usize| (k + 25..500).min_by(|a, b| away(&points[*a], &points[k]).total_cmp(&away(&points[*b], &points[k])));
         assert_eq!(nearest_later(&points, 25), (0..500).map(of_all).collect::<Vec<_>>());
@@ -109,7 +116,7 @@ mod tests {
         let mut log = |ripple: f64| -> Vec<Point> {
             let at = |k: usize| [(0.021 * k as f64).sin() + 0.3 * (0.05 * k as f64).cos(), (0.021 * k as f64).cos() - 0.7 * (0.05 * k as f64).sin()];
             let mut left = |q: f64| ripple * (24.0 * q).sin() + 12_f64.sqrt() * (rng.random::<f64>() - 0.5);
-            (0..8000).map(|k| Point { at: at(k), left: left(at(k)[0]) }).collect()
+            (0..8000).map(|k| Point { when: [0, k], at: at(k), left: left(at(k)[0]) }).collect()
         };
         let (noise, ripple) = (of(&log(0.0)), of(&log(1.0)));
         assert!(!noise.is_beyond(0.0, 1e-3) && ripple.is_beyond(0.3, 1e-3), "{} {}", noise.rms, ripple.rms);

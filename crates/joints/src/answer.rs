@@ -6,24 +6,26 @@ use crate::explained::explained;
 use crate::generic::Left;
 use crate::held_out::{Sum, gain, losses, predicted};
 use crate::judged::{Aside, Searched, of_a_simulator, share};
+use crate::lost::Lost;
 use crate::mistaken::Mistaken;
 use crate::model::{Model, residual};
 use crate::motion::Motion;
 use crate::options::Options;
 use crate::passing::Passing;
-use crate::rivals::{TOLD_APART, rivals};
+use crate::rivals::{EITHER, TOLD_APART, rivals};
 use crate::scene::{Scene, deviation, rms};
 use crate::search::Solved;
 use crate::table::View;
 use crate::taken::Taken;
 use crate::verdict::removed;
 use ndof_devices::TERMS_OF_A_LINK;
-use ndof_diagnose::{
-    Cause, Confusable, Considered, Diagnosis, Extended, Gain, Minor, Model as Told, ModelParameter, Score, Shift, Site, Split, Stretch, UNSURE,
-};
+use ndof_diagnose::{Cause, Confusable, Considered, Diagnosis, Extended, Gain, Minor, Model as Told, ModelParameter, Score, Shift, Site, Split, UNSURE};
 use ndof_models::robot::Robot;
 use ndof_signal::Recording;
 use ndof_sysid::Ports;
+
+/// What to do where nothing of the log tells.
+const THE_SAME: &str = "along this movement both are the same torque, to the last digit: whichever is corrected, the file needs what was measured; only a movement of other joints, or taking the robot apart, can tell";
 
 /// All that an answer is written from.
 pub(crate) struct Answer<'a> {
@@ -39,8 +41,12 @@ pub(crate) struct Answer<'a> {
     pub again: &'a [Again],
     /// Channels that are not what they are called.
     pub mistaken: Option<Mistaken>,
+    /// Channels that may not mean what they say, in words.
+    pub suspicions: &'a [String],
     /// How the log is taken.
     pub taken: &'a Taken,
+    /// Rows that it has lost.
+    pub lost: Option<&'a Lost>,
     /// Joints that hardly move.
     pub unmoved: &'a [bool],
     /// What acts at each joint for a while.
@@ -49,7 +55,7 @@ pub(crate) struct Answer<'a> {
 }
 
 impl Answer<'_> {
-    pub fn write(&self, stretches: &[Stretch; 2], mut minor: Vec<Aside>) -> Diagnosis {
+    pub fn write(&self, [estimation, held_out]: [String; 2], mut minor: Vec<Aside>) -> Diagnosis {
         let mut unseen = false;
         for aside in minor.iter_mut().filter(|aside| self.is_unseen(&aside.form)) {
             unseen = true;
@@ -64,21 +70,23 @@ impl Answer<'_> {
         let (mut causes, mut confusable) = (Vec::new(), Vec::new());
         for (k, gained) in gains.iter().enumerate() {
             let rivals = rivals([self.fitted, self.held], &self.searched.rule(self.forms, self.options), self.model, k);
-            let unsure: Vec<String> = rivals.iter().filter(|(_, p)| *p < TOLD_APART).map(|(f, _)| self.forms[*f].words(&self.names())).collect();
+            let unsure: Vec<&(usize, f64)> = rivals.iter().filter(|(_, p)| *p < TOLD_APART).collect();
             if !unsure.is_empty() {
-                let effects = std::iter::once(self.model.forms[k].words(&self.names())).chain(unsure).collect();
-                confusable.push(Confusable { effects, next_experiment: self.model.forms[k].cause.card.next_experiment.to_owned(), predicted: vec![] });
+                let words = unsure.iter().map(|(f, _)| self.forms[*f].words(&self.names()));
+                let effects = std::iter::once(self.model.forms[k].words(&self.names())).chain(words).collect();
+                let card = &self.model.forms[k].cause.card;
+                let next = if unsure.iter().any(|(_, p)| *p == EITHER) { THE_SAME } else { card.next_experiment };
+                confusable.push(Confusable { effects, next_experiment: next.to_owned(), predicted: vec![] });
             }
             let probability = rivals.iter().map(|(_, p)| *p).fold(1.0, f64::min);
             let share = (total > 0.0).then(|| (gained.value * removed / total).clamp(0.0, 1.0));
             causes.push(self.cause(k, probability, gained, share, &after));
         }
-        // Of channels that are none that can be, or a body that is none, a name proves nothing.
-        let doubtful = self.mistaken.is_some() || !self.taken.is_as_it_is();
+        // Of channels that are none that can be, or may not mean what they say, or a body that is none, a name proves nothing.
+        let doubtful = self.mistaken.is_some() || !self.taken.is_as_it_is() || self.lost.is_some() || !self.suspicions.is_empty();
         let doubted = causes.iter_mut().enumerate().filter(|(k, _)| doubtful || !self.is_possible(*k));
         doubted.for_each(|(_, cause)| cause.believe_at_most(UNSURE));
         causes.sort_by(|a, b| b.gain.explained_fraction.unwrap_or(0.0).total_cmp(&a.gain.explained_fraction.unwrap_or(0.0)));
-        let [estimation, held_out] = stretches.each_ref().map(|stretch| stretch.words(self.scene.rate_hz));
         let split = Split { estimation, held_out, windows_s: None };
         Diagnosis {
             split,

@@ -40,6 +40,11 @@ impl Band {
         self.rate_hz / self.stride as f64
     }
 
+    /// Samples of the log that each value is made of.
+    pub fn width(&self) -> usize {
+        2 * self.reach + 1
+    }
+
     /// Where values are kept of a log of so many samples of which `edge` at each end are not used.
     pub fn places(&self, samples: usize, edge: usize) -> Vec<usize> {
         let margin = edge.max(self.reach + 1);

@@ -41,8 +41,8 @@ pub(crate) enum Column {
     Falling(usize),
     /// Force of springs that slip one by one: the play operator's stop over this way, −1 … 1.
     Slip { joint: usize, way: f64 },
-    /// Depth in a stop that begins there; towards larger angles, or smaller.
-    Stop { joint: usize, from: f64, above: bool },
+    /// Depth in a stop that begins there, towards larger angles or smaller, with that of a time ahead where it is damped: it pushes and never pulls.
+    Stop { joint: usize, from: f64, above: bool, ahead_s: f64 },
     /// A power of the angle, from its middle, over half its range.
     Power { joint: usize, power: i32 },
     /// What bodies feel behind a gear that gives or has play, for each unit of its extent.
@@ -138,7 +138,14 @@ impl Column {
                 vec![(*j, rate.iter().map(|r| -r).collect())]
             }
             Column::Slip { joint, way } => vec![(*joint, slip(&motion.q[*joint], *way))],
-            Column::Stop { joint, from, above } => own(*joint, &|q, _| if *above { (q - from).max(0.0) } else { (q - from).min(0.0) }),
+            Column::Stop { joint, from, above, ahead_s } => {
+                let toward = if *above { 1.0 } else { -1.0 };
+                let push = |(q, v): (&f64, &f64)| {
+                    let depth = toward * (q - from);
+                    if depth > 0.0 { toward * (depth + toward * ahead_s * v).max(0.0) } else { 0.0 }
+                };
+                vec![(*joint, motion.q[*joint].iter().zip(&motion.sharp[*joint]).map(push).collect())]
+            }
             Column::Power { joint, power } => {
                 let [low, high] = scene.joints[*joint].range;
                 own(*joint, &|q, _| ((2.0 * q - low - high) / (high - low)).powi(*power))

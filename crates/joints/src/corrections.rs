@@ -12,6 +12,7 @@ use ndof_models::effects::Value;
 use ndof_models::robot::Robot;
 use ndof_signal::Recording;
 use ndof_sysid::Ports;
+use std::f64::consts::TAU;
 
 /// Round-off of sums: a number of the file that changes by less stays.
 const SAME: f64 = 1e-12;
@@ -32,7 +33,7 @@ pub struct Corrections {
 /// Friction, rotor and gravity become what was found, in place of what the file has. Changes of a link and a payload are added to the ten inertial
 /// parameters of their body, from which its mass, its centre and the inertia about that follow; if no masses make that body, it becomes the one nearest to
 /// the file's that moves as it would. Friction that is no straight line over speed becomes
-/// the one that is nearest to it, by least squares over the speeds of the trials. A stop becomes the end of the range that the file has. What is of the log (offset, gain and lateness of a torque) or needs a word that files lack
+/// the one that is nearest to it, by least squares over the speeds of the trials. A stop becomes the end of the range that the file has, or of one of a whole turn. What is of the log (offset, gain and lateness of a torque) or needs a word that files lack
 /// is told in [`Corrections::left_out`].
 ///
 /// # Errors
@@ -84,10 +85,11 @@ impl Corrections {
 }
 
 /// Numbers that make sense only with each other.
-fn together(what: Corrected) -> Option<bool> {
+fn together(what: Corrected) -> Option<&'static str> {
     match what {
-        Corrected::Mass | Corrected::Centre(_) | Corrected::Inertia(_) => Some(true),
-        Corrected::Gravity(_) => Some(false),
+        Corrected::Mass | Corrected::Centre(_) | Corrected::Inertia(_) => Some("body"),
+        Corrected::Gravity(_) => Some("gravity"),
+        Corrected::Range(_) => Some("range"),
         _ => None,
     }
 }
@@ -152,6 +154,7 @@ impl Found<'_> {
                     }
                 }
             }
+            ("spring-rest", _) => self.leave_out(cause, "the zero of the torque's sensor would be the same torque, and no log tells which of the two is off"),
             ("link-parameters", Some(joint)) => self.link(joint, cause),
             ("payload", _) if says_nothing(cause, "mass_kg", 0.0) => self.leave_out(cause, "its interval has zero in it"),
             ("payload", _) => self.payload(cause),
@@ -203,15 +206,22 @@ impl Found<'_> {
         Ok(())
     }
 
-    /// The end of a range that the file has, on the side of the movement on which the stop is.
+    /// The end of the file's range on the side of the movement on which the stop is; of a joint that turns without one, a range of a turn that ends there.
     fn stop(&mut self, joint: usize, cause: &Cause, trials: &[Recording], angle: usize) {
         let Some(stop) = number(cause, "stop_rad") else { return };
-        if !self.chain.ranges()[joint].iter().all(|end| end.is_finite()) {
-            return self.leave_out(cause, "the file gives this joint no range that would end there");
-        }
         let angles = || trials.iter().flat_map(|trial| trial.channels()[angle].samples.iter().copied());
-        let middle = 0.5 * (angles().fold(f64::INFINITY, f64::min) + angles().fold(f64::NEG_INFINITY, f64::max));
-        self.correct(&cause.site.axis, Corrected::Range(usize::from(stop > middle)), stop, &words(cause));
+        let [lowest, highest] = [angles().fold(f64::INFINITY, f64::min), angles().fold(f64::NEG_INFINITY, f64::max)];
+        let side = usize::from(stop > 0.5 * (lowest + highest));
+        if !self.chain.ranges()[joint][1 - side].is_finite() {
+            // What stops a joint that turns one way stops it the other way, at the latest where it comes round to it.
+            let other = if side == 1 { stop - TAU } else { stop + TAU };
+            if self.chain.slides(joint) || side == 1 && lowest < other || side == 0 && highest > other {
+                return self.leave_out(cause, "the file gives this joint no range, and one needs two ends, of which the other was not found; not written");
+            }
+            let why = format!("{}; this end was not found, and is where the joint would come to the same stop from the other side", words(cause));
+            self.correct(&cause.site.axis, Corrected::Range(1 - side), other, &why);
+        }
+        self.correct(&cause.site.axis, Corrected::Range(side), stop, &words(cause));
         self.out.left_out.push(format!("{}: its stiffness has no word in robots' files; where it is is written", words(cause)));
     }
 

@@ -11,25 +11,26 @@ use crate::generic;
 use crate::judged::{HeldUp, Judged, Searched, held_up, judged, most_causes, of_a_simulator};
 use crate::left_noise::{noise_beside, noise_of};
 use crate::logged::Logged;
+use crate::lost::Lost;
 use crate::mistaken::mistaken;
 use crate::motion::{Motion, moves};
 use crate::options::Options;
+use crate::parts::Parts;
 use crate::passing::passing;
 use crate::pictures;
 use crate::refined::shaped;
 use crate::scene::{Scene, scene};
 use crate::simulated::beside_the_file;
-use crate::suspicions::{against, one_gain};
+use crate::suspicions::{against, one_gain, suspicions};
 use crate::table::View;
 use crate::taken::Taken;
 use crate::tilts;
 use crate::unmoved::{needs_motion, unmoved};
 use crate::zeros;
 use ndof_devices::SerialChain;
-use ndof_diagnose::{Diagnosis, Pictures, Stretch};
+use ndof_diagnose::{Diagnosis, Pictures};
 use ndof_signal::Recording;
 use ndof_sysid::Ports;
-use std::ops::Range;
 use std::sync::Mutex;
 
 /// Samples that it takes to fit: twice the ten inertial parameters of a link, the most that one cause has.
@@ -91,14 +92,18 @@ pub fn diagnose(
     check(trials, ports)?;
     alike(trials, simulated)?;
     progress("smoothing the motion");
+    // A simulator's log has row by row the times of the measured one.
+    let lost = if simulated.is_empty() { Lost::of(trials, ports, options.false_alarms) } else { None };
+    let filled = lost.as_ref().map(|lost| lost.filled(trials)).transpose()?;
+    let trials = filled.as_deref().unwrap_or(trials);
     let (seen, motions) = scene(chain, trials, simulated, ports)?;
     let taken = Taken::of(&seen, &motions);
     if taken.is_as_it_is() {
-        return judge(&seen, motions, trials, ports, &taken, options, progress);
+        return judge(&seen, motions, trials, ports, (&taken, lost.as_ref()), options, progress);
     }
-    let (chain, trials) = (taken.chain(chain), taken.trials(trials, ports)?);
+    let (chain, trials) = (taken.chain(chain), taken.trials(chain, trials, ports)?);
     let (seen, motions) = scene(&chain, &trials, &[], ports)?;
-    judge(&seen, motions, &trials, ports, &taken, options, progress)
+    judge(&seen, motions, &trials, ports, (&taken, lost.as_ref()), options, progress)
 }
 
 /// The same of logs that are taken as they are.
@@ -107,7 +112,7 @@ fn judge(
     mut motions: Vec<Motion>,
     trials: &[Recording],
     ports: &Ports,
-    taken: &Taken,
+    (taken, lost): (&Taken, Option<&Lost>),
     options: &Options,
     progress: &mut dyn FnMut(&str),
 ) -> Result<(Diagnosis, Pictures), JointsError> {
@@ -117,10 +122,9 @@ fn judge(
     for motion in &mut motions {
         motion.moves = motion.sharp.iter().zip(&scene.joints).map(|(v, joint)| moves(v, joint.speed, longest)).collect();
     }
-    let shortest = trials.iter().map(Recording::len).min().unwrap_or(0);
-    let stretches = options.held_out.divide(trials.len(), shortest, scene.rate_hz)?;
+    let parts = Parts::of(&options.held_out, &motions, &band)?;
     let whole = Mutex::default();
-    let [fitted, held] = stretches.each_ref().map(|s| View::new(scene, &motions, &band, &whole, &ranges(s, &motions)));
+    let [fitted, held] = [&parts.fitted, &parts.held].map(|part| View::new(scene, &motions, &band, &whole, part));
     let count = |view: &View<'_>| view.pieces.iter().map(|p| p.places.len()).sum::<usize>();
     if count(&fitted) < FEWEST_TO_FIT || count(&held) < FEWEST_TO_JUDGE {
         return Err(JointsError::TooShort { kept: count(&fitted), held_out: count(&held), pass_hz: band.pass_hz, needed: [FEWEST_TO_FIT, FEWEST_TO_JUDGE] });
@@ -180,12 +184,14 @@ fn judge(
         left: &left,
         again: &again,
         mistaken: mistaken(scene, &motions, &tilt),
+        suspicions: &suspicions(scene, &fitted, &model.logged),
         taken,
+        lost,
         unmoved: &unmoved,
         passing: &passing,
         options,
     };
-    Ok((answer.write(&stretches, minor), pictures::draw(&answer)))
+    Ok((answer.write(parts.words, minor), pictures::draw(&answer)))
 }
 
 fn check(trials: &[Recording], ports: &Ports) -> Result<(), JointsError> {
@@ -220,12 +226,4 @@ pub fn alike(trials: &[Recording], simulated: &[Recording]) -> Result<(), Joints
         own.require_finite(own.channels().iter().map(|c| c.name.as_str()))?;
     }
     Ok(())
-}
-
-/// Samples of the log that belong to a stretch, trial by trial.
-fn ranges(stretch: &Stretch, motions: &[Motion]) -> Vec<(usize, Range<usize>)> {
-    match stretch {
-        Stretch::Trials(trials) => trials.iter().map(|t| (*t, 0..motions[*t].q[0].len())).collect(),
-        Stretch::Samples(range) => (0..motions.len()).map(|t| (t, range.clone())).collect(),
-    }
 }

@@ -1,9 +1,9 @@
 //! Where the file's error lies, and what is to be known of the log.
 
 use crate::answer::Answer;
+use crate::lost::Lost;
 use crate::model::{Model, residual};
 use crate::passing::Passing;
-use crate::suspicions::suspicions;
 use crate::unmoved;
 use ndof_diagnose::{BandShare, Discrepancy, TimeShare};
 use ndof_models::robot::Robot;
@@ -40,23 +40,16 @@ impl Answer<'_> {
             "the motion rises above the noise of the encoders up to {:.2} Hz; torques are compared up to {:.2} Hz",
             self.scene.fastest_hz, self.fitted.band.pass_hz
         )];
-        notes.extend(suspicions(self.scene, self.fitted, &self.model.logged));
-        let torques: Vec<&str> = self.ports.inputs.iter().map(|i| self.trials[0].channels()[*i].name.as_str()).collect();
-        notes.extend(self.taken.words(&torques));
-        notes.extend(self.mistaken.map(|mistaken| mistaken.words(&self.names())));
+        notes.extend(self.lost.map(Lost::words));
+        notes.extend(self.suspicions.iter().cloned());
+        let [torques, angles] =
+            [&self.ports.inputs, &self.ports.outputs].map(|own| own.iter().map(|c| self.trials[0].channels()[*c].name.as_str()).collect::<Vec<_>>());
+        notes.extend(self.taken.words(self.scene.chain, &torques, &angles));
+        notes.extend(self.mistaken.map(|mistaken| mistaken.words(&self.names(), &torques, &angles)));
         notes.extend(self.passed_stops());
         notes.extend(self.names().iter().zip(self.unmoved).filter(|(_, unmoved)| **unmoved).map(|(name, _)| unmoved::words(name)));
         notes.extend(self.passing.iter().enumerate().filter_map(|(j, passing)| Some(self.of_passing(j, passing.as_ref()?))));
-        for (j, (gain, removed)) in self.left.gains.iter().zip(&self.left.removed).enumerate() {
-            let (name, unit, again) = (&self.scene.chain.joints().names[j], self.unit_at(j, "N m"), self.comes_again(j));
-            if gain.ci95()[0] > 0.0 && *removed > self.options.tolerance * self.scene.joints[j].torque {
-                notes.push(format!("at {name} a torque of {removed:.3} {unit} rms is left that follows from its angle and speed and that no cause explains"));
-            } else if again > 0.0 {
-                notes.push(format!(
-                    "at {name} a torque of {again:.3} {unit} rms is left that lasts, or comes again with its angle and speed, and that no cause explains"
-                ));
-            }
-        }
+        notes.extend((0..self.joints()).filter_map(|j| self.what_remains(j)));
         let none = f64::NAN;
         Discrepancy { by_band, by_time, linear_share: none, nonlinear_share: none, time_varying_share: none, noise_share: none, notes }
     }

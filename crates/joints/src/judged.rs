@@ -4,6 +4,7 @@ use crate::causes::Form;
 use crate::column::Column;
 use crate::gears;
 use crate::held_out::{falls, gain, missed, sure};
+use crate::left_noise::Floor;
 use crate::logged::Logged;
 use crate::model::{Model, put_back, residual};
 use crate::options::Options;
@@ -38,8 +39,8 @@ fn form_of_gain(form: &Form) -> bool {
 /// What a search starts from.
 pub(crate) struct Searched {
     pub table: Table,
-    /// Deviation of each joint's torque in the band that no column explains.
-    pub floor: Vec<f64>,
+    /// What no column explains of each joint's torque in the band.
+    pub floor: Vec<Floor>,
     /// Samples of each joint less the factors of all columns: what its noise is known by.
     pub left: Vec<f64>,
     sizes: Sizes,
@@ -47,7 +48,7 @@ pub(crate) struct Searched {
 }
 
 impl Searched {
-    pub fn new(view: &View<'_>, forms: &[Form], floor: Vec<f64>, left: Vec<f64>) -> Self {
+    pub fn new(view: &View<'_>, forms: &[Form], floor: Vec<Floor>, left: Vec<f64>) -> Self {
         let (columns, places) = Table::distinct(forms);
         let missing = view.missing(&Logged::as_it_is(view.scene.joints.len())).whitened(&view.noise);
         Searched { table: Table::new(places, &view.white(&columns), &missing), floor, left, sizes: Sizes::new(view, forms), hypotheses: hypotheses(forms) }
@@ -310,7 +311,7 @@ mod tests {
         of_a_pendulum(angle, torque, |scene, view| {
             let view = view.in_noise(vec![Whitener::plain(1e-3)]);
             let forms: Vec<Form> = CAUSES.iter().filter(|c| c.card.name == "torque-offset").flat_map(|c| (c.forms)(scene)).collect();
-            let searched = Searched::new(&view, &forms, vec![1e-3], vec![2000.0]);
+            let searched = Searched::new(&view, &forms, vec![Floor { deviation: 1e-3, samples: 2000.0 }], vec![2000.0]);
             let chosen = |tolerance: f64| {
                 let (mut chosen, options) = (Vec::new(), Options { tolerance, ..Options::default() });
                 searched.rule(&forms, &options).search(&mut chosen, &[], 8);

@@ -25,25 +25,21 @@ pub(crate) enum Mistaken {
 pub(crate) const LEFT: f64 = 1.0 / 3.0;
 
 impl Mistaken {
-    /// In words, with what to do.
-    pub fn words(self, joints: &[String]) -> String {
-        let changed = |what: &str, [a, b]: [usize; 2]| {
-            let (a, b) = (&joints[a], &joints[b]);
-            let pair = format!("{what}_{a}={what}_{b},{what}_{b}={what}_{a}");
-            (format!("the {what} channels of {a} and {b} are as if they had changed places"), format!("--channels {pair}"))
-        };
+    /// In words, with what to do; `torques` and `angles` are the channels of the joints.
+    pub fn words(self, joints: &[String], torques: &[&str], angles: &[&str]) -> String {
+        let swapped = |channels: &[&str], [a, b]: [usize; 2]| format!("{0}={1},{1}={0}", channels[a], channels[b]);
+        let changed = |what: &str, [a, b]: [usize; 2]| format!("the {what} channels of {} and {} are as if they had changed places", joints[a], joints[b]);
         let (what, remedy) = match self {
-            Mistaken::Torques(pair) => changed("torque", pair),
-            Mistaken::Angles(pair) => changed("angle", pair),
-            Mistaken::Joints(pair) => {
-                let ((_, torque), (_, angle)) = (changed("torque", pair), changed("angle", pair));
-                let names = pair.map(|j| joints[j].as_str());
-                (format!("{} and {} are as if each were called by the other's name", names[0], names[1]), format!("{torque},{}", &angle["--channels ".len()..]))
-            }
-            Mistaken::Angle(j) => (format!("the angle of {} is as if it counted the other way", joints[j]), format!("--negate angle_{}", joints[j])),
+            Mistaken::Torques(pair) => (changed("torque", pair), format!("--channels {}", swapped(torques, pair))),
+            Mistaken::Angles(pair) => (changed("angle", pair), format!("--channels {}", swapped(angles, pair))),
+            Mistaken::Joints(pair) => (
+                format!("{} and {} are as if each were called by the other's name", joints[pair[0]], joints[pair[1]]),
+                format!("--channels {},{}", swapped(torques, pair), swapped(angles, pair)),
+            ),
+            Mistaken::Angle(j) => (format!("the angle of {} is as if it counted the other way", joints[j]), format!("--negate {}", angles[j])),
             Mistaken::Joint(j) => (
                 format!("the angle and the torque of {} are as if the joint's axis were turned round", joints[j]),
-                format!("--negate angle_{0},torque_{0}, or turn its axis in the file", joints[j]),
+                format!("--negate {},{}, or turn its axis in the file", angles[j], torques[j]),
             ),
         };
         format!(
@@ -59,10 +55,10 @@ impl Mistaken {
             out.torque.swap(a, b);
         }
         if let Mistaken::Angles([a, b]) | Mistaken::Joints([a, b]) = self {
-            [&mut out.q, &mut out.v, &mut out.a, &mut out.sharp].into_iter().for_each(|series| series.swap(a, b));
+            out.of_joints().into_iter().for_each(|series| series.swap(a, b));
         }
         if let Mistaken::Angle(j) | Mistaken::Joint(j) = self {
-            [&mut out.q, &mut out.v, &mut out.a, &mut out.sharp].into_iter().for_each(|series| back(&mut series[j]));
+            out.of_joints().into_iter().for_each(|series| back(&mut series[j]));
         }
         if let Mistaken::Joint(j) = self { turned_round(&out, j) } else { out }
     }

@@ -23,6 +23,13 @@ pub(crate) struct Motion {
     pub moves: Vec<Vec<bool>>,
 }
 
+impl Motion {
+    /// Angle, rate, acceleration and sharp rate of all joints.
+    pub fn of_joints(&mut self) -> [&mut Vec<Vec<f64>>; 4] {
+        [&mut self.q, &mut self.v, &mut self.a, &mut self.sharp]
+    }
+}
+
 /// Share of a joint's rms speed below which it is as good as at rest, three times what its sign is smoothed over.
 const AT_REST: f64 = 0.03;
 

@@ -3,6 +3,7 @@
 use crate::blocks::BLOCKS;
 use crate::model::{Model, residual};
 use crate::options::Options;
+use crate::robust::spread;
 use crate::table::{Series, View};
 use statrs::distribution::{ContinuousCDF, StudentsT};
 
@@ -24,9 +25,7 @@ struct Block {
     mean: f64,
 }
 
-/// A deviation over the median of distances from the median, by the normal law.
-const OF_A_MEDIAN: f64 = 1.4826;
-/// Degrees of freedom of a deviation that is known so, for each value (P. J. Rousseeuw and C. Croux, Alternatives to the median absolute deviation, J. Am. Stat. Assoc. 88 (1993) 1273).
+/// Degrees of freedom of a deviation that is known by distances from the median, for each value (P. J. Rousseeuw and C. Croux, Alternatives to the median absolute deviation, J. Am. Stat. Assoc. 88 (1993) 1273).
 const FREEDOM: f64 = 0.37;
 
 /// Of each joint the torque that a model leaves for a while and for no longer, if there is one that matters.
@@ -38,7 +37,8 @@ pub(crate) fn passing(views: [&View<'_>; 2], model: &Model, options: &Options) -
     let length = kept.div_ceil(BLOCKS).max(1);
     let joints = views[0].scene.joints.len();
     let of = |j: usize| {
-        let all: Vec<Block> = views.iter().zip(&rests).flat_map(|(view, rest)| blocks(view, rest, j, length)).collect();
+        let mut all: Vec<Block> = views.iter().zip(&rests).flat_map(|(view, rest)| blocks(view, rest, j, length)).collect();
+        all.sort_by_key(|block| (block.trial, block.samples));
         largest(&all, options.false_alarms / joints as f64, options.tolerance * views[0].scene.joints[j].torque)
     };
     (0..joints).map(of).collect()
@@ -74,17 +74,6 @@ fn largest(blocks: &[Block], chance: f64, size: f64) -> Option<Passing> {
     let mean = run.iter().map(|block| block.count * (block.mean - middle)).sum::<f64>() / count;
     let found = Passing { trial: run[0].trial, samples: [run[0].samples[0], run.last()?.samples[1]], mean };
     (energy(run) / all > size * size).then_some(found)
-}
-
-/// The median, and the deviation by the distances from it.
-fn spread(values: &[f64]) -> (f64, f64) {
-    let middle = median(values.to_vec());
-    (middle, OF_A_MEDIAN * median(values.iter().map(|x| (x - middle).abs()).collect()))
-}
-
-fn median(mut values: Vec<f64>) -> f64 {
-    values.sort_by(f64::total_cmp);
-    values.get(values.len() / 2).copied().unwrap_or(0.0)
 }
 
 #[cfg(test)]

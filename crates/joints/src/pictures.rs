@@ -4,6 +4,7 @@ use crate::answer::Answer;
 use crate::held_out::predicted;
 use crate::logged::Logged;
 use crate::model::{Model, residual};
+use crate::table::Series;
 use ndof_diagnose::Pictures;
 use ndof_models::robot::Robot;
 
@@ -14,20 +15,24 @@ pub(crate) fn draw(answer: &Answer<'_>) -> Pictures {
     let piece = &held.pieces[0];
     let range = piece.places.first().copied().unwrap_or(0)..piece.places.last().map_or(0, |p| p + 1);
     let cut = |torques: Vec<Vec<f64>>| -> Vec<Vec<f64>> { torques.into_iter().map(|t| t[range.clone()].to_vec()).collect() };
-    let first = &fitted.pieces[0];
-    let at = |series: &[Vec<f64>]| -> Vec<Vec<f64>> { series.iter().map(|x| first.places.iter().map(|p| x[*p]).collect()).collect() };
+    // All that was fitted of its first trial.
+    let trial = fitted.pieces[0].trial;
+    let own: Vec<usize> = (0..fitted.pieces.len()).filter(|p| fitted.pieces[*p].trial == trial).collect();
+    let places: Vec<usize> = own.iter().flat_map(|p| fitted.pieces[*p].places.iter().copied()).collect();
+    let of = |series: &Series, j: usize| -> Vec<f64> { own.iter().flat_map(|p| series.0[*p][j].iter().flatten().copied()).collect() };
+    let at = |series: &[Vec<f64>]| -> Vec<Vec<f64>> { series.iter().map(|x| places.iter().map(|p| x[*p]).collect()).collect() };
     let rest = residual(fitted, answer.model);
     // What a joint's own causes explain, apart from what bodies and channels do.
-    let mut explained = vec![vec![0.0; first.places.len()]; answer.joints()];
+    let mut explained = vec![vec![0.0; places.len()]; answer.joints()];
     for (form, factors) in answer.model.forms.iter().zip(&answer.model.factors).filter(|(form, _)| form.cause.card.side == "joint") {
         for (series, factor) in fitted.series(&form.columns).iter().zip(factors) {
-            if let Some((j, x)) = form.joint.and_then(|j| Some((j, series.0[0][j].as_ref()?))) {
-                explained[j].iter_mut().zip(x).for_each(|(e, x)| *e += factor * x);
+            if let Some(j) = form.joint {
+                explained[j].iter_mut().zip(of(series, j)).for_each(|(e, x)| *e += factor * x);
             }
         }
     }
-    let missing = explained.iter().enumerate().map(|(j, e)| rest.0[0][j].iter().flatten().zip(e).map(|(r, e)| r + e).collect()).collect();
-    let motion = &fitted.motions[first.trial];
+    let missing = explained.iter().enumerate().map(|(j, e)| of(&rest, j).into_iter().zip(e).map(|(r, e)| r + e).collect()).collect();
+    let motion = &fitted.motions[trial];
     Pictures {
         sample_rate_hz: scene.rate_hz,
         start_s: answer.trials[piece.trial].start_s() + range.start as f64 / scene.rate_hz,

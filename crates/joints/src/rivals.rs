@@ -45,7 +45,7 @@ pub(crate) fn rivals(views: [&View<'_>; 2], rule: &Rule<'_>, model: &Model, k: u
         let forms: Vec<Form> = less.forms.iter().chain([&rule.forms[f]]).cloned().collect();
         let mut rival = Model::fit(views[0], &forms, &less.logged);
         gears::begin(views[0], views[1], &mut rival);
-        (f, better(views, rule, model, &rival).positive())
+        (f, likelier(&better(views, rule, model, &rival)))
     };
     places.into_iter().map(in_place).collect()
 }
@@ -57,6 +57,21 @@ pub(crate) fn better(views: [&View<'_>; 2], rule: &Rule<'_>, one: &Model, other:
     let penalty = 0.5 * (columns(other) - columns(one)) * (rule.table.samples as f64).ln();
     let sum = Sum::of(&short(other).iter().zip(&short(one)).map(|(a, b)| a - b).collect::<Vec<_>>());
     Sum { value: sum.value + penalty, ..sum }
+}
+
+/// The probability of either of two models that are the same.
+pub(crate) const EITHER: f64 = 0.5;
+/// Log-likelihood that round-off makes, and no odds.
+const ROUND_OFF: f64 = 1e-6;
+
+/// The probability that the one is better: no further from a half than the odds are, of which blocks that all agree on next to nothing know nothing.
+fn likelier(sum: &Sum) -> f64 {
+    let (blocks, odds) = (sum.positive(), 1.0 / (1.0 + (-sum.value).exp()));
+    match sum.value {
+        x if x.abs() < ROUND_OFF => EITHER,
+        x if x > 0.0 => blocks.min(odds),
+        _ => blocks.max(odds),
+    }
 }
 
 /// Whether two forms act on a joint in common.

@@ -11,6 +11,9 @@ use std::sync::OnceLock;
 /// Share of a column that others do not have already, below which it is no column of its own.
 const OWN: f64 = 1e-7;
 
+/// Share of a criterion that round-off makes.
+const ROUNDED: f64 = 1e-9;
+
 /// A model's factors: least squares over the columns of its forms.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Solved {
@@ -249,8 +252,8 @@ impl Rule<'_> {
             (named && (least.is_some() || form.allows(&factors))).then_some((k, worth))
         };
         let all: Vec<(usize, f64)> = (0..self.forms.len()).into_par_iter().filter(|k| may(*k)).filter_map(worth).collect();
-        // The first of equals, however many processors there are.
-        all.into_iter().reduce(|best, other| if other.1 > best.1 { other } else { best })
+        // The first of equals, however many processors there are and however their columns were rounded.
+        all.into_iter().reduce(|best, other| if other.1 > best.1 + ROUNDED * best.1.abs() { other } else { best })
     }
 
     /// Forward steps, each followed by exchanges and removals, until nothing more is worth its parameters or beyond chance. What is set aside is not
@@ -291,7 +294,7 @@ impl Rule<'_> {
                 let own = self.worth(&self.forms[chosen[at]], own, freedoms);
                 match self.best(&solved, |k| self.free(k, &others, aside)) {
                     Some((k, worth)) => {
-                        if k != chosen[at] && worth > own + 1e-9 * own.abs() {
+                        if k != chosen[at] && worth > own + ROUNDED * own.abs() {
                             chosen[at] = k;
                             changed = true;
                         }

@@ -7,7 +7,7 @@ use ndof_models::robot::Robot;
 
 /// Joint, whether it is the stop towards larger angles, and where it is.
 fn stop_of(form: &Form) -> Option<(usize, bool, f64)> {
-    if let [Column::Stop { joint, from, above }] = form.columns[..] { Some((joint, above, from)) } else { None }
+    if let [Column::Stop { joint, from, above, .. }] = form.columns[..] { Some((joint, above, from)) } else { None }
 }
 
 impl Answer<'_> {

@@ -22,8 +22,10 @@ pub(crate) fn suspicions(scene: &Scene<'_>, view: &View<'_>, logged: &Logged) ->
         let (way, most) = (high - low, allowed[1] - allowed[0]);
         if most.is_finite() && way > TOO_FAR * most {
             out.push(format!(
-                "the angle of {name} goes from {low:.1} to {high:.1} where the file allows {:.2} to {:.2}: in degrees? Name its unit, as in angle_{name} [deg]; no number of this answer is to be used before",
-                allowed[0], allowed[1]
+                "the angle of {name} goes from {low:.1} to {high:.1} where the file allows {:.2} to {:.2}: in {}; no number of this answer is to be used before",
+                allowed[0],
+                allowed[1],
+                if scene.chain.slides(j) { format!("mm? Name its units, as in angle_{name} [mm] and torque_{name} [N]") } else { format!("degrees? Name its unit, as in angle_{name} [deg]") }
             ));
         }
         // One that is found to be turned round is taken so.

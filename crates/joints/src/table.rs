@@ -205,11 +205,15 @@ impl<'a> View<'a> {
         self.seen(piece, joint, &self.band.kernel(0.0), &later(&motion.torque[joint], samples))
     }
 
-    /// Share of the samples in which a joint moves.
+    /// Samples in which a joint moves: those that say something of it.
+    pub fn moved(&self, joint: usize) -> usize {
+        self.pieces.iter().map(|p| p.places.iter().filter(|k| self.motions[p.trial].moves[joint][**k]).count()).sum()
+    }
+
+    /// Their share of all.
     pub fn moving(&self, joint: usize) -> f64 {
-        let all = self.pieces.iter().flat_map(|p| p.places.iter().map(|k| self.motions[p.trial].moves[joint][*k]));
-        let (moving, count) = all.fold((0usize, 0usize), |(moving, count), m| (moving + usize::from(m), count + 1));
-        (moving.max(1) as f64 / count.max(1) as f64).min(1.0)
+        let count: usize = self.pieces.iter().map(|p| p.places.len()).sum();
+        (self.moved(joint).max(1) as f64 / count.max(1) as f64).min(1.0)
     }
 
     /// Torques of columns that are asked for once.

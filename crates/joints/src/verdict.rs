@@ -18,7 +18,7 @@ impl Answer<'_> {
                 let logged: Vec<f64> = self.held.pieces.iter().flat_map(|p| p.places.iter().map(|k| self.held.motions[p.trial].torque[j][*k])).collect();
                 let spread = deviation(&logged);
                 let above = (reached.nrmse[j]?.powi(2) - (rms(&within) / spread).powi(2) / self.held.moving(j)).max(0.0);
-                let floor = Some((above + (self.searched.floor[j] / spread).powi(2)).sqrt()).filter(|x| x.is_finite())?;
+                let floor = Some((above + (self.searched.floor[j].deviation / spread).powi(2)).sqrt()).filter(|x| x.is_finite())?;
                 // What comes again is no noise; what no past foretells is.
                 let [known, new] = [self.comes_again(j), self.held.noise[j].deviation].map(|x| x / self.scene.joints[j].torque);
                 let r = reached.nrmse[j]?;
@@ -42,18 +42,11 @@ impl Answer<'_> {
     /// Whether torque is left that follows from the motion, and matters: what polynomials of angle and speed predict, what comes again with them whatever its form, what
     /// columns of causes that were set aside remove, what acts for a while, or what could not be asked of the held-out part; or whether the log is not of the file's torques.
     pub fn verdict(&self, unseen: bool) -> Verdict {
-        let rest = residual(self.held, self.model);
-        let left = |j: usize| {
-            let (gain, removed) = (&self.left.gains[j], self.left.removed[j]);
-            let spread = self.scene.joints[j].torque;
-            let within = rest.of_joint(j);
-            let (error, floor) = (rms(&within).powi(2) / self.held.moving(j), self.searched.floor[j].powi(2));
-            // Four standard errors of a variance of as many samples as blocks of the noise's memory hold.
-            let independent = within.len() as f64 / (1 + self.held.noise[j].coefficients.len()) as f64;
-            let above = error > floor * (1.0 + 4.0 * (2.0 / independent).sqrt()) && (error - floor).max(0.0).sqrt() > self.options.tolerance * spread;
-            above || gain.ci95()[0] > 0.0 && removed > self.options.tolerance * spread || self.comes_again(j) > 0.0
-        };
-        let structured = unseen || !self.taken.is_as_it_is() || self.passing.iter().any(Option::is_some) || (0..self.joints()).any(left);
+        let structured = unseen
+            || !self.taken.is_as_it_is()
+            || self.lost.is_some()
+            || self.passing.iter().any(Option::is_some)
+            || (0..self.joints()).any(|j| self.remains(j).is_some());
         match (self.model.forms.is_empty(), structured) {
             (true, false) => Verdict::Adequate,
             (true, true) => Verdict::Unexplained,

@@ -89,6 +89,21 @@ fn a_stop_that_is_touched_once_in_what_was_held_out_is_found() {
     assert!(low < 0.85 && 0.85 < high, "{low} {high}");
 }
 
+/// As rubber is, and a simulator's soft constraint: what its damping takes is no torque that is logged at another time.
+#[test]
+fn a_stop_that_is_damped_is_one_cause() {
+    for (stiffness, ahead_s) in [(25.0, 0.04), (8.0, 0.15)] {
+        let push = |t: f64| if wave(t) > 0.55 { stiffness * (wave(t) - 0.55 + ahead_s * rate(wave, t)).max(0.0) } else { 0.0 };
+        let found = logged(6000, wave, |t| needed(wave, t) + push(t), white(NOISE, 7));
+        let named: Vec<&str> = found.causes.iter().map(|c| c.effect.as_str()).collect();
+        assert_eq!((named, found.verdict), (vec!["end-stop"], Verdict::Explained), "{stiffness} {:?}", found.minor);
+        for (name, truth) in [("stiffness_nm_per_rad", stiffness), ("stop_rad", 0.55), ("ahead_s", ahead_s)] {
+            let [low, high] = interval(&found, "end-stop", name).expect("an interval");
+            assert!(low < truth && truth < high, "{name} {truth} {low} {high}");
+        }
+    }
+}
+
 /// What the held-out part does not show cannot be judged by it; to call that adequate would be wrong.
 #[test]
 fn a_stop_that_is_touched_in_what_was_fitted_alone_is_told() {
@@ -156,6 +171,33 @@ fn a_spring_that_rests_elsewhere_is_one_cause_with_its_rest() {
     for (name, truth) in [("spring_nm_per_rad", 4.0), ("rest_rad", 0.7)] {
         let [low, high] = interval(&found, "cable-force", name).expect("an interval");
         assert!(low < truth && truth < high && high - low < 0.05 * truth, "{name} {low} {high}");
+    }
+}
+
+/// Where a file's spring rests and where its torque's sensor has its zero are one number.
+#[test]
+fn a_rest_of_the_files_spring_is_not_told_from_an_offset() {
+    let text = PENDULUM.replace("mass_kg", "stiffness_nm_per_rad = 12.0, mass_kg");
+    let chain = RobotConfig::parse("pendulum.toml", &text, None).and_then(|c| c.chain()).expect("a robot");
+    let own = log(6000, wave, |t| needed(wave, t) + 12.0 * (wave(t) - 0.3), white(NOISE, 7));
+    let ports = Ports { references: vec![], inputs: vec![0], outputs: vec![1] };
+    let found = diagnose(&chain, std::slice::from_ref(&own), &[], &ports, &Options::default(), &mut |_| {}).expect("an answer").0;
+    let named: Vec<(&str, f64)> = found.causes.iter().map(|c| (c.effect.as_str(), c.probability)).collect();
+    assert_eq!((named, found.verdict), (vec![("spring-rest", 0.5)], Verdict::Explained), "{:?}", found.minor);
+    assert!(found.confusable[0].effects.contains(&"torque-offset at elbow".to_owned()), "{:?}", found.confusable);
+    let [low, high] = interval(&found, "spring-rest", "rest_rad").expect("an interval");
+    assert!(low < 0.3 && 0.3 < high, "{low} {high}");
+    let written = corrections(&chain, &[own], &ports, &found, &Options::default()).expect("of these");
+    assert!(written.list.is_empty() && written.left_out[0].contains("the same torque"), "{written:?}");
+}
+
+/// One that takes most of the weight away is no controller that takes all of it.
+#[test]
+fn an_offset_of_about_the_weight_is_an_offset() {
+    for offset in [-5.0, -3.0, 5.0] {
+        let found = judged(wave, |_| -offset);
+        let named: Vec<&str> = found.causes.iter().map(|c| c.effect.as_str()).collect();
+        assert_eq!((named, found.verdict), (vec!["torque-offset"], Verdict::Explained), "{offset} {:?}", found.discrepancy.notes);
     }
 }
 
@@ -291,7 +333,7 @@ fn an_angle_in_degrees_that_is_called_radians_is_said() {
     for (scale, said) in [(1.0, false), (180.0 / std::f64::consts::PI, true)] {
         let own = log(6000, |t| scale * wave(t), |t| needed(wave, t), white(NOISE, 7));
         let found = diagnose(&chain("range_rad = [-1.5, 1.5],"), &[own], &[], &ports, &Options::default(), &mut |_| {}).expect("an answer").0;
-        assert_eq!(found.discrepancy.notes.iter().any(|n| n.contains("in degrees?")), said, "{:?}", found.discrepancy.notes);
+        assert_eq!(found.discrepancy.notes.iter().any(|n| n.contains("angle_elbow [deg]")), said, "{:?}", found.discrepancy.notes);
     }
 }
 
@@ -524,4 +566,48 @@ fn a_stop_is_told_beside_the_files_range() {
     let (stopped, free, narrow) = (of("[-1.5, 1.5]", true), of("[-1.5, 1.5]", false), of("[-1.5, 0.5]", false));
     assert!(told(&stopped) && stopped.causes[0].effect == "end-stop", "{:?}", stopped.causes);
     assert_eq!((free.causes.len(), passed(&stopped), passed(&free), passed(&narrow)), (0, 0, 0, 1), "{:?}", narrow.discrepancy.notes);
+}
+
+/// A range has two ends: the other one of a joint that turns is a turn away, of one that slides nothing says where.
+#[test]
+fn a_stop_of_a_joint_without_a_range_becomes_one() {
+    const TOML: &str = r#"schema = "ndof/robot/1"
+name = "one"
+[[joints]]
+name = "elbow"
+axis = [0.0, 1.0, 0.0]
+mass_kg = 2.0
+centre_m = [0.3, 0.0, 0.0]
+"#;
+    const URDF: &str = r#"<robot name="one"><link name="base"/>
+  <link name="fore"><inertial><origin xyz="0.3 0 0"/><mass value="2"/><inertia ixx="0" ixy="0" ixz="0" iyy="0" iyz="0" izz="0"/></inertial></link>
+  <joint name="elbow" type="continuous"><parent link="base"/><child link="fore"/><axis xyz="0 1 0"/><limit effort="50" velocity="5"/></joint>
+</robot>"#;
+    const MJCF: &str = r#"<mujoco><compiler angle="radian"/><worldbody><body name="fore">
+  <joint name="elbow" axis="0 1 0"/><inertial pos="0.3 0 0" mass="2" diaginertia="1e-9 1e-9 1e-9"/>
+</body></worldbody></mujoco>"#;
+    let ports = Ports { references: vec![], inputs: vec![0], outputs: vec![1] };
+    let read = |name: &str, text: &str| RobotConfig::parse(name, text, None).and_then(|c| c.chain()).expect("a robot");
+    let own = log(6000, wave, |t| needed(wave, t) + 12.0 * (wave(t) - 0.6).max(0.0), white(NOISE, 7));
+    for (name, text) in [("one.toml", TOML), ("one.urdf", URDF), ("one.xml", MJCF)] {
+        let chain = read(name, text);
+        assert!(chain.ranges()[0].iter().all(|end| end.is_infinite()), "{name}");
+        let found = diagnose(&chain, std::slice::from_ref(&own), &[], &ports, &Options::default(), &mut |_| {}).expect("an answer").0;
+        let written =
+            corrections(&chain, std::slice::from_ref(&own), &ports, &found, &Options::default()).expect("corrections").write(name, text).expect("written");
+        let [low, high] = read(name, &written.text).ranges()[0];
+        assert!((high - 0.6).abs() < 0.01 && (high - low - std::f64::consts::TAU).abs() < 1e-9, "{name} {low} {high}\n{}", written.text);
+    }
+    // Without the effort and velocity that a URDF's range stands beside, words are all that there is.
+    let bare = URDF.replace(r#"<limit effort="50" velocity="5"/>"#, "");
+    let found = diagnose(&read("one.urdf", &bare), std::slice::from_ref(&own), &[], &ports, &Options::default(), &mut |_| {}).expect("an answer").0;
+    let asked = corrections(&read("one.urdf", &bare), &[own], &ports, &found, &Options::default()).expect("corrections");
+    let written = asked.write("one.urdf", &bare).expect("written");
+    assert!(written.left_out.iter().any(|said| said.contains("upper end of the range") && said.contains("not written")), "{:?}", written.left_out);
+    // A slide.
+    let slide = read("slide.toml", &PENDULUM.replace("axis = [0.0, 1.0, 0.0]", "kind = \"prismatic\", axis = [1.0, 0.0, 0.0]"));
+    let own = log(6000, wave, |t| 2.0 * acceleration(wave, t) + 12.0 * (wave(t) - 0.6).max(0.0), white(NOISE, 7));
+    let found = diagnose(&slide, std::slice::from_ref(&own), &[], &ports, &Options::default(), &mut |_| {}).expect("an answer").0;
+    let asked = corrections(&slide, &[own], &ports, &found, &Options::default()).expect("corrections");
+    assert!(asked.list.is_empty() && asked.left_out.iter().any(|said| said.contains("not written")), "{asked:?}");
 }

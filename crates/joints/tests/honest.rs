@@ -228,6 +228,12 @@ fn channels_that_changed_places_or_sign_are_told_and_nothing_is_sure_beside_them
         let written = corrections(&file, &[log], &ports(), &found, &Options::default()).expect("of these");
         assert!(written.list.is_empty(), "{written:?}");
     }
+    // A remedy names the columns that the log has.
+    let numbered = log(&file, 7, |_, _, _, _| 0.0, |torque, _| torque.swap(1, 2));
+    let channels =
+        numbered.channels().iter().enumerate().map(|(k, c)| Channel::new(format!("{}_{}", ["tau", "q"][k / 3], k % 3 + 1), c.unit.clone(), c.samples.clone()));
+    let numbered = Recording::new(RATE_HZ, channels.collect()).expect("channels of one length");
+    assert_eq!(notes(&found(&file, numbered), "--channels tau_2=tau_3,tau_3=tau_2"), 1);
     // A torque alone that counts the other way is a gain, and no angle is to be turned for it.
     let negated = found(&file, log(&file, 7, |_, _, _, _| 0.0, |torque, _| torque[1] = -torque[1]));
     let first = &negated.causes[0];
@@ -261,6 +267,48 @@ fn torques_in_another_unit_or_before_their_gears_are_told_and_taken_so() {
     assert_eq!((notes(&right, "times what the file's robot needs"), notes(&right, "weight"), right.verdict), (0, 0, Verdict::Explained), "{:?}", named(&right));
 }
 
+/// One angle of several is another unit's by the file's range alone.
+#[test]
+fn one_angle_in_degrees_is_told_and_nothing_is_sure_beside_it() {
+    let file = chain(&file(LIFT, "range_rad = [-1.5, 2.5], viscous_nm_s_per_rad = 0.1"));
+    let found = found(&file, log(&file, 14, |_, _, _, _| 0.0, |_, angle| angle[2] = angle[2].to_degrees()));
+    assert_eq!(notes(&found, "angle_bend [deg]"), 1, "{:?}", found.discrepancy.notes);
+    assert!(!found.causes.is_empty() && found.causes.iter().all(|c| c.probability <= 0.6), "{:?}", found.causes);
+}
+
+/// What is hidden is found in radians and metres, whatever the log's; until the unit is named nothing is sure.
+#[test]
+fn angles_in_another_unit_are_told_and_taken_so() {
+    const SLIDE: &str = "kind = \"prismatic\", ";
+    for (kind, unit, size) in [("", "deg", 1_f64.to_degrees()), (SLIDE, "mm", 1e3)] {
+        let robot = |friction: &str| chain(&file(LIFT, &format!("{kind}{friction}")));
+        let (real, file) = (robot("viscous_nm_s_per_rad = 0.5"), robot(BEND));
+        let slides = |j: usize| file.slides(j);
+        let said = |joint: &str| format!("angle_{joint}=angle_{joint} [{unit}]");
+        for times in [1.0, 1e3] {
+            let own = log(
+                &real,
+                13,
+                |_, _, _, _| 0.0,
+                |torque, angle| {
+                    torque.iter_mut().for_each(|t| *t *= times);
+                    angle.iter_mut().enumerate().filter(|(j, _)| slides(*j) == (unit == "mm")).for_each(|(_, q)| *q *= size);
+                },
+            );
+            let found = found(&file, own.clone());
+            let told = [said("turn"), said("bend")].map(|said| notes(&found, &said));
+            assert_eq!((told, notes(&found, "[N mm]")), ([usize::from(unit == "deg"), 1], usize::from(times > 1.0)), "{unit} {:?}", found.discrepancy.notes);
+            assert_eq!(named(&found), [("viscous-friction", "bend")], "{unit} {times}");
+            assert!(found.causes[0].probability <= 0.6 && found.verdict == Verdict::PartlyExplained, "{unit} {times} {:?}", found.verdict);
+            assert!(corrections(&file, &[own], &ports(), &found, &Options::default()).expect("of these").list.is_empty(), "{unit} {times}");
+            let interval = found.causes[0].parameters[0].ci95.expect("an interval");
+            assert!(interval[0] < 0.5 && 0.5 < interval[1], "{unit} {times} {interval:?}");
+        }
+        let right = found(&file, log(&real, 13, |_, _, _, _| 0.0, |_, _| {}));
+        assert_eq!((notes(&right, "taken so here"), right.verdict), (0, Verdict::Explained), "{unit} {:?}", right.discrepancy.notes);
+    }
+}
+
 /// Who leans on a robot while it is fitted is no law of its motion, and no noise.
 #[test]
 fn a_push_in_what_was_fitted_is_told_with_its_time() {
@@ -286,6 +334,24 @@ fn torques_without_weight_are_told_and_taken_so() {
         );
         assert_eq!(named(&found), [("viscous-friction", "bend")], "{times}");
         assert!(found.causes[0].probability <= 0.6 && found.verdict == Verdict::PartlyExplained, "{times} {:?}", found.verdict);
+    }
+}
+
+/// A rotor and a link that turns about an upright axis are one number: neither name is sure, and what moves as measured is written.
+#[test]
+fn what_is_the_same_torque_is_not_told_apart_and_is_written_all_the_same() {
+    let file = chain(&file(LIFT, BEND));
+    for seed in 20..24 {
+        let log = log(&file, seed, |j, t, _, _| if j == 0 { 0.08 * acceleration(0, t) } else { 0.0 }, |_, _| {});
+        let found = found(&file, log.clone());
+        assert_eq!((named(&found), found.verdict), (vec![("motor-inertia", "turn")], Verdict::Explained), "{:?}", found.minor);
+        assert_eq!(found.causes[0].probability, 0.5, "{:?}", found.confusable);
+        let [apart] = &found.confusable[..] else { panic!("{:?}", found.confusable) };
+        assert!(apart.effects[1..] == ["link-parameters at turn"] && apart.next_experiment.contains("the same torque"), "{apart:?}");
+        let written = corrections(&file, &[log], &ports(), &found, &Options::default()).expect("of these");
+        let [rotor] = &written.list[..] else { panic!("{written:?}") };
+        let interval = found.causes[0].parameters[0].ci95.expect("an interval");
+        assert!(interval[0] < 0.08 && 0.08 < interval[1] && (interval[0]..interval[1]).contains(&rotor.value), "{rotor:?} {interval:?}");
     }
 }
 

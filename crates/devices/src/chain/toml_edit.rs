@@ -1,8 +1,8 @@
 //! Corrections of a robot in TOML, line by line.
 
 use super::config::RobotConfig;
+use super::correction::{Corrected, Correction, by_joint, corrected, missing};
 use super::edits::{Edits, one_line};
-use super::write::{Corrected, Correction, by_joint, corrected, missing};
 use std::ops::Range;
 
 /// Changes lines of `key = value`, and refuses a file whose layout they do not reach.

@@ -12,6 +12,7 @@ pub(crate) mod link_parameters;
 mod load_friction;
 mod motor_inertia;
 pub(crate) mod payload;
+mod spring_rest;
 mod torque_delay;
 mod torque_offset;
 mod torque_scale;
@@ -57,6 +58,7 @@ pub static CAUSES: &[&JointCause] = &[
     &backlash::CAUSE,
     &end_stop::CAUSE,
     &cable_force::CAUSE,
+    &spring_rest::CAUSE,
     &angle_offset::CAUSE,
     &torque_offset::CAUSE,
     &torque_scale::CAUSE,
