@@ -149,17 +149,25 @@ impl<'a> Amplitudes<'a> {
     }
 
     /// Share of the samples that stand still at the ends of the range, where they arrived as fast as they usually go; steps of the converter are no way to
-    /// arrive. Zero below a thousandth: a limit is reached more often.
+    /// arrive, nor are levels limits of what stands still between them, too. Zero below a thousandth: a limit is reached more often.
     pub fn clipped(&self) -> f64 {
         let [low, high] = self.range;
         let share = |held: f64| held / self.samples.len() as f64;
-        if share(total(&self.samples, |x| [f64::from(u8::from(x == low || x == high))])[0]) <= CLIPPED_SHARE {
+        if share(total(&self.samples, |x| [f64::from(u8::from(x == low || x == high))])[0]) <= CLIPPED_SHARE || self.is_of_levels() {
             return 0.0;
         }
         let share = |from: f64| share(self.held_at_ends(CLIPPED_RUN, from) as f64);
         let usual = self.usual_step();
         let share = if share(usual) > CLIPPED_SHARE { share(usual.max(2.0 * self.step())) } else { 0.0 };
         if share > CLIPPED_SHARE { share } else { 0.0 }
+    }
+
+    /// Whether what lies between the ends of the range stands still as a rule, or nothing does: a staircase, a sequence of two levels.
+    fn is_of_levels(&self) -> bool {
+        let [low, high] = self.range;
+        let between = self.samples.windows(2).filter(|pair| pair[1] != low && pair[1] != high);
+        let (all, still) = between.fold((0, 0), |(all, still), pair| (all + 1, still + usize::from(pair[0] == pair[1])));
+        2 * still >= all
     }
 
     /// Root mean square of the steps from sample to sample.

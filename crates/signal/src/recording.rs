@@ -60,7 +60,7 @@ pub enum RecordingError {
     #[error("no channel \"{name}\"; the recording has: {}", available.join(", "))]
     NoChannel { name: String, available: Vec<String> },
     /// A sample is not a number.
-    #[error("channel \"{channel}\" is {value} at sample {sample} ({time_s:.4} s); cut that stretch out or repair the file")]
+    #[error("channel \"{channel}\" is {value} at sample {sample} ({time_s:.4} s); cut that stretch out with `exclude`, or repair the file")]
     NotFinite {
         channel: String,
         /// The sample's index, from 0.

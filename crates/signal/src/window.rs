@@ -30,7 +30,7 @@ pub enum Window {
 
 /// A window name that does not exist.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
-#[error("unknown window \"{0}\"; there are hann, hamming, blackman, blackmanharris, flattop, bartlett, boxcar, tukey or tukey:SHARE")]
+#[error("unknown window \"{0}\"; there are hann, hamming, blackman, blackmanharris, flattop, bartlett, boxcar, tukey or tukey:SHARE with a share from 0 to 1")]
 pub struct ParseWindowError(pub String);
 
 impl FromStr for Window {

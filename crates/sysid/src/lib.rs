@@ -21,7 +21,7 @@ mod uncertainty;
 
 pub use estimate::{
     Choice, Coherence, DerivedEstimate, Detection, Direct, DirectEstimate, Distortion, EstimateError, Estimates, LARGEST_CONDITION, LocalPolynomial,
-    LocalRational, RejectedSegment, Significance, SpectralMethod, ToReference, WEAK_INSTRUMENT, choose_method, derived, direct, estimate,
+    LocalRational, Pieces, RejectedSegment, Significance, SpectralMethod, ToReference, WEAK_INSTRUMENT, choose_method, derived, direct, estimate,
     estimate_from_spectra, estimate_up_to, instrumented, repeats, response, robust_spectra, sliding,
 };
 pub use interval::{Confidence, GainPhase};

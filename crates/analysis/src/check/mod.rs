@@ -148,6 +148,10 @@ pub(crate) mod tests {
         // The same by ten steps in all: one of them is a long way, and no arrival.
         let in_steps = (0..4000).map(|k| (5.0 * (f64::from(k) * 0.01).sin()).round()).collect();
         assert!(!codes(in_steps, noise(2)).contains(&"clipped".to_owned()));
+        // Steps of a force, each held for a while, and a sequence of two levels.
+        let held: Vec<f64> = (0..4000).map(|k| [-2.0, 1.0, 0.0, 2.0, -1.0][k / 90 % 5]).collect();
+        let two = noise(6).iter().map(|s| s.signum()).collect();
+        assert!([held, two].into_iter().all(|levels| !codes(levels, noise(2)).contains(&"clipped".to_owned())));
         assert_eq!(codes(vec![1.5; 4000], noise(2)), ["constant"]);
         let coarse = noise(3).iter().map(|s| (s * 2.0).round()).collect();
         let coarse = codes(noise(1), coarse);

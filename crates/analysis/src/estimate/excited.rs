@@ -1,9 +1,10 @@
 //! The band that a measurement says something of.
 
 use crate::trials::Trials;
-use ndof_signal::{CrossSpectra, Multitaper, Recording};
-use ndof_sysid::{DirectEstimate, SpectralMethod};
+use ndof_signal::{CrossSpectra, Multitaper};
+use ndof_sysid::{DirectEstimate, Pieces, SpectralMethod};
 use rayon::prelude::*;
+use std::ops::Range;
 
 /// The band to fit where none is asked for.
 #[derive(Clone, Copy, Debug)]
@@ -77,11 +78,11 @@ fn excited_band(trials: &Trials, direct: &DirectEstimate, spectra: Option<&Cross
 fn whole_power(trials: &Trials, method: &SpectralMethod, channel: usize) -> Option<Vec<f64>> {
     let local = matches!(method, SpectralMethod::LocalPolynomial(_) | SpectralMethod::LocalRational(_));
     let recordings = trials.recordings();
-    let length = recordings.iter().map(|recording| recording.len()).min().filter(|_| local)?;
-    let of = |recording: &Recording| {
-        let samples = &recording.channels()[channel].samples[..length];
-        Multitaper::default().spectra(recording.sample_rate_hz(), &[samples]).ok()
+    let of = |(trial, range): (usize, Range<usize>)| {
+        let samples = &recordings[trial].channels()[channel].samples[range];
+        Multitaper::default().spectra(trials.sample_rate_hz(), &[samples]).ok()
     };
-    let pooled = CrossSpectra::pool(&recordings.into_iter().map(of).collect::<Option<Vec<_>>>()?).ok()?;
+    let pieces = local.then(|| Pieces::new(&recordings))?;
+    let pooled = CrossSpectra::pool(&pieces.of.into_iter().map(of).collect::<Option<Vec<_>>>()?).ok()?;
     Some((0..pooled.frequency_hz().len()).map(|f| pooled.power(f, 0)).collect())
 }

@@ -25,9 +25,8 @@ pub(super) fn choose(trials: &Trials, settings: &Estimate) -> Result<(SpectralMe
     if settings.robust && !matches!(settings.method, MethodName::Auto | MethodName::Welch) {
         return Err(AnalysisError::NoSegments { method: word(&settings.method) });
     }
-    let one_length = recordings.windows(2).all(|pair| pair[0].len() == pair[1].len());
     Ok(match settings.method {
-        MethodName::Auto if about_welch(settings) || settings.robust || !one_length => welch_of_length(trials, settings),
+        MethodName::Auto if about_welch(settings) || settings.robust => welch_of_length(trials, settings),
         MethodName::Auto if settings.time_bandwidth.is_some() || settings.tapers.is_some() || settings.adaptive => (multitaper(settings), asked),
         MethodName::Auto => {
             let choice = choose_method(&recordings, &trials.roles.ports);

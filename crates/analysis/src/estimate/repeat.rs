@@ -6,7 +6,7 @@ use super::settings::Estimate;
 use crate::result::{Warning, number};
 use crate::trials::Trials;
 use ndof_signal::Recording;
-use ndof_sysid::{Estimates, FrequencyResponse, RejectedSegment, ResponseKind, SpectralMethod, estimate_from_spectra, robust_spectra};
+use ndof_sysid::{Estimates, FrequencyResponse, Pieces, RejectedSegment, ResponseKind, SpectralMethod, estimate_from_spectra, robust_spectra};
 use rayon::prelude::*;
 
 /// Standard errors by which the spread between trials exceeds that within before it is worth a warning, and the excess.
@@ -48,14 +48,23 @@ pub(super) fn between_trials(trials: &Trials, settings: &Estimate, method: &Spec
     let (ports, labels) = (&trials.roles.ports, labels(trials));
     let [low_hz, high_hz] = settings.reported_hz();
     let apart_hz = (!shown).then_some([low_hz, high_hz]);
-    let alone = |recording: &Recording| match method {
+    let alone = |recordings: Vec<&Recording>| match method {
         SpectralMethod::Welch(welch) if settings.robust => {
-            let (spectra, _) = robust_spectra(&[recording], ports, welch).ok()?;
+            let (spectra, _) = robust_spectra(&recordings, ports, welch).ok()?;
             reported(estimate_from_spectra(spectra, ports, &labels, method, settings.estimator).ok()?, trials, kind).map(|r| r.band(low_hz, high_hz))
         }
-        _ => in_kind(ndof_sysid::response(&[recording], ports, &labels, (method, settings.estimator), apart_hz).ok()?.band(low_hz, high_hz), trials, kind),
+        _ => in_kind(ndof_sysid::response(&recordings, ports, &labels, (method, settings.estimator), apart_hz).ok()?.band(low_hz, high_hz), trials, kind),
     };
-    let responses: Option<Vec<FrequencyResponse>> = trials.recordings().into_par_iter().map(alone).collect();
+    let recordings = trials.recordings();
+    let pieces = Pieces::new(&recordings);
+    let responses: Option<Vec<FrequencyResponse>> = if matches!(method, SpectralMethod::Welch(_)) || recordings.iter().all(|r| r.len() == pieces.len) {
+        recordings.into_par_iter().map(|recording| alone(vec![recording])).collect()
+    } else {
+        // A grid of lines is that of a piece's length.
+        let cut: Vec<Vec<Recording>> =
+            pieces.of.chunk_by(|a, b| a.0 == b.0).map(|own| own.iter().filter_map(|(t, range)| recordings[*t].slice(range.clone()).ok()).collect()).collect();
+        cut.par_iter().map(|pieces| alone(pieces.iter().collect())).collect()
+    };
     let spread = ndof_sysid::spread(&responses?, low_hz, high_hz)?;
     let all: Vec<usize> = (0..if shown { spread.between.dim().0 } else { 0 }).collect();
     Some(schema::TrialSpread {

@@ -1,7 +1,7 @@
 //! Commands that local polynomials take for what a record begins with.
 
-use super::LocalPolynomial;
 use super::local_lines::Basis;
+use super::{LocalPolynomial, Pieces};
 use crate::steadiness::NOTHING;
 use ndof_signal::{Recording, forward_transform, spectrum_by};
 use num_complex::Complex64;
@@ -17,14 +17,13 @@ const HALF: f64 = 0.5;
 /// U(k+r), little is left to divide by.
 pub(super) fn drives_like_a_beginning(trials: &[&Recording], commands: &[usize], local: &LocalPolynomial, half_width: usize) -> Option<(usize, [f64; 2])> {
     let width = 2 * half_width + 1;
-    let shortest = trials.iter().map(|trial| trial.len()).min().filter(|samples| *samples > 0)?;
-    let basis = Basis::new(half_width, local.order + 1, shortest).ok()?;
-    let hz = |line: usize| line as f64 * trials[0].sample_rate_hz() / shortest as f64;
+    let pieces = Pieces::new(trials);
+    let basis = Basis::new(half_width, local.order + 1, pieces.len).ok()?;
+    let hz = |line: usize| line as f64 * trials[0].sample_rate_hz() / pieces.len as f64;
     commands.iter().find_map(|&channel| {
         let mut stretches = vec![Stretch::default(); basis.last / (TOGETHER * width)];
-        for trial in trials {
-            let mut samples = trial.channels().get(channel)?.samples[..shortest].to_vec();
-            let spectrum = spectrum_by(forward_transform(shortest).as_ref(), &mut samples);
+        for channels in pieces.channels(trials) {
+            let spectrum = spectrum_by(forward_transform(pieces.len).as_ref(), &mut channels.get(channel)?.to_vec());
             stretches.iter_mut().zip(spectrum[1..].chunks_exact(TOGETHER * width)).for_each(|(stretch, lines)| stretch.add(lines, &basis));
         }
         // Where power is there is so much of it; what leaks beyond the band is smooth, and drives nothing.

@@ -2,7 +2,7 @@
 
 use super::direct::DirectEstimate;
 use super::local_lines::{Basis, Chunk, Lines, fill};
-use super::{EstimateError, LocalPolynomial, check};
+use super::{EstimateError, LocalPolynomial, Pieces, check};
 use crate::labels::Labels;
 use crate::ports::Ports;
 use ndof_linear::square::{adjoint, inverse, product, rectangular_product};
@@ -55,12 +55,12 @@ pub fn instrumented(trials: &[&Recording], ports: &Ports, labels: &Labels, setti
     if ports.references.len() != q {
         return Err(EstimateError::TooFewReferences { references: ports.references.len(), inputs: q });
     }
-    let (rate, len, terms) = (first.sample_rate_hz(), trials.iter().map(|r| r.len()).min().unwrap_or(0), settings.order + 1);
+    let pieces = Pieces::new(trials);
+    let (rate, len, terms) = (first.sample_rate_hz(), pieces.len, settings.order + 1);
     let half_width = settings.half_width.unwrap_or_else(|| settings.default_half_width(q, m));
     let basis = Basis::new(half_width, terms, len)?;
-    let degrees_of_freedom = check::degrees_of_freedom((trials.len() * (basis.width - basis.width.min(terms))) as f64, terms * q)?;
-    let all: Vec<usize> = (0..first.channels().len()).collect();
-    let lines: Vec<Lines> = trials.iter().map(|r| Lines::new(rate, &r.columns(&all), len)).collect();
+    let degrees_of_freedom = check::degrees_of_freedom((pieces.of.len() * (basis.width - basis.width.min(terms))) as f64, terms * q)?;
+    let lines: Vec<Lines> = pieces.channels(trials).map(|channels| Lines::new(rate, &channels)).collect();
     let line = |k: usize, mut out: Chunk<'_>| {
         let low = basis.low(k);
         if k == 0 || k > basis.last || solve(&lines, ports, &basis, (k, low), degrees_of_freedom, &mut out).is_none() {

@@ -167,7 +167,7 @@ mod tests {
                 channels[2][n] += 0.7 * channels[2][n - 1] + channels[0][n] - 0.3 * channels[1][n - 1];
                 channels[3][n] += 0.5 * channels[3][n - 1] + channels[1][n];
             }
-            Lines::new(10.0, &channels.iter().map(Vec::as_slice).collect::<Vec<_>>(), 151)
+            Lines::new(10.0, &channels.iter().map(Vec::as_slice).collect::<Vec<_>>())
         };
         vec![one(), one()]
     }

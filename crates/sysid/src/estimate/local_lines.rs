@@ -10,17 +10,18 @@ use num_complex::Complex64;
 use pulp::Simd;
 use rayon::prelude::*;
 
-/// The transforms of one trial, one a channel, 0 to Nyquist, scaled so that |Z|² is a one-sided density.
+/// The transforms of one piece of a trial, one a channel, 0 to Nyquist, scaled so that |Z|² is a one-sided density.
 pub(crate) struct Lines(Vec<Vec<Complex64>>);
 
 impl Lines {
-    /// Transforms of the first `len` samples of each channel, each without its mean.
-    pub(crate) fn new(sample_rate_hz: f64, channels: &[&[f64]], len: usize) -> Self {
+    /// Transforms of channels of one length, each without its mean.
+    pub(crate) fn new(sample_rate_hz: f64, channels: &[&[f64]]) -> Self {
+        let len = channels.first().map_or(0, |samples| samples.len());
         let fft = forward_transform(len);
         let scale = (2.0 / (sample_rate_hz * len as f64)).sqrt();
         let transform = |samples: &&[f64]| {
-            let mean = samples[..len].iter().sum::<f64>() / len as f64;
-            spectrum_by(fft.as_ref(), &mut samples[..len].iter().map(|v| (v - mean) * scale).collect::<Vec<f64>>())
+            let mean = samples.iter().sum::<f64>() / len as f64;
+            spectrum_by(fft.as_ref(), &mut samples.iter().map(|v| (v - mean) * scale).collect::<Vec<f64>>())
         };
         Lines(channels.par_iter().map(transform).collect())
     }
@@ -62,7 +63,7 @@ impl Basis {
     /// For a record of so many samples.
     pub(super) fn new(half_width: usize, terms: usize, samples: usize) -> Result<Self, EstimateError> {
         // Nyquist's line of an even length is real, and none of these.
-        let (width, last) = (half_width.saturating_mul(2).saturating_add(1), (samples - 1) / 2);
+        let (width, last) = (half_width.saturating_mul(2).saturating_add(1), samples.saturating_sub(1) / 2);
         if last < width {
             return Err(EstimateError::TooFewLines { lines: last, needed: width });
         }
@@ -216,7 +217,7 @@ mod tests {
     fn lines_hold_the_variance_and_no_offset() {
         let (rate_hz, len) = (50.0, 151);
         let samples = |offset: f64| (0..len).map(|n| offset + ((1.3 * (n * n) as f64).sin() * 1024.0).round() / 1024.0).collect::<Vec<f64>>();
-        let [plain, moved] = [0.0, 2.0_f64.powi(30)].map(|offset| Lines::new(rate_hz, &[&samples(offset)], len));
+        let [plain, moved] = [0.0, 2.0_f64.powi(30)].map(|offset| Lines::new(rate_hz, &[&samples(offset)]));
         let mean = samples(0.0).iter().sum::<f64>() / len as f64;
         let variance = samples(0.0).iter().map(|v| (v - mean).powi(2)).sum::<f64>() / len as f64;
         let lines = plain.window(0, 1, len / 2);

@@ -6,12 +6,14 @@ use super::local_lines::Lines;
 use super::local_polynomial::LocalPolynomial;
 use super::local_rational::LocalRational;
 use super::multisine::{Distortion, Multisine, multisine};
+use super::pieces::Pieces;
 use super::{DerivedEstimate, Direct, DirectEstimate, EstimateError, derived, direct};
 use crate::labels::Labels;
 use crate::ports::Ports;
 use crate::response::FrequencyResponse;
 use ndof_signal::{CrossSpectra, Multitaper, PeriodSpectra, Periodic, Recording, Warning, Welch};
 use serde::{Deserialize, Serialize};
+use std::ops::Range;
 
 /// How spectra are made from recordings.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -113,16 +115,17 @@ fn estimated(
     let all = checked(trials, ports, labels, method, estimator)?;
     match method {
         SpectralMethod::Welch(settings) => {
-            let spectra = pooled(trials, |recording, trial| {
-                settings.spectra(recording.sample_rate_hz(), &recording.columns(&all)).map_err(|source| EstimateError::Welch { trial, source })
-            })?;
-            estimate_from_spectra(spectra, ports, labels, method, estimator)
+            let of = |(k, recording): (usize, &&Recording)| {
+                settings.spectra(recording.sample_rate_hz(), &recording.columns(&all)).map_err(|source| EstimateError::Welch { trial: k + 1, source })
+            };
+            estimate_from_spectra(pooled(trials.iter().enumerate().map(of))?, ports, labels, method, estimator)
         }
         SpectralMethod::Multitaper(settings) => {
-            let spectra = pooled(trials, |recording, trial| {
-                settings.spectra(recording.sample_rate_hz(), &recording.columns(&all)).map_err(|source| EstimateError::Multitaper { trial, source })
-            })?;
-            estimate_from_spectra(spectra, ports, labels, method, estimator)
+            let pieces = Pieces::new(trials);
+            let of = |((k, _), channels): (&(usize, Range<usize>), Vec<&[f64]>)| {
+                settings.spectra(trials[*k].sample_rate_hz(), &channels).map_err(|source| EstimateError::Multitaper { trial: k + 1, source })
+            };
+            estimate_from_spectra(pooled(pieces.of.iter().zip(pieces.channels(trials)).map(of))?, ports, labels, method, estimator)
         }
         SpectralMethod::LocalPolynomial(settings) => local(trials, ports, labels, (method, highest_hz), polynomial(settings)),
         SpectralMethod::LocalRational(settings) => local(trials, ports, labels, (method, highest_hz), rational(settings)),
@@ -196,7 +199,7 @@ pub fn estimate_from_spectra(
     Ok(Estimates { effective_averages, direct, derived, spectra: Some(spectra), distortion: None, method: method.clone(), warnings })
 }
 
-/// A fit of responders on drivers at lines of trials of one rate and length.
+/// A fit of responders on drivers at lines of pieces of one rate and length.
 trait LocalFit: Fn(&[Lines], (f64, usize), &[usize], &[usize], At) -> Result<Fitted, EstimateError> {}
 
 impl<F: Fn(&[Lines], (f64, usize), &[usize], &[usize], At) -> Result<Fitted, EstimateError>> LocalFit for F {}
@@ -211,7 +214,7 @@ fn rational(settings: &LocalRational) -> impl LocalFit {
     |lines: &[Lines], of: (f64, usize), drivers: &[usize], responders: &[usize], at: At| fit_rational(lines, of, drivers, responders, (*settings, at))
 }
 
-/// The lines of all channels of each trial, and rate and length of what they are of.
+/// The lines of all channels of each piece of the trials, and rate and length of what they are of.
 fn lines(trials: &[&Recording]) -> Result<(Vec<Lines>, (f64, usize)), EstimateError> {
     let first = trials.first().ok_or(EstimateError::NoTrial)?;
     let rate = first.sample_rate_hz();
@@ -222,9 +225,8 @@ fn lines(trials: &[&Recording]) -> Result<(Vec<Lines>, (f64, usize)), EstimateEr
             }
         }
     }
-    let len = trials.iter().map(|r| r.len()).min().unwrap_or(0);
-    let all: Vec<usize> = (0..first.channels().len()).collect();
-    Ok((trials.iter().map(|r| Lines::new(rate, &r.columns(&all), len)).collect(), (rate, len)))
+    let pieces = Pieces::new(trials);
+    Ok((pieces.channels(trials).map(|channels| Lines::new(rate, &channels)).collect(), (rate, pieces.len)))
 }
 
 /// The fit of outputs and inputs on the references.
@@ -263,11 +265,8 @@ fn local_response(
     }
 }
 
-fn pooled(trials: &[&Recording], transform: impl Fn(&Recording, usize) -> Result<CrossSpectra, EstimateError>) -> Result<CrossSpectra, EstimateError> {
-    let mut spectra = Vec::with_capacity(trials.len());
-    for (k, recording) in trials.iter().enumerate() {
-        spectra.push(transform(recording, k + 1)?);
-    }
+fn pooled(spectra: impl Iterator<Item = Result<CrossSpectra, EstimateError>>) -> Result<CrossSpectra, EstimateError> {
+    let mut spectra = spectra.collect::<Result<Vec<_>, _>>()?;
     match spectra.len() {
         1 => Ok(spectra.remove(0)),
         _ => Ok(CrossSpectra::pool(&spectra)?),

@@ -21,6 +21,7 @@ mod local_polynomial;
 mod local_rational;
 mod method;
 mod multisine;
+mod pieces;
 mod robust;
 mod sliding;
 
@@ -35,5 +36,6 @@ pub use local_polynomial::LocalPolynomial;
 pub use local_rational::LocalRational;
 pub use method::{Estimates, SpectralMethod, estimate, estimate_from_spectra, estimate_up_to, response};
 pub use multisine::{Detection, Distortion};
+pub use pieces::Pieces;
 pub use robust::{RejectedSegment, robust_spectra};
 pub use sliding::sliding;

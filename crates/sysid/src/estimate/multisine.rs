@@ -30,7 +30,7 @@ const DRIVEN: f64 = 1e-2;
 pub struct Distortion {
     /// Of the best linear approximation by noise, `[f][p][q]`.
     pub noise_std: Array3<f64>,
-    /// Of the response to one realisation by nonlinearity, `[f][p][q]`; needs at least two trials more than inputs.
+    /// Of the response to one realisation by nonlinearity, `[f][p][q]`; needs at least three trials more than inputs.
     pub nonlinear_std: Array3<f64>,
     /// The part of it that even nonlinearities make at even lines that were left out, `[f][p][q]`.
     pub even_std: Array3<f64>,
@@ -100,7 +100,7 @@ pub(crate) fn multisine(trials: &[PeriodSpectra], ports: &Ports, labels: &Labels
         warnings.push(Warning::new(
             "one-realisation",
             format!("{} trial(s) for {} input(s): the intervals hold noise, not nonlinear distortion", trials.len(), drivers.len()),
-            "record further realisations of the multisine, with other phases",
+            &format!("record {} realisations of the multisine or more, with other phases, to have distortion in the intervals", drivers.len() + 3),
         ));
     }
     let response = derived.as_ref().map_or(&direct.response, |d| &d.response);
@@ -140,7 +140,8 @@ fn fit(trials: &[PeriodSpectra], lines: &[usize], drivers: &[usize], responders:
     if experiments < q {
         degrees_of_freedom(experiments as f64, q)?;
     }
-    let has_total = experiments >= q + 2;
+    // The scatter of two has a law without a variance: no fit could weigh by it.
+    let has_total = experiments >= q + 3;
     let periods = trials.iter().map(PeriodSpectra::periods).sum::<usize>();
     let degrees_of_freedom = if has_total { (experiments - q) as f64 } else { (periods - experiments) as f64 };
     let grid = trials[0].frequency_hz();

@@ -38,6 +38,31 @@ fn rms(values: &Array3<f64>) -> f64 {
     (values.iter().map(|v| v * v).sum::<f64>() / values.len() as f64).sqrt()
 }
 
+/// The scatter of two degrees of freedom has a law without a variance: with two trials more than inputs the intervals hold the noise of periods, as with fewer.
+#[test]
+fn two_trials_more_than_inputs_are_too_few_to_weigh_by_their_scatter() {
+    let (lines, system) = (odd_lines(), Resonance::new(3.0, 0.5, RATE_HZ));
+    for (trials, freedom) in [(1, 3.0), (2, 6.0), (3, 9.0), (4, 3.0)] {
+        let records: Vec<Recording> = (0..trials)
+            .map(|t| {
+                let one = multisine(PERIOD, &lines, 80 + t);
+                let force: Vec<f64> = (0..PERIOD * (PERIODS + 1)).map(|k| one[k % PERIOD]).collect();
+                let (mut y1, mut y2) = (0.0, 0.0);
+                let mut next = |f: &f64| {
+                    let y = system.next(y1, y2, *f);
+                    (y2, y1) = (y1, y);
+                    y
+                };
+                let motion: Vec<f64> = force.iter().map(&mut next).zip(noise(t + 5, PERIOD * (PERIODS + 1))).map(|(y, e)| y + 0.1 * e).collect();
+                recording(RATE_HZ, vec![("force", force), ("pos", motion)])
+            })
+            .collect();
+        let found = run(&records, &one_input(), SpectralMethod::Periodic(Periodic { period: PERIOD, discard: 1 }));
+        assert_eq!(found.direct.response.uncertainty.expect("a covariance").degrees_of_freedom, freedom, "{trials}");
+        assert_eq!(found.warnings.iter().any(|w| w.code == "one-realisation"), trials < 4, "{trials}");
+    }
+}
+
 #[test]
 fn a_multisine_separates_a_cubic_from_an_asymmetric_spring_and_both_from_noise_at_their_known_levels() {
     let (lines, system) = (odd_lines(), Resonance::new(3.0, 0.5, RATE_HZ));

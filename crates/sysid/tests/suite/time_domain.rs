@@ -245,12 +245,35 @@ fn the_choice_of_method_follows_the_recordings_and_says_why() {
     assert_eq!(found.method, SpectralMethod::LocalPolynomial(LocalPolynomial::default()));
     // Thirteen lines of a record of 50 s.
     assert!(found.reason.contains("0.26 Hz"), "{}", found.reason);
+    // Of several lengths pieces of one, and not another method.
+    let found = choice(&[random(1, 4000), random(3, 8100)]);
+    assert_eq!(found.method, SpectralMethod::LocalPolynomial(LocalPolynomial::default()));
+    assert!(found.reason.contains("3 pieces of 40.0 s, which hold 99 % of the samples"), "{}", found.reason);
     assert!(matches!(choice(&[random(1, 600_000)]).method, SpectralMethod::Welch(_)));
     assert!(matches!(choice(&[random(1, 20)]).method, SpectralMethod::Welch(_)), "too short for a polynomial");
     let period = multisine(1000, &[3, 5, 7, 20], 1);
     let force: Vec<f64> = (0..5000).map(|k| period[k % 1000]).collect();
     let found = choice(&[recording(100.0, vec![("force", force.clone()), ("pos", force)])]);
     assert_eq!(found.method, SpectralMethod::Periodic(Periodic { period: 1000, discard: 1 }));
+}
+
+/// What is estimated of a trial and of one that is a little longer is what is estimated of both without the rest; of twice the length it is two pieces.
+#[test]
+fn trials_of_several_lengths_are_estimated_in_pieces_of_one() {
+    let ports = Ports { references: vec![0, 1], inputs: vec![2, 3], outputs: vec![4, 5] };
+    let whole = held_arm(7, 10_000, 0.3);
+    let cut = |range: std::ops::Range<usize>| whole.slice(range).expect("a part");
+    let methods = [SpectralMethod::LocalPolynomial(LocalPolynomial::default()), SpectralMethod::Multitaper(Multitaper::default())];
+    for method in methods {
+        // Bit by bit, as what is not known is no number.
+        let value = |trials: &[Recording]| -> Vec<[u64; 2]> {
+            run(trials, &ports, method.clone()).derived.expect("references").response.value.iter().map(|v| [v.re.to_bits(), v.im.to_bits()]).collect()
+        };
+        let of_one_length = value(&[cut(0..5000), cut(5000..10_000)]);
+        assert_eq!(value(&[cut(0..5000), cut(5000..10_000).slice(0..5000).expect("a part")]), of_one_length);
+        assert_eq!(value(&[whole.clone(), cut(0..5000)]), value(&[cut(0..5000), cut(5000..10_000), cut(0..5000)]));
+        assert_eq!(value(&[cut(0..5003), cut(5000..10_000)]), of_one_length);
+    }
 }
 
 /// Σ|Ĉ − C|² over 0.5 to 8 Hz, both axes of the held arm.
