@@ -2,23 +2,18 @@
 
 use crate::answer::{Answer, Models};
 use crate::baseline::Baseline;
-use crate::detectors::{self, Findings, TONE_REACH};
+use crate::detectors;
 use crate::judge::Court;
-use crate::linear_fit::LinearFit;
 use crate::options::Options;
 use crate::pictures::Pictures;
 use crate::result::Diagnosis;
 use crate::samples::{Meaning, Samples};
-use crate::search::Stand;
+use crate::searched::{Question, Searched};
 use crate::split::divide;
-use crate::state::Cause;
-use crate::subject::Subject;
 use crate::unseen::Unseen;
 use crate::{DiagnoseError, generic};
-use ndof_models::effects::{EFFECTS, Trace};
-use ndof_signal::{Recording, detect_period};
+use ndof_signal::Recording;
 use ndof_sysid::Ports;
-use std::sync::Arc;
 
 /// Finds what a linear simulation (or `baseline`) gets wrong in these trials of one experiment, and why.
 ///
@@ -89,19 +84,14 @@ pub fn diagnose_with_pictures(
         [&mut estimation, &mut held].into_iter().for_each(|part| part.hold(fit.hold.unwrap_or_default(), fit.ticks.as_ref(), &meaning));
     }
     progress("preparing");
-    let mut subject = Subject::new(&estimation, &meaning, options, baseline)?;
-    // Some records count the effort the other way; with the wrong sign every bound of the registry points the wrong way.
-    let turned = baseline.is_none() && subject.polarity < 0.0 && linear.as_ref().is_none_or(LinearFit::reversed);
+    let question = Question { meaning: &meaning, samples: &samples, options, baseline };
+    let Searched { subject, mut findings, found, turned } = question.searched(&mut estimation, linear.as_ref(), progress)?;
     if turned {
-        linear = linear.map(|fit| -fit);
-        estimation.turn(meaning.reference_is_effort);
         held.turn(meaning.reference_is_effort);
-        subject = Subject::new(&estimation, &meaning, options, baseline)?;
+        linear = linear.map(|fit| -fit);
     }
-    let still = !meaning.motion_imposed && linear.take_if(|fit| !fit.moves()).is_some();
-    let mut findings = before_registry(&mut subject, &samples, options)?;
     findings.clipped = clipped;
-    let found = subject.search(options.most_causes, progress).ok_or(DiagnoseError::BaselineFailed)?;
+    let still = !meaning.motion_imposed && linear.take_if(|fit| !fit.moves()).is_some();
     progress("judging what remains");
     let free = subject.stand(&[], &subject.start, 4).ok_or(DiagnoseError::BaselineFailed)?;
     let features = generic::features(&subject, &found.stand);
@@ -132,67 +122,4 @@ pub fn diagnose_with_pictures(
         models: Models::default(),
     };
     Ok(answer.write(split))
-}
-
-/// Share of the residual force's power from which a tone matters.
-const TONE_SHARE: f64 = 0.03;
-
-/// Frequency with which what drives the plant repeats, with its uncertainty: half a sample of the period.
-fn repetition(samples: &Samples, motion_imposed: bool) -> Option<(f64, f64)> {
-    let reference = samples.reference.first().is_some_and(|trial| !trial.is_empty());
-    let driving = if reference {
-        &samples.reference
-    } else if motion_imposed {
-        &samples.motion
-    } else {
-        &samples.effort
-    };
-    let found = driving.first()?.iter().find_map(|x| detect_period(x))?;
-    let hz = samples.rate_hz / found.period as f64;
-    Some((hz, 0.5 * hz / found.period as f64))
-}
-
-/// Levels, tones and bursts, in this order; tones and bursts are masked before anything else is tried.
-fn before_registry(subject: &mut Subject, samples: &Samples, options: &Options) -> Result<Findings, DiagnoseError> {
-    let tried = |trace: Trace| EFFECTS.iter().any(|e| e.card.trace == trace && !options.without.iter().any(|w| w == e.name()));
-    let levels = if tried(Trace::Levels) { detectors::levels(samples, options.tolerance) } else { vec![] };
-    let mut findings = Findings { levels, ..Findings::default() };
-    let repeated = repetition(samples, matches!(subject.cause, Cause::Motion));
-    // One line an axis: what trembles may tremble along all of them.
-    for _ in 0..if tried(Trace::Tone) { subject.layout.axes } else { 0 } {
-        let stand = stand(subject)?;
-        let Some(tone) = detectors::tone(&stand, &detectors::residual(&stand, &[]), repeated, &findings.tones) else { break };
-        if tone.share < TONE_SHARE || tone.amplitude < options.tolerance * subject.scale.effort[tone.axis] {
-            break;
-        }
-        let reach = TONE_REACH / subject.layout.time_s;
-        let layout = Arc::make_mut(&mut subject.layout);
-        for (keep, f) in layout.keep.iter_mut().zip(&layout.frequency_hz) {
-            *keep &= (f - tone.frequency_hz).abs() >= reach;
-        }
-        findings.tones.push(tone);
-    }
-    let stand = stand(subject)?;
-    let bursts = if tried(Trace::Burst) { detectors::bursts(&stand, &detectors::residual(&stand, &[])) } else { vec![] };
-    findings.bursts = bursts.into_iter().filter(|b| b.size > options.tolerance).collect();
-    if !findings.bursts.is_empty() {
-        let layout = Arc::make_mut(&mut subject.layout);
-        layout.weights = vec![vec![1.0; layout.samples]; layout.trials];
-        let margin = 0.5 * layout.time_s;
-        for burst in &findings.bursts {
-            for (k, w) in layout.weights[burst.trial].iter_mut().enumerate() {
-                let t = k as f64 / layout.rate_hz;
-                let outside = (burst.from_s - t).max(t - burst.to_s).max(0.0);
-                *w = if outside >= margin { 1.0 } else { 0.5 - 0.5 * (std::f64::consts::PI * outside / margin).cos() };
-            }
-        }
-    }
-    if !findings.tones.is_empty() || !findings.bursts.is_empty() {
-        subject.restart()?;
-    }
-    Ok(findings)
-}
-
-fn stand(subject: &Subject) -> Result<Stand, DiagnoseError> {
-    subject.stand(&[], &subject.start, 3).ok_or(DiagnoseError::BaselineFailed)
 }

@@ -76,8 +76,18 @@ pub enum DiagnoseError {
     /// The simulated robot could not be balanced at all.
     #[error("the simulated robot cannot be where the recording says that it was; check [posture], lengths and the position channels' origin")]
     RobotFailed,
+    /// A held-out stretch that the recording does not have.
+    #[error("the held-out stretch, {from_s} to {to_s} s, is not within the recording, which is {duration_s:.2} s long")]
+    HeldOutBeyond {
+        /// Where it begins.
+        from_s: f64,
+        /// Where it ends.
+        to_s: f64,
+        /// What there is.
+        duration_s: f64,
+    },
     /// The held-out part makes no sense.
-    #[error("the held-out part leaves {estimation} trials of {samples} samples to fit and {held_out} to judge by; both need 200 samples or more")]
+    #[error("the held-out part leaves {estimation} trial(s) of {samples} samples to fit and {held_out} to judge by; both need 200 samples or more")]
     HeldOut {
         /// Trials to fit.
         estimation: usize,

@@ -253,7 +253,7 @@ mod tests {
         let axes = vec![Axis::linear("x"), Axis::linear("y")];
         let matrices = InertiaDampingStiffness { axes, inertia: of(&made.mass), damping: of(&made.damping), stiffness: of(&made.stiffness) };
         let fit = LinearFit { std_errors: matrices.clone(), matrices, of_sign: 1e-3, hold: None, ticks: None };
-        let subject = Subject::new(&samples, &meaning, &Options { linear: Some(fit), ..Options::default() }, None).expect("a subject");
+        let subject = Subject::new(&samples, &meaning, &Options { linear: Some(fit), ..Options::default() }, None, true).expect("a subject");
         let turning = subject.hypotheses.iter().position(|h| h.form.label == "turning stiffness").expect("of symmetric matrices");
         let chosen = [Chosen { hypothesis: turning, knobs: vec![] }];
         let stand = subject.stand(&chosen, &subject.start, 4).expect("a fit");

@@ -45,6 +45,7 @@ mod result;
 mod robot;
 mod samples;
 mod search;
+mod searched;
 mod shared_tests;
 mod split;
 mod state;

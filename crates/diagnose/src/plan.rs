@@ -91,7 +91,7 @@ pub(crate) fn prospects(subject: &Subject, meaning: &Meaning, options: &Options,
 
 /// By how much the truth leads its rival on simulated data.
 fn leads(subject: &Subject, meaning: &Meaning, options: &Options, samples: &Samples, rivals: &[Rival<'_>; 2], truth: usize, position: usize) -> Option<f64> {
-    let there = Subject::new(samples, meaning, options, None).ok()?;
+    let there = Subject::new(samples, meaning, options, None, true).ok()?;
     // The causes that both have in common stay in the model.
     let again = |c: Chosen| {
         let old = &subject.hypotheses[c.hypothesis];

@@ -267,6 +267,14 @@ impl CauseParameter {
     pub(crate) fn widen(&mut self, other: &CauseParameter) {
         self.ci95 = self.ci95.zip(other.ci95).map(|([a, b], [c, d])| [a.min(c), b.max(d)]);
     }
+
+    /// A number the other way round, with its interval.
+    pub(crate) fn negate(&mut self) {
+        if let Value::Number(value) = &mut self.value {
+            *value = -*value;
+            self.ci95 = self.ci95.map(|[low, high]| [-high, -low]);
+        }
+    }
 }
 
 /// What naming a cause gains on held-out data.

@@ -6,7 +6,7 @@ use crate::linear_fit::LinearFit;
 use crate::optimise;
 use crate::plant::{Base, Structure};
 use crate::state::{Cause, Column, State, Tracks};
-use crate::subject::Subject;
+use crate::subject::{Subject, runs_away};
 use crate::whittle::{Fit, Power, whitened_power};
 use rayon::prelude::*;
 use std::sync::Arc;
@@ -85,6 +85,7 @@ pub(crate) struct Judged {
 }
 
 /// One step of the search: everything that was tried, best first.
+#[derive(Clone)]
 pub(crate) struct Step {
     pub judged: Vec<Judged>,
 }
@@ -278,13 +279,63 @@ impl Subject {
         out
     }
 
-    /// The whole search.
-    pub fn search(&self, most: usize, progress: &mut dyn FnMut(&str)) -> Option<Found> {
-        let mut chosen: Vec<Chosen> = Vec::new();
-        let mut step_of = Vec::new();
-        let mut steps = Vec::new();
+    /// The whole search, step by step; where it found several, once more from a correction of a channel alone, wherever its knobs are, if that is likelier than
+    /// all of them: beside a channel that is far off a first step may end in another valley, and others fill it. Where the linear model ran away and one with
+    /// causes does not, that is asked with the motion being what the record says it is.
+    pub fn search(&mut self, most: usize, progress: &mut dyn FnMut(&str)) -> Option<Found> {
+        let stand = self.stand(&[], &self.start, 4)?;
+        let begun = Found { chosen: vec![], stand, steps: vec![], step_of: vec![], worth: vec![] };
+        let found = self.search_from(begun, most, progress)?;
+        if self.recorded.is_none() && found.chosen.len() < 2 {
+            return Some(found);
+        }
+        let unclear = self.recorded.clone().map(|recorded| std::mem::replace(&mut self.cause, recorded));
+        let mut again = self.anew(&found).and_then(|begun| self.search_from(begun, most, progress));
+        if let Some(unclear) = unclear {
+            self.cause = unclear;
+            // All that is asked of it is asked as of the first, but for which causes there are, and their knobs.
+            again = again.and_then(|again| {
+                let stand = self.stand(&again.chosen, &again.stand.fit.power, 4)?;
+                let worth = self.worths(&again.chosen, &stand);
+                Some(Found { stand, worth, ..again })
+            });
+        }
+        Some(again.filter(|again| self.net(again) > self.net(&found)).unwrap_or(found))
+    }
+
+    /// Log-likelihood of what was found, less the price of its hypotheses.
+    pub fn net(&self, found: &Found) -> f64 {
+        self.net_of(&found.chosen, &found.stand)
+    }
+
+    fn net_of(&self, chosen: &[Chosen], stand: &Stand) -> f64 {
+        stand.fit.log_likelihood - chosen.iter().map(|c| self.price(self.hypotheses[c.hypothesis].form.cost())).sum::<f64>()
+    }
+
+    /// What a search begins with anew: the likeliest correction of a channel alone that does not run away. Where the linear model did, what was found may be it as
+    /// well; else it has to be beaten.
+    fn anew(&self, found: &Found) -> Option<Found> {
+        let fitted = |chosen: Vec<Chosen>| {
+            let stand = self.stand(&chosen, &found.stand.fit.power, 4).filter(|stand| !runs_away(&stand.state, &stand.fit))?;
+            Some((self.net_of(&chosen, &stand), chosen, stand))
+        };
+        let corrects = (0..self.hypotheses.len()).filter(|i| self.hypotheses[*i].corrects());
+        let alone = corrects.flat_map(|i| self.hypotheses[i].form.grid.iter().map(move |knobs| vec![Chosen { hypothesis: i, knobs: knobs.clone() }]));
+        let itself = self.recorded.is_some().then(|| found.chosen.clone());
+        let tried: Vec<_> = alone.chain(itself).collect::<Vec<_>>().into_par_iter().filter_map(fitted).collect();
+        let (_, mut chosen, stand) = tried.into_iter().reduce(|best, next| if next.0 > best.0 { next } else { best })?;
+        let stand = self.sweep(&mut chosen, stand)?;
+        if self.recorded.is_none() && self.net_of(&chosen, &stand) <= self.net(found) {
+            return None;
+        }
+        let step = |c: &Chosen| found.chosen.iter().position(|own| own.hypothesis == c.hypothesis).map_or(0, |at| found.step_of[at]);
+        let step_of = chosen.iter().map(step).collect();
+        Some(Found { chosen, stand, steps: found.steps.clone(), step_of, worth: vec![] })
+    }
+
+    fn search_from(&self, begun: Found, most: usize, progress: &mut dyn FnMut(&str)) -> Option<Found> {
+        let Found { mut chosen, mut stand, mut steps, mut step_of, .. } = begun;
         let cache = Cache::new(&self.hypotheses);
-        let mut stand = self.stand(&chosen, &self.start, 4)?;
         loop {
             progress(&format!("step {}: {} hypotheses", steps.len() + 1, self.hypotheses.len()));
             let mut step = self.step(&stand, &chosen, &cache);

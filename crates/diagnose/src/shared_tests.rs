@@ -21,7 +21,7 @@ pub(crate) fn known(made: &Made, recordings: &[Recording]) -> (Samples, Meaning)
 
 /// The search's subject, and its baseline along the balance of forces.
 pub(crate) fn baseline(samples: &Samples, meaning: &Meaning) -> (Subject, Stand) {
-    let subject = Subject::new(samples, meaning, &Options::default(), None).expect("a subject");
+    let subject = Subject::new(samples, meaning, &Options::default(), None, true).expect("a subject");
     let stand = subject.stand(&[], &subject.start, 4).expect("a fit");
     (subject, stand)
 }

@@ -13,7 +13,7 @@ impl HeldOut {
     /// What is fitted and what is held out of so many trials of so many samples.
     ///
     /// # Errors
-    /// [`DiagnoseError::HeldOut`] if one of the two is too short.
+    /// [`DiagnoseError::HeldOut`] if one of the two is too short, [`DiagnoseError::HeldOutBeyond`] if the recording does not have it.
     pub fn divide(&self, trials: usize, samples: usize, sample_rate_hz: f64) -> Result<[Stretch; 2], DiagnoseError> {
         let refuse = |estimation, samples, held_out| DiagnoseError::HeldOut { estimation, samples, held_out };
         let by_trial = |held: Vec<usize>| {
@@ -35,6 +35,9 @@ impl HeldOut {
             HeldOut::Auto if trials > 1 => by_trial((trials - trials.div_ceil(3)..trials).collect()),
             HeldOut::Auto => by_time(((1.0 - HeldOut::SHARE) * samples as f64).round() as usize, samples),
             HeldOut::Trials(held) => by_trial(held.clone()),
+            HeldOut::Time(from_s, to_s) if from_s >= to_s || *from_s < 0.0 || from_s * sample_rate_hz >= samples as f64 => {
+                Err(DiagnoseError::HeldOutBeyond { from_s: *from_s, to_s: *to_s, duration_s: samples as f64 / sample_rate_hz })
+            }
             HeldOut::Time(from, to) => by_time((from * sample_rate_hz).round() as usize, ((to * sample_rate_hz).round() as usize).min(samples)),
         }
     }

@@ -9,7 +9,7 @@ use crate::movement::mean_over;
 use crate::plant::{Base, Role, Structure};
 use crate::robot;
 use crate::samples::{Meaning, Samples};
-use crate::search::ENOUGH;
+use crate::search::{Chosen, ENOUGH, Stand};
 use crate::state::{Cause, Column, State, Tracks};
 use crate::whittle::{Fit, Likelihood, Power, whitened_power};
 use crate::{DiagnoseError, KnownArm, Options};
@@ -32,6 +32,8 @@ pub(crate) struct Subject {
     pub reference: Tracks,
     pub centre: Vec<f64>,
     pub cause: Cause,
+    /// Where the linear model runs away, what is recorded of where the motion comes from all the same.
+    pub recorded: Option<Cause>,
     pub structure: Structure,
     pub scale: Scale,
     pub hypotheses: Vec<Hypothesis>,
@@ -70,7 +72,8 @@ impl KnownArm {
 }
 
 impl Subject {
-    pub fn new(samples: &Samples, meaning: &Meaning, options: &Options, baseline: Option<&Baseline>) -> Result<Self, DiagnoseError> {
+    /// `spring`: where the linear model runs away, which says nothing of one, whether there is one all the same.
+    pub fn new(samples: &Samples, meaning: &Meaning, options: &Options, baseline: Option<&Baseline>, spring: bool) -> Result<Self, DiagnoseError> {
         let axes = meaning.effort_names.len();
         let trials = samples.effort.len();
         let splines = |high_hz: f64| options.schedule.as_ref().filter(|_| !samples.schedule.is_empty()).and_then(|schedule| schedule.splines(high_hz));
@@ -104,11 +107,13 @@ impl Subject {
             structure.symmetric = vec![Matrix::Mass];
         }
         let (mut base, mut fit) = settle(&state, &cause, &structure)?;
+        let mut recorded = None;
         if runs_away(&state, &fit) {
-            cause = Cause::Unclear;
+            recorded = Some(std::mem::replace(&mut cause, Cause::Unclear));
             (base, fit) = settle(&state, &cause, &structure)?;
         }
-        if baseline.is_none() && options.schedule.is_none() && !needs_spring(&state, &cause, &structure, &base, &fit) {
+        let judged = baseline.is_none() && options.schedule.is_none() && (recorded.is_none() || !spring);
+        if judged && !needs_spring(&state, &cause, &structure, &base, &fit) {
             structure.spring = false;
         }
         let base = if structure.spring {
@@ -154,7 +159,7 @@ impl Subject {
             closed_schedule: options.schedule.as_ref().filter(|_| !samples.schedule.is_empty()).map(|schedule| schedule.cycle_s.is_some()),
         };
         let hypotheses = Hypothesis::all(&scale, &options.own.0, &options.without);
-        Ok(Subject { layout, effort, motion, reference, centre, cause, structure, scale, hypotheses, start: fit.power, polarity })
+        Ok(Subject { layout, effort, motion, reference, centre, cause, recorded, structure, scale, hypotheses, start: fit.power, polarity })
     }
 
     /// Fits the baseline anew after the layout has been masked.
@@ -162,6 +167,12 @@ impl Subject {
         let state = State::new(&self.layout, &self.effort, &self.motion, &self.centre, &[]);
         self.start = settle(&state, &self.cause, &self.structure)?.1.power;
         Ok(())
+    }
+
+    /// Whether inertia and stiffness of every axis of a model are below zero.
+    pub fn is_negative(&self, chosen: &[Chosen], stand: &Stand) -> bool {
+        let [mass, stiffness] = [Matrix::Mass, Matrix::Stiffness].map(|matrix| self.matrix(chosen, stand, matrix));
+        (0..self.layout.axes).all(|axis| mass[axis][axis] < 0.0 && (!self.structure.spring || stiffness[axis][axis] < 0.0))
     }
 
     /// What a number of parameters has to gain.
@@ -191,7 +202,7 @@ fn settle(state: &State, cause: &Cause, structure: &Structure) -> Result<(Base, 
 }
 
 /// Whether a fit leaves more than there was.
-fn runs_away(state: &State, fit: &Fit) -> bool {
+pub(crate) fn runs_away(state: &State, fit: &Fit) -> bool {
     let power = |v: &[num_complex::Complex64]| v.iter().map(|v| v.norm_sqr()).sum::<f64>();
     fit.residual.iter().zip(&state.effort_spectra).any(|(e, f)| power(e) > power(f))
 }

@@ -118,7 +118,7 @@ mod tests {
             let subject = |compliance: f64| {
                 let recordings: Vec<Recording> = made.recordings.iter().map(|recording| behind(compliance, recording)).collect();
                 let (samples, meaning) = known(&made, &recordings);
-                Subject::new(&samples, &meaning, &Options::default(), None).expect("a subject")
+                Subject::new(&samples, &meaning, &Options::default(), None, true).expect("a subject")
             };
             let fitted = |subject: &Subject| subject.stand(&[], &subject.start, 4).expect("a fit");
             let told = |stand: &Stand| stand.absorbed().into_iter().find(|a| a.role == Role::Compliance).map(|a| (a.value, a.error, a.seen)).expect("told");

@@ -10,11 +10,12 @@
 
 use crate::detectors::Tone;
 use crate::floor;
+use crate::hypotheses::Ground;
 use crate::layout::Layout;
 use crate::linear::dot;
 use crate::result::NoiseFloor;
 use crate::samples::Samples;
-use crate::search::{Assembly, Channels, Chosen, Stand};
+use crate::search::{Assembly, Channels, Chosen, ENOUGH, Stand};
 use crate::state::{Cause, Column, Tracks};
 use crate::subject::Subject;
 use crate::whittle::{INDEPENDENCE, Likelihood, Power};
@@ -127,14 +128,41 @@ impl<'a> Unseen<'a> {
 
     /// What a model leaves there; nothing where its balance has no likelihood.
     pub fn rest(&self, chosen: &[Chosen], stand: &Stand) -> Option<Rest> {
-        let (residual, log_det) = self.left(chosen, stand)?;
+        self.left(chosen, stand).map(|left| self.rest_of(&left))
+    }
+
+    fn rest_of(&self, (residual, log_det): &(Vec<Vec<f64>>, Vec<f64>)) -> Rest {
         let lines = self.layout.lines();
         let counted =
             |e: &Vec<f64>| -> Vec<f64> { e.chunks_exact(2).enumerate().filter(|(k, _)| self.counts[k % lines]).flat_map(|(_, e)| [e[0], e[1]]).collect() };
         let whitened: Vec<f64> = residual.iter().flat_map(counted).collect();
         let logs: f64 = log_det.iter().zip(&self.counts).filter(|(_, counts)| **counts).map(|(log, _)| log).sum();
         let log_likelihood = INDEPENDENCE * (2.0 * logs * self.layout.blocks() as f64 - dot(&whitened, &whitened));
-        Some(Rest { whitened, log_likelihood })
+        Rest { whitened, log_likelihood }
+    }
+
+    /// A model with its matrices and factors fitted to this part, where that is likelier beyond chance: then this part is of another plant than the one that
+    /// was fitted.
+    pub fn refitted(&self, chosen: &[Chosen], stand: &Stand) -> Option<Stand> {
+        // About a mean movement a model is one of the trials that it was fitted to.
+        if self.subject.layout.movement.is_some() {
+            return None;
+        }
+        let channels = Channels { layout: &self.layout, cause: &self.cause, effort: &self.effort, motion: &self.motion };
+        let assembly = self.subject.assemble(&self.subject.structure, chosen, channels);
+        let ground = Ground { state: &assembly.state, cause: &self.cause, base: &assembly.base, terms: &assembly.terms, power: &self.power };
+        let mut fit = ground.fit(3)?;
+        let own = self.rest_of(&self.left_of(&assembly, &fit.theta)?);
+        let columns = assembly.columns().count() - assembly.base.roles.iter().filter(|role| role.of_a_trial()).count();
+        let gain = own.log_likelihood - self.rest(chosen, stand)?.log_likelihood;
+        if gain <= own.size() * (self.subject.price(columns) + ENOUGH) {
+            return None;
+        }
+        // A free run shares offsets out among the trials that were fitted.
+        let share = self.subject.layout.trials as f64 / self.layout.trials as f64;
+        assembly.base.roles.iter().zip(&mut fit.theta).filter(|(role, _)| role.of_a_trial()).for_each(|(_, value)| *value *= share);
+        let Assembly { state, base, terms, spans } = assembly;
+        Some(Stand { state, base, terms, spans, fit, run: None })
     }
 
     /// Log-likelihood that a tone takes beyond what the lines around it have, beside a model; nothing where it has no line in the band.
@@ -157,9 +185,14 @@ impl<'a> Unseen<'a> {
 
 /// Models beside the best one.
 impl Rest {
+    /// Power of the noise here over that where the model was fitted.
+    fn size(&self) -> f64 {
+        dot(&self.whitened, &self.whitened) / (0.5 * self.whitened.len() as f64)
+    }
+
     /// Standard deviation of Σ c Δ over pairs of models, this one being the best.
     fn deviation(&self, pairs: &[(f64, [&Rest; 2])]) -> f64 {
-        let size = dot(&self.whitened, &self.whitened) / (0.5 * self.whitened.len() as f64);
+        let size = self.size();
         let apart =
             (0..self.whitened.len()).map(|k| pairs.iter().map(|(c, [from, to])| c * (from.whitened[k] - to.whitened[k])).sum::<f64>().powi(2)).sum::<f64>();
         (2.0 * INDEPENDENCE * size * apart).sqrt()

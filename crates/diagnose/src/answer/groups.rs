@@ -125,6 +125,14 @@ impl Answer<'_> {
         })
     }
 
+    /// Whether a group that is not named beside others is there all the same: it matters, and the part that no fit saw is likelier with it beyond chance.
+    pub(super) fn is_something(&self, group: &Group, beside: &[Group], ends: &Ends) -> bool {
+        let others: Vec<usize> = beside.iter().flat_map(|group| group.members.iter().copied()).collect();
+        let with: Vec<usize> = others.iter().chain(&group.members).copied().collect();
+        let gain = || Some(nothing(ends.best.as_ref()?.gain(&self.rest(others.clone())?, &self.rest(with)?)).is_none());
+        group.size > self.options.tolerance && gain().unwrap_or(false)
+    }
+
     /// What the model of some of the chosen hypotheses, fitted anew, leaves of the part that no fit saw.
     pub(super) fn rest(&self, mut members: Vec<usize>) -> Option<Rest> {
         members.sort_unstable();

@@ -4,7 +4,7 @@ use super::material::Answer;
 use crate::detectors;
 use crate::judge::Errors;
 use crate::remains::remains;
-use crate::result::{NoiseFloor, UNSURE, Verdict};
+use crate::result::{NoiseFloor, Score, UNSURE, Verdict};
 use crate::search::{Chosen, Stand};
 
 /// Probability of a name beyond which as much is left unexplained: of 257 names, one in nine of these was right.
@@ -50,6 +50,15 @@ impl Answer<'_> {
         let expected = || self.unseen.expected(chosen, stand, self.order(), slowest_hz);
         if self.gate.sure() { vec![] } else { expected().unwrap_or_default() }
     }
+
+    /// The error with a model of the held-out part's own, where that is likelier and takes more than the tolerance off the free run's error, of the model as it
+    /// is and as the balance of forces alone makes it: then the part that was fitted is of another plant.
+    pub(super) fn elsewhere(&self, (chosen, stand): (&[Chosen], &Stand), errors: &Errors) -> Option<Score> {
+        let there = self.errors(chosen, &self.unseen.refitted(chosen, stand)?);
+        let alike = self.errors(chosen, &self.subject.stand(chosen, &self.found.stand.fit.power, 3)?);
+        let gone = [errors, &alike].map(|errors| errors.removed_by(&there, self.court.block())).into_iter().fold(f64::INFINITY, f64::min);
+        (gone > self.options.tolerance).then_some(there.score)
+    }
 }
 
 impl Left {
@@ -91,9 +100,10 @@ impl Left {
         !self.unknown && !self.nameless && !self.varying
     }
 
-    /// `weak` where a name is not sure; `lost` where the model with its causes predicts worse than the limb's own force makes it.
-    pub fn verdict(&self, named: bool, weak: bool, lost: bool) -> Verdict {
-        match (named, self.unknown, self.varying || self.nameless) {
+    /// `weak` where a name is not sure; `lost` where the model with its causes predicts worse than the limb's own force makes it; `elsewhere` where the
+    /// held-out part is of another plant.
+    pub fn verdict(&self, named: bool, weak: bool, lost: bool, elsewhere: bool) -> Verdict {
+        match (named, self.unknown, self.varying || self.nameless || elsewhere) {
             (false, false, false) if !self.adrift && self.clipped.is_empty() => Verdict::Adequate,
             (false, ..) => Verdict::Unexplained,
             (true, true, _) if self.ratio > 0.45 => Verdict::Unexplained,
@@ -105,7 +115,7 @@ impl Left {
     }
 
     /// What the reader should know of it, in sentences; `level` is the floor's share of the outputs' variance.
-    pub fn notes(&self, answer: &Answer<'_>, before: &Errors, level: f64, named: bool) -> Vec<String> {
+    pub fn notes(&self, answer: &Answer<'_>, before: &Errors, level: f64, named: bool, elsewhere: Option<&Score>) -> Vec<String> {
         let gate = answer.gate;
         let mut notes = Vec::new();
         if answer.turned {
@@ -142,7 +152,13 @@ impl Left {
         }
         let own = before.score.nrmse.iter().flatten().fold(0.0, |most: f64, e| most.max(*e));
         // More of an output's variance than the tolerance.
-        if !named && self.white() && !self.adrift && own > 1.0 {
+        if let Some(there) = elsewhere {
+            let most = there.nrmse.iter().flatten().fold(0.0, |most: f64, e| most.max(*e));
+            notes.push(format!(
+                "the held-out part is of another plant than the part that was fitted: with the model's matrices and factors fitted to it, its free run errs by {:.1} % of the output (rms) at most; something changed in between, so that what was found is of the fitted part alone: look at the trials or stretches one by one",
+                100.0 * most
+            ));
+        } else if !named && self.white() && !self.adrift && own > 1.0 {
             notes.push(format!(
                 "the held-out part does not judge the model: there the limb moves more by its own force than by the input, and a hold keeps that motion small, so that the free run errs by {:.0} % of it, as that force lets expect; hold out another part",
                 100.0 * own

@@ -18,7 +18,9 @@ use crate::floor;
 use crate::free_run::WINDOW_S;
 use crate::judge::Errors;
 use crate::pictures::Pictures;
-use crate::result::{Cause, Confusable, Curve, Diagnosis, Extended, Model, ModelParameter, NoiseFloor, ParameterFlag, Score, Split, UNSURE, Verdict};
+use crate::result::{
+    Cause, CauseParameter, Confusable, Curve, Diagnosis, Extended, Model, ModelParameter, NoiseFloor, ParameterFlag, Score, Split, UNSURE, Verdict,
+};
 use crate::search::{Chosen, Stand};
 use crate::state;
 use gains::{Gains, Step};
@@ -68,6 +70,8 @@ impl Answer<'_> {
         // What explains most comes first; what was detected and explains nothing that can be predicted, last.
         causes.sort_by(|a, b| b.gain.explained_fraction.unwrap_or(f64::NEG_INFINITY).total_cmp(&a.gain.explained_fraction.unwrap_or(f64::NEG_INFINITY)));
         weak |= self.stand_ins(&mut causes, &mut confusable);
+        // Where no name is likelier right than wrong, nothing is explained.
+        weak |= !causes.is_empty() && causes.iter().all(|cause| cause.probability <= Cause::LIKELY);
         let model = if kept.is_empty() { None } else { self.model(&kept) };
         let (all, extended) = model.as_ref().map_or((&[][..], self.baseline), |model| (&model.chosen, &model.stand));
         let others = subject.as_likely(all, extended, self.order());
@@ -87,13 +91,15 @@ impl Answer<'_> {
         }
         let by_itself = if model.is_none() { unmodelled } else { self.by_itself((all, extended), windows_hz) };
         let lost = with_all.is_lost(&by_itself, self.court.block());
-        let verdict = left.verdict(!causes.is_empty(), weak, lost);
+        let elsewhere = self.elsewhere((all, extended), with_all);
+        let verdict = left.verdict(!causes.is_empty(), weak, lost, elsewhere.is_some());
         noise_floor.below(&extended_score);
+        elsewhere.iter().for_each(|score| noise_floor.below(score));
         causes.iter().for_each(|cause| noise_floor.below(&Score { nrmse: cause.gain.nrmse_after.clone(), ..Score::default() }));
         if verdict == Verdict::Adequate {
             noise_floor = NoiseFloor::of_the_rest(&extended_score);
         }
-        let mut notes = left.notes(self, &before, level, !causes.is_empty());
+        let mut notes = left.notes(self, &before, level, !causes.is_empty(), elsewhere.as_ref());
         notes.extend(of_no_body("baseline", &own));
         notes.extend(of_no_body("extended model", &with_causes));
         let sample_rate_hz = subject.layout.rate_hz * subject.layout.factor as f64;
@@ -187,7 +193,11 @@ impl Answer<'_> {
                 if chosen[position].hypothesis != all[position].hypothesis && !forms.contains(&label) {
                     forms.push(label);
                 }
-                for other in subject.named(chosen, stand, position) {
+                let mut named = subject.named(chosen, stand, position);
+                if subject.hypotheses[all[position].hypothesis].effect.latency.is_some_and(|latency| latency.grows_by.is_some()) {
+                    in_the_same_channel(&mut named, &cause.parameters);
+                }
+                for other in named {
                     cause.parameters.iter_mut().filter(|own| own.name == other.name).for_each(|own| own.widen(&other));
                 }
             }
@@ -227,16 +237,27 @@ impl Answer<'_> {
             small.push((group, why));
         };
         // What helps to predict data that no fit saw in no way is not named.
+        let mut contradicted = false;
         while let Some((idle, why)) = self.idle(&named, ends) {
-            small.push((named.remove(idle), why));
+            let group = named.remove(idle);
+            contradicted |= self.is_something(&group, &named, ends);
+            small.push((group, why));
         }
         // What it was found by may be there no more beside what is named.
         let matters = |members: &Vec<usize>| {
             let beside: Vec<usize> = named.iter().flat_map(|g| &g.members).chain(members).copied().collect();
             self.groups(&beside).iter().any(|g| g.members == *members && g.worth > 0.0 && self.immaterial(g, (0.0, 0.0)).is_none())
         };
-        let nameless = absent.iter().any(matters);
+        let nameless = contradicted || absent.iter().any(matters);
         (named, small, nameless)
+    }
+}
+
+/// A delay as that of the channel in which another is told: an effort that is late is a motion that is early.
+fn in_the_same_channel(delay: &mut [CauseParameter], told: &[CauseParameter]) {
+    let channel = |parameters: &[CauseParameter]| parameters.iter().find(|p| p.name == "channel").map(|p| p.value.clone());
+    if channel(delay) != channel(told) {
+        delay.iter_mut().for_each(CauseParameter::negate);
     }
 }
 

@@ -8,6 +8,7 @@ mod drawn;
 mod elsewhere;
 mod findings;
 mod measured;
+mod plants;
 mod records;
 mod robot;
 mod sensors;

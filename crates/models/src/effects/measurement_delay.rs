@@ -98,13 +98,14 @@ fn forms(scale: &Scale) -> Vec<Form> {
     // a period at the band's end (9 ms of 21).
     let most = MOST_S * unit / scale.duration_s;
     let growing = [-0.6, -0.3, -0.12, -0.04, 0.04, 0.12, 0.3, 0.6].map(|share| share * most);
-    let names = [effort.join(", "), motion.join(", ")];
+    let (names, duration_s) = ([effort.join(", "), motion.join(", ")], scale.duration_s);
     let growing = Form::new("growing delay", None, Action::Lag)
         .knobs(vec![Knob::linear(-longest, longest), Knob::linear(-most, most)], &[&[0.0], &growing])
         .naming(move |k, _| {
-            let late = usize::from(k[1] < 0.0);
-            let delay = if late == 0 { k[0] } else { -k[0] };
-            vec![("drift_s_per_s", Value::Number(k[1].abs())), ("delay_s", Value::Number(delay)), ("channel", Value::Text(names[late].clone()))]
+            // Of that channel which is late by most of it.
+            let most = if k[0].abs() > k[1].abs() * duration_s { k[0] } else { k[1] };
+            let (late, sign) = if most < 0.0 { (1, -1.0) } else { (0, 1.0) };
+            vec![("delay_s", Value::Number(sign * k[0])), ("drift_s_per_s", Value::Number(sign * k[1])), ("channel", Value::Text(names[late].clone()))]
         });
     forms.push(growing.floor(0.0).absolute(DELAY.name, CLOCK_S).absolute(DRIFT.name, CLOCK_S / scale.duration_s).at(Side::Sensor));
     if scale.axes() > 1 {

@@ -108,7 +108,8 @@ impl WeightedFit {
         let degrees = uncertainty.degrees_of_freedom;
         let full = degrees >= n as f64 + FULL_COVARIANCE_MARGIN;
         let bins = bins(self.band_hz, response, uncertainty, full);
-        let independent: f64 = bins.iter().map(|b| b.share).sum();
+        // No bins are worth 0, where a sum of none is −0.
+        let independent = bins.iter().fold(0.0, |sum, b| sum + b.share);
         if bins.is_empty() || 2.0 * independent * (n * inputs) as f64 <= parameters as f64 {
             let needed = parameters / (2 * n * inputs) + 1;
             return Err(FitError::TooFewBins { bins: bins.len(), independent, needed, low_hz: self.band_hz[0], high_hz: self.band_hz[1] });
