@@ -29,6 +29,8 @@ pub(crate) enum Column {
     /// What another level adds to such a friction, for each unit of it: over v at its own level F, over v' at F v'/v, as x = q̇ + t q̈ within ± v' less x
     /// within ± v, over v' − v.
     Firmer { joint: usize, ahead_s: f64, own: f64, speed: f64 },
+    /// Another way in which the sign turns, less the sign.
+    Otherwise(Box<Column>),
     /// The sign times exp(−(q̇/v)²).
     Stribeck { joint: usize, velocity: f64 },
     /// The sign of q̇ times the size of the torque that the file's bodies need.
@@ -120,6 +122,14 @@ impl Column {
                 let speed = if speed == own { own * (1.0 + f64::EPSILON.sqrt()) } else { *speed };
                 let more = |x: f64| (x.clamp(-speed, speed) - x.clamp(-own, *own)) / (speed - own);
                 vec![(*joint, ahead(*joint, *ahead_s).map(more).collect())]
+            }
+            Column::Otherwise(turn) => {
+                let mut turns = turn.along(motion, scene);
+                for (joint, turn) in &mut turns {
+                    let at_once = Column::Sign(*joint).along(motion, scene).swap_remove(0).1;
+                    turn.iter_mut().zip(at_once).for_each(|(turn, sign)| *turn -= sign);
+                }
+                turns
             }
             Column::Stribeck { joint, velocity } => {
                 let noise = scene.joints[*joint].speed_noise;

@@ -33,6 +33,10 @@ struct Step {
     sure: f64,
     /// Of each joint whose own step is beyond its noise, how many samples longer.
     each: Vec<f64>,
+    /// Rows that it holds beyond its own, by the mean of the speeds before and after; a speed that changes evenly over it makes no error.
+    rows: f64,
+    /// The same of each joint that tells by itself.
+    rows_of_each: Vec<f64>,
 }
 
 /// Half a sample: what is nearer to a step of one row than to one of two.
@@ -53,10 +57,10 @@ impl Lost {
         // Where so many are lost, what is less clear by itself is likely as well: the odds of a step are those of all. Neighbours may have lost some, too, which makes them longer
         // and never shorter.
         let odds = (2.0 * (count / clear as f64).ln()).max(0.0).sqrt();
-        let each_is_whole = |s: &&Step| s.each.iter().all(|own| (own - s.more.round()).abs() < HALF);
+        let agreed = |s: &&Step| s.rows_of_each.iter().all(|own| (own - s.rows.round()).abs() < HALF);
         let further = all(2);
-        let told = further.iter().filter(|s| s.sure > odds.min(beyond) && s.more >= HALF).filter(each_is_whole);
-        let gaps = told.map(|s| Gap { trial: s.trial, after: s.after, rows: s.more.round() as usize }).collect();
+        let told = further.iter().filter(|s| s.sure > odds.min(beyond) && s.more >= HALF).filter(agreed);
+        let gaps = told.map(|s| Gap { trial: s.trial, after: s.after, rows: s.rows.round() as usize }).filter(|gap| gap.rows > 0).collect();
         let log = &trials[first.trial];
         Some(Lost { gaps, uneven: short > 0 && even_odds >= chance, first_s: log.start_s() + first.after as f64 / log.sample_rate_hz() })
     }
@@ -100,7 +104,7 @@ fn steps(trial: usize, log: &Recording, ports: &Ports, reach: usize) -> Vec<Step
     let angles: Vec<(&[f64], f64)> =
         ports.outputs.iter().filter_map(|c| log.channels().get(*c)).map(|c| (c.samples.as_slice(), variance(&c.samples))).collect();
     let of = |after: usize| {
-        let (mut size, mut score, mut own) = (0.0, 0.0, Vec::new());
+        let (mut size, mut score, mut own, mut mean_size, mut mean_score) = (0.0, 0.0, Vec::new(), 0.0, 0.0);
         for (angle, variance) in &angles {
             let step = |k: usize| angle[k + 1] - angle[k];
             let way = step(after - 1).signum();
@@ -115,12 +119,16 @@ fn steps(trial: usize, log: &Recording, ports: &Ports, reach: usize) -> Vec<Step
             let more = forward - forward.clamp(least, most);
             size += most * most / variance;
             score += more * most / variance;
-            own.push((most / variance.sqrt(), more / most));
+            let mean = 0.5 * (before + next);
+            mean_size += mean * mean / variance;
+            mean_score += mean * forward / variance;
+            own.push((most / variance.sqrt(), more / most, forward / mean - 1.0));
         }
         let sure = score / size.max(f64::MIN_POSITIVE).sqrt();
         // A joint tells by itself where one step is beyond the noise of three.
-        let each = own.iter().filter(|(step, _)| *step > TELLS).map(|(_, more)| *more).collect();
-        Step { trial, after, more: if size > 0.0 { score / size } else { 0.0 }, sure, each }
+        let (each, rows_of_each) = own.iter().filter(|(step, ..)| *step > TELLS).map(|(_, more, rows)| (*more, *rows)).unzip();
+        let of = |score: f64, size: f64| if size > 0.0 { score / size } else { 0.0 };
+        Step { trial, after, more: of(score, size), sure, each, rows: of(mean_score, mean_size) - 1.0, rows_of_each }
     };
     (reach..log.len().saturating_sub(1 + reach)).map(of).collect()
 }
@@ -185,6 +193,10 @@ mod tests {
             // Where both joints turn round nothing tells.
             assert!(!found.uneven && back <= gone && 5 * back > 4 * gone, "{seed}: {back} of {gone}");
         }
+        // Ten in a row, over which speeds change.
+        let ten: Vec<f64> = times.iter().copied().filter(|t| !(10.0..10.05).contains(t)).collect();
+        let found = lost(&ten).expect("ten are lost");
+        assert_eq!(found.gaps.iter().map(|gap| (gap.after, gap.rows)).collect::<Vec<_>>(), [(1999, 10)]);
         // One is enough to be told.
         let one: Vec<f64> = times.iter().copied().filter(|t| *t != 20.0).collect();
         assert_eq!(lost(&one).map(|lost| (lost.gaps.len(), lost.words().contains("19.995 s"))), Some((1, true)));

@@ -107,7 +107,14 @@ pub(crate) fn mistaken(scene: &Scene<'_>, motions: &[Motion], tilt: &[f64; 3]) -
         errors(&driven, &undone, &needed)
     };
     let sum = |errors: &[f64]| errors.iter().sum::<f64>();
-    let right = |way: Mistaken| Some((way, after(way))).filter(|(_, after)| sum(after) < LEFT * sum(&before)).map(|(way, after)| (way, sum(&after)));
+    let right = |way: Mistaken| {
+        let after = after(way);
+        // What exchanged torques leave as it is misses what it misses for another reason.
+        let changed: Vec<usize> = (0..after.len()).filter(|j| after[*j] != before[*j]).collect();
+        let [old, new] = [&before, &after].map(|errors| changed.iter().map(|j| errors[*j]).sum::<f64>());
+        let puts_right = changed.iter().any(|j| before[*j] >= LEFT) && new < LEFT * old;
+        puts_right.then(|| (way, sum(&after)))
+    };
     let (found, left) = all.filter_map(right).min_by(|a, b| a.1.total_cmp(&b.1))?;
     // A torque alone that counts the other way is a gain below zero, which is found as one.
     let turned = |j: &usize| {

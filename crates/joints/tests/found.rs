@@ -229,6 +229,25 @@ fn another_level_of_a_soft_constraint_is_one_cause() {
     assert!(low < level && level < high && high - low < 0.05, "{low} {high}");
 }
 
+/// A file whose friction turns at once, as URDF knows no other, beside a robot's that turns over a speed or ahead: the level is right, and how it turns is what is missing.
+#[test]
+fn a_friction_of_the_file_that_turns_otherwise_is_that_and_its_level_stays() {
+    let (level, ahead_s, speed) = (1.2, 0.0095, 0.03);
+    let chain = RobotConfig::parse("hard.toml", &PENDULUM.replace("mass_kg", &format!("coulomb_nm = {level}, mass_kg")), None)
+        .and_then(|c| c.chain())
+        .expect("a robot");
+    let soft = |t: f64| ((rate(wave, t) + ahead_s * acceleration(wave, t)) / speed).clamp(-1.0, 1.0);
+    let own = log(6000, wave, |t| needed(wave, t) + level * soft(t), white(0.01, 7));
+    let ports = Ports { references: vec![], inputs: vec![0], outputs: vec![1] };
+    let found = diagnose(&chain, &[own], &[], &ports, &Options::default(), &mut |_| {}).expect("an answer").0;
+    let named: Vec<&str> = found.causes.iter().map(|c| c.effect.as_str()).collect();
+    assert_eq!((named, found.verdict), (vec!["coulomb-friction"], Verdict::Explained), "{:?} {:?}", found.causes, found.minor);
+    for (name, truth) in [("level_nm", level), ("ahead_s", ahead_s), ("turning_speed_rad_per_s", speed)] {
+        let [low, high] = interval(&found, "coulomb-friction", name).expect("an interval");
+        assert!(low < truth && truth < high, "{name} {low} {high}");
+    }
+}
+
 #[test]
 fn a_torque_with_its_sign_turned_round_is_a_gain_below_zero() {
     let found = logged(6000, wave, |t| -needed(wave, t), white(NOISE, 7));

@@ -228,6 +228,11 @@ fn channels_that_changed_places_or_sign_are_told_and_nothing_is_sure_beside_them
         let written = corrections(&file, &[log], &ports(), &found, &Options::default()).expect("of these");
         assert!(written.list.is_empty(), "{written:?}");
     }
+    // What another joint lacks hides none of it.
+    let rubbing = log(&file, 7, |j, _, _, v| if j == 0 { 3.0 * v.signum() } else { 0.0 }, |torque, _| torque.swap(1, 2));
+    let found_there = found(&file, rubbing);
+    assert_eq!(notes(&found_there, "--channels torque_lift=torque_bend"), 1, "{:?}", found_there.discrepancy.notes);
+    assert!(found_there.causes.iter().all(|c| c.probability <= 0.6), "{:?}", found_there.causes);
     // A remedy names the columns that the log has.
     let numbered = log(&file, 7, |_, _, _, _| 0.0, |torque, _| torque.swap(1, 2));
     let channels =
@@ -306,6 +311,22 @@ fn angles_in_another_unit_are_told_and_taken_so() {
         }
         let right = found(&file, log(&real, 13, |_, _, _, _| 0.0, |_, _| {}));
         assert_eq!((notes(&right, "taken so here"), right.verdict), (0, Verdict::Explained), "{unit} {:?}", right.discrepancy.notes);
+    }
+}
+
+/// Times count with the rows that a log without times lacks: what is found is found, and no name is sure.
+#[test]
+fn rows_that_a_log_has_lost_are_told_and_nothing_is_sure_beside_them() {
+    let [real, lacking] = ["viscous_nm_s_per_rad = 0.5", BEND].map(|bend| chain(&file(LIFT, bend)));
+    let whole = log(&real, 15, |_, _, _, _| 0.0, |_, _| {});
+    let kept = |x: &[f64]| x.iter().enumerate().filter(|(k, _)| k % 97 != 50).map(|(_, x)| *x).collect();
+    let channels = whole.channels().iter().map(|c| Channel::new(c.name.clone(), c.unit.clone(), kept(&c.samples))).collect();
+    let log = Recording::new(RATE_HZ, channels).expect("channels of one length");
+    for (file, names, verdict) in [(&lacking, vec![("viscous-friction", "bend")], Verdict::PartlyExplained), (&real, vec![], Verdict::Unexplained)] {
+        let found = found(file, log.clone());
+        assert_eq!((named(&found), notes(&found, "rows are missing"), found.verdict), (names, 1, verdict), "{:?}", found.discrepancy.notes);
+        assert!(found.causes.iter().all(|c| c.probability <= 0.6), "{:?}", found.causes);
+        assert!(corrections(file, &[log.clone()], &ports(), &found, &Options::default()).expect("of these").list.is_empty());
     }
 }
 

@@ -79,6 +79,10 @@ impl RobotConfig {
     /// [`DeviceError`] that names the joint and the number.
     pub fn chain(&self) -> Result<SerialChain, DeviceError> {
         let (links, joints) = (self.links()?, self.joint_figures());
+        let twice = self.joints.iter().enumerate().find(|(k, joint)| self.joints[..*k].iter().any(|other| other.name == joint.name));
+        if let Some((_, joint)) = twice {
+            return Err(DeviceError::size("joints", format!("two called \"{}\"", joint.name), "each with a name of its own"));
+        }
         let axis = |name: &str, rotational| Axis { name: name.to_owned(), rotational };
         let space = if self.axes.is_empty() {
             (Space::Joints, self.joints.iter().map(|j| axis(&j.name, j.kind == JointKind::Revolute)).collect())

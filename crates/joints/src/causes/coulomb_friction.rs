@@ -19,6 +19,16 @@ fn soft(form: &Form, shape: &[f64]) -> Column {
     Column::Soft { joint: form.joint.unwrap_or(0), ahead_s: shape[0], speed: shape[1] }
 }
 
+/// Dry friction whose sign turns over a speed.
+fn turn(form: &Form, shape: &[f64]) -> Column {
+    Column::Turn { joint: form.joint.unwrap_or(0), speed: shape[0] }
+}
+
+/// What it is more than one that turns at once.
+fn less_the_sign(turn: Column) -> Column {
+    Column::Otherwise(Box::new(turn))
+}
+
 /// What another level of the file's soft constraint adds.
 fn firmer(form: &Form, shape: &[f64]) -> Column {
     match form.columns[0] {
@@ -53,19 +63,32 @@ pub(super) static CAUSE: JointCause = JointCause {
             // From what the noise over which the sign is smoothed hides to an eighth of a period, where it is of the acceleration as much as of the speed.
             let times = [scale.speed_noise / scale.speed / TAU / scale.pace_hz, SOFTEST_S.min(0.125 / scale.pace_hz)];
             let speeds = [scale.speed_noise, 0.25 * scale.speed];
-            for time in if file > 0.0 { vec![] } else { geometric(times[0], times[1], 3) } {
+            // A file's friction that turns at once where the robot's does not is a third way: as much as turns so, with the level that the file has.
+            let turns_at_once = matches!(own, Column::Sign(_));
+            let otherwise = file > 0.0 && turns_at_once;
+            let turning = || if otherwise { level().on_top_of(0.0) } else { level() };
+            for time in if turns_at_once { geometric(times[0], times[1], 3) } else { vec![] } {
                 for speed in geometric(speeds[0], speeds[1], 3) {
                     let shapes = vec![
                         Shape { name: "ahead_s", unit: "s", value: time, bounds: times },
                         Shape { name: TURNING.0, unit: TURNING.1, value: speed, bounds: speeds },
                     ];
-                    forms.push(Form::new(&CAUSE, Some(j), vec![], vec![level()]).shaped(shapes, |form, shape| vec![soft(form, shape)]));
+                    let form = Form::new(&CAUSE, Some(j), vec![], vec![turning()]);
+                    forms.push(
+                        form.shaped(
+                            shapes,
+                            if otherwise { |form, shape| vec![less_the_sign(soft(form, shape))] } else { |form, shape| vec![soft(form, shape)] },
+                        ),
+                    );
                 }
             }
             // From where the noise of the rate hides it no more to where it is a viscous friction that thins.
             let bounds = [2.0 * scale.speed_noise, 0.25 * scale.speed];
-            let turn = |form: &Form, shape: &[f64]| vec![Column::Turn { joint: form.joint.unwrap_or(0), speed: shape[0] }];
-            forms.extend(Form::new(&CAUSE, Some(j), vec![], vec![level()]).over(TURNING, bounds, 5, turn));
+            let turned = |told: Told| Form::new(&CAUSE, Some(j), vec![], vec![told]);
+            forms.extend(turned(level()).over(TURNING, bounds, 5, |form, shape| vec![turn(form, shape)]));
+            if otherwise {
+                forms.extend(turned(turning()).over(TURNING, bounds, 5, |form, shape| vec![less_the_sign(turn(form, shape))]));
+            }
             // From where the sign is certain, three deviations of the noise to each side, to where the excess is no longer one near rest.
             let bounds = [6.0 * scale.speed_noise, 0.5 * scale.speed];
             let at_rest = Told { name: "stribeck_level_nm".to_owned(), parts: vec![(0, 1.0), (1, 1.0)], ..level() };
