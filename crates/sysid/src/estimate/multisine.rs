@@ -100,7 +100,7 @@ pub(crate) fn multisine(trials: &[PeriodSpectra], ports: &Ports, labels: &Labels
         warnings.push(Warning::new(
             "one-realisation",
             format!("{} trial(s) for {} input(s): the intervals hold noise, not nonlinear distortion", trials.len(), drivers.len()),
-            &format!("record {} realisations of the multisine or more, with other phases, to have distortion in the intervals", drivers.len() + 3),
+            format!("record {} realisations of the multisine or more, with other phases, to have distortion in the intervals", drivers.len() + 3),
         ));
     }
     let response = derived.as_ref().map_or(&direct.response, |d| &d.response);
