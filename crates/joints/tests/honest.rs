@@ -326,7 +326,7 @@ fn rows_that_a_log_has_lost_are_told_and_nothing_is_sure_beside_them() {
         let found = found(file, log.clone());
         assert_eq!((named(&found), notes(&found, "rows are missing"), found.verdict), (names, 1, verdict), "{:?}", found.discrepancy.notes);
         assert!(found.causes.iter().all(|c| c.probability <= 0.6), "{:?}", found.causes);
-        assert!(corrections(file, &[log.clone()], &ports(), &found, &Options::default()).expect("of these").list.is_empty());
+        assert!(corrections(file, std::slice::from_ref(&log), &ports(), &found, &Options::default()).expect("of these").list.is_empty());
     }
 }
 

@@ -145,7 +145,7 @@ fn what_an_effect_stands_for_exists_and_a_plain_finding_stands_for_nothing_else(
         let others: Vec<&str> = NAMES.into_iter().filter(|name| *name != effect.name()).collect();
         for size in [1e-9, 1e9] {
             for beside in [&[][..], &others] {
-                let names = told(*effect, size, beside, 0.0);
+                let names = told(effect, size, beside, 0.0);
                 assert!(names.iter().all(|name| find(name).is_some() && *name != effect.name()), "{}: {names:?}", effect.name());
                 some += usize::from(!names.is_empty());
             }
