@@ -1,6 +1,7 @@
 //! The diagnosis from recordings to verdict.
 
 use crate::answer::{Answer, Models};
+use crate::asked::{Asked, Searched};
 use crate::baseline::Baseline;
 use crate::detectors;
 use crate::judge::Court;
@@ -8,7 +9,7 @@ use crate::options::Options;
 use crate::pictures::Pictures;
 use crate::result::Diagnosis;
 use crate::samples::{Meaning, Samples};
-use crate::searched::{Question, Searched};
+
 use crate::split::divide;
 use crate::unseen::Unseen;
 use crate::{DiagnoseError, generic};
@@ -84,8 +85,8 @@ pub fn diagnose_with_pictures(
         [&mut estimation, &mut held].into_iter().for_each(|part| part.hold(fit.hold.unwrap_or_default(), fit.ticks.as_ref(), &meaning));
     }
     progress("preparing");
-    let question = Question { meaning: &meaning, samples: &samples, options, baseline };
-    let Searched { subject, mut findings, found, turned } = question.searched(&mut estimation, linear.as_ref(), progress)?;
+    let asked = Asked { meaning: &meaning, samples: &samples, options, baseline };
+    let Searched { subject, mut findings, found, turned } = asked.searched(&mut estimation, linear.as_ref(), progress)?;
     if turned {
         held.turn(meaning.reference_is_effort);
         linear = linear.map(|fit| -fit);

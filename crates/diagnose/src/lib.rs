@@ -11,6 +11,7 @@
 
 mod along;
 mod answer;
+mod asked;
 mod at_joints;
 mod band;
 mod baseline;
@@ -45,7 +46,6 @@ mod result;
 mod robot;
 mod samples;
 mod search;
-mod searched;
 mod shared_tests;
 mod split;
 mod state;

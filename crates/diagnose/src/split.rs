@@ -66,3 +66,17 @@ impl Stretch {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_stretch_that_the_recording_does_not_have_is_no_part_of_it() {
+        for beyond in [HeldOut::Time(100.0, 200.0), HeldOut::Time(20.0, 10.0), HeldOut::Time(-1.0, 10.0)] {
+            assert!(matches!(beyond.divide(1, 4000, 100.0), Err(DiagnoseError::HeldOutBeyond { duration_s: 40.0, .. })), "{beyond:?}");
+        }
+        let [fitted, held] = HeldOut::Time(30.0, 50.0).divide(1, 4000, 100.0).expect("what there is of it");
+        assert_eq!([fitted.words(100.0), held.words(100.0)], ["0.00 to 30.00 s", "30.00 to 40.00 s"]);
+    }
+}

@@ -8,8 +8,8 @@ use crate::result::{Cause, Confusable, Curve, Gain, UNSURE};
 use crate::search::{ENOUGH, Judged};
 use statrs::distribution::{ChiSquared, ContinuousCDF};
 
-/// Change of a prediction, over the output's standard deviation, that is no number to judge by.
-const FAR: f64 = 10.0;
+/// Two predictions further apart than this many times the output: one of them errs by more than the output, which is worse than none.
+const FAR: f64 = 2.0;
 /// Penalised gains closer than this do not tell two effects apart.
 const CONFUSABLE: f64 = 3.0;
 
@@ -90,7 +90,7 @@ impl Answer<'_> {
                 100.0 * group.size,
                 match group.change {
                     Some(change) if change > FAR =>
-                        "it changes the held-out prediction by more than ten times the output: with it or without it the run goes astray".to_owned(),
+                        "it changes the held-out prediction by more than twice the output: with it or without it the run is worse than no prediction".to_owned(),
                     Some(change) => format!("it changes the held-out prediction by {:.2} % of the output", 100.0 * change),
                     None => "how far it changes the held-out prediction is not known: with it or without it that part could not be fitted or run by itself"
                         .to_owned(),

@@ -278,3 +278,26 @@ fn of_no_body(model: &str, parameters: &[ModelParameter]) -> Vec<String> {
 fn extended_name(causes: &[Cause]) -> String {
     std::iter::once("inertia-damping-stiffness".to_owned()).chain(causes.iter().map(|c| c.effect.clone())).collect::<Vec<_>>().join(" + ")
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use ndof_models::effects::Value;
+
+    /// An effort that is 25 ms early is a motion that is as late: its interval holds that, and not both signs.
+    #[test]
+    fn a_delay_of_either_channel_has_an_interval_of_one_sign() {
+        let parameter = |name: &str, value, ci95| CauseParameter { name: name.to_owned(), unit: String::new(), value, ci95 };
+        let delay = |seconds: f64, of: &str| {
+            [parameter("delay_s", Value::Number(seconds), Some([seconds - 4e-4, seconds + 3e-4])), parameter("channel", Value::Text(of.to_owned()), None)]
+        };
+        let told = delay(-0.025, "force_x");
+        for (mut other, expected) in [(delay(0.0251, "pos_x"), [-0.0254, -0.0247]), (delay(-0.0251, "force_x"), [-0.0255, -0.0247])] {
+            in_the_same_channel(&mut other, &told);
+            let mut own = told[0].clone();
+            own.widen(&other[0]);
+            let found = own.ci95.expect("an interval");
+            assert!(found.iter().zip(expected).all(|(a, b)| (a - b).abs() < 1e-9), "{found:?}");
+        }
+    }
+}

@@ -14,7 +14,7 @@ pub struct Pieces {
 
 impl Pieces {
     /// Of the trials' own lengths the L with the largest n √L, where n samples are in whole pieces of it: intervals go by 1/√n, and the width that polynomials
-    /// look over by 1/L, so that pieces four times as long make up for half of the samples. Trials of one length are a piece each.
+    /// look over by 1/L; how much of one is worth the other no theory says, and here pieces four times as long make up for half of the samples. Trials of one length are a piece each.
     ///
     /// ```
     /// use ndof_sysid::Pieces;

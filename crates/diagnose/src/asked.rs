@@ -14,7 +14,7 @@ use ndof_signal::detect_period;
 use std::sync::Arc;
 
 /// What is asked, of all that was recorded.
-pub(crate) struct Question<'a> {
+pub(crate) struct Asked<'a> {
     pub meaning: &'a Meaning,
     pub samples: &'a Samples,
     pub options: &'a Options,
@@ -30,7 +30,7 @@ pub(crate) struct Searched {
     pub turned: bool,
 }
 
-impl Question<'_> {
+impl Asked<'_> {
     /// The search of a part; its effort is turned round where it counts the other way.
     pub fn searched(&self, part: &mut Samples, linear: Option<&LinearFit>, progress: &mut dyn FnMut(&str)) -> Result<Searched, DiagnoseError> {
         let found = self.found(part, linear, true, progress)?;
@@ -77,7 +77,7 @@ impl Question<'_> {
 
     /// Levels, tones and bursts, in this order; tones and bursts are masked before anything else is tried.
     fn before_registry(&self, subject: &mut Subject) -> Result<Findings, DiagnoseError> {
-        let Question { samples, options, .. } = *self;
+        let Asked { samples, options, .. } = *self;
         let tried = |trace: Trace| EFFECTS.iter().any(|e| e.card.trace == trace && !options.without.iter().any(|w| w == e.name()));
         let levels = if tried(Trace::Levels) { detectors::levels(samples, options.tolerance) } else { vec![] };
         let mut findings = Findings { levels, ..Findings::default() };
