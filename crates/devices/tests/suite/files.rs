@@ -118,6 +118,7 @@ fn a_robot_that_cannot_be_is_refused_with_its_place() {
     let left_over = urdf.replace("</robot>", "<xacro:property name=\"pi\" value=\"3.14\"/></robot>");
     assert_eq!(RobotConfig::parse("h.urdf", &left_over, None), RobotConfig::parse("h.urdf", &urdf, None));
     assert!(build("i.toml", &TWO_LINK.replacen("mass_kg", "friction_ahead_s = -1.0\nmass_kg", 1), None).contains("friction_ahead_s of joint"));
+    assert!(build("j.toml", &TWO_LINK.replace("name = \"elbow\"", "name = \"shoulder\""), None).contains("two called \"shoulder\""));
     let error = DeviceConfig::from_file("/no/such/robot.toml").build().err().expect("refused");
     assert!(matches!(error, DeviceError::File { .. }), "{error}");
     assert!(DeviceConfig::default().build().is_err());
