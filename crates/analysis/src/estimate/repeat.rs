@@ -56,13 +56,15 @@ pub(super) fn between_trials(trials: &Trials, settings: &Estimate, method: &Spec
         _ => in_kind(ndof_sysid::response(&recordings, ports, &labels, (method, settings.estimator), apart_hz).ok()?.band(low_hz, high_hz), trials, kind),
     };
     let recordings = trials.recordings();
-    let pieces = Pieces::new(&recordings);
-    let responses: Option<Vec<FrequencyResponse>> = if matches!(method, SpectralMethod::Welch(_)) || recordings.iter().all(|r| r.len() == pieces.len) {
+    let responses: Option<Vec<FrequencyResponse>> = if matches!(method, SpectralMethod::Welch(_)) {
         recordings.into_par_iter().map(|recording| alone(vec![recording])).collect()
     } else {
         // A grid of lines is that of a piece's length.
-        let cut: Vec<Vec<Recording>> =
-            pieces.of.chunk_by(|a, b| a.0 == b.0).map(|own| own.iter().filter_map(|(t, range)| recordings[*t].slice(range.clone()).ok()).collect()).collect();
+        let cut: Vec<Vec<Recording>> = Pieces::new(&recordings)
+            .of
+            .chunk_by(|a, b| a.0 == b.0)
+            .map(|own| own.iter().filter_map(|(t, range)| recordings[*t].slice(range.clone()).ok()).collect())
+            .collect();
         cut.par_iter().map(|pieces| alone(pieces.iter().collect())).collect()
     };
     let spread = ndof_sysid::spread(&responses?, low_hz, high_hz)?;

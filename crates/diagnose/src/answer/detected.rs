@@ -78,7 +78,7 @@ impl Answer<'_> {
             );
             self.quiet(effect, Some(tone.axis), parameters, (0.97f64.min(limit), chance), gain, evidence)
         };
-        tones.iter().enumerate().map(cause).collect()
+        tones.iter().enumerate().filter(|(number, _)| gains.has_tone(*number)).map(cause).collect()
     }
 
     /// Bursts and steps of a channel, which no model predicts.

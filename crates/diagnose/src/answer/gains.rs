@@ -4,6 +4,7 @@ use super::groups::{Ends, Group, nothing};
 use super::material::Answer;
 use crate::judge::Errors;
 use crate::result::Gain;
+use crate::search::ENOUGH;
 use crate::unseen::Rest;
 
 /// A group beside those before it.
@@ -68,7 +69,7 @@ impl<'a> Gains<'a> {
         let (unseen, gate, found) = (answer.unseen, answer.gate, answer.found);
         let beyond = if gate.sure() { gate.beyond * unseen.share() } else { 0.0 };
         let tones: Vec<Option<f64>> = answer.findings.tones.iter().map(|tone| unseen.tone(tone, &found.chosen, &found.stand)).collect();
-        let more = beyond + tones.iter().flatten().sum::<f64>();
+        let more = beyond + tones.iter().flatten().filter(|gain| **gain > ENOUGH).sum::<f64>();
         let all = ends.best.iter().chain(steps.iter().filter_map(|step| step.rest.as_ref()));
         let best = all.max_by(|a, b| a.log_likelihood.total_cmp(&b.log_likelihood));
         Gains { steps, baseline: ends.baseline.as_ref(), best, more, tones }
@@ -84,6 +85,11 @@ impl<'a> Gains<'a> {
             (gain.explained_fraction, gain.explained_fraction_ci95) = best.fraction([baseline, before, after], self.more);
         }
         gain
+    }
+
+    /// Whether a tone is there beside what was found after it: what the linear model alone missed at a resonance may have looked like one.
+    pub fn has_tone(&self, tone: usize) -> bool {
+        self.tones[tone].is_none_or(|gain| gain > ENOUGH)
     }
 
     /// The gain of a tone.
