@@ -9,8 +9,8 @@ use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use std::f64::consts::TAU;
 
-const RATE_HZ: f64 = 500.0;
-const SAMPLES: u32 = 20_000;
+const RATE_HZ: f64 = 1000.0;
+const SAMPLES: u32 = 40_000;
 /// Corner of the force, of fourth order: beyond it both channels sink into their noise.
 const CORNER_HZ: f64 = 20.0;
 /// Noise of each channel over its rms.
