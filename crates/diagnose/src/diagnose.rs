@@ -111,6 +111,7 @@ pub fn diagnose_with_pictures(
         court: &court,
         whole: whole.as_ref(),
         unseen: &unseen,
+        held: &held,
         baseline: &baseline_stand,
         linear: linear.as_ref(),
         found: &found,

@@ -3,6 +3,7 @@
 use crate::free_run::Runner;
 use crate::hypotheses::{Ground, Hypothesis, Tried};
 use crate::layout::Track;
+use crate::optimise::inside_of;
 use crate::plant::Role;
 use crate::result::CauseParameter;
 use crate::search::{Chosen, Stand, but};
@@ -125,16 +126,19 @@ impl Subject {
                 variance.iter_mut().zip(a.iter().zip(&b)).for_each(|(v, (a, b))| *v += ((a - b) / (2.0 * knob.step)).powi(2) * knob.variance);
             }
         }
+        let at_an_end = self.at_an_end(chosen, stand, position);
         values
             .into_iter()
-            .zip(variance)
-            .map(|((name, value), variance)| {
+            .zip(variance.into_iter().zip(at_an_end))
+            .map(|((name, value), (variance, at_an_end))| {
                 let card = h.effect.card.parameters.iter().find(|p| p.name == name);
                 let unit = card.map_or("", |p| if self.scale.rotational { p.rotational_unit } else { p.unit });
                 let ci95 = match value {
-                    Value::Number(x) if variance > 0.0 && variance.is_finite() => {
+                    Value::Number(x) if variance > 0.0 && variance.is_finite() && !at_an_end => {
                         let half = 1.96 * variance.sqrt().hypot(h.form.systematic(name, x));
-                        Some([x - half, x + half])
+                        // What no body has is in no interval.
+                        let (lo, hi) = card.map(|p| p.bounds).filter(|(lo, hi)| (*lo..=*hi).contains(&x)).unwrap_or((f64::NEG_INFINITY, f64::INFINITY));
+                        Some([(x - half).max(lo), (x + half).min(hi)])
                     }
                     _ => None,
                 };
@@ -142,6 +146,14 @@ impl Subject {
                 CauseParameter { name, unit: unit.to_owned(), value, ci95 }
             })
             .collect()
+    }
+
+    /// Which parameters follow a knob that rests at an end of the range that is searched: such a value is a bound, and no estimate.
+    pub fn at_an_end(&self, chosen: &[Chosen], stand: &Stand, position: usize) -> Vec<bool> {
+        let form = &self.hypotheses[chosen[position].hypothesis].form;
+        let (knobs, coefficients) = (&chosen[position].knobs, self.coefficients(stand, position));
+        let inside: Vec<f64> = form.knobs.iter().zip(knobs).map(|(knob, value)| inside_of(knob, *value).unwrap_or(*value)).collect();
+        (form.naming)(knobs, coefficients).iter().zip((form.naming)(&inside, coefficients)).map(|(own, inside)| *own != inside).collect()
     }
 
     /// The numbers of a chosen hypothesis with their standard errors while its knobs stay: whether what they are the size of is there at all.

@@ -191,6 +191,29 @@ impl Errors {
         self.signed.iter().zip(&other.signed).map(of_output).fold(0.0, f64::max)
     }
 
+    /// Root of the error's power that is gone in another's, of the output where it is most, as a share of its standard deviation; nothing unless the ratio of the
+    /// two is above one beyond chance: its logarithm, by Student's 95 % interval of the mean over blocks of so many samples, at least four a trial.
+    pub fn taken_by(&self, other: &Errors, per: usize) -> f64 {
+        let of_output = |(before, after): (&Vec<f64>, &Vec<f64>)| {
+            let both: Vec<(f64, f64)> = self.powers(before, per).zip(self.powers(after, per)).collect();
+            let ratios: Vec<f64> = both.iter().map(|(before, after)| (before / after.max(f64::MIN_POSITIVE)).ln()).collect();
+            let gone = both.iter().map(|(before, after)| before.min(1.0) - after.min(1.0)).sum::<f64>() / both.len() as f64;
+            if least_mean(&ratios) > 0.0 { gone.max(0.0).sqrt() } else { 0.0 }
+        };
+        self.signed.iter().zip(&other.signed).map(of_output).fold(0.0, f64::max)
+    }
+
+    /// The score with the errors of a stretch, from and to as shares of all of the time, as much less as they are there from one score to another.
+    pub fn with_part(&self, [from, to]: [f64; 2], [before, after]: [&Score; 2]) -> Score {
+        let power = |errors: &[f64]| errors.iter().map(|e| e * e).sum::<f64>();
+        let one = |(k, signed): (usize, &Vec<f64>)| {
+            let [from, to] = [from, to].map(|share| (share * signed.len() as f64).round() as usize);
+            let less = before.nrmse[k].zip(after.nrmse[k]).map_or(0.0, |(before, after)| 1.0 - (after / before).powi(2));
+            self.score.nrmse[k].map(|all| all * (1.0 - power(&signed[from..to]) / power(signed) * less).max(0.0).sqrt())
+        };
+        Score { nrmse: self.signed.iter().enumerate().map(one).collect(), ..Score::default() }
+    }
+
     /// Whether an output is predicted worse than by nothing at all.
     pub fn is_worse_than_none(&self) -> bool {
         self.score.nrmse.iter().any(|e| e.is_none_or(|e| e > 1.0))

@@ -11,6 +11,12 @@ pub(crate) fn tells(knobs: &[Knob], values: &[f64]) -> bool {
     knobs.iter().zip(values).any(|(knob, &value)| knob.telling && to_unit(knob, value) < 0.01)
 }
 
+/// The inner side of the end of a knob's range that its value rests at, if it does.
+pub(crate) fn inside_of(knob: &Knob, value: f64) -> Option<f64> {
+    let at = to_unit(knob, value);
+    if at < 0.01 { Some(from_unit(knob, 0.02)) } else { (at > 0.99).then(|| from_unit(knob, 0.98)) }
+}
+
 fn from_unit(knob: &Knob, unit: f64) -> f64 {
     let u = unit.clamp(0.0, 1.0);
     if knob.log { knob.lo * (knob.hi / knob.lo).powf(u) } else { knob.lo + u * (knob.hi - knob.lo) }

@@ -148,6 +148,11 @@ impl NoiseFloor {
         }
     }
 
+    /// Its mean square over all outputs.
+    pub(crate) fn variance(&self) -> f64 {
+        self.nrmse.iter().map(|f| f.map_or(0.0, |f| f * f)).sum::<f64>() / self.nrmse.len() as f64
+    }
+
     /// What a model leaves in which nothing was found to follow from the inputs.
     pub(crate) fn of_the_rest(score: &Score) -> Self {
         NoiseFloor { nrmse: score.nrmse.clone(), how: "what the model leaves: nothing in it was found to follow from the inputs".to_owned() }

@@ -2,6 +2,7 @@
 
 use crate::DiagnoseError;
 use crate::operators::filter;
+use crate::split::FEWEST;
 use ndof_models::schedule::MeanOver;
 use ndof_models::{Hold, Sampling, Ticks};
 use ndof_signal::{Quantity, Recording};
@@ -147,7 +148,7 @@ impl Samples {
             if (trial.sample_rate_hz() - rate_hz).abs() > 1e-9 * rate_hz {
                 return Err(DiagnoseError::Rates { trial: number + 1, expected: rate_hz, found: trial.sample_rate_hz() });
             }
-            if trial.len() < 200 {
+            if trial.len() < FEWEST {
                 return Err(DiagnoseError::TooShort { trial: number + 1, samples: trial.len() });
             }
             let used: Vec<usize> = effort.iter().chain(motion).chain(&ports.references).copied().collect();

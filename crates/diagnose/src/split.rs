@@ -6,6 +6,9 @@ use crate::result::Split;
 use crate::samples::Samples;
 use crate::stretch::Stretch;
 
+/// Samples of which a stretch has to have as many to be fitted or judged.
+pub(crate) const FEWEST: usize = 200;
+
 impl HeldOut {
     /// Share of one recording's time that is held out where nothing is asked for: so that what is fitted, which tells the parameters, is some twice as long.
     pub const SHARE: f64 = 0.3;
@@ -26,7 +29,7 @@ impl HeldOut {
         let by_time = |from: usize, to: usize| {
             // The longer stretch beside the held-out one is fitted.
             let (a, b) = if from >= samples - to.min(samples) { (0, from) } else { (to, samples) };
-            if b < a + 200 || to < from + 200 || to > samples {
+            if b < a + FEWEST || to < from + FEWEST || to > samples {
                 return Err(refuse(trials, b.saturating_sub(a), trials));
             }
             Ok([Stretch::Samples(a..b), Stretch::Samples(from..to)])
@@ -48,6 +51,29 @@ pub(crate) fn divide(samples: &Samples, held_out: &HeldOut) -> Result<(Samples, 
     let [fitted, held] = held_out.divide(samples.effort.len(), samples.len(), samples.rate_hz)?;
     let split = Split { estimation: fitted.words(samples.rate_hz), held_out: held.words(samples.rate_hz), windows_s: None };
     Ok((fitted.of(samples), held.of(samples), split))
+}
+
+/// A stretch of what is held out.
+pub(crate) struct Piece {
+    pub samples: Samples,
+    /// Where it begins and ends, as shares of all that is held out, trial after trial.
+    pub place: [f64; 2],
+    pub words: String,
+}
+
+/// The trials of what is held out, if there are several, and the halves and quarters of each that are long enough to tell something by themselves.
+pub(crate) fn parts(held: &Samples) -> Vec<Piece> {
+    let (trials, samples) = (held.effort.len(), held.len());
+    let piece = |trial: usize, of: usize, k: usize| {
+        let [from, to] = [k, k + 1].map(|edge| edge * samples / of);
+        let [begin, end] = [from, to].map(|sample| held.start_s[trial] + sample as f64 / held.rate_hz);
+        let which = if trials > 1 { format!("held-out trial {}", trial + 1) } else { "the held-out part".to_owned() };
+        let words = if of > 1 { format!("{which} from {begin:.2} to {end:.2} s") } else { which };
+        let place = [k, k + 1].map(|edge| (trial as f64 + edge as f64 / of as f64) / trials as f64);
+        Piece { samples: held.pick(&[trial]).cut(from, to), place, words }
+    };
+    let scales = [1, 2, 4].into_iter().filter(|of| trials * of > 1 && samples / of >= FEWEST);
+    scales.flat_map(|of| (0..trials).flat_map(move |trial| (0..of).map(move |k| (trial, of, k)))).map(|(trial, of, k)| piece(trial, of, k)).collect()
 }
 
 impl Stretch {

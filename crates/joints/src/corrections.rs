@@ -52,7 +52,7 @@ pub fn corrections(chain: &SerialChain, trials: &[Recording], ports: &Ports, dia
     // Gravity first: what torques tell of a body depends on it.
     let (likely, unlikely): (Vec<&Cause>, Vec<&Cause>) = diagnosis.causes.iter().partition(|c| may_be_written(c));
     for cause in unlikely {
-        found.leave_out(cause, &format!("its name is right with a probability of {:.2} only", cause.probability));
+        found.leave_out(cause, "its name is not likely enough to be written");
     }
     let (tilts, others): (Vec<&Cause>, Vec<&Cause>) = likely.into_iter().partition(|c| c.effect == "base-tilt");
     tilts.into_iter().chain(others).for_each(|cause| found.add(cause));
@@ -372,7 +372,7 @@ fn number(cause: &Cause, name: &str) -> Option<f64> {
     cause.parameters.iter().find(|p| p.name == name).and_then(|p| if let Value::Number(value) = p.value { Some(value) } else { None })
 }
 
-/// "coulomb-friction at elbow, level_nm = 1.31 (95 % 1.28 … 1.34) N m".
+/// "coulomb-friction at elbow, level_nm = 1.31 (95 % 1.28 … 1.34) N m, probability 0.98".
 fn words(cause: &Cause) -> String {
     let place = if cause.site.axis.is_empty() { String::new() } else { format!(" at {}", cause.site.axis) };
     let told = |p: &CauseParameter| {
@@ -380,7 +380,9 @@ fn words(cause: &Cause) -> String {
         let interval = p.ci95.map(|[low, high]| format!(" (95 % {} … {})", short(low), short(high))).unwrap_or_default();
         Some(format!("{} = {}{interval} {}", p.name, short(value), p.unit).trim_end().to_owned())
     };
-    std::iter::once(format!("{}{place}", cause.effect)).chain(cause.parameters.iter().filter_map(told)).collect::<Vec<_>>().join(", ")
+    let first = std::iter::once(format!("{}{place}", cause.effect));
+    let last = (!cause.probability.is_nan()).then(|| format!("probability {:.2}", cause.probability));
+    first.chain(cause.parameters.iter().filter_map(told)).chain(last).collect::<Vec<_>>().join(", ")
 }
 
 /// Four digits.

@@ -58,7 +58,14 @@ fn schema<T: JsonSchema>() -> Value {
 }
 
 pub fn run(arguments: &Arguments) -> Result<(), CliError> {
-    let short = arguments.name.trim_start_matches("ndof/").trim_end_matches("/1");
+    // A command's name is as good as that of what it writes.
+    let short = match arguments.name.trim_start_matches("ndof/").trim_end_matches("/1") {
+        "diagnose" => "diagnosis",
+        "study" => "study-result",
+        "simulate" => "truth",
+        "cohort" => "fit",
+        other => other,
+    };
     let (_, schema) = SCHEMAS.iter().find(|(name, _)| *name == short).ok_or_else(|| {
         let known: Vec<&str> = SCHEMAS.iter().map(|(name, _)| *name).collect();
         let suggestion = did_you_mean(nearest(short, known.iter().copied()).as_deref());

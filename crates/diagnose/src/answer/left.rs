@@ -1,10 +1,11 @@
 //! What the named causes leave, and what that makes of the answer.
 
+use super::elsewhere::Elsewhere;
 use super::material::Answer;
 use crate::detectors;
 use crate::judge::Errors;
 use crate::remains::remains;
-use crate::result::{NoiseFloor, Score, UNSURE, Verdict};
+use crate::result::{NoiseFloor, UNSURE, Verdict};
 use crate::search::{Chosen, Stand};
 
 /// Probability of a name beyond which as much is left unexplained: of 257 names, one in nine of these was right.
@@ -49,15 +50,6 @@ impl Answer<'_> {
     pub(super) fn by_itself(&self, (chosen, stand): (&[Chosen], &Stand), slowest_hz: f64) -> Vec<Option<f64>> {
         let expected = || self.unseen.expected(chosen, stand, self.order(), slowest_hz);
         if self.gate.sure() { vec![] } else { expected().unwrap_or_default() }
-    }
-
-    /// The error with a model of the held-out part's own, where that is likelier and takes more than the tolerance off the free run's error, of the model as it
-    /// is and as the balance of forces alone makes it: then the part that was fitted is of another plant.
-    pub(super) fn elsewhere(&self, (chosen, stand): (&[Chosen], &Stand), errors: &Errors) -> Option<Score> {
-        let there = self.errors(chosen, &self.unseen.refitted(chosen, stand)?);
-        let alike = self.errors(chosen, &self.subject.stand(chosen, &self.found.stand.fit.power, 3)?);
-        let gone = [errors, &alike].map(|errors| errors.removed_by(&there, self.court.block())).into_iter().fold(f64::INFINITY, f64::min);
-        (gone > self.options.tolerance).then_some(there.score)
     }
 }
 
@@ -115,7 +107,7 @@ impl Left {
     }
 
     /// What the reader should know of it, in sentences; `level` is the floor's share of the outputs' variance.
-    pub fn notes(&self, answer: &Answer<'_>, before: &Errors, level: f64, named: bool, elsewhere: Option<&Score>) -> Vec<String> {
+    pub fn notes(&self, answer: &Answer<'_>, before: &Errors, level: f64, named: bool, elsewhere: Option<&Elsewhere>) -> Vec<String> {
         let gate = answer.gate;
         let mut notes = Vec::new();
         if answer.turned {
@@ -140,7 +132,7 @@ impl Left {
             notes.extend(remains(answer.subject, &answer.found.stand, answer.features).map(|r| r.sentence(&answer.meaning.axes)));
         }
         // What the baseline could gain at most, of the outputs' variance.
-        let missing = before.variance().map_or(1.0, |b| (b - level).max(0.0));
+        let missing = before.mean().map_or(1.0, |b| (b - level).max(0.0));
         if named && missing < LITTLE_MISSING {
             notes.push(format!("little is missing: at most {:.1} % of the outputs' held-out variance", 100.0 * missing));
         }
@@ -152,12 +144,8 @@ impl Left {
         }
         let own = before.score.nrmse.iter().flatten().fold(0.0, |most: f64, e| most.max(*e));
         // More of an output's variance than the tolerance.
-        if let Some(there) = elsewhere {
-            let most = there.nrmse.iter().flatten().fold(0.0, |most: f64, e| most.max(*e));
-            notes.push(format!(
-                "the held-out part is of another plant than the part that was fitted: with the model's matrices and factors fitted to it, its free run errs by {:.1} % of the output (rms) at most; something changed in between, so that what was found is of the fitted part alone: look at the trials or stretches one by one",
-                100.0 * most
-            ));
+        if let Some(elsewhere) = elsewhere {
+            notes.push(elsewhere.sentence());
         } else if !named && self.white() && !self.adrift && own > 1.0 {
             notes.push(format!(
                 "the held-out part does not judge the model: there the limb moves more by its own force than by the input, and a hold keeps that motion small, so that the free run errs by {:.0} % of it, as that force lets expect; hold out another part",

@@ -7,7 +7,7 @@ use crate::judge::{Court, Errors};
 use crate::linear_fit::LinearFit;
 use crate::options::Options;
 use crate::result::{Cause, Site};
-use crate::samples::Meaning;
+use crate::samples::{Meaning, Samples};
 use crate::search::{Chosen, Found, Stand};
 use crate::subject::Subject;
 use crate::unseen::Unseen;
@@ -35,6 +35,8 @@ pub(crate) struct Answer<'a> {
     /// All trials from beginning to end, where causes are asked for what they add.
     pub whole: Option<&'a Court>,
     pub unseen: &'a Unseen<'a>,
+    /// What was held out.
+    pub held: &'a Samples,
     pub baseline: &'a Stand,
     /// The fit that the baseline's matrices are from, if it is one.
     pub linear: Option<&'a LinearFit>,

@@ -4,6 +4,7 @@ mod cause;
 mod describe;
 mod detected;
 mod drawn;
+mod elsewhere;
 mod gains;
 mod groups;
 mod left;
@@ -53,7 +54,7 @@ impl Answer<'_> {
         // What a model has reached is no less than what remains at best.
         noise_floor.below(&before.score);
         noise_floor.below(&final_errors.score);
-        let level = noise_floor.nrmse.iter().map(|f| f.map_or(0.0, |f| f * f)).sum::<f64>() / noise_floor.nrmse.len() as f64;
+        let level = noise_floor.variance();
         let ends = self.ends();
         let (named, small, nameless) = self.sorted_out(&ends);
         let (steps, small) = self.steps(named, small, &ends, &quiet);
@@ -94,12 +95,12 @@ impl Answer<'_> {
         let elsewhere = self.elsewhere((all, extended), with_all);
         let verdict = left.verdict(!causes.is_empty(), weak, lost, elsewhere.is_some());
         noise_floor.below(&extended_score);
-        elsewhere.iter().for_each(|score| noise_floor.below(score));
+        elsewhere.iter().for_each(|elsewhere| noise_floor.below(&elsewhere.floor));
         causes.iter().for_each(|cause| noise_floor.below(&Score { nrmse: cause.gain.nrmse_after.clone(), ..Score::default() }));
         if verdict == Verdict::Adequate {
             noise_floor = NoiseFloor::of_the_rest(&extended_score);
         }
-        let mut notes = left.notes(self, &before, level, !causes.is_empty(), elsewhere.as_ref());
+        let mut notes = left.notes(self, &before, noise_floor.variance(), !causes.is_empty(), elsewhere.as_ref());
         notes.extend(of_no_body("baseline", &own));
         notes.extend(of_no_body("extended model", &with_causes));
         let sample_rate_hz = subject.layout.rate_hz * subject.layout.factor as f64;
@@ -206,6 +207,11 @@ impl Answer<'_> {
             if let Some((remark, axis)) = form.remark.zip(form.axis) {
                 let of = [Matrix::Mass, Matrix::Damping, Matrix::Stiffness].map(|matrix| subject.matrix(all, extended, matrix)[axis][axis]);
                 cause.evidence.push(remark(&own.knobs, subject.coefficients(extended, position), of, subject.scale.rotational));
+            }
+            let at_an_end = subject.at_an_end(all, extended, position);
+            let bounds: Vec<&str> = cause.parameters.iter().zip(at_an_end).filter(|(_, at)| *at).map(|(parameter, _)| parameter.name.as_str()).collect();
+            if !bounds.is_empty() {
+                cause.evidence.push(format!("{}: at an end of the range that was searched, so that it is a bound and has no interval", bounds.join(", ")));
             }
             if !forms.is_empty() {
                 cause.evidence.push(format!("as likely in another form ({}): its intervals hold the values of both", forms.join(", ")));
