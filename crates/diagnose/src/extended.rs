@@ -136,9 +136,10 @@ impl Subject {
                 let ci95 = match value {
                     Value::Number(x) if variance > 0.0 && variance.is_finite() && !at_an_end => {
                         let half = 1.96 * variance.sqrt().hypot(h.form.systematic(name, x));
-                        // What no body has is in no interval.
+                        // What no body has is in no interval; a number that is above zero is known by its ratio.
                         let (lo, hi) = card.map(|p| p.bounds).filter(|(lo, hi)| (*lo..=*hi).contains(&x)).unwrap_or((f64::NEG_INFINITY, f64::INFINITY));
-                        Some([(x - half).max(lo), (x + half).min(hi)])
+                        let [low, high] = if lo > 0.0 && x - half < lo { [-half, half].map(|half| x * (half / x).exp()) } else { [x - half, x + half] };
+                        Some([low.max(lo), high.min(hi)])
                     }
                     _ => None,
                 };

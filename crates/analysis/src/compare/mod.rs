@@ -36,11 +36,20 @@ pub fn compare_fits(fits: &[FitResult]) -> Result<CompareResult, AnalysisError> 
         return Err(AnalysisError::NothingToCompare);
     }
     holm(parameters.iter_mut().flat_map(|p| &mut p.differences).filter_map(|d| d.p_value.as_mut()).collect());
-    let warnings = if lone.is_empty() {
-        Vec::new()
-    } else {
-        vec![Warning::new("not-in-all", format!("not in every fit: {}", lone.join(", ")), "fit all recordings with the same model, channels and kinematics")]
-    };
+    let mut warnings = Vec::new();
+    if !lone.is_empty() {
+        let what = format!("not in every fit: {}", lone.join(", "));
+        warnings.push(Warning::new("not-in-all", what, "fit all recordings with the same model, channels and kinematics"));
+    }
+    // Noise makes no two fits alike to the last digit.
+    let same = |k: usize| (0..k).any(|j| parameters.iter().all(|p| p.values[k].is_some() && p.values[j] == p.values[k]));
+    for k in (1..fits.len()).filter(|k| same(*k)) {
+        let what = format!(
+            "fit {} has the numbers of one before it, to the last digit: it is no second measurement, and no difference speaks for or against anything",
+            k + 1
+        );
+        warnings.push(Warning::new("same-fit", what, "give the fit of another recording"));
+    }
     Ok(CompareResult { head: Head::new(CompareResult::SCHEMA, "compare", warnings), fits: fits.len(), parameters, reliability: Vec::new() })
 }
 
@@ -158,6 +167,14 @@ mod tests {
         assert!((p(0) - 0.10).abs() < 1e-9, "{}", p(0));
         assert_eq!(p(1), 1.0);
         assert_eq!(found.parameters[0].standard_error_of_measurement, None);
+    }
+
+    #[test]
+    fn a_fit_beside_itself_is_told() {
+        let of = |k: f64| fit(&[("K", k, 3.0), ("B", 5.0, 1.0)]);
+        let codes = |found: CompareResult| found.head.warnings.into_iter().map(|w| w.code).collect::<Vec<_>>();
+        assert_eq!(codes(compare_fits(&[of(100.0), of(101.0), of(100.0)]).expect("fits")), ["same-fit"]);
+        assert!(codes(compare_fits(&[of(100.0), of(101.0)]).expect("fits")).is_empty());
     }
 
     #[test]

@@ -10,6 +10,9 @@ const MOST_TAPERS: f64 = 6e7;
 /// Whether an estimate by `method` of records of `samples` samples and so many channels is refused, and why.
 pub(super) fn estimate(method: &SpectralMethod, samples: usize, channels: usize) -> Result<(), String> {
     let nfft = match method {
+        SpectralMethod::Welch(welch) if welch.nperseg < 2 => {
+            return Err(format!("segments of {} samples see no frequency; take more with `nperseg`", welch.nperseg));
+        }
         SpectralMethod::Welch(welch) => welch.nfft.max(welch.nperseg.min(samples)),
         SpectralMethod::Multitaper(multitaper) => {
             let tapers = multitaper.tapers.map_or(2.0 * multitaper.time_bandwidth - 1.0, |tapers| tapers as f64);
@@ -41,6 +44,7 @@ mod tests {
         let welch = |nfft| SpectralMethod::Welch(Welch { nfft, ..Welch::new(2048) });
         assert_eq!(estimate(&welch(8192), 25_000, 36), Ok(()));
         assert!(estimate(&welch(1_000_000_000), 25_000, 6).is_err());
+        assert!(estimate(&SpectralMethod::Welch(Welch::new(1)), 25_000, 6).is_err_and(|why| why.contains("no frequency")));
         let tapers = |time_bandwidth| SpectralMethod::Multitaper(Multitaper { time_bandwidth, ..Multitaper::default() });
         assert_eq!(estimate(&tapers(8.0), 3_600_000, 3), Ok(()));
         assert!(estimate(&tapers(12_400.0), 25_000, 3).is_err());

@@ -60,7 +60,8 @@ fn read(file: &Path) -> Result<FitResult, CliError> {
         let schema = serde_json::from_str::<serde_json::Value>(&text).ok().and_then(|value| value["schema"].as_str().map(str::to_owned));
         CliError::Usage(match schema {
             Some(schema) if schema != FitResult::SCHEMA => format!("{name}: holds {schema}, not {}; {remedy}", FitResult::SCHEMA),
-            _ => format!("{name}, line {}: {error}; {remedy}", error.line()),
+            // Its names of fields are none of options.
+            _ => format!("{name}, line {}: {}; {remedy}", error.line(), error.to_string().replace('`', "\"")),
         })
     })
 }

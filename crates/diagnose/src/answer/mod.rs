@@ -83,11 +83,12 @@ impl Answer<'_> {
         let (own, with_causes) = (self.own_parameters(), if all.is_empty() { self.own_parameters() } else { self.parameters(all, extended, &others) });
         // Causes that do not make the free run better are not all there is, and no more are those beside a mass below zero.
         let flagged = |parameters: &[ModelParameter]| parameters.iter().any(|p| p.flag.is_some());
-        weak |= !all.is_empty() && (extended_score.is_worse_than(&before.score) || flagged(&with_causes));
+        let active = is_active(&with_causes) && !is_active(&own);
+        weak |= !all.is_empty() && (extended_score.is_worse_than(&before.score) || flagged(&with_causes) || active);
         if flagged(&with_causes) && flagged(&own) {
             // Beside matrices of no body a name proves nothing.
             causes.iter_mut().for_each(|cause| cause.believe_at_most(UNSURE));
-        } else if flagged(&with_causes) {
+        } else if flagged(&with_causes) || active {
             self.doubt_what_turns_signs(&mut causes, &steps, &kept);
         }
         let by_itself = if model.is_none() { unmodelled } else { self.by_itself((all, extended), windows_hz) };
@@ -171,13 +172,13 @@ impl Answer<'_> {
         (causes, weak)
     }
 
-    /// A mass or a stiffness below zero is what a wrong law is paid with: a cause without which none is cannot be sure.
+    /// A mass, a damping or a stiffness below zero is what a wrong law is paid with: a cause without which none is cannot be sure.
     fn doubt_what_turns_signs(&self, causes: &mut [Cause], steps: &[Step], kept: &[usize]) {
         for cause in causes {
             let Some(step) = steps.iter().find(|step| cause.lead.is_some_and(|lead| step.group.members.contains(&lead))) else { continue };
             let others: Vec<usize> = kept.iter().filter(|q| !step.group.members.contains(q)).copied().collect();
-            let without = self.model(&others);
-            if without.is_some_and(|model| self.parameters(&model.chosen, &model.stand, &[]).iter().all(|p| p.flag.is_none())) {
+            let without = self.model(&others).map(|model| self.parameters(&model.chosen, &model.stand, &[]));
+            if without.is_some_and(|without| without.iter().all(|p| p.flag.is_none()) && !is_active(&without)) {
                 cause.believe_at_most(UNSURE);
             }
         }
@@ -265,6 +266,13 @@ fn in_the_same_channel(delay: &mut [CauseParameter], told: &[CauseParameter]) {
     if channel(delay) != channel(told) {
         delay.iter_mut().for_each(CauseParameter::negate);
     }
+}
+
+/// Whether the damping of an axis is below zero by more than two standard errors: what only a force that answers late, or a wrong law, makes.
+fn is_active(parameters: &[ModelParameter]) -> bool {
+    let of_one_axis = |axes: &str| axes.split_at_checked(axes.len() / 2).is_some_and(|(a, b)| a == b);
+    let is_damping = |p: &ModelParameter| p.name.strip_prefix('B').is_some_and(of_one_axis);
+    parameters.iter().any(|p| is_damping(p) && p.std_error.is_some_and(|error| p.value + 2.0 * error < 0.0))
 }
 
 /// What to think of inertias and stiffnesses that no body has.
