@@ -15,6 +15,7 @@ use num_complex::Complex64;
 pub(crate) struct Findings {
     pub levels: Vec<Levels>,
     pub clipped: Vec<Clipped>,
+    pub frozen: Vec<Frozen>,
     pub tones: Vec<Tone>,
     pub bursts: Vec<Burst>,
 }
@@ -27,6 +28,16 @@ pub(crate) struct Clipped {
     pub share: f64,
     /// 1 at its upper limit, -1 at its lower one, else 0: `[trial][time]`.
     sides: Vec<Vec<f64>>,
+}
+
+/// A motion that stands still in the recording while it goes on: its sensor stopped.
+#[derive(Clone, Debug)]
+pub(crate) struct Frozen {
+    pub trial: usize,
+    pub axis: usize,
+    /// Since the part began.
+    pub from_s: f64,
+    pub to_s: f64,
 }
 
 /// A channel that moves in steps.
@@ -106,6 +117,9 @@ pub(crate) fn levels(samples: &Samples, share: f64) -> Vec<Levels> {
 /// Standard errors that one mean in a thousand is away by chance.
 const BY_CHANCE: f64 = 3.29;
 
+/// Standard deviations beyond which a jump is none of the motion's: as `ndof check` takes it.
+const FAR_OFF: f64 = 15.0;
+
 /// Forces that stand still at the limits of their channels.
 pub(crate) fn clipped(samples: &Samples) -> Vec<Clipped> {
     let of = |axis: usize| {
@@ -116,6 +130,16 @@ pub(crate) fn clipped(samples: &Samples) -> Vec<Clipped> {
         (share > 0.0).then(|| Clipped { axis, share, sides: trials.iter().map(sides).collect() })
     };
     (0..samples.effort[0].len()).filter_map(of).collect()
+}
+
+/// Stretches in which sensors of motion stopped.
+pub(crate) fn frozen(samples: &Samples) -> Vec<Frozen> {
+    let second = |sample: usize| sample as f64 / samples.rate_hz;
+    let of = |trial: usize, axis: usize| {
+        let stretches = ndof_signal::frozen(&samples.measured[trial][axis], FAR_OFF);
+        stretches.into_iter().map(move |of| Frozen { trial, axis, from_s: second(of.start), to_s: second(of.end) })
+    };
+    (0..samples.measured.len()).flat_map(|trial| (0..samples.measured[trial].len()).flat_map(move |axis| of(trial, axis))).collect()
 }
 
 impl Clipped {

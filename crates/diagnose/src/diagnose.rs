@@ -80,6 +80,7 @@ pub fn diagnose_with_pictures(
     }
     let (mut estimation, mut held, split) = divide(&samples, &options.held_out)?;
     let clipped = if meaning.effort_is_command { vec![] } else { detectors::clipped(&estimation) };
+    let frozen = detectors::frozen(&estimation);
     let mut linear = options.linear.clone().filter(|_| baseline.is_none());
     if let Some(fit) = &linear {
         [&mut estimation, &mut held].into_iter().for_each(|part| part.hold(fit.hold.unwrap_or_default(), fit.ticks.as_ref(), &meaning));
@@ -91,7 +92,7 @@ pub fn diagnose_with_pictures(
         held.turn(meaning.reference_is_effort);
         linear = linear.map(|fit| -fit);
     }
-    findings.clipped = clipped;
+    (findings.clipped, findings.frozen) = (clipped, frozen);
     let still = !meaning.motion_imposed && linear.take_if(|fit| !fit.moves()).is_some();
     progress("judging what remains");
     let free = subject.stand(&[], &subject.start, 4).ok_or(DiagnoseError::BaselineFailed)?;

@@ -15,6 +15,7 @@ mod cross_spectra;
 mod derivatives;
 mod excitation;
 mod filter;
+mod frozen;
 mod interpolated;
 mod lone_samples;
 mod mirrored;
@@ -43,6 +44,7 @@ pub use excitation::{
     SeedCriterion, SeedSearch, SignalSize, Sweep, apply_response, expected_motion, input_coherence, input_coherence_at, power_share, ramp,
 };
 pub use filter::{FilterError, Passband, Section, SosFilter, SosStream};
+pub use frozen::frozen;
 pub use interpolated::interpolated;
 pub use lone_samples::lone_samples;
 pub use mirrored::{curve_through, mirrored, smooth_length, without_line};

@@ -4,7 +4,7 @@ use super::assumptions::INTERVALS;
 use super::result::Finding;
 use crate::trials::roles::Roles;
 use crate::trials::unit_of;
-use ndof_signal::{Amplitudes, Channel, Quantity, Unit, lone_samples, reverse_arrangements};
+use ndof_signal::{Amplitudes, Channel, Quantity, Unit, frozen, lone_samples, reverse_arrangements};
 use std::f64::consts::TAU;
 
 /// Resolution as a share of the standard deviation above which it is coarse: its noise is a tenth of a hundredth of the power.
@@ -88,6 +88,13 @@ pub(super) fn channel_findings(channel: &Channel, amplitudes: &Amplitudes, (role
     if let Some(first) = alone.first() {
         let message = format!("{} sample(s) stand alone, far off the line between their neighbours, the first is sample {first}", alone.len());
         say("lone-samples", "remark", message, "a bit may have been lost on the way: repair the file, or cut the place out with `exclude`");
+    }
+    let stopped = if role == "output" { frozen(&channel.samples, OUTLIER) } else { Vec::new() };
+    if let Some(first) = stopped.first() {
+        let longest = stopped.iter().map(ExactSizeIterator::len).max().unwrap_or_default();
+        let message =
+            format!("it stands still {} time(s), for up to {longest} samples, while the motion goes on; first at sample {}", stopped.len(), first.start);
+        say("frozen", "remark", message, "the sensor or its bus stopped: cut these stretches out with `exclude`");
     }
     if unit.quantity() == Quantity::Displacement && !unit.is_rotational() && high - low > BEYOND_ARMS_M {
         let message = format!("it moves over {:.3} m, more than any arm does", high - low);

@@ -169,6 +169,11 @@ pub(crate) mod tests {
         let lost = (0..4000).map(|k| slow(k) + if k == 2000 { 0.25 } else { 0.0 }).collect();
         let moved = (0..4000).map(|k| slow(k) + if k >= 2000 { 0.25 } else { 0.0 }).collect();
         assert_eq!([codes(noise(1), lost), codes(noise(1), moved)].map(|codes| codes.contains(&"lone-samples".to_owned())), [true, false]);
+        // A bus that stops for six samples, and a limb that rests for them.
+        let fast = |k: usize| (k as f64 * 0.05).sin() + 1e-4 * (k % 7) as f64;
+        let stops = (0..4000).map(|k| fast(if (2010..2016).contains(&k) { 2009 } else { k })).collect();
+        let rests = (0..4000).map(|k| fast(if k < 2010 { k } else { 2009.max(k - 6) })).collect();
+        assert_eq!([codes(noise(1), stops), codes(noise(1), rests)].map(|codes| codes.contains(&"frozen".to_owned())), [true, false]);
         let in_millimetres = noise(7).iter().map(|x| x * 20.0).collect();
         assert_eq!(codes(noise(1), in_millimetres), ["unlikely-unit"]);
         let mut holey = noise(5);

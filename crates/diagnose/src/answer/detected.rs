@@ -3,7 +3,7 @@
 use super::cause::tail;
 use super::gains::Gains;
 use super::material::Answer;
-use crate::detectors::Tone;
+use crate::detectors::{Burst, Frozen, Tone};
 use crate::floor;
 use crate::judge::Errors;
 use crate::result::{Cause, CauseParameter, Gain};
@@ -85,7 +85,11 @@ impl Answer<'_> {
     pub(super) fn detected(&self, causes: &mut Vec<Cause>, before: &Errors, limit: f64) {
         let layout = &self.subject.layout;
         let unchanged = || unpredicted(before);
-        for burst in &self.findings.bursts {
+        let of_its_sensor = |burst: &&Burst| {
+            let within = |stop: &Frozen| stop.trial == burst.trial && stop.from_s < burst.to_s && burst.from_s < stop.to_s;
+            self.findings.frozen.iter().any(within)
+        };
+        for burst in self.findings.bursts.iter().filter(|burst| !of_its_sensor(burst)) {
             if let Some(effect) = traced(Trace::Burst) {
                 causes.push(self.quiet(
                     effect,

@@ -119,6 +119,17 @@ impl Left {
                 "{name} stands still at its limits in {share:.1} % of its samples, and more acts there than it shows: no model is adequate to what a sensor does not show"
             ));
         }
+        for (axis, name) in answer.meaning.motion_names.iter().enumerate() {
+            let stops: Vec<_> = answer.findings.frozen.iter().filter(|stop| stop.axis == axis).collect();
+            if let Some(first) = stops.first() {
+                notes.push(format!(
+                    "{name} stands still {} time(s) while the motion goes on, first at {:.2} s of trial {}: its sensor stopped, and no model foretells that; cut these stretches out",
+                    stops.len(),
+                    first.from_s,
+                    first.trial + 1
+                ));
+            }
+        }
         if answer.still {
             let note =
                 "the baseline is the one that balances the forces best, for no motion follows from what `fit` finds: its inertia may as well be below zero";
