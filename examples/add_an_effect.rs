@@ -3,7 +3,7 @@
 //! cargo run --release --example add_an_effect
 
 use ndof::devices::{DeviceConfig, Experiment, Extras, LimbConfig, simulate_trial};
-use ndof::diagnose::{Diagnosis, Options, OwnEffects, diagnose};
+use ndof::diagnose::{Diagnosis, Options, diagnose};
 use ndof::models::effects::{Action, Card, Effect, EffectError, Form, Injection, ParameterCard, Parameters, Scale, Setting, Side, Sign, Trace, Value};
 use ndof::models::{ForceLaw, Motion};
 use ndof::signal::{FilteredNoise, Recording};
@@ -68,7 +68,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     let ports = Ports { references: vec![0, 1], inputs: vec![2, 3], outputs: vec![4, 5] };
     let ask = |options: &Options| diagnose(&trials, &ports, options, None, &mut |_| {});
     tell("with the registry alone", &ask(&Options::default())?);
-    tell("with the effect added", &ask(&Options { own: OwnEffects(vec![&QUADRATIC_DAMPING]), ..Options::default() })?);
+    tell("with the effect added", &ask(&Options { own: vec![&QUADRATIC_DAMPING], ..Options::default() })?);
     Ok(())
 }
 

@@ -13,6 +13,9 @@ use ndof_models::effects::{EFFECTS, Trace};
 use ndof_signal::detect_period;
 use std::sync::Arc;
 
+/// At most so many causes are named.
+const MOST_CAUSES: usize = 4;
+
 /// What is asked, of all that was recorded.
 pub(crate) struct Asked<'a> {
     pub meaning: &'a Meaning,
@@ -47,7 +50,7 @@ impl Asked<'_> {
     fn found(&self, part: &mut Samples, linear: Option<&LinearFit>, spring: bool, progress: &mut dyn FnMut(&str)) -> Result<Searched, DiagnoseError> {
         let mut search = |mut subject: Subject| -> Result<Searched, DiagnoseError> {
             let findings = self.before_registry(&mut subject)?;
-            let found = subject.search(self.options.most_causes, progress).ok_or(DiagnoseError::BaselineFailed)?;
+            let found = subject.search(MOST_CAUSES, progress).ok_or(DiagnoseError::BaselineFailed)?;
             Ok(Searched { subject, findings, found, turned: false })
         };
         // Some records count the effort the other way; with the wrong sign every bound of the registry points the wrong way.

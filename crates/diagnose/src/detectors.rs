@@ -183,7 +183,7 @@ pub(crate) fn residual(stand: &Stand, beyond: &[Vec<Vec<f64>>]) -> Vec<Vec<Vec<f
                     }
                 }
             }
-            let known = stand.base.structure.known.0.iter().map(|law| state.forces_of(law.as_ref(), trial));
+            let known = stand.base.structure.known.iter().map(|law| state.forces_of(law.as_ref(), trial));
             for force in known.chain(beyond.get(trial).cloned()) {
                 e.iter_mut().flatten().zip(force.iter().flatten()).for_each(|(e, f)| *e -= f);
             }

@@ -32,7 +32,7 @@ impl Subject {
 
     /// The forces that every model has.
     fn known(&self) -> impl Iterator<Item = Box<dyn ForceLaw>> {
-        self.structure.known.0.iter().map(|law| Box::new(law.clone()) as Box<dyn ForceLaw>)
+        self.structure.known.iter().map(|law| Box::new(law.clone()) as Box<dyn ForceLaw>)
     }
 
     /// The forces of a stand beyond its matrices along one trial: `[axis][time]`.

@@ -62,7 +62,7 @@ pub use error::DiagnoseError;
 pub use linear_fit::LinearFit;
 pub use mechanism::{Endpoint, Mechanism, MechanismParameter, RobotSide, diagnose_robot};
 pub use movement::Schedule;
-pub use options::{HeldOut, KnownArm, KnownLaws, Options, OwnEffects};
+pub use options::{HeldOut, KnownArm, Options};
 pub use pictures::Pictures;
 pub use probability::Features;
 pub use result::{

@@ -18,38 +18,6 @@ pub enum HeldOut {
     Time(f64, f64),
 }
 
-/// Effects of one's own, tried beside the registry's.
-#[derive(Clone, Default)]
-pub struct OwnEffects(pub Vec<&'static Effect>);
-
-impl std::fmt::Debug for OwnEffects {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        f.debug_list().entries(self.0.iter().map(|effect| effect.name())).finish()
-    }
-}
-
-impl PartialEq for OwnEffects {
-    fn eq(&self, other: &Self) -> bool {
-        self.0.iter().map(|effect| effect.name()).eq(other.0.iter().map(|effect| effect.name()))
-    }
-}
-
-/// Forces that a simulation has beyond its matrices.
-#[derive(Clone, Default)]
-pub struct KnownLaws(pub Vec<Arc<dyn ForceLaw>>);
-
-impl std::fmt::Debug for KnownLaws {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        write!(f, "{} laws", self.0.len())
-    }
-}
-
-impl PartialEq for KnownLaws {
-    fn eq(&self, other: &Self) -> bool {
-        self.0.len() == other.0.len() && self.0.iter().zip(&other.0).all(|(a, b)| Arc::ptr_eq(a, b))
-    }
-}
-
 /// The arm whose hand the recording shows, with the hand at the mean of the displacements.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct KnownArm {
@@ -62,7 +30,7 @@ pub struct KnownArm {
 }
 
 /// Settings of a diagnosis.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone)]
 pub struct Options {
     /// The band that is analysed; found from the data where it is not given.
     pub band_hz: Option<(f64, f64)>,
@@ -72,18 +40,14 @@ pub struct Options {
     pub tolerance: f64,
     /// Seed of the bootstrap on the robot's side, and of what a plan simulates.
     pub seed: u64,
-    /// At most so many causes are named.
-    pub most_causes: usize,
-    /// Resamples of that bootstrap.
-    pub resamples: usize,
     /// Effects that the search leaves out.
     pub without: Vec<String>,
     /// Whether the experiment that would tell confusable causes apart is looked for by simulating it.
     pub plan: bool,
     /// Effects that are tried beside those of the registry.
-    pub own: OwnEffects,
+    pub own: Vec<&'static Effect>,
     /// Forces that every model has, the baseline, too; displacements are taken from their mean.
-    pub known: KnownLaws,
+    pub known: Vec<Arc<dyn ForceLaw>>,
     /// The linear model that is judged where no baseline is given; without it the one that balances the forces best.
     pub linear: Option<LinearFit>,
     /// What stiffness and damping may follow; without it nothing of the kind is tried.
@@ -101,12 +65,10 @@ impl Default for Options {
             held_out: HeldOut::Auto,
             tolerance: 0.01,
             seed: 0,
-            most_causes: 4,
-            resamples: 400,
             without: Vec::new(),
             plan: false,
-            own: OwnEffects::default(),
-            known: KnownLaws::default(),
+            own: Vec::new(),
+            known: Vec::new(),
             linear: None,
             schedule: None,
             arm: None,

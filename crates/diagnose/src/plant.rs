@@ -3,9 +3,9 @@
 use crate::baseline::{Baseline, Status};
 use crate::curved::Curved;
 use crate::layout::Layout;
-use crate::options::KnownLaws;
 use crate::state::{Cause, Column, State, Through};
 use ndof_linear::square;
+use ndof_models::ForceLaw;
 use ndof_models::effects::{CurvedArm, Matrix};
 use num_complex::Complex64;
 use std::sync::Arc;
@@ -55,7 +55,7 @@ impl Dynamics {
 }
 
 /// Which entries the baseline has, and which of them are given.
-#[derive(Clone, Debug)]
+#[derive(Clone)]
 pub(crate) struct Structure {
     pub spring: bool,
     /// Entries that are given: matrix, row, column, value.
@@ -70,7 +70,7 @@ pub(crate) struct Structure {
     /// How many times what was measured of the motion is integrated to the displacement.
     pub integrals: usize,
     /// Forces that every model has.
-    pub known: KnownLaws,
+    pub known: Vec<Arc<dyn ForceLaw>>,
 }
 
 impl Structure {
@@ -85,7 +85,7 @@ impl Structure {
             tolerances: true,
             about: None,
             integrals: 0,
-            known: KnownLaws::default(),
+            known: Vec::new(),
         };
         let Some(baseline) = baseline else { return structure };
         for (matrix, part) in [(Matrix::Mass, &baseline.mass), (Matrix::Damping, &baseline.damping), (Matrix::Stiffness, &baseline.stiffness)] {
@@ -180,7 +180,7 @@ impl Base {
         }
         base.held = structure.given.iter().map(|&(matrix, i, j, value)| (entries_column(matrix, &[(i, j, 1.0)]), value)).collect();
         base.held.extend(curved.as_ref().map(|curved| (curved.held_column(), 1.0)));
-        base.held.extend(structure.known.0.iter().map(|law| (state.force_column(&state.forces(law.as_ref()), None, None), 1.0)));
+        base.held.extend(structure.known.iter().map(|law| (state.force_column(&state.forces(law.as_ref()), None, None), 1.0)));
         base
     }
 

@@ -158,7 +158,7 @@ impl Subject {
             arm: options.arm.filter(|_| axes == 2 && !meaning.rotational).map(|arm| arm.at_mean(samples)),
             closed_schedule: options.schedule.as_ref().filter(|_| !samples.schedule.is_empty()).map(|schedule| schedule.cycle_s.is_some()),
         };
-        let hypotheses = Hypothesis::all(&scale, &options.own.0, &options.without);
+        let hypotheses = Hypothesis::all(&scale, &options.own, &options.without);
         Ok(Subject { layout, effort, motion, reference, centre, cause, recorded, structure, scale, hypotheses, start: fit.power, polarity })
     }
 

@@ -6,7 +6,7 @@ use crate::estimate::{Estimate, estimate};
 use crate::fit::{Fit, fit};
 use crate::trials::{RoleNames, Trial, Trials, Trim, axis_of};
 use ndarray::Array2;
-use ndof_diagnose::{Baseline, Cause, KnownLaws, Options, Part, diagnose_with_pictures, force_along};
+use ndof_diagnose::{Baseline, Cause, Options, Part, diagnose_with_pictures, force_along};
 use ndof_joints::alike;
 use ndof_models::effects::{Injection, Parameters, Setting, Trace, find};
 use ndof_models::{ForceLaw, InertiaDampingStiffness};
@@ -21,7 +21,7 @@ pub(super) struct Simulator {
     /// Its inertia, damping and stiffness, each of which may be wrong.
     pub baseline: Baseline,
     /// Its own forces beyond these.
-    pub known: KnownLaws,
+    pub known: Vec<Arc<dyn ForceLaw>>,
     /// What was measured, with the force that all else of it needs along its own motion taken off.
     pub measured: Vec<Recording>,
     /// The names of effort and displacement along each axis.
@@ -67,7 +67,7 @@ impl Simulator {
             *recording = recording.with_channels(channels).map_err(wrap)?;
         }
         let warnings = powers.warning(options.tolerance).into_iter().collect();
-        Ok(Simulator { baseline: nominal(&response.matrices), known: KnownLaws(response.laws), measured, pairs, warnings })
+        Ok(Simulator { baseline: nominal(&response.matrices), known: response.laws, measured, pairs, warnings })
     }
 }
 

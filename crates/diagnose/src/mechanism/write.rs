@@ -19,6 +19,8 @@ const CONFUSABLE: f64 = 3.0;
 const FLOOR: f64 = 0.01;
 /// Share of the force's rms that the robot may leave and still count as explained.
 const REST: f64 = 0.25;
+/// Of an explained share's bootstrap.
+const RESAMPLES: usize = 400;
 
 /// The robot's side of a diagnosis.
 #[derive(Clone, Debug)]
@@ -131,7 +133,7 @@ pub(super) fn write(balance: &Balance<'_>, found: &Found, held: &Held<'_>, meani
         // A ratio of likelihoods, which no challenge has calibrated.
         let probability = (1.0 / rivals).clamp(0.001, 0.97).min(if rest.iter().any(|r| *r > REST) { 0.5 } else { 1.0 });
         let (explained_fraction, explained_fraction_ci95) =
-            judge::explained([&before, &last, &after], floor, 1.0, held.duration_s, options.resamples, options.seed);
+            judge::explained([&before, &last, &after], floor, 1.0, held.duration_s, RESAMPLES, options.seed);
         causes.push(Cause {
             effect: effect(p).to_owned(),
             site: site(),

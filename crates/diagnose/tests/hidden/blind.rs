@@ -1,7 +1,7 @@
 //! Recordings with something hidden, made by a generator of its own, and what the diagnosis says of them.
 
 use ndof_challenge::{Case, Hidden, Made, Plant, make};
-use ndof_diagnose::{Baseline, Diagnosis, KnownLaws, Options, Part, Status, Verdict, diagnose};
+use ndof_diagnose::{Baseline, Diagnosis, Options, Part, Status, Verdict, diagnose};
 use ndof_models::effects::{Injection, Parameters, Setting, find};
 
 fn case(plant: Plant, hidden: &[(&'static str, f64)], seed: u64) -> Case {
@@ -124,7 +124,7 @@ fn a_law_that_is_known_is_no_cause() {
     };
     let friction = find("coulomb-friction").expect("an effect").inject(&Parameters::new([("level_n", level)]), &setting);
     let Ok(Injection::Force(law)) = friction else { panic!("a force") };
-    let options = Options { known: KnownLaws(vec![law.into()]), ..Options::default() };
+    let options = Options { known: vec![law.into()], ..Options::default() };
     let d = diagnose(&made.recordings, &made.ports, &options, None, &mut |_| {}).expect("a diagnosis");
     assert!(names(&d).is_empty() && d.verdict == Verdict::Adequate, "{:?} {:?}", d.verdict, d.causes);
     // The baseline runs with it as the extended model does that had to find it.
