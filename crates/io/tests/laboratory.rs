@@ -29,7 +29,10 @@ fn the_log_of_an_ankle_robot_is_read_by_its_columns() {
         let channel = read.recording.channel(name).unwrap();
         assert_eq!((channel.samples[0], channel.samples[399], channel.unit.symbol()), ((100 + column) as f64, (40_000 + column) as f64, unit), "{name}");
     }
-    assert!(read.notes.iter().any(|n| n.code == "partial-lines" && n.message.contains("line 2")), "{:?}", read.notes);
+    assert!(read.notes.iter().any(|n| n.code == "partial-lines" && n.message.contains("line 2") && n.message.contains("(line 1)")), "{:?}", read.notes);
+    let error = read_bytes(format!("{text}1 2\n{}", log(0..1)).as_bytes(), "stoch.1.asc", &options).unwrap_err().to_string();
+    assert!(error.contains("line 402"), "{error}");
+    assert!(["", "words only\n"].iter().all(|text| read_bytes(text.as_bytes(), "stoch.1.asc", &options).is_err()));
     let error = read_bytes(text.as_bytes(), "stoch.1.asc", &ReadOptions::default()).unwrap_err();
     assert!(matches!(error, IoError::NoHeader { .. }) && error.to_string().contains("--columns"), "{error}");
 }
