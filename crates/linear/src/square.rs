@@ -165,35 +165,6 @@ fn eliminate<T: Scalar>(a: &mut [T], out: &mut [T], n: usize) -> Option<f64> {
     Some(log_determinant)
 }
 
-/// Turns b into x of A x = b, by elimination with row pivoting, and uses `a` up; false if A is singular or holds what is no number.
-pub fn solve_in_place<T: Scalar>(a: &mut [T], b: &mut [T]) -> bool {
-    let n = b.len();
-    let smallest = f64::EPSILON.powi(2) * a.iter().map(|v| v.norm_sqr()).fold(0.0, f64::max);
-    for column in 0..n {
-        let Some(pivot) = (column..n).max_by(|&i, &j| a[i * n + column].norm_sqr().total_cmp(&a[j * n + column].norm_sqr())) else { return false };
-        let head = a[pivot * n + column];
-        if !(head.norm_sqr() > smallest && head.norm_sqr().is_finite()) {
-            return false;
-        }
-        (0..n).for_each(|k| a.swap(pivot * n + k, column * n + k));
-        b.swap(pivot, column);
-        for row in column + 1..n {
-            let share = a[row * n + column] / head;
-            for k in column..n {
-                let part = share * a[column * n + k];
-                a[row * n + k] -= part;
-            }
-            let part = share * b[column];
-            b[row] -= part;
-        }
-    }
-    for row in (0..n).rev() {
-        let known: T = (row + 1..n).map(|k| a[row * n + k] * b[k]).sum();
-        b[row] = (b[row] - known) / a[row * n + row];
-    }
-    true
-}
-
 /// y = A x, for A of any number of rows.
 pub fn multiply(a: &[f64], x: &[f64], y: &mut [f64]) {
     for (row, y) in a.chunks_exact(x.len()).zip(y) {
@@ -219,17 +190,11 @@ mod tests {
     }
 
     #[test]
-    fn an_inverse_undoes_its_matrix_and_a_solution_solves() {
+    fn an_inverse_undoes_its_matrix() {
         for n in 1..=7 {
             let a: Vec<Complex64> = (0..n * n).map(|k| entry(k * k + 3)).collect();
             let one = product(&a, &inverse(&a, n).expect("regular"), n);
             assert!(one.iter().zip(identity::<Complex64>(n)).all(|(o, i)| (o - i).norm() < 1e-12), "n = {n}");
-            let mut x: Vec<Complex64> = (0..n).map(entry).collect();
-            assert!(solve_in_place(&mut a.clone(), &mut x));
-            for i in 0..n {
-                let sum: Complex64 = (0..n).map(|j| a[i * n + j] * x[j]).sum();
-                assert!((sum - entry(i)).norm() < 1e-12, "n = {n}");
-            }
         }
     }
 
@@ -257,7 +222,6 @@ mod tests {
             assert_eq!(inverse(&[1.0, 0.0, broken, 1.0], 2).filter(|a| a.iter().all(|v| v.is_finite())), None);
             assert_eq!(inverse(&[1.0, 0.0, 0.0, broken, 1.0, 0.0, 0.0, 0.0, 1.0], 3), None);
         }
-        assert!(!solve_in_place(&mut [1.0, 2.0, 2.0, 4.0], &mut [1.0, 1.0]));
     }
 
     #[test]

@@ -1,7 +1,7 @@
 //! A robot seen at its endpoint.
 
 use super::rigid_body::{EndpointKinematics, Robot};
-use ndof_linear::square::solve_in_place;
+use ndof_linear::square::{add_transposed, invert_into, multiply};
 
 /// The force on the endpoint that a motion needs,
 ///
@@ -16,6 +16,7 @@ pub struct EndpointForce {
     torque: Vec<f64>,
     carried: Vec<f64>,
     work: Vec<f64>,
+    inverse: Vec<f64>,
 }
 
 impl EndpointForce {
@@ -30,6 +31,7 @@ impl EndpointForce {
             torque: vec![0.0; n],
             carried: vec![0.0; n],
             work: vec![0.0; n * n],
+            inverse: vec![0.0; n * n],
         })
     }
 
@@ -42,27 +44,21 @@ impl EndpointForce {
         if share > 0.0 {
             self.robot.bias(&q, &self.rates, &mut self.carried);
         }
-        self.rates.copy_from_slice(velocity);
         self.work.copy_from_slice(&self.place.jacobian);
-        if !solve_in_place(&mut self.work, &mut self.rates) {
+        if invert_into(&mut self.work, &mut self.inverse, q.len()).is_none() {
             return false;
         }
+        multiply(&self.inverse, velocity, &mut self.rates);
         self.robot.kinematics(&q, &self.rates, &mut self.place);
-        for ((own, a), turning) in self.accelerations.iter_mut().zip(acceleration).zip(&self.place.jacobian_rate) {
-            *own = a - turning;
-        }
-        self.work.copy_from_slice(&self.place.jacobian);
-        if !solve_in_place(&mut self.work, &mut self.accelerations) {
-            return false;
-        }
+        let unturned: Vec<f64> = acceleration.iter().zip(&self.place.jacobian_rate).map(|(a, turning)| a - turning).collect();
+        multiply(&self.inverse, &unturned, &mut self.accelerations);
         self.robot.inverse_dynamics(&q, &self.rates, &self.accelerations, &mut self.torque);
-        let (joints, n) = (self.robot.joints(), q.len());
-        for (j, force) in force.iter_mut().enumerate().take(n) {
-            *force = self.torque[j] + joints.friction(j, self.rates[j]) - share * self.carried[j];
+        let joints = self.robot.joints();
+        for (j, torque) in self.torque.iter_mut().enumerate() {
+            *torque += joints.friction(j, self.rates[j]) - share * self.carried[j];
         }
-        for (e, entry) in self.work.iter_mut().enumerate() {
-            *entry = self.place.jacobian[(e % n) * n + e / n];
-        }
-        solve_in_place(&mut self.work, force)
+        force.fill(0.0);
+        add_transposed(&self.inverse, &self.torque, 1.0, force);
+        true
     }
 }
