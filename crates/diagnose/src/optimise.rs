@@ -30,14 +30,16 @@ pub(crate) fn minimise(knobs: &[Knob], grid: &[Vec<f64>], start: &[f64], value: 
         let marks: Vec<f64> = grid.iter().map(|g| to_unit(&knobs[0], g[0])).collect();
         let below = marks.iter().copied().filter(|&m| m < u0[0] - 1e-9).fold(0.0, f64::max);
         let above = marks.iter().copied().filter(|&m| m > u0[0] + 1e-9).fold(1.0, f64::min);
-        golden((below, above), (u0[0], value), evaluations.min(14), |u| cost(&at(&[u])))
+        vec![golden((below, above), (u0[0], value), 2e-3, evaluations.min(14), |u| cost(&at(&[u])))]
     } else {
         nelder_mead(&u0, value, evaluations.max(10 + 14 * knobs.len()), |u| cost(&at(u)))
     };
     at(&best)
 }
 
-fn golden((mut a, mut b): (f64, f64), start: (f64, f64), evaluations: usize, cost: impl Fn(f64) -> f64) -> Vec<f64> {
+/// Where a cost is least in a bracket, by golden section until the bracket is narrower than `close` or so many evaluations are done. A start, with its
+/// cost, is kept where nothing is better.
+pub fn golden((mut a, mut b): (f64, f64), start: (f64, f64), close: f64, evaluations: usize, cost: impl Fn(f64) -> f64) -> f64 {
     const RATIO: f64 = 0.618_033_988_749_894_9;
     let mut best = start;
     let (mut c, mut d) = (b - RATIO * (b - a), a + RATIO * (b - a));
@@ -48,7 +50,7 @@ fn golden((mut a, mut b): (f64, f64), start: (f64, f64), evaluations: usize, cos
                 best = (u, f);
             }
         }
-        if (b - a) < 2e-3 {
+        if b - a < close {
             break;
         }
         if fc < fd {
@@ -63,7 +65,7 @@ fn golden((mut a, mut b): (f64, f64), start: (f64, f64), evaluations: usize, cos
             fd = cost(d);
         }
     }
-    vec![best.0]
+    best.0
 }
 
 fn nelder_mead(start: &[f64], value: f64, evaluations: usize, cost: impl Fn(&[f64]) -> f64) -> Vec<f64> {

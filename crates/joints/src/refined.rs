@@ -10,6 +10,7 @@ use crate::logged::Logged;
 use crate::model::{Model, open, residual, solved};
 use crate::search::{Rule, Solved};
 use crate::table::{Series, View};
+use ndof_diagnose::golden;
 use ndof_sysid::two_sided_t;
 use std::sync::Arc;
 
@@ -233,39 +234,15 @@ fn settle_shapes(view: &View<'_>, forms: &mut [Form], logged: &Logged) {
                 let more: Vec<usize> = (series.len()..series.len() + own.len()).collect();
                 beside.with(&table.beside(&series, &own, &missing), &more).gained
             };
-            let value = golden(form.shape[s].value, form.shape[s].bounds, gained);
-            forms[k].shape[s].value = value;
+            let (start, [low, high]) = (form.shape[s].value, form.shape[s].bounds);
+            let near = 0.2 * (high - low);
+            let bracket = ((start - near).max(low), (start + near).min(high));
+            // The bracket after the last is a thousandth of the width; bounds of no width end after 40 evaluations.
+            forms[k].shape[s].value = golden(bracket, (start, -gained(start)), 1.618e-3 * (high - low), 40, |value| -gained(value));
             let values: Vec<f64> = forms[k].shape.iter().map(|s| s.value).collect();
             forms[k].columns = (form.reshape)(&form, &values);
         }
     }
-}
-
-/// The place of the maximum between the neighbours of a start, to a thousandth of the bounds' width.
-fn golden(start: f64, bounds: [f64; 2], mut of: impl FnMut(f64) -> f64) -> f64 {
-    const RATIO: f64 = 0.618_033_988_749_894_8;
-    let width = bounds[1] - bounds[0];
-    let (mut a, mut b) = ((start - 0.2 * width).max(bounds[0]), (start + 0.2 * width).min(bounds[1]));
-    let (mut x, mut y) = (b - RATIO * (b - a), a + RATIO * (b - a));
-    let (mut fx, mut fy) = (of(x), of(y));
-    let (mut best, mut most) = (start, of(start));
-    while b - a > 1e-3 * width {
-        for (at, f) in [(x, fx), (y, fy)] {
-            if f > most {
-                (best, most) = (at, f);
-            }
-        }
-        if fx > fy {
-            (b, y, fy) = (y, x, fx);
-            x = b - RATIO * (b - a);
-            fx = of(x);
-        } else {
-            (a, x, fx) = (x, y, fy);
-            y = a + RATIO * (b - a);
-            fy = of(y);
-        }
-    }
-    best
 }
 
 #[cfg(test)]
