@@ -170,7 +170,7 @@ proptest! {
     }
 
     #[test]
-    fn joint_impedance_comes_back_from_the_hand_and_stays_positive(
+    fn impedance_at_the_hand_comes_back_from_the_joints_and_stays_positive(
         entries in prop::collection::vec(0.1..2.0_f64, 9), shoulder in -1.0..1.5_f64, elbow in 0.3..2.6_f64, force in prop::collection::vec(-20.0..20.0_f64, 2)
     ) {
         // L Lᵀ of each triple of entries.
@@ -180,17 +180,21 @@ proptest! {
         };
         let kinematics = Kinematics::planar_two_link(Arm::Right, [0.3, 0.33], [shoulder, elbow]).expect("lengths");
         let axes = vec![Axis::linear("x"), Axis::linear("y")];
-        let joint = InertiaDampingStiffness { axes: kinematics.joints(), inertia: matrix(0), damping: matrix(1), stiffness: matrix(2) };
+        let hand = InertiaDampingStiffness { axes, inertia: matrix(0), damping: matrix(1), stiffness: matrix(2) };
+        let j = kinematics.jacobian();
+        let inverse = ndarray::array![[j[[1, 1]], -j[[0, 1]]], [-j[[1, 0]], j[[0, 0]]]] / (j[[0, 0]] * j[[1, 1]] - j[[0, 1]] * j[[1, 0]]);
         for force in [vec![0.0, 0.0], force] {
             let projection = Projection { kinematics: kinematics.clone(), mean_force_n: force.clone(), sd: KinematicsSd::default() };
-            let hand = projection.matrices_to_endpoint(&joint, axes.clone()).expect("not singular");
-            let back = projection.matrices_to_joints(&hand).expect("not singular");
-            for (a, b) in [(&joint.inertia, &back.inertia), (&joint.damping, &back.damping), (&joint.stiffness, &back.stiffness)] {
+            let mut joint = projection.matrices_to_joints(&hand).expect("not singular");
+            joint.stiffness -= &kinematics.geometric_stiffness(&force);
+            let backwards = Projection { kinematics: Kinematics::Jacobian { matrix: inverse.clone() }, mean_force_n: vec![0.0; 2], sd: KinematicsSd::default() };
+            let back = backwards.matrices_to_joints(&joint).expect("not singular");
+            for (a, b) in [(&hand.inertia, &back.inertia), (&hand.damping, &back.damping), (&hand.stiffness, &back.stiffness)] {
                 let largest = a.iter().fold(0.0_f64, |m, v| m.max(v.abs()));
                 prop_assert!(a.iter().zip(b).all(|(x, y)| (x - y).abs() < ROUND_OFF * largest));
             }
             // A congruence keeps the sign of definite matrices; the mean force only touches the stiffness.
-            for m in [&hand.inertia, &hand.damping] {
+            for m in [&joint.inertia, &joint.damping] {
                 prop_assert!(m[[0, 0]] > 0.0 && m[[0, 0]] * m[[1, 1]] - m[[0, 1]] * m[[1, 0]] > 0.0);
             }
         }

@@ -111,7 +111,6 @@ fn joints(given: &Given, model: &InertiaDampingStiffnessModel, fit: &Fit, axes: 
     let projection = Projection { kinematics, mean_force_n: vec![given.value(7); axes], sd };
     if let Ok(projected) = projection.fit_to_joints(model, fit) {
         assert_eq!(projected.parameters.len(), fit.parameters.len());
-        let _ = projection.matrices_to_endpoint(&projected.matrices, model.axes().to_vec());
     }
 }
 

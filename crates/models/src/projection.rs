@@ -1,8 +1,8 @@
 //! Impedance at the hand and at the joints.
 
-use crate::{Axis, Fit, InertiaDampingStiffness, InertiaDampingStiffnessModel, Kinematics, Parameter, ParametricModel};
+use crate::{Fit, InertiaDampingStiffness, InertiaDampingStiffnessModel, Kinematics, Parameter, ParametricModel};
 use ndarray::Array2;
-use ndof_linear::{inverse, singular_values};
+use ndof_linear::singular_values;
 use serde::{Deserialize, Serialize};
 
 /// Standard deviations of what the projection takes as known.
@@ -76,13 +76,6 @@ pub enum ProjectionError {
 /// Above this condition an error of a percent in geometry or data is an error as large as the result.
 pub const LARGEST_JACOBIAN_CONDITION: f64 = 100.0;
 
-/// Which way a projection goes.
-#[derive(Clone, Copy, PartialEq, Eq)]
-enum Direction {
-    ToJoints,
-    ToEndpoint,
-}
-
 impl Projection {
     /// M, B, K of a fit at the hand, taken to the joints: X_q = Jᵀ X_x J, K_q with Γ added. The covariance holds that of
     /// the fit and that of lengths, posture and mean force.
@@ -93,20 +86,19 @@ impl Projection {
         self.project(model, &fit.theta, &fit.covariance, fit.interval_quantile)
     }
 
-    /// M, B, K at the joints taken to the hand: X_x = J⁻ᵀ X_q J⁻¹, K_x from K_q − Γ.
-    ///
-    /// # Errors
-    /// [`ProjectionError`] if sizes differ, joints are redundant or the posture is singular.
-    pub fn matrices_to_endpoint(&self, joint: &InertiaDampingStiffness, endpoint: Vec<Axis>) -> Result<InertiaDampingStiffness, ProjectionError> {
-        self.transform(joint, endpoint, Direction::ToEndpoint)
-    }
-
     /// M, B, K at the hand taken to the joints, without covariance.
     ///
     /// # Errors
     /// As [`fit_to_joints`](Self::fit_to_joints).
     pub fn matrices_to_joints(&self, endpoint: &InertiaDampingStiffness) -> Result<InertiaDampingStiffness, ProjectionError> {
-        self.transform(endpoint, self.kinematics.joints(), Direction::ToJoints)
+        let jacobian = self.checked_jacobian(endpoint.axes.len())?;
+        let turn = |x: &Array2<f64>| jacobian.t().dot(x).dot(&jacobian);
+        Ok(InertiaDampingStiffness {
+            axes: self.kinematics.joints(),
+            inertia: turn(&endpoint.inertia),
+            damping: turn(&endpoint.damping),
+            stiffness: turn(&endpoint.stiffness) + self.kinematics.geometric_stiffness(&self.mean_force_n),
+        })
     }
 
     fn project(&self, model: &InertiaDampingStiffnessModel, theta: &[f64], covariance: &Array2<f64>, quantile: f64) -> Result<Projected, ProjectionError> {
@@ -147,42 +139,20 @@ impl Projection {
         })
     }
 
-    fn transform(&self, matrices: &InertiaDampingStiffness, axes: Vec<Axis>, direction: Direction) -> Result<InertiaDampingStiffness, ProjectionError> {
-        let jacobian = self.checked_jacobian(matrices.axes.len(), direction)?;
-        let geometric = self.kinematics.geometric_stiffness(&self.mean_force_n);
-        let turn = |x: &Array2<f64>| jacobian.t().dot(x).dot(&jacobian);
-        let stiffness = match direction {
-            Direction::ToJoints => turn(&matrices.stiffness) + geometric,
-            Direction::ToEndpoint => turn(&(&matrices.stiffness - &geometric)),
-        };
-        Ok(InertiaDampingStiffness { axes, inertia: turn(&matrices.inertia), damping: turn(&matrices.damping), stiffness })
-    }
-
-    /// J where impedance goes to the joints, J⁻¹ where it goes to the endpoint.
-    fn checked_jacobian(&self, axes: usize, direction: Direction) -> Result<Array2<f64>, ProjectionError> {
+    fn checked_jacobian(&self, axes: usize) -> Result<Array2<f64>, ProjectionError> {
         let jacobian = self.kinematics.jacobian();
-        self.check_sizes(&jacobian, axes, direction)?;
         let (rows, columns) = jacobian.dim();
+        if rows != axes || rows == 0 || columns == 0 {
+            return Err(ProjectionError::Shape { rows, columns, axes });
+        }
+        if self.mean_force_n.len() != rows {
+            return Err(ProjectionError::MeanForce { found: self.mean_force_n.len(), axes: rows });
+        }
         if columns > rows {
             return Err(ProjectionError::Redundant { joints: columns, axes: rows });
         }
         check_condition(&jacobian)?;
-        if direction == Direction::ToJoints {
-            return Ok(jacobian);
-        }
-        if rows != columns {
-            return Err(ProjectionError::Shape { rows, columns, axes });
-        }
-        inverse(&jacobian).ok_or(ProjectionError::Singular { condition: f64::INFINITY, limit: LARGEST_JACOBIAN_CONDITION })
-    }
-
-    fn check_sizes(&self, jacobian: &Array2<f64>, axes: usize, direction: Direction) -> Result<(), ProjectionError> {
-        let (rows, columns) = jacobian.dim();
-        let own = if direction == Direction::ToJoints { rows } else { columns };
-        if own != axes || rows == 0 || columns == 0 {
-            return Err(ProjectionError::Shape { rows, columns, axes });
-        }
-        if self.mean_force_n.len() == rows { Ok(()) } else { Err(ProjectionError::MeanForce { found: self.mean_force_n.len(), axes: rows }) }
+        Ok(jacobian)
     }
 
     /// For each uncertain quantity, the projection one standard deviation above and below.
@@ -225,7 +195,7 @@ fn check_condition(jacobian: &Array2<f64>) -> Result<(), ProjectionError> {
 mod tests {
     use super::*;
     use crate::shared_tests::{arm as hand, difference};
-    use crate::{Arm, Symmetry};
+    use crate::{Arm, Axis, Symmetry};
     use ndarray::arr2;
 
     fn endpoint() -> Vec<Axis> {
@@ -260,14 +230,6 @@ mod tests {
         assert!((&with - &joint).iter().all(|d| d.abs() < 1e-5), "{with}");
         let without = arm([0.0; 2]).matrices_to_joints(&hand).expect("regular").stiffness;
         assert!((without[[0, 0]] - 27.1).abs() < 0.05 && (without[[0, 1]] - 11.2).abs() < 0.05 && (without[[1, 1]] - 36.2).abs() < 0.05, "{without}");
-    }
-
-    #[test]
-    fn hand_and_joints_are_two_views_of_one_arm() {
-        let own = arm([8.0, -5.0]);
-        let joints = own.matrices_to_joints(&hand()).expect("regular");
-        let back = own.matrices_to_endpoint(&joints, endpoint()).expect("regular");
-        assert!((&back.stiffness - &hand().stiffness).iter().chain((&back.inertia - &hand().inertia).iter()).all(|d| d.abs() < 1e-11));
     }
 
     #[test]
