@@ -109,9 +109,9 @@ async function scriptDrawsTheSameTicks(page, file) {
   const { ticks, sidewaysTicks } = new Function(`${head}; return { ticks, sidewaysTicks };`)();
   const panels = await page.$$eval('svg.panel', all => all.map(svg => [svg.dataset.panel, [...svg.querySelectorAll('.frame .tick')].map(text => text.textContent)]));
   for (const [json, labels] of panels) {
-    const { x, y, shown, plot, names, columns, labelled } = JSON.parse(json);
+    const { x, y, shown, plot, names, labelled } = JSON.parse(json);
     const upwards = names.length ? labels.slice(0, names.length) : ticks(y[0], shown[2], shown[3], Math.round(plot[1] / 38)).map(([, label]) => label);
-    const sideways = columns.length ? columns : labelled ? sidewaysTicks(x[0], shown[0], shown[1], plot[0]).map(([, label]) => label) : [];
+    const sideways = labelled ? sidewaysTicks(x[0], shown[0], shown[1], plot[0]).map(([, label]) => label) : [];
     assert.deepEqual([...upwards, ...sideways], labels, `ticks of ${x[3]} and ${y[3]}`);
   }
 }

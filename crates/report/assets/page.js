@@ -136,8 +136,7 @@ class Panel {
       element('path', { class: 'grid', d: `M${left} ${at}H${left + w}` }, frame);
       text(label, { x: left - 6, y: at + 4, 'text-anchor': 'end' });
     }
-    const columns = meta.columns.map((name, k) => [k + 0.5, name]).filter(([at]) => at >= x[0] && at <= x[1]);
-    for (const [v, label] of meta.columns.length ? columns : sidewaysTicks(meta.x[0], backward(meta.x[0], x[0]), backward(meta.x[0], x[1]), w)) {
+    for (const [v, label] of sidewaysTicks(meta.x[0], backward(meta.x[0], x[0]), backward(meta.x[0], x[1]), w)) {
       const at = left + (forward(meta.x[0], v) - x[0]) / (x[1] - x[0]) * w;
       element('path', { class: 'grid', d: `M${at} ${top}V${top + h}` }, frame);
       if (meta.labelled) text(label, { x: at, y: top + h + 15, 'text-anchor': 'middle' });
@@ -189,7 +188,7 @@ class Panel {
   }
   words(entry) {
     const { meta } = this, size = Math.abs(backward(meta.y[0], this.home.y[1]) - backward(meta.y[0], this.home.y[0]));
-    if (entry.part) return meta.x[4] ? number(this.valueX(entry.part[1]) - this.valueX(entry.part[0]), 'linear', 100) + ' ' + meta.x[4] : meta.columns[Math.floor(this.valueX((entry.part[0] + entry.part[1]) / 2))] || '';
+    if (entry.part) return meta.x[4] ? number(this.valueX(entry.part[1]) - this.valueX(entry.part[0]), 'linear', 100) + ' ' + meta.x[4] : '';
     if (meta.names.length) return this.title(entry.point[0]);
     const y = py => number(this.valueY(py), meta.y[0], size);
     const value = entry.point ? y(entry.point[1]) : '';

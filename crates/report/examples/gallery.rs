@@ -9,7 +9,7 @@ use ndarray::{Array2, Array3, Axis};
 use ndof_analysis::{ComparedParameter, Leftover};
 use ndof_report::figures::*;
 use ndof_report::plot::{Color, Dash, Scale};
-use ndof_report::{Note, Report, Section, Warning, parameter_table};
+use ndof_report::{Report, Section, Warning, parameter_table};
 use num_complex::Complex64;
 
 const INERTIA: [[f64; 2]; 2] = [[2.1, -0.55], [-0.55, 1.9]];
@@ -140,7 +140,7 @@ fn gallery() -> Result<Report, FigureError> {
                 .figure(coherence("coherence", "Coherence of the direct estimate", coherences)?)
                 .figure(input_coherence("input-coherence", &frequency_hz, &axes, &between, Some(0.19))?.unwrap_or_else(|| ndof_report::Figure::new("none", ""))),
             Section::new("Signals", "The first of six trials; the simulation starts from the fitted model.")
-                .note(Note::Information, "The last 15 s were held out: the model had not seen them.")
+                .note("The last 15 s were held out: the model had not seen them.")
                 .figure(traces("traces", "First trial", &signals(&mut noise))?)
                 .figure(spectra("spectra", "Power by frequency", &frequency_hz, &powers, Some((0.5, 10.0)))?),
             diagnosis()?,

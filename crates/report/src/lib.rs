@@ -30,7 +30,7 @@ mod table;
 
 pub use figures::FigureError;
 pub use ndof_signal::Warning;
-pub use page::{Block, Note, PlotFile, Report, Section};
+pub use page::{Block, PlotFile, Report, Section};
 pub use pages::{compare_report, diagnosis_report, estimate_report, fit_report, p_value, percent, response_fit_report, sentence};
 pub use plot::Figure;
 pub use table::{Align, Table, parameter_table};

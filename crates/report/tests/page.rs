@@ -3,7 +3,7 @@
 use ndarray::{Array2, Array3};
 use ndof_report::figures::*;
 use ndof_report::plot::{Axis, Color, Figure, Panel, Series};
-use ndof_report::{Note, Report, Section, Table, Warning};
+use ndof_report::{Report, Section, Table, Warning};
 
 const HOSTILE: &str = "x\"><script>alert(1)</script></title><!-- ' & \u{0} ]]> {{ 7*7 }}";
 
@@ -24,7 +24,7 @@ fn report(name: &str) -> Report {
         version: name.into(),
         warnings: vec![Warning { code: name.into(), message: name.into(), action: name.into() }],
         sections: vec![
-            Section::new(name, name).text(name).note(Note::Caution, name).list(vec![name.into()]).figure(figure.clone()),
+            Section::new(name, name).text(name).note(name).list(vec![name.into()]).figure(figure.clone()),
             Section::new(name, name).figure(figure).table(Table::new(name, [name], [name]).row([name, name])),
         ],
         settings: vec![(name.into(), name.into())],

@@ -1,7 +1,7 @@
 //! The page as HTML.
 
 use super::figure::figure_html;
-use super::{Block, Note, Report, Section};
+use super::{Block, Report, Section};
 use crate::plot::{escape, page_variables};
 use crate::table::Table;
 
@@ -115,8 +115,7 @@ fn section_html(number: usize, section: &Section, names: &mut impl Iterator<Item
 fn block_html(block: &Block, names: &mut impl Iterator<Item = String>) -> String {
     match block {
         Block::Text(text) => paragraph("text", text),
-        Block::Note(Note::Information, text) => paragraph("note", text),
-        Block::Note(Note::Caution, text) => paragraph("note caution", text),
+        Block::Note(text) => paragraph("note", text),
         Block::List(sentences) => {
             let items: String = sentences.iter().map(|sentence| format!("<li>{}</li>", escape(sentence))).collect();
             format!("<ul class=\"sentences\">{items}</ul>\n")

@@ -10,22 +10,13 @@ use ndof_signal::Warning;
 use crate::plot::Figure;
 use crate::table::Table;
 
-/// How urgent a note is.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Note {
-    /// Good to know.
-    Information,
-    /// To be looked at before numbers are used.
-    Caution,
-}
-
 /// A part of a section.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Block {
     /// A paragraph.
     Text(String),
     /// A paragraph set apart.
-    Note(Note, String),
+    Note(String),
     /// A list of sentences, e.g. the evidence for a cause.
     List(Vec<String>),
     /// A picture.
@@ -58,8 +49,8 @@ impl Section {
     }
 
     /// With a note more.
-    pub fn note(mut self, kind: Note, text: impl Into<String>) -> Self {
-        self.blocks.push(Block::Note(kind, text.into()));
+    pub fn note(mut self, text: impl Into<String>) -> Self {
+        self.blocks.push(Block::Note(text.into()));
         self
     }
 

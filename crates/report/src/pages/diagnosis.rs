@@ -7,7 +7,7 @@ use super::words::{p_value, sentence};
 use crate::figures::{self, Considered, Estimate, FigureError, HeldOut, ScheduleCurve, ScheduleCurves, Stretches};
 use crate::number::{nan, significant};
 use crate::plot::{Axis, Color, Dash, Panel, Scale, Series};
-use crate::{Figure, Note, Report, Section, Table};
+use crate::{Figure, Report, Section, Table};
 use ndof_analysis::Diagnosed;
 use ndof_analysis::diagnose::result::DiagnosisResult;
 use ndof_diagnose::{Cause, Confusable, Curve, Diagnosis, Pictures, Site};
@@ -159,10 +159,7 @@ fn gain_section(result: &DiagnosisResult, words: &Words, shifts: bool) -> Result
         .figure(figures::before_after("gain", "Held-out error", &outputs)?)
         .text(format!("Noise floor: {}.", d.noise_floor.how));
     for shift in d.extended.parameter_shift.iter().filter(|_| shifts) {
-        section = section.note(
-            Note::Information,
-            format!("{} is {} without the causes, {} {} with them.", shift.name, number(shift.before), number(shift.after), shift.unit),
-        );
+        section = section.note(format!("{} is {} without the causes, {} {} with them.", shift.name, number(shift.before), number(shift.after), shift.unit));
     }
     Ok(section)
 }

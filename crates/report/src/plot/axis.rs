@@ -59,7 +59,7 @@ pub struct Axis {
     pub scale: Scale,
     /// From and to; `None` takes what the series need.
     pub range: Option<(f64, f64)>,
-    /// Names in place of numbers, from top to bottom or from left to right; see [`Axis::names`].
+    /// Names in place of numbers, from top to bottom; see [`Axis::names`].
     pub names: Vec<String>,
 }
 
@@ -79,8 +79,7 @@ impl Axis {
         Self { scale: Scale::Degrees, ..Self::linear(label, "°") }
     }
 
-    /// An axis of names: as ordinate one a row, row k (from the top) around [`Axis::row`]`(k)`; as abscissa one a
-    /// column, column k (from the left) around k + 0.5.
+    /// An ordinate of names, one a row, row k (from the top) around [`Axis::row`]`(k)`.
     pub fn names(names: Vec<String>) -> Self {
         Self { range: Some((0.0, names.len().max(1) as f64)), names, ..Self::linear("", "") }
     }

@@ -63,11 +63,7 @@ pub(crate) fn draw_panel(panel: &Panel, width: f64, left: f64, labelled: bool) -
     let (x, y) = ranges(panel);
     let (x_shown, y_shown) = if panel.is_equal() { equal(x, y, plot_width, plot_height) } else { (x, y) };
     let at = Placement::new(panel, [x_shown, y_shown], [plot_width, plot_height], [left, top]);
-    let x_ticks = if panel.x.names.is_empty() {
-        sideways_ticks(panel.x.scale, x_shown, plot_width)
-    } else {
-        panel.x.names.iter().enumerate().map(|(k, name)| Tick { value: k as f64 + 0.5, label: name.clone() }).collect()
-    };
+    let x_ticks = sideways_ticks(panel.x.scale, x_shown, plot_width);
     let y_ticks = upwards_ticks(panel, y_shown, plot_height);
     // Names may be long; a number is never cut, as it would be another number.
     let fit = |label: &str| if panel.y.names.is_empty() { label.to_owned() } else { shortened(label, left) };
@@ -86,7 +82,7 @@ pub(crate) fn draw_panel(panel: &Panel, width: f64, left: f64, labelled: bool) -
         "x": [panel.x.scale.word(), x.0, x.1, panel.x.label, printed_unit(&panel.x.unit)],
         "y": [panel.y.scale.word(), y.0, y.1, panel.y.label, printed_unit(&panel.y.unit)],
         "shown": [x_shown.0, x_shown.1, y_shown.0, y_shown.1],
-        "names": panel.y.names, "columns": panel.x.names, "margin": [left, top, RIGHT, bottom], "plot": [plot_width, plot_height],
+        "names": panel.y.names, "margin": [left, top, RIGHT, bottom], "plot": [plot_width, plot_height],
         "equal": panel.is_equal(), "free": panel.is_free(), "labelled": labelled, "link": panel.link, "series": series,
     });
     PanelFrame { body, width, height: top + plot_height + bottom, meta: meta.to_string() }
