@@ -6,7 +6,6 @@ use crate::error::{IoError, listed};
 use crate::options::ReadOptions;
 use crate::read::read_trials;
 use crate::recording::{Note, ReadRecording};
-#[cfg(feature = "csv")]
 use crate::response::{format_name, read_response_bytes};
 use serde::Serialize;
 use std::path::Path;
@@ -91,7 +90,6 @@ pub fn explain(path: &Path) -> Result<Explanation, IoError> {
     let (bytes, file) = contents(path)?;
     let format = detect(&bytes, &file);
     let mut told = Explanation { bytes: bytes.len() as u64, format: format.as_ref().ok().map(|f| f.name), file, ..Explanation::default() };
-    #[cfg(feature = "csv")]
     if let Some(name) = format_name(&bytes) {
         told.format = Some(name);
         told.response(&bytes);
@@ -164,7 +162,6 @@ impl Explanation {
         self.remedies.dedup();
     }
 
-    #[cfg(feature = "csv")]
     fn response(&mut self, bytes: &[u8]) {
         self.holds = Holds::Response;
         match read_response_bytes(bytes, &self.file) {

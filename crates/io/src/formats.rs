@@ -18,7 +18,7 @@ pub struct Format {
     pub name: &'static str,
     /// Suffixes without the dot, lower case.
     pub suffixes: &'static [&'static str],
-    /// The Cargo feature that builds it in.
+    /// The Cargo feature that builds it in; empty where every build has it.
     pub feature: &'static str,
     /// Whether this build has it.
     pub built_in: bool,
@@ -38,6 +38,16 @@ pub fn formats() -> &'static [Format] {
     FORMATS
 }
 
+impl Format {
+    const fn new(name: &'static str, suffixes: &'static [&'static str], feature: &'static str, is: fn(&[u8]) -> bool, reader: Option<Reader>) -> Self {
+        Format { name, suffixes, feature, built_in: reader.is_some(), writes: false, is, reader, writer: None }
+    }
+
+    const fn written(self, writer: Option<Writer>) -> Self {
+        Format { writes: true, writer, ..self }
+    }
+}
+
 /// The item where its feature is built in.
 macro_rules! where_built {
     ($feature:literal, $item:expr) => {{
@@ -52,72 +62,48 @@ macro_rules! where_built {
     }};
 }
 
-/// A format that is read only.
-macro_rules! read_only {
-    ($name:literal, $suffixes:expr, $feature:literal, $is:expr, $reader:expr) => {
-        Format {
-            name: $name,
-            suffixes: $suffixes,
-            feature: $feature,
-            built_in: cfg!(feature = $feature),
-            writes: false,
-            is: $is,
-            reader: where_built!($feature, $reader),
-            writer: None,
-        }
-    };
-}
-
-/// A format that is read and written.
-macro_rules! read_and_written {
-    ($name:literal, $suffixes:expr, $feature:literal, $is:expr, $reader:expr, $writer:expr) => {
-        Format { writes: true, writer: where_built!($feature, $writer), ..read_only!($name, $suffixes, $feature, $is, $reader) }
-    };
-}
-
 const HDF5: &[u8] = b"\x89HDF\r\n\x1a\n";
 
 /// The format of text in columns, which is what a file is that is none of the others.
 pub(crate) const TEXT: &str = "CSV";
 
 pub(crate) static FORMATS: &[Format] = &[
-    read_and_written!(
+    Format::new(
         "CSV",
         &["csv", "tsv", "txt", "dat", "asc"],
-        "csv",
+        "",
         |_| false,
-        |bytes, file, options| crate::csv::read(bytes, file, options).map(|table| vec![table]),
-        crate::csv::write
-    ),
-    read_only!("OpenSim", &["sto", "mot"], "csv", is_opensim, |bytes, file, _| crate::opensim::read(bytes, file).map(|table| vec![table])),
-    read_only!("KINARM archive of C3D", &["zip", "kinarm"], "c3d", is_zip_of_c3d, |bytes, file, _| crate::kinarm::read(bytes, file)),
-    read_and_written!("NPZ", &["npz"], "npz", is_zip, |bytes, file, _| crate::npz::read(bytes, file).map(|table| vec![table]), crate::npz::write),
-    read_and_written!(
-        "MAT v5",
-        &["mat"],
-        "mat",
-        |bytes| bytes.starts_with(b"MATLAB 5.0 MAT-file"),
-        |bytes, file, _| crate::mat::read(bytes, file),
-        crate::mat::write
-    ),
-    read_and_written!(
+        Some(|bytes, file, options| crate::csv::read(bytes, file, options).map(|table| vec![table])),
+    )
+    .written(Some(crate::csv::write)),
+    Format::new("OpenSim", &["sto", "mot"], "", is_opensim, Some(|bytes, file, _| crate::opensim::read(bytes, file).map(|table| vec![table]))),
+    Format::new("KINARM archive of C3D", &["zip", "kinarm"], "", is_zip_of_c3d, Some(|bytes, file, _| crate::kinarm::read(bytes, file))),
+    Format::new("NPZ", &["npz"], "", is_zip, Some(|bytes, file, _| crate::npz::read(bytes, file).map(|table| vec![table]))).written(Some(crate::npz::write)),
+    Format::new("MAT v5", &["mat"], "", |bytes| bytes.starts_with(b"MATLAB 5.0 MAT-file"), Some(|bytes, file, _| crate::mat::read(bytes, file)))
+        .written(Some(crate::mat::write)),
+    Format::new(
         "Parquet",
         &["parquet"],
         "parquet",
         |bytes| bytes.starts_with(b"PAR1"),
-        |bytes, file, _| crate::parquet::read(bytes, file),
-        crate::parquet::write
-    ),
-    read_only!(
+        where_built!("parquet", |bytes, file, _| crate::parquet::read(bytes, file)),
+    )
+    .written(where_built!("parquet", crate::parquet::write)),
+    Format::new(
         "HDF5 / MAT v7.3",
         &["h5", "hdf5"],
         "hdf5",
         |bytes| bytes.starts_with(HDF5) || bytes.get(512..).is_some_and(|b| b.starts_with(HDF5)),
-        |bytes, file, _| crate::hdf5::read(bytes, file)
+        where_built!("hdf5", |bytes, file, _| crate::hdf5::read(bytes, file)),
     ),
-    read_only!("C3D", &["c3d"], "c3d", is_c3d, |bytes, file, _| crate::c3d::read(bytes, file).map(|table| vec![table])),
-    read_only!("XDF", &["xdf"], "xdf", |bytes| bytes.starts_with(b"XDF:"), |bytes, file, _| crate::xdf::read(bytes, file).map(|table| vec![table])),
-    read_only!("TDMS", &["tdms"], "tdms", |bytes| bytes.starts_with(b"TDSm"), |bytes, file, _| crate::tdms::read(bytes, file)),
-    read_only!("MCAP", &["mcap"], "mcap", |bytes| bytes.starts_with(b"\x89MCAP0\r\n"), |bytes, file, _| crate::mcap::read(bytes, file)
-        .map(|table| vec![table])),
+    Format::new("C3D", &["c3d"], "", is_c3d, Some(|bytes, file, _| crate::c3d::read(bytes, file).map(|table| vec![table]))),
+    Format::new("XDF", &["xdf"], "", |bytes| bytes.starts_with(b"XDF:"), Some(|bytes, file, _| crate::xdf::read(bytes, file).map(|table| vec![table]))),
+    Format::new("TDMS", &["tdms"], "", |bytes| bytes.starts_with(b"TDSm"), Some(|bytes, file, _| crate::tdms::read(bytes, file))),
+    Format::new(
+        "MCAP",
+        &["mcap"],
+        "mcap",
+        |bytes| bytes.starts_with(b"\x89MCAP0\r\n"),
+        where_built!("mcap", |bytes, file, _| crate::mcap::read(bytes, file).map(|table| vec![table])),
+    ),
 ];

@@ -17,18 +17,14 @@
 #![cfg_attr(docsrs, feature(doc_cfg))]
 #![cfg_attr(not(feature = "full"), allow(dead_code, reason = "a build without a format leaves what only that one uses"))]
 
-#[cfg(any(feature = "csv", feature = "parquet"))]
 mod apart;
 mod arrays;
 mod assemble;
 mod atomic;
-#[cfg(feature = "csv")]
 mod bids;
-#[cfg(feature = "c3d")]
 mod c3d;
 mod columns;
 mod contents;
-#[cfg(feature = "csv")]
 mod csv;
 mod cursor;
 mod detect;
@@ -38,59 +34,47 @@ mod formats;
 #[cfg(feature = "hdf5")]
 mod hdf5;
 mod join;
-#[cfg(feature = "c3d")]
 mod kinarm;
 mod limits;
-#[cfg(feature = "mat")]
 mod mat;
 #[cfg(feature = "mcap")]
 mod mcap;
 mod names;
-#[cfg(feature = "npz")]
 mod npz;
 mod number;
-#[cfg(feature = "csv")]
 mod opensim;
 mod options;
 #[cfg(feature = "parquet")]
 mod parquet;
-#[cfg(any(feature = "csv", feature = "parquet"))]
 mod pieces;
 mod prepare;
 mod read;
 mod recording;
 mod resample;
-#[cfg(feature = "csv")]
 mod response;
 mod results;
 mod table;
-#[cfg(feature = "tdms")]
 mod tdms;
 mod time;
 mod timing;
 mod trials;
 mod units;
 mod write;
-#[cfg(feature = "xdf")]
 mod xdf;
 
-#[cfg(any(feature = "csv", feature = "parquet"))]
 pub use apart::Apart;
 pub use assemble::is_time;
 pub use atomic::{abandon_writes, keep, write_atomic, write_atomic_with};
 pub use columns::{ColumnNumber, ColumnsFile};
-#[cfg(feature = "csv")]
 pub use csv::CsvStream;
 pub use error::{IoError, Place};
 pub use explain::{ExplainedChannel, ExplainedTrial, Explanation, Holds, explain};
 pub use formats::{Format, formats};
 pub use options::{ReadOptions, Resample};
-#[cfg(any(feature = "csv", feature = "parquet"))]
 pub use pieces::{Piece, Pieces};
 pub use prepare::{Aligned, PrepareError, align, calibrate, negate, tare, without_handle};
 pub use read::{from_columns, read, read_bytes, read_trials, read_trials_bytes};
 pub use recording::{MissingSamples, Note, ReadRecording};
-#[cfg(feature = "csv")]
 pub use response::{ResponseTable, encode_response, holds_response, is_response, read_response, read_response_bytes, write_response};
 pub use results::{ResultColumn, write_results_csv, write_results_parquet};
 pub use units::infer_unit;

@@ -1,7 +1,6 @@
 //! How much of a file is believed: bounds that hold before memory is reserved for what a header claims.
 
 use crate::error::IoError;
-#[cfg(any(feature = "npz", feature = "mat", feature = "c3d", feature = "mcap"))]
 use std::io::{self, Read};
 
 /// Bytes of one file, and of what it unpacks to: about 40 hours of 12 channels at 1 kHz in binary.
@@ -55,7 +54,6 @@ impl Budget {
     }
 
     /// Unpacks a stream to its end, and stops where the budget does. The inner error is the stream's own.
-    #[cfg(any(feature = "npz", feature = "mat", feature = "c3d", feature = "mcap"))]
     pub fn unpack(&mut self, file: &str, stream: impl Read) -> Result<io::Result<Vec<u8>>, IoError> {
         let mut unpacked = Vec::new();
         let result = stream.take(self.left.saturating_add(1)).read_to_end(&mut unpacked);

@@ -1,6 +1,5 @@
 //! Recordings larger than memory: CSV and Parquet piece by piece.
 
-#[cfg(feature = "csv")]
 use crate::csv::CsvStream;
 use crate::detect;
 use crate::error::IoError;
@@ -15,7 +14,6 @@ use std::io::{Read, Seek};
 use std::path::Path;
 
 /// Bytes of text that are read at a time.
-#[cfg(feature = "csv")]
 const CHUNK: usize = 1 << 20;
 
 /// Bytes that tell a format.
@@ -48,7 +46,6 @@ pub struct Pieces {
 }
 
 enum Source {
-    #[cfg(feature = "csv")]
     Csv {
         name: String,
         file: File,
@@ -85,7 +82,6 @@ impl Pieces {
             return Err(IoError::unsuitable(&name, what, "write it anew with `ndof convert`, or read it whole"));
         }
         let source = match format.name {
-            #[cfg(feature = "csv")]
             "CSV" => Source::Csv { stream: Box::new(CsvStream::of_complete(&name, options)), name, file },
             #[cfg(feature = "parquet")]
             "Parquet" => Source::Parquet(Box::new(ParquetStream::open(file, &name, options)?)),
@@ -99,7 +95,6 @@ impl Pieces {
 
     fn advance(&mut self) -> Result<(), IoError> {
         match &mut self.source {
-            #[cfg(feature = "csv")]
             Source::Csv { name, file, stream } => {
                 let mut bytes = Vec::with_capacity(CHUNK);
                 let count = file.take(CHUNK as u64).read_to_end(&mut bytes).map_err(|source| IoError::Read { file: name.clone(), source })?;

@@ -1,7 +1,6 @@
 //! Reading a recording from any format.
 
 use crate::assemble::assemble;
-#[cfg(feature = "csv")]
 use crate::bids;
 use crate::contents::contents;
 use crate::detect;
@@ -20,7 +19,6 @@ use std::path::Path;
 /// # Errors
 /// [`IoError`] with file, place and remedy; [`IoError::SeveralTrials`] where [`read_trials`] would give more than one.
 pub fn read(path: &Path, options: &ReadOptions) -> Result<ReadRecording, IoError> {
-    #[cfg(feature = "csv")]
     if bids::is(path) {
         return bids::read(path, options);
     }
@@ -33,7 +31,6 @@ pub fn read(path: &Path, options: &ReadOptions) -> Result<ReadRecording, IoError
 /// # Errors
 /// [`IoError`] with file, trial, place and remedy.
 pub fn read_trials(path: &Path, options: &ReadOptions) -> Result<Vec<ReadRecording>, IoError> {
-    #[cfg(feature = "csv")]
     if bids::is(path) {
         return Ok(vec![bids::read(path, options)?]);
     }
@@ -97,7 +94,6 @@ fn tables(bytes: &[u8], file: &str, options: &ReadOptions) -> Result<Vec<Table>,
     if options.columns.is_some() && format.name != TEXT {
         return Err(unsuitable(format!("columns are given by number, and a file of {} names its own", format.name), "leave --columns out".to_owned()));
     }
-    #[cfg(feature = "csv")]
     if options.sample_rate_hz.is_none() && crate::response::is_response(bytes) {
         return Err(unsuitable("it is a frequency response and no recording over time".to_owned(), "read it as one: fit and compare do".to_owned()));
     }

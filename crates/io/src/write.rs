@@ -25,7 +25,6 @@ use std::path::Path;
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 pub fn write(path: &Path, recording: &Recording) -> Result<(), IoError> {
-    #[cfg(feature = "csv")]
     if crate::bids::is_name(path) {
         return crate::bids::write(path, recording);
     }

@@ -1,5 +1,4 @@
 //! CSV as people and programs write it: a right answer, or an error that says what, where and what to do.
-#![cfg(feature = "csv")]
 
 use ndof_io::{CsvStream, IoError, Place, ReadOptions, ReadRecording, Resample, encode, read, read_bytes};
 use ndof_signal::{Channel, Quantity, Recording, Unit};

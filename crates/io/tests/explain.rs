@@ -1,5 +1,4 @@
 //! Every file is explained: what it is, what was understood, what would make it readable.
-#![cfg(all(feature = "csv", feature = "npz", feature = "c3d", feature = "xdf", feature = "tdms"))]
 
 use ndof_io::{Explanation, Holds, explain};
 use std::path::{Path, PathBuf};

@@ -1,5 +1,4 @@
 //! Files made by NumPy, SciPy, pandas, pyarrow and h5py (`fixtures/make_fixtures.py`, versions in `fixtures/versions.txt`).
-#![cfg(all(feature = "csv", feature = "npz", feature = "mat"))]
 
 use ndof_io::{ReadOptions, ReadRecording, encode, read, read_bytes};
 use ndof_signal::{Channel, Quantity, Recording, Unit};

@@ -1,6 +1,5 @@
 //! Files made by the reference libraries of their formats (`fixtures/foreign/make_foreign.py`, versions in `versions.txt` there),
 //! read to the last bit of what they hold.
-#![cfg(all(feature = "csv", feature = "c3d", feature = "xdf", feature = "tdms"))]
 
 use ndof_io::{IoError, ReadOptions, ReadRecording, read, read_trials};
 use std::io::Write;

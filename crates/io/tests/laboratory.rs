@@ -1,5 +1,4 @@
 //! Files as laboratories have them, which no library writes: logs without a header, names with indices.
-#![cfg(feature = "csv")]
 
 use ndof_io::{ColumnsFile, IoError, ReadOptions, read_bytes};
 use std::fmt::Write;

@@ -1,5 +1,4 @@
 //! Frequency responses come back from every format, and those of other programs are read.
-#![cfg(all(feature = "csv", feature = "npz"))]
 
 use ndof_io::{IoError, ReadOptions, ResponseTable, encode_response, is_response, read_response, read_response_bytes};
 use num_complex::Complex;

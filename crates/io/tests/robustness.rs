@@ -1,5 +1,4 @@
 //! Cut, damaged and hostile files: a right answer or an error, in bounded time and memory, never a panic.
-#![cfg(all(feature = "csv", feature = "npz", feature = "mat"))]
 
 use flate2::{Compression, FlushCompress};
 use ndof_io::{IoError, ReadOptions, encode, formats, read_bytes};

@@ -1,5 +1,4 @@
 //! Whatever is written is read back bit for bit, or is not written at all.
-#![cfg(all(feature = "csv", feature = "npz"))]
 
 use ndof_io::{Format, IoError, ReadOptions, encode, formats, read_bytes};
 use ndof_signal::{Channel, Quantity, Recording, Unit};

@@ -132,8 +132,7 @@ pub(super) fn write(balance: &Balance<'_>, found: &Found, held: &Held<'_>, meani
         let rivals: f64 = step.iter().map(|t| (t.net - net).exp()).sum::<f64>() + (-net).exp();
         // A ratio of likelihoods, which no challenge has calibrated.
         let probability = (1.0 / rivals).clamp(0.001, 0.97).min(if rest.iter().any(|r| *r > REST) { 0.5 } else { 1.0 });
-        let (explained_fraction, explained_fraction_ci95) =
-            judge::explained([&before, &last, &after], floor, 1.0, held.duration_s, RESAMPLES, options.seed);
+        let (explained_fraction, explained_fraction_ci95) = judge::explained([&before, &last, &after], floor, 1.0, held.duration_s, RESAMPLES, options.seed);
         causes.push(Cause {
             effect: effect(p).to_owned(),
             site: site(),

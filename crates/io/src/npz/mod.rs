@@ -7,11 +7,9 @@ pub(crate) mod npy;
 mod read;
 mod write;
 
-#[cfg(feature = "csv")]
 pub(crate) use read::arrays_of;
 pub(crate) use read::read;
 pub(crate) use write::write;
-#[cfg(feature = "csv")]
 pub(crate) use write::zip;
 
 /// The format's name in messages.

@@ -2,7 +2,6 @@
 
 mod bins;
 mod columns;
-#[cfg(feature = "npz")]
 mod npz;
 mod pairs;
 mod table;
@@ -52,10 +51,7 @@ pub fn read_response_bytes(bytes: &[u8], file: &str) -> Result<ResponseTable, Io
     let response = match kind(bytes) {
         Some(Kind::Universal) => universal::read(bytes, file)?,
         Some(Kind::Touchstone) => touchstone::read(bytes, file)?,
-        #[cfg(feature = "npz")]
         Some(Kind::Npz) => npz::read(bytes, file)?,
-        #[cfg(not(feature = "npz"))]
-        Some(Kind::Npz) => return Err(IoError::NotBuiltIn { file: file.to_owned(), format: "NPZ", feature: "npz" }),
         _ => columns::read(bytes, file)?,
     };
     response.check().map_err(|what| IoError::Unsuitable { file: file.to_owned(), what, remedy: "a response has one value a frequency".to_owned() })?;
@@ -116,7 +112,6 @@ pub fn encode_response(response: &ResponseTable, file: &str) -> Result<(Vec<u8>,
     let suffix = Path::new(file).extension().map_or(String::new(), |s| s.to_string_lossy().to_ascii_lowercase());
     match suffix.as_str() {
         "csv" | "tsv" => Ok((columns::write(response, file)?, Vec::new())),
-        #[cfg(feature = "npz")]
         "npz" => Ok((npz::write(response, file)?, Vec::new())),
         "uff" | "unv" | "u58" => universal::write(response, file),
         other if touchstone::ports(other).is_some() => touchstone::write(response, file),
@@ -142,10 +137,7 @@ fn kind(bytes: &[u8]) -> Option<Kind> {
     } else if touchstone::is(bytes) {
         Some(Kind::Touchstone)
     } else if bytes.starts_with(ZIP) {
-        #[cfg(feature = "npz")]
-        return npz::is(bytes).then_some(Kind::Npz);
-        #[cfg(not(feature = "npz"))]
-        return None;
+        npz::is(bytes).then_some(Kind::Npz)
     } else {
         columns::is(bytes).then_some(Kind::Columns)
     }
