@@ -76,6 +76,12 @@ pub fn word(value: &impl Serialize) -> String {
     serde_json::to_value(value).ok().and_then(|value| value.as_str().map(str::to_owned)).unwrap_or_default()
 }
 
+/// The settings that are given, by their names in a file: those that are not as they are by default.
+pub fn given<T: Serialize + Default>(settings: &T) -> Vec<String> {
+    let [own, plain] = [settings, &T::default()].map(|settings| serde_json::to_value(settings).unwrap_or_default());
+    own.as_object().into_iter().flatten().filter(|(name, value)| plain.get(name.as_str()) != Some(*value)).map(|(name, _)| name.clone()).collect()
+}
+
 /// At most `count` of the `usable` indices, nearest to logarithmically spaced frequencies.
 pub fn log_spaced(usable: &[usize], hz: &[f64], count: usize) -> Vec<usize> {
     let (Some(&first), Some(&last)) = (usable.first(), usable.last()) else { return Vec::new() };

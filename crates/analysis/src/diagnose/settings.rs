@@ -5,6 +5,7 @@ use crate::error::AnalysisError;
 use crate::file::{BaselineFile, KinematicsFile};
 #[cfg(feature = "clap")]
 use crate::options::{HOLDS, words};
+use crate::result::given;
 use crate::schedule::{Cycles, Events, PHASE, Schedule, TIME, schedule_channels};
 use crate::suggest::{did_you_mean, nearest};
 use crate::trials::Trials;
@@ -176,15 +177,8 @@ impl Diagnose {
     /// The same where a robot's joints are judged; what is of other tasks is refused.
     pub(super) fn of_joints(&self, trials: &Trials) -> Result<ndof_joints::Options, AnalysisError> {
         self.check(CAUSES.iter().map(|cause| cause.card.name).collect(), "joints")?;
-        let other = [
-            ("band", self.band_hz.is_some()),
-            ("baseline", self.baseline.is_some()),
-            ("hold", self.hold.is_some()),
-            ("kinematics", self.kinematics.is_some()),
-            ("schedule", self.schedule.is_some()),
-            ("plan", self.plan),
-        ];
-        if let Some((name, _)) = other.iter().find(|(_, given)| *given) {
+        let other = ["band", "baseline", "hold", "kinematics", "schedule", "plan"];
+        if let Some(name) = given(self).into_iter().find(|name| other.contains(&name.as_str())) {
             return Err(AnalysisError::Meaning {
                 file: format!("`{name}`"),
                 what: "it is not for a `robot`, whose joints are judged; leave out one of the two".to_owned(),

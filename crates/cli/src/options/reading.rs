@@ -4,6 +4,7 @@ use super::channels::Channels;
 use crate::error::CliError;
 use clap::Args;
 use ndof_analysis::options::{not_negative, number, pair};
+use ndof_analysis::result::given;
 use ndof_analysis::{AnalysisError, MeasuredResponse, RoleNames, Trial, Trials, Trim, axis_of};
 use ndof_io::{ColumnsFile, IoError, PrepareError, ReadOptions, ReadRecording, Resample};
 use ndof_signal::{Quantity, Recording};
@@ -76,35 +77,13 @@ impl Reading {
         match (files, held.contains(&true) && self.channels.sample_rate.is_none()) {
             (_, false) => Ok(None),
             ([file], true) => {
-                if let Some(option) = self.of_recordings() {
+                if let Some(option) = given(self).first() {
                     return Err(CliError::Usage(format!("{} is a frequency response, and --{option} is about recordings; leave it out", file.display())));
                 }
                 measured(file).map(Some)
             }
             _ => Err(CliError::Usage("a frequency response is fitted alone; give one file, and put fits beside each other with `ndof compare`".to_owned())),
         }
-    }
-
-    /// An option that is given and that only recordings have a use for.
-    fn of_recordings(&self) -> Option<&'static str> {
-        let own = &self.channels;
-        let given = [
-            ("channels", own.channels.is_some()),
-            ("reference", own.reference.is_some()),
-            ("input", own.input.is_some()),
-            ("output", own.output.is_some()),
-            ("negate", !own.negate.is_empty()),
-            ("resample", self.resample.is_some()),
-            ("columns", self.columns.is_some()),
-            ("trial", self.trial.is_some()),
-            ("align", !self.align.is_empty()),
-            ("tare", self.tare.is_some()),
-            ("handle-mass", self.handle_mass.is_some()),
-            ("start", self.start.is_some()),
-            ("stop", self.stop.is_some()),
-            ("exclude", !self.exclude.is_empty()),
-        ];
-        given.into_iter().find(|(_, given)| *given).map(|(option, _)| option)
     }
 
     /// Reads one recording, its channels named and turned.

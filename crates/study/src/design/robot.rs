@@ -6,7 +6,7 @@ use crate::error::{StudyError, meaning};
 use crate::limits;
 use ndof_analysis::AnalysisError;
 use ndof_analysis::file::read_text;
-use ndof_analysis::result::{Head, Warning, number};
+use ndof_analysis::result::{Head, Warning, given, number};
 use ndof_devices::{JointKind, Robot, RobotConfig, SerialChain};
 use ndof_joints::{Excitation, ExcitationSearch, JointLimits, excite};
 use ndof_signal::{Channel, Quantity, Recording, Unit};
@@ -28,11 +28,8 @@ impl RobotMotion {
     pub fn with(&self, design: &Design) -> Result<Self, StudyError> {
         let Design { duration_s, period_s, sample_rate_hz, seed, .. } = *design;
         let rest = Design { duration_s: None, period_s: None, sample_rate_hz: None, seed: None, ..design.clone() };
-        let told = |design: &Design| serde_json::to_value(design).unwrap_or_default();
-        let (rest, nothing) = (told(&rest), told(&Design::default()));
-        let given = rest.as_object().into_iter().flatten().find(|(key, value)| nothing.get(key.as_str()) != Some(*value));
-        match given {
-            Some((key, _)) => {
+        match given(&rest).first() {
+            Some(key) => {
                 Err(meaning("the design", format!("`{key}` is about perturbations at the hand, not about motions of a `robot`; leave out one of them")))
             }
             None => Ok(RobotMotion { duration_s, period_s, sample_rate_hz, seed, ..self.clone() }),
