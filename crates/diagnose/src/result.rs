@@ -232,12 +232,7 @@ pub enum Verdict {
 
 impl std::fmt::Display for Verdict {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        f.pad(match self {
-            Verdict::Adequate => "adequate",
-            Verdict::Explained => "explained",
-            Verdict::PartlyExplained => "partly-explained",
-            Verdict::Unexplained => "unexplained",
-        })
+        self.serialize(f)
     }
 }
 

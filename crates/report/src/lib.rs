@@ -28,7 +28,7 @@ pub mod pages;
 pub mod plot;
 mod table;
 
-pub use figures::FigureError;
+pub use figures::{FigureError, capitalised};
 pub use ndof_signal::Warning;
 pub use page::{Block, PlotFile, Report, Section};
 pub use pages::{compare_report, diagnosis_report, estimate_report, fit_report, p_value, percent, response_fit_report, sentence};

@@ -14,14 +14,6 @@ pub(crate) struct Excited {
     pub because: &'static str,
 }
 
-impl Excited {
-    /// By the direct estimate that `method` has made, and its spectra if it has made some.
-    pub fn of(trials: &Trials, direct: &DirectEstimate, spectra: Option<&CrossSpectra>, method: &SpectralMethod) -> Self {
-        let (band_hz, because) = excited_band(trials, direct, spectra, method);
-        Excited { band_hz, because }
-    }
-}
-
 /// The highest frequency at which the inputs explain half of every output; infinite where there is none.
 pub(super) fn explained_to_hz(direct: &DirectEstimate) -> f64 {
     let explains = |f: &usize| direct.coherence.multiple.row(*f).iter().all(|coherence| *coherence >= 0.5);
@@ -36,7 +28,9 @@ const BEYOND: f64 = 0.02;
 ///
 /// Of the velocity, because there stiffness, damping and inertia each rule a part: beyond its power there is inertia alone, and what a model
 /// lacks (an effort held between samples, a sensor's mount, a mode of the frame) outweighs what it has.
-fn excited_band(trials: &Trials, direct: &DirectEstimate, spectra: Option<&CrossSpectra>, method: &SpectralMethod) -> ([f64; 2], &'static str) {
+///
+/// By the direct estimate that `method` has made, and its spectra if it has made some.
+pub(crate) fn excited_band(trials: &Trials, direct: &DirectEstimate, spectra: Option<&CrossSpectra>, method: &SpectralMethod) -> Excited {
     let ports = &trials.roles.ports;
     let hz = &direct.response.frequency_hz;
     let spacing = direct.response.uncertainty.as_ref().map_or(0.0, |u| u.independent_spacing_hz);
@@ -71,7 +65,7 @@ fn excited_band(trials: &Trials, direct: &DirectEstimate, spectra: Option<&Cross
         (moved, "above it lies a fiftieth of the explained power of the motion's velocity"),
     ];
     let (high, because) = ends.into_iter().filter(|(hz, _)| hz.is_finite()).reduce(|a, b| if b.0 < a.0 { b } else { a }).unwrap_or(ends[0]);
-    ([spacing.max(hz.get(1).copied().unwrap_or(0.0)), high], because)
+    Excited { band_hz: [spacing.max(hz.get(1).copied().unwrap_or(0.0)), high], because }
 }
 
 /// The power of a channel at the lines of the whole records, for estimates at those lines that make no spectra.

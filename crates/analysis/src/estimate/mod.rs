@@ -18,7 +18,7 @@ mod summed;
 
 pub use apart::{ApartRecording, estimate_apart};
 pub use estimated::Estimated;
-pub(crate) use excited::Excited;
+pub(crate) use excited::{Excited, excited_band};
 pub(crate) use left_out::without_each;
 pub(crate) use measured::to_displacement;
 pub use settings::{Estimate, MethodName};
@@ -118,7 +118,7 @@ fn of_method(
     let Some(fit) = fit.filter(|_| settings.response.is_none()) else {
         return ndof_sysid::estimate(&recordings, ports, labels, method, settings.estimator);
     };
-    let excited_hz = |direct: &DirectEstimate| excited.get_or_init(|| Excited::of(trials, direct, None, method)).band_hz;
+    let excited_hz = |direct: &DirectEstimate| excited.get_or_init(|| excited_band(trials, direct, None, method)).band_hz;
     let highest_hz = |direct: &DirectEstimate| fit.band_hz.unwrap_or_else(|| excited_hz(direct))[1];
     estimate_up_to(&recordings, ports, labels, (method, settings.estimator), &highest_hz)
 }

@@ -1,7 +1,7 @@
 //! What a model is fitted to: the response of recordings, or one that was measured elsewhere.
 
 use crate::error::AnalysisError;
-use crate::estimate::{Estimate, Estimated, Excited, without_each};
+use crate::estimate::{Estimate, Estimated, Excited, excited_band, without_each};
 use crate::fit::settings::VafWeight;
 use crate::fit::ticks;
 use crate::response::MeasuredResponse;
@@ -51,7 +51,7 @@ impl<'a> Evidence<'a> {
         let (trials, estimates) = (&estimated.trials, &estimated.estimates);
         let ports = &trials.roles.ports;
         let Excited { band_hz, because } =
-            estimated.excited.unwrap_or_else(|| Excited::of(trials, &estimates.direct, estimates.spectra.as_ref(), &estimates.method));
+            estimated.excited.unwrap_or_else(|| excited_band(trials, &estimates.direct, estimates.spectra.as_ref(), &estimates.method));
         let efforts = if trials.roles.natural_kind().is_effort_over_motion() { &ports.outputs } else { &ports.inputs };
         Ok(Evidence {
             channels: trials,

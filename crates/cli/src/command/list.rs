@@ -8,6 +8,7 @@ use ndof_joints::CAUSES;
 use ndof_models::blocks::{BLOCKS, BlockCard, BlockParameter};
 use ndof_models::effects::EFFECTS;
 use ndof_models::time::{Law, laws};
+use ndof_report::capitalised;
 use std::fmt::Write as _;
 
 /// Print what there is, with unit, equation and reference.
@@ -126,7 +127,7 @@ fn as_text(entry: &Entry) -> String {
 }
 
 fn as_markdown(entry: &Entry) -> String {
-    let mut text = format!("## {}\n\n{}.\n", entry.name, sentence(&entry.what));
+    let mut text = format!("## {}\n\n{}.\n", entry.name, capitalised(entry.what.trim_end_matches('.')));
     if !entry.equation.is_empty() {
         let _ = write!(text, "\n```text\n{}\n```\n", entry.equation);
     }
@@ -143,12 +144,6 @@ fn as_markdown(entry: &Entry) -> String {
         let _ = write!(text, "\n*Source:* {}.\n", entry.source.trim_end_matches('.'));
     }
     text
-}
-
-/// With a capital first letter and no full stop.
-fn sentence(words: &str) -> String {
-    let mut letters = words.trim_end_matches('.').chars();
-    letters.next().map(|first| first.to_uppercase().chain(letters).collect()).unwrap_or_default()
 }
 
 const METHODS: &[(&str, &str, &str, &str)] = &[

@@ -129,7 +129,7 @@ pub fn bode(name: &str, data: &ResponseCurves) -> Result<Figure, FigureError> {
 }
 
 /// With a capital first letter, as titles have it.
-pub(crate) fn capitalised(words: &str) -> String {
+pub fn capitalised(words: &str) -> String {
     let mut letters = words.chars();
     letters.next().map(|first| first.to_uppercase().chain(letters).collect()).unwrap_or_default()
 }

@@ -19,8 +19,7 @@ mod schedule;
 mod spectra;
 mod traces;
 
-pub(crate) use bode::capitalised;
-pub use bode::{ResponseCurves, bode};
+pub use bode::{ResponseCurves, bode, capitalised};
 pub use coherence::{Coherences, coherence, input_coherence};
 pub use course::{Course, course_coherence, course_slices, course_surface};
 pub use curve::{Curve, CurveStyle};
