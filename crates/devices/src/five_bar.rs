@@ -87,13 +87,6 @@ impl Robot for FiveBar {
         Ok(vec![first, first + elbow])
     }
 
-    fn inverse_dynamics(&self, q: &[f64], rates: &[f64], accelerations: &[f64], out: &mut [f64]) {
-        let [h11, h22, h12] = self.inertia_kg_m2;
-        let (sine, cosine) = (q[0] - q[1]).sin_cos();
-        out[0] = h11 * accelerations[0] + h12 * (cosine * accelerations[1] + sine * rates[1] * rates[1]);
-        out[1] = h22 * accelerations[1] + h12 * (cosine * accelerations[0] - sine * rates[0] * rates[0]);
-    }
-
     /// Under the names of the registry's table.
     fn parameters(&self) -> Vec<RobotParameter> {
         let ([l1, l2], [x, y], [h11, h22, h12]) = (self.links_m, self.base_m, self.inertia_kg_m2);
