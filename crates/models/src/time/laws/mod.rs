@@ -83,7 +83,6 @@ pub fn find(name: &str) -> Option<Arc<dyn Law>> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::shared_tests::difference;
     use crate::time::{Equation, LAW_VARIABLES, LOCAL_VARIABLES, Local};
     use num_complex::Complex64;
 
@@ -99,38 +98,6 @@ mod tests {
             assert!(law.equation().len() > 5 && law.source().len() > 10 && !law.parameters(true).is_empty());
             assert!(law.delay().is_none_or(|d| law.parameters(false)[d].unit == "s"));
             assert!(law.name() == "fractional" || LOCAL_VARIABLES + law.states() + law.parameters(false).len() <= LAW_VARIABLES, "{}", law.name());
-        }
-    }
-
-    #[test]
-    fn slopes_are_differences_away_from_kinks() {
-        for law in all() {
-            let theta: Vec<f64> = law.parameters(false).iter().map(|p| p.starts[p.starts.len() - 1]).collect();
-            let (nz, np) = (law.states(), theta.len());
-            let columns = LOCAL_VARIABLES + nz + np;
-            let mut point = vec![0.0123, -0.21, 0.004, 0.13, 5.3, 4.0];
-            point.extend((0..nz).map(|k| 2e-3 + 1e-4 * k as f64));
-            point.extend(&theta);
-            let value = |point: &[f64]| {
-                let mut rates = vec![0.0; nz];
-                let local = at(std::array::from_fn(|k| point[k]));
-                let f = law.evaluate(&point[LOCAL_VARIABLES + nz..], &local, &point[LOCAL_VARIABLES..LOCAL_VARIABLES + nz], &mut rates);
-                std::iter::once(f).chain(rates).collect::<Vec<f64>>()
-            };
-            let (mut rates, mut slopes) = (vec![0.0; nz], vec![0.0; (1 + nz) * columns]);
-            let f = law.linearise(&theta, &at(std::array::from_fn(|k| point[k])), &point[LOCAL_VARIABLES..LOCAL_VARIABLES + nz], &mut rates, &mut slopes);
-            let own = value(&point);
-            assert!((f - own[0]).abs() <= 1e-14 * f.abs() && rates.iter().zip(&own[1..]).all(|(a, b)| (a - b).abs() <= 1e-13 * b.abs()), "{}", law.name());
-            for c in 0..columns {
-                for (r, difference) in difference(&point, c, 1e-6 * point[c].abs(), value).into_iter().enumerate() {
-                    let exact = slopes[r * columns + c];
-                    assert!(
-                        (difference - exact).abs() <= 1e-6 * exact.abs() + 1e-9 * own[r].abs() / point[c].abs(),
-                        "{} {r} {c}: {difference} {exact}",
-                        law.name()
-                    );
-                }
-            }
         }
     }
 
